@@ -1,0 +1,81 @@
+# Everything runs from an environment that make itself creates, from pinned versions, on a machine
+# with nothing but Python and make. After the first installation no target needs the network.
+#
+#   make figures        the environment, the ledger, every figure at full size, the claims table
+#   make test           every test, shapes checked on every call
+#   make check          the ledger of equations, proved or corrected
+#
+#   make smoke PYTHON=python3.13 VENV=.venv313      the same library on another Python
+
+PYTHON ?= python3
+VENV ?= .venv
+# Parallel test processes; each one is a JAX, so many cores are not worth as many processes.
+WORKERS ?= auto
+PYTEST_ARGS ?=
+
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+PYTEST := $(BIN)/python -m pytest
+NOTEBOOKS := $(patsubst notebooks/%.py,notebooks/ipynb/%.ipynb,$(wildcard notebooks/*.py))
+
+# The environment's packages and nothing else: no user site, no inherited search path.
+export PYTHONNOUSERSITE := 1
+unexport PYTHONPATH
+
+.PHONY: help venv figures figures-quick check test smoke bench lint format notebooks clean
+.DEFAULT_GOAL := help
+
+help:
+	@sed -n 's/^#   //p' Makefile
+
+venv: $(READY)
+
+# The build backend goes in first, pinned like the rest, so that a later change of pyproject.toml
+# reinstalls without fetching anything.
+$(READY): pyproject.toml constraints.txt
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt hatchling editables
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt \
+	    --no-build-isolation -e '.[test,lint,notebooks]'
+	touch $@
+
+figures: check
+	$(BIN)/python -m figures
+
+figures-quick: $(READY)
+	$(BIN)/python -m figures --quick
+
+check: $(READY)
+	$(BIN)/python -m derivations
+
+test: $(READY)
+	$(PYTEST) -n $(WORKERS) --maxprocesses 8 --durations 10 $(PYTEST_ARGS)
+
+# The import hook off: what a user runs.
+smoke: $(READY)
+	$(PYTEST) -n $(WORKERS) --maxprocesses 8 --jaxtyping-packages= -m smoke $(PYTEST_ARGS)
+
+# One process, no import hook, and no compilation cache: a first call that is timed must compile.
+bench: $(READY)
+	FIRSTORDER_CACHE=off $(PYTEST) benchmarks -p no:xdist --jaxtyping-packages= \
+	    --benchmark-enable $(PYTEST_ARGS)
+
+lint: $(READY)
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/pyright --pythonpath $(BIN)/python
+
+format: $(READY)
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+notebooks: $(NOTEBOOKS)
+
+notebooks/ipynb/%.ipynb: notebooks/%.py $(READY)
+	@mkdir -p $(@D)
+	$(BIN)/marimo export ipynb $< --force --output $@
+
+clean:
+	rm -rf .venv .venv313 .cache .pytest_cache .ruff_cache .benchmarks .hypothesis
+	rm -rf figures/out notebooks/ipynb dist
+	find . -name __pycache__ -prune -exec rm -rf {} +

@@ -1,0 +1,71 @@
+"""What a program decides once, at its start: precision, and where compiled code is kept.
+
+`import firstorder` sets no JAX flag. A script, a notebook or the command line calls `start` in its
+first lines; a library that builds on this one leaves that choice to its own users.
+"""
+
+import os
+from pathlib import Path
+
+import jax
+from jax.experimental.compilation_cache import compilation_cache
+
+OFF = "off"
+
+
+def start(*, x64: bool = True, cache: str | os.PathLike[str] | None = None) -> Path | None:
+    """Turns on float64 and keeps compiled functions on disk for the next run.
+
+    Each new derivative takes JAX some 0.3 to 2 s to compile, and a process forgets it when it
+    ends. The cache keeps every compiled function, however small and however quickly compiled, so
+    that a second run of the same program starts at once. Several processes may share one folder,
+    and deleting it is always safe.
+
+    Valid when: called before the first array is made, as arrays keep the precision they were made
+    with. Wrong when: called by a library, as the flags are global to the process.
+
+    Args:
+        x64: whether arrays are float64 unless they say otherwise; False means float32.
+        cache: the folder for compiled functions, or "off" for none. Left out, it is
+            `$FIRSTORDER_CACHE`, which may be "off" too, or else the folder `firstorder/jax` in
+            the user's cache folder (`$XDG_CACHE_HOME`, or else `~/.cache`).
+
+    Returns:
+        The folder in use; None if it is off, or cannot be written, which costs time only.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> import firstorder.session
+        >>> folder = firstorder.session.start()
+        >>> jnp.asarray(1.0).dtype
+        dtype('float64')
+    """
+    jax.config.update("jax_enable_x64", x64)
+    folder = _writable(_chosen(cache))
+    jax.config.update("jax_compilation_cache_dir", None if folder is None else str(folder))
+    # JAX's own thresholds skip what compiles in under a second, which here is nearly everything.
+    jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
+    jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
+    # JAX settles on a folder at its first compilation; a notebook may have had that already.
+    compilation_cache.reset_cache()
+    return folder
+
+
+def _chosen(cache: str | os.PathLike[str] | None) -> Path | None:
+    """Returns the folder that the caller, the environment or the platform names, in this order."""
+    named = cache or os.environ.get("FIRSTORDER_CACHE")
+    if named:
+        return None if named == OFF else Path(named).expanduser().absolute()
+    home = os.environ.get("XDG_CACHE_HOME")
+    return (Path(home) if home else Path.home() / ".cache") / "firstorder" / "jax"
+
+
+def _writable(folder: Path | None) -> Path | None:
+    """Returns the folder, made if need be, or None where it cannot be written."""
+    if folder is None:
+        return None
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return None
+    return folder if os.access(folder, os.W_OK) else None

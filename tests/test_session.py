@@ -1,0 +1,85 @@
+import subprocess
+import sys
+from pathlib import Path
+
+import jax
+import jax.numpy as jnp
+import pytest
+
+from firstorder import session
+
+
+@pytest.fixture(autouse=True)
+def flags():
+    """Puts back the flags that a test changes: they are global to the process."""
+    names = (
+        "jax_enable_x64",
+        "jax_compilation_cache_dir",
+        "jax_persistent_cache_min_compile_time_secs",
+        "jax_persistent_cache_min_entry_size_bytes",
+    )
+    before = {name: getattr(jax.config, name) for name in names}
+    yield
+    for name, value in before.items():
+        jax.config.update(name, value)
+
+
+@pytest.mark.smoke
+@pytest.mark.parametrize(("x64", "dtype"), [(True, jnp.float64), (False, jnp.float32)])
+def test_precision_is_the_one_asked_for(tmp_path, x64, dtype):
+    session.start(x64=x64, cache=tmp_path)
+    assert jnp.asarray(1.0).dtype == dtype
+
+
+def test_an_argument_wins_over_the_environment(tmp_path, monkeypatch):
+    monkeypatch.setenv("FIRSTORDER_CACHE", str(tmp_path / "environment"))
+    assert session.start(cache=tmp_path / "argument") == tmp_path / "argument"
+    assert session.start() == tmp_path / "environment"
+
+
+def test_the_environment_wins_over_the_users_cache_folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.delenv("FIRSTORDER_CACHE", raising=False)
+    assert session.start() == tmp_path / "firstorder" / "jax"
+    monkeypatch.setenv("FIRSTORDER_CACHE", "off")
+    assert session.start() is None
+    assert jax.config.jax_compilation_cache_dir is None
+
+
+def test_a_folder_that_cannot_be_made_costs_time_only(tmp_path):
+    (tmp_path / "file").write_text("not a folder")
+    assert session.start(cache=tmp_path / "file" / "cache") is None
+
+
+# A fresh process each time: this one remembers what it compiled.
+PROGRAM = """
+import sys
+from firstorder import session
+session.start(cache=sys.argv[1])
+import jax
+print(jax.jit(lambda x: x * 3.0)(2.0))
+"""
+
+
+def test_even_the_smallest_function_is_kept_for_the_next_process(tmp_path):
+    def run() -> set[Path]:
+        done = subprocess.run(
+            [sys.executable, "-c", PROGRAM, str(tmp_path)],
+            check=True,
+            capture_output=True,
+            text=True,
+        )
+        assert done.stdout.strip() == "6.0"
+        return {path for path in tmp_path.iterdir() if path.name.endswith("-cache")}
+
+    first = run()
+    assert any("lambda" in path.name for path in first)
+    assert run() == first
+
+
+def test_importing_the_library_sets_no_flag():
+    program = (
+        "import jax; before = dict(jax.config.values);"
+        "import firstorder; assert dict(jax.config.values) == before"
+    )
+    subprocess.run([sys.executable, "-c", program], check=True)
