@@ -43,7 +43,7 @@ def test_the_environment_wins_over_the_users_cache_folder(tmp_path, monkeypatch)
     assert session.start() == tmp_path / "firstorder" / "jax"
     monkeypatch.setenv("FIRSTORDER_CACHE", "off")
     assert session.start() is None
-    assert jax.config.jax_compilation_cache_dir is None
+    assert jax.config.values["jax_compilation_cache_dir"] is None
 
 
 def test_a_folder_that_cannot_be_made_costs_time_only(tmp_path):
