@@ -1,0 +1,129 @@
+"""Every sign, every origin and every unit of the library, written once.
+
+Other modules import the names below and never repeat a sign of their own.
+
+Flatland
+    The receiver lies along +x, its normal is +y. Angles turn counter-clockwise from the
+    normal, so `direction(a) = (-sin a, cos a)`. The slope is `v = tan(theta)`.
+Sense
+    *incoming* light is labelled by the direction it comes from, *outgoing* light by the
+    direction it goes to. A ray labelled by where it comes from leans against its own motion,
+    so travel shears the two with opposite signs (`travel_sign`).
+Normal
+    `n(x)` is the angle of the shading normal, `kappa = dn/dx`; `kappa > 0` is a valley. The angle in
+    the local frame is `theta - n(x)`, so `L_local(x, theta) = L(x, theta + n(x))`.
+Fourier
+    `F(Omega) = int f(u) exp(-2 pi i Omega . u) du`: cycles per unit, no prefactor.
+Units
+    x in metres, theta in radians, v without unit, Omega in cycles per unit of its coordinate,
+    radiance in any unit the user likes (the library is linear in it).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Literal
+
+import jax.numpy as jnp
+from jaxtyping import Array, Complex, Float
+
+Sense = Literal["incoming", "outgoing"]
+
+ANGLES = ("theta", "phi")
+SLOPES = ("v", "w")
+POSITIONS = ("x", "y")
+
+
+@dataclasses.dataclass(frozen=True)
+class Frame:
+    """What the coordinates of a light field are called, and which way its rays are labelled.
+
+    Positions stand before directions: `("x", "theta")`, `("x", "v")`, or in space
+    `("x", "y", "v", "w")`. A frame is static: it never becomes a traced value.
+
+    Example:
+        >>> from firstorder.conventions import Frame
+        >>> Frame(("x", "v")).axis("v")
+        1
+    """
+
+    coordinates: tuple[str, ...] = ("x", "theta")
+    sense: Sense = "incoming"
+
+    @property
+    def dims(self) -> int:
+        """Number of coordinates."""
+        return len(self.coordinates)
+
+    def axis(self, name: str) -> int:
+        """Position of the coordinate called `name`."""
+        if name not in self.coordinates:
+            known = ", ".join(self.coordinates)
+            raise ValueError(f"Argument `axis` must be one of {known}, but is {name!r}.")
+        return self.coordinates.index(name)
+
+    @property
+    def positions(self) -> tuple[int, ...]:
+        """Axes that are positions."""
+        return tuple(i for i, c in enumerate(self.coordinates) if c in POSITIONS)
+
+    @property
+    def directions(self) -> tuple[int, ...]:
+        """Axes that are angles or slopes."""
+        return tuple(i for i, c in enumerate(self.coordinates) if c in ANGLES + SLOPES)
+
+    @property
+    def uses_slopes(self) -> bool:
+        """Whether directions are slopes `v = tan(theta)` (travel is then linear)."""
+        return any(c in SLOPES for c in self.coordinates)
+
+    def without(self, name: str) -> Frame:
+        """The frame that is left when the coordinate `name` is integrated out."""
+        axis = self.axis(name)
+        rest = self.coordinates[:axis] + self.coordinates[axis + 1 :]
+        return dataclasses.replace(self, coordinates=rest)
+
+    def appended(self, name: str) -> Frame:
+        """The frame with one more coordinate, last."""
+        return dataclasses.replace(self, coordinates=(*self.coordinates, name))
+
+    def turned(self) -> Frame:
+        """The same coordinates with the other sense."""
+        sense: Sense = "outgoing" if self.sense == "incoming" else "incoming"
+        return dataclasses.replace(self, sense=sense)
+
+
+FLATLAND = Frame(("x", "theta"))
+FLATLAND_SLOPE = Frame(("x", "v"))
+SPACE = Frame(("x", "y", "theta", "phi"))
+SPACE_SLOPE = Frame(("x", "y", "v", "w"))
+
+
+def direction(a: Float[Array, "..."]) -> Float[Array, "... 2"]:
+    """Unit vector at angle `a`, counter-clockwise from the normal +y."""
+    return jnp.stack([-jnp.sin(a), jnp.cos(a)], axis=-1)
+
+
+def travel_sign(sense: Sense) -> float:
+    """Sign s in `l'(x, v) = l(x + s v d, v)`: -1 for incoming, +1 for outgoing light."""
+    return -1.0 if sense == "incoming" else 1.0
+
+
+def to_local(theta, n):
+    """Angle in the frame of a normal at angle `n`."""
+    return theta - n
+
+
+def to_global(theta, n):
+    """Inverse of `to_local`."""
+    return theta + n
+
+
+def mirror_direction(theta, n):
+    """Angle `2 n - theta` of the mirror image of `theta` about the normal (R07 eq. 23)."""
+    return 2.0 * n - theta
+
+
+def fourier_kernel(Omega: Float[Array, "*b n"], u: Float[Array, "*b n"]) -> Complex[Array, "*b"]:
+    """`exp(-2 pi i Omega . u)`: the one place where the Fourier sign and scale are written."""
+    return jnp.exp(-2j * jnp.pi * jnp.sum(Omega * u, axis=-1))

@@ -1,0 +1,288 @@
+"""The field: radiance as a function of the ray, with its jet, its breaks and its other portraits."""
+
+import abc
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from firstorder.conventions import Frame
+from firstorder.errors import Refused
+from firstorder.fields.jet import Jet, autodiff_jet
+from firstorder.typing import Matrix, Ray, Scalar, Vector, as_float
+
+if TYPE_CHECKING:
+    from firstorder.fields.covariance import Covariance
+    from firstorder.fields.series import Series
+    from firstorder.fields.spectrum import Grid, Spectrum
+
+
+class Field(eqx.Module):
+    """Light near a ray: a function of position and direction, smooth between known edges.
+
+    Subclasses give `at` (one ray) and `jet` (closed form); `edges` where they break; `spectrum`
+    and `covariance` where these have a closed form. Parameters are differentiable leaves.
+    `field(x, theta)` broadcasts over arrays of coordinates.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.fields import gaussian
+        >>> L = gaussian(center=(0.0, 0.0), sigma=(1.0, 1.0))
+        >>> L(jnp.zeros(3), 0.0).shape
+        (3,)
+    """
+
+    frame: eqx.AbstractVar[Frame]
+
+    @abc.abstractmethod
+    def at(self, u: Ray) -> Scalar:
+        """Radiance at the ray `u`; on an edge, the mean of the two sides."""
+
+    @abc.abstractmethod
+    def jet(self, u: Ray) -> Jet:
+        """Value, gradient and Hessian at `u` in closed form; between edges, not across them."""
+
+    def edges(self) -> "tuple[Edge, ...]":
+        """Where the field jumps, and by how much."""
+        return ()
+
+    def spectrum(self) -> "Spectrum":
+        """Closed-form Fourier transform."""
+        raise Refused(f"{type(self).__name__} has no closed-form spectrum: sample it")
+
+    def covariance(self) -> "Covariance":
+        """Closed-form covariance of the power spectrum."""
+        raise Refused(f"{type(self).__name__} has no closed-form covariance: sample it")
+
+    def series(self, window: "Grid") -> "Series":
+        """Fourier series on a window, for `Multiply`; edges make sampling inaccurate."""
+        from firstorder.fields.series import sampled_series
+
+        if self.edges():
+            raise Refused(f"{type(self).__name__} has edges: its series needs a closed form")
+        return sampled_series(self, window)
+
+    def __call__(self, *coordinates) -> Float[Array, "..."]:
+        """Radiance at broadcast coordinates, in the order of `frame.coordinates`."""
+        return batched(self.at)(stack(self.frame, coordinates))
+
+    def jets(self, *coordinates) -> Jet:
+        """Jets at broadcast coordinates."""
+        return batched(self.jet)(stack(self.frame, coordinates))
+
+    def __rshift__(self, event):
+        """`source >> event`: the path that begins here and meets `event` first."""
+        from firstorder.transport.path import Path  # a path is built from fields, not the reverse
+
+        return Path(self) >> event
+
+    def __add__(self, other: "Field") -> "Sum":
+        """Superposition of light."""
+        return Sum((self, other), jnp.ones(2))
+
+    def __rmul__(self, weight) -> "Sum":
+        """The field scaled by a constant."""
+        return Sum((self,), jnp.stack([as_float(weight)]))
+
+
+def stack(frame: Frame, coordinates: tuple) -> Float[Array, "*b n"]:
+    """Broadcast separate coordinates into rays with the coordinates last."""
+    if len(coordinates) != frame.dims:
+        names = ", ".join(frame.coordinates)
+        raise ValueError(
+            f"Arguments must be the {frame.dims} coordinates {names}, but are {len(coordinates)}."
+        )
+    return jnp.stack(jnp.broadcast_arrays(*map(as_float, coordinates)), axis=-1)
+
+
+def batched(function: Callable) -> Callable:
+    """Map a function of one ray over any leading axes."""
+
+    def mapped(u: Float[Array, "*b n"]):
+        flat = jax.vmap(function)(u.reshape(-1, u.shape[-1]))
+        return jax.tree.map(lambda a: a.reshape(u.shape[:-1] + a.shape[1:]), flat)
+
+    return mapped
+
+
+class Edge(eqx.Module):
+    """A curve in ray space on which a field jumps.
+
+    The edge is the zero set of `level`; `jump` is the value on the side where `level > 0` minus
+    the value on the other. Both are smooth fields in the coordinates of the field, so an edge
+    moves, warps and multiplies like one. Solving `level = 0` for one coordinate gives the edge
+    as a differentiable function of the others.
+    """
+
+    level: Field
+    jump: Field
+
+    def crossing(self, u: Ray, axis: int, lower: Scalar, upper: Scalar) -> tuple[Scalar, Jet]:
+        """Where the edge meets the line through `u` along `axis`, as a jet in `u`.
+
+        Implicit differentiation of `level(u, b(u)) = 0`:
+        `b_i = -l_i / l_a`, `b_ij = -(l_ij + l_ia b_j + l_ja b_i + l_aa b_i b_j) / l_a`.
+
+        Args:
+            u: a ray; its coordinate `axis` is ignored.
+            axis: the coordinate to solve for.
+            lower: start of the interval that is searched.
+            upper: its end. A level must have at most one zero in between.
+
+        Returns:
+            The sign of `level`'s slope there (0 if the edge is not met), and the jet of `b`, whose
+            derivative along `axis` is zero.
+        """
+        b = self._solve(u, axis, lower, upper)
+        at = self.level.jet(u.at[axis].set(b))
+        slope = at.gradient[axis]
+        met = (b >= lower) & (b <= upper) & (slope != 0)
+        safe = jnp.where(met, slope, 1.0)
+        off = jnp.arange(u.size) != axis
+        first = jnp.where(off, -at.gradient / safe, 0.0)
+        mixed = jnp.outer(at.hessian[axis], first)
+        bend = at.hessian + mixed + mixed.T + at.hessian[axis, axis] * jnp.outer(first, first)
+        second = jnp.where(off[:, None] & off, -bend / safe, 0.0)
+        return jnp.where(met, jnp.sign(slope), 0.0), Jet(b, first, second, self.level.frame)
+
+    def _solve(self, u: Ray, axis: int, lower: Scalar, upper: Scalar) -> Scalar:
+        """Bisect (blind to derivatives), then take two Newton steps, which carry two of them."""
+
+        def level(t):
+            return self.level.at(u.at[axis].set(t))
+
+        if isinstance(self.level, Affine):
+            slope = self.level.normal[axis]
+            flat = slope == 0
+            t = -level(jnp.zeros_like(lower)) / jnp.where(flat, 1.0, slope)
+            return jnp.where(flat, 2.0 * upper - lower + 1.0, t)  # parallel: met nowhere
+        a, b = jax.lax.stop_gradient((lower, upper))
+        sign = jax.lax.stop_gradient(jnp.sign(level(b)))
+        apart = jax.lax.stop_gradient(level(a)) * sign < 0
+
+        def halve(_, ends):
+            a, b = ends
+            middle = 0.5 * (a + b)
+            right = jax.lax.stop_gradient(level(middle)) * sign > 0
+            return jnp.where(right, a, middle), jnp.where(right, middle, b)
+
+        a, b = jax.lax.fori_loop(0, 26, halve, (a, b))
+        t = jax.lax.stop_gradient(0.5 * (a + b))
+        for _ in range(3):
+            value, slope = jax.value_and_grad(level)(t)
+            t = t - value / jnp.where(slope == 0, 1.0, slope)
+        return jnp.where(apart, t, 2.0 * upper - lower + 1.0)
+
+
+class Constant(Field):
+    """The same radiance along every ray (an overcast sky, or a jump of fixed height)."""
+
+    height: Scalar = eqx.field(converter=as_float)
+    frame: Frame = eqx.field(static=True, default=Frame())
+
+    def at(self, u: Ray) -> Scalar:
+        """The constant."""
+        return self.height + 0.0 * u[0]
+
+    def jet(self, u: Ray) -> Jet:
+        """The constant, and zeros."""
+        n = u.size
+        return Jet(self.at(u), jnp.zeros(n, u.dtype), jnp.zeros((n, n), u.dtype), self.frame)
+
+
+class Affine(Field):
+    """`normal . u + offset`: the level of every straight edge."""
+
+    normal: Vector = eqx.field(converter=as_float)
+    offset: Scalar = eqx.field(converter=as_float)
+    frame: Frame = eqx.field(static=True, default=Frame())
+
+    def at(self, u: Ray) -> Scalar:
+        """Signed level."""
+        return jnp.sum(self.normal * u) + self.offset
+
+    def jet(self, u: Ray) -> Jet:
+        """Level, its constant gradient and no Hessian."""
+        return Jet(self.at(u), self.normal + 0.0 * u, jnp.zeros((u.size, u.size), u.dtype), self.frame)
+
+
+class Function(Field):
+    """Any jittable callable of the coordinates as a field; derivatives by autodiff.
+
+    Example:
+        >>> from firstorder.fields import Function
+        >>> Function(lambda x, theta: x * theta)(2.0, 3.0).item()
+        6.0
+    """
+
+    function: Callable
+    frame: Frame = eqx.field(static=True, default=Frame())
+
+    def at(self, u: Ray) -> Scalar:
+        """The callable at the coordinates of `u`."""
+        return self.function(*u)
+
+    def jet(self, u: Ray) -> Jet:
+        """Exact autodiff of the callable: no closed form is known here."""
+        return autodiff_jet(self.at, u, self.frame)
+
+
+class Sum(Field):
+    """Weighted superposition; every portrait but the covariance is linear in it."""
+
+    fields: tuple[Field, ...]
+    weights: Float[Array, " m"]
+
+    @property
+    def frame(self) -> Frame:
+        """The common frame."""
+        return self.fields[0].frame
+
+    def __check_init__(self):
+        """Refuse a sum over different coordinates."""
+        frames = {f.frame for f in self.fields}
+        if len(frames) > 1:
+            raise ValueError(f"Argument `fields` must share one frame, but has {len(frames)}.")
+
+    def at(self, u: Ray) -> Scalar:
+        """Weighted sum of values."""
+        return sum((w * f.at(u) for w, f in zip(self.weights, self.fields, strict=True)), 0.0 * u[0])
+
+    def jet(self, u: Ray) -> Jet:
+        """Weighted sum of jets."""
+        jets = [f.jet(u).scaled(w) for w, f in zip(self.weights, self.fields, strict=True)]
+        return jax.tree.map(lambda *leaves: sum(leaves), *jets)
+
+    def edges(self) -> "tuple[Edge, ...]":
+        """The edges of all terms, their jumps weighted."""
+        return tuple(
+            Edge(e.level, w * e.jump)
+            for w, f in zip(self.weights, self.fields, strict=True)
+            for e in f.edges()
+        )
+
+    def series(self, window: "Grid") -> "Series":
+        """All terms of all series."""
+        from firstorder.fields.series import Series
+
+        all_series = [f.series(window) for f in self.fields]
+        coefficients = [
+            w * s.coefficients for w, s in zip(self.weights, all_series, strict=True)
+        ]
+        return Series(
+            jnp.concatenate([s.frequencies for s in all_series]), jnp.concatenate(coefficients)
+        )
+
+    def spectrum(self) -> "Spectrum":
+        """Weighted sum of spectra."""
+        from firstorder.fields.spectrum import SumSpectrum
+
+        return SumSpectrum(tuple(f.spectrum() for f in self.fields), self.weights)
+
+
+def quadratic(P: Matrix, h: Vector) -> Scalar:
+    """`h . P . h`, written so that a batch of rays fuses into one loop."""
+    return jnp.sum(jnp.sum(P * h, axis=-1) * h)

@@ -1,0 +1,123 @@
+"""The Gaussian field: the one light that has every portrait in closed form."""
+
+from __future__ import annotations
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+
+from firstorder.conventions import FLATLAND, Frame, fourier_kernel
+from firstorder.errors import check_finite, check_positive, check_shape, is_concrete
+from firstorder.fields.covariance import Covariance
+from firstorder.fields.field import Field, quadratic
+from firstorder.fields.jet import Jet
+from firstorder.fields.spectrum import Spectrum
+from firstorder.typing import ComplexScalar, Frequency, Matrix, Ray, Scalar, Vector, as_float
+
+
+class Gaussian(Field):
+    """`amplitude * exp(-(u - center)^T precision (u - center) / 2)`, in any dimension.
+
+    Off-centre and correlated by choice: a centred Gaussian hides phase errors, an uncorrelated
+    one hides the sign of a shear.
+
+    Args:
+        center: n coordinates of the peak.
+        precision: symmetric positive definite n x n matrix, the inverse of the covariance in
+            primal space.
+        amplitude: radiance at the peak.
+        frame: names of the coordinates.
+
+    Raises:
+        ValueError: if `precision` is not symmetric positive definite, or a shape is wrong.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.fields import Gaussian
+        >>> L = Gaussian(jnp.zeros(2), jnp.eye(2))
+        >>> L.jet(jnp.array([0.0, 0.0])).hessian[0, 0].item()
+        -1.0
+    """
+
+    center: Vector = eqx.field(converter=as_float)
+    precision: Matrix = eqx.field(converter=as_float)
+    amplitude: Scalar = eqx.field(converter=as_float, default=1.0)
+    frame: Frame = eqx.field(static=True, default=FLATLAND)
+
+    def __check_init__(self):
+        """Refuse a shape that is not a bell."""
+        n = self.frame.dims
+        check_shape("center", self.center, (n,))
+        check_shape("precision", self.precision, (n, n))
+        check_finite("center", self.center)
+        check_finite("precision", self.precision)
+        if is_concrete(self.precision):
+            P = np.asarray(self.precision)
+            if not np.allclose(P, P.T) or np.min(np.linalg.eigvalsh(P)) <= 0:
+                raise ValueError(
+                    "Argument `precision` must be symmetric and positive definite, but is not."
+                )
+
+    def at(self, u: Ray) -> Scalar:
+        """The bell."""
+        return self.amplitude * jnp.exp(-0.5 * quadratic(self.precision, u - self.center))
+
+    def jet(self, u: Ray) -> Jet:
+        """`grad = -f P h`, `Hess = f (P h h^T P - P)` with `h = u - center`."""
+        h = u - self.center
+        g = -jnp.sum(self.precision * h, axis=-1)
+        f = self.amplitude * jnp.exp(0.5 * jnp.sum(g * h))
+        return Jet(f, f * g, f * (g[:, None] * g - self.precision), self.frame)
+
+    def spectrum(self) -> Spectrum:
+        """A Gaussian again, with a phase for the centre."""
+        return GaussianSpectrum(self)
+
+    def covariance(self) -> Covariance:
+        """`precision / (8 pi^2)`: of the *power* spectrum, hence 8 and not 4."""
+        return Covariance(self.precision / (8.0 * np.pi**2), self.frame)
+
+
+class GaussianSpectrum(Spectrum):
+    """`amplitude (2 pi)^(n/2) det(P)^(-1/2) exp(-2 pi^2 Omega^T P^-1 Omega) exp(-2 pi i Omega.c)`."""
+
+    gaussian: Gaussian
+
+    @property
+    def frame(self) -> Frame:
+        """Frame of the field."""
+        return self.gaussian.frame
+
+    def at(self, Omega: Frequency) -> ComplexScalar:
+        """Closed form."""
+        g = self.gaussian
+        spread = jnp.linalg.inv(g.precision)
+        scale = g.amplitude * jnp.sqrt(jnp.linalg.det(2.0 * np.pi * spread))
+        bell = scale * jnp.exp(-2.0 * np.pi**2 * quadratic(spread, Omega))
+        return bell * fourier_kernel(Omega, g.center)
+
+
+def gaussian(center, sigma, correlation=0.0, amplitude=1.0, frame: Frame = FLATLAND) -> Gaussian:
+    """Flatland Gaussian from standard deviations and a correlation coefficient.
+
+    Args:
+        center: (x, theta) of the peak.
+        sigma: standard deviations along x and theta.
+        correlation: in (-1, 1); it tilts the bell.
+        amplitude: radiance at the peak.
+        frame: names of the coordinates.
+
+    Raises:
+        ValueError: if a standard deviation is not positive, or |correlation| >= 1.
+
+    Example:
+        >>> from firstorder.fields import gaussian
+        >>> gaussian((0.0, 0.0), (1.0, 2.0))(0.0, 0.0).item()
+        1.0
+    """
+    sigma = as_float(sigma)
+    check_positive("sigma", sigma)
+    c = as_float(correlation)
+    off = sigma[0] * sigma[1] * c
+    spread = jnp.stack([jnp.stack([sigma[0] ** 2, off]), jnp.stack([off, sigma[1] ** 2])])
+    return Gaussian(as_float(center), jnp.linalg.inv(spread), as_float(amplitude), frame)

@@ -1,0 +1,51 @@
+"""The jet portrait: value, gradient and Hessian of a field at a ray."""
+
+from __future__ import annotations
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from firstorder.conventions import Frame
+
+
+class Jet(eqx.Module):
+    """Value, gradient and Hessian of a light field at one ray (or at a batch of rays).
+
+    `f(u + h) = value + gradient . h + h . hessian . h / 2 + O(h^3)`.
+
+    A jet is numbers at one ray, so laws that look at other rays (integrate, convolve) refuse
+    it; they act on a `Field`, whose `jet` method gives a jet anywhere.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.fields import Jet
+        >>> Jet(jnp.array(1.0), jnp.array([2.0, 0.0]), jnp.zeros((2, 2))).gradient[0].item()
+        2.0
+    """
+
+    value: Float[Array, "*b"]
+    gradient: Float[Array, "*b n"]
+    hessian: Float[Array, "*b n n"]
+    frame: Frame = eqx.field(static=True, default=Frame())
+
+    def __add__(self, other: Jet) -> Jet:
+        """Sum of two jets at the same ray."""
+        return jax.tree.map(jnp.add, self, other)
+
+    def scaled(self, a) -> Jet:
+        """Jet of `a f` for a constant `a`."""
+        return jax.tree.map(lambda leaf: a * leaf, self)
+
+
+def autodiff_jet(function, u: Float[Array, " n"], frame: Frame) -> Jet:
+    """Jet of any callable of a ray by `jax.grad` and `jax.hessian`: the oracle, or a fallback.
+
+    Args:
+        function: maps a ray `u` to a scalar.
+        u: the ray.
+        frame: names of the coordinates of `u`.
+    """
+    value, gradient = jax.value_and_grad(function)(u)
+    return Jet(value, gradient, jax.hessian(function)(u), frame)

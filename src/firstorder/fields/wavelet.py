@@ -1,0 +1,65 @@
+"""The wavelet portrait: Haar coefficients in the standard (tensor) decomposition."""
+
+from __future__ import annotations
+
+import functools
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from firstorder.conventions import Frame
+from firstorder.fields.field import Field
+from firstorder.fields.spectrum import Grid
+
+
+@functools.cache
+def haar_matrix(n: int) -> np.ndarray:
+    """Orthonormal Haar matrix of size n = 2^k: row 0 is the mean, row by row finer."""
+    if n < 1 or n & (n - 1):
+        raise ValueError(f"Argument `n` must be a power of two, but is {n}.")
+    if n == 1:
+        return np.ones((1, 1))
+    coarse = np.kron(haar_matrix(n // 2), [1.0, 1.0])
+    fine = np.kron(np.eye(n // 2), [1.0, -1.0])
+    return np.vstack([coarse, fine]) / np.sqrt(2.0)
+
+
+@functools.cache
+def triple_products(n: int) -> np.ndarray:
+    """`C_ijk = sum_t psi_i psi_j psi_k` on n cells (R07 Fig. 2, after Ng et al. 2004)."""
+    W = haar_matrix(n)
+    return np.einsum("it,jt,kt->ijk", W, W, W)
+
+
+class Wavelet(eqx.Module):
+    """Haar coefficients of cell averages, normalised in L2 of the grid's box.
+
+    `f = sum_ij F_ij psi_i(x) psi_j(theta)` with `int psi_i psi_k = delta_ik`.
+    """
+
+    coefficients: Float[Array, "..."]
+    grid: Grid
+    frame: Frame = eqx.field(static=True, default=Frame())
+
+    @classmethod
+    def of(cls, field: Field, grid: Grid) -> Wavelet:
+        """Coefficients of the piecewise constant field that takes the samples' values."""
+        return cls.of_samples(grid.sample(field), grid, field.frame)
+
+    @classmethod
+    def of_samples(cls, samples: Array, grid: Grid, frame: Frame) -> Wavelet:
+        """Forward transform, one matrix product per axis."""
+        return cls(_along_axes(samples, haar_matrix) * np.sqrt(grid.cell), grid, frame)
+
+    def samples(self) -> Float[Array, "..."]:
+        """Inverse transform: the cell averages."""
+        return _along_axes(self.coefficients, lambda n: haar_matrix(n).T) / np.sqrt(self.grid.cell)
+
+
+def _along_axes(a: Array, matrix) -> Array:
+    """Apply `matrix(n)` along every axis of `a`."""
+    for i, n in enumerate(a.shape):
+        a = jnp.moveaxis(jnp.tensordot(jnp.asarray(matrix(n), a.dtype), a, axes=(1, i)), 0, i)
+    return a

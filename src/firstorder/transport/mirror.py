@@ -1,0 +1,26 @@
+"""Mirror reparameterisation: light labelled by the direction it would be reflected to."""
+
+from __future__ import annotations
+
+import jax.numpy as jnp
+
+from firstorder.conventions import Frame
+from firstorder.laws.base import Law
+from firstorder.laws.move import Move
+from firstorder.transport.event import Event, require
+
+
+class Mirror(Event):
+    """`L_m(x, theta) = L(x, -theta)` in the local frame: incoming light becomes outgoing.
+
+    All directions change sign, so does their gradient; the spectrum is
+    `F(Omega_x, -Omega_theta)`.
+
+    Reference: R07 eqs. 12-13; D05 eq. 14.
+    """
+
+    def law(self, frame: Frame) -> Law:
+        """The flip of every direction."""
+        require(frame.sense == "incoming", self, frame, "incoming light")
+        signs = jnp.array([-1.0 if i in frame.directions else 1.0 for i in range(frame.dims)])
+        return Move(jnp.diag(signs), to=frame.turned())

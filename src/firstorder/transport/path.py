@@ -1,0 +1,75 @@
+"""Paths: events in the order in which light meets them, with every portrait at every step."""
+
+from __future__ import annotations
+
+import equinox as eqx
+
+from firstorder.errors import Refused
+from firstorder.fields.covariance import Covariance
+from firstorder.fields.field import Field
+from firstorder.fields.jet import Jet
+from firstorder.fields.spectrum import Spectrum
+from firstorder.transport.event import Event
+from firstorder.typing import Ray
+
+
+class Path(eqx.Module):
+    """`source >> event >> event ...`.
+
+    Step 0 is the source; step k is the light after the k-th event.
+
+    Example:
+        >>> from firstorder.conventions import FLATLAND_SLOPE
+        >>> from firstorder.fields import gaussian
+        >>> from firstorder.transport import Travel
+        >>> path = gaussian((0.0, 0.0), (1.0, 0.1), frame=FLATLAND_SLOPE) >> Travel(2.0)
+        >>> path.light(2.0, 1.0).item() == path.steps[0](0.0, 1.0).item()
+        True
+    """
+
+    source: Field
+    events: tuple[Event, ...] = ()
+
+    def __rshift__(self, event: Event | Path) -> Path:
+        """The path with one more event, or with a whole further path's events."""
+        return Path(self.source, (*self.events, event))
+
+    @property
+    def steps(self) -> tuple[Field, ...]:
+        """The light field before, between and after the events."""
+        return tuple(self._walk(self.source))
+
+    @property
+    def light(self) -> Field:
+        """The light field at the end."""
+        return self.steps[-1]
+
+    @property
+    def spectra(self) -> tuple[Spectrum | Refused, ...]:
+        """Spectrum at every step, or the refusal that stopped it."""
+        return tuple(self._walk(_or_refusal(self.source.spectrum)))
+
+    @property
+    def covariances(self) -> tuple[Covariance | Refused, ...]:
+        """Covariance at every step, or the refusal that stopped it."""
+        return tuple(self._walk(_or_refusal(self.source.covariance)))
+
+    def jets(self, u: Ray) -> tuple[Jet, ...]:
+        """Jet of every step at the same coordinates `u`, those of that step."""
+        return tuple(f.jet(u) for f in self.steps)
+
+    def _walk(self, portrait):
+        """The portrait at every step; once refused, it stays refused for the same reason."""
+        yield portrait
+        for event in self.events:
+            if not isinstance(portrait, Refused):
+                portrait = _or_refusal(lambda p=portrait, e=event: e(p))
+            yield portrait
+
+
+def _or_refusal(make):
+    """The portrait, or why there is none."""
+    try:
+        return make()
+    except Refused as refusal:
+        return refusal

@@ -1,0 +1,53 @@
+"""Rotation by curvature: into the frame of each point's normal, and back."""
+
+from __future__ import annotations
+
+import equinox as eqx
+import jax.numpy as jnp
+
+from firstorder.conventions import Frame
+from firstorder.errors import check_finite
+from firstorder.laws.base import Law
+from firstorder.laws.move import Move
+from firstorder.transport.event import Event, require
+from firstorder.typing import Array, as_float
+
+
+class Curvature(Event):
+    """Per-point rotation with a normal that turns linearly, `n(x) = kappa x`.
+
+    Into the local frame: `L_local(x, theta) = L(x, theta + kappa x)`, a shear along the angle; the
+    spectrum shears along space, `F(Omega_x - kappa Omega_theta, Omega_theta)`. `back=True` undoes
+    it. In space `kappa` may be a 2 x 2 matrix: `-S` with the shape operator S of conventions, so
+    that a diagonal one holds two principal curvatures.
+
+    Args:
+        kappa: curvature dn/dx in radians per metre, positive in a valley; a scalar, or a
+            matrix (directions x positions).
+        back: from the local frame to the global one instead.
+
+    Reference: R07 eqs. 9-11, 17, 50; D05 eqs. 11, 19 (their kappa has the other sign).
+
+    Example:
+        >>> from firstorder.fields import gaussian
+        >>> from firstorder.transport import Curvature
+        >>> L = gaussian((0.0, 0.0), (1.0, 1.0))
+        >>> Curvature(0.5)(L)(2.0, 0.0).item() == L(2.0, 1.0).item()
+        True
+    """
+
+    kappa: Array = eqx.field(converter=as_float)
+    back: bool = eqx.field(static=True, default=False)
+
+    def __check_init__(self):
+        """Refuse a curvature that is no number."""
+        check_finite("kappa", self.kappa)
+
+    def law(self, frame: Frame) -> Law:
+        """The shear."""
+        fits = len(frame.positions) == len(frame.directions) and not frame.uses_slopes
+        require(fits, self, frame, "angles, one for each position")
+        half = frame.dims // 2
+        turn = self.kappa * jnp.eye(half) if self.kappa.ndim == 0 else self.kappa
+        sign = -1.0 if self.back else 1.0
+        return Move(jnp.eye(frame.dims).at[half:, :half].set(sign * turn))

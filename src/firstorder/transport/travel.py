@@ -1,0 +1,76 @@
+"""Travel through free space: radiance is constant along a ray, so the light field shears."""
+
+from __future__ import annotations
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+
+from firstorder.conventions import Frame, travel_sign
+from firstorder.errors import check_not_negative, nan_unless
+from firstorder.laws.base import Law
+from firstorder.laws.move import Move
+from firstorder.laws.warp import Map, Warp
+from firstorder.transport.event import Event, require
+from firstorder.typing import Array, Ray, Scalar, as_float
+
+
+class Travel(Event):
+    """Light after a distance: `l'(x, v) = l(x -+ v d, v)`, minus for incoming light.
+
+    In slopes this is a shear, exact at any angle, in flatland and in space; the spectrum shears
+    the other way, `F(Omega_x, Omega_v + d Omega_x)` for incoming light. In angles it is a warp,
+    `x -+ d tan(theta)`, whose linearisation at theta = 0 is that shear.
+
+    Args:
+        d: distance along the normal of the reference line, not negative. Zero is the identity.
+
+    Raises:
+        ValueError: if `d` is negative or not finite. A traced `d < 0` gives NaN.
+
+    Reference: D05 eqs. 2-3 (their printed primes are exchanged between the two).
+
+    Example:
+        >>> from firstorder.conventions import FLATLAND_SLOPE
+        >>> from firstorder.fields import gaussian
+        >>> from firstorder.transport import Travel
+        >>> L = gaussian((0.0, 0.0), (1.0, 1.0), frame=FLATLAND_SLOPE)
+        >>> Travel(3.0)(L)(3.0, 1.0).item() == L(0.0, 1.0).item()
+        True
+    """
+
+    d: Scalar = eqx.field(converter=as_float)
+
+    def __check_init__(self):
+        """Refuse to travel back."""
+        check_not_negative("d", self.d)
+
+    def law(self, frame: Frame) -> Law:
+        """A move in slopes, a warp in angles."""
+        fits = len(frame.positions) == len(frame.directions) > 0
+        require(fits, self, frame, "one direction for each position")
+        shear = travel_sign(frame.sense) * nan_unless(self.d >= 0, self.d)
+        if frame.uses_slopes:
+            M = jnp.eye(frame.dims, dtype=self.d.dtype)
+            rows, columns = np.array(frame.positions), np.array(frame.directions)
+            return Move(M.at[rows, columns].set(shear))
+        require(frame.dims == 2, self, frame, "slopes in space")
+        return Warp(_AngularTravel(shear))
+
+
+class _AngularTravel(Map):
+    """`(x + shear tan(theta), theta)`."""
+
+    shear: Array
+
+    def __call__(self, u: Ray) -> Ray:
+        """The ray's position before it travelled."""
+        return jnp.stack([u[0] + self.shear * jnp.tan(u[1]), u[1]])
+
+    def derivatives(self, u: Ray):
+        """`d tan / d theta = 1 + tan^2`, and `2 tan (1 + tan^2)`."""
+        t = jnp.tan(u[1])
+        J = jnp.eye(2, dtype=u.dtype).at[0, 1].set(self.shear * (1.0 + t**2))
+        second = jnp.zeros((2, 2, 2), u.dtype)
+        second = second.at[0, 1, 1].set(2.0 * self.shear * t * (1.0 + t**2))
+        return self(u), J, second

@@ -1,0 +1,25 @@
+"""The shape vocabulary of every annotation.
+
+`n` is the number of coordinates of a ray: 2 in flatland, 4 in space.
+"""
+
+from __future__ import annotations
+
+from typing import Any, TypeAlias
+
+import jax.numpy as jnp
+from jaxtyping import Array, ArrayLike, Complex, Float
+
+Scalar: TypeAlias = Float[Array, ""]
+Ray: TypeAlias = Float[Array, " n"]
+Frequency: TypeAlias = Float[Array, " n"]
+ComplexScalar: TypeAlias = Complex[Array, ""]
+Vector: TypeAlias = Float[Array, " n"]
+Matrix: TypeAlias = Float[Array, "n n"]
+RealLike: TypeAlias = ArrayLike
+
+
+def as_float(x: Any) -> Array:
+    """Convert a number or array to a floating array of its own, or the default, precision."""
+    x = jnp.asarray(x)
+    return x if jnp.issubdtype(x.dtype, jnp.inexact) else x.astype(jnp.result_type(float))
