@@ -10,8 +10,8 @@ Sense
     direction it goes to. A ray labelled by where it comes from leans against its own motion,
     so travel shears the two with opposite signs (`travel_sign`).
 Normal
-    `n(x)` is the angle of the shading normal, `kappa = dn/dx`; `kappa > 0` is a valley. The angle in
-    the local frame is `theta - n(x)`, so `L_local(x, theta) = L(x, theta + n(x))`.
+    `n(x)` is the angle of the shading normal, `kappa = dn/dx`; `kappa > 0` is a valley. The angle
+    in the local frame is `theta - n(x)`, so `L_local(x, theta) = L(x, theta + n(x))`.
 Fourier
     `F(Omega) = int f(u) exp(-2 pi i Omega . u) du`: cycles per unit, no prefactor.
 Units
@@ -25,6 +25,7 @@ import dataclasses
 from typing import Literal
 
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Complex, Float
 
 Sense = Literal["incoming", "outgoing"]
@@ -124,6 +125,8 @@ def mirror_direction(theta, n):
     return 2.0 * n - theta
 
 
-def fourier_kernel(Omega: Float[Array, "*b n"], u: Float[Array, "*b n"]) -> Complex[Array, "*b"]:
+def fourier_kernel(
+    Omega: Float[Array | np.ndarray, "*#b n"], u: Float[Array | np.ndarray, "*#b n"]
+) -> Complex[Array, "..."]:
     """`exp(-2 pi i Omega . u)`: the one place where the Fourier sign and scale are written."""
     return jnp.exp(-2j * jnp.pi * jnp.sum(Omega * u, axis=-1))

@@ -11,6 +11,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.core import Tracer
 from jaxtyping import Array
 
 
@@ -24,7 +25,7 @@ class Refused(Exception):
 
 def is_concrete(x: Any) -> bool:
     """Whether every leaf of `x` can be looked at on the host."""
-    return not any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(x))
+    return not any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves(x))
 
 
 def _all(name: str, x: Any, ok, words: str) -> None:

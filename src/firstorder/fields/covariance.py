@@ -45,7 +45,9 @@ def covariance_of(field: Field, grid: Grid) -> Covariance:
 def covariance_of_samples(samples, grid: Grid, frame: Frame) -> Covariance:
     """Covariance from samples alone, by the FFT: shares nothing with `covariance_of`."""
     power = jnp.abs(jnp.fft.fftshift(jnp.fft.fftn(samples))) ** 2
-    Omega = jnp.meshgrid(*(jnp.asarray(grid.frequencies(i)) for i in range(samples.ndim)), indexing="ij")
+    Omega = jnp.meshgrid(
+        *(jnp.asarray(grid.frequencies(i)) for i in range(samples.ndim)), indexing="ij"
+    )
     W = jnp.stack([o.ravel() for o in Omega])
     p = power.ravel() / jnp.sum(power)
     return Covariance((W * p) @ W.T, frame)

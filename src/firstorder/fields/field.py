@@ -1,4 +1,4 @@
-"""The field: radiance as a function of the ray, with its jet, its breaks and its other portraits."""
+"""The field: radiance as a function of the ray, with its jet, its breaks, its other portraits."""
 
 import abc
 from collections.abc import Callable
@@ -206,7 +206,9 @@ class Affine(Field):
 
     def jet(self, u: Ray) -> Jet:
         """Level, its constant gradient and no Hessian."""
-        return Jet(self.at(u), self.normal + 0.0 * u, jnp.zeros((u.size, u.size), u.dtype), self.frame)
+        return Jet(
+            self.at(u), self.normal + 0.0 * u, jnp.zeros((u.size, u.size), u.dtype), self.frame
+        )
 
 
 class Function(Field):
@@ -249,7 +251,9 @@ class Sum(Field):
 
     def at(self, u: Ray) -> Scalar:
         """Weighted sum of values."""
-        return sum((w * f.at(u) for w, f in zip(self.weights, self.fields, strict=True)), 0.0 * u[0])
+        return sum(
+            (w * f.at(u) for w, f in zip(self.weights, self.fields, strict=True)), 0.0 * u[0]
+        )
 
     def jet(self, u: Ray) -> Jet:
         """Weighted sum of jets."""
@@ -269,9 +273,7 @@ class Sum(Field):
         from firstorder.fields.series import Series
 
         all_series = [f.series(window) for f in self.fields]
-        coefficients = [
-            w * s.coefficients for w, s in zip(self.weights, all_series, strict=True)
-        ]
+        coefficients = [w * s.coefficients for w, s in zip(self.weights, all_series, strict=True)]
         return Series(
             jnp.concatenate([s.frequencies for s in all_series]), jnp.concatenate(coefficients)
         )

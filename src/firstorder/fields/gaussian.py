@@ -79,7 +79,7 @@ class Gaussian(Field):
 
 
 class GaussianSpectrum(Spectrum):
-    """`amplitude (2 pi)^(n/2) det(P)^(-1/2) exp(-2 pi^2 Omega^T P^-1 Omega) exp(-2 pi i Omega.c)`."""
+    """`a sqrt(det(2 pi P^-1)) exp(-2 pi^2 Omega^T P^-1 Omega) exp(-2 pi i Omega . center)`."""
 
     gaussian: Gaussian
 

@@ -55,7 +55,7 @@ class SumSpectrum(Spectrum):
     def at(self, Omega: Frequency) -> ComplexScalar:
         """Weighted sum."""
         terms = [w * F.at(Omega) for w, F in zip(self.weights, self.spectra, strict=True)]
-        return sum(terms[1:], terms[0])
+        return jnp.sum(jnp.stack(terms), axis=0)
 
 
 class Grid(eqx.Module):
@@ -122,7 +122,7 @@ class Grid(eqx.Module):
 
 
 def discrete_transform(
-    samples: Array, grid: Grid, *frequencies: Float[Array, " k"]
+    samples: Array, grid: Grid, *frequencies: Array | np.ndarray
 ) -> Complex[Array, "..."]:
     """Fourier transform of samples on a tensor grid of *arbitrary* frequencies.
 

@@ -89,7 +89,9 @@ class Law(eqx.Module):
                 return self.wavelet(portrait)
             case Jet():
                 raise Refused("a jet at one ray needs that ray: use push(jet, u)")
-        raise TypeError(f"Argument `portrait` must be a portrait, but is {type(portrait).__name__}.")
+        raise TypeError(
+            f"Argument `portrait` must be a portrait, but is {type(portrait).__name__}."
+        )
 
 
 def _name(law: Law) -> str:

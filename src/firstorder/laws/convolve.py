@@ -22,7 +22,7 @@ from firstorder.fields.jet import Jet
 from firstorder.fields.kernel import Kernel
 from firstorder.fields.spectrum import Grid, Spectrum
 from firstorder.laws.base import Law
-from firstorder.laws.integrate import Integrate
+from firstorder.laws.integrate import Integrate, runs_along
 from firstorder.laws.move import Move
 from firstorder.laws.multiply import Multiply
 from firstorder.typing import ComplexScalar, Frequency, Ray, Scalar
@@ -128,7 +128,7 @@ class Convolve(Law):
     def edges(self, f: Field) -> tuple[Edge, ...]:
         """Edges that run along the axis survive, their jump convolved; others are smoothed away."""
         a = f.frame.axis(self.kernel.axis)
-        return tuple(Edge(e.level, self(e.jump)) for e in f.edges() if _runs_along(e, a))
+        return tuple(Edge(e.level, self(e.jump)) for e in f.edges() if runs_along(e, a))
 
     def spectrum(self, F: Spectrum, Omega: Frequency) -> ComplexScalar:
         """Multiply along the axis, convolve along what the kernel varies in."""
@@ -144,11 +144,3 @@ class Convolve(Law):
         column = S.matrix[:, a]
         matrix = S.matrix - jnp.outer(column, column) / (S.matrix[a, a] + self.kernel.spread())
         return Covariance(matrix, S.frame)
-
-
-def _runs_along(edge: Edge, a: int) -> bool:
-    """Whether a straight edge does not change along axis a (a concrete fact, or assumed not)."""
-    level = edge.level
-    if not isinstance(level, Affine) or isinstance(level.normal, jax.core.Tracer):
-        return False
-    return bool(level.normal[a] == 0)

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+from jax.core import Tracer
 
 from firstorder.conventions import Frame
 from firstorder.errors import Refused
@@ -66,7 +67,7 @@ class Integrate(Law):
         return frame.without(self.axis)
 
     def _line(self, f: Field, u: Ray) -> tuple[int, Callable, Array, Array, list]:
-        """The line of integration through `u`: its axis, parametrisation, ends and edge crossings."""
+        """The line of integration through `u`: axis, parametrisation, ends, edge crossings."""
         a = f.frame.axis(self.axis)
         rest = [i for i in range(f.frame.dims) if i != a]
 
@@ -111,9 +112,8 @@ class Integrate(Law):
         """
         a = f.frame.axis(self.axis)
         for e in f.edges():
-            if isinstance(e.level, Affine) and not isinstance(e.level.normal, jax.core.Tracer):
-                if e.level.normal[a] == 0:
-                    raise Refused("an edge parallel to the integral survives it: integrate each side")
+            if runs_along(e, a):
+                raise Refused("an edge parallel to the integral survives it: integrate each side")
         return ()
 
     def spectrum(self, F: Spectrum, Omega: Frequency) -> ComplexScalar:
@@ -130,13 +130,21 @@ class Integrate(Law):
         return Covariance(matrix, self.frame(S.frame))
 
     def wavelet(self, W: Wavelet) -> Wavelet:
-        """The coefficients that are constant along the axis; the printed factor 1 is for length 1."""
+        """The coefficients constant along the axis; the printed factor 1 is for length 1."""
         a = W.frame.axis(self.axis)
         grid = W.grid
         keep = [i for i in range(len(grid.size)) if i != a]
         rest = type(grid)(*(tuple(p[i] for i in keep) for p in (grid.size, grid.step, grid.center)))
         H = jnp.take(W.coefficients, 0, axis=a) * jnp.sqrt(grid.extent[a])
         return Wavelet(H, rest, self.frame(W.frame))
+
+
+def runs_along(edge: Edge, a: int) -> bool:
+    """Whether a straight edge does not change along axis a (a concrete fact, or assumed not)."""
+    level = edge.level
+    if not isinstance(level, Affine) or isinstance(level.normal, Tracer):
+        return False
+    return bool(level.normal[a] == 0)
 
 
 def _boundary(a: int, b: Jet, J: Jet) -> Jet:

@@ -57,7 +57,9 @@ class Move(Law):
         self.to = to
         if self.M.ndim != 2 or self.c.shape != (self.M.shape[0],):
             shapes = f"{self.M.shape} and {self.c.shape}"
-            raise ValueError(f"Arguments `M` and `c` must be a matrix and its shift, but are {shapes}.")
+            raise ValueError(
+                f"Arguments `M` and `c` must be a matrix and its shift, but are {shapes}."
+            )
         check_invertible("M", self.M)
         check_finite("M", self.M)
         check_finite("c", self.c)

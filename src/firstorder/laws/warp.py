@@ -29,7 +29,7 @@ class Map(eqx.Module):
     def derivatives(
         self, u: Ray
     ) -> tuple[Float[Array, " n"], Float[Array, "n n"], Float[Array, "n n n"]]:
-        """`T`, its Jacobian `J_ik = dT_i/du_k`, and `d2T_i/du_j du_k`; by autodiff unless overridden."""
+        """`T`, `J_ik = dT_i/du_k` and `d2T_i/du_j du_k`; by autodiff unless overridden."""
         return self(u), jax.jacfwd(self)(u), jax.jacfwd(jax.jacfwd(self))(u)
 
 

@@ -62,4 +62,6 @@ def require(condition: bool, event: Event, frame: Frame, need: str) -> None:
     """Refuse a frame that the event does not know how to act on."""
     if not condition:
         name = type(event).__name__
-        raise ValueError(f"{name} needs {need}, but the light is {frame.sense} in {frame.coordinates}.")
+        raise ValueError(
+            f"{name} needs {need}, but the light is {frame.sense} in {frame.coordinates}."
+        )

@@ -10,7 +10,6 @@ from firstorder.fields.field import Field
 from firstorder.fields.mask import half_plane
 from firstorder.fields.spectrum import Grid
 from firstorder.laws.base import Law
-from firstorder.laws.move import Move
 from firstorder.laws.multiply import Multiply
 from firstorder.transport.event import Event, require
 from firstorder.transport.travel import Travel
@@ -43,7 +42,9 @@ class Occlusion(Event):
         return Multiply(shear(self.transparency), self.window)
 
 
-def half_plane_blocker(edge, frame: Frame, transparency=0.0, window: Grid | None = None) -> Occlusion:
+def half_plane_blocker(
+    edge, frame: Frame, transparency=0.0, window: Grid | None = None
+) -> Occlusion:
     """A half-plane that blocks `x < edge`, letting through the fraction `transparency`.
 
     Raises:

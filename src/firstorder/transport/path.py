@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import Any
+
 import equinox as eqx
 
 from firstorder.errors import Refused
@@ -37,7 +40,10 @@ class Path(eqx.Module):
     @property
     def steps(self) -> tuple[Field, ...]:
         """The light field before, between and after the events."""
-        return tuple(self._walk(self.source))
+        fields: list[Field] = [self.source]
+        for event in self.events:
+            fields.append(event(fields[-1]))
+        return tuple(fields)
 
     @property
     def light(self) -> Field:
@@ -58,7 +64,7 @@ class Path(eqx.Module):
         """Jet of every step at the same coordinates `u`, those of that step."""
         return tuple(f.jet(u) for f in self.steps)
 
-    def _walk(self, portrait):
+    def _walk(self, portrait) -> Iterator[Any]:
         """The portrait at every step; once refused, it stays refused for the same reason."""
         yield portrait
         for event in self.events:

@@ -1,0 +1,1 @@
+"""Proofs: one runnable module per topic, gathered by `python -m derivations`."""

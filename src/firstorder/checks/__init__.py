@@ -1,0 +1,1 @@
+"""Why you can believe it: squares, faults, tolerances."""

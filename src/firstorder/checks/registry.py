@@ -1,0 +1,34 @@
+"""The registry: every case and every fault, gathered from the folder `cases`."""
+
+from __future__ import annotations
+
+import functools
+import importlib
+import pkgutil
+
+from firstorder.checks import cases as folder
+from firstorder.checks.faults import Fault
+from firstorder.checks.squares import Case
+
+
+@functools.cache
+def cases() -> dict[str, Case]:
+    """Cases by name, laws before events, in the order of the files' names."""
+    found = {}
+    for module in _modules():
+        for case in module.CASES:
+            if case.name in found:
+                raise ValueError(f"Case {case.name!r} is registered twice.")
+            found[case.name] = case
+    return found
+
+
+@functools.cache
+def faults() -> dict[str, tuple[Fault, ...]]:
+    """Faults by the name of the case that they must turn red."""
+    return {case.name: module.FAULTS for module in _modules() for case in module.CASES}
+
+
+def _modules():
+    names = sorted(info.name for info in pkgutil.iter_modules(folder.__path__))
+    return [importlib.import_module(f"{folder.__name__}.{name}") for name in names]

@@ -1,0 +1,166 @@
+"""Squares: apply, then convert, must equal convert, then apply.
+
+Each (law or event) x (portrait) is one square. Along one way the step acts on the radiance and
+the portrait is drawn afterwards by a *converter* that knows nothing of the step: autodiff for
+jets, a discrete transform of samples for spectra and covariances, a Haar transform of samples
+for wavelets. Along the other way the step's own rule acts on the portrait of the source.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from typing import Literal
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from firstorder.checks.tolerance import normwise
+from firstorder.errors import Refused
+from firstorder.fields import (
+    Covariance,
+    Field,
+    Grid,
+    Wavelet,
+    autodiff_jet,
+    covariance_of_samples,
+    discrete_transform,
+)
+from firstorder.fields.field import batched
+from firstorder.laws import Law
+from firstorder.transport import Event
+
+Step = Law | Event
+PORTRAITS = ("value", "gradient", "hessian", "spectrum", "covariance", "wavelet")
+
+
+@dataclasses.dataclass(frozen=True)
+class Case:
+    """A step, the light it acts on, and where the portraits are compared.
+
+    Attributes:
+        name: what the step is called in tables ("move", "travel", ...).
+        step: the law or event.
+        field: off-centre, correlated light.
+        grid: samples of the *result*: wide and fine enough for its spectrum.
+        frequencies: one array per coordinate of the result.
+        rays: rays at which jets are compared.
+        wavelet_grid: grid with sizes 2^k for the *operand*, or None if the step has no rule.
+        brute: the result by brute force: a callable of a ray that shares no code with the step.
+        bounds: largest accepted error per portrait, where it is not the default: the stated grid
+            error, or the measured error of an approximation.
+        expected: verdict per portrait, where it is not "equal".
+    """
+
+    name: str
+    step: Step
+    field: Field
+    grid: Grid
+    frequencies: tuple[np.ndarray, ...]
+    rays: np.ndarray
+    brute: Callable
+    wavelet_grid: Grid | None = None
+    bounds: dict[str, float] = dataclasses.field(default_factory=dict)
+    expected: dict[str, str] = dataclasses.field(default_factory=dict)
+
+    def bound(self, portrait: str) -> float:
+        """Largest error that counts as equal."""
+        return self.bounds.get(portrait, DEFAULT_BOUNDS[portrait])
+
+
+# Float64: jets 1e-10 normwise; spectra and covariances 1e-9 on Gaussian fields.
+DEFAULT_BOUNDS = {
+    "value": 1e-10,
+    "gradient": 1e-10,
+    "hessian": 1e-10,
+    "spectrum": 1e-9,
+    "covariance": 1e-9,
+    "wavelet": 1e-10,
+}
+
+
+@dataclasses.dataclass(frozen=True)
+class Square:
+    """What came of one square."""
+
+    name: str
+    portrait: str
+    verdict: Literal["equal", "approximate", "refused", "unequal"]
+    error: float | None
+    reason: str = ""
+
+
+def converted(case: Case, portrait: str):
+    """The portrait of the result, drawn from its radiance alone: the way round by conversion."""
+    result = case.step(case.field)
+    rays = jnp.asarray(case.rays)
+    if portrait == "value":
+        return np.array([case.brute(ray) for ray in case.rays])
+    if portrait in ("gradient", "hessian"):
+        jets = jax.jit(jax.vmap(lambda u: autodiff_jet(result.at, u, result.frame)))(rays)
+        return getattr(jets, portrait)
+    if portrait == "wavelet":
+        return Wavelet.of(result, _result_grid(case)).coefficients
+    samples = eqx.filter_jit(case.grid.sample)(result)
+    if portrait == "spectrum":
+        return discrete_transform(samples, case.grid, *case.frequencies)
+    return covariance_of_samples(samples, case.grid, result.frame).matrix
+
+
+def ruled(case: Case, portrait: str, step: Step | None = None):
+    """The portrait of the result by the step's own rule, from the portrait of the source."""
+    step = case.step if step is None else step
+    rays = jnp.asarray(case.rays)
+    if portrait == "value":
+        return jax.jit(jax.vmap(step(case.field).at))(rays)
+    if portrait in ("gradient", "hessian"):
+        return getattr(eqx.filter_jit(lambda f: batched(f.jet)(rays))(step(case.field)), portrait)
+    if portrait == "wavelet":
+        grid = case.wavelet_grid or Grid.spanning(
+            (8,) * case.field.frame.dims, (3.0,) * case.field.frame.dims
+        )
+        return step(Wavelet.of(case.field, grid)).coefficients
+    if portrait == "spectrum":
+        spectrum = step(case.field.spectrum())
+        mesh = np.meshgrid(*case.frequencies, indexing="ij")
+        return eqx.filter_jit(lambda F: F(*mesh))(spectrum)
+    return step(case.field.covariance()).matrix
+
+
+def _result_grid(case: Case) -> Grid:
+    """Grid of the result's wavelets: the rule knows which axes are left."""
+    grid = case.wavelet_grid
+    assert grid is not None
+    return case.step(Wavelet.of(case.field, grid)).grid
+
+
+def square(case: Case, portrait: str) -> Square:
+    """Walk one square and judge it.
+
+    An error within the bound is *equal*, unless the case declares the cell an approximation;
+    then it is *approximate* with its measured error. Outside the bound it is *unequal*.
+    """
+    try:
+        rule = ruled(case, portrait)
+    except Refused as refusal:
+        return Square(case.name, portrait, "refused", None, refusal.reason)
+    error = normwise(rule, converted(case, portrait))
+    if error > case.bound(portrait):
+        return Square(case.name, portrait, "unequal", error)
+    verdict = "approximate" if case.expected.get(portrait) == "approximate" else "equal"
+    return Square(case.name, portrait, verdict, error)
+
+
+def red(case: Case, portrait: str, wrong: Step) -> bool:
+    """Whether the square goes red for a wrong twin of the step (see `faults`)."""
+    try:
+        return normwise(ruled(case, portrait, wrong), converted(case, portrait)) > case.bound(
+            portrait
+        )
+    except (Refused, ValueError, TypeError):
+        return True
+
+
+__all__ = ["PORTRAITS", "Case", "Covariance", "Square", "converted", "red", "ruled", "square"]
