@@ -16,3 +16,14 @@ def pytest_collection_modifyitems(items):
     for item in items:
         if isinstance(item, pytest.DoctestItem):
             item.add_marker(pytest.mark.smoke)
+
+
+def pytest_terminal_summary(terminalreporter):
+    """Count the deliberate faults: killed, and all."""
+    reports = {
+        outcome: [r for r in terminalreporter.stats.get(outcome, ()) if "fault" in r.nodeid]
+        for outcome in ("passed", "failed")
+    }
+    killed, survived = len(reports["passed"]), len(reports["failed"])
+    if killed + survived:
+        terminalreporter.write_line(f"deliberate faults killed: {killed} of {killed + survived}")
