@@ -73,12 +73,6 @@ class Field(eqx.Module):
         """Jets at broadcast coordinates."""
         return batched(self.jet)(stack(self.frame, coordinates))
 
-    def __rshift__(self, event):
-        """`source >> event`: the path that begins here and meets `event` first."""
-        from firstorder.transport.path import Path  # a path is built from fields, not the reverse
-
-        return Path(self) >> event
-
     def __add__(self, other: "Field") -> "Sum":
         """Superposition of light."""
         return Sum((self, other), jnp.ones(2))

@@ -1,6 +1,6 @@
 """What happens to light: physical steps that pick a law, and paths that chain them."""
 
-from firstorder.transport.event import Event, Linearised
+from firstorder.transport.event import Chain, Event, Linearised
 from firstorder.transport.mirror import Mirror
 from firstorder.transport.occlusion import Occlusion, half_plane_blocker
 from firstorder.transport.path import Path
@@ -9,6 +9,7 @@ from firstorder.transport.rotation import Curvature
 from firstorder.transport.travel import Travel
 
 __all__ = [
+    "Chain",
     "Curvature",
     "Event",
     "Linearised",

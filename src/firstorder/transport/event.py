@@ -8,6 +8,7 @@ import equinox as eqx
 
 from firstorder.conventions import Frame
 from firstorder.errors import Refused
+from firstorder.fields.field import Field
 from firstorder.fields.jet import Jet
 from firstorder.laws.base import Law, Portrait
 from firstorder.laws.warp import Warp
@@ -31,9 +32,45 @@ class Event(eqx.Module):
         """Jet after the event at the ray `u`, from the numbers before it."""
         return self.law(jet.frame).push(jet, u)
 
+    def __rshift__(self, other: Event | Chain) -> Chain:
+        """`event >> event`: a chain, to be met by light later."""
+        return Chain((self,)) >> other
+
+    def __rrshift__(self, source: Field):
+        """`source >> event`: the path that begins at the source and meets this event first."""
+        return source >> Chain((self,))
+
     def linearised(self, at: Ray, radius=0.1) -> Linearised:
         """The event with its warp replaced by a move at the ray `at`; spectra then pass."""
         return Linearised(self, at, radius)
+
+
+class Chain(eqx.Module):
+    """Events in the order in which light meets them, without light yet.
+
+    Example:
+        >>> from firstorder.transport import Curvature, Mirror
+        >>> len((Curvature(0.1) >> Mirror() >> Curvature(0.1, back=True)).events)
+        3
+    """
+
+    events: tuple[Event, ...]
+
+    def __call__(self, portrait: Portrait) -> Portrait:
+        """Every event in turn, on a portrait of any kind."""
+        for event in self.events:
+            portrait = event(portrait)
+        return portrait
+
+    def __rshift__(self, other: Event | Chain) -> Chain:
+        """One more event, or all of another chain's."""
+        return Chain(self.events + (other.events if isinstance(other, Chain) else (other,)))
+
+    def __rrshift__(self, source: Field):
+        """`source >> chain`: a path."""
+        from firstorder.transport.path import Path  # paths are made of events
+
+        return Path(source, self)
 
 
 class Linearised(Event):

@@ -12,7 +12,7 @@ from firstorder.fields.covariance import Covariance
 from firstorder.fields.field import Field
 from firstorder.fields.jet import Jet
 from firstorder.fields.spectrum import Spectrum
-from firstorder.transport.event import Event
+from firstorder.transport.event import Chain, Event
 from firstorder.typing import Ray
 
 
@@ -31,11 +31,16 @@ class Path(eqx.Module):
     """
 
     source: Field
-    events: tuple[Event, ...] = ()
+    chain: Chain = Chain(())
 
-    def __rshift__(self, event: Event | Path) -> Path:
-        """The path with one more event, or with a whole further path's events."""
-        return Path(self.source, (*self.events, event))
+    def __rshift__(self, other: Event | Chain) -> Path:
+        """The path with one more event, or a whole chain of them."""
+        return Path(self.source, self.chain >> other)
+
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """What the light meets, in order."""
+        return self.chain.events
 
     @property
     def steps(self) -> tuple[Field, ...]:
