@@ -1,15 +1,24 @@
 """What the tests and the doctests in src share; pytest reads it after the import hook is in."""
 
+import importlib
 import os
+import pkgutil
 
 import pytest
 
 # No test opens a window, whatever the machine has.
 os.environ.setdefault("MPLBACKEND", "Agg")
 
+import firstorder
 from firstorder import session
 
 session.start()
+
+# In importlib mode pytest loads a second copy of a module that nobody has imported yet, and a class
+# is then not its own subclass. So everything is imported first, under its one name.
+for _info in pkgutil.walk_packages(firstorder.__path__, "firstorder."):
+    if not _info.name.endswith("__main__"):
+        importlib.import_module(_info.name)
 
 
 def pytest_collection_modifyitems(items):

@@ -1,1 +1,24 @@
-"""The calculus of light."""
+"""The calculus of light: radiance, its gradient, its Hessian and its spectrum, from source to eye.
+
+The table of contents, in reading order:
+
+- `conventions`: every sign, origin and unit, written once;
+- `fields`: what light is (a field and its portraits: jet, spectrum, covariance, wavelets);
+- `laws`: what mathematics does to it (move, warp, multiply, integrate, convolve);
+- `transport`: what happens to light (travel, occlusion, rotation, reflection, ...), and paths;
+- `methods`: what the calculus buys;
+- `checks`: why you can believe it;
+- `plotting`: pictures (import it yourself: it brings matplotlib).
+
+Importing the package sets no JAX flag; see `firstorder.session` for float64.
+"""
+
+from firstorder import conventions as conventions
+from firstorder import fields as fields
+from firstorder import laws as laws
+from firstorder import transport as transport
+from firstorder import methods as methods
+
+__version__ = "0.1.0"
+
+__all__ = ["conventions", "fields", "laws", "transport", "methods"]

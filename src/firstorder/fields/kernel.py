@@ -82,8 +82,9 @@ class GaussianProfile(Profile):
         ValueError: if `sigma` is not positive.
 
     Example:
+        >>> import jax.numpy as jnp
         >>> from firstorder.fields import GaussianProfile
-        >>> GaussianProfile(0.5).transform(0.0).item()
+        >>> GaussianProfile(0.5).transform(jnp.array(0.0)).item()
         1.0
     """
 

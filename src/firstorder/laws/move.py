@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import equinox as eqx
 import jax.numpy as jnp
+from jaxtyping import Array, Float
 
 from firstorder.conventions import Frame, fourier_kernel
 from firstorder.errors import Refused, check_finite, check_invertible
@@ -17,7 +18,7 @@ from firstorder.fields.jet import Jet
 from firstorder.fields.series import Series
 from firstorder.fields.spectrum import Grid, Spectrum
 from firstorder.laws.base import Law
-from firstorder.typing import Array, ComplexScalar, Frequency, Ray, Scalar, as_float
+from firstorder.typing import ComplexScalar, Frequency, Ray, Scalar, as_float
 
 
 class Move(Law):
@@ -68,7 +69,7 @@ class Move(Law):
         """The named frame, or the operand's."""
         return self.to or frame
 
-    def preimage(self, u: Ray) -> Ray:
+    def preimage(self, u: Ray) -> Float[Array, " m"]:
         """`M u + c`, as a sum that fuses under `vmap`."""
         return jnp.sum(self.M * u, axis=-1) + self.c
 
