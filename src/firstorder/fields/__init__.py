@@ -6,6 +6,7 @@ from firstorder.fields.gaussian import Gaussian, gaussian
 from firstorder.fields.jet import Jet, autodiff_jet
 from firstorder.fields.kernel import GaussianProfile, Kernel, Profile
 from firstorder.fields.mask import HalfPlane, half_plane
+from firstorder.fields.sampled import Sampled
 from firstorder.fields.series import Series
 from firstorder.fields.spectrum import Grid, SampledSpectrum, Spectrum, discrete_transform
 from firstorder.fields.wavelet import Wavelet, haar_matrix, triple_products
@@ -24,6 +25,7 @@ __all__ = [
     "Jet",
     "Kernel",
     "Profile",
+    "Sampled",
     "SampledSpectrum",
     "Series",
     "Spectrum",
