@@ -27,10 +27,11 @@ def panels(
     """Nodes and weights on [lower, upper], one Gauss-Legendre panel per smooth piece.
 
     Breaks outside the interval are clipped to its ends, where they make panels of no length.
+    Where `upper < lower` the weights are negative, as the integral is.
 
     Args:
-        lower: lower end.
-        upper: upper end.
+        lower: end at which the integral starts.
+        upper: end at which it stops.
         breaks: places where the integrand, or a derivative of it, jumps.
         nodes: nodes per panel.
 
@@ -44,8 +45,11 @@ def panels(
         >>> round(float(jnp.sum(w * jnp.abs(t))), 12)
         1.0
     """
-    inner = [jnp.clip(b, lower, upper) for b in breaks]
-    ends = jnp.sort(jnp.stack([lower, *inner, upper])) if inner else jnp.stack([lower, upper])
+    # The ends are not sorted with the breaks: an empty interval keeps its derivatives.
+    low, high = jnp.minimum(lower, upper), jnp.maximum(lower, upper)
+    inner = jnp.sort(jnp.clip(jnp.stack(breaks), low, high)) if breaks else jnp.zeros(0, low.dtype)
+    inner = jnp.where(upper < lower, inner[::-1], inner)
+    ends = jnp.concatenate([lower[None], inner, upper[None]])
     t, w = (jnp.asarray(a, ends.dtype) for a in gauss_legendre(nodes))
     half = 0.5 * (ends[1:] - ends[:-1])[:, None]
     middle = 0.5 * (ends[1:] + ends[:-1])[:, None]

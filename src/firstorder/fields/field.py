@@ -127,23 +127,30 @@ class Edge(eqx.Module):
             upper: its end. A level must have at most one zero in between.
 
         Returns:
-            The sign of `level`'s slope there (0 if the edge is not met), and the jet of `b`, whose
-            derivative along `axis` is zero.
+            The sign of `level`'s slope there (0 if the edge is not met, half on an end of the
+            interval), and the jet of `b`, whose derivative along `axis` is zero.
         """
-        b = self._solve(u, axis, lower, upper)
+        b, met = self._solve(u, axis, lower, upper)
         at = self.level.jet(u.at[axis].set(b))
         slope = at.gradient[axis]
-        met = (b >= lower) & (b <= upper) & (slope != 0)
+        met = met & (slope != 0)
         safe = jnp.where(met, slope, 1.0)
-        off = jnp.arange(u.size) != axis
+        off = (jnp.arange(u.size) != axis) & met
         first = jnp.where(off, -at.gradient / safe, 0.0)
         mixed = jnp.outer(at.hessian[axis], first)
         bend = at.hessian + mixed + mixed.T + at.hessian[axis, axis] * jnp.outer(first, first)
         second = jnp.where(off[:, None] & off, -bend / safe, 0.0)
-        return jnp.where(met, jnp.sign(slope), 0.0), Jet(b, first, second, self.level.frame)
+        # On an end of the interval the edge is half inside: the mean of the one-sided derivatives.
+        share = jnp.where((b == lower) | (b == upper), 0.5, 1.0)
+        sign = jnp.where(met, share * jnp.sign(slope), 0.0)
+        return sign, Jet(b, first, second, self.level.frame)
 
-    def _solve(self, u: Ray, axis: int, lower: Scalar, upper: Scalar) -> Scalar:
-        """Bisect (blind to derivatives), then take two Newton steps, which carry two of them."""
+    def _solve(self, u: Ray, axis: int, lower: Scalar, upper: Scalar) -> tuple[Scalar, Array]:
+        """The crossing, and whether there is one; an edge that is not met is put at `upper`.
+
+        A straight edge by division. A curved one by bisection (blind to derivatives), then Newton
+        steps, each of which carries one more derivative.
+        """
 
         def level(t):
             return self.level.at(u.at[axis].set(t))
@@ -152,10 +159,13 @@ class Edge(eqx.Module):
             slope = self.level.normal[axis]
             flat = slope == 0
             t = -level(jnp.zeros_like(lower)) / jnp.where(flat, 1.0, slope)
-            return jnp.where(flat, 2.0 * upper - lower + 1.0, t)  # parallel: met nowhere
-        a, b = jax.lax.stop_gradient((lower, upper))
+            met = ~flat & (t >= jnp.minimum(lower, upper)) & (t <= jnp.maximum(lower, upper))
+            return jnp.where(met, t, upper), met
+        # A hair inside the interval: a level may have its pole on an end (the tangent at pi / 2).
+        hair = 4.0 * jnp.finfo(lower.dtype).eps * (upper - lower)
+        a, b = jax.lax.stop_gradient((lower + hair, upper - hair))
         sign = jax.lax.stop_gradient(jnp.sign(level(b)))
-        apart = jax.lax.stop_gradient(level(a)) * sign < 0
+        met = jax.lax.stop_gradient(level(a)) * sign < 0
 
         def halve(_, ends):
             a, b = ends
@@ -167,8 +177,8 @@ class Edge(eqx.Module):
         t = jax.lax.stop_gradient(0.5 * (a + b))
         for _ in range(3):
             value, slope = jax.value_and_grad(level)(t)
-            t = t - value / jnp.where(slope == 0, 1.0, slope)
-        return jnp.where(apart, t, 2.0 * upper - lower + 1.0)
+            t = t - jnp.where(met, value, 0.0) / jnp.where(met & (slope != 0), slope, 1.0)
+        return jnp.where(met, t, upper), met
 
 
 class Constant(Field):

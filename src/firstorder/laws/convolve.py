@@ -22,7 +22,7 @@ from firstorder.fields.jet import Jet
 from firstorder.fields.kernel import Kernel
 from firstorder.fields.spectrum import Grid, Spectrum
 from firstorder.laws.base import Law
-from firstorder.laws.integrate import Integrate, runs_along
+from firstorder.laws.integrate import Integrate, surviving
 from firstorder.laws.move import Move
 from firstorder.laws.multiply import Multiply
 from firstorder.typing import ComplexScalar, Frequency, Ray, Scalar
@@ -128,7 +128,7 @@ class Convolve(Law):
     def edges(self, f: Field) -> tuple[Edge, ...]:
         """Edges that run along the axis survive, their jump convolved; others are smoothed away."""
         a = f.frame.axis(self.kernel.axis)
-        return tuple(Edge(e.level, self(e.jump)) for e in f.edges() if runs_along(e, a))
+        return tuple(Edge(e.level, self(e.jump)) for e in surviving(f.edges(), a))
 
     def spectrum(self, F: Spectrum, Omega: Frequency) -> ComplexScalar:
         """Multiply along the axis, convolve along what the kernel varies in."""
@@ -140,6 +140,8 @@ class Convolve(Law):
 
     def covariance(self, S: Covariance) -> Covariance:
         """Woodbury's form of `(Sigma^-1 + e e^T / s)^-1`."""
+        if not isinstance(self.domain, Line):
+            raise Refused("the covariance rule is for the whole line, not for a circle or horizon")
         a = S.frame.axis(self.kernel.axis)
         column = S.matrix[:, a]
         matrix = S.matrix - jnp.outer(column, column) / (S.matrix[a, a] + self.kernel.spread())

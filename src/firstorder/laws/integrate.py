@@ -7,6 +7,7 @@ from collections.abc import Callable
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax.core import Tracer
 
 from firstorder.conventions import Frame
@@ -17,6 +18,7 @@ from firstorder.fields.jet import Jet
 from firstorder.fields.spectrum import Spectrum
 from firstorder.fields.wavelet import Wavelet
 from firstorder.laws.base import Law
+from firstorder.laws.move import Move
 from firstorder.quadrature import panels
 from firstorder.typing import Array, ComplexScalar, Frequency, Ray, Scalar, as_float
 
@@ -32,12 +34,14 @@ class Integrate(Law):
     Spectrum: the slice `Omega_axis = 0`. Covariance: the Schur complement, exact for Gaussians.
     Wavelet: the coefficients with the constant along the axis, `H_i = sqrt(length) F_i0`.
 
-    Valid when the field is negligible outside the interval, for spectrum and covariance.
+    Valid when the field is negligible outside the interval, for spectrum and covariance; wrong, and
+    refused, where an end moves. Edges may coincide two at a time (see `Multiply.edges`); a curved
+    edge may meet the interval once.
 
     Args:
         axis: name of the coordinate.
         lower: lower end: a number, or a field over all coordinates that ignores `axis`.
-        upper: upper end, likewise.
+        upper: upper end, likewise. Below `lower` the integral is negative.
         nodes: Gauss-Legendre nodes per smooth piece.
 
     Example:
@@ -65,6 +69,10 @@ class Integrate(Law):
     def frame(self, frame: Frame) -> Frame:
         """One coordinate fewer."""
         return frame.without(self.axis)
+
+    def _refuse_moving_ends(self) -> None:
+        if isinstance(self.lower, Field) or isinstance(self.upper, Field):
+            raise Refused("ends that move cut the light: multiply by their mask, then integrate")
 
     def _line(self, f: Field, u: Ray) -> tuple[int, Callable, Array, Array, list]:
         """The line of integration through `u`: axis, parametrisation, ends, edge crossings."""
@@ -96,41 +104,45 @@ class Integrate(Law):
         t, w = panels(lower, upper, [b.value for _, _, b in crossings], self.nodes)
         jets = jax.vmap(lambda s: f.jet(along(s)))(t)
         total = jax.tree.map(lambda leaf: jnp.tensordot(w, leaf, axes=(0, 0)), jets)
+        forward = jnp.where(upper < lower, -1.0, 1.0)
         for edge, sign, b in crossings:
-            total = total + _boundary(a, b, edge.jump.jet(along(b.value)).scaled(-sign))
+            jump = edge.jump.jet(along(b.value)).scaled(-forward * sign)
+            total = total + _boundary(a, b, jump)
         for end, sign, at in ((self.lower, -1.0, lower), (self.upper, 1.0, upper)):
             if isinstance(end, Field):
                 total = total + _boundary(a, end.jet(along(at)), f.jet(along(at)).scaled(sign))
-        keep = jnp.array([i for i in range(f.frame.dims) if i != a], dtype=int)
+        keep = np.array([i for i in range(f.frame.dims) if i != a], dtype=int)
         hessian = total.hessian[keep][:, keep]
         return Jet(total.value, total.gradient[keep], hessian, self.frame(f.frame))
 
     def edges(self, f: Field) -> tuple[Edge, ...]:
-        """Edges that cross the axis are smoothed away; one parallel to it would be lost: refuse.
+        """Edges that run along the axis survive, their jump integrated; others are smoothed away.
 
-        A parallel edge shows as a level that does not change along the axis.
+        Where an edge enters or leaves the interval the result has a kink, and no jump.
         """
         a = f.frame.axis(self.axis)
-        for e in f.edges():
-            if runs_along(e, a):
-                raise Refused("an edge parallel to the integral survives it: integrate each side")
-        return ()
+        rest = np.delete(np.eye(f.frame.dims), a, axis=1)
+        restrict = Move(rest, to=self.frame(f.frame))
+        return tuple(Edge(restrict.level(e.level), self(e.jump)) for e in surviving(f.edges(), a))
 
     def spectrum(self, F: Spectrum, Omega: Frequency) -> ComplexScalar:
         """The slice through zero frequency of the axis (R07 Fig. 2)."""
+        self._refuse_moving_ends()
         a = F.frame.axis(self.axis)
         return F.at(jnp.insert(Omega, a, 0.0))
 
     def covariance(self, S: Covariance) -> Covariance:
         """Conditioning a Gaussian on `Omega_axis = 0`: the Schur complement."""
+        self._refuse_moving_ends()
         a = S.frame.axis(self.axis)
-        keep = jnp.array([i for i in range(S.frame.dims) if i != a], dtype=int)
+        keep = np.array([i for i in range(S.frame.dims) if i != a], dtype=int)
         column = S.matrix[keep, a]
         matrix = S.matrix[keep][:, keep] - jnp.outer(column, column) / S.matrix[a, a]
         return Covariance(matrix, self.frame(S.frame))
 
     def wavelet(self, W: Wavelet) -> Wavelet:
         """The coefficients constant along the axis; the printed factor 1 is for length 1."""
+        self._refuse_moving_ends()
         a = W.frame.axis(self.axis)
         grid = W.grid
         keep = [i for i in range(len(grid.size)) if i != a]
@@ -139,12 +151,50 @@ class Integrate(Law):
         return Wavelet(H, rest, self.frame(W.frame))
 
 
-def runs_along(edge: Edge, a: int) -> bool:
-    """Whether a straight edge does not change along axis a (a concrete fact, or assumed not)."""
-    level = edge.level
-    if not isinstance(level, Affine) or isinstance(level.normal, Tracer):
-        return False
-    return bool(level.normal[a] == 0)
+def surviving(edges: tuple[Edge, ...], a: int) -> tuple[Edge, ...]:
+    """The edges that do not change along axis a, hence outlive an integral over it.
+
+    For a straight edge whose normal can be looked at that is a fact. For any other, the jump is
+    put to zero wherever the level does change: such an edge is carried along in vain, but none is
+    lost.
+    """
+    found = []
+    for e in edges:
+        known = isinstance(e.level, Affine) and not isinstance(e.level.normal, Tracer)
+        if not known:
+            found.append(Edge(e.level, _Along(e.jump, e.level, a)))
+        elif e.level.normal[a] == 0:
+            found.append(e)
+    return tuple(found)
+
+
+class _Along(Field):
+    """A jump where the level does not change along axis a, zero elsewhere."""
+
+    jump: Field
+    level: Field
+    a: int = eqx.field(static=True)
+
+    @property
+    def frame(self) -> Frame:
+        """Frame of the jump."""
+        return self.jump.frame
+
+    def _here(self, u: Ray) -> Array:
+        return self.level.jet(u).gradient[self.a] == 0
+
+    def at(self, u: Ray) -> Scalar:
+        """The jump, or zero."""
+        return jnp.where(self._here(u), self.jump.at(u), 0.0)
+
+    def jet(self, u: Ray) -> Jet:
+        """Its jet, or zeros."""
+        here = self._here(u)
+        return jax.tree.map(lambda leaf: jnp.where(here, leaf, 0.0), self.jump.jet(u))
+
+    def edges(self) -> tuple[Edge, ...]:
+        """Those of the jump."""
+        return self.jump.edges()
 
 
 def _boundary(a: int, b: Jet, J: Jet) -> Jet:

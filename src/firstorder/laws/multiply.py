@@ -66,8 +66,9 @@ class Multiply(Law):
     def edges(self, f: Field) -> tuple[Edge, ...]:
         """Each edge of one factor, its jump times the other.
 
-        Where edges of both coincide, the other's value is the mean of its sides, and
-        `fg|+ - fg|- = [f] mean(g) + mean(f) [g]` holds exactly.
+        Where an edge of f coincides with one of g, the other's value is the mean of its sides, and
+        `fg|+ - fg|- = [f] mean(g) + mean(f) [g]` holds exactly. Three edges on one curve are
+        wrong: the mean of a product is not the product of the means.
         """
         other = Multiply(f)
         return tuple(Edge(e.level, self(e.jump)) for e in f.edges()) + tuple(
@@ -91,6 +92,8 @@ class Multiply(Law):
 
     def covariance(self, S: Covariance) -> Covariance:
         """Sum of the two covariances."""
+        if self.factor.edges():
+            raise Refused("an edge has no finite covariance: soften it, or state a window")
         return Covariance(S.matrix + self.factor.covariance().matrix, S.frame)
 
     def wavelet(self, W: Wavelet) -> Wavelet:
