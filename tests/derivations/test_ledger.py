@@ -1,0 +1,111 @@
+import importlib
+
+import pytest
+
+from derivations.catalogue import load
+from derivations.ledger import (
+    Check,
+    Counterexample,
+    NotApplicable,
+    Row,
+    _verdict,
+    judge,
+    na,
+    rows,
+    table,
+    vanishes,
+)
+
+ROWS = list(rows())
+WRONG_IN_PRINT = [r for r in ROWS if r.counterexample]
+
+
+def test_every_numbered_equation_is_listed():
+    numbered = [e for e in table().values() if e[0].numbered]
+    assert len(numbered) == 198
+
+
+def test_every_row_stands_in_the_catalogue_once():
+    ids = [r.equation for r in ROWS]
+    assert len(ids) == len(set(ids))
+    assert set(ids) <= set(load())
+
+
+@pytest.mark.parametrize("row", [r for r in ROWS if r.implements], ids=lambda r: r.equation)
+def test_what_a_row_says_it_implements_exists(row):
+    module, _, rest = row.implements, "", ""
+    while True:
+        try:
+            found = importlib.import_module(module)
+            break
+        except ModuleNotFoundError:
+            module, _, last = module.rpartition(".")
+            rest = f"{last}.{rest}" if rest else last
+            assert module, row.implements
+    for name in filter(None, rest.split(".")):
+        found = getattr(found, name)
+    assert found is not None
+
+
+@pytest.mark.parametrize("row", WRONG_IN_PRINT, ids=lambda r: r.equation)
+def test_a_counterexample_shows_that_the_print_is_wrong(row):
+    c = row.counterexample
+    printed, true = float(c.printed(**c.inputs)), float(c.true(**c.inputs))
+    assert abs(printed - true) > 1e-3 * max(abs(printed), abs(true)), (printed, true)
+
+
+@pytest.mark.parametrize(
+    "row", [r for r in ROWS if r.kind in ("identity", "misprint")], ids=lambda r: r.equation
+)
+def test_an_identity_has_a_proof_and_two_numeric_routes_or_says_why_not(row):
+    routes = (row.autodiff, row.fourier, row.brute_force)
+    assert row.symbolic is not None
+    assert all(route is not None for route in routes)
+    missing = sum(isinstance(route, NotApplicable) for route in routes)
+    assert missing <= 1 or any(isinstance(route, Check) for route in routes)
+
+
+def _row(**routes):
+    return Row("R07.7", "identity", **routes)
+
+
+def test_a_false_identity_fails():
+    import sympy as sp
+
+    x = sp.symbols("x")
+    assert not vanishes(sp.sin(x) - x)
+    assert _verdict("symbolic", lambda: sp.sin(x) - x).verdict == "fail"
+
+
+def test_a_truth_value_is_no_proof():
+    with pytest.raises(TypeError, match="what vanishes"):
+        _verdict("symbolic", lambda: True)
+
+
+def test_an_empty_proof_proves_nothing():
+    with pytest.raises(ValueError, match="nothing"):
+        _verdict("symbolic", lambda: [])
+
+
+def test_nan_never_passes():
+    assert _verdict("autodiff", Check(lambda: float("nan"), 1.0)).verdict == "fail"
+
+
+def test_an_unchecked_row_says_not_yet():
+    entry, _ = table()["R07.7"]
+    assert judge(entry, _row()).status == "not yet"
+
+
+def test_a_misprint_without_counterexample_is_refused():
+    with pytest.raises(ValueError, match="counterexample"):
+        Row("R07.7", "misprint", corrected="something")
+
+
+def test_a_reason_must_be_one_of_the_few():
+    with pytest.raises(ValueError, match="reason"):
+        na("I did not feel like it")
+
+
+def test_a_counterexample_is_data():
+    example = Counterexample({"x": 1.0}, printed=lambda x: x, true=lambda x: 2 * x)
+    assert example.true(**example.inputs) == 2.0
