@@ -133,11 +133,17 @@ class Result:
 
     @property
     def status(self) -> str:
-        """Fail if any route fails, not yet if nothing was checked, else pass."""
+        """What the row may be counted as: fail, not yet, stated or pass.
+
+        One failed route fails the row; one that nobody has written leaves it at "not yet"; a
+        definition with nothing to judge is "stated", which is not a pass.
+        """
         said = {v.verdict for v in self.verdicts.values()}
         if "fail" in said:
             return "fail"
-        return "not yet" if "pass" not in said and self.row.kind != "definition" else "pass"
+        if "not yet" in said:
+            return "not yet"
+        return "pass" if "pass" in said else "stated"
 
     def as_json(self) -> dict[str, Any]:
         """The object that `python -m derivations --json` writes."""

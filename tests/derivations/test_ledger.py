@@ -94,6 +94,15 @@ def test_nan_never_passes():
 def test_an_unchecked_row_says_not_yet():
     entry, _ = table()["R07.7"]
     assert judge(entry, _row()).status == "not yet"
+    assert judge(entry, Row("R07.7", "definition")).status == "not yet"
+    some = _row(symbolic=lambda: 0, autodiff=Check(lambda: 0.0, 1e-9))
+    assert judge(entry, some).status == "not yet"
+
+
+def test_a_definition_with_nothing_to_judge_is_stated():
+    entry, _ = table()["R07.7"]
+    nothing = dict.fromkeys(("symbolic", "autodiff", "fourier", "brute_force"), na("definition"))
+    assert judge(entry, Row("R07.7", "definition", **nothing)).status == "stated"
 
 
 def test_a_misprint_without_counterexample_is_refused():
