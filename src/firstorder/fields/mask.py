@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import equinox as eqx
 import jax.numpy as jnp
-import numpy as np
 
-from firstorder.conventions import FLATLAND, Frame, fourier_kernel
+from firstorder.conventions import FLATLAND, Frame
+from firstorder.errors import Refused
+from firstorder.fields.covariance import Covariance
 from firstorder.fields.field import Affine, Constant, Edge, Field
 from firstorder.fields.jet import Jet
-from firstorder.fields.series import Series, axis_series
-from firstorder.fields.spectrum import Grid
+from firstorder.fields.series import Series, stair_series
+from firstorder.fields.spectrum import Grid, Spectrum
 from firstorder.typing import Ray, Scalar, as_float
 
 
@@ -52,22 +53,17 @@ class HalfPlane(Field):
         return (Edge(self.level, Constant(self.above - self.below, self.frame)),)
 
     def series(self, window: Grid) -> Series:
-        """A square wave along the level, one period of it being the window's longest reach.
+        """A stair of one step, exact on the window (see `stair_series`)."""
+        heights = jnp.stack([self.below, self.above])
+        return stair_series(self.level, jnp.zeros(1, heights.dtype), heights, window)
 
-        `level = a . u + b = s - s_0` with the coordinate `s = a . u`: on a period P about the edge
-        the half-plane is `mean + jump * sum_odd exp(2 pi i k (s - s_0) / P) / (pi i k)`.
-        """
-        jump, mean = self.above - self.below, 0.5 * (self.above + self.below)
-        edge = -self.level.offset
-        axis = self.frame.positions[0]
+    def spectrum(self) -> Spectrum:
+        """Refused: it does not die out."""
+        raise Refused("an edge has half a Dirac for a spectrum: let it multiply light on a window")
 
-        def coefficients(k, period):
-            odd = k % 2 != 0
-            wave = np.where(odd, 1.0 / (1j * np.pi * np.where(odd, k, 1)), 0.0)
-            phase = fourier_kernel(jnp.asarray(k[:, None] / period), edge[None, None])
-            return jump * wave * phase + jnp.where(k == 0, mean, 0.0)
-
-        return axis_series(coefficients, self.level.normal, window, axis)
+    def covariance(self) -> Covariance:
+        """Refused: the power of an edge falls off too slowly."""
+        raise Refused("an edge has an infinite covariance: its power falls off as 1 / Omega^2")
 
 
 def half_plane(edge, below=0.0, above=1.0, axis: str = "x", frame: Frame = FLATLAND) -> HalfPlane:

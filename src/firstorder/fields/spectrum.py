@@ -87,7 +87,8 @@ class Grid(eqx.Module):
             if len(value) != len(self.size):
                 n = len(self.size)
                 raise ValueError(f"Argument `{name}` must have {n} entries, but has {len(value)}.")
-        check_positive("step", np.asarray(self.step))
+        for step in self.step:
+            check_positive("step", step)
 
     @classmethod
     def spanning(cls, size: tuple[int, ...], half_width: tuple[float, ...], center=()) -> "Grid":
@@ -104,21 +105,50 @@ class Grid(eqx.Module):
         """Volume of one cell."""
         return float(np.prod(self.step))
 
-    def axis(self, i: int) -> np.ndarray:
+    def moved(self, M: Array, c: Array) -> "Grid":
+        """As many samples on the smallest upright box around the image under `M u + c`.
+
+        `M` and `c` may be traced; the box's steps then are, too (see `MovedGrid`).
+        """
+        center = M @ jnp.asarray(self.center, M.dtype) + c
+        extent = jnp.abs(M) @ jnp.asarray(self.extent, M.dtype)
+        # A matrix that is not square keeps the largest count for every new axis.
+        size = self.size if M.shape[0] == M.shape[1] else (max(self.size),) * M.shape[0]
+        return MovedGrid(
+            size, tuple(e / n for e, n in zip(extent, size, strict=True)), tuple(center)
+        )
+
+    def axis(self, i: int) -> np.ndarray | Array:
         """Sample positions along axis `i`."""
         return self.center[i] + (np.arange(self.size[i]) - 0.5 * (self.size[i] - 1)) * self.step[i]
 
-    def frequencies(self, i: int) -> np.ndarray:
+    def frequencies(self, i: int) -> np.ndarray | Array:
         """Frequencies of the discrete transform along axis `i`, in increasing order."""
-        return np.fft.fftshift(np.fft.fftfreq(self.size[i], self.step[i]))
+        return np.fft.fftshift(np.fft.fftfreq(self.size[i])) / self.step[i]
 
-    def points(self) -> np.ndarray:
+    def points(self) -> np.ndarray | Array:
         """All sample rays, shape (*size, n)."""
         return np.stack(np.meshgrid(*map(self.axis, range(len(self.size))), indexing="ij"), -1)
 
     def sample(self, field: Field) -> Float[Array, "..."]:
         """Values of a field at all samples, shape `size`."""
         return field(*np.moveaxis(self.points(), -1, 0))
+
+
+class MovedGrid(Grid):
+    """A grid whose place may be traced: where a moved factor is expanded in its own coordinates."""
+
+    # Arrays and no static numbers: a depth that is differentiated moves the box.
+    step: tuple[Array, ...]  # pyright: ignore[reportGeneralTypeIssues]
+    center: tuple[Array, ...]  # pyright: ignore[reportGeneralTypeIssues]
+
+    def points(self) -> Array:
+        """All sample rays, shape (*size, n)."""
+        return jnp.stack(jnp.meshgrid(*map(self.axis, range(len(self.size))), indexing="ij"), -1)
+
+    def sample(self, field: Field) -> Float[Array, "..."]:
+        """Values of a field at all samples, shape `size`."""
+        return field(*jnp.moveaxis(self.points(), -1, 0))
 
 
 def discrete_transform(

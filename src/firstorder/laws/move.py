@@ -100,8 +100,11 @@ class Move(Law):
         return self(level)
 
     def series(self, f: Field, window: Grid) -> Series:
-        """Frequencies are points of energy and move by `M^T`; the shift is a phase."""
-        s = f.series(window)
+        """Frequencies are points of energy and move by `M^T`; the shift is a phase.
+
+        The operand is expanded on the box around the window's image, where its light is.
+        """
+        s = f.series(window.moved(self.M, self.c))
         phase = fourier_kernel(s.frequencies, -self.c)
         return Series(s.frequencies @ self.M, s.coefficients * phase)
 
