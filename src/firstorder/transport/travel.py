@@ -22,6 +22,9 @@ class Travel(Event):
     the other way, `F(Omega_x, Omega_v + d Omega_x)` for incoming light. In angles it is a warp,
     `x -+ d tan(theta)`, whose linearisation at theta = 0 is that shear.
 
+    Valid for rays that run towards the line, |theta| < pi / 2; the linearised angle is wrong by
+    `d theta^3 / 3`.
+
     Args:
         d: distance along the normal of the reference line, not negative. Zero is the identity.
 
@@ -56,6 +59,42 @@ class Travel(Event):
             return Move(M.at[rows, columns].set(shear))
         require(frame.dims == 2, self, frame, "slopes in space")
         return Warp(_AngularTravel(shear))
+
+
+class Arrival(Event):
+    """Light that leaves one surface, seen as light that comes to a surface facing it.
+
+    The facing surface's frame is turned by half a turn, so `x -> -x` while the slope, or angle, is
+    kept, and outgoing light becomes incoming: `l_in(x, v) = l_out(-x, v)`. In space the turn is
+    about the second position axis: `l_in(x, y, v, w) = l_out(-x, y, v, -w)`. It is its own inverse
+    but for the sense: leaving a surface is not an event, so only outgoing light arrives.
+
+    Travelling first and arriving then is arriving first and travelling then.
+
+    Reference: the flip in front of D05 eq. 9.
+
+    Raises:
+        ValueError: if the light is incoming already.
+
+    Example:
+        >>> from firstorder.conventions import Frame
+        >>> from firstorder.fields import gaussian
+        >>> from firstorder.transport.travel import Arrival
+        >>> L = gaussian((0.5, 0.2), (1.0, 1.0), frame=Frame(("x", "v"), "outgoing"))
+        >>> Arrival()(L)(-0.5, 0.2).item()
+        1.0
+    """
+
+    def law(self, frame: Frame) -> Law:
+        """A flip: the turn negates the plane that it turns in, and the ray's own direction."""
+        require(frame.sense == "outgoing", self, frame, "outgoing light")
+        fits = len(frame.positions) == len(frame.directions) > 0
+        require(fits, self, frame, "one direction for each position")
+        require(frame.dims == 2 or frame.uses_slopes, self, frame, "slopes in space")
+        signs = np.ones(frame.dims)
+        signs[frame.positions[0]] = -1.0
+        signs[list(frame.directions[1:])] = -1.0
+        return Move(np.diag(signs), to=frame.turned())
 
 
 class _AngularTravel(Map):
