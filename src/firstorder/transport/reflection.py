@@ -1,27 +1,38 @@
-"""BRDF convolution: each point blurs the mirrored light over angle."""
-
-from __future__ import annotations
+"""BRDF convolution: each point blurs the mirrored light over angle, by one kernel or its own."""
 
 import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
 
-from firstorder.conventions import Frame
-from firstorder.fields.kernel import Kernel
+from firstorder.conventions import Frame, fourier_kernel
+from firstorder.errors import Refused, check_positive
+from firstorder.fields.field import Edge, Field, Sum
+from firstorder.fields.jet import Jet
+from firstorder.fields.kernel import Kernel, Profile
+from firstorder.fields.series import Series
 from firstorder.fields.spectrum import Grid
 from firstorder.laws.base import Law
 from firstorder.laws.convolve import Convolve, Domain, Line
+from firstorder.laws.multiply import Multiply
 from firstorder.transport.event import Event, require
+from firstorder.typing import Ray, Scalar, as_float
 
 
 class Reflection(Event):
     """`B_s(x, theta) = int L_m(x, omega) rho(theta - omega) d omega`.
 
+    A lobe that varies in x makes it a spatially varying BRDF,
+    `B_s(x, theta) = int L_m(x, omega) rho(x, theta - omega) d omega`: a product in
+    (x, Omega_theta), hence a convolution along Omega_x alone in the spectrum.
+
     Args:
         lobe: BRDF as a kernel of the angle between outgoing and mirror direction.
         domain: line, circle or hemisphere (see `Convolve`).
         nodes: quadrature nodes per smooth piece.
-        window: for a lobe that varies in x.
+        window: for the spectrum of a lobe that varies in x: the box of its Fourier series.
 
-    Reference: R07 eqs. 14-16; D05 eqs. 15-16.
+    Reference: R07 eqs. 14-16, 18-19; D05 eqs. 15-16 and §4.5.
     """
 
     lobe: Kernel
@@ -33,3 +44,152 @@ class Reflection(Event):
         """Convolve along the lobe's angle."""
         require(frame.sense == "outgoing", self, frame, "mirrored light")
         return Convolve(self.lobe, self.domain, self.nodes, self.window)
+
+
+class VaryingGaussian(Kernel):
+    """A Gaussian lobe whose width changes over the surface, `sigma(x)`.
+
+    `rho(x, t) = exp(-t^2 / (2 sigma(x)^2)) / (sigma(x) sqrt(2 pi))`.
+
+    Args:
+        sigma: the width in radians as a field of position (its other coordinates ignored).
+        widest: a bound on the width: the lobe is cut off at nine times that.
+        axis: name of the angle.
+
+    Raises:
+        ValueError: if `widest` is not positive.
+
+    Reference: D05 §4.5; R07 eq. 18.
+
+    Example:
+        >>> from firstorder.transport import VaryingGaussian, wave
+        >>> lobe = VaryingGaussian(wave(0.5, 0.1, mean=0.3), widest=0.4)
+        >>> lobe(0.0, 0.2).item() < lobe(1.0, 0.0).item()  # wider at x = 0 than at x = 1
+        True
+    """
+
+    sigma: Field
+    widest: Scalar = eqx.field(converter=as_float)
+    axis: str = eqx.field(static=True, default="theta")
+
+    def __check_init__(self):
+        """Refuse a width that is not one."""
+        check_positive("widest", self.widest)
+
+    @property
+    def frame(self) -> Frame:
+        """That of the width."""
+        return self.sigma.frame
+
+    def half_width(self) -> Scalar:
+        """Nine of the widest standard deviation."""
+        return 9.0 * self.widest
+
+    def at(self, u: Ray) -> Scalar:
+        """The lobe."""
+        t, s = u[self.frame.axis(self.axis)], self.sigma.at(u)
+        return jnp.exp(-0.5 * (t / s) ** 2) / (s * np.sqrt(2.0 * np.pi))
+
+    def jet(self, u: Ray) -> Jet:
+        """Chain rule through `p(t, s)`, which obeys the heat equation `p_s = s p_tt`."""
+        a = self.frame.axis(self.axis)
+        s = self.sigma.jet(u)
+        r, p = u[a] / s.value, self.at(u)
+        # Derivatives of log-scaled Hermite form: p_t = -r p/s, p_tt = (r^2 - 1) p/s^2, ...
+        p_t, p_tt = -r * p / s.value, (r**2 - 1.0) * p / s.value**2
+        p_s = s.value * p_tt
+        p_ts = -(r**3 - 3.0 * r) * p / s.value**2
+        p_ss = (r**4 - 5.0 * r**2 + 2.0) * p / s.value**2
+        e = jnp.zeros(u.size, u.dtype).at[a].set(1.0)
+        mixed = p_ts * e[:, None] * s.gradient
+        bend = p_ss * s.gradient[:, None] * s.gradient + p_s * s.hessian
+        hessian = p_tt * e[:, None] * e + mixed + mixed.T + bend
+        return Jet(p, p_t * e + p_s * s.gradient, hessian, self.frame)
+
+    def semi_series(self, Omega_axis: Scalar, window: Grid | None) -> Series:
+        """`exp(-2 pi^2 sigma(x)^2 Omega^2)`, sampled over x: its Fourier coefficients."""
+        axis = self.frame.positions[0]
+        if len(self.frame.positions) > 1:
+            raise Refused("a width that varies over two positions needs a Blend of lobes")
+        if window is None:
+            raise Refused("a lobe that varies in x needs a window for its Fourier series")
+        x, k = window.axis(axis), window.frequencies(axis)
+        along = jnp.eye(self.frame.dims)[axis]
+        s = jax.vmap(self.sigma.at)(x[:, None] * along)
+        bell = jnp.exp(-2.0 * (np.pi * s * Omega_axis) ** 2)
+        kernel = fourier_kernel(jnp.asarray(k)[:, None, None], x[:, None])
+        return Series(jnp.asarray(k)[:, None] * along, kernel @ bell / x.size)
+
+
+class Blend(Kernel):
+    """A combination of fixed lobes with weights that vary over the surface.
+
+    `rho(x, t) = sum_i w_i(x) p_i(t)`: the superposition of several BRDFs, each with a texture.
+
+    Args:
+        lobes: profiles p_i along one axis.
+        weights: fields w_i over the light's coordinates that ignore the directions.
+
+    Raises:
+        ValueError: if there is not one weight for each lobe.
+
+    Reference: D05 §4.5, last paragraph; R07 §4.3.
+
+    Example:
+        >>> from firstorder.fields import GaussianProfile
+        >>> from firstorder.transport import Blend, wave
+        >>> w = wave(0.5, 0.5, mean=0.5)
+        >>> Blend((GaussianProfile(0.1), GaussianProfile(0.5)), (w, w))(1.0, 0.0).item()
+        0.0
+    """
+
+    lobes: tuple[Profile, ...]
+    weights: tuple[Field, ...]
+
+    def __check_init__(self):
+        """Refuse lobes without weight, and weights without lobe."""
+        if not self.lobes or len(self.lobes) != len(self.weights):
+            counts = f"{len(self.lobes)} lobes and {len(self.weights)} weights"
+            raise ValueError(f"Arguments `lobes` and `weights` must pair up, but are {counts}.")
+
+    @property
+    def axis(self) -> str:
+        """The common axis."""
+        return self.lobes[0].axis
+
+    @property
+    def frame(self) -> Frame:
+        """The common frame."""
+        return self.lobes[0].frame
+
+    def _sum(self) -> Sum:
+        pairs = zip(self.lobes, self.weights, strict=True)
+        terms = tuple(Multiply(w)(p) for p, w in pairs)
+        return Sum(terms, jnp.ones(len(terms)))
+
+    def half_width(self) -> Scalar:
+        """That of the widest lobe."""
+        return jnp.max(jnp.stack([p.half_width() for p in self.lobes]))
+
+    def at(self, u: Ray) -> Scalar:
+        """Weighted sum."""
+        return self._sum().at(u)
+
+    def jet(self, u: Ray) -> Jet:
+        """Weighted sum, with the weights' derivatives."""
+        return self._sum().jet(u)
+
+    def edges(self) -> tuple[Edge, ...]:
+        """Edges of lobes and weights."""
+        return self._sum().edges()
+
+    def semi_series(self, Omega_axis: Scalar, window: Grid | None) -> Series:
+        """The weights' own series, each times its lobe's transform."""
+        if window is None:
+            raise Refused("a lobe that varies in x needs a window for its Fourier series")
+        all_series = [w.series(window) for w in self.weights]
+        scaled = [
+            s.coefficients * p.transform(Omega_axis)
+            for s, p in zip(all_series, self.lobes, strict=True)
+        ]
+        return Series(jnp.concatenate([s.frequencies for s in all_series]), jnp.concatenate(scaled))

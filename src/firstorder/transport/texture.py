@@ -1,0 +1,110 @@
+"""Texture: the light that leaves a point is multiplied by a colour of that point."""
+
+from __future__ import annotations
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+
+from firstorder.conventions import FLATLAND, Frame
+from firstorder.errors import check_finite
+from firstorder.fields.field import Field
+from firstorder.fields.jet import Jet
+from firstorder.fields.series import Series
+from firstorder.fields.spectrum import Grid
+from firstorder.laws.base import Law
+from firstorder.laws.multiply import Multiply
+from firstorder.transport.event import Event, require
+from firstorder.typing import Ray, Scalar, Vector, as_float
+
+
+class Wave(Field):
+    """`mean + amplitude cos(2 pi frequency . u + phase)`: a striped texture, or a rippled normal.
+
+    Args:
+        frequency: vector in cycles per unit of each coordinate.
+        amplitude: height of the wave.
+        phase: in radians.
+        mean: level about which it swings.
+        frame: names of the coordinates.
+
+    Example:
+        >>> from firstorder.transport import Wave
+        >>> Wave([0.5, 0.0], amplitude=0.2, mean=1.0)(1.0, 0.3).item()
+        0.8
+    """
+
+    frequency: Vector = eqx.field(converter=as_float)
+    amplitude: Scalar = eqx.field(converter=as_float, default=1.0)
+    phase: Scalar = eqx.field(converter=as_float, default=0.0)
+    mean: Scalar = eqx.field(converter=as_float, default=0.0)
+    frame: Frame = eqx.field(static=True, default=FLATLAND)
+
+    def __check_init__(self):
+        """Refuse a frequency that is no number, or not one per coordinate."""
+        check_finite("frequency", self.frequency)
+        if self.frequency.shape != (self.frame.dims,):
+            need = f"{self.frame.dims} entries, but has shape {self.frequency.shape}"
+            raise ValueError(f"Argument `frequency` must have {need}.")
+
+    def at(self, u: Ray) -> Scalar:
+        """The wave."""
+        return self.mean + self.amplitude * jnp.cos(self._phase(u))
+
+    def _phase(self, u: Ray) -> Scalar:
+        return 2.0 * np.pi * jnp.sum(self.frequency * u) + self.phase
+
+    def jet(self, u: Ray) -> Jet:
+        """`-a sin w` and `-a cos w w^T` with `w = 2 pi frequency`."""
+        w, p = 2.0 * np.pi * self.frequency, self._phase(u)
+        c, s = self.amplitude * jnp.cos(p), self.amplitude * jnp.sin(p)
+        return Jet(self.mean + c, -s * w, -c * w[:, None] * w, self.frame)
+
+    def series(self, window: Grid) -> Series:
+        """Three harmonics, whatever the window: exact."""
+        half = 0.5 * self.amplitude * jnp.exp(1j * self.phase)
+        coefficients = jnp.stack([jnp.conj(half), self.mean + 0j, half])
+        return Series(jnp.outer(jnp.array([-1.0, 0.0, 1.0]), self.frequency), coefficients)
+
+
+def wave(
+    frequency, amplitude=1.0, phase=0.0, mean=0.0, axis: str = "x", frame: Frame = FLATLAND
+) -> Wave:
+    """A wave along one coordinate.
+
+    Example:
+        >>> from firstorder.transport import wave
+        >>> wave(0.25, mean=1.0)(0.0, 0.0).item()
+        2.0
+    """
+    along = jnp.zeros(frame.dims).at[frame.axis(axis)].set(1.0)
+    return Wave(as_float(frequency) * along, amplitude, phase, mean, frame)
+
+
+class Texture(Event):
+    """`l_T(x, theta) = T(x) l(x, theta)`: an albedo that varies in space.
+
+    Spectrum: a convolution along Omega_x alone, `T_hat(Omega_x) delta(Omega_theta) (*) F`.
+
+    Args:
+        pattern: T as a field over the light's coordinates that ignores the directions.
+        window: box for the spectrum (see `Multiply`); a `Wave` is exact on any.
+
+    Reference: D05 eq. 18; R07 eq. 20.
+
+    Example:
+        >>> from firstorder.fields import gaussian
+        >>> from firstorder.transport import Texture, wave
+        >>> L = gaussian((0.0, 0.0), (1.0, 1.0))
+        >>> Texture(wave(1.0, 0.5, mean=0.5))(L)(0.5, 0.0).item()  # the stripe is black there
+        0.0
+    """
+
+    pattern: Field
+    window: Grid | None = None
+
+    def law(self, frame: Frame) -> Law:
+        """Multiply."""
+        same = self.pattern.frame.coordinates == frame.coordinates
+        require(same, self, frame, f"light in {self.pattern.frame.coordinates}")
+        return Multiply(self.pattern, self.window)
