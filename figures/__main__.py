@@ -1,0 +1,211 @@
+"""Draw the figures: `python -m figures [NAME ...] [--quick] [--list] [--out DIR]`.
+
+Each picture comes with the arrays behind it, and all with one table of claims. What is finished is
+not drawn again unless the code has changed. Exit code 1 if a figure could not be drawn; a claim
+that does not hold is reported and is no error.
+"""
+
+from __future__ import annotations
+
+import ast
+import concurrent.futures
+import functools
+import hashlib
+import importlib
+import importlib.metadata
+import json
+import multiprocessing
+import pathlib
+import shutil
+import sys
+import time
+import traceback
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal
+
+import tyro
+from tqdm import tqdm
+
+import firstorder
+from figures import claims
+from figures.style import Drawing
+from firstorder import io, plotting, session
+
+
+@dataclass(frozen=True)
+class Options:
+    """Draw the figures of the papers, and compare what they claim with what we measure."""
+
+    names: Annotated[tuple[str, ...], tyro.conf.Positional] = ()
+    """Figures to draw, such as r07_fig03; all if none is named."""
+    quick: bool = False
+    """Small sizes, in seconds."""
+    list: bool = False
+    """Only say which figures there are."""
+    out: pathlib.Path = claims.FOLDER / "out"
+    """Where pictures, arrays and claims are written."""
+    vector: Literal["svg", "pdf"] | None = None
+    """Also write each picture in this format."""
+    force: bool = False
+    """Draw again what is finished."""
+    jobs: int = 1
+    """Figures drawn side by side, each in a process of its own."""
+
+
+def main(options: Options) -> int:
+    """Draw, write, compare."""
+    unknown = [n for n in options.names if n not in claims.names()]
+    if unknown:
+        print(f"There is no figure called {unknown[0]!r}: see --list.", file=sys.stderr)
+        return 2
+    chosen = list(options.names) or claims.names()
+    if options.list:
+        print("\n".join(f"{name:12} {_title(name)}" for name in chosen))
+        return 0
+    waiting = [n for n in chosen if options.force or not _finished(n, options)]
+    for name in sorted(set(chosen) - set(waiting)):
+        print(f"{name:12} finished before")
+    interrupted, failures = False, []
+    try:
+        failures = _draw_all(waiting, options)
+    except KeyboardInterrupt:
+        interrupted = True
+        print("Interrupted: what is finished is kept, and the next run goes on from here.")
+    records = {n: _record(n, options.out)["claims"] for n in claims.names() if _has(n, options.out)}
+    io.write_json(options.out / "claims.json", [r for n in records for r in records[n]])
+    shown = [r for n in chosen for r in records.get(n, [])]
+    print("\n" + claims.table(shown, max(100, shutil.get_terminal_size().columns)))
+    holding = [r["holds"] for r in shown]
+    print(
+        f"\n{len(shown)} claims of {len(chosen)} figures: {holding.count(True)} hold, "
+        f"{holding.count(False)} do not, {holding.count(None)} are undecided."
+    )
+    for sentence in failures:
+        print(sentence)
+    return 130 if interrupted else int(bool(failures))
+
+
+def _draw_all(names: list[str], options: Options) -> list[str]:
+    """Draw one after the other, or side by side; a sentence for each that fails."""
+    progress = tqdm(total=len(names), unit="figure", disable=not sys.stderr.isatty())
+    failures = []
+
+    def done(name: str, seconds: float, failure: str | None) -> None:
+        progress.write(failure or f"{name:12} {seconds:6.1f} s")
+        progress.update()
+        failures.extend([failure] if failure else [])
+
+    with progress:
+        if options.jobs == 1:
+            for name in names:
+                progress.set_postfix_str(name)
+                done(*_draw(name, options))
+            return failures
+        context = multiprocessing.get_context("spawn")
+        with concurrent.futures.ProcessPoolExecutor(options.jobs, context) as pool:
+            try:
+                drawn = [pool.submit(_draw, name, options) for name in names]
+                for future in concurrent.futures.as_completed(drawn):
+                    done(*future.result())
+            except KeyboardInterrupt:
+                pool.shutdown(cancel_futures=True)
+                raise
+    return failures
+
+
+def _draw(name: str, options: Options) -> tuple[str, float, str | None]:
+    """Draw one figure and write all that belongs to it, its record last."""
+    session.start()
+    begin = time.perf_counter()
+    log = options.out / f"{name}.log"
+    _forget(name, options.out)
+    try:
+        with plotting.house_style():
+            drawing = importlib.import_module(f"figures.{name}").draw(options.quick)
+            seconds = time.perf_counter() - begin
+            files = _write(name, drawing, options)
+    except Exception as error:
+        io.write_text(log, traceback.format_exc())
+        words = " ".join(str(error).split())[:200]
+        failure = f"{name} could not be drawn: {type(error).__name__}: {words} (see {log})."
+        return name, time.perf_counter() - begin, failure
+    about = {"seconds": round(seconds, 2), "size": drawing.size, "seed": drawing.seed}
+    rows = [{"figure": name, **c.as_json(), **about} for c in drawing.claims]
+    record = {"key": _key(name, options.quick), "files": files, "claims": rows}
+    io.write_json(_record_path(name, options.out), record)
+    return name, seconds, None
+
+
+def _write(name: str, drawing: Drawing, options: Options) -> list[str]:
+    """Picture, arrays, curves; their names."""
+    formats = ["png", *([options.vector] if options.vector else [])]
+    files = [f"{name}.{suffix}" for suffix in formats]
+    for file in files:
+        with io.whole(options.out / file) as part:
+            drawing.figure.savefig(part)
+    io.write_npz(options.out / f"{name}.npz", drawing.arrays)
+    for curve, columns in drawing.curves.items():
+        files.append(f"{name}.{curve}.csv")
+        io.write_csv(options.out / files[-1], columns)
+    return [*files, f"{name}.npz"]
+
+
+def _record_path(name: str, out: pathlib.Path) -> pathlib.Path:
+    return out / f"{name}.json"
+
+
+def _has(name: str, out: pathlib.Path) -> bool:
+    return _record_path(name, out).exists()
+
+
+def _record(name: str, out: pathlib.Path) -> dict[str, Any]:
+    return json.loads(_record_path(name, out).read_text(encoding="utf-8"))
+
+
+def _finished(name: str, options: Options) -> bool:
+    """Whether all files are there, from the same code at the same size."""
+    if not _has(name, options.out):
+        return False
+    record = _record(name, options.out)
+    asked = {f"{name}.png"} | ({f"{name}.{options.vector}"} if options.vector else set())
+    return (
+        record["key"] == _key(name, options.quick)
+        and asked <= set(record["files"])
+        and all((options.out / f).exists() for f in record["files"])
+    )
+
+
+def _forget(name: str, out: pathlib.Path) -> None:
+    """Remove what an earlier run left of a figure, its record first."""
+    stale = _record(name, out)["files"] if _has(name, out) else []
+    for file in (f"{name}.json", f"{name}.log", *stale):
+        (out / file).unlink(missing_ok=True)
+
+
+def _key(name: str, quick: bool) -> str:
+    """Digest of all that a figure depends on: size, script, shared modules, package, versions."""
+    script = (claims.FOLDER / f"{name}.py").read_bytes()
+    return hashlib.sha256(script + _common_key() + bytes([quick])).hexdigest()[:32]
+
+
+@functools.cache
+def _common_key() -> bytes:
+    package = pathlib.Path(firstorder.__file__).parent
+    shared = [claims.FOLDER / "style.py", *sorted(claims.FOLDER.glob("_[!_]*.py"))]
+    digest = hashlib.sha256()
+    for file in [*shared, *sorted(package.rglob("*.py"))]:
+        digest.update(file.name.encode() + file.read_bytes())
+    for dependency in ("jax", "numpy", "scipy", "matplotlib", "equinox"):
+        digest.update(importlib.metadata.version(dependency).encode())
+    return digest.digest()
+
+
+def _title(name: str) -> str:
+    """First line of a figure's docstring, without running it."""
+    tree = ast.parse((claims.FOLDER / f"{name}.py").read_text(encoding="utf-8"))
+    return (ast.get_docstring(tree) or "").partition("\n")[0]
+
+
+if __name__ == "__main__":
+    config = (tyro.conf.FlagCreatePairsOff,)
+    sys.exit(main(tyro.cli(Options, description=__doc__, config=config)))

@@ -1,0 +1,43 @@
+"""Pictures of light: what the figures of this repository are drawn with.
+
+Import it yourself: it brings matplotlib, and `import firstorder` does not. Importing it changes
+no setting; `house_style()` is a context. Nothing here needs pyplot, so no window ever opens.
+"""
+
+from firstorder.plotting.light import show_light_field, show_spectrum
+from firstorder.plotting.overlays import covariance_ellipse, mark, print_scale
+from firstorder.plotting.portraits import Portraits, portrait_strip, portraits
+from firstorder.plotting.scenes import draw_blocker, draw_rays, draw_surface, scene
+from firstorder.plotting.style import (
+    COLOURS,
+    MAGNITUDE,
+    RADIANCE,
+    SIGNED,
+    house_style,
+    label,
+    panels,
+)
+from firstorder.plotting.tables import table
+
+__all__ = [
+    "COLOURS",
+    "MAGNITUDE",
+    "RADIANCE",
+    "SIGNED",
+    "house_style",
+    "label",
+    "panels",
+    "show_light_field",
+    "show_spectrum",
+    "print_scale",
+    "covariance_ellipse",
+    "mark",
+    "Portraits",
+    "portraits",
+    "portrait_strip",
+    "scene",
+    "draw_surface",
+    "draw_blocker",
+    "draw_rays",
+    "table",
+]

@@ -1,0 +1,55 @@
+"""What is drawn on top of a picture: its scale, a covariance, a marked ray."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib import patheffects
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.patches import Ellipse
+from matplotlib.text import Text
+
+_HALO = [patheffects.withStroke(linewidth=2.4, foreground="black")]
+
+
+def print_scale(ax: Axes, words: str) -> Text:
+    """Prints the scale of a picture at its upper right, outside the data."""
+    return ax.set_title(words, loc="right", fontsize=7, color="0.35")
+
+
+def covariance_ellipse(ax: Axes, matrix, *, sigmas: float = 1.0, center=(0.0, 0.0), color="white"):
+    """Outlines a covariance: the ellipse `u^T S^-1 u = sigmas^2`.
+
+    Drawn over a spectrum it shows the second moments of the power; over a light field, with
+    the covariance of the light, its width.
+
+    Args:
+        ax: where to draw.
+        matrix: symmetric 2 x 2 matrix, in squared units of the axes; it may be singular.
+        sigmas: size.
+        center: middle of the ellipse.
+        color: of the line; a dark halo keeps it visible on light ground.
+
+    Returns:
+        The ellipse.
+
+    Example:
+        >>> from firstorder.plotting import covariance_ellipse, panels
+        >>> figure, axes = panels()
+        >>> ellipse = covariance_ellipse(axes[0, 0], [[4.0, 0.0], [0.0, 1.0]])
+        >>> ellipse.width, ellipse.height, ellipse.angle % 180
+        (2.0, 4.0, 90.0)
+    """
+    squares, axes = np.linalg.eigh(np.asarray(matrix, dtype=float))
+    width, height = 2.0 * sigmas * np.sqrt(np.maximum(squares, 0.0))
+    angle = float(np.degrees(np.arctan2(axes[1, 0], axes[0, 0])))
+    ellipse = Ellipse(center, float(width), float(height), angle=angle)
+    ellipse.set(fill=False, edgecolor=color, linewidth=1.3, path_effects=_HALO)
+    ax.add_patch(ellipse)
+    return ellipse
+
+
+def mark(ax: Axes, x: float, theta: float, color="white") -> Line2D:
+    """Marks one ray with a small cross."""
+    (cross,) = ax.plot([x], [theta], "+", color=color, markersize=8, path_effects=_HALO)
+    return cross

@@ -1,0 +1,54 @@
+"""Simple scenes of flatland: surfaces, blockers and rays, with equal axes."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from firstorder.conventions import direction
+
+_INK = "0.15"
+
+
+def scene(ax: Axes, title: str = "") -> Axes:
+    """Turns axes into a map: equal units, no frame."""
+    ax.set_aspect("equal")
+    ax.set_axis_off()
+    ax.set_title(title, loc="left")
+    return ax
+
+
+def draw_surface(ax: Axes, points, *, depth: float = 0.06) -> None:
+    """Draws a receiver through `points` (n, 2), from left to right, hatched below."""
+    points = np.asarray(points, dtype=float)
+    across = np.gradient(points, axis=0)
+    down = np.stack([across[:, 1], -across[:, 0]], -1)
+    below = points + depth * down / np.linalg.norm(down, axis=1, keepdims=True)
+    band = np.concatenate([points, below[::-1]])
+    ax.fill(*band.T, facecolor="0.92", edgecolor="0.6", hatch="////", linewidth=0)
+    ax.plot(*points.T, color=_INK, linestyle="-", linewidth=1.6)
+
+
+def draw_blocker(ax: Axes, points) -> None:
+    """Draws an opaque blocker: a line through `points` (n, 2)."""
+    ax.plot(*np.asarray(points).T, color=_INK, linestyle="-", linewidth=3.5)
+
+
+def draw_rays(ax: Axes, origins, angles, lengths, *, color="#c2410c", arrows: bool = False) -> None:
+    """Draws rays from `origins` (n, 2) at `angles` counter-clockwise from +y.
+
+    Args:
+        ax: where to draw.
+        origins: where the rays begin, in metres.
+        angles: as in `conventions.direction`, in radians.
+        lengths: how far they are drawn, in metres.
+        color: of the lines.
+        arrows: a head at the far end, the way the angle points.
+    """
+    origins, angles = np.atleast_2d(np.asarray(origins, dtype=float)), np.atleast_1d(angles)
+    ends = origins + np.asarray(direction(angles)) * np.reshape(lengths, (-1, 1))
+    for a, b in zip(origins, ends, strict=True):
+        if arrows:
+            head = {"arrowstyle": "-|>", "color": color, "linewidth": 0.9}
+            ax.annotate("", xy=tuple(b), xytext=tuple(a), arrowprops=head)
+        ax.plot(*np.stack([a, b]).T, color=color, linestyle="-", linewidth=0.0 if arrows else 0.9)

@@ -1,0 +1,82 @@
+"""Tables as figures."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+
+from matplotlib.axes import Axes
+from matplotlib.patches import Rectangle
+
+_GROUND = {
+    "equal": "#dceee3",
+    "approximate": "#fbedc8",
+    "refused": "#ececec",
+    "unequal": "#f3b6a8",
+    "": "white",
+}
+
+
+def table(
+    ax: Axes,
+    columns: Sequence[str],
+    rows: Sequence[str],
+    cells: Sequence[Sequence[str]],
+    verdicts: Sequence[Sequence[str]] | None = None,
+    *,
+    wrap: int = 24,
+    title: str = "",
+) -> None:
+    """Draws a table with a head and a stub, each cell tinted by its verdict.
+
+    The verdict must also be among the cell's words: a tint alone is lost in grey.
+
+    Args:
+        ax: where to draw; it is filled.
+        columns: names of the columns.
+        rows: names of the rows.
+        cells: words, row by row.
+        verdicts: "equal", "approximate", "refused", "unequal" or "" for each cell.
+        wrap: longest line of a cell, in letters.
+        title: written above.
+    """
+    ax.set_axis_off()
+    ax.set_title(title, loc="left", fontweight="bold")
+    wide = len(columns)
+    heights = [1.0 + max(_lines(c, wrap) for c in row) for row in cells]
+    full = 2.0 + sum(heights)
+    stub = 0.12
+    column = (1.0 - stub) / wide
+
+    def cell(left, top, width, height, words, ground, weight="normal"):
+        box = {"facecolor": ground, "edgecolor": "0.7", "linewidth": 0.6}
+        ax.add_patch(_rectangle(left, top - height, width, height, box))
+        ax.text(
+            left + 0.5 * width,
+            top - 0.5 * height,
+            "\n".join(textwrap.wrap(words, wrap)) if "\n" not in words else words,
+            ha="center",
+            va="center",
+            fontsize=7.5,
+            fontweight=weight,
+        )
+
+    ax.set(xlim=(0.0, 1.0), ylim=(0.0, full))
+    top = full
+    for j, name in enumerate(columns):
+        cell(stub + j * column, top, column, 2.0, name, "0.85", "bold")
+    top -= 2.0
+    for i, (name, height) in enumerate(zip(rows, heights, strict=True)):
+        cell(0.0, top, stub, height, name, "0.93", "bold")
+        for j, words in enumerate(cells[i]):
+            ground = _GROUND[verdicts[i][j]] if verdicts else "white"
+            cell(stub + j * column, top, column, height, words, ground)
+        top -= height
+
+
+def _lines(words: str, wrap: int) -> int:
+    return sum(max(1, len(textwrap.wrap(line, wrap))) for line in words.split("\n"))
+
+
+def _rectangle(left, bottom, width, height, style):
+    return Rectangle((left, bottom), width, height, **style)
