@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import functools
 
+import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 
 @functools.cache
@@ -19,6 +20,33 @@ def gauss_legendre(n: int) -> tuple[np.ndarray, np.ndarray]:
     if n < 1:
         raise ValueError(f"Argument `nodes` must be positive, but is {n}.")
     return np.polynomial.legendre.leggauss(n)
+
+
+def cuts(
+    lower: Float[Array, ""], upper: Float[Array, ""], breaks: list[Array]
+) -> tuple[Float[Array, " m"], Int[Array, " m"]]:
+    """The ends of the pieces of [lower, upper] in order, and where each stood in the input.
+
+    The ends of the interval are never sorted with the breaks, so that an empty interval keeps its
+    derivatives.
+
+    Args:
+        lower: end at which the integral starts.
+        upper: end at which it stops, above or below.
+        breaks: where to cut; those outside the interval are clipped to its ends.
+
+    Returns:
+        `[lower, breaks from lower to upper, upper]`, and the index of each in
+        `[lower, *breaks, upper]`.
+    """
+    m = len(breaks)
+    if not m:
+        return jnp.stack([lower, upper]), jnp.arange(2)
+    low, high = jnp.minimum(lower, upper), jnp.maximum(lower, upper)
+    inner = jnp.clip(jnp.stack(breaks), low, high)
+    order = jnp.argsort(jax.lax.stop_gradient(jnp.where(upper < lower, -inner, inner)))
+    ends = jnp.concatenate([lower[None], inner[order], upper[None]])
+    return ends, jnp.concatenate([jnp.array([0]), order + 1, jnp.array([m + 1])])
 
 
 def panels(
@@ -45,11 +73,7 @@ def panels(
         >>> round(float(jnp.sum(w * jnp.abs(t))), 12)
         1.0
     """
-    # The ends are not sorted with the breaks: an empty interval keeps its derivatives.
-    low, high = jnp.minimum(lower, upper), jnp.maximum(lower, upper)
-    inner = jnp.sort(jnp.clip(jnp.stack(breaks), low, high)) if breaks else jnp.zeros(0, low.dtype)
-    inner = jnp.where(upper < lower, inner[::-1], inner)
-    ends = jnp.concatenate([lower[None], inner, upper[None]])
+    ends, _ = cuts(lower, upper, breaks)
     t, w = (jnp.asarray(a, ends.dtype) for a in gauss_legendre(nodes))
     half = 0.5 * (ends[1:] - ends[:-1])[:, None]
     middle = 0.5 * (ends[1:] + ends[:-1])[:, None]

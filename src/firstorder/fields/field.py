@@ -114,7 +114,7 @@ class Edge(eqx.Module):
     level: Field
     jump: Field
 
-    def crossing(self, u: Ray, axis: int, lower: Scalar, upper: Scalar) -> tuple[Scalar, Jet]:
+    def crossing(self, u: Ray, axis: int, lower: Scalar, upper: Scalar) -> Jet:
         """Where the edge meets the line through `u` along `axis`, as a jet in `u`.
 
         Implicit differentiation of `level(u, b(u)) = 0`:
@@ -127,8 +127,9 @@ class Edge(eqx.Module):
             upper: its end. A level must have at most one zero in between.
 
         Returns:
-            The sign of `level`'s slope there (0 if the edge is not met, half on an end of the
-            interval), and the jet of `b`, whose derivative along `axis` is zero.
+            The jet of `b`, whose derivative along `axis` is zero. If the edge is not met, `upper`
+            and no derivatives; on an end of the interval, half of them (a one-sided derivative
+            exists on either side, and autodiff takes the same mean).
         """
         b, met = self._solve(u, axis, lower, upper)
         at = self.level.jet(u.at[axis].set(b))
@@ -140,10 +141,8 @@ class Edge(eqx.Module):
         mixed = jnp.outer(at.hessian[axis], first)
         bend = at.hessian + mixed + mixed.T + at.hessian[axis, axis] * jnp.outer(first, first)
         second = jnp.where(off[:, None] & off, -bend / safe, 0.0)
-        # On an end of the interval the edge is half inside: the mean of the one-sided derivatives.
         share = jnp.where((b == lower) | (b == upper), 0.5, 1.0)
-        sign = jnp.where(met, share * jnp.sign(slope), 0.0)
-        return sign, Jet(b, first, second, self.level.frame)
+        return Jet(b, share * first, share * second, self.level.frame)
 
     def _solve(self, u: Ray, axis: int, lower: Scalar, upper: Scalar) -> tuple[Scalar, Array]:
         """The crossing, and whether there is one; an edge that is not met is put at `upper`.

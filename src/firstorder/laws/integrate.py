@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import equinox as eqx
 import jax
@@ -13,21 +14,22 @@ from jax.core import Tracer
 from firstorder.conventions import Frame
 from firstorder.errors import Refused
 from firstorder.fields.covariance import Covariance
-from firstorder.fields.field import Affine, Edge, Field
+from firstorder.fields.field import Affine, Constant, Edge, Field
 from firstorder.fields.jet import Jet
 from firstorder.fields.spectrum import Spectrum
 from firstorder.fields.wavelet import Wavelet
 from firstorder.laws.base import Law
 from firstorder.laws.move import Move
-from firstorder.quadrature import panels
+from firstorder.quadrature import cuts, panels
 from firstorder.typing import Array, ComplexScalar, Frequency, Ray, Scalar, as_float
 
 
 class Integrate(Law):
     """`h(u') = int_lower^upper f(u) du_axis`, where u' are the coordinates that are left.
 
-    Jet: interior and boundary terms, both from this one place. With the boundaries `b(u')` (the
-    edges of f, and the ends) and `J` = f just below minus f just above b along the axis,
+    Jet: interior and boundary terms, both from this one place. The edges of f cut the interval into
+    panels. With the boundaries `b(u')` (edges and ends) and `J` = f just below minus f just above
+    b along the axis (nothing below the lower end, nothing above the upper one),
     `h_i = int f_i + sum J b_i`,
     `h_ij = int f_ij + sum (J b_ij + J_i b_j + J_j b_i + J_axis b_i b_j)` (R07 eq. 3 where there
     is no boundary).
@@ -35,8 +37,8 @@ class Integrate(Law):
     Wavelet: the coefficients with the constant along the axis, `H_i = sqrt(length) F_i0`.
 
     Valid when the field is negligible outside the interval, for spectrum and covariance; wrong, and
-    refused, where an end moves. Edges may coincide two at a time (see `Multiply.edges`); a curved
-    edge may meet the interval once.
+    refused, where an end moves. Any number of edges may cross or coincide; a curved one may meet
+    the interval once.
 
     Args:
         axis: name of the coordinate.
@@ -70,47 +72,63 @@ class Integrate(Law):
         """One coordinate fewer."""
         return frame.without(self.axis)
 
+    @property
+    def _ends_move(self) -> bool:
+        return isinstance(self.lower, Field) or isinstance(self.upper, Field)
+
     def _refuse_moving_ends(self) -> None:
-        if isinstance(self.lower, Field) or isinstance(self.upper, Field):
+        if self._ends_move:
             raise Refused("ends that move cut the light: multiply by their mask, then integrate")
 
-    def _line(self, f: Field, u: Ray) -> tuple[int, Callable, Array, Array, list]:
-        """The line of integration through `u`: axis, parametrisation, ends, edge crossings."""
+    def _line(self, f: Field, u: Ray) -> tuple[int, Callable, list[Jet]]:
+        """The line of integration through `u`: axis, parametrisation, boundaries as jets.
+
+        First the lower end, then the edges in the order of `f.edges()`, last the upper end.
+        """
         a = f.frame.axis(self.axis)
-        rest = [i for i in range(f.frame.dims) if i != a]
+        rest = np.array([i for i in range(f.frame.dims) if i != a], dtype=int)
 
         def along(t):
-            return jnp.zeros(f.frame.dims, u.dtype).at[jnp.array(rest)].set(u).at[a].set(t)
+            return jnp.zeros(f.frame.dims, u.dtype).at[rest].set(u).at[a].set(t)
 
-        if not rest:
-            along = lambda t: t[None]  # noqa: E731  a field of one coordinate has nothing else
         origin = along(jnp.zeros((), u.dtype))
+        fixed = Constant(0.0, f.frame)
         lower, upper = (
-            end.at(origin) if isinstance(end, Field) else end.astype(u.dtype)
+            end.jet(origin)
+            if isinstance(end, Field)
+            else eqx.tree_at(lambda j: j.value, fixed.jet(origin), end.astype(u.dtype))
             for end in (self.lower, self.upper)
         )
-        crossings = [(e, *e.crossing(origin, a, lower, upper)) for e in f.edges()]
-        return a, along, lower, upper, crossings
+        crossings = [e.crossing(origin, a, lower.value, upper.value) for e in f.edges()]
+        return a, along, [lower, *crossings, upper]
 
     def value(self, f: Field, u: Ray) -> Scalar:
         """Gauss-Legendre on each piece between edges."""
-        _, along, lower, upper, crossings = self._line(f, u)
-        t, w = panels(lower, upper, [b.value for _, _, b in crossings], self.nodes)
+        _, along, (lower, *inner, upper) = self._line(f, u)
+        t, w = panels(lower.value, upper.value, [b.value for b in inner], self.nodes)
         return jnp.sum(w * jax.vmap(lambda s: f.at(along(s)))(t))
 
     def jet(self, f: Field, u: Ray) -> Jet:
         """Interior terms by quadrature of the jets, boundary terms in closed form."""
-        a, along, lower, upper, crossings = self._line(f, u)
-        t, w = panels(lower, upper, [b.value for _, _, b in crossings], self.nodes)
-        jets = jax.vmap(lambda s: f.jet(along(s)))(t)
-        total = jax.tree.map(lambda leaf: jnp.tensordot(w, leaf, axes=(0, 0)), jets)
-        forward = jnp.where(upper < lower, -1.0, 1.0)
-        for edge, sign, b in crossings:
-            jump = edge.jump.jet(along(b.value)).scaled(-forward * sign)
-            total = total + _boundary(a, b, jump)
-        for end, sign, at in ((self.lower, -1.0, lower), (self.upper, 1.0, upper)):
-            if isinstance(end, Field):
-                total = total + _boundary(a, end.jet(along(at)), f.jet(along(at)).scaled(sign))
+        a, along, (lower, *inner, upper) = self._line(f, u)
+        t, w = panels(lower.value, upper.value, [b.value for b in inner], self.nodes)
+        ends, order = cuts(lower.value, upper.value, [b.value for b in inner])
+        hair = jnp.sqrt(jnp.finfo(u.dtype).eps) * (ends[1:] - ends[:-1])
+        inside = jnp.concatenate([ends[:-1] + hair, ends[1:] - hair])
+        if not inner and not self._ends_move:  # nothing moves
+            inside, hair = inside[:0], hair[:0]
+        jets = jax.vmap(lambda s: f.jet(along(s)))(jnp.concatenate([t, inside]))
+        total = jax.tree.map(lambda leaf: jnp.tensordot(w, leaf[: t.size], axes=(0, 0)), jets)
+        if inside.size:
+            # One-sided limits at both ends of each panel, from just inside it (never from the break
+            # itself, where rounding would decide on which side it lies), by Taylor's formula.
+            near = jax.tree.map(lambda leaf: leaf[t.size :], jets)
+            limits = jax.vmap(partial(_transported, a))(near, jnp.concatenate([-hair, hair]))
+            curves = jax.tree.map(lambda *leaves: jnp.stack(leaves)[order], lower, *inner, upper)
+            moved = jax.tree.map(lambda leaf: jnp.concatenate([leaf[:-1], leaf[1:]]), curves)
+            sign = jnp.repeat(jnp.array([-1.0, 1.0], u.dtype), hair.size)
+            terms = jax.vmap(partial(_boundary, a))(moved, limits)
+            total = total + jax.tree.map(lambda leaf: jnp.tensordot(sign, leaf, (0, 0)), terms)
         keep = np.array([i for i in range(f.frame.dims) if i != a], dtype=int)
         hessian = total.hessian[keep][:, keep]
         return Jet(total.value, total.gradient[keep], hessian, self.frame(f.frame))
@@ -197,9 +215,19 @@ class _Along(Field):
         return self.jump.edges()
 
 
-def _boundary(a: int, b: Jet, J: Jet) -> Jet:
-    """`(0, J b_i, J b_ij + J_i b_j + J_j b_i + J_a b_i b_j)`, for all i, j but a."""
-    cross = J.gradient[:, None] * b.gradient
-    hessian = J.value * b.hessian + cross + cross.T
-    hessian = hessian + J.gradient[a] * b.gradient[:, None] * b.gradient
-    return Jet(jnp.zeros_like(J.value), J.value * b.gradient, hessian, J.frame)
+def _transported(a: int, jet: Jet, d: Array) -> Jet:
+    """The jet a small step d further along axis a, by Taylor's formula."""
+    slope, bend = jet.gradient[a], jet.hessian[a, a]
+    value = jet.value + d * slope + 0.5 * d**2 * bend
+    return Jet(value, jet.gradient + d * jet.hessian[a], jet.hessian, jet.frame)
+
+
+def _boundary(a: int, b: Jet, f: Jet) -> Jet:
+    """What `int^b f` owes to its moving end, for all i, j but a.
+
+    `(0, f b_i, f b_ij + f_i b_j + f_j b_i + f_a b_i b_j)`.
+    """
+    cross = f.gradient[:, None] * b.gradient
+    hessian = f.value * b.hessian + cross + cross.T
+    hessian = hessian + f.gradient[a] * b.gradient[:, None] * b.gradient
+    return Jet(jnp.zeros_like(f.value), f.value * b.gradient, hessian, f.frame)

@@ -67,8 +67,8 @@ class Multiply(Law):
         """Each edge of one factor, its jump times the other.
 
         Where an edge of f coincides with one of g, the other's value is the mean of its sides, and
-        `fg|+ - fg|- = [f] mean(g) + mean(f) [g]` holds exactly. Three edges on one curve are
-        wrong: the mean of a product is not the product of the means.
+        `fg|+ - fg|- = [f] mean(g) + mean(f) [g]`. Integrals do not depend on that: they take the
+        light's one-sided limits at each edge.
         """
         other = Multiply(f)
         return tuple(Edge(e.level, self(e.jump)) for e in f.edges()) + tuple(

@@ -1,0 +1,252 @@
+"""Integrate where it is hard: curved, parallel, crossing and coincident edges, ends that meet."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import quad
+from scipy.special import erf
+
+from firstorder.checks.cases import CENTER, CORRELATION, SIGMA, bell, light
+from firstorder.checks.tolerance import normwise
+from firstorder.conventions import FLATLAND, Frame
+from firstorder.errors import Refused
+from firstorder.fields import Affine, Constant, Function, HalfPlane, autodiff_jet, half_plane
+from firstorder.fields.field import batched
+from firstorder.laws import Integrate, Map, Multiply, Warp
+from firstorder.transport import Travel
+
+LINE = Frame(("x",))
+X = jnp.array([[-0.6], [-0.1], [0.35], [0.8]])
+
+
+def masked(*levels):
+    """The light of the cases behind half-planes `level > 0`."""
+    field = light()
+    for level in levels:
+        field = Multiply(HalfPlane(level, 0.2, 1.0))(field)
+    return field
+
+
+def jets_agree(field, rays, bound=1e-10):
+    closed = jax.jit(batched(field.jet))(rays)
+    auto = jax.jit(batched(lambda u: autodiff_jet(field.at, u, field.frame)))(rays)
+    for part in ("value", "gradient", "hessian"):
+        a, b = getattr(closed, part), getattr(auto, part)
+        assert normwise(a, b) < bound, part
+    return closed
+
+
+# region: straight edges, against closed forms that know nothing of panels
+
+
+def erf_truth(x, slope, offset):
+    """int_-inf^b of an upright bell exp(-(x^2 + t^2) / 2) with b = slope x + offset: jet in x."""
+    b = slope * x + offset
+    g, G = np.exp(-0.5 * b * b), np.sqrt(np.pi / 2) * (1 + erf(b / np.sqrt(2)))
+    e = np.exp(-0.5 * x * x)
+    return (
+        e * G,
+        e * (-x * G + slope * g),
+        e * ((x * x - 1) * G - 2 * x * slope * g - slope**2 * b * g),
+    )
+
+
+def test_boundary_terms_of_gradient_and_hessian_are_those_of_the_error_function():
+    bell0 = Function(lambda x, t: jnp.exp(-0.5 * (x * x + t * t)))
+    field = Multiply(HalfPlane(Affine([0.7, -1.0], 0.2), 0.0, 1.0))(bell0)
+    h = Integrate("theta", -9.0, 9.0)(field)
+    got = jax.jit(batched(h.jet))(X)
+    for i, x in enumerate(np.asarray(X[:, 0])):
+        value, first, second = erf_truth(x, 0.7, 0.2)
+        np.testing.assert_allclose(got.value[i], value, rtol=1e-12)
+        np.testing.assert_allclose(got.gradient[i, 0], first, atol=1e-12)
+        np.testing.assert_allclose(got.hessian[i, 0, 0], second, atol=1e-12)
+
+
+def test_two_edges_that_cross_between_the_receivers():
+    """They cross at x = 0.1: both orders of the two edges are among the receivers."""
+    field = masked(Affine([0.9, -1.0], 0.0), Affine([-0.6, 1.0], -0.15))
+    h = Integrate("theta", -5.0, 5.0)(field)
+    jets_agree(h, X)
+
+
+def test_an_edge_parallel_to_the_axis_survives_with_its_jump_integrated():
+    field = masked(Affine([1.0, 0.0], -0.2))
+    h = Integrate("theta", -5.0, 5.0)(field)
+    (edge,) = h.edges()
+    left, right = jax.jit(lambda x: h(x))(jnp.array([0.2 - 1e-9, 0.2 + 1e-9]))
+    np.testing.assert_allclose(edge.jump(0.2), right - left, atol=1e-8)
+    np.testing.assert_allclose(twice(jnp.array([1.0, 0.0]), h), half_bell(0.2), rtol=1e-12)
+
+
+def half_bell(x):
+    """The light of the cases over all theta, and over x with 0.2 of it left of `x`: by erf."""
+    (cx, _), (sx, sy), r = CENTER, SIGMA, CORRELATION
+    total = 1.3 * 2 * np.pi * sx * sy * np.sqrt(1 - r * r)
+    return total * (1 - 0.8 * 0.5 * (1 + erf((x - cx) / (sx * np.sqrt(2)))))
+
+
+def twice(normal, h=None):
+    """All the light behind an edge that runs along theta, one integral after the other."""
+    h = h or Integrate("theta", -5.0, 5.0)(masked(Affine(normal, -0.2)))
+    return Integrate("x", -5.0, 5.0)(h).at(jnp.zeros(0))
+
+
+def test_a_parallel_edge_is_not_lost_when_its_normal_is_traced():
+    """Under jit nobody can see that the edge runs along the axis: it must survive all the same."""
+
+    np.testing.assert_allclose(jax.jit(twice)(jnp.array([1.0, 0.0])), half_bell(0.2), rtol=1e-12)
+
+
+# endregion
+# region: curved edges, through warps
+
+
+def test_a_curved_edge_has_the_jet_of_autodiff_and_the_value_of_quadrature():
+    """A half-plane seen after travel in angles: its edge is x - d tan(theta) = 0.1."""
+    d = 0.8
+    seen = Travel(d)(half_plane(0.1))
+    field = Multiply(seen)(light())
+    h = Integrate("theta", -1.4, 1.4)(field)
+    got = jets_agree(h, X)
+    for x, value in zip(np.asarray(X[:, 0]), got.value, strict=True):
+        truth = quad(lambda t, x=x: bell(x, t), -1.4, np.arctan((x - 0.1) / d), epsabs=1e-13)[0]
+        np.testing.assert_allclose(value, truth, atol=1e-12)
+
+
+def test_a_curved_edge_is_met_when_the_interval_ends_on_the_pole_of_its_level():
+    h = Integrate("theta", -np.pi / 2, np.pi / 2)(Multiply(Travel(0.8)(half_plane(0.1)))(light()))
+    truth = [
+        quad(lambda t, x=x: bell(x, t), -np.pi / 2, np.arctan((x - 0.1) / 0.8), epsabs=1e-13)[0]
+        for x in np.asarray(X[:, 0])
+    ]
+    np.testing.assert_allclose(jax.jit(batched(h.at))(X), truth, atol=1e-12)
+
+
+def test_an_unmet_level_that_is_infinite_elsewhere_spoils_nothing():
+    """log(theta + 2) is infinite at -2 and below; on [-1.5, -1.2] the edge is not met."""
+
+    class Log(Map):
+        def __call__(self, u):
+            return jnp.stack([jnp.log(u[1] + 2.0) + 0.1 * u[0] - 0.5, u[1]])
+
+    h = Integrate("theta", -1.5, -1.2)(Multiply(Warp(Log())(half_plane(0.0, 0.2)))(light()))
+    dim = Integrate("theta", -1.5, -1.2)(0.2 * light())
+    jets_agree(h, X)
+    np.testing.assert_allclose(h.at(X[0]), dim.at(X[0]), rtol=1e-12)
+
+
+# endregion
+# region: degenerate and moving ends
+
+
+def test_ends_that_move_across_an_edge():
+    lower = Function(lambda x, t: -0.8 + 0.3 * x)
+    upper = Function(lambda x, t: 0.5 + 0.2 * jnp.sin(2.0 * x))
+    field = masked(Affine([0.9, -1.0], 0.05))
+    got = jets_agree(Integrate("theta", lower, upper)(field), X)
+
+    def inside(x, t):
+        return bell(x, t) * (1.0 if 0.9 * x - t + 0.05 > 0 else 0.2)
+
+    for x, value in zip(np.asarray(X[:, 0]), got.value, strict=True):
+        ends = -0.8 + 0.3 * x, 0.5 + 0.2 * np.sin(2 * x)
+        truth = quad(lambda t, x=x: inside(x, t), *ends, points=[0.9 * x + 0.05], epsabs=1e-13)[0]
+        np.testing.assert_allclose(value, truth, atol=1e-11)
+
+
+def test_an_empty_interval_has_no_light_but_a_gradient():
+    """int_0^x f dt at x = 0: the value vanishes, its derivative is f."""
+    upper = Affine([1.0, 0.0], 0.0)
+    for field in (light(), masked(Affine([0.9, -1.0], 0.4))):
+        h = Integrate("theta", 0.0, upper, 8)(field)
+        value, slope, jet = jax.jit(lambda u, h=h: (h.at(u), jax.grad(h.at)(u), h.jet(u)))(
+            jnp.zeros(1)
+        )
+        assert value == 0.0
+        np.testing.assert_allclose(slope[0], field(0.0, 0.0), rtol=1e-13)
+        np.testing.assert_allclose(jet.gradient[0], field(0.0, 0.0), rtol=1e-13)
+
+
+def test_ends_in_the_other_order_change_the_sign_with_edges_and_all():
+    field = masked(Affine([0.9, -1.0], 0.0))
+    there, back = (Integrate("theta", *ends)(field) for ends in ((-4.0, 5.0), (5.0, -4.0)))
+    a, b = jets_agree(there, X), jets_agree(back, X)
+    jax.tree.map(lambda p, q: np.testing.assert_allclose(p, -q, atol=1e-12), a, b)
+
+
+def test_an_edge_exactly_on_an_end_has_a_gradient_between_the_one_sided_ones():
+    field = masked(Affine([1.0, -1.0], 0.5))  # the edge theta = x + 0.5 reaches 0.5 at x = 0
+    h = Integrate("theta", -5.0, 0.5)(field)
+    left, at, right = jax.jit(batched(h.jet))(jnp.array([[-1e-8], [0.0], [1e-8]])).gradient[:, 0]
+    assert left - right > 0.1
+    assert right < at < left
+    np.testing.assert_allclose(jax.jit(jax.grad(h.at))(jnp.zeros(1))[0], at, atol=1e-9)
+
+
+def test_three_coincident_edges_multiply_their_transparencies():
+    level = Affine([0.9, -1.0], 0.1)
+    thrice = Integrate("theta", -5.0, 5.0)(masked(level, level, level))
+    once = Integrate("theta", -5.0, 5.0)(Multiply(HalfPlane(level, 0.008, 1.0))(light()))
+    a, b = (jax.jit(batched(h.jet))(X) for h in (thrice, once))
+    jax.tree.map(lambda p, q: np.testing.assert_allclose(p, q, atol=1e-12), a, b)
+
+
+@given(
+    x=st.sampled_from([0.0, 0.25, 0.5, -1.0]),
+    slope=st.sampled_from([0.0, 1.0, -2.0]),
+    offset=st.sampled_from([0.0, 0.5, -0.5, 1.0]),
+    end=st.sampled_from([0.0, 0.5, 1.0]),
+)
+def test_no_nan_at_any_degenerate_meeting_of_edges_and_ends(x, slope, offset, end):
+    value, gradient, jet = _degenerate(x, slope, offset, end)
+    leaves = jax.tree.leaves((value, gradient, jet))
+    assert all(bool(jnp.all(jnp.isfinite(leaf))) for leaf in leaves)
+
+
+@jax.jit
+def _degenerate(x, slope, offset, end):
+    edges = Affine(jnp.stack([slope, -1.0]), offset), Affine(jnp.array([1.0, 0.0]), -0.25)
+    h = Integrate("theta", -0.5, end, 8)(masked(*edges))
+    u = jnp.stack([x])
+    return h.at(u), jax.grad(h.at)(u), h.jet(u)
+
+
+# endregion
+
+
+def test_the_integral_over_a_number_of_nodes_that_is_none_is_refused():
+    with pytest.raises(ValueError, match="Argument `nodes` must be positive, but is 0"):
+        Integrate("theta", 0.0, 1.0, 0)
+
+
+def test_spectra_and_wavelets_refuse_ends_that_move():
+    law = Integrate("theta", Constant(-1.0), 1.0)
+    for portrait in (light().spectrum(), light().covariance()):
+        with pytest.raises(Refused, match="ends that move"):
+            law(portrait)
+
+
+def test_a_jet_at_one_ray_cannot_be_integrated():
+    with pytest.raises(Refused, match="looks at many rays"):
+        Integrate("theta", 0.0, 1.0).push(light().jet(jnp.zeros(2)), jnp.zeros(1))
+
+
+def test_a_warped_edge_that_runs_along_the_axis_survives_too():
+    """A curved level that does not change along theta: x^2 = 0.04 on x > 0."""
+
+    class Square(Map):
+        def __call__(self, u):
+            return jnp.stack([u[0] ** 2, u[1]])
+
+    mask = Warp(Square())(half_plane(0.04))
+    h = Integrate("theta", -5.0, 5.0)(Multiply(mask)(light()))
+    got = Integrate("x", 0.0, 5.0)(h).at(jnp.zeros(0))
+    dark = quad(lambda x: quad(lambda t: bell(x, t), -5, 5)[0], 0.0, 0.2)[0]
+    lit = quad(lambda x: quad(lambda t: bell(x, t), -5, 5)[0], 0.2, 5.0)[0]
+    assert dark > 0.1
+    np.testing.assert_allclose(got, lit, atol=1e-9)
+    assert h.frame == FLATLAND.without("theta") == LINE
