@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from firstorder.conventions import FLATLAND, Frame, fourier_kernel
-from firstorder.errors import check_finite, check_positive, check_shape, is_concrete
+from firstorder.errors import check_finite, check_positive, check_shape, is_concrete, nan_unless
 from firstorder.fields.covariance import Covariance
 from firstorder.fields.field import Field, quadratic
 from firstorder.fields.jet import Jet
@@ -117,6 +117,7 @@ def gaussian(center, sigma, correlation=0.0, amplitude=1.0, frame: Frame = FLATL
     """
     sigma = as_float(sigma)
     check_positive("sigma", sigma)
+    sigma = nan_unless(sigma > 0, sigma)
     c = as_float(correlation)
     off = sigma[0] * sigma[1] * c
     spread = jnp.stack([jnp.stack([sigma[0] ** 2, off]), jnp.stack([off, sigma[1] ** 2])])

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Array, Complex
 
 from firstorder.conventions import FLATLAND, Frame
-from firstorder.errors import Refused, check_positive
+from firstorder.errors import Refused, check_positive, nan_unless
 from firstorder.fields.field import Field
 from firstorder.fields.jet import Jet
 from firstorder.fields.series import Series
@@ -105,12 +105,13 @@ class GaussianProfile(Profile):
     def derivatives(self, t: Scalar) -> tuple[Scalar, Scalar, Scalar]:
         """`p, -t/s^2 p, (t^2/s^2 - 1)/s^2 p`."""
         s2 = self.sigma**2
-        p = self.weight / (self.sigma * np.sqrt(2.0 * np.pi)) * jnp.exp(-0.5 * t**2 / s2)
+        p = self.weight / (nan_unless(self.sigma > 0, self.sigma) * np.sqrt(2.0 * np.pi)) * jnp.exp(-0.5 * t**2 / s2)
         return p, -t / s2 * p, (t**2 / s2 - 1.0) / s2 * p
 
     def transform(self, Omega: Scalar) -> Array:
         """`weight exp(-2 pi^2 sigma^2 Omega^2)`."""
-        return self.weight * jnp.exp(-2.0 * (np.pi * self.sigma * Omega) ** 2)
+        sigma = nan_unless(self.sigma > 0, self.sigma)
+        return self.weight * jnp.exp(-2.0 * (np.pi * sigma * Omega) ** 2)
 
     def spread(self) -> Scalar:
         """`1 / (8 pi^2 sigma^2)`."""
