@@ -11,8 +11,8 @@ from firstorder.fields import (
     SampledSpectrum,
     Wavelet,
     gaussian,
-    half_plane,
     haar_matrix,
+    half_plane,
 )
 from firstorder.laws import Convolve, Integrate, Move
 from firstorder.transport import Curvature, Mirror, Reflection, Travel, half_plane_blocker

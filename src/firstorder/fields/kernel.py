@@ -104,8 +104,9 @@ class GaussianProfile(Profile):
 
     def derivatives(self, t: Scalar) -> tuple[Scalar, Scalar, Scalar]:
         """`p, -t/s^2 p, (t^2/s^2 - 1)/s^2 p`."""
-        s2 = self.sigma**2
-        p = self.weight / (nan_unless(self.sigma > 0, self.sigma) * np.sqrt(2.0 * np.pi)) * jnp.exp(-0.5 * t**2 / s2)
+        sigma = nan_unless(self.sigma > 0, self.sigma)
+        s2 = sigma**2
+        p = self.weight / (sigma * np.sqrt(2.0 * np.pi)) * jnp.exp(-0.5 * t**2 / s2)
         return p, -t / s2 * p, (t**2 / s2 - 1.0) / s2 * p
 
     def transform(self, Omega: Scalar) -> Array:
