@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import collections
 import concurrent.futures
-import json
 import multiprocessing
 import os
 import pathlib
@@ -19,7 +18,7 @@ import tyro
 from tqdm import tqdm
 
 from derivations.ledger import REASONS, ROUTES, Result, judge, table
-from firstorder import session
+from firstorder import io, session
 
 
 @dataclass
@@ -44,7 +43,7 @@ def main(options: Options) -> int:
         print(_line(result))
     print(_summary(results))
     if options.json:
-        _write_whole(options.json, json.dumps([r for _, _, r, _ in results], indent=1))
+        io.write_json(options.json, [r for _, _, r, _ in results])
     return int(any(status == "fail" for _, status, _, _ in results))
 
 
@@ -109,12 +108,8 @@ def _summary(results) -> str:
     return "\n".join(lines)
 
 
-def _write_whole(path: pathlib.Path, text: str) -> None:
-    """Write beside the file and rename: it is there whole or not at all."""
-    part = path.with_suffix(path.suffix + ".part")
-    part.write_text(text + "\n")
-    part.replace(path)
-
-
 if __name__ == "__main__":
+    # Functions travel to other processes by name, and `__main__` is not a name that they know.
+    from derivations.__main__ import Options, main
+
     sys.exit(main(tyro.cli(Options, description=__doc__)))

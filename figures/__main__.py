@@ -207,5 +207,8 @@ def _title(name: str) -> str:
 
 
 if __name__ == "__main__":
+    # Functions travel to other processes by name, and `__main__` is not a name that they know.
+    from figures.__main__ import Options, main
+
     config = (tyro.conf.FlagCreatePairsOff,)
     sys.exit(main(tyro.cli(Options, description=__doc__, config=config)))

@@ -74,4 +74,6 @@ def _plain(quantity: Any) -> Quantity:
     value = np.asarray(quantity)
     if value.ndim:
         raise ValueError(f"A claim's value must be one number, but has shape {value.shape}.")
+    if not np.isfinite(value):
+        raise ValueError(f"A claim's value must be finite, but is {value}.")
     return float(value)

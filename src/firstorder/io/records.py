@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import csv
 import json
+import math
 import os
 import pathlib
 import tempfile
@@ -55,12 +56,9 @@ def write_text(path: str | os.PathLike[str], text: str) -> None:
 
 
 def write_json(path: str | os.PathLike[str], value: Any) -> None:
-    """Writes a value as JSON, whole or not at all.
-
-    Raises:
-        ValueError: if it holds a NaN or an infinity, for which JSON has no word.
-    """
-    write_text(path, json.dumps(value, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+    """Writes a value as JSON, whole or not at all; NaN and infinity, which it lacks, as null."""
+    words = json.dumps(_finite(value), indent=1, ensure_ascii=False, allow_nan=False)
+    write_text(path, words + "\n")
 
 
 def write_npz(path: str | os.PathLike[str], arrays: Mapping[str, Any]) -> None:
@@ -84,6 +82,17 @@ def write_csv(path: str | os.PathLike[str], columns: Mapping[str, Any]) -> None:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(vectors)
         writer.writerows(zip(*(v.tolist() for v in vectors.values()), strict=True))
+
+
+def _finite(value: Any) -> Any:
+    match value:
+        case float():
+            return value if math.isfinite(value) else None
+        case Mapping():
+            return {k: _finite(v) for k, v in value.items()}
+        case list() | tuple():
+            return [_finite(v) for v in value]
+    return value
 
 
 def _umask() -> int:
