@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
+from jax.scipy.special import ndtr
 
-from firstorder.conventions import FLATLAND, Frame
-from firstorder.errors import Refused
+from firstorder.conventions import FLATLAND, Frame, fourier_kernel
+from firstorder.errors import Refused, check_positive
 from firstorder.fields.covariance import Covariance
 from firstorder.fields.field import Affine, Constant, Edge, Field
 from firstorder.fields.jet import Jet
-from firstorder.fields.series import Series, stair_series
+from firstorder.fields.series import Series, level_range, level_series, stair_series
 from firstorder.fields.spectrum import Grid, Spectrum
 from firstorder.typing import Ray, Scalar, as_float
 
@@ -64,6 +66,77 @@ class HalfPlane(Field):
     def covariance(self) -> Covariance:
         """Refused: the power of an edge falls off too slowly."""
         raise Refused("an edge has an infinite covariance: its power falls off as 1 / Omega^2")
+
+
+class SoftEdge(Field):
+    """A half-plane whose edge is blurred: `below + (above - below) Phi(level / width)`.
+
+    Phi is the normal distribution function: the shadow of a straight blocker in a Gaussian light.
+    Smooth, so it has a covariance, though only under a window, as it never dies out: see
+    `windowed_covariance`.
+
+    Args:
+        level: straight edge, an affine function of the ray.
+        width: standard deviation of the blur, in the unit of the level.
+        below: transparency far on the one side.
+        above: transparency far on the other.
+
+    Raises:
+        ValueError: if `width` is not positive.
+
+    Example:
+        >>> from firstorder.fields import Affine, SoftEdge
+        >>> SoftEdge(Affine([1.0, 0.0], -0.5), 0.1)(0.5, 0.0).item()
+        0.5
+    """
+
+    level: Affine
+    width: Scalar = eqx.field(converter=as_float)
+    below: Scalar = eqx.field(converter=as_float, default=0.0)
+    above: Scalar = eqx.field(converter=as_float, default=1.0)
+
+    def __check_init__(self):
+        """Refuse a blur that is none."""
+        check_positive("width", self.width)
+
+    @property
+    def frame(self) -> Frame:
+        """Frame of the level."""
+        return self.level.frame
+
+    def at(self, u: Ray) -> Scalar:
+        """Transparency."""
+        return self.below + (self.above - self.below) * ndtr(self.level.at(u) / self.width)
+
+    def jet(self, u: Ray) -> Jet:
+        """Chain rule along the level's normal."""
+        a, t = self.level.normal, self.level.at(u) / self.width
+        bell = jnp.exp(-0.5 * t**2) / jnp.sqrt(2.0 * jnp.pi) / self.width
+        slope = (self.above - self.below) * bell
+        bend = -t / self.width * slope
+        return Jet(self.at(u), slope * a, bend * a[:, None] * a, self.frame)
+
+    def series(self, window: Grid) -> Series:
+        """A stair's coefficients with the rise damped by `exp(-2 pi^2 width^2 s^2)`.
+
+        The period takes in the whole rise, up to 8.5 widths, where the rest is below 1e-16.
+        """
+        low, high = level_range(self.level, window)
+        far = 8.5 * self.width
+        low, high = jnp.minimum(low, -far), jnp.maximum(high, far)
+
+        def coefficients(k, period):
+            s = jnp.asarray(k) / period
+            wrap = fourier_kernel(s[:, None], high[None])
+            rise = jnp.exp(-2.0 * (jnp.pi * self.width * s) ** 2) - wrap
+            wave = jnp.where(k == 0, high / period, rise / (2j * jnp.pi * np.where(k == 0, 1, k)))
+            return (self.above - self.below) * wave + jnp.where(k == 0, self.below, 0.0)
+
+        return level_series(coefficients, self.level, low, high, window)
+
+    def covariance(self) -> Covariance:
+        """Refused: it does not die out."""
+        raise Refused("a soft edge never dies out: see its covariance under a stated window")
 
 
 def half_plane(edge, below=0.0, above=1.0, axis: str = "x", frame: Frame = FLATLAND) -> HalfPlane:
