@@ -1,6 +1,6 @@
 """The thread: one light field from the source to a curved glossy receiver, and its portraits.
 
-Not a figure of the papers; it is D05 Fig. 6 and R07 Fig. 3 in one, and the README's opening. Chosen:
+Not a figure of the papers; it is D05 Fig. 6 and R07 Fig. 3 in one, and opens the README. Chosen:
 a tilted Gaussian source (0.5 m, slope 0.3), 1 m of travel, a half-plane that lets nothing through
 left of x = 0.2 m, 0.7 m of travel, a valley of curvature 0.4 per metre with a Gaussian lobe of
 0.2 rad. Angles stand for slopes to first order (D05 §2.1).

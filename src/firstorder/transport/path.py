@@ -11,7 +11,8 @@ from firstorder.errors import Refused
 from firstorder.fields.covariance import Covariance
 from firstorder.fields.field import Field
 from firstorder.fields.jet import Jet
-from firstorder.fields.spectrum import Spectrum
+from firstorder.fields.spectrum import Grid, Spectrum
+from firstorder.fields.wavelet import Wavelet
 from firstorder.transport.event import Chain, Event
 from firstorder.typing import Ray
 
@@ -64,6 +65,14 @@ class Path(eqx.Module):
     def covariances(self) -> tuple[Covariance | Refused, ...]:
         """Covariance at every step, or the refusal that stopped it."""
         return tuple(self._walk(_or_refusal(self.source.covariance)))
+
+    def wavelets(self, grid: Grid) -> tuple[Wavelet | Refused, ...]:
+        """Haar coefficients at every step, or the refusal that stopped them.
+
+        Args:
+            grid: cells of the source's samples, 2^k along each axis.
+        """
+        return tuple(self._walk(Wavelet.of(self.source, grid)))
 
     def jets(self, u: Ray) -> tuple[Jet, ...]:
         """Jet of every step at the same coordinates `u`, those of that step."""
