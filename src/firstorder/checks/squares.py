@@ -30,9 +30,9 @@ from firstorder.fields import (
 )
 from firstorder.fields.field import batched
 from firstorder.laws import Law
-from firstorder.transport import Event
+from firstorder.transport import Chain, Event
 
-Step = Law | Event
+Step = Law | Event | Chain
 PORTRAITS = ("value", "gradient", "hessian", "spectrum", "covariance", "wavelet")
 
 
