@@ -80,6 +80,9 @@ def main(options: Options) -> int:
         f"\n{len(shown)} claims of {len(chosen)} figures: {holding.count(True)} hold, "
         f"{holding.count(False)} do not, {holding.count(None)} are undecided."
     )
+    news = claims.differences(shown, claims.kept())
+    if news:
+        print("Not as in figures/claims.json (`make readme` renews it):\n  " + "\n  ".join(news))
     for sentence in failures:
         print(sentence)
     return 130 if interrupted else int(bool(failures))
@@ -123,6 +126,7 @@ def _draw(name: str, options: Options) -> tuple[str, float, str | None]:
         with plotting.house_style():
             drawing = importlib.import_module(f"figures.{name}").draw(options.quick)
             seconds = time.perf_counter() - begin
+            told = [claim.as_json() for claim in drawing.claims]
             files = _write(name, drawing, options)
     except Exception as error:
         io.write_text(log, traceback.format_exc())
@@ -130,7 +134,7 @@ def _draw(name: str, options: Options) -> tuple[str, float, str | None]:
         failure = f"{name} could not be drawn: {type(error).__name__}: {words} (see {log})."
         return name, time.perf_counter() - begin, failure
     about = {"seconds": round(seconds, 2), "size": drawing.size, "seed": drawing.seed}
-    rows = [{"figure": name, **c.as_json(), **about} for c in drawing.claims]
+    rows = [{"figure": name, **claim, **about} for claim in told]
     record = {"key": _key(name, options.quick), "files": files, "claims": rows}
     io.write_json(_record_path(name, options.out), record)
     return name, seconds, None

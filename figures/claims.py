@@ -1,7 +1,8 @@
 """The table of claims: what the papers say beside what we measure.
 
 A record is one object of `claims.json`: `figure`, `claim`, `paper`, `measured`, `unit`, `holds`,
-`seconds`, `size`, `seed`. Those of the last full run are kept in `figures/claims.json`.
+`seconds`, `size`, `seed`. Those of the last full run are kept in `figures/claims.json`, without the
+seconds; `make readme` renews them and the tables of the README (`python -m figures.claims`).
 """
 
 from __future__ import annotations
@@ -11,11 +12,17 @@ import pathlib
 import textwrap
 from typing import Any
 
+from firstorder import io, session
+from firstorder.checks.registry import cases
+from firstorder.checks.squares import PORTRAITS, Square, square
+
 Record = dict[str, Any]
 
 FOLDER = pathlib.Path(__file__).parent
 KEPT = FOLDER / "claims.json"
+README = FOLDER.parent / "README.md"
 _MACHINERY = {"style", "claims"}
+_BEGIN, _END = "<!-- begin: {} -->", "<!-- end: {} -->"
 HOLDS = {True: "yes", False: "NO", None: "-"}
 
 
@@ -63,3 +70,88 @@ def table(records: list[Record], width: int = 100) -> str:
             lines.append("  ".join(parts).rstrip())
     lines.insert(1, "-" * width)
     return "\n".join(lines)
+
+
+def markdown(records: list[Record]) -> str:
+    """The claims for the README: names, claims and verdicts, and no timings."""
+    rows = [
+        [
+            r["figure"],
+            r["claim"],
+            quantity(r["paper"], r["unit"]),
+            quantity(r["measured"], r["unit"]),
+            HOLDS[r["holds"]],
+        ]
+        for r in records
+    ]
+    return markdown_table(["figure", "claim", "paper", "measured", "holds"], rows)
+
+
+def markdown_table(head: list[str], rows: list[list[str]]) -> str:
+    """A table in Markdown."""
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join("| " + " | ".join(c.replace("|", r"\|") for c in row) + " |" for row in lines)
+
+
+def laws_markdown() -> str:
+    """R07's Fig. 2 for the README: verdict and measured error of each cell, and the reasons."""
+    rows, reasons = [], []
+    for law in laws():
+        found = [square(cases()[law], portrait) for portrait in PORTRAITS]
+        rows.append([law, *(f"{s.verdict} {_error(s)}".strip() for s in found)])
+        reasons += [f"{law}, {s.portrait}: {s.reason}" for s in found if s.verdict == "refused"]
+    told = "Refused, because:\n\n" + "\n".join(f"- *{r}*." for r in reasons)
+    return markdown_table(["", *PORTRAITS], rows) + "\n\n" + told
+
+
+def laws() -> list[str]:
+    """The five laws, in R07's order."""
+    return [law for law in ("multiply", "integrate", "convolve", "move", "warp") if law in cases()]
+
+
+def _error(s: Square) -> str:
+    return "" if s.error is None else f"({s.error:.0e})"
+
+
+def section(readme: str, name: str) -> str:
+    """What stands between the two markers of a generated section."""
+    return readme.partition(_BEGIN.format(name))[2].partition(_END.format(name))[0].strip()
+
+
+def with_section(readme: str, name: str, text: str) -> str:
+    """The README with a generated section replaced."""
+    begin, end = _BEGIN.format(name), _END.format(name)
+    before, found, rest = readme.partition(begin)
+    if not found or end not in rest:
+        raise ValueError(f"README.md lacks the markers {begin} and {end}.")
+    return f"{before}{begin}\n{text}\n{end}{rest.partition(end)[2]}"
+
+
+def differences(records: list[Record], others: list[Record]) -> list[str]:
+    """Which claims two runs do not share, or judge differently; in sentences."""
+    one, other = ({(r["figure"], r["claim"]): r["holds"] for r in rs} for rs in (records, others))
+    figures = {figure for figure, _ in one}
+    told = [f"{f}: {c!r} is new." for f, c in one if (f, c) not in other]
+    told += [f"{f}: {c!r} is gone." for f, c in other if f in figures and (f, c) not in one]
+    return told + [
+        f"{f}: {c!r} was {HOLDS[other[f, c]]} and is {HOLDS[one[f, c]]}."
+        for f, c in one
+        if (f, c) in other and other[f, c] != one[f, c]
+    ]
+
+
+def keep() -> None:
+    """Keep the claims of the last full run, and renew the README's tables."""
+    records = json.loads((FOLDER / "out" / "claims.json").read_text(encoding="utf-8"))
+    missing = set(names()) - {r["figure"] for r in records}
+    if missing:
+        raise SystemExit(f"The last run lacks {', '.join(sorted(missing))}: run `make figures`.")
+    io.write_json(KEPT, [{k: v for k, v in r.items() if k != "seconds"} for r in records])
+    readme = README.read_text(encoding="utf-8")
+    readme = with_section(readme, "claims", markdown(kept()))
+    io.write_text(README, with_section(readme, "laws", laws_markdown()))
+
+
+if __name__ == "__main__":
+    session.start()
+    keep()

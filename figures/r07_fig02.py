@@ -10,16 +10,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from figures import claims
 from figures.style import Claim, Drawing
 from firstorder import plotting
 from firstorder.checks.registry import cases
 from firstorder.checks.squares import PORTRAITS, Square, square
 
-LAWS = ("multiply", "integrate", "convolve", "move", "warp")
-
 
 def draw(quick: bool) -> Drawing:
-    laws = [law for law in LAWS if law in cases()]
+    laws = claims.laws()
     squares = [[square(cases()[law], portrait) for portrait in PORTRAITS] for law in laws]
     figure, axes = plotting.panels(1, 1, 12.0, 1.0 + 0.75 * len(laws))
     plotting.table(
@@ -32,14 +31,14 @@ def draw(quick: bool) -> Drawing:
         title="Apply, then convert = convert, then apply",
     )
     errors = np.array([[np.nan if s.error is None else s.error for s in row] for row in squares])
-    claims = [
+    told = [
         Claim(f"{s.name} acts on the {s.portrait}", None, s.error, "normwise", s.verdict == "equal")
         for row in squares
         for s in row
         if s.verdict != "refused"
     ]
     arrays = {"errors": errors, "laws": np.array(laws), "portraits": np.array(PORTRAITS)}
-    return Drawing(figure, arrays, claims, size="96 x 97 samples")
+    return Drawing(figure, arrays, told, size="96 x 97 samples")
 
 
 def _words(s: Square) -> str:

@@ -10,9 +10,14 @@ from firstorder import io
 def test_a_file_that_fails_half_way_leaves_the_old_one_and_nothing_else(tmp_path):
     target = tmp_path / "deep" / "a.txt"
     io.write_text(target, "old")
-    with pytest.raises(RuntimeError, match="half"), io.whole(target) as part:
-        part.write_text("half of the new one")
-        raise RuntimeError("half way")
+
+    def fail_half_way():
+        with io.whole(target) as part:
+            part.write_text("half of the new one")
+            raise RuntimeError("half way")
+
+    with pytest.raises(RuntimeError, match="half way"):
+        fail_half_way()
     assert target.read_text() == "old"
     assert [f.name for f in target.parent.iterdir()] == ["a.txt"]
 

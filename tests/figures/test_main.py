@@ -1,0 +1,140 @@
+import json
+import sys
+
+import numpy as np
+import pytest
+
+import figures
+from figures import claims
+from figures.__main__ import Options, main
+
+GOOD = '''"""A straight line."""
+from figures.style import Claim, Drawing
+from firstorder import plotting
+
+DRAWN = []
+
+def draw(quick):
+    DRAWN.append(quick)
+    figure, axes = plotting.panels()
+    axes[0, 0].plot([0, 1], [0, 1])
+    told = [Claim("rises", 1.0, 1.0, "m", True), Claim("falls", None, "no", holds=False)]
+    curves = {"line": {"x": [0.0, 1.0], "y": [0.0, 1.0]}}
+    return Drawing(figure, {"y": [0.0, 1.0]}, told, curves, "2 points", 7)
+'''
+BAD = '"""A failure."""\n\ndef draw(quick):\n    raise ValueError("Argument `d` is\\nbad.")\n'
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    scripts = tmp_path / "scripts"
+    scripts.mkdir()
+    (scripts / "fake_good.py").write_text(GOOD)
+    (scripts / "_shared.py").write_text("")
+    monkeypatch.setattr(claims, "FOLDER", scripts)
+    monkeypatch.setattr(claims, "KEPT", scripts / "claims.json")
+    monkeypatch.setattr(figures, "__path__", [*figures.__path__, str(scripts)])
+    (scripts / "style.py").write_text("")
+    yield scripts
+    for name in [n for n in sys.modules if n.startswith("figures.fake_")]:
+        del sys.modules[name]
+
+
+def drawn():
+    return sys.modules["figures.fake_good"].DRAWN
+
+
+def test_a_figure_is_written_with_its_arrays_curves_and_claims(folder, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(Options(quick=True, out=out, vector="svg")) == 0
+    written = {f.name for f in out.iterdir()}
+    files = {"png", "svg", "npz", "line.csv", "json"}
+    assert written == {f"fake_good.{f}" for f in files} | {"claims.json"}
+    with np.load(out / "fake_good.npz") as arrays:
+        assert arrays["y"].tolist() == [0.0, 1.0]
+    first, second = json.loads((out / "claims.json").read_text())
+    assert first.pop("seconds") >= 0.0
+    assert first == {
+        "figure": "fake_good",
+        "claim": "rises",
+        "paper": 1.0,
+        "measured": 1.0,
+        "unit": "m",
+        "holds": True,
+        "size": "2 points",
+        "seed": 7,
+    }
+    assert (second["paper"], second["measured"], second["holds"]) == (None, "no", False)
+    shown = capsys.readouterr().out
+    assert "1 hold, 1 do not" in shown
+    assert "NO" in shown
+
+
+def test_a_finished_figure_is_drawn_again_only_when_something_changed(folder, tmp_path, capsys):
+    out = tmp_path / "out"
+    for _ in range(2):
+        assert main(Options(quick=True, out=out)) == 0
+    assert drawn() == [True]
+    main(Options(quick=True, out=out, force=True))
+    assert drawn() == [True] * 2
+    main(Options(out=out))
+    assert drawn() == [True, True, False]
+    main(Options(out=out, vector="pdf"))
+    assert len(drawn()) == 4
+    (out / "fake_good.npz").unlink()
+    main(Options(out=out))
+    assert len(drawn()) == 5
+    (folder / "fake_good.py").write_text(GOOD + "\n")
+    main(Options(out=out))
+    assert len(drawn()) == 6
+
+
+def test_a_failing_figure_is_one_sentence_and_a_log_and_the_others_go_on(folder, tmp_path, capsys):
+    out = tmp_path / "out"
+    (folder / "fake_bad.py").write_text(BAD)
+    assert main(Options(out=out)) == 1
+    told = [t for t in capsys.readouterr().out.splitlines() if t.startswith("fake_bad could")]
+    assert told[-1].startswith("fake_bad could not be drawn: ValueError: Argument `d` is bad. (see")
+    assert "Traceback" in (out / "fake_bad.log").read_text()
+    assert (out / "fake_good.png").exists()
+    assert {r["figure"] for r in json.loads((out / "claims.json").read_text())} == {"fake_good"}
+
+
+def test_an_interrupted_run_keeps_what_is_finished_and_goes_on_from_there(folder, tmp_path):
+    out = tmp_path / "out"
+    stop = GOOD.replace("    DRAWN.append(quick)", "    DRAWN.append(quick)\n    STOP()")
+    (folder / "fake_later.py").write_text("def STOP():\n    raise KeyboardInterrupt\n" + stop)
+    assert main(Options(out=out)) == 130
+    assert not (out / "fake_later.json").exists()
+    (folder / "fake_later.py").write_text(GOOD)
+    del sys.modules["figures.fake_later"]
+    assert main(Options(out=out)) == 0
+    assert drawn() == [False]
+    assert (out / "fake_later.png").exists()
+
+
+def test_a_claim_that_is_no_finite_number_fails_its_figure(folder, tmp_path):
+    (folder / "fake_good.py").write_text(GOOD.replace("1.0, 1.0, ", '1.0, float("nan"), '))
+    assert main(Options(out=tmp_path / "out")) == 1
+
+
+def test_what_is_left_of_an_older_run_goes(folder, tmp_path):
+    out = tmp_path / "out"
+    main(Options(out=out, vector="svg"))
+    (folder / "fake_good.py").write_text(GOOD.replace('"line"', '"slope"'))
+    del sys.modules["figures.fake_good"]
+    main(Options(out=out))
+    assert not (out / "fake_good.line.csv").exists()
+    assert not (out / "fake_good.svg").exists()
+    assert (out / "fake_good.slope.csv").exists()
+
+
+def test_an_unknown_name_is_refused_in_a_sentence(folder, tmp_path, capsys):
+    assert main(Options(("fake_none",), out=tmp_path)) == 2
+    assert capsys.readouterr().err == "There is no figure called 'fake_none': see --list.\n"
+
+
+def test_the_list_draws_nothing(folder, tmp_path, capsys):
+    assert main(Options(list=True, out=tmp_path / "out")) == 0
+    assert capsys.readouterr().out.split(maxsplit=1) == ["fake_good", "A straight line.\n"]
+    assert not (tmp_path / "out").exists()
