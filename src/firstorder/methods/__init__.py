@@ -1,1 +1,25 @@
-"""What the calculus buys."""
+"""What the calculus buys: how densely light must be sampled."""
+
+from firstorder.methods.bandwidth import (
+    BandLimit,
+    after,
+    band_limit,
+    band_limits,
+    glossy_bandwidth,
+    glossy_bandwidth_in_space,
+    glossy_criterion,
+    occluded_bandwidth,
+    occluded_criterion,
+)
+
+__all__ = [
+    "BandLimit",
+    "after",
+    "band_limit",
+    "band_limits",
+    "glossy_bandwidth",
+    "glossy_bandwidth_in_space",
+    "glossy_criterion",
+    "occluded_bandwidth",
+    "occluded_criterion",
+]

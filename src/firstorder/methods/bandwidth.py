@@ -1,0 +1,590 @@
+"""Band limits: where in frequency space the energy of a light field can be, at every step.
+
+A band limit is a convex set about zero. A point of energy moves by `M^T` (`laws.move`), a product
+adds the band of the factor, an integral keeps the slice `Omega_axis = 0`, and a convolution is a
+product integrated: so a zonotope cut by slabs is closed under every linear law, in flatland and in
+space alike, and its reach along any direction is a small linear program.
+
+From these sets follow the sampling rates of D05 §6.2 for a curved glossy mirror, here with every
+term that the printed criteria drop.
+"""
+
+from __future__ import annotations
+
+import functools
+import itertools
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from firstorder.conventions import FLATLAND, Frame
+from firstorder.errors import (
+    Refused,
+    check_between,
+    check_not_negative,
+    check_positive,
+    check_shape,
+    nan_unless,
+)
+from firstorder.fields.environment import Environment, Harmonics
+from firstorder.fields.field import Constant, Field, Sum
+from firstorder.fields.gaussian import Gaussian
+from firstorder.fields.kernel import GaussianProfile
+from firstorder.fields.mask import HalfPlane
+from firstorder.fields.sources import Box, Dirac, Flat, Separable
+from firstorder.laws.base import Image, Law
+from firstorder.laws.convolve import Circle, Convolve, Line
+from firstorder.laws.integrate import Integrate
+from firstorder.laws.move import Move
+from firstorder.laws.multiply import Multiply
+from firstorder.laws.warp import Warp
+from firstorder.transport.cosine import ClampedCosine
+from firstorder.transport.path import Path
+from firstorder.transport.texture import Wave
+from firstorder.typing import RealLike, Scalar, Vector, as_float
+
+LEVEL = 1e-3
+
+# --- the set -----------------------------------------------------------------------------------
+
+
+class BandLimit(eqx.Module):
+    """All frequencies `sum_i g_i s_i` with `|s_i| <= bound_i` and `|rows s| <= limits`.
+
+    A zonotope cut by slabs, symmetric about zero as the spectrum of real light is. It is closed
+    under linear maps, sums and slices, in any dimension.
+
+    Args:
+        generators: one column g_i for each source of frequencies, in cycles per unit.
+        bounds: how far each reaches; infinite for an edge, which has all frequencies.
+        rows: one row for each slab, over the generators.
+        limits: half-width of each slab, in cycles per unit.
+        frame: names of the coordinates.
+
+    Reference: D05 Figs. 6, 15 (there drawn as segments and parallelograms).
+
+    Example:
+        >>> from firstorder.methods import BandLimit
+        >>> environment = BandLimit.box((0.0, 3.0))  # no content in x
+        >>> sheared = environment.moved([[1.0, 0.0], [0.5, 1.0]])  # L(x, theta + x / 2)
+        >>> sheared.extent("x").item()
+        1.5
+    """
+
+    generators: Float[Array, "n m"]
+    bounds: Float[Array, " m"]
+    rows: Float[Array, "q m"]
+    limits: Float[Array, " q"]
+    frame: Frame = eqx.field(static=True, default=FLATLAND)
+
+    @classmethod
+    def box(cls, half_widths, frame: Frame = FLATLAND) -> BandLimit:
+        """The box `|Omega_i| <= half_widths_i`; zero is allowed, and so is infinity.
+
+        Raises:
+            ValueError: if a half-width is negative, or there is not one for each coordinate.
+        """
+        widths = as_float(half_widths)
+        check_shape("half_widths", widths, (frame.dims,))
+        check_not_negative("half_widths", jnp.where(jnp.isposinf(widths), 0.0, widths))
+        return cls.spanned(jnp.eye(frame.dims, dtype=widths.dtype), widths, frame)
+
+    @classmethod
+    def spanned(cls, generators, bounds, frame: Frame = FLATLAND) -> BandLimit:
+        """The zonotope of the given columns: one column is a segment, two a parallelogram."""
+        G, bounds = as_float(generators), as_float(bounds)
+        return cls(G, bounds, jnp.zeros((0, G.shape[1]), G.dtype), jnp.zeros(0, G.dtype), frame)
+
+    def moved(self, M, to: Frame | None = None) -> BandLimit:
+        """Points of energy move by `M^T` under `f(M u + c)`; M may be a projection or a lift."""
+        M = as_float(M)
+        check_shape("M", M, (self.frame.dims, (to or self.frame).dims))
+        generators = jnp.sum(M[:, :, None] * self.generators[:, None, :], axis=0)
+        return BandLimit(generators, self.bounds, self.rows, self.limits, to or self.frame)
+
+    def __add__(self, other: BandLimit) -> BandLimit:
+        """All sums of frequencies: the band of a product."""
+        return BandLimit(
+            jnp.concatenate([self.generators, other.generators], axis=1),
+            jnp.concatenate([self.bounds, other.bounds]),
+            _block(self.rows, other.rows),
+            jnp.concatenate([self.limits, other.limits]),
+            self.frame,
+        )
+
+    def cut(self, axis: str, limit: RealLike) -> BandLimit:
+        """What is left of the set where `|Omega_axis| <= limit`: an ideal filter."""
+        check_not_negative("limit", limit)
+        row = self.generators[self.frame.axis(axis)]
+        rows = jnp.concatenate([self.rows, row[None]])
+        limits = jnp.concatenate([self.limits, as_float(limit)[None].astype(self.limits.dtype)])
+        return BandLimit(self.generators, self.bounds, rows, limits, self.frame)
+
+    def sliced(self, axis: str) -> BandLimit:
+        """The slice `Omega_axis = 0`, that axis gone: the band of an integral."""
+        keep = np.arange(self.frame.dims) != self.frame.axis(axis)
+        cut = self.cut(axis, 0.0)
+        return BandLimit(
+            cut.generators[keep], cut.bounds, cut.rows, cut.limits, self.frame.without(axis)
+        )
+
+    def reach(self, direction: RealLike) -> Scalar:
+        """Largest `direction . Omega` in the set (its support function), in cycles per unit.
+
+        The dual linear program, `min over y of sum_i bound_i |g_i . w - (rows^T y)_i| +
+        limits . |y|`, is a weighted median: it is solved exactly by looking at every vertex, at
+        which as many terms vanish as there are slabs. Any y is a bound, so a slab left out can
+        only make the answer larger.
+        """
+        direction = as_float(direction)
+        q, m = self.rows.shape
+        target = jnp.sum(self.generators * direction[:, None], axis=0)
+        weights = jnp.concatenate([self.bounds, self.limits])
+        target = jnp.concatenate([target, jnp.zeros(q, target.dtype)])
+        A = jnp.concatenate([self.rows.T, jnp.eye(q, dtype=target.dtype)])
+        vertices = np.array(list(itertools.combinations(range(m + q), q)), dtype=int)
+        return jnp.min(jax.vmap(lambda chosen: _dual(A, target, weights, chosen))(vertices))
+
+    def farthest(self, direction: RealLike) -> Vector:
+        """A frequency of the set that reaches farthest along `direction`.
+
+        The gradient of `reach`; its convex hull over all directions is the set.
+        """
+        return jax.grad(self.reach)(as_float(direction))
+
+    def extent(self, axis: str) -> Scalar:
+        """Largest `|Omega_axis|` in the set: sample that coordinate at twice this rate."""
+        return self.reach(jnp.eye(self.frame.dims)[self.frame.axis(axis)])
+
+
+def _block(A: Array, B: Array) -> Array:
+    """Block-diagonal matrix; unlike scipy's it makes no row of a matrix that has none."""
+    upper = jnp.concatenate([A, jnp.zeros((A.shape[0], B.shape[1]), A.dtype)], axis=1)
+    lower = jnp.concatenate([jnp.zeros((B.shape[0], A.shape[1]), B.dtype), B], axis=1)
+    return jnp.concatenate([upper, lower])
+
+
+def _dual(A: Array, target: Array, weights: Array, chosen: Array) -> Scalar:
+    """The dual objective at the vertex where the `chosen` terms vanish; infinite if there is none.
+
+    `weights . |target - A y|` with 0 times infinity read as 0: an unlimited generator costs nothing
+    if nothing of it is left.
+    """
+    eps = 64.0 * jnp.finfo(target.dtype).eps
+    y = jnp.zeros(A.shape[1], target.dtype)
+    regular = jnp.array(True)
+    if A.shape[1]:
+        square = A[chosen]
+        size = jnp.prod(jnp.sqrt(jnp.sum(square**2, axis=1)))
+        regular = jnp.abs(jnp.linalg.det(square)) > eps * size
+        y = jnp.linalg.solve(
+            jnp.where(regular, square, jnp.eye(len(square), dtype=square.dtype)), target[chosen]
+        )
+    terms = A * y
+    rest = target - jnp.sum(terms, axis=1)
+    scale = jnp.abs(target) + jnp.sum(jnp.abs(terms), axis=1)
+    gone = jnp.abs(rest) <= eps * scale
+    cost = jnp.where(gone, 0.0, jnp.where(gone, 1.0, weights) * jnp.abs(rest))
+    return jnp.where(regular, jnp.sum(cost), jnp.inf)
+
+
+# --- what the laws do to it --------------------------------------------------------------------
+
+
+@functools.singledispatch
+def after(law: Law, band: BandLimit, level: float = LEVEL) -> BandLimit:
+    """Band limit of light after a law, from the band limit before it.
+
+    Move: every point by `M^T`. Multiply: plus the factor's band. Integrate: the slice
+    `Omega_axis = 0`. Convolve: a product, integrated, which for a lobe of the difference alone
+    cuts the set at the lobe's cutoff. A warp refuses: linearise it.
+
+    Args:
+        law: what happens to the light.
+        band: its band limit before.
+        level: where the spectrum of a factor or lobe that has no sharp band is cut, as a
+            fraction of its peak.
+
+    Raises:
+        Refused: if the law, its factor or its kernel has no band limit.
+
+    Example:
+        >>> from firstorder.fields import GaussianProfile
+        >>> from firstorder.laws import Convolve
+        >>> from firstorder.methods import BandLimit, after
+        >>> blurred = after(Convolve(GaussianProfile(0.1)), BandLimit.box((0.0, 100.0)))
+        >>> round(blurred.extent("theta").item(), 3)  # where its transform is 1 / 1000
+        5.916
+    """
+    raise Refused(f"{type(law).__name__.lower()} has no rule for band limits")
+
+
+@after.register
+def _(law: Warp, band: BandLimit, level: float = LEVEL) -> BandLimit:
+    raise Refused("a warp has no band limit: linearise it at a ray")
+
+
+@after.register
+def _(law: Move, band: BandLimit, level: float = LEVEL) -> BandLimit:
+    return band.moved(law.M, law.frame(band.frame))
+
+
+@after.register
+def _(law: Multiply, band: BandLimit, level: float = LEVEL) -> BandLimit:
+    return band + band_limit(law.factor, level)
+
+
+@after.register
+def _(law: Integrate, band: BandLimit, level: float = LEVEL) -> BandLimit:
+    return band.sliced(law.axis)
+
+
+@after.register
+def _(law: Convolve, band: BandLimit, level: float = LEVEL) -> BandLimit:
+    if not isinstance(law.domain, Line | Circle):
+        raise Refused("a horizon has no band limit: multiply by it first, then convolve")
+    a, n = band.frame.axis(law.kernel.axis), band.frame.dims
+    wide = band.frame.appended("omega")
+    source, difference = np.eye(n, n + 1), np.eye(n, n + 1)
+    source[a] = np.eye(n + 1)[n]
+    difference[a, n] = -1.0
+    lobe = band_limit(law.kernel, level).moved(difference, wide)
+    return (band.moved(source, wide) + lobe).sliced("omega")
+
+
+@functools.singledispatch
+def band_limit(field: Field, level: float = LEVEL) -> BandLimit:
+    """A set outside which the spectrum of a field is at most `level` times its peak.
+
+    Exact for light whose spectrum ends; at its level for a Gaussian (whose ellipse is put into the
+    parallelogram around it) and the clamped cosine; the whole line across a jump, which has all
+    frequencies; and by `after` for what a law has made of any of these. `band_limit.register` adds a kind of
+    field.
+
+    Raises:
+        Refused: if the field has no known band limit.
+
+    Example:
+        >>> from firstorder.fields import half_plane
+        >>> from firstorder.methods import band_limit
+        >>> edge = band_limit(half_plane(0.3))
+        >>> edge.extent("x").item(), edge.extent("theta").item()
+        (inf, 0.0)
+    """
+    raise Refused(f"{type(field).__name__} has no known band limit: give one")
+
+
+@band_limit.register
+def _(field: Image, level: float = LEVEL) -> BandLimit:
+    return after(field.law, band_limit(field.operand, level), level)
+
+
+@band_limit.register
+def _(field: Sum, level: float = LEVEL) -> BandLimit:
+    # Each set holds zero, so the sum of all holds each of them.
+    return functools.reduce(BandLimit.__add__, (band_limit(f, level) for f in field.fields))
+
+
+@band_limit.register
+def _(field: Constant, level: float = LEVEL) -> BandLimit:
+    return BandLimit.spanned(jnp.zeros((field.frame.dims, 0)), jnp.zeros(0), field.frame)
+
+
+@band_limit.register
+def _(field: HalfPlane, level: float = LEVEL) -> BandLimit:
+    return BandLimit.spanned(field.level.normal[:, None], jnp.array([jnp.inf]), field.frame)
+
+
+@band_limit.register
+def _(field: Gaussian, level: float = LEVEL) -> BandLimit:
+    # |F| / peak = exp(-2 pi^2 W . P^-1 W) and P = C C^T: W = r C s with |s| <= 1 is the ellipse.
+    C = jnp.linalg.cholesky(field.precision)
+    return BandLimit.spanned(C, jnp.full(C.shape[0], _standard_cutoff(level)), field.frame)
+
+
+@band_limit.register
+def _(field: GaussianProfile, level: float = LEVEL) -> BandLimit:
+    return _segment(field, _standard_cutoff(level) / field.sigma)
+
+
+@band_limit.register(Dirac | Box)
+def _(field, level: float = LEVEL) -> BandLimit:
+    return _segment(field, jnp.inf)
+
+
+@band_limit.register
+def _(field: Flat, level: float = LEVEL) -> BandLimit:
+    return _segment(field, 0.0)
+
+
+@band_limit.register
+def _(field: Separable, level: float = LEVEL) -> BandLimit:
+    return functools.reduce(BandLimit.__add__, (band_limit(p, level) for p in field.factors))
+
+
+@band_limit.register
+def _(field: Wave, level: float = LEVEL) -> BandLimit:
+    return BandLimit.spanned(field.frequency[:, None], jnp.ones(1), field.frame)
+
+
+@band_limit.register
+def _(field: Harmonics, level: float = LEVEL) -> BandLimit:
+    return BandLimit.box([field.orders[-1] / (2.0 * np.pi)], field.frame)
+
+
+@band_limit.register
+def _(field: Environment, level: float = LEVEL) -> BandLimit:
+    direction = jnp.eye(field.frame.dims)[field.axis]
+    return band_limit(field.light, level).moved(direction[None], field.frame)
+
+
+@band_limit.register
+def _(field: ClampedCosine, level: float = LEVEL) -> BandLimit:
+    # |transform| / peak <= 1 / ((2 pi Omega)^2 - 1): the kink at the horizon is all of this tail.
+    return _segment(field, float(np.sqrt(1.0 + 1.0 / level)) / (2.0 * np.pi))
+
+
+def _segment(field, limit) -> BandLimit:
+    """Frequencies along the one axis on which a factor depends."""
+    here = jnp.eye(field.frame.dims)[:, field.frame.axis(field.axis), None]
+    return BandLimit.spanned(here, as_float(limit)[None], field.frame)
+
+
+def _standard_cutoff(level: float) -> float:
+    """Where `exp(-2 pi^2 Omega^2)` falls to `level`."""
+    if not 0.0 < level < 1.0:
+        raise ValueError(f"Argument `level` must lie in (0, 1), but is {level}.")
+    return float(np.sqrt(-0.5 * np.log(level)) / np.pi)
+
+
+def band_limits(
+    path: Path, source: BandLimit | None = None, level: float = LEVEL
+) -> tuple[BandLimit | Refused, ...]:
+    """Band limit at every step of a path, or the refusal that stopped it.
+
+    Args:
+        path: source and events.
+        source: band limit of the source, where it has none of its own (an environment map).
+        level: see `band_limit`.
+
+    Example:
+        >>> from firstorder.fields import gaussian
+        >>> from firstorder.methods import BandLimit, band_limits
+        >>> from firstorder.transport import Curvature, Mirror
+        >>> path = gaussian((0.0, 0.0), (1.0, 1.0)) >> Curvature(2.0) >> Mirror()
+        >>> [b.extent("x").item() for b in band_limits(path, BandLimit.box((0.0, 3.0)))]
+        [0.0, 6.0, 6.0]
+    """
+    found: list[BandLimit | Refused] = []
+    try:
+        band = band_limit(path.source, level) if source is None else source
+        found.append(band)
+        for event in path.events:
+            band = after(event.law(band.frame), band, level)
+            found.append(band)
+    except Refused as refusal:  # once refused, it stays refused for the same reason
+        found += [refusal] * (len(path.events) + 1 - len(found))
+    return tuple(found)
+
+
+# --- how densely an eye must look at a curved mirror -------------------------------------------
+
+
+def glossy_bandwidth(
+    cutoff: RealLike, d: RealLike, kappa: RealLike, cos_view: RealLike, factor: RealLike = 0.0
+) -> Float[Array, "..."]:
+    """Angular bandwidth, at the eye, of a distant environment in a curved glossy mirror.
+
+    `B = |1 - 2 kappa d / (n.v)| cutoff + |kappa| d / (n.v) factor`: the 1 is the eye turning, the 2
+    the mirror turning (once into its frame, once out), `1 / (n.v)` the footprint. kappa > 0 is a
+    valley (conventions): a concave mirror subtracts, down to nothing at its focus
+    `d = (n.v) / (2 kappa)`, and a convex one always adds.
+
+    Valid pointwise and exactly, off any smooth mirror, with the curvature, distance and angle of
+    the point that is seen; over a pixel take the largest. For a curvature of unknown sign pass
+    `-abs(kappa)`, which is the larger of the two. Wrong for near light (see `occluded_bandwidth`
+    for blockers).
+
+    Args:
+        cutoff: angular frequency at which the lobe, or the environment if it ends before, stops; in
+            cycles per radian.
+        d: distance from the eye to the mirror along the ray, in metres.
+        kappa: curvature dn/dx in the plane of incidence, in radians per metre.
+        cos_view: `n.v`, in (0, 1].
+        factor: band of what multiplies the light before the lobe, `1 / (2 pi)` for the cosine of
+            incidence.
+
+    Returns:
+        Largest frequency in cycles per radian of the eye's angle.
+
+    Raises:
+        ValueError: if an argument lies outside its range; traced ones give NaN.
+
+    Reference: D05 §6.2, which prints `d (2k / n.v) cutoff` (eq. 20, `glossy_criterion`): too small
+    for every convex mirror.
+
+    Example:
+        >>> from firstorder.methods import glossy_bandwidth
+        >>> glossy_bandwidth(3.0, 2.0, 0.0, 1.0).item()  # a flat mirror shows it as it is
+        3.0
+        >>> glossy_bandwidth(3.0, 2.0, 0.25, 1.0).item()  # the eye at the focus
+        0.0
+    """
+    c, shear = _footprint(d, cos_view)
+    bend = 2.0 * as_float(kappa) * shear
+    extra = jnp.abs(as_float(kappa)) * shear * as_float(factor)
+    return nan_unless(c, jnp.abs(1.0 - bend) * as_float(cutoff) + extra)
+
+
+def occluded_bandwidth(
+    cutoff: RealLike,
+    d: RealLike,
+    kappa: RealLike,
+    cos_view: RealLike,
+    depth: RealLike,
+    cos_edge: RealLike | None = None,
+    light: RealLike = 0.0,
+    factor: RealLike = 0.0,
+) -> Float[Array, "..."]:
+    """Angular bandwidth, at the eye, of an environment behind an edge in a curved glossy mirror.
+
+    `B' = |1 - (2 kappa - s) d / (n.v)| cutoff + (s light + |s - kappa| factor) d / (n.v)` with
+    `s = cos_edge / depth`, by which angle the edge wanders per metre of mirror. In the mirror
+    direction `cos_edge = n.v`, and the edge adds `d / depth`. The term in `light` is no blur:
+    a sharp shadow of a small lamp stays sharp on the dullest surface.
+
+    Args:
+        cutoff: as in `glossy_bandwidth`.
+        d: as in `glossy_bandwidth`.
+        kappa: as in `glossy_bandwidth`.
+        cos_view: as in `glossy_bandwidth`.
+        depth: distance from the mirror to the blocker's edge along the light, in metres.
+        cos_edge: cosine between the normal and the direction to the edge; `cos_view` if left out.
+        light: angular bandwidth of the light that the edge cuts, in cycles per radian.
+        factor: as in `glossy_bandwidth`.
+
+    Returns:
+        Largest frequency in cycles per radian of the eye's angle.
+
+    Raises:
+        ValueError: if an argument lies outside its range; traced ones give NaN.
+
+    Reference: D05 §6.2, which prints `d (1 / depth + 2k) / (n.v) cutoff` (eq. 21,
+    `occluded_criterion`).
+
+    Example:
+        >>> from firstorder.methods import occluded_bandwidth
+        >>> occluded_bandwidth(3.0, 2.0, 0.0, 0.5, 1.0).item()  # flat: the edge's image is 3 m away
+        9.0
+    """
+    check_positive("depth", depth)
+    cos_edge = cos_view if cos_edge is None else cos_edge
+    check_between("cos_edge", cos_edge, 0.0, 1.0)
+    c, shear = _footprint(d, cos_view)
+    depth, kappa = as_float(depth), as_float(kappa)
+    s = as_float(cos_edge) / depth
+    blur = jnp.abs(1.0 - (2.0 * kappa - s) * shear) * as_float(cutoff)
+    sharp = s * as_float(light) + jnp.abs(s - kappa) * as_float(factor)
+    return nan_unless(c & (depth > 0), blur + sharp * shear)
+
+
+def glossy_bandwidth_in_space(
+    cutoff: RealLike, d: RealLike, S: Float[Array, "2 2"], cos_view: RealLike
+) -> Scalar:
+    """Angular bandwidth, at the eye, of a distant environment in a curved mirror in space.
+
+    `B = |I - 2 d (S_11 / c, S_12; S_12, S_22 c)| cutoff` with `c = n.v` and the spectral norm,
+    for a lobe that is cut at the same frequency in every direction; first axis in the plane of
+    incidence, second across it, where the footprint is not stretched and the mirror turns the light
+    less. Both effects are smaller than `1 / (n.v)`, so
+    `B <= (1 + 2 d max|curvature| / (n.v)) cutoff`.
+
+    Args:
+        cutoff: as in `glossy_bandwidth`.
+        d: as in `glossy_bandwidth`.
+        S: shape operator -dn in the tangent plane (conventions, Space: a sphere has -1/R).
+        cos_view: `n.v`, in (0, 1].
+
+    Returns:
+        Largest frequency in cycles per radian, over all directions of the image.
+
+    Reference: D05 §6.2, which takes the larger principal curvature and drops the 1.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.methods import glossy_bandwidth_in_space
+        >>> glossy_bandwidth_in_space(1.0, 3.0, -jnp.eye(2) / 2.0, 1.0).item()
+        4.0
+    """
+    c, shear = _footprint(d, cos_view)
+    S, cos = as_float(S), as_float(cos_view)
+    stretch = jnp.stack([jnp.ones_like(cos), cos])
+    turn = 2.0 * shear * S * stretch * stretch[:, None]
+    J = jnp.eye(2, dtype=turn.dtype) - turn
+    # The larger singular value of a 2 x 2 matrix: half the sum of those of its two conformal parts.
+    even = jnp.stack([J[0, 0] + J[1, 1], J[1, 0] - J[0, 1]])
+    odd = jnp.stack([J[0, 0] - J[1, 1], J[1, 0] + J[0, 1]])
+    return nan_unless(c, 0.5 * (_length(even) + _length(odd)) * as_float(cutoff))
+
+
+def glossy_criterion(
+    cutoff: RealLike, d: RealLike, kappa: RealLike, cos_view: RealLike
+) -> Float[Array, "..."]:
+    """The sampling criterion for glossy mirrors as D05 prints it; not a bound.
+
+    `B = d (2 |k| / n.v) cutoff`. Wrong when the eye's own turn matters: it is smaller than
+    `glossy_bandwidth` for every convex mirror, and within 10 % of it only where
+    `2 |k| d / n.v >= 9` (convex) or `>= 11` (concave); `d` itself being large, in whatever unit,
+    says nothing. Arguments are those of `glossy_bandwidth`.
+
+    Reference: D05 §6.2, eq. 20.
+
+    Example:
+        >>> from firstorder.methods import glossy_criterion
+        >>> glossy_criterion(3.0, 2.0, 0.0, 1.0).item()  # a flat mirror, said to show nothing
+        0.0
+    """
+    c, shear = _footprint(d, cos_view)
+    return nan_unless(c, 2.0 * jnp.abs(as_float(kappa)) * shear * as_float(cutoff))
+
+
+def occluded_criterion(
+    cutoff: RealLike, d: RealLike, kappa: RealLike, cos_view: RealLike, depth: RealLike
+) -> Float[Array, "..."]:
+    """The sampling criterion for glossy mirrors beside a blocker as D05 prints it; not a bound.
+
+    `B' = d / (n.v) (1 / depth + 2 |k|) cutoff`. Wrong as eq. 20 is, and when the light that the
+    edge cuts is itself sharp; at grazing angles it overestimates, for in the mirror direction the
+    edge's term has no `1 / (n.v)`. Arguments are those of `occluded_bandwidth`.
+
+    Reference: D05 §6.2, eq. 21.
+
+    Example:
+        >>> from firstorder.methods import occluded_criterion
+        >>> occluded_criterion(3.0, 2.0, 0.0, 0.5, 1.0).item()
+        12.0
+    """
+    check_positive("depth", depth)
+    c, shear = _footprint(d, cos_view)
+    depth = as_float(depth)
+    slopes = 1.0 / depth + 2.0 * jnp.abs(as_float(kappa))
+    return nan_unless(c & (depth > 0), shear * slopes * as_float(cutoff))
+
+
+def _footprint(d: RealLike, cos_view: RealLike) -> tuple[Array, Array]:
+    """Metres of mirror per radian of the eye, `d / (n.v)`, and whether the arguments are valid."""
+    check_not_negative("d", d)
+    check_positive("cos_view", cos_view)
+    check_between("cos_view", cos_view, 0.0, 1.0)
+    d, cos = as_float(d), as_float(cos_view)
+    valid = (d >= 0) & (cos > 0) & (cos <= 1)
+    return valid, d / jnp.where(cos > 0, cos, 1.0)
+
+
+def _length(a: Array) -> Array:
+    """Euclidean length with the gradient 0 at zero."""
+    square = jnp.sum(a**2)
+    return jnp.where(square > 0, jnp.sqrt(jnp.where(square > 0, square, 1.0)), 0.0)
