@@ -5,6 +5,7 @@ no setting; `house_style()` is a context. Nothing here needs pyplot, so no windo
 """
 
 from firstorder.plotting.light import show_light_field, show_spectrum
+from firstorder.plotting.live import Live
 from firstorder.plotting.overlays import covariance_ellipse, mark, print_scale
 from firstorder.plotting.portraits import Portraits, portrait_strip, portraits
 from firstorder.plotting.scenes import draw_blocker, draw_rays, draw_surface, scene
@@ -40,4 +41,5 @@ __all__ = [
     "draw_blocker",
     "draw_rays",
     "table",
+    "Live",
 ]

@@ -121,7 +121,20 @@ def portrait_strip(
             _panel(ax, step, row, top, decades)
     for ax, step in zip(axes[0], steps, strict=True):
         ax.set_title(step.title, loc="left", fontweight="bold")
+    _thin_out(axes, steps, rows)
     return figure
+
+
+def _thin_out(axes: np.ndarray, steps: Sequence[Portraits], rows: Sequence[str]) -> None:
+    """Label an axis once where its neighbours share it."""
+    spectra = [row == "spectrum" for row in rows]
+    for i in range(len(rows)):
+        for j in range(len(steps)):
+            if j and steps[j].names == steps[j - 1].names:
+                axes[i, j].set_ylabel("")
+            if i + 1 < len(rows) and spectra[i] == spectra[i + 1]:
+                axes[i, j].set_xlabel("")
+                axes[i, j].tick_params(labelbottom=False)
 
 
 def _data(step: Portraits, row: str) -> np.ndarray:
@@ -153,8 +166,8 @@ def _panel(ax, step: Portraits, row: str, top: float | None, decades: float) -> 
         if step.covariance is not None:
             covariance_ellipse(ax, step.covariance)
         return
-    title = {"value": ""}.get(row, "")
-    if row in ("dx", "dtheta"):
+    title = ""
+    if row != "value":
         name = step.names[0 if row == "dx" else 1]
         title = rf"$\partial L / \partial {label(name, unit=False).strip('$')}$"
     show_light_field(

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import jax.numpy as jnp
 import numpy as np
 from matplotlib.axes import Axes
 
 from firstorder.conventions import direction
+from firstorder.typing import as_float
 
 _INK = "0.15"
 
@@ -45,8 +47,9 @@ def draw_rays(ax: Axes, origins, angles, lengths, *, color="#c2410c", arrows: bo
         color: of the lines.
         arrows: a head at the far end, the way the angle points.
     """
-    origins, angles = np.atleast_2d(np.asarray(origins, dtype=float)), np.atleast_1d(angles)
-    ends = origins + np.asarray(direction(angles)) * np.reshape(lengths, (-1, 1))
+    along = np.asarray(direction(jnp.atleast_1d(as_float(angles))))
+    origins = np.broadcast_to(np.asarray(origins, dtype=float), along.shape)
+    ends = origins + along * np.reshape(lengths, (-1, 1))
     for a, b in zip(origins, ends, strict=True):
         if arrows:
             head = {"arrowstyle": "-|>", "color": color, "linewidth": 0.9}

@@ -44,17 +44,19 @@ def table(
     ax.set_title(title, loc="left", fontweight="bold")
     wide = len(columns)
     heights = [1.0 + max(_lines(c, wrap) for c in row) for row in cells]
-    full = 2.0 + sum(heights)
+    head = 1.0 + max(_lines(c, wrap) for c in columns)
+    full = head + sum(heights)
     stub = 0.12
     column = (1.0 - stub) / wide
 
     def cell(left, top, width, height, words, ground, weight="normal"):
-        box = {"facecolor": ground, "edgecolor": "0.7", "linewidth": 0.6}
-        ax.add_patch(_rectangle(left, top - height, width, height, box))
+        box = Rectangle((left, top - height), width, height, facecolor=ground, clip_on=False)
+        box.set(edgecolor="0.7", linewidth=0.6)
+        ax.add_patch(box)
         ax.text(
             left + 0.5 * width,
             top - 0.5 * height,
-            "\n".join(textwrap.wrap(words, wrap)) if "\n" not in words else words,
+            "\n".join(_wrapped(words, wrap)),
             ha="center",
             va="center",
             fontsize=7.5,
@@ -64,8 +66,8 @@ def table(
     ax.set(xlim=(0.0, 1.0), ylim=(0.0, full))
     top = full
     for j, name in enumerate(columns):
-        cell(stub + j * column, top, column, 2.0, name, "0.85", "bold")
-    top -= 2.0
+        cell(stub + j * column, top, column, head, name, "0.85", "bold")
+    top -= head
     for i, (name, height) in enumerate(zip(rows, heights, strict=True)):
         cell(0.0, top, stub, height, name, "0.93", "bold")
         for j, words in enumerate(cells[i]):
@@ -74,9 +76,9 @@ def table(
         top -= height
 
 
+def _wrapped(words: str, wrap: int) -> list[str]:
+    return [part for line in words.split("\n") for part in textwrap.wrap(line, wrap) or [""]]
+
+
 def _lines(words: str, wrap: int) -> int:
-    return sum(max(1, len(textwrap.wrap(line, wrap))) for line in words.split("\n"))
-
-
-def _rectangle(left, bottom, width, height, style):
-    return Rectangle((left, bottom), width, height, **style)
+    return len(_wrapped(words, wrap))

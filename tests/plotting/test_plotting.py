@@ -1,0 +1,226 @@
+import io
+import subprocess
+import sys
+
+import matplotlib
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgb
+from PIL import Image
+
+from firstorder import plotting
+from firstorder.conventions import FLATLAND_SLOPE
+from firstorder.fields import Grid, gaussian, half_plane
+from firstorder.laws import Multiply
+from firstorder.transport import Travel
+
+X, THETA = np.linspace(-1.0, 1.0, 5), np.linspace(0.0, 0.6, 4)
+
+
+@pytest.fixture
+def ax():
+    return plotting.panels()[1][0, 0]
+
+
+def drawn(figure):
+    """The pixels, which proves that nothing in the figure fails when drawn."""
+    file = io.BytesIO()
+    with plotting.house_style():
+        figure.savefig(file, format="png")
+    return np.asarray(Image.open(file).convert("RGB"))
+
+
+def lightness(colour):
+    """CIE L*, what is left of a colour in grey."""
+    c = np.asarray(to_rgb(colour))
+    linear = np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
+    Y = linear @ [0.2126, 0.7152, 0.0722]
+    return 116.0 * np.cbrt(Y) - 16.0 if Y > 0.008856 else 903.3 * Y
+
+
+@pytest.mark.parametrize("name", ["SIGNED", "RADIANCE", "MAGNITUDE"])
+def test_a_colour_map_keeps_its_order_in_grey(name):
+    colours = matplotlib.colormaps.get_cmap(getattr(plotting, name))
+    steps = np.diff([lightness(colours(t)[:3]) for t in np.linspace(0.0, 1.0, 65)])
+    assert np.all(steps > 0.0)
+    # No step is lost, and none looks like an edge.
+    assert np.max(steps) < 4.0 * np.mean(steps)
+
+
+def test_zero_is_in_the_middle_of_the_signed_map():
+    low, zero, high = (lightness(plotting.SIGNED(t)[:3]) for t in (0.0, 0.5, 1.0))
+    assert abs(zero - 0.5 * (low + high)) < 6.0
+
+
+def test_the_house_style_ends_with_its_context():
+    before = dict(matplotlib.rcParams)
+    with plotting.house_style():
+        assert matplotlib.rcParams["savefig.dpi"] == 160
+    assert dict(matplotlib.rcParams) == before
+
+
+def test_the_package_does_not_bring_matplotlib_and_plotting_does_not_bring_pyplot():
+    code = (
+        "import sys, firstorder\n"
+        "assert 'matplotlib' not in sys.modules\n"
+        "import firstorder.plotting\n"
+        "assert 'matplotlib.pyplot' not in sys.modules\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_signed_data_have_symmetric_limits_and_say_so(ax):
+    values = np.outer(X, np.ones(4)) - 1.5
+    image = plotting.show_light_field(ax, values, X, THETA, names=("x", "v"), title="dL")
+    assert image.get_clim() == (-2.5, 2.5)
+    assert image.get_cmap().name == plotting.SIGNED.name
+    assert ax.get_title(loc="right") == "±2.5"
+    assert ax.get_title(loc="left") == "dL"
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$x$ (m)", "$v$")
+    drawn(ax.figure)
+
+
+def test_radiance_starts_at_zero_and_may_be_given_a_scale(ax):
+    values = np.ones((5, 4))
+    image = plotting.show_light_field(ax, values, X, THETA, limit=3.0)
+    assert image.get_clim() == (0.0, 3.0)
+    assert ax.get_title(loc="right") == "0 to 3"
+
+
+def test_pixels_are_centred_on_samples_with_position_across_and_direction_up(ax):
+    values = np.zeros((5, 4))
+    values[4, 0] = 1.0  # right, low
+    image = plotting.show_light_field(ax, values, X, THETA)
+    np.testing.assert_allclose(image.get_extent(), (-1.25, 1.25, -0.1, 0.7))
+    ax.set_axis_off()
+    pixels = drawn(ax.figure).sum(axis=2)
+    inside = ax.get_window_extent()
+    middle = (inside.x0 + inside.x1) / 2, (inside.y0 + inside.y1) / 2
+    scale = pixels.shape[1] / ax.figure.bbox.width
+    right, low = int(scale * (inside.x1 - 8)), pixels.shape[0] - int(scale * (inside.y0 + 8))
+    centre = pixels[pixels.shape[0] - int(scale * middle[1]), int(scale * middle[0])]
+    assert pixels[low, right] > centre
+
+
+def test_dark_light_has_a_scale_too(ax):
+    assert plotting.show_light_field(ax, np.zeros((5, 4)), X, THETA).get_clim() == (0.0, 1.0)
+
+
+def test_equal_axes_are_equal(ax):
+    plotting.show_light_field(ax, np.ones((5, 4)), X, THETA, equal=True)
+    assert ax.get_aspect() == 1.0
+
+
+def test_samples_that_do_not_fit_are_refused_in_a_sentence(ax):
+    with pytest.raises(ValueError, match=r"must have shape \(5, 4\), but has \(4, 5\)"):
+        plotting.show_light_field(ax, np.ones((4, 5)), X, THETA)
+
+
+def test_a_spectrum_is_shown_in_powers_of_ten_down_to_the_stated_range(ax):
+    F = np.full((5, 4), 1e-9j)
+    F[2, 1], F[3, 1] = 20.0j, -0.2
+    image = plotting.show_spectrum(ax, F, X, THETA, decades=4.0)
+    data = image.get_array()
+    assert data is not None
+    np.testing.assert_allclose([data[1, 2], data[1, 3], data[0, 0]], [0.0, -2.0, -4.0], atol=1e-12)
+    assert image.get_clim() == (-4.0, 0.0)
+    assert ax.get_title(loc="right") == "20, 4 decades"
+    assert ax.get_ylabel() == r"$\Omega_{\theta}$ (cycles/rad)"
+    drawn(ax.figure)
+
+
+def test_an_ellipse_touches_the_box_of_its_standard_deviations(ax):
+    S = np.array([[4.0, 1.2], [1.2, 1.0]])
+    ellipse = plotting.covariance_ellipse(ax, S, sigmas=2.0, center=(1.0, -1.0))
+    outline = ellipse.get_verts()
+    inside = ax.transData.inverted().transform(outline)
+    reach = np.ptp(inside, axis=0) / 2.0
+    np.testing.assert_allclose(reach, [4.0, 2.0], rtol=2e-3)
+    drawn(ax.figure)
+
+
+def test_a_singular_covariance_is_a_line(ax):
+    assert plotting.covariance_ellipse(ax, [[1.0, 1.0], [1.0, 1.0]]).width < 1e-7
+    drawn(ax.figure)
+
+
+def test_portraits_of_light_with_a_closed_form_and_of_light_without_one():
+    light = gaussian((0.2, 0.1), (0.5, 0.3), frame=FLATLAND_SLOPE)
+    Omega = np.linspace(-1.0, 1.0, 4), np.linspace(-1.0, 1.0, 5)
+    grid = Grid.spanning((32, 33), (4.0, 2.5))
+    whole = plotting.portraits("source", light, grid, *Omega)
+    cut = Multiply(half_plane(0.1, frame=FLATLAND_SLOPE))(light)
+    shadow = plotting.portraits("shadow", cut, grid, *Omega)
+    assert (whole.sampled, shadow.sampled) == (False, True)
+    assert whole.covariance is not None
+    assert shadow.covariance is None
+    np.testing.assert_allclose(
+        whole.spectrum, light.spectrum()(*np.meshgrid(*Omega, indexing="ij"))
+    )
+    figure = plotting.portrait_strip([whole, shadow])
+    titles = [a.get_title(loc="left") for a in figure.axes]
+    assert titles[:2] == ["source", "shadow"]
+    assert titles[-2:] == ["spectrum", "spectrum (sampled)"]
+    assert len(figure.axes) == 8
+    drawn(figure)
+    with pytest.raises(ValueError, match="must hold value, dx, dtheta or spectrum"):
+        plotting.portrait_strip([whole], ["hessian"])
+
+
+def test_a_strip_has_one_scale_for_each_row_unless_told_otherwise():
+    light = gaussian((0.0, 0.0), (0.5, 0.3), frame=FLATLAND_SLOPE)
+    grid = Grid.spanning((8, 9), (1.0, 1.0))
+    Omega = (np.linspace(-1.0, 1.0, 3),) * 2
+    both = [plotting.portraits("", f, grid, *Omega) for f in (light, Travel(2.0)(0.5 * light))]
+
+    def limits(figure):
+        return [a.images[0].get_clim()[1] for a in figure.axes]
+
+    same = limits(plotting.portrait_strip(both, ["value"]))
+    own = limits(plotting.portrait_strip(both, ["value"], common=False))
+    assert same[0] == same[1]
+    assert own[0] > 1.8 * own[1]
+
+
+def test_a_table_holds_its_words_and_tints_its_verdicts(ax):
+    cells, verdicts = [["equal\n1e-16", "no formula"]], [["equal", "refused"]]
+    plotting.table(ax, ["jet", "wavelet"], ["move"], cells, verdicts, title="Laws")
+    assert {t.get_text() for t in ax.texts} == {"jet", "wavelet", "move", *cells[0]}
+    assert len({p.get_facecolor() for p in ax.patches}) == 4
+    drawn(ax.figure)
+
+
+def test_a_scene_is_a_map_with_rays_at_the_angles_of_the_conventions(ax):
+    plotting.scene(ax, "scene")
+    plotting.draw_surface(ax, [[-1.0, 0.0], [0.0, 0.0], [1.0, 0.0]])
+    plotting.draw_blocker(ax, [[-0.5, 0.5], [0.0, 0.5]])
+    before = len(ax.lines)
+    plotting.draw_rays(ax, [0.0, 0.0], np.pi / 6, 2.0)
+    np.testing.assert_allclose(ax.lines[before].get_xydata()[1], [-1.0, np.sqrt(3.0)])
+    assert ax.get_aspect() == 1.0
+    low = np.min(ax.patches[0].get_xy()[:, 1])
+    assert low < 0.0  # the hatching is below, on the far side from the normal
+    plotting.draw_rays(ax, [0.0, 0.0], [0.0, 0.3], [1.0, 2.0], arrows=True)
+    drawn(ax.figure)
+
+
+def test_a_live_figure_shows_what_was_set_and_keeps_what_stands_still(ax):
+    image = plotting.show_light_field(ax, np.zeros((5, 4)), X, THETA, limit=1.0)
+    live = plotting.Live(ax.figure, [image])
+    first, again = live.png(), live.png()
+    assert first == again
+    image.set_data(np.ones((4, 5)))
+    before, after = (np.asarray(Image.open(io.BytesIO(b))) for b in (first, live.png()))
+    inside = ax.get_window_extent()
+    changed = np.any(before != after, axis=2)
+    rows, columns = np.nonzero(changed)
+    height = before.shape[0]
+    assert changed.sum() > 0.95 * inside.width * inside.height
+    assert inside.x0 - 1 <= columns.min() <= columns.max() <= inside.x1 + 1
+    assert height - inside.y1 - 1 <= rows.min() <= rows.max() <= height - inside.y0 + 1
+
+
+def test_labels_carry_symbols_and_units():
+    assert plotting.label("kappa") == r"$\kappa$ (rad/m)"
+    assert plotting.label("v") == "$v$"
+    assert plotting.label("Omega_x", unit=False) == r"$\Omega_{x}$"
