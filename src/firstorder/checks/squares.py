@@ -102,7 +102,8 @@ def converted(case: Case, portrait: str):
         jets = jax.jit(jax.vmap(lambda u: autodiff_jet(result.at, u, result.frame)))(rays)
         return getattr(jets, portrait)
     if portrait == "wavelet":
-        return Wavelet.of(result, _result_grid(case)).coefficients
+        grid = _result_grid(case)
+        return eqx.filter_jit(lambda f: Wavelet.of(f, grid).coefficients)(result)
     samples = eqx.filter_jit(case.grid.sample)(result)
     if portrait == "spectrum":
         return discrete_transform(samples, case.grid, *case.frequencies)

@@ -178,10 +178,10 @@ def surviving(edges: tuple[Edge, ...], a: int) -> tuple[Edge, ...]:
     """
     found = []
     for e in edges:
-        known = isinstance(e.level, Affine) and not isinstance(e.level.normal, Tracer)
-        if not known:
-            found.append(Edge(e.level, _Along(e.jump, e.level, a)))
-        elif e.level.normal[a] == 0:
+        level = e.level
+        if not isinstance(level, Affine) or isinstance(level.normal, Tracer):
+            found.append(Edge(level, _Along(e.jump, level, a)))
+        elif level.normal[a] == 0:
             found.append(e)
     return tuple(found)
 
