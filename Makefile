@@ -22,7 +22,7 @@ NOTEBOOKS := $(patsubst notebooks/%.py,notebooks/ipynb/%.ipynb,$(wildcard notebo
 export PYTHONNOUSERSITE := 1
 unexport PYTHONPATH
 
-.PHONY: help venv figures figures-quick check test smoke bench lint format notebooks clean
+.PHONY: help venv figures figures-quick readme check test smoke bench lint format notebooks clean
 .DEFAULT_GOAL := help
 
 help:
@@ -44,6 +44,10 @@ figures: check
 
 figures-quick: $(READY)
 	$(BIN)/python -m figures --quick
+
+# The claims of a full run are kept beside the figures, and shown in the README beside the laws.
+readme: figures
+	$(BIN)/python -m figures.claims
 
 check: $(READY)
 	$(BIN)/python -m derivations
