@@ -1,22 +1,84 @@
 """What happens to light: physical steps that pick a law, and paths that chain them."""
 
+from firstorder.transport.bump import Bump
+from firstorder.transport.cosine import ClampedCosine, Cosine, cos_plus_transform
+from firstorder.transport.diffuse import (
+    DifferentialIrradiance,
+    Gather,
+    SlopeWeight,
+    bessel_zk1,
+    diffuse,
+)
 from firstorder.transport.event import Chain, Event, Linearised
+from firstorder.transport.incidence import Incidence, Outgoing
+from firstorder.transport.interface import (
+    Fresnel,
+    Schlick,
+    Snell,
+    Transmission,
+    fresnel_reflection,
+    refraction,
+)
 from firstorder.transport.mirror import Mirror
-from firstorder.transport.occlusion import Occlusion, half_plane_blocker
+from firstorder.transport.occlusion import (
+    Layers,
+    Occlusion,
+    comb_blocker,
+    grating_blocker,
+    half_plane_blocker,
+    slit_blocker,
+)
 from firstorder.transport.path import Path
-from firstorder.transport.reflection import Reflection
+from firstorder.transport.reflection import Blend, Reflection, VaryingGaussian
 from firstorder.transport.rotation import Curvature
-from firstorder.transport.travel import Travel
+from firstorder.transport.separable import Angular, AngularFactor, separable
+from firstorder.transport.slopes import ToAngle, ToSlope, theta_D_v, v_D_theta
+from firstorder.transport.texture import Texture, Wave, wave
+from firstorder.transport.travel import Arrival, Travel
 
 __all__ = [
+    "Angular",
+    "AngularFactor",
+    "Arrival",
+    "Blend",
+    "Bump",
     "Chain",
+    "ClampedCosine",
+    "Cosine",
     "Curvature",
+    "DifferentialIrradiance",
     "Event",
+    "Fresnel",
+    "Gather",
+    "Incidence",
+    "Layers",
     "Linearised",
     "Mirror",
     "Occlusion",
+    "Outgoing",
     "Path",
     "Reflection",
+    "Schlick",
+    "SlopeWeight",
+    "Snell",
+    "Texture",
+    "ToAngle",
+    "ToSlope",
+    "Transmission",
     "Travel",
+    "VaryingGaussian",
+    "Wave",
+    "bessel_zk1",
+    "comb_blocker",
+    "cos_plus_transform",
+    "diffuse",
+    "fresnel_reflection",
+    "grating_blocker",
     "half_plane_blocker",
+    "refraction",
+    "separable",
+    "slit_blocker",
+    "theta_D_v",
+    "v_D_theta",
+    "wave",
 ]
