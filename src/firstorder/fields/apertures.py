@@ -13,7 +13,7 @@ from firstorder.errors import Refused, check_finite, check_positive, is_concrete
 from firstorder.fields.covariance import Covariance
 from firstorder.fields.field import Affine, Constant, Edge, Field
 from firstorder.fields.jet import Jet
-from firstorder.fields.series import Series, axis_series
+from firstorder.fields.series import Series, level_range, level_series, stair_series
 from firstorder.fields.spectrum import Grid
 from firstorder.typing import Ray, Scalar, as_float
 
@@ -82,23 +82,8 @@ class Bars(Field):
         )
 
     def series(self, window: Grid) -> Series:
-        """Closed form, on one period of the window's extent about the middle of the bars.
-
-        `c_k = sum_j jump_j (exp(-2 pi i k p_j / P) - exp(-2 pi i k q / P)) / (2 pi i k)`, q the
-        period's end, where the stair falls back to its first height.
-        """
-        middle = 0.5 * (self.places[0] + self.places[-1])
-
-        def coefficients(k, period):
-            end = middle + 0.5 * period
-            nonzero = np.where(k == 0, 1, k)
-            places = jnp.append(self.places, end)
-            jumps = jnp.append(self.jumps, -jnp.sum(self.jumps))
-            waves = fourier_kernel(jnp.asarray(k / period)[:, None, None], places[None, :, None])
-            mean = self.heights[0] + jnp.sum(self.jumps * (end - self.places)) / period
-            return jnp.where(k == 0, mean, waves @ jumps / (2j * np.pi * nonzero))
-
-        return _series_in_level(coefficients, self.level, window)
+        """Closed form, exact on the window (see `stair_series`)."""
+        return stair_series(self.level, self.places, self.heights, window)
 
     def covariance(self) -> Covariance:
         """Refused: an edge has none."""
@@ -242,13 +227,15 @@ class SoftSlit(Field):
     def series(self, window: Grid) -> Series:
         """A sinc under a Gaussian, sampled at the harmonics of the window."""
         w, b = self.width, self.blur
+        low, high = level_range(self.level, window)
+        reach = 0.5 * w + 9.0 * b  # a period holds all of the slit, and all of the window
 
         def coefficients(k, period):
-            s = jnp.asarray(k / period)
-            c = w * jnp.sinc(w * s) * jnp.exp(-2.0 * (np.pi * b * s) ** 2) / period
-            return c * fourier_kernel(s[:, None], jnp.zeros(1))
+            s = jnp.asarray(k) / period
+            return w * jnp.sinc(w * s) * jnp.exp(-2.0 * (np.pi * b * s) ** 2) / period
 
-        return _series_in_level(coefficients, self.level, window)
+        low, high = jnp.minimum(low, -reach), jnp.maximum(high, reach)
+        return level_series(coefficients, self.level, low, high, window)
 
     def covariance(self) -> Covariance:
         """`int V'^2 / (4 pi^2 int V^2)` along the normal, in closed form."""
@@ -269,13 +256,3 @@ def _flat(field: Field, u: Ray) -> Jet:
 def _raised(level: Affine, by) -> Affine:
     """The level plus a constant."""
     return Affine(level.normal, level.offset + by, level.frame)
-
-
-def _series_in_level(coefficients, level: Affine, window: Grid) -> Series:
-    """A series in `s = level(u)`: that in `normal . u`, with the phase of the offset."""
-
-    def moved(k, period):
-        phase = fourier_kernel(jnp.asarray(k / period)[:, None], -level.offset[None])
-        return coefficients(k, period) * phase
-
-    return axis_series(moved, level.normal, window, level.frame.positions[0])

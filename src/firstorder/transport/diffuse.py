@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 
-from firstorder.conventions import FLATLAND_SLOPE, Frame
+from firstorder.conventions import FLATLAND_SLOPE, Frame, fourier_kernel
 from firstorder.errors import check_not_negative, check_positive, nan_unless
 from firstorder.fields.covariance import Covariance
 from firstorder.fields.field import Field
 from firstorder.fields.jet import Jet
-from firstorder.fields.series import Series, axis_series
+from firstorder.fields.series import Series
 from firstorder.fields.spectrum import Grid
 from firstorder.laws.base import Law
 from firstorder.laws.integrate import Integrate
@@ -82,22 +81,34 @@ class SlopeWeight(Field):
         return self.scale * total * bessel_zk1(z2)
 
     def series(self, window: Grid) -> Series:
-        """Fourier coefficients on the window's extent along the slope, by Gauss-Legendre.
+        """Fourier coefficients on the window's extent along the slopes, by Gauss-Legendre.
 
-        On that box the periodic continuation *is* the weight, although it has a kink at the
-        border, so products with light inside the box are exact.
+        On the window the periodic continuation *is* the weight, although it has a kink at the
+        border, so products with light inside the window are exact.
         """
-        if len(self.frame.directions) > 1:
-            return super().series(window)
-        axis = self.frame.directions[0]
+        axes = self.frame.directions
+        harmonics = [np.arange(-(window.size[a] // 2), window.size[a] // 2 + 1) for a in axes]
+        frequencies = [
+            jnp.asarray(k) / window.extent[a] for k, a in zip(harmonics, axes, strict=True)
+        ]
+        rules = [gauss_legendre(2 * k.size + 64) for k in harmonics]
+        slopes = [
+            window.center[a] + 0.5 * window.extent[a] * t
+            for (t, _), a in zip(rules, axes, strict=True)
+        ]
+        c = self(*self._placed(jnp.meshgrid(*slopes, indexing="ij")))
+        for i, (Omega, v, (_, w)) in enumerate(zip(frequencies, slopes, rules, strict=True)):
+            kernel = fourier_kernel(Omega[:, None, None], v[None, :, None]) * (0.5 * w)
+            c = jnp.moveaxis(jnp.tensordot(kernel, c, axes=(1, i)), 0, i)
+        nodes = self._placed(jnp.meshgrid(*frequencies, indexing="ij"))
+        return Series(
+            jnp.stack([jnp.broadcast_to(n, c.shape).ravel() for n in nodes], -1), c.ravel()
+        )
 
-        def coefficients(k, period):
-            t, w = gauss_legendre(2 * k.size + 64)
-            v = 0.5 * period * t
-            u = jnp.zeros((v.size, self.frame.dims)).at[:, axis].set(v)
-            return 0.5 * jnp.exp(-1j * np.pi * k[:, None] * t) @ (w * jax.vmap(self.at)(u))
-
-        return axis_series(coefficients, np.eye(self.frame.dims)[axis], window, axis)
+    def _placed(self, along: list[Array]) -> list:
+        """One entry per coordinate: those given on the directions, zero on positions."""
+        given = dict(zip(self.frame.directions, along, strict=True))
+        return [given.get(i, 0.0) for i in range(self.frame.dims)]
 
     def covariance(self) -> Covariance:
         """`int |grad g|^2 / (4 pi^2 int g^2)`: 15/16 in flatland, 6/5 per slope in space.
