@@ -1,0 +1,519 @@
+"""Reflected light of a curved, bumpy, textured surface: value, gradient and Hessian, term by term.
+
+The four steps of R07 §4.1 in one: `B(x, theta) = int L(x, omega) rho(2 n(x) - theta - omega)
+d omega`. At *fixed offsets* `t = theta_r - omega` a homogeneous lobe is the same for all rays: it
+is evaluated once per node, and six sums over the light's jet give everything.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from firstorder.conventions import FLATLAND, Frame
+from firstorder.errors import Refused, check_positive
+from firstorder.fields.field import Field, Function
+from firstorder.fields.jet import Jet
+from firstorder.fields.kernel import Kernel, Profile
+from firstorder.laws.convolve import Convolve
+from firstorder.laws.integrate import Integrate
+from firstorder.laws.move import Move
+from firstorder.laws.multiply import Multiply
+from firstorder.quadrature import panels
+from firstorder.transport.brdf import Brdf
+from firstorder.transport.bump import Bump
+from firstorder.transport.cosine import ClampedCosine
+from firstorder.transport.lobes import NORMAL, Lobe, Tabulated
+from firstorder.typing import Array, Ray, Scalar
+
+_WIDE = Frame(("x", "theta", "omega"))
+
+
+class Entries(NamedTuple):
+    """A flatland jet as six numbers (or six arrays): what fuses, where matrices would not."""
+
+    value: Array
+    x: Array
+    theta: Array
+    xx: Array
+    x_theta: Array
+    theta_theta: Array
+
+    def __add__(self, other: "Entries") -> "Entries":  # pyright: ignore
+        """Sum of two functions."""
+        return Entries(*(a + b for a, b in zip(self, other, strict=True)))
+
+    def scaled(self, a) -> "Entries":
+        """The function times a constant."""
+        return Entries(*(a * e for e in self))
+
+    def times(self, g: "Entries") -> "Entries":
+        """Product of two functions: Leibniz' rule."""
+        f = self
+        return Entries(
+            f.value * g.value,
+            f.x * g.value + f.value * g.x,
+            f.theta * g.value + f.value * g.theta,
+            f.xx * g.value + 2.0 * f.x * g.x + f.value * g.xx,
+            f.x_theta * g.value + f.x * g.theta + f.theta * g.x + f.value * g.x_theta,
+            f.theta_theta * g.value + 2.0 * f.theta * g.theta + f.value * g.theta_theta,
+        )
+
+    def turned(self, n: "Normal", turn: float, look: float) -> "Entries":
+        """`h(x, theta) = f(x, turn n(x) + look theta - t)` from the entries of f there.
+
+        With `turn, look = 2, -1` this is R07 (68), and R07 (25), (29), (69) follow.
+        """
+        f, c = self, turn * n.x
+        return Entries(
+            f.value,
+            f.x + c * f.theta,
+            look * f.theta,
+            f.xx + 2.0 * c * f.x_theta + c * c * f.theta_theta + turn * n.xx * f.theta,
+            look * (f.x_theta + c * f.theta_theta),
+            look * look * f.theta_theta,
+        )
+
+    def jet(self, frame: Frame) -> Jet:
+        """The same with gradient and Hessian as arrays."""
+        mixed = self.x_theta
+        rows = [jnp.stack([self.xx, mixed], -1), jnp.stack([mixed, self.theta_theta], -1)]
+        gradient = jnp.stack([self.x, self.theta], -1)
+        return Jet(self.value, gradient, jnp.stack(rows, -2), frame)
+
+
+class Normal(NamedTuple):
+    """The normal's angle at a point and its derivatives along the surface: n, n_x, n_xx."""
+
+    value: Array
+    x: Array
+    xx: Array
+
+
+class Terms(NamedTuple):
+    """What the spatial derivative of reflected light consists of: `B_x = SV + CDV + MV`.
+
+    Attributes:
+        SV: spatial variation of the light, `L_x (*) rho`.
+        DV: its directional variation, `L_theta (*) rho`; for a mirror lobe `B_theta = -DV`.
+        CV: curvature, `turn n_x`: 2 n_x for a mirror lobe and n_x for a diffuse one.
+        CDV: `CV DV`.
+        MV: variation of the material, `L (*) rho_x`, of the texture and of an exact cosine.
+
+    Reference: R07 §5.2; MV is not in its Fig. 4.
+    """
+
+    SV: Array
+    DV: Array
+    CV: Array
+    CDV: Array
+    MV: Array
+
+
+class Light(Field):
+    """Flatland light from two callables: radiance, and the six entries of its jet.
+
+    Args:
+        value: maps (x, theta) to radiance.
+        derivatives: maps (x, theta) to `L, L_x, L_theta, L_xx, L_xtheta, L_thetatheta`.
+        frame: names of the coordinates.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.transport.shading import Light
+        >>> zero, one = jnp.array(0.0), jnp.array(1.0)
+        >>> L = Light(lambda x, t: x * t, lambda x, t: (x * t, t, x, zero, one, zero))
+        >>> L.jet(jnp.array([2.0, 3.0])).gradient[0].item()
+        3.0
+    """
+
+    function: Callable = eqx.field(static=True)
+    derivatives: Callable = eqx.field(static=True)
+    frame: Frame = eqx.field(static=True, default=FLATLAND)
+
+    def at(self, u: Ray) -> Scalar:
+        """The radiance."""
+        return self.function(u[0], u[1])
+
+    def jet(self, u: Ray) -> Jet:
+        """The entries, as arrays."""
+        return Entries(*self.derivatives(u[0], u[1])).jet(self.frame)
+
+
+def entries_of(light: Field, x: Scalar, theta: Scalar) -> Entries:
+    """Entries of any flatland field's jet; a `Light` gives them without a detour over arrays."""
+    if isinstance(light, Light):
+        return Entries(*light.derivatives(x, theta))
+    return _unpacked(light.jet(jnp.stack([x, theta])))
+
+
+def value_of(light: Field, x: Scalar, theta: Scalar) -> Scalar:
+    """Radiance of any flatland field; of a `Light` without a detour over arrays."""
+    return light.function(x, theta) if isinstance(light, Light) else light.at(jnp.stack([x, theta]))
+
+
+class Surface(eqx.Module):
+    """A flatland surface: how its normal turns, how it reflects, what is painted on it.
+
+    Args:
+        normal: n as a field over (x, theta) that ignores theta, in radians: a base shape, bumps, or
+            their sum. Counter-clockwise from +y; x is arc length.
+        reflectance: lobes and general BRDFs; they add up.
+        texture: field over (x, theta) that ignores theta and multiplies the reflected light.
+
+    Raises:
+        ValueError: if `reflectance` is empty.
+
+    Example:
+        >>> from firstorder.fields import Affine, gaussian
+        >>> from firstorder.transport.lobes import glossy
+        >>> from firstorder.transport.shading import Surface
+        >>> valley = Surface(Affine([0.5, 0.0], 0.0), (glossy(0.2),))
+        >>> B = valley.reflect(gaussian((0.0, 0.1), (1.0, 0.4)))
+        >>> B(0.2, 0.1).shape
+        ()
+    """
+
+    normal: Field
+    reflectance: tuple[Lobe | Brdf, ...]
+    texture: Field | None = None
+
+    def __check_init__(self):
+        """Refuse a surface without material."""
+        if not self.reflectance:
+            raise ValueError("Argument `reflectance` must hold at least one lobe, but is empty.")
+
+    def normal_at(self, x: Scalar) -> Normal:
+        """n, n_x and n_xx at arc length x."""
+        jet = self.normal.jet(jnp.stack([x, jnp.zeros_like(x)]))
+        return Normal(jet.value, jet.gradient[0], jet.hessian[0, 0])
+
+    def reflect(self, light: Field, nodes: int = 64) -> "Reflected":
+        """The reflected light field; see `Reflected`."""
+        return Reflected(light, self, nodes)
+
+
+class Reflected(Field):
+    """Light reflected by a surface, as an outgoing light field.
+
+    For every lobe, with `theta_r = 2 n(x) - theta` and (*) the convolution over angle at theta_r,
+
+    `B        = L (*) rho`
+    `B_x      = L_x (*) rho + 2 n_x L_theta (*) rho`
+    `B_theta  = -L_theta (*) rho`
+    `B_xx     = L_xx (*) rho + 4 n_x L_xtheta (*) rho + 4 n_x^2 L_thetatheta (*) rho
+    + 2 n_xx L_theta (*) rho`
+    `B_xtheta = -(L_xtheta (*) rho + 2 n_x L_thetatheta (*) rho)`
+    `B_thetatheta = L_thetatheta (*) rho`
+
+    For a lobe with another argument 2 becomes `turn` and -1 `look`. A lobe that varies in x, a
+    texture and an exact cosine add terms by Leibniz' rule; the cosine also adds
+    `L rho grad m grad m^T` at each horizon `omega = n -+ pi/2` in the lobe's reach, with m the
+    lobe's local centre. A general BRDF is integrated over the local hemisphere,
+    `int L(x, n + w) rho(w, theta - n) cos(w) dw`, whose ends stand still.
+
+    Light with edges is integrated piece by piece with the boundary terms of `Integrate`.
+    Angles are global, theta is held fixed under d/dx. Wrong when the lobe reaches around the
+    circle.
+
+    Args:
+        light: incoming light over (x, theta).
+        surface: the surface.
+        nodes: Gauss-Legendre nodes per smooth piece.
+
+    Raises:
+        ValueError: if the light is not incoming flatland light in angles.
+
+    Reference: R07 eqs. 18-25, 29, 68-69, §5.2, §5.4.
+
+    Example:
+        >>> from firstorder.fields import Affine, gaussian
+        >>> from firstorder.transport.lobes import glossy
+        >>> from firstorder.transport.shading import Surface
+        >>> B = Surface(Affine([0.5, 0.0], 0.0), (glossy(0.2),)).reflect(
+        ...     gaussian((0.0, 0.1), (1.0, 0.4)))
+        >>> terms, = B.terms(0.2, 0.1)
+        >>> bool(abs(B.jets(0.2, 0.1).gradient[0] - terms.SV - terms.CDV) < 1e-12)
+        True
+    """
+
+    light: Field
+    surface: Surface
+    nodes: int = eqx.field(static=True, default=64)
+
+    def __check_init__(self):
+        """Refuse other coordinates."""
+        check_positive("nodes", self.nodes)
+        if self.light.frame != FLATLAND:
+            f = self.light.frame
+            raise ValueError(
+                f"Argument `light` must be incoming in {FLATLAND.coordinates}, "
+                f"but is {f.sense} in {f.coordinates}."
+            )
+
+    @property
+    def frame(self) -> Frame:
+        """The light's, outgoing."""
+        return self.light.frame.turned()
+
+    def at(self, u: Ray) -> Scalar:
+        """Sum over the lobes, times the texture."""
+        x, theta = u
+        n = self.surface.normal_at(x)
+        total = sum((self._value(r, n, x, theta) for r in self.surface.reflectance), 0.0 * x)
+        texture = self.surface.texture
+        return total if texture is None else texture.at(u) * total
+
+    def jet(self, u: Ray) -> Jet:
+        """Value, gradient and Hessian in closed form."""
+        return self.entries(u[0], u[1]).jet(self.frame)
+
+    def entries(self, x: Scalar, theta: Scalar) -> Entries:
+        """The jet as six numbers."""
+        n = self.surface.normal_at(x)
+        first, *rest = (self._entries(r, n, x, theta) for r in self.surface.reflectance)
+        for more in rest:
+            first = first + more
+        return first if self.surface.texture is None else self._painted(x).times(first)
+
+    def gradient(self, x: Scalar, theta: Scalar) -> tuple[Scalar, Scalar, Scalar]:
+        """`B, B_x, B_theta`, without the work that only the Hessian needs.
+
+        Unused outputs of a loop are removed by the compiler, so this is `entries`, cut.
+        """
+        return self.entries(x, theta)[:3]
+
+    def terms(self, x, theta) -> tuple[Terms, ...]:
+        """SV, DV, CV, CDV and MV of every lobe (general BRDFs: `turn` is 1, as for their light).
+
+        Args:
+            x: arc length, an array of any shape.
+            theta: outgoing direction, broadcast against x.
+
+        Raises:
+            Refused: for light with edges, unless all lobes are without cosine.
+        """
+        x, theta = jnp.broadcast_arrays(*map(jnp.asarray, (x, theta)))
+        many = jax.vmap(self._terms)(x.ravel(), theta.ravel())
+        return jax.tree.map(lambda a: a.reshape(x.shape), many)
+
+    def over(self, x, theta, block: int = 2048) -> Entries:
+        """Entries at many rays, in blocks that fit the cache.
+
+        Args:
+            x: arc lengths, one axis.
+            theta: outgoing directions, likewise.
+            block: rays at a time.
+        """
+        return jax.lax.map(lambda a: self.entries(*a), (x, theta), batch_size=block)
+
+    # --- one lobe or BRDF -------------------------------------------------------------------
+
+    def _value(self, r: Lobe | Brdf, n: Normal, x: Scalar, theta: Scalar) -> Scalar:
+        if self.light.edges():
+            return self._by_laws(r, n, x, theta).value
+        *_, center = _center(r, n, theta)
+        nodes, weights, weight = _weight(r, n, x, theta, self.nodes)
+
+        def node(t):
+            return value_of(self.light, x, center - t) * weight(t).value
+
+        return jnp.sum(weights * jax.vmap(node)(nodes))
+
+    def _entries(self, r: Lobe | Brdf, n: Normal, x: Scalar, theta: Scalar) -> Entries:
+        if self.light.edges():
+            return self._by_laws(r, n, x, theta)
+        if isinstance(r, Lobe) and isinstance(r.kernel, Profile) and not r.cosine:
+            turn, look, center = _center(r, n, theta)
+            return self._sums(r.kernel, x, center).turned(n, turn, look)
+        return self._leibniz(r, n, x, theta)
+
+    def _sums(self, profile: Profile, x: Scalar, center: Scalar) -> Entries:
+        """The six entries of L, convolved: the lobe is evaluated once for all rays."""
+        h = profile.half_width().astype(x.dtype)
+        t, w = _offsets(profile, -h, h, self.nodes)
+        weights = (w * jax.vmap(lambda s: profile.derivatives(s)[0])(t)).astype(x.dtype)
+
+        def step(total, node):
+            t, weight = node
+            return total + entries_of(self.light, x, center - t).scaled(weight), None
+
+        zero = Entries(*[jnp.zeros_like(x)] * 6)
+        # Four nodes at a time: the running sums are then loaded and stored a quarter as often.
+        return jax.lax.scan(step, zero, (t, weights), unroll=4)[0]
+
+    def _leibniz(self, r: Lobe | Brdf, n: Normal, x: Scalar, theta: Scalar) -> Entries:
+        """Light and weight both vary with the ray: product rule under the integral sign."""
+        turn, look, center = _center(r, n, theta)
+        nodes, weights, weight = _weight(r, n, x, theta, self.nodes)
+
+        def node(t):
+            return entries_of(self.light, x, center - t).turned(n, turn, look).times(weight(t))
+
+        total = Entries(*(jnp.sum(weights * e) for e in jax.vmap(node)(nodes)))
+        return total + self._horizons(r, n, x, theta) if _has_cosine(r) else total
+
+    def _horizons(self, r: Lobe, n: Normal, x: Scalar, theta: Scalar) -> Entries:
+        """`L rho m_i m_j` at `omega = n -+ pi/2`: the cosine has a kink there, and it moves."""
+        m, kernel = _local_center(r, n, theta), r.kernel
+        total = jnp.zeros_like(x)
+        for side in (-0.5 * np.pi, 0.5 * np.pi):
+            t = m.value + side
+            rho = kernel.at(jnp.stack([x, t]))
+            light = self.light.at(jnp.stack([x, n.value - side]))
+            total = total + jnp.where(jnp.abs(t) < kernel.half_width(), light * rho, 0.0)
+        zero = jnp.zeros_like(x)
+        bend = m.x * m.x, m.x * m.theta, m.theta * m.theta
+        return Entries(zero, zero, zero, *(total * b for b in bend))
+
+    def _by_laws(self, r: Lobe | Brdf, n: Normal, x: Scalar, theta: Scalar) -> Entries:
+        """The same as a composition of laws, which split the integral at the light's edges."""
+        if isinstance(r, Brdf):
+            return _unpacked(self._hemisphere(r).jet(jnp.stack([x, theta])))
+        turn, look, center = _center(r, n, theta)
+        convolved = Convolve(r.kernel, nodes=self.nodes)(self._lit(r))
+        return _unpacked(convolved.jet(jnp.stack([x, center]))).turned(n, turn, look)
+
+    def _lit(self, r: Lobe) -> Field:
+        """The light, times the clamped cosine if the lobe asks for it."""
+        if not r.cosine:
+            return self.light
+        return Multiply(Bump(self.surface.normal, back=True)(ClampedCosine()))(self.light)
+
+    def _hemisphere(self, r: Brdf) -> Field:
+        """A general BRDF by laws: into the local frame, integrate, and back."""
+        local = Bump(self.surface.normal)(self.light)
+        factor = Function(lambda x, o, w: r.derivatives(w, o)[0] * jnp.cos(w), _WIDE)
+        light = Move([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]], to=_WIDE)(local)
+        quarter = 0.5 * np.pi
+        integral = Integrate("omega", -quarter, quarter, self.nodes)(Multiply(factor)(light))
+        return Bump(self.surface.normal, back=True)(integral)
+
+    # --- the terms --------------------------------------------------------------------------
+
+    def _terms(self, x: Scalar, theta: Scalar) -> tuple[Terms, ...]:
+        n = self.surface.normal_at(x)
+        return tuple(self._terms_of(r, n, x, theta) for r in self.surface.reflectance)
+
+    def _terms_of(self, r: Lobe | Brdf, n: Normal, x: Scalar, theta: Scalar) -> Terms:
+        """By their definitions, and not from B_x."""
+        turn, _, center = _center(r, n, theta)
+        if self.light.edges():
+            B, SV, DV, MV = self._split_terms(r, x, center)
+        else:
+            nodes, weights, weight = _weight(r, n, x, theta, self.nodes)
+
+            def node(t):
+                L, q = entries_of(self.light, x, center - t), weight(t)
+                return L.value * q.value, L.x * q.value, L.theta * q.value, L.value * q.x
+
+            B, SV, DV, MV = (jnp.sum(weights * e) for e in jax.vmap(node)(nodes))
+        if self.surface.texture is not None:
+            paint = self._painted(x)
+            SV, DV, MV = paint.value * SV, paint.value * DV, paint.value * MV + paint.x * B
+        CV = turn * n.x
+        return Terms(SV, DV, CV, CV * DV, MV)
+
+    def _split_terms(self, r: Lobe | Brdf, x: Scalar, center: Scalar):
+        """Under light with edges L_x and L_theta hold Diracs: convolve, then differentiate."""
+        if not isinstance(r, Lobe) or r.cosine or not isinstance(r.kernel, Profile):
+            raise Refused("terms under light with edges need a homogeneous lobe without cosine")
+        jet = Convolve(r.kernel, nodes=self.nodes)(self.light).jet(jnp.stack([x, center]))
+        return jet.value, jet.gradient[0], jet.gradient[1], jnp.zeros_like(jet.value)
+
+    def _painted(self, x: Scalar) -> Entries:
+        """The texture's entries; it does not depend on the direction."""
+        assert self.surface.texture is not None
+        e = entries_of(self.surface.texture, x, jnp.zeros_like(x))
+        zero = jnp.zeros_like(x)
+        return Entries(e.value, e.x, zero, e.xx, zero, zero)
+
+
+def _has_cosine(r: Lobe | Brdf) -> bool:
+    return isinstance(r, Lobe) and r.cosine
+
+
+def _center(r: Lobe | Brdf, n: Normal, theta: Scalar) -> tuple[float, float, Scalar]:
+    """How the light is looked up, `omega = turn n + look theta - t`: turn, look, and the rest."""
+    a = r.argument if isinstance(r, Lobe) else NORMAL
+    return a.turn, a.look, a.turn * n.value + a.look * theta
+
+
+def _local_center(r: Lobe, n: Normal, theta: Scalar) -> Entries:
+    """`m = look (theta - n)`, the lobe's centre seen from the normal."""
+    k, zero = r.argument.look, jnp.zeros_like(theta)
+    m = k * (theta - n.value)
+    return Entries(m, -k * n.x, k + zero, -k * n.xx, zero, zero)
+
+
+def _weight(r: Lobe | Brdf, n: Normal, x: Scalar, theta: Scalar, count: int):
+    """Nodes t, their weights, and what the light is weighted with, as entries in (x, theta)."""
+    if isinstance(r, Brdf):
+        return _hemisphere_weight(r, n, theta, count)
+    h = r.kernel.half_width().astype(x.dtype)
+    if not r.cosine:
+        return *_offsets(r.kernel, -h, h, count), lambda t: _kernel_entries(r.kernel, x, t)
+    m = _local_center(r, n, theta)
+    lower = jnp.clip(m.value - 0.5 * np.pi, -h, h)
+    upper = jnp.clip(m.value + 0.5 * np.pi, -h, h)
+
+    def weight(t):
+        return _kernel_entries(r.kernel, x, t).times(_cosine_entries(m, t))
+
+    return *_offsets(r.kernel, lower, upper, count), weight
+
+
+def _offsets(kernel: Kernel, lower: Scalar, upper: Scalar, count: int):
+    """Quadrature over a lobe: one panel, or one per piece of a table with four nodes or more."""
+    breaks = kernel.knots() if isinstance(kernel, Tabulated) else []
+    return panels(lower, upper, list(breaks), max(4, count // (len(breaks) + 1)))
+
+
+def _kernel_entries(kernel: Kernel, x: Scalar, t: Scalar) -> Entries:
+    """A lobe at a fixed offset varies with x alone."""
+    zero = jnp.zeros_like(x)
+    if isinstance(kernel, Profile):
+        return Entries(kernel.derivatives(t)[0], zero, zero, zero, zero, zero)
+    jet = kernel.jet(jnp.stack([x, t]))
+    return Entries(jet.value, jet.gradient[0], zero, jet.hessian[0, 0], zero, zero)
+
+
+def _cosine_entries(m: Entries, t: Scalar) -> Entries:
+    """`cos(m - t)`, the cosine of the incoming local angle."""
+    c, s = jnp.cos(m.value - t), jnp.sin(m.value - t)
+    return Entries(
+        c,
+        -s * m.x,
+        -s * m.theta,
+        -c * m.x * m.x - s * m.xx,
+        -c * m.x * m.theta,
+        -c * m.theta * m.theta,
+    )
+
+
+def _hemisphere_weight(r: Brdf, n: Normal, theta: Scalar, count: int):
+    """`rho(w, theta - n) cos w` at fixed `w = -t`; its derivatives are those in the outgoing angle.
+
+    The panels follow the BRDF's peaks with the ray. What is integrated is smooth there, so that
+    moves nothing but the nodes.
+    """
+    o = theta - n.value
+    quarter = jnp.asarray(0.5 * np.pi, o.dtype)
+    # The closed form holds the nodes still, and so does autodiff of the value.
+    breaks = [jax.lax.stop_gradient(-p) for p in r.peaks(o)]
+    nodes, weights = panels(-quarter, quarter, breaks, count)
+
+    def weight(t):
+        rho, d, dd = r.derivatives(-t, o)
+        entries = Entries(rho, -n.x * d, d, n.x * n.x * dd - n.xx * d, -n.x * dd, dd)
+        return entries.scaled(jnp.cos(t))
+
+    return nodes, weights, weight
+
+
+def _unpacked(jet: Jet) -> Entries:
+    g, H = jet.gradient, jet.hessian
+    return Entries(jet.value, g[0], g[1], H[0, 0], H[0, 1], H[1, 1])
