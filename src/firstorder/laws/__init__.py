@@ -6,9 +6,11 @@ from firstorder.laws.integrate import Integrate
 from firstorder.laws.move import Move
 from firstorder.laws.multiply import Multiply
 from firstorder.laws.warp import Linearisation, Map, Warp
+from firstorder.laws.zonal import ClampedCosine, VonMisesFisher, Zonal, ZonalKernel
 
 __all__ = [
     "Circle",
+    "ClampedCosine",
     "Convolve",
     "Domain",
     "Hemisphere",
@@ -21,5 +23,8 @@ __all__ = [
     "Move",
     "Multiply",
     "SpectrumImage",
+    "VonMisesFisher",
     "Warp",
+    "Zonal",
+    "ZonalKernel",
 ]
