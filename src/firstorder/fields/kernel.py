@@ -106,7 +106,7 @@ class GaussianProfile(Profile):
         """`p, -t/s^2 p, (t^2/s^2 - 1)/s^2 p`."""
         sigma = nan_unless(self.sigma > 0, self.sigma)
         s2 = sigma**2
-        p = self.weight / (sigma * np.sqrt(2.0 * np.pi)) * jnp.exp(-0.5 * t**2 / s2)
+        p = self.weight / (sigma * float(np.sqrt(2.0 * np.pi))) * jnp.exp(-0.5 * t**2 / s2)
         return p, -t / s2 * p, (t**2 / s2 - 1.0) / s2 * p
 
     def transform(self, Omega: Scalar) -> Array:
