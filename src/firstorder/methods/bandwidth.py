@@ -149,11 +149,14 @@ class BandLimit(eqx.Module):
         return jnp.min(jax.vmap(lambda chosen: _dual(A, target, weights, chosen))(vertices))
 
     def farthest(self, direction: RealLike) -> Vector:
-        """A frequency of the set that reaches farthest along `direction`.
+        """A corner of the set that reaches farthest along `direction`.
 
-        The gradient of `reach`; its convex hull over all directions is the set.
+        The gradient of `reach`. Where a whole face is farthest, one of its corners: the direction
+        is turned by the square root of the rounding error to choose it.
         """
-        return jax.grad(self.reach)(as_float(direction))
+        w = as_float(direction)
+        turn = jnp.sqrt(jnp.finfo(w.dtype).eps) * jnp.sqrt(jnp.sum(w**2))
+        return jax.grad(self.reach)(w + turn * jnp.cos(1.0 + jnp.arange(w.size, dtype=w.dtype)))
 
     def extent(self, axis: str) -> Scalar:
         """Largest `|Omega_axis|` in the set: sample that coordinate at twice this rate."""
@@ -261,8 +264,8 @@ def band_limit(field: Field, level: float = LEVEL) -> BandLimit:
 
     Exact for light whose spectrum ends; at its level for a Gaussian (whose ellipse is put into the
     parallelogram around it) and the clamped cosine; the whole line across a jump, which has all
-    frequencies; and by `after` for what a law has made of any of these. `band_limit.register` adds a kind of
-    field.
+    frequencies; and by `after` for what a law has made of any of these. `band_limit.register` adds
+    a kind of field.
 
     Raises:
         Refused: if the field has no known band limit.
@@ -492,7 +495,7 @@ def occluded_bandwidth(
 
 
 def glossy_bandwidth_in_space(
-    cutoff: RealLike, d: RealLike, S: Float[Array, "2 2"], cos_view: RealLike
+    cutoff: RealLike, d: RealLike, S: Float[Array | np.ndarray, "2 2"], cos_view: RealLike
 ) -> Scalar:
     """Angular bandwidth, at the eye, of a distant environment in a curved mirror in space.
 
