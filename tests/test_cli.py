@@ -1,0 +1,61 @@
+import equinox as eqx
+import numpy as np
+import pytest
+
+import firstorder
+from firstorder.cli import Jet, main
+
+
+def test_a_jet_is_printed_for_every_step_and_equals_differences(capsys):
+    assert main(["jet", "--edge", "0.2", "--at", "0.35", "0.05"]) == 0
+    head, *lines, _ = capsys.readouterr().out.splitlines()
+    path = Jet(edge=0.2).path()
+    assert [line.split()[0] for line in lines][0::8] == ["source", "curvature"]
+    assert len(lines) == len(path.events) + 1
+    assert head.split()[1] == "value"
+    h = 1e-3
+    x, theta = np.meshgrid(0.35 + h * np.arange(-1, 2), 0.05 + h * np.arange(-1, 2), indexing="ij")
+    B = np.asarray(eqx.filter_jit(lambda f: f(x, theta))(path.light))
+    gradient = (B[2, 1] - B[0, 1]) / (2 * h), (B[1, 2] - B[1, 0]) / (2 * h)
+    bend = (B[2, 1] - 2 * B[1, 1] + B[0, 1]) / h**2, (B[1, 2] - 2 * B[1, 1] + B[1, 0]) / h**2
+    mixed = (B[2, 2] - B[2, 0] - B[0, 2] + B[0, 0]) / (4 * h**2)
+    shown = [float(n) for n in lines[-1].split()[1:]]
+    exact = [B[1, 1], *gradient, bend[0], mixed, bend[1]]
+    np.testing.assert_allclose(shown, exact, rtol=2e-3)  # differences err by h^2 / sigma^2
+
+
+def test_the_table_shows_errors_and_refusals(capsys):
+    assert main(["table", "move"]) == 0
+    head, line = capsys.readouterr().out.splitlines()
+    assert head.split() == ["value", "gradient", "hessian", "spectrum", "covariance", "wavelet"]
+    name, *errors, last = line.split()
+    assert (name, last) == ("move", "refused")
+    assert max(map(float, errors)) < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["jet", "--d", "-1"], "Argument `d` must not be negative, but is -1.0."),
+        (["jet", "--roughness", "0"], "Argument `sigma` must be positive, but is 0.0."),
+        (["jet", "--edge", "nan"], "Argument `edge` must be finite, but is nan."),
+        (
+            ["table", "foo"],
+            "Argument `names` must begin names that `table all` prints, but has 'foo'.",
+        ),
+    ],
+)
+def test_a_bad_argument_is_one_sentence_and_exit_code_2(capsys, arguments, sentence):
+    assert main(arguments) == 2
+    assert capsys.readouterr().err == sentence + "\n"
+
+
+def test_a_command_that_does_not_exist_is_exit_code_2(capsys):
+    with pytest.raises(SystemExit) as stop:
+        main(["paint"])
+    assert stop.value.code == 2
+
+
+def test_the_version_is_that_of_the_package(capsys):
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out == f"firstorder {firstorder.__version__}\n"
