@@ -4,6 +4,7 @@
 """
 
 import abc
+from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -96,7 +97,7 @@ class Grid(eqx.Module):
         return cls(size, tuple(2.0 * w / s for w, s in zip(half_width, size, strict=True)), center)
 
     @property
-    def extent(self) -> tuple[float, ...]:
+    def extent(self) -> tuple[Any, ...]:
         """Length of each axis, one period of its discrete transform."""
         return tuple(n * h for n, h in zip(self.size, self.step, strict=True))
 
