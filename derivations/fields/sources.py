@@ -11,9 +11,13 @@ from firstorder.checks.tolerance import fitted_order, normwise
 from firstorder.conventions import FLATLAND_SLOPE
 from firstorder.fields import GaussianProfile, Grid, discrete_transform, point_light, spot_light
 
-FALLOFF = GaussianProfile(0.3, "v", FLATLAND_SLOPE, 0.8)
 FREQUENCIES = (np.array([-7.3, -0.9, 0.0, 1.7, 40.0]), np.array([-0.8, 0.05, 0.4]))
 X, W = 0.23, 0.45  # where the light stands, half of the bulb
+
+
+def falloff() -> GaussianProfile:
+    """The bell over slopes, in the precision that is set when it is asked for."""
+    return GaussianProfile(0.3, "v", FLATLAND_SLOPE, 0.8)
 
 
 # A point ---------------------------------------------------------------------------------------
@@ -45,16 +49,16 @@ def point_by_samples() -> float:
     h = 0.05
     grid = Grid((9, 61), (h, 0.1), (X, 0.0))
     samples = np.zeros(grid.size)
-    samples[4] = np.asarray(FALLOFF(0.0, grid.axis(1))) / h
+    samples[4] = np.asarray(falloff()(0.0, grid.axis(1))) / h
     truth = discrete_transform(jnp.asarray(samples), grid, *FREQUENCIES)
-    ours = point_light(X, FALLOFF).spectrum()(*np.meshgrid(*FREQUENCIES, indexing="ij"))
+    ours = point_light(X, falloff()).spectrum()(*np.meshgrid(*FREQUENCIES, indexing="ij"))
     return normwise(ours, truth)
 
 
 def point_by_shrinking() -> float:
     """|fitted order - 2|: bulbs of unit strength that shrink, by quadrature."""
     Omega = np.array([1.7, 0.4])
-    point = complex(point_light(X, FALLOFF).spectrum()(*Omega))
+    point = complex(point_light(X, falloff()).spectrum()(*Omega))
     sizes = 0.04 * 0.5 ** np.arange(4)
     errors = [abs(_spot_by_quadrature(Omega, size) / (2 * size) - point) for size in sizes]
     return abs(fitted_order(sizes, errors) - 2.0)
@@ -79,7 +83,7 @@ def spot():
 
 def _spot_by_quadrature(Omega, half_width: float) -> complex:
     """Gauss-Legendre across the bulb, trapezoid over the slopes, in plain NumPy."""
-    t, weight = np.polynomial.legendre.leggauss(160)  # 36 waves across the bulb
+    t, weight = np.polynomial.legendre.leggauss(160)
     x = X + half_width * t
     v = np.linspace(-3.0, 3.0, 121)
     bell = 0.8 / (0.3 * np.sqrt(2 * np.pi)) * np.exp(-(v**2) / 0.18)
@@ -91,7 +95,7 @@ def spot_by_quadrature() -> float:
     """Largest difference at the frequencies, relative to the largest value."""
     mesh = np.stack(np.meshgrid(*FREQUENCIES, indexing="ij"), -1)
     truth = np.array([_spot_by_quadrature(w, W) for w in mesh.reshape(-1, 2)]).reshape(5, 3)
-    ours = spot_light(X, W, FALLOFF).spectrum()(*np.moveaxis(mesh, -1, 0))
+    ours = spot_light(X, W, falloff()).spectrum()(*np.moveaxis(mesh, -1, 0))
     return normwise(ours, truth)
 
 
@@ -99,7 +103,7 @@ def spot_by_samples() -> float:
     """Samples whose cells end where the bulb does: each stands for its cell, hence `sinc`."""
     n = 90
     grid = Grid((n + 10, 61), (2 * W / n, 0.1), (X, 0.0))
-    light = spot_light(X, W, FALLOFF)
+    light = spot_light(X, W, falloff())
     truth = discrete_transform(grid.sample(light), grid, *FREQUENCIES)
     cells = np.sinc(grid.step[0] * FREQUENCIES[0])[:, None]
     ours = light.spectrum()(*np.meshgrid(*FREQUENCIES, indexing="ij"))
