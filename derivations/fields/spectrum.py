@@ -122,12 +122,12 @@ def fall_of_a_broken_power():
     The integral from its definition for n = 0 ... 3; derivatives below the n-th do not jump.
     """
     t, a, Omega = sp.symbols("t a Omega", positive=True)
+    w = 2 * sp.pi * sp.I * Omega
     found = []
     for n in range(4):
         f = t**n * sp.exp(-a * t)
         found += [sp.limit(f.diff(t, k), t, 0) for k in range(n)]
         found.append(sp.limit(f.diff(t, n), t, 0) - sp.factorial(n))
-        w = 2 * sp.pi * sp.I * Omega
         F = sp.integrate(t**n * sp.exp(-(a + w) * t), (t, 0, sp.oo), conds="none")
         found.append(sp.limit(sp.simplify(F * w ** (n + 1)), Omega, sp.oo) - sp.factorial(n))
     found.append(
@@ -190,17 +190,5 @@ ROWS = [
         autodiff=na("spectral"),
         fourier=Check(product_by_series, 1e-9),
         brute_force=Check(convolution_by_sums, 1e-9),
-    ),
-    Row(
-        "D05.fn1",
-        "approximation",
-        implements="firstorder.fields.sources.Box.transform",
-        symbolic=fall_of_a_broken_power,
-        autodiff=na("spectral"),
-        fourier=Check(fall_of_fields, 0.02),
-        brute_force=Check(fitted_fall, 0.02),
-        note="order n + 1 in 1 / Omega, for the envelope |sum_j J_j exp(-2 pi i Omega b_j)| / "
-        "(2 pi Omega)^(n + 1), whose waves interfere; one coordinate, Omega far above 1 / size "
-        "(in the plane, the border of a disk falls as 1 / Omega^1.5)",
     ),
 ]

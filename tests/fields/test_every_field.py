@@ -224,7 +224,8 @@ def test_no_nan_in_derivatives_by_parameters(name):
 @pytest.mark.parametrize("name", FIELDS)
 def test_spectrum_is_the_transform_of_the_samples(name):
     entry, f = FIELDS[name], field(name)
-    if entry.grid is None:
+    grid = entry.grid
+    if grid is None:
         if entry.values:  # a Dirac has a spectrum and no samples: see the sources' tests
             with pytest.raises(Refused):
                 f.spectrum()
@@ -233,8 +234,8 @@ def test_spectrum_is_the_transform_of_the_samples(name):
     if "circle" in name or name == "harmonics":  # a period's transform, at its own harmonics
         Omega = [np.array([-1.0, 0.0, 3.0]) / (2 * np.pi)] * 2
     Omega = Omega[: f.frame.dims]
-    samples = jax.jit(lambda: entry.grid.sample(f))()
-    truth = discrete_transform(samples, entry.grid, *Omega)
+    samples = jax.jit(lambda: grid.sample(f))()
+    truth = discrete_transform(samples, grid, *Omega)
     ours = jax.jit(lambda: f.spectrum()(*np.meshgrid(*Omega, indexing="ij")))()
     assert normwise(ours, truth) < entry.grid_error
 
@@ -247,10 +248,10 @@ def test_covariance_both_ways(name):
             f.covariance()
     if entry.covariance != "finite" or entry.grid is None:
         return
-    ours = f.covariance().matrix
-    samples = jax.jit(lambda: entry.grid.sample(f))()
-    by_frequency = covariance_of_samples(samples, entry.grid, f.frame).matrix
-    by_gradient = jax.jit(lambda: covariance_of(f, entry.grid).matrix)()
+    ours, grid = f.covariance().matrix, entry.grid
+    samples = jax.jit(lambda: grid.sample(f))()
+    by_frequency = covariance_of_samples(samples, grid, f.frame).matrix
+    by_gradient = jax.jit(lambda: covariance_of(f, grid).matrix)()
     for other in (by_frequency, by_gradient):
         assert normwise(ours, other) < 30 * entry.grid_error  # two derivatives of the same samples
 
@@ -258,6 +259,7 @@ def test_covariance_both_ways(name):
 @pytest.mark.parametrize("name", [n for n, e in FIELDS.items() if e.window is not None])
 def test_series_reproduces_the_field_on_its_window(name):
     window, f = FIELDS[name].window, field(name)
+    assert window is not None
     series = jax.jit(lambda: f.series(window))()
     inner = np.random.default_rng(5).uniform(-0.46, 0.46, (60, len(window.size)))
     u = jnp.asarray(np.array(window.center) + inner * np.array(window.extent))
