@@ -108,6 +108,6 @@ ROWS = [
         autodiff=na("no derivative"),
         fourier=na("no spectrum"),
         brute_force=Check(mirror_ball, 1e-5),
-        note="For a parallel view. The rim is met to 1e-12 of the radius: 6e-6 in the angle of a turn.",
+        note="For a parallel view. The rim is met to 1e-12 of the radius, the turn to 6e-6.",
     ),
 ]
