@@ -153,7 +153,7 @@ class MovedGrid(Grid):
 
 
 def discrete_transform(
-    samples: Array, grid: Grid, *frequencies: Array | np.ndarray
+    samples: Array | np.ndarray, grid: Grid, *frequencies: Array | np.ndarray
 ) -> Complex[Array, "..."]:
     """Fourier transform of samples on a tensor grid of *arbitrary* frequencies.
 
@@ -173,7 +173,7 @@ def discrete_transform(
         ValueError: if the samples do not fit the grid.
     """
     check_shape("samples", samples, grid.size)
-    result = samples * grid.cell
+    result = jnp.asarray(samples) * grid.cell
     for i, Omega in enumerate(frequencies):
         kernel = fourier_kernel(jnp.asarray(Omega)[:, None, None], grid.axis(i)[None, :, None])
         result = jnp.moveaxis(jnp.tensordot(kernel, result, axes=(1, i)), 0, i)

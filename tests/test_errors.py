@@ -1,0 +1,86 @@
+"""One sentence for each bad argument; traced arguments are left alone, or give NaN."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from firstorder.errors import (
+    Refused,
+    check_between,
+    check_finite,
+    check_invertible,
+    check_not_negative,
+    check_positive,
+    check_shape,
+    is_concrete,
+    nan_unless,
+)
+
+
+@pytest.mark.parametrize(
+    ("check", "bad", "words"),
+    [
+        (check_finite, np.nan, "be finite, but is nan"),
+        (check_finite, [1.0, np.inf], "be finite, but is inf"),
+        (check_positive, 0.0, "be positive, but is 0.0"),
+        (check_positive, [1.0, -2.0], "be positive, but is -2.0"),
+        (check_positive, np.nan, "be positive, but is nan"),
+        (check_not_negative, -1.0, "not be negative, but is -1.0"),
+        (check_not_negative, np.nan, "not be negative, but is nan"),
+    ],
+)
+def test_a_bad_number_is_named(check, bad, words):
+    with pytest.raises(ValueError, match=f"Argument `d` must {words}"):
+        check("d", np.asarray(bad))
+
+
+def test_a_good_number_passes():
+    check_finite("d", 1.0)
+    check_positive("d", np.array([1.0, 2.0]))
+    check_not_negative("d", 0)
+    check_between("d", jnp.array([0.0, 1.0]), 0.0, 1.0)
+    check_shape("d", jnp.zeros((2, 3)), (2, 3))
+    check_invertible("M", jnp.eye(3))
+
+
+@pytest.mark.parametrize("bad", [-0.1, 1.1, np.nan])
+def test_an_interval_is_named(bad):
+    with pytest.raises(ValueError, match=r"must lie in \[0, 1\]"):
+        check_between("transparency", bad, 0.0, 1.0)
+
+
+def test_a_shape_is_named():
+    with pytest.raises(ValueError, match=r"must have shape \(2,\), but has \(3,\)"):
+        check_shape("center", jnp.zeros(3), (2,))
+
+
+@pytest.mark.parametrize("M", [[[1.0, 2.0], [2.0, 4.0]], [[0.0, 0.0], [0.0, 0.0]]])
+def test_a_singular_matrix_is_named(M):
+    with pytest.raises(ValueError, match="`M` must be invertible"):
+        check_invertible("M", jnp.array(M))
+
+
+def test_traced_arguments_pass_and_can_be_made_nan():
+    @jax.jit
+    def f(d):
+        check_positive("d", d)
+        check_finite("d", d)
+        check_invertible("M", d * jnp.eye(2))
+        return nan_unless(d > 0, d)
+
+    assert np.isnan(f(-1.0))
+    assert f(2.0) == 2.0
+
+
+def test_placeholders_are_left_alone():
+    check_positive("d", None)
+    check_positive("d", jax.ShapeDtypeStruct((), jnp.float32))
+    assert is_concrete({"a": 1.0, "b": jnp.zeros(2)})
+    assert not jax.eval_shape(lambda x: jnp.array(is_concrete(x)), 1.0).weak_type
+
+
+def test_a_refusal_carries_its_reason():
+    with pytest.raises(Refused) as caught:
+        raise Refused("an edge has an infinite covariance")
+    assert caught.value.reason == "an edge has an infinite covariance"
