@@ -103,4 +103,4 @@ def axis_series(coefficients, normal, window: Grid, axis: int) -> Series:
     half = window.size[axis] // 2
     k = np.arange(-half, half + 1)
     nodes = (k / period)[:, None] * jnp.asarray(normal)
-    return Series(nodes, jnp.asarray(coefficients(k, period)) + 0j)  # a real factor may have real ones
+    return Series(nodes, jnp.asarray(coefficients(k, period)) + 0j)  # real ones too
