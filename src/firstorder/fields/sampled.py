@@ -101,8 +101,8 @@ class Sampled(Field):
 
     @property
     def knots(self) -> Grid:
-        """Where the coefficients' splines are centred: one more at both ends of an open axis."""
-        grow = [2 * (b == "open") for b in self.boundary]
+        """Where the coefficients' splines are centred: two more at both ends of an open axis."""
+        grow = [4 * (b == "open") for b in self.boundary]
         size = tuple(n + g for n, g in zip(self.grid.size, grow, strict=True))
         return Grid(size, self.grid.step, self.grid.center)
 
@@ -119,7 +119,7 @@ class Sampled(Field):
                 first = jnp.clip(first, 0, n - 4)
                 index.append(first + jnp.arange(4))
             if b == "open":
-                t = nan_unless((t > 0.5) & (t < n - 1.5), t)
+                t = nan_unless((t >= 1.5) & (t <= n - 2.5), t)
             distances.append(t - (first + jnp.arange(4)))
         return self.coefficients[jnp.ix_(*index)], distances
 
@@ -209,13 +209,15 @@ def _spline(t: Array) -> Array:
 def _fit(n: int, boundary: str) -> np.ndarray:
     """Matrix from n samples to the coefficients of the spline through them."""
     if boundary == "open":
-        through = np.zeros((n + 2, n + 2))
-        for row in range(n):
-            through[row + 1, row : row + 3] = np.array([1.0, 4.0, 1.0]) / 6.0
-        # Not a knot: the third derivative does not jump at the second sample and the last but one.
+        through = np.zeros((n + 4, n + 4))
+        for row in range(2, n + 2):
+            through[row, row - 1 : row + 2] = np.array([1.0, 4.0, 1.0]) / 6.0
+        # Not a knot: the third derivative does not jump at the two outermost samples of each end.
         knot = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
-        through[0, :5], through[-1, -5:] = knot, knot
-        return np.linalg.inv(through)[:, 1:-1]
+        for end in (0, 1):
+            through[end, end : end + 5] = knot
+            through[-1 - end, n - 1 - end : n + 4 - end] = knot
+        return np.linalg.inv(through)[:, 2:-2]
     through = (4.0 * np.eye(n) + np.eye(n, k=1) + np.eye(n, k=-1)) / 6.0
     if boundary == "periodic":
         through[0, -1] += 1.0 / 6.0

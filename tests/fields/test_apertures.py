@@ -1,0 +1,104 @@
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from firstorder.conventions import FLATLAND
+from firstorder.errors import Refused
+from firstorder.fields import Affine, Grid, autodiff_jet
+from firstorder.fields.apertures import Bars, Grating, SoftSlit
+
+LEVEL = Affine([0.8, -0.5], 0.15)
+WINDOW = Grid.spanning((64, 48), (2.0, 1.5), (0.2, -0.1))
+APERTURES = {
+    "bars": Bars(LEVEL, [-0.7, -0.2, 0.9], [0.1, 1.0, 0.4, 0.8]),
+    "grating": Grating(LEVEL, 0.9, 0.35, 0.2, 0.9),
+    "soft slit": SoftSlit(LEVEL, 0.8, 0.2),
+}
+
+
+def along(name):
+    """The aperture as a function of its level."""
+    n = np.asarray(LEVEL.normal) / np.sum(np.asarray(LEVEL.normal) ** 2)
+    return lambda s: float(APERTURES[name].at(jnp.asarray(n * (s - 0.15))))
+
+
+@pytest.mark.parametrize("name", APERTURES)
+def test_the_series_has_the_integrals_of_its_waves(name):
+    """Coefficients against adaptive quadrature over one period, in the level."""
+    series = APERTURES[name].series(WINDOW)
+    middle = (series.coefficients.size - 1) // 2
+    n = np.asarray(LEVEL.normal)
+    steps = np.asarray(series.frequencies) @ n / (n @ n)
+    period = 1.0 / steps[middle + 1]
+    low = 0.15 + n @ [0.2, -0.1] - 0.5 * period
+    function = along(name)
+    places = [-0.7, -0.2, 0.9]
+    if name == "grating":
+        places = [0.9 * (k + h * 0.5 * 0.35) for k in range(-6, 7) for h in (-1, 1)]
+    if name == "soft slit":
+        low = -0.5 * period  # the slit itself is wider than the window
+    inside = [p for p in places if low < p < low + period]
+    for k in (0, 1, -2, 5):
+        truth = sum(
+            quad(lambda s: function(s) * part(2 * np.pi * k * s / period), low, low + period,
+                 points=inside, limit=200, epsabs=1e-12)[0] * factor
+            for part, factor in ((np.cos, 1.0), (np.sin, -1j))
+        ) / period  # fmt: skip
+        truth *= np.exp(2j * np.pi * k * 0.15 / period)  # the level's offset is a phase
+        assert abs(series.coefficients[middle + k] - truth) < 1e-8
+
+
+@pytest.mark.parametrize("name", APERTURES)
+def test_jets(name):
+    field, u = APERTURES[name], jnp.array([0.1, 0.25])
+    true = autodiff_jet(field.at, u, FLATLAND)
+    np.testing.assert_allclose(field.jet(u).hessian, true.hessian, atol=1e-13)
+    np.testing.assert_allclose(field.jet(u).gradient, true.gradient, atol=1e-13)
+
+
+@pytest.mark.parametrize("name", ["bars", "grating"])
+def test_edges_are_where_and_how_it_jumps(name):
+    field = APERTURES[name]
+    n = np.asarray(LEVEL.normal) / np.sum(np.asarray(LEVEL.normal) ** 2)
+    for edge in field.edges():
+        on = jnp.asarray(-float(edge.level.offset) * n)  # level zero
+        assert abs(edge.level.at(on)) < 1e-14
+        above, below = (field.at(on + s * 1e-6 * n) for s in (1.0, -1.0))
+        assert abs(above - below - edge.jump.at(on)) < 1e-12
+        np.testing.assert_allclose(field.at(on), 0.5 * (above + below), atol=0.5)
+
+
+def test_a_sharp_aperture_has_no_covariance_and_a_soft_one_has():
+    for name in ("bars", "grating"):
+        with pytest.raises(Refused, match="an edge has"):
+            APERTURES[name].covariance()
+    V = along("soft slit")
+    h = 1e-5
+    slope2 = quad(lambda s: ((V(s + h) - V(s - h)) / (2 * h)) ** 2, -2.5, 2.5, limit=200)[0]
+    power = quad(lambda s: V(s) ** 2, -2.5, 2.5, limit=200)[0]
+    n = np.asarray(LEVEL.normal)
+    expected = slope2 / (4 * np.pi**2 * power) * np.outer(n, n)
+    np.testing.assert_allclose(APERTURES["soft slit"].covariance().matrix, expected, rtol=1e-6)
+
+
+@pytest.mark.smoke
+def test_bad_apertures_are_one_sentence():
+    with pytest.raises(ValueError, match="`heights` must have 3 entries, but has 2"):
+        Bars(LEVEL, [0.0, 1.0], [0.0, 1.0])
+    with pytest.raises(ValueError, match="`places` must increase"):
+        Bars(LEVEL, [1.0, 0.0], [0.0, 1.0, 0.0])
+    with pytest.raises(ValueError, match="`open` must be less than 1"):
+        Grating(LEVEL, 1.0, 1.5)
+    with pytest.raises(ValueError, match="`period` must be positive"):
+        Grating(LEVEL, -1.0)
+    with pytest.raises(ValueError, match="`blur` must be positive"):
+        SoftSlit(LEVEL, 1.0, 0.0)
+
+
+def test_parameters_are_differentiable():
+    def through(width, blur):
+        return SoftSlit(LEVEL, width, blur).at(jnp.array([0.1, 0.2]))
+
+    assert all(np.isfinite(g) for g in jax.grad(through, argnums=(0, 1))(0.8, 0.2))
