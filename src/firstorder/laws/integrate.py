@@ -117,12 +117,13 @@ class Integrate(Law):
         inside = jnp.concatenate([ends[:-1] + hair, ends[1:] - hair])
         if not inner and not self._ends_move:  # nothing moves
             inside, hair = inside[:0], hair[:0]
-        jets = jax.vmap(lambda s: f.jet(along(s)))(jnp.concatenate([t, inside]))
-        total = jax.tree.map(lambda leaf: jnp.tensordot(w, leaf[: t.size], axes=(0, 0)), jets)
+        jets = jax.vmap(lambda s: f.jet(along(s)))(t)
+        total = jax.tree.map(lambda leaf: jnp.tensordot(w, leaf, axes=(0, 0)), jets)
         if inside.size:
             # One-sided limits at both ends of each panel, from just inside it (never from the break
             # itself, where rounding would decide on which side it lies), by Taylor's formula.
-            near = jax.tree.map(lambda leaf: leaf[t.size :], jets)
+            # Apart from the nodes', so that who asks for no Hessian pays for none at the nodes.
+            near = jax.vmap(lambda s: f.jet(along(s)))(inside)
             limits = jax.vmap(partial(_transported, a))(near, jnp.concatenate([-hair, hair]))
             curves = jax.tree.map(lambda *leaves: jnp.stack(leaves)[order], lower, *inner, upper)
             moved = jax.tree.map(lambda leaf: jnp.concatenate([leaf[:-1], leaf[1:]]), curves)
