@@ -17,6 +17,7 @@ from typing import Annotated
 import tyro
 from tqdm import tqdm
 
+from derivations.catalogue import SOURCES
 from derivations.ledger import REASONS, ROUTES, Result, judge, table
 from firstorder import io, session
 
@@ -88,7 +89,7 @@ def _short(verdict) -> str:
 def _summary(results) -> str:
     """Counts per paper: statuses, and routes left out with their reasons."""
     lines = []
-    for paper in ("R07", "J12", "E11", "D05"):
+    for paper in SOURCES:
         mine = [r for r in results if r[0].startswith(f"{paper}.")]
         if not mine:
             continue

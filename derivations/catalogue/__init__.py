@@ -1,5 +1,7 @@
 """The catalogue: every numbered equation of the four papers, and the unnumbered ones in scope.
 
+After the papers come our own corollaries, which tie them together ("C.slice").
+
 What is printed, in our own words and as ASCII mathematics, and what we suspect. No verdicts: those
 are the ledger's, which judges each row against a derivation.
 """
@@ -11,6 +13,7 @@ import tomllib
 from importlib import resources
 
 PAPERS = ("R07", "J12", "E11", "D05")
+SOURCES = (*PAPERS, "C")
 KINDS = ("identity", "definition", "approximation")
 
 _NUMBERED = re.compile(r"(R07|J12|E11|D05)\.\d+")
@@ -50,8 +53,8 @@ def load() -> dict[str, Entry]:
 @functools.cache
 def _load() -> dict[str, Entry]:
     entries = {}
-    for paper in PAPERS:
-        text = resources.files(__package__).joinpath(f"{paper}.toml").read_text(encoding="utf-8")
+    for name in (*PAPERS, "corollaries"):
+        text = resources.files(__package__).joinpath(f"{name}.toml").read_text(encoding="utf-8")
         for equation, fields in tomllib.loads(text).items():
             numbered = _NUMBERED.fullmatch(equation) is not None
             entries[equation] = Entry(equation, **{"suspect": "", **fields}, numbered=numbered)

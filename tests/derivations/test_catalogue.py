@@ -4,7 +4,7 @@ import dataclasses
 
 import pytest
 
-from derivations.catalogue import KINDS, PAPERS, load
+from derivations.catalogue import KINDS, PAPERS, SOURCES, load
 
 COUNTS = {"R07": 72, "J12": 87, "E11": 18, "D05": 21}
 FIG2 = [
@@ -42,7 +42,7 @@ def test_numbers_are_contiguous_and_in_order(paper):
 
 
 def test_papers_come_in_order():
-    order = [PAPERS.index(k.split(".")[0]) for k in load()]
+    order = [SOURCES.index(k.split(".")[0]) for k in load()]
     assert order == sorted(order)
 
 
