@@ -51,6 +51,7 @@ class Gaussian(Field):
         check_shape("precision", self.precision, (n, n))
         check_finite("center", self.center)
         check_finite("precision", self.precision)
+        check_finite("amplitude", self.amplitude)
         if is_concrete(self.precision):
             P = np.asarray(self.precision)
             if not np.allclose(P, P.T) or np.min(np.linalg.eigvalsh(P)) <= 0:
@@ -115,10 +116,12 @@ def gaussian(center, sigma, correlation=0.0, amplitude=1.0, frame: Frame = FLATL
         >>> gaussian((0.0, 0.0), (1.0, 2.0))(0.0, 0.0).item()
         1.0
     """
-    sigma = as_float(sigma)
+    sigma, c = as_float(sigma), as_float(correlation)
+    check_shape("sigma", sigma, (2,))
     check_positive("sigma", sigma)
-    sigma = nan_unless(sigma > 0, sigma)
-    c = as_float(correlation)
-    off = sigma[0] * sigma[1] * c
-    spread = jnp.stack([jnp.stack([sigma[0] ** 2, off]), jnp.stack([off, sigma[1] ** 2])])
-    return Gaussian(as_float(center), jnp.linalg.inv(spread), as_float(amplitude), frame)
+    if is_concrete(c) and not np.all(np.abs(c) < 1):
+        raise ValueError(f"Argument `correlation` must lie in (-1, 1), but is {c}.")
+    sigma, c = nan_unless(sigma > 0, sigma), nan_unless(jnp.abs(c) < 1, c)
+    tilt = jnp.stack([jnp.stack([jnp.ones_like(c), -c]), jnp.stack([-c, jnp.ones_like(c)])])
+    precision = tilt / (sigma[:, None] * sigma) / (1.0 - c**2)
+    return Gaussian(as_float(center), precision, as_float(amplitude), frame)

@@ -8,7 +8,7 @@ import numpy as np
 from jax.scipy.special import ndtr
 
 from firstorder.conventions import FLATLAND, Frame, fourier_kernel
-from firstorder.errors import Refused, check_positive
+from firstorder.errors import Refused, check_finite, check_positive, is_concrete
 from firstorder.fields.covariance import Covariance
 from firstorder.fields.field import Affine, Constant, Edge, Field
 from firstorder.fields.jet import Jet
@@ -25,6 +25,9 @@ class HalfPlane(Field):
         below: transparency of the one side, in [0, 1] for a blocker.
         above: transparency of the other.
 
+    Raises:
+        ValueError: if the level has no normal, or a transparency is not finite.
+
     Example:
         >>> from firstorder.fields import Affine, HalfPlane
         >>> HalfPlane(Affine([1.0, 0.0], -0.5), 0.0, 1.0)(0.7, 0.0).item()
@@ -34,6 +37,13 @@ class HalfPlane(Field):
     level: Affine
     below: Scalar = eqx.field(converter=as_float)
     above: Scalar = eqx.field(converter=as_float)
+
+    def __check_init__(self):
+        """Refuse an edge that is nowhere."""
+        for name, value in (("below", self.below), ("above", self.above)):
+            check_finite(name, value)
+        if is_concrete(self.level.normal) and not np.any(np.asarray(self.level.normal)):
+            raise ValueError("Argument `level` must have a normal, but it is zero.")
 
     @property
     def frame(self) -> Frame:
@@ -142,10 +152,21 @@ class SoftEdge(Field):
 def half_plane(edge, below=0.0, above=1.0, axis: str = "x", frame: Frame = FLATLAND) -> HalfPlane:
     """Transparency that jumps where the coordinate `axis` passes `edge`.
 
+    Args:
+        edge: where it jumps, in the unit of the coordinate.
+        below: transparency before the edge.
+        above: transparency after it.
+        axis: name of the coordinate.
+        frame: names of all coordinates.
+
+    Raises:
+        ValueError: if `edge` is not finite or there is no such coordinate.
+
     Example:
         >>> from firstorder.fields import half_plane
         >>> half_plane(0.0)(-1.0, 0.0).item()
         0.0
     """
+    check_finite("edge", edge)
     normal = jnp.zeros(frame.dims).at[frame.axis(axis)].set(1.0)
     return HalfPlane(Affine(normal, -as_float(edge), frame), below, above)

@@ -1,0 +1,118 @@
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from firstorder.checks.tolerance import normwise
+from firstorder.conventions import FLATLAND_SLOPE
+from firstorder.fields import Affine, Box, Constant, Edge, Function, Gaussian, Grid, Sum, gaussian
+from firstorder.laws import Warp
+from firstorder.laws.warp import Map
+
+
+def two():
+    return gaussian((0.2, -0.1), (0.5, 0.4), 0.3), gaussian((-0.3, 0.2), (0.3, 0.6), -0.2, 0.7)
+
+
+@settings(max_examples=10)
+@given(st.floats(-2.0, 2.0), st.floats(-2.0, 2.0))
+def test_superposition_in_every_portrait_that_is_linear(a, b):
+    f, g = two()
+    total, u = a * f + b * g, jnp.array([0.3, 0.1])
+    for of in (lambda h: h.at(u), lambda h: h.jet(u).gradient, lambda h: h.jet(u).hessian,
+               lambda h: h.spectrum()(0.3, -0.2)):  # fmt: skip
+        expected = a * np.asarray(of(f)) + b * np.asarray(of(g))
+        np.testing.assert_allclose(of(total), expected, atol=1e-13)
+
+
+def test_a_sum_keeps_the_edges_of_its_terms():
+    f, _ = two()
+    box = 3.0 * Box(0.5, "theta", f.frame) + f
+    assert len(box.edges()) == 2
+    u = jnp.array([0.1, 0.2])
+    assert [float(e.jump.at(u)) for e in box.edges()] == [3.0, -3.0]
+
+
+def test_a_sums_series_is_the_sum_of_series():
+    window = Grid.spanning((16, 15), (3.0, 3.0))
+    f, g = two()
+    series = (2.0 * f + g).series(window)
+    u = np.array([0.3, 0.1])
+    value = np.sum(series.coefficients * np.exp(2j * np.pi * np.asarray(series.frequencies) @ u))
+    both = [np.sum(h.series(window).coefficients
+                   * np.exp(2j * np.pi * np.asarray(h.series(window).frequencies) @ u))
+            for h in (f, g)]  # fmt: skip
+    assert complex(value) == pytest.approx(complex(2.0 * both[0] + both[1]))
+
+
+def test_coordinates_broadcast():
+    f, _ = two()
+    assert f(np.zeros((3, 1)), np.zeros(4)).shape == (3, 4)
+    jets = f.jets(np.zeros((2, 3)), 0.1)
+    assert jets.value.shape == (2, 3)
+    assert jets.gradient.shape == (2, 3, 2)
+    assert jets.hessian.shape == (2, 3, 2, 2)
+    with pytest.raises(ValueError, match="must be the 2 coordinates x, theta, but are 1"):
+        f(0.0)
+    with pytest.raises(ValueError, match="must share one frame, but has 2"):
+        Sum((f, Constant(1.0, FLATLAND_SLOPE)), jnp.ones(2))
+
+
+def test_a_straight_edge_is_solved_exactly():
+    edge = Edge(Affine([2.0, -0.5], 0.3), Constant(1.0))
+    b = edge.crossing(jnp.array([0.4, 0.0]), 1, jnp.array(-9.0), jnp.array(9.0))
+    assert float(b.value) == pytest.approx((2.0 * 0.4 + 0.3) / 0.5)
+    np.testing.assert_allclose(b.gradient, [4.0, 0.0])
+    np.testing.assert_allclose(b.hessian, np.zeros((2, 2)))
+
+
+def test_a_bent_edge_as_a_function_of_the_other_coordinate():
+    """`x^2 + t^2 / 4 = 1` on the side t > 0: t = 2 sqrt(1 - x^2), its slope and bend."""
+    level = Function(lambda x, t: 1.0 - x**2 - 0.25 * t**2)
+    b = jax.jit(
+        lambda u: Edge(level, Constant(1.0)).crossing(u, 1, jnp.array(0.0), jnp.array(3.0))
+    )(jnp.array([0.6, 0.0]))
+
+    def exact(x):
+        return 2.0 * jnp.sqrt(1.0 - x**2)
+
+    assert float(b.value) == pytest.approx(float(exact(0.6)), abs=1e-13)
+    assert float(b.gradient[0]) == pytest.approx(float(jax.grad(exact)(0.6)), abs=1e-12)
+    assert float(b.hessian[0, 0]) == pytest.approx(float(jax.grad(jax.grad(exact))(0.6)), abs=1e-11)
+
+
+def test_an_edge_that_is_not_met_has_no_slope():
+    edge = Edge(Affine([1.0, 0.0], 0.3), Constant(1.0))  # runs along theta
+    b = edge.crossing(jnp.array([0.4, 0.0]), 1, jnp.array(-1.0), jnp.array(1.0))
+    assert np.all(np.isfinite(b.value))
+    np.testing.assert_allclose(b.gradient, 0.0)
+    np.testing.assert_allclose(b.hessian, 0.0)
+
+
+class _Bend(Map):
+    def __call__(self, u):
+        return jnp.stack([u[0] + 0.2 * u[1] ** 2, u[1]])
+
+
+def test_an_edge_bends_with_a_warped_field():
+    f, _ = two()
+    warped = Warp(_Bend())(Box(0.5, "x", f.frame))
+    edge = warped.edges()[1]
+    b = edge.crossing(jnp.array([0.0, 0.7]), 0, jnp.array(0.0), jnp.array(1.0))
+    assert float(b.value) == pytest.approx(0.5 - 0.2 * 0.49)
+    assert float(b.gradient[1]) == pytest.approx(-0.4 * 0.7)
+    assert float(b.hessian[1, 1]) == pytest.approx(-0.4)
+
+
+def test_parameters_are_leaves():
+    f, _ = two()
+    leaves = jax.tree.leaves(f)
+    assert len(leaves) == 3  # centre, precision, amplitude; the frame is static
+
+    def value(f):
+        return f.at(jnp.array([0.5, 0.1]))
+
+    assert isinstance(jax.grad(value)(f), Gaussian)
+    assert normwise(jax.grad(value)(f).amplitude, value(f)) < 1e-15

@@ -1,0 +1,80 @@
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firstorder.checks.tolerance import normwise
+from firstorder.fields import Gaussian, Grid, discrete_transform, gaussian
+
+GRID = Grid.spanning((72, 73), (5.0, 4.5))
+
+
+@jax.jit
+def spectra(center, sigma, correlation):
+    """Closed form and transform of samples, and the covariance of its sampled power."""
+    f = gaussian(center, sigma, correlation)
+    Omega = jnp.array([-0.3, 0.2]), jnp.array([0.1, 0.5])
+    ours = f.spectrum()(*jnp.meshgrid(*Omega, indexing="ij"))
+    return ours, discrete_transform(GRID.sample(f), GRID, *Omega)
+
+
+@given(
+    st.tuples(st.floats(-0.5, 0.5), st.floats(-0.5, 0.5)),
+    st.tuples(st.floats(0.4, 0.6), st.floats(0.4, 0.6)),
+    st.floats(-0.6, 0.6),
+)
+def test_the_spectrum_holds_for_any_place_and_tilt(center, sigma, correlation):
+    ours, truth = spectra(jnp.array(center), jnp.array(sigma), correlation)
+    assert normwise(ours, truth) < 1e-9
+
+
+def test_standard_deviations_and_correlation_are_those_of_the_bell():
+    f = gaussian((0.21, -0.13), (0.55, 0.4), 0.35, 2.0)
+    grid = Grid.spanning((101, 102), (4.5, 4.0))
+    weight = np.asarray(grid.sample(f))
+    weight, points = weight / weight.sum(), grid.points()
+    mean = np.einsum("ij,ijk->k", weight, points)
+    spread = np.einsum("ij,ijk,ijl->kl", weight, points - mean, points - mean)
+    np.testing.assert_allclose(mean, [0.21, -0.13], atol=1e-12)
+    off = 0.35 * 0.55 * 0.4
+    np.testing.assert_allclose(spread, [[0.55**2, off], [off, 0.4**2]], atol=1e-12)
+    assert float(f(0.21, -0.13)) == 2.0
+
+
+def test_differentiable_in_its_parameters():
+    def value(sigma, correlation):
+        return gaussian((0.2, -0.1), sigma, correlation).at(jnp.array([0.5, 0.3]))
+
+    sigma = jnp.array([0.5, 0.4])
+    slopes = jax.grad(value, argnums=(0, 1))(sigma, 0.3)
+    for k in range(2):
+        h = jnp.zeros(2).at[k].set(1e-6)
+        difference = (value(sigma + h, 0.3) - value(sigma - h, 0.3)) / 2e-6
+        assert float(slopes[0][k]) == pytest.approx(float(difference), rel=1e-7)
+    difference = (value(sigma, 0.3 + 1e-6) - value(sigma, 0.3 - 1e-6)) / 2e-6
+    assert float(slopes[1]) == pytest.approx(float(difference), rel=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: gaussian((0, 0), (0.0, 1.0)), "`sigma` must be positive, but is 0.0"),
+        (lambda: gaussian((0, 0), (1.0, -2.0)), "`sigma` must be positive, but is -2.0"),
+        (lambda: gaussian((0, 0), (1.0, np.nan)), "`sigma` must be positive, but is nan"),
+        (lambda: gaussian((0, 0), (1.0, 1.0), 1.0), "`correlation` must lie in"),
+        (lambda: gaussian((0, 0), (1.0, 1.0), -1.5), "`correlation` must lie in"),
+        (lambda: gaussian((np.nan, 0), (1.0, 1.0)), "`center` must be finite, but is nan"),
+        (lambda: gaussian((0, 0), (1.0, 1.0), 0.0, np.inf), "`amplitude` must be finite"),
+        (lambda: gaussian((0, 0, 0), (1.0, 1.0)), r"`center` must have shape \(2,\)"),
+        (lambda: gaussian((0, 0), (1.0, 1.0, 1.0)), r"`sigma` must have shape \(2,\)"),
+        (lambda: Gaussian([0, 0], [[1.0, 0.2], [0.1, 1.0]]), "`precision` must be symmetric"),
+        (lambda: Gaussian([0, 0], [[1.0, 2.0], [2.0, 1.0]]), "`precision` must be symmetric"),
+        (lambda: Gaussian([0, 0], np.eye(3)), r"`precision` must have shape \(2, 2\)"),
+        (lambda: Gaussian([0, 0], np.full((2, 2), np.nan)), "`precision` must be finite"),
+    ],
+)
+def test_bad_input(make, words):
+    with pytest.raises(ValueError, match=words):
+        make()
