@@ -104,10 +104,19 @@ def converted(case: Case, portrait: str):
     if portrait == "wavelet":
         grid = _result_grid(case)
         return eqx.filter_jit(lambda f: Wavelet.of(f, grid).coefficients)(result)
-    samples = eqx.filter_jit(case.grid.sample)(result)
+    if portrait == "samples":
+        return _in_blocks(result.at, case.grid)
+    samples = jnp.asarray(_converted_once(case, "samples"))
     if portrait == "spectrum":
         return discrete_transform(samples, case.grid, *case.frequencies)
     return covariance_of_samples(samples, case.grid, result.frame).matrix
+
+
+def _in_blocks(at: Callable, grid: Grid):
+    """Samples on a grid, in blocks that fit into memory in four dimensions too."""
+    points = jnp.asarray(grid.points()).reshape(-1, len(grid.size))
+    sample = jax.jit(lambda u: jax.lax.map(at, u, batch_size=min(len(points), 16384)))
+    return sample(points).reshape(grid.size)
 
 
 _CONVERTED: dict[tuple[int, str], Any] = {}
