@@ -128,7 +128,9 @@ class Zonal(eqx.Module):
         phi, weight = periodic(2.0 * np.pi, self.turns)
         e1, e2 = tangents(w)
         ring = jnp.cos(phi)[:, None] * e1 + jnp.sin(phi)[:, None] * e2
-        sine = jnp.sqrt(jnp.maximum(1.0 - t**2, 0.0))
+        # A panel that is clipped to a pole has its nodes there: the sine is 0, its slope infinite.
+        square = 1.0 - t**2
+        sine = jnp.where(square > 0, jnp.sqrt(jnp.where(square > 0, square, 1.0)), 0.0)
         return t[:, None, None] * w + sine[:, None, None] * ring, weight
 
     def value(self, f: Callable, w: Direction) -> Scalar:

@@ -1,0 +1,315 @@
+"""Every exported name under jit, vmap and grad, in float32 and in float64.
+
+A new export is one line of `PROBES`: a function of one number s that builds the thing from s and
+returns what it computes. The walk differentiates it through that number. Abstract classes are
+walked through what extends them.
+"""
+
+import importlib
+import importlib.util
+import inspect
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from firstorder import fields, laws, methods, transport
+from firstorder.conventions import FLATLAND, FLATLAND_SLOPE, SPACE, Frame
+from firstorder.fields import Grid, gaussian
+
+# Wherever numbers are computed; `checks`, `plotting` and `io` work on the host.
+PACKAGES = [
+    name
+    for name in (
+        "fields", "laws", "transport", "visibility", "sampling", "flatland", "space", "methods"
+    )
+    if importlib.util.find_spec(f"firstorder.{name}")
+]  # fmt: skip
+
+ANGLE, OFFSET, OUT = Frame(("theta",)), Frame(("x",)), Frame(sense="outgoing")
+SLOPE = FLATLAND_SLOPE
+GRID = Grid.spanning((8, 9), (2.0, 1.8))
+DIRECTION = np.array([0.6, 0.0, 0.8])
+
+
+def light(s, frame=FLATLAND):
+    """Off-centre, correlated, of width s."""
+    return gaussian(jnp.stack([0.2 * s, -0.1]), jnp.stack([0.5 + s, 0.4]), 0.3, 1.3, frame)
+
+
+def ray(frame):
+    return jnp.array([0.31, 0.12, -0.2, 0.15])[: frame.dims]
+
+
+def jet(field):
+    """Value, to be differentiated, and the jet at a ray, which is a derivative already."""
+    arrays, rest = eqx.partition(field, eqx.is_inexact_array)
+    frozen = eqx.combine(jax.lax.stop_gradient(arrays), rest)
+    return field.at(ray(field.frame)), jax.lax.stop_gradient(frozen.jet(ray(field.frame)))
+
+
+def value_on(event, s, frame=FLATLAND):
+    """The value alone: for what shares its jet with something else on the walk."""
+    field = event(light(s, frame))
+    return field.at(ray(field.frame))
+
+
+def on(event, s, frame=FLATLAND):
+    """The jet of light after an event or law."""
+    return jet(event(light(s, frame)))
+
+
+def lobe(s):
+    return fields.GaussianProfile(0.3 + 0.1 * s)
+
+
+def cut_light(s):
+    """Light over four coordinates, without correlation."""
+    return fields.Gaussian(jnp.zeros(4) + 0.1 * s, jnp.eye(4) * (1.0 + s), 1.0, SPACE)
+
+
+def mask(s, frame=SLOPE):
+    return fields.half_plane(s, 0.0, 1.0, "x", frame)
+
+
+def wave(s, frame=FLATLAND):
+    return transport.wave(0.25, 0.2 * s, frame=frame)
+
+
+def sphere_light(w):
+    return 1.0 + 0.3 * w[2] + 0.2 * w[0] * w[1]
+
+
+def band(s):
+    return methods.BandLimit.box(jnp.stack([s, 2.0 + s])).cut("theta", 1.0)
+
+
+class Bend(laws.Map):
+    """A warp with a parameter."""
+
+    s: jax.Array
+
+    def __call__(self, u):
+        return u + self.s * jnp.sin(u[::-1])
+
+
+PROBES = {
+    "fields.Affine": lambda s: jet(fields.Affine(jnp.stack([s, 1.0]), s)),
+    "fields.Box": lambda s: fields.Box(s, "x", SLOPE).transform(jnp.asarray(0.3)),
+    "fields.Constant": lambda s: jet(fields.Constant(s)),
+    "fields.Covariance": lambda s: fields.Covariance(jnp.eye(2) * s).matrix,
+    "fields.Dirac": lambda s: fields.Dirac("x", weight=s).transform(jnp.asarray(0.3)),
+    "fields.Edge": lambda s: (
+        mask(s).edges()[0].crossing(ray(SLOPE), 0, jnp.asarray(-2.0), jnp.asarray(2.0))
+    ),
+    "fields.Environment": lambda s: jet(
+        fields.Environment(fields.Harmonics(jnp.stack([1.0, s]), jnp.stack([0.0, 0.2])))
+    ),
+    "fields.Flat": lambda s: jet(fields.Flat(height=s)),
+    "fields.Function": lambda s: jet(fields.Function(lambda x, theta: jnp.sin(s * x + theta))),
+    "fields.Gaussian": lambda s: jet(fields.Gaussian(jnp.zeros(2), jnp.eye(2) * s)),
+    "fields.GaussianProfile": lambda s: jet(fields.GaussianProfile(s)),
+    "fields.Grid": lambda s: GRID.sample(light(s)),
+    "fields.HalfPlane": lambda s: jet(fields.HalfPlane(fields.Affine(jnp.ones(2), s), 0.0, s)),
+    "fields.Harmonics": lambda s: jet(fields.Harmonics(jnp.stack([1.0, s]), jnp.stack([0.0, s]))),
+    "fields.Jet": lambda s: light(s).jet(ray(FLATLAND)).scaled(s),
+    "fields.NearLight": lambda s: jet(
+        fields.NearLight(
+            jnp.stack([s, 2.0]), fields.Gaussian(jnp.zeros(1), jnp.eye(1) * 4.0, frame=OFFSET)
+        )
+    ),
+    "fields.Sampled": lambda s: jet(fields.Sampled(GRID.sample(light(s)), GRID)),
+    "fields.SampledSpectrum": lambda s: fields.SampledSpectrum.of(light(s), GRID).at(ray(FLATLAND)),
+    "fields.Separable": lambda s: jet(
+        fields.Separable(
+            jnp.stack([s, 0.0]),
+            (fields.GaussianProfile(s, "x"), fields.GaussianProfile(0.5, "theta")),
+        )
+    ),
+    "fields.Series": lambda s: light(s).series(GRID).coefficients,
+    "fields.SoftEdge": lambda s: jet(fields.SoftEdge(fields.Affine(jnp.ones(2), 0.1), s)),
+    "fields.Sum": lambda s: jet(fields.Sum((light(s), light(2.0 * s)), jnp.stack([s, 1.0]))),
+    "fields.Wavelet": lambda s: fields.Wavelet.of(
+        light(s), Grid.spanning((4, 8), (2.0, 2.0))
+    ).samples(),
+    "fields.autodiff_jet": lambda s: fields.autodiff_jet(light(s).at, ray(FLATLAND), FLATLAND),
+    "fields.covariance_of": lambda s: fields.covariance_of(light(s), GRID).matrix,
+    "fields.covariance_of_samples": lambda s: (
+        fields.covariance_of_samples(GRID.sample(light(s)), GRID, FLATLAND).matrix
+    ),
+    "fields.discrete_transform": lambda s: fields.discrete_transform(
+        GRID.sample(light(s)), GRID, np.array([0.1, 0.3]), np.array([0.2])
+    ),
+    "fields.gaussian": lambda s: light(s).spectrum().at(ray(FLATLAND)),
+    "fields.haar_matrix": lambda s: s * jnp.asarray(fields.haar_matrix(4)),
+    "fields.half_plane": lambda s: jet(mask(s)),
+    "fields.line_light": lambda s: jet(fields.line_light(light(s, SLOPE), s)),
+    "fields.point_light": lambda s: (
+        fields.point_light(s, fields.GaussianProfile(0.3, "v", SLOPE)).spectrum().at(ray(SLOPE))
+    ),
+    "fields.spot_light": lambda s: jet(
+        fields.spot_light(s, 0.5, fields.GaussianProfile(0.3, "v", SLOPE))
+    ),
+    "fields.triple_products": lambda s: s * jnp.asarray(fields.triple_products(4)),
+    "fields.windowed_covariance": lambda s: fields.windowed_covariance(wave(s), light(s), 8).matrix,
+    "laws.Circle": lambda s: value_on(laws.Convolve(lobe(s), laws.Circle(), 8), s),
+    "laws.ClampedCosine": lambda s: laws.Zonal(laws.ClampedCosine(), 4, 6)(
+        lambda w: s * sphere_light(w)
+    )(jnp.asarray(DIRECTION, s.dtype)),
+    "laws.Convolve": lambda s: on(laws.Convolve(lobe(s), nodes=8), s),
+    "laws.Hemisphere": lambda s: value_on(
+        laws.Convolve(lobe(s), laws.Hemisphere(fields.Constant(s)), 8), s
+    ),
+    "laws.Image": lambda s: jet(laws.Image(laws.Multiply(light(s)), light(s))),
+    "laws.Integrate": lambda s: on(laws.Integrate("theta", -2.0, s, 8), s),
+    "laws.Line": lambda s: value_on(laws.Convolve(lobe(s), laws.Line(), 8), s),
+    "laws.Linearisation": lambda s: laws.Warp(Bend(s)).linearise(ray(FLATLAND)).displacement,
+    "laws.Move": lambda s: on(laws.Move(jnp.eye(2) + 0.1 * s, jnp.stack([s, 0.0])), s),
+    "laws.Multiply": lambda s: on(laws.Multiply(light(s)), s),
+    "laws.SpectrumImage": lambda s: laws.Move(jnp.eye(2) + 0.1 * s)(light(s).spectrum()).at(
+        ray(FLATLAND)
+    ),
+    "laws.VonMisesFisher": lambda s: laws.VonMisesFisher(1.0 + s).derivatives(jnp.asarray(0.7)),
+    "laws.Warp": lambda s: on(laws.Warp(Bend(s)), s),
+    "laws.Zonal": lambda s: laws.Zonal(laws.VonMisesFisher(1.0 + s), 4, 6).jet(
+        sphere_light, jnp.asarray(DIRECTION, s.dtype)
+    ),
+    "transport.AngularFactor": lambda s: on(transport.AngularFactor(transport.Fresnel(1.0 + s)), s),
+    "transport.Arrival": lambda s: on(transport.Arrival(), s, OUT),
+    "transport.Blend": lambda s: value_on(
+        transport.Reflection(
+            transport.Blend(
+                (lobe(s), lobe(2.0 * s)), (transport.wave(0.3, mean=s), fields.Constant(s))
+            ),
+            nodes=8,
+        ),
+        s,
+        OUT,
+    ),
+    "transport.Bump": lambda s: on(transport.Bump(wave(s)), s),
+    "transport.Chain": lambda s: on(
+        transport.Chain((transport.Curvature(s), transport.Mirror())), s
+    ),
+    "transport.ClampedCosine": lambda s: jet(laws.Multiply(light(s))(transport.ClampedCosine())),
+    "transport.Cosine": lambda s: on(transport.Cosine(), s),
+    "transport.Curvature": lambda s: on(transport.Curvature(s), s),
+    "transport.DifferentialIrradiance": lambda s: on(transport.DifferentialIrradiance(s), s, SLOPE),
+    "transport.Fresnel": lambda s: jet(transport.Fresnel(1.0 + s)),
+    "transport.Gather": lambda s: on(transport.Gather(reach=2.0 + s, nodes=8), s, SLOPE),
+    "transport.Incidence": lambda s: on(transport.Incidence(s), s),
+    "transport.Layers": lambda s: on(
+        transport.Layers((mask(s), mask(-1.0)), jnp.stack([s, 1.0])), s, SLOPE
+    ),
+    "transport.Linearised": lambda s: on(transport.Bump(wave(s)).linearised(ray(FLATLAND)), s),
+    "transport.Mirror": lambda s: on(transport.Mirror(), s),
+    "transport.Occlusion": lambda s: on(transport.Occlusion(mask(s), s), s, SLOPE),
+    "transport.Outgoing": lambda s: on(transport.Outgoing(s), s, OUT),
+    "transport.Path": lambda s: (light(s) >> transport.Curvature(s)).jets(ray(FLATLAND)),
+    "transport.Reflection": lambda s: on(transport.Reflection(lobe(s), nodes=8), s, OUT),
+    "transport.Schlick": lambda s: jet(transport.Schlick(0.1 + 0.5 * s)),
+    "transport.SlopeWeight": lambda s: jet(transport.SlopeWeight(scale=s)),
+    "transport.Snell": lambda s: on(transport.Snell(1.0 + s), s),
+    "transport.Texture": lambda s: on(transport.Texture(wave(s)), s),
+    "transport.ToAngle": lambda s: on(transport.ToAngle(), s, SLOPE),
+    "transport.ToSlope": lambda s: on(transport.ToSlope(), s),
+    "transport.Transmission": lambda s: jet(transport.Transmission(1.0 + s)),
+    "transport.Travel": lambda s: on(transport.Travel(s), s, SLOPE),
+    "transport.VaryingGaussian": lambda s: jet(
+        transport.VaryingGaussian(transport.wave(0.3, 0.1, mean=0.2 + s), 1.0)
+    ),
+    "transport.Wave": lambda s: jet(transport.Wave(jnp.stack([s, 0.3]), s, s)),
+    "transport.bessel_zk1": lambda s: transport.bessel_zk1(s),
+    "transport.comb_blocker": lambda s: on(transport.comb_blocker(s, 3, SLOPE), s, SLOPE),
+    "transport.cos_plus_transform": lambda s: transport.cos_plus_transform(s),
+    "transport.diffuse": lambda s: on(transport.diffuse(s, 2.0, nodes=8), s, SLOPE),
+    "transport.fresnel_reflection": lambda s: on(transport.fresnel_reflection(1.0 + s), s),
+    "transport.grating_blocker": lambda s: on(transport.grating_blocker(s, SLOPE), s, SLOPE),
+    "transport.half_plane_blocker": lambda s: on(transport.half_plane_blocker(s, SLOPE), s, SLOPE),
+    "transport.refraction": lambda s: value_on(transport.refraction(1.0 + s), s),
+    "transport.separable": lambda s: value_on(transport.separable(lobe(s), nodes=8), s),
+    "transport.slit_blocker": lambda s: on(transport.slit_blocker(-1.0, s, SLOPE), s, SLOPE),
+    "transport.theta_D_v": lambda s: transport.theta_D_v(s),
+    "transport.v_D_theta": lambda s: transport.v_D_theta(s),
+    "transport.wave": lambda s: jet(wave(s)),
+    "methods.BandLimit": lambda s: (band(s).reach(ray(FLATLAND)), band(s).farthest(ray(FLATLAND))),
+    "methods.after": lambda s: methods.after(laws.Convolve(lobe(s)), band(s)).extent("x"),
+    "methods.band_limit": lambda s: methods.band_limit(light(s)).extent("x"),
+    "methods.band_limits": lambda s: methods.band_limits(light(s) >> transport.Curvature(s))[
+        -1
+    ].extent("x"),
+    "methods.glossy_bandwidth": lambda s: methods.glossy_bandwidth(s, s, -s, s, s),
+    "methods.glossy_bandwidth_in_space": lambda s: methods.glossy_bandwidth_in_space(
+        s, s, jnp.eye(2) * s, s
+    ),
+    "methods.glossy_criterion": lambda s: methods.glossy_criterion(s, s, s, s),
+    "methods.occluded_bandwidth": lambda s: methods.occluded_bandwidth(s, s, s, s, s, s, s, s),
+    "methods.occluded_criterion": lambda s: methods.occluded_criterion(s, s, s, s, s),
+}
+
+
+def exported():
+    """Dotted names of all that is exported and can be made."""
+    for package in PACKAGES:
+        module = importlib.import_module(f"firstorder.{package}")
+        for name in getattr(module, "__all__", ()):
+            if not inspect.isabstract(getattr(module, name)):
+                yield f"{package}.{name}"
+
+
+def test_every_export_is_walked():
+    assert set(exported()) == set(PROBES)
+
+
+def numbers(tree):
+    """All floating arrays of a result."""
+    leaves = [leaf for leaf in jax.tree.leaves(tree) if eqx.is_inexact_array(leaf)]
+    assert leaves
+    return leaves
+
+
+def total(leaves):
+    return sum(jnp.sum(jnp.real(leaf)) + jnp.sum(jnp.imag(leaf)) for leaf in leaves)
+
+
+def walk(probe, bits):
+    """Evaluates a probe and its gradient at three numbers at once, compiled; the faults it finds."""
+
+    def summed(s):
+        leaves = numbers(probe(s))
+        return total(leaves), leaves
+
+    with jax.enable_x64(bits == 64):
+        s = jnp.array([0.31, 0.47, 0.63])
+        assert s.dtype == f"float{bits}"
+        compiled = jax.jit(
+            jax.vmap(jax.value_and_grad(summed, has_aux=True)),
+            compiler_options={"xla_backend_optimization_level": 0},  # it runs once
+        )
+        (_, leaves), gradient = compiled(s)
+    right = (f"float{bits}", f"complex{2 * bits}")
+    faults = [f"a result in {leaf.dtype}" for leaf in leaves if leaf.dtype not in right]
+    if not all(np.all(np.isfinite(leaf)) for leaf in leaves):
+        faults.append("a value that is not finite")
+    if not np.all(np.isfinite(gradient)):
+        faults.append("a gradient that is not finite")
+    return faults
+
+
+@pytest.mark.parametrize("bits", [32, 64])
+@pytest.mark.parametrize("name", sorted(PROBES))
+def test_jit_vmap_and_grad_are_finite_and_keep_the_precision(name, bits):
+    assert walk(PROBES[name], bits) == []
+
+
+@pytest.mark.parametrize(
+    ("wrong", "fault"),
+    [
+        (lambda s: jnp.sqrt(0.0 * s), "a gradient that is not finite"),
+        (lambda s: 1.0 / jnp.floor(s), "a value that is not finite"),
+        (lambda s: s.astype("float16"), "a result in float16"),
+    ],
+)
+def test_the_walk_sees_what_is_wrong(wrong, fault):
+    assert fault in walk(wrong, 32)
