@@ -4,9 +4,9 @@ Import it yourself: it brings matplotlib, and `import firstorder` does not. Impo
 no setting; `house_style()` is a context. Nothing here needs pyplot, so no window ever opens.
 """
 
-from firstorder.plotting.light import show_light_field, show_spectrum
+from firstorder.plotting.light import log_magnitude, show_light_field, show_spectrum
 from firstorder.plotting.live import Live
-from firstorder.plotting.overlays import covariance_ellipse, mark, print_scale
+from firstorder.plotting.overlays import covariance_ellipse, mark, print_scale, set_covariance
 from firstorder.plotting.portraits import Portraits, portrait_strip, portraits
 from firstorder.plotting.scenes import draw_blocker, draw_rays, draw_surface, scene
 from firstorder.plotting.style import (
@@ -17,6 +17,7 @@ from firstorder.plotting.style import (
     house_style,
     label,
     panels,
+    share_labels,
 )
 from firstorder.plotting.tables import table
 
@@ -28,10 +29,13 @@ __all__ = [
     "house_style",
     "label",
     "panels",
+    "share_labels",
     "show_light_field",
     "show_spectrum",
+    "log_magnitude",
     "print_scale",
     "covariance_ellipse",
+    "set_covariance",
     "mark",
     "Portraits",
     "portraits",

@@ -40,13 +40,19 @@ def covariance_ellipse(ax: Axes, matrix, *, sigmas: float = 1.0, center=(0.0, 0.
         >>> ellipse.width, ellipse.height, ellipse.angle % 180
         (2.0, 4.0, 90.0)
     """
+    ellipse = Ellipse(center, 1.0, 1.0)
+    ellipse.set(fill=False, edgecolor=color, linewidth=1.3, path_effects=_HALO)
+    set_covariance(ellipse, matrix, sigmas=sigmas)
+    ax.add_patch(ellipse)
+    return ellipse
+
+
+def set_covariance(ellipse: Ellipse, matrix, *, sigmas: float = 1.0) -> None:
+    """Gives an ellipse that `covariance_ellipse` drew another covariance."""
     squares, axes = np.linalg.eigh(np.asarray(matrix, dtype=float))
     width, height = 2.0 * sigmas * np.sqrt(np.maximum(squares, 0.0))
     angle = float(np.degrees(np.arctan2(axes[1, 0], axes[0, 0])))
-    ellipse = Ellipse(center, float(width), float(height), angle=angle)
-    ellipse.set(fill=False, edgecolor=color, linewidth=1.3, path_effects=_HALO)
-    ax.add_patch(ellipse)
-    return ellipse
+    ellipse.set(width=float(width), height=float(height), angle=angle)
 
 
 def mark(ax: Axes, x: float, theta: float, color="white") -> Line2D:

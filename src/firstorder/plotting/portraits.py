@@ -14,7 +14,7 @@ from firstorder.errors import Refused
 from firstorder.fields import Field, Grid, discrete_transform
 from firstorder.plotting.light import show_light_field, show_spectrum
 from firstorder.plotting.overlays import covariance_ellipse
-from firstorder.plotting.style import label, panels
+from firstorder.plotting.style import label, panels, share_labels
 
 ROWS = ("value", "gradient", "spectrum")
 
@@ -121,20 +121,8 @@ def portrait_strip(
             _panel(ax, step, row, top, decades)
     for ax, step in zip(axes[0], steps, strict=True):
         ax.set_title(step.title, loc="left", fontweight="bold")
-    _thin_out(axes, steps, rows)
+    share_labels(axes)
     return figure
-
-
-def _thin_out(axes: np.ndarray, steps: Sequence[Portraits], rows: Sequence[str]) -> None:
-    """Label an axis once where its neighbours share it."""
-    spectra = [row == "spectrum" for row in rows]
-    for i in range(len(rows)):
-        for j in range(len(steps)):
-            if j and steps[j].names == steps[j - 1].names:
-                axes[i, j].set_ylabel("")
-            if i + 1 < len(rows) and spectra[i] == spectra[i + 1]:
-                axes[i, j].set_xlabel("")
-                axes[i, j].tick_params(labelbottom=False)
 
 
 def _data(step: Portraits, row: str) -> np.ndarray:

@@ -9,6 +9,7 @@ import matplotlib
 import numpy as np
 from cycler import cycler
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
@@ -119,3 +120,26 @@ def axis_labels(ax: Axes, names: tuple[str, str], spectrum: bool = False) -> Non
     across, up = (f"Omega_{n}" if spectrum else n for n in names)
     ax.set_xlabel(label(across))
     ax.set_ylabel(label(up))
+
+
+def share_labels(axes: np.ndarray) -> None:
+    """Labels an axis once where the panel to the left, or the one below, has the same.
+
+    Args:
+        axes: panels of shape (rows, columns), as `panels` returns them.
+    """
+    for i, j in np.ndindex(*axes.shape):
+        ax = axes[i, j]
+        below = axes[i + 1, j] if i + 1 < axes.shape[0] else None
+        left = axes[i, j - 1] if j else None
+        if below is not None and _same(ax.get_xaxis(), below.get_xaxis()):
+            ax.get_xaxis().label.set_visible(False)
+            ax.tick_params(labelbottom=False)
+        if left is not None and _same(ax.get_yaxis(), left.get_yaxis()):
+            ax.get_yaxis().label.set_visible(False)
+            ax.tick_params(labelleft=False)
+
+
+def _same(one: Axis, other: Axis) -> bool:
+    words = one.get_label_text() == other.get_label_text()
+    return words and np.allclose(one.get_view_interval(), other.get_view_interval())
