@@ -36,7 +36,7 @@ ROWS = [
         # "Mostly": more than half of the energy below 1 / pi, where the cosine alone has 97%.
         fourier=Check(lambda: 1.0 - min(low_energy(n, 1.0 / np.pi) for n in INDICES), 0.5),
         brute_force=Check(lambda: max(map(matched_energy, INDICES)), 0.01),
-        note="Energy below 1 / pi cycles per radian: 62% (water), 79% (glass), 98% (diamond); below "
-        "1: 88%, 94%, 99%. Of a weak reflector two narrow humps near grazing are left.",
+        note="Energy below 1 / pi cycles per radian: 62% (water), 79% (glass), 98% (diamond), "
+        "below 1: 88%, 94%, 99%. Of a weak reflector two narrow humps near grazing are left.",
     ),
 ]

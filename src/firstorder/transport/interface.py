@@ -52,6 +52,12 @@ def _dielectric(eta, c):
     return jnp.where(total, 1.0, R), jnp.where(total, 0.0, first), jnp.where(total, 0.0, second)
 
 
+def _last_angle(ratio):
+    """`arcsin(ratio)`, or grazing if the ratio is 1 or more: the last angle that is refracted."""
+    inside = ratio < 1.0
+    return jnp.where(inside, jnp.arcsin(jnp.where(inside, ratio, 0.0)), _HORIZON)
+
+
 def _along_angle(function_of_cosine, t):
     """Chain rule from the cosine to the angle."""
     c, s = jnp.cos(t), jnp.sin(t)
@@ -111,7 +117,7 @@ class _Dielectric(Angular):
         critical angle moves over the light does not exist.
         """
         scale = self._affine()[1]
-        critical = jnp.arcsin(jnp.clip(self.eta, 0.0, 1.0))
+        critical = _last_angle(self.eta)
         out = []
         for side in (-1.0, 1.0):
             change = _Extension(self.eta, -side * scale, self.axis, self.frame)
@@ -195,8 +201,8 @@ class Transmission(_Dielectric):
 class Schlick(Angular):
     """Schlick's approximation of the reflectance, `R0 + (1 - R0) (1 - cos theta)^5`.
 
-    Exact at normal and at grazing incidence. In between it is off by at most 0.041 for eta in
-    [1.3, 2] (measured; 0.03 for glass), and it knows no total reflection.
+    Exact at normal and at grazing incidence. In between it is off by up to 0.036 for glass
+    (eta = 1.5) and 0.07 for eta in [1.3, 2] (measured), and it knows no total reflection.
 
     Args:
         R0: reflectance at normal incidence, in [0, 1]; a dielectric's is
@@ -304,8 +310,7 @@ class _Refract(Map):
         x, t = u
         inside = self._inside(t)
         angle = jnp.arcsin(jnp.where(inside, self.eta * jnp.sin(t), 0.0))
-        last = jnp.arcsin(jnp.minimum(1.0 / self.eta, 1.0))
-        first = jnp.arcsin(jnp.minimum(self.eta, 1.0))
+        last, first = _last_angle(1.0 / self.eta), _last_angle(self.eta)
         beyond = jnp.sign(t) * (first + jnp.abs(t) - last)
         return jnp.stack([x, jnp.where(inside, angle, beyond)])
 

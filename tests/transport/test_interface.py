@@ -1,0 +1,148 @@
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firstorder.checks.tolerance import fitted_order, normwise
+from firstorder.fields import Constant, GaussianProfile, autodiff_jet, gaussian
+from firstorder.laws import Move
+from firstorder.transport import (
+    Curvature,
+    Fresnel,
+    Schlick,
+    Snell,
+    Transmission,
+    fresnel_reflection,
+    refraction,
+)
+
+L = gaussian((0.2, -0.1), (0.7, 0.5), 0.4)
+ETA = st.floats(0.4, 2.5)
+ANGLE = st.floats(-1.5, 1.5)
+
+
+def amplitudes(eta, t):
+    """Power that passes, from the transmitted amplitudes and not from 1 - R."""
+    b = np.arcsin(np.sin(t) / eta)
+    c, d = np.cos(t), np.cos(b)
+    ts, tp = 2 * c / (c + eta * d), 2 * c / (eta * c + d)
+    return eta * d / c * 0.5 * (ts**2 + tp**2)
+
+
+@given(ETA, ANGLE)
+def test_energy_is_reflected_or_passes(eta, t):
+    R = float(Fresnel(eta)(0.0, t))
+    if abs(np.sin(t)) >= 0.999 * eta:
+        assert 0.0 <= R <= 1.0
+        return
+    assert R + amplitudes(eta, t) == pytest.approx(1.0, abs=1e-12)
+    assert float(Transmission(eta)(0.0, t)) == pytest.approx(eta * (1 - R), abs=1e-13)
+
+
+@given(ETA, ANGLE)
+def test_reflectance_is_reciprocal(eta, t):
+    if abs(np.sin(t)) < 0.999 * eta:
+        b = np.arcsin(np.sin(t) / eta)
+        back = float(Fresnel(1.0 / eta)(0.0, b))
+        assert float(Fresnel(eta)(0.0, t)) == pytest.approx(back, abs=1e-11)
+
+
+def test_brewster_and_critical_angles():
+    eta = 1.5
+    s_only = 0.5 * ((1 - eta**2) / (1 + eta**2)) ** 2
+    assert float(Fresnel(eta)(0.0, np.arctan(eta))) == pytest.approx(s_only, rel=1e-12)
+    critical = np.arcsin(1 / eta)
+    assert float(Fresnel(1 / eta)(0.0, critical + 1e-6)) == 1.0
+    assert float(Fresnel(1 / eta)(0.0, critical - 1e-3)) < 0.8
+
+
+def test_no_nan_anywhere_on_the_circle():
+    angles = jnp.array([0.0, jnp.arcsin(0.7), 0.5 * jnp.pi, -0.5 * jnp.pi, 1.3, 3.0])
+    for factor in (Fresnel(0.7), Fresnel(1.0), Fresnel(1.5), Transmission(1.5), Schlick(0.04)):
+        jets = factor.jets(0.0, angles)
+        assert all(np.all(np.isfinite(leaf)) for leaf in jax.tree.leaves(jets))
+        slope = jax.grad(lambda e, f=factor: f.derivatives(jnp.array(0.6))[0] * e)(1.0)
+        assert np.isfinite(slope)
+    for eta in (0.7, 1.0, 1.5):
+        slopes = jax.vmap(jax.grad(lambda t, e=eta: Fresnel(e)(0.0, t)))(angles)
+        assert np.all(np.isfinite(slopes))
+        assert np.isfinite(jax.grad(lambda e: Fresnel(e)(0.0, 0.6))(eta))
+
+
+def test_schlick_is_off_by_at_most_what_its_docstring_says():
+    t = jnp.linspace(-0.5 * jnp.pi, 0.5 * jnp.pi, 2001)
+    worst = 0.0
+    for eta in np.linspace(1.3, 2.0, 8):
+        off = np.abs(Schlick(((eta - 1) / (eta + 1)) ** 2)(0.0, t) - Fresnel(eta)(0.0, t))
+        worst = max(worst, float(np.max(off)))
+        if abs(eta - 1.5) < 1e-9:
+            assert 0.035 < np.max(off) < 0.036
+    assert 0.06 < worst < 0.07
+
+
+def test_into_glass_and_out_again_loses_only_what_is_reflected():
+    through = (refraction(1.5) >> refraction(1 / 1.5))(L)
+    for x, t in ((0.3, 0.2), (0.1, -1.0)):
+        passed = 1.0 - float(Fresnel(1.5)(0.0, t))
+        assert through(x, t).item() == pytest.approx(passed**2 * L(x, t).item(), rel=1e-12)
+
+
+def test_power_is_kept_through_the_interface():
+    """int L_t cos = int (1 - R) L cos for light from the whole half-plane."""
+    eta, n = 1.5, 4000
+    angles = np.pi * ((np.arange(n) + 0.5) / n - 0.5)
+    inside = np.asarray(refraction(eta)(Constant(1.0))(0.0, angles))
+    entering = (1.0 - np.asarray(Fresnel(eta)(0.0, angles))) * np.cos(angles)
+    assert np.sum(inside * np.cos(angles)) == pytest.approx(np.sum(entering), rel=1e-4)
+
+
+def test_jet_of_a_curved_interface():
+    lens = (Curvature(-0.6) >> refraction(1.5) >> Curvature(-0.6, back=True))(L)
+    u = jnp.array([0.3, 0.15])
+    assert normwise(lens.jet(u).hessian, autodiff_jet(lens.at, u, L.frame).hessian) < 1e-12
+
+
+def test_a_curved_interface_focuses_a_parallel_beam_where_opticians_say():
+    """A hill of radius R focuses in the glass at R eta / (eta - 1): a ray at x comes from 0."""
+    R, eta = 2.0, 1.5
+    lens = Curvature(-1 / R) >> Snell(eta) >> Curvature(-1 / R, back=True)
+    # The chain of maps: which outer angle does the inner ray (x, theta) come from?
+    errors, heights = [], [0.02, 0.04, 0.08]
+    for x in heights:
+        n = -x / R  # normal of the hill at x, counter-clockwise
+        inner = n + np.arcsin(np.sin(-n) / eta)  # refracted ray of a beam from straight above
+        f = x / np.tan(-inner) if inner else np.inf
+        errors.append(abs(abs(f) / (R * eta / (eta - 1)) - 1.0))
+        source = gaussian((x, 0.0), (0.1, 0.1))
+        assert lens(source)(x, inner).item() == pytest.approx(1.0, abs=1e-12)
+    assert errors[-1] < 1e-3
+    assert fitted_order(heights, errors) == pytest.approx(2.0, abs=0.1)
+
+
+def test_the_linearised_interface_passes_spectra():
+    at = jnp.array([0.0, 0.3])
+    event = Snell(1.5).linearised(at, 0.05)
+    law = event.law(L.frame)
+    assert isinstance(law, Move)
+    slope = 1.5 * np.cos(0.3) / np.sqrt(1 - (1.5 * np.sin(0.3)) ** 2)
+    assert float(law.M[1, 1]) == pytest.approx(slope, rel=1e-12)
+    assert float(event.error(L.frame)) < 0.01
+    assert np.isfinite(complex(event(L.spectrum())(0.1, 0.2)))
+
+
+@pytest.mark.smoke
+def test_glossy_glass_reflects_less_than_a_mirror():
+    out = L.frame.turned()
+    glass = fresnel_reflection(1.5, GaussianProfile(0.1, frame=out))(L)
+    assert 0.03 < glass(0.2, 0.1).item() < 0.06
+    assert fresnel_reflection(1.5)(Constant(1.0))(0.0, 0.0).item() == pytest.approx(0.04)
+
+
+@pytest.mark.parametrize("make", [Fresnel, Transmission, Snell])
+def test_bad_indices_are_one_sentence(make):
+    with pytest.raises(ValueError, match=r"`eta` must be positive, but is -1\.0"):
+        make(-1.0)
+    with pytest.raises(ValueError, match=r"`R0` must lie in \[0, 1\]"):
+        Schlick(1.5)

@@ -1,0 +1,136 @@
+"""Reflection, and the chain in space: two principal curvatures and a separable lobe."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from firstorder.checks.tolerance import normwise
+from firstorder.conventions import SPACE, SPACE_SLOPE
+from firstorder.errors import Refused
+from firstorder.fields import (
+    Gaussian,
+    GaussianProfile,
+    Grid,
+    autodiff_jet,
+    discrete_transform,
+    gaussian,
+)
+from firstorder.laws import Move
+from firstorder.transport import (
+    Blend,
+    Curvature,
+    Event,
+    Mirror,
+    Reflection,
+    Travel,
+    VaryingGaussian,
+    wave,
+)
+
+OUT = gaussian((0.0, 0.0), (1.0, 1.0)).frame.turned()
+L = gaussian((0.2, -0.1), (0.7, 0.5), 0.4, frame=OUT)
+
+
+class ParaxialAngles(Event):
+    """v = theta, w = phi: the linearisation of the slopes at the central ray."""
+
+    def law(self, frame):
+        """A change of names."""
+        return Move(jnp.eye(frame.dims), to=SPACE)
+
+
+def space_path(nodes=48):
+    """Source, travel, local frame with two curvatures, mirror, a separable lobe, and back."""
+    spread = np.diag([0.20, 0.16, 0.18, 0.14]) + 0.02 * (np.ones((4, 4)) - np.eye(4))
+    centre = np.array([0.1, -0.05, 0.08, 0.04])
+    source = Gaussian(centre, np.linalg.inv(spread), 1.0, SPACE_SLOPE)
+    shape = jnp.array([[0.35, 0.06], [0.06, -0.2]])
+    out = SPACE.turned()
+    path = (
+        source
+        >> Travel(0.3)
+        >> ParaxialAngles()
+        >> Curvature(shape)
+        >> Mirror()
+        >> Reflection(GaussianProfile(0.25, "theta", out), nodes=nodes)
+        >> Reflection(GaussianProfile(0.15, "phi", out), nodes=nodes)
+        >> Curvature(shape, back=True)
+    )
+    # Its moments, by matrices that share nothing with the events.
+    K, Z, one = np.asarray(shape), np.zeros((2, 2)), np.eye(2)
+    rotate = np.block([[one, Z], [K, one]])
+    local = np.block([[one, -0.3 * one], [Z, one]]) @ rotate @ np.diag([1, 1, -1, -1])
+    inward = np.linalg.inv(local)
+    blurred = inward @ spread @ inward.T + np.diag([0.0, 0.0, 0.25**2, 0.15**2])
+    return path, rotate @ blurred @ rotate.T, rotate @ inward @ centre, spread, blurred
+
+
+@pytest.mark.parametrize("size", [24, 25])
+def test_spectrum_of_the_chain_in_space(size):
+    """The square of the whole chain: transform of its light against the light's transform."""
+    path, moments, centre, spread, blurred = space_path()
+    box = 6.5 * np.sqrt(np.diag(moments))
+    grid = Grid.spanning((size,) * 4, tuple(box.tolist()), tuple(centre.tolist()))
+    # The light is a Gaussian: its samples by the moments above, checked against the chain's.
+    height = np.sqrt(np.linalg.det(spread) / np.linalg.det(blurred))
+    light = Gaussian(centre, np.linalg.inv(moments), height, SPACE.turned())
+    rays = jnp.asarray(np.random.default_rng(3).uniform(-0.5, 0.5, (6, 4)) * 0.5 * box + centre)
+    traced = eqx.filter_jit(lambda: jax.lax.map(path.light.at, rays))()
+    assert normwise(traced, jax.vmap(light.at)(rays)) < 1e-9
+    Omega = tuple(np.array(a) for a in ([-0.3, 0.2], [0.25], [0.1, -0.4], [0.3]))
+    by_samples = discrete_transform(jax.jit(grid.sample)(light), grid, *Omega)
+    by_rules = path.spectra[-1](*np.meshgrid(*Omega, indexing="ij"))
+    assert normwise(by_rules, by_samples) < 1e-9
+
+
+def test_hessian_of_the_chain_in_space():
+    path, *_ = space_path()
+    u = jnp.array([0.15, -0.1, 0.05, 0.1])
+    closed = eqx.filter_jit(path.light.jet)(u)
+    oracle = eqx.filter_jit(lambda u: autodiff_jet(path.light.at, u, SPACE))(u)
+    assert normwise(closed.gradient, oracle.gradient) < 1e-10
+    assert normwise(closed.hessian, oracle.hessian) < 1e-10
+
+
+def test_swapping_the_principal_curvatures_is_seen():
+    light = Gaussian(np.zeros(4), np.eye(4), 1.0, SPACE).covariance()
+    right, wrong = (
+        Curvature(jnp.diag(jnp.array(k)))(light).matrix for k in ([0.5, -0.2], [-0.2, 0.5])
+    )
+    assert normwise(right, wrong) > 0.1
+
+
+def test_a_constant_width_is_a_gaussian_profile():
+    flat = VaryingGaussian(wave(0.5, 0.0, mean=0.3, frame=OUT), 0.3)
+    rays = jnp.array([[0.2, 0.4], [1.0, -0.5]])
+    a, b = (jax.vmap(p.jet)(rays) for p in (flat, GaussianProfile(0.3, frame=OUT)))
+    assert normwise(a.hessian, b.hessian) < 1e-14
+
+
+def test_lobes_that_vary_need_a_window_for_their_spectrum():
+    lobe = GaussianProfile(0.3, frame=OUT)
+    for varying in (
+        VaryingGaussian(wave(0.5, 0.1, mean=0.3, frame=OUT), 0.4),
+        Blend((lobe,), (wave(0.5, frame=OUT),)),
+    ):
+        with pytest.raises(Refused, match="window"):
+            Reflection(varying)(L.spectrum())
+
+
+def test_bad_lobes_are_one_sentence():
+    lobe = GaussianProfile(0.3, frame=OUT)
+    with pytest.raises(ValueError, match="must pair up"):
+        Blend((lobe,), ())
+    with pytest.raises(ValueError, match="`widest` must be positive"):
+        VaryingGaussian(wave(0.5, 0.1, mean=0.3), 0.0)
+    with pytest.raises(ValueError, match="needs mirrored light"):
+        Reflection(lobe)(gaussian((0.0, 0.0), (1.0, 1.0)))
+
+
+@pytest.mark.smoke
+def test_reflection_keeps_power():
+    before = L.spectrum()(0.0, 0.0)
+    after = Reflection(GaussianProfile(0.3, frame=OUT))(L).spectrum()(0.0, 0.0)
+    assert complex(after) == pytest.approx(complex(before))
