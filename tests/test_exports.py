@@ -274,7 +274,7 @@ def total(leaves):
 
 
 def walk(probe, bits):
-    """Evaluates a probe and its gradient at three numbers at once, compiled; the faults it finds."""
+    """Evaluates a probe and its gradient at three numbers, compiled; the faults that it finds."""
 
     def summed(s):
         leaves = numbers(probe(s))
