@@ -16,7 +16,8 @@ from firstorder.errors import check_between, check_finite, check_positive
 from firstorder.transport.lobes import Lobe, cubic_b_spline
 from firstorder.typing import Scalar, as_float
 
-Three: TypeAlias = tuple[Scalar, Scalar, Scalar]
+Values: TypeAlias = Float[Array, "*b"]
+Three: TypeAlias = tuple[Values, Values, Values]
 """A function of one variable, with its first and second derivative."""
 
 
@@ -121,7 +122,7 @@ class Fresnel(eqx.Module):
         g = jnp.sqrt(jnp.where(square > 0, square, 1.0))
         roots = g, c / g, excess / g**3
         s = _mismatch((c, jnp.ones_like(c), jnp.zeros_like(c)), roots)
-        p = _mismatch((self.eta**2 * c, self.eta**2, jnp.zeros_like(c)), roots)
+        p = _mismatch((self.eta**2 * c, self.eta**2 + 0.0 * c, jnp.zeros_like(c)), roots)
         total = [0.5 * (a + b) for a, b in zip(times(s, s), times(p, p), strict=True)]
         # eta = 1 at grazing is 0 / 0: no interface, no reflection
         return tuple(jnp.where(square > 0, f, 0.0) for f in total)
