@@ -336,7 +336,7 @@ ROWS = [
     Row(
         "D05.s3.2a",
         "identity",
-        implements="firstorder.fields.apertures.Bars",
+        implements="firstorder.transport.occlusion.comb_blocker",
         symbolic=planar_is_flat,
         autodiff=na("spectral"),
         fourier=Check(planar_energy_off_the_line, 1e-12),
@@ -372,7 +372,7 @@ ROWS = [
     Row(
         "D05.s3.4a",
         "identity",
-        implements="firstorder.fields.apertures.Grating",
+        implements="firstorder.transport.occlusion.grating_blocker",
         symbolic=comb_coefficients,
         autodiff=na("spectral"),
         fourier=Check(lambda: square_error("occlusion, grating", "spectrum"), 1e-3),
