@@ -43,6 +43,10 @@ def main(options: Options) -> int:
     for result in results:
         print(_line(result))
     print(_summary(results))
+    for equation, _, row, _ in results:
+        for route in ROUTES:
+            if row[route]["verdict"] == "fail":
+                print(f"{equation} fails by {route}: {row[route]['reason'] or row[route]['error']}")
     if options.json:
         io.write_json(options.json, [r for _, _, r, _ in results])
     return int(any(status == "fail" for _, status, _, _ in results))

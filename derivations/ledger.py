@@ -190,8 +190,17 @@ def table() -> dict[str, tuple[Entry, Row]]:
 def judge(entry: Entry, row: Row) -> Result:
     """Run all routes of one row."""
     start = time.perf_counter()
-    verdicts = {route: _verdict(route, getattr(row, route)) for route in ROUTES}
+    verdicts = {route: _guarded(route, getattr(row, route)) for route in ROUTES}
     return Result(row, entry, verdicts, time.perf_counter() - start)
+
+
+def _guarded(route: str, check: Route) -> Verdict:
+    """A route that raises has failed, and says why; the rows after it are still judged."""
+    try:
+        return _verdict(route, check)
+    except Exception as failure:
+        first = (str(failure).splitlines() or [""])[0]
+        return Verdict("fail", reason=f"{type(failure).__name__}: {first}")
 
 
 def _verdict(route: str, check: Route) -> Verdict:

@@ -118,3 +118,10 @@ def test_a_reason_must_be_one_of_the_few():
 def test_a_counterexample_is_data():
     example = Counterexample({"x": 1.0}, printed=lambda x: x, true=lambda x: 2 * x)
     assert example.true(**example.inputs) == 2.0
+
+
+def test_a_route_that_raises_fails_with_its_reason():
+    entry, _ = table()["R07.7"]
+    result = judge(entry, _row(symbolic=lambda: 1 / 0))
+    assert result.status == "fail"
+    assert "ZeroDivisionError" in result.verdicts["symbolic"].reason
