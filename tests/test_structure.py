@@ -1,0 +1,261 @@
+"""The shape of the house: imports run one way, every module has its test, every law its squares."""
+
+import ast
+import importlib
+import inspect
+import json
+import pathlib
+import pkgutil
+import re
+import statistics
+import subprocess
+import sys
+
+import pytest
+
+import firstorder
+from derivations.ledger import rows
+from firstorder import laws, transport
+from firstorder.checks.registry import cases
+
+ROOT = pathlib.Path(__file__).parent.parent
+SOURCE = ROOT / "src" / "firstorder"
+
+# Imports run from a layer to an earlier one. Names in one layer do not know each other.
+LAYERS = (
+    ("conventions", "errors", "typing"),
+    ("quadrature", "session"),
+    ("sampling",),
+    ("fields",),
+    ("laws",),
+    ("transport",),
+    ("visibility",),
+    ("flatland", "space"),
+    ("methods",),
+)
+# These may import any of the above and each other; none of the above imports them.
+ABOVE = ("checks", "plotting", "io", "cli")
+RANK = {name: rank for rank, layer in enumerate(LAYERS) for name in layer}
+
+# Imports inside a function that run against the order or around a circle, each with its reason.
+EXCEPTIONS = {
+    ("fields.sources", "transport.travel"): "a light at a height has travelled",
+}
+# Only io reads files (CONTRIBUTING): packages that do so, and that nobody else may import.
+READERS = {"trimesh", "embreex", "OpenEXR", "imageio", "tomllib", "csv"}
+
+
+def modules():
+    """Dotted names of all modules below `firstorder`, without that prefix."""
+    for info in pkgutil.walk_packages(firstorder.__path__, "firstorder."):
+        yield info.name.removeprefix("firstorder."), info.ispkg
+
+
+def path_of(name, is_package):
+    base = SOURCE.joinpath(*name.split("."))
+    return base / "__init__.py" if is_package else base.with_suffix(".py")
+
+
+def imports(tree):
+    """Every module that a file imports, at its top or inside a function."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, "imports are absolute"
+            module = node.module or ""
+            if module == "firstorder":
+                yield from (f"firstorder.{alias.name}" for alias in node.names)
+            else:
+                yield module
+
+
+def all_imports():
+    for name, is_package in modules():
+        for target in imports(ast.parse(path_of(name, is_package).read_text(encoding="utf-8"))):
+            yield name, target
+
+
+def against_the_order(source, target):
+    """Whether an import of one part of the package by another runs the wrong way."""
+    a, b = source.split(".")[0], target.split(".")[0]
+    if a == b or a in ABOVE:
+        return False
+    return b in ABOVE or RANK[b] >= RANK[a]
+
+
+def test_every_part_of_the_package_has_a_place_in_the_order():
+    assert {name.split(".")[0] for name, _ in modules()} <= set(RANK) | set(ABOVE)
+
+
+def test_imports_run_one_way():
+    inside = [(a, b.removeprefix("firstorder.")) for a, b in all_imports() if "firstorder." in b]
+    wrong = {pair for pair in inside if against_the_order(*pair)}
+    assert wrong - set(EXCEPTIONS) == set()
+    assert set(EXCEPTIONS) <= wrong, "an exception that is no longer needed"
+
+
+@pytest.mark.parametrize(
+    ("source", "target", "wrong"),
+    [
+        ("laws.move", "fields.jet", False),
+        ("fields.jet", "laws.move", True),
+        ("transport.path", "checks.squares", True),
+        ("checks.squares", "transport", False),
+        ("flatland.scene", "space.scene", True),
+        ("quadrature", "sampling.strata", True),
+    ],
+)
+def test_the_order_is_what_it_should_be(source, target, wrong):
+    assert against_the_order(source, target) is wrong
+
+
+def test_an_import_inside_a_function_is_seen():
+    tree = ast.parse("def f():\n    from firstorder.checks import squares\n")
+    assert list(imports(tree)) == ["firstorder.checks"]
+
+
+def test_only_io_imports_what_reads_files():
+    found = {(a, b) for a, b in all_imports() if b.split(".")[0] in READERS}
+    assert {a for a, _ in found if a.split(".")[0] != "io"} == set()
+
+
+def test_only_plotting_imports_matplotlib():
+    found = {a for a, b in all_imports() if b.split(".")[0] == "matplotlib"}
+    assert {a for a in found if a.split(".")[0] not in ("plotting", "cli")} == set()
+
+
+# --- the stem law ------------------------------------------------------------------------------
+
+
+def module_that_defines(dotted):
+    """Name, below `firstorder`, of the module in which a dotted name is defined."""
+    parts = dotted.split(".")
+    for cut in range(len(parts), 0, -1):
+        name = ".".join(parts[:cut])
+        try:
+            found = importlib.import_module(name)
+        except ModuleNotFoundError:
+            continue
+        for attribute in parts[cut:]:
+            found = getattr(found, attribute)
+            if inspect.isclass(found) or inspect.isfunction(found):
+                name = found.__module__
+        return name.removeprefix("firstorder.")
+    raise AssertionError(f"{dotted} does not exist")
+
+
+def implementing():
+    """Modules that implement ledger rows."""
+    named = {row.implements for row in rows() if row.implements.startswith("firstorder.")}
+    return sorted({module_that_defines(name) for name in named})
+
+
+def mirrored(name):
+    """Where the derivation and the test of a module belong."""
+    *folders, stem = name.split(".")
+    derivation = ROOT.joinpath("derivations", *folders, f"{stem}.py")
+    return derivation, ROOT.joinpath("tests", *folders, f"test_{stem}.py")
+
+
+# Conventions are decided and not derived; `checks` and what is above it judge and show.
+UNDERIVED = ("conventions", *ABOVE)
+
+
+@pytest.mark.parametrize("name", [n for n in implementing() if n.split(".")[0] not in UNDERIVED])
+def test_a_module_that_implements_rows_has_its_derivation_and_its_test(name):
+    missing = [str(path.relative_to(ROOT)) for path in mirrored(name) if not path.exists()]
+    assert not missing
+
+
+def public_names(path):
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    kinds = (ast.FunctionDef, ast.ClassDef)
+    return {n.name for n in tree.body if isinstance(n, kinds) and not n.name.startswith("_")}
+
+
+@pytest.mark.parametrize("name", [name for name, is_package in modules() if not is_package])
+def test_every_module_has_a_test(name):
+    """One at the mirrored path, or a test or registered case that uses something it defines."""
+    if mirrored(name)[1].exists() or ".cases." in f".{name}.":
+        return
+    files = {*ROOT.glob("tests/**/*.py"), *SOURCE.glob("checks/cases/*.py")}
+    files -= {pathlib.Path(__file__), ROOT / "tests" / "test_exports.py"}  # they name everything
+    words = set(re.findall(r"\w+", " ".join(f.read_text(encoding="utf-8") for f in files)))
+    assert public_names(path_of(name, False)) & words
+
+
+# --- every law and event has its squares -------------------------------------------------------
+
+
+def concrete(module, base):
+    """Exported classes of a kind that can be made."""
+    found = [getattr(module, name) for name in module.__all__]
+    return [
+        c for c in found if inspect.isclass(c) and issubclass(c, base) and not inspect.isabstract(c)
+    ]
+
+
+def stepped():
+    """Classes of all steps that have squares; those of a chain each count."""
+    steps = [case.step for case in cases().values()]
+    events = [e for step in steps if isinstance(step, transport.Chain) for e in step.events]
+    return {type(step) for step in [*steps, *events]}
+
+
+@pytest.mark.parametrize(
+    "step",
+    [*concrete(laws, laws.Law), *concrete(transport, transport.Event)],
+    ids=lambda step: step.__name__,
+)
+def test_every_exported_law_and_event_has_a_case(step):
+    assert step in stepped()
+
+
+def test_every_case_file_belongs_to_a_law_or_an_event():
+    names = [f.stem for f in SOURCE.glob("checks/cases/*.py") if f.stem != "__init__"]
+    assert names
+    assert all(n.startswith(("law_", "transport_", "visibility_", "method_")) for n in names), names
+
+
+# --- what importing costs ----------------------------------------------------------------------
+
+
+def in_a_fresh_process(program):
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=ROOT)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+FLAGS = """
+import importlib, json, pkgutil
+import jax
+before = dict(jax.config.values)
+import firstorder
+for info in pkgutil.walk_packages(firstorder.__path__, "firstorder."):
+    if not info.name.endswith("__main__") and ".checks.cases" not in info.name:
+        importlib.import_module(info.name)
+after = dict(jax.config.values)
+print(json.dumps([k for k in after if k in before and repr(after[k]) != repr(before[k])]))
+"""
+
+# Processor time: on a busy machine the clock on the wall measures the others.
+COST = """
+import json, time
+import jax
+start = time.process_time()
+import firstorder
+print(json.dumps(time.process_time() - start))
+"""
+
+
+def test_importing_every_module_sets_no_jax_flag():
+    assert in_a_fresh_process(FLAGS) == []
+    assert in_a_fresh_process(FLAGS.replace("import firstorder\n", CHANGE)) == ["jax_enable_x64"]
+
+
+CHANGE = "import firstorder\njax.config.update('jax_enable_x64', True)\n"
+
+
+def test_importing_costs_little_on_top_of_jax():
+    assert statistics.median(in_a_fresh_process(COST) for _ in range(3)) <= 0.3
