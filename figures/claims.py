@@ -13,8 +13,7 @@ import textwrap
 from typing import Any
 
 from firstorder import io, session
-from firstorder.checks.registry import cases
-from firstorder.checks.squares import PORTRAITS, Square, square
+from firstorder.checks import table as laws
 
 Record = dict[str, Any]
 
@@ -93,26 +92,6 @@ def markdown_table(head: list[str], rows: list[list[str]]) -> str:
     return "\n".join("| " + " | ".join(c.replace("|", r"\|") for c in row) + " |" for row in lines)
 
 
-def laws_markdown() -> str:
-    """R07's Fig. 2 for the README: verdict and measured error of each cell, and the reasons."""
-    rows, reasons = [], []
-    for law in laws():
-        found = [square(cases()[law], portrait) for portrait in PORTRAITS]
-        rows.append([law, *(f"{s.verdict} {_error(s)}".strip() for s in found)])
-        reasons += [f"{law}, {s.portrait}: {s.reason}" for s in found if s.verdict == "refused"]
-    told = "Refused, because:\n\n" + "\n".join(f"- *{r}*." for r in reasons)
-    return markdown_table(["", *PORTRAITS], rows) + "\n\n" + told
-
-
-def laws() -> list[str]:
-    """The five laws, in R07's order."""
-    return [law for law in ("multiply", "integrate", "convolve", "move", "warp") if law in cases()]
-
-
-def _error(s: Square) -> str:
-    return "" if s.error is None else f"({s.error:.0e})"
-
-
 def section(readme: str, name: str) -> str:
     """What stands between the two markers of a generated section."""
     return readme.partition(_BEGIN.format(name))[2].partition(_END.format(name))[0].strip()
@@ -130,8 +109,10 @@ def with_section(readme: str, name: str, text: str) -> str:
 def differences(records: list[Record], others: list[Record]) -> list[str]:
     """Which claims two runs do not share, or judge differently; in sentences."""
     one, other = ({(r["figure"], r["claim"]): r["holds"] for r in rs} for rs in (records, others))
+    known = {figure for figure, _ in other}
     figures = {figure for figure, _ in one}
-    told = [f"{f}: {c!r} is new." for f, c in one if (f, c) not in other]
+    told = [f"{f} is new." for f in sorted(figures - known)]
+    told += [f"{f}: {c!r} is new." for f, c in one if f in known and (f, c) not in other]
     told += [f"{f}: {c!r} is gone." for f, c in other if f in figures and (f, c) not in one]
     return told + [
         f"{f}: {c!r} was {HOLDS[other[f, c]]} and is {HOLDS[one[f, c]]}."
@@ -149,7 +130,7 @@ def keep() -> None:
     io.write_json(KEPT, [{k: v for k, v in r.items() if k != "seconds"} for r in records])
     readme = README.read_text(encoding="utf-8")
     readme = with_section(readme, "claims", markdown(kept()))
-    io.write_text(README, with_section(readme, "laws", laws_markdown()))
+    io.write_text(README, with_section(readme, "laws", laws.markdown(laws.measured())))
 
 
 if __name__ == "__main__":

@@ -99,9 +99,9 @@ class Table:
     """How the names of laws and events begin, such as travel; or all. The laws, if left out."""
 
     def run(self) -> int:
-        """One line for each law or event."""
+        """One line for each law or event, and the reasons of refusals."""
         from firstorder.checks.registry import cases
-        from firstorder.checks.squares import PORTRAITS, square
+        from firstorder.checks.table import LAWS, measured, text
 
         known = cases()
         lost = [n for n in self.names if n != "all" and not any(k.startswith(n) for k in known)]
@@ -109,21 +109,11 @@ class Table:
             raise ValueError(
                 f"Argument `names` must begin names that `table all` prints, but has {lost[0]!r}."
             )
-        chosen = [k for k in known if k.startswith(self.names)] if self.names else list(_LAWS)
-        chosen = list(known) if "all" in self.names else chosen
-        as_declared = True
-        print(f"{'':28}" + "".join(f"{portrait:>14}" for portrait in PORTRAITS))
-        for name in chosen:
-            squares = [square(known[name], portrait) for portrait in PORTRAITS]
-            as_declared &= all(
-                s.verdict == known[name].expected.get(s.portrait, "equal") for s in squares
-            )
-            cells = (s.verdict if s.error is None else f"{s.error:.1e}" for s in squares)
-            print(f"{name:28}" + "".join(f"{cell:>14}" for cell in cells))
-        return 0 if as_declared else 1
-
-
-_LAWS = ("multiply", "integrate", "convolve", "move", "warp")
+        chosen = [k for k in known if k.startswith(self.names)] if self.names else LAWS
+        table = measured(known if "all" in self.names else chosen)
+        print(text(table))
+        squares = [(name, s) for name, row in table.items() for s in row.values()]
+        return int(any(s.verdict != known[n].expected.get(s.portrait, "equal") for n, s in squares))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -74,7 +74,7 @@ class _Pixels:
         bottom, top = math.floor(box.y0) + 1, math.ceil(box.y1) - 1
         height = round(figure.bbox.height)
         self._window = slice(height - top, height - bottom), slice(left, right)
-        ny, nx = image.get_array().shape
+        ny, nx = np.shape(image.get_array())
         self._rows = np.arange(top - bottom)[::-1, None] * ny // (top - bottom)
         self._columns = np.arange(right - left) * nx // (right - left)
         self._colours = image.get_cmap()(np.arange(256), bytes=True)

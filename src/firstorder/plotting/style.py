@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 from collections.abc import Iterator
 
 import matplotlib
@@ -128,16 +129,16 @@ def share_labels(axes: np.ndarray) -> None:
     Args:
         axes: panels of shape (rows, columns), as `panels` returns them.
     """
-    for i, j in np.ndindex(*axes.shape):
-        ax = axes[i, j]
-        below = axes[i + 1, j] if i + 1 < axes.shape[0] else None
-        left = axes[i, j - 1] if j else None
-        if below is not None and _same(ax.get_xaxis(), below.get_xaxis()):
-            ax.get_xaxis().label.set_visible(False)
-            ax.tick_params(labelbottom=False)
-        if left is not None and _same(ax.get_yaxis(), left.get_yaxis()):
-            ax.get_yaxis().label.set_visible(False)
-            ax.tick_params(labelleft=False)
+    for column in axes.T:
+        for upper, lower in itertools.pairwise(column):
+            if _same(upper.xaxis, lower.xaxis):
+                upper.xaxis.label.set_visible(False)
+                upper.tick_params(labelbottom=False)
+    for row in axes:
+        for left, right in itertools.pairwise(row):
+            if _same(left.yaxis, right.yaxis):
+                right.yaxis.label.set_visible(False)
+                right.tick_params(labelleft=False)
 
 
 def _same(one: Axis, other: Axis) -> bool:
