@@ -100,7 +100,8 @@ class Integrate(Law):
             for end in (self.lower, self.upper)
         )
         crossings = [e.crossing(origin, a, lower.value, upper.value) for e in f.edges()]
-        return a, along, [lower, *crossings, upper]
+        boundaries = [lower, *crossings, upper]
+        return a, along, jax.tree.map(lambda leaf: leaf.astype(u.dtype), boundaries)
 
     def value(self, f: Field, u: Ray) -> Scalar:
         """Gauss-Legendre on each piece between edges."""

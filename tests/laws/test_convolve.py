@@ -1,0 +1,72 @@
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firstorder.checks.cases import light
+from firstorder.checks.cases.law_convolve import Leaning
+from firstorder.errors import Refused
+from firstorder.fields import Affine, GaussianProfile, HalfPlane, half_plane
+from firstorder.laws import Circle, Convolve, Hemisphere, Integrate, Move, Multiply
+
+U = jnp.array([0.3, -0.2])
+BLUR = Convolve(Leaning(0.3, 0.1))
+
+
+@eqx.filter_jit
+def blurred(field):
+    return field.jet(U)
+
+
+@given(st.floats(-1.0, 1.0), st.floats(-0.5, 0.5))
+def test_a_convolution_commutes_with_moves_that_only_shift_along_its_axis(slope, shift):
+    """Shears `theta + slope x + shift`, curvature among them: R07 §4.1 rests on it."""
+    move = Move(jnp.array([[1.0, 0.0], [0.0, 1.0]]).at[1, 0].set(slope), jnp.array([0.0, shift]))
+    first, last = blurred(BLUR(move(light()))), blurred(move(BLUR(light())))
+    jax.tree.map(lambda a, b: np.testing.assert_allclose(a, b, atol=1e-11), first, last)
+
+
+def test_two_gaussian_blurs_are_one_of_summed_variance():
+    twice = Convolve(GaussianProfile(0.5))(light())
+    chained = Convolve(GaussianProfile(0.4), nodes=48)(
+        Convolve(GaussianProfile(0.3), nodes=48)(light())
+    )
+    np.testing.assert_allclose(jax.jit(lambda u: chained.at(u))(U), twice.at(U), rtol=1e-10)
+
+
+def test_light_is_conserved_by_a_kernel_of_integral_one():
+    """Integrating over the angle before or after the blur is the same (energy)."""
+    sums = Integrate("theta", -7.0, 7.0, 96)
+    np.testing.assert_allclose(
+        jax.jit(lambda u: sums(BLUR(light())).at(u))(U[:1]), sums(light()).at(U[:1]), rtol=1e-10
+    )
+
+
+def test_an_edge_that_runs_along_the_axis_survives_and_others_do_not():
+    across, along = HalfPlane(Affine([0.8, -1.0], 0.1), 0.2, 1.0), half_plane(0.1, 0.2)
+    assert BLUR(Multiply(across)(light())).edges() == ()
+    (edge,) = BLUR(Multiply(along)(light())).edges()
+    at = jnp.array([0.1, 0.3])
+    np.testing.assert_allclose(edge.jump.at(at), 0.8 * BLUR(light()).at(at), rtol=1e-12)
+
+
+def test_an_edge_along_the_axis_survives_when_it_is_traced():
+    @eqx.filter_jit
+    def jump(mask):
+        edges = BLUR(Multiply(mask)(light())).edges()
+        return sum(e.jump.at(jnp.array([0.1, 0.3])) for e in edges)
+
+    expected = 0.8 * BLUR(light()).at(jnp.array([0.1, 0.3]))
+    np.testing.assert_allclose(jump(half_plane(0.1, 0.2)), expected, rtol=1e-12)
+    assert jump(HalfPlane(Affine([0.8, -1.0], 0.1), 0.2, 1.0)) == 0.0
+
+
+def test_circle_and_horizon_refuse_what_only_the_line_has():
+    for domain in (Circle(), Hemisphere(light())):
+        with pytest.raises(Refused, match="whole line"):
+            Convolve(Leaning(0.3, 0.1), domain)(light().covariance())
+    with pytest.raises(Refused, match="not shift-invariant"):
+        Convolve(Leaning(0.3, 0.1), Hemisphere(light()))(light().spectrum())

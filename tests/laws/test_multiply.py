@@ -1,0 +1,46 @@
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from scipy.special import erf
+
+from firstorder.checks.cases import light
+from firstorder.errors import Refused
+from firstorder.fields import Grid, gaussian, half_plane
+from firstorder.laws import Multiply
+
+WINDOW = Grid.spanning((256, 256), (6.0, 6.0))
+
+
+def test_the_spectrum_behind_an_edge_is_that_of_the_error_function():
+    """At Omega = (0, 0): what a half-plane leaves of a bell. Sharper than samples can tell."""
+    f = gaussian((0.21, -0.13), (0.55, 0.4), 0.35, 1.3)
+    dark, edge = 0.3, 0.25
+    total = f.spectrum().at(jnp.zeros(2)).real
+    behind = Multiply(half_plane(edge, dark), WINDOW)(f.spectrum()).at(jnp.zeros(2))
+    below = 0.5 * (1.0 + erf((edge - 0.21) / (0.55 * np.sqrt(2.0))))
+    np.testing.assert_allclose(behind, total * (dark * below + 1.0 - below), rtol=1e-11)
+
+
+def test_factors_commute():
+    f, g = light(), gaussian((-0.3, 0.2), (0.7, 0.9), -0.4)
+    u = jnp.array([0.2, 0.1])
+    jax.tree.map(
+        lambda a, b: np.testing.assert_allclose(a, b, rtol=1e-14),
+        Multiply(g)(f).jet(u),
+        Multiply(f)(g).jet(u),
+    )
+
+
+def test_the_jump_of_a_product_with_two_edges_on_one_curve():
+    mask = half_plane(0.1, 0.2, 1.0)
+    twice = Multiply(mask)(Multiply(mask)(light()))
+    jump = sum(e.jump.at(jnp.array([0.1, 0.0])) for e in twice.edges())
+    np.testing.assert_allclose(jump, (1.0 - 0.04) * light().at(jnp.array([0.1, 0.0])), rtol=1e-12)
+
+
+def test_a_spectrum_needs_a_window_and_an_edge_has_no_covariance():
+    with pytest.raises(Refused, match="give it one"):
+        Multiply(half_plane(0.0))(light().spectrum())
+    with pytest.raises(Refused, match="an edge has no finite covariance"):
+        Multiply(half_plane(0.0))(light().covariance())
