@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import pathlib
+import shutil
 import textwrap
 from typing import Any
 
@@ -122,11 +123,13 @@ def differences(records: list[Record], others: list[Record]) -> list[str]:
 
 
 def keep() -> None:
-    """Keep the claims of the last full run, and renew the README's tables."""
+    """Keep the claims of the last full run, and renew the README's picture and tables."""
     records = json.loads((FOLDER / "out" / "claims.json").read_text(encoding="utf-8"))
     missing = set(names()) - {r["figure"] for r in records}
     if missing:
         raise SystemExit(f"The last run lacks {', '.join(sorted(missing))}: run `make figures`.")
+    with io.whole(README.parent / "gallery" / "path.png") as part:
+        shutil.copyfile(FOLDER / "out" / "path.png", part)
     io.write_json(KEPT, [{k: v for k, v in r.items() if k != "seconds"} for r in records])
     readme = README.read_text(encoding="utf-8")
     readme = with_section(readme, "claims", markdown(kept()))
