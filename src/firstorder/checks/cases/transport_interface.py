@@ -40,7 +40,7 @@ def _missed(rule, breaks, plain) -> float:
     """
     angles = np.linspace(-1.57, 1.57, 400)
     total = sum(plain(t) * _across(t) for t in angles) * (angles[1] - angles[0])
-    return 1e-9 + rule * sum(map(_across, breaks)) / total
+    return float(1e-9 + rule * sum(map(_across, breaks)) / total)
 
 
 def _case(name, factor, plain, rule, *breaks) -> Case:
