@@ -38,11 +38,10 @@ def kept() -> list[Record]:
 
 
 def quantity(value: float | str | None, unit: str) -> str:
-    """A value with its unit, three digits."""
-    if value is None:
-        return "-"
-    words = value if isinstance(value, str) else f"{value:.3g}"
-    return f"{words} {unit}".strip()
+    """A number in three digits with its unit, or words as they are."""
+    if value is None or isinstance(value, str):
+        return value or "-"
+    return f"{value:.3g} {unit}".strip()
 
 
 def table(records: list[Record], width: int = 100) -> str:
@@ -58,7 +57,7 @@ def table(records: list[Record], width: int = 100) -> str:
         )
         for r in records
     ]
-    widths = [min(26, max(len(row[i]) for row in rows)) for i in range(4)]
+    widths = [min(20, max(len(row[i]) for row in rows)) for i in range(4)]
     widths.append(max(30, width - sum(widths) - 2 * len(widths)))
     lines: list[str] = []
     for row in rows:
