@@ -8,11 +8,11 @@ from scipy.integrate import dblquad
 from scipy.special import eval_legendre
 
 from firstorder.checks.tolerance import fitted_order
-from firstorder.laws import ClampedCosine, VonMisesFisher, Zonal
+from firstorder.laws import VonMisesFisher, Zonal, ZonalCosine
 from firstorder.laws.zonal import tangents
 
 BELL = Zonal(VonMisesFisher(7.0))
-DIFFUSE = Zonal(ClampedCosine(), 24, 32)
+DIFFUSE = Zonal(ZonalCosine(), 24, 32)
 LOBES = pytest.mark.parametrize("law", [BELL, DIFFUSE], ids=["bell", "clamped cosine"])
 
 

@@ -6,11 +6,10 @@ from firstorder.laws.integrate import Integrate
 from firstorder.laws.move import Move
 from firstorder.laws.multiply import Multiply
 from firstorder.laws.warp import Linearisation, Map, Warp
-from firstorder.laws.zonal import ClampedCosine, VonMisesFisher, Zonal, ZonalKernel
+from firstorder.laws.zonal import VonMisesFisher, Zonal, ZonalCosine, ZonalKernel
 
 __all__ = [
     "Circle",
-    "ClampedCosine",
     "Convolve",
     "Domain",
     "Hemisphere",
@@ -26,5 +25,6 @@ __all__ = [
     "VonMisesFisher",
     "Warp",
     "Zonal",
+    "ZonalCosine",
     "ZonalKernel",
 ]

@@ -13,7 +13,7 @@ from jaxtyping import Array, Float
 from firstorder.conventions import Frame, fourier_kernel
 from firstorder.errors import Refused, check_finite, check_invertible
 from firstorder.fields.covariance import Covariance
-from firstorder.fields.field import Affine, Edge, Field
+from firstorder.fields.field import Affine, Edge, Field, product
 from firstorder.fields.jet import Jet
 from firstorder.fields.series import Series
 from firstorder.fields.spectrum import Grid, Spectrum
@@ -71,7 +71,7 @@ class Move(Law):
 
     def preimage(self, u: Ray) -> Float[Array, " m"]:
         """`M u + c`, as a sum that fuses under `vmap`."""
-        return jnp.sum(self.M * u, axis=-1) + self.c
+        return jnp.stack(product(self.M, u)) + self.c
 
     def value(self, f: Field, u: Ray) -> Scalar:
         """`f(M u + c)`."""

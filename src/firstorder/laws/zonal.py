@@ -66,7 +66,7 @@ class VonMisesFisher(ZonalKernel):
         return (1.0 - 8.0 / k, jnp.zeros(())), (1.0 - 40.0 / k, jnp.zeros(()))
 
 
-class ClampedCosine(ZonalKernel):
+class ZonalCosine(ZonalKernel):
     """`max(t, 0) / pi`: diffuse shading, with a kink at the horizon."""
 
     def derivatives(self, t: Cosines) -> tuple[Cosines, Cosines, Cosines]:

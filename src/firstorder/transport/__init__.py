@@ -1,6 +1,8 @@
 """What happens to light: physical steps that pick a law, and paths that chain them."""
 
+from firstorder.transport.brdf import Brdf, Ggx, LobeBrdf, TabulatedBrdf
 from firstorder.transport.bump import Bump
+from firstorder.transport.camera import Base, Camera, View, image_jet
 from firstorder.transport.cosine import ClampedCosine, Cosine, cos_plus_transform
 from firstorder.transport.diffuse import (
     DifferentialIrradiance,
@@ -19,6 +21,7 @@ from firstorder.transport.interface import (
     fresnel_reflection,
     refraction,
 )
+from firstorder.transport.lobes import CosinePower, Lobe, Tabulated, glossy, lambert, phong, retro
 from firstorder.transport.mirror import Mirror
 from firstorder.transport.occlusion import (
     Layers,
@@ -32,7 +35,9 @@ from firstorder.transport.path import Path
 from firstorder.transport.reflection import Blend, Reflection, VaryingGaussian
 from firstorder.transport.rotation import Curvature
 from firstorder.transport.separable import Angular, AngularFactor, separable
+from firstorder.transport.shading import Light, Reflected, Surface, Terms, far_light_ratio
 from firstorder.transport.slopes import ToAngle, ToSlope, theta_D_v, v_D_theta
+from firstorder.transport.tabulate import Tabulate
 from firstorder.transport.texture import Texture, Wave, wave
 from firstorder.transport.travel import Arrival, Travel
 
@@ -40,42 +45,63 @@ __all__ = [
     "Angular",
     "AngularFactor",
     "Arrival",
+    "Base",
     "Blend",
+    "Brdf",
     "Bump",
+    "Camera",
     "Chain",
     "ClampedCosine",
     "Cosine",
+    "CosinePower",
     "Curvature",
     "DifferentialIrradiance",
     "Event",
     "Fresnel",
     "Gather",
+    "Ggx",
     "Incidence",
     "Layers",
+    "Light",
     "Linearised",
+    "Lobe",
+    "LobeBrdf",
     "Mirror",
     "Occlusion",
     "Outgoing",
     "Path",
+    "Reflected",
     "Reflection",
     "Schlick",
     "SlopeWeight",
     "Snell",
+    "Surface",
+    "Tabulate",
+    "Tabulated",
+    "TabulatedBrdf",
+    "Terms",
     "Texture",
     "ToAngle",
     "ToSlope",
     "Transmission",
     "Travel",
     "VaryingGaussian",
+    "View",
     "Wave",
     "bessel_zk1",
     "comb_blocker",
     "cos_plus_transform",
     "diffuse",
+    "far_light_ratio",
     "fresnel_reflection",
+    "glossy",
     "grating_blocker",
     "half_plane_blocker",
+    "image_jet",
+    "lambert",
+    "phong",
     "refraction",
+    "retro",
     "separable",
     "slit_blocker",
     "theta_D_v",
