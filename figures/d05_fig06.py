@@ -25,7 +25,7 @@ SHOWN = (0, 1, 2, 4, 5)  # steps of the path; step 3 is travel before arrival
 
 
 def draw(quick: bool) -> Drawing:
-    frequencies = 25 if quick else 81
+    frequencies = 25 if quick else 61
     samples = (2048, 128) if quick else (4096, 384)
     path = scene.path()
     steps, spectra = path.steps, path.spectra

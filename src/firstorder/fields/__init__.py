@@ -1,5 +1,6 @@
 """What light is: a field, and the portraits that can be drawn of it."""
 
+from firstorder.fields.apertures import Bars, Grating, SoftSlit
 from firstorder.fields.covariance import Covariance, covariance_of, covariance_of_samples
 from firstorder.fields.environment import Environment, Harmonics, NearLight
 from firstorder.fields.field import Affine, Constant, Edge, Field, Function, Sum
@@ -24,6 +25,7 @@ from firstorder.fields.windowed import windowed_covariance
 
 __all__ = [
     "Affine",
+    "Bars",
     "Box",
     "Constant",
     "Covariance",
@@ -35,6 +37,7 @@ __all__ = [
     "Function",
     "Gaussian",
     "GaussianProfile",
+    "Grating",
     "Grid",
     "HalfPlane",
     "Harmonics",
@@ -46,8 +49,9 @@ __all__ = [
     "SampledSpectrum",
     "Separable",
     "Series",
-    "Spectrum",
     "SoftEdge",
+    "SoftSlit",
+    "Spectrum",
     "Sum",
     "Wavelet",
     "autodiff_jet",
