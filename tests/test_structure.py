@@ -236,7 +236,8 @@ for info in pkgutil.walk_packages(firstorder.__path__, "firstorder."):
     if not info.name.endswith("__main__") and ".checks.cases" not in info.name:
         importlib.import_module(info.name)
 after = dict(jax.config.values)
-print(json.dumps([k for k in after if k in before and repr(after[k]) != repr(before[k])]))
+changed = [k for k in after if k in before and repr(after[k]) != repr(before[k])]
+print(json.dumps([changed, len(jax.live_arrays())]))
 """
 
 # Processor time: on a busy machine the clock on the wall measures the others.
@@ -249,12 +250,19 @@ print(json.dumps(time.process_time() - start))
 """
 
 
-def test_importing_every_module_sets_no_jax_flag():
-    assert in_a_fresh_process(FLAGS) == []
-    assert in_a_fresh_process(FLAGS.replace("import firstorder\n", CHANGE)) == ["jax_enable_x64"]
+def test_importing_every_module_sets_no_jax_flag_and_makes_no_array():
+    """An array made on import has the precision of before `session.start`, and wakes the device."""
+    assert in_a_fresh_process(FLAGS) == [[], 0]
+    assert in_a_fresh_process(FLAGS.replace("import firstorder\n", CHANGE)) == [
+        ["jax_enable_x64"],
+        1,
+    ]
 
 
-CHANGE = "import firstorder\njax.config.update('jax_enable_x64', True)\n"
+CHANGE = """import firstorder
+jax.config.update("jax_enable_x64", True)
+kept = jax.numpy.zeros(3)
+"""
 
 
 def test_importing_costs_little_on_top_of_jax():

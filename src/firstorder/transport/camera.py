@@ -130,7 +130,7 @@ class Camera(Event):
 
     eye: Vector = eqx.field(converter=as_float)
     gamma: Scalar = eqx.field(converter=as_float)
-    base: Base = Base()
+    base: Base = eqx.field(default_factory=Base)  # made when asked: an array keeps its precision
 
     def __check_init__(self):
         """Refuse a camera that sees nothing."""
