@@ -25,7 +25,7 @@ import numpy as np
 from figures.style import Claim, Drawing
 from firstorder import plotting
 from firstorder.fields import Affine, Constant, Field, Function
-from firstorder.transport.lobes import Lobe, diffuse, glossy
+from firstorder.transport.lobes import Lobe, glossy, lambert
 from firstorder.transport.shading import Surface
 from firstorder.transport.texture import wave
 
@@ -76,7 +76,7 @@ ROWS: dict[str, tuple[dict[str, Field], Field, Lobe, dict[str, str]]] = {
     "Lambertian": (
         {"near": NEAR, "distant": FAR},
         HILL,
-        diffuse(),
+        lambert(),
         {"DV": "low", "CDV": "low", "B_x": "SV+CDV"},
     ),
     "Mirror": ({"near": NEAR, "distant": FAR}, HILL, MIRROR, {"DV": "high", "B_x": "CDV"}),

@@ -23,7 +23,7 @@ from derivations.ledger import Check, Counterexample, Row, na
 from firstorder.checks.tolerance import fitted_order, normwise
 from firstorder.fields import Affine, Constant, autodiff_jet, gaussian
 from firstorder.transport.brdf import Ggx
-from firstorder.transport.lobes import Lobe, diffuse, glossy
+from firstorder.transport.lobes import Lobe, glossy, lambert
 from firstorder.transport.reflection import VaryingGaussian
 from firstorder.transport.shading import Light, Surface, far_light_ratio
 from firstorder.transport.texture import wave
@@ -343,8 +343,8 @@ SCENES = {
     "varying": Surface(NORMAL, (VARYING,)),
     "varying, flat": Surface(Constant(0.0), (VARYING,)),
     "painted": Surface(NORMAL, (glossy(0.2),), wave(0.3, 0.4, mean=0.6)),
-    "painted, diffuse": Surface(NORMAL, (diffuse(0.8),), wave(0.3, 0.4, mean=0.6)),
-    "diffuse": Surface(NORMAL, (diffuse(0.8),)),
+    "painted, diffuse": Surface(NORMAL, (lambert(0.8),), wave(0.3, 0.4, mean=0.6)),
+    "diffuse": Surface(NORMAL, (lambert(0.8),)),
     "cosine": Surface(NORMAL, (glossy(0.2, cosine=True),)),
 }
 BRUTE = {
@@ -892,7 +892,7 @@ ROWS = [
     Row(
         "R07.fig4.lambertian",
         "over-claim",
-        implements="firstorder.transport.lobes.diffuse",
+        implements="firstorder.transport.lobes.lambert",
         symbolic=diffuse_argument,
         autodiff=autodiff("diffuse", "hessian"),
         fourier=two,
@@ -978,7 +978,7 @@ ROWS = [
         young,
         1e-3,
         "|L_theta (*) rho| <= sup |L| int |rho'| for any light (Young's inequality), searched.",
-        "firstorder.transport.lobes.diffuse",
+        "firstorder.transport.lobes.lambert",
     ),
 ]
 

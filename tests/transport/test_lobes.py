@@ -2,8 +2,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+import sympy as sp
 from scipy.integrate import quad
 
+from derivations.transport import lobes as derived
 from firstorder.fields import GaussianProfile
 from firstorder.transport.lobes import (
     MIRROR,
@@ -12,8 +14,8 @@ from firstorder.transport.lobes import (
     CosinePower,
     Tabulated,
     cubic_b_spline,
-    diffuse,
     glossy,
+    lambert,
     phong,
     retro,
 )
@@ -147,7 +149,7 @@ def test_the_b_spline_adds_up_to_one():
 def test_a_rigid_rotation_changes_no_argument():
     for a in (MIRROR, NORMAL, RETRO):
         assert a.turn + a.look == 1.0
-    assert [lobe.argument for lobe in (glossy(0.1), phong(3.0), diffuse(), retro(0.1))] == [
+    assert [lobe.argument for lobe in (glossy(0.1), phong(3.0), lambert(), retro(0.1))] == [
         MIRROR,
         MIRROR,
         NORMAL,
@@ -189,7 +191,7 @@ def test_lobes_keep_their_precision():
         (lambda: CosinePower(np.nan), "Argument `s` must be finite"),
         (lambda: CosinePower(2.0, weight=np.inf), "Argument `weight` must be finite"),
         (lambda: glossy(0.0), "Argument `sigma` must be positive, but is 0.0."),
-        (lambda: diffuse(1.2), r"Argument `albedo` must lie in \[0, 1\], but is 1.2\."),
+        (lambda: lambert(1.2), r"Argument `albedo` must lie in \[0, 1\], but is 1.2\."),
         (
             lambda: Tabulated([0.0, 0.0, 0.0], 0.1),
             "Argument `values` must have a positive integral",
@@ -202,3 +204,8 @@ def test_lobes_keep_their_precision():
 def test_bad_lobes_are_refused_in_one_sentence(make, sentence):
     with pytest.raises(ValueError, match=sentence):
         make()
+
+
+@pytest.mark.parametrize("proof", derived.PROOFS, ids=lambda p: p.__name__)
+def test_the_formulas_follow_from_their_integrals(proof):
+    assert all(sp.simplify(e) == 0 for e in proof())

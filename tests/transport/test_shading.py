@@ -13,8 +13,9 @@ from firstorder.errors import Refused
 from firstorder.fields import Affine, Constant, GaussianProfile, autodiff_jet, gaussian, half_plane
 from firstorder.laws import Multiply
 from firstorder.transport import Bump, Mirror, Reflection
-from firstorder.transport.brdf import Ggx, LobeBrdf, Schlick, TabulatedBrdf
-from firstorder.transport.lobes import RETRO, Lobe, Tabulated, diffuse, glossy, phong, retro
+from firstorder.transport.brdf import Ggx, LobeBrdf, TabulatedBrdf
+from firstorder.transport.interface import Schlick
+from firstorder.transport.lobes import RETRO, Lobe, Tabulated, glossy, lambert, phong, retro
 from firstorder.transport.shading import Light, Reflected, Surface, far_light_ratio
 from firstorder.transport.texture import wave
 
@@ -22,7 +23,7 @@ QUARTER = 0.5 * np.pi
 H = np.linspace(-QUARTER, QUARTER, 9)
 TABLE = np.exp(-0.5 * ((np.arange(21) - 10) * 0.1 / 0.25 - 0.3) ** 2)
 MATERIALS = {
-    "lobes": (glossy(0.2, 0.4), phong(6.5), diffuse(0.7), retro(0.3), Lobe(Tabulated(TABLE, 0.1))),
+    "lobes": (glossy(0.2, 0.4), phong(6.5), lambert(0.7), retro(0.3), Lobe(Tabulated(TABLE, 0.1))),
     "weights that vary": (
         derived.VARYING,
         glossy(0.3, cosine=True),
@@ -100,7 +101,7 @@ def far(x, t):
 
 TRUTHS = {
     "glossy": (glossy(0.2), mirror_lobe(gauss), far),
-    "diffuse": (diffuse(0.8), lambda x, t, w: 0.4 * np.cos(w - normal(x)), sphere),
+    "diffuse": (lambert(0.8), lambda x, t, w: 0.4 * np.cos(w - normal(x)), sphere),
     "retro": (retro(0.3), lambda x, t, w: gauss(t - w, 0.3), far),
     "wide, with cosine": (
         glossy(0.6, cosine=True),
@@ -141,8 +142,8 @@ def test_a_general_brdf_equals_the_convolution():
 
 def test_a_constant_brdf_is_diffuse():
     white = Surface(NORMAL, (TabulatedBrdf(np.full((4, 4), 0.4)),)).reflect(LIGHT)
-    lambert = Surface(NORMAL, (diffuse(0.8),)).reflect(LIGHT)
-    a, b = jets_of(white, lambert)
+    matte = Surface(NORMAL, (lambert(0.8),)).reflect(LIGHT)
+    a, b = jets_of(white, matte)
     for part in PARTS:
         assert normwise(getattr(a, part), getattr(b, part)) < 1e-10, part
 
@@ -186,7 +187,7 @@ EDGES = {
         lambda x: (-2.2, 2.2),
     ),
     "diffuse": (
-        diffuse(0.8),
+        lambert(0.8),
         lambda x, t, w: 0.4 * np.cos(w - normal(x)),
         lambda x: (normal(x) - QUARTER, normal(x) + QUARTER),
     ),
@@ -225,7 +226,7 @@ def test_terms_under_edges_add_up_too():
 
 def test_rigid_rotation_changes_nothing():
     """Turn light, normal and view by one angle."""
-    turn, materials = 0.37, (glossy(0.2), diffuse(), retro(0.3), LobeBrdf(glossy(0.4)))
+    turn, materials = 0.37, (glossy(0.2), lambert(), retro(0.3), LobeBrdf(glossy(0.4)))
     other = gaussian((0.21, -0.13 + turn), (0.55, 0.4), 0.35, 1.3)
     B = Surface(NORMAL, materials).reflect(LIGHT)
     turned = Surface(NORMAL + Constant(turn), materials).reflect(other)
@@ -261,7 +262,7 @@ def test_a_sharp_lobe_is_a_mirror():
 
 def test_a_flat_surface_in_distant_light_is_uniform():
     L = Light(lambda x, w: jnp.exp(-(w**2)) + 0.0 * x, derived._distant)
-    B = Surface(Constant(0.2), (glossy(0.2), diffuse(), Ggx(0.4))).reflect(L)
+    B = Surface(Constant(0.2), (glossy(0.2), lambert(), Ggx(0.4))).reflect(L)
     e = jax.jit(lambda x, t: B.entries(x, t))(*jnp.array([0.3, 0.1]))
     assert max(abs(e.x), abs(e.xx), abs(e.x_theta)) < 1e-15
 
@@ -369,10 +370,10 @@ def _twin(kind, material, texture=None, light=LIGHT):
 TWINS = {
     "forget the texture term": lambda: (_twin(_Sly, glossy(0.2), PAINT), RAYS),
     "forget the horizon's end term": lambda: (_twin(_NoHorizon, glossy(0.4, cosine=True)), GRAZING),
-    "a diffuse lobe in the mirror's argument": lambda: (_Wrong(diffuse(), glossy(0.2)), RAYS),
+    "a diffuse lobe in the mirror's argument": lambda: (_Wrong(lambert(), glossy(0.2)), RAYS),
     "a cosine that stands still": lambda: (_Wrong(glossy(0.3, cosine=True), glossy(0.3)), RAYS),
     "forget rho_x": lambda: (_Wrong(derived.VARYING, glossy(0.3)), RAYS),
-    "a BRDF that forgets its turn": lambda: (_Wrong(Ggx(0.3), diffuse()), RAYS),
+    "a BRDF that forgets its turn": lambda: (_Wrong(Ggx(0.3), lambert()), RAYS),
 }
 
 
@@ -409,7 +410,7 @@ def test_many_rays_go_in_blocks():
 
 
 def test_single_precision_stays_single():
-    B = Surface(NORMAL, (glossy(0.2), phong(5.0), diffuse())).reflect(LIGHT)
+    B = Surface(NORMAL, (glossy(0.2), phong(5.0), lambert())).reflect(LIGHT)
     single = jax.tree.map(lambda a: a.astype(jnp.float32), B)
     e = single.entries(*jnp.array([0.3, 0.1], jnp.float32))
     assert {a.dtype for a in e} == {jnp.dtype("float32")}

@@ -12,8 +12,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from firstorder.errors import check_between, check_finite, check_positive
+from firstorder.errors import check_finite, check_positive
+from firstorder.fields.kernel import Profile
 from firstorder.transport.lobes import Lobe, cubic_b_spline
+from firstorder.transport.separable import Angular
 from firstorder.typing import Scalar, as_float
 
 Values: TypeAlias = Float[Array, "*b"]
@@ -45,16 +47,26 @@ class Brdf(eqx.Module):
 class LobeBrdf(Brdf):
     """A lobe as a BRDF: `rho(w, o) = p((turn - 1) n + look theta - w)` in the local frame.
 
-    Only lobes whose argument can be written in local angles fit: mirror lobes (`-o - w`), diffuse
-    (`-w`) and retro lobes (`o - w`) all do.
+    Every argument can be written in local angles: `-o - w` for mirror lobes, `-w` for diffuse and
+    `o - w` for retro lobes.
+
+    Raises:
+        ValueError: if the lobe varies over the surface.
     """
 
     lobe: Lobe
 
+    def __check_init__(self):
+        """Refuse a lobe that needs to know where it is."""
+        if not isinstance(self.lobe.kernel, Profile):
+            name = type(self.lobe.kernel).__name__
+            raise ValueError(f"Argument `lobe` must be the same everywhere, but is a {name}.")
+
     def derivatives(self, w: Scalar, o: Scalar) -> Three:
         """Chain rule: the argument moves by `look` with o."""
-        look = self.lobe.argument.look
-        p, d, dd = self.lobe.kernel.derivatives(look * o - w)
+        look, profile = self.lobe.argument.look, self.lobe.kernel
+        assert isinstance(profile, Profile)
+        p, d, dd = profile.derivatives(look * o - w)
         return p, look * d, look**2 * dd
 
     def peaks(self, o: Scalar) -> list[Scalar]:
@@ -63,75 +75,10 @@ class LobeBrdf(Brdf):
         return [center - h, center, center + h]
 
 
-class Schlick(eqx.Module):
-    """`F(c) = F0 + (1 - F0) (1 - c)^5`: Schlick's fit to Fresnel's reflectance.
-
-    Args:
-        F0: reflectance at normal incidence, in [0, 1].
-
-    Raises:
-        ValueError: if `F0` lies outside [0, 1].
-
-    Example:
-        >>> from firstorder.transport.brdf import Schlick
-        >>> Schlick(0.04)(1.0)[0].item()
-        0.04
-    """
-
-    F0: Scalar = eqx.field(converter=as_float)
-
-    def __check_init__(self):
-        """Refuse a reflectance that is not one."""
-        check_between("F0", self.F0, 0.0, 1.0)
-
-    def __call__(self, c) -> Three:
-        """Reflectance at the cosine c of the angle of incidence, with two derivatives."""
-        a, b = 1.0 - self.F0, 1.0 - as_float(c)
-        return self.F0 + a * b**5, -5.0 * a * b**4, 20.0 * a * b**3
-
-
-class Fresnel(eqx.Module):
-    """Exact reflectance of unpolarised light at a dielectric, seen from the thinner side.
-
-    `F = (r_s^2 + r_p^2) / 2` with `g = sqrt(eta^2 - 1 + c^2)`, `r_s = (c - g) / (c + g)` and
-    `r_p = (eta^2 c - g) / (eta^2 c + g)`.
-
-    Args:
-        eta: relative index of refraction, at least 1.
-
-    Raises:
-        ValueError: if `eta` is below 1.
-
-    Example:
-        >>> from firstorder.transport.brdf import Fresnel
-        >>> round(Fresnel(1.5)(1.0)[0].item(), 12)
-        0.04
-    """
-
-    eta: Scalar = eqx.field(converter=as_float)
-
-    def __check_init__(self):
-        """Refuse light that leaves the denser side: it may be reflected totally."""
-        check_finite("eta", self.eta)
-        check_between("eta", self.eta, 1.0, np.inf)
-
-    def __call__(self, c) -> Three:
-        """Reflectance at the cosine c of the angle of incidence, with two derivatives."""
-        c, excess = as_float(c), self.eta**2 - 1.0
-        square = excess + c**2
-        g = jnp.sqrt(jnp.where(square > 0, square, 1.0))
-        roots = g, c / g, excess / g**3
-        s = _mismatch((c, jnp.ones_like(c), jnp.zeros_like(c)), roots)
-        p = _mismatch((self.eta**2 * c, self.eta**2 + 0.0 * c, jnp.zeros_like(c)), roots)
-        total = [0.5 * (a + b) for a, b in zip(times(s, s), times(p, p), strict=True)]
-        # eta = 1 at grazing is 0 / 0: no interface, no reflection
-        return tuple(jnp.where(square > 0, f, 0.0) for f in total)
-
-
 class Ggx(Brdf):
     """Microfacets distributed like the normals of an ellipse with axes 1 and `roughness`.
 
-    `rho = F(cos d) D(h) cos d / (a(w) cos o + a(o) cos w)` with half angle `h = (w + o) / 2`,
+    `rho = F(d) D(h) cos d / (a(w) cos o + a(o) cos w)` with half angle `h = (w + o) / 2`,
     `d = (w - o) / 2`, `D(h) = alpha^2 / (2 (alpha^2 cos^2 h + sin^2 h)^(3/2))` and
     `a(t) = sqrt(cos^2 t + alpha^2 sin^2 t)`.
 
@@ -141,7 +88,7 @@ class Ggx(Brdf):
 
     Args:
         roughness: alpha, the ratio of the axes, positive.
-        fresnel: `Schlick`, `Fresnel`, or a callable c -> (F, F', F''); left out, F = 1.
+        fresnel: reflectance as a function of the angle d (`Schlick`, `Fresnel`); left out, 1.
 
     Raises:
         ValueError: if `roughness` is not positive: a perfect mirror has no BRDF, use `Mirror`.
@@ -156,7 +103,7 @@ class Ggx(Brdf):
     """
 
     roughness: Scalar = eqx.field(converter=as_float)
-    fresnel: Schlick | Fresnel | None = None
+    fresnel: Angular | None = None
 
     def __check_init__(self):
         """Refuse the mirror limit."""
@@ -175,12 +122,13 @@ class Ggx(Brdf):
         cos_d = jnp.cos(d), 0.5 * jnp.sin(d), -0.25 * jnp.cos(d)
         rho = times(self._facets(0.5 * (w + o)), cos_d)
         if self.fresnel is not None:
-            F, F1, F2 = self.fresnel(cos_d[0])
-            rho = times(rho, (F, F1 * cos_d[1], F2 * cos_d[1] ** 2 + F1 * cos_d[2]))
+            F, F1, F2 = self.fresnel.derivatives(d)
+            rho = times(rho, (F, -0.5 * F1, 0.25 * F2))  # d falls half as fast as o grows
         (a, a1, a2), aw = self._apparent(o), self._apparent(w)[0]
         cos_w, cos_o, sin_o = jnp.cos(w), jnp.cos(o), jnp.sin(o)
         below = aw * cos_o + a * cos_w, -aw * sin_o + a1 * cos_w, -aw * cos_o + a2 * cos_w
-        return tuple(jnp.where(above, r, 0.0) for r in over(rho, below))
+        r, r1, r2 = (jnp.where(above, f, 0.0) for f in over(rho, below))
+        return r, r1, r2
 
     def _facets(self, h) -> Three:
         """`D(h)`, and its derivatives in o (h turns half as fast)."""
@@ -238,7 +186,8 @@ class TabulatedBrdf(Brdf):
             self._overlap(a, n) for a, n in zip((w, o), self.coefficients.shape, strict=True)
         )
         row = jnp.sum(b[:, None] * self.coefficients[i[:, None], j], axis=0)
-        return tuple(jnp.where(above, jnp.sum(row * b) / step**k, 0.0) for k, b in enumerate(basis))
+        rho = [jnp.where(above, jnp.sum(row * b) / step**k, 0.0) for k, b in enumerate(basis)]
+        return rho[0], rho[1], rho[2]
 
     def peaks(self, o: Scalar) -> list[Scalar]:
         """The nodes of the table."""
@@ -278,10 +227,3 @@ def over(f: Three, g: Three) -> Three:
     q = f[0] / g[0]
     q1 = (f[1] - q * g[1]) / g[0]
     return q, q1, (f[2] - 2.0 * q1 * g[1] - q * g[2]) / g[0]
-
-
-def _mismatch(a: Three, b: Three) -> Three:
-    """`(a - b) / (a + b)`: an amplitude of reflection."""
-    minus = a[0] - b[0], a[1] - b[1], a[2] - b[2]
-    plus = a[0] + b[0], a[1] + b[1], a[2] + b[2]
-    return over(minus, plus)

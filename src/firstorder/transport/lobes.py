@@ -261,7 +261,7 @@ def phong(s, weight=1.0, cosine: bool = False) -> Lobe:
     return Lobe(CosinePower(s, weight=weight), MIRROR, cosine)
 
 
-def diffuse(albedo=1.0) -> Lobe:
+def lambert(albedo=1.0) -> Lobe:
     """Lambert's law: `albedo / 2 cos+(omega - n)`, argument `n - omega`.
 
     The flatland cosine integrates to 2, hence the half. The cosine is in the lobe.
@@ -273,8 +273,8 @@ def diffuse(albedo=1.0) -> Lobe:
         ValueError: if `albedo` lies outside [0, 1].
 
     Example:
-        >>> from firstorder.transport.lobes import diffuse
-        >>> diffuse(0.5).argument.words
+        >>> from firstorder.transport.lobes import lambert
+        >>> lambert(0.5).argument.words
         'n - omega'
     """
     check_between("albedo", albedo, 0.0, 1.0)
