@@ -9,7 +9,7 @@ import numpy as np
 from firstorder.conventions import FLATLAND, Frame, fourier_kernel
 from firstorder.errors import check_finite, check_positive, check_shape, is_concrete, nan_unless
 from firstorder.fields.covariance import Covariance
-from firstorder.fields.field import Field, quadratic
+from firstorder.fields.field import Field, inner, product, quadratic
 from firstorder.fields.jet import Jet
 from firstorder.fields.spectrum import Spectrum
 from firstorder.typing import ComplexScalar, Frequency, Matrix, Ray, Scalar, Vector, as_float
@@ -66,8 +66,9 @@ class Gaussian(Field):
     def jet(self, u: Ray) -> Jet:
         """`grad = -f P h`, `Hess = f (P h h^T P - P)` with `h = u - center`."""
         h = u - self.center
-        g = -jnp.sum(self.precision * h, axis=-1)
-        f = self.amplitude * jnp.exp(0.5 * jnp.sum(g * h))
+        slopes = [-p for p in product(self.precision, h)]
+        f = self.amplitude * jnp.exp(0.5 * inner(slopes, h))
+        g = jnp.stack(slopes)
         return Jet(f, f * g, f * (g[:, None] * g - self.precision), self.frame)
 
     def spectrum(self) -> Spectrum:

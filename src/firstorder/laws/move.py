@@ -13,7 +13,7 @@ from jaxtyping import Array, Float
 from firstorder.conventions import Frame, fourier_kernel
 from firstorder.errors import Refused, check_finite, check_invertible
 from firstorder.fields.covariance import Covariance
-from firstorder.fields.field import Affine, Edge, Field, product
+from firstorder.fields.field import Affine, Edge, Field, inner, product
 from firstorder.fields.jet import Jet
 from firstorder.fields.series import Series
 from firstorder.fields.spectrum import Grid, Spectrum
@@ -83,7 +83,7 @@ class Move(Law):
 
     def push(self, jet: Jet, u: Ray) -> Jet:
         """The same from numbers at `M u + c`."""
-        gradient = jnp.sum(self.M * jet.gradient[:, None], axis=0)
+        gradient = jnp.stack(product(self.M.T, jet.gradient))
         hessian = congruence(self.M, jet.hessian)
         return Jet(jet.value, gradient, hessian, self.frame(jet.frame))
 
@@ -125,5 +125,5 @@ class Move(Law):
 
 def congruence(M: Array, H: Array) -> Array:
     """`M^T H M`, as sums that fuse under `vmap` for the tiny matrices of light fields."""
-    half = jnp.sum(M[:, :, None] * H[:, None, :], axis=0)
-    return jnp.sum(half[:, :, None] * M[None, :, :], axis=1)
+    columns = [product(H, column) for column in M.T]
+    return jnp.stack([jnp.stack([inner(row, c) for c in columns]) for row in M.T])
