@@ -10,6 +10,7 @@ import numpy as np
 import sympy as sp
 from scipy.integrate import quad
 
+from derivations.fields import spectrum
 from derivations.ledger import Check, Counterexample, Row, na
 from derivations.squares import square_error
 from firstorder.checks.cases import bell, light
@@ -403,10 +404,10 @@ ROWS = [
         "D05.fn1",
         "approximation",
         TRANSFORM,
-        symbolic=na("measured"),
+        symbolic=spectrum.fall_of_a_broken_power,
         autodiff=na("no derivative"),
         fourier=Check(falloff_error, 0.05),
-        brute_force=na("measured"),
+        brute_force=Check(spectrum.fitted_fall, 0.02),
         note="Powers fitted on cos^n cut at the horizon, n = 0, 1, 2, for W in [10, 80]: an "
         "asymptotic statement, about the envelope.",
     ),
