@@ -1,0 +1,106 @@
+import ast
+import json
+import re
+
+import pytest
+
+from figures import claims
+from firstorder.checks.registry import cases
+from firstorder.checks.squares import PORTRAITS
+from firstorder.checks.table import LAWS, verdicts
+
+README = claims.README.read_text(encoding="utf-8")
+RECORD = {"figure": "a", "claim": "c|d", "paper": 0.5, "measured": 0.51234, "unit": "m"}
+
+
+def rows(table):
+    return [[c.strip() for c in line.strip("|").split(" | ")] for line in table.splitlines()[2:]]
+
+
+def test_every_figure_opens_with_what_it_shows_and_can_be_drawn():
+    for name in claims.names():
+        tree = ast.parse((claims.FOLDER / f"{name}.py").read_text(encoding="utf-8"))
+        assert ast.get_docstring(tree), name
+        draw = next(n for n in tree.body if isinstance(n, ast.FunctionDef) and n.name == "draw")
+        assert [a.arg for a in draw.args.args] == ["quick"], name
+
+
+def test_every_figure_is_among_the_claims_that_are_kept_and_no_other():
+    assert {r["figure"] for r in claims.kept()} == set(claims.names())
+
+
+def test_the_claims_of_the_readme_are_those_that_are_kept():
+    # Names, claims and verdicts; the numbers between them may differ from machine to machine.
+    kept = rows(claims.markdown(claims.kept()))
+    shown = rows(claims.section(README, "claims"))
+    assert [(r[0], r[1], r[-1]) for r in shown] == [(r[0], r[1], r[-1]) for r in kept]
+
+
+def test_the_laws_of_the_readme_are_those_that_the_squares_show():
+    # Each square has its verdict by a test of its own: tests/checks/test_squares.py.
+    expected = {
+        law: tuple(cases()[law].expected.get(p, "equal") for p in PORTRAITS) for law in LAWS
+    }
+    assert verdicts(claims.section(README, "laws")) == expected
+
+
+def test_the_pictures_of_the_readme_are_there():
+    for picture in re.findall(r"!\[.*?\]\((.*?)\)", README):
+        assert (claims.README.parent / picture).exists(), picture
+
+
+def test_a_section_is_replaced_and_found_again():
+    old = "a\n<!-- begin: x -->\nold\n<!-- end: x -->\nb"
+    new = claims.with_section(old, "x", "new")
+    assert new == old.replace("old", "new")
+    assert claims.section(new, "x") == "new"
+    with pytest.raises(ValueError, match="lacks the markers"):
+        claims.with_section("nothing", "x", "new")
+
+
+def test_what_a_run_lacks_is_not_kept(tmp_path, monkeypatch):
+    monkeypatch.setattr(claims, "FOLDER", tmp_path)
+    (tmp_path / "a.py").touch()
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "claims.json").write_text("[]")
+    with pytest.raises(SystemExit, match="The last run lacks a: run `make figures`"):
+        claims.keep()
+
+
+def test_a_full_run_is_kept_without_its_seconds_and_shown(tmp_path, monkeypatch):
+    readme = "".join(f"<!-- begin: {n} -->\n<!-- end: {n} -->\n" for n in ("claims", "laws"))
+    (tmp_path / "README.md").write_text(readme)
+    folder = tmp_path / "figures"
+    (folder / "out").mkdir(parents=True)
+    (folder / "a.py").touch()
+    (folder / "out" / "path.png").touch()
+    record = RECORD | {"holds": True}
+    (folder / "out" / "claims.json").write_text(json.dumps([record | {"seconds": 1.0}]))
+    monkeypatch.setattr(claims, "FOLDER", folder)
+    monkeypatch.setattr(claims, "KEPT", folder / "claims.json")
+    monkeypatch.setattr(claims, "README", tmp_path / "README.md")
+    monkeypatch.setattr(claims.laws, "measured", dict)
+    claims.keep()
+    assert claims.kept() == [record]
+    shown = claims.section(claims.README.read_text(), "claims")
+    assert rows(shown)[0] == ["a", r"c\|d", "0.5 m", "0.512 m", "yes"]
+    assert (tmp_path / "gallery" / "path.png").exists()
+
+
+def test_differences_are_told_for_the_figures_that_ran():
+    was = [RECORD | {"holds": True}, RECORD | {"claim": "e", "holds": None}]
+    other = RECORD | {"figure": "b", "holds": True}
+    assert claims.differences(was, [*was, other]) == []
+    now = [RECORD | {"holds": False}, RECORD | {"claim": "f", "holds": None}]
+    told = claims.differences(now, was)
+    assert claims.differences([other], was) == ["b is new."]
+    assert told == ["a: 'f' is new.", "a: 'e' is gone.", "a: 'c|d' was yes and is NO."]
+
+
+def test_tables_show_value_and_unit_and_keep_their_bars():
+    record = RECORD | {"holds": None}
+    assert rows(claims.markdown([record]))[0] == ["a", r"c\|d", "0.5 m", "0.512 m", "-"]
+    line = claims.table([record]).splitlines()[-1].split()
+    assert line == ["a", "-", "0.5", "m", "0.512", "m", "c|d"]
+    assert claims.quantity(None, "m") == "-"
+    assert claims.quantity("below 1", "") == "below 1"
