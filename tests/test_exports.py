@@ -113,6 +113,7 @@ class Bend(laws.Map):
 
 PROBES = {
     "fields.Affine": lambda s: jet(fields.Affine(jnp.stack([s, 1.0]), s)),
+    "fields.Bars": lambda s: jet(transport.comb_blocker(s, 3, SLOPE).transparency),
     "fields.Box": lambda s: fields.Box(s, "x", SLOPE).transform(jnp.asarray(0.3)),
     "fields.Constant": lambda s: jet(fields.Constant(s)),
     "fields.Covariance": lambda s: fields.Covariance(jnp.eye(2) * s).matrix,
@@ -127,6 +128,7 @@ PROBES = {
     "fields.Function": lambda s: jet(fields.Function(lambda x, theta: jnp.sin(s * x + theta))),
     "fields.Gaussian": lambda s: jet(fields.Gaussian(jnp.zeros(2), jnp.eye(2) * s)),
     "fields.GaussianProfile": lambda s: jet(fields.GaussianProfile(s)),
+    "fields.Grating": lambda s: jet(transport.grating_blocker(s, SLOPE).transparency),
     "fields.Grid": lambda s: GRID.sample(light(s)),
     "fields.HalfPlane": lambda s: jet(fields.HalfPlane(fields.Affine(jnp.ones(2), s), 0.0, s)),
     "fields.Harmonics": lambda s: jet(fields.Harmonics(jnp.stack([1.0, s]), jnp.stack([0.0, s]))),
@@ -145,6 +147,9 @@ PROBES = {
         )
     ),
     "fields.Series": lambda s: light(s).series(GRID).coefficients,
+    "fields.SoftSlit": lambda s: jet(
+        fields.SoftSlit(fields.Affine(jnp.stack([1.0, s]), 0.1), s, 0.2 + s)
+    ),
     "fields.SoftEdge": lambda s: jet(fields.SoftEdge(fields.Affine(jnp.ones(2), 0.1), s)),
     "fields.Sum": lambda s: jet(fields.Sum((light(s), light(2.0 * s)), jnp.stack([s, 1.0]))),
     "fields.Wavelet": lambda s: fields.Wavelet.of(
