@@ -13,12 +13,23 @@ The table of contents, in reading order:
 Importing the package sets no JAX flag; see `firstorder.session` for float64.
 """
 
-from firstorder import conventions as conventions
-from firstorder import fields as fields
-from firstorder import laws as laws
-from firstorder import transport as transport
-from firstorder import methods as methods
+import importlib
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from firstorder import conventions as conventions
+    from firstorder import fields as fields
+    from firstorder import laws as laws
+    from firstorder import transport as transport
+    from firstorder import methods as methods
 
 __version__ = "0.1.0"
 
 __all__ = ["conventions", "fields", "laws", "transport", "methods"]
+
+
+def __getattr__(name: str):
+    """Import a chapter when it is first asked for, so that the table of contents costs nothing."""
+    if name in __all__:
+        return importlib.import_module(f"firstorder.{name}")
+    raise AttributeError(f"module 'firstorder' has no attribute {name!r}")
