@@ -36,6 +36,7 @@ class Options:
 
 def main(options: Options) -> int:
     """Judge, print, write."""
+    _start()  # before any derivation is imported: arrays keep the precision they were made with
     chosen = [k for k in table() if not options.equations or _matches(k, options.equations)]
     if not chosen:
         raise SystemExit(f"Argument `equations` matches no row: {' '.join(options.equations)}.")

@@ -274,7 +274,7 @@ ROWS = [
         "over-claim",
         implements=f"{MODULE}.distant_image_gradient",
         symbolic=chain,
-        autodiff=na("two routes"),
+        autodiff=na("measured"),
         fourier=na("no spectrum"),
         brute_force=Check(distant_order, 0.1),
         corrected="holds where z |B_x| >> (n_0 . v) |B_theta|, whatever gamma is; order 1 in 1/z",
