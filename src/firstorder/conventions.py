@@ -105,6 +105,14 @@ def direction(a: Float[Array, "..."]) -> Float[Array, "... 2"]:
     return jnp.stack([-jnp.sin(a), jnp.cos(a)], axis=-1)
 
 
+def slope(theta: Float[Array, "..."]) -> Float[Array, "..."]:
+    """`v = tan(theta)` for rays from above the line; NaN for the others, which have no slope.
+
+    The tangent itself repeats there: it would take light from below for light from above.
+    """
+    return jnp.where(jnp.cos(theta) > 0, jnp.tan(theta), jnp.nan)
+
+
 def travel_sign(sense: Sense) -> float:
     """Sign s in `l'(x, v) = l(x + s v d, v)`: -1 for incoming, +1 for outgoing light."""
     return -1.0 if sense == "incoming" else 1.0

@@ -6,7 +6,7 @@ import dataclasses
 
 import jax.numpy as jnp
 
-from firstorder.conventions import Frame
+from firstorder.conventions import Frame, slope
 from firstorder.laws.base import Law
 from firstorder.laws.warp import Map, Warp
 from firstorder.transport.event import Event, require
@@ -67,7 +67,8 @@ class ToSlope(Event):
 class ToAngle(Event):
     """The same light with its directions named by angles: `L(x, theta) = l(x, tan(theta))`.
 
-    Valid for |theta| < pi / 2: a slope knows no rays from below the line. On |theta| <= a the
+    Valid for |theta| < pi / 2: a slope knows no rays from below the line, and NaN answers for
+    them. To reflect such light, convolve over the `Hemisphere` and not over the line. On |theta| <= a the
     linearisation `v = theta` misplaces rays by `tan(a) - a`, about a^3 / 3.
 
     Reference: D05 §2.1, §4 and Figs. 3, 8.
@@ -105,7 +106,7 @@ class _Tangent(Map):
 
     def __call__(self, u: Ray) -> Ray:
         """The slope of an angle."""
-        return jnp.stack([u[0], jnp.tan(u[1])])
+        return jnp.stack([u[0], slope(u[1])])
 
     def derivatives(self, u: Ray):
         """`1 + tan^2` and `2 tan (1 + tan^2)`."""

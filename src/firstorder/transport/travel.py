@@ -6,7 +6,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from firstorder.conventions import Frame, travel_sign
+from firstorder.conventions import Frame, slope, travel_sign
 from firstorder.errors import check_not_negative, nan_unless
 from firstorder.laws.base import Law
 from firstorder.laws.move import Move
@@ -104,11 +104,11 @@ class _AngularTravel(Map):
 
     def __call__(self, u: Ray) -> Ray:
         """The ray's position before it travelled."""
-        return jnp.stack([u[0] + self.shear * jnp.tan(u[1]), u[1]])
+        return jnp.stack([u[0] + self.shear * slope(u[1]), u[1]])
 
     def derivatives(self, u: Ray):
         """`d tan / d theta = 1 + tan^2`, and `2 tan (1 + tan^2)`."""
-        t = jnp.tan(u[1])
+        t = slope(u[1])
         J = jnp.eye(2, dtype=u.dtype).at[0, 1].set(self.shear * (1.0 + t**2))
         second = jnp.zeros((2, 2, 2), u.dtype)
         second = second.at[0, 1, 1].set(2.0 * self.shear * t * (1.0 + t**2))
