@@ -24,8 +24,8 @@ sky, the bump map and the flat surfaces, `B_x = SV + CDV` near the light, DV and
 Lambert's lobe, and `B_x = CDV` for a mirror under a far light.
 
 In neither scene hold: `B_x = SV + CDV` for Lambert's lobe (it turns with the normal once, so the
-curvature term is `n_x L_theta (*) rho`, and with the paper's 2 n_x the sum misses B_x), and near the
-light a mirror's high DV and its `B_x = CDV` (a sharper lobe raises SV as much as CDV).
+curvature term is `n_x L_theta (*) rho`, and with the paper's 2 n_x the sum misses B_x); and, for a
+mirror near the light, DV high and `B_x = CDV` (a sharper lobe raises SV as much as CDV).
 """
 
 from __future__ import annotations
