@@ -5,8 +5,9 @@ import pytest
 import sympy as sp
 from scipy.integrate import quad
 
+from derivations.transport import _shading as setup
 from derivations.transport import shading as derived
-from derivations.transport.shading import LIGHT, NORMAL, RAYS, bell, bent, normal
+from derivations.transport._shading import LIGHT, NORMAL, RAYS, bell, bent, normal
 from firstorder.checks.tolerance import normwise
 from firstorder.conventions import FLATLAND_SLOPE
 from firstorder.errors import Refused
@@ -25,7 +26,7 @@ TABLE = np.exp(-0.5 * ((np.arange(21) - 10) * 0.1 / 0.25 - 0.3) ** 2)
 MATERIALS = {
     "lobes": (glossy(0.2, 0.4), phong(6.5), lambert(0.7), retro(0.3), Lobe(Tabulated(TABLE, 0.1))),
     "weights that vary": (
-        derived.VARYING,
+        setup.VARYING,
         glossy(0.3, cosine=True),
         Lobe(GaussianProfile(0.4), RETRO, True),
     ),
@@ -206,8 +207,8 @@ def test_edges_in_the_light_are_split_and_have_boundary_terms(name):
     (found,) = jets_of(B)
     for part, by in (
         ("value", truth),
-        ("gradient", lambda x, t: derived.complex_step(truth, x, t)),
-        ("hessian", lambda x, t: derived.differences(truth, x, t)),
+        ("gradient", lambda x, t: setup.complex_step(truth, x, t)),
+        ("hessian", lambda x, t: setup.differences(truth, x, t)),
     ):
         brute = np.array([by(x, t) for x, t in RAYS])
         assert normwise(getattr(found, part), brute) < 1e-9, part
@@ -261,7 +262,7 @@ def test_a_sharp_lobe_is_a_mirror():
 
 
 def test_a_flat_surface_in_distant_light_is_uniform():
-    L = Light(lambda x, w: jnp.exp(-(w**2)) + 0.0 * x, derived._distant)
+    L = Light(lambda x, w: jnp.exp(-(w**2)) + 0.0 * x, setup.distant_entries)
     B = Surface(Constant(0.2), (glossy(0.2), lambert(), Ggx(0.4))).reflect(L)
     e = jax.jit(lambda x, t: B.entries(x, t))(*jnp.array([0.3, 0.1]))
     assert max(abs(e.x), abs(e.xx), abs(e.x_theta)) < 1e-15
@@ -333,9 +334,9 @@ def _by_frequencies(part, formula):
     for x, theta in RAYS:
         n, k, kk = bent(x)
         orders = [(i, j) for i in range(3) for j in range(3 - i)]
-        C = {ij: derived.convolved(x, 2.0 * n - theta, *ij) for ij in orders}
-        truth = derived.complex_step if part == "gradient" else derived.differences
-        errors.append(normwise(np.array(formula(C, k, kk)), truth(derived.dense, x, theta)))
+        C = {ij: setup.convolved(x, 2.0 * n - theta, *ij) for ij in orders}
+        truth = setup.complex_step if part == "gradient" else setup.differences
+        errors.append(normwise(np.array(formula(C, k, kk)), truth(setup.dense, x, theta)))
     return max(errors)
 
 
@@ -372,7 +373,7 @@ TWINS = {
     "forget the horizon's end term": lambda: (_twin(_NoHorizon, glossy(0.4, cosine=True)), GRAZING),
     "a diffuse lobe in the mirror's argument": lambda: (_Wrong(lambert(), glossy(0.2)), RAYS),
     "a cosine that stands still": lambda: (_Wrong(glossy(0.3, cosine=True), glossy(0.3)), RAYS),
-    "forget rho_x": lambda: (_Wrong(derived.VARYING, glossy(0.3)), RAYS),
+    "forget rho_x": lambda: (_Wrong(setup.VARYING, glossy(0.3)), RAYS),
     "a BRDF that forgets its turn": lambda: (_Wrong(Ggx(0.3), lambert()), RAYS),
 }
 
