@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.optimize import differential_evolution, linprog
 
+from derivations.methods import _bandwidth_spectra as spectra
 from derivations.methods import bandwidth as derived
 from derivations.methods import tracer
 from firstorder.conventions import FLATLAND_SLOPE, SPACE, Frame
@@ -503,8 +504,8 @@ def test_the_printed_blocker_criterion_fails_at_grazing_angles_and_behind_sharp_
 
 
 def test_spectra_of_traced_views_end_where_they_should():
-    assert derived.peak_error() < 2e-3
-    assert derived.extent_error() < 5e-3
+    assert spectra.peak_error() < 2e-3
+    assert spectra.extent_error() < 5e-3
 
 
 # --- manners -----------------------------------------------------------------------------------
