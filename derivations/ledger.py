@@ -32,6 +32,7 @@ REASONS = {
     "refusal": "the statement says that no formula exists; the refusal is tested",
     "measured": "an approximation is measured, not proved",
     "two routes": "symbolic and two other routes already judge it",
+    "one route": "one numeric route is all that the statement admits",
     "scale": "an order-of-magnitude claim is judged by measurement alone",
 }
 
@@ -114,6 +115,12 @@ class Row:
         if self.kind in ("misprint", "over-claim") and not (self.corrected and self.counterexample):
             raise ValueError(
                 f"Row {self.equation} needs a corrected statement and a counterexample."
+            )
+        routes = [getattr(self, route) for route in ROUTES]
+        left_out = {route.reason for route in routes if isinstance(route, NotApplicable)}
+        if "two routes" in left_out and sum(isinstance(r, Check) for r in routes) < 2:
+            raise ValueError(
+                f"Row {self.equation} says that two other routes judge it; they do not."
             )
 
 

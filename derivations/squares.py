@@ -59,6 +59,29 @@ def difference_error(case: str, portrait: str, step: float = 0.02) -> float:
 
 
 @functools.cache
+def parseval_error(case: str, size: int = 41, step: float = 0.02) -> float:
+    """Normwise error of a rule for covariances against gradients of brute force.
+
+    `int grad h grad h^T / (4 pi^2 int h^2)`: trapezoid sums on a grid of its own, gradients by
+    differences of eighth order. Nothing is transformed, and nothing is the rule's.
+    """
+    this = cases()[case]
+    n = len(this.grid.size)
+    axes = [np.linspace(a[0], a[-1], size) for a in map(this.grid.axis, range(n))]
+    rays = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, n)
+    offsets = step * np.arange(-4, 5)
+    values = np.array([this.brute(u) for u in rays])
+    slopes = np.array(
+        [
+            [FIRST @ [this.brute(u + h * e) if h else 0.0 for h in offsets] / step for u in rays]
+            for e in np.eye(n)
+        ]
+    )
+    truth = slopes @ slopes.T / (4.0 * np.pi**2 * np.sum(values**2))
+    return normwise(ruled(this, "covariance"), truth)
+
+
+@functools.cache
 def transform_error(case: str, half_width: float = 4.0, size: int = 25) -> float:
     """Normwise error of a rule for spectra against sums of brute force, written out in NumPy.
 

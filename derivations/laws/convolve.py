@@ -6,7 +6,13 @@ import sympy as sp
 
 from derivations.laws.jets import taylor
 from derivations.ledger import Check, Row, na
-from derivations.squares import difference_error, refusal, square_error, transform_error
+from derivations.squares import (
+    difference_error,
+    parseval_error,
+    refusal,
+    square_error,
+    transform_error,
+)
 
 x, t, s, a, b = sp.symbols("x theta s a b", real=True)
 low, high = sp.symbols("low high", real=True)
@@ -162,7 +168,7 @@ ROWS = [
         symbolic=inverse_covariances_add,
         autodiff=na("spectral"),
         fourier=Check(lambda: square_error("convolve", "covariance"), 1e-9),
-        brute_force=na("two routes"),
+        brute_force=Check(lambda: parseval_error("convolve", 41), 1e-8),
         note="For Gaussians; s is the second moment of the kernel's own power spectrum.",
     ),
 ]

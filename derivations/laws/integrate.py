@@ -13,7 +13,7 @@ import sympy as sp
 from derivations.laws.jets import gradient, hessian, taylor
 from derivations.laws.multiply import haar
 from derivations.ledger import Check, Counterexample, Row, na
-from derivations.squares import difference_error, square_error, transform_error
+from derivations.squares import difference_error, parseval_error, square_error, transform_error
 
 x, y, t, h = sp.symbols("x y theta h", real=True)
 lower, upper = sp.symbols("lower upper", real=True)
@@ -269,7 +269,7 @@ ROWS = [
         symbolic=schur_complement,
         autodiff=na("spectral"),
         fourier=Check(lambda: square_error("integrate", "covariance"), 1e-9),
-        brute_force=na("two routes"),
+        brute_force=Check(lambda: parseval_error("integrate", 81), 1e-9),
         note="For Gaussians.",
     ),
     Row(

@@ -11,7 +11,13 @@ import sympy as sp
 
 from derivations.laws.jets import gradient, hessian, taylor
 from derivations.ledger import Check, Counterexample, Row, na
-from derivations.squares import difference_error, refusal, square_error, transform_error
+from derivations.squares import (
+    difference_error,
+    parseval_error,
+    refusal,
+    square_error,
+    transform_error,
+)
 
 m11, m12, m21, m22, c1, c2, x, t = sp.symbols("m11 m12 m21 m22 c1 c2 x theta", real=True)
 M = sp.Matrix([[m11, m12], [m21, m22]])
@@ -309,7 +315,7 @@ ROWS = [
         symbolic=covariance_of_the_composition,
         autodiff=na("spectral"),
         fourier=Check(lambda: square_error("move", "covariance"), 1e-9),
-        brute_force=na("two routes"),
+        brute_force=Check(lambda: parseval_error("move", 61), 1e-9),
         note="A point of energy moves by M^T; the argument of a spectrum is pulled back by M^-T.",
     ),
     Row(

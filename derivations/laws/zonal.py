@@ -229,6 +229,6 @@ ROWS = [
         symbolic=legendre_is_an_eigenfunction,
         autodiff=na("no derivative"),
         fourier=Check(_harmonics, 1e-10),
-        brute_force=na("two routes"),
+        brute_force=na("one route"),
     ),
 ]

@@ -201,7 +201,7 @@ ROWS = [
         implements="firstorder.transport.incidence.Incidence",
         symbolic=scale_of_an_environment,
         autodiff=na("spectral"),
-        fourier=na("two routes"),
+        fourier=na("one route"),
         brute_force=Check(lambda: step_error("environment"), 1e-9),
         note="No effect of the scale; the incidence is row 3 of Table 1, not row 1. Behind a "
         "blocker it does act: D05.s6.2g.",
@@ -347,8 +347,8 @@ ROWS = [
         "over-claim",
         implements="firstorder.methods.bandwidth.glossy_bandwidth_in_space",
         symbolic=mirror_in_space,
-        autodiff=na("two routes"),
-        fourier=na("two routes"),
+        autodiff=na("one route"),
+        fourier=na("one route"),
         brute_force=Check(space_error, 1e-6),
         corrected="B = |I + 2 d (k_11 / c, k_12; k_12, k_22 c)| Omega_rho, c = n . v "
         "(<= (1 + 2 d max|k| / c) Omega_rho)",

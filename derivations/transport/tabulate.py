@@ -46,7 +46,7 @@ ROWS = [
         symbolic=na("measured"),
         autodiff=Check(_falls_short, 0.2),
         fourier=na("no spectrum"),
-        brute_force=na("two routes"),
+        brute_force=na("one route"),
         note="Fitted orders on steps from a sixth to a third of the light's width; light that dies "
         "out inside the grid, or is periodic on it. The error given is how far the worst fitted "
         "order falls short.",

@@ -53,8 +53,9 @@ def test_numbered_equations_have_their_issue():
             assert entry.issue == issue_of(paper, int(number)), key
 
 
-def test_unnumbered_statements_belong_to_issue_1():
-    assert {e.issue for e in load().values() if not e.numbered} == {1}
+def test_unnumbered_statements_belong_to_issue_1_but_for_average_occlusion():
+    later = {k: e.issue for k, e in load().items() if not e.numbered and e.issue != 1}
+    assert later == {"D05.s3.4b": 2}  # measured with flatland's periodic blockers
 
 
 OTHERS = ["R07.fn1", "R07.fn2", "R07.s5.2a", "D05.fn1", "D05.s3.3a", "D05.s4.5", "D05.s6.1a"]

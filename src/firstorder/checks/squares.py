@@ -179,8 +179,10 @@ def red(case: Case, portrait: str, wrong: Step) -> bool:
 
     A twin must give wrong numbers: one that raises has not tested the check, so it raises here too.
     """
-    error = normwise(ruled(case, portrait, wrong), _converted_once(case, portrait))
-    return error > case.bound(portrait)
+    numbers = np.asarray(ruled(case, portrait, wrong))
+    if not np.all(np.isfinite(numbers)):
+        raise ValueError("Argument `wrong` must give numbers, but gives NaN or infinity.")
+    return normwise(numbers, _converted_once(case, portrait)) > case.bound(portrait)
 
 
 __all__ = ["PORTRAITS", "Case", "Covariance", "Square", "converted", "red", "ruled", "square"]
