@@ -5,17 +5,51 @@ import pytest
 
 from firstorder.conventions import FLATLAND, FLATLAND_SLOPE, SPACE, Frame
 from firstorder.fields import (
+    Affine,
+    Bars,
     Gaussian,
     GaussianProfile,
+    Grating,
     Grid,
     SampledSpectrum,
+    SoftEdge,
+    SoftSlit,
     Wavelet,
     gaussian,
     haar_matrix,
     half_plane,
 )
 from firstorder.laws import Convolve, Integrate, Move
-from firstorder.transport import Curvature, Mirror, Reflection, Travel, half_plane_blocker
+from firstorder.methods import (
+    glossy_bandwidth,
+    glossy_bandwidth_in_space,
+    glossy_criterion,
+    occluded_bandwidth,
+    occluded_criterion,
+)
+from firstorder.transport import (
+    Curvature,
+    Fresnel,
+    Ggx,
+    Mirror,
+    Reflection,
+    Schlick,
+    Snell,
+    Transmission,
+    Travel,
+    VaryingGaussian,
+    comb_blocker,
+    fresnel_reflection,
+    glossy,
+    grating_blocker,
+    half_plane_blocker,
+    lambert,
+    phong,
+    refraction,
+    retro,
+    slit_blocker,
+    wave,
+)
 
 LIGHT = gaussian((0.1, 0.0), (1.0, 0.5))
 OUT = gaussian((0.1, 0.0), (1.0, 0.5), frame=FLATLAND.turned())
@@ -57,6 +91,16 @@ WRONG = {
     "sum over two frames": lambda: LIGHT + OUT,
     "blocker in other coordinates": lambda: half_plane_blocker(0.0, FLATLAND_SLOPE)(LIGHT),
     "half-plane on no axis": lambda: half_plane(0.0, axis="y"),
+    "negative cutoff": lambda: glossy_bandwidth(-3.0, 2.0, 0.0, 1.0),
+    "NaN cutoff": lambda: glossy_criterion(jnp.nan, 2.0, 0.0, 1.0),
+    "negative factor": lambda: glossy_bandwidth(3.0, 2.0, 0.0, 1.0, -1.0),
+    "NaN bend": lambda: glossy_bandwidth(3.0, 2.0, jnp.nan, 1.0),
+    "negative light": lambda: occluded_bandwidth(3.0, 2.0, 0.0, 1.0, 1.0, light=-1.0),
+    "negative cosine": lambda: occluded_bandwidth(3.0, 2.0, 0.0, 1.0, 1.0, -0.5),
+    "negative cutoff of eq. 21": lambda: occluded_criterion(-3.0, 2.0, 0.0, 1.0, 1.0),
+    "infinite shape operator": lambda: glossy_bandwidth_in_space(
+        1.0, 1.0, jnp.full((2, 2), jnp.inf), 1.0
+    ),
     "frame without that coordinate": lambda: Frame(("x", "v")).without("theta"),
 }
 
@@ -72,15 +116,96 @@ def test_bad_input_gets_one_sentence(wrong):
     assert "must" in message or "needs" in message
 
 
-@pytest.mark.parametrize(
-    "make",
-    [
-        lambda d: Travel(d)(gaussian((0, 0), (1, 1), frame=FLATLAND_SLOPE))(0.1, 0.2),
-        lambda s: Convolve(GaussianProfile(s))(LIGHT)(0.1, 0.2),
-        lambda s: gaussian((0.0, 0.0), (s, 1.0))(0.1, 0.2),
-    ],
-    ids=["distance", "lobe", "light"],
-)
-def test_an_invalid_traced_argument_gives_nan_and_never_a_plausible_number(make):
-    assert np.isnan(jax.jit(make)(-1.0))
-    assert np.isfinite(jax.jit(make)(1.0))
+FLAT = gaussian((0.1, 0.0), (1.0, 0.5), frame=FLATLAND_SLOPE)
+LEVEL = Affine(np.array([1.0, 0.0]), 0.0, FLATLAND)
+T = jnp.array(0.2)
+
+
+def lit(event, light=LIGHT):
+    """Value and derivatives after an event."""
+    jet = event(light).jet(jnp.array([0.3, 0.2]))
+    return jet.value, jet.gradient, jet.hessian
+
+
+def field(f):
+    """Value and derivatives of a field."""
+    jet = f.jet(jnp.array([0.3, 0.2]))
+    return jet.value, f.at(jnp.array([0.3, 0.2]))
+
+
+def masked(event):
+    return lit(event, FLAT)[0]
+
+
+def profile(lobe):
+    kernel = lobe.kernel
+    return *kernel.derivatives(T), kernel.transform(T)
+
+
+# What is made of one traced number: one that is out of range, and one that is in it.
+RANGES = {
+    "distance": (lambda d: lit(Travel(d), FLAT), -1.0, 1.0),
+    "lobe": (lambda s: Convolve(GaussianProfile(s))(LIGHT)(0.1, 0.2), -1.0, 1.0),
+    "light": (lambda s: gaussian((0.0, 0.0), (s, 1.0))(0.1, 0.2), -1.0, 1.0),
+    "Fresnel": (lambda eta: Fresnel(eta).derivatives(T), -1.5, 1.5),
+    "Fresnel below the horizon": (lambda eta: Fresnel(eta)(0.0, 2.0), -1.5, 1.5),
+    "Transmission": (lambda eta: Transmission(eta).derivatives(T), -1.5, 1.5),
+    "Schlick": (lambda R0: Schlick(R0).derivatives(T), 1.2, 0.2),
+    "Schlick below the horizon": (lambda R0: Schlick(R0)(0.0, 2.0), -0.2, 0.2),
+    "Snell": (lambda eta: lit(Snell(eta)), -1.5, 1.5),
+    "Snell of index zero": (lambda eta: lit(Snell(eta)), 0.0, 0.5),
+    "refraction": (lambda eta: lit(refraction(eta)), -1.5, 1.5),
+    "fresnel_reflection": (lambda eta: lit(fresnel_reflection(eta)), -1.5, 1.5),
+    "half-plane": (lambda V: masked(half_plane_blocker(0.5, FLATLAND_SLOPE, V)), 1.7, 0.7),
+    "half-plane, open side": (
+        lambda V: masked(half_plane_blocker(0.1, FLATLAND_SLOPE, V)),
+        -0.1,
+        0.1,
+    ),
+    "slit": (lambda V: masked(slit_blocker(-0.5, 0.5, FLATLAND_SLOPE, V)), 1.7, 0.7),
+    "slit inside out": (lambda r: masked(slit_blocker(-0.5, r, FLATLAND_SLOPE)), -0.6, 0.6),
+    "comb": (lambda V: masked(comb_blocker(1.0, 3, FLATLAND_SLOPE, 0.5, V)), 1.7, 0.7),
+    "comb's opening": (lambda o: masked(comb_blocker(1.0, 1, FLATLAND_SLOPE, o)), -0.4, 0.4),
+    "comb's period": (lambda p: masked(comb_blocker(p, 3, FLATLAND_SLOPE)), -1.0, 1.0),
+    "grating": (lambda V: masked(grating_blocker(1.0, FLATLAND_SLOPE, 0.5, V)), 1.7, 0.7),
+    "grating's opening": (lambda o: masked(grating_blocker(1.0, FLATLAND_SLOPE, o)), 1.2, 0.2),
+    "grating's period": (lambda p: field(Grating(LEVEL, p)), -1.0, 1.0),
+    "bars": (lambda p: field(Bars(LEVEL, jnp.stack([0.0 * p, p]), [0.0, 1.0, 0.0])), -0.4, 0.4),
+    "soft edge": (lambda s: field(SoftEdge(LEVEL, s)), -0.1, 0.1),
+    "soft slit": (lambda w: field(SoftSlit(LEVEL, w, 0.1)), -1.0, 1.0),
+    "soft slit's blur": (lambda b: field(SoftSlit(LEVEL, 1.0, b)), -0.1, 0.1),
+    "soft slit's covariance": (lambda b: SoftSlit(LEVEL, 1.0, b).covariance().matrix, -0.1, 0.1),
+    "Ggx": (lambda a: Ggx(a).derivatives(T, T), -0.3, 0.3),
+    "phong": (lambda s: profile(phong(s)), 0.5, 1.5),
+    "glossy": (lambda s: profile(glossy(s)), -0.5, 0.5),
+    "retro": (lambda s: profile(retro(s)), -0.5, 0.5),
+    "lambert": (lambda albedo: profile(lambert(albedo)), 1.5, 0.5),
+    "varying lobe": (lambda m: field(VaryingGaussian(wave(0.5, 0.4, mean=m), 1.0)), -0.3, 0.6),
+    "widest": (lambda w: VaryingGaussian(wave(0.5, 0.1, mean=0.3), w).half_width(), -0.4, 0.4),
+    "cutoff": (lambda W: glossy_bandwidth(W, 2.0, 0.1, 1.0), -3.0, 3.0),
+    "factor": (lambda f: glossy_bandwidth(3.0, 2.0, 0.1, 1.0, f), -1.0, 1.0),
+    "distance of the eye": (lambda d: glossy_bandwidth(3.0, d, 0.1, 1.0), -2.0, 2.0),
+    "cosine of the eye": (lambda c: glossy_bandwidth(3.0, 2.0, 0.1, c), 1.5, 0.5),
+    "cutoff in space": (lambda W: glossy_bandwidth_in_space(W, 1.0, np.eye(2), 1.0), -3.0, 3.0),
+    "cutoff of eq. 20": (lambda W: glossy_criterion(W, 2.0, 0.1, 1.0), -3.0, 3.0),
+    "cutoff of eq. 21": (lambda W: occluded_criterion(W, 2.0, 0.1, 1.0, 1.0), -3.0, 3.0),
+    "depth of eq. 21": (lambda z: occluded_criterion(3.0, 2.0, 0.1, 1.0, z), -1.0, 1.0),
+    "cosine of the edge": (lambda c: occluded_bandwidth(3.0, 2.0, 0.1, 1.0, 1.0, c), -0.5, 0.5),
+    "depth of the edge": (lambda z: occluded_bandwidth(3.0, 2.0, 0.1, 1.0, z), -1.0, 1.0),
+    "light at the edge": (lambda W: occluded_bandwidth(3.0, 2.0, 0.1, 1.0, 1.0, 1.0, W), -1.0, 1.0),
+}
+
+
+@pytest.mark.parametrize(("make", "wrong", "right"), RANGES.values(), ids=RANGES)
+def test_an_invalid_traced_argument_gives_nan_and_never_a_plausible_number(make, wrong, right):
+    traced = jax.jit(make)
+    for number in jax.tree.leaves(traced(wrong)):
+        assert np.all(np.isnan(number))
+    for number in jax.tree.leaves(traced(right)):
+        assert np.all(np.isfinite(number))
+
+
+def test_a_lobe_is_nan_where_its_width_is_negative_and_only_there():
+    lobe = VaryingGaussian(wave(0.5, 0.4, mean=0.3), 0.7)
+    assert np.isnan(lobe(1.0, 0.05))
+    assert np.isfinite(lobe(0.0, 0.05))

@@ -9,7 +9,7 @@ from jax.scipy.special import erf
 from jaxtyping import Array, Float
 
 from firstorder.conventions import Frame, fourier_kernel
-from firstorder.errors import Refused, check_finite, check_positive, is_concrete
+from firstorder.errors import Refused, check_finite, check_positive, is_concrete, nan_unless
 from firstorder.fields.covariance import Covariance
 from firstorder.fields.field import Affine, Constant, Edge, Field
 from firstorder.fields.jet import Jet
@@ -63,12 +63,18 @@ class Bars(Field):
     @property
     def jumps(self) -> Float[Array, " m"]:
         """Height above each place minus the height below it."""
-        return self.heights[1:] - self.heights[:-1]
+        heights = self._heights
+        return heights[1:] - heights[:-1]
+
+    @property
+    def _heights(self) -> Float[Array, " k"]:
+        """The heights; NaN if traced places are out of order."""
+        return nan_unless(jnp.all(self.places[1:] > self.places[:-1]), self.heights)
 
     def at(self, u: Ray) -> Scalar:
         """The height there; on an edge, the mean of its sides."""
         side = 0.5 * (1.0 + jnp.sign(self.level.at(u) - self.places))
-        return self.heights[0] + jnp.sum(self.jumps * side)
+        return self._heights[0] + jnp.sum(self.jumps * side)
 
     def jet(self, u: Ray) -> Jet:
         """Flat between the edges."""
@@ -83,7 +89,7 @@ class Bars(Field):
 
     def series(self, window: Grid) -> Series:
         """Closed form, exact on the window (see `stair_series`)."""
-        return stair_series(self.level, self.places, self.heights, window)
+        return stair_series(self.level, self.places, self._heights, window)
 
     def covariance(self) -> Covariance:
         """Refused: an edge has none."""
@@ -135,12 +141,18 @@ class Grating(Field):
         """Frame of the level."""
         return self.level.frame
 
+    @property
+    def _contrast(self) -> Scalar:
+        """`above - below`; NaN for traced bars that have no width."""
+        valid = (self.period > 0) & (self.open > 0) & (self.open < 1)
+        return nan_unless(valid, self.above - self.below)
+
     def at(self, u: Ray) -> Scalar:
         """Open or not; the mean of both on an edge."""
         t = self.level.at(u) / self.period
         away = jnp.abs(t - jnp.round(t))  # from the middle of the nearest opening, in periods
         side = 0.5 * (1.0 + jnp.sign(0.5 * self.open - away))
-        return self.below + (self.above - self.below) * side
+        return self.below + self._contrast * side
 
     def jet(self, u: Ray) -> Jet:
         """Flat between the edges."""
@@ -152,7 +164,7 @@ class Grating(Field):
         for k in range(-self.teeth, self.teeth + 1):
             for side in (-1.0, 1.0):
                 place = self.period * (k + 0.5 * side * self.open)
-                jump = Constant(side * (self.below - self.above), self.frame)
+                jump = Constant(-side * self._contrast, self.frame)
                 found.append(Edge(_raised(self.level, -place), jump))
         return tuple(found)
 
@@ -160,7 +172,7 @@ class Grating(Field):
         """A comb under a sinc; the window says how many harmonics are kept."""
         half = window.size[self.frame.positions[0]] // 2
         k = np.arange(-half, half + 1)
-        c = (self.above - self.below) * self.open * jnp.sinc(k * self.open)
+        c = self._contrast * self.open * jnp.sinc(k * self.open)
         c = c + jnp.where(k == 0, self.below, 0.0)
         phase = fourier_kernel(jnp.asarray(k)[:, None] / self.period, -self.level.offset[None])
         return Series((k / self.period)[:, None] * self.level.normal, c * phase)
@@ -216,17 +228,23 @@ class SoftSlit(Field):
         V, first, second = self._profile(self.level.at(u))
         return Jet(V, first * n, second * n[:, None] * n, self.frame)
 
+    @property
+    def _sizes(self) -> tuple[Scalar, Scalar]:
+        """Width and blur; NaN for traced ones that are none."""
+        valid = (self.width > 0) & (self.blur > 0)
+        return nan_unless(valid, self.width), nan_unless(valid, self.blur)
+
     def _profile(self, s: Scalar) -> tuple[Scalar, Scalar, Scalar]:
         """V and its first two derivatives in s."""
-        b = self.blur
-        low, high = (s + 0.5 * self.width) / b, (s - 0.5 * self.width) / b
+        w, b = self._sizes
+        low, high = (s + 0.5 * w) / b, (s - 0.5 * w) / b
         V = 0.5 * (erf(low / np.sqrt(2.0)) - erf(high / np.sqrt(2.0)))
         bells = [jnp.exp(-0.5 * t**2) / (b * np.sqrt(2.0 * np.pi)) for t in (low, high)]
         return V, bells[0] - bells[1], (high * bells[1] - low * bells[0]) / b
 
     def series(self, window: Grid) -> Series:
         """A sinc under a Gaussian, sampled at the harmonics of the window."""
-        w, b = self.width, self.blur
+        w, b = self._sizes
         low, high = level_range(self.level, window)
         reach = 0.5 * w + 9.0 * b  # a period holds all of the slit, and all of the window
 
@@ -239,7 +257,7 @@ class SoftSlit(Field):
 
     def covariance(self) -> Covariance:
         """`int V'^2 / (4 pi^2 int V^2)` along the normal, in closed form."""
-        w, b = self.width, self.blur
+        w, b = self._sizes
         lost = 1.0 - jnp.exp(-(w**2) / (4.0 * b**2))
         slope2 = lost / (b * np.sqrt(np.pi))
         power = w * erf(0.5 * w / b) - 2.0 * b / np.sqrt(np.pi) * lost

@@ -8,7 +8,7 @@ import numpy as np
 from jax.scipy.special import ndtr
 
 from firstorder.conventions import FLATLAND, Frame, fourier_kernel
-from firstorder.errors import Refused, check_finite, check_positive, is_concrete
+from firstorder.errors import Refused, check_finite, check_positive, is_concrete, nan_unless
 from firstorder.fields.covariance import Covariance
 from firstorder.fields.field import Affine, Constant, Edge, Field
 from firstorder.fields.jet import Jet
@@ -114,16 +114,21 @@ class SoftEdge(Field):
         """Frame of the level."""
         return self.level.frame
 
+    @property
+    def _blur(self) -> Scalar:
+        """The width; NaN for a traced one that is none."""
+        return nan_unless(self.width > 0, self.width)
+
     def at(self, u: Ray) -> Scalar:
         """Transparency."""
-        return self.below + (self.above - self.below) * ndtr(self.level.at(u) / self.width)
+        return self.below + (self.above - self.below) * ndtr(self.level.at(u) / self._blur)
 
     def jet(self, u: Ray) -> Jet:
         """Chain rule along the level's normal."""
-        a, t = self.level.normal, self.level.at(u) / self.width
-        bell = jnp.exp(-0.5 * t**2) / jnp.sqrt(2.0 * jnp.pi) / self.width
+        a, t = self.level.normal, self.level.at(u) / self._blur
+        bell = jnp.exp(-0.5 * t**2) / jnp.sqrt(2.0 * jnp.pi) / self._blur
         slope = (self.above - self.below) * bell
-        bend = -t / self.width * slope
+        bend = -t / self._blur * slope
         return Jet(self.at(u), slope * a, bend * a[:, None] * a, self.frame)
 
     def series(self, window: Grid) -> Series:
@@ -132,13 +137,13 @@ class SoftEdge(Field):
         The period takes in the whole rise, up to 8.5 widths, where the rest is below 1e-16.
         """
         low, high = level_range(self.level, window)
-        far = 8.5 * self.width
+        far = 8.5 * self._blur
         low, high = jnp.minimum(low, -far), jnp.maximum(high, far)
 
         def coefficients(k, period):
             s = jnp.asarray(k) / period
             wrap = fourier_kernel(s[:, None], high[None])
-            rise = jnp.exp(-2.0 * (jnp.pi * self.width * s) ** 2) - wrap
+            rise = jnp.exp(-2.0 * (jnp.pi * self._blur * s) ** 2) - wrap
             wave = jnp.where(k == 0, high / period, rise / (2j * jnp.pi * np.where(k == 0, 1, k)))
             return (self.above - self.below) * wave + jnp.where(k == 0, self.below, 0.0)
 

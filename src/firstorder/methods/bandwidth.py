@@ -24,6 +24,7 @@ from firstorder.conventions import FLATLAND, Frame
 from firstorder.errors import (
     Refused,
     check_between,
+    check_finite,
     check_not_negative,
     check_positive,
     check_shape,
@@ -437,9 +438,10 @@ def glossy_bandwidth(
         0.0
     """
     c, shear = _footprint(d, cos_view)
+    valid = c & _bands(kappa, cutoff=cutoff, factor=factor)
     bend = 2.0 * as_float(kappa) * shear
     extra = jnp.abs(as_float(kappa)) * shear * as_float(factor)
-    return nan_unless(c, jnp.abs(1.0 - bend) * as_float(cutoff) + extra)
+    return nan_unless(valid, jnp.abs(1.0 - bend) * as_float(cutoff) + extra)
 
 
 def occluded_bandwidth(
@@ -487,11 +489,13 @@ def occluded_bandwidth(
     cos_edge = cos_view if cos_edge is None else cos_edge
     check_between("cos_edge", cos_edge, 0.0, 1.0)
     c, shear = _footprint(d, cos_view)
-    depth, kappa = as_float(depth), as_float(kappa)
-    s = as_float(cos_edge) / depth
+    valid = c & _bands(kappa, cutoff=cutoff, light=light, factor=factor)
+    depth, kappa, cos_edge = as_float(depth), as_float(kappa), as_float(cos_edge)
+    valid = valid & (depth > 0) & (cos_edge >= 0) & (cos_edge <= 1)
+    s = cos_edge / depth
     blur = jnp.abs(1.0 - (2.0 * kappa - s) * shear) * as_float(cutoff)
     sharp = s * as_float(light) + jnp.abs(s - kappa) * as_float(factor)
-    return nan_unless(c & (depth > 0), blur + sharp * shear)
+    return nan_unless(valid, blur + sharp * shear)
 
 
 def glossy_bandwidth_in_space(
@@ -514,6 +518,9 @@ def glossy_bandwidth_in_space(
     Returns:
         Largest frequency in cycles per radian, over all directions of the image.
 
+    Raises:
+        ValueError: if an argument lies outside its range; traced ones give NaN.
+
     Reference: D05 §6.2, which takes the larger principal curvature and drops the 1.
 
     Example:
@@ -523,6 +530,7 @@ def glossy_bandwidth_in_space(
         4.0
     """
     c, shear = _footprint(d, cos_view)
+    valid = c & _bands(S, "S", cutoff=cutoff)
     S, cos = as_float(S), as_float(cos_view)
     stretch = jnp.stack([jnp.ones_like(cos), cos])
     turn = 2.0 * shear * S * stretch * stretch[:, None]
@@ -530,7 +538,7 @@ def glossy_bandwidth_in_space(
     # The larger singular value of a 2 x 2 matrix: half the sum of those of its two conformal parts.
     even = jnp.stack([J[0, 0] + J[1, 1], J[1, 0] - J[0, 1]])
     odd = jnp.stack([J[0, 0] - J[1, 1], J[1, 0] + J[0, 1]])
-    return nan_unless(c, 0.5 * (_length(even) + _length(odd)) * as_float(cutoff))
+    return nan_unless(valid, 0.5 * (_length(even) + _length(odd)) * as_float(cutoff))
 
 
 def glossy_criterion(
@@ -551,6 +559,7 @@ def glossy_criterion(
         0.0
     """
     c, shear = _footprint(d, cos_view)
+    c = c & _bands(kappa, cutoff=cutoff)
     return nan_unless(c, 2.0 * jnp.abs(as_float(kappa)) * shear * as_float(cutoff))
 
 
@@ -572,6 +581,7 @@ def occluded_criterion(
     """
     check_positive("depth", depth)
     c, shear = _footprint(d, cos_view)
+    c = c & _bands(kappa, cutoff=cutoff)
     depth = as_float(depth)
     slopes = 1.0 / depth + 2.0 * jnp.abs(as_float(kappa))
     return nan_unless(c & (depth > 0), shear * slopes * as_float(cutoff))
@@ -585,6 +595,14 @@ def _footprint(d: RealLike, cos_view: RealLike) -> tuple[Array, Array]:
     d, cos = as_float(d), as_float(cos_view)
     valid = (d >= 0) & (cos > 0) & (cos <= 1)
     return valid, d / jnp.where(cos > 0, cos, 1.0)
+
+
+def _bands(curvature: RealLike, name: str = "kappa", **limits: RealLike) -> Array:
+    """Whether band limits are not negative; they may be infinite, a curvature may not."""
+    check_finite(name, curvature)
+    for limit, value in limits.items():
+        check_between(limit, value, 0.0, np.inf)
+    return functools.reduce(jnp.logical_and, (as_float(v) >= 0 for v in limits.values()))
 
 
 def _length(a: Array) -> Array:

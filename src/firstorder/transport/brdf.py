@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from firstorder.errors import check_finite, check_positive
+from firstorder.errors import check_finite, check_positive, nan_unless
 from firstorder.fields.kernel import Profile
 from firstorder.transport.lobes import Lobe, cubic_b_spline
 from firstorder.transport.separable import Angular
@@ -132,7 +132,8 @@ class Ggx(Brdf):
 
     def _facets(self, h) -> Three:
         """`D(h)`, and its derivatives in o (h turns half as fast)."""
-        excess, square = 1.0 - self.roughness**2, self.roughness**2
+        roughness = nan_unless(self.roughness > 0, self.roughness)
+        excess, square = 1.0 - roughness**2, roughness**2
         q = square * jnp.cos(h) ** 2 + jnp.sin(h) ** 2
         q1, q2 = 0.5 * excess * jnp.sin(2.0 * h), 0.5 * excess * jnp.cos(2.0 * h)
         D = 0.5 * square * q**-1.5

@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from firstorder.conventions import FLATLAND, Frame
-from firstorder.errors import check_between, check_positive
+from firstorder.errors import check_between, check_positive, nan_unless
 from firstorder.fields.field import Field
 from firstorder.fields.kernel import Kernel
 from firstorder.fields.spectrum import Grid
@@ -104,6 +104,7 @@ class _Dielectric(Angular):
     def derivatives(self, t: Scalar) -> tuple[Scalar, Scalar, Scalar]:
         """Value and two derivatives in the angle."""
         offset, scale = self._affine()
+        scale = nan_unless(self.eta > 0, scale)
         R, d, dd = _along_angle(lambda c: _dielectric(self.eta, c), t)
         above = jnp.abs(t) < _HORIZON
         R, d, dd = jnp.where(above, R, 1.0), jnp.where(above, d, 0.0), jnp.where(above, dd, 0.0)
@@ -232,8 +233,10 @@ class Schlick(Angular):
     def derivatives(self, t: Scalar) -> tuple[Scalar, Scalar, Scalar]:
         """Value and two derivatives in the angle; 1 below the horizon."""
         R, d, dd = _along_angle(self._of_cosine, t)
-        above = jnp.abs(t) < _HORIZON
-        return jnp.where(above, R, 1.0), jnp.where(above, d, 0.0), jnp.where(above, dd, 0.0)
+        above, valid = jnp.abs(t) < _HORIZON, (self.R0 >= 0) & (self.R0 <= 1)
+        clamped = jnp.where(above, R, 1.0), jnp.where(above, d, 0.0), jnp.where(above, dd, 0.0)
+        R, d, dd = (nan_unless(valid, f) for f in clamped)
+        return R, d, dd
 
     def _of_cosine(self, c):
         h, rest = 1.0 - c, 1.0 - self.R0
@@ -312,7 +315,8 @@ class _Refract(Map):
         angle = jnp.arcsin(jnp.where(inside, self.eta * jnp.sin(t), 0.0))
         last, first = _last_angle(1.0 / self.eta), _last_angle(self.eta)
         beyond = jnp.sign(t) * (first + jnp.abs(t) - last)
-        return jnp.stack([x, jnp.where(inside, angle, beyond)])
+        behind = nan_unless(self.eta > 0, jnp.where(inside, angle, beyond))
+        return jnp.stack([x, behind])
 
     def derivatives(self, u: Ray):
         """`eta cos(theta) / cos(theta_1)` and `eta (eta^2 - 1) sin(theta) / cos(theta_1)^3`."""

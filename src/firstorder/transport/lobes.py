@@ -14,7 +14,7 @@ from jax.scipy.special import gammaln
 from jaxtyping import Array, Float
 
 from firstorder.conventions import FLATLAND, Frame, fourier_kernel
-from firstorder.errors import check_between, check_finite, check_positive, is_concrete
+from firstorder.errors import check_between, check_finite, check_positive, is_concrete, nan_unless
 from firstorder.fields.kernel import GaussianProfile, Kernel, Profile
 from firstorder.typing import Scalar, as_float
 
@@ -110,7 +110,7 @@ class CosinePower(Profile):
 
     def derivatives(self, t: Scalar) -> tuple[Scalar, Scalar, Scalar]:
         """`c cos^s, -c s cos^(s-1) sin, c s ((s-1) cos^(s-2) sin^2 - cos^s)`."""
-        s = self.s
+        s = nan_unless(self.s >= 1, self.s)
         # The ends belong to the lobe, rounding included: one-sided derivatives are wanted there.
         rounding = 64.0 * float(jnp.finfo(jnp.result_type(t)).eps)
         inside = jnp.abs(t) <= 0.5 * np.pi + rounding
@@ -126,7 +126,7 @@ class CosinePower(Profile):
 
     def transform(self, Omega: Scalar) -> Array:
         """The ratio of Gamma functions; reflected where one argument is negative."""
-        top, a = 1.0 + 0.5 * self.s, np.pi * jnp.abs(Omega)
+        top, a = 1.0 + 0.5 * nan_unless(self.s >= 1, self.s), np.pi * jnp.abs(Omega)
         near = top - a > 0.5
         # 1 / Gamma(z) = sin(pi z) Gamma(1 - z) / pi for z = top - a below 1/2
         z = jnp.where(near, 0.25, top - a)
@@ -278,6 +278,8 @@ def lambert(albedo=1.0) -> Lobe:
         'n - omega'
     """
     check_between("albedo", albedo, 0.0, 1.0)
+    albedo = as_float(albedo)
+    albedo = nan_unless((albedo >= 0) & (albedo <= 1), albedo)
     return Lobe(CosinePower(1.0, weight=albedo), NORMAL)
 
 

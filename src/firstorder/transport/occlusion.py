@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from firstorder.conventions import Frame
-from firstorder.errors import check_between, check_positive
+from firstorder.errors import check_between, check_positive, nan_unless
 from firstorder.fields.apertures import Bars, Grating
 from firstorder.fields.field import Affine, Field
 from firstorder.fields.mask import half_plane
@@ -117,8 +117,9 @@ def half_plane_blocker(
         >>> half_plane_blocker(0.5, L.frame)(L)(0.0, 0.0).item()
         0.0
     """
-    check_between("transparency", transparency, 0.0, 1.0)
-    mask = half_plane(edge, transparency, 1.0, frame.coordinates[0], frame)
+    mask = half_plane(
+        edge, _fraction("transparency", transparency), 1.0, frame.coordinates[0], frame
+    )
     return Occlusion(mask, 0.0, window)
 
 
@@ -139,8 +140,8 @@ def slit_blocker(
         >>> slit(L)(0.0, 0.0).item(), slit(L)(0.6, 0.0).item()
         (1.0, 0.0)
     """
-    check_between("transparency", transparency, 0.0, 1.0)
-    heights = jnp.stack([as_float(t) for t in (transparency, 1.0, transparency)])
+    t = _fraction("transparency", transparency)
+    heights = jnp.stack([t, jnp.ones_like(t), t])
     places = jnp.stack([as_float(left), as_float(right)])
     return Occlusion(Bars(_along(frame), places, heights), depth, window)
 
@@ -178,14 +179,12 @@ def comb_blocker(
         >>> comb_blocker(1.0, 3, L.frame)(L)(1.0, 0.0).item()  # on the third bar
         0.0
     """
-    check_between("transparency", transparency, 0.0, 1.0)
-    check_between("open", open, 0.0, 1.0)
+    t, open = _fraction("transparency", transparency), _fraction("open", open)
     check_positive("period", period)
     check_positive("count", count)
     middles = period * (np.arange(count) - 0.5 * (count - 1))
-    half = 0.5 * as_float(period) * (1.0 - as_float(open))
+    half = 0.5 * as_float(period) * (1.0 - open)
     places = jnp.stack([middles - half, middles + half], axis=-1).ravel()
-    t = as_float(transparency)
     heights = jnp.append(jnp.ones(1), jnp.tile(jnp.stack([t, jnp.ones_like(t)]), count))
     return Occlusion(Bars(_along(frame), places, heights), depth, window)
 
@@ -211,8 +210,15 @@ def grating_blocker(
         >>> grating_blocker(1.0, L.frame)(L)(0.5, 0.0).item()
         0.0
     """
-    check_between("transparency", transparency, 0.0, 1.0)
-    return Occlusion(Grating(_along(frame), period, open, transparency, 1.0), depth, window)
+    t = _fraction("transparency", transparency)
+    return Occlusion(Grating(_along(frame), period, open, t, 1.0), depth, window)
+
+
+def _fraction(name: str, x) -> Scalar:
+    """A number in [0, 1]; NaN for a traced one that is not."""
+    check_between(name, x, 0.0, 1.0)
+    x = as_float(x)
+    return nan_unless((x >= 0) & (x <= 1), x)
 
 
 def _along(frame: Frame) -> Affine:

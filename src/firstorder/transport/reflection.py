@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from firstorder.conventions import Frame, fourier_kernel
-from firstorder.errors import Refused, check_positive
+from firstorder.errors import Refused, check_positive, nan_unless
 from firstorder.fields.field import Edge, Field, Sum
 from firstorder.fields.jet import Jet
 from firstorder.fields.kernel import Kernel, Profile
@@ -57,7 +57,7 @@ class VaryingGaussian(Kernel):
         axis: name of the angle.
 
     Raises:
-        ValueError: if `widest` is not positive.
+        ValueError: if `widest` is not positive. Where `sigma` is not, the lobe is NaN.
 
     Reference: D05 §4.5; R07 eq. 18.
 
@@ -83,11 +83,16 @@ class VaryingGaussian(Kernel):
 
     def half_width(self) -> Scalar:
         """Nine of the widest standard deviation."""
-        return 9.0 * self.widest
+        return 9.0 * nan_unless(self.widest > 0, self.widest)
+
+    def _width(self, u: Ray) -> Scalar:
+        """`sigma(x)`; NaN where the field is no width."""
+        s = self.sigma.at(u)
+        return nan_unless(s > 0, s)
 
     def at(self, u: Ray) -> Scalar:
-        """The lobe."""
-        t, s = u[self.frame.axis(self.axis)], self.sigma.at(u)
+        """The lobe; NaN where `sigma(x)` is not positive."""
+        t, s = u[self.frame.axis(self.axis)], self._width(u)
         return jnp.exp(-0.5 * (t / s) ** 2) / (s * np.sqrt(2.0 * np.pi))
 
     def jet(self, u: Ray) -> Jet:
@@ -115,7 +120,7 @@ class VaryingGaussian(Kernel):
             raise Refused("a lobe that varies in x needs a window for its Fourier series")
         x, k = window.axis(axis), window.frequencies(axis)
         along = jnp.eye(self.frame.dims)[axis]
-        s = jax.vmap(self.sigma.at)(x[:, None] * along)
+        s = jax.vmap(self._width)(x[:, None] * along)
         bell = jnp.exp(-2.0 * (np.pi * s * Omega_axis) ** 2)
         kernel = fourier_kernel(jnp.asarray(k)[:, None, None], x[:, None])
         return Series(jnp.asarray(k)[:, None] * along, kernel @ bell / x.size)
