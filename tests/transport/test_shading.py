@@ -214,6 +214,31 @@ def test_edges_in_the_light_are_split_and_have_boundary_terms(name):
         assert normwise(getattr(found, part), brute) < 1e-9, part
 
 
+FAR = {
+    "ggx": Ggx(0.01),
+    "glossy": LobeBrdf(glossy(0.01)),
+    "table": Lobe(Tabulated(TABLE, 0.1, center=0.03)),
+}
+
+
+@pytest.mark.parametrize("name", FAR)
+def test_an_edge_far_outside_equals_no_edge(name):
+    """It plays no part, but takes another path."""
+    surface = Surface(Affine([0.1, 0.0], 0.05), (FAR[name],))
+    edge = -1.5 if name != "table" else -4.0
+    lit = Multiply(half_plane(edge, 1.0, 1.0, "theta"))(LIGHT)  # the two sides are alike
+    dark = Multiply(half_plane(-4.0, 0.0, 1.0, "theta"))(LIGHT)
+    rays = jnp.asarray(RAYS)
+    one, *others = jax.jit(
+        jax.vmap(lambda u: [surface.reflect(light).jet(u) for light in (LIGHT, lit, dark)])
+    )(rays)
+    values = jax.jit(jax.vmap(surface.reflect(lit).at))(rays)
+    np.testing.assert_allclose(values, one.value, rtol=1e-10)
+    for other in others:
+        for part in PARTS:
+            assert normwise(getattr(other, part), getattr(one, part)) < 1e-10, part
+
+
 def test_terms_under_edges_add_up_too():
     B = Surface(NORMAL, (glossy(0.2),), PAINT).reflect(CUT)
     (terms,), gradient = jax.jit(lambda x, t: (B.terms(x, t), B.jets(x, t).gradient))(*RAYS.T)

@@ -5,7 +5,7 @@ import abc
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Complex
+from jaxtyping import Array, Complex, Float
 
 from firstorder.conventions import FLATLAND, Frame
 from firstorder.errors import Refused, check_positive, nan_unless
@@ -28,6 +28,14 @@ class Kernel(Field):
     @abc.abstractmethod
     def half_width(self) -> Scalar:
         """Where the kernel ends, or is negligible, along its axis."""
+
+    def knots(self) -> Float[Array, " m"]:
+        """Where along its axis the kernel is less smooth than elsewhere; quadrature splits there."""
+        return jnp.zeros(0)
+
+    def knots(self) -> Float[Array, " m"]:
+        """Where along its axis the kernel is less smooth than elsewhere; quadrature splits there."""
+        return jnp.zeros(0)
 
     @abc.abstractmethod
     def semi_series(self, Omega_axis: Scalar, window: Grid | None) -> "Series":

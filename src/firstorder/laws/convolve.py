@@ -115,7 +115,12 @@ class Convolve(Law):
         difference[a, n] = -1.0
         product = Multiply(Move(difference, to=wide)(self.kernel))(Move(source, to=wide)(f))
         lower, upper = self.domain.ends(self.kernel, wide)
-        return Integrate(_DUMMY, lower, upper, self.nodes)(product)
+        knots = self.kernel.knots()
+        here = jnp.zeros(wide.dims).at[a].set(1.0)
+        breaks = tuple(Affine(here, -k, wide) for k in knots)  # where u_axis - s is a knot
+        # A piece between knots is short: few nodes do.
+        nodes = max(min(4, self.nodes), self.nodes // (len(knots) + 1))
+        return Integrate(_DUMMY, lower, upper, nodes, breaks)(product)
 
     def value(self, f: Field, u: Ray) -> Scalar:
         """The product, integrated."""

@@ -45,6 +45,9 @@ class Integrate(Law):
         lower: lower end: a number, or a field over all coordinates that ignores `axis`.
         upper: upper end, likewise. Below `lower` the integral is negative.
         nodes: Gauss-Legendre nodes per smooth piece.
+        breaks: where else to cut, as fields over all coordinates that ignore `axis`: at narrow
+            peaks, and where the field bends but does not jump. Those outside the interval do
+            nothing.
 
     Example:
         >>> from firstorder.fields import gaussian
@@ -58,13 +61,14 @@ class Integrate(Law):
     lower: Array | Field
     upper: Array | Field
     nodes: int = eqx.field(static=True, default=64)
+    breaks: tuple[Field, ...] = ()
 
-    def __init__(self, axis: str, lower, upper, nodes: int = 64):
+    def __init__(self, axis: str, lower, upper, nodes: int = 64, breaks: tuple[Field, ...] = ()):
         """Store the interval; see the class."""
         self.axis = axis
         self.lower = lower if isinstance(lower, Field) else as_float(lower)
         self.upper = upper if isinstance(upper, Field) else as_float(upper)
-        self.nodes = nodes
+        self.nodes, self.breaks = nodes, breaks
         if nodes < 1:
             raise ValueError(f"Argument `nodes` must be positive, but is {nodes}.")
 
@@ -83,7 +87,8 @@ class Integrate(Law):
     def _line(self, f: Field, u: Ray) -> tuple[int, Callable, list[Jet]]:
         """The line of integration through `u`: axis, parametrisation, boundaries as jets.
 
-        First the lower end, then the edges in the order of `f.edges()`, last the upper end.
+        First the lower end, then the edges in the order of `f.edges()` and the breaks, last the
+        upper end.
         """
         a = f.frame.axis(self.axis)
         rest = np.array([i for i in range(f.frame.dims) if i != a], dtype=int)
@@ -100,7 +105,8 @@ class Integrate(Law):
             for end in (self.lower, self.upper)
         )
         crossings = [e.crossing(origin, a, lower.value, upper.value) for e in f.edges()]
-        boundaries = [lower, *crossings, upper]
+        others = [_within(b.jet(origin), lower.value, upper.value) for b in self.breaks]
+        boundaries = [lower, *crossings, *others, upper]
         return a, along, jax.tree.map(lambda leaf: leaf.astype(u.dtype), boundaries)
 
     def value(self, f: Field, u: Ray) -> Scalar:
@@ -215,6 +221,22 @@ class _Along(Field):
     def edges(self) -> tuple[Edge, ...]:
         """Those of the jump."""
         return self.jump.edges()
+
+
+def _within(b: Jet, lower: Array, upper: Array) -> Jet:
+    """A break as a boundary; one outside the interval stands still at its upper end."""
+    inside = (b.value > jnp.minimum(lower, upper)) & (b.value < jnp.maximum(lower, upper))
+    still = jax.tree.map(jnp.zeros_like, b)
+    still = eqx.tree_at(lambda j: j.value, still, jnp.asarray(upper, b.value.dtype))
+    return jax.tree.map(lambda x, y: jnp.where(inside, x, y), b, still)
+
+
+def _within(b: Jet, lower: Array, upper: Array) -> Jet:
+    """A break as a boundary; one outside the interval stands still at its upper end."""
+    inside = (b.value > jnp.minimum(lower, upper)) & (b.value < jnp.maximum(lower, upper))
+    still = jax.tree.map(jnp.zeros_like, b)
+    still = eqx.tree_at(lambda j: j.value, still, jnp.asarray(upper, b.value.dtype))
+    return jax.tree.map(lambda x, y: jnp.where(inside, x, y), b, still)
 
 
 def _transported(a: int, jet: Jet, d: Array) -> Jet:

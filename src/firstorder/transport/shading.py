@@ -26,7 +26,7 @@ from firstorder.quadrature import panels
 from firstorder.transport.brdf import Brdf
 from firstorder.transport.bump import Bump
 from firstorder.transport.cosine import ClampedCosine
-from firstorder.transport.lobes import NORMAL, Lobe, Tabulated
+from firstorder.transport.lobes import NORMAL, Lobe
 from firstorder.typing import Array, Ray, Scalar, as_float
 
 _WIDE = Frame(("x", "theta", "omega"))
@@ -396,7 +396,9 @@ class Reflected(Field):
         factor = Function(lambda x, o, w: r.derivatives(w, o)[0] * jnp.cos(w), _WIDE)
         light = Move([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]], to=_WIDE)(local)
         quarter = 0.5 * np.pi
-        integral = Integrate("omega", -quarter, quarter, self.nodes)(Multiply(factor)(light))
+        breaks = tuple(_Peak(r, i) for i in range(len(r.peaks(jnp.zeros(())))))
+        integrate = Integrate("omega", -quarter, quarter, self.nodes, breaks)
+        integral = integrate(Multiply(factor)(light))
         return Bump(self.surface.normal, back=True)(integral)
 
     # --- the terms --------------------------------------------------------------------------
@@ -437,6 +439,40 @@ class Reflected(Field):
         e = entries_of(self.surface.texture, x, jnp.zeros_like(x))
         zero = jnp.zeros_like(x)
         return Entries(e.value, e.x, zero, e.xx, zero, zero)
+
+
+class _Peak(Field):
+    """Where a general BRDF peaks, to split quadrature there: it moves nothing but the nodes."""
+
+    brdf: Brdf
+    index: int = eqx.field(static=True)
+    frame: Frame = eqx.field(static=True, default=_WIDE)
+
+    def at(self, u: Ray) -> Scalar:
+        """One of the peaks for the outgoing angle, held still."""
+        return jax.lax.stop_gradient(self.brdf.peaks(u[1])[self.index].astype(u.dtype))
+
+    def jet(self, u: Ray) -> Jet:
+        """The same, and zeros."""
+        zero = jnp.zeros((u.size, u.size), u.dtype)
+        return Jet(self.at(u), zero[0], zero, self.frame)
+
+
+class _Peak(Field):
+    """Where a general BRDF peaks, to split quadrature there: it moves nothing but the nodes."""
+
+    brdf: Brdf
+    index: int = eqx.field(static=True)
+    frame: Frame = eqx.field(static=True, default=_WIDE)
+
+    def at(self, u: Ray) -> Scalar:
+        """One of the peaks for the outgoing angle, held still."""
+        return jax.lax.stop_gradient(self.brdf.peaks(u[1])[self.index].astype(u.dtype))
+
+    def jet(self, u: Ray) -> Jet:
+        """The same, and zeros."""
+        zero = jnp.zeros((u.size, u.size), u.dtype)
+        return Jet(self.at(u), zero[0], zero, self.frame)
 
 
 def far_light_ratio(D, local, kappa, turn=2.0) -> Array:
@@ -508,7 +544,7 @@ def _weight(r: Lobe | Brdf, n: Normal, x: Scalar, theta: Scalar, count: int):
 
 def _offsets(kernel: Kernel, lower: Scalar, upper: Scalar, count: int):
     """Quadrature over a lobe: one panel, or one per piece of a table with four nodes or more."""
-    breaks = kernel.knots() if isinstance(kernel, Tabulated) else []
+    breaks = kernel.knots()
     return panels(lower, upper, list(breaks), max(4, count // (len(breaks) + 1)))
 
 
