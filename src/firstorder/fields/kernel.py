@@ -30,11 +30,7 @@ class Kernel(Field):
         """Where the kernel ends, or is negligible, along its axis."""
 
     def knots(self) -> Float[Array, " m"]:
-        """Where along its axis the kernel is less smooth than elsewhere; quadrature splits there."""
-        return jnp.zeros(0)
-
-    def knots(self) -> Float[Array, " m"]:
-        """Where along its axis the kernel is less smooth than elsewhere; quadrature splits there."""
+        """Where along its axis the kernel is less smooth: quadrature splits there."""
         return jnp.zeros(0)
 
     @abc.abstractmethod

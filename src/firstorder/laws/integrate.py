@@ -231,14 +231,6 @@ def _within(b: Jet, lower: Array, upper: Array) -> Jet:
     return jax.tree.map(lambda x, y: jnp.where(inside, x, y), b, still)
 
 
-def _within(b: Jet, lower: Array, upper: Array) -> Jet:
-    """A break as a boundary; one outside the interval stands still at its upper end."""
-    inside = (b.value > jnp.minimum(lower, upper)) & (b.value < jnp.maximum(lower, upper))
-    still = jax.tree.map(jnp.zeros_like, b)
-    still = eqx.tree_at(lambda j: j.value, still, jnp.asarray(upper, b.value.dtype))
-    return jax.tree.map(lambda x, y: jnp.where(inside, x, y), b, still)
-
-
 def _transported(a: int, jet: Jet, d: Array) -> Jet:
     """The jet a small step d further along axis a, by Taylor's formula."""
     slope, bend = jet.gradient[a], jet.hessian[a, a]

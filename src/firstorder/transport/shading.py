@@ -458,23 +458,6 @@ class _Peak(Field):
         return Jet(self.at(u), zero[0], zero, self.frame)
 
 
-class _Peak(Field):
-    """Where a general BRDF peaks, to split quadrature there: it moves nothing but the nodes."""
-
-    brdf: Brdf
-    index: int = eqx.field(static=True)
-    frame: Frame = eqx.field(static=True, default=_WIDE)
-
-    def at(self, u: Ray) -> Scalar:
-        """One of the peaks for the outgoing angle, held still."""
-        return jax.lax.stop_gradient(self.brdf.peaks(u[1])[self.index].astype(u.dtype))
-
-    def jet(self, u: Ray) -> Jet:
-        """The same, and zeros."""
-        zero = jnp.zeros((u.size, u.size), u.dtype)
-        return Jet(self.at(u), zero[0], zero, self.frame)
-
-
 def far_light_ratio(D, local, kappa, turn=2.0) -> Array:
     """How far from far a light is: `|L_x| / |turn n_x L_theta|` for a source that shines all ways.
 
