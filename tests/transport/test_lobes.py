@@ -177,6 +177,42 @@ def test_a_transform_has_no_nan_at_its_zeros():
     assert np.isfinite(slope)
 
 
+@pytest.mark.parametrize(
+    ("dtype", "s", "close"),
+    [
+        (jnp.float64, 1.0, 1e-13),
+        (jnp.float64, 250.0, 1e-12),
+        (jnp.float64, 1e4, 1e-10),
+        (jnp.float32, 1.0, 2e-6),
+        (jnp.float32, 60.0, 2e-5),
+        (jnp.float32, 1e3, 3e-4),  # a difference of logarithms about 3000, in single precision
+    ],
+)
+def test_sharp_cosine_powers_have_transforms(dtype, s, close):
+    lobe = jax.tree.map(lambda a: a.astype(dtype), CosinePower(s))
+    Omega = np.array([0.0, 0.3, 0.1 * np.sqrt(s), (1.0 + 0.5 * s) / np.pi, 2.3 + s / 6.0])
+    t, w = np.polynomial.legendre.leggauss(1000)
+    t, w = t * float(lobe.half_width()), w * np.cos(t * float(lobe.half_width())) ** s
+    want = np.cos(2.0 * np.pi * Omega[:, None] * t) @ w / w.sum()
+
+    def value(Omega, s):
+        return CosinePower(s).transform(Omega)
+
+    rays = jnp.asarray(Omega, dtype), jnp.full(Omega.shape, s, dtype)
+    found, slopes = jax.vmap(jax.value_and_grad(value, (0, 1)))(*rays)
+    np.testing.assert_allclose(found, want, atol=close)
+    assert np.all(np.isfinite(slopes))
+
+
+@pytest.mark.parametrize("s", [1.0, 7.3, 50.0, 1e3, 1e4])
+def test_cosine_powers_are_normalised_in_single_precision(s):
+    lobe = jax.tree.map(lambda a: a.astype(jnp.float32), CosinePower(s))
+    t, w = np.polynomial.legendre.leggauss(200)
+    h = float(lobe.half_width())
+    p = np.asarray(jax.vmap(lobe.derivatives)(jnp.asarray(h * t, jnp.float32))[0], float)
+    assert abs(h * np.sum(w * p) - 1.0) < 1e-6
+
+
 def test_lobes_keep_their_precision():
     t = jnp.asarray(0.2, jnp.float32)
     lobes = (CosinePower(3.0), GaussianProfile(0.3), Tabulated(TABLE, 0.1))
