@@ -18,7 +18,9 @@ from firstorder.transport.brdf import Ggx, LobeBrdf, TabulatedBrdf
 from firstorder.transport.interface import Schlick
 from firstorder.transport.lobes import RETRO, Lobe, Tabulated, glossy, lambert, phong, retro
 from firstorder.transport.shading import Light, Reflected, Surface, far_light_ratio
+from firstorder.transport.slopes import ToAngle
 from firstorder.transport.texture import wave
+from firstorder.transport.travel import Travel
 
 QUARTER = 0.5 * np.pi
 H = np.linspace(-QUARTER, QUARTER, 9)
@@ -237,6 +239,41 @@ def test_an_edge_far_outside_equals_no_edge(name):
     for other in others:
         for part in PARTS:
             assert normwise(getattr(other, part), getattr(one, part)) < 1e-10, part
+
+
+SLANTED = gaussian((0.1, -0.2), (0.6, 1.5), frame=FLATLAND_SLOPE)
+ABOVE_THE_LINE = {
+    "glossy": (glossy(0.2), lambda x, t, w: gauss(2.0 * normal(x) - t - w)),
+    "diffuse": (lambert(0.5), lambda x, t, w: 0.25 * max(np.cos(w - normal(x)), 0.0)),
+    "with cosine": (
+        glossy(0.4, cosine=True),
+        lambda x, t, w: gauss(2.0 * normal(x) - t - w, 0.4) * max(np.cos(w - normal(x)), 0.0),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", ABOVE_THE_LINE)
+def test_light_through_slopes_is_reflected_above_the_line(name):
+    r, weight = ABOVE_THE_LINE[name]
+    light = (SLANTED >> ToAngle() >> Travel(0.5)).light
+    B = Surface(NORMAL, (r,)).reflect(light, nodes=120, above=True)
+    rays = np.array([[0.3, 0.1], [-0.2, 0.9]])  # the second lobe reaches below the line
+
+    def shone(x, w):
+        v = np.tan(w)
+        return np.exp(-0.5 * (((x - 0.5 * v - 0.1) / 0.6) ** 2 + ((v + 0.2) / 1.5) ** 2))
+
+    def brute(x, t):
+        breaks = sorted({e for h in (-QUARTER, QUARTER) if abs(e := normal(x) + h) < QUARTER})
+        close = {"epsabs": 1e-13, "epsrel": 1e-13, "limit": 400}
+        points = sorted({*breaks, float(np.clip(2 * normal(x) - t, -1.5, 1.5))})
+        return quad(
+            lambda w: shone(x, w) * weight(x, t, w), -QUARTER, QUARTER, points=points, **close
+        )[0]
+
+    found = jax.jit(jax.vmap(B.jet))(jnp.asarray(rays))
+    np.testing.assert_allclose(found.value, [brute(x, t) for x, t in rays], rtol=1e-9)
+    assert error(*slopes(B, rays)) < 1e-9
 
 
 def test_terms_under_edges_add_up_too():

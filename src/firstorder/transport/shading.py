@@ -15,7 +15,7 @@ import numpy as np
 
 from firstorder.conventions import FLATLAND, Frame
 from firstorder.errors import Refused, check_positive
-from firstorder.fields.field import Field, Function
+from firstorder.fields.field import Affine, Edge, Field, Function
 from firstorder.fields.jet import Jet
 from firstorder.fields.kernel import Kernel, Profile
 from firstorder.laws.convolve import Convolve
@@ -191,9 +191,105 @@ class Surface(eqx.Module):
         jet = self.normal.jet(jnp.stack([x, jnp.zeros_like(x)]))
         return Normal(jet.value, jet.gradient[0], jet.hessian[0, 0])
 
-    def reflect(self, light: Field, nodes: int = 64) -> "Reflected":
-        """The reflected light field; see `Reflected`."""
-        return Reflected(light, self, nodes)
+    def reflect(self, light: Field, nodes: int = 64, above: bool = False) -> "Reflected":
+        """The reflected light field; see `Reflected`.
+
+        Args:
+            light: incoming light over (x, theta).
+            nodes: Gauss-Legendre nodes per smooth piece.
+            above: take only light from above the base line, `AboveLine(light)`: needed by light
+                that came through slopes.
+        """
+        return Reflected(AboveLine(light) if above else light, self, nodes)
+
+
+class AboveLine(Field):
+    """Light from above the base line, `|theta| < pi/2` in the global frame, and none from below.
+
+    Light that came through slopes is known there only, and NaN elsewhere; that NaN reaches neither
+    values nor derivatives. The horizons `-+ pi/2` become edges, so what integrates the light stops
+    there, with the boundary terms of light that does not vanish along the line.
+
+    Args:
+        light: light over (x, theta).
+
+    Raises:
+        ValueError: if the light is not over (x, theta).
+
+    Example:
+        >>> from firstorder.fields import Constant
+        >>> from firstorder.transport.shading import AboveLine
+        >>> sky = AboveLine(Constant(1.0))
+        >>> sky(0.0, 1.5).item(), sky(0.0, 1.6).item()
+        (1.0, 0.0)
+    """
+
+    light: Field
+
+    def __check_init__(self):
+        """Refuse other coordinates."""
+        if self.light.frame.coordinates != FLATLAND.coordinates:
+            raise ValueError(
+                f"Argument `light` must be over {FLATLAND.coordinates}, "
+                f"but is over {self.light.frame.coordinates}."
+            )
+
+    @property
+    def frame(self) -> Frame:
+        """The light's."""
+        return self.light.frame
+
+    def _masked(self, function: Callable, u: Ray):
+        above = (jnp.cos(u[1]) > 0) & (jnp.abs(u[1]) < 0.5 * np.pi)
+        safe = jnp.where(above, u, jnp.zeros_like(u))  # no NaN in derivatives either
+        return jax.tree.map(lambda a: jnp.where(above, a, 0.0), function(safe))
+
+    def at(self, u: Ray) -> Scalar:
+        """The light, or zero."""
+        return self._masked(self.light.at, u)
+
+    def jet(self, u: Ray) -> Jet:
+        """Its jet, or zeros."""
+        return self._masked(self.light.jet, u)
+
+    def edges(self) -> tuple[Edge, ...]:
+        """Those of the light, and the two horizons."""
+        normal = jnp.array([0.0, 1.0])
+        # As far inside as rounding needs for the light to be defined on the edge.
+        quarter = 0.5 * np.pi * (1.0 - 4.0 * float(jnp.finfo(normal.dtype).eps))
+        ends = tuple(Edge(Affine(s * normal, quarter, self.frame), self.light) for s in (-1.0, 1.0))
+        kept = tuple(
+            Edge(e.level if isinstance(e.level, Affine) else _Clamped(e.level), AboveLine(e.jump))
+            for e in self.light.edges()
+        )
+        return kept + ends
+
+
+class _Clamped(Field):
+    """A level that is known above the line only, continued by its value at the horizon."""
+
+    level: Field
+
+    @property
+    def frame(self) -> Frame:
+        """The level's."""
+        return self.level.frame
+
+    def _inside(self, u: Ray) -> tuple[Array, Ray]:
+        quarter = 0.5 * np.pi * (1.0 - 4.0 * float(jnp.finfo(u.dtype).eps))
+        return jnp.abs(u[1]) < quarter, u.at[1].set(jnp.clip(u[1], -quarter, quarter))
+
+    def at(self, u: Ray) -> Scalar:
+        """The level at the nearest direction above the line."""
+        return self.level.at(self._inside(u)[1])
+
+    def jet(self, u: Ray) -> Jet:
+        """Its jet, standing still below the line."""
+        inside, near = self._inside(u)
+        jet = self.level.jet(near)
+        still = jax.tree.map(jnp.zeros_like, jet)
+        moving = jax.tree.map(lambda a, b: jnp.where(inside, a, b), jet, still)
+        return eqx.tree_at(lambda j: j.value, moving, jet.value)
 
 
 class Reflected(Field):
@@ -216,6 +312,8 @@ class Reflected(Field):
     `int L(x, n + w) rho(w, theta - n) cos(w) dw`, whose ends stand still.
 
     Light with edges is integrated piece by piece with the boundary terms of `Integrate`.
+    A lobe may reach below the base line, |omega| > pi/2, where light that came through slopes
+    (`ToAngle`, `Travel` in angles) is NaN: reflect `AboveLine(light)`, or with `above=True`.
     Angles are global, theta is held fixed under d/dx. Wrong when the lobe reaches around the
     circle.
 
