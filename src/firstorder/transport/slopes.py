@@ -68,7 +68,8 @@ class ToAngle(Event):
     """The same light with its directions named by angles: `L(x, theta) = l(x, tan(theta))`.
 
     Valid for |theta| < pi / 2: a slope knows no rays from below the line, and NaN answers for
-    them. To reflect such light, convolve over the `Hemisphere` and not over the line. On |theta| <= a the
+    them. To reflect such light, take it from above the line only (`AboveLine`, or
+    `surface.reflect(light, above=True)`). On |theta| <= a the
     linearisation `v = theta` misplaces rays by `tan(a) - a`, about a^3 / 3.
 
     Reference: D05 §2.1, §4 and Figs. 3, 8.

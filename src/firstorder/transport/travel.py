@@ -22,8 +22,9 @@ class Travel(Event):
     the other way, `F(Omega_x, Omega_v + d Omega_x)` for incoming light. In angles it is a warp,
     `x -+ d tan(theta)`, whose linearisation at theta = 0 is that shear.
 
-    Valid for rays that run towards the line, |theta| < pi / 2; the linearised angle is wrong by
-    `d theta^3 / 3`.
+    Valid for rays that run towards the line, |theta| < pi / 2; in angles NaN answers for others, so
+    reflect such light from above the line only (`AboveLine`, or
+    `surface.reflect(light, above=True)`). The linearised angle is wrong by `d theta^3 / 3`.
 
     Args:
         d: distance along the normal of the reference line, not negative. Zero is the identity.
