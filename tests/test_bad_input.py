@@ -21,6 +21,7 @@ from firstorder.fields import (
 )
 from firstorder.laws import Convolve, Integrate, Move
 from firstorder.methods import (
+    band_limit,
     glossy_bandwidth,
     glossy_bandwidth_in_space,
     glossy_criterion,
@@ -28,6 +29,7 @@ from firstorder.methods import (
     occluded_criterion,
 )
 from firstorder.transport import (
+    ClampedCosine,
     Curvature,
     Fresnel,
     Ggx,
@@ -91,6 +93,7 @@ WRONG = {
     "sum over two frames": lambda: LIGHT + OUT,
     "blocker in other coordinates": lambda: half_plane_blocker(0.0, FLATLAND_SLOPE)(LIGHT),
     "half-plane on no axis": lambda: half_plane(0.0, axis="y"),
+    "negative level": lambda: band_limit(ClampedCosine(), -2.0),
     "negative cutoff": lambda: glossy_bandwidth(-3.0, 2.0, 0.0, 1.0),
     "NaN cutoff": lambda: glossy_criterion(jnp.nan, 2.0, 0.0, 1.0),
     "negative factor": lambda: glossy_bandwidth(3.0, 2.0, 0.0, 1.0, -1.0),

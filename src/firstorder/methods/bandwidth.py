@@ -347,6 +347,7 @@ def _(field: Environment, level: float = LEVEL) -> BandLimit:
 
 @band_limit.register
 def _(field: ClampedCosine, level: float = LEVEL) -> BandLimit:
+    _check_level(level)
     # |transform| / peak <= 1 / ((2 pi Omega)^2 - 1): the kink at the horizon is all of this tail.
     return _segment(field, float(np.sqrt(1.0 + 1.0 / level)) / (2.0 * np.pi))
 
@@ -357,10 +358,15 @@ def _segment(field, limit) -> BandLimit:
     return BandLimit.spanned(here, as_float(limit)[None], field.frame)
 
 
-def _standard_cutoff(level: float) -> float:
-    """Where `exp(-2 pi^2 Omega^2)` falls to `level`."""
+def _check_level(level: float) -> None:
+    """Refuse a level that no transform falls to."""
     if not 0.0 < level < 1.0:
         raise ValueError(f"Argument `level` must lie in (0, 1), but is {level}.")
+
+
+def _standard_cutoff(level: float) -> float:
+    """Where `exp(-2 pi^2 Omega^2)` falls to `level`."""
+    _check_level(level)
     return float(np.sqrt(-0.5 * np.log(level)) / np.pi)
 
 
