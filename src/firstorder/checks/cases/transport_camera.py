@@ -51,12 +51,17 @@ def _changed(**changes):
     return lambda s: twin(s, derivatives=derivatives)
 
 
+def _mirrored(s):
+    """A camera whose image is the wrong way round."""
+    return twin(s, derivatives=lambda self, px: Camera.derivatives(self, -px))
+
+
 ALL, JET = ("value", "gradient", "hessian"), ("gradient", "hessian")
 FAULTS = (
     Fault(
         "forget the focal length", lambda s: eqx.tree_at(lambda c: c.gamma, s, s.gamma / GAMMA), ALL
     ),
-    Fault("let px grow to the left", lambda s: eqx.tree_at(lambda c: c.gamma, s, -s.gamma), ALL),
+    Fault("let px grow to the left", _mirrored, JET),
     Fault("forget the tilt", lambda s: Camera(s.eye, s.gamma, Base(KAPPA)), ALL),
     Fault("take a hill for a valley", lambda s: Camera(s.eye, s.gamma, Base(-KAPPA, N)), ALL),
     Fault("clockwise theta", _changed(dtheta=-1.0, ddtheta=-1.0), JET),
