@@ -232,7 +232,8 @@ ORIGINAL = [name for name in VALUED if not FIELDS[name].variant]
 
 @functools.cache
 def rays(dims: int) -> np.ndarray:
-    return np.random.default_rng(3).normal(size=(40, dims)) * 0.6
+    """Rays from above the line, |theta| < pi / 2: light named by slopes has no others."""
+    return np.clip(np.random.default_rng(3).normal(size=(40, dims)) * 0.6, -1.5, 1.5)
 
 
 @functools.cache
