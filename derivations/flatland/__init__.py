@@ -1,0 +1,1 @@
+"""Derivations for flatland: one module per topic, mirroring `firstorder.flatland`."""
