@@ -283,6 +283,9 @@ PROBES = {
     "transport.phong": lambda s: profile(transport.phong(1.0 + s).kernel),
     "transport.retro": lambda s: profile(transport.retro(s).kernel),
     "methods.BandLimit": lambda s: (band(s).reach(ray(FLATLAND)), band(s).farthest(ray(FLATLAND))),
+    "methods.Interpolant": lambda s: methods.Interpolant(
+        jnp.stack([0.0 * s, s]), jnp.stack([s, 1.0 + 0.0 * s, -s, s]).reshape(2, 2)
+    )(0.4 * s),
     "methods.after": lambda s: methods.after(laws.Convolve(lobe(s)), band(s)).extent("x"),
     "methods.band_limit": lambda s: methods.band_limit(light(s)).extent("x"),
     "methods.band_limits": lambda s: methods.band_limits(light(s) >> transport.Curvature(s))[
@@ -293,6 +296,8 @@ PROBES = {
         s, s, jnp.eye(2) * s, s
     ),
     "methods.glossy_criterion": lambda s: methods.glossy_criterion(s, s, s, s),
+    "methods.hermite_basis": lambda s: methods.hermite_basis(s, 3),
+    "methods.interpolation_error": lambda s: methods.interpolation_error(s, s, 2),
     "methods.occluded_bandwidth": lambda s: methods.occluded_bandwidth(s, s, s, s, s, s, s, s),
     "methods.occluded_criterion": lambda s: methods.occluded_criterion(s, s, s, s, s),
 }
