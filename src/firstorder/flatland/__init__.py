@@ -1,0 +1,51 @@
+"""A world small enough to be exact: shapes, scenes, what is seen, and the light that arrives."""
+
+from firstorder.flatland.intersect import Hits, nearest, occluded
+from firstorder.flatland.irradiance import (
+    Derivatives,
+    along,
+    irradiance,
+    rotation,
+    translation,
+)
+from firstorder.flatland.scene import Frenet, Material, PointLights, Scene, Thing, thing
+from firstorder.flatland.shapes import (
+    Arcs,
+    Circles,
+    Curves,
+    Ellipses,
+    Segments,
+    box,
+    closed_curve,
+    polyline,
+)
+from firstorder.flatland.view import Receiver, View, receiver, view
+
+__all__ = [
+    "Segments",
+    "Arcs",
+    "Circles",
+    "Ellipses",
+    "Curves",
+    "polyline",
+    "box",
+    "closed_curve",
+    "Thing",
+    "thing",
+    "Material",
+    "PointLights",
+    "Scene",
+    "Frenet",
+    "Hits",
+    "nearest",
+    "occluded",
+    "Receiver",
+    "View",
+    "receiver",
+    "view",
+    "irradiance",
+    "Derivatives",
+    "translation",
+    "rotation",
+    "along",
+]

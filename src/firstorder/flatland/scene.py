@@ -1,0 +1,379 @@
+"""A scene of flatland: shapes, what they are made of, and lights that have no shape.
+
+A scene is a pytree; positions, radii, radiances and albedos are its leaves and can be
+differentiated. Shapes of one kind are kept together, so a scene has at most five groups however
+many shapes it has. A shape's number counts through the groups in the order segments, arcs, circles,
+ellipses, curves.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, ArrayLike, Bool, Float, Int
+
+from firstorder.errors import check_finite, check_not_negative, is_concrete
+from firstorder.flatland.crossings import Crossings, find
+from firstorder.flatland.shapes import (
+    Arcs,
+    Circles,
+    Curves,
+    Ellipses,
+    Point,
+    Segments,
+    Shape,
+    cross,
+    left,
+)
+from firstorder.typing import as_float
+
+KINDS = (Segments, Arcs, Circles, Ellipses, Curves)
+FRONT, BACK = 0, 1
+
+
+class Material(eqx.Module):
+    """What shapes do with light; one row for each shape.
+
+    Attributes:
+        emission: radiance that the front and the back emit, the same in all directions [W/(m rad)].
+        albedo: share of the arriving flux that front and back reflect diffusely, BRDF albedo / 2.
+        mirror: share that is reflected as by a mirror.
+        specular: share that goes into a glossy lobe about the mirrored direction.
+        exponent: of that lobe, `cos^exponent`.
+        ior: index of refraction behind the front over that before it; 0 for what is opaque.
+    """
+
+    emission: Float[Array, "n 2"]
+    albedo: Float[Array, "n 2"]
+    mirror: Float[Array, " n"]
+    specular: Float[Array, " n"]
+    exponent: Float[Array, " n"]
+    ior: Float[Array, " n"]
+
+
+class PointLights(eqx.Module):
+    """Lights without size, of the same intensity in all directions: `E = I cos(theta) / r`.
+
+    Args:
+        position: shape (p, 2) or (2,) [m].
+        intensity: shape (p,) or a number, not negative [W/rad].
+    """
+
+    position: Float[Array, "p 2"] = eqx.field(converter=lambda p: jnp.atleast_2d(as_float(p)))
+    intensity: Float[Array, " p"] = eqx.field(converter=lambda i: jnp.atleast_1d(as_float(i)))
+
+    def __check_init__(self):
+        """Refuse light that is no light."""
+        check_finite("position", self.position)
+        check_not_negative("intensity", self.intensity)
+        if self.position.shape[0] != self.intensity.shape[0]:
+            raise ValueError(
+                f"Argument `intensity` must hold {self.position.shape[0]} lights, "
+                f"but holds {self.intensity.shape[0]}."
+            )
+
+
+@dataclasses.dataclass(frozen=True)
+class Thing:
+    """Shapes of one kind with one material and one name, before they enter a scene."""
+
+    shape: Shape
+    name: str
+    material: Material
+
+
+def thing(
+    shape: Shape,
+    *,
+    name: str = "",
+    emission: Any = 0.0,
+    albedo: Any = 0.0,
+    two_sided: bool = False,
+    mirror: ArrayLike = 0.0,
+    specular: ArrayLike = 0.0,
+    exponent: ArrayLike = 0.0,
+    ior: ArrayLike = 0.0,
+) -> Thing:
+    """Shapes with a material.
+
+    Args:
+        shape: one shape or many of a kind.
+        name: by which `Scene.named` finds them.
+        emission: radiance of the front; or two numbers, front and back [W/(m rad)].
+        albedo: of both sides; or two numbers, front and back.
+        two_sided: whether a single emission holds for the back too.
+        mirror: share reflected as by a mirror.
+        specular: share reflected into a glossy lobe.
+        exponent: of the glossy lobe.
+        ior: index of refraction behind the front, relative; 0 if opaque.
+
+    Raises:
+        ValueError: if a number is negative or not finite, or a side would reflect more than all.
+
+    Example:
+        >>> from firstorder.flatland import Segments, thing
+        >>> lamp = thing(Segments((0.5, 1.0), (-0.5, 1.0)), name="lamp", emission=1.0)
+        >>> lamp.material.emission.tolist()
+        [[1.0, 0.0]]
+    """
+    n = shape.count
+    given = {
+        "emission": _sides(emission, n, two_sided),
+        "albedo": _sides(albedo, n, True),
+        "mirror": _each(mirror, n),
+        "specular": _each(specular, n),
+        "exponent": _each(exponent, n),
+        "ior": _each(ior, n),
+    }
+    for key, value in given.items():
+        check_not_negative(key, value)
+    if is_concrete(given):
+        most = float(jnp.max(jnp.max(given["albedo"], -1) + given["mirror"] + given["specular"]))
+        if most > 1.0 + 1e-6:
+            raise ValueError(
+                f"Arguments `albedo`, `mirror` and `specular` must add up to at most 1, "
+                f"but add up to {most:g}."
+            )
+    return Thing(shape, name, Material(**given))
+
+
+class Frenet(eqx.Module):
+    """A point of a curve and its frame: the local x runs along `tangent`, y along `normal`.
+
+    Attributes:
+        position: [m].
+        tangent, normal: unit vectors; the normal is to the left.
+        n: the normal's angle, counter-clockwise from +y [rad].
+        speed: arc length per parameter [m].
+        kappa: `dn/dx`, positive in a valley [rad/m].
+    """
+
+    position: Point
+    tangent: Point
+    normal: Point
+    n: Float[Array, ""]
+    speed: Float[Array, ""]
+    kappa: Float[Array, ""]
+
+
+class Scene(eqx.Module):
+    """Shapes with materials, point lights and a distant environment.
+
+    Make one with `Scene.of`. It may be built inside a jitted or differentiated function.
+
+    Attributes:
+        groups: the shapes, at most one group a kind.
+        material: one row for each shape.
+        points: lights without size.
+        environment: radiance as a function of the world angle (counter-clockwise from +y) of the
+            direction to where light comes from, or None for a black sky. If it has an attribute
+            `breaks`, the angles in it are where it jumps.
+        crossings: where shapes cross each other.
+
+    Example:
+        >>> from firstorder.flatland import Scene, Segments, thing
+        >>> scene = Scene.of(
+        ...     thing(Segments((-1.0, 0.0), (1.0, 0.0)), name="floor", albedo=0.5),
+        ...     thing(Segments((0.5, 1.0), (-0.5, 1.0)), name="lamp", emission=1.0),
+        ... )
+        >>> scene.count, scene.named("lamp")
+        (2, (1,))
+    """
+
+    groups: tuple[Shape, ...]
+    material: Material
+    points: PointLights
+    environment: Callable[[Array], Array] | None
+    crossings: Crossings
+    names: tuple[str, ...] = eqx.field(static=True)
+
+    @staticmethod
+    def of(
+        *things: Thing,
+        points: PointLights | None = None,
+        environment: Callable[[Array], Array] | None = None,
+        crossings: Crossings | None = None,
+    ) -> Scene:
+        """Puts things together.
+
+        Args:
+            things: shapes with materials, in any order.
+            points: lights without size.
+            environment: radiance of the sky as a function of the world angle.
+            crossings: where shapes cross; found here if the shapes are concrete. For traced
+                shapes none are looked for: give those of a similar concrete scene.
+
+        Raises:
+            ValueError: if there is nothing in the scene.
+        """
+        if not things:
+            raise ValueError("Argument `things` must hold at least one shape, but is empty.")
+        groups, materials, names = [], [], []
+        for kind in KINDS:
+            here = [t for t in things if isinstance(t.shape, kind)]
+            if not here:
+                continue
+            groups.append(_join([t.shape for t in here]))
+            materials.extend(t.material for t in here)
+            names.extend(t.name for t in here for _ in range(t.shape.count))
+        if points is None:
+            points = PointLights(jnp.zeros((0, 2)), jnp.zeros((0,)))
+        if environment is not None and not isinstance(environment, eqx.Module):
+            environment = jax.tree_util.Partial(environment)
+        if crossings is None:
+            crossings = find(groups)
+        return Scene(tuple(groups), _join(materials), points, environment, crossings, tuple(names))
+
+    @property
+    def count(self) -> int:
+        """How many shapes there are."""
+        return len(self.names)
+
+    def named(self, name: str) -> tuple[int, ...]:
+        """The numbers of the shapes of that name.
+
+        Raises:
+            ValueError: if there is none.
+        """
+        found = tuple(i for i, n in enumerate(self.names) if n == name)
+        if not found:
+            known = ", ".join(sorted({n for n in self.names if n})) or "none"
+            raise ValueError(f"Argument `name` must be one of {known}, but is {name!r}.")
+        return found
+
+    def _pick(self, index: Int[Array, ""], ask: Callable[[Shape], Any]) -> Any:
+        """What the shape of that number answers: every group is asked, one answer is kept."""
+        first, answer = 0, None
+        for group in self.groups:
+            at = jnp.clip(index - first, 0, group.count - 1)
+            said = ask(jax.tree.map(lambda leaf, at=at: leaf[at], group))
+            if answer is None:
+                answer = said
+            else:
+                here = index >= first
+                answer = jax.tree.map(lambda a, b, here=here: jnp.where(here, a, b), said, answer)
+            first += group.count
+        return answer
+
+    def motion(self, index: Int[Array, ""], s: Float[Array, ""]) -> tuple[Point, Point, Point]:
+        """Position of a point of a shape, with its first and second derivative in s."""
+        return self._pick(jnp.asarray(index), lambda shape: shape.motion(s))
+
+    def frame(self, index: ArrayLike, s: ArrayLike) -> Frenet:
+        """The frame at the parameter s in [0, 1] of a shape.
+
+        Args:
+            index: the shape's number.
+            s: where on it, along its travel.
+        """
+        c, v, a = self.motion(jnp.asarray(index), as_float(s))
+        speed = jnp.sqrt(v[0] ** 2 + v[1] ** 2)
+        tangent = v / speed
+        normal = left(tangent)
+        n = jnp.arctan2(-normal[0], normal[1])
+        return Frenet(c, tangent, normal, n, speed, cross(v, a) / speed**3)
+
+    def hit(
+        self, index: Int[Array, ""], origin: Point, along: Point, on: ArrayLike = -1
+    ) -> tuple[Float[Array, ""], Float[Array, ""]]:
+        """Where a ray meets one shape: distance along the unit vector, and parameter.
+
+        Args:
+            index: the shape's number.
+            origin: of the ray [m].
+            along: its direction, a unit vector.
+            on: number of the shape on which the origin lies, or -1.
+
+        Returns:
+            Distance (infinity for a miss) and parameter; differentiable in everything.
+        """
+        index, on = jnp.asarray(index), jnp.asarray(on)
+        return self._pick(index, lambda shape: shape.hit(origin, along, on == index))
+
+    def silhouettes(
+        self, p: Point, on: ArrayLike = -1
+    ) -> tuple[Float[Array, "m 2"], Bool[Array, " m"]]:
+        """All points at which what an eye at p sees may change, and which of them exist."""
+        points, valid, first = [], [], 0
+        on = jnp.asarray(on)
+        for group in self.groups:
+            own = jnp.arange(first, first + group.count) == on
+            found = jax.vmap(lambda shape, own: shape.silhouettes(p, own))(group, own)
+            points.append(found[0].reshape(-1, 2))
+            valid.append(found[1].reshape(-1))
+            first += group.count
+        if self.crossings.pairs.shape[0]:
+            crossed = jax.vmap(lambda pair, s: self._crossing(pair, s))(
+                self.crossings.pairs, self.crossings.near
+            )
+            points.append(crossed[0])
+            valid.append(crossed[1])
+        return jnp.concatenate(points), jnp.concatenate(valid)
+
+    def _crossing(self, pair: Int[Array, "2"], near: Float[Array, "2"]):
+        """The point in which two shapes cross, from a start near by; by Newton's method."""
+
+        def step(scene, s):
+            a, va, _ = scene.motion(pair[0], s[0])
+            b, vb, _ = scene.motion(pair[1], s[1])
+            det = cross(va, vb)
+            gap = b - a
+            safe = jnp.where(det == 0.0, 1.0, det)
+            return s + jnp.stack([cross(gap, vb), cross(gap, va)]) / safe, a, gap
+
+        fixed = jax.lax.stop_gradient(self)
+        s = jax.lax.fori_loop(0, 8, lambda _, s: step(fixed, s)[0], near)
+        s = jax.lax.stop_gradient(s)
+        inside = jnp.all((s >= 0.0) & (s <= 1.0)) & jnp.all(jnp.isfinite(s))
+        s = jnp.where(inside, s, 0.5)
+        for _ in range(2):
+            s, *_ = step(self, s)
+        _, point, gap = step(self, s)
+        met = jnp.sum(jnp.abs(gap)) < 1e-3 * (1e-6 + jnp.sum(jnp.abs(point)))
+        return point, inside & met
+
+    def length(self, index: int) -> Float[Array, ""]:
+        """Arc length of a shape [m]; by quadrature, exact to rounding for smooth ones."""
+        t, w = np.polynomial.legendre.leggauss(64)
+        s = jnp.asarray(0.5 + 0.5 * t)
+        speed = jax.vmap(lambda s: self.frame(index, s).speed)(s)
+        return jnp.sum(0.5 * jnp.asarray(w) * speed)
+
+
+def _join(parts: list) -> Any:
+    """Several modules of one kind as one, along the leading axis."""
+    if len(parts) == 1:
+        return parts[0]
+    if isinstance(parts[0], Curves):
+        parts = _padded(parts)
+    return jax.tree.map(lambda *leaves: jnp.concatenate(leaves), *parts)
+
+
+def _padded(curves: list[Curves]) -> list[Curves]:
+    """Fourier series of one length."""
+    most = max(c.cosines.shape[1] for c in curves)
+    samples = max(c.samples for c in curves)
+
+    def fill(a):
+        return jnp.pad(a, ((0, 0), (0, most - a.shape[1]), (0, 0)))
+
+    return [Curves(fill(c.cosines), fill(c.sines), samples) for c in curves]
+
+
+def _each(value: ArrayLike, n: int) -> Array:
+    return jnp.broadcast_to(as_float(value), (n,))
+
+
+def _sides(value: Any, n: int, both: bool) -> Array:
+    """Front and back of each of n shapes; a single number is the front's, and perhaps both's."""
+    value = as_float(value)
+    if value.ndim and value.shape[-1] == 2:
+        return jnp.broadcast_to(value, (n, 2))
+    front = jnp.broadcast_to(value, (n,))
+    return jnp.stack([front, front if both else jnp.zeros_like(front)], -1)
