@@ -102,6 +102,15 @@ def band(s):
     return methods.BandLimit.box(jnp.stack([s, 2.0 + s])).cut("theta", 1.0)
 
 
+def cell(s):
+    return methods.Cell(s, jnp.stack([s, 1.0, -s]), jnp.stack([s**2, -s, 1.0]))
+
+
+def sampled(s):
+    """Adaptive samples of a function with a parameter, on a line that grows with it."""
+    return methods.sample_line(lambda x: (s * x**2, 2.0 * s * x), 0.0, s, 6, initial=3)
+
+
 class Bend(laws.Map):
     """A warp with a parameter."""
 
@@ -283,6 +292,14 @@ PROBES = {
     "transport.phong": lambda s: profile(transport.phong(1.0 + s).kernel),
     "transport.retro": lambda s: profile(transport.retro(s).kernel),
     "methods.BandLimit": lambda s: (band(s).reach(ray(FLATLAND)), band(s).farthest(ray(FLATLAND))),
+    "methods.Cell": lambda s: cell(s).mean(1),
+    "methods.LineSamples": lambda s: sampled(s).interpolant()(0.4 * s),
+    "methods.by_curvature": lambda s: methods.by_curvature(cell(s)),
+    "methods.by_differences": lambda s: methods.by_differences(cell(s)),
+    "methods.by_disagreement": lambda s: methods.by_disagreement(2)(cell(s)),
+    "methods.by_gradient": lambda s: methods.by_gradient(cell(s)),
+    "methods.by_length": lambda s: methods.by_length(cell(s)),
+    "methods.sample_line": lambda s: sampled(s).data,
     "methods.Interpolant": lambda s: methods.Interpolant(
         jnp.stack([0.0 * s, s]), jnp.stack([s, 1.0 + 0.0 * s, -s, s]).reshape(2, 2)
     )(0.4 * s),

@@ -1,5 +1,15 @@
-"""What the calculus buys: how densely light must be sampled."""
+"""What the calculus buys: how densely light must be sampled, where, and what lies between."""
 
+from firstorder.methods.adaptive import (
+    Cell,
+    LineSamples,
+    by_curvature,
+    by_differences,
+    by_disagreement,
+    by_gradient,
+    by_length,
+    sample_line,
+)
 from firstorder.methods.bandwidth import (
     BandLimit,
     after,
@@ -15,10 +25,17 @@ from firstorder.methods.interpolation import Interpolant, hermite_basis, interpo
 
 __all__ = [
     "BandLimit",
+    "Cell",
     "Interpolant",
+    "LineSamples",
     "after",
     "band_limit",
     "band_limits",
+    "by_curvature",
+    "by_differences",
+    "by_disagreement",
+    "by_gradient",
+    "by_length",
     "glossy_bandwidth",
     "glossy_bandwidth_in_space",
     "glossy_criterion",
@@ -26,4 +43,5 @@ __all__ = [
     "interpolation_error",
     "occluded_bandwidth",
     "occluded_criterion",
+    "sample_line",
 ]
