@@ -15,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder import fields, laws, methods, transport
+from firstorder import fields, flatland, laws, methods, transport
 from firstorder.conventions import FLATLAND, FLATLAND_SLOPE, SPACE, Frame
 from firstorder.fields import Grid, gaussian
 
@@ -184,6 +184,9 @@ PROBES = {
     ),
     "fields.triple_products": lambda s: s * jnp.asarray(fields.triple_products(4)),
     "fields.windowed_covariance": lambda s: fields.windowed_covariance(wave(s), light(s), 8).matrix,
+    "flatland.ConstantSky": lambda s: flatland.ConstantSky(s)(s),
+    "flatland.GaussianSky": lambda s: flatland.GaussianSky(0.1, 0.5 + s, s)(s),
+    "flatland.RowSky": lambda s: flatland.RowSky(jnp.stack([s, 2.0 * s, 1.0 + s, s]), True)(s),
     "laws.Circle": lambda s: value_on(laws.Convolve(lobe(s), laws.Circle(), 8), s),
     "laws.Convolve": lambda s: on(laws.Convolve(lobe(s), nodes=8), s),
     "laws.Hemisphere": lambda s: value_on(

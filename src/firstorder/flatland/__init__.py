@@ -8,6 +8,7 @@ from firstorder.flatland.irradiance import (
     rotation,
     translation,
 )
+from firstorder.flatland.environment import ConstantSky, GaussianSky, RowSky
 from firstorder.flatland.scene import Frenet, Material, PointLights, Scene, Thing, thing
 from firstorder.flatland.shapes import (
     Arcs,
@@ -34,6 +35,9 @@ __all__ = [
     "thing",
     "Material",
     "PointLights",
+    "ConstantSky",
+    "GaussianSky",
+    "RowSky",
     "Scene",
     "Frenet",
     "Hits",

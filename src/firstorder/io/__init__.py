@@ -1,5 +1,19 @@
-"""Files, written whole or not at all; the only importers of the packages that read them."""
+"""Files: scenes, drawings, panoramas, records; only here are packages imported that read them."""
 
+from firstorder.io.images import read_picture, read_row
 from firstorder.io.records import whole, write_csv, write_json, write_npz, write_text
+from firstorder.io.toml import read_toml, scene_from_toml, scene_to_toml, write_toml
 
-__all__ = ["whole", "write_csv", "write_json", "write_npz", "write_text"]
+__all__ = [
+    "read_toml",
+    "write_toml",
+    "scene_from_toml",
+    "scene_to_toml",
+    "read_picture",
+    "read_row",
+    "whole",
+    "write_csv",
+    "write_json",
+    "write_npz",
+    "write_text",
+]

@@ -1,0 +1,171 @@
+"""Panoramas: a row of an HDR or EXR picture as light that arrives from all around.
+
+Radiance's .hdr files are read here; OpenEXR's .exr files by the package OpenEXR, which comes with
+`pip install "firstorder[images]"`.
+"""
+
+from __future__ import annotations
+
+import os
+import pathlib
+import re
+from typing import TypeAlias
+
+import numpy as np
+
+from firstorder.flatland.environment import RowSky
+
+Picture: TypeAlias = np.ndarray
+
+# Rec. 709 luminance of linear red, green and blue.
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+_MOST_PIXELS = 2**27
+
+
+def read_row(
+    path: str | os.PathLike[str], row: int | None = None, columns: int | None = None
+) -> RowSky:
+    r"""Reads one row of a panorama as the sky of flatland.
+
+    The picture goes once around; flatland is the plane of that row. Its radiance is the Rec. 709
+    luminance `0.2126 R + 0.7152 G + 0.0722 B`, in the picture's own unit. The middle of the row is
+    straight up (+y), the right of it +x (`RowSky`).
+
+    Args:
+        path: a .hdr (or .pic) or .exr file.
+        row: from the top, 0 first; the middle one, if left out: the horizon.
+        columns: how many to keep, each the average of those it covers; all, if left out. Every
+            column is a break at which quadrature cuts, so a few hundred at most are wise.
+
+    Raises:
+        ValueError: one sentence that names the file, if it cannot be read or has no such row.
+        ModuleNotFoundError: if an .exr file is asked for without the extra `images`.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> from firstorder.io import read_row
+        >>> file = pathlib.Path(tempfile.mkdtemp(), "sky.hdr")
+        >>> _ = file.write_bytes(b"#?RADIANCE\n\n-Y 1 +X 4\n" + bytes([128, 128, 128, 129]) * 4)
+        >>> print(read_row(file)(0.3).item())
+        1.00390625
+    """
+    picture = read_picture(path)
+    name, height = pathlib.Path(path).name, picture.shape[0]
+    chosen = height // 2 if row is None else row
+    if not 0 <= chosen < height:
+        raise ValueError(f"{name}: `row` must lie in [0, {height - 1}], but is {chosen}.")
+    values = picture[chosen].astype(float) @ LUMINANCE
+    if not np.all(np.isfinite(values)):
+        raise ValueError(f"{name}: row {chosen} holds numbers that are not finite.")
+    try:
+        sky = RowSky(values)
+        return sky if columns is None else sky.coarser(columns)
+    except ValueError as error:
+        raise ValueError(f"{name}: {str(error).removeprefix('Argument ')}") from None
+
+
+def read_picture(path: str | os.PathLike[str]) -> Picture:
+    """Reads a picture with linear values, shape (rows from the top, columns, RGB).
+
+    Args:
+        path: a .hdr (or .pic) or .exr file.
+
+    Raises:
+        ValueError: one sentence that names the file, if it is neither, or broken.
+        ModuleNotFoundError: if an .exr file is asked for without the extra `images`.
+    """
+    path = pathlib.Path(path)
+    match path.suffix.lower():
+        case ".hdr" | ".pic" | ".rgbe":
+            return _hdr(path.read_bytes(), path.name)
+        case ".exr":
+            return _exr(path)
+    raise ValueError(f"{path.name}: a panorama must be an .hdr or .exr file.")
+
+
+# --- OpenEXR -------------------------------------------------------------------------------------
+
+
+def _exr(path: pathlib.Path) -> Picture:
+    try:
+        import OpenEXR
+    except ModuleNotFoundError:
+        raise ModuleNotFoundError(
+            f"{path.name}: .exr files need the package OpenEXR, which comes with the extra "
+            '`images`: pip install "firstorder[images]".'
+        ) from None
+    path.open("rb").close()  # a file that is not there is no broken one
+    try:
+        with OpenEXR.File(os.fspath(path), separate_channels=True) as file:
+            channels = {name: np.array(c.pixels) for name, c in file.channels().items()}
+    except Exception as error:  # whatever the library thinks of the bytes
+        words = " ".join(str(error).split()).rstrip(".")
+        raise ValueError(f"{path.name}: the file is no OpenEXR picture ({words}).") from None
+    names = ("R", "G", "B") if "R" in channels else ("Y", "Y", "Y")
+    picture = [channels[name] for name in names if name in channels]
+    if len(picture) < 3 or any(c.ndim != 2 or c.shape != picture[0].shape for c in picture):
+        listed = ", ".join(sorted(channels)) or "none"
+        raise ValueError(f"{path.name}: the channels must be R, G, B or Y, but are {listed}.")
+    return np.stack(picture, -1)
+
+
+# --- Radiance ------------------------------------------------------------------------------------
+
+
+def _hdr(data: bytes, name: str) -> Picture:
+    """The shared-exponent format of Radiance: a header in lines, then rows, packed or not."""
+    head = re.match(rb"#\?[^\n]*\n(?:[^\n]+\n)*?\s*\n([-+]Y) (\d{1,9}) ([-+]X) (\d{1,9})\n", data)
+    if head is None or b"xyze" in data[: head.end()]:
+        raise ValueError(f"{name}: the file is no Radiance picture in RGBE with rows across.")
+    height, width = int(head[2]), int(head[4])
+    if not 0 < height * width <= _MOST_PIXELS:
+        raise ValueError(f"{name}: a picture of {width} x {height} pixels is not read here.")
+    rows, at = [], head.end()
+    for i in range(height):
+        try:
+            row, at = _packed_row(data, at, width)
+        except IndexError:
+            raise ValueError(f"{name}: the file ends in row {i} of {height}.") from None
+        rows.append(row)
+    rgbe = np.stack(rows)[:: 1 if head[1] == b"-Y" else -1, :: 1 if head[3] == b"+X" else -1]
+    # As Radiance has it: the middle of what was truncated; an exponent of 0 is black.
+    scale = np.where(rgbe[..., 3:] > 0, np.ldexp(1.0, rgbe[..., 3:].astype(int) - 136), 0.0)
+    return (rgbe[..., :3] + 0.5) * scale
+
+
+def _packed_row(data: bytes, at: int, width: int) -> tuple[np.ndarray, int]:
+    """One row of bytes (width, 4), and where the next begins."""
+    begins = data[at : at + 4]
+    if not (8 <= width < 32768 and begins[:2] == b"\2\2" and width == begins[2] << 8 | begins[3]):
+        return _plain_row(data, at, width)
+    at += 4
+    channels = bytearray()
+    for channel in range(1, 5):
+        while len(channels) < channel * width:
+            count = data[at]
+            if count > 128:  # a run of one byte
+                channels.extend(data[at + 1 : at + 2] * (count - 128))
+                at += 2
+            else:
+                channels.extend(data[at + 1 : at + 1 + count])
+                at += 1 + count
+            if at > len(data) or count == 0 or len(channels) > channel * width:
+                raise IndexError
+    return np.frombuffer(bytes(channels), np.uint8).reshape(4, width).T, at
+
+
+def _plain_row(data: bytes, at: int, width: int) -> tuple[np.ndarray, int]:
+    """One row that is not packed, or packed the old way: pixels (1, 1, 1, n) repeat the last."""
+    pixels, shift = bytearray(), 0
+    while len(pixels) < 4 * width:
+        pixel = data[at : at + 4]
+        if len(pixel) < 4:
+            raise IndexError
+        at += 4
+        if pixel[:3] == b"\1\1\1" and pixels:
+            pixels.extend(pixels[-4:] * min(pixel[3] << shift, width))
+            shift += 8
+        else:
+            pixels.extend(pixel)
+            shift = 0
+    return np.frombuffer(bytes(pixels[: 4 * width]), np.uint8).reshape(width, 4), at
