@@ -63,32 +63,40 @@ def _chords(groups: list):
 
 
 def _crossed(start, end, shape, ends, s0, s1):
-    """Pairs of chords of different shapes that cross in their interiors."""
+    """Pairs of chords of different shapes that cross in their interiors.
+
+    Only the chords of shapes whose boxes overlap are compared.
+    """
     edge = end - start
     low, high = np.minimum(start, end), np.maximum(start, end)
+    count = int(shape[-1]) + 1
+    first = np.searchsorted(shape, np.arange(count + 1))
+    box_low = np.minimum.reduceat(low, first[:-1])
+    box_high = np.maximum.reduceat(high, first[:-1])
     pairs, near = [], []
-    for i in range(len(start)):
-        others = np.flatnonzero(
-            (shape > shape[i]) & np.all(low <= high[i], axis=1) & np.all(high >= low[i], axis=1)
-        )
-        if not others.size:
+    for i in range(count - 1):
+        close = np.all(box_low <= box_high[i], axis=1) & np.all(box_high >= box_low[i], axis=1)
+        close[: i + 1] = False
+        if not close.any():
             continue
-        f, q = edge[others], start[others] - start[i]
-        det = edge[i, 0] * f[:, 1] - edge[i, 1] * f[:, 0]
+        own, others = np.arange(first[i], first[i + 1]), np.flatnonzero(close[shape])
+        touching = np.all(low[others] <= high[own, None], axis=-1)
+        touching &= np.all(high[others] >= low[own, None], axis=-1)
+        a, b = np.nonzero(touching)
+        a, b = own[a], others[b]
+        e, f, q = edge[a], edge[b], start[b] - start[a]
+        det = e[:, 0] * f[:, 1] - e[:, 1] * f[:, 0]
         with np.errstate(divide="ignore", invalid="ignore"):
-            a = (q[:, 0] * f[:, 1] - q[:, 1] * f[:, 0]) / det
-            b = (q[:, 0] * edge[i, 1] - q[:, 1] * edge[i, 0]) / det
-        inside = (a >= 0.0) & (a < 1.0) & (b >= 0.0) & (b < 1.0)
-        for k in np.flatnonzero(inside):
-            j = others[k]
-            sa = s0[i] + a[k] * (s1[i] - s0[i])
-            sb = s0[j] + b[k] * (s1[j] - s0[j])
-            if not (_is_end(sa, ends[i]) or _is_end(sb, ends[j])):
-                pairs.append((shape[i], shape[j]))
-                near.append((sa, sb))
+            u = (q[:, 0] * f[:, 1] - q[:, 1] * f[:, 0]) / det
+            v = (q[:, 0] * e[:, 1] - q[:, 1] * e[:, 0]) / det
+        sa, sb = s0[a] + u * (s1[a] - s0[a]), s0[b] + v * (s1[b] - s0[b])
+        inside = (u >= 0.0) & (u < 1.0) & (v >= 0.0) & (v < 1.0)
+        inside &= ~(_is_end(sa, ends[a]) | _is_end(sb, ends[b]))
+        pairs.extend(zip(shape[a[inside]], shape[b[inside]], strict=True))
+        near.extend(zip(sa[inside], sb[inside], strict=True))
     return pairs, near
 
 
-def _is_end(s: float, has_ends: bool) -> bool:
-    """Whether a parameter is one of an end, at which a shape is cut or touches."""
-    return bool(has_ends) and not 1e-9 < s < 1.0 - 1e-9
+def _is_end(s: np.ndarray, has_ends: np.ndarray) -> np.ndarray:
+    """Whether parameters are those of ends, at which a shape is cut or touches."""
+    return has_ends & ~((s > 1e-9) & (s < 1.0 - 1e-9))
