@@ -67,6 +67,10 @@ class Shape(eqx.Module):
         point there is not a hit.
         """
 
+    def distance(self, origin: Point, along: Point, on: Bool[Array, ""]) -> Float[Array, ""]:
+        """The distance of `hit` alone, for searches."""
+        return self.hit(origin, along, on)[0]
+
     @abc.abstractmethod
     def silhouettes(self, p: Point, on: Bool[Array, ""]) -> tuple[Array, Array]:
         """Points at which the shape may begin or end for an eye at p, and which of them exist."""
@@ -118,6 +122,16 @@ class Segments(Shape):
         t, s = cross(q, edge) / safe, cross(q, along) / safe
         there = (det != 0.0) & (t > 0.0) & (s >= 0.0) & (s <= 1.0) & ~on
         return jnp.where(there, t, jnp.inf), jnp.where(there, s, 0.0)
+
+    def distance(self, origin, along, on):
+        """The same in scalars and with one division: the innermost loop of every search."""
+        (px, py), (qx, qy), (dx, dy) = self.start, self.end, along
+        ex, ey, wx, wy = qx - px, qy - py, px - origin[0], py - origin[1]
+        det = dx * ey - dy * ex
+        sign = jnp.where(det < 0.0, -1.0, 1.0).astype(det.dtype)
+        size, t, s = det * sign, (wx * ey - wy * ex) * sign, (wx * dy - wy * dx) * sign
+        there = (t > 0.0) & (s >= 0.0) & (s <= size) & (size > 0.0) & ~on
+        return jnp.where(there, t / jnp.where(size > 0.0, size, 1.0), jnp.inf)
 
     def silhouettes(self, p, on):
         """The two ends."""
