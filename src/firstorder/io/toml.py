@@ -61,6 +61,7 @@ from firstorder.io.tables import (
     Table,
     lines_of,
     number,
+    numbers,
     parsed,
     place_of,
     point,
@@ -242,7 +243,9 @@ def _sky(table: Table, folder: str | os.PathLike[str]):
                 file = pathlib.Path(folder, table.take("file", word))
                 row = table.take("row", whole, None)
                 columns = table.take("columns", whole, None)
-                sky = refused_at(table.at, lambda: read_row(file, row, columns))
+                sky = refused_at(
+                    lambda key: table.at(key or "file"), lambda: _row(file, row, columns)
+                )
                 sky = RowSky(sky.values, smooth)
             else:
                 values = table.take("values", numbers)
@@ -252,6 +255,14 @@ def _sky(table: Table, folder: str | os.PathLike[str]):
             raise table.at("kind").error(f'kind "{kind}" is not known: {known}')
     table.done()
     return sky
+
+
+def _row(file: pathlib.Path, row: int | None, columns: int | None) -> RowSky:
+    try:
+        return read_row(file, row, columns)
+    except OSError as error:
+        why = (error.strerror or "unknown reason").lower()
+        raise ValueError(f"{file.name}: the file cannot be opened ({why}).") from None
 
 
 # --- writing -------------------------------------------------------------------------------------

@@ -1,0 +1,166 @@
+import sys
+
+import numpy as np
+import OpenEXR
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firstorder.io import images, read_picture, read_row
+
+PICTURE = np.random.default_rng(5).uniform(0.0, 4.0, (5, 12, 3)).astype(np.float32)
+LUMINANCE = PICTURE.astype(float) @ [0.2126, 0.7152, 0.0722]
+
+
+def rgbe(picture):
+    """The shared-exponent bytes of a picture, by the definition of the format."""
+    picture = picture.astype(float)
+    most = picture.max(-1)
+    exponent = np.where(most > 0, np.floor(np.log2(np.maximum(most, 1e-38))) + 1, -128)
+    mantissa = np.floor(picture * 2.0 ** (8 - exponent)[..., None])
+    return np.concatenate([mantissa, (exponent + 128)[..., None]], -1).astype(np.uint8)
+
+
+def packed(row):
+    """A row in runs of at most three alike, and pieces of at most five."""
+    out = bytes([2, 2, len(row) >> 8, len(row) & 255])
+    for channel in row.T:
+        at = 0
+        while at < len(channel):
+            if at % 4 == 0 and np.all(channel[at : at + 3] == channel[at]):
+                run = len(channel[at : at + 3])
+                out += bytes([128 + run, channel[at]])
+            else:
+                run = len(channel[at : at + 5])
+                out += bytes([run, *channel[at : at + run]])
+            at += run
+    return out
+
+
+def hdr(picture, header=b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n", pack=True, axes=b"-Y %d +X %d\n"):
+    rows = rgbe(picture)
+    body = b"".join(packed(r) if pack else r.tobytes() for r in rows)
+    return header + b"\n" + axes % picture.shape[:2] + body
+
+
+def written(tmp_path, data, name="sky.hdr"):
+    (tmp_path / name).write_bytes(data)
+    return tmp_path / name
+
+
+@pytest.mark.parametrize("pack", [False, True])
+def test_radiance_files_come_back_to_their_eight_bits(tmp_path, pack):
+    flat = PICTURE.copy()
+    flat[1, 4:9] = flat[1, 4]  # something to run
+    flat[2] = 0.0
+    found = read_picture(written(tmp_path, hdr(flat, pack=pack)))
+    most = flat.max(-1, keepdims=True)
+    assert found.shape == flat.shape
+    # half a step of a mantissa between 128 and 256
+    assert np.all(np.abs(found - flat) <= most / 256)
+    assert np.all(found[2] == 0.0)
+
+
+def test_rows_packed_the_old_way_repeat_the_last_pixel(tmp_path):
+    data = b"#?RGBE\n\n-Y 1 +X 9\n" + bytes([128, 128, 128, 129, 1, 1, 1, 7, 64, 64, 64, 129])
+    found = read_picture(written(tmp_path, data))[0, :, 0]
+    np.testing.assert_array_equal(found, [128.5 / 128] * 8 + [64.5 / 128])
+
+
+def test_a_picture_that_is_written_upside_down_is_turned(tmp_path):
+    upright = read_picture(written(tmp_path, hdr(PICTURE)))
+    turned = read_picture(written(tmp_path, hdr(PICTURE, axes=b"+Y %d -X %d\n")))
+    np.testing.assert_array_equal(turned, upright[::-1, ::-1])
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float16])
+def test_exr_files_come_back(tmp_path, dtype):
+    file = tmp_path / "sky.exr"
+    OpenEXR.File({}, {"RGB": PICTURE.astype(dtype)}).write(str(file))
+    np.testing.assert_array_equal(read_picture(file), PICTURE.astype(dtype))
+    np.testing.assert_allclose(read_row(file, 1).values, LUMINANCE[1], rtol=2 * np.finfo(dtype).eps)
+
+
+def test_grey_exr_files_are_grey(tmp_path):
+    grey = np.ascontiguousarray(PICTURE[..., 0])
+    OpenEXR.File({}, {"Y": grey}).write(str(tmp_path / "sky.exr"))
+    np.testing.assert_array_equal(read_picture(tmp_path / "sky.exr")[..., 2], grey)
+
+
+@pytest.mark.smoke
+def test_the_middle_row_is_the_sky_and_may_be_made_coarser(tmp_path):
+    file = written(tmp_path, hdr(PICTURE))
+    step = PICTURE[2].max(-1) / 256
+    sky = read_row(file)
+    assert np.all(np.abs(sky.values - LUMINANCE[2]) <= step)
+    np.testing.assert_allclose(sky(sky.breaks), sky.values, rtol=1e-12)
+    coarse = read_row(file, 0, 4).values
+    assert np.all(np.abs(coarse - LUMINANCE[0].reshape(4, 3).mean(1)) <= PICTURE[0].max() / 256)
+
+
+def test_without_the_package_the_sentence_names_the_extra(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "OpenEXR", None)
+    with pytest.raises(ModuleNotFoundError) as caught:
+        read_picture(tmp_path / "sky.exr")
+    assert str(caught.value) == (
+        "sky.exr: .exr files need the package OpenEXR, which comes with the extra `images`: "
+        'pip install "firstorder[images]".'
+    )
+
+
+NO_PICTURE = "the file is no Radiance picture in RGBE with rows across."
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "sentence"),
+    [
+        ("a.png", b"", "a panorama must be an .hdr or .exr file."),
+        ("a.hdr", b"", NO_PICTURE),
+        ("a.hdr", b"#?RADIANCE\n\n+X 4 -Y 4\n", NO_PICTURE),
+        ("a.hdr", hdr(PICTURE).replace(b"rgbe", b"xyze"), NO_PICTURE),
+        ("a.hdr", hdr(PICTURE)[:-9], "the file ends in row 4 of 5."),
+        (
+            "a.hdr",
+            b"#?RADIANCE\n\n-Y 99999 +X 99999\n",
+            "a picture of 99999 x 99999 pixels is not read here.",
+        ),
+        ("a.exr", b"no picture", "the file is no OpenEXR picture (unable to open"),
+    ],
+)
+def test_what_is_no_picture_is_one_sentence(tmp_path, capfd, name, data, sentence):
+    with pytest.raises(ValueError, match=name) as caught:
+        read_row(written(tmp_path, data, name))
+    assert str(caught.value).lower().startswith(f"{name}: {sentence.lower()}")
+    capfd.readouterr()  # the library talks to the terminal, too
+
+
+def test_a_picture_of_other_channels_is_one_sentence(tmp_path):
+    file = tmp_path / "depth.exr"
+    OpenEXR.File({}, {"Z": PICTURE[..., 0].copy()}).write(str(file))
+    with pytest.raises(ValueError, match=r"the channels must be R, G, B or Y, but are Z\."):
+        read_picture(file)
+
+
+def test_a_sky_that_is_not_finite_is_one_sentence(tmp_path):
+    bad = PICTURE.copy()
+    bad[0, 0] = np.inf
+    OpenEXR.File({}, {"RGB": bad}).write(str(tmp_path / "sky.exr"))
+    with pytest.raises(ValueError, match=r"sky.exr: row 0 holds numbers that are not finite\."):
+        read_row(tmp_path / "sky.exr", 0)
+
+
+WHOLE = hdr(PICTURE)
+
+
+@given(st.data())
+def test_mutilated_radiance_files_never_crash_the_reader(data):
+    at, cut = data.draw(st.integers(0, len(WHOLE))), data.draw(st.integers(0, 40))
+    source = WHOLE[:at] + data.draw(st.binary(max_size=8)) + WHOLE[at + cut :]
+    try:
+        images._hdr(source, "f")
+    except ValueError as error:
+        words = str(error)
+    else:
+        words = "f"
+    assert words.startswith("f")
+    assert "\n" not in words
