@@ -254,9 +254,8 @@ def sample_line(
     pieces = ends.size - 1
     _check(ends, pieces, budget, initial, batch)
     sizes = _sizes(pieces * initial, pieces, budget, batch)
-    more, widest = budget - pieces * initial, max([1, *sizes])
-    steps = jnp.asarray(np.array(sizes, np.int32))
-    x, order, data = _run(function, driver, ends, initial, more, steps, widest)
+    steps, widest = jnp.asarray(np.array(sizes, np.int32)), max(sizes)
+    x, order, data = _run(function, driver, ends, initial, budget, steps, widest)
     rising = jnp.all(jnp.diff(ends) > 0)
     return LineSamples(nan_unless(rising, x), data, order)
 
@@ -275,15 +274,17 @@ def _check(ends, pieces, budget, initial, batch) -> None:
         )
 
 
-def _sizes(nodes: int, pieces: int, budget: int, batch: int | float) -> list[int]:
-    """How many cells each step splits: known before anything is sampled."""
-    sizes = []
+def _sizes(count: int, pieces: int, budget: int, batch: int | float) -> list[int]:
+    """How many samples each step takes, the even ones first: known before anything is sampled."""
+    nodes, sizes = count, []
     while nodes < budget:
         cells = nodes - pieces
         wanted = max(int(batch * cells), 1) if batch < 1 else int(batch)
         sizes.append(min(wanted, cells, budget - nodes))
         nodes += sizes[-1]
-    return sizes
+    widest = max(sizes, default=budget - pieces)
+    even = [min(widest, count - done) for done in range(0, count, widest)]
+    return even + sizes
 
 
 class _State(NamedTuple):
@@ -298,72 +299,71 @@ class _State(NamedTuple):
 
 
 @eqx.filter_jit
-def _run(function, driver, ends, initial: int, more: int, sizes, widest: int):
-    """The greedy loop: `more` samples in steps that split `sizes` cells, at most `widest`."""
-    state, evaluate, importance = _begin(function, driver, ends, initial, more)
+def _run(function, driver, ends, initial: int, budget: int, sizes, widest: int):
+    """The greedy loop; `sizes` is what each step samples, `widest` the most of them.
+
+    The even samples of the beginning go through the same loop: `function` is compiled once.
+    """
     pieces = ends.size - 1
+    grid, inner, hair = _even(ends, initial)
+    count, cells = grid.size, budget - pieces
     slots = jnp.arange(widest, dtype=sizes.dtype)
-
-    def step(s: _State, size):
-        _, chosen = jax.lax.top_k(s.weight, widest)
-        a, b = s.left[chosen], s.right[chosen]
-        middle = 0.5 * (s.x[a] + s.x[b])
-        # Slots beyond the step's size point past the end, where writes are dropped.
-        live = slots < size
-        node = jnp.where(live, s.nodes + slots, s.x.size)
-        cell = jnp.where(live, s.nodes + slots - pieces, s.left.size)
-        chosen = jnp.where(live, chosen, s.left.size)
-        x = s.x.at[node].set(middle, mode="drop")
-        data = s.data.at[node].set(evaluate(middle), mode="drop")
-        weight = s.weight.at[chosen].set(importance(x, data, a, node), mode="drop")
-        weight = weight.at[cell].set(importance(x, data, node, b), mode="drop")
-        right = s.right.at[chosen].set(node, mode="drop").at[cell].set(b, mode="drop")
-        left = s.left.at[cell].set(node, mode="drop")
-        return _State(x, data, left, right, weight, s.nodes + size), None
-
-    state, _ = jax.lax.scan(step, state, sizes)
-    # Stable: of the two nodes at a break the left one comes first.
-    order = jnp.argsort(state.x, stable=True)
-    return state.x[order], order, state.data[order]
-
-
-def _begin(function, driver, ends, initial: int, more: int):
-    """Even samples of every piece, and the two functions that the loop needs."""
-    pieces, dtype = ends.size - 1, ends.dtype
-    eps = float(jnp.finfo(dtype).eps)
-    t = jnp.linspace(0.0, 1.0, initial, dtype=dtype)
-    low, high = ends[:-1, None], ends[1:, None]
-    grid = low + (high - low) * t
-    grid = grid.at[:, -1].set(ends[1:])  # the sum may miss it by a rounding
-    # At a break, ask for the value on the piece's own side.
-    hair = 64.0 * eps * jnp.max(jnp.abs(ends))
-    inner = jnp.clip(grid, low + hair, high - hair)
-    inner = inner.at[0, 0].set(ends[0]).at[-1, -1].set(ends[-1])
-
-    def evaluate(x):
-        return jax.vmap(lambda s: jnp.stack([as_float(v) for v in function(s)]))(x)
 
     def importance(x, data, a, b):
         length = x[b] - x[a]
         w = jax.vmap(driver)(Cell(length, data[a], data[b]))
         return jnp.where(jnp.isfinite(w) & (length > 2.0 * hair), w, -1.0)
 
-    first = evaluate(inner.ravel())
-    count = pieces * initial
-    x = jnp.concatenate([grid.ravel(), jnp.full(more, jnp.nan, dtype)])
-    data = jnp.concatenate([first, jnp.full((more, first.shape[1]), jnp.nan, first.dtype)])
-    left = jnp.asarray(np.arange(count, dtype=np.int32).reshape(pieces, initial)[:, :-1].ravel())
-    spare = jnp.zeros(more, left.dtype)
-    weight = importance(x, data, left, left + 1)
-    state = _State(
-        x,
-        data,
-        jnp.concatenate([left, spare]),
-        jnp.concatenate([left + 1, spare]),
-        jnp.concatenate([weight, jnp.full(more, -jnp.inf, weight.dtype)]),
-        jnp.asarray(count, left.dtype),
+    def known(x):
+        return jax.vmap(lambda s: jnp.stack([as_float(v) for v in function(s)]))(x)
+
+    def step(s: _State, size):
+        node, live = s.nodes + slots, slots < size
+        even, begins = node < count, node % initial == 0
+        _, chosen = jax.lax.top_k(s.weight, widest)
+        # An even node closes the cell to its left, unless a piece begins with it; a later one
+        # stands in the middle of a chosen cell, and opens another to its right.
+        a, b = jnp.where(even, node - 1, s.left[chosen]), s.right[chosen]
+        old = jnp.where(even, node - 1 - node // initial, chosen)
+        # What is not to be written points past the end, where writes are dropped.
+        old = jnp.where(live & ~(even & begins), old, cells)
+        new = jnp.where(live & ~even, node - pieces, cells)
+        at = jnp.where(live, node, budget)
+        middle = 0.5 * (s.x[a] + s.x[b])
+        x = s.x.at[at].set(jnp.where(even, grid[node], middle), mode="drop")
+        data = s.data.at[at].set(known(jnp.where(even, inner[node], middle)), mode="drop")
+        weight = s.weight.at[old].set(importance(x, data, a, node), mode="drop")
+        weight = weight.at[new].set(importance(x, data, node, b), mode="drop")
+        left = s.left.at[old].set(a, mode="drop").at[new].set(node, mode="drop")
+        right = s.right.at[old].set(node, mode="drop").at[new].set(b, mode="drop")
+        return _State(x, data, left, right, weight, s.nodes + size), None
+
+    shape = jax.eval_shape(known, grid[:1])
+    no_cell = jnp.zeros(cells, sizes.dtype)
+    start = _State(
+        jnp.zeros(budget, grid.dtype),
+        jnp.zeros((budget, shape.shape[1]), shape.dtype),
+        no_cell,
+        no_cell,
+        jnp.full(cells, -jnp.inf, shape.dtype),
+        jnp.zeros((), sizes.dtype),
     )
-    return state, evaluate, importance
+    end, _ = jax.lax.scan(step, start, sizes)
+    # Stable: of the two nodes at a break the left one comes first.
+    order = jnp.argsort(end.x, stable=True)
+    return end.x[order], order, end.data[order]
+
+
+def _even(ends, initial: int):
+    """Even places of every piece, where to ask for them, and the hair's breadth between."""
+    t = jnp.linspace(0.0, 1.0, initial, dtype=ends.dtype)
+    low, high = ends[:-1, None], ends[1:, None]
+    grid = (low + (high - low) * t).at[:, -1].set(ends[1:])  # the sum may miss it by a rounding
+    # At a break, ask for the value on the piece's own side.
+    hair = 64.0 * float(jnp.finfo(ends.dtype).eps) * jnp.max(jnp.abs(ends))
+    inner = jnp.clip(grid, low + hair, high - hair)
+    inner = inner.at[0, 0].set(ends[0]).at[-1, -1].set(ends[-1])
+    return grid.ravel(), inner.ravel(), hair
 
 
 __all__ = [
