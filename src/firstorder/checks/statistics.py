@@ -1,0 +1,224 @@
+"""Tests for numbers that are random: z on means, chi-square on samplers, the slope of the error.
+
+Every test states the probability with which it would be red by chance, for all its comparisons
+together, and computes its threshold from that; a threshold is never grown.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from scipy.special import chdtrc, ndtr, ndtri, stdtrit
+
+from firstorder.errors import check_between
+
+LEVEL = 1e-4  # chance of a false alarm of one whole test
+EXPECTED = 8.0  # fewest expected samples in a bin of a chi-square test
+
+
+@dataclasses.dataclass(frozen=True)
+class ZTest:
+    """Means against known values.
+
+    Attributes:
+        z: deviations in standard errors.
+        threshold: the largest that passes, corrected for the number of comparisons.
+    """
+
+    z: np.ndarray
+    threshold: float
+
+    @property
+    def worst(self) -> float:
+        """Largest deviation; infinity if one is not a number."""
+        worst = float(np.max(np.abs(self.z), initial=0.0))
+        return worst if np.isfinite(worst) else float("inf")
+
+    @property
+    def passed(self) -> bool:
+        """Whether all deviations are within the threshold."""
+        return self.worst <= self.threshold
+
+
+def threshold(comparisons: int, level: float = LEVEL, freedom: float | None = None) -> float:
+    """The deviation that the largest of several independent ones exceeds with chance `level`.
+
+    Šidák's correction; with `freedom` for Student's t, where errors come from few samples.
+
+    Example:
+        >>> from firstorder.checks.statistics import threshold
+        >>> round(threshold(1, 0.05), 3), round(threshold(100, 0.05), 3)
+        (1.96, 3.474)
+    """
+    check_between("level", level, 0.0, 1.0)
+    each = -np.expm1(np.log1p(-level) / max(comparisons, 1))
+    return float(-ndtri(0.5 * each) if freedom is None else -stdtrit(freedom, 0.5 * each))
+
+
+def z_test(
+    mean: Any,
+    error: Any,
+    truth: Any,
+    level: float = LEVEL,
+    truth_error: Any = 0.0,
+    freedom: float | None = None,
+) -> ZTest:
+    """Tests means with standard errors against known values, all at once.
+
+    Valid when: each mean is one of enough independent samples to be normal. A mean with no error
+    must be exact: its deviation is infinite otherwise.
+
+    Args:
+        mean: of any shape.
+        error: its standard error.
+        truth: what it should be.
+        level: chance of a false alarm, of all comparisons together.
+        truth_error: bound on the error of `truth`, taken off each deviation.
+        freedom: degrees of freedom behind `error`; None for many.
+
+    Example:
+        >>> from firstorder.checks.statistics import z_test
+        >>> z_test([1.1, 0.9], [0.1, 0.1], 1.0).passed, z_test(1.6, 0.1, 1.0).passed
+        (True, False)
+    """
+    off = np.abs(np.asarray(mean, float) - np.asarray(truth, float))
+    off = np.maximum(off - np.asarray(truth_error, float), 0.0)
+    error = np.broadcast_to(np.asarray(error, float), off.shape)
+    z = np.where(off == 0.0, 0.0, off / np.where(error > 0.0, error, np.nan))
+    z = np.where(np.isnan(z), np.inf, z)
+    return ZTest(z, threshold(z.size, level, freedom))
+
+
+def z_of(estimate: Any, truth: Any, level: float = LEVEL, truth_error: Any = 0.0) -> ZTest:
+    """`z_test` of an `Estimate`."""
+    return z_test(estimate.mean, estimate.error, truth, level, truth_error)
+
+
+def chi_square(counts: Any, expected: Any) -> float:
+    """The probability that counts differ from what is expected by at least so much, by chance.
+
+    Neighbouring bins that expect fewer than `EXPECTED` are put together. The sum of `expected`
+    must be that of the counts.
+
+    Raises:
+        ValueError: if the sums differ or a bin that expects nothing holds something.
+
+    Example:
+        >>> from firstorder.checks.statistics import chi_square
+        >>> chi_square([52, 48], [50, 50]) > 0.5, chi_square([80, 20], [50, 50]) < 1e-8
+        (True, True)
+    """
+    seen, wanted = np.asarray(counts, float).ravel(), np.asarray(expected, float).ravel()
+    if abs(seen.sum() - wanted.sum()) > 1e-6 * max(seen.sum(), 1.0):
+        raise ValueError(
+            f"Arguments `counts` and `expected` must have one sum, "
+            f"but have {seen.sum():g} and {wanted.sum():g}."
+        )
+    if np.any((wanted <= 0.0) & (seen > 0.0)):
+        return 0.0
+    seen, wanted = _pooled(seen, wanted)
+    if seen.size < 2:
+        return 1.0
+    return float(chdtrc(seen.size - 1, np.sum((seen - wanted) ** 2 / wanted)))
+
+
+def _pooled(seen: np.ndarray, wanted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Bins put together from the left until each expects enough; the rest goes to the last."""
+    out: list[list[float]] = [[0.0, 0.0]]
+    for s, w in zip(seen, wanted, strict=True):
+        if out[-1][1] >= EXPECTED:
+            out.append([0.0, 0.0])
+        out[-1][0] += s
+        out[-1][1] += w
+    if len(out) > 1 and out[-1][1] < EXPECTED:
+        s, w = out.pop()
+        out[-1][0] += s
+        out[-1][1] += w
+    pooled = np.array(out)
+    return pooled[:, 0], pooled[:, 1]
+
+
+def sampler_p(
+    samples: Any,
+    density: Callable[[np.ndarray], Any],
+    low: float,
+    high: float,
+    bins: int = 64,
+    nodes: int = 16,
+) -> float:
+    """Chi-square of samples in an interval against their own density, integrated bin by bin.
+
+    A density whose integral is not 1, or samples outside the interval, count as failures.
+
+    Args:
+        samples: drawn.
+        density: what they claim to follow.
+        low: start of the interval that holds all of them.
+        high: its end.
+        bins: equal bins.
+        nodes: of the quadrature in each.
+
+    Returns:
+        The probability of a deviation so large by chance; 0 for a density of the wrong integral.
+    """
+    x = np.asarray(samples, float).ravel()
+    edges = np.linspace(low, high, bins + 1)
+    t, w = np.polynomial.legendre.leggauss(nodes)
+    half = 0.5 * (edges[1:] - edges[:-1])[:, None]
+    at = 0.5 * (edges[1:] + edges[:-1])[:, None] + half * t
+    share = np.sum(half * w * np.asarray(density(at), float), -1)
+    if abs(share.sum() - 1.0) > 1e-3 or np.any((x < low) | (x > high)):
+        return 0.0
+    return chi_square(np.histogram(x, edges)[0], x.size * share / share.sum())
+
+
+@dataclasses.dataclass(frozen=True)
+class Slope:
+    """A power law fitted to errors.
+
+    Attributes:
+        slope: the exponent.
+        error: its standard error, from the scatter of the errors about the fit.
+    """
+
+    slope: float
+    error: float
+
+    def is_near(self, exponent: float, level: float = LEVEL, count: int = 3) -> bool:
+        """Whether the exponent lies within the scatter of the fit (Student, `count` points)."""
+        bound = threshold(1, level, max(count - 2, 1)) * self.error
+        return abs(self.slope - exponent) <= bound
+
+
+def error_slope(counts: Any, errors: Any) -> Slope:
+    """Fits `errors ~ counts^slope` by least squares of logarithms.
+
+    Example:
+        >>> from firstorder.checks.statistics import error_slope
+        >>> round(error_slope([1e2, 1e4, 1e6], [1e-1, 1e-2, 1e-3]).slope, 6)
+        -0.5
+    """
+    x, y = np.log(np.asarray(counts, float)), np.log(np.asarray(errors, float))
+    x0 = x - x.mean()
+    slope = float(np.sum(x0 * y) / np.sum(x0**2))
+    rest = y - y.mean() - slope * x0
+    scatter = np.sum(rest**2) / max(x.size - 2, 1)
+    return Slope(slope, float(np.sqrt(scatter / np.sum(x0**2))))
+
+
+def spread_test(measured: Any, predicted: Any, runs: int, level: float = LEVEL) -> ZTest:
+    """Standard deviations over runs against predicted ones.
+
+    The logarithm of a standard deviation of `runs` nearly normal values has the standard error
+    `1 / sqrt(2 (runs - 1))`.
+    """
+    off = np.log(np.asarray(measured, float) / np.asarray(predicted, float))
+    return z_test(off, 1.0 / np.sqrt(2.0 * (runs - 1.0)), 0.0, level)
+
+
+def two_sided(z: float) -> float:
+    """The probability of a normal deviation of at least |z|."""
+    return float(2.0 * ndtr(-abs(z)))

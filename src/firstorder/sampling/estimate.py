@@ -1,0 +1,144 @@
+"""Estimates with error bars: means of independent samples, and how runs are put together.
+
+Moments are carried as (count, mean, sum of squares about the mean) and merged pairwise, so that
+single precision is enough for long runs and no sum of squares cancels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, ArrayLike, Float
+
+from firstorder.errors import check_not_negative
+from firstorder.typing import as_float
+
+
+class Estimate(eqx.Module):
+    """A mean of independent samples with its standard error.
+
+    Attributes:
+        mean: the estimate.
+        error: standard deviation of `mean`, itself estimated; infinity if there is one sample.
+        count: how many samples.
+    """
+
+    mean: Float[Array, "*n"] = eqx.field(converter=as_float)
+    error: Float[Array, "*n"] = eqx.field(converter=as_float)
+    count: Float[Array, "*n"] | Float[Array, ""] = eqx.field(converter=lambda c: as_float(c))
+
+    def __check_init__(self):
+        """Refuse a negative error."""
+        check_not_negative("count", self.count)
+
+    def z(self, truth: ArrayLike) -> Float[Array, "*n"]:
+        """Deviation from a known value in standard errors; zero where both agree without error."""
+        off = self.mean - as_float(truth)
+        return jnp.where(off == 0.0, 0.0, off / jnp.where(self.error > 0.0, self.error, 0.0))
+
+    def scaled(self, factor: ArrayLike) -> Estimate:
+        """The estimate of `factor` times the quantity."""
+        factor = as_float(factor)
+        return Estimate(self.mean * factor, self.error * jnp.abs(factor), self.count)
+
+
+class Moments(eqx.Module):
+    """Count, mean and sum of squares about the mean of samples seen so far.
+
+    Attributes:
+        count: samples.
+        mean: theirs.
+        square: sum of squared deviations from it.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.sampling import Moments
+        >>> seen = Moments.none().add(1.0).add(3.0)
+        >>> seen.estimate().mean.item(), seen.estimate().error.item()
+        (2.0, 1.0)
+    """
+
+    count: Float[Array, "*n"]
+    mean: Float[Array, "*n"]
+    square: Float[Array, "*n"]
+
+    @staticmethod
+    def none(shape: tuple[int, ...] = (), dtype=None) -> Moments:
+        """Nothing seen yet."""
+        zero = jnp.zeros(shape, dtype or jnp.result_type(float))
+        return Moments(zero, zero, zero)
+
+    def add(self, value: ArrayLike, weight: ArrayLike = 1.0) -> Moments:
+        """One more sample (Welford); weight 0 leaves it out, 1 takes it."""
+        value = jnp.asarray(value, self.mean.dtype)
+        weight = jnp.asarray(weight, self.mean.dtype)
+        count = self.count + weight
+        delta = value - self.mean
+        mean = self.mean + weight * delta / jnp.maximum(count, 1.0)
+        return Moments(count, mean, self.square + weight * delta * (value - mean))
+
+    def merged(self, axis: int = -1) -> Moments:
+        """The samples of all entries along an axis together."""
+        count = jnp.sum(self.count, axis)
+        safe = jnp.maximum(count, 1.0)
+        mean = jnp.sum(self.count * self.mean, axis) / safe
+        spread = self.count * (self.mean - jnp.expand_dims(mean, axis)) ** 2
+        return Moments(count, mean, jnp.sum(self.square + spread, axis))
+
+    def variance(self) -> Float[Array, "*n"]:
+        """Unbiased variance of one sample; infinity if fewer than two were seen."""
+        several = self.count > 1.0
+        v = self.square / jnp.where(several, self.count - 1.0, 1.0)
+        return jnp.where(several, v, jnp.inf)
+
+    def estimate(self) -> Estimate:
+        """The mean and its standard error."""
+        error = jnp.sqrt(self.variance() / jnp.maximum(self.count, 1.0))
+        return Estimate(self.mean, error, self.count)
+
+
+def estimate(samples: ArrayLike, axis: int = 0) -> Estimate:
+    """Mean and standard error of independent samples along an axis.
+
+    Example:
+        >>> from firstorder.sampling import estimate
+        >>> estimate([1.0, 3.0]).error.item()
+        1.0
+    """
+    x = as_float(samples)
+    return Moments(jnp.ones_like(x), x, jnp.zeros_like(x)).merged(axis).estimate()
+
+
+def combine(estimates: Sequence[Estimate]) -> Estimate:
+    """Independent runs as one, each counted by its number of samples.
+
+    Weights by the estimated errors would be biased where mean and error are correlated, as they
+    are for light: a run that missed the bright paths is dark and looks sure of itself.
+
+    Args:
+        estimates: of the same quantity, with two samples or more in each.
+
+    Raises:
+        ValueError: if there are none.
+
+    Example:
+        >>> from firstorder.sampling import combine, estimate
+        >>> both = combine([estimate([1.0, 3.0]), estimate([2.0, 4.0, 6.0, 8.0])])
+        >>> both.mean.item(), both.count.item()
+        (4.0, 6.0)
+    """
+    if not estimates:
+        raise ValueError("Argument `estimates` must hold at least one estimate, but is empty.")
+
+    def moments(e: Estimate) -> Moments:
+        count = jnp.broadcast_to(e.count, e.mean.shape)
+        return Moments(count, e.mean, e.error**2 * count * (count - 1.0))
+
+    runs = [moments(e) for e in estimates]
+    stacked = Moments(*(jnp.stack([getattr(m, f) for m in runs]) for f in _FIELDS))
+    return stacked.merged(0).estimate()
+
+
+_FIELDS = ("count", "mean", "square")
