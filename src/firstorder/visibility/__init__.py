@@ -1,0 +1,50 @@
+"""Where light breaks: edges of blockers, the angles that they cover, and shading behind them."""
+
+from firstorder.visibility.alpha import Alpha, circle_alpha, point_alpha, rotated, sight
+from firstorder.visibility.gradients import (
+    Edges,
+    Shading,
+    Split,
+    angular_by_parts,
+    differentiated_edges,
+    exposed_edges,
+    shaded,
+    shading,
+)
+from firstorder.visibility.intervals import (
+    blocked_measure,
+    clipped,
+    exposed,
+    merged,
+    signed_edges,
+    visible_gaps,
+    visible_measure,
+)
+from firstorder.visibility.sampled import Brackets, Limbs, bracketed, limbs
+
+__all__ = [
+    "Alpha",
+    "point_alpha",
+    "circle_alpha",
+    "rotated",
+    "sight",
+    "clipped",
+    "exposed",
+    "signed_edges",
+    "merged",
+    "visible_gaps",
+    "visible_measure",
+    "blocked_measure",
+    "Edges",
+    "Split",
+    "Shading",
+    "exposed_edges",
+    "differentiated_edges",
+    "shaded",
+    "shading",
+    "angular_by_parts",
+    "Brackets",
+    "Limbs",
+    "bracketed",
+    "limbs",
+]

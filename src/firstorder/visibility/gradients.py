@@ -1,0 +1,292 @@
+"""Shading behind blockers, with its gradient and Hessian split into interior and boundary.
+
+    B(p) = int T(p, omega) V(p, omega) domega                                      (R07 eq. 32)
+
+p are any parameters: the place x of the receiver, the angle theta towards the eye, a light's size,
+a blocker's position. T is smooth; V is one or zero and jumps at the edges alpha_j(p), with R07's
+signs, +1 from visible to blocked as angles grow. Then
+
+    B_p  = int T_p V  +  sum_j sgn_j T alpha_p
+    B_pq = int T_pq V +  sum_j sgn_j (T_p alpha_q + T_q alpha_p + T_omega alpha_p alpha_q
+                                      + T alpha_pq)
+
+with T and its derivatives taken at alpha_j. The first part is the *interior*, which an integrator
+that ignores visibility's motion gets right; the second, the *boundary*, is what it misses.
+
+V does not depend on theta, so B_theta has no boundary part for a general T: R07 (35) holds only for
+`T = L(x, omega) rho(theta - omega)`, where integration by parts moves the derivative to L V; see
+`angular_by_parts`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, ArrayLike, Float
+
+from firstorder.quadrature import panels
+from firstorder.typing import Scalar, Vector, as_float
+from firstorder.visibility.alpha import Alpha
+from firstorder.visibility.intervals import HORIZON, clipped, signed_edges
+
+# Transport: (parameters, angle) -> what the light from that angle adds per radian.
+Transport = Callable[[Vector, Scalar], Scalar]
+
+
+class Split(eqx.Module):
+    """A derivative of shading in two parts.
+
+    Attributes:
+        interior: from transport that changes where it is visible.
+        boundary: from edges that move.
+    """
+
+    interior: Float[Array, "*s"]
+    boundary: Float[Array, "*s"]
+
+    @property
+    def total(self) -> Float[Array, "*s"]:
+        """The derivative."""
+        return self.interior + self.boundary
+
+
+class Shading(eqx.Module):
+    """Shading at one point with its gradient and Hessian in the parameters.
+
+    Attributes:
+        value: B.
+        gradient: B_p, in two parts of shape (k,).
+        hessian: B_pq, in two parts of shape (k, k).
+    """
+
+    value: Float[Array, ""]
+    gradient: Split
+    hessian: Split
+
+
+class Edges(eqx.Module):
+    """The edges of visibility as jets in the parameters.
+
+    Attributes:
+        angle: alpha_j [rad].
+        gradient: its gradient in the parameters.
+        hessian: its Hessian.
+        sign: +1 from visible to blocked as angles grow, -1 back, 0 for one that is hidden (whose
+            other entries are then of no account, NaN included).
+        start: visibility just above the lower end of the horizon, 0 or 1.
+    """
+
+    angle: Float[Array, " m"]
+    gradient: Float[Array, "m k"]
+    hessian: Float[Array, "m k k"]
+    sign: Float[Array, " m"]
+    start: Float[Array, ""]
+
+    def visibility(self, omega: Float[Array, "*w"]) -> Float[Array, "*w"]:
+        """V at angles that are no edges: a sum of R07's steps, without derivative."""
+        angle, sign = jax.lax.stop_gradient((self.angle, self.sign))
+        passed = jnp.where(sign != 0, jnp.nan_to_num(angle) < omega[..., None], False)
+        return self.start - jnp.sum(jnp.where(passed, sign, 0.0), -1)
+
+    def known(self) -> Edges:
+        """The same, with harmless numbers where an edge is hidden."""
+        shown = self.sign != 0
+        return Edges(
+            jnp.where(shown, self.angle, 0.0),
+            jnp.where(shown[:, None], self.gradient, 0.0),
+            jnp.where(shown[:, None, None], self.hessian, 0.0),
+            self.sign,
+            self.start,
+        )
+
+
+def exposed_edges(
+    low: Alpha, high: Alpha, horizon: tuple[float, float] = HORIZON, others: int = 1
+) -> Edges:
+    """The edges of blockers given by both of their ends; covered ends are hidden.
+
+    Args:
+        low: lower ends of n blockers (side +1), as the receiver moves along x.
+        high: their upper ends (side -1).
+        horizon: between which light arrives.
+        others: how many parameters follow x, on which no edge depends (theta: one).
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.visibility import exposed_edges, point_alpha
+        >>> low = point_alpha(jnp.array([[1.0, 2.0]]))
+        >>> high = point_alpha(jnp.array([[-1.0, 2.0]]), side=-1.0)
+        >>> exposed_edges(low, high).sign.tolist()
+        [1.0, -1.0]
+    """
+    angle, sign = signed_edges(low.value, high.value, horizon)
+    first = jnp.concatenate([low.alpha_x, high.alpha_x])
+    second = jnp.concatenate([low.alpha_xx, high.alpha_xx])
+    k = 1 + others
+    gradient = jnp.zeros((*angle.shape, k), angle.dtype).at[:, 0].set(first)
+    hessian = jnp.zeros((*angle.shape, k, k), angle.dtype).at[:, 0, 0].set(second)
+    return Edges(angle, gradient, hessian, sign, _start(low.value, high.value, horizon))
+
+
+def differentiated_edges(
+    ends: Callable[[Vector], tuple[Array, Array]],
+    p: Vector,
+    horizon: tuple[float, float] = HORIZON,
+) -> Edges:
+    """The edges of blockers whose ends are differentiable functions of any parameters.
+
+    Args:
+        ends: maps p to the lower and the upper ends of n blockers [rad].
+        p: where to differentiate.
+        horizon: between which light arrives.
+    """
+    low, high = ends(p)
+    angle, sign = signed_edges(low, high, horizon)
+    both = lambda p: jnp.concatenate(ends(p))  # noqa: E731
+    gradient, hessian = jax.jacfwd(both)(p), jax.jacfwd(jax.jacfwd(both))(p)
+    return Edges(angle, gradient, hessian, sign, _start(low, high, horizon))
+
+
+def shaded(
+    T: Transport,
+    p: Float[ArrayLike, " k"],
+    edges: Edges,
+    *,
+    horizon: tuple[float, float] = HORIZON,
+    nodes: int = 24,
+    breaks: Sequence[ArrayLike] = (),
+) -> Shading:
+    """Shading behind blockers with its gradient and Hessian (see the module for the formulas).
+
+    Valid for: any T that is smooth in p, and in omega between the edges and `breaks`; edges that
+    are apart. Where two edges pass each other (a visual event) B is continuous and its gradient
+    jumps; what comes out there is one of the one-sided ones. Light with edges of its own is a sum
+    of shadings, one for each smooth piece, whose ends are edges like a blocker's.
+
+    Args:
+        T: transport, `T(p, omega)`.
+        p: parameters.
+        edges: as jets in p.
+        horizon: between which light arrives; it must not move with p.
+        nodes: Gauss-Legendre nodes between neighbouring edges.
+        breaks: angles at which T is not smooth.
+
+    Returns:
+        B, B_p and B_pq.
+
+    Reference: R07 §6, eqs. 32-37; the Hessian is ours (R07 §6.2 says that it follows).
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.visibility import exposed_edges, point_alpha, shaded
+        >>> low = point_alpha(jnp.array([[0.0, 1.0]]))  # a half-plane that begins overhead
+        >>> wall = point_alpha(jnp.array([[-1e9, 1.0]]), side=-1.0)
+        >>> B = shaded(lambda p, w: jnp.cos(w), jnp.zeros(2), exposed_edges(low, wall))
+        >>> print(round(float(B.value), 6), B.gradient.total.round(6))
+        1.0 [1. 0.]
+    """
+    p = as_float(p)
+    edges = edges.known()
+    omega, weight = panels(*_ends(horizon, p), [*edges.angle, *map(as_float, breaks)], nodes)
+    seen = weight * edges.visibility(omega)
+    inside = jax.vmap(lambda w: (T(p, w), jax.grad(T)(p, w), jax.hessian(T)(p, w)))(omega)
+    value, first, second = (jnp.tensordot(seen, a, 1) for a in inside)
+    boundary = _boundary(T, p, edges)
+    return Shading(value, Split(first, boundary[0]), Split(second, boundary[1]))
+
+
+def shading(
+    T: Callable[[Scalar, Scalar, Scalar], Scalar],
+    x: ArrayLike,
+    theta: ArrayLike,
+    edges: Edges,
+    **options,
+) -> Shading:
+    """R07's B(x, theta) = int T(x, theta, omega) V(x, omega) domega; p = (x, theta).
+
+    Args:
+        T: transport of place, outgoing angle and incoming angle.
+        x: place of the receiver [m].
+        theta: outgoing angle [rad].
+        edges: as jets in (x, theta), from `exposed_edges`.
+        options: those of `shaded`.
+
+    Reference: R07 eqs. 32 and 37; for (35) see `angular_by_parts`.
+    """
+    p = jnp.stack([as_float(x), as_float(theta)])
+    return shaded(lambda p, w: T(p[0], p[1], w), p, edges, **options)
+
+
+def angular_by_parts(
+    L: Callable[[Scalar, Scalar], Scalar],
+    rho: Callable[[Scalar], Scalar],
+    x: ArrayLike,
+    theta: ArrayLike,
+    edges: Edges,
+    *,
+    horizon: tuple[float, float] = HORIZON,
+    nodes: int = 24,
+) -> Split:
+    """B_theta of `T = L(x, omega) rho(theta - omega)`, its derivative moved to light and edges.
+
+        B_theta = int L_omega rho V  +  sum_j -sgn_j T(alpha_j)  -  [T V] at the horizon's ends
+
+    The sum is R07 (35); the two other terms are needed with it. The total is that of `shading`,
+    where the same derivative is all interior.
+
+    Valid when: rho depends on theta - omega alone.
+
+    Args:
+        L: light of place and angle.
+        rho: the BRDF, times the cosine if it is to count.
+        x: place of the receiver [m].
+        theta: outgoing angle [rad].
+        edges: of visibility.
+        horizon: between which light arrives.
+        nodes: Gauss-Legendre nodes between neighbouring edges.
+
+    Reference: R07 eqs. 32 and 35, which are printed for any T.
+    """
+    x, theta = as_float(x), as_float(theta)
+    edges = edges.known()
+    low, high = _ends(horizon, x)
+    omega, weight = panels(low, high, [*edges.angle], nodes)
+    L_omega = jax.vmap(jax.grad(L, 1), (None, 0))(x, omega)
+    interior = jnp.sum(weight * edges.visibility(omega) * L_omega * jax.vmap(rho)(theta - omega))
+
+    def T(w):
+        return L(x, w) * rho(theta - w)
+
+    jumps = jnp.sum(jnp.where(edges.sign != 0, -edges.sign * jax.vmap(T)(edges.angle), 0.0))
+    stop = edges.start - jnp.sum(edges.sign)
+    return Split(interior, jumps + edges.start * T(low) - stop * T(high))
+
+
+# --- small change --------------------------------------------------------------------------------
+
+
+def _boundary(T: Transport, p: Vector, edges: Edges) -> tuple[Array, Array]:
+    """What the motion of the edges adds to gradient and Hessian."""
+
+    def one(a, g, H, sign):
+        value, T_w, T_p = T(p, a), jax.grad(T, 1)(p, a), jax.grad(T)(p, a)
+        cross = jnp.outer(T_p, g)
+        bend = cross + cross.T + T_w * jnp.outer(g, g) + value * H
+        shown = sign != 0
+        return jnp.where(shown, sign * value * g, 0.0), jnp.where(shown, sign * bend, 0.0)
+
+    parts = jax.vmap(one)(edges.angle, edges.gradient, edges.hessian, edges.sign)
+    return parts[0].sum(0), parts[1].sum(0)
+
+
+def _ends(horizon: tuple[float, float], like: Array) -> tuple[Array, Array]:
+    return jnp.asarray(horizon[0], like.dtype), jnp.asarray(horizon[1], like.dtype)
+
+
+def _start(low: Array, high: Array, horizon: tuple[float, float]) -> Array:
+    """Whether a ray just above the lower end of the horizon is free."""
+    low, high = jax.lax.stop_gradient(clipped(low, high, horizon))
+    return 1.0 - jnp.any((low <= horizon[0]) & (high > low), -1).astype(low.dtype)
