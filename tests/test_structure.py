@@ -43,7 +43,7 @@ EXCEPTIONS = {
     ("fields.sources", "transport.travel"): "a light at a height has travelled",
 }
 # Only io reads files (CONTRIBUTING): packages that do so, and that nobody else may import.
-READERS = {"trimesh", "embreex", "OpenEXR", "imageio", "tomllib", "csv"}
+READERS = {"trimesh", "embreex", "OpenEXR", "imageio", "svgelements", "xml", "tomllib", "csv"}
 
 
 def modules():

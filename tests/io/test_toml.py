@@ -1,3 +1,5 @@
+from typing import Any
+
 import jax
 import numpy as np
 import pytest
@@ -91,8 +93,9 @@ def test_what_a_hand_writes_is_what_it_means():
     np.testing.assert_array_equal(scene.material.emission, [[1.0, 0.0], [0.0, 0.0]])
     np.testing.assert_array_equal(scene.material.albedo, [[0.0, 0.0], [0.5, 0.25]])
     np.testing.assert_array_equal(scene.points.intensity, [3.0])
-    assert scene.environment(0.0) == 1.0
-    assert scene.environment(0.4) == pytest.approx(np.exp(-0.5), rel=1e-14)
+    sky: Any = scene.environment
+    assert sky(0.0) == 1.0
+    assert sky(0.4) == pytest.approx(np.exp(-0.5), rel=1e-14)
 
 
 def test_polylines_and_boxes_become_segments():
@@ -230,7 +233,8 @@ def test_a_row_is_read_from_the_file_that_is_named_beside_the_scene(tmp_path):
     file = tmp_path / "scene.toml"
     text = LAMP.replace('kind = "gaussian"\nsigma = 0.4', 'kind = "row"\nfile = "sky.hdr"\n')
     file.write_text(text)
-    np.testing.assert_allclose(read_toml(file).environment.values, [257 / 256, 0] * 4)
+    sky: Any = read_toml(file).environment
+    np.testing.assert_allclose(sky.values, [257 / 256, 0] * 4)
     file.write_text(text + "columns = 4\nsmooth = true")
     sky = read_toml(file).environment
     np.testing.assert_allclose(sky.values, [257 / 512] * 4)
