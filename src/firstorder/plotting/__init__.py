@@ -4,6 +4,7 @@ Import it yourself: it brings matplotlib, and `import firstorder` does not. Impo
 no setting; `house_style()` is a context. Nothing here needs pyplot, so no window ever opens.
 """
 
+from firstorder.plotting.caches import draw_expansions, draw_records
 from firstorder.plotting.light import log_magnitude, show_light_field, show_spectrum
 from firstorder.plotting.live import Live
 from firstorder.plotting.overlays import covariance_ellipse, mark, print_scale, set_covariance
@@ -44,6 +45,8 @@ __all__ = [
     "draw_surface",
     "draw_blocker",
     "draw_rays",
+    "draw_records",
+    "draw_expansions",
     "table",
     "Live",
 ]

@@ -1,0 +1,1 @@
+"""Irradiance caching in flatland: what a record's radius stands for."""

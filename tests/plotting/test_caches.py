@@ -1,0 +1,35 @@
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from firstorder.methods.caching import Cache, Candidates, clamped
+from firstorder.plotting import draw_expansions, draw_records, panels
+
+
+@pytest.fixture
+def cache():
+    some = Candidates.along(jnp.square, jnp.array([0.0, 1.0, 2.0]))
+    return Cache.of(some, clamped(jnp.array([0.01, 0.5, 9.0]), 0.1, 1.0), order=2)
+
+
+def test_records_stand_where_they_are_and_reach_as_far_as_they_do(cache):
+    ax = panels()[1][0, 0]
+    draw_records(ax, cache, height=1.0, step=0.5, origin=-1.0)
+    bars, *marks = ax.collections
+    segments = np.array(bars.get_segments())
+    np.testing.assert_allclose(segments[:, :, 0], [[-1.1, -0.9], [-0.5, 0.5], [0.0, 2.0]])
+    np.testing.assert_allclose(segments[:, 0, 1], [1.0, 0.5, 0.0])
+    assert len(marks) == 3  # raised, free and cut have a mark each
+    places = sorted(float(m.get_offsets()[0, 0]) for m in marks)
+    np.testing.assert_allclose(places, [-1.0, 0.0, 1.0])
+
+
+def test_expansions_are_drawn_over_their_reach(cache):
+    ax = panels()[1][0, 0]
+    draw_expansions(ax, cache)
+    draw_expansions(ax, cache, order=1)
+    parabola, line = ax.lines[2], ax.lines[5]
+    x = np.asarray(parabola.get_xdata())
+    assert (x.min(), x.max()) == (1.0, 3.0)
+    np.testing.assert_allclose(parabola.get_ydata(), x**2, rtol=1e-12)
+    np.testing.assert_allclose(line.get_ydata(), 4.0 * x - 4.0, rtol=1e-12)
