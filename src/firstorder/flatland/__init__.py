@@ -1,14 +1,15 @@
 """A world small enough to be exact: shapes, scenes, what is seen, and the light that arrives."""
 
+from firstorder.flatland.environment import ConstantSky, GaussianSky, RowSky
 from firstorder.flatland.intersect import Hits, nearest, occluded
 from firstorder.flatland.irradiance import (
     Derivatives,
     along,
+    gathered,
     irradiance,
     rotation,
     translation,
 )
-from firstorder.flatland.environment import ConstantSky, GaussianSky, RowSky
 from firstorder.flatland.scene import Frenet, Material, PointLights, Scene, Thing, thing
 from firstorder.flatland.shapes import (
     Arcs,
@@ -48,6 +49,7 @@ __all__ = [
     "receiver",
     "view",
     "irradiance",
+    "gathered",
     "Derivatives",
     "translation",
     "rotation",

@@ -87,19 +87,61 @@ def irradiance(
     return E
 
 
-def direct_points(scene: Scene, at: Receiver) -> Float[Array, ""]:
+def gathered(
+    scene: Scene,
+    at: Receiver,
+    weight: Callable[[Float[Array, ""]], Float[Array, ""]],
+    radiance: Radiance | None = None,
+    nodes: int = 16,
+    cuts: Float[Array, "c 2"] | None = None,
+) -> Float[Array, ""]:
+    """All light that arrives, under a weight of the angle: `int L(theta) weight(theta) dtheta`.
+
+    With `weight(theta) = f(theta, theta_out) cos(theta)` it is the radiance reflected by the BRDF f
+    under shadows: R07 eq. 32 with a general transport T, exact between the edges.
+
+    Args:
+        scene: shapes and lights.
+        at: one receiver.
+        weight: smooth function of the local angle in (-pi/2, pi/2).
+        radiance: what the shapes send out; their emission if left out.
+        nodes: nodes in each gap between silhouettes; a narrow weight needs many.
+        cuts: further points in whose directions the integrand may have breaks.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.flatland import Receiver, Scene, Segments, gathered, irradiance, thing
+        >>> scene = Scene.of(thing(Segments((1.0, 1.0), (-1.0, 1.0)), emission=1.0))
+        >>> at = Receiver((0.3, 0.0), 0.1)
+        >>> bool(abs(gathered(scene, at, jnp.cos) - irradiance(scene, at)) < 1e-5)
+        True
+    """
+    if radiance is None:
+        side = scene.material.emission
+
+        def radiance(index, s, front, along):
+            return side[index, jnp.where(front, FRONT, BACK)]
+
+    seen = view(scene, at, cuts)
+    return direct_points(scene, at, weight) + _integrated(scene, at, seen, radiance, nodes, weight)
+
+
+def direct_points(
+    scene: Scene, at: Receiver, weight: Callable[[Array], Array] = jnp.cos
+) -> Float[Array, ""]:
     """Irradiance from the point lights alone: `I cos(theta) / r` where nothing is between."""
     count = scene.points.intensity.shape[0]
     if not count:
         return jnp.zeros((), at.position.dtype)
     way = scene.points.position - at.position
     square = dot(way, way)
-    safe = jnp.where(square > 0.0, square, 1.0)
     origins = jnp.broadcast_to(at.position, way.shape)
     lit = ~occluded(scene, origins, scene.points.position, at.on)
-    up = way @ at.normal
-    each = scene.points.intensity * jnp.maximum(up, 0.0) / safe
-    return jnp.sum(jnp.where(lit & (square > 0.0) & (up > 0.0), each, 0.0))
+    lit &= (square > 0.0) & (way @ at.normal > 0.0)
+    safe = jnp.where(lit[:, None], way, at.normal)
+    theta = jnp.arctan2(-(safe @ at.tangent), safe @ at.normal)
+    each = scene.points.intensity * jax.vmap(weight)(theta) / jnp.sqrt(dot(safe, safe))
+    return jnp.sum(jnp.where(lit, each, 0.0))
 
 
 def _emitted(scene: Scene, at: Receiver, seen: View) -> Float[Array, ""]:
@@ -116,7 +158,9 @@ def _emitted(scene: Scene, at: Receiver, seen: View) -> Float[Array, ""]:
     return jnp.sum(jnp.where(seen.seen >= 0, L, 0.0) * (sines[1:] - sines[:-1]))
 
 
-def _integrated(scene, at: Receiver, seen: View, radiance: Radiance | None, nodes: int):
+def _integrated(
+    scene: Scene, at: Receiver, seen: View, radiance: Radiance | None, nodes: int, weight=jnp.cos
+) -> Float[Array, ""]:
     """What has no closed form: nodes in each gap, each asked of the one shape seen there."""
     t, w = (jnp.asarray(a, at.position.dtype) for a in gauss_legendre(nodes))
     half = 0.5 * (seen.angles[1:] - seen.angles[:-1])[:, None]
@@ -137,7 +181,7 @@ def _integrated(scene, at: Receiver, seen: View, radiance: Radiance | None, node
         return L
 
     L = jax.vmap(lambda number, row: jax.vmap(lambda a: sent(number, a))(row))(seen.seen, theta)
-    return jnp.sum(half * w * jnp.cos(theta) * L)
+    return jnp.sum(half * w * jax.vmap(jax.vmap(weight))(theta) * L)
 
 
 def _front(scene: Scene, number, s, along) -> Bool[Array, ""]:

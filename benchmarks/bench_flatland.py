@@ -1,0 +1,280 @@
+"""The tracer of flatland against other forms of the same search, and exact views against rays.
+
+Every comparison is a ratio within one run. Each number of cores is a process of its own, which pins
+itself before JAX starts. NumPy's and numba's forms are written as one would write them; numba is
+left out, and said to be, where it is not installed (`pip install numba`).
+"""
+
+import json
+import os
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+RAYS = 1 << 17
+SIZES = (4, 64, 512)
+# Multiplications, additions and one division of a ray-segment test, comparisons not counted.
+OPERATIONS = 18
+RECEIVERS, SHAPES = 10_000, 64
+RMS = 1e-3
+
+
+def best(run, *args, repeats=5):
+    """The shortest of several later calls."""
+    import jax
+
+    jax.block_until_ready(run(*args))
+    times = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        jax.block_until_ready(run(*args))
+        times.append(time.perf_counter() - start)
+    return min(times)
+
+
+def scattered(count, dtype, seed=0):
+    """Short segments all over a square, and rays from everywhere to everywhere."""
+    rng = np.random.default_rng(seed)
+    start = rng.uniform(-1.0, 1.0, (count, 2))
+    edge = 0.1 * rng.normal(size=(count, 2))
+    angle = rng.uniform(0.0, 2.0 * np.pi, RAYS)
+    origin = rng.uniform(-1.0, 1.0, (RAYS, 2))
+    arrays = start, edge, origin, np.stack([np.cos(angle), np.sin(angle)], -1)
+    return [a.astype(dtype) for a in arrays]
+
+
+# --- contenders ----------------------------------------------------------------------------------
+
+
+def _distance(p, e, o, d):
+    import jax.numpy as jnp
+
+    q = p - o
+    det = d[..., 0] * e[..., 1] - d[..., 1] * e[..., 0]
+    safe = jnp.where(det == 0.0, 1.0, det)
+    t = (q[..., 0] * e[..., 1] - q[..., 1] * e[..., 0]) / safe
+    s = (q[..., 0] * d[..., 1] - q[..., 1] * d[..., 0]) / safe
+    return jnp.where((det != 0.0) & (t > 0.0) & (s >= 0.0) & (s <= 1.0), t, jnp.inf)
+
+
+def vmap_argmin(p, e, o, d):
+    import jax
+    import jax.numpy as jnp
+
+    def one(o, d):
+        t = _distance(p, e, o, d)
+        k = jnp.argmin(t)
+        return t[k], k
+
+    return jax.vmap(one)(o, d)
+
+
+def all_pairs(p, e, o, d):
+    import jax.numpy as jnp
+
+    t = _distance(p, e, o[:, None], d[:, None])
+    return jnp.min(t, 1), jnp.argmin(t, 1)
+
+
+def blocked_scan(p, e, o, d, block=2048):
+    import jax
+    import jax.numpy as jnp
+
+    def search(rays):
+        o, d = rays
+
+        def meet(carry, here):
+            t, k = carry
+            new = _distance(here[0], here[1], o, d)
+            return (jnp.where(new < t, new, t), jnp.where(new < t, here[2], k)), None
+
+        start = jnp.full(block, jnp.inf, o.dtype), jnp.full(block, -1)
+        return jax.lax.scan(meet, start, (p, e, jnp.arange(p.shape[0])))[0]
+
+    return jax.lax.map(search, (o.reshape(-1, block, 2), d.reshape(-1, block, 2)))
+
+
+def numpy_form(p, e, o, d):
+    best_t = np.full(len(o), np.inf, o.dtype)
+    best_k = np.full(len(o), -1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for k in range(len(p)):
+            q = p[k] - o
+            det = d[:, 0] * e[k, 1] - d[:, 1] * e[k, 0]
+            t = (q[:, 0] * e[k, 1] - q[:, 1] * e[k, 0]) / det
+            s = (q[:, 0] * d[:, 1] - q[:, 1] * d[:, 0]) / det
+            ok = (t > 0.0) & (s >= 0.0) & (s <= 1.0) & (t < best_t)
+            best_t, best_k = np.where(ok, t, best_t), np.where(ok, k, best_k)
+    return best_t, best_k
+
+
+def numba_form():
+    try:
+        import numba
+    except ImportError:
+        return None
+
+    @numba.njit(parallel=True)
+    def search(p, e, o, d):
+        best_t = np.full(len(o), np.inf, o.dtype)
+        best_k = np.full(len(o), -1)
+        for r in numba.prange(len(o)):
+            for k in range(len(p)):
+                qx, qy = p[k, 0] - o[r, 0], p[k, 1] - o[r, 1]
+                det = d[r, 0] * e[k, 1] - d[r, 1] * e[k, 0]
+                if det != 0.0:
+                    t = (qx * e[k, 1] - qy * e[k, 0]) / det
+                    s = (qx * d[r, 1] - qy * d[r, 0]) / det
+                    if t > 0.0 and s >= 0.0 and s <= 1.0 and t < best_t[r]:
+                        best_t[r], best_k[r] = t, k
+        return best_t, best_k
+
+    return search
+
+
+# --- measurements --------------------------------------------------------------------------------
+
+
+def arithmetic_peak(dtype):
+    """Multiply-adds per second, twice: a polynomial on numbers that stay in registers or cache."""
+    import jax
+    import jax.numpy as jnp
+
+    @jax.jit
+    def polynomial(x):
+        return jax.lax.map(
+            lambda row: jax.lax.fori_loop(0, 64, lambda _, y: _horner(y, row), row), x
+        )
+
+    def _horner(y, row):
+        for _ in range(16):
+            y = y * row + row
+        return y
+
+    x = jnp.full((256, 1024), 0.5, dtype)
+    return 2.0 * 16 * 64 * x.size / best(polynomial, x)
+
+
+def nearest_hits(dtype, count):
+    """Seconds of every contender."""
+    import jax
+
+    from firstorder.flatland import Scene, Segments, thing
+    from firstorder.flatland.crossings import find
+    from firstorder.flatland.intersect import first_shape
+
+    arrays = scattered(count, dtype)
+    p, e, o, d = map(jax.numpy.asarray, arrays)
+    none = find([Segments(p[:1], p[:1] + e[:1])])
+    scene = Scene.of(thing(Segments(p, p + e)), crossings=none)
+    times = {"ours": best(jax.jit(first_shape), scene, o, d)}
+    for form in (vmap_argmin, all_pairs, blocked_scan):
+        times[form.__name__] = best(jax.jit(form), p, e, o, d)
+    times["numpy"] = best(numpy_form, *arrays, repeats=2)
+    compiled = numba_form()
+    if compiled is not None:
+        times["numba"] = best(compiled, *arrays)
+    return times
+
+
+def main(cores):
+    os.sched_setaffinity(0, set(sorted(os.sched_getaffinity(0))[:cores]))
+    from firstorder import session
+
+    session.start(cache="off")
+    table = {}
+    for dtype in ("float32", "float64"):
+        peak = arithmetic_peak(dtype)
+        for count in SIZES:
+            table[f"{dtype} {count}"] = {"times": nearest_hits(dtype, count), "peak": peak}
+    print(json.dumps(table))
+
+
+@pytest.mark.parametrize("cores", [1, 2])
+def test_nearest_hit_beside_other_forms(cores, capsys):
+    if len(os.sched_getaffinity(0)) < cores:
+        pytest.skip(f"{cores} cores are not to be had here")
+    out = subprocess.run(
+        [sys.executable, __file__, str(cores)], capture_output=True, text=True, check=True
+    ).stdout
+    table, short = json.loads(out.splitlines()[-1]), []
+    with capsys.disabled():
+        print(f"\nnearest hit, {RAYS} rays, {cores} core(s): 10^9 ray-segment tests per second")
+        for name, row in table.items():
+            times, tests = row["times"], int(name.split()[1]) * RAYS
+            rates = "  ".join(f"{k} {1e-9 * tests / t:5.2f}" for k, t in times.items())
+            share = OPERATIONS * tests / times["ours"] / row["peak"]
+            fastest = min(times[f] for f in ("vmap_argmin", "all_pairs", "blocked_scan"))
+            ratio = fastest / times["ours"]
+            outside = min(times[f] for f in ("numpy", "numba") if f in times) / times["ours"]
+            print(
+                f"  {name:12} {rates}  of the fastest JAX form {ratio:4.2f}, of NumPy and numba "
+                f"{outside:4.2f}; {100 * share:3.0f} % of {1e-9 * row['peak']:.0f} Gflop/s"
+            )
+            if "numba" not in times:
+                print("  (numba is not installed: its form was not timed)")
+            short += [name] * (ratio < 0.8 or outside < 1.0)
+    assert not short
+
+
+def test_an_exact_view_beside_rays(capsys):
+    import jax
+    import jax.numpy as jnp
+
+    from firstorder import session
+    from firstorder.flatland import Receiver, Scene, Segments, irradiance, nearest, thing, view
+
+    session.start(cache="off")
+    rng = np.random.default_rng(3)
+    start = rng.uniform((-1.0, 1.0), (1.0, 3.0), (SHAPES, 2))
+    segments = Segments(start, start + 0.1 * rng.normal(size=(SHAPES, 2)))
+    scene = Scene.of(thing(segments, emission=rng.uniform(0.0, 1.0, SHAPES), two_sided=True))
+    x = jnp.linspace(-1.0, 1.0, RECEIVERS)
+    at = Receiver(jnp.stack([x, 0.0 * x], -1), 0.0 * x, jnp.full(RECEIVERS, -1))
+
+    def each(f):
+        return jax.jit(lambda scene, at: jax.lax.map(lambda r: f(scene, r), at, batch_size=64))
+
+    def by_rays(n):
+        def E(key, position):
+            # One ray a stratum of the sine, so that the cosine is in the density.
+            s = 2.0 * (jnp.arange(n) + jax.random.uniform(key, (n,))) / n - 1.0
+            d = jnp.stack([s, jnp.sqrt(1.0 - s**2)], -1)
+            hits = nearest(scene, jnp.broadcast_to(position, d.shape), d)
+            return 2.0 * jnp.mean(jnp.where(hits.index >= 0, _radiance(scene, hits, d), 0.0))
+
+        return jax.jit(lambda keys, p: jax.lax.map(lambda a: E(*a), (keys, p)))
+
+    truth = each(irradiance)(scene, at)
+    few = 256
+    keys = jax.random.split(jax.random.key(0), few)
+    picked = at.position[:: RECEIVERS // few][:few]
+    wanted = truth[:: RECEIVERS // few][:few]
+    n, rms = 64, np.inf
+    while rms > RMS * float(jnp.mean(truth)):
+        n *= 2
+        rms = float(jnp.sqrt(jnp.mean((by_rays(n)(keys, picked) - wanted) ** 2)))
+    rays = best(by_rays(n), keys, picked) * RECEIVERS / few
+    seen = best(each(lambda scene, r: view(scene, r).seen), scene, at)
+    whole = best(each(irradiance), scene, at)
+    with capsys.disabled():
+        print(
+            f"\nwhich of {SHAPES} shapes is seen, {RECEIVERS} receivers: {seen:.3f} s, with E "
+            f"{whole:.3f} s; {n} stratified rays each (RMS {rms:.1e}): {rays:.2f} s, "
+            f"{rays / seen:.1f} times the view"
+        )
+    assert rays >= 10.0 * seen
+
+
+def _radiance(scene, hits, d):
+    import jax
+    import jax.numpy as jnp
+
+    return jax.vmap(lambda i: scene.material.emission[jnp.maximum(i, 0), 0])(hits.index)
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]))

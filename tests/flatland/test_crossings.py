@@ -1,0 +1,55 @@
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from firstorder.flatland import Circles, Receiver, Scene, Segments, irradiance, polyline, thing
+
+
+def cross_of(x):
+    return thing(Segments([(x - 0.4, 0.4), (x - 0.4, 1.0)], [(x + 0.4, 1.0), (x + 0.4, 0.4)]))
+
+
+def test_what_crosses_is_found_and_what_touches_is_not():
+    assert Scene.of(cross_of(0.0)).crossings.pairs.tolist() == [[0, 1]]
+    assert Scene.of(thing(polyline([(0, 0), (1, 0), (1, 1), (0, 0)]))).crossings.pairs.size == 0
+    beam = thing(Segments((-1.0, 0.5), (1.0, 0.5)))
+    disc = thing(Circles((0.0, 0.5), 0.3))
+    assert Scene.of(beam, disc).crossings.pairs.tolist() == [[0, 1], [0, 1]]
+    post = thing(Segments((0.0, 0.5), (0.0, 1.0)))  # stands on the beam
+    assert Scene.of(beam, post).crossings.pairs.size == 0
+
+
+def test_light_past_two_crossed_blades():
+    lamp = thing(Segments((3.0, 1.2), (-3.0, 1.2)), emission=1.0)
+    bright = thing(Segments((-0.4, 0.4), (0.4, 1.0)), emission=(0.0, 0.5))
+    dark = thing(Segments((-0.4, 1.0), (0.4, 0.4)))
+    scene = Scene.of(lamp, bright, dark)
+
+    @jax.jit
+    def exact(x):
+        return irradiance(scene, Receiver((x, 0.0), 0.0))
+
+    def sines(x, *points):
+        return [(px - x) / np.hypot(px - x, py) for px, py in points]
+
+    x = 0.1
+    a, b, c, d, e = sines(x, (-3.0, 1.2), (-0.4, 0.4), (0.0, 0.7), (0.4, 0.4), (3.0, 1.2))
+    assert e > d > c > b > a
+    # From below: lamp, the bright blade's lower side, the dark one in front from the crossing on.
+    expected = (b - a) + 0.5 * (c - b) + (e - d)
+    assert abs(exact(x) - expected) < 1e-12
+    slope = jax.jit(jax.grad(exact))(x)
+    h = 1e-6
+    assert abs(slope - (exact(x + h) - exact(x - h)) / (2.0 * h)) < 1e-8
+
+
+def test_a_crossing_moves_with_its_shapes():
+    start = Scene.of(cross_of(0.0))
+
+    def height(x):
+        scene = Scene.of(cross_of(x), crossings=start.crossings)
+        points, valid = scene.silhouettes(jnp.array([0.0, 0.0]))
+        return jnp.where(valid[-1], points[-1, 0], jnp.nan)
+
+    assert abs(height(0.3) - 0.3) < 1e-12
+    assert abs(jax.grad(height)(0.3) - 1.0) < 1e-12

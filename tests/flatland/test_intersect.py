@@ -1,0 +1,113 @@
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from firstorder.flatland import Scene, Segments, intersect, nearest, occluded, thing
+from firstorder.flatland.readable import nearest_slowly
+from tests.flatland.worlds import everything
+
+RNG = np.random.default_rng(7)
+ORIGINS = RNG.uniform((-3.0, 0.05), (3.0, 3.5), (120, 2))
+ANGLES = RNG.uniform(0.0, 2.0 * np.pi, 120)
+ALONG = np.stack([np.cos(ANGLES), np.sin(ANGLES)], -1)
+
+
+@pytest.fixture(scope="module")
+def slowly():
+    return nearest_slowly(everything(), ORIGINS, ALONG)
+
+
+@pytest.mark.parametrize("few", [0, 16], ids=["one by one", "in one"])
+@pytest.mark.parametrize("dtype", [jnp.float32, jnp.float64])
+def test_the_fast_tracer_is_its_slow_twin(slowly, dtype, few, monkeypatch):
+    monkeypatch.setattr(intersect, "FEW", few)
+    scene = everything(dtype)
+    hits = jax.jit(lambda o, d: nearest(scene, o, d))(
+        jnp.asarray(ORIGINS, dtype), jnp.asarray(ALONG, dtype)
+    )
+    t, index = slowly
+    same = np.asarray(hits.index) == index
+    # A ray that grazes an edge may pass it on the other side in single precision.
+    assert np.mean(same) >= (1.0 if dtype == jnp.float64 else 0.99)
+    far = np.where(np.isfinite(t), t, 0.0)[same]
+    ours = np.where(np.isfinite(hits.t), hits.t, 0.0)[same]
+    # Distances through a tangent lose half the digits.
+    worst = np.max(np.abs(ours - far))
+    assert worst < (1e-9 if dtype == jnp.float64 else 1e-3)
+    assert hits.t.dtype == dtype
+
+
+def test_blocks_and_the_rest_make_the_whole(slowly, monkeypatch):
+    monkeypatch.setattr(intersect, "FEW", 0)
+    monkeypatch.setattr(intersect, "BLOCK", 50)
+    scene = everything()
+    found = jax.jit(lambda o, d: intersect.first_shape(scene, o, d))(ORIGINS, ALONG)
+    assert jnp.array_equal(found, slowly[1])
+
+
+def test_a_hit_moves_with_the_ray():
+    scene, o, d = everything(curve=False), jnp.asarray(ORIGINS[::6]), jnp.asarray(ALONG[::6])
+
+    @jax.jit
+    def distances(shift):
+        t = nearest(scene, o + shift * jnp.array([0.6, -0.3]), d).t
+        return jnp.where(jnp.isfinite(t), t, 0.0)
+
+    h = 1e-6
+    slopes = jax.jit(jax.jacfwd(distances))(0.0)
+    by_differences = (distances(h) - distances(-h)) / (2.0 * h)
+    assert jnp.max(jnp.abs(slopes - by_differences)) < 1e-6 * jnp.max(jnp.abs(slopes))
+
+
+def test_between_two_points():
+    scene = Scene.of(thing(Segments((-1.0, 1.0), (1.0, 1.0))))
+    a = jnp.array([[0.0, 0.0], [0.0, 0.0], [0.0, 0.0]])
+    b = jnp.array([[0.0, 2.0], [0.0, 0.9], [0.5, 1.0]])
+    assert occluded(scene, a, b).tolist() == [True, False, False]
+    # Beyond the last point by rounding: only what lies on a shape may end there.
+    past = b.at[2, 1].add(1e-12)
+    assert occluded(scene, a, past).tolist() == [True, False, True]
+    ends = jnp.array([-1, -1, 0])
+    assert occluded(scene, a, past, -1, ends).tolist() == [True, False, False]
+
+
+def test_a_ray_does_not_meet_its_own_start():
+    scene = everything()
+
+    @jax.jit
+    @jax.vmap
+    def up(index):
+        at = scene.frame(index, 0.3)
+        hits = nearest(scene, at.position[None], at.normal[None], index)
+        return hits.index[0], hits.t[0]
+
+    index, t = up(jnp.arange(scene.count))
+    assert jnp.all((index != jnp.arange(scene.count)) | (t > 1e-3))
+
+
+def test_rays_times_shapes_are_not_kept():
+    rng = np.random.default_rng(0)
+    corner = jnp.asarray(rng.uniform(-1.0, 1.0, (256, 2)))
+    scene = Scene.of(thing(Segments(corner, corner + 0.01)))
+    o = jnp.zeros((1 << 15, 2))
+    search = jax.jit(intersect.first_shape).lower(scene, o, o + 1.0).compile()
+    needed = search.memory_analysis().temp_size_in_bytes
+    assert needed < 64 * o.size  # a few numbers a ray; rays times shapes would be 512 times o.size
+
+
+def test_no_rays_meet_nothing():
+    scene = Scene.of(thing(Segments((-1.0, 1.0), (1.0, 1.0))))
+    assert nearest(scene, jnp.zeros((0, 2)), jnp.zeros((0, 2))).t.shape == (0,)
+
+
+def test_parallel_rays_miss_without_nan():
+    scene = Scene.of(thing(Segments((0.0, 0.0), (1.0, 0.0))))
+
+    def distance(y):
+        o = jnp.array([[-1.0, 0.0]]) + jnp.array([0.0, 1.0]) * y
+        hits = nearest(scene, o, jnp.eye(2)[:1])
+        return jnp.where(jnp.isfinite(hits.t[0]), hits.t[0], 0.0)
+
+    assert distance(0.0) == 0.0
+    assert jax.grad(distance)(0.0) == 0.0

@@ -1,0 +1,77 @@
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from firstorder.flatland import Arcs, Circles, PointLights, Scene, Segments, thing
+from tests.flatland.worlds import bean, everything
+
+
+def test_shapes_are_numbered_by_kind_and_found_by_name():
+    scene = everything()
+    assert scene.names == ("floor", "lamp", "arc", "circle", "ellipse", "bean")
+    assert scene.named("bean") == (5,)
+    with pytest.raises(ValueError, match=r"must be one of arc, bean, .* but is 'moon'"):
+        scene.named("moon")
+
+
+def test_materials_follow_their_shapes():
+    scene = everything()
+    assert scene.material.emission[scene.named("lamp")[0]].tolist() == [1.0, 0.0]
+    assert scene.material.emission[scene.named("circle")[0], 0] == 0.7
+    assert scene.material.albedo[0].tolist() == [0.5, 0.5]
+
+
+def test_the_frame_of_a_floor_is_the_local_frame():
+    at = everything().frame(0, 0.5)
+    assert at.tangent.tolist() == [1.0, 0.0]
+    assert at.normal.tolist() == [0.0, 1.0]
+    assert (at.n, at.speed, at.kappa) == (0.0, 6.0, 0.0)
+
+
+def test_a_hill_curves_down_and_a_valley_up():
+    scene = Scene.of(
+        thing(Circles((0.0, 0.0), 0.5)), thing(Arcs((0.0, 0.0), 2.0, 0.5 * np.pi, np.pi))
+    )
+    hill, valley = scene.frame(1, 0.2).kappa, scene.frame(0, 0.2).kappa
+    assert abs(hill + 2.0) < 1e-12
+    assert abs(valley - 0.5) < 1e-12
+
+
+def test_lengths():
+    scene = Scene.of(thing(Segments((0.0, 0.0), (3.0, 4.0))), thing(Circles((0.0, 0.0), 0.5)))
+    assert abs(scene.length(0) - 5.0) < 1e-12
+    assert abs(scene.length(1) - np.pi) < 1e-12
+
+
+def test_a_scene_can_be_built_inside_a_gradient():
+    def height(y):
+        scene = Scene.of(thing(Segments((-1.0, y), (1.0, y))))
+        return scene.hit(jnp.array(0), jnp.zeros(2), jnp.array([0.0, 1.0]))[0]
+
+    assert jax.jit(jax.grad(height))(2.0) == 1.0
+
+
+def test_curves_of_different_lengths_share_a_group():
+    a = 2.0 * np.pi * np.arange(64) / 64
+    from firstorder.flatland import closed_curve
+
+    other = closed_curve(np.stack([np.cos(a), np.sin(a)], -1), 2)
+    scene = Scene.of(thing(bean(4.0)), thing(other))
+    assert scene.count == 2
+    assert abs(scene.frame(1, 0.3).kappa + 1.0) < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: Scene.of(), "`things` must hold at least one"),
+        (lambda: thing(Circles((0.0, 0.0), 1.0), emission=-1.0), "`emission` must not be negative"),
+        (lambda: thing(Circles((0.0, 0.0), 1.0), albedo=0.7, mirror=0.5), "add up to at most 1"),
+        (lambda: PointLights((0.0, 0.0), -2.0), "`intensity` must not be negative"),
+        (lambda: PointLights([(0.0, 0.0), (1.0, 0.0)], 1.0), "`intensity` must hold 2 lights"),
+    ],
+)
+def test_bad_scenes_are_refused_in_one_sentence(make, words):
+    with pytest.raises(ValueError, match=words):
+        make()

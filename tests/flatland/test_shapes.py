@@ -1,0 +1,123 @@
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from firstorder.flatland import Arcs, Circles, Ellipses, Segments, box, closed_curve, polyline
+from tests.flatland.worlds import bean
+
+SHAPES = {
+    "segment": Segments((0.2, -0.3), (1.1, 0.4)),
+    "circle": Circles((0.3, 0.1), 0.8),
+    "arc": Arcs((0.3, 0.1), 0.8, 2.1, -4.0),
+    "ellipse": Ellipses((0.3, 0.1), (0.9, 0.4), 0.7),
+    "curve": bean(0.3, 0.1, 0.8),
+}
+EVERY = pytest.mark.parametrize("name", SHAPES)
+
+
+def only(shape):
+    return jax.tree.map(lambda a: a[0], shape)
+
+
+@EVERY
+def test_motion_has_its_own_derivatives(name):
+    shape = only(SHAPES[name])
+    s = jnp.linspace(0.05, 0.95, 7)
+    _, v, a = jax.vmap(shape.motion)(s)
+    position = lambda s: shape.motion(s)[0]  # noqa: E731
+    assert jnp.allclose(v, jax.vmap(jax.jacfwd(position))(s), rtol=0.0, atol=1e-12)
+    assert jnp.allclose(a, jax.vmap(jax.jacfwd(jax.jacfwd(position)))(s), rtol=0.0, atol=1e-10)
+
+
+@EVERY
+def test_a_ray_aimed_at_a_point_meets_it_or_something_nearer(name):
+    shape, eye = only(SHAPES[name]), jnp.array([-1.5, 2.0])
+
+    @jax.jit
+    @jax.vmap
+    def aimed(s):
+        target = shape.motion(s)[0]
+        far = jnp.linalg.norm(target - eye)
+        t, found = shape.hit(eye, (target - eye) / far, jnp.array(False))
+        return t - far, jnp.linalg.norm(shape.motion(found)[0] - eye) - t
+
+    beyond, apart = aimed(jnp.linspace(0.02, 0.98, 49))
+    assert jnp.max(beyond) < 1e-7
+    assert jnp.min(jnp.abs(beyond)) < 1e-12
+    assert jnp.max(jnp.abs(apart)) < 1e-10
+
+
+@EVERY
+def test_silhouettes_are_the_ends_of_what_is_seen(name):
+    shape, eye = only(SHAPES[name]), jnp.array([-1.5, 2.0])
+    points, valid = shape.silhouettes(eye, jnp.array(False))
+    u = np.asarray(points - eye)[np.asarray(valid)]
+    angles = np.arctan2(u[:, 1], u[:, 0])
+    outline = np.asarray(jax.vmap(lambda s: shape.motion(s)[0])(jnp.linspace(0, 1, 20001)) - eye)
+    seen = np.arctan2(outline[:, 1], outline[:, 0])
+    assert abs(angles.min() - seen.min()) < 1e-7
+    assert abs(angles.max() - seen.max()) < 1e-7
+
+
+@pytest.mark.parametrize("name", ["circle", "ellipse", "curve"])
+def test_closed_shapes_have_outward_normals(name):
+    shape = only(SHAPES[name])
+    c, v, _ = shape.motion(jnp.array(0.13))
+    outward = c + 1e-3 * jnp.array([-v[1], v[0]]) / jnp.linalg.norm(v)
+    inside = shape.hit(outward, jnp.array([0.6, 0.8]), jnp.array(False))[0]
+    back = shape.hit(outward, (c - outward) / jnp.linalg.norm(c - outward), jnp.array(False))[0]
+    assert abs(back - 1e-3) < 1e-12
+    assert not jnp.isfinite(inside) or inside > 1e-3
+
+
+@EVERY
+def test_a_miss_is_infinite_with_a_gradient_of_zero(name):
+    shape = only(SHAPES[name])
+
+    def t(x):
+        found = shape.hit(jnp.array([x, 5.0]), jnp.array([1.0, 0.0]), jnp.array(False))
+        return jnp.where(jnp.isfinite(found[0]), found[0], 0.0) + found[1]
+
+    assert jax.grad(t)(0.0) == 0.0
+
+
+def test_from_inside_a_circle_the_far_side_is_met():
+    t, _ = only(Circles((0.0, 0.0), 1.0)).hit(
+        jnp.array([0.5, 0.0]), jnp.array([1.0, 0.0]), jnp.array(False)
+    )
+    assert t == 0.5
+
+
+def test_an_arc_is_met_only_where_it_is():
+    bowl = only(Arcs((0.0, 0.0), 1.0, 0.5 * np.pi, np.pi))  # lower half
+    up, down = jnp.array([0.0, 1.0]), jnp.array([0.0, -1.0])
+    assert bowl.hit(jnp.zeros(2), down, jnp.array(False))[0] == 1.0
+    assert not jnp.isfinite(bowl.hit(jnp.zeros(2), up, jnp.array(False))[0])
+    # From above the open half, the near side is not there, the far one is.
+    assert abs(bowl.hit(jnp.array([0.1, 2.0]), down, jnp.array(False))[0] - 2.0) < 1.0
+
+
+def test_makers():
+    assert polyline([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)], closed=True).count == 3
+    room = box((0.0, 0.0), (2.0, 1.0), inward=True)
+    assert room.start.tolist() == [[0, 0], [2, 0], [2, 1], [0, 1]]
+    solid = box((0.0, 0.0), (2.0, 1.0))
+    assert solid.start.tolist() == [[0, 0], [0, 1], [2, 1], [2, 0]]
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: Circles((0.0, 0.0), -1.0), "`radius` must be positive, but is -1"),
+        (lambda: Segments((0.0, np.nan), (1.0, 0.0)), "`start` must be finite"),
+        (lambda: Ellipses((0.0, 0.0), (1.0, 0.0)), "`semi` must be positive"),
+        (lambda: Arcs((0.0, 0.0), 1.0, 0.0, 0.0), "sweep.* must be positive"),
+        (lambda: Circles([(0.0, 0.0), (1.0, 1.0)], 1.0), "`radius` must hold 2 shapes"),
+        (lambda: polyline([(0.0, 0.0)]), "`points` must have shape"),
+        (lambda: closed_curve(np.zeros((8, 2)), 4), "`points` must have shape"),
+    ],
+)
+def test_bad_shapes_are_refused_in_one_sentence(make, words):
+    with pytest.raises(ValueError, match=words):
+        make()

@@ -1,0 +1,49 @@
+"""Scenes that several tests of flatland look at."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from firstorder.flatland import (
+    Arcs,
+    Circles,
+    Ellipses,
+    Scene,
+    Segments,
+    closed_curve,
+    thing,
+)
+
+
+def bean(x=0.0, y=0.0, size=1.0):
+    """A smooth closed curve with a dent."""
+    a = 2.0 * np.pi * np.arange(128) / 128
+    points = np.stack([np.cos(a), 0.7 * np.sin(a) + 0.35 * np.cos(2.0 * a)], -1)
+    return closed_curve(np.array([x, y]) + size * points, 6)
+
+
+def everything(dtype=None, curve=True):
+    """All five kinds above a floor."""
+    things = (
+        thing(Segments((-3.0, 0.0), (3.0, 0.0)), name="floor", albedo=0.5),
+        thing(Segments((0.4, 2.6), (-0.9, 3.0)), name="lamp", emission=1.0),
+        thing(Arcs((1.6, 1.4), 0.5, 0.3, -2.5), name="arc"),
+        thing(Circles((-1.5, 1.2), 0.4), name="circle", emission=0.7),
+        thing(Ellipses((0.1, 1.5), (0.6, 0.2), 0.5), name="ellipse"),
+        thing(bean(2.2, 2.4, 0.4), name="bean", emission=0.4),
+    )
+    scene = Scene.of(*things[: 6 if curve else 5])
+    if dtype is None:
+        return scene
+    return Scene(
+        *(_cast(part, dtype) for part in (scene.groups, scene.material, scene.points)),
+        None,
+        _cast(scene.crossings, dtype),
+        scene.names,
+    )
+
+
+def _cast(tree, dtype):
+    return jax.tree.map(
+        lambda a: a.astype(dtype) if jnp.issubdtype(a.dtype, jnp.floating) else a, tree
+    )
