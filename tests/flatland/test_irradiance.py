@@ -102,7 +102,8 @@ def test_light_is_gathered_under_any_weight():
     at = Receiver((0.1, 0.0), 0.2)
     assert abs(gathered(scene, at, jnp.cos, nodes=24) - irradiance(scene, at)) < 1e-12
     lobe = lambda a: jnp.cos(a) ** 5  # noqa: E731
-    bare = Scene.of(thing(Circles((0.0, 9.0), 1e-6)), environment=lambda a: 1.0 + 0.0 * a)
+    below = thing(Segments((-1.0, -9.0), (1.0, -9.0)))
+    bare = Scene.of(below, environment=lambda a: 1.0 + 0.0 * a)
     assert abs(gathered(bare, at, lobe, nodes=24) - 16.0 / 15.0) < 1e-9
 
 
