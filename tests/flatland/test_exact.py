@@ -1,0 +1,433 @@
+"""E, E', E'' across shadow edges, and autodiff through the scene, against closed forms.
+
+The oracle is written on the lamp's line and not on angles: shadows of blockers are cast on it by
+similar triangles, and `E = L sum F(end) - F(start)` over its visible pieces, with
+`F(X) = (X - x) / sqrt((X - x)^2 + H^2)`. Derivatives are differences in 60 digits. It shares no
+code with the library.
+"""
+
+import functools
+import importlib
+
+import jax
+import jax.numpy as jnp
+import mpmath as mp
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firstorder.flatland import (
+    Circles,
+    PointLights,
+    Receiver,
+    Scene,
+    Segments,
+    irradiance,
+    receiver,
+    rotation,
+    thing,
+    translation,
+)
+from firstorder.flatland.library import scene_a, scene_b
+
+# --- the oracle ----------------------------------------------------------------------------------
+
+
+def cast_segment(x, a, b, h, H):
+    """The interval of the lamp's line that a segment from (a, h) to (b, h) hides from (x, 0)."""
+    return tuple(sorted(x + (p - x) * H / h for p in (a, b)))
+
+
+def cast_disc(x, cx, cy, r, H):
+    """The same for a disc: both tangents from (x, 0), by solving for their points of contact."""
+    w = (cx - x, cy)
+    square = w[0] ** 2 + w[1] ** 2
+    D = mp.sqrt(square - r**2)
+    out = []
+    for side in (1, -1):
+        u = (D * w[0] + side * r * w[1], D * w[1] - side * r * w[0])  # turned by asin(r / |w|)
+        out.append(x + H * u[0] / u[1])
+    return tuple(sorted(out))
+
+
+def lit(x, lamp, H, shadows):
+    """E from a lamp of radiance 1 on y = H past shadows on its line."""
+    pieces, total = [tuple(lamp)], mp.mpf(0)
+    for low, high in shadows:
+        cut = [
+            (max(s, a), min(t, b)) for s, t in pieces for a, b in ((-mp.inf, low), (high, mp.inf))
+        ]
+        pieces = [p for p in cut if p[1] > p[0]]
+    for start, stop in pieces:
+        total += sum(
+            sign * (X - x) / mp.sqrt((X - x) ** 2 + H**2) for sign, X in ((1, stop), (-1, start))
+        )
+    return total
+
+
+def in_scene(name):
+    """E(x) of scene A or B."""
+    lamp = (mp.mpf("-0.5"), mp.mpf("0.5"))
+
+    def E(x):
+        blocker = [cast_segment(x, mp.mpf("-0.2"), mp.mpf("0.2"), mp.mpf("0.5"), mp.mpf(1))]
+        return lit(x, lamp, mp.mpf(1), blocker if name == "B" else [])
+
+    return E
+
+
+def jet_of(E, x, side=0):
+    """Value and two derivatives by differences of sixth order in 60 digits; `side` for kinks."""
+    with mp.workdps(60):
+        x, h = mp.mpf(float(x)), mp.mpf(10) ** -17
+        x = x + side * 4 * h  # all points on one side
+        f = [E(x + k * h) for k in range(-3, 4)]
+        first = (-f[0] + 9 * f[1] - 45 * f[2] + 45 * f[4] - 9 * f[5] + f[6]) / (60 * h)
+        second = (2 * (f[0] + f[6]) - 27 * (f[1] + f[5]) + 270 * (f[2] + f[4]) - 490 * f[3]) / (
+            180 * h**2
+        )
+        return [float(v) for v in (f[3], first, second)]
+
+
+# --- scenes A and B along the floor --------------------------------------------------------------
+
+SCENES = {"A": scene_a(), "B": scene_b()}
+# In scene B an end of the shadow passes an end of the lamp where x + 2 (p - x) = l.
+KINKS = (-0.9, -0.1, 0.1, 0.9)
+
+
+@functools.cache
+def floor(name):
+    """E, E', E'' by the library at many places on the floor, compiled once."""
+
+    @jax.jit
+    @jax.vmap
+    def jets(x):
+        scene = SCENES[name]
+        at = receiver(scene, scene.named("floor")[0], 0.5 + 0.5 * x)
+        d = translation(lambda r: irradiance(scene, r))(at)
+        return jnp.stack([d.value, d.first, d.second])
+
+    return lambda x: np.asarray(jets(jnp.asarray(x)))
+
+
+@pytest.mark.parametrize("name", ["A", "B"])
+def test_value_and_derivatives_along_the_floor(name):
+    """To 1e-12 of each quantity's largest magnitude, in the penumbra and away from it."""
+    x = np.linspace(-0.97, 0.97, 60)
+    truth = np.array([jet_of(in_scene(name), t) for t in x])
+    error = np.max(np.abs(floor(name)(x) - truth), 0) / np.max(np.abs(truth), 0)
+    assert np.all(error < 1e-12), error
+    if name == "B":  # the shadow is there
+        assert np.max(np.abs(truth - [jet_of(in_scene("A"), t) for t in x])) > 0.1
+
+
+def test_beside_a_kink_each_side_has_its_own_derivatives():
+    places = np.array([[t - 1e-13, t + 1e-13] for t in KINKS])
+    truth = np.array([[jet_of(in_scene("B"), x) for x in pair] for pair in places])
+    error = np.abs(floor("B")(places.ravel()) - truth.reshape(-1, 3))
+    assert np.all(error < 1e-12 * np.max(np.abs(truth), (0, 1)))
+    # E does not jump; E' jumps by the rates of the two edges, cos / D each, that are in line.
+    jumps = truth[:, 1] - truth[:, 0]
+    assert np.all(np.abs(jumps[:, 0]) < 1e-12)
+    # cos^2 (1 / D_b - 1 / D) with the blocker half way, D_b = D / 2.
+    lamp_end = np.array([0.5, 0.5, -0.5, -0.5])
+    predicted = np.array([-1, 1, 1, -1]) / np.hypot(lamp_end - KINKS, 1.0) ** 3
+    np.testing.assert_allclose(jumps[:, 1], predicted, rtol=1e-11)
+
+
+@pytest.mark.parametrize("x", KINKS)
+def test_on_a_kink_the_answer_is_one_of_the_two(x):
+    """Or one for each of two edges that are in line there; never NaN."""
+    (found,) = floor("B")(np.array([x]))
+    sides = np.array([jet_of(in_scene("B"), x, side) for side in (-1, 1)])
+    assert np.all(np.isfinite(found))
+    assert abs(found[0] - sides[0, 0]) < 1e-12
+    low, high = np.sort(sides[:, 1])
+    assert low - 1e-9 <= found[1] <= high + 1e-9
+
+
+def test_a_turn_of_the_receiver():
+    """Whole lamp in view and a part: E = int L cos(w - n), differentiated in n."""
+    scene = SCENES["B"]
+
+    @jax.jit
+    def turned(x):
+        d = rotation(lambda r: irradiance(scene, r))(receiver(scene, 0, 0.5 + 0.5 * x))
+        return jnp.stack([d.value, d.first, d.second])
+
+    for x in (-0.6, 0.05, 0.3):
+        value, first, second = turned(x)
+        # By parts: dE/dn = int L sin(w) dw over what is seen, d2E/dn2 = -E.
+        blocker = cast_segment(x, -0.2, 0.2, 0.5, 1.0)
+        ends = np.clip([-0.5, *blocker, 0.5], -0.5, 0.5)
+        cosines = 1.0 / np.hypot(ends - x, 1.0)
+        sines = np.sum((cosines[1::2] - cosines[::2]) * 1.0)
+        assert abs(first - sines) < 1e-14
+        assert abs(second + value) < 1e-14
+
+
+# --- autodiff through every leaf -----------------------------------------------------------------
+
+LEAVES = (
+    "x",
+    "seg a",
+    "seg b",
+    "seg h",
+    "disc x",
+    "disc y",
+    "radius",
+    "lamp a",
+    "lamp b",
+    "H",
+    "L",
+)
+PLACES = {
+    "disc and segment overlap": (0.1, -0.35, -0.1, 0.55, -0.05, 0.6, 0.11, -1.0, 0.75, 1.2, 1.3),
+    "disc alone in the lamp": (0.2, -1.6, -1.3, 0.5, 0.1, 0.7, 0.08, -0.6, 0.9, 1.0, 0.7),
+    "lamp's end in penumbra": (-0.4, 0.3, 0.6, 0.5, -0.1, 0.4, 0.15, -0.5, 0.5, 1.1, 1.0),
+}
+
+
+def built(p):
+    """The scene of a vector of parameters."""
+    _, a, b, h, cx, cy, r, l0, l1, H, L = p
+    pair = lambda u, v: jnp.stack([u, v])  # noqa: E731
+    lamp = thing(Segments(pair(l1, H), pair(l0, H)), emission=L)
+    return Scene.of(lamp, thing(Segments(pair(a, h), pair(b, h))), thing(Circles(pair(cx, cy), r)))
+
+
+def exact_E(p):
+    """Irradiance of a floor point."""
+    return irradiance(built(p), Receiver(jnp.stack([p[0], 0.0 * p[0]]), 0.0 * p[0]))
+
+
+@functools.cache
+def through_the_scene():
+    def all_of(p):
+        return exact_E(p), jax.grad(exact_E)(p), jax.hessian(exact_E)(p)
+
+    return jax.jit(all_of)
+
+
+def closed_E(p):
+    x, a, b, h, cx, cy, r, l0, l1, H, L = p
+    shadows = [cast_segment(x, a, b, h, H), cast_disc(x, cx, cy, r, H)]
+    return L * lit(x, (l0, l1), H, shadows)
+
+
+def differences(p):
+    """Gradient and Hessian of the closed form in 60 digits."""
+    with mp.workdps(60):
+        p, h, k = [mp.mpf(v) for v in p], mp.mpf(10) ** -15, range(len(p))
+
+        @functools.cache
+        def at(i, di, j, dj):
+            q = list(p)
+            q[i] += di * h
+            q[j] += dj * h
+            return closed_E(q)
+
+        first = [(at(i, 1, i, 0) - at(i, -1, i, 0)) / (2 * h) for i in k]
+        second = np.zeros((len(p), len(p)))
+        for i in k:
+            for j in range(i + 1):
+                cross = at(i, 1, j, 1) - at(i, 1, j, -1) - at(i, -1, j, 1) + at(i, -1, j, -1)
+                second[i, j] = second[j, i] = float(cross / (4 * h**2))
+        return float(closed_E(p)), np.array([float(v) for v in first]), second
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_gradient_and_hessian_in_every_leaf(place):
+    """Occluder, radius, lamp and receiver together: 11 first and 66 second derivatives."""
+    value, gradient, hessian = through_the_scene()(jnp.array(PLACES[place]))
+    E, first, second = differences(PLACES[place])
+    assert abs(value - E) < 1e-14
+    assert np.max(np.abs(gradient - first)) < 1e-12 * np.max(np.abs(first))
+    assert np.max(np.abs(hessian - second)) < 1e-11 * np.max(np.abs(second))
+    if "overlap" in place:
+        assert abs(first[LEAVES.index("radius")]) > 0.1
+        assert first[LEAVES.index("seg b")] == 0.0  # behind the disc: it hides nothing
+
+
+@pytest.mark.parametrize(
+    ("fault", "wrong"),
+    [
+        ("shadow edges do not move", lambda a: jax.lax.stop_gradient(a)),
+        ("they move the other way", lambda a: 2.0 * jax.lax.stop_gradient(a) - a),
+        ("they move twice as far", lambda a: 2.0 * a - jax.lax.stop_gradient(a)),
+    ],
+)
+def test_a_fault_in_the_motion_of_edges_is_seen(fault, wrong, monkeypatch):
+    """The value stays right and only derivatives tell."""
+    view = importlib.import_module("firstorder.flatland.view")
+    true_angle = view.local_angle
+    monkeypatch.setattr(view, "local_angle", lambda r, p: wrong(true_angle(r, p)))
+    p = PLACES["disc and segment overlap"]
+    value, gradient = jax.jit(jax.value_and_grad(exact_E))(jnp.array(p))
+    E, first, _ = differences(p)
+    assert abs(value - E) < 1e-14
+    assert np.all(np.isfinite(gradient))
+    assert np.max(np.abs(gradient - first)) > 1e-2
+
+
+# --- the scene moved as a whole ------------------------------------------------------------------
+
+PLACE = st.floats(-0.9, 0.9)
+TURN = st.floats(-3.0, 3.0)
+SIZE = st.floats(0.1, 10.0)
+
+
+def moved(points, turn, shift):
+    c, s = jnp.cos(turn), jnp.sin(turn)
+    return points @ jnp.array([[c, s], [-s, c]]) + shift
+
+
+@jax.jit
+def everything_moved(x, turn, shift, scale, L=1.0, power=0.0, split=0.5):
+    """Jets of E by translation and rotation in a scene that is turned, shifted and scaled.
+
+    A lamp, a blocker in two halves, a disc, a point light.
+    """
+    place = lambda p: moved(scale * jnp.asarray(p), turn, shift)  # noqa: E731
+    a, b = jnp.array([0.25, 0.5]), jnp.array([-0.1, 0.7])
+    m = a + split * (b - a)
+    scene = Scene.of(
+        thing(Segments(place([0.6, 1.2]), place([-0.5, 1.0])), emission=L),
+        thing(Segments(place(jnp.stack([a, m])), place(jnp.stack([m, b])))),
+        thing(Circles(place([-0.4, 0.6]), 0.12 * scale)),
+        points=PointLights(place([-0.1, 0.9]), power),
+    )
+    at = Receiver(place(jnp.stack([x, 0.0 * x])), turn + 0.2)
+    E = lambda r: irradiance(scene, r)  # noqa: E731
+    return jax.tree.leaves((translation(E)(at), rotation(E)(at)))
+
+
+@given(PLACE, TURN, st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))
+def test_rigid_motion_of_the_scene_changes_nothing(x, turn, up, side):
+    zero = jnp.zeros(2)
+    rest = np.array(everything_moved(x, 0.0, zero, 1.0, 1.0, 0.3))
+    ours = np.array(everything_moved(x, turn, jnp.stack([up, side]), 1.0, 1.0, 0.3))
+    assert np.all(np.isfinite(rest))
+    if not near_event(x):
+        np.testing.assert_allclose(ours, rest, atol=1e-11 * (1.0 + np.abs(rest).max()))
+
+
+@given(PLACE, SIZE)
+def test_derivatives_scale_with_the_scene(x, scale):
+    """Area light: k-th derivative as s^-k; point light: s^-(k + 1); turns have no length."""
+    if near_event(x):
+        return
+    zero = jnp.zeros(2)
+    for power, lights in ((0, (1.0, 0.0)), (1, (0.0, 1.0))):
+        one = np.array(everything_moved(x, 0.0, zero, 1.0, *lights))
+        two = np.array(everything_moved(x, 0.0, zero, scale, *lights))
+        factor = scale ** -(np.array([0, 1, 2, 0, 0, 0]) + float(power))
+        np.testing.assert_allclose(two, one * factor, rtol=1e-10, atol=1e-12 * factor.max())
+
+
+@given(PLACE, st.floats(0.0, 5.0), st.floats(0.0, 5.0))
+def test_lights_add(x, L, power):
+    zero = jnp.zeros(2)
+    both = np.array(everything_moved(x, 0.0, zero, 1.0, L, power))
+    lamp, point = (
+        np.array(everything_moved(x, 0.0, zero, 1.0, *on)) for on in ((1.0, 0.0), (0.0, 1.0))
+    )
+    np.testing.assert_allclose(
+        both, L * lamp + power * point, atol=1e-12 * (1.0 + np.abs(both).max())
+    )
+
+
+@given(PLACE, st.floats(0.0, 1.0))
+def test_a_blocker_split_in_two_is_the_same_blocker(x, share):
+    zero = jnp.zeros(2)
+    whole = np.array(everything_moved(x, 0.0, zero, 1.0, split=1.0))
+    parts = np.array(everything_moved(x, 0.0, zero, 1.0, split=share))
+    assert np.all(np.isfinite(parts))
+    if not near_event(x):
+        np.testing.assert_allclose(parts, whole, atol=1e-11 * (1.0 + np.abs(whole).max()))
+
+
+def near_event(x):
+    """Whether two events are in line at x, where derivatives jump and rounding picks a side.
+
+    Corners and the point light in pairs by similar triangles; the disc by its tangents.
+    """
+    corners = [(0.6, 1.2), (-0.5, 1.0), (0.25, 0.5), (-0.1, 0.7), (-0.1, 0.9)]
+    angles = [np.arctan2(x - px, py) for px, py in corners]
+    w = np.array([-0.4 - x, 0.6])
+    middle, half = np.arctan2(-w[0], w[1]), np.arcsin(0.12 / np.hypot(*w))
+    angles = np.sort([*angles, middle - half, middle + half])
+    return np.min(np.diff(angles)) < 1e-6
+
+
+# --- degenerate scenes ---------------------------------------------------------------------------
+
+# Ends of two segments, a disc, and the place of the receiver on y = 0.
+DEGENERATE = {
+    "plain": ((0.2, 0.5, -0.1, 0.6), (-0.5, 0.5, -0.6, 0.7), (0.6, 0.5, 0.1), 0.0),
+    "touching ends": ((0.2, 0.5, 0.0, 0.6), (0.0, 0.6, -0.3, 0.5), (0.6, 0.5, 0.1), 0.1),
+    "the same twice": ((0.2, 0.5, 0.0, 0.6), (0.2, 0.5, 0.0, 0.6), (0.6, 0.5, 0.1), 0.1),
+    "seen edge on": ((0.0, 0.3, 0.0, 0.7), (-0.5, 0.5, -0.6, 0.7), (0.6, 0.5, 0.1), 0.0),
+    "end on the receiver": ((0.1, 0.0, 0.3, 0.6), (-0.5, 0.5, -0.6, 0.7), (0.6, 0.5, 0.1), 0.1),
+    "along the floor": ((0.3, 0.0, -0.3, 0.0), (-0.5, 0.5, -0.6, 0.7), (0.6, 0.5, 0.1), 0.1),
+    "on the lamp": ((0.2, 1.0, -0.1, 1.0), (-0.5, 0.5, -0.6, 0.7), (0.6, 0.5, 0.1), 0.0),
+    "disc on the receiver": ((0.2, 0.5, -0.1, 0.6), (-0.5, 0.5, -0.6, 0.7), (0.1, 0.2, 0.2), 0.1),
+    "in the disc": ((0.2, 0.5, -0.1, 0.6), (-0.5, 0.5, -0.6, 0.7), (0.1, 0.1, 0.3), 0.1),
+    "tangent at the lamp": ((2.0, 0.5, 2.1, 0.6), (-2.0, 0.5, -2.1, 0.7), (0.4, 0.5, 0.1), 0.5),
+    "discs and ends in line": ((0.4, 0.4, 0.9, 0.4), (-0.5, 0.5, -0.6, 0.7), (0.3, 0.8, 0.1), 0.4),
+}  # fmt: skip
+
+
+def in_degenerate(numbers):
+    one, two, disc, x = (numbers[:4], numbers[4:8], numbers[8:11], numbers[11])
+    scene = Scene.of(
+        thing(Segments((0.5, 1.0), (-0.5, 1.0)), emission=jnp.asarray(1.0, numbers.dtype)),
+        thing(Segments(jnp.stack([one[:2], two[:2]]), jnp.stack([one[2:], two[2:]]))),
+        thing(Circles(disc[:2], disc[2])),
+    )
+    return irradiance(scene, Receiver(jnp.stack([x, 0.0 * x]), 0.0 * x))
+
+
+@functools.cache
+def degenerate_jets(bits):
+    with jax.enable_x64(bits == 64):
+        numbers = jnp.array([[*a, *b, *c, x] for a, b, c, x in DEGENERATE.values()], f"float{bits}")
+        found = jax.jit(jax.vmap(jax.value_and_grad(in_degenerate)))(numbers)
+        return [np.asarray(leaf) for leaf in found]
+
+
+def degenerate_truth(a, b, disc, x):
+    """E by the shadows on the lamp's line, one shape after the other."""
+    shadows = []
+    for p, q in ((a[:2], a[2:]), (b[:2], b[2:])):
+        if p[1] > 0 and q[1] > 0 and min(p[1], q[1]) < 1.0:
+            shadows.append(tuple(sorted(x + (e[0] - x) / e[1] for e in (p, q))))
+    cx, cy, r = disc
+    if np.hypot(cx - x, cy) <= r:
+        return 0.0
+    shadows.append(cast_disc(x, cx, cy, r, 1.0))
+    return float(lit(x, (-0.5, 0.5), 1.0, shadows))
+
+
+@pytest.mark.parametrize("bits", [64, 32])
+def test_degenerate_scenes_have_no_nan(bits):
+    value, gradient = degenerate_jets(bits)
+    assert value.dtype == gradient.dtype == f"float{bits}"
+    for name, E, g in zip(DEGENERATE, value, gradient, strict=True):
+        assert np.isfinite(E), name
+        assert np.all(np.isfinite(g)), name
+
+
+def test_degenerate_scenes_have_the_value_that_they_should():
+    """A shape in the plane of the lamp is not decided: which of the two is nearer is rounding."""
+    value, _ = degenerate_jets(64)
+    for (name, numbers), E in zip(DEGENERATE.items(), value, strict=True):
+        if name != "on the lamp":
+            assert abs(E - degenerate_truth(*numbers)) < 1e-12, name
+
+
+def test_single_precision_is_close():
+    for one, two in zip(degenerate_jets(32), degenerate_jets(64), strict=True):
+        np.testing.assert_allclose(one[0], two[0], rtol=1e-4, atol=1e-5)
