@@ -10,6 +10,7 @@ from firstorder.flatland.irradiance import (
     rotation,
     translation,
 )
+from firstorder.flatland.mirrors import in_mirrors
 from firstorder.flatland.scene import Frenet, Material, PointLights, Scene, Thing, thing
 from firstorder.flatland.shapes import (
     Arcs,
@@ -50,6 +51,7 @@ __all__ = [
     "view",
     "irradiance",
     "gathered",
+    "in_mirrors",
     "Derivatives",
     "translation",
     "rotation",
