@@ -58,3 +58,58 @@ def test_a_command_that_does_not_exist_is_exit_code_2(capsys):
 def test_the_version_is_that_of_the_package(capsys):
     assert main(["--version"]) == 0
     assert capsys.readouterr().out == f"firstorder {firstorder.__version__}\n"
+
+
+def test_a_scene_is_drawn_with_its_numbers_beside_it(capsys, tmp_path):
+    out, toml = tmp_path / "b.png", tmp_path / "b.toml"
+    arguments = ["scene", "scene_b", "--out", str(out), "--toml", str(toml), "--samples", "21"]
+    assert main(arguments) == 0
+    name, head, *rows = capsys.readouterr().out.splitlines()
+    assert name == "floor:"
+    assert head.split() == ["arc", "x", "y", "E", "E'", "E''"]
+    assert len(rows) == 11
+    assert out.read_bytes()[:4] == b"\x89PNG"
+    columns = np.genfromtxt(tmp_path / "b_floor.csv", delimiter=",", names=True)
+    middle = columns[10]
+    both = 0.5 / np.hypot(0.5, 1.0) - 0.2 / np.hypot(0.2, 0.5)
+    assert middle["E"] == pytest.approx(2 * both, rel=1e-13)
+    assert abs(middle["dE"]) < 1e-13
+    # ... and what was written is the same scene
+    assert main(["scene", str(toml), "--samples", "21"]) == 0
+    assert capsys.readouterr().out.splitlines() == [name, head, *rows]
+
+
+def test_a_drawing_is_a_scene_and_its_dark_shapes_are_receivers(capsys, tmp_path):
+    file = tmp_path / "d.svg"
+    file.write_text(
+        '<svg><line id="lamp" class="light" x1="1" x2="-1" y1="-1" y2="-1"/>'
+        '<path id="ground" stroke="white" d="M -1 0 H 1"/></svg>'
+    )
+    assert main(["scene", str(file), "--samples", "3"]) == 0
+    name, _, *rows = capsys.readouterr().out.splitlines()
+    assert name == "ground:"
+    assert float(rows[1].split()[3]) == pytest.approx(2**0.5, rel=1e-4)
+
+
+def test_the_scenes_that_ship_are_listed(capsys):
+    assert main(["scene", "list"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "scene_a      A line light over a line receiver, nothing between them."
+    assert len(lines) > 10
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["nothing"], "nothing: a scene must be a .toml or .svg file."),
+        (["no.toml"], "no.toml: the file cannot be opened (no such file or directory)."),
+        (["scene_a", "--samples", "0"], "Argument `samples` must be positive, but is 0."),
+        (
+            ["scene_a", "--receivers", "roof"],
+            "Argument `name` must be one of floor, lamp, but is 'roof'.",
+        ),
+    ],
+)
+def test_a_bad_scene_is_one_sentence_and_exit_code_2(capsys, arguments, sentence):
+    assert main(["scene", *arguments]) == 2
+    assert capsys.readouterr().err == sentence + "\n"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pathlib
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -116,6 +117,95 @@ class Table:
         return int(any(s.verdict != known[n].expected.get(s.portrait, "equal") for n, s in squares))
 
 
+@dataclass(frozen=True)
+class Scene:
+    """Draw a flatland scene, and what light does along its receivers.
+
+    The page shows the scene and, for each receiver, irradiance and its first and second derivative
+    by arc length, exact across shadow edges. Beside it come the numbers as CSV, one file for each
+    receiver; a few of them are printed.
+    """
+
+    source: Annotated[str, tyro.conf.Positional]
+    """A .toml or .svg file, or a name that `firstorder scene list` prints."""
+    out: pathlib.Path | None = None
+    """The picture (.png, .svg, .pdf); none if left out."""
+    toml: pathlib.Path | None = None
+    """Where to write the scene as TOML, if anywhere."""
+    receivers: tuple[str, ...] = ()
+    """Names of the receivers; `floor`, if left out, or else all that does not emit."""
+    samples: int = 201
+    """Samples along each receiver."""
+    indirect: bool = False
+    """All bounces between diffuse surfaces, and not direct light alone."""
+
+    def run(self) -> int:
+        """Read, measure, write."""
+        from firstorder.flatland import library
+        from firstorder.io import read_scene, write_csv, write_toml
+
+        if self.source == "list":
+            print(*(f"{name:12} {library.about(name)}" for name in library.names()), sep="\n")
+            return 0
+        if self.samples < 1:
+            raise ValueError(f"Argument `samples` must be positive, but is {self.samples}.")
+        known = self.source in library.names()
+        scene = library.named(self.source) if known else read_scene(self.source)
+        if self.toml is not None:
+            write_toml(self.toml, scene)
+        curves = self._curves(scene)
+        for name, curve in curves.items():
+            _print_curve(name, curve)
+            if self.out is not None:
+                word = "".join(c if c.isalnum() or c in "-_" else "_" for c in name)
+                write_csv(self.out.with_name(f"{self.out.stem}_{word}.csv"), curve)
+        if self.out is not None:
+            self._draw(scene, curves)
+        return 0
+
+    def _curves(self, scene) -> dict:
+        """E, E' and E'' by receiver."""
+        from firstorder.flatland import irradiance
+        from firstorder.plotting import curve_of
+
+        def light(at):
+            return irradiance(scene, at)
+
+        if self.indirect:
+            from firstorder.flatland.radiosity import solve
+
+            light = solve(scene).irradiance
+        names = self.receivers or _receivers(scene)
+        return {name: curve_of(scene, name, light, self.samples) for name in names}
+
+    def _draw(self, scene, curves: dict) -> None:
+        from firstorder.io import whole
+        from firstorder.plotting import house_style, scene_report
+
+        title = pathlib.Path(self.source).name
+        words = "all bounces" if self.indirect else "direct light"
+        with house_style(), whole(self.out) as part:
+            scene_report(scene, curves, title, words).savefig(part)
+
+
+def _receivers(scene) -> tuple[str, ...]:
+    """The floor, or all names of what does not emit, in the order of the shapes."""
+    if "floor" in scene.names:
+        return ("floor",)
+    dark = [n for n, L in zip(scene.names, scene.material.emission, strict=True) if not L.any()]
+    return tuple(dict.fromkeys(dark or scene.names))
+
+
+def _print_curve(name: str, curve: dict) -> None:
+    """Eleven samples of a curve, from end to end."""
+    print(f"{name or 'unnamed shapes'}:")
+    print("".join(f"{head:>12}" for head in ("arc", "x", "y", "E", "E'", "E''")))
+    count = len(curve["arc"])
+    for k in sorted({round(j * (count - 1) / 10) for j in range(11)}):
+        row = (curve[key][k] for key in ("arc", "x", "y", "E", "dE", "d2E"))
+        print("".join(f"{number:12.5g}" for number in row))
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs one command; a bad argument is one sentence, and exit code 2.
 
@@ -129,10 +219,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if arguments == ["--version"]:
         print(f"firstorder {firstorder.__version__}")
         return 0
-    command = tyro.cli(Jet | Table, args=arguments, prog="firstorder", description=__doc__)
+    command = tyro.cli(Jet | Table | Scene, args=arguments, prog="firstorder", description=__doc__)
     session.start()
     try:
         return command.run()
-    except (ValueError, Refused) as error:
+    except (ValueError, ModuleNotFoundError, Refused) as error:
         print(error, file=sys.stderr)
         return 2

@@ -13,8 +13,10 @@ from jaxtyping import ArrayLike
 
 from firstorder.flatland.bumps import ChirpBumps, SineBumps, ground
 from firstorder.flatland.environment import GaussianSky
+from firstorder.flatland.makers import box, polyline
+from firstorder.flatland.occluders import e11_fig03, e11_fig07, e11_fig18a, e11_fig18b
 from firstorder.flatland.scene import PointLights, Scene, Thing, thing
-from firstorder.flatland.shapes import Circles, Segments, box, polyline
+from firstorder.flatland.shapes import Circles, Segments
 
 # --- J12, Fig. 2 ---------------------------------------------------------------------------------
 
@@ -43,7 +45,7 @@ def scene_a(radiance: ArrayLike = 1.0) -> Scene:
 
 
 def scene_b(radiance: ArrayLike = 1.0) -> Scene:
-    """Scene A and a black occluder between: umbra is nowhere, penumbra on both sides.
+    """Scene A and a black occluder between: penumbra everywhere, umbra nowhere.
 
     Open in the paper: every size. Here: the occluder is y = 0.5 from x = -0.2 to 0.2.
 
@@ -244,9 +246,8 @@ def named(name: str) -> Scene:
 
 def about(name: str) -> str:
     """What a scene is, in one sentence: the first line of its docstring."""
-    if name.startswith("fig14_"):
-        return (fig14.__doc__ or "").split("\n")[0]
-    return (_scenes()[name].__doc__ or "").split("\n")[0]
+    made = fig14 if name.startswith("fig14_") else _scenes()[name]
+    return (made.__doc__ or "").split("\n")[0]
 
 
 def _scenes() -> Mapping[str, Callable[[], Scene]]:
@@ -262,6 +263,10 @@ def _scenes() -> Mapping[str, Callable[[], Scene]]:
         "r07_fig09": r07_fig09,
         "r07_fig16": r07_fig16,
         "r07_fig17": r07_fig17,
+        "e11_fig03": e11_fig03,
+        "e11_fig07": e11_fig07,
+        "e11_fig18a": e11_fig18a,
+        "e11_fig18b": e11_fig18b,
     }
 
 

@@ -2,10 +2,12 @@
 
 from firstorder.io.images import read_picture, read_row
 from firstorder.io.records import whole, write_csv, write_json, write_npz, write_text
+from firstorder.io.scenes import read_scene
 from firstorder.io.svg import read_svg, scene_from_svg
 from firstorder.io.toml import read_toml, scene_from_toml, scene_to_toml, write_toml
 
 __all__ = [
+    "read_scene",
     "read_toml",
     "write_toml",
     "scene_from_toml",

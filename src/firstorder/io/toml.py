@@ -44,8 +44,9 @@ from typing import Any
 import numpy as np
 
 from firstorder.flatland.environment import ConstantSky, GaussianSky, RowSky
+from firstorder.flatland.makers import box, polyline
 from firstorder.flatland.scene import Scene
-from firstorder.flatland.shapes import Arcs, Circles, Curves, Ellipses, Segments, box, polyline
+from firstorder.flatland.shapes import Arcs, Circles, Curves, Ellipses, Segments
 from firstorder.io.elements import (
     MATERIAL,
     Element,

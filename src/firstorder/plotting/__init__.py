@@ -5,6 +5,14 @@ no setting; `house_style()` is a context. Nothing here needs pyplot, so no windo
 """
 
 from firstorder.plotting.caches import draw_expansions, draw_records
+from firstorder.plotting.flatland import (
+    curve_of,
+    draw_curves,
+    draw_scene,
+    receiver_curve,
+    scene_report,
+    shape_points,
+)
 from firstorder.plotting.light import log_magnitude, show_light_field, show_spectrum
 from firstorder.plotting.live import Live
 from firstorder.plotting.overlays import covariance_ellipse, mark, print_scale, set_covariance
@@ -47,6 +55,12 @@ __all__ = [
     "draw_rays",
     "draw_records",
     "draw_expansions",
+    "draw_scene",
+    "shape_points",
+    "receiver_curve",
+    "curve_of",
+    "draw_curves",
+    "scene_report",
     "table",
     "Live",
 ]

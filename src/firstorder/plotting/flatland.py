@@ -1,0 +1,257 @@
+"""Scenes of flatland as maps, and what light does along a receiver."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from matplotlib import patheffects
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+
+from firstorder.conventions import direction
+from firstorder.flatland import Scene, Segments, along, irradiance
+from firstorder.plotting.scenes import scene as as_map
+from firstorder.plotting.style import RADIANCE, panels
+
+_INK, _LAMP, _MIRROR, _GLASS = "0.15", "#e0a526", "#2563eb", "#7dc4d8"
+# J12's colours: irradiance red, its derivatives green and blue.
+_CURVES = (("E", "$E$ (W/m)", "#b91c1c"), ("dE", "$E'$ (W/m$^2$)", "#15803d"),
+           ("d2E", "$E''$ (W/m$^3$)", "#1d4ed8"))  # fmt: skip
+
+
+def shape_points(scene: Scene, index: int, samples: int = 96) -> np.ndarray:
+    """Points along a shape, shape (m, 2) [m]: two of a segment, `samples` + 1 of what is round.
+
+    Example:
+        >>> from firstorder.flatland.library import named
+        >>> from firstorder.plotting import shape_points
+        >>> shape_points(named("scene_a"), 0).tolist()
+        [[-1.0, 0.0], [1.0, 0.0]]
+    """
+    return _outlines(scene, samples)[index][0]
+
+
+def draw_scene(
+    ax: Axes,
+    scene: Scene,
+    *,
+    normals: bool = True,
+    receivers: Sequence[str] = (),
+    names: bool = False,
+    sky: bool = True,
+) -> None:
+    """Draws a scene as a map with equal axes.
+
+    The colour of a line is its albedo, black to white within a dark outline; yellow is what emits,
+    drawn on the side that does; blue a mirror, light blue what refracts. Short ticks are normals,
+    stars lights without size, and the ring around it all is the sky.
+
+    Args:
+        ax: where to draw.
+        scene: what to draw, of concrete numbers.
+        normals: whether normals are drawn.
+        receivers: names of the shapes that are drawn as receivers, in red.
+        names: whether names are written.
+        sky: whether the environment is drawn.
+
+    Example:
+        >>> from firstorder.flatland.library import named
+        >>> from firstorder.plotting import draw_scene, panels
+        >>> figure, axes = panels()
+        >>> draw_scene(axes[0, 0], named("scene_b"))
+        >>> axes[0, 0].get_aspect()
+        1.0
+    """
+    as_map(ax, ax.get_title(loc="left"))
+    outlines = _outlines(scene, 96)
+    everything = np.concatenate([p for p, _ in outlines] + [np.asarray(scene.points.position)])
+    low, high = everything.min(0), everything.max(0)
+    size = float(np.max(high - low)) or 1.0
+    sparse = 1 if scene.count <= 40 else 4
+    for index, (points, left) in enumerate(outlines):
+        name = scene.names[index]
+        _draw_shape(ax, scene, index, points, left, size, name in receivers)
+        if normals and index % sparse == 0:
+            k = len(points) // 2
+            foot = points[k] if len(points) > 2 else points.mean(0)
+            tip = foot + 0.035 * size * left[min(k, len(left) - 1)]
+            ax.plot(*np.stack([foot, tip]).T, color="0.45", linewidth=0.7, linestyle="-")
+        first = index == 0 or scene.names[index - 1] != name
+        if names and name and first:
+            k = len(points) // 2 if len(points) > 2 else 0
+            place = points[k] if len(points) > 2 else points.mean(0)
+            ax.annotate(name, tuple(place), (3, 4), textcoords="offset points", fontsize=6)
+    if scene.points.intensity.shape[0]:
+        at = np.asarray(scene.points.position).T
+        ax.plot(*at, "*", color=_LAMP, markersize=11, markeredgecolor=_INK, markeredgewidth=0.5)
+    if sky and scene.environment is not None:
+        _draw_sky(ax, scene.environment, 0.5 * (low + high), 0.56 * float(np.hypot(*(high - low))))
+
+
+def receiver_curve(scene: Scene, name: str, samples: int = 201) -> dict[str, np.ndarray]:
+    """Direct irradiance and its two derivatives by arc length along the shapes of one name.
+
+    Shapes are walked in the order of their numbers, each at the middles of equal steps of its
+    parameter, so that no sample lies on an end.
+
+    Args:
+        scene: what shines, and what blocks.
+        name: of the receivers.
+        samples: on all of them together.
+
+    Returns:
+        Columns by name: `shape` (its number), `s` (parameter), `arc` (length from the first end),
+        `x`, `y` [m], `E` [W/m], `dE` [W/m^2], `d2E` [W/m^3].
+
+    Raises:
+        ValueError: if there is no shape of that name.
+
+    Example:
+        >>> from firstorder.flatland.library import named
+        >>> from firstorder.plotting import receiver_curve
+        >>> curve = receiver_curve(named("scene_a"), "floor", 5)
+        >>> print(curve["x"].round(3).tolist(), curve["E"][2].round(6))
+        [-0.8, -0.4, 0.0, 0.4, 0.8] 0.894427
+    """
+    return curve_of(scene, name, lambda at: irradiance(scene, at), samples)
+
+
+def curve_of(scene: Scene, name: str, light, samples: int = 201) -> dict[str, np.ndarray]:
+    """As `receiver_curve`, for any function of a receiver, such as a solution with all bounces.
+
+    Args:
+        scene: where the receivers are.
+        name: of the receivers.
+        light: function of a `Receiver`.
+        samples: on all of them together.
+
+    Raises:
+        ValueError: if there is no shape of that name.
+    """
+    numbers = np.array(scene.named(name))
+    each = max(1, round(samples / len(numbers)))
+    s = np.tile((np.arange(each) + 0.5) / each, len(numbers))
+    shape = np.repeat(numbers, each)
+
+    @eqx.filter_jit
+    def ask(scene, shape, s):
+        def one(i, s):
+            frame = scene.frame(i, s)
+            d = along(light)(scene, i, s)
+            return frame.position, frame.speed, d.value, d.first, d.second
+
+        return jax.lax.map(lambda p: one(*p), (shape, s), batch_size=64)
+
+    found = ask(scene, jnp.asarray(shape), jnp.asarray(s))
+    place, speed, value, first, second = (np.asarray(a) for a in found)
+    steps = speed / each  # exact for what is travelled at one speed
+    columns = {"shape": shape, "s": s, "arc": np.cumsum(steps) - 0.5 * steps}
+    return columns | {"x": place[:, 0], "y": place[:, 1], "E": value, "dE": first, "d2E": second}
+
+
+def draw_curves(axes: Iterable[Axes], curve: dict[str, Any], across: str = "arc") -> None:
+    """Draws E, E' and E'' along a receiver into three axes, broken where the shape changes.
+
+    Args:
+        axes: three of them.
+        curve: as `receiver_curve` returns it.
+        across: the column to draw over: `arc`, `x` or `y`.
+    """
+    gap = np.flatnonzero(np.diff(curve["shape"]) != 0) + 1
+    for ax, (key, words, color) in zip(axes, _CURVES, strict=True):
+        x, y = np.insert(curve[across], gap, np.nan), np.insert(curve[key], gap, np.nan)
+        if len(gap) > 8:  # a polyline: one surface
+            x, y = curve[across], curve[key]
+        ax.plot(x, y, color=color, linestyle="-", linewidth=1.2)
+        ax.axhline(0.0, color="0.8", linewidth=0.6, linestyle="-", zorder=0)
+        ax.set_ylabel(words)
+        ax.set_xlabel("arc length (m)" if across == "arc" else f"${across}$ (m)")
+
+
+def scene_report(
+    scene: Scene, curves: dict[str, dict[str, Any]], title: str = "", words: str = "direct light"
+) -> Figure:
+    """A page about a scene: its map, and E, E', E'' along each receiver, one row each.
+
+    Args:
+        scene: what to draw.
+        curves: as `receiver_curve` returns them, by the receivers' names.
+        title: of the page.
+        words: what light the curves are of.
+
+    Example:
+        >>> from firstorder.flatland.library import named
+        >>> from firstorder.plotting import receiver_curve, scene_report
+        >>> scene = named("scene_a")
+        >>> page = scene_report(scene, {"floor": receiver_curve(scene, "floor", 9)})
+        >>> len(page.axes)
+        4
+    """
+    rows = max(1, len(curves))
+    figure, axes = panels(rows, 4, 2.9, 2.5, width_ratios=[1.25, 1, 1, 1])
+    for ax in axes[1:, 0]:
+        ax.set_axis_off()
+    axes[0, 0].set_title(title, loc="left")
+    draw_scene(axes[0, 0], scene, receivers=tuple(curves), names=True)
+    for row, (name, curve) in zip(axes, curves.items(), strict=False):
+        draw_curves(row[1:], curve)
+        row[1].set_title(f"{name}: {words}", loc="left")
+    return figure
+
+
+# --- parts of a map ------------------------------------------------------------------------------
+
+
+def _outlines(scene: Scene, samples: int) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Points of every shape and the unit normals at them."""
+    found, first = [], 0
+    for group in scene.groups:
+        s = np.linspace(0.0, 1.0, 2 if isinstance(group, Segments) else samples + 1)
+        motion = jax.vmap(lambda one, s=s: jax.vmap(lambda t: one.motion(t)[:2])(jnp.asarray(s)))
+        place, speed = (np.asarray(a) for a in motion(group))
+        length = np.linalg.norm(speed, axis=-1, keepdims=True)
+        left = np.stack([-speed[..., 1], speed[..., 0]], -1) / np.maximum(length, 1e-300)
+        found.extend(zip(place, left, strict=True))
+        first += group.count
+    return found
+
+
+def _draw_shape(ax, scene: Scene, index: int, points, left, size: float, received: bool) -> None:
+    material = jax.tree.map(lambda a: np.asarray(a)[index], scene.material)
+    albedo = float(np.clip(np.max(material.albedo), 0.0, 1.0))
+    color, outline = str(albedo), _INK
+    if material.mirror > 0.0:
+        color = _MIRROR
+    if material.ior > 0.0:
+        color = outline = _GLASS
+        ax.fill(*points.T, color=_GLASS, alpha=0.25, linewidth=0)
+    if received:
+        outline = "#b91c1c"
+    wide = 1.6 if scene.count <= 40 else 0.6
+    edge = [patheffects.withStroke(linewidth=wide + (2.6 if received else 1.2), foreground=outline)]
+    (line,) = ax.plot(*points.T, color=color, linestyle="-", linewidth=wide, path_effects=edge)
+    line.set_solid_capstyle("butt")
+    for side, away in ((0, 1.0), (1, -1.0)):
+        if material.emission[side] > 0.0:
+            shifted = points + away * 0.012 * size * left
+            ax.plot(*shifted.T, color=_LAMP, linestyle="-", linewidth=3.0, solid_capstyle="butt")
+
+
+def _draw_sky(ax: Axes, sky, center: np.ndarray, radius: float) -> None:
+    """A ring in the directions from which light comes."""
+    angle = np.linspace(-np.pi, np.pi, 181)
+    ring = center + radius * np.asarray(direction(jnp.asarray(angle)))
+    middle = jnp.asarray(0.5 * (angle[1:] + angle[:-1]))
+    radiance = np.asarray(jax.vmap(sky)(middle))
+    pieces = LineCollection(list(np.stack([ring[:-1], ring[1:]], 1)), cmap=RADIANCE, linewidth=3.5)
+    pieces.set_array(radiance)
+    pieces.set_clim(0.0, max(float(radiance.max()), 1e-300))
+    ax.add_collection(pieces)
+    ax.set_xlim(center[0] - 1.06 * radius, center[0] + 1.06 * radius)
+    ax.set_ylim(center[1] - 1.06 * radius, center[1] + 1.06 * radius)
