@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import heapq
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -112,6 +114,80 @@ def curve(line, x, data: int = 1) -> np.ndarray:
 
 
 value = eqx.filter_jit(lambda f, x: f(x))
+
+
+@eqx.filter_jit
+def swept(make, phases, x, budget: int, initial: int):
+    """Samplings of many images on [x_0, x_n], and the images themselves at x, stacked.
+
+    Args:
+        make: makes the bumps of one phase.
+        phases: one for each image.
+        x: places at which the images are wanted.
+        budget: of each driver.
+        initial: samples at the beginning.
+    """
+
+    def one(phase):
+        image = Image(make(phase))
+        lines = samplings(image, x[0], x[-1], budget, initial)
+        return lines, jnp.stack(jax.vmap(image)(x))
+
+    return jax.vmap(one)(phases)
+
+
+def errors_over(lines, images, x, budgets) -> dict[str, np.ndarray]:
+    """Rms errors of the lines through the samples: by driver, an array (phases, budgets).
+
+    "uniform" is a truly even grid of as many samples, which x must hold.
+    """
+    lines, values = jax.tree.map(np.asarray, lines), np.asarray(images)[:, 0]
+
+    def error(name, i, budget):
+        if name == "uniform":
+            step = (x.size - 1) // (budget - 1)
+            assert step * (budget - 1) == x.size - 1
+            at, known = x[::step], values[i, ::step]
+        else:
+            line = one_of(phase_of(lines, i), name)
+            kept = line.order < budget
+            at, known = line.x[kept], line.data[kept, 0]
+        return rms(np.interp(x, at, known) - values[i])
+
+    every = range(len(values))
+    return {k: np.array([[error(k, i, b) for b in budgets] for i in every]) for k in DRIVERS}
+
+
+def error_by_middles(image, x, cells: int, budget: int) -> float:
+    """The sampler of R07 §9.1 in 1D: the gradient in the middle of a cell times its length.
+
+    A cell that is split keeps its sample and gets two more, in the middles of its halves.
+    """
+    h = (x[-1] - x[0]) / cells
+    middles = x[0] + h * (np.arange(cells) + 0.5)
+
+    def entry(c, h):
+        return -abs(float(np.interp(c, x, image[1]))) * h, c, h
+
+    heap, taken = [entry(c, h) for c in middles], list(middles)
+    heapq.heapify(heap)
+    while len(taken) + 2 <= budget:
+        _, c, h = heapq.heappop(heap)
+        for half in (c - 0.25 * h, c + 0.25 * h):
+            taken.append(half)
+            heapq.heappush(heap, entry(half, 0.5 * h))
+    at = np.sort(taken)
+    return rms(np.interp(x, at, np.interp(at, x, image[0])) - image[0])
+
+
+def phase_of(lines, i: int):
+    """The samplings of one of the images."""
+    return jax.tree.map(lambda a: a[i], lines)
+
+
+def geometric_mean(a, axis=None):
+    """Of errors, which differ by factors."""
+    return np.exp(np.mean(np.log(a), axis))
 
 
 # --- the gradient by R07 (37) -------------------------------------------------------------------
