@@ -7,7 +7,7 @@ import pytest
 
 from firstorder.flatland import Arcs, Circles, Ellipses, Scene, Segments, box, critical, thing
 from firstorder.flatland.critical import critical_lines, point_edges
-from firstorder.flatland.shapes import closed_curve
+from firstorder.flatland.makers import closed_curve
 
 
 def bean(shift=(0.0, 0.0)):

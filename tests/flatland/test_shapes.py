@@ -3,7 +3,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.flatland import Arcs, Circles, Ellipses, Segments, box, closed_curve, polyline
+from firstorder.flatland import Arcs, Circles, Ellipses, Segments
 from tests.flatland.worlds import bean
 
 SHAPES = {
@@ -98,14 +98,6 @@ def test_an_arc_is_met_only_where_it_is():
     assert abs(bowl.hit(jnp.array([0.1, 2.0]), down, jnp.array(False))[0] - 2.0) < 1.0
 
 
-def test_makers():
-    assert polyline([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)], closed=True).count == 3
-    room = box((0.0, 0.0), (2.0, 1.0), inward=True)
-    assert room.start.tolist() == [[0, 0], [2, 0], [2, 1], [0, 1]]
-    solid = box((0.0, 0.0), (2.0, 1.0))
-    assert solid.start.tolist() == [[0, 0], [0, 1], [2, 1], [2, 0]]
-
-
 @pytest.mark.parametrize(
     ("make", "words"),
     [
@@ -114,8 +106,6 @@ def test_makers():
         (lambda: Ellipses((0.0, 0.0), (1.0, 0.0)), "`semi` must be positive"),
         (lambda: Arcs((0.0, 0.0), 1.0, 0.0, 0.0), "sweep.* must be positive"),
         (lambda: Circles([(0.0, 0.0), (1.0, 1.0)], 1.0), "`radius` must hold 2 shapes"),
-        (lambda: polyline([(0.0, 0.0)]), "`points` must have shape"),
-        (lambda: closed_curve(np.zeros((8, 2)), 4), "`points` must have shape"),
     ],
 )
 def test_bad_shapes_are_refused_in_one_sentence(make, words):

@@ -10,18 +10,10 @@ from firstorder.flatland.irradiance import (
     rotation,
     translation,
 )
+from firstorder.flatland.makers import box, closed_curve, polyline
 from firstorder.flatland.mirrors import in_mirrors
 from firstorder.flatland.scene import Frenet, Material, PointLights, Scene, Thing, thing
-from firstorder.flatland.shapes import (
-    Arcs,
-    Circles,
-    Curves,
-    Ellipses,
-    Segments,
-    box,
-    closed_curve,
-    polyline,
-)
+from firstorder.flatland.shapes import Arcs, Circles, Curves, Ellipses, Segments
 from firstorder.flatland.view import Receiver, View, receiver, view
 
 __all__ = [

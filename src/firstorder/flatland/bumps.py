@@ -13,7 +13,8 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
 from firstorder.errors import check_finite, check_not_negative, check_positive
-from firstorder.flatland.shapes import Segments, polyline
+from firstorder.flatland.makers import polyline
+from firstorder.flatland.shapes import Segments
 from firstorder.typing import as_float
 
 

@@ -73,19 +73,19 @@ def _numbered(scene: Scene):
 
 def _in_one(scene: Scene, rays) -> Int[Array, " r"]:
     """All distances to a group at once, reduced by the compiler as they arise."""
-    rays, found = _apart(rays), None
+    rays = _apart(rays)
+    nearest = jnp.full(rays[2].shape, jnp.inf, rays[0].dtype)
+    index = jnp.full(rays[2].shape, MISS, jnp.int32)
     for group, numbers in _numbered(scene):
 
         def meet(o, d, on, group=group, numbers=numbers):
             return jax.vmap(lambda shape, k: shape.distance(o, d, on == k))(group, numbers)
 
         t = _beside(meet, rays)
-        new = jnp.min(t, 1), numbers[0] + jnp.argmin(t, 1).astype(jnp.int32)
-        if found is not None:
-            closer = new[0] < found[0]
-            new = tuple(jnp.where(closer, a, b) for a, b in zip(new, found, strict=True))
-        found = new
-    return jnp.where(jnp.isfinite(found[0]), found[1], MISS)
+        least, which = jnp.min(t, 1), numbers[0] + jnp.argmin(t, 1).astype(jnp.int32)
+        closer = least < nearest
+        nearest, index = jnp.where(closer, least, nearest), jnp.where(closer, which, index)
+    return index
 
 
 def _one_by_one(scene: Scene, rays) -> Int[Array, " r"]:

@@ -20,7 +20,7 @@ from jaxtyping import Array, ArrayLike, Bool, Float, Int
 from firstorder.conventions import direction
 from firstorder.flatland.intersect import occluded
 from firstorder.flatland.scene import BACK, FRONT, Scene
-from firstorder.flatland.shapes import dot
+from firstorder.flatland.vectors import dot
 from firstorder.flatland.view import Receiver, View, receiver, view
 from firstorder.quadrature import gauss_legendre
 from firstorder.typing import as_float
@@ -116,14 +116,13 @@ def gathered(
         >>> bool(abs(gathered(scene, at, jnp.cos) - irradiance(scene, at)) < 1e-5)
         True
     """
-    if radiance is None:
-        side = scene.material.emission
 
-        def radiance(index, s, front, along):
-            return side[index, jnp.where(front, FRONT, BACK)]
+    def emitted(index, s, front, along):
+        return scene.material.emission[index, jnp.where(front, FRONT, BACK)]
 
     seen = view(scene, at, cuts)
-    return direct_points(scene, at, weight) + _integrated(scene, at, seen, radiance, nodes, weight)
+    sent = emitted if radiance is None else radiance
+    return direct_points(scene, at, weight) + _integrated(scene, at, seen, sent, nodes, weight)
 
 
 def direct_points(

@@ -59,11 +59,12 @@ def in_mirrors(
     behind, L = _behind(scene, at, mirror, middle)
     sines = jnp.sin(seen.angles)
     E = jnp.where(behind >= 0, L, 0.0) * (sines[1:] - sines[:-1])
-    if scene.environment is not None:
+    environment = scene.environment
+    if environment is not None:
 
         def sky(k, angle):
             bounced = _bounced(scene, k, direction(at.n + angle))
-            return scene.environment(jnp.arctan2(-bounced[0], bounced[1]))
+            return environment(jnp.arctan2(-bounced[0], bounced[1]))
 
         theta = middle[:, None] + half[:, None] * t
         light = jax.vmap(lambda k, row: jax.vmap(lambda a: sky(k, a))(row))(mirror, theta)

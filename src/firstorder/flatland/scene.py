@@ -20,17 +20,8 @@ from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from firstorder.errors import check_finite, check_not_negative, is_concrete
 from firstorder.flatland.crossings import Crossings, find
-from firstorder.flatland.shapes import (
-    Arcs,
-    Circles,
-    Curves,
-    Ellipses,
-    Point,
-    Segments,
-    Shape,
-    cross,
-    left,
-)
+from firstorder.flatland.shapes import Arcs, Circles, Curves, Ellipses, Point, Segments, Shape
+from firstorder.flatland.vectors import cross, left
 from firstorder.typing import as_float
 
 KINDS = (Segments, Arcs, Circles, Ellipses, Curves)

@@ -20,7 +20,7 @@ from jaxtyping import Array, ArrayLike, Float, Int
 from firstorder.conventions import direction
 from firstorder.flatland.intersect import first_shape
 from firstorder.flatland.scene import Scene
-from firstorder.flatland.shapes import cross, dot
+from firstorder.flatland.vectors import cross, dot
 from firstorder.typing import as_float
 
 HORIZON = 0.5 * jnp.pi

@@ -1,0 +1,37 @@
+import numpy as np
+import pytest
+
+from firstorder.flatland import box, closed_curve, polyline
+
+
+def test_polylines_and_boxes():
+    assert polyline([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)], closed=True).count == 3
+    room = box((0.0, 0.0), (2.0, 1.0), inward=True)
+    assert room.start.tolist() == [[0, 0], [2, 0], [2, 1], [0, 1]]
+    solid = box((0.0, 0.0), (2.0, 1.0))
+    assert solid.start.tolist() == [[0, 0], [0, 1], [2, 1], [2, 0]]
+
+
+def test_a_closed_curve_goes_through_its_points_clockwise():
+    a = 2.0 * np.pi * np.arange(32) / 32
+    points = np.stack([np.cos(a) + 0.1 * np.cos(2.0 * a), np.sin(a)], -1)
+    curve = closed_curve(points, 4)
+    k = np.arange(5) * 2.0 * np.pi
+
+    def at(s):
+        return np.cos(k * s) @ curve.cosines[0] + np.sin(k * s) @ curve.sines[0]
+
+    # The points run counter-clockwise, so they are met in the other order.
+    assert np.allclose([at(s) for s in np.arange(32) / 32], points[::-1], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: polyline([(0.0, 0.0)]), "`points` must have shape"),
+        (lambda: closed_curve(np.zeros((8, 2)), 4), "`points` must have shape"),
+    ],
+)
+def test_bad_points_are_refused_in_one_sentence(make, words):
+    with pytest.raises(ValueError, match=words):
+        make()
