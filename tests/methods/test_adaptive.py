@@ -172,6 +172,13 @@ def test_a_wave_that_the_grid_aliases_shows_in_slopes_and_not_in_differences():
 # --- batches, breaks, the table ----------------------------------------------------------------
 
 
+def test_samples_of_a_smaller_budget_are_those_taken_first():
+    long, short = ramped("gradient"), ramped("gradient", budget=65)
+    kept = np.asarray(long.order) < 65
+    np.testing.assert_array_equal(long.x[kept], short.x)
+    np.testing.assert_array_equal(long.order[kept], short.order)
+
+
 @pytest.mark.parametrize("batch", [7, 0.1])
 def test_batches_spend_the_budget_and_stay_close_to_greedy(batch):
     line = ramped("gradient", batch=batch)
@@ -246,6 +253,12 @@ def test_precision_vmap_and_derivatives(bits):
         assert values.shape == slopes.shape == (2, 20)
         assert values.dtype == f"float{bits}"
         assert np.all(np.isfinite(slopes))
+
+
+def test_single_precision_in_a_double_session():
+    low, high = jnp.array([-1.0, 1.0], jnp.float32)
+    line = sample_line(Ramp(), low, high, 20, by_disagreement(1), breaks=jnp.float32(0.3))
+    assert line.x.dtype == line.data.dtype == jnp.float32
 
 
 def test_traced_ends_out_of_order_give_nan():

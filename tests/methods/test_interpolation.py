@@ -6,6 +6,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 import sympy as sp
+from hypothesis import given
+from hypothesis import strategies as st
 
 from derivations.methods import interpolation as derived
 from firstorder.checks.tolerance import fitted_order, normwise, rounding
@@ -40,10 +42,30 @@ def test_the_basis_is_the_derived_one(data):
     assert normwise(hermite_basis(t, data), np.moveaxis(np.array(truth), -1, 0)) < rounding(20)
 
 
+@pytest.mark.smoke
 @pytest.mark.parametrize("data", DATA)
 def test_polynomials_of_its_degree_are_exact_and_the_next_one_is_not(data):
     assert worst_on_polynomials(data, 2 * data - 1) < rounding(50)
     assert worst_on_polynomials(data, 2 * data) > 1e-5
+
+
+@given(
+    st.lists(st.floats(0.01, 3.0), min_size=5, max_size=5),
+    st.floats(-5.0, 5.0),
+    st.lists(st.floats(-2.0, 2.0), min_size=6, max_size=6),
+)
+def test_quintics_are_exact_on_any_nodes(steps, shift, coefficients):
+    """Also where cells of very different lengths meet, and far from the origin."""
+    nodes = shift + np.concatenate([[0.0], np.cumsum(steps)])
+    p = np.polynomial.Polynomial(coefficients)
+    x = np.linspace(nodes[0], nodes[-1], 40)
+    data = jets(p, nodes, 3)
+    # Of sums of monomials, whose terms may be far larger than what is left of them.
+    terms = np.polynomial.Polynomial(np.abs(coefficients))
+    size = max(np.max(terms(np.abs(nodes))), 1e-300)
+    size = max(size, *(np.max(terms.deriv(k)(np.abs(nodes))) * max(steps) ** k for k in (1, 2)))
+    error = np.max(np.abs(np.asarray(value(Interpolant(nodes, data), x)) - p(x)))
+    assert error <= rounding(50) * size
 
 
 FAULTS = {

@@ -7,6 +7,7 @@ that were taken are kept, so their table is what the interpolation needs.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
@@ -106,6 +107,7 @@ def by_curvature(cell: Cell) -> Scalar:
     return interpolation_error(cell.length, cell.mean(2), 1)
 
 
+@functools.cache  # the same object again, which is compiled already
 def by_disagreement(data: int) -> Driver:
     """How far a curve through `data` numbers per node lies from one that knows all there are.
 
