@@ -9,6 +9,7 @@ import numpy as np
 from firstorder import plotting
 from firstorder.fields import Grid
 from firstorder.flatland import Circles, Scene, Segments
+from firstorder.flatland.crossings import Crossings
 from firstorder.methods.shadowfield import Wedge, power, traced_on, visible_lengths
 
 UNIT = (0.5, 0.5)  # x and y both run from 0 to 1
@@ -20,9 +21,14 @@ def unit_grid(n: int) -> Grid:
     return Grid.spanning((n, n), UNIT, UNIT)
 
 
-@eqx.filter_jit
 def visibility(scene: Scene, grid: Grid):
-    """f(x, y) on a grid."""
+    """f(x, y) on a grid. Rays need no crossings, whose number would compile each scene anew."""
+    none = Crossings(jnp.zeros((0, 2), jnp.int32), jnp.zeros((0, 2)))
+    return _visibility(eqx.tree_at(lambda s: s.crossings, scene, none), grid)
+
+
+@eqx.filter_jit
+def _visibility(scene: Scene, grid: Grid):
     return traced_on(scene, grid)
 
 
