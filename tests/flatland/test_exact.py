@@ -217,7 +217,7 @@ def closed_E(p):
     return L * lit(x, (l0, l1), H, shadows)
 
 
-def differences(p):
+def differences(p, closed=closed_E):
     """Gradient and Hessian of the closed form in 60 digits."""
     with mp.workdps(60):
         p, h, k = [mp.mpf(v) for v in p], mp.mpf(10) ** -15, range(len(p))
@@ -227,7 +227,7 @@ def differences(p):
             q = list(p)
             q[i] += di * h
             q[j] += dj * h
-            return closed_E(q)
+            return closed(q)
 
         first = [(at(i, 1, i, 0) - at(i, -1, i, 0)) / (2 * h) for i in k]
         second = np.zeros((len(p), len(p)))
@@ -235,7 +235,7 @@ def differences(p):
             for j in range(i + 1):
                 cross = at(i, 1, j, 1) - at(i, 1, j, -1) - at(i, -1, j, 1) + at(i, -1, j, -1)
                 second[i, j] = second[j, i] = float(cross / (4 * h**2))
-        return float(closed_E(p)), np.array([float(v) for v in first]), second
+        return float(closed(p)), np.array([float(v) for v in first]), second
 
 
 @pytest.mark.parametrize("place", PLACES)
@@ -270,6 +270,46 @@ def test_a_fault_in_the_motion_of_edges_is_seen(fault, wrong, monkeypatch):
     assert abs(value - E) < 1e-14
     assert np.all(np.isfinite(gradient))
     assert np.max(np.abs(gradient - first)) > 1e-2
+
+
+# --- a blocker that crosses the lamp --------------------------------------------------------------
+
+PIERCING = (0.05, -0.02, 0.8, 0.32, 1.25, 1.0)  # x of the receiver; two ends; the lamp's height
+
+
+def pierced(p, crossings=None):
+    x, ax, ay, bx, by, H = p
+    lamp = thing(Segments(jnp.stack([0.5, H]), jnp.stack([-0.5, H])), emission=1.0)
+    slab = thing(Segments(jnp.stack([ax, ay]), jnp.stack([bx, by])))
+    scene = Scene.of(lamp, slab, crossings=crossings)
+    return scene, Receiver(jnp.stack([x, 0.0 * x]), 0.0 * x)
+
+
+def pierced_by_hand(p):
+    """The slab hides the lamp between the shadow of its lower end and where it passes through."""
+    x, ax, ay, bx, by, H = p
+    through = ax + (bx - ax) * (H - ay) / (by - ay)
+    low, high = sorted((x + (ax - x) * H / ay, through))
+    return lit(x, (mp.mpf(-0.5), mp.mpf(0.5)), H, [(low, high)])
+
+
+def test_where_blocker_and_lamp_cross_the_crossing_moves_with_them():
+    """Traced shapes take their crossings from a concrete scene like them."""
+    crossings = pierced(jnp.array(PIERCING))[0].crossings
+
+    @jax.jit
+    def jets(p):
+        def E(p):
+            return irradiance(*pierced(p, crossings))
+
+        return E(p), jax.grad(E)(p), jax.hessian(E)(p)
+
+    value, gradient, hessian = jets(jnp.array(PIERCING))
+    E, first, second = differences(PIERCING, pierced_by_hand)
+    assert abs(value - E) < 1e-14
+    assert np.max(np.abs(gradient - first)) < 1e-12 * np.max(np.abs(first))
+    assert np.max(np.abs(hessian - second)) < 1e-11 * np.max(np.abs(second))
+    assert np.all(np.abs(first) > 1e-3)
 
 
 # --- the scene moved as a whole ------------------------------------------------------------------
