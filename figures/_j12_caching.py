@@ -15,6 +15,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
+from matplotlib.ticker import NullFormatter
 
 from firstorder.flatland import Receiver, irradiance
 from firstorder.methods.caching import (
@@ -28,7 +29,9 @@ from firstorder.methods.caching import (
     radius_with_events,
     rms,
     shuffled,
+    survey,
 )
+from firstorder.plotting.style import COLOURS
 
 RECORDS, SEED = 20, 12
 Radii = Callable[[Array], tuple[Array, Array]]
@@ -167,11 +170,28 @@ def limits(length: float, cells: int) -> tuple[float, float]:
     return length / cells, length
 
 
-def cells(count: int) -> np.ndarray:
-    """Parameters of candidates: midpoints of equal cells."""
-    return (np.arange(count) + 0.5) / count
+def surveyed(scene, index: int, E, count: int, dense: int, columns: int = 4):
+    """Candidates in the middles of equal cells, and places between them with the true E.
+
+    Both come out of one survey, so that only one function is compiled.
+    """
+    s = np.concatenate([(np.arange(count) + 0.5) / count, (np.arange(dense) + 0.3183) / dense])
+    all_of_it = survey(scene, index, s, E, count=columns, rays=512)
+    candidates = jax.tree.map(lambda a: a[:count], all_of_it)
+    x, truth = all_of_it.x[count:], all_of_it.derivatives[count:, 0]
+    return candidates, s[:count], np.asarray(x), np.asarray(truth)
 
 
-def places(count: int) -> np.ndarray:
-    """Parameters at which errors are measured, none of them a candidate."""
-    return (np.arange(count) + 0.3183) / count
+def draw_errors(ax, found: dict[str, Outcome], names: dict[str, str], mark: str) -> None:
+    """Mean, median and the middle 80 % of each method's RMS errors over the orders of insertion."""
+    at = np.arange(len(names))[::-1]
+    for y, name in zip(at, names, strict=True):
+        e = found[name].rms
+        colour = COLOURS[1] if name == mark else "0.45"
+        ax.plot(np.percentile(e, [10, 90]), [y, y], "-", color=colour, linewidth=1.0)
+        ax.plot([np.median(e)], [y], "|", color=colour, markersize=8)
+        ax.plot([np.mean(e)], [y], "o", color=colour, markersize=4)
+    ax.set(xscale="log", yticks=at, ylim=(-0.7, len(names) - 0.3))
+    ax.xaxis.set_minor_formatter(NullFormatter())
+    ax.yaxis.tick_right()
+    ax.set_yticklabels(names.values(), fontsize=6.5)

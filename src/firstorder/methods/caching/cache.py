@@ -77,14 +77,23 @@ class Candidates(eqx.Module):
 
 def derivatives_of(E: Callable[[Array], Array], x: ArrayLike, count: int) -> Float[Array, " k"]:
     """E and its first `count - 1` derivatives at x."""
-    functions = [E]
+
+    def columns(x):
+        return (E(x),)
+
     for _ in range(count - 1):
-        functions.append(_slope(functions[-1]))
-    return jnp.stack([f(as_float(x)) for f in functions])
+        columns = _deeper(columns)
+    return jnp.stack(columns(as_float(x)))
 
 
-def _slope(f):
-    return lambda x: jax.jvp(f, (x,), (jnp.ones_like(x),))[1]
+def _deeper(f: Callable[[Array], tuple[Array, ...]]):
+    """All that f gives, and the slope of the last of it."""
+
+    def slopes(x):
+        found, tangents = jax.jvp(f, (x,), (jnp.ones_like(x),))
+        return (*found, tangents[-1])
+
+    return slopes
 
 
 def taylor(

@@ -164,7 +164,8 @@ def interpolated(
     What `Cache` answers, for many caches over the same candidates at once.
     """
     records = np.asarray(fitted.records)
-    most = int(records.sum(axis=1).max())
+    # Rounded up, so that few sizes are compiled.
+    most = min(-(-int(records.sum(axis=1).max()) // 16) * 16, records.shape[1])
     rows = np.argsort(~records, axis=1, kind="stable")[:, :most]
     valid = np.take_along_axis(records, rows, axis=1)
     radius = jnp.take_along_axis(fitted.radius, jnp.asarray(rows), axis=1)

@@ -22,6 +22,8 @@ from firstorder.methods.caching.split_circle import harmonic_length, minimum_len
 from firstorder.quadrature import gauss_legendre
 from firstorder.typing import as_float
 
+BLOCK = 128  # candidates worked on at a time
+
 
 def survey(
     scene: Scene,
@@ -74,20 +76,27 @@ def survey(
 def _columns(scene: Scene, index: int, s: Array, E: Callable[[Receiver], Array], count: int):
     """E and its derivatives in arc length, by nesting `d/dx = (ds/dx) d/ds`."""
 
-    def by_arc(f):
-        def slope(s):
-            return jax.jvp(f, (s,), (1.0 / scene.frame(index, s).speed,))[1]
+    def deeper(f):
+        """All that f gives, and the slope of the last of it."""
 
-        return slope
+        def slopes(s):
+            found, tangents = jax.jvp(f, (s,), (1.0 / scene.frame(index, s).speed,))
+            return (*found, tangents[-1])
 
-    functions: list[Callable[[Array], Array]] = [lambda s: E(receiver(scene, index, s))]
+        return slopes
+
+    def columns(s):
+        return (E(receiver(scene, index, s)),)
+
     for _ in range(count - 1):
-        functions.append(by_arc(functions[-1]))
-    # A few at a time: a gap of each receiver is never kept for all receivers.
-    each = eqx.filter_jit(
-        lambda s: jax.lax.map(lambda s: jnp.stack([f(s) for f in functions]), s, batch_size=64)
-    )
-    return each(s)
+        columns = deeper(columns)
+    # A few at a time, on the host: within one compiled loop the last bit would depend on how many
+    # gaps there are, and a black wall on whether it is there.
+    each = eqx.filter_jit(lambda s: jax.vmap(lambda s: jnp.stack(columns(s)))(s))
+    step = min(BLOCK, s.shape[0])
+    padded = jnp.concatenate([s, jnp.broadcast_to(s[-1:], (-s.shape[0] % step,))])
+    parts = [each(padded[i : i + step]) for i in range(0, s.shape[0], step)]
+    return jnp.concatenate(parts)[: s.shape[0]]
 
 
 def ray_lengths(scene: Scene, index: int, s: ArrayLike, rays: int = 256) -> Float[Array, "m r"]:

@@ -1,0 +1,74 @@
+"""Everything that can be traced, compiled and differentiated in one number, in both precisions."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from derivations.methods.caching._light import lamp
+from firstorder.flatland import Scene, Segments, thing
+from firstorder.methods import caching
+
+FLOOR = Segments((-1.0, 0.0), (1.0, 0.0))
+
+
+def everything(s):
+    """Results of every traceable export, by name; each depends on s."""
+    x = jnp.stack([-0.5 + 0.1 * s, 0.1 * s, 0.5])
+    some = caching.Candidates.along(lambda t: s * lamp(t), x)
+    h = some.derivatives[:, 2]
+    radii = caching.clamped(caching.radius_for(h, 0.02 * s), 0.05, 0.9)
+    table = (x, 0.0 * x, some.derivatives, radii.radius, radii.clamp)
+    near = jnp.stack([0.2 * s, -0.3 * s])
+    start = some.derivatives[1]
+    return {
+        "Candidates": some.derivatives,
+        "Cache": caching.Cache(*table, order=2)(x + 0.07).value,
+        "clamped": radii.radius,
+        "taylor": caching.taylor(some.derivatives, s, order=2),
+        "derivatives_of": caching.derivatives_of(lambda t: s * lamp(t), 0.2 * s, 3),
+        "expected_error": caching.expected_error(h, s, definition="average squared"),
+        "expected_error_with_events": caching.expected_error_with_events(s, [s], near, near),
+        "radius_with_events": caching.radius_with_events([s], 0.1 * s, 0.01, 5.0, near, near),
+        "split_circle_error": caching.split_circle_error(0.1 * s, s, 0.2 * s),
+        "split_circle_change": caching.split_circle_change(0.1 * s, s, 0.2 * s),
+        "minimum_length": caching.minimum_length(jnp.stack([s, 2.0 * s])),
+        "harmonic_length": caching.harmonic_length(jnp.stack([s, 2.0 * s])),
+        "true_error": caching.true_error(lambda t: lamp(t), 0.1 * s, start, 0.2 * s),
+    }
+
+
+# On the host, or with answers that are not differentiated.
+OTHERS = {
+    "survey", "kinks", "Answer", "Clamped", "CLAMPS", "DEFINITIONS", "fill", "Fit", "fit",
+    "interpolated", "shuffled", "ideal_radius", "rms", "radius_for",
+}  # fmt: skip
+
+
+def test_every_export_is_walked():
+    found = jax.eval_shape(everything, 1.0)
+    assert set(found) | OTHERS == set(caching.__all__)
+    assert not set(found) & OTHERS
+
+
+@pytest.mark.smoke
+@pytest.mark.parametrize("dtype", [jnp.float32, jnp.float64])
+def test_compiled_and_differentiated_in_both_precisions(dtype):
+    value = jax.jit(everything)(dtype(1.3))
+    slope = jax.jit(jax.jacfwd(everything))(dtype(1.3))
+    for name, number in value.items():
+        assert number.dtype == dtype, name
+        assert np.all(np.isfinite(number)), name
+        assert np.all(np.isfinite(slope[name])), name
+        assert np.any(slope[name] != 0.0), name
+
+
+def test_a_survey_is_differentiable_in_the_scene():
+    def summed(y):
+        ends = [jnp.stack([x + 0.0 * y, y]) for x in (0.5, -0.5)]
+        scene = Scene.of(thing(FLOOR), thing(Segments(*ends), emission=1.0))
+        return jnp.sum(caching.survey(scene, 0, jnp.array([0.3]), count=2, rays=8).derivatives)
+
+    slope = jax.jit(jax.jacfwd(summed))(1.0)
+    assert np.isfinite(slope)
+    assert slope != 0.0
