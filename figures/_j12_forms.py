@@ -55,7 +55,8 @@ def draw_pair(data, order: int, colour: str, words: str):
         ax.plot(x, data[f"{name} exact {order}"], "-", color=colour, lw=1.6, label=words)
         ax.set(xlabel=plotting.label("x"), ylabel=f"E (W/m), {words}")
         ax.set_title(f"scene {name}, {SAMPLES} samples a point", loc="left")
-    axes[0, 0].legend(loc="best", ncols=2)
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=4)
     plotting.share_labels(axes)
     return figure
 
