@@ -43,7 +43,7 @@ class ZTest:
         return self.worst <= self.threshold
 
 
-def threshold(comparisons: int, level: float = LEVEL, freedom: float | None = None) -> float:
+def threshold(comparisons: int, level: float = LEVEL, freedom: float | int | None = None) -> float:
     """The deviation that the largest of several independent ones exceeds with chance `level`.
 
     Šidák's correction; with `freedom` for Student's t, where errors come from few samples.
@@ -64,7 +64,7 @@ def z_test(
     truth: Any,
     level: float = LEVEL,
     truth_error: Any = 0.0,
-    freedom: float | None = None,
+    freedom: float | int | None = None,
 ) -> ZTest:
     """Tests means with standard errors against known values, all at once.
 

@@ -10,11 +10,12 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from firstorder.conventions import direction
 from firstorder.flatland.scene import BACK, FRONT, Scene
-from firstorder.flatland.shapes import cross, dot
+from firstorder.flatland.vectors import cross, dot
+from firstorder.quadrature import gauss_legendre
 from firstorder.sampling.distributions import Pick, Piecewise
 
 SKY_PIECES = 256  # of the table by which the sky is sampled
@@ -60,7 +61,7 @@ class Look(eqx.Module):
 
 def bounds(scene: Scene) -> tuple[Float[Array, "2"], Float[Array, ""]]:
     """A circle around all shapes, by points along each, a little too large."""
-    s = jnp.linspace(0.0, 1.0, 33)
+    s = jnp.linspace(0.0, 1.0, 33, dtype=scene.material.emission.dtype)
     where = jax.vmap(lambda i: jax.vmap(lambda s: scene.motion(i, s)[0])(s))
     p = where(jnp.arange(scene.count)).reshape(-1, 2)
     p = jnp.concatenate([p, scene.points.position.astype(p.dtype)])
@@ -69,20 +70,29 @@ def bounds(scene: Scene) -> tuple[Float[Array, "2"], Float[Array, ""]]:
 
 
 def lengths(scene: Scene) -> Float[Array, " n"]:
-    """Arc lengths of all shapes [m]."""
-    return jax.vmap(scene.length)(jnp.arange(scene.count))
+    """Arc lengths of all shapes, in the scene's own precision [m]."""
+    dtype = scene.material.emission.dtype
+    t, w = (jnp.asarray(a, dtype) for a in gauss_legendre(64))
+
+    def length(index):
+        v = jax.vmap(lambda s: scene.motion(index, s)[1])(0.5 + 0.5 * t)
+        return 0.5 * jnp.sum(w * jnp.sqrt(dot(v, v)))
+
+    return jax.vmap(length)(jnp.arange(scene.count))
 
 
-def lights(scene: Scene, points: bool = True, shapes: bool = True, sky: bool = True) -> Lights:
+def lights(
+    scene: Scene, points: ArrayLike = 1.0, shapes: ArrayLike = 1.0, sky: ArrayLike = 1.0
+) -> Lights:
     """The lights of a scene, weighted by the flux that each sends into it.
 
     A point sends `2 pi I`, a side of uniform radiance `2 L length`, the sky `2 R int L`.
 
     Args:
         scene: what shines.
-        points: whether to count point lights.
-        shapes: whether to count emitting shapes.
-        sky: whether to count the environment.
+        points: 1 to count point lights, 0 to leave them out.
+        shapes: likewise emitting shapes.
+        sky: likewise the environment.
     """
     center, radius = bounds(scene)
     dtype = radius.dtype
@@ -116,8 +126,8 @@ def look_for(
     end = jnp.zeros_like(place)
     value, density = jnp.zeros_like(chance), jnp.ones_like(chance)
     on = jnp.full(number.shape, -1)
+    which = jnp.clip(number, 0, max(p - 1, 0))
     if p:
-        which = jnp.minimum(number, p - 1)
         end = scene.points.position[which].astype(place.dtype)
     is_point = number < p
 
@@ -152,6 +162,8 @@ def look_for(
         end = jnp.where(far[:, None], place + reach[:, None] * d, end)
         value = jnp.where(far, jax.vmap(scene.environment)(angle), value)
         density = jnp.where(far, chance * where.sky.density(angle), density)
+    # Where nothing shines nothing is picked; what is returned then counts for nothing.
+    value = jnp.where((chance > 0.0) & (density > 0.0), value, 0.0)
     density = jnp.where(density > 0.0, density, 1.0)
     return Look(along, value, density, end, on, is_point)
 

@@ -220,7 +220,6 @@ class _State(NamedTuple):
 def _paths(scene, start: Vertex, key, paths: int, lanes: int | None, plan: Plan) -> Estimate:
     """Checks, and one row of receivers."""
     _check_many("paths", paths)
-    check_between("survival", plan.survival, 1e-6, 1.0 - 1e-6)
     shape = start.sine.shape
     start = jax.tree.map(lambda a: a.reshape(-1, *a.shape[len(shape) :]), start)
     rows = start.sine.shape[0]
@@ -236,7 +235,7 @@ def _traced(scene: Scene, start: Vertex, key, paths, lanes: int, plan: Plan):
     scene, start = jax.lax.stop_gradient((scene, start))
     rows = start.sine.shape[0]
     dtype = start.position.dtype
-    where = lights(scene, True, plan.next_event, plan.next_event)
+    where = lights(scene, 1.0, plan.next_event, plan.next_event)
     keys = jax.vmap(lambda i: jax.random.fold_in(key, i))(jnp.arange(rows))
     # Receivers first: a row that is spread over devices stays where it is.
     first = jax.tree.map(lambda a: jnp.repeat(a, lanes, axis=0), start)
@@ -287,9 +286,7 @@ def _advance(scene, where: Lights, first: Vertex, state: _State, u, plan: Plan) 
     share = jnp.where(turned.delta, 1.0, share)
     value = value + jnp.where(on, weight * share * met.radiance, 0.0)
 
-    on = on & met.there & (met.vertex.surface.total > 0.0)
-    if plan.bounces is not None:
-        on = on & (state.depth < plan.bounces)
+    on = on & met.there & (met.vertex.surface.total > 0.0) & (state.depth < plan.bounces)
     return _ended(first, state, _State(met.vertex, weight, value, state.depth + 1, *state[4:]), on)
 
 
@@ -319,28 +316,28 @@ def _ended(first: Vertex, before: _State, now: _State, on) -> _State:
 def _trees(scene: Scene, start: Vertex, key, branches: tuple[int, ...], runs: int, glossy: bool):
     """All runs, one after the other."""
     scene, start = jax.lax.stop_gradient((scene, start))
-    where = lights(scene, True, False, False)
-    plan = Plan(None, False, 1.0, glossy, scattering.scatter)
+    where = lights(scene, 1.0, 0.0, 0.0)
+    plan = Plan(jnp.array(0), jnp.array(0.0), jnp.array(1.0), glossy, scattering.scatter)
 
-    def reflected(here: Vertex, key, rest: tuple[int, ...]):
+    def reflected(here: Vertex, key, depth: int):
         """(28) at every vertex: the mean over its rays, and the point lights."""
-        n = here.sine.shape[0]
+        n, width = here.sine.shape[0], branches[depth]
         now, later, more = jax.random.split(key, 3)
         u = jax.random.uniform(now, (n, 2), here.position.dtype)
         one = jnp.ones((n,), here.position.dtype)
         direct = sampled_light(scene, where, here, u, one, plan)
-        many = jax.tree.map(lambda a: jnp.repeat(a, rest[0], axis=0), here)
-        u = jax.random.uniform(later, (n * rest[0], 3), here.position.dtype)
+        many = jax.tree.map(lambda a: jnp.repeat(a, width, axis=0), here)
+        u = jax.random.uniform(later, (n * width, 3), here.position.dtype)
         turned = plan.scatter(many.surface, (many.sine, many.cosine), u, glossy)
         along = onward(many, turned)
         met = meet(scene, where, many.position, many.on, along, plan)
         L = met.radiance
-        if len(rest) > 1:
-            L = L + jnp.where(met.there, reflected(met.vertex, more, rest[1:]), 0.0)
-        return direct + jnp.mean((turned.weight * L).reshape(n, rest[0]), -1)
+        if depth + 1 < len(branches):
+            L = L + jnp.where(met.there, reflected(met.vertex, more, depth + 1), 0.0)
+        return direct + jnp.mean((turned.weight * L).reshape(n, width), -1)
 
     def run(seen: Moments, key):
-        return seen.add(reflected(start, key, branches)), None
+        return seen.add(reflected(start, key, 0)), None
 
     none = Moments.none(start.sine.shape, start.position.dtype)
     seen, _ = jax.lax.scan(run, none, jax.random.split(key, runs))
@@ -354,7 +351,11 @@ def _trees(scene: Scene, start: Vertex, key, branches: tuple[int, ...], runs: in
 def _plan(scene: Scene, bounces, next_event, survival, scatter) -> Plan:
     if bounces is not None and bounces < 0:
         raise ValueError(f"Argument `bounces` must not be negative, but is {bounces}.")
-    return Plan(bounces, bool(next_event), float(survival), has_gloss(scene), scatter)
+    check_between("survival", survival, 1e-6, 1.0 - 1e-6)
+    most = jnp.asarray(jnp.iinfo(jnp.int32).max if bounces is None else bounces, jnp.int32)
+    # Numbers, not choices: one compiled program serves all of them.
+    number = jnp.asarray(float(next_event)), jnp.asarray(float(survival))
+    return Plan(most, *number, has_gloss(scene), scatter)
 
 
 def _sensor(like: Array, albedo: float = 0.0, mirror: float = 0.0) -> Surface:

@@ -10,10 +10,10 @@ from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 from firstorder.conventions import direction
 from firstorder.errors import check_positive
 from firstorder.flatland import scatter as scattering
-from firstorder.flatland.lights import Lights, lights
+from firstorder.flatland.lights import Lights, lengths, lights
 from firstorder.flatland.pathtrace import SURVIVAL
 from firstorder.flatland.scene import BACK, FRONT, Scene
-from firstorder.flatland.shapes import dot, left
+from firstorder.flatland.vectors import dot, left
 from firstorder.flatland.vertices import Plan, Scatter, has_gloss, meet, onward
 from firstorder.sampling.distributions import Cosine
 
@@ -73,12 +73,12 @@ def throw(
         6.283185
     """
     check_positive("count", count)
-    plan = Plan(bounces, False, survival, has_gloss(scene), scatter)
-    return _thrown(scene, key, count, plan)
+    plan = Plan(jnp.array(0), jnp.array(0.0), jnp.asarray(survival), has_gloss(scene), scatter)
+    return _thrown(scene, key, count, bounces, plan)
 
 
 @eqx.filter_jit
-def _thrown(scene: Scene, key, count: int, plan: Plan) -> Photons:
+def _thrown(scene: Scene, key, count: int, bounces: int, plan: Plan) -> Photons:
     """One photon in each lane; a scan over reflections."""
     scene = jax.lax.stop_gradient(scene)
     where = lights(scene)
@@ -108,7 +108,7 @@ def _thrown(scene: Scene, key, count: int, plan: Plan) -> Photons:
         flux = jnp.where(alive, flux * turned.weight / chance, 0.0)
         return (v.position, onward(v, turned), flux, v.on), photons
 
-    keys = jax.random.split(later, (plan.bounces or 0) + 1)
+    keys = jax.random.split(later, bounces + 1)
     _, photons = jax.lax.scan(bounce, (place, along, flux, on), keys)
     return photons
 
@@ -129,7 +129,7 @@ def _sent(scene: Scene, where: Lights, u: Array):
     sine = jnp.sin(Cosine().sample(u[:, 2]))
     cosine = jnp.sqrt(jnp.maximum(1.0 - sine**2, 0.0))
     along = cosine[:, None] * left(tangent) - sine[:, None] * tangent
-    length = jax.vmap(scene.length)(shape)
+    length = lengths(scene)[shape]
     from_shape = (number >= p) & (number < p + 2 * n)
     flux = jnp.where(from_shape, flux * speed / length, flux)
     on = jnp.where(from_shape, shape, -1).astype(jnp.int32)

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from firstorder.errors import is_concrete
@@ -17,7 +18,7 @@ from firstorder.flatland.intersect import nearest, occluded
 from firstorder.flatland.lights import Lights, density_of_shape, density_of_sky, look_for
 from firstorder.flatland.scatter import Scattered, Surface, reflect
 from firstorder.flatland.scene import BACK, FRONT, Scene
-from firstorder.flatland.shapes import cross, dot, left
+from firstorder.flatland.vectors import cross, dot, left
 
 Scatter = Callable[[Surface, tuple[Array, Array], Array, bool], Scattered]
 
@@ -62,11 +63,19 @@ class Met(NamedTuple):
 
 
 class Plan(NamedTuple):
-    """What is decided before compilation."""
+    """How paths are made.
 
-    bounces: int | None
-    next_event: bool
-    survival: float
+    Attributes:
+        bounces: the most reflections.
+        next_event: 1 if lights are sampled, 0 if only point lights are.
+        survival: the most that roulette lets go on.
+        glossy: whether any shape has a glossy lobe; decided before compilation.
+        scatter: what surfaces do.
+    """
+
+    bounces: Int[Array, ""]
+    next_event: Float[Array, ""]
+    survival: Float[Array, ""]
     glossy: bool
     scatter: Scatter
 
@@ -114,23 +123,19 @@ def meet(
         position, tangent, dot(along, tangent), -dot(along, left(tangent)), surface, index
     )
     L = jnp.where(there, m.emission[index, side], 0.0)
-    density = jnp.zeros_like(L)
-    if plan.next_event:
-        density = density_of_shape(
-            scene, where, index, front, jnp.abs(turn), jnp.where(there, hits.t, 1.0)
-        )
+    reach = jnp.where(there, hits.t, 1.0)
+    density = density_of_shape(scene, where, index, front, jnp.abs(turn), reach)
     if scene.environment is not None:
         sky = jax.vmap(scene.environment)(jnp.arctan2(-along[:, 0], along[:, 1]))
         L = jnp.where(there, L, sky)
-        if plan.next_event:
-            density = jnp.where(there, density, density_of_sky(where, along))
+        density = jnp.where(there, density, density_of_sky(where, along))
     return Met(vertex, there, front, hits.s, L, density)
 
 
 def has_gloss(scene: Scene) -> bool:
     """Whether any shape has a glossy lobe; if nobody can know, yes."""
     lobe = scene.material.specular
-    return not is_concrete(lobe) or bool(jnp.any(lobe > 0.0))
+    return not is_concrete(lobe) or bool(np.any(np.asarray(lobe) > 0.0))
 
 
 def _inverse(x: Array) -> Array:

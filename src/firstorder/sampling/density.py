@@ -135,7 +135,7 @@ def expected_fixed(cumulative: Cumulative, x, radius: float, count: int) -> Expe
 
 
 def expected_nearest(
-    cumulative: Cumulative, x, k: int, count: int, kept: int | None = None, nodes: int = 400
+    cumulative: Cumulative, x, k: int, count: int, kept: int | None = None, nodes: int = 200
 ) -> Expected:
     """What the k nearest points make of a density, exactly for independent points.
 

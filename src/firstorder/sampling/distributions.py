@@ -165,8 +165,9 @@ class Piecewise(eqx.Module):
 
     Example:
         >>> from firstorder.sampling import Piecewise
+        >>> import numpy as np
         >>> d = Piecewise([1.0, 3.0], 0.0, 2.0)
-        >>> d.density([0.5, 1.5, 2.5]).tolist(), d.sample(0.25).item()
+        >>> d.density(np.array([0.5, 1.5, 2.5])).tolist(), d.sample(0.25).item()
         ([0.25, 0.75, 0.0], 1.0)
     """
 

@@ -7,6 +7,7 @@ single precision is enough for long runs and no sum of squares cancels.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -99,7 +100,7 @@ class Moments(eqx.Module):
         return Estimate(self.mean, error, self.count)
 
 
-def estimate(samples: ArrayLike, axis: int = 0) -> Estimate:
+def estimate(samples: Any, axis: int = 0) -> Estimate:
     """Mean and standard error of independent samples along an axis.
 
     Example:

@@ -1,0 +1,85 @@
+import numpy as np
+import pytest
+
+from firstorder.checks.statistics import (
+    LEVEL,
+    chi_square,
+    error_slope,
+    sampler_p,
+    spread_test,
+    threshold,
+    two_sided,
+    z_of,
+    z_test,
+)
+from firstorder.sampling import estimate
+
+
+def test_the_threshold_keeps_its_word():
+    """One seed for all: the largest of m deviations exceeds it as often as it says."""
+    z = np.abs(np.random.default_rng(0).normal(size=(20_000, 50)))
+    share = np.mean(z.max(1) > threshold(50, 0.05))
+    assert abs(share - 0.05) < 5 * np.sqrt(0.05 * 0.95 / 20_000)
+    # Without the correction, the test would be red nine times in ten.
+    assert np.mean(z.max(1) > threshold(1, 0.05)) > 0.9
+
+
+def test_student_needs_more_where_errors_are_guessed():
+    x = np.random.default_rng(1).normal(size=(40_000, 5))
+    t = np.abs(x.mean(1) / (x.std(1, ddof=1) / np.sqrt(5)))
+    share = np.mean(t > threshold(1, 0.05, 4.0))
+    assert abs(share - 0.05) < 5 * np.sqrt(0.05 * 0.95 / 40_000)
+    assert np.mean(t > threshold(1, 0.05)) > 0.1
+
+
+def test_a_bias_of_six_errors_is_red_and_what_is_not_a_number_too():
+    assert z_test([0.1, -0.2], 0.1, 0.0).passed
+    assert not z_test([0.1, 0.6], 0.1, 0.0).passed
+    assert not z_test([0.1, np.nan], 0.1, 0.0).passed
+    assert not z_test([0.1, 0.1], [0.1, np.nan], 0.0).passed
+    assert not z_test(1.0, 0.0, 0.5).passed
+    assert z_test(1.0, 0.0, 1.0).passed
+    assert z_test(1.0, 0.0, 0.5, truth_error=0.5).passed
+    assert z_of(estimate([0.9, 1.1, 1.0]), 1.0).passed
+
+
+def test_chi_square_keeps_its_word():
+    rng = np.random.default_rng(2)
+    share = np.array([0.5, 0.3, 0.1, 0.05, 0.03, 0.02])
+    p = [chi_square(rng.multinomial(2000, share), 2000 * share) for _ in range(2000)]
+    for level in (0.01, 0.1, 0.5):
+        found = np.mean(np.array(p) < level)
+        assert abs(found - level) < 5 * np.sqrt(level * (1 - level) / 2000)
+
+
+def test_chi_square_knows_the_impossible():
+    assert chi_square([5, 95], [0, 100]) == 0.0
+    assert chi_square([3, 2], [2.5, 2.5]) == 1.0  # too few for any judgement
+    with pytest.raises(ValueError, match="must have one sum"):
+        chi_square([5, 5], [5, 6])
+
+
+def test_samples_outside_or_a_density_of_the_wrong_integral_fail():
+    u = np.random.default_rng(3).random(4000)
+    assert sampler_p(u, np.ones_like, 0.0, 1.0) > LEVEL
+    assert sampler_p(u**1.1, np.ones_like, 0.0, 1.0) < LEVEL
+    assert sampler_p(u, lambda x: 1.01 + 0 * x, 0.0, 1.0) == 0.0
+    assert sampler_p(1.001 * u, np.ones_like, 0.0, 1.0) == 0.0
+
+
+def test_slopes_have_errors():
+    n = 2.0 ** np.arange(4, 16)
+    noise = np.exp(0.1 * np.random.default_rng(4).normal(size=n.size))
+    fit = error_slope(n, noise / np.sqrt(n))
+    assert fit.is_near(-0.5, count=n.size)
+    assert not fit.is_near(-1.0, count=n.size)
+
+
+def test_spreads_are_compared_on_a_logarithmic_scale():
+    x = np.random.default_rng(6).normal(0.0, 2.0, (300, 8))
+    assert spread_test(x.std(0, ddof=1), 2.0, 300).passed
+    assert not spread_test(x.std(0, ddof=1), 3.0, 300).passed
+
+
+def test_two_sided():
+    assert abs(two_sided(-1.959964) - 0.05) < 1e-7

@@ -1,0 +1,117 @@
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from firstorder.checks.statistics import spread_test, z_test
+from firstorder.sampling.density import (
+    expected_fixed,
+    expected_nearest,
+    fixed_window,
+    nearest_window,
+)
+
+COUNT, RUNS = 600, 400
+X = np.array([0.0, 0.03, 0.3, 0.62, 1.0])  # both ends, near one, inside
+
+
+def cumulative(x):
+    """Of the density 3/8 + 3/4 x^2 ... on [0, 1], with a kink at 0.6; the rest falls elsewhere."""
+    x = np.clip(x, 0.0, 1.0)
+    return 0.4 * x + 0.3 * x**2 + np.where(x > 0.6, 0.5 * (x - 0.6) ** 2, 0.0)
+
+
+@pytest.fixture(scope="module")
+def points():
+    grid = np.linspace(0.0, 1.0, 20001)
+    u = np.random.default_rng(5).random((RUNS, COUNT))
+    x = np.where(u < cumulative(1.0), np.interp(u, cumulative(grid), grid), 1e9)
+    return jnp.asarray(np.sort(x, -1))
+
+
+def estimates(points, k=0, radius=0.0, kept=None):
+    none, all_ = jnp.zeros(X.size, int), jnp.full(X.size, COUNT)
+
+    def run(at):
+        if k:
+            w = nearest_window(at, jnp.asarray(X), k, none, all_)
+            return (kept or k) / (2.0 * w.radius * COUNT)
+        w = fixed_window(at, jnp.asarray(X), jnp.full(X.size, radius), none, all_)
+        return (w.last - w.first) / (2.0 * w.radius * COUNT)
+
+    return np.asarray(jax.jit(jax.vmap(run))(points))
+
+
+CASES = [("fixed", {"radius": 0.05}), ("all k", {"k": 12}), ("all but one", {"k": 12, "kept": 11})]
+
+
+def expected(case, x=X):
+    if "radius" in case:
+        return expected_fixed(cumulative, x, case["radius"], COUNT)
+    return expected_nearest(cumulative, x, case["k"], COUNT, case.get("kept"))
+
+
+@pytest.mark.parametrize(("name", "case"), CASES)
+def test_mean_and_spread_are_what_was_predicted(points, name, case):
+    seen, want = estimates(points, **case), expected(case)
+    error = seen.std(0, ddof=1) / np.sqrt(RUNS)
+    assert z_test(seen.mean(0), error, want.mean, freedom=RUNS - 1).passed
+    # The nearest photons' density has a heavier tail than the normal law of `spread_test`.
+    if "radius" in case:
+        assert spread_test(seen.std(0, ddof=1), want.spread, RUNS).passed
+
+
+@pytest.mark.parametrize(("name", "case"), CASES)
+def test_the_density_itself_is_not_what_comes_out(points, name, case):
+    """Bias is real: the same test is red against the truth, at the ends or everywhere."""
+    seen = estimates(points, **case)
+    h = 1e-6
+    truth = (cumulative(X + h) - cumulative(X - h)) / (2 * h)
+    truth[[0, -1]] *= 2.0
+    z = z_test(seen.mean(0), seen.std(0) / np.sqrt(RUNS), truth)
+    assert not z.passed
+
+
+def test_a_uniform_density_is_overestimated_by_k_over_k_less_one():
+    def uniform(x):
+        return np.clip(x, 0.0, 1.0)
+
+    for k in (2, 5, 50):
+        all_k = expected_nearest(uniform, 0.5, k, 100_000).mean[0]
+        kept = expected_nearest(uniform, 0.5, k, 100_000, k - 1).mean[0]
+        # For k = 2 the quantile's end limits the quadrature.
+        assert abs(all_k - k / (k - 1)) < 2e-3 / k**2
+        assert abs(kept - 1.0) < 2e-3 / k**2
+
+
+@pytest.mark.parametrize("r", [0.01, 0.02, 0.04])
+def test_bias_of_a_fixed_width_in_small(r):
+    """`f'' r^2 / 6` where smooth, `f / 2` at an end, `f + J r / 4` at a kink."""
+
+    def smooth(x):
+        return x + 0.5 * x**3
+
+    assert abs(expected_fixed(smooth, 0.3, r, 9).mean - (1.0 + 1.5 * 0.09 + 0.5 * r**2)) < 1e-12
+    assert abs(expected_fixed(cumulative, 0.0, r, 9).mean - 0.5 * (0.4 + 0.3 * r)) < 1e-12
+    kink = expected_fixed(cumulative, 0.6, r, 9).mean - (0.4 + 0.6 * 0.6)
+    assert abs(kink - 1.0 * r / 4.0) < 1e-12
+
+
+def test_the_nearest_are_the_nearest(points):
+    at = np.asarray(points[0])
+    at = np.append(at[at < 2.0], [np.inf] * 3)
+    m = at.size - 3
+    x = jnp.linspace(-0.2, 1.2, 57)
+    for k in (1, 2, 9, m, m + 5):
+        w = nearest_window(jnp.asarray(at), x, k, jnp.zeros(57, int), jnp.full(57, m))
+        for i, place in enumerate(np.asarray(x)):
+            d = np.sort(np.abs(at[:m] - place))[: min(k, m)]
+            assert w.last[i] - w.first[i] == d.size
+            assert abs(float(w.radius[i]) - d[-1]) < 1e-12
+
+
+def test_no_points_have_no_density():
+    w = nearest_window(jnp.full(4, jnp.inf), jnp.array([0.5]), 3, jnp.array([0]), jnp.array([0]))
+    assert w.radius.item() == np.inf
+    with pytest.raises(ValueError, match="must be positive, but is 0"):
+        nearest_window(jnp.zeros(4), jnp.array([0.5]), 0, jnp.array([0]), jnp.array([4]))

@@ -1,0 +1,68 @@
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from firstorder.sampling import Estimate, Moments, combine, estimate
+
+
+def test_moments_are_those_of_numpy():
+    x = np.random.default_rng(0).normal(3.0, 2.0, (40, 5))
+    seen = Moments.none((5,))
+    for row in x:
+        seen = seen.add(row)
+    np.testing.assert_allclose(seen.mean, x.mean(0), rtol=1e-13)
+    np.testing.assert_allclose(seen.variance(), x.var(0, ddof=1), rtol=1e-12)
+    np.testing.assert_allclose(seen.merged().variance(), x.var(ddof=1), rtol=1e-12)
+    np.testing.assert_allclose(estimate(x).error, x.std(0, ddof=1) / np.sqrt(40), rtol=1e-12)
+
+
+def test_samples_of_weight_zero_are_left_out():
+    seen = Moments.none().add(2.0).add(1e9, 0.0).add(4.0)
+    assert (seen.count.item(), seen.mean.item(), seen.square.item()) == (2.0, 3.0, 2.0)
+
+
+def test_runs_of_unequal_length_combine_to_the_whole():
+    x = np.random.default_rng(1).exponential(size=60)
+    whole, parts = estimate(x), combine([estimate(x[:7]), estimate(x[7:20]), estimate(x[20:])])
+    for field in ("mean", "error", "count"):
+        np.testing.assert_allclose(getattr(parts, field), getattr(whole, field), rtol=1e-12)
+
+
+def test_weights_by_their_own_errors_would_be_biased(key):
+    """Why `combine` counts samples: dark runs of skewed light look sure of themselves."""
+    x = np.asarray(jax.random.exponential(key, (4000, 2, 8)))
+    mean, error = x.mean(-1), x.std(-1, ddof=1) / np.sqrt(8)
+    w = error**-2
+    tempting = (mean * w).sum(1) / w.sum(1)
+    ours = np.asarray(combine([estimate(x[:, i].T) for i in (0, 1)]).mean)
+    bound = 5.0 / np.sqrt(4000 * 16)
+    assert abs(ours.mean() - 1.0) < bound
+    assert tempting.mean() - 1.0 < -5.0 * bound
+
+
+def test_single_precision_does_not_cancel():
+    def add(seen, x):
+        return seen.add(x), None
+
+    x = (1000.0 + 0.01 * np.sin(np.arange(5000))).astype(np.float32)
+    seen, _ = jax.lax.scan(add, Moments.none(dtype=jnp.float32), jnp.asarray(x))
+    assert seen.mean.dtype == jnp.float32
+    assert abs(float(seen.variance()) / x.astype(float).var(ddof=1) - 1.0) < 0.02
+
+
+def test_one_sample_has_no_finite_error():
+    assert estimate([2.0]).error.item() == np.inf
+    assert Estimate(1.0, np.inf, 1.0).z(3.0).item() == 0.0
+
+
+def test_z_and_scale():
+    e = Estimate(jnp.array([1.0, 2.0]), jnp.array([0.1, 0.0]), 5.0)
+    np.testing.assert_allclose(e.z(jnp.array([1.2, 2.0])), [-2.0, 0.0])
+    assert e.z(jnp.array([1.0, 2.5]))[1] == -np.inf
+    np.testing.assert_allclose(e.scaled(-3.0).error, [0.3, 0.0])
+
+
+def test_nothing_cannot_be_combined():
+    with pytest.raises(ValueError, match="must hold at least one"):
+        combine([])
