@@ -176,8 +176,8 @@ def test_the_relative_error_falls_with_the_size_of_the_light(x, order):
         whole = 2 * a * mean_form_factor(light, D1, -a, a)(x)
         return factoring_bound(light, D1, -a, a, x) / whole
 
-    relative = [float(relative(a)) for a in sizes]
-    assert abs(fitted_order(sizes, relative) - order) < 0.05
+    errors = [float(relative(a)) for a in sizes]
+    assert abs(fitted_order(sizes, errors) - order) < 0.05
 
 
 def test_an_endless_light_gives_two():
@@ -244,3 +244,16 @@ def test_the_depths_are_differentiable():
     step = 1e-5
     truth = -(hidden(0.5 + step) - hidden(0.5 - step)) / (2 * step)
     assert abs(jax.jit(jax.grad(h))(0.5) - truth) < 1e-8
+
+
+def test_single_precision_is_enough():
+    with jax.enable_x64(False):
+        g = Bars(Affine([1.0], 0.0, PLANE), [0.0], [0.0, 1.0])
+        light = Box(0.5, "y", PLANE)
+        h = shadow(layer(g, 0.5), light, 1.0, -0.5, 0.5, "exact", nodes=12)
+        value, slope = jax.jit(lambda x: (h(x), jax.grad(lambda x: h(x))(x)))(jnp.float32(0.2))
+    assert value.dtype == slope.dtype == jnp.float32
+    # Light is seen from -0.2 to 0.5: the primitive of K is a sine.
+    ends = np.array([-0.2, 0.5]) - 0.2
+    assert abs(value - np.diff(ends / np.hypot(ends, 1.0))[0]) < 1e-6
+    assert np.isfinite(slope)

@@ -112,7 +112,7 @@ def test_the_frequency_of_the_moire_is_its_period():
 
 
 FAULTS = {
-    "depths exchanged": lambda *a: shadow_harmonic(*a[:4], a[5], a[4]),
+    "from the receiver's side": lambda n, p, o, L, a, b: bars_coefficient(n, o) * L(b / a * n / p),
     "without the light's shrinking": lambda n, p, o, L, d1, d2: bars_coefficient(n, o) * L(n / p),
     "on the receiver": lambda n, p, o, L, a, b: bars_coefficient(n, o) * L((1 - a / b) * n / p),
     "closed for open": lambda n, p, o, L, d1, d2: shadow_harmonic(n, p, 1 - o + 0.1, L, d1, d2),
@@ -137,4 +137,12 @@ def test_bad_input_is_one_sentence():
         average_occlusion_bound(0.1, 1.5, W, D1, D2)
     with pytest.raises(ValueError, match=r"^Argument `tolerance` must be positive, but is 0.0.$"):
         coarsest_average_period(0.0, 0.5, W, D1, D2)
+    with pytest.raises(
+        ValueError, match=r"^Argument `d2` must be less than `d1` = 0.5, but is 0.6"
+    ):
+        average_occlusion_bound(0.1, 0.5, W, 0.5, 0.6)
+    with pytest.raises(
+        ValueError, match=r"^Argument `other` must be less than `d1` = 1.2, but is 2"
+    ):
+        moire(0.0, 0.1, D1, D2, 2.0)
     assert periodic.bars_coefficient(0, 0.3) == 0.3

@@ -100,3 +100,5 @@ def test_a_rate_that_takes_one_corner_for_both_is_seen():
 def test_bad_input_is_one_sentence():
     with pytest.raises(ValueError, match=r"^Argument `Omega_y_max` must be positive, but is 0.0.$"):
         light_rate_of_endless_wedge(1.0, 0.3, 0.6, 0.0)
+    with pytest.raises(ValueError, match=r"^Argument `Omega_g` must be positive, but is -1.0.$"):
+        wedge_corners(1.0, 0.3, 0.6, -1.0)

@@ -5,7 +5,7 @@ import pytest
 
 from firstorder.fields import Affine, Bars, Grid
 from firstorder.flatland import Circles, Scene, Segments, thing
-from firstorder.flatland.occluders import e11_fig07
+from firstorder.flatland.occluders import e11_fig07, e11_fig18b
 from firstorder.methods.shadowfield import (
     PLANE,
     layer,
@@ -69,6 +69,13 @@ def test_a_blocker_moved_changes_the_visible_length_by_its_shadow():
     step = 1e-5
     hidden = [end(0.6 + s, 1) - end(0.6 + s, -1) for s in (step, -step)]
     assert abs(jax.jit(jax.grad(h))(0.6) + (hidden[0] - hidden[1]) / (2 * step)) < 1e-8
+
+
+def test_where_nothing_is_seen_the_slope_is_zero_and_no_nan():
+    """In the funnel's dark: gaps that end on the horizon have no finite tangent."""
+    scene = e11_fig18b()
+    h, slope = jax.jit(jax.value_and_grad(lambda x: visible_lengths(scene, x[None])[0]))(0.1)
+    assert h == slope == 0.0
 
 
 @pytest.mark.smoke

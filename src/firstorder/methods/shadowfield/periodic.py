@@ -12,7 +12,7 @@ from __future__ import annotations
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from firstorder.errors import check_between, check_positive, nan_unless
+from firstorder.errors import check_between, check_positive, is_concrete, nan_unless
 from firstorder.fields.spectrum import Spectrum
 from firstorder.typing import Scalar, as_float
 
@@ -40,7 +40,8 @@ def shadow_harmonic(harmonic, period, open, light: Spectrum, d1, d2) -> Array:
         d2: distance of the bars from the light, less than d1 [m].
 
     Raises:
-        ValueError: if `period`, `d1` or `d2` is not positive or `open` is outside [0, 1].
+        ValueError: if a length is not positive, `d2 < d1` does not hold or `open` is outside
+            [0, 1].
 
     Reference: D05 §3.4 ("most high frequencies are effectively removed by integration"); E11 eq. 8.
 
@@ -52,11 +53,10 @@ def shadow_harmonic(harmonic, period, open, light: Spectrum, d1, d2) -> Array:
         >>> round(float(coarse), 3), round(float(fine), 3)
         (0.31, 0.026)
     """
-    for name, value in (("period", period), ("d1", d1), ("d2", d2)):
-        check_positive(name, value)
+    _check(period, d1, d2)
     check_between("open", open, 0.0, 1.0)
     n, period, d1, d2 = (as_float(a) for a in (harmonic, period, d1, d2))
-    ok = (period > 0) & (d1 > 0) & (d2 > 0)
+    ok = (period > 0) & (d2 > 0) & (d2 < d1)
     Omega = nan_unless(ok, -(1.0 - d2 / d1) * n / period)
     return bars_coefficient(n, open) * light(Omega)
 
@@ -77,7 +77,8 @@ def average_occlusion_bound(period, open, width, d1, d2) -> Scalar:
         d2: distance of the bars from the light, less than d1 [m].
 
     Raises:
-        ValueError: if a length is not positive, or `open` is outside [0, 1].
+        ValueError: if a length is not positive, `d2 < d1` does not hold or `open` is outside
+            [0, 1].
 
     Reference: D05 §3.4 (average occlusion); the bound is ours.
 
@@ -86,8 +87,8 @@ def average_occlusion_bound(period, open, width, d1, d2) -> Scalar:
         >>> average_occlusion_bound(0.01, 0.5, 1.0, 1.0, 0.5).item()
         0.01
     """
-    for name, value in (("period", period), ("width", width), ("d1", d1), ("d2", d2)):
-        check_positive(name, value)
+    _check(period, d1, d2)
+    check_positive("width", width)
     check_between("open", open, 0.0, 1.0)
     period, open, width, d1, d2 = (as_float(a) for a in (period, open, width, d1, d2))
     seen = (1.0 - d2 / d1) * width
@@ -112,7 +113,11 @@ def matched_period(period, d1, d2, other) -> Scalar:
     Lengths in proportion to the distance from the receiver (E11 Fig. 18 (a)): the openings of both
     planes then cover the light with one common period `p d1 / (d1 - d2)`, and slide against each
     other as the receiver moves.
+
+    Raises:
+        ValueError: if a length is not positive, or a plane is not before the receiver.
     """
+    _check(period, d1, d2, other)
     return as_float(period) * (as_float(d1) - other) / (as_float(d1) - d2)
 
 
@@ -131,6 +136,9 @@ def moire(x, period, d1, d2, other) -> Float[Array, "*n"]:
         d2: distance of one plane from the light [m].
         other: distance of the second plane from the light [m].
 
+    Raises:
+        ValueError: if a length is not positive, or a plane is not before the receiver.
+
     Reference: E11 §7, Fig. 18 (a).
 
     Example:
@@ -139,6 +147,7 @@ def moire(x, period, d1, d2, other) -> Float[Array, "*n"]:
         >>> moire(jnp.array([0.0, 0.05, 0.1]), 0.1, 1.0, 0.25, 0.5).round(6).tolist()
         [0.5, 0.25, 0.0]
     """
+    _check(period, d1, d2, other)
     x, d1 = as_float(x), as_float(d1)
     common = as_float(period) * d1 / (d1 - d2)
     slid = x * (other / (d1 - other) - d2 / (d1 - d2)) / common
@@ -148,6 +157,17 @@ def moire(x, period, d1, d2, other) -> Float[Array, "*n"]:
 
 def moire_frequency(period, d1, d2, other) -> Scalar:
     """Frequency of `moire` along the receiver [cycles/m]: grows without limit for fine bars."""
+    _check(period, d1, d2, other)
     d1 = as_float(d1)
     slide = jnp.abs(other / (d1 - other) - d2 / (d1 - d2))
     return slide * (d1 - d2) / (as_float(period) * d1)
+
+
+def _check(period, d1, *planes) -> None:
+    """Lengths are positive, and the planes of bars stand between light and receiver."""
+    check_positive("period", period)
+    check_positive("d1", d1)
+    for name, d in zip(("d2", "other"), planes, strict=False):
+        check_positive(name, d)
+        if is_concrete((d, d1)) and bool(jnp.any(as_float(d) >= d1)):
+            raise ValueError(f"Argument `{name}` must be less than `d1` = {d1}, but is {d}.")

@@ -37,7 +37,11 @@ def wedge_corners(d1, d2_min, d2_max, Omega_g) -> Float[Array, "3 2"]:
         d2_min: distance of the nearest blocker from the light [m].
         d2_max: distance of the farthest one [m].
         Omega_g: band limit of the blockers on their own planes [cycles/m].
+
+    Raises:
+        ValueError: if a distance or the band limit is not positive.
     """
+    check_positive("Omega_g", Omega_g)
     wedge = Wedge(d2_min, d2_max)
     ends = [as_float(Omega_g) * wedge.direction(d2, d1) for d2 in (d2_min, d2_max)]
     return jnp.stack([jnp.zeros_like(ends[0]), *ends])
