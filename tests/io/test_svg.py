@@ -1,3 +1,5 @@
+import functools
+import io as memory
 import sys
 from typing import Any
 
@@ -6,9 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.spatial import KDTree
 
 from firstorder.flatland import Arcs, Circles, Curves, Ellipses, Scene, Segments
-from firstorder.io import read_svg, scene_from_svg, scene_from_toml, scene_to_toml
+from firstorder.io import paths, read_svg, scene_from_svg, scene_from_toml, scene_to_toml
+from firstorder.io import svg as svg_module
 from firstorder.io.drawn import affine, floats, length
 from firstorder.io.paint import albedo_of
 from firstorder.io.paths import Bezier, Conic, Subpath, shapes
@@ -185,6 +189,94 @@ def test_groups_uses_and_transforms_add_up():
     np.testing.assert_allclose(found.center, [[12, -4], [22, -4], [0, 0], [5, 0]])
     np.testing.assert_allclose(found.radius, [2, 2, 1, 1])
     assert scene.names == ("pair",) * 4
+
+
+# --- against svgelements' own reading of the whole document --------------------------------------
+
+# Everything that has a place: nested transforms, a skew, a mirror image, arcs of all kinds.
+BUSY = """<svg width="60" height="40" viewBox="0 0 60 40">
+  <g transform="translate(8 6) rotate(20)">
+    <rect width="9" height="5" rx="1.5"/> <ellipse cx="16" cy="4" rx="4" ry="1.5"/>
+    <g transform="skewX(15) scale(1 -1.5)"><polygon points="24,-4 27,-4 26,-7"/></g>
+  </g>
+  <path stroke="red"
+    d="M5 25 c 4-9 8 9 12 0 q 3-6 6 0 t 6 0 a 4 4 30 0 1 5 3 A 6 3 20 1 0 40 30 z"/>
+  <g transform="matrix(0.5 0 0 0.5 40 10)"><polyline stroke="red" points="0,0 5,9 10,0 15,9"/>
+    <path stroke="red" transform="scale(-1 1)" d="M-30 30 h 8 v 6 a 4 4 0 1 1 -8 0 z"/></g>
+</svg>"""
+
+
+@functools.cache
+def theirs():
+    """Where svgelements has the drawing, with y upward."""
+    from svgelements import SVG, Path, Shape
+
+    t = np.linspace(0, 1, 4000)
+    elements = SVG.parse(memory.StringIO(BUSY), reify=True).elements()
+    points = [Path(e).reify().npoint(t) for e in elements if isinstance(e, Shape)]
+    return np.concatenate(points) * [1, -1] + [0, 40]
+
+
+def misplaced(tolerance=1e-3):
+    """How far the scene is from svgelements' points, and these from the scene (in units)."""
+    scene = scene_from_svg(BUSY, tolerance=tolerance)
+    s = np.linspace(0, 1, 801)
+    ours = [
+        np.asarray(
+            jax.vmap(jax.vmap(lambda shape, s: shape.motion(s)[0], (None, 0)), (0, None))(g, s)
+        )
+        for g in scene.groups
+    ]
+    a, b = theirs(), np.concatenate([p.reshape(-1, 2) for p in ours])
+    return max(KDTree(a).query(b)[0].max(), KDTree(b).query(a)[0].max())
+
+
+# The longest line (37 units) in 800 steps, a path of 80 units in 4000: half a step, and the chords.
+NEAR = 0.025
+
+
+def test_a_whole_drawing_lies_where_svgelements_has_it():
+    assert misplaced() < NEAR
+
+
+def test_a_skewed_circle_is_the_right_ellipse():
+    """Here svgelements is no judge: it skews the two radii and takes them for half-axes."""
+    scene = svg('<g transform="rotate(20) skewX(15)"><circle cx="4" cy="1" r="3"/></g>')
+    oval = group(scene, Ellipses)
+    t = np.linspace(0, 2 * np.pi, 50)
+    x, y = 4 + 3 * np.cos(t), 1 + 3 * np.sin(t)
+    x = x + np.tan(np.pi / 12) * y
+    c, s = np.cos(np.pi / 9), np.sin(np.pi / 9)
+    p = np.stack([c * x - s * y, -(s * x + c * y)], -1) - oval.center[0]
+    c, s = np.cos(oval.tilt[0]), np.sin(oval.tilt[0])
+    along = np.stack([c * p[:, 0] + s * p[:, 1], c * p[:, 1] - s * p[:, 0]], -1) / oval.semi[0]
+    np.testing.assert_allclose(np.sum(along**2, 1), 1.0, rtol=1e-12)
+
+
+def of_class(name, wrong):
+    return lambda patch: patch.setattr(paths.Conic, name, property(wrong))
+
+
+TURN: Any = paths.Conic.turn.fget
+AXES: Any = paths.Conic.axes.fget
+FAULTS = {
+    "the page is not turned within its box": lambda p: p.setattr(
+        svg_module, "_flip", lambda a: 0.0
+    ),
+    "transforms are transposed": lambda p: p.setattr(
+        svg_module, "affine", lambda w: np.c_[affine(w)[:, :2].T, affine(w)[:, 2]]
+    ),
+    "arcs sweep the other way": of_class("turn", lambda c: -TURN(c)),
+    "ellipses lean the other way": of_class("axes", lambda c: (AXES(c)[0], -AXES(c)[1])),
+    "arcs of ellipses pass for round": of_class("is_round", lambda c: True),
+    "a curve is one chord": lambda p: p.setattr(paths.Bezier, "bend", 0.0),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_fault_moves_the_drawing(monkeypatch, fault):
+    FAULTS[fault](monkeypatch)
+    assert NEAR < misplaced() < np.inf
 
 
 # --- materials -----------------------------------------------------------------------------------
