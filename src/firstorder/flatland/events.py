@@ -30,7 +30,7 @@ from firstorder.flatland.critical import LIGHT, Breaks, Edges, critical_lines
 from firstorder.flatland.intersect import nearest
 from firstorder.flatland.irradiance import Radiance
 from firstorder.flatland.scene import BACK, FRONT, Scene
-from firstorder.flatland.shapes import left
+from firstorder.flatland.vectors import left
 
 KINDS = ("shadow", "two points", "point and tangent", "two tangents", "edge-on", "horizon", "dusk")
 

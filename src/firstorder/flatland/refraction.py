@@ -1,0 +1,339 @@
+"""Light through glass: exact irradiance and caustics by differentiable ray maps.
+
+A light sends rays that one number q tells apart: an angle (point light) or an offset (beam). A
+*path* says what a ray does on its way: through which shape it goes, from which it is reflected.
+Following it gives the place x(q) on a receiver and the share T(q) of the power that Fresnel's law
+leaves. Power is kept, so
+
+    E(x) = sum over branches q with x(q) = x of P T(q) / |dx/dq|,   P the power in each unit of q.
+
+Branches meet, and E is infinite, at folds `dx/dq = 0`: there the receiver crosses the caustic, the
+envelope of the rays. Everything is exact and differentiable but for the search of the branches.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, ArrayLike, Bool, Float
+
+from firstorder.conventions import direction
+from firstorder.errors import check_finite, check_not_negative
+from firstorder.flatland.intersect import first_shape
+from firstorder.flatland.scene import Scene
+from firstorder.transport.interface import _dielectric
+from firstorder.typing import as_float
+
+THROUGH, BACK = "through", "back"
+MOST_BRANCHES = 8
+BISECTIONS = 48
+
+Path = Sequence[tuple[int, str]]
+
+
+class PointSource(eqx.Module):
+    """A point light; q is the world angle of a ray, counter-clockwise from +y [rad].
+
+    Args:
+        position: [m].
+        power: intensity [W/rad].
+    """
+
+    position: Float[Array, "2"] = eqx.field(converter=as_float)
+    power: Float[Array, ""] = eqx.field(default=1.0, converter=as_float)
+
+    def __check_init__(self):
+        """Refuse light that is no light."""
+        check_finite("position", self.position)
+        check_not_negative("power", self.power)
+
+    def ray(self, q):
+        """Where the ray starts and where it goes."""
+        return self.position, direction(q)
+
+
+class Beam(eqx.Module):
+    """Parallel light; q is the offset of a ray to the right of the middle one [m].
+
+    Args:
+        position: where the middle ray starts [m].
+        angle: where all go, counter-clockwise from +y [rad].
+        power: power in each metre across [W/m].
+    """
+
+    position: Float[Array, "2"] = eqx.field(converter=as_float)
+    angle: Float[Array, ""] = eqx.field(converter=as_float)
+    power: Float[Array, ""] = eqx.field(default=1.0, converter=as_float)
+
+    def __check_init__(self):
+        """Refuse light that is no light."""
+        check_finite("position", self.position)
+        check_not_negative("power", self.power)
+
+    def ray(self, q):
+        """Where the ray starts and where it goes."""
+        across = jnp.stack([jnp.cos(self.angle), jnp.sin(self.angle)])
+        return self.position + q * across, direction(self.angle)
+
+
+class Arrival(eqx.Module):
+    """The end of a ray.
+
+    Attributes:
+        position: where it ends, or where the last step of its path was [m].
+        along: its direction there.
+        s: parameter on the receiver.
+        share: of the power that it still carries.
+        ok: whether it could follow its path and nothing stood in its way.
+    """
+
+    position: Float[Array, "2"]
+    along: Float[Array, "2"]
+    s: Float[Array, ""]
+    share: Float[Array, ""]
+    ok: Bool[Array, ""]
+
+
+def reflectance(eta: ArrayLike, cosine: ArrayLike) -> Array:
+    """Fresnel's reflectance for unpolarised light, 1 beyond the critical angle.
+
+    Args:
+        eta: index behind the interface over that before it.
+        cosine: of the angle of incidence, positive.
+
+    Example:
+        >>> from firstorder.flatland.refraction import reflectance
+        >>> round(float(reflectance(1.5, 1.0)), 12)
+        0.04
+    """
+    return _dielectric(as_float(eta), as_float(cosine))[0]
+
+
+def refracted(
+    along: Float[Array, "2"], normal: Float[Array, "2"], eta: Float[Array, ""]
+) -> tuple[Float[Array, "2"], Bool[Array, ""]]:
+    """Snell's law with vectors: `t = (u + (c - g) n) / eta`, `g = sqrt(eta^2 - 1 + c^2)`.
+
+    Args:
+        along: direction of the ray, a unit vector u.
+        normal: unit normal n on the side that the ray comes from; `c = -u . n > 0`.
+        eta: index behind the interface over that before it.
+
+    Returns:
+        The direction behind the interface, and whether there is one (no total reflection).
+    """
+    c = -jnp.sum(along * normal)
+    square = eta**2 - 1.0 + c**2
+    ok = square > 0.0
+    g = jnp.sqrt(jnp.where(ok, square, 1.0))
+    return jnp.where(ok, (along + (c - g) * normal) / eta, along), ok
+
+
+def follow(
+    scene: Scene,
+    path: Path,
+    origin: Float[Array, "2"],
+    along: Float[Array, "2"],
+    receiver: int | None = None,
+) -> Arrival:
+    """Follows one ray along a path: refracted and reflected where the path says so.
+
+    Valid for: shapes with `ior` set. On the way nothing else may be met first.
+
+    Args:
+        scene: shapes; `ior` is the index behind a front over that before it.
+        path: steps (shape, `THROUGH` or `BACK`), in order.
+        origin: where the ray starts [m].
+        along: its direction, a unit vector.
+        receiver: the shape on which it should end; None to stop after the last step.
+
+    Raises:
+        ValueError: if a step is neither `THROUGH` nor `BACK`.
+    """
+    share, ok, on = jnp.ones((), origin.dtype), jnp.asarray(True), jnp.asarray(-1)
+    for number, step in path:
+        if step not in (THROUGH, BACK):
+            raise ValueError(f"Argument `path` must say 'through' or 'back', but says {step!r}.")
+        origin, s, met = _met(scene, number, origin, along, on)
+        frame = scene.frame(number, s)
+        facing = -jnp.sum(frame.normal * along)
+        ior = scene.material.ior[number]
+        safe = jnp.where(ior > 0.0, ior, 1.0)
+        eta = jnp.where(facing > 0.0, safe, 1.0 / safe)
+        normal = jnp.where(facing > 0.0, 1.0, -1.0) * frame.normal
+        R = reflectance(eta, jnp.abs(facing))
+        if step == THROUGH:
+            along, passes = refracted(along, normal, eta)
+            share, ok = share * (1.0 - R), ok & passes
+        else:
+            along, share = along + 2.0 * jnp.abs(facing) * normal, share * R
+        ok, on = ok & met & (ior > 0.0), jnp.asarray(number)
+    s = jnp.zeros((), origin.dtype)
+    if receiver is not None:
+        origin, s, met = _met(scene, receiver, origin, along, on)
+        ok = ok & met
+    return Arrival(origin, along, s, jnp.where(ok, share, 0.0), ok)
+
+
+def _met(scene: Scene, number: int, origin, along, on):
+    """The point of a shape that a ray meets, and whether it is the first thing met."""
+    which = jnp.asarray(number)
+    t, s = scene.hit(which, origin, along, on)
+    first = first_shape(scene, origin[None], along[None], on[None])[0]
+    there = jnp.isfinite(t) & (first == which)
+    return origin + jnp.where(there, t, 0.0) * along, jnp.where(there, s, 0.0), there
+
+
+class Lens(eqx.Module):
+    """A light, what its rays go through, and the receiver that they reach.
+
+    Args:
+        scene: shapes, those that refract with an `ior`.
+        light: `PointSource` or `Beam`.
+        path: see `follow`.
+        receiver: number of the shape that receives; it must not be closed.
+        low, high: the rays that count, by q.
+        samples: cells among which branches and folds are looked for. Two folds must not fall into
+            one cell.
+
+    Example:
+        >>> from firstorder.flatland import Circles, Scene, Segments, thing
+        >>> from firstorder.flatland.refraction import Beam, Lens, through
+        >>> ball = thing(Circles((0.0, 1.5), 0.5), ior=1.5)
+        >>> floor = thing(Segments((-1.0, 0.0), (1.0, 0.0)))
+        >>> lens = Lens(Scene.of(ball, floor), Beam((0.0, 3.0), 3.14159265), through(1), 0, -0.5,
+        0.5) >>> bool(lens.irradiance(0.5) > 1.0)  # more than the beam's 1 W/m True
+    """
+
+    scene: Scene
+    light: PointSource | Beam
+    path: tuple[tuple[int, str], ...] = eqx.field(static=True)
+    receiver: int = eqx.field(static=True)
+    low: float = eqx.field(static=True)
+    high: float = eqx.field(static=True)
+    samples: int = eqx.field(static=True, default=256)
+
+    def arrive(self, q: ArrayLike) -> Arrival:
+        """Where the ray q ends."""
+        return follow(self.scene, self.path, *self.light.ray(as_float(q)), self.receiver)
+
+    def slope(self, q: Float[Array, ""]) -> tuple[Float[Array, ""], Float[Array, ""]]:
+        """Parameter on the receiver of the ray q, and `ds/dq`."""
+        return jax.jvp(lambda q: self.arrive(q).s, (q,), (jnp.ones_like(q),))
+
+    def folds(self) -> tuple[Float[Array, " n"], Float[Array, " n"], Bool[Array, " n"]]:
+        """Rays at which `dx/dq = 0`: their q, the places on the receiver, and which exist."""
+        fixed = jax.lax.stop_gradient(self)
+        q = jnp.linspace(self.low, self.high, self.samples + 1)
+        slope = jax.vmap(lambda q: fixed.slope(q)[1])(q)
+        ok = jax.vmap(lambda q: fixed.arrive(q).ok)(q)
+        turns = (slope[:-1] * slope[1:] < 0.0) & ok[:-1] & ok[1:]
+        which = jnp.argsort(~turns, stable=True)[:MOST_BRANCHES]
+        root = jax.vmap(lambda a, b: _bisected(lambda q: fixed.slope(q)[1], a, b))
+        found = jax.lax.stop_gradient(root(q[which], q[which + 1]))
+        return found, jax.vmap(lambda q: self.arrive(q).s)(found), turns[which]
+
+    def irradiance(self, s: ArrayLike) -> Float[Array, ""]:
+        """Irradiance at a parameter of the receiver [W/m]; differentiable, infinite at folds."""
+        s = as_float(s)
+        fixed, here = jax.lax.stop_gradient((self, s))
+        turning, _, real = fixed.folds()
+        grid = jnp.linspace(self.low, self.high, self.samples + 1)
+        q = jnp.sort(jnp.concatenate([grid, jnp.where(real, turning, self.high)]))
+        ends = jax.vmap(fixed.arrive)(q)
+        off = ends.s - here
+        crossed = (off[:-1] * off[1:] <= 0.0) & ends.ok[:-1] & ends.ok[1:] & (q[1:] > q[:-1])
+        crossed &= off[1:] != 0.0
+        which = jnp.argsort(~crossed, stable=True)[:MOST_BRANCHES]
+
+        def branch(a, b, there):
+            root = _bisected(lambda q: fixed.arrive(q).s - here, a, b)
+            root = jax.lax.stop_gradient(jnp.where(there, root, 0.5 * (self.low + self.high)))
+            for _ in range(2):  # the root's derivatives
+                at, slope = self.slope(root)
+                step = (at - s) / jnp.where(slope == 0.0, 1.0, slope)
+                root = root - jnp.where(there, step - jax.lax.stop_gradient(step), 0.0)
+            _, slope = self.slope(root)
+            end = self.arrive(root)
+            speed = self.scene.frame(self.receiver, s).speed
+            spread = jnp.abs(jnp.where(there, slope, 1.0)) * speed
+            return jnp.where(there & end.ok, self.light.power * end.share / spread, 0.0)
+
+        return jnp.sum(jax.vmap(branch)(q[which], q[which + 1], crossed[which]))
+
+    def envelope(self, q: ArrayLike) -> tuple[Float[Array, "2"], Float[Array, ""]]:
+        """The point of the caustic on the ray q, as it leaves the last step of its path.
+
+        Rays `p(q) + t u(q)` have the envelope `t = -(p' x u) / (u' x u)`. t may be negative: a
+        virtual caustic, on the ray's backward extension.
+
+        Returns:
+            The point [m], and t [m].
+        """
+
+        def last(q):
+            end = follow(self.scene, self.path, *self.light.ray(q))
+            return end.position, end.along
+
+        q = as_float(q)
+        (p, u), (dp, du) = jax.jvp(last, (q,), (jnp.ones_like(q),))
+        turn = du[0] * u[1] - du[1] * u[0]
+        t = -(dp[0] * u[1] - dp[1] * u[0]) / jnp.where(turn == 0.0, 1.0, turn)
+        t = jnp.where(turn == 0.0, jnp.inf, t)
+        return p + jnp.where(jnp.isfinite(t), t, 0.0) * u, t
+
+
+def through(*shapes: int, inside: int = 0) -> tuple[tuple[int, str], ...]:
+    """The path into a body and out of it.
+
+    Args:
+        shapes: where it goes in and where out; one number for a closed shape.
+        inside: reflections on the closed shape's inside in between.
+
+    Example:
+        >>> from firstorder.flatland.refraction import through
+        >>> through(0, inside=1)
+        ((0, 'through'), (0, 'back'), (0, 'through'))
+        >>> through(0, 1)
+        ((0, 'through'), (1, 'through'))
+    """
+    first, last = shapes[0], shapes[-1]
+    return ((first, THROUGH), *[(first, BACK)] * inside, (last, THROUGH))
+
+
+def rainbow(index: float, inside: int) -> float:
+    """Angle of incidence at which a disc's rays turn back: least deflection [rad].
+
+    `cos^2 i = (n^2 - 1) / (k (k + 2))` for k reflections inside a disc of index n in parallel
+    light; there is one if `1 < n < k + 1`.
+
+    Raises:
+        ValueError: if there is none.
+
+    Example:
+        >>> import math
+        >>> from firstorder.flatland.refraction import rainbow
+        >>> round(math.degrees(rainbow(4 / 3, 1)), 1)
+        59.4
+    """
+    if not (inside > 0 and 1.0 < index < inside + 1.0):
+        raise ValueError(f"Argument `index` must lie in (1, {inside + 1}), but is {index}.")
+    return float(np.arccos(np.sqrt((index**2 - 1.0) / (inside * (inside + 2)))))
+
+
+def _bisected(f, a, b):
+    """A root of f between a and b, where it has opposite signs."""
+    rising = f(b) > 0.0
+
+    def halve(_, ends):
+        a, b = ends
+        middle = 0.5 * (a + b)
+        above = (f(middle) > 0.0) == rising
+        return jnp.where(above, a, middle), jnp.where(above, middle, b)
+
+    a, b = jax.lax.fori_loop(0, BISECTIONS, halve, (a, b))
+    return 0.5 * (a + b)
