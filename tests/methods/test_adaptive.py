@@ -44,10 +44,38 @@ class Ramp(eqx.Module):
 
 RAMP = Ramp()
 
+FAULTS = {
+    "length forgotten": lambda c: c.mean(1),
+    "one end only": lambda c: c.length * jnp.abs(c.left[1]),
+    "signed, so that ends cancel": lambda c: 0.5 * c.length * jnp.abs(c.left[1] - c.right[1]),
+    "the value for the slope": lambda c: c.length * c.mean(0),
+}
+
 
 @functools.cache
-def ramped(driver, budget=129, initial=9, batch=1):
-    return sample_line(RAMP, -1.0, 1.0, budget, DRIVERS[driver], initial=initial, batch=batch)
+def all_of_them(function, drivers, low=-1.0, budget=129, initial=9, breaks=()):
+    """The samples of several drivers, compiled as one."""
+
+    def one(which):
+        def driver(cell):
+            return jnp.dot(which, jnp.stack([d(cell) for d in drivers]))
+
+        return sample_line(function, low, 1.0, budget, driver, initial=initial, breaks=breaks)
+
+    return jax.jit(jax.vmap(one))(jnp.eye(len(drivers)))
+
+
+def ramped(driver):
+    kinds = {**DRIVERS, **FAULTS}
+    lines = all_of_them(RAMP, tuple(kinds.values()))
+    return jax.tree.map(lambda a: a[list(kinds).index(driver)], lines)
+
+
+def by_slope(budget=129, **options):
+    return sample_line(RAMP, -1.0, 1.0, budget, by_gradient, **options)
+
+
+value = eqx.filter_jit(lambda line, data, x: line.interpolant(data)(x))
 
 
 # --- the readable twin -------------------------------------------------------------------------
@@ -95,17 +123,9 @@ def test_by_length_is_uniform_where_halving_comes_out_even():
     assert normwise(ramped("length").x, np.linspace(-1.0, 1.0, 129)) < rounding()
 
 
-FAULTS = {
-    "length forgotten": lambda c: c.mean(1),
-    "one end only": lambda c: c.length * jnp.abs(c.left[1]),
-    "signed, so that ends cancel": lambda c: 0.5 * c.length * jnp.abs(c.left[1] - c.right[1]),
-    "the value for the slope": lambda c: c.length * c.mean(0),
-}
-
-
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_wrong_driver_is_noticed(fault):
-    line = sample_line(RAMP, -1.0, 1.0, 129, FAULTS[fault])
+    line = ramped(fault)
     truth = twin(by_hand, -1.0, 1.0, 129, WEIGHTS["gradient"], 9)
     error = normwise(line.x[np.argsort(line.order)], truth)
     assert np.isfinite(error)
@@ -133,7 +153,7 @@ def test_no_cell_is_left_more_important_than_those_that_were_split(driver, halve
 @pytest.mark.parametrize(("driver", "power"), [("gradient", 1.0), ("curvature", 0.5)])
 def test_the_density_of_the_samples(driver, power):
     """Equal importance means lengths as 1/|f'|, or as |f''|^(-1/2); in the mean over octaves."""
-    line = ramped(driver, budget=2049)
+    line = sample_line(RAMP, -1.0, 1.0, 1025, DRIVERS[driver])
     h = np.diff(line.x)
     strength = np.mean(np.abs(np.stack([line.data[:-1, 1:], line.data[1:, 1:]])), 0)
     strength = strength[:, 0 if driver == "gradient" else 1]
@@ -144,7 +164,7 @@ def test_the_density_of_the_samples(driver, power):
 
 def error_of(line, data):
     x = np.linspace(-1.0, 1.0, 4001)
-    return np.sqrt(np.mean((np.asarray(line.interpolant(data)(x)) - by_hand(x)[0]) ** 2))
+    return np.sqrt(np.mean((np.asarray(value(line, data, x)) - by_hand(x)[0]) ** 2))
 
 
 def test_each_driver_is_best_at_what_it_drives():
@@ -173,7 +193,7 @@ def test_a_wave_that_the_grid_aliases_shows_in_slopes_and_not_in_differences():
 
 
 def test_samples_of_a_smaller_budget_are_those_taken_first():
-    long, short = ramped("gradient"), ramped("gradient", budget=65)
+    long, short = ramped("gradient"), by_slope(65)
     kept = np.asarray(long.order) < 65
     np.testing.assert_array_equal(long.x[kept], short.x)
     np.testing.assert_array_equal(long.order[kept], short.order)
@@ -181,7 +201,7 @@ def test_samples_of_a_smaller_budget_are_those_taken_first():
 
 @pytest.mark.parametrize("batch", [7, 0.1])
 def test_batches_spend_the_budget_and_stay_close_to_greedy(batch):
-    line = ramped("gradient", batch=batch)
+    line = by_slope(batch=batch)
     assert line.x.size == 129
     assert np.all(np.diff(line.x) > 0)
     assert sorted(line.order.tolist()) == list(range(129))
@@ -189,7 +209,7 @@ def test_batches_spend_the_budget_and_stay_close_to_greedy(batch):
 
 
 def test_a_batch_larger_than_the_cells_splits_them_all():
-    line = ramped("gradient", budget=33, initial=3, batch=100)
+    line = by_slope(33, initial=3, batch=100)
     assert normwise(line.x, np.linspace(-1.0, 1.0, 33)) < rounding()
 
 
@@ -199,18 +219,23 @@ def jumping(x):
     return jnp.where(left, x * x, 2.0 - x), jnp.where(left, 2.0 * x, -1.0)
 
 
-@pytest.mark.parametrize("driver", ["length", "differences", "gradient"])
+SLOPED = ("length", "differences", "gradient")
+
+
+@pytest.mark.parametrize("driver", SLOPED)
 def test_breaks_are_respected(driver):
     x = np.linspace(0.0, 1.0, 1001)
-    line = sample_line(jumping, 0.0, 1.0, 24, DRIVERS[driver], initial=4, breaks=1.0 / 3.0)
+    kinds = tuple(DRIVERS[d] for d in SLOPED)
+    lines = all_of_them(jumping, kinds, 0.0, budget=24, initial=4, breaks=1.0 / 3.0)
+    line = jax.tree.map(lambda a: a[SLOPED.index(driver)], lines)
     assert np.sum(np.asarray(line.x) == 1.0 / 3.0) == 2
-    assert normwise(line.interpolant()(x), jumping(x)[0]) < rounding(50)
+    assert normwise(value(line, None, x), jumping(x)[0]) < rounding(50)
 
 
 def test_a_break_forgotten_is_noticed():
     x = np.linspace(0.0, 1.0, 1001)
     line = sample_line(jumping, 0.0, 1.0, 24, by_gradient, initial=4)
-    assert normwise(line.interpolant()(x), jumping(x)[0]) > 0.1
+    assert normwise(value(line, None, x), jumping(x)[0]) > 0.1
 
 
 def test_one_side_of_a_break_taken_for_both_is_noticed(monkeypatch):
@@ -219,7 +244,7 @@ def test_one_side_of_a_break_taken_for_both_is_noticed(monkeypatch):
     line = sample_line(jumping, 0.0, 1.0, 23, by_gradient, initial=4, breaks=1.0 / 3.0)
     x = np.linspace(0.0, 1.0, 1001)
     monkeypatch.undo()
-    assert normwise(line.interpolant()(x), jumping(x)[0]) > 0.1
+    assert normwise(value(line, None, x), jumping(x)[0]) > 0.1
 
 
 def test_a_cell_that_cannot_be_judged_is_split_last():
@@ -229,7 +254,7 @@ def test_a_cell_that_cannot_be_judged_is_split_last():
 
 
 def test_the_table_prints_and_is_written(tmp_path):
-    line = ramped("gradient", budget=9)
+    line = by_slope(9)
     assert str(line).splitlines()[0].split() == ["x", "value", "slope", "second", "order"]
     assert len(str(line).splitlines()) == 10
     io.write_csv(tmp_path / "line.csv", line.columns())
@@ -277,7 +302,7 @@ def test_traced_ends_out_of_order_give_nan():
         (lambda: sample_line(RAMP, 0.0, 1.0, 20, batch=0), "must be positive"),
         (lambda: sample_line(lambda x: (x,), 0.0, 1.0, 20), "needs slopes"),
         (lambda: sample_line(RAMP, 0.0, 1.0, 20, by_disagreement(3)), "less than the 3"),
-        (lambda: ramped("gradient", budget=9).interpolant(4), r"lie in \[1, 3\]"),
+        (lambda: by_slope(9).interpolant(4), r"lie in \[1, 3\]"),
     ],
 )
 def test_bad_input_is_one_sentence(make, words):
