@@ -4,20 +4,21 @@ The paper gives x and y in [0, 1] and two numbers: a light band limit of 1/2 and
 energy outside the filter. It gives neither a unit for the first nor says which energy the second
 is of. Ours: 18 strips and 12 discs, seed 7, between 0.1 and 0.4 m below the light (`e11_fig07`),
 rays on a regular grid over (x, y); spectra under a Hann window, without which the ends of [0, 1]
-put a cross through every spectrum. "Energy" is all of it, the mean included (the mean holds some
-25 %); "outside" is outside the sheared filter of the depths' true range.
+put a cross through every spectrum. "Energy" is all of it, the mean included (a tenth of it stands
+at frequency zero alone, the window smears the rest of the mean to its neighbours); "outside" is
+outside the sheared filter of the depths' true range.
 
-Read as half a cycle per metre, 1/2 leaves all but the mean outside: that reading does not hold.
-Read as half a cycle per sample, the filter's height is all of the picture, and what is outside
-lies beside the wedge; how much depends on the picture's size, for the energy of edges falls off
-as 1 / Omega. The setting that leaves 0.5 % is given in cycles/m, found between frequencies of the
-grid.
+Read as half a cycle per metre, 1/2 leaves all but frequency zero outside: that reading does not
+hold. Read as half a cycle per sample, the filter's height is all of the picture, and what is
+outside lies beside the wedge; how much depends on the picture's size, for the energy of edges
+falls off as 1 / Omega. The setting that leaves 0.5 % is given in cycles/m, from the power law
+that the last eight settings follow.
 
 (g) asks how true the wedge is for denser blockers: energy outside the wedge (and two bins on
 either side, which is what the window smears), the mean apart, over scenes of 4 to 64 blockers,
 mean and spread of several seeds. There each sample is the mean of 3 x 3 rays, or the aliases of
-sharp edges would count as energy outside. What is left is real: round and tilted blockers have
-depth, and their shadows multiply, so that the wedge is the worse the denser they are.
+sharp edges would count as energy outside. What is left comes from shadows that multiply, and from
+blockers that have depth themselves; it grows with their number.
 
 The filtered h(x) is compared on the middle eight tenths of the receiver: zeroing frequencies of
 [0, 1] treats the scene as if it were periodic, which it is not.
@@ -130,7 +131,7 @@ def _claims(energy, Ox, Oy, depths, limits, outside, h, density, n) -> list[Clai
     metre = _outside(energy, Ox, Oy, depths, 0.5)
     sample = _outside(energy, Ox, Oy, depths, 0.5 * n)
     mean = float(jnp.sum(jnp.where((Ox == 0.0) & (Oy == 0.0), energy, 0.0)) / jnp.sum(energy))
-    # Beyond the picture's own limit the share falls as 1 / Omega: the last decade says so.
+    # The share falls as 1 / Omega: the last settings say so.
     order = np.polyfit(np.log(limits[-8:]), np.log(outside[-8:]), 1)
     setting = float(np.exp((np.log(0.005) - order[1]) / order[0]))
     middle = slice(n // 10, n - n // 10)
@@ -142,7 +143,7 @@ def _claims(energy, Ox, Oy, depths, limits, outside, h, density, n) -> list[Clai
         Claim("energy outside for a band limit of 1/2 cycle per sample", 0.005, sample, "share",
               sample <= 0.01),
         Claim("light band limit that leaves 0.5 % outside", None, setting, "cycles/m"),
-        Claim("energy in the mean and what the window smears it to", None, mean, "share"),
+        Claim("energy at frequency zero alone", None, mean, "share"),
         Claim("order at which the energy outside falls with the band limit", None,
               float(order[0]), ""),
         Claim("RMS change of h(x) by the filter of 8 cycles/m", "minimal", rms,

@@ -73,7 +73,7 @@ def test_a_blocker_moved_changes_the_visible_length_by_its_shadow():
 
 def test_where_nothing_is_seen_the_slope_is_zero_and_no_nan():
     """In the funnel's dark: gaps that end on the horizon have no finite tangent."""
-    scene = e11_fig18b()
+    scene = e11_fig18b(5)
     h, slope = jax.jit(jax.value_and_grad(lambda x: visible_lengths(scene, x[None])[0]))(0.1)
     assert h == slope == 0.0
 
