@@ -151,6 +151,25 @@ def arc_length_on_curves(
     if key is not None:
         share = jax.random.uniform(key, (scene.count, count), at.position.dtype)
     s = ((jnp.arange(count) + share) / count) * jnp.ones((scene.count, 1))
+    return arc_length_at(scene, at, s, jnp.full_like(s, 1.0 / count), radiance)
+
+
+def arc_length_at(
+    scene: Scene,
+    at: Receiver,
+    s: Float[Array, "k n"],
+    weights: Float[Array, "k n"],
+    radiance: Radiance | None = None,
+) -> Motion:
+    """The arc-length form as a weighted sum over given points of every shape; sums may be added.
+
+    Args:
+        scene: k shapes; what the sky sends does not count.
+        at: one receiver.
+        s: parameters of the points on each shape.
+        weights: of the points, one over the density in s.
+        radiance: what shapes send out in place of their emission (see `irradiance`).
+    """
     number = jnp.broadcast_to(jnp.arange(scene.count)[:, None], s.shape).ravel()
     frames = jax.vmap(scene.frame)(number, s.ravel())
     way = frames.position - at.position
@@ -165,7 +184,7 @@ def arc_length_on_curves(
     start = jnp.broadcast_to(at.position, way.shape)
     dark = occluded(scene, start, frames.position, at.on, number)
     lit = ~dark & (along @ at.normal > 0.0) & (square > 0.0) & (number != at.on)
-    share = jnp.where(lit, L * frames.speed / count, 0.0)
+    share = jnp.where(lit, L * frames.speed * weights.ravel(), 0.0)
     local = jnp.stack([normal @ at.tangent, normal @ at.normal], -1)
     u = jnp.stack([along @ at.tangent, along @ at.normal], -1)
     return _weighted(share, r, u, local, -dot(normal, along), square > 0.0)
