@@ -39,7 +39,7 @@ def under_disc(power: int) -> float:
         return (mirrored @ o) ** power
 
     # By directions: at the azimuth a the disc reaches to the distance q from the point's foot.
-    q = -off * np.cos(a) + np.sqrt(R**2 - (off * np.sin(a)) ** 2)
+    q = off * np.cos(a) + np.sqrt(R**2 - (off * np.sin(a)) ** 2)
     polar = 0.5 * np.arctan(q / h)[:, None] * (1 + t)
     w = np.stack(
         [np.cos(a)[:, None] * np.sin(polar), np.sin(a)[:, None] * np.sin(polar), np.cos(polar)], -1
