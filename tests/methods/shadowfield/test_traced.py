@@ -30,7 +30,7 @@ def test_a_traced_strip_is_the_planar_layer():
     g = Bars(Affine([1.0], 0.0, PLANE), [-0.1, 0.2], [1.0, 0.0, 1.0])
     x, y = np.linspace(-1.0, 1.0, 41)[:, None] + 1e-3, np.linspace(-0.79, 0.79, 37)
     truth = to_light(D1)(layer(g, 0.5))(x, y)
-    np.testing.assert_array_equal(traced(strip(), x, y, HEIGHT, D1), truth)
+    np.testing.assert_array_equal(jax.jit(traced)(strip(), x, y, HEIGHT, D1), truth)
     v = np.linspace(-1.0, 1.0, 29)
     by_slope = traced_by_slope(strip(), y[:, None], v, HEIGHT, D1)
     np.testing.assert_array_equal(by_slope, layer(g, 0.5)(y[:, None], v))

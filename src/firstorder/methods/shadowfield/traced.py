@@ -7,8 +7,10 @@ A ray (y, v) passes the world points (y + d v, height - d).
 
 from __future__ import annotations
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
 from firstorder.errors import check_positive
@@ -116,11 +118,17 @@ def depth_range(scene: Scene, light_height=1.0, samples: int = 65) -> tuple[floa
         samples: points on each shape; ends are among them.
     """
     own = [_only(scene, name) for name in ("floor", "light")]
+    others = [i for i in range(scene.count) if i not in own]
+    depths = light_height - np.asarray(_heights(scene.groups, samples))[others]
+    return float(np.min(depths)), float(np.max(depths))
+
+
+@eqx.filter_jit
+def _heights(groups, samples: int) -> Float[Array, "n s"]:
+    """Heights along each shape."""
     s = jnp.linspace(0.0, 1.0, samples)
-    numbers = jnp.array([i for i in range(scene.count) if i not in own])
-    heights = jax.vmap(lambda i: jax.vmap(lambda s: scene.motion(i, s)[0][1])(s))(numbers)
-    depths = light_height - heights
-    return float(jnp.min(depths)), float(jnp.max(depths))
+    height = jax.vmap(lambda shape, s: shape.motion(s)[0][1], (None, 0))
+    return jnp.concatenate([jax.vmap(height, (0, None))(group, s) for group in groups])
 
 
 def _only(scene: Scene, name: str) -> int:
