@@ -5,6 +5,7 @@ from __future__ import annotations
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
 from firstorder.conventions import direction
@@ -29,12 +30,12 @@ class Photons(eqx.Module):
         sine, cosine: of the local angle from which they came, on the side on which they landed.
     """
 
-    index: Int[Array, "b n"]
-    front: Bool[Array, "b n"]
-    s: Float[Array, "b n"]
-    flux: Float[Array, "b n"]
-    sine: Float[Array, "b n"]
-    cosine: Float[Array, "b n"]
+    index: Int[Array, "*b n"]
+    front: Bool[Array, "*b n"]
+    s: Float[Array, "*b n"]
+    flux: Float[Array, "*b n"]
+    sine: Float[Array, "*b n"]
+    cosine: Float[Array, "*b n"]
 
 
 def throw(
@@ -75,6 +76,33 @@ def throw(
     check_positive("count", count)
     plan = Plan(jnp.array(0), jnp.array(0.0), jnp.asarray(survival), has_gloss(scene), scatter)
     return _thrown(scene, key, count, bounces, plan)
+
+
+def in_runs(photons: Photons, runs: int) -> list[Photons]:
+    """One throw as several independent ones of equal size, each as bright as the whole.
+
+    Raises:
+        ValueError: if the photons cannot be shared out evenly.
+
+    Example:
+        >>> import jax
+        >>> from firstorder.flatland.library import scene_c
+        >>> from firstorder.flatland.photons import in_runs, throw
+        >>> two = in_runs(throw(scene_c(), jax.random.key(0), 1000, 2), 2)
+        >>> two[1].flux.shape, round(two[1].flux[0].sum().item(), 6)
+        ((3, 500), 6.283185)
+    """
+    count = photons.index.shape[-1]
+    if runs < 1 or count % runs:
+        raise ValueError(f"Argument `runs` must divide {count} photons, but is {runs}.")
+    # On the host: a slice of its own for each run would be compiled for each.
+    parts = [np.split(np.asarray(leaf), runs, axis=-1) for leaf in jax.tree.leaves(photons)]
+    whole = jax.tree.structure(photons)
+    each = [
+        jax.tree.unflatten(whole, [jnp.asarray(leaf) for leaf in run])
+        for run in zip(*parts, strict=True)
+    ]
+    return [eqx.tree_at(lambda p: p.flux, run, runs * run.flux) for run in each]
 
 
 @eqx.filter_jit

@@ -1,0 +1,64 @@
+"""One process of `test_sharding.py`: irradiance, its gradient and path tracing of receivers.
+
+Without arguments: on one device, on two of this process, and on two with other receivers. With a
+port and a rank: one of two processes. Prints for each result rows of numbers, exactly, and which
+receivers they are of.
+"""
+
+import json
+import sys
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax.sharding import Mesh, NamedSharding, PartitionSpec
+
+from firstorder import session
+from firstorder.flatland import Receiver, Scene, Segments, irradiance, thing
+from firstorder.flatland.pathtrace import path_irradiance
+
+session.start()
+if len(sys.argv) == 3:
+    jax.distributed.initialize(f"127.0.0.1:{sys.argv[1]}", 2, int(sys.argv[2]))
+assert len(jax.devices()) == 2
+
+SCENE = Scene.of(
+    thing(Segments((-1.0, 0.0), (1.0, 0.0)), albedo=0.5),
+    thing(Segments((0.5, 1.0), (-0.5, 1.0)), emission=1.0, albedo=0.3),
+    thing(Segments((-0.2, 0.5), (0.2, 0.5))),
+)
+X = np.array([-0.7, -0.11, 0.3, 0.8])
+
+
+@jax.jit
+def measured(x):
+    """Everything about a row of receivers on the floor."""
+    at = Receiver(jnp.stack([x, 0.0 * x], -1), 0.0 * x, jnp.zeros(x.shape, int))
+    E, slope = jax.vmap(
+        jax.value_and_grad(
+            lambda x: irradiance(SCENE, Receiver(jnp.stack([x, 0.0 * x]), 0.0 * x, 0))
+        )
+    )(x)
+    found = path_irradiance(SCENE, at, jax.random.key(3), 4000, lanes=64)
+    return E, slope, found.mean, found.error
+
+
+def spread(x):
+    """The same on all devices of all processes: what this process holds of the result."""
+    over = NamedSharding(Mesh(np.array(jax.devices()), ("x",)), PartitionSpec("x"))
+    results = measured(jax.make_array_from_callback(x.shape, over, lambda i: x[i]))
+    assert len(results[0].sharding.device_set) == 2
+    rows = [[], *([] for _ in results)]
+    for shards in zip(*(r.addressable_shards for r in results), strict=True):
+        rows[0].extend(range(len(x))[shards[0].index[0]])
+        for row, shard in zip(rows[1:], shards, strict=True):
+            row.extend(np.asarray(shard.data).tolist())
+    return rows
+
+
+out = {"spread": spread(X)}
+if len(sys.argv) == 1:
+    whole = measured(jax.device_put(jnp.asarray(X), jax.devices()[0]))
+    out["whole"] = [[0, 1, 2, 3], *(np.asarray(a).tolist() for a in whole)]
+    out["moved"] = spread(X + 1e-6 * np.array([0.0, 0.0, 1.0, 1.0]))
+print("result", json.dumps(out))
