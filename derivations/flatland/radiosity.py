@@ -1,8 +1,8 @@
 """Radiosity at a corner and in a closed room; an independent solution of J12's scene C.
 
-The kernel of two walls at right angles is homogeneous of degree -1, so powers of the distance to the
-corner are its eigenfunctions: irradiance has powers there that are not whole, and J12 §4.1's "completely
-smooth" scene C is smooth between its corners only.
+The kernel of two walls at right angles is homogeneous of degree -1, so powers of the distance to
+the corner are its eigenfunctions: irradiance has powers there that are not whole, and J12 §4.1's
+"completely smooth" scene C is smooth between its corners only.
 """
 
 from __future__ import annotations

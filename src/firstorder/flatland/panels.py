@@ -16,7 +16,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Bool, Float, Int
 
 from firstorder.flatland.critical import open_shapes, parameter, positions, singles
 from firstorder.flatland.events import Events, find
@@ -81,6 +81,15 @@ class Panels(eqx.Module):
         value, slope = legendre(self.count, scale * (s - a) - 1.0)
         inverse = jnp.asarray(to_legendre(self.count), self.ends.dtype)
         return value @ inverse, scale * (slope @ inverse)
+
+    def holding(
+        self, sheet: Int[Array, "*n"], s: Float[Array, "*n"]
+    ) -> tuple[Int[Array, "*n"], Bool[Array, "*n"]]:
+        """The panel that holds a parameter of a sheet (twice the shape plus the side), if any."""
+        sheets = 2 * self.shape + self.side
+        k = jnp.searchsorted(2.0 * sheets + self.ends[:, 0], 2.0 * sheet + s, side="right") - 1
+        k = jnp.clip(k, 0, self.shape.shape[0] - 1)
+        return k, sheets[k] == sheet
 
 
 def legendre(count: int, t: Array) -> tuple[Array, Array]:
