@@ -91,7 +91,7 @@ def test_the_jet_of_the_place_gives_every_motion():
     np.testing.assert_allclose(jet.gradient @ tangent - kappa, a.alpha_x, rtol=1e-14)
     along = tangent @ jet.hessian @ tangent + kappa * jet.gradient @ normal
     np.testing.assert_allclose(along, a.alpha_xx, rtol=1e-14)
-    auto = jax.hessian(lambda q: point_alpha(point, q).value)(position)
+    auto = jax.jit(jax.hessian(lambda q: point_alpha(point, q).value))(position)
     np.testing.assert_allclose(sight(point, position).hessian, auto, rtol=1e-13)
 
 
@@ -140,6 +140,6 @@ def test_bad_numbers_are_one_sentence():
 
 def test_single_precision_is_kept():
     with jax.enable_x64(False):
-        a = circle_alpha(jnp.array([0.3, 1.4]), jnp.array(0.5), 1.0)
+        a = jax.jit(circle_alpha)(jnp.array([0.3, 1.4]), jnp.array(0.5), jnp.array(1.0))
         assert {leaf.dtype.name for leaf in jax.tree.leaves(a)} == {"float32"}
     np.testing.assert_allclose(a.alpha_xx, circle_alpha((0.3, 1.4), 0.5).alpha_xx, rtol=1e-5)
