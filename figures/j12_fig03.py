@@ -11,7 +11,7 @@ from __future__ import annotations
 import jax
 import numpy as np
 
-from figures._j12_scenes import COUNTED, floor, line_light, reference
+from figures._j12_scenes import floor, line_light, reference
 from figures.style import Claim, Drawing
 from firstorder import plotting
 from firstorder.checks.statistics import error_slope, z_test
@@ -35,13 +35,12 @@ def draw(quick: bool) -> Drawing:
         at = floor(scene, s)
         x = np.asarray(at.position[:, 0])
         if name in "AB":
-            truth, direct = line_light(x, name == "B"), None
+            truth, direct, bound = line_light(x, name == "B"), None, 0.0
         else:
-            truth, direct = reference(name, scene, at, quick)
+            truth, direct, bound = reference(name, scene, at, quick)
         counts = (paths // 64, paths // 8, paths)
         found = [path_irradiance(scene, at, key, n, lanes=64) for n in counts]
         _show(ax, name, x, truth, direct, found[-1], paths)
-        bound = COUNTED * np.max(truth) if quick and direct is not None else 0.0
         claims += _claims(name, found, counts, truth, bound)
         arrays |= {f"x_{name}": x, f"truth_{name}": truth}
         arrays |= {f"mean_{name}": np.asarray(found[-1].mean)}

@@ -35,7 +35,7 @@ def draw(quick: bool) -> Drawing:
     for row, (name, make) in enumerate({"C": scene_c, "D": scene_d}.items()):
         scene = make()
         at = floor(scene, s)
-        truth, _ = reference(name, scene, at, quick)
+        truth, *_ = reference(name, scene, at, quick)
         maps = runs(scene, jax.random.key(SEED + row), count, number if name == "C" else 1, BOUNCES)
         first, spreads = _seen(scene, maps, how, at, s)
         for ax, seen, title in zip(
