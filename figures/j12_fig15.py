@@ -208,8 +208,6 @@ def _claims(found: dict[str, Outcome], candidates, events) -> list[Claim]:
             "rank correlation of its inverse with |E'| on the floor",
             "confirms",
             confirmed,
-            "",
-            confirmed > 0.5,
         ),
         Claim(
             "Share of records on whose radius a clamp acted: minimum, harmonic mean, exact",

@@ -3,7 +3,7 @@
 from firstorder.methods.caching.cache import Answer, Cache, Candidates, derivatives_of, taylor
 from firstorder.methods.caching.errors import ideal_radius, rms, true_error
 from firstorder.methods.caching.events import expected_error_with_events, radius_with_events
-from firstorder.methods.caching.fill import Fit, fill, fit, interpolated, shuffled
+from firstorder.methods.caching.filling import Fit, fill, fit, interpolated, shuffled
 from firstorder.methods.caching.radii import (
     CLAMPS,
     DEFINITIONS,
@@ -18,7 +18,7 @@ from firstorder.methods.caching.split_circle import (
     split_circle_change,
     split_circle_error,
 )
-from firstorder.methods.caching.survey import kinks, survey
+from firstorder.methods.caching.surveys import kinks, survey
 
 __all__ = [
     "survey",

@@ -10,7 +10,7 @@ from firstorder.methods.caching import (
     radius_with_events,
     survey,
 )
-from firstorder.methods.caching.survey import ray_lengths
+from firstorder.methods.caching.surveys import ray_lengths
 
 FLOOR = thing(Segments((-1.0, 0.0), (1.0, 0.0)), name="floor")
 LAMP = thing(Segments((0.5, 1.0), (-0.5, 1.0)), emission=1.0)

@@ -66,11 +66,15 @@ def survey(
     check_between("s", s, 0.0, 1.0)
 
     columns = _columns(scene, index, s, E or (lambda at: irradiance(scene, at)), count)
+    x, n, shortest, mean = _geometry(scene, index, s, rays)
+    return Candidates(x, n, columns, shortest, mean)
+
+
+@eqx.filter_jit
+def _geometry(scene: Scene, index: int, s: Array, rays: int) -> tuple[Array, ...]:
     n = jax.vmap(lambda s: scene.frame(index, s).n)(s)
     t = ray_lengths(scene, index, s, rays)
-    return Candidates(
-        arc_length(scene, index, s), n, columns, minimum_length(t), harmonic_length(t)
-    )
+    return arc_length(scene, index, s), n, minimum_length(t), harmonic_length(t)
 
 
 def _columns(scene: Scene, index: int, s: Array, E: Callable[[Receiver], Array], count: int):
