@@ -12,10 +12,10 @@ The arc-length Hessian beats both split circles, as the paper says. The stratifi
 it, and the exact second derivative is worst of the three. Where the umbra of the block begins (x =
 0.275 m and 0.725 m) E' jumps by as much as it ever is; E'' on either side knows nothing of it and
 is small in the dark, and so records in the dark reach into the light. The arc-length form is wrong
-by a factor of six in the light and of three in the dark, in opposite senses, which happens to
-hold those records back. The jump itself is known in closed form, and a metric that adds it wins by
-a factor of five. With a lamp four times as wide the four still stand in this order, and the factor
-is four (measured with 128 candidates and 64 orders; not drawn).
+by a factor of six in the light and of three just inside the dark, in opposite senses, which happens
+to hold those records back. The jump itself is known in closed form, and a metric that adds it wins
+by a factor of five. With a lamp four times as wide the order is the same (with kinks, arc-length,
+stratified, exact), and the factor is four (128 candidates, 64 orders; not drawn).
 """
 
 from __future__ import annotations
