@@ -202,6 +202,51 @@ def test_mended_it_tends_to_the_truth():
     assert max(last) < 5e-5
 
 
+# --- attacks ------------------------------------------------------------------------------------
+
+
+def carried(tree, angle, scale, shift):
+    """A scene or receiver turned about the origin, enlarged and shifted."""
+    T = scale * np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+
+    def move(p):
+        return p @ T.T + shift
+
+    if isinstance(tree, Receiver):
+        return Receiver(move(tree.position), tree.n + angle, tree.on)
+    lines, discs = tree.groups
+    lines = type(lines)(move(lines.start), move(lines.end))
+    discs = type(discs)(move(discs.center), scale * discs.radius)
+    return eqx.tree_at(lambda s: s.groups, tree, (lines, discs))
+
+
+@pytest.mark.parametrize(("angle", "scale"), [(np.pi / 2, 1.0), (-2.3, 1.0), (0.7, 40.0)])
+def test_rigid_motions_and_units(angle, scale):
+    """Numbers in the receiver's frame stay; k-th derivatives by steps go as `scale^-k`."""
+    move = (angle, scale, np.array([0.6, -1.1]))
+    scene, _ = built("disc")
+    where = padded(strata(256))
+    here = all_forms("disc", at("disc"), where)
+    there = compiled("disc")(
+        carried(scene, *move), carried(at("disc"), *move), where, True, 1.0, 1.0
+    )
+    unit = np.array([scale, scale, 1.0])
+    for form in here:
+        assert normwise(there[form].value, here[form].value) < 1e-9
+        assert normwise(there[form].gradient * unit, here[form].gradient) < 1e-7
+        rescaled = there[form].hessian * np.outer(unit, unit)
+        assert normwise(rescaled, here[form].hessian) < 1e-6
+
+
+def test_more_light_is_more_of_everything():
+    """All forms are linear in the radiance: twice the light, twice every number."""
+    seen = jax.jit(lambda: look(built("B")[0], at("B"), strata(64)))()
+    twice = eqx.tree_at(lambda s: s.radiance, seen, 2.0 * seen.radiance)
+    for form in (arc_length, stratified):
+        for a, b in zip(jax.tree.leaves(form(twice)), jax.tree.leaves(form(seen)), strict=True):
+            assert normwise(a, 2.0 * b) < 1e-12
+
+
 # --- turns, and receivers that bend -------------------------------------------------------------
 
 

@@ -260,8 +260,9 @@ def stratified(samples: Samples) -> Motion:
     stratum, and of order one half before curved limbs, where the sample nearest the limb is short
     by `sqrt(2 R r h)`. The translational Hessian **does not tend to the truth**: it takes each
     shadow edge for a fixed point before a background of constant radiance. `mended` adds what is
-    missing. Rotational derivatives are right. Noise in the radiance is amplified: as `sqrt(N)`
-    smaller strata do not average it better.
+    missing. Rotational derivatives are right. Noise in the radiance averages
+    out along a surface but not at an edge between two depths: the jump there is that of two
+    samples, however many strata there are.
 
     Args:
         samples: of `look`.

@@ -130,6 +130,9 @@ def gaps(ends: Float[Array, " m_1"], nodes: int) -> Strata:
 def look(scene: Scene, at: Receiver, where: Strata, radiance: Radiance | None = None) -> Samples:
     """Casts one ray into each stratum.
 
+    Automatic differentiation of what rays see knows of no shadow edge: it is finite, and wrong.
+    The forms made from them are derivatives already.
+
     Args:
         scene: shapes and environment; point lights cannot be met by a ray and do not count.
         at: one receiver.
