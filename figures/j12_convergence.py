@@ -9,10 +9,12 @@ larger of the derivative and E.
 
 What stops falling: the arc-length form wherever a shadow edge moves (B, D, Fig. 15), at its own
 integral (dotted); and the stratified Hessian where the edge is a curved limb or uncovers a
-background that varies (D, Fig. 15), at the sum over edges as fixed points (dashed). The stratified
-form with both terms put back (`mended`) goes on falling; it is followed to 10^4 strata, where
-bisection is as good as it gets. The gradient by strata falls on every scene: its bias vanishes
-with the width. Quick size: scenes B and D, up to 10^4 strata.
+background that varies (D, Fig. 15), at the sum over edges as fixed points (dashed). That is why the
+claim about scene D does not hold. The stratified form with both terms put back (`mended`) goes on
+falling; it is followed to 10^4 strata, and where flat lights of one radiance are all there is (A,
+B) it is exact. The gradient by strata falls on every scene: its bias vanishes with the width.
+
+Quick size: scenes B and D, up to 10^4 strata.
 """
 
 from __future__ import annotations
