@@ -349,6 +349,7 @@ PROBES = {
     "visibility.shading": lambda s: shadow(s),
     "visibility.sight": lambda s: visibility.sight(jnp.stack([s, 2.0]), radius=s),
     "visibility.signed_edges": lambda s: visibility.signed_edges(*slots(s)),
+    "visibility.spanned": lambda s: visibility.spanned(*slots(s)),
     "visibility.visible_gaps": lambda s: visibility.visible_gaps(*slots(s)),
     "visibility.visible_measure": lambda s: visibility.visible_measure(*slots(s), jnp.sin),
     "methods.BandLimit": lambda s: (band(s).reach(ray(FLATLAND)), band(s).farthest(ray(FLATLAND))),

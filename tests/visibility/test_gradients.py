@@ -228,6 +228,22 @@ def test_gradients_jump_where_two_edges_are_in_line_and_stay_finite():
     assert np.max(np.abs(np.delete(steps, events))) < 1e-5
 
 
+def test_blockers_that_reach_below_the_horizon_or_behind():
+    """A near disc to the left and below, a segment seen from either side, one underneath."""
+    disc = [circle_alpha((-0.6, -0.3), 0.5, side) for side in (1.0, -1.0)]
+    corners = [((0.5, 0.2), (0.9, -0.4)), ((0.9, -0.4), (0.5, 0.2)), ((1.0, -0.1), (-1.0, -0.2))]
+    ends = [[point_alpha(corner[k]) for corner in corners] for k in (0, 1)]
+    low, high = (
+        jax.tree.map(lambda *a: jnp.stack(a), d, *e) for d, e in zip(disc, ends, strict=True)
+    )
+    edges = exposed_edges(low, high)
+    shown = np.sort(np.asarray(edges.angle)[np.asarray(edges.sign) != 0])
+    middle, half = np.arctan2(0.6, -0.3), np.arcsin(0.5 / np.hypot(0.6, 0.3))
+    np.testing.assert_allclose(shown, [-np.arctan2(0.5, 0.2), middle - half], rtol=1e-14)
+    assert edges.start == 0.0
+    assert np.sum(edges.sign) == 0.0
+
+
 def test_hidden_edges_may_be_anything():
     nan = jnp.array([jnp.nan, 0.3])
     edges = Edges(

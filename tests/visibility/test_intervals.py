@@ -14,6 +14,7 @@ from firstorder.visibility.intervals import (
     exposed,
     merged,
     signed_edges,
+    spanned,
     visible_gaps,
     visible_measure,
 )
@@ -137,6 +138,28 @@ def test_derivatives_are_finite_and_only_of_exposed_ends(slots):
     for part, sign, ends in ((slope[0], -1, truth[:, 0]), (slope[1], 1, truth[:, 1])):
         moving = ends[np.abs(ends) < HALF]
         assert abs(part.sum() - sign * np.sum(np.cos(moving))) < 1e-13
+
+
+@given(*(st.floats(-3.0, 3.0),) * 4)
+def test_the_span_of_a_segment_is_what_rays_meet(ax, ay, bx, by):
+    """In any place about the receiver, below it too: angles of the ends, in either order."""
+    a, b = np.array([ax, ay]), np.array([bx, by])
+    area = abs(ax * by - ay * bx)
+    if min(np.hypot(*a), np.hypot(*b), area) < 1e-3:
+        return
+    one, two = (np.arctan2(-e[:1], e[1:]) for e in (a, b))
+    angles = np.linspace(-HALF, HALF, 103)[1:-1]
+    u = np.stack([-np.sin(angles), np.cos(angles)], -1)
+    weights = np.linalg.solve(np.stack([a, b], 1), u.T)  # u between a and b: both positive
+    if np.min(np.abs(weights)) < 1e-9:
+        return
+    for low, high in (span(one, two), span(two, one)):
+        np.testing.assert_array_equal((angles > low) & (angles < high), np.all(weights > 0, 0))
+
+
+@jax.jit
+def span(one, two):
+    return clipped(*spanned(one, two))
 
 
 def test_who_covers_whom():

@@ -17,6 +17,7 @@ from firstorder.visibility.intervals import (
     exposed,
     merged,
     signed_edges,
+    spanned,
     visible_gaps,
     visible_measure,
 )
@@ -29,6 +30,7 @@ __all__ = [
     "rotated",
     "sight",
     "clipped",
+    "spanned",
     "exposed",
     "signed_edges",
     "merged",

@@ -30,7 +30,7 @@ from jaxtyping import Array, ArrayLike, Float
 from firstorder.quadrature import panels
 from firstorder.typing import Scalar, Vector, as_float
 from firstorder.visibility.alpha import Alpha
-from firstorder.visibility.intervals import HORIZON, clipped, signed_edges
+from firstorder.visibility.intervals import HORIZON, clipped, signed_edges, turns
 
 # Transport: (parameters, angle) -> what the light from that angle adds per radian.
 Transport = Callable[[Vector, Scalar], Scalar]
@@ -108,6 +108,9 @@ def exposed_edges(
 ) -> Edges:
     """The edges of blockers given by both of their ends; covered ends are hidden.
 
+    A segment seen from its other side has its ends in the other order: they are exchanged. Each
+    blocker takes less than half a turn.
+
     Args:
         low: lower ends of n blockers (side +1), as the receiver moves along x.
         high: their upper ends (side -1).
@@ -122,6 +125,7 @@ def exposed_edges(
         >>> exposed_edges(low, high).sign.tolist()
         [1.0, -1.0]
     """
+    low, high = _ordered(low, high)
     angle, sign = signed_edges(low.value, high.value, horizon)
     first = jnp.concatenate([low.alpha_x, high.alpha_x])
     second = jnp.concatenate([low.alpha_xx, high.alpha_xx])
@@ -139,7 +143,7 @@ def differentiated_edges(
     """The edges of blockers whose ends are differentiable functions of any parameters.
 
     Args:
-        ends: maps p to the lower and the upper ends of n blockers [rad].
+        ends: maps p to the lower and the upper ends of n blockers [rad], as from `spanned`.
         p: where to differentiate.
         horizon: between which light arrives.
     """
@@ -266,6 +270,17 @@ def angular_by_parts(
 
 
 # --- small change --------------------------------------------------------------------------------
+
+
+def _ordered(low: Alpha, high: Alpha) -> tuple[Alpha, Alpha]:
+    """The same ends with the lower one first, both on one turn (see `spanned`)."""
+    turned, shift_low, shift_high = turns(low.value, high.value)
+    low = eqx.tree_at(lambda a: a.value, low, low.value - shift_low)
+    high = eqx.tree_at(lambda a: a.value, high, high.value - shift_high)
+    return tuple(
+        jax.tree.map(lambda a, b: jnp.where(turned, a, b), *pair)
+        for pair in ((high, low), (low, high))
+    )
 
 
 def _boundary(T: Transport, p: Vector, edges: Edges) -> tuple[Array, Array]:

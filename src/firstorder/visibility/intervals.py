@@ -48,6 +48,36 @@ def clipped(low: Ends, high: Ends, horizon: tuple[float, float] = HORIZON) -> tu
     return jnp.where(real, low, 0.0), jnp.where(real, high, 0.0)
 
 
+def spanned(one: Ends, two: Ends) -> tuple[Ends, Ends]:
+    """The interval of less than half a turn between two directions, given in any order.
+
+    What a segment hides lies between its ends, the short way round: this picks the lower end, and
+    the turn on which the middle lies in (-pi, pi]. Ends may then lie beyond -pi or pi, and
+    `clipped` keeps the part above the horizon, as of a blocker that reaches below it.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.visibility import spanned
+        >>> low, high = spanned(jnp.array([1.0, 3.0]), jnp.array([0.5, -1.0]))
+        >>> low.round(3).tolist(), high.round(3).tolist()
+        ([0.5, -3.283], [1.0, -1.0])
+    """
+    turned, shift_one, shift_two = turns(one, two)
+    one, two = one - shift_one, two - shift_two
+    return jnp.where(turned, two, one), jnp.where(turned, one, two)
+
+
+def turns(one: Ends, two: Ends) -> tuple[Bool[Array, "*b n"], Ends, Ends]:
+    """Whether the second of two directions is the lower, and the whole turns to take off each."""
+    one, two = jax.lax.stop_gradient((one, two))
+    turn = 2.0 * jnp.pi
+    between = two - one
+    between = between - turn * jnp.round(between / turn)
+    middle = one + 0.5 * between
+    shift = turn * jnp.round(middle / turn)
+    return between < 0.0, shift, two - (one - shift + between)
+
+
 def exposed(low: Ends, high: Ends) -> tuple[Exposed, Exposed]:
     """Which lower and which upper ends lie on the edge of the union of all intervals.
 
