@@ -39,13 +39,16 @@ def _along(order: int):
 
 
 def _local(order: int):
-    """The same in D, the local angle, r and kappa: C = q + D u + side r left."""
+    """The same in D, the local angle, r and kappa: C = q + D u + side r left.
+
+    Differentiated first, and then read in axes in which the normal stands at n = 0.
+    """
     found, C, q, w, n = _along(order)
     u, left = _directions(w)
     a, k, k1 = sp.symbols("alpha kappa kappa_x", real=True)
     place = {C[i]: q[i] + D * u[i] + side * r * left[i] for i in (0, 1)}
-    found = found.subs(place).subs({n.diff(s, 2): k1, n.diff(s): k}).subs(w, a + n)
-    return sp.simplify(found), a, k, k1
+    found = found.subs(place).subs({n.diff(s, 2): k1, n.diff(s): k}).subs({w: a, n: 0})
+    return found, a, k, k1
 
 
 def first_derivative():
