@@ -134,7 +134,7 @@ def _bisected(scene, at: Receiver, samples: Samples, radiance, below, above, hal
     ends = samples.strata.angles[below], samples.strata.angles[above]
     eps = float(jnp.finfo(ends[0].dtype).eps)
 
-    def seen(angles):
+    def seen(angles, radiance):
         flat = angles.ravel()
         found = look(scene, at, Strata(jnp.pad(flat, (0, 1)), flat, jnp.ones_like(flat)), radiance)
         found = eqx.tree_at(lambda s: s.strata, found, None)
@@ -143,14 +143,14 @@ def _bisected(scene, at: Receiver, samples: Samples, radiance, below, above, hal
     def halve(_, ends):
         low, high = ends
         middle = 0.5 * (low + high)
-        half = seen(middle)
+        half = seen(middle, None)  # its radiance is not asked for
         # On a limb the side is decided by rounding; nothing else has a cosine as small.
         same = (half.index == index) & ((half.front == front) | (half.cosine < 4.0 * eps**0.5))
         wide = high - low > eps ** (2.0 / 3.0)
         return jnp.where(wide & same, middle, low), jnp.where(wide & ~same, middle, high)
 
     low, high = jax.lax.fori_loop(0, halvings, halve, ends)
-    return seen(jnp.stack([low, high])), 0.5 * (low + high)
+    return seen(jnp.stack([low, high]), radiance), 0.5 * (low + high)
 
 
 def _side(seen: Samples):
