@@ -62,6 +62,21 @@ def tree_measured() -> float:
     return z.worst / z.threshold
 
 
+def densities_by_autodiff() -> float:
+    """Each sampler's density against the derivative of its map: `pdf(theta(u)) dtheta/du = 1`."""
+    import jax
+
+    from firstorder.sampling import Cosine, Uniform
+
+    u = np.linspace(0.03, 0.97, 7)
+    worst = 0.0
+    for sampler in (Uniform(), Cosine()):
+        rate = jax.vmap(jax.grad(sampler.sample))(u)
+        off = np.asarray(rate * sampler.density(sampler.sample(u))) - 1.0
+        worst = max(worst, float(np.max(np.abs(off))))
+    return worst
+
+
 # --- (29) ---------------------------------------------------------------------------------------
 
 
@@ -122,6 +137,35 @@ def paths_measured() -> float:
     at = Receiver(np.array([[0.3, 0.0], [0.9, 0.4]]), np.array([0.0, 1.0]), np.array([0, -1]))
     z = z_of(path_irradiance(room, at, jax.random.key(2), 20_000), 2 * 0.4 / (1 - 0.5))
     return z.worst / z.threshold
+
+
+def steps_by_autodiff() -> float:
+    """A path's density is a product over its steps: each step's against its map's derivative.
+
+    And what a step weighs is `f cos` over that density.
+    """
+    import jax
+    import jax.numpy as jnp
+
+    from firstorder.flatland.scatter import Surface, reflect, scatter
+
+    rho, zero = jnp.asarray(0.6), jnp.asarray(0.0)
+    surface = Surface(rho, zero, zero, zero, zero)
+    out = jnp.sin(jnp.asarray(0.4)), jnp.cos(jnp.asarray(0.4))
+
+    def turned(u):
+        return scatter(surface, out, jnp.stack([0.2 * u / u, u, 0.5 * u / u]))
+
+    def angle(u):
+        return jnp.arctan2(turned(u).sine, turned(u).cosine)
+
+    worst = 0.0
+    for u in jnp.linspace(0.05, 0.95, 5):
+        step = turned(u)
+        f, _ = reflect(surface, out, step.sine, step.cosine)
+        off = abs(jax.grad(angle)(u) * step.density - 1.0), abs(step.weight * step.density - f)
+        worst = max(worst, *map(float, off))
+    return worst
 
 
 # --- (39) ---------------------------------------------------------------------------------------
@@ -192,7 +236,7 @@ ROWS = [
         "identity",
         implements="firstorder.flatland.pathtrace.tree_irradiance",
         symbolic=one_sample,
-        autodiff=na("no derivative"),
+        autodiff=Check(densities_by_autodiff, 1e-13),
         fourier=na("no spectrum"),
         brute_force=Check(tree_measured, 1.0),
         note="Unbiased at any N; a recursion cut off at a depth loses light reflected more often.",
@@ -202,7 +246,7 @@ ROWS = [
         "identity",
         implements="firstorder.flatland.pathtrace.path_irradiance",
         symbolic=lambda: [all_paths(), *furnace_series()],
-        autodiff=na("no derivative"),
+        autodiff=Check(steps_by_autodiff, 1e-13),
         fourier=na("no spectrum"),
         brute_force=Check(paths_measured, 1.0),
         note="pdf_i is the product of the densities per radian and of the chance of the length: "

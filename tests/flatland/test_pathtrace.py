@@ -142,13 +142,13 @@ def test_a_wrong_path_is_noticed(fault, key):
 def test_both_ways_to_look_for_light_agree(key):
     """Glossy, mirror, sky, emitting circle, point light: two estimators that share few terms."""
     scene, at = _mixed(), _around(_mixed(), 0)
-    with_lights = path_irradiance(scene, at, key, 2000, lanes=32)
-    by_chance = path_irradiance(scene, at, jax.random.key(1), 2000, next_event=False, lanes=32)
+    with_lights = path_irradiance(scene, at, key, 500, lanes=32)
+    by_chance = path_irradiance(scene, at, jax.random.key(1), 500, next_event=False, lanes=32)
     error = np.hypot(with_lights.error, by_chance.error)
     assert z_test(with_lights.mean, error, by_chance.mean).passed
     total = np.sum(by_chance.mean), np.sqrt(np.sum(error**2))
     assert z_test(np.sum(with_lights.mean), total[1], total[0]).passed
-    assert total[1] < 0.01 * total[0]
+    assert total[1] < 0.03 * total[0]
 
 
 def _around(scene, index):
@@ -177,12 +177,12 @@ def test_reciprocity_between_two_surfaces(key):
     for light, lit in ((2, 0), (0, 2)):
         emission = jnp.zeros((3, 2)).at[light, 0].set(1.0)
         there = eqx.tree_at(lambda s: s.material.emission, scene, emission)
-        E = path_irradiance(there, _around(there, lit), key, 2000, lanes=32)
+        E = path_irradiance(there, _around(there, lit), key, 500, lanes=32)
         length = float(there.length(lit))
         sent.append((length * E.mean.mean(), length * np.sqrt(np.mean(E.error**2) / 64)))
     (ab, error_ab), (ba, error_ba) = sent
     assert z_test(ab, np.hypot(error_ab, error_ba), ba).passed
-    assert np.hypot(error_ab, error_ba) < 0.02 * ab
+    assert np.hypot(error_ab, error_ba) < 0.04 * ab
 
 
 # --- surfaces ------------------------------------------------------------------------------------

@@ -222,6 +222,7 @@ def photon_irradiance(
     return jnp.where(width > 0.0, flux / jnp.where(width > 0.0, width, 1.0), 0.0)
 
 
+@eqx.filter_jit
 def photon_radiance(
     photons: PhotonMap,
     how: Estimator,
