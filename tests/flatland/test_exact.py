@@ -17,19 +17,23 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from firstorder.conventions import direction
 from firstorder.flatland import (
     Circles,
+    ConstantSky,
     PointLights,
     Receiver,
     Scene,
     Segments,
     irradiance,
+    nearest,
     receiver,
     rotation,
     thing,
     translation,
 )
 from firstorder.flatland.library import scene_a, scene_b
+from firstorder.visibility import Edges, bracketed, limbs, shaded
 
 # --- the oracle ----------------------------------------------------------------------------------
 
@@ -415,6 +419,39 @@ def near_event(x):
     middle, half = np.arctan2(-w[0], w[1]), np.arcsin(0.12 / np.hypot(*w))
     angles = np.sort([*angles, middle - half, middle + half])
     return np.min(np.diff(angles)) < 1e-6
+
+
+# --- the image-space route -----------------------------------------------------------------------
+
+
+@jax.jit
+def under_a_sky(x):
+    """Jets of E under a white sky: from silhouettes, and from 256 rays with R07's formulas."""
+    slab, disc = Segments((0.5, 0.8), (0.1, 0.9)), Circles((-0.3, 0.7), 0.2)
+    scene = Scene.of(thing(slab), thing(disc), environment=ConstantSky(1.0))
+    at = Receiver(jnp.stack([x, 0.0 * x]), 0.0 * x)
+
+    def hit(angle):
+        along = direction(angle.ravel())
+        t = nearest(scene, jnp.broadcast_to(at.position, along.shape), along).t
+        return t.reshape(angle.shape)
+
+    found = bracketed(lambda a: jnp.isfinite(hit(a)), jnp.linspace(-1.57, 1.57, 256), size=4)
+    a = limbs(hit, found).alpha()
+    first, second = a.alpha_x[:, None], a.alpha_xx[:, None, None]
+    edges = Edges(a.value, first, second, found.sign, jnp.array(1.0))
+    traced = shaded(lambda p, w: jnp.cos(w), x[None], edges)
+    exact = translation(lambda r: irradiance(scene, r))(at)
+    rays = (traced.value, traced.gradient.total[0], traced.hessian.total[0, 0])
+    return jnp.stack(rays), jnp.stack([exact.value, exact.first, exact.second])
+
+
+@pytest.mark.parametrize("x", [-0.8, -0.25, 0.2, 0.9])
+def test_edges_found_by_rays_give_the_same_derivatives(x):
+    rays, exact = under_a_sky(x)
+    np.testing.assert_allclose(rays[0], exact[0], rtol=1e-14)
+    np.testing.assert_allclose(rays[1], exact[1], rtol=1e-8)
+    np.testing.assert_allclose(rays[2], exact[2], rtol=1e-5)
 
 
 # --- degenerate scenes ---------------------------------------------------------------------------
