@@ -15,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder import fields, flatland, laws, methods, transport, visibility
+from firstorder import fields, flatland, laws, methods, sampling, transport, visibility
 from firstorder.conventions import FLATLAND, FLATLAND_SLOPE, SPACE, Frame
 from firstorder.fields import Grid, gaussian
 
@@ -352,6 +352,17 @@ PROBES = {
     "visibility.spanned": lambda s: visibility.spanned(*slots(s)),
     "visibility.visible_gaps": lambda s: visibility.visible_gaps(*slots(s)),
     "visibility.visible_measure": lambda s: visibility.visible_measure(*slots(s), jnp.sin),
+    "sampling.Cosine": lambda s: (sampling.Cosine().sample(s), sampling.Cosine().density(s)),
+    "sampling.Estimate": lambda s: sampling.Estimate(s, s, 9.0).scaled(s).z(0.1),
+    "sampling.Lobe": lambda s: (sampling.Lobe(s).sample(s, s), sampling.Lobe(s, s).density(0.3)),
+    "sampling.Moments": lambda s: sampling.Moments.none((), s.dtype).add(s).add(2.0 * s).variance(),
+    "sampling.Pick": lambda s: sampling.Pick(jnp.stack([s, 1.0 + s])).probability,
+    "sampling.Piecewise": lambda s: sampling.Piecewise(jnp.stack([s, 2.0]), -s, s).sample(0.4),
+    "sampling.Uniform": lambda s: (sampling.Uniform().sample(s), sampling.Uniform().density(s)),
+    "sampling.combine": lambda s: sampling.combine([sampling.estimate(jnp.stack([s, -s]))] * 2),
+    "sampling.estimate": lambda s: sampling.estimate(jnp.stack([s, 2.0 * s, 0.1])),
+    "sampling.jittered": lambda s: s * sampling.jittered(jax.random.key(0), 3),
+    "sampling.midpoints": lambda s: s * sampling.midpoints(3),
     "methods.BandLimit": lambda s: (band(s).reach(ray(FLATLAND)), band(s).farthest(ray(FLATLAND))),
     "methods.Cell": lambda s: cell(s).mean(1),
     "methods.LineSamples": lambda s: sampled(s).interpolant()(0.4 * s),

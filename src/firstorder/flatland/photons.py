@@ -154,8 +154,8 @@ def _sent(scene: Scene, where: Lights, u: Array):
     place, v, _ = jax.vmap(scene.motion)(shape, u[:, 1])
     speed = jnp.sqrt(dot(v, v))
     tangent = v / speed[:, None] * jnp.where(side == FRONT, 1.0, -1.0)[:, None]
-    sine = jnp.sin(Cosine().sample(u[:, 2]))
-    cosine = jnp.sqrt(jnp.maximum(1.0 - sine**2, 0.0))
+    turned = Cosine().sample(u[:, 2])
+    sine, cosine = jnp.sin(turned), jnp.cos(turned)
     along = cosine[:, None] * left(tangent) - sine[:, None] * tangent
     length = lengths(scene)[shape]
     from_shape = (number >= p) & (number < p + 2 * n)

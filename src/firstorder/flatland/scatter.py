@@ -12,7 +12,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from firstorder.sampling.distributions import lobe_area, lobe_power, lobe_sine
+from firstorder.sampling.distributions import lobe_area, lobe_power, lobe_sine, safe_sqrt
 
 
 class Surface(eqx.Module):
@@ -114,10 +114,10 @@ def scatter(
     total = surface.total
     pick = u[..., 0] * total
     sine = 2.0 * u[..., 1] - 1.0
-    cosine = 2.0 * jnp.sqrt(u[..., 1] * (1.0 - u[..., 1]))
+    cosine = 2.0 * safe_sqrt(u[..., 1] * (1.0 - u[..., 1]))
     if glossy:
         s = lobe_sine(surface.exponent, u[..., 1], u[..., 2])
-        c = jnp.sqrt(jnp.maximum((1.0 - s) * (1.0 + s), 0.0))
+        c = safe_sqrt((1.0 - s) * (1.0 + s))
         shiny = pick >= surface.albedo + surface.mirror
         sine = jnp.where(shiny, s * out[1] - c * out[0], sine)
         cosine = jnp.where(shiny, c * out[1] + s * out[0], cosine)

@@ -100,7 +100,13 @@ def lobe_sine(e: Float[Array, "*#n"], u: Float[Array, "*#n"], v: Float[Array, "*
     """The sine of a direction drawn by `cos^e` of its angle."""
     flat = e <= 0.0
     power = jnp.where(flat, 0.0, u ** (2.0 / jnp.where(flat, 1.0, e)))
-    return jnp.sqrt(jnp.maximum(1.0 - power, 0.0)) * jnp.cos(2.0 * jnp.pi * v)
+    return safe_sqrt(1.0 - power) * jnp.cos(2.0 * jnp.pi * v)
+
+
+def safe_sqrt(x: Float[Array, "*n"]) -> Float[Array, "*n"]:
+    """The square root, zero with no slope where x is not positive."""
+    positive = x > 0.0
+    return jnp.where(positive, jnp.sqrt(jnp.where(positive, x, 1.0)), 0.0)
 
 
 def lobe_power(cosine: Float[Array, "*#n"], e: Float[Array, "*#n"]) -> Array:
