@@ -109,7 +109,7 @@ def glass(inside: int = 0, index: float = INDEX):
     from firstorder.flatland.refraction import Beam, Lens, through
 
     ball = thing(Circles((0.0, 0.0), 1.0), ior=index)
-    screen = thing(Segments((2.0, 1.9), (-2.0, 1.9)), name="screen")
+    screen = thing(Segments((2.0, 1.25), (-2.0, 1.25)), name="screen")
     path = through(1, inside=inside)
     return Lens(Scene.of(screen, ball), Beam((0.0, -3.0), 0.0), path, 0, -0.999, 0.999)
 

@@ -19,18 +19,15 @@ from __future__ import annotations
 import dataclasses
 from typing import NamedTuple
 
-import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, Int
 
 from firstorder.errors import check_not_negative, is_concrete
 from firstorder.flatland.critical import LIGHT, Breaks, Edges, critical_lines
-from firstorder.flatland.intersect import nearest
 from firstorder.flatland.irradiance import Radiance
-from firstorder.flatland.scene import BACK, FRONT, Scene
-from firstorder.flatland.vectors import left
+from firstorder.flatland.probes import asked, batched, extent, frames, on_line, shoot
+from firstorder.flatland.scene import Scene
 
 KINDS = ("shadow", "two points", "point and tangent", "two tangents", "edge-on", "horizon", "dusk")
 
@@ -121,7 +118,7 @@ def find(
     near, far = Edges.stack([a, b]), Edges.stack([b, a])
     ordered = near.shape != LIGHT
     near, far = near.take(ordered), far.take(ordered)
-    ask = _asked(scene, radiance)
+    ask = asked(scene, radiance)
     parts = [_aligned(scene, near, far, ask), _rising(scene, near, far, ask)]
     table = _joined(parts)
     rows = np.lexsort((table.s, table.receiver))
@@ -198,7 +195,7 @@ def extrapolation_error(jump_E, jump_E1, distance, radius):
 
 def _aligned(scene: Scene, near: Edges, far: Edges, ask) -> Events:
     """Receivers that see the far edge exactly behind the near one."""
-    size, eps = _size(scene), np.finfo(near.point.dtype).eps
+    size, eps = extent(scene), np.finfo(near.point.dtype).eps
     step, aside = size * eps**0.25, size * eps**0.7
     way = far.point - near.point
     length = np.linalg.norm(way, axis=1)
@@ -206,7 +203,7 @@ def _aligned(scene: Scene, near: Edges, far: Edges, ask) -> Events:
     up = np.stack([-u[:, 1], u[:, 0]], -1)  # towards larger angles
     # One side of the near edge must be open and the other blocked.
     before = near.point - step * u
-    probe = [_shoot(scene, before + side * aside * up, u).t for side in (1.0, -1.0)]
+    probe = [shoot(scene, before + side * aside * up, u).t for side in (1.0, -1.0)]
     reach = step + length
     shut = [t < 2.0 * step for t in probe]
     silhouette = shut[0] != shut[1]
@@ -216,7 +213,7 @@ def _aligned(scene: Scene, near: Edges, far: Edges, ask) -> Events:
     clear = silhouette & (open_t > reach - 4.0 * np.sqrt(size * aside) - step)
     edge_on = (near.shape == far.shape) & ~near.tangent & ~far.tangent & _straight(scene, near)
     # Backwards from the near edge, on the open side, to the receiver.
-    back = _shoot(scene, before - sigma[:, None] * aside * up, -u)
+    back = shoot(scene, before - sigma[:, None] * aside * up, -u)
     hit = back.number >= 0
     exact = _receive(scene, back, near.point, u)
     jumps = _jumps(scene, near, far, u, sigma, exact, ask, step)
@@ -256,11 +253,11 @@ class _Exact(NamedTuple):
 def _receive(scene: Scene, hits, point, u) -> _Exact:
     """The receiver on the line itself, not on the one beside it that found it."""
     index = np.maximum(hits.number, 0)
-    r, s, frame = _batched(_on_line, scene, index, point, -u)
+    r, s, frame = batched(on_line, scene, index, point, -u)
     missed = ~np.isfinite(r)
     s = np.where(missed, hits.s, s)
     if missed.any():  # the line leaves the shape by its very end
-        frame = _batched(_frames, scene, index, s)
+        frame = batched(frames, scene, index, s)
     position, normal = np.asarray(frame.position), np.asarray(frame.normal)
     facing = np.sum(u * normal, -1)
     front = facing > 0.0
@@ -322,13 +319,13 @@ def _closer(near, far):
 
 def _across(scene: Scene, near: Edges, far: Edges, u, ask, step):
     """Change of the seen radiance across the far edge, from clockwise to counter-clockwise."""
-    tilt = 1e-3 * step / _size(scene)
+    tilt = 1e-3 * step / extent(scene)
     up = np.stack([-u[:, 1], u[:, 0]], -1)
     sides = []
     for sign in (1.0, -1.0):
         ray = u + sign * tilt * up
         ray /= np.linalg.norm(ray, axis=1)[:, None]
-        hits = _shoot(scene, near.point + step * u, ray)
+        hits = shoot(scene, near.point + step * u, ray)
         sides.append(_sent(scene, hits, near.point + step * u, u, far, ask))
     return sides[0] - sides[1]
 
@@ -336,14 +333,14 @@ def _across(scene: Scene, near: Edges, far: Edges, u, ask, step):
 def _sent(scene: Scene, hits, origin, u, far: Edges, ask):
     """Radiance of what a ray beside the line meets, moved onto the line."""
     index = np.maximum(hits.number, 0)
-    t, s, _ = _batched(_on_line, scene, index, origin, u)
+    t, s, _ = batched(on_line, scene, index, origin, u)
     s = np.where(np.isfinite(t), s, hits.s)
     # Where the far edge lies on what is met, it is the edge's own place, from the side of the ray.
     own = hits.number == far.shape
     inward = np.sign(np.mod(hits.s - far.s + 0.5, 1.0) - 0.5)
     nudge = np.where(far.tangent, 0.0, 64.0 * np.finfo(s.dtype).eps * inward)
     s = np.where(own, np.clip(far.s + nudge, 0.0, 1.0), s)
-    near_end = np.abs(t - np.linalg.norm(far.point - origin, axis=1)) < 1e-6 * _size(scene)
+    near_end = np.abs(t - np.linalg.norm(far.point - origin, axis=1)) < 1e-6 * extent(scene)
     s = np.where(~own & near_end, hits.s, s)  # another shape that ends at the same corner
     L = ask(index, s, hits.front, u)
     return np.where(hits.number >= 0, L, 0.0)
@@ -361,15 +358,15 @@ def _edge_on(scene, near: Edges, far: Edges, u, up, at: _Exact, ask, steps) -> _
     """A segment in line with the receiver: each open side shows it in place of what is behind."""
     step, aside = steps
     length = np.linalg.norm(far.point - near.point, axis=1)
-    behind = _shoot(scene, far.point + step * u, u)
+    behind = shoot(scene, far.point + step * u, u)
     beyond = np.where(
         behind.number >= 0, ask(np.maximum(behind.number, 0), behind.s, behind.front, u), 0.0
     )
     gap = _closer(at.r, np.linalg.norm(far.point - at.position, axis=1))
     total, clear = np.zeros(len(u)), np.zeros(len(u), bool)
-    normal = _batched(_frames, scene, np.maximum(near.shape, 0), np.full(len(u), 0.5)).normal
+    normal = batched(frames, scene, np.maximum(near.shape, 0), np.full(len(u), 0.5)).normal
     for side in (1.0, -1.0):
-        t = _shoot(scene, near.point - step * u + side * aside * up, u).t
+        t = shoot(scene, near.point - step * u + side * aside * up, u).t
         free = t > length + step
         front = np.sum(side * up * normal, -1) > 0.0
         L = ask(np.maximum(near.shape, 0), np.full(len(u), 0.5), front, u)
@@ -394,18 +391,18 @@ def _rising(scene: Scene, near: Edges, far: Edges, ask) -> Events:
     """Lines tangent to a receiver: on it the far edge rises or sets."""
     rows = np.flatnonzero(near.tangent)
     near, far = near.take(rows), far.take(rows)
-    size, eps = _size(scene), np.finfo(near.point.dtype).eps
+    size, eps = extent(scene), np.finfo(near.point.dtype).eps
     step, aside = size * eps**0.25, size * eps**0.7
     way = far.point - near.point
     length = np.linalg.norm(way, axis=1)
     u = way / length[:, None]
-    frame = _batched(_frames, scene, np.maximum(near.shape, 0), near.s)
+    frame = batched(frames, scene, np.maximum(near.shape, 0), near.s)
     kappa, normal = frame.kappa, frame.normal
     # The side that bends away sees along the tangent; the hollow side is behind itself.
     front = kappa < 0.0
     lift = np.where(front, 1.0, -1.0)[:, None] * normal
     start = near.point + step * u
-    clear = _shoot(scene, start + aside * lift, u).t > length - step - 4.0 * np.sqrt(size * aside)
+    clear = shoot(scene, start + aside * lift, u).t > length - step - 4.0 * np.sqrt(size * aside)
     light = far.shape == LIGHT
     dL = _across(scene, near, far, u, ask, step)
     number = np.where(light, far.s, 0).astype(int)
@@ -419,79 +416,6 @@ def _rising(scene: Scene, near: Edges, far: Edges, ask) -> Events:
     return Events(
         near.shape, near.s, front, kind, near, far, clear, np.zeros(len(near)), first, second
     )
-
-
-# --- asking the scene ----------------------------------------------------------------------------
-
-
-class _Hits(NamedTuple):
-    t: np.ndarray
-    number: np.ndarray
-    s: np.ndarray
-    front: np.ndarray
-
-
-def _shoot(scene: Scene, origins, along) -> _Hits:
-    hits, front = _batched(_traced, scene, origins, along)
-    return _Hits(hits.t, hits.index, hits.s, front)
-
-
-def _batched(program, scene: Scene, *rows):
-    """Runs a program on rows filled up to a multiple of 64: few lengths, few compilations."""
-    count = len(rows[0])
-    if not count:
-        rows = [np.zeros((1, *np.shape(r)[1:]), np.asarray(r).dtype) for r in rows]
-    fill = -len(rows[0]) % 64
-    full = [np.pad(r, ((0, fill), *[(0, 0)] * (np.ndim(r) - 1)), mode="edge") for r in rows]
-    out = program(scene, *map(jnp.asarray, full))
-    return jax.tree.map(lambda a: np.asarray(a)[:count], out)
-
-
-@eqx.filter_jit
-def _traced(scene, origins, along):
-    hits = nearest(scene, origins, along)
-    normal = jax.vmap(lambda i, s: left(scene.motion(i, s)[1]))(jnp.maximum(hits.index, 0), hits.s)
-    return hits, jnp.sum(normal * along, -1) < 0.0
-
-
-@eqx.filter_jit
-def _on_line(scene, index, origin, along):
-    t, s = jax.vmap(scene.hit)(index, origin, along)
-    return t, s, jax.vmap(scene.frame)(index, s)
-
-
-@eqx.filter_jit
-def _frames(scene, index, s):
-    return jax.vmap(scene.frame)(index, s)
-
-
-def _asked(scene: Scene, radiance: Radiance | None):
-    """Radiance of many points, on the host."""
-
-    @eqx.filter_jit
-    def sent(scene, index, s, front, u):
-        if radiance is None:
-            return scene.material.emission[index, jnp.where(front, FRONT, BACK)]
-        return jax.vmap(radiance)(index, s, front, u)
-
-    def ask(index, s, front, u):
-        return _batched(sent, scene, index, s, front, u)
-
-    return ask
-
-
-def _size(scene: Scene) -> float:
-    """The extent of all shapes."""
-    s = jnp.linspace(0.0, 1.0, 9)
-    points = np.concatenate(
-        [np.asarray(_extent(group, s)).reshape(-1, 2) for group in scene.groups]
-    )
-    return float(np.max(np.ptp(points, axis=0)))
-
-
-@eqx.filter_jit
-def _extent(group, s):
-    return jax.vmap(lambda one: jax.vmap(lambda t: one.motion(t)[0])(s))(group)
 
 
 def _joined(tables: list[Events]) -> Events:

@@ -213,55 +213,73 @@ class Lens(eqx.Module):
     light: PointSource | Beam
     path: tuple[tuple[int, str], ...] = eqx.field(static=True)
     receiver: int = eqx.field(static=True)
-    low: float = eqx.field(static=True)
-    high: float = eqx.field(static=True)
+    low: float = eqx.field(static=True, converter=float)
+    high: float = eqx.field(static=True, converter=float)
     samples: int = eqx.field(static=True, default=256)
 
     def arrive(self, q: ArrayLike) -> Arrival:
         """Where the ray q ends."""
         return follow(self.scene, self.path, *self.light.ray(as_float(q)), self.receiver)
 
-    def slope(self, q: Float[Array, ""]) -> tuple[Float[Array, ""], Float[Array, ""]]:
-        """Parameter on the receiver of the ray q, and `ds/dq`."""
-        return jax.jvp(lambda q: self.arrive(q).s, (q,), (jnp.ones_like(q),))
+    def _jet(self, q: Float[Array, ""]):
+        """Parameter on the receiver of the ray q, `ds/dq`, share of power, and if it is real."""
+
+        def end(q):
+            arrival = self.arrive(q)
+            return arrival.s, (arrival.share, arrival.ok)
+
+        s, slope, (share, ok) = jax.jvp(end, (q,), (jnp.ones_like(q),), has_aux=True)
+        return s, slope, share, ok
 
     def folds(self) -> tuple[Float[Array, " n"], Float[Array, " n"], Bool[Array, " n"]]:
         """Rays at which `dx/dq = 0`: their q, the places on the receiver, and which exist."""
+        return self._searched()[:3]
+
+    def _searched(self):
+        """The folds, and rays between which s(q) is monotonic: q, s and whether they are real."""
         fixed = jax.lax.stop_gradient(self)
         q = jnp.linspace(self.low, self.high, self.samples + 1)
-        slope = jax.vmap(lambda q: fixed.slope(q)[1])(q)
-        ok = jax.vmap(lambda q: fixed.arrive(q).ok)(q)
+        s, slope, _, ok = jax.vmap(fixed._jet)(q)
         turns = (slope[:-1] * slope[1:] < 0.0) & ok[:-1] & ok[1:]
         which = jnp.argsort(~turns, stable=True)[:MOST_BRANCHES]
-        root = jax.vmap(lambda a, b: _bisected(lambda q: fixed.slope(q)[1], a, b))
+        root = jax.vmap(lambda a, b: _bisected(lambda q: fixed._jet(q)[1], a, b))
         found = jax.lax.stop_gradient(root(q[which], q[which + 1]))
-        return found, jax.vmap(lambda q: self.arrive(q).s)(found), turns[which]
+        there = jax.vmap(self.arrive)(found)
+        real = turns[which]
+        extra = jnp.where(real, found, self.high), jnp.where(real, there.s, s[-1])
+        q, s = (jnp.concatenate([a, b]) for a, b in zip((q, s), extra, strict=True))
+        order = jnp.argsort(q, stable=True)
+        ok = jnp.concatenate([ok, jnp.where(real, there.ok, ok[-1])])
+        return found, there.s, real, jax.lax.stop_gradient((q[order], s[order], ok[order]))
 
-    def irradiance(self, s: ArrayLike) -> Float[Array, ""]:
-        """Irradiance at a parameter of the receiver [W/m]; differentiable, infinite at folds."""
+    def irradiance(self, s: ArrayLike) -> Float[Array, "*n"]:
+        """Irradiance at parameters of the receiver [W/m]; differentiable, infinite at folds."""
         s = as_float(s)
+        rays = self._searched()[3]
+        return jax.vmap(lambda at: self._at(at, *rays))(s.ravel()).reshape(s.shape)
+
+    def _at(self, s, q, ends, ok):
+        """The sum over the branches at one place."""
         fixed, here = jax.lax.stop_gradient((self, s))
-        turning, _, real = fixed.folds()
-        grid = jnp.linspace(self.low, self.high, self.samples + 1)
-        q = jnp.sort(jnp.concatenate([grid, jnp.where(real, turning, self.high)]))
-        ends = jax.vmap(fixed.arrive)(q)
-        off = ends.s - here
-        crossed = (off[:-1] * off[1:] <= 0.0) & ends.ok[:-1] & ends.ok[1:] & (q[1:] > q[:-1])
+        off = ends - here
+        crossed = (off[:-1] * off[1:] <= 0.0) & ok[:-1] & ok[1:] & (q[1:] > q[:-1])
         crossed &= off[1:] != 0.0
         which = jnp.argsort(~crossed, stable=True)[:MOST_BRANCHES]
+        speed = self.scene.frame(self.receiver, s).speed
 
         def branch(a, b, there):
             root = _bisected(lambda q: fixed.arrive(q).s - here, a, b)
             root = jax.lax.stop_gradient(jnp.where(there, root, 0.5 * (self.low + self.high)))
-            for _ in range(2):  # the root's derivatives
-                at, slope = self.slope(root)
+
+            def newton(root, _):  # no step, but its derivatives
+                at, slope, share, ok = self._jet(root)
                 step = (at - s) / jnp.where(slope == 0.0, 1.0, slope)
-                root = root - jnp.where(there, step - jax.lax.stop_gradient(step), 0.0)
-            _, slope = self.slope(root)
-            end = self.arrive(root)
-            speed = self.scene.frame(self.receiver, s).speed
-            spread = jnp.abs(jnp.where(there, slope, 1.0)) * speed
-            return jnp.where(there & end.ok, self.light.power * end.share / spread, 0.0)
+                moved = root - jnp.where(there, step - jax.lax.stop_gradient(step), 0.0)
+                return moved, (slope, share, ok)
+
+            _, (slope, share, ok) = jax.lax.scan(newton, root, None, length=3)
+            spread = jnp.abs(jnp.where(there, slope[-1], 1.0)) * speed
+            return jnp.where(there & ok[-1], self.light.power * share[-1] / spread, 0.0)
 
         return jnp.sum(jax.vmap(branch)(q[which], q[which + 1], crossed[which]))
 
