@@ -134,5 +134,6 @@ def _draw(axes, scene, table, at, x, curve, measured, reach, errors):
         ax.loglog(reach, values, label=name)
     ax.legend()
     ax.set_ylim(1e-6, 1.0)
+    ax.xaxis.set_minor_formatter("")
     ax.set_title("f) total error of a record", loc="left")
     ax.set_xlabel("radius (m)")
