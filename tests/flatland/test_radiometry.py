@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from derivations.flatland import radiometry as derived
-from firstorder.flatland import radiometry
+from derivations.flatland._scenes import built
+from firstorder.flatland import Receiver, radiometry
 from firstorder.flatland.radiometry import (
     TABLE_I,
     Unit,
@@ -15,6 +16,8 @@ from firstorder.flatland.radiometry import (
     foreshortening,
     glossy,
     outgoing,
+    reflected,
+    reflected_over_curves,
 )
 
 # --- units --------------------------------------------------------------------------------------
@@ -96,6 +99,21 @@ def test_bad_material_is_one_sentence():
 def test_both_forms_and_plain_rays_agree():
     assert derived.by_rays() < 1e-4
     assert derived.by_curves() < 2e-4
+
+
+def test_both_forms_agree_before_a_curved_blocker_and_a_wall_that_varies():
+    """Two shadow edges and two ends, each misplaced by up to half a spacing of 1/4000."""
+    scene, radiance = built("disc")
+    brdf = glossy(0.8, 4.0)
+
+    @jax.jit
+    def both(at):
+        fine = reflected(scene, at, 0.3, brdf, radiance)
+        return fine, reflected_over_curves(scene, at, 0.3, brdf, 4000, None, radiance)
+
+    for x in (-0.2, 0.35):
+        fine, coarse = both(Receiver((x, 0.0), 0.1))
+        assert abs(coarse / fine - 1.0) < 4.0 / 4000
 
 
 @pytest.mark.smoke
