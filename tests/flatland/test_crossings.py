@@ -53,3 +53,34 @@ def test_a_crossing_moves_with_its_shapes():
 
     assert abs(height(0.3) - 0.3) < 1e-12
     assert abs(jax.grad(height)(0.3) - 1.0) < 1e-12
+
+
+def test_traced_shapes_that_cross_unannounced_are_nan():
+    lamp = thing(Segments((1.0, 2.0), (-1.0, 2.0)), emission=1.0)
+    others = {
+        "segments": lambda y: thing(Segments((-0.5, 0.4), (0.5, y))),
+        "circles": lambda y: thing(Circles((0.5, y), 0.3)),
+    }
+    fixed = [thing(Segments((0.2, 0.2), (0.2, 1.0))), thing(Circles((0.5, 1.5), 0.25))]
+
+    @jax.jit
+    def E(y):
+        at = Receiver((0.0, 0.0), 0.0)
+        return [irradiance(Scene.of(lamp, *fixed, make(y)), at) for make in others.values()]
+
+    # A blade through the post; a disc that cuts the other disc; then neither.
+    assert jnp.isnan(E(0.5)[0])
+    assert jnp.isnan(E(1.3)[1])
+    assert jnp.all(jnp.isfinite(jnp.array([E(4.0)[1], E(3.0)[1]])))
+
+
+def test_touching_is_no_crossing_for_traced_shapes_either():
+    @jax.jit
+    def E(x):
+        roof = thing(
+            polyline(jnp.stack([jnp.stack([-x, 0.5]), jnp.stack([0.0, 1.0]), jnp.stack([x, 0.5])]))
+        )
+        lamp = thing(Segments((1.0, 2.0), (-1.0, 2.0)), emission=1.0)
+        return irradiance(Scene.of(lamp, roof), Receiver((0.0, 0.0), 0.0))
+
+    assert jnp.isfinite(E(0.3))

@@ -3,7 +3,17 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.flatland import Arcs, Circles, PointLights, Scene, Segments, thing
+from firstorder.flatland import (
+    Arcs,
+    Circles,
+    PointLights,
+    Receiver,
+    Scene,
+    Segments,
+    closed_curve,
+    irradiance,
+    thing,
+)
 from tests.flatland.worlds import bean, everything
 
 
@@ -52,10 +62,21 @@ def test_a_scene_can_be_built_inside_a_gradient():
     assert jax.jit(jax.grad(height))(2.0) == 1.0
 
 
+def test_a_traced_radius_that_is_none_gives_nan():
+    @jax.jit
+    def E(radius):
+        scene = Scene.of(
+            thing(Segments((1.0, 2.0), (-1.0, 2.0)), emission=1.0),
+            thing(Circles((0.2, 1.0), radius)),
+        )
+        return irradiance(scene, Receiver((0.0, 0.0), 0.0))
+
+    assert jnp.isfinite(E(0.3))
+    assert jnp.isnan(E(-0.3))
+
+
 def test_curves_of_different_lengths_share_a_group():
     a = 2.0 * np.pi * np.arange(64) / 64
-    from firstorder.flatland import closed_curve
-
     other = closed_curve(np.stack([np.cos(a), np.sin(a)], -1), 2)
     scene = Scene.of(thing(bean(4.0)), thing(other))
     assert scene.count == 2

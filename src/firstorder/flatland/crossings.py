@@ -11,9 +11,10 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Bool, Float, Int
 
 from firstorder.errors import is_concrete
+from firstorder.flatland.vectors import cross, dot
 
 PIECES = 128  # chords by which a curve is searched
 
@@ -41,6 +42,45 @@ def find(groups: list) -> Crossings:
         jnp.asarray(np.asarray(pairs, dtype=np.int32).reshape(-1, 2)),
         jnp.asarray(np.asarray(near, dtype=float).reshape(-1, 2)),
     )
+
+
+def somewhere(groups: list) -> Bool[Array, ""]:
+    """Whether traced segments or circles cross each other; of other kinds nothing is known.
+
+    Touching ends and tangent circles do not cross.
+    """
+    lines = next((g for g in groups if hasattr(g, "end")), None)
+    rings = next((g for g in groups if g.closed and hasattr(g, "radius")), None)
+    found = jnp.zeros((), bool)
+    if lines is not None:
+        a, e = lines.start, lines.end - lines.start
+        q = a[None] - a[:, None]
+        one, other = jnp.broadcast_to(e[:, None], q.shape), jnp.broadcast_to(e[None], q.shape)
+        det = cross(one, other)
+        safe = jnp.where(det == 0.0, 1.0, det)
+        s, t = cross(q, other) / safe, cross(q, one) / safe
+        found |= jnp.any((det != 0.0) & _inside(s) & _inside(t))
+    if rings is not None:
+        apart = rings.center[None] - rings.center[:, None]
+        far = jnp.sqrt(dot(apart, apart))
+        r, other = rings.radius[None], rings.radius[:, None]
+        slack = jnp.finfo(far.dtype).eps ** 0.5 * (r + other)
+        found |= jnp.any((far < r + other - slack) & (far > jnp.abs(r - other) + slack))
+    if lines is not None and rings is not None:
+        w = lines.start[:, None] - rings.center[None]
+        e = jnp.broadcast_to((lines.end - lines.start)[:, None], w.shape)
+        square, b, c = dot(e, e), dot(w, e), dot(w, w) - rings.radius[None] ** 2
+        real = b**2 > square * c
+        root = jnp.sqrt(jnp.where(real, b**2 - square * c, 0.0))
+        safe = jnp.where(square == 0.0, 1.0, square)
+        found |= jnp.any(real & (_inside((-b - root) / safe) | _inside((-b + root) / safe)))
+    return found
+
+
+def _inside(s: Float[Array, "*n"]) -> Bool[Array, "*n"]:
+    """Whether a parameter is away from the ends by more than rounding."""
+    slack = jnp.finfo(s.dtype).eps ** 0.5
+    return (s > slack) & (s < 1.0 - slack)
 
 
 def _chords(groups: list):

@@ -19,7 +19,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from firstorder.errors import check_finite, check_not_negative, is_concrete
-from firstorder.flatland.crossings import Crossings, find
+from firstorder.flatland.crossings import Crossings, find, somewhere
 from firstorder.flatland.shapes import Arcs, Circles, Curves, Ellipses, Point, Segments, Shape
 from firstorder.flatland.vectors import cross, left
 from firstorder.typing import as_float
@@ -197,8 +197,10 @@ class Scene(eqx.Module):
             things: shapes with materials, in any order.
             points: lights without size.
             environment: radiance of the sky as a function of the world angle.
-            crossings: where shapes cross; found here if the shapes are concrete. For traced
-                shapes none are looked for: give those of a similar concrete scene.
+            crossings: where shapes cross; found here if the shapes are concrete. Traced ones
+                cannot be searched: give the crossings of a similar concrete scene. Without
+                them, traced segments or circles that do cross turn what is seen into NaN; arcs,
+                ellipses and curves are taken not to cross.
 
         Raises:
             ValueError: if there is nothing in the scene.
@@ -219,6 +221,9 @@ class Scene(eqx.Module):
             environment = jax.tree_util.Partial(environment)
         if crossings is None:
             crossings = find(groups)
+            if not is_concrete(groups):
+                unsound = somewhere(groups) | ~_sized(groups)
+                groups = jax.tree.map(lambda a: jnp.where(unsound, jnp.nan, a), groups)
         return Scene(tuple(groups), _join(materials), points, environment, crossings, tuple(names))
 
     @property
@@ -329,12 +334,23 @@ class Scene(eqx.Module):
         met = jnp.sum(jnp.abs(gap)) < 1e-3 * (1e-6 + jnp.sum(jnp.abs(point)))
         return point, inside & met
 
+    @property
+    def unsound(self) -> Bool[Array, ""]:
+        """Whether a shape is NaN: a traced scene that would be refused if it were concrete."""
+        return jnp.any(jnp.stack([jnp.any(jnp.isnan(jax.tree.leaves(g)[0])) for g in self.groups]))
+
     def length(self, index: int) -> Float[Array, ""]:
         """Arc length of a shape [m]; by quadrature, exact to rounding for smooth ones."""
         t, w = np.polynomial.legendre.leggauss(64)
         s = jnp.asarray(0.5 + 0.5 * t)
         speed = jax.vmap(lambda s: self.frame(index, s).speed)(s)
         return jnp.sum(0.5 * jnp.asarray(w) * speed)
+
+
+def _sized(groups: list[Shape]) -> Bool[Array, ""]:
+    """Whether all radii and semi-axes are positive; concrete shapes refuse others themselves."""
+    sizes = [getattr(g, name) for g in groups for name in ("radius", "semi") if hasattr(g, name)]
+    return jnp.all(jnp.stack([jnp.all(size > 0.0) for size in sizes] or [jnp.array(True)]))
 
 
 def _join(parts: list) -> Any:

@@ -115,6 +115,7 @@ def view(scene: Scene, receiver: Receiver, cuts: Float[Array, "c 2"] | None = No
     if breaks is not None:
         turned = jnp.mod(breaks - receiver.n + jnp.pi, 2.0 * jnp.pi) - jnp.pi
         angles = jnp.concatenate([angles, jnp.clip(turned, -HORIZON, HORIZON)])
+    angles = jnp.where(scene.unsound, jnp.nan, angles)
     order = jnp.argsort(jax.lax.stop_gradient(angles))
     edge = jnp.full((1,), HORIZON, angles.dtype)
     angles = jnp.concatenate([-edge, angles[order], edge])
