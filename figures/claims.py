@@ -23,6 +23,7 @@ KEPT = FOLDER / "claims.json"
 README = FOLDER.parent / "README.md"
 _MACHINERY = {"style", "claims"}
 _BEGIN, _END = "<!-- begin: {} -->", "<!-- end: {} -->"
+GALLERY = ("autodiff_fails", "path", "flatland_scenes")  # pictures that the README shows
 HOLDS = {True: "yes", False: "NO", None: "-"}
 
 
@@ -127,8 +128,9 @@ def keep() -> None:
     missing = set(names()) - {r["figure"] for r in records}
     if missing:
         raise SystemExit(f"The last run lacks {', '.join(sorted(missing))}: run `make figures`.")
-    with io.whole(README.parent / "gallery" / "path.png") as part:
-        shutil.copyfile(FOLDER / "out" / "path.png", part)
+    for name in GALLERY:
+        with io.whole(README.parent / "gallery" / f"{name}.png") as part:
+            shutil.copyfile(FOLDER / "out" / f"{name}.png", part)
     io.write_json(KEPT, [{k: v for k, v in r.items() if k != "seconds"} for r in records])
     readme = README.read_text(encoding="utf-8")
     readme = with_section(readme, "claims", markdown(kept()))

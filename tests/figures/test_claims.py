@@ -73,7 +73,8 @@ def test_a_full_run_is_kept_without_its_seconds_and_shown(tmp_path, monkeypatch)
     folder = tmp_path / "figures"
     (folder / "out").mkdir(parents=True)
     (folder / "a.py").touch()
-    (folder / "out" / "path.png").touch()
+    for name in claims.GALLERY:
+        (folder / "out" / f"{name}.png").touch()
     record = RECORD | {"holds": True}
     (folder / "out" / "claims.json").write_text(json.dumps([record | {"seconds": 1.0}]))
     monkeypatch.setattr(claims, "FOLDER", folder)
@@ -84,7 +85,8 @@ def test_a_full_run_is_kept_without_its_seconds_and_shown(tmp_path, monkeypatch)
     assert claims.kept() == [record]
     shown = claims.section(claims.README.read_text(), "claims")
     assert rows(shown)[0] == ["a", r"c\|d", "0.5 m", "0.512 m", "yes"]
-    assert (tmp_path / "gallery" / "path.png").exists()
+    shown = {f.stem for f in (tmp_path / "gallery").iterdir()}
+    assert shown == set(claims.GALLERY)
 
 
 def test_differences_are_told_for_the_figures_that_ran():
