@@ -2,7 +2,7 @@
 
 The paper gives no number of paths and no sizes (for those see `firstorder.flatland.library`). Ours:
 2^20 paths for each of the receivers on the floor that are compared, lights sampled at every vertex.
-The band in A and B is the standard deviation of a mean of 64 paths, so that it can be seen; in C
+The bars in A and B are the standard deviation of a mean of 64 paths, so that they can be seen; in C
 and D the lines are rays counted in NumPy, and what the points are tested against is the radiosity
 solution (at quick size the counted rays too, within what half as fine a mesh differs by).
 """
@@ -20,7 +20,7 @@ from firstorder.flatland.library import scene_a, scene_b, scene_c, scene_d
 from firstorder.flatland.pathtrace import path_irradiance
 
 SEED = 3
-SHOWN = 64  # paths in the band
+SHOWN = 64  # paths behind a bar
 SCENES = {"A": scene_a, "B": scene_b, "C": scene_c, "D": scene_d}
 
 
@@ -58,7 +58,7 @@ def _show(ax, name, x, truth, E, paths) -> None:
         fine = np.linspace(-1.0, 1.0, 401)
         ax.plot(fine, line_light(fine, name == "B"), color="#c2410c", ls="-", label="closed form")
         band = one / np.sqrt(SHOWN)
-        ax.fill_between(x, mean - band, mean + band, color="#1b1b1b", alpha=0.15, lw=0)
+        ax.errorbar(x, mean, band, fmt="none", ecolor="#1b1b1b", alpha=0.4, capsize=2.5)
     else:
         fine = np.linspace(0.002, 0.998, 250)
         whole, direct = counted(fine, name == "D", 48, 1440)

@@ -7,11 +7,12 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from figures._j12_scenes import counted
 from firstorder.checks.statistics import LEVEL, chi_square, error_slope, z_of, z_test
 from firstorder.flatland import Circles, PointLights, Receiver, Scene, Segments, box, thing
 from firstorder.flatland import scatter as scattering
 from firstorder.flatland.environment import GaussianSky
-from firstorder.flatland.library import scene_b
+from firstorder.flatland.library import scene_b, scene_d
 from firstorder.flatland.pathtrace import path_irradiance, path_radiance, tree_irradiance
 from firstorder.flatland.scatter import Surface, reflect, scatter
 from firstorder.sampling import estimate
@@ -183,6 +184,18 @@ def test_reciprocity_between_two_surfaces(key):
     (ab, error_ab), (ba, error_ba) = sent
     assert z_test(ab, np.hypot(error_ab, error_ba), ba).passed
     assert np.hypot(error_ab, error_ba) < 0.04 * ab
+
+
+def test_scene_d_is_what_counted_rays_make_of_it(key):
+    """The radiosity solution at 10^6 paths is in figures/j12_fig03; here NumPy counts rays."""
+    x = np.array([0.06, 0.3, 0.5, 0.9])
+    fine, direct = counted(x, True, 64, 2880)
+    bound = np.max(np.abs(fine - counted(x, True, 48, 2160)[0]))
+    at = Receiver(np.stack([x, 0 * x], -1), 0 * x, jnp.zeros(4, int))
+    E = path_irradiance(scene_d(), at, key, 20_000)
+    assert bound < 2e-3
+    assert z_of(E, fine, truth_error=bound).passed
+    assert not z_of(E, direct).passed
 
 
 # --- surfaces ------------------------------------------------------------------------------------
