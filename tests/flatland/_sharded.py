@@ -17,36 +17,30 @@ from firstorder import session
 from firstorder.flatland import Receiver, Scene, Segments, irradiance, thing
 from firstorder.flatland.pathtrace import path_irradiance
 
-session.start()
-if len(sys.argv) == 3:
-    jax.distributed.initialize(f"127.0.0.1:{sys.argv[1]}", 2, int(sys.argv[2]))
-assert len(jax.devices()) == 2
-
-SCENE = Scene.of(
-    thing(Segments((-1.0, 0.0), (1.0, 0.0)), albedo=0.5),
-    thing(Segments((0.5, 1.0), (-0.5, 1.0)), emission=1.0, albedo=0.3),
-    thing(Segments((-0.2, 0.5), (0.2, 0.5))),
-)
 X = np.array([-0.7, -0.11, 0.3, 0.8])
 
 
-@jax.jit
 def measured(x):
     """Everything about a row of receivers on the floor."""
+    scene = Scene.of(
+        thing(Segments((-1.0, 0.0), (1.0, 0.0)), albedo=0.5),
+        thing(Segments((0.5, 1.0), (-0.5, 1.0)), emission=1.0, albedo=0.3),
+        thing(Segments((-0.2, 0.5), (0.2, 0.5))),
+    )
     at = Receiver(jnp.stack([x, 0.0 * x], -1), 0.0 * x, jnp.zeros(x.shape, int))
     E, slope = jax.vmap(
         jax.value_and_grad(
-            lambda x: irradiance(SCENE, Receiver(jnp.stack([x, 0.0 * x]), 0.0 * x, 0))
+            lambda x: irradiance(scene, Receiver(jnp.stack([x, 0.0 * x]), 0.0 * x, 0))
         )
     )(x)
-    found = path_irradiance(SCENE, at, jax.random.key(3), 4000, lanes=64)
+    found = path_irradiance(scene, at, jax.random.key(3), 4000, lanes=64)
     return E, slope, found.mean, found.error
 
 
-def spread(x):
+def spread(compiled, x):
     """The same on all devices of all processes: what this process holds of the result."""
     over = NamedSharding(Mesh(np.array(jax.devices()), ("x",)), PartitionSpec("x"))
-    results = measured(jax.make_array_from_callback(x.shape, over, lambda i: x[i]))
+    results = compiled(jax.make_array_from_callback(x.shape, over, lambda i: x[i]))
     assert len(results[0].sharding.device_set) == 2
     rows = [[], *([] for _ in results)]
     for shards in zip(*(r.addressable_shards for r in results), strict=True):
@@ -56,9 +50,20 @@ def spread(x):
     return rows
 
 
-out = {"spread": spread(X)}
-if len(sys.argv) == 1:
-    whole = measured(jax.device_put(jnp.asarray(X), jax.devices()[0]))
-    out["whole"] = [[0, 1, 2, 3], *(np.asarray(a).tolist() for a in whole)]
-    out["moved"] = spread(X + 1e-6 * np.array([0.0, 0.0, 1.0, 1.0]))
-print("result", json.dumps(out))
+def main(*arguments):
+    session.start()
+    if arguments:
+        port, rank = arguments
+        jax.distributed.initialize(f"127.0.0.1:{port}", 2, int(rank))
+    assert len(jax.devices()) == 2
+    compiled = jax.jit(measured)
+    out = {"spread": spread(compiled, X)}
+    if not arguments:
+        whole = compiled(jax.device_put(jnp.asarray(X), jax.devices()[0]))
+        out["whole"] = [[0, 1, 2, 3], *(np.asarray(a).tolist() for a in whole)]
+        out["moved"] = spread(compiled, X + 1e-6 * np.array([0.0, 0.0, 1.0, 1.0]))
+    print("result", json.dumps(out))
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
