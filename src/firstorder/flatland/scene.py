@@ -339,7 +339,7 @@ class Scene(eqx.Module):
         """Whether a shape is NaN: a traced scene that would be refused if it were concrete."""
         return jnp.any(jnp.stack([jnp.any(jnp.isnan(jax.tree.leaves(g)[0])) for g in self.groups]))
 
-    def length(self, index: int) -> Float[Array, ""]:
+    def length(self, index: ArrayLike) -> Float[Array, ""]:
         """Arc length of a shape [m]; by quadrature, exact to rounding for smooth ones."""
         t, w = np.polynomial.legendre.leggauss(64)
         s = jnp.asarray(0.5 + 0.5 * t)
