@@ -248,9 +248,27 @@ class Lens(eqx.Module):
         real = turns[which]
         extra = jnp.where(real, found, self.high), jnp.where(real, there.s, s[-1])
         q, s = (jnp.concatenate([a, b]) for a, b in zip((q, s), extra, strict=True))
+        # The last rays before total reflection, or before a rim: the cell beyond them is half dark.
+        changes = jnp.argsort(ok[1 : self.samples + 1] == ok[: self.samples], stable=True)
+        rim = jax.vmap(fixed._last)(q[changes[:MOST_BRANCHES]], q[changes[:MOST_BRANCHES] + 1])
+        at_rim = jax.vmap(fixed.arrive)(rim)
+        ok = jnp.concatenate([ok, jnp.where(real, there.ok, ok[-1]), at_rim.ok])
+        q, s = jnp.concatenate([q, rim]), jnp.concatenate([s, at_rim.s])
         order = jnp.argsort(q, stable=True)
-        ok = jnp.concatenate([ok, jnp.where(real, there.ok, ok[-1])])
         return found, there.s, real, jax.lax.stop_gradient((q[order], s[order], ok[order]))
+
+    def _last(self, a, b):
+        """The last real ray between a and b, of which one is real and one is not."""
+        first = self.arrive(a).ok
+
+        def halve(_, ends):
+            a, b = ends
+            middle = 0.5 * (a + b)
+            same = self.arrive(middle).ok == first
+            return jnp.where(same, middle, a), jnp.where(same, b, middle)
+
+        a, b = jax.lax.fori_loop(0, BISECTIONS, halve, (a, b))
+        return jnp.where(first, a, b)
 
     def irradiance(self, s: ArrayLike) -> Float[Array, "*n"]:
         """Irradiance at parameters of the receiver [W/m]; differentiable, infinite at folds."""
