@@ -1,6 +1,7 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 
 from firstorder.flatland import Circles, Receiver, Scene, Segments, irradiance, polyline, thing
 
@@ -58,8 +59,9 @@ def test_a_crossing_moves_with_its_shapes():
 def test_traced_shapes_that_cross_unannounced_are_nan():
     lamp = thing(Segments((1.0, 2.0), (-1.0, 2.0)), emission=1.0)
     others = {
-        "segments": lambda y: thing(Segments((-0.5, 0.4), (0.5, y))),
-        "circles": lambda y: thing(Circles((0.5, y), 0.3)),
+        "segments": lambda y: thing(Segments((-0.5, 0.4), (0.5, y)), emission=0.5),
+        "circles": lambda y: thing(Circles((0.5, y), 0.3), emission=0.5),
+        "black": lambda y: thing(Circles((0.5, y), 0.3)),
     }
     fixed = [thing(Segments((0.2, 0.2), (0.2, 1.0))), thing(Circles((0.5, 1.5), 0.25))]
 
@@ -71,7 +73,8 @@ def test_traced_shapes_that_cross_unannounced_are_nan():
     # A blade through the post; a disc that cuts the other disc; then neither.
     assert jnp.isnan(E(0.5)[0])
     assert jnp.isnan(E(1.3)[1])
-    assert jnp.all(jnp.isfinite(jnp.array([E(4.0)[1], E(3.0)[1]])))
+    assert jnp.isfinite(E(3.0)[1])
+    assert jnp.isfinite(E(1.3)[2])  # black before black has no edge inside
 
 
 def test_touching_is_no_crossing_for_traced_shapes_either():
@@ -84,3 +87,27 @@ def test_touching_is_no_crossing_for_traced_shapes_either():
         return irradiance(Scene.of(lamp, roof), Receiver((0.0, 0.0), 0.0))
 
     assert jnp.isfinite(E(0.3))
+
+
+@pytest.mark.parametrize("shift", [0.0, 5.0, 1000.0])
+@pytest.mark.parametrize("bits", [32, 64])
+def test_a_crossing_is_one_wherever_the_scene_lies(shift, bits):
+    with jax.enable_x64(bits == 64):
+        ends = np.array([[-0.4, 0.4], [-0.4, 1.0], [0.4, 1.0], [0.4, 0.4]], f"float{bits}") + shift
+        scene = Scene.of(thing(Segments(ends[:2], ends[2:])))
+        points, valid = scene.silhouettes(jnp.asarray(ends[0] - 1.0))
+        assert valid[-1]
+        assert points.dtype == f"float{bits}"
+        assert jnp.max(jnp.abs(points[-1] - shift - jnp.array([0.0, 0.7]))) < 1e-4 * (1 + shift)
+
+
+def test_a_crossing_goes_on_past_the_top_of_a_circle():
+    def build(x):
+        ring, post = Circles((0.0, 0.0), 1.0), Segments((x, 0.5), (x, 2.0))
+        return thing(post, name="post"), thing(ring)
+
+    start = Scene.of(*build(0.05))
+    for x in (0.05, -0.02, -0.2):
+        points, valid = Scene.of(*build(x), crossings=start.crossings).silhouettes(jnp.zeros(2) - 3)
+        assert valid[-1]
+        assert jnp.max(jnp.abs(points[-1] - jnp.array([x, np.sqrt(1.0 - x**2)]))) < 1e-12

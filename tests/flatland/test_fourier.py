@@ -3,7 +3,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.flatland import closed_curve
+from firstorder.flatland import Receiver, Scene, closed_curve, irradiance, thing
 from tests.flatland.worlds import bean
 
 
@@ -71,3 +71,10 @@ def test_a_short_chord_beside_a_tangent_is_found(width):
     y = np.cos(0.5 * width)
     t, _ = curve.hit(jnp.array([-3.0, y]), jnp.array([1.0, 0.0]), OFF)
     assert abs(t - (3.0 - np.sin(0.5 * width))) < 1e-9 / width
+
+
+def test_more_tangents_than_are_kept_are_no_answer():
+    a = 2.0 * np.pi * np.arange(256) / 256
+    r = 1.0 + 0.3 * np.cos(12.0 * a)
+    flower = closed_curve(np.stack([r * np.cos(a), 3.0 + r * np.sin(a)], -1), 16, samples=256)
+    assert jnp.isnan(irradiance(Scene.of(thing(flower, emission=1.0)), Receiver((0.0, 0.0), 0.0)))

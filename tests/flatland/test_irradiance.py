@@ -107,6 +107,25 @@ def test_light_is_gathered_under_any_weight():
     assert abs(gathered(bare, at, lobe, nodes=24) - 16.0 / 15.0) < 1e-9
 
 
+def test_a_receiver_that_is_nowhere_receives_nan():
+    scene = Scene.of(LAMP)
+    assert jnp.isnan(jax.jit(irradiance)(scene, Receiver((jnp.nan, 0.0), 0.0)))
+    assert jnp.isnan(jax.jit(irradiance)(scene, Receiver((0.0, 0.0), jnp.nan)))
+
+
+def test_the_jump_of_a_plain_sky_is_an_edge_and_angles_come_wrapped():
+    def sky(a):
+        return jnp.where(a > 0.3, 2.0, 1.0)
+
+    sky.breaks = [0.3]
+    scene = Scene.of(thing(Segments((-1.0, -9.0), (1.0, -9.0))), environment=sky)
+    E = jax.jit(lambda n: irradiance(scene, Receiver((0.0, 0.0), n)))
+    for n in (0.0, 0.2, 2.0 * np.pi):
+        local = 0.3 - n if n < 1.0 else 0.3
+        assert abs(E(n) - (3.0 - np.sin(local))) < 1e-12
+    assert abs(jax.grad(E)(0.1) - np.cos(0.2)) < 1e-12
+
+
 def test_single_precision_stays_single():
     scene = Scene.of(
         thing(

@@ -3,7 +3,16 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.flatland import Circles, Receiver, Scene, Segments, receiver, thing, view
+from firstorder.flatland import (
+    Circles,
+    Receiver,
+    Scene,
+    Segments,
+    irradiance,
+    receiver,
+    thing,
+    view,
+)
 from firstorder.flatland.readable import nearest_slowly
 from tests.flatland.worlds import everything
 
@@ -58,3 +67,19 @@ def test_a_receiver_on_a_circle_sees_what_is_above_its_own_tangent():
     v = view(scene, receiver(scene, 0, 0.0))
     width = np.diff(np.asarray(v.angles))
     assert set(np.asarray(v.seen)[width > 1e-9]) == {-1, 1}
+
+
+def test_two_edges_in_line_give_the_derivative_of_one_side():
+    lamp = thing(Segments((0.5, 1.0), (-0.5, 1.0)), emission=1.0)
+    blade = thing(Segments((-0.2, 0.5), (0.25, 0.5)))
+    scene = Scene.of(lamp, blade)
+
+    @jax.jit
+    def slope(x):
+        return jax.grad(lambda x: irradiance(scene, Receiver(jnp.stack([x, 0.0]), 0.0)))(x)
+
+    # Blade's and lamp's left ends, their right ends, and one of each are in line.
+    for x in (0.1, 0.0, -0.9):
+        sides = slope(x - 1e-9), slope(x + 1e-9)
+        assert abs(sides[0] - sides[1]) > 0.1
+        assert min(abs(slope(x) - side) for side in sides) < 1e-6

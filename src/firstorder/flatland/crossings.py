@@ -7,6 +7,8 @@ needed, so that it moves with them and has derivatives.
 
 from __future__ import annotations
 
+import itertools
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -34,23 +36,36 @@ class Crossings(eqx.Module):
 def find(groups: list) -> Crossings:
     """All crossings of concrete shapes, by their chords; none for traced ones.
 
-    Ends that merely touch are no crossings: an end is an event of its own.
+    Ends that merely touch are no crossings: an end is an event of its own. Round shapes that
+    overlap by less than a chord's height, (pi / 128)^2 / 2 of the radius, may be missed, and a
+    curve is not looked at for crossing itself.
     """
-    chords = _chords(groups) if is_concrete(groups) else None
-    pairs, near = ([], []) if chords is None else _crossed(*chords)
+    pairs, near = [], []
+    if is_concrete(groups):
+        with jax.ensure_compile_time_eval():  # a jitted function may build concrete shapes
+            pairs, near = _crossed(*_chords(groups))
+    dtype = jnp.result_type(*(leaf.dtype for leaf in jax.tree.leaves(groups)))
     return Crossings(
         jnp.asarray(np.asarray(pairs, dtype=np.int32).reshape(-1, 2)),
-        jnp.asarray(np.asarray(near, dtype=float).reshape(-1, 2)),
+        jnp.asarray(np.asarray(near, dtype=float).reshape(-1, 2), dtype),
     )
 
 
-def somewhere(groups: list) -> Bool[Array, ""]:
+def somewhere(groups: list, shines: Bool[Array, " n"]) -> Bool[Array, ""]:
     """Whether traced segments or circles cross each other; of other kinds nothing is known.
 
-    Touching ends and tangent circles do not cross.
+    Touching ends and tangent circles do not cross, and a crossing of two shapes that do not shine
+    makes no edge.
+
+    Args:
+        groups: the shapes.
+        shines: which of them emit light.
     """
-    lines = next((g for g in groups if hasattr(g, "end")), None)
-    rings = next((g for g in groups if g.closed and hasattr(g, "radius")), None)
+    first = np.cumsum([0, *(g.count for g in groups)])
+    shines = [shines[a:b] for a, b in itertools.pairwise(first)]
+    kinds = list(zip(groups, shines, strict=True))
+    lines, lit = next((k for k in kinds if hasattr(k[0], "end")), (None, None))
+    rings, glow = next((k for k in kinds if k[0].closed and hasattr(k[0], "radius")), (None, None))
     found = jnp.zeros((), bool)
     if lines is not None:
         a, e = lines.start, lines.end - lines.start
@@ -59,13 +74,15 @@ def somewhere(groups: list) -> Bool[Array, ""]:
         det = cross(one, other)
         safe = jnp.where(det == 0.0, 1.0, det)
         s, t = cross(q, other) / safe, cross(q, one) / safe
-        found |= jnp.any((det != 0.0) & _inside(s) & _inside(t))
+        seen = lit[None] | lit[:, None]
+        found |= jnp.any(seen & (det != 0.0) & _inside(s) & _inside(t))
     if rings is not None:
         apart = rings.center[None] - rings.center[:, None]
         far = jnp.sqrt(dot(apart, apart))
         r, other = rings.radius[None], rings.radius[:, None]
         slack = jnp.finfo(far.dtype).eps ** 0.5 * (r + other)
-        found |= jnp.any((far < r + other - slack) & (far > jnp.abs(r - other) + slack))
+        seen = glow[None] | glow[:, None]
+        found |= jnp.any(seen & (far < r + other - slack) & (far > jnp.abs(r - other) + slack))
     if lines is not None and rings is not None:
         w = lines.start[:, None] - rings.center[None]
         e = jnp.broadcast_to((lines.end - lines.start)[:, None], w.shape)
@@ -73,7 +90,9 @@ def somewhere(groups: list) -> Bool[Array, ""]:
         real = b**2 > square * c
         root = jnp.sqrt(jnp.where(real, b**2 - square * c, 0.0))
         safe = jnp.where(square == 0.0, 1.0, square)
-        found |= jnp.any(real & (_inside((-b - root) / safe) | _inside((-b + root) / safe)))
+        seen = lit[:, None] | glow[None]
+        met = _inside((-b - root) / safe) | _inside((-b + root) / safe)
+        found |= jnp.any(seen & real & met)
     return found
 
 

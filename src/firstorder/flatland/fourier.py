@@ -13,6 +13,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
+from firstorder.errors import nan_unless
+
 BISECTIONS, NEWTON = 8, 5
 MOST_TANGENTS = 8
 
@@ -112,7 +114,7 @@ class CurveRoots(eqx.Module):
         for _ in range(2):  # now with derivatives
             value, slope, _ = f(s)
             s = s - jnp.where(there, value, 0.0) / jnp.where(there & (slope != 0.0), slope, 1.0)
-        distance = jnp.dot(along, self.motion(s)[0] - origin)
+        distance = jnp.dot(along, self.motion(s)[0] - origin) / jnp.dot(along, along)
         return jnp.where(there, distance, jnp.inf), jnp.mod(s, 1.0)
 
     def tangents(self, p: Float[Array, "2"]):
@@ -140,7 +142,9 @@ class CurveRoots(eqx.Module):
         for _ in range(2):
             value, slope, _ = jax.vmap(f)(s)
             s = s - jnp.where(valid, value, 0.0) / jnp.where(valid & (slope != 0), slope, 1.0)
-        return jax.vmap(lambda s: self.motion(s)[0])(s), valid
+        points = jax.vmap(lambda s: self.motion(s)[0])(s)
+        too_many = jnp.sum(found) > MOST_TANGENTS  # better no answer than a wrong one
+        return nan_unless(~too_many, points), valid | too_many
 
     def _nearest_self(self) -> Float[Array, ""]:
         """The distance below which a point of the curve is the eye's own."""

@@ -14,6 +14,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from firstorder.flatland.scene import Scene
+from firstorder.flatland.shapes import Curves
 
 MISS = -1
 # Measured (benchmarks/bench_flatland.py): below, one reduction over all shapes wins by up to 3.
@@ -48,8 +49,18 @@ def first_shape(
     """
     scene, origins, along = jax.lax.stop_gradient((scene, origins, along))
     on = jnp.broadcast_to(jnp.asarray(on), origins.shape[:1])
-    find = _in_one if scene.count <= FEW else _one_by_one
-    return _blocked(find, scene, (origins, along, on))
+    few = scene.count <= FEW and not _has_curves(scene)
+    rays = origins, along, on
+    return _in_one(scene, rays) if few else _blocked(_one_by_one, scene, rays)
+
+
+def _has_curves(scene: Scene) -> bool:
+    """Whether a ray costs many brackets, which are kept for a whole block of rays."""
+    return any(isinstance(group, Curves) for group in scene.groups)
+
+
+def _block(scene: Scene) -> int:
+    return BLOCK // 32 if _has_curves(scene) else BLOCK
 
 
 def _apart(rays):
@@ -106,18 +117,16 @@ def _one_by_one(scene: Scene, rays) -> Int[Array, " r"]:
 
 def _blocked(find, scene: Scene, rays):
     """Many rays in blocks; the last one is filled up with copies of a ray."""
-    count = rays[2].shape[0]
-    if count <= BLOCK or find is _in_one:
+    count, block = rays[2].shape[0], _block(scene)
+    if count <= block:
         return find(scene, rays)
-    blocks = -(-count // BLOCK)
+    blocks = -(-count // block)
 
     def cut(a):
-        filled = jnp.concatenate(
-            [a, jnp.broadcast_to(a[:1], (blocks * BLOCK - count, *a.shape[1:]))]
-        )
-        return filled.reshape(blocks, BLOCK, *a.shape[1:])
+        more = jnp.broadcast_to(a[:1], (blocks * block - count, *a.shape[1:]))
+        return jnp.concatenate([a, more]).reshape(blocks, block, *a.shape[1:])
 
-    found = jax.lax.map(lambda block: find(scene, block), jax.tree.map(cut, rays))
+    found = jax.lax.map(lambda rays: find(scene, rays), jax.tree.map(cut, rays))
     return found.reshape(-1)[:count]
 
 
@@ -144,9 +153,13 @@ def nearest(
     """
     index = first_shape(scene, origins, along, on)
     on = jnp.broadcast_to(jnp.asarray(on), index.shape)
-    t, s = jax.vmap(scene.hit)(jnp.maximum(index, 0), origins, along, on)
-    met = index >= 0
-    return Hits(jnp.where(met, t, jnp.inf), index, jnp.where(met, s, 0.0))
+    asked = jnp.maximum(index, 0), origins, along, on
+    if _has_curves(scene) and on.size > _block(scene):
+        t, s = jax.lax.map(lambda ray: scene.hit(*ray), asked, batch_size=_block(scene))
+    else:
+        t, s = jax.vmap(scene.hit)(*asked)
+    met = (index >= 0) & jnp.isfinite(t)  # search and hit may round a grazing ray differently
+    return Hits(jnp.where(met, t, jnp.inf), jnp.where(met, index, MISS), jnp.where(met, s, 0.0))
 
 
 def occluded(
@@ -163,23 +176,32 @@ def occluded(
         a: where the rays start [m].
         b: where they end [m].
         on_a: the shape on which each ray starts, or -1.
-        on_b: the shape on which each ray ends, or -1: what is met there does not count.
+        on_b: the shape on which each ray ends, or -1. It does not count near the end of the ray,
+            within 32 sqrt(eps) of its length; all others count up to 8 eps of it.
     """
     scene, a, b = jax.lax.stop_gradient((scene, a, b))
     way = b - a
     length = jnp.sqrt(way[:, 0] ** 2 + way[:, 1] ** 2)
     along = way / jnp.where(length == 0.0, 1.0, length)[:, None]
     on_a, on_b = (jnp.broadcast_to(jnp.asarray(on), length.shape) for on in (on_a, on_b))
-    # A ray that ends on a surface meets it there, to rounding.
     eps = float(jnp.finfo(length.dtype).eps)
-    limit = length * (1.0 - jnp.where(on_b >= 0, 32.0 * eps**0.5, 0.0))
+    return _blocked(
+        lambda scene, rays: _meets(scene, rays, eps), scene, (a, along, on_a, on_b, length)
+    )
+
+
+def _meets(scene: Scene, rays, eps: float) -> Bool[Array, " r"]:
+    """Whether anything is met before the end; the shape at the end is itself not met there."""
+    start, along, on_a, on_b, length = rays
+    apart = _apart((start, along, on_a))
 
     def meet(blocked, here):
         shape, k = here
-        t = _beside(lambda o, d, on: shape.distance(o, d, on == k), rays)
-        return blocked | (t < limit), None
+        t = _beside(lambda o, d, on: shape.distance(o, d, on == k), apart)
+        at_end = jnp.where(on_b == k, 32.0 * eps**0.5, 8.0 * eps)
+        return blocked | (t < length * (1.0 - at_end)), None
 
-    rays, blocked = _apart((a, along, on_a)), jnp.zeros(length.shape, bool)
+    blocked = jnp.zeros(length.shape, bool)
     for numbered in _numbered(scene):
         blocked, _ = jax.lax.scan(meet, blocked, numbered)
     return blocked

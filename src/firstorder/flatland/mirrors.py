@@ -35,7 +35,7 @@ def in_mirrors(
         nodes: nodes in each gap in which the environment is reflected.
 
     Raises:
-        ValueError: if a mirror is no segment of the scene.
+        ValueError: if a mirror is no segment of the scene, or none is named.
 
     Example:
         >>> from firstorder.flatland import Receiver, Scene, Segments, in_mirrors, thing
@@ -45,6 +45,8 @@ def in_mirrors(
         >>> round(float(in_mirrors(scene, Receiver((0.0, 0.0), 0.0), (1,))), 6)
         0.026438
     """
+    if not mirrors:
+        raise ValueError("Argument `mirrors` must name at least one shape, but is empty.")
     straight = scene.groups[0].count if hasattr(scene.groups[0], "end") else 0
     for k in mirrors:
         if not 0 <= k < straight:
@@ -59,12 +61,11 @@ def in_mirrors(
     behind, L = _behind(scene, at, mirror, middle)
     sines = jnp.sin(seen.angles)
     E = jnp.where(behind >= 0, L, 0.0) * (sines[1:] - sines[:-1])
-    environment = scene.environment
-    if environment is not None:
+    if scene.environment is not None:
 
         def sky(k, angle):
             bounced = _bounced(scene, k, direction(at.n + angle))
-            return environment(jnp.arctan2(-bounced[0], bounced[1]))
+            return scene.sky(jnp.arctan2(-bounced[0], bounced[1]))
 
         theta = middle[:, None] + half[:, None] * t
         light = jax.vmap(lambda k, row: jax.vmap(lambda a: sky(k, a))(row))(mirror, theta)
@@ -85,7 +86,12 @@ def _edges(scene: Scene, at: Receiver, k: int) -> Float[Array, "m 2"]:
     eye = _reflected(scene, k, at.position[None])[0]
     points, valid = scene.silhouettes(eye)
     points = jnp.where(valid[:, None], points, eye + at.normal)
-    return _reflected(scene, k, points)
+    breaks = getattr(scene.environment, "breaks", None)
+    edges = _reflected(scene, k, points)
+    if breaks is None:
+        return edges
+    bounced = jax.vmap(lambda a: _bounced(scene, k, direction(a)))(breaks)
+    return jnp.concatenate([edges, at.position + bounced])
 
 
 def _bounced(scene: Scene, k, along: Float[Array, "2"]) -> Float[Array, "2"]:

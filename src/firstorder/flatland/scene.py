@@ -18,7 +18,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
-from firstorder.errors import check_finite, check_not_negative, is_concrete
+from firstorder.errors import check_finite, check_not_negative, is_concrete, nan_unless
 from firstorder.flatland.crossings import Crossings, find, somewhere
 from firstorder.flatland.shapes import Arcs, Circles, Curves, Ellipses, Point, Segments, Shape
 from firstorder.flatland.vectors import cross, left
@@ -70,6 +70,22 @@ class PointLights(eqx.Module):
             )
 
 
+class Sky(eqx.Module):
+    """A plain function of the angle as an environment, with the angles at which it jumps."""
+
+    radiance: Callable[[Array], Array]
+    breaks: Float[Array, " b"] | None
+
+    def __call__(self, angle: Float[Array, ""]) -> Float[Array, ""]:
+        """Radiance from a direction."""
+        return self.radiance(angle)
+
+
+def _breaks_of(environment: Any) -> Array | None:
+    breaks = getattr(environment, "breaks", None)
+    return None if breaks is None else as_float(breaks)
+
+
 @dataclasses.dataclass(frozen=True)
 class Thing:
     """Shapes of one kind with one material and one name, before they enter a scene."""
@@ -96,7 +112,8 @@ def thing(
     Args:
         shape: one shape or many of a kind.
         name: by which `Scene.named` finds them.
-        emission: radiance of the front; or two numbers, front and back [W/(m rad)].
+        emission: radiance of the front; or two numbers, front and back; for n > 2 shapes also a
+            vector of n, the front of each [W/(m rad)].
         albedo: of both sides; or two numbers, front and back.
         two_sided: whether a single emission holds for the back too.
         mirror: share reflected as by a mirror.
@@ -124,7 +141,9 @@ def thing(
     }
     for key, value in given.items():
         check_not_negative(key, value)
-    if is_concrete(given):
+    if not is_concrete(given):
+        given = {key: nan_unless(value >= 0.0, value) for key, value in given.items()}
+    else:
         most = float(jnp.max(jnp.max(given["albedo"], -1) + given["mirror"] + given["specular"]))
         if most > 1.0 + 1e-6:
             raise ValueError(
@@ -165,7 +184,8 @@ class Scene(eqx.Module):
         environment: radiance as a function of the world angle (counter-clockwise from +y) of the
             direction to where light comes from, or None for a black sky. If it has an attribute
             `breaks`, the angles in it are where it jumps.
-        crossings: where shapes cross each other.
+        crossings: where shapes cross each other. A scene whose leaves are replaced keeps those it
+            had: they move with the shapes, but where shapes newly cross it must be made anew.
 
     Example:
         >>> from firstorder.flatland import Scene, Segments, thing
@@ -199,8 +219,8 @@ class Scene(eqx.Module):
             environment: radiance of the sky as a function of the world angle.
             crossings: where shapes cross; found here if the shapes are concrete. Traced ones
                 cannot be searched: give the crossings of a similar concrete scene. Without
-                them, traced segments or circles that do cross turn what is seen into NaN; arcs,
-                ellipses and curves are taken not to cross.
+                them, traced segments or circles that cross one that shines turn what is seen
+                into NaN; all others are taken not to cross.
 
         Raises:
             ValueError: if there is nothing in the scene.
@@ -218,11 +238,12 @@ class Scene(eqx.Module):
         if points is None:
             points = PointLights(jnp.zeros((0, 2)), jnp.zeros((0,)))
         if environment is not None and not isinstance(environment, eqx.Module):
-            environment = jax.tree_util.Partial(environment)
+            environment = Sky(jax.tree_util.Partial(environment), _breaks_of(environment))
         if crossings is None:
             crossings = find(groups)
             if not is_concrete(groups):
-                unsound = somewhere(groups) | ~_sized(groups)
+                shines = jnp.any(_join(materials).emission != 0.0, -1)
+                unsound = somewhere(groups, shines) | ~_sized(groups)
                 groups = jax.tree.map(lambda a: jnp.where(unsound, jnp.nan, a), groups)
         return Scene(tuple(groups), _join(materials), points, environment, crossings, tuple(names))
 
@@ -326,22 +347,37 @@ class Scene(eqx.Module):
         fixed = jax.lax.stop_gradient(self)
         s = jax.lax.fori_loop(0, 8, lambda _, s: step(fixed, s)[0], near)
         s = jax.lax.stop_gradient(s)
+        closed = self._closed[pair]
+        s = jnp.where(closed, jnp.mod(s, 1.0), s)  # past the start of a closed shape it goes on
         inside = jnp.all((s >= 0.0) & (s <= 1.0)) & jnp.all(jnp.isfinite(s))
         s = jnp.where(inside, s, 0.5)
         for _ in range(2):
             s, *_ = step(self, s)
         _, point, gap = step(self, s)
-        met = jnp.sum(jnp.abs(gap)) < 1e-3 * (1e-6 + jnp.sum(jnp.abs(point)))
-        return point, inside & met
+        # Judged by the shapes' own size, so that it is the same wherever the scene lies.
+        speeds = sum(jnp.sum(jnp.abs(self.motion(k, t)[1])) for k, t in zip(pair, s, strict=True))
+        return point, inside & (jnp.sum(jnp.abs(gap)) < jnp.finfo(s.dtype).eps ** 0.5 * speeds)
+
+    @property
+    def _closed(self) -> Bool[Array, " n"]:
+        """Which shapes have no ends."""
+        return jnp.concatenate([jnp.full(g.count, g.closed) for g in self.groups])
+
+    def sky(self, angle: Float[Array, ""]) -> Float[Array, ""]:
+        """Radiance of the environment, asked with an angle in [-pi, pi]; zero without one."""
+        if self.environment is None:
+            return jnp.zeros_like(angle)
+        turns = jnp.round(jax.lax.stop_gradient(angle) / (2.0 * jnp.pi))
+        return self.environment(angle - 2.0 * jnp.pi * turns)
 
     @property
     def unsound(self) -> Bool[Array, ""]:
         """Whether a shape is NaN: a traced scene that would be refused if it were concrete."""
-        return jnp.any(jnp.stack([jnp.any(jnp.isnan(jax.tree.leaves(g)[0])) for g in self.groups]))
+        return jnp.any(jnp.stack([jnp.any(jnp.isnan(a)) for a in jax.tree.leaves(self.groups)]))
 
     def length(self, index: ArrayLike) -> Float[Array, ""]:
         """Arc length of a shape [m]; by quadrature, exact to rounding for smooth ones."""
-        t, w = np.polynomial.legendre.leggauss(64)
+        t, w = np.polynomial.legendre.leggauss(256)
         s = jnp.asarray(0.5 + 0.5 * t)
         speed = jax.vmap(lambda s: self.frame(index, s).speed)(s)
         return jnp.sum(0.5 * jnp.asarray(w) * speed)
@@ -349,7 +385,9 @@ class Scene(eqx.Module):
 
 def _sized(groups: list[Shape]) -> Bool[Array, ""]:
     """Whether all radii and semi-axes are positive; concrete shapes refuse others themselves."""
-    sizes = [getattr(g, name) for g in groups for name in ("radius", "semi") if hasattr(g, name)]
+    names = ("radius", "semi")
+    sizes = [getattr(g, name) for g in groups for name in names if hasattr(g, name)]
+    sizes += [jnp.abs(g.sweep) for g in groups if isinstance(g, Arcs)]
     return jnp.all(jnp.stack([jnp.all(size > 0.0) for size in sizes] or [jnp.array(True)]))
 
 

@@ -13,6 +13,7 @@ with a gradient of zero, never NaN.
 from __future__ import annotations
 
 import abc
+import math
 from typing import Any
 
 import equinox as eqx
@@ -20,7 +21,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from firstorder.conventions import direction
-from firstorder.errors import check_finite, check_positive
+from firstorder.errors import check_between, check_finite, check_positive
 from firstorder.flatland.fourier import CurveRoots
 from firstorder.flatland.vectors import cross, dot, left
 from firstorder.typing import as_float
@@ -245,6 +246,7 @@ class Arcs(Shape):
         check_positive("radius", self.radius)
         check_finite("start", self.start)
         check_positive("|sweep|", abs(self.sweep))
+        check_between("|sweep|", abs(self.sweep), 0.0, 2.0 * math.pi + 1e-6)
         for name in ("radius", "start", "sweep"):
             _same(name, getattr(self, name), self.center)
 
@@ -363,7 +365,8 @@ class Curves(Shape):
 
     Roots are bracketed on `samples` pieces, each cut once more at the extremum inside it, and then
     polished by Newton steps that carry the derivatives. Valid when: two features of the curve are
-    further apart than a piece. At most eight points of tangency are kept.
+    further apart than a piece, the curve does not cross itself, and no point sees more than eight
+    of its tangents: from there the view is NaN.
 
     Args:
         cosines: shape (n, K, 2) or (K, 2), from the mean (k = 0) up [m].
@@ -416,6 +419,8 @@ def _turns(h: Point, there: Bool[Array, ""]) -> Float[Array, ""]:
 
 def _rows(p: Any) -> Array:
     p = as_float(p)
+    if p.ndim not in (1, 2, 3) or p.shape[-1] != 2:
+        raise ValueError(f"A point must have two coordinates, but has shape {p.shape}.")
     return p[None] if p.ndim == 1 else p
 
 

@@ -6,8 +6,8 @@ differentiable functions of the receiver and of the scene, so an integral over t
 under differentiation, shadow edges included. The order and the numbers of the shapes have no
 derivative.
 
-Where two events fall together (a visual event: two edges in line) derivatives jump, and what comes
-out is one of the one-sided ones.
+Where two events fall together (a visual event: two edges in line) derivatives jump. What comes out
+is the one-sided derivative of the side on which the nearer edge hides the farther one.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float, Int
 
 from firstorder.conventions import direction
+from firstorder.errors import nan_unless
 from firstorder.flatland.intersect import first_shape
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.vectors import cross, dot
@@ -79,7 +80,7 @@ def receiver(scene: Scene, index: ArrayLike, s: ArrayLike) -> Receiver:
 def local_angle(receiver: Receiver, point: Float[Array, "2"]) -> Float[Array, ""]:
     """Angle of a point, counter-clockwise from the normal; pi/2 for the receiver itself [rad]."""
     u = point - receiver.position
-    away = jnp.sum(jnp.abs(u)) > 0.0
+    away = jnp.sum(jnp.abs(u)) != 0.0  # NaN is somewhere, and stays NaN
     up, side = dot(receiver.normal, u), cross(receiver.normal, u)
     angle = jnp.arctan2(jnp.where(away, side, 1.0), jnp.where(away, up, 0.0))
     return jnp.clip(angle, -HORIZON, HORIZON)
@@ -111,15 +112,34 @@ def view(scene: Scene, receiver: Receiver, cuts: Float[Array, "c 2"] | None = No
     points = jnp.where(valid[:, None], points, receiver.position + receiver.normal)
     angles = jax.vmap(lambda p: local_angle(receiver, p))(points)
     angles = jnp.where(valid, angles, HORIZON)
+    far = jnp.where(valid, jnp.sum((points - receiver.position) ** 2, -1), jnp.inf)
     breaks = getattr(scene.environment, "breaks", None)
     if breaks is not None:
         turned = jnp.mod(breaks - receiver.n + jnp.pi, 2.0 * jnp.pi) - jnp.pi
         angles = jnp.concatenate([angles, jnp.clip(turned, -HORIZON, HORIZON)])
-    angles = jnp.where(scene.unsound, jnp.nan, angles)
+        far = jnp.concatenate([far, jnp.full_like(turned, jnp.inf)])
+    known = jnp.isfinite(receiver.n) & jnp.all(jnp.isfinite(receiver.position))
+    angles = nan_unless(known & ~scene.unsound, angles)
     order = jnp.argsort(jax.lax.stop_gradient(angles))
     edge = jnp.full((1,), HORIZON, angles.dtype)
     angles = jnp.concatenate([-edge, angles[order], edge])
-    return View(angles, _seen(scene, receiver, angles))
+    far = jnp.concatenate([edge, far[order], edge])
+    fixed = jax.lax.stop_gradient((angles, far))
+    return View(angles, _in_line(_seen(scene, receiver, angles), *fixed))
+
+
+def _in_line(seen: Int[Array, " m"], angles: Float[Array, " m_1"], far: Float[Array, " m_1"]):
+    """Fills gaps of no width between edges in line, as if the nearer edge hid the farther one.
+
+    What a ray through both edges meets is a matter of rounding, but derivatives depend on it: with
+    the nearer edge alone they are those of one side of the visual event.
+    """
+    empty = angles[1:] - angles[:-1] <= 16.0 * jnp.finfo(angles.dtype).eps
+    number = jnp.arange(seen.size)
+    before = jax.lax.cummax(jnp.where(empty, 0, number))
+    after = jax.lax.cummin(jnp.where(empty, seen.size - 1, number), reverse=True)
+    nearer = jnp.where(far[:-1] < far[1:], seen[after], seen[before])
+    return jnp.where(empty, nearer, seen)
 
 
 def _seen(scene: Scene, receiver: Receiver, angles: Float[Array, " m_1"]) -> Int[Array, " m"]:
