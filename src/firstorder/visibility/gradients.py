@@ -27,6 +27,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
+from firstorder.errors import nan_unless
 from firstorder.quadrature import panels
 from firstorder.typing import Scalar, Vector, as_float
 from firstorder.visibility.alpha import Alpha
@@ -109,7 +110,7 @@ def exposed_edges(
     """The edges of blockers given by both of their ends; covered ends are hidden.
 
     A segment seen from its other side has its ends in the other order: they are exchanged. Each
-    blocker takes less than half a turn.
+    blocker takes less than half a turn. NaN if a blocker has no ends, as one around the receiver.
 
     Args:
         low: lower ends of n blockers (side +1), as the receiver moves along x.
@@ -127,6 +128,8 @@ def exposed_edges(
     """
     low, high = _ordered(low, high)
     angle, sign = signed_edges(low.value, high.value, horizon)
+    # A blocker around the receiver has no ends: NaN, where an empty interval would mean full light.
+    angle = nan_unless(jnp.all(jnp.isfinite(low.value) & jnp.isfinite(high.value)), angle)
     first = jnp.concatenate([low.alpha_x, high.alpha_x])
     second = jnp.concatenate([low.alpha_xx, high.alpha_xx])
     k = 1 + others

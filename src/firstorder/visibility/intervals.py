@@ -31,7 +31,8 @@ Exposed = Bool[Array, "*b n"]
 def clipped(low: Ends, high: Ends, horizon: tuple[float, float] = HORIZON) -> tuple[Ends, Ends]:
     """The parts of the intervals above the horizon; what is below, empty or NaN becomes [0, 0].
 
-    Beyond the horizon an end stops moving: its derivative is zero.
+    Angles are as `spanned` gives them: of a blocker that reaches below the horizon, beyond -pi or
+    pi rather than wrapped. Beyond the horizon an end stops moving: its derivative is zero.
 
     Example:
         >>> import jax.numpy as jnp
@@ -145,7 +146,8 @@ def blocked_measure(
     """Integral over the union of the intervals of a function with the given primitive.
 
     `sum over exposed ends of F(high) - F(low)`. With `jnp.sin` this is what blockers take of the
-    irradiance under a uniform sky; with the identity, the blocked angle.
+    irradiance under a uniform sky; with the identity, the blocked angle. Angles as `spanned` gives
+    them; a NaN counts as no blocker.
 
     Args:
         low: lower ends [rad].
