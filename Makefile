@@ -40,10 +40,10 @@ $(READY): pyproject.toml constraints.txt
 	touch $@
 
 figures: check
-	$(BIN)/python -m figures
+	$(BIN)/python -m figures --jobs 2
 
 figures-quick: $(READY)
-	$(BIN)/python -m figures --quick
+	$(BIN)/python -m figures --quick --jobs 2
 
 # The claims of a full run are kept beside the figures, and shown in the README beside the laws.
 readme: figures
