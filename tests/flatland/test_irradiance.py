@@ -117,7 +117,7 @@ def test_the_jump_of_a_plain_sky_is_an_edge_and_angles_come_wrapped():
     def sky(a):
         return jnp.where(a > 0.3, 2.0, 1.0)
 
-    sky.breaks = [0.3]
+    setattr(sky, "breaks", [0.3])  # noqa: B010
     scene = Scene.of(thing(Segments((-1.0, -9.0), (1.0, -9.0))), environment=sky)
     E = jax.jit(lambda n: irradiance(scene, Receiver((0.0, 0.0), n)))
     for n in (0.0, 0.2, 2.0 * np.pi):

@@ -62,38 +62,47 @@ def somewhere(groups: list, shines: Bool[Array, " n"]) -> Bool[Array, ""]:
         shines: which of them emit light.
     """
     first = np.cumsum([0, *(g.count for g in groups)])
-    shines = [shines[a:b] for a, b in itertools.pairwise(first)]
-    kinds = list(zip(groups, shines, strict=True))
-    lines, lit = next((k for k in kinds if hasattr(k[0], "end")), (None, None))
-    rings, glow = next((k for k in kinds if k[0].closed and hasattr(k[0], "radius")), (None, None))
+    kinds = [(g, shines[a:b]) for g, (a, b) in zip(groups, itertools.pairwise(first), strict=True)]
+    lines = [(g, lit) for g, lit in kinds if hasattr(g, "end")]
+    rings = [(g, lit) for g, lit in kinds if g.closed and hasattr(g, "radius")]
     found = jnp.zeros((), bool)
-    if lines is not None:
-        a, e = lines.start, lines.end - lines.start
-        q = a[None] - a[:, None]
-        one, other = jnp.broadcast_to(e[:, None], q.shape), jnp.broadcast_to(e[None], q.shape)
-        det = cross(one, other)
-        safe = jnp.where(det == 0.0, 1.0, det)
-        s, t = cross(q, other) / safe, cross(q, one) / safe
-        seen = lit[None] | lit[:, None]
-        found |= jnp.any(seen & (det != 0.0) & _inside(s) & _inside(t))
-    if rings is not None:
-        apart = rings.center[None] - rings.center[:, None]
-        far = jnp.sqrt(dot(apart, apart))
-        r, other = rings.radius[None], rings.radius[:, None]
-        slack = jnp.finfo(far.dtype).eps ** 0.5 * (r + other)
-        seen = glow[None] | glow[:, None]
-        found |= jnp.any(seen & (far < r + other - slack) & (far > jnp.abs(r - other) + slack))
-    if lines is not None and rings is not None:
-        w = lines.start[:, None] - rings.center[None]
-        e = jnp.broadcast_to((lines.end - lines.start)[:, None], w.shape)
-        square, b, c = dot(e, e), dot(w, e), dot(w, w) - rings.radius[None] ** 2
-        real = b**2 > square * c
-        root = jnp.sqrt(jnp.where(real, b**2 - square * c, 0.0))
-        safe = jnp.where(square == 0.0, 1.0, square)
-        seen = lit[:, None] | glow[None]
-        met = _inside((-b - root) / safe) | _inside((-b + root) / safe)
-        found |= jnp.any(seen & real & met)
+    for group, lit in lines:
+        found |= _segments_cross(group, lit)
+    for group, lit in rings:
+        found |= _circles_cross(group, lit)
+    for (segments, lit), (circles, glow) in itertools.product(lines, rings):
+        found |= _segments_cross_circles(segments, lit, circles, glow)
     return found
+
+
+def _segments_cross(lines, lit) -> Bool[Array, ""]:
+    a, e = lines.start, lines.end - lines.start
+    q = a[None] - a[:, None]
+    one, other = jnp.broadcast_to(e[:, None], q.shape), jnp.broadcast_to(e[None], q.shape)
+    det = cross(one, other)
+    safe = jnp.where(det == 0.0, 1.0, det)
+    s, t = cross(q, other) / safe, cross(q, one) / safe
+    return jnp.any((lit[None] | lit[:, None]) & (det != 0.0) & _inside(s) & _inside(t))
+
+
+def _circles_cross(rings, lit) -> Bool[Array, ""]:
+    apart = rings.center[None] - rings.center[:, None]
+    far = jnp.sqrt(dot(apart, apart))
+    r, other = rings.radius[None], rings.radius[:, None]
+    slack = jnp.finfo(far.dtype).eps ** 0.5 * (r + other)
+    met = (far < r + other - slack) & (far > jnp.abs(r - other) + slack)
+    return jnp.any((lit[None] | lit[:, None]) & met)
+
+
+def _segments_cross_circles(lines, lit, rings, glow) -> Bool[Array, ""]:
+    w = lines.start[:, None] - rings.center[None]
+    e = jnp.broadcast_to((lines.end - lines.start)[:, None], w.shape)
+    square, b, c = dot(e, e), dot(w, e), dot(w, w) - rings.radius[None] ** 2
+    real = b**2 > square * c
+    root = jnp.sqrt(jnp.where(real, b**2 - square * c, 0.0))
+    safe = jnp.where(square == 0.0, 1.0, square)
+    met = _inside((-b - root) / safe) | _inside((-b + root) / safe)
+    return jnp.any((lit[:, None] | glow[None]) & real & met)
 
 
 def _inside(s: Float[Array, "*n"]) -> Bool[Array, "*n"]:
