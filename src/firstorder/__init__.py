@@ -6,7 +6,10 @@ The table of contents, in reading order:
 - `fields`: what light is (a field and its portraits: jet, spectrum, covariance, wavelets);
 - `laws`: what mathematics does to it (move, warp, multiply, integrate, convolve);
 - `transport`: what happens to light (travel, occlusion, rotation, reflection, ...), and paths;
-- `methods`: what the calculus buys;
+- `visibility`: where light breaks (edges of shadows and their motion, merged blockers);
+- `sampling`: where to look (strata, samplers with their densities, estimates with error bars);
+- `flatland`: a world small enough to be exact (shapes, scenes, irradiance, light that bounces);
+- `methods`: what the calculus buys (interpolation, caching, adaptive sampling, sheared filters);
 - `checks`: why you can believe it;
 - `plotting`: pictures (import it yourself: it brings matplotlib).
 
@@ -21,11 +24,23 @@ if TYPE_CHECKING:
     from firstorder import fields as fields
     from firstorder import laws as laws
     from firstorder import transport as transport
+    from firstorder import visibility as visibility
+    from firstorder import sampling as sampling
+    from firstorder import flatland as flatland
     from firstorder import methods as methods
 
 __version__ = "0.1.0"
 
-__all__ = ["conventions", "fields", "laws", "transport", "methods"]
+__all__ = [
+    "conventions",
+    "fields",
+    "laws",
+    "transport",
+    "visibility",
+    "sampling",
+    "flatland",
+    "methods",
+]
 
 
 def __getattr__(name: str):
