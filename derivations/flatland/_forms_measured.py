@@ -243,8 +243,11 @@ def printed_limit(x):
 
     The receiver is that of `HERE`, tilted, and x its place along the floor.
     """
+    import jax.numpy as jnp
+
     from firstorder.flatland.forms import Borders, moved
 
     assert x == HERE["disc"][0][0]
     (angle, inverse, jump, bend), *_ = disc_borders()
-    return float(moved(Borders(angle, inverse, jump, 0.0 * bend)).hessian[0, 0])
+    fixed = [jnp.asarray(a) for a in (angle, inverse, jump, 0.0 * bend)]
+    return float(moved(Borders(*fixed)).hessian[0, 0])

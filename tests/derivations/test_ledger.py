@@ -23,6 +23,21 @@ ONE_ROUTE = {
     "D05.s4.1h": "geometry of a circle: traced, and nothing to transform",
     "D05.s5.2a": "the name of an angle: evaluated",
     "D05.s6.2a": "a line in frequency space: measured on the light",
+    # J12's theory is one of integrals: nothing to differentiate, and no spectrum.
+    **dict.fromkeys(("J12.11", "J12.12"), "a ratio of areas: measured on a tilted patch"),
+    **dict.fromkeys(
+        ("J12.13", "J12.14", "J12.15", "J12.16", "J12.40"),
+        "an integral of radiance over angles: crossed strings, discs, quadrature",
+    ),
+    **dict.fromkeys(
+        ("J12.23", "J12.24", "J12.25", "J12.27", "J12.31", "J12.32"),
+        "reflected light as an integral: rays summed, furnaces filled",
+    ),
+    "J12.36": "a product rule with a distribution in it: edges summed against the irradiance",
+    **dict.fromkeys(("J12.41", "J12.43", "J12.44"), "a sum in another order: evaluated"),
+    "C.radiosity.corner": "an exponent: fitted to the solution",
+    "C.radiosity.energy": "a balance of fluxes: summed",
+    "C.refraction.energy": "a balance of fluxes: summed",
 }
 WRONG_IN_PRINT = [r for r in ROWS if r.counterexample]
 
@@ -73,8 +88,8 @@ def test_an_identity_has_a_proof_and_two_numeric_routes_or_says_why_not(row):
     assert numeric >= 2 or row.equation in ONE_ROUTE
 
 
-@pytest.mark.parametrize("equation", [e for e, (entry, _) in table().items() if entry.issue == 1])
-def test_everything_in_the_scope_of_the_calculus_has_a_row(equation):
+@pytest.mark.parametrize("equation", [e for e, (entry, _) in table().items() if entry.issue <= 2])
+def test_everything_in_the_scope_of_the_calculus_and_of_flatland_has_a_row(equation):
     assert equation in {r.equation for r in ROWS}
 
 
