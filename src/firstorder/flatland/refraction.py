@@ -203,10 +203,12 @@ class Lens(eqx.Module):
     Example:
         >>> from firstorder.flatland import Circles, Scene, Segments, thing
         >>> from firstorder.flatland.refraction import Beam, Lens, through
-        >>> ball = thing(Circles((0.0, 1.5), 0.5), ior=1.5)
+        >>> ball = thing(Circles((0.0, 0.9), 0.5), ior=1.5)
         >>> floor = thing(Segments((-1.0, 0.0), (1.0, 0.0)))
-        >>> lens = Lens(Scene.of(ball, floor), Beam((0.0, 3.0), 3.14159265), through(1), 0, -0.5,
-        0.5) >>> bool(lens.irradiance(0.5) > 1.0)  # more than the beam's 1 W/m True
+        >>> light = Beam((0.0, 3.0), 3.14159265)
+        >>> lens = Lens(Scene.of(ball, floor), light, through(1), 0, -0.5, 0.5)
+        >>> bool(lens.irradiance(0.5) > 1.0)  # more than the beam's 1 W/m
+        True
     """
 
     scene: Scene
