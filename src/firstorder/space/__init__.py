@@ -1,0 +1,61 @@
+"""The same calculus in space: shapes, what is seen of them, and the light that they leave."""
+
+from firstorder.space.intersect import Hits, first_shape, nearest, occluded
+from firstorder.space.makers import (
+    box,
+    cylinder,
+    disc,
+    ellipsoid,
+    plane,
+    polygon,
+    rectangle,
+    sphere,
+    triangle,
+)
+from firstorder.space.outline import Curved, Outline, Straight, outline
+from firstorder.space.receiver import Receiver, receiver
+from firstorder.space.scene import Material, Scene, Thing, thing
+from firstorder.space.shapes import (
+    Boxes,
+    Cylinders,
+    Discs,
+    Ellipsoids,
+    Planes,
+    Rectangles,
+    Shape,
+    Triangles,
+)
+
+__all__ = [
+    "Shape",
+    "Ellipsoids",
+    "Boxes",
+    "Cylinders",
+    "Discs",
+    "Rectangles",
+    "Triangles",
+    "Planes",
+    "sphere",
+    "ellipsoid",
+    "box",
+    "cylinder",
+    "disc",
+    "rectangle",
+    "triangle",
+    "polygon",
+    "plane",
+    "Material",
+    "Thing",
+    "thing",
+    "Scene",
+    "Receiver",
+    "receiver",
+    "Hits",
+    "first_shape",
+    "nearest",
+    "occluded",
+    "Straight",
+    "Curved",
+    "Outline",
+    "outline",
+]

@@ -1,0 +1,109 @@
+"""Rays and shapes: the first hit of each ray, and whether two points see each other."""
+
+from __future__ import annotations
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, ArrayLike, Bool, Float, Int
+
+from firstorder.space.scene import Scene
+from firstorder.space.vectors import norm
+from firstorder.tracing import FEW, MISS, in_blocks, in_one, meets, one_by_one
+
+
+class Hits(eqx.Module):
+    """Where rays end.
+
+    Attributes:
+        t: distance along the unit direction, infinity for a miss [m].
+        index: number of the shape, -1 for a miss.
+    """
+
+    t: Float[Array, "*r"]
+    index: Int[Array, "*r"]
+
+
+def first_shape(
+    scene: Scene, origins: Float[Array, "r 3"], along: Float[Array, "r 3"], on: ArrayLike = MISS
+) -> Int[Array, " r"]:
+    """Number of the shape that each ray meets first, -1 for none. It has no derivative.
+
+    Args:
+        scene: the shapes.
+        origins: where the rays start [m].
+        along: unit directions.
+        on: the shape on which each ray starts, or -1; shapes are convex, so it is not met again.
+    """
+    groups, origins, along = jax.lax.stop_gradient((scene.groups, origins, along))
+    on = jnp.broadcast_to(jnp.asarray(on), origins.shape[:1])
+    if scene.count <= FEW:
+        return in_one(groups, (origins, along, on))
+    return in_blocks(lambda rays: one_by_one(groups, rays), (origins, along, on))
+
+
+def nearest(
+    scene: Scene, origins: Float[Array, "r 3"], along: Float[Array, "r 3"], on: ArrayLike = MISS
+) -> Hits:
+    """The first hit of every ray, differentiable in rays and shapes.
+
+    Args:
+        scene: the shapes.
+        origins: where the rays start [m].
+        along: unit directions.
+        on: the shape on which each ray starts, or -1.
+
+    Returns:
+        Distance and shape for each ray.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.space import Scene, nearest, sphere, thing
+        >>> scene = Scene.of(thing(sphere((0.0, 0.0, 3.0), 1.0)))
+        >>> nearest(scene, jnp.zeros((1, 3)), jnp.array([[0.0, 0.0, 1.0]])).t.item()
+        2.0
+    """
+    index = first_shape(scene, origins, along, on)
+    on = jnp.broadcast_to(jnp.asarray(on), index.shape)
+    t = jax.vmap(scene.distance)(jnp.maximum(index, 0), origins, along, on)
+    met = (index >= 0) & jnp.isfinite(t)  # search and hit may round a grazing ray differently
+    return Hits(jnp.where(met, t, jnp.inf), jnp.where(met, index, MISS))
+
+
+def occluded(
+    scene: Scene,
+    a: Float[Array, "r 3"],
+    b: Float[Array, "r 3"],
+    on_a: ArrayLike = MISS,
+    on_b: ArrayLike = MISS,
+) -> Bool[Array, " r"]:
+    """Whether something stands between two points. It has no derivative.
+
+    Args:
+        scene: the shapes.
+        a: where the rays start [m].
+        b: where they end [m].
+        on_a: the shape on which each ray starts, or -1.
+        on_b: the shape on which each ray ends, or -1. It does not count near the end of the ray,
+            within 32 sqrt(eps) of its length; all others count up to 8 eps of it.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.space import Scene, occluded, sphere, thing
+        >>> scene = Scene.of(thing(sphere((0.0, 0.0, 3.0), 1.0)))
+        >>> occluded(scene, jnp.zeros((1, 3)), jnp.array([[0.0, 0.0, 9.0]])).item()
+        True
+    """
+    groups, a, b = jax.lax.stop_gradient((scene.groups, a, b))
+    way = b - a
+    length = norm(way)
+    along = way / jnp.where(length == 0.0, 1.0, length)[:, None]
+    on_a, on_b = (jnp.broadcast_to(jnp.asarray(on), length.shape) for on in (on_a, on_b))
+    eps = float(jnp.finfo(length.dtype).eps)
+    near_end = 32.0 * eps**0.5, 8.0 * eps
+
+    def find(rays):
+        start, along, on_a, on_b, length = rays
+        return meets(groups, (start, along, on_a), on_b, length, near_end)
+
+    return in_blocks(find, (a, along, on_a, on_b, length))

@@ -1,0 +1,109 @@
+"""A point that light falls on, with its frame and the curvature of its surface."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, ArrayLike, Float, Int
+
+from firstorder.errors import check_finite, is_concrete
+from firstorder.space.vectors import cross, dot, frame, norm, unit
+from firstorder.typing import as_float
+
+
+class Receiver(eqx.Module):
+    """A point on a surface.
+
+    Attributes:
+        position: [m].
+        axes: the frame: tangents t and b and the normal n as columns, local to global.
+        S: shape operator -dn in (t, b); a sphere's with outward normals is -1/R [1/m].
+        on: number of the shape on which it lies, -1 for none.
+    """
+
+    position: Float[Array, "*r 3"]
+    axes: Float[Array, "*r 3 3"]
+    S: Float[Array, "*r 2 2"]
+    on: Int[Array, "*r"]
+
+    @property
+    def normal(self) -> Float[Array, "*r 3"]:
+        """The unit normal, local +z."""
+        return self.axes[..., 2]
+
+    def moved(self, x: Float[Array, "2"]) -> Receiver:
+        """The receiver after a walk of x along t and b, its normal carried with the surface.
+
+        The position follows the osculating paraboloid, the normal turns by S x about the axis
+        across the walk; both are right to first order, and to second order on a surface of
+        constant curvature.
+
+        Valid for one receiver; use `jax.vmap` for many.
+        """
+        t, b, n = (self.axes[:, i] for i in range(3))
+        bend = self.S @ x
+        position = self.position + x[0] * t + x[1] * b + 0.5 * jnp.dot(x, bend) * n
+        # dn = -S x: a turn about n x dn.
+        return Receiver(position, _turned(self.axes, -bend), self.S, self.on)
+
+    def tilted(self, tilt: Float[Array, "2"]) -> Receiver:
+        """The receiver turned on the spot so that its normal moves along t and b [rad]."""
+        return Receiver(self.position, _turned(self.axes, tilt), self.S, self.on)
+
+
+def receiver(position: Any, normal: Any = (0.0, 0.0, 1.0), S: Any = None, on: ArrayLike = -1):
+    """A receiver with the frame that `vectors.frame` gives to its normal.
+
+    Args:
+        position: shape (..., 3) [m].
+        normal: shape (..., 3), of any length.
+        S: shape operator in that frame, zero if left out [1/m].
+        on: number of the shape on which it lies, -1 for none.
+
+    Raises:
+        ValueError: if a number is not finite or the normal is zero.
+
+    Example:
+        >>> from firstorder.space import receiver
+        >>> receiver((0.0, 0.0, 0.0)).axes.tolist()
+        [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+    """
+    position, normal = as_float(position), as_float(normal)
+    check_finite("position", position)
+    check_finite("normal", normal)
+    if is_concrete(normal) and not bool(jnp.all(norm(normal) > 0.0)):
+        raise ValueError("Argument `normal` must have a length, but is the zero vector.")
+    shape = jnp.broadcast_shapes(position.shape, normal.shape)[:-1]
+    position = jnp.broadcast_to(position, (*shape, 3))
+    axes = jnp.broadcast_to(frame(unit(normal)), (*shape, 3, 3))
+    S = jnp.zeros((*shape, 2, 2), position.dtype) if S is None else as_float(S)
+    return Receiver(
+        position,
+        axes,
+        jnp.broadcast_to(S, (*shape, 2, 2)),
+        jnp.broadcast_to(jnp.asarray(on), shape),
+    )
+
+
+def _turned(axes: Float[Array, "3 3"], tilt: Float[Array, "2"]) -> Float[Array, "3 3"]:
+    """The frame turned by |tilt| so that n moves along tilt; exact, and smooth at no turn."""
+    t, b, n = (axes[:, i] for i in range(3))
+    axis = tilt[0] * b - tilt[1] * t  # n x (tilt_0 t + tilt_1 b)
+    square = jnp.dot(tilt, tilt)
+    turns = square > 1e-12
+    angle = jnp.sqrt(jnp.where(turns, square, 1.0))
+    s = jnp.where(turns, jnp.sin(angle) / angle, 1.0 - square / 6.0)
+    c = jnp.where(turns, (1.0 - jnp.cos(angle)) / angle**2, 0.5 - square / 24.0)
+
+    def turn(a):
+        along = cross(axis, a)
+        return a + s * along + c * cross(axis, along)
+
+    return jnp.stack([turn(t), turn(b), turn(n)], -1)
+
+
+def local(receiver: Receiver, w: Float[Array, "*k 3"]) -> Float[Array, "*k 3"]:
+    """A world vector in the receiver's frame."""
+    return jnp.stack([dot(w, receiver.axes[:, i]) for i in range(3)], -1)
