@@ -1,9 +1,6 @@
 """Closed curves by Fourier series: where lines cross them and where they touch.
 
-Both questions are roots of a smooth periodic function of the parameter. A piece of the curve is cut
-at its own extremum, so that a pair of close roots, as beside a tangent, falls into two pieces; a
-root is then bracketed, found by a safeguarded Newton iteration under `stop_gradient`, and polished
-by two more Newton steps, which carry exact first and second derivatives.
+Both questions are roots of a smooth periodic function of the parameter, see `firstorder.roots`.
 """
 
 from __future__ import annotations
@@ -14,8 +11,8 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from firstorder.errors import nan_unless
+from firstorder.roots import bracketed, brackets, newton
 
-BISECTIONS, NEWTON = 8, 5
 MOST_TANGENTS = 8
 
 
@@ -42,46 +39,6 @@ class CurveRoots(eqx.Module):
         """A length of the order of the curve's."""
         return jnp.sqrt(jnp.sum(self.cosines[..., 1:, :] ** 2 + self.sines[..., 1:, :] ** 2))
 
-    def _brackets(self, f):
-        """Ends of the pieces and whether f changes sign there; f(s) gives f, f', f''."""
-        edge = jnp.arange(self.samples + 1, dtype=self.cosines.dtype) / self.samples
-        half = 0.5 / self.samples
-        middle = edge[:-1] + half
-        s = middle
-        for _ in range(2):  # towards the extremum, if the piece holds one
-            _, first, second = jax.vmap(f)(s)
-            s = s - first / jnp.where(second == 0.0, 1.0, second)
-            s = jnp.clip(s, middle - half, middle + half)
-        cut = jnp.stack([edge[:-1], s], -1).ravel()
-        low = cut
-        high = jnp.concatenate([cut[1:], edge[-1:]])
-        value = jax.vmap(lambda t: f(t)[0])(cut)
-        sign = value > 0.0
-        return low, high, sign != jnp.roll(sign, -1)
-
-    def _polished(self, f, low, high):
-        """The root of f between two ends of opposite sign, with its derivatives."""
-
-        def narrow(_, ends):
-            a, b, rising = ends
-            s = 0.5 * (a + b)
-            above = (f(s)[0] > 0.0) == rising
-            return jnp.where(above, a, s), jnp.where(above, s, b), rising
-
-        fixed = jax.lax.stop_gradient
-        rising = f(high)[0] > f(low)[0]
-        a, b, _ = jax.lax.fori_loop(0, BISECTIONS, narrow, (low, high, rising))
-
-        def newton(s):
-            value, slope, *_ = f(s)
-            return s - value / jnp.where(slope == 0.0, 1.0, slope)
-
-        def guarded(_, s):
-            return jnp.clip(newton(s), a, b)
-
-        s = fixed(jax.lax.fori_loop(0, NEWTON, guarded, 0.5 * (a + b)))
-        return newton(newton(s))
-
     def hit(self, origin: Float[Array, "2"], along: Float[Array, "2"], on: Bool[Array, ""]):
         """The nearest crossing with a ray: distance and parameter, infinity if there is none."""
         across = jnp.stack([-along[1], along[0]])
@@ -102,8 +59,8 @@ class CurveRoots(eqx.Module):
                 for i, m in enumerate(curve.motion(s))
             )
 
-        low, high, crossed = curve._brackets(fixed)
-        s = jax.vmap(lambda a, b: curve._polished(fixed, a, b))(low, high)
+        low, high, crossed = brackets(fixed, self.samples, self.cosines.dtype)
+        s = jax.vmap(lambda a, b: _found(fixed, a, b))(low, high)
         t = jax.vmap(lambda s: jnp.dot(to, curve.motion(s)[0] - from_here))(s)
         # A point of the curve itself is met again at a distance of rounding.
         least = jnp.where(on, self._nearest_self(), 0.0)
@@ -133,9 +90,9 @@ class CurveRoots(eqx.Module):
 
         curve, eye = jax.lax.stop_gradient((self, p))
         fixed, f = of(curve, eye), of(self, p)
-        low, high, found = curve._brackets(fixed)
+        low, high, found = brackets(fixed, self.samples, self.cosines.dtype)
         first = jnp.argsort(~found, stable=True)[:MOST_TANGENTS]
-        s = jax.vmap(lambda a, b: curve._polished(fixed, a, b))(low[first], high[first])
+        s = jax.vmap(lambda a, b: _found(fixed, a, b))(low[first], high[first])
         apart = jax.vmap(lambda s: jnp.linalg.norm(curve.motion(s)[0] - eye))(s)
         valid = found[first] & (apart > curve._nearest_self())
         s = jax.lax.stop_gradient(s)
@@ -156,3 +113,9 @@ class CurveRoots(eqx.Module):
         w = 2.0 * jnp.pi * jnp.arange(self.cosines.shape[-2], dtype=self.cosines.dtype)[:, None]
         turned = self.cosines * jnp.sin(w * s) - self.sines * jnp.cos(w * s)
         return jnp.sum(w**3 * turned, -2)
+
+
+def _found(f, low: Float[Array, ""], high: Float[Array, ""]) -> Float[Array, ""]:
+    """The root between two ends of opposite sign, to rounding."""
+    s = bracketed(f, low, high)
+    return newton(f, newton(f, s))

@@ -1,10 +1,4 @@
-"""Which shape a ray meets first.
-
-Rays times shapes are never kept in memory. A few shapes are compared in one reduction; from
-`FEW` on, rays go in blocks that fit the cache and a scan over the shapes of each kind carries the
-nearest distance and its shape's number. The search is not differentiated: the one hit that it finds
-is computed again, so that value and gradient cost about as much as the value.
-"""
+"""Which shape a ray meets first, and whether two points see each other: rays of `tracing`."""
 
 from __future__ import annotations
 
@@ -15,11 +9,7 @@ from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.shapes import Curves
-
-MISS = -1
-# Measured (benchmarks/bench_flatland.py): below, one reduction over all shapes wins by up to 3.
-FEW = 16
-BLOCK = 2048  # rays whose state stays in the cache
+from firstorder.tracing import BLOCK, FEW, MISS, in_blocks, in_one, meets, one_by_one
 
 
 class Hits(eqx.Module):
@@ -47,11 +37,12 @@ def first_shape(
         along: unit directions.
         on: the shape on which each ray starts, or -1.
     """
-    scene, origins, along = jax.lax.stop_gradient((scene, origins, along))
+    groups, origins, along = jax.lax.stop_gradient((scene.groups, origins, along))
     on = jnp.broadcast_to(jnp.asarray(on), origins.shape[:1])
-    few = scene.count <= FEW and not _has_curves(scene)
     rays = origins, along, on
-    return _in_one(scene, rays) if few else _blocked(_one_by_one, scene, rays)
+    if scene.count <= FEW and not _has_curves(scene):
+        return in_one(groups, rays)
+    return in_blocks(lambda rays: one_by_one(groups, rays), rays, _block(scene))
 
 
 def _has_curves(scene: Scene) -> bool:
@@ -61,73 +52,6 @@ def _has_curves(scene: Scene) -> bool:
 
 def _block(scene: Scene) -> int:
     return BLOCK // 32 if _has_curves(scene) else BLOCK
-
-
-def _apart(rays):
-    """Coordinates apart, so that rays lie side by side in memory. Once, outside of any loop."""
-    origins, along, on = rays
-    return origins.T, along.T, on
-
-
-def _beside(f, rays):
-    """Maps f over rays whose coordinates are apart."""
-    return jax.vmap(f, in_axes=(1, 1, 0))(*rays)
-
-
-def _numbered(scene: Scene):
-    """Each group with the numbers of its shapes."""
-    first = 0
-    for group in scene.groups:
-        yield group, jnp.arange(first, first + group.count, dtype=jnp.int32)
-        first += group.count
-
-
-def _in_one(scene: Scene, rays) -> Int[Array, " r"]:
-    """All distances to a group at once, reduced by the compiler as they arise."""
-    rays = _apart(rays)
-    nearest = jnp.full(rays[2].shape, jnp.inf, rays[0].dtype)
-    index = jnp.full(rays[2].shape, MISS, jnp.int32)
-    for group, numbers in _numbered(scene):
-
-        def meet(o, d, on, group=group, numbers=numbers):
-            return jax.vmap(lambda shape, k: shape.distance(o, d, on == k))(group, numbers)
-
-        t = _beside(meet, rays)
-        least, which = jnp.min(t, 1), numbers[0] + jnp.argmin(t, 1).astype(jnp.int32)
-        closer = least < nearest
-        nearest, index = jnp.where(closer, least, nearest), jnp.where(closer, which, index)
-    return index
-
-
-def _one_by_one(scene: Scene, rays) -> Int[Array, " r"]:
-    """Shape after shape against all rays."""
-
-    def meet(carry, here):
-        (nearest, index), (shape, k) = carry, here
-        t = _beside(lambda o, d, on: shape.distance(o, d, on == k), rays)
-        closer = t < nearest
-        return (jnp.where(closer, t, nearest), jnp.where(closer, k, index)), None
-
-    rays, count = _apart(rays), rays[2].shape
-    carry = jnp.full(count, jnp.inf, rays[0].dtype), jnp.full(count, MISS, jnp.int32)
-    for numbered in _numbered(scene):
-        carry, _ = jax.lax.scan(meet, carry, numbered)
-    return carry[1]
-
-
-def _blocked(find, scene: Scene, rays):
-    """Many rays in blocks; the last one is filled up with copies of a ray."""
-    count, block = rays[2].shape[0], _block(scene)
-    if count <= block:
-        return find(scene, rays)
-    blocks = -(-count // block)
-
-    def cut(a):
-        more = jnp.broadcast_to(a[:1], (blocks * block - count, *a.shape[1:]))
-        return jnp.concatenate([a, more]).reshape(blocks, block, *a.shape[1:])
-
-    found = jax.lax.map(lambda rays: find(scene, rays), jax.tree.map(cut, rays))
-    return found.reshape(-1)[:count]
 
 
 def nearest(
@@ -179,29 +103,16 @@ def occluded(
         on_b: the shape on which each ray ends, or -1. It does not count near the end of the ray,
             within 32 sqrt(eps) of its length; all others count up to 8 eps of it.
     """
-    scene, a, b = jax.lax.stop_gradient((scene, a, b))
+    groups, a, b = jax.lax.stop_gradient((scene.groups, a, b))
     way = b - a
     length = jnp.sqrt(way[:, 0] ** 2 + way[:, 1] ** 2)
     along = way / jnp.where(length == 0.0, 1.0, length)[:, None]
     on_a, on_b = (jnp.broadcast_to(jnp.asarray(on), length.shape) for on in (on_a, on_b))
     eps = float(jnp.finfo(length.dtype).eps)
-    return _blocked(
-        lambda scene, rays: _meets(scene, rays, eps), scene, (a, along, on_a, on_b, length)
-    )
+    near_end = 32.0 * eps**0.5, 8.0 * eps
 
+    def find(rays):
+        start, along, on_a, on_b, length = rays
+        return meets(groups, (start, along, on_a), on_b, length, near_end)
 
-def _meets(scene: Scene, rays, eps: float) -> Bool[Array, " r"]:
-    """Whether anything is met before the end; the shape at the end is itself not met there."""
-    start, along, on_a, on_b, length = rays
-    apart = _apart((start, along, on_a))
-
-    def meet(blocked, here):
-        shape, k = here
-        t = _beside(lambda o, d, on: shape.distance(o, d, on == k), apart)
-        at_end = jnp.where(on_b == k, 32.0 * eps**0.5, 8.0 * eps)
-        return blocked | (t < length * (1.0 - at_end)), None
-
-    blocked = jnp.zeros(length.shape, bool)
-    for numbered in _numbered(scene):
-        blocked, _ = jax.lax.scan(meet, blocked, numbered)
-    return blocked
+    return in_blocks(find, (a, along, on_a, on_b, length), _block(scene))

@@ -22,6 +22,7 @@ from firstorder.errors import check_finite, check_not_negative, is_concrete, nan
 from firstorder.flatland.crossings import Crossings, find, somewhere
 from firstorder.flatland.shapes import Arcs, Circles, Curves, Ellipses, Point, Segments, Shape
 from firstorder.flatland.vectors import cross, left
+from firstorder.tracing import picked
 from firstorder.typing import as_float
 
 KINDS = (Segments, Arcs, Circles, Ellipses, Curves)
@@ -266,17 +267,7 @@ class Scene(eqx.Module):
 
     def _pick(self, index: Int[Array, ""], ask: Callable[[Shape], Any]) -> Any:
         """What the shape of that number answers: every group is asked, one answer is kept."""
-        first, answer = 0, None
-        for group in self.groups:
-            at = jnp.clip(index - first, 0, group.count - 1)
-            said = ask(jax.tree.map(lambda leaf, at=at: leaf[at], group))
-            if answer is None:
-                answer = said
-            else:
-                here = index >= first
-                answer = jax.tree.map(lambda a, b, here=here: jnp.where(here, a, b), said, answer)
-            first += group.count
-        return answer
+        return picked(self.groups, index, ask)
 
     def motion(self, index: Int[Array, ""], s: Float[Array, ""]) -> tuple[Point, Point, Point]:
         """Position of a point of a shape, with its first and second derivative in s."""

@@ -18,7 +18,7 @@ from firstorder.space.shapes import (
     Rectangles,
     Triangles,
 )
-from firstorder.space.vectors import cross, dot, frame, norm, unit
+from firstorder.vectors import cross, dot, frame, norm, unit
 from firstorder.typing import as_float
 
 

@@ -33,7 +33,7 @@ from firstorder.space.shapes import (
     Shape,
     Triangles,
 )
-from firstorder.space.vectors import cross, dot, frame, unit
+from firstorder.vectors import cross, dot, frame, unit
 
 TURN = 2.0 * np.pi
 

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float, Int
 
 from firstorder.errors import check_finite, is_concrete
-from firstorder.space.vectors import cross, dot, frame, norm, unit
+from firstorder.vectors import cross, dot, frame, norm, unit
 from firstorder.typing import as_float
 
 

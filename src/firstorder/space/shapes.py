@@ -22,7 +22,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from firstorder.errors import check_finite, check_invertible, is_concrete
-from firstorder.space.vectors import cross, dot, inverse, norm, times, unit
+from firstorder.vectors import cross, dot, inverse, norm, times, unit
 from firstorder.typing import as_float
 
 Point = Float[Array, "3"]
