@@ -11,13 +11,16 @@ Both forms are the paper's approximations. What each leaves out is said in its d
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float, Int
 
-from firstorder.space.coupling import linear_jet
+from firstorder.space.intersect import nearest
+from firstorder.space.receiver import Receiver
+from firstorder.space.scene import Scene
 from firstorder.space.strata import Strata
 from firstorder.typing import as_float
 
@@ -108,28 +111,54 @@ class Traced(NamedTuple):
     normal: Float[Array, "r 3"]
 
 
-class Place(Protocol):
-    """Receivers: where they are, and their axes (two tangents, normal) as columns."""
-
-    @property
-    def position(self) -> Float[Array, "*k 3"]:
-        """Where they are [m]."""
-        ...
-
-    @property
-    def axes(self) -> Float[Array, "*k 3 3"]:
-        """Local to global."""
-        ...
-
-
-Trace = Callable[[Array, Array], Traced]
+Trace = Callable[[Array, Array, Array], Traced]
 RadianceOf = Callable[[Array, Array, Array, Array], Array]
+
+
+def tracer(scene: Scene) -> Trace:
+    """The shapes of a scene as what `gather` asks for: from origins, directions and `on`."""
+
+    def trace(origins, along, on):
+        hits = nearest(scene, origins, along, on)
+        found = jnp.where(hits.index >= 0, hits.t, 0.0)
+        normal = jax.vmap(scene.normal)(
+            jnp.maximum(hits.index, 0), origins + found[:, None] * along
+        )
+        return Traced(hits.t, hits.index, normal)
+
+    return trace
+
+
+def look(
+    scene: Scene, at: Receiver, where: Strata, radiance_of: RadianceOf | None = None
+) -> Samples:
+    """Casts one ray into each cell over each receiver: `gather` with a scene's shapes and sky.
+
+    Args:
+        scene: shapes, their emission and the sky.
+        at: receivers, with any leading axes.
+        where: cells, with the same leading axes or none.
+        radiance_of: what shapes send out in place of their emission (see `gather`).
+
+    Example:
+        >>> import jax
+        >>> from firstorder.space import Scene, receiver, rectangle, thing
+        >>> from firstorder.space.gathering import look, stratified
+        >>> from firstorder.space.strata import strata
+        >>> lamp = rectangle((0.5, 0.0, 1.0), (0.0, 0.5, 0.0), (0.5, 0.0, 0.0))
+        >>> scene = Scene.of(thing(lamp, emission=1.0))
+        >>> form = jax.jit(lambda at: stratified(look(scene, at, strata(40, 160))))
+        >>> form(receiver((0.0, 0.0, 0.0))).translation().gradient.round(2).tolist()
+        [0.56, 0.0]
+    """
+    emitted = jax.vmap(lambda i, p, n, d: scene.emitted(i, p, d))
+    return gather(tracer(scene), radiance_of or emitted, at, where, jax.vmap(scene.sky))
 
 
 def gather(
     trace: Trace,
     radiance_of: RadianceOf,
-    at: Place,
+    at: Receiver,
     where: Strata,
     sky: Callable[[Array], Array] | None = None,
 ) -> Samples:
@@ -139,36 +168,35 @@ def gather(
     The forms made from them are derivatives already.
 
     Args:
-        trace: from origins and directions, r rays in world coordinates, to `Traced`. It must not
-            meet the surface that a receiver lies on.
+        trace: from origins (r, 3) and directions (r, 3) of rays in world coordinates and the number
+            (r,) of the shape on which each starts, or -1, to `Traced`.
         radiance_of: from index, point, normal of the seen side, and direction of r rays to the
             radiance that is sent back along them; called for misses too, with an index of 0.
         at: receivers, with any leading axes.
         where: cells, with the same leading axes or none.
         sky: radiance from unit world directions (r, 3) in which nothing is met; None is dark.
     """
-    axes = as_float(at.axes)
-    local = jnp.broadcast_to(where.directions, (*axes.shape[:-2], *where.weights.shape[-2:], 3))
-    along = jnp.einsum("...ij,...mnj->...mni", axes, local)
-    start = jnp.broadcast_to(as_float(at.position)[..., None, None, :], along.shape)
-    size, origins, rays = along.shape[:-1], start.reshape(-1, 3), along.reshape(-1, 3)
-    met = trace(origins, rays)
+    cells = (*at.position.shape[:-1], *where.weights.shape[-2:])
+    local = jnp.broadcast_to(where.directions, (*cells, 3))
+    along = jnp.einsum("...ij,...mnj->...mni", at.axes, local).reshape(-1, 3)
+    origins = jnp.broadcast_to(at.position[..., None, None, :], (*cells, 3)).reshape(-1, 3)
+    on = jnp.broadcast_to(at.on[..., None, None], cells).ravel()
+    met = trace(origins, along, on)
     found = met.index >= 0
-    distance = jnp.where(found, met.distance, jnp.inf)
-    side = -jnp.sum(met.normal * rays, -1)
+    side = -jnp.sum(met.normal * along, -1)
     normal = jnp.where(side < 0.0, -1.0, 1.0)[:, None] * met.normal
-    point = origins + jnp.where(found, met.distance, 1.0)[:, None] * rays
-    L = radiance_of(jnp.maximum(met.index, 0), point, normal, rays)
-    L = jnp.where(found, L, 0.0 if sky is None else sky(rays))
-    turned = jnp.einsum("...ji,...mnj->...mni", axes, normal.reshape(along.shape))
-    seen = found.reshape(size)
+    point = origins + jnp.where(found, met.distance, 1.0)[:, None] * along
+    L = radiance_of(jnp.maximum(met.index, 0), point, normal, along)
+    L = jnp.where(found, L, 0.0 if sky is None else sky(along))
+    turned = jnp.einsum("...ji,...mnj->...mni", at.axes, normal.reshape(local.shape))
+    seen = found.reshape(cells)
     return Samples(
         where,
-        L.reshape(size),
-        distance.reshape(size),
+        L.reshape(cells),
+        jnp.where(found, met.distance, jnp.inf).reshape(cells),
         jnp.where(seen[..., None], turned, -local),
-        jnp.where(seen, jnp.abs(side).reshape(size), 1.0),
-        met.index.reshape(size),
+        jnp.where(seen, jnp.abs(side).reshape(cells), 1.0),
+        met.index.reshape(cells),
     )
 
 
@@ -192,35 +220,43 @@ def surface_area(samples: Samples) -> Motion:
 
     Reference: J12 §7.1-7.2, eqs. 56-58, 65, 66.
     """
-    b = samples.cosine
-    met = jnp.isfinite(samples.distance)
-    r = jnp.where(met, samples.distance, 1.0)
-    square = r**2 / jnp.where(b > 0.0, b, 1.0)
-    share = jnp.where(b > 0.0, samples.strata.weights * samples.radiance * square, 0.0)
-    u = jnp.broadcast_to(samples.strata.directions, samples.normal.shape)
-    axes = jnp.eye(3, dtype=r.dtype)
-    near = jnp.where(met, share, 0.0)  # what is infinitely far does not change by a step
-    return _assembled(
-        *(_weighted(share, near, linear_jet(r, u, n, samples.normal, u @ n, b)) for n in axes)
+    b, where = samples.cosine, samples.strata
+    faces = b > 0.0
+    met = jnp.isfinite(samples.distance) & faces  # what is infinitely far moves by no step
+    share = jnp.where(faces, where.weights * samples.radiance, 0.0)
+    x = jnp.where(met, share, 0.0) / jnp.where(met, samples.distance, 1.0)
+    y = x / jnp.where(met, samples.distance, 1.0)
+    b = jnp.where(faces, b, 1.0)
+    u, n = _rays(jnp.broadcast_to(where.directions, samples.normal.shape), samples.normal)
+    value = _sum(share, u)
+    step = 4.0 * _products(x, u, u) - jnp.sum(x, (-1, -2))[..., None, None] * jnp.eye(3)
+    step = step + _products(x / b, u, n)  # row k: of the light through a plane with axis k
+    up, rise = jnp.eye(3, dtype=b.dtype)[2], where.directions[..., 2]
+    steep = _sum(y, u)
+    H = 24.0 * _products(y * rise, u, u) - 4.0 * steep[..., 2, None, None] * jnp.eye(3)
+    half = (
+        4.0 * _products(y / b * rise, n, u)
+        - up[:, None] * (_sum(y / b, n) + 4.0 * steep)[..., None, :]
     )
+    H = H + half + jnp.swapaxes(half, -1, -2)
+    twice = -value[..., 2, None, None] * jnp.eye(2)
+    turn, mixed = value[..., :2], jnp.swapaxes(step[..., :2, :], -1, -2)
+    gradient = jnp.concatenate([step[..., 2, :], turn], -1)
+    return Motion(value[..., 2], gradient, _blocks(H, mixed, twice))
 
 
-def _weighted(share, near, jet):
-    value = jnp.sum(share * jet.value, (-1, -2))
-    gradient = jnp.einsum("...mn,...mni->...i", near, jet.gradient)
-    return value, gradient, jnp.einsum("...mn,...mnij->...ij", near, jet.hessian)
+def _rays(*vectors):
+    return [v.reshape(*v.shape[:-3], -1, 3) for v in vectors]
 
 
-def _assembled(tangent, bitangent, normal) -> Motion:
-    """From value, gradient and Hessian of the light through the plane of each of the three axes.
+def _sum(weight, v):
+    weight = weight.reshape(*weight.shape[:-2], -1)
+    return jnp.einsum("...r,...ri->...i", weight, v)
 
-    A tilt puts a tangent in the place of the normal, and twice the same tilt minus the normal.
-    """
-    value, step, H = normal
-    turn = jnp.stack([tangent[0], bitangent[0]], -1)
-    mixed = jnp.stack([tangent[1], bitangent[1]], -1)
-    twice = -value[..., None, None] * jnp.eye(2, dtype=value.dtype)
-    return Motion(value, jnp.concatenate([step, turn], -1), _blocks(H, mixed, twice))
+
+def _products(weight, v, w):
+    weight = weight.reshape(*weight.shape[:-2], -1)
+    return jnp.einsum("...ri,...rj->...ij", weight[..., None] * v, w)
 
 
 def _blocks(H, mixed, twice):
@@ -248,9 +284,9 @@ def stratified(samples: Samples) -> Motion:
     corner like any other; the horizon does not move. Misses do not move either.
 
     The Hessian: by two tilts exact for the cells, the light at the horizon included; by a step and
-    a tilt by the same motion of walls. **By two steps strata give none** (a staircase has the edge's
-    normals but not its curvature, see `baselines.naive_hessian`): that block is the surface-area
-    form's, without shadow edges.
+    a tilt by the same motion of walls. **By two steps strata give none** (a staircase has the
+    normals of an edge but not its bends, see `baselines.naive_hessian`): that block is the
+    surface-area form's, without shadow edges.
 
     Args:
         samples: of `gather`.
@@ -269,8 +305,8 @@ def stratified(samples: Samples) -> Motion:
 def _arc(phi):
     """`int e_rho dphi` (n, 2) and `int e_rho e_rho^T dphi` (n, 2, 2) over each column."""
     first = jnp.stack([jnp.diff(jnp.sin(phi)), -jnp.diff(jnp.cos(phi))], -1)
-    half, c, s = 0.5 * jnp.diff(phi), 0.25 * jnp.diff(jnp.sin(2 * phi)), jnp.diff(jnp.sin(phi) ** 2)
-    off = 0.5 * s
+    half, c = 0.5 * jnp.diff(phi), 0.25 * jnp.diff(jnp.sin(2.0 * phi))
+    off = 0.5 * jnp.diff(jnp.sin(phi) ** 2)
     second = jnp.stack([jnp.stack([half + c, off], -1), jnp.stack([off, half - c], -1)], -1)
     return first, second
 
@@ -291,8 +327,8 @@ def _turning(samples: Samples):
 
 def _swept(samples: Samples):
     """Gradient of E (3,) and of its gradient by tilts (3, 2): what all walls sweep by a step."""
-    L, inverse, theta, phi = *walls(samples), samples.strata.theta, samples.strata.phi
-    (circles, meridians), (near_c, near_m) = L, inverse
+    theta, phi = samples.strata.theta, samples.strata.phi
+    (circles, meridians), (near_c, near_m) = walls(samples)
     arc, square = _arc(phi)
     s, c = jnp.sin(theta[1:-1]), jnp.cos(theta[1:-1])
     J = circles * near_c * s[:, None]  # a circle's element is sin dphi
