@@ -64,7 +64,7 @@ FAULTS = {
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_fault_in_the_law_is_noticed(fault, monkeypatch):
-    monkeypatch.setattr(radii, "_law", lambda d, o: FAULTS[fault](LAWS(d, o)))
+    monkeypatch.setattr(radii, "_law", lambda *given: FAULTS[fault](LAWS(*given)))
     assert 1e-3 < worst_error() < np.inf
 
 

@@ -35,13 +35,49 @@ def everything(s):
         "minimum_length": caching.minimum_length(jnp.stack([s, 2.0 * s])),
         "harmonic_length": caching.harmonic_length(jnp.stack([s, 2.0 * s])),
         "true_error": caching.true_error(lambda t: lamp(t), 0.1 * s, start, 0.2 * s),
+        **on_surfaces(s),
+    }
+
+
+def on_surfaces(s):
+    """The same of those in space."""
+    x = jnp.stack([jnp.stack([-0.5 + 0.1 * s, 0.1 * s]), jnp.stack([0.4 * s, 0.3])])
+    some = caching.SurfaceCandidates.on(lambda t: s * jnp.sin(t[0] + t[0] * t[1] * s), x)
+    H = some.hessian
+    reach = caching.ellipses(H, 0.02 * s, 0.05, 0.9)
+    parts = (some.position, some.value, some.gradient, H)
+    T = s * jnp.stack([H, 2.0 * H], axis=1)[0]
+    return {
+        "SurfaceCandidates": H,
+        "SurfaceCache": caching.SurfaceCache(*parts, *reach, order=2)(x + 0.07).value,
+        "surface_taylor": caching.surface_taylor(*(p[0] for p in parts[1:]), x[1], order=2),
+        "circles": caching.circles(caching.radius_for(s, 0.1 * s, dims=2), 0.05, 0.9).matrix,
+        "ellipses": reach.matrix,
+        "curvature": caching.curvature(H, "mean"),
+        "third_curvature": caching.third_curvature(T),
+        "principal": caching.principal(H)[0],
+        "semi_axes": caching.semi_axes(H, 0.02 * s)[0],
+        "positive_part": caching.positive_part(H),
+        "geometric_bound": caching.geometric_bound(H, s),
+        "largest_radiance": caching.largest_radiance(jnp.stack([s, 0.5 * s])),
+        "split_sphere_error": caching.split_sphere_error(0.1 * s, s**2, 0.2 * s),
+        "split_sphere_change": caching.split_sphere_change(0.1 * s, s**2),
+        "weighted_harmonic_length": caching.weighted_harmonic_length(
+            jnp.stack([s, 3.0 * s]), jnp.stack([s, 1.0])
+        ),
+        "surface_expected_error": caching.surface_expected_error(H, reach.matrix),
+        "surface_error": caching.surface_error(
+            lambda t: jnp.sum(t**4), *(p[0] for p in parts), reach.matrix[0], nodes=4
+        ),
     }
 
 
 # On the host, or with answers that are not differentiated.
 OTHERS = {
     "survey", "kinks", "Answer", "Clamped", "CLAMPS", "DEFINITIONS", "fill", "Fit", "fit",
-    "interpolated", "shuffled", "ideal_radius", "rms", "radius_for",
+    "interpolated", "shuffled", "ideal_radius", "rms", "radius_for", "Reach", "SurfaceFit",
+    "fill_surface", "fill_with_neighbours", "fit_surface", "fit_with", "floats_per_record",
+    "ideal_ellipse", "largest_set", "ssim", "neighbour_clamped",
 }  # fmt: skip
 
 

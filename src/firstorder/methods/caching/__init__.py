@@ -1,4 +1,4 @@
-"""Irradiance caching in flatland: radii, records, and what the choice of either costs."""
+"""Irradiance caching, in flatland and on surfaces: radii, records, what either choice costs."""
 
 from firstorder.methods.caching.cache import Answer, Cache, Candidates, derivatives_of, taylor
 from firstorder.methods.caching.errors import ideal_radius, rms, true_error
@@ -12,11 +12,49 @@ from firstorder.methods.caching.radii import (
     expected_error,
     radius_for,
 )
+from firstorder.methods.caching.space_radii import (
+    Reach,
+    circles,
+    curvature,
+    ellipses,
+    geometric_bound,
+    largest_radiance,
+    positive_part,
+    principal,
+    semi_axes,
+    surface_expected_error,
+    third_curvature,
+)
 from firstorder.methods.caching.split_circle import (
     harmonic_length,
     minimum_length,
     split_circle_change,
     split_circle_error,
+)
+from firstorder.methods.caching.split_sphere import (
+    neighbour_clamped,
+    split_sphere_change,
+    split_sphere_error,
+    weighted_harmonic_length,
+)
+from firstorder.methods.caching.surface_cache import (
+    SurfaceCache,
+    SurfaceCandidates,
+    surface_taylor,
+)
+from firstorder.methods.caching.surface_errors import (
+    floats_per_record,
+    ideal_ellipse,
+    largest_set,
+    ssim,
+    surface_error,
+)
+from firstorder.methods.caching.surface_filling import (
+    SurfaceFit,
+    fill_surface,
+    fill_with_neighbours,
+    fit_surface,
+    fit_with,
 )
 from firstorder.methods.caching.surveys import kinks, survey
 
@@ -48,4 +86,32 @@ __all__ = [
     "true_error",
     "ideal_radius",
     "rms",
+    "Reach",
+    "circles",
+    "curvature",
+    "ellipses",
+    "geometric_bound",
+    "largest_radiance",
+    "positive_part",
+    "principal",
+    "semi_axes",
+    "surface_expected_error",
+    "third_curvature",
+    "neighbour_clamped",
+    "split_sphere_change",
+    "split_sphere_error",
+    "weighted_harmonic_length",
+    "SurfaceCache",
+    "SurfaceCandidates",
+    "surface_taylor",
+    "SurfaceFit",
+    "fill_surface",
+    "fill_with_neighbours",
+    "fit_surface",
+    "fit_with",
+    "floats_per_record",
+    "ideal_ellipse",
+    "largest_set",
+    "ssim",
+    "surface_error",
 ]

@@ -33,15 +33,19 @@ class _Law(NamedTuple):
     exponent: int
 
 
-def _law(definition: str, order: int) -> _Law:
-    """Integrals of `size |x|^q`, or of its square, over [-R, R], or their means."""
+def _law(definition: str, order: int, dims: int = 1) -> _Law:
+    """Integrals of `size |x|^q`, or of its square, over |x| < R, or their means."""
     q = checked_order(order) + 1
+    if dims not in (1, 2):
+        raise ValueError(f"Argument `dims` must be 1 or 2, but is {dims!r}.")
+    # Two directions on a line, 2 pi of them in a plane; the volume grows as r^(dims - 1) dr.
+    around = 2.0 if dims == 1 else 2.0 * math.pi
     laws = {
-        "total": _Law(2.0 / (q + 1), 1, q + 1),
-        "average": _Law(1.0 / (q + 1), 1, q),
-        "average squared": _Law(1.0 / (2 * q + 1), 2, 2 * q),
-        "integrated squared": _Law(2.0 / (2 * q + 1), 2, 2 * q + 1),
-        "relative": _Law(2.0 / (q + 1), 1, q + 1),
+        "total": _Law(around / (q + dims), 1, q + dims),
+        "average": _Law(dims / (q + dims), 1, q),
+        "average squared": _Law(dims / (2 * q + dims), 2, 2 * q),
+        "integrated squared": _Law(around / (2 * q + dims), 2, 2 * q + dims),
+        "relative": _Law(around / (q + dims), 1, q + dims),
         "largest": _Law(1.0, 1, q),
     }
     if definition not in laws:
@@ -65,6 +69,7 @@ def expected_error(
     order: int = 1,
     definition: str = "total",
     value: ArrayLike | None = None,
+    dims: int = 1,
 ) -> Float[Array, "..."]:
     """What the first missing term says that a record's extrapolation errs by, within its radius.
 
@@ -79,6 +84,10 @@ def expected_error(
     largest            max |a x^q|           a R^q                             [W/m]
     ================== ===================== ================================= =========
 
+    On a surface (`dims=2`) the same is integrated over a disc, and the total is
+    `2 pi a R^(q+2) / (q+2)`; the derivative is then one number for all directions, such as
+    `curvature` gives.
+
     Valid to first order in R: of the terms left out the odd ones cancel between the two sides as
     long as the first one decides the sign, so that the total errs by `O(R^2)` of itself. Wrong at
     inflections, where the term vanishes, and across kinks of E, which it does not know; for both
@@ -90,19 +99,21 @@ def expected_error(
         order: of the extrapolation, 0, 1 or 2.
         definition: what is meant by error, one of `DEFINITIONS`.
         value: E at the record, positive; for "relative" only [W/m].
+        dims: 1 for a line, 2 for a surface (units: one metre more above or below the line).
 
     Raises:
         ValueError: for another order or definition, a negative radius, or "relative" without a
             positive value.
 
-    Reference: J12 eqs. 53-54 (order 1, total); its footnote 1 and §9 name the others.
+    Reference: J12 eqs. 53-54 (order 1, total), 69 on a surface; its footnote 1 and §9 name the
+    others.
 
     Example:
         >>> from firstorder.methods.caching import expected_error
         >>> expected_error(-6.0, 0.5).item()
         0.25
     """
-    law = _law(definition, order)
+    law = _law(definition, order, dims)
     check_not_negative("radius", radius)
     R = as_float(radius)
     R = nan_unless(R >= 0, R)
@@ -116,6 +127,7 @@ def radius_for(
     order: int = 1,
     definition: str = "total",
     value: ArrayLike | None = None,
+    dims: int = 1,
 ) -> Float[Array, "..."]:
     """The radius at which the expected error reaches the tolerance: `expected_error` inverted.
 
@@ -133,6 +145,7 @@ def radius_for(
         order: of the extrapolation, 0, 1 or 2.
         definition: what is meant by error, one of `DEFINITIONS`.
         value: E at the record, positive; for "relative" only [W/m].
+        dims: 1 for a line, 2 for a surface.
 
     Returns:
         R in metres. A traced tolerance that is not positive gives NaN.
@@ -141,14 +154,14 @@ def radius_for(
         ValueError: for another order or definition, a tolerance that is not positive, or "relative"
             without a positive value.
 
-    Reference: J12 eq. 55 (order 1, total).
+    Reference: J12 eq. 55 (order 1, total), 70 on a surface.
 
     Example:
         >>> from firstorder.methods.caching import radius_for
         >>> radius_for(-6.0, 0.25).item()
         0.5
     """
-    law = _law(definition, order)
+    law = _law(definition, order, dims)
     check_positive("tolerance", tolerance)
     size = _size(derivative, order, definition, value)
     tolerance = as_float(tolerance)
