@@ -103,8 +103,14 @@ class Samples(eqx.Module):
     index: Int[Array, "*k m n"]
 
 
-class Traced(NamedTuple):
-    """What a tracer returns for r rays: distance (infinity for none), index (-1), world normal."""
+class Traced(eqx.Module):
+    """What a tracer returns for r rays.
+
+    Attributes:
+        distance: to what is met, infinity for nothing [m].
+        index: number of what is met, -1 for nothing.
+        normal: unit, in world coordinates, of either side.
+    """
 
     distance: Float[Array, " r"]
     index: Int[Array, " r"]
@@ -229,17 +235,21 @@ def surface_area(samples: Samples) -> Motion:
     b = jnp.where(faces, b, 1.0)
     u, n = _rays(jnp.broadcast_to(where.directions, samples.normal.shape), samples.normal)
     value = _sum(share, u)
-    step = 4.0 * _products(x, u, u) - jnp.sum(x, (-1, -2))[..., None, None] * jnp.eye(3)
+    step = 4.0 * _products(x, u, u) - jnp.sum(x, (-1, -2))[..., None, None] * jnp.eye(
+        3, dtype=b.dtype
+    )
     step = step + _products(x / b, u, n)  # row k: of the light through a plane with axis k
     up, rise = jnp.eye(3, dtype=b.dtype)[2], where.directions[..., 2]
     steep = _sum(y, u)
-    H = 24.0 * _products(y * rise, u, u) - 4.0 * steep[..., 2, None, None] * jnp.eye(3)
+    H = 24.0 * _products(y * rise, u, u) - 4.0 * steep[..., 2, None, None] * jnp.eye(
+        3, dtype=b.dtype
+    )
     half = (
         4.0 * _products(y / b * rise, n, u)
         - up[:, None] * (_sum(y / b, n) + 4.0 * steep)[..., None, :]
     )
     H = H + half + jnp.swapaxes(half, -1, -2)
-    twice = -value[..., 2, None, None] * jnp.eye(2)
+    twice = -value[..., 2, None, None] * jnp.eye(2, dtype=b.dtype)
     turn, mixed = value[..., :2], jnp.swapaxes(step[..., :2, :], -1, -2)
     gradient = jnp.concatenate([step[..., 2, :], turn], -1)
     return Motion(value[..., 2], gradient, _blocks(H, mixed, twice))
