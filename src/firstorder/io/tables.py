@@ -190,3 +190,49 @@ def word(value: Any) -> str:
     if not isinstance(value, str):
         raise ValueError("text in quotes")
     return value
+
+
+def vector(value: Any) -> list[float]:
+    """Three finite numbers."""
+    if not isinstance(value, list) or len(value) != 3:
+        raise ValueError("three numbers")
+    try:
+        return [number(v) for v in value]
+    except ValueError:
+        raise ValueError("three finite numbers") from None
+
+
+def vectors(value: Any) -> list[list[float]]:
+    """A list of vectors, not empty."""
+    if not isinstance(value, list) or not value:
+        raise ValueError("a list of triples of numbers")
+    try:
+        return [vector(v) for v in value]
+    except ValueError:
+        raise ValueError("a list of triples of finite numbers") from None
+
+
+def three_vectors(value: Any) -> list[list[float]]:
+    """Exactly three vectors."""
+    if not isinstance(value, list) or len(value) != 3:
+        raise ValueError("three vectors of three numbers")
+    return vectors(value)
+
+
+def triples(value: Any) -> list[list[int]]:
+    """A list of triples of whole numbers, not empty."""
+    if not isinstance(value, list) or not value or any(
+        not isinstance(v, list) or len(v) != 3 for v in value
+    ):  # fmt: skip
+        raise ValueError("a list of triples of whole numbers")
+    return [[whole(n) for n in v] for v in value]
+
+
+def rows(value: Any) -> list[list[float]]:
+    """Lists of numbers, all as long as the first."""
+    if not isinstance(value, list) or not value or not isinstance(value[0], list):
+        raise ValueError("rows of numbers")
+    found = [numbers(v) for v in value]
+    if len({len(row) for row in found}) != 1:
+        raise ValueError("rows of equally many numbers")
+    return found

@@ -307,7 +307,7 @@ def scene_to_toml(scene: Scene) -> str:
     for p, w in zip(
         np.asarray(scene.points.position), np.asarray(scene.points.intensity), strict=True
     ):
-        tables.append(f"[[light]]\nposition = {_value(p)}\nintensity = {_value(w)}")
+        tables.append(f"[[light]]\nposition = {written(p)}\nintensity = {written(w)}")
     if scene.environment is not None:
         tables.append("\n".join(["[environment]", *_environment(scene.environment)]))
     return "\n\n".join(tables) + "\n"
@@ -326,9 +326,9 @@ def _geometry(group, i: int, name: str):
     kind, keys = _NAMES[type(group)]
     yield f'kind = "{kind}"'
     if name:
-        yield f"name = {_quoted(name)}"
+        yield f"name = {quoted(name)}"
     for key in keys:
-        yield f"{key} = {_value(np.asarray(getattr(group, key))[i])}"
+        yield f"{key} = {written(np.asarray(getattr(group, key))[i])}"
     if isinstance(group, Curves):
         yield f"samples = {group.samples}"
 
@@ -337,11 +337,11 @@ def _material(scene: Scene, index: int):
     for key in MATERIAL:
         value = np.asarray(getattr(scene.material, key))[index]
         if value.ndim:
-            front, back = (_value(v) for v in value)
+            front, back = (written(v) for v in value)
             alike = "0.0" if key == "emission" else front
             words = front if back == alike else f"[{front}, {back}]"
         else:
-            words = _value(value)
+            words = written(value)
         if words != "0.0":
             yield f"{key} = {words}"
 
@@ -349,14 +349,14 @@ def _material(scene: Scene, index: int):
 def _environment(sky):
     match sky:
         case ConstantSky():
-            yield from ('kind = "constant"', f"radiance = {_value(sky.radiance)}")
+            yield from ('kind = "constant"', f"radiance = {written(sky.radiance)}")
         case GaussianSky():
             yield 'kind = "gaussian"'
             for key in ("center", "sigma", "radiance"):
-                yield f"{key} = {_value(getattr(sky, key))}"
+                yield f"{key} = {written(getattr(sky, key))}"
         case RowSky():
             yield from ('kind = "row"', f"smooth = {str(sky.smooth).lower()}")
-            yield f"values = {_value(sky.values)}"
+            yield f"values = {written(sky.values)}"
         case _:
             raise ValueError(
                 "Argument `scene` must have an environment that a file can name (ConstantSky, "
@@ -364,14 +364,14 @@ def _environment(sky):
             )
 
 
-def _value(value: Any) -> str:
+def written(value: Any) -> str:
     """Numbers such that reading them back gives the same bits."""
     array = np.asarray(value)
     if array.ndim:
-        return "[" + ", ".join(_value(v) for v in array) + "]"
+        return "[" + ", ".join(written(v) for v in array) + "]"
     return repr(float(array))
 
 
-def _quoted(name: str) -> str:
+def quoted(name: str) -> str:
     """A TOML string: JSON's, but for DEL, which TOML wants escaped too."""
     return json.dumps(name, ensure_ascii=False).replace("\x7f", "\\u007f")

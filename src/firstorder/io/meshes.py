@@ -1,0 +1,238 @@
+"""Meshes from files, and rays through them: the only place that imports trimesh and embreex.
+
+Both come with `pip install "firstorder[mesh]"`. Embree finds faces in single precision, on the
+host. What leaves this module is in double: every face that it proposes is met again, and refused
+if the ray does not meet it after all.
+"""
+
+from __future__ import annotations
+
+import os
+import pathlib
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from firstorder.space.mesh import NO_FACE, Mesh, mesh
+from firstorder.space.mesh_outline import EveryFace
+
+ENDINGS = (".obj", ".ply", ".gltf", ".glb")
+# How often a ray is sent on behind a face that it does not count, before all faces are asked.
+_ROUNDS = 8
+# Rounding of single precision over the size of the mesh, with a reserve.
+_SINGLE = 4e-6
+
+
+def read_mesh(path: str | os.PathLike[str]) -> Mesh:
+    r"""Reads a mesh from an OBJ, PLY, GLTF or GLB file.
+
+    All parts of the file become one mesh, placed as the file says; vertices at the very same point
+    become one, whatever their texture or normals, so that neighbours know each other. Polygons
+    become triangles. Units and axes are those of the file (GLTF: metres, y up).
+
+    Args:
+        path: the file; its ending says what it is.
+
+    Raises:
+        ValueError: one sentence that names the file, if it is no mesh or cannot be opened.
+        ModuleNotFoundError: without the extra `mesh`.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> from firstorder.io import read_mesh
+        >>> file = pathlib.Path(tempfile.mkdtemp(), "one.obj")
+        >>> _ = file.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3")
+        >>> read_mesh(file).area.item()
+        0.5
+    """
+    path = pathlib.Path(path)
+    if path.suffix.lower() not in ENDINGS:
+        raise ValueError(f"{path.name}: a mesh must be an .obj, .ply, .gltf or .glb file.")
+    trimesh = _needs("trimesh", path.name)
+    try:
+        path.open("rb").close()
+    except OSError as error:
+        why = (error.strerror or "unknown reason").lower()
+        raise ValueError(f"{path.name}: the file cannot be opened ({why}).") from None
+    try:
+        found = trimesh.load_scene(path, process=False).to_mesh()
+        vertices = np.asarray(found.vertices, float).reshape(-1, 3)
+        faces = np.asarray(found.faces, np.int64).reshape(-1, 3)
+    except Exception as error:  # whatever the library thinks of the bytes
+        words = " ".join(str(error).split()).rstrip(".")[:120] or type(error).__name__
+        raise ValueError(f"{path.name}: the file is no mesh ({words}).") from None
+    if not len(faces):
+        raise ValueError(f"{path.name}: the file holds no triangle.")
+    try:
+        same, number = np.unique(vertices + 0.0, axis=0, return_inverse=True)
+        _check_numbers(faces, len(vertices))
+        return mesh(same, number.ravel()[faces])
+    except ValueError as error:
+        words = str(error).removeprefix("Argument ")
+        raise ValueError(f"{path.name}: {words}") from None
+
+
+def _check_numbers(faces: np.ndarray, count: int) -> None:
+    wrong = faces[(faces < 0) | (faces >= count)]
+    if wrong.size:
+        raise ValueError(f"a face names vertex {wrong[0]}, but there are {count}.")
+
+
+def _needs(package: str, what: str) -> Any:
+    """The package, or a sentence that says where it comes from."""
+    import importlib
+
+    try:
+        return importlib.import_module(package)
+    except ModuleNotFoundError:
+        raise ModuleNotFoundError(
+            f"{what}: meshes need the package {package.split('.')[0]}, which comes with the extra "
+            '`mesh`: pip install "firstorder[mesh]".'
+        ) from None
+
+
+class MeshHits(NamedTuple):
+    """Where rays meet a mesh first, in double precision.
+
+    Attributes:
+        t: distance in lengths of the ray's direction, infinity for none.
+        face: number of the face, -1 for none.
+        weights: barycentric, one for each corner; zeros for none, shape (r, 3).
+    """
+
+    t: np.ndarray
+    face: np.ndarray
+    weights: np.ndarray
+
+
+class Embree:
+    """Rays through a mesh, by Embree on the host; implements `space.mesh_outline.Tracer`.
+
+    Embree proposes a face in single precision; distance and barycentric weights are then computed
+    from its corners in double. Where the ray misses the proposed face in double, having passed its
+    edge within rounding, all faces are asked in double.
+
+    Args:
+        mesh: any; where its vertices are now.
+
+    Raises:
+        ModuleNotFoundError: without the extra `mesh`.
+
+    Example:
+        >>> from firstorder.io import Embree
+        >>> from firstorder.space.mesh import mesh
+        >>> tracer = Embree(mesh([[0, 0, 2], [1, 0, 2], [0, 1, 2]], [[0, 1, 2]]))
+        >>> hits = tracer.nearest([[0.25, 0.25, 0.0]], [[0.0, 0.0, 1.0]])
+        >>> hits.t.tolist(), hits.weights.tolist()
+        ([2.0], [[0.5, 0.25, 0.25]])
+    """
+
+    def __init__(self, mesh: Mesh):
+        scenes = _needs("embreex.rtcore_scene", "Embree")
+        build = _needs("embreex.mesh_construction", "Embree")
+        self.mesh = mesh
+        vertices = np.asarray(mesh.vertices, float)
+        faces = np.asarray(mesh.faces)
+        self._corners = vertices[faces]
+        # Single precision counts from the middle of the mesh, in units of its size.
+        self._middle = 0.5 * (vertices.min(0) + vertices.max(0))
+        self._size = mesh.size or 1.0
+        inside = ((vertices - self._middle) / self._size).astype(np.float32)
+        self._scene = scenes.EmbreeScene(robust=True)
+        build.TriangleMesh(self._scene, inside, np.ascontiguousarray(faces, np.int32))
+        self._every = EveryFace(mesh)
+
+    def nearest(self, origins: Any, directions: Any) -> MeshHits:
+        """Where rays meet the mesh first.
+
+        Args:
+            origins: shape (r, 3); a ray does not meet the face on which it starts [m].
+            directions: shape (r, 3), of any length but zero.
+        """
+        o, d = (
+            np.atleast_2d(np.asarray(origins, float)),
+            np.atleast_2d(np.asarray(directions, float)),
+        )
+        nobody = np.full((len(o), 1), NO_FACE)
+        return self._search(o, d, 0.0, np.inf, nobody)
+
+    def occluded(self, a: Any, b: Any) -> np.ndarray:
+        """Whether the mesh comes between two points; faces on which they lie do not count.
+
+        Args:
+            a: shape (r, 3) [m].
+            b: shape (r, 3) [m].
+        """
+        a, b = np.atleast_2d(np.asarray(a, float)), np.atleast_2d(np.asarray(b, float))
+        nobody = np.full((len(a), 1), NO_FACE)
+        return self._search(a, b - a, 0.0, 1.0, nobody).face != NO_FACE
+
+    def first_face(self, eye, directions, low, high, skip):
+        """See `space.mesh_outline.Tracer`."""
+        eye = np.asarray(eye, float)
+        origins = np.broadcast_to(eye, directions.shape)
+        return self._search(origins, directions, low, high, skip).face
+
+    def _search(self, o, d, low, high, skip) -> MeshHits:
+        length = np.linalg.norm(d, axis=1)
+        if not np.all((length > 0.0) & np.isfinite(length) & np.all(np.isfinite(o), 1)):
+            raise ValueError("Argument `directions` must be finite and not zero, but is not.")
+        t, face = np.full(len(o), np.inf), np.full(len(o), NO_FACE)
+        weights = np.zeros((len(o), 3))
+        # Distances on the surface itself are below this, in lengths of d.
+        least = low + 1e-12 * (self._size + np.linalg.norm(o - self._middle, axis=1)) / length
+        start = np.full(len(o), low) - 0.5 * _SINGLE * self._size / length * (low > 0.0)
+        left, ask = np.arange(len(o)), []
+        for _ in range(_ROUNDS):
+            proposed, at = self._propose(o[left], d[left], start[left], high)
+            exact, w = _meets(self._corners[proposed], o[left], d[left])
+            some = proposed != NO_FACE
+            passed = np.any(proposed[:, None] == skip[left], 1) | (exact <= least[left])
+            missed = some & ~passed & np.isnan(exact)
+            good = some & ~passed & (exact < high)  # NaN is not
+            done = left[good]
+            t[done], face[done], weights[done] = exact[good], proposed[good], w[good]
+            ask.extend(left[missed])
+            # On behind what does not count; a little further than single precision can tell apart.
+            start[left] = at + _SINGLE * self._size / length[left]
+            left = left[some & passed]
+            if not len(left):
+                break
+        for k in (*ask, *left):  # a ray through an edge, or along a face: rare
+            face[k] = self._every.first_face(o[k], d[k : k + 1], least[k], high, skip[k : k + 1])[0]
+            if face[k] != NO_FACE:
+                one = _meets(self._corners[face[k : k + 1]], o[k : k + 1], d[k : k + 1])
+                t[k], weights[k] = one[0][0], one[1][0]
+        return MeshHits(t, face, weights)
+
+    def _propose(self, o, d, start, high) -> tuple[np.ndarray, np.ndarray]:
+        """Embree's face for each ray and where it meets it, in lengths of d."""
+        length = np.linalg.norm(d, axis=1)
+        from_ = (o - self._middle + start[:, None] * d) / self._size
+        reach = np.full(len(o), 1e30)
+        if np.isfinite(high):
+            reach = np.maximum(high - start, 0.0) * length / self._size
+        answer = self._scene.run(
+            np.ascontiguousarray(from_, np.float32),
+            np.ascontiguousarray(d / length[:, None], np.float32),
+            dists=reach.astype(np.float32),
+            output=1,
+        )
+        found = answer["primID"].astype(np.int64)
+        at = start + answer["tfar"].astype(float) * self._size / length
+        return found, np.where(found == NO_FACE, start, at)
+
+
+def _meets(corners: np.ndarray, o: np.ndarray, d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Distance (NaN for a miss) and barycentric weights of rays through a triangle each.
+
+    By the signs of three volumes, as watertight tests do: faces that share an edge compute the same
+    number for it but for its sign, so that no ray slips through between them.
+    """
+    A, B, C = (corners[:, k] - o for k in range(3))
+    volumes = np.stack([np.sum(d * np.cross(p, q), -1) for p, q in ((B, C), (C, A), (A, B))], -1)
+    total = volumes.sum(-1)
+    inside = (np.all(volumes >= 0.0, -1) | np.all(volumes <= 0.0, -1)) & (total != 0.0)
+    safe = np.where(inside, total, 1.0)
+    t = np.where(inside, np.sum(A * np.cross(B, C), -1) / safe, np.nan)
+    return t, volumes / safe[:, None]

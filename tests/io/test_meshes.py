@@ -1,0 +1,190 @@
+import sys
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firstorder.io import Embree, read_mesh
+from firstorder.space.mesh import mesh
+from firstorder.space.mesh_outline import EveryFace
+
+SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n"
+
+
+@pytest.mark.smoke
+def test_a_polygon_of_an_obj_file_becomes_triangles(tmp_path):
+    (tmp_path / "square.OBJ").write_text(SQUARE)
+    found = read_mesh(tmp_path / "square.OBJ")
+    assert (found.count, len(found.edges)) == (2, 5)
+    np.testing.assert_allclose(found.area, 1.0)
+
+
+@pytest.mark.parametrize("name", ["ball.obj", "ball.ply", "ball.glb", "ball.gltf"])
+def test_every_format_comes_back_closed_and_as_large(tmp_path, name):
+    ball = trimesh.creation.icosphere(2)
+    if name.endswith("gltf"):
+        for key, data in trimesh.exchange.gltf.export_gltf(trimesh.Scene(ball)).items():
+            (tmp_path / key.replace("model.gltf", name)).write_bytes(data)
+    else:
+        ball.export(tmp_path / name)
+    found = read_mesh(tmp_path / name)
+    assert (found.count, found.closed) == (320, True)
+    np.testing.assert_allclose(found.area, ball.area, rtol=1e-6)  # files are in single precision
+    volume = np.sum(np.linalg.det(np.asarray(found.corners))) / 6.0
+    np.testing.assert_allclose(volume, ball.volume, rtol=1e-6)  # ... and faces outwards
+
+
+def test_parts_are_placed_and_joined_and_seams_are_closed(tmp_path):
+    scene = trimesh.Scene()
+    box = trimesh.creation.box()
+    scene.add_geometry(box, transform=trimesh.transformations.translation_matrix([3.0, 0, 0]))
+    scene.add_geometry(box, transform=trimesh.transformations.scale_matrix(2.0))
+    scene.export(tmp_path / "two.glb")
+    found = read_mesh(tmp_path / "two.glb")
+    np.testing.assert_allclose(found.area, 6.0 + 24.0, rtol=1e-6)
+    np.testing.assert_allclose(np.max(found.vertices, 0), [3.5, 1.0, 1.0], rtol=1e-6)
+    # vertices that differ in their texture or normal only
+    (tmp_path / "seam.obj").write_text(
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0.5 0.5\n"
+        "f 1/1 2/2 3/3\nf 1/4 3/1 4/2\n"
+    )
+    seam = read_mesh(tmp_path / "seam.obj")
+    assert (len(seam.vertices), len(seam.edges)) == (4, 5)
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "sentence"),
+    [
+        ("a.stl", b"", "a.stl: a mesh must be an .obj, .ply, .gltf or .glb file."),
+        ("a.obj", None, "a.obj: the file cannot be opened (no such file or directory)."),
+        ("a.obj", b"v 0 0 0\n", "a.obj: the file"),
+        ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 nan 1\nf 1 2 3\n", "a.obj: "),
+        ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 1\nf 1 2 9\n", "a.obj: "),
+        ("a.ply", b"ply\nformat ascii 1.0\n", "a.ply: the file is no mesh ("),
+        ("a.glb", b"glTF\2\0\0\0", "a.glb: the file is no mesh ("),
+        ("a.gltf", b"{}", "a.gltf: the file"),
+    ],
+)
+def test_what_is_no_mesh_is_one_sentence(tmp_path, name, data, sentence):
+    if data is not None:
+        (tmp_path / name).write_bytes(data)
+    with pytest.raises(ValueError, match=name) as caught:
+        read_mesh(tmp_path / name)
+    words = str(caught.value)
+    assert words.startswith(sentence)
+    assert words.endswith(".")
+    assert "\n" not in words
+
+
+@pytest.mark.parametrize("package", ["trimesh", "embreex.rtcore_scene"])
+def test_without_the_packages_the_sentence_names_the_extra(tmp_path, monkeypatch, package):
+    monkeypatch.setitem(sys.modules, package, None)
+    (tmp_path / "a.obj").write_text(SQUARE)
+    plain = mesh([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    with pytest.raises(ModuleNotFoundError) as caught:
+        Embree(plain) if "embree" in package else read_mesh(tmp_path / "a.obj")
+    what = "Embree" if "embree" in package else "a.obj"
+    assert str(caught.value) == (
+        f"{what}: meshes need the package {package.split('.')[0]}, which comes with the extra "
+        '`mesh`: pip install "firstorder[mesh]".'
+    )
+
+
+PLY = trimesh.creation.icosahedron().export(file_type="ply", encoding="ascii")
+
+
+@given(st.data())
+def test_mutilated_files_never_crash_the_reader(tmp_path_factory, data):
+    at, cut = data.draw(st.integers(0, len(PLY))), data.draw(st.integers(0, 30))
+    source = PLY[:at] + data.draw(st.binary(max_size=6)) + PLY[at + cut :]
+    file = tmp_path_factory.mktemp("ply") / "f.ply"
+    file.write_bytes(source)
+    try:
+        words = f"f.ply: {read_mesh(file).count}"
+    except ValueError as error:
+        words = str(error)
+    assert words.startswith("f.ply: ")
+    assert "\n" not in words
+
+
+# --- rays ----------------------------------------------------------------------------------------
+
+
+def bumpy(count=400, seed=0):
+    """Random triangles, many across each other, far from the origin."""
+    rng = np.random.default_rng(seed)
+    middle = rng.uniform(-1.0, 1.0, (count, 1, 3))
+    corners = middle + 0.2 * rng.normal(size=(count, 3, 3)) + np.array([1e3, -2e3, 5e2])
+    return mesh(corners.reshape(-1, 3), np.arange(3 * count).reshape(-1, 3))
+
+
+def rays(m, count, seed=1):
+    rng = np.random.default_rng(seed)
+    low, high = np.min(m.vertices, 0), np.max(m.vertices, 0)
+    return rng.uniform(low, high, (count, 3)), rng.normal(size=(count, 3))
+
+
+def brute(m, o, d):
+    """Nearest hits by the plane of each face, and areas: another test than the tracer's."""
+    corners = np.asarray(m.corners)
+    a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    n = np.cross(u, v)
+    t = np.sum(n * (a - o[:, None]), -1) / (d @ n.T)
+    q = o[:, None] + t[..., None] * d[:, None] - a
+    square = np.sum(n * n, -1)
+    y, z = np.sum(np.cross(q, v) * n, -1) / square, np.sum(np.cross(u, q) * n, -1) / square
+    t = np.where((y >= 0) & (z >= 0) & (y + z <= 1) & (t > 0), t, np.inf)
+    k = np.argmin(t, 1)
+    return np.where(np.isfinite(t.min(1)), k, -1), t.min(1)
+
+
+def test_hits_are_those_of_all_faces_in_double_precision():
+    m = bumpy()
+    o, d = rays(m, 2000)
+    hits, (face, t) = Embree(m).nearest(o, d), brute(m, o, d)
+    assert 0.2 < np.mean(face >= 0) < 1.0
+    # the very last faces at which single and double disagree are asked again in double
+    np.testing.assert_array_equal(hits.face, face)
+    some = face >= 0
+    # o - corner at 2e3 m is known to 2e3 eps; beyond that, double to the last digits
+    np.testing.assert_allclose(hits.t[some], t[some], atol=1e-9)
+    point = np.einsum("rk,rkd->rd", hits.weights, np.asarray(m.corners)[hits.face])
+    np.testing.assert_allclose((o + hits.t[:, None] * d)[some], point[some], atol=1e-9)
+    assert np.all(hits.weights >= 0.0)
+    np.testing.assert_array_equal(hits.weights[~some], 0.0)
+    assert np.all(np.isinf(hits.t[~some]))
+
+
+def test_occlusion_is_a_hit_before_the_other_end_and_not_at_the_ends():
+    m = bumpy()
+    o, d = rays(m, 1000)
+    face, t = brute(m, o, d)
+    tracer = Embree(m)
+    some = face >= 0
+    ends = o + t[:, None] * d
+    assert not np.any(tracer.occluded(o[some], ends[some]))
+    assert np.all(tracer.occluded(o[some], (ends + 1e-3 * d)[some]))
+    # from the surface outwards, a ray does not meet where it starts
+    again = tracer.nearest(ends[some], d[some])
+    assert np.all(again.face != face[some])
+
+
+def test_rays_through_edges_and_corners_of_a_closed_mesh_do_not_slip_through():
+    ball = trimesh.creation.icosphere(2)
+    m = mesh(ball.vertices, ball.faces)
+    target = np.concatenate([ball.vertices, ball.vertices[m.edges].mean(1)])
+    hits = Embree(m).nearest(np.zeros_like(target), target)
+    assert np.all(hits.face >= 0)
+    np.testing.assert_allclose(hits.t, 1.0, rtol=1e-14)
+    np.testing.assert_array_equal(
+        EveryFace(m).first_face(np.zeros(3), target, 0.0, np.inf, np.full((len(target), 1), -1))
+        < 0,
+        False,
+    )
+
+
+def test_a_ray_without_direction_is_one_sentence():
+    with pytest.raises(ValueError, match="Argument `directions` must be finite and not zero"):
+        Embree(bumpy(3)).nearest(np.zeros((1, 3)), np.zeros((1, 3)))
