@@ -1,6 +1,13 @@
 """The same calculus in space: shapes, what is seen of them, and the light that they leave."""
 
+from firstorder.space.exposed import Pieces, Sides, exposed
 from firstorder.space.intersect import Hits, first_shape, nearest, occluded
+from firstorder.space.irradiance import (
+    boundary_gradient,
+    irradiance,
+    net_visibility,
+    vector_irradiance,
+)
 from firstorder.space.makers import (
     box,
     cylinder,
@@ -58,4 +65,11 @@ __all__ = [
     "Curved",
     "Outline",
     "outline",
+    "Sides",
+    "Pieces",
+    "exposed",
+    "net_visibility",
+    "irradiance",
+    "vector_irradiance",
+    "boundary_gradient",
 ]

@@ -8,8 +8,8 @@ import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from firstorder.space.scene import Scene
-from firstorder.vectors import norm
 from firstorder.tracing import FEW, MISS, in_blocks, in_one, meets, one_by_one
+from firstorder.vectors import norm
 
 
 class Hits(eqx.Module):

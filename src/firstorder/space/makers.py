@@ -18,8 +18,8 @@ from firstorder.space.shapes import (
     Rectangles,
     Triangles,
 )
-from firstorder.vectors import cross, dot, frame, norm, unit
 from firstorder.typing import as_float
+from firstorder.vectors import cross, dot, frame, norm, unit
 
 
 def sphere(center: Any, radius: ArrayLike) -> Ellipsoids:

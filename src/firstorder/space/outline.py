@@ -33,7 +33,7 @@ from firstorder.space.shapes import (
     Shape,
     Triangles,
 )
-from firstorder.vectors import cross, dot, frame, unit
+from firstorder.vectors import cross, dot, frame, settled, unit
 
 TURN = 2.0 * np.pi
 
@@ -118,8 +118,8 @@ def outline(scene: Scene, eye: Point, on: ArrayLike = -1) -> Outline:
 
 def _row(shape: Shape, number, eye: Point, own) -> tuple[Straight, Curved]:
     """The silhouette of one shape."""
-    e = shape.local(eye)
-    lines, arcs = OUTLINES[type(shape)](shape, eye, e)
+    e = settled(shape.local(eye))
+    lines, arcs = settled(OUTLINES[type(shape)](shape, eye, e))
     seen = ~own & ~shape.inside(eye)
     middle = shape.middle(eye) - eye
     none = _none(eye)
@@ -151,7 +151,7 @@ def _row(shape: Shape, number, eye: Point, own) -> tuple[Straight, Curved]:
             curved.owner,
             curved.live,
         )
-    return straight, curved
+    return settled((straight, curved))
 
 
 def _ellipsoid(shape: Shape, eye: Point, e: Point):
@@ -274,6 +274,17 @@ OUTLINES = {
     Rectangles: _rectangle,
     Triangles: _triangle,
     Planes: _plane,
+}
+
+# How many segments and arcs each kind has.
+PIECES = {
+    Ellipsoids: (0, 1),
+    Boxes: (12, 0),
+    Cylinders: (2, 2),
+    Discs: (0, 1),
+    Rectangles: (4, 0),
+    Triangles: (3, 0),
+    Planes: (0, 1),
 }
 
 

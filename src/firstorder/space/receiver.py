@@ -9,8 +9,8 @@ import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float, Int
 
 from firstorder.errors import check_finite, is_concrete
-from firstorder.vectors import cross, dot, frame, norm, unit
 from firstorder.typing import as_float
+from firstorder.vectors import cross, frame, norm, settled, unit
 
 
 class Receiver(eqx.Module):
@@ -101,9 +101,9 @@ def _turned(axes: Float[Array, "3 3"], tilt: Float[Array, "2"]) -> Float[Array, 
         along = cross(axis, a)
         return a + s * along + c * cross(axis, along)
 
-    return jnp.stack([turn(t), turn(b), turn(n)], -1)
+    return settled(jnp.stack([turn(t), turn(b), turn(n)], -1))
 
 
 def local(receiver: Receiver, w: Float[Array, "*k 3"]) -> Float[Array, "*k 3"]:
     """A world vector in the receiver's frame."""
-    return jnp.stack([dot(w, receiver.axes[:, i]) for i in range(3)], -1)
+    return w @ receiver.axes

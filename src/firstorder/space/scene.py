@@ -22,9 +22,9 @@ from jaxtyping import Array, ArrayLike, Bool, Float
 
 from firstorder.errors import check_not_negative, is_concrete, nan_unless
 from firstorder.space.shapes import KINDS, Point, Shape, joined
-from firstorder.vectors import dot
 from firstorder.tracing import picked
 from firstorder.typing import as_float
+from firstorder.vectors import dot
 
 FRONT, BACK = 0, 1
 

@@ -22,8 +22,8 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from firstorder.errors import check_finite, check_invertible, is_concrete
-from firstorder.vectors import cross, dot, inverse, norm, times, unit
 from firstorder.typing import as_float
+from firstorder.vectors import cross, dot, inverse, norm, times, unit
 
 Point = Float[Array, "3"]
 Distance = Float[Array, ""]

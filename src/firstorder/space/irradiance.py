@@ -1,0 +1,206 @@
+"""Net visibility and irradiance along silhouettes: exact, and so under differentiation.
+
+    E = sum over edges (L_left - L_right) contour + horizon
+
+with the contour integrals of `visibility.contour`. For shapes of constant radiance under a constant
+sky nothing else is needed: straight edges are closed forms, elliptic arcs smooth functions of their
+parameter. Points of the edges and the cuts between them are differentiable functions of receiver,
+blockers and lights, so automatic differentiation gives exact gradients and Hessians, shadow edges
+included. `boundary_gradient` is the contour form of the first one, for any radiance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from firstorder.errors import nan_unless
+from firstorder.space.exposed import UP, Pieces, Sides, exposed
+from firstorder.space.receiver import Receiver
+from firstorder.space.scene import BACK, FRONT, Scene
+from firstorder.vectors import dot, norm
+from firstorder.visibility.contour import (
+    segment_solid_angle,
+    segment_vector_irradiance,
+    solid_angle_rate,
+    translation_rate,
+    vector_irradiance_rate,
+)
+
+# What is seen in a direction of the receiver's frame: number of the shape or -1, and the direction.
+Radiance = Callable[[Array, Array], Array]
+
+
+def net_visibility(scene: Scene, at: Receiver, nodes: int = 16) -> Float[Array, ""]:
+    """The solid angle of the sky that a receiver sees [sr].
+
+        B = integral over the hemisphere of V(w) dw
+
+    Valid when: the receiver is outside of all closed shapes; inside there is no answer but NaN.
+    An arc is given `nodes` Gauss-Legendre nodes between two cuts; the error falls geometrically.
+
+    Args:
+        scene: the blockers; what they emit does not count.
+        at: the receiver.
+        nodes: on each arc.
+
+    Reference: R07 §7.2, eq. 47.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.space import Scene, net_visibility, receiver, sphere, thing
+        >>> scene = Scene.of(thing(sphere((0.0, 0.0, 2.0), 1.0)))
+        >>> blocked = 2.0 * jnp.pi - net_visibility(scene, receiver((0.0, 0.0, 0.0)))
+        >>> print(round(float(blocked / (2.0 * jnp.pi)), 6))  # 1 - cos(30 degrees)
+        0.133975
+    """
+    found = exposed(scene, at)
+    seen = jnp.zeros(scene.count + 1, at.position.dtype).at[-1].set(1.0)
+    lines = segment_solid_angle(found.start, found.end)
+    total = _closed(found, lines, seen) + jnp.sum(seen[found.above] * jnp.diff(found.azimuths))
+    p, v, w = found.on_arcs(nodes)
+    jump = found.rims.jump(seen)[:, None]
+    total = total + jnp.sum(jump * w * solid_angle_rate(p, v))
+    return nan_unless(found.sound, total)
+
+
+def irradiance(scene: Scene, at: Receiver, nodes: int = 16) -> Float[Array, ""]:
+    """Irradiance from shapes of constant radiance and a constant sky [W/m^2].
+
+        E = integral over the hemisphere of L(w) cos(theta) dw
+
+    Emitted light only: what shapes reflect is not gathered. Exact, shadow edges included, for the
+    value and for every derivative, in the receiver (`Receiver.moved`, `Receiver.tilted`) and in
+    all leaves of the scene.
+
+    Valid when: the sky is a number; the receiver is outside of all closed shapes (else NaN); shapes
+    of different radiance do not run into each other. Where two edges are in line derivatives are
+    one-sided.
+
+    Args:
+        scene: shapes and sky.
+        at: the receiver.
+        nodes: on each arc between two cuts.
+
+    Raises:
+        ValueError: if the sky is a function of direction.
+
+    Reference: J12 §7.1; R07 §7.3.
+
+    Example:
+        >>> import jax, jax.numpy as jnp
+        >>> from firstorder.space import Scene, irradiance, receiver, rectangle, thing
+        >>> lamp = rectangle((0.0, 0.0, 1.0), (0.0, 0.5, 0.0), (0.5, 0.0, 0.0))
+        >>> scene = Scene.of(thing(lamp, emission=1.0))
+        >>> at = receiver((0.5, 0.0, 0.0))
+        >>> E, dE_dx = jax.value_and_grad(lambda x: irradiance(scene, at.moved(x)))(jnp.zeros(2))
+        >>> print(round(float(E), 4), round(float(dE_dx[0]), 4))
+        0.4765 -0.5393
+    """
+    return vector_irradiance(scene, at, nodes)[2]
+
+
+def vector_irradiance(scene: Scene, at: Receiver, nodes: int = 16) -> Float[Array, "3"]:
+    """The vector of light in the receiver's frame: `integral of L(w) w dw` [W/m^2].
+
+    Its z is the irradiance; turning the receiver's normal by `tilt` changes that by x and y.
+
+    Raises:
+        ValueError: if the sky is a function of direction.
+
+    Reference: J12 §7; Lambert.
+    """
+    if callable(scene.environment):
+        raise ValueError(
+            "Argument `scene` must have a sky of one radiance here, but it is a function."
+        )
+    found = exposed(scene, at)
+    seen = shown(scene, at)
+    lines = segment_vector_irradiance(found.start, found.end)
+    total = _closed(found, lines, seen)
+    level = 0.5 * jnp.sum(seen[found.above] * jnp.diff(found.azimuths))
+    total = total + level * jnp.asarray(UP, level.dtype)
+    p, v, w = found.on_arcs(nodes)
+    jump = found.rims.jump(seen)[:, None]
+    total = total + jnp.sum((jump * w)[..., None] * vector_irradiance_rate(p, v), (0, 1))
+    return nan_unless(found.sound, total)
+
+
+def shown(scene: Scene, at: Receiver) -> Float[Array, " n_1"]:
+    """The radiance that each shape turns towards a receiver, and last the sky's."""
+    eye = jax.lax.stop_gradient(at.position)
+
+    def front(shape):
+        middle = shape.middle(eye)
+        return jnp.asarray(shape.closed) | (dot(shape.normal(middle), eye - middle) > 0.0)
+
+    sides = scene.material.emission
+    facing = jnp.where(scene.every(front), sides[:, FRONT], sides[:, BACK])
+    return jnp.append(facing, scene.sky(at.normal))
+
+
+def boundary_gradient(
+    scene: Scene,
+    at: Receiver,
+    radiance: Radiance | None = None,
+    weight: Callable[[Array], Array] = lambda w: w[..., 2],
+    nodes: int = 16,
+) -> Float[Array, "3"]:
+    """What moving edges add to the gradient of `integral L(w) weight(w) dw`, in local axes.
+
+        grad B = sum over edges of the contour integral of
+                 (L_left - L_right) weight(w) (p x p') / |p|^3 dt
+
+    This is the whole translational gradient if radiance depends on direction alone on either side
+    (a distant environment, shapes of constant radiance); otherwise the integral of the derivative
+    of the radiance at fixed direction comes to it.
+
+    Args:
+        scene: the shapes.
+        at: the receiver.
+        radiance: of shape `index` (-1: the sky) in direction w of the world; if left out, what the
+            scene emits.
+        weight: of the direction in the receiver's frame: its cosine for irradiance, one for
+            net visibility.
+        nodes: on each piece between two cuts.
+
+    Returns:
+        Rates of change along t, b and n.
+
+    Reference: R07 §7, eq. 48, 49; design §6.
+    """
+    found = exposed(scene, at)
+    light = _radiance(scene, at) if radiance is None else radiance
+    lines = _moving(found.on_lines(nodes), found.lines, at, light, weight)
+    rims = _moving(found.on_arcs(nodes), found.rims, at, light, weight)
+    return nan_unless(found.sound, lines + rims)
+
+
+def _moving(on, sides: Sides, at: Receiver, radiance: Radiance, weight) -> Float[Array, "3"]:
+    """The contour integral over some pieces."""
+    p, v, w = on
+    directions = p / norm(p)[..., None]
+    world = directions @ at.axes.T
+    value = jax.vmap(jax.vmap(radiance, (None, 0)))
+    left, right = value(sides.owner, world), value(sides.behind, world)
+    jump = jnp.where(sides.seen[:, None], left - jnp.where(sides.cut[:, None], right, 0.0), 0.0)
+    return jnp.sum(translation_rate(p, v) * (jump * w * weight(directions))[..., None], (0, 1))
+
+
+def _radiance(scene: Scene, at: Receiver) -> Radiance:
+    """What the scene emits."""
+    if not callable(scene.environment):
+        seen = shown(scene, at)
+        return lambda index, along: seen[index]
+    black = Scene(scene.groups, scene.material, jnp.zeros(()), scene.names)
+    seen = shown(black, at)
+    return lambda index, along: jnp.where(index < 0, scene.sky(along), seen[index])
+
+
+def _closed(found: Pieces, integral: Array, seen: Array) -> Array:
+    """Straight edges, by their closed form, times the jump across them."""
+    jump = found.lines.jump(seen)
+    return jnp.sum(jump.reshape(jump.shape + (1,) * (integral.ndim - 1)) * integral, 0)
