@@ -438,6 +438,9 @@ PROBES = {
     "sampling.midpoints": lambda s: s * sampling.midpoints(3),
     "methods.BandLimit": lambda s: (band(s).reach(ray(FLATLAND)), band(s).farthest(ray(FLATLAND))),
     "methods.Cell": lambda s: cell(s).mean(1),
+    "methods.GridInterpolant": lambda s: methods.GridInterpolant(
+        jnp.stack([0.0 * s, s]), jnp.stack([-s, s]), s * jnp.ones((2, 2, 3))
+    )(0.4 * s, 0.1 * s),
     "methods.LineSamples": lambda s: sampled(s).interpolant()(0.4 * s),
     "methods.by_curvature": lambda s: methods.by_curvature(cell(s)),
     "methods.by_differences": lambda s: methods.by_differences(cell(s)),

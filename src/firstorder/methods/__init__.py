@@ -22,10 +22,12 @@ from firstorder.methods.bandwidth import (
     occluded_criterion,
 )
 from firstorder.methods.interpolation import Interpolant, hermite_basis, interpolation_error
+from firstorder.methods.surfaces import GridInterpolant
 
 __all__ = [
     "BandLimit",
     "Cell",
+    "GridInterpolant",
     "Interpolant",
     "LineSamples",
     "after",
