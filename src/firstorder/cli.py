@@ -119,11 +119,12 @@ class Table:
 
 @dataclass(frozen=True)
 class Scene:
-    """Draw a flatland scene, and what light does along its receivers.
+    """Draw a flatland scene, and what light does along its receivers; describe one of space.
 
     The page shows the scene and, for each receiver, irradiance and its first and second derivative
     by arc length, exact across shadow edges. Beside it come the numbers as CSV, one file for each
-    receiver; a few of them are printed.
+    receiver; a few of them are printed. A TOML file that says `dimensions = 3` is a scene of space:
+    its shapes, meshes, sky and camera are listed.
     """
 
     source: Annotated[str, tyro.conf.Positional]
@@ -142,8 +143,10 @@ class Scene:
     def run(self) -> int:
         """Read, measure, write."""
         from firstorder.flatland import library
-        from firstorder.io import read_scene, write_csv, write_toml
+        from firstorder.io import is_space, read_scene, write_csv, write_toml
 
+        if is_space(self.source):
+            return self._space()
         if self.source == "list":
             print(*(f"{name:12} {library.about(name)}" for name in library.names()), sep="\n")
             return 0
@@ -161,6 +164,21 @@ class Scene:
                 write_csv(self.out.with_name(f"{self.out.stem}_{word}.csv"), curve)
         if self.out is not None:
             self._draw(scene, curves)
+        return 0
+
+    def _space(self) -> int:
+        """List what is in a scene of space."""
+        from firstorder.io import described, read_space, write_space
+
+        if self.out is not None or self.receivers or self.indirect:
+            raise ValueError(
+                "Arguments `out`, `receivers` and `indirect` are for scenes of flatland, "
+                f"but {pathlib.Path(self.source).name} is one of space."
+            )
+        space = read_space(self.source)
+        if self.toml is not None:
+            write_space(self.toml, space)
+        print(described(space))
         return 0
 
     def _curves(self, scene) -> dict:

@@ -182,7 +182,7 @@ def _is_round(axes: np.ndarray) -> bool:
 
 
 def _numbers(x: Any) -> str:
-    return "(" + ", ".join(f"{v:.4g}" for v in np.asarray(x)) + ")"
+    return "(" + ", ".join(f"{v:.4g}" for v in np.round(np.asarray(x), 9) + 0.0) + ")"
 
 
 def _light(material: Any, i: int) -> str:
