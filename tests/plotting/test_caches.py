@@ -2,8 +2,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.methods.caching import Cache, Candidates, clamped
+from firstorder.methods.caching import Cache, Candidates, SurfaceCache, clamped
 from firstorder.plotting import draw_expansions, draw_records, panels
+from firstorder.plotting.caches import show_cache
 
 
 @pytest.fixture
@@ -33,3 +34,24 @@ def test_expansions_are_drawn_over_their_reach(cache):
     assert (x.min(), x.max()) == (1.0, 3.0)
     np.testing.assert_allclose(parabola.get_ydata(), x**2, rtol=1e-12)
     np.testing.assert_allclose(line.get_ydata(), 4.0 * x - 4.0, rtol=1e-12)
+
+
+def test_ellipses_lie_where_the_records_reach():
+    """One that leans by 30 degrees, drawn at its full size over an image of errors."""
+    c, s = np.cos(np.pi / 6), np.sin(np.pi / 6)
+    Q = np.array([[c, s], [-s, c]])
+    M = Q.T @ np.diag([1 / 0.4, 1 / 0.1]) @ Q
+    one = jnp.ones(1)
+    place = jnp.array([[0.25, 0.75]])
+    cache = SurfaceCache(
+        place, one, 0 * place, jnp.zeros((1, 2, 2)), jnp.asarray(M)[None], jnp.zeros(1, int)
+    )
+    ax = panels()[1][0, 0]
+    image = show_cache(ax, cache, np.eye(4), top=0.5, scale=1.0)
+    ellipse = ax.collections[0]
+    np.testing.assert_allclose(ellipse.get_offsets(), place)
+    np.testing.assert_allclose(ellipse.get_widths(), 0.8)
+    np.testing.assert_allclose(ellipse.get_heights(), 0.2)
+    np.testing.assert_allclose(ellipse.get_angles(), 30.0)
+    assert image.get_clim() == (0.0, 0.5)
+    assert (ax.get_xlim(), ax.get_ylim()) == ((0.0, 1.0), (0.0, 1.0))

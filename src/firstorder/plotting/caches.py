@@ -1,12 +1,14 @@
-"""Irradiance caches: the records of one surface, how far each reaches, and what limited it."""
+"""Irradiance caches: records on a line or a surface, how far each reaches, what limited it."""
 
 from __future__ import annotations
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import EllipseCollection
+from matplotlib.image import AxesImage
 
-from firstorder.methods.caching import Cache, taylor
-from firstorder.plotting.style import COLOURS
+from firstorder.methods.caching import Cache, SurfaceCache, taylor
+from firstorder.plotting.style import COLOURS, MAGNITUDE
 
 _INK = {0: COLOURS[1], -1: COLOURS[2], 1: COLOURS[4]}
 _MARKS = {0: "o", -1: "^", 1: "s"}
@@ -61,3 +63,80 @@ def draw_expansions(ax: Axes, cache: Cache, *, order: int | None = None, color: 
         dx = np.linspace(-1.0, 1.0, 61) * float(R)
         E = np.asarray(taylor(data, dx, order))
         ax.plot(float(x) + dx, E, "-", color=color or COLOURS[2], linewidth=1.1)
+
+
+def draw_ellipses(
+    ax: Axes,
+    cache: SurfaceCache,
+    *,
+    scale: float = 0.5,
+    color: str = "white",
+    linewidth: float = 0.4,
+    dots: float = 1.0,
+) -> EllipseCollection:
+    """Draws the records of a surface as ellipses, and as points if these have a size.
+
+    Args:
+        ax: where to draw; its coordinates are those of the plane [m].
+        cache: the records.
+        scale: of the ellipses: 1 for their reach; J12 draws halves, which overlap less.
+        color: of lines and points.
+        linewidth: of the ellipses [pt].
+        dots: area of the points [pt^2]; none if zero.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.methods.caching import SurfaceCache, SurfaceCandidates, circles
+        >>> from firstorder.plotting import panels
+        >>> from firstorder.plotting.caches import draw_ellipses
+        >>> some = SurfaceCandidates.of(jnp.zeros((1, 2)), jnp.ones(1), jnp.zeros((1, 2)))
+        >>> reach = circles(jnp.array([0.5]), 0.1, 1.0)
+        >>> figure, axes = panels()
+        >>> drawn = draw_ellipses(axes[0, 0], SurfaceCache.of(some, reach))
+        >>> len(drawn.get_offsets())
+        1
+    """
+    lengths, angle = cache.semi_axes()
+    x = np.asarray(cache.position)
+    sizes = 2.0 * scale * lengths
+    drawn = EllipseCollection(
+        sizes[:, 0], sizes[:, 1], np.degrees(angle), units="xy", offsets=x,
+        offset_transform=ax.transData, facecolors="none", edgecolors=color, linewidths=linewidth,
+    )  # fmt: skip
+    ax.add_collection(drawn)
+    if dots > 0.0:
+        ax.scatter(x[:, 0], x[:, 1], s=dots, color=color, linewidths=0.0, zorder=3)
+    return drawn
+
+
+def show_cache(
+    ax: Axes,
+    cache: SurfaceCache,
+    error: np.ndarray,
+    extent: tuple[float, float, float, float] = (0.0, 1.0, 0.0, 1.0),
+    *,
+    top: float | None = None,
+    scale: float = 0.5,
+    cmap: str = MAGNITUDE,
+) -> AxesImage:
+    """Draws the error of every pixel, and the ellipses of the records over it.
+
+    Args:
+        ax: where to draw.
+        cache: the records.
+        error: modulus of the error (rows, columns), the first row at the bottom.
+        extent: left, right, bottom and top of the image [m].
+        top: error that gets the brightest colour; the largest if not given.
+        scale: of the ellipses, 1 for their reach.
+        cmap: of the errors.
+
+    Returns:
+        The image, for a colour bar.
+    """
+    image = ax.imshow(
+        np.asarray(error), extent=extent, origin="lower", vmin=0.0, vmax=top, cmap=cmap
+    )
+    draw_ellipses(ax, cache, scale=scale)
+    ax.set_xlim(extent[:2])
+    ax.set_ylim(extent[2:])
+    return image

@@ -84,8 +84,8 @@ def curvature(H: Float[Array, "... 2 2"], kind: str = "largest") -> Float[Array,
     "largest" is `|lambda_1|`, by which J12 bounds the error of a disc. "mean" is the mean of
     `|x^T H x|` over the unit circle, with which (68) integrates exactly: with
     `s, d = (lambda_1 +- lambda_2) / 2` it is `|s|` if the eigenvalues have one sign, and
-    `(2 / pi) (s asin(s / d) + sqrt(d^2 - s^2))` if not. It lies between `|lambda_1| / 2` and
-    `|lambda_1|`, so that the bound costs up to a factor `2^(1/4) = 1.19` of the radius.
+    `(2 / pi) (s asin(s / d) + sqrt(d^2 - s^2))` if not. It lies between `0.4705 |lambda_1|` and
+    `|lambda_1|`, so that the bound costs up to a factor 1.21 of the radius.
 
     Args:
         H: Hessian of irradiance in the tangent plane [W/m^4].
