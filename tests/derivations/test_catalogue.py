@@ -58,7 +58,12 @@ def test_unnumbered_statements_belong_to_issue_1_but_for_a_few_about_shadows():
     later = {k: issue for k, issue in later.items() if not k.startswith("C.")}  # corollaries
     assert later == {
         "D05.s3.4b": 2,  # measured with flatland's periodic blockers
+        "R07.fn6": 3,  # Appendix B's frames in space
+        "R07.sBa": 3,
         "R07.fn3": 2,  # shadow edges in line
+        "R07.fn4": 3,  # shadow edges per azimuth
+        "R07.s7.2a": 3,
+        "R07.sDa": 3,
         "R07.s6.2": 2,  # the metric that shadow edges give
     }
 

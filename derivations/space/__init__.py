@@ -1,0 +1,1 @@
+"""Derivations for space: one module per topic, mirroring `firstorder.space`."""
