@@ -32,6 +32,7 @@ ANGLE, OFFSET, OUT = Frame(("theta",)), Frame(("x",)), Frame(sense="outgoing")
 SLOPE = FLATLAND_SLOPE
 GRID = Grid.spanning((8, 9), (2.0, 1.8))
 DIRECTION = np.array([0.6, 0.0, 0.8])
+LIMB, FLAT = (-1.0, 0.0, 0.0), np.diag([0.0, 1.0, 1.0])  # a normal, and a bend across it
 
 
 def light(s, frame=FLATLAND):
@@ -400,6 +401,13 @@ PROBES = {
     "visibility.Brackets": lambda s: (s, disc(s)[1].angle),
     "visibility.Edges": lambda s: slab(s).gradient,
     "visibility.Limbs": lambda s: visibility.limbs(*disc(s)).alpha().alpha_x,
+    "visibility.Elevation": lambda s: (
+        visibility.rim_elevation((s, 0.2, 1.0), (0.1, 1.0, s)).gradient
+    ),
+    "visibility.limb_bend": lambda s: visibility.limb_bend((0.0, 0.0, s), LIMB, s * FLAT, 0.0),
+    "visibility.limb_elevation": lambda s: visibility.limb_elevation((0.0, s, 2.0), LIMB, 0.2 * s),
+    "visibility.rim_bend": lambda s: visibility.rim_bend((s, 0.2, 1.0), (0.1, 1.0, s)),
+    "visibility.rim_elevation": lambda s: visibility.rim_elevation((s, 0.2, 1.0), (0.1, 1.0, s)),
     "visibility.Shading": lambda s: shadow(s).hessian.total,
     "visibility.Split": lambda s: shadow(s).gradient.interior,
     "visibility.angular_by_parts": lambda s: visibility.angular_by_parts(

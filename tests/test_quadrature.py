@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firstorder.quadrature import cuts, gauss_legendre, panels, periodic
+from firstorder.quadrature import cuts, eased, gauss_legendre, panels, periodic
 
 END = st.floats(-2.0, 2.0)
 
@@ -64,6 +64,28 @@ def test_cuts_come_in_order_and_say_where_they_stood():
 def test_a_trapezoid_on_the_circle_is_exact_below_its_own_frequency():
     t, w = periodic(2.0 * np.pi, 8)
     np.testing.assert_allclose(np.sum(w * np.cos(3.0 * t) ** 2), np.pi, rtol=1e-14)
+
+
+def test_inverse_square_roots_at_the_ends_cost_nothing():
+    """16 nodes: s is of degree one at either end, and the integrand smooth in it."""
+    base, lag, weight = eased(jnp.array([0.2, 1.0, 1.0, 3.0]), 16)
+    t = base + lag
+    ends = jnp.array([[0.2], [1.0], [1.0]]), jnp.array([[1.0], [1.0], [3.0]])
+    near = jnp.where(weight > 0, (t - ends[0]) * (ends[1] - t), 1.0)
+    found = jnp.sum(weight * jnp.cos(t) / jnp.sqrt(near), 1)
+    # int_a^b cos(t) / sqrt((t - a) (b - t)) dt = pi cos(m) J_0(h), J_0 by its own integral
+    turn = np.pi * (np.arange(64) + 0.5) / 64
+    truth = [np.pi * np.cos(m) * np.mean(np.cos(h * np.cos(turn))) for m, h in ((0.6, 0.4), (2, 1))]
+    np.testing.assert_allclose(found[jnp.array([0, 2])], truth, rtol=1e-12)
+    assert found[1] == 0.0
+
+
+def test_the_way_to_the_end_is_exact_however_short():
+    base, lag, _ = eased(jnp.array([1e6, 1e6 + 1.0]), 64)
+    s = 0.5 * np.pi * (1.0 + gauss_legendre(64)[0])
+    np.testing.assert_allclose(lag[0, :32], np.sin(0.5 * s[:32]) ** 2, rtol=1e-12)
+    np.testing.assert_allclose(lag[0, 32:], -(np.cos(0.5 * s[32:]) ** 2), rtol=1e-12)
+    assert set(np.asarray(base[0])) == {1e6, 1e6 + 1.0}
 
 
 def test_a_rule_of_no_nodes_is_refused():

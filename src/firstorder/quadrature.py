@@ -84,3 +84,37 @@ def periodic(period: float, nodes: int) -> tuple[np.ndarray, float]:
     """Nodes and the common weight of the trapezoid rule on one period, exponentially convergent."""
     h = period / nodes
     return h * np.arange(nodes), h
+
+
+def eased(
+    ends: Float[Array, " m_1"], nodes: int
+) -> tuple[Float[Array, "m n"], Float[Array, "m n"], Float[Array, "m n"]]:
+    """Nodes and weights for integrands that go as an inverse square root at the ends of panels.
+
+    `t = a + (b - a) (1 - cos s) / 2` and a Gauss-Legendre rule in s: dt cancels
+    `(t - a)^(-1/2)` and `(b - t)^(-1/2)`, and powers of the root become smooth functions of s.
+
+    Args:
+        ends: of the panels, in order; two that coincide make a panel of no length.
+        nodes: on each panel.
+
+    Returns:
+        The nearer end of each node's panel, how far the node lies from it (exact, however small:
+        what is singular at the end should be computed from this), and the weights.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> base, lag, weight = eased(jnp.array([0.0, 1.0]), 8)
+        >>> t = base + lag
+        >>> round(float(jnp.sum(weight / jnp.sqrt(t * (1.0 - t)))), 12)  # pi
+        3.14159265359
+    """
+    x, w = gauss_legendre(nodes)
+    s = 0.5 * np.pi * (1.0 + x)
+    near = s < 0.5 * np.pi
+    share = np.where(near, np.sin(0.5 * s) ** 2, -(np.cos(0.5 * s) ** 2))
+    weight = 0.25 * np.pi * w * np.sin(s)
+    share, weight = (jnp.asarray(a, ends.dtype) for a in (share, weight))
+    length = (ends[1:] - ends[:-1])[:, None]
+    base = jnp.where(jnp.asarray(near), ends[:-1, None], ends[1:, None])
+    return base, share * length, weight * length

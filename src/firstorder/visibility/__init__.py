@@ -1,6 +1,13 @@
 """Where light breaks: edges of blockers, the angles that they cover, and shading behind them."""
 
 from firstorder.visibility.alpha import Alpha, circle_alpha, point_alpha, rotated, sight
+from firstorder.visibility.elevation import (
+    Elevation,
+    limb_bend,
+    limb_elevation,
+    rim_bend,
+    rim_elevation,
+)
 from firstorder.visibility.gradients import (
     Edges,
     Shading,
@@ -29,6 +36,11 @@ __all__ = [
     "circle_alpha",
     "rotated",
     "sight",
+    "Elevation",
+    "limb_elevation",
+    "rim_elevation",
+    "limb_bend",
+    "rim_bend",
     "clipped",
     "spanned",
     "exposed",
