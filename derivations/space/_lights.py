@@ -121,3 +121,54 @@ def samples(where, hidden, place=PLACE):
         jnp.where(met, w[..., 2], 1.0),
         jnp.where(lit, 0, jnp.where(met, 1, -1)),
     )
+
+
+MOST = (64, 256)
+
+
+def jittered(rows, hidden, measure="cosine", seed=0, sets=8, borders=None):
+    """`Samples` of jittered cells, made in NumPy, with copies so that all sizes have one shape.
+
+    A copy is a cell of no size beside its original: no jump, no weight, no difference.
+    """
+    from firstorder.space.gathering import Samples
+    from firstorder.space.strata import Strata
+
+    columns = 4 * rows
+    if borders is None:
+        even = np.arange(rows + 1) / rows
+        theta = np.arcsin(np.sqrt(even)) if measure == "cosine" else np.arccos(1.0 - even)
+        phi = 2.0 * np.pi * np.arange(columns + 1) / columns
+    else:
+        theta, phi = borders
+    up, across = np.random.default_rng(seed).uniform(size=(2, sets, rows, columns))
+    height = np.sin(theta) ** 2 if measure == "cosine" else 1.0 - np.cos(theta)
+    height = height[:-1, None] + up * np.diff(height)[:, None]
+    cosine = np.sqrt(1.0 - height) if measure == "cosine" else 1.0 - height
+    sine, f = np.sqrt(1.0 - cosine**2), phi[:-1] + across * np.diff(phi)
+    w = np.stack([sine * np.cos(f), sine * np.sin(f), cosine], -1)
+    area = np.diff(0.5 * np.sin(theta) ** 2 if measure == "cosine" else -np.cos(theta))
+    weights = area[:, None] * np.diff(phi) / (cosine if measure == "cosine" else 1.0)
+    distance, lit = seen(w, hidden)
+    met = np.isfinite(distance)
+    times = [m // n for m, n in zip(MOST, (rows, columns), strict=True)]
+
+    def copied(a):
+        return np.repeat(np.repeat(a, times[0], 1), times[1], 2)
+
+    def spread(b, n):
+        return np.concatenate([b[:1], np.repeat(b[1:], n)])
+
+    where = Strata(
+        spread(theta, times[0]), spread(phi, times[1]), copied(w),
+        copied(np.broadcast_to(weights, met.shape)) / (times[0] * times[1]),
+    )  # fmt: skip
+    normal = np.where(met[..., None], [0.0, 0.0, -1.0], -w)
+    return Samples(
+        where,
+        copied(lit.astype(float)),
+        copied(distance),
+        copied(normal),
+        copied(np.where(met, cosine, 1.0)),
+        copied(np.where(lit, 0, np.where(met, 1, -1))),
+    )
