@@ -180,7 +180,8 @@ class Embree:
         t, face = np.full(len(o), np.inf), np.full(len(o), NO_FACE)
         weights = np.zeros((len(o), 3))
         # Distances on the surface itself are below this, in lengths of d.
-        least = low + 1e-12 * (self._size + np.linalg.norm(o - self._middle, axis=1)) / length
+        margin = 1e-12 * (self._size + np.linalg.norm(o, axis=1)) / length
+        least, most = low + margin, high - margin
         start = np.full(len(o), low) - 0.5 * _SINGLE * self._size / length * (low > 0.0)
         left, ask = np.arange(len(o)), []
         for _ in range(_ROUNDS):
@@ -189,7 +190,7 @@ class Embree:
             some = proposed != NO_FACE
             passed = np.any(proposed[:, None] == skip[left], 1) | (exact <= least[left])
             missed = some & ~passed & np.isnan(exact)
-            good = some & ~passed & (exact < high)  # NaN is not
+            good = some & ~passed & (exact < most[left])  # NaN is not
             done = left[good]
             t[done], face[done], weights[done] = exact[good], proposed[good], w[good]
             ask.extend(left[missed])
@@ -199,9 +200,11 @@ class Embree:
             if not len(left):
                 break
         for k in (*ask, *left):  # a ray through an edge, or along a face: rare
-            face[k] = self._every.first_face(o[k], d[k : k + 1], least[k], high, skip[k : k + 1])[0]
+            face[k] = self._every.first_face(
+                o[k], d[k : k + 1], least[k], most[k], skip[k : k + 1]
+            )[0]
             if face[k] != NO_FACE:
-                one = _meets(self._corners[face[k : k + 1]], o[k : k + 1], d[k : k + 1])
+                one = _meets(self._corners[face[k : k + 1]], o[k : k + 1], d[k : k + 1], sure=True)
                 t[k], weights[k] = one[0][0], one[1][0]
         return MeshHits(t, face, weights)
 
@@ -223,16 +226,19 @@ class Embree:
         return found, np.where(found == NO_FACE, start, at)
 
 
-def _meets(corners: np.ndarray, o: np.ndarray, d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _meets(
+    corners: np.ndarray, o: np.ndarray, d: np.ndarray, sure: bool = False
+) -> tuple[np.ndarray, np.ndarray]:
     """Distance (NaN for a miss) and barycentric weights of rays through a triangle each.
 
     By the signs of three volumes, as watertight tests do: faces that share an edge compute the same
-    number for it but for its sign, so that no ray slips through between them.
+    number for it but for its sign, so that no ray slips through between them. `sure` is for a face
+    that is known to be met, on its very edge perhaps.
     """
     A, B, C = (corners[:, k] - o for k in range(3))
     volumes = np.stack([np.sum(d * np.cross(p, q), -1) for p, q in ((B, C), (C, A), (A, B))], -1)
     total = volumes.sum(-1)
-    inside = (np.all(volumes >= 0.0, -1) | np.all(volumes <= 0.0, -1)) & (total != 0.0)
+    inside = (np.all(volumes >= 0.0, -1) | np.all(volumes <= 0.0, -1) | sure) & (total != 0.0)
     safe = np.where(inside, total, 1.0)
     t = np.where(inside, np.sum(A * np.cross(B, C), -1) / safe, np.nan)
     return t, volumes / safe[:, None]
