@@ -17,6 +17,7 @@ from jaxtyping import ArrayLike
 from firstorder.space.makers import box, plane, rectangle, sphere
 from firstorder.space.scene import Scene, Thing, thing
 from firstorder.space.shapes import Boxes
+from firstorder.typing import as_float
 
 WALLS = ("black", "none")
 
@@ -188,7 +189,8 @@ def sphere_over_plane(height: ArrayLike = 1.0, radius: ArrayLike = 0.5, sky: Any
 
     Reference: R07 §7, Fig. 12.
     """
-    ball = sphere(jnp.stack([0.0, 0.0, jnp.asarray(height, float)]), radius)
+    up = as_float(height)
+    ball = sphere(jnp.stack([0.0 * up, 0.0 * up, up]), radius)
     return Scene.of(_ground(), thing(ball, name="sphere"), sky=sky)
 
 
