@@ -212,13 +212,21 @@ FAULTS = {
     "count what has the mesh behind it": lambda rim: eqx.tree_at(
         lambda r: r.behind, rim, np.full_like(rim.behind, -1)
     ),
-    "do not cut": lambda rim: eqx.tree_at(
+    "turn the edges about": lambda rim: eqx.tree_at(lambda r: r.ends, rim, rim.ends[:, ::-1]),
+}
+
+
+def test_the_pieces_close_and_a_fault_in_the_cuts_is_noticed():
+    """A closed edge bounds the same solid angle round any axis above which it lies."""
+    m, rim, _, _ = measured(3, BALLS)
+    uncut = eqx.tree_at(
         lambda r: (r.cut_first, r.cut_last),
         rim,
         (np.full_like(rim.cut_first, -1), np.full_like(rim.cut_last, -1)),
-    ),
-    "turn the edges about": lambda rim: eqx.tree_at(lambda r: r.ends, rim, rim.ends[:, ::-1]),
-}
+    )
+    tilted = receiver((0.0, 0.0, 0.0), (0.2, -0.1, 1.0))
+    gaps = [abs(float(both(m, r, HERE)[0] - both(m, r, tilted)[0])) for r in (rim, uncut)]
+    assert gaps[0] < 1e-12 < 1e-6 < gaps[1]
 
 
 @pytest.mark.parametrize("fault", FAULTS)

@@ -230,9 +230,9 @@ def _pieces(v: np.ndarray, ends: np.ndarray, block: int = 1024):
 class EveryFace:
     """The tracer that asks every face, in double precision.
 
-    All rays leave one eye, so that three matrix products decide which faces they pass: with the
-    corners A, B, C relative to the eye, a direction d is inside if d . (B x C), d . (C x A) and
-    d . (A x B) have one sign, and then `t = A . (B x C) / (their sum)`.
+    All rays leave one eye, so that three products with each direction tell which faces it passes:
+    with the corners A, B, C relative to the eye, a direction d is inside if d . (B x C),
+    d . (C x A) and d . (A x B) have one sign, and then `t = A . (B x C) / (their sum)`.
 
     Args:
         mesh: whose faces are asked.
@@ -251,7 +251,10 @@ class EveryFace:
         found = np.full(len(directions), NO_FACE)
         for first in range(0, len(directions), self._rows):
             part = slice(first, first + self._rows)
-            u, v, w = (directions[part] @ s.T for s in sides)
+            # Written out and not as matrix products, which may fuse and round: faces that share an
+            # edge get the very same number for it but for its sign, and no ray slips between them.
+            x, y, z = (directions[part, k, None] for k in range(3))
+            u, v, w = (x * s[:, 0] + y * s[:, 1] + z * s[:, 2] for s in sides)
             total = u + v + w
             inside = ((u >= 0.0) & (v >= 0.0) & (w >= 0.0)) | ((u <= 0.0) & (v <= 0.0) & (w <= 0.0))
             with np.errstate(divide="ignore", invalid="ignore"):
