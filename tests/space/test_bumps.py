@@ -108,7 +108,7 @@ def test_a_normal_map_from_pixels_repeats_and_meets_its_pixels():
     pixels = random.uniform(0.3, 0.7, size=(5, 4, 3))
     pixels[..., 2] = 0.95
     texture = NormalMap.of(pixels, (2.0, 1.0))
-    at = jax.jit(texture)
+    at = jax.jit(lambda uv: texture(uv))
     middle = jnp.array([0.6, 0.375])  # of cell (1, 1)
     np.testing.assert_allclose(at(middle), 2.0 * pixels[1, 1] - 1.0, atol=1e-5)
     np.testing.assert_allclose(at(middle + jnp.array([2.0, -1.0])), at(middle), atol=1e-5)
