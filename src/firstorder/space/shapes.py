@@ -15,6 +15,7 @@ shape's along the third column of `axes`, the vector product of the first two.
 from __future__ import annotations
 
 import abc
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -273,8 +274,8 @@ def _slabs(o: Array, d: Array) -> tuple[Array, Array]:
 KINDS = (Ellipsoids, Boxes, Cylinders, Discs, Rectangles, Triangles, Planes)
 
 
-def joined(parts: list) -> Shape:
-    """Several modules of one kind as one."""
+def joined(parts: list) -> Any:
+    """Several modules of one kind, shapes or materials, as one."""
     if len(parts) == 1:
         return parts[0]
     return jax.tree.map(lambda *leaves: jnp.concatenate(leaves), *parts)
