@@ -5,6 +5,12 @@ import pytest
 
 from firstorder.space.strata import MEASURES, strata
 
+
+def made(*args, **options):
+    """`strata`, compiled as a whole: operation by operation costs far more."""
+    return jax.jit(lambda: strata(*args, **options))()
+
+
 UNEVEN = (np.array([0.0, 0.3, 1.0, np.pi / 2]), 0.4 + np.array([0.0, 1.0, 2.5, 2 * np.pi]))
 
 
@@ -12,14 +18,14 @@ UNEVEN = (np.array([0.0, 0.3, 1.0, np.pi / 2]), 0.4 + np.array([0.0, 1.0, 2.5, 2
 @pytest.mark.parametrize("measure", MEASURES)
 def test_cells_cover_the_hemisphere(measure):
     for borders in ((6, 10), (1, 1), UNEVEN):
-        where = strata(*borders, measure=measure)
+        where = made(*borders, measure=measure)
         np.testing.assert_allclose(np.sum(where.projected), np.pi, rtol=1e-14)
         np.testing.assert_allclose(np.linalg.norm(where.directions, axis=-1), 1.0, rtol=1e-14)
 
 
 @pytest.mark.parametrize("measure", MEASURES)
 def test_directions_lie_in_their_cells(measure):
-    where = strata(*UNEVEN, jax.random.key(1), measure, shape=(50,))
+    where = made(*UNEVEN, jax.random.key(1), measure, shape=(50,))
     theta = np.arccos(where.directions[..., 2])
     phi = np.arctan2(where.directions[..., 1], where.directions[..., 0])
     phi = where.phi[0] + np.mod(phi - where.phi[0], 2 * np.pi)
@@ -30,16 +36,16 @@ def test_directions_lie_in_their_cells(measure):
 
 
 def test_equal_rows_are_equal_by_their_measure():
-    np.testing.assert_allclose(strata(5, 4).projected, np.pi / 20, rtol=1e-12)
-    solid = strata(5, 4, measure="solid angle")
+    np.testing.assert_allclose(made(5, 4).projected, np.pi / 20, rtol=1e-12)
+    solid = made(5, 4, measure="solid angle")
     np.testing.assert_allclose(solid.weights, 2 * np.pi / 20, rtol=1e-12)
-    np.testing.assert_allclose(np.diff(strata(5, 4, measure="angle").theta), np.pi / 10)
+    np.testing.assert_allclose(np.diff(made(5, 4, measure="angle").theta), np.pi / 10)
 
 
 @pytest.mark.parametrize("measure", MEASURES)
 def test_weights_are_inverse_densities(measure):
     """Means over many sets: `int w_z^2 dw = 2 pi / 3`, `int w_x^2 w_z dw = pi / 4`."""
-    where = jax.jit(lambda key: strata(*UNEVEN, key, measure, shape=(4000,)))(jax.random.key(3))
+    where = made(*UNEVEN, jax.random.key(3), measure, shape=(4000,))
     x, z = where.directions[..., 0], where.directions[..., 2]
     for f, true in ((z**2, 2 * np.pi / 3), (x**2 * z, np.pi / 4)):
         sums = np.sum(where.weights * f, (1, 2))
@@ -50,7 +56,7 @@ def test_weights_are_inverse_densities(measure):
 
 def test_a_fault_of_the_weights_is_noticed():
     """Uniform directions with the weights of cosine-weighted ones."""
-    where = strata(*UNEVEN, jax.random.key(3), "solid angle", shape=(4000,))
+    where = made(*UNEVEN, jax.random.key(3), "solid angle", shape=(4000,))
     wrong = where.projected / where.directions[..., 2]
     sums = np.sum(wrong * where.directions[..., 2] ** 2, (1, 2))
     assert abs(np.mean(sums) - 2 * np.pi / 3) > 20 * np.std(sums) / np.sqrt(sums.size)
@@ -59,7 +65,7 @@ def test_a_fault_of_the_weights_is_noticed():
 @pytest.mark.parametrize("measure", MEASURES)
 def test_single_precision_keeps_weights_finite_at_the_horizon(measure):
     borders = [jnp.asarray(b, jnp.float32) for b in UNEVEN]
-    where = strata(*borders, jax.random.key(0), measure, shape=(2000,))
+    where = made(*borders, jax.random.key(0), measure, shape=(2000,))
     assert where.directions.dtype == where.weights.dtype == jnp.float32
     assert np.all(np.isfinite(where.weights))
     assert np.all(where.directions[..., 2] >= 0.0)
