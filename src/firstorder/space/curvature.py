@@ -193,8 +193,9 @@ def _least_squares(edges: list, turns: list) -> tuple[Array, Array, Array]:
     r2 = sum(e[1] * d[1] for e, d in pairs)
     # The determinant is (a + c) (a c - b^2), twice-positive unless the face has no area.
     least = a * c - b * b
-    least = jnp.where(least > 0.0, least, jnp.inf)
-    mid = (a * c * r1 - b * c * r0 - a * b * r2) / ((a + c) * least)
+    wide = least > 0.0
+    mid = (a * c * r1 - b * c * r0 - a * b * r2) / jnp.where(wide, (a + c) * least, 1.0)
+    mid = jnp.where(wide, mid, 0.0)
     # a S_uu = r0 - b S_uv and c S_vv = r2 - b S_uv; an edge lies along neither axis alone.
     return (r0 - b * mid) / _or_one(a), mid, (r2 - b * mid) / _or_one(c)
 

@@ -14,6 +14,7 @@ with u from left to right and v from top to bottom in [0, 1]. Its horizon is fla
 
 from __future__ import annotations
 
+import math
 from typing import TypeAlias
 
 import equinox as eqx
@@ -267,26 +268,27 @@ def harmonics(w: Directions, degree: int) -> Float[Array, "*n k"]:
     Example:
         >>> import jax.numpy as jnp
         >>> from firstorder.space.environment import harmonics
-        >>> print(harmonics(jnp.array([0.0, 0.0, 1.0]), 1) * jnp.sqrt(4.0 * jnp.pi / 3.0))
-        [0.577 0. 1. 0.]
+        >>> up = harmonics(jnp.array([0.0, 0.0, 1.0]), 1)
+        >>> [round(float(v), 3) for v in up * jnp.sqrt(4.0 * jnp.pi / 3.0)]
+        [0.577, 0.0, 1.0, 0.0]
     """
     x, y, z = w[..., 0], w[..., 1], w[..., 2]
     cosine, sine = jnp.ones_like(z), jnp.zeros_like(z)
     found: dict[tuple[int, int], Array] = {}
-    start = np.sqrt(0.25 / np.pi)  # N_mm times (2 m - 1)!!, kept together against overflow
+    start = math.sqrt(0.25 / np.pi)  # N_mm times (2 m - 1)!!, kept together against overflow
     for m in range(degree + 1):
         if m:
             cosine, sine = x * cosine - y * sine, x * sine + y * cosine
-            start *= np.sqrt((2 * m + 1) / (2 * m))
+            start *= math.sqrt((2 * m + 1) / (2 * m))
         before, here = jnp.zeros_like(z), jnp.full_like(z, start)
         for k in range(m, degree + 1):
-            scale = np.sqrt(2.0) if m else 1.0
+            scale = math.sqrt(2.0) if m else 1.0
             found[k, m] = scale * here * cosine
             if m:
                 found[k, -m] = scale * here * sine
             n = k + 1
-            a = np.sqrt((4.0 * n * n - 1.0) / (n * n - m * m))
-            b = np.sqrt(((n - 1.0) ** 2 - m * m) / (4.0 * (n - 1.0) ** 2 - 1.0)) if k > m else 0.0
+            a = math.sqrt((4.0 * n * n - 1.0) / (n * n - m * m))
+            b = math.sqrt(((n - 1.0) ** 2 - m * m) / (4.0 * (n - 1.0) ** 2 - 1.0)) if k > m else 0.0
             before, here = here, a * (z * here - b * before)
     return jnp.stack([found[k, m] for k in range(degree + 1) for m in range(-k, k + 1)], -1)
 
