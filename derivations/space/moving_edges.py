@@ -12,20 +12,20 @@ import sympy as sp
 
 from derivations.ledger import Check, Row, na
 
-d = sp.Matrix(sp.symbols("d_x d_y", real=True))
+d = sp.symbols("d_x d_y", real=True)
 wx, wy, vx, vy, wz, vz = sp.symbols("w_x w_y v_x v_y w_z v_z", real=True)
 s, r, k0 = sp.symbols("s r k", real=True)
 SLOPES = (0, 1)
 
 
 def _at_rest(expression):
-    return sp.expand(expression.subs({d[0]: 0, d[1]: 0}))
+    return sp.expand(expression.subs(dict.fromkeys(d, 0)))
 
 
 def _both():
     """Cosine and cross product of the moved ends, with |w| = |v| = 1 in the squared lengths."""
-    P = 1 - 2 * s * (wx * d[0] + wy * d[1]) + s**2 * d.dot(d)
-    Q = 1 - 2 * r * (vx * d[0] + vy * d[1]) + r**2 * d.dot(d)
+    P = 1 - 2 * s * (wx * d[0] + wy * d[1]) + s**2 * (d[0] ** 2 + d[1] ** 2)
+    Q = 1 - 2 * r * (vx * d[0] + vy * d[1]) + r**2 * (d[0] ** 2 + d[1] ** 2)
     p, q = (wx - s * d[0], wy - s * d[1]), (vx - r * d[0], vy - r * d[1])
     dot = p[0] * q[0] + p[1] * q[1] + (k0 - wx * vx - wy * vy)
     return [f / sp.sqrt(P * Q) for f in (dot, p[0] * q[1] - p[1] * q[0])]
