@@ -131,6 +131,8 @@ def jittered(rows, hidden, measure="cosine", seed=0, sets=8, borders=None):
 
     A copy is a cell of no size beside its original: no jump, no weight, no difference.
     """
+    import jax.numpy as jnp
+
     from firstorder.space.gathering import Samples
     from firstorder.space.strata import Strata
 
@@ -154,10 +156,10 @@ def jittered(rows, hidden, measure="cosine", seed=0, sets=8, borders=None):
     times = [m // n for m, n in zip(MOST, (rows, columns), strict=True)]
 
     def copied(a):
-        return np.repeat(np.repeat(a, times[0], 1), times[1], 2)
+        return jnp.asarray(np.repeat(np.repeat(a, times[0], 1), times[1], 2))
 
     def spread(b, n):
-        return np.concatenate([b[:1], np.repeat(b[1:], n)])
+        return jnp.asarray(np.concatenate([b[:1], np.repeat(b[1:], n)]))
 
     where = Strata(
         spread(theta, times[0]), spread(phi, times[1]), copied(w),

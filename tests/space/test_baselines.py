@@ -129,10 +129,9 @@ def test_the_naive_hessian_is_that_of_walls_as_fixed_points():
             total = total + jnp.sum((jumps[:-1] - jumps[1:]) * mixed)
         return 0.5 * total
 
-    zero = np.zeros_like(L)
-    where = Strata(theta, phi, np.zeros((3, 4, 3)), zero)
-    seen = Samples(where, L, r, np.zeros((3, 4, 3)), zero, zero.astype(int))
-    seen = jax.tree.map(jnp.asarray, seen)
+    none, vectors = jnp.zeros((3, 4)), jnp.zeros((3, 4, 3))
+    where = Strata(jnp.asarray(theta), jnp.asarray(phi), vectors, none)
+    seen = Samples(where, jnp.asarray(L), jnp.asarray(r), vectors, none, none.astype(int))
 
     @jax.jit
     def both(seen):

@@ -1,5 +1,4 @@
 import functools
-from typing import NamedTuple
 
 import equinox as eqx
 import jax
@@ -18,6 +17,7 @@ from firstorder.space.gathering import (
     stratified,
     surface_area,
 )
+from firstorder.space.receiver import Receiver
 from firstorder.space.strata import Strata, strata
 
 SIZES = (8, 16, 32, 64)  # rows; four times as many columns
@@ -174,12 +174,6 @@ def test_travel_over_a_curved_surface_by_the_chain_rule():
 # --- rays ---------------------------------------------------------------------------------------
 
 
-class At(NamedTuple):
-    position: jax.Array
-    axes: jax.Array
-    on: jax.Array
-
-
 def test_gather_sees_what_is_there():
     """Two receivers with frames of their own over a slope z = 1 + x / 2, under a sky."""
     slope = np.array([-0.5, 0.0, 1.0]) / np.sqrt(1.25)
@@ -191,10 +185,12 @@ def test_gather_sees_what_is_there():
         return Traced(jnp.where(met, t, jnp.nan), jnp.where(met, 3, -1), normal)
 
     turn = np.array([[0.6, -0.8, 0.0], [0.8, 0.6, 0.0], [0.0, 0.0, 1.0]])
-    at = At(
-        jnp.array([[0.0, 0.0, 0.0], [1.0, 2.0, 0.0]]), jnp.asarray([np.eye(3), turn]),
+    at = Receiver(
+        jnp.array([[0.0, 0.0, 0.0], [1.0, 2.0, 0.0]]),
+        jnp.asarray([np.eye(3), turn]),
+        jnp.zeros((2, 2, 2)),
         jnp.array([5, 5]),
-    )  # fmt: skip
+    )
     where = strata(4, 8, jax.random.key(1), shape=(2,))
     seen = gather(trace, lambda i, p, n, d: i + p[:, 0], at, where, lambda d: 7.0 + d[:, 1])
     for k in range(2):
