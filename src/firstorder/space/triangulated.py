@@ -62,12 +62,12 @@ def triangulated(
     Reference: after Schwarzhaupt, Jensen and Jarosz 2012, as J12 §9 asks; derived afresh.
 
     Example:
-        >>> import jax.numpy as jnp
+        >>> import jax, jax.numpy as jnp
         >>> from firstorder.space.gather_net import gather_net
         >>> from firstorder.space.triangulated import triangulated
         >>> net = gather_net(64)
         >>> sky = jnp.ones(64), net.directions, jnp.full(64, jnp.inf)
-        >>> E, gradient, hessian = triangulated(*sky, net.triangles, net.neighbours)
+        >>> E, gradient, hessian = jax.jit(triangulated)(*sky, net.triangles, net.neighbours)
         >>> round(float(E), 5), float(abs(hessian).max())
         (3.14159, 0.0)
     """
