@@ -14,7 +14,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-BISECTIONS, NEWTON = 8, 5
+BISECTIONS, NEWTON = 8, 12  # beside a double root Newton only halves the error
 
 # s to f, f', f'' and perhaps more.
 Function = Callable[[Array], tuple[Array, ...]]

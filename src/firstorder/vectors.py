@@ -8,8 +8,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-Vectors = Float[Array, "*n 3"]
-Numbers = Float[Array, "*n"]
+Vectors = Float[Array, "*#n 3"]
+Numbers = Float[Array, "*#n"]
 Tree = TypeVar("Tree")
 
 
@@ -82,6 +82,6 @@ def inverse(axes: Float[Array, "*n 3 3"]) -> Float[Array, "*n 3 3"]:
     return settled(rows / jnp.sum(columns[..., :1, :] * rows[..., :1, :], -1, keepdims=True))
 
 
-def times(matrix: Float[Array, "*n 3 3"], a: Vectors) -> Vectors:
+def times(matrix: Float[Array, "*#n 3 3"], a: Vectors) -> Vectors:
     """Matrix times vector."""
     return jnp.sum(matrix * a[..., None, :], -1)

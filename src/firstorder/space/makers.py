@@ -173,6 +173,9 @@ def _ears(v: np.ndarray) -> list[tuple[int, int, int]]:
     def turn(i, j, k):
         return float(np.dot(np.cross(v[j] - v[i], v[k] - v[j]), normal))
 
+    if _crosses_itself(v, normal):
+        raise ValueError("Argument `vertices` must be a polygon without crossings, but is not.")
+
     def is_ear(left, at):
         i, j, k = left[at - 1], left[at], left[(at + 1) % len(left)]
         if turn(i, j, k) <= 0.0:
@@ -184,8 +187,22 @@ def _ears(v: np.ndarray) -> list[tuple[int, int, int]]:
     while len(left) > 3:
         ear = next((at for at in range(len(left)) if is_ear(left, at)), None)
         if ear is None:
-            raise ValueError("Argument `vertices` must be a polygon without crossings, but is not.")
+            raise ValueError("Argument `vertices` must not repeat a vertex, but does.")
         found.append((left[ear - 1], left[ear], left[(ear + 1) % len(left)]))
         left.pop(ear)
     found.append((left[0], left[1], left[2]))
     return found
+
+
+def _crosses_itself(v: np.ndarray, normal: np.ndarray) -> bool:
+    """Whether two edges that are no neighbours cross."""
+    after, k = np.roll(v, -1, 0), len(v)
+
+    def side(a, b, c):
+        return np.cross(b - a, c - a) @ normal
+
+    def crosses(i, j):
+        a, b, c, d = v[i], after[i], v[j], after[j]
+        return (side(a, b, c) * side(a, b, d) < 0.0) and (side(c, d, a) * side(c, d, b) < 0.0)
+
+    return any(crosses(i, j) for i in range(k) for j in range(i + 2, k) if (i, j) != (0, k - 1))

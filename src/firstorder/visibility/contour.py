@@ -24,8 +24,8 @@ from jaxtyping import Array, Float
 
 from firstorder.vectors import cross, dot, norm
 
-Points = Float[Array, "*n 3"]
-Numbers = Float[Array, "*n"]
+Points = Float[Array, "*#n 3"]
+Numbers = Float[Array, "*#n"]
 
 
 def solid_angle_rate(p: Points, v: Points) -> Numbers:

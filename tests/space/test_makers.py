@@ -1,0 +1,98 @@
+"""Shapes by name: where they are, and what is refused."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from firstorder.space import (
+    box,
+    cylinder,
+    disc,
+    plane,
+    polygon,
+    rectangle,
+    sphere,
+    triangle,
+)
+
+
+def test_a_cylinder_stands_on_its_base():
+    found = cylinder((1.0, 0.0, 0.0), (1.0, 0.0, 3.0), 0.5)
+    np.testing.assert_allclose(found.center, [[1.0, 0.0, 1.5]])
+    np.testing.assert_allclose(np.linalg.norm(found.axes[0], axis=0), [0.5, 0.5, 1.5])
+    np.testing.assert_allclose(found.axes[0].T @ found.axes[0], np.diag([0.25, 0.25, 2.25]))
+
+
+@pytest.mark.parametrize("normal", [(0.0, 0.0, 2.0), (1.0, -1.0, 0.5), (0.0, 0.0, -1.0)])
+def test_flat_shapes_look_along_their_normal(normal):
+    n = np.array(normal) / np.linalg.norm(normal)
+    for shape in (disc((0.0, 1.0, 0.0), normal, 0.4), plane((0.0, 1.0, 0.0), normal)):
+        row = jax.tree.map(lambda a: a[0], shape)
+        np.testing.assert_allclose(row.normal(row.center), n, atol=1e-15)
+
+
+def test_corners_counter_clockwise_face_the_viewer():
+    row = jax.tree.map(lambda a: a[0], triangle((0, 0, 0), (1, 0, 0), (0, 1, 0)))
+    np.testing.assert_allclose(row.normal(row.center), [0.0, 0.0, 1.0])
+
+
+SAW = [(0, 0), (4, 0), (4, 3), (3, 1), (2, 3), (1, 1), (0, 3)]
+
+
+@pytest.mark.parametrize(
+    "outline", [SAW, [(0, 0), (1, 0), (1, 1), (0, 1)], [(0, 0), (2, 0), (0, 1)]]
+)
+def test_a_polygon_is_cut_into_triangles_that_cover_it_once(outline):
+    v = np.array([(x, y, 0.5 * x - 0.2 * y + 1.0) for x, y in outline], float)
+    found = polygon(v)
+    assert found.count == len(outline) - 2
+    area = np.cross(found.axes[:, :, 0], found.axes[:, :, 1])
+    after = np.roll(v, -1, 0)
+    true = 0.5 * np.sum(np.cross(v, after), 0)
+    np.testing.assert_allclose(0.5 * area.sum(0), true, rtol=1e-12)
+    normal = true / np.linalg.norm(true)
+    assert np.all(area @ normal > 0.0)  # none is turned over: none overlaps
+
+
+def test_traced_arguments_that_are_no_shape_give_nan():
+    assert np.isnan(jax.jit(lambda r: sphere((0.0, 0.0, 0.0), r).axes)(-1.0)).any()
+    assert np.isnan(jax.jit(lambda h: box((0.0, 0.0, 0.0), (1.0, 1.0, h)).axes)(-1.0)).any()
+    bent = jax.jit(lambda v: rectangle((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), v).axes)
+    assert np.isnan(bent(jnp.array([2.0, 0.0, 0.0]))).any()
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: sphere((0, 0, 0), -1.0), "Argument `radius` must be positive, but is -1.0."),
+        (
+            lambda: box((0, 0, 0), (1, 0, 1)),
+            "Argument `high` must be above `low` in every coordinate, but is not.",
+        ),
+        (
+            lambda: disc((0, 0, 0), (0, 0, 0), 1.0),
+            "Argument `normal` must have a length, but is the zero vector.",
+        ),
+        (
+            lambda: rectangle((0, 0, 0), (1, 0, 0), (2, 0, 0)),
+            "Arguments `u` and `v` must not be parallel, but are.",
+        ),
+        (
+            lambda: polygon([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 1)]),
+            "Argument `vertices` must lie in a plane, but does not.",
+        ),
+        (
+            lambda: polygon([(0, 0, 0), (1, 1, 0), (1, 0, 0), (0, 1.5, 0)]),
+            "Argument `vertices` must be a polygon without crossings, but is not.",
+        ),
+        (
+            lambda: polygon([(0, 0, 0), (1, 1, 0)]),
+            "Argument `vertices` must have shape (k >= 3, 3), but has (2, 3).",
+        ),
+    ],
+)
+def test_bad_shapes_are_refused_in_one_sentence(make, words):
+    with pytest.raises(ValueError, match="Argument") as found:
+        make()
+    assert str(found.value) == words

@@ -1,0 +1,104 @@
+"""Contour integrals of one region against closed forms that come from elsewhere."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from firstorder.quadrature import periodic
+from firstorder.visibility import contour
+
+COS = 0.8  # of a cap's half-angle
+
+
+def circle(count=16, center=(0.0, 0.0, 1.0), cosine=COS):
+    """A circle of directions about an axis, counter-clockwise about it, as the limb of a ball."""
+    axis = np.array(center) / np.linalg.norm(center)
+    across = np.cross(axis, [0.3, 0.5, -0.4])
+    across /= np.linalg.norm(across)
+    other = np.cross(axis, across)
+    t, w = periodic(2.0 * np.pi, count)
+    sine = np.sqrt(1.0 - cosine**2)
+    ring = np.cos(t)[:, None] * across + np.sin(t)[:, None] * other
+    turned = np.cos(t)[:, None] * other - np.sin(t)[:, None] * across
+    distance = np.linalg.norm(center)
+    p = distance * cosine * (cosine * axis + sine * ring)
+    return jnp.asarray(p), jnp.asarray(distance * cosine * sine * turned), w
+
+
+def test_a_cap_overhead():
+    p, v, w = circle()
+    found = jnp.sum(w * contour.solid_angle_rate(p, v))
+    np.testing.assert_allclose(found, 2.0 * np.pi * (1.0 - COS), rtol=1e-14)
+
+
+@pytest.mark.parametrize("center", [(0.0, 0.0, 1.0), (1.0, -0.5, 1.2)])
+def test_light_of_a_ball_is_a_vector_along_its_direction(center):
+    p, v, w = circle(center=center)
+    found = jnp.sum(w * contour.vector_irradiance_rate(p, v), 0)
+    axis = np.array(center) / np.linalg.norm(center)
+    np.testing.assert_allclose(found, np.pi * (1.0 - COS**2) * axis, atol=1e-14)
+
+
+def test_a_ball_that_comes_nearer():
+    """The solid angle of a ball of radius r grows by 2 pi r^2 / (d^2 sqrt(d^2 - r^2))."""
+    center = np.array([1.0, -0.5, 1.2])
+    d = np.linalg.norm(center)
+    p, v, w = circle(center=center)
+    found = jnp.sum(w * contour.translation_rate(p, v), 0)
+    square = d * d * (1.0 - COS**2)
+    np.testing.assert_allclose(
+        found, 2.0 * np.pi * square / (d**2 * d * COS) * center / d, atol=1e-14
+    )
+
+
+def test_an_octant():
+    corners = jnp.eye(3)
+    after = jnp.roll(corners, -1, 0)
+    np.testing.assert_allclose(
+        jnp.sum(contour.segment_solid_angle(corners, after)), 0.5 * np.pi, rtol=1e-14
+    )
+    light = jnp.sum(contour.segment_vector_irradiance(corners, after), 0)
+    np.testing.assert_allclose(light, np.full(3, 0.25 * np.pi), rtol=1e-14)
+
+
+def test_short_segments_and_segments_towards_the_eye_have_derivatives():
+    a = jnp.array([0.3, 0.4, 0.5])
+
+    def all_of(s, b):
+        end = a + s * b
+        return (
+            contour.segment_solid_angle(a, end)
+            + jnp.sum(contour.segment_vector_irradiance(a, end))
+            + jnp.sum(contour.segment_translation(a, end))
+        )
+
+    for b in (a, jnp.array([1.0, 0.0, 0.0])):
+        for s in (0.0, 1e-9, 1e-3):
+            assert np.isfinite(jax.grad(all_of)(s, b))
+            assert np.isfinite(jax.hessian(all_of)(s, b))
+
+
+def test_short_segments_keep_their_digits():
+    a = jnp.array([0.3, 0.4, 0.5])
+    for s in (1e-2, 1e-4, 1e-6):
+        b = a + s * jnp.array([1.0, -1.0, 0.5])
+        c = np.cross(np.asarray(a, np.longdouble), np.asarray(b, np.longdouble))
+        size = np.sqrt(np.sum(c**2))
+        angle = np.arctan2(size, np.sum(np.asarray(a, np.longdouble) * np.asarray(b)))
+        found = contour.segment_vector_irradiance(a, b)
+        np.testing.assert_allclose(found, (0.5 * angle * c / size).astype(float), rtol=1e-9)
+
+
+@pytest.mark.parametrize("dtype", ["float32", "float64"])
+def test_precision_is_kept(dtype):
+    a, b = jnp.eye(3, dtype=dtype)[:2]
+    for f in (
+        contour.segment_solid_angle,
+        contour.segment_vector_irradiance,
+        contour.segment_translation,
+        contour.solid_angle_rate,
+        contour.vector_irradiance_rate,
+        contour.translation_rate,
+    ):
+        assert f(a, b).dtype == dtype
