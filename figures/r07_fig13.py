@@ -9,11 +9,10 @@ of 8 bits is 1/255 of it.
 
 "Equal stored numbers": three numbers a node against one, 35 x 35 nodes of values against 20 x 20 of
 values and gradients. There gradients beat bilinear values, but not the best use of values alone: a
-bicubic spline of 35 x 35 is three times as good. Values without gradients would have to be bought
-at 35 x 35 places, though, and gradients are nearly free. "The paper's quadratic Bezier curve" is `bezier`: half of the gradient in a
-bilinear mean. With the whole gradient the error is that of bilinear interpolation with the other
-sign, and nothing is gained; the paper's words ("gradient-extrapolated", Ward and Heckbert 1992)
-allow that reading too.
+bicubic spline of 35 x 35 is three times as good (and takes three times as many receivers). "The
+paper's quadratic Bezier curve" is `bezier`: half of the gradient in a bilinear mean. With the whole
+gradient the error is that of bilinear interpolation with the other sign, and nothing is gained; the
+paper's words ("gradient-extrapolated", Ward and Heckbert 1992) allow that reading too.
 
 Costs are counted in rays, as the paper counts them: 100 x 100 at each node, and gradients for
 nothing. "Per-pixel evaluation" is by jittered rays in cells of equal share. At the same rays a
