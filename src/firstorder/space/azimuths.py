@@ -70,7 +70,7 @@ def parts(scene: Scene, at: Receiver) -> list[Part]:
     """The silhouettes of all shapes, kind by kind, in the receiver's frame."""
     found, first = [], 0
     for group in scene.groups:
-        alone = Scene((group,), scene.material, 0.0, ())
+        alone = Scene((group,), scene.material, scene.environment, ())
         seen = outline(alone, at.position, jnp.asarray(at.on) - first)
         first += group.count
         rows = jax.tree.map(lambda a, n=group.count: a.reshape(n, -1, *a.shape[1:]), seen)

@@ -30,7 +30,7 @@ from firstorder.quadrature import gauss_legendre
 from firstorder.space.azimuths import Part, nodes_between, parts
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
-from firstorder.vectors import cross, dot
+from firstorder.vectors import cross, dot, settled
 from firstorder.visibility.elevation import rim_elevation
 from firstorder.visibility.gradients import Split
 from firstorder.visibility.intervals import (
@@ -166,7 +166,7 @@ def transport_by_azimuth(
 def sliced(found: list[Part], base: Float[Array, ""], lag: Float[Array, ""]) -> Slice:
     """What all blockers cover in the slice at azimuth `base + lag`."""
     phi = base + lag
-    ends = [_ends(part, base, lag) for part in found]
+    ends = [settled(_ends(part, base, lag)) for part in found]
     dtype = phi.dtype
     empty = (jnp.zeros((0, 3), dtype),) * 4
     p_low, k_low, p_high, k_high = (
@@ -247,12 +247,12 @@ class _Any(eqx.Module):
 def _integrated(scene: Scene, at: Receiver, T, nodes: int, most: int) -> Sliced:
     check_positive("nodes", nodes)
     check_positive("most", most)
-    found = parts(scene, at)
+    found = settled(parts(scene, at))
     dtype = at.position.dtype
-    where = nodes_between(found, nodes, most, dtype)
+    where = settled(nodes_between(found, nodes, most, dtype))
 
     def one(base, lag):
-        cut = sliced(found, base, lag)
+        cut = settled(sliced(found, base, lag))
         value, rate = T.inside(cut.low, cut.high, cut.phi)
         return value, rate, edge_rate(cut, T, at)
 
