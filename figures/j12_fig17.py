@@ -15,7 +15,8 @@ import numpy as np
 from figures._j12_box import case, exact, show_light, size
 from figures.style import Claim, Drawing
 from firstorder import plotting
-from firstorder.space.image import pinhole
+from firstorder.plotting.style import COLOURS
+from firstorder.space import Scene
 
 SCENES = {"j12_box": "box", "j12_occluder": "box with a block"}
 
@@ -27,9 +28,7 @@ def draw(quick: bool) -> Drawing:
     for row, (name, words) in enumerate(SCENES.items()):
         c = case(name, s)
         view, light, noise = axes[row]
-        camera = pinhole((0.62, -1.55, 0.85), (0.5, 0.5, 0.45))
-        plotting.draw_view(view, c.maps.scene, camera, half_width=0.5)
-        view.set(xticks=[], yticks=[])
+        _view(view, c.maps.scene)
         view.set_title(words, fontsize=8)
         show_light(light, c, "indirect irradiance, exact")
         miss = c.image(c.table.E - c.truth)
@@ -53,3 +52,30 @@ def draw(quick: bool) -> Drawing:
             ),
         ]
     return Drawing(figure, arrays, claims, size=s.words(), seed=0)
+
+
+def _view(ax, scene: Scene) -> None:
+    """Faces as a pinhole before the box sees them, the farthest first; lamps are yellow."""
+    eye, target = np.array([0.72, -1.7, 0.95]), np.array([0.5, 0.5, 0.45])
+    ahead = (target - eye) / np.linalg.norm(target - eye)
+    right = np.cross(ahead, [0.0, 0.0, 1.0]) / np.hypot(*ahead[:2])
+    frame = np.stack([right, np.cross(right, ahead), ahead])
+    square = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
+    faces, index = [], 0
+    for group in scene.groups:
+        cube = type(group).__name__ == "Boxes"
+        for center, axes in zip(np.asarray(group.center), np.asarray(group.axes), strict=True):
+            for a, sign in [(a, b) for a in range(3) for b in (-1, 1)] if cube else [(2, 0)]:
+                q = np.roll(np.insert(square, 0, sign, axis=1), a, axis=1)
+                faces.append((center + q @ axes.T, index))
+            index += 1
+    faces.sort(key=lambda face: -np.linalg.norm(face[0].mean(axis=0) - eye))
+    for corners, index in faces:
+        p = (corners - eye) @ frame.T
+        lamp = float(scene.material.emission[index, 0]) > 0.0
+        grey = str(0.3 + 0.9 * float(scene.material.albedo[index, 0]))
+        color = COLOURS[3] if lamp else grey
+        ax.fill(
+            p[:, 0] / p[:, 2], p[:, 1] / p[:, 2], facecolor=color, edgecolor="black", lw=0.7, ls="-"
+        )
+    ax.set(aspect="equal", xticks=[], yticks=[])

@@ -4,10 +4,10 @@ Sizes of the scenes are the library's. All caches use the split sphere by the sh
 the same records, so that only the extrapolation differs. The gradient is stratified (shadow edges
 included), the Hessian by surface area (they are left out). Error images share one scale a row.
 
-What second order gains depends on how large the radii are against the scene: the missing term falls
-with the radius, and at the split sphere's many tiny records beside the wall there is nothing to
-gain, while its few large ones in the middle are where the error is. The noise of 30,000 rays is the
-same in all three.
+Beside the block second order gains next to nothing, as the paper has it: the error is at the
+shadow's edge, which the surface-area Hessian does not know. In the empty box it nearly halves the
+error and stays just short of the paper's factor of 2: of the 1.15e-5 W/m² that remain, 0.67e-5 are
+the noise of 30,000 rays (Fig. 17), the same in all three. Scene sizes are ours.
 """
 
 from __future__ import annotations

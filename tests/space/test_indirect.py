@@ -4,6 +4,7 @@ import pytest
 
 from firstorder.space import Scene, indirect, library, rectangle, sphere, thing
 from firstorder.space.indirect import direct, radiosity, rectangle_irradiance
+from firstorder.space.maps import layout
 
 CORNERS = np.array([(0.3, 0.3, 1.0), (0.3, 0.7, 1.0), (0.7, 0.7, 1.0), (0.7, 0.3, 1.0)])
 
@@ -75,14 +76,21 @@ def test_half_a_light_behind_a_screen_gives_half():
     assert abs(half / full - 0.5) < 1e-6
 
 
-def test_bounces_in_a_furnace_add_up_to_the_geometric_series():
-    """In a closed room whose light loses nothing, each bounce brings albedo times the last one."""
-    maps = [radiosity(library.clutter(0.5), cells=4, bounces=k, rays=64, shadow=2) for k in (1, 2)]
+def test_the_second_bounce_brings_the_wall_to_the_block():
+    """One cell on the left of the block, against the wall's cells summed by their coupling."""
+    scene = library.j12_occluder()
+    maps = [radiosity(scene, cells=4, bounces=k, rays=4096, shadow=0) for k in (1, 2)]
     first, both = (np.asarray(m.L) for m in maps)
-    assert np.all(both >= first)
-    areas = first.sum(axis=(1, 2)) > 0
-    second = (both - first)[areas].mean()
-    assert 0.2 * first[areas].mean() < second < 0.9 * first[areas].mean()
+    (left,) = (k for k, i in enumerate(layout(scene).shape) if i in scene.named("left"))
+    s = (np.arange(400) + 0.5) / 400
+    z, y = np.meshgrid(s, s, indexing="ij")
+    wall = np.repeat(np.repeat(first[left], 100, 0), 100, 1)
+    point = np.array([0.35, 0.35 + 0.3 * 1.5 / 4, 0.25 * 2.5 / 4])
+    r2 = 0.35**2 + (y - point[1]) ** 2 + (z - point[2]) ** 2
+    E = np.sum(wall * 0.35**2 / r2**2) / 400**2
+    second = both[0, 2, 1] - first[0, 2, 1]
+    # Of 4096 rays of a lattice, those beside the edges of cells go astray: some 4096^-0.75 of them.
+    assert abs(second / (0.5 / np.pi * E) - 1.0) < 4.0 * 4096**-0.75 * 4
 
 
 def test_other_lights_are_refused_in_one_sentence():

@@ -1,4 +1,5 @@
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -19,7 +20,7 @@ def test_a_scene_is_finite_named_and_told_about(name):
 @pytest.mark.smoke
 def test_the_box_of_j12_faces_inwards_and_loses_its_wall():
     scene = library.j12_box()
-    normals = {n: np.asarray(scene.normal(i, np.zeros(3))) for i, n in enumerate(scene.names)}
+    normals = {n: np.asarray(scene.normal(i, jnp.zeros(3))) for i, n in enumerate(scene.names)}
     assert normals["floor"].tolist() == [0.0, 0.0, 1.0]
     assert normals["light"].tolist() == [0.0, 0.0, -1.0]
     assert normals["left"].tolist() == [1.0, 0.0, 0.0]

@@ -1,3 +1,4 @@
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -60,10 +61,10 @@ def test_the_middle_of_a_cell_shows_that_cell():
     scene, k = everything(), 3
     point, normal = nodes(scene, k)
     values = jnp.arange(point.shape[0] * k * k, dtype=float).reshape(-1, k, k) + 1.0
-    kinds = layout(scene).kind
+    kinds, shown = layout(scene).kind, jax.jit(cast)
     for face in range(point.shape[0]):
         at, along = point[face] + 1e-3 * normal[face], -normal[face]
-        seen = cast(Maps(scene, values), tuple(at.T), tuple(along.T), -1).radiance
+        seen = shown(Maps(scene, values), tuple(at.T), tuple(along.T), -1).radiance
         met = np.asarray(seen) == np.asarray(values[face]).ravel()
         # Discs, caps and triangles do not fill their squares.
         fills = kinds[face] in ("Boxes", "Rectangles", "Ellipsoids")

@@ -7,7 +7,6 @@ no map and send nothing.
 
 A ray's canonical hit is at once the place on the map, so that `cast` needs no search after the
 search: it asks each shape in turn and keeps, where it is nearer, distance, face, place and normal.
-The shapes are written out one after the other: for scenes of some dozens.
 """
 
 from __future__ import annotations
@@ -75,7 +74,7 @@ class Maps(eqx.Module):
     L: Float[Array, "f k k"]
 
 
-class Seen(NamedTuple):
+class Seen(eqx.Module):
     """What rays see; coordinates lie apart.
 
     Attributes:
@@ -94,7 +93,7 @@ class Seen(NamedTuple):
 Coordinates = tuple[Array, Array, Array]
 
 
-def cast(maps: Maps, origin: Coordinates, along: Coordinates, on: Int[Array, ""] | int) -> Seen:
+def cast(maps: Maps, origin: Coordinates, along: Coordinates, on: Int[Array, "..."] | int) -> Seen:
     """What each ray sees: the first shape, and the radiance that its map sends back.
 
     Args:
@@ -113,27 +112,32 @@ def cast(maps: Maps, origin: Coordinates, along: Coordinates, on: Int[Array, ""]
         >>> cast(maps, at, up, 0).distance.item()
         1.0
     """
-    scene, best = maps.scene, jnp.full(along[0].shape, jnp.inf, along[0].dtype)
-    zero = jnp.zeros_like(best)
-    index = jnp.full(best.shape, -1)
-    kept = (zero, zero, zero, zero, zero, jnp.full(best.shape, -1))
-    first, number = layout(scene).first, 0
+    scene, number = maps.scene, 0
+    first = jnp.asarray(layout(scene).first, jnp.int32)
+    zero = jnp.zeros_like(along[0])
+    none = jnp.full(zero.shape, -1, jnp.int32)
+    state = (jnp.full_like(zero, jnp.inf), none, (zero, zero, zero, zero, zero, none))
     for group in scene.groups:
-        for row in range(group.count):
-            shape = jax.tree.map(lambda a, row=row: a[row], group)
-            t, found = _asked(shape, type(group).__name__, int(first[number]), origin, along)
-            nearer = (t > 0.0) & (t < best) & (jnp.asarray(on) != number)
-            best = jnp.where(nearer, t, best)
-            index = jnp.where(nearer, number, index)
-            kept = tuple(jnp.where(nearer, a, b) for a, b in zip(found, kept, strict=True))
-            number += 1
+        kind, numbers = type(group).__name__, number + jnp.arange(group.count, dtype=jnp.int32)
+
+        def visit(state, row, kind=kind):
+            (shape, face, this), (best, index, kept) = row, state
+            t, found = _asked(shape, kind, face, origin, along)
+            t, nearer = t.astype(best.dtype), (t > 0.0) & (t < best) & (jnp.asarray(on) != this)
+            pairs = zip(found, kept, strict=True)
+            kept = tuple(jnp.where(nearer, a.astype(b.dtype), b) for a, b in pairs)
+            return (jnp.where(nearer, t, best), jnp.where(nearer, this, index), kept), None
+
+        state, _ = jax.lax.scan(visit, state, (group, first[numbers], numbers))
+        number += group.count
+    best, index, kept = state
     s, t, *normal, face = kept
     has = face >= 0
     L = jnp.where(has, _looked_up(maps.L, jnp.maximum(face, 0), s, t), 0.0)
     return Seen(L, best, (normal[0], normal[1], normal[2]), index)
 
 
-def _asked(shape: Shape, kind: str, first: int, origin: Coordinates, along: Coordinates):
+def _asked(shape: Shape, kind: str, first: Array, origin: Coordinates, along: Coordinates):
     """Distance to one shape, and (place, seen normal, face) there."""
     turn = inverse(shape.axes)
 
@@ -156,7 +160,7 @@ def _asked(shape: Shape, kind: str, first: int, origin: Coordinates, along: Coor
     length = jnp.sqrt(world[0] ** 2 + world[1] ** 2 + world[2] ** 2)
     length = jnp.where(length > 0.0, length, 1.0)
     world = [jnp.broadcast_to(a / length, size) for a in world]
-    face = jnp.broadcast_to(jnp.where(face >= 0, first + face, -1), size)
+    face = jnp.broadcast_to(jnp.where(face >= 0, first + face, -1).astype(jnp.int32), size)
     return t, (s, up, *world, face)
 
 

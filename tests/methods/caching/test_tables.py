@@ -11,7 +11,7 @@ from firstorder.space.maps import Maps, cast, layout
 from firstorder.space.receiver import receiver
 from firstorder.space.strata import Strata
 
-PLACES = np.array([[0.2, 0.3], [0.8, 0.55], [0.62, 0.4]])
+PLACES = np.array([[0.333, 0.333], [0.667, 0.3], [0.667, 0.55]])  # between the boxes
 
 
 def lit(scene, cells=4):
@@ -32,10 +32,11 @@ def both(request):
         jnp.pi / 240 / jnp.asarray(given.directions[0, 2], float),
     )
 
+    @jax.jit
     def seen(o, d):
         return cast(maps, tuple(o.T), tuple(d.T), floor)
 
-    def trace(o, d):
+    def trace(o, d, on):
         s = seen(o, d)
         return Traced(s.distance, s.index, jnp.stack(s.normal, -1))
 

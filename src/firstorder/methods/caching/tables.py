@@ -257,12 +257,9 @@ def _distance(solid: _Solid, ready, o: np.ndarray) -> Single:
             hit = (np.abs(o[0] - o[2] * across) <= 1.0) & (np.abs(o[1] - o[2] * up) <= 1.0)
             return np.where(hit & (t > 0.0), t, np.float32(np.inf))
     if solid.kind == "Boxes":
-        enter, leave = None, None
-        for i in range(3):
-            one, two = (-1.0 - o[i]) * ready[1][i], (1.0 - o[i]) * ready[1][i]
-            near, far = np.minimum(one, two), np.maximum(one, two)
-            enter = near if enter is None else np.maximum(enter, near)
-            leave = far if leave is None else np.minimum(leave, far)
+        one, two = (-1.0 - o[:, None]) * ready[1], (1.0 - o[:, None]) * ready[1]
+        enter = np.max(np.minimum(one, two), axis=0)
+        leave = np.min(np.maximum(one, two), axis=0)
         return np.where((enter <= leave) & (enter > 0.0), enter, np.float32(np.inf))
     d, a = ready
     b = o @ d
