@@ -102,7 +102,8 @@ def cylinder(flat, radius, height):
     """
 
     def hidden(psi):
-        near = flat * mp.cos(psi) - mp.sqrt(radius**2 - (flat * mp.sin(psi)) ** 2)
+        square = radius**2 - (flat * mp.sin(psi)) ** 2
+        near = flat * mp.cos(psi) - mp.sqrt(max(square, 0))  # rounding, where it grazes
         return height / mp.sqrt(height**2 + near**2)
 
     end = mp.asin(radius / flat)

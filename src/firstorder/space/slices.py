@@ -27,7 +27,7 @@ from jaxtyping import Array, Bool, Float
 
 from firstorder.errors import check_positive, nan_unless
 from firstorder.quadrature import gauss_legendre
-from firstorder.space.azimuths import Part, nodes_between, parts
+from firstorder.space.azimuths import Part, folded, nodes_between, parts
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
 from firstorder.vectors import cross, dot, settled
@@ -78,7 +78,8 @@ def visibility_by_azimuth(scene: Scene, at: Receiver, nodes: int = 24, most: int
     """Net visibility, the solid angle of the sky that a receiver sees, with its gradient [sr].
 
     Valid when: the receiver is outside of all closed shapes (else NaN) and lies flat or on a
-    surface of shape operator `at.S`, with which its horizon turns.
+    surface of shape operator `at.S`, with which its horizon turns. Edges along the normal, which
+    (48) leaves out, are added in the gradient of a flat receiver.
 
     Args:
         scene: the blockers.
@@ -261,7 +262,7 @@ def _integrated(scene: Scene, at: Receiver, T, nodes: int, most: int) -> Sliced:
     value, interior, boundary = (
         nan_unless(sound, where.weight @ a) for a in (values, inside, moving)
     )
-    return Sliced(value, Split(interior, boundary))
+    return Sliced(value, Split(interior, boundary + _upright(found, T)))
 
 
 def edge_rate(cut: Slice, T, at: Receiver) -> Float[Array, "2"]:
@@ -278,6 +279,47 @@ def edge_rate(cut: Slice, T, at: Receiver) -> Float[Array, "2"]:
     # Where a slice grazes a blocker the rate is infinite, on a panel without length.
     fine = shown[:, None] & jnp.isfinite(rate)
     return jnp.sum(jnp.where(fine, (sign * light)[:, None] * jnp.where(fine, rate, 0.0), 0.0), 0)
+
+
+def _upright(found: list[Part], T) -> Float[Array, "2"]:
+    """What edges along the normal add, which (48) leaves out: each lies in one slice, whole.
+
+    Such an edge turns by `-(e_phi . dx) / r` about the receiver. What it hides of its slice, behind
+    all other blockers, comes into view or leaves it by that angle.
+    """
+    total, first = jnp.zeros(2, found[0].scale.dtype if found else None), 0
+    for part in found:
+        line, n = part.straight, part.straight.live.shape[0]
+        rows = first + jnp.broadcast_to(jnp.arange(n)[:, None], line.live.shape)
+        first += n
+        if line.live.size:
+            add = jax.vmap(lambda p, q, live, row: _turned(found, T, p, q, live, row))
+            p, q = (a.reshape(-1, 3) for a in (line.start, line.end))
+            total = total + jnp.sum(add(p, q, line.live.ravel(), rows.ravel()), 0)
+    return total
+
+
+def _turned(found: list[Part], T, p, q, live, row) -> Float[Array, "2"]:
+    """The share of one edge from p to q, of the shape in a row of the slices."""
+    k = q - p
+    near = 64.0 * jnp.finfo(p.dtype).eps * jnp.max(jnp.abs(p))
+    there = live & (jnp.max(jnp.abs(k[:2])) <= near) & (jnp.max(jnp.abs(p[:2])) > near)
+    x, y = jnp.where(there, p[0], 1.0), jnp.where(there, p[1], 0.0)
+    phi = folded(jnp.arctan2(y, x))[0]
+    cos, sin = jnp.cos(phi), jnp.sin(phi)
+    flat = x * cos + y * sin
+    one, two = (jnp.arctan2(flat, jnp.where(there, a[2], 1.0)) for a in (p, q))
+    cut = settled(sliced(found, phi, jnp.zeros_like(phi)))
+
+    def inside(low, high):
+        return T.inside(cut.low.at[row].set(low), cut.high.at[row].set(high), phi)[0]
+
+    nothing = jnp.zeros_like(phi)
+    hidden = inside(nothing, nothing) - inside(jnp.minimum(one, two), jnp.maximum(one, two))
+    across = jnp.stack([-sin, cos])
+    # The shape lies on the side of p x k.
+    side = jnp.sign(across @ cross(p, k)[:2])
+    return jnp.where(there, -side * hidden / jnp.abs(flat), 0.0) * across
 
 
 # --- where a slice meets a silhouette ------------------------------------------------------------
