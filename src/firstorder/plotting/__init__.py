@@ -18,6 +18,14 @@ from firstorder.plotting.live import Live
 from firstorder.plotting.overlays import covariance_ellipse, mark, print_scale, set_covariance
 from firstorder.plotting.portraits import Portraits, portrait_strip, portraits
 from firstorder.plotting.scenes import draw_blocker, draw_rays, draw_surface, scene
+from firstorder.plotting.space import (
+    draw_silhouettes,
+    draw_sky,
+    draw_view,
+    outline_curves,
+    projected,
+    sky_curves,
+)
 from firstorder.plotting.style import (
     COLOURS,
     MAGNITUDE,
@@ -61,6 +69,12 @@ __all__ = [
     "curve_of",
     "draw_curves",
     "scene_report",
+    "projected",
+    "outline_curves",
+    "draw_view",
+    "draw_silhouettes",
+    "sky_curves",
+    "draw_sky",
     "table",
     "Live",
 ]
