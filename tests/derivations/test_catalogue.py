@@ -60,6 +60,7 @@ def test_unnumbered_statements_belong_to_issue_1_but_for_a_few_about_shadows():
         "D05.s3.4b": 2,  # measured with flatland's periodic blockers
         "R07.fn6": 3,  # Appendix B's frames in space
         "R07.sBa": 3,
+        "J12.fn2": 3,  # the largest radiance
         "R07.fn3": 2,  # shadow edges in line
         "R07.fn4": 3,  # shadow edges per azimuth
         "R07.s7.2a": 3,

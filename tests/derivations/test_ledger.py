@@ -20,6 +20,9 @@ ROWS = list(rows())
 ONE_ROUTE = {
     "C.zonal.spectrum": "Legendre multipliers: the transform is the statement",
     "R07.fig2.multiply.wavelet": "about coefficients: neither derivative nor Fourier transform",
+    "C.space.contour": "a flux: integrated over the face of a triangle",
+    "R07.sDa": "two formulas for one edge: compared",
+    "R07.s7.2a": "what (47) is called: compared with the solid angle",
     "D05.s4.1h": "geometry of a circle: traced, and nothing to transform",
     "D05.s5.2a": "the name of an angle: evaluated",
     "D05.s6.2a": "a line in frequency space: measured on the light",

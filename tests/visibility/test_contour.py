@@ -28,8 +28,23 @@ def circle(count=16, center=(0.0, 0.0, 1.0), cosine=COS):
 
 def test_a_cap_overhead():
     p, v, w = circle()
-    found = jnp.sum(w * contour.solid_angle_rate(p, v))
+    up = jnp.array([0.0, 0.0, 1.0])
+    found = jnp.sum(w * contour.solid_angle_rate(p, v, up))
     np.testing.assert_allclose(found, 2.0 * np.pi * (1.0 - COS), rtol=1e-14)
+
+
+def test_one_axis_for_another():
+    """Part of a slanted circle: about the normal by many nodes, about its own axis by one."""
+    center = np.array([1.0, -0.5, 1.2])
+    p, v, _ = circle(4000, center)
+    up, axis = jnp.array([0.0, 0.0, 1.0]), jnp.asarray(center / np.linalg.norm(center))
+    w = np.full(2001, 2.0 * np.pi / 4000)
+    w[[0, -1]] *= 0.5
+    part = slice(300, 2301)
+    true = jnp.sum(w * contour.solid_angle_rate(p[part], v[part], up))
+    about = contour.solid_angle_rate(p[0], v[0], axis) * np.pi
+    found = about + contour.axis_solid_angle(axis, p[300], p[2300])
+    np.testing.assert_allclose(found, true, rtol=1e-6)  # the trapezoid rule's
 
 
 @pytest.mark.parametrize("center", [(0.0, 0.0, 1.0), (1.0, -0.5, 1.2)])
@@ -97,7 +112,7 @@ def test_precision_is_kept(dtype):
         contour.segment_solid_angle,
         contour.segment_vector_irradiance,
         contour.segment_translation,
-        contour.solid_angle_rate,
+        lambda a, b: contour.solid_angle_rate(a, b, a),
         contour.vector_irradiance_rate,
         contour.translation_rate,
     ):

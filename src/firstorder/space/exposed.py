@@ -106,7 +106,8 @@ def exposed(scene: Scene, at: Receiver) -> Pieces:
     """
     found = outline(scene, at.position, at.on)
     owners, rims = _owners(scene)
-    straight, curved = settled(_safe(found.straight, found.curved, at))
+    straight, curved = _in_frame(found.straight, found.curved, at)
+    straight, curved = settled((_harmless_straight(straight), _harmless_curved(curved)))
     start, end, line = _cut_straight(straight, curved, owners, rims)
     arcs = _cut_curved(straight, curved, owners, rims)
     azimuths = _cut_horizon(straight, curved)
@@ -119,8 +120,11 @@ def exposed(scene: Scene, at: Receiver) -> Pieces:
     sides, above = _seen(scene, at, (middles, spans, azimuths), owner, live)
     first = start.shape[0]
     lines, round_ = (jax.tree.map(lambda a, s=s: a[s], sides) for s in _halves(first))
+    # What is not seen must not spoil sums or derivatives, wherever it is.
+    line = _harmless_straight(Straight(start, end, line.owner, lines.seen))
+    arcs = _harmless_curved(Curved(*jax.tree.leaves(arcs)[:-1], round_.seen))
     sound = ~scene.inside(at.position, at.on)
-    return Pieces(start, end, lines, arcs, round_, azimuths, above, sound)
+    return settled(Pieces(line.start, line.end, lines, arcs, round_, azimuths, above, sound))
 
 
 def _halves(first: int) -> tuple[slice, slice]:
@@ -142,30 +146,48 @@ def _owners(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate(segments), np.concatenate(arcs)
 
 
-def _safe(straight: Straight, curved: Curved, at: Receiver) -> tuple[Straight, Curved]:
-    """Pieces in the receiver's frame; harmless ones where there is no silhouette."""
-
-    def seen(a, live, instead):
-        instead = jnp.asarray(instead, a.dtype)
-        return jnp.where(live[:, None], local(at, a), instead)
-
-    s, c = straight.live, curved.live
+def _in_frame(straight: Straight, curved: Curved, at: Receiver) -> tuple[Straight, Curved]:
+    """Pieces relative to the receiver and in its frame."""
+    here = at.position
     return (
         Straight(
-            seen(straight.start - at.position, s, (1.0, 0.0, 1.0)),
-            seen(straight.end - at.position, s, (0.0, 1.0, 1.0)),
+            local(at, straight.start - here),
+            local(at, straight.end - here),
             straight.owner,
-            s,
+            straight.live,
         ),
         Curved(
-            seen(curved.center - at.position, c, (0.0, 0.0, 1.0)),
-            seen(curved.a, c, (1.0, 0.0, 0.0)),
-            seen(curved.b, c, (0.0, 1.0, 0.0)),
-            jnp.where(c, curved.first, 0.0),
-            jnp.where(c, curved.last, 1.0),
+            local(at, curved.center - here),
+            local(at, curved.a),
+            local(at, curved.b),
+            curved.first,
+            curved.last,
             curved.owner,
-            c,
+            curved.live,
         ),
+    )
+
+
+def _harmless_straight(line: Straight) -> Straight:
+    """Some segment above the horizon in place of those that do not live."""
+    live = line.live[:, None]
+    start, end = (jnp.asarray(a, line.start.dtype) for a in ((1.0, 0.0, 1.0), (0.0, 1.0, 1.0)))
+    return Straight(
+        jnp.where(live, line.start, start), jnp.where(live, line.end, end), line.owner, line.live
+    )
+
+
+def _harmless_curved(arc: Curved) -> Curved:
+    """Some arc above the horizon in place of those that do not live."""
+    live, x = arc.live[:, None], jnp.eye(3, dtype=arc.a.dtype)
+    return Curved(
+        jnp.where(live, arc.center, x[2]),
+        jnp.where(live, arc.a, x[0]),
+        jnp.where(live, arc.b, x[1]),
+        jnp.where(arc.live, arc.first, 0.0),
+        jnp.where(arc.live, arc.last, 1.0),
+        arc.owner,
+        arc.live,
     )
 
 

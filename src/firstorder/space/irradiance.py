@@ -19,10 +19,12 @@ from jaxtyping import Array, Float
 
 from firstorder.errors import nan_unless
 from firstorder.space.exposed import UP, Pieces, Sides, exposed
+from firstorder.space.outline import Curved
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import BACK, FRONT, Scene
-from firstorder.vectors import dot, norm
+from firstorder.vectors import cross, dot, norm, unit
 from firstorder.visibility.contour import (
+    axis_solid_angle,
     segment_solid_angle,
     segment_vector_irradiance,
     solid_angle_rate,
@@ -61,9 +63,11 @@ def net_visibility(scene: Scene, at: Receiver, nodes: int = 16) -> Float[Array, 
     seen = jnp.zeros(scene.count + 1, at.position.dtype).at[-1].set(1.0)
     lines = segment_solid_angle(found.start, found.end)
     total = _closed(found, lines, seen) + jnp.sum(seen[found.above] * jnp.diff(found.azimuths))
-    p, v, w = found.on_arcs(nodes)
-    jump = found.rims.jump(seen)[:, None]
-    total = total + jnp.sum(jump * w * solid_angle_rate(p, v))
+    jump = found.rims.jump(seen)
+    total = total + jnp.sum(jump * _round_solid_angle(found, nodes))
+    # Regions about axes below the horizon may have counted the whole sphere.
+    whole = 4.0 * jnp.pi
+    total = total - whole * jnp.floor(jax.lax.stop_gradient(total + jnp.pi) / whole)
     return nan_unless(found.sound, total)
 
 
@@ -198,6 +202,24 @@ def _radiance(scene: Scene, at: Receiver) -> Radiance:
     black = Scene(scene.groups, scene.material, jnp.zeros(()), scene.names)
     seen = shown(black, at)
     return lambda index, along: jnp.where(index < 0, scene.sky(along), seen[index])
+
+
+def _round_solid_angle(found: Pieces, nodes: int) -> Float[Array, " c"]:
+    """Solid angle between each arc and the normal: about its own axis the integrand is tame.
+
+    Of a ball's limb it is constant.
+    """
+    arcs = found.arcs
+    axis = unit(jnp.where(jnp.any(arcs.center != 0.0, -1)[:, None], arcs.center, _normal(arcs)))
+    p, v, w = found.on_arcs(nodes)
+    first, last = (jax.vmap(Curved.point)(arcs, t) for t in (arcs.first, arcs.last))
+    about = jnp.sum(w * solid_angle_rate(p, v, axis[:, None]), -1)
+    return about + axis_solid_angle(axis, first, last)
+
+
+def _normal(arcs: Curved) -> Float[Array, "c 3"]:
+    """Across the plane of an arc about the eye: of a horizon."""
+    return cross(unit(arcs.a), unit(arcs.b))
 
 
 def _closed(found: Pieces, integral: Array, seen: Array) -> Array:

@@ -3,16 +3,17 @@
 An edge is a curve `p(t)` relative to the eye, in the frame of the receiver (normal +z); D = |p|,
 w = p / D. The region lies to the left, where `p x p'` points. With Stokes' theorem on the sphere,
 
-    solid angle             integral dw            = contour  (p x p')_z / (D^2 (1 + w_z)) dt
+    solid angle             integral dw            = contour  (p x p').c / (D^2 (1 + w.c)) dt
     cosine-weighted         integral w_z dw        = contour  (p x p')_z / (2 D^2) dt
     vector irradiance       integral w dw          = contour  (p x p') / (2 D^2) dt
     rate under translation  d/dx integral f dw     = contour  f(w) (p x p') / D^3 dt
 
-The last is the law of Biot and Savart: an edge whose points stand still in space moves on the
-sphere by -m_perp / D when the eye moves by m, and what slides along the ray does not count. It
-holds for the limb of a curved blocker too, and it is R07 (48), (49) without a parametrisation:
-there the edge is followed by azimuth. All four are per length of t, so that a sum with the weights
-of any quadrature is the integral; for segments the first two and the last with f = 1 are closed.
+with any axis c, the same for all edges of a region. The last is the law of Biot and Savart: an
+edge whose points stand still in space moves on the sphere by -m_perp / D when the eye moves by m,
+and what slides along the ray does not count. It holds for the limb of a curved blocker too, and it
+is R07 (48), (49) without a parametrisation: there the edge is followed by azimuth. All four are per
+length of t, so that a sum with the weights of any quadrature is the integral; for segments the
+first two and the last with f = 1 are closed.
 
 All functions broadcast over leading axes.
 """
@@ -28,19 +29,31 @@ Points = Float[Array, "*#n 3"]
 Numbers = Float[Array, "*#n"]
 
 
-def solid_angle_rate(p: Points, v: Points) -> Numbers:
-    """Solid angle to the left of an edge, per length of its parameter [sr].
+def solid_angle_rate(p: Points, v: Points, axis: Points) -> Numbers:
+    """Solid angle between an edge and an axis, per length of the edge's parameter [sr].
 
-    The region that an open edge bounds is closed by great circles through the normal.
+    The region that an open edge bounds is closed by great circles through the axis; of a circle
+    about the axis the rate is constant. With the normal for an axis the sum over all edges of a
+    region is its solid angle; `axis_solid_angle` changes from one axis to the other.
 
-    Valid when: the edge does not pass through the direction opposite to the normal.
+    Valid when: the edge does not pass through the direction opposite to the axis.
 
     Args:
         p: point relative to the eye, in the receiver's frame [m].
         v: its derivative.
+        axis: unit vector.
     """
     square = dot(p, p)
-    return cross(p, v)[..., 2] / (square + jnp.sqrt(square) * p[..., 2])
+    return dot(cross(p, v), axis) / (square + jnp.sqrt(square) * dot(p, axis))
+
+
+def axis_solid_angle(axis: Points, first: Points, last: Points) -> Numbers:
+    """What an edge from `first` to `last` has less about an axis than about the normal [sr].
+
+    Two triangles between the normal, the axis and an end. Up to whole spheres: a region between
+    edge and axis that holds the direction opposite to the normal counts 4 pi too much.
+    """
+    return segment_solid_angle(axis, last) - segment_solid_angle(axis, first)
 
 
 def vector_irradiance_rate(p: Points, v: Points) -> Points:
