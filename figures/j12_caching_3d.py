@@ -10,7 +10,7 @@ Of what a threshold may tolerate (total, average, relative, integrated squared e
 of the Hessian tells the records apart at equal counts: R goes as |H|^(-1/4) for the total, -1/3 for
 the integrated square, -1/2 for averages. Each is judged by RMS and by structural similarity.
 
-Surface-area Hessians leave out shadow edges, of which these scenes are full. The radiometric one has
+Surface-area Hessians leave out shadow edges, and these scenes are full of them. The radiometric has
 1.7 times less error than either plain split sphere, in both; against the best, the harmonic mean
 with neighbour clamping, 1.3 times less where light is soft (`tables`, all of it indirect) and about
 the same in the clutter, where the geometric one loses to it. Ellipses lose everywhere: their long
