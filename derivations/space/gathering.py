@@ -1,4 +1,4 @@
-"""Irradiance gathered over a hemisphere, and its gradient: J12 (56), (57), (59)-(65).
+"""Irradiance gathered over a hemisphere, and its gradient: J12 (56), (57), (59), (60), (62)-(65).
 
 Angles as in the paper; sums over phi are taken around the circle. Three statements of the
 stratified form are misprinted: indices of differences are exchanged, (62) is no identity, and (64)
@@ -13,8 +13,6 @@ import sympy as sp
 
 from derivations.ledger import Check, Counterexample, Row, na
 from derivations.space._gathering_measured import (
-    cell_autodiff,
-    cell_numbers,
     constant_per_cell,
     frozen_error,
     gradient_error,
@@ -42,12 +40,6 @@ def measure():
     area = point.jacobian([theta, phi]).det()
     distance = h / sp.cos(theta)
     return sp.simplify(area * sp.cos(theta) ** 2 / distance**2 - sp.sin(theta) * sp.cos(theta))
-
-
-def cell():
-    """(61): `int cos sin dtheta dphi` over a cell."""
-    whole = sp.integrate(sp.cos(theta) * sp.sin(theta), (theta, c, d)) * (b - a)
-    return sp.simplify(whole - (b - a) * (sp.sin(d) ** 2 - sp.sin(c) ** 2) / 2)
 
 
 def split():
@@ -188,15 +180,6 @@ ROWS = [
         autodiff=na("no derivative"),
         brute_force=Check(constant_per_cell, 0.05),
         note="Order 2 in the width of cells for midpoints and a smooth light.",
-    ),
-    Row(
-        "J12.61",
-        "identity",
-        implements="firstorder.space.strata.Strata.projected",
-        symbolic=cell,
-        autodiff=Check(cell_autodiff, 1e-12),
-        fourier=na("no spectrum"),
-        brute_force=Check(cell_numbers, 1e-14),
     ),
     Row(
         "J12.62",

@@ -8,7 +8,10 @@ import pytest
 from firstorder.space import Scene, first_shape, intersect, nearest, occluded, plane, sphere, thing
 
 rng = np.random.default_rng(7)
-CENTERS, RADII = rng.uniform(-2.0, 2.0, (24, 3)) + np.array([0.0, 0.0, 3.0]), rng.uniform(0.1, 0.4, 24)
+CENTERS, RADII = (
+    rng.uniform(-2.0, 2.0, (24, 3)) + np.array([0.0, 0.0, 3.0]),
+    rng.uniform(0.1, 0.4, 24),
+)
 SCENE = Scene.of(
     *(thing(sphere(c, r)) for c, r in zip(CENTERS, RADII, strict=True)),
     thing(plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))),
