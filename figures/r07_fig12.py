@@ -36,7 +36,7 @@ SEED = 12
 def draw(quick: bool) -> Drawing:
     n = 48 if quick else 160
     axis = (np.arange(n) + 0.5) / n * 2.0 * HALF - HALF
-    x, y = (a.ravel() for a in np.meshgrid(axis, axis))
+    x, y = np.reshape(np.meshgrid(axis, axis), (2, -1))
     exact = analytic(x, y)
     found = {f"{AZIMUTHS} even azimuths": even(x, y, AZIMUTHS)}
     found |= {f"{k} nodes": few(x, y, k) for k in FEW}
