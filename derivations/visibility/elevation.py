@@ -482,7 +482,7 @@ def along_any(route: str) -> float:
         found, _ = ours("limb", i)
         gradient = differences("limb", i)[1] if route == "brute" else _differentiated("limb", i)[0]
         rate = 0.6 * float(found.alpha_x) + 0.8 * float(found.alpha_y)
-        worst = max(worst, abs(rate - gradient @ [0.6, 0.8]))
+        worst = max(worst, float(np.abs(rate - gradient @ [0.6, 0.8])))
     return worst
 
 

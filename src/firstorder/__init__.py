@@ -9,6 +9,7 @@ The table of contents, in reading order:
 - `visibility`: where light breaks (edges of shadows and their motion, merged blockers);
 - `sampling`: where to look (strata, samplers with their densities, estimates with error bars);
 - `flatland`: a world small enough to be exact (shapes, scenes, irradiance, light that bounces);
+- `space`: the same in three dimensions (silhouettes, light along them, gathered light, meshes);
 - `methods`: what the calculus buys (interpolation, caching, adaptive sampling, sheared filters);
 - `checks`: why you can believe it;
 - `plotting`: pictures (import it yourself: it brings matplotlib).
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from firstorder import visibility as visibility
     from firstorder import sampling as sampling
     from firstorder import flatland as flatland
+    from firstorder import space as space
     from firstorder import methods as methods
 
 __version__ = "0.1.0"
@@ -39,6 +41,7 @@ __all__ = [
     "visibility",
     "sampling",
     "flatland",
+    "space",
     "methods",
 ]
 

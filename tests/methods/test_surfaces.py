@@ -224,7 +224,8 @@ FAULTS = {
     "bases of rows for columns": _wrong("_tensor", lambda f, across, up, a: f(up, across, a)),
     "no mixed derivative": _wrong("_slopes", lambda f, x, a, labels: 0.0 * f(x, a, labels)),
     "slopes by chords on one side": _wrong(
-        "_slopes", lambda f, x, a, labels: jnp.gradient(a, axis=0) / jnp.mean(jnp.diff(x))
+        "_slopes",
+        lambda f, x, a, labels: jnp.asarray(jnp.gradient(a, axis=0)) / jnp.mean(jnp.diff(x)),
     ),
 }
 # Whom a fault concerns.

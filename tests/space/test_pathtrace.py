@@ -154,7 +154,7 @@ FAULTS = {
 def test_a_wrong_path_is_noticed(fault, box, key, monkeypatch):
     name, wrong = FAULTS[fault]
     monkeypatch.setattr(pathtrace, name, wrong(getattr(pathtrace, name)))
-    plain = pathtrace._traced.__wrapped__
+    plain = pathtrace._traced.__wrapped__  # pyright: ignore[reportFunctionMemberAccess]
     monkeypatch.setattr(pathtrace, "_traced", eqx.filter_jit(lambda *a: plain(*a)))  # trace again
     z = lamp_errors(key)[0] if "lamp" in fault else box_errors(box, key)[1]
     assert np.all(np.isfinite(z.z))

@@ -98,7 +98,7 @@ def test_principal_directions_turn_about_the_normal_but_the_carried_frame_does_n
         carried = our.smallest_rotation(n, m) @ axes[:, 1]
         return np.array([principal @ axes[:, 0], carried @ axes[:, 0]])
 
-    twist, carried = our.slope(along)
+    twist, carried = np.asarray(our.slope(along))
     assert abs(twist) > 0.05
     assert abs(carried) < 1e-10
 

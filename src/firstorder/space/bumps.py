@@ -140,8 +140,9 @@ def bumped(at: Chart, height: Callable, uv: Place) -> SurfacePoint:
         >>> round(-waves.turning[0, 0].item(), 3)  # a crest, as in flatland
         -3.948
     """
-    if hasattr(height, "jet"):
-        jet = height.jet(uv)
+    own = getattr(height, "jet", None)
+    if own is not None:
+        jet = own(uv)
         first, second = jet.gradient, jet.hessian
     else:
         first, second = jax.grad(height)(uv), jax.hessian(height)(uv)

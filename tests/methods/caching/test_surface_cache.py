@@ -96,7 +96,7 @@ def test_chosen_rows_and_the_table(some, reach, tmp_path):
     read = np.genfromtxt(
         tmp_path / "cache.csv", delimiter=",", names=True, dtype=None, encoding="utf-8"
     )
-    again = SurfaceCache.from_columns({k: read[k] for k in read.dtype.names})
+    again = SurfaceCache.from_columns({k: read[k] for k in read.dtype.names or ()})
     np.testing.assert_allclose(again.matrix, cache.matrix, rtol=1e-9)
     np.testing.assert_allclose(again(WHERE).value, cache(WHERE).value, rtol=1e-9)
     assert again.clamp.tolist() == cache.clamp.tolist()

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import ArrayLike
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from firstorder.errors import check_positive
 from firstorder.methods.caching.space_radii import Reach, circles
@@ -55,7 +55,7 @@ def _filled(
     x: np.ndarray, M: np.ndarray, waiting: np.ndarray, records: np.ndarray, most: int
 ) -> np.ndarray:
     """Adds records for the candidates that wait, in their order, `most` of them."""
-    tree, far, left = cKDTree(x), _longest(M), most
+    tree, far, left = KDTree(x), _longest(M), most
     open_ = np.zeros(len(x), bool)
     open_[waiting] = True
     for i in waiting.tolist():
