@@ -169,7 +169,7 @@ def _orders(ax, x, y, exact, span) -> None:
                   linestyle="-", label=label)  # fmt: skip
     ax.axhline(1.0, color="0.4", linestyle=":", linewidth=0.8)
     ax.set(title="f) error against azimuths", xlabel="azimuths", ylabel="rms, 8-bit levels")
-    ax.legend(fontsize=7, loc="lower left")
+    ax.legend(fontsize=7, loc="center right")
 
 
 def _claims(levels, x, y) -> list[Claim]:
