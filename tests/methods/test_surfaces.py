@@ -197,6 +197,7 @@ def test_slopes_do_not_reach_across_labels():
 
 
 def _no_lengths(self, x, y, label=None):
+    x, y = jnp.asarray(x), jnp.asarray(y)
     i, j = surfaces.cell_of(self.x, x), surfaces.cell_of(self.y, y)
     s = (x - self.x[i]) / (self.x[i + 1] - self.x[i])
     t = (y - self.y[j]) / (self.y[j + 1] - self.y[j])

@@ -102,7 +102,7 @@ def irradiance(scene: Scene, at: Receiver, nodes: int = 16) -> Float[Array, ""]:
         >>> at = receiver((0.5, 0.0, 0.0))
         >>> E, dE_dx = jax.value_and_grad(lambda x: irradiance(scene, at.moved(x)))(jnp.zeros(2))
         >>> print(round(float(E), 4), round(float(dE_dx[0]), 4))
-        0.4765 -0.5393
+        0.5666 -0.6324
     """
     return vector_irradiance(scene, at, nodes)[2]
 

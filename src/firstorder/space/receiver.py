@@ -26,7 +26,7 @@ class Receiver(eqx.Module):
     position: Float[Array, "*r 3"]
     axes: Float[Array, "*r 3 3"]
     S: Float[Array, "*r 2 2"]
-    on: Int[Array, "*r"]
+    on: Int[Array, "*r"] = eqx.field(default=-1, converter=jnp.asarray)
 
     @property
     def normal(self) -> Float[Array, "*r 3"]:

@@ -7,8 +7,8 @@ again. As along a line, the order decides which candidates are kept: report the 
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from jaxtyping import ArrayLike
@@ -19,9 +19,11 @@ from firstorder.methods.caching.space_radii import Reach, circles
 
 ENOUGH = 4  # times the wanted number of records are too many, however many more there would be
 
+Indices: TypeAlias = ArrayLike | Sequence
+
 
 def fill_surface(
-    position: ArrayLike, matrix: ArrayLike, visits: ArrayLike, most: int | None = None
+    position: ArrayLike, matrix: ArrayLike, visits: Indices, most: int | None = None
 ) -> np.ndarray:
     """Which candidates become records, if they are visited in the given order.
 
@@ -84,7 +86,7 @@ def fill_with_neighbours(
     position: ArrayLike,
     length: ArrayLike,
     accuracy: float,
-    visits: ArrayLike,
+    visits: Indices,
     low: float,
     high: float,
     *,
@@ -174,7 +176,7 @@ class SurfaceFit(NamedTuple):
 def fit_surface(
     position: ArrayLike,
     radii: Callable[[float], Reach],
-    visits: ArrayLike,
+    visits: Indices,
     target: int,
     *,
     low: float,
@@ -208,7 +210,7 @@ def fit_surface(
 
 def fit_with(
     make: Callable[[float, np.ndarray], tuple[np.ndarray, Reach]],
-    visits: ArrayLike,
+    visits: Indices,
     target: int,
     *,
     low: float,
