@@ -12,9 +12,13 @@ from firstorder.conventions import (
     SPACE,
     SPACE_SLOPE,
     Frame,
+    azimuth_axes,
+    cylindrical,
     direction,
     fourier_kernel,
     mirror_direction,
+    normal_rate,
+    polar,
     to_global,
     to_local,
     travel_sign,
@@ -27,6 +31,25 @@ def test_angles_turn_counter_clockwise_from_the_normal():
     np.testing.assert_allclose(direction(jnp.array(0.5 * np.pi)), [-1.0, 0.0], atol=1e-15)
     d = direction(jnp.linspace(-1.0, 1.0, 5))
     assert np.all(np.diff(np.arctan2(d[:, 1], d[:, 0])) > 0)
+
+
+def test_directions_of_space_by_their_angles():
+    up, x, y = np.eye(3)[[2, 0, 1]]
+    np.testing.assert_allclose(polar(jnp.array(0.0), jnp.array(1.0)), up, atol=1e-15)
+    for phi, axis in ((0.0, x), (0.5 * np.pi, y)):
+        np.testing.assert_allclose(polar(jnp.array(0.5 * np.pi), jnp.array(phi)), axis, atol=1e-15)
+        along, across = azimuth_axes(jnp.array(phi))
+        np.testing.assert_allclose(along, axis, atol=1e-15)
+        np.testing.assert_allclose(across, np.cross(up, axis), atol=1e-15)  # to the left
+    found = cylindrical(jnp.array(2.0), jnp.array([0.0, np.pi]), jnp.array(3.0))
+    np.testing.assert_allclose(found, [[2.0, 0.0, 3.0], [-2.0, 0.0, 3.0]], atol=1e-15)
+
+
+def test_a_ball_with_outward_normals_has_a_negative_curvature():
+    radius, step = 2.0, 1e-6
+    turned = np.array([np.sin(step / radius), 0.0])  # the normal's tangents after a walk along x
+    found = normal_rate(jnp.eye(2) * (-1.0 / radius), jnp.array([step, 0.0]))
+    np.testing.assert_allclose(found, turned, rtol=1e-9)
 
 
 def test_incoming_light_was_upstream_where_its_direction_points():

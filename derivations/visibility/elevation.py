@@ -406,8 +406,8 @@ def _all_differentiated(kind: str):
             return jnp.sum(half * weight * _weight(jnp, half * (1.0 + t)))
 
         still = jnp.zeros(2)
-        angle = lambda m: function(m, *case)  # noqa: E731
-        return jax.jacfwd(angle)(still), jax.hessian(angle)(still), jax.jacfwd(integral)(still)
+        gradient, hessian = jax.jacfwd(function)(still, *case), jax.hessian(function)(still, *case)
+        return gradient, hessian, jax.jacfwd(integral)(still)
 
     cases = zip(*(LIMBS if kind == "limb" else RIMS), strict=True)
     args = [jnp.asarray(np.array(a)) for a in cases]

@@ -12,6 +12,11 @@ Sense
 Normal
     `n(x)` is the angle of the shading normal, `kappa = dn/dx`; `kappa > 0` is a valley. The angle
     in the local frame is `theta - n(x)`, so `L_local(x, theta) = L(x, theta + n(x))`.
+Space
+    The receiver's normal is +z, theta the polar angle from it, phi the azimuth from +x to +y, w the
+    direction to where light comes from (`polar`, `azimuth_axes`). Frames are matrices with the axes
+    (t, b, n) as columns, local to global. The shape operator is `S = -dn`: a sphere with outward
+    normals has curvature -1/R (`normal_rate`).
 Fourier
     `F(Omega) = int f(u) exp(-2 pi i Omega . u) du`: cycles per unit, no prefactor.
 Units
@@ -103,6 +108,31 @@ SPACE_SLOPE = Frame(("x", "y", "v", "w"))
 def direction(a: Float[Array, "..."]) -> Float[Array, "... 2"]:
     """Unit vector at angle `a`, counter-clockwise from the normal +y."""
     return jnp.stack([-jnp.sin(a), jnp.cos(a)], axis=-1)
+
+
+def cylindrical(
+    rho: Float[Array, "..."], phi: Float[Array, "..."], z: Float[Array, "..."]
+) -> Float[Array, "... 3"]:
+    """The point of space at the distance rho from the normal, azimuth phi and height z."""
+    return jnp.stack(jnp.broadcast_arrays(rho * jnp.cos(phi), rho * jnp.sin(phi), z), axis=-1)
+
+
+def polar(theta: Float[Array, "..."], phi: Float[Array, "..."]) -> Float[Array, "... 3"]:
+    """Unit vector of space at the polar angle theta from the normal +z and the azimuth phi."""
+    return cylindrical(jnp.sin(theta), phi, jnp.cos(theta))
+
+
+def azimuth_axes(
+    phi: Float[Array, "..."],
+) -> tuple[Float[Array, "... 3"], Float[Array, "... 3"]]:
+    """Horizontal axes along an azimuth and across it: `e_rho` and `e_phi = d e_rho / d phi`."""
+    cos, sin, zero = jnp.cos(phi), jnp.sin(phi), jnp.zeros_like(phi)
+    return jnp.stack([cos, sin, zero], axis=-1), jnp.stack([-sin, cos, zero], axis=-1)
+
+
+def normal_rate(S: Float[Array, "2 2"], x: Float[Array, "2"]) -> Float[Array, "2"]:
+    """`dn = -S x`: how the normal moves on a walk of x along the tangents."""
+    return -(S @ x)
 
 
 def slope(theta: Float[Array, "..."]) -> Float[Array, "..."]:

@@ -11,6 +11,8 @@ Order and visibility have no derivative; the points and the cuts have. Where two
 
 from __future__ import annotations
 
+import dataclasses
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -122,7 +124,7 @@ def exposed(scene: Scene, at: Receiver) -> Pieces:
     lines, round_ = (jax.tree.map(lambda a, s=s: a[s], sides) for s in _halves(first))
     # What is not seen must not spoil sums or derivatives, wherever it is.
     line = _harmless_straight(Straight(start, end, line.owner, lines.seen))
-    arcs = _harmless_curved(Curved(*jax.tree.leaves(arcs)[:-1], round_.seen))
+    arcs = _harmless_curved(dataclasses.replace(arcs, live=round_.seen))
     sound = ~scene.inside(at.position, at.on)
     return settled(Pieces(line.start, line.end, lines, arcs, round_, azimuths, above, sound))
 

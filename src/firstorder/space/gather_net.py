@@ -10,6 +10,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int, PRNGKeyArray
 
+from firstorder.conventions import cylindrical
+
 
 class GatherNet(NamedTuple):
     """Directions of gather rays, and the triangles that they make.
@@ -99,7 +101,7 @@ def _directions(side: int, key) -> Float[Array, "m 3"]:
     turn = 0.25 * jnp.pi * jnp.where(wide, b, a) / safe
     phi = jnp.where(wide, turn, 0.5 * jnp.pi - turn)
     up = jnp.sqrt(jnp.maximum((1.0 - rho) * (1.0 + rho), 0.0))
-    return jnp.stack([rho * jnp.cos(phi), rho * jnp.sin(phi), up], -1).reshape(-1, 3)
+    return cylindrical(rho, phi, up).reshape(-1, 3)
 
 
 def _quads(grid) -> np.ndarray:

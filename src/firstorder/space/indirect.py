@@ -16,6 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from firstorder.conventions import cylindrical
 from firstorder.errors import check_positive
 from firstorder.space.intersect import occluded
 from firstorder.space.maps import Maps, cast, layout, nodes
@@ -229,7 +230,7 @@ def _gathered(maps: Maps, point: Array, normal: Array, own: Array, rays: int) ->
         u = jnp.mod((k + 0.5) / rays + shift[0], 1.0)
         phi = 2.0 * math.pi * jnp.mod(k * golden + shift[1], 1.0)
         rho = jnp.sqrt(u)
-        local = jnp.stack([rho * jnp.cos(phi), rho * jnp.sin(phi), jnp.sqrt(1.0 - u)], -1)
+        local = cylindrical(rho, phi, jnp.sqrt(1.0 - u))
         along = times(around, local)
         return total + cast(maps, _apart(point), _apart(along), own).radiance, None
 

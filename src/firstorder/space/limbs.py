@@ -16,6 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from firstorder.conventions import polar
 from firstorder.errors import check_positive
 from firstorder.space.intersect import nearest
 from firstorder.space.receiver import Receiver
@@ -117,7 +118,7 @@ def traced_edges(
     shown = edges.sign != 0.0
     D = jnp.where(shown, D, 1.0)
     at_phi = jnp.broadcast_to(phi[:, None], alpha.shape)
-    p = D[..., None] * _directions(alpha, at_phi)
+    p = D[..., None] * polar(alpha, at_phi)
     limb = limb_elevation(p, normal, at_phi).alpha_v
     # alpha_phi = sin(alpha) D alpha_v, from the slices on either side.
     slope = _beside(alpha, edges.count) * azimuths / np.pi
@@ -131,14 +132,9 @@ def traced_edges(
 # --- small change --------------------------------------------------------------------------------
 
 
-def _directions(theta, phi):
-    s = jnp.sin(theta)
-    return jnp.stack([s * jnp.cos(phi), s * jnp.sin(phi), jnp.cos(theta)], -1)
-
-
 def _hits(scene: Scene, at: Receiver, phi, theta):
     """First hits at angles of a slice: shape or -1, distance, normal and direction (local)."""
-    w = _directions(theta, jnp.broadcast_to(phi, theta.shape))
+    w = polar(theta, jnp.broadcast_to(phi, theta.shape))
     world = w @ at.axes.T
     origins = jnp.broadcast_to(at.position, world.shape)
     found = nearest(scene, origins, world, at.on)

@@ -21,6 +21,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int, PRNGKeyArray
 
+from firstorder.conventions import cylindrical
 from firstorder.sampling.estimate import Estimate, Moments
 from firstorder.space.intersect import nearest, occluded
 from firstorder.space.receiver import Receiver
@@ -241,7 +242,7 @@ def _scattered(here: Vertex, u: Float[Array, "n 3"]) -> tuple[Rows, Array, Array
     height = u[:, 1] ** (1.0 / (e + 1.0))
     rho, phi = jnp.sqrt(jnp.maximum(1.0 - height**2, 0.0)), 2.0 * jnp.pi * u[:, 2]
     axis = jnp.where(gloss[:, None], _mirrored(here), here.normal)
-    local = jnp.stack([rho * jnp.cos(phi), rho * jnp.sin(phi), height], -1)
+    local = cylindrical(rho, phi, height)
     along = times(frame(axis), local)
     value, density = _brdf(here, along)
     return (
@@ -322,10 +323,10 @@ def _point_on(shape: Any, u: Float[Array, "2"]) -> tuple[Array, Array]:
     if isinstance(shape, Ellipsoids):
         z, phi = 1.0 - 2.0 * u[0], 2.0 * jnp.pi * u[1]
         rho = jnp.sqrt(jnp.maximum(1.0 - z * z, 0.0))
-        q = jnp.stack([rho * jnp.cos(phi), rho * jnp.sin(phi), z])
+        q = cylindrical(rho, phi, z)
     elif isinstance(shape, Discs):
         rho, phi = jnp.sqrt(u[0]), 2.0 * jnp.pi * u[1]
-        q = jnp.stack([rho * jnp.cos(phi), rho * jnp.sin(phi), 0.0 * rho])
+        q = cylindrical(rho, phi, 0.0 * rho)
     elif isinstance(shape, Triangles):
         fold = u[0] + u[1] > 1.0
         s, t = jnp.where(fold, 1.0 - u[0], u[0]), jnp.where(fold, 1.0 - u[1], u[1])

@@ -8,6 +8,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float, Int
 
+from firstorder.conventions import normal_rate
 from firstorder.errors import check_finite, is_concrete
 from firstorder.typing import as_float
 from firstorder.vectors import cross, frame, norm, settled, unit
@@ -43,10 +44,9 @@ class Receiver(eqx.Module):
         Valid for one receiver; use `jax.vmap` for many.
         """
         t, b, n = (self.axes[:, i] for i in range(3))
-        bend = self.S @ x
-        position = self.position + x[0] * t + x[1] * b + 0.5 * jnp.dot(x, bend) * n
-        # dn = -S x: a turn about n x dn.
-        return Receiver(position, _turned(self.axes, -bend), self.S, self.on)
+        rate = normal_rate(self.S, x)
+        position = self.position + x[0] * t + x[1] * b - 0.5 * jnp.dot(x, rate) * n
+        return Receiver(position, _turned(self.axes, rate), self.S, self.on)
 
     def tilted(self, tilt: Float[Array, "2"]) -> Receiver:
         """The receiver turned on the spot so that its normal moves along t and b [rad]."""

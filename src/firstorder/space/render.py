@@ -22,6 +22,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from firstorder.conventions import cylindrical
 from firstorder.errors import check_positive
 from firstorder.space.image import Pinhole
 from firstorder.space.intersect import first_shape
@@ -116,7 +117,7 @@ def gathered(
     k = jnp.arange(rays, dtype=at.position.dtype)
     height = ((k + 0.5) / rays) ** (1.0 / (power + 1.0))
     phi, rho = 2.0 * jnp.pi * k * GOLDEN, jnp.sqrt(jnp.maximum(1.0 - height**2, 0.0))
-    w = times(around, jnp.stack([rho * jnp.cos(phi), rho * jnp.sin(phi), height], -1))
+    w = times(around, cylindrical(rho, phi, height))
     density = (power + 1.0) / (2.0 * jnp.pi) * height**power
     L = jax.lax.stop_gradient(_seen(scene, held, w))
 

@@ -231,9 +231,9 @@ class Scene(eqx.Module):
         return self.environment
 
     def inside(self, eye: Point, on: ArrayLike = -1) -> Bool[Array, ""]:
-        """Whether an eye is in a closed shape, where nothing can be seen.
+        """Whether an eye is in a closed shape or on it, where nothing can be seen.
 
-        On the shape that it lies on, or that it only touches from outside, it is not.
+        The shape that it is said to lie on (`on`) does not count.
         """
         found, first = jnp.asarray(False), 0
         for group in self.groups:

@@ -25,6 +25,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
+from firstorder.conventions import azimuth_axes, polar
 from firstorder.errors import check_positive, nan_unless
 from firstorder.quadrature import gauss_legendre
 from firstorder.space.azimuths import Part, folded, nodes_between, parts
@@ -174,8 +175,8 @@ def sliced(found: list[Part], base: Float[Array, ""], lag: Float[Array, ""]) -> 
         jnp.concatenate(a) for a in zip(empty, *(e[:4] for e in ends), strict=True)
     )
     met = jnp.concatenate([jnp.zeros((0,), bool), *(e[4] for e in ends)])
-    along = jnp.stack([jnp.cos(phi), jnp.sin(phi)])
-    low, high = (jnp.arctan2(p[:, :2] @ along, p[:, 2]) for p in (p_low, p_high))
+    along = azimuth_axes(phi)[0]
+    low, high = (jnp.arctan2(p @ along, p[:, 2]) for p in (p_low, p_high))
     # From the lower end up to the upper one, on the turn on which the middle lies in (-pi, pi].
     rise = jax.lax.stop_gradient(high - low)
     high = high - 2.0 * np.pi * jnp.floor(rise / (2.0 * np.pi))
@@ -233,7 +234,7 @@ class _Any(eqx.Module):
         half = 0.5 * (stops - starts)[:, None]
         theta = (starts[:, None] + half * (1.0 + x)).ravel()
         weight = (half * weight).ravel() * jnp.abs(jnp.sin(theta))
-        w = _directions(theta, phi)
+        w = polar(theta, phi)
         value = jax.vmap(lambda w: self.transport(self.at, w))(w)
         still = jnp.zeros(2, low.dtype)
         rate = jax.vmap(lambda w: jax.jacfwd(lambda x: self.transport(self.at.moved(x), w))(still))(
@@ -270,12 +271,11 @@ def edge_rate(cut: Slice, T, at: Receiver) -> Float[Array, "2"]:
     angle, sign = signed_edges(cut.low, cut.high)
     shown = sign != 0.0
     up = jnp.asarray([0.0, 0.0, 1.0], angle.dtype)
-    e = jnp.stack([jnp.cos(cut.phi), jnp.sin(cut.phi), jnp.zeros_like(cut.phi)])
-    across = jnp.stack([-e[1], e[0], e[2]])
+    across = azimuth_axes(cut.phi)[1]
     points = jnp.where(shown[:, None], cut.points, up)
     tangents = jnp.where(shown[:, None], cut.tangents, across)
     rate = rim_elevation(points, tangents, jnp.broadcast_to(cut.phi, angle.shape), at.S).gradient
-    light = T.edge(_directions(angle, cut.phi)) * jnp.abs(jnp.sin(angle))
+    light = T.edge(polar(angle, cut.phi)) * jnp.abs(jnp.sin(angle))
     # Where a slice grazes a blocker the rate is infinite, on a panel without length.
     fine = shown[:, None] & jnp.isfinite(rate)
     return jnp.sum(jnp.where(fine, (sign * light)[:, None] * jnp.where(fine, rate, 0.0), 0.0), 0)
@@ -306,8 +306,8 @@ def _turned(found: list[Part], T, p, q, live, row) -> Float[Array, "2"]:
     there = live & (jnp.max(jnp.abs(k[:2])) <= near) & (jnp.max(jnp.abs(p[:2])) > near)
     x, y = jnp.where(there, p[0], 1.0), jnp.where(there, p[1], 0.0)
     phi = folded(jnp.arctan2(y, x))[0]
-    cos, sin = jnp.cos(phi), jnp.sin(phi)
-    flat = x * cos + y * sin
+    along, across = (e[:2] for e in azimuth_axes(phi))
+    flat = x * along[0] + y * along[1]
     one, two = (jnp.arctan2(flat, jnp.where(there, a[2], 1.0)) for a in (p, q))
     cut = settled(sliced(found, phi, jnp.zeros_like(phi)))
 
@@ -316,7 +316,6 @@ def _turned(found: list[Part], T, p, q, live, row) -> Float[Array, "2"]:
 
     nothing = jnp.zeros_like(phi)
     hidden = inside(nothing, nothing) - inside(jnp.minimum(one, two), jnp.maximum(one, two))
-    across = jnp.stack([-sin, cos])
     # The shape lies on the side of p x k.
     side = jnp.sign(across @ cross(p, k)[:2])
     return jnp.where(there, -side * hidden / jnp.abs(flat), 0.0) * across
@@ -331,7 +330,7 @@ def _ends(part: Part, base, lag) -> tuple[Array, Array, Array, Array, Bool[Array
     Silhouettes run with the shape to their left, `p x k`; so k . e_phi is negative at lower ends.
     """
     phi = base + lag
-    v = jnp.stack([-jnp.sin(phi), jnp.cos(phi), jnp.zeros_like(phi)])
+    v = azimuth_axes(phi)[1]
     if part.normal is not None:
         return _plane_ends(part.normal, v)
     points, slopes, lower, upper = [], [], [], []
@@ -414,8 +413,3 @@ def _plane_ends(normal: Float[Array, "n 3"], v):
     w = -up[:, None] * e + rise[:, None] * jnp.asarray([0.0, 0.0, 1.0], e.dtype)
     k = jnp.broadcast_to(cross(normal, w), w.shape)
     return -FAR * w, -k, FAR * w, k, ~level
-
-
-def _directions(theta: Float[Array, " k"], phi: Float[Array, ""]) -> Float[Array, "k 3"]:
-    s = jnp.sin(theta)
-    return jnp.stack([s * jnp.cos(phi), s * jnp.sin(phi), jnp.cos(theta)], -1)

@@ -12,6 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, PRNGKeyArray
 
+from firstorder.conventions import cylindrical
 from firstorder.errors import is_concrete
 from firstorder.typing import as_float
 
@@ -80,7 +81,7 @@ def strata(
     height, width = low + up * (high - low), jnp.diff(phi)
     sine, cosine = _sine_cosine(height, measure)
     where = phi[:-1] + across * width
-    directions = jnp.stack([sine * jnp.cos(where), sine * jnp.sin(where), cosine], -1)
+    directions = cylindrical(sine, where, cosine)
     over = {"cosine": 0.5 / cosine, "solid angle": 1.0, "angle": sine}[measure]
     return Strata(theta, phi, directions, jnp.broadcast_to(over * (high - low) * width, size))
 

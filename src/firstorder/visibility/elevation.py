@@ -23,6 +23,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
+from firstorder.conventions import azimuth_axes, cylindrical
 from firstorder.errors import check_finite, nan_unless
 from firstorder.typing import as_float
 
@@ -292,11 +293,10 @@ def _slice(point: Points, phi: ArrayLike | None) -> _Slice:
         y, x = jnp.where(beside, p[..., 1], 0.0), jnp.where(beside, p[..., 0], 1.0)
         phi = jnp.arctan2(y, x)
     phi = jnp.broadcast_to(as_float(phi), D.shape).astype(D.dtype)
-    cos, sin, zero = jnp.cos(phi), jnp.sin(phi), jnp.zeros_like(phi)
-    rho = cos * p[..., 0] + sin * p[..., 1]
+    u, v = azimuth_axes(phi)
+    rho = u[..., 0] * p[..., 0] + u[..., 1] * p[..., 1]
     s, z = jnp.where(there, rho, 0.0) / D, jnp.where(there, p[..., 2], 1.0) / D
-    u, v = jnp.stack([cos, sin, zero], -1), jnp.stack([-sin, cos, zero], -1)
-    w, c = jnp.stack([s * cos, s * sin, z], -1), jnp.stack([z * cos, z * sin, -s], -1)
+    w, c = cylindrical(s, phi, z), cylindrical(z, phi, -s)
     return _Slice(p, jnp.arctan2(s, z), phi, (u, v, w, c), D, there)
 
 
