@@ -16,7 +16,7 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 MISS = -1
 # Measured (benchmarks/bench_flatland.py): below, one reduction over all shapes wins by up to 3.
@@ -140,3 +140,31 @@ def meets(
     for pair in numbered(groups):
         blocked, _ = jax.lax.scan(meet, blocked, pair)
     return blocked
+
+
+def occluded(
+    groups: Sequence[Any],
+    a: Float[Array, "r d"],
+    b: Float[Array, "r d"],
+    on_a: ArrayLike = MISS,
+    on_b: ArrayLike = MISS,
+    block: int = BLOCK,
+) -> Bool[Array, " r"]:
+    """Whether something stands between two points. It has no derivative.
+
+    The shape on which a ray ends does not count within 32 sqrt(eps) of its length before the end;
+    all others count up to 8 eps of it.
+    """
+    groups, a, b = jax.lax.stop_gradient((groups, a, b))
+    way = b - a
+    length = jnp.sqrt(jnp.sum(way * way, -1))
+    along = way / jnp.where(length == 0.0, 1.0, length)[:, None]
+    on_a, on_b = (jnp.broadcast_to(jnp.asarray(on), length.shape) for on in (on_a, on_b))
+    eps = float(jnp.finfo(length.dtype).eps)
+    near_end = 32.0 * eps**0.5, 8.0 * eps
+
+    def find(rays):
+        start, along, on_a, on_b, length = rays
+        return meets(groups, (start, along, on_a), on_b, length, near_end)
+
+    return in_blocks(find, (a, along, on_a, on_b, length), block)

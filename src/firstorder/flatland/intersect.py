@@ -7,9 +7,10 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
+from firstorder import tracing
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.shapes import Curves
-from firstorder.tracing import BLOCK, FEW, MISS, in_blocks, in_one, meets, one_by_one
+from firstorder.tracing import BLOCK, FEW, MISS, in_blocks, in_one, one_by_one
 
 
 class Hits(eqx.Module):
@@ -103,16 +104,4 @@ def occluded(
         on_b: the shape on which each ray ends, or -1. It does not count near the end of the ray,
             within 32 sqrt(eps) of its length; all others count up to 8 eps of it.
     """
-    groups, a, b = jax.lax.stop_gradient((scene.groups, a, b))
-    way = b - a
-    length = jnp.sqrt(way[:, 0] ** 2 + way[:, 1] ** 2)
-    along = way / jnp.where(length == 0.0, 1.0, length)[:, None]
-    on_a, on_b = (jnp.broadcast_to(jnp.asarray(on), length.shape) for on in (on_a, on_b))
-    eps = float(jnp.finfo(length.dtype).eps)
-    near_end = 32.0 * eps**0.5, 8.0 * eps
-
-    def find(rays):
-        start, along, on_a, on_b, length = rays
-        return meets(groups, (start, along, on_a), on_b, length, near_end)
-
-    return in_blocks(find, (a, along, on_a, on_b, length), _block(scene))
+    return tracing.occluded(scene.groups, a, b, on_a, on_b, _block(scene))

@@ -7,9 +7,9 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
+from firstorder import tracing
 from firstorder.space.scene import Scene
-from firstorder.tracing import FEW, MISS, in_blocks, in_one, meets, one_by_one
-from firstorder.vectors import norm
+from firstorder.tracing import FEW, MISS, in_blocks, in_one, one_by_one
 
 
 class Hits(eqx.Module):
@@ -94,16 +94,4 @@ def occluded(
         >>> occluded(scene, jnp.zeros((1, 3)), jnp.array([[0.0, 0.0, 9.0]])).item()
         True
     """
-    groups, a, b = jax.lax.stop_gradient((scene.groups, a, b))
-    way = b - a
-    length = norm(way)
-    along = way / jnp.where(length == 0.0, 1.0, length)[:, None]
-    on_a, on_b = (jnp.broadcast_to(jnp.asarray(on), length.shape) for on in (on_a, on_b))
-    eps = float(jnp.finfo(length.dtype).eps)
-    near_end = 32.0 * eps**0.5, 8.0 * eps
-
-    def find(rays):
-        start, along, on_a, on_b, length = rays
-        return meets(groups, (start, along, on_a), on_b, length, near_end)
-
-    return in_blocks(find, (a, along, on_a, on_b, length))
+    return tracing.occluded(scene.groups, a, b, on_a, on_b)
