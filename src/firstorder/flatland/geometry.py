@@ -3,29 +3,22 @@
 `G(x, y) = cos_x cos_y / r` turns arc length at y into cosine-weighted angle at x. With
 `p = y - x = r u`, `cos_x = n_x . u` and `cos_y = -n_y . u` everything below is a rational function
 of vectors, so it holds in every frame; nothing assumes that x is the origin.
+The formulas themselves are those of `patches`, at d = 2.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple, TypeAlias
+from typing import TypeAlias
 
-import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder.typing import as_float
+from firstorder import patches
 
 Points: TypeAlias = Float[ArrayLike, "*#b 2"]
 Values: TypeAlias = Float[Array, "*b"]
 Vectors: TypeAlias = Float[Array, "*b 2"]
 Matrices: TypeAlias = Float[Array, "*b 2 2"]
-
-
-class GeometryJet(NamedTuple):
-    """Value, gradient and Hessian of the geometry term by translation of x, normals held fixed."""
-
-    value: Array
-    gradient: Array
-    hessian: Array
+GeometryJet: TypeAlias = patches.Jet
 
 
 def geometry_term(x: Points, normal_x: Points, y: Points, normal_y: Points) -> Values:
@@ -57,8 +50,7 @@ def geometry_term(x: Points, normal_x: Points, y: Points, normal_y: Points) -> V
         >>> float(geometry_term(jnp.zeros(2), up, jnp.array([0.0, 2.0]), down))
         0.5
     """
-    r, _, cos_x, cos_y, sees = _frame(*map(as_float, (x, normal_x, y, normal_y)))
-    return jnp.where(sees, cos_x * cos_y / r, 0.0)
+    return patches.value(patches.facing(x, normal_x, y, normal_y))
 
 
 def geometry_gradient(x: Points, normal_x: Points, y: Points, normal_y: Points) -> Vectors:
@@ -132,14 +124,9 @@ def geometry_jet(x: Points, normal_x: Points, y: Points, normal_y: Points) -> Ge
 
     Reference: J12 eqs. 26, 38 and 49.
     """
-    x, normal_x, y, normal_y = map(as_float, (x, normal_x, y, normal_y))
-    r, u, cos_x, cos_y, sees = _frame(x, normal_x, y, normal_y)
-    jet = linear_jet(r, u, normal_x, normal_y, cos_x, cos_y)
-    return GeometryJet(
-        jnp.where(sees, jet.value, 0.0),
-        jnp.where(sees[..., None], jet.gradient, 0.0),
-        jnp.where(sees[..., None, None], jet.hessian, 0.0),
-    )
+    f = patches.facing(x, normal_x, y, normal_y)
+    jet = linear_jet(f.r, f.u, normal_x, normal_y, f.cos_x, f.cos_y)
+    return patches.lit(jet, f.sees)
 
 
 def linear_jet(r, u, normal_x, normal_y, cos_x, cos_y) -> GeometryJet:
@@ -148,34 +135,4 @@ def linear_jet(r, u, normal_x, normal_y, cos_x, cos_y) -> GeometryJet:
     A turn of the receiver's normal, `dn_x / dn = -tangent`, therefore needs no formula of its own:
     put `-tangent` for `normal_x`, and `-u . tangent` for `cos_x`.
     """
-    r = r[..., None]
-    a, b = cos_x[..., None], cos_y[..., None]
-    gradient = (3.0 * a * b * u - b * normal_x + a * normal_y) / r**2
-    a, b, r = a[..., None], b[..., None], r[..., None]
-    hessian = (
-        15.0 * a * b * _outer(u, u)
-        - 3.0 * a * b * jnp.eye(2, dtype=u.dtype)
-        - _twice(normal_x, normal_y)
-        - 3.0 * b * _twice(normal_x, u)
-        + 3.0 * a * _twice(normal_y, u)
-    ) / r**3
-    return GeometryJet(cos_x * cos_y / r[..., 0, 0], gradient, hessian)
-
-
-def _frame(x, normal_x, y, normal_y):
-    """Distance, direction, both cosines, and whether the surfaces face each other."""
-    p = y - x
-    r2 = jnp.sum(p * p, -1)
-    apart = r2 > 0.0
-    r = jnp.sqrt(jnp.where(apart, r2, 1.0))  # not 0: the root has no derivative there
-    u = p / r[..., None]
-    cos_x, cos_y = jnp.sum(normal_x * u, -1), -jnp.sum(normal_y * u, -1)
-    return r, u, cos_x, cos_y, apart & (cos_x > 0.0) & (cos_y > 0.0)
-
-
-def _outer(a, b):
-    return a[..., :, None] * b[..., None, :]
-
-
-def _twice(a, b):
-    return _outer(a, b) + _outer(b, a)
+    return patches.linear_jet(r, u, normal_x, normal_y, cos_x, cos_y)
