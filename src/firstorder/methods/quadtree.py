@@ -1,0 +1,394 @@
+"""Where to look at an image: squares that matter are split in four, until the budget is spent.
+
+A sample lies in the middle of each square, so what is known of the picture there (its gradient, its
+second derivatives, what a frequency analysis says) tells what the square still hides. A metric puts
+that as a number, the root of the square's error integrated over it:
+
+    |grad I| h^2 if a square shows its sample's value, |Hess I| h^3 if it shows its tangent plane
+
+Squares in which two objects meet are split before all others, down to the pixel. Samples lie in
+pixels of the image, where (0, 0) is a corner; all that were taken are kept.
+
+Many squares are split at once, the most important share of them, so that shading works on batches:
+a strict order wants one square at a time. With batches a partition of the importances finds them in
+0.6 us a sample, all of the tree included; a heap would have to touch each square by itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Array, Bool, Float, Int
+
+from firstorder.errors import check_positive
+
+Places = Float[np.ndarray, "n 2"]
+Numbers = Float[np.ndarray, " n"]
+
+
+class Shaded(NamedTuple):
+    """What a shading function returns for places of the image.
+
+    Attributes:
+        value: radiance [W/(m^2 sr)].
+        gradient: per pixel, or None if it is not computed.
+        more: anything else that a metric wants, a row per place.
+    """
+
+    value: Numbers
+    gradient: Float[np.ndarray, "n 2"] | None = None
+    more: np.ndarray | None = None
+
+
+class Squares(NamedTuple):
+    """What a metric sees: squares, what was found in their middles and beside them.
+
+    Attributes:
+        size: side lengths [pixels].
+        shaded: what the shading function gave.
+        differences: central differences between the four that came of one square (of neighbours in
+            the first grid): the gradient as it looks without derivatives, per pixel.
+    """
+
+    size: Numbers
+    shaded: Shaded
+    differences: Float[np.ndarray, "n 2"]
+
+
+Shade = Callable[[Places], Shaded]
+Metric = Callable[[Squares], Numbers]
+
+
+# --- metrics: how much a square wants to be split ------------------------------------------------
+
+
+def by_area(squares: Squares) -> Numbers:
+    """The square's area: samples spread evenly, as far as halving goes.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.methods.quadtree import Shaded, Squares, by_area
+        >>> by_area(Squares(np.array([2.0]), Shaded(np.ones(1)), np.zeros((1, 2)))).tolist()
+        [4.0]
+    """
+    return squares.size**2
+
+
+def by_gradient(squares: Squares) -> Numbers:
+    """`|grad I| h^2`, from the gradient that the shading function computed.
+
+    Raises:
+        ValueError: if it computes none.
+
+    Reference: R07 §9.1.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.methods.quadtree import Shaded, Squares, by_gradient
+        >>> found = Shaded(np.ones(1), np.array([[3.0, 4.0]]))
+        >>> by_gradient(Squares(np.array([2.0]), found, np.zeros((1, 2)))).tolist()
+        [20.0]
+    """
+    if squares.shaded.gradient is None:
+        raise ValueError("Argument `metric` needs gradients, but `shade` returns none.")
+    return _norm(squares.shaded.gradient) * squares.size**2
+
+
+def by_differences(squares: Squares) -> Numbers:
+    """`|grad I| h^2` from differences of neighbouring samples, as renderers without derivatives do.
+
+    It misses what lies between the samples (R07 Fig. 16).
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.methods.quadtree import Shaded, Squares, by_differences
+        >>> beside = np.array([[3.0, 4.0]])
+        >>> by_differences(Squares(np.array([2.0]), Shaded(np.ones(1)), beside)).tolist()
+        [20.0]
+
+    Reference: R07 §9.2.
+    """
+    return _norm(squares.differences) * squares.size**2
+
+
+def by_hessian(squares: Squares) -> Numbers:
+    """`|Hess I| h^3`: the shading function's `more` holds the Hessian, (n, 2, 2) per pixel^2.
+
+    What is read off samples with their planes, or linearly, errs by second derivatives.
+
+    Raises:
+        ValueError: if there are none.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.methods.quadtree import Shaded, Squares, by_hessian
+        >>> found = Shaded(np.ones(1), more=np.array([[[3.0, 0.0], [0.0, 4.0]]]))
+        >>> by_hessian(Squares(np.array([2.0]), found, np.zeros((1, 2)))).tolist()
+        [40.0]
+    """
+    H = squares.shaded.more
+    if H is None or H.shape[1:] != (2, 2):
+        raise ValueError("Argument `metric` needs Hessians in `more`, but `shade` returns none.")
+    return np.sqrt(np.sum(H**2, axis=(1, 2))) * squares.size**3
+
+
+def by_density(squares: Squares) -> Numbers:
+    """`m h^2` with the shading function's `more` as m, a density of importance, one a place.
+
+    Fit for every heuristic that is given in closed form: D05's band limit, or the product of
+    curvature, grazing view and gloss (R07 §9).
+
+    Raises:
+        ValueError: if there is none.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.methods.quadtree import Shaded, Squares, by_density
+        >>> found = Shaded(np.ones(1), more=np.array([3.0]))
+        >>> by_density(Squares(np.array([2.0]), found, np.zeros((1, 2)))).tolist()
+        [12.0]
+    """
+    m = squares.shaded.more
+    if m is None or m.ndim != 1:
+        raise ValueError("Argument `metric` needs a density in `more`, but `shade` returns none.")
+    return m * squares.size**2
+
+
+def _norm(g: Float[np.ndarray, "n 2"]) -> Numbers:
+    return np.sqrt(g[:, 0] ** 2 + g[:, 1] ** 2)
+
+
+# --- samples -------------------------------------------------------------------------------------
+
+
+class ImageSamples(NamedTuple):
+    """The samples of an image, in the order in which they were taken.
+
+    Attributes:
+        p: places [pixels].
+        size: side of the square in whose middle each was taken.
+        value: radiance.
+        gradient: per pixel; None if the shading function gives none.
+        leaf: whether the square was left whole.
+        rounds: how often the shading function was called.
+    """
+
+    p: Places
+    size: Numbers
+    value: Numbers
+    gradient: Float[np.ndarray, "n 2"] | None
+    leaf: Bool[np.ndarray, " n"]
+    rounds: int
+
+
+def sample_image(
+    shade: Shade,
+    width: int,
+    height: int,
+    budget: int,
+    metric: Metric = by_gradient,
+    *,
+    labels: Int[np.ndarray | Array, "w h"] | None = None,
+    block: int = 8,
+    batch: float = 0.03,
+    smallest: float = 0.5,
+) -> ImageSamples:
+    """Samples an image where a metric finds it worth while.
+
+    Args:
+        shade: from places to what is seen there; called once a round with all new places.
+        width: of the image [pixels].
+        height: of the image [pixels].
+        budget: samples; the first grid counts, and the last square split may leave up to 3 over.
+        metric: importance of squares, not negative.
+        labels: what each pixel shows, first axis across. Squares with several are split first.
+        block: side of the first squares, a power of 2 [pixels].
+        batch: share of the squares to split in a round; 0 for one at a time.
+        smallest: squares of this side are left whole [pixels].
+
+    Raises:
+        ValueError: if the first grid needs more than the budget, the block is no power of 2, or the
+            metric gives a number that is none.
+
+    Reference: R07 §9.1.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.methods.quadtree import Shaded, by_gradient, sample_image
+        >>> def step(p):  # a blurred edge at the middle
+        ...     x = p[:, 0] - 16.0
+        ...     return Shaded(np.tanh(x), np.stack([1.0 / np.cosh(x) ** 2, 0.0 * x], -1))
+        >>> found = sample_image(step, 32, 32, 100, by_gradient)
+        >>> len(found.p), bool(np.median(abs(found.p[:, 0] - 16.0)) < 3.0)
+        (100, True)
+    """
+    _check(width, height, budget, block, batch, smallest)
+    mixed = None if labels is None else _Mixed(np.asarray(labels), width, height, block)
+    corner, columns = _first(width, height, block)
+    if len(corner) > budget:
+        raise ValueError(
+            f"Argument `budget` must be at least {len(corner)}, one sample a block, "
+            f"but is {budget}."
+        )
+    tree = _Tree(budget, metric, mixed, smallest, (width, height))
+    size = np.full(len(corner), float(block))
+    p = tree.middles(corner, size)
+    found = shade(p)
+    tree.add(corner, size, p, found, _grid_differences(found.value, columns, block))
+    while (chosen := tree.choose(batch)).size:
+        corner, size = _quarters(tree.corner[chosen], tree.size[chosen])
+        inside = np.all(corner < (width, height), axis=1)
+        p = tree.middles(corner[inside], size[inside])
+        found = shade(p)
+        differences = _sibling_differences(found.value, size, inside)
+        tree.leaf[chosen], tree.importance[chosen] = False, WHOLE
+        tree.add(corner[inside], size[inside], p, found, differences)
+    return tree.samples()
+
+
+def _check(width, height, budget, block, batch, smallest) -> None:
+    named = dict(width=width, height=height, budget=budget, block=block, smallest=smallest)
+    for name, number in named.items():
+        check_positive(name, number)
+    if block & (block - 1):
+        raise ValueError(f"Argument `block` must be a power of 2, but is {block}.")
+    if not 0.0 <= batch <= 1.0:
+        raise ValueError(f"Argument `batch` must be within [0, 1], but is {batch}.")
+
+
+def _first(width: int, height: int, block: int) -> tuple[Places, int]:
+    """Corners of the first squares, and how many stand in a row."""
+    x, y = (np.arange(0.0, n, block) for n in (width, height))
+    return np.stack(np.meshgrid(x, y, indexing="ij"), -1).reshape(-1, 2), len(x)
+
+
+def _quarters(
+    corner: Places, size: Numbers
+) -> tuple[Float[np.ndarray, "m 2"], Float[np.ndarray, " m"]]:
+    """Corners and sizes; four rows follow one another: (0, 0), (0, 1), (1, 0), (1, 1)."""
+    half = 0.5 * size
+    step = np.array([(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)])
+    return (corner[:, None] + half[:, None, None] * step).reshape(-1, 2), np.repeat(half, 4)
+
+
+def _grid_differences(value: Numbers, columns: int, block: int) -> Float[np.ndarray, "n 2"]:
+    """Differences between neighbours of the first grid."""
+    V = value.reshape(columns, -1)
+    slope = [
+        np.gradient(V, float(block), axis=k) if n > 1 else 0.0 * V for k, n in enumerate(V.shape)
+    ]
+    return np.stack(slope, -1).reshape(-1, 2)
+
+
+def _sibling_differences(value, size, inside) -> Float[np.ndarray, "n 2"]:
+    """Differences between quarters of one square; those outside of the image do not count."""
+    V = np.full(len(size), np.nan)
+    V[inside] = value
+    V = V.reshape(-1, 2, 2)
+    slope = np.stack([V[:, 1, :] - V[:, 0, :], V[:, :, 1] - V[:, :, 0]], -1)  # [square, side, axis]
+    across, up = slope[..., 0], slope[..., 1]
+    both = np.stack(np.broadcast_arrays(across[:, None, :], up[:, :, None]), -1).reshape(-1, 2)
+    return np.nan_to_num(both[inside]) / size[inside, None]
+
+
+class _Mixed:
+    """In which squares of the image several objects meet."""
+
+    def __init__(self, labels: np.ndarray, width: int, height: int, block: int):
+        if labels.shape != (width, height):
+            raise ValueError(
+                f"Argument `labels` must have shape ({width}, {height}), but has {labels.shape}."
+            )
+        self.levels, side = {}, block
+        while side > 1:
+            fill = [(0, -n % side) for n in labels.shape]
+            L = np.pad(labels, fill, mode="edge")
+            tiles = L.reshape(L.shape[0] // side, side, L.shape[1] // side, side)
+            self.levels[side] = tiles.min((1, 3)) != tiles.max((1, 3))
+            side //= 2
+
+    def __call__(self, corner: Places, size: float) -> Bool[np.ndarray, " n"]:
+        """Whether squares of one size are mixed."""
+        level = self.levels.get(int(size))
+        if level is None:
+            return np.zeros(len(corner), bool)
+        i, j = (corner / size).astype(int).T
+        return level[i, j]
+
+
+WHOLE = -1.0  # importance of a square that is not to be split, or was
+
+
+class _Tree:
+    """The samples so far, in arrays that are long enough from the beginning."""
+
+    def __init__(self, budget: int, metric: Metric, mixed: _Mixed | None, smallest: float, ends):
+        room = budget + 3
+        self.budget, self.metric, self.mixed, self.smallest = budget, metric, mixed, smallest
+        self.ends = ends
+        self.count, self.rounds = 0, 0
+        self.corner, self.p = np.empty((room, 2)), np.empty((room, 2))
+        self.size, self.value = np.empty(room), np.empty(room)
+        self.gradient: np.ndarray | None = None
+        self.leaf = np.ones(room, bool)
+        self.importance = np.full(room, WHOLE)
+
+    def middles(self, corner: Places, size: Numbers) -> Places:
+        """Of the part of each square that lies in the image."""
+        return 0.5 * (corner + np.minimum(corner + size[:, None], self.ends))
+
+    def add(self, corner: Places, size: Numbers, p: Places, found: Shaded, differences) -> None:
+        """New squares with what was found in them."""
+        at = slice(self.count, self.count + len(p))
+        self.corner[at], self.size[at], self.p[at], self.value[at] = corner, size, p, found.value
+        if found.gradient is not None:
+            if self.gradient is None:
+                self.gradient = np.zeros_like(self.p)
+            self.gradient[at] = found.gradient
+        importance = np.asarray(self.metric(Squares(size, found, differences)), float)
+        if not np.all(importance >= 0.0):
+            raise ValueError("Argument `metric` must give numbers from 0 up, but does not.")
+        if self.mixed is not None:
+            for side in np.unique(size):
+                where = size == side
+                hit = self.mixed(corner[where], side)
+                importance[where] = np.where(hit, np.inf, importance[where])
+        self.importance[at] = np.where(size <= self.smallest, WHOLE, importance)
+        self.count += len(p)
+        self.rounds += 1
+
+    def choose(self, batch: float) -> Int[np.ndarray, " k"]:
+        """The squares to split next: the most important ones that the budget allows."""
+        importance = self.importance[: self.count]
+        left = -(-(self.budget - self.count) // 4)
+        edges = np.flatnonzero(np.isinf(importance))
+        if edges.size:
+            return edges[np.argsort(-self.size[edges], kind="stable")][: max(left, 0)]
+        splittable = np.count_nonzero(importance > 0.0)
+        k = min(max(int(batch * self.count), 1), left, splittable)
+        if k <= 0:
+            return np.empty(0, int)
+        return np.argpartition(importance, self.count - k)[self.count - k :]
+
+    def samples(self) -> ImageSamples:
+        """What was found."""
+        n = self.count
+        gradient = None if self.gradient is None else self.gradient[:n]
+        return ImageSamples(
+            self.p[:n], self.size[:n], self.value[:n], gradient, self.leaf[:n], self.rounds
+        )
+
+
+__all__ = [
+    "ImageSamples",
+    "Shaded",
+    "Squares",
+    "by_area",
+    "by_density",
+    "by_differences",
+    "by_gradient",
+    "by_hessian",
+    "sample_image",
+]
