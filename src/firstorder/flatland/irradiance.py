@@ -19,10 +19,11 @@ from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from firstorder.conventions import direction
 from firstorder.flatland.intersect import occluded
-from firstorder.flatland.scene import BACK, FRONT, Scene
+from firstorder.flatland.scene import Scene
 from firstorder.flatland.vectors import dot
 from firstorder.flatland.view import Receiver, View, receiver, view
 from firstorder.quadrature import gauss_legendre
+from firstorder.things import BACK, FRONT
 from firstorder.typing import as_float
 
 # Radiance that a shape sends against a direction: (number, parameter, front?, direction) -> L.

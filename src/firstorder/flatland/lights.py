@@ -13,10 +13,11 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from firstorder.conventions import direction
-from firstorder.flatland.scene import BACK, FRONT, Scene
+from firstorder.flatland.scene import Scene
 from firstorder.flatland.vectors import cross, dot
 from firstorder.quadrature import gauss_legendre
 from firstorder.sampling.distributions import Pick, Piecewise
+from firstorder.things import BACK, FRONT
 
 SKY_PIECES = 256  # of the table by which the sky is sampled
 EVEN = 0.1  # share of it that is uniform, lest a narrow bright place between its nodes be missed

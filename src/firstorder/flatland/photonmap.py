@@ -26,10 +26,11 @@ from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 from firstorder.flatland.irradiance import direct_points
 from firstorder.flatland.photons import Photons
 from firstorder.flatland.samples import look, strata
-from firstorder.flatland.scene import BACK, FRONT, Scene
+from firstorder.flatland.scene import Scene
 from firstorder.flatland.view import Receiver
 from firstorder.quadrature import gauss_legendre
 from firstorder.sampling.density import Window, fixed_window, nearest_window
+from firstorder.things import BACK, FRONT
 
 PIECES = 128  # of the table from parameter to arc length
 

@@ -13,10 +13,11 @@ from firstorder.errors import check_positive
 from firstorder.flatland import scatter as scattering
 from firstorder.flatland.lights import Lights, lengths, lights
 from firstorder.flatland.pathtrace import SURVIVAL
-from firstorder.flatland.scene import BACK, FRONT, Scene
+from firstorder.flatland.scene import Scene
 from firstorder.flatland.vectors import dot, left
 from firstorder.flatland.vertices import Plan, Scatter, has_gloss, meet, onward
 from firstorder.sampling.distributions import Cosine
+from firstorder.things import BACK, FRONT
 
 
 class Photons(eqx.Module):

@@ -15,8 +15,9 @@ import numpy as np
 
 from firstorder.flatland.intersect import nearest
 from firstorder.flatland.irradiance import Radiance
-from firstorder.flatland.scene import BACK, FRONT, Scene
+from firstorder.flatland.scene import Scene
 from firstorder.flatland.vectors import left
+from firstorder.things import BACK, FRONT
 
 
 class Met(NamedTuple):

@@ -15,10 +15,11 @@ from firstorder.conventions import direction
 from firstorder.errors import is_concrete
 from firstorder.flatland.intersect import nearest
 from firstorder.flatland.irradiance import Radiance
-from firstorder.flatland.scene import BACK, FRONT, Scene
+from firstorder.flatland.scene import Scene
 from firstorder.flatland.vectors import cross, dot
 from firstorder.flatland.view import HORIZON, Receiver
 from firstorder.quadrature import gauss_legendre
+from firstorder.things import BACK, FRONT
 from firstorder.typing import as_float
 
 

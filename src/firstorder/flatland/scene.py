@@ -18,15 +18,15 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
-from firstorder.errors import check_finite, check_not_negative, is_concrete, nan_unless
+from firstorder.errors import check_finite, check_not_negative, is_concrete
 from firstorder.flatland.crossings import Crossings, find, somewhere
 from firstorder.flatland.shapes import Arcs, Circles, Curves, Ellipses, Point, Segments, Shape
 from firstorder.flatland.vectors import cross, left
+from firstorder.things import checked, each, grouped, joined, named, sides
 from firstorder.tracing import picked
 from firstorder.typing import as_float
 
 KINDS = (Segments, Arcs, Circles, Ellipses, Curves)
-FRONT, BACK = 0, 1
 
 
 class Material(eqx.Module):
@@ -133,25 +133,14 @@ def thing(
     """
     n = shape.count
     given = {
-        "emission": _sides(emission, n, two_sided),
-        "albedo": _sides(albedo, n, True),
-        "mirror": _each(mirror, n),
-        "specular": _each(specular, n),
-        "exponent": _each(exponent, n),
-        "ior": _each(ior, n),
+        "emission": sides(emission, n, two_sided),
+        "albedo": sides(albedo, n, True),
+        "mirror": each(mirror, n),
+        "specular": each(specular, n),
+        "exponent": each(exponent, n),
+        "ior": each(ior, n),
     }
-    for key, value in given.items():
-        check_not_negative(key, value)
-    if not is_concrete(given):
-        given = {key: nan_unless(value >= 0.0, value) for key, value in given.items()}
-    else:
-        most = float(jnp.max(jnp.max(given["albedo"], -1) + given["mirror"] + given["specular"]))
-        if most > 1.0 + 1e-6:
-            raise ValueError(
-                f"Arguments `albedo`, `mirror` and `specular` must add up to at most 1, "
-                f"but add up to {most:g}."
-            )
-    return Thing(shape, name, Material(**given))
+    return Thing(shape, name, Material(**checked(given, ("albedo", "mirror", "specular"))))
 
 
 class Frenet(eqx.Module):
@@ -226,16 +215,7 @@ class Scene(eqx.Module):
         Raises:
             ValueError: if there is nothing in the scene.
         """
-        if not things:
-            raise ValueError("Argument `things` must hold at least one shape, but is empty.")
-        groups, materials, names = [], [], []
-        for kind in KINDS:
-            here = [t for t in things if isinstance(t.shape, kind)]
-            if not here:
-                continue
-            groups.append(_join([t.shape for t in here]))
-            materials.extend(t.material for t in here)
-            names.extend(t.name for t in here for _ in range(t.shape.count))
+        groups, materials, names = grouped(things, KINDS, _join)
         if points is None:
             points = PointLights(jnp.zeros((0, 2)), jnp.zeros((0,)))
         if environment is not None and not isinstance(environment, eqx.Module):
@@ -243,10 +223,10 @@ class Scene(eqx.Module):
         if crossings is None:
             crossings = find(groups)
             if not is_concrete(groups):
-                shines = jnp.any(_join(materials).emission != 0.0, -1)
+                shines = jnp.any(joined(materials).emission != 0.0, -1)
                 unsound = somewhere(groups, shines) | ~_sized(groups)
                 groups = jax.tree.map(lambda a: jnp.where(unsound, jnp.nan, a), groups)
-        return Scene(tuple(groups), _join(materials), points, environment, crossings, tuple(names))
+        return Scene(tuple(groups), joined(materials), points, environment, crossings, names)
 
     @property
     def count(self) -> int:
@@ -259,11 +239,7 @@ class Scene(eqx.Module):
         Raises:
             ValueError: if there is none.
         """
-        found = tuple(i for i, n in enumerate(self.names) if n == name)
-        if not found:
-            known = ", ".join(sorted({n for n in self.names if n})) or "none"
-            raise ValueError(f"Argument `name` must be one of {known}, but is {name!r}.")
-        return found
+        return named(self.names, name)
 
     def _pick(self, index: Int[Array, ""], ask: Callable[[Shape], Any]) -> Any:
         """What the shape of that number answers: every group is asked, one answer is kept."""
@@ -382,13 +358,10 @@ def _sized(groups: list[Shape]) -> Bool[Array, ""]:
     return jnp.all(jnp.stack([jnp.all(size > 0.0) for size in sizes] or [jnp.array(True)]))
 
 
-def _join(parts: list) -> Any:
-    """Several modules of one kind as one, along the leading axis."""
-    if len(parts) == 1:
-        return parts[0]
-    if isinstance(parts[0], Curves):
-        parts = _padded(parts)
-    return jax.tree.map(lambda *leaves: jnp.concatenate(leaves), *parts)
+def _join(shapes: list) -> Any:
+    """Several shapes of one kind as one."""
+    several = len(shapes) > 1 and isinstance(shapes[0], Curves)
+    return joined(_padded(shapes) if several else shapes)
 
 
 def _padded(curves: list[Curves]) -> list[Curves]:
@@ -400,16 +373,3 @@ def _padded(curves: list[Curves]) -> list[Curves]:
         return jnp.pad(a, ((0, 0), (0, most - a.shape[1]), (0, 0)))
 
     return [Curves(fill(c.cosines), fill(c.sines), samples) for c in curves]
-
-
-def _each(value: ArrayLike, n: int) -> Array:
-    return jnp.broadcast_to(as_float(value), (n,))
-
-
-def _sides(value: Any, n: int, both: bool) -> Array:
-    """Front and back of each of n shapes; a single number is the front's, and perhaps both's."""
-    value = as_float(value)
-    if value.ndim and value.shape[-1] == 2:
-        return jnp.broadcast_to(value, (n, 2))
-    front = jnp.broadcast_to(value, (n,))
-    return jnp.stack([front, front if both else jnp.zeros_like(front)], -1)

@@ -17,8 +17,9 @@ from firstorder.errors import is_concrete
 from firstorder.flatland.intersect import nearest, occluded
 from firstorder.flatland.lights import Lights, density_of_shape, density_of_sky, look_for
 from firstorder.flatland.scatter import Scattered, Surface, reflect
-from firstorder.flatland.scene import BACK, FRONT, Scene
+from firstorder.flatland.scene import Scene
 from firstorder.flatland.vectors import cross, dot, left
+from firstorder.things import BACK, FRONT
 
 Scatter = Callable[[Surface, tuple[Array, Array], Array, bool], Scattered]
 

@@ -20,8 +20,9 @@ from firstorder.conventions import cylindrical
 from firstorder.errors import check_positive
 from firstorder.space.intersect import occluded
 from firstorder.space.maps import Maps, cast, layout, nodes
-from firstorder.space.scene import FRONT, Scene
+from firstorder.space.scene import Scene
 from firstorder.space.shapes import Rectangles
+from firstorder.things import FRONT
 from firstorder.vectors import cross, dot, frame, norm, times, unit
 
 # --- direct light --------------------------------------------------------------------------------

@@ -28,8 +28,9 @@ from firstorder.space.image import Pinhole
 from firstorder.space.intersect import first_shape
 from firstorder.space.irradiance import boundary_gradient, irradiance
 from firstorder.space.receiver import Receiver
-from firstorder.space.scene import BACK, FRONT, Scene
+from firstorder.space.scene import Scene
 from firstorder.space.shapes import Boxes, Cylinders, Shape
+from firstorder.things import BACK, FRONT
 from firstorder.tracing import MISS
 from firstorder.vectors import dot, frame, times, unit
 

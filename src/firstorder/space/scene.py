@@ -20,13 +20,12 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float
 
-from firstorder.errors import check_not_negative, is_concrete, nan_unless
-from firstorder.space.shapes import KINDS, Point, Shape, joined
+from firstorder.errors import check_not_negative
+from firstorder.space.shapes import KINDS, Point, Shape
+from firstorder.things import BACK, FRONT, checked, each, grouped, joined, named, sides
 from firstorder.tracing import picked
 from firstorder.typing import as_float
 from firstorder.vectors import dot
-
-FRONT, BACK = 0, 1
 
 
 class Material(eqx.Module):
@@ -86,23 +85,12 @@ def thing(
     """
     n = shape.count
     given = {
-        "emission": _sides(emission, n, two_sided),
-        "albedo": _sides(albedo, n, True),
-        "specular": _each(specular, n),
-        "exponent": _each(exponent, n),
+        "emission": sides(emission, n, two_sided),
+        "albedo": sides(albedo, n, True),
+        "specular": each(specular, n),
+        "exponent": each(exponent, n),
     }
-    for key, value in given.items():
-        check_not_negative(key, value)
-    if is_concrete(given):
-        most = float(jnp.max(jnp.max(given["albedo"], -1) + given["specular"]))
-        if most > 1.0 + 1e-6:
-            raise ValueError(
-                f"Arguments `albedo` and `specular` must add up to at most 1, "
-                f"but add up to {most:g}."
-            )
-    else:
-        given = {key: nan_unless(value >= 0.0, value) for key, value in given.items()}
-    return Thing(shape, name, Material(**given))
+    return Thing(shape, name, Material(**checked(given, ("albedo", "specular"))))
 
 
 class Scene(eqx.Module):
@@ -143,16 +131,7 @@ class Scene(eqx.Module):
         Raises:
             ValueError: if there is nothing in the scene, or the sky is negative.
         """
-        if not things:
-            raise ValueError("Argument `things` must hold at least one shape, but is empty.")
-        groups, materials, names = [], [], []
-        for kind in KINDS:
-            here = [t for t in things if isinstance(t.shape, kind)]
-            if not here:
-                continue
-            groups.append(joined([t.shape for t in here]))
-            materials.extend(t.material for t in here)
-            names.extend(t.name for t in here for _ in range(t.shape.count))
+        groups, materials, names = grouped(things, KINDS, joined)
         if sky is None:
             sky = 0.0
         if callable(sky):
@@ -161,7 +140,7 @@ class Scene(eqx.Module):
         else:
             check_not_negative("sky", sky)
             sky = as_float(sky)
-        return Scene(tuple(groups), joined(materials), sky, tuple(names))
+        return Scene(tuple(groups), joined(materials), sky, names)
 
     @property
     def count(self) -> int:
@@ -174,11 +153,7 @@ class Scene(eqx.Module):
         Raises:
             ValueError: if there is none.
         """
-        found = tuple(i for i, n in enumerate(self.names) if n == name)
-        if not found:
-            known = ", ".join(sorted({n for n in self.names if n})) or "none"
-            raise ValueError(f"Argument `name` must be one of {known}, but is {name!r}.")
-        return found
+        return named(self.names, name)
 
     def ask(self, index: ArrayLike, question: Callable[[Shape], Any]) -> Any:
         """What the shape of that number answers."""
@@ -242,16 +217,3 @@ class Scene(eqx.Module):
                 found = found | jnp.any(jax.vmap(lambda s: s.inside(eye))(group) & ~own)
             first += group.count
         return found
-
-
-def _each(value: ArrayLike, n: int) -> Array:
-    return jnp.broadcast_to(as_float(value), (n,))
-
-
-def _sides(value: Any, n: int, both: bool) -> Float[Array, "n 2"]:
-    """Front and back of each of n shapes; a single number is the front's, and perhaps both's."""
-    value = as_float(value)
-    if value.ndim and value.shape[-1] == 2:
-        return jnp.broadcast_to(value, (n, 2))
-    front = jnp.broadcast_to(value, (n,))
-    return jnp.stack([front, front if both else jnp.zeros_like(front)], -1)

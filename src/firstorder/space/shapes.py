@@ -15,10 +15,8 @@ shape's along the third column of `axes`, the vector product of the first two.
 from __future__ import annotations
 
 import abc
-from typing import Any
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
@@ -272,10 +270,3 @@ def _slabs(o: Array, d: Array) -> tuple[Array, Array]:
 
 # Scenes keep shapes in this order.
 KINDS = (Ellipsoids, Boxes, Cylinders, Discs, Rectangles, Triangles, Planes)
-
-
-def joined(parts: list) -> Any:
-    """Several modules of one kind, shapes or materials, as one."""
-    if len(parts) == 1:
-        return parts[0]
-    return jax.tree.map(lambda *leaves: jnp.concatenate(leaves), *parts)
