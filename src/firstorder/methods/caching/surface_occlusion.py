@@ -1,0 +1,100 @@
+"""Hessians of irradiance that know shadow edges, at many places of a floor: a metric for records.
+
+`space.triangulated` for places on a level shape, all with the same gather rays.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, ArrayLike, Float, Int
+
+from firstorder.errors import check_positive, check_shape
+from firstorder.space.gather_net import GatherNet, gather_net
+from firstorder.space.maps import Maps, cast
+from firstorder.space.triangulated import triangulated
+from firstorder.typing import as_float
+
+BATCH = 8  # places at a time: what a thousand rays of each need stays in the cache
+
+
+class OcclusionTable(NamedTuple):
+    """Irradiance with derivatives that count what edges hide and uncover, at places of a plane.
+
+    Attributes:
+        E: irradiance [W/m^2].
+        gradient: [W/m^3].
+        hessian: symmetric [W/m^4].
+    """
+
+    E: Float[np.ndarray, " m"]
+    gradient: Float[np.ndarray, "m 2"]
+    hessian: Float[np.ndarray, "m 2 2"]
+
+
+def occlusion_table(
+    maps: Maps, position: ArrayLike, on: int, height: float = 0.0, rays: int = 1024
+) -> OcclusionTable:
+    """Gathers once from every place, and keeps the occlusion-aware gradient and Hessian.
+
+    What `triangulated` finds, with the directions of `gather_net` for all places alike, in single
+    precision. Some 2 ms for a place with 1024 rays, on one core.
+
+    Valid and wrong as `triangulated`: the share of edges that rays resolve, sharp ones, and those
+    of curved surfaces only up to their radius over their distance.
+
+    Args:
+        maps: the light and its scene.
+        position: x and y of places on a level shape that faces up (m, 2) [m].
+        on: number of the shape they lie on.
+        height: z of the places [m].
+        rays: from each place; the largest square number within it is used.
+
+    Raises:
+        ValueError: if there are fewer than 4 rays, or positions are not (m, 2).
+
+    Reference: after Schwarzhaupt, Jensen and Jarosz 2012, as J12 §9 asks.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.methods.caching.surface_occlusion import occlusion_table
+        >>> from firstorder.space import library
+        >>> from firstorder.space.maps import Maps
+        >>> maps = Maps(library.j12_box(), jnp.zeros((4, 2, 2)))
+        >>> occlusion_table(maps, [[0.4, 0.3]], on=0, rays=64).hessian.tolist()
+        [[[0.0, 0.0], [0.0, 0.0]]]
+    """
+    check_positive("rays", rays)
+    x = as_float(position).astype(jnp.float32)
+    check_shape("position", x, (x.shape[0], 2))
+    single = jax.tree.map(lambda a: a.astype(jnp.float32) if eqx.is_inexact_array(a) else a, maps)
+    net = gather_net(rays)
+    found = _gathered(single, _single(net), x, jnp.asarray(on), jnp.float32(height))
+    E, gradient, hessian = (np.asarray(a, float) for a in found)
+    return OcclusionTable(E, gradient, hessian)
+
+
+def _single(net: GatherNet) -> GatherNet:
+    """Directions in single precision; triangles and neighbours as arguments, not constants."""
+    directions = net.directions.astype(jnp.float32)
+    return GatherNet(directions, jnp.asarray(net.triangles), jnp.asarray(net.neighbours))
+
+
+@eqx.filter_jit
+def _gathered(
+    maps: Maps, net: GatherNet, x: Float[Array, "m 2"], on: Int[Array, ""], height: Float[Array, ""]
+) -> tuple[Array, Array, Array]:
+    along = tuple(net.directions.T)
+
+    def one(place):
+        origin = tuple(jnp.broadcast_to(a, along[0].shape) for a in (place[0], place[1], height))
+        seen = cast(maps, origin, along, on)
+        return triangulated(
+            seen.radiance, net.directions, seen.distance, net.triangles, net.neighbours
+        )
+
+    return jax.lax.map(one, x, batch_size=BATCH)
