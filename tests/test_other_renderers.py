@@ -206,7 +206,7 @@ def test_radiance_beside_a_sphere(tmp_path):
     options = ["-ab", "1", "-ad", "16384", "-aa", "0", *FINE]
     found, _ = radiance(tmp_path, SPHERE, [(x, 0.0) for x in BESIDE], *options)
     print("Radiance, sphere:", np.round(found / sphere_light() - 1.0, 4))
-    np.testing.assert_allclose(found, sphere_light(), rtol=0.01)
+    np.testing.assert_allclose(found, sphere_light(), rtol=0.003)  # measured 0.0009
 
 
 def test_radiances_direct_light_in_the_box(tmp_path):
@@ -215,7 +215,7 @@ def test_radiances_direct_light_in_the_box(tmp_path):
     places = [(x, Y) for x in X]
     only, _ = radiance(tmp_path, BOX, places, "-ab", "0", *FINE)
     print("Radiance, box, direct:", np.round(only / direct - 1.0, 4))
-    np.testing.assert_allclose(only, direct, rtol=0.01)
+    np.testing.assert_allclose(only, direct, rtol=0.003)  # measured 0.0009
 
 
 def test_directions_of_radiances_gradients(tmp_path):

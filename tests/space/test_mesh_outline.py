@@ -103,8 +103,9 @@ def errors(which):
 def test_a_sphere_of_20_thousand_triangles_converges_with_order_1_in_their_number():
     error = errors(BALLS[:1])
     order = np.log(np.abs(error[0] / error[-1])) / np.log(16.0)
-    # the mesh lies inside the sphere by O(h^2), and h^2 goes as one over the number of faces
-    np.testing.assert_allclose(order, 1.0, atol=0.15)
+    # The mesh lies inside the sphere by O(h^2), and h^2 goes as one over the number of faces. How
+    # the faces lie to the rim changes from size to size: measured 0.996 and 0.986.
+    np.testing.assert_allclose(order, 1.0, atol=0.03)
     assert 0.0 < error[-1, 0] < 2e-4
     assert error[-1, 1] < 3e-4
 
@@ -113,7 +114,7 @@ def test_two_spheres_one_behind_the_other_converge_likewise():
     error = errors(BALLS)
     assert caps(np.zeros(3), BALLS) - sum(caps(np.zeros(3), (b,)) for b in BALLS) > 0.1 - 2 * np.pi
     order = np.log(np.abs(error[0] / error[-1])) / np.log(4.0)
-    np.testing.assert_allclose(order, 1.0, atol=0.3)
+    np.testing.assert_allclose(order, 1.0, atol=0.03)  # measured 0.993 and 1.004
     assert 0.0 < error[-1, 0] < 3e-3
 
 
