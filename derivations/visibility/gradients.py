@@ -10,91 +10,10 @@ import functools
 
 import mpmath as mp
 import numpy as np
-import sympy as sp
 
 from derivations.ledger import Check, Counterexample, Row, na
-
-x, theta, omega, a, b = sp.symbols("x theta omega a b", real=True)
-alpha = sp.Function("alpha")(x)
-
-
-def _at_edge(expression):
-    """A derivative of T or L, taken first and then read at the edge."""
-    return expression.subs(omega, alpha).doit()
-
-
-def leibniz(order: str):
-    """Derivatives of B = int_a^alpha T domega, a visible piece whose end moves: sign +1.
-
-    A piece that begins at an edge is minus this with the same ends, sign -1, and any visibility
-    is a sum of such pieces. T is a product of three functions, of which every T is a limit of
-    sums; sympy then writes each derivative in one way only.
-    """
-    T = sp.Mul(*(sp.Function(f"T{c}")(c) for c in (x, theta, omega)))
-    B = sp.Integral(T, (omega, a, alpha))
-    ax, axx = alpha.diff(x), alpha.diff(x, 2)
-
-    def inside(*by):
-        return sp.Integral(T.diff(*by), (omega, a, alpha))
-
-    wanted = {
-        "x": inside(x) + _at_edge(T) * ax,
-        "theta": inside(theta),
-        "xx": inside(x, 2)
-        + 2 * _at_edge(T.diff(x)) * ax
-        + _at_edge(T.diff(omega)) * ax**2
-        + _at_edge(T) * axx,
-        "xtheta": inside(x, theta) + _at_edge(T.diff(theta)) * ax,
-        "thetatheta": inside(theta, 2),
-    }
-    by = {"x": (x,), "theta": (theta,), "xx": (x, x), "xtheta": (x, theta)}
-    found = B.diff(*by.get(order, (theta, theta)))
-    return sp.simplify((found - wanted[order]).doit())
-
-
-def product_rule():
-    """(31) as a distribution in x: with any test function f, int f L V = int_a^alpha f L."""
-    L, f = sp.Function("L")(x, omega), sp.Function("f")(omega)
-    weighed = sp.Integral(f * L, (omega, a, alpha)).diff(x)
-    smooth = sp.Integral(f * L.diff(x), (omega, a, alpha))
-    step = _at_edge(f) * _at_edge(L) * alpha.diff(x)  # int f L delta(alpha - omega) alpha_x
-    # In omega: - int f_omega L V = int f L_omega V - f L at the edge, and f vanishes at the end a.
-    g = sp.Function("g")(omega)
-    parts = (g * f).diff(omega) - g.diff(omega) * f - g * f.diff(omega)
-    return sp.simplify((weighed - smooth - step).doit()), sp.simplify(parts)
-
-
-def step_derivatives():
-    """(34): against any test function, d/dx int f H(alpha - omega) = f(alpha) alpha_x.
-
-    And - int f_omega H(alpha - omega) = -f(alpha) + f(a), f zero at the far end a.
-    """
-    f = sp.Function("f")
-    weighed = sp.Integral(f(omega), (omega, a, alpha))
-    dx = weighed.diff(x) - f(alpha) * alpha.diff(x)
-    slope = -sp.integrate(f(omega).diff(omega), (omega, a, alpha)) + f(alpha) - f(a)
-    return sp.simplify(dx), sp.simplify(slope.doit())
-
-
-def by_parts():
-    """B_theta = int L rho' for T = L(omega) rho(theta - omega): what (35) needs beside it."""
-    L, rho, t = sp.Function("L"), sp.Function("rho"), sp.Symbol("t")
-    T = L(omega) * rho(theta - omega)
-    # d/domega of T = L_omega rho - L rho', so that rho' L = L_omega rho - dT/domega.
-    slope = rho(t).diff(t).subs(t, theta - omega)
-    moved = L(omega) * slope - (L(omega).diff(omega) * rho(theta - omega) - T.diff(omega))
-    return sp.simplify(moved.doit()), sp.simplify((T.diff(theta) - L(omega) * slope).doit())
-
-
-def bounded_turn():
-    """The bound of footnote 3's correction: |B_x^V| <= sum |T| cos / D, finite while D > 0.
-
-    cos(alpha) / D = y / (y^2 + (x - p)^2) is at most 1 / y over all receivers, y the height.
-    """
-    y, t = sp.symbols("y t", positive=True)
-    rate = y / (y**2 + t**2)
-    return [sp.simplify(1 / y - rate - t**2 / (y * (y**2 + t**2)))]
-
+from derivations.visibility import _gradients_bounds as bounds
+from derivations.visibility import _gradients_proofs as proofs
 
 # --- a scene for the numbers: two slabs whose shadows overlap, and one apart ----------------------
 
@@ -307,81 +226,6 @@ def steps_of_visibility() -> float:
     return float(np.max(np.abs(V - ~blocked)))
 
 
-# --- footnote 3 ----------------------------------------------------------------------------------
-
-
-def aligned(x, gap=0.0):
-    """Light under cos; the ends (0, 1) of one slab and (gap, 2) of another are in line at x = 0."""
-    near, far = np.arctan(x / 1.0), np.arctan((x - gap) / 2.0)
-    return 1.0 + np.sin(min(near, far))
-
-
-def true_reciprocal(h):
-    """1 / |B_x| where two edges are in line, by the steeper one-sided difference quotient."""
-    return 1.0 / max(abs(aligned(h) - aligned(0.0)), abs(aligned(0.0) - aligned(-h))) * h
-
-
-def largest_excess(trials: int = 2000) -> float:
-    """Search: |difference quotient| of B minus the bound sum of 1 / y over the ends, its largest.
-
-    Random slabs, a third of them with an end placed in line with another; uniform light.
-    """
-    rng = np.random.default_rng(7)
-    worst = -np.inf
-    for _ in range(trials):
-        ends = np.stack([rng.uniform(-2, 2, (4, 2)), rng.uniform(0.2, 2.0, (4, 2))], -1)
-        if rng.random() < 0.33:
-            ends[1, 0] = 2.0 * ends[0, 0]  # seen from x = 0, in line with the first
-        quotient = (_sky(1e-7, ends) - _sky(-1e-7, ends)) / 2e-7
-        worst = max(worst, abs(quotient) - np.sum(1.0 / ends[..., 1]))
-    return max(0.0, worst)
-
-
-def _sky(x, ends):
-    """Integral of cos over what the slabs leave visible: sorted intervals, in NumPy."""
-    angles = np.sort(np.arctan((x - ends[..., 0]) / ends[..., 1]), -1)
-    total, reach = 0.0, -0.5 * np.pi
-    for low, high in angles[np.argsort(angles[:, 0])]:
-        total += np.sin(max(low, reach)) - np.sin(reach)
-        reach = max(reach, high)
-    return total + 1.0 - np.sin(reach)
-
-
-# --- the metric of §6.2 --------------------------------------------------------------------------
-
-
-def tilted_gradient(one, two):
-    """B_x before a slab from (0, 1) that leans by `one`, over that before one that leans by `two`.
-
-    By differences of B; both reach far to the left.
-    """
-
-    def slope(tilt):
-        far = (-60.0 * np.cos(tilt), 1.0 + 60.0 * np.sin(tilt))
-        ends = np.array([[[0.0, 1.0], far]])
-        edge = lambda x: np.sin(np.arctan(x / 1.0)) + 1.0  # noqa: E731
-        # The far end is an edge too; it is taken away, as if the slab went on to the horizon.
-        whole = [_sky(x, ends) for x in (1e-5, -1e-5)]
-        rest = [1.0 - np.sin(np.arctan((x - far[0]) / far[1])) for x in (1e-5, -1e-5)]
-        assert abs(whole[0] - rest[0] - edge(1e-5)) < 1e-12
-        return (whole[0] - rest[0] - whole[1] + rest[1]) / 2e-5
-
-    return slope(one) / slope(two)
-
-
-def tilted_mean(one, two):
-    """The same ratio by the harmonic mean of all blocker distances over the directions."""
-
-    def inverse(tilt):
-        # Distance along omega to the line through (0, 1) with that tilt, from the origin.
-        w = np.linspace(0.0, np.arctan2(60.0 * np.cos(tilt), 1.0 + 60.0 * np.sin(tilt)), 4001)
-        along = np.stack([-np.sin(w), np.cos(w)], -1)
-        normal = np.array([np.sin(tilt), np.cos(tilt)])
-        return np.trapezoid(along @ normal / normal[1], w)
-
-    return inverse(one) / inverse(two)
-
-
 GRADIENTS = "firstorder.visibility.gradients"
 TWO = {"fourier": na("no spectrum")}
 SPATIAL = {
@@ -407,7 +251,7 @@ ROWS = [
         "identity",
         **SPATIAL | TWO,
         implements=f"{GRADIENTS}.Split",
-        symbolic=product_rule,
+        symbolic=proofs.product_rule,
         note="In the sense of distributions; the two terms are Split's interior and boundary.",
     ),
     Row(
@@ -415,7 +259,7 @@ ROWS = [
         "over-claim",
         **ANGULAR | TWO,
         implements=f"{GRADIENTS}.shaded",
-        symbolic=lambda: [leibniz(o) for o in ("x", "theta", "xx", "xtheta", "thetatheta")],
+        symbolic=lambda: [proofs.leibniz(o) for o in ("x", "theta", "xx", "xtheta", "thetatheta")],
         corrected="B_x^V = int T V_x domega; B_theta = int T_theta V domega has no visibility part "
         "for a general T, as V does not depend on theta",
         counterexample=Counterexample(
@@ -437,14 +281,14 @@ ROWS = [
         "identity",
         **SPATIAL | TWO,
         implements=f"{GRADIENTS}.Edges",
-        symbolic=step_derivatives,
+        symbolic=proofs.step_derivatives,
     ),
     Row(
         "R07.35",
         "over-claim",
         **ANGULAR | TWO,
         implements=f"{GRADIENTS}.angular_by_parts",
-        symbolic=by_parts,
+        symbolic=proofs.by_parts,
         corrected="for T = L(x, omega) rho(theta - omega): B_theta = int L_omega rho V domega + "
         "sum_j -sgn_j T(alpha_j) - [T V] between the horizon's ends; otherwise no such term",
         counterexample=Counterexample(
@@ -456,7 +300,7 @@ ROWS = [
         "identity",
         **SPATIAL | TWO,
         implements=f"{GRADIENTS}.exposed_edges",
-        symbolic=lambda: [leibniz("x"), leibniz("xx"), leibniz("xtheta")],
+        symbolic=lambda: [proofs.leibniz("x"), proofs.leibniz("xx"), proofs.leibniz("xtheta")],
         note="The visibility part of B_x; ours: B_xx^V = sum sgn (2 T_x alpha_x + T_omega "
         "alpha_x^2 + T alpha_xx), B_xtheta^V = sum sgn T_theta alpha_x.",
     ),
@@ -464,29 +308,31 @@ ROWS = [
         "R07.fn3",
         "over-claim",
         implements=f"{GRADIENTS}.shaded",
-        symbolic=bounded_turn,
+        symbolic=proofs.bounded_turn,
         autodiff=na("one route"),
         fourier=na("no spectrum"),
-        brute_force=Check(largest_excess, 1e-6),
+        brute_force=Check(bounds.largest_excess, 1e-6),
         corrected="in flatland, under bounded transport, |B_x^V| <= sum_j |T| cos(alpha_j) / D_j, "
         "also where edges are in line: the gradient jumps there and stays finite while every "
         "D_j > 0",
-        counterexample=Counterexample({"h": 1e-6}, printed=lambda h: 0.0, true=true_reciprocal),
+        counterexample=Counterexample(
+            {"h": 1e-6}, printed=lambda h: 0.0, true=bounds.true_reciprocal
+        ),
         note="Printed and true are 1 / |B_x|. Under a point light B itself jumps.",
     ),
     Row(
         "R07.s6.2",
         "over-claim",
         implements=f"{GRADIENTS}.exposed_edges",
-        symbolic=lambda: leibniz("x"),
+        symbolic=lambda: proofs.leibniz("x"),
         autodiff=na("one route"),
         fourier=na("no spectrum"),
-        brute_force=Check(lambda: abs(tilted_gradient(0.0, 0.6) - 1.0), 1e-8),
+        brute_force=Check(lambda: abs(bounds.tilted_gradient(0.0, 0.6) - 1.0), 1e-8),
         corrected="the sum runs over edges alone: it bounds the gradient by the harmonic mean of "
         "the distances of the *edges*; the mean over all directions counts the whole of every "
         "blocker, of which the gradient knows nothing",
         counterexample=Counterexample(
-            {"one": 0.0, "two": 0.6}, printed=tilted_mean, true=tilted_gradient
+            {"one": 0.0, "two": 0.6}, printed=bounds.tilted_mean, true=bounds.tilted_gradient
         ),
         note="Printed and true are ratios between two slabs with one edge and two tilts.",
     ),
