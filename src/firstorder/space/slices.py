@@ -17,8 +17,6 @@ stands the gradient by R07's formulas, interior and boundary apart. The contour 
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -27,22 +25,15 @@ from jaxtyping import Array, Bool, Float
 
 from firstorder.conventions import azimuth_axes, polar
 from firstorder.errors import check_positive, nan_unless
-from firstorder.quadrature import gauss_legendre
 from firstorder.space.azimuths import Part, folded, nodes_between, parts
+from firstorder.space.integrands import Cosine, Transport, Uniform, Varying
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
 from firstorder.vectors import cross, dot, settled
 from firstorder.visibility.elevation import rim_elevation
 from firstorder.visibility.gradients import Split
-from firstorder.visibility.intervals import (
-    HORIZON,
-    blocked_measure,
-    signed_edges,
-    visible_gaps,
-)
+from firstorder.visibility.intervals import signed_edges
 
-# What light from a local direction w adds per solid angle, at a receiver: T(at, w).
-Transport = Callable[[Receiver, Array], Array]
 FAR = 1e30
 
 
@@ -162,7 +153,7 @@ def transport_by_azimuth(
         2.3562 2.3562
     """
     check_positive("inner", inner)
-    return _integrated(scene, at, _Any(transport, at, inner), nodes, most)
+    return _integrated(scene, at, Varying(transport, at, inner), nodes, most)
 
 
 def sliced(found: list[Part], base: Float[Array, ""], lag: Float[Array, ""]) -> Slice:
@@ -183,67 +174,6 @@ def sliced(found: list[Part], base: Float[Array, ""], lag: Float[Array, ""]) -> 
     turn = 2.0 * np.pi * jnp.round(jax.lax.stop_gradient(0.5 * (low + high)) / (2.0 * np.pi))
     low, high = jnp.where(met, low - turn, 0.0), jnp.where(met, high - turn, 0.0)
     return Slice(low, high, jnp.concatenate([p_low, p_high]), jnp.concatenate([k_low, k_high]), phi)
-
-
-# --- integrands ----------------------------------------------------------------------------------
-
-
-class Uniform(eqx.Module):
-    """T = 1: closed over theta, without an interior derivative."""
-
-    def inside(self, low, high, phi):
-        """The integral over what is visible in a slice, and its derivative with the edges held."""
-        start, end = (self.primitive(jnp.asarray(h, low.dtype)) for h in HORIZON)
-        value = end - start - blocked_measure(low, high, self.primitive)
-        return value, jnp.zeros(2, low.dtype)
-
-    def primitive(self, theta):
-        """Of |sin(theta)|: smooth but for its second derivative at the pole."""
-        return jnp.where(theta < 0.0, -2.0, 2.0) * jnp.sin(0.5 * theta) ** 2
-
-    def edge(self, w):
-        """T at the edges."""
-        return jnp.ones(w.shape[:-1], w.dtype)
-
-
-class Cosine(Uniform):
-    """T = cos(theta)."""
-
-    def primitive(self, theta):
-        """Of |sin(theta)| cos(theta)."""
-        return jnp.where(theta < 0.0, -0.5, 0.5) * jnp.sin(theta) ** 2
-
-    def edge(self, w):
-        """The cosine."""
-        return w[..., 2]
-
-
-class _Any(eqx.Module):
-    """Any T: quadrature on the visible pieces."""
-
-    transport: Transport = eqx.field(static=True)
-    at: Receiver
-    inner: int = eqx.field(static=True)
-
-    def inside(self, low, high, phi):
-        start, stop = visible_gaps(low, high)
-        # |sin| has a corner at the pole: each gap is cut there.
-        starts = jnp.concatenate([jnp.minimum(start, 0.0), jnp.maximum(start, 0.0)])
-        stops = jnp.concatenate([jnp.minimum(stop, 0.0), jnp.maximum(stop, 0.0)])
-        x, weight = (jnp.asarray(a, low.dtype) for a in gauss_legendre(self.inner))
-        half = 0.5 * (stops - starts)[:, None]
-        theta = (starts[:, None] + half * (1.0 + x)).ravel()
-        weight = (half * weight).ravel() * jnp.abs(jnp.sin(theta))
-        w = polar(theta, phi)
-        value = jax.vmap(lambda w: self.transport(self.at, w))(w)
-        still = jnp.zeros(2, low.dtype)
-        rate = jax.vmap(lambda w: jax.jacfwd(lambda x: self.transport(self.at.moved(x), w))(still))(
-            w
-        )
-        return weight @ value, weight @ rate
-
-    def edge(self, w):
-        return jax.vmap(lambda w: self.transport(self.at, w))(w)
 
 
 def _integrated(scene: Scene, at: Receiver, T, nodes: int, most: int) -> Sliced:
