@@ -16,71 +16,17 @@ All of it is found on the host from concrete scenes; positions and jumps are clo
 
 from __future__ import annotations
 
-import dataclasses
 from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float, Int
 
 from firstorder.errors import check_not_negative, is_concrete
 from firstorder.flatland.critical import LIGHT, Breaks, Edges, critical_lines
+from firstorder.flatland.event_table import Events, Jumps, joined
 from firstorder.flatland.irradiance import Radiance
 from firstorder.flatland.probes import asked, batched, extent, frames, on_line, shoot
 from firstorder.flatland.scene import Scene
-
-KINDS = ("shadow", "two points", "point and tangent", "two tangents", "edge-on", "horizon", "dusk")
-
-
-class Jumps(NamedTuple):
-    """Where a receiver's irradiance or a derivative of it jumps, in order of s.
-
-    Attributes:
-        s: parameter on the receiver's shape.
-        jump_E: of E, towards larger s [W/m].
-        jump_E1: of dE/dx, x the arc length [W/m^2].
-        jump_E2: of the second derivative, where a closed form is known (0 elsewhere) [W/m^3].
-    """
-
-    s: Float[np.ndarray, " n"]
-    jump_E: Float[np.ndarray, " n"]
-    jump_E1: Float[np.ndarray, " n"]
-    jump_E2: Float[np.ndarray, " n"]
-
-
-@dataclasses.dataclass(frozen=True)
-class Events:
-    """A table of visual events, one row for each.
-
-    Attributes:
-        receiver, s, front: the receiver's shape, the parameter on it, and which of its sides.
-        kind: one of `KINDS`.
-        near, far: the two edges; of a horizon and of dusk the near one is the receiver itself.
-        visible: whether nothing stands between the receiver and the far edge. Of hidden ones, which
-            `find` gives only if asked to, all jumps are zero.
-        jump_E, jump_E1, jump_E2: as in `Jumps`.
-    """
-
-    receiver: Int[np.ndarray, " n"]
-    s: Float[np.ndarray, " n"]
-    front: np.ndarray
-    kind: np.ndarray
-    near: Edges
-    far: Edges
-    visible: np.ndarray
-    jump_E: Float[np.ndarray, " n"]
-    jump_E1: Float[np.ndarray, " n"]
-    jump_E2: Float[np.ndarray, " n"]
-
-    def __len__(self) -> int:
-        return len(self.s)
-
-    def take(self, rows) -> Events:
-        """Some of the rows."""
-        parts = {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}
-        return Events(
-            **{k: v.take(rows) if isinstance(v, Edges) else v[rows] for k, v in parts.items()}
-        )
 
 
 def find(
@@ -120,7 +66,7 @@ def find(
     near, far = near.take(ordered), far.take(ordered)
     ask = asked(scene, radiance)
     parts = [_aligned(scene, near, far, ask), _rising(scene, near, far, ask)]
-    table = _joined(parts)
+    table = joined(parts)
     rows = np.lexsort((table.s, table.receiver))
     table = table.take(rows)
     return table if hidden else table.take(table.visible)
@@ -415,15 +361,4 @@ def _rising(scene: Scene, near: Edges, far: Edges, ask) -> Events:
     kind = np.where(light, "dusk", "horizon")
     return Events(
         near.shape, near.s, front, kind, near, far, clear, np.zeros(len(near)), first, second
-    )
-
-
-def _joined(tables: list[Events]) -> Events:
-    fields = [f.name for f in dataclasses.fields(Events)]
-    columns = {name: [getattr(t, name) for t in tables] for name in fields}
-    return Events(
-        **{
-            k: Edges.stack(v) if isinstance(v[0], Edges) else np.concatenate(v)
-            for k, v in columns.items()
-        }
     )
