@@ -12,9 +12,7 @@ with a gradient of zero, never NaN.
 
 from __future__ import annotations
 
-import abc
 import math
-from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -23,44 +21,8 @@ from jaxtyping import Array, Bool, Float
 from firstorder.conventions import direction
 from firstorder.errors import check_between, check_finite, check_positive
 from firstorder.flatland.fourier import CurveRoots
+from firstorder.flatland.kinds import Point, Shape, column, rows, same, stack
 from firstorder.flatland.vectors import cross, dot, left
-from firstorder.typing import as_float
-
-Point = Float[Array, "2"]
-
-
-class Shape(eqx.Module):
-    """What every kind of shape answers. All methods are those of one shape of the kind."""
-
-    closed = False
-
-    @property
-    @abc.abstractmethod
-    def count(self) -> int:
-        """How many shapes there are."""
-
-    @abc.abstractmethod
-    def motion(self, s: Float[Array, ""]) -> tuple[Point, Point, Point]:
-        """Position, first and second derivative in s."""
-
-    @abc.abstractmethod
-    def hit(
-        self, origin: Point, along: Point, on: Bool[Array, ""]
-    ) -> tuple[Float[Array, ""], Float[Array, ""]]:
-        """Distance to the nearest point of the shape along a unit vector, and its parameter.
-
-        Infinity if there is none. `on` says that the origin lies on this very shape, whose own
-        point there is not a hit.
-        """
-
-    def distance(self, origin: Point, along: Point, on: Bool[Array, ""]) -> Float[Array, ""]:
-        """The distance of `hit` alone, for searches."""
-        return self.hit(origin, along, on)[0]
-
-    @abc.abstractmethod
-    def silhouettes(self, p: Point, on: Bool[Array, ""]) -> tuple[Array, Array]:
-        """Points at which the shape may begin or end for an eye at p, and which of them exist."""
-
 
 # --- straight ------------------------------------------------------------------------------------
 
@@ -81,14 +43,14 @@ class Segments(Shape):
         1
     """
 
-    start: Float[Array, "n 2"] = eqx.field(converter=lambda p: _rows(p))
-    end: Float[Array, "n 2"] = eqx.field(converter=lambda p: _rows(p))
+    start: Float[Array, "n 2"] = eqx.field(converter=lambda p: rows(p))
+    end: Float[Array, "n 2"] = eqx.field(converter=lambda p: rows(p))
 
     def __check_init__(self):
         """Refuse what is no segment."""
         check_finite("start", self.start)
         check_finite("end", self.end)
-        _same("end", self.end, self.start)
+        same("end", self.end, self.start)
 
     @property
     def count(self) -> int:
@@ -175,8 +137,8 @@ class Circles(Shape):
         2.0
     """
 
-    center: Float[Array, "n 2"] = eqx.field(converter=lambda p: _rows(p))
-    radius: Float[Array, " n"] = eqx.field(converter=lambda r: _column(r))
+    center: Float[Array, "n 2"] = eqx.field(converter=lambda p: rows(p))
+    radius: Float[Array, " n"] = eqx.field(converter=lambda r: column(r))
 
     closed = True
 
@@ -184,7 +146,7 @@ class Circles(Shape):
         """Refuse what is no circle."""
         check_finite("center", self.center)
         check_positive("radius", self.radius)
-        _same("radius", self.radius, self.center)
+        same("radius", self.radius, self.center)
 
     @property
     def count(self) -> int:
@@ -235,10 +197,10 @@ class Arcs(Shape):
         1
     """
 
-    center: Float[Array, "n 2"] = eqx.field(converter=lambda p: _rows(p))
-    radius: Float[Array, " n"] = eqx.field(converter=lambda r: _column(r))
-    start: Float[Array, " n"] = eqx.field(converter=lambda r: _column(r))
-    sweep: Float[Array, " n"] = eqx.field(converter=lambda r: _column(r))
+    center: Float[Array, "n 2"] = eqx.field(converter=lambda p: rows(p))
+    radius: Float[Array, " n"] = eqx.field(converter=lambda r: column(r))
+    start: Float[Array, " n"] = eqx.field(converter=lambda r: column(r))
+    sweep: Float[Array, " n"] = eqx.field(converter=lambda r: column(r))
 
     def __check_init__(self):
         """Refuse what is no arc."""
@@ -248,7 +210,7 @@ class Arcs(Shape):
         check_positive("|sweep|", abs(self.sweep))
         check_between("|sweep|", abs(self.sweep), 0.0, 2.0 * math.pi + 1e-6)
         for name in ("radius", "start", "sweep"):
-            _same(name, getattr(self, name), self.center)
+            same(name, getattr(self, name), self.center)
 
     @property
     def count(self) -> int:
@@ -300,9 +262,9 @@ class Ellipses(Shape):
         ValueError: if a semi-axis is not positive or a number is not finite.
     """
 
-    center: Float[Array, "n 2"] = eqx.field(converter=lambda p: _rows(p))
-    semi: Float[Array, "n 2"] = eqx.field(converter=lambda p: _rows(p))
-    tilt: Float[Array, " n"] = eqx.field(default=0.0, converter=lambda r: _column(r))
+    center: Float[Array, "n 2"] = eqx.field(converter=lambda p: rows(p))
+    semi: Float[Array, "n 2"] = eqx.field(converter=lambda p: rows(p))
+    tilt: Float[Array, " n"] = eqx.field(default=0.0, converter=lambda r: column(r))
 
     closed = True
 
@@ -311,8 +273,8 @@ class Ellipses(Shape):
         check_finite("center", self.center)
         check_positive("semi", self.semi)
         check_finite("tilt", self.tilt)
-        _same("semi", self.semi, self.center)
-        _same("tilt", self.tilt, self.center)
+        same("semi", self.semi, self.center)
+        same("tilt", self.tilt, self.center)
 
     @property
     def count(self) -> int:
@@ -374,8 +336,8 @@ class Curves(Shape):
         samples: pieces in which roots are bracketed.
     """
 
-    cosines: Float[Array, "n k 2"] = eqx.field(converter=lambda c: _stack(c))
-    sines: Float[Array, "n k 2"] = eqx.field(converter=lambda c: _stack(c))
+    cosines: Float[Array, "n k 2"] = eqx.field(converter=lambda c: stack(c))
+    sines: Float[Array, "n k 2"] = eqx.field(converter=lambda c: stack(c))
     samples: int = eqx.field(static=True, default=64)
 
     closed = True
@@ -408,35 +370,7 @@ class Curves(Shape):
         return CurveRoots(self.cosines, self.sines, self.samples).tangents(p)
 
 
-# --- small change --------------------------------------------------------------------------------
-
-
 def _turns(h: Point, there: Bool[Array, ""]) -> Float[Array, ""]:
     """Clockwise turns from the top to a point of the unit circle, in [0, 1)."""
     h = jnp.where(there, h, jnp.array([0.0, 1.0], h.dtype))
     return jnp.mod(jnp.arctan2(h[0], h[1]) / (2.0 * jnp.pi), 1.0)
-
-
-def _rows(p: Any) -> Array:
-    p = as_float(p)
-    if p.ndim not in (1, 2, 3) or p.shape[-1] != 2:
-        raise ValueError(f"A point must have two coordinates, but has shape {p.shape}.")
-    return p[None] if p.ndim == 1 else p
-
-
-def _column(r: Any) -> Array:
-    r = as_float(r)
-    return r[None] if r.ndim == 0 else r
-
-
-def _stack(c: Any) -> Array:
-    c = as_float(c)
-    return c[None] if c.ndim == 2 else c
-
-
-def _same(name: str, a: Array, b: Array) -> None:
-    """Refuse two leaves of one kind that differ in the number of shapes."""
-    if a.shape and b.shape and a.shape[0] != b.shape[0]:
-        raise ValueError(
-            f"Argument `{name}` must hold {b.shape[0]} shapes, but holds {a.shape[0]}."
-        )

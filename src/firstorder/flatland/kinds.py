@@ -1,0 +1,74 @@
+"""What every kind of shape of flatland answers, and how its leaves are made."""
+
+from __future__ import annotations
+
+import abc
+from typing import Any
+
+import equinox as eqx
+from jaxtyping import Array, Bool, Float
+
+from firstorder.typing import as_float
+
+Point = Float[Array, "2"]
+
+
+class Shape(eqx.Module):
+    """What every kind of shape answers. All methods are those of one shape of the kind."""
+
+    closed = False
+
+    @property
+    @abc.abstractmethod
+    def count(self) -> int:
+        """How many shapes there are."""
+
+    @abc.abstractmethod
+    def motion(self, s: Float[Array, ""]) -> tuple[Point, Point, Point]:
+        """Position, first and second derivative in s."""
+
+    @abc.abstractmethod
+    def hit(
+        self, origin: Point, along: Point, on: Bool[Array, ""]
+    ) -> tuple[Float[Array, ""], Float[Array, ""]]:
+        """Distance to the nearest point of the shape along a unit vector, and its parameter.
+
+        Infinity if there is none. `on` says that the origin lies on this very shape, whose own
+        point there is not a hit.
+        """
+
+    def distance(self, origin: Point, along: Point, on: Bool[Array, ""]) -> Float[Array, ""]:
+        """The distance of `hit` alone, for searches."""
+        return self.hit(origin, along, on)[0]
+
+    @abc.abstractmethod
+    def silhouettes(self, p: Point, on: Bool[Array, ""]) -> tuple[Array, Array]:
+        """Points at which the shape may begin or end for an eye at p, and which of them exist."""
+
+
+def rows(p: Any) -> Array:
+    """Points, one for each shape."""
+    p = as_float(p)
+    if p.ndim not in (1, 2, 3) or p.shape[-1] != 2:
+        raise ValueError(f"A point must have two coordinates, but has shape {p.shape}.")
+    return p[None] if p.ndim == 1 else p
+
+
+def column(r: Any) -> Array:
+    """Numbers, one for each shape."""
+    r = as_float(r)
+    return r[None] if r.ndim == 0 else r
+
+
+def stack(c: Any) -> Array:
+    """Series of points, one for each shape."""
+    c = as_float(c)
+    return c[None] if c.ndim == 2 else c
+
+
+def same(name: str, a: Array, b: Array) -> None:
+    """Refuse two leaves of one kind that differ in the number of shapes."""
+    if a.shape and b.shape and a.shape[0] != b.shape[0]:
+        raise ValueError(
+            f"Argument `{name}` must hold {b.shape[0]} shapes, but holds {a.shape[0]}."
+        )
