@@ -351,8 +351,8 @@ FAULTS = {
 @pytest.mark.parametrize("name", FAULTS)
 def test_a_wrong_formula_is_seen(name, monkeypatch):
     which, wrong = FAULTS[name]
-    module = importlib.import_module("firstorder.space.irradiance")
-    monkeypatch.setattr(module, which, wrong)
+    module = "swept" if which == "solid_angle_rate" else "irradiance"
+    monkeypatch.setattr(importlib.import_module(f"firstorder.space.{module}"), which, wrong)
     center, radius = np.array([0.2, 0.1, 1.0]), 0.7
     scene = Scene.of(thing(sphere(center, radius)), sky=1.0)
     at = receiver((0.5, 0.0, 0.0))

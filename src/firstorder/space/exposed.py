@@ -24,8 +24,9 @@ from firstorder.space.crossings import along_segment, on_cone, on_plane, segment
 from firstorder.space.outline import PIECES, Curved, Straight, outline
 from firstorder.space.receiver import Receiver, local
 from firstorder.space.scene import Scene
+from firstorder.space.swept import arc_points
 from firstorder.tracing import MISS, numbered
-from firstorder.vectors import cross, dot, settled, unit
+from firstorder.vectors import cross, dot, inverse, settled, times, unit
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -59,8 +60,9 @@ class Pieces(eqx.Module):
     """The edges that a receiver sees, in its frame and relative to it.
 
     Attributes:
-        start, end: of straight pieces, shape (s, 3) [m].
-        lines: what lies on either side of those.
+        straight: the segments that straight pieces are parts of.
+        low, high: from where to where on those, in [0, 1].
+        lines: what lies on either side of straight pieces.
         arcs: curved pieces.
         rims: what lies on either side of those.
         azimuths: ends of the parts of the horizon, shape (h + 1,) [rad].
@@ -68,8 +70,9 @@ class Pieces(eqx.Module):
         sound: whether the receiver is outside of all shapes.
     """
 
-    start: Float[Array, "s 3"]
-    end: Float[Array, "s 3"]
+    straight: Straight
+    low: Float[Array, " s"]
+    high: Float[Array, " s"]
     lines: Sides
     arcs: Curved
     rims: Sides
@@ -77,22 +80,27 @@ class Pieces(eqx.Module):
     above: Int[Array, " h"]
     sound: Bool[Array, ""]
 
+    @property
+    def start(self) -> Float[Array, "s 3"]:
+        """Where straight pieces begin [m]."""
+        return jax.vmap(Straight.point)(self.straight, self.low)
+
+    @property
+    def end(self) -> Float[Array, "s 3"]:
+        """Where they stop [m]."""
+        return jax.vmap(Straight.point)(self.straight, self.high)
+
     def on_arcs(self, nodes: int) -> tuple[Array, Array, Array]:
         """Points, their derivatives and quadrature weights on curved pieces: (c, nodes, ...)."""
-        x, w = (jnp.asarray(a, self.start.dtype) for a in gauss_legendre(nodes))
-        half = 0.5 * (self.arcs.last - self.arcs.first)[:, None]
-        t = self.arcs.first[:, None] + half * (1.0 + x)
-        return (
-            jax.vmap(Curved.point)(self.arcs, t),
-            jax.vmap(Curved.velocity)(self.arcs, t),
-            half * w,
-        )
+        arcs = self.arcs
+        return arc_points(arcs.center, arcs.a, arcs.b, arcs.first, arcs.last, nodes)
 
     def on_lines(self, nodes: int) -> tuple[Array, Array, Array]:
         """The same on straight pieces: (s, nodes, ...)."""
-        x, w = (jnp.asarray(a, self.start.dtype) for a in gauss_legendre(nodes))
-        v = jnp.broadcast_to((self.end - self.start)[:, None], (len(self.start), nodes, 3))
-        p = self.start[:, None] + (0.5 + 0.5 * x)[:, None] * v
+        x, w = (jnp.asarray(a, self.low.dtype) for a in gauss_legendre(nodes))
+        start, along = self.start, self.end - self.start
+        v = jnp.broadcast_to(along[:, None], (len(start), nodes, 3))
+        p = start[:, None] + (0.5 + 0.5 * x)[:, None] * v
         return p, v, jnp.broadcast_to(0.5 * w, p.shape[:2])
 
 
@@ -110,23 +118,30 @@ def exposed(scene: Scene, at: Receiver) -> Pieces:
     owners, rims = _owners(scene)
     straight, curved = _in_frame(found.straight, found.curved, at)
     straight, curved = settled((_harmless_straight(straight), _harmless_curved(curved)))
-    start, end, line = _cut_straight(straight, curved, owners, rims)
+    line, low, high = _cut_straight(straight, curved, owners, rims)
     arcs = _cut_curved(straight, curved, owners, rims)
     azimuths = _cut_horizon(straight, curved)
-    t = 0.5 * (arcs.first + arcs.last)
-    spans = jax.vmap(Curved.velocity)(arcs, t) * (arcs.last - arcs.first)[:, None]
-    middles = jnp.concatenate([0.5 * (start + end), jax.vmap(Curved.point)(arcs, t)])
-    spans = jnp.concatenate([end - start, spans])
     owner = jnp.concatenate([line.owner, arcs.owner])
     live = jnp.concatenate([line.live, arcs.live])
-    sides, above = _seen(scene, at, (middles, spans, azimuths), owner, live)
-    first = start.shape[0]
+    where = *_middles(line, low, high, arcs), azimuths
+    sides, above = _seen(scene, at, jax.lax.stop_gradient(where), owner, live)
+    first = low.shape[0]
     lines, round_ = (jax.tree.map(lambda a, s=s: a[s], sides) for s in _halves(first))
     # What is not seen must not spoil sums or derivatives, wherever it is.
-    line = _harmless_straight(Straight(start, end, line.owner, lines.seen))
+    line = _harmless_straight(dataclasses.replace(line, live=lines.seen))
+    low, high = jnp.where(line.live, low, 0.0), jnp.where(line.live, high, 1.0)
     arcs = _harmless_curved(dataclasses.replace(arcs, live=round_.seen))
     sound = ~scene.inside(at.position, at.on)
-    return settled(Pieces(line.start, line.end, lines, arcs, round_, azimuths, above, sound))
+    return settled(Pieces(line, low, high, lines, arcs, round_, azimuths, above, sound))
+
+
+def _middles(line: Straight, low: Array, high: Array, arcs: Curved) -> tuple[Array, Array]:
+    """The middle of every piece, and the way along it from end to end."""
+    point, t = jax.vmap(Straight.point), 0.5 * (arcs.first + arcs.last)
+    spans = (high - low)[:, None] * (line.end - line.start)
+    bends = jax.vmap(Curved.velocity)(arcs, t) * (arcs.last - arcs.first)[:, None]
+    middles = point(line, 0.5 * (low + high)), jax.vmap(Curved.point)(arcs, t)
+    return jnp.concatenate(middles), jnp.concatenate([spans, bends])
 
 
 def _halves(first: int) -> tuple[slice, slice]:
@@ -220,10 +235,10 @@ def _ordered(inner: Float[Array, "m k"], first: Array, last: Array):
 
 
 def _cut_straight(straight: Straight, curved: Curved, owners, rims):
-    """Straight pieces between cuts: their ends, and the segments that they are of."""
+    """Straight pieces between cuts: the segments that they are of, from where and to where."""
     m, dtype = len(owners), straight.start.dtype
     if m == 0:
-        return straight.start, straight.end, straight
+        return straight, jnp.zeros((0,), dtype), jnp.zeros((0,), dtype)
     up = jnp.asarray(UP, dtype)
     cuts = [jax.vmap(lambda line: along_segment(line, up))(straight)[:, None]]
     others, there = _chosen(straight, _others(owners, owners))
@@ -237,8 +252,7 @@ def _cut_straight(straight: Straight, curved: Curved, owners, rims):
         cuts.append(jnp.where(there[..., None], t, 0.0).reshape(m, -1))
     ends = _ordered(settled(jnp.concatenate(cuts, -1)), jnp.zeros((m,)), jnp.ones((m,)))
     low, high, spread = _parts(ends, straight)
-    p, q = jax.vmap(Straight.point)(spread, low), jax.vmap(Straight.point)(spread, high)
-    return p, q, Straight(p, q, spread.owner, spread.live & (high > low))
+    return dataclasses.replace(spread, live=spread.live & (high > low)), low, high
 
 
 def _cut_curved(straight: Straight, curved: Curved, owners, rims) -> Curved:
@@ -300,7 +314,7 @@ def _hair(length: Float[Array, "*m"]) -> Float[Array, "*m"]:
 
 def _seen(scene: Scene, at: Receiver, where, owner, live) -> tuple[Sides, Array]:
     """What two rays beside the middle of each piece see, and one above each part of the horizon."""
-    scene, at, (p, v, azimuths) = jax.lax.stop_gradient((scene, at, where))
+    (scene, at), (p, v, azimuths) = jax.lax.stop_gradient((scene, at)), where
     w, left = unit(p), unit(cross(p, v))
     hair = _hair(jnp.sqrt(dot(v, v) / dot(p, p)))[:, None] * left
     middle = 0.5 * (azimuths[1:] + azimuths[:-1])
@@ -317,12 +331,16 @@ def _seen(scene: Scene, at: Receiver, where, owner, live) -> tuple[Sides, Array]
 
 def _ask(scene: Scene, at: Receiver, w: Float[Array, "m 3"]):
     """Distances to all shapes along directions of the receiver's frame, and which is nearest."""
-    world, distances = w @ at.axes.T, []
+    world, distances = settled(w @ at.axes.T), []
     for group, numbers in numbered(scene.groups):
 
-        def look(along, group=group, own=numbers == at.on):
-            return jax.vmap(lambda shape, own: shape.distance(at.position, along, own))(group, own)
+        def look(shape, own):
+            """All rays against one shape, in its own coordinates, made once for each ray."""
+            turn = inverse(shape.axes)
+            start, along = settled((times(turn, at.position - shape.center), world @ turn.T))
+            t = jax.vmap(lambda d: shape.canonical_distance(start, d))(along)
+            return jnp.where((t > 0.0) & ~own, t, jnp.inf)
 
-        distances.append(jax.vmap(look)(world))
-    t = jnp.concatenate(distances, -1)
+        distances.append(jax.vmap(look, out_axes=1)(group, numbers == at.on))
+    t = settled(jnp.concatenate(distances, -1))
     return t, jnp.where(jnp.isfinite(jnp.min(t, -1)), jnp.argmin(t, -1), MISS)

@@ -19,18 +19,11 @@ from jaxtyping import Array, Float
 
 from firstorder.errors import nan_unless
 from firstorder.space.exposed import UP, Pieces, Sides, exposed
-from firstorder.space.outline import Curved
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import BACK, FRONT, Scene
-from firstorder.vectors import cross, dot, norm, unit
-from firstorder.visibility.contour import (
-    axis_solid_angle,
-    segment_solid_angle,
-    segment_vector_irradiance,
-    solid_angle_rate,
-    translation_rate,
-    vector_irradiance_rate,
-)
+from firstorder.space.swept import arc_angle, arc_light, segment_angle, segment_light
+from firstorder.vectors import dot, norm
+from firstorder.visibility.contour import translation_rate
 
 # What is seen in a direction of the receiver's frame: number of the shape or -1, and the direction.
 Radiance = Callable[[Array, Array], Array]
@@ -61,10 +54,9 @@ def net_visibility(scene: Scene, at: Receiver, nodes: int = 16) -> Float[Array, 
     """
     found = exposed(scene, at)
     seen = jnp.zeros(scene.count + 1, at.position.dtype).at[-1].set(1.0)
-    lines = segment_solid_angle(found.start, found.end)
-    total = _closed(found, lines, seen) + jnp.sum(seen[found.above] * jnp.diff(found.azimuths))
-    jump = found.rims.jump(seen)
-    total = total + jnp.sum(jump * _round_solid_angle(found, nodes))
+    lines, arcs, level = _along(found, segment_angle, arc_angle, nodes)
+    total = found.lines.jump(seen) @ lines + found.rims.jump(seen) @ arcs
+    total = total + seen[found.above] @ level
     # Regions about axes below the horizon may have counted the whole sphere.
     whole = 4.0 * jnp.pi
     total = total - whole * jnp.floor(jax.lax.stop_gradient(total + jnp.pi) / whole)
@@ -123,13 +115,9 @@ def vector_irradiance(scene: Scene, at: Receiver, nodes: int = 16) -> Float[Arra
         )
     found = exposed(scene, at)
     seen = shown(scene, at)
-    lines = segment_vector_irradiance(found.start, found.end)
-    total = _closed(found, lines, seen)
-    level = 0.5 * jnp.sum(seen[found.above] * jnp.diff(found.azimuths))
-    total = total + level * jnp.asarray(UP, level.dtype)
-    p, v, w = found.on_arcs(nodes)
-    jump = found.rims.jump(seen)[:, None]
-    total = total + jnp.sum((jump * w)[..., None] * vector_irradiance_rate(p, v), (0, 1))
+    lines, arcs, level = _along(found, segment_light, arc_light, nodes)
+    total = found.lines.jump(seen) @ lines + found.rims.jump(seen) @ arcs
+    total = total + 0.5 * (seen[found.above] @ level) * jnp.asarray(UP, level.dtype)
     return nan_unless(found.sound, total)
 
 
@@ -204,25 +192,14 @@ def _radiance(scene: Scene, at: Receiver) -> Radiance:
     return lambda index, along: jnp.where(index < 0, scene.sky(along), seen[index])
 
 
-def _round_solid_angle(found: Pieces, nodes: int) -> Float[Array, " c"]:
-    """Solid angle between each arc and the normal: about its own axis the integrand is tame.
+def _along(found: Pieces, segment, arc, nodes: int) -> tuple[Array, Array, Array]:
+    """Integrals along straight and curved pieces, and the lengths of the horizon's parts.
 
-    Of a ball's limb it is constant.
+    Ends and cuts do not count in derivatives (`space.swept`), and so neither do the horizon's.
     """
-    arcs = found.arcs
-    axis = unit(jnp.where(jnp.any(arcs.center != 0.0, -1)[:, None], arcs.center, _normal(arcs)))
-    p, v, w = found.on_arcs(nodes)
-    first, last = (jax.vmap(Curved.point)(arcs, t) for t in (arcs.first, arcs.last))
-    about = jnp.sum(w * solid_angle_rate(p, v, axis[:, None]), -1)
-    return about + axis_solid_angle(axis, first, last)
-
-
-def _normal(arcs: Curved) -> Float[Array, "c 3"]:
-    """Across the plane of an arc about the eye: of a horizon."""
-    return cross(unit(arcs.a), unit(arcs.b))
-
-
-def _closed(found: Pieces, integral: Array, seen: Array) -> Array:
-    """Straight edges, by their closed form, times the jump across them."""
-    jump = found.lines.jump(seen)
-    return jnp.sum(jump.reshape(jump.shape + (1,) * (integral.ndim - 1)) * integral, 0)
+    line, arcs = found.straight, found.arcs
+    return (
+        segment(line.start, line.end, found.low, found.high),
+        arc(arcs.center, arcs.a, arcs.b, arcs.first, arcs.last, nodes),
+        jnp.diff(jax.lax.stop_gradient(found.azimuths)),
+    )
