@@ -7,139 +7,15 @@ import functools
 import numpy as np
 
 from derivations.ledger import Check, Counterexample, Row, na
+from derivations.space import _reflection_frames as frames
 from derivations.space import _reflection_printed as printed
 from derivations.space import _reflection_proofs as proofs
 from derivations.space import _surfaces as our
-from firstorder.checks.tolerance import fitted_order, normwise
+from firstorder.checks.tolerance import normwise
 
 MODULE = "firstorder.space.reflection"
 
-# --- numeric: the library against autodiff and against differences --------------------------------
-
-
-def _arrays():
-    import jax.numpy as jnp
-
-    return [jnp.asarray(a) for a in (our.PLACE, our.AXES, our.S, our.LOCAL, our.TO_EYE)]
-
-
-def _jax_light(x, w):
-    import jax.numpy as jnp
-
-    return our.light(x, w, jnp)
-
-
-def _jax_moved(step):
-    """Position and carried frame after a step (2,) on the ellipsoid, in JAX."""
-    import jax.numpy as jnp
-
-    x, axes, _, _, _ = _arrays()
-    y = x + axes[:, :2] @ step
-    y = y / jnp.sqrt(jnp.sum((y / our.RADII) ** 2))
-    m = y / our.RADII**2
-    m, n = m / jnp.sqrt(m @ m), axes[:, 2]
-    v = jnp.cross(n, m)
-    return y, axes + jnp.cross(v[:, None], axes, axis=0) + jnp.cross(
-        v[:, None], jnp.cross(v[:, None], axes, axis=0), axis=0
-    ) / (1.0 + n @ m)
-
-
-@functools.cache
-def _in_frame():
-    """The library's gradient in the surface's frame, beside autodiff of the composition."""
-    import jax
-    import jax.numpy as jnp
-
-    from firstorder.space.reflection import in_frame
-
-    x, axes, S, w, _ = _arrays()
-    L_x, L_w = jax.grad(_jax_light, (0, 1))(x, axes @ w)
-    ours = in_frame(L_x, L_w, axes, S, w)
-
-    def composed(step, turn):
-        y, frame = _jax_moved(step)
-        v = w + turn
-        return _jax_light(y, frame @ (v / jnp.sqrt(v @ v)))
-
-    spatial, angular = jax.jacfwd(composed, (0, 1))(jnp.zeros(2), jnp.zeros(3))
-    return ours, spatial, angular
-
-
-def frame_autodiff(part: str) -> float:
-    """Gradient in the frame against autodiff through the ellipsoid."""
-    ours, spatial, angular = _in_frame()
-    return normwise(getattr(ours, part), {"spatial": spatial, "angular": angular}[part])
-
-
-def _frame_at(i, s):
-    x, n = our.moved(i, s)
-    return x, our.smallest_rotation(our.AXES[:, 2], n) @ our.AXES
-
-
-@functools.cache
-def frame_differences(part: str) -> float:
-    """The same against differences of light traced in the carried frame."""
-    w = our.LOCAL
-
-    def along(i):
-        return our.slope(lambda s: our.light(_frame_at(i, s)[0], _frame_at(i, s)[1] @ w))
-
-    ours = _in_frame()[0]
-    if part == "spatial":
-        return normwise(ours.spatial, np.array([along(0), along(1)]))
-    e1 = our.unit(np.cross(w, [0.1, 0.2, 0.9]))
-    turns = np.stack([e1, np.cross(w, e1)])
-    true = [
-        our.slope(lambda s, e=e: our.light(our.PLACE, our.AXES @ (w * np.cos(s) + e * np.sin(s))))
-        for e in turns
-    ]
-    return normwise(turns @ np.asarray(ours.angular), np.array(true))
-
-
-def _principal():
-    import jax.numpy as jnp
-
-    from firstorder.space.reflection import turning_of_directions
-
-    axes, kappas = our.principal_frame(our.PLACE)
-    ours = turning_of_directions(*map(jnp.asarray, (axes, np.diag(kappas), our.LOCAL)))
-    return axes, kappas, np.asarray(ours)
-
-
-def principal_differences() -> float:
-    """(60): how the carried principal frame turns a fixed direction, by differences."""
-    axes, _, ours = _principal()
-    n = axes[:, 2]
-
-    def turned(i, s):
-        return our.smallest_rotation(n, our.moved(i, s, axes)[1]) @ axes @ our.LOCAL
-
-    return normwise(ours, np.stack([our.slope(lambda s, i=i: turned(i, s)) for i in (0, 1)], 1))
-
-
-def principal_columns() -> float:
-    """(60), (62): `kappa P w` with columns, written out."""
-    axes, kappas, ours = _principal()
-    t, b, n = axes.T
-    w = our.LOCAL
-    columns = np.stack([kappas[0] * (n * w[0] - t * w[2]), kappas[1] * (n * w[1] - b * w[2])], 1)
-    return normwise(ours, columns)
-
-
-def rotation_order() -> float:
-    """(61): how far the order of the neglected part is from 2."""
-    axes, kappas = our.principal_frame(our.PLACE)
-    t, _, n = axes.T
-    w = our.LOCAL
-    Pw = n * w[0] - t * w[2]
-    sizes = np.array([0.04, 0.02, 0.01])
-
-    def miss(s):
-        turned = our.smallest_rotation(n, our.moved(0, s, axes)[1]) @ axes @ w
-        rough = axes @ w + s * kappas[0] * Pw
-        return abs(our.light(our.PLACE, turned) - our.light(our.PLACE, rough))
-
-    return abs(fitted_order(sizes, [miss(s) for s in sizes]) - 2.0)
+# --- numeric: reflected light against autodiff and against differences ----------------------------
 
 
 @functools.cache
@@ -151,18 +27,18 @@ def _reflected(through: str = "kernel"):
     from firstorder.laws import VonMisesFisher, Zonal
     from firstorder.space.reflection import mirrored, reflected, surface_point
 
-    x, axes, S, _, v = _arrays()
+    x, axes, S, _, v = frames.arrays()
     lobe = Zonal(VonMisesFisher(our.SHARPNESS), 16, 32)
 
     def both(x, axes, S, v):
-        B = reflected(_jax_light, surface_point(x, axes, S), v, lobe, through=through)
+        B = reflected(frames.jax_light, surface_point(x, axes, S), v, lobe, through=through)
 
         def value(step, turn):
-            y, frame = _jax_moved(step)
+            y, frame = frames.jax_moved(step)
             eye = v + turn
             eye = eye / jnp.sqrt(eye @ eye)
             r = mirrored(eye, frame[:, 2])
-            return lobe.value(lambda w: _jax_light(y, w), r)
+            return lobe.value(lambda w: frames.jax_light(y, w), r)
 
         return B, B.spatial, B.angular, jax.jacfwd(value, (0, 1))(jnp.zeros(2), jnp.zeros(3))
 
@@ -202,11 +78,11 @@ def _fixed_centre_autodiff() -> float:
     from firstorder.laws import VonMisesFisher, Zonal
     from firstorder.space.reflection import mirrored
 
-    x, axes, _, _, v = _arrays()
+    x, axes, _, _, v = frames.arrays()
     lobe = Zonal(VonMisesFisher(our.SHARPNESS), 16, 32)
 
     def value(y, r):
-        return lobe.value(lambda w: _jax_light(y, w), r / jnp.sqrt(r @ r))
+        return lobe.value(lambda w: frames.jax_light(y, w), r / jnp.sqrt(r @ r))
 
     L_x, L_r = jax.jit(jax.grad(value, (0, 1)))(x, mirrored(v, axes[:, 2]))
     B = _reflected()[0]
@@ -240,8 +116,8 @@ ROWS = [
         "identity",
         **FRAME,
         symbolic=proofs.rotated_tangents,
-        autodiff=Check(lambda: frame_autodiff("angular"), 1e-12),
-        brute_force=Check(lambda: frame_differences("angular"), 1e-10),
+        autodiff=Check(lambda: frames.frame_autodiff("angular"), 1e-12),
+        brute_force=Check(lambda: frames.frame_differences("angular"), 1e-10),
     ),
     Row("R07.58", "definition", implements=f"{MODULE}.in_frame", **NOTHING),
     Row(
@@ -249,17 +125,17 @@ ROWS = [
         "identity",
         **FRAME,
         symbolic=proofs.splitting,
-        autodiff=Check(lambda: frame_autodiff("spatial"), 1e-12),
-        brute_force=Check(lambda: frame_differences("spatial"), 1e-10),
+        autodiff=Check(lambda: frames.frame_autodiff("spatial"), 1e-12),
+        brute_force=Check(lambda: frames.frame_differences("spatial"), 1e-10),
     ),
     Row(
         "R07.60",
         "misprint",
         implements=f"{MODULE}.turning_of_directions",
         symbolic=lambda: [*proofs.rotation_rate(), *proofs.general_rate()],
-        autodiff=Check(lambda: frame_autodiff("spatial"), 1e-12),
+        autodiff=Check(lambda: frames.frame_autodiff("spatial"), 1e-12),
         fourier=FLAT,
-        brute_force=Check(principal_differences, 1e-10),
+        brute_force=Check(frames.principal_differences, 1e-10),
         corrected="R = (columns t, b, n), P = (columns n, 0, -t): local to global, as "
         "L_s(x, w) = L(x, R w) needs. With rows the curvature's term changes sign, against (10)",
         counterexample=Counterexample(
@@ -276,7 +152,7 @@ ROWS = [
         symbolic=na("measured"),
         autodiff=na("measured"),
         fourier=FLAT,
-        brute_force=Check(rotation_order, 0.05),
+        brute_force=Check(frames.rotation_order, 0.05),
         note="The neglected part is of order alpha^2; exact as a derivative.",
     ),
     Row(
@@ -284,9 +160,9 @@ ROWS = [
         "identity",
         implements=f"{MODULE}.turning_of_directions",
         symbolic=proofs.splitting,
-        autodiff=Check(principal_columns, 1e-13),
+        autodiff=Check(frames.principal_columns, 1e-13),
         fourier=FLAT,
-        brute_force=Check(principal_differences, 1e-10),
+        brute_force=Check(frames.principal_differences, 1e-10),
         note="With P's columns as in R07.60; where mu = 0 l has no direction, and mu L_l is 0.",
     ),
     Row(
@@ -294,8 +170,8 @@ ROWS = [
         "identity",
         **FRAME,
         symbolic=lambda: [*proofs.splitting(), *proofs.tangents_are_not_orthogonal()],
-        autodiff=Check(lambda: frame_autodiff("spatial"), 1e-12),
-        brute_force=Check(lambda: frame_differences("spatial"), 1e-10),
+        autodiff=Check(lambda: frames.frame_autodiff("spatial"), 1e-12),
+        brute_force=Check(lambda: frames.frame_differences("spatial"), 1e-10),
         note="True with the l and m of (62), which are no orthonormal frame: R07.fn6. The library "
         "takes any t, b with the 2 x 2 shape operator.",
     ),

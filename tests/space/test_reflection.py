@@ -5,6 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from derivations.space import _reflection_frames as frames
 from derivations.space import _reflection_printed as printed
 from derivations.space import _surfaces as our
 from derivations.space import reflection as derived
@@ -74,16 +75,16 @@ def test_a_fault_is_seen(fault, both):
 
 @pytest.mark.parametrize("part", ["spatial", "angular"])
 def test_light_in_the_surfaces_frame(part):
-    assert derived.frame_differences(part) < 1e-10
+    assert frames.frame_differences(part) < 1e-10
 
 
 def test_rows_for_columns_in_the_rotation_are_seen():
     """R07 (60) as it is printed: P by its rows, at a frame that is not the world's."""
-    axes, kappas, ours = derived._principal()
+    axes, kappas, ours = frames.principal()
     t, _, n = axes.T
     rows = np.stack([n, np.zeros(3), -t])
     assert normwise(kappas[0] * rows @ our.LOCAL, ours[:, 0]) > 0.1
-    assert derived.principal_differences() < BOUND
+    assert frames.principal_differences() < BOUND
 
 
 def test_principal_directions_turn_about_the_normal_but_the_carried_frame_does_not():
@@ -161,7 +162,7 @@ def test_both_precisions_and_many_points():
         lobe = Zonal(VonMisesFisher(jnp.asarray(7.0, dtype)), 6, 8)
 
         def seen(x):
-            B = reflected(derived._jax_light, surface_point(x, axes, S), v, lobe)
+            B = reflected(frames.jax_light, surface_point(x, axes, S), v, lobe)
             return B.value, B.spatial, B.angular
 
         return jax.jit(jax.vmap(seen))(x + jnp.linspace(0.0, 0.1, 2, dtype=dtype)[:, None])
