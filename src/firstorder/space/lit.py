@@ -1,0 +1,298 @@
+r"""Near light on curved, bumpy, glossy surfaces, node by node, and every term of its gradient.
+
+An area light is a sum over nodes of its surface. At a point with normal n, seen from a direction
+that is mirrored to r, a node at d from the point, of area vector a and radiance L, gives
+
+    diffuse   albedo / pi                f_0
+    glossy    specular (s + 2) / (2 pi)  f_s        f_s = L (n.d) (r.d)^s (-a.d) / |d|^(4 + s)
+
+with all three factors cut off at zero, times whether the node is seen. With g = L (..) for short,
+
+    df_s/dx at fixed n and r = -f_s (n/(n.d) + s r/(r.d) + a/(a.d) - (4 + s) d/|d|^2)
+    df_s/dn = f_s d/(n.d),    df_s/dr = s f_s d/(r.d)
+
+R07 tells these apart: SV is the first; the others turn with the surface. A turn of the surface's
+frame by a vector omega turns n by omega and r by 2 omega, so
+
+    dB = SV . dx + DV . CV dx,      CV = k (n x dn/dx)
+    DV = n x df/dn                  k = 1   (diffuse: follows the normal)
+    DV = n x df/dn / 2 + r x df/dr  k = 2   (glossy: follows the mirror)
+
+Cosines that are cut off are continuous, so that nothing is missed where a light sets; shadow edges
+are the business of `moving_shadows`.
+"""
+
+from __future__ import annotations
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from firstorder.errors import check_positive
+from firstorder.quadrature import gauss_legendre
+from firstorder.space.image import View
+from firstorder.space.reflection import SurfacePoint, half_turn, mirrored
+from firstorder.typing import Scalar, as_float
+from firstorder.vectors import cross, dot
+
+Direction = Float[Array, "3"]
+Shares = Float[Array, " k"]
+
+
+class Lamp(eqx.Module):
+    """A rectangle or parallelogram that emits from its side u x v, as a lattice of nodes.
+
+    Args:
+        center: shape (3,) [m].
+        u: half of an edge, shape (3,) [m].
+        v: half of the other edge [m].
+        radiance: emitted, the same everywhere [W/(m^2 sr)].
+        count: nodes along each edge.
+        even: whether nodes stand in the middles of equal cells, as shadows want it; if not, they
+            are those of Gauss and Legendre, which smooth light wants.
+
+    Raises:
+        ValueError: if `count` is not positive.
+
+    Example:
+        >>> from firstorder.space.lit import Lamp
+        >>> lamp = Lamp((0, 0, 2), (0, 1, 0), (1, 0, 0), count=4)
+        >>> lamp.position.shape, round(-lamp.area[:, 2].sum().item(), 12)
+        ((16, 3), 4.0)
+    """
+
+    center: Direction = eqx.field(converter=as_float)
+    u: Direction = eqx.field(converter=as_float)
+    v: Direction = eqx.field(converter=as_float)
+    radiance: Scalar = eqx.field(converter=as_float, default=1.0)
+    count: int = eqx.field(static=True, default=8)
+    even: bool = eqx.field(static=True, default=False)
+
+    def __check_init__(self):
+        """Refuse a lamp without nodes."""
+        check_positive("count", self.count)
+
+    @property
+    def _rule(self) -> tuple[np.ndarray, np.ndarray]:
+        if not self.even:
+            return gauss_legendre(self.count)
+        k = np.arange(self.count)
+        return (2.0 * k + 1.0) / self.count - 1.0, np.full(self.count, 2.0 / self.count)
+
+    @property
+    def position(self) -> Float[Array, "k 3"]:
+        """Of the nodes; `v` varies fastest [m]."""
+        x = self._rule[0]
+        s, t = (jnp.asarray(a.ravel()) for a in np.meshgrid(x, x, indexing="ij"))
+        return self.center + s[:, None] * self.u + t[:, None] * self.v
+
+    @property
+    def area(self) -> Float[Array, "k 3"]:
+        """Of each node's piece, along the side that emits [m^2]."""
+        w = self._rule[1]
+        return jnp.asarray(np.outer(w, w).ravel())[:, None] * cross(self.u, self.v)
+
+
+class Lobe(eqx.Module):
+    """How a surface reflects: the share of light that is spread, and the share about the mirror.
+
+    Attributes:
+        albedo: reflected diffusely.
+        specular: reflected about the mirrored direction, at normal incidence.
+        exponent: s, of the cosine to the mirrored direction; not negative.
+    """
+
+    albedo: Scalar = eqx.field(converter=as_float)
+    specular: Scalar = eqx.field(converter=as_float, default=0.0)
+    exponent: Scalar = eqx.field(converter=as_float, default=1.0)
+
+
+class Terms(eqx.Module):
+    """Light that one lobe sends to the eye, and its gradient, term by term.
+
+    Attributes:
+        value: B [W/(m^2 sr)].
+        SV: spatial variation of the light along t and b [per m].
+        DV: directional variation: what a turn of the lobe about each axis of the world changes.
+        CV: curvature: how the lobe turns along t and b, a vector each [1/m].
+        angular: gradient in the direction to the eye, tangent there.
+    """
+
+    value: Scalar
+    SV: Float[Array, "2"]
+    DV: Direction
+    CV: Float[Array, "3 2"]
+    angular: Direction
+
+    @property
+    def CDV(self) -> Float[Array, "2"]:
+        """Curvature-weighted directional variation along t and b [per m]."""
+        return self.DV @ self.CV
+
+    @property
+    def spatial(self) -> Float[Array, "2"]:
+        """`B_t, B_b` with the eye's direction held fixed [per m]."""
+        return self.SV + self.CDV
+
+    def image_gradient(self, view: View, point: SurfacePoint) -> Float[Array, "2"]:
+        """Derivatives in px and py, as `space.image.image_gradient` has them (R07 eq. 26)."""
+        return self.spatial @ view.surface_D_p(point) + self.angular @ view.to_eye_D_p
+
+
+def lit(
+    lamp: Lamp, seen: Shares, point: SurfacePoint, to_eye: Direction, lobe: Lobe
+) -> tuple[Terms, Terms]:
+    """What a point sends to the eye: the diffuse lobe and the glossy one.
+
+    Valid when: nodes are dense on the scale of the distance to the lamp and of the lobe. Shadows
+    only scale what nodes send; that they move is left out, as R07 §9 has it (`moving_shadows`).
+
+    Args:
+        lamp: the light.
+        seen: whether each node is seen from the point, or the share of it that is.
+        point: where, with the turning of its normal.
+        to_eye: unit vector to where the light goes.
+        lobe: of the surface.
+
+    Reference: R07 §5.1-5.2, eq. 25, in space and for near light; §9.1 for shadows.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.space.lit import Lamp, Lobe, lit
+        >>> from firstorder.space.reflection import surface_point
+        >>> floor = surface_point(jnp.zeros(3), jnp.eye(3), jnp.zeros((2, 2)))
+        >>> lamp = Lamp((3, 0, 3), (0, 1, 0), (1, 0, 0))
+        >>> up = jnp.array([0.0, 0.0, 1.0])
+        >>> diffuse, gloss = lit(lamp, jnp.ones(64), floor, up, Lobe(1.0))
+        >>> bool(diffuse.SV[0] > 0), diffuse.CDV.tolist(), gloss.value.item()  # brighter that way
+        (True, [0.0, 0.0], 0.0)
+    """
+    n, r = point.normal, mirrored(to_eye, point.normal)
+    f, f_x, f_n, _ = _summed(_sent(lamp, point.position, n, r, None), seen)
+    g, g_x, g_n, g_r = _summed(_sent(lamp, point.position, n, r, lobe.exponent), seen)
+    spread, polished = _scales(lobe)
+    T, zero = point.tangents, jnp.zeros(3, f.dtype)
+    diffuse = Terms(spread * f, spread * f_x @ T, spread * cross(n, f_n), point.spin, zero)
+    turned = 0.5 * cross(n, g_n) + cross(r, g_r)
+    angular = polished * g_r @ half_turn(n)
+    glossy = Terms(polished * g, polished * g_x @ T, polished * turned, 2.0 * point.spin, angular)
+    return diffuse, glossy
+
+
+def moving_shadows(
+    lamp: Lamp,
+    seen: Shares,
+    depth: Shares,
+    point: SurfacePoint,
+    to_eye: Direction,
+    lobe: Lobe,
+) -> tuple[Float[Array, "2"], Float[Array, "2"]]:
+    """What shadow edges that move over the lamp add to SV, from the shadow rays that were traced.
+
+    Where of two neighbouring nodes one is seen, an edge crosses the lattice. A blocker at the share
+    tau of the way moves its edge over the lamp by `-(1 - tau)/tau (I - d m^T/(m.d)) dx`, with m the
+    lamp's normal, so
+
+        dB/dx = integral of F (1 - tau)/tau (I - d m^T/(m.d))^T grad V dA
+
+    and grad V is the difference between neighbours. Diffuse and glossy lobe apart.
+
+    Valid as the lattice grows finer: an edge is known to half a cell, and tau is that of the hidden
+    node, not of the edge (beside a curved limb wrong by the root of the cell). Exact gradients of
+    analytic shapes: `space.irradiance`.
+
+    Args:
+        lamp: the light; `even`.
+        seen: 1 for nodes that are seen, 0 for others.
+        depth: share of the way from the point to the node at which something hides it, in (0, 1).
+        point: where.
+        to_eye: unit vector to where the light goes.
+        lobe: of the surface.
+
+    Returns:
+        Along t and b, for the two lobes [W/(m^2 sr) per m].
+
+    Raises:
+        ValueError: if the lamp's nodes are not even.
+
+    Reference: R07 §8.1 (image space), with the lamp's plane in place of angles.
+    """
+    if not lamp.even:
+        raise ValueError("Argument `lamp` must have even nodes for moving shadows, but has not.")
+    m = cross(lamp.u, lamp.v)
+    dual = jnp.stack([cross(lamp.v, m), cross(m, lamp.u)]) / dot(m, m)  # a step's share of u, v
+    d = lamp.position - point.position
+    reach = d @ m
+    along = (d @ dual.T) / jnp.where(reach == 0.0, jnp.inf, reach)[:, None]
+    slide = dual - along[..., None] * m  # of each node: how far it is in u, v that x moves
+    stretch = (1.0 - depth) / jnp.where(depth > 0.0, depth, jnp.inf)
+    n, r = point.normal, mirrored(to_eye, point.normal)
+    found = []
+    for scale, exponent in zip(_scales(lobe), (None, lobe.exponent), strict=True):
+        f = _sent(lamp, point.position, n, r, exponent).f
+        moved = _jumps(lamp.count, f[:, None, None] * slide, stretch, seen)
+        found.append(scale * moved @ point.tangents)
+    return found[0], found[1]
+
+
+def _jumps(count: int, flow: Float[Array, "k 2 3"], stretch: Shares, seen: Shares) -> Direction:
+    """Sum over pairs of neighbours of which one is seen: the flow between them times the jump."""
+    flow, seen = flow.reshape(count, count, 2, 3), seen.reshape(count, count)
+    stretch = stretch.reshape(count, count)
+    total = jnp.zeros(3, flow.dtype)
+    for axis in (0, 1):
+        F, V, h = (jnp.moveaxis(a, axis, 0) for a in (flow[:, :, axis], seen, stretch))
+        jump = V[1:] - V[:-1]
+        hidden = jnp.where(jump < 0.0, h[1:], h[:-1])
+        total = total + jnp.sum((0.5 * jump * hidden)[..., None] * (F[1:] + F[:-1]), (0, 1))
+    return 0.5 * count * total  # a cell is 2 / count of u, v wide
+
+
+# --- nodes ---------------------------------------------------------------------------------------
+
+
+class _Sent(eqx.Module):
+    """What nodes would send, were they seen, and that over each of its factors."""
+
+    d: Float[Array, "k 3"]
+    area: Float[Array, "k 3"]
+    axes: Float[Array, "2 3"]
+    s: Scalar
+    inverse: Shares
+    f: Shares
+    by_n: Shares
+    by_r: Shares
+    by_a: Shares
+
+
+def _sent(lamp: Lamp, x: Direction, n: Direction, r: Direction, exponent) -> _Sent:
+    d, area = lamp.position - x, lamp.area
+    squared = dot(d, d)
+    inverse = 1.0 / jnp.where(squared > 0.0, squared, 1.0)
+    height, facing, across = d @ n, -dot(area, d), d @ r
+    lit_up = (height > 0.0) & (facing > 0.0) & (squared > 0.0)
+    s = jnp.zeros((), d.dtype) if exponent is None else exponent
+    if exponent is not None:
+        lit_up &= across > 0.0
+    height, facing, across = (jnp.where(lit_up, a, 1.0) for a in (height, facing, across))
+    lobe = 1.0 if exponent is None else (across * jnp.sqrt(inverse)) ** s
+    f = jnp.where(lit_up, lamp.radiance * height * facing * lobe * inverse**2, 0.0)
+    return _Sent(d, area, jnp.stack([n, r]), s, inverse, f, f / height, s * f / across, f / facing)
+
+
+def _summed(sent: _Sent, seen: Shares) -> tuple[Scalar, Direction, Direction, Direction]:
+    """The sum of f, and its gradients in x, n and r."""
+    by_n, by_r, by_a, f = (seen * a for a in (sent.by_n, sent.by_r, sent.by_a, sent.f))
+    n, r = sent.axes
+    f_n, f_r = by_n @ sent.d, by_r @ sent.d
+    f_x = by_a @ sent.area - jnp.sum(by_n) * n - jnp.sum(by_r) * r
+    return jnp.sum(f), f_x + ((4.0 + sent.s) * f * sent.inverse) @ sent.d, f_n, f_r
+
+
+def _scales(lobe: Lobe) -> tuple[Scalar, Scalar]:
+    """What multiplies the sums of the diffuse and of the glossy lobe."""
+    return lobe.albedo / jnp.pi, lobe.specular * (lobe.exponent + 2.0) / (2.0 * jnp.pi)
+
+
+__all__ = ["Lamp", "Lobe", "Terms", "lit", "moving_shadows"]
