@@ -19,6 +19,7 @@ from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from firstorder.errors import check_finite, check_positive, check_shape
 from firstorder.methods.caching.radii import CLAMPS, Clamped, checked_order
+from firstorder.methods.caching.records import kept, printed, weights
 from firstorder.methods.caching.split_circle import split_circle_error
 from firstorder.typing import as_float
 
@@ -148,17 +149,7 @@ def blend(
     """The weighted mean of the records' expansions at one place; see `Cache`."""
     at, normal, derivatives, radius = records
     error = split_circle_error(x - at, jnp.where(valid, radius, 1.0), n - normal)
-    error = jnp.where(valid, error, jnp.inf)
-    reach = error < 1.0
-    covered = jnp.any(reach)
-    nearest = jnp.min(jax.lax.stop_gradient(error))
-    used = jnp.where(covered, reach, valid & (error == nearest))
-    # Only ratios of weights count. Scaled by the smallest error they stay finite on a record.
-    tiny = jnp.finfo(error.dtype).eps
-    weight = (nearest + tiny) / (jnp.where(used, error, 1.0) + tiny)
-    if fade:
-        weight = jnp.where(covered, weight * jnp.where(used, 1.0 - error, 0.0), weight)
-    weight = jnp.where(used, weight, 0.0)
+    weight, used, covered = weights(error, valid, fade)
     dx = jnp.where(used, x - at, 0.0)
     return Answer(jnp.sum(weight * taylor(derivatives, dx, order)) / jnp.sum(weight), covered)
 
@@ -237,8 +228,7 @@ class Cache(eqx.Module):
             order: of the expansions.
             fade: whether the weights end at zero.
         """
-        keep = np.ones(candidates.x.shape[0], bool) if chosen is None else np.asarray(chosen)
-        rows = np.flatnonzero(keep)
+        rows = kept(chosen, candidates.x.shape[0])
         rows = rows[np.argsort(np.asarray(candidates.x)[rows], kind="stable")]
         return Cache(
             candidates.x[rows],
@@ -275,13 +265,7 @@ class Cache(eqx.Module):
 
     def __str__(self) -> str:
         """The table, in print."""
-        columns = self.columns()
-        rows = [list(columns)]
-        for row in zip(*columns.values(), strict=True):
-            rows.append([c if isinstance(c, str) else f"{float(c):.5g}" for c in row])
-        widths = [max(len(row[i]) for row in rows) for i in range(len(columns))]
-        lines = ["  ".join(c.rjust(w) for c, w in zip(row, widths, strict=True)) for row in rows]
-        return "\n".join(line.rstrip() for line in lines)
+        return printed(self.columns())
 
 
 @eqx.filter_jit

@@ -18,6 +18,7 @@ from jaxtyping import Array, ArrayLike, Bool, Float, Int
 from firstorder.errors import check_finite, check_shape
 from firstorder.methods.caching.cache import Answer
 from firstorder.methods.caching.radii import CLAMPS, checked_order
+from firstorder.methods.caching.records import kept, printed, weights
 from firstorder.methods.caching.space_radii import Reach
 from firstorder.typing import as_float
 
@@ -219,8 +220,7 @@ class SurfaceCache(eqx.Module):
             order: of the expansions.
             fade: whether the weights end at zero.
         """
-        keep = np.ones(len(candidates.value), bool) if chosen is None else np.asarray(chosen)
-        rows = np.flatnonzero(keep)
+        rows = kept(chosen, len(candidates.value))
         return SurfaceCache(
             candidates.position[rows],
             candidates.value[rows],
@@ -301,13 +301,7 @@ class SurfaceCache(eqx.Module):
 
     def __str__(self) -> str:
         """The table, in print."""
-        columns = self.columns()
-        rows = [list(columns)]
-        for row in zip(*columns.values(), strict=True):
-            rows.append([c if isinstance(c, str) else f"{float(c):.5g}" for c in row])
-        widths = [max(len(row[i]) for row in rows) for i in range(len(columns))]
-        lines = ["  ".join(c.rjust(w) for c, w in zip(row, widths, strict=True)) for row in rows]
-        return "\n".join(line.rstrip() for line in lines)
+        return printed(self.columns())
 
 
 def _padded(cache: SurfaceCache) -> tuple[Array, ...]:
@@ -336,17 +330,7 @@ def _answers(
         v = matrix[:, 1, 0] * dx[:, 0] + matrix[:, 1, 1] * dx[:, 1]
         square = u * u + v * v
         error = jnp.where(square > 0.0, jnp.sqrt(jnp.where(square > 0.0, square, 1.0)), 0.0)
-        error = jnp.where(valid, error, jnp.inf)
-        reached = error < 1.0
-        nearest = jnp.min(jax.lax.stop_gradient(error))
-        covered = nearest < 1.0
-        used = jnp.where(covered, reached, valid & (error == nearest))
-        # Only ratios of weights count. Scaled by the smallest error they stay finite on a record.
-        tiny = jnp.finfo(error.dtype).eps
-        weight = (nearest + tiny) / (jnp.where(used, error, 1.0) + tiny)
-        if fade:
-            weight = jnp.where(covered, weight * jnp.where(used, 1.0 - error, 0.0), weight)
-        weight = jnp.where(used, weight, 0.0)
+        weight, _, covered = weights(error, valid, fade)
         there = surface_taylor(value, gradient, hessian, dx, order)
         return jnp.sum(weight * there) / jnp.sum(weight), covered
 
