@@ -17,7 +17,6 @@ import numpy as np
 from firstorder.methods.caching import (
     Reach,
     SurfaceCache,
-    circles,
     curvature,
     ellipses,
     fit_surface,
@@ -26,6 +25,7 @@ from firstorder.methods.caching import (
     shuffled,
     ssim,
 )
+from firstorder.methods.caching.radii import CUT, FREE, RAISED
 from firstorder.methods.caching.tables import Table, looks, tabulate
 from firstorder.plotting.style import COLOURS
 from firstorder.space import library
@@ -213,10 +213,21 @@ def _bilinear(L, across, z):
 # --- radii ---------------------------------------------------------------------------------------
 
 
+def held(radius: np.ndarray, low: float, high: float = 1.5) -> Reach:
+    """`circles` of plain arrays: a search for thresholds asks for thousands."""
+    code = np.where(radius < low, RAISED, np.where(radius > high, CUT, FREE))
+    return Reach((1.0 / np.clip(radius, low, high))[:, None, None] * np.eye(2), code)
+
+
 def split(lengths: np.ndarray, pixels: int, low: float = 0.0, high: float = 1.5) -> Radii:
     """Radii proportional to a mean length of rays; a threshold is the accepted error."""
     finite = np.where(np.isfinite(lengths), lengths, 1e6)
-    return lambda threshold: circles(threshold * finite, max(low, 1.0 / pixels), high)
+    return lambda threshold: held(threshold * finite, max(low, 1.0 / pixels), high)
+
+
+def scaled(radius: np.ndarray, power: float, pixels: int) -> Radii:
+    """Radii that are given for the tolerance 1 and grow with a power of it."""
+    return lambda tolerance: held(radius * tolerance**power, 1.0 / pixels)
 
 
 def hessian(
@@ -225,11 +236,11 @@ def hessian(
     """Radii by the largest eigenvalue, as J12 (70) has them; a threshold is the tolerated error."""
     k = curvature(np.asarray(H))
 
-    def radii(tolerance):
-        found = radius_for(k, tolerance, definition=definition, value=value, dims=2)
-        return circles(found, 1.0 / pixels, 1.5)
+    def found(size, tolerance, value):
+        return np.asarray(radius_for(size, tolerance, definition=definition, value=value, dims=2))
 
-    return radii
+    double = float(found(1.0, 2.0, 1.0) / found(1.0, 1.0, 1.0))
+    return scaled(found(k, 1.0, value), np.log2(double), pixels)
 
 
 def ellipse(H: np.ndarray, pixels: int, printed: bool = False) -> Radii:
@@ -311,6 +322,43 @@ def answered(c: Case, chosen: np.ndarray, reach, order: int = 1) -> Outcome:
     truth = np.nan_to_num(c.image(c.truth))
     similar = [ssim(np.nan_to_num(c.image(v)), truth, span) for v in values]
     return Outcome(caches, values, rms(values, c.truth), np.array(similar), np.asarray(chosen))
+
+
+@dataclass(frozen=True)
+class Tuned:
+    """The best of several limits, and its caches.
+
+    Attributes:
+        limits: smallest radius in cells, and largest [m].
+        outcome: with these.
+        least: error of the first limits over that of the best.
+    """
+
+    limits: tuple[float, float]
+    outcome: Outcome
+    least: float
+
+
+def tuned(c: Case, lengths: np.ndarray, limits, records: int | None = None) -> Tuned:
+    """Split spheres with the limits that leave the least error; what has too few records is out.
+
+    Args:
+        c: the case.
+        lengths: mean length of rays at each place.
+        limits: pairs of the smallest radius in cells and the largest [m], to try.
+        records: wanted; as many as the case asks for if left out.
+    """
+    n, tried = c.size.pixels, {}
+    for low, high in limits:
+        try:
+            radii = {"x": split(lengths, n, low / n, high)}
+            tried[low, high] = compare(c, radii, records)["x"]
+        except ValueError:  # these limits allow no such number of records
+            continue
+    if not tried:
+        raise ValueError("No limits gave the wanted number of records.")
+    best = min(tried, key=lambda k: tried[k].mean)
+    return Tuned(best, tried[best], next(iter(tried.values())).mean / tried[best].mean)
 
 
 # --- pictures ------------------------------------------------------------------------------------

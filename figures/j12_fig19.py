@@ -22,7 +22,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from figures._j12_box import case, compare, metrics, show_error, size, split
+from figures._j12_box import case, compare, metrics, show_error, size, split, tuned
 from figures.style import Claim, Drawing
 from firstorder import plotting
 from firstorder.methods.caching import neighbour_clamped
@@ -60,18 +60,9 @@ def draw(quick: bool) -> Drawing:
 
 def _tuned(c, quick: bool):
     """The best limits for the shortest ray, of a few."""
-    n, best = c.size.pixels, None
-    for low in (1.0, 2.0) if quick else (1.0, 2.0, 3.0, 4.0):
-        for high in (0.1, 0.3) if quick else (0.05, 0.1, 0.3):
-            try:
-                tried = compare(c, {"x": split(c.table.minimum, n, low / n, high)})["x"]
-            except ValueError:  # these limits allow no such number of records
-                continue
-            if best is None or tried.mean < best.mean:
-                best = tried
-    if best is None:
-        raise ValueError("No limits gave the wanted number of records.")
-    return best
+    lows = (1.0, 2.0) if quick else (1.0, 2.0, 3.0, 4.0)
+    highs = (0.1, 0.3) if quick else (0.05, 0.1, 0.3)
+    return tuned(c, c.table.minimum, [(a, b) for a in lows for b in highs]).outcome
 
 
 def _bars(ax, here) -> None:

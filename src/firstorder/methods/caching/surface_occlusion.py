@@ -20,6 +20,7 @@ from firstorder.space.triangulated import triangulated
 from firstorder.typing import as_float
 
 BATCH = 8  # places at a time: what a thousand rays of each need stays in the cache
+BLOCK = 256  # places compiled for: the last block is padded
 
 
 class OcclusionTable(NamedTuple):
@@ -72,10 +73,14 @@ def occlusion_table(
     x = as_float(position).astype(jnp.float32)
     check_shape("position", x, (x.shape[0], 2))
     single = jax.tree.map(lambda a: a.astype(jnp.float32) if eqx.is_inexact_array(a) else a, maps)
-    net = gather_net(rays)
-    found = _gathered(single, _single(net), x, jnp.asarray(on), jnp.float32(height))
-    E, gradient, hessian = (np.asarray(a, float) for a in found)
-    return OcclusionTable(E, gradient, hessian)
+    net = _single(gather_net(rays))
+    parts = []
+    for start in range(0, x.shape[0], BLOCK):
+        some = x[start : start + BLOCK]
+        padded = jnp.concatenate([some, jnp.broadcast_to(some[-1:], (BLOCK - len(some), 2))])
+        seen = _cast(single, net.directions, padded, jnp.asarray(on), jnp.float32(height))
+        parts.append([np.asarray(a, float)[: len(some)] for a in _derived(net, *seen)])
+    return OcclusionTable(*(np.concatenate(p) for p in zip(*parts, strict=True)))
 
 
 def _single(net: GatherNet) -> GatherNet:
@@ -85,16 +90,31 @@ def _single(net: GatherNet) -> GatherNet:
 
 
 @eqx.filter_jit
-def _gathered(
-    maps: Maps, net: GatherNet, x: Float[Array, "m 2"], on: Int[Array, ""], height: Float[Array, ""]
-) -> tuple[Array, Array, Array]:
-    along = tuple(net.directions.T)
+def _cast(
+    maps: Maps,
+    directions: Float[Array, "r 3"],
+    x: Float[Array, "m 2"],
+    on: Int[Array, ""],
+    height: Float[Array, ""],
+) -> tuple[Float[Array, "m r"], Float[Array, "m r"]]:
+    """Radiance and distance of every ray."""
+    along = (directions[:, 0], directions[:, 1], directions[:, 2])
 
     def one(place):
-        origin = tuple(jnp.broadcast_to(a, along[0].shape) for a in (place[0], place[1], height))
-        seen = cast(maps, origin, along, on)
-        return triangulated(
-            seen.radiance, net.directions, seen.distance, net.triangles, net.neighbours
-        )
+        x, y, z = (jnp.broadcast_to(a, along[0].shape) for a in (place[0], place[1], height))
+        seen = cast(maps, (x, y, z), along, on)
+        return seen.radiance, seen.distance
 
     return jax.lax.map(one, x, batch_size=BATCH)
+
+
+@eqx.filter_jit
+def _derived(
+    net: GatherNet, radiance: Float[Array, "m r"], distance: Float[Array, "m r"]
+) -> tuple[Array, Array, Array]:
+    """Apart from the cast, so that it is compiled once for all scenes."""
+
+    def one(seen):
+        return triangulated(seen[0], net.directions, seen[1], net.triangles, net.neighbours)
+
+    return jax.lax.map(one, (radiance, distance), batch_size=BATCH)
