@@ -9,7 +9,7 @@ import numpy as np
 
 from firstorder.io.records import write_text
 from firstorder.io.spaces import CLASSES, MATERIAL, Model, Space
-from firstorder.io.toml import quoted, written
+from firstorder.io.toml import material_lines, quoted, written
 from firstorder.space.environment import ConstantSky, GaussianSky, HarmonicSky, PanoramaSky
 from firstorder.space.scene import Scene
 
@@ -87,27 +87,15 @@ def _shape_text(group: Any, i: int, name: str, material: Any, row: int) -> str:
     lines.append(f"center = {written(center)}")
     lines.append(f"radius = {written(axes[0, 0])}" if round_ else f"axes = {written(axes.T)}")
     given = {key: np.asarray(getattr(material, key))[row] for key in MATERIAL}
-    return "\n".join(["[[shape]]", *lines, *_material_text(given)])
+    return "\n".join(["[[shape]]", *lines, *material_lines(given)])
 
 
 def _model_text(model: Model) -> str:
     lines = [f"name = {quoted(model.name)}"] * bool(model.name)
     faces = ", ".join(f"[{a}, {b}, {c}]" for a, b, c in np.asarray(model.mesh.faces).tolist())
     lines += [f"vertices = {written(model.mesh.vertices)}", f"faces = [{faces}]"]
-    return "\n".join(["[[mesh]]", *lines, *_material_text(model.material)])
-
-
-def _material_text(given: Any):
-    for key in MATERIAL:
-        value = np.asarray(given[key])
-        if value.ndim:
-            front, back = (written(v) for v in value)
-            alike = "0.0" if key == "emission" else front
-            words = front if back == alike else f"[{front}, {back}]"
-        else:
-            words = written(value)
-        if words != "0.0":
-            yield f"{key} = {words}"
+    given = {key: model.material[key] for key in MATERIAL}
+    return "\n".join(["[[mesh]]", *lines, *material_lines(given)])
 
 
 def _sky_text(sky: Any) -> str:

@@ -38,7 +38,7 @@ from __future__ import annotations
 import json
 import os
 import pathlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -302,7 +302,8 @@ def scene_to_toml(scene: Scene) -> str:
     for group in scene.groups:
         for i in range(group.count):
             lines = ["[[shape]]", *_geometry(group, i, scene.names[index])]
-            tables.append("\n".join([*lines, *_material(scene, index)]))
+            given = {key: np.asarray(getattr(scene.material, key))[index] for key in MATERIAL}
+            tables.append("\n".join([*lines, *material_lines(given)]))
             index += 1
     for p, w in zip(
         np.asarray(scene.points.position), np.asarray(scene.points.intensity), strict=True
@@ -333,19 +334,6 @@ def _geometry(group, i: int, name: str):
         yield f"samples = {group.samples}"
 
 
-def _material(scene: Scene, index: int):
-    for key in MATERIAL:
-        value = np.asarray(getattr(scene.material, key))[index]
-        if value.ndim:
-            front, back = (written(v) for v in value)
-            alike = "0.0" if key == "emission" else front
-            words = front if back == alike else f"[{front}, {back}]"
-        else:
-            words = written(value)
-        if words != "0.0":
-            yield f"{key} = {words}"
-
-
 def _environment(sky):
     match sky:
         case ConstantSky():
@@ -370,6 +358,20 @@ def written(value: Any) -> str:
     if array.ndim:
         return "[" + ", ".join(written(v) for v in array) + "]"
     return repr(float(array))
+
+
+def material_lines(given: Mapping[str, Any]) -> Iterator[str]:
+    """A line for each of a material's numbers that is not what a file that says nothing means."""
+    for key, value in given.items():
+        value = np.asarray(value)
+        if value.ndim:
+            front, back = (written(v) for v in value)
+            alike = "0.0" if key == "emission" else front
+            words = front if back == alike else f"[{front}, {back}]"
+        else:
+            words = written(value)
+        if words != "0.0":
+            yield f"{key} = {words}"
 
 
 def quoted(name: str) -> str:
