@@ -95,7 +95,14 @@ class _Nothing(Angular):
 class _Dielectric(Angular):
     """`offset + scale R(theta)`, R clamped to 1 below the horizon."""
 
-    eta: eqx.AbstractVar[Scalar]
+    eta: Scalar = eqx.field(converter=as_float)
+    axis: str = eqx.field(static=True, default="theta")
+    frame: Frame = eqx.field(static=True, default=FLATLAND)
+    periodic: bool = eqx.field(static=True, default=False)
+
+    def __check_init__(self):
+        """Refuse an index that is not positive."""
+        check_positive("eta", self.eta)
 
     @abc.abstractmethod
     def _affine(self) -> tuple[Scalar, Scalar]:
@@ -151,15 +158,6 @@ class Fresnel(_Dielectric):
         0.04
     """
 
-    eta: Scalar = eqx.field(converter=as_float)
-    axis: str = eqx.field(static=True, default="theta")
-    frame: Frame = eqx.field(static=True, default=FLATLAND)
-    periodic: bool = eqx.field(static=True, default=False)
-
-    def __check_init__(self):
-        """Refuse an index that is not positive."""
-        check_positive("eta", self.eta)
-
     def _affine(self) -> tuple[Scalar, Scalar]:
         return jnp.zeros_like(self.eta), jnp.ones_like(self.eta)
 
@@ -185,15 +183,6 @@ class Transmission(_Dielectric):
         >>> round(Transmission(1.5)(0.0, 0.0).item(), 12)  # 1.5 (1 - 0.04)
         1.44
     """
-
-    eta: Scalar = eqx.field(converter=as_float)
-    axis: str = eqx.field(static=True, default="theta")
-    frame: Frame = eqx.field(static=True, default=FLATLAND)
-    periodic: bool = eqx.field(static=True, default=False)
-
-    def __check_init__(self):
-        """Refuse an index that is not positive."""
-        check_positive("eta", self.eta)
 
     def _affine(self) -> tuple[Scalar, Scalar]:
         return self.eta, -self.eta
