@@ -25,6 +25,7 @@ from derivations.methods.caching._space_proofs import (
     stretched_to_a_saddle,
     upper_bound,
 )
+from derivations.methods.caching._third import cubic_by_sums, disc_of_a_cubic, growth_of_a_cubic
 from firstorder.checks.tolerance import fitted_order
 
 
@@ -381,5 +382,15 @@ ROWS = [
             "the true one: an upper bound that grows with the photons, 48 % at n = 300, k = 50. "
             "The threshold keeps a physical meaning only as far as (71) does."
         ),
+    ),
+    Row(
+        "C.cache.third",
+        "identity",
+        implements="firstorder.methods.caching.third_curvature",
+        symbolic=disc_of_a_cubic,
+        autodiff=Check(growth_of_a_cubic, 2e-3),
+        fourier=na("no spectrum"),
+        brute_force=Check(cubic_by_sums, 2e-3),
+        note="Errors are those of 96 directions. What it gains: `figures/j12_third_order`.",
     ),
 ]

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from derivations.methods.caching._forms import integrated, matrices
+from derivations.methods.caching._third import cubic_by_sums, growth_of_a_cubic
+from firstorder.methods import caching
 from firstorder.methods.caching import (
     circles,
     curvature,
@@ -186,6 +188,21 @@ def test_third_derivatives_count_by_their_mean():
     T = sum(np.transpose(T, p) for p in ((0, 1, 2), (0, 2, 1), (1, 0, 2), (1, 2, 0), (2, 0, 1)))
     dense = np.mean(np.abs(np.einsum("abc,an,bn,cn->n", T, AROUND, AROUND, AROUND)))
     assert third_curvature(jnp.asarray(T)).item() == pytest.approx(dense, rel=2e-3)
+
+
+WRONG_MEANS = {
+    "a factor": lambda T: 1.1 * third_curvature(T),
+    "no modulus": lambda T: jnp.abs(T[..., 0, 0, 0] + T[..., 0, 1, 1]),
+}
+
+
+@pytest.mark.parametrize("fault", WRONG_MEANS)
+def test_a_wrong_mean_of_third_derivatives_is_seen(fault, monkeypatch):
+    assert cubic_by_sums() < 2e-3
+    assert growth_of_a_cubic() < 2e-3
+    monkeypatch.setattr(caching, "third_curvature", WRONG_MEANS[fault])
+    assert cubic_by_sums() > 0.02
+    assert growth_of_a_cubic() > 0.02
 
 
 def test_no_light_beats_the_geometric_bound():
