@@ -26,6 +26,7 @@ from firstorder.space import Boxes, Scene, Thing, irradiance, receiver, rectangl
 from firstorder.space.maps import Maps, layout
 
 TURN = 0.5  # of the plate [rad]
+BLOCK = 1024  # places
 
 
 class Shadow(NamedTuple):
@@ -74,9 +75,18 @@ STAR = np.array([(a, b) for a in range(-2, 3) for b in range(-2, 3) if abs(a) + 
 def exact_values(name: str, x) -> np.ndarray:
     """Exact irradiance at places (..., 2) of the floor."""
     x = np.asarray(x, float)
+    flat = x.reshape(-1, 2)
+    padded = np.concatenate([flat, np.repeat(flat[-1:], -len(flat) % BLOCK, axis=0)])
+    # In blocks of one size: compiled once, however many places there are.
+    found = [_block(name)(jnp.asarray(p)) for p in padded.reshape(-1, BLOCK, 2)]
+    return np.concatenate([np.asarray(f) for f in found])[: len(flat)].reshape(x.shape[:-1])
+
+
+@functools.cache
+def _block(name: str):
+    """The exact irradiance at a block of places, compiled."""
     E = light(name)
-    values = jax.jit(lambda p: jax.lax.map(E, p, batch_size=64))
-    return np.asarray(values(jnp.asarray(x.reshape(-1, 2)))).reshape(x.shape[:-1])
+    return jax.jit(lambda p: jax.lax.map(E, p, batch_size=64))
 
 
 def exact_jet(name: str, x: np.ndarray, h: float = 3e-4) -> Jet:

@@ -48,7 +48,7 @@ DEFINITIONS = ("total", "average", "relative", "integrated squared")
 
 
 def draw(quick: bool) -> Drawing:
-    s = Size(24, 16, 48, 60, 2) if quick else Size(64, 40, 120, 500, 3)
+    s = Size(24, 12, 36, 60, 2) if quick else Size(64, 40, 120, 500, 3)
     figure, axes = plotting.panels(2, 6, 2.0, 2.3)
     claims, arrays = [], {}
     for row, name in enumerate(SCENES):

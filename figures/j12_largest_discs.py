@@ -88,7 +88,7 @@ def _field(name: str, nodes: int) -> Field:
 
 # --- search --------------------------------------------------------------------------------------
 
-RINGS, AROUND = 80, 48
+RINGS, AROUND = 60, 36
 
 
 def _ring(stretch: float = 0.0, angle: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
