@@ -12,6 +12,7 @@ from firstorder.space.bumps import (
     displaced,
     normal_mapped,
     shading_shape_operator,
+    solid_bumped,
 )
 
 BOUND = 1e-9
@@ -66,6 +67,21 @@ def test_waves_on_a_floor_are_flatlands():
     kappa = shading_shape_operator(point)
     np.testing.assert_allclose(kappa[0, 0], second / (1.0 + slope**2), rtol=1e-5)
     np.testing.assert_allclose(kappa[1], 0.0, atol=1e-6)
+
+
+def test_heights_given_in_space_are_those_of_a_chart():
+    """On a ball: the same heights read off through u and v."""
+
+    def height(x):
+        return 0.05 * jnp.sin(3.0 * x[0]) * jnp.cos(2.0 * x[1] + x[2])
+
+    place = jnp.array([0.3, 0.4])
+    at = chart(ball, place)
+    by_chart = bumped(at, lambda uv: height(ball(uv)), place)
+    solid = solid_bumped(at.position, at.axes, at.S, height)
+    np.testing.assert_allclose(solid.normal, by_chart.normal, atol=1e-14)
+    np.testing.assert_allclose(solid.turning, by_chart.turning, atol=1e-13)
+    assert np.linalg.norm(solid.normal - at.axes[:, 2]) > 0.05
 
 
 def test_a_map_made_of_the_heights_is_the_bump():

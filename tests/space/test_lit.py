@@ -238,8 +238,16 @@ def test_moving_shadows_come_closer_to_the_exact_gradient_with_more_nodes(name):
     counts = [16, 64, 256]
     without, with_edges = np.array([shadow_errors(name, n) for n in counts]).T
     assert without[-1] > 0.5  # most of the gradient is the edge's
-    assert with_edges[-1] < 0.05
-    assert fitted_order(counts, with_edges) < -0.4  # the limb's depth: root of a cell
+    assert with_edges[-1] < 0.005
+    assert fitted_order(counts, with_edges) < -0.8  # edges are known to half a cell
+
+
+def test_limbs_are_met_too_early_without_their_roots(monkeypatch):
+    """The depth of the last hidden node alone errs by the root of a cell."""
+    monkeypatch.setattr(module, "TO_LIMB", 0.0)
+    assert shadow_errors("ball", 63)[1] > 0.03
+    monkeypatch.undo()
+    assert shadow_errors("ball", 62)[1] < 0.02
 
 
 def test_shadows_need_an_even_lamp():

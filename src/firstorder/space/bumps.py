@@ -152,6 +152,37 @@ def bumped(at: Chart, height: Callable, uv: Place) -> SurfacePoint:
     return _tilted(at.position, T, n - T @ g, -T @ (S + H) - n[:, None] * (S @ g))
 
 
+def solid_bumped(
+    position: Direction, axes: Float[Array, "3 3"], S: Two, height: Callable
+) -> SurfacePoint:
+    """The shading point of bumps whose heights are given in space, as a solid texture is.
+
+    No chart is needed, and none can be singular. Of the heights' derivatives in space the surface
+    sees `T^T grad h`, and covariantly `T^T (Hess h) T + (n . grad h) S`.
+
+    Args:
+        position: on the base surface [m].
+        axes: columns t, b, n of the base surface.
+        S: its shape operator in t, b [1/m].
+        height: h of a position [m], jittable, twice differentiable.
+
+    Reference: as `bumped`.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.space.bumps import solid_bumped
+        >>> waves = lambda x: 0.1 * jnp.sin(2 * jnp.pi * x[0])
+        >>> crest = solid_bumped(jnp.array([0.25, 0, 0]), jnp.eye(3), jnp.zeros((2, 2)), waves)
+        >>> round(-crest.turning[0, 0].item(), 3)
+        -3.948
+    """
+    T, n = axes[:, :2], axes[:, 2]
+    slope = jax.grad(height)(position)
+    g = slope @ T
+    H = T.T @ jax.hessian(height)(position) @ T + (slope @ n) * S
+    return _tilted(position, T, n - T @ g, -T @ (S + H) - n[:, None] * (S @ g))
+
+
 def displaced(surface: Callable, height: Callable, uv: Place) -> Chart:
     """The chart of the surface that is really displaced along its normals, `X + h n`.
 
@@ -306,4 +337,5 @@ __all__ = [
     "displaced",
     "normal_mapped",
     "shading_shape_operator",
+    "solid_bumped",
 ]

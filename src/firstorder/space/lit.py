@@ -198,9 +198,9 @@ def moving_shadows(
 
     and grad V is the difference between neighbours. Diffuse and glossy lobe apart.
 
-    Valid as the lattice grows finer: an edge is known to half a cell, and tau is that of the hidden
-    node, not of the edge (beside a curved limb wrong by the root of the cell). Exact gradients of
-    analytic shapes: `space.irradiance`.
+    Valid as the lattice grows finer: an edge is known to half a cell, and beside a curved limb tau
+    changes as the root of the distance, so it is continued to the edge from two hidden nodes. Exact
+    gradients of analytic shapes: `space.irradiance`.
 
     Args:
         lamp: the light; `even`.
@@ -226,27 +226,42 @@ def moving_shadows(
     reach = d @ m
     along = (d @ dual.T) / jnp.where(reach == 0.0, jnp.inf, reach)[:, None]
     slide = dual - along[..., None] * m  # of each node: how far it is in u, v that x moves
-    stretch = (1.0 - depth) / jnp.where(depth > 0.0, depth, jnp.inf)
     n, r = point.normal, mirrored(to_eye, point.normal)
     found = []
     for scale, exponent in zip(_scales(lobe), (None, lobe.exponent), strict=True):
         f = _sent(lamp, point.position, n, r, exponent).f
-        moved = _jumps(lamp.count, f[:, None, None] * slide, stretch, seen)
+        moved = _jumps(lamp.count, f[:, None, None] * slide, depth, seen)
         found.append(scale * moved @ point.tangents)
     return found[0], found[1]
 
 
-def _jumps(count: int, flow: Float[Array, "k 2 3"], stretch: Shares, seen: Shares) -> Direction:
+def _jumps(count: int, flow: Float[Array, "k 2 3"], depth: Shares, seen: Shares) -> Direction:
     """Sum over pairs of neighbours of which one is seen: the flow between them times the jump."""
     flow, seen = flow.reshape(count, count, 2, 3), seen.reshape(count, count)
-    stretch = stretch.reshape(count, count)
+    depth = depth.reshape(count, count)
     total = jnp.zeros(3, flow.dtype)
     for axis in (0, 1):
-        F, V, h = (jnp.moveaxis(a, axis, 0) for a in (flow[:, :, axis], seen, stretch))
+        F, V, tau = (jnp.moveaxis(a, axis, 0) for a in (flow[:, :, axis], seen, depth))
         jump = V[1:] - V[:-1]
-        hidden = jnp.where(jump < 0.0, h[1:], h[:-1])
-        total = total + jnp.sum((0.5 * jump * hidden)[..., None] * (F[1:] + F[:-1]), (0, 1))
+        edge = jnp.where(jump < 0.0, _at_edge(tau, V, -1)[1:], _at_edge(tau, V, 1)[:-1])
+        stretch = (1.0 - edge) / jnp.where(edge > 0.0, edge, jnp.inf)
+        total = total + jnp.sum((0.5 * jump * stretch)[..., None] * (F[1:] + F[:-1]), (0, 1))
     return 0.5 * count * total  # a cell is 2 / count of u, v wide
+
+
+# A limb s cells away is first met at tau_0 - c sqrt(s). With s anywhere in (0, 1) at the last
+# hidden node and in (1, 2) at the one before, this share of their difference makes up for it on
+# average.
+TO_LIMB = 1.0 / (2.0 * np.sqrt(2.0) - 2.0)
+
+
+def _at_edge(tau: Float[Array, "r c"], V: Float[Array, "r c"], side: int) -> Float[Array, "r c"]:
+    """Depth of a blocker at its edge, from the last hidden node and the one before it."""
+    before, hidden = jnp.roll(tau, side, 0), jnp.roll(V, side, 0) == 0.0
+    first = jnp.arange(tau.shape[0])[:, None] == (0 if side == 1 else tau.shape[0] - 1)
+    change = jnp.where(hidden & ~first, TO_LIMB * (tau - before), 0.0)
+    same = jnp.abs(change) < 0.25 * tau  # another blocker, if not
+    return jnp.minimum(tau + jnp.where(same, change, 0.0), 1.0)
 
 
 # --- nodes ---------------------------------------------------------------------------------------

@@ -1,0 +1,249 @@
+"""Pixels lit by lamps, with the terms of their gradients: maps of what makes an image change.
+
+Primary rays say which shape a pixel shows, shadow rays which nodes of the lamps it sees; both have
+no derivative. All that follows is closed form: the point with its curvature and bumps
+(`bumps.solid_bumped`), light, lobes and their turning (`lit`), the camera's footprint (`image`).
+What moving shadows add is read off the same shadow rays.
+
+`space.render` is exact for what analytic shapes emit and hide; this is for what R07 §5.2 and §9 do
+with it: many pixels, bumps, terms told apart, and shadow rays that may come from anywhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float, Int
+
+from firstorder.space.bumps import solid_bumped
+from firstorder.space.image import Pinhole, View
+from firstorder.space.intersect import nearest
+from firstorder.space.lit import Lamp, Lobe, Terms, lit, moving_shadows
+from firstorder.space.reflection import SurfacePoint, surface_point
+from firstorder.space.scene import Scene
+from firstorder.typing import Scalar
+from firstorder.vectors import dot, frame, norm, unit
+
+BLOCK = 1024  # pixels at a time: a lamp's nodes are kept for each
+
+Height = Callable[[Int[Array, ""], Float[Array, "3"]], Float[Array, ""]]
+
+
+class Looked(eqx.Module):
+    """What a pixel shows.
+
+    Attributes:
+        point: of the surface, bumps included.
+        view: the camera's ray.
+        lobe: how the surface reflects.
+        front: which way it faces the eye: 1 with its front, -1 with its back.
+    """
+
+    point: SurfacePoint
+    view: View
+    lobe: Lobe
+    front: Scalar
+
+
+class Pixels(eqx.Module):
+    """Radiance of pixels, its gradient, and the sizes of R07's terms; lobes apart: diffuse, glossy.
+
+    Attributes:
+        value: radiance, without what the surface itself emits [W/(m^2 sr)].
+        gradient: along px and py; shadows scale it and do not move.
+        edges: what moving shadows add to it.
+        SV: |spatial variation|, by lobe [per m].
+        DV: |directional variation| [per rad].
+        CV: how fast the lobe turns (Frobenius norm) [1/m].
+        CDV: |curvature-weighted directional variation| [per m].
+        distance: from the eye [m].
+        cosine: between the base surface's normal and the way to the eye.
+        curvature: of the base surface (Frobenius norm), without bumps [1/m].
+    """
+
+    value: Float[Array, "*n"]
+    gradient: Float[Array, "*n 2"]
+    edges: Float[Array, "*n 2"]
+    SV: Float[Array, "*n 2"]
+    DV: Float[Array, "*n 2"]
+    CV: Float[Array, "*n 2"]
+    CDV: Float[Array, "*n 2"]
+    distance: Float[Array, "*n"]
+    cosine: Float[Array, "*n"]
+    curvature: Float[Array, "*n"]
+
+
+def look(
+    scene: Scene,
+    camera: Pinhole,
+    p: Float[Array, "2"],
+    index: Int[Array, ""],
+    height: Height | None = None,
+) -> Looked:
+    """The point that a pixel shows, with curvature, bumps and the camera's footprint.
+
+    Args:
+        scene: shapes and materials.
+        camera: the eye.
+        p: image coordinates.
+        index: of the shape that is seen there; it must be met.
+        height: of bumps, a function of the shape's number and of a position [m]; None for none.
+    """
+    d = camera.direction(p)
+    x, n, distance = scene.surface(index, camera.eye, d)
+    front = jnp.where(dot(n, d) > 0.0, -1.0, 1.0)
+    axes = frame(front * n)
+    T = axes[:, :2]
+    S = -front * T.T @ jax.jacfwd(lambda x: scene.normal(index, x))(x) @ T
+    if height is None:
+        point = surface_point(x, axes, S)
+    else:
+        point = solid_bumped(x, axes, S, lambda x: front * height(index, x))
+    view = camera.view(p, distance, axes[:, 2])
+    m = scene.material
+    side = jnp.where(front > 0.0, 0, 1)
+    lobe = Lobe(m.albedo[index, side], m.specular[index], jnp.maximum(m.exponent[index], 1e-6))
+    return Looked(point, view, lobe, front)
+
+
+def shadow_rays(
+    scene: Scene, x: Float[Array, "3"], lamp: Lamp, on: Int[Array, ""]
+) -> tuple[Bool[Array, " k"], Float[Array, " k"]]:
+    """Which nodes of a lamp are seen from a point, and at what share of the way the others are not.
+
+    Args:
+        scene: what may hide the lamp; it is no part of it.
+        x: on a surface [m].
+        lamp: its nodes.
+        on: the shape on which x lies.
+    """
+    way = lamp.position - x
+    far = norm(way)
+    hits = nearest(scene, jnp.broadcast_to(x, way.shape), unit(way), on)
+    hidden = hits.t < far
+    return ~hidden, jnp.where(hidden, hits.t / far, 1.0)
+
+
+def shade(
+    scene: Scene,
+    camera: Pinhole,
+    lamps: Sequence[Lamp],
+    p: Float[Array, "2"],
+    index: Int[Array, ""],
+    height: Height | None = None,
+    shadows: bool = True,
+) -> Pixels:
+    """One pixel that shows a shape.
+
+    Args:
+        scene: shapes, which may hide the lamps; what they emit does not count.
+        camera: the eye.
+        lamps: `even`, if shadows move.
+        p: image coordinates.
+        index: of the shape.
+        height: of bumps, as in `look`.
+        shadows: whether rays are traced to the lamps.
+
+    Reference: R07 §5.2-5.3, eqs. 25-27, in space.
+    """
+    at = look(scene, camera, p, index, height)
+    value, gradient, edges = jnp.zeros(()), jnp.zeros(2), jnp.zeros(2)
+    sizes = []
+    to_eye, footprint = at.view.to_eye, at.view.surface_D_p(at.point)
+    for lamp in lamps:
+        seen, depth = jnp.ones(lamp.count**2), jnp.ones(lamp.count**2)
+        if shadows:
+            found = shadow_rays(*jax.lax.stop_gradient((scene, at.point.position, lamp, index)))
+            seen, depth = found[0].astype(at.point.position.dtype), found[1]
+        terms = lit(lamp, seen, at.point, to_eye, at.lobe)
+        value = value + sum(t.value for t in terms)
+        gradient = gradient + sum(t.image_gradient(at.view, at.point) for t in terms)
+        if shadows and lamp.even:
+            moved = moving_shadows(lamp, seen, depth, at.point, to_eye, at.lobe)
+            edges = edges + sum(moved) @ footprint
+        sizes.append(_parts(terms))
+    SV, DV, CDV = (sum(part) for part in zip(*sizes, strict=True))
+    CV = jnp.stack([_size(at.point.spin), 2.0 * _size(at.point.spin)])
+    d = -to_eye
+    n = at.point.base_normal
+    S = at.point.tangents.T @ jax.jacfwd(lambda x: scene.normal(index, x))(at.point.position)
+    return Pixels(
+        value, gradient, edges, _sizes(SV), _sizes(DV), CV, _sizes(CDV),
+        at.view.distance, -dot(n, d), _size(S @ at.point.tangents),
+    )  # fmt: skip
+
+
+def _parts(terms: tuple[Terms, Terms]) -> tuple[Array, Array, Array]:
+    """SV, DV and CDV of both lobes, to be summed over lamps before their sizes are taken."""
+    return tuple(jnp.stack([getattr(t, name) for t in terms]) for name in ("SV", "DV", "CDV"))  # pyright: ignore
+
+
+def _size(a: Array) -> Array:
+    return jnp.sqrt(jnp.sum(a * a))
+
+
+def _sizes(rows: Array) -> Array:
+    return jnp.sqrt(jnp.sum(rows * rows, -1))
+
+
+def shade_all(
+    scene: Scene,
+    camera: Pinhole,
+    lamps: Sequence[Lamp],
+    p: np.ndarray,
+    index: np.ndarray,
+    height: Height | None = None,
+    shadows: bool = True,
+) -> Pixels:
+    """Many pixels, in blocks of one compiled size; zeros where none is met.
+
+    Args:
+        scene: as in `shade`.
+        camera: the eye.
+        lamps: the light.
+        p: image coordinates, shape (n, 2).
+        index: of the shape at each, -1 for none.
+        height: of bumps.
+        shadows: whether rays are traced to the lamps.
+
+    Returns:
+        Arrays of NumPy.
+    """
+    p, index = np.asarray(p, float), np.asarray(index)
+    met = np.flatnonzero(index >= 0)
+    fill = np.resize(met, len(met) + (-len(met)) % BLOCK)
+    parts = [
+        jax.tree.map(
+            np.asarray,
+            _block(scene, camera, tuple(lamps), jnp.asarray(p[rows]), jnp.asarray(index[rows]),
+                   height, shadows),
+        )
+        for rows in fill.reshape(-1, BLOCK)
+    ]  # fmt: skip
+    if not parts:
+        return _nothing(len(p))
+
+    def spread(*blocks):
+        whole = np.concatenate(blocks)[: len(met)]
+        out = np.zeros((len(p), *whole.shape[1:]))
+        out[met] = whole
+        return out
+
+    return jax.tree.map(spread, *parts)
+
+
+def _nothing(count: int) -> Pixels:
+    one, two = np.zeros(count), np.zeros((count, 2))
+    return Pixels(one, two, two, two, two, two, two, one, one, one)  # pyright: ignore
+
+
+@eqx.filter_jit
+def _block(scene, camera, lamps, p, index, height, shadows: bool) -> Pixels:
+    return jax.vmap(lambda p, i: shade(scene, camera, lamps, p, i, height, shadows))(p, index)
+
+
+__all__ = ["Looked", "Pixels", "look", "shade", "shade_all", "shadow_rays"]
