@@ -18,7 +18,7 @@ import numpy as np
 
 from derivations.methods import tracer
 from derivations.methods._bandwidth_steps import predicted_bands
-from derivations.methods.bandwidth import edges
+from derivations.methods.glossy import edges
 from figures.style import Claim, Drawing
 from firstorder import plotting
 from firstorder.fields import Grid, discrete_transform

@@ -10,11 +10,8 @@ from firstorder.methods.adaptive import (
     by_length,
     sample_line,
 )
-from firstorder.methods.bandwidth import (
-    BandLimit,
-    after,
-    band_limit,
-    band_limits,
+from firstorder.methods.bandwidth import BandLimit, after, band_limit, band_limits
+from firstorder.methods.glossy import (
     glossy_bandwidth,
     glossy_bandwidth_in_space,
     glossy_criterion,
