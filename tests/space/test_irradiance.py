@@ -21,6 +21,7 @@ from firstorder.space import (
     receiver,
     rectangle,
     sphere,
+    swept,
     thing,
     vector_irradiance,
 )
@@ -344,15 +345,15 @@ def flat_rate(p, v):
 FAULTS = {
     "distance": ("translation_rate", flat_rate),
     "sign": ("translation_rate", lambda p, v: -contour.translation_rate(p, v)),
-    "half": ("solid_angle_rate", lambda p, v, c: 0.5 * contour.solid_angle_rate(p, v, c)),
+    "half": ("arc_angle", lambda *a: 0.5 * swept.arc_angle(*a)),
 }
 
 
 @pytest.mark.parametrize("name", FAULTS)
 def test_a_wrong_formula_is_seen(name, monkeypatch):
     which, wrong = FAULTS[name]
-    module = "swept" if which == "solid_angle_rate" else "irradiance"
-    monkeypatch.setattr(importlib.import_module(f"firstorder.space.{module}"), which, wrong)
+    module = importlib.import_module("firstorder.space.irradiance")
+    monkeypatch.setattr(module, which, wrong)
     center, radius = np.array([0.2, 0.1, 1.0]), 0.7
     scene = Scene.of(thing(sphere(center, radius)), sky=1.0)
     at = receiver((0.5, 0.0, 0.0))

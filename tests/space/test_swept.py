@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from firstorder.space import swept
+from firstorder.vectors import dot_apart
 from firstorder.visibility.contour import segment_solid_angle, segment_vector_irradiance
 
 CORNERS = ((0.9, -0.4, 0.8), (0.8, 1.1, 1.4), (-0.7, 0.5, 0.9))
@@ -39,8 +40,13 @@ def whole_triangle(x, closed):
     return jnp.sum(closed(start, jnp.roll(start, -1, 0)), 0)
 
 
+def together(function):
+    """Its coordinates as vectors."""
+    return lambda *a: jnp.stack(function(*a), -1)
+
+
 PIECES = {
-    "light": (swept.segment_light, segment_vector_irradiance),
+    "light": (together(swept.segment_light), segment_vector_irradiance),
     "angle": (swept.segment_angle, segment_solid_angle),
 }
 
@@ -80,7 +86,7 @@ def test_a_cut_limb_has_the_light_of_a_ball():
         center, radius, _ = ball(x)
         return jnp.pi * radius**2 * center / jnp.sum(center**2) ** 1.5
 
-    found = jets(lambda x: cut_limb(x, swept.arc_light))
+    found = jets(lambda x: cut_limb(x, together(swept.arc_light)))
     for a, b in zip(found, jets(truth), strict=True):
         np.testing.assert_allclose(a, b, atol=1e-12)
 
@@ -109,7 +115,9 @@ def test_growth_is_positive():
 
 def test_reverse_is_forward():
     def value(x):
-        return cut_triangle(x, swept.segment_light)[2] + cut_limb(x, swept.arc_light)[2]
+        return (
+            cut_triangle(x, together(swept.segment_light)) + cut_limb(x, together(swept.arc_light))
+        )[2]
 
     both = jax.jit(lambda x: (jax.grad(value)(x), jax.jacfwd(value)(x)))(0.1)
     np.testing.assert_allclose(*both, atol=1e-14)
@@ -134,7 +142,7 @@ def test_precision_is_kept(dtype):
         zero, one = jnp.zeros(3, dtype), jnp.ones(3, dtype)
         lines = swept.segment_light(start, jnp.roll(start, -1, 0), zero, one)
         turned = start[:, ::-1], 0.1 * start, zero, one
-        return jnp.sum(lines) + jnp.sum(swept.arc_light(start, *turned, 4))
+        return sum(jnp.sum(a) for a in (*lines, *swept.arc_light(start, *turned, 4)))
 
     E, slope = jax.jit(jax.value_and_grad(value))(jnp.asarray(0.1, dtype))
     assert E.dtype == slope.dtype == dtype
@@ -142,19 +150,17 @@ def test_precision_is_kept(dtype):
 
 
 FAULTS = {
-    "sign": ("swept_rate", lambda p, v, dp: -jnp.sum(jnp.cross(dp, v) * p, -1)),
-    "distance": ("swept_rate", lambda p, v, dp: jnp.sum(jnp.cross(dp, v) * p, -1)),
+    "sign": lambda p, level, dp: dot_apart(dp, level) / dot_apart(p, p) ** 1.5,
+    "distance": lambda p, level, dp: -dot_apart(dp, level) / dot_apart(p, p),
 }
 
 
 @pytest.mark.parametrize("name", FAULTS)
 def test_a_wrong_rate_is_seen(name, monkeypatch):
-    which, wrong = FAULTS[name]
-
     def error():
         found = jax.jit(jax.grad(lambda x: cut_limb(x, swept.arc_angle)))(0.1)
         return abs(found - jax.grad(ball_angle)(0.1))
 
     assert error() < 1e-12
-    monkeypatch.setattr(swept, which, wrong)
+    monkeypatch.setattr(swept, "_swept", FAULTS[name])
     assert error() > 1e-2

@@ -12,13 +12,14 @@ included. `boundary_gradient` is the contour form of the first one, for any radi
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from firstorder.errors import nan_unless
-from firstorder.space.exposed import UP, Pieces, Sides, exposed
+from firstorder.space.exposed import Pieces, Sides, exposed
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import BACK, FRONT, Scene
 from firstorder.space.swept import arc_angle, arc_light, segment_angle, segment_light
@@ -96,7 +97,7 @@ def irradiance(scene: Scene, at: Receiver, nodes: int = 16) -> Float[Array, ""]:
         >>> print(round(float(E), 4), round(float(dE_dx[0]), 4))
         0.5666 -0.6324
     """
-    return vector_irradiance(scene, at, nodes)[2]
+    return _light(scene, at, nodes)[2]
 
 
 def vector_irradiance(scene: Scene, at: Receiver, nodes: int = 16) -> Float[Array, "3"]:
@@ -109,6 +110,11 @@ def vector_irradiance(scene: Scene, at: Receiver, nodes: int = 16) -> Float[Arra
 
     Reference: J12 §7; Lambert.
     """
+    return jnp.stack(_light(scene, at, nodes))
+
+
+def _light(scene: Scene, at: Receiver, nodes: int) -> list[Float[Array, ""]]:
+    """The vector of light by coordinates: the irradiance asks for one of them."""
     if callable(scene.environment):
         raise ValueError(
             "Argument `scene` must have a sky of one radiance here, but it is a function."
@@ -116,9 +122,10 @@ def vector_irradiance(scene: Scene, at: Receiver, nodes: int = 16) -> Float[Arra
     found = exposed(scene, at)
     seen = shown(scene, at)
     lines, arcs, level = _along(found, segment_light, arc_light, nodes)
-    total = found.lines.jump(seen) @ lines + found.rims.jump(seen) @ arcs
-    total = total + 0.5 * (seen[found.above] @ level) * jnp.asarray(UP, level.dtype)
-    return nan_unless(found.sound, total)
+    straight, curved = found.lines.jump(seen), found.rims.jump(seen)
+    total = [straight @ a + curved @ b for a, b in zip(lines, arcs, strict=True)]
+    total[2] = total[2] + 0.5 * (seen[found.above] @ level)
+    return [nan_unless(found.sound, e) for e in total]
 
 
 def shown(scene: Scene, at: Receiver) -> Float[Array, " n_1"]:
@@ -192,7 +199,7 @@ def _radiance(scene: Scene, at: Receiver) -> Radiance:
     return lambda index, along: jnp.where(index < 0, scene.sky(along), seen[index])
 
 
-def _along(found: Pieces, segment, arc, nodes: int) -> tuple[Array, Array, Array]:
+def _along(found: Pieces, segment, arc, nodes: int) -> tuple[Any, Any, Float[Array, " h"]]:
     """Integrals along straight and curved pieces, and the lengths of the horizon's parts.
 
     Ends and cuts do not count in derivatives (`space.swept`), and so neither do the horizon's.

@@ -4,7 +4,7 @@ The silhouette of every canonical shape is made of straight segments and arcs of
 affine map keeps both:
 
     ellipsoid        one closed ellipse, where the polar plane of the eye cuts it
-    box              those of its 12 edges that join a face seen from the front to one from behind
+    box              the edges, 6 at most, that join a face seen from the front to one from behind
     cylinder         two lines along the wall, and an arc of each rim
     disc, rectangle, triangle     their edges
     plane            its horizon, a circle at an (almost) infinite distance
@@ -192,10 +192,12 @@ BOX_ENDS, BOX_FACES = _box_edges()
 
 
 def _box(shape: Shape, eye: Point, e: Point):
-    """Edges between a face that is seen and one that is not."""
+    """Edges between a face that is seen and one that is not: six at most of the twelve."""
     seen = e[BOX_FACES[:, :, 0].astype(int)] * BOX_FACES[:, :, 1] > 1.0
-    ends = jnp.asarray(BOX_ENDS, e.dtype)
-    return (ends[:, 0], ends[:, 1], seen[:, 0] != seen[:, 1]), None
+    between = seen[:, 0] != seen[:, 1]
+    which = jnp.argsort(~between, stable=True)[: PIECES[Boxes][0]]
+    ends = jnp.asarray(BOX_ENDS, e.dtype)[which]
+    return (ends[:, 0], ends[:, 1], between[which]), None
 
 
 def _cylinder(shape: Shape, eye: Point, e: Point):
@@ -276,10 +278,11 @@ OUTLINES = {
     Planes: _plane,
 }
 
-# How many segments and arcs each kind has.
+# How many segments and arcs each kind has. One face of a box is seen within 4 edges, two or three
+# within 6.
 PIECES = {
     Ellipsoids: (0, 1),
-    Boxes: (12, 0),
+    Boxes: (6, 0),
     Cylinders: (2, 2),
     Discs: (0, 1),
     Rectangles: (4, 0),

@@ -26,14 +26,8 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from firstorder.quadrature import gauss_legendre
-from firstorder.vectors import cross, dot, settled, unit
-from firstorder.visibility.contour import (
-    axis_solid_angle,
-    segment_solid_angle,
-    segment_vector_irradiance,
-    solid_angle_rate,
-    vector_irradiance_rate,
-)
+from firstorder.vectors import Coordinates, apart, cross, cross_apart, dot_apart, settled, unit
+from firstorder.visibility.contour import angle_between, angle_rate, light_between
 
 Points = Float[Array, "*#n 3"]
 Numbers = Float[Array, "*#n"]
@@ -50,17 +44,45 @@ def swept_rate(p: Points, v: Points, dp: Points) -> Numbers:
     Returns:
         Positive if the region to the left grows.
     """
-    square = dot(p, p)
-    return dot(cross(dp, v), p) / (square * jnp.sqrt(square))
+    return _swept(apart(p), cross_apart(apart(p), apart(v)), apart(dp))
+
+
+def _swept(p: Coordinates, level: Coordinates, dp: Coordinates) -> Array:
+    """The same with `level = p x p'`."""
+    square = dot_apart(p, p)
+    return -dot_apart(dp, level) / (square * jnp.sqrt(square))
 
 
 # --- straight pieces -----------------------------------------------------------------------------
 
 
-def _between(start: Points, end: Points, low: Numbers, high: Numbers) -> tuple[Points, Points]:
-    """The part of a segment from `low` to `high` in [0, 1]."""
-    along = end - start
-    return start + low[..., None] * along, start + high[..., None] * along
+def segment_light(
+    start: Points, end: Points, low: Numbers, high: Numbers
+) -> tuple[Numbers, Numbers, Numbers]:
+    """Vector irradiance of unit radiance along a part of a segment: `segment_vector_irradiance`.
+
+    Args:
+        start: of the segment, relative to the eye and in its frame [m].
+        end: of the segment [m].
+        low: where the part begins, in [0, 1].
+        high: where it stops.
+
+    Returns:
+        Coordinates apart, so that the unused ones cost nothing.
+    """
+    return _segment_light(apart(start), apart(end), low, high)
+
+
+def segment_angle(start: Points, end: Points, low: Numbers, high: Numbers) -> Numbers:
+    """Solid angle between the normal and a part of a segment: `segment_solid_angle` [sr].
+
+    Args:
+        start: of the segment, relative to the eye and in its frame [m].
+        end: of the segment [m].
+        low: where the part begins, in [0, 1].
+        high: where it stops.
+    """
+    return _segment_angle(apart(start), apart(end), low, high)
 
 
 def _straight(value, form):
@@ -79,42 +101,33 @@ def _straight(value, form):
         start, end, low, high = primals
         ends, moves = (_between(*both, low, high) for both in ((start, end), tangents[:2]))
         found, rate = jax.jvp(value, ends, moves)
-        return found, rate - (form(ends[1], moves[1]) - form(ends[0], moves[0]))
+        first, last = (form(p, dp) for p, dp in zip(ends, moves, strict=True))
+        return found, jax.tree.map(lambda r, a, b: r - (b - a), rate, first, last)
 
     return integral
 
 
+def _between(start: Coordinates, end: Coordinates, low, high) -> tuple[Coordinates, Coordinates]:
+    """The part of a segment from `low` to `high` in [0, 1]."""
+
+    def at(t):
+        return jax.tree.map(lambda a, b: a + t * (b - a), start, end)
+
+    return at(low), at(high)
+
+
 def _light_form(p, dp):
-    return 0.5 * cross(p, dp) / dot(p, p)[..., None]
+    square = dot_apart(p, p)
+    return jax.tree.map(lambda a: 0.5 * a / square, cross_apart(p, dp))
 
 
 def _angle_form(p, dp):
-    square = dot(p, p)
-    return cross(p, dp)[..., 2] / (square + jnp.sqrt(square) * p[..., 2])
+    square = dot_apart(p, p)
+    return cross_apart(p, dp)[2] / (square + jnp.sqrt(square) * p[2])
 
 
-_segment_light = _straight(segment_vector_irradiance, _light_form)
-_segment_angle = _straight(segment_solid_angle, _angle_form)
-
-
-def segment_light(start: Points, end: Points, low: Numbers, high: Numbers) -> Points:
-    """Vector irradiance of unit radiance along a part of a segment: `segment_vector_irradiance`.
-
-    Args:
-        start, end: of the segment, relative to the eye and in its frame [m].
-        low, high: ends of the part, in [0, 1].
-    """
-    return _segment_light(start, end, low, high)
-
-
-def segment_angle(start: Points, end: Points, low: Numbers, high: Numbers) -> Numbers:
-    """Solid angle between the normal and a part of a segment: `segment_solid_angle` [sr].
-
-    Args:
-        start, end: of the segment, relative to the eye and in its frame [m].
-        low, high: ends of the part, in [0, 1].
-    """
-    return _segment_angle(start, end, low, high)
+_segment_light = _straight(light_between, _light_form)
+_segment_angle = _straight(angle_between, _angle_form)
 
 
 # --- elliptic arcs -------------------------------------------------------------------------------
@@ -135,76 +148,30 @@ def arc_nodes(first: Numbers, last: Numbers, nodes: int) -> tuple[Array, Array, 
     return *settled((c * cos - s * sin, s * cos + c * sin)), half * w
 
 
-def _points(center, a, b, cos, sin):
-    """Points of arcs, and their derivatives in the angle: shape (..., nodes, 3)."""
-    cos, sin = cos[..., None], sin[..., None]
-    a, b = a[..., None, :], b[..., None, :]
-    return center[..., None, :] + a * cos + b * sin, b * cos - a * sin
-
-
 def arc_points(
     center: Points, a: Points, b: Points, first: Numbers, last: Numbers, nodes: int
 ) -> tuple[Array, Array, Array]:
     """Points, their derivatives in the angle and quadrature weights on arcs."""
     cos, sin, w = arc_nodes(first, last, nodes)
-    return *_points(center, a, b, cos, sin), w
-
-
-def _light(p, v, w, ends):
-    return jnp.sum(w[..., None] * vector_irradiance_rate(p, v), -2)
-
-
-def _light_swept(p, v, w, dp):
-    return jnp.sum((w * swept_rate(p, v, dp))[..., None] * unit(p), -2)
-
-
-def _angle(p, v, w, ends):
-    """About the arc's own axis the integrand is tame: of a ball's limb it is constant."""
-    center, a, b, first, last = ends
-    level = cross(unit(a), unit(b))  # of a horizon, which is about the eye
-    axis = unit(jnp.where(jnp.any(center != 0.0, -1, keepdims=True), center, level))
-    about = jnp.sum(w * solid_angle_rate(p, v, axis[..., None, :]), -1)
-    turn = jnp.stack([first, last], -1)
-    p, _ = _points(center, a, b, jnp.cos(turn), jnp.sin(turn))
-    return about + axis_solid_angle(axis, p[..., 0, :], p[..., 1, :])
-
-
-def _angle_swept(p, v, w, dp):
-    return jnp.sum(w * swept_rate(p, v, dp), -1)
-
-
-def _curved(value, swept):
-    """An integral along an arc, and its derivative at fixed ends."""
-
-    @partial(jax.custom_jvp, nondiff_argnums=(5,))
-    def integral(center, a, b, first, last, nodes):
-        p, v, w = arc_points(center, a, b, first, last, nodes)
-        return value(p, v, w, (center, a, b, first, last))
-
-    @integral.defjvp
-    def rule(nodes, primals, tangents):
-        center, a, b, first, last = primals
-        cos, sin, w = arc_nodes(first, last, nodes)
-        p, v = _points(center, a, b, cos, sin)
-        dp, _ = _points(*tangents[:3], cos, sin)
-        return value(p, v, w, primals), swept(p, v, w, dp)
-
-    return integral
-
-
-_arc_light = _curved(_light, _light_swept)
-_arc_angle = _curved(_angle, _angle_swept)
+    p, v = _points((center, a, b), cos, sin)
+    return jnp.stack(p, -1), jnp.stack(v, -1), w
 
 
 def arc_light(
     center: Points, a: Points, b: Points, first: Numbers, last: Numbers, nodes: int
-) -> Points:
+) -> tuple[Numbers, Numbers, Numbers]:
     """Vector irradiance of unit radiance along elliptic arcs `center + a cos t + b sin t`.
 
     Args:
-        center, a, b: relative to the eye and in its frame [m].
-        first, last: angles between which it runs [rad].
+        center: relative to the eye and in its frame [m].
+        a: one conjugate radius [m].
+        b: the other [m].
+        first: angle at which it begins [rad].
+        last: angle at which it stops [rad].
         nodes: of Gauss-Legendre on each arc.
+
+    Returns:
+        Coordinates apart, so that the unused ones cost nothing.
     """
     return _arc_light(center, a, b, first, last, nodes)
 
@@ -215,8 +182,72 @@ def arc_angle(
     """Solid angle between the normal and elliptic arcs [sr], up to whole spheres.
 
     Args:
-        center, a, b: relative to the eye and in its frame [m].
-        first, last: angles between which it runs [rad].
+        center: relative to the eye and in its frame [m].
+        a: one conjugate radius [m].
+        b: the other [m].
+        first: angle at which it begins [rad].
+        last: angle at which it stops [rad].
         nodes: of Gauss-Legendre on each arc.
     """
     return _arc_angle(center, a, b, first, last, nodes)
+
+
+def _points(arc, cos, sin) -> tuple[Coordinates, Coordinates]:
+    """Points of arcs, and their derivatives in the angle: shape (..., nodes) each."""
+    p, v = [], []
+    for c, a, b in zip(*(apart(e[..., None, :]) for e in arc), strict=True):
+        p.append(c + a * cos + b * sin)
+        v.append(b * cos - a * sin)
+    return tuple(p), tuple(v)
+
+
+def _curved(value, swept):
+    """An integral along an arc, and its derivative at fixed ends."""
+
+    @partial(jax.custom_jvp, nondiff_argnums=(5,))
+    def integral(center, a, b, first, last, nodes):
+        cos, sin, w = arc_nodes(first, last, nodes)
+        p, v = _points((center, a, b), cos, sin)
+        return value(p, cross_apart(p, v), w, (center, a, b, first, last))
+
+    @integral.defjvp
+    def rule(nodes, primals, tangents):
+        *arc, first, last = primals
+        cos, sin, w = arc_nodes(first, last, nodes)
+        p, v = _points(arc, cos, sin)
+        level = cross_apart(p, v)
+        dp, _ = _points(tangents[:3], cos, sin)
+        return value(p, level, w, primals), swept(p, level, w, dp)
+
+    return integral
+
+
+def _light(p, level, w, ends):
+    share = 0.5 * w / dot_apart(p, p)
+    return jax.tree.map(lambda a: jnp.sum(share * a, -1), level)
+
+
+def _light_swept(p, level, w, dp):
+    share = w * _swept(p, level, dp) / jnp.sqrt(dot_apart(p, p))
+    return jax.tree.map(lambda a: jnp.sum(share * a, -1), p)
+
+
+def _angle(p, level, w, ends):
+    """About the arc's own axis the integrand is tame: of a ball's limb it is constant."""
+    center, a, b, first, last = ends
+    normal = cross(unit(a), unit(b))  # of a horizon, which is about the eye
+    axis = settled(unit(jnp.where(jnp.any(center != 0.0, -1, keepdims=True), center, normal)))
+    about = jnp.sum(w * angle_rate(p, level, apart(axis[..., None, :])), -1)
+    axis = apart(axis)
+    turn = jnp.stack([first, last], -1)
+    p, _ = _points((center, a, b), jnp.cos(turn), jnp.sin(turn))
+    here, there = (jax.tree.map(lambda a, i=i: a[..., i], p) for i in (0, 1))
+    return about + angle_between(axis, there) - angle_between(axis, here)
+
+
+def _angle_swept(p, level, w, dp):
+    return jnp.sum(w * _swept(p, level, dp), -1)
+
+
+_arc_light = _curved(_light, _light_swept)
+_arc_angle = _curved(_angle, _angle_swept)

@@ -23,7 +23,7 @@ from __future__ import annotations
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from firstorder.vectors import cross, dot, norm
+from firstorder.vectors import Coordinates, apart, cross, cross_apart, dot, dot_apart, norm
 
 Points = Float[Array, "*#n 3"]
 Numbers = Float[Array, "*#n"]
@@ -43,8 +43,14 @@ def solid_angle_rate(p: Points, v: Points, axis: Points) -> Numbers:
         v: its derivative.
         axis: unit vector.
     """
-    square = dot(p, p)
-    return dot(cross(p, v), axis) / (square + jnp.sqrt(square) * dot(p, axis))
+    p, v, axis = apart(p), apart(v), apart(axis)
+    return angle_rate(p, cross_apart(p, v), axis)
+
+
+def angle_rate(p: Coordinates, level: Coordinates, axis: Coordinates) -> Array:
+    """`solid_angle_rate`, of coordinates, with `level = p x p'`."""
+    square = dot_apart(p, p)
+    return dot_apart(level, axis) / (square + jnp.sqrt(square) * dot_apart(p, axis))
 
 
 def axis_solid_angle(axis: Points, first: Points, last: Points) -> Numbers:
@@ -84,9 +90,19 @@ def segment_solid_angle(a: Points, b: Points) -> Numbers:
         >>> print(round(float(segment_solid_angle(a, b) / jnp.pi), 6))  # an octant
         0.5
     """
-    A, B = norm(a), norm(b)
-    area = cross(a, b)[..., 2]
-    return 2.0 * jnp.arctan2(area, A * B + B * a[..., 2] + A * b[..., 2] + dot(a, b))
+    return angle_between(apart(a), apart(b))
+
+
+def angle_between(a: Coordinates, b: Coordinates) -> Array:
+    """`segment_solid_angle`, of coordinates."""
+    A, B = (_length(e) for e in (a, b))
+    area = cross_apart(a, b)[2]
+    return 2.0 * jnp.arctan2(area, A * B + B * a[2] + A * b[2] + dot_apart(a, b))
+
+
+def _length(a: Coordinates) -> Array:
+    square = dot_apart(a, a)
+    return jnp.where(square > 0.0, jnp.sqrt(jnp.where(square > 0.0, square, 1.0)), 0.0)
 
 
 def segment_vector_irradiance(a: Points, b: Points) -> Points:
@@ -100,16 +116,21 @@ def segment_vector_irradiance(a: Points, b: Points) -> Points:
         >>> print(segment_vector_irradiance(a, b) / jnp.pi)
         [0.   0.   0.25]
     """
-    c = cross(a, b)
-    square = dot(c, c)
-    cosine = dot(a, b)
+    return jnp.stack(light_between(apart(a), apart(b)), -1)
+
+
+def light_between(a: Coordinates, b: Coordinates) -> Coordinates:
+    """`segment_vector_irradiance`, of coordinates."""
+    c = cross_apart(a, b)
+    square, cosine = dot_apart(c, c), dot_apart(a, b)
     # angle / sine is smooth at zero, where both vanish.
     wide = square > 1e-8 * cosine * cosine
     sine = jnp.sqrt(jnp.where(wide, square, 1.0))
     far = jnp.where(cosine == 0.0, 1.0, cosine)
     ratio = square / (far * far)
     small = (1.0 - ratio / 3.0 + ratio * ratio / 5.0) / far
-    return 0.5 * c * jnp.where(wide, jnp.arctan2(sine, cosine) / sine, small)[..., None]
+    half = 0.5 * jnp.where(wide, jnp.arctan2(sine, cosine) / sine, small)
+    return c[0] * half, c[1] * half, c[2] * half
 
 
 def segment_translation(a: Points, b: Points) -> Points:
