@@ -7,12 +7,12 @@ left out, and said to be, where it is not installed (`pip install numba`).
 
 import json
 import os
-import subprocess
 import sys
-import time
 
 import numpy as np
 import pytest
+
+from benchmarks.one_core import answer, best, pinned
 
 RAYS = 1 << 17
 SIZES = (4, 64, 512)
@@ -20,19 +20,6 @@ SIZES = (4, 64, 512)
 OPERATIONS = 18
 RECEIVERS, SHAPES = 10_000, 64
 RMS = 1e-3
-
-
-def best(run, *args, repeats=5):
-    """The shortest of several later calls."""
-    import jax
-
-    jax.block_until_ready(run(*args))
-    times = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        jax.block_until_ready(run(*args))
-        times.append(time.perf_counter() - start)
-    return min(times)
 
 
 def scattered(count, dtype, seed=0):
@@ -170,10 +157,7 @@ def nearest_hits(dtype, count):
 
 
 def main(cores):
-    os.sched_setaffinity(0, set(sorted(os.sched_getaffinity(0))[:cores]))
-    from firstorder import session
-
-    session.start(cache="off")
+    pinned(cores)
     table = {}
     for dtype in ("float32", "float64"):
         peak = arithmetic_peak(dtype)
@@ -186,10 +170,7 @@ def main(cores):
 def test_nearest_hit_beside_other_forms(cores, capsys):
     if len(os.sched_getaffinity(0)) < cores:
         pytest.skip(f"{cores} cores are not to be had here")
-    out = subprocess.run(
-        [sys.executable, __file__, str(cores)], capture_output=True, text=True, check=True
-    ).stdout
-    table, short = json.loads(out.splitlines()[-1]), []
+    table, short = answer(__file__, cores), []
     with capsys.disabled():
         print(f"\nnearest hit, {RAYS} rays, {cores} core(s): 10^9 ray-segment tests per second")
         for name, row in table.items():
