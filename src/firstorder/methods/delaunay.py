@@ -6,9 +6,15 @@ With s = 0 that is linear interpolation. With s = 1/2 it is exact for quadratic 
 part errs by `1/2 sum b_i d_i^T H d_i` with `d_i = p_i - p`, the gradients' by just as much with the
 other sign. Where the triangle's corners do not all show what the pixel shows, the others drop out,
 and s = 1 there: nothing is left to interpolate, the tangent plane extrapolates.
+
+Samples seldom lie on the image's border, and long thin triangles along their hull would join what
+is far apart. So samples near the border are mirrored in it first. Their images take the value of
+the tangent plane there; without gradients, of a plane through the nearest samples of their label.
 """
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 import scipy.spatial
@@ -30,15 +36,16 @@ def reconstruct(
 ) -> Float[np.ndarray, "w h"]:
     """Values at the centres of all pixels.
 
-    A pixel outside of the samples' hull, or that shares its label with no corner of its triangle,
-    takes the nearest sample of its own label (of any, if none has it).
+    A pixel that shares its label with no corner of its triangle takes the nearest sample of its own
+    label (of any, if none has it).
 
     Args:
         p: places of the samples, at least three and not in one line [pixels].
         value: radiance there.
         width: of the image [pixels].
         height: of the image [pixels].
-        gradient: per pixel; needed by the scheme "gradient", used by both where a sample is alone.
+        gradient: per pixel; needed by the scheme "gradient", used by both where a sample is alone
+            and at the border.
         scheme: "linear" or "gradient".
         label: what each sample shows.
         labels: what each pixel shows, first axis across; together with `label`, or not at all.
@@ -56,11 +63,15 @@ def reconstruct(
         [0.5, 1.5, 2.5, 3.5]
     """
     _check(scheme, gradient, label, labels)
+    if label is not None:
+        label = np.asarray(label)
+    ends = (float(width), float(height))
+    p, value, slope, label = _mirrored(p, value, gradient, label, ends)
     x, y = np.arange(width) + 0.5, np.arange(height) + 0.5
     at = np.stack(np.meshgrid(x, y, indexing="ij"), -1).reshape(-1, 2)
     corner, weight = _barycentric(p, width, height)
     if label is not None and labels is not None:
-        label, wanted = np.asarray(label), np.asarray(labels).ravel()
+        wanted = np.asarray(labels).ravel()
         weight = np.where(label[corner] == wanted[:, None], weight, 0.0)
     else:
         wanted = None
@@ -72,9 +83,8 @@ def reconstruct(
     weight /= weight.sum(1, keepdims=True)
     out = value[corner]
     if gradient is not None:
-        step = at[:, None] - p[corner]
         s = np.where(partial, 1.0, 0.5 if scheme == "gradient" else 0.0)
-        out = out + s[:, None] * np.sum(gradient[corner] * step, -1)
+        out = out + s[:, None] * np.sum(slope[corner] * (at[:, None] - p[corner]), -1)
     return np.sum(weight * out, 1).reshape(width, height)
 
 
@@ -85,6 +95,51 @@ def _check(scheme, gradient, label, labels) -> None:
         raise ValueError("Argument `gradient` is needed by the scheme 'gradient', but is None.")
     if (label is None) != (labels is None):
         raise ValueError("Arguments `label` and `labels` must come together, but one is None.")
+
+
+def _mirrored(p, value, gradient, label, ends):
+    """The samples with those near the border mirrored in it, across each side in turn."""
+    border = np.concatenate([_side(ends, k, end) for k in (0, 1) for end in (0.0, ends[k])])
+    tree = scipy.spatial.KDTree(p)
+    reach = 2.0 * np.max(tree.query(border)[0])
+    if gradient is None:
+        near = np.flatnonzero(np.any((p <= reach) | (p >= ends - np.float64(reach)), 1))
+        gradient = np.zeros_like(p)
+        gradient[near] = _planes(tree, value, label, near)
+    for axis in (0, 1):
+        for end in (0.0, ends[axis]):
+            near = np.flatnonzero((abs(p[:, axis] - end) <= reach) & (p[:, axis] != end))
+            image = p[near]
+            image[:, axis] = 2.0 * end - image[:, axis]
+            there = value[near] + np.sum(gradient[near] * (image - p[near]), -1)
+            p, value = np.concatenate([p, image]), np.concatenate([value, there])
+            gradient = np.concatenate([gradient, gradient[near]])
+            label = None if label is None else np.concatenate([label, label[near]])
+    return p, value, gradient, label
+
+
+NEIGHBOURS = 8
+
+
+def _planes(tree: scipy.spatial.KDTree, value, label, rows) -> Float[np.ndarray, "k 2"]:
+    """Gradients of planes through samples, by least squares over their nearest neighbours."""
+    p = tree.data
+    _, others = tree.query(p[rows], min(NEIGHBOURS + 1, len(p)))
+    d, change = p[others] - p[rows, None], value[others] - value[rows, None]
+    same = 1.0 if label is None else (label[others] == label[rows, None]).astype(float)
+    w = same / np.maximum(np.sum(d * d, -1), 1e-12)
+    xx, xy, yy = (np.sum(w * d[..., i] * d[..., j], 1) for i, j in ((0, 0), (0, 1), (1, 1)))
+    x, y = (np.sum(w * d[..., i] * change, 1) for i in (0, 1))
+    det = xx * yy - xy * xy
+    sound = det > 1e-6 * (xx + yy) ** 2  # neighbours that are not in line
+    det = np.where(sound, det, np.inf)
+    return np.stack([(yy * x - xy * y) / det, (xx * y - xy * x) / det], -1)
+
+
+def _side(ends, axis: int, end: float) -> np.ndarray:
+    """Places along one side of the image, a pixel apart."""
+    along = np.arange(ends[1 - axis] + 1.0)
+    return np.stack([np.full_like(along, end), along][:: 1 if axis == 0 else -1], -1)
 
 
 def _barycentric(p: np.ndarray, width: int, height: int) -> tuple[np.ndarray, np.ndarray]:
@@ -122,9 +177,9 @@ def _area(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
     return u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
 
 
-def _nearest(p, label, at, wanted) -> np.ndarray:
+def _nearest(p, label, at, wanted) -> Any:
     """The nearest sample, of the label that is wanted where one is."""
-    found = scipy.spatial.KDTree(p).query(at)[1] if len(at) else np.empty(0, int)
+    found = np.asarray(scipy.spatial.KDTree(p).query(at)[1] if len(at) else [], int)
     if wanted is not None:
         for one in np.unique(wanted):
             own = np.flatnonzero(label == one)
