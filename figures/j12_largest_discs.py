@@ -10,6 +10,11 @@ whether the tolerance means what it says (split spheres and the geometric bound 
 `guarded` integrates the modulus of the Hessian's and of the third derivatives' terms together,
 which keeps records at inflections from reaching too far. Hessian, third derivatives and what is
 made of them are exact here; those of rays (radiometric, geometric, occlusion-aware) are gathered.
+
+What betters J12's bound is the mean of |x^T H x| around the circle in the place of the largest
+eigenvalue: its radii are the largest discs' within some per cent, in the penumbra too. What is left
+there are the lines across which the Hessian jumps. Ellipses reach 2 to 9 % farther in area, sets of
+any shape half as much again, which nobody could store.
 """
 
 from __future__ import annotations
@@ -214,8 +219,8 @@ def _draw_field(ax, E: Field, x, R, words: str) -> None:
 def _draw_radii(ax, radii, own) -> None:
     for k, method in enumerate(("radiometric", "occlusion-aware", "exact")):
         ax.plot(own, np.minimum(radii[method], MOST), ".", color=COLOURS[k], label=method)
-    ax.plot([0.03, MOST], [0.03, MOST], "-", color="0.6", linewidth=0.8)
-    ax.set(xscale="log", yscale="log", xlabel="radius by search (m)", ylabel="radius (m)")
+    ax.plot([0.0, 0.2], [0.0, 0.2], "-", color="0.6", linewidth=0.8)
+    ax.set(xlim=(0.0, 0.2), ylim=(0.0, 0.2), xlabel="radius by search (m)", ylabel="radius (m)")
     ax.legend(fontsize=6)
 
 
@@ -226,7 +231,7 @@ def _draw_ratios(ax, over) -> None:
         ax.plot([low, high], [y, y], "-", color="0.45", linewidth=1.2)
         ax.plot([middle], [y], "o", color=COLOURS[1], markersize=3.5)
     ax.axvline(1.0, color="0.7", linewidth=0.8)
-    ax.set(xscale="log", yticks=range(len(names)), xlabel="radius over search's")
+    ax.set(yticks=range(len(names)), xlabel="radius over search's")
     ax.set_yticklabels(names, fontsize=6.5)
     ax.invert_yaxis()
     ax.yaxis.tick_right()

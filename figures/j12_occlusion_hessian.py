@@ -6,8 +6,12 @@ gradient). The occlusion-aware Hessian has 1,024 rays of its own at each place. 
 same orders of insertion and the same limits, a cell and 1.5 m; "tuned" is the shortest ray with the
 best of 3 x 2 other limits. Second order extrapolates by the Hessian of its metric.
 
-The radiometric Hessian leaves out edges, and in a penumbra edges are nearly all there is. The
-geometric one knows no edges either, but is large where surfaces are near, and so where shadows are.
+The radiometric Hessian leaves out edges, and in a penumbra edges are nearly all there is: to know
+them leaves 1.2 to 2.3 times less error. But the geometric Hessian, which knows no edges either, is
+large where surfaces are near, and so where shadows are: it has some 10 % less error still, without
+any radiance. In the penumbra the split spheres do as well, and even the exact Hessian is only a
+sixth to a quarter better than the occlusion-aware one. What the latter gives beyond a radius is
+second order, where the others' Hessians extrapolate wrongly.
 """
 
 from __future__ import annotations
@@ -15,6 +19,7 @@ from __future__ import annotations
 import functools
 from typing import NamedTuple
 
+import jax.numpy as jnp
 import numpy as np
 
 from figures._j12_box import (
@@ -25,6 +30,7 @@ from figures._j12_box import (
     compare,
     hessian,
     metrics,
+    scaled,
     show_error,
     show_light,
     split,
@@ -33,7 +39,7 @@ from figures._j12_box import (
 from figures._j12_shadows import shadow, with_hessian
 from figures.style import Claim, Drawing
 from firstorder import plotting
-from firstorder.methods.caching import neighbour_clamped
+from firstorder.methods.caching import curvature, neighbour_clamped, radius_for
 from firstorder.methods.caching.surface_occlusion import OcclusionTable, occlusion_table
 from firstorder.plotting.style import COLOURS
 
@@ -90,6 +96,8 @@ def _compared(floor: Floor, count: int, quick: bool) -> dict[str, Outcome]:
     held = neighbour_clamped(table.position, table.harmonic)
     radii = metrics(c) | {"neighbours": split(held, n)}
     radii["occlusion-aware"] = hessian(floor.aware.hessian, n)
+    even = radius_for(curvature(jnp.asarray(floor.aware.hessian), "mean"), 1.0, dims=2)
+    radii["aware, mean"] = scaled(np.asarray(even), 0.25, n)
     if floor.exact is not None:
         radii["exact"] = hessian(floor.exact, n)
     found = compare(c, radii, count)
@@ -144,6 +152,17 @@ def _claims(words: str, found, second) -> list[Claim]:
                     error > own,
                 )
             )
+    even = [h["aware, mean"].mean / h["occlusion-aware"].mean for h in found]
+    claims.append(
+        Claim(
+            "RMS error with the mean of |x H x| around over that with the largest eigenvalue, "
+            f"occlusion-aware Hessian, {words}, few and many records",
+            None,
+            ", ".join(f"{ratio:.2f}" for ratio in even),
+            "",
+            max(even) < 1.0,
+        )
+    )
     for method, outcome in second.items():
         ratio = found[0][method].mean / outcome.mean
         claims.append(

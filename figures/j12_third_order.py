@@ -7,6 +7,10 @@ penumbra has lines across which the Hessian jumps. Records hold exact value, gra
 Radii: by the Hessian as J12 has it (|lambda_1|, power -1/4), by the mean of |T[x, x, x]| around
 (power -1/5), and all alike. Third derivatives are differences of exact values, at a cost that no
 renderer would pay: where it does not pay here it does not pay at all.
+
+It gains 4 to 9 % of the error at equal records, and no more than radii that are all alike where
+light is smooth: four numbers more for each record do not pay. Second order itself does, up to 30
+times where light is smooth.
 """
 
 from __future__ import annotations

@@ -7,8 +7,13 @@ structural similarity, on the boxes of J12 (one reflection), and under a wide la
 plate before it (`_j12_shadows`). `j12_caching_3d` has the same for two scenes of some complexity.
 
 Limits: the shortest ray, harmonic mean and radiometric Hessian with a smallest radius of 1 to 3
-cells and a largest of 0.1, 0.2 or 0.3 m, the best of these for each; all others have one cell and
+cells and a largest of 0.1 or 0.3 m, the best of these for each; all others have one cell and
 1.5 m. The geometric Hessian is the metric by which definitions are told apart.
+
+The total is best on the boxes, as J12 has it, by 1 to 40 %; in the light of the lamp no definition
+differs by more than 1 %, and in its penumbra the integrated square and the relative error are 6 %
+better. Limits gain a split sphere a factor of 3 where walls meet the floor, and nothing where no
+surface is near; no limits mend what the radiometric Hessian does not know of a penumbra.
 """
 
 from __future__ import annotations
@@ -66,8 +71,7 @@ def draw(quick: bool) -> Drawing:
 def _limited(c: Case, quick: bool) -> dict[str, Outcome]:
     """Each metric with the best of some limits."""
     lows = (1.0, 2.0) if quick else (1.0, 2.0, 3.0)
-    highs = (0.1, 0.3) if quick else (0.1, 0.2, 0.3)
-    limits = [(low, high) for low in lows for high in highs]
+    limits = [(low, high) for low in lows for high in (0.1, 0.3)]
     lengths = {"minimum": c.table.minimum, "harmonic": c.table.harmonic}
     found = {m: tuned(c, length, limits).outcome for m, length in lengths.items()}
     k = curvature(np.asarray(c.table.hessian))
@@ -77,15 +81,16 @@ def _limited(c: Case, quick: bool) -> dict[str, Outcome]:
 
 
 def _draw(ax, found, plain, limited, words: str) -> None:
-    rows = {d: (o, "0.45") for d, o in found.items()}
-    rows |= {m: (o, COLOURS[0]) for m, o in plain.items() if m != "geometric"}
+    rows = {d: (o, "0.8") for d, o in found.items()}
+    rows |= {m: (o, "0.6") for m, o in plain.items() if m != "geometric"}
     rows |= {f"{m}, limits": (o, COLOURS[1]) for m, o in limited.items()}
     own = found["total"].mean
     for y, (outcome, colour) in enumerate(rows.values()):
         ax.barh(y, outcome.mean / own, color=colour)
         ax.text(0.05, y, f"{outcome.mean / own:.2f}", va="center", fontsize=6.5)
     ax.axvline(1.0, color="0.7", linewidth=0.8)
-    ax.set(yticks=range(len(rows)), xlim=(0.0, 3.5), xlabel="RMS over that of the total")
+    ax.set(yticks=range(len(rows)), xlim=(0.0, 3.5))
+    ax.set_xlabel("RMS over that of the total", fontsize=7)
     ax.set_yticklabels(list(rows), fontsize=6.5)
     ax.invert_yaxis()
     ax.set_title(words, fontsize=8)
