@@ -16,8 +16,9 @@ from jax.experimental.jet import jet
 
 from firstorder.fields import Affine
 from firstorder.quadrature import gauss_legendre
+from firstorder.transport.entries import Light
 from firstorder.transport.lobes import glossy
-from firstorder.transport.shading import Light, Surface
+from firstorder.transport.shading import Surface
 from firstorder.transport.texture import wave
 
 RAYS = 100_000

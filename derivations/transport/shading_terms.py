@@ -50,7 +50,7 @@ from firstorder.checks.tolerance import fitted_order, normwise
 from firstorder.conventions import SPACE
 from firstorder.fields import Gaussian
 from firstorder.laws import Move
-from firstorder.transport.shading import Light
+from firstorder.transport.entries import Light
 
 
 def diffuse_argument():

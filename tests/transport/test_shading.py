@@ -15,9 +15,10 @@ from firstorder.fields import Affine, Constant, GaussianProfile, autodiff_jet, g
 from firstorder.laws import Multiply
 from firstorder.transport import Bump, Mirror, Reflection
 from firstorder.transport.brdf import Ggx, LobeBrdf, TabulatedBrdf
+from firstorder.transport.entries import Light
 from firstorder.transport.interface import Schlick
 from firstorder.transport.lobes import RETRO, Lobe, Tabulated, glossy, lambert, phong, retro
-from firstorder.transport.shading import Light, Reflected, Surface, far_light_ratio
+from firstorder.transport.shading import Reflected, Surface, far_light_ratio
 from firstorder.transport.slopes import ToAngle
 from firstorder.transport.texture import wave
 from firstorder.transport.travel import Travel

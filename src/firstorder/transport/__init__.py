@@ -11,6 +11,7 @@ from firstorder.transport.diffuse import (
     bessel_zk1,
     diffuse,
 )
+from firstorder.transport.entries import Light
 from firstorder.transport.event import Chain, Event, Linearised
 from firstorder.transport.incidence import Incidence, Outgoing
 from firstorder.transport.interface import (
@@ -35,7 +36,7 @@ from firstorder.transport.path import Path
 from firstorder.transport.reflection import Blend, Reflection, VaryingGaussian
 from firstorder.transport.rotation import Curvature
 from firstorder.transport.separable import Angular, AngularFactor, separable
-from firstorder.transport.shading import Light, Reflected, Surface, Terms, far_light_ratio
+from firstorder.transport.shading import Reflected, Surface, Terms, far_light_ratio
 from firstorder.transport.slopes import ToAngle, ToSlope, theta_D_v, v_D_theta
 from firstorder.transport.tabulate import Tabulate
 from firstorder.transport.texture import Texture, Wave, wave

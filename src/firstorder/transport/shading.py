@@ -5,7 +5,6 @@ d omega`. At *fixed offsets* `t = theta_r - omega` a homogeneous lobe is the sam
 is evaluated once per node, and six sums over the light's jet give everything.
 """
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import equinox as eqx
@@ -15,82 +14,23 @@ import numpy as np
 
 from firstorder.conventions import FLATLAND, Frame
 from firstorder.errors import Refused, check_positive
-from firstorder.fields.field import Affine, Edge, Field, Function
+from firstorder.fields.field import Field, Function
 from firstorder.fields.jet import Jet
-from firstorder.fields.kernel import Kernel, Profile
+from firstorder.fields.kernel import Profile
 from firstorder.laws.convolve import Convolve
 from firstorder.laws.integrate import Integrate
 from firstorder.laws.move import Move
 from firstorder.laws.multiply import Multiply
-from firstorder.quadrature import panels
+from firstorder.transport.above import AboveLine
 from firstorder.transport.brdf import Brdf
 from firstorder.transport.bump import Bump
 from firstorder.transport.cosine import ClampedCosine
-from firstorder.transport.lobes import NORMAL, Lobe
+from firstorder.transport.entries import Entries, Normal, entries_of, unpacked, value_of
+from firstorder.transport.lobe_weights import center_of, has_cosine, local_center, offsets, weigh
+from firstorder.transport.lobes import Lobe
 from firstorder.typing import Array, Ray, Scalar, as_float
 
 _WIDE = Frame(("x", "theta", "omega"))
-
-
-class Entries(NamedTuple):
-    """A flatland jet as six numbers (or six arrays): what fuses, where matrices would not."""
-
-    value: Array
-    x: Array
-    theta: Array
-    xx: Array
-    x_theta: Array
-    theta_theta: Array
-
-    def __add__(self, other: "Entries") -> "Entries":  # pyright: ignore
-        """Sum of two functions."""
-        return Entries(*(a + b for a, b in zip(self, other, strict=True)))
-
-    def scaled(self, a) -> "Entries":
-        """The function times a constant."""
-        return Entries(*(a * e for e in self))
-
-    def times(self, g: "Entries") -> "Entries":
-        """Product of two functions: Leibniz' rule."""
-        f = self
-        return Entries(
-            f.value * g.value,
-            f.x * g.value + f.value * g.x,
-            f.theta * g.value + f.value * g.theta,
-            f.xx * g.value + 2.0 * f.x * g.x + f.value * g.xx,
-            f.x_theta * g.value + f.x * g.theta + f.theta * g.x + f.value * g.x_theta,
-            f.theta_theta * g.value + 2.0 * f.theta * g.theta + f.value * g.theta_theta,
-        )
-
-    def turned(self, n: "Normal", turn: float, look: float) -> "Entries":
-        """`h(x, theta) = f(x, turn n(x) + look theta - t)` from the entries of f there.
-
-        With `turn, look = 2, -1` this is R07 (68), and R07 (25), (29), (69) follow.
-        """
-        f, c = self, turn * n.x
-        return Entries(
-            f.value,
-            f.x + c * f.theta,
-            look * f.theta,
-            f.xx + 2.0 * c * f.x_theta + c * c * f.theta_theta + turn * n.xx * f.theta,
-            look * (f.x_theta + c * f.theta_theta),
-            look * look * f.theta_theta,
-        )
-
-    def jet(self, frame: Frame) -> Jet:
-        """The same with gradient and Hessian as arrays."""
-        mixed = self.x_theta
-        rows = [jnp.stack([self.xx, mixed], -1), jnp.stack([mixed, self.theta_theta], -1)]
-        gradient = jnp.stack([self.x, self.theta], -1)
-        return Jet(self.value, gradient, jnp.stack(rows, -2), frame)
-
-
-class Normal(NamedTuple):
-    """The normal's angle at a point and its derivatives along the surface: n, n_x, n_xx."""
-
-    value: Array
-    x: Array
-    xx: Array
 
 
 class Terms(NamedTuple):
@@ -111,48 +51,6 @@ class Terms(NamedTuple):
     CV: Array
     CDV: Array
     MV: Array
-
-
-class Light(Field):
-    """Flatland light from two callables: radiance, and the six entries of its jet.
-
-    Args:
-        value: maps (x, theta) to radiance.
-        derivatives: maps (x, theta) to `L, L_x, L_theta, L_xx, L_xtheta, L_thetatheta`.
-        frame: names of the coordinates.
-
-    Example:
-        >>> import jax.numpy as jnp
-        >>> from firstorder.transport.shading import Light
-        >>> zero, one = jnp.array(0.0), jnp.array(1.0)
-        >>> L = Light(lambda x, t: x * t, lambda x, t: (x * t, t, x, zero, one, zero))
-        >>> L.jet(jnp.array([2.0, 3.0])).gradient[0].item()
-        3.0
-    """
-
-    function: Callable = eqx.field(static=True)
-    derivatives: Callable = eqx.field(static=True)
-    frame: Frame = eqx.field(static=True, default=FLATLAND)
-
-    def at(self, u: Ray) -> Scalar:
-        """The radiance."""
-        return self.function(u[0], u[1])
-
-    def jet(self, u: Ray) -> Jet:
-        """The entries, as arrays."""
-        return Entries(*self.derivatives(u[0], u[1])).jet(self.frame)
-
-
-def entries_of(light: Field, x: Scalar, theta: Scalar) -> Entries:
-    """Entries of any flatland field's jet; a `Light` gives them without a detour over arrays."""
-    if isinstance(light, Light):
-        return Entries(*light.derivatives(x, theta))
-    return _unpacked(light.jet(jnp.stack([x, theta])))
-
-
-def value_of(light: Field, x: Scalar, theta: Scalar) -> Scalar:
-    """Radiance of any flatland field; of a `Light` without a detour over arrays."""
-    return light.function(x, theta) if isinstance(light, Light) else light.at(jnp.stack([x, theta]))
 
 
 class Surface(eqx.Module):
@@ -201,95 +99,6 @@ class Surface(eqx.Module):
                 that came through slopes.
         """
         return Reflected(AboveLine(light) if above else light, self, nodes)
-
-
-class AboveLine(Field):
-    """Light from above the base line, `|theta| < pi/2` in the global frame, and none from below.
-
-    Light that came through slopes is known there only, and NaN elsewhere; that NaN reaches neither
-    values nor derivatives. The horizons `-+ pi/2` become edges, so what integrates the light stops
-    there, with the boundary terms of light that does not vanish along the line.
-
-    Args:
-        light: light over (x, theta).
-
-    Raises:
-        ValueError: if the light is not over (x, theta).
-
-    Example:
-        >>> from firstorder.fields import Constant
-        >>> from firstorder.transport.shading import AboveLine
-        >>> sky = AboveLine(Constant(1.0))
-        >>> sky(0.0, 1.5).item(), sky(0.0, 1.6).item()
-        (1.0, 0.0)
-    """
-
-    light: Field
-
-    def __check_init__(self):
-        """Refuse other coordinates."""
-        if self.light.frame.coordinates != FLATLAND.coordinates:
-            raise ValueError(
-                f"Argument `light` must be over {FLATLAND.coordinates}, "
-                f"but is over {self.light.frame.coordinates}."
-            )
-
-    @property
-    def frame(self) -> Frame:
-        """The light's."""
-        return self.light.frame
-
-    def _masked(self, function: Callable, u: Ray):
-        above = (jnp.cos(u[1]) > 0) & (jnp.abs(u[1]) < 0.5 * np.pi)
-        safe = jnp.where(above, u, jnp.zeros_like(u))  # no NaN in derivatives either
-        return jax.tree.map(lambda a: jnp.where(above, a, 0.0), function(safe))
-
-    def at(self, u: Ray) -> Scalar:
-        """The light, or zero."""
-        return self._masked(self.light.at, u)
-
-    def jet(self, u: Ray) -> Jet:
-        """Its jet, or zeros."""
-        return self._masked(self.light.jet, u)
-
-    def edges(self) -> tuple[Edge, ...]:
-        """Those of the light, and the two horizons."""
-        normal = jnp.array([0.0, 1.0])
-        # As far inside as rounding needs for the light to be defined on the edge.
-        quarter = 0.5 * np.pi * (1.0 - 4.0 * float(jnp.finfo(normal.dtype).eps))
-        ends = tuple(Edge(Affine(s * normal, quarter, self.frame), self.light) for s in (-1.0, 1.0))
-        kept = tuple(
-            Edge(e.level if isinstance(e.level, Affine) else _Clamped(e.level), AboveLine(e.jump))
-            for e in self.light.edges()
-        )
-        return kept + ends
-
-
-class _Clamped(Field):
-    """A level that is known above the line only, continued by its value at the horizon."""
-
-    level: Field
-
-    @property
-    def frame(self) -> Frame:
-        """The level's."""
-        return self.level.frame
-
-    def _inside(self, u: Ray) -> tuple[Array, Ray]:
-        quarter = 0.5 * np.pi * (1.0 - 4.0 * float(jnp.finfo(u.dtype).eps))
-        return jnp.abs(u[1]) < quarter, u.at[1].set(jnp.clip(u[1], -quarter, quarter))
-
-    def at(self, u: Ray) -> Scalar:
-        """The level at the nearest direction above the line."""
-        return self.level.at(self._inside(u)[1])
-
-    def jet(self, u: Ray) -> Jet:
-        """Its jet, standing still below the line."""
-        inside, near = self._inside(u)
-        jet = self.level.jet(near)
-        still = jax.tree.map(jnp.zeros_like, jet)
-        moving = jax.tree.map(lambda a, b: jnp.where(inside, a, b), jet, still)
-        return eqx.tree_at(lambda j: j.value, moving, jet.value)
 
 
 class Reflected(Field):
@@ -414,8 +223,8 @@ class Reflected(Field):
         if self.light.edges():
             field, ray = self._law_image(r, n, x, theta)
             return field.at(ray)
-        *_, center = _center(r, n, theta)
-        nodes, weights, weight = _weight(r, n, x, theta, self.nodes)
+        *_, center = center_of(r, n, theta)
+        nodes, weights, weight = weigh(r, n, x, theta, self.nodes)
 
         def node(t):
             return value_of(self.light, x, center - t) * weight(t).value
@@ -426,14 +235,14 @@ class Reflected(Field):
         if self.light.edges():
             return self._by_laws(r, n, x, theta)
         if isinstance(r, Lobe) and isinstance(r.kernel, Profile) and not r.cosine:
-            turn, look, center = _center(r, n, theta)
+            turn, look, center = center_of(r, n, theta)
             return self._sums(r.kernel, x, center).turned(n, turn, look)
         return self._leibniz(r, n, x, theta)
 
     def _sums(self, profile: Profile, x: Scalar, center: Scalar) -> Entries:
         """The six entries of L, convolved: the lobe is evaluated once for all rays."""
         h = profile.half_width().astype(x.dtype)
-        t, w = _offsets(profile, -h, h, self.nodes)
+        t, w = offsets(profile, -h, h, self.nodes)
         weights = (w * jax.vmap(lambda s: profile.derivatives(s)[0])(t)).astype(x.dtype)
 
         def step(total, node):
@@ -446,18 +255,18 @@ class Reflected(Field):
 
     def _leibniz(self, r: Lobe | Brdf, n: Normal, x: Scalar, theta: Scalar) -> Entries:
         """Light and weight both vary with the ray: product rule under the integral sign."""
-        turn, look, center = _center(r, n, theta)
-        nodes, weights, weight = _weight(r, n, x, theta, self.nodes)
+        turn, look, center = center_of(r, n, theta)
+        nodes, weights, weight = weigh(r, n, x, theta, self.nodes)
 
         def node(t):
             return entries_of(self.light, x, center - t).turned(n, turn, look).times(weight(t))
 
         total = Entries(*(jnp.sum(weights * e) for e in jax.vmap(node)(nodes)))
-        return total + self._horizons(r, n, x, theta) if _has_cosine(r) else total
+        return total + self._horizons(r, n, x, theta) if has_cosine(r) else total
 
     def _horizons(self, r: Lobe, n: Normal, x: Scalar, theta: Scalar) -> Entries:
         """`L rho m_i m_j` at `omega = n -+ pi/2`: the cosine has a kink there, and it moves."""
-        m, kernel = _local_center(r, n, theta), r.kernel
+        m, kernel = local_center(r, n, theta), r.kernel
         total = jnp.zeros_like(x)
         for side in (-0.5 * np.pi, 0.5 * np.pi):
             t = m.value + side
@@ -471,15 +280,15 @@ class Reflected(Field):
     def _by_laws(self, r: Lobe | Brdf, n: Normal, x: Scalar, theta: Scalar) -> Entries:
         """The same as a composition of laws, which split the integral at the light's edges."""
         field, ray = self._law_image(r, n, x, theta)
-        entries = _unpacked(field.jet(ray))
-        turn, look, _ = _center(r, n, theta)
+        entries = unpacked(field.jet(ray))
+        turn, look, _ = center_of(r, n, theta)
         return entries if isinstance(r, Brdf) else entries.turned(n, turn, look)
 
     def _law_image(self, r: Lobe | Brdf, n: Normal, x: Scalar, theta: Scalar) -> tuple[Field, Ray]:
         """Convolved light and where to read it, or what a general BRDF reflects, and the ray."""
         if isinstance(r, Brdf):
             return self._hemisphere(r), jnp.stack([x, theta])
-        *_, center = _center(r, n, theta)
+        *_, center = center_of(r, n, theta)
         return Convolve(r.kernel, nodes=self.nodes)(self._lit(r)), jnp.stack([x, center])
 
     def _lit(self, r: Lobe) -> Field:
@@ -507,11 +316,11 @@ class Reflected(Field):
 
     def _terms_of(self, r: Lobe | Brdf, n: Normal, x: Scalar, theta: Scalar) -> Terms:
         """By their definitions, and not from B_x."""
-        turn, _, center = _center(r, n, theta)
+        turn, _, center = center_of(r, n, theta)
         if self.light.edges():
             B, SV, DV, MV = self._split_terms(r, x, center)
         else:
-            nodes, weights, weight = _weight(r, n, x, theta, self.nodes)
+            nodes, weights, weight = weigh(r, n, x, theta, self.nodes)
 
             def node(t):
                 L, q = entries_of(self.light, x, center - t), weight(t)
@@ -587,90 +396,3 @@ def far_light_ratio(D, local, kappa, turn=2.0) -> Array:
     check_positive("D", D)
     D, local, kappa = map(as_float, (D, local, kappa))
     return jnp.abs(jnp.cos(local)) / (turn * jnp.abs(kappa) * D)
-
-
-def _has_cosine(r: Lobe | Brdf) -> bool:
-    return isinstance(r, Lobe) and r.cosine
-
-
-def _center(r: Lobe | Brdf, n: Normal, theta: Scalar) -> tuple[float, float, Scalar]:
-    """How the light is looked up, `omega = turn n + look theta - t`: turn, look, and the rest."""
-    a = r.argument if isinstance(r, Lobe) else NORMAL
-    return a.turn, a.look, a.turn * n.value + a.look * theta
-
-
-def _local_center(r: Lobe, n: Normal, theta: Scalar) -> Entries:
-    """`m = look (theta - n)`, the lobe's centre seen from the normal."""
-    k, zero = r.argument.look, jnp.zeros_like(theta)
-    m = k * (theta - n.value)
-    return Entries(m, -k * n.x, k + zero, -k * n.xx, zero, zero)
-
-
-def _weight(r: Lobe | Brdf, n: Normal, x: Scalar, theta: Scalar, count: int):
-    """Nodes t, their weights, and what the light is weighted with, as entries in (x, theta)."""
-    if isinstance(r, Brdf):
-        return _hemisphere_weight(r, n, theta, count)
-    h = r.kernel.half_width().astype(x.dtype)
-    if not r.cosine:
-        return *_offsets(r.kernel, -h, h, count), lambda t: _kernel_entries(r.kernel, x, t)
-    m = _local_center(r, n, theta)
-    lower = jnp.clip(m.value - 0.5 * np.pi, -h, h)
-    upper = jnp.clip(m.value + 0.5 * np.pi, -h, h)
-
-    def weight(t):
-        return _kernel_entries(r.kernel, x, t).times(_cosine_entries(m, t))
-
-    return *_offsets(r.kernel, lower, upper, count), weight
-
-
-def _offsets(kernel: Kernel, lower: Scalar, upper: Scalar, count: int):
-    """Quadrature over a lobe: one panel, or one per piece of a table with four nodes or more."""
-    breaks = kernel.knots()
-    return panels(lower, upper, list(breaks), max(4, count // (len(breaks) + 1)))
-
-
-def _kernel_entries(kernel: Kernel, x: Scalar, t: Scalar) -> Entries:
-    """A lobe at a fixed offset varies with x alone."""
-    zero = jnp.zeros_like(x)
-    if isinstance(kernel, Profile):
-        return Entries(kernel.derivatives(t)[0], zero, zero, zero, zero, zero)
-    jet = kernel.jet(jnp.stack([x, t]))
-    return Entries(jet.value, jet.gradient[0], zero, jet.hessian[0, 0], zero, zero)
-
-
-def _cosine_entries(m: Entries, t: Scalar) -> Entries:
-    """`cos(m - t)`, the cosine of the incoming local angle."""
-    c, s = jnp.cos(m.value - t), jnp.sin(m.value - t)
-    return Entries(
-        c,
-        -s * m.x,
-        -s * m.theta,
-        -c * m.x * m.x - s * m.xx,
-        -c * m.x * m.theta,
-        -c * m.theta * m.theta,
-    )
-
-
-def _hemisphere_weight(r: Brdf, n: Normal, theta: Scalar, count: int):
-    """`rho(w, theta - n) cos w` at fixed `w = -t`; its derivatives are those in the outgoing angle.
-
-    The panels follow the BRDF's peaks with the ray. What is integrated is smooth there, so that
-    moves nothing but the nodes.
-    """
-    o = theta - n.value
-    quarter = jnp.asarray(0.5 * np.pi, o.dtype)
-    # The closed form holds the nodes still, and so does autodiff of the value.
-    breaks = [jax.lax.stop_gradient(-p) for p in r.peaks(o)]
-    nodes, weights = panels(-quarter, quarter, breaks, count)
-
-    def weight(t):
-        rho, d, dd = r.derivatives(-t, o)
-        entries = Entries(rho, -n.x * d, d, n.x * n.x * dd - n.xx * d, -n.x * dd, dd)
-        return entries.scaled(jnp.cos(t))
-
-    return nodes, weights, weight
-
-
-def _unpacked(jet: Jet) -> Entries:
-    g, H = jet.gradient, jet.hessian
-    return Entries(jet.value, g[0], g[1], H[0, 0], H[0, 1], H[1, 1])
