@@ -5,8 +5,8 @@ with 8 x 8 blocks and end with as many samples. The paper gives pictures; we tak
 images linear over the samples' triangulation as in the paper. "Underestimates": the mean size of
 differences between the first grid's samples against that of the true gradients at them.
 
-Seen from here a bump is some 45 pixels long, 6 of the first grid's steps: differences know nearly
-as much as gradients do, and lose little.
+Seen from here the bumps repeat every 107 pixels, 13 of the first grid's steps: differences know
+nearly as much as gradients do, and lose little.
 """
 
 from __future__ import annotations
