@@ -7,7 +7,7 @@ import sympy as sp
 
 from derivations.ledger import Check, Counterexample, Row, na
 from derivations.squares import square_error
-from derivations.transport.cosine import convolution_over_angle
+from derivations.transport._cosine_proofs import convolution_over_angle
 from derivations.transport.reflection import (
     LOCAL,
     convolution_theorem,
