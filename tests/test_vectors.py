@@ -36,3 +36,17 @@ def test_frames_are_right_handed_and_smooth(n):
     np.testing.assert_allclose(np.linalg.det(found), 1.0)
     np.testing.assert_allclose(found[:, 2], n)
     assert np.all(np.isfinite(jax.jacobian(vectors.frame)(n)))
+
+
+def test_many_rays_from_one_point_in_the_frames_of_several_shapes():
+    """As sums over rows, XLA's CPU compiler of jaxlib 0.10.2 gets these wrong."""
+    rng = np.random.default_rng(5)
+    M, center, p = rng.normal(size=(3, 3, 3)), rng.normal(size=(3, 3)), rng.normal(size=3)
+
+    @jax.jit
+    def turned(M, center, p):
+        origins = jnp.broadcast_to(p, (1000, 3))
+        return vectors.times(M, origins[:, None] - center)
+
+    truth = np.einsum("kij,kj->ki", M, p - center)
+    np.testing.assert_allclose(turned(M, center, p), np.broadcast_to(truth, (1000, 3, 3)))

@@ -23,7 +23,7 @@ from firstorder.space.exposed import Pieces, Sides, exposed
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import BACK, FRONT, Scene
 from firstorder.space.swept import arc_angle, arc_light, segment_angle, segment_light
-from firstorder.vectors import dot, norm
+from firstorder.vectors import dot, unit
 from firstorder.visibility.contour import translation_rate
 
 # What is seen in a direction of the receiver's frame: number of the shape or -1, and the direction.
@@ -172,28 +172,33 @@ def boundary_gradient(
     Reference: R07 §7, eq. 48, 49; design §6.
     """
     found = exposed(scene, at)
-    light = _radiance(scene, at) if radiance is None else radiance
-    lines = _moving(found.on_lines(nodes), found.lines, at, light, weight)
-    rims = _moving(found.on_arcs(nodes), found.rims, at, light, weight)
-    return nan_unless(found.sound, lines + rims)
+    lines, rims = found.on_lines(nodes), found.on_arcs(nodes)
+    if radiance is None and not callable(scene.environment):
+        seen = shown(scene, at)
+        jumps = found.lines.jump(seen)[:, None], found.rims.jump(seen)[:, None]
+    else:
+        light = _radiance(scene, at) if radiance is None else radiance
+        jumps = _jump(lines, found.lines, at, light), _jump(rims, found.rims, at, light)
+    total = _moving(lines, jumps[0], weight) + _moving(rims, jumps[1], weight)
+    return nan_unless(found.sound, total)
 
 
-def _moving(on, sides: Sides, at: Receiver, radiance: Radiance, weight) -> Float[Array, "3"]:
-    """The contour integral over some pieces."""
-    p, v, w = on
-    directions = p / norm(p)[..., None]
-    world = directions @ at.axes.T
+def _jump(on, sides: Sides, at: Receiver, radiance: Radiance) -> Float[Array, "m k"]:
+    """Radiance to the left less that to the right, at the nodes of pieces."""
+    world = unit(on[0]) @ at.axes.T
     value = jax.vmap(jax.vmap(radiance, (None, 0)))
     left, right = value(sides.owner, world), value(sides.behind, world)
-    jump = jnp.where(sides.seen[:, None], left - jnp.where(sides.cut[:, None], right, 0.0), 0.0)
-    return jnp.sum(translation_rate(p, v) * (jump * w * weight(directions))[..., None], (0, 1))
+    return jnp.where(sides.seen[:, None], left - jnp.where(sides.cut[:, None], right, 0.0), 0.0)
+
+
+def _moving(on, jump: Float[Array, "m #k"], weight) -> Float[Array, "3"]:
+    """The contour integral over some pieces."""
+    p, v, w = on
+    return jnp.sum(translation_rate(p, v) * (jump * w * weight(unit(p)))[..., None], (0, 1))
 
 
 def _radiance(scene: Scene, at: Receiver) -> Radiance:
-    """What the scene emits."""
-    if not callable(scene.environment):
-        seen = shown(scene, at)
-        return lambda index, along: seen[index]
+    """What the scene emits under a sky that varies."""
     black = Scene(scene.groups, scene.material, jnp.zeros(()), scene.names)
     seen = shown(black, at)
     return lambda index, along: jnp.where(index < 0, scene.sky(along), seen[index])
