@@ -8,107 +8,10 @@ from __future__ import annotations
 import functools
 
 import numpy as np
-import sympy as sp
 
 from derivations.ledger import Check, Counterexample, Row, na
 from derivations.squares import square_error
-
-x, v, z, s = sp.symbols("x v z s", real=True)
-Ox, Ov = sp.symbols("Omega_x Omega_v", real=True)
-
-
-def convolution_theorem():
-    """A wave exp(2 pi i (s x + t v)) of the blocker moves l's transform to Omega - (s, t).
-
-    The blocker is a sum of such waves; and, on Gaussians in one coordinate, the whole integral.
-    """
-    t = sp.Symbol("t", real=True)
-    moved = -(Ox * x + Ov * v) + (s * x + t * v) + ((Ox - s) * x + (Ov - t) * v)
-    a, b = sp.symbols("a b", positive=True)
-    F = sp.exp(-sp.pi * (Ox - s) ** 2 / a) / sp.sqrt(a)
-    G = sp.exp(-sp.pi * s**2 / b) / sp.sqrt(b)
-    product = sp.exp(-sp.pi * Ox**2 / (a + b)) / sp.sqrt(a + b)
-    convolved = sp.integrate(F * G, (s, -sp.oo, sp.oo))
-    return sp.expand(moved), sp.simplify(convolved - product)
-
-
-def planar_is_flat():
-    """V(x) under a wide window in v: the transform in v is the window's, of mass one for any width.
-
-    Its second moment falls as the square of the width: a Dirac in the limit.
-    """
-    width = sp.Symbol("width", positive=True)
-    window = sp.exp(-(v**2) / (2 * width**2))
-    hat = sp.sqrt(2 * sp.pi) * width * sp.exp(-2 * sp.pi**2 * width**2 * Ov**2)
-    inverse = sp.integrate(hat * sp.cos(2 * sp.pi * Ov * v), (Ov, -sp.oo, sp.oo))
-    mass = sp.integrate(hat, (Ov, -sp.oo, sp.oo))
-    second = sp.integrate(Ov**2 * hat, (Ov, -sp.oo, sp.oo))
-    return sp.simplify(inverse - window), mass - 1, sp.limit(second, width, sp.oo)
-
-
-def line_of_a_layer():
-    """A wave exp(2 pi i s x) of a planar blocker, met at x - z v: its frequency is s (1, -z)."""
-    met = s * (x - z * v)
-    return met.diff(x) - s, met.diff(v) + z * s
-
-
-def out_of_the_wedge():
-    """The product of two layers has the frequency (1, -z_1) - (1, -z_2) / 2.
-
-    Its Omega_v / Omega_x is -(2 z_1 - z_2), as far outside the wedge [-z_2, -z_1] as the wedge is
-    wide.
-    """
-    z1, z2 = sp.symbols("z_1 z_2", positive=True)
-    point = sp.Matrix([1, -z1]) - sp.Matrix([1, -z2]) / 2
-    return sp.simplify(point[1] / point[0] - (-z1 + (z2 - z1)))
-
-
-def corner():
-    """Transform of the corner H(p) H(q), p = x - z_1 v, q = x - z_2 v, damped: of first principles.
-
-    With p, q for coordinates the plane wave is exp(-2 pi i (a p + b q)), Omega = a (1, -z_1) +
-    b (1, -z_2): two half-line integrals and a Jacobian 1 / |z_1 - z_2|.
-    """
-    z1, z2, a, b = sp.symbols("z_1 z_2 a b", real=True)
-    wave = a * (x - z1 * v) + b * (x - z2 * v)
-    jacobian = sp.Matrix([x - z1 * v, x - z2 * v]).jacobian([x, v]).det() - (z1 - z2)
-    return (
-        sp.expand(wave - ((a + b) * x - (a * z1 + b * z2) * v)),
-        sp.simplify(jacobian),
-        out_of_the_wedge(),
-        *line_of_a_layer(),
-    )
-
-
-def comb_coefficients():
-    """Fourier coefficient n of a grating: the integral over one opening."""
-    p, share = sp.symbols("p open", positive=True)
-    n = sp.Symbol("n", integer=True, positive=True)
-    wave = sp.cos(2 * sp.pi * n * x / p)
-    c = sp.integrate(wave, (x, -share * p / 2, share * p / 2)) / p
-    replica = sp.diff(n / p * x, x) - n / p
-    return sp.simplify(c - sp.sin(sp.pi * n * share) / (sp.pi * n)), replica
-
-
-def complementary():
-    """H(x) H(-x) on either side of the edge, with H from the sign function."""
-    H = (1 + sp.sign(x)) / 2
-    both = sp.expand(H * H.subs(x, -x))
-    return both.subs(x, sp.Rational(1, 3)), both.subs(x, -sp.Rational(1, 3))
-
-
-def supports_add():
-    """Product of two waves of frequencies a and b: frequencies a + b and a - b, no other."""
-    a, b = sp.symbols("a b", positive=True)
-    product = sp.cos(a * x) * sp.cos(b * x)
-    return sp.simplify(product - (sp.cos((a + b) * x) + sp.cos((a - b) * x)) / 2)
-
-
-def semi_transparent():
-    """V = t on the blocker and 1 elsewhere is t + (1 - t) V_binary; the product is linear in V."""
-    t, light = sp.symbols("t l")
-    return [sp.expand(light * (t + (1 - t) * b) - light * (1 if b else t)) for b in (0, 1)]
-
+from derivations.transport import _occlusion_proofs as proofs
 
 # ---------------------------------------------------------------- quadrature, split at the edges
 
@@ -305,7 +208,7 @@ def sum_by_quadrature() -> float:
 OCCLUSION = "firstorder.transport.occlusion.Occlusion"
 PRODUCT = {
     "implements": OCCLUSION,
-    "symbolic": convolution_theorem,
+    "symbolic": proofs.convolution_theorem,
     "autodiff": na("spectral"),
     "fourier": Check(lambda: square_error("shadow of a comb", "spectrum"), 1e-9),
 }
@@ -337,7 +240,7 @@ ROWS = [
         "D05.s3.2a",
         "identity",
         implements="firstorder.transport.occlusion.comb_blocker",
-        symbolic=planar_is_flat,
+        symbolic=proofs.planar_is_flat,
         autodiff=na("spectral"),
         fourier=Check(planar_energy_off_the_line, 1e-12),
         brute_force=Check(planar_series_off_the_line, 1e-15),
@@ -346,7 +249,7 @@ ROWS = [
         "D05.s3.2b",
         "over-claim",
         implements="firstorder.transport.occlusion.Layers",
-        symbolic=corner,
+        symbolic=proofs.corner,
         autodiff=na("spectral"),
         fourier=Check(lambda: square_error("occlusion at two depths", "spectrum"), 1e-9),
         brute_force=Check(lambda: max(layers_off_the_line(), corner_against_quadrature()), 0.01),
@@ -364,7 +267,7 @@ ROWS = [
         "D05.s3.2c",
         "identity",
         implements="firstorder.transport.occlusion.half_plane_blocker",
-        symbolic=semi_transparent,
+        symbolic=proofs.semi_transparent,
         autodiff=Check(lambda: square_error("shadow of a half-plane", "gradient"), 1e-10),
         fourier=Check(lambda: square_error("shadow of a half-plane", "spectrum"), 1e-9),
         brute_force=Check(half_plane_by_quadrature, 1e-9),
@@ -373,7 +276,7 @@ ROWS = [
         "D05.s3.4a",
         "identity",
         implements="firstorder.transport.occlusion.grating_blocker",
-        symbolic=comb_coefficients,
+        symbolic=proofs.comb_coefficients,
         autodiff=na("spectral"),
         fourier=Check(lambda: square_error("occlusion, grating", "spectrum"), 1e-3),
         brute_force=Check(grating_by_quadrature, 1e-9),
@@ -384,7 +287,7 @@ ROWS = [
         "D05.s3.4c",
         "identity",
         implements="firstorder.transport.occlusion.Layers",
-        symbolic=complementary,
+        symbolic=proofs.complementary,
         autodiff=na("no derivative"),
         fourier=Check(empty_closed_form, 0.05),
         brute_force=Check(empty_samples, 0.0),
@@ -394,7 +297,7 @@ ROWS = [
         "D05.s3.4d",
         "over-claim",
         implements="firstorder.laws.multiply.Multiply",
-        symbolic=supports_add,
+        symbolic=proofs.supports_add,
         autodiff=na("spectral"),
         fourier=Check(sum_is_reached, 1e-9),
         brute_force=Check(sum_by_quadrature, 1e-10),
