@@ -43,8 +43,8 @@ def solid_angle_rate(p: Points, v: Points, axis: Points) -> Numbers:
         v: its derivative.
         axis: unit vector.
     """
-    p, v, axis = apart(p), apart(v), apart(axis)
-    return angle_rate(p, cross_apart(p, v), axis)
+    here = apart(p)
+    return angle_rate(here, cross_apart(here, apart(v)), apart(axis))
 
 
 def angle_rate(p: Coordinates, level: Coordinates, axis: Coordinates) -> Array:
