@@ -39,7 +39,7 @@ def test_frames_are_right_handed_and_smooth(n):
 
 
 def test_many_rays_from_one_point_in_the_frames_of_several_shapes():
-    """As sums over rows, XLA's CPU compiler of jaxlib 0.10.2 gets these wrong."""
+    """As sums over rows, the CPU compiler of jaxlib 0.10 to 0.12 gets these wrong."""
     rng = np.random.default_rng(5)
     M, center, p = rng.normal(size=(3, 3, 3)), rng.normal(size=(3, 3)), rng.normal(size=3)
 

@@ -106,7 +106,7 @@ def inverse(axes: Float[Array, "*n 3 3"]) -> Float[Array, "*n 3 3"]:
 def times(matrix: Float[Array, "*#n 3 3"], a: Vectors) -> Vectors:
     """Matrix times vector, by columns.
 
-    As sums over rows rays run four times slower, and jaxlib 0.10.2 compiles some of those wrongly
+    As sums over rows rays run four times slower, and jaxlib 0.10 to 0.12 compile some of those wrongly
     for CPUs (tests/test_vectors.py).
     """
     x, y, z = (matrix[..., i] for i in range(3))
