@@ -106,8 +106,8 @@ def inverse(axes: Float[Array, "*n 3 3"]) -> Float[Array, "*n 3 3"]:
 def times(matrix: Float[Array, "*#n 3 3"], a: Vectors) -> Vectors:
     """Matrix times vector, by columns.
 
-    As sums over rows rays run four times slower, and jaxlib 0.10 to 0.12 compile some of those wrongly
-    for CPUs (tests/test_vectors.py).
+    As sums over rows rays run four times slower, and jaxlib 0.10 to 0.12 compile some of those
+    wrongly for CPUs (tests/test_vectors.py).
     """
     x, y, z = (matrix[..., i] for i in range(3))
     return x * a[..., :1] + y * a[..., 1:2] + z * a[..., 2:]
