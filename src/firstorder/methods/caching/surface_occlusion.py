@@ -66,7 +66,7 @@ def occlusion_table(
         >>> from firstorder.space import library
         >>> from firstorder.space.maps import Maps
         >>> maps = Maps(library.j12_box(), jnp.zeros((4, 2, 2)))
-        >>> occlusion_table(maps, [[0.4, 0.3]], on=0, rays=64).hessian.tolist()
+        >>> occlusion_table(maps, jnp.array([[0.4, 0.3]]), on=0, rays=64).hessian.tolist()
         [[[0.0, 0.0], [0.0, 0.0]]]
     """
     check_positive("rays", rays)
