@@ -1,3 +1,4 @@
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -75,6 +76,46 @@ def test_even_the_smallest_function_is_kept_for_the_next_process(tmp_path):
     first = run()
     assert any("lambda" in path.name for path in first)
     assert run() == first
+
+
+BROADCAST_SUM = """
+import jax
+import jax.numpy as jnp
+from firstorder import session
+session.start(cache="off")
+matrices = jnp.sin(jnp.arange(27.0)).reshape(3, 3, 3)
+centers = jnp.cos(jnp.arange(9.0)).reshape(3, 3)
+def times(a):
+    return jnp.sum(matrices * (jnp.broadcast_to(a, (10_000, 3))[:, None] - centers)[:, :, None], -1)
+a = jnp.array([0.3, -0.2, 0.7])
+print(float(jnp.max(jnp.abs(times(a) - jax.jit(times)(a)))) < 1e-12)
+"""
+
+
+def test_sums_of_broadcast_products_are_right():
+    """Seven lines that jaxlib 0.10.2 to 0.12 get wrong by 1 if left alone."""
+    done = subprocess.run([sys.executable, "-c", BROADCAST_SUM], capture_output=True, text=True)
+    assert done.stdout.strip() == "True", done.stderr
+
+
+def test_flags_that_are_given_stay(monkeypatch):
+    monkeypatch.setattr("jaxlib.__version__", "0.11.1")
+    monkeypatch.setenv("XLA_FLAGS", "--xla_a=1")
+    session._compile_soundly()
+    session._compile_soundly()
+    assert os.environ["XLA_FLAGS"] == f"--xla_a=1 {session.NO_FUSION}"
+    own = "--xla_cpu_experimental_ynn_fusion_type=reduce"
+    monkeypatch.setenv("XLA_FLAGS", own)
+    session._compile_soundly()
+    assert os.environ["XLA_FLAGS"] == own
+
+
+@pytest.mark.parametrize("version", ["0.10.1", "0.13.0"])
+def test_versions_that_are_sound_get_no_flag(monkeypatch, version):
+    monkeypatch.setattr("jaxlib.__version__", version)
+    monkeypatch.delenv("XLA_FLAGS", raising=False)
+    session._compile_soundly()
+    assert "XLA_FLAGS" not in os.environ
 
 
 def test_importing_the_library_sets_no_flag():

@@ -1,4 +1,4 @@
-"""What a program decides once, at its start: precision, and where compiled code is kept.
+"""What a program decides once, at its start: precision, a sound compiler, where its code is kept.
 
 `import firstorder` sets no JAX flag. A script, a notebook or the command line calls `start` in its
 first lines; a library that builds on this one leaves that choice to its own users.
@@ -8,13 +8,24 @@ import os
 from pathlib import Path
 
 import jax
+import jaxlib
 from jax.experimental.compilation_cache import compilation_cache
 
 OFF = "off"
 
+# From 0.10.2 on jaxlib fuses sums of products for CPUs in a way that gives wrong numbers where one
+# factor is broadcast (jax issue 39103; tests/test_session.py has seven lines that show it). This
+# turns that fusion off. XLA ends a program that names a flag it does not know: hence the versions.
+UNSOUND = (0, 10, 2), (0, 13)
+NO_FUSION = "--xla_cpu_experimental_ynn_fusion_type="
+
 
 def start(*, x64: bool = True, cache: str | os.PathLike[str] | None = None) -> Path | None:
-    """Turns on float64 and keeps compiled functions on disk for the next run.
+    """Turns on float64, turns off what compiles wrongly, keeps compiled functions for the next run.
+
+    jaxlib 0.10.2 to 0.12 return wrong sums on CPUs unless a flag is set (`XLA_FLAGS`), and read it
+    at the first use of a device. A program that does without `start` sets it itself:
+    `XLA_FLAGS=--xla_cpu_experimental_ynn_fusion_type=`.
 
     Each new derivative takes JAX some 0.3 to 2 s to compile, and a process forgets it when it
     ends. The cache keeps every compiled function, however small and however quickly compiled, so
@@ -40,6 +51,7 @@ def start(*, x64: bool = True, cache: str | os.PathLike[str] | None = None) -> P
         >>> jnp.asarray(1.0).dtype
         dtype('float64')
     """
+    _compile_soundly()
     jax.config.update("jax_enable_x64", x64)
     folder = _writable(_chosen(cache))
     jax.config.update("jax_compilation_cache_dir", None if folder is None else str(folder))
@@ -49,6 +61,14 @@ def start(*, x64: bool = True, cache: str | os.PathLike[str] | None = None) -> P
     # JAX settles on a folder at its first compilation; a notebook may have had that already.
     compilation_cache.reset_cache()
     return folder
+
+
+def _compile_soundly() -> None:
+    """Adds the flag to those that XLA reads, where it is needed and not given."""
+    version = tuple(int(part) for part in jaxlib.__version__.split(".")[:3] if part.isdigit())
+    flags = os.environ.get("XLA_FLAGS", "")
+    if UNSOUND[0] <= version < UNSOUND[1] and NO_FUSION.split("=")[0] not in flags:
+        os.environ["XLA_FLAGS"] = f"{flags} {NO_FUSION}".strip()
 
 
 def _chosen(cache: str | os.PathLike[str] | None) -> Path | None:
