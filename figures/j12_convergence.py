@@ -38,7 +38,7 @@ from firstorder.flatland.forms import (
 )
 from firstorder.flatland.mending import mended
 from firstorder.flatland.samples import Strata, gaps, look, strata
-from firstorder.flatland.scene import BACK, FRONT
+from firstorder.things import BACK, FRONT
 
 PLACES = {"A": 0.35, "B": 0.35, "C": 0.3, "D": 0.31, "14": 0.5, "15": 0.23}
 CHUNK, MENDED_MOST, SEED = 10_000, 10_000, 5

@@ -37,10 +37,13 @@ def draw(quick: bool) -> Drawing:
     distance = REFERENCE * factors
 
     figure, axes = plotting.panels(1, 4, 3.0, 2.9)
-    for ax, k, letter in zip(axes[0], (0, 2, 4), "abc", strict=False):
-        title = f"{letter}) CDV / SV, lamp at {distance[k]:.0f} m"
-        drawn = shared.show_decades(ax, pictures[k], title, -2.0, 3.0)
-    figure.colorbar(drawn, ax=axes[0, :3], shrink=0.8, label="log$_{10}$")
+    drawn = [
+        shared.show_decades(
+            ax, pictures[k], f"{letter}) CDV / SV, lamp at {distance[k]:.0f} m", -2.0, 3.0
+        )
+        for ax, k, letter in zip(axes[0], (0, 2, 4), "abc", strict=False)
+    ]
+    figure.colorbar(drawn[0], ax=axes[0, :3], shrink=0.8, label="log$_{10}$")
     for name, ratio in medians.items():
         axes[0, 3].loglog(distance, ratio, "o-", markersize=3, label=name)
     axes[0, 3].axhline(1.0, color="0.6", linewidth=0.8)

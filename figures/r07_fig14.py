@@ -57,11 +57,13 @@ def draw(quick: bool) -> Drawing:
     options = dict(cmap=plotting.RADIANCE, vmin=0.0, vmax=np.quantile(true, 0.998))
     shared.show(axes[0, 0], true, "a) every pixel", **options)
     shared.show(axes[1, 0], images["gradient"]["gradient"], "e) 10 %, by gradient", **options)
+    shown = []
     for k, name in enumerate(("gradient", "D05", "differences")):
         _samples(axes[0, k + 1], found[name], side, f"{'bcd'[k]}) samples, {name}")
         error = abs(images[name]["gradient"] - true)
-        shown = shared.show_decades(axes[1, k + 1], error, f"{'fgh'[k]}) error, {name}", -5.0, -1.0)
-    figure.colorbar(shown, ax=axes[1, 1:], shrink=0.8, label="log$_{10}$ W/(m$^2$ sr)")
+        title = f"{'fgh'[k]}) error, {name}"
+        shown.append(shared.show_decades(axes[1, k + 1], error, title, -5.0, -1.0))
+    figure.colorbar(shown[0], ax=axes[1, 1:], shrink=0.8, label="log$_{10}$ W/(m$^2$ sr)")
 
     rmse = {
         name: {s: float(np.sqrt(np.mean((i - true) ** 2))) for s, i in each.items()}

@@ -325,7 +325,7 @@ def _dot(a: Array, b: Array) -> Array:
 
 
 def _apply(M: Array, a: Array) -> Array:
-    return jnp.sum(M * a[..., None, :], -1)
+    return sum((M[..., k] * a[..., k, None] for k in range(a.shape[-1])), jnp.zeros_like(a))
 
 
 def _matrix(rows: list[list[Array]]) -> Array:
