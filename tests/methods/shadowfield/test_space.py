@@ -1,0 +1,220 @@
+"""Shared shadow rays in space: exact where they should be, better than a pixel's own elsewhere."""
+
+import numpy as np
+import pytest
+
+from firstorder.methods.shadowfield import space
+from firstorder.methods.shadowfield.space import (
+    RayTable,
+    filter_shape,
+    lamp_frame,
+    sheared,
+    trace,
+)
+
+HIGH = 4.0
+LAMP = lamp_frame((0.0, 0.0, HIGH), (0.0, 0.8, 0.0), (0.8, 0.0, 0.0))
+SIDE, PIXEL = 24, 0.05
+
+
+def floor(side=SIDE, pixel=PIXEL):
+    x = pixel * (np.arange(side) - 0.5 * (side - 1))
+    X, Y = np.meshgrid(x, x, indexing="ij")
+    return np.stack([X, Y, 0.0 * X], -1).reshape(-1, 3)
+
+
+def cards(*rectangles):
+    """Level rectangles (height, low corner, high corner) as `trace` wants blockers."""
+
+    def hidden(a, b):
+        first, last = np.full(len(a), np.inf), np.full(len(a), -np.inf)
+        for z, low, high in rectangles:
+            t = (z - a[:, 2]) / (b[:, 2] - a[:, 2])
+            p = a[:, :2] + t[:, None] * (b - a)[:, :2]
+            hit = (t > 0.0) & (t < 1.0) & np.all((p >= low) & (p <= high), 1)
+            first = np.where(hit, np.minimum(first, 1.0 - t), first)
+            last = np.where(hit, np.maximum(last, 1.0 - t), last)
+        return first, last
+
+    return hidden
+
+
+def fence_light(receivers):
+    """The share of the lamp that is seen through the fence, whose bars run along y."""
+    across = 0.8 * ((2.0 * np.arange(4096) + 1.0) / 4096 - 1.0)
+    shares = {}
+    for x in np.unique(receivers[:, 0]):
+        hidden = np.zeros(len(across), bool)
+        for z, low, high in FENCE:
+            p = across + (HIGH - z) / HIGH * (x - across)
+            hidden |= (p >= low[0]) & (p <= high[0])
+        shares[x] = 1.0 - np.mean(hidden)
+    return np.array([shares[x] for x in receivers[:, 0]])
+
+
+def run(rays, *rectangles, Omega=1.5, seed=0, receivers=None, **options):
+    receivers = floor() if receivers is None else receivers
+    table, owner = trace(LAMP, receivers, rays, cards(*rectangles), seed)
+    own = np.bincount(owner, table.free, len(receivers)) / np.maximum(
+        np.bincount(owner, minlength=len(receivers)), 1
+    )
+    return sheared(LAMP, table, receivers, Omega, PIXEL, own, **options), own
+
+
+FENCE = tuple((z, (x, -9.0), (x + 0.12, 9.0)) for z in (2.0, 2.3) for x in np.arange(-2, 2, 0.3))
+
+
+@pytest.mark.smoke
+def test_free_and_hidden_lamps_are_exact():
+    free, _ = run(1)
+    np.testing.assert_array_equal(free.visible, 1.0)
+    hidden, _ = run(1, (2.0, (-9.0, -9.0), (9.0, 9.0)))
+    np.testing.assert_array_equal(hidden.visible, 0.0)
+
+
+@pytest.mark.parametrize("share", [0.25, 0.5, 0.75])
+@pytest.mark.parametrize("axis", [0, 1])
+def test_any_part_of_the_lamp_may_be_hidden(share, axis):
+    """A blocker just below the lamp hides the same part of it from every receiver."""
+    low, high = np.full(2, -9.0), np.full(2, 9.0)
+    high[axis] = -0.8 + 1.6 * share
+    found, _ = run(4, (HIGH - 1e-3, tuple(low), tuple(high)))
+    np.testing.assert_allclose(found.visible, 1.0 - share, atol=2e-3)
+
+
+def test_a_falloff_weighs_what_is_hidden():
+    def falloff(p):
+        return np.exp(-np.sum(p**2, 1))
+
+    x = np.linspace(-1.0, 1.0, 4001)
+    light = np.exp(-(x**2))
+    true = np.sum(light[x > 0.5]) / np.sum(light)
+    found, _ = run(4, (HIGH - 1e-3, (-9.0, -9.0), (0.4, 9.0)), falloff=falloff)
+    np.testing.assert_allclose(found.visible, true, atol=3e-3)
+
+
+def test_few_shared_rays_beat_a_pixels_own():
+    """A fence at two depths: at one ray a pixel, against stratified rays at one and at sixteen."""
+    true = fence_light(floor())
+
+    def rms(a):
+        return np.sqrt(np.mean((a - true) ** 2))
+
+    found, own = run(1, *FENCE)
+    _, many = run(16, *FENCE)
+    assert 0.2 < np.mean(true) < 0.8
+    assert rms(found.visible) < 0.2 * rms(own)
+    assert rms(found.visible) < rms(many)
+    assert np.median(found.samples) > 20.0
+
+
+def inner_error(rays, Omega):
+    """Away from the floor's border, beyond which no rays were traced."""
+    inner = np.zeros((SIDE, SIDE), bool)
+    inner[6:-6, 6:-6] = True
+    found, _ = run(rays, *FENCE, Omega=Omega)
+    return np.sqrt(np.mean((found.visible - fence_light(floor()))[inner.ravel()] ** 2))
+
+
+def test_the_error_falls_as_rays_are_added():
+    errors = [inner_error(rays, 4.0) for rays in (0.25, 1, 4)]
+    assert errors[1] < 0.7 * errors[0]
+    assert errors[2] < 0.7 * errors[1]
+
+
+def test_more_rays_allow_a_higher_band_limit():
+    """Two layers of bars hide each other: a low limit blurs them apart, a high one is noisy."""
+    assert inner_error(1, 32.0) > 2.0 * inner_error(1, 4.0)
+    assert inner_error(32, 32.0) < 0.8 * inner_error(32, 2.0)
+
+
+EDGE = (2.5, (-9.0, -9.0), (0.0, 9.0))  # hides the half of the room in which x < 0
+
+
+def edge_error():
+    """Of the penumbra of a straight edge: the share seen is (0.8 + 0.6 x) / 1.6."""
+    found, _ = run(4, EDGE)
+    return np.sqrt(np.mean((found.visible - (0.8 + 0.6 * floor()[:, 0]) / 1.6) ** 2))
+
+
+def test_a_straight_edges_penumbra_is_linear():
+    assert edge_error() < 0.01
+
+
+@pytest.mark.parametrize("fault", ["no shear", "shear the other way", "depths from below"])
+def test_faults_are_noticed(monkeypatch, fault):
+    right, shape = edge_error(), space.filter_shape
+
+    def wrong(d1, near, far, *rest):
+        if fault == "depths from below":
+            near, far = d1 - far, d1 - near
+        found = shape(d1, near, far, *rest)
+        factor = {"no shear": 0.0, "shear the other way": -1.0}.get(fault, 1.0)
+        return found._replace(shear=factor * found.shear)
+
+    monkeypatch.setattr(space, "filter_shape", wrong)
+    assert 5.0 * right < edge_error() < np.inf
+
+
+def test_bounds_cover_the_blockers_of_the_whole_frustum():
+    found, _ = run(16, *FENCE)
+    some = np.isfinite(found.near)
+    np.testing.assert_allclose(found.near[some].min(), HIGH - 2.3, rtol=1e-5)
+    np.testing.assert_allclose(found.far[some].max(), HIGH - 2.0, rtol=1e-5)
+    assert np.mean(found.near[some] < HIGH - 2.2) > 0.9
+
+
+def test_first_and_last_blockers_both_count():
+    """Rays through two layers: bounds from the nearest alone would miss the farther one."""
+    layers = ((3.0, (-9.0, -9.0), (0.0, 9.0)), (1.0, (-9.0, -9.0), (0.0, 9.0)))
+    table, _ = trace(LAMP, floor(), 1, cards(*layers))
+    both = (table.near < 1.1) & (table.far > 2.9)
+    assert np.any(both)
+
+
+def test_receivers_among_the_blockers_take_their_own_rays():
+    card = (0.02, (-9.0, -9.0), (0.0, 9.0))
+    found, own = run(8, card)
+    assert np.all(found.inside == np.isfinite(found.near))
+    np.testing.assert_array_equal(found.visible[found.inside], own[found.inside])
+
+
+def test_turned_lamps_and_slanted_floors_give_the_same():
+    """Everything turned by one rotation: rays, bounds and answers are the same."""
+    turn, _ = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))
+    turn *= np.linalg.det(turn)
+    lamp = lamp_frame(turn @ LAMP.center, turn @ (0.0, 0.8, 0.0), turn @ (0.8, 0.0, 0.0))
+    block = cards(*FENCE)
+
+    def turned(a, b):
+        return block(a @ turn, b @ turn)
+
+    plain, _ = trace(LAMP, floor(), 1, block)
+    other, _ = trace(lamp, floor() @ turn.T, 1, turned)
+    fallback = np.zeros(SIDE**2)
+    a = sheared(LAMP, plain, floor(), 1.5, PIXEL, fallback)
+    b = sheared(lamp, other, floor() @ turn.T, 1.5, PIXEL, fallback)
+    np.testing.assert_allclose(a.visible, b.visible, atol=2e-3)
+
+
+def test_shapes_at_a_single_depth_stay_on_the_lamp():
+    one = np.ones(1)
+    shape = filter_shape(one, 0.5 * one, 0.5 * one, 2.0, 0.01, extent=0.3)
+    np.testing.assert_allclose(shape.sigma, 0.3)
+    np.testing.assert_allclose(shape.shear, 1.0)
+
+
+def test_a_ray_takes_24_bytes():
+    table, _ = trace(LAMP, floor(), 1, cards(*FENCE))
+    assert isinstance(table, RayTable)
+    assert sum(a.nbytes for a in table) == 24 * SIDE**2
+
+
+def test_edges_must_be_orthogonal():
+    with pytest.raises(ValueError, match="must be orthogonal"):
+        lamp_frame((0, 0, 1), (1, 0, 0), (1, 1, 0))
+
+
+def test_less_than_one_ray_a_receiver():
+    table, owner = trace(LAMP, floor(), 0.25, cards(*FENCE))
+    assert len(table.y) == len(set(owner.tolist())) == SIDE**2 // 4
