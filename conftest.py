@@ -1,9 +1,13 @@
 """What the tests and the doctests in src share; pytest reads it after the import hook is in."""
 
+import ctypes
+import gc
 import importlib
 import os
+import pathlib
 import pkgutil
 
+import jax
 import pytest
 
 # No test opens a window, whatever the machine has.
@@ -26,6 +30,26 @@ def pytest_collection_modifyitems(items):
     for item in items:
         if isinstance(item, pytest.DoctestItem):
             item.add_marker(pytest.mark.smoke)
+
+
+# XLA keeps what it has compiled until the process ends: some 10 GB at the end of the suite.
+MOST = 2.5e9  # bytes in memory beyond which compiled functions are forgotten between modules
+
+
+def pytest_runtest_teardown(item, nextitem):
+    """Forget compiled functions when a module is done; most of them will not be called again."""
+    if nextitem is not None and nextitem.path == item.path:
+        return
+    if _resident() > MOST:
+        jax.clear_caches()
+        gc.collect()
+        ctypes.CDLL(None).malloc_trim(0)  # without it the system gets nothing back
+
+
+def _resident() -> int:
+    """Bytes of this process in memory; 0 where that cannot be read (only Linux says it so)."""
+    table = pathlib.Path("/proc/self/statm")
+    return int(table.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") if table.exists() else 0
 
 
 def pytest_terminal_summary(terminalreporter):
