@@ -14,6 +14,7 @@ from typing import TypeAlias
 import numpy as np
 
 from firstorder.flatland.environment import RowSky
+from firstorder.io.layers import channels
 
 Picture: TypeAlias = np.ndarray
 
@@ -87,24 +88,11 @@ def read_picture(path: str | os.PathLike[str]) -> Picture:
 
 
 def _exr(path: pathlib.Path) -> Picture:
-    try:
-        import OpenEXR
-    except ModuleNotFoundError:
-        raise ModuleNotFoundError(
-            f"{path.name}: .exr files need the package OpenEXR, which comes with the extra "
-            '`images`: pip install "firstorder[images]".'
-        ) from None
-    path.open("rb").close()  # a file that is not there is no broken one
-    try:
-        with OpenEXR.File(os.fspath(path), separate_channels=True) as file:
-            channels = {name: np.array(c.pixels) for name, c in file.channels().items()}
-    except Exception as error:  # whatever the library thinks of the bytes
-        words = " ".join(str(error).split()).rstrip(".")
-        raise ValueError(f"{path.name}: the file is no OpenEXR picture ({words}).") from None
-    names = ("R", "G", "B") if "R" in channels else ("Y", "Y", "Y")
-    picture = [channels[name] for name in names if name in channels]
+    found = channels(path)
+    names = ("R", "G", "B") if "R" in found else ("Y", "Y", "Y")
+    picture = [found[name] for name in names if name in found]
     if len(picture) < 3 or any(c.ndim != 2 or c.shape != picture[0].shape for c in picture):
-        listed = ", ".join(sorted(channels)) or "none"
+        listed = ", ".join(sorted(found)) or "none"
         raise ValueError(f"{path.name}: the channels must be R, G, B or Y, but are {listed}.")
     return np.stack(picture, -1)
 
