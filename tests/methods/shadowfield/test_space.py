@@ -4,13 +4,8 @@ import numpy as np
 import pytest
 
 from firstorder.methods.shadowfield import space
-from firstorder.methods.shadowfield.space import (
-    RayTable,
-    filter_shape,
-    lamp_frame,
-    sheared,
-    trace,
-)
+from firstorder.methods.shadowfield.rays import lamp_frame, trace
+from firstorder.methods.shadowfield.space import filter_shape, sheared
 
 HIGH = 4.0
 LAMP = lamp_frame((0.0, 0.0, HIGH), (0.0, 0.8, 0.0), (0.8, 0.0, 0.0))
@@ -164,19 +159,44 @@ def test_bounds_cover_the_blockers_of_the_whole_frustum():
     assert np.mean(found.near[some] < HIGH - 2.2) > 0.9
 
 
-def test_first_and_last_blockers_both_count():
-    """Rays through two layers: bounds from the nearest alone would miss the farther one."""
-    layers = ((3.0, (-9.0, -9.0), (0.0, 9.0)), (1.0, (-9.0, -9.0), (0.0, 9.0)))
-    table, _ = trace(LAMP, floor(), 1, cards(*layers))
-    both = (table.near < 1.1) & (table.far > 2.9)
-    assert np.any(both)
-
-
 def test_receivers_among_the_blockers_take_their_own_rays():
     card = (0.02, (-9.0, -9.0), (0.0, 9.0))
     found, own = run(8, card)
-    assert np.all(found.inside == np.isfinite(found.near))
-    np.testing.assert_array_equal(found.visible[found.inside], own[found.inside])
+    touched = np.isfinite(found.near)
+    np.testing.assert_array_equal(found.own, touched.astype(float))
+    np.testing.assert_array_equal(found.visible[touched], own[touched])
+
+
+def test_the_own_rays_are_blended_in_smoothly():
+    """A blocker that comes down to the floor: no jump in the share of own rays."""
+    heights = np.linspace(0.06, 0.28, 60)
+    shares = [run(1, (z, (-9.0, -9.0), (0.0, 9.0)))[0].own.max() for z in heights]
+    assert (shares[0], shares[-1]) == (1.0, 0.0)
+    assert np.all(np.diff(shares) <= 0.0)
+    assert np.max(-np.diff(shares)) < 0.05
+
+
+def test_smoothed_bounds_are_bounds_without_jumps():
+    near, far = np.full((40, 30), np.inf), np.full((40, 30), -np.inf)
+    near[:20, :25], far[:20, :25] = 2.0, 3.0
+    near[10:20, :25] = 1.0
+    low, high = space.smoothed(near, far, 3)
+    assert np.all(low <= near)
+    assert np.all(high >= far)
+    np.testing.assert_array_equal(np.isfinite(low), np.isfinite(high))
+    assert np.max(abs(np.diff(low[:23, 5]))) < 0.35  # of a jump of 1
+    assert not np.any(np.isfinite(low[24:]))
+
+
+def test_bounds_may_be_given():
+    table, owner = trace(LAMP, floor(), 4, cards(EDGE))
+    bounds = space.depth_bounds(LAMP, table, floor(), PIXEL)
+    own = np.bincount(owner, table.free) / 4.0
+    here, there = (sheared(LAMP, table, floor(), 1.5, PIXEL, own, bounds=b) for b in (None, bounds))
+    np.testing.assert_array_equal(here.visible, there.visible)
+    wide = (bounds[0] - 0.5, bounds[1] + 0.5)
+    other = sheared(LAMP, table, floor(), 1.5, PIXEL, own, bounds=wide)
+    assert np.median(other.samples) < 0.6 * np.median(here.samples)  # a wider wedge, fewer rays
 
 
 def test_turned_lamps_and_slanted_floors_give_the_same():
@@ -202,19 +222,3 @@ def test_shapes_at_a_single_depth_stay_on_the_lamp():
     shape = filter_shape(one, 0.5 * one, 0.5 * one, 2.0, 0.01, extent=0.3)
     np.testing.assert_allclose(shape.sigma, 0.3)
     np.testing.assert_allclose(shape.shear, 1.0)
-
-
-def test_a_ray_takes_24_bytes():
-    table, _ = trace(LAMP, floor(), 1, cards(*FENCE))
-    assert isinstance(table, RayTable)
-    assert sum(a.nbytes for a in table) == 24 * SIDE**2
-
-
-def test_edges_must_be_orthogonal():
-    with pytest.raises(ValueError, match="must be orthogonal"):
-        lamp_frame((0, 0, 1), (1, 0, 0), (1, 1, 0))
-
-
-def test_less_than_one_ray_a_receiver():
-    table, owner = trace(LAMP, floor(), 0.25, cards(*FENCE))
-    assert len(table.y) == len(set(owner.tolist())) == SIDE**2 // 4

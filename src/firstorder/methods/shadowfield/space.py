@@ -22,131 +22,16 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+import scipy.ndimage
+from jaxtyping import Float
 
 from firstorder.errors import check_positive
+from firstorder.methods.shadowfield.rays import LampFrame, Plane, RayTable
 
 BLOCK = 256  # receivers that are near each other, done at once
 REACH = 3.0  # standard deviations of the Gaussian that count
 
-Plane = Float[np.ndarray, "n 2"]
 Numbers = Float[np.ndarray, " n"]
-
-
-class LampFrame(NamedTuple):
-    """Where a rectangular lamp is, and the frame in which its rays are told.
-
-    Attributes:
-        center: of the lamp [m].
-        axes: rows: unit vectors along its two edges, and its normal, the way it shines.
-        half: half of its edges [m].
-    """
-
-    center: Float[np.ndarray, "3"]
-    axes: Float[np.ndarray, "3 3"]
-    half: Float[np.ndarray, "2"]
-
-    def local(self, points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
-        """Lateral coordinates and depth below the lamp [m]."""
-        return (points - self.center) @ self.axes.T
-
-    def world(self, local: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
-        """The other way round."""
-        return self.center + local @ self.axes
-
-
-def lamp_frame(center, u, v) -> LampFrame:
-    """The frame of a rectangle with half-edges u, v that shines along `u x v`.
-
-    Raises:
-        ValueError: if the edges are not orthogonal: the filter is a product of two only then.
-
-    Example:
-        >>> from firstorder.methods.shadowfield.space import lamp_frame
-        >>> lamp_frame((0, 0, 3), (0, 1, 0), (2, 0, 0)).axes[2].tolist()  # it shines down
-        [0.0, 0.0, -1.0]
-    """
-    center, u, v = (np.asarray(a, float) for a in (center, u, v))
-    half = np.array([np.linalg.norm(u), np.linalg.norm(v)])
-    check_positive("u", half[0])
-    check_positive("v", half[1])
-    if abs(u @ v) > 1e-9 * half[0] * half[1]:
-        raise ValueError(f"Arguments `u` and `v` must be orthogonal, but u . v is {u @ v:g}.")
-    e, f = u / half[0], v / half[1]
-    return LampFrame(center, np.stack([e, f, np.cross(e, f)]), half)
-
-
-class RayTable(NamedTuple):
-    """Shadow rays in the lamp's frame, six numbers each: 24 bytes in single precision.
-
-    Attributes:
-        y: foot on the lamp [m].
-        v: slope: lateral metres per metre of depth.
-        near: depth below the lamp of the first thing that hides it, infinity for a free ray [m].
-        far: of the last one, minus infinity for a free ray [m].
-    """
-
-    y: Float[np.ndarray, "n 2"]
-    v: Float[np.ndarray, "n 2"]
-    near: Float[np.ndarray, " n"]
-    far: Float[np.ndarray, " n"]
-
-    @property
-    def free(self) -> Bool[np.ndarray, " n"]:
-        """Whether nothing hides the lamp."""
-        return np.isinf(self.near)
-
-    def at(self, depth) -> Plane:
-        """Lateral coordinates at a depth [m]."""
-        return self.y + self.v * depth
-
-
-Blockers = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
-
-
-def trace(
-    lamp: LampFrame,
-    receivers: Float[np.ndarray, "m 3"],
-    rays: float | int,
-    blockers: Blockers,
-    seed: int = 0,
-) -> tuple[RayTable, Int[np.ndarray, " n"]]:
-    """Shadow rays from receivers to places on the lamp, stratified over both.
-
-    Args:
-        lamp: the lamp.
-        receivers: points that the image shows, in the world [m].
-        rays: for each receiver; below 1, that share of the receivers has one.
-        blockers: from ends of rays in the world, receiver and lamp, to the shares of the way *from
-            the lamp* of the first and the last thing in between; infinity and minus infinity for
-            free rays.
-        seed: of the random numbers.
-
-    Returns:
-        The rays, and of which receiver each is.
-    """
-    check_positive("rays", rays)
-    rng = np.random.default_rng(seed)
-    m = len(receivers)
-    if rays >= 1:
-        owner = np.repeat(np.arange(m), round(rays))
-    else:
-        owner = np.sort(rng.permutation(m)[: max(round(rays * m), 1)])
-    local = lamp.local(receivers[owner])
-    y = (2.0 * _spread(len(owner), rng) - 1.0) * lamp.half
-    ends = lamp.world(np.concatenate([y, np.zeros((len(y), 1))], 1))
-    first, last = blockers(receivers[owner], ends)
-    depth = local[:, 2]
-    v = (local[:, :2] - y) / depth[:, None]
-    single = (a.astype(np.float32) for a in (y, v, first * depth, last * depth))
-    return RayTable(*single), owner
-
-
-def _spread(count: int, rng) -> Plane:
-    """Places in the unit square, evenly spread in every run of them (an additive sequence)."""
-    g = 1.32471795724474602596  # the real root of g^3 = g + 1
-    k = np.arange(count)[:, None]
-    return np.mod(rng.random(2) + k * np.array([1.0 / g, 1.0 / g**2]), 1.0)
 
 
 # --- the filter at a receiver --------------------------------------------------------------------
@@ -158,12 +43,13 @@ class Shape(NamedTuple):
     Attributes:
         sigma: of the Gaussian across, in the receiver's plane; infinite if nothing can hide [m].
         shear: metres on the lamp for each metre across.
-        inside: whether the receiver lies among the blockers, where there is no sheared filter.
+        touched: 1 where the receiver lies among the blockers and there is no sheared filter, 0
+            where they keep away from it, and smooth in between.
     """
 
     sigma: Numbers
     shear: Numbers
-    inside: Bool[np.ndarray, " n"]
+    touched: Numbers
 
 
 def filter_shape(
@@ -187,7 +73,8 @@ def filter_shape(
         Omega_y: band limit on the lamp [cycles/m].
         pixel: side of a pixel on the receiver [m].
         extent: half of the lamp's longer edge [m].
-        margin: blockers nearer to the receiver than this share of d1 count as touching it.
+        margin: blockers nearer to the receiver than this share of d1 touch it; they begin to at
+            three times as far.
 
     Reference: E11 §4, eqs. 9-10, with a Gaussian in place of the pixel's filter.
 
@@ -200,8 +87,10 @@ def filter_shape(
         (0.238732, 0.666667)
     """
     check_positive("Omega_y", Omega_y)
-    inside = far > (1.0 - margin) * d1
-    some = np.isfinite(near) & ~inside
+    gap = np.where(np.isfinite(near), 1.0 - far / d1, 1.0)
+    t = np.clip((3.0 * margin - gap) / (2.0 * margin), 0.0, 1.0)
+    touched = t * t * (3.0 - 2.0 * t)
+    some = np.isfinite(near) & (touched < 1.0)
     low, high = np.where(some, near, 0.25 * d1), np.where(some, far, 0.5 * d1)
     steep, flat = high / (d1 - high), low / (d1 - low)  # 1/a, 1/b
     width = Omega_y * (steep - flat)
@@ -209,7 +98,7 @@ def filter_shape(
     with np.errstate(divide="ignore"):
         sigma = np.minimum(1.0 / (np.pi * width), extent / shear)
     sigma = np.maximum(sigma, 0.5 * np.asarray(pixel))
-    return Shape(np.where(some, sigma, np.inf), shear, inside)
+    return Shape(np.where(some, sigma, np.inf), shear, touched)
 
 
 # --- reconstruction ------------------------------------------------------------------------------
@@ -222,14 +111,14 @@ class Shadows(NamedTuple):
         visible: share of the lamp that is seen, weighed by its falloff.
         samples: effective number of rays, `(sum w)^2 / sum w^2`.
         near, far: bounds of the blockers' depths that were used [m].
-        inside: whether there was no filter, and `fallback` was taken.
+        own: share of `fallback` in it: 1 among the blockers, or where no ray came by.
     """
 
     visible: Numbers
     samples: Numbers
     near: Numbers
     far: Numbers
-    inside: Bool[np.ndarray, " n"]
+    own: Numbers
 
 
 def sheared(
@@ -241,6 +130,7 @@ def sheared(
     fallback: Numbers,
     cells: int = 4,
     falloff: Callable[[Plane], Numbers] | None = None,
+    bounds: tuple[Numbers, Numbers] | None = None,
 ) -> Shadows:
     """Visibility of the lamp at receivers, from rays that were traced anywhere.
 
@@ -251,25 +141,81 @@ def sheared(
         Omega_y: band limit on the lamp: low for few rays, high for sharp shadows [cycles/m].
         pixel: side of a pixel on the receivers [m].
         fallback: what to take among the blockers: an estimate by rays of each receiver's own.
+            Towards them it is blended in.
         cells: along each edge of the lamp.
         falloff: of the light over the lamp, from places in [-1, 1]^2; None for a constant.
+        bounds: of the blockers' depths at each receiver, such as `smoothed` gives; by default those
+            of `depth_bounds`.
 
     Reference: E11 §5; the cells, and bounds from first and last blockers, are ours.
     """
     check_positive("cells", cells)
     local = lamp.local(np.asarray(receivers, float))
     share = _cell_shares(cells, falloff)
-    out = [np.empty(len(local)) for _ in range(4)] + [np.zeros(len(local), bool)]
+    near, far = _all_bounds(lamp, table, local, pixel) if bounds is None else bounds
+    shape = filter_shape(local[:, 2], near, far, Omega_y, pixel, float(np.max(lamp.half)))
+    visible, samples = np.ones(len(local)), np.zeros(len(local))
     for rows in _blocks(local):
-        at = local[rows]
-        near, far = _bounds(lamp, table, at, pixel)
-        shape = filter_shape(at[:, 2], near, far, Omega_y, pixel, float(np.max(lamp.half)))
-        visible, samples = _filtered(lamp, table, at, shape, cells, share)
-        lost = shape.inside | (samples == 0.0)
-        found = np.where(lost & np.isfinite(near), fallback[rows], visible)
-        for field, value in zip(out, (found, samples, near, far, shape.inside), strict=True):
-            field[rows] = value
-    return Shadows(*out)
+        part = Shape(*(a[rows] for a in shape))
+        visible[rows], samples[rows] = _filtered(lamp, table, local[rows], part, cells, share)
+    own = np.where(np.isfinite(near) & (samples == 0.0), 1.0, shape.touched)
+    return Shadows((1.0 - own) * visible + own * fallback, samples, near, far, own)
+
+
+def depth_bounds(
+    lamp: LampFrame, table: RayTable, receivers: Float[np.ndarray, "m 3"], pixel: float
+) -> tuple[Numbers, Numbers]:
+    """Depths of the first and last blockers that the table knows before each receiver [m].
+
+    Those in the frustum between the lamp and the whole pixel count: one that ends in a point misses
+    blockers near the receiver, of which E11 Fig. 17 shows the marks.
+
+    Args:
+        lamp: the lamp.
+        table: the rays.
+        receivers: in the world [m].
+        pixel: side of a pixel on the receivers [m].
+
+    Returns:
+        Infinity and minus infinity where there is none.
+
+    Reference: E11 §5 and §7.
+    """
+    return _all_bounds(lamp, table, lamp.local(np.asarray(receivers, float)), pixel)
+
+
+def _all_bounds(lamp, table: RayTable, local: np.ndarray, pixel: float):
+    near, far = np.empty(len(local)), np.empty(len(local))
+    for rows in _blocks(local):
+        near[rows], far[rows] = _bounds(lamp, table, local[rows], pixel)
+    return near, far
+
+
+def smoothed(
+    near: Float[np.ndarray, "w h"], far: Float[np.ndarray, "w h"], radius: int
+) -> tuple[Float[np.ndarray, "w h"], Float[np.ndarray, "w h"]]:
+    """Bounds of an image without jumps from pixel to pixel, of which filters would ring.
+
+    First the least and the largest within the radius, so that bounds stay bounds, then a Gaussian
+    of half of it. Pixels without blockers stay without unless others within the radius have some.
+
+    Args:
+        near: depths of first blockers, infinity for none [m].
+        far: of last ones, minus infinity for none [m].
+        radius: in pixels.
+
+    Reference: E11 §7 names the ringing and this cure.
+    """
+    check_positive("radius", radius)
+    size = 2 * radius + 1
+    low, high = scipy.ndimage.minimum_filter(near, size), scipy.ndimage.maximum_filter(far, size)
+    some = np.isfinite(low)
+    weight = scipy.ndimage.gaussian_filter(some.astype(float), 0.5 * radius)
+    found = []
+    for a, none in ((low, np.inf), (high, -np.inf)):
+        spread = scipy.ndimage.gaussian_filter(np.where(some, a, 0.0), 0.5 * radius)
+        found.append(np.where(some, spread / np.where(some, weight, 1.0), none))
+    return np.minimum(found[0], near), np.maximum(found[1], far)
 
 
 def _blocks(local: np.ndarray) -> list[np.ndarray]:
@@ -355,12 +301,10 @@ def _cell_shares(cells: int, falloff) -> Numbers:
 
 
 __all__ = [
-    "LampFrame",
-    "RayTable",
     "Shadows",
     "Shape",
+    "depth_bounds",
     "filter_shape",
-    "lamp_frame",
     "sheared",
-    "trace",
+    "smoothed",
 ]

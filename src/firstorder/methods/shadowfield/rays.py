@@ -1,0 +1,136 @@
+"""Shadow rays of a rectangular lamp, told in its own frame: what pixels share.
+
+A ray is its foot y on the lamp and its slope v: at depth z below the lamp it is at `y + v z`, two
+coordinates each. With the depths of the first and the last thing that hides it that is six numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from firstorder.errors import check_positive
+
+Plane = Float[np.ndarray, "n 2"]
+
+
+class LampFrame(NamedTuple):
+    """Where a rectangular lamp is, and the frame in which its rays are told.
+
+    Attributes:
+        center: of the lamp [m].
+        axes: rows: unit vectors along its two edges, and its normal, the way it shines.
+        half: half of its edges [m].
+    """
+
+    center: Float[np.ndarray, "3"]
+    axes: Float[np.ndarray, "3 3"]
+    half: Float[np.ndarray, "2"]
+
+    def local(self, points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
+        """Lateral coordinates and depth below the lamp [m]."""
+        return (points - self.center) @ self.axes.T
+
+    def world(self, local: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
+        """The other way round."""
+        return self.center + local @ self.axes
+
+
+def lamp_frame(center, u, v) -> LampFrame:
+    """The frame of a rectangle with half-edges u, v that shines along `u x v`.
+
+    Raises:
+        ValueError: if the edges are not orthogonal: the filter is a product of two only then.
+
+    Example:
+        >>> from firstorder.methods.shadowfield.rays import lamp_frame
+        >>> lamp_frame((0, 0, 3), (0, 1, 0), (2, 0, 0)).axes[2].tolist()  # it shines down
+        [0.0, 0.0, -1.0]
+    """
+    center, u, v = (np.asarray(a, float) for a in (center, u, v))
+    half = np.array([np.linalg.norm(u), np.linalg.norm(v)])
+    check_positive("u", half[0])
+    check_positive("v", half[1])
+    if abs(u @ v) > 1e-9 * half[0] * half[1]:
+        raise ValueError(f"Arguments `u` and `v` must be orthogonal, but u . v is {u @ v:g}.")
+    e, f = u / half[0], v / half[1]
+    return LampFrame(center, np.stack([e, f, np.cross(e, f)]), half)
+
+
+class RayTable(NamedTuple):
+    """Shadow rays in the lamp's frame, six numbers each: 24 bytes in single precision.
+
+    Attributes:
+        y: foot on the lamp [m].
+        v: slope: lateral metres per metre of depth.
+        near: depth below the lamp of the first thing that hides it, infinity for a free ray [m].
+        far: of the last one, minus infinity for a free ray [m].
+    """
+
+    y: Float[np.ndarray, "n 2"]
+    v: Float[np.ndarray, "n 2"]
+    near: Float[np.ndarray, " n"]
+    far: Float[np.ndarray, " n"]
+
+    @property
+    def free(self) -> Bool[np.ndarray, " n"]:
+        """Whether nothing hides the lamp."""
+        return np.isinf(self.near)
+
+    def at(self, depth) -> Plane:
+        """Lateral coordinates at a depth [m]."""
+        return self.y + self.v * depth
+
+
+Blockers = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+
+
+def trace(
+    lamp: LampFrame,
+    receivers: Float[np.ndarray, "m 3"],
+    rays: float | int,
+    blockers: Blockers,
+    seed: int = 0,
+) -> tuple[RayTable, Int[np.ndarray, " n"]]:
+    """Shadow rays from receivers to places on the lamp, stratified over both.
+
+    Args:
+        lamp: the lamp.
+        receivers: points that the image shows, in the world [m].
+        rays: for each receiver; below 1, that share of the receivers has one.
+        blockers: from ends of rays in the world, receiver and lamp, to the shares of the way *from
+            the lamp* of the first and the last thing in between; infinity and minus infinity for
+            free rays.
+        seed: of the random numbers.
+
+    Returns:
+        The rays, and of which receiver each is.
+    """
+    check_positive("rays", rays)
+    rng = np.random.default_rng(seed)
+    m = len(receivers)
+    if rays >= 1:
+        owner = np.repeat(np.arange(m), round(rays))
+    else:
+        owner = np.sort(rng.permutation(m)[: max(round(rays * m), 1)])
+    local = lamp.local(receivers[owner])
+    y = (2.0 * _spread(len(owner), rng) - 1.0) * lamp.half
+    ends = lamp.world(np.concatenate([y, np.zeros((len(y), 1))], 1))
+    first, last = blockers(receivers[owner], ends)
+    depth = local[:, 2]
+    v = (local[:, :2] - y) / depth[:, None]
+    single = (a.astype(np.float32) for a in (y, v, first * depth, last * depth))
+    return RayTable(*single), owner
+
+
+def _spread(count: int, rng) -> Plane:
+    """Places in the unit square, evenly spread in every run of them (an additive sequence)."""
+    g = 1.32471795724474602596  # the real root of g^3 = g + 1
+    k = np.arange(count)[:, None]
+    return np.mod(rng.random(2) + k * np.array([1.0 / g, 1.0 / g**2]), 1.0)
+
+
+__all__ = ["LampFrame", "RayTable", "lamp_frame", "trace"]

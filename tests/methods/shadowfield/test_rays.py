@@ -1,0 +1,71 @@
+"""Shadow rays in the lamp's frame: round trips, strata, first and last blockers."""
+
+import numpy as np
+import pytest
+
+from firstorder.methods.shadowfield.rays import lamp_frame, trace
+
+LAMP = lamp_frame((0.0, 0.0, 4.0), (0.0, 0.8, 0.0), (0.4, 0.0, 0.0))
+FLOOR = np.stack(np.meshgrid(np.linspace(-1, 1, 20), np.linspace(-1, 1, 20), [0.0]), -1).reshape(
+    -1, 3
+)
+
+
+def layers(*heights):
+    """Endless level sheets over x < 0, as `trace` wants blockers."""
+
+    def hidden(a, b):
+        first, last = np.full(len(a), np.inf), np.full(len(a), -np.inf)
+        for z in heights:
+            t = (z - a[:, 2]) / (b[:, 2] - a[:, 2])
+            hit = a[:, 0] + t * (b - a)[:, 0] < 0.0
+            first = np.where(hit, np.minimum(first, 1.0 - t), first)
+            last = np.where(hit, np.maximum(last, 1.0 - t), last)
+        return first, last
+
+    return hidden
+
+
+def test_points_come_back_from_the_lamps_frame():
+    p = np.random.default_rng(0).normal(size=(10, 3))
+    np.testing.assert_allclose(LAMP.world(LAMP.local(p)), p, atol=1e-14)
+    np.testing.assert_allclose(LAMP.local(np.zeros((1, 3)))[0, 2], 4.0)
+
+
+def test_rays_run_from_the_lamp_to_their_receiver():
+    table, owner = trace(LAMP, FLOOR, 3, layers())
+    np.testing.assert_array_equal(owner, np.repeat(np.arange(400), 3))
+    assert np.all(abs(table.y) <= LAMP.half + 1e-6)
+    np.testing.assert_allclose(table.at(4.0), LAMP.local(FLOOR)[owner, :2], atol=1e-6)
+    assert np.all(table.free)
+
+
+def test_feet_are_spread_evenly():
+    """Counts in 8 x 8 cells of the lamp differ far less than by chance."""
+    table, _ = trace(LAMP, FLOOR, 16, layers())
+    i, j = np.minimum((4.0 * (table.y / LAMP.half + 1.0)).astype(int), 7).T
+    counts = np.bincount(8 * i + j, minlength=64)
+    assert np.std(counts) < 0.3 * np.sqrt(np.mean(counts))
+
+
+def test_first_and_last_blockers_both_count():
+    table, _ = trace(LAMP, FLOOR, 1, layers(3.0, 1.0))
+    hidden = ~table.free
+    assert set(np.round(table.near[hidden], 5)) <= {1.0, 3.0}
+    both = (table.near < 2.0) & (table.far > 2.0)
+    assert 0.1 < np.mean(both) < 0.9
+
+
+def test_a_ray_takes_24_bytes():
+    table, _ = trace(LAMP, FLOOR, 1, layers(2.0))
+    assert sum(a.nbytes for a in table) == 24 * len(FLOOR)
+
+
+def test_less_than_one_ray_a_receiver():
+    table, owner = trace(LAMP, FLOOR, 0.25, layers(2.0))
+    assert len(table.y) == len(set(owner.tolist())) == 100
+
+
+def test_edges_must_be_orthogonal():
+    with pytest.raises(ValueError, match="must be orthogonal"):
+        lamp_frame((0, 0, 1), (1, 0, 0), (1, 1, 0))
