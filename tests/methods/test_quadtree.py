@@ -1,7 +1,5 @@
 """Adaptive sampling of images: what is split, in which order, at what cost."""
 
-import time
-
 import numpy as np
 import pytest
 
@@ -83,22 +81,10 @@ def test_batches_cost_little():
     assert error(0.03) <= 1.02 * error(0.0)
 
 
-def test_the_tree_takes_at_most_two_microseconds_a_sample():
-    """Without what shading takes; the best of a few runs, since the machine is shared."""
-
-    def shade(p):
-        begin = time.perf_counter()
-        found = rings(p)
-        spent.append(time.perf_counter() - begin)
-        return found
-
-    best = np.inf
-    for _ in range(5):
-        spent = []
-        begin = time.perf_counter()
-        found = sample_image(shade, 512, 512, 44_564, by_gradient)
-        best = min(best, (time.perf_counter() - begin - sum(spent)) / len(found.p))
-    assert best <= 2e-6
+def test_batches_are_few():
+    """Times are in `benchmarks/bench_images.py`; they rest on sorting squares seldom."""
+    found = sample_image(rings, 512, 512, 44_564, by_gradient)
+    assert found.rounds < 60
 
 
 def test_differences_are_those_of_neighbours():

@@ -118,7 +118,8 @@ def test_under_a_white_sky_a_floor_shows_its_albedo(specular, exponent, albedo, 
     scene = Scene.of(floor, sky=1.0)
     eye, down = np.array([[0.0, 0.0, 2.0]]), np.array([[0.0, 0.0, -1.0]])
     found = path_radiance(scene, eye, down, key, PATHS, 1)
-    assert z_of(found, specular + albedo).passed
+    # Without gloss every path brings the same, and only rounding is left of the error.
+    assert z_of(found, specular + albedo, truth_error=1e-14).passed
     up = path_radiance(scene, eye, -down, key, 4, 1)
     assert up.mean.tolist() == [1.0]
     assert path_radiance(scene, eye, down, key, 4, 0).mean.tolist() == [0.0]

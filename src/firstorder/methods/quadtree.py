@@ -10,8 +10,8 @@ Squares in which two objects meet are split before all others, down to the pixel
 pixels of the image, where (0, 0) is a corner; all that were taken are kept.
 
 Many squares are split at once, the most important share of them, so that shading works on batches:
-a strict order wants one square at a time. With batches a partition of the importances finds them in
-0.6 us a sample, all of the tree included; a heap would have to touch each square by itself.
+a strict order wants one square at a time. A partition of the importances finds them; all of the
+tree takes 0.2 us a sample then, where a heap's pushes and pops alone take 2 (benchmarks).
 """
 
 from __future__ import annotations
