@@ -19,6 +19,7 @@ from firstorder.conventions import (
     mirror_direction,
     normal_rate,
     polar,
+    shape_operator,
     to_global,
     to_local,
     travel_sign,
@@ -50,6 +51,13 @@ def test_a_ball_with_outward_normals_has_a_negative_curvature():
     turned = np.array([np.sin(step / radius), 0.0])  # the normal's tangents after a walk along x
     found = normal_rate(jnp.eye(2) * (-1.0 / radius), jnp.array([step, 0.0]))
     np.testing.assert_allclose(found, turned, rtol=1e-9)
+
+
+def test_shape_operator_of_a_sphere_is_its_curvature():
+    """The outward normal of a sphere is its point over the radius: S = -1/R."""
+    R = 2.0
+    tangents = jnp.eye(3)[:, :2]
+    np.testing.assert_allclose(shape_operator(tangents, tangents / R), -np.eye(2) / R)
 
 
 def test_incoming_light_was_upstream_where_its_direction_points():

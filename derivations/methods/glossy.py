@@ -166,7 +166,10 @@ def printed_wander(depth, theta):
 def traced_wander(depth, theta):
     """Angle by which an edge wanders per metre of a flat receiver, by differences."""
     edge = tracer.eye(depth, theta)
-    at = lambda x: tracer.angle(edge - np.stack([x, 0.0 * x], -1))  # noqa: E731
+
+    def at(x):
+        return tracer.angle(edge - np.stack([x, 0.0 * x], -1))
+
     return float(tracer.rate(at, np.array(0.0), 0.01 * depth * np.cos(theta)))
 
 

@@ -56,11 +56,11 @@ def tilted_gradient(one, two):
     def slope(tilt):
         far = (-60.0 * np.cos(tilt), 1.0 + 60.0 * np.sin(tilt))
         ends = np.array([[[0.0, 1.0], far]])
-        edge = lambda x: np.sin(np.arctan(x / 1.0)) + 1.0  # noqa: E731
         # The far end is an edge too; it is taken away, as if the slab went on to the horizon.
         whole = [_sky(x, ends) for x in (1e-5, -1e-5)]
         rest = [1.0 - np.sin(np.arctan((x - far[0]) / far[1])) for x in (1e-5, -1e-5)]
-        assert abs(whole[0] - rest[0] - edge(1e-5)) < 1e-12
+        near = np.sin(np.arctan(1e-5)) + 1.0  # what the near edge leaves
+        assert abs(whole[0] - rest[0] - near) < 1e-12
         return (whole[0] - rest[0] - whole[1] + rest[1]) / 2e-5
 
     return slope(one) / slope(two)

@@ -135,6 +135,11 @@ def normal_rate(S: Float[Array, "2 2"], x: Float[Array, "2"]) -> Float[Array, "2
     return -(S @ x)
 
 
+def shape_operator(tangents: Float[Array, "3 2"], n_D: Float[Array, "3 2"]) -> Float[Array, "2 2"]:
+    """`S = -T^T dn` from how the normal moves along each tangent: the columns of `n_D`."""
+    return -(tangents.T @ n_D)
+
+
 def slope(theta: Float[Array, "..."]) -> Float[Array, "..."]:
     """`v = tan(theta)` for rays from above the line; NaN for the others, which have no slope.
 

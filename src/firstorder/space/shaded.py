@@ -19,13 +19,14 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
+from firstorder.conventions import shape_operator
 from firstorder.space.bumps import solid_bumped
 from firstorder.space.image import Pinhole, View
 from firstorder.space.intersect import nearest
 from firstorder.space.lit import Lamp, Lobe, Terms, lit, moving_shadows
 from firstorder.space.reflection import SurfacePoint, surface_point
 from firstorder.space.scene import Scene
-from firstorder.typing import Scalar
+from firstorder.things import BACK, FRONT
 from firstorder.vectors import dot, frame, norm, unit
 
 BLOCK = 1024  # pixels at a time: a lamp's nodes are kept for each
@@ -40,13 +41,13 @@ class Looked(eqx.Module):
         point: of the surface, bumps included.
         view: the camera's ray.
         lobe: how the surface reflects.
-        front: which way it faces the eye: 1 with its front, -1 with its back.
+        S: shape operator of the surface without bumps [1/m].
     """
 
     point: SurfacePoint
     view: View
     lobe: Lobe
-    front: Scalar
+    S: Float[Array, "2 2"]
 
 
 class Pixels(eqx.Module):
@@ -95,19 +96,20 @@ def look(
     """
     d = camera.direction(p)
     x, n, distance = scene.surface(index, camera.eye, d)
-    front = jnp.where(dot(n, d) > 0.0, -1.0, 1.0)
+    back = dot(n, d) > 0.0
+    front = jnp.where(back, -1.0, 1.0)
     axes = frame(front * n)
     T = axes[:, :2]
-    S = -front * T.T @ jax.jacfwd(lambda x: scene.normal(index, x))(x) @ T
+    S = shape_operator(T, front * jax.jacfwd(lambda x: scene.normal(index, x))(x) @ T)
     if height is None:
         point = surface_point(x, axes, S)
     else:
         point = solid_bumped(x, axes, S, lambda x: front * height(index, x))
     view = camera.view(p, distance, axes[:, 2])
     m = scene.material
-    side = jnp.where(front > 0.0, 0, 1)
+    side = jnp.where(back, BACK, FRONT)
     lobe = Lobe(m.albedo[index, side], m.specular[index], jnp.maximum(m.exponent[index], 1e-6))
-    return Looked(point, view, lobe, front)
+    return Looked(point, view, lobe, S)
 
 
 def shadow_rays(
@@ -168,12 +170,9 @@ def shade(
         sizes.append(_parts(terms))
     SV, DV, CDV = (sum(part) for part in zip(*sizes, strict=True))
     CV = jnp.stack([_size(at.point.spin), 2.0 * _size(at.point.spin)])
-    d = -to_eye
-    n = at.point.base_normal
-    S = at.point.tangents.T @ jax.jacfwd(lambda x: scene.normal(index, x))(at.point.position)
     return Pixels(
         value, gradient, edges, _sizes(SV), _sizes(DV), CV, _sizes(CDV),
-        at.view.distance, -dot(n, d), _size(S @ at.point.tangents),
+        at.view.distance, dot(at.point.base_normal, to_eye), _size(at.S),
     )  # fmt: skip
 
 
