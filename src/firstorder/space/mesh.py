@@ -115,26 +115,35 @@ def mesh(vertices: Any, faces: Any) -> Mesh:
 
 def _edges(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Edges, each once, with the faces on either side."""
-    half = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    owner = np.tile(np.arange(len(faces)), 3)
+    half = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).astype(np.int64)
+    owner = np.tile(np.arange(len(faces), dtype=np.int32), 3)
     low, high = half.min(1), half.max(1)
     ahead = half[:, 0] == low
-    # Forward and backward runs along each pair of vertices are numbered; equal numbers are pairs.
-    order = np.lexsort((ahead, high, low))
-    run = np.stack([low, high, ahead], -1)[order]
-    fresh = np.r_[True, np.any(run[1:] != run[:-1], axis=1)]
-    begins = np.maximum.accumulate(np.where(fresh, np.arange(len(run)), 0))
-    rank = np.empty(len(run), int)
-    rank[order] = np.arange(len(run)) - begins
-    key = np.stack([low, high, rank], -1)
-    names, which = np.unique(key, axis=0, return_inverse=True)
-    sides = np.full((len(names), 2), NO_FACE, np.int32)
-    sides[which.ravel(), np.where(ahead, 0, 1)] = owner
-    edges = names[:, :2].astype(np.int32)
+    # One number for a pair of vertices and the way it is run, so that one sort does: backward
+    # runs along each pair come first, then forward ones. Equal ranks among them are one edge.
+    key = 2 * (low * (int(faces.max()) + 1) + high) + ahead
+    order = np.argsort(key, kind="stable")
+    run = key[order]
+    rank = _since(np.r_[True, run[1:] != run[:-1]])
+    new = np.r_[True, run[1:] // 2 != run[:-1] // 2]
+    pair = np.cumsum(new) - 1
+    most = np.maximum.reduceat(rank, np.flatnonzero(new)) + 1
+    first = np.cumsum(most) - most
+    which = first[pair] + rank
+    sides = np.full((int(most.sum()), 2), NO_FACE, np.int32)
+    sides[which, np.where(ahead[order], 0, 1)] = owner[order]
+    edges = np.empty((len(sides), 2), np.int32)
+    edges[which] = np.stack([low[order], high[order]], -1)
     # What has no face in which it runs forward is turned about.
     turned = sides[:, 0] == NO_FACE
     edges[turned], sides[turned] = edges[turned, ::-1], sides[turned, ::-1]
     return edges, sides
+
+
+def _since(fresh: np.ndarray) -> np.ndarray:
+    """How many places ago it was last fresh; it is at first."""
+    place = np.arange(len(fresh))
+    return place - np.maximum.accumulate(np.where(fresh, place, 0))
 
 
 def face_normals(mesh: Mesh) -> Float[Array, "f 3"]:
