@@ -167,6 +167,40 @@ class Embree:
         nobody = np.full((len(a), 1), NO_FACE)
         return self._search(a, b - a, 0.0, 1.0, nobody).face != NO_FACE
 
+    def between(self, a: Any, b: Any) -> np.ndarray:
+        """Like `occluded`, in single precision and several times as fast: for pictures.
+
+        Nothing counts within 4e-6 of the mesh's size from either end, so that faces on which the
+        ends lie do not, unless the ray grazes them; what a ray passes as closely may be told
+        either way.
+
+        Args:
+            a: shape (r, 3) [m].
+            b: shape (r, 3), none of them at its a [m].
+
+        Example:
+            >>> from firstorder.io import Embree
+            >>> from firstorder.space.mesh import mesh
+            >>> tracer = Embree(mesh([[0, 0, 2], [1, 0, 2], [0, 1, 2]], [[0, 1, 2]]))
+            >>> tracer.between([[0.3, 0.3, 0.0]], [[0.3, 0.3, 3.0]]).tolist()
+            [True]
+            >>> tracer.between([[0.3, 0.3, 0.0]], [[2.0, 2.0, 3.0]]).tolist()
+            [False]
+        """
+        a, b = np.atleast_2d(np.asarray(a, float)), np.atleast_2d(np.asarray(b, float))
+        start, d = (a - self._middle) / self._size, (b - a) / self._size
+        length = np.sqrt(np.einsum("ij,ij->i", d, d))
+        if not np.all((length > 0.0) & np.isfinite(length)):
+            raise ValueError("Arguments `a` and `b` must be finite and apart, but are not.")
+        margin = np.minimum(_SINGLE / length, 0.4)[:, None]
+        answer = self._scene.run(
+            np.ascontiguousarray(start + margin * d, np.float32),
+            np.ascontiguousarray((1.0 - 2.0 * margin) * d, np.float32),
+            dists=np.ones(len(d), np.float32),
+            query="OCCLUDED",
+        )
+        return answer != NO_FACE
+
     def first_face(self, eye, directions, low, high, skip):
         """See `space.mesh_outline.Tracer`."""
         eye = np.asarray(eye, float)
