@@ -176,18 +176,6 @@ def test_the_own_rays_are_blended_in_smoothly():
     assert np.max(-np.diff(shares)) < 0.05
 
 
-def test_smoothed_bounds_are_bounds_without_jumps():
-    near, far = np.full((40, 30), np.inf), np.full((40, 30), -np.inf)
-    near[:20, :25], far[:20, :25] = 2.0, 3.0
-    near[10:20, :25] = 1.0
-    low, high = space.smoothed(near, far, 3)
-    assert np.all(low <= near)
-    assert np.all(high >= far)
-    np.testing.assert_array_equal(np.isfinite(low), np.isfinite(high))
-    assert np.max(abs(np.diff(low[:23, 5]))) < 0.35  # of a jump of 1
-    assert not np.any(np.isfinite(low[24:]))
-
-
 def test_bounds_may_be_given():
     table, owner = trace(LAMP, floor(), 4, cards(EDGE))
     bounds = space.depth_bounds(LAMP, table, floor(), PIXEL)

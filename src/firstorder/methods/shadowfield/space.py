@@ -22,14 +22,12 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-import scipy.ndimage
 from jaxtyping import Float
 
 from firstorder.errors import check_positive
+from firstorder.methods.shadowfield.depths import depth_bounds, smoothed
+from firstorder.methods.shadowfield.gather import gather
 from firstorder.methods.shadowfield.rays import LampFrame, Plane, RayTable
-
-BLOCK = 256  # receivers that are near each other, done at once
-REACH = 3.0  # standard deviations of the Gaussian that count
 
 Numbers = Float[np.ndarray, " n"]
 
@@ -131,6 +129,7 @@ def sheared(
     cells: int = 4,
     falloff: Callable[[Plane], Numbers] | None = None,
     bounds: tuple[Numbers, Numbers] | None = None,
+    weights: Float[np.ndarray, " r"] | None = None,
 ) -> Shadows:
     """Visibility of the lamp at receivers, from rays that were traced anywhere.
 
@@ -146,148 +145,19 @@ def sheared(
         falloff: of the light over the lamp, from places in [-1, 1]^2; None for a constant.
         bounds: of the blockers' depths at each receiver, such as `smoothed` gives; by default those
             of `depth_bounds`.
+        weights: of the rays: what each stands for where they are not equally dense; None for 1.
 
     Reference: E11 §5; the cells, and bounds from first and last blockers, are ours.
     """
     check_positive("cells", cells)
     local = lamp.local(np.asarray(receivers, float))
     share = _cell_shares(cells, falloff)
-    near, far = _all_bounds(lamp, table, local, pixel) if bounds is None else bounds
+    near, far = depth_bounds(lamp, table, receivers, pixel) if bounds is None else bounds
     shape = filter_shape(local[:, 2], near, far, Omega_y, pixel, float(np.max(lamp.half)))
-    visible, samples = np.ones(len(local)), np.zeros(len(local))
-    for rows in _blocks(local):
-        part = Shape(*(a[rows] for a in shape))
-        visible[rows], samples[rows] = _filtered(lamp, table, local[rows], part, cells, share)
-    own = np.where(np.isfinite(near) & (samples == 0.0), 1.0, shape.touched)
-    return Shadows((1.0 - own) * visible + own * fallback, samples, near, far, own)
-
-
-def depth_bounds(
-    lamp: LampFrame, table: RayTable, receivers: Float[np.ndarray, "m 3"], pixel: float
-) -> tuple[Numbers, Numbers]:
-    """Depths of the first and last blockers that the table knows before each receiver [m].
-
-    Those in the frustum between the lamp and the whole pixel count: one that ends in a point misses
-    blockers near the receiver, of which E11 Fig. 17 shows the marks.
-
-    Args:
-        lamp: the lamp.
-        table: the rays.
-        receivers: in the world [m].
-        pixel: side of a pixel on the receivers [m].
-
-    Returns:
-        Infinity and minus infinity where there is none.
-
-    Reference: E11 §5 and §7.
-    """
-    return _all_bounds(lamp, table, lamp.local(np.asarray(receivers, float)), pixel)
-
-
-def _all_bounds(lamp, table: RayTable, local: np.ndarray, pixel: float):
-    near, far = np.empty(len(local)), np.empty(len(local))
-    for rows in _blocks(local):
-        near[rows], far[rows] = _bounds(lamp, table, local[rows], pixel)
-    return near, far
-
-
-def smoothed(
-    near: Float[np.ndarray, "w h"], far: Float[np.ndarray, "w h"], radius: int
-) -> tuple[Float[np.ndarray, "w h"], Float[np.ndarray, "w h"]]:
-    """Bounds of an image without jumps from pixel to pixel, of which filters would ring.
-
-    First the least and the largest within the radius, so that bounds stay bounds, then a Gaussian
-    of half of it. Pixels without blockers stay without unless others within the radius have some.
-
-    Args:
-        near: depths of first blockers, infinity for none [m].
-        far: of last ones, minus infinity for none [m].
-        radius: in pixels.
-
-    Reference: E11 §7 names the ringing and this cure.
-    """
-    check_positive("radius", radius)
-    size = 2 * radius + 1
-    low, high = scipy.ndimage.minimum_filter(near, size), scipy.ndimage.maximum_filter(far, size)
-    some = np.isfinite(low)
-    weight = scipy.ndimage.gaussian_filter(some.astype(float), 0.5 * radius)
-    found = []
-    for a, none in ((low, np.inf), (high, -np.inf)):
-        spread = scipy.ndimage.gaussian_filter(np.where(some, a, 0.0), 0.5 * radius)
-        found.append(np.where(some, spread / np.where(some, weight, 1.0), none))
-    return np.minimum(found[0], near), np.maximum(found[1], far)
-
-
-def _blocks(local: np.ndarray) -> list[np.ndarray]:
-    """Receivers near each other, at most `BLOCK` together: halves across the longest side."""
-    found, left = [], [np.arange(len(local))]
-    while left:
-        rows = left.pop()
-        if len(rows) <= BLOCK:
-            if len(rows):
-                found.append(rows)
-            continue
-        axis = int(np.argmax(np.ptp(local[rows], axis=0)))
-        order = rows[np.argsort(local[rows, axis], kind="stable")]
-        left += [order[: len(rows) // 2], order[len(rows) // 2 :]]
-    return found
-
-
-def _bounds(lamp, table: RayTable, at: np.ndarray, pixel: float) -> tuple[np.ndarray, np.ndarray]:
-    """Depths of blockers in the frustum between the lamp and the whole pixel of each receiver."""
-    near, far = np.full(len(at), np.inf), np.full(len(at), -np.inf)
-    low, high = at[:, :2].min(0) - 0.5 * pixel, at[:, :2].max(0) + 0.5 * pixel
-    deep = at[:, 2].min()
-    hidden = np.flatnonzero(~table.free)
-    for depth in (table.near[hidden], table.far[hidden]):
-        p = table.y[hidden] + table.v[hidden] * depth[:, None]
-        t = np.clip(depth / deep, 0.0, 1.0)[:, None]
-        edge = lamp.half * (1.0 - t)
-        close = np.all((p >= low * t - edge - 1e-9) & (p <= high * t + edge + 1e-9), 1)
-        p, z = p[close], depth[close]
-        if not len(z):
-            continue
-        t = z / at[:, 2, None]
-        edge = lamp.half * (1.0 - t[..., None]) + 0.5 * pixel * t[..., None]
-        inside = np.all(abs(p - at[:, None, :2] * t[..., None]) <= edge, -1) & (t < 1.0)
-        near = np.minimum(near, np.min(np.where(inside, z, np.inf), 1))
-        far = np.maximum(far, np.max(np.where(inside, z, -np.inf), 1))
-    return near, far
-
-
-def _filtered(lamp, table, at, shape: Shape, cells, share) -> tuple[np.ndarray, np.ndarray]:
-    """The weighted share of free rays cell by cell, and the effective number of rays."""
-    visible, samples = np.ones(len(at)), np.zeros(len(at))
-    use = np.isfinite(shape.sigma)
-    if not np.any(use):
-        return visible, samples
-    middle = 0.5 * (at[use, 2].min() + at[use, 2].max())
-    reach = REACH * shape.sigma[use].max()
-    slack = np.max(abs(table.v), initial=0.0) * 0.5 * np.ptp(at[use, 2])
-    x = table.at(np.float32(middle))
-    low, high = at[use, :2].min(0) - reach - slack, at[use, :2].max(0) + reach + slack
-    close = np.flatnonzero(np.all((x >= low) & (x <= high), 1))
-    y, v, free = table.y[close], table.v[close], table.free[close]
-    for k in np.flatnonzero(use):
-        delta = at[k, :2] - (y + v * at[k, 2])
-        here = np.flatnonzero(np.sum(delta**2, 1) <= (REACH * shape.sigma[k]) ** 2)
-        d = delta[here]
-        w = np.exp(-0.5 * np.sum(d**2, 1) / shape.sigma[k] ** 2)
-        foot = (y[here] - shape.shear[k] * d) / lamp.half
-        on = np.all(abs(foot) <= 1.0, 1)
-        w, foot, seen = w[on], foot[on], free[here][on]
-        total = np.sum(w)
-        if total == 0.0:
-            continue
-        samples[k] = total**2 / np.sum(w**2)
-        i, j = np.minimum((0.5 * (foot + 1.0) * cells).astype(int), cells - 1).T
-        cell = i * cells + j
-        mass = np.bincount(cell, w, cells**2)
-        open_ = np.bincount(cell, w * seen, cells**2)
-        mean = np.sum(open_) / total
-        each = np.where(mass > 0.0, open_ / np.where(mass > 0.0, mass, 1.0), mean)
-        visible[k] = np.sum(share * each)
-    return visible, samples
+    sums = gather(lamp, table, local, shape.sigma, shape.shear, cells, weights)
+    visible = np.where(sums.square > 0.0, np.sum(share * sums.seen, 1), 1.0)
+    own = np.where(np.isfinite(near) & (sums.square == 0.0), 1.0, shape.touched)
+    return Shadows((1.0 - own) * visible + own * fallback, sums.samples, near, far, own)
 
 
 def _cell_shares(cells: int, falloff) -> Numbers:

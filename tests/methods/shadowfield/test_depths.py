@@ -1,0 +1,93 @@
+"""Bounds of blockers' depths, against a look at every place from every receiver."""
+
+import numpy as np
+import pytest
+
+from firstorder.methods.shadowfield import depths
+from firstorder.methods.shadowfield.depths import depth_bounds, smoothed
+from firstorder.methods.shadowfield.rays import RayTable, lamp_frame
+
+LAMP = lamp_frame((0.0, 0.0, 4.0), (0.0, 0.8, 0.0), (0.5, 0.0, 0.0))
+PIXEL = 0.05
+
+
+def rough_floor(count=400):
+    rng = np.random.default_rng(1)
+    return np.column_stack([rng.uniform(-1.5, 1.5, (count, 2)), rng.uniform(-0.5, 1.5, count)])
+
+
+def random_table(count=600):
+    """Rays with blockers anywhere, first before last; some free, some that meet only one thing."""
+    rng = np.random.default_rng(2)
+    y, v = rng.uniform(-0.5, 0.5, (count, 2)), rng.uniform(-0.4, 0.4, (count, 2))
+    near, far = np.sort(rng.uniform(0.3, 4.0, (2, count)), 0)
+    near[:200], far[:200] = np.inf, -np.inf
+    far[200:300] = near[200:300]
+    return RayTable(*(a.astype(np.float32) for a in (y, v, near, far)))
+
+
+def every_place(table, receivers, pixel):
+    """The frustum's definition, one receiver and place at a time."""
+    found = []
+    for x in LAMP.local(receivers):
+        low, high = np.inf, -np.inf
+        for z in (table.near, table.far):
+            for y, v, depth in zip(table.y, table.v, z, strict=True):
+                t = depth / x[2]
+                if not np.isfinite(depth) or t >= 1.0:
+                    continue
+                edge = LAMP.half * (1.0 - t) + 0.5 * pixel * t
+                if np.all(abs(y + v * np.float64(depth) - t * x[:2]) <= edge):
+                    low, high = min(low, depth), max(high, depth)
+        found.append((low, high))
+    return np.array(found).T
+
+
+def search_error(receivers, pixel=PIXEL):
+    table = random_table()
+    true = every_place(table, receivers, pixel)
+    found = np.stack(depth_bounds(LAMP, table, receivers, pixel))
+    assert np.mean(np.isfinite(true[0])) > 0.5
+    return np.mean(found != true)
+
+
+@pytest.mark.smoke
+@pytest.mark.parametrize("pixel", [PIXEL, 0.4])
+def test_the_search_finds_what_every_place_says(pixel):
+    assert search_error(rough_floor(150), pixel) == 0.0
+
+
+@pytest.mark.parametrize("fault", ["point frustum", "half the places", "only the first few"])
+def test_faults_are_noticed(monkeypatch, fault):
+    first, groups = depths._first, depths.narrowed
+    if fault == "point frustum":
+        monkeypatch.setattr(depths, "_first", lambda *a: first(*a[:3], 0.0, a[4]))
+    if fault == "only the first few":
+        monkeypatch.setattr(depths, "_first", lambda lamp, at, p, *a: first(lamp, at, p[:20], *a))
+    if fault == "half the places":
+
+        def fewer(*about):
+            yield from ((rows, some[::2]) for rows, some in groups(*about))
+
+        monkeypatch.setattr(depths, "narrowed", fewer)
+    assert search_error(rough_floor(150), pixel=0.4) > 0.0
+
+
+def test_free_rays_bound_nothing():
+    table = random_table()
+    free = RayTable(*(a[:200] for a in table))
+    near, far = depth_bounds(LAMP, free, rough_floor(20), PIXEL)
+    assert np.all(np.isposinf(near))
+    assert np.all(np.isneginf(far))
+
+
+def test_smoothed_bounds_are_bounds_without_jumps():
+    near, far = np.full((40, 30), np.inf), np.full((40, 30), -np.inf)
+    near[:20, :25], far[:20, :25] = 2.0, 3.0
+    near[10:20, :25] = 1.0
+    low, high = smoothed(near, far, 3)
+    assert np.all(low <= near)
+    assert np.all(high >= far)
+    np.testing.assert_array_equal(np.isfinite(low), np.isfinite(high))
+    assert np.max(abs(np.diff(low[:23, 5]))) < 0.35  # of a jump of 1
+    assert not np.any(np.isfinite(low[24:]))
