@@ -10,6 +10,7 @@ from firstorder.methods.shadowfield.baselines import (
     axis_aligned,
     axis_aligned_sigma,
     on_lamp,
+    own_rays,
     pixel_sums,
     strata,
     stratified,
@@ -83,6 +84,21 @@ def test_the_error_of_an_edge_falls_with_the_power_of_three_quarters():
     off = [stratified(LAMP, x, n, SLANTED, n)[::9] - true for n in rays]
     slope = error_slope(rays, [np.sqrt(np.mean(e**2)) for e in off])
     assert abs(slope.slope + 0.75) < 0.08, slope
+
+
+def test_rays_one_at_a_time_are_unbiased_and_depend_on_nothing_else():
+    x = np.array([0.07, -0.1, 0.0])
+    at = np.tile(x, (4000, 1))
+    shade = own_rays(LAMP, at, SLANTED, 5, gauss)
+    who, number = np.repeat(np.arange(4000), 5), np.tile(np.arange(5), 4000)
+    found = shade(who, number).reshape(4000, 5)
+    true = true_share(x, 2.0, slanted, gauss)
+    for part in (found[:, :1], found[:, 3:], found):
+        mean = part.mean(1)
+        assert z_test(mean.mean(), mean.std(ddof=1) / np.sqrt(4000), true).passed
+    assert np.std(found.mean(1)) < 0.75 * np.std(found[:, 0]) / np.sqrt(5)  # better than chance
+    some = np.array([7, 4999, 123])
+    np.testing.assert_array_equal(shade(who[some], number[some]), found.ravel()[some])
 
 
 def test_strata_are_met_one_ray_each():

@@ -35,6 +35,8 @@ from firstorder.methods.shadowfield.rays import Blockers, LampFrame, Plane, RayT
 TABLE = 256  # cells along each edge of the lamp in which the falloff is inverted
 CHUNK = 1 << 20  # rays at once
 EXPONENTS = 1 << 22  # of the filter at once
+# Steps of an additive sequence: 1/g and 1/g^2 of the root of g^3 = g + 1.
+ADDITIVE = (0.7548776662466927, 0.5698402909980532)
 
 Falloff = Callable[[Plane], Float[np.ndarray, " n"]]
 Numbers = Float[np.ndarray, " n"]
@@ -155,6 +157,55 @@ def stratified(
         first, _ = blockers(np.repeat(some, rays, 0), ends)
         seen[begin : begin + step] = np.mean(np.isinf(first).reshape(-1, rays), 1)
     return seen
+
+
+def own_rays(
+    lamp: LampFrame,
+    receivers: Float[np.ndarray, "m 3"],
+    blockers: Blockers,
+    seed: int = 0,
+    falloff: Falloff | None = None,
+) -> Callable[[np.ndarray, np.ndarray], Numbers]:
+    """Shadow rays one at a time, for those who decide later how many each receiver gets.
+
+    The k-th ray of a receiver goes to the k-th place of an additive sequence over the lamp,
+    shifted by random numbers of the receiver's own: unbiased, and as it depends on nothing else,
+    the same whatever was asked before.
+
+    Args:
+        lamp: the lamp.
+        receivers: in the world [m].
+        blockers: as `rays.trace` wants them.
+        seed: of the shifts.
+        falloff: of the light, from places in [-1, 1]^2; None for a constant.
+
+    Returns:
+        From numbers of receivers and numbers of their rays to 1 for free and 0 for hidden, as
+        `methods.wavelets.sample_image` asks.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.methods.shadowfield.baselines import own_rays
+        >>> from firstorder.methods.shadowfield.rays import lamp_frame
+        >>> def nothing(a, b):
+        ...     return np.full(len(a), np.inf), np.full(len(a), -np.inf)
+        >>> lamp = lamp_frame((0, 0, 2), (0, 1, 0), (1, 0, 0))
+        >>> own_rays(lamp, np.zeros((1, 3)), nothing)(np.zeros(2, int), np.arange(2)).tolist()
+        [1.0, 1.0]
+    """
+    shift = np.random.default_rng(seed).random((len(receivers), 2))
+
+    def shade(receiver, number):
+        found = np.empty(len(receiver))
+        for begin in range(0, len(receiver), CHUNK):
+            some = slice(begin, begin + CHUNK)
+            u = np.mod(shift[receiver[some]] + number[some, None] * ADDITIVE, 1.0)
+            y = on_lamp(u, falloff) * lamp.half
+            ends = lamp.world(np.concatenate([y, np.zeros((len(y), 1))], 1))
+            found[some] = np.isinf(blockers(receivers[receiver[some]], ends)[0])
+        return found
+
+    return shade
 
 
 # --- the axis-aligned filter ---------------------------------------------------------------------
@@ -317,6 +368,7 @@ __all__ = [
     "axis_aligned",
     "axis_aligned_sigma",
     "on_lamp",
+    "own_rays",
     "pixel_sums",
     "strata",
     "stratified",
