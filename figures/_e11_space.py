@@ -14,21 +14,20 @@ tell the ground below that it is lit. So shared rays start on the ground and ser
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import pathlib
-import time
 from collections.abc import Callable
 from typing import NamedTuple
 
+import jax
 import numpy as np
 
 from firstorder.io import Embree
 from firstorder.io.blockers import blockers, seen, sees
 from firstorder.io.tiles import render_tiles
 from firstorder.methods.shadowfield.baselines import strata
-from firstorder.methods.shadowfield.depths import depth_bounds, smoothed
-from firstorder.methods.shadowfield.rays import Blockers, LampFrame, RayTable, lamp_frame, trace
-from firstorder.methods.shadowfield.space import filter_shape, sheared
+from firstorder.methods.shadowfield.rays import Blockers, LampFrame, lamp_frame
 from firstorder.space.blobs import blob
 from firstorder.space.image import pinhole
 from firstorder.space.knots import knot
@@ -156,22 +155,32 @@ def own_rays(scene: Scene, where: np.ndarray, rays: int, seed: int | list[int] =
     return found
 
 
-def reference(scene: Scene, rays: int = RAYS, quiet: bool | None = None) -> np.ndarray:
+def reference(
+    scene: Scene, rays: int = RAYS, where: np.ndarray | None = None, quiet: bool | None = None
+) -> np.ndarray:
     """What every pixel sees of the lamp by many stratified rays, shape (side, side); NaN for none.
 
     Made once: tiles are kept in a folder named by the scene and a digest of all that it depends on.
+
+    Args:
+        scene: the scene.
+        rays: for each pixel.
+        where: mask of the pixels that are wanted, all that show something by default.
+        quiet: whether to show no progress; by default it is shown on a terminal.
     """
+    wanted = scene.shown if where is None else where
     lamp = scene.lamp
     digest = hashlib.sha256()
-    for a in (np.asarray(scene.tracer.mesh.vertices), scene.receivers, *lamp):
-        digest.update(np.ascontiguousarray(a, float).tobytes())
+    chosen = [] if where is None else [where]
+    for a in (scene.tracer.mesh.vertices, scene.receivers, *lamp, *chosen):
+        digest.update(np.ascontiguousarray(np.asarray(a), float).tobytes())
     key = f"{scene.name} {rays} rays {digest.hexdigest()[:16]}"
 
     def shade(places: np.ndarray, number: int) -> dict[str, np.ndarray]:
         column, row = np.floor(places).astype(int).T
         k = column * scene.side + row
         values = np.full(len(k), np.nan)
-        some = scene.shown[k]
+        some = wanted[k]
         values[some] = own_rays(scene, k[some], rays, [int(k[0]), number])
         return {"visible": values}
 
@@ -179,100 +188,6 @@ def reference(scene: Scene, rays: int = RAYS, quiet: bool | None = None) -> np.n
     return render_tiles(shade, scene.side, scene.side, folder, side=32, key=key, quiet=quiet)[
         "visible"
     ]
-
-
-# --- our method ----------------------------------------------------------------------------------
-
-
-class Shared(NamedTuple):
-    """An image by shared rays, and what it took; all but the first are NaN off the ground.
-
-    Attributes:
-        visible: share of the lamp.
-        samples: effective number of rays.
-        near, far: bounds of the blockers' depths [m].
-        own: share of own rays in the result.
-        table: the shared rays.
-        rays: of all kinds, for each pixel that shows something.
-        floor_rays: the same, of the ground's pixels alone.
-        tracing, filtering: processor time [s].
-    """
-
-    visible: np.ndarray
-    samples: np.ndarray
-    near: np.ndarray
-    far: np.ndarray
-    own: np.ndarray
-    table: RayTable
-    rays: float
-    floor_rays: float
-    tracing: float
-    filtering: float
-
-
-def shared(
-    scene: Scene,
-    rays: float,
-    band: float,
-    own: tuple[int, int] = (64, 4),
-    seed: int = 0,
-    radius: int = 0,
-) -> Shared:
-    """Shadows from few rays that all pixels of the ground share, as E11 §6.2 has it.
-
-    Shared rays start on the ground. A free one that starts on an object says nothing of what hides
-    the ground under it, so that objects' own pixels have own rays, and share none.
-
-    Args:
-        scene: the scene.
-        rays: shared ones for each pixel of the ground.
-        band: light band limit [wavelengths per side of the lamp].
-        own: own rays of pixels of the ground among blockers, and of all pixels of objects.
-        seed: of the random numbers.
-        radius: over which bounds are smoothed [pixels]; 0 for not.
-    """
-    floor, lamp = scene.floor, scene.lamp
-    points, extent = scene.receivers[floor], float(np.max(lamp.half))
-    Omega_y = 0.5 * band / extent
-    clock = [time.process_time()]
-    table, _ = trace(lamp, points, rays, scene.blockers, seed)
-    clock.append(time.process_time())
-    near, far = depth_bounds(lamp, table, points, scene.pixel)
-    if radius:
-        maps = [scene.picture(a, floor) for a in (near, far)]
-        low, high = np.nan_to_num(maps[0], nan=np.inf), np.nan_to_num(maps[1], nan=-np.inf)
-        near, far = (a.ravel()[floor] for a in smoothed(low, high, radius))
-    shape = filter_shape(lamp.local(points)[:, 2], near, far, Omega_y, scene.pixel, extent)
-    clock.append(time.process_time())
-    by_own = np.full(scene.side**2, np.nan)
-    objects = scene.shown & ~floor
-    among = np.flatnonzero(floor)[shape.touched > 0.0]
-    by_own[among] = own_rays(scene, among, own[0], [seed, 1])
-    by_own[objects] = own_rays(scene, objects, own[1], [seed, 2])
-    clock.append(time.process_time())
-    known = np.nan_to_num(by_own[floor])
-    found = sheared(
-        lamp, table, points, Omega_y, scene.pixel, known, falloff=falloff, bounds=(near, far)
-    )
-    clock.append(time.process_time())
-    # Where no ray came by, there are own ones after all.
-    none = np.flatnonzero(floor)[(found.own == 1.0) & np.isnan(by_own[floor])]
-    by_own[none] = own_rays(scene, none, own[0], [seed, 3])
-    clock.append(time.process_time())
-    visible = by_own.copy()
-    visible[floor] = np.where(found.own == 1.0, by_own[floor], found.visible)
-    spent = np.diff(clock)
-    count = len(table.near) + (len(among) + len(none)) * own[0] + objects.sum() * own[1]
-    images = (found.samples, found.near, found.far, found.own)
-    return Shared(
-        scene.picture(visible),
-        *(scene.picture(a, floor) for a in images),
-        table,
-        float(count / scene.shown.sum()),
-        float(len(table.near) + (len(among) + len(none)) * own[0]) / floor.sum(),
-        float(spent[0] + spent[2] + spent[4]),
-        float(spent[1] + spent[3]),
-    )
 
 
 # --- making scenes -------------------------------------------------------------------------------
@@ -285,6 +200,17 @@ def lamp_towards(center, target, half: float) -> LampFrame:
     u = np.cross((0.0, 1.0, 0.0), way)
     u /= np.linalg.norm(u)
     return lamp_frame(center, half * u, half * np.cross(way, u))
+
+
+def _double(make):
+    """Makes a scene in double precision whatever the session's is: its reference names its bits."""
+
+    @functools.wraps(make)
+    def made(*args, **options) -> Scene:
+        with jax.enable_x64(True):
+            return make(*args, **options)
+
+    return made
 
 
 def _scene(name, side, lamp, parts, eye, target, gamma) -> Scene:
@@ -303,6 +229,7 @@ def _scene(name, side, lamp, parts, eye, target, gamma) -> Scene:
     return Scene(name, side, lamp, tracer, points, found.normal, found.part, float(middle))
 
 
+@_double
 def plant(side: int = SIDE, quick: bool = False) -> Scene:
     """Fig. 1: a plant of 1.3 M triangles with thin features over a flat ground; 11,000 if quick."""
     leaves, forks = (3000, (8, 6)) if quick else (540_000, (12, 8, 6, 5))
@@ -313,6 +240,7 @@ def plant(side: int = SIDE, quick: bool = False) -> Scene:
     return _scene("plant", side, lamp, parts, (0.5, -4.0, 4.4), (0.42, 0.0, 0.4), 4.2)
 
 
+@_double
 def grids(side: int = SIDE, height: float = 0.15) -> Scene:
     """Figs. 9, 14: two grids that lean over a flat ground: shadows from sharp to wide.
 
@@ -330,6 +258,7 @@ def grids(side: int = SIDE, height: float = 0.15) -> Scene:
     return _scene("grids", side, lamp, parts, (0.0, -4.4, 4.4), (0.0, 0.0, 0.2), 3.1)
 
 
+@_double
 def trees(side: int = SIDE, half: float = 0.35, angle: float = 0.0, leaves: int = 20_000) -> Scene:
     """Figs. 11, 14: two trees over a curved ground, under a medium or a large lamp.
 
@@ -354,6 +283,7 @@ def _relief(height: float, wavelength: float, seed: int) -> Callable[[np.ndarray
     return lambda p: 0.15 * np.sin(0.8 * p[:, 0] + 0.5) * np.cos(0.6 * p[:, 1]) + small(p)
 
 
+@_double
 def array(side: int = SIDE) -> Scene:
     """Fig. 12: a wide array of knots, blobs, balls and grids over ground with a fine relief."""
     rng = np.random.default_rng(12)
@@ -373,6 +303,7 @@ def array(side: int = SIDE) -> Scene:
     return _scene("array", side, lamp, parts, (0.0, -4.0, 5.0), (0.05, -0.05, 0.3), 3.6)
 
 
+@_double
 def gathering(side: int = SIDE, leaves: int = 60_000) -> Scene:
     """Fig. 13: a plant, a knot, a grid, a blob and a ball over ground with a relief."""
     rng = np.random.default_rng(13)
