@@ -20,6 +20,8 @@ ROWS = list(rows())
 ONE_ROUTE = {
     "C.zonal.spectrum": "Legendre multipliers: the transform is the statement",
     "R07.fig2.multiply.wavelet": "about coefficients: neither derivative nor Fourier transform",
+    "E11.sBa": "a count: samples of a grid are counted",
+    "E11.sBb": "where a wave's transform stands: measured",
     "C.space.contour": "a flux: integrated over the face of a triangle",
     "R07.sDa": "two formulas for one edge: compared",
     "R07.s7.2a": "what (47) is called: compared with the solid angle",
@@ -38,6 +40,8 @@ ONE_ROUTE = {
     ),
     "J12.36": "a product rule with a distribution in it: edges summed against the irradiance",
     **dict.fromkeys(("J12.41", "J12.43", "J12.44"), "a sum in another order: evaluated"),
+    "C.bandwidth.slope": "a number of changes: counted",
+    "C.bandwidth.density": "an optimum: searched",
     "C.radiosity.corner": "an exponent: fitted to the solution",
     "C.radiosity.energy": "a balance of fluxes: summed",
     "C.refraction.energy": "a balance of fluxes: summed",

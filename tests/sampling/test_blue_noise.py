@@ -90,3 +90,13 @@ def test_bad_input_gets_one_sentence(density, count, sentence):
 def test_tiles_are_not_tiny():
     with pytest.raises(ValueError, match="`side` must be at least 4, but is 2"):
         ranks(2)
+
+
+def test_exactly_as_many_as_asked_and_nearly_the_same():
+    density = np.random.default_rng(3).random((100, 70)) + 0.05
+    for count in (1, 357, 4000, 7000):
+        found, near = place(density, count, exactly=True), place(density, count)
+        assert np.count_nonzero(found) == count
+        assert np.count_nonzero(found ^ near) == abs(count - np.count_nonzero(near))
+    density[:50] = 0.0
+    assert not place(density, 3400, exactly=True)[:50].any()

@@ -5,8 +5,9 @@
 
 over the samples nearest to a pixel, with the width h given pixel by pixel: as wide as the samples
 are far apart where a bandwidth placed them. Depth and normal are cheap and known at every pixel;
-shading is dear. Where nothing near is alike the weights are tiny, not zero: their ratios decide,
-so that no pixel is left without a value.
+shading is dear. Beside what is sampled densely the nearest samples may all lie on another surface:
+where depth and normal of none are alike, more of them are looked at. Where nothing is, weights are
+tiny, not zero: their ratios decide, so that no pixel is left without a value.
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ from jaxtyping import Array, Float
 from firstorder.errors import check_finite, check_positive
 
 BLOCK = 65536  # pixels at a time
+ALIKE = 4.0  # sum of squares of depth and normal, in spreads, within which a sample is like a pixel
+MORE = 8  # times as many neighbours, where none is alike; twice
 
 
 def widths(
@@ -53,6 +56,7 @@ def cross_bilateral(
     depth_share: float = 0.05,
     normal_spread: float = 0.25,
     neighbours: int = 24,
+    shows: tuple[Float[np.ndarray, " n"], Float[np.ndarray, "n 3"]] | None = None,
 ) -> Float[np.ndarray, "w h"]:
     """Values at all pixels from samples at some.
 
@@ -64,7 +68,9 @@ def cross_bilateral(
         normal: unit vectors, zeros for the sky.
         depth_share: sigma_z.
         normal_spread: sigma_n.
-        neighbours: samples that count for a pixel; all, if there are fewer.
+        neighbours: samples that count for a pixel; all, if there are fewer. Up to 64 times as many
+            where none of them is alike.
+        shows: depth and normal of the samples; those of their pixels, if left out.
 
     Raises:
         ValueError: for widths, depths or spreads that are not positive.
@@ -86,21 +92,33 @@ def cross_bilateral(
         check_positive(name, number)
     check_finite("value", value)
     shape = depth.shape
-    k = min(neighbours, len(p))
     i, j = np.minimum(p.astype(int), np.array(shape) - 1).T
-    z_i, n_i = depth[i, j], normal[i, j]
+    z_i, n_i = (depth[i, j], normal[i, j]) if shows is None else shows
     x, y = (np.arange(n) + 0.5 for n in shape)
     at = np.stack(np.meshgrid(x, y, indexing="ij"), -1).reshape(-1, 2)
     h, z, n = width.ravel(), depth.ravel(), normal.reshape(-1, 3)
     tree, out = scipy.spatial.KDTree(p), np.empty(len(at))
-    for begin in range(0, len(at), BLOCK):
-        some = slice(begin, begin + BLOCK)
-        far, near = tree.query(at[some], np.arange(1, k + 1), workers=-1)
-        exponent = (far / h[some, None]) ** 2
-        exponent += ((z[some, None] - z_i[near]) / (depth_share * z[some, None])) ** 2
-        exponent += np.sum((n[some, None] - n_i[near]) ** 2, -1) / normal_spread**2
+
+    def look(rows, k):
+        """Values, and whether any of the k nearest samples is alike."""
+        far, near = tree.query(at[rows], np.arange(1, k + 1), workers=-1)
+        unlike = ((z[rows, None] - z_i[near]) / (depth_share * z[rows, None])) ** 2
+        unlike += np.sum((n[rows, None] - n_i[near]) ** 2, -1) / normal_spread**2
+        exponent = (far / h[rows, None]) ** 2 + unlike
         w = np.exp(-0.5 * (exponent - np.min(exponent, 1, keepdims=True)))
-        out[some] = np.sum(w * value[near], 1) / np.sum(w, 1)
+        return np.sum(w * value[near], 1) / np.sum(w, 1), np.min(unlike, 1) < ALIKE
+
+    rest, k, block = np.arange(len(at)), neighbours, BLOCK
+    for _ in range(3):
+        left = []
+        for begin in range(0, len(rest), block):
+            some = rest[begin : begin + block]
+            out[some], alike = look(some, min(k, len(p)))
+            left.append(some[~alike])
+        rest = np.concatenate(left) if left else rest
+        if k >= len(p):
+            break
+        k, block = k * MORE, block // MORE
     return out.reshape(shape)
 
 

@@ -160,10 +160,19 @@ def glossy_bandwidth_in_space(
     stretch = jnp.stack([jnp.ones_like(cos), cos])
     turn = 2.0 * shear * S * stretch * stretch[:, None]
     J = jnp.eye(2, dtype=turn.dtype) - turn
-    # The larger singular value of a 2 x 2 matrix: half the sum of those of its two conformal parts.
-    even = jnp.stack([J[0, 0] + J[1, 1], J[1, 0] - J[0, 1]])
-    odd = jnp.stack([J[0, 0] - J[1, 1], J[1, 0] + J[0, 1]])
-    return nan_unless(valid, 0.5 * (_length(even) + _length(odd)) * as_float(cutoff))
+    return nan_unless(valid, spectral_norm(J) * as_float(cutoff))
+
+
+def spectral_norm(J: Float[Array, "*n m 2"]) -> Float[Array, "*n"]:
+    """The larger singular value of matrices with two columns; its gradient is 0 at zero.
+
+    From `J^T J`: half its trace, and half of what its eigenvalues are apart.
+    """
+    a, b = J[..., 0], J[..., 1]
+    aa, ab, bb = jnp.sum(a * a, -1), jnp.sum(a * b, -1), jnp.sum(b * b, -1)
+    apart = _length(jnp.stack([aa - bb, 2.0 * ab], -1))
+    square = 0.5 * (aa + bb + apart)
+    return jnp.where(square > 0, jnp.sqrt(jnp.where(square > 0, square, 1.0)), 0.0)
 
 
 def glossy_criterion(
@@ -231,6 +240,6 @@ def _bands(curvature: RealLike, name: str = "kappa", **limits: RealLike) -> Arra
 
 
 def _length(a: Array) -> Array:
-    """Euclidean length with the gradient 0 at zero."""
-    square = jnp.sum(a**2)
+    """Euclidean length along the last axis, with the gradient 0 at zero."""
+    square = jnp.sum(a**2, -1)
     return jnp.where(square > 0, jnp.sqrt(jnp.where(square > 0, square, 1.0)), 0.0)

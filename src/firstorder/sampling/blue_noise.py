@@ -85,7 +85,12 @@ def _about(kernel: np.ndarray, k: int) -> Float[np.ndarray, " n"]:
 
 
 def place(
-    density: Float[np.ndarray | Array, "w h"], count: int, side: int = 64, seed: int = 0
+    density: Float[np.ndarray | Array, "w h"],
+    count: int,
+    side: int = 64,
+    seed: int = 0,
+    *,
+    exactly: bool = False,
 ) -> Bool[np.ndarray, "w h"]:
     """Which pixels to look at, so that some `count` of them follow a density.
 
@@ -97,6 +102,7 @@ def place(
         count: of pixels to look at.
         side: of the tile.
         seed: of the tile.
+        exactly: whether the rounding is made good too, by the pixels nearest to their thresholds.
 
     Raises:
         ValueError: for a density that is negative, not finite, or zero everywhere, or for more
@@ -116,7 +122,12 @@ def place(
     tile = ranks(side, seed)
     repeats = [-(-n // side) for n in share.shape]
     rank = np.tile(tile, repeats)[: share.shape[0], : share.shape[1]]
-    return share > (rank + 0.5) / side**2
+    margin = share - (rank + 0.5) / side**2
+    if not exactly:
+        return margin > 0.0
+    taken = np.zeros(margin.size, bool)
+    taken[np.argsort(-np.where(share > 0.0, margin, -np.inf).ravel(), kind="stable")[:count]] = True
+    return taken.reshape(margin.shape)
 
 
 def _shares(density: np.ndarray, count: int) -> np.ndarray:

@@ -1,0 +1,429 @@
+r"""How densely an image must be shaded, pixel by pixel: D05 §6.2 in space, with blockers.
+
+An eye that turns by psi moves what it sees by x = d F psi over the surface: d the distance, F = 1
+across the plane of view and 1 / c along it, c the cosine to the normal. There
+
+    the mirrored direction turns by    J psi = (1 - 2 d (S_11 / c, S_12; S_12, c S_22)) psi
+    the normal turns by                N psi = -d S F psi
+    a blocker at d' seems to turn by   -s P x      s = 1 / d', P across the way to it
+
+With W_L, W_V and W_rho points of energy of the light, of the blockers and of the lobe, all about
+the same direction, an integral over directions keeps W_L + W_V + W_rho = 0. Blockers have all
+frequencies, so what the eye sees reaches up to
+
+    glossy    |J + d s| Omega_rho + d s Omega_L               (blockers where it looks)
+    diffuse   |N| Omega_cos + (d s / c) (Omega_cos + Omega_L) (blockers anywhere)
+
+cycles per radian: spectral norms, the worst direction in the image. `screen_turns` has J, N and x
+from differences between pixels instead, as the paper does: slants, distances and anisotropy then
+come for nothing, and silhouettes are no smooth surface.
+
+Of many blockers `mean_slope` takes the mean of 1 / d', the harmonic mean of the distances: slopes
+add and distances do not, and a ray that meets nothing has the slope 0 and no distance.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Int
+
+from firstorder.errors import check_not_negative, check_positive
+from firstorder.methods.glossy import spectral_norm
+from firstorder.space.image import Pinhole
+from firstorder.space.intersect import nearest
+from firstorder.space.scene import Scene
+from firstorder.space.shaded import look
+from firstorder.typing import RealLike, as_float
+from firstorder.vectors import dot
+
+BLOCK = 1024  # pixels at a time
+NYQUIST = 0.5  # cycles per pixel: nobody sees more
+
+Numbers = Float[Array | np.ndarray, "*n"]
+
+
+class Seen(eqx.Module):
+    """What pixels show, as far as a criterion asks.
+
+    Attributes:
+        position: of the surface [m].
+        normal: unit, on the side of the eye.
+        to_eye: unit.
+        distance: from the eye [m].
+        cosine: between normal and `to_eye`, positive.
+        S: shape operator, first axis in the plane of view, second across it [1/m].
+    """
+
+    position: Float[Array, "*n 3"]
+    normal: Float[Array, "*n 3"]
+    to_eye: Float[Array, "*n 3"]
+    distance: Float[Array, "*n"]
+    cosine: Float[Array, "*n"]
+    S: Float[Array, "*n 2 2"]
+
+
+def seen(scene: Scene, camera: Pinhole, p: np.ndarray, index: np.ndarray) -> Seen:
+    """What each pixel shows; where nothing is met, a plane at 1 m across the ray.
+
+    Args:
+        scene: shapes.
+        camera: the eye.
+        p: image coordinates, shape (n, 2).
+        index: of the shape at each, -1 for none.
+
+    Returns:
+        Arrays of NumPy.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.methods.bandwidth_map import seen
+        >>> from firstorder.space.image import pinhole
+        >>> from firstorder.space.library import sphere_over_plane
+        >>> camera = pinhole((0.0, 0.0, 4.0), (0.0, 0.0, 0.0), up=(0.0, 1.0, 0.0))
+        >>> at = seen(sphere_over_plane(), camera, np.zeros((1, 2)), np.array([0]))
+        >>> at.distance.tolist(), at.S[0].tolist()  # a ball of 0.5 m
+        ([2.5], [[-2.0, -0.0], [-0.0, -2.0]])
+    """
+    count, index = len(p), np.asarray(index)
+    fill = -count % BLOCK
+    p = np.concatenate([p, np.zeros((fill, 2))]).reshape(-1, BLOCK, 2)
+    index = np.concatenate([index, np.full(fill, -1)]).reshape(-1, BLOCK)
+    parts = [
+        jax.tree.map(np.asarray, _seen(scene, camera, jnp.asarray(a), jnp.asarray(i)))
+        for a, i in zip(p, index, strict=True)
+    ]
+    return jax.tree.map(lambda *a: np.concatenate(a)[:count], *parts)
+
+
+@eqx.filter_jit
+def _seen(scene: Scene, camera: Pinhole, p: Array, index: Array) -> Seen:
+    def one(p, index):
+        at = look(scene, camera, p, jnp.maximum(index, 0))
+        n, way = at.point.base_normal, at.view.to_eye
+        c = dot(n, way)
+        across = at.point.tangents.T @ way  # of length sqrt(1 - c^2); any axis will do at 0
+        size = jnp.sqrt(jnp.sum(across * across))
+        a = jnp.where(size > 1e-6, across / jnp.where(size > 1e-6, size, 1.0), jnp.eye(2)[0])
+        R = jnp.stack([a, jnp.stack([-a[1], a[0]])], 1)
+        found = Seen(at.point.position, n, way, at.view.distance, c, R.T @ at.S @ R)
+        d = camera.direction(p)
+        nothing = Seen(camera.eye + d, -d, -d, *jnp.ones(2), jnp.zeros((2, 2)))
+        met = (index >= 0) & (c > 0.0)
+        return jax.tree.map(lambda a, b: jnp.where(met, a, b), found, nothing)
+
+    return jax.vmap(one)(p, index)
+
+
+# --- criteria ------------------------------------------------------------------------------------
+
+
+def glossy_map(
+    cutoff: RealLike, at: Seen, slope: RealLike = 0.0, light: RealLike = 0.0
+) -> Float[Array, "*n"]:
+    """Angular bandwidth at the eye of what is reflected about the mirrored direction.
+
+    `|J + d s| cutoff + d s light`, J as the module has it.
+
+    Valid to first order, pointwise, for blockers in the mirrored direction; a bound for light whose
+    spectrum ends at `light`, and without blockers (`slope` 0) the exact reach.
+
+    Args:
+        cutoff: where the lobe's spectrum ends, or that of the light if it ends before [1/rad].
+        at: pixels.
+        slope: `1 / d'` of blockers, 0 for none [1/m].
+        light: where the spectrum of the light ends that blockers cut [1/rad].
+
+    Returns:
+        Cycles per radian of the eye.
+
+    Raises:
+        ValueError: for an argument that is negative.
+
+    Reference: D05 §6.2, eqs. 20-21, in space (`C.bandwidth.glossy`).
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.methods.bandwidth_map import Seen, glossy_map
+        >>> up, one = jnp.array([0.0, 0.0, 1.0]), jnp.ones(())
+        >>> ball = Seen(0.0 * up, up, up, 3.0 * one, one, -jnp.eye(2) / 2.0)
+        >>> glossy_map(1.0, ball).item(), glossy_map(1.0, ball, slope=0.5).item()
+        (4.0, 5.5)
+    """
+    d, s = _checked(cutoff, at, slope, light)
+    c, S = as_float(at.cosine), as_float(at.S)
+    first = jnp.stack([1.0 - 2.0 * d * S[..., 0, 0] / c + d * s, -2.0 * d * S[..., 0, 1]], -1)
+    second = jnp.stack([-2.0 * d * S[..., 1, 0], 1.0 - 2.0 * d * c * S[..., 1, 1] + d * s], -1)
+    J = jnp.stack([first, second], -2)
+    return spectral_norm(J) * as_float(cutoff) + d * s * as_float(light)
+
+
+def diffuse_map(
+    cutoff: RealLike, at: Seen, slope: RealLike = 0.0, light: RealLike = 0.0
+) -> Float[Array, "*n"]:
+    """Angular bandwidth at the eye of what is reflected about the normal: irradiance.
+
+    `|N| cutoff + (d s / c) (cutoff + light)`, N as the module has it.
+
+    Args:
+        cutoff: where the spectrum of the cosine ends [1/rad].
+        at: pixels.
+        slope: as in `glossy_map`.
+        light: as in `glossy_map`.
+
+    Raises:
+        ValueError: for an argument that is negative.
+
+    Reference: D05 §6.2 for a lobe that follows the normal (`C.bandwidth.diffuse`).
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.methods.bandwidth_map import Seen, diffuse_map
+        >>> up, one = jnp.array([0.0, 0.0, 1.0]), jnp.ones(())
+        >>> ball = Seen(0.0 * up, up, up, 3.0 * one, one, -jnp.eye(2) / 2.0)
+        >>> diffuse_map(1.0, ball).item(), diffuse_map(1.0, ball, slope=0.5).item()
+        (1.5, 3.0)
+    """
+    d, s = _checked(cutoff, at, slope, light)
+    c, S = as_float(at.cosine), as_float(at.S)
+    N = d[..., None, None] * S * jnp.stack([1.0 / c, jnp.ones_like(c)], -1)[..., None, :]
+    reach = as_float(cutoff) + as_float(light)
+    return spectral_norm(N) * as_float(cutoff) + d * s / c * reach
+
+
+def _checked(cutoff, at: Seen, slope, light) -> tuple[Array, Array]:
+    for name, value in (("cutoff", cutoff), ("slope", slope), ("light", light)):
+        check_not_negative(name, value)
+    check_positive("cosine", at.cosine)
+    return as_float(at.distance), as_float(slope)
+
+
+def rms_cutoff(exponent: RealLike) -> Float[Array, "..."]:
+    """Root mean square frequency of `cos^s`, cut off at zero: `s / (2 pi sqrt(2 s - 1))` [1/rad].
+
+    The clamped cosine itself has s = 1; a narrow lobe is nearly a Gaussian of standard deviation
+    `1 / sqrt(s)`. Infinite for s <= 1/2, where the end at the horizon is too steep.
+
+    Args:
+        exponent: s.
+
+    Example:
+        >>> from firstorder.methods.bandwidth_map import rms_cutoff
+        >>> [round(rms_cutoff(s).item(), 3) for s in (1.0, 200.0)]
+        [0.159, 1.594]
+    """
+    s = as_float(exponent)
+    steep = 2.0 * s <= 1.0
+    return jnp.where(
+        steep, jnp.inf, s / (2.0 * jnp.pi * jnp.sqrt(jnp.where(steep, 1.0, 2.0 * s - 1.0)))
+    )
+
+
+# --- the same from differences between pixels ----------------------------------------------------
+
+
+class Turns(NamedTuple):
+    """What turns from pixel to pixel, in the last axis along px and py.
+
+    Attributes:
+        mirrored: direction [per pixel].
+        normal: direction [per pixel].
+        moved: position across the mirrored direction [m per pixel].
+        position: [m per pixel].
+    """
+
+    mirrored: Float[np.ndarray, "w h 3 2"]
+    normal: Float[np.ndarray, "w h 3 2"]
+    moved: Float[np.ndarray, "w h 3 2"]
+    position: Float[np.ndarray, "w h 3 2"]
+
+
+def screen_turns(
+    position: Float[np.ndarray, "w h 3"],
+    normal: Float[np.ndarray, "w h 3"],
+    eye: Float[np.ndarray | Array, "3"],
+    label: Int[np.ndarray | Array, "w h"],
+) -> Turns:
+    """Differences between neighbours that show the same; 0 where a pixel has no such neighbour.
+
+    Args:
+        position: at each pixel, first axis across [m].
+        normal: unit.
+        eye: [m].
+        label: what each pixel shows.
+
+    Reference: D05 §6.2: "directly in screen-space with finite-difference approximation".
+    """
+    to_eye = np.asarray(eye) - position
+    to_eye = to_eye / np.linalg.norm(to_eye, axis=-1, keepdims=True)
+    mirrored = 2.0 * np.sum(normal * to_eye, -1, keepdims=True) * normal - to_eye
+    label = np.asarray(label)
+    r, n, x = (_differences(a, label) for a in (mirrored, normal, position))
+    along = np.sum(mirrored[..., None] * x, -2, keepdims=True)
+    return Turns(r, n, x - mirrored[..., None] * along, x)
+
+
+def _differences(a: np.ndarray, label: np.ndarray) -> np.ndarray:
+    """Along both axes: the mean of the differences to the neighbours of the same label."""
+    out = np.zeros((*a.shape, 2))
+    for axis in (0, 1):
+        step = np.diff(a, axis=axis)
+        same = np.diff(label, axis=axis) == 0
+        step = np.where(same[..., None], step, 0.0)
+        total, count = np.zeros(a.shape), np.zeros(label.shape)
+        for part in (slice(1, None), slice(None, -1)):
+            at = (part, slice(None)) if axis == 0 else (slice(None), part)
+            total[at] += step
+            count[at] += same
+        out[..., axis] = total / np.maximum(count, 1.0)[..., None]
+    return out
+
+
+def screen_glossy(
+    cutoff: RealLike, turns: Turns, slope: RealLike = 0.0, light: RealLike = 0.0
+) -> Float[Array, "w h"]:
+    """`glossy_map` from differences: `|r_p + s x_p| cutoff + s |x_p| light` [cycles per pixel].
+
+    x_p is what moves across the mirrored direction r. Arguments are those of `glossy_map`.
+    """
+    s = as_float(slope)[..., None, None]
+    moved = as_float(turns.moved)
+    turn = spectral_norm(as_float(turns.mirrored) + s * moved)
+    return turn * as_float(cutoff) + as_float(slope) * spectral_norm(moved) * as_float(light)
+
+
+def screen_diffuse(
+    cutoff: RealLike, turns: Turns, slope: RealLike = 0.0, light: RealLike = 0.0
+) -> Float[Array, "w h"]:
+    """`diffuse_map` from differences [cycles per pixel]. Arguments are those of `diffuse_map`."""
+    reach = as_float(cutoff) + as_float(light)
+    moved = as_float(slope) * spectral_norm(as_float(turns.position))
+    return spectral_norm(as_float(turns.normal)) * as_float(cutoff) + moved * reach
+
+
+# --- blockers ------------------------------------------------------------------------------------
+
+
+def mean_slope(
+    distance: Float[Array | np.ndarray, "*n k"],
+    weight: Float[Array | np.ndarray, "*n k"] | None = None,
+) -> Float[Array, "*n"]:
+    """Mean of `1 / d'` over rays: the inverse of the harmonic mean of blockers' distances [1/m].
+
+    Where edges are equally dense in all directions, the light that they take and give while the
+    receiver moves by a metre is proportional to it, each ray weighted by the light it carries
+    (`C.bandwidth.slope`). It does not bound: the nearest blocker's slope is larger.
+
+    Args:
+        distance: to what each ray meets, infinity where it meets nothing [m].
+        weight: light that a ray would carry, unblocked; the same for all, if left out.
+
+    Returns:
+        0 where nothing is met, or no ray carries light.
+
+    Reference: D05 §6.2; the weights are what it asks for at its end.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.methods.bandwidth_map import mean_slope
+        >>> d = jnp.array([0.5, 2.0, jnp.inf])
+        >>> round(mean_slope(d).item(), 4), mean_slope(d, jnp.array([0.0, 1.0, 3.0])).item()
+        (0.8333, 0.125)
+    """
+    d = as_float(distance)
+    near = (d > 0.0) & jnp.isfinite(d)
+    slope = jnp.where(near, 1.0 / jnp.where(near, d, 1.0), 0.0)
+    w = jnp.ones_like(d) if weight is None else as_float(weight)
+    total = jnp.sum(w, -1)
+    return jnp.sum(w * slope, -1) / jnp.where(total > 0.0, total, 1.0)
+
+
+def blocker_distance(
+    scene: Scene, x: Float[Array, "n 3"], along: Float[Array, "n k 3"], on: Int[Array, " n"]
+) -> Float[Array, "n k"]:
+    """How far rays from points run until they meet something; infinity, if nothing [m].
+
+    Args:
+        scene: shapes.
+        x: points on surfaces [m].
+        along: unit vectors.
+        on: number of the shape on which each point lies.
+    """
+    start = jnp.broadcast_to(x[:, None], along.shape)
+    whose = jnp.broadcast_to(on[:, None], along.shape[:2])
+    return nearest(scene, start.reshape(-1, 3), along.reshape(-1, 3), whose.ravel()).t.reshape(
+        along.shape[:2]
+    )
+
+
+# --- densities -----------------------------------------------------------------------------------
+
+
+def radians_per_pixel(camera: Pinhole, p: Float[Array | np.ndarray, "*n 2"], side: RealLike):
+    """Square root of a pixel's solid angle: `side gamma^(1/2) / (gamma^2 + p^2)^(3/4)`.
+
+    Args:
+        camera: the eye.
+        p: image coordinates.
+        side: of a pixel [unit of the image].
+    """
+    gamma, p = camera.gamma, as_float(p)
+    return side * jnp.sqrt(gamma) / (gamma**2 + jnp.sum(p * p, -1)) ** 0.75
+
+
+def density(
+    bandwidth: Numbers, *, power: float = 2.0, even: float = 0.1, limit: float = NYQUIST
+) -> Float[np.ndarray, "*n"]:
+    """Samples in proportion to a power of the bandwidth, and some everywhere.
+
+    2 is Nyquist's rate in both directions of an image. Errors of linear interpolation fall as
+    `B^2 / density`, and their sum of squares is least for `B^(4/3)` (`C.bandwidth.density`).
+
+    Args:
+        bandwidth: at each pixel [cycles per pixel].
+        power: of the bandwidth.
+        even: share of the samples that is spread evenly, in [0, 1].
+        limit: above which a bandwidth counts no more [cycles per pixel].
+
+    Returns:
+        With the mean 1.
+
+    Raises:
+        ValueError: for a bandwidth or power that is negative, or a limit that is not positive.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.methods.bandwidth_map import density
+        >>> density(np.array([0.1, 0.2]), even=0.0).tolist()
+        [0.4, 1.6]
+    """
+    check_not_negative("bandwidth", bandwidth)
+    check_not_negative("power", power)
+    check_positive("limit", limit)
+    if not 0.0 <= even <= 1.0:
+        raise ValueError(f"Argument `even` must lie in [0, 1], but is {even}.")
+    raised = np.minimum(np.asarray(bandwidth, float), limit) ** power
+    mean = float(np.mean(raised))
+    own = raised / mean if mean > 0.0 else np.ones_like(raised)
+    return even + (1.0 - even) * own
+
+
+__all__ = [
+    "Seen",
+    "Turns",
+    "blocker_distance",
+    "density",
+    "diffuse_map",
+    "glossy_map",
+    "mean_slope",
+    "radians_per_pixel",
+    "rms_cutoff",
+    "screen_diffuse",
+    "screen_glossy",
+    "screen_turns",
+    "seen",
+]
