@@ -151,7 +151,7 @@ def sheared(
     """
     check_positive("cells", cells)
     local = lamp.local(np.asarray(receivers, float))
-    share = _cell_shares(cells, falloff)
+    share = cell_shares(cells, falloff)
     near, far = depth_bounds(lamp, table, receivers, pixel) if bounds is None else bounds
     shape = filter_shape(local[:, 2], near, far, Omega_y, pixel, float(np.max(lamp.half)))
     sums = gather(lamp, table, local, shape.sigma, shape.shear, cells, weights)
@@ -160,8 +160,13 @@ def sheared(
     return Shadows((1.0 - own) * visible + own * fallback, sums.samples, near, far, own)
 
 
-def _cell_shares(cells: int, falloff) -> Numbers:
-    """How much of the light each cell sends, all together 1."""
+def cell_shares(cells: int, falloff: Callable[[Plane], Numbers] | None = None) -> Numbers:
+    """How much of the light each cell sends, all together 1.
+
+    Args:
+        cells: along each edge of the lamp.
+        falloff: of the light, from places in [-1, 1]^2; None for a constant.
+    """
     if falloff is None:
         return np.full(cells**2, 1.0 / cells**2)
     x = (2.0 * np.arange(8 * cells) + 1.0) / (8 * cells) - 1.0
@@ -173,6 +178,7 @@ def _cell_shares(cells: int, falloff) -> Numbers:
 __all__ = [
     "Shadows",
     "Shape",
+    "cell_shares",
     "depth_bounds",
     "filter_shape",
     "sheared",

@@ -1,0 +1,99 @@
+"""What few and more shared rays show of fine shadows, and what even those miss.
+
+E11 Fig. 15 shows an inset of its Fig. 1 with contrast times 4, and no numbers. Ours: the ground of
+our stand-in for that scene (a plant of 1.3 M triangles over a flat ground), 256 x 256 pixels, 1 ray
+for each at 2 cycles of the lamp's diameter and 10 rays at 16, beside 2,048 stratified rays. Detail
+is the root mean square of the second differences of the image, without that of the reference's
+noise; contrast is stretched four times about the middle grey of the inset.
+
+The last panel is 10 rays at the limit that each pixel chooses by itself.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from figures import _e11_limits as limits
+from figures import _e11_space as scenes
+from figures.style import Claim, Drawing
+from firstorder import plotting
+
+LOW, HIGH = np.array([2.0, 4.0]), np.array([8.0, 16.0])  # cycles; the ends are shown
+FEW, MANY = 1, 10
+CONTRAST = 4.0
+LADDER = np.array([2.0, 4.0, 8.0, 16.0])
+
+
+def draw(quick: bool = False) -> Drawing:
+    """Four insets and the image they are from."""
+    side = scenes.QUICK_SIDE if quick else scenes.SIDE
+    ground = limits.ground(scenes.plant(side, quick), quick)
+    few = ground.answers(ground.traced(FEW), LOW).visible[0]
+    rungs = ground.answers(ground.traced(MANY), LADDER)
+    many, chosen = rungs.visible[-1], ground.chosen(rungs).visible
+    shown = {
+        f"{FEW} ray, {LOW[0]:g} cycles": few,
+        f"{MANY} rays, {LADDER[-1]:g} cycles": many,
+        f"{MANY} rays, automatic": chosen,
+        f"{ground.rays} rays of its own": ground.true,
+    }
+    whole = ground.picture(ground.true)
+    inset = limits.window(whole, side // 4)
+    figure, axes = plotting.panels(1, 5, width=2.3, height=2.6)
+    scenes.show(axes[0, 0], whole, "the image", cmap="gray", vmin=0, vmax=1)
+    i, j = inset
+    x, y = [i.start, i.stop, i.stop, i.start, i.start], [j.start, j.start, j.stop, j.stop, j.start]
+    axes[0, 0].plot(x, y, color=plotting.COLOURS[1], lw=1.0)
+    middle = float(np.nanmean(whole[inset]))
+    ends = dict(vmin=middle - 0.5 / CONTRAST, vmax=middle + 0.5 / CONTRAST)
+    for ax, (title, values) in zip(axes[0, 1:], shown.items(), strict=True):
+        error = "" if values is ground.true else f"\nRMS {100 * ground.rms(values):.2f} %"
+        scenes.show(ax, ground.picture(values)[inset], title + error, cmap="gray", **ends)
+    arrays = {title: ground.picture(values) for title, values in shown.items()}
+    claims = _claims(ground, few, many, chosen, inset)
+    size = f"{side} x {side} pixels, {ground.scene.triangles} triangles, {ground.rays} rays"
+    return Drawing(figure, arrays, claims, {}, size, limits.SEED)
+
+
+def _detail(image: np.ndarray, noise: float = 0.0) -> float:
+    """Root mean square of second differences; white noise adds 20 times its variance."""
+    f = image[1:-1, 1:-1] * 4.0 - image[2:, 1:-1] - image[:-2, 1:-1]
+    f = f - image[1:-1, 2:] - image[1:-1, :-2]
+    return float(np.sqrt(max(np.nanmean(f**2) - 20.0 * noise**2, 0.0)))
+
+
+def _claims(ground, few, many, chosen, inset) -> list[Claim]:
+    true = ground.picture(ground.true)[inset]
+    noise = float(np.sqrt(np.nanmean(true * (1.0 - true)) / ground.rays))
+    whole = _detail(true, noise)
+    low, high = (_detail(ground.picture(a)[inset]) / whole for a in (few, many))
+    errors = [ground.rms(a) for a in (few, many, chosen)]
+    return [
+        Claim("RMS error, 1 ray and low band limit", None, errors[0]),
+        Claim("RMS error, 10 rays and high band limit", None, errors[1]),
+        Claim(
+            "RMS error of 10 rays at a high limit over 1 ray at a low one",
+            "captures more",
+            errors[1] / errors[0],
+            "times",
+            errors[1] < errors[0],
+        ),
+        Claim(
+            "Detail of 1 ray at a low limit", "overblurred", low, "of the reference's", low < 1.0
+        ),
+        Claim(
+            "Detail of 10 rays at a high limit over that of 1 ray at a low one",
+            "captures more shadow frequencies",
+            high / low,
+            "times",
+            high > low,
+        ),
+        Claim(
+            "Detail of 10 rays at a high limit (their noise counts as detail)",
+            "still missing some",
+            high,
+            "of the reference's",
+            high < 1.0,
+        ),
+        Claim("RMS error, 10 rays at the automatic limit", None, errors[2]),
+    ]

@@ -1,0 +1,243 @@
+r"""How wrong shared shadow rays are expected to be, and the band limit Omega_y that this suggests.
+
+**Noise.** A receiver's answer is a sum over cells of the lamp, each the weighed share p of free
+rays among its part of n effective ones: a coin tossed n times (`noise`). Rays that are spread
+evenly do better than that, so that it is rather too large.
+
+**Bias.** What the filter with band limit Omega_y leaves out is the energy outside of it. On the
+lamp it blurs blockers at the ends of the depth range by a Gaussian, `T(u) = exp(-u^2 / 2)` at
+`u = Omega / Omega_y` for each axis, hence for frequencies in the plane too. The answer at Omega_y
+is off by the sum of all steps to twice the limit, and so at most by the sum of their sizes: all of
+it for a single frequency; 1.06 times as much where power falls with Omega^-4, as shadows with kinks
+do: those of edges under a lamp with edges. There each step is 2^-1.5 of the one before, which
+stands for the steps that are not made. The size of a step can be measured: every second ray gives
+one answer and the others another; the mean over neighbours of the product of their steps is that
+size squared, for their noise is not the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+import scipy.ndimage
+from jaxtyping import Float, Int
+
+from firstorder.errors import check_positive
+from firstorder.methods.shadowfield.depths import depth_bounds
+from firstorder.methods.shadowfield.gather import Sums, gather
+from firstorder.methods.shadowfield.rays import LampFrame, Plane, RayTable
+from firstorder.methods.shadowfield.space import cell_shares, filter_shape
+
+STEP = 2.0**-1.5  # sizes of steps where power falls with Omega^-4
+
+Numbers = Float[np.ndarray, " m"]
+Rungs = Float[np.ndarray, "k m"]
+
+
+class Ladder(NamedTuple):
+    """Answers at several band limits from the same rays, and how far off each should be.
+
+    Attributes:
+        limits: Omega_y, each twice the one before [cycles/m].
+        visible: share of the lamp that is seen.
+        noise: standard deviation of it.
+        bias: root mean square of what the filter leaves out.
+        samples: effective numbers of rays.
+    """
+
+    limits: Float[np.ndarray, " k"]
+    visible: Rungs
+    noise: Rungs
+    bias: Rungs
+    samples: Rungs
+
+    @property
+    def error(self) -> Rungs:
+        """Noise and bias together: they are independent."""
+        return np.hypot(self.noise, self.bias)
+
+    @property
+    def best(self) -> Int[np.ndarray, " m"]:
+        """Number of the band limit with the least error at each receiver."""
+        return np.argmin(self.error, 0)
+
+    @property
+    def best_of_all(self) -> int:
+        """Number of the one with the least mean square over all receivers."""
+        return int(np.argmin(np.mean(self.error**2, 1)))
+
+
+class Chosen(NamedTuple):
+    """An image, each pixel at its own band limit.
+
+    Attributes:
+        visible: share of the lamp that is seen.
+        error: expected root mean square error.
+        limit: Omega_y [cycles/m].
+    """
+
+    visible: Numbers
+    error: Numbers
+    limit: Numbers
+
+
+def odds(sums: Sums, before: Float[np.ndarray, "m c"] | None = None) -> Float[np.ndarray, "m c"]:
+    """How likely a ray of each cell is free: two more rays by what was known `before`.
+
+    A few rays that agree promise no certainty.
+
+    Args:
+        sums: of rays.
+        before: the same from a wider filter; by default of all the receiver's rays, and one free
+            and one hidden ray more (Laplace's rule).
+    """
+    total = np.where(sums.total > 0.0, sums.total, 1.0)
+    n = sums.samples[:, None]
+    laplace = (n * (np.sum(sums.free, 1) / total)[:, None] + 1.0) / (n + 2.0)
+    each = n * sums.mass / total[:, None]
+    return (each * sums.seen + 2.0 * (laplace if before is None else before)) / (each + 2.0)
+
+
+def noise(sums: Sums, share: Float[np.ndarray, " c"], free: Float[np.ndarray, "m c"]) -> Numbers:
+    """Standard deviation of the share of the lamp that is seen.
+
+    `sum share^2 p (1 - p) / (n / cells)`: rays start everywhere on the lamp.
+
+    Args:
+        sums: of rays.
+        share: of each cell in the light.
+        free: how likely a ray of each cell is free (`odds`).
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.methods.shadowfield.automatic import noise, odds
+        >>> from firstorder.methods.shadowfield.gather import Sums
+        >>> coin = Sums(np.array([[100.0]]), np.array([[50.0]]), np.array([100.0]))
+        >>> noise(coin, np.ones(1), odds(coin)).tolist()  # sqrt(1/4 / 100)
+        [0.05]
+    """
+    variance = np.sum(share**2 * free * (1.0 - free), 1) * len(share)
+    return np.sqrt(variance / np.maximum(sums.samples, 1.0))
+
+
+def ladder(
+    lamp: LampFrame,
+    table: RayTable,
+    receivers: Float[np.ndarray, "m 3"],
+    limits: Float[np.ndarray, " k"],
+    pixel: float,
+    fallback: Numbers,
+    image: tuple[Int[np.ndarray, " m"], int],
+    cells: int = 4,
+    falloff: Callable[[Plane], Numbers] | None = None,
+    bounds: tuple[Numbers, Numbers] | None = None,
+    own_rays: float = np.inf,
+    radius: float = 4.0,
+) -> Ladder:
+    """Answers of `sheared` at several band limits, with the errors to expect.
+
+    Args:
+        lamp: the lamp.
+        table: the rays.
+        receivers: in the world [m].
+        limits: Omega_y, each twice the one before, at least two [cycles/m].
+        pixel: side of a pixel on the receivers [m].
+        fallback: what to take among the blockers.
+        image: the receivers' numbers in a square image, and its side: for the mean of neighbours.
+        cells: along each edge of the lamp.
+        falloff: of the light over the lamp, from places in [-1, 1]^2; None for a constant.
+        bounds: of the blockers' depths; by default those of `depth_bounds`.
+        own_rays: how many rays `fallback` is made of.
+        radius: standard deviation of the mean over neighbours [pixels].
+
+    Valid when: shadows have edges, and the lamp too. A lamp that fades out leaves less energy
+    outside than is expected here. Wrong where the sharpest limit still blurs far more than edges:
+    what no answer shows cannot be measured.
+
+    Raises:
+        ValueError: if limits are not each twice the one before.
+    """
+    check_positive("radius", radius)
+    chosen = np.asarray(limits, float)
+    if len(chosen) < 2 or not np.allclose(chosen[1:], 2.0 * chosen[:-1]):
+        raise ValueError(
+            "Argument `limits` must hold numbers each twice the one before, two or more."
+        )
+    local, share = lamp.local(np.asarray(receivers, float)), cell_shares(cells, falloff)
+    near, far = depth_bounds(lamp, table, receivers, pixel) if bounds is None else bounds
+    halves = [RayTable(*(a[k::2] for a in table)) for k in range(2)]
+    visible, spread, samples, steps, own = [], [], [], [], np.zeros(len(local))
+    likely = None
+    for Omega_y in chosen:
+        shape = filter_shape(local[:, 2], near, far, Omega_y, pixel, float(np.max(lamp.half)))
+        both = [gather(lamp, t, local, shape.sigma, shape.shear, cells) for t in halves]
+        sums = Sums(*(a + b for a, b in zip(*both, strict=True)))
+        some = sums.square > 0.0
+        visible.append(np.where(some, np.sum(share * sums.seen, 1), 1.0))
+        # A half without rays has nothing to say: it agrees.
+        steps.append([np.where(h.square > 0.0, h.seen @ share, visible[-1]) for h in both])
+        likely = odds(sums, likely)
+        spread.append(np.where(some, noise(sums, share, likely), 0.0))
+        samples.append(sums.samples)
+        own = np.maximum(own, np.where(np.isfinite(near) & ~some, 1.0, shape.touched))
+    found, sigma = np.array(visible), np.array(spread)
+    lost = _bias(np.array(steps), image, radius)
+    toss = fallback * (1.0 - fallback) / own_rays
+    return Ladder(
+        chosen,
+        (1.0 - own) * found + own * fallback,
+        np.sqrt(((1.0 - own) * sigma) ** 2 + own**2 * toss),
+        (1.0 - own) * lost,
+        np.array(samples),
+    )
+
+
+def _bias(halves: Float[np.ndarray, "k 2 m"], image, radius: float) -> Rungs:
+    """The sizes of all steps upwards; those beyond the last rung by their ratio."""
+    change = np.diff(halves, axis=0)
+    square = [_spread(a * b, image, radius) for a, b in change]
+    step = np.sqrt(np.maximum(square, 0.0))
+    steps = np.concatenate([step, step[-1:] * STEP / (1.0 - STEP)])
+    return np.cumsum(steps[::-1], 0)[::-1]
+
+
+def _spread(values: Numbers, image, radius: float) -> Numbers:
+    """Mean over neighbours in the image that show something."""
+    where, side = image
+    whole, shown = np.zeros((2, side**2))
+    whole[where], shown[where] = values, 1.0
+    both = [scipy.ndimage.gaussian_filter(a.reshape(side, side), radius) for a in (whole, shown)]
+    return (both[0] / np.maximum(both[1], 1e-12)).ravel()[where]
+
+
+def automatic(
+    rungs: Ladder, image: tuple[Int[np.ndarray, " m"], int], radius: float = 2.0
+) -> Chosen:
+    """Each pixel at the band limit of least expected error, without jumps between neighbours.
+
+    Args:
+        rungs: answers at several band limits.
+        image: the receivers' numbers in a square image, and its side.
+        radius: over which the choice is smoothed [pixels].
+    """
+    at = _spread(rungs.best.astype(float), image, radius)
+    low = np.minimum(at.astype(int), len(rungs.limits) - 2)
+    t, here = at - low, np.arange(len(at))
+
+    def between(values):
+        return (1.0 - t) * values[low, here] + t * values[low + 1, here]
+
+    error = np.sqrt(between(rungs.error**2))
+    return Chosen(between(rungs.visible), error, rungs.limits[0] * 2.0**at)
+
+
+__all__ = [
+    "Chosen",
+    "Ladder",
+    "automatic",
+    "ladder",
+    "noise",
+    "odds",
+]
