@@ -260,14 +260,4 @@ ROWS = [
         **_measured(_order(numbers.rotation_order, 3)),
         note="Third order in the angular distance from the axis: 0.2 degrees at 10.",
     ),
-    Row(
-        "D05.s5.2c",
-        "approximation",
-        CURVATURE,
-        proofs.four_dimensional_shear,
-        autodiff=Check(lambda: square_error("curvature in space", "hessian"), 1e-10),
-        fourier=Check(lambda: square_error("curvature in space", "spectrum"), 1e-9),
-        brute_force=_order(numbers.surface_normal_order, 2),
-        note="The shear is exact for the linearised normal, itself of second order (D05.19).",
-    ),
 ]

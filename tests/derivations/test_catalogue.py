@@ -66,6 +66,16 @@ def test_unnumbered_statements_belong_to_issue_1_but_for_a_few_about_shadows():
         "R07.s7.2a": 3,
         "R07.sDa": 3,
         "R07.s6.2": 2,  # the metric that shadow edges give
+        "R07.s9.1a": 4,  # adaptive sampling: how D05's metric is put into numbers
+        "R07.s9.1b": 4,
+        "R07.s9.1c": 4,
+        "E11.sBa": 4,  # Appendix B in words
+        "E11.sBb": 4,
+        "D05.s5.2d": 4,  # the shading chain in 4D
+        "D05.s5.2e": 4,
+        "D05.s5.2f": 4,
+        "D05.s5.2g": 4,
+        "D05.s5.2h": 4,
     }
 
 

@@ -85,6 +85,9 @@ PROBES = {
     "transport.DifferentialIrradiance": lambda s: on(transport.DifferentialIrradiance(s), s, SLOPE),
     "transport.Fresnel": lambda s: jet(transport.Fresnel(1.0 + s)),
     "transport.Gather": lambda s: on(transport.Gather(reach=2.0 + s, nodes=8), s, SLOPE),
+    "transport.GlossyPatch": lambda s: transport.GlossyPatch(
+        s * jnp.eye(2), 0.5, 0.1, azimuth=0.1 * s
+    ).mirror_matrix(),
     "transport.Incidence": lambda s: on(transport.Incidence(s), s),
     "transport.Layers": lambda s: on(
         transport.Layers((mask(s), mask(-1.0)), jnp.stack([s, 1.0])), s, SLOPE

@@ -38,6 +38,7 @@ from firstorder.transport.rotation import Curvature
 from firstorder.transport.separable import Angular, AngularFactor, separable
 from firstorder.transport.shading import Reflected, Surface, Terms, far_light_ratio
 from firstorder.transport.slopes import ToAngle, ToSlope, theta_D_v, v_D_theta
+from firstorder.transport.space_chain import GlossyPatch
 from firstorder.transport.tabulate import Tabulate
 from firstorder.transport.texture import Texture, Wave, wave
 from firstorder.transport.travel import Arrival, Travel
@@ -61,6 +62,7 @@ __all__ = [
     "Fresnel",
     "Gather",
     "Ggx",
+    "GlossyPatch",
     "Incidence",
     "Layers",
     "Light",

@@ -18,8 +18,9 @@ class Curvature(Event):
 
     Into the local frame: `L_local(x, theta) = L(x, theta + kappa x)`, a shear along the angle; the
     spectrum shears along space, `F(Omega_x - kappa Omega_theta, Omega_theta)`. `back=True` undoes
-    it. In space `kappa` may be a 2 x 2 matrix: `-S` with the shape operator S of conventions, so
-    that a diagonal one holds two principal curvatures.
+    it. In space `kappa` may be a 2 x 2 matrix. With the shape operator S of conventions it is `S`
+    for angles that turn away from the axes, as the slopes of `Travel` do, and `-S` for angles that
+    lean towards them. That is for light about the normal; aslant, see `equator.Bend`.
 
     Args:
         kappa: curvature dn/dx in radians per metre, positive in a valley; a scalar, or a
