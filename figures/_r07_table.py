@@ -18,7 +18,7 @@ from firstorder.space import Scene, sphere, thing
 from firstorder.space.image import pinhole
 from firstorder.space.lit import Lamp
 from firstorder.space.render import labels
-from firstorder.space.shaded import Pixels, shade_all
+from firstorder.space.shaded import Finish, Pixels, shade_all
 
 RADIUS = 0.5
 BUMP, WAVE = 0.012, 2.0 * np.pi / 0.25
@@ -82,7 +82,8 @@ def shown(world: Table, p: np.ndarray) -> np.ndarray:
 def shaded(world: Table, lamps, p: np.ndarray, shadows: bool) -> tuple[Pixels, np.ndarray]:
     """Pixels at image coordinates, and which shape each shows."""
     index = shown(world, p)
-    found = shade_all(world.scene, world.camera, lamps, p, index, world.height, shadows)
+    finish = Finish(world.height)
+    found = shade_all(world.scene, world.camera, lamps, p, index, finish, shadows)
     return found, index
 
 

@@ -155,6 +155,20 @@ def test_what_matters_nowhere_is_not_split():
     assert (len(found.p), found.rounds) == (96, 1)
 
 
+def test_a_thorough_tree_leaves_nothing_out():
+    """A disc that shows in no middle of the first grid, and no gradient at all."""
+
+    def disc(p):
+        inside = np.sum((p - 8.0) ** 2, 1) < 4.0
+        return Shaded(inside.astype(float), 0.0 * p)
+
+    options = dict(smallest=1.0, labels=None)
+    assert sample_image(disc, 32, 32, 1400, **options).value.max() == 0.0
+    found = sample_image(disc, 32, 32, 1400, **options, thorough=True)
+    assert len(found.p) == 16 + 64 + 256 + 1024
+    assert found.value[found.leaf].sum() == disc(pixels(32, 32)).value.sum() > 0.0
+
+
 def test_smallest_squares_stay_whole():
     found = sample_image(rings, 16, 16, 10_000, by_area, smallest=2.0)
     assert (found.size.min(), found.leaf.sum()) == (2.0, 64)

@@ -10,7 +10,7 @@ from firstorder.space import Scene, plane, sphere, thing
 from firstorder.space.image import pinhole
 from firstorder.space.lit import Lamp
 from firstorder.space.render import labels
-from firstorder.space.shaded import shade, shade_all, shadow_rays
+from firstorder.space.shaded import Finish, shade, shade_all, shadow_rays
 
 SCENE = Scene.of(
     thing(
@@ -39,7 +39,7 @@ def height(index, x):
 
 
 def pixels(p=PLACES, **options):
-    return shade_all(SCENE, CAMERA, [LAMP], p, np.array(SHOWN), height, **options)
+    return shade_all(SCENE, CAMERA, [LAMP], p, np.array(SHOWN), Finish(height), **options)
 
 
 @pytest.fixture(scope="module")

@@ -23,141 +23,22 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from firstorder.errors import check_positive
-
-Places = Float[np.ndarray, "n 2"]
-Numbers = Float[np.ndarray, " n"]
-
-
-class Shaded(NamedTuple):
-    """What a shading function returns for places of the image.
-
-    Attributes:
-        value: radiance [W/(m^2 sr)].
-        gradient: per pixel, or None if it is not computed.
-        more: anything else that a metric wants, a row per place.
-    """
-
-    value: Numbers
-    gradient: Float[np.ndarray, "n 2"] | None = None
-    more: np.ndarray | None = None
-
-
-class Squares(NamedTuple):
-    """What a metric sees: squares, what was found in their middles and beside them.
-
-    Attributes:
-        size: side lengths [pixels].
-        shaded: what the shading function gave.
-        differences: central differences between the four that came of one square (of neighbours in
-            the first grid): the gradient as it looks without derivatives, per pixel.
-    """
-
-    size: Numbers
-    shaded: Shaded
-    differences: Float[np.ndarray, "n 2"]
-
+from firstorder.methods.importance import (
+    Metric,
+    Numbers,
+    Places,
+    Shaded,
+    Squares,
+    by_area,
+    by_bending,
+    by_density,
+    by_differences,
+    by_gradient,
+    by_hessian,
+    by_variance,
+)
 
 Shade = Callable[[Places], Shaded]
-Metric = Callable[[Squares], Numbers]
-
-
-# --- metrics: how much a square wants to be split ------------------------------------------------
-
-
-def by_area(squares: Squares) -> Numbers:
-    """The square's area: samples spread evenly, as far as halving goes.
-
-    Example:
-        >>> import numpy as np
-        >>> from firstorder.methods.quadtree import Shaded, Squares, by_area
-        >>> by_area(Squares(np.array([2.0]), Shaded(np.ones(1)), np.zeros((1, 2)))).tolist()
-        [4.0]
-    """
-    return squares.size**2
-
-
-def by_gradient(squares: Squares) -> Numbers:
-    """`|grad I| h^2`, from the gradient that the shading function computed.
-
-    Raises:
-        ValueError: if it computes none.
-
-    Reference: R07 §9.1.
-
-    Example:
-        >>> import numpy as np
-        >>> from firstorder.methods.quadtree import Shaded, Squares, by_gradient
-        >>> found = Shaded(np.ones(1), np.array([[3.0, 4.0]]))
-        >>> by_gradient(Squares(np.array([2.0]), found, np.zeros((1, 2)))).tolist()
-        [20.0]
-    """
-    if squares.shaded.gradient is None:
-        raise ValueError("Argument `metric` needs gradients, but `shade` returns none.")
-    return _norm(squares.shaded.gradient) * squares.size**2
-
-
-def by_differences(squares: Squares) -> Numbers:
-    """`|grad I| h^2` from differences of neighbouring samples, as renderers without derivatives do.
-
-    It misses what lies between the samples (R07 Fig. 16).
-
-    Example:
-        >>> import numpy as np
-        >>> from firstorder.methods.quadtree import Shaded, Squares, by_differences
-        >>> beside = np.array([[3.0, 4.0]])
-        >>> by_differences(Squares(np.array([2.0]), Shaded(np.ones(1)), beside)).tolist()
-        [20.0]
-
-    Reference: R07 §9.2.
-    """
-    return _norm(squares.differences) * squares.size**2
-
-
-def by_hessian(squares: Squares) -> Numbers:
-    """`|Hess I| h^3`: the shading function's `more` holds the Hessian, (n, 2, 2) per pixel^2.
-
-    What is read off samples with their planes, or linearly, errs by second derivatives.
-
-    Raises:
-        ValueError: if there are none.
-
-    Example:
-        >>> import numpy as np
-        >>> from firstorder.methods.quadtree import Shaded, Squares, by_hessian
-        >>> found = Shaded(np.ones(1), more=np.array([[[3.0, 0.0], [0.0, 4.0]]]))
-        >>> by_hessian(Squares(np.array([2.0]), found, np.zeros((1, 2)))).tolist()
-        [40.0]
-    """
-    H = squares.shaded.more
-    if H is None or H.shape[1:] != (2, 2):
-        raise ValueError("Argument `metric` needs Hessians in `more`, but `shade` returns none.")
-    return np.sqrt(np.sum(H**2, axis=(1, 2))) * squares.size**3
-
-
-def by_density(squares: Squares) -> Numbers:
-    """`m h^2` with the shading function's `more` as m, a density of importance, one a place.
-
-    Fit for every heuristic that is given in closed form: D05's band limit, or the product of
-    curvature, grazing view and gloss (R07 §9).
-
-    Raises:
-        ValueError: if there is none.
-
-    Example:
-        >>> import numpy as np
-        >>> from firstorder.methods.quadtree import Shaded, Squares, by_density
-        >>> found = Shaded(np.ones(1), more=np.array([3.0]))
-        >>> by_density(Squares(np.array([2.0]), found, np.zeros((1, 2)))).tolist()
-        [12.0]
-    """
-    m = squares.shaded.more
-    if m is None or m.ndim != 1:
-        raise ValueError("Argument `metric` needs a density in `more`, but `shade` returns none.")
-    return m * squares.size**2
-
-
-def _norm(g: Float[np.ndarray, "n 2"]) -> Numbers:
-    return np.sqrt(g[:, 0] ** 2 + g[:, 1] ** 2)
 
 
 # --- samples -------------------------------------------------------------------------------------
@@ -194,6 +75,7 @@ def sample_image(
     block: int = 8,
     batch: float = 0.03,
     smallest: float = 0.5,
+    thorough: bool = False,
 ) -> ImageSamples:
     """Samples an image where a metric finds it worth while.
 
@@ -207,6 +89,9 @@ def sample_image(
         block: side of the first squares, a power of 2 [pixels].
         batch: share of the squares to split in a round; 0 for one at a time.
         smallest: squares of this side are left whole [pixels].
+        thorough: whether squares of no importance are split too, by their area, once no others are
+            left: a shadow's core may have its edge in a corner. Otherwise the error has a floor
+            there that no budget removes.
 
     Raises:
         ValueError: if the first grid needs more than the budget, the block is no power of 2, or the
@@ -232,19 +117,19 @@ def sample_image(
             f"Argument `budget` must be at least {len(corner)}, one sample a block, "
             f"but is {budget}."
         )
-    tree = _Tree(budget, metric, mixed, smallest, (width, height))
+    tree = _Tree(budget, metric, mixed, smallest, (width, height), thorough)
     size = np.full(len(corner), float(block))
     p = tree.middles(corner, size)
     found = shade(p)
-    tree.add(corner, size, p, found, _grid_differences(found.value, columns, block))
+    tree.add(corner, size, p, found, *_around_grid(found, columns, block))
     while (chosen := tree.choose(batch)).size:
         corner, size = _quarters(tree.corner[chosen], tree.size[chosen])
         inside = np.all(corner < (width, height), axis=1)
         p = tree.middles(corner[inside], size[inside])
         found = shade(p)
-        differences = _sibling_differences(found.value, size, inside)
+        around = _around_siblings(found, size, inside)
         tree.leaf[chosen], tree.importance[chosen] = False, WHOLE
-        tree.add(corner[inside], size[inside], p, found, differences)
+        tree.add(corner[inside], size[inside], p, found, *around)
     return tree.samples()
 
 
@@ -273,17 +158,42 @@ def _quarters(
     return (corner[:, None] + half[:, None, None] * step).reshape(-1, 2), np.repeat(half, 4)
 
 
-def _grid_differences(value: Numbers, columns: int, block: int) -> Float[np.ndarray, "n 2"]:
-    """Differences between neighbours of the first grid."""
-    V = value.reshape(columns, -1)
+def _around_grid(found: Shaded, columns: int, block: int) -> tuple:
+    """Differences, bending and variance of neighbours in the first grid."""
+    V = found.value.reshape(columns, -1)
+    bending = None
+    if found.gradient is not None:
+        both = [_grid_differences(g.reshape(V.shape), block) for g in found.gradient.T]
+        bending = _symmetric(np.stack(both, 1))
+    W = np.pad(V, 1, mode="edge")
+    parts = [W[i : i + V.shape[0], j : j + V.shape[1]] for i in range(3) for j in range(3)]
+    return _grid_differences(V, block), bending, np.var(parts, axis=0, ddof=1).ravel()
+
+
+def _grid_differences(V: np.ndarray, block: int) -> Float[np.ndarray, "n 2"]:
     slope = [
         np.gradient(V, float(block), axis=k) if n > 1 else 0.0 * V for k, n in enumerate(V.shape)
     ]
     return np.stack(slope, -1).reshape(-1, 2)
 
 
+def _around_siblings(found: Shaded, size, inside) -> tuple:
+    """The same of the quarters of one square; those outside of the image do not count."""
+    bending = None
+    if found.gradient is not None:
+        both = [_sibling_differences(g, size, inside) for g in found.gradient.T]
+        bending = _symmetric(np.stack(both, 1))
+    V = np.full(len(size), np.nan)
+    V[inside] = found.value
+    V = V.reshape(-1, 4)
+    count = np.maximum(np.sum(~np.isnan(V), 1), 1)
+    mean = np.nansum(V, 1) / count
+    spread = np.nansum((V - mean[:, None]) ** 2, 1) / np.maximum(count - 1, 1)
+    differences = _sibling_differences(found.value, size, inside)
+    return differences, bending, np.repeat(spread, 4)[inside]
+
+
 def _sibling_differences(value, size, inside) -> Float[np.ndarray, "n 2"]:
-    """Differences between quarters of one square; those outside of the image do not count."""
     V = np.full(len(size), np.nan)
     V[inside] = value
     V = V.reshape(-1, 2, 2)
@@ -291,6 +201,10 @@ def _sibling_differences(value, size, inside) -> Float[np.ndarray, "n 2"]:
     across, up = slope[..., 0], slope[..., 1]
     both = np.stack(np.broadcast_arrays(across[:, None, :], up[:, :, None]), -1).reshape(-1, 2)
     return np.nan_to_num(both[inside]) / size[inside, None]
+
+
+def _symmetric(H: np.ndarray) -> Float[np.ndarray, "n 2 2"]:
+    return 0.5 * (H + np.swapaxes(H, 1, 2))
 
 
 class _Mixed:
@@ -319,15 +233,16 @@ class _Mixed:
 
 
 WHOLE = -1.0  # importance of a square that is not to be split, or was
+LEAST = 1e-200  # times the area: importance, if need be, of a square in which nothing shows
 
 
 class _Tree:
     """The samples so far, in arrays that are long enough from the beginning."""
 
-    def __init__(self, budget: int, metric: Metric, mixed: _Mixed | None, smallest: float, ends):
+    def __init__(self, budget: int, metric: Metric, mixed, smallest: float, ends, thorough: bool):
         room = budget + 3
         self.budget, self.metric, self.mixed, self.smallest = budget, metric, mixed, smallest
-        self.ends = ends
+        self.ends, self.thorough = ends, thorough
         self.count, self.rounds = 0, 0
         self.corner, self.p = np.empty((room, 2)), np.empty((room, 2))
         self.size, self.value = np.empty(room), np.empty(room)
@@ -341,7 +256,7 @@ class _Tree:
         """Of the part of each square that lies in the image."""
         return 0.5 * (corner + np.minimum(corner + size[:, None], self.ends))
 
-    def add(self, corner: Places, size: Numbers, p: Places, found: Shaded, differences) -> None:
+    def add(self, corner: Places, size: Numbers, p: Places, found: Shaded, *around) -> None:
         """New squares with what was found in them."""
         at = slice(self.count, self.count + len(p))
         self.corner[at], self.size[at], self.p[at], self.value[at] = corner, size, p, found.value
@@ -349,9 +264,11 @@ class _Tree:
             if self.gradient is None:
                 self.gradient = np.zeros_like(self.p)
             self.gradient[at] = found.gradient
-        importance = np.asarray(self.metric(Squares(size, found, differences)), float)
+        importance = np.asarray(self.metric(Squares(size, found, *around)), float)
         if not np.all(importance >= 0.0):
             raise ValueError("Argument `metric` must give numbers from 0 up, but does not.")
+        if self.thorough:
+            importance = np.maximum(importance, LEAST * size**2)
         if self.mixed is not None:
             for side in np.unique(size):
                 where = size == side
@@ -389,9 +306,11 @@ __all__ = [
     "Shaded",
     "Squares",
     "by_area",
+    "by_bending",
     "by_density",
     "by_differences",
     "by_gradient",
     "by_hessian",
+    "by_variance",
     "sample_image",
 ]

@@ -24,7 +24,7 @@ from firstorder.conventions import Frame
 from firstorder.errors import check_finite, check_positive
 from firstorder.fields.sampled import Sampled
 from firstorder.fields.spectrum import Grid
-from firstorder.space.reflection import SurfacePoint
+from firstorder.space.reflection import SurfacePoint, surface_point
 from firstorder.typing import as_float
 from firstorder.vectors import unit
 
@@ -176,11 +176,39 @@ def solid_bumped(
         >>> round(-crest.turning[0, 0].item(), 3)
         -3.948
     """
-    T, n = axes[:, :2], axes[:, 2]
-    slope = jax.grad(height)(position)
-    g = slope @ T
-    H = T.T @ jax.hessian(height)(position) @ T + (slope @ n) * S
-    return _tilted(position, T, n - T @ g, -T @ (S + H) - n[:, None] * (S @ g))
+    return solid_tilted(surface_point(position, axes, S), jax.grad(height))
+
+
+def solid_tilted(point: SurfacePoint, slopes: Callable) -> SurfacePoint:
+    r"""The shading point of slopes a(x) given in space: the normal m leans to `m - P a`.
+
+    `P = I - m m^T` takes the part of a that is tangent to the shading normal, and
+
+        d(m - P a) = dm - P da + (m . a) dm + (dm . a) m
+
+    With a the gradient of heights these are the bumps of `solid_bumped`; a that is no gradient is a
+    normal map in space. The point may be bumpy already, or have a mesh's interpolated normal.
+
+    Args:
+        point: with its shading normal and how that turns.
+        slopes: a of a position, per metre of travel; jittable, differentiable.
+
+    Reference: as `bumped`.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.space.bumps import solid_tilted
+        >>> from firstorder.space.reflection import surface_point
+        >>> floor = surface_point(jnp.zeros(3), jnp.eye(3), jnp.zeros((2, 2)))
+        >>> solid_tilted(floor, lambda x: jnp.array([-0.75, 0.0, 9.0])).normal.tolist()
+        [0.6, 0.0, 0.8]
+    """
+    a, a_D = jax.jvp(slopes, (point.position,), (point.tangents[:, 0],))
+    a_D = jnp.stack([a_D, jax.jvp(slopes, (point.position,), (point.tangents[:, 1],))[1]], 1)
+    m, dm = point.normal, point.turning
+    flat = m @ a
+    turning = dm - a_D + m[:, None] * (m @ a_D) + flat * dm + m[:, None] * (a @ dm)
+    return _tilted(point.position, point.tangents, m - a + m * flat, turning)
 
 
 def displaced(surface: Callable, height: Callable, uv: Place) -> Chart:
@@ -338,4 +366,5 @@ __all__ = [
     "normal_mapped",
     "shading_shape_operator",
     "solid_bumped",
+    "solid_tilted",
 ]

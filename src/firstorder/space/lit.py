@@ -24,6 +24,8 @@ are the business of `moving_shadows`.
 
 from __future__ import annotations
 
+from typing import Protocol, runtime_checkable
+
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
@@ -40,6 +42,38 @@ Direction = Float[Array, "3"]
 Shares = Float[Array, " k"]
 
 
+@runtime_checkable
+class Light(Protocol):
+    """What `lit` asks of light: nodes in rows and columns (`Lamp`, `skylit.Distant`).
+
+    Attributes:
+        radiance: of each node, or of all.
+        near: whether nodes stay where they are when the point moves; distant ones move with it.
+        even: whether the nodes are the middles of equal cells.
+        shape: rows and columns of nodes.
+        wraps: whether the last column is a neighbour of the first.
+    """
+
+    @property
+    def radiance(self) -> Array: ...  # noqa: D102
+    @property
+    def near(self) -> bool: ...  # noqa: D102
+    @property
+    def even(self) -> bool: ...  # noqa: D102
+    @property
+    def shape(self) -> tuple[int, int]: ...  # noqa: D102
+    @property
+    def wraps(self) -> bool: ...  # noqa: D102
+
+    def toward(self, x: Direction) -> tuple[Float[Array, "k 3"], Float[Array, "k 3"]]:
+        """Ways from a point to the nodes [m], and each node's area vector [m^2]."""
+        ...
+
+    def slide(self, x: Direction) -> Float[Array, "k 2 3"]:
+        """How many cells the shadow of what stands half-way moves, along rows and columns."""
+        ...
+
+
 class Lamp(eqx.Module):
     """A rectangle or parallelogram that emits from its side u x v, as a lattice of nodes.
 
@@ -51,6 +85,7 @@ class Lamp(eqx.Module):
         count: nodes along each edge.
         even: whether nodes stand in the middles of equal cells, as shadows want it; if not, they
             are those of Gauss and Legendre, which smooth light wants.
+        shift: of even nodes out of the middles of their cells, in cells along u and v.
 
     Raises:
         ValueError: if `count` is not positive.
@@ -68,10 +103,26 @@ class Lamp(eqx.Module):
     radiance: Scalar = eqx.field(converter=as_float, default=1.0)
     count: int = eqx.field(static=True, default=8)
     even: bool = eqx.field(static=True, default=False)
+    shift: Float[Array, "2"] = eqx.field(converter=as_float, default=(0.0, 0.0))
 
     def __check_init__(self):
         """Refuse a lamp without nodes."""
         check_positive("count", self.count)
+
+    @property
+    def near(self) -> bool:
+        """See `Light`."""
+        return True
+
+    @property
+    def wraps(self) -> bool:
+        """See `Light`."""
+        return False
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """See `Light`."""
+        return self.count, self.count
 
     @property
     def _rule(self) -> tuple[np.ndarray, np.ndarray]:
@@ -85,6 +136,8 @@ class Lamp(eqx.Module):
         """Of the nodes; `v` varies fastest [m]."""
         x = self._rule[0]
         s, t = (jnp.asarray(a.ravel()) for a in np.meshgrid(x, x, indexing="ij"))
+        if self.even:
+            s, t = (a + 2.0 / self.count * k for a, k in zip((s, t), self.shift, strict=True))
         return self.center + s[:, None] * self.u + t[:, None] * self.v
 
     @property
@@ -92,6 +145,19 @@ class Lamp(eqx.Module):
         """Of each node's piece, along the side that emits [m^2]."""
         w = self._rule[1]
         return jnp.asarray(np.outer(w, w).ravel())[:, None] * cross(self.u, self.v)
+
+    def toward(self, x: Direction) -> tuple[Float[Array, "k 3"], Float[Array, "k 3"]]:
+        """See `Light`."""
+        return self.position - x, self.area
+
+    def slide(self, x: Direction) -> Float[Array, "k 2 3"]:
+        """See `Light`: `(I - d m^T / (m . d)) dx` in u and v, m the lamp's normal."""
+        m = cross(self.u, self.v)
+        dual = jnp.stack([cross(self.v, m), cross(m, self.u)]) / dot(m, m)  # a step's share of u, v
+        d = self.position - x
+        reach = d @ m
+        along = (d @ dual.T) / jnp.where(reach == 0.0, jnp.inf, reach)[:, None]
+        return 0.5 * self.count * (dual - along[..., None] * m)
 
 
 class Lobe(eqx.Module):
@@ -101,11 +167,13 @@ class Lobe(eqx.Module):
         albedo: reflected diffusely.
         specular: reflected about the mirrored direction, at normal incidence.
         exponent: s, of the cosine to the mirrored direction; not negative.
+        slope: gradient in space of the albedo, where that is a texture [1/m].
     """
 
     albedo: Scalar = eqx.field(converter=as_float)
     specular: Scalar = eqx.field(converter=as_float, default=0.0)
     exponent: Scalar = eqx.field(converter=as_float, default=1.0)
+    slope: Direction = eqx.field(converter=as_float, default=(0.0, 0.0, 0.0))
 
 
 class Terms(eqx.Module):
@@ -117,6 +185,7 @@ class Terms(eqx.Module):
         DV: directional variation: what a turn of the lobe about each axis of the world changes.
         CV: curvature: how the lobe turns along t and b, a vector each [1/m].
         angular: gradient in the direction to the eye, tangent there.
+        TV: what the texture varies along t and b: `E rho_x` of R07 (20) [per m].
     """
 
     value: Scalar
@@ -124,6 +193,7 @@ class Terms(eqx.Module):
     DV: Direction
     CV: Float[Array, "3 2"]
     angular: Direction
+    TV: Float[Array, "2"]
 
     @property
     def CDV(self) -> Float[Array, "2"]:
@@ -133,7 +203,7 @@ class Terms(eqx.Module):
     @property
     def spatial(self) -> Float[Array, "2"]:
         """`B_t, B_b` with the eye's direction held fixed [per m]."""
-        return self.SV + self.CDV
+        return self.SV + self.CDV + self.TV
 
     def image_gradient(self, view: View, point: SurfacePoint) -> Float[Array, "2"]:
         """Derivatives in px and py, as `space.image.image_gradient` has them (R07 eq. 26)."""
@@ -141,7 +211,7 @@ class Terms(eqx.Module):
 
 
 def lit(
-    lamp: Lamp, seen: Shares, point: SurfacePoint, to_eye: Direction, lobe: Lobe
+    lamp: Light, seen: Shares, point: SurfacePoint, to_eye: Direction, lobe: Lobe
 ) -> tuple[Terms, Terms]:
     """What a point sends to the eye: the diffuse lobe and the glossy one.
 
@@ -149,7 +219,7 @@ def lit(
     only scale what nodes send; that they move is left out, as R07 §9 has it (`moving_shadows`).
 
     Args:
-        lamp: the light.
+        lamp: the light, near (`Lamp`) or distant, which has no SV (`space.skylit`).
         seen: whether each node is seen from the point, or the share of it that is.
         point: where, with the turning of its normal.
         to_eye: unit vector to where the light goes.
@@ -173,15 +243,17 @@ def lit(
     g, g_x, g_n, g_r = _summed(_sent(lamp, point.position, n, r, lobe.exponent), seen)
     spread, polished = _scales(lobe)
     T, zero = point.tangents, jnp.zeros(3, f.dtype)
-    diffuse = Terms(spread * f, spread * f_x @ T, spread * cross(n, f_n), point.spin, zero)
+    grain = f / jnp.pi * lobe.slope @ T
+    diffuse = Terms(spread * f, spread * f_x @ T, spread * cross(n, f_n), point.spin, zero, grain)
     turned = 0.5 * cross(n, g_n) + cross(r, g_r)
     angular = polished * g_r @ half_turn(n)
-    glossy = Terms(polished * g, polished * g_x @ T, polished * turned, 2.0 * point.spin, angular)
+    SV, DV, none = polished * g_x @ T, polished * turned, jnp.zeros_like(grain)
+    glossy = Terms(polished * g, SV, DV, 2.0 * point.spin, angular, none)
     return diffuse, glossy
 
 
 def moving_shadows(
-    lamp: Lamp,
+    lamp: Light,
     seen: Shares,
     depth: Shares,
     point: SurfacePoint,
@@ -196,7 +268,9 @@ def moving_shadows(
 
         dB/dx = integral of F (1 - tau)/tau (I - d m^T/(m.d))^T grad V dA
 
-    and grad V is the difference between neighbours. Diffuse and glossy lobe apart.
+    and grad V is the difference between neighbours. Diffuse and glossy lobe apart. In front of
+    distant light edges turn by `-(I - w w^T) dx / D`: that is `(1 - tau) / tau` of a way of 1 m,
+    with the blocker at the share `tau = D / (1 m + D)`.
 
     Valid as the lattice grows finer: an edge is known to half a cell, and beside a curved limb tau
     changes as the root of the distance, so it is continued to the edge from two hidden nodes. Exact
@@ -220,33 +294,32 @@ def moving_shadows(
     """
     if not lamp.even:
         raise ValueError("Argument `lamp` must have even nodes for moving shadows, but has not.")
-    m = cross(lamp.u, lamp.v)
-    dual = jnp.stack([cross(lamp.v, m), cross(m, lamp.u)]) / dot(m, m)  # a step's share of u, v
-    d = lamp.position - point.position
-    reach = d @ m
-    along = (d @ dual.T) / jnp.where(reach == 0.0, jnp.inf, reach)[:, None]
-    slide = dual - along[..., None] * m  # of each node: how far it is in u, v that x moves
+    slide = lamp.slide(point.position)
     n, r = point.normal, mirrored(to_eye, point.normal)
     found = []
     for scale, exponent in zip(_scales(lobe), (None, lobe.exponent), strict=True):
         f = _sent(lamp, point.position, n, r, exponent).f
-        moved = _jumps(lamp.count, f[:, None, None] * slide, depth, seen)
+        moved = _jumps(lamp, f[:, None, None] * slide, depth, seen)
         found.append(scale * moved @ point.tangents)
     return found[0], found[1]
 
 
-def _jumps(count: int, flow: Float[Array, "k 2 3"], depth: Shares, seen: Shares) -> Direction:
+def _jumps(lamp: Light, flow: Float[Array, "k 2 3"], depth: Shares, seen: Shares) -> Direction:
     """Sum over pairs of neighbours of which one is seen: the flow between them times the jump."""
-    flow, seen = flow.reshape(count, count, 2, 3), seen.reshape(count, count)
-    depth = depth.reshape(count, count)
+    flow, seen = flow.reshape(*lamp.shape, 2, 3), seen.reshape(lamp.shape)
+    depth = depth.reshape(lamp.shape)
     total = jnp.zeros(3, flow.dtype)
     for axis in (0, 1):
         F, V, tau = (jnp.moveaxis(a, axis, 0) for a in (flow[:, :, axis], seen, depth))
-        jump = V[1:] - V[:-1]
-        edge = jnp.where(jump < 0.0, _at_edge(tau, V, -1)[1:], _at_edge(tau, V, 1)[:-1])
+        round_ = axis == 1 and lamp.wraps
+        after = (lambda a: jnp.roll(a, -1, 0)) if round_ else (lambda a: a[1:])
+        here = (lambda a: a) if round_ else (lambda a: a[:-1])
+        jump = after(V) - here(V)
+        edges = (_at_edge(tau, V, side, round_) for side in (-1, 1))
+        edge = jnp.where(jump < 0.0, after(next(edges)), here(next(edges)))
         stretch = (1.0 - edge) / jnp.where(edge > 0.0, edge, jnp.inf)
-        total = total + jnp.sum((0.5 * jump * stretch)[..., None] * (F[1:] + F[:-1]), (0, 1))
-    return 0.5 * count * total  # a cell is 2 / count of u, v wide
+        total = total + jnp.sum((0.5 * jump * stretch)[..., None] * (after(F) + here(F)), (0, 1))
+    return total
 
 
 # A limb s cells away is first met at tau_0 - c sqrt(s). With s anywhere in (0, 1) at the last
@@ -255,10 +328,13 @@ def _jumps(count: int, flow: Float[Array, "k 2 3"], depth: Shares, seen: Shares)
 TO_LIMB = 1.0 / (2.0 * np.sqrt(2.0) - 2.0)
 
 
-def _at_edge(tau: Float[Array, "r c"], V: Float[Array, "r c"], side: int) -> Float[Array, "r c"]:
+def _at_edge(
+    tau: Float[Array, "r c"], V: Float[Array, "r c"], side: int, round_: bool
+) -> Float[Array, "r c"]:
     """Depth of a blocker at its edge, from the last hidden node and the one before it."""
     before, hidden = jnp.roll(tau, side, 0), jnp.roll(V, side, 0) == 0.0
     first = jnp.arange(tau.shape[0])[:, None] == (0 if side == 1 else tau.shape[0] - 1)
+    first &= not round_
     change = jnp.where(hidden & ~first, TO_LIMB * (tau - before), 0.0)
     same = jnp.abs(change) < 0.25 * tau  # another blocker, if not
     return jnp.minimum(tau + jnp.where(same, change, 0.0), 1.0)
@@ -279,10 +355,11 @@ class _Sent(eqx.Module):
     by_n: Shares
     by_r: Shares
     by_a: Shares
+    near: bool = eqx.field(static=True)
 
 
-def _sent(lamp: Lamp, x: Direction, n: Direction, r: Direction, exponent) -> _Sent:
-    d, area = lamp.position - x, lamp.area
+def _sent(lamp: Light, x: Direction, n: Direction, r: Direction, exponent) -> _Sent:
+    d, area = lamp.toward(x)
     squared = dot(d, d)
     inverse = 1.0 / jnp.where(squared > 0.0, squared, 1.0)
     height, facing, across = d @ n, -dot(area, d), d @ r
@@ -293,7 +370,8 @@ def _sent(lamp: Lamp, x: Direction, n: Direction, r: Direction, exponent) -> _Se
     height, facing, across = (jnp.where(lit_up, a, 1.0) for a in (height, facing, across))
     lobe = 1.0 if exponent is None else (across * jnp.sqrt(inverse)) ** s
     f = jnp.where(lit_up, lamp.radiance * height * facing * lobe * inverse**2, 0.0)
-    return _Sent(d, area, jnp.stack([n, r]), s, inverse, f, f / height, s * f / across, f / facing)
+    over = f / height, s * f / across, f / facing
+    return _Sent(d, area, jnp.stack([n, r]), s, inverse, f, *over, lamp.near)
 
 
 def _summed(sent: _Sent, seen: Shares) -> tuple[Scalar, Direction, Direction, Direction]:
@@ -301,6 +379,8 @@ def _summed(sent: _Sent, seen: Shares) -> tuple[Scalar, Direction, Direction, Di
     by_n, by_r, by_a, f = (seen * a for a in (sent.by_n, sent.by_r, sent.by_a, sent.f))
     n, r = sent.axes
     f_n, f_r = by_n @ sent.d, by_r @ sent.d
+    if not sent.near:
+        return jnp.sum(f), jnp.zeros_like(n), f_n, f_r
     f_x = by_a @ sent.area - jnp.sum(by_n) * n - jnp.sum(by_r) * r
     return jnp.sum(f), f_x + ((4.0 + sent.s) * f * sent.inverse) @ sent.d, f_n, f_r
 
@@ -310,4 +390,4 @@ def _scales(lobe: Lobe) -> tuple[Scalar, Scalar]:
     return lobe.albedo / jnp.pi, lobe.specular * (lobe.exponent + 2.0) / (2.0 * jnp.pi)
 
 
-__all__ = ["Lamp", "Lobe", "Terms", "lit", "moving_shadows"]
+__all__ = ["Lamp", "Light", "Lobe", "Terms", "lit", "moving_shadows"]

@@ -2,8 +2,11 @@
 
 Primary rays say which shape a pixel shows, shadow rays which nodes of the lamps it sees; both have
 no derivative. All that follows is closed form: the point with its curvature and bumps
-(`bumps.solid_bumped`), light, lobes and their turning (`lit`), the camera's footprint (`image`).
+(`bumps.solid_tilted`), light, lobes and their turning (`lit`), the camera's footprint (`image`).
 What moving shadows add is read off the same shadow rays.
+
+There are three steps: `look` finds the point (`space.facets` does for meshes), `shadow_rays` what
+is seen from there (`io.renderer` asks Embree), and `shade_point` computes the pixel from both.
 
 `space.render` is exact for what analytic shapes emit and hide; this is for what R07 §5.2 and §9 do
 with it: many pixels, bumps, terms told apart, and shadow rays that may come from anywhere.
@@ -20,18 +23,33 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from firstorder.conventions import shape_operator
-from firstorder.space.bumps import solid_bumped
+from firstorder.space.bumps import solid_tilted
 from firstorder.space.image import Pinhole, View
 from firstorder.space.intersect import nearest
-from firstorder.space.lit import Lamp, Lobe, Terms, lit, moving_shadows
+from firstorder.space.lit import Light, Lobe, Terms, lit, moving_shadows
 from firstorder.space.reflection import SurfacePoint, surface_point
 from firstorder.space.scene import Scene
 from firstorder.things import BACK, FRONT
-from firstorder.vectors import dot, frame, norm, unit
+from firstorder.vectors import dot, frame, unit
 
 BLOCK = 1024  # pixels at a time: a lamp's nodes are kept for each
 
 Height = Callable[[Int[Array, ""], Float[Array, "3"]], Float[Array, ""]]
+Slopes = Callable[[Int[Array, ""], Float[Array, "3"]], Float[Array, "3"]]
+
+
+class Finish(eqx.Module):
+    """What surfaces have on them: functions of a thing's number and of a position, or None.
+
+    Attributes:
+        height: of bumps [m].
+        slopes: a normal map in space: what `bumps.solid_tilted` takes.
+        albedo: factor of the diffuse albedo, a texture; not negative.
+    """
+
+    height: Height | None = None
+    slopes: Slopes | None = None
+    albedo: Height | None = None
 
 
 class Looked(eqx.Module):
@@ -83,7 +101,7 @@ def look(
     camera: Pinhole,
     p: Float[Array, "2"],
     index: Int[Array, ""],
-    height: Height | None = None,
+    finish: Finish | None = None,
 ) -> Looked:
     """The point that a pixel shows, with curvature, bumps and the camera's footprint.
 
@@ -92,7 +110,7 @@ def look(
         camera: the eye.
         p: image coordinates.
         index: of the shape that is seen there; it must be met.
-        height: of bumps, a function of the shape's number and of a position [m]; None for none.
+        finish: bumps and textures, by the shape's number.
     """
     d = camera.direction(p)
     x, n, distance = scene.surface(index, camera.eye, d)
@@ -101,19 +119,39 @@ def look(
     axes = frame(front * n)
     T = axes[:, :2]
     S = shape_operator(T, front * jax.jacfwd(lambda x: scene.normal(index, x))(x) @ T)
-    if height is None:
-        point = surface_point(x, axes, S)
-    else:
-        point = solid_bumped(x, axes, S, lambda x: front * height(index, x))
     view = camera.view(p, distance, axes[:, 2])
     m = scene.material
     side = jnp.where(back, BACK, FRONT)
     lobe = Lobe(m.albedo[index, side], m.specular[index], jnp.maximum(m.exponent[index], 1e-6))
-    return Looked(point, view, lobe, S)
+    return finished(Looked(surface_point(x, axes, S), view, lobe, S), index, front, finish)
+
+
+def finished(at: Looked, index: Int[Array, ""], front: Array, finish: Finish | None) -> Looked:
+    """A plain point with its bumps and its texture.
+
+    Args:
+        at: what is seen there of the surface by itself.
+        index: the thing's number.
+        front: 1 or -1, for its front or back: a bump is a dip from behind.
+        finish: what it has on it.
+    """
+    if finish is None:
+        return at
+    point, lobe, x = at.point, at.lobe, at.point.position
+    if finish.height is not None:
+        rise = jax.grad(finish.height, 1)
+        point = solid_tilted(point, lambda x: front * rise(index, x))
+    if finish.slopes is not None:
+        tilt = finish.slopes
+        point = solid_tilted(point, lambda x: tilt(index, x))
+    if finish.albedo is not None:
+        share, slope = jax.value_and_grad(finish.albedo, 1)(index, x)
+        lobe = Lobe(lobe.albedo * share, lobe.specular, lobe.exponent, lobe.albedo * slope)
+    return Looked(point, at.view, lobe, at.S)
 
 
 def shadow_rays(
-    scene: Scene, x: Float[Array, "3"], lamp: Lamp, on: Int[Array, ""]
+    scene: Scene, x: Float[Array, "3"], lamp: Light, on: Int[Array, ""]
 ) -> tuple[Bool[Array, " k"], Float[Array, " k"]]:
     """Which nodes of a lamp are seen from a point, and at what share of the way the others are not.
 
@@ -122,21 +160,36 @@ def shadow_rays(
         x: on a surface [m].
         lamp: its nodes.
         on: the shape on which x lies.
+
+    Returns:
+        Whether each is seen, and the share; of distant light the one that `moving_shadows` wants.
     """
-    way = lamp.position - x
-    far = norm(way)
+    way, _ = lamp.toward(x)
+    far = jnp.sqrt(dot(way, way))
     hits = nearest(scene, jnp.broadcast_to(x, way.shape), unit(way), on)
-    hidden = hits.t < far
-    return ~hidden, jnp.where(hidden, hits.t / far, 1.0)
+    return hidden_at(hits.t, far, lamp.near)
+
+
+def hidden_at(t: Array, far: Array, near: bool) -> tuple[Array, Array]:
+    """Whether nodes are seen, and the share of the way at which they are not.
+
+    Args:
+        t: what stands before the nodes, infinity where nothing does [m].
+        far: of the nodes; of distant light it does not count [m].
+        near: whether the light is.
+    """
+    hidden = t < (far if near else jnp.inf)
+    t = jnp.where(hidden, t, 1.0)
+    return ~hidden, jnp.where(hidden, t / (far if near else 1.0 + t), 1.0)
 
 
 def shade(
     scene: Scene,
     camera: Pinhole,
-    lamps: Sequence[Lamp],
+    lamps: Sequence[Light],
     p: Float[Array, "2"],
     index: Int[Array, ""],
-    height: Height | None = None,
+    finish: Finish | None = None,
     shadows: bool = True,
 ) -> Pixels:
     """One pixel that shows a shape.
@@ -147,24 +200,44 @@ def shade(
         lamps: `even`, if shadows move.
         p: image coordinates.
         index: of the shape.
-        height: of bumps, as in `look`.
+        finish: as in `look`.
         shadows: whether rays are traced to the lamps.
 
     Reference: R07 §5.2-5.3, eqs. 25-27, in space.
     """
-    at = look(scene, camera, p, index, height)
-    value, gradient, edges = jnp.zeros(()), jnp.zeros(2), jnp.zeros(2)
+    at = look(scene, camera, p, index, finish)
+    if not shadows:
+        return shade_point(at, lamps)
+    held, x, on = jax.lax.stop_gradient((scene, at.point.position, index))
+    return shade_point(at, lamps, [shadow_rays(held, x, lamp, on) for lamp in lamps])
+
+
+def shade_point(
+    at: Looked, lamps: Sequence[Light], shadows: Sequence[tuple[Array, Array]] | None = None
+) -> Pixels:
+    """One pixel from the point that it shows and from what is seen from there.
+
+    Args:
+        at: the point, its lobes, the camera's ray.
+        lamps: the light.
+        shadows: for each lamp which nodes are seen, and where the others are hidden, as
+            `shadow_rays` gives it; None if nothing is.
+
+    Reference: R07 §5.2-5.3, eqs. 25-27, in space.
+    """
+    dtype = at.point.position.dtype
+    value, gradient, edges = jnp.zeros((), dtype), jnp.zeros(2, dtype), jnp.zeros(2, dtype)
     sizes = []
     to_eye, footprint = at.view.to_eye, at.view.surface_D_p(at.point)
-    for lamp in lamps:
-        seen, depth = jnp.ones(lamp.count**2), jnp.ones(lamp.count**2)
-        if shadows:
-            found = shadow_rays(*jax.lax.stop_gradient((scene, at.point.position, lamp, index)))
-            seen, depth = found[0].astype(at.point.position.dtype), found[1]
+    for k, lamp in enumerate(lamps):
+        count = lamp.shape[0] * lamp.shape[1]
+        seen, depth = jnp.ones(count, dtype), jnp.ones(count, dtype)
+        if shadows is not None:
+            seen, depth = (a.astype(dtype) for a in shadows[k])
         terms = lit(lamp, seen, at.point, to_eye, at.lobe)
         value = value + sum(t.value for t in terms)
         gradient = gradient + sum(t.image_gradient(at.view, at.point) for t in terms)
-        if shadows and lamp.even:
+        if shadows is not None and lamp.even:
             moved = moving_shadows(lamp, seen, depth, at.point, to_eye, at.lobe)
             edges = edges + sum(moved) @ footprint
         sizes.append(_parts(terms))
@@ -192,10 +265,10 @@ def _sizes(rows: Array) -> Array:
 def shade_all(
     scene: Scene,
     camera: Pinhole,
-    lamps: Sequence[Lamp],
+    lamps: Sequence[Light],
     p: np.ndarray,
     index: np.ndarray,
-    height: Height | None = None,
+    finish: Finish | None = None,
     shadows: bool = True,
 ) -> Pixels:
     """Many pixels, in blocks of one compiled size; zeros where none is met.
@@ -206,7 +279,7 @@ def shade_all(
         lamps: the light.
         p: image coordinates, shape (n, 2).
         index: of the shape at each, -1 for none.
-        height: of bumps.
+        finish: bumps and textures.
         shadows: whether rays are traced to the lamps.
 
     Returns:
@@ -219,30 +292,49 @@ def shade_all(
         jax.tree.map(
             np.asarray,
             _block(scene, camera, tuple(lamps), jnp.asarray(p[rows]), jnp.asarray(index[rows]),
-                   height, shadows),
+                   finish, shadows),
         )
         for rows in fill.reshape(-1, BLOCK)
     ]  # fmt: skip
-    if not parts:
-        return _nothing(len(p))
+    return scattered(parts, met, len(p))
 
-    def spread(*blocks):
-        whole = np.concatenate(blocks)[: len(met)]
-        out = np.zeros((len(p), *whole.shape[1:]))
-        out[met] = whole
+
+def scattered(parts: Sequence[Pixels], rows: np.ndarray, count: int) -> Pixels:
+    """Blocks of pixels, the last one filled up, back among `count` pixels; the others are zeros.
+
+    Args:
+        parts: blocks, one after another.
+        rows: which pixels they are, in order.
+        count: of all pixels.
+    """
+    if not parts:
+        one, two = np.zeros(count), np.zeros((count, 2))
+        return Pixels(one, two, two, two, two, two, two, one, one, one)  # pyright: ignore
+
+    def back(*blocks):
+        whole = np.concatenate(blocks)[: len(rows)]
+        out = np.zeros((count, *whole.shape[1:]))
+        out[rows] = whole
         return out
 
-    return jax.tree.map(spread, *parts)
-
-
-def _nothing(count: int) -> Pixels:
-    one, two = np.zeros(count), np.zeros((count, 2))
-    return Pixels(one, two, two, two, two, two, two, one, one, one)  # pyright: ignore
+    return jax.tree.map(back, *parts)
 
 
 @eqx.filter_jit
-def _block(scene, camera, lamps, p, index, height, shadows: bool) -> Pixels:
-    return jax.vmap(lambda p, i: shade(scene, camera, lamps, p, i, height, shadows))(p, index)
+def _block(scene, camera, lamps, p, index, finish, shadows: bool) -> Pixels:
+    return jax.vmap(lambda p, i: shade(scene, camera, lamps, p, i, finish, shadows))(p, index)
 
 
-__all__ = ["Looked", "Pixels", "look", "shade", "shade_all", "shadow_rays"]
+__all__ = [
+    "Finish",
+    "Looked",
+    "Pixels",
+    "finished",
+    "hidden_at",
+    "look",
+    "scattered",
+    "shade",
+    "shade_all",
+    "shade_point",
+    "shadow_rays",
+]

@@ -1,0 +1,56 @@
+"""Pictures of radiance to look at: tone-mapped PNG files, without axes."""
+
+from __future__ import annotations
+
+import os
+
+import matplotlib.image
+import numpy as np
+from jaxtyping import Float, UInt8
+
+from firstorder.io.records import whole
+
+WHITE = 0.995  # the share of pixels that are not burnt out
+
+
+def tone_mapped(
+    values: Float[np.ndarray, "w h"], white: float | None = None
+) -> UInt8[np.ndarray, "h w"]:
+    """Radiance as grey levels of a screen: linear up to white, and then the sRGB curve.
+
+    Args:
+        values: radiance, first axis across, second upwards.
+        white: radiance that becomes white; if left out, what half a percent of the pixels exceed.
+
+    Returns:
+        Grey levels, rows from the top.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.plotting.pictures import tone_mapped
+        >>> tone_mapped(np.array([[0.0], [0.21], [1.0]]), 1.0).tolist()
+        [[0, 126, 255]]
+    """
+    values = np.asarray(values, float)
+    if white is None:
+        white = float(np.quantile(values, WHITE))
+    x = np.clip(values / (white if white > 0.0 else 1.0), 0.0, 1.0)
+    curve = np.where(x <= 0.0031308, 12.92 * x, 1.055 * np.maximum(x, 1e-9) ** (1.0 / 2.4) - 0.055)
+    return np.rint(255.0 * curve).astype(np.uint8).T[::-1]
+
+
+def write_picture(
+    path: str | os.PathLike[str], values: Float[np.ndarray, "w h"], white: float | None = None
+) -> None:
+    """Writes radiance as a tone-mapped picture, whole or not at all.
+
+    Args:
+        path: ends in .png.
+        values: as in `tone_mapped`.
+        white: as in `tone_mapped`.
+    """
+    with whole(path) as part:
+        matplotlib.image.imsave(part, tone_mapped(values, white), cmap="gray", vmin=0, vmax=255)
+
+
+__all__ = ["tone_mapped", "write_picture"]

@@ -1,0 +1,156 @@
+r"""Points of a mesh as light meets them: they move on faces, and are shaded by vertices' normals.
+
+On a face with corners A, B, C and unit normals at them, with b the barycentric coordinates,
+
+    m(x) = sum_i b_i(x) n_i,    n = m / |m|,    dn = (I - n n^T) sum_i n_i db_i / |m|
+
+db_i is constant on the face, so that this is the exact derivative of what is shaded: a mesh is a
+surface without curvature of its own whose shading normal turns, as a bumpy one's does. `S` is the
+shape operator that the shading normal shows, for criteria that ask for a curvature; across edges it
+jumps.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Int
+
+from firstorder.conventions import shape_operator
+from firstorder.errors import check_shape
+from firstorder.space.image import Pinhole
+from firstorder.space.lit import Lobe
+from firstorder.space.mesh import Mesh, vertex_normals
+from firstorder.space.reflection import SurfacePoint
+from firstorder.space.scene import Material
+from firstorder.space.shaded import Finish, Looked, finished
+from firstorder.things import BACK, FRONT
+from firstorder.vectors import cross, dot, frame, unit
+
+
+class Facets(eqx.Module):
+    """Faces with a normal at each corner. Make them with `facets`.
+
+    Attributes:
+        corners: of each face [m].
+        normals: unit normals at them.
+        part: number of the thing to which each face belongs.
+    """
+
+    corners: Float[Array, "f 3 3"]
+    normals: Float[Array, "f 3 3"]
+    part: Int[Array, " f"]
+
+    def point(self, face: Int[Array, ""], x: Float[Array, "3"]) -> SurfacePoint:
+        """The shading point at a place on a face, on the side of its front.
+
+        Args:
+            face: its number.
+            x: on it [m].
+
+        Example:
+            >>> import jax.numpy as jnp
+            >>> from firstorder.space.facets import facets
+            >>> from firstorder.space.mesh import mesh
+            >>> one = mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+            >>> lean = jnp.array([[0.0, 0.0, 1.0], [0.6, 0.0, 0.8], [0.0, 0.0, 1.0]])
+            >>> at = facets(one, lean).point(jnp.array(0), jnp.zeros(3))
+            >>> at.normal.tolist(), at.base_normal.tolist()
+            ([0.0, 0.0, 1.0], [0.0, 0.0, 1.0])
+        """
+        A, B, C = self.corners[face]
+        up = cross(B - A, C - A)
+        whole = dot(up, up)
+        whole = jnp.where(whole > 0.0, whole, 1.0)
+        edges = jnp.stack([C - B, A - C, B - A])
+        slopes = cross(up, edges) / whole  # db_i
+        b = jnp.stack([dot(cross(C - B, x - B), up), dot(cross(A - C, x - C), up)]) / whole
+        weights = jnp.append(b, 1.0 - jnp.sum(b))
+        around = self.normals[face]
+        m = weights @ around
+        length = jnp.sqrt(dot(m, m))
+        length = jnp.where(length > 0.0, length, 1.0)
+        n = m / length
+        tangents = frame(unit(up))[:, :2]
+        moved = around.T @ (slopes @ tangents) / length
+        return SurfacePoint(x, tangents, n, moved - n[:, None] * (n @ moved))
+
+
+def facets(mesh: Mesh, normals: Any = None, part: Any = None) -> Facets:
+    """The faces of a mesh, ready to be shaded.
+
+    Args:
+        mesh: any.
+        normals: unit normals at the vertices, such as `space.curvature.fitted(mesh).normal`;
+            `vertex_normals`, if left out. A vertex without one takes each face's own.
+        part: number of the thing to which each face belongs; 0, if left out.
+
+    Raises:
+        ValueError: if there is not one normal for each vertex.
+    """
+    n = vertex_normals(mesh) if normals is None else jnp.asarray(normals)
+    check_shape("normals", n, mesh.vertices.shape)
+    flat = unit(mesh.area_vectors)
+    around = n[mesh.faces]
+    none = jnp.sum(around**2, -1, keepdims=True) == 0.0
+    around = jnp.where(none, flat[:, None], around)
+    part = np.zeros(mesh.count, np.int32) if part is None else np.asarray(part, np.int32)
+    return Facets(mesh.corners, around, jnp.asarray(part))
+
+
+def flat_facets(mesh: Mesh, part: Any = None) -> Facets:
+    """The faces of a mesh with their own normals: sharp edges, as bars and leaves have.
+
+    Args:
+        mesh: any.
+        part: as in `facets`.
+    """
+    own = facets(mesh, part=part)
+    flat = jnp.broadcast_to(unit(mesh.area_vectors)[:, None], own.normals.shape)
+    return Facets(own.corners, flat, own.part)
+
+
+def look_at_facet(
+    known: Facets,
+    material: Material,
+    camera: Pinhole,
+    p: Float[Array, "2"],
+    face: Int[Array, ""],
+    finish: Finish | None = None,
+) -> Looked:
+    """The point that a pixel shows of a mesh; the twin of `space.shaded.look`.
+
+    Args:
+        known: the faces.
+        material: one row for each thing, by the numbers of `known.part`.
+        camera: the eye.
+        p: image coordinates.
+        face: that is seen there; it must be met.
+        finish: bumps and textures, by the thing's number.
+
+    Reference: R07 §9.1, "curvature on meshes".
+    """
+    d, A = camera.direction(p), known.corners[face, 0]
+    up = unit(cross(known.corners[face, 1] - A, known.corners[face, 2] - A))
+    against = dot(up, d)
+    distance = dot(A - camera.eye, up) / jnp.where(against == 0.0, jnp.inf, against)
+    x = camera.eye + distance * d
+    plain = known.point(face, x)
+    back = against > 0.0
+    front = jnp.where(back, -1.0, 1.0)
+    T = frame(front * up)[:, :2]
+    turning = front * plain.turning @ (plain.tangents.T @ T)
+    point = SurfacePoint(x, T, front * plain.normal, turning)
+    view = camera.view(p, distance, front * up)
+    index = known.part[face]
+    side = jnp.where(back, BACK, FRONT)
+    exponent = jnp.maximum(material.exponent[index], 1e-6)
+    lobe = Lobe(material.albedo[index, side], material.specular[index], exponent)
+    at = Looked(point, view, lobe, shape_operator(T, turning))
+    return finished(at, index, front, finish)
+
+
+__all__ = ["Facets", "facets", "flat_facets", "look_at_facet"]

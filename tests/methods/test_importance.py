@@ -1,0 +1,88 @@
+"""Metrics for squares of an image: what each says of pictures whose derivatives are known."""
+
+import numpy as np
+import pytest
+
+from firstorder.methods.importance import (
+    Shaded,
+    Squares,
+    by_bending,
+    by_differences,
+    by_variance,
+    far_light,
+    product,
+)
+from firstorder.methods.quadtree import sample_image
+
+G, H = np.array([0.3, -0.7]), np.array([[0.02, 0.05], [0.05, -0.04]])
+
+
+def quadratic(p):
+    d = p - 16.0
+    return Shaded(d @ G + 0.5 * np.einsum("ni,ij,nj->n", d, H, d), G + d @ H)
+
+
+def seen(shade, metric, budget=400):
+    """All squares that a metric is shown."""
+    kept = []
+
+    def asked(squares):
+        kept.append(squares)
+        return metric(squares)
+
+    sample_image(shade, 32, 32, budget, asked)
+    return kept
+
+
+def test_differences_of_gradients_are_a_quadratics_hessian():
+    for squares in seen(quadratic, by_bending)[1:]:  # one-sided at the first grid's border
+        np.testing.assert_allclose(squares.bending, np.broadcast_to(H, (len(squares.size), 2, 2)))
+        np.testing.assert_allclose(by_bending(squares), np.linalg.norm(H) * squares.size**3)
+
+
+def test_on_a_plane_variance_is_differences_squared():
+    """Four quarters h apart: V = |g|^2 h^2 / 3, so that both metrics split alike."""
+
+    def plane(p):
+        return Shaded(p @ G, np.broadcast_to(G, p.shape))
+
+    for squares in seen(plane, by_variance)[1:]:
+        np.testing.assert_allclose(3.0 * by_variance(squares), by_differences(squares) ** 2)
+
+
+def test_variance_of_the_first_grid_is_of_nine_neighbours():
+    first = seen(quadratic, by_variance, 16)[0]
+    V = quadratic(4.0 + 8.0 * np.argwhere(np.ones((4, 4)))).value.reshape(4, 4)
+    np.testing.assert_allclose(first.variance.reshape(4, 4)[1, 2], np.var(V[:3, 1:4], ddof=1))
+
+
+def test_metrics_say_what_they_miss():
+    bare = Squares(np.ones(2), Shaded(np.ones(2)), np.zeros((2, 2)))
+    with pytest.raises(ValueError, match="needs gradients, but `shade` returns none"):
+        by_bending(bare)
+    with pytest.raises(ValueError, match="needs variances of neighbours"):
+        by_variance(bare)
+
+
+def test_the_product_knows_bumps_views_gloss_and_near_lamps():
+    plain = dict(turning=np.ones((1, 2)), share=np.full((1, 2), 0.5), band=np.full((1, 2), 2.0),
+                 distance=np.ones(1), cosine=np.ones(1), lamp=np.full(1, 3.0))  # fmt: skip
+    least = product(**plain)
+    more = {"turning": 5.0, "band": 10.0, "distance": 2.0, "share": 2.0}
+    for name, factor in more.items():
+        assert product(**plain | {name: factor * plain[name]}) > least
+    for name in ("cosine", "lamp"):
+        assert product(**plain | {name: 0.5 * plain[name]}) > least
+
+
+def test_far_light_loses_no_more_than_its_share():
+    """Of a gradient SV + CDV: worst where they point against each other."""
+    rng = np.random.default_rng(0)
+    SV, CDV = rng.normal(size=(2, 5000, 2)) * np.exp(rng.normal(size=(2, 5000, 1)) * 2.0)
+    for threshold in (1.5, 4.0, 20.0):
+        far = far_light(*(np.linalg.norm(a, axis=1) for a in (CDV, SV)), threshold)
+        lost = np.linalg.norm(SV, axis=1) / np.linalg.norm(SV + CDV, axis=1)
+        assert 0.0 < lost[far].max() <= 1.0 / (threshold - 1.0)
+        assert lost[~far].max() > 1.0 / (threshold - 1.0)
+    with pytest.raises(ValueError, match=r"`threshold` must be at least 1, but is 0\.5"):
+        far_light(np.ones(1), np.ones(1), 0.5)

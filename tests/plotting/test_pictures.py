@@ -1,0 +1,31 @@
+"""Tone mapping: the sRGB curve, white, and which way is up."""
+
+import matplotlib.image
+import numpy as np
+
+from firstorder.plotting.pictures import tone_mapped, write_picture
+
+
+def test_the_curve_is_the_screens():
+    """IEC 61966-2-1, from its other side."""
+    L = np.linspace(0.0, 1.0, 33)
+    v = tone_mapped(L[:, None], 1.0)[0] / 255.0
+    back = np.where(v <= 0.04045, v / 12.92, ((v + 0.055) / 1.055) ** 2.4)
+    np.testing.assert_allclose(back, L, atol=2.4 / 255.0)  # one level, at the curve's steepest
+
+
+def test_white_is_what_few_pixels_exceed_and_darkness_is_black():
+    L = np.linspace(0.0, 1.0, 1000)[:, None]
+    white = np.quantile(L, 0.995)
+    rounded = white * ((254.5 / 255.0 + 0.055) / 1.055) ** 2.4
+    assert 5 < (tone_mapped(L) == 255).sum() == (rounded <= L).sum() < 15
+    assert tone_mapped(np.zeros((3, 2))).max() == 0
+
+
+def test_up_is_up(tmp_path):
+    L = np.zeros((4, 3))
+    L[1, 2] = 1.0  # second from the left, in the top row
+    write_picture(tmp_path / "a.png", L, 1.0)
+    picture = matplotlib.image.imread(tmp_path / "a.png")[..., 0]
+    assert picture.shape == (3, 4)
+    assert np.argwhere(picture > 0.5).tolist() == [[0, 1]]
