@@ -103,8 +103,8 @@ def ground(scene: scenes.Scene, quick: bool) -> Ground:
 
 
 def window(true: np.ndarray, size: int) -> tuple[slice, slice]:
-    """The square of an image with the most penumbra in it, all of it ground."""
-    change = np.nan_to_num(true * (1.0 - true)) - 10.0 * np.isnan(true)
+    """The square of an image with the most penumbra in it, most of it ground."""
+    change = np.nan_to_num(true * (1.0 - true)) - 0.25 * np.isnan(true)
     total = np.pad(np.cumsum(np.cumsum(change, 0), 1), ((1, 0), (1, 0)))
     sums = total[size:, size:] - total[:-size, size:] - total[size:, :-size] + total[:-size, :-size]
     i, j = np.unravel_index(np.argmax(sums), sums.shape)

@@ -176,8 +176,7 @@ def ladder(
         sums = Sums(*(a + b for a, b in zip(*both, strict=True)))
         some = sums.square > 0.0
         visible.append(np.where(some, np.sum(share * sums.seen, 1), 1.0))
-        # A half without rays has nothing to say: it agrees.
-        steps.append([np.where(h.square > 0.0, h.seen @ share, visible[-1]) for h in both])
+        steps.append([np.where(h.square > 0.0, h.seen @ share, np.nan) for h in both])
         likely = odds(sums, likely)
         spread.append(np.where(some, noise(sums, share, likely), 0.0))
         samples.append(sums.samples)
@@ -195,7 +194,10 @@ def ladder(
 
 
 def _bias(halves: Float[np.ndarray, "k 2 m"], image, radius: float) -> Rungs:
-    """The sizes of all steps upwards; those beyond the last rung by their ratio."""
+    """The sizes of all steps upwards; those beyond the last rung by their ratio.
+
+    Receivers count where both halves have rays for both answers.
+    """
     change = np.diff(halves, axis=0)
     square = [_spread(a * b, image, radius) for a, b in change]
     step = np.sqrt(np.maximum(square, 0.0))
@@ -204,10 +206,11 @@ def _bias(halves: Float[np.ndarray, "k 2 m"], image, radius: float) -> Rungs:
 
 
 def _spread(values: Numbers, image, radius: float) -> Numbers:
-    """Mean over neighbours in the image that show something."""
+    """Mean over neighbours in the image that have a number; 0 where none has."""
     where, side = image
+    some = np.isfinite(values)
     whole, shown = np.zeros((2, side**2))
-    whole[where], shown[where] = values, 1.0
+    whole[where[some]], shown[where[some]] = values[some], 1.0
     both = [scipy.ndimage.gaussian_filter(a.reshape(side, side), radius) for a in (whole, shown)]
     return (both[0] / np.maximum(both[1], 1e-12)).ravel()[where]
 
