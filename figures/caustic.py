@@ -47,6 +47,11 @@ def along_floor(lens: Lens, s):
 
 
 @eqx.filter_jit
+def folds_of(lens: Lens):
+    return lens.folds()
+
+
+@eqx.filter_jit
 def traced(lens: Lens, q):
     return jax.vmap(lens.arrive)(q)
 
@@ -64,12 +69,14 @@ def draw(quick: bool) -> Drawing:
     for column, (name, made) in enumerate((("disc", disc()), ("lens", lens()))):
         q = np.linspace(made.low, made.high, 401)
         edge, t = caustic(made, jnp.asarray(q))
-        _, folds, real = eqx.filter_jit(lambda lens: lens.folds())(made)
+        _, folds, real = folds_of(made)
         folds = 2.0 * np.asarray(folds)[np.asarray(real)] - 1.0
-        x = np.linspace(-0.6, 0.6, places)
-        E = np.asarray(along_floor(made, jnp.asarray(0.5 * x + 0.5)))
+        x, bins = np.linspace(-0.6, 0.6, places), np.linspace(-0.6, 0.6, 61)
+        inner = bins[:-1, None] + (bins[1] - bins[0]) * (np.arange(8) + 0.5) / 8
+        # At once: compiling it takes longer than all that it computes.
+        both = along_floor(made, jnp.asarray(0.5 * np.append(x, inner) + 0.5))
+        E, mean = np.asarray(both[:places]), np.asarray(both[places:]).reshape(inner.shape).mean(1)
         shot = traced(made, jnp.asarray(rng.uniform(made.low, made.high, photons)))
-        bins = np.linspace(-0.6, 0.6, 61)
         share = np.where(shot.ok, shot.share, 0.0)
         counts, _ = np.histogram(2.0 * np.asarray(shot.s) - 1.0, bins, weights=share)
         squares, _ = np.histogram(2.0 * np.asarray(shot.s) - 1.0, bins, weights=share**2)
@@ -79,7 +86,7 @@ def draw(quick: bool) -> Drawing:
             axes[0, column], made, f"{'ab'[column]}) {name}", np.asarray(edge), np.asarray(t)
         )
         _draw_light(axes[1, column], x, E, folds, bins, counted, "cd"[column])
-        claims += _claims(name, made, x, E, folds, bins, counted, sigma)
+        claims += _claims(name, made, folds, bins, mean, counted, sigma)
         arrays |= {f"{name}_x": x, f"{name}_E": E, f"{name}_folds": folds,
                    f"{name}_counted": counted, f"{name}_caustic": np.asarray(edge)}  # fmt: skip
     return Drawing(figure, arrays, claims, size=f"{places} receivers, {photons} photons", seed=3)
@@ -116,17 +123,13 @@ def _draw_light(ax, x, E, folds, bins, counted, letter):
     ax.legend()
 
 
-def _claims(name, made, x, E, folds, bins, counted, sigma) -> list[Claim]:
-    inner = bins[:-1, None] + (bins[1] - bins[0]) * (np.arange(8) + 0.5) / 8
-    mean = np.asarray(along_floor(made, jnp.asarray(0.5 * inner.ravel() + 0.5))).reshape(
-        inner.shape
-    )
+def _claims(name, made, folds, bins, mean, counted, sigma) -> list[Claim]:
     away = np.abs(0.5 * (bins[1:] + bins[:-1])[:, None] - folds).min(axis=1) > 1.5 * np.diff(bins)
     lit = away & (counted > 0.0)
-    z = (counted - mean.mean(axis=1))[lit] / sigma[lit]
+    z = (counted - mean)[lit] / sigma[lit]
     gaps = []
     for fold in folds:
-        q = eqx.filter_jit(lambda lens: lens.folds())(made)[0]
+        q = folds_of(made)[0]
         points = np.asarray(caustic(made, q)[0])
         gaps.append(np.abs(points - [fold, 0.0]).sum(axis=1).min())
     return [
