@@ -79,7 +79,8 @@ def shared(
     near, far = depth_bounds(lamp, table, points, scene.pixel)
     if radius:
         maps = [scene.picture(a, floor) for a in (near, far)]
-        low, high = np.nan_to_num(maps[0], nan=np.inf), np.nan_to_num(maps[1], nan=-np.inf)
+        off = ~ground_of(scene)  # as if nothing hid it
+        low, high = np.where(off, np.inf, maps[0]), np.where(off, -np.inf, maps[1])
         near, far = (a.ravel()[floor] for a in smoothed(low, high, radius))
     shape = filter_shape(lamp.local(points)[:, 2], near, far, Omega_y, scene.pixel, extent)
     clock.append(time.process_time())

@@ -115,8 +115,8 @@ class Scene(NamedTuple):
         far = np.linalg.norm(way, axis=1)
         cosine = np.abs(np.sum(self.normals * way, 1)) / far
         light = cosine * np.maximum(local[:, 2] / far, 0.0) / far**2
-        albedo = np.where(self.floor, 0.9, 0.5)
-        return albedo * light / np.nanmax(light)
+        light *= np.where(self.floor, 1.0, 0.6)
+        return np.minimum(light / np.nanpercentile(light, 98.0), 1.0)
 
 
 def falloff(place: np.ndarray) -> np.ndarray:
@@ -284,7 +284,7 @@ def _relief(height: float, wavelength: float, seed: int) -> Callable[[np.ndarray
 
 
 @_double
-def array(side: int = SIDE) -> Scene:
+def array(side: int = SIDE, cells: int = 500) -> Scene:
     """Fig. 12: a wide array of knots, blobs, balls and grids over ground with a fine relief."""
     rng = np.random.default_rng(12)
     pieces = (
@@ -293,7 +293,7 @@ def array(side: int = SIDE) -> Scene:
         placed(bumpy_sphere(0.16, ripples(0.12, 0.6, 5), 4)),
         placed(bars((4, 4), (0.2, 0.2), 0.035, 0.03)),
     )
-    parts = [ground(4.0, _relief(0.006, 0.07, 3), 500)]
+    parts = [ground(4.0, _relief(0.006, 0.07, 3), cells)]
     x = np.linspace(-1.6, 1.6, 7)
     for k, (i, j) in enumerate(np.ndindex(7, 7)):
         turn = turned(rng.normal(size=3), rng.uniform(0.0, 2.0 * np.pi))
@@ -304,14 +304,14 @@ def array(side: int = SIDE) -> Scene:
 
 
 @_double
-def gathering(side: int = SIDE, leaves: int = 60_000) -> Scene:
+def gathering(side: int = SIDE, leaves: int = 60_000, cells: int = 400) -> Scene:
     """Fig. 13: a plant, a knot, a grid, a blob and a ball over ground with a relief."""
     rng = np.random.default_rng(13)
     grown, _ = tree(leaves, seed=11, height=1.3, forks=(10, 7, 6), leaf=0.022)
     soft = blob(0.6 * rng.normal(size=(9, 3)), rng.uniform(0.3, 0.5, 9), 40)
     low = _relief(0.008, 0.12, 7)
     parts = [
-        ground(5.0, low, 400),
+        ground(5.0, low, cells),
         placed(grown, (-0.7, 0.3, low(np.array([[-0.7, 0.3]]))[0] - 0.02)),
         placed(knot(2, 3, 0.16, 300, 16), (0.45, -0.55, 0.5), turned((1, 0, 0), 0.9), 0.38),
         placed(bars((6, 6), (0.5, 0.5), 0.05, 0.03), (0.35, 0.7, 0.95), turned((1, 0.4, 0), 0.5)),
