@@ -103,7 +103,7 @@ class View(NamedTuple):
 
 
 def world(quick: bool) -> World:
-    """The scene at 800 x 500, or a fifth of it."""
+    """The scene at 800 x 500, or an eighth of it."""
     things = [thing(plane((0, 0, 0), (0, 0, 1)), name="floor", **FLOOR)]
     for at, turn, scale, how in (
         ((-0.75, -0.55), 0.35, 1.0, SHINY),
@@ -113,7 +113,7 @@ def world(quick: bool) -> World:
     things.append(thing(sphere((0.75, -0.9, 0.22), 0.22), name="ball", **SHINY))
     things.append(thing(box((-2.2, 0.9, 0.0), (-1.5, 1.5, 0.7)), name="box", **FLOOR))
     camera = pinhole((-0.4, -4.6, 2.3), (0.0, 0.0, 0.45), gamma=2.2)
-    columns, rows = (160, 100) if quick else (800, 500)
+    columns, rows = (96, 60) if quick else (800, 500)
     return World(Scene.of(*things, sky=sky), camera, columns, rows)
 
 
@@ -163,7 +163,12 @@ def shade(world: World, at: Seen, index: np.ndarray) -> np.ndarray:
 
 def taken(at: Seen, index: np.ndarray, rows: np.ndarray):
     """Some pixels, on the device."""
-    return jax.tree.map(lambda a: jnp.asarray(a[rows]), at), jnp.asarray(index[rows])
+    return jax.tree.map(jnp.asarray, some(at, rows)), jnp.asarray(index[rows])
+
+
+def some(at: Seen, rows: np.ndarray) -> Seen:
+    """Some pixels."""
+    return jax.tree.map(lambda a: a[rows], at)
 
 
 @eqx.filter_jit

@@ -29,17 +29,9 @@ RAYS = 100  # to find blockers, at as many points as there are samples
 LIGHT = float(maps.rms_cutoff(1.0 / creatures.WIDE**2))
 
 
-class Slopes(NamedTuple):
-    """Mean slopes of blockers at points [1/m]: plain, for the diffuse lobe, for the glossy one."""
-
-    plain: np.ndarray
-    diffuse: np.ndarray
-    gloss: np.ndarray
-
-
 def budget(quick: bool) -> int:
     """Samples: the paper's 20,000 of 400,000 pixels, or the same share."""
-    return 800 if quick else 20000
+    return 288 if quick else 20000
 
 
 def chosen(density: np.ndarray, count: int) -> np.ndarray:
@@ -50,19 +42,17 @@ def chosen(density: np.ndarray, count: int) -> np.ndarray:
 # --- blockers ------------------------------------------------------------------------------------
 
 
-def slopes_at(world: World, view: View, at: np.ndarray, seed: int = 0) -> Slopes:
-    """Mean slopes of blockers at pixels, 100 rays each for either mean."""
+def slopes_at(kind, world: World, view: View, at: np.ndarray, seed: int = 0):
+    """Mean slopes of blockers at pixels by `plain_slopes` or `lit_slopes`, 100 rays each [1/m]."""
     rows = at @ (view.shows.shape[1], 1)
     turn = np.random.default_rng(seed).random(len(rows))
     fill = np.resize(np.arange(len(rows)), -(-len(rows) // 1024) * 1024).reshape(-1, 1024)
     index = view.shows.ravel()
-    parts = []
-    for k in fill:
-        one = *creatures.taken(view.at, index, rows[k]), jnp.asarray(turn[k])
-        parts.append((_plain(world.scene, *one), *_light(world.scene, *one)))
-    return Slopes(
-        *(np.concatenate([np.asarray(p[i]) for p in parts])[: len(rows)] for i in range(3))
-    )
+    parts = [
+        kind(world.scene, *creatures.taken(view.at, index, rows[k]), jnp.asarray(turn[k]))
+        for k in fill
+    ]
+    return np.concatenate([np.asarray(p) for p in parts], 1)[:, : len(rows)]
 
 
 def _spun(w, turn):
@@ -73,14 +63,14 @@ def _spun(w, turn):
 
 
 @eqx.filter_jit
-def _plain(scene, at, index, turn):
+def plain_slopes(scene, at, index, turn):
     """The paper's: rays by the cosine, all of one weight."""
     w = times(frame(at.normal)[:, None], _spun(creatures.about(RAYS, 1.0), turn))
-    return maps.mean_slope(maps.blocker_distance(scene, at.position, w, index))
+    return maps.mean_slope(maps.blocker_distance(scene, at.position, w, index))[None]
 
 
 @eqx.filter_jit
-def _light(scene, at, index, turn):
+def lit_slopes(scene, at, index, turn):
     """Weighted by light: rays to the sky's lobes for the diffuse lobe, mirrored ones for gloss."""
     half = RAYS // 2
     lamp, fill = (creatures.lobe_nodes(which, n) for which, n in ((creatures.LAMP, half - 20),
@@ -98,10 +88,8 @@ def _light(scene, at, index, turn):
     lit = jnp.where(jnp.arange(half) < half - 10, cosine[:, :half], 1.0) * power
     polished = creatures.sky(w[:, half:]) * cosine[:, half:]
     distance = maps.blocker_distance(scene, at.position, w, index)
-    return (
-        maps.mean_slope(distance[:, :half], lit),
-        maps.mean_slope(distance[:, half:], polished),
-    )
+    found = maps.mean_slope(distance[:, :half], lit), maps.mean_slope(distance[:, half:], polished)
+    return jnp.stack(found)
 
 
 # --- criteria ------------------------------------------------------------------------------------
@@ -235,13 +223,14 @@ def criteria(world: World, view: View, count: int) -> Found:
     """All criteria of an image, with slopes from `count` points."""
     even = np.ones(view.shows.shape)
     at = chosen(even, count)
-    slopes_at(world, view, at[:1])  # compiled before it is timed
     took, slopes = {}, []
-    took["blockers"], found = timed(lambda: slopes_at(world, view, at))
     width = widths(even, len(at))
-    for each in found:
-        took["filter"], over = timed(lambda each=each: filtered(view, at, each, width))
-        slopes.append(over)
+    for name, kind in (("plain", plain_slopes), ("light", lit_slopes)):
+        slopes_at(kind, world, view, at[:1])  # compiled before it is timed
+        took[name], found = timed(lambda kind=kind: slopes_at(kind, world, view, at))
+        for each in found:
+            took["filter"], over = timed(lambda each=each: filtered(view, at, each, width))
+            slopes.append(over)
     took["differences"], c = timed(lambda: criterion(world, view))
     made = {"mirror": mirror(c), "plain": plain(c, slopes[0]), "light": lobes(c, *slopes[1:])}
     return Found(made, slopes[0], c, took)
