@@ -12,7 +12,7 @@ constant, 128 about the mirrored direction for the gloss. All errors are against
 from __future__ import annotations
 
 import pathlib
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
@@ -35,12 +35,12 @@ PER_SAMPLE = sum(RAYS.values())
 FOLDER = pathlib.Path(__file__).parent / "out" / "references"
 
 WIDE = 0.12
-LAMP = dict(center=(0.7, -0.5, 0.75), sigma=WIDE, radiance=24.0)
-FILL = dict(center=(-0.8, -0.3, 0.5), sigma=0.3, radiance=2.0)
+LAMP: dict[str, Any] = dict(center=(0.7, -0.5, 0.75), sigma=WIDE, radiance=24.0)
+FILL: dict[str, Any] = dict(center=(-0.8, -0.3, 0.5), sigma=0.3, radiance=2.0)
 AMBIENT = 0.25
-SHINY = dict(albedo=0.12, specular=0.6, exponent=250.0)
-DULL = dict(albedo=0.4, specular=0.3, exponent=40.0)
-FLOOR = dict(albedo=0.45, specular=0.15, exponent=20.0)
+SHINY: dict[str, Any] = dict(albedo=0.12, specular=0.6, exponent=250.0)
+DULL: dict[str, Any] = dict(albedo=0.4, specular=0.3, exponent=40.0)
+FLOOR: dict[str, Any] = dict(albedo=0.45, specular=0.15, exponent=20.0)
 
 # Centre (forward, left, up) and half-axes of a creature's parts, in its own frame [m].
 PARTS = (
