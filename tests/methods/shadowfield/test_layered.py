@@ -1,0 +1,97 @@
+"""Two layers of blockers with a filter each: which rule puts them together right."""
+
+import numpy as np
+import pytest
+
+from firstorder.methods.shadowfield import layered as module
+from firstorder.methods.shadowfield.layered import layered, split
+from firstorder.methods.shadowfield.rays import RayTable, trace
+from firstorder.methods.shadowfield.space import sheared
+from tests.methods.shadowfield.test_space import HIGH, LAMP, PIXEL, cards, floor
+
+SIDE = 32
+X = np.arange(-3.0, 3.0, 0.3)
+INNER = np.zeros((SIDE, SIDE), bool)
+INNER[8:-8, 8:-8] = True
+PLACES = 0.8 * ((2.0 * np.arange(512) + 1.0) / 512 - 1.0)
+
+
+def bars(z, axis):
+    if axis == 0:
+        return tuple((z, (x, -9.0), (x + 0.13, 9.0)) for x in X)
+    return tuple((z, (-9.0, x), (9.0, x + 0.13)) for x in X)
+
+
+PARALLEL = bars(2.8, 0) + bars(1.0, 0)
+CROSSED = bars(2.8, 0) + bars(1.0, 1)
+
+
+def free(x, z):
+    """Along one axis: which places on the lamp the bars at a height leave to a receiver."""
+    p = x * (1.0 - z / HIGH) + PLACES * z / HIGH
+    return ~np.any((p[:, None] >= X) & (p[:, None] <= X + 0.13), 1)
+
+
+def truth(crossed):
+    """By the lamp's places one by one: of crossed bars it is a product, of parallel ones not."""
+    R = floor(SIDE)
+    upper = {x: free(x, 2.8) for x in np.unique(R[:, :2])}
+    lower = {x: free(x, 1.0) for x in np.unique(R[:, :2])}
+    if crossed:
+        return np.array([upper[x].mean() * lower[y].mean() for x, y, _ in R])
+    return np.array([(upper[x] & lower[x]).mean() for x, _, _ in R])
+
+
+def error(rule, crossed, rays, Omega=1.5):
+    R = floor(SIDE)
+    table, _ = trace(LAMP, R, rays, cards(*(CROSSED if crossed else PARALLEL)))
+    if rule == "one filter":
+        found = sheared(LAMP, table, R, Omega, PIXEL, np.zeros(len(R))).visible
+    else:
+        found = layered(LAMP, table, R, 2.0, Omega, PIXEL, rule)
+    return np.sqrt(np.mean((found - truth(crossed))[INNER.ravel()] ** 2))
+
+
+@pytest.mark.smoke
+@pytest.mark.parametrize("crossed", [False, True])
+def test_two_filters_beat_one(crossed):
+    assert error("covariance", crossed, 1) < 0.75 * error("one filter", crossed, 1)
+
+
+def test_a_product_takes_parallel_bars_for_crossed_ones():
+    """Its error stays however many rays there are; that of the covariance falls."""
+    assert error("product", False, 16) > 0.8 * error("product", False, 1)
+    assert error("covariance", False, 16, 4.0) < 0.6 * error("covariance", False, 1, 4.0)
+    assert error("covariance", False, 16, 4.0) < 0.85 * error("product", False, 16, 4.0)
+
+
+def test_a_minimum_takes_crossed_bars_for_nested_ones():
+    assert error("minimum", True, 4) > 3.0 * error("covariance", True, 4)
+
+
+def test_split_rays_are_hidden_by_either_layer():
+    table, _ = trace(LAMP, floor(SIDE), 2, cards(*PARALLEL))
+    upper, lower = split(table, 2.0)
+    np.testing.assert_array_equal(table.free, upper.free & lower.free)
+    assert np.all(upper.far < 2.0)
+    assert np.all(lower.near >= 2.0)
+    whole = split(table, 100.0)
+    np.testing.assert_array_equal(whole.upper.far, table.far)
+    assert np.all(whole.lower.free)
+    assert isinstance(upper, RayTable)
+
+
+def test_a_fault_is_noticed(monkeypatch):
+    """Layers told apart at a depth above both: all blockers are one layer."""
+    right = error("covariance", True, 1)
+    monkeypatch.setattr(module, "split", lambda table, depth: split(table, 0.1))
+    assert error("covariance", True, 1) > 1.3 * right
+
+
+def test_rules_have_names():
+    with pytest.raises(ValueError, match="must be covariance, product or minimum"):
+        layered(LAMP, split_nothing(), floor(2), 2.0, 1.0, PIXEL, rule="sum")
+
+
+def split_nothing():
+    return trace(LAMP, floor(2), 1, cards())[0]
