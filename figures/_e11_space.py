@@ -175,13 +175,15 @@ def reference(
     for a in (scene.tracer.mesh.vertices, scene.receivers, *lamp, *chosen):
         digest.update(np.ascontiguousarray(np.asarray(a), float).tobytes())
     key = f"{scene.name} {rays} rays {digest.hexdigest()[:16]}"
+    # Frames of an animation, which choose their pixels, are to have rays of their own.
+    own = [] if where is None else [int(digest.hexdigest()[:8], 16)]
 
     def shade(places: np.ndarray, number: int) -> dict[str, np.ndarray]:
         column, row = np.floor(places).astype(int).T
         k = column * scene.side + row
         values = np.full(len(k), np.nan)
         some = wanted[k]
-        values[some] = own_rays(scene, k[some], rays, [int(k[0]), number])
+        values[some] = own_rays(scene, k[some], rays, [int(k[0]), number, *own])
         return {"visible": values}
 
     folder = OUT / key.replace(" ", "-")
