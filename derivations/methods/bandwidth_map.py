@@ -68,15 +68,16 @@ def normal_of_the_eye():
 
 def blocker_anywhere():
     """A blocker's point at d' w turns by -(1 - w w^T) x / d', which is no longer than x / d'."""
-    a, b = sp.symbols("a b", real=True)
-    w = sp.Matrix([sp.sin(a) * sp.cos(b), sp.sin(a) * sp.sin(b), sp.cos(a)])
     v, move = (sp.Matrix(sp.symbols(f"{name}1:4", positive=True)) for name in "vx")
-    at = depth * w - move
+    square = v.dot(v)
+    at = depth * v - move  # at the distance |v| depth in the direction v / |v|
     J = (at / sp.sqrt(at.dot(at))).jacobian(list(move)).subs(dict.fromkeys(move, 0))
-    across = v.dot(v) * move - v * v.dot(move)  # |v|^2 P x for w = v / |v|
-    contraction = across.dot(across) - v.dot(v) * (v.dot(v) * move.dot(move) - v.dot(move) ** 2)
-    turned = (J + (sp.eye(3) - w * w.T) / depth).applyfunc(sp.simplify)
-    return [*turned, sp.expand(contraction)]
+    across = square * sp.eye(3) - v * v.T  # |v|^2 (1 - w w^T)
+    turned = J * depth * sp.sqrt(square) * square + across
+    shorter = (across * move).dot(across * move) - square * (
+        square * move.dot(move) - v.dot(move) ** 2
+    )
+    return [*turned.applyfunc(sp.simplify), sp.expand(shorter)]
 
 
 def slopes_weigh_changes():
