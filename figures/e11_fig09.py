@@ -8,6 +8,12 @@ are averaged: about the best for this scene. They are sent to the rectangle that
 seen of the ground, of which a third is seen. Budgets are rays, or photons that leave the lamp, for
 each pixel of the ground. All methods see the ground; what stands on it is painted flat.
 
+"Better with 4 rays than both with 32" holds of photons and not of wavelets: ours end a tenth or so
+below shared rays, with eight times their rays, and their largest errors are half as large. These
+wavelets are better off than the paper's: their rays are spread over the lamp by an additive
+sequence, and coefficients are shrunk by variances that are exact. Errors of shared rays stand
+close to the grids' feet, where the filter is as narrow as a pixel.
+
 Memory: the paper's 33 M photons take 1.8 GB, 55 bytes each. Ours are 12 bytes each, for all have
 the same power and lie on one plane, and as much again and more in the tree that finds them.
 """
@@ -31,6 +37,7 @@ PAPER_BYTES = 1.8e9 / 33e6
 
 def draw(quick: bool) -> Drawing:
     side = e11.QUICK_SIDE if quick else e11.SIDE
+    methods.warm()
     scene = e11.grids(side)
     floor = scene.floor
     true = e11.reference(scene, e11.QUICK_RAYS if quick else e11.RAYS)
