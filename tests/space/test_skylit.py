@@ -137,7 +137,7 @@ def test_shadows_move_over_the_sky():
     x, h = np.array([0.6, 0.3]), 1e-4
     true = np.array([(cone_light(x + s) - cone_light(x - s)) / (2 * h) for s in h * np.eye(2)])
     run = eqx.filter_jit(hidden_light)
-    rows, errors = [16, 64, 256], []
+    rows, errors, value = [16, 64, 256], [], 0.0
     for n in rows:
         value, edges = run(x, n)
         errors.append(np.linalg.norm(edges - true) / np.linalg.norm(true))

@@ -1,0 +1,113 @@
+"""Whole images: killed and gone on with to the bit, files with layers, worlds from scene files."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import matplotlib.image
+import numpy as np
+import pytest
+
+from firstorder.io import read_space
+from firstorder.io.layers import read_layers
+from firstorder.io.rendered import image_coordinates, render, world_of
+
+SCENE = """dimensions = 3
+[[mesh]]
+vertices = [[0, 0, 1], [0.6, 0, 0.2], [-0.3, 0.5, 0.2], [-0.3, -0.5, 0.2]]
+faces = [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]
+albedo = 0.7
+[[shape]]
+kind = "plane"
+point = [0, 0, 0]
+normal = [0, 0, 1]
+albedo = 0.5
+[[shape]]
+kind = "rectangle"
+center = [0, 0, 2.5]
+u = [0, 0.5, 0]
+v = [0.5, 0, 0]
+emission = 5.0
+[camera]
+eye = [0, -4, 2]
+look_at = [0, 0, 0.4]
+gamma = 1.6
+"""
+PROGRAM = """
+import sys, time
+from firstorder import session
+session.start(cache=sys.argv[4])
+from firstorder.io import read_space
+from firstorder.io import renderer
+from firstorder.io.rendered import render, world_of
+plain = renderer.Renderer.layers
+def slow(self, p, number=0):
+    time.sleep(float(sys.argv[3]))
+    return plain(self, p, number)
+renderer.Renderer.layers = slow
+world = world_of(read_space(sys.argv[1]), nodes=3)
+layers = render(world, 24, 16, sys.argv[2], side=8, passes=2, quiet=True)
+print(b"".join(layers[k].tobytes() for k in sorted(layers)).hex())
+"""
+
+
+@pytest.fixture
+def file(tmp_path):
+    (tmp_path / "scene.toml").write_text(SCENE)
+    return tmp_path / "scene.toml"
+
+
+def test_a_killed_image_goes_on_to_the_bit(file, tmp_path):
+    """`kill -9` in the middle: what is finished stays, the rest is made, nothing differs."""
+
+    def start(folder, wait):
+        given = [str(file), str(tmp_path / folder), str(wait), str(tmp_path / "cache")]
+        command = [sys.executable, "-c", PROGRAM, *given]
+        return subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+
+    first = start("a", 0.3)
+    while len(list((tmp_path / "a").glob("pass*"))) < 4:
+        assert first.poll() is None
+        time.sleep(0.02)
+    os.kill(first.pid, signal.SIGKILL)
+    first.communicate()
+    kept = {f: f.stat().st_mtime_ns for f in (tmp_path / "a").glob("pass*")}
+    assert 4 <= len(kept) < 12
+    again = start("a", 0.0).communicate()[0]
+    assert again == start("b", 0.0).communicate()[0] != ""
+    assert {f: f.stat().st_mtime_ns for f in kept} == kept
+
+
+def test_layers_and_a_picture_are_written(file, tmp_path):
+    pytest.importorskip("OpenEXR")
+    out = tmp_path / "image.exr"
+    world = world_of(read_space(file), nodes=3)
+    layers = render(world, 24, 16, tmp_path / "tiles", side=8, passes=2, out=out, quiet=True)
+    kept = read_layers(out)
+    assert set(kept) == set(layers) >= {"value", "grad.u", "grad.v", "SV", "DV", "CV", "CDV.glossy"}
+    np.testing.assert_allclose(kept["value"], layers["value"], rtol=1e-6)
+    picture = matplotlib.image.imread(out.with_suffix(".png"))
+    assert picture.shape[:2] == (16, 24)
+    assert np.ptp(picture[..., 0]) > 0.5
+    assert set(np.unique(layers["index"])) >= {0.0, 1.0}  # the floor and the mesh
+
+
+def test_coordinates_are_those_of_square_pixels():
+    p = image_coordinates(np.array([(0.0, 0.0), (4.0, 2.0), (2.0, 1.0)]), 4, 2)
+    assert p.tolist() == [[-1.0, -0.5], [1.0, 0.5], [0.0, 0.0]]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("[camera]\neye = [0, -4, 2]\nlook_at = [0, 0, 0.4]\ngamma = 1.6\n", "", "a camera"),
+        ("normal = [0, 0, 1]\nalbedo = 0.5", "normal = [0, 0, 1]\nemission = 1.0", "rectangles"),
+        ("albedo = 0.7", "emission = 1.0", "meshes that do not emit"),
+    ],
+)
+def test_what_cannot_be_rendered_is_refused(file, old, new, sentence):
+    file.write_text(SCENE.replace(old, new))
+    with pytest.raises(ValueError, match=f"must have .*{sentence}"):
+        world_of(read_space(file))

@@ -1,0 +1,139 @@
+"""The renderer: shapes as `space.shaded` has them, meshes as the shapes that they stand for."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from firstorder.io import Embree
+from firstorder.io.blocks import beside_seen
+from firstorder.io.renderer import Renderer, World
+from firstorder.io.spaces import Model
+from firstorder.space import Scene, plane, sphere, thing
+from firstorder.space.environment import GaussianSky
+from firstorder.space.image import pinhole
+from firstorder.space.lit import Lamp
+from firstorder.space.pieces import bumpy_sphere, placed
+from firstorder.space.shaded import shade_all
+
+MATTER = dict(albedo=0.5, specular=0.2, exponent=20.0)
+FLOOR = thing(plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), albedo=0.6)
+BALL = thing(sphere((0.0, 0.0, 0.5), 0.5), **MATTER)
+LAMP = Lamp((-1.0, -1.5, 2.5), (0.0, 0.5, 0.0), (0.5, 0.0, 0.0), 8.0, 5, True)
+CAMERA = pinhole((0.0, -4.0, 2.0), (0.0, 0.0, 0.4), gamma=2.4)
+SHAPES = World(CAMERA, Scene.of(BALL, FLOOR), lamps=(LAMP,))
+
+
+def meshed(levels=5):
+    """The ball as a mesh; the floor stays what it is."""
+    ball = placed(bumpy_sphere(0.5, lambda v: 0.0 * v[:, 0], levels), (0.0, 0.0, 0.5))
+    return World(CAMERA, Scene.of(FLOOR), (Model(ball, "ball", MATTER),), (LAMP,))
+
+
+def grid(n):
+    x = (2.0 * np.arange(n) + 1.0) / n - 1.0
+    return 0.8 * np.stack(np.meshgrid(x, x, indexing="ij"), -1).reshape(-1, 2)
+
+
+P = grid(16)
+
+
+@pytest.fixture(scope="module")
+def shapes():
+    return Renderer(SHAPES)
+
+
+@pytest.fixture(scope="module")
+def models():
+    return Renderer(meshed())
+
+
+@pytest.mark.smoke
+def test_shapes_are_shaded_as_ever(shapes):
+    found, index = shapes.pixels(P)
+    true = shade_all(SHAPES.scene, CAMERA, [LAMP], P, index)
+    assert set(index) == {0, 1}
+    for a, b in zip(jax.tree.leaves(found), jax.tree.leaves(true), strict=True):
+        np.testing.assert_allclose(a, b, rtol=1e-9, atol=1e-12)
+
+
+def test_a_fine_mesh_is_the_shape_that_it_stands_for(shapes, models):
+    """Away from the limb; the ball's shadow on the floor, its own shade, and all terms."""
+    (ball, one), (mesh, other) = shapes.pixels(P), models.pixels(P)
+    same = (one == 0) == (other == 1)
+    assert same.mean() > 0.98
+    well = same & (ball.cosine > 0.3)
+    for name, most in (("value", 0.02), ("gradient", 0.05), ("SV", 0.03), ("CDV", 0.03)):
+        a, b = (np.asarray(getattr(f, name))[well] for f in (mesh, ball))
+        assert np.sqrt(np.mean((a - b) ** 2)) < most * np.sqrt(np.mean(b**2)), name
+
+
+def test_values_alone_are_the_same_values(models):
+    whole, _ = models.pixels(P)
+    value, _ = models.pixels(P, gradients=False)
+    np.testing.assert_array_equal(whole.value > 0.0, value.value > 0.0)
+    np.testing.assert_allclose(value.value, whole.value, rtol=1e-12)
+    np.testing.assert_array_equal(value.gradient, 0.0)
+
+
+def test_gradients_of_a_mesh_are_the_images(models):
+    """Where nothing is shadowed: differences of values inside one face."""
+    made = models
+    at = np.array([(-0.15, 0.1), (-0.05, 0.15), (0.02, 0.05)])
+    found, _ = made.pixels(at, shadows=False)
+    h = 1e-5
+    for k in (0, 1):
+        step = h * np.eye(2)[k]
+        ahead, behind = (made.pixels(at + s, shadows=False)[0].value for s in (step, -step))
+        slope = (ahead - behind) / (2.0 * h)
+        np.testing.assert_allclose(found.gradient[:, k], slope, rtol=1e-5)
+
+
+def test_a_meshs_shadow_moves(models):
+    """The floor behind the ball, with many nodes: differences of values."""
+    lamp = Lamp(*(LAMP.center, LAMP.u, LAMP.v), 8.0, 32, True)
+    made = Renderer(models.world._replace(lamps=(lamp,)))
+    at, h = np.array([0.4667, -0.1333]), 0.01
+    p = np.concatenate([[at], *([at + s, at - s] for s in h * np.eye(2))])
+    found, index = made.pixels(p)
+    assert set(index) == {0}
+    slope = (found.value[1::2] - found.value[2::2]) / (2.0 * h)
+    whole = found.gradient[0] + found.edges[0]
+    assert np.linalg.norm(found.edges[0]) > 0.5 * np.linalg.norm(slope)
+    assert np.linalg.norm(whole - slope) < 0.1 * np.linalg.norm(slope)
+
+
+def test_layers_know_lamps_and_sky():
+    eye = pinhole((0.0, -4.0, 1.0), (-1.0, -1.5, 2.5), gamma=1.0)
+    sky = GaussianSky((0.0, 0.0, 1.0), 0.6)
+    made = Renderer(World(eye, Scene.of(FLOOR), lamps=(LAMP,), sky=sky, sky_rows=4))
+    layers = made.layers(np.array([(0.0, 0.0), (0.0, 0.9), (0.0, -0.9)]))
+    assert layers["index"].tolist() == [1.0, -1.0, 0.0]
+    assert layers["value"][0] == 8.0
+    d = np.asarray(eye.direction(jnp.array([0.0, 0.9])))
+    np.testing.assert_allclose(layers["value"][1], sky(jnp.asarray(d)), rtol=1e-12)
+    assert layers["SV"][2] > 0.0 < layers["DV.diffuse"][2]
+    for name in ("grad.u", "shadow.v", "CV", "CDV", "distance", "cosine", "curvature"):
+        assert np.all(np.isfinite(layers[name]))
+
+
+def test_passes_see_other_nodes_of_one_mean(shapes):
+    lights = [shapes.lights_of(k)[0] for k in range(3)]
+    np.testing.assert_array_equal(lights[0].shift, 0.0)
+    assert len({tuple(np.asarray(a.shift)) for a in lights}) == 3
+    assert all(np.all(np.abs(a.shift) <= 0.5) for a in lights)
+
+
+def test_depths_are_asked_where_edges_are():
+    hidden = np.zeros((1, 6, 6), bool)
+    hidden[0, :, 2:] = True
+    np.testing.assert_array_equal(beside_seen(hidden, False)[0, 0], [0, 0, 1, 1, 0, 0])
+    np.testing.assert_array_equal(beside_seen(hidden, True)[0, 0], [0, 0, 1, 1, 1, 1])
+
+
+def test_there_must_be_something_to_see():
+    with pytest.raises(ValueError, match="must have a shape or a model, but has none"):
+        Renderer(World(CAMERA, lamps=(LAMP,)))
+    with pytest.raises(ValueError, match="must have a lamp or a sky, but has none"):
+        Renderer(World(CAMERA, Scene.of(FLOOR)))
+    assert Embree(meshed(1).models[0].mesh).mesh.count == 80
