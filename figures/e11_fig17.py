@@ -9,8 +9,9 @@ one that covers the pixel; that changes little here, where a pixel is small besi
 Below: errors as rays are added, at a fixed band limit, at the automatic one, and by the pixels'
 own stratified rays, with what the reference itself may be off by.
 
-With a fixed limit the error levels off at what the filter blurs: that is the bias. The automatic
-limit goes on falling as far as its sharpest rung allows.
+What does not fall with the shared rays, and is drawn: where the ground lies among the blockers, the
+pixel's own 16 rays stay 16; the reference has noise of its own; and what a low limit blurs stays
+blurred. The high limit has none of that bias and is noisier for as long as rays are few.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from figures.style import Claim, Drawing
 from firstorder import plotting
 from firstorder.checks.statistics import error_slope
 from firstorder.methods.shadowfield.depths import smoothed
+from firstorder.methods.shadowfield.space import filter_shape
 
 CYCLES = np.array([2.0, 4.0, 8.0, 16.0, 32.0])
 RATES = (0.25, 1.0, 4.0, 16.0)
@@ -54,7 +56,7 @@ def draw(quick: bool = False) -> Drawing:
         scenes.show(axes[0, k], ground.picture(values)[inset], title, cmap="gray", vmin=0, vmax=1)
         off = ground.picture(values - ground.true)[inset]
         drawn = scenes.show(axes[1, k], off, "off by", cmap=plotting.SIGNED, vmin=-top, vmax=top)
-        figure.colorbar(drawn, ax=axes[1, k], location="bottom")
+        figure.colorbar(drawn, ax=axes[1, k], location="bottom", shrink=0.8)
     rms = _curves(ground, RATES[:3] if quick else RATES)
     _last_row(figure, axes[2], ground, plain, rms, inset)
     arrays = {name: ground.picture(values) for name, values in found.items()}
@@ -90,6 +92,14 @@ def _curves(ground, rates) -> dict[str, np.ndarray]:
     return dict(zip(names, np.array(rows).T, strict=True))
 
 
+def _own_noise(ground, bounds) -> float:
+    """Measured error of the pixels' own rays, as far as they are blended in."""
+    depth = ground.scene.lamp.local(ground.receivers)[:, 2]
+    limit = CYCLES[0] / ground.diameter
+    share = filter_shape(depth, *bounds, limit, ground.scene.pixel).touched
+    return float(np.sqrt(np.mean((share * (ground.own - ground.true)) ** 2)))
+
+
 def _last_row(figure, axes, ground, bounds, rms, inset) -> None:
     """The reference, the bounds, and the curves."""
     scenes.show(
@@ -98,7 +108,7 @@ def _last_row(figure, axes, ground, bounds, rms, inset) -> None:
     depth = ground.scene.lamp.local(ground.receivers)[:, 2]
     near = np.where(np.isfinite(bounds[1]), bounds[1] / depth, np.nan)
     drawn = scenes.show(axes[1], ground.picture(near)[inset], "last blocker", vmin=0.6, vmax=1.0)
-    figure.colorbar(drawn, ax=axes[1], location="bottom", label="depth / d1")
+    figure.colorbar(drawn, ax=axes[1], location="bottom", shrink=0.8, label="depth / d1")
     space = axes[2].get_subplotspec()
     axes[3].remove()
     axes[2].remove()
@@ -107,11 +117,12 @@ def _last_row(figure, axes, ground, bounds, rms, inset) -> None:
     for k, name in enumerate(("low", "high", "automatic", "stratified")):
         colour = plotting.COLOURS[(1, 2, 0, 3)[k]]
         ax.loglog(rms["rays"], rms[name], "o-", color=colour, label=label.get(name, name))
+    ax.axhline(_own_noise(ground, bounds), color="0.3", ls="--", label="own rays among blockers")
     ax.axhline(ground.own_error, color="0.5", ls=":", label="reference, at most")
     ax.set_xticks(rms["rays"], [f"{r:g}" for r in rms["rays"]])
     ax.minorticks_off()
     ax.set(xlabel="rays for each pixel", ylabel="RMS error", title="errors as rays are added")
-    ax.legend(fontsize=6)
+    ax.legend(fontsize=6, loc="upper right")
 
 
 def _jumps(bounds, ground) -> float:
@@ -166,5 +177,10 @@ def _claims(ground, found, bounds, rms) -> list[Claim]:
         ),
         Claim("RMS error, low limit, most rays", None, float(rms["low"][-1])),
         Claim("RMS error, automatic limit, most rays", None, float(rms["automatic"][-1])),
+        Claim(
+            "RMS error of the pixels' own rays among blockers, which shared rays do not lower",
+            None,
+            _own_noise(ground, bounds["bounds of 4 rays"]),
+        ),
         Claim("RMS error of the reference, at most", None, ground.own_error),
     ]
