@@ -7,9 +7,10 @@ as in the paper; errors and effective rays are those of the ground. Adaptive wav
 data are in Fig. 9.
 
 Effective rays grow with the density of rays, and the paper's picture has ten times as many pixels:
-ours are also given for its 637,000 rays over the same view. "Below 6 %" the paper says of Fig. 9's
-scene; here it does not hold, for the same reason: where the trunk's foot is near, filters are
-narrow, and one ray a pixel is few.
+ours are also given for its 637,000 rays over the same view. They are then more than the paper's,
+whose filters must have been narrower; neither its lamp nor its band limit is known. "Below 6 %" the
+paper says of Fig. 9's scene; here only 99 % of the pixels are: beside the trunk, whose foot is
+near, filters are narrow, and one ray a pixel is few.
 """
 
 from __future__ import annotations

@@ -6,6 +6,10 @@ lamp. Shown are, as in the paper, the bounds of the blockers' depths that each p
 and how many rays its filter weighs. The paper's figure has no rays of pixels' own; here pixels of
 the ground among blockers have 4, since the relief hides the lamp too, and so do all that show an
 object, whose shadows are not judged.
+
+The paper expects smoothed bounds to help against ringing where bounds jump. Smoothed over one pixel
+they take the steps out of the image, but not out of the error: bounds can only grow, so that
+filters become narrower and somewhat noisier.
 """
 
 from __future__ import annotations

@@ -1,0 +1,78 @@
+"""E11's scenes: references outlive a kill, own rays are unbiased, and shared ones agree."""
+
+import jax
+import numpy as np
+import pytest
+
+from figures import _e11_compared as compared
+from figures import _e11_space as space
+from firstorder.methods.shadowfield.rays import trace
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return space.grids(40)
+
+
+def test_a_reference_that_was_cut_short_is_finished_to_the_same_bits(tmp_path, monkeypatch, scene):
+    monkeypatch.setattr(space, "OUT", tmp_path / "whole")
+    whole = space.reference(scene, 16, quiet=True)
+    monkeypatch.setattr(space, "OUT", tmp_path / "cut")
+    real, made = space.own_rays, []
+
+    def dies(*args):
+        if len(made) == 2:
+            raise KeyboardInterrupt
+        made.append(1)
+        return real(*args)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(space, "own_rays", dies)
+        with pytest.raises(KeyboardInterrupt):
+            space.reference(scene, 16, quiet=True)
+    kept = [f.stat().st_mtime_ns for f in sorted(tmp_path.glob("cut/*/*.npz"))]
+    again = space.reference(scene, 16, quiet=True)
+    assert len(kept) == 2  # of four
+    assert [f.stat().st_mtime_ns for f in sorted(tmp_path.glob("cut/*/*.npz"))][:2] == kept
+    assert again.tobytes() == whole.tobytes()
+    assert np.all(np.isfinite(again))
+
+
+def test_a_scene_has_the_same_bits_in_either_precision(scene):
+    with jax.enable_x64(False):
+        other = space.grids(40)
+    assert other.receivers.tobytes() == scene.receivers.tobytes()
+    a, b = (np.asarray(s.tracer.mesh.vertices) for s in (scene, other))
+    assert a.tobytes() == b.tobytes()
+
+
+def test_own_rays_have_the_mean_of_the_falloff(scene):
+    """Against rays even over the lamp, weighed by a falloff that is written here."""
+    pixels = np.flatnonzero(scene.floor)[::37]
+    found = space.own_rays(scene, pixels, 1024)
+    for k, one in zip(pixels, found, strict=True):
+        table, _ = trace(scene.lamp, scene.receivers[[k]], 4000, scene.blockers)
+        light = np.exp(-0.5 * np.sum((table.y / (0.5 * scene.lamp.half)) ** 2, 1))
+        expected = np.sum(light * table.free) / np.sum(light)
+        assert abs(one - expected) <= 0.03  # strata of 1/32; 4000 even places
+    assert np.ptp(found) > 0.5
+
+
+def test_quick_visibility_and_depths_of_blockers_agree(scene):
+    a = scene.receivers[scene.floor]
+    b = np.broadcast_to(scene.lamp.center, a.shape)
+    free = np.isinf(scene.blockers(a, b)[0])
+    np.testing.assert_array_equal(scene.visible(a, b), free)
+    np.testing.assert_array_equal(np.isinf(scene.hides(a, b)[0]), free)
+
+
+def test_shared_rays_come_near_own_ones_and_nearer_with_more_of_them(scene):
+    true = scene.picture(space.own_rays(scene, scene.floor, 256), scene.floor)
+    rms = []
+    for rays in (1, 16):
+        found = compared.shared(scene, rays, 2.0, own=(64, 0), radius=1)
+        rms.append(np.sqrt(np.nanmean((found.visible - true) ** 2)))
+        assert np.all(np.isfinite(found.visible[compared.ground_of(scene)]))
+        assert found.floor_rays >= rays
+    assert rms[1] < 0.5 * rms[0]
+    assert rms[1] < 0.05
