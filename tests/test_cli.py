@@ -113,3 +113,52 @@ def test_the_scenes_that_ship_are_listed(capsys):
 def test_a_bad_scene_is_one_sentence_and_exit_code_2(capsys, arguments, sentence):
     assert main(["scene", *arguments]) == 2
     assert capsys.readouterr().err == sentence + "\n"
+
+
+SPACE = """dimensions = 3
+[[shape]]
+kind = "sphere"
+center = [0, 0, 0.5]
+radius = 0.5
+albedo = 0.6
+[[shape]]
+kind = "rectangle"
+name = "lamp"
+center = [0, -1, 2.5]
+u = [0, 0.5, 0]
+v = [0.5, 0, 0]
+emission = 5.0
+[camera]
+eye = [0, -4, 2]
+look_at = [0, 0, 0.4]
+gamma = 2.0
+"""
+
+
+def test_a_scene_of_space_is_rendered(tmp_path, capsys):
+    pytest.importorskip("OpenEXR")
+    file, out = tmp_path / "ball.toml", tmp_path / "ball.exr"
+    file.write_text(SPACE)
+    size = ["--width", "16", "--height", "16", "--nodes", "3", "--out", str(out)]
+    assert main(["render", str(file), *size]) == 0
+    assert out.exists()
+    assert out.with_suffix(".png").exists()
+    assert len(list((tmp_path / "ball_tiles").glob("pass*"))) == 1
+    capsys.readouterr()
+    file.write_text(SPACE.replace("5.0", "6.0"))
+    assert main(["render", str(file), *size]) == 2
+    assert "tiles of this image" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("more", "sentence"),
+    [
+        (["--out", "a.png"], "Argument `out` must end in .exr, but is a.png."),
+        (["--width", "0"], "Argument `width` must be positive, but is 0."),
+        ([], "must be a .toml file that says `dimensions = 3`, but is flat.toml."),
+    ],
+)
+def test_what_cannot_be_rendered_is_one_sentence(tmp_path, capsys, more, sentence):
+    (tmp_path / "flat.toml").write_text("dimensions = 2")
+    assert main(["render", str(tmp_path / "flat.toml"), *more]) == 2
+    assert sentence in capsys.readouterr().err

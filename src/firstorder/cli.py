@@ -15,7 +15,7 @@ import tyro
 import firstorder
 from firstorder import session
 from firstorder.conventions import FLATLAND, FLATLAND_SLOPE
-from firstorder.errors import Refused, check_finite
+from firstorder.errors import Refused, check_finite, check_positive
 from firstorder.fields import Affine, GaussianProfile, gaussian
 from firstorder.laws import Hemisphere
 from firstorder.transport import (
@@ -206,6 +206,58 @@ class Scene:
             scene_report(scene, curves, title, words).savefig(part)
 
 
+@dataclass(frozen=True)
+class Render:
+    """Render a scene of space: an .exr file with all layers, and a tone-mapped .png beside it.
+
+    Direct light of rectangles that emit and of the sky, soft shadows, diffuse and glossy lobes.
+    Layers: `value`; its gradient `grad.u`, `grad.v` per unit of the image, of which moving shadows
+    make `shadow.u`, `shadow.v`; R07's `SV`, `DV`, `CV`, `CDV` and each by `.diffuse` and `.glossy`;
+    `index`, `distance`, `cosine`, `curvature`. Killed at any time, the same command goes on.
+    """
+
+    source: Annotated[str, tyro.conf.Positional]
+    """A .toml file that says `dimensions = 3`, with a camera and a lamp or a sky."""
+    out: pathlib.Path = pathlib.Path("render.exr")
+    """The .exr file; the .png has the same name."""
+    width: int = 512
+    """Of the image, in pixels; the camera's u goes from -1 to 1 across."""
+    height: int = 512
+    """Of the image, in pixels."""
+    passes: int = 1
+    """Over the image, each with other nodes of the light; the file is written after each."""
+    nodes: int = 12
+    """Shadow rays along each edge of a lamp."""
+    sky_rows: int = 12
+    """Rows of shadow rays to the sky, of twice as many columns."""
+    tiles: pathlib.Path | None = None
+    """Folder of the finished tiles; beside the .exr file, if left out."""
+
+    def run(self) -> int:
+        """Render, or go on."""
+        import hashlib
+
+        from firstorder.io import is_space, read_space
+        from firstorder.io.rendered import render, world_of
+
+        for name in ("width", "height", "passes", "nodes", "sky_rows"):
+            check_positive(name, getattr(self, name))
+        if self.out.suffix.lower() != ".exr":
+            raise ValueError(f"Argument `out` must end in .exr, but is {self.out.name}.")
+        if not is_space(self.source):
+            raise ValueError(
+                "Argument `source` must be a .toml file that says `dimensions = 3`, "
+                f"but is {pathlib.Path(self.source).name}."
+            )
+        world = world_of(read_space(self.source), self.nodes, self.sky_rows)
+        words = hashlib.sha256(pathlib.Path(self.source).read_bytes()).hexdigest()[:16]
+        key = f"{words} {self.nodes} {self.sky_rows}"
+        folder = self.tiles or self.out.with_name(f"{self.out.stem}_tiles")
+        render(world, self.width, self.height, folder, passes=self.passes, key=key, out=self.out)
+        print(f"{self.out} and {self.out.with_suffix('.png').name} are written.")
+        return 0
+
+
 def _receivers(scene) -> tuple[str, ...]:
     """The floor, or all names of what does not emit, in the order of the shapes."""
     if "floor" in scene.names:
@@ -237,7 +289,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if arguments == ["--version"]:
         print(f"firstorder {firstorder.__version__}")
         return 0
-    command = tyro.cli(Jet | Table | Scene, args=arguments, prog="firstorder", description=__doc__)
+    command = tyro.cli(
+        Jet | Table | Scene | Render, args=arguments, prog="firstorder", description=__doc__
+    )
     session.start()
     try:
         return command.run()
