@@ -16,6 +16,7 @@ import numpy as np
 from scipy.special import j1
 
 from firstorder.conventions import SPACE_SLOPE
+from firstorder.laws import Move
 from firstorder.transport import GlossyPatch, Travel
 from firstorder.transport.space_chain import Together
 
@@ -235,7 +236,9 @@ def split(M) -> tuple[np.ndarray, np.ndarray]:
 
 def travelled(pairs: Pairs, d: float) -> Pairs:
     """Travel, by the library's law."""
-    one, two = (p.moved(M) for p, M in zip(pairs, split(Travel(d).law(LEAVING).M), strict=True))
+    law = Travel(d).law(LEAVING)
+    assert isinstance(law, Move)
+    one, two = (p.moved(M) for p, M in zip(pairs, split(law.M), strict=True))
     return one, two
 
 

@@ -42,7 +42,8 @@ def draw(quick: bool) -> Drawing:
     for k, step in enumerate(steps):
         names = "measured", "predicted", "Omega_x", "Omega_v"
         arrays |= {f"{a}_{k + 1}": b for a, b in zip(names, step.rings(), strict=True)}
-    return Drawing(figure, arrays, [*claims, *_effects(steps)], size=f"{n}^4 rays a step", seed=7)
+    claims += [*_effects(steps), *_cosine(balls, steps[5], 24 if quick else 44)]
+    return Drawing(figure, arrays, claims, size=f"{n}^4 rays a step", seed=7)
 
 
 def _steps(balls, n: int, harmonics: int, nodes: int) -> list[receiver.Step]:
@@ -52,7 +53,7 @@ def _steps(balls, n: int, harmonics: int, nodes: int) -> list[receiver.Step]:
     p.append((p[1][0].blocked(), p[1][1].blocked()))
     p.append(space.turned(space.travelled(p[2], space.SECOND)))
     p.append(space.glossy(p[3], jnp.asarray(SHAPE), ASLANT, SIGMA))
-    p.append(space.travelled(p[4], ON))
+    p.append(_on(p[3], SHAPE))
 
     def off(x, y, v, w, far=0.0):
         at = x + far * v, y + far * w, v, w
@@ -71,6 +72,35 @@ def _steps(balls, n: int, harmonics: int, nodes: int) -> list[receiver.Step]:
     for k, (title, light, pairs, window) in enumerate(zip(TITLES, lights, p, windows, strict=True)):
         predicted = space.predicted(pairs, window, series if k > 1 else None)
         found.append(receiver.Step(title, window, window.power(light), predicted))
+    return found
+
+
+def _on(pairs, shape) -> space.Pairs:
+    """From the ball's plane off it and on."""
+    return space.travelled(space.glossy(pairs, jnp.asarray(shape), ASLANT, SIGMA), ON)
+
+
+def _cosine(balls, last, harmonics: int) -> list[Claim]:
+    """The last step with the shear as D05 prints it: k, not k cos, across the plane."""
+    p = space.travelled(space.source(), space.FIRST)
+    p = space.turned(space.travelled((p[0].blocked(), p[1].blocked()), space.SECOND))
+    found = []
+    for name, across in (("with the cosine", 1.0), ("as printed", 1.0 / np.cos(ASLANT))):
+        pairs = _on(p, SHAPE @ np.diag([1.0, across]))
+        power = space.predicted(pairs, last.window, balls.series(harmonics))
+        f = last.window.frequencies
+        apart = space.moments_apart(
+            space.moments(last.measured, *f, 0.5)[1:], space.moments(power, *f, 0.5)[1:]
+        )
+        found.append(
+            Claim(
+                f"6 further on: moments over (y, w), shear {name}, differ by",
+                0.0,
+                apart,
+                "of the deviations",
+                apart < 0.03,
+            )
+        )
     return found
 
 
