@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from firstorder.errors import check_positive
+from firstorder.errors import check_not_negative, check_positive
 
 Plane = Float[np.ndarray, "n 2"]
 
@@ -91,7 +91,7 @@ Blockers = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 def trace(
     lamp: LampFrame,
     receivers: Float[np.ndarray, "m 3"],
-    rays: float | int,
+    rays: float | int | Int[np.ndarray, " m"],
     blockers: Blockers,
     seed: int = 0,
 ) -> tuple[RayTable, Int[np.ndarray, " n"]]:
@@ -100,7 +100,8 @@ def trace(
     Args:
         lamp: the lamp.
         receivers: points that the image shows, in the world [m].
-        rays: for each receiver; below 1, that share of the receivers has one.
+        rays: for each receiver; below 1, that share of the receivers has one. Or a number for each
+            receiver (`counts.ray_counts`).
         blockers: from ends of rays in the world, receiver and lamp, to the shares of the way *from
             the lamp* of the first and the last thing in between; infinity and minus infinity for
             free rays.
@@ -109,12 +110,15 @@ def trace(
     Returns:
         The rays, and of which receiver each is.
     """
-    check_positive("rays", rays)
     rng = np.random.default_rng(seed)
     m = len(receivers)
-    if rays >= 1:
+    if isinstance(rays, np.ndarray):
+        check_not_negative("rays", rays)
+        owner = np.repeat(np.arange(m), rays)
+    elif rays >= 1:
         owner = np.repeat(np.arange(m), round(rays))
     else:
+        check_positive("rays", rays)
         owner = np.sort(rng.permutation(m)[: max(round(rays * m), 1)])
     local = lamp.local(receivers[owner])
     y = (2.0 * _spread(len(owner), rng) - 1.0) * lamp.half
