@@ -122,7 +122,8 @@ def _last_row(figure, axes, ground, bounds, rms, inset) -> None:
     ax.set_xticks(rms["rays"], [f"{r:g}" for r in rms["rays"]])
     ax.minorticks_off()
     ax.set(xlabel="rays for each pixel", ylabel="RMS error", title="errors as rays are added")
-    ax.legend(fontsize=6, loc="upper right")
+    ax.set_ylim(top=2.0)
+    ax.legend(fontsize=6, loc="upper center", ncols=3)
 
 
 def _jumps(bounds, ground) -> float:
