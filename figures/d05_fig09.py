@@ -6,8 +6,8 @@ those of Fig. 6 (3D). Above: the light on the receiver, by rays. Middle: the spe
 of the light that arrives there, in angles and positions at once, as the paper draws it: a slice of
 the light field at w = 0 along a row of balls. Below: the spectrum of what the receiver keeps, by
 rays and predicted from the balls' spectrum. "High" are frequencies above 0.75 cycles per metre (the
-grey line), where the light without blockers, under the same window, still has 2.7 % of its energy: this
-is taken off before the scenes are compared.
+grey line), where the light without blockers, under the same window, still has 2.7 % of its energy:
+this is taken off before the scenes are compared.
 """
 
 from __future__ import annotations
