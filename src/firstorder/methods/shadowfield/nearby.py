@@ -34,9 +34,9 @@ def narrowed(
         >>> from firstorder.methods.shadowfield.nearby import narrowed
         >>> at = np.array([[0.0, 0.0, 0.0], [9.0, 0.0, 0.0], [0.1, 0.0, 0.0]])
         >>> x = np.array([0.0, 9.0])
-        >>> near = lambda rows, c: abs(x[c] - at[rows, 0].mean()) < 1.0
+        >>> near = lambda rows, c: abs(x[c, None] - at[rows, 0]).min(1) < 1.0
         >>> [(r.tolist(), c.tolist()) for r, c in narrowed(at, 2, near, 2)]
-        [([2, 1], []), ([0], [0])]
+        [([2, 1], [0, 1]), ([0], [0])]
     """
     left = [(np.arange(len(points)), np.arange(count))] if len(points) else []
     while left:
