@@ -1,0 +1,380 @@
+r"""Glossy receivers under shared shadow rays: light times BRDF in each cell of the lamp.
+
+E11 §3 pulls the form factor out of the shadow's integral, and §7 proposes for other BRDFs to put
+light times BRDF in place of light. Here the lamp is cut into cells, as in `space`. With the seen
+share V_c of each cell, from `gather`, the reflected radiance is
+
+    L(x) = sum_c V_c(x) int_c l(y) K(x, y) rho(x, y) dy,    K = cos_x cos_y / |x - y|^2
+    rho = albedo / pi + specular (e + 2) / (2 pi) cos^e(w, mirrored eye)
+
+with integrals by a few nodes of each cell. One cell is the paper's factoring. What is left out is
+the covariance, inside each cell, of visibility with what multiplies it. It is bounded two ways
+(ours), with `g = l K rho` told for each unit of light in the cell, and W_c the cell's light:
+
+    |error| <= (1/2) sum_c int_c |l K rho - r_c l| dy      reached by the worst blocker
+    |error| <= sum_c W_c std_c(g) sqrt(V_c (1 - V_c))      for blockers that leave V_c
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from firstorder.errors import check_finite, check_not_negative, check_positive, check_shape
+from firstorder.methods.shadowfield.depths import depth_bounds
+from firstorder.methods.shadowfield.gather import gather
+from firstorder.methods.shadowfield.rays import LampFrame, Plane, RayTable
+from firstorder.methods.shadowfield.space import filter_shape
+
+AT_ONCE = 1 << 20  # receivers times nodes
+
+Numbers = Float[np.ndarray, " m"]
+Cells = Float[np.ndarray, "m c"]
+Points = Float[np.ndarray, "m 3"]
+Falloff = Callable[[Plane], Float[np.ndarray, " n"]]
+
+
+class Glossy(NamedTuple):
+    """What receivers reflect, and whereto.
+
+    Attributes:
+        normal: unit vectors, towards the lit side.
+        to_eye: unit vectors towards the eye.
+        albedo: share of light that is reflected evenly.
+        specular: share that goes into the lobe at normal incidence; less at a slant.
+        exponent: e of the lobe `cos^e` about the mirrored direction of the eye, not negative.
+    """
+
+    normal: Points
+    to_eye: Points
+    albedo: Numbers
+    specular: Numbers
+    exponent: Numbers
+
+
+def glossy(
+    normal: Points,
+    to_eye: Points,
+    albedo: float | int | Numbers = 0.0,
+    specular: float | int | Numbers = 0.0,
+    exponent: float | int | Numbers = 1.0,
+) -> Glossy:
+    """Receivers of one or of many materials.
+
+    Args:
+        normal: at each receiver, of any length.
+        to_eye: from each receiver towards the eye, of any length.
+        albedo: of the even part.
+        specular: of the lobe.
+        exponent: of the lobe.
+
+    Raises:
+        ValueError: if shares or exponents are negative, or vectors have no direction.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.methods.shadowfield.glossy_receivers import glossy
+        >>> up = np.array([[0.0, 0.0, 2.0]])
+        >>> glossy(up, up, specular=0.5, exponent=20.0).normal.tolist()
+        [[0.0, 0.0, 1.0]]
+    """
+    unit = []
+    for name, a in (("normal", normal), ("to_eye", to_eye)):
+        a = np.asarray(a, float)
+        check_shape(name, a, (len(np.asarray(normal)), 3))
+        length = np.linalg.norm(a, axis=1, keepdims=True)
+        check_positive(name, length)
+        unit.append(a / length)
+    parts = []
+    for name, value in (("albedo", albedo), ("specular", specular), ("exponent", exponent)):
+        check_not_negative(name, value)
+        parts.append(np.broadcast_to(np.asarray(value, float), len(unit[0])))
+    return Glossy(*unit, *parts)
+
+
+# --- integrals over cells of the lamp ------------------------------------------------------------
+
+
+def cell_light(
+    lamp: LampFrame,
+    receivers: Points,
+    surface: Glossy,
+    cells: int,
+    falloff: Falloff | None = None,
+    nodes: int = 4,
+) -> Cells:
+    """Reflected radiance that each cell of a lamp without blockers brings, in `gather`'s order.
+
+    Args:
+        lamp: the lamp; its radiance is `falloff`.
+        receivers: in the world [m].
+        surface: what they reflect.
+        cells: along each edge of the lamp.
+        falloff: radiance over the lamp, from places in [-1, 1]^2; None for 1.
+        nodes: Gauss-Legendre nodes along each edge of a cell.
+
+    Valid when: the lobe is no narrower than the nodes' distance as the receiver sees it. Where the
+    receiver's horizon cuts a cell, nodes converge slowly.
+
+    Reference: E11 §7, "General BRDFs".
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.methods.shadowfield.glossy_receivers import cell_light, glossy
+        >>> from firstorder.methods.shadowfield.rays import lamp_frame
+        >>> lamp = lamp_frame((0, 0, 1), (0, 0.01, 0), (0.01, 0, 0))  # 4e-4 m^2, 1 m above
+        >>> up = np.array([[0.0, 0.0, 1.0]])
+        >>> light = cell_light(lamp, 0 * up, glossy(up, up, albedo=np.pi), 2)
+        >>> (1e4 * light).round(2).tolist()
+        [[1.0, 1.0, 1.0, 1.0]]
+    """
+    check_positive("nodes", nodes)
+    g, w = np.polynomial.legendre.leggauss(nodes)
+    parts = [
+        (k.value * k.light * (w[:, None, None] * w)).sum((2, 4))
+        for k in _integrand(lamp, receivers, surface, cells, g, falloff)
+    ]
+    area = np.prod(lamp.half) / cells**2  # of the place [-1, 1]^2 of a cell
+    return area * np.concatenate(parts).reshape(len(receivers), cells**2)
+
+
+class _Values(NamedTuple):
+    """At nodes: axes are receivers, cells and nodes along one edge, and along the other."""
+
+    value: Float[np.ndarray, "k a p b q"]  # K rho
+    light: Float[np.ndarray, "a p b q"]  # l
+
+
+def _integrand(
+    lamp: LampFrame, receivers, surface: Glossy, cells: int, g, falloff
+) -> Iterator[_Values]:
+    """What multiplies visibility, for as many receivers at once as memory likes.
+
+    All cosines are linear over the lamp, so they are sums of one number for each axis.
+    """
+    check_positive("cells", cells)
+    check_finite("receivers", receivers)
+    x = ((2.0 * np.arange(cells)[:, None] + 1.0 + g) / cells - 1.0).ravel()
+    shape = (cells, len(g), cells, len(g))
+    light = np.ones(shape)
+    if falloff is not None:
+        places = np.stack(np.meshgrid(x, x, indexing="ij"), -1).reshape(-1, 2)
+        light = np.asarray(falloff(places), float).reshape(shape)
+    at = lamp.local(np.asarray(receivers, float))
+    normal = surface.normal @ lamp.axes.T
+    slant = np.sum(surface.normal * surface.to_eye, 1, keepdims=True)
+    mirrored = (2.0 * slant * surface.normal - surface.to_eye) @ lamp.axes.T
+    step = max(AT_ONCE // len(x) ** 2, 1)
+    for begin in range(0, len(at), step):
+        some = slice(begin, begin + step)
+        p = at[some]
+        first = x * lamp.half[0] - p[:, :1]  # the way to the lamp, one axis each
+        second = x * lamp.half[1] - p[:, 1:2]
+
+        def along(d, first=first, second=second, p=p):
+            a = d[:, :1] * first - d[:, 2:] * p[:, 2:]
+            return np.maximum(a[:, :, None] + (d[:, 1:2] * second)[:, None], 0.0)
+
+        square = (first**2 + p[:, 2:] ** 2)[:, :, None] + (second**2)[:, None]
+        depth = np.maximum(p[:, 2], 0.0)[:, None, None]
+        albedo, specular, e = (a[some, None, None] for a in surface[2:])
+        lobe = (along(mirrored[some]) / np.sqrt(square)) ** e
+        rho = albedo / np.pi + specular * (e + 2.0) / (2.0 * np.pi) * lobe
+        value = along(normal[some]) * depth / square**2 * rho
+        yield _Values(value.reshape(-1, *shape), light)
+
+
+# --- shadows -------------------------------------------------------------------------------------
+
+
+class Reflected(NamedTuple):
+    """What glossy receivers send to the eye.
+
+    Attributes:
+        radiance: reflected, in units of the lamp's.
+        unshadowed: the same without blockers.
+        samples: effective number of shared rays.
+        own: share of `fallback` in it.
+    """
+
+    radiance: Numbers
+    unshadowed: Numbers
+    samples: Numbers
+    own: Numbers
+
+
+def reflected(
+    lamp: LampFrame,
+    table: RayTable,
+    receivers: Points,
+    surface: Glossy,
+    Omega_y: float | int,
+    pixel: float,
+    fallback: Numbers,
+    cells: int = 4,
+    falloff: Falloff | None = None,
+    bounds: tuple[Numbers, Numbers] | None = None,
+    nodes: int = 4,
+) -> Reflected:
+    """Radiance that receivers reflect of a partly hidden lamp, from rays traced anywhere.
+
+    Args:
+        lamp: the lamp.
+        table: the rays.
+        receivers: in the world [m].
+        surface: what they reflect.
+        Omega_y: band limit on the lamp [cycles/m].
+        pixel: side of a pixel on the receivers [m].
+        fallback: what to take among the blockers: the radiance by rays of each receiver's own.
+        cells: along each edge of the lamp.
+        falloff: radiance over the lamp, from places in [-1, 1]^2; None for 1.
+        bounds: of the blockers' depths at each receiver; by default those of `depth_bounds`.
+        nodes: Gauss-Legendre nodes along each edge of a cell.
+
+    Valid when: a cell is small beside the lobe; else off by up to `worst_factoring`. Smaller cells
+    hold fewer rays: a sharp lobe shares less, as E11 §7 foresees.
+
+    Raises:
+        ValueError: if shapes do not fit, or a number that must be positive is not.
+
+    Reference: E11 §7; the cells are ours.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.methods.shadowfield.glossy_receivers import glossy, reflected
+        >>> from firstorder.methods.shadowfield.rays import lamp_frame, trace
+        >>> lamp = lamp_frame((0, 0, 2), (0, 1, 0), (1, 0, 0))
+        >>> def left_half(a, b):  # a sheet close to the lamp
+        ...     hit = b[:, 0] < 0
+        ...     return np.where(hit, 0.001, np.inf), np.where(hit, 0.001, -np.inf)
+        >>> place, up = np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]])
+        >>> table, _ = trace(lamp, place, 256, left_half)
+        >>> mirror = glossy(up, up, specular=1.0, exponent=50.0)
+        >>> found = reflected(lamp, table, place, mirror, 1.0, 0.1, np.zeros(1))
+        >>> (found.radiance / found.unshadowed).round(3).tolist()
+        [0.5]
+    """
+    check_shape("fallback", np.asarray(fallback), (len(receivers),))
+    light = cell_light(lamp, receivers, surface, cells, falloff, nodes)
+    local = lamp.local(np.asarray(receivers, float))
+    near, far = depth_bounds(lamp, table, receivers, pixel) if bounds is None else bounds
+    shape = filter_shape(local[:, 2], near, far, Omega_y, pixel, float(np.max(lamp.half)))
+    sums = gather(lamp, table, local, shape.sigma, shape.shear, cells)
+    seen = np.where(sums.square[:, None] > 0.0, sums.seen, 1.0)
+    own = np.where(np.isfinite(near) & (sums.square == 0.0), 1.0, shape.touched)
+    radiance = (1.0 - own) * np.sum(light * seen, 1) + own * fallback
+    return Reflected(radiance, np.sum(light, 1), sums.samples, own)
+
+
+# --- what cells leave out ------------------------------------------------------------------------
+
+
+def worst_factoring(
+    lamp: LampFrame,
+    receivers: Points,
+    surface: Glossy,
+    cells: int = 1,
+    falloff: Falloff | None = None,
+    nodes: int = 32,
+) -> Numbers:
+    """Largest error of shading times visibility in each cell, over all blockers.
+
+        (1/2) sum_c int_c |l K rho - r_c l| dy,    r_c = int_c l K rho dy / int_c l dy
+
+    The visibility of a cell is the share of its *light* that is seen. `int_c (l K rho - r_c l)` is
+    0, so that the worst blocker lets through where `K rho > r_c`: the bound is reached.
+
+    Args:
+        lamp: the lamp.
+        receivers: in the world [m].
+        surface: what they reflect.
+        cells: along each edge of the lamp; 1 for E11's factoring.
+        falloff: radiance over the lamp, from places in [-1, 1]^2; None for 1.
+        nodes: of the midpoint rule along each edge of a cell; kinks leave it at order 2.
+
+    Reference: E11 §3 ("a common approximation"); in flatland, `factoring_bound`.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.methods.shadowfield import glossy_receivers as gr
+        >>> from firstorder.methods.shadowfield.rays import lamp_frame
+        >>> lamp = lamp_frame((0, 0, 2), (0, 1, 0), (1, 0, 0))
+        >>> up = np.array([[0.0, 0.0, 1.0]])
+        >>> mirror = gr.glossy(up, up, specular=1.0, exponent=50.0)
+        >>> whole = gr.cell_light(lamp, 0 * up, mirror, 8).sum()
+        >>> [round(float(gr.worst_factoring(lamp, 0 * up, mirror, c)[0] / whole), 2)
+        ...  for c in (1, 8)]
+        [0.61, 0.14]
+    """
+    off = [
+        np.abs(excess).sum((1, 2, 3, 4))
+        for excess, _ in _excesses(lamp, receivers, surface, cells, falloff, nodes)
+    ]
+    return 0.5 * _node_area(lamp, cells, nodes) * np.concatenate(off)
+
+
+def likely_factoring(
+    lamp: LampFrame,
+    receivers: Points,
+    surface: Glossy,
+    seen: Cells,
+    falloff: Falloff | None = None,
+    nodes: int = 32,
+) -> Numbers:
+    """Largest error of shading times visibility for blockers that leave known shares of cells.
+
+        sum_c W_c std_c(K rho) sqrt(V_c (1 - V_c)),    W_c = int_c l dy
+
+    The mean of a product is off the product of means by a covariance, which is no larger than both
+    standard deviations; visibility is 0 or 1.
+
+    Args:
+        lamp: the lamp.
+        receivers: in the world [m].
+        surface: what they reflect.
+        seen: share of each cell's light that is seen, in `gather`'s order.
+        falloff: radiance over the lamp, from places in [-1, 1]^2; None for 1.
+        nodes: of the midpoint rule along each edge of a cell.
+
+    Raises:
+        ValueError: if the number of cells is no square.
+    """
+    seen = np.asarray(seen, float)
+    cells = round(np.sqrt(seen.shape[1]))
+    check_shape("seen", seen, (len(receivers), cells**2))
+    spread = [
+        np.sqrt((excess**2 / light).sum((2, 4)) * light.sum((1, 3)))
+        for excess, light in _excesses(lamp, receivers, surface, cells, falloff, nodes)
+    ]
+    std = np.concatenate(spread).reshape(len(seen), -1)
+    both = std * np.sqrt(np.maximum(seen * (1.0 - seen), 0.0))
+    return _node_area(lamp, cells, nodes) * np.sum(both, 1)
+
+
+def _excesses(lamp, receivers, surface, cells: int, falloff, nodes: int):
+    """`l K rho - r_c l` at midpoints, and l; a hair of light where there is none."""
+    check_positive("nodes", nodes)
+    g = (2.0 * np.arange(nodes) + 1.0) / nodes - 1.0
+    for value, light in _integrand(lamp, receivers, surface, cells, g, falloff):
+        light = np.maximum(light, 1e-300)
+        mean = (value * light).sum((2, 4), keepdims=True) / light.sum((1, 3), keepdims=True)
+        yield (value - mean) * light, light
+
+
+def _node_area(lamp: LampFrame, cells: int, nodes: int) -> float:
+    """Of the lamp, for each node [m^2]."""
+    return 4.0 * float(np.prod(lamp.half)) / (cells * nodes) ** 2
+
+
+__all__ = [
+    "Glossy",
+    "Reflected",
+    "cell_light",
+    "glossy",
+    "likely_factoring",
+    "reflected",
+    "worst_factoring",
+]
