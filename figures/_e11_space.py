@@ -279,6 +279,20 @@ def trees(side: int = SIDE, half: float = 0.35, angle: float = 0.0, leaves: int 
     return _scene("trees", side, lamp, parts, (0.2, -4.6, 4.6), (0.2, 0.05, 0.5), 3.4)
 
 
+MIRROR_EYE = (0.0, -4.0, 4.0)
+
+
+@_double
+def mirror(side: int = SIDE) -> Scene:
+    """Two grids, one behind the other, before a lamp that flat ground mirrors to the camera."""
+    lamp = lamp_towards((0.0, 2.6, 2.6), (0.0, 0.0, 0.0), 0.5)
+    lean = turned((1.0, 0.0, 0.0), -0.25 * np.pi)
+    high = placed(bars((4, 4), (0.5, 0.5), 0.09, 0.02), (-0.35, 1.2, 1.2), lean)
+    low = placed(bars((5, 5), (0.4, 0.4), 0.05, 0.02), (0.25, 0.7, 0.7), lean)
+    parts = [ground(8.0, cells=1), high, low]
+    return _scene("mirror", side, lamp, parts, MIRROR_EYE, (0.0, 0.0, 0.1), 3.7)
+
+
 def _relief(height: float, wavelength: float, seed: int) -> Callable[[np.ndarray], np.ndarray]:
     """A curved ground with a relief on it."""
     small = ripples(height, wavelength, seed, waves=40)

@@ -190,6 +190,52 @@ def _integrand(
 # --- shadows -------------------------------------------------------------------------------------
 
 
+class Seen(NamedTuple):
+    """What receivers see of the lamp.
+
+    Attributes:
+        cells: share of each cell that is seen, in `gather`'s order.
+        samples: effective number of shared rays.
+        own: 1 among the blockers, or where no ray came by: there `cells` says nothing.
+    """
+
+    cells: Cells
+    samples: Numbers
+    own: Numbers
+
+
+def seen_cells(
+    lamp: LampFrame,
+    table: RayTable,
+    receivers: Points,
+    Omega_y: float | int,
+    pixel: float,
+    cells: int = 4,
+    bounds: tuple[Numbers, Numbers] | None = None,
+) -> Seen:
+    """Visibility of the lamp's cells at receivers, from rays that were traced anywhere.
+
+    Args:
+        lamp: the lamp.
+        table: the rays.
+        receivers: in the world [m].
+        Omega_y: band limit on the lamp [cycles/m].
+        pixel: side of a pixel on the receivers [m].
+        cells: along each edge of the lamp.
+        bounds: of the blockers' depths at each receiver; by default those of `depth_bounds`.
+
+    Reference: E11 §5, before it sums over the lamp.
+    """
+    check_positive("cells", cells)
+    local = lamp.local(np.asarray(receivers, float))
+    near, far = depth_bounds(lamp, table, receivers, pixel) if bounds is None else bounds
+    shape = filter_shape(local[:, 2], near, far, Omega_y, pixel, float(np.max(lamp.half)))
+    sums = gather(lamp, table, local, shape.sigma, shape.shear, cells)
+    seen = np.where(sums.square[:, None] > 0.0, sums.seen, 1.0)
+    own = np.where(np.isfinite(near) & (sums.square == 0.0), 1.0, shape.touched)
+    return Seen(seen, sums.samples, own)
+
+
 class Reflected(NamedTuple):
     """What glossy receivers send to the eye.
 
@@ -259,14 +305,9 @@ def reflected(
     """
     check_shape("fallback", np.asarray(fallback), (len(receivers),))
     light = cell_light(lamp, receivers, surface, cells, falloff, nodes)
-    local = lamp.local(np.asarray(receivers, float))
-    near, far = depth_bounds(lamp, table, receivers, pixel) if bounds is None else bounds
-    shape = filter_shape(local[:, 2], near, far, Omega_y, pixel, float(np.max(lamp.half)))
-    sums = gather(lamp, table, local, shape.sigma, shape.shear, cells)
-    seen = np.where(sums.square[:, None] > 0.0, sums.seen, 1.0)
-    own = np.where(np.isfinite(near) & (sums.square == 0.0), 1.0, shape.touched)
-    radiance = (1.0 - own) * np.sum(light * seen, 1) + own * fallback
-    return Reflected(radiance, np.sum(light, 1), sums.samples, own)
+    seen = seen_cells(lamp, table, receivers, Omega_y, pixel, cells, bounds)
+    radiance = (1.0 - seen.own) * np.sum(light * seen.cells, 1) + seen.own * fallback
+    return Reflected(radiance, np.sum(light, 1), seen.samples, seen.own)
 
 
 # --- what cells leave out ------------------------------------------------------------------------
@@ -372,9 +413,11 @@ def _node_area(lamp: LampFrame, cells: int, nodes: int) -> float:
 __all__ = [
     "Glossy",
     "Reflected",
+    "Seen",
     "cell_light",
     "glossy",
     "likely_factoring",
     "reflected",
+    "seen_cells",
     "worst_factoring",
 ]
