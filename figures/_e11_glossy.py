@@ -40,18 +40,25 @@ class Ground(NamedTuple):
     seen: np.ndarray
     share: np.ndarray
 
-    def factored(self, lobe: int, seen: np.ndarray, cells: int) -> np.ndarray:
+    def factored(self, lobe: int, seen: np.ndarray, cells: int, some=slice(None)) -> np.ndarray:
         """Shading times visibility in each of `cells` x `cells` cells, summed."""
-        light = merged(self.light[lobe], cells)
+        light = merged(self.light[lobe][some], cells)
         return np.sum(light * merged(seen * self.share, cells) / merged(self.share, cells), -1)
 
-    def rms(self, lobe: int, found: np.ndarray | list[np.ndarray]) -> tuple[float, float]:
+    def every(self, n: int) -> np.ndarray:
+        """Which receivers every n-th pixel of every n-th column shows."""
+        column, row = np.divmod(np.flatnonzero(self.scene.floor), self.scene.side)
+        return (column % n == 0) & (row % n == 0)
+
+    def rms(
+        self, lobe: int, found: np.ndarray | list[np.ndarray], some=slice(None)
+    ) -> tuple[float, float]:
         """Error over the mean radiance without blockers, and what noise of rays may make of 0.
 
         The errors of both halves are multiplied: their noises are independent and average out.
         """
         a, b = (found, found) if isinstance(found, np.ndarray) else found
-        product = (a - self.true[0, lobe]) * (b - self.true[1, lobe])
+        product = (a - self.true[0, lobe, some]) * (b - self.true[1, lobe, some])
         floor = 2.0 * np.std(product) / np.sqrt(len(product))
         both = np.sqrt([max(np.mean(product), 0.0), floor]) / np.mean(self.whole[lobe])
         return float(both[0]), float(both[1])
