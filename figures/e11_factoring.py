@@ -16,8 +16,9 @@ and blur, and is larger for sharp lobes, to which fewer rays matter.
 
 Below, at equal rays: rays for pixels by E11's rates (App. B) beside as many for each; two light
 fields (§8), told apart between the grids, put together by three rules. Errors are those of the
-share of the lamp that is seen, on every fourth pixel both ways. And the filter in passes along one
-coordinate each (§8 asks for a hierarchical one) beside one sum over all four.
+share of the lamp that is seen, on every fourth pixel both ways; over four seeds, ratios spread by
+less than 0.05. And the filter in passes along one coordinate each (§8 asks for a hierarchical one)
+beside one sum over all four.
 """
 
 from __future__ import annotations
@@ -177,7 +178,8 @@ def draw(quick: bool = False) -> Drawing:
     _curves(axes[2, :3], found)
     _bars(axes[2, 3], equal)
     curves = {
-        name(e): {"cells": np.array(CELLS) ** 2} | {k: v[i] for k, v in found.items()}
+        name(e).replace(" ", "_"): {"cells": np.array(CELLS) ** 2}
+        | {k: v[i] for k, v in found.items()}
         for i, e in enumerate(LOBES)
     }
     claims = _claims(g, found, equal, speed)
@@ -268,7 +270,7 @@ def _claims(g: Ground, found, equal, speed) -> list[Claim]:
     reach = alone / np.minimum(found["likely"], found["worst"])
     claims += [
         Claim(
-            "Largest RMS error of factoring over that of its lower bound",
+            "Largest RMS error of factoring over the smaller of its two bounds",
             None,
             float(reach.max()),
             "",
@@ -296,7 +298,7 @@ def _claims(g: Ground, found, equal, speed) -> list[Claim]:
             bool(shared[-1, -1] > shared[0, -1]),
         ),
         Claim(
-            "Share of 64 cells that count, exponent 80 (diffuse)",
+            "Share of 64 cells that count, (sum L)^2 / (64 sum L^2), exponent 80 (diffuse)",
             "more difficult to share rays",
             f"{spread[-1]:.2f} ({spread[0]:.2f})",
             "",
