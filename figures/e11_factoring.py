@@ -36,14 +36,13 @@ from figures.style import Claim, Drawing
 from firstorder import plotting
 from firstorder.fields import Field, Gaussian
 from firstorder.methods.shadowfield import PLANE, factoring_bound, mean_form_factor
+from firstorder.methods.shadowfield.cell_factoring import likely_factoring, worst_factoring
 from firstorder.methods.shadowfield.counts import ray_counts, wanted
 from firstorder.methods.shadowfield.depths import depth_bounds
 from firstorder.methods.shadowfield.factored import direct, factored, gridded_axis
 from firstorder.methods.shadowfield.glossy_receivers import (
     cell_light,
-    likely_factoring,
     seen_cells,
-    worst_factoring,
 )
 from firstorder.methods.shadowfield.layered import layered
 from firstorder.methods.shadowfield.rays import trace

@@ -7,12 +7,11 @@ import pytest
 from firstorder.fields import Box
 from firstorder.methods.shadowfield import PLANE, factoring_bound
 from firstorder.methods.shadowfield import glossy_receivers as module
+from firstorder.methods.shadowfield.cell_factoring import likely_factoring, worst_factoring
 from firstorder.methods.shadowfield.glossy_receivers import (
     cell_light,
     glossy,
-    likely_factoring,
     reflected,
-    worst_factoring,
 )
 from firstorder.methods.shadowfield.rays import lamp_frame, trace
 from tests.methods.shadowfield.test_space import EDGE, FENCE, HIGH, LAMP, PIXEL, cards, floor
@@ -112,7 +111,7 @@ def test_any_cells_may_be_hidden():
 
 @pytest.mark.parametrize("fault", ["not mirrored", "cells turned", "no cosine of the lamp"])
 def test_faults_are_noticed(monkeypatch, fault):
-    right = module._integrand
+    right = module.integrand
 
     def wrong(lamp, receivers, s, cells, g, falloff):
         if fault == "not mirrored":
@@ -125,7 +124,7 @@ def test_faults_are_noticed(monkeypatch, fault):
                 value = value / lamp.local(receivers)[:, 2][:, None, None, None, None]
             yield k._replace(value=value)
 
-    monkeypatch.setattr(module, "_integrand", wrong)
+    monkeypatch.setattr(module, "integrand", wrong)
     assert 10.0 < no_blocker_error() < np.inf
     assert 10.0 < hidden_cells_error() < np.inf
 

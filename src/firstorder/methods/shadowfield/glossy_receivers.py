@@ -8,11 +8,7 @@ share V_c of each cell, from `gather`, the reflected radiance is
     rho = albedo / pi + specular (e + 2) / (2 pi) cos^e(w, mirrored eye)
 
 with integrals by a few nodes of each cell. One cell is the paper's factoring. What is left out is
-the covariance, inside each cell, of visibility with what multiplies it. It is bounded two ways
-(ours), with `g = l K rho` told for each unit of light in the cell, and W_c the cell's light:
-
-    |error| <= (1/2) sum_c int_c |l K rho - r_c l| dy      reached by the worst blocker
-    |error| <= sum_c W_c std_c(g) sqrt(V_c (1 - V_c))      for blockers that leave V_c
+the covariance, inside each cell, of visibility with what multiplies it: see `cell_factoring`.
 """
 
 from __future__ import annotations
@@ -135,34 +131,47 @@ def cell_light(
     g, w = np.polynomial.legendre.leggauss(nodes)
     parts = [
         (k.value * k.light * (w[:, None, None] * w)).sum((2, 4))
-        for k in _integrand(lamp, receivers, surface, cells, g, falloff)
+        for k in integrand(lamp, receivers, surface, cells, g, falloff)
     ]
     area = np.prod(lamp.half) / cells**2  # of the place [-1, 1]^2 of a cell
     return area * np.concatenate(parts).reshape(len(receivers), cells**2)
 
 
-class _Values(NamedTuple):
+class Integrand(NamedTuple):
     """At nodes: axes are receivers, cells and nodes along one edge, and along the other."""
 
     value: Float[np.ndarray, "k a p b q"]  # K rho
     light: Float[np.ndarray, "a p b q"]  # l
 
 
-def _integrand(
-    lamp: LampFrame, receivers, surface: Glossy, cells: int, g, falloff
-) -> Iterator[_Values]:
+def integrand(
+    lamp: LampFrame,
+    receivers: Points,
+    surface: Glossy,
+    cells: int,
+    places: Float[np.ndarray, " p"],
+    falloff: Falloff | None,
+) -> Iterator[Integrand]:
     """What multiplies visibility, for as many receivers at once as memory likes.
 
     All cosines are linear over the lamp, so they are sums of one number for each axis.
+
+    Args:
+        lamp: the lamp.
+        receivers: in the world [m].
+        surface: what they reflect.
+        cells: along each edge of the lamp.
+        places: of nodes along each edge of a cell, in [-1, 1].
+        falloff: radiance over the lamp, from places in [-1, 1]^2; None for 1.
     """
     check_positive("cells", cells)
     check_finite("receivers", receivers)
-    x = ((2.0 * np.arange(cells)[:, None] + 1.0 + g) / cells - 1.0).ravel()
-    shape = (cells, len(g), cells, len(g))
+    x = ((2.0 * np.arange(cells)[:, None] + 1.0 + places) / cells - 1.0).ravel()
+    shape = (cells, len(places), cells, len(places))
     light = np.ones(shape)
     if falloff is not None:
-        places = np.stack(np.meshgrid(x, x, indexing="ij"), -1).reshape(-1, 2)
-        light = np.asarray(falloff(places), float).reshape(shape)
+        plane = np.stack(np.meshgrid(x, x, indexing="ij"), -1).reshape(-1, 2)
+        light = np.asarray(falloff(plane), float).reshape(shape)
     at = lamp.local(np.asarray(receivers, float))
     normal = surface.normal @ lamp.axes.T
     slant = np.sum(surface.normal * surface.to_eye, 1, keepdims=True)
@@ -184,7 +193,7 @@ def _integrand(
         lobe = (along(mirrored[some]) / np.sqrt(square)) ** e
         rho = albedo / np.pi + specular * (e + 2.0) / (2.0 * np.pi) * lobe
         value = along(normal[some]) * depth / square**2 * rho
-        yield _Values(value.reshape(-1, *shape), light)
+        yield Integrand(value.reshape(-1, *shape), light)
 
 
 # --- shadows -------------------------------------------------------------------------------------
@@ -280,8 +289,9 @@ def reflected(
         bounds: of the blockers' depths at each receiver; by default those of `depth_bounds`.
         nodes: Gauss-Legendre nodes along each edge of a cell.
 
-    Valid when: a cell is small beside the lobe; else off by up to `worst_factoring`. Smaller cells
-    hold fewer rays: a sharp lobe shares less, as E11 §7 foresees.
+    Valid when: a cell is small beside the lobe; else off by up to
+    `cell_factoring.worst_factoring`. Smaller cells hold fewer rays: a sharp lobe shares less, as
+    E11 §7 foresees.
 
     Raises:
         ValueError: if shapes do not fit, or a number that must be positive is not.
@@ -310,114 +320,14 @@ def reflected(
     return Reflected(radiance, np.sum(light, 1), seen.samples, seen.own)
 
 
-# --- what cells leave out ------------------------------------------------------------------------
-
-
-def worst_factoring(
-    lamp: LampFrame,
-    receivers: Points,
-    surface: Glossy,
-    cells: int = 1,
-    falloff: Falloff | None = None,
-    nodes: int = 32,
-) -> Numbers:
-    """Largest error of shading times visibility in each cell, over all blockers.
-
-        (1/2) sum_c int_c |l K rho - r_c l| dy,    r_c = int_c l K rho dy / int_c l dy
-
-    The visibility of a cell is the share of its *light* that is seen. `int_c (l K rho - r_c l)` is
-    0, so that the worst blocker lets through where `K rho > r_c`: the bound is reached.
-
-    Args:
-        lamp: the lamp.
-        receivers: in the world [m].
-        surface: what they reflect.
-        cells: along each edge of the lamp; 1 for E11's factoring.
-        falloff: radiance over the lamp, from places in [-1, 1]^2; None for 1.
-        nodes: of the midpoint rule along each edge of a cell; kinks leave it at order 2.
-
-    Reference: E11 §3 ("a common approximation"); in flatland, `factoring_bound`.
-
-    Example:
-        >>> import numpy as np
-        >>> from firstorder.methods.shadowfield import glossy_receivers as gr
-        >>> from firstorder.methods.shadowfield.rays import lamp_frame
-        >>> lamp = lamp_frame((0, 0, 2), (0, 1, 0), (1, 0, 0))
-        >>> up = np.array([[0.0, 0.0, 1.0]])
-        >>> mirror = gr.glossy(up, up, specular=1.0, exponent=50.0)
-        >>> whole = gr.cell_light(lamp, 0 * up, mirror, 8).sum()
-        >>> [round(float(gr.worst_factoring(lamp, 0 * up, mirror, c)[0] / whole), 2)
-        ...  for c in (1, 8)]
-        [0.61, 0.14]
-    """
-    off = [
-        np.abs(excess).sum((1, 2, 3, 4))
-        for excess, _ in _excesses(lamp, receivers, surface, cells, falloff, nodes)
-    ]
-    return 0.5 * _node_area(lamp, cells, nodes) * np.concatenate(off)
-
-
-def likely_factoring(
-    lamp: LampFrame,
-    receivers: Points,
-    surface: Glossy,
-    seen: Cells,
-    falloff: Falloff | None = None,
-    nodes: int = 32,
-) -> Numbers:
-    """Largest error of shading times visibility for blockers that leave known shares of cells.
-
-        sum_c W_c std_c(K rho) sqrt(V_c (1 - V_c)),    W_c = int_c l dy
-
-    The mean of a product is off the product of means by a covariance, which is no larger than both
-    standard deviations; visibility is 0 or 1.
-
-    Args:
-        lamp: the lamp.
-        receivers: in the world [m].
-        surface: what they reflect.
-        seen: share of each cell's light that is seen, in `gather`'s order.
-        falloff: radiance over the lamp, from places in [-1, 1]^2; None for 1.
-        nodes: of the midpoint rule along each edge of a cell.
-
-    Raises:
-        ValueError: if the number of cells is no square.
-    """
-    seen = np.asarray(seen, float)
-    cells = round(np.sqrt(seen.shape[1]))
-    check_shape("seen", seen, (len(receivers), cells**2))
-    spread = [
-        np.sqrt((excess**2 / light).sum((2, 4)) * light.sum((1, 3)))
-        for excess, light in _excesses(lamp, receivers, surface, cells, falloff, nodes)
-    ]
-    std = np.concatenate(spread).reshape(len(seen), -1)
-    both = std * np.sqrt(np.maximum(seen * (1.0 - seen), 0.0))
-    return _node_area(lamp, cells, nodes) * np.sum(both, 1)
-
-
-def _excesses(lamp, receivers, surface, cells: int, falloff, nodes: int):
-    """`l K rho - r_c l` at midpoints, and l; a hair of light where there is none."""
-    check_positive("nodes", nodes)
-    g = (2.0 * np.arange(nodes) + 1.0) / nodes - 1.0
-    for value, light in _integrand(lamp, receivers, surface, cells, g, falloff):
-        light = np.maximum(light, 1e-300)
-        mean = (value * light).sum((2, 4), keepdims=True) / light.sum((1, 3), keepdims=True)
-        yield (value - mean) * light, light
-
-
-def _node_area(lamp: LampFrame, cells: int, nodes: int) -> float:
-    """Of the lamp, for each node [m^2]."""
-    return 4.0 * float(np.prod(lamp.half)) / (cells * nodes) ** 2
-
-
 __all__ = [
     "Glossy",
+    "Integrand",
     "Reflected",
     "Seen",
     "cell_light",
     "glossy",
-    "likely_factoring",
+    "integrand",
     "reflected",
     "seen_cells",
-    "worst_factoring",
 ]
