@@ -14,7 +14,15 @@ from firstorder.methods.shadowfield.automatic import (
 )
 from firstorder.methods.shadowfield.gather import Sums
 from firstorder.methods.shadowfield.rays import trace
-from tests.methods.shadowfield.test_space import FENCE, LAMP, PIXEL, cards, fence_light, floor
+from tests.methods.shadowfield.test_space import (
+    FENCE,
+    LAMP,
+    PIXEL,
+    bad_receivers,
+    cards,
+    fence_light,
+    floor,
+)
 
 SIDE = 32
 ALL = np.arange(SIDE**2), SIDE
@@ -113,6 +121,28 @@ def test_more_rays_want_a_sharper_filter():
 def test_neighbours_do_not_jump():
     limit = automatic(answers(4), ALL).limit.reshape(SIDE, SIDE)
     assert np.max(abs(np.diff(np.log2(limit), axis=0))) < 1.0
+
+
+def test_receivers_that_no_lamp_can_light_are_nan_and_alone():
+    """Rungs and choice of all others are the same; in the image they take pixels of their own."""
+    receivers, bad = bad_receivers(floor(SIDE))
+    places = np.arange(len(receivers))
+    table, _ = trace(LAMP, floor(SIDE), 1, cards(*FENCE))
+    # An image with free pixels at its end, in which the others stay where they are.
+    where = np.insert(np.arange(SIDE**2), bad - np.arange(3), SIDE**2 + 1500 + np.arange(3))
+    image = np.delete(where, bad), 60
+    right = ladder(LAMP, table, floor(SIDE), LIMITS, PIXEL, np.zeros(SIDE**2), image)
+    unknown = np.full(len(places), np.nan)
+    found = ladder(LAMP, table, receivers, LIMITS, PIXEL, unknown, (where, 60))
+    np.testing.assert_array_equal(found.limits, right.limits)
+    for a, b in zip(found[1:], right[1:], strict=True):
+        assert np.all(np.isnan(a[:, bad]))
+        np.testing.assert_array_equal(np.delete(a, bad, 1), b)
+    assert found.best_of_all == right.best_of_all
+    chosen, expected = automatic(found, (where, 60)), automatic(right, image)
+    for a, b in zip(chosen, expected, strict=True):
+        np.testing.assert_array_equal(np.delete(a, bad), b)
+        assert np.all(np.isnan(a[bad]))
 
 
 def test_limits_must_double():

@@ -73,6 +73,17 @@ def test_faults_are_noticed(monkeypatch, fault):
     assert search_error(rough_floor(150), pixel=0.4) > 0.0
 
 
+def test_receivers_that_are_nowhere_leave_the_others_alone():
+    """One in a group of neighbours without a place, at the lamp's height, or above it."""
+    right = np.stack(depth_bounds(LAMP, random_table(), rough_floor(100), PIXEL))
+    assert np.mean(np.isfinite(right[0])) > 0.5
+    for bad in ((np.nan, 0.0, 0.0), (0.1, 0.1, 4.0), (0.1, 0.1, 4.2)):
+        receivers = np.insert(rough_floor(100), 50, bad, 0)
+        found = np.stack(depth_bounds(LAMP, random_table(), receivers, PIXEL))
+        assert np.all(np.isnan(found[:, 50]))
+        np.testing.assert_array_equal(np.delete(found, 50, 1), right)
+
+
 def test_free_rays_bound_nothing():
     table = random_table()
     free = RayTable(*(a[:200] for a in table))
@@ -91,3 +102,14 @@ def test_smoothed_bounds_are_bounds_without_jumps():
     np.testing.assert_array_equal(np.isfinite(low), np.isfinite(high))
     assert np.max(abs(np.diff(low[:23, 5]))) < 0.35  # of a jump of 1
     assert not np.any(np.isfinite(low[24:]))
+
+
+def test_smoothed_bounds_of_images_with_holes():
+    """Pixels that show no receiver stay NaN, and bound no others."""
+    near, far = np.full((20, 20), 2.0), np.full((20, 20), 3.0)
+    near[5, 5] = far[5, 5] = np.nan
+    low, high = smoothed(near, far, 2)
+    np.testing.assert_allclose(np.delete(low, 105), 2.0)
+    np.testing.assert_allclose(np.delete(high, 105), 3.0)
+    assert np.isnan(low[5, 5])
+    assert np.isnan(high[5, 5])

@@ -7,7 +7,7 @@ from firstorder.methods.shadowfield import layered as module
 from firstorder.methods.shadowfield.layered import layered, split
 from firstorder.methods.shadowfield.rays import RayTable, trace
 from firstorder.methods.shadowfield.space import sheared
-from tests.methods.shadowfield.test_space import HIGH, LAMP, PIXEL, cards, floor
+from tests.methods.shadowfield.test_space import HIGH, LAMP, PIXEL, bad_receivers, cards, floor
 
 SIDE = 32
 X = np.arange(-3.0, 3.0, 0.3)
@@ -67,6 +67,33 @@ def test_a_product_takes_parallel_bars_for_crossed_ones():
 
 def test_a_minimum_takes_crossed_bars_for_nested_ones():
     assert error("minimum", True, 4) > 3.0 * error("covariance", True, 4)
+
+
+@pytest.mark.parametrize("rule", ["covariance", "product", "minimum"])
+def test_receivers_that_no_lamp_can_light_are_nan_and_alone(rule):
+    table, _ = trace(LAMP, floor(SIDE), 1, cards(*PARALLEL))
+    receivers, bad = bad_receivers(floor(SIDE))
+    right = layered(LAMP, table, floor(SIDE), 2.0, 1.5, PIXEL, rule)
+    found = layered(LAMP, table, receivers, 2.0, 1.5, PIXEL, rule)
+    assert np.all(np.isnan(found[bad]))
+    np.testing.assert_array_equal(np.delete(found, bad), right)
+
+
+@pytest.mark.parametrize("rule", ["covariance", "product", "minimum"])
+def test_among_the_blockers_nothing_is_known(rule):
+    """Two sheets hide everything, one of them 2 cm above the floor: no light, and none is made up.
+
+    Where no blocker is known the answer is light, and where the lower sheet ends it is dark.
+    """
+    wide = (-9.0, -9.0), (9.0, 9.0)
+    table, _ = trace(LAMP, floor(SIDE), 2, cards((0.02, *wide), (2.8, *wide)))
+    assert np.all(np.isnan(layered(LAMP, table, floor(SIDE), 2.0, 1.5, PIXEL, rule)))
+    table, _ = trace(LAMP, floor(SIDE), 2, cards((0.02, *wide)))
+    assert np.all(np.isnan(layered(LAMP, table, floor(SIDE), 2.0, 1.5, PIXEL, rule)))
+    table, _ = trace(LAMP, floor(SIDE), 2, cards())
+    np.testing.assert_array_equal(layered(LAMP, table, floor(SIDE), 2.0, 1.5, PIXEL, rule), 1.0)
+    table, _ = trace(LAMP, floor(SIDE), 2, cards((1.0, *wide), (2.8, *wide)))
+    np.testing.assert_array_equal(layered(LAMP, table, floor(SIDE), 2.0, 1.5, PIXEL, rule), 0.0)
 
 
 def test_split_rays_are_hidden_by_either_layer():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from firstorder.methods.shadowfield.rays import lamp_frame, trace
+from firstorder.methods.shadowfield.rays import below, lamp_frame, trace, where_below
 
 LAMP = lamp_frame((0.0, 0.0, 4.0), (0.0, 0.8, 0.0), (0.4, 0.0, 0.0))
 FLOOR = np.stack(np.meshgrid(np.linspace(-1, 1, 20), np.linspace(-1, 1, 20), [0.0]), -1).reshape(
@@ -64,6 +64,41 @@ def test_a_ray_takes_24_bytes():
 def test_less_than_one_ray_a_receiver():
     table, owner = trace(LAMP, FLOOR, 0.25, layers(2.0))
     assert len(table.y) == len(set(owner.tolist())) == 100
+
+
+NOWHERE = {
+    "nan": (np.nan, 0.0, 0.0),
+    "infinite": (0.0, np.inf, 0.0),
+    "beside the lamp": (3.0, 0.0, 4.0),
+    "above it": (0.0, 0.0, 5.0),
+}
+
+
+@pytest.mark.parametrize("name", NOWHERE)
+def test_receivers_that_no_lamp_can_light_are_refused(name):
+    """At or above the lamp's plane slopes are infinite, or rays run backwards."""
+    some = np.concatenate([FLOOR, [NOWHERE[name]]])
+    with pytest.raises(ValueError, match="1 of 401 are not") as error:
+        trace(LAMP, some, 1, layers(2.0))
+    assert str(error.value).count(".") == str(error.value).endswith(".")
+    with pytest.raises(ValueError, match="1 of 401 are not"):
+        trace(LAMP, some, 0.25, layers(2.0))
+    counts = np.ones(401, int)
+    counts[-1] = 0  # who asks for no ray of it may keep it
+    assert len(trace(LAMP, some, counts, layers(2.0))[0].y) == 400
+
+
+def test_answers_are_nan_for_receivers_that_no_lamp_can_light():
+    def answer(points, factor, pair):
+        assert pair[1] is None
+        return points[:, 0] * factor, np.stack([points[:, 1], pair[0]])
+
+    some = np.concatenate([FLOOR[:5], list(NOWHERE.values())])
+    np.testing.assert_array_equal(below(LAMP, some), np.arange(9) < 5)
+    a, (b, c) = where_below(LAMP, some, answer, np.full(9, 2.0), (np.arange(9.0), None))
+    np.testing.assert_array_equal(a, [*2.0 * FLOOR[:5, 0], *4 * [np.nan]])
+    np.testing.assert_array_equal(b, [*FLOOR[:5, 1], *4 * [np.nan]])
+    np.testing.assert_array_equal(c, [0, 1, 2, 3, 4, *4 * [np.nan]])
 
 
 def test_edges_must_be_orthogonal():

@@ -205,6 +205,64 @@ def test_turned_lamps_and_slanted_floors_give_the_same():
     np.testing.assert_allclose(a.visible, b.visible, atol=2e-3)
 
 
+def bad_receivers(right):
+    """The floor, with three receivers put in that no lamp can light; the number of each row."""
+    bad = [(np.nan, 0.0, 0.0), (0.0, 0.0, HIGH), (0.1, 0.1, HIGH + 0.5)]
+    places = [30, 200, 400]
+    return np.insert(right, places, bad, 0), places + np.arange(3)
+
+
+def test_receivers_that_no_lamp_can_light_are_nan_and_alone():
+    table, owner = trace(LAMP, floor(), 2, cards(*FENCE))
+    own = np.bincount(owner, table.free) / 2.0
+    right = sheared(LAMP, table, floor(), 4.0, PIXEL, own)
+    bounds = space.depth_bounds(LAMP, table, floor(), PIXEL)
+    receivers, bad = bad_receivers(floor())
+    more = np.insert(own, bad - np.arange(3), np.nan)
+    wide = tuple(np.insert(b, bad - np.arange(3), np.nan) for b in bounds)
+    for given in (None, wide):
+        found = sheared(LAMP, table, receivers, 4.0, PIXEL, more, bounds=given)
+        for a, b in zip(found, right, strict=True):
+            assert np.all(np.isnan(a[bad]))
+            np.testing.assert_array_equal(np.delete(a, bad), b)
+    none = sheared(LAMP, table, receivers[bad], 4.0, PIXEL, np.zeros(3))
+    assert np.all(np.isnan(np.stack(none)))
+
+
+def test_a_fallback_counts_only_where_it_is_asked_for():
+    """It may be unknown elsewhere: NaN."""
+    card = (0.02, (-9.0, -9.0), (0.0, 9.0))
+    found, own = run(8, card)
+    table, _ = trace(LAMP, floor(), 8, cards(card))
+    assert 0.2 < np.mean(found.own > 0.0) < 0.8
+    unknown = np.where(found.own > 0.0, own, np.nan)
+    other = sheared(LAMP, table, floor(), 1.5, PIXEL, unknown)
+    np.testing.assert_array_equal(other.visible, found.visible)
+
+
+def test_no_known_blocker_means_light():
+    """Without rays, or with none near, a receiver counts as lit: own is 0, not 1."""
+    table, _ = trace(LAMP, floor(), 1, cards((2.0, (-9.0, -9.0), (9.0, 9.0))))
+    empty = type(table)(*(a[:0] for a in table))
+    far_off = floor() + np.array([50.0, 0.0, 0.0])
+    for rays, at in ((empty, floor()), (table, far_off)):
+        found = sheared(LAMP, rays, at, 1.5, PIXEL, np.zeros(len(at)))
+        assert np.all((found.visible == 1.0) & (found.samples == 0.0) & (found.own == 0.0))
+
+
+def test_the_widest_filter_keeps_84_percent_of_the_rays():
+    """Slid by a Gaussian as wide as half the lamp, against all slides that stay on it, by chance.
+
+    `filter_shape` says 1.833 of 2 effective rays on either axis.
+    """
+    rng = np.random.default_rng(0)
+    y, s = rng.uniform(-1, 1, 10**6), rng.uniform(-6, 6, 10**6)
+    w = np.where(abs(y + s) <= 1.0, np.exp(-0.5 * s**2), 0.0)
+    even = np.where(abs(y + s) <= 1.0, 1.0, 0.0)
+    found, most = (12.0 * np.mean(a) ** 2 / np.mean(a**2) for a in (w, even))
+    np.testing.assert_allclose([found, most], [1.8334, 2.0], rtol=0.01)
+
+
 def test_shapes_at_a_single_depth_stay_on_the_lamp():
     one = np.ones(1)
     shape = filter_shape(one, 0.5 * one, 0.5 * one, 2.0, 0.01, extent=0.3)

@@ -27,7 +27,7 @@ from jaxtyping import Float, Int
 from firstorder.errors import check_positive
 from firstorder.methods.shadowfield.depths import depth_bounds
 from firstorder.methods.shadowfield.gather import Sums, gather
-from firstorder.methods.shadowfield.rays import LampFrame, Plane, RayTable
+from firstorder.methods.shadowfield.rays import LampFrame, Plane, RayTable, where_below
 from firstorder.methods.shadowfield.space import cell_shares, filter_shape
 
 STEP = 2.0**-1.5  # sizes of steps where power falls with Omega^-4
@@ -38,6 +38,8 @@ Rungs = Float[np.ndarray, "k m"]
 
 class Ladder(NamedTuple):
     """Answers at several band limits from the same rays, and how far off each should be.
+
+    NaN for receivers that are nowhere or not below the lamp.
 
     Attributes:
         limits: Omega_y, each twice the one before [cycles/m].
@@ -66,7 +68,7 @@ class Ladder(NamedTuple):
     @property
     def best_of_all(self) -> int:
         """Number of the one with the least mean square over all receivers."""
-        return int(np.argmin(np.mean(self.error**2, 1)))
+        return int(np.argmin(np.nanmean(self.error**2, 1)))
 
 
 class Chosen(NamedTuple):
@@ -144,7 +146,7 @@ def ladder(
         receivers: in the world [m].
         limits: Omega_y, each twice the one before, at least two [cycles/m].
         pixel: side of a pixel on the receivers [m].
-        fallback: what to take among the blockers.
+        fallback: what to take among the blockers; elsewhere it may be NaN.
         image: the receivers' numbers in a square image, and its side: for the mean of neighbours.
         cells: along each edge of the lamp.
         falloff: of the light over the lamp, from places in [-1, 1]^2; None for a constant.
@@ -165,32 +167,36 @@ def ladder(
         raise ValueError(
             "Argument `limits` must hold numbers each twice the one before, two or more."
         )
-    local, share = lamp.local(np.asarray(receivers, float)), cell_shares(cells, falloff)
-    near, far = depth_bounds(lamp, table, receivers, pixel) if bounds is None else bounds
+    share, side = cell_shares(cells, falloff), image[1]
     halves = [RayTable(*(a[k::2] for a in table)) for k in range(2)]
-    visible, spread, samples, steps, own = [], [], [], [], np.zeros(len(local))
-    likely = None
-    for Omega_y in chosen:
-        shape = filter_shape(local[:, 2], near, far, Omega_y, pixel, float(np.max(lamp.half)))
-        both = [gather(lamp, t, local, shape.sigma, shape.shear, cells) for t in halves]
-        sums = Sums(*(a + b for a, b in zip(*both, strict=True)))
-        some = sums.square > 0.0
-        visible.append(np.where(some, np.sum(share * sums.seen, 1), 1.0))
-        steps.append([np.where(h.square > 0.0, h.seen @ share, np.nan) for h in both])
-        likely = odds(sums, likely)
-        spread.append(np.where(some, noise(sums, share, likely), 0.0))
-        samples.append(sums.samples)
-        own = np.maximum(own, np.where(np.isfinite(near) & ~some, 1.0, shape.touched))
-    found, sigma = np.array(visible), np.array(spread)
-    lost = _bias(np.array(steps), image, radius)
-    toss = fallback * (1.0 - fallback) / own_rays
-    return Ladder(
-        chosen,
-        (1.0 - own) * found + own * fallback,
-        np.sqrt(((1.0 - own) * sigma) ** 2 + own**2 * toss),
-        (1.0 - own) * lost,
-        np.array(samples),
-    )
+
+    def answer(points, fallback, where, bounds) -> tuple[Rungs, Rungs, Rungs, Rungs]:
+        local = lamp.local(points)
+        near, far = depth_bounds(lamp, table, points, pixel) if bounds is None else bounds
+        visible, spread, samples, steps, own = [], [], [], [], np.zeros(len(local))
+        likely = None
+        for Omega_y in chosen:
+            shape = filter_shape(local[:, 2], near, far, Omega_y, pixel, float(np.max(lamp.half)))
+            both = [gather(lamp, t, local, shape.sigma, shape.shear, cells) for t in halves]
+            sums = Sums(*(a + b for a, b in zip(*both, strict=True)))
+            some = sums.square > 0.0
+            visible.append(np.where(some, np.sum(share * sums.seen, 1), 1.0))
+            steps.append([np.where(h.square > 0.0, h.seen @ share, np.nan) for h in both])
+            likely = odds(sums, likely)
+            spread.append(np.where(some, noise(sums, share, likely), 0.0))
+            samples.append(sums.samples)
+            own = np.maximum(own, np.where(np.isfinite(near) & ~some, 1.0, shape.touched))
+        lost, known = _bias(np.array(steps), (where, side), radius), np.where(own > 0, fallback, 0)
+        toss = known * (1.0 - known) / own_rays
+        return (
+            (1.0 - own) * np.array(visible) + own * known,
+            np.sqrt(((1.0 - own) * np.array(spread)) ** 2 + own**2 * toss),
+            (1.0 - own) * lost,
+            np.array(samples),
+        )
+
+    at = np.asarray(receivers, float)
+    return Ladder(chosen, *where_below(lamp, at, answer, np.asarray(fallback), image[0], bounds))
 
 
 def _bias(halves: Float[np.ndarray, "k 2 m"], image, radius: float) -> Rungs:
@@ -220,12 +226,15 @@ def automatic(
 ) -> Chosen:
     """Each pixel at the band limit of least expected error, without jumps between neighbours.
 
+    NaN where the ladder has no numbers; such pixels have no say in their neighbours' choice.
+
     Args:
         rungs: answers at several band limits.
         image: the receivers' numbers in a square image, and its side.
         radius: over which the choice is smoothed [pixels].
     """
-    at = _spread(rungs.best.astype(float), image, radius)
+    some = np.isfinite(rungs.error[0])
+    at = _spread(np.where(some, rungs.best, np.nan), image, radius)
     low = np.minimum(at.astype(int), len(rungs.limits) - 2)
     t, here = at - low, np.arange(len(at))
 
@@ -233,7 +242,8 @@ def automatic(
         return (1.0 - t) * values[low, here] + t * values[low + 1, here]
 
     error = np.sqrt(between(rungs.error**2))
-    return Chosen(between(rungs.visible), error, rungs.limits[0] * 2.0**at)
+    limit = np.where(some, rungs.limits[0] * 2.0**at, np.nan)
+    return Chosen(between(rungs.visible), error, limit)
 
 
 __all__ = [

@@ -12,7 +12,7 @@ from jaxtyping import Float
 
 from firstorder.errors import check_positive
 from firstorder.methods.shadowfield.nearby import narrowed
-from firstorder.methods.shadowfield.rays import LampFrame, RayTable
+from firstorder.methods.shadowfield.rays import LampFrame, RayTable, where_below
 
 GROUP = 64  # receivers that are searched at once
 HAIR = 1e-9  # what rounding may move a place on a frustum's side [m]
@@ -35,12 +35,19 @@ def depth_bounds(
         pixel: side of a pixel on the receivers [m].
 
     Returns:
-        Infinity and minus infinity where there is none.
+        Infinity and minus infinity where there is none; NaN for receivers that are nowhere or not
+        below the lamp.
 
     Reference: E11 §5 and §7.
     """
-    local = lamp.local(np.asarray(receivers, float))
     places = _places(table)
+    return where_below(
+        lamp, np.asarray(receivers, float), lambda at: _bounds(lamp, places, lamp.local(at), pixel)
+    )
+
+
+def _bounds(lamp: LampFrame, places, local, pixel: float) -> tuple[Numbers, Numbers]:
+    """First and last places before receivers in the lamp's frame, in groups of neighbours."""
     columns = [np.ascontiguousarray(column) for column in places.T]  # one axis each: faster
 
     def keep(rows, some):

@@ -24,8 +24,8 @@ from jaxtyping import Float
 from firstorder.errors import check_positive
 from firstorder.methods.shadowfield.depths import depth_bounds
 from firstorder.methods.shadowfield.gather import gather
-from firstorder.methods.shadowfield.rays import LampFrame, Plane, RayTable
-from firstorder.methods.shadowfield.space import Shape, cell_shares, filter_shape
+from firstorder.methods.shadowfield.rays import LampFrame, Plane, RayTable, where_below
+from firstorder.methods.shadowfield.space import cell_shares, filter_shape
 
 Numbers = Float[np.ndarray, " m"]
 
@@ -88,13 +88,18 @@ def layered(
     Args:
         lamp: the lamp.
         table: the rays.
-        receivers: in the world, none of them among the blockers [m].
+        receivers: in the world [m].
         depth: below the lamp, that tells the layers apart [m].
         Omega_y: band limit on the lamp [cycles/m].
         pixel: side of a pixel on the receivers [m].
         rule: how what each layer leaves free becomes what both do; `covariance` is right.
         cells: along each edge of the lamp.
         falloff: of the light over the lamp, from places in [-1, 1]^2; None for a constant.
+
+    Returns:
+        NaN for receivers that are nowhere or not below the lamp, and where nothing is known: among
+        the blockers, and where a filter that has to keep blockers in place meets no ray. Rays of
+        the receiver's own are the answer there. 1 where no blocker is known.
 
     Raises:
         ValueError: if `rule` is none of the three.
@@ -105,25 +110,29 @@ def layered(
         raise ValueError(
             f"Argument `rule` must be covariance, product or minimum, but is {rule!r}."
         )
-    local, share = lamp.local(np.asarray(receivers, float)), cell_shares(cells, falloff)
-    parts = split(table, depth)
-    both = [depth_bounds(lamp, t, receivers, pixel) for t in parts]
-    extent = float(np.max(lamp.half))
+    share, parts, extent = cell_shares(cells, falloff), split(table, depth), float(lamp.half.max())
 
-    def shaped(near, far) -> Shape:
-        return filter_shape(local[:, 2], near, far, Omega_y, pixel, extent)
+    def answer(points) -> Numbers:
+        local = lamp.local(points)
+        both = [depth_bounds(lamp, t, points, pixel) for t in parts]
 
-    def seen(t: RayTable, shape: Shape) -> np.ndarray:
-        sums = gather(lamp, t, local, shape.sigma, shape.shear, cells)
-        return np.where(sums.square[:, None] > 0.0, sums.seen, 1.0)
+        def seen(near, far, *tables: RayTable) -> list[np.ndarray]:
+            """Free rays by cell, under the filter for such bounds; NaN where it meets none."""
+            shape = filter_shape(local[:, 2], near, far, Omega_y, pixel, extent)
+            found, none = [], np.where(np.isfinite(near), np.nan, 1.0)[:, None]
+            for t in tables:
+                sums = gather(lamp, t, local, shape.sigma, shape.shear, cells)
+                found.append(np.where(sums.square[:, None] > 0.0, sums.seen, none))
+            return found
 
-    p, q = (seen(t, shaped(*b)) for t, b in zip(parts, both, strict=True))
-    if rule != "covariance":
-        return (p * q if rule == "product" else np.minimum(p, q)) @ share
-    near, far = np.minimum(both[0][0], both[1][0]), np.maximum(both[0][1], both[1][1])
-    narrow = shaped(near, far)
-    f, f1, f2 = (seen(t, narrow) for t in (table, *parts))
-    return np.clip(p * q + f - f1 * f2, 0.0, 1.0) @ share
+        p, q = (seen(*b, t)[0] for t, b in zip(parts, both, strict=True))
+        if rule != "covariance":
+            return (p * q if rule == "product" else np.minimum(p, q)) @ share
+        near, far = np.minimum(both[0][0], both[1][0]), np.maximum(both[0][1], both[1][1])
+        f, f1, f2 = seen(near, far, table, *parts)
+        return np.clip(p * q + f - f1 * f2, 0.0, 1.0) @ share
+
+    return where_below(lamp, np.asarray(receivers, float), answer)
 
 
 __all__ = ["Layers", "layered", "split"]

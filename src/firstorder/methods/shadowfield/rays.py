@@ -7,14 +7,16 @@ coordinates each. With the depths of the first and the last thing that hides it 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
+import jax
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from firstorder.errors import check_not_negative, check_positive
 
 Plane = Float[np.ndarray, "n 2"]
+Answer = TypeVar("Answer")
 
 
 class LampFrame(NamedTuple):
@@ -58,6 +60,45 @@ def lamp_frame(center, u, v) -> LampFrame:
         raise ValueError(f"Arguments `u` and `v` must be orthogonal, but u . v is {u @ v:g}.")
     e, f = u / half[0], v / half[1]
     return LampFrame(center, np.stack([e, f, np.cross(e, f)]), half)
+
+
+def below(lamp: LampFrame, receivers: Float[np.ndarray, "m 3"]) -> Bool[np.ndarray, " m"]:
+    """Which receivers are somewhere and below the lamp; no ray can come to the others.
+
+    Args:
+        lamp: the lamp.
+        receivers: in the world [m].
+    """
+    some = np.all(np.isfinite(receivers), 1)
+    return some & (lamp.local(np.where(some[:, None], receivers, lamp.center))[:, 2] > 0.0)
+
+
+def where_below(
+    lamp: LampFrame,
+    receivers: Float[np.ndarray, "m 3"],
+    answer: Callable[..., Answer],
+    *each,
+) -> Answer:
+    """`answer(receivers, *each)` of the receivers `below` the lamp, NaN for the others.
+
+    A single one that is nowhere would spoil the box of all its neighbours.
+
+    Args:
+        lamp: the lamp.
+        receivers: in the world [m].
+        answer: arrays, in tuples or not, with a number for each receiver along their last axis.
+        each: what it wants besides: arrays of m, in tuples or not, or None.
+    """
+    some = below(lamp, receivers)
+    if np.all(some):
+        return answer(receivers, *each)
+
+    def whole(values):
+        found = np.full((*values.shape[:-1], len(some)), np.nan)
+        found[..., some] = values
+        return found
+
+    return jax.tree.map(whole, answer(*jax.tree.map(lambda a: a[some], (receivers, *each))))
 
 
 class RayTable(NamedTuple):
@@ -109,9 +150,18 @@ def trace(
 
     Returns:
         The rays, and of which receiver each is.
+
+    Raises:
+        ValueError: if receivers that rays are asked for are nowhere or not below the lamp.
     """
     rng = np.random.default_rng(seed)
     m = len(receivers)
+    lost = ~below(lamp, receivers) & (np.asarray(rays) != 0)
+    if np.any(lost):
+        raise ValueError(
+            "Argument `receivers` must be finite and below the lamp, but "
+            f"{np.sum(lost)} of {m} are not."
+        )
     if isinstance(rays, np.ndarray):
         check_not_negative("rays", rays)
         owner = np.repeat(np.arange(m), rays)
@@ -137,4 +187,4 @@ def _spread(count: int, rng) -> Plane:
     return np.mod(rng.random(2) + k * np.array([1.0 / g, 1.0 / g**2]), 1.0)
 
 
-__all__ = ["LampFrame", "RayTable", "lamp_frame", "trace"]
+__all__ = ["LampFrame", "RayTable", "below", "lamp_frame", "trace", "where_below"]

@@ -27,7 +27,7 @@ from jaxtyping import Float
 from firstorder.errors import check_positive
 from firstorder.methods.shadowfield.depths import depth_bounds, smoothed
 from firstorder.methods.shadowfield.gather import gather
-from firstorder.methods.shadowfield.rays import LampFrame, Plane, RayTable
+from firstorder.methods.shadowfield.rays import LampFrame, Plane, RayTable, where_below
 
 Numbers = Float[np.ndarray, " n"]
 
@@ -61,8 +61,10 @@ def filter_shape(
 ) -> Shape:
     """Width and shear of the filter: `sigma = 1 / (pi W)`, never below half a pixel.
 
-    Blockers at a single depth allow any width. But rays that are slid by more than the lamp's
-    extent leave it, so that `sigma <= extent / shear` loses none.
+    Blockers at a single depth allow any width. But rays that are slid off the lamp are lost: of
+    those slid by s extents a share 1 - |s|/2. Weighed by exp(-s^2/2), as with the largest width
+    allowed, `sigma = extent / shear`, they are (int w)^2 / int w^2 = 1.833 effective ones, and 2
+    with any greater width: on both axes of a square lamp that keeps 84 % of all there can be.
 
     Args:
         d1: depth of the receivers below the lamp [m].
@@ -103,13 +105,15 @@ def filter_shape(
 
 
 class Shadows(NamedTuple):
-    """What the filter finds at receivers.
+    """What the filter finds at receivers; NaN for those that are nowhere or not below the lamp.
 
     Attributes:
         visible: share of the lamp that is seen, weighed by its falloff.
         samples: effective number of rays, `(sum w)^2 / sum w^2`.
         near, far: bounds of the blockers' depths that were used [m].
-        own: share of `fallback` in it: 1 among the blockers, or where no ray came by.
+        own: share of `fallback` in it: 1 among the blockers, or where a blocker is known but no ray
+            came by. 0 where no blocker is known, be it that none is there or that no ray has met
+            any: that counts as lit, with an answer of 1 from 0 samples.
     """
 
     visible: Numbers
@@ -140,7 +144,7 @@ def sheared(
         Omega_y: band limit on the lamp: low for few rays, high for sharp shadows [cycles/m].
         pixel: side of a pixel on the receivers [m].
         fallback: what to take among the blockers: an estimate by rays of each receiver's own.
-            Towards them it is blended in.
+            Towards them it is blended in; elsewhere it may be NaN.
         cells: along each edge of the lamp.
         falloff: of the light over the lamp, from places in [-1, 1]^2; None for a constant.
         bounds: of the blockers' depths at each receiver, such as `smoothed` gives; by default those
@@ -150,14 +154,19 @@ def sheared(
     Reference: E11 §5; the cells, and bounds from first and last blockers, are ours.
     """
     check_positive("cells", cells)
-    local = lamp.local(np.asarray(receivers, float))
     share = cell_shares(cells, falloff)
-    near, far = depth_bounds(lamp, table, receivers, pixel) if bounds is None else bounds
-    shape = filter_shape(local[:, 2], near, far, Omega_y, pixel, float(np.max(lamp.half)))
-    sums = gather(lamp, table, local, shape.sigma, shape.shear, cells, weights)
-    visible = np.where(sums.square > 0.0, np.sum(share * sums.seen, 1), 1.0)
-    own = np.where(np.isfinite(near) & (sums.square == 0.0), 1.0, shape.touched)
-    return Shadows((1.0 - own) * visible + own * fallback, sums.samples, near, far, own)
+
+    def answer(points, fallback, bounds) -> Shadows:
+        local = lamp.local(points)
+        near, far = depth_bounds(lamp, table, points, pixel) if bounds is None else bounds
+        shape = filter_shape(local[:, 2], near, far, Omega_y, pixel, float(np.max(lamp.half)))
+        sums = gather(lamp, table, local, shape.sigma, shape.shear, cells, weights)
+        visible = np.where(sums.square > 0.0, np.sum(share * sums.seen, 1), 1.0)
+        own = np.where(np.isfinite(near) & (sums.square == 0.0), 1.0, shape.touched)
+        known = np.where(own > 0.0, fallback, 0.0)
+        return Shadows((1.0 - own) * visible + own * known, sums.samples, near, far, own)
+
+    return where_below(lamp, np.asarray(receivers, float), answer, np.asarray(fallback), bounds)
 
 
 def cell_shares(cells: int, falloff: Callable[[Plane], Numbers] | None = None) -> Numbers:
