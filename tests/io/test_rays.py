@@ -35,6 +35,21 @@ def test_the_papers_637000_rays_take_less_than_its_17_MB(tmp_path):
     assert 637_000 * BYTES_A_RAY < 17e6
 
 
+def test_blockers_on_the_lamp_itself_come_back(tmp_path):
+    """`trace` makes such rays: a thing in the lamp's plane hides it at the depth 0."""
+
+    def on_the_lamp(a, b):
+        return np.zeros(len(a)), np.full(len(a), 0.5)
+
+    rays, _ = trace(LAMP, np.zeros((3, 3)), 2, on_the_lamp)
+    assert np.all(rays.near == 0.0)
+    write_rays(tmp_path / "a.rays", LAMP, rays)
+    np.testing.assert_array_equal(read_rays(tmp_path / "a.rays")[1].near, rays.near)
+    write_rays(tmp_path / "b.rays", LAMP, rays._replace(near=rays.near - np.float32(1e-3)))
+    with pytest.raises(ValueError, match="a ray is none"):
+        read_rays(tmp_path / "b.rays")
+
+
 def test_no_rays_are_a_file_too(tmp_path):
     write_rays(tmp_path / "a.rays", LAMP, type(table())(*(a[:0] for a in table())))
     assert len(read_rays(tmp_path / "a.rays")[1].near) == 0

@@ -212,6 +212,18 @@ def test_other_bad_input():
         reconstructed(Samples(np.full((8, 8), 2), np.ones((8, 8)), np.ones((8, 8))), -1)
 
 
+def test_one_sample_has_no_variance_and_nan_is_none():
+    one = Samples(np.ones((8, 8), int), np.ones((8, 8)), np.ones((8, 8)))
+    bad = Samples(np.full((8, 8), 4), np.where(np.eye(8) > 0.0, np.nan, 1.0), np.ones((8, 8)))
+    for judge in (reconstructed, priority):
+        with pytest.raises(ValueError, match="at least two samples in each pixel"):
+            judge(one)
+        with pytest.raises(ValueError, match="`samples` must be finite, but 8 pixels are not"):
+            judge(bad)
+    with pytest.raises(ValueError, match="`shade` must give finite values, but gave nan"):
+        sample_image(lambda p, n: np.where(p == 5, np.nan, 1.0), (8, 8), 300)
+
+
 @pytest.mark.parametrize("fault", ["noise everywhere", "a lifting step twice", "last pixels first"])
 def test_faults_are_noticed(monkeypatch, fault):
     if fault == "noise everywhere":

@@ -101,7 +101,7 @@ def _check_rays(name: str, lamp: LampFrame, table: RayTable) -> None:
             f"{name}: the lamp's frame is none (axes must be orthogonal, edges positive)."
         )
     hidden = ~table.free
-    depths = (table.near > 0.0) & np.where(hidden, table.near <= table.far, np.isneginf(table.far))
+    depths = (table.near >= 0.0) & np.where(hidden, table.near <= table.far, np.isneginf(table.far))
     if not (np.all(np.isfinite(table.y)) and np.all(np.isfinite(table.v)) and np.all(depths)):
         raise ValueError(
             f"{name}: a ray is none (places finite, first blocker before the last one)."

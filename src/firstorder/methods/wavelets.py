@@ -216,7 +216,7 @@ def reconstructed(samples: Samples, threshold: float | int = 2.0) -> Picture:
         threshold: t; 0 leaves the mean of the samples.
 
     Raises:
-        ValueError: if the threshold is negative.
+        ValueError: if the threshold is negative, or a pixel has fewer samples or no finite sum.
 
     Reference: Overbeck, Donner and Ramamoorthi 2009, §5.
     """
@@ -230,7 +230,12 @@ def reconstructed(samples: Samples, threshold: float | int = 2.0) -> Picture:
 
 
 def _taken_apart(samples: Samples) -> tuple[Bands, Bands]:
-    """Coefficients and their variances."""
+    """Coefficients and their variances; one pixel that is no number would spread over them all."""
+    if np.min(samples.number) < 2:
+        raise ValueError("Argument `samples` must hold at least two samples in each pixel.")
+    bad = ~(np.isfinite(samples.total) & np.isfinite(samples.square))
+    if np.any(bad):
+        raise ValueError(f"Argument `samples` must be finite, but {np.sum(bad)} pixels are not.")
     return decompose(samples.mean), decompose(samples.variance / samples.number, 2)
 
 
@@ -241,7 +246,11 @@ def _shrunk(c: np.ndarray, variance: np.ndarray, threshold: float | int) -> np.n
 
 
 def priority(samples: Samples) -> Picture:
-    """By how much one more sample in each pixel would lower the picture's squared error."""
+    """By how much one more sample in each pixel would lower the picture's squared error.
+
+    Raises:
+        ValueError: if a pixel has fewer than two samples or no finite sum.
+    """
     found, noise = _taken_apart(samples)
 
     def keep(c, v):
@@ -284,7 +293,8 @@ def sample_image(
         rounds: in which the others are handed out.
 
     Raises:
-        ValueError: if `first` is less than 2 or `total` is less than the first samples.
+        ValueError: if `first` is less than 2, `total` is less than the first samples, or a value is
+            not finite.
 
     Reference: Overbeck, Donner and Ramamoorthi 2009, §4.
 
@@ -351,6 +361,9 @@ def _with(samples: Samples, shade: Shade, more: Int[np.ndarray, " n"]) -> Sample
     begun = np.repeat(np.cumsum(more) - more, more)
     number = np.repeat(samples.number.ravel(), more) + np.arange(len(pixel)) - begun
     values = shade(pixel, number)
+    if not np.all(np.isfinite(values)):
+        bad = values[~np.isfinite(values)][0]
+        raise ValueError(f"Argument `shade` must give finite values, but gave {bad}.")
     shape = samples.number.shape
     sums = [np.bincount(pixel, a, len(more)).reshape(shape) for a in (values, values**2)]
     return Samples(

@@ -81,6 +81,19 @@ def test_no_photons_no_light_and_bytes():
     assert some.bytes_each == 12.0
 
 
+@pytest.mark.parametrize("away", [0.0, 1e6])
+def test_a_scene_may_be_far_from_the_origin(away):
+    """In single precision places a thousand kilometres off would be 6 cm apart."""
+    shift = np.array([away, -away, 0.5 * away])
+    lamp = LAMP._replace(center=LAMP.center + shift)
+    sent = shoot(lamp, CORNER + shift, EDGES, 2000, free, 3)
+    assert sent.position.dtype == np.float32
+    here = shoot(LAMP, CORNER, EDGES, 2000, free, 3)
+    np.testing.assert_allclose(sent.places, here.places + shift, atol=1e-6)
+    found = shares(sent, MIDDLE + shift, 20)
+    np.testing.assert_allclose(found, shares(here, MIDDLE, 20), rtol=1e-5)
+
+
 def test_bad_input():
     with pytest.raises(ValueError, match="`k` must be at least 2"):
         shares(shoot(LAMP, CORNER, EDGES, 10, free), MIDDLE, 1)

@@ -18,7 +18,7 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float, Int
 
-from firstorder.errors import check_between, check_positive
+from firstorder.errors import check_between, check_not_negative, check_positive
 
 Numbers = Float[np.ndarray, " m"]
 
@@ -74,6 +74,9 @@ def ray_counts(
         seed: of the random numbers by which shares of a ray are rounded.
         least: share of the rays that is spread evenly: blockers that nobody knows are met by these.
 
+    Raises:
+        ValueError: if there is no share, or one is negative or no number.
+
     Example:
         >>> import numpy as np
         >>> from firstorder.methods.shadowfield.counts import ray_counts
@@ -82,6 +85,9 @@ def ray_counts(
     """
     check_positive("total", total)
     check_between("least", least, 0.0, 1.0)
+    check_not_negative("share", share)
+    if not len(share):
+        raise ValueError("Argument `share` must hold at least one number.")
     whole = np.sum(share)
     even = np.full(len(share), 1.0 / len(share))
     part = least * even + (1.0 - least) * (share / whole if whole > 0.0 else even)

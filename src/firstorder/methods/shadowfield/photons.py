@@ -31,12 +31,20 @@ class Photons(NamedTuple):
     """Photons on a flat receiver: 12 bytes each, for all have the same power.
 
     Attributes:
-        position: where they arrived [m].
+        position: where they arrived, from `corner`: single precision tells no small distances far
+            from the origin of the world [m].
         density: at which they arrive where nothing hides the lamp [1/m^2].
+        corner: of the parallelogram, in the world [m].
     """
 
     position: Float[np.ndarray, "n 3"]
     density: float
+    corner: Float[np.ndarray, "3"]
+
+    @property
+    def places(self) -> Float[np.ndarray, "n 3"]:
+        """Where they arrived, in the world [m]."""
+        return self.corner + self.position
 
     @property
     def bytes_each(self) -> float:
@@ -85,14 +93,14 @@ def shoot(
     area = float(np.linalg.norm(np.cross(edges[0], edges[1])))
     check_positive("edges", area)
     rng = np.random.default_rng(seed)
-    arrived = []
+    start, arrived = np.asarray(corner, float), []
     for begin in range(0, count, CHUNK):
         n = min(CHUNK, count - begin)
-        places = np.asarray(corner, float) + rng.random((n, 2)) @ edges
+        places = rng.random((n, 2)) @ edges
         y = on_lamp(rng.random((n, 2)), falloff) * lamp.half
-        first, _ = blockers(places, lamp.world(np.concatenate([y, np.zeros((n, 1))], 1)))
+        first, _ = blockers(start + places, lamp.world(np.concatenate([y, np.zeros((n, 1))], 1)))
         arrived.append(places[np.isinf(first)].astype(np.float32))
-    return Photons(np.concatenate(arrived), count / area)
+    return Photons(np.concatenate(arrived), count / area, start)
 
 
 def nearest(count: int) -> int:
@@ -131,7 +139,7 @@ def shares(
     if k < 2:
         return np.zeros(len(receivers))
     tree = scipy.spatial.KDTree(photons.position)
-    r, _ = tree.query(receivers, [k], workers=-1)
+    r, _ = tree.query(receivers - photons.corner, [k], workers=-1)
     return (k - 1.0) / (np.pi * np.square(r[:, 0]) * photons.density)
 
 
