@@ -65,8 +65,8 @@ def shared(
         scene: the scene.
         rays: shared ones for each pixel of the ground.
         band: light band limit [wavelengths per side of the lamp].
-        own: own rays of pixels of the ground among blockers, and of all pixels of objects; 0 for
-            none, then these are NaN.
+        own: own rays of pixels of the ground among blockers, at least one, and of all pixels of
+            objects; 0 of these for none, then objects are NaN.
         seed: of the random numbers.
         radius: over which bounds are smoothed [pixels]; 0 for not.
     """

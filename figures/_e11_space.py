@@ -160,7 +160,9 @@ def reference(
 ) -> np.ndarray:
     """What every pixel sees of the lamp by many stratified rays, shape (side, side); NaN for none.
 
-    Made once: tiles are kept in a folder named by the scene and a digest of all that it depends on.
+    Made once: tiles are kept in a folder named by the scene and a digest of vertices, receivers and
+    lamp. What the digest leaves out: how vertices make faces, the lamp's falloff, and the code of
+    `own_rays`. Who changes one of these throws the folder away.
 
     Args:
         scene: the scene.

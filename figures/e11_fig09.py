@@ -11,8 +11,10 @@ each pixel of the ground. All methods see the ground; what stands on it is paint
 "Better with 4 rays than both with 32" holds of photons and not of wavelets: ours end a tenth or so
 below shared rays, with eight times their rays, and their largest errors are half as large. These
 wavelets are better off than the paper's: their rays are spread over the lamp by an additive
-sequence, and coefficients are shrunk by variances that are exact. Errors of shared rays stand
-close to the grids' feet, where the filter is as narrow as a pixel.
+sequence. Coefficients are shrunk by the variances of independent samples; those of an additive
+sequence have less, 0.39, 0.31 and 0.19 of it at 4, 8 and 32 rays, so that they are shrunk more than
+they need be. Errors of shared rays stand close to the grids' feet, where the filter is as narrow as
+a pixel.
 
 Memory: the paper's 33 M photons take 1.8 GB, 55 bytes each. Ours are 12 bytes each, for all have
 the same power and lie on one plane, and as much again and more in the tree that finds them.

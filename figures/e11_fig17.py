@@ -1,13 +1,18 @@
 """What goes wrong with depth bounds, and what does not: no floor of the error is left unexplained.
 
 E11 Fig. 17 shows an inset of its Fig. 12 at 4 rays for each pixel, and no numbers. Ours: all ground
-of our stand-in (81 knots, blobs, balls and grids over ground with a relief), 256 x 256 pixels,
+of our stand-in (49 knots, blobs, balls and grids over ground with a relief), 256 x 256 pixels,
 2 cycles for each of the lamp's diameters, 2,048 stratified rays as the reference. (i) Bounds from
 fewer rays miss blockers: those of the 4 rays beside those of 32 for each pixel. (ii) Bounds jump
 from pixel to pixel: with and without `smoothed`. A frustum that ends in a point is compared with
 one that covers the pixel; that changes little here, where a pixel is small beside the lamp.
 Below: errors as rays are added, at a fixed band limit, at the automatic one, and by the pixels'
 own stratified rays, with what the reference itself may be off by.
+
+Smoothed bounds do not help here, against the paper's guess: the error is 1.058 times as large. They
+have no jumps, but take the least and the largest of their neighbours', so that wedges are wider and
+filters narrower: fewer rays count. Nor does the automatic limit: at 16 rays its error of .01647 is
+above the .01576 of 2 cycles everywhere.
 
 What does not fall with the shared rays, and is drawn: where the ground lies among the blockers, the
 pixel's own 16 rays stay 16; the reference has noise of its own; and what a low limit blurs stays

@@ -2,7 +2,9 @@ r"""An image from samples that go where wavelets say noise is: after Overbeck et
 
 A picture of means of samples, and the variance of each mean, are taken apart by a wavelet. Pixels
 are independent and the transform is linear, `c = sum_p a_p f_p`, so a coefficient's variance is
-`s^2 = sum_p a_p^2 v_p`: exact, at every level.
+`s^2 = sum_p a_p^2 v_p`: exact, at every level, for independent samples of known variance. Means of
+samples that are evenly spread have less: of an additive sequence over a lamp 0.39, 0.31 and 0.19 of
+it at 4, 8 and 32 samples. Coefficients are then shrunk more than they need be.
 
 **Reconstruction** shrinks what may be noise: `c max(0, 1 - t^2 s^2 / c^2)` with t = 2, which takes
 noise out whole and leaves what stands out nearly as it is (the non-negative garrote, between hard

@@ -13,7 +13,7 @@ from firstorder.methods.shadowfield.automatic import (
     odds,
 )
 from firstorder.methods.shadowfield.gather import Sums
-from firstorder.methods.shadowfield.rays import trace
+from firstorder.methods.shadowfield.rays import RayTable, trace
 from tests.methods.shadowfield.test_space import (
     FENCE,
     LAMP,
@@ -96,8 +96,26 @@ def test_measured_errors_are_those_expected(rays):
 
 
 def test_at_one_ray_the_expected_error_is_too_large():
-    """Products of steps are noisy where few rays are near: what is clipped at zero adds up."""
+    """Halves of one additive sequence err together, so that their noise is taken for steps.
+
+    Not what is clipped at zero: halves from two seeds are clipped too, and see below.
+    """
     assert 0.25 < calibration(1).min() < calibration(1).max() < 1.0
+
+
+@pytest.mark.parametrize(("rays", "low", "high"), [(1, 0.7, 1.6), (4, 0.6, 1.25)])
+def test_halves_from_two_seeds_expect_the_right_error_on_average(rays, low, high):
+    """Half of the rays by each; single runs scatter by two, so that eight are averaged."""
+    true, inner = fence_light(floor(SIDE)), INNER.ravel()
+    found, expected = np.zeros((2, len(LIMITS)))
+    for seed in range(8):
+        parts = (trace(LAMP, floor(SIDE), rays / 2, cards(*FENCE), 2 * seed + k)[0] for k in (0, 1))
+        pairs = (np.stack(c, 1).reshape(-1, *c[0].shape[1:]) for c in zip(*parts, strict=True))
+        rungs = ladder(LAMP, RayTable(*pairs), floor(SIDE), LIMITS, PIXEL, np.zeros(SIDE**2), ALL)
+        found += np.mean((rungs.visible - true)[:, inner] ** 2, 1)
+        expected += np.mean(rungs.error[:, inner] ** 2, 1)
+    ratio = np.sqrt(found / expected)
+    assert np.all((low < ratio) & (ratio < high)), ratio
 
 
 @pytest.mark.parametrize(("rays", "most"), [(1, 1.7), (4, 1.35), (16, 1.35)])

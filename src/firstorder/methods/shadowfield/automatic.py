@@ -12,7 +12,20 @@ it for a single frequency; 1.06 times as much where power falls with Omega^-4, a
 do: those of edges under a lamp with edges. There each step is 2^-1.5 of the one before, which
 stands for the steps that are not made. The size of a step can be measured: every second ray gives
 one answer and the others another; the mean over neighbours of the product of their steps is that
-size squared, for their noise is not the same.
+size squared, if the noise of both is independent.
+
+**Which it is not within one `trace`.** Its feet are one additive sequence; each half of it misses
+what the other half misses. On the fence of the tests, for limits of 1 to 16 cycles/m, 16 seeds:
+
+    rays   measured over expected error, one trace   two traces, interleaved   RMS at 4 cycles/m
+    1      .39 .36 .38 .79 .75 (bias .089 for .035)  .85 .87 1.1 1.4 1.2       .0268, .0567
+    4      1.2 1.2 1.2 .82 .52                       .79 .75 .76 1.0 .84       .0223, .0244
+    16     .88 .87 .93 1.2 .65                       .85 .83 .87 1.1 .62       .0223, .0221
+
+Who wants errors that are right on average traces half of the rays with each of two seeds and lays
+them side by side (example at `ladder`). Single runs of that scatter by a factor of two either way
+up to 4 rays, and few rays from two sequences are noisier than those of one: RMS is twice as large
+at 1 ray, 1.1 times at 4 (1.5 times at 8 cycles/m), the same at 16.
 """
 
 from __future__ import annotations
@@ -57,7 +70,7 @@ class Ladder(NamedTuple):
 
     @property
     def error(self) -> Rungs:
-        """Noise and bias together: they are independent."""
+        """Noise and bias together, as squares: what is random and what is not."""
         return np.hypot(self.noise, self.bias)
 
     @property
@@ -160,6 +173,27 @@ def ladder(
 
     Raises:
         ValueError: if limits are not each twice the one before.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.methods.shadowfield.automatic import ladder
+        >>> from firstorder.methods.shadowfield.rays import RayTable, lamp_frame, trace
+        >>> def bar(a, b):  # half way up, hides x < 0
+        ...     hit = (a + b)[:, 0] < 0.0
+        ...     return np.where(hit, 0.5, np.inf), np.where(hit, 0.5, -np.inf)
+        >>> lamp = lamp_frame((0, 0, 2), (0, 0.5, 0), (0.5, 0, 0))
+        >>> x = np.linspace(-0.7, 0.7, 16)
+        >>> floor = np.stack([*np.meshgrid(x, x, indexing="ij"), np.zeros((16, 16))], -1)
+        >>> floor = floor.reshape(-1, 3)
+        >>> one, two = (trace(lamp, floor, 2, bar, seed)[0] for seed in (0, 1))  # 4 rays in all
+        >>> columns = zip(one, two, strict=True)  # every second ray from the other seed
+        >>> table = RayTable(*(np.stack(c, 1).reshape(-1, *c[0].shape[1:]) for c in columns))
+        >>> image = np.arange(256), 16
+        >>> rungs = ladder(lamp, table, floor, np.array([1.0, 2.0]), 0.09, np.zeros(256), image)
+        >>> off = rungs.visible[0] - np.clip(0.5 + floor[:, 0], 0.0, 1.0)
+        >>> ratio = np.mean(off**2) / np.mean(rungs.error[0] ** 2)  # measured over expected
+        >>> bool(0.5 < np.sqrt(ratio) < 2.0)
+        True
     """
     check_positive("radius", radius)
     chosen = np.asarray(limits, float)

@@ -8,8 +8,11 @@ x is the share of the lamp that x sees:
 
 right on average where h is the same within r_k, for independent photons (`k` in place of `k - 1`
 is too bright). It errs by ~ h / sqrt(k), and by a blur over r_k: only k that grows, and grows more
-slowly than the number N of photons, takes both away. The error is least for k ~ N^(2/3), where it
-falls with N^(-1/3).
+slowly than the number N of photons, takes both away. Where illumination is smooth the blur is
+~ r_k^2 ~ k / N; the error is least for k ~ N^(2/3) and falls with N^(-1/3). Not so where a
+penumbra's ends are in view, where its slope jumps: at the dark one, where h ~ d, the k nearest
+photons reach r ~ (k/N)^(1/3) and a strip of that width is off by as much, a mean square of k/N
+beside the noise's 1/k. Best is k ~ N^(1/2) there, and the error falls with N^(-1/4).
 """
 
 from __future__ import annotations
@@ -105,6 +108,8 @@ def shoot(
 
 def nearest(count: int) -> int:
     """How many photons to average, for so many that left: `~ count^(2/3)`, at least 8.
+
+    Best where illumination is smooth; with the ends of penumbrae in view, too many of many.
 
     Example:
         >>> from firstorder.methods.shadowfield.photons import nearest
