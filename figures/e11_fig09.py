@@ -22,7 +22,6 @@ the same power and lie on one plane, and as much again and more in the tree that
 
 from __future__ import annotations
 
-import numpy as np
 from matplotlib.patches import Rectangle
 
 from figures import _e11_measures as measures
@@ -68,11 +67,7 @@ def draw(quick: bool) -> Drawing:
                 spine.set(color=plotting.COLOURS[1 + k], linewidth=1.6)
     for ax, e in zip(axes[1], off, strict=False):
         ax.set_title(f"rms {100 * e.rms:.2f} %, largest {100 * e.largest:.0f} %")
-    arrays = {
-        "reference": true,
-        "samples of wavelets": spread,
-        "photons": sent.places.astype(np.float32),
-    }
+    arrays = {"reference": true, "samples of wavelets": spread}
     arrays |= {name.split(",")[0]: image for name, image in zip(TITLES, images, strict=True)}
     claims = _claims(answers, off, sent, int(spread.sum()))
     return Drawing(figure, arrays, claims, {}, f"{side} x {side} pixels", SEED)

@@ -18,9 +18,9 @@ and not for its falloff alone: under an even lamp, behind bars at two depths, th
 is off by .0131, .0090 and .0069 with 4, 8 and 16 cells a side (16 rays, 16 cycles/m). The
 axis-aligned filter converges as its width shrinks. Photons take k ~ N^(2/3), which is best where
 light is smooth and would give N^(-1/3); here the ends of penumbrae are in view, where N^(-1/4) is
-the best to be had, and the exponent measured lies between. Wavelets take no fewer than two
-samples a pixel. The reference's own error is continued from the stratified rays' slope and drawn
-as a line: no curve has come down to it.
+the best to be had for many photons: over these budgets the exponent lies between. Wavelets take no
+fewer than two samples a pixel. The reference's own error is continued from the stratified rays'
+slope and drawn as a line: no curve has come down to it.
 """
 
 from __future__ import annotations
