@@ -103,6 +103,35 @@ def test_a_meshs_shadow_moves(models):
     assert np.linalg.norm(whole - slope) < 0.1 * np.linalg.norm(slope)
 
 
+def test_what_hangs_behind_a_lamp_hides_none_of_its_nodes(models):
+    """Shadows move as they do without it: a blocker's depth is asked beside edges alone."""
+    at = np.array([[0.4667, -0.1333]])
+    alone, _ = models.pixels(at)
+    ceiling = thing(plane((0.0, 0.0, 4.0), (0.0, 0.0, -1.0)), albedo=0.6)
+    under = Renderer(models.world._replace(scene=Scene.of(FLOOR, ceiling)))
+    found, index = under.pixels(at)
+    assert index.tolist() == [0]
+    assert np.linalg.norm(alone.edges) > 0.0
+    for name in ("value", "gradient", "edges"):
+        np.testing.assert_allclose(getattr(found, name), getattr(alone, name), rtol=1e-12)
+
+
+def test_a_mesh_shades_from_afar():
+    """A ball of 1 m hangs 12 m above the floor and hides the middle of a small sky."""
+    high = (0.0, 0.0, 12.0)
+    sky = GaussianSky((0.0, 0.0, 1.0), 0.03)
+    ball = Model(placed(bumpy_sphere(0.5, lambda v: 0.0 * v[:, 0], 4), high), "ball", MATTER)
+    given = dict(sky=sky, sky_rows=16, even_sky=False)
+    eye = pinhole((0.0, -4.0, 2.0), (0.0, 0.0, 0.0), gamma=2.4)
+    shape = World(eye, Scene.of(FLOOR, thing(sphere(high, 0.5), **MATTER)), **given)
+    at = np.array([(0.0, 0.0), (0.3, 0.0)])
+    true, _ = Renderer(shape).pixels(at)
+    bare, _ = Renderer(shape._replace(scene=Scene.of(FLOOR))).pixels(at)
+    found, _ = Renderer(World(eye, Scene.of(FLOOR), (ball,), **given)).pixels(at)
+    assert true.value[0] < 0.6 * bare.value[0]
+    np.testing.assert_allclose(found.value, true.value, rtol=0.05)
+
+
 def test_layers_know_lamps_and_sky():
     eye = pinhole((0.0, -4.0, 1.0), (-1.0, -1.5, 2.5), gamma=1.0)
     sky = GaussianSky((0.0, 0.0, 1.0), 0.6)

@@ -142,6 +142,8 @@ class Renderer:
         self._facets = jax.tree.map(lambda *a: jnp.concatenate(a), *parts)
         whole = mesh(np.concatenate(vertices), np.concatenate(faces))
         self._embree, self._size = Embree(whole), whole.size
+        ends = np.asarray(whole.vertices)
+        self._middle = 0.5 * (ends.min(0) + ends.max(0))
         self._part = np.asarray(self._facets.part)
 
     def lights_of(self, number: int) -> tuple[Light, ...]:
@@ -250,12 +252,13 @@ class Renderer:
             row, node = np.nonzero(some)
             start, along = x[row] + OFF * self._size * up[row], way[row, node]
             if not light.near:
-                along = along * (4.0 * self._size / far[row, node])[:, None]
+                beyond = np.linalg.norm(x - self._middle, axis=1) + self._size
+                along = along * (beyond[row] / far[row, node])[:, None]
             met = self._embree.between(start, start + along)
             row, node, start, along = row[met], node[met], start[met], along[met]
             at = 0.5 * far[row, node]  # somewhere on the way
             if depths:
-                whole = np.isfinite(t)
+                whole = t < (far if light.near else np.inf)  # what is behind a lamp hides nothing
                 whole[row, node] = True
                 edge = beside_seen(whole.reshape(-1, *light.shape), light.wraps).reshape(t.shape)
                 edge = edge[row, node]
