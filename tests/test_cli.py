@@ -150,6 +150,24 @@ def test_a_scene_of_space_is_rendered(tmp_path, capsys):
     assert "tiles of this image" in capsys.readouterr().err
 
 
+def test_tiles_of_another_mesh_under_the_same_name_are_refused(tmp_path, capsys):
+    for package in ("OpenEXR", "trimesh", "embreex"):
+        pytest.importorskip(package)
+    file, out = tmp_path / "piece.toml", tmp_path / "piece.exr"
+    mesh = tmp_path / "piece.obj"
+    file.write_text(SPACE + '[[mesh]]\nfile = "piece.obj"\nalbedo = 0.5\n')
+    corners = "v -1 0 1\nv 1 0 1\nv 0 1 {}\nf 1 2 3\n"
+    mesh.write_text(corners.format(1))
+    size = ["--width", "8", "--height", "8", "--nodes", "2"]
+    command = ["render", str(file), *size, "--out", str(out)]
+    assert main(command) == 0
+    assert main(command) == 0  # nothing has changed: the tiles are taken
+    capsys.readouterr()
+    mesh.write_text(corners.format(2))
+    assert main(command) == 2
+    assert "tiles of this image" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("more", "sentence"),
     [

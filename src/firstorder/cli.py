@@ -238,7 +238,7 @@ class Render:
         import hashlib
 
         from firstorder.io import is_space, read_space
-        from firstorder.io.rendered import render, world_of
+        from firstorder.io.rendered import fingerprint, render, world_of
 
         for name in ("width", "height", "passes", "nodes", "sky_rows"):
             check_positive(name, getattr(self, name))
@@ -249,8 +249,11 @@ class Render:
                 "Argument `source` must be a .toml file that says `dimensions = 3`, "
                 f"but is {pathlib.Path(self.source).name}."
             )
-        world = world_of(read_space(self.source), self.nodes, self.sky_rows)
+        space = read_space(self.source)
+        world = world_of(space, self.nodes, self.sky_rows)
         words = hashlib.sha256(pathlib.Path(self.source).read_bytes()).hexdigest()[:16]
+        # Meshes and panoramas lie in files of their own; another version may shade otherwise.
+        words = f"{words} {fingerprint(space)} {firstorder.__version__}"
         key = f"{words} {self.nodes} {self.sky_rows}"
         folder = self.tiles or self.out.with_name(f"{self.out.stem}_tiles")
         render(world, self.width, self.height, folder, passes=self.passes, key=key, out=self.out)

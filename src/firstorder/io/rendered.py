@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import pathlib
 from collections.abc import Mapping
 
+import jax
 import numpy as np
 from jaxtyping import Float
 
@@ -123,4 +125,25 @@ def world_of(space: Space, nodes: int = 12, sky_rows: int = 12) -> World:
     return World(space.camera, scene, space.models, tuple(lamps), sky, sky_rows)
 
 
-__all__ = ["image_coordinates", "render", "world_of", "write_image"]
+def fingerprint(space: Space) -> str:
+    """Letters that change with any number of a scene, those of the files that it names included.
+
+    Args:
+        space: as `io.read_space` gives it.
+
+    Example:
+        >>> from firstorder.io.rendered import fingerprint
+        >>> from firstorder.io.spaces import Space
+        >>> fingerprint(Space((), sky=0.5)) == fingerprint(Space((), sky=0.6))
+        False
+    """
+    things = [(t.shape, t.name, t.material) for t in space.things]
+    models = [(m.mesh.vertices, m.mesh.faces, m.name, m.material) for m in space.models]
+    found = hashlib.sha256()
+    for leaf in jax.tree.leaves((things, models, space.sky, space.camera)):
+        a = np.asarray(leaf)
+        found.update(f"{a.dtype} {a.shape} ".encode() + a.tobytes())
+    return found.hexdigest()[:16]
+
+
+__all__ = ["fingerprint", "image_coordinates", "render", "world_of", "write_image"]
