@@ -41,6 +41,22 @@ def test_the_mean_over_passes(tmp_path):
     np.testing.assert_allclose(found["half"][3], 0.5 * (np.arange(HEIGHT) + 0.5), rtol=1e-14)
 
 
+def test_what_a_killed_program_was_writing_is_swept_up(tmp_path):
+    """Not what another one may still be writing, and not another's tiles."""
+    made(tmp_path)
+    mine, fresh = (tmp_path / f".pass0000_tile0000{k}.{k}.npz" for k in (0, 1))
+    for part in (mine, fresh):
+        part.write_bytes(b"half")
+    os.utime(mine, (0, 0))
+    with pytest.raises(ValueError, match="tiles of this image"):
+        made(tmp_path, key="other")
+    assert mine.exists()
+    made(tmp_path)
+    assert not mine.exists()
+    assert fresh.exists()
+    assert len(list(tmp_path.glob("pass*.npz"))) == PASSES * len(list(tiles(WIDTH, HEIGHT, SIDE)))
+
+
 def test_an_interruption_costs_only_what_was_not_finished(tmp_path):
     """A shading function that fails in the middle of the second pass."""
     calls = []

@@ -7,10 +7,12 @@ number of its pass alone, the image is the same to the bit, interrupted or not.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import pathlib
 import sys
+import time
 from collections.abc import Callable, Iterator, Mapping
 from typing import NamedTuple
 
@@ -25,6 +27,7 @@ Layers = dict[str, Float[np.ndarray, "w h"]]
 Shade = Callable[[Float[np.ndarray, "n 2"], int], Mapping[str, np.ndarray]]
 
 JOB = "job.json"
+ABANDONED = 60.0  # seconds after which nobody is still writing a tile
 
 
 class Tile(NamedTuple):
@@ -120,7 +123,10 @@ def render_tiles(
 
 
 def _claim(folder: pathlib.Path, job: dict) -> None:
-    """Writes down whose tiles these are, or sees that they are this image's."""
+    """Writes down whose tiles these are, or sees that they are this image's.
+
+    Removes what a killed program was writing; another one may be at work in the folder right now.
+    """
     file = folder / JOB
     if not file.exists():
         write_json(file, job)
@@ -130,6 +136,10 @@ def _claim(folder: pathlib.Path, job: dict) -> None:
             f"Argument `folder` must be empty or hold tiles of this image, but {file.parent.name} "
             f"holds those of another one ({other} differ)."
         )
+    for part in folder.glob(".pass*.npz"):
+        with contextlib.suppress(FileNotFoundError):
+            if time.time() - part.stat().st_mtime > ABANDONED:
+                part.unlink()
 
 
 def _made(file: pathlib.Path, shade: Shade, tile: Tile, number: int) -> dict[str, np.ndarray]:
