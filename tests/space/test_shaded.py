@@ -10,7 +10,7 @@ from firstorder.space import Scene, plane, sphere, thing
 from firstorder.space.image import pinhole
 from firstorder.space.lit import Lamp
 from firstorder.space.render import labels
-from firstorder.space.shaded import Finish, shade, shade_all, shadow_rays
+from firstorder.space.shaded import Finish, look, shade, shade_all, shadow_rays
 
 SCENE = Scene.of(
     thing(
@@ -50,6 +50,26 @@ def still():
 def test_the_places_show_what_they_should():
     index, _ = labels(SCENE, CAMERA, jnp.asarray(PLACES))
     np.testing.assert_array_equal(index, SHOWN)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_normal_map_of_bumps_is_these_bumps_from_both_sides(side):
+    """One waved sheet: what is a bump from the front is a dip from behind, for its map too."""
+    sheet = Scene.of(thing(plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), albedo=0.5))
+    eye = pinhole((0.3, -1.0, side), (0.0, 0.0, 0.0))
+
+    def waves(index, x):
+        return 0.02 * jnp.sin(9.0 * x[0] + 0.4) * jnp.cos(7.0 * x[1])
+
+    at, index = jnp.array([0.1, -0.2]), jnp.array(0)
+    bumps = look(sheet, eye, at, index, Finish(waves)).point
+    mapped = look(sheet, eye, at, index, Finish(slopes=jax.grad(waves, 1))).point
+    leaning = jnp.append(jax.grad(waves, 1)(0, bumps.position)[:2], 0.0)
+    assert side * bumps.normal[2] > 0.9
+    up = jnp.array([0.0, 0.0, 1.0]) - leaning
+    np.testing.assert_allclose(mapped.normal, side * up / jnp.sqrt(up @ up), atol=1e-12)
+    np.testing.assert_allclose(mapped.normal, bumps.normal, atol=1e-12)
+    np.testing.assert_allclose(mapped.turning, bumps.turning, atol=1e-12)
 
 
 def test_the_gradient_is_the_images(still):

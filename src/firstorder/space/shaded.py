@@ -43,7 +43,8 @@ class Finish(eqx.Module):
 
     Attributes:
         height: of bumps [m].
-        slopes: a normal map in space: what `bumps.solid_tilted` takes.
+        slopes: a normal map in space: what `bumps.solid_tilted` takes, for fronts; from behind the
+            same normals are seen from the other side, as those of bumps are.
         albedo: factor of the diffuse albedo, a texture; not negative.
     """
 
@@ -132,7 +133,7 @@ def finished(at: Looked, index: Int[Array, ""], front: Array, finish: Finish | N
     Args:
         at: what is seen there of the surface by itself.
         index: the thing's number.
-        front: 1 or -1, for its front or back: a bump is a dip from behind.
+        front: 1 or -1, for its front or back: a bump is a dip from behind, also in a normal map.
         finish: what it has on it.
     """
     if finish is None:
@@ -143,7 +144,7 @@ def finished(at: Looked, index: Int[Array, ""], front: Array, finish: Finish | N
         point = solid_tilted(point, lambda x: front * rise(index, x))
     if finish.slopes is not None:
         tilt = finish.slopes
-        point = solid_tilted(point, lambda x: tilt(index, x))
+        point = solid_tilted(point, lambda x: front * tilt(index, x))
     if finish.albedo is not None:
         share, slope = jax.value_and_grad(finish.albedo, 1)(index, x)
         lobe = Lobe(lobe.albedo * share, lobe.specular, lobe.exponent, lobe.albedo * slope)
