@@ -48,6 +48,17 @@ def test_leaving_a_surface_undoes_meeting_it():
     np.testing.assert_allclose(back, U, atol=rounding(8))
 
 
+@pytest.mark.parametrize("frame", [SPACE, SPACE.turned()])
+@pytest.mark.parametrize("theta", [0.4, 1.0, -1.3, 2.0])
+def test_rays_from_below_the_surface_or_past_the_plane_across_are_nan(frame, theta):
+    """Met at the angle 0.9: a ray counts if it runs upwards from the surface and from the plane."""
+    light = Gaussian([0.1, 0.0, 0.0, 0.2], PRECISION, 1.0, frame)
+    seen = Oblique(0.9)(light)(0.1, -0.2, theta, 0.3)
+    there = theta - 0.9 if frame == SPACE else theta + 0.9
+    above = max(abs(theta), abs(there)) < 0.5 * np.pi
+    assert np.isfinite(seen) == above
+
+
 @pytest.mark.parametrize("exact", [True, False])
 def test_back_undoes_the_bend(exact):
     S = jnp.array([[-0.5, 0.13], [0.13, 0.3]])

@@ -17,7 +17,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from firstorder.conventions import SPACE, SPACE_SLOPE, Frame, slope
-from firstorder.errors import check_finite, check_shape
+from firstorder.errors import check_finite, check_shape, nan_unless
 from firstorder.laws.base import Law
 from firstorder.laws.move import Move
 from firstorder.laws.warp import Map, Warp
@@ -113,7 +113,8 @@ class Oblique(Event):
     `x' = x cos(theta) / cos(theta - theta0), y' = y - x sin(theta0) tan(phi) / cos(theta - theta0)`
 
     of which `Incidence` and `Outgoing` are the first order: x is scaled and y is not. What they
-    miss is of second order in the distance from the central ray.
+    miss is of second order in the distance from the central ray. NaN for rays that come from below
+    the surface, or from below the plane across the central ray.
 
     Args:
         theta0: angle of the central ray from the normal, |theta0| < pi / 2; counter-clockwise.
@@ -293,7 +294,10 @@ class _Angles(Map):
 
 
 class _Meeting(Map):
-    """Where a ray from one plane meets another that is turned about the second axis."""
+    """Where a ray from one plane meets another that is turned about the second axis.
+
+    NaN for a ray that does not run upwards from both.
+    """
 
     angle: Scalar
 
@@ -301,8 +305,10 @@ class _Meeting(Map):
         """Position in the other plane; longitudes shift by the angle."""
         x, y, theta, phi = u
         there = theta + self.angle
+        above = (jnp.cos(theta) > 0) & (jnp.cos(there) > 0) & (jnp.cos(phi) > 0)
         across = y + x * jnp.sin(self.angle) * jnp.tan(phi) / jnp.cos(there)
-        return jnp.stack([x * jnp.cos(theta) / jnp.cos(there), across, there, phi])
+        met = jnp.stack([x * jnp.cos(theta) / jnp.cos(there), across, there, phi])
+        return nan_unless(above, met)
 
 
 class _Lean(Map):
