@@ -43,6 +43,24 @@ def test_misses_are_of_second_order_and_less_with_exact_steps():
     assert max(np.array(whole) / first) < 0.5
 
 
+def test_a_finite_azimuth_is_that_of_traced_rays():
+    """Leaving out of the plane of incidence: exact off a plane, of second order off a bowl."""
+    sizes, direction = np.array([0.02, 0.04, 0.08]), np.array([0.5, -0.6, 0.4, 0.3])
+    for bowl in (0.0 * S, S):
+        patch = GlossyPatch(jnp.asarray(bowl), 0.7, theta1=-0.5, azimuth=0.5)
+        exact = jax.jit(derived.exact_map(patch))
+        central = np.asarray(exact(jnp.zeros(4)))
+        assert np.linalg.norm(central[2:]) > 0.1  # it is no mirror image of the central ray
+        misses = []
+        for h in sizes:
+            traced = tracer.reflected_ray(bowl, 0.7, -0.5, 0.5, 0.0, h * direction)
+            misses.append(np.max(np.abs(np.asarray(exact(jnp.asarray(h * direction))) - traced)))
+        if np.any(bowl):
+            assert abs(fitted_order(sizes, misses) - 2.0) < 0.1
+        else:
+            assert max(misses) < 1e-13
+
+
 @functools.cache
 def sampled():
     """The reflected light on 24^4 samples: every step written as sums over plain arrays.
