@@ -25,8 +25,10 @@ def _filter():
 
 
 def footprint() -> float:
-    """Area of the filter's footprint in space: one over that in frequency."""
-    return float(1.0 / _filter().area)
+    """Area of the filter's footprint in space: one over that in frequency, from its corners."""
+    x, y = np.asarray(_filter().corners()).T
+    around = float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))
+    return 2.0 / abs(around)
 
 
 def printed_count(rate_x, rate_y) -> float:

@@ -4,6 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from derivations.methods.shadowfield import counts
 from firstorder.methods.shadowfield import (
     Rates,
     light_rate,
@@ -15,6 +16,7 @@ from firstorder.methods.shadowfield import (
     sheared_filter,
     wedge_corners,
 )
+from firstorder.methods.shadowfield.filters import RayFilter
 
 HIGH, PIX = 1.0, 16.0
 
@@ -102,3 +104,11 @@ def test_bad_input_is_one_sentence():
         light_rate_of_endless_wedge(1.0, 0.3, 0.6, 0.0)
     with pytest.raises(ValueError, match=r"^Argument `Omega_g` must be positive, but is -1.0.$"):
         wedge_corners(1.0, 0.3, 0.6, -1.0)
+
+
+def test_counted_samples_notice_an_area_that_is_doubled(monkeypatch):
+    assert counts.ours_against_counting() < 0.02
+    plain = RayFilter.area.fget
+    assert plain is not None
+    monkeypatch.setattr(RayFilter, "area", property(lambda own: 2.0 * plain(own)))
+    assert counts.ours_against_counting() > 0.3
