@@ -139,14 +139,4 @@ ROWS = [
         "traced rays over 1e-6 and what that order is off 1 over 0.1. As an importance, which only "
         "ranks, it still calls every flat mirror worthless.",
     ),
-    Row(
-        "R07.s9.1c",
-        "definition",
-        symbolic=lambda: sp.Rational(1, 4) * sum([1] * 4) - 1,
-        autodiff=na("definition"),
-        fourier=na("definition"),
-        brute_force=na("definition"),
-        note="Each quarter has a quarter of it and all four the whole: splitting lowers the "
-        "largest importance and not the sum, until gradients are found anew.",
-    ),
 ]

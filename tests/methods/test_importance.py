@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 
+from derivations.methods import importance as derived
 from firstorder.methods.importance import (
     Shaded,
     Squares,
     by_bending,
     by_differences,
+    by_gradient,
     by_variance,
     far_light,
     product,
@@ -48,6 +50,13 @@ def test_on_a_plane_variance_is_differences_squared():
 
     for squares in seen(plane, by_variance)[1:]:
         np.testing.assert_allclose(3.0 * by_variance(squares), by_differences(squares) ** 2)
+
+
+def test_one_split_notices_another_power_of_the_side(monkeypatch):
+    assert derived.one_split() < 1e-12
+    own = by_gradient
+    monkeypatch.setattr(derived, "by_gradient", lambda squares: own(squares) * squares.size)
+    assert derived.one_split() > 0.1
 
 
 def test_variance_of_the_first_grid_is_of_nine_neighbours():
