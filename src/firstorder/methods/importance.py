@@ -218,7 +218,8 @@ def product(
         lamp: distance to the nearest lamp [m].
 
     Returns:
-        What `by_density` wants in `more`; infinite where a surface is seen edge-on.
+        What `by_density` wants in `more`. Cosines count as 1e-3 at least, so that a surface that is
+        seen edge-on has a finite importance.
 
     Example:
         >>> import numpy as np
@@ -234,8 +235,10 @@ def product(
 def far_light(CDV: Numbers, SV: Numbers, threshold: float) -> Bool[np.ndarray, " n"]:
     """Where light may be taken for distant: `CDV > threshold SV`, R07's far light.
 
-    The gradient then loses SV, a share of at most `1 / (threshold - 1)` of it; what the value loses
-    grows with the way to where the light was looked at (`space.skylit.as_distant`).
+    The gradient then loses SV. Of one lobe's gradient along the surface, SV + CDV, that is a share
+    of at most `1 / (threshold - 1)`; of an image's gradient it may be more, where the CDV of two
+    lobes, or that and the turn of the view, point against each other. What the value loses grows
+    with the way to where the light was looked at (`space.skylit.as_distant`).
 
     Args:
         CDV: curvature-weighted directional variation [per m].
