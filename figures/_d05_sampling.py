@@ -19,6 +19,7 @@ import numpy as np
 from figures import _d05_creatures as creatures
 from figures._d05_creatures import View, World
 from firstorder.methods import bandwidth_map as maps
+from firstorder.methods import bandwidth_screen as screen
 from firstorder.methods.bilateral import cross_bilateral, widths
 from firstorder.methods.caching import ssim
 from firstorder.methods.delaunay import reconstruct
@@ -104,7 +105,7 @@ class Criterion(NamedTuple):
         met: whether a pixel shows a shape.
     """
 
-    turns: maps.Turns
+    turns: screen.Turns
     gloss: np.ndarray
     met: np.ndarray
 
@@ -113,25 +114,25 @@ def criterion(world: World, view: View) -> Criterion:
     """Differences and bandwidths of an image."""
     shape = view.shows.shape
     position = np.asarray(view.at.position).reshape(*shape, 3)
-    turns = maps.screen_turns(position, view.normal, world.camera.eye, view.label)
+    turns = screen.screen_turns(position, view.normal, world.camera.eye, view.label)
     s = np.asarray(world.scene.material.exponent)[np.maximum(view.shows, 0)]
     return Criterion(turns, np.asarray(maps.rms_cutoff(s)), view.shows >= 0)
 
 
 def mirror(c: Criterion) -> np.ndarray:
     """Without blockers: D05 (20) from differences."""
-    return np.where(c.met, maps.screen_glossy(c.gloss, c.turns), 0.0)
+    return np.where(c.met, screen.screen_glossy(c.gloss, c.turns), 0.0)
 
 
 def plain(c: Criterion, slope: np.ndarray) -> np.ndarray:
     """With blockers: D05 (21) from differences, one slope for all."""
-    return np.where(c.met, maps.screen_glossy(c.gloss, c.turns, slope), 0.0)
+    return np.where(c.met, screen.screen_glossy(c.gloss, c.turns, slope), 0.0)
 
 
 def lobes(c: Criterion, diffuse: np.ndarray, gloss: np.ndarray) -> np.ndarray:
     """Both lobes with the light's bandwidth, each past its own blockers; the larger of the two."""
-    polished = maps.screen_glossy(c.gloss, c.turns, gloss, LIGHT)
-    spread = maps.screen_diffuse(maps.rms_cutoff(1.0), c.turns, diffuse, LIGHT)
+    polished = screen.screen_glossy(c.gloss, c.turns, gloss, LIGHT)
+    spread = screen.screen_diffuse(maps.rms_cutoff(1.0), c.turns, diffuse, LIGHT)
     return np.where(c.met, np.maximum(polished, spread), 0.0)
 
 
@@ -223,13 +224,14 @@ def criteria(world: World, view: View, count: int) -> Found:
     """All criteria of an image, with slopes from `count` points."""
     even = np.ones(view.shows.shape)
     at = chosen(even, count)
-    took, slopes = {}, []
+    took, slopes = {"filter": 0.0}, []
     width = widths(even, len(at))
     for name, kind in (("plain", plain_slopes), ("light", lit_slopes)):
         slopes_at(kind, world, view, at[:1])  # compiled before it is timed
         took[name], found = timed(lambda kind=kind: slopes_at(kind, world, view, at))
         for each in found:
-            took["filter"], over = timed(lambda each=each: filtered(view, at, each, width))
+            seconds, over = timed(lambda each=each: filtered(view, at, each, width))
+            took["filter"] += seconds
             slopes.append(over)
     took["differences"], c = timed(lambda: criterion(world, view))
     made = {"mirror": mirror(c), "plain": plain(c, slopes[0]), "light": lobes(c, *slopes[1:])}

@@ -8,6 +8,7 @@ import pytest
 from derivations.methods import _bandwidth_space as space
 from derivations.methods import bandwidth_map as derived
 from firstorder.methods import bandwidth_map as maps
+from firstorder.methods import bandwidth_screen as screen
 from firstorder.methods import glossy_bandwidth_in_space, occluded_bandwidth
 from firstorder.methods.bandwidth_map import Seen
 from firstorder.space import Scene, box, plane, sphere, thing
@@ -17,7 +18,7 @@ from firstorder.space.render import grid, labels, places
 
 def pixel(d=1.5, S=((-0.7, 0.2), (0.2, 0.4)), theta=0.6):
     up, one = jnp.array([0.0, 0.0, 1.0]), jnp.ones(())
-    return Seen(0.0 * up, up, up, d * one, np.cos(theta) * one, jnp.asarray(S))
+    return Seen(0.0 * up, up, up, d * one, jnp.cos(theta) * one, jnp.asarray(S))
 
 
 # --- closed forms ------------------------------------------------------------------------------
@@ -117,7 +118,7 @@ def test_differences_between_pixels_are_the_closed_form(image):
     """Inside of shapes, away from slants: central differences err as the square of a pixel."""
     _, camera, p, _, label, at = image
     x, n = (np.asarray(a).reshape(96, 64, 3) for a in (at.position, at.normal))
-    turns = maps.screen_turns(x, n, camera.eye, label)
+    turns = screen.screen_turns(x, n, camera.eye, label)
     step = np.asarray(maps.radians_per_pixel(camera, p, 2.0 / 96)).reshape(96, 64)
     inner = np.ones_like(label, bool)
     for axis in (0, 1):
@@ -125,12 +126,12 @@ def test_differences_between_pixels_are_the_closed_form(image):
             inner &= np.roll(label, by, axis) == label
     inner[[0, -1]] = inner[:, [0, -1]] = False
     inner &= np.asarray(at.cosine).reshape(96, 64) > 0.5
-    for own, screen in (
-        (maps.glossy_map, maps.screen_glossy),
-        (maps.diffuse_map, maps.screen_diffuse),
+    for own, seen in (
+        (maps.glossy_map, screen.screen_glossy),
+        (maps.diffuse_map, screen.screen_diffuse),
     ):
         exact = np.asarray(own(1.3, at, 0.7, 0.5)).reshape(96, 64) * step
-        found = np.asarray(screen(1.3, turns, 0.7, 0.5))
+        found = np.asarray(seen(1.3, turns, 0.7, 0.5))
         ratio = found[inner] / exact[inner]
         # Pixels off the axis are wider along the radius: up to 1 / cos of 28 degrees.
         assert np.median(abs(ratio - 1.0)) < 0.03
@@ -141,7 +142,7 @@ def test_a_pixel_alone_turns_by_nothing():
     label = np.arange(12).reshape(4, 3)
     x = np.random.default_rng(0).normal(size=(4, 3, 3))
     n = np.broadcast_to((0.0, 0.0, 1.0), x.shape)
-    turns = maps.screen_turns(x, n, np.array([0.0, 0.0, 9.0]), label)
+    turns = screen.screen_turns(x, n, np.array([0.0, 0.0, 9.0]), label)
     assert all(np.all(a == 0.0) for a in turns)
 
 
@@ -215,13 +216,62 @@ def test_the_best_split_notices_another_power(monkeypatch):
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda: maps.glossy_map(-1.0, pixel()), "`cutoff` must not be negative"),
+        (lambda: maps.glossy_map(-1.0, pixel()), r"`cutoff` must lie in \[0, inf\], but is -1"),
+        (lambda: maps.glossy_map(1.0, pixel(), np.inf), "`slope` must be finite, but is inf"),
+        (lambda: maps.glossy_map(1.0, pixel(), 1.0, np.nan), "`light` must be finite, but is nan"),
+        (lambda: maps.glossy_map(1.0, pixel(d=-1.0)), "`distance` must not be negative"),
+        (lambda: maps.mean_slope(jnp.array([1.0, 0.0])), r"`distance` must be positive, but is 0"),
+        (
+            lambda: maps.mean_slope(jnp.array([1.0, np.nan])),
+            "`distance` must be positive, but is n",
+        ),
+        (lambda: maps.density(np.array([1.0, np.nan])), r"`bandwidth` must lie in \[0, inf\], but"),
+        (lambda: maps.density(np.ones(2), power=np.inf), "`power` must be finite, but is inf"),
         (lambda: maps.diffuse_map(1.0, pixel(), -1.0), "`slope` must not be negative"),
         (lambda: maps.density(np.ones(2), even=2.0), "`even` must lie in"),
         (lambda: maps.density(np.ones(2), limit=0.0), "`limit` must be positive"),
-        (lambda: maps.density(-np.ones(2)), "`bandwidth` must not be negative"),
+        (lambda: maps.density(-np.ones(2)), r"`bandwidth` must lie in \[0, inf\], but is -1"),
     ],
 )
 def test_bad_input_gets_one_sentence(call, words):
     with pytest.raises(ValueError, match=words):
         call()
+
+
+@pytest.mark.parametrize("own", [maps.glossy_map, maps.diffuse_map])
+def test_traced_input_out_of_range_is_nan(own):
+    good = dict(cutoff=1.0, d=1.5, S=-0.7, theta=0.6, slope=0.8, light=0.5)
+
+    def made(cutoff, d, S, theta, slope, light):
+        return own(cutoff, pixel(d, ((S, 0.2), (0.2, 0.4)), theta), slope, light)
+
+    traced = jax.jit(made)
+    assert traced(**good) == pytest.approx(made(**good).item(), rel=1e-12)
+    bad = [*((name, -1.0) for name in ("cutoff", "d", "slope", "light")), ("theta", 2.0)]
+    bad += [(name, np.nan) for name in good] + [("slope", np.inf), ("light", np.inf)]
+    for name, number in bad:
+        assert np.isnan(traced(**good | {name: number})), (name, number)
+
+
+def test_traced_distances_out_of_range_have_no_mean():
+    mean = jax.jit(maps.mean_slope)
+    assert np.isnan(mean(jnp.array([0.0, 1.0])))
+    assert np.isnan(mean(jnp.array([np.nan, 1.0])))
+    assert np.isnan(mean(jnp.array([1.0, 2.0]), jnp.array([-1.0, 3.0])))
+    assert np.isfinite(mean(jnp.array([np.inf, 1.0])))
+
+
+def test_an_endless_spectrum_reaches_everywhere_but_where_nothing_turns():
+    endless, flat = maps.rms_cutoff(0.5), pixel(S=((0.0, 0.0), (0.0, 0.0)))
+    assert maps.glossy_map(endless, pixel(), 0.8, 0.5).item() == np.inf
+    assert maps.diffuse_map(endless, flat).item() == 0.0
+    np.testing.assert_allclose(maps.density(np.array([0.1, np.inf]), even=0.0), [1 / 13, 25 / 13])
+
+
+def test_differences_out_of_range_are_nan():
+    turns = screen.Turns(*np.full((4, 1, 1, 3, 2), 0.1))
+    lost = turns._replace(mirrored=np.nan * turns.mirrored, normal=np.nan * turns.normal)
+    for own in (screen.screen_glossy, screen.screen_diffuse):
+        assert np.isfinite(own(1.0, turns, 0.5, 0.5)).all()
+        assert np.isnan(own(1.0, lost, 0.5, 0.5)).all()
+        assert np.isnan(jax.jit(lambda s, own=own: own(1.0, turns, s))(-1.0)).all()

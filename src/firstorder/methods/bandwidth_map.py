@@ -14,9 +14,8 @@ frequencies, so what the eye sees reaches up to
     glossy    |J + d s| Omega_rho + d s Omega_L               (blockers where it looks)
     diffuse   |N| Omega_cos + (d s / c) (Omega_cos + Omega_L) (blockers anywhere)
 
-cycles per radian: spectral norms, the worst direction in the image. `screen_turns` has J, N and x
-from differences between pixels instead, as the paper does: slants, distances and anisotropy then
-come for nothing, and silhouettes are no smooth surface.
+cycles per radian: spectral norms, the worst direction in the image. `bandwidth_screen` has J, N and
+x from differences between pixels instead, as the paper does.
 
 Of many blockers `mean_slope` takes the mean of 1 / d', the harmonic mean of the distances: slopes
 add and distances do not, and a ray that meets nothing has the slope 0 and no distance.
@@ -24,15 +23,19 @@ add and distances do not, and a ray that meets nothing has the slope 0 and no di
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from firstorder.errors import check_not_negative, check_positive
+from firstorder.errors import (
+    check_between,
+    check_finite,
+    check_not_negative,
+    check_positive,
+    nan_unless,
+)
 from firstorder.methods.glossy import spectral_norm
 from firstorder.space.image import Pinhole
 from firstorder.space.intersect import nearest
@@ -133,7 +136,8 @@ def glossy_map(
     spectrum ends at `light`, and without blockers (`slope` 0) the exact reach.
 
     Args:
-        cutoff: where the lobe's spectrum ends, or that of the light if it ends before [1/rad].
+        cutoff: where the lobe's spectrum ends, or that of the light if it ends before; infinity if
+            neither does (`rms_cutoff`) [1/rad].
         at: pixels.
         slope: `1 / d'` of blockers, 0 for none [1/m].
         light: where the spectrum of the light ends that blockers cut [1/rad].
@@ -142,7 +146,7 @@ def glossy_map(
         Cycles per radian of the eye.
 
     Raises:
-        ValueError: for an argument that is negative.
+        ValueError: for an argument outside its range; traced ones give NaN.
 
     Reference: D05 §6.2, eqs. 20-21, in space (`C.bandwidth.glossy`).
 
@@ -154,12 +158,12 @@ def glossy_map(
         >>> glossy_map(1.0, ball).item(), glossy_map(1.0, ball, slope=0.5).item()
         (4.0, 5.5)
     """
-    d, s = _checked(cutoff, at, slope, light)
+    valid, d, s = _checked(cutoff, at, slope, light)
     c, S = as_float(at.cosine), as_float(at.S)
     first = jnp.stack([1.0 - 2.0 * d * S[..., 0, 0] / c + d * s, -2.0 * d * S[..., 0, 1]], -1)
     second = jnp.stack([-2.0 * d * S[..., 1, 0], 1.0 - 2.0 * d * c * S[..., 1, 1] + d * s], -1)
     J = jnp.stack([first, second], -2)
-    return spectral_norm(J) * as_float(cutoff) + d * s * as_float(light)
+    return nan_unless(valid, _reach(spectral_norm(J), cutoff) + d * s * as_float(light))
 
 
 def diffuse_map(
@@ -176,7 +180,7 @@ def diffuse_map(
         light: as in `glossy_map`.
 
     Raises:
-        ValueError: for an argument that is negative.
+        ValueError: for an argument outside its range; traced ones give NaN.
 
     Reference: D05 §6.2 for a lobe that follows the normal (`C.bandwidth.diffuse`).
 
@@ -188,18 +192,38 @@ def diffuse_map(
         >>> diffuse_map(1.0, ball).item(), diffuse_map(1.0, ball, slope=0.5).item()
         (1.5, 3.0)
     """
-    d, s = _checked(cutoff, at, slope, light)
+    valid, d, s = _checked(cutoff, at, slope, light)
     c, S = as_float(at.cosine), as_float(at.S)
     N = d[..., None, None] * S * jnp.stack([1.0 / c, jnp.ones_like(c)], -1)[..., None, :]
     reach = as_float(cutoff) + as_float(light)
-    return spectral_norm(N) * as_float(cutoff) + d * s / c * reach
+    return nan_unless(valid, _reach(spectral_norm(N), cutoff) + _reach(d * s / c, reach))
 
 
-def _checked(cutoff, at: Seen, slope, light) -> tuple[Array, Array]:
-    for name, value in (("cutoff", cutoff), ("slope", slope), ("light", light)):
-        check_not_negative(name, value)
+def _checked(cutoff, at: Seen, slope, light) -> tuple[Array, Array, Array]:
+    """Whether the arguments are valid, and distances and slopes."""
+    check_not_negative("distance", at.distance)
     check_positive("cosine", at.cosine)
-    return as_float(at.distance), as_float(slope)
+    check_finite("S", at.S)
+    d, c = as_float(at.distance), as_float(at.cosine)
+    surface = (d >= 0.0) & (c > 0.0) & jnp.all(jnp.isfinite(as_float(at.S)), (-2, -1))
+    return _bands(cutoff, slope, light) & surface, d, as_float(slope)
+
+
+def _bands(cutoff, slope, light) -> Array:
+    """Whether band limits and slopes are valid; where a lobe's spectrum ends may be infinite."""
+    check_between("cutoff", cutoff, 0.0, np.inf)
+    for name, value in (("slope", slope), ("light", light)):
+        check_finite(name, value)
+        check_not_negative(name, value)
+    s, L = as_float(slope), as_float(light)
+    ends = (s >= 0.0) & (L >= 0.0) & jnp.isfinite(s) & jnp.isfinite(L)
+    return ends & (as_float(cutoff) >= 0.0)
+
+
+def _reach(turn: Array, cutoff: RealLike) -> Array:
+    """`turn cutoff`: nothing where nothing turns, for endless spectra too."""
+    turns = turn != 0.0
+    return jnp.where(turns, jnp.where(turns, turn, 1.0) * as_float(cutoff), 0.0)
 
 
 def rms_cutoff(exponent: RealLike) -> Float[Array, "..."]:
@@ -223,88 +247,6 @@ def rms_cutoff(exponent: RealLike) -> Float[Array, "..."]:
     )
 
 
-# --- the same from differences between pixels ----------------------------------------------------
-
-
-class Turns(NamedTuple):
-    """What turns from pixel to pixel, in the last axis along px and py.
-
-    Attributes:
-        mirrored: direction [per pixel].
-        normal: direction [per pixel].
-        moved: position across the mirrored direction [m per pixel].
-        position: [m per pixel].
-    """
-
-    mirrored: Float[np.ndarray, "w h 3 2"]
-    normal: Float[np.ndarray, "w h 3 2"]
-    moved: Float[np.ndarray, "w h 3 2"]
-    position: Float[np.ndarray, "w h 3 2"]
-
-
-def screen_turns(
-    position: Float[np.ndarray, "w h 3"],
-    normal: Float[np.ndarray, "w h 3"],
-    eye: Float[np.ndarray | Array, "3"],
-    label: Int[np.ndarray | Array, "w h"],
-) -> Turns:
-    """Differences between neighbours that show the same; 0 where a pixel has no such neighbour.
-
-    Args:
-        position: at each pixel, first axis across [m].
-        normal: unit.
-        eye: [m].
-        label: what each pixel shows.
-
-    Reference: D05 §6.2: "directly in screen-space with finite-difference approximation".
-    """
-    to_eye = np.asarray(eye) - position
-    to_eye = to_eye / np.linalg.norm(to_eye, axis=-1, keepdims=True)
-    mirrored = 2.0 * np.sum(normal * to_eye, -1, keepdims=True) * normal - to_eye
-    label = np.asarray(label)
-    r, n, x = (_differences(a, label) for a in (mirrored, normal, position))
-    along = np.sum(mirrored[..., None] * x, -2, keepdims=True)
-    return Turns(r, n, x - mirrored[..., None] * along, x)
-
-
-def _differences(a: np.ndarray, label: np.ndarray) -> np.ndarray:
-    """Along both axes: the mean of the differences to the neighbours of the same label."""
-    out = np.zeros((*a.shape, 2))
-    for axis in (0, 1):
-        step = np.diff(a, axis=axis)
-        same = np.diff(label, axis=axis) == 0
-        step = np.where(same[..., None], step, 0.0)
-        total, count = np.zeros(a.shape), np.zeros(label.shape)
-        for part in (slice(1, None), slice(None, -1)):
-            at = (part, slice(None)) if axis == 0 else (slice(None), part)
-            total[at] += step
-            count[at] += same
-        out[..., axis] = total / np.maximum(count, 1.0)[..., None]
-    return out
-
-
-def screen_glossy(
-    cutoff: RealLike, turns: Turns, slope: RealLike = 0.0, light: RealLike = 0.0
-) -> Float[Array, "w h"]:
-    """`glossy_map` from differences: `|r_p + s x_p| cutoff + s |x_p| light` [cycles per pixel].
-
-    x_p is what moves across the mirrored direction r. Arguments are those of `glossy_map`.
-    """
-    s = as_float(slope)[..., None, None]
-    moved = as_float(turns.moved)
-    turn = spectral_norm(as_float(turns.mirrored) + s * moved)
-    return turn * as_float(cutoff) + as_float(slope) * spectral_norm(moved) * as_float(light)
-
-
-def screen_diffuse(
-    cutoff: RealLike, turns: Turns, slope: RealLike = 0.0, light: RealLike = 0.0
-) -> Float[Array, "w h"]:
-    """`diffuse_map` from differences [cycles per pixel]. Arguments are those of `diffuse_map`."""
-    reach = as_float(cutoff) + as_float(light)
-    moved = as_float(slope) * spectral_norm(as_float(turns.position))
-    return spectral_norm(as_float(turns.normal)) * as_float(cutoff) + moved * reach
-
-
 # --- blockers ------------------------------------------------------------------------------------
 
 
@@ -325,6 +267,10 @@ def mean_slope(
     Returns:
         0 where nothing is met, or no ray carries light.
 
+    Raises:
+        ValueError: for a distance that is not positive or a weight that is negative; traced ones
+            give NaN.
+
     Reference: D05 §6.2; the weights are what it asks for at its end.
 
     Example:
@@ -335,11 +281,15 @@ def mean_slope(
         (0.8333, 0.125)
     """
     d = as_float(distance)
-    near = (d > 0.0) & jnp.isfinite(d)
-    slope = jnp.where(near, 1.0 / jnp.where(near, d, 1.0), 0.0)
+    met = d != jnp.inf
+    check_positive("distance", jnp.where(met, d, 1.0))
     w = jnp.ones_like(d) if weight is None else as_float(weight)
+    check_not_negative("weight", w)
+    near = (d > 0.0) & met
+    slope = jnp.where(near, 1.0 / jnp.where(near, d, 1.0), 0.0)
     total = jnp.sum(w, -1)
-    return jnp.sum(w * slope, -1) / jnp.where(total > 0.0, total, 1.0)
+    valid = jnp.all((d > 0.0) & (w >= 0.0), -1)
+    return nan_unless(valid, jnp.sum(w * slope, -1) / jnp.where(total > 0.0, total, 1.0))
 
 
 def blocker_distance(
@@ -384,7 +334,7 @@ def density(
     `B^2 / density`, and their sum of squares is least for `B^(4/3)` (`C.bandwidth.density`).
 
     Args:
-        bandwidth: at each pixel [cycles per pixel].
+        bandwidth: at each pixel, infinity where it has no end [cycles per pixel].
         power: of the bandwidth.
         even: share of the samples that is spread evenly, in [0, 1].
         limit: above which a bandwidth counts no more [cycles per pixel].
@@ -393,7 +343,8 @@ def density(
         With the mean 1.
 
     Raises:
-        ValueError: for a bandwidth or power that is negative, or a limit that is not positive.
+        ValueError: for a bandwidth or power that is negative or NaN, or a limit that is not
+            positive.
 
     Example:
         >>> import numpy as np
@@ -401,7 +352,9 @@ def density(
         >>> density(np.array([0.1, 0.2]), even=0.0).tolist()
         [0.4, 1.6]
     """
-    check_not_negative("bandwidth", bandwidth)
+    check_between("bandwidth", bandwidth, 0.0, np.inf)
+    for name, number in (("power", power), ("limit", limit)):
+        check_finite(name, number)
     check_not_negative("power", power)
     check_positive("limit", limit)
     if not 0.0 <= even <= 1.0:
@@ -414,7 +367,6 @@ def density(
 
 __all__ = [
     "Seen",
-    "Turns",
     "blocker_distance",
     "density",
     "diffuse_map",
@@ -422,8 +374,5 @@ __all__ = [
     "mean_slope",
     "radians_per_pixel",
     "rms_cutoff",
-    "screen_diffuse",
-    "screen_glossy",
-    "screen_turns",
     "seen",
 ]
