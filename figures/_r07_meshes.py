@@ -189,13 +189,17 @@ def _bands(index: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return share[index], np.stack([np.full(len(rows), 2.0), gloss], -1)[index]
 
 
-def d05(known: Lattices, p: np.ndarray) -> np.ndarray:
+def _criterion(index, curvature, distance, cosine) -> np.ndarray:
     """D05's criterion as R07 §9 has it (`_r07_table.d05_density`): no bumps, the sharpest lobe."""
-    index = known.at(p, "index").astype(int)
     band = np.max(_bands(np.maximum(index, 0))[1], -1)
-    k = known.at(p, "curvature") / np.sqrt(2.0)
-    m = 2.0 * k * known.at(p, "distance") / np.maximum(known.at(p, "cosine"), 1e-3) * band
-    return np.where(index >= 0, m, 0.0)
+    k = curvature / np.sqrt(2.0)
+    return np.where(index >= 0, 2.0 * k * distance / np.maximum(cosine, 1e-3) * band, 0.0)
+
+
+def d05(known: Lattices, p: np.ndarray) -> np.ndarray:
+    """D05's criterion at places of a tree [pixels]."""
+    index = known.at(p, "index").astype(int)
+    return _criterion(index, *(known.at(p, name) for name in ("curvature", "distance", "cosine")))
 
 
 def heuristic(known: Lattices, p: np.ndarray) -> np.ndarray:
@@ -241,10 +245,8 @@ def renders(side: int, nodes: int):
         clock["shading"] += got.seconds
         found, index = got.found  # pyright: ignore
         slope = (found.gradient + found.edges) * 2.0 / side
-        curvature = found.curvature / np.sqrt(2.0)
-        band = np.max(_bands(np.maximum(index, 0))[1], -1)
-        density = 2.0 * curvature * found.distance / np.maximum(found.cosine, 1e-3) * band
-        return Shaded(found.value, slope, np.where(index >= 0, density, 0.0))
+        density = _criterion(index, found.curvature, found.distance, found.cosine)
+        return Shaded(found.value, slope, density)
 
     look(np.full((8, 2), 0.5 * side))
     look(np.full((8, 2), 0.5 * side), False)
