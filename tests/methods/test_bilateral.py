@@ -86,3 +86,12 @@ def test_bad_input_gets_one_sentence(change, name):
     p, h = samples()
     with pytest.raises(ValueError, match=f"`{name}` must be positive"):
         cross_bilateral(p, np.ones(len(p)), h, *flat(), **change)
+
+
+def test_what_cannot_be_filtered_is_one_sentence():
+    with pytest.raises(ValueError, match="`density` must be positive somewhere, but is zero"):
+        widths(np.zeros((4, 4)), 2)
+    with pytest.raises(ValueError, match="`density` must not be negative, but is -1"):
+        widths(-np.ones((4, 4)), 2)
+    with pytest.raises(ValueError, match="`p` must have at least one sample, but has none"):
+        cross_bilateral(np.zeros((0, 2)), np.zeros(0), np.ones((WIDTH, HEIGHT)), *flat())

@@ -3,7 +3,7 @@
 import matplotlib.image
 import numpy as np
 
-from firstorder.plotting.pictures import tone_mapped, write_picture
+from firstorder.plotting.pictures import WHITE, tone_mapped, write_picture
 
 
 def test_the_curve_is_the_screens():
@@ -29,3 +29,13 @@ def test_up_is_up(tmp_path):
     picture = matplotlib.image.imread(tmp_path / "a.png")[..., 0]
     assert picture.shape == (3, 4)
     assert np.argwhere(picture > 0.5).tolist() == [[0, 1]]
+
+
+def test_what_is_no_number_is_black_and_spoils_nothing_else():
+    values = np.array([[0.0, 1.0, np.nan], [np.inf, 0.5, -np.inf]])
+    found = tone_mapped(values)
+    plain = tone_mapped(
+        np.array([[0.0, 1.0, 0.0], [1.0, 0.5, 0.0]]), np.quantile([0, 1, 0.5], WHITE)
+    )
+    np.testing.assert_array_equal(found, plain)
+    np.testing.assert_array_equal(tone_mapped(np.full((2, 2), np.nan)), 0)

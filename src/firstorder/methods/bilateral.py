@@ -16,7 +16,7 @@ import numpy as np
 import scipy.spatial
 from jaxtyping import Array, Float
 
-from firstorder.errors import check_finite, check_positive
+from firstorder.errors import check_finite, check_not_negative, check_positive
 
 BLOCK = 65536  # pixels at a time
 ALIKE = 4.0  # sum of squares of depth and normal, in spreads, within which a sample is like a pixel
@@ -33,6 +33,10 @@ def widths(
         count: of samples.
         factor: the blur that is accepted for a smooth picture.
 
+    Raises:
+        ValueError: for a density that is negative somewhere or zero everywhere, or a count or
+            factor that is not positive.
+
     Example:
         >>> import numpy as np
         >>> from firstorder.methods.bilateral import widths
@@ -42,6 +46,9 @@ def widths(
     check_positive("count", count)
     check_positive("factor", factor)
     density = np.asarray(density, float)
+    check_not_negative("density", density)
+    if not np.any(density):
+        raise ValueError("Argument `density` must be positive somewhere, but is zero everywhere.")
     share = np.clip(density * (count / np.sum(density)), 1.0 / density.size, 1.0)
     return factor / np.sqrt(share)
 
@@ -73,7 +80,7 @@ def cross_bilateral(
         shows: depth and normal of the samples; those of their pixels, if left out.
 
     Raises:
-        ValueError: for widths, depths or spreads that are not positive.
+        ValueError: for widths, depths or spreads that are not positive, or without samples.
 
     Reference: D05 §6.2, after Tomasi and Manduchi 1998.
 
@@ -91,6 +98,8 @@ def cross_bilateral(
                          ("width", width), ("depth", depth)):  # fmt: skip
         check_positive(name, number)
     check_finite("value", value)
+    if not len(p):
+        raise ValueError("Argument `p` must have at least one sample, but has none.")
     shape = depth.shape
     i, j = np.minimum(p.astype(int), np.array(shape) - 1).T
     z_i, n_i = (depth[i, j], normal[i, j]) if shows is None else shows

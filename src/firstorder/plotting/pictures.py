@@ -19,8 +19,9 @@ def tone_mapped(
     """Radiance as grey levels of a screen: linear up to white, and then the sRGB curve.
 
     Args:
-        values: radiance, first axis across, second upwards.
-        white: radiance that becomes white; if left out, what half a percent of the pixels exceed.
+        values: radiance, first axis across, second upwards. NaN is shown black, infinity white.
+        white: radiance that becomes white; if left out, what half a percent of the finite pixels
+            exceed.
 
     Returns:
         Grey levels, rows from the top.
@@ -33,8 +34,9 @@ def tone_mapped(
     """
     values = np.asarray(values, float)
     if white is None:
-        white = float(np.quantile(values, WHITE))
-    x = np.clip(values / (white if white > 0.0 else 1.0), 0.0, 1.0)
+        known = values[np.isfinite(values)]
+        white = float(np.quantile(known, WHITE)) if known.size else 1.0
+    x = np.clip(np.nan_to_num(values / (white if white > 0.0 else 1.0)), 0.0, 1.0)
     curve = np.where(x <= 0.0031308, 12.92 * x, 1.055 * np.maximum(x, 1e-9) ** (1.0 / 2.4) - 0.055)
     return np.rint(255.0 * curve).astype(np.uint8).T[::-1]
 
