@@ -224,15 +224,14 @@ def criteria(world: World, view: View, count: int) -> Found:
     """All criteria of an image, with slopes from `count` points."""
     even = np.ones(view.shows.shape)
     at = chosen(even, count)
-    took, slopes = {"filter": 0.0}, []
+    took, slopes = {}, []
     width = widths(even, len(at))
     for name, kind in (("plain", plain_slopes), ("light", lit_slopes)):
         slopes_at(kind, world, view, at[:1])  # compiled before it is timed
         took[name], found = timed(lambda kind=kind: slopes_at(kind, world, view, at))
-        for each in found:
-            seconds, over = timed(lambda each=each: filtered(view, at, each, width))
-            took["filter"] += seconds
-            slopes.append(over)
+        over = timed(lambda found=found: [filtered(view, at, each, width) for each in found])
+        took[f"{name} filter"] = over[0]
+        slopes += over[1]
     took["differences"], c = timed(lambda: criterion(world, view))
     made = {"mirror": mirror(c), "plain": plain(c, slopes[0]), "light": lobes(c, *slopes[1:])}
     return Found(made, slopes[0], c, took)

@@ -116,7 +116,7 @@ def draw(quick: bool) -> Drawing:
 def _costs(run: Run) -> dict[str, int]:
     """Samples of a uniform image that costs what the paper's adaptive one does."""
     took, N = run.found.seconds, run.count
-    each, blockers = run.shading(), took["plain"] + took["filter"]
+    each, blockers = run.shading(), took["plain"] + took["plain filter"]
     return {
         "rays": int(N * (1.0 + shared.RAYS / creatures.PER_SAMPLE)),
         "time": int(N + (blockers + took["differences"]) / each),
