@@ -12,9 +12,10 @@ from firstorder.io.spaces import Model
 from firstorder.space import Scene, plane, sphere, thing
 from firstorder.space.environment import GaussianSky
 from firstorder.space.image import pinhole
-from firstorder.space.lit import Lamp
-from firstorder.space.pieces import bumpy_sphere, placed
-from firstorder.space.shaded import shade_all
+from firstorder.space.lit import Lamp, Lobe, lit
+from firstorder.space.pieces import bumpy_sphere, ground, placed
+from firstorder.space.reflection import SurfacePoint
+from firstorder.space.shaded import Finish, shade_all
 
 MATTER = dict(albedo=0.5, specular=0.2, exponent=20.0)
 FLOOR = thing(plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), albedo=0.6)
@@ -130,6 +131,37 @@ def test_a_mesh_shades_from_afar():
     found, _ = Renderer(World(eye, Scene.of(FLOOR), (ball,), **given)).pixels(at)
     assert true.value[0] < 0.6 * bare.value[0]
     np.testing.assert_allclose(found.value, true.value, rtol=0.05)
+
+
+@pytest.mark.parametrize("as_mesh", [False, True])
+def test_a_leaning_normal_sees_nothing_through_its_own_surface(as_mesh):
+    """A lamp stands on end, through the floor: what of it is below is hidden, by shapes and meshes.
+
+    Its nodes are above the horizon of the shading normal, which leans towards it.
+    """
+    eye = pinhole((-1.0, 0.0, 1.0), (0.0, 0.0, 0.0))
+    lamp = Lamp((2.0, 0.0, 0.1), (0.0, 0.5, 0.0), (0.0, 0.0, -0.5), 8.0, 4, True)
+    lean = Finish(slopes=lambda index, x: jnp.array([-0.75, 0.0, 0.0]))
+    floor = (Model(ground(9.0, cells=1), "floor", MATTER),) if as_mesh else ()
+    shapes = None if as_mesh else Scene.of(thing(plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), **MATTER))
+    made = Renderer(World(eye, shapes, floor, (lamp,), finish=lean))
+    found, _ = made.pixels(np.zeros((1, 2)))
+
+    above = np.asarray(lamp.position[:, 2] > 0.0)
+    assert 0 < above.sum() < above.size
+    up = jnp.array([0.6, 0.0, 0.8])
+    point = SurfacePoint(jnp.zeros(3), jnp.eye(3)[:, :2], up, jnp.zeros((3, 2)))
+    lobe = Lobe(*(MATTER[k] for k in ("albedo", "specular", "exponent")))
+    way = jnp.array([-1.0, 0.0, 1.0]) / np.sqrt(2.0)
+    seen, every = (
+        sum(float(t.value) for t in lit(lamp, share, point, way, lobe))
+        for share in (jnp.asarray(above, float), jnp.ones(above.size))
+    )
+    assert seen < 0.9 * every
+    np.testing.assert_allclose(found.value, seen, rtol=1e-9)
+    np.testing.assert_allclose(
+        found.edges, 0.0, atol=1e-12
+    )  # a flat surface's horizon stands still
 
 
 def test_layers_know_lamps_and_sky():

@@ -222,7 +222,9 @@ def shade_point(
         at: the point, its lobes, the camera's ray.
         lamps: the light.
         shadows: for each lamp which nodes are seen, and where the others are hidden, as
-            `shadow_rays` gives it; None if nothing is.
+            `shadow_rays` gives it; None if nothing is. What is below the surface on which the point
+            lies is hidden by it, whatever is given here and wherever the shading normal leans; that
+            this horizon turns where the surface curves is not in the gradient.
 
     Reference: R07 §5.2-5.3, eqs. 25-27, in space.
     """
@@ -234,7 +236,11 @@ def shade_point(
         count = lamp.shape[0] * lamp.shape[1]
         seen, depth = jnp.ones(count, dtype), jnp.ones(count, dtype)
         if shadows is not None:
-            seen, depth = (a.astype(dtype) for a in shadows[k])
+            above = lamp.toward(at.point.position)[0] @ at.point.base_normal > 0.0
+            seen, depth = (
+                jnp.where(above, a.astype(dtype), b)
+                for a, b in zip(shadows[k], (0, 1), strict=True)
+            )
         terms = lit(lamp, seen, at.point, to_eye, at.lobe)
         value = value + sum(t.value for t in terms)
         gradient = gradient + sum(t.image_gradient(at.view, at.point) for t in terms)
