@@ -43,12 +43,12 @@ def test_differences_of_gradients_are_a_quadratics_hessian():
 
 
 def test_on_a_plane_variance_is_differences_squared():
-    """Four quarters h apart: V = |g|^2 h^2 / 3, so that both metrics split alike."""
+    """Four squares h apart: V = |g|^2 h^2 / 3, so that both metrics split alike, at all levels."""
 
     def plane(p):
         return Shaded(p @ G, np.broadcast_to(G, p.shape))
 
-    for squares in seen(plane, by_variance)[1:]:
+    for squares in seen(plane, by_variance):
         np.testing.assert_allclose(3.0 * by_variance(squares), by_differences(squares) ** 2)
 
 
@@ -59,10 +59,26 @@ def test_one_split_notices_another_power_of_the_side(monkeypatch):
     assert derived.one_split() > 0.1
 
 
-def test_variance_of_the_first_grid_is_of_nine_neighbours():
+def test_variance_of_the_first_grid_is_of_fours_as_at_all_levels():
+    """The mean of those of which a square is one: four inside, one in a corner of the image."""
     first = seen(quadratic, by_variance, 16)[0]
     V = quadratic(4.0 + 8.0 * np.argwhere(np.ones((4, 4)))).value.reshape(4, 4)
-    np.testing.assert_allclose(first.variance.reshape(4, 4)[1, 2], np.var(V[:3, 1:4], ddof=1))
+    found = first.variance.reshape(4, 4)
+    fours = [V[i : i + 2, j : j + 2] for i in (0, 1) for j in (1, 2)]
+    np.testing.assert_allclose(found[1, 2], np.mean([np.var(f, ddof=1) for f in fours]))
+    np.testing.assert_allclose(found[3, 0], np.var(V[2:, :2], ddof=1))
+
+
+@pytest.mark.parametrize(("height", "expected"), [(16, 0.5 * (8.0 * G[1]) ** 2), (8, 0.0)])
+def test_a_first_grid_of_one_row_has_a_variance(height, expected):
+    kept = []
+
+    def asked(squares):
+        kept.append(squares.variance)
+        return by_variance(squares)
+
+    sample_image(lambda p: Shaded(p @ G), 8, height, height // 8, asked)
+    np.testing.assert_allclose(kept[0], np.full(height // 8, expected))
 
 
 def test_metrics_say_what_they_miss():

@@ -44,8 +44,8 @@ class Squares(NamedTuple):
             the first grid): the gradient as it looks without derivatives, per pixel.
         bending: the same differences of the gradients, if there are any: the Hessian as it looks
             with one derivative, made symmetric, per pixel^2.
-        variance: of the values of those four (of the nine of a square and its neighbours in the
-            first grid), unbiased.
+        variance: of the values of those four, unbiased; in the first grid the mean over the up to
+            four such fours that hold a square.
     """
 
     size: Numbers

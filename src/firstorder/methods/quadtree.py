@@ -165,9 +165,23 @@ def _around_grid(found: Shaded, columns: int, block: int) -> tuple:
     if found.gradient is not None:
         both = [_grid_differences(g.reshape(V.shape), block) for g in found.gradient.T]
         bending = _symmetric(np.stack(both, 1))
-    W = np.pad(V, 1, mode="edge")
-    parts = [W[i : i + V.shape[0], j : j + V.shape[1]] for i in range(3) for j in range(3)]
-    return _grid_differences(V, block), bending, np.var(parts, axis=0, ddof=1).ravel()
+    return _grid_differences(V, block), bending, _grid_variance(V).ravel()
+
+
+def _grid_variance(V: np.ndarray) -> np.ndarray:
+    """Unbiased, of fours of neighbours as among siblings: the mean of those that hold a square."""
+    i, j = (min(n, 2) for n in V.shape)
+    if i * j == 1:
+        return np.zeros_like(V)
+    fours = np.lib.stride_tricks.sliding_window_view(V, (i, j))
+    each = np.var(fours, axis=(2, 3), ddof=1)
+    total, count = np.zeros_like(V), np.zeros_like(V)
+    for a in range(i):
+        for b in range(j):
+            at = slice(a, a + each.shape[0]), slice(b, b + each.shape[1])
+            total[at] += each
+            count[at] += 1.0
+    return total / count
 
 
 def _grid_differences(V: np.ndarray, block: int) -> Float[np.ndarray, "n 2"]:
