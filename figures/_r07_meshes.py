@@ -39,7 +39,7 @@ from firstorder.space.shaded import Finish
 
 FOLDER = pathlib.Path(__file__).parent / "out" / "references"
 NODES = 12
-KEY = "R07 meshes 2"
+KEY = "R07 meshes 3"
 BUMP, WAVE = 0.012, 2.0 * np.pi / 0.25
 NAMES = ("table", "bumpy", "lumpy", "knot", "fern")
 MATERIAL = {
