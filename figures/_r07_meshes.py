@@ -39,7 +39,7 @@ from firstorder.space.shaded import Finish
 
 FOLDER = pathlib.Path(__file__).parent / "out" / "references"
 NODES = 12
-KEY = "R07 meshes 3"
+VERSION = 3  # of what the references depend on
 BUMP, WAVE = 0.012, 2.0 * np.pi / 0.25
 NAMES = ("table", "bumpy", "lumpy", "knot", "fern")
 MATERIAL = {
@@ -161,12 +161,14 @@ def lattices(side: int, nodes: int = NODES) -> Lattices:
     made, layers = Renderer(world()._replace(lamps=(lamp(nodes),))), {}
     for step in (8, 4, 2, 1):
         count = side // step
-        folder = FOLDER / f"r07_meshes_{side}_{nodes}" / f"step{step}"
+        folder = FOLDER / f"r07_meshes_{VERSION}_{side}_{nodes}" / f"step{step}"
 
         def shade(places, number, step=step):
             return made.layers(image_coordinates(places * step, side, side), number)
 
-        layers[step] = render_tiles(shade, count, count, folder, side=64, key=f"{KEY} {nodes}")
+        layers[step] = render_tiles(
+            shade, count, count, folder, side=64, key=f"R07 meshes {VERSION}"
+        )
         layers[step]["label"] = label_of(made, table.grid(count) * step, side).reshape(count, count)
     return Lattices(side, layers)
 
