@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from firstorder import plotting
-from firstorder.methods.quadtree import Shaded
+from firstorder.methods.importance import Shaded
 from firstorder.space import Scene, sphere, thing
 from firstorder.space.image import pinhole
 from firstorder.space.lit import Lamp

@@ -21,13 +21,8 @@ from figures import _r07_table as shared
 from figures.style import Claim, Drawing
 from firstorder import plotting
 from firstorder.methods.delaunay import reconstruct
-from firstorder.methods.quadtree import (
-    by_area,
-    by_density,
-    by_differences,
-    by_gradient,
-    sample_image,
-)
+from firstorder.methods.importance import by_area, by_density, by_differences, by_gradient
+from firstorder.methods.quadtree import sample_image
 
 WAYS = {"gradient": by_gradient, "D05": by_density, "differences": by_differences, "even": by_area}
 SHARE = 0.1

@@ -17,7 +17,8 @@ from figures import _r07_table as shared
 from figures.style import Claim, Drawing
 from firstorder import plotting
 from firstorder.methods.delaunay import reconstruct
-from firstorder.methods.quadtree import Squares, by_area, by_differences, by_gradient, sample_image
+from firstorder.methods.importance import Squares, by_area, by_differences, by_gradient
+from firstorder.methods.quadtree import sample_image
 from firstorder.space.image import pinhole
 
 SHARES = (0.05, 0.1, 0.17)

@@ -14,13 +14,8 @@ with app.setup:
 
     from firstorder import session
     from firstorder.methods.delaunay import reconstruct
-    from firstorder.methods.quadtree import (
-        Shaded,
-        by_area,
-        by_differences,
-        by_gradient,
-        sample_image,
-    )
+    from firstorder.methods.importance import Shaded, by_area, by_differences, by_gradient
+    from firstorder.methods.quadtree import sample_image
     from firstorder.methods.shadowfield.automatic import ladder
     from firstorder.methods.shadowfield.rays import lamp_frame, trace
     from firstorder.methods.shadowfield.space import sheared

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from firstorder.methods.delaunay import reconstruct
-from firstorder.methods.quadtree import (
+from firstorder.methods.importance import (
     Shaded,
     Squares,
     by_area,
@@ -12,8 +12,8 @@ from firstorder.methods.quadtree import (
     by_differences,
     by_gradient,
     by_hessian,
-    sample_image,
 )
+from firstorder.methods.quadtree import sample_image
 
 WIDTH, HEIGHT = 96, 64
 

@@ -29,13 +29,7 @@ from firstorder.methods.importance import (
     Places,
     Shaded,
     Squares,
-    by_area,
-    by_bending,
-    by_density,
-    by_differences,
     by_gradient,
-    by_hessian,
-    by_variance,
 )
 
 Shade = Callable[[Places], Shaded]
@@ -101,7 +95,8 @@ def sample_image(
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.methods.quadtree import Shaded, by_gradient, sample_image
+        >>> from firstorder.methods.importance import Shaded, by_gradient
+        >>> from firstorder.methods.quadtree import sample_image
         >>> def step(p):  # a blurred edge at the middle
         ...     x = p[:, 0] - 16.0
         ...     return Shaded(np.tanh(x), np.stack([1.0 / np.cosh(x) ** 2, 0.0 * x], -1))
@@ -315,16 +310,4 @@ class _Tree:
         )
 
 
-__all__ = [
-    "ImageSamples",
-    "Shaded",
-    "Squares",
-    "by_area",
-    "by_bending",
-    "by_density",
-    "by_differences",
-    "by_gradient",
-    "by_hessian",
-    "by_variance",
-    "sample_image",
-]
+__all__ = ["ImageSamples", "sample_image"]

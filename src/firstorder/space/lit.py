@@ -44,26 +44,32 @@ Shares = Float[Array, " k"]
 
 @runtime_checkable
 class Light(Protocol):
-    """What `lit` asks of light: nodes in rows and columns (`Lamp`, `skylit.Distant`).
-
-    Attributes:
-        radiance: of each node, or of all.
-        near: whether nodes stay where they are when the point moves; distant ones move with it.
-        even: whether the nodes are the middles of equal cells.
-        shape: rows and columns of nodes.
-        wraps: whether the last column is a neighbour of the first.
-    """
+    """What `lit` asks of light: nodes in rows and columns (`Lamp`, `skylit.Distant`)."""
 
     @property
-    def radiance(self) -> Array: ...  # noqa: D102
+    def radiance(self) -> Array:
+        """Of each node, or of all."""
+        ...
+
     @property
-    def near(self) -> bool: ...  # noqa: D102
+    def near(self) -> bool:
+        """Whether nodes stay where they are when the point moves; distant ones move with it."""
+        ...
+
     @property
-    def even(self) -> bool: ...  # noqa: D102
+    def even(self) -> bool:
+        """Whether the nodes are the middles of equal cells."""
+        ...
+
     @property
-    def shape(self) -> tuple[int, int]: ...  # noqa: D102
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of nodes."""
+        ...
+
     @property
-    def wraps(self) -> bool: ...  # noqa: D102
+    def wraps(self) -> bool:
+        """Whether the last column is a neighbour of the first."""
+        ...
 
     def toward(self, x: Direction) -> tuple[Float[Array, "k 3"], Float[Array, "k 3"]]:
         """Ways from a point to the nodes [m], and each node's area vector [m^2]."""
