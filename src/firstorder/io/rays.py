@@ -3,13 +3,15 @@
 Little-endian, no compression, so that it can be read anywhere and mapped into memory:
 
     bytes     what
-    0-7       `1storay1`: what it is, and which edition
+    0-7       `1storay2`: what it is, and which edition
     8-15      number of rays n, an unsigned integer of 64 bits
     16-135    the lamp in doubles: center (3), axes (9, row by row), half edges (2), 1 to spare
-    136-      the rays in singles, six columns of n each: y1, y2, v1, v2, near, far
+    136-      the rays in singles, seven columns of n each: y1, y2, v1, v2, near, far, start
 
-Six numbers of four bytes make 24 bytes a ray: E11's database of 637,000 rays takes 15.3 MB here and
-17 MB there, where only one depth is kept.
+Seven numbers of four bytes make 28 bytes a ray: E11's database of 637,000 rays takes 17.8 MB here
+and 17 MB there, where one depth is kept, and not where rays start. The first edition (24 bytes) did
+not keep that either, so that its rays were of use at the level of their receivers alone; it is
+refused.
 """
 
 from __future__ import annotations
@@ -23,8 +25,8 @@ import numpy as np
 from firstorder.io.records import whole
 from firstorder.methods.shadowfield.rays import LampFrame, RayTable
 
-MAGIC = b"1storay1"
-BYTES_A_RAY = 24
+MAGIC, FORMER = b"1storay2", b"1storay1"
+BYTES_A_RAY = 28
 _HEAD = struct.Struct("<8sQ15d")
 
 
@@ -48,13 +50,13 @@ def write_rays(path: str | os.PathLike[str], lamp: LampFrame, table: RayTable) -
         >>> free = lambda a, b: (np.full(len(a), np.inf), np.full(len(a), -np.inf))
         >>> file = pathlib.Path(tempfile.mkdtemp(), "a.rays")
         >>> write_rays(file, lamp, trace(lamp, np.zeros((1, 3)), 8, free)[0])
-        >>> file.stat().st_size, len(read_rays(file)[1].near)  # 136 + 8 * 24
-        (328, 8)
+        >>> file.stat().st_size, len(read_rays(file)[1].near)  # 136 + 8 * 28
+        (360, 8)
     """
     path = pathlib.Path(path)
     _check_ending(path)
     numbers = np.concatenate([np.ravel(a).astype(float) for a in lamp])
-    columns = [*table.y.T, *table.v.T, table.near, table.far]
+    columns = [*table.y.T, *table.v.T, table.near, table.far, table.start]
     with whole(path) as part, part.open("wb") as file:
         file.write(_HEAD.pack(MAGIC, len(table.near), *numbers, 0.0))
         for column in columns:
@@ -65,12 +67,18 @@ def read_rays(path: str | os.PathLike[str]) -> tuple[LampFrame, RayTable]:
     """Reads a lamp and its rays, to the bit as they were written.
 
     Raises:
-        ValueError: one sentence that names the file, if it is none of these or not whole.
+        ValueError: one sentence that names the file, if it is none of these, of the first edition,
+            or not whole.
         FileNotFoundError: if there is none.
     """
     path = pathlib.Path(path)
     _check_ending(path)
     data = path.read_bytes()
+    if data[:8] == FORMER:
+        raise ValueError(
+            f"{path.name}: the rays are of the first edition, which does not say where they start: "
+            "trace and write them again."
+        )
     if len(data) < _HEAD.size or data[:8] != MAGIC:
         raise ValueError(f"{path.name}: the file holds no shadow rays (it does not begin so).")
     _, count, *numbers = _HEAD.unpack_from(data)
@@ -82,8 +90,8 @@ def read_rays(path: str | os.PathLike[str]) -> tuple[LampFrame, RayTable]:
     lamp = LampFrame(
         np.array(numbers[:3]), np.array(numbers[3:12]).reshape(3, 3), np.array(numbers[12:14])
     )
-    a, b, c, d, near, far = np.frombuffer(data, "<f4", 6 * count, _HEAD.size).reshape(6, count)
-    table = RayTable(np.stack([a, b], 1), np.stack([c, d], 1), near.copy(), far.copy())
+    columns = np.frombuffer(data, "<f4", 7 * count, _HEAD.size).reshape(7, count)
+    table = RayTable(columns[:2].T.copy(), columns[2:4].T.copy(), *(a.copy() for a in columns[4:]))
     _check_rays(path.name, lamp, table)
     return lamp, table
 
@@ -102,9 +110,11 @@ def _check_rays(name: str, lamp: LampFrame, table: RayTable) -> None:
         )
     hidden = ~table.free
     depths = (table.near >= 0.0) & np.where(hidden, table.near <= table.far, np.isneginf(table.far))
-    if not (np.all(np.isfinite(table.y)) and np.all(np.isfinite(table.v)) and np.all(depths)):
+    depths &= (table.start > 0.0) & (table.far <= table.start)
+    if not (all(np.all(np.isfinite(a)) for a in (table.y, table.v, table.start)) and depths.all()):
         raise ValueError(
-            f"{name}: a ray is none (places finite, first blocker before the last one)."
+            f"{name}: a ray is none (places finite, first blocker before the last one, that before "
+            "its start)."
         )
 
 

@@ -21,9 +21,10 @@ def random_table(count=600):
     rng = np.random.default_rng(2)
     y, v = rng.uniform(-0.5, 0.5, (count, 2)), rng.uniform(-0.4, 0.4, (count, 2))
     near, far = np.sort(rng.uniform(0.3, 4.0, (2, count)), 0)
-    near[:200], far[:200] = np.inf, -np.inf
     far[200:300] = near[200:300]
-    return RayTable(*(a.astype(np.float32) for a in (y, v, near, far)))
+    start = far * rng.uniform(1.0, 1.1, count)  # some end a hair below what hides them
+    near[:200], far[:200] = np.inf, -np.inf
+    return RayTable(*(a.astype(np.float32) for a in (y, v, near, far, start)))
 
 
 def every_place(table, receivers, pixel):
@@ -32,9 +33,10 @@ def every_place(table, receivers, pixel):
     for x in LAMP.local(receivers):
         low, high = np.inf, -np.inf
         for z in (table.near, table.far):
-            for y, v, depth in zip(table.y, table.v, z, strict=True):
+            for y, v, depth, start in zip(table.y, table.v, z, table.start, strict=True):
                 t = depth / x[2]
-                if not np.isfinite(depth) or t >= 1.0:
+                below = start >= 1.02 * x[2]  # there it started, and meets the receiver's level
+                if not np.isfinite(depth) or t >= (0.98 if below else 1.0):
                     continue
                 edge = LAMP.half * (1.0 - t) + 0.5 * pixel * t
                 if np.all(abs(y + v * np.float64(depth) - t * x[:2]) <= edge):
@@ -57,9 +59,20 @@ def test_the_search_finds_what_every_place_says(pixel):
     assert search_error(rough_floor(150), pixel) == 0.0
 
 
-@pytest.mark.parametrize("fault", ["point frustum", "half the places", "only the first few"])
+FAULTS = ("point frustum", "half the places", "only the first few", "own surface", "no contact")
+
+
+@pytest.mark.parametrize("fault", FAULTS)
 def test_faults_are_noticed(monkeypatch, fault):
-    first, groups = depths._first, depths.narrowed
+    first, groups, places = depths._first, depths.narrowed, depths._places
+
+    def reached(table):
+        """Places as if rays ended where they are hidden, or far below."""
+        far_below = np.float32(9.0 if fault == "no contact" else 0.0)
+        return places(table._replace(start=far_below + 0.0 * table.start))
+
+    if fault in ("own surface", "no contact"):
+        monkeypatch.setattr(depths, "_places", reached)
     if fault == "point frustum":
         monkeypatch.setattr(depths, "_first", lambda *a: first(*a[:3], 0.0, a[4]))
     if fault == "only the first few":

@@ -17,8 +17,9 @@ def problem(count=300, rays=5000):
     local = np.column_stack([rng.uniform(-1, 1, (count, 2)), rng.uniform(3.0, 4.5, count)])
     y = rng.uniform(-1, 1, (rays, 2)) * LAMP.half
     v = (rng.uniform(-1, 1, (rays, 2)) - y) / 4.0
-    near = np.where(rng.random(rays) < 0.4, 2.0, np.inf)
-    table = RayTable(*(a.astype(np.float32) for a in (y, v, near, -near)))
+    near = np.where(rng.random(rays) < 0.5, rng.uniform(2.0, 4.5, rays), np.inf)
+    start = rng.uniform(3.0, 5.0, rays)
+    table = RayTable(*(a.astype(np.float32) for a in (y, v, near, -near, start)))
     sigma = np.where(rng.random(count) < 0.2, np.inf, rng.uniform(0.03, 0.3, count))
     return table, local, sigma, rng.uniform(0.2, 1.5, count), rng.uniform(0.5, 2.0, rays)
 
@@ -33,17 +34,18 @@ def direct(table, local, sigma, shear, weights):
         r2 = np.sum(delta**2, 1)
         foot = (y - shear[k] * delta) / LAMP.half
         some = (r2 <= (3.0 * sigma[k]) ** 2) & np.all(abs(foot) <= 1.0, 1)
+        some &= table.start >= 0.98 * local[k, 2]
         w = np.exp(-0.5 * r2[some] / sigma[k] ** 2) * weights[some]
         i, j = np.minimum((0.5 * (foot[some] + 1.0) * CELLS).astype(int), CELLS - 1).T
         np.add.at(mass[k], i * CELLS + j, w)
-        np.add.at(free[k], i * CELLS + j, w * table.free[some])
+        np.add.at(free[k], i * CELLS + j, w * (table.near[some] >= 0.98 * local[k, 2]))
         square[k] = np.sum(w**2)
     return mass, free, square
 
 
 def largest_error():
     table, local, sigma, shear, weights = problem()
-    found = gather(LAMP, table, local, sigma, shear, CELLS, weights)
+    found = module.gather(LAMP, table, local, sigma, shear, CELLS, weights)
     true = direct(table, local, sigma, shear, weights)
     assert np.median(true[0].sum(1)) > 5.0
     return max(np.max(abs(a - b)) for a, b in zip(found, true, strict=True)) / true[0].max()
@@ -71,13 +73,23 @@ def test_chunks_and_groups_change_nothing(monkeypatch):
     assert largest_error() < 1e-13
 
 
-@pytest.mark.parametrize("fault", ["short reach", "lost chunk", "half the candidates"])
+FAULTS = ("short reach", "lost chunk", "half the candidates", "no level", "starts anywhere")
+
+
+@pytest.mark.parametrize("fault", FAULTS)
 def test_faults_are_noticed(monkeypatch, fault):
     monkeypatch.setattr(module, "PRECISION", np.float64)
     right = module.narrowed
     if fault == "short reach":
         monkeypatch.setattr(module, "REACH", 2.0)
         module._weighed.clear_cache()
+    if fault == "no level":
+        monkeypatch.setattr(module, "LEVEL", 0.0)
+    if fault == "starts anywhere":
+        anywhere = problem()[0].start + np.float32(9.0)
+        monkeypatch.setattr(
+            module, "gather", lambda lamp, t, *a: gather(lamp, t._replace(start=anywhere), *a)
+        )
     if fault == "lost chunk":
         chunks = module._all_chunks
         monkeypatch.setattr(module, "_all_chunks", lambda h, r, *a: chunks(h, r[1:], *a))

@@ -14,7 +14,16 @@ from firstorder.methods.shadowfield.glossy_receivers import (
     reflected,
 )
 from firstorder.methods.shadowfield.rays import lamp_frame, trace
-from tests.methods.shadowfield.test_space import EDGE, FENCE, HIGH, LAMP, PIXEL, cards, floor
+from tests.methods.shadowfield.test_space import (
+    EDGE,
+    FENCE,
+    HIGH,
+    LAMP,
+    PIXEL,
+    bad_receivers,
+    cards,
+    floor,
+)
 
 EYE = np.array([0.3, -0.5, 3.5])
 SIDE = 12
@@ -204,6 +213,23 @@ def test_receivers_among_blockers_take_what_they_are_given():
     touched = found.own == 1.0
     assert 0 < touched.sum() < len(points)
     np.testing.assert_array_equal(found.radiance[touched], own[touched])
+
+
+def test_receivers_that_no_lamp_can_light_are_nan_and_alone():
+    """And a fallback may be unknown where it is not asked for."""
+    blockers = cards((0.02, (-9.0, -9.0), (0.0, 9.0)))
+    table, _ = trace(LAMP, floor(), 4, blockers)
+    right = reflected(LAMP, table, floor(), surface(floor()), 1.5, PIXEL, np.ones(len(floor())))
+    assert 0.2 < np.mean(right.own > 0.0) < 0.8
+    points, bad = bad_receivers(floor())
+    known = np.insert(np.where(right.own > 0.0, 1.0, np.nan), bad - np.arange(3), np.nan)
+    s = surface(np.nan_to_num(points))
+    found = reflected(LAMP, table, points, s, 1.5, PIXEL, known)
+    for a, b in zip(found, right, strict=True):
+        assert np.all(np.isnan(a[bad]))
+        np.testing.assert_array_equal(np.delete(a, bad), b)
+    cells = module.seen_cells(LAMP, table, points, 1.5, PIXEL).cells
+    np.testing.assert_array_equal(np.flatnonzero(np.isnan(cells).any(1)), bad)
 
 
 # --- bounds --------------------------------------------------------------------------------------

@@ -56,9 +56,11 @@ def test_first_and_last_blockers_both_count():
     assert 0.1 < np.mean(both) < 0.9
 
 
-def test_a_ray_takes_24_bytes():
-    table, _ = trace(LAMP, FLOOR, 1, layers(2.0))
-    assert sum(a.nbytes for a in table) == 24 * len(FLOOR)
+def test_a_ray_takes_28_bytes_and_says_where_it_starts():
+    some = FLOOR + np.linspace(0.0, 1.0, len(FLOOR))[:, None] * (0.0, 0.0, 1.0)
+    table, owner = trace(LAMP, some, 2, layers(2.0))
+    assert sum(a.nbytes for a in table) == 28 * len(owner)
+    np.testing.assert_array_equal(table.start, (4.0 - some[owner, 2]).astype(np.float32))
 
 
 def test_less_than_one_ray_a_receiver():

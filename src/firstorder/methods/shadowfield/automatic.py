@@ -41,7 +41,7 @@ from firstorder.errors import check_positive
 from firstorder.methods.shadowfield.depths import depth_bounds
 from firstorder.methods.shadowfield.gather import Sums, gather
 from firstorder.methods.shadowfield.rays import LampFrame, Plane, RayTable, where_below
-from firstorder.methods.shadowfield.space import cell_shares, filter_shape
+from firstorder.methods.shadowfield.space import cell_shares, filter_shape, or_lit, own_share
 
 STEP = 2.0**-1.5  # sizes of steps where power falls with Omega^-4
 
@@ -213,13 +213,12 @@ def ladder(
             shape = filter_shape(local[:, 2], near, far, Omega_y, pixel, float(np.max(lamp.half)))
             both = [gather(lamp, t, local, shape.sigma, shape.shear, cells) for t in halves]
             sums = Sums(*(a + b for a, b in zip(*both, strict=True)))
-            some = sums.square > 0.0
-            visible.append(np.where(some, np.sum(share * sums.seen, 1), 1.0))
+            visible.append(or_lit(np.sum(share * sums.seen, 1), sums))
             steps.append([np.where(h.square > 0.0, h.seen @ share, np.nan) for h in both])
             likely = odds(sums, likely)
-            spread.append(np.where(some, noise(sums, share, likely), 0.0))
+            spread.append(np.where(sums.square > 0.0, noise(sums, share, likely), 0.0))
             samples.append(sums.samples)
-            own = np.maximum(own, np.where(np.isfinite(near) & ~some, 1.0, shape.touched))
+            own = np.maximum(own, own_share(sums, near, shape))
         lost, known = _bias(np.array(steps), (where, side), radius), np.where(own > 0, fallback, 0)
         toss = known * (1.0 - known) / own_rays
         return (

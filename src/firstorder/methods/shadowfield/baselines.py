@@ -30,13 +30,11 @@ import scipy.ndimage
 from jaxtyping import Bool, Float, Int
 
 from firstorder.errors import check_positive
-from firstorder.methods.shadowfield.rays import Blockers, LampFrame, Plane, RayTable
+from firstorder.methods.shadowfield.rays import ADDITIVE, Blockers, LampFrame, Plane, RayTable
 
 TABLE = 256  # cells along each edge of the lamp in which the falloff is inverted
 CHUNK = 1 << 20  # rays at once
 EXPONENTS = 1 << 22  # of the filter at once
-# Steps of an additive sequence: 1/g and 1/g^2 of the root of g^3 = g + 1.
-ADDITIVE = (0.7548776662466927, 0.5698402909980532)
 
 Falloff = Callable[[Plane], Float[np.ndarray, " n"]]
 Numbers = Float[np.ndarray, " n"]

@@ -1,7 +1,9 @@
 """Between which depths the blockers of each receiver lie, as far as traced rays tell.
 
 A blocker at lateral p and depth z can come between the lamp and a pixel at (X, d1) if p lies in the
-frustum of both: `|p - X t| <= half (1 - t) + pixel t / 2`, `t = z / d1 < 1`, on both axes.
+frustum of both: `|p - X t| <= half (1 - t) + pixel t / 2`, `t = z / d1 < 1`, on both axes. What a
+ray from below the receiver meets within `rays.LEVEL` above it may be the receiver's own surface,
+and does not count. What rays of its own level meet there does.
 """
 
 from __future__ import annotations
@@ -12,7 +14,7 @@ from jaxtyping import Float
 
 from firstorder.errors import check_positive
 from firstorder.methods.shadowfield.nearby import narrowed
-from firstorder.methods.shadowfield.rays import LampFrame, RayTable, where_below
+from firstorder.methods.shadowfield.rays import LEVEL, LampFrame, RayTable, where_below
 
 GROUP = 64  # receivers that are searched at once
 HAIR = 1e-9  # what rounding may move a place on a frustum's side [m]
@@ -54,7 +56,7 @@ def _bounds(lamp: LampFrame, places, local, pixel: float) -> tuple[Numbers, Numb
         """Whether places lie in the hull of the frusta: their sides are straight in t."""
         at, z = local[rows], columns[2][some]
         shallow, deep = z / at[:, 2].max(), np.minimum(z / at[:, 2].min(), 1.0)
-        inside = shallow < 1.0
+        inside = columns[3][some] < at[:, 2].max()
         for axis in range(2):
             p, half = columns[axis][some], lamp.half[axis]
             low = at[:, axis].min() - 0.5 * pixel + half
@@ -70,13 +72,18 @@ def _bounds(lamp: LampFrame, places, local, pixel: float) -> tuple[Numbers, Numb
     return near, far
 
 
-def _places(table: RayTable) -> Float[np.ndarray, "k 3"]:
-    """Where rays meet their first and last blockers, by depth; once if they are the same."""
+def _places(table: RayTable) -> Float[np.ndarray, "k 4"]:
+    """Where rays meet their first and last blockers, by depth; once if they are the same.
+
+    And the depth that receivers must exceed for it to come before them.
+    """
     hidden = ~table.free
     parts = []
     for depth, some in ((table.near, hidden), (table.far, hidden & (table.far != table.near))):
         z = depth[some].astype(float)
-        parts.append(np.column_stack([table.y[some] + table.v[some] * z[:, None], z]))
+        level = np.minimum(z / (1.0 - LEVEL), table.start[some] / (1.0 + LEVEL))
+        place = table.y[some] + table.v[some] * z[:, None]
+        parts.append(np.column_stack([place, z, np.maximum(z, level)]))
     places = np.concatenate(parts)
     return places[np.argsort(places[:, 2], kind="stable")]
 
@@ -92,7 +99,7 @@ def _first(lamp, at, places, pixel: float, none: float) -> Numbers:
         t = p[:, 2] / at[left, 2, None]
         edge = lamp.half * (1.0 - t[..., None]) + 0.5 * pixel * t[..., None]
         off = abs(p[:, :2] - at[left, None, :2] * t[..., None])
-        inside = np.all(off <= edge, -1) & (t < 1.0)
+        inside = np.all(off <= edge, -1) & (p[:, 3] < at[left, 2, None])
         some = np.any(inside, 1)
         found[left[some]] = p[np.argmax(inside[some], 1), 2]
         left, start, step = left[~some], start + step, 2 * step

@@ -2,6 +2,9 @@
 
 Groups of receivers and chunks of rays of one size, each pair weighed in one compiled function; in
 single precision, counted from the middle of the group, since rays are kept in single precision.
+
+A ray counts for receivers at the level where it starts and above (`rays.LEVEL`), not for those
+below, of which it does not know what hides them; and it is free there if what hides it lies deeper.
 """
 
 from __future__ import annotations
@@ -15,7 +18,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from firstorder.methods.shadowfield.nearby import narrowed
-from firstorder.methods.shadowfield.rays import LampFrame, RayTable
+from firstorder.methods.shadowfield.rays import LEVEL, LampFrame, RayTable
 
 REACH = 3.0  # standard deviations of the Gaussian that count
 GROUP, CHUNK = 64, 1024  # receivers and rays that are weighed at once
@@ -29,7 +32,7 @@ class Sums(NamedTuple):
 
     Attributes:
         mass: of their weights, by receiver and cell.
-        free: of the weights of free rays, by receiver and cell.
+        free: of the weights of rays that nothing above the receiver hides, by receiver and cell.
         square: of the squares of weights, by receiver.
     """
 
@@ -92,11 +95,12 @@ def gather(
     y, v = table.y.astype(float), table.v.astype(float)
 
     columns = [(y[:, axis].copy(), v[:, axis].copy()) for axis in range(2)]
+    least = table.start * (1.0 + 1e-6) / (1.0 - LEVEL)  # receivers deeper than this want none
 
     def keep(rows, some):
         """Whether rays come by: within reach of the group's box, at some of its depths."""
         low, high = at[rows].min(0), at[rows].max(0)
-        away = np.zeros(len(some))
+        away = np.where(least[some] < low[2], np.inf, 0.0)
         for axis, (start, slope) in enumerate(columns):
             p, q = start[some], slope[some]
             a = p + q * low[2]
@@ -109,15 +113,16 @@ def gather(
         np.zeros((len(local), cells**2)), np.zeros((len(local), cells**2)), np.zeros(len(local))
     )
     heavy = np.ones(len(y)) if weights is None else np.asarray(weights, float)
-    free, half = table.free, lamp.half.astype(PRECISION)
+    half = lamp.half.astype(PRECISION)
     for rows, some in narrowed(at, len(y), keep, GROUP):
         mine = use[rows]
         middle = local[mine].mean(0)
         k = np.resize(np.arange(len(mine)), GROUP)  # the rest of the group is thrown away
-        here = np.column_stack([local[mine] - middle, sigma[mine], shear[mine]])[k]
-        rays = np.column_stack(
-            [y[some], v[some], y[some] + v[some] * middle[2] - middle[:2], free[some], heavy[some]]
-        )
+        level = (1.0 - LEVEL) * local[mine, 2]
+        here = np.column_stack([local[mine] - middle, sigma[mine], shear[mine], level])[k]
+        place = y[some] + v[some] * middle[2] - middle[:2]
+        parts = [y[some], v[some], place, table.near[some], table.start[some], heavy[some]]
+        rays = np.column_stack(parts)
         sums = _all_chunks(here.astype(PRECISION), rays.astype(PRECISION), half, cells)
         for a, b in zip(found, sums, strict=True):
             a[mine] = b[: len(mine)]
@@ -140,19 +145,20 @@ def _all_chunks(here, rays, half, cells: int) -> tuple[np.ndarray, np.ndarray, n
 
 @functools.partial(jax.jit, static_argnums=3)
 def _weighed(
-    here: Float[Array, "k 5"], rays: Float[Array, "c 8"], half: Float[Array, "2"], cells: int
+    here: Float[Array, "k 6"], rays: Float[Array, "c 9"], half: Float[Array, "2"], cells: int
 ) -> tuple[Float[Array, "k cc 2"], Float[Array, " k"]]:
     """Sums of weights by cell, of hidden and of free rays, and of squares."""
-    X, Y, depth, sigma, shear = (a[:, None] for a in here.T)
-    y0, y1, v0, v1, x0, x1, free, heavy = rays.T
+    X, Y, depth, sigma, shear, level = (a[:, None] for a in here.T)
+    y0, y1, v0, v1, x0, x1, near, start, heavy = rays.T
     d0, d1 = X - (x0 + v0 * depth), Y - (x1 + v1 * depth)  # one axis each: pairs fill the lanes
     far = (d0**2 + d1**2) / sigma**2
     f0, f1 = (y0 - shear * d0) / half[0], (y1 - shear * d1) / half[1]
-    counts = (far <= REACH**2) & (jnp.abs(f0) <= 1.0) & (jnp.abs(f1) <= 1.0)
+    counts = (far <= REACH**2) & (jnp.abs(f0) <= 1.0) & (jnp.abs(f1) <= 1.0) & (start >= level)
     w = jnp.where(counts, jnp.exp(-0.5 * far), 0.0) * heavy
     i, j = (jnp.clip((0.5 * (f + 1.0) * cells).astype(jnp.int32), 0, cells - 1) for f in (f0, f1))
     cell = i * cells + j
-    place = (jnp.arange(len(here))[:, None] * cells**2 + cell) * 2 + free.astype(jnp.int32)
+    free = (near >= level).astype(jnp.int32)
+    place = (jnp.arange(len(here))[:, None] * cells**2 + cell) * 2 + free
     sums = jax.ops.segment_sum(w.ravel(), place.ravel(), len(here) * cells**2 * 2)
     return sums.reshape(len(here), cells**2, 2), jnp.sum(w**2, 1)
 

@@ -22,8 +22,8 @@ from jaxtyping import Float
 from firstorder.errors import check_finite, check_not_negative, check_positive, check_shape
 from firstorder.methods.shadowfield.depths import depth_bounds
 from firstorder.methods.shadowfield.gather import gather
-from firstorder.methods.shadowfield.rays import LampFrame, Plane, RayTable
-from firstorder.methods.shadowfield.space import filter_shape
+from firstorder.methods.shadowfield.rays import LampFrame, Plane, RayTable, where_below
+from firstorder.methods.shadowfield.space import filter_shape, or_lit, own_share
 
 AT_ONCE = 1 << 20  # receivers times nodes
 
@@ -200,7 +200,7 @@ def integrand(
 
 
 class Seen(NamedTuple):
-    """What receivers see of the lamp.
+    """What receivers see of the lamp; NaN for those that are nowhere or not below it.
 
     Attributes:
         cells: share of each cell that is seen, in `gather`'s order.
@@ -236,17 +236,20 @@ def seen_cells(
     Reference: E11 §5, before it sums over the lamp.
     """
     check_positive("cells", cells)
-    local = lamp.local(np.asarray(receivers, float))
-    near, far = depth_bounds(lamp, table, receivers, pixel) if bounds is None else bounds
-    shape = filter_shape(local[:, 2], near, far, Omega_y, pixel, float(np.max(lamp.half)))
-    sums = gather(lamp, table, local, shape.sigma, shape.shear, cells)
-    seen = np.where(sums.square[:, None] > 0.0, sums.seen, 1.0)
-    own = np.where(np.isfinite(near) & (sums.square == 0.0), 1.0, shape.touched)
-    return Seen(seen, sums.samples, own)
+
+    def answer(points, bounds) -> Seen:
+        local = lamp.local(points)
+        near, far = depth_bounds(lamp, table, points, pixel) if bounds is None else bounds
+        shape = filter_shape(local[:, 2], near, far, Omega_y, pixel, float(np.max(lamp.half)))
+        sums = gather(lamp, table, local, shape.sigma, shape.shear, cells)
+        return Seen(or_lit(sums.seen, sums).T, sums.samples, own_share(sums, near, shape))
+
+    found = where_below(lamp, np.asarray(receivers, float), answer, bounds)
+    return found._replace(cells=found.cells.T)
 
 
 class Reflected(NamedTuple):
-    """What glossy receivers send to the eye.
+    """What glossy receivers send to the eye; NaN for those that are nowhere or not below the lamp.
 
     Attributes:
         radiance: reflected, in units of the lamp's.
@@ -283,7 +286,8 @@ def reflected(
         surface: what they reflect.
         Omega_y: band limit on the lamp [cycles/m].
         pixel: side of a pixel on the receivers [m].
-        fallback: what to take among the blockers: the radiance by rays of each receiver's own.
+        fallback: what to take among the blockers: the radiance by rays of each receiver's own;
+            elsewhere it may be NaN.
         cells: along each edge of the lamp.
         falloff: radiance over the lamp, from places in [-1, 1]^2; None for 1.
         bounds: of the blockers' depths at each receiver; by default those of `depth_bounds`.
@@ -314,10 +318,16 @@ def reflected(
         [0.5]
     """
     check_shape("fallback", np.asarray(fallback), (len(receivers),))
-    light = cell_light(lamp, receivers, surface, cells, falloff, nodes)
-    seen = seen_cells(lamp, table, receivers, Omega_y, pixel, cells, bounds)
-    radiance = (1.0 - seen.own) * np.sum(light * seen.cells, 1) + seen.own * fallback
-    return Reflected(radiance, np.sum(light, 1), seen.samples, seen.own)
+
+    def answer(points, surface, fallback, bounds) -> Reflected:
+        light = cell_light(lamp, points, surface, cells, falloff, nodes)
+        seen = seen_cells(lamp, table, points, Omega_y, pixel, cells, bounds)
+        known = np.where(seen.own > 0.0, fallback, 0.0)
+        radiance = (1.0 - seen.own) * np.sum(light * seen.cells, 1) + seen.own * known
+        return Reflected(radiance, np.sum(light, 1), seen.samples, seen.own)
+
+    at = np.asarray(receivers, float)
+    return where_below(lamp, at, answer, surface, np.asarray(fallback), bounds)
 
 
 __all__ = [

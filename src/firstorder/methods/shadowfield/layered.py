@@ -54,7 +54,8 @@ def split(table: RayTable, depth: float) -> Layers:
         >>> none = np.zeros((3, 2), np.float32)
         >>> near = np.array([1.0, 1.0, np.inf], np.float32)
         >>> far = np.array([3.0, 1.5, -np.inf], np.float32)
-        >>> upper, lower = split(RayTable(none, none, near, far), 2.0)
+        >>> start = np.full(3, 4.0, np.float32)
+        >>> upper, lower = split(RayTable(none, none, near, far, start), 2.0)
         >>> upper.far.tolist(), lower.near.tolist()
         ([1.0, 1.5, -inf], [3.0, inf, inf])
     """

@@ -1,7 +1,8 @@
 """Shadow rays of a rectangular lamp, told in its own frame: what pixels share.
 
 A ray is its foot y on the lamp and its slope v: at depth z below the lamp it is at `y + v z`, two
-coordinates each. With the depths of the first and the last thing that hides it that is six numbers.
+coordinates each. With the depths of the first and the last thing that hides it, and that of its
+start, it is seven numbers.
 """
 
 from __future__ import annotations
@@ -14,6 +15,15 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from firstorder.errors import check_not_negative, check_positive
+
+# Depths that differ by this share of the receiver's are one level: pixels are slanted and surfaces
+# curved. With 0, rays of a slanted ground's upper parts are lost to its lower ones, and a slanted
+# thing hides itself from rays from below. Measured on slats over ground that rises by 0.4 (24 x 24
+# pixels, 4 rays, tests of `space`): RMS .0427 with 0, .0359 with 0.01, .0332 with 0.02, .0344 with
+# 0.06. What is lost are blockers as near as that of which only rays from below know: see `space`.
+LEVEL = 0.02
+# Steps of an additive sequence: 1/g and 1/g^2 of the root of g^3 = g + 1.
+ADDITIVE = (0.7548776662466927, 0.5698402909980532)
 
 Plane = Float[np.ndarray, "n 2"]
 Answer = TypeVar("Answer")
@@ -102,23 +112,25 @@ def where_below(
 
 
 class RayTable(NamedTuple):
-    """Shadow rays in the lamp's frame, six numbers each: 24 bytes in single precision.
+    """Shadow rays in the lamp's frame, seven numbers each: 28 bytes in single precision.
 
     Attributes:
         y: foot on the lamp [m].
         v: slope: lateral metres per metre of depth.
         near: depth below the lamp of the first thing that hides it, infinity for a free ray [m].
         far: of the last one, minus infinity for a free ray [m].
+        start: depth below the lamp of the receiver that it was traced from [m].
     """
 
     y: Float[np.ndarray, "n 2"]
     v: Float[np.ndarray, "n 2"]
     near: Float[np.ndarray, " n"]
     far: Float[np.ndarray, " n"]
+    start: Float[np.ndarray, " n"]
 
     @property
     def free(self) -> Bool[np.ndarray, " n"]:
-        """Whether nothing hides the lamp."""
+        """Whether nothing hides the lamp from where they start."""
         return np.isinf(self.near)
 
     def at(self, depth) -> Plane:
@@ -176,15 +188,13 @@ def trace(
     first, last = blockers(receivers[owner], ends)
     depth = local[:, 2]
     v = (local[:, :2] - y) / depth[:, None]
-    single = (a.astype(np.float32) for a in (y, v, first * depth, last * depth))
+    single = (a.astype(np.float32) for a in (y, v, first * depth, last * depth, depth))
     return RayTable(*single), owner
 
 
 def _spread(count: int, rng) -> Plane:
     """Places in the unit square, evenly spread in every run of them (an additive sequence)."""
-    g = 1.32471795724474602596  # the real root of g^3 = g + 1
-    k = np.arange(count)[:, None]
-    return np.mod(rng.random(2) + k * np.array([1.0 / g, 1.0 / g**2]), 1.0)
+    return np.mod(rng.random(2) + np.arange(count)[:, None] * ADDITIVE, 1.0)
 
 
-__all__ = ["LampFrame", "RayTable", "below", "lamp_frame", "trace", "where_below"]
+__all__ = ["LEVEL", "LampFrame", "RayTable", "below", "lamp_frame", "trace", "where_below"]

@@ -14,6 +14,19 @@ the lamp are orthogonal.
 Rays never start beyond the lamp's edges, so slid ones are fewer near them. The lamp is therefore
 cut into cells; in each the weighted share of free rays stands for the cell's visibility, and cells
 are averaged with the light's own falloff: a lamp of which any part is hidden comes out right.
+
+A ray from below a receiver knows all that hides it, and counts as free there if what hides the ray
+lies below the receiver; one from above does not, and does not count (`rays.LEVEL` tells levels
+apart). So one table serves the ground and what stands on it. Measured on a card over ground behind
+slats, whose pixels trace 4 rays each (24 x 24, tests): with the ground's rays the card's RMS error
+is .021 in place of .031, and the ground's .036 with or without the card's. With starts not told
+they are .23 and .065 (40 x 40).
+
+Contact shadows, of blockers nearer to the receiver than LEVEL, are not told by the filter. Where
+rays of the receiver's own level meet them it lies among the blockers, and the fallback is taken:
+exact, for a card 1 to 1.9 % of d1 above a shelf. If only rays from below the shelf are in the table
+the card has no shadow at all (RMS .42, 17 % of the shelf being dark): trace rays from everything
+that asks. From 3 % of d1 on it is told either way (.026 from below, .029 by rays of its own).
 """
 
 from __future__ import annotations
@@ -25,8 +38,8 @@ import numpy as np
 from jaxtyping import Float
 
 from firstorder.errors import check_positive
-from firstorder.methods.shadowfield.depths import depth_bounds, smoothed
-from firstorder.methods.shadowfield.gather import gather
+from firstorder.methods.shadowfield.depths import depth_bounds
+from firstorder.methods.shadowfield.gather import Sums, gather
 from firstorder.methods.shadowfield.rays import LampFrame, Plane, RayTable, where_below
 
 Numbers = Float[np.ndarray, " n"]
@@ -161,12 +174,28 @@ def sheared(
         near, far = depth_bounds(lamp, table, points, pixel) if bounds is None else bounds
         shape = filter_shape(local[:, 2], near, far, Omega_y, pixel, float(np.max(lamp.half)))
         sums = gather(lamp, table, local, shape.sigma, shape.shear, cells, weights)
-        visible = np.where(sums.square > 0.0, np.sum(share * sums.seen, 1), 1.0)
-        own = np.where(np.isfinite(near) & (sums.square == 0.0), 1.0, shape.touched)
+        visible, own = or_lit(np.sum(share * sums.seen, 1), sums), own_share(sums, near, shape)
         known = np.where(own > 0.0, fallback, 0.0)
         return Shadows((1.0 - own) * visible + own * known, sums.samples, near, far, own)
 
     return where_below(lamp, np.asarray(receivers, float), answer, np.asarray(fallback), bounds)
+
+
+def or_lit(seen: np.ndarray, sums: Sums) -> np.ndarray:
+    """What rays say at receivers, along the first axis; 1 where none weighs anything."""
+    some = sums.square > 0.0
+    return np.where(some.reshape(-1, *(1,) * (seen.ndim - 1)), seen, 1.0)
+
+
+def own_share(sums: Sums, near: Numbers, shape: Shape) -> Numbers:
+    """Share of a receiver's own rays in its answer: 1 where a blocker is known and no ray weighs.
+
+    Args:
+        sums: under the filter.
+        near: depth of the first blockers, infinity for none [m].
+        shape: of the filter.
+    """
+    return np.where(np.isfinite(near) & (sums.square == 0.0), 1.0, shape.touched)
 
 
 def cell_shares(cells: int, falloff: Callable[[Plane], Numbers] | None = None) -> Numbers:
@@ -188,8 +217,8 @@ __all__ = [
     "Shadows",
     "Shape",
     "cell_shares",
-    "depth_bounds",
     "filter_shape",
+    "or_lit",
+    "own_share",
     "sheared",
-    "smoothed",
 ]
