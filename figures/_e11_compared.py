@@ -14,7 +14,7 @@ import numpy as np
 from figures import _e11_space as space
 from figures._e11_measures import EqualRays, Errors, effective, equal_rays, errors
 from figures.style import Claim
-from firstorder.methods.shadowfield.depths import depth_bounds, smoothed
+from firstorder.methods.shadowfield.depths import depth_bounds
 from firstorder.methods.shadowfield.rays import RayTable, trace
 from firstorder.methods.shadowfield.space import filter_shape, sheared
 
@@ -55,11 +55,12 @@ def shared(
     own: tuple[int, int] = (64, 4),
     seed: int = 0,
     radius: int = 0,
+    cells: int = 4,
 ) -> Shared:
     """Shadows from few rays that all pixels of the ground share, as E11 §6.2 has it.
 
-    Shared rays start on the ground. A free one that starts on an object says nothing of what hides
-    the ground under it, so that objects' own pixels have own rays, and share none.
+    Shared rays start on the ground, and objects' own pixels have own rays and share none: that is
+    better, see `_e11_space`.
 
     Args:
         scene: the scene.
@@ -69,6 +70,7 @@ def shared(
             objects; 0 of these for none, then objects are NaN.
         seed: of the random numbers.
         radius: over which bounds are smoothed [pixels]; 0 for not.
+        cells: along each edge of the lamp.
     """
     floor, lamp = scene.floor, scene.lamp
     points, extent = scene.receivers[floor], float(np.max(lamp.half))
@@ -78,10 +80,7 @@ def shared(
     clock.append(time.process_time())
     near, far = depth_bounds(lamp, table, points, scene.pixel)
     if radius:
-        maps = [scene.picture(a, floor) for a in (near, far)]
-        off = ~ground_of(scene)  # as if nothing hid it
-        low, high = np.where(off, np.inf, maps[0]), np.where(off, -np.inf, maps[1])
-        near, far = (a.ravel()[floor] for a in smoothed(low, high, radius))
+        near, far = space.smoothed_bounds(scene, floor, (near, far), radius)
     shape = filter_shape(lamp.local(points)[:, 2], near, far, Omega_y, scene.pixel, extent)
     clock.append(time.process_time())
     by_own = np.full(scene.side**2, np.nan)
@@ -92,9 +91,8 @@ def shared(
         by_own[objects] = space.own_rays(scene, objects, own[1], [seed, 2])
     clock.append(time.process_time())
     known = np.nan_to_num(by_own[floor])
-    found = sheared(
-        lamp, table, points, Omega_y, scene.pixel, known, falloff=space.falloff, bounds=(near, far)
-    )
+    options = dict(cells=cells, falloff=space.falloff, bounds=(near, far))
+    found = sheared(lamp, table, points, Omega_y, scene.pixel, known, **options)
     clock.append(time.process_time())
     # Where no ray came by, there are own ones after all.
     none = np.flatnonzero(floor)[(found.own == 1.0) & np.isnan(by_own[floor])]

@@ -12,12 +12,12 @@ from typing import NamedTuple
 import numpy as np
 import scipy.ndimage
 
+from figures import _e11_compared as compared
 from figures import _e11_space as e11
 from firstorder.methods import wavelets
 from firstorder.methods.shadowfield import baselines, photons
 from firstorder.methods.shadowfield.depths import depth_bounds
 from firstorder.methods.shadowfield.rays import trace
-from firstorder.methods.shadowfield.space import sheared
 
 OWN = 64  # rays of receivers among blockers, as E11 §6.2 has it
 BAND, GROWTH = 2.0, 0.25  # cycles across the lamp at one ray a pixel; as this power of the rays
@@ -68,30 +68,13 @@ def warm() -> None:
 
 def ours(scene: e11.Scene, rays: float, seed: int = 0, Omega_y: float | None = None) -> Answer:
     """Sheared filtering; receivers among the blockers get `OWN` rays besides."""
-    floor = np.flatnonzero(scene.floor)
-    receivers = scene.receivers[floor]
-    begin = time.process_time()
-    table, _ = trace(scene.lamp, receivers, rays, scene.blockers, seed)
-    traced = time.process_time()
-    found = sheared(
-        scene.lamp,
-        table,
-        receivers,
-        band_of(scene, rays) if Omega_y is None else Omega_y,
-        scene.pixel,
-        np.zeros(len(receivers)),
-        cells=cells_of(rays),
-        falloff=e11.falloff,
+    limit, own = band_of(scene, rays) if Omega_y is None else Omega_y, max(OWN, round(rays))
+    band = 2.0 * float(np.max(scene.lamp.half)) * limit
+    found = compared.shared(scene, rays, band, (own, 0), seed, cells=cells_of(rays))
+    visible, samples, share = (
+        a.ravel()[scene.floor] for a in (found.visible, found.samples, found.own)
     )
-    filtered = time.process_time()
-    near = np.flatnonzero(found.own > 0.0)
-    visible = found.visible.copy()
-    own = max(OWN, round(rays))
-    visible[near] += found.own[near] * e11.own_rays(scene, floor[near], own, seed + 1)
-    end = time.process_time()
-    samples = found.samples + found.own * own
-    count = (len(table.y) + own * len(near)) / len(floor)
-    return Answer(visible, samples, count, traced - begin + end - filtered, filtered - traced)
+    return Answer(visible, samples + share * own, found.floor_rays, found.tracing, found.filtering)
 
 
 def axis_aligned(scene: e11.Scene, rays: float, seed: int = 0) -> Answer:

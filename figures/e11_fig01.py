@@ -10,7 +10,8 @@ Effective rays grow with the density of rays, and the paper's picture has ten ti
 ours are also given for its 637,000 rays over the same view. They are then more than the paper's,
 whose filters must have been narrower; neither its lamp nor its band limit is known. "Below 6 %" the
 paper says of Fig. 9's scene; here only 99 % of the pixels are: beside the trunk, whose foot is
-near, filters are narrow, and one ray a pixel is few.
+near, filters are narrow, and one ray a pixel is few. A ray takes 28 bytes and the paper's 26.7:
+ours say where they start, and have two depths of blockers.
 """
 
 from __future__ import annotations

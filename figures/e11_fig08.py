@@ -4,7 +4,8 @@ The paper's models cannot be had; the scene is ours (`_e11_space.gathering`). On
 pixel, light band limit 1 wavelength per side of the lamp, filters as wide as 3 standard deviations.
 (a) and (b) show one of the two subspaces, along the lamp's first edge; in (b) are the rays that the
 filter of the marked pixel reaches in the other one. The paper stores rays that were hidden with one
-depth; ours have two, of the first and of the last blocker, and bounds of depths come from both.
+depth; ours have two, of the first and of the last blocker, from which bounds of depths come, and
+that of their start.
 
 The claim that is checked: what the map says at marked pixels is what a plain sum over all rays
 gives, written here once more.
@@ -23,6 +24,7 @@ from firstorder.methods.shadowfield.space import filter_shape
 BAND = 1.0
 REACH = 3.0
 CELLS = 4
+LEVEL = 0.02  # depths that differ by this share of the receiver's are one
 INK = {"hidden": "0.15", "free": "#e0a526", "filter": "#2563eb"}
 
 
@@ -62,9 +64,25 @@ def draw(quick: bool) -> Drawing:
     for ax in (axes[0, 2], axes[1, 1], axes[1, 3]):
         ax.plot(*np.divmod(k, side), "o", color=INK["filter"], markerfacecolor="none")
 
-    scale = _known(sigma) / scene.pixel
-    low, high = np.nanpercentile(scale, [5.0, 95.0])
-    claims = [
+    arrays = {
+        "visible": found.visible,
+        "d1": d1,
+        "near": found.near,
+        "far": found.far,
+        "sigma": sigma,
+        "shear": shear,
+        "samples": found.samples,
+        "marked": np.array(marked),
+    }
+    size = f"{side} x {side} pixels, {scene.triangles} triangles"
+    return Drawing(figure, arrays, _claims(found, sigma / scene.pixel, off), {}, size, 0)
+
+
+def _claims(found: compared.Shared, pixels: np.ndarray, off: float) -> list[Claim]:
+    """Of a table, of widths of its filters in pixels, and of how far the map is off plain sums."""
+    table = found.table
+    low, high = np.nanpercentile(_known(pixels), [5.0, 95.0])
+    return [
         Claim("Rays in the table", None, len(table.near)),
         Claim("Memory for a ray", 20, sum(np.asarray(a).nbytes for a in table) / len(table.near)),
         Claim(
@@ -84,18 +102,6 @@ def draw(quick: bool) -> Drawing:
             off < 1e-3,  # a ray at a cell's edge may be told to either side in single precision
         ),
     ]
-    arrays = {
-        "visible": found.visible,
-        "d1": d1,
-        "near": found.near,
-        "far": found.far,
-        "sigma": sigma,
-        "shear": shear,
-        "samples": found.samples,
-        "marked": np.array(marked),
-    }
-    size = f"{side} x {side} pixels, {scene.triangles} triangles"
-    return Drawing(figure, arrays, claims, {}, size, 0)
 
 
 def _known(image: np.ndarray) -> np.ndarray:
@@ -118,8 +124,11 @@ def _plain_sum(scene: space.Scene, table, at: np.ndarray, sigma: float, shear: f
     w = np.exp(-0.5 * np.sum(delta**2, 1) / sigma**2)
     place = (y - shear * delta) / scene.lamp.half
     counts = (np.sum(delta**2, 1) <= (REACH * sigma) ** 2) & np.all(abs(place) <= 1.0, 1)
+    level = np.float32((1.0 - LEVEL) * at[2])
+    counts &= table.start >= level
+    free = table.near >= level
     total, light = 0.0, 0.0
-    everywhere = np.sum(w[counts & table.free]) / np.sum(w[counts])
+    everywhere = np.sum(w[counts & free]) / np.sum(w[counts])
     fine = (np.arange(8 * CELLS) + 0.5) / (4 * CELLS) - 1.0
     bright = space.falloff(np.stack(np.meshgrid(fine, fine, indexing="ij"), -1))
     for i, j in np.ndindex(CELLS, CELLS):
@@ -127,7 +136,7 @@ def _plain_sum(scene: space.Scene, table, at: np.ndarray, sigma: float, shear: f
         low = 2.0 * np.array([i, j]) / CELLS - 1.0
         some = counts & np.all((place >= low) & (place < low + 2.0 / CELLS), 1)
         mass = np.sum(w[some])
-        seen = np.sum(w[some & table.free]) / mass if mass > 0.0 else everywhere
+        seen = np.sum(w[some & free]) / mass if mass > 0.0 else everywhere
         total, light = total + share * seen, light + share
     return float(total / light)
 

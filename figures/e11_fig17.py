@@ -28,7 +28,6 @@ from figures import _e11_space as scenes
 from figures.style import Claim, Drawing
 from firstorder import plotting
 from firstorder.checks.statistics import error_slope
-from firstorder.methods.shadowfield.depths import smoothed
 from firstorder.methods.shadowfield.space import filter_shape
 
 CYCLES = np.array([2.0, 4.0, 8.0, 16.0, 32.0])
@@ -46,7 +45,7 @@ def draw(quick: bool = False) -> Drawing:
     bounds = {
         "bounds of 4 rays": plain,
         "frustum to a point": ground.bounds(table, 0.0),
-        "smoothed bounds": _smoothed(ground, plain),
+        "smoothed bounds": scenes.smoothed_bounds(ground.scene, ground.where, plain, RADIUS),
         f"bounds of {MORE} rays": ground.bounds(ground.traced(MORE, seed=9)),
     }
     found = {
@@ -70,14 +69,6 @@ def draw(quick: bool = False) -> Drawing:
     claims = _claims(ground, found, bounds, rms)
     size = f"{side} x {side} pixels, {ground.rays} rays of the reference"
     return Drawing(figure, arrays, claims, {"rms": rms}, size, limits.SEED)
-
-
-def _smoothed(ground, bounds):
-    """Over the image, where pixels without ground bound nothing."""
-    near, far = (ground.picture(a) for a in bounds)
-    none = np.isnan(near)
-    found = smoothed(np.where(none, np.inf, near), np.where(none, -np.inf, far), RADIUS)
-    return found[0].ravel()[ground.where], found[1].ravel()[ground.where]
 
 
 def _curves(ground, rates) -> dict[str, np.ndarray]:

@@ -1,5 +1,7 @@
 """E11's scenes: references outlive a kill, own rays are unbiased, and shared ones agree."""
 
+import types
+
 import jax
 import numpy as np
 import pytest
@@ -36,6 +38,34 @@ def test_a_reference_that_was_cut_short_is_finished_to_the_same_bits(tmp_path, m
     assert [f.stat().st_mtime_ns for f in sorted(tmp_path.glob("cut/*/*.npz"))][:2] == kept
     assert again.tobytes() == whole.tobytes()
     assert np.all(np.isfinite(again))
+
+
+@pytest.mark.parametrize("what", ["faces", "falloff", "version", "nothing"])
+def test_a_reference_of_something_else_is_another_one(tmp_path, monkeypatch, scene, what):
+    monkeypatch.setattr(space, "OUT", tmp_path)
+    monkeypatch.setattr(space, "own_rays", lambda scene, where, *about: np.zeros(len(where)))
+    space.reference(scene, 4, quiet=True)
+    if what == "faces":
+        mesh = types.SimpleNamespace(
+            vertices=scene.tracer.mesh.vertices, faces=scene.tracer.mesh.faces[::-1]
+        )
+        scene = scene._replace(tracer=types.SimpleNamespace(mesh=mesh))
+    if what == "falloff":
+        monkeypatch.setattr(space, "falloff", lambda place: np.ones(place.shape[:-1]))
+    if what == "version":
+        monkeypatch.setattr(space, "_VERSION", space._VERSION + 1)
+    space.reference(scene, 4, quiet=True)
+    assert len(list(tmp_path.iterdir())) == (1 if what == "nothing" else 2)
+
+
+def test_smoothed_bounds_leave_alone_what_is_no_ground(scene):
+    where = np.flatnonzero(scene.floor)
+    rng = np.random.default_rng(0)
+    near = rng.uniform(1.0, 2.0, len(where))
+    low, high = space.smoothed_bounds(scene, where, (near, near + 0.5), 2)
+    assert np.all(low <= near)
+    assert np.all(high >= near + 0.5)
+    assert np.std(low) < 0.5 * np.std(near)
 
 
 def test_a_scene_has_the_same_bits_in_either_precision(scene):

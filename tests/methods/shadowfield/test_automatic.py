@@ -65,13 +65,20 @@ def test_a_single_frequency_is_lost_in_full():
 
 def test_the_noise_is_that_of_coins():
     """Many trials of weighed coins in four cells of different odds and shares."""
-    rng = np.random.default_rng(0)
+    rng, trials = np.random.default_rng(0), 4000
     p, share = np.array([0.1, 0.5, 0.9, 0.3]), np.array([0.4, 0.3, 0.2, 0.1])
     w = rng.uniform(0.5, 1.5, (4, 200))
-    free = rng.random((4000, 4, 200)) < p[:, None]
+    free = rng.random((trials, 4, 200)) < p[:, None]
     found = np.sum(share * np.sum(w * free, 2) / w.sum(1), 1)
     sums = Sums(w.sum(1)[None], (w * free[0]).sum(1)[None], np.array([np.sum(w**2)]))
-    np.testing.assert_allclose(noise(sums, share, p[None])[0], np.std(found), rtol=0.05)
+    # A deviation from so many trials is off by 1 / sqrt(2 trials); four of these. The formula takes
+    # all cells for equally full: off by half of how much their numbers of rays differ.
+    full = w.sum(1) ** 2 / np.sum(w**2, 1)
+    exact = np.sqrt(np.sum(share**2 * p * (1.0 - p) / full))
+    uneven = 0.5 * np.max(abs(4.0 * full / sums.samples[0] - 1.0))
+    np.testing.assert_allclose(np.std(found), exact, rtol=4.0 / np.sqrt(2.0 * trials))
+    np.testing.assert_allclose(noise(sums, share, p[None])[0], exact, rtol=1.1 * uneven)
+    assert uneven < 0.03
     assert np.max(abs(odds(sums)[0] - p)) < 0.12
 
 

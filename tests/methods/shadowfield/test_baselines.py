@@ -134,6 +134,17 @@ def test_light_must_be_positive(light):
         on_lamp(np.zeros((1, 2)), light)
 
 
+def test_who_has_a_quicker_warp_may_bring_it():
+    """The same rays as by `on_lamp`, and others than without."""
+    points = floor(6).reshape(-1, 3)
+    by_light, by_warp, even = (
+        stratified(LAMP, points, 64, SLANTED, 3, light, warp)
+        for light, warp in ((gauss, None), (None, lambda u: on_lamp(u, gauss)), (None, None))
+    )
+    np.testing.assert_array_equal(by_warp, by_light)
+    assert np.mean(by_light != even) > 0.5
+
+
 # --- the axis-aligned filter ---------------------------------------------------------------------
 
 

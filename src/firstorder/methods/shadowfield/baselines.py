@@ -109,8 +109,9 @@ def stratified(
     receivers: Float[np.ndarray, "m 3"],
     rays: int,
     blockers: Blockers,
-    seed: int = 0,
+    seed: int | list[int] = 0,
     falloff: Falloff | None = None,
+    warp: Callable[[Plane], Plane] | None = None,
 ) -> Numbers:
     """The share of the lamp that each receiver sees, by rays of its own in strata: unbiased.
 
@@ -123,8 +124,10 @@ def stratified(
         receivers: in the world [m].
         rays: for each receiver; a number with two near divisors stratifies best (`strata`).
         blockers: as `rays.trace` wants them.
-        seed: of the random numbers.
+        seed: of the random numbers, one or several as `numpy` takes them.
         falloff: of the light, from places in [-1, 1]^2; None for a constant.
+        warp: what makes places in [-1, 1]^2 as dense as the light of those in the unit square, for
+            who has a quicker one than `on_lamp` of the falloff.
 
     Raises:
         ValueError: if there is no ray.
@@ -150,7 +153,8 @@ def stratified(
     for begin in range(0, len(receivers), step):
         some = receivers[begin : begin + step]
         u = (cells + rng.random((len(some), rays, 2))) / (a, b)
-        y = on_lamp(u.reshape(-1, 2), falloff) * lamp.half
+        u = u.reshape(-1, 2)
+        y = (on_lamp(u, falloff) if warp is None else warp(u)) * lamp.half
         ends = lamp.world(np.concatenate([y, np.zeros((len(y), 1))], 1))
         first, _ = blockers(np.repeat(some, rays, 0), ends)
         seen[begin : begin + step] = np.mean(np.isinf(first).reshape(-1, rays), 1)
