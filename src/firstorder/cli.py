@@ -6,7 +6,7 @@ import pathlib
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Literal
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -230,6 +230,8 @@ class Render:
     """Shadow rays along each edge of a lamp."""
     sky_rows: int = 12
     """Rows of shadow rays to the sky, of twice as many columns."""
+    sky_nodes: Literal["even", "cosine", "luminance"] = "even"
+    """Where these go: evenly all around, by the cosine to each surface, or to the bright parts."""
     tiles: pathlib.Path | None = None
     """Folder of the finished tiles; beside the .exr file, if left out."""
 
@@ -250,11 +252,11 @@ class Render:
                 f"but is {pathlib.Path(self.source).name}."
             )
         space = read_space(self.source)
-        world = world_of(space, self.nodes, self.sky_rows)
+        world = world_of(space, self.nodes, self.sky_rows, self.sky_nodes)
         words = hashlib.sha256(pathlib.Path(self.source).read_bytes()).hexdigest()[:16]
-        # Meshes and panoramas lie in files of their own; another version may shade otherwise.
+        # Meshes and pictures lie in files of their own; another version may shade otherwise.
         words = f"{words} {fingerprint(space)} {firstorder.__version__}"
-        key = f"{words} {self.nodes} {self.sky_rows}"
+        key = f"{words} {self.nodes} {self.sky_rows} {self.sky_nodes}"
         folder = self.tiles or self.out.with_name(f"{self.out.stem}_tiles")
         render(world, self.width, self.height, folder, passes=self.passes, key=key, out=self.out)
         print(f"{self.out} and {self.out.with_suffix('.png').name} are written.")

@@ -122,7 +122,7 @@ def test_a_mesh_shades_from_afar():
     high = (0.0, 0.0, 12.0)
     sky = GaussianSky((0.0, 0.0, 1.0), 0.03)
     ball = Model(placed(bumpy_sphere(0.5, lambda v: 0.0 * v[:, 0], 4), high), "ball", MATTER)
-    given = dict(sky=sky, sky_rows=16, even_sky=False)
+    given = dict(sky=sky, sky_rows=16, sky_nodes="luminance")
     eye = pinhole((0.0, -4.0, 2.0), (0.0, 0.0, 0.0), gamma=2.4)
     shape = World(eye, Scene.of(FLOOR, thing(sphere(high, 0.5), **MATTER)), **given)
     at = np.array([(0.0, 0.0), (0.3, 0.0)])

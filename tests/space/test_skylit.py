@@ -8,11 +8,20 @@ import pytest
 
 from firstorder.checks.tolerance import fitted_order
 from firstorder.space import Scene, sphere, thing
-from firstorder.space.environment import GaussianSky
+from firstorder.space.environment import GaussianSky, HarmonicSky, harmonics
 from firstorder.space.lit import Lamp, Lobe, lit, moving_shadows
 from firstorder.space.reflection import surface_point
 from firstorder.space.shaded import shadow_rays
-from firstorder.space.skylit import as_distant, by_luminance, dome
+from firstorder.space.skylit import (
+    CosineSky,
+    Distant,
+    as_distant,
+    by_luminance,
+    dome,
+    nodes_of,
+    turned_to,
+)
+from firstorder.vectors import frame
 
 SKY = GaussianSky((0.3, 0.2, 1.0), 0.4, 2.0)
 UP = jnp.array([0.0, 0.0, 1.0])
@@ -102,10 +111,10 @@ def test_a_bent_surface_turns_under_the_sky():
     np.testing.assert_allclose(diffuse.spatial, slope, rtol=1e-12)
 
 
-def hidden_light(x, rows):
+@eqx.filter_jit
+def hidden_light(x, light):
     """Light behind a ball over the floor, and what moving shadows say."""
     scene = Scene.of(thing(sphere((0.1, 0.0, 1.0), 0.4)))
-    light = dome(SKY, rows)
     x = jnp.array([*x, 0.0])
     seen, depth = shadow_rays(scene, x, light, jnp.array(-1))
     seen = seen.astype(x.dtype)
@@ -132,18 +141,79 @@ def cone_light(x, count=400):
     return irradiance() / np.pi - inside * 2.0 / count
 
 
-def test_shadows_move_over_the_sky():
+@pytest.mark.parametrize("nodes", [dome, CosineSky])
+def test_shadows_move_over_the_sky(nodes):
     """The floor under a ball: the exact gradient is approached as the lattice grows finer."""
     x, h = np.array([0.6, 0.3]), 1e-4
     true = np.array([(cone_light(x + s) - cone_light(x - s)) / (2 * h) for s in h * np.eye(2)])
-    run = eqx.filter_jit(hidden_light)
     rows, errors, value = [16, 64, 256], [], 0.0
     for n in rows:
-        value, edges = run(x, n)
+        value, edges = hidden_light(x, turned_to(nodes(SKY, n), UP))
         errors.append(np.linalg.norm(edges - true) / np.linalg.norm(true))
     np.testing.assert_allclose(value, cone_light(x), rtol=0.5 / rows[-1])  # half a cell
     assert errors[-1] < 0.02
     assert fitted_order(rows, errors) < -0.8  # edges are known to half a cell
+
+
+# --- nodes by cosine -----------------------------------------------------------------------------
+
+SMOOTH = HarmonicSky([3.0, 0.4, 0.5, -0.3, 0.2, 0.1, 0.3, -0.2, 0.15])
+# Irradiance of a harmonic of degree l is A_l times it at the normal (Ramamoorthi and Hanrahan).
+A_L = np.array([np.pi] + 3 * [2.0 * np.pi / 3.0] + 5 * [np.pi / 4.0])
+
+
+def lambert(n):
+    return harmonics(n, 2) @ (A_L * SMOOTH.coefficients)
+
+
+@pytest.mark.smoke
+def test_nodes_by_cosine_converge_to_the_closed_form():
+    """With the power 3/2 of the rows, and the gradient of a bent surface as the value."""
+    n = jnp.array([0.48, -0.64, 0.6])
+    axes = frame(n)
+    S = jnp.array([[-0.5, 0.2], [0.2, 0.8]])
+    at = surface_point(jnp.zeros(3), axes, S)
+    slope = jax.jacfwd(lambda d: lambert(n - axes[:, :2] @ (S @ d)))(jnp.zeros(2))
+    values, turns, rows = [], [], (4, 8, 16, 32)
+    for k in rows:
+        found = jitted(CosineSky(SMOOTH, k).about(n), jnp.ones(2 * k * k), at, n, MATTE)[0]
+        values.append(abs(np.pi * found.value / lambert(n) - 1.0))
+        turns.append(np.linalg.norm(np.pi * found.spatial - slope) / np.linalg.norm(slope))
+    assert fitted_order(rows, values) < -1.4
+    assert fitted_order(rows, turns) < -1.4
+    assert values[-1] < 32.0**-1.5
+    assert turns[-1] < 32.0**-1.5
+
+
+def test_nodes_by_cosine_are_alike_and_above_the_surface():
+    n = jnp.array([0.0, -0.6, -0.8])
+    light = CosineSky(SKY, 6, (0.3, -0.4)).about(n)
+    middle = CosineSky(SKY, 6).about(n)
+    assert float(jnp.min(light.way @ n)) > 0.0
+    np.testing.assert_allclose(jnp.sum(light.way**2, -1), 1.0, rtol=1e-12)
+    flux = -(middle.area @ n)
+    np.testing.assert_allclose(flux, np.pi / 72, rtol=1e-12)
+    solid = np.linalg.norm(middle.area, axis=1)
+    np.testing.assert_allclose(solid.sum(), 2.0 * np.pi, rtol=1e-12)
+
+
+def test_less_noise_by_cosine_than_evenly():
+    """As many rays: half of the even ones go below the floor."""
+    x, errors = np.array([0.6, 0.3]), {}
+    for nodes in (dome, CosineSky):
+        shifts = np.random.default_rng(3).uniform(-0.5, 0.5, (8, 2))
+        found = [hidden_light(x, turned_to(nodes(SKY, 16, tuple(s)), UP))[0] for s in shifts]
+        errors[nodes] = np.sqrt(np.mean((np.array(found) / cone_light(x) - 1.0) ** 2))
+    assert errors[CosineSky] < 0.5 * errors[dome]  # 0.36 over 32 shifts
+
+
+def test_kinds_of_nodes_have_names():
+    assert isinstance(nodes_of(SKY, "cosine", 4), CosineSky)
+    assert [type(nodes_of(SKY, k, 4)) for k in ("even", "luminance")] == [Distant, Distant]
+    with pytest.raises(ValueError, match="must be even, cosine or luminance, but is 'blue'"):
+        nodes_of(SKY, "blue", 4)
+    with pytest.raises(ValueError, match="`rows` must be positive, but is 0"):
+        CosineSky(SKY, 0)
 
 
 def test_a_lamp_taken_for_distant_is_right_at_its_place_and_errs_by_sv():

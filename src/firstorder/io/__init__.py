@@ -4,12 +4,12 @@ from firstorder.io.images import read_picture, read_row
 from firstorder.io.meshes import Embree, MeshHits, read_mesh
 from firstorder.io.records import whole, write_csv, write_json, write_npz, write_text
 from firstorder.io.scenes import read_scene
+from firstorder.io.skies import read_panorama
 from firstorder.io.space_text import described, space_to_toml, write_space
 from firstorder.io.spaces import (
     Model,
     Space,
     is_space,
-    read_panorama,
     read_space,
     space_from_toml,
 )

@@ -45,6 +45,31 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
         >>> read_mesh(file).area.item()
         0.5
     """
+    return read_mesh_uv(path)[0]
+
+
+def read_mesh_uv(path: str | os.PathLike[str]) -> tuple[Mesh, np.ndarray | None]:
+    r"""Reads a mesh as `read_mesh` does, and where its corners lie in a picture.
+
+    Args:
+        path: the file.
+
+    Returns:
+        The mesh; and (u, v) at the corners of each face, shape (f, 3, 2), None if the file has
+        none: from 0 to 1, v upwards.
+
+    Raises:
+        ValueError, ModuleNotFoundError: as `read_mesh`.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> from firstorder.io.meshes import read_mesh_uv
+        >>> file = pathlib.Path(tempfile.mkdtemp(), "one.obj")
+        >>> lines = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 0.5\nf 1/1 2/2 3/3"
+        >>> _ = file.write_text(lines)
+        >>> read_mesh_uv(file)[1].tolist()
+        [[[0.0, 0.0], [1.0, 0.0], [0.0, 0.5]]]
+    """
     path = pathlib.Path(path)
     if path.suffix.lower() not in ENDINGS:
         raise ValueError(f"{path.name}: a mesh must be an .obj, .ply, .gltf or .glb file.")
@@ -58,6 +83,7 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
         found = trimesh.load_scene(path, process=False).to_mesh()
         vertices = np.asarray(found.vertices, float).reshape(-1, 3)
         faces = np.asarray(found.faces, np.int64).reshape(-1, 3)
+        uv = getattr(found.visual, "uv", None)
     except Exception as error:  # whatever the library thinks of the bytes
         words = " ".join(str(error).split()).rstrip(".")[:120] or type(error).__name__
         raise ValueError(f"{path.name}: the file is no mesh ({words}).") from None
@@ -66,10 +92,19 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
     try:
         same, number = np.unique(vertices + 0.0, axis=0, return_inverse=True)
         _check_numbers(faces, len(vertices))
-        return mesh(same, number.ravel()[faces])
+        made = mesh(same, number.ravel()[faces])
     except ValueError as error:
         words = str(error).removeprefix("Argument ")
         raise ValueError(f"{path.name}: {words}") from None
+    return made, _at_corners(uv, faces, number.ravel()[faces])
+
+
+def _at_corners(uv: Any, faces: np.ndarray, merged: np.ndarray) -> np.ndarray | None:
+    """Of vertices as the file has them; faces that `mesh` leaves out are left out here too."""
+    if uv is None or np.shape(uv)[:1] <= (faces.max(),):
+        return None
+    a, b, c = merged.T
+    return np.asarray(uv, float)[faces][(a != b) & (b != c) & (c != a), :, :2]
 
 
 def _check_numbers(faces: np.ndarray, count: int) -> None:

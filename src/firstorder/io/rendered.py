@@ -5,13 +5,14 @@ from __future__ import annotations
 import hashlib
 import os
 import pathlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import jax
 import numpy as np
 from jaxtyping import Float
 
 from firstorder.errors import check_positive
+from firstorder.io.coats import Coat, finish_of
 from firstorder.io.layers import write_layers
 from firstorder.io.renderer import Renderer, World
 from firstorder.io.spaces import Space
@@ -19,7 +20,7 @@ from firstorder.io.tiles import render_tiles
 from firstorder.space.environment import ConstantSky
 from firstorder.space.lit import Lamp
 from firstorder.space.scene import Scene
-from firstorder.space.shapes import Rectangles
+from firstorder.space.shapes import KINDS, Rectangles, Shape
 
 
 def image_coordinates(p: Float[np.ndarray, "n 2"], width: int, height: int):
@@ -90,25 +91,33 @@ def write_image(path: str | os.PathLike[str], layers: Mapping[str, np.ndarray]) 
     write_picture(pathlib.Path(path).with_suffix(".png"), layers["value"])
 
 
-def world_of(space: Space, nodes: int = 12, sky_rows: int = 12) -> World:
+def world_of(space: Space, nodes: int = 12, sky_rows: int = 12, sky_nodes: str = "even") -> World:
     """What a scene file describes, ready to be rendered: rectangles that emit become lamps.
 
     Args:
         space: as `io.read_space` gives it.
         nodes: of a lamp, along each edge.
         sky_rows: of the sky's nodes.
+        sky_nodes: where they stand, as in `World`.
 
     Raises:
-        ValueError: if there is no camera, or something emits that is no rectangle.
+        ValueError: if there is no camera, or something emits that is no rectangle or has a coat.
     """
     if space.camera is None:
         raise ValueError("Argument `space` must have a camera to be rendered, but has none.")
-    lamps, things = [], []
-    for one in space.things:
+    lamps, things, worn = [], [], []
+    coats = space.coats or (Coat(),) * (len(space.things) + len(space.models))
+    for one, coat in zip(space.things, coats, strict=False):
         L = np.asarray(one.material.emission)
         if not np.any(L):
             things.append(one)
+            worn.append(coat)
             continue
+        if coat.names:
+            raise ValueError(
+                "Argument `space` must have lamps without textures, bumps and normal maps, "
+                f"but {one.name or 'one of them'!r} has some."
+            )
         if not isinstance(one.shape, Rectangles) or np.any(L[:, 1]):
             raise ValueError(
                 "Argument `space` must have lamps that are rectangles which emit from their "
@@ -122,7 +131,20 @@ def world_of(space: Space, nodes: int = 12, sky_rows: int = 12) -> World:
     if not callable(sky):
         sky = ConstantSky(sky) if float(sky) > 0.0 else None
     scene = Scene.of(*things) if things else None
-    return World(space.camera, scene, space.models, tuple(lamps), sky, sky_rows)
+    own = _numbers([thing.shape for thing in things], len(space.models))
+    finish = finish_of(list(zip(own, [*worn, *coats[len(space.things) :]], strict=True)))
+    return World(space.camera, scene, space.models, tuple(lamps), sky, sky_rows, sky_nodes, finish)
+
+
+def _numbers(shapes: Sequence[Shape], models: int) -> list[tuple[int, ...]]:
+    """Of some shapes, as a scene counts them, kind by kind; and then of models."""
+    found, first = {}, 0
+    for kind in KINDS:
+        for k, shape in enumerate(shapes):
+            if isinstance(shape, kind):
+                found[k] = tuple(range(first, first + shape.count))
+                first += shape.count
+    return [*(found[k] for k in range(len(shapes))), *((first + k,) for k in range(models))]
 
 
 def fingerprint(space: Space) -> str:
@@ -138,9 +160,10 @@ def fingerprint(space: Space) -> str:
         False
     """
     things = [(t.shape, t.name, t.material) for t in space.things]
-    models = [(m.mesh.vertices, m.mesh.faces, m.name, m.material) for m in space.models]
-    found = hashlib.sha256()
-    for leaf in jax.tree.leaves((things, models, space.sky, space.camera)):
+    models = [(m.mesh.vertices, m.mesh.faces, m.name, m.material, m.uv) for m in space.models]
+    # What kind of coat is on what, and whether a picture repeats, is no number.
+    found = hashlib.sha256(str(jax.tree.structure(space.coats)).encode())
+    for leaf in jax.tree.leaves((things, models, space.sky, space.camera, space.coats)):
         a = np.asarray(leaf)
         found.update(f"{a.dtype} {a.shape} ".encode() + a.tobytes())
     return found.hexdigest()[:16]

@@ -33,7 +33,7 @@ from firstorder.space.mesh import mesh
 from firstorder.space.scene import Material, Scene, thing
 from firstorder.space.shaded import Finish, Pixels, hidden_at, look, scattered, shade_point
 from firstorder.space.shapes import Rectangles
-from firstorder.space.skylit import by_luminance, dome
+from firstorder.space.skylit import CosineSky, nodes_of, turned_to
 from firstorder.things import joined
 
 BLOCK = 256  # pixels of one compiled size: nodes of all lamps are kept for each
@@ -52,7 +52,7 @@ class World(NamedTuple):
         lamps: near light.
         sky: distant light, a function of the direction; None for none.
         sky_rows: of its nodes; twice as many columns.
-        even_sky: whether its nodes are even, so that shadows move, or lie by luminance.
+        sky_nodes: "even", "cosine" or "luminance" (`skylit.nodes_of`); shadows move over two.
         finish: bumps and textures, by number of the thing.
         normals: of each model, at its vertices; None for `vertex_normals`.
     """
@@ -63,7 +63,7 @@ class World(NamedTuple):
     lamps: tuple[Lamp, ...] = ()
     sky: Any = None
     sky_rows: int = 12
-    even_sky: bool = True
+    sky_nodes: str = "even"
     finish: Finish | None = None
     normals: tuple[Any, ...] | None = None
 
@@ -135,7 +135,7 @@ class Renderer:
         parts, vertices, faces = [], [], []
         for k, (model, n) in enumerate(zip(world.models, normals, strict=True)):
             number = np.full(model.mesh.count, world.shapes + k)
-            parts.append(facets(model.mesh, n, number))
+            parts.append(facets(model.mesh, n, number, model.uv))
             vertices.append(np.asarray(model.mesh.vertices))
             faces.append(np.asarray(model.mesh.faces) + first)
             first += len(vertices[-1])
@@ -146,7 +146,7 @@ class Renderer:
         self._middle = 0.5 * (ends.min(0) + ends.max(0))
         self._part = np.asarray(self._facets.part)
 
-    def lights_of(self, number: int) -> tuple[Light, ...]:
+    def lights_of(self, number: int) -> tuple[Light | CosineSky, ...]:
         """The light as a pass of the image sees it: even nodes, moved within their cells.
 
         Args:
@@ -159,8 +159,8 @@ class Renderer:
             for lamp in self.world.lamps
         ]
         if self.world.sky is not None:
-            nodes = dome if self.world.even_sky else by_luminance
-            lights.append(nodes(self.world.sky, self.world.sky_rows, tuple(shift)))
+            world = self.world
+            lights.append(nodes_of(world.sky, world.sky_nodes, world.sky_rows, tuple(shift)))
         return tuple(lights)
 
     # --- what is seen ----------------------------------------------------------------------------
@@ -200,7 +200,7 @@ class Renderer:
         seen: Seen | None = None,
         shadows: bool = True,
         gradients: bool = True,
-        lights: Sequence[Light] | None = None,
+        lights: Sequence[Light | CosineSky] | None = None,
     ) -> tuple[Pixels, Int[np.ndarray, " n"]]:
         """Pixels at image coordinates, and what each shows; zeros for lamps and for the sky.
 
@@ -239,7 +239,7 @@ class Renderer:
         run = _pixels if gradients else _values
         return jax.tree.map(np.asarray, run(given, lights, hidden))
 
-    def _hidden(self, x, up, way, area, t, light: Light, depths: bool):
+    def _hidden(self, x, up, way, area, t, light: Light | CosineSky, depths: bool):
         """Which nodes are seen from a block of points, and where the others are hidden.
 
         Visibility is asked in single precision. How far away a blocker is only counts beside its
@@ -364,7 +364,7 @@ def _starts(given, lights):
     up = jax.vmap(lambda point: point.base_normal)(at.point)
 
     def ways(light):
-        way, area = jax.vmap(light.toward)(x)
+        way, area = jax.vmap(lambda x, n: turned_to(light, n).toward(x))(x, up)
         way, area = (jnp.broadcast_to(a, (len(x), *a.shape[-2:])) for a in (way, area))
         if scene is None:
             return way, area, jnp.full(way.shape[:2], jnp.inf)

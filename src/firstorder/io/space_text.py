@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from firstorder.io.coats import Coat, coat_text
 from firstorder.io.records import write_text
 from firstorder.io.spaces import CLASSES, MATERIAL, Model, Space
 from firstorder.io.toml import material_lines, quoted, written
@@ -61,12 +62,17 @@ def space_to_toml(space: Space | Scene) -> str:
     else:
         assert isinstance(space, Space)
         sky = space.sky
+        coats = space.coats or (Coat(),) * (len(space.things) + len(space.models))
+        first = len(space.things)
         tables += [
-            _shape_text(t.shape, i, t.name, t.material, i)
-            for t in space.things
+            _shape_text(t.shape, i, t.name, t.material, i) + coat_text(coat, "shape")
+            for t, coat in zip(space.things, coats[:first], strict=True)
             for i in range(t.shape.count)
         ]
-        tables += [_model_text(model) for model in space.models]
+        tables += [
+            _model_text(model) + coat_text(coat, "mesh")
+            for model, coat in zip(space.models, coats[first:], strict=True)
+        ]
         if space.camera is not None:
             camera = space.camera
             tables.append(
@@ -94,6 +100,8 @@ def _model_text(model: Model) -> str:
     lines = [f"name = {quoted(model.name)}"] * bool(model.name)
     faces = ", ".join(f"[{a}, {b}, {c}]" for a, b, c in np.asarray(model.mesh.faces).tolist())
     lines += [f"vertices = {written(model.mesh.vertices)}", f"faces = [{faces}]"]
+    if model.uv is not None:
+        lines.append(f"uv = {written(model.uv)}")
     given = {key: model.material[key] for key in MATERIAL}
     return "\n".join(["[[mesh]]", *lines, *material_lines(given)])
 
@@ -136,16 +144,20 @@ def described(space: Space) -> str:
         camera     none
     """
     lines = []
-    for t in space.things:
+    wear = [", ".join(c.names).replace("_", " ") for c in space.coats]
+    wear = [words and f", with {words}" for words in wear]
+    wear = wear or [""] * (len(space.things) + len(space.models))
+    for t, worn in zip(space.things, wear, strict=False):
         centers = np.asarray(t.shape.center)
         for i in range(t.shape.count):
-            kind = _kind(t.shape, i)
-            lines.append((kind, t.name or "unnamed", f"at {_numbers(centers[i])}", t.material, i))
-    for model in space.models:
+            kind, where = _kind(t.shape, i), f"at {_numbers(centers[i])}{worn}"
+            lines.append((kind, t.name or "unnamed", where, t.material, i))
+    for model, worn in zip(space.models, wear[len(space.things) :], strict=True):
         size = f"{model.mesh.count} faces, {len(model.mesh.vertices)} vertices"
         shut = "closed" if model.mesh.closed else "with a boundary"
-        lines.append(("mesh", model.name or "unnamed", f"{size}, {shut}", None, 0))
-        lines[-1] = (*lines[-1][:3], model.thing.material, 0)
+        lines.append(
+            ("mesh", model.name or "unnamed", f"{size}, {shut}{worn}", model.thing.material, 0)
+        )
     words = [f"{k:10} {n:13} {what}{_light(m, i)}" for k, n, what, m, i in lines]
     sky = _sky_text(space.sky).splitlines()
     named = {"kind": "black"} | dict(line.split(" = ", 1) for line in sky)

@@ -43,6 +43,9 @@
 | all but sphere and polygon | `center`, `axes`: three vectors, as `space.shapes` has them |
 | panorama | `file` (.hdr, .exr) or `values`, rows from the zenith; `degree` of harmonics kept |
 | harmonic | `coefficients`, as `space.environment.harmonics` orders them |
+
+What a shape or mesh has on it stands in tables within its own, `[shape.texture]`, `[shape.bump]`
+and `[shape.normal_map]`, or `[mesh.texture]` and so on: `firstorder.io.coats` says what is in them.
 """
 
 from __future__ import annotations
@@ -56,28 +59,25 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
+from firstorder.io.coats import Coat, coat_of, corner_uv
 from firstorder.io.elements import Place, nearest_known, refused_at
-from firstorder.io.images import LUMINANCE, read_picture
-from firstorder.io.meshes import read_mesh
+from firstorder.io.meshes import read_mesh_uv
+from firstorder.io.skies import sky_of
 from firstorder.io.tables import (
     Table,
     lines_of,
     number,
-    numbers,
     parsed,
     place_of,
-    rows,
     sided,
     three_vectors,
     triples,
     vector,
     vectors,
-    whole,
     word,
     yes,
 )
 from firstorder.space import makers, shapes
-from firstorder.space.environment import ConstantSky, GaussianSky, HarmonicSky, PanoramaSky
 from firstorder.space.image import Pinhole
 from firstorder.space.mesh import Mesh, mesh
 from firstorder.space.scene import Scene, Thing, thing
@@ -104,11 +104,13 @@ class Model:
         mesh: for silhouettes and Embree.
         name: for `Scene.named`.
         material: arguments of `thing`, by name.
+        uv: at the corners of each face, for pictures, shape (f, 3, 2); or None.
     """
 
     mesh: Mesh
     name: str
     material: dict[str, Any]
+    uv: Any = None
 
     @property
     def thing(self) -> Thing:
@@ -131,16 +133,18 @@ class Space:
         models: meshes with materials.
         sky: radiance from beyond everything: a number, or a function of the direction.
         camera: or None.
+        coats: what things and then models have on them, one for each; or empty.
     """
 
     things: tuple[Thing, ...]
     models: tuple[Model, ...] = ()
     sky: Any = 0.0
     camera: Pinhole | None = None
+    coats: tuple[Coat, ...] = ()
 
     @property
     def scene(self) -> Scene:
-        """Everything as one scene, meshes as triangles."""
+        """Everything as one scene, meshes as triangles, without coats."""
         return Scene.of(*self.things, *(model.thing for model in self.models), sky=self.sky)
 
 
@@ -226,12 +230,14 @@ def space_from_toml(
         table.done()
         return found
 
-    things = tuple(_thing(table) for table in each("shape"))
-    models = tuple(_model(table, folder) for table in each("mesh"))
+    things = [_thing(table, folder) for table in each("shape")]
+    models = [_model(table, folder) for table in each("mesh")]
     if not things and not models:
         raise Place(file).error("a scene must have at least one shape or mesh, but there is none.")
-    sky = one("environment", lambda table: _sky(table, folder), 0.0)
-    return Space(things, models, sky, one("camera", _camera, None))
+    sky = one("environment", lambda table: sky_of(table, folder), 0.0)
+    coats = tuple(coat for _, coat in (*things, *models))
+    shapes_, meshes_ = (tuple(made for made, _ in a) for a in (things, models))
+    return Space(shapes_, meshes_, sky, one("camera", _camera, None), coats)
 
 
 def _check_key(key: str, value: Any, place: Place) -> None:
@@ -257,7 +263,7 @@ def _material(table: Table) -> dict[str, Any]:
     return found
 
 
-def _thing(table: Table) -> Thing:
+def _thing(table: Table, folder: str | os.PathLike[str]) -> tuple[Thing, Coat]:
     kind, name, material = table.take("kind", word), table.take("name", word, ""), _material(table)
     if kind not in _GEOMETRY:
         known = nearest_known(kind, _GEOMETRY)
@@ -272,8 +278,9 @@ def _thing(table: Table) -> Thing:
         given = {key: table.take(key, read) for key, read in reads.items()}
         arrays = {k: np.array(v, float) for k, v in given.items()}
         made = refused_at(table.at, lambda: make(**arrays))
+    coat = coat_of(table, folder, kind != "polygon")
     table.done()
-    return refused_at(table.at, lambda: thing(made, name=name, **material))
+    return refused_at(table.at, lambda: thing(made, name=name, **material)), coat
 
 
 def _ellipsoid(center, semi):
@@ -304,72 +311,27 @@ _GEOMETRY: dict[str, tuple[Callable[..., Any], dict[str, Callable[[Any], Any]]]]
 }
 
 
-def _model(table: Table, folder: str | os.PathLike[str]) -> Model:
+def _model(table: Table, folder: str | os.PathLike[str]) -> tuple[Model, Coat]:
     name, material = table.take("name", word, ""), _material(table)
     if "file" in table.values:
         path = pathlib.Path(folder, table.take("file", word))
         scale, move = table.take("scale", number, 1.0), table.take("move", vector, [0.0] * 3)
         if not scale > 0.0:
             raise table.at("scale").error(f"`scale` must be positive, but is {scale}.")
-        found = refused_at(lambda key: table.at("file"), lambda: read_mesh(path))
+        found, uv = refused_at(lambda key: table.at("file"), lambda: read_mesh_uv(path))
         found = found.at(scale * found.vertices + np.array(move))
     else:
         vertices, faces = table.take("vertices", vectors), table.take("faces", triples)
         found = refused_at(table.at, lambda: mesh(np.array(vertices), np.array(faces)))
+        uv = table.take("uv", corner_uv, None)
+        if uv is not None and np.shape(uv) != (found.count, 3, 2):
+            raise table.at("uv").error(
+                f"`uv` must be three pairs for each of {found.count} faces, but is of {len(uv)}."
+            )
+    coat = coat_of(table, folder, uv is not None)
     table.done()
-    model = Model(found, name, material)
     refused_at(table.at, lambda: thing(makers.sphere((0, 0, 0), 1.0), **material))
-    return model
-
-
-def _sky(table: Table, folder: str | os.PathLike[str]) -> Any:
-    kind = table.take("kind", word)
-    match kind:
-        case "constant":
-            radiance = table.take("radiance", number)
-            refused_at(table.at, lambda: ConstantSky(radiance))
-            return radiance
-        case "gaussian":
-            center = table.take("center", vector, [0.0, 0.0, 1.0])
-            rest = [table.take("sigma", number, 0.5), table.take("radiance", number, 1.0)]
-            return refused_at(table.at, lambda: GaussianSky(np.array(center), *rest))
-        case "panorama":
-            degree = table.take("degree", whole, None)
-            if "file" in table.values:
-                path = pathlib.Path(folder, table.take("file", word))
-                sky = refused_at(lambda key: table.at("file"), lambda: read_panorama(path))
-            else:
-                values = table.take("values", rows)
-                sky = refused_at(table.at, lambda: PanoramaSky(np.array(values)))
-            return sky if degree is None else sky.harmonic(degree)
-        case "harmonic":
-            coefficients = table.take("coefficients", numbers)
-            return refused_at(table.at, lambda: HarmonicSky(np.array(coefficients)))
-    known = nearest_known(kind, ("constant", "gaussian", "panorama", "harmonic"))
-    raise table.at("kind").error(f'kind "{kind}" is not known: {known}')
-
-
-def read_panorama(path: str | os.PathLike[str]) -> PanoramaSky:
-    """Reads a panorama as the sky of space; `space.environment` says which way it looks.
-
-    Its radiance is the Rec. 709 luminance, in the picture's own unit.
-
-    Args:
-        path: a .hdr (or .pic) or .exr file, once around and from pole to pole.
-
-    Raises:
-        ValueError: one sentence that names the file, if it cannot be read or holds no numbers.
-        ModuleNotFoundError: if an .exr file is asked for without the extra `images`.
-    """
-    path = pathlib.Path(path)
-    try:
-        return PanoramaSky(read_picture(path).astype(float) @ LUMINANCE)
-    except OSError as error:
-        why = (error.strerror or "unknown reason").lower()
-        raise ValueError(f"{path.name}: the file cannot be opened ({why}).") from None
-    except ValueError as error:
-        words = str(error).removeprefix(f"{path.name}: ").removeprefix("Argument ")
-        raise ValueError(f"{path.name}: {words}") from None
+    return Model(found, name, material, None if uv is None else np.array(uv, float)), coat
 
 
 def _camera(table: Table) -> Pinhole:

@@ -55,6 +55,9 @@ def lines_of(text: str) -> dict[tuple[str, int, str], int]:
             i = counts[name] = counts.get(name, -1) + 1
             table = (name, i)
             found.setdefault((name, i, ""), number)
+        elif inner := re.match(r"\s*\[\s*([\w-]+)\s*\.\s*([\w-]+)\s*\]", line):
+            table = (f"{inner[1]}.{inner[2]}", counts.get(inner[1], 0))
+            found.setdefault((*table, ""), number)
         elif key := re.match(r'\s*["\']?([\w-]+)["\']?\s*[=.]', line):
             if table == ("", 0):
                 found.setdefault((key[1], 0, ""), number)
@@ -95,6 +98,19 @@ class Table:
         except ValueError as error:
             shown = _shown(self.values[key])
             raise self.at(key).error(f"`{key}` must be {error}, but is {shown}.") from None
+
+    def inner(self, key: str) -> Table | None:
+        """A table within this one, or None if it is not there."""
+        self._asked.append(key)
+        if key not in self.values:
+            return None
+        (outer, i), value = self._at, self.values[key]
+        name = f"{outer}.{key}"
+        if not isinstance(value, dict):
+            raise self.at(key).error(f"`{key}` must be written [{name}], with its own keys.")
+        line = self._lines.get((name, i, ""), self.at(key).line)
+        return Table(value, Place(self.place.file, line, f"{self.place.what}, {key}"),
+                     self._lines, name, i)  # fmt: skip
 
     def _missing(self, key: str) -> ValueError:
         """That a key is missing, or that it is misspelt."""

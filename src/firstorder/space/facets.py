@@ -38,11 +38,13 @@ class Facets(eqx.Module):
         corners: of each face [m].
         normals: unit normals at them.
         part: number of the thing to which each face belongs.
+        uv: of a picture, at the corners; None for none.
     """
 
     corners: Float[Array, "f 3 3"]
     normals: Float[Array, "f 3 3"]
     part: Int[Array, " f"]
+    uv: Float[Array, "f 3 2"] | None = None
 
     def point(self, face: Int[Array, ""], x: Float[Array, "3"]) -> SurfacePoint:
         """The shading point at a place on a face, on the side of its front.
@@ -61,14 +63,7 @@ class Facets(eqx.Module):
             >>> at.normal.tolist(), at.base_normal.tolist()
             ([0.0, 0.0, 1.0], [0.0, 0.0, 1.0])
         """
-        A, B, C = self.corners[face]
-        up = cross(B - A, C - A)
-        whole = dot(up, up)
-        whole = jnp.where(whole > 0.0, whole, 1.0)
-        edges = jnp.stack([C - B, A - C, B - A])
-        slopes = cross(up, edges) / whole  # db_i
-        b = jnp.stack([dot(cross(C - B, x - B), up), dot(cross(A - C, x - C), up)]) / whole
-        weights = jnp.append(b, 1.0 - jnp.sum(b))
+        up, weights, slopes = self._weights(face, x)
         around = self.normals[face]
         m = weights @ around
         length = jnp.sqrt(dot(m, m))
@@ -78,8 +73,30 @@ class Facets(eqx.Module):
         moved = around.T @ (slopes @ tangents) / length
         return SurfacePoint(x, tangents, n, moved - n[:, None] * (n @ moved))
 
+    def uv_at(self, face: Int[Array, ""], x: Float[Array, "3"]) -> Float[Array, "2"]:
+        """The (u, v) of a place on a face, linear between its corners; zeros where none are known.
 
-def facets(mesh: Mesh, normals: Any = None, part: Any = None) -> Facets:
+        Args:
+            face: its number.
+            x: on it [m].
+        """
+        if self.uv is None:
+            return jnp.zeros(2, x.dtype)
+        return self._weights(face, x)[1] @ self.uv[face]
+
+    def _weights(self, face, x):
+        """Along the normal and twice the area long; barycentric coordinates; their gradients."""
+        A, B, C = self.corners[face]
+        up = cross(B - A, C - A)
+        whole = dot(up, up)
+        whole = jnp.where(whole > 0.0, whole, 1.0)
+        edges = jnp.stack([C - B, A - C, B - A])
+        slopes = cross(up, edges) / whole  # db_i
+        b = jnp.stack([dot(cross(C - B, x - B), up), dot(cross(A - C, x - C), up)]) / whole
+        return up, jnp.append(b, 1.0 - jnp.sum(b)), slopes
+
+
+def facets(mesh: Mesh, normals: Any = None, part: Any = None, uv: Any = None) -> Facets:
     """The faces of a mesh, ready to be shaded.
 
     Args:
@@ -87,9 +104,10 @@ def facets(mesh: Mesh, normals: Any = None, part: Any = None) -> Facets:
         normals: unit normals at the vertices, such as `space.curvature.fitted(mesh).normal`;
             `vertex_normals`, if left out. A vertex without one takes each face's own.
         part: number of the thing to which each face belongs; 0, if left out.
+        uv: of a picture, at the corners of each face, shape (f, 3, 2); zeros, if left out.
 
     Raises:
-        ValueError: if there is not one normal for each vertex.
+        ValueError: if there is not one normal for each vertex, or uv for each corner.
     """
     n = vertex_normals(mesh) if normals is None else jnp.asarray(normals)
     check_shape("normals", n, mesh.vertices.shape)
@@ -98,7 +116,9 @@ def facets(mesh: Mesh, normals: Any = None, part: Any = None) -> Facets:
     none = jnp.sum(around**2, -1, keepdims=True) == 0.0
     around = jnp.where(none, flat[:, None], around)
     part = np.zeros(mesh.count, np.int32) if part is None else np.asarray(part, np.int32)
-    return Facets(mesh.corners, around, jnp.asarray(part))
+    uv = jnp.zeros((mesh.count, 3, 2), n.dtype) if uv is None else jnp.asarray(uv)
+    check_shape("uv", uv, (mesh.count, 3, 2))
+    return Facets(mesh.corners, around, jnp.asarray(part), uv)
 
 
 def flat_facets(mesh: Mesh, part: Any = None) -> Facets:
@@ -110,7 +130,7 @@ def flat_facets(mesh: Mesh, part: Any = None) -> Facets:
     """
     own = facets(mesh, part=part)
     flat = jnp.broadcast_to(unit(mesh.area_vectors)[:, None], own.normals.shape)
-    return Facets(own.corners, flat, own.part)
+    return Facets(own.corners, flat, own.part, own.uv)
 
 
 def look_at_facet(
@@ -150,7 +170,7 @@ def look_at_facet(
     exponent = jnp.maximum(material.exponent[index], 1e-6)
     lobe = Lobe(material.albedo[index, side], material.specular[index], exponent)
     at = Looked(point, view, lobe, shape_operator(T, turning))
-    return finished(at, index, front, finish)
+    return finished(at, index, front, finish, lambda x: known.uv_at(face, x))
 
 
 __all__ = ["Facets", "facets", "flat_facets", "look_at_facet"]

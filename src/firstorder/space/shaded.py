@@ -24,33 +24,18 @@ from jaxtyping import Array, Bool, Float, Int
 
 from firstorder.conventions import shape_operator
 from firstorder.space.bumps import solid_tilted
+from firstorder.space.finish import Finish, Wrapped
 from firstorder.space.image import Pinhole, View
 from firstorder.space.intersect import nearest
 from firstorder.space.lit import Light, Lobe, Terms, lit, moving_shadows
 from firstorder.space.reflection import SurfacePoint, surface_point
 from firstorder.space.scene import Scene
+from firstorder.space.skylit import CosineSky, turned_to
+from firstorder.space.textures import shape_uv
 from firstorder.things import BACK, FRONT
 from firstorder.vectors import dot, frame, unit
 
 BLOCK = 1024  # pixels at a time: a lamp's nodes are kept for each
-
-Height = Callable[[Int[Array, ""], Float[Array, "3"]], Float[Array, ""]]
-Slopes = Callable[[Int[Array, ""], Float[Array, "3"]], Float[Array, "3"]]
-
-
-class Finish(eqx.Module):
-    """What surfaces have on them: functions of a thing's number and of a position, or None.
-
-    Attributes:
-        height: of bumps [m].
-        slopes: a normal map in space: what `bumps.solid_tilted` takes, for fronts; from behind the
-            same normals are seen from the other side, as those of bumps are.
-        albedo: factor of the diffuse albedo, a texture; not negative.
-    """
-
-    height: Height | None = None
-    slopes: Slopes | None = None
-    albedo: Height | None = None
 
 
 class Looked(eqx.Module):
@@ -124,10 +109,19 @@ def look(
     m = scene.material
     side = jnp.where(back, BACK, FRONT)
     lobe = Lobe(m.albedo[index, side], m.specular[index], jnp.maximum(m.exponent[index], 1e-6))
-    return finished(Looked(surface_point(x, axes, S), view, lobe, S), index, front, finish)
+    plain = Looked(surface_point(x, axes, S), view, lobe, S)
+    return finished(
+        plain, index, front, finish, lambda x: scene.ask(index, lambda a: shape_uv(a, x))
+    )
 
 
-def finished(at: Looked, index: Int[Array, ""], front: Array, finish: Finish | None) -> Looked:
+def finished(
+    at: Looked,
+    index: Int[Array, ""],
+    front: Array,
+    finish: Finish | None,
+    uv: Callable[[Array], Array],
+) -> Looked:
     """A plain point with its bumps and its texture.
 
     Args:
@@ -135,19 +129,20 @@ def finished(at: Looked, index: Int[Array, ""], front: Array, finish: Finish | N
         index: the thing's number.
         front: 1 or -1, for its front or back: a bump is a dip from behind, also in a normal map.
         finish: what it has on it.
+        uv: of a position on it, where `finish` has pictures.
     """
     if finish is None:
         return at
     point, lobe, x = at.point, at.lobe, at.point.position
-    if finish.height is not None:
-        rise = jax.grad(finish.height, 1)
-        point = solid_tilted(point, lambda x: front * rise(index, x))
-    if finish.slopes is not None:
-        tilt = finish.slopes
-        point = solid_tilted(point, lambda x: front * tilt(index, x))
-    if finish.albedo is not None:
-        share, slope = jax.value_and_grad(finish.albedo, 1)(index, x)
-        lobe = Lobe(lobe.albedo * share, lobe.specular, lobe.exponent, lobe.albedo * slope)
+    for tilt in finish.leanings(index, uv):
+        point = solid_tilted(point, lambda x, tilt=tilt: front * tilt(x))
+    for factor in finish.factors(index, uv):
+        share, slope = factor(x), jax.jacfwd(factor)(x)
+        lobe = eqx.tree_at(
+            lambda a: (a.albedo, a.slope),
+            lobe,
+            (lobe.albedo * share, lobe.slope * share + lobe.albedo * slope),
+        )
     return Looked(point, at.view, lobe, at.S)
 
 
@@ -187,7 +182,7 @@ def hidden_at(t: Array, far: Array, near: bool) -> tuple[Array, Array]:
 def shade(
     scene: Scene,
     camera: Pinhole,
-    lamps: Sequence[Light],
+    lamps: Sequence[Light | CosineSky],
     p: Float[Array, "2"],
     index: Int[Array, ""],
     finish: Finish | None = None,
@@ -210,11 +205,15 @@ def shade(
     if not shadows:
         return shade_point(at, lamps)
     held, x, on = jax.lax.stop_gradient((scene, at.point.position, index))
-    return shade_point(at, lamps, [shadow_rays(held, x, lamp, on) for lamp in lamps])
+    n = jax.lax.stop_gradient(at.point.base_normal)
+    rays = [shadow_rays(held, x, turned_to(lamp, n), on) for lamp in lamps]
+    return shade_point(at, lamps, rays)
 
 
 def shade_point(
-    at: Looked, lamps: Sequence[Light], shadows: Sequence[tuple[Array, Array]] | None = None
+    at: Looked,
+    lamps: Sequence[Light | CosineSky],
+    shadows: Sequence[tuple[Array, Array]] | None = None,
 ) -> Pixels:
     """One pixel from the point that it shows and from what is seen from there.
 
@@ -233,6 +232,7 @@ def shade_point(
     sizes = []
     to_eye, footprint = at.view.to_eye, at.view.surface_D_p(at.point)
     for k, lamp in enumerate(lamps):
+        lamp = turned_to(lamp, at.point.base_normal)
         count = lamp.shape[0] * lamp.shape[1]
         seen, depth = jnp.ones(count, dtype), jnp.ones(count, dtype)
         if shadows is not None:
@@ -272,7 +272,7 @@ def _sizes(rows: Array) -> Array:
 def shade_all(
     scene: Scene,
     camera: Pinhole,
-    lamps: Sequence[Light],
+    lamps: Sequence[Light | CosineSky],
     p: np.ndarray,
     index: np.ndarray,
     finish: Finish | None = None,
@@ -336,6 +336,7 @@ __all__ = [
     "Finish",
     "Looked",
     "Pixels",
+    "Wrapped",
     "finished",
     "hidden_at",
     "look",

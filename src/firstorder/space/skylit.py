@@ -4,7 +4,8 @@ Distant light has no SV: when the point moves, its nodes move along (R07 §5.2).
 directions, each with the solid angle of its cell; `space.lit` takes them in place of a lamp's, as
 nodes 1 m away that face the point. Even nodes stand in the middles of cells of equal solid angle,
 `z` along the rows and the azimuth along the columns: shadows that move over them are known. Nodes
-by luminance stand closer where the sky is bright.
+by luminance stand closer where the sky is bright. Nodes by cosine stand about each surface's own
+normal, none below it and more where light counts more.
 """
 
 from __future__ import annotations
@@ -19,7 +20,9 @@ from jaxtyping import Array, Float
 
 from firstorder.conventions import cylindrical
 from firstorder.errors import check_positive
-from firstorder.space.lit import Lamp
+from firstorder.space.lit import Lamp, Light
+from firstorder.typing import as_float
+from firstorder.vectors import cross, frame
 
 Direction = Float[Array, "3"]
 Sky = Callable[[Array], Array]
@@ -155,6 +158,157 @@ def _inverted(weights: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarra
     return cell, (u - ends[cell]) / (ends[cell + 1] - ends[cell])
 
 
+class CosineSky(eqx.Module):
+    r"""A sky as directions about a surface's normal n: cells that light it alike.
+
+    Rows end at `n . w = sqrt(k / rows)`, so that each cell has the same `integral of n . w dw`; the
+    node is the middle of a cell in `n . w` and counts its solid angle, which makes that integral
+    and the solid angle exact. Errors of smooth light fall with the power 3/2 of the rows, for the
+    value and for what a turning normal changes.
+
+    The lattice turns with the base surface, and gradients are those of light from directions that
+    stay: on a curved surface they are the derivative of what is rendered up to that error.
+
+    Args:
+        sky: radiance from unit vectors.
+        rows: of nodes; twice as many columns.
+        shift: of the nodes out of the middles of their cells, in cells, in [-1/2, 1/2].
+
+    Raises:
+        ValueError: if there is no row.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.space.environment import ConstantSky
+        >>> from firstorder.space.skylit import CosineSky
+        >>> n = jnp.array([0.6, 0.0, 0.8])
+        >>> light = CosineSky(ConstantSky(1.0), 4).about(n)
+        >>> round(-jnp.sum(light.area @ n).item(), 12)  # pi
+        3.14159265359
+    """
+
+    sky: Sky
+    rows: int = eqx.field(static=True)
+    shift: Float[Array, "2"] = eqx.field(converter=as_float, default=(0.0, 0.0))
+
+    def __check_init__(self):
+        """Refuse a sky without nodes."""
+        check_positive("rows", self.rows)
+
+    @property
+    def near(self) -> bool:
+        """See `space.lit.Light`."""
+        return False
+
+    @property
+    def even(self) -> bool:
+        """See `space.lit.Light`: in `(n . w)^2` and the azimuth."""
+        return True
+
+    @property
+    def wraps(self) -> bool:
+        """See `space.lit.Light`."""
+        return True
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """See `space.lit.Light`."""
+        return self.rows, 2 * self.rows
+
+    def about(self, n: Direction) -> Turned:
+        """Its nodes above a surface of unit normal n."""
+        rows, columns = self.shape
+        ends = np.sqrt(np.arange(rows + 1) / rows)
+        width = np.repeat(np.diff(ends), columns)
+        z = np.repeat(0.5 * (ends[1:] + ends[:-1]), columns) + self.shift[0] * width
+        phi = _FULL / columns * (jnp.tile(jnp.arange(columns) + 0.5, rows) + self.shift[1])
+        w = cylindrical(jnp.sqrt(jnp.maximum(1.0 - z * z, 0.0)), phi, z) @ frame(n).T
+        area = -w * (_FULL / columns * width)[:, None]
+        return Turned(w, area, jax.vmap(self.sky)(w), n, jnp.asarray(1.0 / width), self.shape)
+
+
+class Turned(eqx.Module):
+    """The nodes of a `CosineSky` above one normal; a `space.lit.Light`.
+
+    Attributes:
+        way: to the nodes, the same from every point [m].
+        area: vectors of the nodes' pieces [m^2].
+        radiance: of each node [W/(m^2 sr)].
+        normal: about which they stand.
+        steep: rows per unit of `n . w`, at each node.
+        shape: rows and columns of nodes.
+    """
+
+    way: Float[Array, "k 3"]
+    area: Float[Array, "k 3"]
+    radiance: Float[Array, " k"]
+    normal: Direction
+    steep: Float[Array, " k"]
+    shape: tuple[int, int] = eqx.field(static=True)
+
+    @property
+    def near(self) -> bool:
+        """See `space.lit.Light`."""
+        return False
+
+    @property
+    def even(self) -> bool:
+        """See `space.lit.Light`."""
+        return True
+
+    @property
+    def wraps(self) -> bool:
+        """See `space.lit.Light`."""
+        return True
+
+    def toward(self, x: Direction) -> tuple[Float[Array, "k 3"], Float[Array, "k 3"]]:
+        """See `space.lit.Light`."""
+        return self.way, self.area
+
+    def slide(self, x: Direction) -> Float[Array, "k 2 3"]:
+        """See `space.lit.Light`: `d(n . w)` and `dphi` in cells."""
+        w, n = self.way, self.normal
+        up = self.steep[:, None] * (n - (w @ n)[:, None] * w)
+        across = cross(jnp.broadcast_to(n, w.shape), w)
+        flat = jnp.maximum(jnp.sum(across**2, -1, keepdims=True), 1e-12)
+        return jnp.stack([up, across / flat * (self.shape[1] / _FULL)], 1)
+
+
+def turned_to(light: Light | CosineSky, n: Direction) -> Light:
+    """A light as a surface of unit normal n sees it: nodes of a `CosineSky` stand about it."""
+    return light.about(n) if isinstance(light, CosineSky) else light
+
+
+def nodes_of(
+    sky: Sky, kind: str, rows: int, shift: tuple[float, float] = (0.0, 0.0)
+) -> Distant | CosineSky:
+    """A sky as nodes of some kind.
+
+    Args:
+        sky: radiance from unit vectors.
+        kind: "even" (`dome`), "cosine" (`CosineSky`) or "luminance" (`by_luminance`).
+        rows: of nodes; twice as many columns.
+        shift: of the nodes out of the middles of their cells, in cells.
+
+    Raises:
+        ValueError: if the kind is not known, or there is no row.
+
+    Example:
+        >>> from firstorder.space.environment import ConstantSky
+        >>> from firstorder.space.skylit import nodes_of
+        >>> nodes_of(ConstantSky(1.0), "cosine", 4).shape
+        (4, 8)
+    """
+    match kind:
+        case "even":
+            return dome(sky, rows, shift)
+        case "cosine":
+            return CosineSky(sky, rows, shift)
+        case "luminance":
+            return by_luminance(sky, rows, shift)
+    raise ValueError(f"Argument `sky_nodes` must be even, cosine or luminance, but is {kind!r}.")
+
+
 def as_distant(lamp: Lamp, place: Direction) -> Distant:
     """A lamp as it looks from one place, taken to look so from everywhere.
 
@@ -180,4 +334,13 @@ def as_distant(lamp: Lamp, place: Direction) -> Distant:
     return Distant(way, area, radiance, lamp.shape, False)
 
 
-__all__ = ["Distant", "as_distant", "by_luminance", "dome"]
+__all__ = [
+    "CosineSky",
+    "Distant",
+    "Turned",
+    "as_distant",
+    "by_luminance",
+    "dome",
+    "nodes_of",
+    "turned_to",
+]
