@@ -23,8 +23,6 @@ add and distances do not, and a ray that meets nothing has the slope 0 and no di
 
 from __future__ import annotations
 
-import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
@@ -37,89 +35,15 @@ from firstorder.errors import (
     nan_unless,
 )
 from firstorder.methods.glossy import spectral_norm
+from firstorder.methods.seen import Seen, seen, seen_facets
 from firstorder.space.image import Pinhole
 from firstorder.space.intersect import nearest
 from firstorder.space.scene import Scene
-from firstorder.space.shaded import look
 from firstorder.typing import RealLike, as_float
-from firstorder.vectors import dot
 
-BLOCK = 1024  # pixels at a time
 NYQUIST = 0.5  # cycles per pixel: nobody sees more
 
 Numbers = Float[Array | np.ndarray, "*n"]
-
-
-class Seen(eqx.Module):
-    """What pixels show, as far as a criterion asks.
-
-    Attributes:
-        position: of the surface [m].
-        normal: unit, on the side of the eye.
-        to_eye: unit.
-        distance: from the eye [m].
-        cosine: between normal and `to_eye`, positive.
-        S: shape operator, first axis in the plane of view, second across it [1/m].
-    """
-
-    position: Float[Array, "*n 3"]
-    normal: Float[Array, "*n 3"]
-    to_eye: Float[Array, "*n 3"]
-    distance: Float[Array, "*n"]
-    cosine: Float[Array, "*n"]
-    S: Float[Array, "*n 2 2"]
-
-
-def seen(scene: Scene, camera: Pinhole, p: np.ndarray, index: np.ndarray) -> Seen:
-    """What each pixel shows; where nothing is met, a plane at 1 m across the ray.
-
-    Args:
-        scene: shapes.
-        camera: the eye.
-        p: image coordinates, shape (n, 2).
-        index: of the shape at each, -1 for none.
-
-    Returns:
-        Arrays of NumPy.
-
-    Example:
-        >>> import numpy as np
-        >>> from firstorder.methods.bandwidth_map import seen
-        >>> from firstorder.space.image import pinhole
-        >>> from firstorder.space.library import sphere_over_plane
-        >>> camera = pinhole((0.0, 0.0, 4.0), (0.0, 0.0, 0.0), up=(0.0, 1.0, 0.0))
-        >>> at = seen(sphere_over_plane(), camera, np.zeros((1, 2)), np.array([0]))
-        >>> at.distance.tolist(), at.S[0].tolist()  # a ball of 0.5 m
-        ([2.5], [[-2.0, -0.0], [-0.0, -2.0]])
-    """
-    count, index = len(p), np.asarray(index)
-    fill = -count % BLOCK
-    p = np.concatenate([p, np.zeros((fill, 2))]).reshape(-1, BLOCK, 2)
-    index = np.concatenate([index, np.full(fill, -1)]).reshape(-1, BLOCK)
-    parts = [
-        jax.tree.map(np.asarray, _seen(scene, camera, jnp.asarray(a), jnp.asarray(i)))
-        for a, i in zip(p, index, strict=True)
-    ]
-    return jax.tree.map(lambda *a: np.concatenate(a)[:count], *parts)
-
-
-@eqx.filter_jit
-def _seen(scene: Scene, camera: Pinhole, p: Array, index: Array) -> Seen:
-    def one(p, index):
-        at = look(scene, camera, p, jnp.maximum(index, 0))
-        n, way = at.point.base_normal, at.view.to_eye
-        c = dot(n, way)
-        across = at.point.tangents.T @ way  # of length sqrt(1 - c^2); any axis will do at 0
-        size = jnp.sqrt(jnp.sum(across * across))
-        a = jnp.where(size > 1e-6, across / jnp.where(size > 1e-6, size, 1.0), jnp.eye(2)[0])
-        R = jnp.stack([a, jnp.stack([-a[1], a[0]])], 1)
-        found = Seen(at.point.position, n, way, at.view.distance, c, R.T @ at.S @ R)
-        d = camera.direction(p)
-        nothing = Seen(camera.eye + d, -d, -d, *jnp.ones(2), jnp.zeros((2, 2)))
-        met = (index >= 0) & (c > 0.0)
-        return jax.tree.map(lambda a, b: jnp.where(met, a, b), found, nothing)
-
-    return jax.vmap(one)(p, index)
 
 
 # --- criteria ------------------------------------------------------------------------------------
@@ -178,6 +102,9 @@ def diffuse_map(
         at: pixels.
         slope: as in `glossy_map`.
         light: as in `glossy_map`.
+
+    Returns:
+        Cycles per radian of the eye.
 
     Raises:
         ValueError: for an argument outside its range; traced ones give NaN.
@@ -302,6 +229,15 @@ def blocker_distance(
         x: points on surfaces [m].
         along: unit vectors.
         on: number of the shape on which each point lies.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.methods.bandwidth_map import blocker_distance
+        >>> from firstorder.space.library import sphere_over_plane
+        >>> up = jnp.array([[[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]]])
+        >>> scene, none = sphere_over_plane(), jnp.array([-1])
+        >>> blocker_distance(scene, jnp.array([[0.0, 0.0, 9.0]]), up, none).tolist()
+        [[inf, 7.5]]
     """
     start = jnp.broadcast_to(x[:, None], along.shape)
     whose = jnp.broadcast_to(on[:, None], along.shape[:2])
@@ -313,16 +249,29 @@ def blocker_distance(
 # --- densities -----------------------------------------------------------------------------------
 
 
-def radians_per_pixel(camera: Pinhole, p: Float[Array | np.ndarray, "*n 2"], side: RealLike):
-    """Square root of a pixel's solid angle: `side gamma^(1/2) / (gamma^2 + p^2)^(3/4)`.
+def radians_per_pixel(
+    camera: Pinhole, p: Float[Array | np.ndarray, "*n 2"], side: RealLike
+) -> Float[Array, "*n"]:
+    """Square root of a pixel's solid angle: `side gamma^(1/2) / (gamma^2 + p^2)^(3/4)` [rad].
+
+    Times cycles per radian it gives cycles per pixel; off the axis a pixel is wider along the
+    radius than across it, by `sqrt(1 + p^2 / gamma^2)`.
 
     Args:
         camera: the eye.
         p: image coordinates.
         side: of a pixel [unit of the image].
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.methods.bandwidth_map import radians_per_pixel
+        >>> from firstorder.space.image import pinhole
+        >>> camera = pinhole((0.0, 0.0, 4.0), (0.0, 0.0, 0.0), up=(0.0, 1.0, 0.0), gamma=2.0)
+        >>> radians_per_pixel(camera, np.zeros((1, 2)), 0.01).tolist()
+        [0.005]
     """
     gamma, p = camera.gamma, as_float(p)
-    return side * jnp.sqrt(gamma) / (gamma**2 + jnp.sum(p * p, -1)) ** 0.75
+    return as_float(side) * jnp.sqrt(gamma) / (gamma**2 + jnp.sum(p * p, -1)) ** 0.75
 
 
 def density(
@@ -375,4 +324,5 @@ __all__ = [
     "radians_per_pixel",
     "rms_cutoff",
     "seen",
+    "seen_facets",
 ]

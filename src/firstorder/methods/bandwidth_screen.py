@@ -49,6 +49,15 @@ def screen_turns(
         label: what each pixel shows.
 
     Reference: D05 §6.2: "directly in screen-space with finite-difference approximation".
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.methods.bandwidth_screen import screen_turns
+        >>> x = np.stack(np.meshgrid(np.arange(3.0), np.arange(2.0), [0.0], indexing="ij"), -1)
+        >>> up, label = np.broadcast_to((0.0, 0.0, 1.0), (3, 2, 3)), np.zeros((3, 2), int)
+        >>> turns = screen_turns(x[:, :, 0], up, np.array([1.0, 0.0, 9.0]), label)
+        >>> turns.position[1, 0].tolist()  # a metre per pixel, of a floor
+        [[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]]
     """
     to_eye = np.asarray(eye) - position
     to_eye = to_eye / np.linalg.norm(to_eye, axis=-1, keepdims=True)
@@ -83,9 +92,22 @@ def screen_glossy(
     x_p is what moves across the mirrored direction r. Arguments are those of
     `bandwidth_map.glossy_map`.
 
+    Valid where a pixel's neighbours show the same smooth surface; errs as the square of a pixel
+    inside of it, as a pixel at its rim.
+
     Raises:
         ValueError: for an argument outside its range; traced ones, and turns that are not finite,
             give NaN.
+
+    Reference: D05 §6.2, eqs. 20-21.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.methods.bandwidth_screen import Turns, screen_glossy
+        >>> one = np.zeros((1, 1, 3, 2))
+        >>> one[0, 0, 0, 0] = 0.5  # along px alone
+        >>> screen_glossy(1.0, Turns(one, 0 * one, one, one), slope=2.0, light=0.25).tolist()
+        [[1.75]]
     """
     valid = _bands(cutoff, slope, light) & _finite(turns.mirrored) & _finite(turns.moved)
     s = as_float(slope)[..., None, None]
@@ -98,9 +120,18 @@ def screen_glossy(
 def screen_diffuse(
     cutoff: RealLike, turns: Turns, slope: RealLike = 0.0, light: RealLike = 0.0
 ) -> Float[Array, "w h"]:
-    """`diffuse_map` from differences [cycles per pixel].
+    """`diffuse_map` from differences: `|n_p| cutoff + s |x_p| (cutoff + light)` [cycles per pixel].
 
-    Arguments are those of `bandwidth_map.diffuse_map`, errors those of `screen_glossy`.
+    x_p is the whole of the motion here. Arguments are those of `bandwidth_map.diffuse_map`, errors
+    and validity those of `screen_glossy`.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.methods.bandwidth_screen import Turns, screen_diffuse
+        >>> one = np.zeros((1, 1, 3, 2))
+        >>> one[0, 0, 0, 0] = 0.5
+        >>> screen_diffuse(1.0, Turns(0 * one, one, one, one), slope=2.0, light=0.25).tolist()
+        [[1.75]]
     """
     valid = _bands(cutoff, slope, light) & _finite(turns.normal) & _finite(turns.position)
     reach = as_float(cutoff) + as_float(light)

@@ -12,6 +12,8 @@ tiny, not zero: their ratios decide, so that no pixel is left without a value.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import scipy.spatial
 from jaxtyping import Array, Float
@@ -102,33 +104,61 @@ def cross_bilateral(
         raise ValueError("Argument `p` must have at least one sample, but has none.")
     shape = depth.shape
     i, j = np.minimum(p.astype(int), np.array(shape) - 1).T
-    z_i, n_i = (depth[i, j], normal[i, j]) if shows is None else shows
+    theirs = (depth[i, j], normal[i, j]) if shows is None else shows
     x, y = (np.arange(n) + 0.5 for n in shape)
     at = np.stack(np.meshgrid(x, y, indexing="ij"), -1).reshape(-1, 2)
-    h, z, n = width.ravel(), depth.ravel(), normal.reshape(-1, 3)
-    tree, out = scipy.spatial.KDTree(p), np.empty(len(at))
+    own = depth.ravel(), normal.reshape(-1, 3)
+    tree, spreads = scipy.spatial.KDTree(p), (depth_share, normal_spread)
+    known = _Known(tree, value, theirs, at, own, width.ravel(), spreads)
+    return known.image(neighbours).reshape(shape)
 
-    def look(rows, k):
-        """Values, and whether any of the k nearest samples is alike."""
-        far, near = tree.query(at[rows], np.arange(1, k + 1), workers=-1)
-        unlike = ((z[rows, None] - z_i[near]) / (depth_share * z[rows, None])) ** 2
-        unlike += np.sum((n[rows, None] - n_i[near]) ** 2, -1) / normal_spread**2
-        exponent = (far / h[rows, None]) ** 2 + unlike
+
+class _Known(NamedTuple):
+    """Samples and pixels, each with depth and normal.
+
+    Attributes:
+        tree: of the samples' places.
+        value: of the samples.
+        theirs: depths and normals of the samples.
+        at: places of the pixels.
+        own: depths and normals of the pixels.
+        width: h of the pixels.
+        spreads: sigma_z and sigma_n.
+    """
+
+    tree: scipy.spatial.KDTree
+    value: np.ndarray
+    theirs: tuple[np.ndarray, np.ndarray]
+    at: np.ndarray
+    own: tuple[np.ndarray, np.ndarray]
+    width: np.ndarray
+    spreads: tuple[float, float]
+
+    def image(self, neighbours: int) -> np.ndarray:
+        """Values of all pixels, in blocks; from more neighbours where none is alike."""
+        count, out = len(self.value), np.empty(len(self.at))
+        rest, k, block = np.arange(len(self.at)), neighbours, BLOCK
+        for _ in range(3):
+            left = []
+            for begin in range(0, len(rest), block):
+                some = rest[begin : begin + block]
+                out[some], alike = self.look(some, min(k, count))
+                left.append(some[~alike])
+            rest = np.concatenate(left) if left else rest
+            if k >= count:
+                break
+            k, block = k * MORE, block // MORE
+        return out
+
+    def look(self, rows: np.ndarray, k: int) -> tuple[np.ndarray, np.ndarray]:
+        """Values of some pixels, and whether any of the k nearest samples is alike."""
+        (z, n), (z_i, n_i), (share, spread) = self.own, self.theirs, self.spreads
+        far, near = self.tree.query(self.at[rows], np.arange(1, k + 1), workers=-1)
+        unlike = ((z[rows, None] - z_i[near]) / (share * z[rows, None])) ** 2
+        unlike += np.sum((n[rows, None] - n_i[near]) ** 2, -1) / spread**2
+        exponent = (far / self.width[rows, None]) ** 2 + unlike
         w = np.exp(-0.5 * (exponent - np.min(exponent, 1, keepdims=True)))
-        return np.sum(w * value[near], 1) / np.sum(w, 1), np.min(unlike, 1) < ALIKE
-
-    rest, k, block = np.arange(len(at)), neighbours, BLOCK
-    for _ in range(3):
-        left = []
-        for begin in range(0, len(rest), block):
-            some = rest[begin : begin + block]
-            out[some], alike = look(some, min(k, len(p)))
-            left.append(some[~alike])
-        rest = np.concatenate(left) if left else rest
-        if k >= len(p):
-            break
-        k, block = k * MORE, block // MORE
-    return out.reshape(shape)
+        return np.sum(w * self.value[near], 1) / np.sum(w, 1), np.min(unlike, 1) < ALIKE
 
 
 __all__ = ["cross_bilateral", "widths"]
