@@ -1,4 +1,4 @@
-"""D05 §6.2 on the scene of `_d05_creatures`: criteria, slopes of blockers, samples, images.
+"""D05 §6.2 on a scene of `_d05_shading`: slopes of blockers, criteria, samples, images.
 
 Lobes count with their root mean square frequencies (`rms_cutoff`), the light with that of its lamp.
 A pixel's bandwidth is the larger of its lobes'. "Mirror" is the criterion without blockers (gloss
@@ -10,24 +10,26 @@ each lobe.
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from typing import NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from figures import _d05_creatures as creatures
-from figures._d05_creatures import View, World
+from figures import _d05_shading as shading
+from figures._d05_shading import Points, View, World, about, mirrored
 from firstorder.methods import bandwidth_map as maps
 from firstorder.methods import bandwidth_screen as screen
 from firstorder.methods.bilateral import cross_bilateral, widths
 from firstorder.methods.caching import ssim
 from firstorder.methods.delaunay import reconstruct
 from firstorder.sampling.blue_noise import place
-from firstorder.vectors import dot, frame, times, unit
+from firstorder.vectors import dot, frame, times
 
 RAYS = 100  # to find blockers, at as many points as there are samples
-LIGHT = float(maps.rms_cutoff(1.0 / creatures.WIDE**2))
+OF_SKY = dict(lamp=30, fill=10, ambient=10)  # of them, where slopes are weighted by light
+LIGHT = float(maps.rms_cutoff(1.0 / shading.WIDE**2))
 
 
 def budget(quick: bool) -> int:
@@ -43,17 +45,31 @@ def chosen(density: np.ndarray, count: int) -> np.ndarray:
 # --- blockers ------------------------------------------------------------------------------------
 
 
-def slopes_at(kind, world: World, view: View, at: np.ndarray, seed: int = 0):
-    """Mean slopes of blockers at pixels by `plain_slopes` or `lit_slopes`, 100 rays each [1/m]."""
-    rows = at @ (view.shows.shape[1], 1)
-    turn = np.random.default_rng(seed).random(len(rows))
-    fill = np.resize(np.arange(len(rows)), -(-len(rows) // 1024) * 1024).reshape(-1, 1024)
-    index = view.shows.ravel()
-    parts = [
-        kind(world.scene, *creatures.taken(view.at, index, rows[k]), jnp.asarray(turn[k]))
-        for k in fill
-    ]
-    return np.concatenate([np.asarray(p) for p in parts], 1)[:, : len(rows)]
+def slopes_at(kind: Callable, world: World, view: View, at: np.ndarray, seed: int = 0):
+    """Mean slopes of blockers at pixels, 100 rays each [1/m].
+
+    Args:
+        kind: `plain_rays` or `lit_rays`.
+        world: the scene.
+        view: its pixels.
+        at: those that are asked, shape (n, 2).
+        seed: of turns of the rays about the normal.
+
+    Returns:
+        For each set of weights, shape (m, n).
+    """
+    turn = np.random.default_rng(seed).random(len(at))
+    points = shading.some(view.points, at @ (view.label.shape[1], 1))
+    exponent, parts = jnp.asarray(world.lobes.exponent), []
+    for block, rows in shading.blocks(points):
+        w, weight = kind(block, exponent, jnp.asarray(turn[rows]))
+        parts.append(np.asarray(_slopes(jnp.asarray(world.rays.distance(block, w)), weight)))
+    return np.concatenate(parts, 1)[:, : len(at)]
+
+
+@eqx.filter_jit
+def _slopes(distance, weight):
+    return maps.mean_slope(jnp.broadcast_to(distance, weight.shape), weight)
 
 
 def _spun(w, turn):
@@ -64,33 +80,36 @@ def _spun(w, turn):
 
 
 @eqx.filter_jit
-def plain_slopes(scene, at, index, turn):
-    """The paper's: rays by the cosine, all of one weight."""
-    w = times(frame(at.normal)[:, None], _spun(creatures.about(RAYS, 1.0), turn))
-    return maps.mean_slope(maps.blocker_distance(scene, at.position, w, index))[None]
+def plain_rays(points: Points, exponent, turn):
+    """The paper's: rays by the cosine, all of one weight; directions and weights (1, n, 100)."""
+    w = times(frame(points.at.normal)[:, None], _spun(about(RAYS, 1.0), turn))
+    return w, jnp.ones((1, *w.shape[:2]))
 
 
 @eqx.filter_jit
-def lit_slopes(scene, at, index, turn):
-    """Weighted by light: rays to the sky's lobes for the diffuse lobe, mirrored ones for gloss."""
-    half = RAYS // 2
-    lamp, fill = (creatures.lobe_nodes(which, n) for which, n in ((creatures.LAMP, half - 20),
-                                                                 (creatures.FILL, 10)))  # fmt: skip
-    ambient = times(frame(at.normal)[:, None], _spun(creatures.about(10, 1.0), turn))
-    n = len(index)
-    sky = [jnp.broadcast_to(w, (n, *w.shape)) for w in (lamp[0], fill[0])]
-    mirrored = 2.0 * dot(at.normal, at.to_eye)[:, None] * at.normal - at.to_eye
-    s = scene.material.exponent[jnp.maximum(index, 0)]
-    gloss = times(frame(unit(mirrored))[:, None], _spun(creatures.about(half, s[:, None]), turn))
-    w = jnp.concatenate([*sky, ambient, gloss], 1)
+def lit_rays(points: Points, exponent, turn):
+    """Weighted by light: rays to the sky for the diffuse lobe, mirrored ones for gloss.
+
+    Returns:
+        Directions, and the light that each brings to one lobe and to the other, (2, n, 100).
+    """
+    at, n, half = points.at, len(points.thing), RAYS // 2
+    s = exponent[jnp.maximum(points.thing, 0), None]
+    lamp, lamp_power = shading.lobe_nodes(shading.LAMP, OF_SKY["lamp"])
+    fill, fill_power = shading.lobe_nodes(shading.FILL, OF_SKY["fill"])
+    fixed = [jnp.broadcast_to(w, (n, *w.shape)) for w in (lamp, fill)]
+    ambient = times(frame(at.normal)[:, None], _spun(about(OF_SKY["ambient"], 1.0), turn))
+    gloss = times(frame(mirrored(at))[:, None], _spun(about(half, s), turn))
+    w = jnp.concatenate([*fixed, ambient, gloss], 1)
     cosine = jnp.maximum(dot(w, at.normal[:, None]), 0.0)
-    share = [lamp[1] / (half - 20), fill[1] / 10, jnp.pi * creatures.AMBIENT / 10]
-    power = jnp.repeat(jnp.stack(share), jnp.array([half - 20, 10, 10]), total_repeat_length=half)
-    lit = jnp.where(jnp.arange(half) < half - 10, cosine[:, :half], 1.0) * power
-    polished = creatures.sky(w[:, half:]) * cosine[:, half:]
-    distance = maps.blocker_distance(scene, at.position, w, index)
-    found = maps.mean_slope(distance[:, :half], lit), maps.mean_slope(distance[:, half:], polished)
-    return jnp.stack(found)
+    powers = (lamp_power, fill_power, jnp.pi * shading.AMBIENT)
+    share = [jnp.full(k, p / k) for k, p in zip(OF_SKY.values(), powers, strict=True)]
+    by_cosine = jnp.arange(half) >= half - OF_SKY["ambient"]  # these are as dense as the cosine
+    lit = jnp.concatenate(share) * jnp.where(by_cosine, 1.0, cosine[:, :half])
+    polished = shading.sky(w[:, half:]) * cosine[:, half:]
+    none = jnp.zeros((n, half))
+    weight = [jnp.concatenate([lit, none], 1), jnp.concatenate([none, polished], 1)]
+    return w, jnp.stack(weight)
 
 
 # --- criteria ------------------------------------------------------------------------------------
@@ -112,10 +131,9 @@ class Criterion(NamedTuple):
 
 def criterion(world: World, view: View) -> Criterion:
     """Differences and bandwidths of an image."""
-    shape = view.shows.shape
-    position = np.asarray(view.at.position).reshape(*shape, 3)
+    position = np.asarray(view.at.position).reshape(view.normal.shape)
     turns = screen.screen_turns(position, view.normal, world.camera.eye, view.label)
-    s = np.asarray(world.scene.material.exponent)[np.maximum(view.shows, 0)]
+    s = world.lobes.exponent[np.maximum(view.shows, 0)]
     return Criterion(turns, np.asarray(maps.rms_cutoff(s)), view.shows >= 0)
 
 
@@ -222,11 +240,11 @@ class Found(NamedTuple):
 
 def criteria(world: World, view: View, count: int) -> Found:
     """All criteria of an image, with slopes from `count` points."""
-    even = np.ones(view.shows.shape)
+    even = np.ones(view.label.shape)
     at = chosen(even, count)
     took, slopes = {}, []
     width = widths(even, len(at))
-    for name, kind in (("plain", plain_slopes), ("light", lit_slopes)):
+    for name, kind in (("plain", plain_rays), ("light", lit_rays)):
         slopes_at(kind, world, view, at[:1])  # compiled before it is timed
         took[name], found = timed(lambda kind=kind: slopes_at(kind, world, view, at))
         over = timed(lambda found=found: [filtered(view, at, each, width) for each in found])

@@ -1,6 +1,6 @@
 """D05 Fig. 16: the criterion without and with blockers, and the samples that follow it.
 
-The scene and its shading are those of `_d05_creatures`, the criteria those of `_d05_sampling`. The
+The scene is `_d05_creatures`, shaded as `_d05_shading` says; criteria are `_d05_sampling`'s. The
 paper leaves open what power of the bandwidth the density is: here the bandwidth itself, which gave
 the smallest errors (Fig. 17 compares), and a tenth of the samples anywhere. The mean distance of
 blockers is found as in the paper from 100 rays at 20,000 points and spread over the image by the
@@ -19,6 +19,7 @@ from scipy.stats import spearmanr
 
 from figures import _d05_creatures as creatures
 from figures import _d05_sampling as shared
+from figures import _d05_shading as shading
 from figures._r07_table import show
 from figures.style import Claim, Drawing
 from firstorder import plotting
@@ -30,8 +31,8 @@ SIDE = 10  # of the blocks over which a criterion is compared with errors [pixel
 
 def draw(quick: bool) -> Drawing:
     world, count = creatures.world(quick), shared.budget(quick)
-    view = creatures.view(world)
-    truth = creatures.reference(world).sum(-1)
+    view = shading.view(world)
+    truth = shading.reference(world).sum(-1)
     found = shared.criteria(world, view, count)
     density = {name: shared.spread(B) for name, B in found.maps.items()}
     samples = {name: shared.chosen(d, count) for name, d in density.items()}
@@ -76,7 +77,7 @@ def _increased(world, view, found, density) -> list[Claim]:
     at, met = view.at, view.shows.ravel() >= 0
     curved = np.linalg.norm(np.asarray(at.S), 2, axis=(-2, -1))
     body = met & (curved > 0.0)
-    floor = met & (view.shows.ravel() == world.scene.named("floor")[0])
+    floor = met & (view.shows.ravel() == world.floor)
     places = (
         ("high curvature", curved, body),
         ("grazing angles", 1.0 / np.asarray(at.cosine), body),
