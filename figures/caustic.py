@@ -20,6 +20,7 @@ from firstorder.flatland import Arcs, Circles, Scene, Segments, thing
 from firstorder.flatland.refraction import Beam, Lens, PointSource, follow, through
 
 INDEX = 1.5
+RAYS = 33  # that are drawn
 
 
 def disc() -> Lens:
@@ -42,22 +43,30 @@ def lens() -> Lens:
 
 
 @eqx.filter_jit
-def along_floor(lens: Lens, s):
-    return lens.irradiance(s)
-
-
-@eqx.filter_jit
-def folds_of(lens: Lens):
-    return lens.folds()
+def exact(lens: Lens, s):
+    """Irradiance along the floor, rays and places of the folds, and which of these are real."""
+    return lens.irradiance(s), *lens.folds()
 
 
 @eqx.filter_jit
 def traced(lens: Lens, q):
+    """Where rays end."""
     return jax.vmap(lens.arrive)(q)
 
 
 @eqx.filter_jit
+def bends(lens: Lens, q):
+    """Where rays start, and where they go in and out: (3, n, 2)."""
+
+    def until(k, q):
+        return follow(lens.scene, lens.path[:k], *lens.light.ray(q)).position
+
+    return jnp.stack([jax.vmap(lambda q, k=k: until(k, q))(q) for k in range(3)])
+
+
+@eqx.filter_jit
 def caustic(lens: Lens, q):
+    """Points of the caustic, and how far along the rays."""
     return jax.vmap(lens.envelope)(q)
 
 
@@ -67,49 +76,43 @@ def draw(quick: bool) -> Drawing:
     arrays, claims = {}, []
     rng = np.random.default_rng(3)
     for column, (name, made) in enumerate((("disc", disc()), ("lens", lens()))):
-        q = np.linspace(made.low, made.high, 401)
-        edge, t = caustic(made, jnp.asarray(q))
-        _, folds, real = folds_of(made)
-        folds = 2.0 * np.asarray(folds)[np.asarray(real)] - 1.0
         x, bins = np.linspace(-0.6, 0.6, places), np.linspace(-0.6, 0.6, 61)
         inner = bins[:-1, None] + (bins[1] - bins[0]) * (np.arange(8) + 0.5) / 8
         # At once: compiling it takes longer than all that it computes.
-        both = along_floor(made, jnp.asarray(0.5 * np.append(x, inner) + 0.5))
-        E, mean = np.asarray(both[:places]), np.asarray(both[places:]).reshape(inner.shape).mean(1)
-        shot = traced(made, jnp.asarray(rng.uniform(made.low, made.high, photons)))
+        both, turned, folds, real = map(
+            np.asarray, exact(made, jnp.asarray(0.5 * np.append(x, inner) + 0.5))
+        )
+        folds = 2.0 * folds[real] - 1.0
+        E, mean = both[:places], both[places:].reshape(inner.shape).mean(1)
+        q = np.append(np.linspace(made.low, made.high, 401), turned)
+        edge, t = map(np.asarray, caustic(made, jnp.asarray(q)))
+        edge, t, at_folds = edge[:401], t[:401], edge[401:]
+        fan = np.linspace(made.low, made.high, RAYS)
+        thrown = np.append(fan, rng.uniform(made.low, made.high, photons))
+        ends = jax.tree.map(np.asarray, traced(made, jnp.asarray(thrown)))
+        shot = jax.tree.map(lambda a: a[RAYS:], ends)
         share = np.where(shot.ok, shot.share, 0.0)
-        counts, _ = np.histogram(2.0 * np.asarray(shot.s) - 1.0, bins, weights=share)
-        squares, _ = np.histogram(2.0 * np.asarray(shot.s) - 1.0, bins, weights=share**2)
+        counts, _ = np.histogram(2.0 * shot.s - 1.0, bins, weights=share)
+        squares, _ = np.histogram(2.0 * shot.s - 1.0, bins, weights=share**2)
         scale = (made.high - made.low) / photons / (bins[1] - bins[0])
         counted, sigma = scale * counts, scale * np.sqrt(squares)
-        _draw_rays(
-            axes[0, column], made, f"{'ab'[column]}) {name}", np.asarray(edge), np.asarray(t)
-        )
+        lines = np.append(bends(made, jnp.asarray(fan)), ends.position[None, :RAYS], axis=0)
+        _draw_rays(axes[0, column], made, f"{'ab'[column]}) {name}", lines, edge, t)
         _draw_light(axes[1, column], x, E, folds, bins, counted, "cd"[column])
-        claims += _claims(name, made, folds, bins, mean, counted, sigma)
+        claims += _claims(name, folds, at_folds, bins, mean, counted, sigma)
         arrays |= {f"{name}_x": x, f"{name}_E": E, f"{name}_folds": folds,
-                   f"{name}_counted": counted, f"{name}_caustic": np.asarray(edge)}  # fmt: skip
+                   f"{name}_counted": counted, f"{name}_caustic": edge}  # fmt: skip
     return Drawing(figure, arrays, claims, size=f"{places} receivers, {photons} photons", seed=3)
 
 
-def _draw_rays(ax, made: Lens, title, edge, t):
+def _draw_rays(ax, made: Lens, title, lines, edge, t):
     plotting.draw_scene(ax, made.scene, normals=False, receivers=("floor",))
-    for q in np.linspace(made.low, made.high, 33):
-        points = [np.asarray(made.light.ray(jnp.asarray(q))[0])]
-        for k in range(1, 3):
-            points.append(np.asarray(_stop(made, k, q)))
-        points.append(np.asarray(made.arrive(q).position))
-        ax.plot(*np.stack(points).T, color="#c2410c", linestyle="-", linewidth=0.4)
+    ax.plot(*lines.transpose(2, 0, 1), color="#c2410c", linestyle="-", linewidth=0.4)
     shown = (t > 0.0) & (edge[:, 1] > -0.05) & (np.abs(edge[:, 0]) < 0.8)
     ax.plot(*edge[shown].T, ".", color="#2563eb", markersize=1.8, linestyle="none")
     ax.set_xlim(-1.05, 1.05)
     ax.set_ylim(-0.1, 2.0)
     ax.set_title(title + ": rays, caustic (blue)", loc="left")
-
-
-@eqx.filter_jit
-def _stop(made: Lens, k: int, q):
-    return follow(made.scene, made.path[:k], *made.light.ray(jnp.asarray(q))).position
 
 
 def _draw_light(ax, x, E, folds, bins, counted, letter):
@@ -123,15 +126,11 @@ def _draw_light(ax, x, E, folds, bins, counted, letter):
     ax.legend()
 
 
-def _claims(name, made, folds, bins, mean, counted, sigma) -> list[Claim]:
+def _claims(name, folds, at_folds, bins, mean, counted, sigma) -> list[Claim]:
     away = np.abs(0.5 * (bins[1:] + bins[:-1])[:, None] - folds).min(axis=1) > 1.5 * np.diff(bins)
     lit = away & (counted > 0.0)
     z = (counted - mean)[lit] / sigma[lit]
-    gaps = []
-    for fold in folds:
-        q = folds_of(made)[0]
-        points = np.asarray(caustic(made, q)[0])
-        gaps.append(np.abs(points - [fold, 0.0]).sum(axis=1).min())
+    gaps = [np.abs(at_folds - [fold, 0.0]).sum(axis=1).min() for fold in folds]
     return [
         Claim(
             f"{name}: photons per bin, in standard deviations from the exact irradiance, rms",

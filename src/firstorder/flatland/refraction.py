@@ -28,7 +28,7 @@ from firstorder.flatland.scene import Scene
 from firstorder.transport.interface import _dielectric
 from firstorder.typing import as_float
 
-THROUGH, BACK = "through", "back"
+THROUGH, BACK, END = KINDS = "through", "back", "end"
 MOST_BRANCHES = 8
 BISECTIONS = 48
 
@@ -154,10 +154,17 @@ def follow(
     Raises:
         ValueError: if a step is neither `THROUGH` nor `BACK`.
     """
-    share, ok, on = jnp.ones((), origin.dtype), jnp.asarray(True), jnp.asarray(-1)
-    for number, step in path:
-        if step not in (THROUGH, BACK):
-            raise ValueError(f"Argument `path` must say 'through' or 'back', but says {step!r}.")
+    for _, kind in path:
+        if kind not in (THROUGH, BACK):
+            raise ValueError(f"Argument `path` must say 'through' or 'back', but says {kind!r}.")
+    steps = [*path, *([] if receiver is None else [(receiver, END)])]
+    numbers = jnp.asarray([number for number, _ in steps], jnp.int32)
+    kinds = jnp.asarray([KINDS.index(kind) for _, kind in steps], jnp.int32)
+
+    def go(ray, step):
+        origin, along, share, ok, on, _ = ray
+        number, kind = step
+        passes, ends = kind == KINDS.index(THROUGH), kind == KINDS.index(END)
         origin, s, met = _met(scene, number, origin, along, on)
         frame = scene.frame(number, s)
         facing = -jnp.sum(frame.normal * along)
@@ -166,22 +173,22 @@ def follow(
         eta = jnp.where(facing > 0.0, safe, 1.0 / safe)
         normal = jnp.where(facing > 0.0, 1.0, -1.0) * frame.normal
         R = reflectance(eta, jnp.abs(facing))
-        if step == THROUGH:
-            along, passes = refracted(along, normal, eta)
-            share, ok = share * (1.0 - R), ok & passes
-        else:
-            along, share = along + 2.0 * jnp.abs(facing) * normal, share * R
-        ok, on = ok & met & (ior > 0.0), jnp.asarray(number)
-    s = jnp.zeros((), origin.dtype)
-    if receiver is not None:
-        origin, s, met = _met(scene, receiver, origin, along, on)
-        ok = ok & met
+        inside, there = refracted(along, normal, eta)
+        mirrored = along + 2.0 * jnp.abs(facing) * normal
+        along = jnp.where(ends, along, jnp.where(passes, inside, mirrored))
+        share = share * jnp.where(ends, 1.0, jnp.where(passes, 1.0 - R, R))
+        ok = ok & met & (ends | (ior > 0.0)) & (there | ~passes)
+        return (origin, along, share, ok, number, jnp.where(ends, s, 0.0)), None
+
+    # A loop and not one copy a step: to compile each takes longer than to follow many rays.
+    zero, one = jnp.zeros((), origin.dtype), jnp.ones((), origin.dtype)
+    start = origin, along, one, jnp.asarray(True), jnp.asarray(-1, jnp.int32), zero
+    (origin, along, share, ok, _, s), _ = jax.lax.scan(go, start, (numbers, kinds))
     return Arrival(origin, along, s, jnp.where(ok, share, 0.0), ok)
 
 
-def _met(scene: Scene, number: int, origin, along, on):
+def _met(scene: Scene, which, origin, along, on):
     """The point of a shape that a ray meets, and whether it is the first thing met."""
-    which = jnp.asarray(number)
     t, s = scene.hit(which, origin, along, on)
     first = first_shape(scene, origin[None], along[None], on[None])[0]
     there = jnp.isfinite(t) & (first == which)
@@ -243,34 +250,32 @@ class Lens(eqx.Module):
         q = jnp.linspace(self.low, self.high, self.samples + 1)
         s, slope, _, ok = jax.vmap(fixed._jet)(q)
         turns = (slope[:-1] * slope[1:] < 0.0) & ok[:-1] & ok[1:]
-        which = jnp.argsort(~turns, stable=True)[:MOST_BRANCHES]
-        root = jax.vmap(lambda a, b: _bisected(lambda q: fixed._jet(q)[1], a, b))
-        found = jax.lax.stop_gradient(root(q[which], q[which + 1]))
-        there = jax.vmap(self.arrive)(found)
-        real = turns[which]
-        extra = jnp.where(real, found, self.high), jnp.where(real, there.s, s[-1])
-        q, s = (jnp.concatenate([a, b]) for a, b in zip((q, s), extra, strict=True))
+        folds = jnp.argsort(~turns, stable=True)[:MOST_BRANCHES]
         # The last rays before total reflection, or before a rim: the cell beyond them is half dark.
-        changes = jnp.argsort(ok[1 : self.samples + 1] == ok[: self.samples], stable=True)
-        rim = jax.vmap(fixed._last)(q[changes[:MOST_BRANCHES]], q[changes[:MOST_BRANCHES] + 1])
-        at_rim = jax.vmap(fixed.arrive)(rim)
-        ok = jnp.concatenate([ok, jnp.where(real, there.ok, ok[-1]), at_rim.ok])
-        q, s = jnp.concatenate([q, rim]), jnp.concatenate([s, at_rim.s])
+        rims = jnp.argsort(ok[1:] == ok[:-1], stable=True)[:MOST_BRANCHES]
+        count, real = folds.size, turns[folds]
+
+        def found(cell, at_rim):
+            rising, lit = slope[cell + 1] > 0.0, ok[cell + 1]
+
+            def beyond(q):
+                _, slope, _, ok = fixed._jet(q)
+                return jnp.where(at_rim, ok == lit, (slope > 0.0) == rising)
+
+            a, b = _narrowed(beyond, q[cell], q[cell + 1])
+            return jnp.where(at_rim, jnp.where(ok[cell], a, b), 0.5 * (a + b))
+
+        more = jax.vmap(found)(jnp.append(folds, rims), jnp.arange(2 * count) >= count)
+        more = jax.lax.stop_gradient(more)
+        there = jax.vmap(self.arrive)(more)
+        kept = jnp.append(real, jnp.ones(count, bool))
+        old, new, none = (q, s, ok), (more, there.s, there.ok), (self.high, s[-1], ok[-1])
+        q, s, ok = (
+            jnp.append(o, jnp.where(kept, n, x)) for o, n, x in zip(old, new, none, strict=True)
+        )
         order = jnp.argsort(q, stable=True)
-        return found, there.s, real, jax.lax.stop_gradient((q[order], s[order], ok[order]))
-
-    def _last(self, a, b):
-        """The last real ray between a and b, of which one is real and one is not."""
-        first = self.arrive(a).ok
-
-        def halve(_, ends):
-            a, b = ends
-            middle = 0.5 * (a + b)
-            same = self.arrive(middle).ok == first
-            return jnp.where(same, middle, a), jnp.where(same, b, middle)
-
-        a, b = jax.lax.fori_loop(0, BISECTIONS, halve, (a, b))
-        return jnp.where(first, a, b)
+        rays = jax.lax.stop_gradient((q[order], s[order], ok[order]))
+        return more[:count], there.s[:count], real, rays
 
     def irradiance(self, s: ArrayLike) -> Float[Array, "*n"]:
         """Irradiance at parameters of the receiver [W/m]; differentiable, infinite at folds."""
@@ -287,9 +292,15 @@ class Lens(eqx.Module):
         which = jnp.argsort(~crossed, stable=True)[:MOST_BRANCHES]
         speed = self.scene.frame(self.receiver, s).speed
 
-        def branch(a, b, there):
-            root = _bisected(lambda q: fixed.arrive(q).s - here, a, b)
-            root = jax.lax.stop_gradient(jnp.where(there, root, 0.5 * (self.low + self.high)))
+        def branch(cell, there):
+            rising = off[cell + 1] > 0.0
+
+            def beyond(q):
+                return (fixed.arrive(q).s > here) == rising
+
+            a, b = _narrowed(beyond, q[cell], q[cell + 1])
+            root = jnp.where(there, 0.5 * (a + b), 0.5 * (self.low + self.high))
+            root = jax.lax.stop_gradient(root)
 
             def newton(root, _):  # no step, but its derivatives
                 at, slope, share, ok = self._jet(root)
@@ -301,7 +312,7 @@ class Lens(eqx.Module):
             spread = jnp.abs(jnp.where(there, slope[-1], 1.0)) * speed
             return jnp.where(there & ok[-1], self.light.power * share[-1] / spread, 0.0)
 
-        return jnp.sum(jax.vmap(branch)(q[which], q[which + 1], crossed[which]))
+        return jnp.sum(jax.vmap(branch)(which, crossed[which]))
 
     def envelope(self, q: ArrayLike) -> tuple[Float[Array, "2"], Float[Array, ""]]:
         """The point of the caustic on the ray q, as it leaves the last step of its path.
@@ -363,15 +374,13 @@ def rainbow(index: float, inside: int) -> float:
     return float(np.arccos(np.sqrt((index**2 - 1.0) / (inside * (inside + 2)))))
 
 
-def _bisected(f, a, b):
-    """A root of f between a and b, where it has opposite signs."""
-    rising = f(b) > 0.0
+def _narrowed(beyond, a, b):
+    """Two ends as close as bisection brings them; `beyond` tells if a place is as b is, not a."""
 
     def halve(_, ends):
         a, b = ends
         middle = 0.5 * (a + b)
-        above = (f(middle) > 0.0) == rising
-        return jnp.where(above, a, middle), jnp.where(above, middle, b)
+        past = beyond(middle)
+        return jnp.where(past, a, middle), jnp.where(past, middle, b)
 
-    a, b = jax.lax.fori_loop(0, BISECTIONS, halve, (a, b))
-    return 0.5 * (a + b)
+    return jax.lax.fori_loop(0, BISECTIONS, halve, (a, b))
