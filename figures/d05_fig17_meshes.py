@@ -8,11 +8,11 @@ of one run, over that of its own shading; only their ratio counts.
 At equal samples and at equal rays the adaptive image is better in all measures, over triangles and
 by the filter. At equal time it is not: the uniform image has 2.3 times the samples (2.4 in other
 runs), for a ray that is asked for a distance, in double, takes three times as long as one that is
-only asked whether it is hidden. By the filter the uniform image then wins in
-all measures; over triangles the adaptive one keeps the lower errors, and SSIM ties: who wins its
-fourth digit is the clock's to say. Without blockers the criterion costs 8 %, and the adaptive image
-wins by all measures whatever is equal. Blockers lower the error on screen by 5 % and raise that of
-radiance by 7 %, as they take samples from highlights.
+only asked whether it is hidden. By the filter the uniform image then wins in all measures; over
+triangles the adaptive one keeps the lower errors, and SSIM ties: who wins its fourth digit is the
+clock's to say. Without blockers the criterion costs 8 %, and the adaptive image wins by all
+measures whatever is equal. Blockers lower the error on screen by 5 % and raise that of radiance by
+7 %, as they take samples from highlights.
 """
 
 from __future__ import annotations
