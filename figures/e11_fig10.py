@@ -15,15 +15,14 @@ filter is as narrow as a pixel, and where no ray has found a blocker yet.
 The last panel has all methods against their budget, on the grids. Sheared filtering is judged with
 its band limit held too: what it cuts off stays, however many rays there are. Here that is little,
 for to 16 rays the lamp's extent and not the limit decides the width. From 16 to 64 rays both
-flatten; from where the limit is raised the error is a tenth lower. What else holds it up was not
-taken apart; the cells of the lamp are part of it (4 x 4 to 4 rays, 8 x 8 at 16, 16 x 16 above),
-and not for its falloff alone: under an even lamp, behind bars at two depths, the mean of eight runs
-is off by .0131, .0090 and .0069 with 4, 8 and 16 cells a side (16 rays, 16 cycles/m). The
-axis-aligned filter converges as its width shrinks. Photons take k ~ N^(2/3), which is best where
-light is smooth and would give N^(-1/3); here the ends of penumbrae are in view, where N^(-1/4) is
-the best to be had for many photons: over these budgets the exponent lies between. Wavelets take no
-fewer than two samples a pixel. The reference's own error is continued from the stratified rays'
-slope and drawn as a line: no curve has come down to it.
+flatten; from where the limit is raised the error is a tenth lower. What else holds it up is taken
+apart in `e11_floors`, on another scene: first of all bounds of depths, which know a pixel's
+frustum, where filters look beyond it. The cells of the lamp are part of it (4 x 4 to 4 rays, 8 x 8
+at 16, 16 x 16 above). The axis-aligned filter converges as its width shrinks. Photons take k ~
+N^(2/3), which is best where light is smooth and would give N^(-1/3); here the ends of penumbrae are
+in view, where N^(-1/4) is the best to be had for many photons: over these budgets the exponent lies
+between. Wavelets take no fewer than two samples a pixel. The reference's own error is continued
+from the stratified rays' slope and drawn as a line: no curve has come down to it.
 """
 
 from __future__ import annotations

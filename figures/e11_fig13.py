@@ -9,11 +9,13 @@ counted. Errors are those of the ground.
 At one band limit errors stop falling: what is left is the blur of the filter, and of the few own
 rays. (g) shows that it goes with the band limit, as in the paper's Fig. 16: a low one is best for
 few rays, a high one for many; there pixels among blockers have 64 own rays. What is left of it at
-16 rays is twofold. Filters are at least half a pixel wide, and the reference is of points. And
-answers are told by 4 x 4 cells of the lamp: 8 x 8 take 7, 17 and 22 % off the error at band limits
-of 2, 4 and 8 (16 rays, 96 x 96 pixels), but want more rays to fill them. That is not for the
-light's falloff alone: under an even lamp, behind bars at two depths, the mean of eight runs is off
-by .0131, .0090 and .0069 with 4, 8 and 16 cells a side (16 rays, 16 cycles/m).
+16 rays is threefold, and taken apart in `e11_floors`: bounds of depths know the pixel's frustum,
+and filters look beyond it, which is the most of it and can be cured; filters are at least half a
+pixel wide, and the reference is of points; and answers are told by 4 x 4 cells of the lamp: 8 x 8
+take 7, 17 and 22 % off the error at band limits of 2, 4 and 8 (16 rays, 96 x 96 pixels), but want
+more rays to fill them. That is not for the light's falloff alone: under an even lamp, behind bars
+at two depths, the mean of eight runs is off by .0131, .0090 and .0069 with 4, 8 and 16 cells a side
+(16 rays, 16 cycles/m).
 
 The paper gives times for Figs. 1 and 11 only; the share of tracing is beside that of Fig. 1. A ray
 costs us some 0.7 microseconds of a core, and the paper some 17 (2,048 rays, Fig. 1). So stratified

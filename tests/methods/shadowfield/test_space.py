@@ -7,7 +7,7 @@ import scipy.integrate
 from firstorder.methods.shadowfield import space
 from firstorder.methods.shadowfield.depths import depth_bounds
 from firstorder.methods.shadowfield.rays import lamp_frame, trace
-from firstorder.methods.shadowfield.space import filter_shape, sheared
+from firstorder.methods.shadowfield.space import bounds_under_filter, filter_shape, sheared
 
 HIGH = 4.0
 LAMP = lamp_frame((0.0, 0.0, HIGH), (0.0, 0.8, 0.0), (0.8, 0.0, 0.0))
@@ -381,3 +381,51 @@ def test_a_slanted_thing_does_not_hide_itself_from_rays_from_below():
     found = sheared(LAMP, table, on, 2.0, PIXEL, np.zeros(len(on)))
     np.testing.assert_array_equal(found.visible, 1.0)
     np.testing.assert_array_equal(found.own, 0.0)
+
+
+# --- bounds of all that a filter looks at --------------------------------------------------------
+
+
+SHEETS = ((2.0, (-9.0, -9.0), (-0.3, 9.0)), (3.2, (0.5, -9.0), (9.0, 9.0)))  # one from each side
+
+
+def test_bounds_under_the_filter_are_those_of_the_first_frustum_as_wide_as_it():
+    table, _ = trace(LAMP, floor(), 4, cards(*SHEETS))
+    at, limit, side = floor()[::5], 6.0, 1
+    d1 = LAMP.local(at)[:, 2]
+    expected, left = np.full((2, len(at)), np.nan), np.ones(len(at), bool)
+    sides = []
+    while np.any(left):
+        both = np.stack(depth_bounds(LAMP, table, at, side * PIXEL))
+        expected[:, left] = both[:, left]
+        sigma = filter_shape(d1, *both, limit, PIXEL, 0.8).sigma
+        more = np.isfinite(sigma) & (sigma > side * PIXEL) & (side < 16)
+        sides += [side] * np.sum(left & ~more)
+        left &= more
+        side *= 2
+    found = bounds_under_filter(LAMP, table, at, limit, PIXEL, 16)
+    np.testing.assert_array_equal(np.stack(found), expected)
+    assert len(set(sides)) > 2
+
+
+def beside_error(rays, bounds):
+    """The mean of runs off the truth, in which noise averages out."""
+    points, block = floor(32), cards(*SHEETS)
+    true, seen = brute_force(points, block), []
+    for seed in range(4):
+        table, _ = trace(LAMP, points, rays, block, seed)
+        both = bounds(LAMP, table, points, 4.0, PIXEL)
+        none = np.zeros(len(points))
+        seen.append(sheared(LAMP, table, points, 4.0, PIXEL, none, 8, None, both).visible)
+    return np.sqrt(np.mean((np.mean(seen, 0) - true) ** 2))
+
+
+def test_bounds_under_the_filter_lower_what_rays_do_not():
+    """Blockers beside a pixel's frustum, at other depths than those within."""
+
+    def plain(lamp, table, points, limit, pixel):
+        return depth_bounds(lamp, table, points, pixel)
+
+    few, many = (beside_error(rays, plain) for rays in (4, 16))
+    assert many > 0.95 * few
+    assert beside_error(16, bounds_under_filter) < 0.3 * many
