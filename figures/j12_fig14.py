@@ -8,14 +8,14 @@ threshold is found by halving for 20 records in each order; where the count jump
 nearest count stands, and the share of such orders is a claim. Errors are RMS over 512 places
 between the candidates, mean ± standard deviation over orders. Extrapolation is of first order.
 
-Clamps: at least a candidate's cell (7.8 mm), at most the floor (2 m). They act on a quarter of the
+Clamps: at least a candidate's cell (7.8 mm), at most the floor (2 m). They act on a fifth of the
 split circle's records before the white wall, where the distance to the wall falls to zero, and on
 none of the Hessian's. Cutting at 0.25 m instead moves the mean without a wall from 3.9e-4 to
 3.7e-4 W/m for the total and from 5.0e-4 to 3.9e-4 for the integrated square, and neither split
 circle's (64 other orders; not drawn).
 
 "Equal or much lower" holds: little is won over the shortest ray without the wall, and a factor of
-seven before the white one, where the split circle spends its records on a corner in which nothing
+six before the white one, where the split circle spends its records on a corner in which nothing
 happens. That the total error wins among definitions is so for the mean over orders, and for a
 reason that the paper does not give: at equal counts a definition is a power of |E''| (1/3 for the
 total, 2/5 for the integrated square, 1/2 for averages), and the smallest power is the one that
