@@ -15,6 +15,8 @@ from __future__ import annotations
 import functools
 from typing import Any, NamedTuple
 
+import equinox as eqx
+import jax.numpy as jnp
 import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
@@ -112,12 +114,15 @@ class Piece(NamedTuple):
 def meshes(pieces: dict[str, Piece]) -> Meshes:
     """Pieces by name, ready for rays; numbers are in their order."""
     whole, part = joined([piece.mesh for piece in pieces.values()])
-    first, labels, normals = 0, [], []
+    normals = np.array(eqx.filter_jit(vertex_normals)(whole))
+    first, vertex, labels = 0, 0, []
     for mesh, own, better in pieces.values():
         labels.append(own + first)
         first += int(np.max(own)) + 1
-        normals.append(np.asarray(vertex_normals(mesh)) if better is None else better)
-    known = facets(whole, np.concatenate(normals), part)
+        if better is not None:
+            normals[vertex : vertex + len(better)] = better
+        vertex += len(mesh.vertices)
+    known = eqx.filter_jit(facets)(whole, jnp.asarray(normals))
     return Meshes(Embree(whole), known, part, np.concatenate(labels))
 
 

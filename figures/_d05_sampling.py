@@ -137,21 +137,24 @@ def criterion(world: World, view: View) -> Criterion:
     return Criterion(turns, np.asarray(maps.rms_cutoff(s)), view.shows >= 0)
 
 
+_glossy, _diffuse = eqx.filter_jit(screen.screen_glossy), eqx.filter_jit(screen.screen_diffuse)
+
+
 def mirror(c: Criterion) -> np.ndarray:
     """Without blockers: D05 (20) from differences."""
-    return np.where(c.met, screen.screen_glossy(c.gloss, c.turns), 0.0)
+    return plain(c, np.zeros(c.met.shape))
 
 
-def plain(c: Criterion, slope: np.ndarray) -> np.ndarray:
+def plain(c: Criterion, slope: np.ndarray, light: float = 0.0) -> np.ndarray:
     """With blockers: D05 (21) from differences, one slope for all."""
-    return np.where(c.met, screen.screen_glossy(c.gloss, c.turns, slope), 0.0)
+    return np.where(c.met, _glossy(c.gloss, c.turns, slope, np.array(light)), 0.0)
 
 
 def lobes(c: Criterion, diffuse: np.ndarray, gloss: np.ndarray) -> np.ndarray:
     """Both lobes with the light's bandwidth, each past its own blockers; the larger of the two."""
-    polished = screen.screen_glossy(c.gloss, c.turns, gloss, LIGHT)
-    spread = screen.screen_diffuse(maps.rms_cutoff(1.0), c.turns, diffuse, LIGHT)
-    return np.where(c.met, np.maximum(polished, spread), 0.0)
+    cosine = np.array(maps.rms_cutoff(1.0))
+    spread = np.where(c.met, _diffuse(cosine, c.turns, diffuse, np.array(LIGHT)), 0.0)
+    return np.maximum(plain(c, gloss, LIGHT), spread)
 
 
 # --- images --------------------------------------------------------------------------------------
