@@ -16,7 +16,8 @@ above the .01576 of 2 cycles everywhere.
 
 What does not fall with the shared rays, and is drawn: where the ground lies among the blockers, the
 pixel's own 16 rays stay 16; the reference has noise of its own; and what a low limit blurs stays
-blurred. The high limit has none of that bias and is noisier for as long as rays are few.
+blurred. The high limit has none of that bias and is noisier for as long as rays are few. That
+frusta of pixels do not know what filters look at beside them is shown in `e11_floors`.
 """
 
 from __future__ import annotations

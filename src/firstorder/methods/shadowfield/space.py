@@ -138,6 +138,13 @@ def bounds_under_filter(
     Between two sheets at different depths the error of 4 and 16 rays is .072 and .072 by bounds of
     the pixel, and .014 and .011 by these (tests).
 
+    Filters become narrower, so that few rays gain least. RMS in % on the ground of the figures'
+    scenes, 256 x 256 pixels, 1 cycle of the lamp's diameter, by bounds of the pixel and by these:
+
+        rays  gathering   grids       array
+        1     2.25, 2.09  2.97, 2.94  4.29, 4.37
+        4     1.56, 1.26  1.41, 1.40  2.37, 2.32
+
     Args:
         lamp: the lamp.
         table: the rays.
