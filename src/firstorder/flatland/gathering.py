@@ -83,12 +83,12 @@ def _gaps(scene: Scene, panels: Panels, at: Receiver) -> _Gaps:
         return scene.hit(i, eye.position, direction(eye.n + angle), eye.on)
 
     def frozen(i, a, m, b):
-        (ta, sa), (tm, sm), (tb, sb) = (meet(i, angle, fixed) for angle in (a, m, b))
+        t, (sa, sm, sb) = jax.vmap(lambda angle: meet(i, angle, fixed))(jnp.stack([a, m, b]))
         front = jnp.sum(scene.frame(i, sm).normal * direction(fixed.n + m)) < 0.0
         # Seen from the front the parameter grows with the angle. Closed shapes go on past 1.
         sa, sb = jnp.where(front, sa, sb), jnp.where(front, sb, sa)
-        ok = jnp.isfinite(ta) & jnp.isfinite(tm) & jnp.isfinite(tb)
-        return sm - jnp.mod(sm - sa, 1.0), sm + jnp.mod(sb - sm, 1.0), front, ok
+        span = sm - jnp.mod(sm - sa, 1.0), sm + jnp.mod(sb - sm, 1.0)
+        return *span, front, jnp.all(jnp.isfinite(t))
 
     fixed_low, fixed_high = jax.lax.stop_gradient((low, high))
     s0, s1, front, ok = jax.vmap(frozen)(shape, fixed_low, 0.5 * (ends[1:] + ends[:-1]), fixed_high)
@@ -109,14 +109,12 @@ def _gaps(scene: Scene, panels: Panels, at: Receiver) -> _Gaps:
     valid = (
         (seen.seen >= 0) & ok & here0 & here1 & (width > 256.0 * eps) & (span[:, 1] > span[:, 0])
     )
-    angles = [jnp.where(front, low, high), jnp.where(front, high, low)]
-    moved = [
-        jax.vmap(lambda i, s, angle, v: _moved(scene, i, s, angle, at, fixed, v))(
-            shape, span[:, k], angles[k], valid
-        )
-        for k in (0, 1)
-    ]
-    return _Gaps(shape, sheet, span, jnp.stack(moved, -1), valid, panel)
+    angles = jnp.stack([jnp.where(front, low, high), jnp.where(front, high, low)], -1)
+    both = jax.vmap(_moved, (None, None, 0, 0, None, None, None))
+    moved = jax.vmap(both, (None, 0, 0, 0, None, None, 0))(
+        scene, shape, span, angles, at, fixed, valid
+    )
+    return _Gaps(shape, sheet, span, moved, valid, panel)
 
 
 def _moved(scene: Scene, i, s, angle, at: Receiver, fixed: Receiver, valid):
@@ -237,8 +235,5 @@ def _ends(scene, panels: Panels, at: Receiver, here: Receiver, gaps: _Gaps, L):
         _, slope = jax.jvp(lambda s: f(s, here), (s,), (jnp.ones_like(s),))
         return moved * f(s, at) + 0.5 * moved**2 * slope
 
-    both = [
-        jax.vmap(end)(gaps.shape, gaps.panel[:, j], gaps.span[:, j], gaps.moved[:, j])
-        for j in (0, 1)
-    ]
-    return jnp.sum(jnp.where(gaps.valid, both[1] - both[0], 0.0))
+    both = jax.vmap(jax.vmap(end, (None, 0, 0, 0)))(gaps.shape, gaps.panel, gaps.span, gaps.moved)
+    return jnp.sum(jnp.where(gaps.valid, both[:, 1] - both[:, 0], 0.0))

@@ -1,6 +1,6 @@
 """Questions that the search for visual events asks of a scene: many rays or points at a time.
 
-Answers are NumPy arrays. Batches are filled up to a multiple of 64, so that few programs are
+Answers are NumPy arrays. Batches are filled up to a power of two, so that few programs are
 compiled.
 """
 
@@ -36,11 +36,11 @@ def shoot(scene: Scene, origins, along) -> Met:
 
 
 def batched(program, scene: Scene, *rows):
-    """Runs a program on rows filled up to a multiple of 64: few lengths, few compilations."""
+    """Runs a program on rows filled up to a power of two from 64 on: few lengths to compile."""
     count = len(rows[0])
     if not count:
         rows = [np.zeros((1, *np.shape(r)[1:]), np.asarray(r).dtype) for r in rows]
-    fill = -len(rows[0]) % 64
+    fill = max(64, 1 << (len(rows[0]) - 1).bit_length()) - len(rows[0])
     full = [np.pad(r, ((0, fill), *[(0, 0)] * (np.ndim(r) - 1)), mode="edge") for r in rows]
     out = program(scene, *map(jnp.asarray, full))
     return jax.tree.map(lambda a: np.asarray(a)[:count], out)
