@@ -1,5 +1,7 @@
 """Shared shadow rays in space: exact where they should be, better than a pixel's own elsewhere."""
 
+import functools
+
 import numpy as np
 import pytest
 import scipy.integrate
@@ -36,13 +38,13 @@ def cards(*rectangles):
     return hidden
 
 
-def fence_light(receivers):
-    """The share of the lamp that is seen through the fence, whose bars run along y."""
+def fence_light(receivers, bars=None):
+    """The share of the lamp that is seen past bars that run along y, the fence by default."""
     across = 0.8 * ((2.0 * np.arange(4096) + 1.0) / 4096 - 1.0)
     shares = {}
     for x in np.unique(receivers[:, 0]):
         hidden = np.zeros(len(across), bool)
-        for z, low, high in FENCE:
+        for z, low, high in FENCE if bars is None else bars:
             p = across + (HIGH - z) / HIGH * (x - across)
             hidden |= (p >= low[0]) & (p <= high[0])
         shares[x] = 1.0 - np.mean(hidden)
@@ -308,14 +310,20 @@ def brute_force(receivers, blockers, n=48):
     return free.reshape(len(receivers), -1).mean(1)
 
 
+@functools.cache
+def level_truths(slope):
+    """Of the ground and of the card."""
+    return [brute_force(points, cards(CARD, *SLATS)) for points in two_levels(slope)]
+
+
 def level_errors(slope, rays=4):
     """Of the ground and of the card: with rays of their own, and with those of both."""
     block, found = cards(CARD, *SLATS), []
     levels = two_levels(slope)
     own = [trace(LAMP, points, rays, block, k)[0] for k, points in enumerate(levels)]
     both = type(own[0])(*(np.concatenate(a) for a in zip(*own, strict=True)))
-    for points, table in zip(levels, own, strict=True):
-        true, none = brute_force(points, block), np.zeros(len(points))
+    for points, table, true in zip(levels, own, level_truths(slope), strict=True):
+        none = np.zeros(len(points))
         for some in (table, both):
             seen = sheared(LAMP, some, points, 2.0, PIXEL, none)
             assert np.all(seen.own == 0.0)
@@ -410,10 +418,10 @@ def test_bounds_under_the_filter_are_those_of_the_first_frustum_as_wide_as_it():
 
 def beside_error(rays, bounds):
     """The mean of runs off the truth, in which noise averages out."""
-    points, block = floor(32), cards(*SHEETS)
-    true, seen = brute_force(points, block), []
+    points, seen = floor(), []
+    true = fence_light(points, SHEETS)
     for seed in range(4):
-        table, _ = trace(LAMP, points, rays, block, seed)
+        table, _ = trace(LAMP, points, rays, cards(*SHEETS), seed)
         both = bounds(LAMP, table, points, 4.0, PIXEL)
         none = np.zeros(len(points))
         seen.append(sheared(LAMP, table, points, 4.0, PIXEL, none, 8, None, both).visible)
