@@ -10,6 +10,7 @@ from firstorder.methods.importance import (
     by_bending,
     by_differences,
     by_gradient,
+    by_hessian,
     by_variance,
     far_light,
     product,
@@ -40,6 +41,23 @@ def test_differences_of_gradients_are_a_quadratics_hessian():
     for squares in seen(quadratic, by_bending)[1:]:  # one-sided at the first grid's border
         np.testing.assert_allclose(squares.bending, np.broadcast_to(H, (len(squares.size), 2, 2)))
         np.testing.assert_allclose(by_bending(squares), np.linalg.norm(H) * squares.size**3)
+
+
+def test_bending_sees_a_penumbra_that_begins_beside_the_middles():
+    """A parabola from x = 9 on: in squares whose middles it leaves out, there is no Hessian."""
+
+    def shade(p):
+        d = np.maximum(p[:, 0] - 9.0, 0.0)
+        H = np.zeros((len(p), 2, 2))
+        H[:, 0, 0] = 2.0 * (d > 0.0)
+        return Shaded(d**2, np.stack([2.0 * d, 0.0 * d], -1), H)
+
+    # 4 x 4 squares of 8 pixels with their middles at 4, 12, 20 and 28
+    first = seen(shade, by_bending, 16)[0]
+    bending, hessian = (f(first).reshape(4, 4)[:, 0] / 8.0**3 for f in (by_bending, by_hessian))
+    np.testing.assert_allclose(hessian, [0.0, 2.0, 2.0, 2.0])
+    # differences of the slopes 0, 6, 22 and 38: one-sided, over two squares, ...
+    np.testing.assert_allclose(bending, [6.0 / 8, 22.0 / 16, 2.0, 2.0])
 
 
 def test_on_a_plane_variance_is_differences_squared():

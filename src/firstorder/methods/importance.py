@@ -113,7 +113,11 @@ def by_differences(squares: Squares) -> Numbers:
 def by_hessian(squares: Squares) -> Numbers:
     """`|Hess I| h^3`: the shading function's `more` holds the Hessian, (n, 2, 2) per pixel^2.
 
-    What is read off samples with their planes, or linearly, errs by second derivatives.
+    What is read off samples with their planes, or linearly, errs by second derivatives. Exact ones
+    with moving shadows come from `jax.hessian` of `space.irradiance`; but a Hessian in the middle
+    of a square is zero in a shadow's core and in open light, and knows nothing of a penumbra that
+    begins beside it. A floor under a lamp and a ball, 64 x 64 pixels, 5 to 30 % of samples, put
+    together linearly: 0.84 to 0.94 of the error by `by_gradient`; by `by_bending` 0.40 to 0.63.
 
     Raises:
         ValueError: if there are none.
@@ -134,7 +138,11 @@ def by_hessian(squares: Squares) -> Numbers:
 def by_bending(squares: Squares) -> Numbers:
     """`|Hess I| h^3`, the Hessian from differences of neighbouring samples' gradients.
 
-    The second order that needs no second derivative, and sees shadows move where gradients do.
+    The second order that needs no second derivative, and sees shadows move where gradients do: it
+    is the mean Hessian between the samples. In the penumbra of a ball (gradients of
+    `lit.moving_shadows`, 48 x 48 nodes) it is off the exact one by 5 % in the median where samples
+    are a quarter of the penumbra apart, 15 % at a half and 40 % at all of it; by 90 % where the
+    gradients leave out that shadows move.
 
     Raises:
         ValueError: if the shading function computes no gradients.

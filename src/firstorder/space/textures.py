@@ -6,7 +6,8 @@ shapes by `shape_uv`, faces of meshes by those of their corners (`space.facets`)
 picture's rows and v upwards, both from 0 to 1; beyond, a picture repeats or holds its border.
 
 A texture is bilinear between the middles of its pixels: continuous, and its gradient is exact but
-on the lines through those middles, where it jumps. Heights and normals want one derivative more,
+on the lines through those middles, where it jumps. No picture is filtered: a pixel of the image
+sees one place of it, and far away it aliases. Heights and normals want one derivative more,
 and are cubic splines. With `uv` as a function of the position, J its derivative,
 
     grad h = J^T dh/d(u, v),      t ~ X_u ~ grad v x (grad u x grad v),      b ~ X_v, normal to t
