@@ -22,7 +22,7 @@ from firstorder.errors import check_not_negative, check_positive
 # pixels, 4 rays, tests of `space`): RMS .0427 with 0, .0359 with 0.01, .0332 with 0.02, .0344 with
 # 0.06. Depth runs along the lamp's normal, so that a tilted lamp slants level ground: E11 Fig. 1's
 # stand-in has 653 effective rays where it had 695, with the same error; under a lamp that leans by
-# 45 degrees (the figures' `mirror`, 4 rays, 8 cycles) the error is 8 % larger. What else is lost are
+# 45 degrees (the figures' `mirror`, 4 rays, 8 cycles) the error is 8 % larger. Also lost are
 # blockers as near as that of which only rays from below know: see `space`.
 LEVEL = 0.02
 # Steps of an additive sequence: 1/g and 1/g^2 of the root of g^3 = g + 1.
