@@ -294,7 +294,8 @@ def leaning(normals: Callable[[UV], Direction], uv: Callable[[Direction], UV]) -
     def slopes(x):
         along_u, along_v = jax.jacfwd(uv)(x)
         n = cross(along_u, along_v)
-        t, b = unit(cross(along_v, n)), cross(unit(n), unit(cross(along_v, n)))
+        t = unit(cross(along_v, n))
+        b = unit(cross(n, t))
         m = normals(uv(x))
         return -(m[0] * t + m[1] * b) / jnp.maximum(m[2], STEEPEST)
 
