@@ -37,7 +37,9 @@ class Distant(eqx.Module):
         area: vectors of the nodes' pieces, along the side that emits [m^2].
         radiance: of each node [W/(m^2 sr)].
         shape: rows and columns of nodes.
-        even: whether they are the middles of cells of equal solid angle, all around.
+        even: whether they are the middles of cells in `axis . w` and the azimuth, all around.
+        axis: unit vector about which even nodes stand.
+        steep: rows of even nodes per unit of `axis . w`, of each or of all.
     """
 
     way: Float[Array, "k 3"]
@@ -45,6 +47,8 @@ class Distant(eqx.Module):
     radiance: Float[Array, " k"]
     shape: tuple[int, int] = eqx.field(static=True)
     even: bool = eqx.field(static=True)
+    axis: Direction = eqx.field(converter=as_float, default=(0.0, 0.0, 1.0))
+    steep: Float[Array, "*k"] = eqx.field(converter=as_float, default=0.0)
 
     @property
     def near(self) -> bool:
@@ -61,14 +65,12 @@ class Distant(eqx.Module):
         return self.way, self.area
 
     def slide(self, x: Direction) -> Float[Array, "k 2 3"]:
-        """See `space.lit.Light`: of even nodes of a sky, `dz` and `dphi` in cells."""
-        rows, columns = self.shape
-        w = self.way
-        flat = jnp.maximum(w[:, 0] ** 2 + w[:, 1] ** 2, 1e-12)
-        up = 0.5 * rows * (jnp.array([0.0, 0.0, 1.0], w.dtype) - w[:, 2:] * w)
-        zero = jnp.zeros_like(flat)
-        around = jnp.stack([-w[:, 1], w[:, 0], zero], -1) / flat[:, None] * (columns / _FULL)
-        return jnp.stack([up, around], 1)
+        """See `space.lit.Light`: of even nodes, `d(axis . w)` and `dphi` in cells."""
+        w, n = self.way, self.axis
+        up = self.steep[..., None] * (n - (w @ n)[:, None] * w)
+        across = cross(jnp.broadcast_to(n, w.shape), w)
+        flat = jnp.maximum(jnp.sum(across**2, -1, keepdims=True), 1e-12)
+        return jnp.stack([up, across / flat * (self.shape[1] / _FULL)], 1)
 
 
 def dome(sky: Sky, rows: int = 16, shift: tuple[float, float] = (0.0, 0.0)) -> Distant:
@@ -99,7 +101,8 @@ def dome(sky: Sky, rows: int = 16, shift: tuple[float, float] = (0.0, 0.0)) -> D
     phi = _FULL * (j.ravel() + shift[1]) / columns
     w = cylindrical(jnp.asarray(np.sqrt(1.0 - z * z)), jnp.asarray(phi), jnp.asarray(z))
     L = jax.vmap(sky)(w)
-    return Distant(w, -w * (2.0 * _FULL / len(z)), L, (rows, columns), True)
+    area = -w * (2.0 * _FULL / len(z))
+    return Distant(w, area, L, (rows, columns), True, steep=0.5 * rows)
 
 
 FINE = 256  # rows of the table by which directions are chosen
@@ -219,7 +222,7 @@ class CosineSky(eqx.Module):
         """See `space.lit.Light`."""
         return self.rows, 2 * self.rows
 
-    def about(self, n: Direction) -> Turned:
+    def about(self, n: Direction) -> Distant:
         """Its nodes above a surface of unit normal n."""
         rows, columns = self.shape
         ends = np.sqrt(np.arange(rows + 1) / rows)
@@ -228,54 +231,7 @@ class CosineSky(eqx.Module):
         phi = _FULL / columns * (jnp.tile(jnp.arange(columns) + 0.5, rows) + self.shift[1])
         w = cylindrical(jnp.sqrt(jnp.maximum(1.0 - z * z, 0.0)), phi, z) @ frame(n).T
         area = -w * (_FULL / columns * width)[:, None]
-        return Turned(w, area, jax.vmap(self.sky)(w), n, jnp.asarray(1.0 / width), self.shape)
-
-
-class Turned(eqx.Module):
-    """The nodes of a `CosineSky` above one normal; a `space.lit.Light`.
-
-    Attributes:
-        way: to the nodes, the same from every point [m].
-        area: vectors of the nodes' pieces [m^2].
-        radiance: of each node [W/(m^2 sr)].
-        normal: about which they stand.
-        steep: rows per unit of `n . w`, at each node.
-        shape: rows and columns of nodes.
-    """
-
-    way: Float[Array, "k 3"]
-    area: Float[Array, "k 3"]
-    radiance: Float[Array, " k"]
-    normal: Direction
-    steep: Float[Array, " k"]
-    shape: tuple[int, int] = eqx.field(static=True)
-
-    @property
-    def near(self) -> bool:
-        """See `space.lit.Light`."""
-        return False
-
-    @property
-    def even(self) -> bool:
-        """See `space.lit.Light`."""
-        return True
-
-    @property
-    def wraps(self) -> bool:
-        """See `space.lit.Light`."""
-        return True
-
-    def toward(self, x: Direction) -> tuple[Float[Array, "k 3"], Float[Array, "k 3"]]:
-        """See `space.lit.Light`."""
-        return self.way, self.area
-
-    def slide(self, x: Direction) -> Float[Array, "k 2 3"]:
-        """See `space.lit.Light`: `d(n . w)` and `dphi` in cells."""
-        w, n = self.way, self.normal
-        up = self.steep[:, None] * (n - (w @ n)[:, None] * w)
-        across = cross(jnp.broadcast_to(n, w.shape), w)
-        flat = jnp.maximum(jnp.sum(across**2, -1, keepdims=True), 1e-12)
-        return jnp.stack([up, across / flat * (self.shape[1] / _FULL)], 1)
+        return Distant(w, area, jax.vmap(self.sky)(w), self.shape, True, n, 1.0 / width)
 
 
 def turned_to(light: Light | CosineSky, n: Direction) -> Light:
@@ -341,7 +297,6 @@ def as_distant(lamp: Lamp, place: Direction) -> Distant:
 __all__ = [
     "CosineSky",
     "Distant",
-    "Turned",
     "as_distant",
     "by_luminance",
     "dome",
