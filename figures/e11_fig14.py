@@ -8,10 +8,9 @@ of its own, drawn anew, for stratified rays too. The scenes are those of Figs. 9
 frame, one either way. Light band limit: 1 wavelength per lamp; bounds of depths are smoothed over
 one pixel; pixels among blockers have 64 rays of their own, which are counted.
 
-References are 512 stratified rays wherever 64 pilot rays of a pixel or of one no farther than two
-pixels do not all agree, and the pilots' 0 or 1 elsewhere: 2,048 rays for 48 frames would take 6
-minutes of a core. What such a reference flickers itself is measured on the first two frames, with
-other rays, and taken out of all numbers in square.
+References are 2,048 stratified rays wherever 64 pilot rays of a pixel or of one no farther than two
+pixels do not all agree, and the pilots' 0 or 1 elsewhere. What such a reference flickers itself is
+measured on the first two frames, with other rays, and taken out of all numbers in square.
 
 10 shared rays for trees are not smoother than 2,048 stratified ones, as the paper sees them, but as
 some hundred: our picture has 1/60 of its pixels, and so as much fewer rays to share.
@@ -33,7 +32,7 @@ from firstorder import plotting
 FRAMES, QUICK_FRAMES = 24, 3
 SIDE, QUICK_SIDE = 128, 32
 BUDGETS = (0.3, 3.0, 10.0)
-RAYS = 512  # of the reference
+RAYS = 2048  # of the reference
 SHOWN = {"grids": 3.0, "trees": 10.0}  # as the paper's stills
 BAND = 1.0
 CURVE = (1, 3, 10, 32)
