@@ -12,7 +12,7 @@ rays: 1.80), nor where rays start, which on ground alone changes nothing. It is 
 depths know what is between the lamp and the pixel, and the filter looks at places beside it: in
 full light next to a penumbra (the streak in b) a frustum grazes one thing at one depth, which
 allows any width, and rays that other things hide at other depths are slid to the wrong place. With
-bounds under the whole filter (`space.bounds_under_filter`; red, c) it is 1.03, and then limit and
+bounds under the filter (`space.bounds_under_filter`; red, c) it is 1.03, and then limit and
 cells count: .93 with 8 cycles, .77 with 8 x 8 cells, .60 with both. Too many cells are worse again
 (16 x 16: 1.34): the filter of such a limit holds fewer rays than cells, and a cell without rays
 takes the mean of all rays, which the light's falloff does not weigh. The last part, filters of half

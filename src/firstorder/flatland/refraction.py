@@ -157,6 +157,10 @@ def follow(
     for _, kind in path:
         if kind not in (THROUGH, BACK):
             raise ValueError(f"Argument `path` must say 'through' or 'back', but says {kind!r}.")
+    # A loop carries one precision from step to step: that which scene and ray make together.
+    known = jax.tree.leaves(eqx.filter(scene, eqx.is_inexact_array))
+    dtype = jnp.result_type(origin, along, *known)
+    origin, along = jnp.asarray(origin, dtype), jnp.asarray(along, dtype)
     steps = [*path, *([] if receiver is None else [(receiver, END)])]
     numbers = jnp.asarray([number for number, _ in steps], jnp.int32)
     kinds = jnp.asarray([KINDS.index(kind) for _, kind in steps], jnp.int32)
@@ -181,7 +185,7 @@ def follow(
         return (origin, along, share, ok, number, jnp.where(ends, s, 0.0)), None
 
     # A loop and not one copy a step: to compile each takes longer than to follow many rays.
-    zero, one = jnp.zeros((), origin.dtype), jnp.ones((), origin.dtype)
+    zero, one = jnp.zeros((), dtype), jnp.ones((), dtype)
     start = origin, along, one, jnp.asarray(True), jnp.asarray(-1, jnp.int32), zero
     (origin, along, share, ok, _, s), _ = jax.lax.scan(go, start, (numbers, kinds))
     return Arrival(origin, along, s, jnp.where(ok, share, 0.0), ok)

@@ -341,7 +341,7 @@ def test_rays_of_another_level_do_no_harm(slope):
     ground, ground_both, card, card_both = level_errors(slope)
     assert max(ground, card) < 0.05
     assert ground_both < 1.1 * ground
-    assert card_both < 0.7 * card
+    assert card_both < 0.7 * card  # .68 and .62 with these seeds
 
 
 @pytest.mark.parametrize("fault", ["starts anywhere", "hidden by what is below"])

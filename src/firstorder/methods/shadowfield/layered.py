@@ -43,6 +43,10 @@ def split(table: RayTable, depth: float) -> Layers:
     First and last blockers say of every ray whether each layer hides it. What lies between them is
     not known: the last blocker above and the first one below may be others than those kept here.
 
+    Valid when: rays start at the receivers' level. A ray from farther below that something above
+    the depth hides may have its last blocker below the receivers, and says nothing then of what the
+    lower layer hides from them, but is taken for free there.
+
     Args:
         table: the rays.
         depth: below the lamp [m].
@@ -85,6 +89,8 @@ def layered(
     falloff: Callable[[Plane], Numbers] | None = None,
 ) -> Numbers:
     """Share of the lamp that is seen past two layers of blockers.
+
+    Valid when: rays start at the receivers' level, as `split` wants them.
 
     Args:
         lamp: the lamp.
