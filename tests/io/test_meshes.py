@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstorder.io import Embree, read_mesh
+from firstorder.io.meshes import read_mesh_uv
 from firstorder.space.mesh import mesh
 from firstorder.space.mesh_outline import EveryFace
 
@@ -52,6 +53,50 @@ def test_parts_are_placed_and_joined_and_seams_are_closed(tmp_path):
     )
     seam = read_mesh(tmp_path / "seam.obj")
     assert (len(seam.vertices), len(seam.edges)) == (4, 5)
+
+
+HALF = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)])
+TWO = """mtllib two.mtl
+v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0.25 0.75
+usemtl red\nf 1/1 2/2 3/3\nusemtl blue\n{}
+"""
+
+
+def test_u_and_v_of_several_materials_are_those_of_the_file(tmp_path):
+    """As they were written, by the corners' places; nothing where one part has none."""
+    (tmp_path / "two.mtl").write_text("newmtl red\nKd 1 0 0\nnewmtl blue\nKd 0 0 1\n")
+    (tmp_path / "two.obj").write_text(TWO.format("f 1/1 3/3 4/4"))
+    found, uv = read_mesh_uv(tmp_path / "two.obj")
+    told = {(0.0, 0.0): (0.0, 0.0), (1.0, 0.0): (1.0, 0.0), (1.0, 1.0): (1.0, 1.0)}
+    told[0.0, 1.0] = (0.25, 0.75)
+    assert found.count == 2
+    expected = [
+        [told[tuple(x)] for x in face[:, :2].tolist()] for face in np.asarray(found.corners)
+    ]
+    np.testing.assert_array_equal(uv, expected)
+
+    (tmp_path / "some.obj").write_text(TWO.format("f 1 3 4"))
+    found, uv = read_mesh_uv(tmp_path / "some.obj")
+    assert (found.count, uv) == (2, None)
+
+
+def test_u_and_v_of_placed_parts_are_those_of_the_file(tmp_path):
+    scene, square = trimesh.Scene(), np.append(HALF, np.zeros((3, 1)), 1)
+    for k, colour in enumerate(((255, 0, 0, 255), (0, 0, 255, 255))):
+        skin = trimesh.visual.TextureVisuals(
+            HALF * (k + 1) / 2, trimesh.visual.material.PBRMaterial(baseColorFactor=colour)
+        )
+        part = trimesh.Trimesh(square, [[0, 1, 2]], visual=skin, process=False)
+        scene.add_geometry(
+            part, transform=trimesh.transformations.translation_matrix([2 * k, 0, 0])
+        )
+    scene.export(tmp_path / "two.glb")
+    found, uv = read_mesh_uv(tmp_path / "two.glb")
+    x = np.asarray(found.corners)
+    for face, here in zip(x, uv, strict=True):
+        k = int(face[:, 0].min() / 2)
+        np.testing.assert_allclose(here, (face[:, :2] - [2 * k, 0]) * (k + 1) / 2, atol=1e-6)
+    assert sorted(x[:, :, 0].min(1)) == [0.0, 2.0]
 
 
 @pytest.mark.parametrize(

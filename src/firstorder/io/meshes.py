@@ -55,8 +55,8 @@ def read_mesh_uv(path: str | os.PathLike[str]) -> tuple[Mesh, np.ndarray | None]
         path: the file.
 
     Returns:
-        The mesh; and (u, v) at the corners of each face, shape (f, 3, 2), None if the file has
-        none: from 0 to 1, v upwards.
+        The mesh; and (u, v) at the corners of each face, shape (f, 3, 2), None if a part of
+        the file has none: from 0 to 1, v upwards.
 
     Raises:
         ValueError, ModuleNotFoundError: as `read_mesh`.
@@ -80,31 +80,52 @@ def read_mesh_uv(path: str | os.PathLike[str]) -> tuple[Mesh, np.ndarray | None]
         why = (error.strerror or "unknown reason").lower()
         raise ValueError(f"{path.name}: the file cannot be opened ({why}).") from None
     try:
-        found = trimesh.load_scene(path, process=False).to_mesh()
-        vertices = np.asarray(found.vertices, float).reshape(-1, 3)
-        faces = np.asarray(found.faces, np.int64).reshape(-1, 3)
-        uv = getattr(found.visual, "uv", None)
+        # Joined by trimesh, pictures of all parts would become one, and (u, v) move with them.
+        found = trimesh.load_scene(path, process=False).dump(concatenate=False)
+        parts = [_part(m) for m in found if isinstance(m, trimesh.Trimesh) and len(m.faces)]
     except Exception as error:  # whatever the library thinks of the bytes
         words = " ".join(str(error).split()).rstrip(".")[:120] or type(error).__name__
         raise ValueError(f"{path.name}: the file is no mesh ({words}).") from None
-    if not len(faces):
+    if not parts:
         raise ValueError(f"{path.name}: the file holds no triangle.")
     try:
+        for one in parts:
+            _check_numbers(one.faces, len(one.vertices))
+        first = np.cumsum([0, *(len(one.vertices) for one in parts)])
+        vertices = np.concatenate([one.vertices for one in parts])
         same, number = np.unique(vertices + 0.0, axis=0, return_inverse=True)
-        _check_numbers(faces, len(vertices))
-        made = mesh(same, number.ravel()[faces])
+        faces = np.concatenate([one.faces + k for one, k in zip(parts, first, strict=False)])
+        merged = number.ravel()[faces]
+        made = mesh(same, merged)
     except ValueError as error:
         words = str(error).removeprefix("Argument ")
         raise ValueError(f"{path.name}: {words}") from None
-    return made, _at_corners(uv, faces, number.ravel()[faces])
+    uv = [one.uv for one in parts if one.uv is not None]
+    return made, np.concatenate(uv)[faces][proper(merged)] if len(uv) == len(parts) else None
 
 
-def _at_corners(uv: Any, faces: np.ndarray, merged: np.ndarray) -> np.ndarray | None:
-    """Of vertices as the file has them; faces that `mesh` leaves out are left out here too."""
-    if uv is None or np.shape(uv)[:1] <= (faces.max(),):
-        return None
-    a, b, c = merged.T
-    return np.asarray(uv, float)[faces][(a != b) & (b != c) & (c != a), :, :2]
+class _Part(NamedTuple):
+    """One of a file, where the file has it; (u, v) at the vertices, None for none."""
+
+    vertices: np.ndarray
+    faces: np.ndarray
+    uv: np.ndarray | None
+
+
+def _part(found: Any) -> _Part:
+    """From trimesh."""
+    vertices = np.asarray(found.vertices, float).reshape(-1, 3)
+    uv = getattr(found.visual, "uv", None)
+    if np.shape(uv)[:1] != (len(vertices),):
+        uv = None
+    faces = np.asarray(found.faces, np.int64).reshape(-1, 3)
+    return _Part(vertices, faces, None if uv is None else np.asarray(uv, float)[:, :2])
+
+
+def proper(faces: np.ndarray) -> np.ndarray:
+    """Which faces have three vertices: `space.mesh.mesh` leaves out the others."""
+    a, b, c = np.asarray(faces).T
+    return (a != b) & (b != c) & (c != a)
 
 
 def _check_numbers(faces: np.ndarray, count: int) -> None:
