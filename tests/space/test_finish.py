@@ -6,14 +6,15 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.space import Scene, rectangle, sphere, thing
+from firstorder.space import Scene, ellipsoid, rectangle, sphere, thing
+from firstorder.space.bumps import chart, normal_mapped
 from firstorder.space.facets import facets, look_at_facet
 from firstorder.space.finish import ByNumber, Finish, Wrapped
 from firstorder.space.image import pinhole
 from firstorder.space.lit import Lamp
 from firstorder.space.mesh import mesh
 from firstorder.space.shaded import look, shade_point
-from firstorder.space.textures import Heights, Texture, normals_of
+from firstorder.space.textures import Heights, Texture, normals_of, shape_uv
 
 ROWS, COLUMNS = np.arange(6)[:, None], np.arange(8)[None]
 PIXELS = 0.5 + 0.4 * np.sin(2 * np.pi * ROWS / 6) * np.cos(2 * np.pi * COLUMNS / 8)
@@ -99,6 +100,29 @@ def test_the_pixel_shows_the_texel_that_lies_there():
     block = PIXELS[i : i + 2, j : j + 2]
     expected = np.array([1 - b, b]) @ block @ np.array([1 - a, a])
     np.testing.assert_allclose(value(FINISHES["texture"]) / value(None), expected, rtol=1e-10)
+
+
+def test_a_pixel_of_an_ellipsoid_leans_as_its_chart():
+    """Its u and v change along the normal too, which no tangent knows of."""
+    axes = jnp.diag(jnp.array([0.9, 0.6, 0.4]))
+    scene = Scene.of(thing(ellipsoid((0.0, 0.0, 0.3), axes), **MATTER))
+    place, index, normals = jnp.asarray(P), jnp.array(0), normals_of(NORMALS)
+
+    def surface(uv):
+        phi, theta = 2.0 * jnp.pi * (uv[0] - 0.5), jnp.pi * (uv[1] - 0.5)
+        level = jnp.cos(theta)
+        way = jnp.stack([level * jnp.cos(phi), level * jnp.sin(phi), jnp.sin(theta)])
+        return jnp.array([0.0, 0.0, 0.3]) + axes @ way
+
+    @jax.jit
+    def both():
+        at = look(scene, CAMERA, place, index, FINISHES["normal map"]).point
+        uv = shape_uv(jax.tree.map(lambda a: a[0], scene.groups[0]), at.position)
+        return at, normal_mapped(chart(surface, uv), normals, uv)
+
+    found, expected = both()
+    np.testing.assert_allclose(found.position, expected.position, rtol=1e-12)
+    np.testing.assert_allclose(found.normal, expected.normal, rtol=1e-10)
 
 
 def test_others_wear_nothing():

@@ -1,5 +1,6 @@
 """Pictures and waves on surfaces: known texels, gradients by differences, charts as references."""
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -7,7 +8,10 @@ import pytest
 
 from firstorder.space import box, cylinder, disc, plane, rectangle, sphere
 from firstorder.space.bumps import bumped, chart, normal_mapped, solid_tilted
+from firstorder.space.facets import facets
 from firstorder.space.makers import triangle
+from firstorder.space.mesh import mesh
+from firstorder.space.shapes import Boxes, Cylinders, Ellipsoids
 from firstorder.space.textures import (
     Heights,
     Leaning,
@@ -18,6 +22,7 @@ from firstorder.space.textures import (
     rising,
     shape_uv,
 )
+from firstorder.vectors import cross, unit
 
 RNG = np.random.default_rng(7)
 PIXELS = RNG.uniform(0.2, 0.9, (3, 5))
@@ -110,38 +115,59 @@ def test_poles_have_finite_derivatives():
 
 # --- bumps and normals against charts ------------------------------------------------------------
 
-RADIUS = 0.7
-BALL = sphere((0.1, 0.2, 0.3), RADIUS)
+MIDDLE = jnp.array([0.1, 0.2, 0.3])
 
 
-def ball(uv):
-    """The ball's own surface by (u, v), as `shape_uv` counts them."""
+def round_(uv):
     phi, theta = 2.0 * jnp.pi * (uv[0] - 0.5), jnp.pi * (uv[1] - 0.5)
     level = jnp.cos(theta)
-    way = jnp.stack([level * jnp.cos(phi), level * jnp.sin(phi), jnp.sin(theta)])
-    return jnp.array([0.1, 0.2, 0.3]) + RADIUS * way
+    return jnp.stack([level * jnp.cos(phi), level * jnp.sin(phi), jnp.sin(theta)])
 
 
+def upright_(uv):
+    phi = 2.0 * jnp.pi * (uv[0] - 0.5)
+    return jnp.stack([jnp.cos(phi), jnp.sin(phi), 2.0 * uv[1] - 1.0])
+
+
+def lid(uv):
+    return jnp.append(2.0 * uv - 1.0, 1.0)
+
+
+# Shapes, and their own surfaces by (u, v) as `shape_uv` counts them, before their axes.
+CHARTS = {
+    "sphere": (Ellipsoids, round_, np.diag([0.7, 0.7, 0.7])),
+    "ellipsoid": (Ellipsoids, round_, np.diag([1.0, 0.5, 0.3])),
+    "elliptic cylinder": (Cylinders, upright_, np.diag([1.0, 0.5, 1.0])),
+    "sheared box": (Boxes, lid, np.array([[1.0, 0.5, 0.3], [0.0, 1.0, 0.4], [0.0, 0.0, 1.0]])),
+}
+
+
+@pytest.mark.parametrize("name", CHARTS)
 @pytest.mark.parametrize("kind", ["heights", "normals"])
-def test_pictures_on_a_ball_are_those_of_its_chart(kind):
+def test_pictures_on_a_shape_are_those_of_its_chart(kind, name):
     """Normal and turning by (u, v) of the position, and by the parametrisation of the surface."""
-    uv = jnp.array([0.31, 0.62])
-    at, row = chart(ball, uv), one(BALL)
+    shape, canonical, axes = CHARTS[name]
+    row, uv = one(shape(MIDDLE, axes)), jnp.array([0.31, 0.62])
+    heights = Heights.of(0.05 * SMOOTH, (2.0, 1.0))
+    colours = 0.5 + np.stack([0.2 * SMOOTH, 0.1 * SMOOTH**2, 0.3 + 0.0 * SMOOTH], -1)
+    normals = normals_of(colours, (1.0, 2.0))
 
     def place(x):
         return shape_uv(row, x)
 
-    np.testing.assert_allclose(place(at.position), uv, rtol=1e-12)
-    if kind == "heights":
-        heights = Heights.of(0.05 * SMOOTH, (2.0, 1.0))
-        expected, slopes = bumped(at, heights, uv), rising(heights, place)
-    else:
-        colours = 0.5 + np.stack([0.2 * SMOOTH, 0.1 * SMOOTH**2, 0.3 + 0.0 * SMOOTH], -1)
-        normals = normals_of(colours, (1.0, 2.0))
-        expected, slopes = normal_mapped(at, normals, uv), leaning(normals, place)
-    found = solid_tilted(at.point(), slopes)
+    @jax.jit
+    def both(uv):
+        at = chart(lambda uv: MIDDLE + jnp.asarray(axes) @ canonical(uv), uv)
+        if kind == "heights":
+            expected, slopes = bumped(at, heights, uv), rising(heights, place)
+        else:
+            expected, slopes = normal_mapped(at, normals, uv), leaning(normals, place, row.normal)
+        return place(at.position), at.axes[:, 2], expected, solid_tilted(at.point(), slopes)
+
+    there, up, expected, found = both(uv)
+    np.testing.assert_allclose(there, uv, rtol=1e-12)
     np.testing.assert_allclose(found.normal, expected.normal, rtol=1e-10)
-    assert np.linalg.norm(found.normal - at.axes[:, 2]) > 0.05
+    assert np.linalg.norm(found.normal - up) > 0.05
     np.testing.assert_allclose(found.turning, expected.turning, rtol=1e-9, atol=1e-9)
 
 
@@ -149,14 +175,42 @@ def test_green_leans_up_the_picture_where_it_lies_mirrored_too():
     """The tangent b goes with v, whichever hand u and v make."""
     up = jnp.broadcast_to(jnp.array([0.5, 0.7, 0.9]), (4, 4, 3))
     for side in (1.0, -1.0):
-        slopes = leaning(normals_of(up), lambda x, side=side: jnp.stack([side * x[0], x[1]]))
+        place = lambda x, side=side: jnp.stack([side * x[0], x[1]])  # noqa: E731
+        slopes = leaning(normals_of(up), place, lambda x: jnp.array([0.0, 0.0, 1.0]))
         np.testing.assert_allclose(slopes(jnp.zeros(3)), [0.0, -0.5, 0.0], atol=1e-12)
 
 
-def test_without_u_and_v_nothing_leans():
+@pytest.mark.parametrize("single", [False, True])
+@pytest.mark.parametrize(
+    "corners",
+    [
+        [(0.3, 0.3)] * 3,
+        [(0.1, 0.7), (0.4, 0.8), (1.0, 1.0)],
+        [(0.0, 0.5), (0.7, 0.5), (0.2, 0.5)],
+    ],
+)
+def test_without_u_and_v_nothing_leans(corners, single):
+    """A face whose corners lie at one point of the picture, or in a line; 60 faces in space."""
     normals = normals_of(np.full((4, 4, 3), 0.7))
-    found = jax.jacfwd(leaning(normals, lambda x: jnp.zeros(2)))(jnp.ones(3))
-    np.testing.assert_array_equal(found, 0.0)
+    faces = np.random.default_rng(3).uniform(-1.0, 1.0, (60, 3, 3))
+
+    @jax.jit
+    def slopes(corners, uv):
+        known = facets(mesh(np.eye(3), [[0, 1, 2]]), uv=np.zeros((1, 3, 2)))
+        known = eqx.tree_at(lambda k: (k.corners, k.uv), known, (corners[None], uv[None]))
+        face = jnp.array(0)
+        up = unit(cross(corners[1] - corners[0], corners[2] - corners[0]))
+        tilt = leaning(normals, lambda x: known.uv_at(face, x), lambda x: up)
+        x = corners.mean(0)
+        return tilt(x), jax.jacfwd(tilt)(x)
+
+    kind = jnp.float32 if single else jnp.float64
+    uv = jnp.asarray(corners, kind)
+    for face in faces:
+        for found in slopes(jnp.asarray(face, kind), uv):
+            np.testing.assert_array_equal(found, 0.0)
+    good = slopes(jnp.asarray(faces[0], kind), jnp.asarray([(0, 0), (1, 0), (0, 1)], kind))
+    assert np.linalg.norm(good[0]) > 0.5
 
 
 def test_heights_go_through_their_pixels():

@@ -82,7 +82,9 @@ class Facets(eqx.Module):
         """
         if self.uv is None:
             return jnp.zeros(2, x.dtype)
-        return self._weights(face, x)[1] @ self.uv[face]
+        b, (first, second, third) = self._weights(face, x)[1], self.uv[face]
+        # By differences: corners at one point of the picture leave no slope, nor one of rounding.
+        return third + b[0] * (first - third) + b[1] * (second - third)
 
     def _weights(self, face, x):
         """Along the normal and twice the area long; barycentric coordinates; their gradients."""
@@ -170,7 +172,7 @@ def look_at_facet(
     exponent = jnp.maximum(material.exponent[index], 1e-6)
     lobe = Lobe(material.albedo[index, side], material.specular[index], exponent)
     at = Looked(point, view, lobe, shape_operator(T, turning))
-    return finished(at, index, front, finish, lambda x: known.uv_at(face, x))
+    return finished(at, index, front, finish, lambda x: known.uv_at(face, x), lambda x: up)
 
 
 __all__ = ["Facets", "facets", "flat_facets", "look_at_facet"]

@@ -50,12 +50,18 @@ class Finish(eqx.Module):
     albedo: Height | None = None
     wrapped: Wrapped | None = None
 
-    def leanings(self, index: Int[Array, ""], uv: Callable[[Array], Array]) -> list[Callable]:
+    def leanings(
+        self,
+        index: Int[Array, ""],
+        uv: Callable[[Array], Array],
+        up: Callable[[Array], Array],
+    ) -> list[Callable]:
         """Slopes in space of one thing, functions of the position, each of which tilts the normal.
 
         Args:
             index: the thing's number.
             uv: of a position on it.
+            up: its unit normal there, without all this.
         """
         found = []
         if self.height is not None:
@@ -68,7 +74,7 @@ class Finish(eqx.Module):
         if over.height is not None:
             found.append(rising(functools.partial(over.height, index), uv))
         if over.normals is not None:
-            found.append(leaning(functools.partial(over.normals, index), uv))
+            found.append(leaning(functools.partial(over.normals, index), uv, up))
         return found
 
     def factors(self, index: Int[Array, ""], uv: Callable[[Array], Array]) -> list[Callable]:

@@ -110,9 +110,11 @@ def look(
     side = jnp.where(back, BACK, FRONT)
     lobe = Lobe(m.albedo[index, side], m.specular[index], jnp.maximum(m.exponent[index], 1e-6))
     plain = Looked(surface_point(x, axes, S), view, lobe, S)
-    return finished(
-        plain, index, front, finish, lambda x: scene.ask(index, lambda a: shape_uv(a, x))
-    )
+
+    def uv(x):
+        return scene.ask(index, lambda a: shape_uv(a, x))
+
+    return finished(plain, index, front, finish, uv, lambda x: scene.normal(index, x))
 
 
 def finished(
@@ -121,6 +123,7 @@ def finished(
     front: Array,
     finish: Finish | None,
     uv: Callable[[Array], Array],
+    up: Callable[[Array], Array],
 ) -> Looked:
     """A plain point with its bumps and its texture.
 
@@ -130,11 +133,12 @@ def finished(
         front: 1 or -1, for its front or back: a bump is a dip from behind, also in a normal map.
         finish: what it has on it.
         uv: of a position on it, where `finish` has pictures.
+        up: the unit normal of its front there, of the surface by itself.
     """
     if finish is None:
         return at
     point, lobe, x = at.point, at.lobe, at.point.position
-    for tilt in finish.leanings(index, uv):
+    for tilt in finish.leanings(index, uv, up):
         point = solid_tilted(point, lambda x, tilt=tilt: front * tilt(x))
     for factor in finish.factors(index, uv):
         share, slope = factor(x), jax.jacfwd(factor)(x)

@@ -8,7 +8,8 @@ picture's rows and v upwards, both from 0 to 1; beyond, a picture repeats or hol
 A texture is bilinear between the middles of its pixels: continuous, and its gradient is exact but
 on the lines through those middles, where it jumps. No picture is filtered: a pixel of the image
 sees one place of it, and far away it aliases. Heights and normals want one derivative more,
-and are cubic splines. With `uv` as a function of the position, J its derivative,
+and are cubic splines. With `uv` as a function of the position, J its derivative, and grad u and
+grad v the parts of its rows along the surface,
 
     grad h = J^T dh/d(u, v),      t ~ X_u ~ grad v x (grad u x grad v),      b ~ X_v, normal to t
 
@@ -34,7 +35,7 @@ from firstorder.fields.spectrum import Grid
 from firstorder.space.bumps import NormalMap
 from firstorder.space.shapes import Boxes, Cylinders, Ellipsoids, Planes, Shape, Triangles
 from firstorder.typing import Scalar, as_float
-from firstorder.vectors import cross, unit
+from firstorder.vectors import cross, dot, unit
 
 Direction = Float[Array, "3"]
 UV = Float[Array, "2"]
@@ -274,26 +275,35 @@ def rising(height: Callable[[UV], Scalar], uv: Callable[[Direction], UV]) -> Cal
     return lambda x: jax.grad(height)(uv(x)) @ jax.jacfwd(uv)(x)
 
 
-def leaning(normals: Callable[[UV], Direction], uv: Callable[[Direction], UV]) -> Callable:
+def leaning(
+    normals: Callable[[UV], Direction],
+    uv: Callable[[Direction], UV],
+    up: Callable[[Direction], Direction],
+) -> Callable:
     """A tangent-space normal map as slopes in space: `bumps.normal_mapped` without a chart.
 
-    Where u and v are not known (their gradients are parallel) nothing leans.
+    Where u and v are not known (their gradients are parallel, to half of all digits) nothing leans.
 
     Args:
         normals: (m_1, m_2, m_3) of (u, v), m_3 > 0, differentiable.
         uv: of a position, twice differentiable.
+        up: the base surface's unit normal there, on either side; differentiable.
 
     Example:
         >>> import jax.numpy as jnp
         >>> from firstorder.space.textures import leaning
-        >>> slopes = leaning(lambda uv: jnp.array([0.6, 0.0, 0.8]), lambda x: x[:2])
+        >>> up = jnp.array([0.0, 0.0, 1.0])
+        >>> slopes = leaning(lambda uv: jnp.array([0.6, 0.0, 0.8]), lambda x: x[:2], lambda x: up)
         >>> [round(a, 9) for a in slopes(jnp.zeros(3)).tolist()]
         [-0.75, 0.0, 0.0]
     """
 
     def slopes(x):
-        along_u, along_v = jax.jacfwd(uv)(x)
+        J, base = jax.jacfwd(uv)(x), up(x)
+        along_u, along_v = J - (J @ base)[:, None] * base
         n = cross(along_u, along_v)
+        least = jnp.finfo(x.dtype).eps * dot(along_u, along_u) * dot(along_v, along_v)
+        n = jnp.where(dot(n, n) > least, n, 0.0)
         t = unit(cross(along_v, n))
         b = unit(cross(n, t))
         m = normals(uv(x))
