@@ -188,7 +188,44 @@ def test_the_key_of_tiles_knows_pictures():
     text = START + f"[shape.bump]\nsize = 0.5\n{waves}"
     text = text.removeprefix("dimensions = 3")
     found += [letters(), letters("shape.bump", "shape.texture"), letters("9.0, 1.0", "9.0, 2.0")]
-    assert len(set(found)) == 6
+    discs = '\n[[shape]]\nkind = "disc"\ncenter = [0, 0, 0]\nnormal = [0, 0, 1]\nradius = 1\n'
+    coats = [f"[shape.texture]\nmean = {mean}\nsize = 0\n{waves}" for mean in (0.2, 0.4)]
+    for first, second in (coats, coats[::-1], ("", coats[0]), (coats[0], "")):
+        text = discs + first + discs + second
+        found.append(letters())
+    text = PICTURES.format(INLINE, INLINE)
+    found += [letters("[[0, 0], [1, 0], [1, 1]]", "[[0, 0], [1, 0], [1, 0.5]]")]
+    assert len(set(found)) == 11
+
+
+NAMED = {
+    "lamp": ("shape", """kind = "rectangle"
+center = [0, 0, 5]
+u = [0, 1, 0]
+v = [1, 0, 0]
+emission = 3.0"""),
+    "ground": ("shape", 'kind = "plane"\npoint = [0, 0, 0]\nnormal = [0, 0, 1]'),
+    "kite": ("shape", 'kind = "polygon"\nvertices = [[0, 0, 1], [2, 0, 1], [3, 2, 1], [0, 1, 1]]'),
+    "first": ("mesh", "vertices = [[0, 0, 3], [1, 0, 3], [0, 1, 3]]\nfaces = [[0, 1, 2]]"),
+    "ball": ("shape", 'kind = "sphere"\ncenter = [0, 0, 0]\nradius = 1'),
+    "three": ("shape", 'kind = "triangle"\ncorners = [[0, 0, 2], [1, 0, 2], [0, 1, 2]]'),
+    "second": ("mesh", "vertices = [[0, 0, 4], [1, 0, 4], [0, 1, 4]]\nfaces = [[0, 1, 2]]"),
+}  # fmt: skip
+
+
+def test_things_wear_their_own_in_whatever_order():
+    """A scene counts kind by kind, then models; a lamp is none of them. Each has its own shade."""
+    text, shades = "dimensions = 3\n", {}
+    for k, (name, (table, keys)) in enumerate(NAMED.items()):
+        text += f'[[{table}]]\nname = "{name}"\n{keys}\n'
+        if name != "lamp":
+            shades[name] = k / 10
+            text += f'[{table}.texture]\nkind = "waves"\nsize = 0\nmean = {k / 10}\n{WAVES}\n'
+    world = world_of(space_from_toml(text + "[camera]\n" + REST.split("[camera]\n")[1]))
+    names = [*world.scene.names, *(m.name for m in world.models)]
+    assert (set(names), names.count("kite")) == (set(shades), 2)  # a kite is two triangles
+    found = [world.finish.albedo(jnp.array(k), jnp.zeros(3)) for k in range(len(names))]
+    np.testing.assert_allclose(found, [shades[name] for name in names])
 
 
 def test_tiles_of_another_texture_are_not_gone_on_with(tmp_path, capsys):
