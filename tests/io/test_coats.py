@@ -292,6 +292,16 @@ SENTENCES = [
         "bump: `values` must be at least 4 x 4 pixels, but is 1 x 1.",
     ),
     (
+        f"[shape.bump]\nkind = 'picture'\nsize = 1e300\nvalues = {[4 * [1e300]] * 4}",
+        11,
+        "bump: `values` must be finite, but is inf.",
+    ),
+    (
+        "[shape.texture]\nkind = 'picture'\nfile = 'wood.png'",
+        10,
+        "texture: wood.png: a picture must be an .hdr or .exr file.",
+    ),
+    (
         "[shape.normal_map]\nkind = 'picture'\nvalues = [[[1, 1, 0.2]]]",
         8,
         "normal_map: `pixels` must be at least 4 x 4 pixels, but is 1 x 1.",
@@ -315,7 +325,9 @@ def test_what_has_no_u_and_v_wears_no_picture():
     faces = "vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]\nfaces = [[0, 1, 2]]\n"
     for name, keys in (("shape", polygon), ("mesh", faces)):
         start = f"dimensions = 3\n[[{name}]]\n{keys}[{name}.texture]\n"
-        with pytest.raises(ValueError, match=r"`texture` lies over \(u, v\), which this .* not"):
+        with pytest.raises(
+            ValueError, match=rf"`texture` lies over \(u, v\), which this {name} has not"
+        ):
             space_from_toml(start + 'kind = "picture"\nvalues = [[0.5]]\n')
         waves = space_from_toml(start + f'kind = "waves"\n{WAVES}\n')
         assert isinstance(waves.coats[0].texture, Waves)
@@ -323,6 +335,50 @@ def test_what_has_no_u_and_v_wears_no_picture():
         space_from_toml(f"dimensions = 3\n[[mesh]]\n{faces}uv = []\n")
     with pytest.raises(ValueError, match=r"`texture` must be written \[shape.texture\]"):
         space_from_toml(START + "texture = 0.5\n")
+
+
+@pytest.mark.parametrize(("mean", "size"), [(0.8, 0.2), (0.6, 0.4), (0.85, 0.15), (0.3, -0.3)])
+def test_waves_may_reach_0_and_1_in_single_precision_too(mean, size):
+    """Rounded to it, 0.6 + 0.4 is above 1."""
+    table = f"[shape.texture]\nkind = 'waves'\nmean = {mean}\nsize = {size}\n{WAVES}\n"
+    with jax.enable_x64(False):
+        coat = space_from_toml(START + table + REST).coats[0]
+        assert coat.texture.mean.dtype == jnp.float32
+        assert Coat(coat.texture).names == ("texture",)
+
+
+def hdr(colours):
+    """A row of bytes of red, green, blue and the exponent."""
+    return b"#?RADIANCE\n\n-Y 4 +X 4\n" + bytes(colours) * 16
+
+
+def test_radiance_files_may_be_white(tmp_path):
+    """They tell 1 as 1 + 1/256, the middle of a step; and of a flat normal half a step's slope."""
+    (tmp_path / "white.hdr").write_bytes(hdr((128, 128, 128, 129)))
+    (tmp_path / "flat.hdr").write_bytes(hdr((64, 64, 128, 129)))
+    (tmp_path / "above.hdr").write_bytes(hdr((129, 129, 129, 129)))
+    tables = '[shape.{}]\nkind = "picture"\nfile = "{}.hdr"\n'
+
+    def coat(name, file):
+        return space_from_toml(START + tables.format(name, file) + REST, folder=tmp_path).coats[0]
+
+    np.testing.assert_array_equal(coat("texture", "white").texture.values, 1.0)
+    np.testing.assert_allclose(
+        coat("normal_map", "flat").normal_map.values[0, 0], [0.5039, 0.5039, 1.0], atol=1e-4
+    )
+    assert np.max(coat("bump", "white").bump.values) > 1.0  # a height is no share
+    with pytest.raises(ValueError, match="a texture must lie in"):
+        coat("texture", "above")
+    with pytest.raises(ValueError, match="a texture must lie in"):
+        space_from_toml(START + "[shape.texture]\nkind = 'picture'\nvalues = [[1.003]]" + REST)
+    with pytest.raises(ValueError, match=r"`pixels` must lie in \[0, 1\]"):
+        coat("normal_map", "above")
+
+
+def test_coats_of_python_are_refused_as_those_of_files():
+    for texture in (Texture([[0.5, 1.5]]), Texture([[-0.1]]), Waves([[1.0, 0.0, 0.0]], 0.6, 0.5)):
+        with pytest.raises(ValueError, match=r"Argument `texture` must lie in \[0, 1\], but"):
+            Coat(texture)
 
 
 def test_lamps_wear_nothing():

@@ -115,7 +115,7 @@ NO_PICTURE = "the file is no Radiance picture in RGBE with rows across."
 @pytest.mark.parametrize(
     ("name", "data", "sentence"),
     [
-        ("a.png", b"", "a panorama must be an .hdr or .exr file."),
+        ("a.png", b"", "a picture must be an .hdr or .exr file."),
         ("a.hdr", b"", NO_PICTURE),
         ("a.hdr", b"#?RADIANCE\n\n+X 4 -Y 4\n", NO_PICTURE),
         ("a.hdr", hdr(PICTURE).replace(b"rgbe", b"xyze"), NO_PICTURE),

@@ -246,7 +246,7 @@ def test_a_row_is_read_from_the_file_that_is_named_beside_the_scene(tmp_path):
             text + "columns = 9",
             "line 23, environment: sky.hdr: `columns` must lie in [4, 8], but is 9.",
         ),
-        (text.replace("sky.hdr", "sky.png"), "line 21, environment: sky.png: a panorama must be"),
+        (text.replace("sky.hdr", "sky.png"), "line 21, environment: sky.png: a picture must be"),
         (
             text.replace("sky.hdr", "no.hdr"),
             "line 21, environment: no.hdr: the file cannot be opened",

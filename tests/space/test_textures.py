@@ -109,8 +109,16 @@ def test_shapes_know_their_u_and_v():
 def test_poles_have_finite_derivatives():
     ball = one(sphere((0, 0, 0), 1.0))
     for mode in (jax.jacfwd, jax.jacrev):
-        found = mode(lambda x: shape_uv(ball, x))(jnp.array([0.0, 0.0, 1.0]))
-        assert np.all(np.isfinite(found))
+        for z in (1.0, 0.0):  # and the middle
+            found = mode(lambda x: shape_uv(ball, x))(jnp.array([0.0, 0.0, z]))
+            assert np.all(np.isfinite(found))
+
+
+def test_normal_maps_are_differentiable_in_their_pixels():
+    """A spline's weights are 1 in all, and channels are twice the colours."""
+    pixels = jnp.full((4, 4, 3), 0.75)
+    slope = jax.jit(jax.grad(lambda p: normals_of(p)(jnp.array([0.3, 0.6]))[2]))(pixels)
+    np.testing.assert_allclose(slope.sum((0, 1)), [0.0, 0.0, 2.0], atol=1e-12)
 
 
 # --- bumps and normals against charts ------------------------------------------------------------

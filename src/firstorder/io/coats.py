@@ -5,7 +5,7 @@
     file = "wood.exr"         # .exr or .hdr beside this file, its luminance; or `values`:
     values = [[0.2, 0.8]]     # rows from the top
     repeat = [4.0, 4.0]       # optional: times in one unit of u, and of v
-    hold = false              # whether the border goes on outside [0, 1], and not the picture
+    hold = false              # whether the border goes on outside the picture, which lies once
 
     [shape.bump]
     kind = "waves"            # size prod_i sin(k_i . (x - origin))
@@ -29,6 +29,9 @@
 Bumps and normal maps from pictures are cubic splines of at least 4 x 4 pixels, and repeat. What
 (u, v) of a shape are `space.textures.shape_uv` says; a mesh has them from its file (`vt` of .obj),
 or as `uv = [[[0, 0], [1, 0], [0, 1]], ...]`, three pairs for each of its `faces`.
+
+An .hdr file tells numbers by the middles of steps, 1 as 1 + 1/256: that is white here. Its steps
+lean a flat normal map by 0.6 degrees; .exr files do not.
 """
 
 from __future__ import annotations
@@ -39,9 +42,11 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import equinox as eqx
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from firstorder.errors import check_between
 from firstorder.io.elements import nearest_known, refused_at
 from firstorder.io.images import LUMINANCE, read_picture
 from firstorder.io.tables import Table, number, point, rows, vector, vectors, word, yes
@@ -52,6 +57,7 @@ from firstorder.typing import as_float
 
 TABLES = ("texture", "bump", "normal_map")
 KINDS = ("picture", "waves")
+_WHITE = 1.0 + 2.0 / 256  # of .hdr files: they tell 1 as 1 + 1/256, the next number as 1 + 3/256
 
 
 class Picture(eqx.Module):
@@ -73,11 +79,25 @@ class Coat(eqx.Module):
         texture: factor of the albedo.
         bump: heights.
         normal_map: normals.
+
+    Raises:
+        ValueError: if the texture leaves [0, 1] by more than rounding.
     """
 
     texture: Texture | Waves | None = None
     bump: Picture | Waves | None = None
     normal_map: Picture | Leaning | None = None
+
+    def __check_init__(self):
+        """Refuse a texture that is no share."""
+        match self.texture:
+            case Texture(values=values):
+                check_between("texture", values, 0.0, 1.0)
+            case Waves(mean=mean, size=size):
+                ends, rounding = jnp.stack([mean - size, mean + size]), jnp.finfo(mean.dtype).eps
+                nearest = jnp.clip(ends, 0.0, 1.0)
+                near = jnp.abs(ends - nearest) <= rounding
+                check_between("texture", jnp.where(near, nearest, ends), 0.0, 1.0)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -114,8 +134,8 @@ def coat_of(table: Table, folder: str | os.PathLike[str], has_uv: bool = True) -
         inner.done()
     coat = Coat(**found)
     if coat.pictures and not has_uv:
-        name = coat.pictures[0]
-        raise table.at(name).error(f"`{name}` lies over (u, v), which this shape has not.")
+        name, what = coat.pictures[0], table.place.what.split()[0]
+        raise table.at(name).error(f"`{name}` lies over (u, v), which this {what} has not.")
     return coat
 
 
@@ -123,19 +143,26 @@ def coat_of(table: Table, folder: str | os.PathLike[str], has_uv: bool = True) -
 
 
 def _texture_picture(table: Table, folder) -> Texture:
-    pixels, repeat = _pixels(table, folder), table.take("repeat", point, [1.0, 1.0])
+    pixels, repeat = _white(table, _pixels(table, folder)), table.take("repeat", point, [1.0, 1.0])
     hold = table.take("hold", yes, False)
     made = refused_at(table.at, lambda: Texture(pixels, repeat, hold))
-    low, high = float(made.values.min()), float(made.values.max())
-    _check_share(table, "file" if "file" in table.values else "values", low, high)
+    key = "file" if "file" in table.values else "values"
+    _check_share(table, key, float(pixels.min()), float(pixels.max()))
     return made
 
 
 def _texture_waves(table: Table, folder) -> Waves:
-    made = _waves(table, table.take("size", number, 0.5), table.take("mean", number, 0.5))
-    mean, size = float(made.mean), abs(float(made.size))
-    _check_share(table, "size", mean - size, mean + size)
+    size, mean = table.take("size", number, 0.5), table.take("mean", number, 0.5)
+    made = _waves(table, size, mean)
+    _check_share(table, "size", mean - abs(size), mean + abs(size))
     return made
+
+
+def _white(table: Table, pixels: np.ndarray) -> np.ndarray:
+    """With 1 for what an .hdr file tells of it."""
+    if pathlib.Path(table.values.get("file", "inline.exr")).suffix.lower() == ".exr":
+        return pixels
+    return np.where(pixels < _WHITE, np.minimum(pixels, 1.0), pixels)
 
 
 def _check_share(table: Table, key: str, low: float, high: float) -> None:
@@ -147,7 +174,8 @@ def _check_share(table: Table, key: str, low: float, high: float) -> None:
 
 def _bump_picture(table: Table, folder) -> Picture:
     pixels, repeat = _pixels(table, folder), table.take("repeat", point, [1.0, 1.0])
-    made = Picture(table.take("size", number, 1.0) * pixels, repeat)
+    with np.errstate(over="ignore"):  # it is refused below
+        made = Picture(table.take("size", number, 1.0) * pixels, repeat)
     refused_at(table.at, lambda: Heights.of(made.values, tuple(repeat)))
     return made
 
@@ -157,7 +185,9 @@ def _bump_waves(table: Table, folder) -> Waves:
 
 
 def _normals_picture(table: Table, folder) -> Picture:
-    made = Picture(_pixels(table, folder, True), table.take("repeat", point, [1.0, 1.0]))
+    made = Picture(
+        _white(table, _pixels(table, folder, True)), table.take("repeat", point, [1.0, 1.0])
+    )
     refused_at(table.at, lambda: normals_of(made.values, tuple(made.repeat.tolist())))
     return made
 

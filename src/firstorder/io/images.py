@@ -81,7 +81,7 @@ def read_picture(path: str | os.PathLike[str]) -> Picture:
             return _hdr(path.read_bytes(), path.name)
         case ".exr":
             return _exr(path)
-    raise ValueError(f"{path.name}: a panorama must be an .hdr or .exr file.")
+    raise ValueError(f"{path.name}: a picture must be an .hdr or .exr file.")
 
 
 # --- OpenEXR -------------------------------------------------------------------------------------

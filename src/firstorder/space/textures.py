@@ -29,7 +29,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from firstorder.conventions import Frame
-from firstorder.errors import check_between, check_finite, check_positive
+from firstorder.errors import check_between, check_finite, check_positive, is_concrete
 from firstorder.fields.sampled import Sampled
 from firstorder.fields.spectrum import Grid
 from firstorder.space.bumps import NormalMap
@@ -114,7 +114,9 @@ class Texture(eqx.Module):
     Args:
         values: rows from the top, shape (rows, columns).
         repeat: times that it lies side by side in one unit of u, and of v.
-        hold: whether the border's values go on outside [0, 1], in place of the picture.
+        hold: whether the border's values go on outside the picture, which then lies once, between 0
+            and 1 / `repeat`. On a ball, a picture that does not hold blends its top and bottom rows
+            within half a pixel of each pole, and one that holds has a seam where u jumps.
 
     Raises:
         ValueError: if the values are no picture or not finite, or `repeat` is not positive.
@@ -198,6 +200,7 @@ class Heights(eqx.Module):
                 f"Argument `values` must have shape (rows, columns), but has {values.shape}."
             )
         _check_smooth("values", values)
+        check_finite("values", values)
         check_positive("repeat", np.asarray(repeat))
         half = tuple(0.5 / float(n) for n in repeat)
         grid = Grid.spanning(values.shape[::-1], half, half)
@@ -233,7 +236,7 @@ def normals_of(pixels: Any, repeat: tuple[float, float] = (1.0, 1.0)) -> NormalM
         )
     _check_smooth("pixels", pixels)
     check_between("pixels", pixels, 0.0, 1.0)
-    if not np.min(np.asarray(pixels[..., 2])) > 0.5:
+    if is_concrete(pixels) and not np.min(np.asarray(pixels[..., 2])) > 0.5:
         raise ValueError(
             "Argument `pixels` must have blue above 0.5 (normals point outward), but has "
             f"{np.min(np.asarray(pixels[..., 2])):g}."
@@ -325,7 +328,7 @@ def shape_uv(shape: Shape, x: Direction) -> UV:
     | box | as a rectangle, from the two coordinates that follow that of the face |
 
     The azimuth is 1/2 along q_1 and grows towards q_2. At poles u has no derivative, and 0 is
-    returned for it.
+    returned for it; nor has v in the middle.
 
     Args:
         shape: one row.
@@ -345,7 +348,9 @@ def shape_uv(shape: Shape, x: Direction) -> UV:
             return q[:2]
         case Ellipsoids():
             flat, round_ = _azimuth(q)
-            return jnp.stack([round_, 0.5 + jnp.arctan2(q[2], flat) / jnp.pi])
+            there = (flat > 0.0) | (q[2] != 0.0)
+            up, out = jnp.where(there, q[2], 0.0), jnp.where(there, flat, 1.0)
+            return jnp.stack([round_, 0.5 + jnp.arctan2(up, out) / jnp.pi])
         case Cylinders():
             return jnp.stack([_azimuth(q)[1], 0.5 * (q[2] + 1.0)])
         case Boxes():
