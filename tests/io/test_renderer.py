@@ -10,7 +10,7 @@ from firstorder.io.blocks import beside_seen
 from firstorder.io.renderer import Renderer, World
 from firstorder.io.spaces import Model
 from firstorder.space import Scene, plane, sphere, thing
-from firstorder.space.environment import GaussianSky
+from firstorder.space.environment import ConstantSky, GaussianSky
 from firstorder.space.image import pinhole
 from firstorder.space.lit import Lamp, Lobe, lit
 from firstorder.space.pieces import bumpy_sphere, ground, placed
@@ -185,6 +185,22 @@ def test_passes_see_other_nodes_of_one_mean(shapes):
     np.testing.assert_array_equal(lights[0].shift, 0.0)
     assert len({tuple(np.asarray(a.shift)) for a in lights}) == 3
     assert all(np.all(np.abs(a.shift) <= 0.5) for a in lights)
+
+
+def test_passes_in_pairs_gather_a_constant_sky_exactly():
+    """A row's cells all light a surface as their middles do; out of them, by an odd power more."""
+    eye = pinhole((0.0, -1.0, 2.0), (0.0, 0.0, 0.0))
+    sky = World(eye, Scene.of(FLOOR), sky=ConstantSky(2.0), sky_rows=4, sky_nodes="cosine")
+    made = Renderer(sky)
+    found = [
+        made.pixels(np.zeros((1, 2)), gradients=False, lights=made.lights_of(k))[0].value[0]
+        for k in range(5)
+    ]
+    expected = 0.6 * 2.0
+    np.testing.assert_allclose(found[0], expected, rtol=1e-12)
+    assert min(abs(np.array(found[1:]) / expected - 1.0)) > 1e-3
+    for pair in (found[1:3], found[3:5]):
+        np.testing.assert_allclose(np.mean(pair), expected, rtol=1e-12)
 
 
 def test_depths_are_asked_where_edges_are():

@@ -150,10 +150,11 @@ class Renderer:
         """The light as a pass of the image sees it: even nodes, moved within their cells.
 
         Args:
-            number: of the pass; nodes of pass 0 stand in the middles.
+            number: of the pass; nodes of 0 stand in the middles, of 1 and 2 (and on) opposite.
         """
-        # The most irrational pair of numbers: any few passes in a row fill a cell evenly.
-        shift = np.modf(0.5 + number * np.array([0.7548776662466927, 0.5698402909980532]))[0] - 0.5
+        # The most irrational pair of numbers fills a cell evenly; what is odd cancels in pairs.
+        step = (number + 1) // 2 * np.array([0.7548776662466927, 0.5698402909980532])
+        shift = (np.modf(0.5 + step)[0] - 0.5) * (1 if number % 2 else -1)
         lights: list[Any] = [
             eqx.tree_at(lambda a: a.shift, lamp, jnp.asarray(shift)) if lamp.even else lamp
             for lamp in self.world.lamps
