@@ -272,3 +272,43 @@ def test_mutilated_files_never_crash_the_reader(data):
         words = str(error)
     assert words.startswith("f")
     assert "\n" not in words
+
+
+FLAT = """dimensions = 3
+[[mesh]]
+vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+faces = [[0, 1, 1], [0, 1, 2]]
+uv = [[[9, 9], [9, 9], [9, 9]], [[0, 0], [1, 0], [0, 1]]]
+"""
+
+
+def test_u_and_v_of_a_face_without_area_are_left_out_with_it():
+    model = space_from_toml(FLAT).models[0]
+    assert model.mesh.count == 1
+    np.testing.assert_array_equal(model.uv, [[[0, 0], [1, 0], [0, 1]]])
+    with pytest.raises(ValueError, match="three pairs for each of 2 faces, but is of 1"):
+        space_from_toml(FLAT.replace("[[9, 9], [9, 9], [9, 9]], ", ""))
+
+
+def test_rows_on_their_own_lines_are_no_headers():
+    """The line and the table of what follows them, whatever brackets, quotes and comments say."""
+    text = """dimensions = 3
+[[shape]]
+kind = "disc"
+name = "a [ in # a name"   # [ and here
+center = [0, 0, 0]
+normal = [0, 0, 1]
+radius = 1
+[shape.texture]
+kind = "picture"
+values = [
+  [0.5],   # [[
+  [1],
+  [0.25]
+]
+repeat = [0, 1]
+"""
+    with pytest.raises(ValueError, match=r"^scene, line 15, .* texture: `repeat` must be positive"):
+        space_from_toml(text)
+    with pytest.raises(ValueError, match=r"^scene, line 15, .* texture: `repeated` is not known"):
+        space_from_toml(text.replace("repeat = [0, 1]", "repeated = 1"))

@@ -124,7 +124,7 @@ def _part(found: Any) -> _Part:
 
 def proper(faces: np.ndarray) -> np.ndarray:
     """Which faces have three vertices: `space.mesh.mesh` leaves out the others."""
-    a, b, c = np.asarray(faces).T
+    a, b, c = faces.T
     return (a != b) & (b != c) & (c != a)
 
 

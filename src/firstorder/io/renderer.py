@@ -159,8 +159,7 @@ class Renderer:
             eqx.tree_at(lambda a: a.shift, lamp, jnp.asarray(shift)) if lamp.even else lamp
             for lamp in self.world.lamps
         ]
-        if self.world.sky is not None:
-            world = self.world
+        if (world := self.world).sky is not None:
             lights.append(nodes_of(world.sky, world.sky_nodes, world.sky_rows, tuple(shift)))
         return tuple(lights)
 

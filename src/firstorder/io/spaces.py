@@ -61,7 +61,7 @@ import numpy as np
 
 from firstorder.io.coats import Coat, coat_of, corner_uv
 from firstorder.io.elements import Place, nearest_known, refused_at
-from firstorder.io.meshes import read_mesh_uv
+from firstorder.io.meshes import proper, read_mesh_uv
 from firstorder.io.skies import sky_of
 from firstorder.io.tables import (
     Table,
@@ -324,10 +324,12 @@ def _model(table: Table, folder: str | os.PathLike[str]) -> tuple[Model, Coat]:
         vertices, faces = table.take("vertices", vectors), table.take("faces", triples)
         found = refused_at(table.at, lambda: mesh(np.array(vertices), np.array(faces)))
         uv = table.take("uv", corner_uv, None)
-        if uv is not None and np.shape(uv) != (found.count, 3, 2):
-            raise table.at("uv").error(
-                f"`uv` must be three pairs for each of {found.count} faces, but is of {len(uv)}."
-            )
+        if uv is not None:
+            if len(uv) != len(faces):
+                raise table.at("uv").error(
+                    f"`uv` must be three pairs for each of {len(faces)} faces, but is of {len(uv)}."
+                )
+            uv = np.array(uv)[proper(np.array(faces))]
     coat = coat_of(table, folder, uv is not None)
     table.done()
     refused_at(table.at, lambda: thing(makers.sphere((0, 0, 0), 1.0), **material))

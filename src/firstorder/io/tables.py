@@ -16,6 +16,8 @@ from typing import Any, TypeAlias
 
 from firstorder.io.elements import Place, nearest_known
 
+# Texts, of one line or the first of several, and comments.
+_NO_BRACKETS = r'"""(?:.*"""|.*$)|\'\'\'(?:.*\'\'\'|.*$)|"(?:[^"\\]|\\.)*"|\'[^\']*\'|#.*'
 Lines: TypeAlias = Mapping[tuple[str, int, str], int]
 
 
@@ -43,12 +45,16 @@ def lines_of(text: str) -> dict[tuple[str, int, str], int]:
     """The line of each table's header, and of each key in it, which tomllib does not tell."""
     found: dict[tuple[str, int, str], int] = {}
     counts: dict[str, int] = {}
-    table, inside = ("", 0), None
+    table, inside, depth = ("", 0), None, 0
     for number, line in enumerate(text.split("\n"), 1):
-        opened = inside
+        opened, within = inside, depth > 0
         for quote in re.findall(r'"""|\'\'\'', line):
             inside = None if inside == quote else inside or quote
         if opened:
+            continue
+        bare = re.sub(_NO_BRACKETS, "", line)
+        depth += bare.count("[") - bare.count("]")
+        if within:
             continue
         if header := re.match(r'\s*\[\[?\s*["\']?([\w-]+)["\']?\s*\]', line):
             name = header[1]

@@ -168,8 +168,8 @@ class CosineSky(eqx.Module):
     node is the middle of a cell in `n . w` and counts its solid angle, which makes that integral
     and the solid angle exact. Shifted nodes keep the solid angle; the integral errs in proportion
     to the first shift, so that it is exact for the mean of opposite ones, as an image's passes are
-    (`io.renderer`: after an odd number of them). Errors of smooth light fall with the power 3/2 of the rows, for the
-    value and for what a turning normal changes.
+    (`io.renderer`: after an odd number of them). Errors of smooth light fall with the power 3/2 of
+    the rows, for the value and for what a turning normal changes.
 
     Beside a ball on a floor under a bright zenith, light errs 2.5 to 3.3 times less than with as
     many rays of `dome` (8 to 32 rows), and what its moving shadow adds to the gradient 6 to 7 times
