@@ -10,7 +10,7 @@ import pytest
 
 from firstorder.cli import main
 from firstorder.io import read_space, space_from_toml, space_to_toml
-from firstorder.io.coats import Coat
+from firstorder.io.coats import Coat, Picture
 from firstorder.io.layers import read_layers, write_layers
 from firstorder.io.rendered import fingerprint, world_of
 from firstorder.io.renderer import Renderer
@@ -222,9 +222,11 @@ def test_things_wear_their_own_in_whatever_order():
             shades[name] = k / 10
             text += f'[{table}.texture]\nkind = "waves"\nsize = 0\nmean = {k / 10}\n{WAVES}\n'
     world = world_of(space_from_toml(text + "[camera]\n" + REST.split("[camera]\n")[1]))
-    names = [*world.scene.names, *(m.name for m in world.models)]
+    scene, finish = world.scene, world.finish
+    assert scene is not None and finish is not None and finish.albedo is not None
+    names = [*scene.names, *(m.name for m in world.models)]
     assert (set(names), names.count("kite")) == (set(shades), 2)  # a kite is two triangles
-    found = [world.finish.albedo(jnp.array(k), jnp.zeros(3)) for k in range(len(names))]
+    found = [finish.albedo(jnp.array(k), jnp.zeros(3)) for k in range(len(names))]
     np.testing.assert_allclose(found, [shades[name] for name in names])
 
 
@@ -343,6 +345,7 @@ def test_waves_may_reach_0_and_1_in_single_precision_too(mean, size):
     table = f"[shape.texture]\nkind = 'waves'\nmean = {mean}\nsize = {size}\n{WAVES}\n"
     with jax.enable_x64(False):
         coat = space_from_toml(START + table + REST).coats[0]
+        assert isinstance(coat.texture, Waves)
         assert coat.texture.mean.dtype == jnp.float32
         assert Coat(coat.texture).names == ("texture",)
 
@@ -362,11 +365,13 @@ def test_radiance_files_may_be_white(tmp_path):
     def coat(name, file):
         return space_from_toml(START + tables.format(name, file) + REST, folder=tmp_path).coats[0]
 
-    np.testing.assert_array_equal(coat("texture", "white").texture.values, 1.0)
-    np.testing.assert_allclose(
-        coat("normal_map", "flat").normal_map.values[0, 0], [0.5039, 0.5039, 1.0], atol=1e-4
-    )
-    assert np.max(coat("bump", "white").bump.values) > 1.0  # a height is no share
+    texture, bump = coat("texture", "white").texture, coat("bump", "white").bump
+    normals = coat("normal_map", "flat").normal_map
+    assert isinstance(texture, Texture) and isinstance(bump, Picture)
+    assert isinstance(normals, Picture)
+    np.testing.assert_array_equal(texture.values, 1.0)
+    np.testing.assert_allclose(normals.values[0, 0], [0.5039, 0.5039, 1.0], atol=1e-4)
+    assert np.max(bump.values) > 1.0  # a height is no share
     with pytest.raises(ValueError, match="a texture must lie in"):
         coat("texture", "above")
     with pytest.raises(ValueError, match="a texture must lie in"):
