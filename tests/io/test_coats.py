@@ -223,7 +223,9 @@ def test_things_wear_their_own_in_whatever_order():
             text += f'[{table}.texture]\nkind = "waves"\nsize = 0\nmean = {k / 10}\n{WAVES}\n'
     world = world_of(space_from_toml(text + "[camera]\n" + REST.split("[camera]\n")[1]))
     scene, finish = world.scene, world.finish
-    assert scene is not None and finish is not None and finish.albedo is not None
+    assert scene is not None
+    assert finish is not None
+    assert finish.albedo is not None
     names = [*scene.names, *(m.name for m in world.models)]
     assert (set(names), names.count("kite")) == (set(shades), 2)  # a kite is two triangles
     found = [finish.albedo(jnp.array(k), jnp.zeros(3)) for k in range(len(names))]
@@ -367,7 +369,8 @@ def test_radiance_files_may_be_white(tmp_path):
 
     texture, bump = coat("texture", "white").texture, coat("bump", "white").bump
     normals = coat("normal_map", "flat").normal_map
-    assert isinstance(texture, Texture) and isinstance(bump, Picture)
+    assert isinstance(texture, Texture)
+    assert isinstance(bump, Picture)
     assert isinstance(normals, Picture)
     np.testing.assert_array_equal(texture.values, 1.0)
     np.testing.assert_allclose(normals.values[0, 0], [0.5039, 0.5039, 1.0], atol=1e-4)
