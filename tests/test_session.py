@@ -78,6 +78,27 @@ def test_even_the_smallest_function_is_kept_for_the_next_process(tmp_path):
     assert run() == first
 
 
+def test_what_is_half_written_is_never_read(tmp_path, monkeypatch):
+    """A process that dies while it writes, or writes while we read, leaves no trace: no warning."""
+    session.start(cache=tmp_path)
+
+    def double():
+        return jax.jit(lambda x: x * 2.0)(3.0)
+
+    def dies(path, value):
+        path.write_text("half")
+        raise OSError("killed")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "write_bytes", dies)
+        with pytest.warns(UserWarning, match="Error writing"):
+            assert double() == 6.0
+    assert list(tmp_path.iterdir())
+    assert double() == 6.0
+    assert double() == 6.0
+    assert any("lambda" in path.name for path in tmp_path.glob("*-cache"))
+
+
 BROADCAST_SUM = """
 import jax
 import jax.numpy as jnp

@@ -5,6 +5,7 @@ first lines; a library that builds on this one leaves that choice to its own use
 """
 
 import os
+import uuid
 from pathlib import Path
 
 import jax
@@ -30,7 +31,7 @@ def start(*, x64: bool = True, cache: str | os.PathLike[str] | None = None) -> P
     Each new derivative takes JAX some 0.3 to 2 s to compile, and a process forgets it when it
     ends. The cache keeps every compiled function, however small and however quickly compiled, so
     that a second run of the same program starts at once. Several processes may share one folder,
-    and deleting it is always safe.
+    each may be killed at any time, and deleting the folder is always safe.
 
     Valid when: called before the first array is made, as arrays keep the precision they were made
     with. Wrong when: called by a library, as the flags are global to the process.
@@ -52,6 +53,7 @@ def start(*, x64: bool = True, cache: str | os.PathLike[str] | None = None) -> P
         dtype('float64')
     """
     _compile_soundly()
+    _keep_whole()
     jax.config.update("jax_enable_x64", x64)
     folder = _writable(_chosen(cache))
     jax.config.update("jax_compilation_cache_dir", None if folder is None else str(folder))
@@ -69,6 +71,30 @@ def _compile_soundly() -> None:
     flags = os.environ.get("XLA_FLAGS", "")
     if UNSOUND[0] <= version < UNSOUND[1] and NO_FUSION.split("=")[0] not in flags:
         os.environ["XLA_FLAGS"] = f"{flags} {NO_FUSION}".strip()
+
+
+def _keep_whole() -> None:
+    """Makes each compiled function appear in the folder whole or not at all.
+
+    JAX writes it in place: who reads in that moment, or ever after a writer was killed, finds a
+    part of it and warns. JAX lets nobody choose another way of writing, so this reaches into it;
+    where it has changed inside, everything stays as JAX has it.
+    """
+    try:
+        from jax._src import compilation_cache as inside
+        from jax._src.lru_cache import _CACHE_SUFFIX, LRUCache
+    except ImportError:
+        return
+
+    class WholeFiles(LRUCache):
+        def put(self, key: str, value: bytes) -> None:
+            if self.eviction_enabled:  # a folder of bounded size: JAX holds a lock on it
+                return super().put(key, value)
+            part = self.path / f"{uuid.uuid4().hex}.part"
+            part.write_bytes(value)
+            part.replace(self.path / f"{key}{_CACHE_SUFFIX}")
+
+    inside.LRUCache = WholeFiles
 
 
 def _chosen(cache: str | os.PathLike[str] | None) -> Path | None:
