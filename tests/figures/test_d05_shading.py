@@ -146,6 +146,7 @@ def test_faces_are_shaded_as_the_shapes_are(shapes, faces):
 
 
 def test_slopes_of_blockers_are_those_of_the_shapes(shapes, faces):
+    """But for one ray of each lobe's 50 that grazes the ball, at most: 2 %; 1.4 % is measured."""
     at = np.stack(np.meshgrid(np.arange(1, 40, 3), np.arange(2, 25, 3), indexing="ij"), -1)
     at = at.reshape(-1, 2)
     found = []

@@ -8,45 +8,18 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.cli import main
 from firstorder.io import read_space, space_from_toml, space_to_toml
 from firstorder.io.coats import Coat, Picture
-from firstorder.io.layers import read_layers, write_layers
+from firstorder.io.layers import write_layers
 from firstorder.io.rendered import fingerprint, world_of
 from firstorder.io.renderer import Renderer
 from firstorder.io.space_text import described
 from firstorder.space.shaded import Finish
 from firstorder.space.textures import Leaning, Texture, Waves
+from tests.io.coated import INLINE, PICTURES, REST, START, TEXELS, WAVES
 
 EXAMPLE = pathlib.Path(__file__).parents[2] / "examples" / "coats.toml"
-START = """dimensions = 3
-[[shape]]
-kind = "sphere"
-center = [0, 0, 0.6]
-radius = 0.5
-albedo = 0.6
-name = "ball"
-"""
-REST = """
-[[shape]]
-kind = "rectangle"
-center = [0, 0, 0]
-u = [2, 0, 0]
-v = [0, 2, 0]
-albedo = 0.4
-[[shape]]
-kind = "rectangle"
-center = [0, 0, 3]
-u = [0, 0.4, 0]
-v = [0.4, 0, 0]
-emission = 5.0
-[camera]
-eye = [0, -3, 2]
-look_at = [0, 0, 0.3]
-gamma = 1.5
-"""
 P = np.stack(np.meshgrid(np.linspace(-0.4, 0.4, 5), np.linspace(-0.4, 0.5, 5)), -1).reshape(-1, 2)
-WAVES = "waves = [[9.0, 1.0, 0.0], [0.0, 8.0, 3.0]]\norigin = [0.1, 0.0, 0.2]"
 
 
 def k(x):
@@ -90,39 +63,6 @@ def test_a_file_says_what_python_says_to_the_bit():
     ball = (index == 0) & (plain.value > 0.0)
     assert np.all(found.value[ball] != plain.value[ball])
     np.testing.assert_allclose(found.value[index == 1], plain.value[index == 1], rtol=1e-14)
-
-
-PICTURES = """
-[[shape]]
-kind = "rectangle"
-center = [0, 0, 0]
-u = [1, 0, 0]
-v = [0, 1, 0]
-albedo = 0.8
-[shape.texture]
-kind = "picture"
-{}
-hold = true
-[[mesh]]
-vertices = [[2, -1, 0], [4, -1, 0], [4, 1, 0], [2, 1, 0]]
-faces = [[0, 1, 2], [0, 2, 3]]
-uv = [[[0, 0], [1, 0], [1, 1]], [[0, 0], [1, 1], [0, 1]]]
-albedo = 0.8
-[mesh.texture]
-kind = "picture"
-{}
-hold = true
-[environment]
-kind = "constant"
-radiance = 1.0
-[camera]
-eye = [1.5, 0, 3]
-look_at = [1.5, 0, 0]
-up = [0, 1, 0]
-gamma = 1.0
-"""
-TEXELS = np.array([[0.25, 0.5, 0.75], [1.0, 0.125, 0.375]])
-INLINE = f"values = {TEXELS.tolist()}"
 
 
 def test_a_wall_and_a_mesh_show_the_texels(tmp_path):
@@ -174,77 +114,6 @@ def test_everything_comes_back_to_the_bit():
     np.testing.assert_array_equal(space.models[0].uv, again.models[0].uv)
     assert fingerprint(space) == fingerprint(again)
     assert "ball          at (0, 0, 0.6), with bump, normal map, albedo" in described(space)
-
-
-def test_the_key_of_tiles_knows_pictures():
-    """A texel, what is beyond the border, what the texels are, and on which thing."""
-
-    def letters(old="", new=""):
-        return fingerprint(space_from_toml("dimensions = 3" + text.replace(old, new, 1)))
-
-    waves = f"kind = 'waves'\n{WAVES}"
-    text = PICTURES.format(INLINE, INLINE)
-    found = [letters(), letters("0.125", "0.126"), letters("hold = true", "hold = false")]
-    text = START + f"[shape.bump]\nsize = 0.5\n{waves}"
-    text = text.removeprefix("dimensions = 3")
-    found += [letters(), letters("shape.bump", "shape.texture"), letters("9.0, 1.0", "9.0, 2.0")]
-    discs = '\n[[shape]]\nkind = "disc"\ncenter = [0, 0, 0]\nnormal = [0, 0, 1]\nradius = 1\n'
-    coats = [f"[shape.texture]\nmean = {mean}\nsize = 0\n{waves}" for mean in (0.2, 0.4)]
-    for first, second in (coats, coats[::-1], ("", coats[0]), (coats[0], "")):
-        text = discs + first + discs + second
-        found.append(letters())
-    text = PICTURES.format(INLINE, INLINE)
-    found += [letters("[[0, 0], [1, 0], [1, 1]]", "[[0, 0], [1, 0], [1, 0.5]]")]
-    assert len(set(found)) == 11
-
-
-NAMED = {
-    "lamp": ("shape", """kind = "rectangle"
-center = [0, 0, 5]
-u = [0, 1, 0]
-v = [1, 0, 0]
-emission = 3.0"""),
-    "ground": ("shape", 'kind = "plane"\npoint = [0, 0, 0]\nnormal = [0, 0, 1]'),
-    "kite": ("shape", 'kind = "polygon"\nvertices = [[0, 0, 1], [2, 0, 1], [3, 2, 1], [0, 1, 1]]'),
-    "first": ("mesh", "vertices = [[0, 0, 3], [1, 0, 3], [0, 1, 3]]\nfaces = [[0, 1, 2]]"),
-    "ball": ("shape", 'kind = "sphere"\ncenter = [0, 0, 0]\nradius = 1'),
-    "three": ("shape", 'kind = "triangle"\ncorners = [[0, 0, 2], [1, 0, 2], [0, 1, 2]]'),
-    "second": ("mesh", "vertices = [[0, 0, 4], [1, 0, 4], [0, 1, 4]]\nfaces = [[0, 1, 2]]"),
-}  # fmt: skip
-
-
-def test_things_wear_their_own_in_whatever_order():
-    """A scene counts kind by kind, then models; a lamp is none of them. Each has its own shade."""
-    text, shades = "dimensions = 3\n", {}
-    for k, (name, (table, keys)) in enumerate(NAMED.items()):
-        text += f'[[{table}]]\nname = "{name}"\n{keys}\n'
-        if name != "lamp":
-            shades[name] = k / 10
-            text += f'[{table}.texture]\nkind = "waves"\nsize = 0\nmean = {k / 10}\n{WAVES}\n'
-    world = world_of(space_from_toml(text + "[camera]\n" + REST.split("[camera]\n")[1]))
-    scene, finish = world.scene, world.finish
-    assert scene is not None
-    assert finish is not None
-    assert finish.albedo is not None
-    names = [*scene.names, *(m.name for m in world.models)]
-    assert (set(names), names.count("kite")) == (set(shades), 2)  # a kite is two triangles
-    found = [finish.albedo(jnp.array(k), jnp.zeros(3)) for k in range(len(names))]
-    np.testing.assert_allclose(found, [shades[name] for name in names])
-
-
-def test_tiles_of_another_texture_are_not_gone_on_with(tmp_path, capsys):
-    """The scene file is the same; only the picture beside it has changed."""
-    text = PICTURES.format(*2 * ['file = "grey.exr"'])
-    (tmp_path / "scene.toml").write_text("dimensions = 3" + text)
-    write_layers(tmp_path / "grey.exr", {"Y": TEXELS.T})
-    out = tmp_path / "image.exr"
-    command = ["render", str(tmp_path / "scene.toml"), "--out", str(out), "--width", "8",
-               "--height", "4", "--sky-rows", "2", "--sky-nodes", "cosine"]  # fmt: skip
-    assert main(command) == main(command) == 0
-    assert read_layers(out)["value"].max() > 0.1
-    write_layers(tmp_path / "grey.exr", {"Y": 0.999 * TEXELS.T})
-    assert main(command) == 2
-    assert "holds those of another one (key differ)" in capsys.readouterr().err
 
 
 def test_the_example_is_rendered():

@@ -179,13 +179,16 @@ def test_pictures_on_a_shape_are_those_of_its_chart(kind, name):
     np.testing.assert_allclose(found.turning, expected.turning, rtol=1e-9, atol=1e-9)
 
 
-def test_green_leans_up_the_picture_where_it_lies_mirrored_too():
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_green_leans_up_the_picture_where_it_lies_mirrored_too(side):
     """The tangent b goes with v, whichever hand u and v make."""
     up = jnp.broadcast_to(jnp.array([0.5, 0.7, 0.9]), (4, 4, 3))
-    for side in (1.0, -1.0):
-        place = lambda x, side=side: jnp.stack([side * x[0], x[1]])  # noqa: E731
-        slopes = leaning(normals_of(up), place, lambda x: jnp.array([0.0, 0.0, 1.0]))
-        np.testing.assert_allclose(slopes(jnp.zeros(3)), [0.0, -0.5, 0.0], atol=1e-12)
+
+    def place(x):
+        return jnp.stack([side * x[0], x[1]])
+
+    slopes = leaning(normals_of(up), place, lambda x: jnp.array([0.0, 0.0, 1.0]))
+    np.testing.assert_allclose(slopes(jnp.zeros(3)), [0.0, -0.5, 0.0], atol=1e-12)
 
 
 @pytest.mark.parametrize("single", [False, True])

@@ -14,7 +14,7 @@ from firstorder.methods.shadowfield.automatic import (
 )
 from firstorder.methods.shadowfield.gather import Sums
 from firstorder.methods.shadowfield.rays import RayTable, trace
-from tests.methods.shadowfield.test_space import (
+from tests.methods.shadowfield.cards import (
     FENCE,
     LAMP,
     PIXEL,

@@ -7,7 +7,7 @@ from firstorder.methods.shadowfield import light_rate_of_endless_wedge, sheared_
 from firstorder.methods.shadowfield.counts import ray_counts, wanted
 from firstorder.methods.shadowfield.rays import trace
 from firstorder.methods.shadowfield.space import sheared
-from tests.methods.shadowfield.test_space import FENCE, LAMP, PIXEL, cards, fence_light, floor
+from tests.methods.shadowfield.cards import FENCE, LAMP, PIXEL, cards, fence_light, floor
 
 
 def test_what_is_wanted_is_the_product_of_both_rates():

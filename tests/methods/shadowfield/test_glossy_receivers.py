@@ -14,7 +14,7 @@ from firstorder.methods.shadowfield.glossy_receivers import (
     reflected,
 )
 from firstorder.methods.shadowfield.rays import lamp_frame, trace
-from tests.methods.shadowfield.test_space import (
+from tests.methods.shadowfield.cards import (
     EDGE,
     FENCE,
     HIGH,

@@ -7,7 +7,7 @@ from firstorder.methods.shadowfield import layered as module
 from firstorder.methods.shadowfield.layered import layered, split
 from firstorder.methods.shadowfield.rays import RayTable, trace
 from firstorder.methods.shadowfield.space import sheared
-from tests.methods.shadowfield.test_space import HIGH, LAMP, PIXEL, bad_receivers, cards, floor
+from tests.methods.shadowfield.cards import HIGH, LAMP, PIXEL, bad_receivers, cards, floor
 
 SIDE = 32
 X = np.arange(-3.0, 3.0, 0.3)

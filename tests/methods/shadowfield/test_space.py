@@ -1,7 +1,5 @@
 """Shared shadow rays in space: exact where they should be, better than a pixel's own elsewhere."""
 
-import functools
-
 import numpy as np
 import pytest
 import scipy.integrate
@@ -10,57 +8,19 @@ from firstorder.methods.shadowfield import space
 from firstorder.methods.shadowfield.depths import depth_bounds
 from firstorder.methods.shadowfield.rays import lamp_frame, trace
 from firstorder.methods.shadowfield.space import bounds_under_filter, filter_shape, sheared
-
-HIGH = 4.0
-LAMP = lamp_frame((0.0, 0.0, HIGH), (0.0, 0.8, 0.0), (0.8, 0.0, 0.0))
-SIDE, PIXEL = 24, 0.05
-
-
-def floor(side=SIDE, pixel=PIXEL):
-    x = pixel * (np.arange(side) - 0.5 * (side - 1))
-    X, Y = np.meshgrid(x, x, indexing="ij")
-    return np.stack([X, Y, 0.0 * X], -1).reshape(-1, 3)
-
-
-def cards(*rectangles):
-    """Level rectangles (height, low corner, high corner) as `trace` wants blockers."""
-
-    def hidden(a, b):
-        first, last = np.full(len(a), np.inf), np.full(len(a), -np.inf)
-        for z, low, high in rectangles:
-            t = (z - a[:, 2]) / (b[:, 2] - a[:, 2])
-            p = a[:, :2] + t[:, None] * (b - a)[:, :2]
-            hit = (t > 0.0) & (t < 1.0) & np.all((p >= low) & (p <= high), 1)
-            first = np.where(hit, np.minimum(first, 1.0 - t), first)
-            last = np.where(hit, np.maximum(last, 1.0 - t), last)
-        return first, last
-
-    return hidden
-
-
-def fence_light(receivers, bars=None):
-    """The share of the lamp that is seen past bars that run along y, the fence by default."""
-    across = 0.8 * ((2.0 * np.arange(4096) + 1.0) / 4096 - 1.0)
-    shares = {}
-    for x in np.unique(receivers[:, 0]):
-        hidden = np.zeros(len(across), bool)
-        for z, low, high in FENCE if bars is None else bars:
-            p = across + (HIGH - z) / HIGH * (x - across)
-            hidden |= (p >= low[0]) & (p <= high[0])
-        shares[x] = 1.0 - np.mean(hidden)
-    return np.array([shares[x] for x in receivers[:, 0]])
-
-
-def run(rays, *rectangles, Omega=1.5, seed=0, receivers=None, **options):
-    receivers = floor() if receivers is None else receivers
-    table, owner = trace(LAMP, receivers, rays, cards(*rectangles), seed)
-    own = np.bincount(owner, table.free, len(receivers)) / np.maximum(
-        np.bincount(owner, minlength=len(receivers)), 1
-    )
-    return sheared(LAMP, table, receivers, Omega, PIXEL, own, **options), own
-
-
-FENCE = tuple((z, (x, -9.0), (x + 0.12, 9.0)) for z in (2.0, 2.3) for x in np.arange(-2, 2, 0.3))
+from tests.methods.shadowfield.cards import (
+    EDGE,
+    FENCE,
+    HIGH,
+    LAMP,
+    PIXEL,
+    SIDE,
+    bad_receivers,
+    cards,
+    fence_light,
+    floor,
+    run,
+)
 
 
 @pytest.mark.smoke
@@ -125,9 +85,6 @@ def test_more_rays_allow_a_higher_band_limit():
     """Two layers of bars hide each other: a low limit blurs them apart, a high one is noisy."""
     assert inner_error(1, 32.0) > 2.0 * inner_error(1, 4.0)
     assert inner_error(32, 32.0) < 0.8 * inner_error(32, 2.0)
-
-
-EDGE = (2.5, (-9.0, -9.0), (0.0, 9.0))  # hides the half of the room in which x < 0
 
 
 def edge_error():
@@ -209,13 +166,6 @@ def test_turned_lamps_and_slanted_floors_give_the_same():
     np.testing.assert_allclose(a.visible, b.visible, atol=2e-3)
 
 
-def bad_receivers(right):
-    """The floor, with three receivers put in that no lamp can light; the number of each row."""
-    bad = [(np.nan, 0.0, 0.0), (0.0, 0.0, HIGH), (0.1, 0.1, HIGH + 0.5)]
-    places = [30, 200, 400]
-    return np.insert(right, places, bad, 0), places + np.arange(3)
-
-
 def test_receivers_that_no_lamp_can_light_are_nan_and_alone():
     table, owner = trace(LAMP, floor(), 2, cards(*FENCE))
     own = np.bincount(owner, table.free) / 2.0
@@ -284,114 +234,7 @@ def test_shapes_at_a_single_depth_stay_on_the_lamp():
     np.testing.assert_allclose(shape.shear, 1.0)
 
 
-# --- rays of others, which start elsewhere -------------------------------------------------------
-
-TOP = 1.5
-CARD = (TOP, (-0.4, -0.3), (0.3, 0.4))
-SLATS = tuple((2.6, (x, -9.0), (x + 0.15, 9.0)) for x in np.arange(-3.0, 3.0, 0.4))
-
-
-def two_levels(slope=0.0, top=TOP, side=SIDE):
-    """Ground as a camera far above sees it, and the card over it; the ground may be tilted."""
-    whole = floor(side)
-    on = np.all((whole[:, :2] >= CARD[1]) & (whole[:, :2] <= CARD[2]), 1)
-    ground, card = whole[~on].copy(), whole[on].copy()
-    ground[:, 2] = slope * (ground[:, 0] - 0.7)
-    card[:, 2] = top + 1e-4
-    return ground, card
-
-
-def brute_force(receivers, blockers, n=48):
-    """Share of the lamp by n x n places in its middle, from each receiver."""
-    x = 0.8 * ((2.0 * np.arange(n) + 1.0) / n - 1.0)
-    places = np.stack([*np.meshgrid(x, x), np.full((n, n), HIGH)], -1).reshape(-1, 3)
-    ends = np.tile(places, (len(receivers), 1))
-    free = np.isinf(blockers(np.repeat(receivers, n * n, 0), ends)[0])
-    return free.reshape(len(receivers), -1).mean(1)
-
-
-@functools.cache
-def level_truths(slope):
-    """Of the ground and of the card."""
-    return [brute_force(points, cards(CARD, *SLATS)) for points in two_levels(slope)]
-
-
-def level_errors(slope, rays=4):
-    """Of the ground and of the card: with rays of their own, and with those of both."""
-    block, found = cards(CARD, *SLATS), []
-    levels = two_levels(slope)
-    own = [trace(LAMP, points, rays, block, k)[0] for k, points in enumerate(levels)]
-    both = type(own[0])(*(np.concatenate(a) for a in zip(*own, strict=True)))
-    for points, table, true in zip(levels, own, level_truths(slope), strict=True):
-        none = np.zeros(len(points))
-        for some in (table, both):
-            seen = sheared(LAMP, some, points, 2.0, PIXEL, none)
-            assert np.all(seen.own == 0.0)
-            found.append(np.sqrt(np.mean((seen.visible - true) ** 2)))
-    return found
-
-
-@pytest.mark.parametrize("slope", [0.0, 0.4])
-def test_rays_of_another_level_do_no_harm(slope):
-    """A card over ground: rays of each serve the other as far as they know what hides it.
-
-    The ground's rays know all about the card, which gains; those of the card say nothing that the
-    ground did not know.
-    """
-    ground, ground_both, card, card_both = level_errors(slope)
-    assert max(ground, card) < 0.05
-    assert ground_both < 1.1 * ground
-    assert card_both < 0.7 * card  # .68 and .62 with these seeds
-
-
-@pytest.mark.parametrize("fault", ["starts anywhere", "hidden by what is below"])
-def test_levels_that_are_mixed_are_noticed(monkeypatch, fault):
-    right = space.gather
-
-    def wrong(lamp, table, *about):
-        if fault == "starts anywhere":
-            table = table._replace(start=np.full_like(table.start, HIGH))
-        else:
-            near = np.where(table.free, np.inf, 0.0).astype(np.float32)
-            table = table._replace(near=near)
-        return right(lamp, table, *about)
-
-    monkeypatch.setattr(space, "gather", wrong)
-    ground, ground_both, card, card_both = level_errors(0.0)
-    assert (ground_both > 2.0 * ground) if fault == "starts anywhere" else (card_both > 5.0 * card)
-
-
-@pytest.mark.parametrize("gap", [0.005, 0.01, 0.019])
-def test_contact_shadows_are_left_to_own_rays(gap):
-    """A card that nearly lies on the ground, nearer than levels are told apart."""
-    card = (gap * HIGH, (-0.4, -0.3), (0.3, 0.4))
-    found, own = run(8, card)
-    true = brute_force(floor(), cards(card), 12)
-    dark = true < 1.0
-    assert np.mean(found.own[dark]) > 0.9
-    np.testing.assert_array_equal(found.visible[found.own == 1.0], own[found.own == 1.0])
-
-
-def test_a_slanted_thing_does_not_hide_itself_from_rays_from_below():
-    """Rays of the ground meet it just above those of its own places that lie a bit deeper."""
-    slope, ground = 0.5, floor(40)
-
-    def plate(a, b):
-        """The plane z = 1.5 + slope x, without end."""
-        up = (a[:, 2] - 1.5 - slope * a[:, 0], b[:, 2] - 1.5 - slope * b[:, 0])
-        hit, t = up[0] < 0.0, up[1] / (up[1] - up[0])
-        return np.where(hit, t, np.inf), np.where(hit, t, -np.inf)
-
-    on = floor()
-    on[:, 2] = 1.5 + slope * on[:, 0] + 1e-4
-    table, _ = trace(LAMP, ground, 4, plate)
-    assert not np.any(table.free)
-    found = sheared(LAMP, table, on, 2.0, PIXEL, np.zeros(len(on)))
-    np.testing.assert_array_equal(found.visible, 1.0)
-    np.testing.assert_array_equal(found.own, 0.0)
-
-
-# --- bounds of all that a filter looks at --------------------------------------------------------
+# --- bounds of what lies under a filter ----------------------------------------------------------
 
 
 SHEETS = ((2.0, (-9.0, -9.0), (-0.3, 9.0)), (3.2, (0.5, -9.0), (9.0, 9.0)))  # one from each side

@@ -242,8 +242,8 @@ def sheared(
             Towards them it is blended in; elsewhere it may be NaN.
         cells: along each edge of the lamp.
         falloff: of the light over the lamp, from places in [-1, 1]^2; None for a constant.
-        bounds: of the blockers' depths at each receiver, such as `bounds_under_filter` gives, which
-            are better, or `depths.smoothed`; by default those of `depth_bounds`.
+        bounds: of the blockers' depths at each receiver, such as `bounds_under_filter` gives,
+            better where rays are many, or `depths.smoothed`; by default those of `depth_bounds`.
         weights: of the rays: what each stands for where they are not equally dense; None for 1.
 
     Reference: E11 §5; the cells, and bounds from first and last blockers, are ours.
