@@ -17,18 +17,19 @@ neither, and gives no numbers: "better captures the sharp detail in the shiny di
 feet" is judged there.
 
 What loses, at full size. At equal time the uniform image has twice the samples; the adaptive one
-still has the lower errors, but by the paper's filter not the higher SSIM, which looks at the floor
-too, where few samples are left. Three fifths of that time go to the blockers' rays (each takes
-twice as long as one that shades, as it needs a distance), the rest to the filter that spreads what
-they find; processor times, of which only ratios within one run count (2.0 to 2.2 in four). What is
-not counted is the sum that makes a map of these, 0.03 s where differences take 0.2. Blockers
-matter on screen; without them the criterion costs 5 to 8 %, and radiance alone gains as much.
-The filter loses most: over a triangulation that does not cross labels uniform images err a sixth
-less and adaptive ones a third less, and there the adaptive image wins by all measures at equal time
-too. The filter blurs what is curved or slanted, where its normals admit little. It also fails where
-it looks at the nearest samples alone: beside a densely sampled shape they all lie on the shape
-(`methods.bilateral` looks farther; errors on screen were 2 to 3 times larger before). Nyquist's
-rate, the square of the bandwidth, is the worst density: it spends what it has on slants.
+still has the lower errors, but by the paper's filter SSIM, which looks at the floor too, where few
+samples are left, ties: who wins its fourth digit is the clock's to say (lost in four runs, won in
+one). Three fifths of that time go to the blockers' rays (each takes twice as long as one that
+shades, as it needs a distance), the rest to the filter that spreads what they find; processor
+times, of which only ratios within one run count (2.0 to 2.2 in five). What is not counted is the
+sum that makes a map of these, 0.03 s where differences take 0.2. Blockers matter on screen; without
+them the criterion costs 5 to 8 %, and radiance alone gains as much. The filter loses most: over a
+triangulation that does not cross labels uniform images err a sixth less and adaptive ones a third
+less, and there the adaptive image wins by all measures at equal time too. The filter blurs what is
+curved or slanted, where its normals admit little. It also fails where it looks at the nearest
+samples alone: beside a densely sampled shape they all lie on the shape (`methods.bilateral` looks
+farther; errors on screen were 2 to 3 times larger before). Nyquist's rate, the square of the
+bandwidth, is the worst density: it spends what it has on slants.
 """
 
 from __future__ import annotations
