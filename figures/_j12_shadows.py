@@ -21,6 +21,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from figures._j12_box import Case, Size, places
+from firstorder.batches import in_batches
 from firstorder.methods.caching.tables import looks, tabulate
 from firstorder.space import Boxes, Scene, Thing, irradiance, receiver, rectangle, thing
 from firstorder.space.maps import Maps, layout
@@ -86,7 +87,7 @@ def exact_values(name: str, x) -> np.ndarray:
 def _block(name: str):
     """The exact irradiance at a block of places, compiled."""
     E = light(name)
-    return jax.jit(lambda p: jax.lax.map(E, p, batch_size=64))
+    return jax.jit(lambda p: in_batches(E, p, 64))
 
 
 def exact_jet(name: str, x: np.ndarray, h: float = 3e-4) -> Jet:

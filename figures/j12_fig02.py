@@ -17,6 +17,7 @@ import numpy as np
 
 from figures.style import Claim, Drawing
 from firstorder import plotting
+from firstorder.batches import in_batches
 from firstorder.flatland import Scene, irradiance, receiver
 from firstorder.flatland.events import along as jumps_along
 from firstorder.flatland.library import named
@@ -44,7 +45,7 @@ def jets(light, s):
         (value, slope), (_, bend) = jax.jvp(first, (t,), (jnp.ones_like(t),))
         return jnp.stack([value, slope, bend])
 
-    return jax.lax.map(both, s, batch_size=64)
+    return in_batches(both, s, 64)
 
 
 def draw(quick: bool) -> Drawing:

@@ -37,6 +37,7 @@ from figures._j12_caching import (
 )
 from figures.style import Claim, Drawing
 from firstorder import plotting
+from firstorder.batches import in_batches
 from firstorder.flatland import receiver
 from firstorder.flatland.forms import arc_length_exact, stratified
 from firstorder.flatland.library import fig15
@@ -82,7 +83,7 @@ def _hessians(scene, floor: int, solution, s) -> dict[str, np.ndarray]:
         def one(s):
             return arc_length_exact(scene, receiver(scene, floor, s), solution).translation().second
 
-        return jax.lax.map(one, s, batch_size=32)
+        return in_batches(one, s, 32)
 
     def sampled(number):
         @jax.jit
@@ -92,7 +93,7 @@ def _hessians(scene, floor: int, solution, s) -> dict[str, np.ndarray]:
                 motion = stratified(look(scene, receiver(scene, floor, a[0]), seen, solution))
                 return motion.translation().second
 
-            return jax.lax.map(one, (s, keys), batch_size=32)
+            return in_batches(one, (s, keys), 32)
 
         return each(jnp.asarray(s), keys)
 

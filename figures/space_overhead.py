@@ -30,6 +30,7 @@ import numpy as np
 
 from figures.style import Claim, Drawing
 from firstorder import plotting
+from firstorder.batches import in_batches
 from firstorder.io import Embree
 from firstorder.space import first_shape, receiver
 from firstorder.space.irradiance import boundary_gradient, irradiance
@@ -135,7 +136,7 @@ def _summed(hit, weight):
 
 def _each(function, at):
     """For all receivers, some at a time so that they stay in the cache."""
-    return jax.lax.map(function, at, batch_size=32)
+    return in_batches(function, at, 32)
 
 
 @eqx.filter_jit

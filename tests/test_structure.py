@@ -25,7 +25,7 @@ SOURCE = ROOT / "src" / "firstorder"
 # Imports run from a layer to an earlier one. Names in one layer do not know each other.
 LAYERS = (
     ("conventions", "errors", "typing"),
-    ("patches", "quadrature", "roots", "session", "things", "tracing", "vectors"),
+    ("batches", "patches", "quadrature", "roots", "session", "things", "tracing", "vectors"),
     ("sampling",),
     ("fields",),
     ("laws",),

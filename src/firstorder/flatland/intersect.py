@@ -8,6 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from firstorder import tracing
+from firstorder.batches import in_batches
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.shapes import Curves
 from firstorder.tracing import BLOCK, FEW, MISS, in_blocks, in_one, one_by_one
@@ -80,7 +81,7 @@ def nearest(
     on = jnp.broadcast_to(jnp.asarray(on), index.shape)
     asked = jnp.maximum(index, 0), origins, along, on
     if _has_curves(scene) and on.size > _block(scene):
-        t, s = jax.lax.map(lambda ray: scene.hit(*ray), asked, batch_size=_block(scene))
+        t, s = in_batches(lambda ray: scene.hit(*ray), asked, _block(scene))
     else:
         t, s = jax.vmap(scene.hit)(*asked)
     met = (index >= 0) & jnp.isfinite(t)  # search and hit may round a grazing ray differently

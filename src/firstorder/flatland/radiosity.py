@@ -17,6 +17,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
+from firstorder.batches import in_batches
 from firstorder.errors import check_between, check_positive, is_concrete
 from firstorder.flatland.events import Events
 from firstorder.flatland.gathering import gathered
@@ -190,7 +191,7 @@ def _system(scene, panels, glows):
             lambda L: gathered(scene, panels, L, at, moving=False)
         )(nothing).ravel()
 
-    return jax.lax.map(lambda a: row(*a), (number, s.ravel()), batch_size=BLOCK)
+    return in_batches(lambda a: row(*a), (number, s.ravel()), BLOCK)
 
 
 def _direct(scene: Scene, at: Receiver, glows: bool) -> Float[Array, ""]:

@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
+from firstorder.batches import in_batches
 from firstorder.conventions import direction
 from firstorder.flatland import Scene, Segments, along, irradiance
 from firstorder.plotting.scenes import scene as as_map
@@ -146,7 +147,7 @@ def curve_of(scene: Scene, name: str, light, samples: int = 201) -> dict[str, np
             d = along(light)(scene, i, s)
             return frame.position, frame.speed, d.value, d.first, d.second
 
-        return jax.lax.map(lambda p: one(*p), (shape, s), batch_size=64)
+        return in_batches(lambda p: one(*p), (shape, s), 64)
 
     found = ask(scene, jnp.asarray(shape), jnp.asarray(s))
     place, speed, value, first, second = (np.asarray(a) for a in found)

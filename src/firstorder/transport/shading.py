@@ -12,6 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from firstorder.batches import in_batches
 from firstorder.conventions import FLATLAND, Frame
 from firstorder.errors import Refused, check_positive
 from firstorder.fields.field import Field, Function
@@ -215,7 +216,7 @@ class Reflected(Field):
             theta: outgoing directions, likewise.
             block: rays at a time.
         """
-        return jax.lax.map(lambda a: self.entries(*a), (x, theta), batch_size=block)
+        return in_batches(lambda a: self.entries(*a), (x, theta), block)
 
     # --- one lobe or BRDF -------------------------------------------------------------------
 

@@ -15,6 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
+from firstorder.batches import in_batches
 from firstorder.errors import check_finite, check_shape
 from firstorder.methods.caching.cache import Answer
 from firstorder.methods.caching.radii import CLAMPS, checked_order
@@ -334,4 +335,4 @@ def _answers(
         there = surface_taylor(value, gradient, hessian, dx, order)
         return jnp.sum(weight * there) / jnp.sum(weight), covered
 
-    return jax.lax.map(one, x, batch_size=BLOCK)
+    return in_batches(one, x, BLOCK)

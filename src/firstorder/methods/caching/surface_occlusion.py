@@ -13,6 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
+from firstorder.batches import in_batches
 from firstorder.errors import check_positive, check_shape
 from firstorder.space.gather_net import GatherNet, gather_net
 from firstorder.space.maps import Maps, cast
@@ -105,7 +106,7 @@ def _cast(
         seen = cast(maps, (x, y, z), along, on)
         return seen.radiance, seen.distance
 
-    return jax.lax.map(one, x, batch_size=BATCH)
+    return in_batches(one, x, BATCH)
 
 
 @eqx.filter_jit
@@ -117,4 +118,4 @@ def _derived(
     def one(seen):
         return triangulated(seen[0], net.directions, seen[1], net.triangles, net.neighbours)
 
-    return jax.lax.map(one, (radiance, distance), batch_size=BATCH)
+    return in_batches(one, (radiance, distance), BATCH)

@@ -13,6 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float
 
+from firstorder.batches import in_batches
 from firstorder.errors import check_not_negative, check_positive, is_concrete, nan_unless
 from firstorder.fields.field import Field
 from firstorder.methods.shadowfield.field import to_light
@@ -199,7 +200,7 @@ def reconstruct(
         total = jnp.sum(w * fi)
         return total * cell if cell is not None else total / jnp.sum(w)
 
-    return jax.lax.map(one, as_float(x), batch_size=block)
+    return in_batches(one, as_float(x), block)
 
 
 def _check_beyond(d1, d2_min, d2_max, margin) -> None:
