@@ -79,7 +79,7 @@ def test_even_the_smallest_function_is_kept_for_the_next_process(tmp_path):
 
 
 def test_what_is_half_written_is_never_read(tmp_path, monkeypatch):
-    """A process that dies while it writes, or writes while we read, leaves no trace: no warning."""
+    """What a process leaves that dies while it writes has another name: no warning, no answer."""
     session.start(cache=tmp_path)
 
     def double():

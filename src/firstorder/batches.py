@@ -13,11 +13,11 @@ Y = TypeVar("Y")
 
 
 def in_batches(f: Callable[[X], Y], rows: X, most: int) -> Y:
-    """F of each row, in batches of one size.
+    """Calls f on each row, in batches of one size.
 
     `jax.lax.map` makes batches of the size it is told and one of what is left over, for which f is
-    traced and compiled a second time: half of the time of a first call. Here the size gives way,
-    and copies of the last row fill the last batch up: fewer than there are batches.
+    traced and compiled a second time: up to half of the time of a first call. Here the size
+    gives way, and fewer rows than there are batches fill the last one up.
 
     Args:
         f: of one row.

@@ -182,8 +182,8 @@ def test_tiles_of_another_texture_are_not_gone_on_with(tmp_path, capsys):
     (tmp_path / "scene.toml").write_text("dimensions = 3" + text)
     write_layers(tmp_path / "grey.exr", {"Y": TEXELS.T})
     out = tmp_path / "image.exr"
-    command = ["render", str(tmp_path / "scene.toml"), "--out", str(out), "--width", "8",
-               "--height", "4", "--sky-rows", "2", "--sky-nodes", "cosine"]  # fmt: skip
+    size = "--width 8 --height 4 --sky-rows 2 --sky-nodes cosine"
+    command = ["render", str(tmp_path / "scene.toml"), "--out", str(out), *size.split()]
     assert main(command) == main(command) == 0
     assert read_layers(out)["value"].max() > 0.1
     write_layers(tmp_path / "grey.exr", {"Y": 0.999 * TEXELS.T})
