@@ -25,7 +25,8 @@ SOURCE = ROOT / "src" / "firstorder"
 # Imports run from a layer to an earlier one. Names in one layer do not know each other.
 LAYERS = (
     ("conventions", "errors", "typing"),
-    ("batches", "patches", "quadrature", "roots", "session", "things", "tracing", "vectors"),
+    ("batches",),
+    ("patches", "quadrature", "roots", "session", "things", "tracing", "vectors"),
     ("sampling",),
     ("fields",),
     ("laws",),

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from firstorder import tracing
+from firstorder.batches import in_blocks
 from firstorder.space import Ellipsoids, Rectangles
 
 rng = np.random.default_rng(3)
@@ -48,7 +49,7 @@ def test_the_nearest_shape_is_found(find):
 def test_blocks_do_not_change_the_answer():
     rays = ORIGINS, ALONG, NOWHERE
     whole = tracing.one_by_one(GROUPS, rays)
-    cut = tracing.in_blocks(lambda r: tracing.one_by_one(GROUPS, r), rays, 32)
+    cut = in_blocks(lambda r: tracing.one_by_one(GROUPS, r), rays, 32)
     np.testing.assert_array_equal(whole, cut)
 
 

@@ -35,12 +35,35 @@ def in_batches(f: Callable[[X], Y], rows: X, most: int) -> Y:
     """
     check_positive("most", most)
     count = jax.tree.leaves(rows)[0].shape[0]
-    batches = -(-count // most)
-    if batches < 2:
-        return jax.vmap(f)(rows)
-    size = -(-count // batches)
-    fill = batches * size - count
-    if fill:
-        rows = jax.tree.map(lambda x: jnp.concatenate([x, jnp.repeat(x[-1:], fill, 0)]), rows)
-    found = jax.lax.map(f, rows, batch_size=size)
-    return jax.tree.map(lambda y: y[:count], found)
+    batches = max(1, -(-count // most))
+    return in_blocks(jax.vmap(f), rows, max(1, -(-count // batches)))
+
+
+def in_blocks(f: Callable[[X], Y], rows: X, block: int) -> Y:
+    """Calls f on whole blocks of rows; copies of the first row fill the last block up.
+
+    Args:
+        f: of one block, or of all rows where they are no more than that.
+        rows: an array, or a tree of arrays, with the rows along the leading axis.
+        block: rows in a block.
+
+    Returns:
+        What f returns, with the rows along its leading axis.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.batches import in_blocks
+        >>> in_blocks(jnp.square, jnp.arange(5.0), 2).tolist()
+        [0.0, 1.0, 4.0, 9.0, 16.0]
+    """
+    count = jax.tree.leaves(rows)[0].shape[0]
+    if count <= block:
+        return f(rows)
+    blocks = -(-count // block)
+
+    def cut(a):
+        more = jnp.broadcast_to(a[:1], (blocks * block - count, *a.shape[1:]))
+        return jnp.concatenate([a, more]).reshape(blocks, block, *a.shape[1:])
+
+    found = jax.lax.map(f, jax.tree.map(cut, rows))
+    return jax.tree.map(lambda a: a.reshape(-1, *a.shape[2:])[:count], found)

@@ -18,6 +18,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
+from firstorder.batches import in_blocks
+
 MISS = -1
 # Measured (benchmarks/bench_flatland.py): below, one reduction over all shapes wins by up to 3.
 FEW = 16
@@ -93,21 +95,6 @@ def one_by_one(groups: Sequence[Any], rays: Rays) -> Int[Array, " r"]:
     for pair in numbered(groups):
         carry, _ = jax.lax.scan(meet, carry, pair)
     return carry[1]
-
-
-def in_blocks(find: Callable[[Any], Array], rays: Any, block: int = BLOCK) -> Array:
-    """Many rays in blocks; the last one is filled up with copies of a ray."""
-    count = jax.tree.leaves(rays)[0].shape[0]
-    if count <= block:
-        return find(rays)
-    blocks = -(-count // block)
-
-    def cut(a):
-        more = jnp.broadcast_to(a[:1], (blocks * block - count, *a.shape[1:]))
-        return jnp.concatenate([a, more]).reshape(blocks, block, *a.shape[1:])
-
-    found = jax.lax.map(find, jax.tree.map(cut, rays))
-    return found.reshape(-1)[:count]
 
 
 def meets(

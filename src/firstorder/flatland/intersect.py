@@ -8,10 +8,10 @@ import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from firstorder import tracing
-from firstorder.batches import in_batches
+from firstorder.batches import in_batches, in_blocks
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.shapes import Curves
-from firstorder.tracing import BLOCK, FEW, MISS, in_blocks, in_one, one_by_one
+from firstorder.tracing import BLOCK, FEW, MISS, in_one, one_by_one
 
 
 class Hits(eqx.Module):

@@ -8,8 +8,9 @@ import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from firstorder import tracing
+from firstorder.batches import in_blocks
 from firstorder.space.scene import Scene
-from firstorder.tracing import FEW, MISS, in_blocks, in_one, one_by_one
+from firstorder.tracing import BLOCK, FEW, MISS, in_one, one_by_one
 
 
 class Hits(eqx.Module):
@@ -39,7 +40,7 @@ def first_shape(
     on = jnp.broadcast_to(jnp.asarray(on), origins.shape[:1])
     if scene.count <= FEW:
         return in_one(groups, (origins, along, on))
-    return in_blocks(lambda rays: one_by_one(groups, rays), (origins, along, on))
+    return in_blocks(lambda rays: one_by_one(groups, rays), (origins, along, on), BLOCK)
 
 
 def nearest(
