@@ -124,15 +124,15 @@ def test_flags_that_are_given_stay(monkeypatch):
     monkeypatch.setenv("XLA_FLAGS", "--xla_a=1")
     session._compile_soundly()
     session._compile_soundly()
-    assert os.environ["XLA_FLAGS"] == f"--xla_a=1 {session.NO_FUSION}"
+    assert os.environ["XLA_FLAGS"] == f"--xla_a=1 {session.flags_of('0.11.1')[0]}"
     own = "--xla_cpu_experimental_ynn_fusion_type=reduce"
     monkeypatch.setenv("XLA_FLAGS", own)
     session._compile_soundly()
     assert os.environ["XLA_FLAGS"] == own
 
 
-@pytest.mark.parametrize("version", ["0.10.1", "0.13.0"])
-def test_versions_that_are_sound_get_no_flag(monkeypatch, version):
+@pytest.mark.parametrize("version", ["0.7.2", "0.13.0"])
+def test_versions_that_want_no_flag_get_none(monkeypatch, version):
     monkeypatch.setattr("jaxlib.__version__", version)
     monkeypatch.delenv("XLA_FLAGS", raising=False)
     session._compile_soundly()
@@ -145,3 +145,27 @@ def test_importing_the_library_sets_no_flag():
         "import firstorder; assert dict(jax.config.values) == before"
     )
     subprocess.run([sys.executable, "-c", program], check=True)
+
+
+@pytest.mark.parametrize(
+    ("version", "names"),
+    [
+        ("0.7.2", []),
+        ("0.10.1", ["use_fusion_emitters", "parallel_codegen_split_count"]),
+        (
+            "0.10.2",
+            ["experimental_ynn_fusion_type", "use_fusion_emitters", "parallel_codegen_split_count"],
+        ),
+        (
+            "0.11.0",
+            ["experimental_ynn_fusion_type", "use_fusion_emitters", "parallel_codegen_split_count"],
+        ),
+        ("0.11.1", ["experimental_ynn_fusion_type"]),
+        ("0.12.0.1", ["experimental_ynn_fusion_type"]),
+        ("0.13.0", []),
+    ],
+)
+def test_flags_are_chosen_by_version(version, names):
+    """A version that does not know a flag ends the program; these were tried one by one."""
+    found = [flag.split("=")[0].removeprefix("--xla_cpu_") for flag in session.flags_of(version)]
+    assert found == names
