@@ -139,8 +139,8 @@ def nearest_hits(dtype, count):
     import jax
 
     from firstorder.flatland import Scene, Segments, thing
-    from firstorder.flatland.crossings import find
     from firstorder.flatland.intersect import first_shape
+    from firstorder.flatland.shapes.crossings import find
 
     arrays = scattered(count, dtype)
     p, e, o, d = map(jax.numpy.asarray, arrays)

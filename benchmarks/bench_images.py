@@ -10,8 +10,8 @@ import time
 import numpy as np
 import pytest
 
-from firstorder.methods.importance import Shaded
-from firstorder.methods.quadtree import sample_image
+from firstorder.reconstruction.importance import Shaded
+from firstorder.reconstruction.quadtree import sample_image
 
 SIDE, BUDGET, REPEATS = 512, 44_564, 7
 

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 from firstorder import session
-from firstorder.flatland.library import named
-from firstorder.flatland.panels import Fineness
-from firstorder.flatland.radiosity import solve
-from firstorder.flatland.view import receiver
+from firstorder.flatland.bounces.panels import Fineness
+from firstorder.flatland.bounces.radiosity import solve
+from firstorder.flatland.library.scenes import named
+from firstorder.flatland.visible import receiver
 
 RECEIVERS = 10_000
 BLOCKS = (64, 256)

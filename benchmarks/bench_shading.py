@@ -15,11 +15,11 @@ import pytest
 from jax.experimental.jet import jet
 
 from firstorder.fields import Affine
-from firstorder.quadrature import gauss_legendre
-from firstorder.transport.entries import Light
-from firstorder.transport.lobes import glossy
-from firstorder.transport.shading import Surface
-from firstorder.transport.texture import wave
+from firstorder.numerics.quadrature import gauss_legendre
+from firstorder.transport.brdf.lobes import glossy
+from firstorder.transport.events.texture import wave
+from firstorder.transport.shading.flat_jets import Light
+from firstorder.transport.shading.surface import Surface
 
 RAYS = 100_000
 BLOCKS = (512, 2048, 16384, RAYS)

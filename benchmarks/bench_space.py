@@ -31,7 +31,7 @@ def rays(seed=0):
 def icosphere(triangles):
     import trimesh
 
-    from firstorder.space.mesh import mesh
+    from firstorder.space.meshes.mesh import mesh
 
     ball = trimesh.creation.icosphere(round(np.log(triangles / 20) / np.log(4)))
     return mesh(0.5 * ball.vertices, ball.faces)
@@ -44,7 +44,7 @@ def rates():
 
     from firstorder.io import Embree
     from firstorder.space import Scene, nearest, thing
-    from firstorder.space.shapes import Boxes, Ellipsoids
+    from firstorder.space.shapes.kinds import Boxes, Ellipsoids
 
     o, d = rays()
     lines = []

@@ -124,7 +124,7 @@ def _draw(name: str, options: Options) -> tuple[str, float, str | None]:
     _forget(name, options.out)
     try:
         with plotting.house_style():
-            drawing = importlib.import_module(f"figures.{name}").draw(options.quick)
+            drawing = importlib.import_module(claims.module(name)).draw(options.quick)
             seconds = time.perf_counter() - begin
             told = [claim.as_json() for claim in drawing.claims]
             files = _write(name, drawing, options)
@@ -188,14 +188,14 @@ def _forget(name: str, out: pathlib.Path) -> None:
 
 def _key(name: str, quick: bool) -> str:
     """Digest of all that a figure depends on: size, script, shared modules, package, versions."""
-    script = (claims.FOLDER / f"{name}.py").read_bytes()
+    script = claims.scripts()[name].read_bytes()
     return hashlib.sha256(script + _common_key() + bytes([quick])).hexdigest()[:32]
 
 
 @functools.cache
 def _common_key() -> bytes:
     package = pathlib.Path(firstorder.__file__).parent
-    shared = [claims.FOLDER / "style.py", *sorted(claims.FOLDER.glob("_[!_]*.py"))]
+    shared = [claims.FOLDER / "style.py", *sorted(claims.FOLDER.glob("*/*/*.py"))]
     digest = hashlib.sha256()
     for file in [*shared, *sorted(package.rglob("*.py"))]:
         digest.update(file.name.encode() + file.read_bytes())
@@ -206,7 +206,7 @@ def _common_key() -> bytes:
 
 def _title(name: str) -> str:
     """First line of a figure's docstring, without running it."""
-    tree = ast.parse((claims.FOLDER / f"{name}.py").read_text(encoding="utf-8"))
+    tree = ast.parse(claims.scripts()[name].read_text(encoding="utf-8"))
     return (ast.get_docstring(tree) or "").partition("\n")[0]
 
 

@@ -21,16 +21,33 @@ Record = dict[str, Any]
 FOLDER = pathlib.Path(__file__).parent
 KEPT = FOLDER / "claims.json"
 README = FOLDER.parent / "README.md"
-_MACHINERY = {"style", "claims"}
+OURS = "ours"
 _BEGIN, _END = "<!-- begin: {} -->", "<!-- end: {} -->"
 GALLERY = ("autodiff_fails", "path", "flatland_scenes")  # pictures that the README shows
 HOLDS = {True: "yes", False: "NO", None: "-"}
 
 
+def scripts() -> dict[str, pathlib.Path]:
+    """The script of each figure: one a file, in a folder of its paper or in `ours`.
+
+    A figure is called by its paper and its file (`r07_fig03`), one of ours by its file alone.
+    """
+    found = {}
+    for file in FOLDER.glob("*/[!_]*.py"):
+        paper = file.parent.name
+        found[file.stem if paper == OURS else f"{paper}_{file.stem}"] = file
+    return dict(sorted(found.items()))
+
+
 def names() -> list[str]:
-    """Names of all figures: the scripts beside this file."""
-    found = (f.stem for f in FOLDER.glob("*.py"))
-    return sorted(n for n in found if not n.startswith("_") and n not in _MACHINERY)
+    """Names of all figures."""
+    return list(scripts())
+
+
+def module(name: str) -> str:
+    """Dotted name of the module that draws a figure."""
+    file = scripts()[name]
+    return f"{FOLDER.name}.{file.parent.name}.{file.stem}"
 
 
 def kept() -> list[Record]:

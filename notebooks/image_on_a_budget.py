@@ -13,17 +13,17 @@ with app.setup:
     import numpy as np
 
     from firstorder import session
-    from firstorder.methods.delaunay import reconstruct
-    from firstorder.methods.importance import Shaded, by_area, by_differences, by_gradient
-    from firstorder.methods.quadtree import sample_image
-    from firstorder.methods.shadowfield.automatic import ladder
-    from firstorder.methods.shadowfield.rays import lamp_frame, trace
-    from firstorder.methods.shadowfield.space import sheared
+    from firstorder.imaging.area_lights import Lamp
+    from firstorder.imaging.camera import pinhole
+    from firstorder.imaging.pixels import shade_all
     from firstorder.plotting import RADIANCE, Live, house_style, panels
+    from firstorder.reconstruction.delaunay import reconstruct
+    from firstorder.reconstruction.importance import Shaded, by_area, by_differences, by_gradient
+    from firstorder.reconstruction.quadtree import sample_image
+    from firstorder.shadowfield.rendering.band_limit_choice import ladder
+    from firstorder.shadowfield.rendering.ray_table import lamp_frame, trace
+    from firstorder.shadowfield.rendering.sheared_filter import sheared
     from firstorder.space import Scene, nearest, plane, rectangle, sphere, thing
-    from firstorder.space.image import pinhole
-    from firstorder.space.lit import Lamp
-    from firstorder.space.shaded import shade_all
 
     session.start()
     BLOCK = 1024  # rays at once

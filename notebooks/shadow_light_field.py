@@ -24,13 +24,6 @@ with app.setup:
         thing,
         translation,
     )
-    from firstorder.methods.shadowfield import (
-        Wedge,
-        energy_outside,
-        power,
-        sheared_filter,
-        traced_on,
-    )
     from firstorder.plotting import (
         Live,
         draw_surface,
@@ -42,6 +35,7 @@ with app.setup:
         show_light_field,
         show_spectrum,
     )
+    from firstorder.shadowfield import Wedge, energy_outside, power, sheared_filter, traced_on
 
     session.start(x64=False)  # a picture needs no more digits
     DECADES = 2.5

@@ -14,10 +14,10 @@ with app.setup:
     import numpy as np
 
     from firstorder import session
-    from firstorder.methods.caching import ellipses
+    from firstorder.caching import ellipses
     from firstorder.plotting import Live, house_style, outline_curves, panels
     from firstorder.space import Scene, box, receiver, sphere, thing
-    from firstorder.space.irradiance import irradiance
+    from firstorder.space.direct_lighting import irradiance
     from firstorder.space.receiver import local
 
     session.start(x64=False)  # a picture needs no more digits

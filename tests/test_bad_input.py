@@ -3,6 +3,14 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from firstorder.bandwidth import (
+    band_limit,
+    glossy_bandwidth,
+    glossy_bandwidth_in_space,
+    glossy_criterion,
+    occluded_bandwidth,
+    occluded_criterion,
+)
 from firstorder.conventions import FLATLAND, FLATLAND_SLOPE, SPACE, Frame
 from firstorder.fields import (
     Affine,
@@ -20,14 +28,6 @@ from firstorder.fields import (
     half_plane,
 )
 from firstorder.laws import Convolve, Integrate, Move
-from firstorder.methods import (
-    band_limit,
-    glossy_bandwidth,
-    glossy_bandwidth_in_space,
-    glossy_criterion,
-    occluded_bandwidth,
-    occluded_criterion,
-)
 from firstorder.transport import (
     ClampedCosine,
     Curvature,

@@ -21,7 +21,8 @@ from tests.probes import fields, flatland, methods, space, transport, visibility
 PACKAGES = [
     name
     for name in (
-        "fields", "laws", "transport", "visibility", "sampling", "flatland", "space", "methods"
+        "fields", "laws", "transport", "visibility", "sampling", "flatland", "space",
+        "bandwidth", "reconstruction",
     )
     if importlib.util.find_spec(f"firstorder.{name}")
 ]  # fmt: skip

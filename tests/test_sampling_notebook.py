@@ -18,7 +18,7 @@ sys.path.insert(0, {folder!r})
 import image_on_a_budget as notebook
 import jax, jax.numpy as jnp, numpy as np
 from firstorder.space import Scene, receiver, rectangle, thing
-from firstorder.space.irradiance import irradiance
+from firstorder.space.direct_lighting import irradiance
 
 _, defs = notebook.app.run(defs={{"size": 48}})
 view, labels, points, truth = (defs[k] for k in ("view", "labels", "floor_points", "truth"))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import sympy as sp
 
-from derivations.flatland.geometry import (
+from derivations.flatland.geometry_term import (
     COS_X,
     COS_Y,
     GRADIENT,

@@ -25,7 +25,7 @@ from derivations.flatland._radiometry_proofs import (
     reflected_moments,
     strings_derived,
 )
-from derivations.flatland.geometry import subtended
+from derivations.flatland.geometry_term import subtended
 from derivations.ledger import Check, Counterexample, Row, na
 
 J, s, m, rad, sr = sp.symbols("J s m rad sr", positive=True)

@@ -142,18 +142,18 @@ class Scene:
 
     def run(self) -> int:
         """Read, measure, write."""
-        from firstorder.flatland import library
+        from firstorder.flatland.library import scenes
         from firstorder.io import is_space, read_scene, write_csv, write_toml
 
         if is_space(self.source):
             return self._space()
         if self.source == "list":
-            print(*(f"{name:12} {library.about(name)}" for name in library.names()), sep="\n")
+            print(*(f"{name:12} {scenes.about(name)}" for name in scenes.names()), sep="\n")
             return 0
         if self.samples < 1:
             raise ValueError(f"Argument `samples` must be positive, but is {self.samples}.")
-        known = self.source in library.names()
-        scene = library.named(self.source) if known else read_scene(self.source)
+        known = self.source in scenes.names()
+        scene = scenes.named(self.source) if known else read_scene(self.source)
         if self.toml is not None:
             write_toml(self.toml, scene)
         curves = self._curves(scene)
@@ -190,7 +190,7 @@ class Scene:
             return irradiance(scene, at)
 
         if self.indirect:
-            from firstorder.flatland.radiosity import solve
+            from firstorder.flatland.bounces.radiosity import solve
 
             light = solve(scene).irradiance
         names = self.receivers or _receivers(scene)
@@ -240,7 +240,7 @@ class Render:
         import hashlib
 
         from firstorder.io import is_space, read_space
-        from firstorder.io.rendered import fingerprint, render, world_of
+        from firstorder.rendering.image_files import fingerprint, render, world_of
 
         for name in ("width", "height", "passes", "nodes", "sky_rows"):
             check_positive(name, getattr(self, name))

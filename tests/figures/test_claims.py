@@ -18,8 +18,8 @@ def rows(table):
 
 
 def test_every_figure_opens_with_what_it_shows_and_can_be_drawn():
-    for name in claims.names():
-        tree = ast.parse((claims.FOLDER / f"{name}.py").read_text(encoding="utf-8"))
+    for name, script in claims.scripts().items():
+        tree = ast.parse(script.read_text(encoding="utf-8"))
         assert ast.get_docstring(tree), name
         draw = next(n for n in tree.body if isinstance(n, ast.FunctionDef) and n.name == "draw")
         assert [a.arg for a in draw.args.args] == ["quick"], name
@@ -60,7 +60,8 @@ def test_a_section_is_replaced_and_found_again():
 
 def test_what_a_run_lacks_is_not_kept(tmp_path, monkeypatch):
     monkeypatch.setattr(claims, "FOLDER", tmp_path)
-    (tmp_path / "a.py").touch()
+    (tmp_path / "ours").mkdir()
+    (tmp_path / "ours" / "a.py").touch()
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "claims.json").write_text("[]")
     with pytest.raises(SystemExit, match="The last run lacks a: run `make figures`"):
@@ -72,7 +73,8 @@ def test_a_full_run_is_kept_without_its_seconds_and_shown(tmp_path, monkeypatch)
     (tmp_path / "README.md").write_text(readme)
     folder = tmp_path / "figures"
     (folder / "out").mkdir(parents=True)
-    (folder / "a.py").touch()
+    (folder / "ours").mkdir()
+    (folder / "ours" / "a.py").touch()
     for name in claims.GALLERY:
         (folder / "out" / f"{name}.png").touch()
     record = RECORD | {"holds": True}

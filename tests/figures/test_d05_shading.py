@@ -6,15 +6,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from figures import _d05_compared as compared
-from figures import _d05_creatures as creatures
-from figures import _d05_meshes as meshes
-from figures import _d05_sampling as sampling
-from figures import _d05_shading as shading
+from figures.d05.shared import compared, creatures, meshes, sampling, shading
+from firstorder.imaging.camera import pinhole
+from firstorder.models.primitives import bumpy_sphere, ground, placed
 from firstorder.space import Scene, plane, sphere, thing
-from firstorder.space.environment import GaussianSky
-from firstorder.space.image import pinhole
-from firstorder.space.pieces import bumpy_sphere, ground, placed
+from firstorder.space.skies import GaussianSky
 
 LOBES = shading.Lobes(*np.array([[m[k] for m in (shading.DULL, shading.FLOOR)]
                                  for k in shading.Lobes._fields]))  # fmt: skip

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from figures import _e11_glossy as glossy
-from figures import _e11_space as space
+from figures.e11.shared import glossy, space
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from figures import _e11_measures as measures
+from figures.e11.shared import measures
 
 
 def test_errors_of_known_differences():

@@ -6,9 +6,8 @@ import jax
 import numpy as np
 import pytest
 
-from figures import _e11_compared as compared
-from figures import _e11_space as space
-from firstorder.methods.shadowfield.rays import trace
+from figures.e11.shared import compared, space
+from firstorder.shadowfield.rendering.ray_table import trace
 
 
 @pytest.fixture(scope="module")

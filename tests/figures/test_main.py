@@ -27,21 +27,22 @@ BAD = '"""A failure."""\n\ndef draw(quick):\n    raise ValueError("Argument `d` 
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    scripts = tmp_path / "scripts"
-    scripts.mkdir()
-    (scripts / "fake_good.py").write_text(GOOD)
-    (scripts / "_shared.py").write_text("")
-    monkeypatch.setattr(claims, "FOLDER", scripts)
-    monkeypatch.setattr(claims, "KEPT", scripts / "claims.json")
-    monkeypatch.setattr(figures, "__path__", [*figures.__path__, str(scripts)])
-    (scripts / "style.py").write_text("")
+    root = tmp_path / "figures"
+    scripts = root / "fake"
+    (scripts / "shared").mkdir(parents=True)
+    (scripts / "good.py").write_text(GOOD)
+    (scripts / "shared" / "parts.py").write_text("")
+    monkeypatch.setattr(claims, "FOLDER", root)
+    monkeypatch.setattr(claims, "KEPT", root / "claims.json")
+    monkeypatch.setattr(figures, "__path__", [*figures.__path__, str(root)])
+    (root / "style.py").write_text("")
     yield scripts
-    for name in [n for n in sys.modules if n.startswith("figures.fake_")]:
+    for name in [n for n in sys.modules if n.startswith("figures.fake")]:
         del sys.modules[name]
 
 
 def drawn():
-    return sys.modules["figures.fake_good"].DRAWN
+    return sys.modules["figures.fake.good"].DRAWN
 
 
 def test_a_figure_is_written_with_its_arrays_curves_and_claims(folder, tmp_path, capsys):
@@ -84,14 +85,14 @@ def test_a_finished_figure_is_drawn_again_only_when_something_changed(folder, tm
     (out / "fake_good.npz").unlink()
     main(Options(out=out))
     assert len(drawn()) == 5
-    (folder / "fake_good.py").write_text(GOOD + "\n")
+    (folder / "good.py").write_text(GOOD + "\n")
     main(Options(out=out))
     assert len(drawn()) == 6
 
 
 def test_a_failing_figure_is_one_sentence_and_a_log_and_the_others_go_on(folder, tmp_path, capsys):
     out = tmp_path / "out"
-    (folder / "fake_bad.py").write_text(BAD)
+    (folder / "bad.py").write_text(BAD)
     assert main(Options(out=out)) == 1
     told = [t for t in capsys.readouterr().out.splitlines() if t.startswith("fake_bad could")]
     assert told[-1].startswith("fake_bad could not be drawn: ValueError: Argument `d` is bad. (see")
@@ -103,26 +104,26 @@ def test_a_failing_figure_is_one_sentence_and_a_log_and_the_others_go_on(folder,
 def test_an_interrupted_run_keeps_what_is_finished_and_goes_on_from_there(folder, tmp_path):
     out = tmp_path / "out"
     stop = GOOD.replace("    DRAWN.append(quick)", "    DRAWN.append(quick)\n    STOP()")
-    (folder / "fake_later.py").write_text("def STOP():\n    raise KeyboardInterrupt\n" + stop)
+    (folder / "later.py").write_text("def STOP():\n    raise KeyboardInterrupt\n" + stop)
     assert main(Options(out=out)) == 130
     assert not (out / "fake_later.json").exists()
-    (folder / "fake_later.py").write_text(GOOD)
-    del sys.modules["figures.fake_later"]
+    (folder / "later.py").write_text(GOOD)
+    del sys.modules["figures.fake.later"]
     assert main(Options(out=out)) == 0
     assert drawn() == [False]
     assert (out / "fake_later.png").exists()
 
 
 def test_a_claim_that_is_no_finite_number_fails_its_figure(folder, tmp_path):
-    (folder / "fake_good.py").write_text(GOOD.replace("1.0, 1.0, ", '1.0, float("nan"), '))
+    (folder / "good.py").write_text(GOOD.replace("1.0, 1.0, ", '1.0, float("nan"), '))
     assert main(Options(out=tmp_path / "out")) == 1
 
 
 def test_what_is_left_of_an_older_run_goes(folder, tmp_path):
     out = tmp_path / "out"
     main(Options(out=out, vector="svg"))
-    (folder / "fake_good.py").write_text(GOOD.replace('"line"', '"slope"'))
-    del sys.modules["figures.fake_good"]
+    (folder / "good.py").write_text(GOOD.replace('"line"', '"slope"'))
+    del sys.modules["figures.fake.good"]
     main(Options(out=out))
     assert not (out / "fake_good.line.csv").exists()
     assert not (out / "fake_good.svg").exists()

@@ -15,7 +15,7 @@ from jax.sharding import Mesh, NamedSharding, PartitionSpec
 
 from firstorder import session
 from firstorder.flatland import Receiver, Scene, Segments, irradiance, thing
-from firstorder.flatland.pathtrace import path_irradiance
+from firstorder.flatland.bounces.pathtrace import path_irradiance
 
 X = np.array([-0.7, -0.11, 0.3, 0.8])
 

@@ -32,7 +32,7 @@ from firstorder.flatland import (
     thing,
     translation,
 )
-from firstorder.flatland.library import scene_a, scene_b
+from firstorder.flatland.library.scenes import scene_a, scene_b
 from firstorder.visibility import Edges, bracketed, limbs, shaded
 
 # --- the oracle ----------------------------------------------------------------------------------

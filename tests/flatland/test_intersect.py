@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from firstorder.flatland import Scene, Segments, intersect, nearest, occluded, thing
-from firstorder.flatland.readable import nearest_slowly
+from firstorder.flatland.reference import nearest_slowly
 from tests.flatland.worlds import everything
 
 RNG = np.random.default_rng(7)

@@ -20,7 +20,7 @@ from firstorder.flatland.refraction import (
     refracted,
     through,
 )
-from firstorder.quadrature import gauss_legendre
+from firstorder.numerics.quadrature import gauss_legendre
 from firstorder.transport import Fresnel
 
 EDGES = np.linspace(0.36, 0.64, 29)  # of bins on the screen, by its parameter

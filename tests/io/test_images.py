@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstorder.io import images, read_picture, read_row
-from tests.io.sentences import refuses_in_one_sentence
+from tests.io.scenes.sentences import refuses_in_one_sentence
 
 PICTURE = np.random.default_rng(5).uniform(0.0, 4.0, (5, 12, 3)).astype(np.float32)
 LUMINANCE = PICTURE.astype(float) @ [0.2126, 0.7152, 0.0722]

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from firstorder.io import Embree, read_mesh
 from firstorder.io.meshes import read_mesh_uv
-from firstorder.space.mesh import mesh
-from firstorder.space.mesh_outline import EveryFace
+from firstorder.space.meshes.mesh import mesh
+from firstorder.space.silhouettes.meshes import EveryFace
 
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n"
 

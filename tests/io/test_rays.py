@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from firstorder.io.rays import BYTES_A_RAY, read_rays, write_rays
-from firstorder.methods.shadowfield.rays import lamp_frame, trace
+from firstorder.shadowfield.rendering.ray_table import lamp_frame, trace
 
 LAMP = lamp_frame((0.1, 0.2, 4.0), (0.0, 0.8, 0.0), (0.4, 0.0, 0.3))
 

@@ -2,7 +2,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.methods.caching import Cache, Candidates, SurfaceCache, clamped
+from firstorder.caching import Cache, Candidates, SurfaceCache, clamped
 from firstorder.plotting import draw_expansions, draw_records, panels
 from firstorder.plotting.caches import show_cache
 

@@ -11,9 +11,9 @@ from firstorder.flatland import (
     PointLights,
     Scene,
     Segments,
-    library,
     thing,
 )
+from firstorder.flatland.library import scenes
 from firstorder.plotting import (
     curve_of,
     draw_curves,
@@ -41,7 +41,7 @@ def world():
 
 @pytest.fixture(scope="module")
 def curve():
-    return receiver_curve(library.scene_b(), "floor", 40)
+    return receiver_curve(scenes.scene_b(), "floor", 40)
 
 
 @pytest.fixture
@@ -92,7 +92,7 @@ def test_what_emits_is_drawn_on_the_side_that_does(axes):
 
 
 def test_the_curve_is_that_of_the_closed_form():
-    x = receiver_curve(library.scene_a(), "floor", 9)
+    x = receiver_curve(scenes.scene_a(), "floor", 9)
     np.testing.assert_allclose(x["x"], (np.arange(9) + 0.5) * 2 / 9 - 1, atol=1e-14)
     np.testing.assert_allclose(x["arc"], x["x"] + 1, rtol=1e-13)
     u = np.stack([0.5 - x["x"], 0.5 + x["x"]])
@@ -103,7 +103,7 @@ def test_the_curve_is_that_of_the_closed_form():
 
 
 def test_a_curve_goes_on_from_shape_to_shape():
-    scene = library.scene_d()
+    scene = scenes.scene_d()
     around = curve_of(scene, "occluder", lambda at: at.position[0], 20)
     assert list(dict.fromkeys(around["shape"])) == [4, 5, 6, 7]
     length = 4 * 2 * np.pi * 0.08
@@ -126,6 +126,6 @@ def test_curves_are_broken_between_shapes(axes, curve):
 
 
 def test_a_report_has_a_map_and_three_curves_for_each_receiver(curve):
-    page = scene_report(library.scene_b(), {"floor": curve, "again": curve}, "b", "some light")
+    page = scene_report(scenes.scene_b(), {"floor": curve, "again": curve}, "b", "some light")
     assert len(page.axes) == 8
     assert page.axes[5].get_title(loc="left") == "again: some light"

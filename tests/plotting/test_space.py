@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from firstorder.imaging.camera import pinhole
 from firstorder.plotting import (
     draw_silhouettes,
     draw_sky,
@@ -13,7 +14,6 @@ from firstorder.plotting import (
     sky_curves,
 )
 from firstorder.space import Scene, box, plane, receiver, rectangle, sphere, thing
-from firstorder.space.image import pinhole
 
 CAMERA = pinhole((0.0, -5.0, 2.0), (0.0, 0.0, 0.5), gamma=2.0)
 

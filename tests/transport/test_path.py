@@ -15,9 +15,9 @@ from firstorder.transport import (
     Travel,
     half_plane_blocker,
 )
-from firstorder.transport.diffuse import diffuse
-from firstorder.transport.incidence import Incidence, Outgoing
-from firstorder.transport.travel import Arrival
+from firstorder.transport.events.diffuse import diffuse
+from firstorder.transport.events.incidence import Incidence, Outgoing
+from firstorder.transport.events.travel import Arrival
 
 WINDOW = Grid.spanning((128, 96), (8.0, 5.0))
 U = jnp.array([0.3, -0.2])

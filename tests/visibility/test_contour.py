@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.quadrature import periodic
+from firstorder.numerics.quadrature import periodic
 from firstorder.visibility import contour
 
 COS = 0.8  # of a cap's half-angle

@@ -4,7 +4,7 @@ from firstorder.fields.apertures import Bars, Grating, SoftSlit
 from firstorder.fields.covariance import Covariance, covariance_of, covariance_of_samples
 from firstorder.fields.environment import Environment, Harmonics, NearLight
 from firstorder.fields.field import Affine, Constant, Edge, Field, Function, Sum
-from firstorder.fields.gaussian import Gaussian, gaussian
+from firstorder.fields.gaussians import Gaussian, gaussian
 from firstorder.fields.jet import Jet, autodiff_jet
 from firstorder.fields.kernel import GaussianProfile, Kernel, Profile
 from firstorder.fields.mask import HalfPlane, SoftEdge, half_plane

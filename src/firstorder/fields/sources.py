@@ -336,6 +336,6 @@ def line_light(emission: Field, height) -> Field:
         >>> line_light(spot, 2.0)(1.0, 0.5).item() == spot(0.0, 0.5).item()
         True
     """
-    from firstorder.transport.travel import Travel  # a light at a height has travelled
+    from firstorder.transport.events.travel import Travel  # a light at a height has travelled
 
     return Travel(height)(emission)

@@ -10,7 +10,7 @@ import numpy as np
 from firstorder.errors import Refused
 from firstorder.fields.covariance import Covariance
 from firstorder.fields.field import Field, batched
-from firstorder.fields.gaussian import Gaussian
+from firstorder.fields.gaussians import Gaussian
 
 
 def _normal(nodes: int) -> tuple[np.ndarray, np.ndarray]:

@@ -1,8 +1,6 @@
 """A world small enough to be exact: shapes, scenes, what is seen, and the light that arrives."""
 
-from firstorder.flatland.environment import ConstantSky, GaussianSky, RowSky
-from firstorder.flatland.intersect import Hits, nearest, occluded
-from firstorder.flatland.irradiance import (
+from firstorder.flatland.direct_lighting import (
     Derivatives,
     along,
     gathered,
@@ -10,11 +8,13 @@ from firstorder.flatland.irradiance import (
     rotation,
     translation,
 )
-from firstorder.flatland.makers import box, closed_curve, polyline
+from firstorder.flatland.intersect import Hits, nearest, occluded
 from firstorder.flatland.mirrors import in_mirrors
 from firstorder.flatland.scene import Frenet, Material, PointLights, Scene, Thing, thing
-from firstorder.flatland.shapes import Arcs, Circles, Curves, Ellipses, Segments
-from firstorder.flatland.view import Receiver, View, receiver, view
+from firstorder.flatland.shapes.build import box, closed_curve, polyline
+from firstorder.flatland.shapes.kinds import Arcs, Circles, Curves, Ellipses, Segments
+from firstorder.flatland.skies import ConstantSky, GaussianSky, RowSky
+from firstorder.flatland.visible import Receiver, View, receiver, view
 
 __all__ = [
     "Segments",

@@ -7,11 +7,11 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
-from firstorder import tracing
-from firstorder.batches import in_batches, in_blocks
 from firstorder.flatland.scene import Scene
-from firstorder.flatland.shapes import Curves
-from firstorder.tracing import BLOCK, FEW, MISS, in_one, one_by_one
+from firstorder.flatland.shapes.kinds import Curves
+from firstorder.numerics.batching import in_batches, in_blocks
+from firstorder.scene import intersect
+from firstorder.scene.intersect import BLOCK, FEW, MISS, in_one, one_by_one
 
 
 class Hits(eqx.Module):
@@ -105,4 +105,4 @@ def occluded(
         on_b: the shape on which each ray ends, or -1. It does not count near the end of the ray,
             within 32 sqrt(eps) of its length; all others count up to 8 eps of it.
     """
-    return tracing.occluded(scene.groups, a, b, on_a, on_b, _block(scene))
+    return intersect.occluded(scene.groups, a, b, on_a, on_b, _block(scene))

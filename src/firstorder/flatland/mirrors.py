@@ -16,9 +16,9 @@ from jaxtyping import Array, Float
 from firstorder.conventions import direction
 from firstorder.flatland.intersect import first_shape
 from firstorder.flatland.scene import Scene
-from firstorder.flatland.view import Receiver, view
-from firstorder.quadrature import gauss_legendre
-from firstorder.things import BACK, FRONT
+from firstorder.flatland.visible import Receiver, view
+from firstorder.numerics.quadrature import gauss_legendre
+from firstorder.scene.primitives import BACK, FRONT
 
 
 def in_mirrors(

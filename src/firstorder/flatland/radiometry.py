@@ -18,14 +18,14 @@ from jaxtyping import Array, ArrayLike, Float, PRNGKeyArray
 
 from firstorder.conventions import direction
 from firstorder.errors import check_not_negative
-from firstorder.flatland.geometry import geometry_term
+from firstorder.flatland.direct_lighting import Radiance, irradiance
+from firstorder.flatland.estimators.strata import gaps, look, sent
+from firstorder.flatland.geometry_term import geometry_term
 from firstorder.flatland.intersect import occluded
-from firstorder.flatland.irradiance import Radiance, irradiance
-from firstorder.flatland.samples import gaps, look, sent
 from firstorder.flatland.scene import Scene
-from firstorder.flatland.vectors import cross
-from firstorder.flatland.view import Receiver, local_angle, receiver, view
-from firstorder.quadrature import gauss_legendre
+from firstorder.flatland.visible import Receiver, local_angle, receiver, view
+from firstorder.numerics.planar import cross
+from firstorder.numerics.quadrature import gauss_legendre
 from firstorder.typing import as_float
 
 Values: TypeAlias = Float[Array, "*b"]

@@ -25,7 +25,7 @@ from firstorder.conventions import direction
 from firstorder.errors import check_finite, check_not_negative
 from firstorder.flatland.intersect import first_shape
 from firstorder.flatland.scene import Scene
-from firstorder.transport.interface import _dielectric
+from firstorder.transport.events.interface import _dielectric
 from firstorder.typing import as_float
 
 THROUGH, BACK, END = KINDS = "through", "back", "end"

@@ -19,11 +19,19 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from firstorder.errors import check_finite, check_not_negative, is_concrete
-from firstorder.flatland.crossings import Crossings, find, somewhere
-from firstorder.flatland.shapes import Arcs, Circles, Curves, Ellipses, Point, Segments, Shape
-from firstorder.flatland.vectors import cross, left
-from firstorder.things import checked, each, grouped, joined, named, sides
-from firstorder.tracing import picked
+from firstorder.flatland.shapes.crossings import Crossings, find, somewhere
+from firstorder.flatland.shapes.kinds import (
+    Arcs,
+    Circles,
+    Curves,
+    Ellipses,
+    Point,
+    Segments,
+    Shape,
+)
+from firstorder.numerics.planar import cross, left
+from firstorder.scene.intersect import picked
+from firstorder.scene.primitives import checked, each, grouped, joined, named, sides
 from firstorder.typing import as_float
 
 KINDS = (Segments, Arcs, Circles, Ellipses, Curves)

@@ -13,7 +13,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from firstorder.flatland.environment import RowSky
+from firstorder.flatland.skies import RowSky
 from firstorder.io.layers import channels
 
 Picture: TypeAlias = np.ndarray

@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from firstorder.space.mesh import NO_FACE, Mesh, mesh
-from firstorder.space.mesh_outline import EveryFace
+from firstorder.space.meshes.mesh import NO_FACE, Mesh, mesh
+from firstorder.space.silhouettes.meshes import EveryFace
 
 ENDINGS = (".obj", ".ply", ".gltf", ".glb")
 # How often a ray is sent on behind a face that it does not count, before all faces are asked.
@@ -123,7 +123,7 @@ def _part(found: Any) -> _Part:
 
 
 def proper(faces: np.ndarray) -> np.ndarray:
-    """Which faces have three vertices: `space.mesh.mesh` leaves out the others."""
+    """Which faces have three vertices: `space.meshes.mesh.mesh` leaves out the others."""
     a, b, c = faces.T
     return (a != b) & (b != c) & (c != a)
 
@@ -162,7 +162,7 @@ class MeshHits(NamedTuple):
 
 
 class Embree:
-    """Rays through a mesh, by Embree on the host; implements `space.mesh_outline.Tracer`.
+    """Rays through a mesh, by Embree on the host; implements `space.silhouettes.meshes.Tracer`.
 
     Embree proposes a face in single precision; distance and barycentric weights are then computed
     from its corners in double. Where the ray misses the proposed face in double, having passed its
@@ -176,7 +176,7 @@ class Embree:
 
     Example:
         >>> from firstorder.io import Embree
-        >>> from firstorder.space.mesh import mesh
+        >>> from firstorder.space.meshes.mesh import mesh
         >>> tracer = Embree(mesh([[0, 0, 2], [1, 0, 2], [0, 1, 2]], [[0, 1, 2]]))
         >>> hits = tracer.nearest([[0.25, 0.25, 0.0]], [[0.0, 0.0, 1.0]])
         >>> hits.t.tolist(), hits.weights.tolist()
@@ -236,7 +236,7 @@ class Embree:
 
         Example:
             >>> from firstorder.io import Embree
-            >>> from firstorder.space.mesh import mesh
+            >>> from firstorder.space.meshes.mesh import mesh
             >>> tracer = Embree(mesh([[0, 0, 2], [1, 0, 2], [0, 1, 2]], [[0, 1, 2]]))
             >>> tracer.between([[0.3, 0.3, 0.0]], [[0.3, 0.3, 3.0]]).tolist()
             [True]
@@ -258,7 +258,7 @@ class Embree:
         return answer != NO_FACE
 
     def first_face(self, eye, directions, low, high, skip):
-        """See `space.mesh_outline.Tracer`."""
+        """See `space.silhouettes.meshes.Tracer`."""
         eye = np.asarray(eye, float)
         origins = np.broadcast_to(eye, directions.shape)
         return self._search(origins, directions, low, high, skip).face

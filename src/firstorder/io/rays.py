@@ -23,7 +23,7 @@ import struct
 import numpy as np
 
 from firstorder.io.records import whole
-from firstorder.methods.shadowfield.rays import LampFrame, RayTable
+from firstorder.shadowfield.rendering.ray_table import LampFrame, RayTable
 
 MAGIC, FORMER = b"1storay2", b"1storay1"
 BYTES_A_RAY = 28
@@ -45,7 +45,7 @@ def write_rays(path: str | os.PathLike[str], lamp: LampFrame, table: RayTable) -
         >>> import pathlib, tempfile
         >>> import numpy as np
         >>> from firstorder.io.rays import read_rays, write_rays
-        >>> from firstorder.methods.shadowfield.rays import lamp_frame, trace
+        >>> from firstorder.shadowfield.rendering.ray_table import lamp_frame, trace
         >>> lamp = lamp_frame((0, 0, 1), (0, 1, 0), (1, 0, 0))
         >>> free = lambda a, b: (np.full(len(a), np.inf), np.full(len(a), -np.inf))
         >>> file = pathlib.Path(tempfile.mkdtemp(), "a.rays")

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from firstorder.io.elements import nearest_known, refused_at
 from firstorder.io.images import LUMINANCE, read_picture
-from firstorder.io.tables import Table, number, numbers, rows, vector, whole, word
-from firstorder.space.environment import ConstantSky, GaussianSky, HarmonicSky, PanoramaSky
+from firstorder.io.scenes.elements import nearest_known, refused_at
+from firstorder.io.scenes.toml_tables import Table, number, numbers, rows, vector, whole, word
+from firstorder.space.skies import ConstantSky, GaussianSky, HarmonicSky, PanoramaSky
 
 
 def sky_of(table: Table, folder: str | os.PathLike[str]) -> Any:
@@ -51,7 +51,7 @@ def sky_of(table: Table, folder: str | os.PathLike[str]) -> Any:
 
 
 def read_panorama(path: str | os.PathLike[str]) -> PanoramaSky:
-    """Reads a panorama as the sky of space; `space.environment` says which way it looks.
+    """Reads a panorama as the sky of space; `space.skies` says which way it looks.
 
     Its radiance is the Rec. 709 luminance, in the picture's own unit.
 

@@ -20,7 +20,7 @@ from firstorder.fields.spectrum import Spectrum
 from firstorder.fields.wavelet import Wavelet
 from firstorder.laws.base import Law
 from firstorder.laws.move import Move
-from firstorder.quadrature import cuts, panels
+from firstorder.numerics.quadrature import cuts, panels
 from firstorder.typing import Array, ComplexScalar, Frequency, Ray, Scalar, as_float
 
 

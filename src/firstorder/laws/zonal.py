@@ -18,7 +18,7 @@ from jaxtyping import Array, Float
 from firstorder.conventions import Frame
 from firstorder.errors import check_positive, is_concrete
 from firstorder.fields.jet import Jet
-from firstorder.quadrature import panels, periodic
+from firstorder.numerics.quadrature import panels, periodic
 from firstorder.typing import Scalar, as_float
 
 Direction = Float[Array, " 3"]

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import EllipseCollection
 from matplotlib.image import AxesImage
 
-from firstorder.methods.caching import Cache, SurfaceCache, taylor
+from firstorder.caching import Cache, SurfaceCache, taylor
 from firstorder.plotting.style import COLOURS, MAGNITUDE
 
 _INK = {0: COLOURS[1], -1: COLOURS[2], 1: COLOURS[4]}
@@ -31,7 +31,7 @@ def draw_records(
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.methods.caching import Cache, Candidates, clamped
+        >>> from firstorder.caching import Cache, Candidates, clamped
         >>> from firstorder.plotting import draw_records, panels
         >>> some = Candidates.along(jnp.cos, jnp.array([0.0, 1.0]))
         >>> figure, axes = panels()
@@ -86,7 +86,7 @@ def draw_ellipses(
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.methods.caching import SurfaceCache, SurfaceCandidates, circles
+        >>> from firstorder.caching import SurfaceCache, SurfaceCandidates, circles
         >>> from firstorder.plotting import panels
         >>> from firstorder.plotting.caches import draw_ellipses
         >>> some = SurfaceCandidates.of(jnp.zeros((1, 2)), jnp.ones(1), jnp.zeros((1, 2)))

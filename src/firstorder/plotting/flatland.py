@@ -14,9 +14,9 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from firstorder.batches import in_batches
 from firstorder.conventions import direction
 from firstorder.flatland import Scene, Segments, along, irradiance
+from firstorder.numerics.batching import in_batches
 from firstorder.plotting.scenes import scene as as_map
 from firstorder.plotting.style import RADIANCE, panels
 
@@ -30,7 +30,7 @@ def shape_points(scene: Scene, index: int, samples: int = 96) -> np.ndarray:
     """Points along a shape, shape (m, 2) [m]: two of a segment, `samples` + 1 of what is round.
 
     Example:
-        >>> from firstorder.flatland.library import named
+        >>> from firstorder.flatland.library.scenes import named
         >>> from firstorder.plotting import shape_points
         >>> shape_points(named("scene_a"), 0).tolist()
         [[-1.0, 0.0], [1.0, 0.0]]
@@ -62,7 +62,7 @@ def draw_scene(
         sky: whether the environment is drawn.
 
     Example:
-        >>> from firstorder.flatland.library import named
+        >>> from firstorder.flatland.library.scenes import named
         >>> from firstorder.plotting import draw_scene, panels
         >>> figure, axes = panels()
         >>> draw_scene(axes[0, 0], named("scene_b"))
@@ -114,7 +114,7 @@ def receiver_curve(scene: Scene, name: str, samples: int = 201) -> dict[str, np.
         ValueError: if there is no shape of that name.
 
     Example:
-        >>> from firstorder.flatland.library import named
+        >>> from firstorder.flatland.library.scenes import named
         >>> from firstorder.plotting import receiver_curve
         >>> curve = receiver_curve(named("scene_a"), "floor", 5)
         >>> print(curve["x"].round(3).tolist(), curve["E"][2].round(6))
@@ -187,7 +187,7 @@ def scene_report(
         words: what light the curves are of.
 
     Example:
-        >>> from firstorder.flatland.library import named
+        >>> from firstorder.flatland.library.scenes import named
         >>> from firstorder.plotting import receiver_curve, scene_report
         >>> scene = named("scene_a")
         >>> page = scene_report(scene, {"floor": receiver_curve(scene, "floor", 9)})

@@ -10,8 +10,8 @@ import jax.numpy as jnp
 import numpy as np
 from matplotlib.axes import Axes
 
+from firstorder.imaging.camera import Pinhole
 from firstorder.space import Planes, Receiver, Scene, outline
-from firstorder.space.image import Pinhole
 from firstorder.space.receiver import local
 
 _INK, _LAMP, _FLOOR = "0.15", "#e0a526", "0.75"
@@ -23,7 +23,7 @@ def projected(camera: Pinhole, points: Any) -> np.ndarray:
 
     Example:
         >>> from firstorder.plotting import projected
-        >>> from firstorder.space.image import pinhole
+        >>> from firstorder.imaging.camera import pinhole
         >>> projected(pinhole((0.0, -2.0, 0.0), (0.0, 0.0, 0.0)), [[0.5, 0.0, 0.5]]).tolist()
         [[0.25, 0.25]]
     """

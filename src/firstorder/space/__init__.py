@@ -1,14 +1,15 @@
 """The same calculus in space: shapes, what is seen of them, and the light that they leave."""
 
-from firstorder.space.exposed import Pieces, Sides, exposed
-from firstorder.space.intersect import Hits, first_shape, nearest, occluded
-from firstorder.space.irradiance import (
+from firstorder.space.direct_lighting import (
     boundary_gradient,
     irradiance,
     net_visibility,
     vector_irradiance,
 )
-from firstorder.space.makers import (
+from firstorder.space.intersect import Hits, first_shape, nearest, occluded
+from firstorder.space.receiver import Receiver, receiver
+from firstorder.space.scene import Material, Scene, Thing, thing
+from firstorder.space.shapes.build import (
     box,
     cylinder,
     disc,
@@ -19,10 +20,7 @@ from firstorder.space.makers import (
     sphere,
     triangle,
 )
-from firstorder.space.outline import Curved, Outline, Straight, outline
-from firstorder.space.receiver import Receiver, receiver
-from firstorder.space.scene import Material, Scene, Thing, thing
-from firstorder.space.shapes import (
+from firstorder.space.shapes.kinds import (
     Boxes,
     Cylinders,
     Discs,
@@ -32,6 +30,8 @@ from firstorder.space.shapes import (
     Shape,
     Triangles,
 )
+from firstorder.space.silhouettes.analytic import Curved, Outline, Straight, outline
+from firstorder.space.silhouettes.visible import Pieces, Sides, exposed
 
 __all__ = [
     "Shape",

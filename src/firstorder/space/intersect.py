@@ -7,10 +7,10 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
-from firstorder import tracing
-from firstorder.batches import in_blocks
+from firstorder.numerics.batching import in_blocks
+from firstorder.scene import intersect
+from firstorder.scene.intersect import BLOCK, FEW, MISS, in_one, one_by_one
 from firstorder.space.scene import Scene
-from firstorder.tracing import BLOCK, FEW, MISS, in_one, one_by_one
 
 
 class Hits(eqx.Module):
@@ -95,4 +95,4 @@ def occluded(
         >>> occluded(scene, jnp.zeros((1, 3)), jnp.array([[0.0, 0.0, 9.0]])).item()
         True
     """
-    return tracing.occluded(scene.groups, a, b, on_a, on_b)
+    return intersect.occluded(scene.groups, a, b, on_a, on_b)

@@ -14,9 +14,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import ArrayLike
 
-from firstorder.space.makers import box, plane, rectangle, sphere
 from firstorder.space.scene import Scene, Thing, thing
-from firstorder.space.shapes import Boxes
+from firstorder.space.shapes.build import box, plane, rectangle, sphere
+from firstorder.space.shapes.kinds import Boxes
 from firstorder.typing import as_float
 
 WALLS = ("black", "none")

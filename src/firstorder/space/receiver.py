@@ -10,8 +10,8 @@ from jaxtyping import Array, ArrayLike, Float, Int
 
 from firstorder.conventions import normal_rate
 from firstorder.errors import check_finite, is_concrete
+from firstorder.numerics.vectors import cross, frame, norm, settled, unit
 from firstorder.typing import as_float
-from firstorder.vectors import cross, frame, norm, settled, unit
 
 
 class Receiver(eqx.Module):

@@ -21,11 +21,11 @@ import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float
 
 from firstorder.errors import check_not_negative
-from firstorder.space.shapes import KINDS, Point, Shape
-from firstorder.things import BACK, FRONT, checked, each, grouped, joined, named, sides
-from firstorder.tracing import picked
+from firstorder.numerics.vectors import dot
+from firstorder.scene.intersect import picked
+from firstorder.scene.primitives import BACK, FRONT, checked, each, grouped, joined, named, sides
+from firstorder.space.shapes.kinds import KINDS, Point, Shape
 from firstorder.typing import as_float
-from firstorder.vectors import dot
 
 
 class Material(eqx.Module):

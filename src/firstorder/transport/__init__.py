@@ -1,20 +1,28 @@
 """What happens to light: physical steps that pick a law, and paths that chain them."""
 
-from firstorder.transport.brdf import Brdf, Ggx, LobeBrdf, TabulatedBrdf
-from firstorder.transport.bump import Bump
-from firstorder.transport.camera import Base, Camera, View, image_jet
-from firstorder.transport.cosine import ClampedCosine, Cosine, cos_plus_transform
-from firstorder.transport.diffuse import (
+from firstorder.transport.brdf.general import Brdf, Ggx, LobeBrdf, TabulatedBrdf
+from firstorder.transport.brdf.lobes import (
+    CosinePower,
+    Lobe,
+    Tabulated,
+    glossy,
+    lambert,
+    phong,
+    retro,
+)
+from firstorder.transport.chain4d.chain import GlossyPatch
+from firstorder.transport.event import Chain, Event, Linearised
+from firstorder.transport.events.bump import Bump
+from firstorder.transport.events.cosine import ClampedCosine, Cosine, cos_plus_transform
+from firstorder.transport.events.diffuse import (
     DifferentialIrradiance,
     Gather,
     SlopeWeight,
     bessel_zk1,
     diffuse,
 )
-from firstorder.transport.entries import Light
-from firstorder.transport.event import Chain, Event, Linearised
-from firstorder.transport.incidence import Incidence, Outgoing
-from firstorder.transport.interface import (
+from firstorder.transport.events.incidence import Incidence, Outgoing
+from firstorder.transport.events.interface import (
     Fresnel,
     Schlick,
     Snell,
@@ -22,9 +30,8 @@ from firstorder.transport.interface import (
     fresnel_reflection,
     refraction,
 )
-from firstorder.transport.lobes import CosinePower, Lobe, Tabulated, glossy, lambert, phong, retro
-from firstorder.transport.mirror import Mirror
-from firstorder.transport.occlusion import (
+from firstorder.transport.events.mirror import Mirror
+from firstorder.transport.events.occlusion import (
     Layers,
     Occlusion,
     comb_blocker,
@@ -32,16 +39,17 @@ from firstorder.transport.occlusion import (
     half_plane_blocker,
     slit_blocker,
 )
+from firstorder.transport.events.reflection import Blend, Reflection, VaryingGaussian
+from firstorder.transport.events.rotation import Curvature
+from firstorder.transport.events.separable import Angular, AngularFactor, separable
+from firstorder.transport.events.slopes import ToAngle, ToSlope, theta_D_v, v_D_theta
+from firstorder.transport.events.tabulate import Tabulate
+from firstorder.transport.events.texture import Texture, Wave, wave
+from firstorder.transport.events.travel import Arrival, Travel
 from firstorder.transport.path import Path
-from firstorder.transport.reflection import Blend, Reflection, VaryingGaussian
-from firstorder.transport.rotation import Curvature
-from firstorder.transport.separable import Angular, AngularFactor, separable
-from firstorder.transport.shading import Reflected, Surface, Terms, far_light_ratio
-from firstorder.transport.slopes import ToAngle, ToSlope, theta_D_v, v_D_theta
-from firstorder.transport.space_chain import GlossyPatch
-from firstorder.transport.tabulate import Tabulate
-from firstorder.transport.texture import Texture, Wave, wave
-from firstorder.transport.travel import Arrival, Travel
+from firstorder.transport.shading.camera import Base, Camera, View, image_jet
+from firstorder.transport.shading.flat_jets import Light
+from firstorder.transport.shading.surface import Reflected, Surface, Terms, far_light_ratio
 
 __all__ = [
     "Angular",

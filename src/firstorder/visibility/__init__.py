@@ -8,6 +8,7 @@ from firstorder.visibility.elevation import (
     rim_bend,
     rim_elevation,
 )
+from firstorder.visibility.from_rays import Brackets, Limbs, bracketed, limbs
 from firstorder.visibility.gradients import (
     Edges,
     Shading,
@@ -28,7 +29,6 @@ from firstorder.visibility.intervals import (
     visible_gaps,
     visible_measure,
 )
-from firstorder.visibility.sampled import Brackets, Limbs, bracketed, limbs
 
 __all__ = [
     "Alpha",

@@ -23,7 +23,15 @@ from __future__ import annotations
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from firstorder.vectors import Coordinates, apart, cross, cross_apart, dot, dot_apart, norm
+from firstorder.numerics.vectors import (
+    Coordinates,
+    apart,
+    cross,
+    cross_apart,
+    dot,
+    dot_apart,
+    norm,
+)
 
 Points = Float[Array, "*#n 3"]
 Numbers = Float[Array, "*#n"]

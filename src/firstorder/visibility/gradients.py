@@ -28,7 +28,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
 from firstorder.errors import nan_unless
-from firstorder.quadrature import panels
+from firstorder.numerics.quadrature import panels
 from firstorder.typing import Scalar, Vector, as_float
 from firstorder.visibility.alpha import Alpha
 from firstorder.visibility.intervals import HORIZON, clipped, signed_edges, turns

@@ -12,7 +12,7 @@ from firstorder.checks.squares import Case
 from firstorder.conventions import Frame
 from firstorder.fields import Field, Function, GaussianProfile, Grid, Jet
 from firstorder.laws import Convolve
-from firstorder.transport.reflection import VaryingGaussian
+from firstorder.transport.events.reflection import VaryingGaussian
 
 PERIOD = 12.0  # of the width and of the window: its series is then spectrally accurate
 TURN = 2.0 * np.pi / PERIOD

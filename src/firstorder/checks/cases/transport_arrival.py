@@ -7,7 +7,7 @@ from firstorder.checks.faults import Fault, twin_law
 from firstorder.checks.squares import Case
 from firstorder.conventions import Frame
 from firstorder.laws import Move
-from firstorder.transport.travel import Arrival
+from firstorder.transport.events.travel import Arrival
 
 
 def facing(u):

@@ -7,7 +7,7 @@ from firstorder.checks.cases import FLATLAND, bell, light
 from firstorder.checks.faults import Fault, twin
 from firstorder.checks.squares import Case
 from firstorder.fields import Grid
-from firstorder.transport.camera import Base, Camera, View
+from firstorder.transport.shading.camera import Base, Camera, View
 
 EYE, GAMMA, KAPPA, N = (0.3, 2.0), 1.3, -0.4, 0.15
 

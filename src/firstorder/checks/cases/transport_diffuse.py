@@ -12,8 +12,13 @@ from firstorder.checks.squares import Case
 from firstorder.conventions import FLATLAND_SLOPE
 from firstorder.fields import Covariance, Grid
 from firstorder.laws import Integrate, Multiply
-from firstorder.transport.diffuse import DifferentialIrradiance, Gather, SlopeWeight, diffuse
 from firstorder.transport.event import Chain
+from firstorder.transport.events.diffuse import (
+    DifferentialIrradiance,
+    Gather,
+    SlopeWeight,
+    diffuse,
+)
 
 RHO, REACH = 0.4, 4.0
 WINDOW = Grid.spanning((96, 128), (6.0, REACH))

@@ -8,8 +8,8 @@ from firstorder.checks.faults import Fault, twin, twin_law
 from firstorder.checks.squares import Case
 from firstorder.conventions import FLATLAND, Frame
 from firstorder.laws import Move
-from firstorder.transport.incidence import Incidence, Outgoing
-from firstorder.transport.travel import Arrival
+from firstorder.transport.events.incidence import Incidence, Outgoing
+from firstorder.transport.events.travel import Arrival
 
 ANGLE = 0.6
 LEAVING = Frame(("x", "theta"), "outgoing")

@@ -8,7 +8,7 @@ from firstorder.checks.faults import Fault, twin, twin_law
 from firstorder.checks.squares import Case
 from firstorder.conventions import FLATLAND
 from firstorder.fields import Jet
-from firstorder.transport.incidence import Incidence, Outgoing
+from firstorder.transport.events.incidence import Incidence, Outgoing
 
 REFUSED = {"spectrum": "refused", "covariance": "refused", "wavelet": "refused"}
 CASES = tuple(

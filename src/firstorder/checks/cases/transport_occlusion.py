@@ -14,7 +14,7 @@ from firstorder.conventions import FLATLAND_SLOPE
 from firstorder.fields import Affine, Grid
 from firstorder.fields.apertures import SoftSlit
 from firstorder.laws import Move
-from firstorder.transport.occlusion import Layers, Occlusion
+from firstorder.transport.events.occlusion import Layers, Occlusion
 
 GRID = Grid.spanning((128, 129), (6.0, 5.5))
 WINDOW = Grid.spanning((128, 128), (6.0, 5.5))

@@ -16,7 +16,7 @@ from firstorder.conventions import FLATLAND_SLOPE
 from firstorder.fields import Grid
 from firstorder.fields.mask import half_plane
 from firstorder.laws import Move, Multiply
-from firstorder.transport.occlusion import (
+from firstorder.transport.events.occlusion import (
     Occlusion,
     comb_blocker,
     grating_blocker,

@@ -15,9 +15,9 @@ from firstorder.checks.squares import Case
 from firstorder.conventions import FLATLAND_SLOPE
 from firstorder.fields import Grid
 from firstorder.fields.mask import half_plane
-from firstorder.transport.diffuse import Gather, diffuse
-from firstorder.transport.occlusion import Occlusion, comb_blocker
-from firstorder.transport.travel import Travel
+from firstorder.transport.events.diffuse import Gather, diffuse
+from firstorder.transport.events.occlusion import Occlusion, comb_blocker
+from firstorder.transport.events.travel import Travel
 
 FRAME = FLATLAND_SLOPE
 D, RHO, LET_THROUGH = 1.3, 0.4, 0.25

@@ -10,7 +10,7 @@ from firstorder.conventions import FLATLAND, FLATLAND_SLOPE
 from firstorder.fields import Jet
 from firstorder.laws import Move
 from firstorder.laws.warp import Map, Warp
-from firstorder.transport.slopes import ToAngle, ToSlope
+from firstorder.transport.events.slopes import ToAngle, ToSlope
 
 RAYS = np.array([[0.3, 0.4], [-0.4, 0.75], [0.7, -0.6]])
 

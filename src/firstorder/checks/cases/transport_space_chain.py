@@ -85,7 +85,7 @@ class _Swapped(Event):
 
     def law(self, frame):
         """All moves as one, changed."""
-        from firstorder.transport.space_chain import Together
+        from firstorder.transport.chain4d.chain import Together
 
         return self.change(Together(self.chain.events).law(frame))
 

@@ -9,7 +9,7 @@ from firstorder.checks.faults import Fault, twin
 from firstorder.checks.squares import Case
 from firstorder.fields import Covariance, Field, Grid, Spectrum, Wavelet
 from firstorder.laws import Move
-from firstorder.transport.tabulate import Tabulate
+from firstorder.transport.events.tabulate import Tabulate
 
 TABLE = Grid.spanning((80, 81), (4.0, 4.0))
 

@@ -1,0 +1,266 @@
+"""Random estimators of the rendering equation: J12 (28), (29) and, of its gradient, (39).
+
+Each proof takes the expectation of the estimator as a sum, or integral, over everything that can be
+drawn, each with its probability, and finds the integral or the Neumann series that it estimates.
+"""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import sympy as sp
+
+from derivations.ledger import Check, Row, na
+
+theta = sp.Symbol("theta", real=True)
+HALF = sp.pi / 2
+
+
+# --- (28) ---------------------------------------------------------------------------------------
+
+
+def one_sample():
+    """`E[f L cos / pdf] = int f L cos`, for the two densities of the hemicircle.
+
+    Each density is first shown to be one: the printed 1/pi is, and cos/2; `1/(2 pi)` and cos/pi of
+    space are not. The drawn number u is mapped to an angle, and the mean is taken over u.
+    """
+    u = sp.Symbol("u", positive=True)
+    rho, a, b, c = sp.symbols("rho a b c")
+    L = a + b * sp.sin(theta) + c * sp.cos(theta) ** 2
+    truth = sp.integrate(rho / 2 * L * sp.cos(theta), (theta, -HALF, HALF))
+    out = []
+    uniform, cosine = 1 / sp.pi, sp.cos(theta) / 2
+    for density in (uniform, cosine):
+        out.append(sp.integrate(density, (theta, -HALF, HALF)) - 1)
+        out.append(
+            sp.integrate(density * (rho / 2 * L * sp.cos(theta) / density), (theta, -HALF, HALF))
+            - truth
+        )
+    # The maps from u have these densities: dtheta/du = 1 / pdf.
+    out.append(sp.diff(sp.pi * (u - sp.Rational(1, 2)), u) - 1 / uniform)
+    at = sp.asin(2 * u - 1)
+    out.append(sp.simplify(sp.diff(at, u) ** 2 - 1 / cosine.subs(theta, at) ** 2))
+    return out
+
+
+def tree_measured() -> float:
+    """The library's tree, one level, against adaptive quadrature; worst z over its threshold."""
+    import jax
+    from scipy.integrate import quad
+
+    from firstorder.checks.statistics import z_of
+    from firstorder.flatland import Receiver, Scene, Segments, thing
+    from firstorder.flatland.bounces.pathtrace import tree_irradiance
+
+    lamp = thing(Segments((0.9, 1.0), (-0.4, 0.7)), emission=1.3)
+    ends = np.arctan2([-(0.9 - 0.2), 0.4 + 0.2], [1.0, 0.7])
+    truth = 1.3 * quad(np.cos, *ends)[0]
+    at = Receiver(np.array([[0.2, 0.0]]), np.zeros(1), np.array([-1]))
+    z = z_of(tree_irradiance(Scene.of(lamp), at, jax.random.key(1), (16,), 2000), truth)
+    return z.worst / z.threshold
+
+
+def densities_by_autodiff() -> float:
+    """Each sampler's density against the derivative of its map: `pdf(theta(u)) dtheta/du = 1`."""
+    import jax
+
+    from firstorder.sampling import Cosine, Uniform
+
+    u = np.linspace(0.03, 0.97, 7)
+    worst = 0.0
+    for sampler in (Uniform(), Cosine()):
+        rate = jax.vmap(jax.grad(sampler.sample))(u)
+        off = np.asarray(rate * sampler.density(sampler.sample(u))) - 1.0
+        worst = max(worst, float(np.max(np.abs(off))))
+    return worst
+
+
+# --- (29) ---------------------------------------------------------------------------------------
+
+
+def all_paths(longest=3):
+    """Two patches with any transport matrix K: the mean over all paths is the Neumann series.
+
+    A path is drawn step by step: go on with chance q, to a patch with chance p_ij. Its density is
+    the product of all these *and of 1 - q where it ends*. The printed L^i counts the light at its
+    end alone, so that chance is needed.
+    """
+    K = sp.Matrix(2, 2, sp.symbols("K00 K01 K10 K11"))
+    e = sp.Matrix(sp.symbols("e0 e1"))
+    q, p = sp.Symbol("q"), sp.Matrix(2, 2, sp.symbols("p00 p01 p10 p11"))
+    mean, series = sp.Integer(0), sp.Integer(0)
+    for length in range(longest + 1):
+        series += (K**length * e)[0]
+        for steps in itertools.product((0, 1), repeat=length):
+            path = (0, *steps)
+            chance, light = 1 - q, e[path[-1]]
+            for i, j in itertools.pairwise(path):
+                chance, light = chance * q * p[i, j], light * K[i, j]
+            mean += chance * (light / chance)
+    return sp.expand(sp.simplify(mean) - series)
+
+
+def furnace_series():
+    """All lengths, where everything shines and reflects alike: `e / (1 - rho)`.
+
+    With the chance of the length in the density; and with light gathered at every vertex (partial
+    sums), whose weight is the chance to get so far, `q^m`. If the length's chance is left out of
+    `pdf_i`, the mean is `(1 - q) e / (1 - q rho)`: too dark, by a factor that the proof names.
+    """
+    rho, q, e = sp.symbols("rho q e", positive=True)
+    m = sp.Symbol("m", integer=True, nonnegative=True)
+
+    def total(term):
+        ratio = sp.simplify(term.subs(m, m + 1) / term)
+        return sp.simplify(term.subs(m, 0) / (1 - ratio))  # geometric
+
+    ends = q**m * (1 - q)
+    at_end = total(ends * (rho**m * e / ends))
+    reached = q**m
+    at_every = total(reached * (rho**m * e / reached))
+    without = total(ends * (rho**m * e))
+    truth = e / (1 - rho)
+    return [at_end - truth, at_every - truth, without - (1 - q) * e / (1 - q * rho)]
+
+
+def paths_measured() -> float:
+    """The library in a furnace of 0.4 and albedo 0.5; worst z over its threshold."""
+    import jax
+
+    from firstorder.checks.statistics import z_of
+    from firstorder.flatland import Receiver, Scene, box, thing
+    from firstorder.flatland.bounces.pathtrace import path_irradiance
+
+    room = Scene.of(thing(box((0.0, 0.0), (1.0, 1.0), inward=True), emission=0.4, albedo=0.5))
+    at = Receiver(np.array([[0.3, 0.0], [0.9, 0.4]]), np.array([0.0, 1.0]), np.array([0, -1]))
+    z = z_of(path_irradiance(room, at, jax.random.key(2), 20_000), 2 * 0.4 / (1 - 0.5))
+    return z.worst / z.threshold
+
+
+def steps_by_autodiff() -> float:
+    """A path's density is a product over its steps: each step's against its map's derivative.
+
+    And what a step weighs is `f cos` over that density.
+    """
+    import jax
+    import jax.numpy as jnp
+
+    from firstorder.flatland.bounces.scatter import Surface, reflect, scatter
+
+    rho, zero = jnp.asarray(0.6), jnp.asarray(0.0)
+    surface = Surface(rho, zero, zero, zero, zero)
+    out = jnp.sin(jnp.asarray(0.4)), jnp.cos(jnp.asarray(0.4))
+
+    def turned(u):
+        return scatter(surface, out, jnp.stack([0.2 * u / u, u, 0.5 * u / u]))
+
+    def angle(u):
+        return jnp.arctan2(turned(u).sine, turned(u).cosine)
+
+    off = []
+    for u in jnp.linspace(0.05, 0.95, 5):
+        step = turned(u)
+        f, _ = reflect(surface, out, step.sine, step.cosine)
+        off += [jax.grad(angle)(u) * step.density - 1.0, step.weight * step.density - f]
+    return float(np.max(np.abs(np.array(off))))  # NaN stays NaN
+
+
+# --- (39) ---------------------------------------------------------------------------------------
+
+
+def gradient_sample():
+    """`E[L V grad G / pdf(y)] = int L V grad G dl`, by arc length and by the angle at x.
+
+    A lamp y = h; the angle's density becomes one of arc length by
+    `pdf(l) = pdf(theta) cos_y / r`, and the mean of the quotient loses both: what is integrated is
+    `L V grad G` itself.
+    """
+    x, t, h = sp.symbols("x t h", positive=True)
+    r2 = (t - x) ** 2 + h**2
+    G = h * h / r2 ** sp.Rational(3, 2)
+    dG = sp.diff(G, x)
+    spread = sp.Symbol("spread", positive=True)  # of the angles from which one is drawn evenly
+    density = sp.diff(sp.atan((t - x) / h), t) / spread  # per metre: that per radian, dtheta/dl
+    return [
+        sp.simplify(density - (h / sp.sqrt(r2)) / sp.sqrt(r2) / spread),
+        sp.simplify(density * (dG / density) - dG),
+        sp.simplify(dG / (2 * h) / (1 / (2 * h)) - dG),
+        # dG/dx = -dG/dt: the integral is what the ends of the lamp give.
+        sp.simplify(dG + sp.diff(G, t)),
+    ]
+
+
+def gradient_measured() -> float:
+    """The library's sampled form against sines differentiated by hand; z over its threshold."""
+    import jax
+
+    from firstorder.checks.statistics import z_test
+    from firstorder.flatland import Receiver, Scene, Segments, thing
+    from firstorder.flatland.estimators.irradiance_forms import arc_length_on_curves
+
+    scene = Scene.of(thing(Segments((0.5, 1.0), (-0.5, 1.0)), emission=1.3))
+    x, runs = 0.3, 200
+    at = Receiver(np.array([x, 0.0]), np.array(0.0), np.array(-1))
+    seen = jax.jit(
+        jax.vmap(lambda key: arc_length_on_curves(scene, at, 16, key).translation().first)
+    )(jax.random.split(jax.random.key(4), runs))
+    truth = 1.3 * (1.0 / np.hypot(1.0, -0.5 - x) ** 3 - 1.0 / np.hypot(1.0, 0.5 - x) ** 3)
+    seen = np.asarray(seen)
+    z = z_test(seen.mean(), seen.std(ddof=1) / np.sqrt(runs), truth, freedom=runs - 1)
+    return z.worst / z.threshold
+
+
+def gradient_by_autodiff() -> float:
+    """The mean over many strata against autodiff of the angle that the lamp subtends."""
+    import jax
+    import jax.numpy as jnp
+
+    from firstorder.flatland import Receiver, Scene, Segments, thing
+    from firstorder.flatland.estimators.irradiance_forms import arc_length_on_curves
+
+    def subtended(x):
+        return 1.3 * (jnp.sin(jnp.arctan(0.5 - x)) + jnp.sin(jnp.arctan(0.5 + x)))
+
+    scene = Scene.of(thing(Segments((0.5, 1.0), (-0.5, 1.0)), emission=1.3))
+    at = Receiver(np.array([0.3, 0.0]), np.array(0.0), np.array(-1))
+    middle = jax.jit(lambda: arc_length_on_curves(scene, at, 4000).translation().first)()
+    return float(abs(middle / jax.grad(subtended)(0.3) - 1.0))
+
+
+ROWS = [
+    Row(
+        "J12.28",
+        "identity",
+        implements="firstorder.flatland.bounces.pathtrace.tree_irradiance",
+        symbolic=one_sample,
+        autodiff=Check(densities_by_autodiff, 1e-13),
+        fourier=na("no spectrum"),
+        brute_force=Check(tree_measured, 1.0),
+        note="Unbiased at any N; a recursion cut off at a depth loses light reflected more often.",
+    ),
+    Row(
+        "J12.29",
+        "identity",
+        implements="firstorder.flatland.bounces.pathtrace.path_irradiance",
+        symbolic=lambda: [all_paths(), *furnace_series()],
+        autodiff=Check(steps_by_autodiff, 1e-13),
+        fourier=na("no spectrum"),
+        brute_force=Check(paths_measured, 1.0),
+        note="pdf_i is the product of the densities per radian and of the chance of the length: "
+        "without the latter it is too dark, by (1 - q)(1 - rho) / (1 - q rho) in a furnace. With "
+        "light gathered at every vertex the chance to have come so far takes its place.",
+    ),
+    Row(
+        "J12.39",
+        "identity",
+        implements="firstorder.flatland.estimators.irradiance_forms.arc_length_on_curves",
+        symbolic=gradient_sample,
+        autodiff=Check(gradient_by_autodiff, 1e-6),
+        fourier=na("no spectrum"),
+        brute_force=Check(gradient_measured, 1.0),
+        note="An estimator of (37), and of the gradient itself only where no shadow edge moves. By "
+        "angle, pdf(y) = pdf(theta) cos_y / r, whose variance is infinite before curved limbs.",
+    ),
+]

@@ -1,1 +1,0 @@
-"""Proofs that belong to `firstorder.methods`."""

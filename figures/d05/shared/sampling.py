@@ -1,0 +1,265 @@
+"""D05 §6.2 on a scene of `d05.shared.shading`: slopes of blockers, criteria, samples, images.
+
+Lobes count with their root mean square frequencies (`rms_cutoff`), the light with that of its lamp.
+A pixel's bandwidth is the larger of its lobes'. "Mirror" is the criterion without blockers (gloss
+alone, as D05 has it, from differences between pixels), "plain" adds the paper's mean over 100 rays
+about the normal, "light" the one it asks for: rays drawn where the light is, weighted by it, 50 for
+each lobe.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import NamedTuple
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+
+from figures.d05.shared import shading
+from figures.d05.shared.shading import Points, View, World, about, mirrored
+from firstorder.bandwidth import pixel_rates as maps
+from firstorder.bandwidth import screen_space as screen
+from firstorder.caching import ssim
+from firstorder.numerics.vectors import dot, frame, times
+from firstorder.reconstruction.bilateral import cross_bilateral, widths
+from firstorder.reconstruction.blue_noise import place
+from firstorder.reconstruction.delaunay import reconstruct
+
+RAYS = 100  # to find blockers, at as many points as there are samples
+OF_SKY = dict(lamp=30, fill=10, ambient=10)  # of them, where slopes are weighted by light
+LIGHT = float(maps.rms_cutoff(1.0 / shading.WIDE**2))
+
+
+def budget(quick: bool) -> int:
+    """Samples: the paper's 20,000 of 400,000 pixels, or the same share."""
+    return 288 if quick else 20000
+
+
+def chosen(density: np.ndarray, count: int) -> np.ndarray:
+    """Pixels to look at, shape (count, 2)."""
+    return np.argwhere(place(density, count, exactly=True))
+
+
+# --- blockers ------------------------------------------------------------------------------------
+
+
+def slopes_at(kind: Callable, world: World, view: View, at: np.ndarray, seed: int = 0):
+    """Mean slopes of blockers at pixels, 100 rays each [1/m].
+
+    Args:
+        kind: `plain_rays` or `lit_rays`.
+        world: the scene.
+        view: its pixels.
+        at: those that are asked, shape (n, 2).
+        seed: of turns of the rays about the normal.
+
+    Returns:
+        For each set of weights, shape (m, n).
+    """
+    turn = np.random.default_rng(seed).random(len(at))
+    points = shading.some(view.points, at @ (view.label.shape[1], 1))
+    exponent, parts = jnp.asarray(world.lobes.exponent), []
+    for block, rows in shading.blocks(points):
+        w, weight = kind(block, exponent, jnp.asarray(turn[rows]))
+        parts.append(np.asarray(_slopes(jnp.asarray(world.rays.distance(block, w)), weight)))
+    return np.concatenate(parts, 1)[:, : len(at)]
+
+
+@eqx.filter_jit
+def _slopes(distance, weight):
+    return maps.mean_slope(jnp.broadcast_to(distance, weight.shape), weight)
+
+
+def _spun(w, turn):
+    """Directions turned about +z by a share of a full turn for each point."""
+    c, s = jnp.cos(2.0 * jnp.pi * turn)[:, None], jnp.sin(2.0 * jnp.pi * turn)[:, None]
+    x, y, z = w[..., 0], w[..., 1], w[..., 2]
+    return jnp.stack([c * x - s * y, s * x + c * y, jnp.broadcast_to(z, (c * x).shape)], -1)
+
+
+@eqx.filter_jit
+def plain_rays(points: Points, exponent, turn):
+    """The paper's: rays by the cosine, all of one weight; directions and weights (1, n, 100)."""
+    w = times(frame(points.at.normal)[:, None], _spun(about(RAYS, 1.0), turn))
+    return w, jnp.ones((1, *w.shape[:2]))
+
+
+@eqx.filter_jit
+def lit_rays(points: Points, exponent, turn):
+    """Weighted by light: rays to the sky for the diffuse lobe, mirrored ones for gloss.
+
+    Returns:
+        Directions, and the light that each brings to one lobe and to the other, (2, n, 100).
+    """
+    at, n, half = points.at, len(points.thing), RAYS // 2
+    s = exponent[jnp.maximum(points.thing, 0), None]
+    lamp, lamp_power = shading.lobe_nodes(shading.LAMP, OF_SKY["lamp"])
+    fill, fill_power = shading.lobe_nodes(shading.FILL, OF_SKY["fill"])
+    fixed = [jnp.broadcast_to(w, (n, *w.shape)) for w in (lamp, fill)]
+    ambient = times(frame(at.normal)[:, None], _spun(about(OF_SKY["ambient"], 1.0), turn))
+    gloss = times(frame(mirrored(at))[:, None], _spun(about(half, s), turn))
+    w = jnp.concatenate([*fixed, ambient, gloss], 1)
+    cosine = jnp.maximum(dot(w, at.normal[:, None]), 0.0)
+    powers = (lamp_power, fill_power, jnp.pi * shading.AMBIENT)
+    share = [jnp.full(k, p / k) for k, p in zip(OF_SKY.values(), powers, strict=True)]
+    by_cosine = jnp.arange(half) >= half - OF_SKY["ambient"]  # these are as dense as the cosine
+    lit = jnp.concatenate(share) * jnp.where(by_cosine, 1.0, cosine[:, :half])
+    polished = shading.sky(w[:, half:]) * cosine[:, half:]
+    none = jnp.zeros((n, half))
+    weight = [jnp.concatenate([lit, none], 1), jnp.concatenate([none, polished], 1)]
+    return w, jnp.stack(weight)
+
+
+# --- criteria ------------------------------------------------------------------------------------
+
+
+class Criterion(NamedTuple):
+    """What a criterion needs at every pixel.
+
+    Attributes:
+        turns: differences between pixels.
+        gloss: bandwidth of each pixel's glossy lobe [1/rad].
+        met: whether a pixel shows a shape.
+    """
+
+    turns: screen.Turns
+    gloss: np.ndarray
+    met: np.ndarray
+
+
+def criterion(world: World, view: View) -> Criterion:
+    """Differences and bandwidths of an image."""
+    position = np.asarray(view.at.position).reshape(view.normal.shape)
+    turns = screen.screen_turns(position, view.normal, world.camera.eye, view.label)
+    s = world.lobes.exponent[np.maximum(view.shows, 0)]
+    return Criterion(turns, np.asarray(maps.rms_cutoff(s)), view.shows >= 0)
+
+
+_glossy, _diffuse = eqx.filter_jit(screen.screen_glossy), eqx.filter_jit(screen.screen_diffuse)
+
+
+def mirror(c: Criterion) -> np.ndarray:
+    """Without blockers: D05 (20) from differences."""
+    return plain(c, np.zeros(c.met.shape))
+
+
+def plain(c: Criterion, slope: np.ndarray, light: float = 0.0) -> np.ndarray:
+    """With blockers: D05 (21) from differences, one slope for all."""
+    return np.where(c.met, _glossy(c.gloss, c.turns, slope, np.array(light)), 0.0)
+
+
+def lobes(c: Criterion, diffuse: np.ndarray, gloss: np.ndarray) -> np.ndarray:
+    """Both lobes with the light's bandwidth, each past its own blockers; the larger of the two."""
+    cosine = np.array(maps.rms_cutoff(1.0))
+    spread = np.where(c.met, _diffuse(cosine, c.turns, diffuse, np.array(LIGHT)), 0.0)
+    return np.maximum(plain(c, gloss, LIGHT), spread)
+
+
+# --- images --------------------------------------------------------------------------------------
+
+
+def filtered(view: View, at: np.ndarray, value: np.ndarray, width: np.ndarray):
+    """Values at samples over the image, by the cross-bilateral filter; samples keep their own."""
+    found = cross_bilateral(at + 0.5, value, width, view.depth, view.normal)
+    found[tuple(at.T)] = value
+    return found
+
+
+def finely(view: View, fine: View, at: np.ndarray, value: np.ndarray, width: np.ndarray):
+    """The same at four visibility samples a pixel, and their mean."""
+    shows = view.depth[tuple(at.T)], view.normal[tuple(at.T)]
+    wide = 2.0 * np.repeat(np.repeat(width, 2, 0), 2, 1)
+    found = cross_bilateral(2.0 * at + 1.0, value, wide, fine.depth, fine.normal, shows=shows)
+    return averaged(found)
+
+
+def averaged(fine: np.ndarray) -> np.ndarray:
+    """Means of 2 x 2 pixels."""
+    w, h = fine.shape
+    return fine.reshape(w // 2, 2, h // 2, 2).mean((1, 3))
+
+
+def triangulated(view: View, at: np.ndarray, value: np.ndarray) -> np.ndarray:
+    """Linear over a triangulation, not across labels."""
+    label = view.label[tuple(at.T)]
+    return reconstruct(at + 0.5, value, *view.label.shape, label=label, labels=view.label)
+
+
+POWER, EVEN = 1.0, 0.1  # of densities: the bandwidth itself, and a tenth of the samples anywhere
+
+
+def spread(bandwidth: np.ndarray, power: float = POWER, even: float = EVEN) -> np.ndarray:
+    """Density of samples for a bandwidth per radian or pixel."""
+    return maps.density(bandwidth, power=power, even=even)
+
+
+def image(view: View, truth: np.ndarray, density: np.ndarray, count: int, way: str = "bilateral"):
+    """Samples placed at a density, and what is made of them."""
+    at = chosen(density, count)
+    value = truth[tuple(at.T)]
+    if way == "delaunay":
+        return at, triangulated(view, at, value)
+    return at, filtered(view, at, value, widths(density, len(at)))
+
+
+def shown(value: np.ndarray, white: float) -> np.ndarray:
+    """As on a screen, in [0, 1]."""
+    return np.clip(value / white, 0.0, 1.0) ** (1.0 / 2.2)
+
+
+def errors(found: np.ndarray, truth: np.ndarray, white: float) -> tuple[float, float, float]:
+    """RMSE of radiance, and of what a screen shows, and SSIM of that."""
+    a, b = shown(found, white), shown(truth, white)
+    rms = [float(np.sqrt(np.mean((x - y) ** 2))) for x, y in ((found, truth), (a, b))]
+    return rms[0], rms[1], ssim(a, b, 1.0)
+
+
+# --- all of it -----------------------------------------------------------------------------------
+
+WORDS = {
+    "mirror": "without blockers",
+    "plain": "with blockers",
+    "light": "with blockers, weighted by light",
+}
+
+
+class Found(NamedTuple):
+    """Criteria of an image.
+
+    Attributes:
+        maps: bandwidths by name [cycles per pixel].
+        plain: mean slope of blockers, the paper's [1/m].
+        criterion: what they were made of.
+        seconds: processor time by step.
+    """
+
+    maps: dict[str, np.ndarray]
+    plain: np.ndarray
+    criterion: Criterion
+    seconds: dict[str, float]
+
+
+def criteria(world: World, view: View, count: int) -> Found:
+    """All criteria of an image, with slopes from `count` points."""
+    even = np.ones(view.label.shape)
+    at = chosen(even, count)
+    took, slopes = {}, []
+    width = widths(even, len(at))
+    for name, kind in (("plain", plain_rays), ("light", lit_rays)):
+        slopes_at(kind, world, view, at[:1])  # compiled before it is timed
+        took[name], found = timed(lambda kind=kind: slopes_at(kind, world, view, at))
+        over = timed(lambda found=found: [filtered(view, at, each, width) for each in found])
+        took[f"{name} filter"] = over[0]
+        slopes += over[1]
+    took["differences"], c = timed(lambda: criterion(world, view))
+    made = {"mirror": mirror(c), "plain": plain(c, slopes[0]), "light": lobes(c, *slopes[1:])}
+    return Found(made, slopes[0], c, took)
+
+
+def timed(run):
+    """Processor time of a call, and what it gives."""
+    start = time.process_time()
+    found = run()
+    return time.process_time() - start, found

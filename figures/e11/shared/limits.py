@@ -1,0 +1,111 @@
+"""Shared shadow rays on the ground of one of E11's scenes, at several band limits of the lamp.
+
+Band limits are told as the paper does, in cycles for each lamp's diameter; the lamp fades as the
+paper's does. Among the blockers 16 stratified rays of the pixel's own are taken; errors are those
+of the ground that the image shows.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from figures.e11.shared import space as scenes
+from firstorder.shadowfield.rendering.band_limit_choice import Chosen, Ladder, automatic, ladder
+from firstorder.shadowfield.rendering.depth_bounds import depth_bounds
+from firstorder.shadowfield.rendering.ray_table import RayTable, trace
+
+OWN = 16
+SEED = 3
+
+
+class Ground(NamedTuple):
+    """What an image shows of the ground, with its reference.
+
+    Attributes:
+        scene: all of it.
+        where: numbers of the pixels.
+        true: what they see of the lamp, by the reference.
+        own: the same by 16 stratified rays.
+        rays: of the reference.
+    """
+
+    scene: scenes.Scene
+    where: np.ndarray
+    true: np.ndarray
+    own: np.ndarray
+    rays: int
+
+    @property
+    def receivers(self) -> np.ndarray:
+        """Where they are [m]."""
+        return self.scene.receivers[self.where]
+
+    @property
+    def image(self) -> tuple[np.ndarray, int]:
+        """As `ladder` asks for it."""
+        return self.where, self.scene.side
+
+    @property
+    def diameter(self) -> float:
+        """Of the lamp [m]."""
+        return 2.0 * float(self.scene.lamp.half[0])
+
+    def traced(self, rays: float | int, seed: int = SEED) -> RayTable:
+        """Shadow rays of these pixels."""
+        return trace(self.scene.lamp, self.receivers, rays, self.scene.blockers, seed)[0]
+
+    def bounds(self, table: RayTable, pixel: float | None = None):
+        """Of the blockers' depths, in the frustum of the whole pixel by default."""
+        wide = self.scene.pixel if pixel is None else pixel
+        return depth_bounds(self.scene.lamp, table, self.receivers, wide)
+
+    def answers(self, table: RayTable, limits: np.ndarray, bounds=None) -> Ladder:
+        """At band limits in cycles for each diameter, each twice the one before."""
+        return ladder(
+            self.scene.lamp,
+            table,
+            self.receivers,
+            np.asarray(limits, float) / self.diameter,
+            self.scene.pixel,
+            self.own,
+            self.image,
+            falloff=scenes.falloff,
+            bounds=self.bounds(table) if bounds is None else bounds,
+            own_rays=OWN,
+        )
+
+    def chosen(self, rungs: Ladder) -> Chosen:
+        """Each pixel at its own limit."""
+        return automatic(rungs, self.image)
+
+    def rms(self, found: np.ndarray) -> float:
+        """Error over all of these pixels."""
+        return float(np.sqrt(np.mean((found - self.true) ** 2)))
+
+    def picture(self, values: np.ndarray) -> np.ndarray:
+        """As an image, NaN where something else is seen."""
+        return self.scene.picture(values, self.where)
+
+    @property
+    def own_error(self) -> float:
+        """Of the reference: of as many tosses of a coin, which stratified rays do not reach."""
+        return float(np.sqrt(np.mean(self.true * (1.0 - self.true)) / self.rays))
+
+
+def ground(scene: scenes.Scene, quick: bool) -> Ground:
+    """Of a scene, with a reference of 2,048 rays; of 256 if quick."""
+    rays = scenes.QUICK_RAYS if quick else scenes.RAYS
+    where = np.flatnonzero(scene.floor)
+    true = scenes.reference(scene, rays).ravel()[where]
+    return Ground(scene, where, true, scenes.own_rays(scene, where, OWN, 7), rays)
+
+
+def window(true: np.ndarray, size: int) -> tuple[slice, slice]:
+    """The square of an image with the most penumbra in it, most of it ground."""
+    change = np.nan_to_num(true * (1.0 - true)) - 0.25 * np.isnan(true)
+    total = np.pad(np.cumsum(np.cumsum(change, 0), 1), ((1, 0), (1, 0)))
+    sums = total[size:, size:] - total[:-size, size:] - total[size:, :-size] + total[:-size, :-size]
+    i, j = np.unravel_index(np.argmax(sums), sums.shape)
+    return slice(i, i + size), slice(j, j + size)

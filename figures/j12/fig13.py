@@ -1,0 +1,161 @@
+"""J12 Fig. 13: the radius that the true error would give, and the one that E'' gives instead.
+
+Scene A as in Fig. 12, one record at x = 0.2 m, total error 0.02 W. Open in the paper: where the
+record is, and the tolerance. The ideal radius is found by halving (53) with the closed form of E;
+the estimate is (55). Panel c shows both along the whole floor, for several tolerances.
+
+The second-order oracle holds to second order in R. It fails where E'' vanishes, at the two
+inflections near |x| = 0.65 m: there it says "as far as you like", and a radius is only had from a
+clamp, or from the next derivative (dotted), which the paper leaves as future work.
+"""
+
+from __future__ import annotations
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from figures.j12.shared.caching import line_light
+from figures.style import Claim, Drawing
+from firstorder import plotting
+from firstorder.caching import (
+    Candidates,
+    clamped,
+    expected_error,
+    ideal_radius,
+    radius_for,
+    radius_with_events,
+    taylor,
+    true_error,
+)
+from firstorder.checks.tolerance import fitted_order
+from firstorder.plotting.style import COLOURS
+
+AT, TOLERANCE = 0.2, 2e-2
+TOLERANCES = (2e-2, 2e-3, 2e-4)
+LIMITS = (1e-3, 1.5)
+
+
+def draw(quick: bool) -> Drawing:
+    n = 61 if quick else 241
+    x = np.linspace(-1.2, 1.2, n)
+    along = Candidates.along(line_light, x)
+    ideal, estimate, guarded = _radii(along)
+    one = Candidates.along(line_light, np.array([AT])).derivatives[0]
+    own = [
+        float(ideal_radius(line_light, AT, one, TOLERANCE, *LIMITS)),
+        float(radius_for(one[2], TOLERANCE)),
+    ]
+    figure, axes = plotting.panels(1, 3, 3.1, 2.7, gridspec_kw={"width_ratios": (1, 1, 1.25)})
+    _oracle(axes[0, 0], one, own[0], exact=True)
+    _oracle(axes[0, 1], one, own[1], exact=False)
+    _along(axes[0, 2], x, ideal, estimate, guarded)
+    arrays = {"x": x, "ideal": ideal, "estimate": estimate, "guarded": guarded, "own": own}
+    columns = {f"{k}_{t:g}": v[i] for i, t in enumerate(TOLERANCES) for k, v in (
+        ("ideal", ideal), ("estimate", estimate), ("guarded", guarded)
+    )}  # fmt: skip
+    claims = _claims(own, one, along, ideal, estimate, guarded)
+    curves = {"radii": {"x": x} | columns}
+    return Drawing(figure, arrays, claims, curves, size=f"{n} places, 3 tolerances")
+
+
+def _radii(along: Candidates):
+    """Ideal, estimated and guarded radii, one row for each tolerance."""
+    tolerances = jnp.asarray(TOLERANCES)
+
+    @jax.jit
+    def ideal(tolerance):
+        return jax.lax.map(
+            lambda a: ideal_radius(line_light, a[0], a[1], tolerance, *LIMITS),
+            (along.x, along.derivatives),
+        )
+
+    found = np.stack([ideal(t) for t in tolerances])
+    h, third = along.derivatives[:, 2], along.derivatives[:, 3]
+    estimate = clamped(radius_for(h, tolerances[:, None]), *LIMITS).radius
+    guarded = clamped(radius_with_events([h, third], tolerances[:, None], *LIMITS), *LIMITS).radius
+    return found, np.asarray(estimate), np.asarray(guarded)
+
+
+def _oracle(ax, data, R, exact: bool) -> None:
+    x = np.linspace(AT - 1.0, AT + 1.0, 401)
+    line = np.asarray(taylor(data, x - AT, 1))
+    oracle = line_light(x) if exact else np.asarray(taylor(data, x - AT, 2))
+    inside = np.abs(x - AT) <= R
+    ax.fill_between(x[inside], line[inside], oracle[inside], color=COLOURS[3], alpha=0.6, lw=0)
+    ax.plot(x, line_light(x), "-", color=COLOURS[1], linewidth=2.0, label="true")
+    ax.plot(x, line, "-", color=COLOURS[4], label="first order")
+    if not exact:
+        ax.plot(x, oracle, "-", color=COLOURS[2], label="second order")
+    ax.plot([AT], [line_light(AT)], "o", color=COLOURS[0], markersize=5)
+    for side in (-R, R):
+        ax.axvline(AT + side, color="0.4", linestyle=":", linewidth=0.9)
+    ax.set(xlim=(x[0], x[-1]), ylim=(0.2, 1.3), xlabel="$x$ (m)", ylabel="$E$ (W/m)")
+    words = f"a) ideal, $R$ = {R:.3f} m" if exact else f"b) by $E''$, $R$ = {R:.3f} m"
+    ax.set_title(words, loc="left")
+    ax.legend(loc="lower left")
+
+
+def _along(ax, x, ideal, estimate, guarded) -> None:
+    for i, tolerance in enumerate(TOLERANCES):
+        first = i == 0
+        ax.semilogy(x, ideal[i], "-", color=COLOURS[1], lw=1.8, label="ideal" if first else None)
+        ax.semilogy(x, estimate[i], "-", color=COLOURS[2], label="by $E''$" if first else None)
+        words = "by $E''$ and $E'''$" if first else None
+        ax.semilogy(x, guarded[i], ":", color=COLOURS[0], label=words)
+        ax.annotate(f"{1e3 * tolerance:g} mW", (0.0, 1.04 * estimate[i].min()), fontsize=7,
+                    ha="center", va="bottom")  # fmt: skip
+    ax.set(xlabel="$x$ (m)", ylabel="radius (m)", ylim=(0.03, 2.5))
+    ax.set_title("c) along the floor", loc="left")
+    ax.legend(loc="lower right", fontsize=7)
+
+
+def _claims(own, one, along, ideal, estimate, guarded) -> list[Claim]:
+    sizes = np.array([0.04, 0.08, 0.16])
+    misses = [
+        abs(float(expected_error(one[2], r)) / float(true_error(line_light, AT, one, r)) - 1.0)
+        for r in sizes
+    ]
+    free = (ideal < 0.99 * LIMITS[1]) & (estimate < 0.99 * LIMITS[1])
+    ratio = np.where(free, estimate / ideal, 1.0)
+    flat = int(np.argmin(np.abs(along.derivatives[:, 2])))
+    order = fitted_order(sizes, misses)
+    typical = float(np.median(np.abs(ratio - 1.0)[free]))
+    return [
+        Claim(
+            "Second order stands in for the true irradiance: radius over the ideal one, at the "
+            "record shown",
+            1.0,
+            own[1] / own[0],
+            "",
+            abs(own[1] / own[0] - 1.0) < 0.1,
+        ),
+        Claim(
+            "Estimated total error tends to the true one with the power of the radius",
+            None,
+            order,
+            "",
+            abs(order - 2.0) < 0.1,
+        ),
+        Claim(
+            "Estimated over ideal radius along the floor: median departure from 1",
+            None,
+            typical,
+        ),
+        Claim(
+            "The error bound is enforced everywhere: largest estimated over ideal radius, next to "
+            "an inflection, as far as no clamp acts",
+            "bounded",
+            float(ratio.max()),
+            "",
+            bool(ratio.max() < 1.2),
+        ),
+        Claim(
+            "With the next derivative, radius at the inflection over the ideal one, "
+            "smallest tolerance",
+            None,
+            float(guarded[-1, flat] / ideal[-1, flat]),
+            "",
+            bool(guarded[-1, flat] < 1.05 * ideal[-1, flat]),
+        ),
+    ]

@@ -1,0 +1,387 @@
+"""What J12's figures in space share: tables of the box scenes, the exact light on their floor.
+
+Candidates are the middles of equal cells of the floor; those under the block are left out. A cache
+has about the wanted number of records (within 0.2 %), by a threshold found for each order of
+insertion. Radii are held between a cell, below which they cover nothing, and 1.5 m, above which
+nothing is left to cover. Errors are RMS over the same cells, against the exact irradiance.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from firstorder.caching import (
+    Reach,
+    SurfaceCache,
+    curvature,
+    ellipses,
+    fit_surface,
+    radius_for,
+    rms,
+    shuffled,
+    ssim,
+)
+from firstorder.caching.radii import CUT, FREE, RAISED
+from firstorder.caching.tables import Table, looks, tabulate
+from firstorder.plotting.style import COLOURS
+from firstorder.space import library
+from firstorder.space.bounces.radiance_maps import Maps, finer, layout
+from firstorder.space.bounces.radiosity import radiosity
+
+SEED = 12
+Radii = Callable[[float], Reach]
+
+
+@dataclass(frozen=True)
+class Size:
+    """Cells of the floor along a side, strata of the hemisphere, records, orders of insertion."""
+
+    pixels: int
+    rows: int
+    columns: int
+    records: int
+    orders: int
+
+    def words(self) -> str:
+        """For the table of claims."""
+        rays = self.rows * self.columns
+        return f"{self.pixels}^2 places, {rays} rays, {self.records} records, {self.orders} orders"
+
+
+def size(quick: bool) -> Size:
+    """30,000 rays and a thousand records; or fewer of both."""
+    return Size(32, 20, 60, 110, 2) if quick else Size(96, 100, 300, 1000, 3)
+
+
+@dataclass(frozen=True)
+class Case:
+    """A scene, the table of its floor and the true irradiance there.
+
+    Attributes:
+        maps: the light that surfaces send.
+        table: one row for each place.
+        truth: irradiance at each place, exact or from more rays.
+        open: which cells of the floor are places.
+        size: of the table.
+    """
+
+    maps: Maps
+    table: Table
+    truth: np.ndarray
+    open: np.ndarray
+    size: Size
+
+    def image(self, values) -> np.ndarray:
+        """Numbers at places as an image of the floor, NaN under the block."""
+        found = np.full(self.open.size, np.nan)
+        found[self.open] = values
+        return found.reshape(self.size.pixels, -1)
+
+    @property
+    def noise(self) -> float:
+        """RMS error of the table's own irradiance."""
+        return float(rms(self.table.E, self.truth))
+
+
+@functools.cache
+def case(name: str, size: Size, wall: str = "black", albedo: float = 0.5) -> Case:
+    """One of the box scenes: "j12_box" or "j12_occluder"."""
+    scene = library.j12_box(wall) if name == "j12_box" else library.j12_occluder(wall, albedo)
+    maps = finer(radiosity(scene, cells=32, shadow=0), 128)
+    x = places(size.pixels)
+    low, high = BLOCK[:, :2]
+    shut = np.all((x > low) & (x < high), axis=1) & (name != "j12_box")
+    table = tabulate(maps, x[~shut], looks(size.rows, size.columns), scene.named("floor")[0])
+    return Case(maps, table, exact(maps, x[~shut]), ~shut, size)
+
+
+def places(pixels: int) -> np.ndarray:
+    """Middles of equal cells of the unit square."""
+    s = (np.arange(pixels) + 0.5) / pixels
+    return np.stack(np.meshgrid(s, s), -1).reshape(-1, 2)
+
+
+# --- exact light ---------------------------------------------------------------------------------
+
+BLOCK = np.array([(0.35, 0.35, 0.0), (0.55, 0.65, 0.25)])
+
+
+def exact(maps: Maps, x: np.ndarray, around: int = 24, up: int = 16) -> np.ndarray:
+    """Irradiance on the floor of the box scenes, by quadrature that is cut where anything breaks.
+
+    `E = int dphi 1/2 int L d(sin^2 e)` over azimuth and elevation e. Azimuths are cut at the
+    corners of the wall and of the block. At each, elevations from 0 up to the block's top edge see
+    the block's nearest side, those above it the wall. Gauss-Legendre nodes in `asinh(tan psi)`, psi
+    from the normal of what is seen, and in `asinh(tan e)`: smooth however near the wall is.
+
+    Args:
+        maps: the light, bilinear between cells' centres here.
+        x: places outside of the block (m, 2) [m].
+        around: nodes in azimuth, for each piece.
+        up: nodes in elevation.
+    """
+    plan, scene = layout(maps.scene), maps.scene
+    L, block = np.asarray(maps.L, float), "block" in scene.names
+    corners = [(0.0, 0.0), (0.0, 1.0)]
+    if block:
+        corners += [(a, b) for a in BLOCK[:, 0] for b in BLOCK[:, 1]]
+    way = np.asarray(corners)[None] - x[:, None]
+    cut = np.sort(np.mod(np.arctan2(way[..., 1], way[..., 0]), 2.0 * np.pi), axis=1)
+    cut = np.concatenate([cut, cut[:, :1] + 2.0 * np.pi], axis=1)
+    wall = L[int(np.flatnonzero(plan.shape == scene.named("left")[0])[0])]
+    first = int(np.flatnonzero(plan.shape == scene.named("block")[0])[0]) if block else 0
+    E = np.zeros(len(x))
+    for k in range(cut.shape[1] - 1):
+        low, high = cut[:, k], cut[:, k + 1]
+        middle = 0.5 * (low + high)
+        c, s = np.cos(middle), np.sin(middle)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            beyond = x[:, 1] - x[:, 0] / c * s
+        sees_wall = (c < 0.0) & (beyond > 0.0) & (beyond < 1.0)
+        rows = np.flatnonzero(sees_wall & (high - low > 1e-14))
+        E[rows] += _piece(x[rows], low[rows], high[rows], 0, 0.0, 1.0, wall, block, around, up)
+        if block:
+            near, axis, side = _entered(x, c, s)
+            for a in (0, 1):
+                for b in (0, 1):
+                    here = np.isfinite(near) & (axis == a) & (side == b) & (high - low > 1e-14)
+                    rows = np.flatnonzero(here)
+                    args = x[rows], low[rows], high[rows], a, BLOCK[b, a], BLOCK[1, 2]
+                    E[rows] += _piece(*args, L[first + 2 * a + b], False, around, up)
+    return E
+
+
+def _entered(x, c, s):
+    """Distance along the floor at which a ray enters the block, infinite if not, and which side."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t = [(BLOCK[:, i] - x[..., i, None]) / d[..., None] for i, d in enumerate((c, s))]
+    near, far = (np.stack([f(a, axis=-1) for a in t], -1) for f in (np.min, np.max))
+    axis = np.argmax(near, axis=-1)
+    enter = np.max(near, axis=-1)
+    hit = (enter < np.min(far, axis=-1)) & (enter > 0.0)
+    side = np.where(np.where(axis == 0, c, s) > 0.0, 0, 1)
+    return np.where(hit, enter, np.inf), axis, side
+
+
+def _piece(x, low, high, axis, plane, top, L, shaded, around, up):
+    """Light from one upright plane between two azimuths, above the block's edge if it is shaded."""
+    if not len(x):
+        return np.zeros(0)
+    away = plane - x[:, axis]
+    normal = np.where(away > 0.0, 0.0, np.pi) + (0.5 * np.pi if axis else 0.0)
+    turn = np.round((0.5 * (low + high) - normal) / (2.0 * np.pi)) * 2.0 * np.pi + normal
+    ends = [np.arcsinh(np.tan(np.clip(a - turn, -1.5707963, 1.5707963))) for a in (low, high)]
+    t, w = np.polynomial.legendre.leggauss(around)
+    tau = 0.5 * (ends[0] + ends[1])[:, None] + 0.5 * (ends[1] - ends[0])[:, None] * t
+    weight = 0.5 * (ends[1] - ends[0])[:, None] * w / np.cosh(tau)
+    flat = np.abs(away)[:, None] * np.cosh(tau)
+    phi = turn[:, None] + np.arctan(np.sinh(tau))
+    where = x[:, None] + flat[..., None] * np.stack([np.cos(phi), np.sin(phi)], -1)
+    bottom = np.zeros_like(flat)
+    if shaded:
+        near, *_ = _entered(x[:, None] + 0.0 * where, np.cos(phi), np.sin(phi))
+        bottom = BLOCK[1, 2] / near
+    a, b = np.arcsinh(bottom), np.arcsinh(top / flat)
+    t, w = np.polynomial.legendre.leggauss(up)
+    mu = 0.5 * (a + b)[..., None] + 0.5 * np.maximum(b - a, 0.0)[..., None] * t
+    inner = np.maximum(b - a, 0.0)[..., None] * w * np.tanh(mu) / np.cosh(mu) ** 2
+    z = 2.0 * flat[..., None] * np.sinh(mu) / top - 1.0
+    other = where[..., 1 - axis]
+    if plane == 0.0:
+        light = _bilinear(L, 2.0 * other - 1.0, z)
+    else:
+        span = BLOCK[:, 1 - axis]
+        across = 2.0 * (other - span[0]) / (span[1] - span[0]) - 1.0
+        light = _bilinear(L, across, z) if axis == 0 else _bilinear(L.T, across, z)
+    return np.sum(weight * np.sum(0.5 * inner * light, axis=-1), axis=-1)
+
+
+def _bilinear(L, across, z):
+    """Between the centres of cells; `across` runs along columns, z along rows."""
+    k = L.shape[0]
+    u, v = (0.5 * (a + 1.0) * k - 0.5 for a in np.broadcast_arrays(across[..., None], z))
+    i, j = (np.clip(np.floor(a), 0, k - 2).astype(int) for a in (u, v))
+    a, b = u - i, v - j
+    low, high = (L[j + d, i] * (1.0 - a) + L[j + d, i + 1] * a for d in (0, 1))
+    return (1.0 - b) * low + b * high
+
+
+# --- radii ---------------------------------------------------------------------------------------
+
+
+def held(radius: np.ndarray, low: float, high: float = 1.5) -> Reach:
+    """`circles` of plain arrays: a search for thresholds asks for thousands."""
+    code = np.where(radius < low, RAISED, np.where(radius > high, CUT, FREE))
+    return Reach((1.0 / np.clip(radius, low, high))[:, None, None] * np.eye(2), code)
+
+
+def split(lengths: np.ndarray, pixels: int, low: float = 0.0, high: float = 1.5) -> Radii:
+    """Radii proportional to a mean length of rays; a threshold is the accepted error."""
+    finite = np.where(np.isfinite(lengths), lengths, 1e6)
+    return lambda threshold: held(threshold * finite, max(low, 1.0 / pixels), high)
+
+
+def scaled(radius: np.ndarray, power: float, pixels: int) -> Radii:
+    """Radii that are given for the tolerance 1 and grow with a power of it."""
+    return lambda tolerance: held(radius * tolerance**power, 1.0 / pixels)
+
+
+def hessian(
+    H: np.ndarray, pixels: int, definition: str = "total", value: np.ndarray | None = None
+) -> Radii:
+    """Radii by the largest eigenvalue, as J12 (70) has them; a threshold is the tolerated error."""
+    k = curvature(np.asarray(H))
+
+    def found(size, tolerance, value):
+        return np.asarray(radius_for(size, tolerance, definition=definition, value=value, dims=2))
+
+    double = float(found(1.0, 2.0, 1.0) / found(1.0, 1.0, 1.0))
+    return scaled(found(k, 1.0, value), np.log2(double), pixels)
+
+
+def ellipse(H: np.ndarray, pixels: int, printed: bool = False) -> Radii:
+    """Ellipses along the eigenvectors."""
+    return lambda tolerance: ellipses(np.asarray(H), tolerance, 1.0 / pixels, 1.5, printed=printed)
+
+
+def metrics(c: Case) -> dict[str, Radii]:
+    """The radii that J12 compares."""
+    n, table = c.size.pixels, c.table
+    return {
+        "minimum": split(table.minimum, n),
+        "harmonic": split(table.harmonic, n),
+        "radiometric": hessian(table.hessian, n),
+        "geometric": hessian(table.geometric, n),
+    }
+
+
+# --- comparison ----------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Caches of one method.
+
+    Attributes:
+        cache: of each order of insertion.
+        values: what it answers at each place, one row for each order.
+        errors: RMS of these [W/m^2].
+        similar: structural similarity of each image of the floor to the true one.
+        chosen: which places are records.
+    """
+
+    cache: list[SurfaceCache]
+    values: np.ndarray
+    errors: np.ndarray
+    similar: np.ndarray
+    chosen: np.ndarray
+
+    @property
+    def mean(self) -> float:
+        """Mean error over the orders of insertion."""
+        return float(np.mean(self.errors))
+
+    @property
+    def spread(self) -> float:
+        """Standard deviation over them."""
+        return float(np.std(self.errors))
+
+
+def compare(
+    c: Case, radii: dict[str, Radii], records: int | None = None, order: int = 1
+) -> dict[str, Outcome]:
+    """Caches of every method at equal numbers of records, in the same orders of insertion."""
+    visits = shuffled(len(c.truth), c.size.orders, SEED)
+    return {
+        name: one(c, each, visits, records or c.size.records, order) for name, each in radii.items()
+    }
+
+
+def one(c: Case, radii: Radii, visits: np.ndarray, records: int, order: int = 1) -> Outcome:
+    """Caches of one method."""
+    x = c.table.position
+    fitted = fit_surface(x, radii, visits, records, low=1e-14, high=1e9)
+    return answered(c, fitted.records, fitted.reach, order)
+
+
+def answered(c: Case, chosen: np.ndarray, reach, order: int = 1) -> Outcome:
+    """What caches of the chosen places answer, and how wrong they are."""
+    candidates = c.table.candidates()
+    caches = [
+        SurfaceCache.of(candidates, r, rows, order=order)
+        for r, rows in zip(reach, chosen, strict=True)
+    ]
+    # All cells of the floor are asked, so that all scenes ask for the same number.
+    x = places(c.size.pixels)
+    values = np.stack([np.asarray(cache(x).value)[c.open] for cache in caches])
+    span = float(np.max(c.truth))
+    truth = np.nan_to_num(c.image(c.truth))
+    similar = [ssim(np.nan_to_num(c.image(v)), truth, span) for v in values]
+    return Outcome(caches, values, rms(values, c.truth), np.array(similar), np.asarray(chosen))
+
+
+@dataclass(frozen=True)
+class Tuned:
+    """The best of several limits, and its caches.
+
+    Attributes:
+        limits: smallest radius in cells, and largest [m].
+        outcome: with these.
+        least: error of the first limits over that of the best.
+    """
+
+    limits: tuple[float, float]
+    outcome: Outcome
+    least: float
+
+
+def tuned(c: Case, lengths: np.ndarray, limits, records: int | None = None) -> Tuned:
+    """Split spheres with the limits that leave the least error; what has too few records is out.
+
+    Args:
+        c: the case.
+        lengths: mean length of rays at each place.
+        limits: pairs of the smallest radius in cells and the largest [m], to try.
+        records: wanted; as many as the case asks for if left out.
+    """
+    n, tried = c.size.pixels, {}
+    for low, high in limits:
+        try:
+            radii = {"x": split(lengths, n, low / n, high)}
+            tried[low, high] = compare(c, radii, records)["x"]
+        except ValueError:  # these limits allow no such number of records
+            continue
+    if not tried:
+        raise ValueError("No limits gave the wanted number of records.")
+    best = min(tried, key=lambda k: tried[k].mean)
+    return Tuned(best, tried[best], next(iter(tried.values())).mean / tried[best].mean)
+
+
+# --- pictures ------------------------------------------------------------------------------------
+
+EXTENT = (0.0, 1.0, 0.0, 1.0)
+
+
+def show_error(ax, c: Case, outcome: Outcome, most: float, title: str, dots: bool = True):
+    """The error over the floor, signed, with the records of the first order of insertion."""
+    image = c.image(outcome.values[0] - c.truth)
+    drawn = ax.imshow(image, cmap="RdBu_r", vmin=-most, vmax=most, extent=EXTENT)
+    if dots:
+        x = np.asarray(outcome.cache[0].position)
+        ax.plot(x[:, 0], x[:, 1], ".", color=COLOURS[0], markersize=1.8, markeredgewidth=0.0)
+    ax.set(xticks=[], yticks=[], xlim=(0, 1), ylim=(0, 1))
+    ax.set_title(title, fontsize=8)
+    ax.set_xlabel(f"RMS {outcome.mean:.2e} ± {outcome.spread:.0e}", fontsize=7.5)
+    return drawn
+
+
+def show_light(ax, c: Case, title: str):
+    """The true irradiance of the floor."""
+    ax.imshow(c.image(c.truth), cmap="magma", vmin=0.0, extent=EXTENT)
+    ax.set(xticks=[], yticks=[])
+    ax.set_title(title, fontsize=8)
+    ax.set_xlabel(f"max {np.max(c.truth):.3g} W/m²", fontsize=7.5)

@@ -1,0 +1,152 @@
+"""R07 Fig. 10: shadows between samples, by lines and by curves that know the gradient.
+
+The scene of Fig. 9 (`flatland.library.scenes.r07_fig09`); even samples, 25 in the picture. The
+paper does not say which curve it draws; ours is the cubic Hermite interpolant, and the quintic one
+that also knows the second derivative. A sample with its gradient is two numbers, so lines are also
+drawn through twice as many samples. "Significantly greater" is taken for half the error.
+
+Where two silhouettes are in line E' jumps, in four places here, and a cubic is then no better than
+of second order: over the whole floor it gains less than a factor of 2, and lines through twice as
+many samples win. In the closeup, where E' does not jump, it gains a factor of thirty. With breaks
+where it jumps (every piece sampled evenly, its ends twice) the order is four, and cubics win at
+equal samples and at equal numbers.
+"""
+
+from __future__ import annotations
+
+import jax.numpy as jnp
+import numpy as np
+
+from figures.r07.shared import shadows as shared
+from figures.style import Claim, Drawing
+from firstorder import plotting
+from firstorder.checks.tolerance import fitted_order
+from firstorder.flatland.library.scenes import r07_fig09
+from firstorder.reconstruction import Interpolant
+
+SHOWN, CLOSEUP = 25, (0.0, 1.5)
+COUNTS = (13, 25, 49, 97, 193)  # samples on an even grid; each holds those before it
+NAMES = ("linear", "cubic", "quintic")
+
+
+def draw(quick: bool) -> Drawing:
+    n = 1024 if quick else 8192
+    floor = shared.Shadow(scene := r07_fig09())
+    breaks = shared.kinks(scene, floor)
+    x = np.linspace(-3.0, 3.0, n)
+    grids = {c: np.linspace(-3.0, 3.0, c) for c in (*COUNTS, 2 * SHOWN, 3 * SHOWN)}
+    pieces = {c: _pieces(breaks, c) for c in COUNTS}
+    # One call for all of them: it is compiled once.
+    parts = [x, *grids.values(), *(ask for _, ask in pieces.values())]
+    jets = np.asarray(shared.along(floor, jnp.asarray(np.concatenate(parts)))).T
+    jets = np.split(jets, np.cumsum([p.size for p in parts])[:-1])
+    E = jets[0][:, 0]
+    even = dict(zip(grids, jets[1:], strict=False))
+    broken = dict(zip(pieces, jets[1 + len(grids) :], strict=True))
+
+    def error(nodes, data, kind: int) -> float:
+        return shared.rms(np.asarray(shared.value(Interpolant(nodes, data[:, :kind]), x)) - E)
+
+    errors = {
+        name: np.array([error(grids[c], even[c], k) for c in COUNTS])
+        for k, name in enumerate(NAMES, 1)
+    }
+    errors |= {
+        f"{name}, breaks": np.array([error(pieces[c][0], broken[c], k) for c in COUNTS])
+        for k, name in enumerate(NAMES, 1)
+    }
+    equal = {k: error(grids[k * SHOWN], even[k * SHOWN], 1) for k in (1, 2, 3)}
+    near = (x >= CLOSEUP[0]) & (x <= CLOSEUP[1])
+
+    curves = {
+        name: np.asarray(shared.value(Interpolant(grids[SHOWN], even[SHOWN][:, :k]), x))
+        for k, name in enumerate(NAMES, 1)
+    }
+    figure, axes = plotting.panels(1, 3, 3.6, 2.9)
+    _draw(axes[0], x, E, curves, grids[SHOWN], even[SHOWN][:, 0], errors)
+    closeup = {name: shared.rms((curves[name] - E)[near]) for name in NAMES}
+    claims = _claims(errors, equal, closeup, breaks)
+    columns = {
+        "curves": {"x": x, "E": E, **curves},
+        "errors": {"samples": np.array(COUNTS), **errors},
+    }
+    size = f"{SHOWN} samples, rms over {n} places"
+    return Drawing(figure, {"breaks": breaks, "x": x, "E": E}, claims, columns, size)
+
+
+def _pieces(breaks, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """About `count` nodes: even ones on each piece, as many as its length earns; and where to ask.
+
+    Both sides of a break are asked for a hair's breadth inside.
+    """
+    ends = np.array([-3.0, *breaks, 3.0])
+    shares = np.diff(ends) / 6.0
+    cells = np.maximum(np.floor(shares * (count - len(shares))), 1).astype(int)
+    nodes = [np.linspace(a, b, k + 1) for a, b, k in zip(ends, ends[1:], cells, strict=False)]
+    asked = [np.clip(v, v[0] + 1e-10, v[-1] - 1e-10) for v in nodes]
+    return np.concatenate(nodes), np.concatenate(asked)
+
+
+def _draw(axes, x, E, curves, nodes, values, errors) -> None:
+    for ax, title in zip(axes[:2], ("a) 25 samples", "b) closeup"), strict=True):
+        ax.plot(x, E, color=plotting.COLOURS[0], linestyle="-", label="exact")
+        ax.plot(x, curves["linear"], color=plotting.COLOURS[2], linestyle="--", label="linear")
+        ax.plot(x, curves["cubic"], color=plotting.COLOURS[1], linestyle="-", linewidth=1.0,
+                label="with gradients")  # fmt: skip
+        ax.plot(nodes, values, "o", color="0.3", markersize=2.8, linestyle="none")
+        ax.set(title=title, xlabel="$x$ (m)", ylabel="$E$ (W/m)")
+    axes[1].set(xlim=CLOSEUP, ylim=(0.1, 1.08))
+    axes[1].legend(fontsize=7, loc="lower right")
+    for k, (name, error) in enumerate(errors.items()):
+        style = {"color": plotting.COLOURS[(2, 1, 4)[k % 3]], "marker": "o", "markersize": 2.5}
+        axes[2].loglog(COUNTS, error, linestyle="--" if k > 2 else "-", label=name, **style)
+    axes[2].set(title="c) error", xlabel="samples", ylabel="rms (W/m)")
+    axes[2].set_xticks(COUNTS, [str(c) for c in COUNTS])
+    axes[2].minorticks_off()
+    axes[2].legend(fontsize=7)
+
+
+def _claims(errors, equal, closeup, breaks) -> list[Claim]:
+    at = COUNTS.index(SHOWN)
+    paper = "significantly greater accuracy"
+    near = closeup["linear"] / closeup["cubic"]
+    told = [
+        Claim(
+            f"{SHOWN} even samples, in the closeup: rms error of lines over that of cubics",
+            paper,
+            near,
+            "times",
+            bool(near > 2.0),
+        )
+    ]
+    for k, name in ((2, "cubic"), (3, "quintic")):
+        ratio = equal[1] / errors[name][at]
+        holds = bool(ratio > 2.0) if k == 2 else None
+        words = f"{SHOWN} even samples, all of the floor: lines over {name}s"
+        told.append(Claim(words, paper if k == 2 else None, ratio, "times", holds))
+        words = f"The same with lines through {k * SHOWN} samples: as many numbers are stored"
+        told.append(Claim(words, None, equal[k] / errors[name][at], "times"))
+    for kind, words in (("", "even samples"), (", breaks", "samples with breaks where E' jumps")):
+        linear, cubic = errors["linear" + kind], errors["cubic" + kind]
+        rows = ((linear / cubic, "as many"), (linear[1:] / cubic[:-1], "twice as many"))
+        for ratio, many in rows:
+            told.append(
+                Claim(
+                    f"Lines over cubics through 13, 25, 49, ... {words}; lines through {many}",
+                    None,
+                    ", ".join(f"{r:.3g}" for r in ratio),
+                    "times",
+                )
+            )
+    last = [COUNTS[-2] - 1, COUNTS[-1] - 1]
+    for name, order in (("linear", 2), ("cubic", 4), ("quintic", 6)):
+        for kind in ("", ", breaks"):
+            found = -fitted_order(last, errors[name + kind][-2:])
+            where = "with breaks where E' jumps" if kind else "on an even grid"
+            words = f"Order of the {name} interpolant's error, {where}"
+            held = bool(abs(found - order) < 0.5) if kind else None
+            told.append(Claim(words, None, found, "", held))
+    told.append(
+        Claim("Places at which E' jumps: two silhouettes in line", None, float(len(breaks)), "")
+    )
+    return told

@@ -1,0 +1,256 @@
+"""R07's scene with geometric objects and shadows: what its figures 1 and 15 share.
+
+The paper's cow and teapot cannot be had; in their places stand meshes of our own on a flat, glossy
+table: a bumpy sphere (a smooth one with a bump map, as in the paper), a lumpy ball (diffuse), a
+knot (glossy) and a fern (diffuse). The lamp of 1.0 m x 1.0 m hangs some 2.5 m above, left of and
+before them; 12 x 12 shadow rays a sample. Nothing else lights the scene.
+
+Silhouettes are where labels change. An object may hide itself, so labels are finer than objects:
+each leaf has its own, and so has each sixteenth of the knot's tube.
+
+Squares of the quad-tree are left whole at one pixel, so that all samples of all trees lie on four
+lattices, 8, 4, 2 and 1 pixels apart. Those are rendered once (`rendering.tiles`, under
+`figures/out/references`) and looked up; the finest one is the reference. What is timed is rendered.
+"""
+
+from __future__ import annotations
+
+import functools
+import pathlib
+import time
+from typing import NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
+
+from figures.r07.shared import table
+from firstorder.imaging.camera import pinhole
+from firstorder.imaging.pixels import Finish
+from firstorder.io.scenes.space_toml import Model
+from firstorder.models.knots import knot
+from firstorder.models.plants import fern
+from firstorder.models.primitives import bumpy_sphere, ground, placed, ripples, turned
+from firstorder.reconstruction.importance import Shaded, product
+from firstorder.rendering.image_files import image_coordinates
+from firstorder.rendering.renderer import Renderer, World
+from firstorder.rendering.tiles import render_tiles
+
+FOLDER = pathlib.Path(__file__).parent / "out" / "references"
+NODES = 12
+VERSION = 3  # of what the references depend on
+BUMP, WAVE = 0.012, 2.0 * np.pi / 0.25
+NAMES = ("table", "bumpy", "lumpy", "knot", "fern")
+MATERIAL = {
+    "table": dict(albedo=0.5, specular=0.15, exponent=30.0),
+    "bumpy": dict(albedo=0.5, specular=0.2, exponent=20.0),
+    "lumpy": dict(albedo=0.8),
+    "knot": dict(albedo=0.3, specular=0.4, exponent=40.0),
+    "fern": dict(albedo=0.6),
+}
+BLOCK, FINEST = 8, 1
+
+
+def _height(index, x):
+    """Of the bumps [m]."""
+    waves = jnp.sin(WAVE * x[0]) * jnp.sin(WAVE * x[1]) * jnp.sin(WAVE * x[2])
+    return jnp.where(index == NAMES.index("bumpy"), BUMP * waves, 0.0)
+
+
+@functools.cache
+def world() -> World:
+    """The scene; it takes some seconds to build."""
+    turn = turned((0.0, 1.0, 0.2), 1.1)
+    lumps = bumpy_sphere(0.5, ripples(0.08, 1.1, 3), 5)
+    plant, _ = fern(7, 9, seed=4, height=0.55, leaf=0.2)
+    meshes = {
+        "table": ground(9.0, cells=1),
+        "bumpy": placed(bumpy_sphere(0.5, lambda v: 0.0 * v[:, 0], 5), (1.25, -0.1, 0.5)),
+        "lumpy": placed(lumps, (-1.25, 0.0, 0.5)),
+        "knot": placed(knot(2, 3, 0.13, 500, 32, 0.5), (0.0, 0.0, 0.62), turn),
+        "fern": placed(plant, (0.35, -1.15, 0.0)),
+    }
+    models = tuple(Model(m, name, MATERIAL[name]) for name, m in meshes.items())
+    camera = pinhole((0.0, -5.0, 2.4), (0.0, -0.35, 0.3), gamma=2.7)
+    return World(camera, None, models, (lamp(),), finish=Finish(_height))
+
+
+def lamp(count: int = NODES):
+    """Its nodes are even, so that shadows move."""
+    return table.lamp(1.0, count, even=True)
+
+
+@functools.cache
+def patches() -> np.ndarray:
+    """A label for each face of all meshes: one for each piece that may hide another of its kind."""
+    found, first = [], 0
+    for model in world().models:
+        count = model.mesh.count
+        if model.name == "knot":
+            own = (np.arange(count) % (count // 2)) * 16 // (count // 2)
+        elif model.name == "fern":
+            f = np.asarray(model.mesh.faces)
+            ends = np.r_[f[:, 0], f[:, 1]], np.r_[f[:, 1], f[:, 2]]
+            links = csr_array((np.ones(2 * count), ends), shape=2 * (len(model.mesh.vertices),))
+            own = connected_components(links, directed=False)[1][f[:, 0]]
+        else:
+            own = np.zeros(count, int)
+        found.append(own + first)
+        first += own.max() + 1
+    return np.concatenate(found)
+
+
+# --- all places where a tree may look ------------------------------------------------------------
+
+
+class Lattices(NamedTuple):
+    """Everything that is known of every place: layers by the distance between places.
+
+    Attributes:
+        side: of the image [pixels].
+        layers: by distance in pixels, and then by name.
+    """
+
+    side: int
+    layers: dict[int, dict[str, np.ndarray]]
+
+    @property
+    def reference(self) -> dict[str, np.ndarray]:
+        """At the centres of all pixels."""
+        return self.layers[FINEST]
+
+    @property
+    def labels(self) -> np.ndarray:
+        """Which patch each pixel shows."""
+        return self.reference["label"].astype(int)
+
+    def at(self, p: np.ndarray, name: str) -> np.ndarray:
+        """A layer at places of a tree [pixels]."""
+        out = np.empty(len(p))
+        for step, layers in self.layers.items():
+            number = p / step - 0.5
+            mine = np.all(number == np.rint(number), axis=1)
+            i, j = number[mine].astype(int).T
+            out[mine] = layers[name][i, j]
+        return out
+
+    def gradient(self, p: np.ndarray, shadows: bool = True) -> np.ndarray:
+        """Of the image, per pixel, with or without what moving shadows add."""
+        both = [self.at(p, f"grad.{k}") - (0.0 if shadows else self.at(p, f"shadow.{k}"))
+                for k in "uv"]  # fmt: skip
+        return np.stack(both, -1) * 2.0 / self.side
+
+    def shade(self, more=None, shadows: bool = True):
+        """A function for `sample_image`; `more` is what else a metric wants, of places."""
+
+        def look(p):
+            extra = None if more is None else more(self, p)
+            return Shaded(self.at(p, "value"), self.gradient(p, shadows), extra)
+
+        return look
+
+
+def lattices(side: int, nodes: int = NODES) -> Lattices:
+    """Rendered, or taken from where an earlier call has left them.
+
+    Args:
+        side: of the image [pixels].
+        nodes: of the lamp, along each edge.
+    """
+    made, layers = Renderer(world()._replace(lamps=(lamp(nodes),))), {}
+    for step in (8, 4, 2, 1):
+        count = side // step
+        folder = FOLDER / f"r07_meshes_{VERSION}_{side}_{nodes}" / f"step{step}"
+
+        def shade(places, number, step=step):
+            return made.layers(image_coordinates(places * step, side, side), number)
+
+        layers[step] = render_tiles(
+            shade, count, count, folder, side=64, key=f"R07 meshes {VERSION}"
+        )
+        layers[step]["label"] = label_of(made, table.grid(count) * step, side).reshape(count, count)
+    return Lattices(side, layers)
+
+
+def label_of(made: Renderer, p: np.ndarray, side: int) -> np.ndarray:
+    """The patches that places show [pixels], -1 for none."""
+    face = made.seen(image_coordinates(p, side, side)).face
+    return np.where(face >= 0, patches()[face], -1)
+
+
+# --- densities -----------------------------------------------------------------------------------
+
+
+def _bands(index: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Shares and band limits of the diffuse and the glossy lobe, by what is shown."""
+    rows = [MATERIAL[n] for n in NAMES]
+    specular = np.array([m.get("specular", 0.0) for m in rows])
+    gloss = np.sqrt(6.0 * np.array([m.get("exponent", 0.0) for m in rows]))
+    share = np.stack([np.array([m["albedo"] for m in rows]), specular], -1)
+    return share[index], np.stack([np.full(len(rows), 2.0), gloss], -1)[index]
+
+
+def _criterion(index, curvature, distance, cosine) -> np.ndarray:
+    """D05's criterion as R07 §9 has it (`table.d05_density`): no bumps, the sharpest lobe."""
+    band = np.max(_bands(np.maximum(index, 0))[1], -1)
+    k = curvature / np.sqrt(2.0)
+    return np.where(index >= 0, 2.0 * k * distance / np.maximum(cosine, 1e-3) * band, 0.0)
+
+
+def d05(known: Lattices, p: np.ndarray) -> np.ndarray:
+    """D05's criterion at places of a tree [pixels]."""
+    index = known.at(p, "index").astype(int)
+    return _criterion(index, *(known.at(p, name) for name in ("curvature", "distance", "cosine")))
+
+
+def heuristic(known: Lattices, p: np.ndarray) -> np.ndarray:
+    """The cheap product of R07 §9: curvature with bumps, grazing view, gloss, lamp's distance."""
+    index = known.at(p, "index").astype(int)
+    share, band = _bands(np.maximum(index, 0))
+    turning = np.stack([known.at(p, f"CV.{lobe}") for lobe in ("diffuse", "glossy")], -1)
+    q = image_coordinates(p, known.side, known.side)
+    camera = world().camera
+    d = np.concatenate([q, np.full((len(q), 1), -float(camera.gamma))], -1)
+    d = d @ np.asarray(camera.axes).T / np.linalg.norm(d, axis=1)[:, None]
+    distance = known.at(p, "distance")
+    x = np.asarray(camera.eye) + distance[:, None] * d
+    away = np.linalg.norm(x - np.asarray(lamp().center), axis=1)
+    found = product(turning, share, band, distance, known.at(p, "cosine"), away)
+    return np.where(index >= 0, found, 0.0)
+
+
+# --- what takes how long -------------------------------------------------------------------------
+
+
+class Timed(NamedTuple):
+    """Processor time of calls [s]."""
+
+    seconds: float
+    found: object
+
+
+def timed(run) -> Timed:
+    """Of this process, on all its threads: the clock on the wall counts what else is running."""
+    start = time.process_time()
+    found = run()
+    return Timed(time.process_time() - start, found)
+
+
+def renders(side: int, nodes: int):
+    """A renderer, and functions for `sample_image` with and without gradients, compiled."""
+    made = Renderer(world()._replace(lamps=(lamp(nodes),)))
+    clock = {"shading": 0.0}
+
+    def look(p, gradients=True):
+        got = timed(lambda: made.pixels(image_coordinates(p, side, side), gradients=gradients))
+        clock["shading"] += got.seconds
+        found, index = got.found  # pyright: ignore
+        slope = (found.gradient + found.edges) * 2.0 / side
+        density = _criterion(index, found.curvature, found.distance, found.cosine)
+        return Shaded(found.value, slope, density)
+
+    look(np.full((8, 2), 0.5 * side))
+    look(np.full((8, 2), 0.5 * side), False)
+    clock["shading"] = 0.0
+    return made, look, clock

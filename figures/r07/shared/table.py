@@ -1,0 +1,137 @@
+"""R07's table: a diffuse, a glossy and a bumpy sphere in the light of a close lamp, from above.
+
+The paper gives no numbers. Ours: three spheres of radius 0.5 m on a table that is nearly flat (a
+sphere of radius 40 m), a lamp of 1.0 m x 1.0 m some 2.5 m above, left of and before them; bumps of
+12 mm that repeat every 0.25 m in x, y and z. The table and the bumpy sphere are a little glossy.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+
+from firstorder import plotting
+from firstorder.imaging.area_lights import Lamp
+from firstorder.imaging.camera import pinhole
+from firstorder.imaging.pixels import Finish, Pixels, shade_all
+from firstorder.imaging.render import labels
+from firstorder.reconstruction.importance import Shaded
+from firstorder.space import Scene, sphere, thing
+
+RADIUS = 0.5
+BUMP, WAVE = 0.012, 2.0 * np.pi / 0.25
+SCENE = {
+    "table": (sphere((0.0, 0.0, -40.0), 40.0), dict(albedo=0.5, specular=0.2, exponent=30.0)),
+    "diffuse": (sphere((-1.2, 0.0, RADIUS), RADIUS), dict(albedo=0.8)),
+    "glossy": (sphere((0.0, 0.0, RADIUS), RADIUS), dict(albedo=0.3, specular=0.4, exponent=40.0)),
+    "bumpy": (sphere((1.2, 0.0, RADIUS), RADIUS), dict(albedo=0.5, specular=0.2, exponent=20.0)),
+}
+NAMES = tuple(SCENE)
+FLOOR = -4.0  # decades: what is darker is drawn as this
+
+
+class Table(NamedTuple):
+    """The scene, where it is looked at from, and which shape has bumps."""
+
+    scene: Scene
+    camera: object
+    bumpy: int
+
+    def height(self, index, x):
+        """Of the bumps [m]."""
+        waves = jnp.sin(WAVE * x[0]) * jnp.sin(WAVE * x[1]) * jnp.sin(WAVE * x[2])
+        return jnp.where(index == self.bumpy, BUMP * waves, 0.0)
+
+
+def table() -> Table:
+    """The three spheres on their table."""
+    scene = Scene.of(*(thing(s, name=name, **how) for name, (s, how) in SCENE.items()))
+    camera = pinhole((0.0, -5.0, 2.4), (0.0, 0.0, 0.35), gamma=2.6)
+    return Table(scene, camera, scene.named("bumpy")[0])
+
+
+def lamp(distance: float = 1.0, count: int = 8, even: bool = False) -> Lamp:
+    """The lamp, `distance` times as far from the middle of the spheres as usual, turned to it."""
+    middle, at = np.array([0.0, 0.0, 0.4]), np.array([-1.0, -1.5, 2.5])
+    way = (at - middle) * distance
+    u = np.array([0.5, 0.0, 0.0])
+    v = 0.5 * np.cross(way, u) / np.linalg.norm(np.cross(way, u))
+    return Lamp(middle + way, v, u, 8.0 * distance**2, count, even)
+
+
+def coordinates(p: np.ndarray, side: int) -> np.ndarray:
+    """Image coordinates of places in pixels of a square image."""
+    return 2.0 * p / side - 1.0
+
+
+def grid(side: int) -> np.ndarray:
+    """Centres of all pixels [pixels], first axis across."""
+    x = np.arange(side) + 0.5
+    return np.stack(np.meshgrid(x, x, indexing="ij"), -1).reshape(-1, 2)
+
+
+def shown(world: Table, p: np.ndarray) -> np.ndarray:
+    """Which shape each image coordinate shows, in blocks of one compiled size."""
+    fill = np.resize(p, (-(-len(p) // 4096) * 4096, 2)).reshape(-1, 4096, 2)
+    found = [np.asarray(labels(world.scene, world.camera, jnp.asarray(q))[0]) for q in fill]
+    return np.concatenate(found)[: len(p)]
+
+
+def shaded(world: Table, lamps, p: np.ndarray, shadows: bool) -> tuple[Pixels, np.ndarray]:
+    """Pixels at image coordinates, and which shape each shows."""
+    index = shown(world, p)
+    finish = Finish(world.height)
+    found = shade_all(world.scene, world.camera, lamps, p, index, finish, shadows)
+    return found, index
+
+
+def seen_by_tree(world: Table, lamps, side: int, *, shadows: bool = True, more=None):
+    """A function for `sample_image`: values and gradients per pixel.
+
+    Args:
+        world: the scene.
+        lamps: the light.
+        side: of the image [pixels].
+        shadows: whether lamps are hidden.
+        more: what else a metric wants: a function of the pixels and their shapes.
+    """
+
+    def shade(p):
+        found, index = shaded(world, lamps, coordinates(p, side), shadows)
+        extra = None if more is None else more(found, index)
+        return Shaded(found.value, (found.gradient + found.edges) * 2.0 / side, extra)
+
+    return shade
+
+
+def d05_density(world: Table):
+    """D05's criterion as R07 §9 writes it: `2 k z Omega_rho / (n . v)`, without bumps.
+
+    k: root mean square of the principal curvatures; Omega_rho: `sqrt(6 s)`, or 2 where nothing is
+    glossy (the degree at which a clamped cosine has all but vanished).
+    """
+    material = world.scene.material
+    band = np.where(material.specular > 0.0, np.sqrt(6.0 * np.asarray(material.exponent)), 2.0)
+
+    def density(found: Pixels, index: np.ndarray) -> np.ndarray:
+        k = found.curvature / np.sqrt(2.0)
+        cosine = np.maximum(np.asarray(found.cosine), 1e-3)
+        return np.where(index >= 0, 2.0 * k * found.distance / cosine * band[index], 0.0)
+
+    return density
+
+
+def show(ax, values, title: str, **options):
+    """An image as it is looked at."""
+    drawn = ax.imshow(np.asarray(values).T, origin="lower", interpolation="nearest", **options)
+    ax.set(title=title, xticks=[], yticks=[])
+    return drawn
+
+
+def show_decades(ax, values, title: str, low: float = FLOOR, high: float | None = None):
+    """An image of magnitudes on a scale of decades."""
+    with np.errstate(divide="ignore"):
+        shown = np.maximum(np.log10(np.asarray(values)), low)
+    return show(ax, shown, title, cmap=plotting.RADIANCE, vmin=low, vmax=high)

@@ -1,0 +1,147 @@
+"""How densely an image must be shaded, from differences between its pixels: D05 §6.2.
+
+What `bandwidth_map` has in closed form, without curvatures: slants, distances and anisotropy come
+for nothing, and silhouettes are no smooth surface.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Int
+
+from firstorder.bandwidth.curved_mirror import spectral_norm
+from firstorder.bandwidth.pixel_rates import _bands, _reach
+from firstorder.errors import nan_unless
+from firstorder.typing import RealLike, as_float
+
+
+class Turns(NamedTuple):
+    """What turns from pixel to pixel, in the last axis along px and py.
+
+    Attributes:
+        mirrored: direction [per pixel].
+        normal: direction [per pixel].
+        moved: position across the mirrored direction [m per pixel].
+        position: [m per pixel].
+    """
+
+    mirrored: Float[np.ndarray, "w h 3 2"]
+    normal: Float[np.ndarray, "w h 3 2"]
+    moved: Float[np.ndarray, "w h 3 2"]
+    position: Float[np.ndarray, "w h 3 2"]
+
+
+def screen_turns(
+    position: Float[np.ndarray, "w h 3"],
+    normal: Float[np.ndarray, "w h 3"],
+    eye: Float[np.ndarray | Array, "3"],
+    label: Int[np.ndarray | Array, "w h"],
+) -> Turns:
+    """Differences between neighbours that show the same; 0 where a pixel has no such neighbour.
+
+    Args:
+        position: at each pixel, first axis across [m].
+        normal: unit.
+        eye: [m].
+        label: what each pixel shows.
+
+    Reference: D05 §6.2: "directly in screen-space with finite-difference approximation".
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.bandwidth.screen_space import screen_turns
+        >>> x = np.stack(np.meshgrid(np.arange(3.0), np.arange(2.0), [0.0], indexing="ij"), -1)
+        >>> up, label = np.broadcast_to((0.0, 0.0, 1.0), (3, 2, 3)), np.zeros((3, 2), int)
+        >>> turns = screen_turns(x[:, :, 0], up, np.array([1.0, 0.0, 9.0]), label)
+        >>> turns.position[1, 0].tolist()  # a metre per pixel, of a floor
+        [[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]]
+    """
+    to_eye = np.asarray(eye) - position
+    to_eye = to_eye / np.linalg.norm(to_eye, axis=-1, keepdims=True)
+    mirrored = 2.0 * np.sum(normal * to_eye, -1, keepdims=True) * normal - to_eye
+    label = np.asarray(label)
+    r, n, x = (_differences(a, label) for a in (mirrored, normal, position))
+    along = np.sum(mirrored[..., None] * x, -2, keepdims=True)
+    return Turns(r, n, x - mirrored[..., None] * along, x)
+
+
+def _differences(a: np.ndarray, label: np.ndarray) -> np.ndarray:
+    """Along both axes: the mean of the differences to the neighbours of the same label."""
+    out = np.zeros((*a.shape, 2))
+    for axis in (0, 1):
+        step = np.diff(a, axis=axis)
+        same = np.diff(label, axis=axis) == 0
+        step = np.where(same[..., None], step, 0.0)
+        total, count = np.zeros(a.shape), np.zeros(label.shape)
+        for part in (slice(1, None), slice(None, -1)):
+            at = (part, slice(None)) if axis == 0 else (slice(None), part)
+            total[at] += step
+            count[at] += same
+        out[..., axis] = total / np.maximum(count, 1.0)[..., None]
+    return out
+
+
+def screen_glossy(
+    cutoff: RealLike, turns: Turns, slope: RealLike = 0.0, light: RealLike = 0.0
+) -> Float[Array, "w h"]:
+    """`glossy_map` from differences: `|r_p + s x_p| cutoff + s |x_p| light` [cycles per pixel].
+
+    x_p is what moves across the mirrored direction r. Arguments are those of
+    `bandwidth_map.glossy_map`.
+
+    Valid where a pixel's neighbours show the same smooth surface; errs as the square of a pixel
+    inside of it, as a pixel at its rim.
+
+    Raises:
+        ValueError: for an argument outside its range; traced ones, and turns that are not finite,
+            give NaN.
+
+    Reference: D05 §6.2, eqs. 20-21.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.bandwidth.screen_space import Turns, screen_glossy
+        >>> one = np.zeros((1, 1, 3, 2))
+        >>> one[0, 0, 0, 0] = 0.5  # along px alone
+        >>> screen_glossy(1.0, Turns(one, 0 * one, one, one), slope=2.0, light=0.25).tolist()
+        [[1.75]]
+    """
+    valid = _bands(cutoff, slope, light) & _finite(turns.mirrored) & _finite(turns.moved)
+    s = as_float(slope)[..., None, None]
+    moved = as_float(turns.moved)
+    turn = spectral_norm(as_float(turns.mirrored) + s * moved)
+    sharp = as_float(slope) * spectral_norm(moved) * as_float(light)
+    return nan_unless(valid, _reach(turn, cutoff) + sharp)
+
+
+def screen_diffuse(
+    cutoff: RealLike, turns: Turns, slope: RealLike = 0.0, light: RealLike = 0.0
+) -> Float[Array, "w h"]:
+    """`diffuse_map` from differences: `|n_p| cutoff + s |x_p| (cutoff + light)` [cycles per pixel].
+
+    x_p is the whole of the motion here. Arguments are those of `bandwidth_map.diffuse_map`, errors
+    and validity those of `screen_glossy`.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.bandwidth.screen_space import Turns, screen_diffuse
+        >>> one = np.zeros((1, 1, 3, 2))
+        >>> one[0, 0, 0, 0] = 0.5
+        >>> screen_diffuse(1.0, Turns(0 * one, one, one, one), slope=2.0, light=0.25).tolist()
+        [[1.75]]
+    """
+    valid = _bands(cutoff, slope, light) & _finite(turns.normal) & _finite(turns.position)
+    reach = as_float(cutoff) + as_float(light)
+    moved = as_float(slope) * spectral_norm(as_float(turns.position))
+    turn = spectral_norm(as_float(turns.normal))
+    return nan_unless(valid, _reach(turn, cutoff) + _reach(moved, reach))
+
+
+def _finite(turn: np.ndarray) -> Array:
+    return jnp.all(jnp.isfinite(as_float(turn)), (-2, -1))
+
+
+__all__ = ["Turns", "screen_diffuse", "screen_glossy", "screen_turns"]

@@ -1,0 +1,195 @@
+"""Radii that know more than one derivative: the terms after it, and the kinks of E on either side.
+
+In flatland E' jumps where two edges are seen in line, even under a light of finite size. The
+pointwise metric looks at one derivative at one place; it misses the jump, and is blind at an
+inflection. Both are finite sums in closed form, so the metric that includes them costs one root.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, ArrayLike, Float
+
+from firstorder.caching.radii import checked_order
+from firstorder.errors import check_not_negative, check_positive, is_concrete, nan_unless
+from firstorder.typing import as_float
+
+NONE = np.zeros(0)
+_KINDS = ("total", "average", "relative", "largest")
+
+
+def expected_error_with_events(
+    radius: ArrayLike,
+    derivatives: Sequence[ArrayLike],
+    distances: ArrayLike = NONE,
+    kinks: ArrayLike = NONE,
+    steps: ArrayLike | None = None,
+    *,
+    order: int = 1,
+    definition: str = "total",
+    value: ArrayLike = 1.0,
+) -> Float[Array, "..."]:
+    """What extrapolation errs by within a radius, from several derivatives and all kinks there.
+
+    Behind a kink at the distance d, where E' jumps by J, linear extrapolation goes wrong by
+    `J (|x| - d)`, to the right of the record and to the left alike. The total error is at most
+
+        2 sum_k |E^(k)| R^(k+1) / (k+1)! + sum_j |J_j| (R - d_j)_+^2 / 2 + sum_j |S_j| (R - d_j)_+
+
+    with k from `order + 1` on, and S the jumps of E itself (under point lights). Signs are dropped:
+    an upper bound where the terms compensate, exact for one term or one kink.
+
+    Args:
+        radius: R [m].
+        derivatives: `E^(order+1)`, and as many after it as are known [W/m^(k+1)].
+        distances: of the kinks from the record, along the last axis, of either sign [m]; an
+            infinite one is a kink that is not there.
+        kinks: jumps of E' there [W/m^2].
+        steps: jumps of E there [W/m]; none if not given.
+        order: of the extrapolation, 0, 1 or 2.
+        definition: "total", "average", "relative" or "largest". The squared ones do not add.
+        value: E at the record, for "relative".
+
+    Raises:
+        ValueError: for another order or definition, or a negative radius.
+
+    Reference: derived here; J12 eq. 54 is the first term of the sum.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.caching import expected_error_with_events
+        >>> expected_error_with_events(0.5, [0.0], np.array([-0.25]), np.array([2.0])).item()
+        0.0625
+    """
+    check_not_negative("radius", radius)
+    R = as_float(radius)
+    terms = _terms(derivatives, order)
+    d, J, S = _events(distances, kinks, steps)
+    return _error(nan_unless(R >= 0, R), terms, d, J, S, _checked(definition), as_float(value))
+
+
+def radius_with_events(
+    derivatives: Sequence[ArrayLike],
+    tolerance: ArrayLike,
+    low: ArrayLike,
+    high: ArrayLike,
+    distances: ArrayLike = NONE,
+    kinks: ArrayLike = NONE,
+    steps: ArrayLike | None = None,
+    *,
+    order: int = 1,
+    definition: str = "total",
+    value: ArrayLike = 1.0,
+) -> Float[Array, "..."]:
+    """The radius at which `expected_error_with_events` reaches the tolerance.
+
+    The error grows with the radius, so the root is bracketed and halved, and polished by one Newton
+    step, which also carries its derivatives.
+
+    Args:
+        derivatives: `E^(order+1)`, and as many after it as are known [W/m^(k+1)].
+        tolerance: the error that is accepted, positive.
+        low: a smaller radius is not looked for [m].
+        high: nor a larger one [m].
+        distances: of the kinks from the record, along the last axis [m].
+        kinks: jumps of E' there [W/m^2].
+        steps: jumps of E there [W/m].
+        order: of the extrapolation, 0, 1 or 2.
+        definition: "total", "average", "relative" or "largest".
+        value: E at the record, for "relative".
+
+    Returns:
+        R [m]; 0 where the error at `low` already exceeds the tolerance, infinity where that at
+        `high` does not reach it, for `clamped` to hold and to report.
+
+    Raises:
+        ValueError: for another order or definition, or a tolerance that is not positive.
+
+    Reference: derived here; J12 eq. 55 without kinks and for one derivative.
+
+    Example:
+        >>> from firstorder.caching import radius_with_events
+        >>> round(radius_with_events([-6.0], 0.25, 0.01, 2.0).item(), 12)
+        0.5
+    """
+    for name, number in (("tolerance", tolerance), ("low", low), ("high", high)):
+        check_positive(name, number)
+    terms = _terms(derivatives, order)
+    d, J, S = _events(distances, kinks, steps)
+    tolerance, low, high = as_float(tolerance), as_float(low), as_float(high)
+    definition, value = _checked(definition), as_float(value)
+    check_positive("value", value)
+
+    def error(R, given):
+        terms, d, J, S, value = given
+        return _error(R, terms, d, J, S, definition, value)
+
+    given = (terms, d, J, S, value)
+    fixed = jax.lax.stop_gradient(given)
+    least, most = error(low, fixed), error(high, fixed)
+    shape = jnp.broadcast_shapes(least.shape, most.shape, tolerance.shape)
+    goal = nan_unless(tolerance > 0, tolerance)
+    aim = jax.lax.stop_gradient(goal)
+
+    def halve(_, ends):
+        a, b = ends
+        m = jnp.sqrt(a * b)
+        over = error(m, fixed) > aim
+        return jnp.where(over, a, m), jnp.where(over, m, b)
+
+    ends = (jnp.broadcast_to(low, shape), jnp.broadcast_to(high, shape))
+    a, b = jax.lax.stop_gradient(jax.lax.fori_loop(0, 50, halve, ends))
+    root = 0.5 * (a + b)
+    slope = jax.jvp(lambda R: error(R, fixed), (root,), (jnp.ones_like(root),))[1]
+    step = (error(root, given) - goal) / jnp.where(slope > 0.0, slope, 1.0)
+    # Where E itself jumps over the tolerance, the radius is the distance of that jump.
+    polished = jnp.where(jnp.abs(step) <= b - a + 1e-6 * root, root - step, root)
+    inside = jnp.where(least >= aim, 0.0, jnp.where(most <= aim, jnp.inf, polished))
+    return jnp.where(jnp.isnan(goal), jnp.nan, inside)
+
+
+def _terms(derivatives: Sequence[ArrayLike], order: int) -> tuple[tuple[int, Array], ...]:
+    """Sizes of the missing Taylor terms with their powers."""
+    first = checked_order(order) + 1
+    if len(derivatives) == 0:
+        raise ValueError("Argument `derivatives` must hold at least one, but is empty.")
+    return tuple(
+        (k, jnp.abs(as_float(D)) / math.factorial(k)) for k, D in enumerate(derivatives, first)
+    )
+
+
+def _events(distances, kinks, steps) -> tuple[Array, Array, Array]:
+    d, J = jnp.abs(as_float(distances)), jnp.abs(as_float(kinks))
+    S = jnp.zeros_like(J) if steps is None else jnp.abs(as_float(steps))
+    if is_concrete((d, J, S)) and not d.shape[-1] == J.shape[-1] == S.shape[-1]:
+        raise ValueError(
+            f"Argument `kinks` must hold {d.shape[-1]} jumps, but holds {J.shape[-1]}."
+        )
+    return d, J, S
+
+
+def _checked(definition: str) -> str:
+    if definition not in _KINDS:
+        raise ValueError(
+            f"Argument `definition` must be one of {list(_KINDS)}, but is {definition!r}."
+        )
+    return definition
+
+
+def _error(R, terms, d, J, S, definition: str, value) -> Array:
+    """The sum, in the definition's way; an infinite distance counts for nothing."""
+    there = jnp.isfinite(d)
+    over = jnp.where(there, jnp.maximum(R[..., None] - jnp.where(there, d, 0.0), 0.0), 0.0)
+    if definition == "largest":
+        smooth = sum(a * R**k for k, a in terms)
+        return smooth + jnp.sum(J * over + S * (over > 0.0), axis=-1)
+    smooth = sum(2.0 * a * R ** (k + 1) / (k + 1) for k, a in terms)
+    total = smooth + jnp.sum(0.5 * J * over**2 + S * over, axis=-1)
+    if definition == "average":
+        return total / jnp.where(R > 0.0, 2.0 * R, 1.0)
+    return total / value if definition == "relative" else total

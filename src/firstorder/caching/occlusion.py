@@ -1,0 +1,121 @@
+"""Hessians of irradiance that know shadow edges, at many places of a floor: a metric for records.
+
+`space.estimators.occlusion_aware` for places on a level shape, all with the same gather rays.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, ArrayLike, Float, Int
+
+from firstorder.errors import check_positive, check_shape
+from firstorder.numerics.batching import in_batches
+from firstorder.space.bounces.radiance_maps import Maps, cast
+from firstorder.space.estimators.occlusion_aware import triangulated
+from firstorder.space.estimators.triangulation import GatherNet, gather_net
+from firstorder.typing import as_float
+
+BATCH = 8  # places at a time: what a thousand rays of each need stays in the cache
+BLOCK = 256  # places compiled for: the last block is padded
+
+
+class OcclusionTable(NamedTuple):
+    """Irradiance with derivatives that count what edges hide and uncover, at places of a plane.
+
+    Attributes:
+        E: irradiance [W/m^2].
+        gradient: [W/m^3].
+        hessian: symmetric [W/m^4].
+    """
+
+    E: Float[np.ndarray, " m"]
+    gradient: Float[np.ndarray, "m 2"]
+    hessian: Float[np.ndarray, "m 2 2"]
+
+
+def occlusion_table(
+    maps: Maps, position: ArrayLike, on: int, height: float = 0.0, rays: int = 1024
+) -> OcclusionTable:
+    """Gathers once from every place, and keeps the occlusion-aware gradient and Hessian.
+
+    What `triangulated` finds, with the directions of `gather_net` for all places alike, in single
+    precision. Some 2 ms for a place with 1024 rays, on one core.
+
+    Valid and wrong as `triangulated`: the share of edges that rays resolve, sharp ones, and those
+    of curved surfaces only up to their radius over their distance.
+
+    Args:
+        maps: the light and its scene.
+        position: x and y of places on a level shape that faces up (m, 2) [m].
+        on: number of the shape they lie on.
+        height: z of the places [m].
+        rays: from each place; the largest square number within it is used.
+
+    Raises:
+        ValueError: if there are fewer than 4 rays, or positions are not (m, 2).
+
+    Reference: after Schwarzhaupt, Jensen and Jarosz 2012, as J12 §9 asks.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.caching.occlusion import occlusion_table
+        >>> from firstorder.space import library
+        >>> from firstorder.space.bounces.radiance_maps import Maps
+        >>> maps = Maps(library.j12_box(), jnp.zeros((4, 2, 2)))
+        >>> occlusion_table(maps, jnp.array([[0.4, 0.3]]), on=0, rays=64).hessian.tolist()
+        [[[0.0, 0.0], [0.0, 0.0]]]
+    """
+    check_positive("rays", rays)
+    x = as_float(position).astype(jnp.float32)
+    check_shape("position", x, (x.shape[0], 2))
+    single = jax.tree.map(lambda a: a.astype(jnp.float32) if eqx.is_inexact_array(a) else a, maps)
+    net = _single(gather_net(rays))
+    parts = []
+    for start in range(0, x.shape[0], BLOCK):
+        some = x[start : start + BLOCK]
+        padded = jnp.concatenate([some, jnp.broadcast_to(some[-1:], (BLOCK - len(some), 2))])
+        seen = _cast(single, net.directions, padded, jnp.asarray(on), jnp.float32(height))
+        parts.append([np.asarray(a, float)[: len(some)] for a in _derived(net, *seen)])
+    return OcclusionTable(*(np.concatenate(p) for p in zip(*parts, strict=True)))
+
+
+def _single(net: GatherNet) -> GatherNet:
+    """Directions in single precision; triangles and neighbours as arguments, not constants."""
+    directions = net.directions.astype(jnp.float32)
+    return GatherNet(directions, jnp.asarray(net.triangles), jnp.asarray(net.neighbours))
+
+
+@eqx.filter_jit
+def _cast(
+    maps: Maps,
+    directions: Float[Array, "r 3"],
+    x: Float[Array, "m 2"],
+    on: Int[Array, ""],
+    height: Float[Array, ""],
+) -> tuple[Float[Array, "m r"], Float[Array, "m r"]]:
+    """Radiance and distance of every ray."""
+    along = (directions[:, 0], directions[:, 1], directions[:, 2])
+
+    def one(place):
+        x, y, z = (jnp.broadcast_to(a, along[0].shape) for a in (place[0], place[1], height))
+        seen = cast(maps, (x, y, z), along, on)
+        return seen.radiance, seen.distance
+
+    return in_batches(one, x, BATCH)
+
+
+@eqx.filter_jit
+def _derived(
+    net: GatherNet, radiance: Float[Array, "m r"], distance: Float[Array, "m r"]
+) -> tuple[Array, Array, Array]:
+    """Apart from the cast, so that it is compiled once for all scenes."""
+
+    def one(seen):
+        return triangulated(seen[0], net.directions, seen[1], net.triangles, net.neighbours)
+
+    return in_batches(one, (radiance, distance), BATCH)

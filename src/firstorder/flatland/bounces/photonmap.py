@@ -1,0 +1,303 @@
+"""Light by photons: flux is thrown from the lights, and its density on the curves is irradiance.
+
+    E(x) ~ sum_i dPhi_i / (2 r)      over the photons within r of x                (J12 eq. 30)
+
+On a curve, photons are sorted by arc length, so that the k nearest, or all within a radius, are
+found by bisection. Both are biased: the width smears light over `2 r` (at a shadow edge and at the
+end of a receiver, its boundary bias), and with k nearest the printed estimator is `k / (k - 1)` too
+bright, since the farthest photon decides the width that it is divided by. Leaving it out
+(`keep_farthest=False`) is right on average. What to expect of either is in
+`firstorder.sampling.density`.
+
+The map is sorted on the host, once; throwing photons and asking the map are jitted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
+
+from firstorder.flatland.bounces.photons import Photons
+from firstorder.flatland.direct_lighting import direct_points
+from firstorder.flatland.estimators.strata import look, strata
+from firstorder.flatland.scene import Scene
+from firstorder.flatland.visible import Receiver
+from firstorder.numerics.quadrature import gauss_legendre
+from firstorder.sampling.density import Window, fixed_window, nearest_window
+from firstorder.scene.primitives import BACK, FRONT
+
+PIECES = 128  # of the table from parameter to arc length
+
+
+class PhotonMap(eqx.Module):
+    """Photons sorted along all curves, sides apart.
+
+    A curve `j = 2 index + side` has its arc lengths in `[start_j, start_j + length]` of one long
+    line, with half a length of its own before and behind. There a closed shape is continued.
+
+    Attributes:
+        at: sorted positions on the line, infinite where there is none [m].
+        flux: of each [W].
+        sums: of `flux`, from the left; one more than photons.
+        sine, cosine: of the angle from which each came.
+        start: of each curve [m].
+        low: number of its first photon, and after the last curve, of all.
+        table: arc length at even steps of the parameter, each shape [m].
+        closed: whether each shape is.
+    """
+
+    at: Float[Array, " m"]
+    flux: Float[Array, " m"]
+    sums: Float[Array, " m_1"]
+    sine: Float[Array, " m"]
+    cosine: Float[Array, " m"]
+    start: Float[Array, " c"]
+    low: Int[Array, " c_1"]
+    table: Float[Array, "n t"]
+    closed: Bool[Array, " n"]
+
+
+# --- the map -------------------------------------------------------------------------------------
+
+
+def photon_map(scene: Scene, photons: Photons) -> PhotonMap:
+    """Sorts photons along the curves they landed on; on the host.
+
+    Args:
+        scene: in which they were thrown.
+        photons: of `throw`, or a part of them.
+    """
+    table = np.asarray(_arc_tables(scene))
+    closed = np.concatenate([np.full(g.count, g.closed) for g in scene.groups])
+    length = table[:, -1]
+    room = np.repeat(2.0 * length, 2)
+    slot = np.cumsum(room) - room
+    start = slot + 0.25 * room
+    index = np.asarray(photons.index).ravel()
+    kept = index >= 0
+    fields = [np.asarray(getattr(photons, f)).ravel() for f in ("s", "flux", "sine", "cosine")]
+    s, flux, sine, cosine = (a[kept] for a in fields)
+    curve = 2 * index[kept] + np.where(np.asarray(photons.front).ravel()[kept], FRONT, BACK)
+    arc = _arc(table[curve // 2], s)
+    rows = [np.arange(curve.size), np.zeros(0, int), np.zeros(0, int)]
+    shift = [np.zeros(curve.size)]
+    own = length[curve // 2]
+    for k, (which, by) in enumerate(((arc < 0.5 * own, 1.0), (arc >= 0.5 * own, -1.0))):
+        rows[k + 1] = np.flatnonzero(which & closed[curve // 2])
+        shift.append(by * own[rows[k + 1]])
+    row, moved = np.concatenate(rows), np.concatenate(shift)
+    at = start[curve[row]] + arc[row] + moved
+    order = np.argsort(at, kind="stable")
+    row, at = row[order], at[order]
+    low = np.searchsorted(at, np.append(slot, np.inf))
+    size = 1 << int(np.ceil(np.log2(max(at.size, 2))))  # few sizes, few compilations
+    dtype = fields[0].dtype
+
+    def padded(a, fill=0.0):
+        return jnp.asarray(np.concatenate([a, np.full(size - a.size, fill)]), dtype)
+
+    sums = np.concatenate([[0.0], np.cumsum(flux[row], dtype=np.float64)])
+    return PhotonMap(
+        padded(at, np.inf),
+        padded(flux[row]),
+        jnp.asarray(np.concatenate([sums, np.full(size - at.size, sums[-1])]), dtype),
+        padded(sine[row]),
+        padded(cosine[row]),
+        jnp.asarray(start, dtype),
+        jnp.asarray(low),
+        jnp.asarray(table, dtype),
+        jnp.asarray(closed),
+    )
+
+
+@eqx.filter_jit
+def _arc_tables(scene: Scene) -> Float[Array, "n t"]:
+    """Arc length at even steps of the parameter; constant speed makes it exact between them."""
+    t, w = gauss_legendre(4)
+    s = (np.arange(PIECES)[:, None] + 0.5 + 0.5 * t).ravel() / PIECES
+
+    def table(index):
+        speed = jax.vmap(lambda s: jnp.sqrt(jnp.sum(scene.motion(index, s)[1] ** 2)))
+        pieces = speed(jnp.asarray(s)).reshape(PIECES, -1) @ jnp.asarray(0.5 * w / PIECES)
+        return jnp.concatenate([jnp.zeros(1, pieces.dtype), jnp.cumsum(pieces)])
+
+    return jax.vmap(table)(jnp.arange(scene.count))
+
+
+def _arc(table, s):
+    """Arc length at a parameter, from rows of the table; NumPy's arrays or JAX's."""
+    xp: Any = np if isinstance(s, np.ndarray) else jnp
+    place = xp.clip(s, 0.0, 1.0) * PIECES
+    piece = xp.clip(place.astype(int), 0, PIECES - 1)
+    left = xp.take_along_axis(table, piece[:, None], -1)[:, 0]
+    right = xp.take_along_axis(table, piece[:, None] + 1, -1)[:, 0]
+    return left + (place - piece) * (right - left)
+
+
+# --- asking it -----------------------------------------------------------------------------------
+
+
+class Estimator(eqx.Module):
+    """How irradiance is made from a map: `k` nearest photons, or a fixed `radius`.
+
+    Args:
+        k: how many photons; 0 for a fixed radius.
+        radius: the width to each side; 0 for k nearest [m].
+        keep_farthest: whether the k-th photon counts, as J12 (30) has it: `k / (k - 1)` too bright.
+        cut: whether the width is cut at the ends of a curve, which removes the bias there.
+
+    Raises:
+        ValueError: unless just one of `k` and `radius` is positive.
+
+    Example:
+        >>> from firstorder.flatland.bounces.photonmap import Estimator
+        >>> Estimator(k=50).excess
+        1.0
+    """
+
+    k: int = eqx.field(default=0, static=True)
+    radius: float = eqx.field(default=0.0, static=True)
+    keep_farthest: bool = eqx.field(default=False, static=True)
+    cut: bool = eqx.field(default=False, static=True)
+
+    def __check_init__(self):
+        """Refuse what is neither, or both; a single photon has no width without itself."""
+        if (self.k > 0) == (self.radius > 0.0):
+            raise ValueError("Just one of the arguments `k` and `radius` must be positive.")
+        if self.k == 1:
+            raise ValueError("Argument `k` must be at least 2, but is 1.")
+
+    @property
+    def excess(self) -> float:
+        """The factor by which a uniform density is overestimated on average."""
+        return self.k / (self.k - 1.0) if self.k and self.keep_farthest else 1.0
+
+    def window(self, photons: PhotonMap, x, curve) -> Window:
+        """The photons that count and half the width."""
+        low, high = photons.low[curve], photons.low[curve + 1]
+        if not self.k:
+            return fixed_window(photons.at, x, jnp.full_like(x, self.radius), low, high)
+        return nearest_window(photons.at, x, self.k, low, high)
+
+
+@eqx.filter_jit
+def photon_irradiance(
+    photons: PhotonMap,
+    how: Estimator,
+    index: Int[Array, " q"],
+    front: Bool[Array, " q"],
+    s: Float[Array, " q"],
+) -> Float[Array, " q"]:
+    """Irradiance at places of the curves, from the density of photons: direct and all other light.
+
+    Args:
+        photons: the map.
+        how: nearest or fixed.
+        index: number of the shape.
+        front: which side.
+        s: parameter on it.
+
+    Reference: J12 §4.4, eq. 30 for a diffuse surface, `L' = f E`.
+    """
+    curve = 2 * index + jnp.where(front, FRONT, BACK)
+    arc = _arc(photons.table[index], s)
+    x = photons.start[curve] + arc
+    window = how.window(photons, x, curve)
+    flux = photons.sums[window.last] - photons.sums[window.first]
+    if how.k and not how.keep_farthest:
+        end = jnp.maximum(window.last - 1, 0)
+        a, b = jnp.minimum(window.first, photons.at.shape[0] - 1), end
+        farthest = jnp.where(x - photons.at[a] > photons.at[b] - x, a, b)
+        flux = flux - jnp.where(window.last > window.first, photons.flux[farthest], 0.0)
+    width = 2.0 * window.radius
+    if how.cut:
+        right = photons.table[index, -1] - arc
+        inside = jnp.minimum(arc, window.radius) + jnp.minimum(right, window.radius)
+        width = jnp.where(photons.closed[index], width, inside)
+    return jnp.where(width > 0.0, flux / jnp.where(width > 0.0, width, 1.0), 0.0)
+
+
+@eqx.filter_jit
+def photon_radiance(
+    photons: PhotonMap,
+    how: Estimator,
+    brdf: Callable[[tuple[Array, Array], tuple[Array, Array]], Array],
+    index: Int[Array, " q"],
+    front: Bool[Array, " q"],
+    s: Float[Array, " q"],
+    out: tuple[Float[Array, " q"], Float[Array, " q"]],
+    most: int = 256,
+) -> Float[Array, " q"]:
+    """Reflected radiance for any BRDF: each photon is weighted by it.
+
+    Args:
+        photons: the map.
+        how: nearest or fixed.
+        brdf: of (sine, cosine) out and (sine, cosine) in.
+        index: number of the shape.
+        front: which side.
+        s: parameter on it.
+        out: sine and cosine of the direction asked for.
+        most: the most photons in a window; more give NaN.
+
+    Reference: J12 §4.4, eq. 30.
+    """
+    curve = 2 * index + jnp.where(front, FRONT, BACK)
+    x = photons.start[curve] + _arc(photons.table[index], s)
+    window = how.window(photons, x, curve)
+    row = window.first[:, None] + jnp.arange(how.k or most)
+    inside = row < window.last[:, None]
+    row = jnp.minimum(row, photons.at.shape[0] - 1)
+    if how.k and not how.keep_farthest:
+        inside = inside & (jnp.abs(photons.at[row] - x[:, None]) < window.radius[:, None])
+    f = brdf((out[0][:, None], out[1][:, None]), (photons.sine[row], photons.cosine[row]))
+    sum_ = jnp.sum(jnp.where(inside, f * photons.flux[row], 0.0), -1)
+    fits = window.last - window.first <= row.shape[1]
+    return jnp.where(fits, sum_ / (2.0 * window.radius), jnp.nan)
+
+
+@eqx.filter_jit
+def gathered(
+    scene: Scene,
+    photons: PhotonMap,
+    how: Estimator,
+    at: Receiver,
+    rays: int,
+    key: PRNGKeyArray | None = None,
+) -> Float[Array, " r"]:
+    """Final gathering: rays from each receiver, and the map's radiance where they end.
+
+    Direct light comes from the lights themselves, and the map is asked one reflection away, where
+    its noise is averaged over the curves that the receiver sees. Diffuse surfaces only: glossy and
+    mirror shares count as black.
+
+    Args:
+        scene: in which the photons were thrown.
+        photons: the map.
+        how: nearest or fixed.
+        at: a row of receivers.
+        rays: from each, in strata of equal cosine.
+        key: for a random ray in each; None takes the middle.
+
+    Reference: J12 §4.4, Fig. 5.
+    """
+    albedo = scene.material.albedo
+
+    def one(here: Receiver, key):
+        seen = look(scene, here, strata(rays, key, cosine=True))
+        index = jnp.maximum(seen.index, 0)
+        E = photon_irradiance(photons, how, index, seen.front, seen.s)
+        rho = albedo[index, jnp.where(seen.front, FRONT, BACK)]
+        L = seen.radiance + jnp.where(seen.index >= 0, 0.5 * rho * E, 0.0)
+        angles = seen.strata.angles
+        return jnp.sum(seen.strata.weights * jnp.cos(angles) * L) + direct_points(scene, here)
+
+    if key is None:
+        return jax.vmap(lambda here: one(here, None))(at)
+    return jax.vmap(one)(at, jax.random.split(key, at.n.shape[0]))

@@ -1,0 +1,184 @@
+"""Photons of flatland: flux thrown from the lights and followed until it is absorbed."""
+
+from __future__ import annotations
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
+
+from firstorder.conventions import direction
+from firstorder.errors import check_positive
+from firstorder.flatland.bounces import scatter as scattering
+from firstorder.flatland.bounces.light_sampling import Lights, lengths, lights
+from firstorder.flatland.bounces.pathtrace import SURVIVAL
+from firstorder.flatland.bounces.vertices import Plan, Scatter, has_gloss, meet, onward
+from firstorder.flatland.scene import Scene
+from firstorder.numerics.planar import dot, left
+from firstorder.sampling.distributions import Cosine
+from firstorder.scene.primitives import BACK, FRONT
+
+
+class Photons(eqx.Module):
+    """Where photons landed, in the order of their reflections.
+
+    Attributes:
+        index: number of the shape, -1 where a photon ended before.
+        front: whether they landed on its front.
+        s: the parameter on it.
+        flux: what each carries; 0 where there is none [W].
+        sine, cosine: of the local angle from which they came, on the side on which they landed.
+    """
+
+    index: Int[Array, "*b n"]
+    front: Bool[Array, "*b n"]
+    s: Float[Array, "*b n"]
+    flux: Float[Array, "*b n"]
+    sine: Float[Array, "*b n"]
+    cosine: Float[Array, "*b n"]
+
+
+def throw(
+    scene: Scene,
+    key: PRNGKeyArray,
+    count: int,
+    bounces: int = 16,
+    *,
+    survival: float = SURVIVAL,
+    scatter: Scatter = scattering.scatter,
+) -> Photons:
+    """Sends photons from all lights, each light by its flux, and follows them.
+
+    They are reflected by Russian roulette, so that each keeps its flux. Light that would go on
+    after `bounces` reflections is lost: a share of `survival^bounces` at most.
+
+    Args:
+        scene: what shines and reflects.
+        key: of JAX.
+        count: photons sent.
+        bounces: the most reflections.
+        survival: the most that roulette lets go on.
+        scatter: what surfaces do.
+
+    Raises:
+        ValueError: if there is no photon.
+
+    Reference: J12 §4.4.
+
+    Example:
+        >>> import jax
+        >>> from firstorder.flatland.library.scenes import scene_c
+        >>> from firstorder.flatland.bounces.photons import throw
+        >>> photons = throw(scene_c(), jax.random.key(0), 1000, 2)
+        >>> round(photons.flux[0].sum().item(), 6)  # all that the light sends arrives
+        6.283185
+    """
+    check_positive("count", count)
+    plan = Plan(jnp.array(0), jnp.array(0.0), jnp.asarray(survival), has_gloss(scene), scatter)
+    return _thrown(scene, key, count, bounces, plan)
+
+
+def in_runs(photons: Photons, runs: int) -> list[Photons]:
+    """One throw as several independent ones of equal size, each as bright as the whole.
+
+    Raises:
+        ValueError: if the photons cannot be shared out evenly.
+
+    Example:
+        >>> import jax
+        >>> from firstorder.flatland.library.scenes import scene_c
+        >>> from firstorder.flatland.bounces.photons import in_runs, throw
+        >>> two = in_runs(throw(scene_c(), jax.random.key(0), 1000, 2), 2)
+        >>> two[1].flux.shape, round(two[1].flux[0].sum().item(), 6)
+        ((3, 500), 6.283185)
+    """
+    count = photons.index.shape[-1]
+    if runs < 1 or count % runs:
+        raise ValueError(f"Argument `runs` must divide {count} photons, but is {runs}.")
+    # On the host: a slice of its own for each run would be compiled for each.
+    parts = [np.split(np.asarray(leaf), runs, axis=-1) for leaf in jax.tree.leaves(photons)]
+    whole = jax.tree.structure(photons)
+    each = [
+        jax.tree.unflatten(whole, [jnp.asarray(leaf) for leaf in run])
+        for run in zip(*parts, strict=True)
+    ]
+    return [eqx.tree_at(lambda p: p.flux, run, runs * run.flux) for run in each]
+
+
+@eqx.filter_jit
+def _thrown(scene: Scene, key, count: int, bounces: int, plan: Plan) -> Photons:
+    """One photon in each lane; a scan over reflections."""
+    scene = jax.lax.stop_gradient(scene)
+    where = lights(scene)
+    first, later = jax.random.split(key)
+    dtype = where.radius.dtype
+    place, along, flux, on = _sent(scene, where, jax.random.uniform(first, (count, 4), dtype))
+
+    def bounce(state, key):
+        place, along, flux, on = state
+        met = meet(scene, where, place, on, along, plan)
+        v = met.vertex
+        landed = met.there & (flux > 0.0)
+        photons = Photons(
+            jnp.where(landed, v.on, -1),
+            met.front,
+            met.s,
+            jnp.where(landed, flux, 0.0),
+            v.sine,
+            v.cosine,
+        )
+        u = jax.random.uniform(key, (count, 3), dtype)
+        survive = jnp.minimum(v.surface.total, plan.survival)
+        chance = jnp.where(survive > 0.0, survive, 1.0)
+        alive = landed & (u[:, 0] < survive)
+        u = u.at[:, 0].divide(chance)
+        turned = plan.scatter(v.surface, (v.sine, v.cosine), u, plan.glossy)
+        flux = jnp.where(alive, flux * turned.weight / chance, 0.0)
+        return (v.position, onward(v, turned), flux, v.on), photons
+
+    keys = jax.random.split(later, bounces + 1)
+    _, photons = jax.lax.scan(bounce, (place, along, flux, on), keys)
+    return photons
+
+
+def _sent(scene: Scene, where: Lights, u: Array):
+    """Places, directions, fluxes and own shapes of new photons."""
+    count, n, p = u.shape[0], scene.count, scene.points.intensity.shape[0]
+    number, rest = where.pick.sample(u[:, 0])
+    each = jnp.sum(where.flux) / count
+    flux = jnp.broadcast_to(each, (count,))
+
+    # --- shapes: evenly in the parameter, by the cosine about the side's normal
+    side = jnp.where(number - p >= n, BACK, FRONT)
+    shape = jnp.clip(number - p - n * side, 0, n - 1)
+    place, v, _ = jax.vmap(scene.motion)(shape, u[:, 1])
+    speed = jnp.sqrt(dot(v, v))
+    tangent = v / speed[:, None] * jnp.where(side == FRONT, 1.0, -1.0)[:, None]
+    turned = Cosine().sample(u[:, 2])
+    sine, cosine = jnp.sin(turned), jnp.cos(turned)
+    along = cosine[:, None] * left(tangent) - sine[:, None] * tangent
+    length = lengths(scene)[shape]
+    from_shape = (number >= p) & (number < p + 2 * n)
+    flux = jnp.where(from_shape, flux * speed / length, flux)
+    on = jnp.where(from_shape, shape, -1).astype(jnp.int32)
+
+    # --- points: all directions alike
+    if p:
+        point = number < p
+        here = scene.points.position[jnp.minimum(number, p - 1)].astype(place.dtype)
+        place = jnp.where(point[:, None], here, place)
+        along = jnp.where(point[:, None], direction(2.0 * jnp.pi * u[:, 2]), along)
+
+    # --- sky: through a chord across the circle around the scene
+    if scene.environment is not None:
+        far = number >= p + 2 * n
+        angle = where.sky.sample(rest)
+        d, offset = direction(angle), 2.0 * u[:, 1] - 1.0
+        start = where.center + where.radius * (1.5 * d + offset[:, None] * left(d))
+        chance = where.pick.probability[-1] * where.sky.density(angle) * count
+        sky = jax.vmap(scene.environment)(angle) * 2.0 * where.radius
+        place = jnp.where(far[:, None], start, place)
+        along = jnp.where(far[:, None], -d, along)
+        flux = jnp.where(far, sky / jnp.where(far, chance, 1.0), flux)
+    return place, along, flux, on

@@ -1,0 +1,218 @@
+"""Light that bounces between diffuse surfaces, solved and not sampled.
+
+    E(x) = E_direct(x) + int K(x, y) rho(y) E(y) / 2 dl_y,      K = V cos_x cos_y / r   (J12 eq.
+    25-26)
+
+Nystrom's method: irradiance is kept at Gauss-Legendre nodes of panels (`panels`) that are cut where
+it is not smooth. A row of the matrix is the irradiance functional at a node (`gathering`), with the
+exact view. The same functional then gives E anywhere, with two derivatives.
+"""
+
+from __future__ import annotations
+
+import math
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Int
+
+from firstorder.errors import check_between, check_positive, is_concrete
+from firstorder.flatland.bounces.panels import Fineness, Panels, cut
+from firstorder.flatland.bounces.transfer import gathered
+from firstorder.flatland.direct_lighting import direct_points, irradiance
+from firstorder.flatland.discontinuities.events import Events
+from firstorder.flatland.scene import Scene
+from firstorder.flatland.visible import Receiver
+from firstorder.numerics.batching import in_batches
+
+BLOCK = 64  # receivers worked on at a time
+
+
+class Solution(eqx.Module):
+    """The irradiance of all surfaces after any number of bounces.
+
+    Call it as the `radiance` of `firstorder.flatland.irradiance`, or ask `irradiance`, which knows
+    where its panels end and is exact to the solution's own error.
+
+    Attributes:
+        scene: the scene it solves.
+        panels: where the surfaces are cut.
+        E: irradiance at the nodes [W/m].
+        direct: the part of it that comes straight from lights and emitters [W/m].
+        gather: irradiance at the nodes of each unit of radiance at the nodes.
+        events: the visual events at which panels are cut.
+        glows: whether there is light other than from points.
+    """
+
+    scene: Scene
+    panels: Panels
+    E: Float[Array, "p k"]
+    direct: Float[Array, "p k"]
+    gather: Float[Array, "m m"]
+    events: Events = eqx.field(static=True)
+    glows: bool = eqx.field(static=True, default=True)
+
+    @property
+    def reflected(self) -> Float[Array, "p k"]:
+        """Reflected radiance at the nodes, `rho E / 2` [W/(m rad)]."""
+        return 0.5 * _albedo(self.scene, self.panels)[:, None] * self.E
+
+    def __call__(
+        self,
+        index: Int[Array, ""],
+        s: Float[Array, ""],
+        front: Bool[Array, ""],
+        toward: Float[Array, "2"],
+    ) -> Float[Array, ""]:
+        """Radiance that a surface sends out, its own emission included [W/(m rad)]."""
+        side = jnp.where(front, 0, 1)
+        panel, there = self.panels.holding(2 * index + side, s)
+        L = jnp.sum(self.panels.basis(panel, s)[0] * self.reflected[panel])
+        return self.scene.material.emission[index, side] + jnp.where(there, L, 0.0)
+
+    def irradiance(self, at: Receiver) -> Float[Array, ""]:
+        """Irradiance at a receiver, direct and indirect [W/m]; differentiable in the receiver."""
+        return _direct(self.scene, at, self.glows) + self.indirect(at)
+
+    def indirect(self, at: Receiver) -> Float[Array, ""]:
+        """Irradiance at a receiver of light that was reflected at least once [W/m]."""
+        return gathered(self.scene, self.panels, self.reflected, at)
+
+    def relit(self, albedo: Float[Array, "n 2"]) -> Solution:
+        """The same scene with other albedos, one row for each shape; differentiable in them."""
+        scene = eqx.tree_at(lambda s: s.material.albedo, self.scene, albedo)
+        E = balance(self.gather, self.direct, _albedo(scene, self.panels))
+        return eqx.tree_at(lambda s: (s.scene, s.E), self, (scene, E))
+
+    def flux(self) -> tuple[Float[Array, ""], Float[Array, ""]]:
+        """Flux that lights and surfaces emit, and flux that surfaces absorb [W].
+
+        In a closed scene the two are equal; of an open one the difference escapes.
+        """
+        shape, side = self.panels.shape, self.panels.side
+        lengths = _lengths(self.scene, self.panels)
+        emitted = 2.0 * jnp.pi * jnp.sum(self.scene.points.intensity)
+        emitted += jnp.sum(2.0 * self.scene.material.emission[shape, side][:, None] * lengths)
+        kept = 1.0 - self.scene.material.albedo[shape, side]
+        return emitted, jnp.sum(kept[:, None] * self.E * lengths)
+
+
+def solve(scene: Scene, fineness: Fineness | None = None) -> Solution:
+    """Solves for the light in a scene of diffuse surfaces.
+
+    `E` is then smooth between the visual events of `Solution.events`, across which E' (at shadow
+    edges of point lights, E itself) jumps; at corners E' does not exist: E behaves as `a + b
+    x^alpha`, `rho m(alpha) = 1`, with alpha = 0.90 at right angles between walls of albedo 0.2.
+
+    Args:
+        scene: concrete shapes that emit and reflect diffusely, on either side.
+        fineness: how finely surfaces are cut; `Fineness().finer()` is one refinement.
+
+    Raises:
+        ValueError: if the scene is traced, or something in it mirrors, shines or refracts.
+
+    Reference: J12 §3.3, eqs. 25-26; §4.1 for scenes C and D.
+
+    Example:
+        >>> from firstorder.flatland import Scene, box, thing
+        >>> from firstorder.flatland.bounces.radiosity import solve
+        >>> walls = thing(box((0, 0), (1, 1), inward=True), emission=0.5, albedo=0.5)
+        >>> furnace = solve(Scene.of(walls))
+        >>> round(float(furnace.E.min()), 12), round(float(furnace.E.max()), 12)  # L = 1: E = 2
+        (2.0, 2.0)
+    """
+    if not is_concrete(scene):
+        raise ValueError("Argument `scene` must be concrete, but is traced; use `Solution.relit`.")
+    for name in ("mirror", "specular", "ior"):
+        if bool(jnp.any(getattr(scene.material, name) != 0.0)):
+            raise ValueError(
+                f"Argument `scene` must be diffuse, but holds a surface with `{name}`."
+            )
+    panels, events = cut(scene, fineness)
+    glows = bool(jnp.any(scene.material.emission != 0.0)) or scene.environment is not None
+    direct, gather = _system(scene, panels, glows)
+    direct = direct.reshape(panels.shape.shape[0], -1)
+    E = balance(gather, direct, _albedo(scene, panels))
+    return Solution(scene, panels, E, direct, gather, events, glows)
+
+
+def corner_exponent(albedo: float) -> float:
+    """The power alpha in `E = a + b x^alpha` at a right-angled corner of two walls of one albedo.
+
+    `rho B(1 + alpha/2, (1 - alpha)/2) / 4 = 1`, alpha in [0, 1): the kernel of two walls at right
+    angles maps `x^alpha` to a multiple of itself. E' diverges at the corner as `x^(alpha - 1)`.
+
+    Args:
+        albedo: of both walls, in (0, 1].
+
+    Raises:
+        ValueError: if the albedo lies outside (0, 1].
+
+    Example:
+        >>> from firstorder.flatland.bounces.radiosity import corner_exponent
+        >>> round(corner_exponent(0.2), 3)
+        0.903
+    """
+    check_positive("albedo", albedo)
+    check_between("albedo", albedo, 0.0, 1.0)
+    low, high = 0.0, 1.0
+    for _ in range(52):
+        alpha = 0.5 * (low + high)
+        a, b = 1.0 + 0.5 * alpha, 0.5 * (1.0 - alpha)
+        log = math.lgamma(a) + math.lgamma(b) - math.lgamma(a + b)
+        if math.log(0.25 * albedo) + log < 0.0:
+            low = alpha
+        else:
+            high = alpha
+    return 0.5 * (low + high)
+
+
+@eqx.filter_jit
+def balance(
+    gather: Float[Array, "m m"], direct: Float[Array, "p k"], albedo: Float[Array, " p"]
+) -> Float[Array, "p k"]:
+    """Solves `E = direct + gather (rho E / 2)`; differentiable in all three."""
+    half = jnp.repeat(0.5 * albedo, direct.shape[1])
+    A = jnp.eye(gather.shape[0], dtype=gather.dtype) - gather * half
+    return jnp.linalg.solve(A, direct.ravel()).reshape(direct.shape)
+
+
+@eqx.filter_jit
+def _system(scene, panels, glows):
+    """Direct light at all nodes, and what they gather from one another."""
+    s, _ = panels.rule()
+    number = jnp.repeat(jnp.arange(panels.shape.shape[0]), panels.count)
+    nothing = jnp.zeros_like(s)
+
+    def row(k, s):
+        at = _node(scene, panels, k, s)
+        return _direct(scene, at, glows), jax.grad(
+            lambda L: gathered(scene, panels, L, at, moving=False)
+        )(nothing).ravel()
+
+    return in_batches(lambda a: row(*a), (number, s.ravel()), BLOCK)
+
+
+def _direct(scene: Scene, at: Receiver, glows: bool) -> Float[Array, ""]:
+    """Light from lights and emitters; without emitters no view is needed."""
+    return irradiance(scene, at) if glows else direct_points(scene, at)
+
+
+def _node(scene: Scene, panels: Panels, k, s) -> Receiver:
+    """The receiver at a parameter of a panel, on the side of that panel."""
+    frame = scene.frame(panels.shape[k], s)
+    return Receiver(frame.position, frame.n + jnp.pi * panels.side[k], panels.shape[k])
+
+
+def _albedo(scene: Scene, panels: Panels) -> Float[Array, " p"]:
+    return scene.material.albedo[panels.shape, panels.side]
+
+
+def _lengths(scene: Scene, panels: Panels) -> Float[Array, "p k"]:
+    """The weights of the nodes in metres."""
+    s, w = panels.rule()
+    speed = jax.vmap(lambda i, row: jax.vmap(lambda t: scene.frame(i, t).speed)(row))(
+        panels.shape, s
+    )
+    return speed * w

@@ -1,0 +1,76 @@
+"""Shapes made from points: polylines, boxes and smooth closed curves."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+
+from firstorder.flatland.shapes.kinds import Curves, Segments
+from firstorder.typing import as_float
+
+
+def polyline(points: Any, closed: bool = False) -> Segments:
+    """Segments from point to point, in order; `closed` adds the one back to the first.
+
+    Clockwise travel gives a closed polyline outward normals.
+
+    Raises:
+        ValueError: if there are fewer than two points.
+
+    Example:
+        >>> from firstorder.flatland import polyline
+        >>> polyline([(0.0, 0.0), (1.0, 1.0), (2.0, 0.0)]).count
+        2
+    """
+    p = as_float(points)
+    if p.ndim != 2 or p.shape[0] < 2 or p.shape[1] != 2:
+        raise ValueError(f"Argument `points` must have shape (n > 1, 2), but has {p.shape}.")
+    if closed:
+        p = jnp.concatenate([p, p[:1]])
+    return Segments(p[:-1], p[1:])
+
+
+def box(low: Any, high: Any, inward: bool = False) -> Segments:
+    """Four segments around a rectangle: left, top, right, bottom; a room if normals are `inward`.
+
+    An inward box is travelled counter-clockwise: bottom, right, top, left.
+    """
+    (x0, y0), (x1, y1) = as_float(low), as_float(high)
+    corners = [(x0, y0), (x0, y1), (x1, y1), (x1, y0)]
+    if inward:
+        corners = [corners[0], corners[3], corners[2], corners[1]]
+    return polyline(jnp.stack([jnp.stack(c) for c in corners]), closed=True)
+
+
+def closed_curve(points: Any, harmonics: int = 16, samples: int = 64) -> Curves:
+    """The smooth closed curve through points at equal steps of the parameter, clockwise.
+
+    Args:
+        points: shape (m, 2), not repeating the first at the end, m > 2 harmonics [m].
+        harmonics: highest frequency kept.
+        samples: pieces in which roots are bracketed.
+
+    Raises:
+        ValueError: if there are too few points.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.flatland import closed_curve
+        >>> a = 2 * np.pi * np.arange(64) / 64
+        >>> bean = closed_curve(np.stack([np.cos(a), np.sin(a) + 0.3 * np.cos(2 * a)], -1), 4)
+        >>> bean.count
+        1
+    """
+    p = np.asarray(points, dtype=float)
+    if p.ndim != 2 or p.shape[1] != 2 or p.shape[0] <= 2 * harmonics:
+        raise ValueError(
+            f"Argument `points` must have shape (m > {2 * harmonics}, 2), but has {p.shape}."
+        )
+    x, y = p.T
+    if np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)) > 0.0:
+        p = p[::-1]
+    F = np.fft.rfft(p, axis=0)[: harmonics + 1] / p.shape[0]
+    scale = np.where(np.arange(harmonics + 1) == 0, 1.0, 2.0)[:, None]
+    return Curves(scale * F.real, -scale * F.imag, samples)

@@ -1,0 +1,376 @@
+"""The shapes of flatland, as structures of arrays whose every number can be differentiated.
+
+A class holds many shapes of its kind: each leaf has one leading axis, the shapes. Its methods
+speak of one shape and are called on a slice (`Scene` picks it). All kinds are curves `c(s)`, s in
+[0, 1], with one rule for sides: the normal lies to the left of the direction of travel. Segments
+travel from start to end; circles, ellipses and closed curves clockwise, so that normals point
+outward.
+
+`hit` and `silhouettes` are exact and differentiable; where there is no hit the answer is infinity
+with a gradient of zero, never NaN.
+"""
+
+from __future__ import annotations
+
+import math
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float
+
+from firstorder.conventions import direction
+from firstorder.errors import check_between, check_finite, check_positive
+from firstorder.flatland.shapes.base import Point, Shape, column, rows, same, stack
+from firstorder.flatland.shapes.fourier import CurveRoots
+from firstorder.numerics.planar import cross, dot, left
+
+# --- straight ------------------------------------------------------------------------------------
+
+
+class Segments(Shape):
+    """Straight segments, `c(s) = start + s (end - start)`; the normal is to their left.
+
+    Args:
+        start: where they begin, shape (n, 2) or (2,) [m].
+        end: where they end [m].
+
+    Raises:
+        ValueError: if a number is not finite or the shapes differ.
+
+    Example:
+        >>> from firstorder.flatland import Segments
+        >>> Segments((0.0, 0.0), (1.0, 0.0)).count
+        1
+    """
+
+    start: Float[Array, "n 2"] = eqx.field(converter=lambda p: rows(p))
+    end: Float[Array, "n 2"] = eqx.field(converter=lambda p: rows(p))
+
+    def __check_init__(self):
+        """Refuse what is no segment."""
+        check_finite("start", self.start)
+        check_finite("end", self.end)
+        same("end", self.end, self.start)
+
+    @property
+    def count(self) -> int:
+        """How many segments there are."""
+        return self.start.shape[0]
+
+    def motion(self, s: Float[Array, ""]) -> tuple[Point, Point, Point]:
+        """A uniform motion."""
+        edge = self.end - self.start
+        return self.start + s * edge, edge, jnp.zeros_like(edge)
+
+    def hit(self, origin, along, on):
+        """Two equations in two unknowns, by cross products."""
+        edge, q = self.end - self.start, self.start - origin
+        det = cross(along, edge)
+        safe = jnp.where(det == 0.0, 1.0, det)
+        t, s = cross(q, edge) / safe, cross(q, along) / safe
+        there = (det != 0.0) & (t > 0.0) & (s >= 0.0) & (s <= 1.0) & ~on
+        return jnp.where(there, t, jnp.inf), jnp.where(there, s, 0.0)
+
+    def distance(self, origin, along, on):
+        """The same in scalars and with one division: the innermost loop of every search."""
+        (px, py), (qx, qy), (dx, dy) = self.start, self.end, along
+        ex, ey, wx, wy = qx - px, qy - py, px - origin[0], py - origin[1]
+        det = dx * ey - dy * ex
+        sign = jnp.where(det < 0.0, -1.0, 1.0).astype(det.dtype)
+        size, t, s = det * sign, (wx * ey - wy * ex) * sign, (wx * dy - wy * dx) * sign
+        there = (t > 0.0) & (s >= 0.0) & (s <= size) & (size > 0.0) & ~on
+        return jnp.where(there, t / jnp.where(size > 0.0, size, 1.0), jnp.inf)
+
+    def silhouettes(self, p, on):
+        """The two ends."""
+        ends = jnp.stack([self.start, self.end])
+        return ends, jnp.broadcast_to(~on, (2,))
+
+
+# --- round ---------------------------------------------------------------------------------------
+
+
+def _unit_circle_roots(w: Point, d: Point, on: Bool[Array, ""]):
+    """Both roots t of `|w + t d| = 1`, infinity where there is none ahead; without cancellation.
+
+    With `on`, w lies on the circle to rounding: the root at t = 0 is not one, the other may be.
+    """
+    a, b, c = dot(d, d), dot(w, d), dot(w, w) - 1.0
+    root_of = a - cross(w, d) ** 2
+    real = root_of > 0.0
+    root = jnp.sqrt(jnp.where(real, root_of, 1.0))
+    ahead = b < 0.0
+    near = jnp.where(ahead, c, 1.0) / jnp.where(ahead, root - b, 1.0)
+    far = jnp.where(ahead, (root - b) / a, -c / jnp.where(ahead, 1.0, root + b))
+    outside = (c > 0.0) & ~on
+    near = jnp.where(real & ahead & outside, near, jnp.inf)
+    far = jnp.where(real & (ahead | ((c < 0.0) & ~on)), far, jnp.inf)
+    return near, far
+
+
+def _unit_circle_tangents(w: Point, on: Bool[Array, ""]):
+    """The two points of the unit circle at which lines from w touch it."""
+    square = dot(w, w)
+    outside = (square > 1.0) & ~on
+    safe = jnp.where(outside, square, 4.0)
+    root = jnp.sqrt(safe - 1.0)
+    foot, side = w / safe, left(w) * (root / safe)
+    points = jnp.stack([foot - side, foot + side])
+    return points, jnp.broadcast_to(outside, (2,))
+
+
+class Circles(Shape):
+    """Circles, travelled clockwise from the top: `c(s) = center + radius (sin 2 pi s, cos 2 pi s)`.
+
+    Args:
+        center: shape (n, 2) or (2,) [m].
+        radius: shape (n,) or a number, positive [m].
+
+    Raises:
+        ValueError: if a radius is not positive or a number is not finite.
+
+    Example:
+        >>> from firstorder.flatland import Circles
+        >>> import jax.numpy as jnp
+        >>> c, _, _ = Circles((0.0, 0.0), 2.0).motion(jnp.array(0.25))
+        >>> c[0, 0].item()
+        2.0
+    """
+
+    center: Float[Array, "n 2"] = eqx.field(converter=lambda p: rows(p))
+    radius: Float[Array, " n"] = eqx.field(converter=lambda r: column(r))
+
+    closed = True
+
+    def __check_init__(self):
+        """Refuse what is no circle."""
+        check_finite("center", self.center)
+        check_positive("radius", self.radius)
+        same("radius", self.radius, self.center)
+
+    @property
+    def count(self) -> int:
+        """How many circles there are."""
+        return self.radius.shape[0]
+
+    def motion(self, s):
+        """A uniform motion."""
+        a = -2.0 * jnp.pi * s
+        r, turn = self.radius[..., None], -2.0 * jnp.pi
+        u = direction(a)
+        return self.center + r * u, turn * r * left(u), -(turn**2) * r * u
+
+    def hit(self, origin, along, on):
+        """A quadratic equation."""
+        w, d = (origin - self.center) / self.radius, along / self.radius
+        near, far = _unit_circle_roots(w, d, on)
+        t = jnp.minimum(near, far)
+        there = jnp.isfinite(t)
+        h = w + jnp.where(there, t, 0.0) * d
+        return t, jnp.where(there, _turns(h, there), 0.0)
+
+    def silhouettes(self, p, on):
+        """The two points of tangency."""
+        points, valid = _unit_circle_tangents((p - self.center) / self.radius, on)
+        return self.center + self.radius * points, valid
+
+
+class Arcs(Shape):
+    """Arcs of circles, `c(s) = center + radius direction(start + s sweep)`.
+
+    A negative sweep runs clockwise and has its normal outward; a positive one, inward.
+
+    Args:
+        center: shape (n, 2) or (2,) [m].
+        radius: positive [m].
+        start: angle at which they begin, counter-clockwise from +y [rad].
+        sweep: how far they turn, in [-2 pi, 2 pi] without zero [rad].
+
+    Raises:
+        ValueError: if a radius is not positive, a sweep is zero, or a number is not finite.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.flatland import Arcs
+        >>> bowl = Arcs((0.0, 1.0), 1.0, 0.5 * np.pi, np.pi)  # opens upward, normals inward
+        >>> bowl.count
+        1
+    """
+
+    center: Float[Array, "n 2"] = eqx.field(converter=lambda p: rows(p))
+    radius: Float[Array, " n"] = eqx.field(converter=lambda r: column(r))
+    start: Float[Array, " n"] = eqx.field(converter=lambda r: column(r))
+    sweep: Float[Array, " n"] = eqx.field(converter=lambda r: column(r))
+
+    def __check_init__(self):
+        """Refuse what is no arc."""
+        check_finite("center", self.center)
+        check_positive("radius", self.radius)
+        check_finite("start", self.start)
+        check_positive("|sweep|", abs(self.sweep))
+        check_between("|sweep|", abs(self.sweep), 0.0, 2.0 * math.pi + 1e-6)
+        for name in ("radius", "start", "sweep"):
+            same(name, getattr(self, name), self.center)
+
+    @property
+    def count(self) -> int:
+        """How many arcs there are."""
+        return self.radius.shape[0]
+
+    def motion(self, s):
+        """A uniform motion."""
+        u = direction(self.start + s * self.sweep)
+        r, turn = self.radius[..., None], self.sweep[..., None]
+        return self.center + r * u, turn * r * left(u), -(turn**2) * r * u
+
+    def _parameter(self, h: Point, there: Bool[Array, ""]):
+        """Where on the arc a point of its circle lies; beyond 1 if it is not on the arc."""
+        h = jnp.where(there, h, jnp.array([0.0, 1.0], h.dtype))
+        angle = jnp.arctan2(-h[0], h[1])
+        turned = (angle - self.start) * jnp.sign(self.sweep)
+        return jnp.mod(turned, 2.0 * jnp.pi) / jnp.abs(self.sweep)
+
+    def hit(self, origin, along, on):
+        """The nearer root that lies on the arc."""
+        w, d = (origin - self.center) / self.radius, along / self.radius
+        found, at = jnp.full((), jnp.inf, w.dtype), jnp.zeros((), w.dtype)
+        for t in reversed(_unit_circle_roots(w, d, on)):
+            there = jnp.isfinite(t)
+            s = self._parameter(w + jnp.where(there, t, 0.0) * d, there)
+            take = there & (s <= 1.0)
+            found, at = jnp.where(take, t, found), jnp.where(take, s, at)
+        return found, at
+
+    def silhouettes(self, p, on):
+        """The two ends, and those points of tangency that lie on the arc."""
+        points, valid = _unit_circle_tangents((p - self.center) / self.radius, on)
+        s = jnp.stack([self._parameter(h, v) for h, v in zip(points, valid, strict=True)])
+        ends = direction(jnp.stack([self.start, self.start + self.sweep]))
+        here = self.center + self.radius * jnp.concatenate([points, ends])
+        return here, jnp.concatenate([valid & (s <= 1.0), jnp.ones(2, bool)])
+
+
+class Ellipses(Shape):
+    """Ellipses, travelled clockwise: `c = center + T(tilt) (semi_x sin 2 pi s, semi_y cos 2 pi s)`.
+
+    Args:
+        center: shape (n, 2) or (2,) [m].
+        semi: semi-axes along x and y before the tilt, shape (n, 2) or (2,), positive [m].
+        tilt: counter-clockwise rotation [rad].
+
+    Raises:
+        ValueError: if a semi-axis is not positive or a number is not finite.
+    """
+
+    center: Float[Array, "n 2"] = eqx.field(converter=lambda p: rows(p))
+    semi: Float[Array, "n 2"] = eqx.field(converter=lambda p: rows(p))
+    tilt: Float[Array, " n"] = eqx.field(default=0.0, converter=lambda r: column(r))
+
+    closed = True
+
+    def __check_init__(self):
+        """Refuse what is no ellipse."""
+        check_finite("center", self.center)
+        check_positive("semi", self.semi)
+        check_finite("tilt", self.tilt)
+        same("semi", self.semi, self.center)
+        same("tilt", self.tilt, self.center)
+
+    @property
+    def count(self) -> int:
+        """How many ellipses there are."""
+        return self.center.shape[0]
+
+    def _inward(self, u: Point) -> Point:
+        """A vector in the frame in which the ellipse is the unit circle."""
+        c, s = jnp.cos(self.tilt), jnp.sin(self.tilt)
+        return jnp.stack([c * u[0] + s * u[1], -s * u[0] + c * u[1]]) / self.semi
+
+    def _outward(self, u: Float[Array, "*n 2"]) -> Float[Array, "*n 2"]:
+        """Back from the frame of the unit circle."""
+        c, s = jnp.cos(self.tilt), jnp.sin(self.tilt)
+        x, y = u[..., 0] * self.semi[..., 0], u[..., 1] * self.semi[..., 1]
+        return jnp.stack([c * x - s * y, s * x + c * y], -1)
+
+    def motion(self, s):
+        """A motion of the unit circle, stretched."""
+        u, turn = direction(-2.0 * jnp.pi * s), -2.0 * jnp.pi
+        return (
+            self.center + self._outward(u),
+            turn * self._outward(left(u)),
+            -(turn**2) * self._outward(u),
+        )
+
+    def hit(self, origin, along, on):
+        """A quadratic equation in the frame of the unit circle."""
+        w, d = self._inward(origin - self.center), self._inward(along)
+        near, far = _unit_circle_roots(w, d, on)
+        t = jnp.minimum(near, far)
+        there = jnp.isfinite(t)
+        h = w + jnp.where(there, t, 0.0) * d
+        return t, jnp.where(there, _turns(h, there), 0.0)
+
+    def silhouettes(self, p, on):
+        """Tangency is kept by linear maps."""
+        points, valid = _unit_circle_tangents(self._inward(p - self.center), on)
+        return self.center + self._outward(points), valid
+
+
+# --- any smooth closed curve ---------------------------------------------------------------------
+
+
+class Curves(Shape):
+    """Smooth closed curves by Fourier series.
+
+    `c(s) = sum_k cosines[k] cos(2 pi k s) + sines[k] sin(2 pi k s)`, clockwise for outward normals
+    (`closed_curve` makes one from a function, or from samples, and turns it the right way).
+
+    Roots are bracketed on `samples` pieces, each cut once more at the extremum inside it, and then
+    polished by Newton steps that carry the derivatives. Valid when: two features of the curve are
+    further apart than a piece, the curve does not cross itself, and no point sees more than eight
+    of its tangents: from there the view is NaN.
+
+    Args:
+        cosines: shape (n, K, 2) or (K, 2), from the mean (k = 0) up [m].
+        sines: the same shape; sines[0] does nothing [m].
+        samples: pieces in which roots are bracketed.
+    """
+
+    cosines: Float[Array, "n k 2"] = eqx.field(converter=lambda c: stack(c))
+    sines: Float[Array, "n k 2"] = eqx.field(converter=lambda c: stack(c))
+    samples: int = eqx.field(static=True, default=64)
+
+    closed = True
+
+    def __check_init__(self):
+        """Refuse what is no curve."""
+        check_finite("cosines", self.cosines)
+        check_finite("sines", self.sines)
+        if self.cosines.shape != self.sines.shape:
+            raise ValueError(
+                f"Argument `sines` must have shape {self.cosines.shape}, "
+                f"but has {self.sines.shape}."
+            )
+
+    @property
+    def count(self) -> int:
+        """How many curves there are."""
+        return self.cosines.shape[0]
+
+    def motion(self, s):
+        """The series and its two derivatives."""
+        return CurveRoots(self.cosines, self.sines, self.samples).motion(s)
+
+    def hit(self, origin, along, on):
+        """The nearest of the bracketed crossings."""
+        return CurveRoots(self.cosines, self.sines, self.samples).hit(origin, along, on)
+
+    def silhouettes(self, p, on):
+        """The bracketed points of tangency."""
+        return CurveRoots(self.cosines, self.sines, self.samples).tangents(p)
+
+
+def _turns(h: Point, there: Bool[Array, ""]) -> Float[Array, ""]:
+    """Clockwise turns from the top to a point of the unit circle, in [0, 1)."""
+    h = jnp.where(there, h, jnp.array([0.0, 1.0], h.dtype))
+    return jnp.mod(jnp.arctan2(h[0], h[1]) / (2.0 * jnp.pi), 1.0)

@@ -1,0 +1,150 @@
+"""What a receiver sees: the hemicircle above it cut at every silhouette, and the shape in each gap.
+
+No direction is sampled. All events (ends of shapes, points of tangency, crossings) are sorted by
+angle; between two neighbours one shape is nearest throughout, and one ray finds it. The angles are
+differentiable functions of the receiver and of the scene, so an integral over the gaps is exact
+under differentiation, shadow edges included. The order and the numbers of the shapes have no
+derivative.
+
+Where two events fall together (a visual event: two edges in line) derivatives jump. What comes out
+is the one-sided derivative of the side on which the nearer edge hides the farther one.
+"""
+
+from __future__ import annotations
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, ArrayLike, Float, Int
+
+from firstorder.conventions import direction
+from firstorder.errors import nan_unless
+from firstorder.flatland.intersect import first_shape
+from firstorder.flatland.scene import Scene
+from firstorder.numerics.planar import cross, dot
+from firstorder.typing import as_float
+
+HORIZON = 0.5 * jnp.pi
+
+
+class Receiver(eqx.Module):
+    """A point that light falls on, and the angle of its normal.
+
+    Args:
+        position: [m].
+        n: angle of the normal, counter-clockwise from +y [rad].
+        on: number of the shape on which it lies, -1 for none.
+    """
+
+    position: Float[Array, "*r 2"] = eqx.field(converter=as_float)
+    n: Float[Array, "*r"] = eqx.field(converter=as_float)
+    on: Int[Array, "*r"] = eqx.field(default=-1, converter=jnp.asarray)
+
+    @property
+    def normal(self) -> Float[Array, "*r 2"]:
+        """The unit normal, local +y."""
+        return direction(self.n)
+
+    @property
+    def tangent(self) -> Float[Array, "*r 2"]:
+        """The unit vector along local +x."""
+        return jnp.stack([jnp.cos(self.n), jnp.sin(self.n)], -1)
+
+
+class View(eqx.Module):
+    """The hemicircle above a receiver, cut into gaps.
+
+    Attributes:
+        angles: ends of the gaps from -pi/2 to pi/2, counter-clockwise from the normal [rad];
+            gaps may be empty.
+        seen: number of the nearest shape in each gap, -1 for none.
+    """
+
+    angles: Float[Array, " m_1"]
+    seen: Int[Array, " m"]
+
+
+def receiver(scene: Scene, index: ArrayLike, s: ArrayLike) -> Receiver:
+    """The receiver at the parameter s of a shape, on its front side.
+
+    Example:
+        >>> from firstorder.flatland import Scene, Segments, receiver, thing
+        >>> scene = Scene.of(thing(Segments((-1.0, 0.0), (1.0, 0.0))))
+        >>> receiver(scene, 0, 0.75).position.tolist()
+        [0.5, 0.0]
+    """
+    frame = scene.frame(index, s)
+    return Receiver(frame.position, frame.n, jnp.asarray(index))
+
+
+def local_angle(receiver: Receiver, point: Float[Array, "2"]) -> Float[Array, ""]:
+    """Angle of a point, counter-clockwise from the normal; pi/2 for the receiver itself [rad]."""
+    u = point - receiver.position
+    away = jnp.sum(jnp.abs(u)) != 0.0  # NaN is somewhere, and stays NaN
+    up, side = dot(receiver.normal, u), cross(receiver.normal, u)
+    angle = jnp.arctan2(jnp.where(away, side, 1.0), jnp.where(away, up, 0.0))
+    return jnp.clip(angle, -HORIZON, HORIZON)
+
+
+def view(scene: Scene, receiver: Receiver, cuts: Float[Array, "c 2"] | None = None) -> View:
+    """Cuts the hemicircle above a receiver at all silhouettes and names the shape in each gap.
+
+    Args:
+        scene: the shapes.
+        receiver: one receiver; use `jax.vmap` for many.
+        cuts: further points in whose directions to cut, as ends of panels of a surface.
+
+    Returns:
+        The gaps, in order; differentiable angles.
+
+    Example:
+        >>> from firstorder.flatland import Receiver, Scene, Segments, thing, view
+        >>> scene = Scene.of(thing(Segments((1.0, 1.0), (-1.0, 1.0))))
+        >>> seen = view(scene, Receiver((0.0, 0.0), 0.0))
+        >>> (seen.angles / jnp.pi).round(2).tolist(), seen.seen.tolist()
+        ([-0.5, -0.25, 0.25, 0.5], [-1, 0, -1])
+    """
+    points, valid = scene.silhouettes(receiver.position, receiver.on)
+    if cuts is not None:
+        points = jnp.concatenate([points, cuts])
+        valid = jnp.concatenate([valid, jnp.ones(cuts.shape[0], bool)])
+    # A point that does not exist is replaced before its angle is asked for: no NaN in gradients.
+    points = jnp.where(valid[:, None], points, receiver.position + receiver.normal)
+    angles = jax.vmap(lambda p: local_angle(receiver, p))(points)
+    angles = jnp.where(valid, angles, HORIZON)
+    far = jnp.where(valid, jnp.sum((points - receiver.position) ** 2, -1), jnp.inf)
+    breaks = getattr(scene.environment, "breaks", None)
+    if breaks is not None:
+        turned = jnp.mod(breaks - receiver.n + jnp.pi, 2.0 * jnp.pi) - jnp.pi
+        angles = jnp.concatenate([angles, jnp.clip(turned, -HORIZON, HORIZON)])
+        far = jnp.concatenate([far, jnp.full_like(turned, jnp.inf)])
+    known = jnp.isfinite(receiver.n) & jnp.all(jnp.isfinite(receiver.position))
+    angles = nan_unless(known & ~scene.unsound, angles)
+    order = jnp.argsort(jax.lax.stop_gradient(angles))
+    edge = jnp.full((1,), HORIZON, angles.dtype)
+    angles = jnp.concatenate([-edge, angles[order], edge])
+    far = jnp.concatenate([edge, far[order], edge])
+    fixed = jax.lax.stop_gradient((angles, far))
+    return View(angles, _in_line(_seen(scene, receiver, angles), *fixed))
+
+
+def _in_line(seen: Int[Array, " m"], angles: Float[Array, " m_1"], far: Float[Array, " m_1"]):
+    """Fills gaps of no width between edges in line, as if the nearer edge hid the farther one.
+
+    What a ray through both edges meets is a matter of rounding, but derivatives depend on it: with
+    the nearer edge alone they are those of one side of the visual event.
+    """
+    empty = angles[1:] - angles[:-1] <= 16.0 * jnp.finfo(angles.dtype).eps
+    number = jnp.arange(seen.size)
+    before = jax.lax.cummax(jnp.where(empty, 0, number))
+    after = jax.lax.cummin(jnp.where(empty, seen.size - 1, number), reverse=True)
+    nearer = jnp.where(far[:-1] < far[1:], seen[after], seen[before])
+    return jnp.where(empty, nearer, seen)
+
+
+def _seen(scene: Scene, receiver: Receiver, angles: Float[Array, " m_1"]) -> Int[Array, " m"]:
+    """The nearest shape in the middle of each gap."""
+    middle = 0.5 * (angles[1:] + angles[:-1])
+    along = direction(receiver.n + middle)
+    origins = jnp.broadcast_to(receiver.position, along.shape)
+    return first_shape(scene, origins, along, receiver.on)

@@ -1,0 +1,178 @@
+r"""Points of a mesh as light meets them: they move on faces, and are shaded by vertices' normals.
+
+On a face with corners A, B, C and unit normals at them, with b the barycentric coordinates,
+
+    m(x) = sum_i b_i(x) n_i,    n = m / |m|,    dn = (I - n n^T) sum_i n_i db_i / |m|
+
+db_i is constant on the face, so that this is the exact derivative of what is shaded: a mesh is a
+surface without curvature of its own whose shading normal turns, as a bumpy one's does. `S` is the
+shape operator that the shading normal shows, for criteria that ask for a curvature; across edges it
+jumps.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Int
+
+from firstorder.conventions import shape_operator
+from firstorder.errors import check_shape
+from firstorder.imaging.area_lights import Lobe
+from firstorder.imaging.camera import Pinhole
+from firstorder.imaging.pixels import Finish, Looked, finished
+from firstorder.imaging.reflection import SurfacePoint
+from firstorder.numerics.vectors import cross, dot, frame, unit
+from firstorder.scene.primitives import BACK, FRONT
+from firstorder.space.meshes.mesh import Mesh, vertex_normals
+from firstorder.space.scene import Material
+
+
+class Facets(eqx.Module):
+    """Faces with a normal at each corner. Make them with `facets`.
+
+    Attributes:
+        corners: of each face [m].
+        normals: unit normals at them.
+        part: number of the thing to which each face belongs.
+        uv: of a picture, at the corners; None for none.
+    """
+
+    corners: Float[Array, "f 3 3"]
+    normals: Float[Array, "f 3 3"]
+    part: Int[Array, " f"]
+    uv: Float[Array, "f 3 2"] | None = None
+
+    def point(self, face: Int[Array, ""], x: Float[Array, "3"]) -> SurfacePoint:
+        """The shading point at a place on a face, on the side of its front.
+
+        Args:
+            face: its number.
+            x: on it [m].
+
+        Example:
+            >>> import jax.numpy as jnp
+            >>> from firstorder.imaging.facets import facets
+            >>> from firstorder.space.meshes.mesh import mesh
+            >>> one = mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+            >>> lean = jnp.array([[0.0, 0.0, 1.0], [0.6, 0.0, 0.8], [0.0, 0.0, 1.0]])
+            >>> at = facets(one, lean).point(jnp.array(0), jnp.zeros(3))
+            >>> at.normal.tolist(), at.base_normal.tolist()
+            ([0.0, 0.0, 1.0], [0.0, 0.0, 1.0])
+        """
+        up, weights, slopes = self._weights(face, x)
+        around = self.normals[face]
+        m = weights @ around
+        length = jnp.sqrt(dot(m, m))
+        length = jnp.where(length > 0.0, length, 1.0)
+        n = m / length
+        tangents = frame(unit(up))[:, :2]
+        moved = around.T @ (slopes @ tangents) / length
+        return SurfacePoint(x, tangents, n, moved - n[:, None] * (n @ moved))
+
+    def uv_at(self, face: Int[Array, ""], x: Float[Array, "3"]) -> Float[Array, "2"]:
+        """The (u, v) of a place on a face, linear between its corners; zeros where none are known.
+
+        Args:
+            face: its number.
+            x: on it [m].
+        """
+        if self.uv is None:
+            return jnp.zeros(2, x.dtype)
+        b, (first, second, third) = self._weights(face, x)[1], self.uv[face]
+        # By differences: corners at one point of the picture leave no slope, nor one of rounding.
+        return third + b[0] * (first - third) + b[1] * (second - third)
+
+    def _weights(self, face, x):
+        """Along the normal and twice the area long; barycentric coordinates; their gradients."""
+        A, B, C = self.corners[face]
+        up = cross(B - A, C - A)
+        whole = dot(up, up)
+        whole = jnp.where(whole > 0.0, whole, 1.0)
+        edges = jnp.stack([C - B, A - C, B - A])
+        slopes = cross(up, edges) / whole  # db_i
+        b = jnp.stack([dot(cross(C - B, x - B), up), dot(cross(A - C, x - C), up)]) / whole
+        return up, jnp.append(b, 1.0 - jnp.sum(b)), slopes
+
+
+def facets(mesh: Mesh, normals: Any = None, part: Any = None, uv: Any = None) -> Facets:
+    """The faces of a mesh, ready to be shaded.
+
+    Args:
+        mesh: any.
+        normals: unit normals at the vertices, such as `space.meshes.curvature.fitted(mesh).normal`;
+            `vertex_normals`, if left out. A vertex without one takes each face's own.
+        part: number of the thing to which each face belongs; 0, if left out.
+        uv: of a picture, at the corners of each face, shape (f, 3, 2); zeros, if left out.
+
+    Raises:
+        ValueError: if there is not one normal for each vertex, or uv for each corner.
+    """
+    n = vertex_normals(mesh) if normals is None else jnp.asarray(normals)
+    check_shape("normals", n, mesh.vertices.shape)
+    flat = unit(mesh.area_vectors)
+    around = n[mesh.faces]
+    none = jnp.sum(around**2, -1, keepdims=True) == 0.0
+    around = jnp.where(none, flat[:, None], around)
+    part = np.zeros(mesh.count, np.int32) if part is None else np.asarray(part, np.int32)
+    uv = jnp.zeros((mesh.count, 3, 2), n.dtype) if uv is None else jnp.asarray(uv)
+    check_shape("uv", uv, (mesh.count, 3, 2))
+    return Facets(mesh.corners, around, jnp.asarray(part), uv)
+
+
+def flat_facets(mesh: Mesh, part: Any = None) -> Facets:
+    """The faces of a mesh with their own normals: sharp edges, as bars and leaves have.
+
+    Args:
+        mesh: any.
+        part: as in `facets`.
+    """
+    own = facets(mesh, part=part)
+    flat = jnp.broadcast_to(unit(mesh.area_vectors)[:, None], own.normals.shape)
+    return Facets(own.corners, flat, own.part, own.uv)
+
+
+def look_at_facet(
+    known: Facets,
+    material: Material,
+    camera: Pinhole,
+    p: Float[Array, "2"],
+    face: Int[Array, ""],
+    finish: Finish | None = None,
+) -> Looked:
+    """The point that a pixel shows of a mesh; the twin of `imaging.pixels.look`.
+
+    Args:
+        known: the faces.
+        material: one row for each thing, by the numbers of `known.part`.
+        camera: the eye.
+        p: image coordinates.
+        face: that is seen there; it must be met.
+        finish: bumps and textures, by the thing's number.
+
+    Reference: R07 §9.1, "curvature on meshes".
+    """
+    d, A = camera.direction(p), known.corners[face, 0]
+    up = unit(cross(known.corners[face, 1] - A, known.corners[face, 2] - A))
+    against = dot(up, d)
+    distance = dot(A - camera.eye, up) / jnp.where(against == 0.0, jnp.inf, against)
+    x = camera.eye + distance * d
+    plain = known.point(face, x)
+    back = against > 0.0
+    front = jnp.where(back, -1.0, 1.0)
+    T = frame(front * up)[:, :2]
+    turning = front * plain.turning @ (plain.tangents.T @ T)
+    point = SurfacePoint(x, T, front * plain.normal, turning)
+    view = camera.view(p, distance, front * up)
+    index = known.part[face]
+    side = jnp.where(back, BACK, FRONT)
+    exponent = jnp.maximum(material.exponent[index], 1e-6)
+    lobe = Lobe(material.albedo[index, side], material.specular[index], exponent)
+    at = Looked(point, view, lobe, shape_operator(T, turning))
+    return finished(at, index, front, finish, lambda x: known.uv_at(face, x), lambda x: up)
+
+
+__all__ = ["Facets", "facets", "flat_facets", "look_at_facet"]

@@ -1,0 +1,122 @@
+"""What things have on them: bumps, normal maps and textures, by the number of the thing.
+
+Functions of the position, or pictures over (u, v); `imaging.textures` has some of both. What they
+do to a point is in `imaging.pixels.finished`.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float, Int
+
+from firstorder.imaging.textures import leaning, rising
+
+Height = Callable[[Int[Array, ""], Float[Array, "3"]], Float[Array, ""]]
+Slopes = Callable[[Int[Array, ""], Float[Array, "3"]], Float[Array, "3"]]
+
+
+class Wrapped(eqx.Module):
+    """What surfaces have on them as pictures: functions of a thing's number and of (u, v), or None.
+
+    Attributes:
+        height: of bumps [m]; twice differentiable.
+        normals: of a tangent-space normal map, as `textures.leaning` takes them.
+        albedo: factor of the diffuse albedo, not negative.
+    """
+
+    height: Height | None = None
+    normals: Slopes | None = None
+    albedo: Height | None = None
+
+
+class Finish(eqx.Module):
+    """What surfaces have on them: functions of a thing's number and of a position, or None.
+
+    Attributes:
+        height: of bumps [m].
+        slopes: a normal map in space: what `bumps.solid_tilted` takes, for fronts; from behind the
+            same normals are seen from the other side, as those of bumps are.
+        albedo: factor of the diffuse albedo, a texture; not negative.
+        wrapped: pictures over (u, v), which add to these; factors multiply.
+    """
+
+    height: Height | None = None
+    slopes: Slopes | None = None
+    albedo: Height | None = None
+    wrapped: Wrapped | None = None
+
+    def leanings(
+        self,
+        index: Int[Array, ""],
+        uv: Callable[[Array], Array],
+        up: Callable[[Array], Array],
+    ) -> list[Callable]:
+        """Slopes in space of one thing, functions of the position, each of which tilts the normal.
+
+        Args:
+            index: the thing's number.
+            uv: of a position on it.
+            up: its unit normal there, without all this.
+        """
+        found = []
+        if self.height is not None:
+            rise = jax.grad(self.height, 1)
+            found.append(lambda x: rise(index, x))
+        if self.slopes is not None:
+            tilt = self.slopes
+            found.append(lambda x: tilt(index, x))
+        over = Wrapped() if self.wrapped is None else self.wrapped
+        if over.height is not None:
+            found.append(rising(functools.partial(over.height, index), uv))
+        if over.normals is not None:
+            found.append(leaning(functools.partial(over.normals, index), uv, up))
+        return found
+
+    def factors(self, index: Int[Array, ""], uv: Callable[[Array], Array]) -> list[Callable]:
+        """Factors of the albedo of one thing, functions of the position; as `leanings`."""
+        found: list[Callable] = []
+        if self.albedo is not None:
+            found.append(functools.partial(self.albedo, index))
+        if self.wrapped is not None and (one := self.wrapped.albedo) is not None:
+            found.append(lambda x: one(index, uv(x)))
+        return found
+
+
+class ByNumber(eqx.Module):
+    """A function of a thing's number and of a place, from one for each of some numbers.
+
+    All of them are computed everywhere, and one is kept.
+
+    Args:
+        plain: what the others have.
+        numbers: of things.
+        worn: a function for each of these.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.imaging.surface_maps import ByNumber
+        >>> only = ByNumber((1.0,), ((2, 3),), (lambda x: x[0],))
+        >>> [only(jnp.array(k), jnp.array([0.5, 0.0])).item() for k in (1, 2, 3)]
+        [1.0, 0.5, 0.5]
+    """
+
+    plain: tuple[float, ...] = eqx.field(static=True)
+    numbers: tuple[tuple[int, ...], ...] = eqx.field(static=True)
+    worn: tuple[Callable, ...]
+
+    def __call__(self, index: Int[Array, ""], place: Float[Array, " n"]) -> Array:
+        """Of a thing at a place; `plain` of one number is a number, not a vector."""
+        found = jnp.asarray(self.plain, place.dtype)
+        found = found[0] if found.shape == (1,) else found
+        for numbers, one in zip(self.numbers, self.worn, strict=True):
+            here = jnp.any(jnp.asarray(numbers) == index)
+            found = jnp.where(here, one(place), found)
+        return found
+
+
+__all__ = ["ByNumber", "Finish", "Wrapped"]

@@ -1,0 +1,152 @@
+"""What scene files are made of, whatever their format: elements, each with its place in the file.
+
+A reader turns its file into elements; `assemble` makes the scene. What is wrong with an element is
+said in one sentence that names the file, the line and the element.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import itertools
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from firstorder.flatland.scene import PointLights, Scene, thing
+from firstorder.flatland.shapes.kinds import Arcs, Circles, Curves, Ellipses, Segments, Shape
+
+SHAPES: Mapping[str, Callable[..., Shape]] = {
+    "segment": Segments,
+    "arc": Arcs,
+    "circle": Circles,
+    "ellipse": Ellipses,
+    "curve": Curves,
+}
+# What `thing` takes besides a shape and its name.
+MATERIAL = ("emission", "albedo", "mirror", "specular", "exponent", "ior")
+
+
+@dataclasses.dataclass(frozen=True)
+class Place:
+    """Where in a file something stands: 'scene.toml, line 12, shape 3 ("lamp")'."""
+
+    file: str
+    line: int | None = None
+    what: str = ""
+
+    def __str__(self):
+        line = "" if self.line is None else f"line {self.line}"
+        return ", ".join(part for part in (self.file, line, self.what) if part)
+
+    def error(self, reason: object) -> ValueError:
+        """The sentence, to be raised; an argument of a constructor becomes a key of the file."""
+        words = str(reason)
+        for start in ("Argument ", "Arguments "):
+            words = words.removeprefix(start)
+        return ValueError(f"{self}: {words}")
+
+
+@dataclasses.dataclass(frozen=True)
+class Element:
+    """One shape (a number of segments, if it is a polyline) with its material.
+
+    Attributes:
+        kind: key of `SHAPES`.
+        geometry: its arguments, as arrays with a leading axis of shapes.
+        material: of all of them: numbers, or pairs (front, back) for emission and albedo.
+        name: for `Scene.named`.
+        at: where in the file a key of it stands; the element itself for a key that does not.
+    """
+
+    kind: str
+    geometry: Mapping[str, Any]
+    material: Mapping[str, Any]
+    name: str
+    at: Callable[[str], Place]
+
+
+@dataclasses.dataclass(frozen=True)
+class Light:
+    """A light without size."""
+
+    position: Sequence[float]
+    intensity: float
+    at: Callable[[str], Place]
+
+
+def nearest_known(word: str, known: Iterable[str]) -> str:
+    """Words for an unknown key: the one that was meant, or all there are."""
+    known = sorted(known)
+    close = difflib.get_close_matches(word, known, 1)
+    return f"did you mean `{close[0]}`?" if close else f"known are {', '.join(known)}."
+
+
+def assemble(elements: Sequence[Element], lights: Sequence[Light], sky, file: str) -> Scene:
+    """The scene; what it refuses is said about the first element that is refused by itself.
+
+    Elements of one kind and name that follow each other become one thing, so that a polyline of
+    a thousand pieces costs no more than one segment.
+    """
+    if not elements:
+        raise Place(file).error("a scene must have at least one shape, but there is none.")
+    runs = itertools.groupby(elements, lambda e: (e.kind, e.name, tuple(sorted(e.geometry))))
+    things = [_thing(list(run)) for _, run in runs]
+    points = None
+    if lights:
+        for light in lights:
+            refused_at(light.at, lambda light=light: _points([light]))
+        points = _points(lights)
+    return Scene.of(*things, points=points, environment=sky)
+
+
+def _thing(run: list[Element]):
+    try:
+        return _built(run)
+    except ValueError:
+        for element in run:
+            refused_at(element.at, lambda element=element: _built([element]))
+        raise
+
+
+def refused_at(at: Callable[[str], Place], make: Callable[[], Any]) -> Any:
+    """What `make` makes; its refusal is said at the key that it names."""
+    try:
+        return make()
+    except ValueError as error:
+        named = re.search(r"`\W?(\w+)", str(error))
+        raise at(named[1] if named else "").error(error) from None
+
+
+def _built(run: list[Element]):
+    first = run[0]
+    geometry = {
+        key: value
+        if isinstance(value, int)
+        else np.concatenate([np.asarray(e.geometry[key], float) for e in run])
+        for key, value in first.geometry.items()
+    }
+    shape = SHAPES[first.kind](**geometry)
+    counts = [len(next(iter(e.geometry.values()))) for e in run]
+    material = {key: _column(key, run, counts) for key in MATERIAL}
+    return thing(shape, name=first.name, **material)
+
+
+def _column(key: str, run: list[Element], counts: list[int]) -> np.ndarray:
+    """One row for each shape of all elements; front and back for what has sides."""
+    rows = [np.asarray(e.material.get(key, 0.0), float) for e in run]
+    if key in ("emission", "albedo"):
+        back = 0.0 if key == "emission" else 1.0
+        rows = [r if r.ndim else np.array([r, back * r]) for r in rows]
+    return np.concatenate(
+        [np.repeat(r[None], n, axis=0) for r, n in zip(rows, counts, strict=True)]
+    )
+
+
+def _points(lights: Sequence[Light]) -> PointLights:
+    return PointLights(
+        np.array([light.position for light in lights], float),
+        np.array([light.intensity for light in lights], float),
+    )

@@ -1,0 +1,379 @@
+"""Scenes as TOML files: written by hand, or by `write_toml`; a scene comes back to the bit.
+
+    [[shape]]
+    kind = "segment"          # segment, arc, circle, ellipse, curve, polyline or box
+    start = [0.5, 1.0]        # metres; travel leaves the normal to the left
+    end = [-0.5, 1.0]
+    name = "lamp"             # optional, as everything below
+    emission = 1.0            # W/(m rad); or [front, back]
+    two_sided = false         # whether a single emission holds for the back too
+    albedo = [0.5, 0.0]       # of both sides, or [front, back]
+    mirror = 0.0
+    specular = 0.0            # share of a glossy lobe cos^exponent
+    exponent = 0.0
+    ior = 0.0                 # 0: opaque
+
+    [[light]]                 # a point light
+    position = [0.0, 2.0]
+    intensity = 1.0           # W/rad
+
+    [environment]             # distant light
+    kind = "gaussian"         # constant (radiance), gaussian (center, sigma, radiance), row
+    sigma = 0.5
+
+| kind | geometry |
+|---|---|
+| segment | `start`, `end` |
+| arc | `center`, `radius`, `start`, `sweep`: angles counter-clockwise from +y [rad] |
+| circle | `center`, `radius` |
+| ellipse | `center`, `semi`, and `tilt` [rad] |
+| curve | `cosines`, `sines`: K + 1 pairs each, from the mean up; and `samples` |
+| polyline | `points`, and `closed` |
+| box | `low`, `high`: the corners; normals outward |
+| row | `values` from +pi to -pi; or `file` (beside this file) with `row` and `columns`; `smooth` |
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import pathlib
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from firstorder.flatland.scene import Scene
+from firstorder.flatland.shapes.build import box, polyline
+from firstorder.flatland.shapes.kinds import Arcs, Circles, Curves, Ellipses, Segments
+from firstorder.flatland.skies import ConstantSky, GaussianSky, RowSky
+from firstorder.io.images import read_row
+from firstorder.io.records import write_text
+from firstorder.io.scenes.elements import (
+    MATERIAL,
+    Element,
+    Light,
+    Place,
+    assemble,
+    nearest_known,
+    refused_at,
+)
+from firstorder.io.scenes.toml_tables import (
+    Table,
+    lines_of,
+    number,
+    numbers,
+    parsed,
+    place_of,
+    point,
+    points,
+    sided,
+    whole,
+    word,
+    yes,
+)
+
+# --- reading -------------------------------------------------------------------------------------
+
+
+def read_toml(path: str | os.PathLike[str]) -> Scene:
+    r"""Reads a scene from a TOML file (the schema stands at the top of this module).
+
+    Args:
+        path: the file.
+
+    Raises:
+        ValueError: one sentence that names the file, the line and the element, if it is no scene.
+        OSError: if the file cannot be opened.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> from firstorder.io import read_toml
+        >>> file = pathlib.Path(tempfile.mkdtemp(), "dish.toml")
+        >>> _ = file.write_text('[[shape]]\nkind = "circle"\ncenter = [0, 0]\nradius = -1')
+        >>> read_toml(file)
+        Traceback (most recent call last):
+        ValueError: dish.toml, line 4, shape 1: `radius` must be positive, but is -1.0.
+    """
+    path = pathlib.Path(path)
+    return scene_from_toml(path.read_bytes(), path.name, path.parent)
+
+
+def scene_from_toml(
+    source: str | bytes, file: str = "scene", folder: str | os.PathLike[str] = "."
+) -> Scene:
+    r"""Reads a scene from the text of a TOML file.
+
+    Args:
+        source: the text, or its bytes in UTF-8.
+        file: how sentences about errors call it.
+        folder: where the panoramas that it names lie.
+
+    Raises:
+        ValueError: one sentence that names the line and the element.
+
+    Example:
+        >>> from firstorder.io import scene_from_toml
+        >>> floor = '[[shape]]\nkind = "segment"\nstart = [-1, 0]\nend = [1, 0]\nname = "floor"'
+        >>> scene_from_toml(floor).named("floor")
+        (0,)
+    """
+    text, tables = parsed(source, file)
+    lines = lines_of(text)
+
+    def each(key: str) -> list[Table]:
+        found = enumerate(tables.get(key, []))
+        return [Table(v, place_of(file, lines, key, i, v), lines, key, i) for i, v in found]
+
+    for key, value in tables.items():
+        _check_key(key, value, Place(file, lines.get((key, 0, ""))))
+    elements = [_element(table) for table in each("shape")]
+    lights = [_light(table) for table in each("light")]
+    sky = None
+    if "environment" in tables:
+        place = Place(file, lines.get(("environment", 0, "")), "environment")
+        sky = _sky(Table(tables["environment"], place, lines, "environment", 0), folder)
+    return assemble(elements, lights, sky, file)
+
+
+def _check_key(key: str, value: Any, place: Place) -> None:
+    """Refuses what does not stand at the top of a scene file."""
+    if key in ("shape", "light"):
+        if not (isinstance(value, list) and all(isinstance(v, dict) for v in value)):
+            raise place.error(f"`{key}` must be written [[{key}]], each with its own keys.")
+    elif key == "environment":
+        if not isinstance(value, dict):
+            raise place.error("`environment` must be written [environment], with its own keys.")
+    else:
+        known = nearest_known(key, ("shape", "light", "environment"))
+        raise place.error(f"`{key}` is not known here: {known}")
+
+
+def _light(table: Table) -> Light:
+    light = Light(table.take("position", point), table.take("intensity", number), table.at)
+    table.done()
+    return light
+
+
+def _element(table: Table) -> Element:
+    """One element; its numbers are judged when it is built."""
+    kind = table.take("kind", word)
+    name = table.take("name", word, "")
+    two_sided = table.take("two_sided", yes, False)
+    material = {
+        k: table.take(k, sided if k in ("emission", "albedo") else number, 0.0) for k in MATERIAL
+    }
+    if two_sided and not isinstance(material["emission"], list):
+        material["emission"] = [material["emission"]] * 2
+    if kind not in _GEOMETRY:
+        raise table.at("kind").error(
+            f'kind "{kind}" is not known: {nearest_known(kind, _GEOMETRY)}'
+        )
+    kind, geometry = _GEOMETRY[kind](table)
+    table.done()
+    return Element(kind, geometry, material, name, table.at)
+
+
+def _rows(table: Table, **reads: Callable[[Any], Any]) -> dict[str, Any]:
+    return {key: [table.take(key, read)] for key, read in reads.items()}
+
+
+def _segment(table):
+    return "segment", _rows(table, start=point, end=point)
+
+
+def _arc(table):
+    return "arc", _rows(table, center=point, radius=number, start=number, sweep=number)
+
+
+def _circle(table):
+    return "circle", _rows(table, center=point, radius=number)
+
+
+def _ellipse(table):
+    rows = _rows(table, center=point, semi=point)
+    return "ellipse", {**rows, "tilt": [table.take("tilt", number, 0.0)]}
+
+
+def _curve(table):
+    rows = _rows(table, cosines=points, sines=points)
+    samples = table.take("samples", whole, 64)
+    if not 4 <= samples <= 4096:
+        raise table.at("samples").error(f"`samples` must lie in [4, 4096], but is {samples}.")
+    return "curve", {**rows, "samples": samples}
+
+
+def _polyline(table):
+    corners, closed = table.take("points", points), table.take("closed", yes, False)
+    made = refused_at(table.at, lambda: polyline(np.array(corners), closed))
+    return "segment", {"start": np.asarray(made.start), "end": np.asarray(made.end)}
+
+
+def _box(table):
+    low, high = table.take("low", point), table.take("high", point)
+    made = refused_at(table.at, lambda: box(np.array(low), np.array(high)))
+    return "segment", {"start": np.asarray(made.start), "end": np.asarray(made.end)}
+
+
+_GEOMETRY: dict[str, Callable[[Table], tuple[str, dict[str, Any]]]] = {
+    "segment": _segment,
+    "arc": _arc,
+    "circle": _circle,
+    "ellipse": _ellipse,
+    "curve": _curve,
+    "polyline": _polyline,
+    "box": _box,
+}
+
+
+def _sky(table: Table, folder: str | os.PathLike[str]):
+    kind = table.take("kind", word)
+    match kind:
+        case "constant":
+            radiance = table.take("radiance", number)
+            sky = refused_at(table.at, lambda: ConstantSky(radiance))
+        case "gaussian":
+            given = {
+                k: table.take(k, number, d)
+                for k, d in (("center", 0.0), ("sigma", 0.5), ("radiance", 1.0))
+            }
+            sky = refused_at(table.at, lambda: GaussianSky(**given))
+        case "row":
+            smooth = table.take("smooth", yes, False)
+            if "file" in table.values:
+                file = pathlib.Path(folder, table.take("file", word))
+                row = table.take("row", whole, None)
+                columns = table.take("columns", whole, None)
+                sky = refused_at(
+                    lambda key: table.at(key or "file"), lambda: _row(file, row, columns)
+                )
+                sky = RowSky(sky.values, smooth)
+            else:
+                values = table.take("values", numbers)
+                sky = refused_at(table.at, lambda: RowSky(np.array(values), smooth))
+        case _:
+            known = nearest_known(kind, ("constant", "gaussian", "row"))
+            raise table.at("kind").error(f'kind "{kind}" is not known: {known}')
+    table.done()
+    return sky
+
+
+def _row(file: pathlib.Path, row: int | None, columns: int | None) -> RowSky:
+    try:
+        return read_row(file, row, columns)
+    except OSError as error:
+        why = (error.strerror or "unknown reason").lower()
+        raise ValueError(f"{file.name}: the file cannot be opened ({why}).") from None
+
+
+# --- writing -------------------------------------------------------------------------------------
+
+
+def write_toml(path: str | os.PathLike[str], scene: Scene) -> None:
+    """Writes a scene as a TOML file, whole or not at all; `read_toml` gives it back to the bit.
+
+    Args:
+        path: the file.
+        scene: its environment is one that a file can name (`ConstantSky`, `GaussianSky`,
+            `RowSky`), or none.
+
+    Raises:
+        ValueError: if the environment is another function.
+    """
+    write_text(path, scene_to_toml(scene))
+
+
+def scene_to_toml(scene: Scene) -> str:
+    """The text that `write_toml` writes.
+
+    Example:
+        >>> from firstorder.flatland import Circles, Scene, thing
+        >>> from firstorder.io import scene_to_toml
+        >>> print(scene_to_toml(Scene.of(thing(Circles((0.0, 1.0), 0.5), name="ball", albedo=0.2))))
+        [[shape]]
+        kind = "circle"
+        name = "ball"
+        center = [0.0, 1.0]
+        radius = 0.5
+        albedo = 0.2
+        <BLANKLINE>
+    """
+    tables, index = [], 0
+    for group in scene.groups:
+        for i in range(group.count):
+            lines = ["[[shape]]", *_geometry(group, i, scene.names[index])]
+            given = {key: np.asarray(getattr(scene.material, key))[index] for key in MATERIAL}
+            tables.append("\n".join([*lines, *material_lines(given)]))
+            index += 1
+    for p, w in zip(
+        np.asarray(scene.points.position), np.asarray(scene.points.intensity), strict=True
+    ):
+        tables.append(f"[[light]]\nposition = {written(p)}\nintensity = {written(w)}")
+    if scene.environment is not None:
+        tables.append("\n".join(["[environment]", *_environment(scene.environment)]))
+    return "\n\n".join(tables) + "\n"
+
+
+_NAMES = {
+    Segments: ("segment", ("start", "end")),
+    Arcs: ("arc", ("center", "radius", "start", "sweep")),
+    Circles: ("circle", ("center", "radius")),
+    Ellipses: ("ellipse", ("center", "semi", "tilt")),
+    Curves: ("curve", ("cosines", "sines")),
+}
+
+
+def _geometry(group, i: int, name: str):
+    kind, keys = _NAMES[type(group)]
+    yield f'kind = "{kind}"'
+    if name:
+        yield f"name = {quoted(name)}"
+    for key in keys:
+        yield f"{key} = {written(np.asarray(getattr(group, key))[i])}"
+    if isinstance(group, Curves):
+        yield f"samples = {group.samples}"
+
+
+def _environment(sky):
+    match sky:
+        case ConstantSky():
+            yield from ('kind = "constant"', f"radiance = {written(sky.radiance)}")
+        case GaussianSky():
+            yield 'kind = "gaussian"'
+            for key in ("center", "sigma", "radiance"):
+                yield f"{key} = {written(getattr(sky, key))}"
+        case RowSky():
+            yield from ('kind = "row"', f"smooth = {str(sky.smooth).lower()}")
+            yield f"values = {written(sky.values)}"
+        case _:
+            raise ValueError(
+                "Argument `scene` must have an environment that a file can name (ConstantSky, "
+                f"GaussianSky or RowSky), but has {type(sky).__name__}."
+            )
+
+
+def written(value: Any) -> str:
+    """Numbers such that reading them back gives the same bits."""
+    array = np.asarray(value)
+    if array.ndim:
+        return "[" + ", ".join(written(v) for v in array) + "]"
+    return repr(float(array))
+
+
+def material_lines(given: Mapping[str, Any]) -> Iterator[str]:
+    """A line for each of a material's numbers that is not what a file that says nothing means."""
+    for key, value in given.items():
+        value = np.asarray(value)
+        if value.ndim:
+            front, back = (written(v) for v in value)
+            alike = "0.0" if key == "emission" else front
+            words = front if back == alike else f"[{front}, {back}]"
+        else:
+            words = written(value)
+        if words != "0.0":
+            yield f"{key} = {words}"
+
+
+def quoted(name: str) -> str:
+    """A TOML string: JSON's, but for DEL, which TOML wants escaped too."""
+    return json.dumps(name, ensure_ascii=False).replace("\x7f", "\\u007f")

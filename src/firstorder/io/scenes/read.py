@@ -1,0 +1,38 @@
+"""A scene from a file, whatever its format."""
+
+from __future__ import annotations
+
+import os
+import pathlib
+
+from firstorder.flatland.scene import Scene
+from firstorder.io.scenes.flatland_toml import read_toml
+from firstorder.io.svg.svg import read_svg
+
+
+def read_scene(path: str | os.PathLike[str]) -> Scene:
+    """Reads a scene from a .toml or .svg file.
+
+    Args:
+        path: the file; its ending says what it is.
+
+    Raises:
+        ValueError: one sentence that names the file, the line and the element, if it is no scene,
+            or cannot be opened.
+        ModuleNotFoundError: without the extra that reads what the file holds.
+
+    Example:
+        >>> from firstorder.io import read_scene
+        >>> read_scene("scene.png")
+        Traceback (most recent call last):
+        ValueError: scene.png: a scene must be a .toml or .svg file.
+    """
+    path = pathlib.Path(path)
+    readers = {".toml": read_toml, ".svg": read_svg}
+    if path.suffix.lower() not in readers:
+        raise ValueError(f"{path.name}: a scene must be a .toml or .svg file.")
+    try:
+        return readers[path.suffix.lower()](path)
+    except OSError as error:
+        why = (error.strerror or "unknown reason").lower()
+        raise ValueError(f"{path.name}: the file cannot be opened ({why}).") from None

@@ -1,0 +1,193 @@
+"""Scenes of space as text: TOML that `space_toml` reads back to the bit, and lists."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import numpy as np
+
+from firstorder.io.records import write_text
+from firstorder.io.scenes.flatland_toml import material_lines, quoted, written
+from firstorder.io.scenes.space_toml import CLASSES, MATERIAL, Model, Space
+from firstorder.io.scenes.surface_maps import Coat, coat_text
+from firstorder.space.scene import Scene
+from firstorder.space.skies import ConstantSky, GaussianSky, HarmonicSky, PanoramaSky
+
+
+def write_space(path: str | os.PathLike[str], space: Space | Scene) -> None:
+    """Writes a scene of space as a TOML file, whole or not at all; it comes back to the bit.
+
+    Args:
+        path: the file.
+        space: as `read_space` gives it, or a scene. Meshes are written out, not as files; a
+            scene's triangles are triangles. A sky of every direction alike becomes a number.
+
+    Raises:
+        ValueError: if the sky is a function that a file cannot name.
+    """
+    write_text(path, space_to_toml(space))
+
+
+def space_to_toml(space: Space | Scene) -> str:
+    """The text that `write_space` writes.
+
+    Example:
+        >>> from firstorder.io import space_to_toml
+        >>> from firstorder.space import Scene, sphere, thing
+        >>> ball = thing(sphere((0.0, 0.0, 1.0), 0.5), name="ball", albedo=0.2)
+        >>> print(space_to_toml(Scene.of(ball, sky=1.0)))
+        dimensions = 3
+        <BLANKLINE>
+        [[shape]]
+        kind = "sphere"
+        name = "ball"
+        center = [0.0, 0.0, 1.0]
+        radius = 0.5
+        albedo = 0.2
+        <BLANKLINE>
+        [environment]
+        kind = "constant"
+        radiance = 1.0
+        <BLANKLINE>
+    """
+    scene = space if isinstance(space, Scene) else None
+    tables = ["dimensions = 3"]
+    if scene is not None:
+        sky, first = scene.environment, 0
+        for group in scene.groups:
+            for i in range(group.count):
+                tables.append(_shape_text(group, i, scene.names[first], scene.material, first))
+                first += 1
+    else:
+        assert isinstance(space, Space)
+        sky = space.sky
+        coats = space.coats or (Coat(),) * (len(space.things) + len(space.models))
+        first = len(space.things)
+        tables += [
+            _shape_text(t.shape, i, t.name, t.material, i) + coat_text(coat, "shape")
+            for t, coat in zip(space.things, coats[:first], strict=True)
+            for i in range(t.shape.count)
+        ]
+        tables += [
+            _model_text(model) + coat_text(coat, "mesh")
+            for model, coat in zip(space.models, coats[first:], strict=True)
+        ]
+        if space.camera is not None:
+            camera = space.camera
+            tables.append(
+                f"[camera]\neye = {written(camera.eye)}\naxes = {written(camera.axes.T)}\n"
+                f"gamma = {written(camera.gamma)}"
+            )
+    if words := _sky_text(sky):
+        tables.append(f"[environment]\n{words}")
+    return "\n\n".join(tables) + "\n"
+
+
+def _shape_text(group: Any, i: int, name: str, material: Any, row: int) -> str:
+    kind = _kind(group, i)
+    round_ = kind == "sphere"
+    center, axes = np.asarray(group.center)[i], np.asarray(group.axes)[i]
+    lines = [f'kind = "{kind}"']
+    lines += [f"name = {quoted(name)}"] * bool(name)
+    lines.append(f"center = {written(center)}")
+    lines.append(f"radius = {written(axes[0, 0])}" if round_ else f"axes = {written(axes.T)}")
+    given = {key: np.asarray(getattr(material, key))[row] for key in MATERIAL}
+    return "\n".join(["[[shape]]", *lines, *material_lines(given)])
+
+
+def _model_text(model: Model) -> str:
+    lines = [f"name = {quoted(model.name)}"] * bool(model.name)
+    faces = ", ".join(f"[{a}, {b}, {c}]" for a, b, c in np.asarray(model.mesh.faces).tolist())
+    lines += [f"vertices = {written(model.mesh.vertices)}", f"faces = [{faces}]"]
+    if model.uv is not None:
+        lines.append(f"uv = {written(model.uv)}")
+    given = {key: model.material[key] for key in MATERIAL}
+    return "\n".join(["[[mesh]]", *lines, *material_lines(given)])
+
+
+def _sky_text(sky: Any) -> str:
+    match sky:
+        case GaussianSky():
+            keys = {k: getattr(sky, k) for k in ("center", "sigma", "radiance")}
+            kind = "gaussian"
+        case PanoramaSky():
+            kind, keys = "panorama", {"values": sky.values}
+        case HarmonicSky():
+            kind, keys = "harmonic", {"coefficients": sky.coefficients}
+        case ConstantSky():
+            kind, keys = "constant", {"radiance": sky.radiance}
+        case _ if callable(sky):
+            raise ValueError(
+                "Argument `space` must have a sky that a file can name (a number, GaussianSky, "
+                f"PanoramaSky or HarmonicSky), but has {type(sky).__name__}."
+            )
+        case _:
+            if sky is None or float(sky) == 0.0:
+                return ""
+            kind, keys = "constant", {"radiance": sky}
+    return "\n".join([f'kind = "{kind}"', *(f"{k} = {written(v)}" for k, v in keys.items())])
+
+
+# --- describing ----------------------------------------------------------------------------------
+
+
+def described(space: Space) -> str:
+    r"""What a scene of space holds, one line for each shape and mesh, the sky and the camera.
+
+    Example:
+        >>> from firstorder.io import described, space_from_toml
+        >>> text = 'dimensions = 3\n[[shape]]\nkind = "sphere"\ncenter = [0, 0, 1]\nradius = 0.5'
+        >>> print(described(space_from_toml(text)))
+        sphere     unnamed       at (0, 0, 1)
+        sky        black
+        camera     none
+    """
+    lines = []
+    wear = [", ".join(c.names).replace("_", " ") for c in space.coats]
+    wear = [words and f", with {words}" for words in wear]
+    wear = wear or [""] * (len(space.things) + len(space.models))
+    for t, worn in zip(space.things, wear, strict=False):
+        centers = np.asarray(t.shape.center)
+        for i in range(t.shape.count):
+            kind, where = _kind(t.shape, i), f"at {_numbers(centers[i])}{worn}"
+            lines.append((kind, t.name or "unnamed", where, t.material, i))
+    for model, worn in zip(space.models, wear[len(space.things) :], strict=True):
+        size = f"{model.mesh.count} faces, {len(model.mesh.vertices)} vertices"
+        shut = "closed" if model.mesh.closed else "with a boundary"
+        lines.append(
+            ("mesh", model.name or "unnamed", f"{size}, {shut}{worn}", model.thing.material, 0)
+        )
+    words = [f"{k:10} {n:13} {what}{_light(m, i)}" for k, n, what, m, i in lines]
+    sky = _sky_text(space.sky).splitlines()
+    named = {"kind": "black"} | dict(line.split(" = ", 1) for line in sky)
+    rest = ", ".join(f"{k} {v}" for k, v in named.items() if k != "kind" and len(v) < 60)
+    words.append(f"{'sky':10} {named['kind'].strip(chr(34))}{rest and ', '}{rest}")
+    if space.camera is None:
+        words.append(f"{'camera':10} none")
+    else:
+        ahead = _numbers(-np.asarray(space.camera.axes)[:, 2])
+        words.append(f"{'camera':10} at {_numbers(space.camera.eye)}, looking along {ahead}")
+    return "\n".join(words)
+
+
+def _kind(shape: Any, i: int) -> str:
+    axes = np.asarray(shape.axes)[i]
+    kind = next(k for k, kind in CLASSES.items() if type(shape) is kind)
+    return "sphere" if kind == "ellipsoid" and _is_round(axes) else kind
+
+
+def _is_round(axes: np.ndarray) -> bool:
+    return bool(axes[0, 0] > 0 and np.all(axes == axes[0, 0] * np.eye(3)))
+
+
+def _numbers(x: Any) -> str:
+    return "(" + ", ".join(f"{v:.4g}" for v in np.round(np.asarray(x), 9) + 0.0) + ")"
+
+
+def _light(material: Any, i: int) -> str:
+    """What a shape does with light, if anything."""
+    emission, albedo = np.asarray(material.emission)[i], np.asarray(material.albedo)[i]
+    found = [f", emits {_numbers(emission)}"] * bool(np.any(emission))
+    found += [f", albedo {_numbers(albedo)}"] * bool(np.any(albedo))
+    return "".join(found)

@@ -1,0 +1,355 @@
+"""Scenes of space as TOML files: written by hand, or by `write_space`; they come back to the bit.
+
+    dimensions = 3
+
+    [[shape]]
+    kind = "sphere"
+    center = [0.0, 0.0, 1.0]  # metres
+    radius = 0.5
+    name = "ball"             # optional, as everything below
+    emission = 0.0            # W/(m^2 sr); or [front, back]
+    two_sided = false         # whether a single emission holds for the back too
+    albedo = 0.5              # of both sides, or [front, back]
+    specular = 0.0            # share of a glossy lobe cos^exponent
+    exponent = 0.0
+
+    [[mesh]]
+    file = "bunny.ply"        # beside this file; or `vertices` and `faces` (numbers from 0)
+    scale = 1.0               # about the file's origin, and then
+    move = [0.0, 0.0, 0.0]
+    albedo = 0.5              # name and material as above
+
+    [environment]             # distant light
+    kind = "gaussian"         # constant (radiance), gaussian (center, sigma, radiance), ...
+    sigma = 0.5
+
+    [camera]
+    eye = [0.0, -4.0, 2.0]
+    look_at = [0.0, 0.0, 0.5]
+    up = [0.0, 0.0, 1.0]
+    gamma = 2.0               # focal length, in units of the image
+
+| kind | geometry |
+|---|---|
+| sphere | `center`, `radius` |
+| ellipsoid | `center`, `semi` |
+| box | `low`, `high` |
+| cylinder | `base`, `top`, `radius` |
+| disc | `center`, `normal`, `radius` |
+| rectangle | `center`, and half-edges `u`, `v`; the front is along u x v |
+| triangle | `corners`, counter-clockwise from the front |
+| polygon | `vertices`, likewise |
+| plane | `point`, `normal` |
+| all but sphere and polygon | `center`, `axes`: three vectors, as `space.shapes.kinds` has them |
+| panorama | `file` (.hdr, .exr) or `values`, rows from the zenith; `degree` of harmonics kept |
+| harmonic | `coefficients`, as `space.skies.harmonics` orders them |
+
+What a shape or mesh has on it stands in tables within its own, `[shape.texture]`, `[shape.bump]`
+and `[shape.normal_map]`, or `[mesh.texture]` and so on: `firstorder.io.scenes.surface_maps` says
+what is in them.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import pathlib
+from collections.abc import Callable
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+
+from firstorder.imaging.camera import Pinhole
+from firstorder.io.meshes import proper, read_mesh_uv
+from firstorder.io.scenes.elements import Place, nearest_known, refused_at
+from firstorder.io.scenes.surface_maps import Coat, coat_of, corner_uv
+from firstorder.io.scenes.toml_tables import (
+    Table,
+    lines_of,
+    number,
+    parsed,
+    place_of,
+    sided,
+    three_vectors,
+    triples,
+    vector,
+    vectors,
+    word,
+    yes,
+)
+from firstorder.io.skies import sky_of
+from firstorder.numerics.vectors import cross, unit
+from firstorder.space.meshes.mesh import Mesh, mesh
+from firstorder.space.scene import Scene, Thing, thing
+from firstorder.space.shapes import build, kinds
+
+MATERIAL = ("emission", "albedo", "specular", "exponent")
+_TOP = ("dimensions", "shape", "mesh", "environment", "camera")
+CLASSES = {
+    "ellipsoid": kinds.Ellipsoids,
+    "box": kinds.Boxes,
+    "cylinder": kinds.Cylinders,
+    "disc": kinds.Discs,
+    "rectangle": kinds.Rectangles,
+    "triangle": kinds.Triangles,
+    "plane": kinds.Planes,
+}
+
+
+@dataclasses.dataclass(frozen=True)
+class Model:
+    """A mesh with a name and a material.
+
+    Attributes:
+        mesh: for silhouettes and Embree.
+        name: for `Scene.named`.
+        material: arguments of `thing`, by name.
+        uv: at the corners of each face, for pictures, shape (f, 3, 2); or None.
+    """
+
+    mesh: Mesh
+    name: str
+    material: dict[str, Any]
+    uv: Any = None
+
+    @property
+    def thing(self) -> Thing:
+        """Its faces as triangles of a scene: right for rays, slow for many."""
+        a, b, c = (self.mesh.corners[:, k] for k in range(3))
+        u, v = b - a, c - a
+        return thing(
+            kinds.Triangles(a, jnp.stack([u, v, unit(cross(u, v))], -1)),
+            name=self.name,
+            **self.material,
+        )
+
+
+@dataclasses.dataclass(frozen=True)
+class Space:
+    """What a scene file of space holds.
+
+    Attributes:
+        things: shapes with materials.
+        models: meshes with materials.
+        sky: radiance from beyond everything: a number, or a function of the direction.
+        camera: or None.
+        coats: what things and then models have on them, one for each; or empty.
+    """
+
+    things: tuple[Thing, ...]
+    models: tuple[Model, ...] = ()
+    sky: Any = 0.0
+    camera: Pinhole | None = None
+    coats: tuple[Coat, ...] = ()
+
+    @property
+    def scene(self) -> Scene:
+        """Everything as one scene, meshes as triangles, without coats."""
+        return Scene.of(*self.things, *(model.thing for model in self.models), sky=self.sky)
+
+
+# --- reading -------------------------------------------------------------------------------------
+
+
+def read_space(path: str | os.PathLike[str]) -> Space:
+    r"""Reads a scene of space from a TOML file (the schema stands at the top of this module).
+
+    Args:
+        path: the file.
+
+    Raises:
+        ValueError: one sentence that names the file, the line and the element, if it is no scene.
+        ModuleNotFoundError: without the extra that reads a mesh or a panorama that it names.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> from firstorder.io import read_space
+        >>> file = pathlib.Path(tempfile.mkdtemp(), "ball.toml")
+        >>> start = 'dimensions = 3\n[[shape]]\nkind = "sphere"\ncenter = [0, 0, 1]\nradius = '
+        >>> _ = file.write_text(start + "0.5")
+        >>> read_space(file).scene.count
+        1
+        >>> _ = file.write_text(start + "-1")
+        >>> read_space(file)
+        Traceback (most recent call last):
+        ValueError: ball.toml, line 5, shape 1: `radius` must be positive, but is -1.0.
+    """
+    path = pathlib.Path(path)
+    return space_from_toml(_bytes_of(path), path.name, path.parent)
+
+
+def is_space(path: str | os.PathLike[str]) -> bool:
+    """Whether a file is a TOML scene that says `dimensions = 3`.
+
+    Raises:
+        ValueError: one sentence, if a .toml file cannot be opened or is no TOML.
+    """
+    path = pathlib.Path(path)
+    if path.suffix.lower() != ".toml":
+        return False
+    return parsed(_bytes_of(path), path.name)[1].get("dimensions") == 3
+
+
+def _bytes_of(path: pathlib.Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        why = (error.strerror or "unknown reason").lower()
+        raise ValueError(f"{path.name}: the file cannot be opened ({why}).") from None
+
+
+def space_from_toml(
+    source: str | bytes, file: str = "scene", folder: str | os.PathLike[str] = "."
+) -> Space:
+    """Reads a scene of space from the text of a TOML file.
+
+    Args:
+        source: the text, or its bytes in UTF-8.
+        file: how sentences about errors call it.
+        folder: where the meshes and panoramas that it names lie.
+
+    Raises:
+        ValueError: one sentence that names the line and the element.
+    """
+    text, tables = parsed(source, file)
+    lines = lines_of(text)
+    for key, value in tables.items():
+        _check_key(key, value, Place(file, lines.get((key, 0, ""))))
+    if tables.get("dimensions") != 3:
+        raise Place(file).error("a scene of space must say `dimensions = 3` at its top.")
+
+    def each(key: str) -> list[Table]:
+        found = enumerate(tables.get(key, []))
+        return [Table(v, place_of(file, lines, key, i, v), lines, key, i) for i, v in found]
+
+    def one(key: str, read: Callable[[Table], Any], default: Any) -> Any:
+        if key not in tables:
+            return default
+        table = Table(tables[key], Place(file, lines.get((key, 0, "")), key), lines, key, 0)
+        found = read(table)
+        table.done()
+        return found
+
+    things = [_thing(table, folder) for table in each("shape")]
+    models = [_model(table, folder) for table in each("mesh")]
+    if not things and not models:
+        raise Place(file).error("a scene must have at least one shape or mesh, but there is none.")
+    sky = one("environment", lambda table: sky_of(table, folder), 0.0)
+    coats = tuple(coat for _, coat in (*things, *models))
+    shapes_, meshes_ = (tuple(made for made, _ in a) for a in (things, models))
+    return Space(shapes_, meshes_, sky, one("camera", _camera, None), coats)
+
+
+def _check_key(key: str, value: Any, place: Place) -> None:
+    """Refuses what does not stand at the top of a scene file."""
+    if key in ("shape", "mesh"):
+        if not (isinstance(value, list) and all(isinstance(v, dict) for v in value)):
+            raise place.error(f"`{key}` must be written [[{key}]], each with its own keys.")
+    elif key in ("environment", "camera"):
+        if not isinstance(value, dict):
+            raise place.error(f"`{key}` must be written [{key}], with its own keys.")
+    elif key not in _TOP:
+        raise place.error(f"`{key}` is not known here: {nearest_known(key, _TOP)}")
+
+
+def _material(table: Table) -> dict[str, Any]:
+    """The arguments of `thing`; a single emission is the front's."""
+    two_sided = table.take("two_sided", yes, False)
+    found = {
+        k: table.take(k, sided if k in ("emission", "albedo") else number, 0.0) for k in MATERIAL
+    }
+    if not isinstance(found["emission"], list):
+        found["emission"] = [found["emission"], found["emission"] if two_sided else 0.0]
+    return found
+
+
+def _thing(table: Table, folder: str | os.PathLike[str]) -> tuple[Thing, Coat]:
+    kind, name, material = table.take("kind", word), table.take("name", word, ""), _material(table)
+    if kind not in _GEOMETRY:
+        known = nearest_known(kind, _GEOMETRY)
+        raise table.at("kind").error(f'kind "{kind}" is not known: {known}')
+    if "axes" in table.values and kind in CLASSES:
+        center, axes = table.take("center", vector), table.take("axes", three_vectors)
+        made = refused_at(
+            table.at, lambda: CLASSES[kind](np.array(center), np.array(axes).T)
+        )  # fmt: skip
+    else:
+        make, reads = _GEOMETRY[kind]
+        given = {key: table.take(key, read) for key, read in reads.items()}
+        arrays = {k: np.array(v, float) for k, v in given.items()}
+        made = refused_at(table.at, lambda: make(**arrays))
+    coat = coat_of(table, folder, kind != "polygon")
+    table.done()
+    return refused_at(table.at, lambda: thing(made, name=name, **material)), coat
+
+
+def _ellipsoid(center, semi):
+    if not np.all(semi > 0.0):
+        raise ValueError(f"Argument `semi` must be positive, but is {semi[~(semi > 0.0)][0]}.")
+    return build.ellipsoid(center, np.diag(semi))
+
+
+def _triangle(corners):
+    if len(corners) != 3:
+        raise ValueError(f"Argument `corners` must be three points, but is {len(corners)}.")
+    try:
+        return build.triangle(*corners)
+    except ValueError:
+        raise ValueError("Argument `corners` must not lie in line, but does.") from None
+
+
+_GEOMETRY: dict[str, tuple[Callable[..., Any], dict[str, Callable[[Any], Any]]]] = {
+    "sphere": (build.sphere, {"center": vector, "radius": number}),
+    "ellipsoid": (_ellipsoid, {"center": vector, "semi": vector}),
+    "box": (build.box, {"low": vector, "high": vector}),
+    "cylinder": (build.cylinder, {"base": vector, "top": vector, "radius": number}),
+    "disc": (build.disc, {"center": vector, "normal": vector, "radius": number}),
+    "rectangle": (build.rectangle, {"center": vector, "u": vector, "v": vector}),
+    "triangle": (_triangle, {"corners": vectors}),
+    "polygon": (build.polygon, {"vertices": vectors}),
+    "plane": (build.plane, {"point": vector, "normal": vector}),
+}
+
+
+def _model(table: Table, folder: str | os.PathLike[str]) -> tuple[Model, Coat]:
+    name, material = table.take("name", word, ""), _material(table)
+    if "file" in table.values:
+        path = pathlib.Path(folder, table.take("file", word))
+        scale, move = table.take("scale", number, 1.0), table.take("move", vector, [0.0] * 3)
+        if not scale > 0.0:
+            raise table.at("scale").error(f"`scale` must be positive, but is {scale}.")
+        found, uv = refused_at(lambda key: table.at("file"), lambda: read_mesh_uv(path))
+        found = found.at(scale * found.vertices + np.array(move))
+    else:
+        vertices, faces = table.take("vertices", vectors), table.take("faces", triples)
+        found = refused_at(table.at, lambda: mesh(np.array(vertices), np.array(faces)))
+        uv = table.take("uv", corner_uv, None)
+        if uv is not None:
+            if len(uv) != len(faces):
+                raise table.at("uv").error(
+                    f"`uv` must be three pairs for each of {len(faces)} faces, but is of {len(uv)}."
+                )
+            uv = np.array(uv)[proper(np.array(faces))]
+    coat = coat_of(table, folder, uv is not None)
+    table.done()
+    refused_at(table.at, lambda: thing(build.sphere((0, 0, 0), 1.0), **material))
+    return Model(found, name, material, None if uv is None else np.array(uv, float)), coat
+
+
+def _camera(table: Table) -> Pinhole:
+    eye, gamma = np.array(table.take("eye", vector)), table.take("gamma", number)
+    if "axes" in table.values:
+        axes = np.array(table.take("axes", three_vectors)).T
+        if np.max(np.abs(axes.T @ axes - np.eye(3))) > 1e-6:
+            raise table.at("axes").error("`axes` must be orthonormal, but is not.")
+    else:
+        target = np.array(table.take("look_at", vector))
+        up = np.array(table.take("up", vector, [0.0, 0.0, 1.0]))
+        right = np.cross(target - eye, up)
+        if not np.linalg.norm(right) > 1e-12 * np.linalg.norm(target - eye) * np.linalg.norm(up):
+            raise table.at("up").error("`up` must not be along the view, but is.")
+        back = (eye - target) / np.linalg.norm(eye - target)
+        right = right / np.linalg.norm(right)
+        axes = np.stack([right, np.cross(back, right), back], -1)
+    return refused_at(table.at, lambda: Pinhole(eye, axes, gamma))

@@ -1,0 +1,69 @@
+"""Maps over many rows, as many at a time as the memory nearest to the processor holds."""
+
+from collections.abc import Callable
+from typing import TypeVar
+
+import jax
+import jax.numpy as jnp
+
+from firstorder.errors import check_positive
+
+X = TypeVar("X")
+Y = TypeVar("Y")
+
+
+def in_batches(f: Callable[[X], Y], rows: X, most: int) -> Y:
+    """Calls f on each row, in batches of one size.
+
+    `jax.lax.map` makes batches of the size it is told and one of what is left over, for which f is
+    traced and compiled a second time: up to half of the time of a first call. Here the size
+    gives way, and fewer rows than there are batches fill the last one up.
+
+    Args:
+        f: of one row.
+        rows: an array, or a tree of arrays, with the rows along the leading axis.
+        most: rows in a batch.
+
+    Returns:
+        What f returns, with the rows along a new leading axis.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.numerics.batching import in_batches
+        >>> in_batches(lambda x: x**2, jnp.arange(5.0), 2).tolist()
+        [0.0, 1.0, 4.0, 9.0, 16.0]
+    """
+    check_positive("most", most)
+    count = jax.tree.leaves(rows)[0].shape[0]
+    batches = max(1, -(-count // most))
+    return in_blocks(jax.vmap(f), rows, max(1, -(-count // batches)))
+
+
+def in_blocks(f: Callable[[X], Y], rows: X, block: int) -> Y:
+    """Calls f on whole blocks of rows; copies of the first row fill the last block up.
+
+    Args:
+        f: of one block, or of all rows where they are no more than that.
+        rows: an array, or a tree of arrays, with the rows along the leading axis.
+        block: rows in a block.
+
+    Returns:
+        What f returns, with the rows along its leading axis.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.numerics.batching import in_blocks
+        >>> in_blocks(jnp.square, jnp.arange(5.0), 2).tolist()
+        [0.0, 1.0, 4.0, 9.0, 16.0]
+    """
+    count = jax.tree.leaves(rows)[0].shape[0]
+    if count <= block:
+        return f(rows)
+    blocks = -(-count // block)
+
+    def cut(a):
+        more = jnp.broadcast_to(a[:1], (blocks * block - count, *a.shape[1:]))
+        return jnp.concatenate([a, more]).reshape(blocks, block, *a.shape[1:])
+
+    found = jax.lax.map(f, jax.tree.map(cut, rows))
+    return jax.tree.map(lambda a: a.reshape(-1, *a.shape[2:])[:count], found)

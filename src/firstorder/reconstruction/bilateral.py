@@ -1,0 +1,164 @@
+"""An image from few samples, kept apart where depth or normal says so: a cross-bilateral filter.
+
+    I(p) = sum_i w_i I_i / sum_i w_i
+    w_i = exp(-|p - p_i|^2 / 2 h^2 - (z - z_i)^2 / 2 (sigma_z z)^2 - |n - n_i|^2 / 2 sigma_n^2)
+
+over the samples nearest to a pixel, with the width h given pixel by pixel: as wide as the samples
+are far apart where a bandwidth placed them. Depth and normal are cheap and known at every pixel;
+shading is dear. Beside what is sampled densely the nearest samples may all lie on another surface:
+where depth and normal of none are alike, more of them are looked at. Where nothing is, weights are
+tiny, not zero: their ratios decide, so that no pixel is left without a value.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import scipy.spatial
+from jaxtyping import Array, Float
+
+from firstorder.errors import check_finite, check_not_negative, check_positive
+
+BLOCK = 65536  # pixels at a time
+ALIKE = 4.0  # sum of squares of depth and normal, in spreads, within which a sample is like a pixel
+MORE = 8  # times as many neighbours, where none is alike; twice
+
+
+def widths(
+    density: Float[np.ndarray | Array, "w h"], count: int, factor: float = 0.7
+) -> Float[np.ndarray, "w h"]:
+    """Widths of the filter: `factor` times the distance of samples at this density [pixels].
+
+    Args:
+        density: that placed the samples, of any unit, not negative.
+        count: of samples.
+        factor: the blur that is accepted for a smooth picture.
+
+    Raises:
+        ValueError: for a density that is negative somewhere or zero everywhere, or a count or
+            factor that is not positive.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.reconstruction.bilateral import widths
+        >>> widths(np.ones((10, 10)), 25, 1.0)[0, 0].item()  # one sample for four pixels
+        2.0
+    """
+    check_positive("count", count)
+    check_positive("factor", factor)
+    density = np.asarray(density, float)
+    check_not_negative("density", density)
+    if not np.any(density):
+        raise ValueError("Argument `density` must be positive somewhere, but is zero everywhere.")
+    share = np.clip(density * (count / np.sum(density)), 1.0 / density.size, 1.0)
+    return factor / np.sqrt(share)
+
+
+def cross_bilateral(
+    p: Float[np.ndarray, "n 2"],
+    value: Float[np.ndarray, " n"],
+    width: Float[np.ndarray, "w h"],
+    depth: Float[np.ndarray, "w h"],
+    normal: Float[np.ndarray, "w h 3"],
+    *,
+    depth_share: float = 0.05,
+    normal_spread: float = 0.25,
+    neighbours: int = 24,
+    shows: tuple[Float[np.ndarray, " n"], Float[np.ndarray, "n 3"]] | None = None,
+) -> Float[np.ndarray, "w h"]:
+    """Values at all pixels from samples at some.
+
+    Args:
+        p: places of the samples, inside the image [pixels].
+        value: there.
+        width: h at every pixel [pixels].
+        depth: distance from the eye at every pixel; any positive number for the sky.
+        normal: unit vectors, zeros for the sky.
+        depth_share: sigma_z.
+        normal_spread: sigma_n.
+        neighbours: samples that count for a pixel; all, if there are fewer. Up to 64 times as many
+            where none of them is alike.
+        shows: depth and normal of the samples; those of their pixels, if left out.
+
+    Raises:
+        ValueError: for widths, depths or spreads that are not positive, or without samples.
+
+    Reference: D05 §6.2, after Tomasi and Manduchi 1998.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.reconstruction.bilateral import cross_bilateral
+        >>> depth = np.where(np.arange(8) < 4, 1.0, 2.0)[:, None] + np.zeros(8)  # a step
+        >>> up = np.zeros((8, 8, 3)) + (0.0, 0.0, 1.0)
+        >>> p = np.array([(2.5, 4.5), (5.5, 4.5)])
+        >>> found = cross_bilateral(p, np.array([3.0, 7.0]), np.full((8, 8), 4.0), depth, up)
+        >>> found[:, 0].round(6).tolist()
+        [3.0, 3.0, 3.0, 3.0, 7.0, 7.0, 7.0, 7.0]
+    """
+    for name, number in (("depth_share", depth_share), ("normal_spread", normal_spread),
+                         ("width", width), ("depth", depth)):  # fmt: skip
+        check_positive(name, number)
+    check_finite("value", value)
+    if not len(p):
+        raise ValueError("Argument `p` must have at least one sample, but has none.")
+    shape = depth.shape
+    i, j = np.minimum(p.astype(int), np.array(shape) - 1).T
+    theirs = (depth[i, j], normal[i, j]) if shows is None else shows
+    x, y = (np.arange(n) + 0.5 for n in shape)
+    at = np.stack(np.meshgrid(x, y, indexing="ij"), -1).reshape(-1, 2)
+    own = depth.ravel(), normal.reshape(-1, 3)
+    tree, spreads = scipy.spatial.KDTree(p), (depth_share, normal_spread)
+    known = _Known(tree, value, theirs, at, own, width.ravel(), spreads)
+    return known.image(neighbours).reshape(shape)
+
+
+class _Known(NamedTuple):
+    """Samples and pixels, each with depth and normal.
+
+    Attributes:
+        tree: of the samples' places.
+        value: of the samples.
+        theirs: depths and normals of the samples.
+        at: places of the pixels.
+        own: depths and normals of the pixels.
+        width: h of the pixels.
+        spreads: sigma_z and sigma_n.
+    """
+
+    tree: scipy.spatial.KDTree
+    value: np.ndarray
+    theirs: tuple[np.ndarray, np.ndarray]
+    at: np.ndarray
+    own: tuple[np.ndarray, np.ndarray]
+    width: np.ndarray
+    spreads: tuple[float, float]
+
+    def image(self, neighbours: int) -> np.ndarray:
+        """Values of all pixels, in blocks; from more neighbours where none is alike."""
+        count, out = len(self.value), np.empty(len(self.at))
+        rest, k, block = np.arange(len(self.at)), neighbours, BLOCK
+        for _ in range(3):
+            left = []
+            for begin in range(0, len(rest), block):
+                some = rest[begin : begin + block]
+                out[some], alike = self.look(some, min(k, count))
+                left.append(some[~alike])
+            rest = np.concatenate(left) if left else rest
+            if k >= count:
+                break
+            k, block = k * MORE, block // MORE
+        return out
+
+    def look(self, rows: np.ndarray, k: int) -> tuple[np.ndarray, np.ndarray]:
+        """Values of some pixels, and whether any of the k nearest samples is alike."""
+        (z, n), (z_i, n_i), (share, spread) = self.own, self.theirs, self.spreads
+        far, near = self.tree.query(self.at[rows], np.arange(1, k + 1), workers=-1)
+        unlike = ((z[rows, None] - z_i[near]) / (share * z[rows, None])) ** 2
+        unlike += np.sum((n[rows, None] - n_i[near]) ** 2, -1) / spread**2
+        exponent = (far / self.width[rows, None]) ** 2 + unlike
+        w = np.exp(-0.5 * (exponent - np.min(exponent, 1, keepdims=True)))
+        return np.sum(w * self.value[near], 1) / np.sum(w, 1), np.min(unlike, 1) < ALIKE
+
+
+__all__ = ["cross_bilateral", "widths"]

@@ -1,0 +1,172 @@
+"""Whole images of the renderer: tiles that survive, layers in an EXR file, a picture beside it."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import pathlib
+from collections.abc import Mapping, Sequence
+
+import jax
+import numpy as np
+from jaxtyping import Float
+
+from firstorder.errors import check_positive
+from firstorder.imaging.area_lights import Lamp
+from firstorder.io.layers import write_layers
+from firstorder.io.scenes.space_toml import Space
+from firstorder.io.scenes.surface_maps import Coat, finish_of
+from firstorder.rendering.renderer import Renderer, World
+from firstorder.rendering.tiles import render_tiles
+from firstorder.space.scene import Scene
+from firstorder.space.shapes.kinds import KINDS, Rectangles, Shape
+from firstorder.space.skies import ConstantSky
+
+
+def image_coordinates(p: Float[np.ndarray, "n 2"], width: int, height: int):
+    """Of places in pixels: u from -1 to 1 across, v as long a unit upwards."""
+    return (2.0 * np.asarray(p, float) - (width, height)) / width
+
+
+def render(
+    world: World,
+    width: int,
+    height: int,
+    folder: str | os.PathLike[str],
+    *,
+    passes: int = 1,
+    side: int = 64,
+    key: str = "",
+    out: str | os.PathLike[str] | None = None,
+    quiet: bool | None = None,
+) -> dict[str, Float[np.ndarray, "w h"]]:
+    """A whole image, by tiles that are kept: killed at any time, the same call goes on.
+
+    After every pass the picture so far is written.
+
+    Args:
+        world: what is seen.
+        width: of the image [pixels].
+        height: of the image [pixels].
+        folder: for the tiles; of this image alone.
+        passes: over the image, each with other nodes of the light.
+        side: of a tile [pixels].
+        key: what the world is, in words: a folder of another key is refused.
+        out: an .exr file for all layers; a tone-mapped .png is written beside it.
+        quiet: as in `rendering.tiles.render_tiles`.
+
+    Returns:
+        Layers by name (`Renderer.layers`), the mean over passes.
+
+    Raises:
+        ValueError: if the folder holds tiles of another image.
+    """
+    for name, number in (("width", width), ("height", height)):
+        check_positive(name, number)
+    made = Renderer(world)
+
+    def shade(places, number):
+        return made.layers(image_coordinates(places, width, height), number)
+
+    def show(layers, number):
+        if out is not None:
+            write_image(out, layers)
+
+    return render_tiles(
+        shade, width, height, folder, side=side, passes=passes, key=key, after_pass=show,
+        quiet=quiet,
+    )  # fmt: skip
+
+
+def write_image(path: str | os.PathLike[str], layers: Mapping[str, np.ndarray]) -> None:
+    """Layers as an .exr file, and `value` as a picture of the same name beside it.
+
+    Args:
+        path: ends in .exr.
+        layers: by name, first axis across; `value` among them.
+    """
+    from firstorder.plotting.pictures import write_picture
+
+    write_layers(path, layers)
+    write_picture(pathlib.Path(path).with_suffix(".png"), layers["value"])
+
+
+def world_of(space: Space, nodes: int = 12, sky_rows: int = 12, sky_nodes: str = "even") -> World:
+    """What a scene file describes, ready to be rendered: rectangles that emit become lamps.
+
+    Args:
+        space: as `io.read_space` gives it.
+        nodes: of a lamp, along each edge.
+        sky_rows: of the sky's nodes.
+        sky_nodes: where they stand, as in `World`.
+
+    Raises:
+        ValueError: if there is no camera, or something emits that is no rectangle or has a coat.
+    """
+    if space.camera is None:
+        raise ValueError("Argument `space` must have a camera to be rendered, but has none.")
+    lamps, things, worn = [], [], []
+    coats = space.coats or (Coat(),) * (len(space.things) + len(space.models))
+    for one, coat in zip(space.things, coats, strict=False):
+        L = np.asarray(one.material.emission)
+        if not np.any(L):
+            things.append(one)
+            worn.append(coat)
+            continue
+        if coat.names:
+            raise ValueError(
+                "Argument `space` must have lamps without textures, bumps and normal maps, "
+                f"but {one.name or 'one of them'!r} has some."
+            )
+        if not isinstance(one.shape, Rectangles) or np.any(L[:, 1]):
+            raise ValueError(
+                "Argument `space` must have lamps that are rectangles which emit from their "
+                f"fronts, but {one.name or 'one of them'!r} is another."
+            )
+        for center, axes, (front, _) in zip(one.shape.center, one.shape.axes, L, strict=True):
+            lamps.append(Lamp(center, axes[:, 0], axes[:, 1], front, nodes, True))
+    if any(np.any(np.asarray(m.material.get("emission", 0.0))) for m in space.models):
+        raise ValueError("Argument `space` must have meshes that do not emit, but one does.")
+    sky = space.sky
+    if not callable(sky):
+        sky = ConstantSky(sky) if float(sky) > 0.0 else None
+    scene = Scene.of(*things) if things else None
+    own = _numbers([thing.shape for thing in things], len(space.models))
+    finish = finish_of(list(zip(own, [*worn, *coats[len(space.things) :]], strict=True)))
+    return World(space.camera, scene, space.models, tuple(lamps), sky, sky_rows, sky_nodes, finish)
+
+
+def _numbers(shapes: Sequence[Shape], models: int) -> list[tuple[int, ...]]:
+    """Of some shapes, as a scene counts them, kind by kind; and then of models."""
+    found, first = {}, 0
+    for kind in KINDS:
+        for k, shape in enumerate(shapes):
+            if isinstance(shape, kind):
+                found[k] = tuple(range(first, first + shape.count))
+                first += shape.count
+    return [*(found[k] for k in range(len(shapes))), *((first + k,) for k in range(models))]
+
+
+def fingerprint(space: Space) -> str:
+    """Letters that change with any number of a scene, those of the files that it names included.
+
+    Args:
+        space: as `io.read_space` gives it.
+
+    Example:
+        >>> from firstorder.rendering.image_files import fingerprint
+        >>> from firstorder.io.scenes.space_toml import Space
+        >>> fingerprint(Space((), sky=0.5)) == fingerprint(Space((), sky=0.6))
+        False
+    """
+    things = [(t.shape, t.name, t.material) for t in space.things]
+    models = [(m.mesh.vertices, m.mesh.faces, m.name, m.material, m.uv) for m in space.models]
+    # What kind of coat is on what, and whether a picture repeats, is no number.
+    found = hashlib.sha256(str(jax.tree.structure(space.coats)).encode())
+    for leaf in jax.tree.leaves((things, models, space.sky, space.camera, space.coats)):
+        a = np.asarray(leaf)
+        found.update(f"{a.dtype} {a.shape} ".encode() + a.tobytes())
+    return found.hexdigest()[:16]
+
+
+__all__ = ["fingerprint", "image_coordinates", "render", "world_of", "write_image"]

@@ -1,0 +1,400 @@
+"""A small renderer: what R07's sampling of images, and whoever wants to look, needs of one.
+
+Meshes and analytic shapes, one bounce of near lamps and of a sky with soft shadows, diffuse and
+glossy lobes, bumps, normal maps and textures (`imaging.pixels.Finish`); every pixel comes with its
+gradient, with what moving shadows add, and with R07's terms. Meshes are met by Embree, analytic
+shapes in JAX; what is found is shaded by the one code there is (`imaging.pixels.shade_point`).
+
+Things are numbered: shapes of the scene, then models, then lamps. Light that was reflected before
+does not arrive; lamps hide nothing and are seen as they are.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float, Int
+
+from firstorder.imaging.area_lights import Lamp, Light
+from firstorder.imaging.camera import Pinhole
+from firstorder.imaging.facets import facets, look_at_facet
+from firstorder.imaging.pixels import Finish, Pixels, hidden_at, look, scattered, shade_point
+from firstorder.imaging.sky_lights import CosineSky, nodes_of, turned_to
+from firstorder.io.meshes import Embree
+from firstorder.io.scenes.space_toml import Model
+from firstorder.rendering.blocks import beside_seen, in_blocks
+from firstorder.scene.primitives import joined
+from firstorder.space.intersect import nearest
+from firstorder.space.meshes.mesh import mesh
+from firstorder.space.scene import Material, Scene, thing
+from firstorder.space.shapes.build import sphere
+from firstorder.space.shapes.kinds import Rectangles
+
+BLOCK = 256  # pixels of one compiled size: nodes of all lamps are kept for each
+RAYS = 4096  # primary rays at a time
+# A shadow ray starts this far in front of a face, in sizes of all meshes: single precision.
+OFF = 1e-5
+
+
+class World(NamedTuple):
+    """What is rendered.
+
+    Attributes:
+        camera: the eye.
+        scene: analytic shapes, or None.
+        models: meshes with materials.
+        lamps: near light.
+        sky: distant light, a function of the direction; None for none.
+        sky_rows: of its nodes; twice as many columns.
+        sky_nodes: "even", "cosine" or "luminance" (`skylit.nodes_of`); shadows move over two.
+        finish: bumps and textures, by number of the thing.
+        normals: of each model, at its vertices; None for `vertex_normals`.
+    """
+
+    camera: Pinhole
+    scene: Scene | None = None
+    models: tuple[Model, ...] = ()
+    lamps: tuple[Lamp, ...] = ()
+    sky: Any = None
+    sky_rows: int = 12
+    sky_nodes: str = "even"
+    finish: Finish | None = None
+    normals: tuple[Any, ...] | None = None
+
+    @property
+    def shapes(self) -> int:
+        """How many analytic shapes there are; models are counted from there."""
+        return 0 if self.scene is None else self.scene.count
+
+
+@dataclasses.dataclass(frozen=True)
+class Seen:
+    """What primary rays meet.
+
+    Attributes:
+        index: number of the thing, -1 for the sky.
+        face: of all models' faces, -1 if it is no model.
+        distance: from the eye, infinity for the sky [m].
+    """
+
+    index: Int[np.ndarray, " n"]
+    face: Int[np.ndarray, " n"]
+    distance: Float[np.ndarray, " n"]
+
+
+class Renderer:
+    """Pixels of a world, a few or all.
+
+    Args:
+        world: what is seen.
+
+    Raises:
+        ValueError: if there is nothing to see, or no light.
+        ModuleNotFoundError: for models, without the extra `mesh`.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.rendering.renderer import Renderer, World
+        >>> from firstorder.space import Scene, plane, thing
+        >>> from firstorder.imaging.camera import pinhole
+        >>> from firstorder.imaging.area_lights import Lamp
+        >>> floor = Scene.of(thing(plane((0, 0, 0), (0, 0, 1)), albedo=0.5))
+        >>> lamp = Lamp((0, 0, 2), (0, 1, 0), (1, 0, 0), count=4, even=True)
+        >>> camera = pinhole((0.0, -2.0, 2.0), (0.0, 0.0, 0.0))
+        >>> found, index = Renderer(World(camera, floor, lamps=(lamp,))).pixels(np.zeros((1, 2)))
+        >>> index.tolist(), bool(found.value[0] > 0.05)
+        ([0], True)
+    """
+
+    def __init__(self, world: World):
+        if world.scene is None and not world.models:
+            raise ValueError("Argument `world` must have a shape or a model, but has none.")
+        if not world.lamps and world.sky is None:
+            raise ValueError("Argument `world` must have a lamp or a sky, but has none.")
+        self.world = world
+        self.lights = self.lights_of(0)
+        self._facets, self._embree, self._size = None, None, 0.0
+        rows = [] if world.scene is None else [world.scene.material]
+        if world.models:
+            self._add_models()
+            rows += [thing(sphere((0, 0, 0), 1.0), **m.material).material for m in world.models]
+        self._material: Material = joined(rows)
+        lamps = [thing(_shade_of(lamp), emission=lamp.radiance) for lamp in world.lamps]
+        self._lamps = Scene.of(*lamps) if lamps else None
+
+    def _add_models(self) -> None:
+        """One tree of Embree's over all faces, and their corners as JAX wants them."""
+        world, first = self.world, 0
+        normals = world.normals or (None,) * len(world.models)
+        parts, vertices, faces = [], [], []
+        for k, (model, n) in enumerate(zip(world.models, normals, strict=True)):
+            number = np.full(model.mesh.count, world.shapes + k)
+            parts.append(facets(model.mesh, n, number, model.uv))
+            vertices.append(np.asarray(model.mesh.vertices))
+            faces.append(np.asarray(model.mesh.faces) + first)
+            first += len(vertices[-1])
+        self._facets = jax.tree.map(lambda *a: jnp.concatenate(a), *parts)
+        whole = mesh(np.concatenate(vertices), np.concatenate(faces))
+        self._embree, self._size = Embree(whole), whole.size
+        ends = np.asarray(whole.vertices)
+        self._middle = 0.5 * (ends.min(0) + ends.max(0))
+        self._part = np.asarray(self._facets.part)
+
+    def lights_of(self, number: int) -> tuple[Light | CosineSky, ...]:
+        """The light as a pass of the image sees it: even nodes, moved within their cells.
+
+        Args:
+            number: of the pass; nodes of 0 stand in the middles, of 1 and 2 (and on) opposite.
+        """
+        # The most irrational pair of numbers fills a cell evenly; what is odd cancels in pairs.
+        step = (number + 1) // 2 * np.array([0.7548776662466927, 0.5698402909980532])
+        shift = (np.modf(0.5 + step)[0] - 0.5) * (1 if number % 2 else -1)
+        lights: list[Any] = [
+            eqx.tree_at(lambda a: a.shift, lamp, jnp.asarray(shift)) if lamp.even else lamp
+            for lamp in self.world.lamps
+        ]
+        if (world := self.world).sky is not None:
+            lights.append(nodes_of(world.sky, world.sky_nodes, world.sky_rows, tuple(shift)))
+        return tuple(lights)
+
+    # --- what is seen ----------------------------------------------------------------------------
+
+    def seen(self, p: Float[np.ndarray, "n 2"]) -> Seen:
+        """What each image coordinate shows."""
+        world, p = self.world, np.asarray(p, float)
+        index, face = np.full(len(p), -1), np.full(len(p), -1)
+        t = np.full(len(p), np.inf)
+        eye = np.asarray(world.camera.eye)
+        d = in_blocks(lambda q: _directions(world.camera, q), RAYS, p)
+
+        def closer(scene, first):
+            far, number = in_blocks(lambda w: _met(scene, eye, w), RAYS, d)
+            here = far < t
+            index[here], t[here] = number[here] + first, far[here]
+
+        if world.scene is not None:
+            closer(world.scene, 0)
+        if self._embree is not None:
+            hits = self._embree.nearest(np.broadcast_to(eye, d.shape), d)
+            here = hits.t < t
+            face[here], t[here] = hits.face[here], hits.t[here]
+            index[here] = self._part[hits.face[here]]
+        if self._lamps is not None:
+            before = index.copy()
+            closer(self._lamps, world.shapes + len(world.models))
+            face[index != before] = -1
+        return Seen(index, face, t)
+
+    # --- what it sends ---------------------------------------------------------------------------
+
+    def pixels(
+        self,
+        p: Float[np.ndarray, "n 2"],
+        *,
+        seen: Seen | None = None,
+        shadows: bool = True,
+        gradients: bool = True,
+        lights: Sequence[Light | CosineSky] | None = None,
+    ) -> tuple[Pixels, Int[np.ndarray, " n"]]:
+        """Pixels at image coordinates, and what each shows; zeros for lamps and for the sky.
+
+        Args:
+            p: image coordinates.
+            seen: what they show, if that is known.
+            shadows: whether rays are traced to the lights.
+            gradients: whether more than the value is wanted; the rest is zero if not.
+            lights: those of pass 0, if left out.
+        """
+        p = np.asarray(p, float)
+        seen = self.seen(p) if seen is None else seen
+        lights = self.lights if lights is None else tuple(lights)
+        lit = np.flatnonzero((seen.index >= 0) & (seen.index < self.world.shapes + self._models))
+        fill = np.resize(lit, len(lit) + (-len(lit)) % BLOCK).reshape(-1, BLOCK)
+        parts = [self._shaded(p[r], seen.index[r], seen.face[r], lights, shadows, gradients)
+                 for r in fill]  # fmt: skip
+        return scattered(parts, lit, len(p)), seen.index
+
+    @property
+    def _models(self) -> int:
+        return len(self.world.models)
+
+    def _shaded(self, p, index, face, lights, shadows: bool, gradients: bool) -> Pixels:
+        """One block."""
+        world = self.world
+        given = (world.scene, self._facets, self._material, world.camera, world.finish)
+        given = (*given, *(jnp.asarray(a) for a in (p, index, face)))
+        hidden = None
+        if shadows:
+            x, up, ways = (jax.tree.map(np.asarray, a) for a in _starts(given, lights))
+            hidden = [
+                self._hidden(x, up, *way, light, gradients)
+                for light, way in zip(lights, ways, strict=True)
+            ]
+        run = _pixels if gradients else _values
+        return jax.tree.map(np.asarray, run(given, lights, hidden))
+
+    def _hidden(self, x, up, way, area, t, light: Light | CosineSky, depths: bool):
+        """Which nodes are seen from a block of points, and where the others are hidden.
+
+        Visibility is asked in single precision. How far away a blocker is only counts beside its
+        edge, and is asked of two nodes there, in double.
+        """
+        far = np.sqrt(np.sum(way * way, -1))
+        if self._embree is not None:
+            # What comes from below a surface, or leaves a lamp backwards, is no light.
+            some = (np.einsum("nki,ni->nk", way, up) > 0.0) & (np.sum(area * way, -1) < 0.0)
+            row, node = np.nonzero(some)
+            start, along = x[row] + OFF * self._size * up[row], way[row, node]
+            if not light.near:
+                beyond = np.linalg.norm(x - self._middle, axis=1) + self._size
+                along = along * (beyond[row] / far[row, node])[:, None]
+            met = self._embree.between(start, start + along)
+            row, node, start, along = row[met], node[met], start[met], along[met]
+            at = 0.5 * far[row, node]  # somewhere on the way
+            if depths:
+                whole = t < (far if light.near else np.inf)  # what is behind a lamp hides nothing
+                whole[row, node] = True
+                edge = beside_seen(whole.reshape(-1, *light.shape), light.wraps).reshape(t.shape)
+                edge = edge[row, node]
+                share = self._embree.nearest(start[edge], along[edge]).t
+                length = np.sqrt(np.sum(along[edge] ** 2, -1))
+                at[edge] = np.where(np.isfinite(share), share * length, at[edge])
+            t = t.copy()
+            t[row, node] = np.minimum(t[row, node], at)
+        seen, depth = hidden_at(jnp.asarray(t), jnp.asarray(far), light.near)
+        return np.asarray(seen), np.asarray(depth)
+
+    def layers(self, p: Float[np.ndarray, "n 2"], number: int = 0) -> dict[str, np.ndarray]:
+        """Everything that is known of pixels, by name, as an EXR file has it.
+
+        `value` and `grad.u`, `grad.v` (per unit of the image), `shadow.u`, `shadow.v` (the part of
+        the gradient that moving shadows make), R07's `SV`, `DV`, `CV`, `CDV` of both lobes and,
+        with `.diffuse` and `.glossy`, apart; `index` and `distance`.
+
+        Args:
+            p: image coordinates.
+            number: of the pass.
+        """
+        seen = self.seen(p)
+        found, index = self.pixels(p, seen=seen, lights=self.lights_of(number))
+        value, gradient = np.array(found.value), np.asarray(found.gradient + found.edges)
+        shadow = np.asarray(found.edges)
+        lamps = index >= self.world.shapes + self._models
+        if np.any(lamps):
+            value[lamps] = self._emitted(p[lamps], index[lamps])
+        sky = index < 0
+        if np.any(sky) and self.world.sky is not None:
+            value[sky], gradient[sky] = in_blocks(
+                lambda q: _sky(self.world.sky, self.world.camera, q), RAYS, p[sky]
+            )
+        layers: dict[str, np.ndarray] = {
+            "value": value,
+            "grad.u": gradient[:, 0],
+            "grad.v": gradient[:, 1],
+        }
+        layers |= {"shadow.u": shadow[:, 0], "shadow.v": shadow[:, 1]}
+        for name in ("SV", "DV", "CV", "CDV"):
+            both = np.asarray(getattr(found, name))
+            layers |= {name: both.max(-1) if name == "CV" else both.sum(-1)}
+            layers |= {f"{name}.diffuse": both[:, 0], f"{name}.glossy": both[:, 1]}
+        far = np.where(np.isfinite(seen.distance), seen.distance, 0.0)
+        layers |= {"cosine": np.asarray(found.cosine), "curvature": np.asarray(found.curvature)}
+        return layers | {"index": index.astype(float), "distance": far}
+
+    def _emitted(self, p, index) -> np.ndarray:
+        """Of lamps: of their fronts."""
+        first = self.world.shapes + self._models
+        d = in_blocks(lambda q: _directions(self.world.camera, q), RAYS, p)
+        lamps = self.world.lamps
+        normal = np.array([np.cross(lamp.u, lamp.v) for lamp in lamps])[index - first]
+        radiance = np.array([float(lamp.radiance) for lamp in lamps])[index - first]
+        return np.where(np.sum(d * normal, -1) < 0.0, radiance, 0.0)
+
+
+# --- compiled parts ------------------------------------------------------------------------------
+
+
+@eqx.filter_jit
+def _directions(camera: Pinhole, p):
+    return jax.vmap(camera.direction)(p)
+
+
+@eqx.filter_jit
+def _met(scene: Scene, origins, along, on=-1):
+    hits = nearest(scene, jnp.broadcast_to(origins, along.shape), along, on)
+    return hits.t, hits.index
+
+
+@eqx.filter_jit
+def _sky(sky, camera: Pinhole, p):
+    return jax.vmap(jax.value_and_grad(lambda p: sky(camera.direction(p))))(p)
+
+
+def _looked(given):
+    """Points of shapes and of models; both are made, and the one that is there is kept."""
+    scene, known, material, camera, finish, p, index, face = given
+
+    def one(p, i, f):
+        if scene is None:
+            return look_at_facet(known, material, camera, p, f, finish)
+        if known is None:
+            return look(scene, camera, p, i, finish)
+        shape = look(scene, camera, p, jnp.where(f < 0, i, 0), finish)
+        facet = look_at_facet(known, material, camera, p, jnp.maximum(f, 0), finish)
+        return jax.tree.map(lambda a, b: jnp.where(f < 0, a, b), shape, facet)
+
+    return jax.vmap(one)(p, index, face)
+
+
+@eqx.filter_jit
+def _starts(given, lights):
+    """Where shadow rays start, the side on which they leave, and what is known of all nodes.
+
+    That is for each light: ways, area vectors, and where a shape is met [m], infinity for none.
+    """
+    scene, index, face = given[0], *given[-2:]
+    at = _looked(given)
+    x = at.point.position
+    up = jax.vmap(lambda point: point.base_normal)(at.point)
+
+    def ways(light):
+        way, area = jax.vmap(lambda x, n: turned_to(light, n).toward(x))(x, up)
+        way, area = (jnp.broadcast_to(a, (len(x), *a.shape[-2:])) for a in (way, area))
+        if scene is None:
+            return way, area, jnp.full(way.shape[:2], jnp.inf)
+        flat = way.reshape(-1, 3)
+        on = jnp.repeat(jnp.where(face < 0, index, -1), way.shape[1])
+        start = jnp.repeat(x, way.shape[1], 0)
+        along = flat / jnp.sqrt(jnp.sum(flat**2, -1, keepdims=True))
+        return way, area, nearest(scene, start, along, on).t.reshape(way.shape[:2])
+
+    return x, up, [ways(light) for light in lights]
+
+
+@eqx.filter_jit
+def _pixels(given, lights, hidden) -> Pixels:
+    return jax.vmap(lambda at, hidden: shade_point(at, lights, hidden))(_looked(given), hidden)
+
+
+@eqx.filter_jit
+def _values(given, lights, hidden) -> Pixels:
+    """The value alone: what nobody asks for is not computed."""
+    found = _pixels(given, lights, hidden)
+    zeros = jax.tree.map(jnp.zeros_like, found)
+    return eqx.tree_at(lambda a: a.value, zeros, found.value)
+
+
+def _shade_of(lamp: Lamp) -> Rectangles:
+    u, v = np.asarray(lamp.u), np.asarray(lamp.v)
+    n = np.cross(u, v)
+    axes = np.stack([u, v, n / np.linalg.norm(n)], -1)
+    return Rectangles(jnp.asarray(lamp.center)[None], jnp.asarray(axes)[None])
+
+
+__all__ = ["Renderer", "Seen", "World"]

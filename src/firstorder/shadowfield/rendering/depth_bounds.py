@@ -1,0 +1,136 @@
+"""Between which depths the blockers of each receiver lie, as far as traced rays tell.
+
+A blocker at lateral p and depth z can come between the lamp and a pixel at (X, d1) if p lies in the
+frustum of both: `|p - X t| <= half (1 - t) + pixel t / 2`, `t = z / d1 < 1`, on both axes. What a
+ray from below the receiver meets within `rays.LEVEL` above it may be the receiver's own surface,
+and does not count. What rays of its own level meet there does.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.ndimage
+from jaxtyping import Float
+
+from firstorder.errors import check_positive
+from firstorder.shadowfield.rendering.culling import narrowed
+from firstorder.shadowfield.rendering.ray_table import LEVEL, LampFrame, RayTable, where_below
+
+GROUP = 64  # receivers that are searched at once
+HAIR = 1e-9  # what rounding may move a place on a frustum's side [m]
+
+Numbers = Float[np.ndarray, " n"]
+
+
+def depth_bounds(
+    lamp: LampFrame, table: RayTable, receivers: Float[np.ndarray, "m 3"], pixel: float
+) -> tuple[Numbers, Numbers]:
+    """Depths of the first and last blockers that the table knows before each receiver [m].
+
+    Those in the frustum between the lamp and the whole pixel count: one that ends in a point misses
+    blockers near the receiver, of which E11 Fig. 17 shows the marks.
+
+    Args:
+        lamp: the lamp.
+        table: the rays.
+        receivers: in the world [m].
+        pixel: side of a pixel on the receivers [m].
+
+    Returns:
+        Infinity and minus infinity where there is none; NaN for receivers that are nowhere or not
+        below the lamp.
+
+    Reference: E11 §5 and §7.
+    """
+    places = _places(table)
+    return where_below(
+        lamp, np.asarray(receivers, float), lambda at: _bounds(lamp, places, lamp.local(at), pixel)
+    )
+
+
+def _bounds(lamp: LampFrame, places, local, pixel: float) -> tuple[Numbers, Numbers]:
+    """First and last places before receivers in the lamp's frame, in groups of neighbours."""
+    columns = [np.ascontiguousarray(column) for column in places.T]  # one axis each: faster
+
+    def keep(rows, some):
+        """Whether places lie in the hull of the frusta: their sides are straight in t."""
+        at, z = local[rows], columns[2][some]
+        shallow, deep = z / at[:, 2].max(), np.minimum(z / at[:, 2].min(), 1.0)
+        inside = columns[3][some] < at[:, 2].max()
+        for axis in range(2):
+            p, half = columns[axis][some], lamp.half[axis]
+            low = at[:, axis].min() - 0.5 * pixel + half
+            high = at[:, axis].max() + 0.5 * pixel - half
+            inside &= p >= low * (deep if low < 0.0 else shallow) - half - HAIR
+            inside &= p <= high * (deep if high > 0.0 else shallow) + half + HAIR
+        return inside
+
+    near, far = np.full(len(local), np.inf), np.full(len(local), -np.inf)
+    for rows, some in narrowed(local, len(places), keep, GROUP):
+        near[rows] = _first(lamp, local[rows], places[some], pixel, np.inf)
+        far[rows] = _first(lamp, local[rows], places[some[::-1]], pixel, -np.inf)
+    return near, far
+
+
+def _places(table: RayTable) -> Float[np.ndarray, "k 4"]:
+    """Where rays meet their first and last blockers, by depth; once if they are the same.
+
+    And the depth that receivers must exceed for it to come before them.
+    """
+    hidden = ~table.free
+    parts = []
+    for depth, some in ((table.near, hidden), (table.far, hidden & (table.far != table.near))):
+        z = depth[some].astype(float)
+        level = np.minimum(z / (1.0 - LEVEL), table.start[some] / (1.0 + LEVEL))
+        place = table.y[some] + table.v[some] * z[:, None]
+        parts.append(np.column_stack([place, z, np.maximum(z, level)]))
+    places = np.concatenate(parts)
+    return places[np.argsort(places[:, 2], kind="stable")]
+
+
+def _first(lamp, at, places, pixel: float, none: float) -> Numbers:
+    """Depth of the first of the places in each receiver's frustum: all in turn, till all have one.
+
+    Most receivers in shadow find theirs soon, and those in light have few places to look at.
+    """
+    found, left, start, step = np.full(len(at), none), np.arange(len(at)), 0, 64
+    while len(left) and start < len(places):
+        p = places[start : start + step]
+        t = p[:, 2] / at[left, 2, None]
+        edge = lamp.half * (1.0 - t[..., None]) + 0.5 * pixel * t[..., None]
+        off = abs(p[:, :2] - at[left, None, :2] * t[..., None])
+        inside = np.all(off <= edge, -1) & (p[:, 3] < at[left, 2, None])
+        some = np.any(inside, 1)
+        found[left[some]] = p[np.argmax(inside[some], 1), 2]
+        left, start, step = left[~some], start + step, 2 * step
+    return found
+
+
+def smoothed(
+    near: Float[np.ndarray, "w h"], far: Float[np.ndarray, "w h"], radius: int
+) -> tuple[Float[np.ndarray, "w h"], Float[np.ndarray, "w h"]]:
+    """Bounds of an image without jumps from pixel to pixel, of which filters would ring.
+
+    First the least and the largest within the radius, so that bounds stay bounds, then a Gaussian
+    of half of it. Pixels without blockers stay without unless others within the radius have some.
+
+    Args:
+        near: depths of first blockers, infinity for none [m].
+        far: of last ones, minus infinity for none [m].
+        radius: in pixels.
+
+    Reference: E11 §7 names the ringing and this cure.
+    """
+    check_positive("radius", radius)
+    size = 2 * radius + 1
+    low, high = scipy.ndimage.minimum_filter(near, size), scipy.ndimage.maximum_filter(far, size)
+    some = np.isfinite(low)
+    weight = scipy.ndimage.gaussian_filter(some.astype(float), 0.5 * radius)
+    found = []
+    for a, none in ((low, np.inf), (high, -np.inf)):
+        spread = scipy.ndimage.gaussian_filter(np.where(some, a, 0.0), 0.5 * radius)
+        found.append(np.where(some, spread / np.where(some, weight, 1.0), none))
+    return np.minimum(found[0], near), np.maximum(found[1], far)
+
+
+__all__ = ["depth_bounds", "smoothed"]

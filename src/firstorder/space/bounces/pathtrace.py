@@ -1,0 +1,340 @@
+r"""Light that has bounced a given number of times, by random paths: the brute-force reference.
+
+    E ~ (1/N) sum over paths of prod_j f cos / pdf  L_e                           (J12 eqs. 28, 29)
+
+At every vertex one light is sampled (next-event estimation), and the path's own direction meets
+lights by chance; both are weighted by their densities (balance heuristic). Boxes, cylinders and
+planes that shine, and the sky, are met by chance only. There is no roulette: a path has as many
+reflections as it is asked for, so a reference of the same depth has the same mean exactly.
+
+No silhouette, contour or derivative is used here, which is what makes it a reference. It has no
+gradients: paths jump.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, ArrayLike, Float, Int, PRNGKeyArray
+
+from firstorder.conventions import cylindrical
+from firstorder.numerics.vectors import cross, dot, frame, norm, times
+from firstorder.sampling.estimates import Estimate, Moments
+from firstorder.space.intersect import nearest, occluded
+from firstorder.space.receiver import Receiver
+from firstorder.space.scene import BACK, FRONT, Scene
+from firstorder.space.shapes.kinds import Discs, Ellipsoids, Rectangles, Triangles
+
+BATCH = 8192  # paths under way at a time
+
+Rows = Float[Array, "n 3"]
+
+
+class Vertex(NamedTuple):
+    """Where paths are: leading axis n.
+
+    Attributes:
+        position: [m].
+        normal: on the side from which the path came.
+        on: number of the shape, -1 for none.
+        back: unit vector to where the path came from; zero at a receiver.
+        albedo, specular, exponent: of the surface; a receiver's albedo is pi, so that its radiance
+            is its irradiance.
+    """
+
+    position: Rows
+    normal: Rows
+    on: Int[Array, " n"]
+    back: Rows
+    albedo: Float[Array, " n"]
+    specular: Float[Array, " n"]
+    exponent: Float[Array, " n"]
+
+
+# --- what the public asks for --------------------------------------------------------------------
+
+
+def path_irradiance(
+    scene: Scene,
+    at: Receiver,
+    key: PRNGKeyArray,
+    paths: int,
+    bounces: int = 0,
+    *,
+    next_event: bool = True,
+) -> Estimate:
+    """Irradiance by path tracing: light that was reflected at most `bounces` times.
+
+    Unbiased for that, with an error that falls as `paths^(-1/2)`.
+
+    Args:
+        scene: what shines and reflects.
+        at: receivers, one or a row of them.
+        key: of JAX.
+        paths: for each receiver, two or more; rounded up to whole batches.
+        bounces: the most reflections of a path; 0 for direct light.
+        next_event: whether lights are sampled at every vertex.
+
+    Returns:
+        Mean, standard error and number of paths, for each receiver [W/m^2].
+
+    Raises:
+        ValueError: if there are fewer than two paths, or bounces are negative.
+
+    Reference: J12 §4.3, eq. 29, in space.
+
+    Example:
+        >>> import jax
+        >>> from firstorder.space import receiver
+        >>> from firstorder.space.direct_lighting import irradiance
+        >>> from firstorder.space.library import j12_box
+        >>> from firstorder.space.bounces.pathtrace import path_irradiance
+        >>> scene, at = j12_box(), receiver((0.5, 0.5, 0.0), on=0)
+        >>> E = path_irradiance(scene, at, jax.random.key(0), 4096)
+        >>> bool(abs(E.z(irradiance(scene, at))) < 4)
+        True
+    """
+    shape = at.on.shape
+    position, normal = at.position.reshape(-1, 3), at.normal.reshape(-1, 3)
+    one = jnp.ones(position.shape[0], position.dtype)
+    start = Vertex(position, normal, jnp.asarray(at.on).reshape(-1), 0.0 * position, jnp.pi * one,
+                   0.0 * one, 0.0 * one)  # fmt: skip
+    zero = jnp.zeros_like(one)
+    return _run(scene, start, zero, key, paths, bounces, next_event, shape)
+
+
+def path_radiance(
+    scene: Scene,
+    origin: Float[ArrayLike, "*r 3"],
+    along: Float[ArrayLike, "*r 3"],
+    key: PRNGKeyArray,
+    paths: int,
+    bounces: int = 1,
+    *,
+    next_event: bool = True,
+) -> Estimate:
+    """Radiance that comes to a point against a direction, reflected at most `bounces` times.
+
+    Args:
+        scene: what shines and reflects.
+        origin: where the rays start [m].
+        along: unit vectors to where the light comes from.
+        key: of JAX.
+        paths: for each ray.
+        bounces: the most reflections of a path; 0 for what is emitted alone.
+        next_event: as in `path_irradiance`.
+
+    Returns:
+        Mean, standard error and number of paths, for each ray [W/(m^2 sr)].
+    """
+    origin, along = (jnp.asarray(a, dtype=jnp.result_type(float)) for a in (origin, along))
+    shape = along.shape[:-1]
+    origin = jnp.broadcast_to(origin, along.shape).reshape(-1, 3)
+    along = along.reshape(-1, 3)
+    vertex, there, L = _met(scene, origin, along, jnp.full(along.shape[0], -1))
+    if bounces == 0:
+        return Estimate(L.reshape(shape), jnp.zeros(shape), paths)
+    # A ray that meets nothing reflects nothing.
+    vertex = vertex._replace(
+        albedo=jnp.where(there, vertex.albedo, 0.0), specular=jnp.where(there, vertex.specular, 0.0)
+    )
+    return _run(scene, vertex, L, key, paths, bounces - 1, next_event, shape)
+
+
+def _run(scene, start: Vertex, emitted, key, paths: int, bounces: int, next_event, shape):
+    if paths < 2:
+        raise ValueError(f"Argument `paths` must be at least 2, but is {paths}.")
+    if bounces < 0:
+        raise ValueError(f"Argument `bounces` must not be negative, but is {bounces}.")
+    rows = start.on.shape[0]
+    lanes = min(paths, max(BATCH // rows, 1))
+    batches = -(-paths // lanes)
+    lights = _lights(scene) if next_event else ()
+    seen = _traced(scene, start, key, lanes, batches, bounces, lights)
+    mean, error = seen.mean + emitted, seen.error
+    return Estimate(mean.reshape(shape), error.reshape(shape), lanes * batches)
+
+
+# --- paths ---------------------------------------------------------------------------------------
+
+
+@eqx.filter_jit
+def _traced(scene: Scene, start: Vertex, key, lanes: int, batches: int, bounces: int, lights):
+    """All paths of all receivers, batch after batch."""
+    scene, start = jax.lax.stop_gradient((scene, start))
+    rows = start.on.shape[0]
+    first = jax.tree.map(lambda a: jnp.repeat(a, lanes, axis=0), start)
+    n, dtype = rows * lanes, start.position.dtype
+
+    def bounce(carry, key):
+        vertex, weight, value = carry
+        u = jax.random.uniform(key, (n, 6), dtype)
+        value = value + weight * _sampled(scene, vertex, u[:, 3:], lights)
+        along, factor, density = _scattered(vertex, u[:, :3])
+        met, there, L = _met(scene, vertex.position, along, vertex.on)
+        other = _light_density(scene, vertex.position, met, there, lights)
+        share = density / jnp.where(density > 0.0, density + other, 1.0)
+        value = value + weight * factor * share * L
+        weight = jnp.where(there, weight * factor, 0.0)
+        return (met, weight, value), None
+
+    def batch(seen: Moments, key):
+        one = jnp.ones(n, dtype)
+        keys = jax.random.split(key, bounces + 1)
+        (_, _, value), _ = jax.lax.scan(bounce, (first, one, 0.0 * one), keys)
+        return seen.add(value), None
+
+    none = Moments.none((n,), dtype)
+    seen, _ = jax.lax.scan(batch, none, jax.random.split(key, batches))
+    return jax.tree.map(lambda a: a.reshape(rows, lanes), seen).merged().estimate()
+
+
+def _met(scene: Scene, origin: Rows, along: Rows, on) -> tuple[Vertex, Array, Array]:
+    """What rays meet, whether they do, and what is emitted there (by the sky, if they do not)."""
+    hits = nearest(scene, origin, along, on)
+    there = hits.index >= 0
+    index = jnp.maximum(hits.index, 0)
+    point = origin + jnp.where(there, hits.t, 0.0)[:, None] * along
+    normal = jax.vmap(scene.normal)(index, point)
+    back = dot(normal, along) > 0.0
+    side = jnp.where(back, BACK, FRONT)
+    sky = jax.vmap(scene.sky)(along)
+    L = jnp.where(there, scene.material.emission[index, side], sky)
+    m = scene.material
+    vertex = Vertex(point, jnp.where(back[:, None], -normal, normal), hits.index, -along,
+                    m.albedo[index, side], m.specular[index], m.exponent[index])  # fmt: skip
+    return vertex, there, L
+
+
+# --- surfaces ------------------------------------------------------------------------------------
+
+
+def _mirrored(here: Vertex) -> Rows:
+    return 2.0 * dot(here.normal, here.back)[:, None] * here.normal - here.back
+
+
+def _brdf(here: Vertex, along: Rows) -> tuple[Array, Array]:
+    """`f cos` of directions, and the density with which they are drawn."""
+    up = jnp.maximum(dot(along, here.normal), 0.0)
+    across = jnp.maximum(dot(along, _mirrored(here)), 0.0)
+    e = here.exponent
+    gloss = here.specular > 0.0
+    power = jnp.where(gloss, across ** jnp.maximum(e, 1e-6), 0.0)
+    f = here.albedo / jnp.pi + here.specular * (e + 2.0) / (2.0 * jnp.pi) * power
+    p = _glossy_share(here)
+    density = (1.0 - p) * up / jnp.pi + p * (e + 1.0) / (2.0 * jnp.pi) * power
+    return f * up, density
+
+
+def _glossy_share(here: Vertex) -> Array:
+    total = here.albedo + here.specular
+    return here.specular / jnp.where(total > 0.0, total, 1.0)
+
+
+def _scattered(here: Vertex, u: Float[Array, "n 3"]) -> tuple[Rows, Array, Array]:
+    """A direction, `f cos / density`, and the density."""
+    gloss = u[:, 0] < _glossy_share(here)
+    e = jnp.where(gloss, here.exponent, 1.0)
+    height = u[:, 1] ** (1.0 / (e + 1.0))
+    rho, phi = jnp.sqrt(jnp.maximum(1.0 - height**2, 0.0)), 2.0 * jnp.pi * u[:, 2]
+    axis = jnp.where(gloss[:, None], _mirrored(here), here.normal)
+    local = cylindrical(rho, phi, height)
+    along = times(frame(axis), local)
+    value, density = _brdf(here, along)
+    return (
+        along,
+        jnp.where(density > 0.0, value / jnp.where(density > 0.0, density, 1.0), 0.0),
+        density,
+    )
+
+
+# --- lights --------------------------------------------------------------------------------------
+
+
+def _lights(scene: Scene) -> tuple[int, ...]:
+    """Shapes that shine and whose surface can be sampled."""
+    bright = np.any(np.asarray(scene.material.emission) > 0.0, -1)
+    kinds = [type(group) for group in scene.groups for _ in range(group.count)]
+    fit = (Ellipsoids, Discs, Rectangles, Triangles)
+    return tuple(i for i, kind in enumerate(kinds) if bright[i] and kind in fit)
+
+
+def _area_density(scene: Scene, index: Int[Array, " n"], normal: Rows) -> Array:
+    """Density of a light's points by area, where its unit normal is known [1/m^2]."""
+
+    def one(index, normal):
+        def ask(shape):
+            # dA = |det A| |A^-T n| dA' on the canonical surface; A^-T n is along the normal.
+            det = jnp.abs(dot(shape.axes[:, 0], cross(shape.axes[:, 1], shape.axes[:, 2])))
+            if isinstance(shape, Ellipsoids):
+                # n = A^-T q / |A^-T q|, so |A^-T q| = 1 / |A^T n|.
+                stretch = det / norm(shape.axes.T @ normal)
+                return 1.0 / (4.0 * jnp.pi * stretch)
+            canonical = {Discs: jnp.pi, Rectangles: 4.0, Triangles: 0.5}.get(type(shape), 1.0)
+            return 1.0 / (canonical * norm(cross(shape.axes[:, 0], shape.axes[:, 1])))
+
+        return scene.ask(index, ask)
+
+    return jax.vmap(one)(index, normal)
+
+
+def _light_density(scene, origin: Rows, met: Vertex, there, lights) -> Array:
+    """Density by solid angle with which light sampling would have found what a ray met."""
+    if not lights:
+        return jnp.zeros_like(met.albedo)
+    sampled = jnp.any(met.on[:, None] == jnp.asarray(lights), -1) & there
+    way = met.position - origin
+    square = jnp.maximum(dot(way, way), jnp.finfo(way.dtype).tiny)
+    cosine = jnp.abs(dot(met.normal, met.back))
+    area = _area_density(scene, jnp.maximum(met.on, 0), met.normal) / len(lights)
+    return jnp.where(sampled, area * square / jnp.where(cosine > 0.0, cosine, 1.0), 0.0)
+
+
+def _sampled(scene: Scene, here: Vertex, u: Float[Array, "n 3"], lights) -> Array:
+    """Light from one sampled point of one light, weighted against meeting it by chance."""
+    if not lights:
+        return jnp.zeros_like(here.albedo)
+    pick = jnp.minimum((u[:, 0] * len(lights)).astype(jnp.int32), len(lights) - 1)
+    index = jnp.asarray(lights, jnp.int32)[pick]
+    point, normal = jax.vmap(lambda i, u: scene.ask(i, lambda s: _point_on(s, u)))(index, u[:, 1:])
+    way = point - here.position
+    length = norm(way)
+    along = way / jnp.where(length > 0.0, length, 1.0)[:, None]
+    value, chance = _brdf(here, along)
+    cosine = -dot(normal, along)
+    side = jnp.where(cosine > 0.0, FRONT, BACK)
+    L = scene.material.emission[index, side]
+    area = _area_density(scene, index, normal) / len(lights)
+    cosine = jnp.abs(cosine)
+    density = area * length**2 / jnp.where(cosine > 0.0, cosine, 1.0)
+    hidden = occluded(scene, here.position, point, here.on, index)
+    # A closed light hides its far side from outside.
+    total = density + chance
+    good = ~hidden & (cosine > 0.0) & (total > 0.0) & (index != here.on)
+    return jnp.where(good, value * L / jnp.where(total > 0.0, total, 1.0), 0.0)
+
+
+def _point_on(shape: Any, u: Float[Array, "2"]) -> tuple[Array, Array]:
+    """A point of a surface, uniform on the canonical shape, and the unit normal there."""
+    if isinstance(shape, Ellipsoids):
+        z, phi = 1.0 - 2.0 * u[0], 2.0 * jnp.pi * u[1]
+        rho = jnp.sqrt(jnp.maximum(1.0 - z * z, 0.0))
+        q = cylindrical(rho, phi, z)
+    elif isinstance(shape, Discs):
+        rho, phi = jnp.sqrt(u[0]), 2.0 * jnp.pi * u[1]
+        q = cylindrical(rho, phi, 0.0 * rho)
+    elif isinstance(shape, Triangles):
+        fold = u[0] + u[1] > 1.0
+        s, t = jnp.where(fold, 1.0 - u[0], u[0]), jnp.where(fold, 1.0 - u[1], u[1])
+        q = jnp.stack([s, t, 0.0 * s])
+    else:
+        q = jnp.stack([2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0, 0.0 * u[0]])
+    point = shape.world(q)
+    return point, shape.normal(point)
+
+
+__all__ = ["path_irradiance", "path_radiance"]

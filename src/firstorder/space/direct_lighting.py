@@ -1,0 +1,223 @@
+"""Net visibility and irradiance along silhouettes: exact, and so under differentiation.
+
+    E = sum over edges (L_left - L_right) contour + horizon
+
+with the contour integrals of `visibility.contour`. For shapes of constant radiance under a constant
+sky nothing else is needed: straight edges are closed forms, elliptic arcs smooth functions of their
+parameter. Points of the edges and the cuts between them are differentiable functions of receiver,
+blockers and lights, so automatic differentiation gives exact gradients and Hessians, shadow edges
+included. `boundary_gradient` is the contour form of the first one, for any radiance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from firstorder.errors import nan_unless
+from firstorder.numerics.vectors import dot, unit
+from firstorder.space.receiver import Receiver
+from firstorder.space.scene import BACK, FRONT, Scene
+from firstorder.space.silhouettes.edge_integrals import (
+    arc_angle,
+    arc_light,
+    segment_angle,
+    segment_light,
+)
+from firstorder.space.silhouettes.visible import Pieces, Sides, exposed
+from firstorder.visibility.contour import translation_rate
+
+# What is seen in a direction of the receiver's frame: number of the shape or -1, and the direction.
+Radiance = Callable[[Array, Array], Array]
+
+
+def net_visibility(scene: Scene, at: Receiver, nodes: int = 16) -> Float[Array, ""]:
+    """The solid angle of the sky that a receiver sees [sr].
+
+        B = integral over the hemisphere of V(w) dw
+
+    Valid when: the receiver is outside of all closed shapes; inside there is no answer but NaN.
+    An arc is given `nodes` Gauss-Legendre nodes between two cuts; the error falls geometrically.
+
+    Args:
+        scene: the blockers; what they emit does not count.
+        at: the receiver.
+        nodes: on each arc.
+
+    Reference: R07 §7.2, eq. 47.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.space import Scene, net_visibility, receiver, sphere, thing
+        >>> scene = Scene.of(thing(sphere((0.0, 0.0, 2.0), 1.0)))
+        >>> blocked = 2.0 * jnp.pi - net_visibility(scene, receiver((0.0, 0.0, 0.0)))
+        >>> print(round(float(blocked / (2.0 * jnp.pi)), 6))  # 1 - cos(30 degrees)
+        0.133975
+    """
+    found = exposed(scene, at)
+    seen = jnp.zeros(scene.count + 1, at.position.dtype).at[-1].set(1.0)
+    lines, arcs, level = _along(found, segment_angle, arc_angle, nodes)
+    total = found.lines.jump(seen) @ lines + found.rims.jump(seen) @ arcs
+    total = total + seen[found.above] @ level
+    # Regions about axes below the horizon may have counted the whole sphere.
+    whole = 4.0 * jnp.pi
+    total = total - whole * jnp.floor(jax.lax.stop_gradient(total + jnp.pi) / whole)
+    return nan_unless(found.sound, total)
+
+
+def irradiance(scene: Scene, at: Receiver, nodes: int = 16) -> Float[Array, ""]:
+    """Irradiance from shapes of constant radiance and a constant sky [W/m^2].
+
+        E = integral over the hemisphere of L(w) cos(theta) dw
+
+    Emitted light only: what shapes reflect is not gathered. Exact, shadow edges included, for the
+    value and for every derivative, in the receiver (`Receiver.moved`, `Receiver.tilted`) and in
+    all leaves of the scene.
+
+    Valid when: the sky is a number; the receiver is outside of all closed shapes (else NaN); shapes
+    of different radiance do not run into each other. Where two edges are in line derivatives are
+    one-sided.
+
+    Args:
+        scene: shapes and sky.
+        at: the receiver.
+        nodes: on each arc between two cuts.
+
+    Raises:
+        ValueError: if the sky is a function of direction.
+
+    Reference: J12 §7.1; R07 §7.3.
+
+    Example:
+        >>> import jax, jax.numpy as jnp
+        >>> from firstorder.space import Scene, irradiance, receiver, rectangle, thing
+        >>> lamp = rectangle((0.0, 0.0, 1.0), (0.0, 0.5, 0.0), (0.5, 0.0, 0.0))
+        >>> scene = Scene.of(thing(lamp, emission=1.0))
+        >>> at = receiver((0.5, 0.0, 0.0))
+        >>> E, dE_dx = jax.value_and_grad(lambda x: irradiance(scene, at.moved(x)))(jnp.zeros(2))
+        >>> print(round(float(E), 4), round(float(dE_dx[0]), 4))
+        0.5666 -0.6324
+    """
+    return _light(scene, at, nodes)[2]
+
+
+def vector_irradiance(scene: Scene, at: Receiver, nodes: int = 16) -> Float[Array, "3"]:
+    """The vector of light in the receiver's frame: `integral of L(w) w dw` [W/m^2].
+
+    Its z is the irradiance; turning the receiver's normal by `tilt` changes that by x and y.
+
+    Raises:
+        ValueError: if the sky is a function of direction.
+
+    Reference: J12 §7; Lambert.
+    """
+    return jnp.stack(_light(scene, at, nodes))
+
+
+def _light(scene: Scene, at: Receiver, nodes: int) -> list[Float[Array, ""]]:
+    """The vector of light by coordinates: the irradiance asks for one of them."""
+    if callable(scene.environment):
+        raise ValueError(
+            "Argument `scene` must have a sky of one radiance here, but it is a function."
+        )
+    found = exposed(scene, at)
+    seen = shown(scene, at)
+    lines, arcs, level = _along(found, segment_light, arc_light, nodes)
+    straight, curved = found.lines.jump(seen), found.rims.jump(seen)
+    total = [straight @ a + curved @ b for a, b in zip(lines, arcs, strict=True)]
+    total[2] = total[2] + 0.5 * (seen[found.above] @ level)
+    return [nan_unless(found.sound, e) for e in total]
+
+
+def shown(scene: Scene, at: Receiver) -> Float[Array, " n_1"]:
+    """The radiance that each shape turns towards a receiver, and last the sky's."""
+    eye = jax.lax.stop_gradient(at.position)
+
+    def front(shape):
+        middle = shape.middle(eye)
+        return jnp.asarray(shape.closed) | (dot(shape.normal(middle), eye - middle) > 0.0)
+
+    sides = scene.material.emission
+    facing = jnp.where(scene.every(front), sides[:, FRONT], sides[:, BACK])
+    return jnp.append(facing, scene.sky(at.normal))
+
+
+def boundary_gradient(
+    scene: Scene,
+    at: Receiver,
+    radiance: Radiance | None = None,
+    weight: Callable[[Array], Array] = lambda w: w[..., 2],
+    nodes: int = 16,
+) -> Float[Array, "3"]:
+    """What moving edges add to the gradient of `integral L(w) weight(w) dw`, in local axes.
+
+        grad B = sum over edges of the contour integral of
+                 (L_left - L_right) weight(w) (p x p') / |p|^3 dt
+
+    This is the whole translational gradient if radiance depends on direction alone on either side
+    (a distant environment, shapes of constant radiance); otherwise the integral of the derivative
+    of the radiance at fixed direction comes to it.
+
+    Args:
+        scene: the shapes.
+        at: the receiver.
+        radiance: of shape `index` (-1: the sky) in direction w of the world; if left out, what the
+            scene emits.
+        weight: of the direction in the receiver's frame: its cosine for irradiance, one for
+            net visibility.
+        nodes: on each piece between two cuts.
+
+    Returns:
+        Rates of change along t, b and n.
+
+    Reference: R07 §7, eq. 48, 49; design §6.
+    """
+    found = exposed(scene, at)
+    lines, rims = found.on_lines(nodes), found.on_arcs(nodes)
+    if radiance is None and not callable(scene.environment):
+        seen = shown(scene, at)
+        jumps = found.lines.jump(seen)[:, None], found.rims.jump(seen)[:, None]
+    else:
+        light = _radiance(scene, at) if radiance is None else radiance
+        jumps = _jump(lines, found.lines, at, light), _jump(rims, found.rims, at, light)
+    total = _moving(lines, jumps[0], weight) + _moving(rims, jumps[1], weight)
+    return nan_unless(found.sound, total)
+
+
+def _jump(on, sides: Sides, at: Receiver, radiance: Radiance) -> Float[Array, "m k"]:
+    """Radiance to the left less that to the right, at the nodes of pieces."""
+    world = unit(on[0]) @ at.axes.T
+    value = jax.vmap(jax.vmap(radiance, (None, 0)))
+    left, right = value(sides.owner, world), value(sides.behind, world)
+    return jnp.where(sides.seen[:, None], left - jnp.where(sides.cut[:, None], right, 0.0), 0.0)
+
+
+def _moving(on, jump: Float[Array, "m #k"], weight) -> Float[Array, "3"]:
+    """The contour integral over some pieces."""
+    p, v, w = on
+    return jnp.sum(translation_rate(p, v) * (jump * w * weight(unit(p)))[..., None], (0, 1))
+
+
+def _radiance(scene: Scene, at: Receiver) -> Radiance:
+    """What the scene emits under a sky that varies."""
+    black = Scene(scene.groups, scene.material, jnp.zeros(()), scene.names)
+    seen = shown(black, at)
+    return lambda index, along: jnp.where(index < 0, scene.sky(along), seen[index])
+
+
+def _along(found: Pieces, segment, arc, nodes: int) -> tuple[Any, Any, Float[Array, " h"]]:
+    """Integrals along straight and curved pieces, and the lengths of the horizon's parts.
+
+    Ends and cuts do not count in derivatives (`space.silhouettes.edge_integrals`), and so neither
+    do the horizon's.
+    """
+    line, arcs = found.straight, found.arcs
+    return (
+        segment(line.start, line.end, found.low, found.high),
+        arc(arcs.center, arcs.a, arcs.b, arcs.first, arcs.last, nodes),
+        jnp.diff(jax.lax.stop_gradient(found.azimuths)),
+    )

@@ -1,0 +1,132 @@
+"""Cells of the hemisphere over a receiver, bounded by circles of latitude and by meridians.
+
+Angles and directions are local: theta from the receiver's normal, phi from its first tangent. Rows
+run over theta from the pole to the horizon, columns over phi.
+"""
+
+from __future__ import annotations
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, ArrayLike, Float, PRNGKeyArray
+
+from firstorder.conventions import cylindrical
+from firstorder.errors import is_concrete
+from firstorder.typing import as_float
+
+# What cells of one row count, and random directions in a cell are uniform, by.
+MEASURES = ("cosine", "solid angle", "angle")
+
+
+class Strata(eqx.Module):
+    """A product of cells that covers the hemisphere, with one direction in each.
+
+    Attributes:
+        theta: borders of the rows from 0 to pi/2, ascending [rad].
+        phi: borders of the columns, ascending over one turn [rad].
+        directions: one in each cell, in the receiver's frame; leading axes are receivers.
+        weights: inverse density of that direction, so that `sum(weights f(directions))` estimates
+            `int f dw` [sr].
+    """
+
+    theta: Float[Array, " m_1"]
+    phi: Float[Array, " n_1"]
+    directions: Float[Array, "*k m n 3"]
+    weights: Float[Array, "*k m n"]
+
+    @property
+    def projected(self) -> Float[Array, "m n"]:
+        """Projected solid angle of each cell, `(phi+ - phi-)(sin^2 theta+ - sin^2 theta-) / 2`."""
+        return 0.5 * jnp.diff(jnp.sin(self.theta) ** 2)[:, None] * jnp.diff(self.phi)
+
+
+def strata(
+    theta: int | Float[ArrayLike, " m_1"],
+    phi: int | Float[ArrayLike, " n_1"],
+    key: PRNGKeyArray | None = None,
+    measure: str = "cosine",
+    shape: tuple[int, ...] = (),
+) -> Strata:
+    """Cells of the hemisphere and a direction in each: jittered, or in the middle.
+
+    Args:
+        theta: how many rows of equal measure, or their borders, ascending from 0 to pi/2 [rad].
+        phi: how many equal columns, or their borders, ascending over 2 pi [rad].
+        key: for a random direction in each cell; None takes the middle.
+        measure: "cosine" (weighted solid angle), "solid angle" or "angle" (theta itself): by which
+            rows are equal, and directions in a cell uniform.
+        shape: leading axes, for as many independent sets of directions in the same cells.
+
+    Raises:
+        ValueError: if there is no cell, borders do not ascend over the hemisphere, or the measure
+            is unknown.
+
+    Example:
+        >>> from firstorder.space.estimators.strata import strata
+        >>> cells = strata(2, 4)
+        >>> cells.projected.round(4).tolist()[0]
+        [0.3927, 0.3927, 0.3927, 0.3927]
+    """
+    if measure not in MEASURES:
+        raise ValueError(f"Argument `measure` must be one of {MEASURES}, but is {measure!r}.")
+    theta, phi = _rows(theta, measure), _columns(phi)
+    size = (*shape, theta.shape[0] - 1, phi.shape[0] - 1)
+    if key is None:
+        up = across = jnp.full(size, 0.5, theta.dtype)
+    else:
+        up, across = jax.random.uniform(key, (2, *size), theta.dtype)
+    low, high = _height(theta[:-1], measure)[:, None], _height(theta[1:], measure)[:, None]
+    height, width = low + up * (high - low), jnp.diff(phi)
+    sine, cosine = _sine_cosine(height, measure)
+    where = phi[:-1] + across * width
+    directions = cylindrical(sine, where, cosine)
+    over = {"cosine": 0.5 / cosine, "solid angle": 1.0, "angle": sine}[measure]
+    return Strata(theta, phi, directions, jnp.broadcast_to(over * (high - low) * width, size))
+
+
+def _height(theta, measure):
+    """The number by which rows are measured, from 0 at the pole; its sines keep their digits."""
+    if measure == "angle":
+        return theta
+    return jnp.sin(theta) ** 2 if measure == "cosine" else 2.0 * jnp.sin(0.5 * theta) ** 2
+
+
+def _sine_cosine(height, measure):
+    """Of theta, away from the horizon by a rounding, where a weight would be infinite."""
+    if measure == "angle":
+        return jnp.sin(height), jnp.cos(height)
+    height = jnp.minimum(height, 1.0 - jnp.finfo(height.dtype).eps)
+    if measure == "cosine":
+        return jnp.sqrt(height), jnp.sqrt(1.0 - height)
+    return jnp.sqrt(height * (2.0 - height)), 1.0 - height
+
+
+def _rows(theta, measure) -> Array:
+    if not isinstance(theta, int):
+        return _ascending("theta", as_float(theta), 0.5 * np.pi, "from 0 to pi/2")
+    if theta < 1:
+        raise ValueError(f"Argument `theta` must be positive, but is {theta}.")
+    even = jnp.arange(theta + 1) / theta
+    if measure == "angle":
+        return 0.5 * jnp.pi * even
+    return jnp.arcsin(jnp.sqrt(even)) if measure == "cosine" else jnp.arccos(1.0 - even)
+
+
+def _columns(phi) -> Array:
+    if not isinstance(phi, int):
+        return _ascending("phi", as_float(phi), 2.0 * np.pi, "over 2 pi")
+    if phi < 1:
+        raise ValueError(f"Argument `phi` must be positive, but is {phi}.")
+    return 2.0 * jnp.pi * jnp.arange(phi + 1) / phi
+
+
+def _ascending(name, edges, span, words) -> Array:
+    if is_concrete(edges):
+        found = np.asarray(edges)
+        ok = found.shape[0] > 1 and np.all(np.diff(found) > 0.0)
+        ok = ok and abs(found[-1] - found[0] - span) < 1e-5
+        if not ok or (name == "theta" and abs(found[0]) > 1e-6):
+            raise ValueError(f"Argument `{name}` must ascend {words}.")
+    return edges

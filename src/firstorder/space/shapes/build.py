@@ -1,0 +1,208 @@
+"""Shapes by the names that people use, each as a module of one row."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, ArrayLike, Float
+
+from firstorder.errors import check_finite, check_positive, is_concrete, nan_unless
+from firstorder.numerics.vectors import cross, dot, frame, norm, unit
+from firstorder.space.shapes.kinds import (
+    Boxes,
+    Cylinders,
+    Discs,
+    Ellipsoids,
+    Planes,
+    Rectangles,
+    Triangles,
+)
+from firstorder.typing import as_float
+
+
+def sphere(center: Any, radius: ArrayLike) -> Ellipsoids:
+    """A sphere.
+
+    Args:
+        center: shape (3,) [m].
+        radius: positive [m].
+
+    Raises:
+        ValueError: if the radius is not positive.
+
+    Example:
+        >>> from firstorder.space import sphere
+        >>> sphere((0.0, 0.0, 2.0), 0.5).count
+        1
+    """
+    check_positive("radius", radius)
+    r = as_float(radius)
+    return Ellipsoids(center, nan_unless(r > 0.0, r) * jnp.eye(3, dtype=r.dtype))
+
+
+def ellipsoid(center: Any, axes: Any) -> Ellipsoids:
+    """An ellipsoid from its three semi-axes, the columns of `axes` [m]."""
+    return Ellipsoids(center, axes)
+
+
+def box(low: Any, high: Any) -> Boxes:
+    """A box along the axes between two corners [m].
+
+    Raises:
+        ValueError: if `high` is not above `low` in every coordinate.
+
+    Example:
+        >>> from firstorder.space import box
+        >>> box((0.0, 0.0, 0.0), (1.0, 2.0, 4.0)).center.tolist()
+        [[0.5, 1.0, 2.0]]
+    """
+    low, high = as_float(low), as_float(high)
+    if is_concrete((low, high)) and not np.all(np.asarray(high) > np.asarray(low)):
+        raise ValueError("Argument `high` must be above `low` in every coordinate, but is not.")
+    half = 0.5 * (high - low)
+    half = nan_unless(half > 0.0, half)
+    return Boxes(0.5 * (low + high), jnp.diag(half))
+
+
+def cylinder(base: Any, top: Any, radius: ArrayLike) -> Cylinders:
+    """A round cylinder with caps from the middle of its base to that of its top [m]."""
+    check_positive("radius", radius)
+    base, top, r = as_float(base), as_float(top), as_float(radius)
+    r = nan_unless(r > 0.0, r)
+    half = 0.5 * (top - base)
+    _check_long("top", half)
+    around = frame(unit(half))
+    axes = jnp.stack([r * around[:, 0], r * around[:, 1], half], -1)
+    return Cylinders(0.5 * (base + top), axes)
+
+
+def disc(center: Any, normal: Any, radius: ArrayLike) -> Discs:
+    """A round disc whose front looks along `normal` [m]."""
+    check_positive("radius", radius)
+    normal, r = as_float(normal), as_float(radius)
+    r = nan_unless(r > 0.0, r)
+    _check_long("normal", normal)
+    around = frame(unit(normal))
+    return Discs(center, jnp.stack([r * around[:, 0], r * around[:, 1], around[:, 2]], -1))
+
+
+def rectangle(center: Any, u: Any, v: Any) -> Rectangles:
+    """A rectangle, or parallelogram, from its centre and two half-edges; its front is u x v [m].
+
+    Raises:
+        ValueError: if the half-edges are parallel.
+
+    Example:
+        >>> from firstorder.space import rectangle
+        >>> lamp = rectangle((0.5, 0.5, 1.0), (0.0, 0.2, 0.0), (0.2, 0.0, 0.0))  # looks down
+        >>> lamp.axes[0, :, 2].tolist()
+        [0.0, 0.0, -1.0]
+    """
+    return Rectangles(center, _spanned(u, v))
+
+
+def triangle(a: Any, b: Any, c: Any) -> Triangles:
+    """A triangle; seen from its front the corners follow each other counter-clockwise [m]."""
+    a = as_float(a)
+    return Triangles(a, _spanned(as_float(b) - a, as_float(c) - a))
+
+
+def plane(point: Any, normal: Any) -> Planes:
+    """A plane through a point, whose front looks along `normal`."""
+    normal = as_float(normal)
+    _check_long("normal", normal)
+    return Planes(point, frame(unit(normal)))
+
+
+def polygon(vertices: Any) -> Triangles:
+    """A plane polygon, convex or not, as triangles.
+
+    Cut by ears on the host: the vertices must be concrete to find the ears, but a polygon whose
+    vertices are traced is cut as a fan, which is right for a convex one.
+
+    Args:
+        vertices: shape (k, 3), counter-clockwise as seen from the front [m].
+
+    Raises:
+        ValueError: if there are fewer than three, or they do not lie in a plane.
+    """
+    v = as_float(vertices)
+    if v.ndim != 2 or v.shape[0] < 3 or v.shape[1] != 3:
+        raise ValueError(f"Argument `vertices` must have shape (k >= 3, 3), but has {v.shape}.")
+    check_finite("vertices", v)
+    k = v.shape[0]
+    corners = _ears(np.asarray(v)) if is_concrete(v) else [(0, i, i + 1) for i in range(1, k - 1)]
+    index = np.array(corners)
+    a, b, c = v[index[:, 0]], v[index[:, 1]], v[index[:, 2]]
+    u, w = b - a, c - a
+    axes = jnp.stack([u, w, unit(cross(u, w))], -1)
+    return Triangles(a, axes)
+
+
+def _spanned(u: Any, v: Any) -> Float[Array, "3 3"]:
+    u, v = as_float(u), as_float(v)
+    normal = cross(u, v)
+    if is_concrete((u, v)):
+        check_finite("u", u)
+        check_finite("v", v)
+        if not float(norm(normal)) > 0.0:
+            raise ValueError("Arguments `u` and `v` must not be parallel, but are.")
+    flat = dot(normal, normal) > 0.0
+    return jnp.stack([u, v, nan_unless(flat, unit(normal))], -1)
+
+
+def _check_long(name: str, a: Array) -> None:
+    check_finite(name, a)
+    if is_concrete(a) and not float(norm(a)) > 0.0:
+        raise ValueError(f"Argument `{name}` must have a length, but is the zero vector.")
+
+
+def _ears(v: np.ndarray) -> list[tuple[int, int, int]]:
+    """Triangles of a simple polygon: cuts one convex corner that holds no other after another."""
+    normal = np.sum(np.cross(v, np.roll(v, -1, 0)), 0)
+    size = np.linalg.norm(normal)
+    if not size > 0.0:
+        raise ValueError("Argument `vertices` must enclose an area, but does not.")
+    normal = normal / size
+    height = (v - v[0]) @ normal
+    if np.max(np.abs(height)) > np.sqrt(np.finfo(v.dtype).eps) * np.sqrt(size):
+        raise ValueError("Argument `vertices` must lie in a plane, but does not.")
+
+    def turn(i, j, k):
+        return float(np.dot(np.cross(v[j] - v[i], v[k] - v[j]), normal))
+
+    if _crosses_itself(v, normal):
+        raise ValueError("Argument `vertices` must be a polygon without crossings, but is not.")
+
+    def is_ear(left, at):
+        i, j, k = left[at - 1], left[at], left[(at + 1) % len(left)]
+        if turn(i, j, k) <= 0.0:
+            return False
+        others = (m for m in left if m not in (i, j, k))
+        return not any(min(turn(i, j, m), turn(j, k, m), turn(k, i, m)) >= 0.0 for m in others)
+
+    left, found = list(range(len(v))), []
+    while len(left) > 3:
+        ear = next((at for at in range(len(left)) if is_ear(left, at)), None)
+        if ear is None:
+            raise ValueError("Argument `vertices` must not repeat a vertex, but does.")
+        found.append((left[ear - 1], left[ear], left[(ear + 1) % len(left)]))
+        left.pop(ear)
+    found.append((left[0], left[1], left[2]))
+    return found
+
+
+def _crosses_itself(v: np.ndarray, normal: np.ndarray) -> bool:
+    """Whether two edges that are no neighbours cross."""
+    after, k = np.roll(v, -1, 0), len(v)
+
+    def side(a, b, c):
+        return np.cross(b - a, c - a) @ normal
+
+    def crosses(i, j):
+        a, b, c, d = v[i], after[i], v[j], after[j]
+        return (side(a, b, c) * side(a, b, d) < 0.0) and (side(c, d, a) * side(c, d, b) < 0.0)
+
+    return any(crosses(i, j) for i in range(k) for j in range(i + 2, k) if (i, j) != (0, k - 1))

@@ -1,0 +1,272 @@
+"""The shapes of space: affine images of a few canonical ones.
+
+    point = center + axes @ q,        q on the canonical shape
+
+An ellipsoid is the image of the unit ball, a box of the cube [-1, 1]^3, a cylinder of the unit
+disc times [-1, 1], a rectangle of the square [-1, 1]^2 in the plane z = 0. Distances along a ray
+survive the map, and so do tangency and silhouettes: each kind has one ray test and one silhouette,
+written for the canonical shape.
+
+A module holds many shapes of one kind along its leading axis; a single row, as `jax.vmap` and
+`jax.lax.scan` take it, answers the questions. All shapes are convex. Normals point outwards; a flat
+shape's along the third column of `axes`, the vector product of the first two.
+"""
+
+from __future__ import annotations
+
+import abc
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float
+
+from firstorder.errors import check_finite, check_invertible, is_concrete
+from firstorder.numerics.vectors import cross, dot, inverse, norm, times, unit
+from firstorder.typing import as_float
+
+Point = Float[Array, "3"]
+Distance = Float[Array, ""]
+
+
+class Shape(eqx.Module):
+    """Shapes of one kind, as affine images of the canonical one."""
+
+    center: Float[Array, "*n 3"]
+    axes: Float[Array, "*n 3 3"]
+
+    def __init__(self, center, axes):
+        """Many shapes, or one, whose leading axis may be left out."""
+        self.center = jnp.atleast_2d(as_float(center))
+        axes = as_float(axes)
+        self.axes = axes[None] if axes.ndim == 2 else axes
+
+    def __check_init__(self):
+        """Refuse what has no size."""
+        check_finite("center", self.center)
+        check_finite("axes", self.axes)
+        if self.axes.shape[0] != self.center.shape[0]:
+            raise ValueError(
+                f"Argument `axes` must hold {self.center.shape[0]} shapes, "
+                f"but holds {self.axes.shape[0]}."
+            )
+        if is_concrete(self.axes):
+            for each in self.axes:
+                check_invertible("axes", each)
+
+    @property
+    def count(self) -> int:
+        """How many shapes there are."""
+        return self.center.shape[0]
+
+    @property
+    def closed(self) -> bool:
+        """Whether the shapes have an inside."""
+        return False
+
+    def local(self, point: Point) -> Point:
+        """World to canonical coordinates."""
+        return times(inverse(self.axes), point - self.center)
+
+    def world(self, q: Float[Array, "*k 3"]) -> Float[Array, "*k 3"]:
+        """Canonical to world coordinates."""
+        return self.center + times(self.axes, q)
+
+    def distance(self, origin: Point, along: Point, own: Bool[Array, ""] | bool) -> Distance:
+        """Where a ray meets the shape first: distance along the unit vector, infinity for none.
+
+        Args:
+            origin: of the ray [m].
+            along: its direction, a unit vector.
+            own: whether the origin lies on this shape, which a ray does not meet again.
+        """
+        turn = inverse(self.axes)
+        t = self.canonical_distance(times(turn, origin - self.center), times(turn, along))
+        return jnp.where((t > 0.0) & ~jnp.asarray(own), t, jnp.inf)
+
+    def normal(self, point: Point) -> Point:
+        """The unit normal at a point of the surface."""
+        turn = inverse(self.axes)
+        n = self.canonical_normal(times(turn, point - self.center))
+        return unit(times(jnp.swapaxes(turn, -1, -2), n))
+
+    def inside(self, eye: Point) -> Bool[Array, ""]:
+        """Whether an eye is on or in the shape, where it has no silhouette."""
+        return self.canonical_inside(self.local(eye))
+
+    @abc.abstractmethod
+    def canonical_distance(self, o: Point, d: Point) -> Distance:
+        """The ray test on the canonical shape; the direction is no unit vector here."""
+
+    def canonical_normal(self, q: Point) -> Point:
+        """A vector along the normal of the canonical shape."""
+        return jnp.zeros_like(q).at[2].set(1.0)
+
+    def canonical_inside(self, e: Point) -> Bool[Array, ""]:
+        """Whether a canonical eye sees no silhouette."""
+        return jnp.asarray(False)
+
+    def middle(self, eye: Point) -> Point:
+        """A point whose direction is inside what an eye sees of the shape."""
+        return self.center
+
+
+class Ellipsoids(Shape):
+    """Ellipsoids; the columns of `axes` are their semi-axes, or any conjugate radii."""
+
+    @property
+    def closed(self) -> bool:
+        """They have an inside."""
+        return True
+
+    def canonical_distance(self, o, d):
+        """The unit ball; |o x d|^2 keeps the digits that b^2 - a c loses far away."""
+        a, b = dot(d, d), dot(o, d)
+        side = cross(o, d)
+        square = a - dot(side, side)
+        hit = square > 0.0
+        root = jnp.sqrt(jnp.where(hit, square, 1.0))
+        near = (-b - root) / a
+        return jnp.where(hit, jnp.where(near > 0.0, near, (root - b) / a), jnp.inf)
+
+    def canonical_normal(self, q):
+        """The radius."""
+        return q
+
+    def canonical_inside(self, e):
+        """Not outside."""
+        return dot(e, e) <= 1.0
+
+
+class Boxes(Shape):
+    """Parallelepipeds; the columns of `axes` run from the centre to the centres of faces."""
+
+    @property
+    def closed(self) -> bool:
+        """They have an inside."""
+        return True
+
+    def canonical_distance(self, o, d):
+        """Three slabs."""
+        near, far = _slabs(o, d)
+        enter, leave = jnp.max(near), jnp.min(far)
+        return jnp.where(enter <= leave, jnp.where(enter > 0.0, enter, leave), jnp.inf)
+
+    def canonical_normal(self, q):
+        """Of the face that is nearest."""
+        which = jnp.argmax(jnp.abs(q))
+        return jnp.where(jnp.arange(3) == which, jnp.sign(q), 0.0)
+
+    def canonical_inside(self, e):
+        """Not outside of any face."""
+        return jnp.all(jnp.abs(e) <= 1.0)
+
+
+class Cylinders(Shape):
+    """Cylinders with caps; the first two columns of `axes` span the cross section."""
+
+    @property
+    def closed(self) -> bool:
+        """They have an inside."""
+        return True
+
+    def canonical_distance(self, o, d):
+        """The round wall within the slab of the caps."""
+        flat = d[0] ** 2 + d[1] ** 2
+        upright = flat <= 0.0
+        a = jnp.where(upright, 1.0, flat)
+        b = o[0] * d[0] + o[1] * d[1]
+        square = a - (o[0] * d[1] - o[1] * d[0]) ** 2
+        within = o[0] ** 2 + o[1] ** 2 < 1.0
+        hit = jnp.where(upright, within, square > 0.0)
+        root = jnp.sqrt(jnp.where(hit & ~upright, square, 1.0))
+        low = jnp.where(upright, -jnp.inf, (-b - root) / a)
+        high = jnp.where(upright, jnp.inf, (root - b) / a)
+        near, far = _slabs(o[2:], d[2:])
+        enter, leave = jnp.maximum(low, near[0]), jnp.minimum(high, far[0])
+        hit = hit & (enter <= leave)
+        return jnp.where(hit, jnp.where(enter > 0.0, enter, leave), jnp.inf)
+
+    def canonical_normal(self, q):
+        """Of the cap if the point is nearer to it than to the wall."""
+        rho = jnp.sqrt(q[0] ** 2 + q[1] ** 2)
+        cap = jnp.abs(jnp.abs(q[2]) - 1.0) < jnp.abs(rho - 1.0)
+        wall = jnp.stack([q[0], q[1], jnp.zeros_like(q[2])])
+        return jnp.where(cap, jnp.stack([0.0 * rho, 0.0 * rho, jnp.sign(q[2])]), wall)
+
+    def canonical_inside(self, e):
+        """Not outside of wall or caps."""
+        return (e[0] ** 2 + e[1] ** 2 <= 1.0) & (jnp.abs(e[2]) <= 1.0)
+
+
+class Flat(Shape):
+    """What lies in a plane."""
+
+    def canonical_distance(self, o, d):
+        """The plane z = 0, and whether the point in it counts."""
+        level = d[2] == 0.0
+        t = jnp.where(level, jnp.inf, -o[2] / jnp.where(level, 1.0, d[2]))
+        q = o + jnp.where(level, 0.0, t) * d
+        return jnp.where(self.holds(q[0], q[1]) & ~level, t, jnp.inf)
+
+    def canonical_inside(self, e):
+        """In its plane, up to rounding: seen edge-on it covers nothing."""
+        return jnp.abs(e[2]) <= 8.0 * jnp.finfo(e.dtype).eps * jnp.maximum(1.0, norm(e))
+
+    @abc.abstractmethod
+    def holds(self, x: Array, y: Array) -> Bool[Array, ""]:
+        """Whether a point of the plane belongs to the canonical shape."""
+
+
+class Discs(Flat):
+    """Elliptic discs; the first two columns of `axes` are conjugate radii."""
+
+    def holds(self, x, y):
+        """The unit disc."""
+        return x * x + y * y <= 1.0
+
+
+class Rectangles(Flat):
+    """Parallelograms; the first two columns of `axes` run from the centre to edges' middles."""
+
+    def holds(self, x, y):
+        """The square [-1, 1]^2."""
+        return (jnp.abs(x) <= 1.0) & (jnp.abs(y) <= 1.0)
+
+
+class Triangles(Flat):
+    """Triangles; `center` is a corner, the first two columns of `axes` are the edges from it."""
+
+    def holds(self, x, y):
+        """The corner triangle."""
+        return (x >= 0.0) & (y >= 0.0) & (x + y <= 1.0)
+
+    def middle(self, eye):
+        """The centroid."""
+        return self.center + (self.axes[..., 0] + self.axes[..., 1]) / 3.0
+
+
+class Planes(Flat):
+    """Planes without end."""
+
+    def holds(self, x, y):
+        """All of it."""
+        return jnp.asarray(True)
+
+    def middle(self, eye):
+        """The foot of the perpendicular."""
+        n = self.normal(self.center)
+        return eye - dot(eye - self.center, n) * n
+
+
+def _slabs(o: Array, d: Array) -> tuple[Array, Array]:
+    """Where a ray is between -1 and 1 in each coordinate."""
+    level = d == 0.0
+    safe = jnp.where(level, 1.0, d)
+    one, two = (-1.0 - o) / safe, (1.0 - o) / safe
+    between = jnp.where(jnp.abs(o) <= 1.0, -jnp.inf, jnp.inf)
+    near = jnp.where(level, between, jnp.minimum(one, two))
+    return near, jnp.where(level, jnp.inf, jnp.maximum(one, two))
+
+
+# Scenes keep shapes in this order.
+KINDS = (Ellipsoids, Boxes, Cylinders, Discs, Rectangles, Triangles, Planes)

@@ -1,0 +1,338 @@
+"""Silhouettes of meshes: which edges an eye sees between front and back, and which it really sees.
+
+Seen from a point, the boundary of what a mesh covers is made of edges between a face seen from the
+front and one seen from behind, and of the mesh's own boundary edges. `silhouette` gives them all.
+`visible` cuts them where they cross each other in direction and keeps, of each piece, whether
+anything is before it and what is behind it: numbers, found once on the host in double precision.
+The pieces' points then follow from the vertices in closed form, differentiable in the vertices and
+in the eye, to any order.
+
+Which faces a ray meets is asked of a tracer. `EveryFace` asks all faces in double precision. The
+one of `firstorder.io.meshes` lets Embree propose faces in single precision and tests them in
+double; nothing here takes a distance from single precision.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Protocol, runtime_checkable
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float, Int
+
+from firstorder.errors import is_concrete
+from firstorder.numerics.vectors import cross, dot
+from firstorder.space.meshes.mesh import NO_FACE, Mesh
+from firstorder.space.receiver import Receiver, local
+from firstorder.space.silhouettes.analytic import Straight
+from firstorder.visibility.contour import segment_solid_angle, segment_translation
+
+NOT_CUT = -1
+# Distances along a ray to a piece's middle, in units of that distance, below which two are one.
+_CLOSE = 1e-9
+
+
+@runtime_checkable
+class Tracer(Protocol):
+    """Whatever knows the first face along a ray."""
+
+    def first_face(
+        self,
+        eye: np.ndarray,
+        directions: np.ndarray,
+        low: float,
+        high: float,
+        skip: np.ndarray,
+    ) -> np.ndarray:
+        """The first face with `low < t < high` along `eye + t direction`, or -1.
+
+        Args:
+            eye: shape (3,) [m].
+            directions: shape (r, 3), of any length; t counts in that length.
+            low: t is above.
+            high: t is below.
+            skip: shape (r, 2), faces that a ray does not meet; -1 for none.
+        """
+        ...
+
+
+def silhouette(mesh: Mesh, eye: Float[Array, "3"]) -> Straight:
+    """All silhouette edges of a mesh, hidden ones too; may be traced.
+
+    Args:
+        mesh: any.
+        eye: where it is seen from [m].
+
+    Returns:
+        As many segments as the mesh has edges; `live` says which are silhouettes from here, and
+        `owner` is the face that they end. They run so that `(p - eye) x dp` points to that face.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.space.meshes.mesh import mesh
+        >>> one = mesh([[0, 0, 1], [1, 0, 1], [0, 1, 1]], [[0, 1, 2]])
+        >>> int(silhouette(one, jnp.array([0.2, 0.2, 0.0])).live.sum())
+        3
+    """
+    v = mesh.vertices
+    corner = v[mesh.faces[:, 0]]
+    front = dot(eye - corner, mesh.area_vectors) > 0.0
+    live, owner, forward = _turned(jnp, front, mesh.sides)
+    first, second = v[mesh.edges[:, 0]], v[mesh.edges[:, 1]]
+    start = jnp.where(forward[:, None], first, second)
+    end = jnp.where(forward[:, None], second, first)
+    return Straight(start, end, owner, live)
+
+
+def _turned(np: Any, front, sides):
+    """Which edges are silhouettes, of which face, and whether they run as `mesh.edges` has them.
+
+    A front face to the left of an edge, as seen from the front, lies to the right of it for
+    `(p - eye) x dp`, which counts from behind: such an edge is turned about.
+    """
+    left, right = sides[:, 0], sides[:, 1]
+    rim = right == NO_FACE
+    left_front, right_front = front[left], front[right]
+    live = rim | (left_front != right_front)
+    ours = rim | left_front
+    return live, np.where(ours, left, right), np.where(rim, ~left_front, ~ours)
+
+
+class Rim(eqx.Module):
+    """Pieces of silhouettes, as numbers: they stay what they are while nothing comes to cross.
+
+    Attributes:
+        ends: the vertices between which the piece's edge runs.
+        cut_first, cut_last: vertices of the edge in front of, or behind, which it starts or ends;
+            -1 where it starts or ends at its own vertex.
+        face: that it ends.
+        visible: whether nothing is before it.
+        behind: the face seen beyond it, or -1.
+    """
+
+    ends: Int[Any, "m 2"]
+    cut_first: Int[Any, "m 2"]
+    cut_last: Int[Any, "m 2"]
+    face: Int[Any, " m"]
+    visible: Bool[Any, " m"]
+    behind: Int[Any, " m"]
+
+    @property
+    def outer(self) -> Bool[Array, " m"]:
+        """Which pieces bound all that the mesh covers: seen, and with nothing behind."""
+        return jnp.asarray(self.visible) & (jnp.asarray(self.behind) == NO_FACE)
+
+    def straight(self, mesh: Mesh, eye: Float[Array, "3"]) -> Straight:
+        """The pieces as segments, live where visible; differentiable in vertices and eye."""
+        a, b = mesh.vertices[self.ends[:, 0]], mesh.vertices[self.ends[:, 1]]
+        start = _where_cut(mesh.vertices, a, b, self.cut_first, eye, a)
+        end = _where_cut(mesh.vertices, a, b, self.cut_last, eye, b)
+        return Straight(start, end, jnp.asarray(self.face), jnp.asarray(self.visible))
+
+
+def _where_cut(vertices: Array, a: Array, b: Array, by: Any, eye: Array, instead: Array) -> Array:
+    """The point of each edge a-b in the plane through the eye and the edge that cuts it."""
+    cut = by[:, 0] != NOT_CUT
+    normal = cross(vertices[by[:, 0]] - eye, vertices[by[:, 1]] - eye)
+    high, low = dot(b - eye, normal), dot(a - eye, normal)
+    apart = jnp.where(cut & (low != high), low - high, 1.0)
+    s = low / apart
+    return jnp.where(cut[:, None], a + s[:, None] * (b - a), instead)
+
+
+def visible(mesh: Mesh, eye: Any, tracer: Tracer | None = None) -> Rim:
+    """The silhouettes of a mesh, cut where they cross in direction, and what is before and behind.
+
+    On the host, in double precision, from numbers: under differentiation call it outside, and the
+    `Rim`'s methods inside.
+
+    Valid when: the eye is in general position (no vertex exactly in line with another edge) and
+    the mesh does not pass through itself. Where it does, what is `visible` is decided by each
+    piece's middle; `outer` stays right, for nothing that enters the mesh is on its outer boundary.
+
+    Args:
+        mesh: any.
+        eye: where it is seen from, shape (3,) [m].
+        tracer: that tells the first face along a ray; all faces are asked, if left out.
+
+    Raises:
+        ValueError: if the eye is not concrete.
+    """
+    if not is_concrete((mesh.vertices, eye)):
+        raise ValueError("Arguments `mesh` and `eye` must be concrete, but are traced.")
+    v, faces = np.asarray(mesh.vertices, float), np.asarray(mesh.faces)
+    eye = np.asarray(eye, float)
+    p = v[faces]
+    front = np.sum((eye - p[:, 0]) * np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), -1) > 0.0
+    live, owner, forward = _turned(np, front, np.asarray(mesh.sides))
+    ends = np.where(forward[:, None], np.asarray(mesh.edges), np.asarray(mesh.edges)[:, ::-1])
+    number = np.flatnonzero(live)
+    ends, owner, sides = ends[number], owner[number], np.asarray(mesh.sides)[number]
+    edge, first, last, s = _pieces(v - eye, ends)
+    a, b = v[ends[edge, 0]], v[ends[edge, 1]]
+    middle = a + np.mean(s, -1)[:, None] * (b - a)
+    tracer = EveryFace(mesh) if tracer is None else tracer
+    ways, skip = middle - eye, sides[edge]
+    before = tracer.first_face(eye, ways, 0.0, 1.0 - _CLOSE, skip)
+    seen = before == NO_FACE
+    behind = np.full(len(edge), NO_FACE)
+    behind[seen] = tracer.first_face(eye, ways[seen], 1.0 + _CLOSE, np.inf, skip[seen])
+    return Rim(ends[edge], first, last, owner[edge], seen, behind.astype(np.int32))
+
+
+def _pieces(v: np.ndarray, ends: np.ndarray, block: int = 1024):
+    """Edges cut where they cross in direction, seen from the origin.
+
+    Returns:
+        The number of each piece's edge, the vertices of those that cut it at its start and its end,
+        and the two parameters along the edge, shape (pieces, 2).
+    """
+    m = len(ends)
+    a, b = v[ends[:, 0]], v[ends[:, 1]]
+    normal = np.cross(a, b)
+    middle = a / np.linalg.norm(a, axis=1)[:, None] + b / np.linalg.norm(b, axis=1)[:, None]
+    cuts, by, where = [], [], []
+    for first in range(0, m, block):
+        part = slice(first, first + block)
+        low, high = a[part] @ normal.T, b[part] @ normal.T
+        # Transposed: where the others' ends lie, relative to the planes of these.
+        other_low, other_high = normal[part] @ a.T, normal[part] @ b.T
+        crossing = (low * high < 0.0) & (other_low * other_high < 0.0)
+        for k in (0, 1):
+            for n in (0, 1):
+                crossing &= ends[part, k][:, None] != ends[None, :, n]
+        i, j = np.nonzero(crossing)
+        s = low[i, j] / (low[i, j] - high[i, j])
+        q = a[part][i] + s[:, None] * (b - a)[part][i]
+        same = np.sum(q * middle[j], -1) > 0.0  # and not on the far side of the sphere
+        cuts.append(i[same] + first)
+        by.append(j[same])
+        where.append(s[same])
+    cuts, by, where = (np.concatenate([np.zeros(0, d), *x]) for d, x in
+                       ((int, cuts), (int, by), (float, where)))  # fmt: skip
+    # Each edge's own ends count as cuts by nobody.
+    edge = np.concatenate([np.arange(m), cuts, np.arange(m)])
+    s = np.concatenate([np.zeros(m), where, np.ones(m)])
+    nobody = np.full((m, 2), NOT_CUT)
+    cutter = np.concatenate([nobody, ends[by], nobody])
+    order = np.lexsort((s, edge))
+    edge, s, cutter = edge[order], s[order], cutter[order]
+    inside = edge[1:] == edge[:-1]
+    return (
+        edge[:-1][inside],
+        cutter[:-1][inside].astype(np.int32),
+        cutter[1:][inside].astype(np.int32),
+        np.stack([s[:-1], s[1:]], -1)[inside],
+    )
+
+
+class EveryFace:
+    """The tracer that asks every face, in double precision.
+
+    All rays leave one eye, so that three products with each direction tell which faces it passes:
+    with the corners A, B, C relative to the eye, a direction d is inside if d . (B x C),
+    d . (C x A) and d . (A x B) have one sign, and then `t = A . (B x C) / (their sum)`.
+
+    Args:
+        mesh: whose faces are asked.
+        block: rays at a time, times faces.
+    """
+
+    def __init__(self, mesh: Mesh, block: int = 4_000_000):
+        self._corners = np.asarray(mesh.vertices, float)[np.asarray(mesh.faces)]
+        self._rows = max(1, block // len(self._corners))
+
+    def first_face(self, eye, directions, low, high, skip):
+        """See `Tracer`."""
+        A, B, C = (self._corners[:, k] - np.asarray(eye, float) for k in range(3))
+        sides = np.cross(B, C), np.cross(C, A), np.cross(A, B)
+        volume = np.sum(A * sides[0], -1)
+        found = np.full(len(directions), NO_FACE)
+        for first in range(0, len(directions), self._rows):
+            part = slice(first, first + self._rows)
+            # Written out and not as matrix products, which may fuse and round: faces that share an
+            # edge get the very same number for it but for its sign, and no ray slips between them.
+            x, y, z = (directions[part, k, None] for k in range(3))
+            u, v, w = (x * s[:, 0] + y * s[:, 1] + z * s[:, 2] for s in sides)
+            total = u + v + w
+            inside = ((u >= 0.0) & (v >= 0.0) & (w >= 0.0)) | ((u <= 0.0) & (v <= 0.0) & (w <= 0.0))
+            with np.errstate(divide="ignore", invalid="ignore"):
+                t = np.where(inside & (total != 0.0), volume / total, np.inf)
+            t = np.where((t > low) & (t < high), t, np.inf)
+            rows = np.arange(len(t))
+            for k in range(skip.shape[1]):
+                there = skip[part, k] != NO_FACE
+                t[rows[there], skip[part, k][there]] = np.inf
+            best = np.argmin(t, -1)
+            found[part] = np.where(np.isfinite(t[rows, best]), best, NO_FACE)
+        return found
+
+
+# --- what the outer pieces tell ------------------------------------------------------------------
+
+
+def net_visibility(mesh: Mesh, rim: Rim, at: Receiver) -> Float[Array, ""]:
+    r"""The solid angle of the upper hemisphere that a mesh leaves free, from its outer silhouette.
+
+    `V = 2 pi - sum over outer pieces of the solid angle between normal and piece`, less the parts
+    of the horizon that the mesh covers. Exact for the mesh as it is, and differentiable in the
+    receiver and in the vertices.
+
+    Valid when: `rim` is that of the receiver's position, the receiver is not inside the mesh, and
+    no piece passes exactly below the receiver.
+
+    Args:
+        mesh: the blocker.
+        rim: from `visible`.
+        at: the receiver.
+
+    Returns:
+        In sr, between 0 and 2 pi.
+
+    Reference: R07 §7, (47); Van Oosterom and Strackee 1983 for the triangle.
+    """
+    a, b, live, through = _above(mesh, rim, at)
+    pieces = jnp.sum(jnp.where(live, segment_solid_angle(a, b), 0.0))
+    # Where a piece leaves or enters the upper hemisphere the region's edge follows the horizon.
+    foot = jnp.where((through > 0)[:, None], a, b)
+    foot = jnp.where((through != 0)[:, None], foot, jnp.zeros_like(foot).at[:, 0].set(1.0))
+    blocked = pieces + jnp.sum(through * jnp.arctan2(foot[:, 1], foot[:, 0]))
+    # The azimuths are known up to whole turns, the blocked solid angle lies in one.
+    slack = 1e-3
+    turn = 2.0 * np.pi
+    return turn - (jnp.mod(blocked + slack, turn) - slack)
+
+
+def net_visibility_gradient(mesh: Mesh, rim: Rim, at: Receiver) -> Float[Array, "3"]:
+    """The gradient of `net_visibility` under translation of the receiver, in its frame [sr/m].
+
+    The law of Biot and Savart for each piece, in closed form: cheaper than differentiation, which
+    gives the same.
+
+    Reference: R07 §7, (48), without a parametrisation.
+    """
+    a, b, live, _ = _above(mesh, rim, at)
+    return -jnp.sum(jnp.where(live[:, None], segment_translation(a, b), 0.0), 0)
+
+
+def _above(mesh: Mesh, rim: Rim, at: Receiver):
+    """Outer pieces above the horizon in the receiver's frame.
+
+    Returns:
+        Start, end, which of them count, and +1 where one ends at the horizon, -1 where one starts.
+    """
+    pieces = rim.straight(mesh, at.position)
+    a, b = local(at, pieces.start - at.position), local(at, pieces.end - at.position)
+    a_up, b_up = a[:, 2] > 0.0, b[:, 2] > 0.0
+    live = rim.outer & (a_up | b_up)
+    through = jnp.where(live, b_up.astype(int) - a_up.astype(int), 0)
+    fall = jnp.where(through != 0, a[:, 2] - b[:, 2], 1.0)
+    cut = a + (a[:, 2] / fall)[:, None] * (b - a)
+    cut = cut.at[:, 2].multiply(0.0)
+    start = jnp.where((through > 0)[:, None], cut, a)
+    end = jnp.where((through < 0)[:, None], cut, b)
+    # Harmless ones instead of those that do not count: derivatives pass through both.
+    x, y = (jnp.zeros_like(a).at[:, k].set(1.0) for k in (0, 1))
+    start, end = jnp.where(live[:, None], start, x), jnp.where(live[:, None], end, y)
+    return start, end, live, through

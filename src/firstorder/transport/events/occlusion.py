@@ -1,0 +1,226 @@
+"""Occlusion: the light is multiplied by the transparency of what stands in its way."""
+
+from __future__ import annotations
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+
+from firstorder.conventions import Frame
+from firstorder.errors import check_between, check_positive, nan_unless
+from firstorder.fields.apertures import Bars, Grating
+from firstorder.fields.field import Affine, Field
+from firstorder.fields.mask import half_plane
+from firstorder.fields.spectrum import Grid
+from firstorder.laws.base import Law
+from firstorder.laws.multiply import Multiply
+from firstorder.transport.event import Event, require
+from firstorder.transport.events.travel import Travel
+from firstorder.typing import Array, Scalar, as_float
+
+
+class Occlusion(Event):
+    """`l'(x, v) = l(x, v) V(x, v)`, V the transparency in [0, 1].
+
+    A planar blocker depends on x alone. One that stands `depth` behind the plane (towards where
+    the light comes from) is sheared by the travel over that distance. A body that is extended in
+    depth is any V(x, v), or several planar blockers (`Layers`).
+
+    The spectrum is convolved with that of V. A planar V has energy at zero angular frequency
+    alone, one at depth z on the line `(Omega_x, Omega_v) = s (1, -z)` (incoming light).
+
+    Args:
+        transparency: field V over the light's coordinates.
+        depth: distance from the blocker to the plane, along the light; zero for a planar one.
+        window: box for the spectrum (see `Multiply`).
+
+    Reference: D05 eqs. 4-5.
+    """
+
+    transparency: Field
+    depth: Scalar = eqx.field(converter=as_float, default=0.0)
+    window: Grid | None = None
+
+    def law(self, frame: Frame) -> Multiply:
+        """Multiply by V, sheared to its depth."""
+        same = self.transparency.frame.coordinates == frame.coordinates
+        require(same, self, frame, f"light in {self.transparency.frame.coordinates}")
+        shear = Travel(self.depth).law(frame)
+        return Multiply(shear(self.transparency), self.window)
+
+
+class Layers(Event):
+    """Several planar blockers, one behind the other: the product of their sheared masks.
+
+    `l'(x, v) = l(x, v) prod_k V_k(x -+ v z_k, v)`, minus for incoming light. The product of two
+    lines of energy is the whole parallelogram lattice `s (1, -z_1) + t (1, -z_2)`, so the spectrum
+    is *not* restricted to the wedge between the lines, as D05 §3.2 has it: only its singular part,
+    the edges, is.
+
+    Args:
+        transparencies: one field for each layer, over the light's coordinates.
+        depths: distance of each layer from the plane, along the light.
+        window: box for the spectrum (see `Multiply`).
+
+    Raises:
+        ValueError: if there is not one depth for each layer, or one of them is negative.
+
+    Reference: D05 §3.2.
+
+    Example:
+        >>> from firstorder.conventions import FLATLAND_SLOPE
+        >>> from firstorder.fields import gaussian, half_plane
+        >>> from firstorder.transport.events.occlusion import Layers
+        >>> L = gaussian((0.0, 0.0), (1.0, 1.0), frame=FLATLAND_SLOPE)
+        >>> V = half_plane(0.0, frame=L.frame)
+        >>> Layers((V, V), [0.0, 1.0])(L)(0.5, 1.0).item()  # hits the farther one
+        0.0
+    """
+
+    transparencies: tuple[Field, ...]
+    depths: Array = eqx.field(converter=as_float)
+    window: Grid | None = None
+
+    def __check_init__(self):
+        """Refuse layers without a place."""
+        if self.depths.shape != (len(self.transparencies),) or not self.transparencies:
+            raise ValueError(
+                f"Argument `depths` must have {len(self.transparencies)} entries, at least one, "
+                f"but has shape {self.depths.shape}."
+            )
+
+    def law(self, frame: Frame) -> Law:
+        """Multiply by the product."""
+        sheared = [
+            Occlusion(V, z).law(frame).factor
+            for V, z in zip(self.transparencies, self.depths, strict=True)
+        ]
+        product = sheared[0]
+        for V in sheared[1:]:
+            product = Multiply(V)(product)
+        return Multiply(product, self.window)
+
+
+def half_plane_blocker(
+    edge, frame: Frame, transparency=0.0, window: Grid | None = None
+) -> Occlusion:
+    """A half-plane that blocks `x < edge`, letting through the fraction `transparency`.
+
+    Raises:
+        ValueError: if `transparency` lies outside [0, 1].
+
+    Example:
+        >>> from firstorder.conventions import FLATLAND_SLOPE
+        >>> from firstorder.fields import gaussian
+        >>> from firstorder.transport import half_plane_blocker
+        >>> L = gaussian((0.0, 0.0), (1.0, 1.0), frame=FLATLAND_SLOPE)
+        >>> half_plane_blocker(0.5, L.frame)(L)(0.0, 0.0).item()
+        0.0
+    """
+    mask = half_plane(
+        edge, _fraction("transparency", transparency), 1.0, frame.coordinates[0], frame
+    )
+    return Occlusion(mask, 0.0, window)
+
+
+def slit_blocker(
+    left, right, frame: Frame, transparency=0.0, depth=0.0, window: Grid | None = None
+) -> Occlusion:
+    """A screen that is open for `left < x < right` and lets through `transparency` elsewhere.
+
+    Raises:
+        ValueError: if `transparency` lies outside [0, 1] or `left < right` does not hold.
+
+    Example:
+        >>> from firstorder.conventions import FLATLAND_SLOPE
+        >>> from firstorder.fields import gaussian
+        >>> from firstorder.transport.events.occlusion import slit_blocker
+        >>> L = gaussian((0.0, 0.0), (1.0, 1.0), frame=FLATLAND_SLOPE)
+        >>> slit = slit_blocker(-0.5, 0.5, L.frame)
+        >>> slit(L)(0.0, 0.0).item(), slit(L)(0.6, 0.0).item()
+        (1.0, 0.0)
+    """
+    t = _fraction("transparency", transparency)
+    heights = jnp.stack([t, jnp.ones_like(t), t])
+    places = jnp.stack([as_float(left), as_float(right)])
+    return Occlusion(Bars(_along(frame), places, heights), depth, window)
+
+
+def comb_blocker(
+    period,
+    count: int,
+    frame: Frame,
+    open=0.5,
+    transparency=0.0,
+    depth=0.0,
+    window: Grid | None = None,
+) -> Occlusion:
+    """A finite comb: `count` bars of transparency `transparency`, one per `period`, about x = 0.
+
+    Between and beyond the bars nothing stands in the way. For a comb without end see `Grating`.
+
+    Args:
+        period: distance from bar to bar, in metres.
+        count: how many bars.
+        frame: names of the light's coordinates.
+        open: fraction of a period that is open, in (0, 1).
+        transparency: of the bars, in [0, 1].
+        depth: distance from the comb to the plane, along the light.
+        window: box for the spectrum (see `Multiply`).
+
+    Raises:
+        ValueError: if `count` is not positive or a fraction lies outside its interval.
+
+    Example:
+        >>> from firstorder.conventions import FLATLAND_SLOPE
+        >>> from firstorder.fields import gaussian
+        >>> from firstorder.transport.events.occlusion import comb_blocker
+        >>> L = gaussian((0.0, 0.0), (1.0, 1.0), frame=FLATLAND_SLOPE)
+        >>> comb_blocker(1.0, 3, L.frame)(L)(1.0, 0.0).item()  # on the third bar
+        0.0
+    """
+    t, open = _fraction("transparency", transparency), _fraction("open", open)
+    check_positive("period", period)
+    check_positive("count", count)
+    middles = period * (np.arange(count) - 0.5 * (count - 1))
+    half = 0.5 * as_float(period) * (1.0 - open)
+    places = jnp.stack([middles - half, middles + half], axis=-1).ravel()
+    heights = jnp.append(jnp.ones(1), jnp.tile(jnp.stack([t, jnp.ones_like(t)]), count))
+    return Occlusion(Bars(_along(frame), places, heights), depth, window)
+
+
+def grating_blocker(
+    period,
+    frame: Frame,
+    open=0.5,
+    transparency=0.0,
+    depth=0.0,
+    window: Grid | None = None,
+) -> Occlusion:
+    """A comb without end; x = 0 is the middle of an opening (see `Grating`).
+
+    Raises:
+        ValueError: if `transparency` lies outside [0, 1], or see `Grating`.
+
+    Example:
+        >>> from firstorder.conventions import FLATLAND_SLOPE
+        >>> from firstorder.fields import gaussian
+        >>> from firstorder.transport.events.occlusion import grating_blocker
+        >>> L = gaussian((0.0, 0.0), (1.0, 1.0), frame=FLATLAND_SLOPE)
+        >>> grating_blocker(1.0, L.frame)(L)(0.5, 0.0).item()
+        0.0
+    """
+    t = _fraction("transparency", transparency)
+    return Occlusion(Grating(_along(frame), period, open, t, 1.0), depth, window)
+
+
+def _fraction(name: str, x) -> Scalar:
+    """A number in [0, 1]; NaN for a traced one that is not."""
+    check_between(name, x, 0.0, 1.0)
+    x = as_float(x)
+    return nan_unless((x >= 0) & (x <= 1), x)
+
+
+def _along(frame: Frame) -> Affine:
+    """The first position as a level."""
+    return Affine(np.eye(frame.dims)[frame.positions[0]], 0.0, frame)

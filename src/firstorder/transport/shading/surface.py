@@ -1,0 +1,405 @@
+"""Reflected light of a curved, bumpy, textured surface: value, gradient and Hessian, term by term.
+
+The four steps of R07 §4.1 in one: `B(x, theta) = int L(x, omega) rho(2 n(x) - theta - omega)
+d omega`. At *fixed offsets* `t = theta_r - omega` a homogeneous lobe is the same for all rays: it
+is evaluated once per node, and six sums over the light's jet give everything.
+"""
+
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from firstorder.conventions import FLATLAND, Frame
+from firstorder.errors import Refused, check_positive
+from firstorder.fields.field import Field, Function
+from firstorder.fields.jet import Jet
+from firstorder.fields.kernel import Profile
+from firstorder.laws.convolve import Convolve
+from firstorder.laws.integrate import Integrate
+from firstorder.laws.move import Move
+from firstorder.laws.multiply import Multiply
+from firstorder.numerics.batching import in_batches
+from firstorder.transport.brdf.general import Brdf
+from firstorder.transport.brdf.lobes import Lobe
+from firstorder.transport.events.bump import Bump
+from firstorder.transport.events.cosine import ClampedCosine
+from firstorder.transport.shading.flat_jets import Entries, Normal, entries_of, unpacked, value_of
+from firstorder.transport.shading.horizon import AboveLine
+from firstorder.transport.shading.quadrature import (
+    center_of,
+    has_cosine,
+    local_center,
+    offsets,
+    weigh,
+)
+from firstorder.typing import Array, Ray, Scalar, as_float
+
+_WIDE = Frame(("x", "theta", "omega"))
+
+
+class Terms(NamedTuple):
+    """What the spatial derivative of reflected light consists of: `B_x = SV + CDV + MV`.
+
+    Attributes:
+        SV: spatial variation of the light, `L_x (*) rho`.
+        DV: its directional variation, `L_theta (*) rho`; for a mirror lobe `B_theta = -DV`.
+        CV: curvature, `turn n_x`: 2 n_x for a mirror lobe and n_x for a diffuse one.
+        CDV: `CV DV`.
+        MV: variation of the material, `L (*) rho_x`, of the texture and of an exact cosine.
+
+    Reference: R07 §5.2; MV is not in its Fig. 4.
+    """
+
+    SV: Array
+    DV: Array
+    CV: Array
+    CDV: Array
+    MV: Array
+
+
+class Surface(eqx.Module):
+    """A flatland surface: how its normal turns, how it reflects, what is painted on it.
+
+    Args:
+        normal: n as a field over (x, theta) that ignores theta, in radians: a base shape, bumps, or
+            their sum. Counter-clockwise from +y; x is arc length.
+        reflectance: lobes and general BRDFs; they add up.
+        texture: field over (x, theta) that ignores theta and multiplies the reflected light.
+
+    Raises:
+        ValueError: if `reflectance` is empty.
+
+    Example:
+        >>> from firstorder.fields import Affine, gaussian
+        >>> from firstorder.transport.brdf.lobes import glossy
+        >>> from firstorder.transport.shading.surface import Surface
+        >>> valley = Surface(Affine([0.5, 0.0], 0.0), (glossy(0.2),))
+        >>> B = valley.reflect(gaussian((0.0, 0.1), (1.0, 0.4)))
+        >>> B(0.2, 0.1).shape
+        ()
+    """
+
+    normal: Field
+    reflectance: tuple[Lobe | Brdf, ...]
+    texture: Field | None = None
+
+    def __check_init__(self):
+        """Refuse a surface without material."""
+        if not self.reflectance:
+            raise ValueError("Argument `reflectance` must hold at least one lobe, but is empty.")
+
+    def normal_at(self, x: Scalar) -> Normal:
+        """n, n_x and n_xx at arc length x."""
+        jet = self.normal.jet(jnp.stack([x, jnp.zeros_like(x)]))
+        return Normal(jet.value, jet.gradient[0], jet.hessian[0, 0])
+
+    def reflect(self, light: Field, nodes: int = 64, above: bool = False) -> "Reflected":
+        """The reflected light field; see `Reflected`.
+
+        Args:
+            light: incoming light over (x, theta).
+            nodes: Gauss-Legendre nodes per smooth piece.
+            above: take only light from above the base line, `AboveLine(light)`: needed by light
+                that came through slopes.
+        """
+        return Reflected(AboveLine(light) if above else light, self, nodes)
+
+
+class Reflected(Field):
+    """Light reflected by a surface, as an outgoing light field.
+
+    For every lobe, with `theta_r = 2 n(x) - theta` and (*) the convolution over angle at theta_r,
+
+    `B        = L (*) rho`
+    `B_x      = L_x (*) rho + 2 n_x L_theta (*) rho`
+    `B_theta  = -L_theta (*) rho`
+    `B_xx     = L_xx (*) rho + 4 n_x L_xtheta (*) rho + 4 n_x^2 L_thetatheta (*) rho
+    + 2 n_xx L_theta (*) rho`
+    `B_xtheta = -(L_xtheta (*) rho + 2 n_x L_thetatheta (*) rho)`
+    `B_thetatheta = L_thetatheta (*) rho`
+
+    For a lobe with another argument 2 becomes `turn` and -1 `look`. A lobe that varies in x, a
+    texture and an exact cosine add terms by Leibniz' rule; the cosine also adds
+    `L rho grad m grad m^T` at each horizon `omega = n -+ pi/2` in the lobe's reach, with m the
+    lobe's local centre. A general BRDF is integrated over the local hemisphere,
+    `int L(x, n + w) rho(w, theta - n) cos(w) dw`, whose ends stand still.
+
+    Light with edges is integrated piece by piece with the boundary terms of `Integrate`.
+    A lobe may reach below the base line, |omega| > pi/2, where light that came through slopes
+    (`ToAngle`, `Travel` in angles) is NaN: reflect `AboveLine(light)`, or with `above=True`.
+    Angles are global, theta is held fixed under d/dx. Wrong when the lobe reaches around the
+    circle.
+
+    Args:
+        light: incoming light over (x, theta).
+        surface: the surface.
+        nodes: Gauss-Legendre nodes per smooth piece.
+
+    Raises:
+        ValueError: if the light is not incoming flatland light in angles.
+
+    Reference: R07 eqs. 18-25, 29, 68-69, §5.2, §5.4.
+
+    Example:
+        >>> from firstorder.fields import Affine, gaussian
+        >>> from firstorder.transport.brdf.lobes import glossy
+        >>> from firstorder.transport.shading.surface import Surface
+        >>> B = Surface(Affine([0.5, 0.0], 0.0), (glossy(0.2),)).reflect(
+        ...     gaussian((0.0, 0.1), (1.0, 0.4)))
+        >>> terms, = B.terms(0.2, 0.1)
+        >>> bool(abs(B.jets(0.2, 0.1).gradient[0] - terms.SV - terms.CDV) < 1e-12)
+        True
+    """
+
+    light: Field
+    surface: Surface
+    nodes: int = eqx.field(static=True, default=64)
+
+    def __check_init__(self):
+        """Refuse other coordinates."""
+        check_positive("nodes", self.nodes)
+        if self.light.frame != FLATLAND:
+            f = self.light.frame
+            raise ValueError(
+                f"Argument `light` must be incoming in {FLATLAND.coordinates}, "
+                f"but is {f.sense} in {f.coordinates}."
+            )
+
+    @property
+    def frame(self) -> Frame:
+        """The light's, outgoing."""
+        return self.light.frame.turned()
+
+    def at(self, u: Ray) -> Scalar:
+        """Sum over the lobes, times the texture."""
+        x, theta = u
+        n = self.surface.normal_at(x)
+        total = sum((self._value(r, n, x, theta) for r in self.surface.reflectance), 0.0 * x)
+        texture = self.surface.texture
+        return total if texture is None else texture.at(u) * total
+
+    def jet(self, u: Ray) -> Jet:
+        """Value, gradient and Hessian in closed form."""
+        return self.entries(u[0], u[1]).jet(self.frame)
+
+    def entries(self, x: Scalar, theta: Scalar) -> Entries:
+        """The jet as six numbers."""
+        n = self.surface.normal_at(x)
+        first, *rest = (self._entries(r, n, x, theta) for r in self.surface.reflectance)
+        for more in rest:
+            first = first + more
+        return first if self.surface.texture is None else self._painted(x).times(first)
+
+    def gradient(self, x: Scalar, theta: Scalar) -> tuple[Scalar, Scalar, Scalar]:
+        """`B, B_x, B_theta`, without the work that only the Hessian needs.
+
+        Unused outputs of a loop are removed by the compiler, so this is `entries`, cut.
+        """
+        return self.entries(x, theta)[:3]
+
+    def terms(self, x, theta) -> tuple[Terms, ...]:
+        """SV, DV, CV, CDV and MV of every lobe (general BRDFs: `turn` is 1, as for their light).
+
+        Args:
+            x: arc length, an array of any shape.
+            theta: outgoing direction, broadcast against x.
+
+        Raises:
+            Refused: for light with edges, unless all lobes are without cosine.
+        """
+        x, theta = jnp.broadcast_arrays(*map(jnp.asarray, (x, theta)))
+        many = jax.vmap(self._terms)(x.ravel(), theta.ravel())
+        return jax.tree.map(lambda a: a.reshape(x.shape), many)
+
+    def over(self, x, theta, block: int = 2048) -> Entries:
+        """Entries at many rays, in blocks that fit the cache.
+
+        Args:
+            x: arc lengths, one axis.
+            theta: outgoing directions, likewise.
+            block: rays at a time.
+        """
+        return in_batches(lambda a: self.entries(*a), (x, theta), block)
+
+    # --- one lobe or BRDF -------------------------------------------------------------------
+
+    def _value(self, r: Lobe | Brdf, n: Normal, x: Scalar, theta: Scalar) -> Scalar:
+        if self.light.edges():
+            field, ray = self._law_image(r, n, x, theta)
+            return field.at(ray)
+        *_, center = center_of(r, n, theta)
+        nodes, weights, weight = weigh(r, n, x, theta, self.nodes)
+
+        def node(t):
+            return value_of(self.light, x, center - t) * weight(t).value
+
+        return jnp.sum(weights * jax.vmap(node)(nodes))
+
+    def _entries(self, r: Lobe | Brdf, n: Normal, x: Scalar, theta: Scalar) -> Entries:
+        if self.light.edges():
+            return self._by_laws(r, n, x, theta)
+        if isinstance(r, Lobe) and isinstance(r.kernel, Profile) and not r.cosine:
+            turn, look, center = center_of(r, n, theta)
+            return self._sums(r.kernel, x, center).turned(n, turn, look)
+        return self._leibniz(r, n, x, theta)
+
+    def _sums(self, profile: Profile, x: Scalar, center: Scalar) -> Entries:
+        """The six entries of L, convolved: the lobe is evaluated once for all rays."""
+        h = profile.half_width().astype(x.dtype)
+        t, w = offsets(profile, -h, h, self.nodes)
+        weights = (w * jax.vmap(lambda s: profile.derivatives(s)[0])(t)).astype(x.dtype)
+
+        def step(total, node):
+            t, weight = node
+            return total + entries_of(self.light, x, center - t).scaled(weight), None
+
+        zero = Entries(*[jnp.zeros_like(x)] * 6)
+        # Eight nodes at a time: the running sums are then loaded and stored an eighth as often.
+        return jax.lax.scan(step, zero, (t, weights), unroll=8)[0]
+
+    def _leibniz(self, r: Lobe | Brdf, n: Normal, x: Scalar, theta: Scalar) -> Entries:
+        """Light and weight both vary with the ray: product rule under the integral sign."""
+        turn, look, center = center_of(r, n, theta)
+        nodes, weights, weight = weigh(r, n, x, theta, self.nodes)
+
+        def node(t):
+            return entries_of(self.light, x, center - t).turned(n, turn, look).times(weight(t))
+
+        total = Entries(*(jnp.sum(weights * e) for e in jax.vmap(node)(nodes)))
+        return total + self._horizons(r, n, x, theta) if has_cosine(r) else total
+
+    def _horizons(self, r: Lobe, n: Normal, x: Scalar, theta: Scalar) -> Entries:
+        """`L rho m_i m_j` at `omega = n -+ pi/2`: the cosine has a kink there, and it moves."""
+        m, kernel = local_center(r, n, theta), r.kernel
+        total = jnp.zeros_like(x)
+        for side in (-0.5 * np.pi, 0.5 * np.pi):
+            t = m.value + side
+            rho = kernel.at(jnp.stack([x, t]))
+            light = self.light.at(jnp.stack([x, n.value - side]))
+            total = total + jnp.where(jnp.abs(t) < kernel.half_width(), light * rho, 0.0)
+        zero = jnp.zeros_like(x)
+        bend = m.x * m.x, m.x * m.theta, m.theta * m.theta
+        return Entries(zero, zero, zero, *(total * b for b in bend))
+
+    def _by_laws(self, r: Lobe | Brdf, n: Normal, x: Scalar, theta: Scalar) -> Entries:
+        """The same as a composition of laws, which split the integral at the light's edges."""
+        field, ray = self._law_image(r, n, x, theta)
+        entries = unpacked(field.jet(ray))
+        turn, look, _ = center_of(r, n, theta)
+        return entries if isinstance(r, Brdf) else entries.turned(n, turn, look)
+
+    def _law_image(self, r: Lobe | Brdf, n: Normal, x: Scalar, theta: Scalar) -> tuple[Field, Ray]:
+        """Convolved light and where to read it, or what a general BRDF reflects, and the ray."""
+        if isinstance(r, Brdf):
+            return self._hemisphere(r), jnp.stack([x, theta])
+        *_, center = center_of(r, n, theta)
+        return Convolve(r.kernel, nodes=self.nodes)(self._lit(r)), jnp.stack([x, center])
+
+    def _lit(self, r: Lobe) -> Field:
+        """The light, times the clamped cosine if the lobe asks for it."""
+        if not r.cosine:
+            return self.light
+        return Multiply(Bump(self.surface.normal, back=True)(ClampedCosine()))(self.light)
+
+    def _hemisphere(self, r: Brdf) -> Field:
+        """A general BRDF by laws: into the local frame, integrate, and back."""
+        local = Bump(self.surface.normal)(self.light)
+        factor = Function(lambda x, o, w: r.derivatives(w, o)[0] * jnp.cos(w), _WIDE)
+        light = Move([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]], to=_WIDE)(local)
+        quarter = 0.5 * np.pi
+        breaks = tuple(_Peak(r, i) for i in range(len(r.peaks(jnp.zeros(())))))
+        integrate = Integrate("omega", -quarter, quarter, self.nodes, breaks)
+        integral = integrate(Multiply(factor)(light))
+        return Bump(self.surface.normal, back=True)(integral)
+
+    # --- the terms --------------------------------------------------------------------------
+
+    def _terms(self, x: Scalar, theta: Scalar) -> tuple[Terms, ...]:
+        n = self.surface.normal_at(x)
+        return tuple(self._terms_of(r, n, x, theta) for r in self.surface.reflectance)
+
+    def _terms_of(self, r: Lobe | Brdf, n: Normal, x: Scalar, theta: Scalar) -> Terms:
+        """By their definitions, and not from B_x."""
+        turn, _, center = center_of(r, n, theta)
+        if self.light.edges():
+            B, SV, DV, MV = self._split_terms(r, x, center)
+        else:
+            nodes, weights, weight = weigh(r, n, x, theta, self.nodes)
+
+            def node(t):
+                L, q = entries_of(self.light, x, center - t), weight(t)
+                return L.value * q.value, L.x * q.value, L.theta * q.value, L.value * q.x
+
+            B, SV, DV, MV = (jnp.sum(weights * e) for e in jax.vmap(node)(nodes))
+        if self.surface.texture is not None:
+            paint = self._painted(x)
+            SV, DV, MV = paint.value * SV, paint.value * DV, paint.value * MV + paint.x * B
+        CV = turn * n.x
+        return Terms(SV, DV, CV, CV * DV, MV)
+
+    def _split_terms(self, r: Lobe | Brdf, x: Scalar, center: Scalar):
+        """Under light with edges L_x and L_theta hold Diracs: convolve, then differentiate."""
+        if not isinstance(r, Lobe) or r.cosine or not isinstance(r.kernel, Profile):
+            raise Refused("terms under light with edges need a homogeneous lobe without cosine")
+        jet = Convolve(r.kernel, nodes=self.nodes)(self.light).jet(jnp.stack([x, center]))
+        return jet.value, jet.gradient[0], jet.gradient[1], jnp.zeros_like(jet.value)
+
+    def _painted(self, x: Scalar) -> Entries:
+        """The texture's entries; it does not depend on the direction."""
+        assert self.surface.texture is not None
+        e = entries_of(self.surface.texture, x, jnp.zeros_like(x))
+        zero = jnp.zeros_like(x)
+        return Entries(e.value, e.x, zero, e.xx, zero, zero)
+
+
+class _Peak(Field):
+    """Where a general BRDF peaks, to split quadrature there: it moves nothing but the nodes."""
+
+    brdf: Brdf
+    index: int = eqx.field(static=True)
+    frame: Frame = eqx.field(static=True, default=_WIDE)
+
+    def at(self, u: Ray) -> Scalar:
+        """One of the peaks for the outgoing angle, held still."""
+        return jax.lax.stop_gradient(self.brdf.peaks(u[1])[self.index].astype(u.dtype))
+
+    def jet(self, u: Ray) -> Jet:
+        """The same, and zeros."""
+        zero = jnp.zeros((u.size, u.size), u.dtype)
+        return Jet(self.at(u), zero[0], zero, self.frame)
+
+
+def far_light_ratio(D, local, kappa, turn=2.0) -> Array:
+    """How far from far a light is: `|L_x| / |turn n_x L_theta|` for a source that shines all ways.
+
+    Such a source obeys `L_x = -cos(omega - n_0) / D L_theta`, whatever its shape: moving along the
+    base and turning the ray shift the point of the source that is seen alike. So the ratio is
+    `cos(omega - n_0) / (turn |n_x| D)`; light is far where it is much below 1, and near where it is
+    above. On a flat base under a plane of light at height d, `cos(omega - n_0) / D` is
+    `cos(omega)^2 / d`, the paper's 1/d overhead. The sign makes the two parts cancel in a valley
+    that is focused on the source.
+
+    Wrong for a source with a beam, and across its edges as seen past a blocker.
+
+    Args:
+        D: distance to the source along the ray, in metres; positive.
+        local: angle between the ray and the base's normal, `omega - n_0`, in radians.
+        kappa: n_x of the shading normal, in radians per metre; zero gives infinity.
+        turn: 2 for a mirror lobe, 1 for a diffuse one.
+
+    Raises:
+        ValueError: if `D` is not positive.
+
+    Reference: R07 §5.2, whose L_x ~ L_theta / d lacks the sign and the cosines.
+
+    Example:
+        >>> from firstorder.transport.shading.surface import far_light_ratio
+        >>> far_light_ratio(2.0, 0.0, 0.25).item()
+        1.0
+    """
+    check_positive("D", D)
+    D, local, kappa = map(as_float, (D, local, kappa))
+    return jnp.abs(jnp.cos(local)) / (turn * jnp.abs(kappa) * D)

@@ -1,0 +1,52 @@
+"""Weights of records by hand, near, far and on one of them."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from firstorder.caching.records import kept, printed, weights
+
+ALL = jnp.ones(3, bool)
+
+
+def shares(error, valid=ALL, fade=False):
+    found = weights(jnp.asarray(error), valid, fade)
+    return np.asarray(found.weight / found.weight.sum()), found
+
+
+@pytest.mark.parametrize(
+    ("fade", "wanted"), [(False, np.array([4.0, 2.0, 0.0])), (True, np.array([3.0, 1.0, 0.0]))]
+)
+def test_in_reach_it_is_one_over_the_error(fade, wanted):
+    share, found = shares([0.25, 0.5, 1.5], fade=fade)
+    np.testing.assert_allclose(share, wanted / wanted.sum(), rtol=1e-14)
+    assert found.used.tolist() == [True, True, False]
+    assert found.covered
+
+
+def test_out_of_reach_the_nearest_counts_alone():
+    for fade in (False, True):
+        share, found = shares([1.5, 3.0, 2.0], fade=fade)
+        assert share.tolist() == [1.0, 0.0, 0.0]
+        assert not found.covered
+
+
+def test_on_a_record_it_counts_alone_and_slopes_are_finite():
+    share, _ = shares([0.0, 0.5, 0.5])
+    np.testing.assert_allclose(share, [1.0, 0.0, 0.0], atol=1e-15)
+    slope = jax.jacobian(lambda e: weights(e, ALL).weight)(jnp.array([0.0, 0.5, 3.0]))
+    assert np.all(np.isfinite(slope))
+
+
+def test_what_is_no_record_does_not_count():
+    share, found = shares([0.1, 0.5, 2.0], jnp.array([False, True, True]))
+    assert share.tolist() == [0.0, 1.0, 0.0]
+    assert found.used.tolist() == [False, True, False]
+
+
+def test_choice_and_print():
+    assert kept(None, 3).tolist() == [0, 1, 2]
+    assert kept(np.array([False, True, True]), 3).tolist() == [1, 2]
+    table = {"x": np.array([1.0 / 3.0, 2.0]), "clamp": np.array(["raised", ""])}
+    assert printed(table) == "      x   clamp\n0.33333  raised\n      2"

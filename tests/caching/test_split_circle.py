@@ -1,0 +1,140 @@
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from derivations.caching.split_circle import painted_irradiance
+from firstorder.caching import (
+    harmonic_length,
+    minimum_length,
+    split_circle_change,
+    split_circle_error,
+)
+from firstorder.flatland import Receiver, Scene, Segments, irradiance, thing
+
+
+def half(angle):
+    return angle > 0.0
+
+
+@pytest.mark.smoke
+@given(st.floats(-0.99, 0.99), st.floats(-3.1, 3.1))
+def test_the_error_bounds_the_change_in_the_split_circle(step, turn):
+    assert split_circle_change(step, 1.0, turn) <= split_circle_error(step, 1.0, turn) + 1e-15
+
+
+@pytest.mark.parametrize(("step", "turn"), [(0.3, 0.0), (0.0, 0.7), (0.4, 0.5)])
+def test_the_change_is_that_of_light_on_a_circle(step, turn):
+    true = painted_irradiance(step, turn, 1.0, half) - 1.0
+    assert split_circle_change(step, 1.0, turn).item() == pytest.approx(true, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [
+        lambda dx, R, turn: jnp.sin(dx / R + turn),
+        lambda dx, R, turn: jnp.sin(jnp.arctan(dx / R) - turn),
+        lambda dx, R, turn: jnp.sin(jnp.arctan(R / dx) + turn),
+    ],
+)
+def test_a_fault_in_the_change_is_noticed(fault):
+    true = painted_irradiance(0.4, 0.5, 1.0, half) - 1.0
+    assert abs(float(fault(0.4, 1.0, 0.5)) - true) > 1e-3
+
+
+@pytest.mark.smoke
+def test_beyond_a_right_angle_the_error_does_not_fall_again():
+    """Printed, the other side of a sheet (half a turn) would cost nothing."""
+    assert split_circle_error(0.0, 1.0, np.pi).item() == 1.0
+    assert split_circle_error(0.0, 1.0, -0.5).item() == pytest.approx(np.sin(0.5))
+
+
+# --- where it is no bound ------------------------------------------------------------------------
+
+
+def test_light_on_the_circle_may_change_by_more_after_a_finite_step():
+    """By delta^3 / 16: the worst split is not the one above the record."""
+    delta = 0.6
+    at = np.arcsin(0.75 * delta)
+    before, after = (
+        painted_irradiance(x, 0.0, 1.0, lambda a: a > at, pieces=400000) for x in (0.0, delta)
+    )
+    assert after - before > delta + 0.5 * delta**3 / 16
+
+
+def test_a_small_light_near_the_horizon_changes_its_share_twice_as_fast():
+    def patch(angle):
+        return np.abs(angle - 1.45) < 0.02
+
+    before, after = (painted_irradiance(x, 0.0, 1.0, patch) for x in (0.0, 0.01))
+    ratio = (after / before - 1.0) / split_circle_error(0.01, 1.0).item()
+    assert 1.9 < ratio < 2.1
+
+
+def test_a_small_light_near_the_horizon_may_change_by_any_share_in_a_turn():
+    def share(angle):
+        before, after = (
+            painted_irradiance(0.0, turn, 1.0, lambda a: np.abs(a - angle) < 0.002)
+            for turn in (0.0, 0.01)
+        )
+        return (after / before - 1.0) / split_circle_error(0.0, 1.0, 0.01).item()
+
+    np.testing.assert_allclose(
+        [share(a) for a in (0.5, 1.2, 1.5)], np.tan([0.5, 1.2, 1.5]), rtol=0.05
+    )
+
+
+def slats(count):
+    """Bright slats between black gaps: each reaches from the distance 1 to the distance 2."""
+    edges = np.linspace(-0.5, 0.5, 2 * count + 1)
+    left, right = edges[:-1:2], edges[1::2]
+
+    def point(r, a):
+        return np.stack([-r * np.sin(a), r * np.cos(a)], -1)
+
+    shape = Segments(jnp.asarray(point(2.0, right)), jnp.asarray(point(1.0, left)))
+    return Scene.of(thing(shape, emission=1.0, two_sided=True))
+
+
+def test_no_bound_exists_when_distances_differ():
+    """Nothing nearer than 1, nothing brighter than 1, and E' grows with the number of slats."""
+    slopes = []
+    for count in (4, 16):
+        scene = slats(count)
+        E = jax.jit(jax.value_and_grad(lambda x, s=scene: irradiance(s, Receiver((x, 0.0), 0.0))))
+        value, slope = E(0.0)
+        assert value < 1.0
+        slopes.append(abs(float(slope)))
+    assert slopes[0] > split_circle_error(1.0, 1.0).item()
+    assert slopes[1] > 3.0 * slopes[0]
+
+
+# --- lengths -------------------------------------------------------------------------------------
+
+
+@pytest.mark.smoke
+def test_lengths_of_rays():
+    t = jnp.array([[1.0, 2.0, jnp.inf], [jnp.inf, jnp.inf, jnp.inf], [0.0, 1.0, 4.0]])
+    assert minimum_length(t).tolist() == [1.0, np.inf, 0.0]
+    assert harmonic_length(t).tolist() == [2.0, np.inf, 0.0]
+
+
+def test_lengths_have_no_nan_in_their_gradients():
+    t = jnp.array([1.0, 2.0, jnp.inf])
+    np.testing.assert_allclose(jax.grad(harmonic_length)(t), [4 / 3, 1 / 3, 0.0], rtol=1e-12)
+    assert np.all(np.isfinite(jax.grad(harmonic_length)(jnp.array([0.0, 1.0]))))
+    assert np.all(np.isfinite(jax.grad(split_circle_error, (0, 1, 2))(0.0, 1.0, 0.0)))
+
+
+@pytest.mark.smoke
+def test_bad_input_is_one_sentence():
+    with pytest.raises(ValueError, match=r"^Argument `radius` must be positive, but is 0.0.$"):
+        split_circle_error(0.1, 0.0)
+    with pytest.raises(
+        ValueError, match=r"^Argument `lengths` must not be negative, but is -1.0.$"
+    ):
+        harmonic_length(jnp.array([-1.0, 1.0]))
+    assert np.isnan(jax.jit(split_circle_error)(0.1, -1.0))
+    assert np.isnan(jax.jit(split_circle_change)(0.1, -1.0))

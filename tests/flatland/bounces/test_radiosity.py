@@ -1,0 +1,217 @@
+"""The radiosity reference: an independent solution, furnaces, energy, derivatives."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from derivations.flatland.bounces import radiosity as oracle
+from firstorder.flatland import Circles, PointLights, Scene, Segments, box, irradiance, thing
+from firstorder.flatland.bounces import panels as cutting
+from firstorder.flatland.bounces import transfer
+from firstorder.flatland.bounces.panels import Fineness
+from firstorder.flatland.bounces.radiosity import corner_exponent, solve
+from firstorder.flatland.visible import receiver
+
+PLACES = np.array([1e-4, 0.01, 0.1, 0.26, 0.5])
+COARSE = Fineness(5, 1e-2)
+
+
+def room(albedo=0.2, emission=0.0, discs=False, light=True):
+    walls = thing(box((0.0, 0.0), (1.0, 1.0), inward=True), albedo=albedo, emission=emission)
+    centers = [(0.25, 0.25), (0.25, 0.75), (0.75, 0.25), (0.75, 0.75)]
+    more = [thing(Circles(centers, [0.08] * 4), albedo=albedo, emission=emission)] if discs else []
+    return Scene.of(walls, *more, points=PointLights((0.5, 0.5), 1.0) if light else None)
+
+
+@pytest.fixture(scope="module")
+def scene_c():
+    return solve(room(), Fineness(8, 1e-5))
+
+
+@pytest.fixture(scope="module")
+def scene_d():
+    return solve(room(discs=True), COARSE)
+
+
+@eqx.filter_jit
+def three(solution, index, s):
+    """E, E' and E'' in the parameter."""
+
+    def E(t):
+        return solution.irradiance(receiver(solution.scene, index, t))
+
+    def first(t):
+        return jax.jvp(E, (t,), (jnp.ones_like(t),))
+
+    def both(t):
+        (value, slope), (_, bend) = jax.jvp(first, (t,), (jnp.ones_like(t),))
+        return jnp.stack([value, slope, bend])
+
+    return jax.vmap(both)(s).T
+
+
+def test_scene_c_is_that_of_an_independent_solution_with_both_derivatives(scene_c):
+    """E to 1e-8; E' and E'' from kernels that sympy differentiates under the integral."""
+    ours = np.asarray(three(scene_c, jnp.asarray(0), jnp.asarray(PLACES)))
+    truth = oracle.room_derivatives(PLACES)
+    assert np.abs(ours[0] / truth[0] - 1.0).max() < 1e-8
+    far = PLACES >= 0.01
+    scale = np.abs(truth[:, far]).max(axis=1, keepdims=True)
+    assert (np.abs(ours - truth)[:, far] / scale).max() < 1e-7
+    # The power at the corner makes E'' diverge: -12 at x = 1/4, thousands at 1e-4.
+    assert abs(truth[2, 0]) > 50.0 * abs(truth[2, 3])
+
+
+def test_what_is_emitted_is_absorbed(scene_c, scene_d):
+    for solution, bound in ((scene_c, 1e-10), (scene_d, 1e-5)):
+        emitted, absorbed = solution.flux()
+        assert float(emitted) == pytest.approx(2.0 * np.pi)
+        assert float(absorbed) == pytest.approx(float(emitted), rel=bound)
+
+
+def test_a_closed_room_of_one_radiance_is_a_furnace():
+    """Emission 1 - rho makes L = 1 and E = 2 everywhere, corners included."""
+    solution = solve(room(0.3, 0.7, discs=True, light=False), Fineness(3, 0.1))
+    assert np.abs(np.asarray(solution.E) - 2.0).max() < 2e-12
+    radiance = 0.7 + np.asarray(solution.reflected)
+    assert np.abs(radiance - 1.0).max() < 1e-12
+
+
+def test_irradiance_in_scene_d_obeys_the_integral_equation_by_another_route(scene_d):
+    """A fan of rays in NumPy, each asked of the solution where it ends: no gaps, no panels."""
+    place, n = np.array([0.37, 0.0]), 60_000
+    sine = (2.0 * (np.arange(n) + 0.5) / n - 1.0)[:, None]  # d(sin) = cos d(theta)
+    u = np.concatenate([-sine, np.sqrt(1.0 - sine**2)], 1)
+    t = np.full(n, np.inf)
+    shape, s = np.zeros(n, int), np.zeros(n)
+    for k, c in enumerate([(0.25, 0.25), (0.25, 0.75), (0.75, 0.25), (0.75, 0.75)]):
+        w = np.asarray(c) - place
+        along = u @ w
+        square = 0.08**2 - (w @ w - along**2)
+        near = along - np.sqrt(np.maximum(square, 0.0))
+        hit = (square > 0.0) & (near > 0.0) & (near < t)
+        t, shape = np.where(hit, near, t), np.where(hit, 4 + k, shape)
+        q = place + near[:, None] * u - np.asarray(c)
+        s = np.where(hit, np.mod(np.arctan2(q[:, 0], q[:, 1]) / (2.0 * np.pi), 1.0), s)
+    for k, (axis, value) in enumerate([(1, 0.0), (0, 1.0), (1, 1.0), (0, 0.0)]):
+        if k == 0:
+            continue
+        far = (value - place[axis]) / np.where(u[:, axis] == 0.0, 1e-300, u[:, axis])
+        hit = (far > 0.0) & (far < t)
+        q = (place + far[:, None] * u)[:, 1 - axis]
+        t, shape = np.where(hit, far, t), np.where(hit, k, shape)
+        s = np.where(hit, q if k == 1 else 1.0 - q, s)
+    send = eqx.filter_jit(lambda sent, *a: jax.vmap(sent, in_axes=(0, 0, None, None))(*a))
+    L = send(scene_d, jnp.asarray(shape), jnp.asarray(s), jnp.asarray(True), jnp.zeros(2))
+    fan = 2.0 * float(jnp.mean(L))
+    ours = float(scene_d.indirect(receiver(scene_d.scene, 0, 0.37)))
+    assert ours == pytest.approx(fan, abs=2e-5)  # one ray in 60 000 at each of some ten edges
+
+
+def test_derivatives_in_scene_d_are_those_of_differences(scene_d):
+    """Between events, on a wall, in the shade too, and on a disc."""
+    for index, s in ((0, 0.3), (0, 0.15), (0, 0.47), (4, 0.4), (4, 0.1)):
+        h = 2e-4
+        around = s + h * np.arange(-2, 3)
+        E, E1, E2 = np.asarray(three(scene_d, jnp.asarray(index), jnp.asarray(around)))
+        numeric = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) @ E / (12.0 * h)
+        assert E1[2] == pytest.approx(numeric, abs=1e-7 * max(1.0, abs(E1[2])) + 1e-8 / h)
+        numeric = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) @ E1 / (12.0 * h)
+        assert E2[2] == pytest.approx(numeric, abs=1e-5 * max(1.0, abs(E2[2])))
+
+
+def test_a_solution_is_a_radiance(scene_c):
+    """The core's own integration, which knows nothing of panels, sees the same light."""
+    at = receiver(scene_c.scene, 0, 0.31)
+    seen = eqx.filter_jit(lambda s, at: irradiance(s.scene, at, s, nodes=48))(scene_c, at)
+    assert float(seen) == pytest.approx(float(scene_c.irradiance(at)), rel=1e-8)
+
+
+def test_other_albedos_are_a_solve_away_and_differentiable(scene_c):
+    brighter = scene_c.relit(jnp.full((4, 2), 0.6))
+    assert float(brighter.irradiance(receiver(brighter.scene, 0, 0.26))) == pytest.approx(
+        oracle.room_irradiance([0.26], 0.6)[0], rel=1e-7
+    )
+    slope = jax.grad(lambda a: jnp.sum(scene_c.relit(jnp.full((4, 2), a)).E[:, 0]))(0.2)
+    up, down = (float(jnp.sum(scene_c.relit(jnp.full((4, 2), a)).E[:, 0])) for a in (0.201, 0.199))
+    assert float(slope) == pytest.approx((up - down) / 0.002, rel=1e-4)
+
+
+def test_a_scene_may_be_open_and_shapes_may_have_two_sides():
+    """A screen lit from one side lights the floor before it, and not the floor behind it."""
+    floor = thing(Segments((-1.0, 0.0), (1.0, 0.0)), name="floor", albedo=0.5)
+    screen = thing(Segments((0.0, 0.1), (0.0, 1.0)), name="screen", albedo=(0.0, 0.8))
+    scene = Scene.of(floor, screen, points=PointLights((0.5, 0.6), 1.0))
+    solution = solve(scene, COARSE)
+    sides = set(zip(solution.panels.shape.tolist(), solution.panels.side.tolist(), strict=True))
+    assert (0, 0) in sides
+    assert (0, 1) not in sides  # nothing is below the floor
+    emitted, absorbed = solution.flux()
+    assert float(absorbed) < float(emitted)
+    lit = solution.indirect(receiver(scene, 0, 0.75))  # the floor before the lit side
+    dark = solution.indirect(receiver(scene, 0, 0.4))  # and behind the screen
+    assert float(lit) > 0.02
+    assert 0.0 <= float(dark) < 1e-3
+
+
+def test_what_is_not_diffuse_is_refused():
+    glass = thing(box((0.0, 0.0), (1.0, 1.0)), mirror=0.5, emission=1.0)
+    with pytest.raises(ValueError, match="must be diffuse, but holds a surface with `mirror`"):
+        solve(Scene.of(glass))
+    with pytest.raises(ValueError, match="must be concrete"):
+        jax.jit(lambda a: solve(room(a)).E)(0.2)
+    with pytest.raises(ValueError, match="`albedo` must be positive"):
+        corner_exponent(0.0)
+
+
+def test_the_power_at_a_corner():
+    assert corner_exponent(0.5) == pytest.approx(oracle.fitted_exponent(0.5), abs=1e-3)
+
+
+FAULTS = {
+    "forget the ends' motion": (
+        "_ends",
+        lambda *a: jnp.zeros(()),
+    ),
+    "forget the second order of the ends": (
+        "_ends",
+        lambda scene, panels, at, here, gaps, L: (
+            0.5 * radiosity_ends(scene, panels, at, here, gaps, L)
+        ),
+    ),
+    "forget the parts": ("_parts", lambda scene, panels, at, gaps, L: jnp.zeros(())),
+    "see through the discs": ("_whole", lambda panels, gaps: jnp.ones(panels.shape.shape, bool)),
+}
+radiosity_ends = transfer._ends
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_fault_is_noticed(name, scene_d, monkeypatch):
+    """E or E' at one receiver in the penumbra of light from the walls."""
+    attribute, twin = FAULTS[name]
+    at = jnp.asarray(0.47)
+
+    def jet(t):
+        E = lambda t: scene_d.indirect(receiver(scene_d.scene, 0, t))  # noqa: E731
+        return jnp.stack(jax.jvp(E, (t,), (jnp.ones_like(t),)))
+
+    right = np.asarray(jax.jit(jet)(at))
+    monkeypatch.setattr(transfer, attribute, twin)
+    wrong = np.asarray(jax.jit(lambda t: jet(t))(at))
+    assert np.all(np.isfinite(wrong))
+    assert np.abs(wrong - right).max() > 1e-2
+
+
+def test_fault_panels_not_cut_at_events_is_noticed(monkeypatch):
+    """Energy is then kept to a part in a thousand only."""
+    right = cutting.find
+
+    def none(*args, **options):
+        table = right(*args, **options)
+        return table.take(np.zeros(0, int))
+
+    monkeypatch.setattr(cutting, "find", none)
+    emitted, absorbed = solve(room(discs=True), COARSE).flux()
+    assert abs(float(absorbed / emitted) - 1.0) > 1e-4

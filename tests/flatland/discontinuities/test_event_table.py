@@ -1,0 +1,39 @@
+"""Rows of event tables stay together, whatever is taken of them or put behind them."""
+
+import dataclasses
+
+import numpy as np
+
+from firstorder.flatland.discontinuities.critical_lines import Edges
+from firstorder.flatland.discontinuities.event_table import KINDS, Events, joined
+
+
+def table(numbers):
+    """A row for each number, which stands in all of its columns."""
+    k = np.asarray(numbers)
+    s = k.astype(float)
+    edges = Edges(np.stack([s, s], -1), k, s, k % 2 == 0)
+    kind = np.array(KINDS)[k]
+    return Events(k, s, k % 2 == 0, kind, edges, edges, k % 2 == 1, s, 10.0 * s, 100.0 * s)
+
+
+def assert_same(a, b):
+    for field in dataclasses.fields(a):
+        one, two = getattr(a, field.name), getattr(b, field.name)
+        if isinstance(one, Edges):
+            assert_same(one, two)
+        else:
+            np.testing.assert_array_equal(one, two)
+
+
+def test_rows_are_taken_whole():
+    some = table([0, 1, 2, 3]).take(np.array([True, False, False, True]))
+    assert len(some) == 2
+    assert_same(some, table([0, 3]))
+    assert_same(table([0, 1, 2]).take(np.array([2, 0, 1])), table([2, 0, 1]))
+
+
+def test_tables_are_put_one_behind_the_other():
+    both = joined([table([3, 1]), table([0])])
+    assert len(both) == 3
+    assert_same(both, table([3, 1, 0]))

@@ -1,0 +1,174 @@
+"""Visual events: predicted jumps against independent brute force; what is missed; faults."""
+
+import jax
+import numpy as np
+import pytest
+
+from derivations.flatland.discontinuities import events as brute
+from firstorder.flatland import Circles, PointLights, Scene, Segments, box, thing
+from firstorder.flatland.discontinuities import events
+from firstorder.flatland.discontinuities.events import along, extrapolation_error, find
+
+# One-sided seven-point differences of order k with steps h of 1e-4 to 1e-3 m: rounding 1e3 eps /
+# h^k, and truncation (h / R)^(7 - k) on a curve of radius R = 0.13 m.
+BOUND = (1e-9, 1e-6, 2e-5)
+
+
+@pytest.mark.parametrize(
+    ("kinds", "order"),
+    [(brute.PAIRS, 1), (("shadow",), 0), (("shadow",), 1), (("dusk",), 1), (("horizon",), 2)],
+)
+def test_jumps_are_those_of_one_sided_differences_of_an_independent_irradiance(kinds, order):
+    assert brute.brute_error(kinds, order) < BOUND[order]
+
+
+def test_every_kind_of_event_is_there():
+    kinds = set(brute.predicted().kind)
+    assert {"shadow", "two points", "point and tangent", "edge-on", "horizon", "dusk"} <= kinds
+    assert "two tangents" in find(four_discs()).kind
+
+
+def four_discs(emission=0.0):
+    room = thing(box((0.0, 0.0), (1.0, 1.0), inward=True), albedo=0.2, name="room")
+    centers = [(0.25, 0.25), (0.25, 0.75), (0.75, 0.25), (0.75, 0.75)]
+    discs = thing(Circles(centers, [0.08] * 4), albedo=0.2, emission=emission, name="discs")
+    return Scene.of(room, discs, points=PointLights((0.5, 0.5), 1.0))
+
+
+def test_no_jump_of_the_gradient_is_missed():
+    """Second differences of the independent irradiance are small but where one was predicted."""
+    x = np.linspace(-1.99, 1.99, 3001)
+    E = np.array([brute.on_floor(t) for t in x])
+    bend = np.abs(np.diff(E, 2)) / (x[1] - x[0])  # a jump of E' shows as itself, E'' as h E''
+    table = brute.predicted()
+    there = -2.0 + 4.0 * table.s[(table.receiver == 0) & (table.jump_E1 != 0.0)]
+    far = np.abs(x[1:-1, None] - there).min(axis=1) > 2.0 * (x[1] - x[0])
+    assert bend[far].max() < 0.01
+    assert np.abs(table.jump_E1[table.receiver == 0]).max() > 0.5
+
+
+def test_events_of_the_four_discs_have_the_symmetry_of_the_square():
+    walls = [along(four_discs(emission=1.0), i) for i in range(4)]
+    for wall in walls[1:]:
+        np.testing.assert_allclose(wall.s, walls[0].s, atol=1e-12)
+        np.testing.assert_allclose(wall.jump_E1, walls[0].jump_E1, atol=1e-9)
+    np.testing.assert_allclose(1.0 - walls[0].s[::-1], walls[0].s, atol=1e-12)
+    np.testing.assert_allclose(walls[0].jump_E1[::-1], walls[0].jump_E1, atol=1e-9)
+
+
+def test_a_hidden_line_makes_no_jump():
+    table = find(four_discs(emission=1.0), hidden=True)
+    hidden = table.take(~table.visible)
+    assert len(hidden)
+    assert not np.any([hidden.jump_E, hidden.jump_E1, hidden.jump_E2])
+
+
+def test_the_jump_grows_as_space_shrinks():
+    """E' has units of radiance over length: scaling space by 2 halves every jump of it."""
+    small = along(brute.lit_scene(), 0)
+    double = jax.tree.map(lambda a: 2.0 * a, brute.lit_scene().groups)
+    large = Scene(
+        double,
+        brute.lit_scene().material,
+        PointLights(
+            2.0 * brute.lit_scene().points.position, 2.0 * brute.lit_scene().points.intensity
+        ),
+        None,
+        brute.lit_scene().crossings,
+        brute.lit_scene().names,
+    )
+    found = along(large, 0)
+    np.testing.assert_allclose(found.s, small.s, atol=1e-12)
+    np.testing.assert_allclose(2.0 * found.jump_E1, small.jump_E1, rtol=1e-7)
+
+
+def test_both_sides_of_a_floor_are_receivers():
+    floor = thing(Segments((-2.0, 0.0), (2.0, 0.0)))
+    lamp = thing(Segments((-0.5, -1.0), (0.5, -1.0)), emission=1.0)
+    blocker = thing(Segments((-0.2, -0.5), (0.1, -0.5)))
+    scene = Scene.of(floor, lamp, blocker)
+    back = along(scene, 0, front=False)
+    above = Scene.of(
+        floor,
+        thing(Segments((0.5, 1.0), (-0.5, 1.0)), emission=1.0),
+        thing(Segments((0.1, 0.5), (-0.2, 0.5))),
+    )
+    front = along(above, 0)
+    assert len(along(scene, 0).s) == 0
+    np.testing.assert_allclose(back.s, front.s, atol=1e-12)
+    np.testing.assert_allclose(back.jump_E1, front.jump_E1, rtol=1e-9)
+
+
+def test_radiance_that_jumps_along_a_surface_makes_events_of_its_own():
+    """A wall whose left half glows, seen past an edge, is a lamp that ends in the middle."""
+    floor = thing(Segments((-2.0, 0.0), (2.0, 0.0)))
+    wall = thing(Segments((1.0, 1.0), (-1.0, 1.0)))
+    blocker = thing(Segments((0.1, 0.5), (-0.2, 0.5)))
+    half = Scene.of(floor, wall, blocker)
+    found = along(
+        half, 0, lambda i, s, front, u: jax.numpy.where((i == 1) & (s > 0.5), 1.0, 0.0), ((1, 0.5),)
+    )
+    lamp = Scene.of(floor, thing(Segments((0.0, 1.0), (-1.0, 1.0)), emission=1.0), blocker)
+    truth = along(lamp, 0)
+    np.testing.assert_allclose(found.s, truth.s, atol=1e-9)
+    np.testing.assert_allclose(found.jump_E1, truth.jump_E1, rtol=1e-6)
+
+
+def test_error_of_an_extrapolation_across_a_jump():
+    """Against the sum of |E - line| for a function that does what the jumps say."""
+    x = np.linspace(0.0, 1.0, 200_001)
+    true = np.where(x > 0.4, 0.3 + 2.0 * (x - 0.4), 0.0)
+    assert float(extrapolation_error(0.3, 2.0, 0.4, 1.0)) == pytest.approx(
+        np.trapezoid(true, x), abs=1e-5
+    )
+    assert float(extrapolation_error(0.3, 2.0, 1.4, 1.0)) == 0.0
+
+
+def test_traced_scenes_are_refused():
+    with pytest.raises(ValueError, match="must be concrete"):
+        jax.jit(lambda r: find(Scene.of(thing(Circles((0.0, 0.0), r)))).s)(1.0)
+    with pytest.raises(ValueError, match="must not be negative, but is -1"):
+        extrapolation_error(0.0, 1.0, -1.0, 1.0)
+
+
+def _wrong(name):
+    right = {"closer": events._closer, "across": events._across, "light": events.point_irradiance}
+    return {
+        "forget the far edge's speed": ("_closer", lambda near, far: 1.0 / np.maximum(near, 1e-3)),
+        "sum for difference": (
+            "_closer",
+            lambda near, far: 1.0 / np.maximum(near, 1e-3) + 1.0 / np.maximum(far, 1e-3),
+        ),
+        "flip the sign of dL": ("_across", lambda *a: -right["across"](*a)),
+        "forget the normal's turn": (
+            "point_irradiance",
+            lambda p, t, n, kappa: right["light"](p, t, n, 0.0 * kappa),
+        ),
+        "forget the cosine of the light": (
+            "point_irradiance",
+            lambda p, t, n, kappa: tuple(e * 1.1 for e in right["light"](p, t, n, kappa)),
+        ),
+    }[name]
+
+
+@pytest.mark.parametrize(
+    ("name", "kinds", "order"),
+    [
+        ("forget the far edge's speed", brute.PAIRS, 1),
+        ("sum for difference", brute.PAIRS, 1),
+        ("flip the sign of dL", ("horizon",), 2),
+        ("flip the sign of dL", brute.PAIRS, 1),
+        ("forget the cosine of the light", ("shadow",), 0),
+    ],
+)
+def test_fault_is_noticed(name, kinds, order, monkeypatch):
+    attribute, twin = _wrong(name)
+    monkeypatch.setattr(events, attribute, twin)
+    brute.predicted.cache_clear()
+    try:
+        error = brute.brute_error(kinds, order)
+    finally:
+        monkeypatch.undo()
+        brute.predicted.cache_clear()
+    assert np.isfinite(error)
+    assert error > 1e2 * BOUND[order]

@@ -1,0 +1,36 @@
+import numpy as np
+import pytest
+
+from firstorder.checks.tolerance import normwise
+from tests.flatland.estimators.test_irradiance_forms import MOST, errors, orders, sampled, truth
+
+
+def test_its_hessian_has_another_limit_than_the_truth():
+    """The limit is the mended form without the two terms; what is missing is not small."""
+    _, _, hessian = truth("disc")
+    limit = sampled("disc", MOST, 1, sliding=False)["mended"].hessian
+    assert normwise(limit, hessian) > 0.1
+    assert np.max(np.abs((limit - hessian)[2])) < 1e-4  # turns are right
+    gaps = [
+        np.mean([normwise(sampled("disc", n, k)["stratified"].hessian, limit) for k in range(12)])
+        for n in (128, 8192)
+    ]
+    assert gaps[1] < 0.35 * gaps[0]
+
+
+def test_mended_it_tends_to_the_truth():
+    found, last = orders("disc", "mended", (128, 1024, 8192))
+    assert all(order < -1.2 for order in found)
+    assert max(last) < 5e-5
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [{"bend": 0.0}, {"bend": -1.0}, {"inverse": 1.05}, {"sliding": False}],
+    ids=["no bend", "bend of the other sign", "another distance", "fixed edges"],
+)
+def test_faults_of_the_mended_form_are_noticed(fault):
+    assert errors(sampled("disc", 2048, 5)["mended"], "disc")[2] < 2e-3
+    error = errors(sampled("disc", 2048, 5, **fault)["mended"], "disc")[2]
+    assert np.isfinite(error)
+    assert error > 1e-2

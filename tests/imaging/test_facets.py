@@ -1,0 +1,143 @@
+"""Points of meshes: the interpolated normal's turning, and pixels against differences of pixels."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from firstorder.checks.tolerance import fitted_order
+from firstorder.imaging.area_lights import Lamp
+from firstorder.imaging.camera import pinhole
+from firstorder.imaging.facets import facets, flat_facets, look_at_facet
+from firstorder.imaging.pixels import Finish, shade_point
+from firstorder.space import sphere, thing
+from firstorder.space.meshes.mesh import mesh, vertex_normals
+
+CORNERS = np.array([(0.1, 0.0, 0.2), (1.2, 0.1, 0.0), (0.2, 0.9, 0.4)])
+NORMALS = np.array([(-0.2, 0.1, 1.0), (0.4, 0.0, 1.0), (0.1, 0.5, 0.8)])
+NORMALS = NORMALS / np.linalg.norm(NORMALS, axis=1)[:, None]
+ONE = mesh(CORNERS, [[0, 1, 2]])
+CAMERA = pinhole((0.4, -2.0, 2.5), (0.5, 0.3, 0.2), gamma=2.0)
+LAMP = Lamp((0.0, 0.5, 2.0), (0.3, 0.0, 0.0), (0.0, -0.3, 0.0), 8.0, 3)
+MATTER = thing(sphere((0, 0, 0), 1.0), albedo=0.6, specular=0.3, exponent=20.0).material
+
+
+def normal_at(x):
+    """Interpolated over the triangle by solving for the weights."""
+    A = np.vstack([CORNERS.T, np.ones(3)])
+    w = np.linalg.lstsq(A, np.append(x, 1.0), rcond=None)[0]
+    n = w @ NORMALS
+    return n / np.linalg.norm(n)
+
+
+@pytest.mark.smoke
+def test_the_normal_turns_as_differences_say():
+    x = CORNERS.mean(0)
+    at = facets(ONE, NORMALS).point(jnp.array(0), jnp.asarray(x))
+    np.testing.assert_allclose(at.normal, normal_at(x), rtol=1e-12)
+    for k in (0, 1):
+        t, h = np.asarray(at.tangents[:, k]), 1e-5
+        slope = (normal_at(x + h * t) - normal_at(x - h * t)) / (2 * h)
+        np.testing.assert_allclose(at.turning[:, k], slope, atol=1e-9)
+
+
+def pixel(p, finish=None, face=0, known=None):
+    known = facets(ONE, NORMALS) if known is None else known
+    at = look_at_facet(known, MATTER, CAMERA, p, jnp.array(face), finish)
+    return shade_point(at, [LAMP])
+
+
+def texture(index, x):
+    return 0.6 + 0.3 * jnp.sin(5.0 * x[0]) * jnp.cos(4.0 * x[1])
+
+
+def height(index, x):
+    return 0.01 * jnp.sin(9.0 * x[0] + x[1]) * jnp.sin(8.0 * x[1])
+
+
+def slopes(index, x):
+    return jnp.stack([0.2 * jnp.sin(6.0 * x[1]), 0.1 * x[0] ** 2, 0.3 * x[2]])
+
+
+FINISHES = {
+    "plain": None,
+    "all": Finish(height, slopes, texture),
+}
+
+
+@pytest.mark.parametrize("name", FINISHES)
+def test_the_gradient_is_the_images(name):
+    """Autodiff of the value alone: bumps, normal maps and textures on interpolated normals."""
+    p = jnp.array([0.05, -0.02])
+
+    @eqx.filter_jit
+    def both(p):
+        slope = jax.grad(lambda p: pixel(p, FINISHES[name]).value)(p)
+        return slope, pixel(p, FINISHES[name])
+
+    slope, found = both(p)
+    np.testing.assert_allclose(found.gradient, slope, rtol=1e-10)
+    assert np.linalg.norm(found.gradient) > 1e-2
+    assert float(found.CDV[1]) > 0.0
+
+
+def test_the_back_is_the_front_of_the_face_turned_over():
+    other = facets(mesh(CORNERS, [[0, 2, 1]]), -NORMALS)
+    p = jnp.array([0.05, -0.02])
+    for a, b in zip(jax.tree.leaves(pixel(p)), jax.tree.leaves(pixel(p, known=other)), strict=True):
+        np.testing.assert_allclose(a, b, rtol=1e-12, atol=1e-14)
+
+
+def ball(n):
+    u, v = np.meshgrid(
+        np.arange(2 * n) * np.pi / n, (np.arange(n) + 0.5) * np.pi / n, indexing="ij"
+    )
+    X = np.stack([np.sin(v) * np.cos(u), np.sin(v) * np.sin(u), np.cos(v)], -1).reshape(-1, 3)
+    k = np.arange(2 * n * n).reshape(2 * n, n)
+    a, b = k[:, :-1], np.roll(k, -1, 0)[:, :-1]
+    c, d = np.roll(k, -1, 0)[:, 1:], k[:, 1:]
+    quads = [np.stack(f, -1).reshape(-1, 3) for f in ((a, d, c), (a, c, b))]
+    return mesh(X, np.concatenate(quads))
+
+
+@eqx.filter_jit
+def points(known, face, x):
+    return jax.vmap(lambda f, x: known.point(f, x))(face, x)
+
+
+def test_a_finer_ball_bends_more_like_a_ball():
+    """The shape operator of interpolated normals comes to -1/R with the edges' length.
+
+    They are the points themselves here, 1 - s / 18 long at a face's middle with s the sum of its
+    squared edges; the normal turns by as much more. Orders to come are s / 6 of that: 0.3 %.
+    """
+    errors, sizes, s = [], [8, 16, 32], np.inf
+    for n in sizes:
+        known = facets(ball(n))
+        up = np.asarray(known.corners).mean(1)
+        middle = np.flatnonzero(abs(up[:, 2]) < 0.6)
+        at = points(known, jnp.asarray(middle), jnp.asarray(up[middle]))
+        S = -np.swapaxes(at.tangents, 1, 2) @ at.turning
+        errors.append(np.abs(S + np.eye(2)).max())
+        corners = np.asarray(known.corners)[middle]
+        s = np.sum((corners - np.roll(corners, 1, 1)) ** 2, (1, 2)).max()
+    assert errors[-1] == pytest.approx(s / 18.0, rel=0.01)
+    assert fitted_order(sizes, errors) < -1.5
+
+
+def test_flat_facets_keep_their_own_normals():
+    at = flat_facets(ONE).point(jnp.array(0), jnp.asarray(CORNERS[0]))
+    np.testing.assert_allclose(at.normal, at.base_normal, rtol=1e-12)
+    np.testing.assert_allclose(at.turning, 0.0, atol=1e-14)
+
+
+def test_a_vertex_without_a_normal_takes_the_faces():
+    known = facets(ONE, np.zeros((3, 3)))
+    np.testing.assert_allclose(known.normals, flat_facets(ONE).normals)
+    assert vertex_normals(ONE).shape == (3, 3)
+
+
+def test_normals_must_be_one_for_each_vertex():
+    with pytest.raises(ValueError, match=r"`normals` must have shape \(3, 3\)"):
+        facets(ONE, np.zeros((4, 3)))

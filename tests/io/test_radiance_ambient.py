@@ -1,0 +1,147 @@
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from firstorder.caching import SurfaceCache, SurfaceCandidates, ellipses
+from firstorder.io.radiance_ambient import (
+    AmbientRecords,
+    ambient_from_cache,
+    ambient_from_text,
+    ambient_to_text,
+    cache_from_ambient,
+    read_lookamb,
+    write_lookamb,
+)
+
+# As `lookamb -d` prints them: tabs, six decimals, values with exponents.
+HEADER = "#?RADIANCE\nrtrace -ab 1 -aa .1 box.oct\nSOFTWARE= RADIANCE\nFORMAT=ascii\n\n"
+ROW = (
+    "0.250000\t0.500000\t0.000000\t0.000000\t0.000000\t1.000000\t0.600000\t0.800000\t0.000000\t"
+    "0\t1.000000\t0.300000\t0.700000\t1.000000e-01\t1.000000e-01\t1.000000e-01\t"
+    "0.500000\t-0.250000\t0.000000\t0.000000\t0\n"
+)
+BEFORE = "0.25 0.5 0 0 0 1 0 1.0 0.3 .1 .1 .1 0.5 -0.25 0 0 0 0\n"
+FLOOR = np.zeros(3), np.eye(3)
+PLACES = np.random.default_rng(0).uniform(size=(9, 2))
+
+
+@pytest.fixture(scope="module")
+def cache():
+    some = SurfaceCandidates.on(lambda x: 1.0 + x[0] ** 2 * x[1] + x[1] ** 3, PLACES)
+    return SurfaceCache.of(some, jax.jit(lambda H: ellipses(H, 0.01, 0.1, 0.6))(some.hessian))
+
+
+@pytest.mark.smoke
+@pytest.mark.parametrize("text", [ROW, HEADER + ROW, (HEADER + ROW).replace("\n", "\r\n")])
+def test_a_record_is_read_column_by_column(text):
+    found = ambient_from_text(text)
+    assert found.count == 1
+    np.testing.assert_allclose(found.u, [[0.6, 0.8, 0.0]])
+    np.testing.assert_allclose(found.radii, [[0.3, 0.7]])
+    cache = cache_from_ambient(found, *FLOOR)
+    assert cache.value[0] == pytest.approx(0.1 * np.pi, rel=1e-6)
+    # v = normal x u = (-0.8, 0.6): half the value per metre along u, minus a quarter along v.
+    g = 0.1 * np.pi * (0.5 * np.array([0.6, 0.8]) - 0.25 * np.array([-0.8, 0.6]))
+    np.testing.assert_allclose(cache.gradient[0], g, rtol=1e-6)
+    lengths, angle = cache.semi_axes()
+    np.testing.assert_allclose(lengths, [[0.7, 0.3]])
+    assert np.tan(angle[0]) == pytest.approx(0.6 / -0.8)
+
+
+def test_the_form_of_older_releases_is_read_as_circles():
+    cache = cache_from_ambient(ambient_from_text(BEFORE), *FLOOR)
+    np.testing.assert_allclose(cache.matrix[0], np.eye(2) / 0.3)
+    np.testing.assert_allclose(cache.gradient[0], 0.1 * np.pi * np.array([0.5, -0.25]), rtol=1e-6)
+
+
+def test_a_cache_comes_back_as_it_was_in_any_orientation(cache, tmp_path):
+    turned, _ = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))
+    turned[:, 2] = np.cross(turned[:, 0], turned[:, 1])
+    place = np.array([1.0, 2.0, 3.0]), turned
+    write_lookamb(tmp_path / "box.txt", ambient_from_cache(cache, *place, accuracy=0.2))
+    back = cache_from_ambient(read_lookamb(tmp_path / "box.txt"), *place, accuracy=0.2)
+    for name in ("position", "value", "gradient", "matrix"):
+        np.testing.assert_allclose(
+            getattr(back, name), getattr(cache, name), rtol=1e-6, atol=1e-6, err_msg=name
+        )
+
+
+def test_records_of_other_planes_and_levels_are_left_out(cache):
+    records = ambient_from_cache(cache, *FLOOR)
+    wall = ROW.replace("0.000000\t0.000000\t1.000000\t0.6", "0.000000\t0.000000\t-1.00000\t0.6")
+    text = ambient_to_text(records) + wall + ROW.replace("\t0\t1.0", "\t2\t1.0", 1)
+    found = ambient_from_text(text)
+    assert found.count == cache.count + 2
+    assert cache_from_ambient(found, *FLOOR).count == cache.count
+    with pytest.raises(ValueError, match=r"^Argument `records` must hold some on the plane"):
+        cache_from_ambient(found, np.array([0.0, 0.0, 9.0]), np.eye(3))
+
+
+@pytest.mark.parametrize("fault", ["v on the other side", "gradient not relative", "no pi"])
+def test_a_fault_in_the_convention_is_noticed(cache, fault):
+    good = ambient_from_cache(cache, *FLOOR)
+    E = np.asarray(cache.value)[:, None]
+    change = {
+        "v on the other side": {"gradient": good.gradient * np.array([1.0, -1.0])},
+        "gradient not relative": {"gradient": good.gradient * E},
+        "no pi": {"value": good.value * np.pi},
+    }[fault]
+    bad = AmbientRecords(**{**good.__dict__, **change})
+    errors = [
+        np.max(np.abs(np.asarray(back.gradient - cache.gradient)))
+        for back in (cache_from_ambient(r, *FLOOR) for r in (good, bad))
+    ]
+    assert errors[0] < 1e-6 < 1e-2 < errors[1]
+
+
+def test_values_of_zero_have_no_gradient(cache):
+    dark = SurfaceCache.of(
+        SurfaceCandidates.of(PLACES, np.zeros(9), np.zeros((9, 2))), cache_reach(cache)
+    )
+    assert np.all(ambient_from_cache(dark, *FLOOR).gradient == 0.0)
+
+
+def cache_reach(cache):
+    from firstorder.caching import Reach
+
+    return Reach(cache.matrix, jnp.zeros(9, jnp.int32))
+
+
+def broken(column, word):
+    words = ROW.split()
+    words[column] = word
+    return ROW + "\t".join(words) + "\n"
+
+
+@pytest.mark.smoke
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", r"^text: there are no records.$"),
+        ("1 2 3\n", r"^text, line 1: a record must have 21 columns, or 18, but has 3.$"),
+        (ROW + "1 2\n", r"^text, line 2: a record must have 21 columns here, but has 2.$"),
+        (broken(0, "here"), r"^text, line 2: a column must be a finite number, but is 'here'.$"),
+        (broken(13, "nan"), r"^text, line 2: a column must be a finite number, but is 'nan'.$"),
+        (broken(9, "0.5"), r"^text, line 2: the level must be a whole number, not negative, but"),
+        (broken(10, "2"), r"^text, line 2: the weight must lie in \(0, 1\], but is 2.$"),
+        (broken(11, "0"), r"^text, line 2: a radius must be positive, but is 0.$"),
+        (broken(11, "0.9"), r"^text, line 2: the first radius must not exceed the second, but is"),
+        (broken(14, "-1"), r"^text, line 2: a value must not be negative, but is -1.$"),
+        (broken(5, "0"), r"^text, line 2: the normal must not be zero.$"),
+        (HEADER.replace("ascii", "Radiance_ambval"), r"line 4: the format must be ascii, but is"),
+        ("#?RADIANCE\nFORMAT=ascii\n0 0", r"^text: the header does not end: an empty line is miss"),
+    ],
+)
+def test_bad_files_get_one_sentence(text, words):
+    with pytest.raises(ValueError, match=words):
+        ambient_from_text(text)
+
+
+@pytest.mark.smoke
+def test_a_binary_file_is_told_apart(tmp_path):
+    (tmp_path / "a.amb").write_bytes(b"#?RADIANCE\nFORMAT=Radiance_ambval\n\n\xff\xfe\x00\x81")
+    with pytest.raises(ValueError, match=r"^a.amb: the text form of an ambient file is expected"):
+        read_lookamb(tmp_path / "a.amb")
+    with pytest.raises(ValueError, match=r"^b.amb: it cannot be read: No such file or directory.$"):
+        read_lookamb(tmp_path / "b.amb")

@@ -1,0 +1,87 @@
+"""Trees and ferns: closed branches, folded leaves, the same from the same seed, soon made."""
+
+import time
+
+import numpy as np
+import pytest
+
+from firstorder.models.plants import fern, tree
+from firstorder.space.meshes.mesh import mesh
+
+
+def only(piece, faces):
+    """Some faces of a mesh as one of their own."""
+    names, which = np.unique(np.asarray(piece.faces)[faces], return_inverse=True)
+    return mesh(np.asarray(piece.vertices)[names], which.reshape(-1, 3))
+
+
+@pytest.mark.parametrize(
+    ("made", "branches", "leaves"),
+    [
+        (lambda: tree(500, 1, forks=(4, 3)), 17, 500),
+        (lambda: tree(50, 1, forks=()), 1, 50),
+        (lambda: tree(0, 1, forks=(3,)), 4, 0),
+        (lambda: fern(7, 12), 7, 7 * 24),
+    ],
+)
+def test_branches_are_closed_and_every_leaf_is_there(made, branches, leaves):
+    piece, part = made()
+    wood = only(piece, part == 0)
+    assert wood.closed
+    assert len(wood.vertices) - len(wood.edges) + wood.count == 2 * branches  # each a ball
+    corners = np.asarray(wood.corners, float)
+    volumes = np.linalg.det(corners - corners[:, :1].mean(0)) / 6.0
+    assert volumes.sum() > 0.0
+    assert np.sum(part == 1) == 2 * leaves
+    assert np.all(np.linalg.norm(np.asarray(piece.area_vectors), axis=1) > 0.0)
+
+
+def test_each_branch_faces_outwards():
+    piece, part = tree(0, 3, forks=(5, 4))
+    faces = np.asarray(piece.faces)[part == 0]
+    branch = faces[:, 0] // (5 * 6 + 2)  # vertices of one
+    each = np.bincount(branch, np.linalg.det(np.asarray(piece.corners, float)) / 6.0)
+    assert len(each) == 26
+    assert np.all(each > 0.0)
+
+
+def test_a_seed_gives_a_tree():
+    a, b, other = (tree(300, s, forks=(4, 3))[0] for s in (5, 5, 6))
+    assert np.asarray(a.vertices).tobytes() == np.asarray(b.vertices).tobytes()
+    assert np.asarray(a.vertices).tobytes() != np.asarray(other.vertices).tobytes()
+    one, two = fern(seed=1)[0], fern(seed=1)[0]
+    assert np.asarray(one.vertices).tobytes() == np.asarray(two.vertices).tobytes()
+
+
+def test_a_tree_stands_up_and_is_as_high_as_was_asked_for():
+    for height in (1.0, 5.0):
+        v = np.asarray(tree(2000, 2, height, leaf=0.02 * height)[0].vertices)
+        assert -0.1 * height < v[:, 2].min() < 0.01 * height
+        assert 0.8 * height < v[:, 2].max() < 1.3 * height
+        assert np.max(abs(v[:, :2])) < height
+    frond = np.asarray(fern(height=2.0)[0].vertices)
+    assert 1.2 < frond[:, 2].max() < 2.4
+
+
+def test_a_million_triangles_take_seconds():
+    start = time.process_time()
+    piece, _ = tree(leaves=470_000)
+    assert piece.count > 1_000_000
+    assert time.process_time() - start <= 10.0  # 2.5 s where it was measured
+
+
+@pytest.mark.parametrize(
+    ("call", "sentence"),
+    [
+        (lambda: tree(-1), "`leaves`"),
+        (lambda: tree(height=0.0), "`height` must be positive"),
+        (lambda: tree(sides=2), "`sides` must be at least 3"),
+        (lambda: tree(forks=(3, 0)), "`forks` must be positive"),
+        (lambda: fern(0), "`fronds` must be positive"),
+        (lambda: fern(leaf=0.0), "`leaf` must be positive"),
+    ],
+)
+def test_what_makes_no_plant_is_refused(call, sentence):
+    with pytest.raises(ValueError, match=r"^Argument ") as caught:
+        call()
+    assert sentence in str(caught.value)

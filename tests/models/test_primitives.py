@@ -1,0 +1,228 @@
+"""Pieces of scenes: closed where they say so, facing outwards, the same from the same seed."""
+
+import time
+
+import numpy as np
+import pytest
+
+from firstorder.models.blobs import blob, level_set
+from firstorder.models.knots import knot
+from firstorder.models.primitives import (
+    bars,
+    bumpy_sphere,
+    ground,
+    joined,
+    placed,
+    ripples,
+    turned,
+)
+from firstorder.space.meshes.mesh import face_normals, mesh
+
+
+def euler(piece):
+    """Vertices less edges plus faces, counted from the faces alone."""
+    f = np.asarray(piece.faces)
+    ends = {tuple(sorted((int(t[k]), int(t[(k + 1) % 3])))) for t in f for k in range(3)}
+    return len(np.unique(f)) - len(ends) + len(f)
+
+
+def is_closed(piece):
+    """Whether every edge is run exactly once each way, counted from the faces alone."""
+    runs = [(int(t[k]), int(t[(k + 1) % 3])) for t in np.asarray(piece.faces) for k in range(3)]
+    return len(set(runs)) == len(runs) and {(b, a) for a, b in runs} == set(runs)
+
+
+def volume(piece):
+    return np.sum(np.linalg.det(np.asarray(piece.corners, float))) / 6.0
+
+
+def mean_square_edge(piece):
+    c = np.asarray(piece.corners, float)
+    return np.mean(np.sum((c - np.roll(c, 1, 1)) ** 2, -1))
+
+
+TWO = ([[0.0, 0, 0], [1.1, 0, 0]], [0.6, 0.6])
+
+
+@pytest.mark.parametrize(
+    ("piece", "characteristic"),
+    [
+        (lambda: bumpy_sphere(levels=3), 2),
+        (lambda: bars((3, 2)), 2 - 2 * 6),
+        (lambda: bars((0, 0)), 2),
+        (lambda: bars((2, 0), (1.0, 0.3), 0.1), 6),  # three slats that do not meet
+        (lambda: knot(2, 3, rings=60, sides=7), 0),
+        (lambda: knot(3, 5, 0.09, rings=200, sides=5), 0),
+        (lambda: blob(*TWO, 20), 2),
+        (lambda: blob([[0.0, 0, 0], [3.0, 0, 0]], [0.6, 0.6], 30), 4),  # two
+    ],
+)
+def test_closed_pieces_are_closed_and_face_outwards(piece, characteristic):
+    piece = piece()
+    assert is_closed(piece)
+    assert piece.closed
+    assert euler(piece) == characteristic
+    assert volume(piece) > 0.0
+
+
+def test_a_missing_face_is_noticed():
+    piece = bars((1, 1))
+    open_ = mesh(piece.vertices, np.asarray(piece.faces)[1:])
+    turned_about = np.asarray(piece.faces).copy()
+    turned_about[0] = turned_about[0][::-1]
+    assert not is_closed(open_)
+    assert not is_closed(mesh(piece.vertices, turned_about))
+    assert euler(open_) != euler(piece)
+
+
+def test_volumes_are_those_of_the_shapes():
+    # Faces lie below a sphere through their corners by e^2 / (8 R) on average, e^2 the mean square
+    # of the edges; what that leaves out is of the next order, e^2 / R^2 = 0.6 % of it.
+    flat = bumpy_sphere(2.0, lambda n: np.zeros(len(n)), levels=4)
+    missing = 3.0 * mean_square_edge(flat) / (8.0 * 2.0**2)
+    assert 1.0 - volume(flat) / (32.0 / 3.0 * np.pi) == pytest.approx(missing, rel=0.01)
+    # 3 x 2 holes of ((4 - 4 * 0.1)/3) x ((2 - 3 * 0.1)/2)
+    full = 4.0 * 2.0 - 6 * (3.6 / 3) * (1.7 / 2)
+    assert volume(bars((3, 2), (2.0, 1.0), 0.1, 0.05)) == pytest.approx(0.05 * full, rel=1e-5)
+    # Pappus: the area of the section times the way of its middle
+    t = np.linspace(0.0, 2.0 * np.pi, 20001)
+    far = 2.0 + np.cos(3 * t)
+    line = np.stack([far * np.cos(2 * t), far * np.sin(2 * t), np.sin(3 * t)], -1) / 3.0
+    length = np.linalg.norm(np.diff(line, axis=0), axis=1).sum()
+    tube = knot(2, 3, 0.05, rings=600, sides=24)
+    section = 0.5 * 24 * np.sin(2.0 * np.pi / 24) * 0.05**2
+    assert volume(tube) == pytest.approx(section * length, rel=2e-3)
+    # A level set's corners are found linearly, and err by h^2 too: in all less than e^2 / R^2, and
+    # a quarter in cells of half the size.
+    true = 4.0 / 3.0 * np.pi * 0.125
+    coarse, one = (blob([[1.0, 2.0, 3.0]], [0.5], n) for n in (20, 40))
+    assert abs(volume(one) / true - 1.0) < mean_square_edge(one) / 0.5**2
+    assert (volume(coarse) - true) / (volume(one) - true) == pytest.approx(4.0, rel=0.05)
+    out = np.asarray(one.vertices) - [1.0, 2.0, 3.0]
+    np.testing.assert_allclose(np.linalg.norm(out, axis=1), 0.5, atol=2e-3)
+
+
+def test_a_knot_does_not_twist():
+    """A vector across the tube turns from ring to ring by what closing it takes, and no more."""
+    rings, sides = 400, 8
+    v = np.asarray(knot(3, 2, 0.1, rings, sides).vertices, float).reshape(rings, sides, 3)
+    middle = v.mean(1)
+    along = np.roll(middle, -1, 0) - np.roll(middle, 1, 0)
+    along /= np.linalg.norm(along, axis=1)[:, None]
+    across = (v[:, 0] - middle) / np.linalg.norm(v[:, 0] - middle, axis=1)[:, None]
+    step = np.roll(across, -1, 0) - across
+    spin = np.sum(step * np.cross(along, across), 1)
+    assert np.max(abs(spin)) <= np.pi / rings + 1e-3  # at most half a turn over all of it
+
+
+def test_any_set_of_lattice_points_has_a_closed_surface():
+    """Noise makes every one of the 16 cases of a tetrahedron, next to every other."""
+    values = np.full((7, 6, 8), -1.0)
+    values[1:-1, 1:-1, 1:-1] = np.random.default_rng(0).normal(size=(5, 4, 6))
+    found = level_set(values, [0, 0, 0], 1.0)
+    assert is_closed(found)
+    # it faces outwards: along each axis, lines through the lattice enter before they leave
+    np.testing.assert_allclose(np.sum(np.asarray(found.area_vectors), 0), 0.0, atol=1e-4)
+    assert volume(found) > 0.0
+    assert volume(level_set(np.where(values > 0, 3.0, values), [0, 0, 0], 1.0)) > volume(found)
+
+
+def test_ground_follows_its_height_and_looks_up():
+    height = ripples(0.1, 0.5, seed=3)
+    field = ground(1.5, height, 20, (0.5, -0.25))
+    v = np.asarray(field.vertices, float)
+    np.testing.assert_allclose(v[:, 2], height(v[:, :2]), atol=1e-5)
+    assert np.all(np.asarray(face_normals(field))[:, 2] > 0.0)
+    np.testing.assert_allclose(v[:, :2].min(0), [-1.0, -1.75], atol=1e-6)
+    assert not field.closed
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_ripples_have_the_size_that_was_asked_for(dimension):
+    places = np.random.default_rng(1).uniform(0, 400.0, (40000, dimension))
+    for wavelength in (0.5, 2.0):
+        h = ripples(0.2, wavelength, 5)
+        # four standard deviations of a standard deviation of so many places
+        assert h(places).std() == pytest.approx(0.2, rel=4.0 / np.sqrt(2.0 * len(places)))
+        # RMS slope of waves of random length: 2 pi a mean(1/l^2)^0.5, here over 2/3..4/3
+        moved = places.copy()
+        moved[:, 0] += 1e-3 * wavelength
+        slope = (h(moved) - h(places)) / (1e-3 * wavelength)
+        expected = 2.0 * np.pi * 0.2 / wavelength * np.sqrt(1.125 / dimension)
+        assert slope.std() == pytest.approx(expected, rel=0.35)  # 24 waves only
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda seed: bumpy_sphere(levels=2, seed=seed),
+        lambda seed: ground(1.0, ripples(0.1, 0.3, seed), 10),
+    ],
+)
+def test_the_same_seed_gives_the_same_bits(make):
+    a, b, other = make(3), make(3), make(4)
+    assert np.asarray(a.vertices).tobytes() == np.asarray(b.vertices).tobytes()
+    assert np.asarray(a.vertices).tobytes() != np.asarray(other.vertices).tobytes()
+
+
+def test_joined_keeps_every_part_and_its_edges():
+    parts = [bars((1, 1)), ground(1.0, cells=2), bumpy_sphere(levels=0)]
+    both, part = joined(parts)
+    again = mesh(both.vertices, both.faces)  # its edges found anew
+    ways = [set(map(tuple, np.asarray(m.edges))) for m in (both, again)]
+    assert {tuple(sorted(e)) for e in ways[0]} == {tuple(sorted(e)) for e in ways[1]}
+    for (a, b), (left, right) in zip(both.edges, both.sides, strict=True):
+        for face, run in ((left, (a, b)), (right, (b, a))):
+            f = both.faces[face]
+            assert face == -1 or run in [(f[k], f[(k + 1) % 3]) for k in range(3)]
+    assert np.bincount(part).tolist() == [p.count for p in parts]
+    for k, p in enumerate(parts):
+        np.testing.assert_array_equal(np.asarray(both.corners)[part == k], np.asarray(p.corners))
+
+
+def test_placed_scales_then_turns_then_shifts():
+    piece = bumpy_sphere(levels=1)
+    R = turned((1.0, 2.0, -1.0), 0.7)
+    found = placed(piece, (1.0, 2.0, 3.0), R, 2.0)
+    expected = [R @ (2.0 * p) + [1.0, 2.0, 3.0] for p in np.asarray(piece.vertices, float)]
+    np.testing.assert_allclose(np.asarray(found.vertices), expected, rtol=1e-5)
+    assert volume(found) == pytest.approx(8.0 * volume(piece), rel=1e-4)
+    np.testing.assert_allclose(R @ [1.0, 2.0, -1.0], [1.0, 2.0, -1.0], atol=1e-12)
+    assert np.trace(R) == pytest.approx(1.0 + 2.0 * np.cos(0.7))
+    np.testing.assert_allclose(turned((0, 0, 1), 0.3) @ [1, 0, 0], [np.cos(0.3), np.sin(0.3), 0])
+
+
+@pytest.mark.parametrize(
+    ("call", "sentence"),
+    [
+        (lambda: joined([]), "`parts` must hold a mesh"),
+        (lambda: placed(bars(), scale=0.0), "`scale` must be positive"),
+        (lambda: placed(bars(), turn=np.diag([1.0, 1.0, -1.0])), "`turn` must be a rotation"),
+        (lambda: turned((0, 0, 0), 1.0), "`axis` must be positive"),
+        (lambda: bumpy_sphere(0.0), "`radius` must be positive"),
+        (lambda: bumpy_sphere(1.0, lambda n: np.full(len(n), -1.0)), "`height` must be above -1"),
+        (lambda: bumpy_sphere(1.0, lambda n: np.full(len(n), np.nan)), "`height` must be above -1"),
+        (lambda: ground(cells=0), "`cells` must be positive"),
+        (lambda: ground(height=lambda p: np.full(len(p), np.inf)), "`height` must be finite"),
+        (lambda: bars((8, 8), width=0.3), "`width` must leave room for 8 holes"),
+        (lambda: bars(thickness=0.0), "`thickness` must be positive"),
+        (lambda: knot(2, 4), "`p` and `q` must have no divisor in common"),
+        (lambda: knot(radius=0.4), "`radius` must be below"),
+        (lambda: knot(rings=4), "`rings` and `sides` must be at least"),
+        (lambda: blob([[0, 0, 0]], [1.0, 2.0]), "`centers` and `radii` must have shapes"),
+        (lambda: blob([[0, 0, 0]], [0.0]), "`radii` must be positive"),
+        (lambda: level_set(np.ones((3, 3, 3)), [0, 0, 0], 1.0), "`values` must be positive"),
+        (lambda: level_set(-np.ones((3, 3, 3)), [0, 0, 0], 1.0), "`values` must be positive"),
+        (lambda: ripples(-1.0, 1.0), "`amplitude`"),
+    ],
+)
+def test_what_makes_no_piece_is_refused(call, sentence):
+    with pytest.raises(ValueError, match=r"^Arguments? ") as caught:
+        call()
+    assert sentence in str(caught.value)
+
+
+def test_edges_of_a_million_faces_are_found_quickly():
+    start = time.process_time()
+    assert ground(cells=700, height=ripples(0.1, 0.3, waves=4)).count == 980000
+    assert time.process_time() - start < 6.0  # 0.9 s where it was measured; a sort of rows took 4

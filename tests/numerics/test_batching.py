@@ -1,0 +1,47 @@
+"""One compilation whatever the number of rows, and the rows' answers in their order."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from firstorder.numerics.batching import in_batches
+
+
+@pytest.mark.parametrize("count", [0, 1, 6, 7, 8, 21, 23, 64])
+def test_rows_keep_their_order_whatever_their_number(count):
+    x = np.random.default_rng(0).normal(size=(count, 3))
+    n = np.arange(count)
+    total, number = in_batches(lambda r: (jnp.sum(r[0]), r[1]), (jnp.asarray(x), n), 7)
+    np.testing.assert_allclose(total, x.sum(1), rtol=1e-14)
+    np.testing.assert_array_equal(number, n)
+
+
+@pytest.mark.parametrize("count", [5, 14, 23, 100])
+def test_a_function_is_traced_once(count):
+    traced = []
+
+    def f(x):
+        traced.append(x)
+        return 2.0 * x
+
+    jax.jit(lambda x: in_batches(f, x, 7))(jnp.arange(float(count)))
+    assert len(traced) == 1
+
+
+def test_rows_are_at_most_so_many_at_a_time():
+    """The sizes of intermediate arrays, as the compiler is given them."""
+    program = jax.make_jaxpr(lambda x: in_batches(jnp.sin, x, 7))(jnp.arange(23.0))
+    assert "f64[6] = sin" in str(program)
+    assert str(program).count(" sin ") == 1
+
+
+def test_what_fills_a_batch_up_leaves_no_trace_in_derivatives():
+    x = jnp.linspace(0.1, 2.0, 23)
+    slopes = jax.grad(lambda x: jnp.sum(in_batches(jnp.sqrt, x, 7)))(x)
+    np.testing.assert_allclose(slopes, 0.5 / np.sqrt(x), rtol=1e-14)
+
+
+def test_a_batch_has_rows():
+    with pytest.raises(ValueError, match="most"):
+        in_batches(jnp.sin, jnp.arange(3.0), 0)

@@ -1,0 +1,52 @@
+"""Vectors of space against NumPy's."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from firstorder.numerics import vectors
+
+A, B = np.random.default_rng(1).normal(size=(2, 7, 3))
+M = np.random.default_rng(2).normal(size=(7, 3, 3))
+
+
+def test_products():
+    np.testing.assert_allclose(vectors.cross(jnp.asarray(A), jnp.asarray(B)), np.cross(A, B))
+    np.testing.assert_allclose(vectors.dot(jnp.asarray(A), jnp.asarray(B)), np.sum(A * B, -1))
+    np.testing.assert_allclose(
+        vectors.times(jnp.asarray(M), jnp.asarray(A)), np.einsum("nij,nj->ni", M, A)
+    )
+    np.testing.assert_allclose(vectors.inverse(jnp.asarray(M)), np.linalg.inv(M))
+
+
+def test_lengths_have_derivatives_at_zero():
+    zero = jnp.zeros(3)
+    assert vectors.norm(zero) == 0.0
+    assert np.all(vectors.unit(zero) == 0.0)
+    assert np.all(jax.grad(vectors.norm)(zero) == 0.0)
+    assert np.all(np.isfinite(jax.jacobian(vectors.unit)(zero)))
+
+
+@pytest.mark.parametrize("n", [(0, 0, 1), (0, 0, -1), (1, 0, 0), (0.6, 0, -0.8), (0, 0.6, 0.8)])
+def test_frames_are_right_handed_and_smooth(n):
+    n = jnp.asarray(n, float)
+    found = np.asarray(vectors.frame(n))
+    np.testing.assert_allclose(found.T @ found, np.eye(3), atol=1e-15)
+    np.testing.assert_allclose(np.linalg.det(found), 1.0)
+    np.testing.assert_allclose(found[:, 2], n)
+    assert np.all(np.isfinite(jax.jacobian(vectors.frame)(n)))
+
+
+def test_many_rays_from_one_point_in_the_frames_of_several_shapes():
+    """As sums over rows, the CPU compiler of jaxlib 0.10 to 0.12 gets these wrong."""
+    rng = np.random.default_rng(5)
+    M, center, p = rng.normal(size=(3, 3, 3)), rng.normal(size=(3, 3)), rng.normal(size=3)
+
+    @jax.jit
+    def turned(M, center, p):
+        origins = jnp.broadcast_to(p, (1000, 3))
+        return vectors.times(M, origins[:, None] - center)
+
+    truth = np.einsum("kij,kj->ki", M, p - center)
+    np.testing.assert_allclose(turned(M, center, p), np.broadcast_to(truth, (1000, 3, 3)))

@@ -1,0 +1,97 @@
+"""The cross-bilateral filter: constants and planes kept, edges of depth and normal respected."""
+
+import numpy as np
+import pytest
+
+from firstorder.reconstruction.bilateral import cross_bilateral, widths
+from firstorder.reconstruction.blue_noise import place
+
+WIDTH, HEIGHT = 96, 64
+
+
+def samples(count=400, density=None):
+    density = np.ones((WIDTH, HEIGHT)) if density is None else density
+    return np.argwhere(place(density, count)) + 0.5, widths(density, count)
+
+
+def flat():
+    return np.full((WIDTH, HEIGHT), 3.0), np.broadcast_to((0.0, 0.0, 1.0), (WIDTH, HEIGHT, 3))
+
+
+def test_constants_stay_whatever_the_guides():
+    rng = np.random.default_rng(0)
+    p, h = samples()
+    normal = rng.normal(size=(WIDTH, HEIGHT, 3))
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    depth = 1.0 + 5.0 * rng.random((WIDTH, HEIGHT))
+    found = cross_bilateral(p, np.full(len(p), 2.5), h, depth, normal)
+    np.testing.assert_allclose(found, 2.5, rtol=1e-14)
+
+
+def test_smooth_pictures_come_back():
+    def wave(p):
+        return np.sin(0.08 * p[..., 0]) + np.cos(0.06 * p[..., 1])
+
+    at = np.stack(np.meshgrid(np.arange(WIDTH) + 0.5, np.arange(HEIGHT) + 0.5, indexing="ij"), -1)
+    errors = []
+    for count in (200, 800):
+        p, h = samples(count)
+        found = cross_bilateral(p, wave(p), h, *flat())
+        errors.append(np.sqrt(np.mean((found - wave(at)) ** 2)))
+    assert errors[1] < 0.05
+    assert errors[1] < 0.7 * errors[0]
+
+
+@pytest.mark.parametrize("guide", ["depth", "normal"])
+def test_edges_of_the_guides_are_kept(guide):
+    """One value on each side of a slanted edge; without the guide it would be blurred."""
+    x, y = np.meshgrid(np.arange(WIDTH) + 0.5, np.arange(HEIGHT) + 0.5, indexing="ij")
+    side = x + 0.5 * y > 60.0
+    depth, normal = flat()
+    p, h = samples()
+    value = np.where(side[tuple(p.astype(int).T)], 1.0, 0.0)
+    blurred = cross_bilateral(p, value, h, depth, normal)
+    if guide == "depth":
+        depth = np.where(side, 3.0, 4.0)
+    else:
+        normal = np.where(side[..., None], (0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
+    kept = cross_bilateral(p, value, h, depth, normal)
+    assert np.max(abs(kept - side)) < 1e-3
+    assert np.sqrt(np.mean((blurred - side) ** 2)) > 0.05
+
+
+def test_what_nothing_resembles_takes_what_is_most_alike():
+    """A pixel of its own depth: its neighbours are equally unlike, and finite weights remain."""
+    depth, normal = flat()
+    depth[40, 30] = 500.0
+    p, h = samples()
+    p = p[np.any(p != (40.5, 30.5), 1)]
+    found = cross_bilateral(p, np.full(len(p), 1.5), h, depth, normal)
+    assert np.all(np.isfinite(found))
+    assert found[40, 30] == pytest.approx(1.5)
+
+
+def test_widths_follow_the_density():
+    density = np.where(np.arange(WIDTH) < 48, 4.0, 1.0)[:, None] + np.zeros(HEIGHT)
+    h = widths(density, 500)
+    np.testing.assert_allclose(h[60] / h[10], 2.0)
+    np.testing.assert_allclose(np.sum((0.7 / h) ** 2), 500.0)
+
+
+@pytest.mark.parametrize(
+    ("change", "name"),
+    [(dict(depth_share=0.0), "depth_share"), (dict(normal_spread=-1.0), "normal_spread")],
+)
+def test_bad_input_gets_one_sentence(change, name):
+    p, h = samples()
+    with pytest.raises(ValueError, match=f"`{name}` must be positive"):
+        cross_bilateral(p, np.ones(len(p)), h, *flat(), **change)
+
+
+def test_what_cannot_be_filtered_is_one_sentence():
+    with pytest.raises(ValueError, match="`density` must be positive somewhere, but is zero"):
+        widths(np.zeros((4, 4)), 2)
+    with pytest.raises(ValueError, match="`density` must not be negative, but is -1"):
+        widths(-np.ones((4, 4)), 2)
+    with pytest.raises(ValueError, match="`p` must have at least one sample, but has none"):
+        cross_bilateral(np.zeros((0, 2)), np.zeros(0), np.ones((WIDTH, HEIGHT)), *flat())

@@ -1,0 +1,218 @@
+"""The renderer: shapes as `imaging.pixels` has them, meshes as the shapes that they stand for."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from firstorder.imaging.area_lights import Lamp, Lobe, lit
+from firstorder.imaging.camera import pinhole
+from firstorder.imaging.pixels import Finish, shade_all
+from firstorder.imaging.reflection import SurfacePoint
+from firstorder.io import Embree
+from firstorder.io.scenes.space_toml import Model
+from firstorder.models.primitives import bumpy_sphere, ground, placed
+from firstorder.rendering.blocks import beside_seen
+from firstorder.rendering.renderer import Renderer, World
+from firstorder.space import Scene, plane, sphere, thing
+from firstorder.space.skies import ConstantSky, GaussianSky
+
+MATTER = dict(albedo=0.5, specular=0.2, exponent=20.0)
+FLOOR = thing(plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), albedo=0.6)
+BALL = thing(sphere((0.0, 0.0, 0.5), 0.5), **MATTER)
+LAMP = Lamp((-1.0, -1.5, 2.5), (0.0, 0.5, 0.0), (0.5, 0.0, 0.0), 8.0, 5, True)
+CAMERA = pinhole((0.0, -4.0, 2.0), (0.0, 0.0, 0.4), gamma=2.4)
+SHAPES = World(CAMERA, Scene.of(BALL, FLOOR), lamps=(LAMP,))
+
+
+def meshed(levels=5):
+    """The ball as a mesh; the floor stays what it is."""
+    ball = placed(bumpy_sphere(0.5, lambda v: 0.0 * v[:, 0], levels), (0.0, 0.0, 0.5))
+    return World(CAMERA, Scene.of(FLOOR), (Model(ball, "ball", MATTER),), (LAMP,))
+
+
+def grid(n):
+    x = (2.0 * np.arange(n) + 1.0) / n - 1.0
+    return 0.8 * np.stack(np.meshgrid(x, x, indexing="ij"), -1).reshape(-1, 2)
+
+
+P = grid(16)
+
+
+@pytest.fixture(scope="module")
+def shapes():
+    return Renderer(SHAPES)
+
+
+@pytest.fixture(scope="module")
+def models():
+    return Renderer(meshed())
+
+
+@pytest.mark.smoke
+def test_shapes_are_shaded_as_ever(shapes):
+    found, index = shapes.pixels(P)
+    true = shade_all(SHAPES.scene, CAMERA, [LAMP], P, index)
+    assert set(index) == {0, 1}
+    for a, b in zip(jax.tree.leaves(found), jax.tree.leaves(true), strict=True):
+        np.testing.assert_allclose(a, b, rtol=1e-9, atol=1e-12)
+
+
+def test_a_fine_mesh_is_the_shape_that_it_stands_for(shapes, models):
+    """Away from the limb; the ball's shadow on the floor, its own shade, and all terms."""
+    (ball, one), (mesh, other) = shapes.pixels(P), models.pixels(P)
+    same = (one == 0) == (other == 1)
+    assert same.mean() > 0.98
+    well = same & (ball.cosine > 0.3)
+    for name, most in (("value", 0.02), ("gradient", 0.05), ("SV", 0.03), ("CDV", 0.03)):
+        a, b = (np.asarray(getattr(f, name))[well] for f in (mesh, ball))
+        assert np.sqrt(np.mean((a - b) ** 2)) < most * np.sqrt(np.mean(b**2)), name
+
+
+def test_values_alone_are_the_same_values(models):
+    whole, _ = models.pixels(P)
+    value, _ = models.pixels(P, gradients=False)
+    np.testing.assert_array_equal(whole.value > 0.0, value.value > 0.0)
+    np.testing.assert_allclose(value.value, whole.value, rtol=1e-12)
+    np.testing.assert_array_equal(value.gradient, 0.0)
+
+
+def test_gradients_of_a_mesh_are_the_images(models):
+    """Where nothing is shadowed: differences of values inside one face."""
+    made = models
+    at = np.array([(-0.15, 0.1), (-0.05, 0.15), (0.02, 0.05)])
+    found, _ = made.pixels(at, shadows=False)
+    h = 1e-5
+    for k in (0, 1):
+        step = h * np.eye(2)[k]
+        ahead, behind = (made.pixels(at + s, shadows=False)[0].value for s in (step, -step))
+        slope = (ahead - behind) / (2.0 * h)
+        np.testing.assert_allclose(found.gradient[:, k], slope, rtol=1e-5)
+
+
+def test_a_meshs_shadow_moves(models):
+    """The floor behind the ball, with many nodes: differences of values."""
+    lamp = Lamp(*(LAMP.center, LAMP.u, LAMP.v), 8.0, 32, True)
+    made = Renderer(models.world._replace(lamps=(lamp,)))
+    at, h = np.array([0.4667, -0.1333]), 0.01
+    p = np.concatenate([[at], *([at + s, at - s] for s in h * np.eye(2))])
+    found, index = made.pixels(p)
+    assert set(index) == {0}
+    slope = (found.value[1::2] - found.value[2::2]) / (2.0 * h)
+    whole = found.gradient[0] + found.edges[0]
+    assert np.linalg.norm(found.edges[0]) > 0.5 * np.linalg.norm(slope)
+    assert np.linalg.norm(whole - slope) < 0.1 * np.linalg.norm(slope)
+
+
+def test_what_hangs_behind_a_lamp_hides_none_of_its_nodes(models):
+    """Shadows move as they do without it: a blocker's depth is asked beside edges alone."""
+    at = np.array([[0.4667, -0.1333]])
+    alone, _ = models.pixels(at)
+    ceiling = thing(plane((0.0, 0.0, 4.0), (0.0, 0.0, -1.0)), albedo=0.6)
+    under = Renderer(models.world._replace(scene=Scene.of(FLOOR, ceiling)))
+    found, index = under.pixels(at)
+    assert index.tolist() == [0]
+    assert np.linalg.norm(alone.edges) > 0.0
+    for name in ("value", "gradient", "edges"):
+        np.testing.assert_allclose(getattr(found, name), getattr(alone, name), rtol=1e-12)
+
+
+def test_a_mesh_shades_from_afar():
+    """A ball of 1 m hangs 12 m above the floor and hides the middle of a small sky."""
+    high = (0.0, 0.0, 12.0)
+    sky = GaussianSky((0.0, 0.0, 1.0), 0.03)
+    ball = Model(placed(bumpy_sphere(0.5, lambda v: 0.0 * v[:, 0], 4), high), "ball", MATTER)
+    given = dict(sky=sky, sky_rows=16, sky_nodes="luminance")
+    eye = pinhole((0.0, -4.0, 2.0), (0.0, 0.0, 0.0), gamma=2.4)
+    shape = World(eye, Scene.of(FLOOR, thing(sphere(high, 0.5), **MATTER)), **given)
+    at = np.array([(0.0, 0.0), (0.3, 0.0)])
+    true, _ = Renderer(shape).pixels(at)
+    bare, _ = Renderer(shape._replace(scene=Scene.of(FLOOR))).pixels(at)
+    found, _ = Renderer(World(eye, Scene.of(FLOOR), (ball,), **given)).pixels(at)
+    assert true.value[0] < 0.6 * bare.value[0]
+    # The mesh's limb is 0.1 % of the radius inside the ball's, and no node lies between them: with
+    # four times that (level 3) none does. So the same nodes are seen.
+    np.testing.assert_allclose(found.value, true.value, rtol=1e-9)
+
+
+@pytest.mark.parametrize("as_mesh", [False, True])
+def test_a_leaning_normal_sees_nothing_through_its_own_surface(as_mesh):
+    """A lamp stands on end, through the floor: what of it is below is hidden, by shapes and meshes.
+
+    Its nodes are above the horizon of the shading normal, which leans towards it.
+    """
+    eye = pinhole((-1.0, 0.0, 1.0), (0.0, 0.0, 0.0))
+    lamp = Lamp((2.0, 0.0, 0.1), (0.0, 0.5, 0.0), (0.0, 0.0, -0.5), 8.0, 4, True)
+    lean = Finish(slopes=lambda index, x: jnp.array([-0.75, 0.0, 0.0]))
+    floor = (Model(ground(9.0, cells=1), "floor", MATTER),) if as_mesh else ()
+    shapes = None if as_mesh else Scene.of(thing(plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), **MATTER))
+    made = Renderer(World(eye, shapes, floor, (lamp,), finish=lean))
+    found, _ = made.pixels(np.zeros((1, 2)))
+
+    above = np.asarray(lamp.position[:, 2] > 0.0)
+    assert 0 < above.sum() < above.size
+    up = jnp.array([0.6, 0.0, 0.8])
+    point = SurfacePoint(jnp.zeros(3), jnp.eye(3)[:, :2], up, jnp.zeros((3, 2)))
+    lobe = Lobe(*(MATTER[k] for k in ("albedo", "specular", "exponent")))
+    way = jnp.array([-1.0, 0.0, 1.0]) / np.sqrt(2.0)
+    seen, every = (
+        sum(float(t.value) for t in lit(lamp, share, point, way, lobe))
+        for share in (jnp.asarray(above, float), jnp.ones(above.size))
+    )
+    assert seen < 0.9 * every
+    np.testing.assert_allclose(found.value, seen, rtol=1e-9)
+    np.testing.assert_allclose(
+        found.edges, 0.0, atol=1e-12
+    )  # a flat surface's horizon stands still
+
+
+def test_layers_know_lamps_and_sky():
+    eye = pinhole((0.0, -4.0, 1.0), (-1.0, -1.5, 2.5), gamma=1.0)
+    sky = GaussianSky((0.0, 0.0, 1.0), 0.6)
+    made = Renderer(World(eye, Scene.of(FLOOR), lamps=(LAMP,), sky=sky, sky_rows=4))
+    layers = made.layers(np.array([(0.0, 0.0), (0.0, 0.9), (0.0, -0.9)]))
+    assert layers["index"].tolist() == [1.0, -1.0, 0.0]
+    assert layers["value"][0] == 8.0
+    d = np.asarray(eye.direction(jnp.array([0.0, 0.9])))
+    np.testing.assert_allclose(layers["value"][1], sky(jnp.asarray(d)), rtol=1e-12)
+    assert layers["SV"][2] > 0.0 < layers["DV.diffuse"][2]
+    for name in ("grad.u", "shadow.v", "CV", "CDV", "distance", "cosine", "curvature"):
+        assert np.all(np.isfinite(layers[name]))
+
+
+def test_passes_see_other_nodes_of_one_mean(shapes):
+    lights = [shapes.lights_of(k)[0] for k in range(3)]
+    np.testing.assert_array_equal(lights[0].shift, 0.0)
+    assert len({tuple(np.asarray(a.shift)) for a in lights}) == 3
+    assert all(np.all(np.abs(a.shift) <= 0.5) for a in lights)
+
+
+def test_passes_in_pairs_gather_a_constant_sky_exactly():
+    """A row's cells all light a surface as their middles do; out of them, by an odd power more."""
+    eye = pinhole((0.0, -1.0, 2.0), (0.0, 0.0, 0.0))
+    sky = World(eye, Scene.of(FLOOR), sky=ConstantSky(2.0), sky_rows=4, sky_nodes="cosine")
+    made = Renderer(sky)
+    found = [
+        made.pixels(np.zeros((1, 2)), gradients=False, lights=made.lights_of(k))[0].value[0]
+        for k in range(5)
+    ]
+    expected = 0.6 * 2.0
+    np.testing.assert_allclose(found[0], expected, rtol=1e-12)
+    assert min(abs(np.array(found[1:]) / expected - 1.0)) > 1e-3
+    for pair in (found[1:3], found[3:5]):
+        np.testing.assert_allclose(np.mean(pair), expected, rtol=1e-12)
+
+
+def test_depths_are_asked_where_edges_are():
+    hidden = np.zeros((1, 6, 6), bool)
+    hidden[0, :, 2:] = True
+    np.testing.assert_array_equal(beside_seen(hidden, False)[0, 0], [0, 0, 1, 1, 0, 0])
+    np.testing.assert_array_equal(beside_seen(hidden, True)[0, 0], [0, 0, 1, 1, 1, 1])
+
+
+def test_there_must_be_something_to_see():
+    with pytest.raises(ValueError, match="must have a shape or a model, but has none"):
+        Renderer(World(CAMERA, lamps=(LAMP,)))
+    with pytest.raises(ValueError, match="must have a lamp or a sky, but has none"):
+        Renderer(World(CAMERA, Scene.of(FLOOR)))
+    assert Embree(meshed(1).models[0].mesh).mesh.count == 80

@@ -1,0 +1,69 @@
+"""The search for the first hit: few shapes, many shapes, blocks that do not come out even."""
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from firstorder.numerics.batching import in_blocks
+from firstorder.scene import intersect
+from firstorder.space import Ellipsoids, Rectangles
+
+rng = np.random.default_rng(3)
+BALLS = rng.uniform(-2.0, 2.0, (9, 3)), rng.uniform(0.1, 0.5, 9)
+GROUPS = (
+    Ellipsoids(BALLS[0], BALLS[1][:, None, None] * np.eye(3)),
+    Rectangles([[0.0, 0.0, -3.0], [0.0, 0.0, 3.0]], np.stack([np.eye(3) * 3.5] * 2)),
+)
+ORIGINS = jnp.asarray(rng.uniform(-4.0, 4.0, (70, 3)))
+ALONG = rng.normal(size=(70, 3))
+ALONG = jnp.asarray(ALONG / np.linalg.norm(ALONG, axis=1, keepdims=True))
+NOWHERE = jnp.full(70, intersect.MISS)
+
+
+def by_hand():
+    """Distances to all shapes in NumPy."""
+    o, d = np.asarray(ORIGINS), np.asarray(ALONG)
+    t = np.full((70, 11), np.inf)
+    for k, (c, r) in enumerate(zip(*BALLS, strict=True)):
+        b = np.sum((o - c) * d, 1)
+        square = b * b - np.sum((o - c) ** 2, 1) + r * r
+        for root in (-1.0, 1.0):
+            s = -b + root * np.sqrt(np.where(square > 0, square, np.nan))
+            t[:, k] = np.minimum(t[:, k], np.where(s > 0, s, np.inf))
+    for k, z in ((9, -3.0), (10, 3.0)):
+        s = (z - o[:, 2]) / d[:, 2]
+        q = o + s[:, None] * d
+        inside = (s > 0) & np.all(np.abs(q[:, :2]) <= 3.5, 1)
+        t[:, k] = np.where(inside, s, np.inf)
+    return t
+
+
+@pytest.mark.parametrize("find", [intersect.in_one, intersect.one_by_one])
+def test_the_nearest_shape_is_found(find):
+    t = by_hand()
+    true = np.where(np.isfinite(t.min(1)), t.argmin(1), intersect.MISS)
+    assert {9, 10, intersect.MISS} < set(true)
+    np.testing.assert_array_equal(find(GROUPS, (ORIGINS, ALONG, NOWHERE)), true)
+
+
+def test_blocks_do_not_change_the_answer():
+    rays = ORIGINS, ALONG, NOWHERE
+    whole = intersect.one_by_one(GROUPS, rays)
+    cut = in_blocks(lambda r: intersect.one_by_one(GROUPS, r), rays, 32)
+    np.testing.assert_array_equal(whole, cut)
+
+
+def test_a_shape_does_not_meet_its_own_rays():
+    t = by_hand()
+    true = t.argmin(1)
+    t[np.arange(70), true] = np.inf
+    second = np.where(np.isfinite(t.min(1)), t.argmin(1), intersect.MISS)
+    found = intersect.one_by_one(GROUPS, (ORIGINS, ALONG, jnp.asarray(true)))
+    hit = np.isfinite(by_hand().min(1))
+    np.testing.assert_array_equal(np.asarray(found)[hit], second[hit])
+
+
+def test_each_shape_answers_for_itself():
+    first = intersect.picked(GROUPS, jnp.asarray(9), lambda shape: shape.center)
+    np.testing.assert_allclose(first, [0.0, 0.0, -3.0])
+    assert [len(numbers) for _, numbers in intersect.numbered(GROUPS)] == [9, 2]

@@ -1,0 +1,128 @@
+"""Bounds of blockers' depths, against a look at every place from every receiver."""
+
+import numpy as np
+import pytest
+
+from firstorder.shadowfield.rendering import depth_bounds as depths
+from firstorder.shadowfield.rendering.depth_bounds import depth_bounds, smoothed
+from firstorder.shadowfield.rendering.ray_table import RayTable, lamp_frame
+
+LAMP = lamp_frame((0.0, 0.0, 4.0), (0.0, 0.8, 0.0), (0.5, 0.0, 0.0))
+PIXEL = 0.05
+
+
+def rough_floor(count=400):
+    rng = np.random.default_rng(1)
+    return np.column_stack([rng.uniform(-1.5, 1.5, (count, 2)), rng.uniform(-0.5, 1.5, count)])
+
+
+def random_table(count=600):
+    """Rays with blockers anywhere, first before last; some free, some that meet only one thing."""
+    rng = np.random.default_rng(2)
+    y, v = rng.uniform(-0.5, 0.5, (count, 2)), rng.uniform(-0.4, 0.4, (count, 2))
+    near, far = np.sort(rng.uniform(0.3, 4.0, (2, count)), 0)
+    far[200:300] = near[200:300]
+    start = far * rng.uniform(1.0, 1.1, count)  # some end a hair below what hides them
+    near[:200], far[:200] = np.inf, -np.inf
+    return RayTable(*(a.astype(np.float32) for a in (y, v, near, far, start)))
+
+
+def every_place(table, receivers, pixel):
+    """The frustum's definition, one receiver and place at a time."""
+    found = []
+    for x in LAMP.local(receivers):
+        low, high = np.inf, -np.inf
+        for z in (table.near, table.far):
+            for y, v, depth, start in zip(table.y, table.v, z, table.start, strict=True):
+                t = depth / x[2]
+                below = start >= 1.02 * x[2]  # there it started, and meets the receiver's level
+                if not np.isfinite(depth) or t >= (0.98 if below else 1.0):
+                    continue
+                edge = LAMP.half * (1.0 - t) + 0.5 * pixel * t
+                if np.all(abs(y + v * np.float64(depth) - t * x[:2]) <= edge):
+                    low, high = min(low, depth), max(high, depth)
+        found.append((low, high))
+    return np.array(found).T
+
+
+def search_error(receivers, pixel=PIXEL):
+    table = random_table()
+    true = every_place(table, receivers, pixel)
+    found = np.stack(depth_bounds(LAMP, table, receivers, pixel))
+    assert np.mean(np.isfinite(true[0])) > 0.5
+    return np.mean(found != true)
+
+
+@pytest.mark.smoke
+@pytest.mark.parametrize("pixel", [PIXEL, 0.4])
+def test_the_search_finds_what_every_place_says(pixel):
+    assert search_error(rough_floor(150), pixel) == 0.0
+
+
+FAULTS = ("point frustum", "half the places", "only the first few", "own surface", "no contact")
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_faults_are_noticed(monkeypatch, fault):
+    first, groups, places = depths._first, depths.narrowed, depths._places
+
+    def reached(table):
+        """Places as if rays ended where they are hidden, or far below."""
+        far_below = np.float32(9.0 if fault == "no contact" else 0.0)
+        return places(table._replace(start=far_below + 0.0 * table.start))
+
+    if fault in ("own surface", "no contact"):
+        monkeypatch.setattr(depths, "_places", reached)
+    if fault == "point frustum":
+        monkeypatch.setattr(depths, "_first", lambda *a: first(*a[:3], 0.0, a[4]))
+    if fault == "only the first few":
+        monkeypatch.setattr(depths, "_first", lambda lamp, at, p, *a: first(lamp, at, p[:20], *a))
+    if fault == "half the places":
+
+        def fewer(*about):
+            yield from ((rows, some[::2]) for rows, some in groups(*about))
+
+        monkeypatch.setattr(depths, "narrowed", fewer)
+    assert search_error(rough_floor(150), pixel=0.4) > 0.0
+
+
+def test_receivers_that_are_nowhere_leave_the_others_alone():
+    """One in a group of neighbours without a place, at the lamp's height, or above it."""
+    right = np.stack(depth_bounds(LAMP, random_table(), rough_floor(100), PIXEL))
+    assert np.mean(np.isfinite(right[0])) > 0.5
+    for bad in ((np.nan, 0.0, 0.0), (0.1, 0.1, 4.0), (0.1, 0.1, 4.2)):
+        receivers = np.insert(rough_floor(100), 50, bad, 0)
+        found = np.stack(depth_bounds(LAMP, random_table(), receivers, PIXEL))
+        assert np.all(np.isnan(found[:, 50]))
+        np.testing.assert_array_equal(np.delete(found, 50, 1), right)
+
+
+def test_free_rays_bound_nothing():
+    table = random_table()
+    free = RayTable(*(a[:200] for a in table))
+    near, far = depth_bounds(LAMP, free, rough_floor(20), PIXEL)
+    assert np.all(np.isposinf(near))
+    assert np.all(np.isneginf(far))
+
+
+def test_smoothed_bounds_are_bounds_without_jumps():
+    near, far = np.full((40, 30), np.inf), np.full((40, 30), -np.inf)
+    near[:20, :25], far[:20, :25] = 2.0, 3.0
+    near[10:20, :25] = 1.0
+    low, high = smoothed(near, far, 3)
+    assert np.all(low <= near)
+    assert np.all(high >= far)
+    np.testing.assert_array_equal(np.isfinite(low), np.isfinite(high))
+    assert np.max(abs(np.diff(low[:23, 5]))) < 0.35  # of a jump of 1
+    assert not np.any(np.isfinite(low[24:]))
+
+
+def test_smoothed_bounds_of_images_with_holes():
+    """Pixels that show no receiver stay NaN, and bound no others."""
+    near, far = np.full((20, 20), 2.0), np.full((20, 20), 3.0)
+    near[5, 5] = far[5, 5] = np.nan
+    low, high = smoothed(near, far, 2)
+    np.testing.assert_allclose(np.delete(low, 105), 2.0)
+    np.testing.assert_allclose(np.delete(high, 105), 3.0)
+    assert np.isnan(low[5, 5])
+    assert np.isnan(high[5, 5])

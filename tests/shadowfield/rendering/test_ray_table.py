@@ -1,0 +1,108 @@
+"""Shadow rays in the lamp's frame: round trips, strata, first and last blockers."""
+
+import numpy as np
+import pytest
+
+from firstorder.shadowfield.rendering.ray_table import below, lamp_frame, trace, where_below
+
+LAMP = lamp_frame((0.0, 0.0, 4.0), (0.0, 0.8, 0.0), (0.4, 0.0, 0.0))
+FLOOR = np.stack(np.meshgrid(np.linspace(-1, 1, 20), np.linspace(-1, 1, 20), [0.0]), -1).reshape(
+    -1, 3
+)
+
+
+def layers(*heights):
+    """Endless level sheets over x < 0, as `trace` wants blockers."""
+
+    def hidden(a, b):
+        first, last = np.full(len(a), np.inf), np.full(len(a), -np.inf)
+        for z in heights:
+            t = (z - a[:, 2]) / (b[:, 2] - a[:, 2])
+            hit = a[:, 0] + t * (b - a)[:, 0] < 0.0
+            first = np.where(hit, np.minimum(first, 1.0 - t), first)
+            last = np.where(hit, np.maximum(last, 1.0 - t), last)
+        return first, last
+
+    return hidden
+
+
+def test_points_come_back_from_the_lamps_frame():
+    p = np.random.default_rng(0).normal(size=(10, 3))
+    np.testing.assert_allclose(LAMP.world(LAMP.local(p)), p, atol=1e-14)
+    np.testing.assert_allclose(LAMP.local(np.zeros((1, 3)))[0, 2], 4.0)
+
+
+def test_rays_run_from_the_lamp_to_their_receiver():
+    table, owner = trace(LAMP, FLOOR, 3, layers())
+    np.testing.assert_array_equal(owner, np.repeat(np.arange(400), 3))
+    assert np.all(abs(table.y) <= LAMP.half + 1e-6)
+    np.testing.assert_allclose(table.at(4.0), LAMP.local(FLOOR)[owner, :2], atol=1e-6)
+    assert np.all(table.free)
+
+
+def test_feet_are_spread_evenly():
+    """Counts in 8 x 8 cells of the lamp differ far less than by chance."""
+    table, _ = trace(LAMP, FLOOR, 16, layers())
+    i, j = np.minimum((4.0 * (table.y / LAMP.half + 1.0)).astype(int), 7).T
+    counts = np.bincount(8 * i + j, minlength=64)
+    assert np.std(counts) < 0.3 * np.sqrt(np.mean(counts))
+
+
+def test_first_and_last_blockers_both_count():
+    table, _ = trace(LAMP, FLOOR, 1, layers(3.0, 1.0))
+    hidden = ~table.free
+    assert set(np.round(table.near[hidden], 5)) <= {1.0, 3.0}
+    both = (table.near < 2.0) & (table.far > 2.0)
+    assert 0.1 < np.mean(both) < 0.9
+
+
+def test_a_ray_takes_28_bytes_and_says_where_it_starts():
+    some = FLOOR + np.linspace(0.0, 1.0, len(FLOOR))[:, None] * (0.0, 0.0, 1.0)
+    table, owner = trace(LAMP, some, 2, layers(2.0))
+    assert sum(a.nbytes for a in table) == 28 * len(owner)
+    np.testing.assert_array_equal(table.start, (4.0 - some[owner, 2]).astype(np.float32))
+
+
+def test_less_than_one_ray_a_receiver():
+    table, owner = trace(LAMP, FLOOR, 0.25, layers(2.0))
+    assert len(table.y) == len(set(owner.tolist())) == 100
+
+
+NOWHERE = {
+    "nan": (np.nan, 0.0, 0.0),
+    "infinite": (0.0, np.inf, 0.0),
+    "beside the lamp": (3.0, 0.0, 4.0),
+    "above it": (0.0, 0.0, 5.0),
+}
+
+
+@pytest.mark.parametrize("name", NOWHERE)
+def test_receivers_that_no_lamp_can_light_are_refused(name):
+    """At or above the lamp's plane slopes are infinite, or rays run backwards."""
+    some = np.concatenate([FLOOR, [NOWHERE[name]]])
+    with pytest.raises(ValueError, match="1 of 401 are not") as error:
+        trace(LAMP, some, 1, layers(2.0))
+    assert str(error.value).count(".") == str(error.value).endswith(".")
+    with pytest.raises(ValueError, match="1 of 401 are not"):
+        trace(LAMP, some, 0.25, layers(2.0))
+    counts = np.ones(401, int)
+    counts[-1] = 0  # who asks for no ray of it may keep it
+    assert len(trace(LAMP, some, counts, layers(2.0))[0].y) == 400
+
+
+def test_answers_are_nan_for_receivers_that_no_lamp_can_light():
+    def answer(points, factor, pair):
+        assert pair[1] is None
+        return points[:, 0] * factor, np.stack([points[:, 1], pair[0]])
+
+    some = np.concatenate([FLOOR[:5], list(NOWHERE.values())])
+    np.testing.assert_array_equal(below(LAMP, some), np.arange(9) < 5)
+    a, (b, c) = where_below(LAMP, some, answer, np.full(9, 2.0), (np.arange(9.0), None))
+    np.testing.assert_array_equal(a, [*2.0 * FLOOR[:5, 0], *4 * [np.nan]])
+    np.testing.assert_array_equal(b, [*FLOOR[:5, 1], *4 * [np.nan]])
+    np.testing.assert_array_equal(c, [0, 1, 2, 3, 4, *4 * [np.nan]])
+
+
+def test_edges_must_be_orthogonal():
+    with pytest.raises(ValueError, match="must be orthogonal"):
+        lamp_frame((0, 0, 1), (1, 0, 0), (1, 1, 0))

@@ -1,0 +1,349 @@
+"""Light by azimuth against closed forms that know nothing of slices, and against its autodiff."""
+
+import jax
+import jax.numpy as jnp
+import mpmath as mp
+import numpy as np
+import pytest
+
+from firstorder.space import (
+    Scene,
+    boundary_gradient,
+    box,
+    cylinder,
+    ellipsoid,
+    net_visibility,
+    receiver,
+    sphere,
+    thing,
+    triangle,
+)
+from firstorder.space.azimuthal import transport
+from firstorder.space.azimuthal.critical import parts
+from firstorder.space.azimuthal.transport import (
+    irradiance_by_azimuth,
+    transport_by_azimuth,
+    visibility_by_azimuth,
+)
+from firstorder.space.receiver import Receiver
+from tests.space import hemispheres
+
+BOUND = 1e-11  # of the issue, with 64 nodes
+HIDDEN = ((0.0, 0.0, -50.0), 1.0)  # a ball below the horizon
+
+
+def ovals(centers, axes):
+    """A scene of two ellipsoids."""
+    return Scene.of(*(thing(ellipsoid(centers[i], axes[i])) for i in (0, 1)))
+
+
+def balls(centers, axes, position):
+    """Net visibility behind two ellipsoids, and autodiff of its value."""
+
+    def found(x):
+        at = receiver(jnp.append(x, position[2]))
+        B = visibility_by_azimuth(ovals(centers, axes), at, 64, 16)
+        return B.value, B
+
+    slope, B = jax.jacfwd(found, has_aux=True)(position[:2])
+    return B, slope
+
+
+def lit_balls(centers, axes, position):
+    """Irradiance behind two ellipsoids."""
+    return irradiance_by_azimuth(ovals(centers, axes), receiver(position), 64, 16)
+
+
+def two(one, other=HIDDEN, x=(0.0, 0.0)):
+    """A case of two balls, or of two ellipsoids given by matrices."""
+    axes = [np.eye(3) * a if np.ndim(a) == 0 else np.asarray(a) for a in (one[1], other[1])]
+    return np.array([one[0], other[0]], float), np.array(axes, float), np.array([*x, 0.0], float)
+
+
+# Under the ball, beside it, and where it meets the horizon; over the pole by a hair.
+SPOTS = [(x, 0.3 * x + 0.1) for x in (-2.5, -1.6, -1.1, -0.6, -0.2, 0.0, 0.3, 0.9, 1.4, 3.0, 6.0)]
+SINGLE = [two((np.array([0.2, 0.1, h]), r), x=x) for h, r in ((1.0, 0.7), (0.3, 0.7)) for x in SPOTS
+          if np.hypot(x[0] - 0.2, x[1] - 0.1) ** 2 + h * h > 1.05 * r * r]  # fmt: skip
+PAIRS = [
+    (((1.0, 0.4, 1.5), 0.6), ((1.2, -0.4, 2.5), 0.8)),
+    (((0.3, 0.2, 1.5), 0.6), ((-0.5, 0.1, 2.5), 0.9)),
+    (((0.6, 0.8, 0.7), 0.35), ((0.9, 0.5, 1.4), 0.6)),
+]
+NESTED = [(((0.5, 0.4, 1.0), 0.5), ((1.0, 0.8, 2.2), 0.4))]  # the second is behind the first
+APART = [(((1.5, 0.4, 1.0), 0.5), ((-1.0, 0.8, 1.2), 0.4))]
+AXES = np.array([[0.7, -0.2, 0.1], [0.1, 0.4, 0.2], [0.0, 0.1, 0.5]])
+OVALS = [((0.9, -0.8, 1.1), AXES), ((0.1, 0.1, 1.2), AXES)]
+CASES = (
+    SINGLE
+    + [two(*p) for p in PAIRS + NESTED + APART]
+    + [two(p[0]) for p in NESTED]
+    + [two(c) for p in APART for c in p]
+    + [two(c) for c in OVALS]
+    + [(2.5 * c, 2.5 * a, 2.5 * x) for c, a, x in [two(*PAIRS[0])]]
+    + [two(HIDDEN)]
+)
+
+
+def of_all(function):
+    """All cases in one compiled call."""
+    args = [jnp.asarray(np.stack(a)) for a in zip(*CASES, strict=True)]
+    found = jax.tree.map(np.asarray, jax.jit(jax.vmap(function))(*args))
+    return [jax.tree.map(lambda a, i=i: jnp.asarray(a[i]), found) for i in range(len(CASES))]
+
+
+@pytest.fixture(scope="module")
+def table():
+    return of_all(balls)
+
+
+@pytest.fixture(scope="module")
+def lit_table():
+    return of_all(lit_balls)
+
+
+def by_hand(function, *case):
+    """Value and gradient in the receiver's place of a blocked solid angle, in mpmath."""
+    with mp.workdps(30):
+        h = mp.mpf(10) ** -9
+
+        def at(x, y):
+            return function(mp.mpf(x), mp.mpf(y), *case)
+
+        rise = [(at(h, 0) - at(-h, 0)) / (2 * h), (at(0, h) - at(0, -h)) / (2 * h)]
+        return 2 * np.pi - float(at(0, 0)), -np.array([float(r) for r in rise])
+
+
+def moved(center, place, x, y):
+    return [mp.mpf(c) - p for c, p in zip(center, (place[0] + x, place[1] + y, 0), strict=True)]
+
+
+@pytest.mark.parametrize("i", range(len(SINGLE)))
+def test_one_ball_wherever_the_receiver_is(table, i):
+    centers, axes, place = CASES[i]
+    B, slope = table[i]
+    value, gradient = by_hand(
+        lambda x, y: hemispheres.cap(moved(centers[0], place, x, y), axes[0, 0, 0])
+    )
+    assert abs(B.value - value) < BOUND
+    np.testing.assert_allclose(B.gradient.total, gradient, atol=BOUND)
+    np.testing.assert_allclose(slope, gradient, atol=BOUND)
+
+
+@pytest.mark.parametrize("k", range(len(PAIRS)))
+def test_two_balls_that_overlap(table, k):
+    (c, r), (d, s) = PAIRS[k]
+    B, slope = table[len(SINGLE) + k]
+
+    def hidden(x, y):
+        return hemispheres.two_caps((moved(c, (0, 0), x, y), r), (moved(d, (0, 0), x, y), s))
+
+    value, gradient = by_hand(hidden)
+    assert abs(B.value - value) < 1e-10
+    np.testing.assert_allclose(B.gradient.total, gradient, atol=1e-10)
+    np.testing.assert_allclose(slope, gradient, atol=1e-10)
+
+
+def rest(table):
+    """The cases after those of one and two balls, in order."""
+    return table[len(SINGLE) + len(PAIRS) :]
+
+
+def test_what_is_behind_a_blocker_blocks_nothing(table):
+    nested, _, alone, *_ = rest(table)
+    assert abs(nested[0].value - alone[0].value) < 1e-13
+    np.testing.assert_allclose(nested[0].gradient.total, alone[0].gradient.total, atol=1e-12)
+
+
+def test_blockers_that_are_apart_add_up(table, lit_table):
+    for cases, whole in (([a[0] for a in table], 2.0 * np.pi), (lit_table, np.pi)):
+        _, both, _, one, other, *_ = rest(cases)
+        hidden = [whole - a.value for a in (both, one, other)]
+        np.testing.assert_allclose(hidden[0], hidden[1] + hidden[2], rtol=1e-12)
+        parts_ = [a.gradient.total for a in (both, one, other)]
+        np.testing.assert_allclose(parts_[0], parts_[1] + parts_[2], atol=1e-12)
+
+
+@pytest.mark.parametrize("k", range(len(OVALS)))
+def test_an_ellipsoid(table, lit_table, k):
+    (B, slope), E = rest(table)[5 + k], rest(lit_table)[5 + k]
+    center, axes = OVALS[k]
+
+    def hidden(x, y):
+        return np.array(hemispheres.ellipsoid(np.array(center) - [x, y, 0.0], axes))
+
+    solid, cosine = hidden(0.0, 0.0)
+    assert abs(B.value - (2.0 * np.pi - solid)) < 1e-11
+    assert abs(E.value - (np.pi - cosine)) < 1e-11
+    h = 1e-3
+    weights = ((1, 0.75), (2, -0.15), (3, 1.0 / 60.0))
+    rise = np.array([
+        sum(w * (hidden(*(n * h * e)) - hidden(*(-n * h * e))) for n, w in weights) / h
+        for e in np.eye(2)
+    ])  # fmt: skip
+    np.testing.assert_allclose(B.gradient.total, -rise[:, 0], atol=1e-10)
+    np.testing.assert_allclose(slope, -rise[:, 0], atol=1e-10)
+    np.testing.assert_allclose(E.gradient.total, -rise[:, 1], atol=1e-10)
+
+
+def test_angles_do_not_know_lengths(table, lit_table):
+    for cases in ([a[0] for a in table], lit_table):
+        small, large = cases[len(SINGLE)], rest(cases)[7]
+        assert abs(small.value - large.value) < 1e-13
+        np.testing.assert_allclose(small.gradient.total, 2.5 * large.gradient.total, atol=1e-12)
+
+
+def test_an_open_sky(table, lit_table):
+    (B, slope), E = rest(table)[8], rest(lit_table)[8]
+    np.testing.assert_allclose([B.value, E.value], [2.0 * np.pi, np.pi], rtol=1e-14)
+    assert np.all(B.gradient.total == 0.0)
+    np.testing.assert_allclose(slope, 0.0, atol=1e-14)  # rounding of the panels
+
+
+# --- edges that are straight, and walls ----------------------------------------------------------
+
+BOX, POLE = ((0.5, -0.4, 0.0), (1.1, 0.3, 0.9)), ((-1.0, 0.5, 0.0), (-1.0, 0.5, 1.2), 0.35)
+SLANT = ((-3.0, -2.0, 0.5), (3.0, -2.5, 1.4), (0.2, -6.0, 4.0))
+
+
+@pytest.mark.parametrize("x", [(0.0, 0.0), (-0.3, 0.1)])
+def test_an_upright_box_an_upright_cylinder_and_a_slanted_edge(x, town):
+    B = town(jnp.array(x))
+
+    def hidden(dx, dy):
+        low, high = (moved(c, x, dx, dy) for c in BOX)
+        axis = moved(POLE[0], x, dx, dy)
+        away = mp.sqrt(axis[0] ** 2 + axis[1] ** 2)
+        slanted = abs(hemispheres.triangle(*(moved(c, x, dx, dy) for c in SLANT)))
+        pole = hemispheres.cylinder(away, mp.mpf(POLE[2]), mp.mpf(POLE[1][2]))
+        return hemispheres.box(low, high) + pole + slanted
+
+    value, gradient = by_hand(hidden)
+    assert abs(B.value - value) < 1e-10
+    np.testing.assert_allclose(B.gradient.total, gradient, atol=1e-10)
+
+
+@pytest.fixture(scope="module")
+def town():
+    scene = Scene.of(thing(box(*BOX)), thing(cylinder(*POLE)), thing(triangle(*SLANT)))
+    return jax.jit(lambda x: visibility_by_azimuth(scene, receiver(jnp.append(x, 0.0)), 24))
+
+
+def test_by_azimuth_and_along_contours():
+    """Two balls that overlap and a box: neither route shares more than the silhouettes."""
+    (c, r), (d, s) = PAIRS[0]
+    scene = Scene.of(thing(sphere(c, r)), thing(sphere(d, s)), thing(box(*BOX)), sky=1.0)
+    at = receiver((-0.2, 0.1, 0.0))
+
+    def both():
+        slope = boundary_gradient(scene, at, weight=lambda w: jnp.ones_like(w[..., 2]))
+        return visibility_by_azimuth(scene, at, 48), net_visibility(scene, at, 32), slope
+
+    B, value, slope = jax.jit(both)()
+    assert abs(B.value - value) < 1e-11
+    np.testing.assert_allclose(B.gradient.total, slope[:2], atol=1e-10)
+
+
+# --- light ---------------------------------------------------------------------------------------
+
+
+def lit(at, w):
+    """Light that varies with direction and place, on a glossy surface seen from a fixed eye."""
+    L = 1.0 + 0.4 * (at.axes @ w)[0] + 0.3 * jnp.sin(at.position[0] + 2.0 * at.position[1])
+    to_eye = jnp.array([0.4, -0.2, 2.0]) - at.position
+    half = jnp.dot(at.axes @ w, to_eye) / jnp.linalg.norm(to_eye)
+    return L * (1.0 + 0.5 * half**3) * w[2]
+
+
+def test_any_transport_on_a_curved_receiver():
+    """Interior and boundary sum to the derivative of the value, along the surface."""
+
+    def found(x):
+        scene = Scene.of(thing(sphere((0.7, 0.3, 1.2), 0.5)))
+        at = Receiver(
+            jnp.zeros(3), jnp.eye(3), jnp.array([[-0.4, 0.2], [0.2, 0.5]]), jnp.asarray(-1)
+        )
+        B = transport_by_azimuth(scene, at.moved(x), lit, 20, 14)
+        return B.value, B
+
+    slope, B = jax.jit(lambda x: jax.jacfwd(found, has_aux=True)(x))(jnp.zeros(2))
+    np.testing.assert_allclose(B.gradient.total, slope, atol=1e-9)
+    assert np.min(np.abs(B.gradient.interior)) > 1e-2
+    assert np.min(np.abs(B.gradient.boundary)) > 1e-2
+
+
+def test_a_count_of_nothing_is_refused():
+    scene = Scene.of(thing(sphere((0.0, 0.0, 2.0), 1.0)))
+    with pytest.raises(ValueError, match="Argument `nodes` must be positive, but is 0"):
+        visibility_by_azimuth(scene, receiver((0.0, 0.0, 0.0)), 0)
+
+
+# --- deliberate faults, in one slice -------------------------------------------------------------
+
+
+def slice_errors():
+    """Ends of a ball's interval and rate of B in one slice, against the slice's circle."""
+    center, radius, phi = np.array([0.7, 0.3, 1.2]), 0.5, 0.6
+
+    def ends(x):
+        gap = center - np.append(x, 0.0)
+        u, v = (
+            gap[0] * np.cos(phi) + gap[1] * np.sin(phi),
+            gap[1] * np.cos(phi) - gap[0] * np.sin(phi),
+        )
+        middle, half = (
+            np.arctan2(u, gap[2]),
+            np.arcsin(np.sqrt(radius**2 - v**2) / np.hypot(u, gap[2])),
+        )
+        return np.array([middle - half, middle + half])
+
+    def one():
+        at = receiver((0.0, 0.0, 0.0))
+        cut = transport.sliced(
+            parts(Scene.of(thing(sphere(center, radius))), at), jnp.asarray(phi), jnp.asarray(0.0)
+        )
+        return cut.low[0], cut.high[0], transport.edge_rate(cut, transport.Uniform(), at)
+
+    low, high, rate = jax.jit(one)()
+
+    def seen(x):
+        a, b = ends(x)
+        return 2.0 - (np.cos(a) - np.cos(b))
+
+    h = 1e-5
+    truth = np.array([(seen(h * e) - seen(-h * e)) / (2 * h) for e in np.eye(2)])
+    return np.max(np.abs([low, high] - ends((0.0, 0.0)))), np.max(np.abs(rate - truth))
+
+
+def test_one_slice():
+    ends, rate = slice_errors()
+    assert ends < 1e-14
+    assert rate < 1e-9
+
+
+def _other_turn(part, v, base, lag, right=transport._arc_hits):
+    p, k, low, high = right(part, v, base, lag)
+    return p, k, high, low
+
+
+def _no_tangents(part, v, base, lag, right=transport._arc_hits):
+    p, k, low, high = right(part, v, base, lag)
+    return p, k[..., ::-1], low, high
+
+
+def _no_sine(cut, T, at, right=transport.edge_rate):
+    class Wrong(transport.Uniform):
+        def edge(self, w):
+            return 1.0 / jnp.sqrt(1.0 - w[..., 2] ** 2)
+
+    return right(cut, Wrong(), at)
+
+
+@pytest.mark.parametrize(
+    ("name", "wrong"),
+    [("_arc_hits", _other_turn), ("_arc_hits", _no_tangents), ("edge_rate", _no_sine)],
+)
+def test_a_fault_is_noticed(monkeypatch, name, wrong):
+    monkeypatch.setattr(transport, name, wrong)
+    worst = max(slice_errors())
+    assert np.isfinite(worst)
+    assert worst > 1e-3

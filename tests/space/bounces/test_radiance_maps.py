@@ -1,0 +1,80 @@
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from firstorder.space import (
+    Scene,
+    box,
+    cylinder,
+    disc,
+    library,
+    nearest,
+    rectangle,
+    sphere,
+    thing,
+    triangle,
+)
+from firstorder.space.bounces.radiance_maps import Maps, cast, finer, layout, nodes
+
+
+def everything():
+    """One shape of every kind that has faces."""
+    return Scene.of(
+        thing(sphere((0.0, 0.0, 1.0), 0.3), name="a"),
+        thing(box((0.5, -0.2, 0.8), (0.8, 0.2, 1.1)), name="b"),
+        thing(cylinder((-0.8, 0.0, 0.7), (-0.7, 0.1, 1.2), 0.2), name="c"),
+        thing(disc((0.0, 0.8, 1.0), (0.0, 0.3, -1.0), 0.3), name="d"),
+        thing(rectangle((0.0, -0.8, 1.0), (0.0, 0.3, 0.1), (0.3, 0.0, 0.0)), name="e"),
+        thing(triangle((0.5, 0.5, 1.0), (0.6, 0.9, 1.1), (0.9, 0.6, 1.0)), name="f"),
+    )
+
+
+def fan(count=4000):
+    d = np.random.default_rng(1).normal(size=(count, 3))
+    d[:, 2] = np.abs(d[:, 2])
+    return d / np.linalg.norm(d, axis=1)[:, None]
+
+
+@pytest.mark.smoke
+def test_a_cast_meets_what_the_search_meets():
+    scene, d = everything(), jnp.asarray(fan())
+    cells = len(layout(scene).shape)
+    seen = cast(
+        Maps(scene, jnp.ones((cells, 2, 2))),
+        tuple(jnp.zeros(len(d)) for _ in range(3)),
+        (d[:, 0], d[:, 1], d[:, 2]),
+        -1,
+    )
+    hits = nearest(scene, jnp.zeros_like(d), d)
+    same = np.asarray(seen.index == hits.index)
+    assert np.mean(same) > 0.999  # a ray that grazes may fall to either side
+    assert len(set(np.asarray(hits.index).tolist())) == 7
+    ok = same & np.asarray(hits.index >= 0)
+    np.testing.assert_allclose(seen.distance[ok], hits.t[ok], rtol=2e-5)
+    facing = sum(n * a for n, a in zip(seen.normal, d.T, strict=True))
+    assert np.all(np.asarray(facing)[ok] < 0.0)
+
+
+def test_the_middle_of_a_cell_shows_that_cell():
+    """Look at every node along its normal, and find the number that was put there."""
+    scene, k = everything(), 3
+    point, normal = nodes(scene, k)
+    values = jnp.arange(point.shape[0] * k * k, dtype=float).reshape(-1, k, k) + 1.0
+    kinds, shown = layout(scene).kind, jax.jit(cast)
+    for face in range(point.shape[0]):
+        at, along = point[face] + 1e-3 * normal[face], -normal[face]
+        seen = shown(Maps(scene, values), tuple(at.T), tuple(along.T), -1).radiance
+        met = np.asarray(seen) == np.asarray(values[face]).ravel()
+        # Discs, caps and triangles do not fill their squares.
+        fills = kinds[face] in ("Boxes", "Rectangles", "Ellipsoids")
+        assert np.all(met) if fills else np.mean(met) > 0.4, kinds[face]
+
+
+def test_finer_maps_keep_a_linear_radiance():
+    scene = library.j12_box()
+    s = (np.arange(4) + 0.5) / 4
+    L = jnp.asarray(np.broadcast_to(1.0 + s + 2.0 * s[:, None], (4, 4, 4)))
+    fine = finer(Maps(scene, L), 8).L
+    t = (np.arange(8) + 0.5) / 8
+    np.testing.assert_allclose(fine[1], 1.0 + t + 2.0 * t[:, None], rtol=1e-5)

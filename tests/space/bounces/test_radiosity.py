@@ -1,0 +1,103 @@
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from firstorder.space import Scene, library, rectangle, sphere, thing
+from firstorder.space.bounces import radiosity as indirect
+from firstorder.space.bounces.radiance_maps import layout
+from firstorder.space.bounces.radiosity import direct, radiosity, rectangle_irradiance
+
+CORNERS = np.array([(0.3, 0.3, 1.0), (0.3, 0.7, 1.0), (0.7, 0.7, 1.0), (0.7, 0.3, 1.0)])
+
+
+def by_quadrature(point, normal, count=120):
+    """Irradiance from the light of the box by its definition, cosines cut at the horizon."""
+    t, w = np.polynomial.legendre.leggauss(count)
+    x = 0.5 + 0.2 * t
+    place = np.stack([*np.meshgrid(x, x), np.ones((count, count))], -1) - point
+    r2 = np.sum(place**2, -1)
+    both = np.maximum(place @ normal, 0.0) * np.maximum(place[..., 2], 0.0)
+    return 0.04 * np.sum(np.outer(w, w) * both / r2**2)
+
+
+def places():
+    rng = np.random.default_rng(3)
+    point, normal = rng.uniform(0.0, 0.8, (12, 3)), rng.normal(size=(12, 3))
+    return point, normal / np.linalg.norm(normal, axis=1)[:, None]
+
+
+def worst():
+    point, normal = places()
+    ours = [
+        rectangle_irradiance(*map(jnp.asarray, (p, n, CORNERS)))
+        for p, n in zip(point, normal, strict=True)
+    ]
+    exact = [by_quadrature(p, n) for p, n in zip(point, normal, strict=True)]
+    return np.max(np.abs(np.array(ours) - exact))
+
+
+@pytest.mark.smoke
+def test_a_rectangle_gives_what_quadrature_says():
+    """Smooth where no horizon cuts the light; a kink leaves the quadrature 1 / count^2."""
+    assert worst() < 2.0 / 120**2 * 0.1
+
+
+def no_horizon(point, normal, corners):
+    p = corners - point
+    q = jnp.roll(p, -1, axis=0)
+    plane = jnp.cross(p, q)
+    size = jnp.linalg.norm(plane, axis=1)
+    return -0.5 * jnp.sum(jnp.arctan2(size, jnp.sum(p * q, 1)) * (plane @ normal) / size)
+
+
+def test_a_light_that_sinks_below_the_horizon_is_noticed(monkeypatch):
+    monkeypatch.setitem(globals(), "rectangle_irradiance", no_horizon)
+    assert worst() > 1e-3
+
+
+def test_the_wall_of_the_box_reflects_what_its_cells_receive():
+    maps = radiosity(library.j12_box(), cells=4, shadow=0)
+    (left,) = maps.scene.named("left")
+    y = (np.arange(4) + 0.5) / 4
+    for j, z in enumerate(y):
+        for i, across in enumerate(y):
+            E = by_quadrature(np.array([0.0, across, z]), np.array([1.0, 0.0, 0.0]))
+            assert abs(float(maps.L[left, j, i]) - 0.5 / np.pi * E) < 1e-6 * E
+    assert not np.any(np.delete(np.asarray(maps.L), left, axis=0))
+
+
+def test_half_a_light_behind_a_screen_gives_half():
+    lamp = rectangle((0.0, 0.0, 1.0), (0.0, 0.2, 0.0), (0.2, 0.0, 0.0))
+    screen = rectangle((0.5, 0.0, 0.5), (0.5, 0.0, 0.0), (0.0, 0.5, 0.0))
+    floor = rectangle((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    things = [thing(lamp, name="lamp", emission=2.0), thing(floor, name="floor", albedo=0.5)]
+    at, up, own = jnp.zeros((1, 3)), jnp.array([[0.0, 0.0, 1.0]]), jnp.array([1])
+    full = direct(Scene.of(*things), at, up, own).item()
+    half = direct(Scene.of(*things, thing(screen, name="screen")), at, up, own).item()
+    assert abs(half / full - 0.5) < 1e-6
+
+
+def test_the_second_bounce_brings_the_wall_to_the_block():
+    """One cell on the left of the block, against the wall's cells summed by their coupling."""
+    scene = library.j12_occluder()
+    maps = [radiosity(scene, cells=4, bounces=k, rays=4096, shadow=0) for k in (1, 2)]
+    first, both = (np.asarray(m.L) for m in maps)
+    (left,) = (k for k, i in enumerate(layout(scene).shape) if i in scene.named("left"))
+    s = (np.arange(400) + 0.5) / 400
+    z, y = np.meshgrid(s, s, indexing="ij")
+    wall = np.repeat(np.repeat(first[left], 100, 0), 100, 1)
+    point = np.array([0.35, 0.35 + 0.3 * 1.5 / 4, 0.25 * 2.5 / 4])
+    r2 = 0.35**2 + (y - point[1]) ** 2 + (z - point[2]) ** 2
+    E = np.sum(wall * 0.35**2 / r2**2) / 400**2
+    second = both[0, 2, 1] - first[0, 2, 1]
+    # Of 4096 rays of a lattice, those beside the edges of cells go astray: some 4096^-0.75 of them.
+    assert abs(second / (0.5 / np.pi * E) - 1.0) < 4.0 * 4096**-0.75 * 4
+
+
+def test_other_lights_are_refused_in_one_sentence():
+    lamp = thing(sphere((0.0, 0.0, 1.0), 0.1), name="lamp", emission=1.0)
+    with pytest.raises(ValueError, match="must have rectangles with one bright side as lights"):
+        radiosity(Scene.of(lamp), cells=4)
+    with pytest.raises(ValueError, match="`bounces` must be positive"):
+        radiosity(library.j12_box(), bounces=0)
+    assert indirect.FRONT == 0

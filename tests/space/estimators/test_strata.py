@@ -1,0 +1,84 @@
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from firstorder.space.estimators.strata import MEASURES, strata
+
+
+def made(*args, **options):
+    """`strata`, compiled as a whole: operation by operation costs far more."""
+    return jax.jit(lambda: strata(*args, **options))()
+
+
+UNEVEN = (np.array([0.0, 0.3, 1.0, np.pi / 2]), 0.4 + np.array([0.0, 1.0, 2.5, 2 * np.pi]))
+
+
+@pytest.mark.smoke
+@pytest.mark.parametrize("measure", MEASURES)
+def test_cells_cover_the_hemisphere(measure):
+    for borders in ((6, 10), (1, 1), UNEVEN):
+        where = made(*borders, measure=measure)
+        np.testing.assert_allclose(np.sum(where.projected), np.pi, rtol=1e-14)
+        np.testing.assert_allclose(np.linalg.norm(where.directions, axis=-1), 1.0, rtol=1e-14)
+
+
+@pytest.mark.parametrize("measure", MEASURES)
+def test_directions_lie_in_their_cells(measure):
+    where = made(*UNEVEN, jax.random.key(1), measure, shape=(50,))
+    theta = np.arccos(where.directions[..., 2])
+    phi = np.arctan2(where.directions[..., 1], where.directions[..., 0])
+    phi = where.phi[0] + np.mod(phi - where.phi[0], 2 * np.pi)
+    low, high = where.theta[:-1, None], where.theta[1:, None]
+    assert np.all((theta >= low - 1e-7) & (theta <= high + 1e-7))
+    assert np.all((phi >= where.phi[:-1] - 1e-9) & (phi <= where.phi[1:] + 1e-9))
+    assert np.std(theta[:, 1, 1]) > 0.05
+
+
+def test_equal_rows_are_equal_by_their_measure():
+    np.testing.assert_allclose(made(5, 4).projected, np.pi / 20, rtol=1e-12)
+    solid = made(5, 4, measure="solid angle")
+    np.testing.assert_allclose(solid.weights, 2 * np.pi / 20, rtol=1e-12)
+    np.testing.assert_allclose(np.diff(made(5, 4, measure="angle").theta), np.pi / 10)
+
+
+@pytest.mark.parametrize("measure", MEASURES)
+def test_weights_are_inverse_densities(measure):
+    """Means over many sets: `int w_z^2 dw = 2 pi / 3`, `int w_x^2 w_z dw = pi / 4`."""
+    where = made(*UNEVEN, jax.random.key(3), measure, shape=(4000,))
+    x, z = where.directions[..., 0], where.directions[..., 2]
+    for f, true in ((z**2, 2 * np.pi / 3), (x**2 * z, np.pi / 4)):
+        sums = np.sum(where.weights * f, (1, 2))
+        error = np.std(sums) / np.sqrt(sums.size)
+        assert abs(np.mean(sums) - true) < 4.5 * error
+        assert error < 0.02
+
+
+def test_a_fault_of_the_weights_is_noticed():
+    """Uniform directions with the weights of cosine-weighted ones."""
+    where = made(*UNEVEN, jax.random.key(3), "solid angle", shape=(4000,))
+    wrong = where.projected / where.directions[..., 2]
+    sums = np.sum(wrong * where.directions[..., 2] ** 2, (1, 2))
+    assert abs(np.mean(sums) - 2 * np.pi / 3) > 20 * np.std(sums) / np.sqrt(sums.size)
+
+
+@pytest.mark.parametrize("measure", MEASURES)
+def test_single_precision_keeps_weights_finite_at_the_horizon(measure):
+    borders = [jnp.asarray(b, jnp.float32) for b in UNEVEN]
+    where = made(*borders, jax.random.key(0), measure, shape=(2000,))
+    assert where.directions.dtype == where.weights.dtype == jnp.float32
+    assert np.all(np.isfinite(where.weights))
+    assert np.all(where.directions[..., 2] >= 0.0)
+
+
+def test_bad_input_is_one_sentence():
+    with pytest.raises(ValueError, match=r"^Argument `theta` must be positive, but is 0.$"):
+        strata(0, 4)
+    with pytest.raises(ValueError, match=r"^Argument `phi` must be positive, but is 0.$"):
+        strata(4, 0)
+    with pytest.raises(ValueError, match="must ascend from 0 to pi/2"):
+        strata(np.array([0.1, 1.0]), 4)
+    with pytest.raises(ValueError, match="must ascend over 2 pi"):
+        strata(4, np.array([0.0, 1.0, 0.5]))
+    with pytest.raises(ValueError, match="`measure` must be one of"):
+        strata(4, 4, measure="area")

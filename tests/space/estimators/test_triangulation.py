@@ -1,0 +1,63 @@
+import jax
+import numpy as np
+import pytest
+
+from firstorder.space.estimators.strata import strata
+from firstorder.space.estimators.triangulation import gather_net, strata_net
+
+
+def solid(w, triangles):
+    """Projected solid angle of triangles, feet on the horizon among their corners."""
+    foot = w * [1.0, 1.0, 0.0]
+    size = np.linalg.norm(foot, axis=1, keepdims=True)
+    foot = np.where(size > 0, foot / np.where(size > 0, size, 1.0), [1.0, 0.0, 0.0])
+    corners = np.concatenate([w, foot])[triangles]
+    a, b = corners, np.roll(corners, -1, 1)
+    c = np.cross(a, b)
+    length = np.linalg.norm(c, axis=-1)
+    angle = np.arctan2(length, np.sum(a * b, -1))
+    return np.sum(0.5 * angle * c[..., 2] / np.where(length > 0, length, 1.0), 1)
+
+
+@pytest.mark.parametrize(("rays", "seed"), [(4, None), (30, None), (150, 3)])
+def test_a_net_covers_the_hemisphere_once(rays, seed):
+    net = gather_net(rays, None if seed is None else jax.random.key(seed))
+    m = int(np.sqrt(rays)) ** 2
+    assert net.directions.shape == (m, 3)
+    w = np.asarray(net.directions, float)
+    assert np.allclose(np.linalg.norm(w, axis=1), 1.0, atol=1e-6)
+    assert (w[:, 2] > 0).all()
+    assert abs(solid(w, net.triangles).sum() - np.pi) < 1e-6
+    if seed is None:
+        assert (solid(w, net.triangles) > -1e-9).all()
+
+
+@pytest.mark.parametrize("size", [(1, 3), (5, 16)])
+def test_strata_are_joined_around_the_pole(size):
+    w = np.asarray(strata(*size).directions, float).reshape(-1, 3)
+    triangles, neighbours = strata_net(*size)
+    areas = solid(w, triangles)
+    assert abs(areas.sum() - np.pi) < 1e-6
+    assert (areas > -1e-9).all()
+    assert neighbours.shape[0] == size[0] * size[1]
+
+
+def test_the_cosine_is_the_density():
+    w = np.asarray(gather_net(150).directions, float)
+    assert np.abs(w[:, :2].T @ w[:, :2] / len(w) - 0.25 * np.eye(2)).max() < 1.0 / len(w)
+
+
+def test_neighbours_are_near_and_each_of_them_once():
+    net = gather_net(100)
+    w = np.asarray(net.directions, float)
+    for i in (0, 44, 99):
+        others = [j for j in net.neighbours[i] if j != i]
+        assert len(others) == len(set(others)) > 2
+        assert np.abs(w[others] - w[i]).max() < 1.0
+
+
+def test_too_few_rays_are_refused():
+    with pytest.raises(ValueError, match="`rays` must be at least 4"):
+        gather_net(3)
+    with pytest.raises(ValueError, match="at least 1 and 3"):
+        strata_net(2, 2)

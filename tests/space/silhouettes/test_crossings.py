@@ -1,0 +1,88 @@
+"""Crossings of silhouettes against points that were put there."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from firstorder.space import Curved, Straight
+from firstorder.space.silhouettes import crossings
+
+on_plane, on_cone = jax.jit(crossings.on_plane), jax.jit(crossings.on_cone)
+along_segment = jax.jit(crossings.along_segment)
+segment_on_cone = jax.jit(crossings.segment_on_cone)
+YES = jnp.asarray(True)
+OWNER = jnp.asarray(0)
+
+
+def arc(center, a, b, first=0.0, last=2.0 * np.pi):
+    return Curved(*(jnp.asarray(v, float) for v in (center, a, b, first, last)), OWNER, YES)
+
+
+def line(start, end):
+    return Straight(jnp.asarray(start, float), jnp.asarray(end, float), OWNER, YES)
+
+
+ROUND = arc((0.0, 0.0, 2.0), (1.0, 0.0, 0.1), (0.0, 0.7, 0.2))
+
+
+def test_an_arc_crosses_a_plane_through_the_eye():
+    p, q = ROUND.point(jnp.asarray(0.4)), ROUND.point(jnp.asarray(2.9))
+    found = np.sort(on_plane(ROUND, jnp.cross(p, q)))
+    np.testing.assert_allclose(found, [0.4, 2.9], atol=1e-12)
+
+
+def test_an_arc_that_does_not_cross_gives_its_start():
+    found = on_plane(ROUND, jnp.array([1.0, 0.0, 0.0]) + 5.0 * jnp.array([0.0, 0.0, 1.0]))
+    assert found.tolist() == [0.0, 0.0]
+
+
+def test_roots_outside_of_an_arc_are_its_start():
+    p, q = ROUND.point(jnp.asarray(0.4)), ROUND.point(jnp.asarray(2.9))
+    part = arc(ROUND.center, ROUND.a, ROUND.b, 2.0 * np.pi + 2.0, 2.0 * np.pi + 4.0)
+    found = np.sort(on_plane(part, jnp.cross(p, q))) - 2.0 * np.pi
+    np.testing.assert_allclose(found, [2.0, 2.9], atol=1e-12)
+
+
+def test_two_arcs_cross_in_up_to_four_directions():
+    other = arc((0.0, 0.1, 4.0), (0.9, 0.3, 0.0), (-0.5, 2.2, 0.3))
+    t = np.asarray(on_cone(ROUND, other))
+    t = t[t > 0.0]
+    assert len(t) == 4
+    dense = jnp.linspace(0.0, 2.0 * np.pi, 200001)
+    theirs = jax.vmap(other.point)(dense)
+    theirs = np.asarray(theirs / jnp.linalg.norm(theirs, axis=1, keepdims=True))
+    for s in t:
+        p = np.asarray(ROUND.point(jnp.asarray(s)))
+        assert np.max(theirs @ p / np.linalg.norm(p)) > 1.0 - 1e-9
+
+
+def test_crossings_of_arcs_have_two_derivatives():
+    def cut(x):
+        other = arc((0.0, 0.1, 4.0), (0.9, 0.3, 0.0), (-0.5, 2.2, 0.3))
+        moved = Curved(other.center + x * jnp.array([0.3, 0.2, 0.1]), *jax.tree.leaves(other)[1:])
+        return jnp.sort(on_cone(ROUND, moved))
+
+    h = 1e-4
+    slope, bend = jax.jit(lambda x: (jax.jacfwd(cut)(x), jax.jacfwd(jax.jacfwd(cut))(x)))(0.0)
+    low, mid, high = cut(-h), cut(0.0), cut(h)
+    np.testing.assert_allclose(slope, (high - low) / (2 * h), rtol=1e-6)
+    np.testing.assert_allclose(bend, (high - 2 * mid + low) / h**2, rtol=1e-5)
+
+
+def test_segments_are_cut_by_planes_and_by_cones():
+    one = line((-1.0, 0.3, 1.0), (1.0, 0.4, 2.0))
+    p = one.point(jnp.asarray(0.3))
+    normal = jnp.cross(p, jnp.array([0.1, 1.0, 0.5]))
+    np.testing.assert_allclose(along_segment(one, normal), 0.3)
+    through = arc(2.0 * p + jnp.array([-0.5, 0.0, 0.0]), (0.5, 0.0, 0.0), (0.0, 0.4, 0.1))
+    assert np.min(np.abs(segment_on_cone(one, through) - 0.3)) < 1e-12
+    away = line((5.0, 5.0, 1.0), (6.0, 5.0, 1.0))
+    assert segment_on_cone(away, through).tolist() == [0.0, 0.0]
+
+
+@pytest.mark.parametrize("flat", [True, False])
+def test_an_arc_seen_edge_on_cuts_nothing_and_breaks_nothing(flat):
+    edge = arc((0.0, 0.0, 2.0), (1.0, 0.0, 0.0), (0.0, 0.0, 0.5) if flat else (0.0, 0.5, 0.0))
+    slope = jax.jacfwd(lambda c: on_cone(ROUND, arc(c, edge.a, edge.b)))(edge.center)
+    assert np.all(np.isfinite(slope))

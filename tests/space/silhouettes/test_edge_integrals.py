@@ -1,0 +1,167 @@
+"""Derivatives along edges at fixed cuts against derivatives of closed forms that move them."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from firstorder.numerics.vectors import dot_apart
+from firstorder.space.silhouettes import edge_integrals
+from firstorder.visibility.contour import segment_solid_angle, segment_vector_irradiance
+
+CORNERS = ((0.9, -0.4, 0.8), (0.8, 1.1, 1.4), (-0.7, 0.5, 0.9))
+MOVES = ((0.3, 0.2, -0.1), (-0.2, 0.5, 0.4), (0.1, -0.6, 0.2))
+NODES = 40
+
+
+def corners(x):
+    """A triangle whose corners go different ways, one of them on a bend."""
+    moved = jnp.array(CORNERS) + x * jnp.array(MOVES)
+    return moved.at[2, 0].add(0.5 * x**2)
+
+
+def jets(function):
+    """Value and two derivatives where x = 0.1."""
+    slope = jax.jacfwd(function)
+    return jax.jit(lambda x: (function(x), slope(x), jax.jacfwd(slope)(x)))(0.1)
+
+
+def cut_triangle(x, piece):
+    """Its edges in two parts each; the cuts wander along them."""
+    start = corners(x)
+    end = jnp.roll(start, -1, 0)
+    cut = jnp.array([0.3, 0.5, 0.8]) + x * jnp.array([1.0, -2.0, 0.5])
+    zero, one = jnp.zeros(3), jnp.ones(3)
+    return jnp.sum(piece(start, end, zero, cut) + piece(start, end, cut, one), 0)
+
+
+def whole_triangle(x, closed):
+    start = corners(x)
+    return jnp.sum(closed(start, jnp.roll(start, -1, 0)), 0)
+
+
+def together(function):
+    """Its coordinates as vectors."""
+    return lambda *a: jnp.stack(function(*a), -1)
+
+
+PIECES = {
+    "light": (together(edge_integrals.segment_light), segment_vector_irradiance),
+    "angle": (edge_integrals.segment_angle, segment_solid_angle),
+}
+
+
+@pytest.mark.parametrize("name", PIECES)
+def test_a_cut_polygon_has_the_derivatives_of_the_whole(name):
+    piece, closed = PIECES[name]
+    found = jets(lambda x: cut_triangle(x, piece))
+    truth = jets(lambda x: whole_triangle(x, closed))
+    for a, b in zip(found, truth, strict=True):
+        np.testing.assert_allclose(a, b, atol=1e-13)
+
+
+def ball(x):
+    """The limb of a ball that moves and grows."""
+    center, radius = jnp.array([0.5 + x, -0.3 * x, 2.0 + x * x]), 0.6 + 0.2 * x
+    square = jnp.sum(center**2)
+    share = radius**2 / square
+    along = center / jnp.sqrt(square)
+    side = jnp.cross(along, jnp.array([0.0, 1.0, 0.0]))
+    side = side / jnp.sqrt(jnp.sum(side**2))
+    size = radius * jnp.sqrt(1.0 - share)
+    return center, radius, (center * (1.0 - share), size * side, size * jnp.cross(along, side))
+
+
+def cut_limb(x, arc):
+    """Three arcs whose ends wander; sense: the ball lies to the left."""
+    _, _, (c, a, b) = ball(x)
+    ends = jnp.array([0.0, 1.0 + 2.0 * x, 4.0 - x])
+    last = jnp.append(ends[1:], 2.0 * np.pi)
+    c, a, b = (jnp.broadcast_to(v, (3, 3)) for v in (c, a, b))
+    return jnp.sum(arc(c, a, b, ends, last, NODES), 0)
+
+
+def test_a_cut_limb_has_the_light_of_a_ball():
+    def truth(x):
+        center, radius, _ = ball(x)
+        return jnp.pi * radius**2 * center / jnp.sum(center**2) ** 1.5
+
+    found = jets(lambda x: cut_limb(x, together(edge_integrals.arc_light)))
+    for a, b in zip(found, jets(truth), strict=True):
+        np.testing.assert_allclose(a, b, atol=1e-12)
+
+
+def ball_angle(x):
+    center, radius, _ = ball(x)
+    return 2.0 * jnp.pi * (1.0 - jnp.sqrt(1.0 - radius**2 / jnp.sum(center**2)))
+
+
+def test_a_cut_limb_has_the_solid_angle_of_a_ball():
+    found = jets(lambda x: cut_limb(x, edge_integrals.arc_angle))
+    for a, b in zip(found, jets(ball_angle), strict=True):
+        np.testing.assert_allclose(a, b, atol=1e-12)
+
+
+def test_an_edge_that_slides_along_itself_or_its_rays_sweeps_nothing():
+    p, v = jnp.array(CORNERS), jnp.array(MOVES)
+    np.testing.assert_allclose(edge_integrals.swept_rate(p, v, 2.0 * v - 3.0 * p), 0.0, atol=1e-15)
+
+
+def test_growth_is_positive():
+    """A circle about the normal, counter-clockwise, that widens."""
+    p, v = jnp.array([1.0, 0.0, 1.0]), jnp.array([0.0, 1.0, 0.0])
+    assert edge_integrals.swept_rate(p, v, jnp.array([1.0, 0.0, 0.0])) > 0.0
+
+
+def test_reverse_is_forward():
+    def value(x):
+        return (
+            cut_triangle(x, together(edge_integrals.segment_light))
+            + cut_limb(x, together(edge_integrals.arc_light))
+        )[2]
+
+    both = jax.jit(lambda x: (jax.grad(value)(x), jax.jacfwd(value)(x)))(0.1)
+    np.testing.assert_allclose(*both, atol=1e-14)
+
+
+@pytest.mark.parametrize("nodes", [1, 6, 7])
+def test_nodes_are_those_of_gauss_and_legendre(nodes):
+    first, last = jnp.array([0.3, -1.0]), jnp.array([2.0, 5.0])
+    cos, sin, w = edge_integrals.arc_nodes(first, last, nodes)
+    x, weight = np.polynomial.legendre.leggauss(nodes)
+    half = 0.5 * (np.asarray(last) - np.asarray(first))[:, None]
+    t = np.asarray(first)[:, None] + half * (1.0 + x)
+    np.testing.assert_allclose(cos, np.cos(t), atol=1e-15)
+    np.testing.assert_allclose(sin, np.sin(t), atol=1e-15)
+    np.testing.assert_allclose(w, half * weight, atol=1e-15)
+
+
+@pytest.mark.parametrize("dtype", [jnp.float32, jnp.float64])
+def test_precision_is_kept(dtype):
+    def value(x):
+        start = jnp.asarray(CORNERS, dtype) + x
+        zero, one = jnp.zeros(3, dtype), jnp.ones(3, dtype)
+        lines = edge_integrals.segment_light(start, jnp.roll(start, -1, 0), zero, one)
+        turned = start[:, ::-1], 0.1 * start, zero, one
+        return sum(jnp.sum(a) for a in (*lines, *edge_integrals.arc_light(start, *turned, 4)))
+
+    E, slope = jax.jit(jax.value_and_grad(value))(jnp.asarray(0.1, dtype))
+    assert E.dtype == slope.dtype == dtype
+    assert np.isfinite(slope)
+
+
+FAULTS = {
+    "sign": lambda p, level, dp: dot_apart(dp, level) / dot_apart(p, p) ** 1.5,
+    "distance": lambda p, level, dp: -dot_apart(dp, level) / dot_apart(p, p),
+}
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_a_wrong_rate_is_seen(name, monkeypatch):
+    def error():
+        found = jax.jit(jax.grad(lambda x: cut_limb(x, edge_integrals.arc_angle)))(0.1)
+        return abs(found - jax.grad(ball_angle)(0.1))
+
+    assert error() < 1e-12
+    monkeypatch.setattr(edge_integrals, "_swept", FAULTS[name])
+    assert error() > 1e-2

@@ -1,0 +1,113 @@
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from derivations.transport.chain4d import equator as derived
+from derivations.transport.chain4d._space_tracer import spun, tilted
+from firstorder.checks.tolerance import rounding
+from firstorder.conventions import SPACE, SPACE_SLOPE
+from firstorder.errors import Refused
+from firstorder.fields import Gaussian
+from firstorder.laws import Warp
+from firstorder.transport.chain4d.equator import (
+    Bend,
+    FromEquator,
+    Oblique,
+    Roll,
+    ToEquator,
+    Turn,
+    equator_angles,
+    equator_direction,
+)
+
+U = jnp.array([0.1, -0.2, 0.5, 0.3])
+PRECISION = np.diag([9.0, 7.0, 5.0, 6.0])
+
+
+def mapped(event, frame=SPACE, u=U):
+    law = event.law(frame)
+    return law.map(u) if isinstance(law, Warp) else law.preimage(u)
+
+
+@pytest.mark.smoke
+def test_angles_name_their_direction():
+    theta, phi = equator_angles(equator_direction(U[2:3], U[3:4]))
+    np.testing.assert_allclose(jnp.concatenate([theta, phi]), U[2:], atol=rounding(4))
+
+
+def test_slopes_name_the_same_ray():
+    slopes = mapped(ToEquator(), SPACE_SLOPE)
+    w = np.asarray(equator_direction(U[2], U[3]))
+    np.testing.assert_allclose(slopes[2:], [-w[0] / w[2], -w[1] / w[2]], rtol=1e-14)
+    np.testing.assert_allclose(mapped(FromEquator(), SPACE, slopes), U, rtol=1e-14)
+
+
+def test_leaving_a_surface_undoes_meeting_it():
+    away = mapped(Oblique(-0.4), SPACE.turned())
+    back = mapped(Oblique(-0.4), SPACE, away)
+    np.testing.assert_allclose(back, U, atol=rounding(8))
+
+
+@pytest.mark.parametrize("frame", [SPACE, SPACE.turned()])
+@pytest.mark.parametrize("theta", [0.4, 1.0, -1.3, 2.0])
+def test_rays_from_below_the_surface_or_past_the_plane_across_are_nan(frame, theta):
+    """Met at the angle 0.9: a ray counts if it runs upwards from the surface and from the plane."""
+    light = Gaussian([0.1, 0.0, 0.0, 0.2], PRECISION, 1.0, frame)
+    seen = Oblique(0.9)(light)(0.1, -0.2, theta, 0.3)
+    there = theta - 0.9 if frame == SPACE else theta + 0.9
+    above = max(abs(theta), abs(there)) < 0.5 * np.pi
+    assert np.isfinite(seen) == above
+
+
+@pytest.mark.parametrize("exact", [True, False])
+def test_back_undoes_the_bend(exact):
+    S = jnp.array([[-0.5, 0.13], [0.13, 0.3]])
+    there = mapped(Bend(S, 0.4, exact=exact))
+    back = mapped(Bend(S, 0.4, back=True, exact=exact), SPACE, there)
+    np.testing.assert_allclose(back, U, atol=rounding(16))
+
+
+def test_first_orders_touch_their_warps():
+    assert derived.bend_by_autodiff() < 1e-14
+    assert derived.oblique_by_autodiff() < 1e-14
+    assert derived.turn_by_autodiff() < 1e-14
+
+
+def test_without_the_cosine_the_shear_is_wrong_at_first_order():
+    """D05's claim, at ever smaller distances: the relative error stays."""
+    for y in (1e-2, 1e-4):
+        true = derived.traced_latitude(1.0, 0.5, y)
+        assert -0.5 * y / true == pytest.approx(1.0 / np.cos(1.0), rel=1e-4)
+
+
+def test_a_turn_about_the_central_ray_rolls_the_angles():
+    M = Turn(jnp.asarray(spun(0.3)), at=0.0).law(SPACE).M
+    np.testing.assert_allclose(M[2:, 2:], spun(0.3)[:2, :2], atol=rounding(8))
+    shifted = Turn(jnp.asarray(tilted(0.2)), at=0.0).law(SPACE)
+    np.testing.assert_allclose(shifted.c, [0.0, 0.0, 0.2, 0.0], atol=rounding(8))
+
+
+def test_a_roll_is_exact_in_slopes():
+    light = Gaussian([0.1, 0.0, 0.0, 0.2], PRECISION, 1.0, SPACE_SLOPE)
+    rolled = Roll(0.5 * np.pi)(light)
+    expected = float(light(-0.1, 0.3, -0.4, 0.2))
+    assert rolled(0.3, 0.1, 0.2, 0.4) == pytest.approx(expected, rel=1e-13)
+
+
+def test_warps_have_no_spectrum_and_first_orders_have():
+    L = Gaussian([0.1, 0.0, 0.0, 0.2], PRECISION, 1.0, SPACE)
+    with pytest.raises(Refused):
+        Oblique(0.3)(L.spectrum())
+    assert np.isfinite(complex(Bend(jnp.eye(2), 0.3)(L.spectrum())(0.1, 0.2, 0.3, 0.4)))
+
+
+def test_bad_arguments_are_refused_in_a_sentence():
+    L = Gaussian([0.1, 0.0, 0.0, 0.2], PRECISION, 1.0, SPACE_SLOPE)
+    with pytest.raises(ValueError, match="needs angles in space"):
+        Oblique(0.3)(L)
+    with pytest.raises(ValueError, match="`theta0` must lie above"):
+        Oblique(2.0)
+    with pytest.raises(ValueError, match="`S` must have shape"):
+        Bend(jnp.eye(3))
+    with pytest.raises(ValueError, match="`R` must have shape"):
+        Turn(jnp.eye(2))

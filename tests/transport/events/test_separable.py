@@ -1,0 +1,61 @@
+from itertools import pairwise
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from firstorder.checks.tolerance import normwise
+from firstorder.conventions import FLATLAND_SLOPE
+from firstorder.fields import GaussianProfile, gaussian
+from firstorder.fields.field import Sum
+from firstorder.numerics.quadrature import gauss_legendre
+from firstorder.transport import AngularFactor, ClampedCosine, Fresnel, Schlick, separable
+
+L = gaussian((0.2, -0.1), (0.7, 0.5), 0.4)
+OUT = L.frame.turned()
+RAY = jnp.array([0.3, 0.4])
+
+
+def test_both_factors_are_read_in_their_own_angle():
+    chain = separable(GaussianProfile(0.3, frame=OUT), Fresnel(1.5), ClampedCosine(frame=OUT))
+
+    horizons = np.array([-3.0, -np.pi / 2, np.pi / 2, 3.0])  # Fresnel reflects all below them
+    true = 0.0
+    for lower, upper in pairwise(horizons):
+        nodes, weights = gauss_legendre(64)
+        i = lower + 0.5 * (upper - lower) * (nodes + 1.0)
+        lobe = np.exp(-0.5 * ((0.4 + i) / 0.3) ** 2) / (0.3 * np.sqrt(2 * np.pi))
+        inside = np.asarray(Fresnel(1.5)(0.0, i) * L(0.3, i)) * lobe * np.cos(0.4)
+        true += float(np.sum(inside * weights)) * 0.5 * (upper - lower)
+    assert chain(L)(0.3, 0.4).item() == pytest.approx(true, rel=1e-8)
+
+
+def test_sums_of_separable_brdfs_are_sums_of_light():
+    """Schlick's term is a sum of two factors: 1 and (1 - cos)^5."""
+    lobe = GaussianProfile(0.3, frame=OUT)
+    whole, bare, grazing = (
+        separable(lobe, incoming=f)(L) for f in (Schlick(0.04), Schlick(1.0), Schlick(0.0))
+    )
+    parts = Sum((bare, grazing), jnp.array([0.04, 0.96]))
+    assert normwise(whole.at(RAY), parts.at(RAY)) < 1e-13
+
+
+@pytest.mark.smoke
+def test_reflected_light_is_differentiable_in_index_and_roughness():
+    def radiance(p):
+        chain = separable(GaussianProfile(p[1], frame=OUT), Fresnel(p[0]))
+        return chain(L)(0.3, 0.4)
+
+    p, h = jnp.array([1.5, 0.3]), 1e-6
+    slope = jax.jit(jax.grad(radiance))(p)
+    for i in range(2):
+        step = h * jnp.eye(2)[i]
+        assert float(slope[i]) == pytest.approx(
+            float(radiance(p + step) - radiance(p - step)) / (2 * h), rel=1e-6
+        )
+
+
+def test_a_factor_of_other_coordinates_is_refused():
+    with pytest.raises(ValueError, match="AngularFactor needs"):
+        AngularFactor(Fresnel(1.5))(gaussian((0.0, 0.0), (1.0, 1.0), frame=FLATLAND_SLOPE))
