@@ -2,7 +2,7 @@
 
 A record is one object of `claims.json`: `figure`, `claim`, `paper`, `measured`, `unit`, `holds`,
 `seconds`, `size`, `seed`. Those of the last full run are kept in `figures/claims.json`, without the
-seconds; `make readme` renews them and the tables of the README (`python -m figures.claims`).
+seconds; `make readme` renews them, `CLAIMS.md` and the README (`python -m figures.claims`).
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ Record = dict[str, Any]
 FOLDER = pathlib.Path(__file__).parent
 KEPT = FOLDER / "claims.json"
 README = FOLDER.parent / "README.md"
+PAGE = FOLDER.parent / "CLAIMS.md"
 OURS = "ours"
 _BEGIN, _END = "<!-- begin: {} -->", "<!-- end: {} -->"
 GALLERY = ("autodiff_fails", "path", "flatland_scenes")  # pictures that the README shows
@@ -90,7 +91,7 @@ def table(records: list[Record], width: int = 100) -> str:
 
 
 def markdown(records: list[Record]) -> str:
-    """The claims for the README: names, claims and verdicts, and no timings."""
+    """The claims for `CLAIMS.md`: names, claims and verdicts, and no timings."""
     rows = [
         [
             r["figure"],
@@ -110,17 +111,17 @@ def markdown_table(head: list[str], rows: list[list[str]]) -> str:
     return "\n".join("| " + " | ".join(c.replace("|", r"\|") for c in row) + " |" for row in lines)
 
 
-def section(readme: str, name: str) -> str:
+def section(page: str, name: str) -> str:
     """What stands between the two markers of a generated section."""
-    return readme.partition(_BEGIN.format(name))[2].partition(_END.format(name))[0].strip()
+    return page.partition(_BEGIN.format(name))[2].partition(_END.format(name))[0].strip()
 
 
-def with_section(readme: str, name: str, text: str) -> str:
-    """The README with a generated section replaced."""
+def with_section(page: str, name: str, text: str) -> str:
+    """A page with a generated section replaced."""
     begin, end = _BEGIN.format(name), _END.format(name)
-    before, found, rest = readme.partition(begin)
+    before, found, rest = page.partition(begin)
     if not found or end not in rest:
-        raise ValueError(f"README.md lacks the markers {begin} and {end}.")
+        raise ValueError(f"The page lacks the markers {begin} and {end}.")
     return f"{before}{begin}\n{text}\n{end}{rest.partition(end)[2]}"
 
 
@@ -140,7 +141,7 @@ def differences(records: list[Record], others: list[Record]) -> list[str]:
 
 
 def keep() -> None:
-    """Keep the claims of the last full run, and renew the README's picture and tables."""
+    """Keep the claims of the last full run; renew their page and the README's laws and pictures."""
     records = json.loads((FOLDER / "out" / "claims.json").read_text(encoding="utf-8"))
     missing = set(names()) - {r["figure"] for r in records}
     if missing:
@@ -149,9 +150,11 @@ def keep() -> None:
         with io.whole(README.parent / "gallery" / f"{name}.png") as part:
             shutil.copyfile(FOLDER / "out" / f"{name}.png", part)
     io.write_json(KEPT, [{k: v for k, v in r.items() if k != "seconds"} for r in records])
-    readme = README.read_text(encoding="utf-8")
-    readme = with_section(readme, "claims", markdown(kept()))
-    io.write_text(README, with_section(readme, "laws", laws.markdown(laws.measured())))
+    for page, name, text in (
+        (PAGE, "claims", markdown(kept())),
+        (README, "laws", laws.markdown(laws.measured())),
+    ):
+        io.write_text(page, with_section(page.read_text(encoding="utf-8"), name, text))
 
 
 if __name__ == "__main__":

@@ -29,10 +29,10 @@ def test_every_figure_is_among_the_claims_that_are_kept_and_no_other():
     assert {r["figure"] for r in claims.kept()} == set(claims.names())
 
 
-def test_the_claims_of_the_readme_are_those_that_are_kept():
+def test_the_claims_of_the_page_are_those_that_are_kept():
     # Names, claims and verdicts; the numbers between them may differ from machine to machine.
     kept = rows(claims.markdown(claims.kept()))
-    shown = rows(claims.section(README, "claims"))
+    shown = rows(claims.section(claims.PAGE.read_text(encoding="utf-8"), "claims"))
     assert [(r[0], r[1], r[-1]) for r in shown] == [(r[0], r[1], r[-1]) for r in kept]
 
 
@@ -69,8 +69,8 @@ def test_what_a_run_lacks_is_not_kept(tmp_path, monkeypatch):
 
 
 def test_a_full_run_is_kept_without_its_seconds_and_shown(tmp_path, monkeypatch):
-    readme = "".join(f"<!-- begin: {n} -->\n<!-- end: {n} -->\n" for n in ("claims", "laws"))
-    (tmp_path / "README.md").write_text(readme)
+    for page, name in (("README.md", "laws"), ("CLAIMS.md", "claims")):
+        (tmp_path / page).write_text(f"<!-- begin: {name} -->\n<!-- end: {name} -->\n")
     folder = tmp_path / "figures"
     (folder / "out").mkdir(parents=True)
     (folder / "ours").mkdir()
@@ -82,10 +82,11 @@ def test_a_full_run_is_kept_without_its_seconds_and_shown(tmp_path, monkeypatch)
     monkeypatch.setattr(claims, "FOLDER", folder)
     monkeypatch.setattr(claims, "KEPT", folder / "claims.json")
     monkeypatch.setattr(claims, "README", tmp_path / "README.md")
+    monkeypatch.setattr(claims, "PAGE", tmp_path / "CLAIMS.md")
     monkeypatch.setattr(claims.laws, "measured", dict)
     claims.keep()
     assert claims.kept() == [record]
-    shown = claims.section(claims.README.read_text(), "claims")
+    shown = claims.section(claims.PAGE.read_text(), "claims")
     assert rows(shown)[0] == ["a", r"c\|d", "0.5 m", "0.512 m", "yes"]
     shown = {f.stem for f in (tmp_path / "gallery").iterdir()}
     assert shown == set(claims.GALLERY)

@@ -1,0 +1,1 @@
+"""Figures of Durand et al. 2005."""

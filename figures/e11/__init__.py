@@ -1,0 +1,1 @@
+"""Figures of Egan et al. 2011."""

@@ -1,0 +1,1 @@
+"""Methods that E11 compares itself with; only its figures use them."""

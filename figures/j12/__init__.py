@@ -1,0 +1,1 @@
+"""Figures of Jarosz et al. 2012."""

@@ -1,0 +1,1 @@
+"""Figures of Ramamoorthi, Mahajan and Belhumeur 2007."""

@@ -1,0 +1,1 @@
+"""Light that bounces: radiosity, path tracing, photon maps."""

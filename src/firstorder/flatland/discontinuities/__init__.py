@@ -1,0 +1,1 @@
+"""Where derivatives of irradiance jump: visual events and critical lines."""

@@ -1,0 +1,1 @@
+"""Irradiance and its derivatives from rays: arc-length and stratified forms."""

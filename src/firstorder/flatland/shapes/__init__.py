@@ -1,0 +1,1 @@
+"""Shapes of flatland: segments, arcs, circles, ellipses, smooth closed curves."""

@@ -1,0 +1,1 @@
+"""Images in space: camera, surfaces that are hit, shading under near and distant lights."""

@@ -1,0 +1,1 @@
+"""Procedural models: primitives, blobs, knots, plants."""

@@ -1,0 +1,1 @@
+"""Tools of calculation: quadrature, roots, batches, vectors."""

@@ -1,0 +1,1 @@
+"""Whole images to files: tiles, passes, shadow rays through meshes."""

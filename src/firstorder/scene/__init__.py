@@ -1,0 +1,1 @@
+"""What scenes of both worlds share: primitives, intersection, the geometry term."""

@@ -1,0 +1,1 @@
+"""Shadow light fields of flatland: spectra, filters, sampling rates."""

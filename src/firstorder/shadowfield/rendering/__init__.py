@@ -1,0 +1,1 @@
+"""Sheared filtering of shadows in space, from shared rays."""

@@ -1,0 +1,1 @@
+"""Light that bounces: radiosity, radiance maps, path tracing."""

@@ -1,0 +1,1 @@
+"""Irradiance and its derivatives from rays: surface-area, stratified, triangulated forms."""

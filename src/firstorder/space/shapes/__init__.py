@@ -1,0 +1,1 @@
+"""Shapes of space, each an affine image of a canonical one."""

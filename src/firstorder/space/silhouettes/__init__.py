@@ -1,0 +1,1 @@
+"""Silhouettes of shapes and meshes, what is visible of them, and integrals along them."""

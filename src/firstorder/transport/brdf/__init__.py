@@ -1,0 +1,1 @@
+"""Lobes, and BRDFs made of them."""

@@ -1,0 +1,1 @@
+"""Chains of events in the four coordinates of a ray in space."""

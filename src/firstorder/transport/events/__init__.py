@@ -1,0 +1,1 @@
+"""Physical steps, one a file: each picks a law and its parameters, and cites its equation."""
