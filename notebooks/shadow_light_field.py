@@ -20,9 +20,9 @@ with app.setup:
         Receiver,
         Scene,
         Segments,
+        derivatives,
         irradiance,
         thing,
-        translation,
     )
     from firstorder.plotting import (
         Live,
@@ -139,8 +139,8 @@ def portraits(shown, sliders):
     place, height, radius, lamp, width = sliders
     world, grid = blocked(*sliders), shown.grid
     x = jnp.asarray(grid.axis(0), sliders.dtype)
-    moved = translation(lambda at: irradiance(world, at))
-    E = jax.vmap(lambda x: moved(Receiver(jnp.stack([x, 0.0]), 0.0)))(x)
+    points = jax.vmap(lambda x: Receiver(jnp.stack([x, 0.0]), 0.0))(x)
+    E = jax.vmap(lambda at: derivatives(irradiance, world, at, freedoms=("x",)))(points)
     f = traced_on(world, grid)
     depths = 1.0 - height - radius, jnp.maximum(1.0 - LEVEL, 1.0 - height + radius)
     wedge = Wedge(*depths)

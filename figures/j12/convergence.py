@@ -29,10 +29,9 @@ import numpy as np
 from figures.style import Claim, Drawing
 from firstorder import plotting
 from firstorder.checks.tolerance import fitted_order
-from firstorder.flatland import Receiver, irradiance, nearest, occluded, view
+from firstorder.flatland import Derivatives, Receiver, irradiance, nearest, occluded, view
 from firstorder.flatland.estimators.corrected import mended
 from firstorder.flatland.estimators.irradiance_forms import (
-    Motion,
     arc_length,
     arc_length_at,
     stratified,
@@ -197,7 +196,7 @@ def _at_points(name):
     return jax.jit(lambda s, w: arc_length_at(scene(name), receiver(name), s, w, radiance(name)))
 
 
-def on_curves(name, n: int, seed: int) -> Motion:
+def on_curves(name, n: int, seed: int) -> Derivatives:
     """The arc-length form by strata of arc length, n points on all shapes; summed by chunks."""
     shapes, each = scene(name).count, max(1, n // scene(name).count)
     s = (np.arange(each) + np.random.default_rng(seed).random((shapes, each))) / each

@@ -37,10 +37,10 @@ from firstorder.flatland import (
     Scene,
     Segments,
     box,
+    derivatives,
     irradiance,
     nearest,
     thing,
-    translation,
 )
 
 LAMP, HEIGHT = (-0.6, 0.6), 1.0
@@ -64,7 +64,7 @@ def _receiver(x) -> Receiver:
 @jax.vmap
 def _exact(x):
     """E, E', E'' with the edges' angles differentiated."""
-    d = translation(lambda at: irradiance(_scene(), at))(_receiver(x))
+    d = derivatives(lambda at: irradiance(_scene(), at), _receiver(x), freedoms=("x",))
     return d.value, d.first, d.second
 
 

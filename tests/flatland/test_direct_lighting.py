@@ -9,13 +9,12 @@ from firstorder.flatland import (
     Receiver,
     Scene,
     Segments,
-    along,
+    derivatives,
+    derivatives_on_shape,
     gathered,
     irradiance,
     receiver,
-    rotation,
     thing,
-    translation,
 )
 from firstorder.flatland.reference import nearest_slowly
 from tests.flatland.worlds import everything
@@ -62,7 +61,7 @@ def test_radiance_can_be_given():
 
 def test_turning_in_place():
     scene = Scene.of(LAMP)
-    d = rotation(lambda r: irradiance(scene, r))(Receiver((0.2, 0.0), 0.1))
+    d = derivatives(irradiance, scene, Receiver((0.2, 0.0), 0.1), freedoms=("n",))
     # An emitter wholly in view: E = L (sin(b - n) - sin(a - n)).
     a, b = np.arctan2(-0.3, 1.0), np.arctan2(0.7, 1.0)
     assert abs(d.value - (np.sin(b - 0.1) - np.sin(a - 0.1))) < 1e-12
@@ -83,7 +82,9 @@ def test_along_a_curve_it_moves_and_turns():
         at = receiver(scene, 1, s)
         near = jax.vmap(lambda k: E(receiver(scene, 1, s + k * h)))(jnp.arange(-1.0, 2.0))
         kappa = scene.frame(1, s).kappa
-        return along(E)(scene, 1, s), translation(E)(at), rotation(E)(at), kappa, near
+        whole = derivatives(E, at)
+        on_it = derivatives_on_shape(E, scene, 1, s)
+        return on_it, whole.translation(), whole.rotation(), kappa, near
 
     total, moved, turned, kappa, near = everything_at(places)
     assert jnp.max(jnp.abs(total.first - (moved.first + kappa * turned.first))) < 1e-10

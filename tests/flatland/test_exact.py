@@ -25,12 +25,11 @@ from firstorder.flatland import (
     Receiver,
     Scene,
     Segments,
+    derivatives,
     irradiance,
     nearest,
     receiver,
-    rotation,
     thing,
-    translation,
 )
 from firstorder.flatland.library.scenes import scene_a, scene_b
 from firstorder.visibility import Edges, bracketed, limbs, shaded
@@ -110,7 +109,7 @@ def floor(name):
     def jets(x):
         scene = SCENES[name]
         at = receiver(scene, scene.named("floor")[0], 0.5 + 0.5 * x)
-        d = translation(lambda r: irradiance(scene, r))(at)
+        d = derivatives(irradiance, scene, at, freedoms=("x",))
         return jnp.stack([d.value, d.first, d.second])
 
     return lambda x: np.asarray(jets(jnp.asarray(x)))
@@ -158,7 +157,7 @@ def test_a_turn_of_the_receiver():
 
     @jax.jit
     def turned(x):
-        d = rotation(lambda r: irradiance(scene, r))(receiver(scene, 0, 0.5 + 0.5 * x))
+        d = derivatives(irradiance, scene, receiver(scene, 0, 0.5 + 0.5 * x), freedoms=("n",))
         return jnp.stack([d.value, d.first, d.second])
 
     for x in (-0.6, 0.05, 0.3):
@@ -369,7 +368,9 @@ def _moved(x, turn, shift, scale, L, power, split):
     )
     at = Receiver(place(jnp.stack([x, 0.0 * x])), turn + 0.2)
     E = lambda r: irradiance(scene, r)  # noqa: E731
-    return jnp.stack(jax.tree.leaves((translation(E)(at), rotation(E)(at))))
+    d = derivatives(E, at)
+    parts = [d.translation(), d.rotation()]
+    return jnp.stack([n for p in parts for n in (p.value, p.first, p.second)])
 
 
 @given(PLACE, TURN, st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))
@@ -441,7 +442,7 @@ def under_a_sky(x):
     first, second = a.alpha_x[:, None], a.alpha_xx[:, None, None]
     edges = Edges(a.value, first, second, found.sign, jnp.array(1.0))
     traced = shaded(lambda p, w: jnp.cos(w), x[None], edges)
-    exact = translation(lambda r: irradiance(scene, r))(at)
+    exact = derivatives(irradiance, scene, at, freedoms=("x",))
     rays = (traced.value, traced.gradient.total[0], traced.hessian.total[0, 0])
     return jnp.stack(rays), jnp.stack([exact.value, exact.first, exact.second])
 

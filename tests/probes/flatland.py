@@ -52,7 +52,7 @@ PROBES = {
     "flatland.Arcs": lambda s: hit_of(flatland.Arcs((0.0, 2.0), 0.5 + s, 0.5, -5.0)),
     "flatland.Circles": lambda s: hit_of(flatland.Circles((0.0, 2.0), s)),
     "flatland.Curves": lambda s: hit_of(round_curve(s)),
-    "flatland.Derivatives": lambda s: flatland.rotation(lit(s))(above(s)).second,
+    "flatland.Derivatives": lambda s: flatland.derivatives(lit(s), above(s)).along(s).second,
     "flatland.Ellipses": lambda s: hit_of(
         flatland.Ellipses((0.0, 2.0), jnp.stack([s, 0.5 * s]), s)
     ),
@@ -65,7 +65,9 @@ PROBES = {
     "flatland.Segments": lambda s: hit_of(beam(s)),
     "flatland.Thing": lambda s: flatland.thing(beam(s), albedo=s).material,
     "flatland.View": lambda s: flatland.view(shadowed(s), above(s)).angles,
-    "flatland.along": lambda s: flatland.along(lit(s))(shadowed(s), 1, 0.1 * s),
+    "flatland.derivatives_on_shape": lambda s: flatland.derivatives_on_shape(
+        lit(s), shadowed(s), 1, 0.1 * s
+    ),
     "flatland.box": lambda s: flatland.box((0.0, 0.0), jnp.stack([s, 1.0])),
     "flatland.closed_curve": lambda s: hit_of(round_curve(s)),
     "flatland.gathered": lambda s: flatland.gathered(shadowed(s), above(s), jnp.cos, nodes=4),
@@ -77,9 +79,8 @@ PROBES = {
         jnp.stack([jnp.stack([s, s]), s * jnp.eye(2)[0]])
     ),
     "flatland.receiver": lambda s: flatland.receiver(shadowed(s), 1, s),
-    "flatland.rotation": lambda s: flatland.rotation(lit(s))(above(s)),
     "flatland.thing": lambda s: flatland.thing(beam(s), mirror=s).material,
-    "flatland.translation": lambda s: flatland.translation(lit(s))(above(s)),
+    "flatland.derivatives": lambda s: flatland.derivatives(lit(s), above(s)),
     "flatland.view": lambda s: flatland.view(shadowed(s), above(s)).angles,
     "flatland.ConstantSky": lambda s: flatland.ConstantSky(s)(s),
     "flatland.GaussianSky": lambda s: flatland.GaussianSky(0.1, 0.5 + s, s)(s),

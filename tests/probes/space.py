@@ -78,5 +78,9 @@ PROBES = {
     "space.net_visibility": lambda s: space.net_visibility(ball(s), under(s), 4),
     "space.irradiance": lambda s: space.irradiance(ball(s), under(s), 4),
     "space.vector_irradiance": lambda s: space.vector_irradiance(ball(s), under(s), 4),
+    "space.Derivatives": lambda s: space.Derivatives(s, s[None], s[None, None], ("x",)).second,
+    "space.derivatives": lambda s: space.derivatives(
+        space.irradiance, ball(s), under(s), freedoms=("x",), nodes=4
+    ),
     "space.boundary_gradient": lambda s: space.boundary_gradient(ball(s), under(s), nodes=4),
 }

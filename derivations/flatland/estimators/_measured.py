@@ -21,7 +21,7 @@ def compiled(name, form, n=0):
     """One of the library's forms in one scene."""
     import equinox as eqx
 
-    from firstorder.flatland import Receiver, irradiance, translation
+    from firstorder.flatland import Receiver, derivatives, irradiance
     from firstorder.flatland.estimators.irradiance_forms import arc_length_exact, stratified
     from firstorder.flatland.estimators.strata import look, strata
 
@@ -30,7 +30,9 @@ def compiled(name, form, n=0):
     forms = {
         "exact": lambda key: arc_length_exact(scene, at, radiance),
         "stratified": lambda key: stratified(look(scene, at, strata(n), radiance)),
-        "autodiff": lambda key: translation(lambda r: irradiance(scene, r, radiance))(at),
+        "autodiff": lambda key: derivatives(
+            lambda r: irradiance(scene, r, radiance), at, freedoms=("x",)
+        ),
     }
     import jax
 

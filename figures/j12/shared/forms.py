@@ -8,7 +8,7 @@ import numpy as np
 
 from figures.style import Claim, Drawing
 from firstorder import plotting
-from firstorder.flatland import Receiver, irradiance, translation
+from firstorder.flatland import Receiver, derivatives, irradiance
 from firstorder.flatland.estimators.irradiance_forms import arc_length, stratified
 from firstorder.flatland.estimators.strata import look, strata
 from firstorder.flatland.library.scenes import scene_a, scene_b
@@ -35,7 +35,7 @@ def curves(places: int) -> dict[str, np.ndarray]:
             return arc_length(seen).translation(), stratified(seen).translation()
 
         def right(x, scene=scene, at=at):
-            return translation(lambda r: irradiance(scene, r))(at(x))
+            return derivatives(lambda r: irradiance(scene, r), at(x), freedoms=("x",))
 
         found = (jax.jit(jax.vmap(right))(x), *jax.jit(jax.vmap(sampled))(x, keys))
         for form, d in zip(("exact", "arc length", "strata"), found, strict=True):

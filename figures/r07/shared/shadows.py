@@ -14,9 +14,9 @@ from firstorder.conventions import direction
 from firstorder.fields import Environment, Function, Gaussian
 from firstorder.fields.environment import ANGLE
 from firstorder.flatland import Circles, Receiver, Scene, irradiance, nearest
-from firstorder.flatland.direct_lighting import derivatives
 from firstorder.flatland.intersect import first_shape
 from firstorder.flatland.library.bumps import Bumps
+from firstorder.scene.derivatives import line_derivatives
 from firstorder.transport import Camera, Surface, image_jet, lambert
 
 SUN, SPREAD, HEIGHT = -0.5, 0.35, 4.0  # sky of `library.r07_fig16`; the camera above the base
@@ -34,7 +34,7 @@ class Shadow(eqx.Module):
             at = Receiver(jnp.stack([x, jnp.zeros_like(x)]), jnp.zeros_like(x), 0)
             return irradiance(self.scene, at)
 
-        d = derivatives(E, x)
+        d = line_derivatives(E, x)
         return d.value, d.first, d.second
 
 

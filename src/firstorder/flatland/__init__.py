@@ -1,12 +1,9 @@
 """A world small enough to be exact: shapes, scenes, what is seen, and the light that arrives."""
 
 from firstorder.flatland.direct_lighting import (
-    Derivatives,
-    along,
+    derivatives_on_shape,
     gathered,
     irradiance,
-    rotation,
-    translation,
 )
 from firstorder.flatland.intersect import Hits, nearest, occluded
 from firstorder.flatland.mirrors import in_mirrors
@@ -15,6 +12,7 @@ from firstorder.flatland.shapes.build import box, closed_curve, polyline
 from firstorder.flatland.shapes.kinds import Arcs, Circles, Curves, Ellipses, Segments
 from firstorder.flatland.skies import ConstantSky, GaussianSky, RowSky
 from firstorder.flatland.visible import Receiver, View, receiver, view
+from firstorder.scene.derivatives import Derivatives, derivatives
 
 __all__ = [
     "Segments",
@@ -45,7 +43,6 @@ __all__ = [
     "gathered",
     "in_mirrors",
     "Derivatives",
-    "translation",
-    "rotation",
-    "along",
+    "derivatives",
+    "derivatives_on_shape",
 ]

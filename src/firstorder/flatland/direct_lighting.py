@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
@@ -23,26 +22,13 @@ from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver, View, receiver, view
 from firstorder.numerics.planar import dot
 from firstorder.numerics.quadrature import gauss_legendre
+from firstorder.scene.derivatives import Derivatives, line_derivatives
 from firstorder.scene.primitives import BACK, FRONT
-from firstorder.typing import as_float
 
 # Radiance that a shape sends against a direction: (number, parameter, front?, direction) -> L.
 Radiance = Callable[
     [Int[Array, ""], Float[Array, ""], Bool[Array, ""], Float[Array, "2"]], Float[Array, ""]
 ]
-
-
-class Derivatives(eqx.Module):
-    """A function of one coordinate with its first two derivatives.
-
-    Attributes:
-        value: the function.
-        first, second: its derivatives.
-    """
-
-    value: Float[Array, "*n"]
-    first: Float[Array, "*n"]
-    second: Float[Array, "*n"]
 
 
 def irradiance(
@@ -200,66 +186,23 @@ def _front(scene: Scene, number, s, along) -> Bool[Array, ""]:
 # --- derivatives ---------------------------------------------------------------------------------
 
 
-def derivatives(f: Callable[[Float[Array, ""]], Float[Array, ""]], x: ArrayLike) -> Derivatives:
-    """A function of one coordinate with two derivatives in one forward pass.
-
-    Example:
-        >>> from firstorder.flatland.direct_lighting import derivatives
-        >>> d = derivatives(lambda x: x**3, 2.0)
-        >>> d.value.item(), d.first.item(), d.second.item()
-        (8.0, 12.0, 12.0)
-    """
-    x = as_float(x)
-    one = jnp.ones_like(x)
-
-    def first(x):
-        return jax.jvp(f, (x,), (one,))
-
-    (value, slope), (_, second) = jax.jvp(first, (x,), (one,))
-    return Derivatives(value, slope, second)
-
-
-def translation(f: Callable[[Receiver], Array]) -> Callable[[Receiver], Derivatives]:
-    """Derivatives of a function of a receiver as it moves along its tangent, its normal held fixed.
-
-    Reference: the translational part, J12 section 5.
-    """
-
-    def moved(at: Receiver) -> Derivatives:
-        def along(x):
-            return f(Receiver(at.position + x * at.tangent, at.n, at.on))
-
-        return derivatives(along, jnp.zeros((), at.position.dtype))
-
-    return moved
-
-
-def rotation(f: Callable[[Receiver], Array]) -> Callable[[Receiver], Derivatives]:
-    """Derivatives of a function of a receiver as its normal turns counter-clockwise in place."""
-
-    def turned(at: Receiver) -> Derivatives:
-        def by(a):
-            return f(Receiver(at.position, at.n + a, at.on))
-
-        return derivatives(by, jnp.zeros((), at.position.dtype))
-
-    return turned
-
-
-def along(f: Callable[[Receiver], Array]) -> Callable[[Scene, ArrayLike, ArrayLike], Derivatives]:
+def derivatives_on_shape(
+    f: Callable[[Receiver], Array], scene: Scene, index: ArrayLike, s: ArrayLike
+) -> Derivatives:
     """Derivatives by arc length as the receiver follows a shape, bending with it: in total.
 
-    On a curve of `kappa = dn/dx` the first is `translation + kappa rotation`.
+    On a curve of `kappa = dn/dx` they are those of `derivatives(f, at).along(kappa, dkappa)`, in a
+    third of its time.
 
-    Returns:
-        A function of the scene, the shape's number and the parameter s.
+    Args:
+        f: a function of a receiver.
+        scene: the shapes.
+        index: number of the shape.
+        s: where on it, in [0, 1].
     """
-
-    def followed(scene: Scene, index: ArrayLike, s: ArrayLike) -> Derivatives:
-        s = as_float(s)
-        d = derivatives(lambda s: f(receiver(scene, index, s)), s)
-        speed = derivatives(lambda s: scene.frame(index, s).speed, s)
-        first = d.first / speed.value
-        return Derivatives(d.value, first, (d.second - first * speed.first) / speed.value**2)
-
-    return followed
+    d = line_derivatives(lambda s: f(receiver(scene, index, s)), s)
+    speed = line_derivatives(lambda s: scene.frame(index, s).speed, s)
+    v = speed.value[..., None]
+    gradient = d.gradient / v
+    bent = (d.hessian[..., 0] - gradient * speed.gradient) / v**2
+    return Derivatives(d.value, gradient, bent[..., None], ("x",))

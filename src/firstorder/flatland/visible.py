@@ -22,6 +22,7 @@ from firstorder.errors import nan_unless
 from firstorder.flatland.intersect import first_shape
 from firstorder.flatland.scene import Scene
 from firstorder.numerics.planar import cross, dot
+from firstorder.scene.derivatives import FLATLAND
 from firstorder.typing import as_float
 
 HORIZON = 0.5 * jnp.pi
@@ -40,6 +41,8 @@ class Receiver(eqx.Module):
     n: Float[Array, "*r"] = eqx.field(converter=as_float)
     on: Int[Array, "*r"] = eqx.field(default=-1, converter=jnp.asarray)
 
+    freedoms = FLATLAND
+
     @property
     def normal(self) -> Float[Array, "*r 2"]:
         """The unit normal, local +y."""
@@ -49,6 +52,23 @@ class Receiver(eqx.Module):
     def tangent(self) -> Float[Array, "*r 2"]:
         """The unit vector along local +x."""
         return jnp.stack([jnp.cos(self.n), jnp.sin(self.n)], -1)
+
+    def moved(self, x: ArrayLike) -> Receiver:
+        """The receiver after a step x along its tangent, its normal held fixed [m]."""
+        return self.displaced(jnp.stack([as_float(x), 0.0, 0.0]))
+
+    def tilted(self, angle: ArrayLike) -> Receiver:
+        """The receiver with its normal turned counter-clockwise in place [rad]."""
+        return self.displaced(jnp.stack([0.0, 0.0, as_float(angle)]))
+
+    def displaced(self, u: Float[Array, "3"]) -> Receiver:
+        """The receiver after steps along its tangent and its normal, and a turn.
+
+        Args:
+            u: one number for each of `freedoms` [m, m, rad].
+        """
+        position = self.position + u[0] * self.tangent + u[1] * self.normal
+        return Receiver(position, self.n + u[2], self.on)
 
 
 class View(eqx.Module):

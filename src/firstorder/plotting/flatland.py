@@ -15,7 +15,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from firstorder.conventions import direction
-from firstorder.flatland import Scene, Segments, along, irradiance
+from firstorder.flatland import Scene, Segments, derivatives_on_shape, irradiance
 from firstorder.numerics.batching import in_batches
 from firstorder.plotting.scenes import scene as as_map
 from firstorder.plotting.style import RADIANCE, panels
@@ -144,7 +144,7 @@ def curve_of(scene: Scene, name: str, light, samples: int = 201) -> dict[str, np
     def ask(scene, shape, s):
         def one(i, s):
             frame = scene.frame(i, s)
-            d = along(light)(scene, i, s)
+            d = derivatives_on_shape(light, scene, i, s)
             return frame.position, frame.speed, d.value, d.first, d.second
 
         return in_batches(lambda p: one(*p), (shape, s), 64)

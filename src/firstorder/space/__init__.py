@@ -1,5 +1,6 @@
 """The same calculus in space: shapes, what is seen of them, and the light that they leave."""
 
+from firstorder.scene.derivatives import Derivatives, derivatives
 from firstorder.space.direct_lighting import (
     boundary_gradient,
     irradiance,
@@ -72,4 +73,6 @@ __all__ = [
     "irradiance",
     "vector_irradiance",
     "boundary_gradient",
+    "Derivatives",
+    "derivatives",
 ]

@@ -11,6 +11,7 @@ from jaxtyping import Array, ArrayLike, Float, Int
 from firstorder.conventions import normal_rate
 from firstorder.errors import check_finite, is_concrete
 from firstorder.numerics.vectors import cross, frame, norm, settled, unit
+from firstorder.scene.derivatives import SPACE
 from firstorder.typing import as_float
 
 
@@ -28,6 +29,8 @@ class Receiver(eqx.Module):
     axes: Float[Array, "*r 3 3"]
     S: Float[Array, "*r 2 2"]
     on: Int[Array, "*r"] = eqx.field(default=-1, converter=jnp.asarray)
+
+    freedoms = SPACE
 
     @property
     def normal(self) -> Float[Array, "*r 3"]:
@@ -51,6 +54,15 @@ class Receiver(eqx.Module):
     def tilted(self, tilt: Float[Array, "2"]) -> Receiver:
         """The receiver turned on the spot so that its normal moves along t and b [rad]."""
         return Receiver(self.position, _turned(self.axes, tilt), self.S, self.on)
+
+    def displaced(self, u: Float[Array, "5"]) -> Receiver:
+        """The receiver after steps along its axes, and a tilt of its normal.
+
+        Args:
+            u: one number for each of `freedoms` [m, m, m, rad, rad].
+        """
+        position = self.position + self.axes @ u[:3]
+        return Receiver(position, _turned(self.axes, u[3:]), self.S, self.on)
 
 
 def receiver(position: Any, normal: Any = (0.0, 0.0, 1.0), S: Any = None, on: ArrayLike = -1):

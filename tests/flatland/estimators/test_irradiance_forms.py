@@ -13,7 +13,7 @@ from firstorder.flatland import (
     Receiver,
     Scene,
     Segments,
-    along,
+    derivatives_on_shape,
     irradiance,
     receiver,
     thing,
@@ -22,7 +22,6 @@ from firstorder.flatland.estimators import corrected
 from firstorder.flatland.estimators import irradiance_forms as forms_module
 from firstorder.flatland.estimators.corrected import mended
 from firstorder.flatland.estimators.irradiance_forms import (
-    Motion,
     arc_length,
     arc_length_exact,
     arc_length_on_curves,
@@ -30,6 +29,7 @@ from firstorder.flatland.estimators.irradiance_forms import (
     stratified,
 )
 from firstorder.flatland.estimators.strata import Strata, look, strata
+from firstorder.scene.derivatives import FLATLAND, Derivatives
 
 # Receivers in no special position: tilted; in B in the penumbra, clear of visual events.
 PLACES = {"A": ((0.35, 0.0), 0.2), "B": ((0.35, 0.0), 0.2), "disc": ((0.35, 0.02), 0.2)}
@@ -256,7 +256,7 @@ def test_along_a_bent_receiver():
         at = receiver(scene, 1, s)
         kappa, slope = jax.value_and_grad(lambda s: scene.frame(1, s).kappa)(s)
         ours = arc_length_exact(above, at).along(kappa, slope / scene.frame(1, s).speed)
-        return ours, along(lambda r: irradiance(above, r))(scene, 1, s)
+        return ours, derivatives_on_shape(lambda r: irradiance(above, r), scene, 1, s)
 
     for s in (0.05, 0.93):
         ours, right = both(jnp.array(s))
@@ -269,7 +269,7 @@ def test_reading_off_a_motion():
     rng = np.random.default_rng(2)
     g, H = rng.normal(size=3), rng.normal(size=(3, 3))
     H, k, dk = H + H.T, 0.7, -0.4
-    ours = Motion(jnp.array(1.0), jnp.asarray(g), jnp.asarray(H))
+    ours = Derivatives(jnp.array(1.0), jnp.asarray(g), jnp.asarray(H), FLATLAND)
 
     def path(s):
         """To second order: dt/ds = kappa n, dn/ds = kappa."""

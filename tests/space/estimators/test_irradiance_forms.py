@@ -8,8 +8,8 @@ import pytest
 
 from derivations.space import _lights as lights
 from firstorder.checks.tolerance import fitted_order, normwise
+from firstorder.scene.derivatives import SPACE, Derivatives
 from firstorder.space.estimators.irradiance_forms import (
-    Motion,
     Samples,
     Traced,
     gather,
@@ -167,7 +167,7 @@ def test_travel_over_a_curved_surface_by_the_chain_rule():
         q = jnp.concatenate([d, 0.5 * (d @ S @ d)[None], tilt])
         return g @ q + 0.5 * q @ H @ q
 
-    read = Motion(*map(jnp.asarray, (1.0, g, H))).along(S, C)
+    read = Derivatives(*map(jnp.asarray, (1.0, g, H)), SPACE).along(S, C)
     first, second = jax.jit(lambda d: (jax.grad(f)(d), jax.hessian(f)(d)))(jnp.zeros(2))
     assert normwise(read.gradient, first) < 1e-13
     assert normwise(read.hessian, second) < 1e-13

@@ -13,10 +13,11 @@ from jaxtyping import Array, Bool, Float, Int
 
 from firstorder.conventions import direction
 from firstorder.flatland.direct_lighting import Radiance
-from firstorder.flatland.estimators.irradiance_forms import Borders, Motion, moved, with_horizon
+from firstorder.flatland.estimators.irradiance_forms import Borders, moved, with_horizon
 from firstorder.flatland.estimators.strata import Samples, Strata, look, sent
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver
+from firstorder.scene.derivatives import Derivatives
 
 
 def mended(
@@ -27,7 +28,7 @@ def mended(
     breaks: int = 64,
     halvings: int = 44,
     sliding: bool | Bool[Array, ""] = True,
-) -> Motion:
+) -> Derivatives:
     """The stratified form, corrected so that its gradient and its Hessian tend to the truth.
 
     Between two samples that see different curves the edge is found by bisection, in the angle. Its

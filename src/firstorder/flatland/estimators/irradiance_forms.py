@@ -1,11 +1,11 @@
 """Irradiance and its derivatives by the motion of a receiver, in arc-length and stratified form.
 
 A receiver in the plane has three freedoms: along its tangent, along its normal, and a turn of the
-normal. All forms return value, gradient and Hessian by all three (`Motion`), so that translation,
-rotation and travel along a bent receiver are read off one result.
+normal. All forms return value, gradient and Hessian by all three (`Derivatives`), so that
+translation, rotation and travel along a bent receiver are read off one result.
 
-Both forms are the paper's approximations; `irradiance` with `translation`, `rotation` and `along`
-is exact. What each form leaves out is said in its docstring. `mended` is the stratified form with
+Both forms are the paper's approximations; `derivatives` of `irradiance` are
+exact. What each form leaves out is said in its docstring. `mended` is the stratified form with
 what it leaves out put back. J12 measures angles towards +x; here they are counter-clockwise, so
 differences of radiance across a border have the other sign.
 """
@@ -17,64 +17,22 @@ from collections.abc import Callable
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, ArrayLike, Float, PRNGKeyArray
+from jaxtyping import Array, Float, PRNGKeyArray
 
 from firstorder.conventions import direction
-from firstorder.flatland.direct_lighting import Derivatives, Radiance
+from firstorder.flatland.direct_lighting import Radiance
 from firstorder.flatland.estimators.strata import Samples, gaps, look, sent
 from firstorder.flatland.geometry_term import linear_jet
 from firstorder.flatland.intersect import occluded
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver, view
 from firstorder.numerics.planar import cross, dot
-from firstorder.typing import as_float
-
-
-class Motion(eqx.Module):
-    """Irradiance with its derivatives by (step along the tangent, along the normal, turn).
-
-    The two steps are along the axes that the receiver has now; turns are counter-clockwise.
-
-    Attributes:
-        value: E [W/m].
-        gradient: [W/m^2, W/m^2, W/(m rad)].
-        hessian: symmetric, units as products of those.
-    """
-
-    value: Float[Array, "*n"]
-    gradient: Float[Array, "*n 3"]
-    hessian: Float[Array, "*n 3 3"]
-
-    def translation(self) -> Derivatives:
-        """By a step along the tangent, the normal held fixed."""
-        return Derivatives(self.value, self.gradient[..., 0], self.hessian[..., 0, 0])
-
-    def rotation(self) -> Derivatives:
-        """By a turn of the normal, the place held fixed."""
-        return Derivatives(self.value, self.gradient[..., 2], self.hessian[..., 2, 2])
-
-    def along(self, kappa: ArrayLike, dkappa: ArrayLike = 0.0) -> Derivatives:
-        """By arc length along a curve that the receiver lies on and bends with.
-
-        The velocity is `(1, 0, kappa)` and the acceleration `(0, kappa, dkappa)`:
-        `E' = E_x + kappa E_n` and
-        `E'' = E_xx + 2 kappa E_xn + kappa^2 E_nn + kappa E_y + dkappa E_n`.
-
-        Args:
-            kappa: `dn/dx`, positive in a valley [rad/m].
-            dkappa: its derivative by arc length [rad/m^2].
-        """
-        k, dk = as_float(kappa), as_float(dkappa)
-        g, H = self.gradient, self.hessian
-        first = g[..., 0] + k * g[..., 2]
-        bent = H[..., 0, 0] + 2.0 * k * H[..., 0, 2] + k**2 * H[..., 2, 2]
-        return Derivatives(self.value, first, bent + k * g[..., 1] + dk * g[..., 2])
-
+from firstorder.scene.derivatives import FLATLAND, Derivatives
 
 # --- arc length ----------------------------------------------------------------------------------
 
 
-def arc_length(samples: Samples) -> Motion:
+def arc_length(samples: Samples) -> Derivatives:
     """Derivatives with radiance and visibility frozen on the curves: only the geometry term moves.
 
     `d E = int L V dG dl(y)`, over the hemicircle by `dl = r dtheta / cos_y`.
@@ -101,7 +59,7 @@ def arc_length(samples: Samples) -> Motion:
 
 def arc_length_exact(
     scene: Scene, at: Receiver, radiance: Radiance | None = None, nodes: int = 16
-) -> Motion:
+) -> Derivatives:
     """The arc-length form as an integral: Gauss-Legendre between silhouettes, no sampling.
 
     What it lacks against the truth is the shadow edges alone (see `arc_length`).
@@ -131,7 +89,7 @@ def arc_length_on_curves(
     count: int,
     key: PRNGKeyArray | None = None,
     radiance: Radiance | None = None,
-) -> Motion:
+) -> Derivatives:
     """The arc-length form by strata of arc length: `count` points on each shape.
 
     Points are spread evenly in the parameter s and weighted by the speed. Valid as `arc_length`,
@@ -160,7 +118,7 @@ def arc_length_at(
     s: Float[Array, "k n"],
     weights: Float[Array, "k n"],
     radiance: Radiance | None = None,
-) -> Motion:
+) -> Derivatives:
     """The arc-length form as a weighted sum over given points of every shape; sums may be added.
 
     Args:
@@ -190,7 +148,7 @@ def arc_length_at(
     return _weighted(share, r, u, local, -dot(normal, along), square > 0.0)
 
 
-def _weighted(share, r, u, normal, cos_y, met) -> Motion:
+def _weighted(share, r, u, normal, cos_y, met) -> Derivatives:
     """Sum of `share` times the geometry term and its derivatives by all three freedoms.
 
     A turn puts minus the tangent in the place of the normal, and twice a turn minus the normal.
@@ -204,7 +162,7 @@ def _weighted(share, r, u, normal, cos_y, met) -> Motion:
     H = jnp.tensordot(near, moved.hessian, 1)
     last = jnp.concatenate([mixed, -value[None]])
     hessian = jnp.concatenate([jnp.concatenate([H, mixed[:, None]], 1), last[None]], 0)
-    return Motion(value, jnp.concatenate([step, turn[None]]), hessian)
+    return Derivatives(value, jnp.concatenate([step, turn[None]]), hessian, FLATLAND)
 
 
 # --- strata --------------------------------------------------------------------------------------
@@ -227,7 +185,7 @@ class Borders(eqx.Module):
     bend: Float[Array, " n"]
 
 
-def moved(borders: Borders) -> Motion:
+def moved(borders: Borders) -> Derivatives:
     """Value and derivatives of `sum of jump sin(angle)`, each border as a point of the plane.
 
     With `e = (cos a, sin a)`, `u = (-sin a, cos a)` and `w = 1 / r` a fixed point has
@@ -246,10 +204,10 @@ def moved(borders: Borders) -> Motion:
     xn, yn, nn = jnp.sum(J * w * s * c), jnp.sum(J * w * s**2), -jnp.sum(J * s)
     gradient = jnp.stack([jnp.sum(Jc * w * c), jnp.sum(Jc * w * s), -jnp.sum(Jc)])
     hessian = jnp.stack([jnp.stack([xx, xy, xn]), jnp.stack([xy, yy, yn]), jnp.stack([xn, yn, nn])])
-    return Motion(jnp.sum(J * s), gradient, hessian)
+    return Derivatives(jnp.sum(J * s), gradient, hessian, FLATLAND)
 
 
-def stratified(samples: Samples) -> Motion:
+def stratified(samples: Samples) -> Derivatives:
     """Derivatives from differences of radiance across borders that move as their nearer sample.
 
     `grad E = sum over inner borders of (L_below - L_above) cos a grad a`, with `min(r, r')` for the
@@ -292,7 +250,7 @@ def stratified(samples: Samples) -> Motion:
     return with_horizon(moved(inner), samples)
 
 
-def with_horizon(motion: Motion, samples: Samples) -> Motion:
+def with_horizon(motion: Derivatives, samples: Samples) -> Derivatives:
     """Add the two borders at the horizon, which stay where they are when the receiver moves.
 
     In the paper they drop out of (47) since their cosines vanish. For the second derivative by a
@@ -315,18 +273,20 @@ class Estimate(eqx.Module):
         spread: standard deviation of one repeat.
     """
 
-    mean: Motion
-    error: Motion
-    spread: Motion
+    mean: Derivatives
+    error: Derivatives
+    spread: Derivatives
 
 
-def repeated(form: Callable[[PRNGKeyArray], Motion], key: PRNGKeyArray, repeats: int) -> Estimate:
+def repeated(
+    form: Callable[[PRNGKeyArray], Derivatives], key: PRNGKeyArray, repeats: int
+) -> Estimate:
     """Repeats a sampled form with other random numbers: its mean with error bars.
 
     The bars hold what varies, not the bias: a stratified Hessian has a wrong limit with any bars.
 
     Args:
-        form: from a random key to a `Motion`.
+        form: from a random key to a `Derivatives`.
         key: split once for each repeat.
         repeats: how often, at least 2.
 

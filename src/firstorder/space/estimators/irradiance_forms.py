@@ -2,8 +2,8 @@
 
 A receiver in space has five freedoms that change its irradiance: along its two tangents, along its
 normal, and a tilt of the normal towards each tangent. Both forms return value, gradient and Hessian
-by all five (`Motion`), so that translation, rotation and travel along a curved receiver are read
-off one result.
+by all five (`Derivatives`), so that translation, rotation and travel along a curved receiver are
+read off one result.
 
 Both forms are the paper's approximations. What each leaves out is said in its docstring.
 """
@@ -11,76 +11,17 @@ Both forms are the paper's approximations. What each leaves out is said in its d
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, ArrayLike, Float, Int
+from jaxtyping import Array, Float, Int
 
+from firstorder.scene.derivatives import SPACE, Derivatives
 from firstorder.space.estimators.strata import Strata
 from firstorder.space.intersect import nearest
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
-from firstorder.typing import as_float
-
-
-class Derivatives(NamedTuple):
-    """Value, gradient and Hessian by two freedoms of a receiver."""
-
-    value: Array
-    gradient: Array
-    hessian: Array
-
-
-class Motion(eqx.Module):
-    """Irradiance with its derivatives by (two tangents, normal, two tilts) of the receiver.
-
-    The three steps are along the axes that the receiver has now. A tilt `a` turns the normal by
-    the angle `|a|` towards the tangent direction a: to first order `n + a_1 t + a_2 b`.
-
-    Attributes:
-        value: E [W/m^2].
-        gradient: [W/m^3] three times, [W/(m^2 rad)] twice.
-        hessian: symmetric, units as products of those.
-    """
-
-    value: Float[Array, "*k"]
-    gradient: Float[Array, "*k 5"]
-    hessian: Float[Array, "*k 5 5"]
-
-    def translation(self) -> Derivatives:
-        """By a step in the tangent plane, the normal held fixed."""
-        return Derivatives(self.value, self.gradient[..., :2], self.hessian[..., :2, :2])
-
-    def rotation(self) -> Derivatives:
-        """By a tilt of the normal towards the tangents, the place held fixed."""
-        return Derivatives(self.value, self.gradient[..., 3:], self.hessian[..., 3:, 3:])
-
-    def along(
-        self, S: Float[ArrayLike, "*#k 2 2"], dS: Float[ArrayLike, "*#k 2 2 2"] | None = None
-    ) -> Derivatives:
-        """By a step d over a curved surface on which the receiver lies and with which it tilts.
-
-        The surface is the graph `z = d.S d / 2 + dS(d, d, d) / 6`, so the tilt is
-        `a = -S d - dS(d, d) / 2`:
-        `E' = E_d - S E_a` and
-        `E'' = E_dd - E_da S - S E_ad + S E_aa S + E_z S - dS.E_a`.
-
-        Args:
-            S: shape operator in the receiver's tangents, `-dn`, negative on a ball [1/m].
-            dS: its derivative, symmetric in all three indices; None is zero [1/m^2].
-        """
-        S = as_float(S)
-        g, H = self.gradient, self.hessian
-        first = g[..., :2] - jnp.einsum("...ij,...j->...i", S, g[..., 3:])
-        mixed = jnp.einsum("...ij,...jk->...ik", H[..., :2, 3:], S)
-        bent = jnp.einsum("...ij,...jk,...kl->...il", S, H[..., 3:, 3:], S)
-        second = H[..., :2, :2] - mixed - jnp.swapaxes(mixed, -1, -2) + bent
-        second = second + g[..., 2, None, None] * S
-        if dS is not None:
-            second = second - jnp.einsum("...ijk,...k->...ij", as_float(dS), g[..., 3:])
-        return Derivatives(self.value, first, second)
 
 
 class Samples(eqx.Module):
@@ -209,7 +150,7 @@ def gather(
 # --- surface area ---------------------------------------------------------------------------------
 
 
-def surface_area(samples: Samples) -> Motion:
+def surface_area(samples: Samples) -> Derivatives:
     """Derivatives with radiance and visibility frozen on the surfaces: only the coupling moves.
 
     `d E = int L V dG da(y)`, over the hemisphere by `da = r^2 dw / cos_y`.
@@ -252,7 +193,7 @@ def surface_area(samples: Samples) -> Motion:
     twice = -value[..., 2, None, None] * jnp.eye(2, dtype=b.dtype)
     turn, mixed = value[..., :2], jnp.swapaxes(step[..., :2, :], -1, -2)
     gradient = jnp.concatenate([step[..., 2, :], turn], -1)
-    return Motion(value[..., 2], gradient, _blocks(H, mixed, twice))
+    return Derivatives(value[..., 2], gradient, _blocks(H, mixed, twice), SPACE)
 
 
 def _rays(*vectors):
@@ -278,7 +219,7 @@ def _blocks(H, mixed, twice):
 # --- strata ---------------------------------------------------------------------------------------
 
 
-def stratified(samples: Samples) -> Motion:
+def stratified(samples: Samples) -> Derivatives:
     """Derivatives from differences of radiance across walls that move as their nearer sample.
 
     A wall between cells is carried along by the nearer of both, at the distance `min(r, r')`, and
@@ -309,7 +250,7 @@ def stratified(samples: Samples) -> Motion:
     value, turn, twice = _turning(samples)
     step, mixed = _swept(samples)
     H = surface_area(samples).hessian[..., :3, :3]
-    return Motion(value, jnp.concatenate([step, turn], -1), _blocks(H, mixed, twice))
+    return Derivatives(value, jnp.concatenate([step, turn], -1), _blocks(H, mixed, twice), SPACE)
 
 
 def _arc(phi):
