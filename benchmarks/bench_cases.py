@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from firstorder import session
-from firstorder.checks.registry import cases
+from firstorder.checks.registry import all_cases
 from firstorder.fields import autodiff_jet
 
 RAYS = 10_000
@@ -43,9 +43,9 @@ def _first_and_later(function, *args):
     return first, min(later)
 
 
-@pytest.mark.parametrize("name", list(cases()))
+@pytest.mark.parametrize("name", list(all_cases()))
 def test_closed_form_jets_beside_autodiff(name, capsys):
-    case = cases()[name]
+    case = all_cases()[name]
     light = case.step(case.field)
     rays = _rays(case)
     contenders = {

@@ -138,14 +138,14 @@ def nearest_hits(dtype, count):
     """Seconds of every contender."""
     import jax
 
-    from firstorder.flatland import Scene, Segments, thing
+    from firstorder.flatland import Scene, Segments, primitive
     from firstorder.flatland.intersect import first_shape
-    from firstorder.flatland.shapes.crossings import find
+    from firstorder.flatland.shapes._crossings import find_crossings
 
     arrays = scattered(count, dtype)
     p, e, o, d = map(jax.numpy.asarray, arrays)
-    none = find([Segments(p[:1], p[:1] + e[:1])])
-    scene = Scene.of(thing(Segments(p, p + e)), crossings=none)
+    none = find_crossings([Segments(p[:1], p[:1] + e[:1])])
+    scene = Scene.of(primitive(Segments(p, p + e)), crossings=none)
     times = {"ours": best(jax.jit(first_shape), scene, o, d)}
     for form in (vmap_argmin, all_pairs, blocked_scan):
         times[form.__name__] = best(jax.jit(form), p, e, o, d)
@@ -195,13 +195,13 @@ def test_an_exact_view_beside_rays(capsys):
     import jax.numpy as jnp
 
     from firstorder import session
-    from firstorder.flatland import Receiver, Scene, Segments, irradiance, nearest, thing, view
+    from firstorder.flatland import Receiver, Scene, Segments, irradiance, nearest, primitive, view
 
     session.start(cache="off")
     rng = np.random.default_rng(3)
     start = rng.uniform((-1.0, 1.0), (1.0, 3.0), (SHAPES, 2))
     segments = Segments(start, start + 0.1 * rng.normal(size=(SHAPES, 2)))
-    scene = Scene.of(thing(segments, emission=rng.uniform(0.0, 1.0, SHAPES), two_sided=True))
+    scene = Scene.of(primitive(segments, emission=rng.uniform(0.0, 1.0, SHAPES), two_sided=True))
     x = jnp.linspace(-1.0, 1.0, RECEIVERS)
     at = Receiver(jnp.stack([x, 0.0 * x], -1), 0.0 * x, jnp.full(RECEIVERS, -1))
 

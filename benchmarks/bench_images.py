@@ -10,7 +10,7 @@ import time
 import numpy as np
 import pytest
 
-from firstorder.reconstruction.importance import Shaded
+from firstorder.reconstruction.importance import ShadedSamples
 from firstorder.reconstruction.quadtree import sample_image
 
 SIDE, BUDGET, REPEATS = 512, 44_564, 7
@@ -21,7 +21,9 @@ def rings(p):
     x = (p - 256.0) / 64.0
     r2 = np.sum(x * x, 1)
     s, fade = np.sin(3.0 * r2), np.exp(-0.25 * r2)
-    return Shaded(fade * s, 2.0 * (fade * (3.0 * np.cos(3.0 * r2) - 0.25 * s))[:, None] * x / 64.0)
+    return ShadedSamples(
+        fade * s, 2.0 * (fade * (3.0 * np.cos(3.0 * r2) - 0.25 * s))[:, None] * x / 64.0
+    )
 
 
 def tree_time(batch, repeats):

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from firstorder import session
-from firstorder.flatland.bounces.panels import Fineness
-from firstorder.flatland.bounces.radiosity import solve
-from firstorder.flatland.library.scenes import named
+from firstorder.flatland.bounces._panels import Discretization
+from firstorder.flatland.bounces.radiosity import solve_radiosity
+from firstorder.flatland.library._scenes import named_scene
 from firstorder.flatland.visible import receiver
 
 RECEIVERS = 10_000
@@ -43,7 +43,7 @@ def contenders(solution):
 
 
 def test_derivatives_cost_less_than_three_times_the_value(capsys):
-    solution = solve(named("scene_d"), Fineness(6, 1e-4))
+    solution = solve_radiosity(named_scene("scene_d"), Discretization(6, 1e-4))
     s = jnp.asarray(np.random.default_rng(0).uniform(0.0, 1.0, RECEIVERS))
     runs, first = {}, {}
     for name, f in contenders(solution).items():

@@ -18,7 +18,7 @@ from firstorder.fields import Affine
 from firstorder.numerics.quadrature import gauss_legendre
 from firstorder.transport.brdf.lobes import glossy
 from firstorder.transport.events.texture import wave
-from firstorder.transport.shading.flat_jets import Light
+from firstorder.transport.shading._flat_jets import FlatlandLight
 from firstorder.transport.shading.surface import Surface
 
 RAYS = 100_000
@@ -42,7 +42,7 @@ def derivatives(x, theta):
 
 def reflected(nodes):
     bumps = Affine([0.3, 0.0], 0.05) + wave(2.0, 0.05)
-    return Surface(bumps, (glossy(SIGMA),)).reflect(Light(radiance, derivatives), nodes)
+    return Surface(bumps, (glossy(SIGMA),)).reflect(FlatlandLight(radiance, derivatives), nodes)
 
 
 def primals(B, dtype):

@@ -31,7 +31,7 @@ def rays(seed=0):
 def icosphere(triangles):
     import trimesh
 
-    from firstorder.space.meshes.mesh import mesh
+    from firstorder.space.meshes.triangle_mesh import mesh
 
     ball = trimesh.creation.icosphere(round(np.log(triangles / 20) / np.log(4)))
     return mesh(0.5 * ball.vertices, ball.faces)
@@ -43,7 +43,7 @@ def rates():
     import jax.numpy as jnp
 
     from firstorder.io import Embree
-    from firstorder.space import Scene, nearest, thing
+    from firstorder.space import Scene, nearest, primitive
     from firstorder.space.shapes.kinds import Boxes, Ellipsoids
 
     o, d = rays()
@@ -64,8 +64,8 @@ def rates():
             center = jnp.asarray(rng.uniform(-1.0, 1.0, (count, 3)), dtype)
             axes = 0.1 * jnp.broadcast_to(jnp.eye(3, dtype=dtype), (count, 3, 3))
             scene = Scene.of(
-                thing(Ellipsoids(center[:half], axes[:half])),
-                thing(Boxes(center[half:], axes[half:])),
+                primitive(Ellipsoids(center[:half], axes[:half])),
+                primitive(Boxes(center[half:], axes[half:])),
             )
             start, way = jnp.asarray(o, dtype), jnp.asarray(d, dtype)
             t = best(jax.jit(nearest), scene, start, way, repeats=3)
@@ -102,10 +102,10 @@ def soft_shadow():
 
 def shadow():
     """A ball under a rectangular light."""
-    from firstorder.space import rectangle, sphere, thing
+    from firstorder.space import primitive, rectangle, sphere
 
     lamp = rectangle((0.0, 0.0, HEIGHT), (0.0, 0.5, 0.0), (0.5, 0.0, 0.0))  # looks down
-    return thing(lamp, emission=1.0), thing(sphere((0.1, 0.0, 1.5), 0.4))
+    return primitive(lamp, emission=1.0), primitive(sphere((0.1, 0.0, 1.5), 0.4))
 
 
 def by_silhouettes(x):

@@ -145,7 +145,7 @@ def _write(name: str, drawing: Drawing, options: Options) -> list[str]:
     formats = ["png", *([options.vector] if options.vector else [])]
     files = [f"{name}.{suffix}" for suffix in formats]
     for file in files:
-        with io.whole(options.out / file) as part:
+        with io.atomic_write(options.out / file) as part:
             drawing.figure.savefig(part)
     io.write_npz(options.out / f"{name}.npz", drawing.arrays)
     for curve, columns in drawing.curves.items():

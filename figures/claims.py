@@ -147,12 +147,12 @@ def keep() -> None:
     if missing:
         raise SystemExit(f"The last run lacks {', '.join(sorted(missing))}: run `make figures`.")
     for name in GALLERY:
-        with io.whole(README.parent / "gallery" / f"{name}.png") as part:
+        with io.atomic_write(README.parent / "gallery" / f"{name}.png") as part:
             shutil.copyfile(FOLDER / "out" / f"{name}.png", part)
     io.write_json(KEPT, [{k: v for k, v in r.items() if k != "seconds"} for r in records])
     for page, name, text in (
         (PAGE, "claims", markdown(kept())),
-        (README, "laws", laws.markdown(laws.measured())),
+        (README, "laws", laws.as_markdown(laws.measure())),
     ):
         io.write_text(page, with_section(page.read_text(encoding="utf-8"), name, text))
 

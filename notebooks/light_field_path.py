@@ -17,7 +17,7 @@ with app.setup:
     from firstorder.conventions import FLATLAND_SLOPE
     from firstorder.fields import GaussianProfile, Grid, gaussian
     from firstorder.plotting import (
-        Live,
+        LiveFigure,
         covariance_ellipse,
         house_style,
         log_magnitude,
@@ -193,7 +193,7 @@ def _(shown):
         for _ax, _matrix in zip(_axes[3, :2], _start["covariance"], strict=True):
             ellipses.append(covariance_ellipse(_ax, _matrix))
         _moving = [image for row in images.values() for image in row]
-        live = Live(_figure, [*_moving, *ellipses])
+        live = LiveFigure(_figure, [*_moving, *ellipses])
     reference = max(np.max(F) for F in _start["spectrum"])
     return ellipses, images, live, reference
 

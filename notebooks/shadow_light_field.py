@@ -14,6 +14,7 @@ with app.setup:
     import numpy as np
 
     from firstorder import session
+    from firstorder.checks.agreements import QUICK, agreements
     from firstorder.fields import Grid
     from firstorder.flatland import (
         Circles,
@@ -22,20 +23,26 @@ with app.setup:
         Segments,
         derivatives,
         irradiance,
-        thing,
+        primitive,
     )
     from firstorder.plotting import (
-        Live,
+        LiveFigure,
         draw_surface,
         house_style,
         label,
         log_magnitude,
+        map_axes,
         panels,
-        scene,
         show_light_field,
         show_spectrum,
     )
-    from firstorder.shadowfield import Wedge, energy_outside, power, sheared_filter, traced_on
+    from firstorder.shadowfield import (
+        Wedge,
+        energy_outside,
+        grid_visibility,
+        power_spectrum,
+        sheared_filter,
+    )
 
     session.start(x64=False)  # a picture needs no more digits
     DECADES = 2.5
@@ -127,9 +134,9 @@ def blocked(place, height, radius, lamp, width):
     """The scene, as the sliders have it."""
     ends = jnp.stack([lamp + 0.5 * width, lamp - 0.5 * width])
     light = Segments(jnp.stack([ends[0], 1.0]), jnp.stack([ends[1], 1.0]))
-    disc = thing(Circles(jnp.stack([place, height]), radius), name="blocker")
-    strip = thing(Segments((STRIP[0], LEVEL), (STRIP[1], LEVEL)), name="blocker")
-    return Scene.of(disc, strip, thing(light, name="light", emission=1.0))
+    disc = primitive(Circles(jnp.stack([place, height]), radius), name="blocker")
+    strip = primitive(Segments((STRIP[0], LEVEL), (STRIP[1], LEVEL)), name="blocker")
+    return Scene.of(disc, strip, primitive(light, name="light", emission=1.0))
 
 
 @app.function
@@ -141,10 +148,10 @@ def portraits(shown, sliders):
     x = jnp.asarray(grid.axis(0), sliders.dtype)
     points = jax.vmap(lambda x: Receiver(jnp.stack([x, 0.0]), 0.0))(x)
     E = jax.vmap(lambda at: derivatives(irradiance, world, at, freedoms=("x",)))(points)
-    f = traced_on(world, grid)
+    f = grid_visibility(world, grid)
     depths = 1.0 - height - radius, jnp.maximum(1.0 - LEVEL, 1.0 - height + radius)
     wedge = Wedge(*depths)
-    energy = power(f, grid)
+    energy = power_spectrum(f, grid)
     Omega = [jnp.asarray(grid.frequencies(i)) for i in range(2)]
     inside = wedge.contains(*jnp.meshgrid(*Omega, indexing="ij"), 1.0, 2.0)
     k = sheared_filter(1.0, *depths, 1.0 / width, 0.5 * shown.size)
@@ -171,7 +178,7 @@ def _(shown):
     moving = {}
     with house_style():
         _figure, _axes = panels(2, 3, 3.3, 2.5)
-        _map = scene(_axes[0, 0], "scene")
+        _map = map_axes(_axes[0, 0], "scene")
         draw_surface(_map, [(0.0, 0.0), (1.0, 0.0)], depth=0.04)
         _map.plot(STRIP, (LEVEL, LEVEL), color="0.15", linestyle="-", linewidth=2.5)
         (moving["disc"],) = _map.plot([], [], color="0.15", linestyle="-", linewidth=2.0)
@@ -203,7 +210,7 @@ def _(shown):
         moving["outside"] = _ax.text(0.03, 0.94, "", transform=_ax.transAxes, color="white")
         _ax.set(xlim=_box[0], ylim=_box[1])
         _ax.set_title("spectrum, wedge, filter", loc="left")
-        live = Live(_figure, list(moving.values()))
+        live = LiveFigure(_figure, list(moving.values()))
     return Omega, live, moving, reference, x
 
 
@@ -228,6 +235,22 @@ def _(Omega, live, moving, reference, shown, x):
         return live.png(), time.perf_counter() - begin
 
     return (png,)
+
+
+@app.cell
+def _():
+    # The first scene in independent ways, in double precision; see `agreements` for more of them.
+    with jax.enable_x64(True):
+        _table = agreements(
+            blocked(0.35, 0.75, 0.06, 0.5, 0.4),
+            Receiver((0.42, 0.0), 0.0),
+            sizes=QUICK,
+            name="disc and strip",
+            ways=("visible", "rays, a"),
+            spectrum=False,
+        )
+    mo.md(f"```\n{_table}\n```")
+    return
 
 
 if __name__ == "__main__":

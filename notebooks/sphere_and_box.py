@@ -14,11 +14,10 @@ with app.setup:
     import numpy as np
 
     from firstorder import session
-    from firstorder.caching import ellipses
-    from firstorder.plotting import Live, house_style, outline_curves, panels
-    from firstorder.space import Scene, box, receiver, sphere, thing
+    from firstorder.caching import elliptic_regions
+    from firstorder.plotting import LiveFigure, house_style, panels, silhouette_curves
+    from firstorder.space import Scene, box, in_receiver_frame, primitive, receiver, sphere
     from firstorder.space.direct_lighting import irradiance
-    from firstorder.space.receiver import local
 
     session.start(x64=False)  # a picture needs no more digits
     HALF, RADIUS, WIDTH = 1.5, 0.4, 0.3  # of the floor, the sphere and the box [m]
@@ -108,7 +107,7 @@ def blocked(ball, height, place, top):
     low = jnp.stack([place - 0.5 * WIDTH, -0.5 * WIDTH + 0.0 * place, 0.0 * place])
     high = jnp.stack([place + 0.5 * WIDTH, 0.5 * WIDTH + 0.0 * place, top])
     center = jnp.stack([ball, 0.0 * ball, height])
-    return Scene.of(thing(sphere(center, RADIUS)), thing(box(low, high)), sky=1.0)
+    return Scene.of(primitive(sphere(center, RADIUS)), primitive(box(low, high)), environment=1.0)
 
 
 @app.function
@@ -131,7 +130,7 @@ def portraits(shown, sliders):
     at = jnp.asarray(shown.records)
     H = H[at][:, at].reshape(-1, 2, 2)
     H = 0.5 * (H + jnp.swapaxes(H, 1, 2))
-    reach = ellipses(H, 1e-3 * sliders[5], 0.02, 0.6)
+    reach = elliptic_regions(H, 1e-3 * sliders[5], 0.02, 0.6)
     t = jnp.linspace(0.0, 2.0 * jnp.pi, 49)
     around = jnp.linalg.solve(reach.matrix, jnp.stack([jnp.cos(t), jnp.sin(t)]))
     middle = jnp.stack(jnp.meshgrid(x[at], x[at], indexing="ij"), -1).reshape(-1, 2, 1)
@@ -144,10 +143,10 @@ def silhouettes(sliders):
     scene = blocked(*jnp.asarray(sliders[:4], float))
     at = receiver(jnp.array([sliders[4], 0.0, 0.0]))
     out = [np.full((2, 2), np.nan)] * CURVES
-    for k, (_, points) in enumerate(outline_curves(scene, at.position)[:CURVES]):
+    for k, (_, points) in enumerate(silhouette_curves(scene, at.position)[:CURVES]):
         if len(points) == 2:
             points = points[0] + np.linspace(0.0, 1.0, 33)[:, None] * (points[1] - points[0])
-        w = np.asarray(local(at, jnp.asarray(points) - at.position))
+        w = np.asarray(in_receiver_frame(at, jnp.asarray(points) - at.position))
         w = w / np.maximum(np.linalg.norm(w, axis=-1, keepdims=True), 1e-9)
         out[k] = np.where(w[:, 2:] >= -1e-6, w[:, :2], np.nan)
     return out
@@ -202,7 +201,7 @@ def _(shown):
         _ax.set(xlim=(-1.05, 1.05), ylim=(-1.05, 1.05), aspect="equal", xticks=[], yticks=[])
         _ax.grid(False)
         _ax.set_title("the receiver's sky", loc="left")
-        live = Live(figure, list(moving.values()))
+        live = LiveFigure(figure, list(moving.values()))
     every = _every
     return every, live, moving
 

@@ -53,7 +53,7 @@ from firstorder.transport import (
     wave,
 )
 
-LIGHT = gaussian((0.1, 0.0), (1.0, 0.5))
+LIGHT = gaussian((0.1, 0.0), (1.0, 0.5), frame=FLATLAND)
 OUT = gaussian((0.1, 0.0), (1.0, 0.5), frame=FLATLAND.turned())
 
 WRONG = {
@@ -79,7 +79,7 @@ WRONG = {
     ),
     "no nodes": lambda: Integrate("theta", -1.0, 1.0, 0),
     "unknown axis": lambda: Integrate("phi", -1.0, 1.0)(LIGHT).frame,
-    "unknown axis of a kernel": lambda: GaussianProfile(0.1, "v"),
+    "unknown axis of a kernel": lambda: GaussianProfile(0.1, "z"),
     "transparency above one": lambda: half_plane_blocker(0.0, FLATLAND, 1.5),
     "Haar of three": lambda: haar_matrix(3),
     "wavelets of an odd grid": lambda: Wavelet.of(LIGHT, Grid((6, 8), (1.0, 1.0))),

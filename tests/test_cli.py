@@ -180,3 +180,12 @@ def test_what_cannot_be_rendered_is_one_sentence(tmp_path, capsys, more, sentenc
     (tmp_path / "flat.toml").write_text("dimensions = 2")
     assert main(["render", str(tmp_path / "flat.toml"), *more]) == 2
     assert sentence in capsys.readouterr().err
+
+
+def test_a_table_of_agreements_is_printed_and_a_bad_place_is_one_sentence(capsys):
+    assert main(["agreements", "scene_c", "--quick"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("scene_c at (0.63, 0) m")
+    assert max(map(len, lines)) <= 100
+    assert main(["agreements", "scene_b", "--s", "2"]) == 2
+    assert capsys.readouterr().err == "Argument `s` must lie in [0, 1], but is 2.0.\n"

@@ -2,12 +2,14 @@
 
 A new export is one line of `PROBES` in `tests/probes`: a function of one number s that builds the
 thing from s and returns what it computes. The walk differentiates it through that number. Abstract
-classes are walked through what extends them.
+classes are walked through what extends them. What works on the host by design is in `HOST`.
 """
 
+import ast
 import importlib
 import importlib.util
 import inspect
+import pathlib
 
 import equinox as eqx
 import jax
@@ -15,14 +17,14 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from tests.probes import fields, flatland, methods, space, transport, visibility
+from tests.probes import fields, flatland, methods, numerics, space, transport, visibility
 
 # Wherever numbers are computed; `checks`, `plotting` and `io` work on the host.
 PACKAGES = [
     name
     for name in (
-        "fields", "laws", "transport", "visibility", "sampling", "flatland", "space",
-        "bandwidth", "reconstruction",
+        "numerics", "fields", "laws", "transport", "visibility", "sampling", "scene", "flatland",
+        "space", "models", "bandwidth", "reconstruction",
     )
     if importlib.util.find_spec(f"firstorder.{name}")
 ]  # fmt: skip
@@ -31,10 +33,66 @@ PROBES = (
     fields.PROBES
     | flatland.PROBES
     | methods.PROBES
+    | numerics.PROBES
     | space.PROBES
     | transport.PROBES
     | visibility.PROBES
 )
+
+# What NumPy or Python computes by design: it cannot be traced, so its own tests have to do.
+HOST = {
+    "numerics.host_blocks",  # a loop of the host over a compiled function
+    # Differences between pixels of finished pictures, and what scales a picture by its own mean.
+    "bandwidth.pixel_differences",
+    "bandwidth.sampling_density",
+    # Steps of a path are shapes' numbers and words; the incidence is asked for as a Python float.
+    "flatland.rainbow_incidence",
+    "flatland.through_body",
+    # Meshes, built once by NumPy.
+    "models.bar_lattice",
+    "models.bumpy_sphere",
+    "models.displaced_ground",
+    "models.fern",
+    "models.isosurface",
+    "models.join_meshes",
+    "models.metaballs",
+    "models.place_mesh",
+    "models.quad_triangles",
+    "models.ripples",
+    "models.rotation_about",
+    "models.torus_knot",
+    "models.tree",
+    # Rules of quadrature whose numbers are constants.
+    "numerics.gauss_legendre",
+    "numerics.periodic_trapezoid",
+    # The quadtree: its samples, its squares, and metrics that tell which square to split next.
+    "reconstruction.ImageSamples",
+    "reconstruction.QuadtreeCells",
+    "reconstruction.ShadedSamples",
+    "reconstruction.by_area",
+    "reconstruction.by_density",
+    "reconstruction.by_differences",
+    "reconstruction.by_gradient",
+    "reconstruction.by_hessian",
+    "reconstruction.by_hessian_differences",
+    "reconstruction.by_variance",
+    "reconstruction.importance_product",
+    "reconstruction.is_far_light",
+    "reconstruction.sample_image",
+    # Images from scattered samples, with SciPy's trees and triangulations, or void and cluster.
+    "reconstruction.bilateral_widths",
+    "reconstruction.blue_noise_samples",
+    "reconstruction.cross_bilateral",
+    "reconstruction.delaunay_image",
+    # Decides pixel by pixel what to shade; `GridInterpolant`, which fills in the rest, is walked.
+    "reconstruction.interpolate_image",
+    # Oracles for estimators, by SciPy's incomplete beta function and bisection.
+    "sampling.ExpectedDensity",
+    "sampling.expected_fixed_radius",
+    "sampling.expected_k_nearest",
+    # Refuses a frame; it computes nothing.
+    "transport.require_frame",
+}
 
 
 def exported():
@@ -47,7 +105,33 @@ def exported():
 
 
 def test_every_export_is_walked():
-    assert sorted(set(exported()) ^ set(PROBES)) == []
+    assert sorted(set(exported()) ^ (set(PROBES) | HOST)) == []
+
+
+def used_by(test):
+    """The names of the library that a test file imports and reads, or reads from a chapter."""
+    nodes = list(ast.walk(ast.parse(test.read_text())))
+    froms = [n for n in nodes if isinstance(n, ast.ImportFrom) and n.module]
+    ours = {
+        alias.asname or alias.name: alias.name
+        for n in froms
+        if (n.module or "").startswith("firstorder")
+        for alias in n.names
+    }
+    read = {ours[n.id] for n in nodes if isinstance(n, ast.Name) and n.id in ours}
+    attributes = [n for n in nodes if isinstance(n, ast.Attribute)]
+    return read | {
+        n.attr for n in attributes if isinstance(n.value, ast.Name) and n.value.id in ours
+    }
+
+
+def test_what_works_on_the_host_is_exported_and_has_its_own_test():
+    here = pathlib.Path(__file__)
+    tests = (test for test in here.parent.rglob("test_*.py") if test != here)
+    tested = set().union(*map(used_by, tests))
+    assert sorted(HOST - set(exported())) == []
+    assert sorted(HOST & set(PROBES)) == []
+    assert [name for name in sorted(HOST) if name.split(".")[1] not in tested] == []
 
 
 def numbers(tree):

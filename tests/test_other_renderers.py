@@ -22,10 +22,10 @@ import pytest
 from firstorder.checks.statistics import z_test
 from firstorder.numerics.quadrature import gauss_legendre
 from firstorder.space import Receiver, receiver
+from firstorder.space._geometry_term import coupling
 from firstorder.space.bounces.radiosity import rectangle_irradiance
 from firstorder.space.direct_lighting import irradiance
-from firstorder.space.geometry_term import coupling
-from firstorder.space.library import j12_box, sphere_over_plane
+from firstorder.space.library._scenes import j12_box, sphere_over_plane
 
 X = np.array([0.1, 0.25, 0.4, 0.6, 0.9])  # on the floor of the box, y = 0.35
 Y = 0.35

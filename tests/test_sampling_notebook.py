@@ -17,11 +17,11 @@ import json, sys
 sys.path.insert(0, {folder!r})
 import image_on_a_budget as notebook
 import jax, jax.numpy as jnp, numpy as np
-from firstorder.space import Scene, receiver, rectangle, thing
+from firstorder.space import Scene, primitive, receiver, rectangle
 from firstorder.space.direct_lighting import irradiance
 
 _, defs = notebook.app.run(defs={{"size": 48}})
-view, labels, points, truth = (defs[k] for k in ("view", "labels", "floor_points", "truth"))
+labels, points, truth = (defs[k] for k in ("labels", "floor_points", "truth"))
 start = (500, notebook.BY_ALL, 1.5, 1.0)
 others = [(900, *start[1:]), (500, notebook.EVEN, *start[2:]),
           (500, notebook.BY_DIFFERENCES, *start[2:]), (500, notebook.BY_LIGHT, *start[2:]),
@@ -31,16 +31,16 @@ assert len(set(pictures)) == len(pictures), "a slider changes nothing"
 assert all(p[1:4] == b"PNG" for p in pictures)
 
 def errors(*sliders):
-    now = notebook.painted(view, labels, points, sliders)
+    now = notebook.painted(labels, points, sliders)
     return [float(np.sqrt(np.mean(a**2))) for a in (now["image"] - truth, now["expected"])]
 
 print(json.dumps([errors(*s) for s in (start, *others[:2])]))
-light = view.light
-lamp = thing(rectangle(light.center, light.u, light.v), emission=(light.radiance, 0.0))
-scene = Scene.of(*notebook.things(), lamp)
+light = notebook.LIGHT
+lamp = primitive(rectangle(light.center, light.u, light.v), emission=(light.radiance, 0.0))
+scene = Scene.of(*notebook.THINGS, lamp)
 some = points[:: len(points) // 60]
 E = jax.lax.map(lambda x: irradiance(scene, receiver(x, on=scene.named("floor")[0])), some)
-found = truth[labels == view.floor][:: len(points) // 60]
+found = truth[labels == notebook.FLOOR][:: len(points) // 60]
 print(json.dumps([np.asarray(E).tolist(), found.tolist()]))
 """
 

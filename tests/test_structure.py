@@ -17,7 +17,7 @@ import pytest
 import firstorder
 from derivations.ledger import rows
 from firstorder import laws, transport
-from firstorder.checks.registry import cases
+from firstorder.checks.registry import all_cases
 
 ROOT = pathlib.Path(__file__).parent.parent
 SOURCE = ROOT / "src" / "firstorder"
@@ -41,9 +41,7 @@ ABOVE = ("checks", "plotting", "io", "rendering", "cli")
 RANK = {name: rank for rank, layer in enumerate(LAYERS) for name in layer}
 
 # Imports inside a function that run against the order or around a circle, each with its reason.
-EXCEPTIONS = {
-    ("fields.sources", "transport.events.travel"): "a light at a height has travelled",
-}
+EXCEPTIONS: dict[tuple[str, str], str] = {}
 # Only io reads files (CONTRIBUTING): packages that do so, and that nobody else may import.
 READERS = {"trimesh", "embreex", "OpenEXR", "imageio", "svgelements", "xml", "tomllib", "csv"}
 
@@ -103,7 +101,7 @@ def test_imports_run_one_way():
     [
         ("laws.move", "fields.jet", False),
         ("fields.jet", "laws.move", True),
-        ("transport.path", "checks.squares", True),
+        ("transport.event", "checks.squares", True),
         ("checks.squares", "transport", False),
         ("flatland.scene", "space.scene", True),
         ("numerics.quadrature", "sampling.strata", True),
@@ -156,7 +154,7 @@ def implementing():
 
 def mirrored(name):
     """Where the derivation and the test of a module belong."""
-    *folders, stem = name.split(".")
+    *folders, stem = (part.lstrip("_") for part in name.split("."))
     derivation = ROOT.joinpath("derivations", *folders, f"{stem}.py")
     return derivation, ROOT.joinpath("tests", *folders, f"test_{stem}.py")
 
@@ -179,13 +177,103 @@ def public_names(path):
 
 @pytest.mark.parametrize("name", [name for name, is_package in modules() if not is_package])
 def test_every_module_has_a_test(name):
-    """One at the mirrored path, or a test or registered case that uses something it defines."""
+    """One at the mirrored path, or a test or registered case that uses something it defines.
+
+    A private module is tested through the modules of its chapter that import it.
+    """
     if mirrored(name)[1].exists() or ".cases." in f".{name}.":
         return
-    files = {*ROOT.glob("tests/**/*.py"), *SOURCE.glob("checks/cases/*.py")}
+    if name.rpartition(".")[2].startswith("_"):
+        chapter, _, stem = f"firstorder.{name}".rpartition(".")
+        wanted = [rf"from {chapter}\.{stem}\b", rf"from {chapter} import [^#]*?\b{stem}\b"]
+        texts = [path_of(*module).read_text(encoding="utf-8") for module in modules()]
+        assert any(re.search(w, text) for w in wanted for text in texts), "nobody imports it"
+        return
+    files = {*ROOT.glob("tests/**/*.py"), *SOURCE.glob("checks/cases/**/*.py")}
     files -= {pathlib.Path(__file__), *ROOT.glob("tests/probes/*.py")}  # they name everything
     words = set(re.findall(r"\w+", " ".join(f.read_text(encoding="utf-8") for f in files)))
     assert public_names(path_of(name, False)) & words
+
+
+# --- the public surface ------------------------------------------------------------------------
+
+# Classes of the same name in flatland and in space, on purpose: one teaches the other.
+TWINS = {
+    "ConstantSky",
+    "GaussianSky",
+    "Hits",
+    "LightField",
+    "Material",
+    "PanoramaSky",
+    "Primitive",
+    "Receiver",
+    "Scene",
+    "Strata",
+}
+MOST_IN_A_FOLDER = 20
+# Functions that share the name of a module of their package, and the reason.
+NAMESAKES = {("space", "receiver"): "the older spelling of `Receiver.at`, which many scripts call"}
+
+
+def private(name):
+    return any(part.startswith("_") for part in name.split("."))
+
+
+def surface():
+    """Public names by the public module that defines them."""
+    for name, is_package in modules():
+        if not (is_package or private(name) or ".cases." in name or name == "cli"):
+            for public in sorted(public_names(path_of(name, False))):
+                yield name, public
+
+
+def exported_above(name):
+    """What the packages export that a module lies in; a root module exports what it defines."""
+    folders = name.split(".")[:-1]
+    packages = [".".join(folders[: i + 1]) for i in range(len(folders))]
+    return {
+        n
+        for p in packages
+        for n in getattr(importlib.import_module(f"firstorder.{p}"), "__all__", ())
+    }
+
+
+def test_every_public_name_is_exported_by_its_package():
+    missing = [f"{m}.{n}" for m, n in surface() if "." in m and n not in exported_above(m)]
+    assert missing == []
+
+
+def test_no_class_name_stands_twice_but_for_the_twins_of_the_two_worlds():
+    places = {}
+    for module, name in surface():
+        if name[0].isupper():
+            places.setdefault(name, []).append(module.split(".")[0])
+    twice = {name: sorted(where) for name, where in places.items() if len(where) > 1}
+    assert {n for n, where in twice.items() if where != ["flatland", "space"]} == set()
+    assert set(twice) <= TWINS
+
+
+def test_no_function_takes_the_name_of_a_module_away():
+    for name, is_package in modules():
+        if is_package:
+            package = importlib.import_module(f"firstorder.{name}")
+            inside = {info.name for info in pkgutil.iter_modules(package.__path__)}
+            taken = {
+                n
+                for n in inside & set(getattr(package, "__all__", ()))
+                if not inspect.ismodule(getattr(package, n))
+            }
+            taken -= {n for package, n in NAMESAKES if package == name}
+            assert not taken, f"{name}: {sorted(taken)}"
+
+
+def test_a_folder_is_a_chapter():
+    crowded = {
+        folder: count
+        for folder in (p.parent for p in SOURCE.rglob("__init__.py"))
+        if (count := len([e for e in folder.iterdir() if e.name[:2] != "__"])) > MOST_IN_A_FOLDER
+    }
+    assert set(crowded) <= {SOURCE}, crowded
 
 
 # --- every law and event has its squares -------------------------------------------------------
@@ -201,7 +289,7 @@ def concrete(module, base):
 
 def stepped():
     """Classes of all steps that have squares; those of a chain each count."""
-    steps = [case.step for case in cases().values()]
+    steps = [case.step for case in all_cases().values()]
     events = [e for step in steps if isinstance(step, transport.Chain) for e in step.events]
     return {type(step) for step in [*steps, *events]}
 
@@ -215,10 +303,16 @@ def test_every_exported_law_and_event_has_a_case(step):
     assert step in stepped()
 
 
-def test_every_case_file_belongs_to_a_law_or_an_event():
-    names = [f.stem for f in SOURCE.glob("checks/cases/*.py") if f.stem != "__init__"]
-    assert names
-    assert all(n.startswith(("law_", "transport_", "visibility_", "method_")) for n in names), names
+def test_every_case_file_lies_in_a_folder_of_its_kind():
+    folder = SOURCE / "checks" / "cases"
+    assert {f.name for f in folder.glob("*.py")} == {"__init__.py"}
+    assert {f.parent.name for f in folder.glob("*/*.py")} == {
+        "laws",
+        "moves",
+        "products",
+        "scenes",
+        "space",
+    }
 
 
 # --- what importing costs ----------------------------------------------------------------------

@@ -29,12 +29,12 @@ def predicted_bands(d, k, theta, cutoff=1.0, environment=2.0, factor=None):
     """
     import jax.numpy as jnp
 
-    from firstorder.bandwidth import BandLimit, after
+    from firstorder.bandwidth import BandLimit, band_limit_after
     from firstorder.transport import Curvature, Incidence, Mirror, Outgoing, ToSlope, Travel
 
     def met(band, *events):
         for event in events:
-            band = after(event.law(band.frame), band)
+            band = band_limit_after(event.law(band.frame), band)
         return band
 
     bands = {"environment": met(BandLimit.box((0.0, environment)), Incidence(theta))}

@@ -53,7 +53,7 @@ ROWS = [
     Row(
         "D05.s6.2b",
         "identity",
-        implements="firstorder.bandwidth.band_limits.after",
+        implements="firstorder.bandwidth.band_limits.band_limit_after",
         symbolic=after_curvature,
         autodiff=na("spectral"),
         fourier=Check(lambda: spectrum_error("curvature"), 1e-9),
@@ -75,7 +75,7 @@ ROWS = [
     Row(
         "D05.s6.2d",
         "identity",
-        implements="firstorder.bandwidth.band_limits.after",
+        implements="firstorder.bandwidth.band_limits.band_limit_after",
         symbolic=leaving,
         autodiff=na("spectral"),
         fourier=Check(lambda: spectrum_error("outwards"), 1e-9),

@@ -112,15 +112,15 @@ def densities():
 def _seen(distance, S, theta):
     import jax.numpy as jnp
 
-    from firstorder.bandwidth.pixel_rates import Seen
+    from firstorder.imaging.hits import GBuffer
 
     up, one = jnp.array([0.0, 0.0, 1.0]), jnp.ones(())
-    return Seen(0.0 * up, up, up, distance * one, np.cos(theta) * one, jnp.asarray(S))
+    return GBuffer(0.0 * up, up, up, distance * one, np.cos(theta) * one, jnp.asarray(S))
 
 
 def by_rays(gloss: bool) -> float:
     """Maps against the spectral norms of turns of traced rays."""
-    from firstorder.bandwidth.pixel_rates import diffuse_map, glossy_map
+    from firstorder.bandwidth.pixel_rates import diffuse_bandwidth_map, glossy_bandwidth_map
 
     worst = 0.0
     for D, S, theta, s in space.configurations(20, seed=3):
@@ -128,9 +128,9 @@ def by_rays(gloss: bool) -> float:
         at, cutoff, light = _seen(D, S, theta), 1.3, 0.7
         apart, moved = (np.linalg.norm(M, 2) for M in (lobe - blocker, blocker))
         if gloss:
-            ours, true = glossy_map(cutoff, at, s, light), apart * cutoff + moved * light
+            ours, true = glossy_bandwidth_map(cutoff, at, s, light), apart * cutoff + moved * light
         else:
-            ours = diffuse_map(cutoff, at, s, light)
+            ours = diffuse_bandwidth_map(cutoff, at, s, light)
             true = np.linalg.norm(lobe, 2) * cutoff + moved * (cutoff + light)
         worst = max(worst, float(abs(float(ours) - true) / true))
     return worst
@@ -141,9 +141,9 @@ def by_slices(gloss: bool) -> float:
 
     A window of 2 mrad has peaks 80 cycles per radian wide, at 1,500 and more.
     """
-    from firstorder.bandwidth.pixel_rates import diffuse_map, glossy_map
+    from firstorder.bandwidth.pixel_rates import diffuse_bandwidth_map, glossy_bandwidth_map
 
-    worst, own = 0.0, glossy_map if gloss else diffuse_map
+    worst, own = 0.0, glossy_bandwidth_map if gloss else diffuse_bandwidth_map
     for k, (D, S, theta, s) in enumerate(space.configurations(3, seed=8, bump=not gloss)):
         s = 0.0 if gloss and k == 0 else s
         cutoff, light = 1500.0, 900.0
@@ -154,12 +154,12 @@ def by_slices(gloss: bool) -> float:
 
 
 def changes() -> float:
-    """Light that rays lose and gain, counted behind random blockers, against `mean_slope`.
+    """Light that rays lose and gain behind random blockers, against `mean_inverse_distance`.
 
     Directions in 40 sectors; in each, edges anywhere in equal strata and a depth of its own; the
     receiver moves across all of them by 2 micrometres: few edges pass a ray twice.
     """
-    from firstorder.bandwidth.pixel_rates import mean_slope
+    from firstorder.bandwidth.pixel_rates import mean_inverse_distance
 
     rng = np.random.default_rng(2)
     sectors, edges, rays, step = 40, 60, 100000, 2e-6
@@ -172,19 +172,19 @@ def changes() -> float:
         taken += g * np.mean(before != after)
     rate = taken / np.sum(weight) / step
     density = edges / wide
-    ours = float(mean_slope(np.asarray(depths), np.asarray(weight))) * density
+    ours = float(mean_inverse_distance(np.asarray(depths), np.asarray(weight))) * density
     return abs(rate - ours) / ours
 
 
 def best_split() -> float:
-    """Where samples are best spent between two waves, bilinear on grids, against `density`."""
-    from firstorder.bandwidth.pixel_rates import density
+    """The best split of samples between two waves, bilinear on grids: `sampling_density`."""
+    from firstorder.bandwidth.pixel_rates import sampling_density
 
     B = np.array([0.02, 0.05])  # cycles per pixel, in equal areas
     splits = np.linspace(0.1, 0.6, 201)
     steps = np.sqrt(1.0 / np.stack([splits, 1.0 - splits]))  # of grids with these shares
     errors = sum(_wave_error(b, h) for b, h in zip(B, steps, strict=True))
-    ours = density(B, power=4.0 / 3.0, even=0.0)
+    ours = sampling_density(B, power=4.0 / 3.0, even=0.0)
     share = ours[0] / np.sum(ours)
     return abs(splits[np.argmin(errors)] - share) / share
 
@@ -207,7 +207,7 @@ ROWS = [
     Row(
         "C.bandwidth.glossy",
         "identity",
-        implements="firstorder.bandwidth.pixel_rates.glossy_map",
+        implements="firstorder.bandwidth.pixel_rates.glossy_bandwidth_map",
         symbolic=blocker_in_the_mirror,
         autodiff=na("two routes"),
         fourier=Check(lambda: by_slices(gloss=True), 1e-2),
@@ -217,7 +217,7 @@ ROWS = [
     Row(
         "C.bandwidth.diffuse",
         "identity",
-        implements="firstorder.bandwidth.pixel_rates.diffuse_map",
+        implements="firstorder.bandwidth.pixel_rates.diffuse_bandwidth_map",
         symbolic=lambda: [*normal_of_the_eye(), *blocker_anywhere()],
         autodiff=na("two routes"),
         fourier=Check(lambda: by_slices(gloss=False), 1e-2),
@@ -227,7 +227,7 @@ ROWS = [
     Row(
         "C.bandwidth.slope",
         "identity",
-        implements="firstorder.bandwidth.pixel_rates.mean_slope",
+        implements="firstorder.bandwidth.pixel_rates.mean_inverse_distance",
         symbolic=slopes_weigh_changes,
         autodiff=na("no derivative"),
         fourier=na("one route"),
@@ -238,7 +238,7 @@ ROWS = [
     Row(
         "C.bandwidth.density",
         "identity",
-        implements="firstorder.bandwidth.pixel_rates.density",
+        implements="firstorder.bandwidth.pixel_rates.sampling_density",
         symbolic=densities,
         autodiff=na("no derivative"),
         fourier=na("one route"),

@@ -104,11 +104,11 @@ def bound_is_kept() -> float:
     import jax
     import jax.numpy as jnp
 
-    from firstorder.caching import curvature, expected_error
+    from firstorder.caching import expected_error, hessian_norm
 
     H = np.concatenate([matrices(200, 8), 2.0 * np.eye(2)[None], np.diag([1.0, -1.0])[None]])
     R = 0.8
-    bound = jax.jit(lambda H: expected_error(curvature(H), R, dims=2))(jnp.asarray(H))
+    bound = jax.jit(lambda H: expected_error(hessian_norm(H), R, dims=2))(jnp.asarray(H))
     found = np.array([integrated(h, np.eye(2) / R) for h in H]) / np.asarray(bound)
     reached = abs(found[-2] - 1.0) + abs(found[-1] - 2.0 / np.pi) * (found[-1] < 0.63)
     return float(max(np.max(found) - 1.0, 0.0) + reached + max(0.470523 - np.min(found), 0.0))
@@ -386,7 +386,7 @@ ROWS = [
     Row(
         "C.cache.third",
         "identity",
-        implements="firstorder.caching.third_curvature",
+        implements="firstorder.caching.third_derivative_norm",
         symbolic=disc_of_a_cubic,
         autodiff=Check(growth_of_a_cubic, 2e-3),
         fourier=na("no spectrum"),

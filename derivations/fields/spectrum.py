@@ -16,7 +16,7 @@ from derivations.ledger import Check, Row, na
 from firstorder.checks.cases import FREQUENCIES, GRID, bell, light
 from firstorder.checks.tolerance import fitted_order, normwise
 from firstorder.conventions import Frame
-from firstorder.fields import Box, Grid, Sampled, discrete_transform, gaussian
+from firstorder.fields import BoxProfile, Grid, Spline, discrete_transform, gaussian
 from firstorder.laws import Multiply
 
 # Definition ------------------------------------------------------------------------------------
@@ -163,10 +163,10 @@ def fall_of_fields() -> float:
     At Omega = (m + 1/2) / size every jump's wave adds up, so the envelope is met exactly.
     """
     Omega = np.array([4.5, 8.5, 16.5, 32.5, 64.5])
-    box = np.array([abs(Box(0.5).transform(jnp.asarray(w))) for w in Omega])
+    box = np.array([abs(BoxProfile(0.5).transform(jnp.asarray(w))) for w in Omega])
     hat = np.zeros(9)
     hat[4] = 1.0
-    spline = Sampled(hat, Grid((9,), (1.0,)), Frame(("x",)))
+    spline = Spline(hat, Grid((9,), (1.0,)), Frame(("x",)))
     # One sample spreads over all coefficients; divide by their sum of waves, which does not fall.
     bell = np.abs(spline.spectrum()(Omega)) * (4.0 + 2.0 * np.cos(2 * np.pi * Omega)) / 6.0
     return max(abs(fitted_order(Omega, box) + 1), abs(fitted_order(Omega, bell) + 4))

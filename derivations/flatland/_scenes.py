@@ -99,17 +99,17 @@ def built(name):
     """The scene, its radiance function (or None) for the library's forms."""
     import jax.numpy as jnp
 
-    from firstorder.flatland import Circles, Scene, Segments, thing
+    from firstorder.flatland import Circles, Scene, Segments, primitive
 
-    floor = thing(Segments((-1.0, 0.0), (1.0, 0.0)), name="floor")
-    lamp = thing(Segments((LIGHT[1], 1.0), (LIGHT[0], 1.0)), name="lamp", emission=1.0)
+    floor = primitive(Segments((-1.0, 0.0), (1.0, 0.0)), name="floor")
+    lamp = primitive(Segments((LIGHT[1], 1.0), (LIGHT[0], 1.0)), name="lamp", emission=1.0)
     if name == "A":
         return Scene.of(floor, lamp), None
     if name == "B":
-        blocker = thing(Segments((BLOCKER[1], 0.5), (BLOCKER[0], 0.5)), name="blocker")
+        blocker = primitive(Segments((BLOCKER[1], 0.5), (BLOCKER[0], 0.5)), name="blocker")
         return Scene.of(floor, lamp, blocker), None
-    wall = thing(Segments((WALL[1], 1.0), (WALL[0], 1.0)), name="wall")
-    disc = thing(Circles(CENTRE, RADIUS), name="disc")
+    wall = primitive(Segments((WALL[1], 1.0), (WALL[0], 1.0)), name="wall")
+    disc = primitive(Circles(CENTRE, RADIUS), name="disc")
 
     def radiance(index, s, front, along):
         x = WALL[1] + s * (WALL[0] - WALL[1])

@@ -145,7 +145,7 @@ def differences(pair, order):
 def brute_force(order) -> float:
     """The library against the differences, all pairs."""
     from firstorder.checks.tolerance import normwise
-    from firstorder.flatland.geometry_term import geometry_jet
+    from firstorder.flatland._geometry_term import geometry_jet
 
     worst = 0.0
     for pair in PAIRS:
@@ -161,7 +161,7 @@ def autodiff(order) -> float:
     import jax
 
     from firstorder.checks.tolerance import normwise
-    from firstorder.flatland.geometry_term import geometry_jet, geometry_term
+    from firstorder.flatland._geometry_term import geometry_jet, geometry_term
 
     x, a, y, b = (np.array(c) for c in zip(*PAIRS, strict=True))
     n, m = (np.stack([-np.sin(c), np.cos(c)], -1) for c in (a, b))
@@ -175,7 +175,7 @@ def angle_by_length() -> float:
     import jax
     import jax.numpy as jnp
 
-    from firstorder.flatland.geometry_term import geometry_term
+    from firstorder.flatland._geometry_term import geometry_term
 
     worst = 0.0
     for x, a, y, b in PAIRS:
@@ -190,14 +190,14 @@ def angle_by_length() -> float:
     return worst
 
 
-GRADIENT = {"implements": "firstorder.flatland.geometry_term.geometry_gradient"}
-HESSIAN = {"implements": "firstorder.flatland.geometry_term.geometry_hessian"}
+GRADIENT = {"implements": "firstorder.flatland._geometry_term.geometry_gradient"}
+HESSIAN = {"implements": "firstorder.flatland._geometry_term.geometry_hessian"}
 
 ROWS = [
     Row(
         "J12.26",
         "identity",
-        implements="firstorder.flatland.geometry_term.geometry_term",
+        implements="firstorder.flatland._geometry_term.geometry_term",
         symbolic=lambda: [*term(), curved_neighbours()],
         autodiff=Check(angle_by_length, 1e-13),
         fourier=na("no spectrum"),

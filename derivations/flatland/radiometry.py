@@ -41,7 +41,7 @@ RADIANCE = {"3D": W / (m**2 * sr), "2D": W / (m * rad)}
 
 def table_disagrees() -> float:
     """How many rows of the library's table differ from the printed units, but for Q_lambda."""
-    from firstorder.flatland.radiometry import TABLE_I
+    from firstorder.flatland._radiometry import TABLE_I
 
     return float(sum(not q.agrees for q in TABLE_I if q.symbol != "Q_lambda"))
 
@@ -58,7 +58,7 @@ def wavelength_rescaled() -> float:
 
 
 UNITS = {
-    "implements": "firstorder.flatland.radiometry.TABLE_I",
+    "implements": "firstorder.flatland._radiometry.TABLE_I",
     "autodiff": na("definition"),
     "fourier": na("definition"),
     "brute_force": Check(table_disagrees, 0.0),
@@ -69,7 +69,7 @@ UNITS = {
 
 def counted(angle) -> float:
     """Parallel photons that meet a tilted piece of curve, counted, against the library."""
-    from firstorder.flatland.radiometry import foreshortening
+    from firstorder.flatland._radiometry import foreshortening
 
     n = 200_000
     across = (np.arange(n) + 0.5) / n * 2.0 - 1.0  # photons one 2/n apart across the beam
@@ -106,13 +106,13 @@ def crossed_strings() -> float:
     """(14): flux from the light of scene A to its floor, against Hottel's strings."""
     import equinox as eqx
 
-    from firstorder.flatland.radiometry import flux
+    from firstorder.flatland._radiometry import incident_flux
 
     def string(a, b):
         return np.hypot(a - b, 1.0)
 
     strings = string(-1, 0.5) + string(1, -0.5) - string(-1, -0.5) - string(1, 0.5)
-    ours = eqx.filter_jit(lambda scene: flux(scene, 0))(_scene("A"))
+    ours = eqx.filter_jit(lambda scene: incident_flux(scene, 0))(_scene("A"))
     return abs(float(ours) / strings - 1.0)
 
 
@@ -121,20 +121,22 @@ def crossed_strings() -> float:
 
 def exchanged() -> float:
     """Reciprocity of the library's BRDFs at random angles."""
-    from firstorder.flatland.radiometry import diffuse, glossy
+    from firstorder.flatland._radiometry import diffuse_brdf, phong_brdf
 
     a, b = np.random.default_rng(1).uniform(-1.5, 1.5, (2, 200))
-    fs = [diffuse(0.7), glossy(0.6, 0.0), glossy(0.6, 3.5), glossy(0.6, 80.0)]
+    fs = [diffuse_brdf(0.7), phong_brdf(0.6, 0.0), phong_brdf(0.6, 3.5), phong_brdf(0.6, 80.0)]
     return max(float(np.max(np.abs(np.asarray(f(a, b)) - np.asarray(f(b, a))))) for f in fs)
 
 
 def albedos(exponents=(0.0, 1.0, 3.5, 40.0), n=20001):
     """Share reflected of light from each of 41 angles, by the midpoint rule."""
-    from firstorder.flatland.radiometry import glossy
+    from firstorder.flatland._radiometry import phong_brdf
 
     o = (np.arange(n) + 0.5) / n * np.pi - np.pi / 2
     ws = np.linspace(-1.57, 1.57, 41)
-    out = [np.asarray(glossy(1.0, k)(ws[:, None], o)) @ np.cos(o) * np.pi / n for k in exponents]
+    out = [
+        np.asarray(phong_brdf(1.0, k)(ws[:, None], o)) @ np.cos(o) * np.pi / n for k in exponents
+    ]
     return ws, np.array(out)
 
 
@@ -162,15 +164,24 @@ def _reflections(lobe: bool):
     import jax
 
     from firstorder.flatland import Receiver, irradiance
-    from firstorder.flatland.radiometry import diffuse, glossy, reflected, reflected_over_curves
+    from firstorder.flatland._radiometry import (
+        diffuse_brdf,
+        phong_brdf,
+        reflected_radiance,
+        reflected_radiance_over_curves,
+    )
 
     scene, at = _scene("B"), Receiver((0.35, 0.0), 0.2)
-    brdf = glossy(0.6, 5.0) if lobe else diffuse(0.7)
+    brdf = phong_brdf(0.6, 5.0) if lobe else diffuse_brdf(0.7)
 
     @jax.jit
     def both(out):
-        by_angle = reflected(scene, at, out, brdf)
-        return by_angle, reflected_over_curves(scene, at, out, brdf, 20_000), irradiance(scene, at)
+        by_angle = reflected_radiance(scene, at, out, brdf)
+        return (
+            by_angle,
+            reflected_radiance_over_curves(scene, at, out, brdf, 20_000),
+            irradiance(scene, at),
+        )
 
     return [float(v) for v in both(-0.4)], ray_sum(brdf, -0.4)
 
@@ -201,7 +212,7 @@ def furnace_filled(share) -> float:
 
 DEFINED = {"autodiff": na("definition"), "fourier": na("definition")}
 PLAIN = {"autodiff": na("no derivative"), "fourier": na("no spectrum")}
-BOOK = "firstorder.flatland.radiometry."
+BOOK = "firstorder.flatland._radiometry."
 LEFT_OUT = {**DEFINED, "brute_force": na("definition")}
 
 
@@ -257,7 +268,7 @@ ROWS = [
     Row(
         "J12.14",
         "identity",
-        implements=BOOK + "flux",
+        implements=BOOK + "incident_flux",
         symbolic=lambda: [even_light()[0], *strings_derived()],
         **PLAIN,
         brute_force=Check(crossed_strings, 1e-12),
@@ -275,7 +286,7 @@ ROWS = [
     Row(
         "J12.20",
         "definition",
-        implements=BOOK + "glossy",
+        implements=BOOK + "phong_brdf",
         symbolic=na("definition"),
         **DEFINED,
         brute_force=Check(exchanged, 0.0),
@@ -284,7 +295,7 @@ ROWS = [
     Row(
         "J12.22",
         "definition",
-        implements=BOOK + "glossy",
+        implements=BOOK + "phong_brdf",
         symbolic=lambda: [diffuse_energy()[1], *lobe()],
         **DEFINED,
         brute_force=Check(energy, 1e-4),
@@ -300,7 +311,7 @@ ROWS = [
     Row(
         "J12.24",
         "identity",
-        implements=BOOK + "reflected",
+        implements=BOOK + "reflected_radiance",
         symbolic=reflected_moments,
         **PLAIN,
         brute_force=Check(by_rays, 1e-4),
@@ -308,7 +319,7 @@ ROWS = [
     Row(
         "J12.25",
         "misprint",
-        implements=BOOK + "outgoing",
+        implements=BOOK + "outgoing_radiance",
         symbolic=furnace,
         **PLAIN,
         brute_force=Check(lambda: abs(furnace_filled(0.3) - 1.0), 1e-12),
@@ -324,7 +335,7 @@ ROWS = [
     Row(
         "J12.27",
         "identity",
-        implements=BOOK + "reflected_over_curves",
+        implements=BOOK + "reflected_radiance_over_curves",
         symbolic=subtended,
         **PLAIN,
         brute_force=Check(by_curves, 2e-4),
@@ -333,7 +344,7 @@ ROWS = [
     Row(
         "J12.31",
         "identity",
-        implements=BOOK + "reflected",
+        implements=BOOK + "reflected_radiance",
         symbolic=diffuse_leaves,
         **PLAIN,
         brute_force=Check(by_irradiance, 1e-8),
@@ -341,7 +352,7 @@ ROWS = [
     Row(
         "J12.32",
         "identity",
-        implements=BOOK + "diffuse",
+        implements=BOOK + "diffuse_brdf",
         symbolic=diffuse_leaves,
         **PLAIN,
         brute_force=Check(by_irradiance, 1e-8),

@@ -98,36 +98,36 @@ def sampled_rainbow(inside: int, index: float = 4.0 / 3.0) -> float:
 
 
 def rainbow_error() -> float:
-    from firstorder.flatland.refraction import rainbow
+    from firstorder.flatland.refraction import rainbow_incidence
 
-    return max(abs(sampled_rainbow(m) - np.sin(rainbow(4.0 / 3.0, m))) for m in (1, 2))
+    return max(abs(sampled_rainbow(m) - np.sin(rainbow_incidence(4.0 / 3.0, m))) for m in (1, 2))
 
 
 @functools.cache
 def glass(inside: int = 0, index: float = INDEX):
-    from firstorder.flatland import Circles, Scene, Segments, thing
-    from firstorder.flatland.refraction import Beam, Lens, through
+    from firstorder.flatland import Circles, Scene, Segments, primitive
+    from firstorder.flatland.refraction import Beam, Caustic, through_body
 
-    ball = thing(Circles((0.0, 0.0), 1.0), ior=index)
-    screen = thing(Segments((2.0, 1.25), (-2.0, 1.25)), name="screen")
-    path = through(1, inside=inside)
-    return Lens(Scene.of(screen, ball), Beam((0.0, -3.0), 0.0), path, 0, -0.999, 0.999)
+    ball = primitive(Circles((0.0, 0.0), 1.0), ior=index)
+    screen = primitive(Segments((2.0, 1.25), (-2.0, 1.25)), name="screen")
+    path = through_body(1, inside=inside)
+    return Caustic(Scene.of(screen, ball), Beam((0.0, -3.0), 0.0), path, 0, -0.999, 0.999)
 
 
 def turning_error() -> float:
     """Slope of the outgoing angle at the rainbow's ray, by automatic differentiation."""
     import jax
 
-    from firstorder.flatland.refraction import follow, rainbow
+    from firstorder.flatland.refraction import rainbow_incidence, trace_path
 
     lens = glass(1, 4.0 / 3.0)
 
     def angle(q):
-        u = follow(lens.scene, lens.path, *lens.light.ray(q)).along
+        u = trace_path(lens.scene, lens.path, *lens.light.ray(q)).along
         return u[0] / u[1]
 
     slope, scale = (
-        float(jax.jit(jax.grad(angle))(b)) for b in (np.sin(rainbow(4.0 / 3.0, 1)), 0.3)
+        float(jax.jit(jax.grad(angle))(b)) for b in (np.sin(rainbow_incidence(4.0 / 3.0, 1)), 0.3)
     )
     return abs(slope / scale)
 
@@ -136,9 +136,9 @@ def caustic_errors() -> tuple[float, float]:
     """Of the envelope behind the first surface: the library's, and that of neighbouring rays."""
     import jax
 
-    from firstorder.flatland.refraction import THROUGH, Beam, Lens
+    from firstorder.flatland.refraction import THROUGH, Beam, Caustic
 
-    lens = Lens(glass().scene, Beam((0.0, -3.0), 0.0), ((1, THROUGH),), 0, -0.9, 0.9)
+    lens = Caustic(glass().scene, Beam((0.0, -3.0), 0.0), ((1, THROUGH),), 0, -0.9, 0.9)
     b = np.array([0.1, 0.4, 0.7])
     cos_i, cos_t = np.sqrt(1.0 - b**2), np.sqrt(1.0 - (b / INDEX) ** 2)
     truth = INDEX * cos_t**2 / (INDEX * cos_t - cos_i)
@@ -163,7 +163,7 @@ ROWS = [
     Row(
         "C.refraction.rainbow",
         "identity",
-        "firstorder.flatland.refraction.rainbow",
+        "firstorder.flatland.refraction.rainbow_incidence",
         symbolic=least_deflection,
         autodiff=Check(turning_error, 1e-9),
         fourier=na("no spectrum"),
@@ -172,7 +172,7 @@ ROWS = [
     Row(
         "C.refraction.caustic",
         "identity",
-        "firstorder.flatland.refraction.Lens.envelope",
+        "firstorder.flatland.refraction.Caustic.envelope",
         symbolic=caustic_of_one_surface,
         autodiff=Check(lambda: caustic_errors()[0], 1e-11),
         fourier=na("no spectrum"),
@@ -181,7 +181,7 @@ ROWS = [
     Row(
         "C.refraction.energy",
         "identity",
-        "firstorder.flatland.refraction.reflectance",
+        "firstorder.flatland.refraction.fresnel_reflectance",
         symbolic=power,
         autodiff=na("no derivative"),
         fourier=na("no spectrum"),

@@ -124,9 +124,9 @@ def library(p, near):
     """
     import jax.numpy as jnp
 
-    from firstorder.imaging.bumps import bumped, chart
+    from firstorder.imaging._bumps import bumped, chart
+    from firstorder.imaging._reflection import reflected_radiance
     from firstorder.imaging.camera import Pinhole, image_gradient
-    from firstorder.imaging.reflection import reflected
     from firstorder.laws import VonMisesFisher, Zonal
 
     pinhole = Pinhole(jnp.asarray(EYE, p.dtype), jnp.asarray(camera(), p.dtype), GAMMA)
@@ -135,7 +135,10 @@ def library(p, near):
     uv = longitude_latitude(view.position)
     point = bumped(chart(ellipsoid, uv), lambda uv: height(ellipsoid(uv), jnp), uv)
     lobes = (None, Zonal(VonMisesFisher(our.SHARPNESS), 16, 32))
-    B = [reflected(lambda x, w: light(x, w, near, jnp), point, view.to_eye, k) for k in lobes]
+    B = [
+        reflected_radiance(lambda x, w: light(x, w, near, jnp), point, view.to_eye, k)
+        for k in lobes
+    ]
     values, gradients = [b.value for b in B], [image_gradient(view, point, b) for b in B]
     return jnp.stack(values), jnp.stack(gradients), (view, point, B)
 

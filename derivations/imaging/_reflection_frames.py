@@ -43,7 +43,7 @@ def framed():
     import jax
     import jax.numpy as jnp
 
-    from firstorder.imaging.reflection import in_frame
+    from firstorder.imaging._reflection import in_frame
 
     x, axes, S, w, _ = arrays()
     L_x, L_w = jax.grad(jax_light, (0, 1))(x, axes @ w)
@@ -92,7 +92,7 @@ def frame_differences(part: str) -> float:
 def principal():
     import jax.numpy as jnp
 
-    from firstorder.imaging.reflection import turning_of_directions
+    from firstorder.imaging._reflection import turning_of_directions
 
     axes, kappas = our.principal_frame(our.PLACE)
     ours = turning_of_directions(*map(jnp.asarray, (axes, np.diag(kappas), our.LOCAL)))

@@ -98,11 +98,11 @@ def _short_cuts():
     import jax
     import jax.numpy as jnp
 
-    from firstorder.imaging.reflection import direct_extension, reflected, surface_point
+    from firstorder.imaging._reflection import direct_extension, reflected_radiance, surface_point
 
     def both(x, axes, S, v):
         point = surface_point(x, axes, S)
-        B = reflected(_jax_distant, point, v)
+        B = reflected_radiance(_jax_distant, point, v)
         return jnp.stack([*(direct_extension(B, point, v, S, r) for r in READINGS), B.spatial])
 
     return jax.jit(jax.vmap(both))

@@ -12,7 +12,7 @@ from derivations.imaging import _surfaces as our
 from derivations.ledger import Check, Row, na
 from firstorder.checks.tolerance import normwise
 
-MODULE = "firstorder.imaging.bumps"
+MODULE = "firstorder.imaging._bumps"
 u, v = sp.symbols("u v", real=True)
 ORIGIN = {u: 0, v: 0}
 
@@ -119,7 +119,7 @@ PLACE = np.array([0.7, 0.4])
 
 
 def _chart(uv):
-    from firstorder.imaging.bumps import chart
+    from firstorder.imaging._bumps import chart
 
     return chart(bumpy.ellipsoid, uv)
 
@@ -143,7 +143,7 @@ def points():
     import jax
     import jax.numpy as jnp
 
-    from firstorder.imaging.bumps import bumped, normal_mapped
+    from firstorder.imaging._bumps import bumped, normal_mapped
 
     def bump(uv):
         return bumped(_chart(uv), _height, uv)

@@ -13,7 +13,7 @@ from derivations.imaging import _surfaces as our
 from derivations.ledger import Check, Counterexample, Row, na
 from firstorder.checks.tolerance import normwise
 
-MODULE = "firstorder.imaging.reflection"
+MODULE = "firstorder.imaging._reflection"
 
 # --- numeric: reflected light against autodiff and against differences ----------------------------
 
@@ -24,14 +24,16 @@ def _reflected(through: str = "kernel"):
     import jax
     import jax.numpy as jnp
 
-    from firstorder.imaging.reflection import mirrored, reflected, surface_point
+    from firstorder.imaging._reflection import mirrored, reflected_radiance, surface_point
     from firstorder.laws import VonMisesFisher, Zonal
 
     x, axes, S, _, v = frames.arrays()
     lobe = Zonal(VonMisesFisher(our.SHARPNESS), 16, 32)
 
     def both(x, axes, S, v):
-        B = reflected(frames.jax_light, surface_point(x, axes, S), v, lobe, through=through)
+        B = reflected_radiance(
+            frames.jax_light, surface_point(x, axes, S), v, lobe, through=through
+        )
 
         def value(step, turn):
             y, frame = frames.jax_moved(step)
@@ -75,7 +77,7 @@ def _fixed_centre_autodiff() -> float:
     import jax
     import jax.numpy as jnp
 
-    from firstorder.imaging.reflection import mirrored
+    from firstorder.imaging._reflection import mirrored
     from firstorder.laws import VonMisesFisher, Zonal
 
     x, axes, _, _, v = frames.arrays()
@@ -178,7 +180,7 @@ ROWS = [
     Row(
         "R07.fn6",
         "over-claim",
-        implements=f"{MODULE}.Reflected",
+        implements=f"{MODULE}.ReflectedRadiance",
         symbolic=proofs.tangents_are_not_orthogonal,
         autodiff=Check(lambda: reflected_autodiff("angular"), 1e-10),
         fourier=FLAT,
@@ -206,21 +208,21 @@ ROWS = [
         note="True by name if the tangents at M w are called -M u. In (theta, phi) nothing is "
         "negated: the half turn adds pi to phi.",
     ),
-    Row("R07.64", "definition", implements=f"{MODULE}.reflected", **NOTHING),
+    Row("R07.64", "definition", implements=f"{MODULE}.reflected_radiance", **NOTHING),
     Row(
         "R07.65",
         "identity",
-        implements=f"{MODULE}.reflected",
+        implements=f"{MODULE}.reflected_radiance",
         symbolic=lambda: proofs.convolution_by_hand()[0],
         autodiff=Check(_fixed_centre_autodiff, 1e-10),
         fourier=FLAT,
         brute_force=Check(_fixed_normal_differences, 1e-10),
     ),
-    Row("R07.66", "definition", implements=f"{MODULE}.reflected", **NOTHING),
+    Row("R07.66", "definition", implements=f"{MODULE}.reflected_radiance", **NOTHING),
     Row(
         "R07.67",
         "identity",
-        implements=f"{MODULE}.reflected",
+        implements=f"{MODULE}.reflected_radiance",
         symbolic=lambda: proofs.convolution_by_hand()[1],
         autodiff=Check(_fixed_centre_autodiff, 1e-10),
         fourier=FLAT,
@@ -230,7 +232,7 @@ ROWS = [
     Row(
         "C.space.reflection",
         "identity",
-        implements=f"{MODULE}.reflected",
+        implements=f"{MODULE}.reflected_radiance",
         symbolic=lambda: [
             *proofs.mirrored_direction_turns_twice(),
             proofs.convolution_by_hand()[2],

@@ -151,8 +151,8 @@ def _adaptive_integral() -> float:
     """R07 (54) against adaptive quadrature of the Fourier integral, a route of its own."""
     from scipy.integrate import dblquad
 
-    from firstorder.checks.cases.law_move import brute
-    from firstorder.checks.registry import cases
+    from firstorder.checks.cases.laws.move import brute
+    from firstorder.checks.registry import all_cases
 
     Omega = np.array([0.31, -0.27])
 
@@ -162,7 +162,7 @@ def _adaptive_integral() -> float:
             -6.0, 6.0, -6.0, 6.0, epsabs=1e-11, epsrel=1e-11,
         )[0]  # fmt: skip
 
-    case = cases()["move"]
+    case = all_cases()["move"]
     ours = complex(case.step(case.field.spectrum())(*Omega))
     return abs(ours - (part(np.cos) - 1j * part(np.sin)))
 

@@ -77,11 +77,11 @@ def order_of_linearisation() -> float:
     """How far the fitted order of the displacement is from 2."""
     import jax.numpy as jnp
 
-    from firstorder.checks.registry import cases
+    from firstorder.checks.registry import all_cases
     from firstorder.checks.tolerance import fitted_order
 
     radii = np.array([0.2, 0.1, 0.05, 0.025])
-    warp, at = cases()["warp"].step, jnp.array([0.3, -0.4])
+    warp, at = all_cases()["warp"].step, jnp.array([0.3, -0.4])
     found = [float(warp.linearise(at, r).displacement) for r in radii]
     return abs(fitted_order(radii, found) - 2.0)
 

@@ -72,10 +72,10 @@ def _autodiff_along_great_circles() -> float:
     import jax
     import jax.numpy as jnp
 
-    from firstorder.laws.zonal import tangents
+    from firstorder.laws.zonal import _tangents
 
     law, light, w = _setting()
-    lines = jnp.array([[1.0, 0.0], [0.0, 1.0], [0.6, 0.8]]) @ jnp.stack(tangents(w))
+    lines = jnp.array([[1.0, 0.0], [0.0, 1.0], [0.6, 0.8]]) @ jnp.stack(_tangents(w))
 
     def along(r, e):
         return law.value(light, w * jnp.cos(r) + e * jnp.sin(r))
@@ -139,12 +139,12 @@ def _brute(w, k):
 def _brute_differences() -> float:
     """Gradient and Hessian along great circles by differences of sums over the sphere."""
     from derivations.squares import FIRST, SECOND
-    from firstorder.laws.zonal import tangents
+    from firstorder.laws.zonal import _tangents
 
     law, light, w = _setting()
     jet, w = law.jet(light, w), np.asarray(w)
     h, worst = 0.02, 0.0
-    for e in (np.asarray(tangents(w)[0]), np.asarray(tangents(w)[1])):
+    for e in (np.asarray(_tangents(w)[0]), np.asarray(_tangents(w)[1])):
         line = [_brute(w * np.cos(s) + e * np.sin(s), 7.0) for s in h * np.arange(-4, 5)]
         worst = max(worst, abs(FIRST @ line / h - e @ np.asarray(jet.gradient)))
         worst = max(worst, abs(SECOND @ line / h**2 - e @ np.asarray(jet.hessian) @ e))

@@ -9,7 +9,7 @@ import numpy as np
 import sympy as sp
 
 from derivations.ledger import Check, Row, na
-from firstorder.reconstruction.importance import Shaded, by_gradient
+from firstorder.reconstruction.importance import ShadedSamples, by_gradient
 from firstorder.reconstruction.quadtree import sample_image
 
 SLOPE = np.array([0.3, -0.7])
@@ -38,10 +38,12 @@ def one_split() -> float:
     """
 
     def plane(p):
-        return Shaded(p @ SLOPE, np.broadcast_to(SLOPE, p.shape))
+        return ShadedSamples(p @ SLOPE, np.broadcast_to(SLOPE, p.shape))
 
     def half(p):
-        return Shaded(np.maximum(p[:, 0] - 8.0, 0.0), (p[:, :1] >= 8.0) * np.array([1.0, 0.0]))
+        return ShadedSamples(
+            np.maximum(p[:, 0] - 8.0, 0.0), (p[:, :1] >= 8.0) * np.array([1.0, 0.0])
+        )
 
     even, sloped = _importances(plane), _importances(half)
     errors = [np.max(np.abs(4.0 * even[1] / even[0] - 1.0)), abs(even[1].sum() / even[0][0] - 1.0)]

@@ -106,7 +106,7 @@ def samples(where, hidden, place=PLACE):
     """What the cells see: the library's `Samples`, without the library's tracer."""
     import jax.numpy as jnp
 
-    from firstorder.space.estimators.irradiance_forms import Samples
+    from firstorder.space.estimators._irradiance_forms import Samples
 
     w = where.directions
     distance, lit = seen(w, hidden, place, jnp)
@@ -133,7 +133,7 @@ def jittered(rows, hidden, measure="cosine", seed=0, sets=8, borders=None):
     """
     import jax.numpy as jnp
 
-    from firstorder.space.estimators.irradiance_forms import Samples
+    from firstorder.space.estimators._irradiance_forms import Samples
     from firstorder.space.estimators.strata import Strata
 
     columns = 4 * rows

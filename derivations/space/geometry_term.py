@@ -155,7 +155,7 @@ def closed(term, order=1):
     r = float(np.linalg.norm(way))
     a, b = up @ way / r, -down @ way / r
     if term == "G":
-        from firstorder.space.geometry_term import coupling_jet
+        from firstorder.space._geometry_term import coupling_jet
 
         jet = coupling_jet(x, up, y, down)
         return np.asarray((jet.gradient[None], jet.hessian)[order - 1])
@@ -173,7 +173,7 @@ def _autodiff():
     import jax
     import jax.numpy as jnp
 
-    from firstorder.space.geometry_term import coupling
+    from firstorder.space._geometry_term import coupling
 
     x, up, y, down = map(jnp.asarray, scene())
 
@@ -218,7 +218,7 @@ def _row(number, proof, term, function, order=1, note=""):
     return Row(
         f"J12.{number}",
         "identity",
-        implements=f"firstorder.space.geometry_term.{function}",
+        implements=f"firstorder.space._geometry_term.{function}",
         symbolic=proof,
         autodiff=Check(lambda: against_autodiff(term, order), 1e-12),
         brute_force=Check(lambda: against_differences(term, order), 1e-12),

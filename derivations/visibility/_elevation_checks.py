@@ -29,20 +29,31 @@ def _all_ours(kind: str):
     import jax
     import jax.numpy as jnp
 
-    from firstorder.visibility import limb_bend, limb_elevation, rim_bend, rim_elevation
+    from firstorder.visibility import (
+        contour_elevation,
+        contour_elevation_hessian,
+        crease_elevation,
+        crease_elevation_hessian,
+    )
 
     if kind == "rim":
         rows = [_touched_rim(i) for i in range(len(RIMS))]
         args = [jnp.asarray(np.stack(a)) for a in zip(*rows, strict=True)]
-        found = jax.jit(lambda p, k, phi: (rim_elevation(p, k, phi), rim_bend(p, k, 0.0 * k, phi)))(
-            *args
-        )
+        found = jax.jit(
+            lambda p, k, phi: (
+                crease_elevation(p, k, phi),
+                crease_elevation_hessian(p, k, 0.0 * k, phi),
+            )
+        )(*args)
     else:
         rows = [_touched_limb(i) for i in range(len(LIMBS))]
         args = [jnp.asarray(np.stack(a)) for a in zip(*rows, strict=True)]
-        found = jax.jit(lambda p, n, H, phi: (limb_elevation(p, n, phi), limb_bend(p, n, H, phi)))(
-            *args
-        )
+        found = jax.jit(
+            lambda p, n, H, phi: (
+                contour_elevation(p, n, phi),
+                contour_elevation_hessian(p, n, H, phi),
+            )
+        )(*args)
     found = jax.tree.map(np.asarray, found)
     return [jax.tree.map(lambda a, i=i: a[i], found) for i in range(len(rows))]
 
@@ -240,9 +251,9 @@ def same_number() -> float:
     import jax
     import jax.numpy as jnp
 
-    from firstorder.visibility import rim_elevation
+    from firstorder.visibility import crease_elevation
 
-    limb, rim_at = jax.jit(limb_angle), jax.jit(rim_elevation)
+    limb, rim_at = jax.jit(limb_angle), jax.jit(crease_elevation)
     worst = 0.0
     for _, i in _each("limb"):
         found, _ = ours("limb", i)
@@ -295,10 +306,10 @@ def _across(center, radius, phi, side):
 
 
 def grazing_value() -> float:
-    """`limb_elevation` close to a grazing slice against those differences."""
+    """`contour_elevation` close to a grazing slice against those differences."""
     import jax.numpy as jnp
 
-    from firstorder.visibility import limb_elevation
+    from firstorder.visibility import contour_elevation
 
     center, axes, _, side = LIMBS[0]
     radius = axes[0][0]
@@ -314,5 +325,5 @@ def grazing_value() -> float:
         p = [D2 * mp.sin(alpha) * C0, D2 * mp.sin(alpha) * S0, D2 * mp.cos(alpha)]
         n = [(p[i] - center[i]) / radius for i in range(3)]
         p, n = (np.array([float(c) for c in a]) for a in (p, n))
-    found = limb_elevation(jnp.asarray(p), jnp.asarray(n), float(phi))
+    found = contour_elevation(jnp.asarray(p), jnp.asarray(n), float(phi))
     return abs(float(found.alpha_v) / truth - 1.0)

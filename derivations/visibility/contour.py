@@ -105,7 +105,7 @@ def _outline(function):
 
 def by_quadrature() -> float:
     """The closed forms of a triangle against quadrature over its face."""
-    from firstorder.visibility import contour
+    from firstorder.visibility import _contour as contour
 
     solid = _quadrature(CORNERS, lambda w: 1.0)
     vector = np.array([_quadrature(CORNERS, lambda w, i=i: w[..., i]) for i in range(3)])
@@ -120,13 +120,13 @@ def _moved(i, step):
 
 def by_differences() -> float:
     """Biot and Savart's law of a triangle against differences of its solid angle in 40 digits."""
-    from firstorder.visibility import contour
+    from firstorder.visibility import _contour as contour
 
     with mp.workdps(40):
         h = mp.mpf("1e-12")
         truth = [float((_solid(_moved(i, h)) - _solid(_moved(i, -h))) / (2 * h)) for i in range(3)]
         sign = float(mp.sign(_solid(_moved(0, mp.mpf(0)))))
-    found = np.asarray(_outline(contour.segment_translation))
+    found = np.asarray(_outline(contour.segment_translation_rate))
     turned = np.sign(float(_outline(contour.segment_solid_angle)))
     return float(np.abs(found * turned - np.array(truth) * sign).max())
 
@@ -137,7 +137,7 @@ def by_autodiff() -> float:
     import jax.numpy as jnp
 
     from firstorder.numerics.quadrature import gauss_legendre
-    from firstorder.visibility import contour
+    from firstorder.visibility import _contour as contour
 
     t, w = (jnp.asarray(a) for a in gauss_legendre(40))
 
@@ -155,13 +155,13 @@ def by_autodiff() -> float:
 
     here = jnp.zeros(3)
     pairs = (
-        (jax.grad(solid)(here), _outline(contour.segment_translation)),
+        (jax.grad(solid)(here), _outline(contour.segment_translation_rate)),
         (jax.grad(cosine)(here), _outline(rate)),
     )
     return max(float(jnp.max(jnp.abs(a - b))) for a, b in pairs)
 
 
-CONTOUR = "firstorder.visibility.contour"
+CONTOUR = "firstorder.visibility._contour"
 
 ROWS = [
     Row(
@@ -176,7 +176,7 @@ ROWS = [
     Row(
         "C.space.biot-savart",
         "identity",
-        f"{CONTOUR}.segment_translation",
+        f"{CONTOUR}.segment_translation_rate",
         symbolic=rates,
         autodiff=Check(by_autodiff, 1e-12),
         fourier=na("no spectrum"),

@@ -61,7 +61,7 @@ ROWS = [
     Row(
         "R07.42",
         "identity",
-        implements=f"{ELEVATION}.limb_elevation",
+        implements=f"{ELEVATION}.contour_elevation",
         symbolic=proofs.motion,
         autodiff=Check(lambda: checks.motion_error("autodiff", False), 1e-12),
         brute_force=Check(lambda: checks.motion_error("brute", False), 1e-12),
@@ -70,7 +70,7 @@ ROWS = [
     Row(
         "R07.43",
         "identity",
-        implements=f"{ELEVATION}.limb_elevation",
+        implements=f"{ELEVATION}.contour_elevation",
         symbolic=proofs.stays_in_the_plane,
         autodiff=Check(lambda: checks.motion_error("autodiff", True), 1e-12),
         brute_force=Check(lambda: checks.motion_error("brute", True), 1e-12),
@@ -79,7 +79,7 @@ ROWS = [
     Row(
         "R07.44",
         "identity",
-        implements=f"{ELEVATION}.limb_elevation",
+        implements=f"{ELEVATION}.contour_elevation",
         symbolic=proofs.tangent_plane,
         autodiff=Check(lambda: checks.along_any("autodiff"), 1e-12),
         brute_force=Check(lambda: checks.along_any("brute"), 1e-12),
@@ -91,7 +91,7 @@ ROWS = [
     Row(
         "R07.45",
         "identity",
-        implements=f"{ELEVATION}.limb_elevation",
+        implements=f"{ELEVATION}.contour_elevation",
         symbolic=proofs.tangent_plane,
         **_pair("both", "u"),
         note="The sign is the opposite of (36)'s because the angle grows towards +u.",
@@ -99,7 +99,7 @@ ROWS = [
     Row(
         "R07.46",
         "identity",
-        implements=f"{ELEVATION}.limb_elevation",
+        implements=f"{ELEVATION}.contour_elevation",
         symbolic=lambda: [*proofs.tangent_plane(), proofs.second_of_a_limb()],
         **_pair("limb", "v", "bend"),
         note="Ours: the second derivatives, -(q_i . H q_j - s_i s_j / (w . H w)) / (D c . n) with "
@@ -108,7 +108,7 @@ ROWS = [
     Row(
         "R07.72",
         "identity",
-        implements=f"{ELEVATION}.rim_elevation",
+        implements=f"{ELEVATION}.crease_elevation",
         symbolic=lambda: [*proofs.straight_edge(), proofs.second_of_a_rim()],
         **_pair("rim", "v", "bend"),
         note="k need not be across the ray. Ours: the second derivatives, for bent edges too.",
@@ -116,7 +116,7 @@ ROWS = [
     Row(
         "R07.sDa",
         "identity",
-        implements=f"{ELEVATION}.rim_elevation",
+        implements=f"{ELEVATION}.crease_elevation",
         symbolic=proofs.reduces,
         autodiff=na("one route"),
         brute_force=Check(checks.same_number, 1e-8),
@@ -127,7 +127,7 @@ ROWS = [
     Row(
         "R07.fn4",
         "approximation",
-        implements=f"{ELEVATION}.limb_elevation",
+        implements=f"{ELEVATION}.contour_elevation",
         symbolic=proofs.grazing,
         autodiff=na("one route"),
         brute_force=Check(lambda: max(checks.grazing_order(), checks.grazing_value()), 1e-3),

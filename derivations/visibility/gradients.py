@@ -91,10 +91,10 @@ def ours():
     @jax.jit
     def jet(x, theta):
         low, high = (
-            vis.point_alpha(jnp.array([slab[k] for slab in SLABS]), jnp.stack([x, 0.0 * x]))
+            vis.point_edge_angle(jnp.array([slab[k] for slab in SLABS]), jnp.stack([x, 0.0 * x]))
             for k in (0, 1)
         )
-        edges = vis.exposed_edges(low, high)
+        edges = vis.visible_edges(low, high)
         T = functools.partial(transport, jnp)
         return vis.shading(T, x, theta, edges)
 
@@ -149,14 +149,15 @@ def parts_agree() -> float:
 
     X, angle = PLACE
     low, high = (
-        vis.point_alpha(jnp.array([slab[k] for slab in SLABS]), jnp.array([X, 0.0])) for k in (0, 1)
+        vis.point_edge_angle(jnp.array([slab[k] for slab in SLABS]), jnp.array([X, 0.0]))
+        for k in (0, 1)
     )
-    split = vis.angular_by_parts(
+    split = vis.angular_derivative_by_parts(
         functools.partial(light, jnp),
         functools.partial(lobe, jnp),
         X,
         angle,
-        vis.exposed_edges(low, high),
+        vis.visible_edges(low, high),
     )
     truth = convolved_slope(X, angle)
     return abs(float(split.total) - truth) / abs(truth)
@@ -213,11 +214,11 @@ def steps_of_visibility() -> float:
     import firstorder.visibility as vis
 
     low, high = (
-        vis.point_alpha(jnp.array([slab[k] for slab in SLABS]), jnp.array([PLACE[0], 0.0]))
+        vis.point_edge_angle(jnp.array([slab[k] for slab in SLABS]), jnp.array([PLACE[0], 0.0]))
         for k in (0, 1)
     )
     angles = np.linspace(-1.57, 1.57, 2001)
-    V = np.asarray(vis.exposed_edges(low, high).visibility(jnp.asarray(angles)))
+    V = np.asarray(vis.visible_edges(low, high).visibility(jnp.asarray(angles)))
     blocked = np.zeros(angles.size, bool)
     u = np.stack([-np.sin(angles), np.cos(angles)], -1)
     for p, q in SLABS:  # the ray meets the slab if its ends are on both of its sides
@@ -250,7 +251,7 @@ ROWS = [
         "R07.31",
         "identity",
         **SPATIAL | TWO,
-        implements=f"{GRADIENTS}.Split",
+        implements=f"{GRADIENTS}.SplitDerivative",
         symbolic=proofs.product_rule,
         note="In the sense of distributions; the two terms are Split's interior and boundary.",
     ),
@@ -258,7 +259,7 @@ ROWS = [
         "R07.32",
         "over-claim",
         **ANGULAR | TWO,
-        implements=f"{GRADIENTS}.shaded",
+        implements=f"{GRADIENTS}.shading_derivatives",
         symbolic=lambda: [proofs.leibniz(o) for o in ("x", "theta", "xx", "xtheta", "thetatheta")],
         corrected="B_x^V = int T V_x domega; B_theta = int T_theta V domega has no visibility part "
         "for a general T, as V does not depend on theta",
@@ -270,7 +271,7 @@ ROWS = [
     Row(
         "R07.33",
         "definition",
-        implements=f"{GRADIENTS}.Edges",
+        implements=f"{GRADIENTS}.VisibilityEdges",
         symbolic=na("definition"),
         autodiff=na("no derivative"),
         fourier=na("definition"),
@@ -280,14 +281,14 @@ ROWS = [
         "R07.34",
         "identity",
         **SPATIAL | TWO,
-        implements=f"{GRADIENTS}.Edges",
+        implements=f"{GRADIENTS}.VisibilityEdges",
         symbolic=proofs.step_derivatives,
     ),
     Row(
         "R07.35",
         "over-claim",
         **ANGULAR | TWO,
-        implements=f"{GRADIENTS}.angular_by_parts",
+        implements=f"{GRADIENTS}.angular_derivative_by_parts",
         symbolic=proofs.by_parts,
         corrected="for T = L(x, omega) rho(theta - omega): B_theta = int L_omega rho V domega + "
         "sum_j -sgn_j T(alpha_j) - [T V] between the horizon's ends; otherwise no such term",
@@ -299,7 +300,7 @@ ROWS = [
         "R07.37",
         "identity",
         **SPATIAL | TWO,
-        implements=f"{GRADIENTS}.exposed_edges",
+        implements=f"{GRADIENTS}.visible_edges",
         symbolic=lambda: [proofs.leibniz("x"), proofs.leibniz("xx"), proofs.leibniz("xtheta")],
         note="The visibility part of B_x; ours: B_xx^V = sum sgn (2 T_x alpha_x + T_omega "
         "alpha_x^2 + T alpha_xx), B_xtheta^V = sum sgn T_theta alpha_x.",
@@ -307,7 +308,7 @@ ROWS = [
     Row(
         "R07.fn3",
         "over-claim",
-        implements=f"{GRADIENTS}.shaded",
+        implements=f"{GRADIENTS}.shading_derivatives",
         symbolic=proofs.bounded_turn,
         autodiff=na("one route"),
         fourier=na("no spectrum"),
@@ -323,7 +324,7 @@ ROWS = [
     Row(
         "R07.s6.2",
         "over-claim",
-        implements=f"{GRADIENTS}.exposed_edges",
+        implements=f"{GRADIENTS}.visible_edges",
         symbolic=lambda: proofs.leibniz("x"),
         autodiff=na("one route"),
         fourier=na("no spectrum"),

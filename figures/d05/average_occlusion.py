@@ -17,7 +17,7 @@ import numpy as np
 
 from figures.style import Claim, Drawing
 from firstorder import plotting
-from firstorder.fields import Box, GaussianProfile, Separable
+from firstorder.fields import BoxProfile, GaussianProfile, Separable
 from firstorder.shadowfield import (
     PLANE,
     average_occlusion_bound,
@@ -35,7 +35,7 @@ def draw(quick: bool) -> Drawing:
     n = 801 if quick else 6001
     x = np.linspace(0.0, 1.2, n)
     rates = np.geomspace(0.3, 24.0, 301 if quick else 1201)
-    uniform = Separable([0.0], (Box(0.5 * W, "y", PLANE),)).spectrum()
+    uniform = Separable([0.0], (BoxProfile(0.5 * W, "y", PLANE),)).spectrum()
     sigma = W / np.sqrt(12.0)
     soft = Separable([0.0], (GaussianProfile(sigma, "y", PLANE, W),)).spectrum()
     mean = OPEN * W

@@ -22,7 +22,7 @@ from figures.style import Claim, Drawing
 from firstorder import plotting
 from firstorder.fields import Affine, Field, Grid, HalfPlane
 from firstorder.transport import Travel
-from firstorder.transport.events.occlusion import Layers, Occlusion
+from firstorder.transport.events.occlusion import Occlusion, PlanarBlockers
 
 EDGE = 0.05
 
@@ -38,7 +38,7 @@ def draw(quick: bool) -> Drawing:
         "no blocker": (light, ()),
         "left one": (Occlusion(left, 0.0, box)(light), (left,)),
         "right one": (Occlusion(right, 0.0, box)(light), (right,)),
-        "both": (Layers((left, right), [0.0, 0.0], box)(light), (left, right)),
+        "both": (PlanarBlockers((left, right), [0.0, 0.0], box)(light), (left, right)),
     }
     grid = Grid.spanning((301, 200), (2.2, 1.2))
     figure, axes = plotting.panels(3, 4, 2.5, 2.1)

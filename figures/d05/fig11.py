@@ -116,7 +116,7 @@ def _scene(ax) -> float:
     bend = np.arcsin(place / R)
     points = np.stack([place, R - R * np.cos(bend)], -1)
     arc = np.linspace(-0.5, 0.5, 81)
-    plotting.scene(ax, "d) traced on a circle")
+    plotting.map_axes(ax, "d) traced on a circle")
     plotting.draw_surface(ax, np.stack([R * np.sin(arc), R - R * np.cos(arc)], -1))
     plotting.draw_rays(ax, points, np.zeros(13), 0.9, color="0.75")
     plotting.draw_rays(ax, points, 2.0 * bend, 0.9)

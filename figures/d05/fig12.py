@@ -12,7 +12,7 @@ import numpy as np
 from figures.style import Claim, Drawing
 from firstorder import plotting
 from firstorder.numerics.quadrature import gauss_legendre
-from firstorder.transport import ClampedCosine, Fresnel, cos_plus_transform
+from firstorder.transport import ClampedCosine, Fresnel, clamped_cosine_transform
 
 MATERIALS = {"water, 1.33": 1.33, "glass, 1.5": 1.5, "diamond, 2.4": 2.4}
 
@@ -20,7 +20,7 @@ MATERIALS = {"water, 1.33": 1.33, "glass, 1.5": 1.5, "diamond, 2.4": 2.4}
 def draw(quick: bool) -> Drawing:
     n = 201 if quick else 1001
     W = np.linspace(-2.0, 2.0, n)
-    cosine = np.asarray(cos_plus_transform(W))
+    cosine = np.asarray(clamped_cosine_transform(W))
     with np.errstate(divide="ignore"):
         printed = 2.0 * np.cos(0.5 * np.pi * W) / (1.0 - (2.0 * np.pi * W) ** 2)
     angle, weight = _hump(600)
@@ -60,7 +60,7 @@ def draw(quick: bool) -> Drawing:
     curves = {"spectra": {"Omega_theta": W, "cosine": cosine, "printed": printed, **spectra}}
     arrays = {"Omega_theta": W, "cosine": cosine, "printed": printed, "angle": angle, **products}
     grid_error = h**2 / 6.0
-    off = float(np.max(np.abs(sampled - np.asarray(cos_plus_transform(dots)))))
+    off = float(np.max(np.abs(sampled - np.asarray(clamped_cosine_transform(dots)))))
     wrong = float(np.abs(printed - cosine)[np.argmin(np.abs(W - 0.5))])
     order = _falloff()
     claims = [
@@ -112,5 +112,5 @@ def _falloff() -> float:
     W = np.array([10.0, 20.0, 40.0, 80.0])
     over = W[:, None] + np.linspace(0.0, 2.0 / np.pi, 41)
     return float(
-        np.polyfit(np.log(W), np.log(np.max(np.abs(cos_plus_transform(over)), axis=1)), 1)[0]
+        np.polyfit(np.log(W), np.log(np.max(np.abs(clamped_cosine_transform(over)), axis=1)), 1)[0]
     )

@@ -23,7 +23,7 @@ from firstorder import plotting
 from firstorder.checks.tolerance import fitted_order
 from firstorder.conventions import SPACE
 from firstorder.laws import Move
-from firstorder.transport.chain4d.equator import Turn, equator_angles, equator_direction
+from firstorder.transport.chain4d._equator import Turn, equator_angles, equator_direction
 
 INCIDENCE, AZIMUTH, APART = np.deg2rad((50.0, 35.0, 25.0))
 RADII = np.geomspace(0.02, 0.5, 12)

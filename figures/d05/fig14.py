@@ -18,7 +18,7 @@ from firstorder.checks.tolerance import normwise
 from firstorder.fields import Function, Grid, gaussian
 from firstorder.laws import Integrate
 from firstorder.numerics.quadrature import gauss_legendre
-from firstorder.transport import Cosine, Curvature, cos_plus_transform
+from firstorder.transport import Cosine, Curvature, clamped_cosine_transform
 
 KAPPA, WINDOW = -0.7, 5.0
 SUNS = ((0.5, 0.35, 1.0), (-0.6, 0.15, 0.5))  # angle, width, brightness
@@ -39,7 +39,9 @@ def draw(quick: bool) -> Drawing:
     x = np.linspace(-2.0, 2.0, n)
     E = np.asarray(_endless(x))
     blurred = _blurred_sky(KAPPA * x)
-    product = _sky_transform(Ox / KAPPA) * np.asarray(cos_plus_transform(Ox / KAPPA)) / abs(KAPPA)
+    product = (
+        _sky_transform(Ox / KAPPA) * np.asarray(clamped_cosine_transform(Ox / KAPPA)) / abs(KAPPA)
+    )
 
     figure, axes = plotting.panels(1, 5, 2.75, 2.7)
     titles = ("a) environment", "b) after rotation", "c) after the cosine")
@@ -73,7 +75,7 @@ def _claims(E, blurred) -> list[Claim]:
     dE = _sky(angle[:, None] + KAPPA * place) * (np.cos(angle) * weight)[:, None]
     phase = np.exp(-2j * np.pi * (Ox * place + Ot * angle[:, None]))
     truth = np.sum(dE * phase) * 0.01
-    printed = _sky_transform(Ox / KAPPA) * float(cos_plus_transform(Ox / KAPPA - Ot))
+    printed = _sky_transform(Ox / KAPPA) * float(clamped_cosine_transform(Ox / KAPPA - Ot))
     without, corrected = abs(printed / truth - 1), abs(printed / abs(KAPPA) / truth - 1)
     words = "dE' is the product of two 1D spectra"
     return [

@@ -24,7 +24,7 @@ from figures.r07.shared.table import show
 from figures.style import Claim, Drawing
 from firstorder import plotting
 from firstorder.bandwidth import pixel_rates as maps
-from firstorder.reconstruction.bilateral import widths
+from firstorder.reconstruction.bilateral import bilateral_widths
 
 SIDE = 10  # of the blocks over which a criterion is compared with errors [pixels]
 
@@ -97,7 +97,7 @@ def _differences(world, view, found) -> list[Claim]:
     """Differences between pixels against the closed form."""
     step = np.asarray(maps.radians_per_pixel(world.camera, view.p, world.side))
     cutoff = np.asarray(found.criterion.gloss).ravel()
-    exact = np.asarray(maps.glossy_map(cutoff, view.at)) * step
+    exact = np.asarray(maps.glossy_bandwidth_map(cutoff, view.at)) * step
     own = found.maps["mirror"].ravel()
     met = (view.shows.ravel() >= 0) & (own > 0.0)
     off = abs(own / np.where(met, exact, 1.0) - 1.0)[met]
@@ -119,7 +119,7 @@ def _differences(world, view, found) -> list[Claim]:
 def _judged(view, truth, found, count) -> list[Claim]:
     """Rank correlation with the errors of a uniform image."""
     at = shared.chosen(np.ones(truth.shape), count)
-    width = widths(np.ones(truth.shape), len(at))
+    width = bilateral_widths(np.ones(truth.shape), len(at))
     error = _blocks((shared.filtered(view, at, truth[tuple(at.T)], width) - truth) ** 2)
     rank = {
         k: float(spearmanr(error.ravel(), _blocks(B).ravel())[0]) for k, B in found.maps.items()

@@ -39,7 +39,7 @@ import numpy as np
 from figures.d05.shared import compared, creatures
 from figures.d05.shared import sampling as shared
 from figures.style import Claim, Drawing
-from firstorder.reconstruction.bilateral import widths
+from firstorder.reconstruction.bilateral import bilateral_widths
 
 POWERS = {"1": 1.0, "4/3": 4.0 / 3.0, "2": 2.0}
 CROPS = {
@@ -78,6 +78,6 @@ def _without_blue(run: compared.Run) -> compared.Errors:
     rng = np.random.default_rng(2)
     key = rng.exponential(size=density.shape) / density  # the smallest: drawn without replacement
     at = np.argwhere(key <= np.partition(key.ravel(), run.count - 1)[run.count - 1])
-    width = widths(density, len(at))
+    width = bilateral_widths(density, len(at))
     made = shared.filtered(run.view, at, run.truth[tuple(at.T)], width)
     return shared.errors(made, run.truth, run.white)

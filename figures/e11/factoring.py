@@ -38,12 +38,12 @@ from figures.style import Claim, Drawing
 from firstorder import plotting
 from firstorder.fields import Field, Gaussian
 from firstorder.shadowfield import PLANE, factoring_bound, mean_form_factor
-from firstorder.shadowfield.rendering.depth_bounds import depth_bounds
-from firstorder.shadowfield.rendering.glossy_receivers import cell_light, seen_cells
-from firstorder.shadowfield.rendering.layers import layered
-from firstorder.shadowfield.rendering.ray_table import trace
-from firstorder.shadowfield.rendering.sample_counts import ray_counts, wanted
-from firstorder.shadowfield.rendering.sheared_filter import sheared
+from firstorder.shadowfield.rendering._glossy_receivers import cell_light, cell_visibility
+from firstorder.shadowfield.rendering.depth_bounds import blocker_depths
+from firstorder.shadowfield.rendering.layers import layered_shadow
+from firstorder.shadowfield.rendering.ray_table import trace_shadow_rays
+from firstorder.shadowfield.rendering.sample_counts import distribute_rays, rays_per_pixel
+from firstorder.shadowfield.rendering.sheared_filter import sheared_shadow
 
 STRATA, QUICK_STRATA = 16, 8  # along each edge of the lamp, for each half of the rays
 RAYS, CYCLES = 4, 8.0  # shared ones for each pixel; of the lamp's diameter
@@ -59,10 +59,10 @@ def factoring(g: Ground, subset: int) -> dict[str, np.ndarray]:
     """Errors by cells and lobe: of factoring alone, their bounds, and with few shared rays."""
     lamp = g.scene.lamp
     some = slice(None, None, max(len(g.points) // subset, 1))
-    table, _ = trace(lamp, g.points, RAYS, g.scene.blockers, SEED)
+    table, _ = trace_shadow_rays(lamp, g.points, RAYS, g.scene.blockers, SEED)
     limit = 0.5 * CYCLES / lamp.half[0]
     half = g.every(2)
-    shared = seen_cells(lamp, table, g.points[half], limit, g.scene.pixel, CELLS[-1])
+    shared = cell_visibility(lamp, table, g.points[half], limit, g.scene.pixel, CELLS[-1])
     if np.any(shared.own):
         raise ValueError("The scene must keep blockers away from the ground.")
     found = {
@@ -108,9 +108,9 @@ def at_equal_rays(g: Ground) -> dict[str, float]:
     """Errors of the share seen, on every fourth pixel both ways, by ways to use as many rays."""
     scene, lamp = g.scene, g.scene.lamp
     limit = 0.5 * EQUAL_CYCLES / lamp.half[0]
-    pilot, _ = trace(lamp, g.points, 1, scene.blockers, SEED + 1)
-    near, far = depth_bounds(lamp, pilot, g.points, scene.pixel)
-    share = wanted(lamp.local(g.points)[:, 2], near, far, limit, scene.pixel, lamp.half)
+    pilot, _ = trace_shadow_rays(lamp, g.points, 1, scene.blockers, SEED + 1)
+    near, far = blocker_depths(lamp, pilot, g.points, scene.pixel)
+    share = rays_per_pixel(lamp.local(g.points)[:, 2], near, far, limit, scene.pixel, lamp.half)
     total = EQUAL_RAYS * len(g.points)
     some = g.every(4)
     points, both = g.points[some], (near[some], far[some])
@@ -120,17 +120,19 @@ def at_equal_rays(g: Ground) -> dict[str, float]:
         return float(np.sqrt(max(np.mean(a * b), 0.0)))
 
     even = np.full(len(g.points), EQUAL_RAYS)
-    counts = {"as many each": even, "E11's rates": ray_counts(share, total, SEED, 0.25)}
+    counts = {"as many each": even, "E11's rates": distribute_rays(share, total, SEED, 0.25)}
     found = {}
     for name, count in counts.items():
-        table, owner = trace(lamp, g.points, count, scene.blockers, SEED)
+        table, owner = trace_shadow_rays(lamp, g.points, count, scene.blockers, SEED)
         options = dict(falloff=scenes.falloff, bounds=both, weights=1.0 / count[owner])
         none = np.zeros(len(points))
-        seen = sheared(lamp, table, points, limit, scene.pixel, none, **options).visible
+        seen = sheared_shadow(lamp, table, points, limit, scene.pixel, none, **options).visible
         found[name] = rms(seen)
-    table, _ = trace(lamp, g.points, even, scene.blockers, SEED)
+    table, _ = trace_shadow_rays(lamp, g.points, even, scene.blockers, SEED)
     for rule in ("covariance", "product", "minimum"):
-        seen = layered(lamp, table, points, BETWEEN, limit, scene.pixel, rule, 4, scenes.falloff)
+        seen = layered_shadow(
+            lamp, table, points, BETWEEN, limit, scene.pixel, rule, 4, scenes.falloff
+        )
         found[rule] = rms(seen)
     return found
 

@@ -16,9 +16,9 @@ import numpy as np
 from figures.e11.shared import scenes as e11
 from figures.style import Claim, Drawing
 from firstorder import plotting
-from firstorder.flatland import Circles, Scene, thing
-from firstorder.flatland.library.e11 import FIG03_DEPTHS, e11_fig03
-from firstorder.shadowfield import Wedge, traced, traced_by_slope
+from firstorder.flatland import Circles, Scene, primitive
+from firstorder.flatland.library._e11 import FIG03_DEPTHS, e11_fig03
+from firstorder.shadowfield import Wedge, ray_visibility, ray_visibility_by_slope
 
 
 def draw(quick: bool) -> Drawing:
@@ -27,7 +27,7 @@ def draw(quick: bool) -> Drawing:
     x, y = grid.axis(0), grid.axis(1)
     v = np.linspace(-1.0, 1.0, n + 1)
     both = np.asarray(e11.visibility(scene, grid))
-    slopes = np.asarray(eqx.filter_jit(traced_by_slope)(scene, y, v[:, None]))
+    slopes = np.asarray(eqx.filter_jit(ray_visibility_by_slope)(scene, y, v[:, None]))
     figure, axes = plotting.panels(1, 3, 3.0, 2.7)
     e11.draw_map(axes[0, 0], scene, "a) scene", rays=[(0.2, 0.75), (0.2, 0.35), (0.2, 0.05)])
     plotting.show_light_field(
@@ -43,8 +43,8 @@ def draw(quick: bool) -> Drawing:
 def _claims(scene, both, grid) -> list[Claim]:
     rng = np.random.default_rng(3)
     x, y = rng.uniform(0.0, 1.0, (2, 2000))
-    one = eqx.filter_jit(traced)(scene, x, y)
-    other = eqx.filter_jit(traced_by_slope)(scene, y, x - y)
+    one = eqx.filter_jit(ray_visibility)(scene, x, y)
+    other = eqx.filter_jit(ray_visibility_by_slope)(scene, y, x - y)
     differing = float(jnp.mean(one != other))
     slope = _band()
     inside = 1.0 - e11.leak(both, grid, Wedge(*FIG03_DEPTHS))
@@ -69,8 +69,8 @@ def _claims(scene, both, grid) -> list[Claim]:
 
 def _band() -> float:
     """Slope of the middle of what one disc hides, fitted to traced rays."""
-    scene = Scene.of(thing(Circles((0.5, 0.65), 0.05)))
+    scene = Scene.of(primitive(Circles((0.5, 0.65), 0.05)))
     x, y = np.linspace(0.3, 0.7, 41), np.linspace(0.0, 1.0, 4001)
-    hidden = 1.0 - np.asarray(eqx.filter_jit(traced)(scene, x[:, None], y))
+    hidden = 1.0 - np.asarray(eqx.filter_jit(ray_visibility)(scene, x[:, None], y))
     middle = hidden @ y / np.sum(hidden, axis=1)
     return float(np.polyfit(x, middle, 1)[0])

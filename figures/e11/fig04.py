@@ -23,7 +23,7 @@ from figures.style import Claim, Drawing
 from firstorder import plotting
 from firstorder.checks.tolerance import normwise
 from firstorder.fields import Affine, Grid, SoftSlit, discrete_transform
-from firstorder.shadowfield import PLANE, Wedge, energy_outside, layer
+from firstorder.shadowfield import PLANE, Wedge, energy_outside, planar_blocker
 
 D1, DEPTHS, SINGLE, STRIPS, SEED = 1.0, (0.2, 0.45), 0.35, 24, 5
 WINDOW, SIGMA = 0.35, 0.25
@@ -89,7 +89,7 @@ def _covered(y, v, depths, strips):
 
     def one(strip):
         depth, middle, width = strip
-        return layer(_strip(middle, width), depth)(y, v)
+        return planar_blocker(_strip(middle, width), depth)(y, v)
 
     return jax.lax.map(one, (depths, strips[:, 1], strips[:, 2]))
 

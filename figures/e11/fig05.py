@@ -16,8 +16,9 @@ from figures.e11.shared import scenes as e11
 from figures.style import Claim, Drawing
 from firstorder import plotting
 from firstorder.shadowfield import (
-    Rates,
+    SamplingRates,
     Wedge,
+    axis_aligned_filter,
     light_rate,
     light_rate_of_endless_wedge,
     receiver_rate,
@@ -25,7 +26,6 @@ from firstorder.shadowfield import (
     samples_per_receiver,
     sampling_rates,
     sheared_filter,
-    simple_filter,
     wedge_corners,
 )
 
@@ -33,10 +33,10 @@ D1, DEPTHS, HIGH, PIX, BAND = 1.0, (0.25, 0.5), 2.0, 16.0, 24.0
 
 
 def draw(quick: bool) -> Drawing:
-    k, box = sheared_filter(D1, *DEPTHS, HIGH, PIX), simple_filter(HIGH, PIX)
+    k, box = sheared_filter(D1, *DEPTHS, HIGH, PIX), axis_aligned_filter(HIGH, PIX)
     corners = np.asarray(wedge_corners(D1, *DEPTHS, BAND))
     a, b = (float(s) for s in Wedge(*DEPTHS).slopes(D1))
-    printed = Rates(receiver_rate(k, corners), HIGH * a * (1 / a - 1 / b))
+    printed = SamplingRates(receiver_rate(k, corners), HIGH * a * (1 / a - 1 / b))
     right = sampling_rates(k, corners)
     figure, axes = plotting.panels(1, 4, 2.8, 2.6)
     for ax, shape, title in ((axes[0, 0], box, "a) simple"), (axes[0, 1], k, "b) sheared")):

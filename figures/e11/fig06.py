@@ -18,15 +18,15 @@ from figures.e11.shared import scenes as e11
 from figures.style import Claim, Drawing
 from firstorder import plotting
 from firstorder.fields import GaussianProfile, Grid, Separable
-from firstorder.flatland.library.e11 import FIG03_DEPTHS, e11_fig03
+from firstorder.flatland.library._e11 import FIG03_DEPTHS, e11_fig03
 from firstorder.shadowfield import (
     PLANE,
-    reconstruct,
+    axis_aligned_filter,
+    ray_visibility,
+    ray_visibility_by_slope,
+    reconstruct_irradiance,
     sheared_filter,
-    simple_filter,
-    to_light,
-    traced,
-    traced_by_slope,
+    to_two_planes,
 )
 
 D1, PIX, HIGH, SIGMA, SEED, RAYS = 1.0, 12.0, 2.0, 0.25, 11, 2000
@@ -38,9 +38,9 @@ def draw(quick: bool) -> Drawing:
     x, y = grid.axis(0), grid.axis(1)
     v = np.linspace(-1.25, 1.25, n + 1)
     both = np.asarray(e11.visibility(scene, grid))
-    slopes = np.asarray(eqx.filter_jit(traced_by_slope)(scene, y, v[:, None]))
+    slopes = np.asarray(eqx.filter_jit(ray_visibility_by_slope)(scene, y, v[:, None]))
     sheared = sheared_filter(D1, *FIG03_DEPTHS, HIGH, PIX, margin=0.5)
-    simple = simple_filter(HIGH, PIX)
+    simple = axis_aligned_filter(HIGH, PIX)
     X = np.linspace(0.15, 0.85, 29 if quick else 141)
     h = _profiles(scene, sheared, simple, X)
     figure, axes = plotting.panels(2, 3, 3.0, 2.6)
@@ -53,7 +53,7 @@ def draw(quick: bool) -> Drawing:
         )
         over = _footprint(shape)
         e11.outline(axes[0, k], over, "#c2410c", 2.0)
-        stored = (over @ np.asarray(to_light(D1).M).T)[:, ::-1]
+        stored = (over @ np.asarray(to_two_planes(D1).M).T)[:, ::-1]
         e11.outline(axes[1, k], stored, "#c2410c", 2.0)
     for k, name in enumerate(("simple", "sheared")):
         axes[k, 2].plot(X, h["truth"], label="truth")
@@ -84,11 +84,13 @@ def _profiles(scene, sheared, simple, X) -> dict[str, np.ndarray]:
     """The share of the light that arrives: rebuilt with either filter, and counted."""
     rng = np.random.default_rng(SEED)
     x, y = rng.uniform(-0.5, 1.5, RAYS), rng.uniform(-0.6, 1.6, RAYS)
-    f = eqx.filter_jit(traced)(scene, x, y)
+    f = eqx.filter_jit(ray_visibility)(scene, x, y)
     fine = np.linspace(-0.5, 1.5, 4000)
     light = np.exp(-0.5 * ((fine - 0.5) / SIGMA) ** 2)
-    truth = np.asarray(eqx.filter_jit(traced)(scene, X[:, None], fine)) @ light / np.sum(light)
-    rebuild = eqx.filter_jit(reconstruct)
+    truth = (
+        np.asarray(eqx.filter_jit(ray_visibility)(scene, X[:, None], fine)) @ light / np.sum(light)
+    )
+    rebuild = eqx.filter_jit(reconstruct_irradiance)
     on = (y > 0.0) & (y < 1.0)  # two deviations to either side: all the rays that E11 shoots
     rays = {"sheared": (x, y, f), "simple": (x, y, f), "on_light": (x[on], y[on], f[on])}
     filters = {"sheared": sheared, "simple": simple, "on_light": sheared}

@@ -32,14 +32,14 @@ import numpy as np
 from figures.e11.shared import scenes as e11
 from figures.style import Claim, Drawing
 from firstorder import plotting
-from firstorder.flatland.library.e11 import e11_fig07
+from firstorder.flatland.library._e11 import e11_fig07
 from firstorder.shadowfield import (
     Wedge,
-    band_limited,
     depth_range,
     energy_outside,
-    power,
+    power_spectrum,
     sheared_filter,
+    zero_outside,
 )
 
 D1, SEED, SHOWN = 1.0, 7, 8.0
@@ -52,12 +52,12 @@ def draw(quick: bool) -> Drawing:
     depths = depth_range(scene)
     f = np.asarray(e11.visibility(scene, grid))
     axes_, (Ox, Oy) = e11.frequencies(grid)
-    energy = power(f, grid, mean=True)
+    energy = power_spectrum(f, grid, mean=True)
     limits = np.geomspace(0.5, 0.5 * n, 25)
     outside = np.array([_outside(energy, Ox, Oy, depths, w) for w in limits])
     k = sheared_filter(D1, *depths, SHOWN, 0.5 * n)
     inside = np.asarray(k.contains(Ox, Oy))
-    h = {"original": f.mean(axis=1), "filtered": np.asarray(band_limited(f, inside)).mean(axis=1)}
+    h = {"original": f.mean(axis=1), "filtered": np.asarray(zero_outside(f, inside)).mean(axis=1)}
     density = _density(80 if quick else 256, seeds)
     figure, axes = plotting.panels(2, 4, 2.7, 2.5)
     e11.draw_map(axes[0, 0], scene, "a) scene")

@@ -18,7 +18,7 @@ import numpy as np
 from figures.e11.shared import compared, space
 from figures.style import Claim, Drawing
 from firstorder import plotting
-from firstorder.shadowfield.rendering.sheared_filter import filter_shape
+from firstorder.shadowfield.rendering._filter_shape import filter_shape
 
 BAND = 1.0
 REACH = 3.0

@@ -29,7 +29,7 @@ from figures.e11.shared import space as scenes
 from figures.style import Claim, Drawing
 from firstorder import plotting
 from firstorder.checks.statistics import error_slope
-from firstorder.shadowfield.rendering.sheared_filter import filter_shape
+from firstorder.shadowfield.rendering._filter_shape import filter_shape
 
 CYCLES = np.array([2.0, 4.0, 8.0, 16.0, 32.0])
 RATES = (0.25, 1.0, 4.0, 16.0)

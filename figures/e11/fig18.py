@@ -21,8 +21,8 @@ import numpy as np
 from figures.e11.shared import scenes as e11
 from figures.style import Claim, Drawing
 from firstorder import plotting
-from firstorder.flatland.library.e11 import FIG18_DEPTHS, e11_fig07, e11_fig18a, e11_fig18b
-from firstorder.shadowfield import Wedge, depth_range, moire, moire_frequency, power
+from firstorder.flatland.library._e11 import FIG18_DEPTHS, e11_fig07, e11_fig18a, e11_fig18b
+from firstorder.shadowfield import Wedge, depth_range, moire, moire_frequency, power_spectrum
 
 D1, PERIOD, WALLS = 1.0, 0.125, 17
 
@@ -43,7 +43,7 @@ def draw(quick: bool) -> Drawing:
         )
         axes_, _ = e11.frequencies(grid)
         near = [np.abs(a) <= 40.0 for a in axes_]
-        F = np.sqrt(np.asarray(power(f, grid)))[np.ix_(*near)]
+        F = np.sqrt(np.asarray(power_spectrum(f, grid)))[np.ix_(*near)]
         short = [a[m] for a, m in zip(axes_, near, strict=True)]
         plotting.show_spectrum(
             row[2], F, *short, decades=2.5, names=("x", "y"), title="spectrum, wedge"
@@ -97,7 +97,7 @@ def _claims(arrays, grid, wedge, x) -> list[Claim]:
 def _on_axis(f, grid) -> float:
     """What a light as wide as the picture makes a shadow of."""
     _, (Ox, Oy) = e11.frequencies(grid)
-    energy = power(f.astype(float), grid)
+    energy = power_spectrum(f.astype(float), grid)
     margin = e11.bins(grid)
     axis = (np.abs(Oy) <= margin) & (np.abs(Ox) > margin)
     return float(jnp.sum(jnp.where(axis, energy, 0.0)) / jnp.sum(energy))

@@ -12,7 +12,7 @@ rays: 1.80), nor where rays start, which on ground alone changes nothing. It is 
 depths know what is between the lamp and the pixel, and the filter looks at places beside it: in
 full light next to a penumbra (the streak in b) a frustum grazes one thing at one depth, which
 allows any width, and rays that other things hide at other depths are slid to the wrong place. With
-bounds under the filter (`space.bounds_under_filter`; red, c) it is 1.03, and then limit and
+bounds under the filter (`space.depths_under_filter`; red, c) it is 1.03, and then limit and
 cells count: .93 with 8 cycles, .77 with 8 x 8 cells, .60 with both. Too many cells are worse again
 (16 x 16: 1.34): the filter of such a limit holds fewer rays than cells, and a cell without rays
 takes the mean of all rays, which the light's falloff does not weigh. The last part, filters of half
@@ -21,8 +21,8 @@ a pixel at least against references of points, is in all of them.
 So the floor is pushed down by bounds under the filter, a band limit that grows with the fourth root
 of the rays, and cells as there are rays to fill them (`e11.shared.methods.band_of`, `cells_of`):
 (d) falls at each step, from 16 to 256 rays by a factor of 2.9, where 2 cycles and bounds of the
-pixel stand still. The limit of each pixel (`automatic`) halves that floor at 256 rays, by bounds of
-the pixel as well. The figures of the paper have bounds of the pixel, as the paper does.
+pixel stand still. The limit of each pixel (`select_band_limits`) halves that floor at 256 rays, by
+bounds of the pixel as well. The figures of the paper have bounds of the pixel, as the paper does.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ from figures.e11.shared import limits, methods
 from figures.e11.shared import space as scenes
 from figures.style import Claim, Drawing
 from firstorder import plotting
-from firstorder.shadowfield.rendering.band_limit_choice import automatic, ladder
-from firstorder.shadowfield.rendering.depth_bounds import depth_bounds
-from firstorder.shadowfield.rendering.ray_table import RayTable, trace
-from firstorder.shadowfield.rendering.sheared_filter import bounds_under_filter, sheared
+from firstorder.shadowfield.rendering.band_limit_choice import band_limit_sweep, select_band_limits
+from firstorder.shadowfield.rendering.depth_bounds import blocker_depths
+from firstorder.shadowfield.rendering.ray_table import RayTable, trace_shadow_rays
+from firstorder.shadowfield.rendering.sheared_filter import depths_under_filter, sheared_shadow
 
 WINDOW, QUICK_WINDOW = 96, 24  # pixels along a side that trace rays; those of the inner half count
 RAYS, QUICK_RAYS = 64, 16  # a pixel, of the floors
@@ -86,7 +86,7 @@ class Part(NamedTuple):
     def traced(self, rays: int, seed: int) -> RayTable:
         """Shared rays of the window."""
         lamp, points = self.scene.lamp, self.scene.receivers[self.around]
-        return trace(lamp, points, rays, self.scene.blockers, seed)[0]
+        return trace_shadow_rays(lamp, points, rays, self.scene.blockers, seed)[0]
 
     def own(self, seed: int, rays: int = OWN) -> np.ndarray:
         """Stratified rays of the judged pixels' own."""
@@ -127,7 +127,7 @@ def part(side: int, quick: bool) -> Part:
 def answer(p: Part, table: RayTable, own: np.ndarray, cycles: float, cells: int, bounds):
     """What judged pixels see by shared rays."""
     limit, pixel, light = cycles / p.diameter, p.scene.pixel, scenes.falloff
-    return sheared(
+    return sheared_shadow(
         p.scene.lamp, table, p.points, limit, pixel, own, cells, light, bounds
     ).visible  # fmt: skip
 
@@ -141,8 +141,8 @@ def floors(p: Part, rays: int) -> dict[str, float]:
     own = [p.own(1 + k) for k in range(2)]
     few = [p.traced(2, SEED + 7 + k) for k in range(2)]
     lamp, pixel = p.scene.lamp, p.scene.pixel
-    bounds = [depth_bounds(lamp, t, p.points, pixel) for t in tables]
-    rough = [depth_bounds(lamp, t, p.points, pixel) for t in few]
+    bounds = [blocker_depths(lamp, t, p.points, pixel) for t in tables]
+    rough = [blocker_depths(lamp, t, p.points, pixel) for t in few]
     dumb = [_without_starts(t) for t in tables]
 
     def pair(cycles=CYCLES, cells=CELLS, known=bounds, rays=tables) -> float:
@@ -150,7 +150,7 @@ def floors(p: Part, rays: int) -> dict[str, float]:
         return p.floor([answer(p, t, o, cycles, cells, b) for t, o, b in runs])
 
     def under(cycles: float) -> list:
-        return [bounds_under_filter(lamp, t, p.points, cycles / p.diameter, pixel) for t in tables]
+        return [depths_under_filter(lamp, t, p.points, cycles / p.diameter, pixel) for t in tables]
 
     return {
         HELD: pair(),
@@ -181,14 +181,14 @@ def curves(p: Part, budgets: tuple[int, ...]) -> dict[str, np.ndarray]:
     rows = []
     for rays in budgets:
         table, own = p.traced(rays, SEED), p.own(1, max(OWN, rays))
-        bounds = depth_bounds(p.scene.lamp, table, p.points, p.scene.pixel)
+        bounds = blocker_depths(p.scene.lamp, table, p.points, p.scene.pixel)
         cells = methods.cells_of(rays)
         raised = methods.band_of(p.scene, rays) * p.diameter
-        rungs = ladder(
+        rungs = band_limit_sweep(
             p.scene.lamp, table, p.points, LADDER / p.diameter, p.scene.pixel, own, image, cells,
             scenes.falloff, bounds, own_rays=max(OWN, rays),
         )  # fmt: skip
-        under = bounds_under_filter(
+        under = depths_under_filter(
             p.scene.lamp, table, p.points, raised / p.diameter, p.scene.pixel
         )
         rows.append(
@@ -196,7 +196,7 @@ def curves(p: Part, budgets: tuple[int, ...]) -> dict[str, np.ndarray]:
                 rays,
                 p.rms(answer(p, table, own, CYCLES, CELLS, bounds)),
                 p.rms(answer(p, table, own, raised, cells, bounds)),
-                p.rms(automatic(rungs, image).visible),
+                p.rms(select_band_limits(rungs, image).visible),
                 p.rms(answer(p, table, own, raised, cells, under)),
                 p.rms(p.own(2, rays)),
             ]
@@ -242,8 +242,8 @@ def _maps(p: Part, rays: int) -> list[np.ndarray]:
     table, own, lamp, pixel = p.traced(rays, SEED), p.own(1), p.scene.lamp, p.scene.pixel
     limit = 8.0 / p.diameter
     both = (
-        depth_bounds(lamp, table, p.points, pixel),
-        bounds_under_filter(lamp, table, p.points, limit, pixel),
+        blocker_depths(lamp, table, p.points, pixel),
+        depths_under_filter(lamp, table, p.points, limit, pixel),
     )
     true = 0.5 * (p.truths[0] + p.truths[1])
     return [answer(p, table, own, 8.0, 8, b) - true for b in both]

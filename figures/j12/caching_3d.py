@@ -1,9 +1,9 @@
 """J12 §8-9: two scenes of some complexity, all metrics at equal records, and what thresholds mean.
 
 `clutter` (a closed room, nine boxes and three balls on and over its floor) and `tables` (a lamp
-that shines up, so that all light on the floor is indirect), both of `space.library`, with five
-reflections on radiosity maps. Truth is gathered on the same maps with other and more rays. Places
-under the boxes that stand on the floor are left out. All caches are of first order with the
+that shines up, so that all light on the floor is indirect), both of `space.library._scenes`, with
+five reflections on radiosity maps. Truth is gathered on the same maps with other and more rays.
+Places under the boxes that stand on the floor are left out. All caches are of first order with the
 stratified gradient but for the last row of claims.
 
 Of what a threshold may tolerate (total, average, relative, integrated squared error) only the power
@@ -39,12 +39,12 @@ from figures.j12.shared.box import (
 )
 from figures.style import Claim, Drawing
 from firstorder import plotting
-from firstorder.caching import floats_per_record, neighbour_clamped
+from firstorder.caching import floats_per_record, neighbour_clamping
+from firstorder.caching.candidate_tables import gather_directions, tabulate_candidates
 from firstorder.caching.occlusion import occlusion_table
-from firstorder.caching.tables import looks, tabulate
-from firstorder.space import library
-from firstorder.space.bounces.radiance_maps import finer
-from firstorder.space.bounces.radiosity import radiosity
+from firstorder.space.bounces._radiance_maps import refine_maps
+from firstorder.space.bounces.radiosity import solve_radiosity
+from firstorder.space.library import _scenes
 
 SCENES = ("clutter", "tables")
 DEFINITIONS = ("total", "average", "relative", "integrated squared")
@@ -57,7 +57,7 @@ def draw(quick: bool) -> Drawing:
     for row, name in enumerate(SCENES):
         c = _case(name, s, quick)
         n, table = c.size.pixels, c.table
-        held = neighbour_clamped(table.position, table.harmonic)
+        held = neighbour_clamping(table.position, table.harmonic)
         more = {"neighbours": split(held, n), "ellipses": ellipse(table.geometric, n)}
         (floor,) = c.maps.scene.named("floor")
         aware = occlusion_table(c.maps, table.position, floor, rays=144 if quick else 576)
@@ -87,10 +87,10 @@ def draw(quick: bool) -> Drawing:
 
 @functools.cache
 def _case(name: str, s: Size, quick: bool) -> Case:
-    scene = library.named(name)
+    scene = _scenes.named_scene(name)
     cells, rays = (6, 64) if quick else (16, 128)
-    coarse = radiosity(scene, cells=cells, bounces=3 if quick else 5, rays=rays, shadow=3)
-    maps = finer(coarse, 2 * cells if quick else 64)
+    coarse = solve_radiosity(scene, cells=cells, bounces=3 if quick else 5, rays=rays, shadow=3)
+    maps = refine_maps(coarse, 2 * cells if quick else 64)
     x = places(s.pixels)
     shut = np.zeros(len(x), bool)
     for group in scene.groups:
@@ -99,9 +99,9 @@ def _case(name: str, s: Size, quick: bool) -> Case:
                 q = (np.append(x, np.zeros((len(x), 1)), 1) - center) @ np.linalg.inv(axes).T
                 shut |= np.all(np.abs(q) < 1.0 + 1e-9, axis=1)
     (floor,) = scene.named("floor")
-    table = tabulate(maps, x[~shut], looks(s.rows, s.columns), floor)
-    better = looks(2 * s.rows, 2 * s.columns, seed=1)
-    return Case(maps, table, tabulate(maps, x[~shut], better, floor).E, ~shut, s)
+    table = tabulate_candidates(maps, x[~shut], gather_directions(s.rows, s.columns), floor)
+    better = gather_directions(2 * s.rows, 2 * s.columns, seed=1)
+    return Case(maps, table, tabulate_candidates(maps, x[~shut], better, floor).E, ~shut, s)
 
 
 def _claims(name: str, found, second, c: Case) -> list[Claim]:

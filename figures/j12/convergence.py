@@ -1,6 +1,6 @@
 """Every sampled form of J12 §5 against the exact value, on every scene of the paper.
 
-Scenes A-D, Figs. 14 and 15 as in `firstorder.flatland.library.scenes`. In A and B the lamp alone
+Scenes A-D, Figs. 14 and 15 as in `firstorder.flatland.library._scenes`. In A and B the lamp alone
 shines; elsewhere surfaces send what they emit and what they reflect once of the light (point lights
 themselves do not count, as rays cannot meet them; in Fig. 15 the block throws no shadow on what is
 reflected, so that the radiance is smooth along each wall).
@@ -10,9 +10,10 @@ larger of the derivative and E.
 What stops falling: the arc-length form wherever a shadow edge moves (B, D, Fig. 15), at its own
 integral (dotted); and the stratified Hessian where the edge is a curved limb or uncovers a
 background that varies (D, Fig. 15), at the sum over edges as fixed points (dashed). That is why the
-claim about scene D does not hold. The stratified form with both terms put back (`mended`) goes on
-falling; it is followed to 10^4 strata, and where flat lights of one radiance are all there is (A,
-B) it is exact. The gradient by strata falls on every scene: its bias vanishes with the width.
+claim about scene D does not hold. The stratified form with both terms put back
+(`corrected_estimate`) goes on falling; it is followed to 10^4 strata, and where flat lights of one
+radiance are all there is (A, B) it is exact. The gradient by strata falls on every scene: its bias
+vanishes with the width.
 
 Quick size: scene D up to 10^4 strata, without the form by points on curves.
 """
@@ -30,15 +31,20 @@ from figures.style import Claim, Drawing
 from firstorder import plotting
 from firstorder.checks.tolerance import fitted_order
 from firstorder.flatland import Derivatives, Receiver, irradiance, nearest, occluded, view
-from firstorder.flatland.estimators.corrected import mended
-from firstorder.flatland.estimators.irradiance_forms import (
-    arc_length,
-    arc_length_at,
-    stratified,
+from firstorder.flatland.estimators._irradiance_forms import (
+    arc_length_estimate,
+    arc_length_sum,
+    stratified_estimate,
 )
-from firstorder.flatland.estimators.strata import Strata, gaps, look, strata
-from firstorder.flatland.library import scenes
-from firstorder.scene.primitives import BACK, FRONT
+from firstorder.flatland.estimators.corrected import corrected_estimate
+from firstorder.flatland.estimators.strata import (
+    Strata,
+    gap_quadrature,
+    hemicircle_strata,
+    trace_strata,
+)
+from firstorder.flatland.library import _scenes as scenes
+from firstorder.scene._primitives import BACK, FRONT
 
 PLACES = {"A": 0.35, "B": 0.35, "C": 0.3, "D": 0.31, "14": 0.5, "15": 0.23}
 CHUNK, MENDED_MOST, SEED = 10_000, 10_000, 5
@@ -150,7 +156,7 @@ def _without_points(name):
 @functools.cache
 def _look(name):
     return jax.jit(
-        lambda angles: look(
+        lambda angles: trace_strata(
             scene(name),
             receiver(name),
             Strata(jnp.pad(angles, (0, 1)), angles, jnp.ones_like(angles)),
@@ -172,13 +178,13 @@ def samples(name, where: Strata):
 @functools.cache
 def _mended(name):
     return jax.jit(
-        lambda seen, sliding: mended(
+        lambda seen, sliding: corrected_estimate(
             scene(name), receiver(name), seen, radiance(name), breaks=24, sliding=sliding
         )
     )
 
 
-_forms = {"arc length": jax.jit(arc_length), "strata": jax.jit(stratified)}
+_forms = {"arc length": jax.jit(arc_length_estimate), "strata": jax.jit(stratified_estimate)}
 
 
 def padded(where: Strata) -> Strata:
@@ -193,7 +199,7 @@ def padded(where: Strata) -> Strata:
 
 @functools.cache
 def _at_points(name):
-    return jax.jit(lambda s, w: arc_length_at(scene(name), receiver(name), s, w, radiance(name)))
+    return jax.jit(lambda s, w: arc_length_sum(scene(name), receiver(name), s, w, radiance(name)))
 
 
 def on_curves(name, n: int, seed: int) -> Derivatives:
@@ -225,7 +231,7 @@ def measure(name, sizes, keys: int, curves: bool):
     for n in map(int, sizes):
         runs: dict[str, list] = {form: [] for form in FORMS}
         for k in range(keys if n <= MENDED_MOST else 1):
-            where = strata(n, jax.random.fold_in(jax.random.key(SEED), k))
+            where = hemicircle_strata(n, jax.random.fold_in(jax.random.key(SEED), k))
             few = n <= MENDED_MOST
             seen = samples(name, padded(where) if few else where)
             runs["arc length"].append(error(_arc(seen)))
@@ -237,14 +243,14 @@ def measure(name, sizes, keys: int, curves: bool):
         for form, r in runs.items():
             if r:
                 found[form].append(np.sqrt(np.mean(np.square(r), 0)))
-    fixed = _mended(name)(samples(name, padded(strata(MENDED_MOST))), False)
+    fixed = _mended(name)(samples(name, padded(hemicircle_strata(MENDED_MOST))), False)
     ends = jax.jit(lambda: view(scene(name), receiver(name)).angles)()
-    frozen = _arc(samples(name, gaps(ends, 24)))  # as `arc_length_exact` does
+    frozen = _arc(samples(name, gap_quadrature(ends, 24)))  # as `arc_length_exact` does
     limits = {"arc length": np.abs(error(frozen)), "strata": np.abs(error(fixed))}
     return {form: np.array(v) for form, v in found.items() if v}, limits
 
 
-_arc, _strata = jax.jit(arc_length), jax.jit(stratified)
+_arc, _strata = jax.jit(arc_length_estimate), jax.jit(stratified_estimate)
 
 
 # --- the figure ----------------------------------------------------------------------------------

@@ -1,7 +1,7 @@
 """J12 Fig. 2: the four test scenes with their irradiance, and without occlusion (dotted).
 
 The paper plots E; beside it are our E' and E''. Sizes are the library's
-(`firstorder.flatland.library.scenes`). A and B are exact; C and D are the radiosity reference with
+(`firstorder.flatland.library._scenes`). A and B are exact; C and D are the radiosity reference with
 all bounces, and exact derivatives of it. §4.1 calls C's irradiance "completely smooth ...
 differentiated many times". It is, between corners; at a corner E behaves as a + b x^0.90 and E'
 diverges, so that this claim does not hold up to the walls' ends. Where D's E' jumps is known in
@@ -18,10 +18,14 @@ import numpy as np
 from figures.style import Claim, Drawing
 from firstorder import plotting
 from firstorder.flatland import Scene, irradiance, receiver
-from firstorder.flatland.bounces.panels import Fineness
-from firstorder.flatland.bounces.radiosity import Solution, corner_exponent, solve
-from firstorder.flatland.discontinuities.events import along as jumps_along
-from firstorder.flatland.library.scenes import named
+from firstorder.flatland.bounces._panels import Discretization
+from firstorder.flatland.bounces.radiosity import (
+    RadiositySolution,
+    corner_exponent,
+    solve_radiosity,
+)
+from firstorder.flatland.discontinuities.events import jumps_on as jumps_along
+from firstorder.flatland.library._scenes import named_scene
 from firstorder.numerics.batching import in_batches
 
 COLORS = ("#b91c1c", "#15803d", "#1d4ed8")
@@ -32,11 +36,13 @@ WORDS = ("$E$ (W/m)", "$E'$ (W/m$^2$)", "$E''$ (W/m$^3$)")
 @eqx.filter_jit
 def jets(light, s):
     """E, E' and E'' along the first shape of a scene, or of a solution, in its parameter."""
-    scene = light.scene if isinstance(light, Solution) else light
+    scene = light.scene if isinstance(light, RadiositySolution) else light
 
     def E(t):
         at = receiver(scene, 0, t)
-        return light.irradiance(at) if isinstance(light, Solution) else irradiance(scene, at)
+        return (
+            light.irradiance(at) if isinstance(light, RadiositySolution) else irradiance(scene, at)
+        )
 
     def first(t):
         return jax.jvp(E, (t,), (jnp.ones_like(t),))
@@ -50,11 +56,11 @@ def jets(light, s):
 
 def draw(quick: bool) -> Drawing:
     n = 81 if quick else 401
-    fineness = Fineness(4, 1e-2) if quick else Fineness(8, 1e-6)
-    scenes = {k: named(f"scene_{k.lower()}") for k in "ABCD"}
-    lights: dict[str, Scene | Solution] = dict(scenes)
-    lights["C"] = solve(scenes["C"], Fineness(6, 1e-6) if quick else fineness)
-    lights["D"] = solve(scenes["D"], fineness)
+    fineness = Discretization(4, 1e-2) if quick else Discretization(8, 1e-6)
+    scenes = {k: named_scene(f"scene_{k.lower()}") for k in "ABCD"}
+    lights: dict[str, Scene | RadiositySolution] = dict(scenes)
+    lights["C"] = solve_radiosity(scenes["C"], Discretization(6, 1e-6) if quick else fineness)
+    lights["D"] = solve_radiosity(scenes["D"], fineness)
     figure, axes = plotting.panels(4, 4, 2.9, 2.1)
     arrays, s = {}, (np.arange(n) + 0.5) / n
     curves, corner = {}, {}
@@ -67,7 +73,7 @@ def draw(quick: bool) -> Drawing:
         arrays |= {f"{k}_x": length * s, f"{k}_jets": curves[k]}
     jumps = {k: jumps_along(scenes[k], 0) for k in "AB"}
     solution = lights["D"]
-    assert isinstance(solution, Solution)
+    assert isinstance(solution, RadiositySolution)
     events = solution.events.take((solution.events.receiver == 0) & solution.events.front)
     for row, k in enumerate("ABCD"):
         x = arrays[f"{k}_x"]

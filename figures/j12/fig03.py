@@ -1,7 +1,7 @@
 """J12 Fig. 3: path tracing of scenes A to D, against closed forms and the radiosity solution.
 
 The paper gives no number of paths and no sizes (for those see
-`firstorder.flatland.library.scenes`). Ours: 2^20 paths for each of the receivers on the floor that
+`firstorder.flatland.library._scenes`). Ours: 2^20 paths for each of the receivers on the floor that
 are compared, lights sampled at every vertex. The bars in A and B are the standard deviation of a
 mean of 64 paths, so that they can be seen; in C and D the lines are rays counted in NumPy, and what
 the points are tested against is the radiosity solution (at quick size the counted rays too, within
@@ -18,7 +18,7 @@ from figures.style import Claim, Drawing
 from firstorder import plotting
 from firstorder.checks.statistics import error_slope, z_test
 from firstorder.flatland.bounces.pathtrace import path_irradiance
-from firstorder.flatland.library.scenes import scene_a, scene_b, scene_c, scene_d
+from firstorder.flatland.library._scenes import scene_a, scene_b, scene_c, scene_d
 
 SEED = 3
 SHOWN = 64  # paths behind a bar

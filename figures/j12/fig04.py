@@ -1,7 +1,7 @@
 """J12 Fig. 4: scene A by photon mapping, 100 runs: k nearest photons against a fixed radius.
 
 The paper gives no counts. Ours: 2000 photons in a run, k = 10, radius 0.05 m. Predicted are the
-means of both estimators for independent photons, exactly (`firstorder.sampling.density`): the
+means of both estimators for independent photons, exactly (`firstorder.sampling._density`): the
 excess of k nearest, the curvature of E, and the loss at the ends of the receiver, where half of the
 window is beyond it.
 
@@ -19,15 +19,15 @@ from figures.j12.shared.scenes import FLUX, arrived, line_light, runs, viewed
 from figures.style import Claim, Drawing
 from firstorder import plotting
 from firstorder.checks.statistics import z_test
-from firstorder.flatland.bounces.photonmap import Estimator
-from firstorder.flatland.library.scenes import scene_a
-from firstorder.sampling.density import expected_fixed, expected_nearest
+from firstorder.flatland.bounces.photonmap import DensityEstimator
+from firstorder.flatland.library._scenes import scene_a
+from firstorder.sampling._density import expected_fixed_radius, expected_k_nearest
 
 RUNS, K, RADIUS, SEED = 100, 10, 0.05, 4
 HOW = {
-    "printed": Estimator(k=K, keep_farthest=True),
-    "without the farthest": Estimator(k=K),
-    "fixed": Estimator(radius=RADIUS),
+    "printed": DensityEstimator(k=K, keep_farthest=True),
+    "without the farthest": DensityEstimator(k=K),
+    "fixed": DensityEstimator(radius=RADIUS),
 }
 
 
@@ -45,9 +45,9 @@ def draw(quick: bool) -> Drawing:
         )
     )
     want = {
-        "printed": expected_nearest(share, x, K, count),
-        "without the farthest": expected_nearest(share, x, K, count, K - 1),
-        "fixed": expected_fixed(share, x, RADIUS, count),
+        "printed": expected_k_nearest(share, x, K, count),
+        "without the farthest": expected_k_nearest(share, x, K, count, K - 1),
+        "fixed": expected_fixed_radius(share, x, RADIUS, count),
     }
     figure, axes = plotting.panels(1, 2, 3.6, 2.7)
     _show(axes[0, 0], x, truth, few, want, ("printed", "without the farthest"))

@@ -18,8 +18,8 @@ from figures.j12.shared.scenes import floor, reference, runs, viewed
 from figures.style import Claim, Drawing
 from firstorder import plotting
 from firstorder.checks.statistics import spread_test
-from firstorder.flatland.bounces.photonmap import Estimator, gathered
-from firstorder.flatland.library.scenes import scene_c, scene_d
+from firstorder.flatland.bounces.photonmap import DensityEstimator, final_gather
+from firstorder.flatland.library._scenes import scene_c, scene_d
 
 SEED, RADIUS, RAYS, BOUNCES = 5, 0.04, 256, 8
 RHO, POWER = 0.2, 2.0 * np.pi
@@ -31,7 +31,7 @@ def draw(quick: bool) -> Drawing:
     s = np.linspace(0.01, 0.99, 50 if quick else 99)
     figure, axes = plotting.panels(2, 2, 3.3, 2.5)
     arrays, claims = {"s": s}, []
-    how = Estimator(radius=RADIUS)
+    how = DensityEstimator(radius=RADIUS)
     for row, (name, make) in enumerate({"C": scene_c, "D": scene_d}.items()):
         scene = make()
         at = floor(scene, s)
@@ -68,9 +68,9 @@ def _seen(scene, maps, how, at, s):
     """The picture of the first run, and both estimates at a few places in all of them."""
     few = floor(scene, PLACES)
     maps = list(maps)
-    first = viewed(scene, maps[0], how, s), np.asarray(gathered(scene, maps[0], how, at, RAYS))
+    first = viewed(scene, maps[0], how, s), np.asarray(final_gather(scene, maps[0], how, at, RAYS))
     all_ = [
-        [viewed(scene, m, how, PLACES), np.asarray(gathered(scene, m, how, few, RAYS))]
+        [viewed(scene, m, how, PLACES), np.asarray(final_gather(scene, m, how, few, RAYS))]
         for m in maps
     ]
     return first, np.array(all_)

@@ -14,10 +14,10 @@ import numpy as np
 from figures.j12.shared.scenes import FLUX, arrived, line_light, runs, viewed
 from figures.style import Claim, Drawing
 from firstorder import plotting
-from firstorder.checks.statistics import threshold, z_test
-from firstorder.flatland.bounces.photonmap import Estimator
-from firstorder.flatland.library.scenes import scene_b
-from firstorder.sampling.density import expected_nearest
+from firstorder.checks.statistics import z_test, z_threshold
+from firstorder.flatland.bounces.photonmap import DensityEstimator
+from firstorder.flatland.library._scenes import scene_b
+from firstorder.sampling._density import expected_k_nearest
 
 RUNS, K, SEED = 100, 50, 6
 
@@ -31,8 +31,8 @@ def draw(quick: bool) -> Drawing:
     seen, want = {}, {}
     for i, count in enumerate((few, 10 * few)):
         maps = runs(scene, jax.random.key(SEED + i), count, RUNS, 0)
-        seen[count] = np.stack([viewed(scene, m, Estimator(k=K), s) for m in maps])
-        want[count] = FLUX * expected_nearest(share, x, K, count, K - 1).mean
+        seen[count] = np.stack([viewed(scene, m, DensityEstimator(k=K), s) for m in maps])
+        want[count] = FLUX * expected_k_nearest(share, x, K, count, K - 1).mean
     figure, axes = plotting.panels(1, 2, 3.6, 2.7)
     for ax, count in zip(axes[0], seen, strict=True):
         ax.plot(x, truth, color="#c2410c", ls="-", label="truth")
@@ -63,7 +63,7 @@ def _claims(x, truth, seen, want) -> list[Claim]:
             expected[few],
             over[few],
             "",
-            over[few] > threshold(1) * noise,
+            over[few] > z_threshold(1) * noise,
         ),
         Claim(
             "The boundary bias diminishes with ten times the photons (its ratio; predicted here)",

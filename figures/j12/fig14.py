@@ -43,7 +43,7 @@ from figures.j12.shared.caching import (
 from figures.style import Claim, Drawing
 from firstorder import plotting
 from firstorder.flatland import irradiance
-from firstorder.flatland.library.scenes import fig14
+from firstorder.flatland.library._scenes import fig14
 from firstorder.plotting.style import COLOURS
 
 WALLS = ("white", "black", "none")

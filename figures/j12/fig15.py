@@ -37,13 +37,16 @@ from figures.j12.shared.caching import (
 )
 from figures.style import Claim, Drawing
 from firstorder import plotting
-from firstorder.caching import kinks
+from firstorder.caching import gradient_discontinuities
 from firstorder.flatland import receiver
-from firstorder.flatland.bounces.panels import Fineness
-from firstorder.flatland.bounces.radiosity import solve
-from firstorder.flatland.estimators.irradiance_forms import arc_length_exact, stratified
-from firstorder.flatland.estimators.strata import look, strata
-from firstorder.flatland.library.scenes import fig15
+from firstorder.flatland.bounces._panels import Discretization
+from firstorder.flatland.bounces.radiosity import solve_radiosity
+from firstorder.flatland.estimators._irradiance_forms import (
+    arc_length_integral,
+    stratified_estimate,
+)
+from firstorder.flatland.estimators.strata import hemicircle_strata, trace_strata
+from firstorder.flatland.library._scenes import fig15
 from firstorder.numerics.batching import in_batches
 from firstorder.plotting.style import COLOURS
 
@@ -56,10 +59,10 @@ def draw(quick: bool) -> Drawing:
     count, orders, dense = (64, 24, 64) if quick else (256, 128, 512)
     scene = fig15()
     (floor,) = scene.named("floor")
-    solution = solve(scene, Fineness(4, 1e-2) if quick else Fineness(6, 1e-4))
+    solution = solve_radiosity(scene, Discretization(4, 1e-2) if quick else Discretization(6, 1e-4))
     candidates, s, x, truth = surveyed(scene, floor, solution.irradiance, count, dense, 3)
     hessians = _hessians(scene, floor, solution, s)
-    events = kinks(scene, floor, solution)
+    events = gradient_discontinuities(scene, floor, solution)
     found = _found(candidates, hessians, events, x, truth, orders)
     figure, axes = plotting.panels(2, 4, 2.8, 2.3)
     _light(axes[0, 0], candidates, hessians, events)
@@ -81,7 +84,9 @@ def _hessians(scene, floor: int, solution, s) -> dict[str, np.ndarray]:
     @jax.jit
     def arc(s):
         def one(s):
-            return arc_length_exact(scene, receiver(scene, floor, s), solution).translation().second
+            return (
+                arc_length_integral(scene, receiver(scene, floor, s), solution).translation().second
+            )
 
         return in_batches(one, s, 32)
 
@@ -89,8 +94,10 @@ def _hessians(scene, floor: int, solution, s) -> dict[str, np.ndarray]:
         @jax.jit
         def each(s, keys):
             def one(a):
-                seen = strata(number, a[1], cosine=True)
-                motion = stratified(look(scene, receiver(scene, floor, a[0]), seen, solution))
+                seen = hemicircle_strata(number, a[1], cosine=True)
+                motion = stratified_estimate(
+                    trace_strata(scene, receiver(scene, floor, a[0]), seen, solution)
+                )
                 return motion.translation().second
 
             return in_batches(one, (s, keys), 32)

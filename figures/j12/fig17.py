@@ -1,11 +1,11 @@
 """J12 Fig. 17: the two test scenes in space, and the indirect light on their floor.
 
 The paper gives albedos (0.5 on the left, 0 on the right) and no size: sizes are those of
-`space.library.j12_box` and `j12_occluder`, the block's albedo is 0.5. The floor is black and one
-reflection is followed, so that the light on walls and block is known in closed form, and that on
-the floor by quadrature cut at every edge. Beside it stands the irradiance of the table that the
-figures after this one share, 30,000 stratified rays from every cell: their difference is the noise
-below which no cache can be judged.
+`space.library._scenes.j12_box` and `j12_occluder`, the block's albedo is 0.5. The floor is black
+and one reflection is followed, so that the light on walls and block is known in closed form, and
+that on the floor by quadrature cut at every edge. Beside it stands the irradiance of the table that
+the figures after this one share, 30,000 stratified rays from every cell: their difference is the
+noise below which no cache can be judged.
 """
 
 from __future__ import annotations

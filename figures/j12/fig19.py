@@ -25,7 +25,7 @@ import numpy as np
 from figures.j12.shared.box import case, compare, metrics, show_error, size, split, tuned
 from figures.style import Claim, Drawing
 from firstorder import plotting
-from firstorder.caching import neighbour_clamped
+from firstorder.caching import neighbour_clamping
 from firstorder.plotting.style import COLOURS
 
 CASES = {
@@ -44,7 +44,7 @@ def draw(quick: bool) -> Drawing:
     for row, (words, (name, wall)) in enumerate(CASES.items()):
         c = case(name, s, wall)
         n = s.pixels
-        held = neighbour_clamped(c.table.position, c.table.harmonic)
+        held = neighbour_clamping(c.table.position, c.table.harmonic)
         here = compare(c, metrics(c) | {"neighbours": split(held, n)})
         if wall == "black":
             here["tuned limits"] = _tuned(c, quick)

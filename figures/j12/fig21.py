@@ -23,17 +23,19 @@ import numpy as np
 from figures.j12.shared.box import EXTENT, answered, case, compare, hessian, metrics, one, size
 from figures.style import Claim, Drawing
 from firstorder import plotting
-from firstorder.caching import curvature, fill_surface, rms, shuffled
-from firstorder.caching.tables import looks, tabulate
+from firstorder.caching import fill_surface, hessian_norm, random_orders, rms
+from firstorder.caching.candidate_tables import gather_directions, tabulate_candidates
 
 
 def draw(quick: bool) -> Drawing:
     s = size(quick)
     c = case("j12_box", s)
     n = s.pixels
-    noisy = tabulate(c.maps, c.table.position, looks(4, 4, n * n // 4, 21, noise=True), _floor(c))
+    noisy = tabulate_candidates(
+        c.maps, c.table.position, gather_directions(4, 4, n * n // 4, 21, noise=True), _floor(c)
+    )
     clean = compare(c, metrics(c))
-    visits = shuffled(len(c.truth), s.orders, 12)
+    visits = random_orders(len(c.truth), s.orders, 12)
     found = {
         name: _filled(c, hessian(H, n), visits, s.records)
         for name, H in (("radiometric", noisy.hessian), ("geometric", noisy.geometric))
@@ -56,7 +58,7 @@ def draw(quick: bool) -> Drawing:
         ("geometric", noisy.geometric, c.table.geometric),
         ("radiometric", noisy.hessian, c.table.hessian),
     ):
-        k, right = np.asarray(curvature(H)), np.asarray(curvature(exact))
+        k, right = np.asarray(hessian_norm(H)), np.asarray(hessian_norm(exact))
         blind[name] = float(np.mean(k == 0.0))
         ratio = k[k > 0.0] / right[k > 0.0]
         scatter[name] = float(np.std(0.25 * np.log(ratio)))

@@ -29,9 +29,15 @@ from scipy import interpolate, optimize
 from figures.j12.shared.shadows import Jet, exact_jet, exact_values, lit
 from figures.style import Claim, Drawing
 from firstorder import plotting
-from firstorder.caching import curvature, largest_set, radius_for, semi_axes, third_curvature
+from firstorder.caching import (
+    hessian_norm,
+    largest_set,
+    radius_for,
+    semi_axes,
+    third_derivative_norm,
+)
+from firstorder.caching.candidate_tables import gather_directions, tabulate_candidates
 from firstorder.caching.occlusion import occlusion_table
-from firstorder.caching.tables import looks, tabulate
 from firstorder.plotting.style import COLOURS
 
 FIELDS = {"lamp": "lamp alone", "plate": "lamp and plate"}
@@ -54,7 +60,7 @@ def draw(quick: bool) -> Drawing:
         over = {m: np.minimum(R, MOST) / own[1] for m, R in radii.items()}
         for m in SCALED:
             over[m] = over[m] / np.median(over[m])
-        third = np.asarray(third_curvature(jnp.asarray(jet.third)))
+        third = np.asarray(third_derivative_norm(jnp.asarray(jet.third)))
         second = np.asarray(radius_for(third, TOLERANCE, order=2, dims=2))
         over["third order"] = np.minimum(second, MOST) / own[2]
         _draw_field(axes[row, 0], E, x, own[1], words)
@@ -162,11 +168,13 @@ def _radii(name: str, x: np.ndarray, jet: Jet, quick: bool) -> dict[str, np.ndar
     """What each metric gives for the tolerance; those in `SCALED` up to a factor."""
     maps = lit(name)
     (floor,) = maps.scene.named("floor")
-    table = tabulate(maps, x, looks(*((16, 48) if quick else (60, 180))), floor)
+    table = tabulate_candidates(
+        maps, x, gather_directions(*((16, 48) if quick else (60, 180))), floor
+    )
     aware = occlusion_table(maps, x, floor, rays=256 if quick else 1024)
 
     def disc(H, kind="largest"):
-        return np.asarray(radius_for(curvature(jnp.asarray(H), kind), TOLERANCE, dims=2))
+        return np.asarray(radius_for(hessian_norm(jnp.asarray(H), kind), TOLERANCE, dims=2))
 
     axes, _ = semi_axes(jnp.asarray(jet.hessian), TOLERANCE, most=4.0)
     return {

@@ -39,7 +39,7 @@ from figures.j12.shared.box import (
 from figures.j12.shared.shadows import shadow, with_hessian
 from figures.style import Claim, Drawing
 from firstorder import plotting
-from firstorder.caching import curvature, neighbour_clamped, radius_for
+from firstorder.caching import hessian_norm, neighbour_clamping, radius_for
 from firstorder.caching.occlusion import OcclusionTable, occlusion_table
 from firstorder.plotting.style import COLOURS
 
@@ -93,10 +93,10 @@ def _floor(name: str, s: Size, rays: int) -> Floor:
 def _compared(floor: Floor, count: int, quick: bool) -> dict[str, Outcome]:
     c = floor.case
     n, table = c.size.pixels, c.table
-    held = neighbour_clamped(table.position, table.harmonic)
+    held = neighbour_clamping(table.position, table.harmonic)
     radii = metrics(c) | {"neighbours": split(held, n)}
     radii["occlusion-aware"] = hessian(floor.aware.hessian, n)
-    even = radius_for(curvature(jnp.asarray(floor.aware.hessian), "mean"), 1.0, dims=2)
+    even = radius_for(hessian_norm(jnp.asarray(floor.aware.hessian), "mean"), 1.0, dims=2)
     radii["aware, mean"] = scaled(np.asarray(even), 0.25, n)
     if floor.exact is not None:
         radii["exact"] = hessian(floor.exact, n)

@@ -32,8 +32,8 @@ from figures.j12.shared.box import (
 from figures.j12.shared.shadows import exact_jet, lit
 from figures.style import Claim, Drawing
 from firstorder import plotting
-from firstorder.caching import radius_for, third_curvature
-from firstorder.caching.tables import Table
+from firstorder.caching import radius_for, third_derivative_norm
+from firstorder.caching.candidate_tables import CandidateTable
 
 FIELDS = {"lamp": "lamp alone", "plate": "lamp and plate"}
 METHODS = ("alike", "Hessian", "third order")
@@ -69,12 +69,14 @@ def _case(name: str, s: Size) -> tuple[Case, np.ndarray]:
     x = places(s.pixels)
     jet = exact_jet(name, x)
     none = np.zeros(len(x))
-    table = Table(x, jet.E, jet.gradient, jet.gradient, jet.hessian, jet.hessian, none, none, none)
+    table = CandidateTable(
+        x, jet.E, jet.gradient, jet.gradient, jet.hessian, jet.hessian, none, none, none
+    )
     return Case(lit(name), table, jet.E, np.ones(len(x), bool), s), jet.third
 
 
 def _third(T: np.ndarray, pixels: int):
-    size = third_curvature(jnp.asarray(T))
+    size = third_derivative_norm(jnp.asarray(T))
     return scaled(np.asarray(radius_for(size, 1.0, order=2, dims=2)), 0.2, pixels)
 
 

@@ -27,8 +27,8 @@ from figures.j12.shared.box import (
     Size,
     case,
     compare,
-    curvature,
     hessian,
+    hessian_norm,
     metrics,
     radius_for,
     tuned,
@@ -75,7 +75,7 @@ def _limited(c: Case, quick: bool) -> dict[str, Outcome]:
     limits = [(low, high) for low in lows for high in (0.1, 0.3)]
     lengths = {"minimum": c.table.minimum, "harmonic": c.table.harmonic}
     found = {m: tuned(c, length, limits).outcome for m, length in lengths.items()}
-    k = curvature(np.asarray(c.table.hessian))
+    k = hessian_norm(np.asarray(c.table.hessian))
     # At equal counts a length whose multiple is the radius stands for the tolerance.
     radius = np.minimum(np.asarray(radius_for(k, 1.0, dims=2)), 1e6)
     return found | {"radiometric": tuned(c, radius, limits).outcome}

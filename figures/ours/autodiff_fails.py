@@ -40,7 +40,7 @@ from firstorder.flatland import (
     derivatives,
     irradiance,
     nearest,
-    thing,
+    primitive,
 )
 
 LAMP, HEIGHT = (-0.6, 0.6), 1.0
@@ -53,7 +53,7 @@ INK, RED, BLUE, GOLD = "#1b1b1b", "#c2410c", "#2563eb", "#e0a526"
 
 def _scene() -> Scene:
     lamp = Segments((LAMP[1], HEIGHT), (LAMP[0], HEIGHT))
-    return Scene.of(thing(lamp, emission=1.0), thing(box(*BOX)), thing(Circles(*DISC)))
+    return Scene.of(primitive(lamp, emission=1.0), primitive(box(*BOX)), primitive(Circles(*DISC)))
 
 
 def _receiver(x) -> Receiver:
@@ -240,7 +240,7 @@ def _claims(autodiff, still, noisy, true, errors, dense, truth) -> list[Claim]:
 
 def _draw_scene(ax: Axes, x, E) -> None:
     """The scene, the cone of one receiver's edges, and the floor in its own light."""
-    plotting.scene(ax, "A lamp, two blockers, a floor, and what one point of it sees")
+    plotting.map_axes(ax, "A lamp, two blockers, a floor, and what one point of it sees")
     at = -0.08
     for low, high in _cast(at):
         fan = [(at, 0.0), (float(low), HEIGHT), (float(high), HEIGHT)]

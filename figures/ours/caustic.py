@@ -16,56 +16,60 @@ import numpy as np
 
 from figures.style import Claim, Drawing
 from firstorder import plotting
-from firstorder.flatland import Arcs, Circles, Scene, Segments, thing
-from firstorder.flatland.refraction import Beam, Lens, PointSource, follow, through
+from firstorder.flatland import Arcs, Circles, Scene, Segments, primitive
+from firstorder.flatland.refraction import Beam, Caustic, PointSource, through_body, trace_path
 
 INDEX = 1.5
 RAYS = 33  # that are drawn
 
 
-def disc() -> Lens:
-    floor = thing(Segments((-1.0, 0.0), (1.0, 0.0)), name="floor")
-    glass = thing(Circles((0.0, 0.62), 0.5), name="glass", ior=INDEX)
-    return Lens(Scene.of(floor, glass), Beam((0.0, 1.9), np.pi), through(1), 0, -0.4999, 0.4999)
+def disc() -> Caustic:
+    floor = primitive(Segments((-1.0, 0.0), (1.0, 0.0)), name="floor")
+    glass = primitive(Circles((0.0, 0.62), 0.5), name="glass", ior=INDEX)
+    return Caustic(
+        Scene.of(floor, glass), Beam((0.0, 1.9), np.pi), through_body(1), 0, -0.4999, 0.4999
+    )
 
 
-def lens() -> Lens:
+def lens() -> Caustic:
     radius, half, up = 0.6, 0.4, 0.75
     angle = np.arcsin(half / radius)
     drop = radius * np.cos(angle)
-    floor = thing(Segments((-1.0, 0.0), (1.0, 0.0)), name="floor")
-    top = thing(Arcs((0.0, up - drop), radius, angle, -2.0 * angle), name="top", ior=INDEX)
-    low = thing(Arcs((0.0, up + drop), radius, np.pi + angle, -2.0 * angle), name="low", ior=INDEX)
+    floor = primitive(Segments((-1.0, 0.0), (1.0, 0.0)), name="floor")
+    top = primitive(Arcs((0.0, up - drop), radius, angle, -2.0 * angle), name="top", ior=INDEX)
+    low = primitive(
+        Arcs((0.0, up + drop), radius, np.pi + angle, -2.0 * angle), name="low", ior=INDEX
+    )
     scene = Scene.of(floor, top, low)
     light = PointSource((0.0, up + 1.6))
     wide = 0.999 * np.arctan(half / 1.6)
-    return Lens(scene, light, through(1, 2), 0, np.pi - wide, np.pi + wide)
+    return Caustic(scene, light, through_body(1, 2), 0, np.pi - wide, np.pi + wide)
 
 
 @eqx.filter_jit
-def exact(lens: Lens, s):
+def exact(lens: Caustic, s):
     """Irradiance along the floor, rays and places of the folds, and which of these are real."""
     return lens.irradiance(s), *lens.folds()
 
 
 @eqx.filter_jit
-def traced(lens: Lens, q):
+def traced(lens: Caustic, q):
     """Where rays end."""
     return jax.vmap(lens.arrive)(q)
 
 
 @eqx.filter_jit
-def bends(lens: Lens, q):
+def bends(lens: Caustic, q):
     """Where rays start, and where they go in and out: (3, n, 2)."""
 
     def until(k, q):
-        return follow(lens.scene, lens.path[:k], *lens.light.ray(q)).position
+        return trace_path(lens.scene, lens.path[:k], *lens.light.ray(q)).position
 
     return jnp.stack([jax.vmap(lambda q, k=k: until(k, q))(q) for k in range(3)])
 
 
 @eqx.filter_jit
-def caustic(lens: Lens, q):
+def caustic(lens: Caustic, q):
     """Points of the caustic, and how far along the rays."""
     return jax.vmap(lens.envelope)(q)
 
@@ -105,7 +109,7 @@ def draw(quick: bool) -> Drawing:
     return Drawing(figure, arrays, claims, size=f"{places} receivers, {photons} photons", seed=3)
 
 
-def _draw_rays(ax, made: Lens, title, lines, edge, t):
+def _draw_rays(ax, made: Caustic, title, lines, edge, t):
     plotting.draw_scene(ax, made.scene, normals=False, receivers=("floor",))
     ax.plot(*lines.transpose(2, 0, 1), color="#c2410c", linestyle="-", linewidth=0.4)
     shown = (t > 0.0) & (edge[:, 1] > -0.05) & (np.abs(edge[:, 0]) < 0.8)

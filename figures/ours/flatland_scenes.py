@@ -1,7 +1,7 @@
 """Every scene that ships by name, as a map.
 
 Not a figure of the papers; what they leave open, and what is chosen here, stands in the docstring
-of each scene (`firstorder.flatland.library.scenes`, `firstorder.flatland.library.e11`). Lines are
+of each scene (`firstorder.flatland.library._scenes`, `firstorder.flatland.library._e11`). Lines are
 as dark as their albedo is low; yellow emits, stars are lights without size, a ring is the sky,
 short ticks are normals, and what is outlined in red is the floor, on which the papers look.
 
@@ -15,28 +15,28 @@ import numpy as np
 
 from figures.style import Claim, Drawing
 from firstorder import plotting
-from firstorder.flatland.library import scenes
-from firstorder.io import scene_from_toml, scene_to_toml
+from firstorder.flatland.library import _scenes as scenes
+from firstorder.io import flatland_from_toml, flatland_to_toml
 
 
 def draw(quick: bool) -> Drawing:
     """Five in a row."""
-    names = scenes.names()
+    names = scenes.scene_names()
     columns = 5
     rows = -(-len(names) // columns)
     figure, axes = plotting.panels(rows, columns, 2.5, 2.3)
     back = 0
     for ax, name in zip(axes.flat, names, strict=False):
-        scene = scenes.named(name)
+        scene = scenes.named_scene(name)
         ax.set_title(name, loc="left")
         plotting.draw_scene(ax, scene, receivers=("floor",))
         plotting.print_scale(ax, f"{scene.count} shapes")
-        again = scene_from_toml(scene_to_toml(scene))
+        again = flatland_from_toml(flatland_to_toml(scene))
         pairs = zip(jax.tree.leaves(scene), jax.tree.leaves(again), strict=True)
         back += all(np.array_equal(a, b) for a, b in pairs)
     for ax in axes.flat[len(names) :]:
         ax.set_axis_off()
-    counts = {"shapes": np.array([scenes.named(name).count for name in names])}
+    counts = {"shapes": np.array([scenes.named_scene(name).count for name in names])}
     claim = Claim(
         "every scene that ships by name comes back from its TOML file to the bit",
         None,

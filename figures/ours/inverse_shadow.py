@@ -31,7 +31,7 @@ from scipy.optimize import least_squares
 
 from figures.style import Claim, Drawing
 from firstorder import plotting
-from firstorder.flatland import Circles, Receiver, Scene, Segments, irradiance, nearest, thing
+from firstorder.flatland import Circles, Receiver, Scene, Segments, irradiance, nearest, primitive
 
 NAMES = ("disc x", "disc y", "radius", "lamp middle", "lamp half-width", "radiance")
 TRUE = np.array([0.15, 0.5, 0.13, -0.1, 0.5, 1.3])
@@ -49,7 +49,7 @@ def scene(p) -> Scene:
     x, y, r, middle, half, L = p
     one = jnp.ones_like(x)
     lamp = Segments(jnp.stack([middle + half, one]), jnp.stack([middle - half, one]))
-    return Scene.of(thing(lamp, emission=L), thing(Circles(jnp.stack([x, y]), r)))
+    return Scene.of(primitive(lamp, emission=L), primitive(Circles(jnp.stack([x, y]), r)))
 
 
 def exact(p, x):
@@ -213,7 +213,7 @@ LINES = {
 
 
 def _draw_scene(ax: Axes, fits) -> None:
-    plotting.scene(ax, "a) found from the floor's light alone")
+    plotting.map_axes(ax, "a) found from the floor's light alone")
     ax.plot((-1, 1), (0, 0), color=INK, linestyle="-", linewidth=1.6)
     x, y, r, middle, half, _ = TRUE
     ax.add_patch(Circle((x, y), r, facecolor="0.75", linewidth=0))

@@ -13,7 +13,7 @@ its tangent's length.
 "Gradient shading at most twice value shading" is asked of the exact irradiance and its automatic
 derivatives, the receiver's motion in its plane; times are processor times, least of several.
 Silhouettes, cuts and what is seen between them are found once. The derivative of a sum over closed
-edges is one integral along them at fixed cuts (`space.silhouettes.edge_integrals`), so that a
+edges is one integral along them at fixed cuts (`space.silhouettes._edge_integrals`), so that a
 gradient differentiates no cut and a Hessian each cut once.
 R07's ratio of rays to shading is taken from its own numbers: 75.9 minutes over 512 x 512 pixels of
 10,000 rays are 1.7 microseconds a ray, on the machine of 2007.
@@ -34,8 +34,8 @@ from firstorder.io import Embree
 from firstorder.numerics.batching import in_batches
 from firstorder.space import first_shape, receiver
 from firstorder.space.direct_lighting import boundary_gradient, irradiance
-from firstorder.space.library import three_spheres
-from firstorder.space.meshes.mesh import mesh
+from firstorder.space.library._scenes import three_spheres
+from firstorder.space.meshes.triangle_mesh import mesh
 
 SIDE = 100  # rays in theta and in phi
 TRACED = 64  # receivers that trace them

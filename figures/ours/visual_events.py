@@ -16,18 +16,18 @@ import numpy as np
 from figures.style import Claim, Drawing
 from firstorder import plotting
 from firstorder.checks.tolerance import normwise
-from firstorder.flatland import Circles, Scene, Segments, irradiance, receiver, thing
-from firstorder.flatland.discontinuities.events import extrapolation_error, find
+from firstorder.flatland import Circles, Scene, Segments, irradiance, primitive, receiver
+from firstorder.flatland.discontinuities.events import extrapolation_error, visual_events
 
 RECORD, REACH = 0.13, 0.6
 
 
 def stage() -> Scene:
     return Scene.of(
-        thing(Segments((-2.0, 0.0), (2.0, 0.0)), name="floor"),
-        thing(Segments((0.7, 1.1), (-0.2, 1.3)), name="lamp", emission=1.0),
-        thing(Segments((-0.35, 0.55), (0.05, 0.6)), name="plate", emission=(0.3, 0.0)),
-        thing(Circles((0.55, 0.62), 0.13), name="disc", emission=0.2),
+        primitive(Segments((-2.0, 0.0), (2.0, 0.0)), name="floor"),
+        primitive(Segments((0.7, 1.1), (-0.2, 1.3)), name="lamp", emission=1.0),
+        primitive(Segments((-0.35, 0.55), (0.05, 0.6)), name="plate", emission=(0.3, 0.0)),
+        primitive(Circles((0.55, 0.62), 0.13), name="disc", emission=0.2),
     )
 
 
@@ -49,7 +49,7 @@ def jets(scene: Scene, x) -> np.ndarray:
 
 def draw(quick: bool) -> Drawing:
     scene = stage()
-    table = find(scene)
+    table = visual_events(scene)
     table = table.take((table.receiver == 0) & table.front & (table.jump_E1 != 0.0))
     at = 4.0 * table.s - 2.0
     # Not at round numbers: on an event a derivative is a one-sided one, or their sum.

@@ -3,7 +3,7 @@
 The paper proposes it and shows no picture. The scene is `r07.shared.table` without shadows; the
 lamp has 8 x 8 Gauss nodes, at its own distance of 3 m and at 4 times that. Where `CDV > t SV` (both
 lobes together) a pixel is shaded by the lamp as it looks from the middle of its object
-(`imaging.sky_lights.as_distant`): from a sphere's centre, and on the table from the point below
+(`imaging.sky_lights.distant_lamp`): from a sphere's centre, and on the table from the point below
 them. Errors are over those pixels alone: of values as a share of the rms value, of gradients as a
 share of the rms gradient. Of the gradient along the surface a single lobe loses at most `1 / (t -
 1)` with its SV; where the CDV of two lobes point against each other, or the turn of the view
@@ -23,9 +23,9 @@ import numpy as np
 from figures.r07.shared import table as shared
 from figures.style import Claim, Drawing
 from firstorder import plotting
-from firstorder.imaging.pixels import Finish, shade_all
-from firstorder.imaging.sky_lights import as_distant
-from firstorder.reconstruction.importance import far_light
+from firstorder.imaging.shading import SurfaceMaps, shade_pixels
+from firstorder.imaging.sky_lights import distant_lamp
+from firstorder.reconstruction.importance import is_far_light
 
 PLACES = {"table": (0.0, 0.0, 0.0), "diffuse": (-1.2, 0.0, 0.5), "glossy": (0.0, 0.0, 0.5),
           "bumpy": (1.2, 0.0, 0.5)}  # fmt: skip
@@ -76,14 +76,14 @@ def draw(quick: bool) -> Drawing:
 
 def _both(world, lamp, p, index):
     """Pixels by near light, and by the same taken for distant, object by object."""
-    finish, camera = Finish(world.height), world.camera
-    near = shade_all(world.scene, camera, [lamp], p, index, finish, False)
+    finish, camera = SurfaceMaps(world.height), world.camera
+    near = shade_pixels(world.scene, camera, [lamp], p, index, finish, False)
     parts = []
     for name, place in PLACES.items():
         k = world.scene.named(name)[0]
         own = np.where(index == k, index, -1)
-        lights = [as_distant(lamp, np.array(place))]
-        parts.append(shade_all(world.scene, camera, lights, p, own, finish, False))
+        lights = [distant_lamp(lamp, np.array(place))]
+        parts.append(shade_pixels(world.scene, camera, lights, p, own, finish, False))
     return near, functools.reduce(_sum, parts)
 
 
@@ -94,7 +94,7 @@ def _sum(a, b):
 
 def _far(near, threshold: float) -> np.ndarray:
     SV, CDV = np.sum(near.SV, -1), np.sum(near.CDV, -1)
-    return far_light(CDV, SV, threshold) & (near.value > 0.0)
+    return is_far_light(CDV, SV, threshold) & (near.value > 0.0)
 
 
 def _errors(near, distant, index) -> dict[str, np.ndarray]:

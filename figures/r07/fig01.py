@@ -19,10 +19,10 @@ from figures.r07.shared import spheres, table
 from figures.style import Claim, Drawing
 from firstorder import plotting
 from firstorder.reconstruction import GridInterpolant
-from firstorder.reconstruction.delaunay import reconstruct
+from firstorder.reconstruction.delaunay import delaunay_image
 from firstorder.reconstruction.importance import by_gradient
 from firstorder.reconstruction.quadtree import sample_image
-from firstorder.space.library import three_spheres
+from firstorder.space.library._scenes import three_spheres
 
 SHARE, HALF, NODES = 0.17, 1.5, 20
 
@@ -35,7 +35,7 @@ def draw(quick: bool) -> Drawing:
     got = sample_image(known.shade(), side, side, budget, by_gradient, labels=labels,
                        smallest=shared.FINEST)  # fmt: skip
     label = known.at(got.p, "label").astype(int)
-    image = reconstruct(got.p, got.value, side, side, gradient=got.gradient, scheme="gradient",
+    image = delaunay_image(got.p, got.value, side, side, gradient=got.gradient, scheme="gradient",
                         label=label, labels=labels)  # fmt: skip
     even = _evenly(known, budget)
     shadow, soft, fine = _shadows(pixels)
@@ -83,7 +83,7 @@ def _evenly(known, budget: int):
     x = (np.arange(count) + 0.5) * side / count
     at = np.rint(x - 0.5).astype(int).clip(0, side - 1)
     p = np.stack(np.meshgrid(at + 0.5, at + 0.5, indexing="ij"), -1).reshape(-1, 2)
-    return reconstruct(p, known.at(p, "value"), side, side)
+    return delaunay_image(p, known.at(p, "value"), side, side)
 
 
 def _shadows(pixels: int):

@@ -4,7 +4,7 @@ The paper prints formulas; here each cell is a square walked both ways: the law'
 the portrait, and the portrait of the result drawn by a route that shares no code (autodiff for
 jets, transforms of samples for the rest). The paper has the columns gradient, Fourier and wavelet;
 Hessian and covariance are ours. It leaves the light open; ours is an off-centre, correlated
-Gaussian (`firstorder.checks.cases`), which no sign and no phase error survives.
+Gaussian (`firstorder.checks.all_cases`), which no sign and no phase error survives.
 
 One entry does not hold as printed. The wavelet coefficients of an integral are $\sqrt{T} F_{i0}$ on
 an interval of length $T$, and $F_{i0}$ only for $T = 1$. The gradient of an integral has boundary
@@ -17,9 +17,9 @@ import numpy as np
 
 from figures.style import Claim, Drawing
 from firstorder import plotting
-from firstorder.checks.registry import cases
-from firstorder.checks.squares import PORTRAITS, Square, converted
-from firstorder.checks.table import LAWS, Table, measured
+from firstorder.checks.registry import all_cases
+from firstorder.checks.squares import PORTRAITS, Square, by_conversion
+from firstorder.checks.table import LAWS, Table, measure
 from firstorder.checks.tolerance import normwise
 from firstorder.fields import Wavelet
 
@@ -79,9 +79,9 @@ REFUSED = {("warp", "spectrum"), *((law, "wavelet") for law in ("convolve", "mov
 
 
 def draw(quick: bool) -> Drawing:
-    table = measured()
+    table = measure()
     figure, axes = plotting.panels(1, 1, 13.0, 4.2)
-    plotting.table(
+    plotting.draw_table(
         axes[0, 0],
         HEADS,
         LAWS,
@@ -96,7 +96,7 @@ def draw(quick: bool) -> Drawing:
         "laws": np.array(LAWS),
         "portraits": np.array(PORTRAITS),
     }
-    size = " x ".join(map(str, cases()["move"].grid.size)) + " samples, the same when quick"
+    size = " x ".join(map(str, all_cases()["move"].grid.size)) + " samples, the same when quick"
     return Drawing(figure, arrays, _claims(table), size=size)
 
 
@@ -118,14 +118,14 @@ def _claims(table: Table) -> list[Claim]:
             words, error = f"{law}: error of the rule for the {portrait}", s.error
             if (law, portrait) == ("integrate", "wavelet"):
                 words, error = f"{words}, as printed", _without_length()
-            holds = error is not None and error < cases()[law].bound(portrait)
+            holds = error is not None and error < all_cases()[law].bound(portrait)
             told.append(Claim(words, 0.0, error, "", holds))
     return told
 
 
 def _without_length() -> float:
     """Error of `H_i = F_i0` on the interval of the case, whose length is not 1."""
-    case = cases()["integrate"]
+    case = all_cases()["integrate"]
     assert case.wavelet_grid is not None
     F = Wavelet.of(case.field, case.wavelet_grid).coefficients
-    return normwise(F[:, 0], converted(case, "wavelet"))
+    return normwise(F[:, 0], by_conversion(case, "wavelet"))

@@ -212,7 +212,7 @@ def _picture(results, base) -> Figure:
     ]
     title = "R07 Fig. 4 in two scenes: root mean square, and whether the paper's entry holds"
     heads.append("all hold?")
-    plotting.table(axes[0, 0], heads, list(results), cells, verdicts, title=title)
+    plotting.draw_table(axes[0, 0], heads, list(results), cells, verdicts, title=title)
     return figure
 
 

@@ -1,6 +1,6 @@
 """R07 Fig. 9: a floor shadowed by a box and a circle; its gradient three ways; adaptive sampling.
 
-The paper gives no numbers. The scene is `flatland.library.scenes.r07_fig09`: a floor 6 m wide, a
+The paper gives no numbers. The scene is `flatland.library._scenes.r07_fig09`: a floor 6 m wide, a
 box of 0.9 m by 0.45 m and a circle of 0.35 m radius above it, a sky 0.5 rad wide about the zenith.
 Numeric gradients are central differences over neighbouring pixels of 513. "The same at the scale of
 the figure" is taken for an rms error below 1 % of the gradient's range, about a line's width.
@@ -25,7 +25,7 @@ import numpy as np
 from figures.r07.shared import shadows as shared
 from figures.style import Claim, Drawing
 from firstorder import plotting
-from firstorder.flatland.library.scenes import r07_fig09
+from firstorder.flatland.library._scenes import r07_fig09
 
 PIXELS, INITIAL, BUDGET, SHOWN = 513, 9, 129, 33
 WIDTH = 0.01  # of a line, in units of the range that is plotted
@@ -89,7 +89,7 @@ def _error(line, budget, x, E) -> float:
 
 
 def _scene(ax) -> None:
-    plotting.scene(ax, "a) scene")
+    plotting.map_axes(ax, "a) scene")
     plotting.draw_surface(ax, [[-3.0, 0.0], [3.0, 0.0]], depth=0.12)
     (left, low), (right, high) = shared.CORNERS[0], shared.CORNERS[-1]
     ax.fill([left, right, right, left], [low, low, high, high], color="0.25", linewidth=0)

@@ -1,6 +1,6 @@
 """R07 Fig. 10: shadows between samples, by lines and by curves that know the gradient.
 
-The scene of Fig. 9 (`flatland.library.scenes.r07_fig09`); even samples, 25 in the picture. The
+The scene of Fig. 9 (`flatland.library._scenes.r07_fig09`); even samples, 25 in the picture. The
 paper does not say which curve it draws; ours is the cubic Hermite interpolant, and the quintic one
 that also knows the second derivative. A sample with its gradient is two numbers, so lines are also
 drawn through twice as many samples. "Significantly greater" is taken for half the error.
@@ -21,8 +21,8 @@ from figures.r07.shared import shadows as shared
 from figures.style import Claim, Drawing
 from firstorder import plotting
 from firstorder.checks.tolerance import fitted_order
-from firstorder.flatland.library.scenes import r07_fig09
-from firstorder.reconstruction import Interpolant
+from firstorder.flatland.library._scenes import r07_fig09
+from firstorder.reconstruction import HermiteInterpolant
 
 SHOWN, CLOSEUP = 25, (0.0, 1.5)
 COUNTS = (13, 25, 49, 97, 193)  # samples on an even grid; each holds those before it
@@ -45,7 +45,9 @@ def draw(quick: bool) -> Drawing:
     broken = dict(zip(pieces, jets[1 + len(grids) :], strict=True))
 
     def error(nodes, data, kind: int) -> float:
-        return shared.rms(np.asarray(shared.value(Interpolant(nodes, data[:, :kind]), x)) - E)
+        return shared.rms(
+            np.asarray(shared.value(HermiteInterpolant(nodes, data[:, :kind]), x)) - E
+        )
 
     errors = {
         name: np.array([error(grids[c], even[c], k) for c in COUNTS])
@@ -59,7 +61,7 @@ def draw(quick: bool) -> Drawing:
     near = (x >= CLOSEUP[0]) & (x <= CLOSEUP[1])
 
     curves = {
-        name: np.asarray(shared.value(Interpolant(grids[SHOWN], even[SHOWN][:, :k]), x))
+        name: np.asarray(shared.value(HermiteInterpolant(grids[SHOWN], even[SHOWN][:, :k]), x))
         for k, name in enumerate(NAMES, 1)
     }
     figure, axes = plotting.panels(1, 3, 3.6, 2.9)

@@ -23,8 +23,8 @@ import numpy as np
 
 from figures.style import Claim, Drawing
 from firstorder import plotting
-from firstorder.numerics.quadrature import eased
-from firstorder.visibility import limb_elevation
+from firstorder.numerics.quadrature import inverse_sqrt_panels
+from firstorder.visibility import contour_elevation
 
 RADIUS, HEIGHT, HALF = 0.5, 1.0, 2.0
 AZIMUTHS, GRID = 400, 30
@@ -101,7 +101,7 @@ def integrand(x, y, phi) -> np.ndarray:
 @jax.jit
 def RATE(p, normal, phi):
     """R07 (41) with (45) and (46)."""
-    return limb_elevation(p, normal, phi).alpha_x
+    return contour_elevation(p, normal, phi).alpha_x
 
 
 def even(x, y, count: int, batch: int = 1600) -> np.ndarray:
@@ -118,7 +118,9 @@ def even(x, y, count: int, batch: int = 1600) -> np.ndarray:
 
 def few(x, y, count: int) -> np.ndarray:
     """(48) at a few azimuths, between the slices that are tangent to the ball."""
-    base, lag, weight = (np.asarray(a)[0] for a in eased(jnp.array([0.0, 1.0]), count))
+    base, lag, weight = (
+        np.asarray(a)[0] for a in inverse_sqrt_panels(jnp.array([0.0, 1.0]), count)
+    )
     flat = np.hypot(x, y)
     beside = flat > RADIUS
     half = np.where(beside, np.arcsin(RADIUS / np.where(beside, flat, 1.0)), 0.5 * np.pi)

@@ -1,11 +1,11 @@
 """R07 Fig. 13: soft shadows of three spheres on a plane, interpolated from a 20 x 20 grid.
 
-The paper prints no numbers. Open in it: every size. Here: `space.library.three_spheres` (radii 0.5,
-0.35 and 0.25 m; the first one rests on the plane), the square from -1.5 to 1.5 m, light that falls
-off from its middle, 0.5 rad from the zenith, as a Gaussian of spread 0.35 rad. Values and gradients
-are those of R07 §7.3 per azimuth, blocked intervals merged, the azimuth cut where a sphere begins
-and ends. Errors are given as shares of the light that arrives where nothing stands; one grey level
-of 8 bits is 1/255 of it.
+The paper prints no numbers. Open in it: every size. Here: `space.library._scenes.three_spheres`
+(radii 0.5, 0.35 and 0.25 m; the first one rests on the plane), the square from -1.5 to 1.5 m, light
+that falls off from its middle, 0.5 rad from the zenith, as a Gaussian of spread 0.35 rad. Values
+and gradients are those of R07 §7.3 per azimuth, blocked intervals merged, the azimuth cut where a
+sphere begins and ends. Errors are given as shares of the light that arrives where nothing stands;
+one grey level of 8 bits is 1/255 of it.
 
 "Equal stored numbers": three numbers a node against one, 35 x 35 nodes of values against 20 x 20 of
 values and gradients. There gradients beat bilinear values, but not the best use of values alone: a
@@ -31,7 +31,7 @@ from figures.r07.shared import spheres as shared
 from figures.style import Claim, Drawing
 from firstorder import plotting
 from firstorder.reconstruction import GridInterpolant
-from firstorder.space.library import three_spheres
+from firstorder.space.library._scenes import three_spheres
 
 HALF, NODES, STORED = 1.5, 20, 35
 RAYS = 100 * 100  # of the paper, at each node
@@ -131,7 +131,7 @@ def _rms(a) -> float:
 
 def _plan(ax, world) -> None:
     """From above: spheres, the grid, and where the light comes from."""
-    plotting.scene(ax, "a) spheres and grid")
+    plotting.map_axes(ax, "a) spheres and grid")
     a = np.linspace(-HALF, HALF, NODES)
     across, up = np.meshgrid(a, a)
     ax.plot(across.ravel(), up.ravel(), ".", color="0.6", markersize=1.5)

@@ -21,7 +21,7 @@ import numpy as np
 from figures.r07.shared import table as shared
 from figures.style import Claim, Drawing
 from firstorder import plotting
-from firstorder.reconstruction.delaunay import reconstruct
+from firstorder.reconstruction.delaunay import delaunay_image
 from firstorder.reconstruction.importance import by_area, by_density, by_differences, by_gradient
 from firstorder.reconstruction.quadtree import sample_image
 
@@ -44,7 +44,7 @@ def draw(quick: bool) -> Drawing:
         options = dict(gradient=got.gradient, label=at, labels=labels)
         found[name] = got
         images[name] = {
-            scheme: reconstruct(got.p, got.value, side, side, scheme=scheme, **options)
+            scheme: delaunay_image(got.p, got.value, side, side, scheme=scheme, **options)
             for scheme in ("linear", "gradient")
         }
         counts[name] = {o: int(np.sum(at == world.scene.named(o)[0])) for o in shared.NAMES}

@@ -35,12 +35,12 @@ from figures.r07.shared import meshes as shared
 from figures.r07.shared import table
 from figures.style import Claim, Drawing
 from firstorder import plotting
-from firstorder.reconstruction.delaunay import reconstruct
+from firstorder.reconstruction.delaunay import delaunay_image
 from firstorder.reconstruction.importance import (
     by_area,
-    by_bending,
     by_density,
     by_gradient,
+    by_hessian_differences,
     by_variance,
 )
 from firstorder.reconstruction.quadtree import sample_image
@@ -52,7 +52,7 @@ SHARES = (0.05, 0.1, 0.17, 0.35, 0.7, 1.34)
 WAYS = {
     "gradient": (by_gradient, True, None),
     "no shadow motion": (by_gradient, False, None),
-    "second order": (by_bending, True, None),
+    "second order": (by_hessian_differences, True, None),
     "product": (by_density, True, shared.heuristic),
     "D05": (by_density, True, shared.d05),
     "variance": (by_variance, True, None),
@@ -116,7 +116,7 @@ def _image(known, got, scheme: str, count: int | None = None):
     p, value = got.p[:count], got.value[:count]
     label = known.at(p, "label").astype(int)
     options = dict(gradient=known.gradient(p), label=label, labels=known.labels)
-    return reconstruct(p, value, known.side, known.side, scheme=scheme, **options)
+    return delaunay_image(p, value, known.side, known.side, scheme=scheme, **options)
 
 
 def _sweep(known, name: str, shares) -> np.ndarray:
@@ -171,7 +171,7 @@ def _seconds(side: int, nodes: int, budget: int, labels) -> dict[str, float]:
         got = sample_image(look, side, side, budget, metric, labels=labels, smallest=1.0)
         sampled = time.process_time() - start
         start = time.process_time()
-        reconstruct(got.p, got.value, side, side)
+        delaunay_image(got.p, got.value, side, side)
         put = time.process_time() - start
         out |= {f"{name}: shading": clock["shading"], f"{name}: tree": sampled - clock["shading"],
                 f"{name}: put together": put, name: sampled + put + primary}  # fmt: skip

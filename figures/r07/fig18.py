@@ -17,8 +17,8 @@ from figures.r07.shared import table as shared
 from figures.style import Claim, Drawing
 from firstorder import plotting
 from firstorder.imaging.camera import pinhole
-from firstorder.reconstruction.delaunay import reconstruct
-from firstorder.reconstruction.importance import Squares, by_area, by_differences, by_gradient
+from firstorder.reconstruction.delaunay import delaunay_image
+from firstorder.reconstruction.importance import QuadtreeCells, by_area, by_differences, by_gradient
 from firstorder.reconstruction.quadtree import sample_image
 
 SHARES = (0.05, 0.1, 0.17)
@@ -42,7 +42,7 @@ def draw(quick: bool) -> Drawing:
         for share in SHARES:
             got = sample_image(shade, side, side, int(share * side**2), metric, labels=labels)
             at = shared.shown(world, shared.coordinates(got.p, side))
-            picture = reconstruct(got.p, got.value, side, side, label=at, labels=labels)
+            picture = delaunay_image(got.p, got.value, side, side, label=at, labels=labels)
             rmse[name].append(float(np.sqrt(np.mean((picture - true)[bumpy] ** 2))))
             if share == SHARES[1]:
                 pictures[name], samples[name] = picture, got.p
@@ -72,7 +72,7 @@ def draw(quick: bool) -> Drawing:
 
 def _first_slopes(shade, side: int, labels) -> float:
     """On the first grid: mean size of differences over that of gradients, inside of the sphere."""
-    seen: list[Squares] = []
+    seen: list[QuadtreeCells] = []
 
     def metric(squares):
         seen.append(squares)

@@ -3,28 +3,28 @@
 The table of contents, in reading order:
 
 - `conventions`: every sign, origin and unit, written once;
-- `fields`: what light is (a field and its portraits: jet, spectrum, covariance, wavelets);
-- `laws`: what mathematics does to it (move, warp, multiply, integrate, convolve);
-- `transport`: what happens to light (travel, occlusion, rotation, reflection, ...), and paths;
-- `visibility`: where light breaks (edges of shadows and their motion, merged blockers);
-- `sampling`: where to look (strata, samplers with their densities, estimates with error bars);
-- `scene`: what scenes of both worlds share (primitives, intersection, the geometry term);
-- `flatland`: a world small enough to be exact (shapes, scenes, irradiance, light that bounces);
-- `space`: the same in three dimensions (silhouettes, light along them, gathered light, meshes);
+- `fields`: light fields and their portraits (jet, spectrum, covariance, wavelets);
+- `laws`: the five operators on them (move, warp, multiply, integrate, convolve);
+- `transport`: events of light (travel, occlusion, rotation, reflection, ...), and paths;
+- `visibility`: edges of blockers (their angles and motion, merged blockers);
+- `sampling`: random sampling (strata, distributions, estimates with error bars);
+- `scene`: parts that both worlds share (derivatives, primitives, intersection);
+- `flatland`: a world small enough to be exact (shapes, scenes, irradiance, indirect light);
+- `space`: the world of three dimensions (shapes, silhouettes, irradiance, meshes);
 - `imaging`: images in space (camera, hits, surface maps, shading);
 - `models`: procedural models (primitives, blobs, knots, plants);
 
 and what the calculus buys:
 
-- `caching`: irradiance caches (radii, records, what either choice costs);
+- `caching`: irradiance caches (records, radii, errors);
 - `shadowfield`: shadows as a light field (its spectrum, the wedge, sheared filters);
-- `bandwidth`: how densely light must be sampled;
-- `reconstruction`: where to put samples, and what lies between them;
+- `bandwidth`: band limits of light, and sampling rates of pixels;
+- `reconstruction`: adaptive sampling and interpolation of curves and images;
 - `rendering`: whole images to files (tiles, passes, shadow rays through meshes);
 
 beside which stand
 
-- `checks`: why you can believe it;
+- `checks`: verification (squares, faults, tolerances, statistics);
 - `io`: files (scenes, drawings, meshes, images, records);
 - `plotting`: pictures (import it yourself: it brings matplotlib).
 

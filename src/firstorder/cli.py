@@ -101,18 +101,18 @@ class Table:
 
     def run(self) -> int:
         """One line for each law or event, and the reasons of refusals."""
-        from firstorder.checks.registry import cases
-        from firstorder.checks.table import LAWS, measured, text
+        from firstorder.checks.registry import all_cases
+        from firstorder.checks.table import LAWS, as_text, measure
 
-        known = cases()
+        known = all_cases()
         lost = [n for n in self.names if n != "all" and not any(k.startswith(n) for k in known)]
         if lost:
             raise ValueError(
                 f"Argument `names` must begin names that `table all` prints, but has {lost[0]!r}."
             )
         chosen = [k for k in known if k.startswith(self.names)] if self.names else LAWS
-        table = measured(known if "all" in self.names else chosen)
-        print(text(table))
+        table = measure(known if "all" in self.names else chosen)
+        print(as_text(table))
         squares = [(name, s) for name, row in table.items() for s in row.values()]
         return int(any(s.verdict != known[n].expected.get(s.portrait, "equal") for n, s in squares))
 
@@ -142,20 +142,23 @@ class Scene:
 
     def run(self) -> int:
         """Read, measure, write."""
-        from firstorder.flatland.library import scenes
-        from firstorder.io import is_space, read_scene, write_csv, write_toml
+        from firstorder.flatland.library import _scenes as scenes
+        from firstorder.io import is_space, read_scene, write_csv, write_flatland
 
         if is_space(self.source):
             return self._space()
         if self.source == "list":
-            print(*(f"{name:12} {scenes.about(name)}" for name in scenes.names()), sep="\n")
+            print(
+                *(f"{name:12} {scenes.describe_scene(name)}" for name in scenes.scene_names()),
+                sep="\n",
+            )
             return 0
         if self.samples < 1:
             raise ValueError(f"Argument `samples` must be positive, but is {self.samples}.")
-        known = self.source in scenes.names()
-        scene = scenes.named(self.source) if known else read_scene(self.source)
+        known = self.source in scenes.scene_names()
+        scene = scenes.named_scene(self.source) if known else read_scene(self.source)
         if self.toml is not None:
-            write_toml(self.toml, scene)
+            write_flatland(self.toml, scene)
         curves = self._curves(scene)
         for name, curve in curves.items():
             _print_curve(name, curve)
@@ -168,7 +171,7 @@ class Scene:
 
     def _space(self) -> int:
         """List what is in a scene of space."""
-        from firstorder.io import described, read_space, write_space
+        from firstorder.io import describe_space, read_space, write_space
 
         if self.out is not None or self.receivers or self.indirect:
             raise ValueError(
@@ -178,7 +181,7 @@ class Scene:
         space = read_space(self.source)
         if self.toml is not None:
             write_space(self.toml, space)
-        print(described(space))
+        print(describe_space(space))
         return 0
 
     def _curves(self, scene) -> dict:
@@ -190,20 +193,58 @@ class Scene:
             return irradiance(scene, at)
 
         if self.indirect:
-            from firstorder.flatland.bounces.radiosity import solve
+            from firstorder.flatland.bounces.radiosity import solve_radiosity
 
-            light = solve(scene).irradiance
+            light = solve_radiosity(scene).irradiance
         names = self.receivers or _receivers(scene)
         return {name: curve_of(scene, name, light, self.samples) for name in names}
 
     def _draw(self, scene, curves: dict) -> None:
-        from firstorder.io import whole
+        from firstorder.io import atomic_write
         from firstorder.plotting import house_style, scene_report
 
         title = pathlib.Path(self.source).name
         words = "all bounces" if self.indirect else "direct light"
-        with house_style(), whole(self.out) as part:
+        with house_style(), atomic_write(self.out) as part:
             scene_report(scene, curves, title, words).savefig(part)
+
+
+@dataclass(frozen=True)
+class Agreements:
+    """Print what one receiver of a flatland scene gets, found in independent ways, side by side.
+
+    Irradiance with two derivatives, its spectrum, the wedge of its shadows; by intervals, edges,
+    laws, 50 digits, rays, a cached record, paths and photons. Exit code 1 if two of them differ.
+    """
+
+    source: Annotated[str, tyro.conf.Positional]
+    """A .toml or .svg file, or a name that `firstorder scene list` prints."""
+    receiver: str = ""
+    """Name of the shape on which the receiver lies; `floor`, if left out, or the first dark one."""
+    s: float = 0.63
+    """Where on it, from 0 to 1."""
+    quick: bool = False
+    """Few rays, paths and photons."""
+    seed: int = 0
+    """Of the random numbers."""
+
+    def run(self) -> int:
+        """Measure and print."""
+        from firstorder.checks.agreements import FULL, QUICK, agreements
+        from firstorder.errors import check_between
+        from firstorder.flatland import receiver
+        from firstorder.flatland.library import _scenes as scenes
+        from firstorder.io import read_scene
+
+        check_between("s", self.s, 0.0, 1.0)
+        known = self.source in scenes.scene_names()
+        scene = scenes.named_scene(self.source) if known else read_scene(self.source)
+        number = scene.named(self.receiver or _receivers(scene)[0])[0]
+        at = receiver(scene, number, self.s)
+        sizes = QUICK if self.quick else FULL
+        table = agreements(scene, at, sizes=sizes, seed=self.seed, name=self.source)
+        print(table)
+        return int(not table.agrees)
 
 
 @dataclass(frozen=True)
@@ -240,7 +281,11 @@ class Render:
         import hashlib
 
         from firstorder.io import is_space, read_space
-        from firstorder.rendering.image_files import fingerprint, render, world_of
+        from firstorder.rendering.image_files import (
+            render_to_files,
+            scene_fingerprint,
+            world_from_scene,
+        )
 
         for name in ("width", "height", "passes", "nodes", "sky_rows"):
             check_positive(name, getattr(self, name))
@@ -252,13 +297,15 @@ class Render:
                 f"but is {pathlib.Path(self.source).name}."
             )
         space = read_space(self.source)
-        world = world_of(space, self.nodes, self.sky_rows, self.sky_nodes)
+        world = world_from_scene(space, self.nodes, self.sky_rows, self.sky_nodes)
         words = hashlib.sha256(pathlib.Path(self.source).read_bytes()).hexdigest()[:16]
         # Meshes and pictures lie in files of their own; another version may shade otherwise.
-        words = f"{words} {fingerprint(space)} {firstorder.__version__}"
+        words = f"{words} {scene_fingerprint(space)} {firstorder.__version__}"
         key = f"{words} {self.nodes} {self.sky_rows} {self.sky_nodes}"
         folder = self.tiles or self.out.with_name(f"{self.out.stem}_tiles")
-        render(world, self.width, self.height, folder, passes=self.passes, key=key, out=self.out)
+        render_to_files(
+            world, self.width, self.height, folder, passes=self.passes, key=key, out=self.out
+        )
         print(f"{self.out} and {self.out.with_suffix('.png').name} are written.")
         return 0
 
@@ -295,7 +342,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"firstorder {firstorder.__version__}")
         return 0
     command = tyro.cli(
-        Jet | Table | Scene | Render, args=arguments, prog="firstorder", description=__doc__
+        Jet | Table | Scene | Agreements | Render,
+        args=arguments,
+        prog="firstorder",
+        description=__doc__,
     )
     session.start()
     try:

@@ -42,7 +42,7 @@ POSITIONS = ("x", "y")
 
 @dataclasses.dataclass(frozen=True)
 class Frame:
-    """What the coordinates of a light field are called, and which way its rays are labelled.
+    """Names of a light field's coordinates, and the sense in which its rays are labelled.
 
     Positions stand before directions: `("x", "theta")`, `("x", "v")`, or in space
     `("x", "y", "v", "w")`. A frame is static: it never becomes a traced value.
@@ -55,6 +55,9 @@ class Frame:
 
     coordinates: tuple[str, ...] = ("x", "theta")
     sense: Sense = "incoming"
+    # A default that nobody stated: a factor made with it takes the frame of the light that it meets
+    # (`Field.in_frame`). It is no part of what the frame is.
+    implied: bool = dataclasses.field(default=False, compare=False, repr=False)
 
     @property
     def dims(self) -> int:
@@ -94,15 +97,32 @@ class Frame:
         return dataclasses.replace(self, coordinates=(*self.coordinates, name))
 
     def turned(self) -> Frame:
-        """The same coordinates with the other sense."""
+        """Frame with these coordinates and the other sense."""
         sense: Sense = "outgoing" if self.sense == "incoming" else "incoming"
         return dataclasses.replace(self, sense=sense)
 
 
 FLATLAND = Frame(("x", "theta"))
 FLATLAND_SLOPE = Frame(("x", "v"))
+# Defaults of what is made before light is there, with angles or with slopes until it meets light.
+UNSTATED = Frame(("x", "theta"), implied=True)
+UNSTATED_SLOPE = Frame(("x", "v"), implied=True)
 SPACE = Frame(("x", "y", "theta", "phi"))
 SPACE_SLOPE = Frame(("x", "y", "v", "w"))
+
+
+def frame_with(axis: str, frame: Frame) -> Frame:
+    """The frame that the name of an axis states: "theta" says angles and "v" says slopes.
+
+    A frame that was stated is returned as it is.
+
+    Example:
+        >>> from firstorder.conventions import UNSTATED, frame_with
+        >>> frame_with("v", UNSTATED).coordinates
+        ('x', 'v')
+    """
+    stated = {"theta": FLATLAND, "v": FLATLAND_SLOPE}
+    return stated.get(axis, frame) if frame.implied else frame
 
 
 def direction(a: Float[Array, "..."]) -> Float[Array, "... 2"]:

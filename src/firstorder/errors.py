@@ -12,7 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
-from jaxtyping import Array
+from jaxtyping import Array, Float
 
 
 class Refused(Exception):
@@ -78,3 +78,11 @@ def check_invertible(name: str, M: Any) -> None:
 def nan_unless(ok: Any, x: Array) -> Array:
     """`x` where `ok`, NaN elsewhere: an invalid traced input never looks like an answer."""
     return jnp.where(ok, x, jnp.nan)
+
+
+def check_unit(name: str, w: Float[Array, " 3"]) -> None:
+    """Refuse a direction that is not a unit vector."""
+    if is_concrete(w):
+        length = float(np.linalg.norm(np.asarray(w)))
+        if not abs(length - 1.0) < 1e-4:
+            raise ValueError(f"Argument `{name}` must be a unit vector, but has length {length:g}.")

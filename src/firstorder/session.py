@@ -1,4 +1,4 @@
-"""What a program decides once, at its start: precision, a sound compiler, where its code is kept.
+"""Settings of a program, made once at its start: precision, a sound compiler, a cache of code.
 
 `import firstorder` sets no JAX flag. A script, a notebook or the command line calls `start` in its
 first lines; a library that builds on this one leaves that choice to its own users.

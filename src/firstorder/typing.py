@@ -1,4 +1,4 @@
-"""The shape vocabulary of every annotation.
+"""Names for the array shapes in annotations.
 
 `n` is the number of coordinates of a ray: 2 in flatland, 4 in space.
 """
@@ -20,6 +20,13 @@ RealLike: TypeAlias = ArrayLike
 
 
 def as_float(x: Any) -> Array:
-    """Convert a number or array to a floating array of its own, or the default, precision."""
-    x = jnp.asarray(x)
+    """Convert a number or array to a floating array of its own, or the default, precision.
+
+    Raises:
+        TypeError: if it holds no numbers.
+    """
+    try:
+        x = jnp.asarray(x)
+    except TypeError:
+        raise TypeError(f"A number or an array is asked for, but {x!r} is given.") from None
     return x if jnp.issubdtype(x.dtype, jnp.inexact) else x.astype(jnp.result_type(float))

@@ -5,20 +5,20 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from firstorder.bandwidth import BandLimit, after, band_limit, band_limits
+from firstorder.bandwidth import BandLimit, band_limit, band_limit_after, path_band_limits
 from firstorder.conventions import FLATLAND_SLOPE, SPACE, Frame
 from firstorder.errors import Refused
 from firstorder.fields import (
-    Box,
+    BoxProfile,
     Constant,
-    Dirac,
+    DiracProfile,
     Environment,
-    Flat,
     Function,
     GaussianProfile,
     Grid,
     Harmonics,
     Separable,
+    UniformProfile,
     gaussian,
     half_plane,
 )
@@ -86,8 +86,8 @@ def test_a_set_moves_as_its_points_do():
     band, rng = random_set(np.random.default_rng(6)), np.random.default_rng(7)
     M, N, w = rng.normal(size=(2, 2)), rng.normal(size=(2, 2)), rng.normal(size=2)
     assert band.moved(M).reach(w) == pytest.approx(band.reach(M @ w))  # w . M^T Omega
-    both = after(Move(N), after(Move(M), band))
-    assert both.reach(w) == pytest.approx(after(Move(M @ N), band).reach(w))
+    both = band_limit_after(Move(N), band_limit_after(Move(M), band))
+    assert both.reach(w) == pytest.approx(band_limit_after(Move(M @ N), band).reach(w))
 
 
 def test_equal_edges_that_are_cut_are_no_more_unlimited_than_one():
@@ -117,7 +117,7 @@ def test_a_spectrum_is_below_its_level_outside_the_band_limit_at_every_step():
     path = gaussian((0.2, -0.1), (0.6, 0.15), 0.3) >> GLOSSY >> Outgoing(0.7)
     path = path >> ToSlope().linearised(jnp.zeros(2)) >> Travel(1.2)
     rng = np.random.default_rng(8)
-    for band, F in zip(band_limits(path, level=1e-3), path.spectra, strict=True):
+    for band, F in zip(path_band_limits(path, level=1e-3), path.spectra, strict=True):
         assert not isinstance(band, Refused)
         assert not isinstance(F, Refused)
         far = np.array([band.extent(c) for c in band.frame.coordinates])
@@ -154,27 +154,29 @@ def test_an_integral_keeps_the_slice():
 
 def test_bands_of_the_known_fields():
     slope = FLATLAND_SLOPE
-    point = Separable([0.3, 0.0], (Dirac("x"), Flat("v")))
+    point = Separable([0.3, 0.0], (DiracProfile("x"), UniformProfile("v")))
     assert band_limit(point).extent("x") == jnp.inf
     assert band_limit(point).extent("v") == 0.0
-    assert band_limit(Box(0.5, "x", slope)).extent("x") == jnp.inf
+    assert band_limit(BoxProfile(0.5, "x", slope)).extent("x") == jnp.inf
     assert band_limit(Constant(2.0)).extent("theta") == 0.0
     total = gaussian((0.0, 0.0), (1.0, 1.0)) + gaussian((0.0, 0.0), (0.5, 2.0))
     assert band_limit(total).extent("x") >= band_limit(gaussian((0.0, 0.0), (0.5, 2.0))).extent("x")
     hump = band_limit(ClampedCosine(), 0.01).extent("theta")
-    from firstorder.transport import cos_plus_transform
+    from firstorder.transport import clamped_cosine_transform
 
-    beyond = jnp.abs(cos_plus_transform(hump * jnp.linspace(1.0, 30.0, 2000))) / 2.0
+    beyond = jnp.abs(clamped_cosine_transform(hump * jnp.linspace(1.0, 30.0, 2000))) / 2.0
     assert 0.005 < beyond.max() <= 0.01
 
 
 @pytest.mark.parametrize(
     ("make", "reason"),
     [
-        (lambda b: after(Travel(1.0).law(b.frame), b), "linearise"),
+        (lambda b: band_limit_after(Travel(1.0).law(b.frame), b), "linearise"),
         (lambda b: band_limit(Function(lambda x, t: x)), "give one"),
         (
-            lambda b: after(Convolve(GaussianProfile(0.1), Hemisphere(Constant(0.0))), b),
+            lambda b: band_limit_after(
+                Convolve(GaussianProfile(0.1), Hemisphere(Constant(0.0))), b
+            ),
             "horizon",
         ),
     ],
@@ -186,17 +188,21 @@ def test_what_has_no_band_limit_says_why(make, reason):
 
 def test_a_refusal_stays_to_the_end_of_the_path():
     path = gaussian((0.0, 0.0), (1.0, 1.0)) >> Curvature(1.0) >> Travel(1.0) >> Travel(1.0)
-    found = band_limits(path)
+    found = path_band_limits(path)
     assert [isinstance(b, Refused) for b in found] == [False, False, True, True]
-    assert all(isinstance(b, Refused) for b in band_limits(Function(lambda x, t: x) >> Mirror()))
+    assert all(
+        isinstance(b, Refused) for b in path_band_limits(Function(lambda x, t: x) >> Mirror())
+    )
 
 
 def test_two_principal_curvatures_in_space():
     K, d = np.array([[0.8, 0.3], [0.3, -0.5]]), 1.7
     band = BandLimit.box((0.0, 0.0, 5.0, 4.0), SPACE)
     for event in (Curvature(K), Mirror()):
-        band = after(event.law(band.frame), band)
-    band = after(Curvature(K, back=True).law(band.frame), band.cut("theta", 3.0).cut("phi", 2.0))
+        band = band_limit_after(event.law(band.frame), band)
+    band = band_limit_after(
+        Curvature(K, back=True).law(band.frame), band.cut("theta", 3.0).cut("phi", 2.0)
+    )
     shear = np.eye(4)
     shear[:2, 2:] = d * np.eye(2)
     band = band.moved(shear)
@@ -250,7 +256,7 @@ def test_a_wrong_cut_is_seen(name, wrong):
     cutoff = float(band_limit(lobe).extent("theta"))
     band = BandLimit.box((0.7 * cutoff, 3.0 * cutoff)).moved([[1.0, 0.5], [0.0, 1.0]])
     W = np.random.default_rng(16).normal(size=(20, 2))
-    reach = reaches(after(Convolve(lobe), band), jnp.asarray(W))
+    reach = reaches(band_limit_after(Convolve(lobe), band), jnp.asarray(W))
     right = [solved(band.cut("theta", cutoff), w) for w in W]
     assert np.allclose(reach, right, rtol=1e-9)
     assert not np.allclose(reach, reaches(wrong(band, cutoff), jnp.asarray(W))), f"survivor: {name}"
@@ -280,13 +286,13 @@ def test_the_cosine_is_a_narrow_factor_of_a_glossy_path():
         Curvature(1.0) >> Mirror() >> lobe,
     ):
         path = Environment(Harmonics(jnp.ones(40), jnp.zeros(40))) >> events
-        final = band_limits(path)[-1]
+        final = path_band_limits(path)[-1]
         assert not isinstance(final, Refused)
         assert float(final.extent("theta")) == pytest.approx(5.9156, rel=1e-4)
 
 
 def test_a_blocker_in_a_path_has_all_frequencies():
     sky = Environment(Harmonics(jnp.ones(4), jnp.zeros(4), Frame(("v",))), FLATLAND_SLOPE)
-    blocked = band_limits(sky >> half_plane_blocker(0.1, FLATLAND_SLOPE) >> Travel(0.5))
+    blocked = path_band_limits(sky >> half_plane_blocker(0.1, FLATLAND_SLOPE) >> Travel(0.5))
     assert not isinstance(blocked[-1], Refused)
     assert blocked[-1].extent("v") == jnp.inf

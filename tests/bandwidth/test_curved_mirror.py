@@ -11,7 +11,7 @@ from derivations.bandwidth import curved_mirror as derived
 from derivations.reconstruction import tracer
 from firstorder.bandwidth import (
     BandLimit,
-    after,
+    band_limit_after,
     glossy_bandwidth,
     glossy_bandwidth_in_space,
     glossy_criterion,
@@ -36,12 +36,14 @@ def through_the_path(cutoff, d, kappa, theta, depth, light, factor):
     if depth is not None:
         band = band + BandLimit.box((jnp.inf, 0.0)).moved([[1.0, -depth], [0.0, 1.0]])
     for event in (Incidence(theta), Curvature(kappa)):
-        band = after(event.law(band.frame), band)
-    band = after(Mirror().law(band.frame), band + BandLimit.box(jnp.stack([0.0, factor])))
+        band = band_limit_after(event.law(band.frame), band)
+    band = band_limit_after(
+        Mirror().law(band.frame), band + BandLimit.box(jnp.stack([0.0, factor]))
+    )
     band = band.cut("theta", cutoff)
     slopes = ToSlope().linearised(jnp.zeros(2))
     for event in (Curvature(kappa, back=True), Outgoing(theta), slopes, Travel(d)):
-        band = after(event.law(band.frame), band)
+        band = band_limit_after(event.law(band.frame), band)
     return band.extent("v")
 
 

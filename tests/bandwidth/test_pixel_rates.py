@@ -10,15 +10,15 @@ from derivations.bandwidth import pixel_rates as derived
 from firstorder.bandwidth import glossy_bandwidth_in_space, occluded_bandwidth
 from firstorder.bandwidth import pixel_rates as maps
 from firstorder.bandwidth import screen_space as screen
-from firstorder.bandwidth.pixel_rates import Seen
 from firstorder.imaging.camera import pinhole
-from firstorder.imaging.render import grid, labels, places
-from firstorder.space import Scene, box, plane, sphere, thing
+from firstorder.imaging.hits import GBuffer, gbuffer
+from firstorder.imaging.images import pixel_grid, pixel_labels, pixel_positions
+from firstorder.space import Scene, box, plane, primitive, sphere
 
 
 def pixel(d=1.5, S=((-0.7, 0.2), (0.2, 0.4)), theta=0.6):
     up, one = jnp.array([0.0, 0.0, 1.0]), jnp.ones(())
-    return Seen(0.0 * up, up, up, d * one, jnp.cos(theta) * one, jnp.asarray(S))
+    return GBuffer(0.0 * up, up, up, d * one, jnp.cos(theta) * one, jnp.asarray(S))
 
 
 # --- closed forms ------------------------------------------------------------------------------
@@ -28,14 +28,14 @@ def pixel(d=1.5, S=((-0.7, 0.2), (0.2, 0.4)), theta=0.6):
 def test_without_blockers_it_is_the_mirror_in_space():
     at = pixel()
     ours = glossy_bandwidth_in_space(1.3, at.distance, at.S, at.cosine)
-    assert maps.glossy_map(1.3, at).item() == pytest.approx(float(ours), rel=1e-14)
+    assert maps.glossy_bandwidth_map(1.3, at).item() == pytest.approx(float(ours), rel=1e-14)
 
 
 @pytest.mark.parametrize("kappa", [-1.0, 0.0, 0.3])
 def test_in_the_plane_of_view_it_is_flatland(kappa):
     """A trough seen along its curved direction; across it nothing turns faster."""
     at = pixel(S=((kappa, 0.0), (0.0, kappa * np.cos(0.6) ** -2)))
-    ours = maps.glossy_map(1.3, at, 0.8, 0.5)
+    ours = maps.glossy_bandwidth_map(1.3, at, 0.8, 0.5)
     flat = occluded_bandwidth(1.3, 1.5, kappa, np.cos(0.6), 1.0 / 0.8, light=0.5)
     assert ours.item() == pytest.approx(float(flat), rel=1e-12)
 
@@ -46,11 +46,11 @@ def relative(ours, true):
 
 def test_units_do_not_matter():
     at, far = pixel(), pixel(d=1500.0, S=1e-3 * np.array([[-0.7, 0.2], [0.2, 0.4]]))
-    for own in (maps.glossy_map, maps.diffuse_map):
+    for own in (maps.glossy_bandwidth_map, maps.diffuse_bandwidth_map):
         assert relative(own(1.3, far, 0.8e-3, 0.5), own(1.3, at, 0.8, 0.5)) < 1e-13
 
 
-GLOSSY = maps.glossy_map
+GLOSSY = maps.glossy_bandwidth_map
 
 
 def no_eye(cutoff, at, slope=0.0, light=0.0):
@@ -65,7 +65,7 @@ def no_light(cutoff, at, slope=0.0, light=0.0):
 
 def against(cutoff, at, slope=0.0, light=0.0):
     """The blocker turns the other way."""
-    bent = Seen(
+    bent = GBuffer(
         at.position, at.normal, at.to_eye, at.distance, at.cosine, at.S + slope * jnp.eye(2)
     )
     return GLOSSY(cutoff, bent, 0.0) + at.distance * slope * light
@@ -74,14 +74,14 @@ def against(cutoff, at, slope=0.0, light=0.0):
 @pytest.mark.parametrize("fault", [no_eye, no_light, against])
 def test_rays_and_slices_notice_faults(monkeypatch, fault):
     assert derived.by_rays(True) < 1e-6
-    monkeypatch.setattr(maps, "glossy_map", fault)
+    monkeypatch.setattr(maps, "glossy_bandwidth_map", fault)
     assert derived.by_rays(True) > 1e-2
     assert derived.by_slices(True) > 1e-2
 
 
 def test_slices_see_the_bound_reached_and_never_passed():
     d, S, theta, s = next(space.configurations(1, seed=21))
-    for gloss, own in ((True, maps.glossy_map), (False, maps.diffuse_map)):
+    for gloss, own in ((True, maps.glossy_bandwidth_map), (False, maps.diffuse_bandwidth_map)):
         bound = float(own(1500.0, pixel(d, S, theta), s, 900.0))
         assert space.reach(d, S, theta, s, gloss, 1500.0, 900.0, tries=6) < 1.01 * bound
 
@@ -104,21 +104,21 @@ def test_rms_cutoffs_are_those_of_the_lobes():
 def image():
     """A ball and a box on a floor, 96 x 64."""
     scene = Scene.of(
-        thing(plane((0, 0, 0), (0, 0, 1)), name="floor"),
-        thing(sphere((0.0, 0.0, 0.6), 0.6), name="ball"),
-        thing(box((0.9, -0.4, 0.0), (1.3, 0.4, 0.5)), name="box"),
+        primitive(plane((0, 0, 0), (0, 0, 1)), name="floor"),
+        primitive(sphere((0.0, 0.0, 0.6), 0.6), name="ball"),
+        primitive(box((0.9, -0.4, 0.0), (1.3, 0.4, 0.5)), name="box"),
     )
     camera = pinhole((0.3, -4.0, 2.0), (0.2, 0.0, 0.4), gamma=2.0)
-    p = places(*grid(96, 64))
-    index, label = (np.asarray(a) for a in labels(scene, camera, jnp.asarray(p)))
-    return scene, camera, p, index, label.reshape(96, 64), maps.seen(scene, camera, p, index)
+    p = pixel_positions(*pixel_grid(96, 64))
+    index, label = (np.asarray(a) for a in pixel_labels(scene, camera, jnp.asarray(p)))
+    return scene, camera, p, index, label.reshape(96, 64), gbuffer(scene, camera, p, index)
 
 
 def test_differences_between_pixels_are_the_closed_form(image):
     """Inside of shapes, away from slants: central differences err as the square of a pixel."""
     _, camera, p, _, label, at = image
     x, n = (np.asarray(a).reshape(96, 64, 3) for a in (at.position, at.normal))
-    turns = screen.screen_turns(x, n, camera.eye, label)
+    turns = screen.pixel_differences(x, n, camera.eye, label)
     step = np.asarray(maps.radians_per_pixel(camera, p, 2.0 / 96)).reshape(96, 64)
     inner = np.ones_like(label, bool)
     for axis in (0, 1):
@@ -127,8 +127,8 @@ def test_differences_between_pixels_are_the_closed_form(image):
     inner[[0, -1]] = inner[:, [0, -1]] = False
     inner &= np.asarray(at.cosine).reshape(96, 64) > 0.5
     for own, seen in (
-        (maps.glossy_map, screen.screen_glossy),
-        (maps.diffuse_map, screen.screen_diffuse),
+        (maps.glossy_bandwidth_map, screen.screen_glossy_bandwidth),
+        (maps.diffuse_bandwidth_map, screen.screen_diffuse_bandwidth),
     ):
         exact = np.asarray(own(1.3, at, 0.7, 0.5)).reshape(96, 64) * step
         found = np.asarray(seen(1.3, turns, 0.7, 0.5))
@@ -142,7 +142,7 @@ def test_a_pixel_alone_turns_by_nothing():
     label = np.arange(12).reshape(4, 3)
     x = np.random.default_rng(0).normal(size=(4, 3, 3))
     n = np.broadcast_to((0.0, 0.0, 1.0), x.shape)
-    turns = screen.screen_turns(x, n, np.array([0.0, 0.0, 9.0]), label)
+    turns = screen.pixel_differences(x, n, np.array([0.0, 0.0, 9.0]), label)
     assert all(np.all(a == 0.0) for a in turns)
 
 
@@ -158,10 +158,10 @@ def test_curvatures_seen_are_those_of_the_shapes(image):
 
 def test_the_sky_is_a_plane_across_the_ray(image):
     scene, camera, p, *_ = image
-    at = maps.seen(scene, camera, p[:3], np.full(3, -1))
+    at = gbuffer(scene, camera, p[:3], np.full(3, -1))
     assert np.all(at.S == 0.0)
     np.testing.assert_allclose(at.cosine, 1.0)
-    np.testing.assert_allclose(maps.glossy_map(2.0, at), 2.0)
+    np.testing.assert_allclose(maps.glossy_bandwidth_map(2.0, at), 2.0)
 
 
 # --- blockers ----------------------------------------------------------------------------------
@@ -169,28 +169,30 @@ def test_the_sky_is_a_plane_across_the_ray(image):
 
 def test_slopes_of_a_ball_overhead():
     """Rays straight up meet it at 1 m; half of the light comes from there."""
-    scene = Scene.of(thing(sphere((0.0, 0.0, 1.5), 0.5)), thing(plane((0, 0, 0), (0, 0, 1))))
+    scene = Scene.of(
+        primitive(sphere((0.0, 0.0, 1.5), 0.5)), primitive(plane((0, 0, 0), (0, 0, 1)))
+    )
     along = jnp.array([[[0.0, 0.0, 1.0], [0.8, 0.0, 0.6]]])
     d = maps.blocker_distance(scene, jnp.zeros((1, 3)), along, jnp.array([1]))
     assert d.tolist() == [[1.0, np.inf]]
-    assert maps.mean_slope(d).tolist() == [0.5]
-    assert maps.mean_slope(d, jnp.array([[3.0, 1.0]])).tolist() == [0.75]
+    assert maps.mean_inverse_distance(d).tolist() == [0.5]
+    assert maps.mean_inverse_distance(d, jnp.array([[3.0, 1.0]])).tolist() == [0.75]
 
 
 def test_slopes_are_finite_with_gradients_where_nothing_is_met():
     def mean(d):
-        return maps.mean_slope(d, jnp.array([0.0, 0.0]))
+        return maps.mean_inverse_distance(d, jnp.array([0.0, 0.0]))
 
     d = jnp.array([jnp.inf, 2.0])
     assert mean(d).item() == 0.0
     assert np.all(np.isfinite(jax.grad(mean)(d)))
-    assert np.all(np.isfinite(jax.grad(maps.mean_slope)(d)))
+    assert np.all(np.isfinite(jax.grad(maps.mean_inverse_distance)(d)))
 
 
 def test_changes_of_light_notice_an_arithmetic_mean(monkeypatch):
     assert derived.changes() < 0.02
     mean = lambda d, w: np.sum(w) / np.sum(w * d)  # noqa: E731
-    monkeypatch.setattr(maps, "mean_slope", mean)
+    monkeypatch.setattr(maps, "mean_inverse_distance", mean)
     assert derived.changes() > 0.2
 
 
@@ -199,38 +201,61 @@ def test_changes_of_light_notice_an_arithmetic_mean(monkeypatch):
 
 def test_densities_have_the_mean_1_and_follow_the_power():
     B = np.array([[0.01, 0.02], [0.04, 9.0]])
-    found = maps.density(B, power=1.0, even=0.0)
+    found = maps.sampling_density(B, power=1.0, even=0.0)
     assert np.mean(found) == pytest.approx(1.0)
     np.testing.assert_allclose(found.ravel() / found[0, 0], [1.0, 2.0, 4.0, 50.0])
-    np.testing.assert_allclose(maps.density(np.zeros(4)), 1.0)
-    assert np.min(maps.density(B, even=0.3)) > 0.3
+    np.testing.assert_allclose(maps.sampling_density(np.zeros(4)), 1.0)
+    assert np.min(maps.sampling_density(B, even=0.3)) > 0.3
 
 
 def test_the_best_split_notices_another_power(monkeypatch):
     assert derived.best_split() < 0.02
-    own = maps.density
-    monkeypatch.setattr(maps, "density", lambda B, power, even: own(B, power=2.0, even=even))
+    own = maps.sampling_density
+    monkeypatch.setattr(
+        maps, "sampling_density", lambda B, power, even: own(B, power=2.0, even=even)
+    )
     assert derived.best_split() > 0.1
 
 
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda: maps.glossy_map(-1.0, pixel()), r"`cutoff` must lie in \[0, inf\], but is -1"),
-        (lambda: maps.glossy_map(1.0, pixel(), np.inf), "`slope` must be finite, but is inf"),
-        (lambda: maps.glossy_map(1.0, pixel(), 1.0, np.nan), "`light` must be finite, but is nan"),
-        (lambda: maps.glossy_map(1.0, pixel(d=-1.0)), "`distance` must not be negative"),
-        (lambda: maps.mean_slope(jnp.array([1.0, 0.0])), r"`distance` must be positive, but is 0"),
         (
-            lambda: maps.mean_slope(jnp.array([1.0, np.nan])),
+            lambda: maps.glossy_bandwidth_map(-1.0, pixel()),
+            r"`cutoff` must lie in \[0, inf\], but is -1",
+        ),
+        (
+            lambda: maps.glossy_bandwidth_map(1.0, pixel(), np.inf),
+            "`slope` must be finite, but is inf",
+        ),
+        (
+            lambda: maps.glossy_bandwidth_map(1.0, pixel(), 1.0, np.nan),
+            "`light` must be finite, but is nan",
+        ),
+        (lambda: maps.glossy_bandwidth_map(1.0, pixel(d=-1.0)), "`distance` must not be negative"),
+        (
+            lambda: maps.mean_inverse_distance(jnp.array([1.0, 0.0])),
+            r"`distance` must be positive, but is 0",
+        ),
+        (
+            lambda: maps.mean_inverse_distance(jnp.array([1.0, np.nan])),
             "`distance` must be positive, but is n",
         ),
-        (lambda: maps.density(np.array([1.0, np.nan])), r"`bandwidth` must lie in \[0, inf\], but"),
-        (lambda: maps.density(np.ones(2), power=np.inf), "`power` must be finite, but is inf"),
-        (lambda: maps.diffuse_map(1.0, pixel(), -1.0), "`slope` must not be negative"),
-        (lambda: maps.density(np.ones(2), even=2.0), "`even` must lie in"),
-        (lambda: maps.density(np.ones(2), limit=0.0), "`limit` must be positive"),
-        (lambda: maps.density(-np.ones(2)), r"`bandwidth` must lie in \[0, inf\], but is -1"),
+        (
+            lambda: maps.sampling_density(np.array([1.0, np.nan])),
+            r"`bandwidth` must lie in \[0, inf\], but",
+        ),
+        (
+            lambda: maps.sampling_density(np.ones(2), power=np.inf),
+            "`power` must be finite, but is inf",
+        ),
+        (lambda: maps.diffuse_bandwidth_map(1.0, pixel(), -1.0), "`slope` must not be negative"),
+        (lambda: maps.sampling_density(np.ones(2), even=2.0), "`even` must lie in"),
+        (lambda: maps.sampling_density(np.ones(2), limit=0.0), "`limit` must be positive"),
+        (
+            lambda: maps.sampling_density(-np.ones(2)),
+            r"`bandwidth` must lie in \[0, inf\], but is -1",
+        ),
     ],
 )
 def test_bad_input_gets_one_sentence(call, words):
@@ -238,7 +263,7 @@ def test_bad_input_gets_one_sentence(call, words):
         call()
 
 
-@pytest.mark.parametrize("own", [maps.glossy_map, maps.diffuse_map])
+@pytest.mark.parametrize("own", [maps.glossy_bandwidth_map, maps.diffuse_bandwidth_map])
 def test_traced_input_out_of_range_is_nan(own):
     good = dict(cutoff=1.0, d=1.5, S=-0.7, theta=0.6, slope=0.8, light=0.5)
 
@@ -254,7 +279,7 @@ def test_traced_input_out_of_range_is_nan(own):
 
 
 def test_traced_distances_out_of_range_have_no_mean():
-    mean = jax.jit(maps.mean_slope)
+    mean = jax.jit(maps.mean_inverse_distance)
     assert np.isnan(mean(jnp.array([0.0, 1.0])))
     assert np.isnan(mean(jnp.array([np.nan, 1.0])))
     assert np.isnan(mean(jnp.array([1.0, 2.0]), jnp.array([-1.0, 3.0])))
@@ -263,15 +288,17 @@ def test_traced_distances_out_of_range_have_no_mean():
 
 def test_an_endless_spectrum_reaches_everywhere_but_where_nothing_turns():
     endless, flat = maps.rms_cutoff(0.5), pixel(S=((0.0, 0.0), (0.0, 0.0)))
-    assert maps.glossy_map(endless, pixel(), 0.8, 0.5).item() == np.inf
-    assert maps.diffuse_map(endless, flat).item() == 0.0
-    np.testing.assert_allclose(maps.density(np.array([0.1, np.inf]), even=0.0), [1 / 13, 25 / 13])
+    assert maps.glossy_bandwidth_map(endless, pixel(), 0.8, 0.5).item() == np.inf
+    assert maps.diffuse_bandwidth_map(endless, flat).item() == 0.0
+    np.testing.assert_allclose(
+        maps.sampling_density(np.array([0.1, np.inf]), even=0.0), [1 / 13, 25 / 13]
+    )
 
 
 def test_differences_out_of_range_are_nan():
-    turns = screen.Turns(*np.full((4, 1, 1, 3, 2), 0.1))
+    turns = screen.PixelDifferences(*np.full((4, 1, 1, 3, 2), 0.1))
     lost = turns._replace(mirrored=np.nan * turns.mirrored, normal=np.nan * turns.normal)
-    for own in (screen.screen_glossy, screen.screen_diffuse):
+    for own in (screen.screen_glossy_bandwidth, screen.screen_diffuse_bandwidth):
         assert np.isfinite(own(1.0, turns, 0.5, 0.5)).all()
         assert np.isnan(own(1.0, lost, 0.5, 0.5)).all()
         assert np.isnan(jax.jit(lambda s, own=own: own(1.0, turns, s))(-1.0)).all()

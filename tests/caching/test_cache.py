@@ -7,7 +7,8 @@ import pytest
 
 from derivations.caching._light import lamp, scene_a_columns
 from firstorder import io
-from firstorder.caching import Cache, Candidates, cache, clamped, derivatives_of, taylor
+from firstorder.caching import Cache, Candidates, cache, clamped, taylor
+from firstorder.caching.cache import _derivatives_of
 
 
 def records(spacing=0.25, reach=1.3, order=1, fade=False):
@@ -155,4 +156,4 @@ def test_single_precision():
     value = caching(jnp.linspace(-1.0, 1.0, 17, dtype=jnp.float32)).value
     assert value.dtype == jnp.float32
     assert np.all(np.isfinite(value))
-    assert derivatives_of(lamp, at[0], 4).dtype == jnp.float32
+    assert _derivatives_of(lamp, at[0], 4).dtype == jnp.float32

@@ -4,19 +4,19 @@ import pytest
 
 from derivations.caching._light import scene_a_columns
 from derivations.squares import FIRST
-from firstorder.caching import kinks, radius_with_events, survey
-from firstorder.caching.candidates import ray_lengths
-from firstorder.flatland import Arcs, Scene, Segments, thing
+from firstorder.caching import gradient_discontinuities, radius_with_events, scene_candidates
+from firstorder.caching.candidates import _ray_lengths
+from firstorder.flatland import Arcs, Scene, Segments, primitive
 
-FLOOR = thing(Segments((-1.0, 0.0), (1.0, 0.0)), name="floor")
-LAMP = thing(Segments((0.5, 1.0), (-0.5, 1.0)), emission=1.0)
-BLOCKER = thing(Segments((0.2, 0.5), (-0.2, 0.5)))
+FLOOR = primitive(Segments((-1.0, 0.0), (1.0, 0.0)), name="floor")
+LAMP = primitive(Segments((0.5, 1.0), (-0.5, 1.0)), emission=1.0)
+BLOCKER = primitive(Segments((0.2, 0.5), (-0.2, 0.5)))
 S = jnp.array([0.05, 0.3, 0.45, 0.8])
 
 
 @pytest.fixture(scope="module")
 def bare():
-    return survey(Scene.of(FLOOR, LAMP), 0, S, rays=2048)
+    return scene_candidates(Scene.of(FLOOR, LAMP), 0, S, rays=2048)
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +24,7 @@ def blocked():
     """Also a little left and right of a kink at s = 0.45."""
     scene = Scene.of(FLOOR, LAMP, BLOCKER)
     s = jnp.concatenate([S, jnp.array([0.45 - 1e-6, 0.45 + 1e-6])])
-    return survey(scene, 0, s, count=3, rays=16), kinks(scene, 0)
+    return scene_candidates(scene, 0, s, count=3, rays=16), gradient_discontinuities(scene, 0)
 
 
 def test_under_a_lamp_all_is_closed_form(bare):
@@ -41,11 +41,11 @@ def test_under_a_lamp_all_is_closed_form(bare):
 
 def test_on_a_valley_derivatives_are_in_arc_length():
     """Differences along the arc of the columns themselves; the first is the exact E."""
-    valley = thing(Arcs((0.0, 1.5), 1.5, np.pi - 0.8, 1.6), name="valley")
-    scene = Scene.of(valley, thing(Segments((0.5, 1.2), (-0.5, 1.2)), emission=1.0))
+    valley = primitive(Arcs((0.0, 1.5), 1.5, np.pi - 0.8, 1.6), name="valley")
+    scene = Scene.of(valley, primitive(Segments((0.5, 1.2), (-0.5, 1.2)), emission=1.0))
     h, at = 0.01, 0.37
     s = at + h * np.arange(-4, 5)
-    found = survey(scene, *scene.named("valley"), jnp.asarray(s), count=3, rays=8)
+    found = scene_candidates(scene, *scene.named("valley"), jnp.asarray(s), count=3, rays=8)
     x, E = np.asarray(found.x), np.asarray(found.derivatives)
     np.testing.assert_allclose(np.diff(x), 1.5 * 1.6 * h, rtol=1e-12)
     np.testing.assert_allclose(np.diff(found.n), 1.6 * h, rtol=1e-10)
@@ -74,19 +74,19 @@ def test_a_radius_that_knows_of_kinks_is_smaller_before_them(blocked):
 
 def test_black_things_change_nothing_but_the_lengths(bare):
     """To rounding: more gaps are summed in another order."""
-    wall = thing(Segments((-1.0, 2.0), (-1.0, 0.0)))
-    walled = survey(Scene.of(FLOOR, LAMP, wall), 0, S, count=3, rays=2048)
+    wall = primitive(Segments((-1.0, 2.0), (-1.0, 0.0)))
+    walled = scene_candidates(Scene.of(FLOOR, LAMP, wall), 0, S, count=3, rays=2048)
     np.testing.assert_allclose(bare.derivatives[:, :3], walled.derivatives, rtol=1e-14)
     assert np.all(walled.harmonic < bare.harmonic)
 
 
 def test_rays_are_uniform_in_the_sine():
-    half = thing(Segments((1e6, 1.0), (0.0, 1.0)))
-    t = ray_lengths(Scene.of(FLOOR, half), 0, jnp.array([0.5]), rays=4096)
+    half = primitive(Segments((1e6, 1.0), (0.0, 1.0)))
+    t = _ray_lengths(Scene.of(FLOOR, half), 0, jnp.array([0.5]), rays=4096)
     assert np.mean(np.isfinite(t)) == pytest.approx(0.5, abs=1e-3)
 
 
 @pytest.mark.smoke
 def test_bad_input_is_one_sentence():
     with pytest.raises(ValueError, match=r"^Argument `s` must lie in \[0, 1\], but is 1.5.$"):
-        survey(Scene.of(FLOOR, LAMP), 0, jnp.array([1.5]))
+        scene_candidates(Scene.of(FLOOR, LAMP), 0, jnp.array([1.5]))

@@ -7,22 +7,19 @@ from derivations.caching._forms import integrated, matrices
 from derivations.caching._third import cubic_by_sums, growth_of_a_cubic
 from firstorder import caching
 from firstorder.caching import (
-    circles,
-    curvature,
-    ellipses,
+    circular_regions,
+    elliptic_regions,
     expected_error,
     geometric_bound,
+    hessian_norm,
     largest_radiance,
-    positive_part,
-    principal,
     radius_for,
     semi_axes,
     surface_expected_error,
-    third_curvature,
+    third_derivative_norm,
 )
-from firstorder.caching import (
-    ellipses as space_radii,
-)
+from firstorder.caching import ellipses as space_radii
+from firstorder.caching.ellipses import _positive_part, _principal
 
 # Random ones of all signs, and the degenerate: round, flat one way, balanced, zero.
 ODD = [np.eye(2), -3.0 * np.eye(2), np.diag([0.0, 2.0]), np.diag([1.0, -1.0]), np.zeros((2, 2))]
@@ -39,11 +36,11 @@ def found():
     @jax.jit
     def everything(H):
         return {
-            "principal": principal(H),
-            "mean": curvature(H, "mean"),
-            "largest": curvature(H),
-            "corrected": ellipses(H, 0.01, 1e-6, 1e6, most=1e3),
-            "printed": ellipses(H, 0.01, 1e-6, 1e6, printed=True),
+            "principal": _principal(H),
+            "mean": hessian_norm(H, "mean"),
+            "largest": hessian_norm(H),
+            "corrected": elliptic_regions(H, 0.01, 1e-6, 1e6, most=1e3),
+            "printed": elliptic_regions(H, 0.01, 1e-6, 1e6, printed=True),
             "limited": semi_axes(H, 0.01, most=2.0)[0],
         }
 
@@ -109,7 +106,7 @@ def test_a_definite_hessians_ellipse_is_the_largest_of_all_sets_and_a_saddle_has
     area = np.pi * float(jnp.prod(lengths))
     best = largest_of_all(definite, 0.01, 2.0 * float(lengths[0, 1]))
     np.testing.assert_allclose(best, area, rtol=5e-3)
-    disc = np.pi * float(radius_for(curvature(jnp.asarray(definite)), 0.01, dims=2)) ** 2
+    disc = np.pi * float(radius_for(hessian_norm(jnp.asarray(definite)), 0.01, dims=2)) ** 2
     assert disc < 0.65 * area  # what (70) leaves
     areas = [largest_of_all(np.diag([1.0, -1.0]), 0.01, w) for w in (1.0, 2.0, 4.0, 8.0)]
     assert np.all(np.diff(areas) > 0.05 * areas[0])
@@ -120,7 +117,7 @@ def test_limits_act_and_are_said(found):
     lengths = np.asarray(found["limited"])
     some, _ = curved(H)
     assert np.all(lengths[some, 1] <= 2.0 * lengths[some, 0] * (1 + 1e-12))
-    reach = jax.jit(lambda H: ellipses(H, 0.01, 0.2, 0.4))(H)
+    reach = jax.jit(lambda H: elliptic_regions(H, 0.01, 0.2, 0.4))(H)
     sizes = 1.0 / np.linalg.svd(np.asarray(reach.matrix))[1]
     assert np.all((sizes > 0.2 - 1e-12) & (sizes < 0.4 + 1e-12))
     np.testing.assert_allclose(reach.matrix[-1], np.eye(2) / 0.4)
@@ -157,11 +154,11 @@ def test_expected_errors_on_discs_are_integrals(found):
 
 
 WRONG = {
-    "a square root lost": ("curvature", lambda H, kind="largest": curvature(H) * 0 + 1.0),
-    "the largest for the mean": ("curvature", lambda H, kind="largest": curvature(H)),
+    "a square root lost": ("hessian_norm", lambda H, kind="largest": hessian_norm(H) * 0 + 1.0),
+    "the largest for the mean": ("hessian_norm", lambda H, kind="largest": hessian_norm(H)),
     "axes in rows": (
-        "principal",
-        lambda H: (principal(H)[0], jnp.swapaxes(principal(H)[1], -1, -2)),
+        "_principal",
+        lambda H: (_principal(H)[0], jnp.swapaxes(_principal(H)[1], -1, -2)),
     ),
 }
 
@@ -171,7 +168,9 @@ def test_a_fault_is_noticed_by_the_error_of_the_ellipse(fault, monkeypatch):
     h = np.asarray(H)[:4]
 
     def made():
-        return np.asarray(jax.jit(lambda h: ellipses(h, 0.01, 1e-6, 1e6, most=1e3))(h).matrix)
+        return np.asarray(
+            jax.jit(lambda h: elliptic_regions(h, 0.01, 1e-6, 1e6, most=1e3))(h).matrix
+        )
 
     good = made()
     name, wrong = WRONG[fault]
@@ -189,11 +188,11 @@ def test_third_derivatives_count_by_their_mean():
     T = rng.normal(size=(2, 2, 2))
     T = sum(np.transpose(T, p) for p in ((0, 1, 2), (0, 2, 1), (1, 0, 2), (1, 2, 0), (2, 0, 1)))
     dense = np.mean(np.abs(np.einsum("abc,an,bn,cn->n", T, AROUND, AROUND, AROUND)))
-    assert third_curvature(jnp.asarray(T)).item() == pytest.approx(dense, rel=2e-3)
+    assert third_derivative_norm(jnp.asarray(T)).item() == pytest.approx(dense, rel=2e-3)
 
 
 WRONG_MEANS = {
-    "a factor": lambda T: 1.1 * third_curvature(T),
+    "a factor": lambda T: 1.1 * third_derivative_norm(T),
     "no modulus": lambda T: jnp.abs(T[..., 0, 0, 0] + T[..., 0, 1, 1]),
 }
 
@@ -202,7 +201,7 @@ WRONG_MEANS = {
 def test_a_wrong_mean_of_third_derivatives_is_seen(fault, monkeypatch):
     assert cubic_by_sums() < 2e-3
     assert growth_of_a_cubic() < 2e-3
-    monkeypatch.setattr(caching, "third_curvature", WRONG_MEANS[fault])
+    monkeypatch.setattr(caching, "third_derivative_norm", WRONG_MEANS[fault])
     assert cubic_by_sums() > 0.02
     assert growth_of_a_cubic() > 0.02
 
@@ -229,7 +228,7 @@ def test_no_light_beats_the_geometric_bound():
 
 
 def test_positive_parts_add_up():
-    parts = jax.jit(lambda H: (positive_part(H), positive_part(-H)))(H)
+    parts = jax.jit(lambda H: (_positive_part(H), _positive_part(-H)))(H)
     up, down = (np.asarray(p) for p in parts)
     np.testing.assert_allclose(up - down, H, atol=1e-12)
     assert np.linalg.eigvalsh(up).min() > -1e-12
@@ -246,13 +245,19 @@ def test_the_largest_radiance():
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda: curvature(H, "least"), r"^Argument `kind` must be one of \['largest', 'mean'\]"),
+        (
+            lambda: hessian_norm(H, "least"),
+            r"^Argument `kind` must be one of \['largest', 'mean'\]",
+        ),
         (lambda: semi_axes(H, 0.1, most=0.5), r"^Argument `most` must be at least 1, but is 0.5.$"),
         (
             lambda: semi_axes(H, 0.1, definition="average", printed=True),
             r"^Argument `definition` must be 'total' for the printed axes, but is 'average'.$",
         ),
-        (lambda: circles(jnp.ones(2), -1.0, 1.0), r"^Argument `low` must be positive, but is -1"),
+        (
+            lambda: circular_regions(jnp.ones(2), -1.0, 1.0),
+            r"^Argument `low` must be positive, but is -1",
+        ),
         (lambda: radius_for(1.0, 1.0, dims=3), r"^Argument `dims` must be 1 or 2, but is 3.$"),
         (lambda: largest_radiance(np.array([-1.0])), r"^Argument `radiances` must not be negative"),
         (lambda: largest_radiance(1.0, 0.0), r"^Argument `quantile` must lie in \(0, 1\], but is"),

@@ -10,10 +10,10 @@ from firstorder.caching import (
     expected_error,
     fill,
     fit,
-    interpolated,
+    interpolate,
     radius_for,
+    random_orders,
     rms,
-    shuffled,
 )
 
 M, ORDERS, TARGET = 120, 40, 14
@@ -28,7 +28,7 @@ def some():
 
 @pytest.fixture(scope="module")
 def visits():
-    return shuffled(M, ORDERS, seed=3)
+    return random_orders(M, ORDERS, seed=3)
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +57,7 @@ def test_filling_is_what_plain_loops_do(some, bent):
     for seed in range(4):
         radius = rng.uniform(0.03, 0.5, M)
         n = np.cumsum(rng.normal(size=M)) * 0.05 * bent
-        order = shuffled(M, 1, seed)[0]
+        order = random_orders(M, 1, seed)[0]
         surface = Candidates(some.x, jnp.asarray(n), some.derivatives, some.minimum, some.harmonic)
         ours = fill(surface, jnp.asarray(radius), jnp.asarray(order))
         assert np.asarray(ours).tolist() == filled_slowly(X, n, radius, order).tolist()
@@ -85,14 +85,14 @@ def wrong_fills(some):
 
 @pytest.mark.parametrize("fault", ["the visitor's radius", "only the last record"])
 def test_a_fault_in_filling_is_noticed(some, fault):
-    radius, visits = np.random.default_rng(1).uniform(0.03, 0.5, M), shuffled(M, 1)[0]
+    radius, visits = np.random.default_rng(1).uniform(0.03, 0.5, M), random_orders(M, 1)[0]
     wrong = wrong_fills(some)[fault](radius, visits)
     assert wrong.tolist() != filled_slowly(X, 0.0 * X, radius, visits).tolist()
 
 
 @pytest.mark.smoke
 def test_every_candidate_is_covered(some, fitted):
-    _, covered = interpolated(some, fitted, X)
+    _, covered = interpolate(some, fitted, X)
     assert np.all(covered)
 
 
@@ -114,7 +114,7 @@ def test_thresholds_are_met_by_the_radii(some, fitted):
 
 
 def test_many_caches_answer_as_one_does(some, fitted):
-    values, _ = interpolated(some, fitted, WHERE, order=2)
+    values, _ = interpolate(some, fitted, WHERE, order=2)
     for o in (0, ORDERS - 1):
         radii = clamped(fitted.radius[o], 0.01, 3.0)
         cache = Cache.of(some, radii, fitted.records[o], order=2)
@@ -123,7 +123,7 @@ def test_many_caches_answer_as_one_does(some, fitted):
 
 
 def test_the_order_of_insertion_matters_and_its_spread_is_seen(some, fitted):
-    values, _ = interpolated(some, fitted, WHERE)
+    values, _ = interpolate(some, fitted, WHERE)
     error = rms(values, scene_a_columns(WHERE)[:, 0])
     assert error.shape == (ORDERS,)
     assert 0.0 < error.std() < error.mean()

@@ -5,10 +5,10 @@ import pytest
 
 from firstorder.caching import occlusion as module
 from firstorder.caching.occlusion import occlusion_table
-from firstorder.space import Scene, box, rectangle, thing
-from firstorder.space.bounces.radiance_maps import Maps
-from firstorder.space.estimators.occlusion_aware import triangulated
-from firstorder.space.estimators.triangulation import gather_net
+from firstorder.space import Scene, box, primitive, rectangle
+from firstorder.space.bounces._radiance_maps import RadianceMaps
+from firstorder.space.estimators._triangulation import hemisphere_triangulation
+from firstorder.space.estimators.occlusion_aware import occlusion_aware_estimate
 
 PLACES = np.array([[0.1, 0.2], [0.45, 0.5], [0.8, 0.3]])
 LOW, HIGH = np.array([0.35, 0.3, 0.25]), np.array([0.6, 0.6, 0.35])
@@ -19,14 +19,16 @@ def scene():
     """A lamp over the unit square, and a box between them; the floor is shape 0."""
     level = rectangle((0.5, 0.5, 0.0), (0.5, 0.0, 0.0), (0.0, 0.5, 0.0))
     lamp = rectangle((0.5, 0.5, 1.0), (0.0, 0.4, 0.0), (0.4, 0.0, 0.0))
-    return Scene.of(thing(box(LOW, HIGH)), thing(level, name="floor"), thing(lamp, name="light"))
+    return Scene.of(
+        primitive(box(LOW, HIGH)), primitive(level, name="floor"), primitive(lamp, name="light")
+    )
 
 
 def lit():
     found = scene()
     L = np.zeros((8, 2, 2))  # six faces of the box, then floor and lamp
     L[7] = 1.0
-    return Maps(found, jnp.asarray(L)), found.named("floor")[0]
+    return RadianceMaps(found, jnp.asarray(L)), found.named("floor")[0]
 
 
 def by_slabs(place, w):
@@ -44,9 +46,9 @@ def by_slabs(place, w):
 
 @pytest.fixture(scope="module")
 def expected():
-    net = gather_net(RAYS)
+    net = hemisphere_triangulation(RAYS)
     w = np.asarray(net.directions, float)
-    run = jax.jit(triangulated)
+    run = jax.jit(occlusion_aware_estimate)
     found = []
     for place in PLACES:
         L, r = (jnp.asarray(a, net.directions.dtype) for a in by_slabs(place, w))

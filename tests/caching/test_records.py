@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.caching.records import kept, printed, weights
+from firstorder.caching._records import kept, printed, weights
 
 ALL = jnp.ones(3, bool)
 

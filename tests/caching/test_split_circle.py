@@ -7,12 +7,12 @@ from hypothesis import strategies as st
 
 from derivations.caching.split_circle import painted_irradiance
 from firstorder.caching import (
-    harmonic_length,
-    minimum_length,
+    harmonic_mean_distance,
+    minimum_distance,
     split_circle_change,
     split_circle_error,
 )
-from firstorder.flatland import Receiver, Scene, Segments, irradiance, thing
+from firstorder.flatland import Receiver, Scene, Segments, irradiance, primitive
 
 
 def half(angle):
@@ -95,7 +95,7 @@ def slats(count):
         return np.stack([-r * np.sin(a), r * np.cos(a)], -1)
 
     shape = Segments(jnp.asarray(point(2.0, right)), jnp.asarray(point(1.0, left)))
-    return Scene.of(thing(shape, emission=1.0, two_sided=True))
+    return Scene.of(primitive(shape, emission=1.0, two_sided=True))
 
 
 def test_no_bound_exists_when_distances_differ():
@@ -117,14 +117,14 @@ def test_no_bound_exists_when_distances_differ():
 @pytest.mark.smoke
 def test_lengths_of_rays():
     t = jnp.array([[1.0, 2.0, jnp.inf], [jnp.inf, jnp.inf, jnp.inf], [0.0, 1.0, 4.0]])
-    assert minimum_length(t).tolist() == [1.0, np.inf, 0.0]
-    assert harmonic_length(t).tolist() == [2.0, np.inf, 0.0]
+    assert minimum_distance(t).tolist() == [1.0, np.inf, 0.0]
+    assert harmonic_mean_distance(t).tolist() == [2.0, np.inf, 0.0]
 
 
 def test_lengths_have_no_nan_in_their_gradients():
     t = jnp.array([1.0, 2.0, jnp.inf])
-    np.testing.assert_allclose(jax.grad(harmonic_length)(t), [4 / 3, 1 / 3, 0.0], rtol=1e-12)
-    assert np.all(np.isfinite(jax.grad(harmonic_length)(jnp.array([0.0, 1.0]))))
+    np.testing.assert_allclose(jax.grad(harmonic_mean_distance)(t), [4 / 3, 1 / 3, 0.0], rtol=1e-12)
+    assert np.all(np.isfinite(jax.grad(harmonic_mean_distance)(jnp.array([0.0, 1.0]))))
     assert np.all(np.isfinite(jax.grad(split_circle_error, (0, 1, 2))(0.0, 1.0, 0.0)))
 
 
@@ -135,6 +135,6 @@ def test_bad_input_is_one_sentence():
     with pytest.raises(
         ValueError, match=r"^Argument `lengths` must not be negative, but is -1.0.$"
     ):
-        harmonic_length(jnp.array([-1.0, 1.0]))
+        harmonic_mean_distance(jnp.array([-1.0, 1.0]))
     assert np.isnan(jax.jit(split_circle_error)(0.1, -1.0))
     assert np.isnan(jax.jit(split_circle_change)(0.1, -1.0))

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from firstorder.caching import (
-    harmonic_length,
-    neighbour_clamped,
+    harmonic_mean_distance,
+    neighbour_clamping,
     split_sphere,
     split_sphere_change,
     split_sphere_error,
@@ -57,11 +57,11 @@ def test_clamped_lengths_obey_the_triangle_inequality_and_are_the_largest_that_d
     rng = np.random.default_rng(0)
     x, R = rng.uniform(size=(60, 2)), rng.exponential(0.5, 60)
     R[7] = np.inf
-    held = neighbour_clamped(x, R)
+    held = neighbour_clamping(x, R)
     distance = np.linalg.norm(x[:, None] - x[None], axis=-1)
     assert np.all(held[:, None] - held[None] <= distance + 1e-12)
     assert np.all(held <= R)
-    np.testing.assert_allclose(neighbour_clamped(x, held), held)
+    np.testing.assert_allclose(neighbour_clamping(x, held), held)
     # One by one no length can be raised: it is its own or some neighbour's plus the way.
     np.testing.assert_allclose(held, (R[None] + distance).min(axis=1))
     assert np.sum(held < R) > 10
@@ -71,13 +71,13 @@ def test_distances_to_things_need_no_clamp():
     rng = np.random.default_rng(1)
     x, things = rng.uniform(size=(50, 3)), rng.uniform(size=(9, 3))
     R = np.linalg.norm(x[:, None] - things[None], axis=-1).min(axis=1)
-    np.testing.assert_allclose(neighbour_clamped(x, R), R)
+    np.testing.assert_allclose(neighbour_clamping(x, R), R)
 
 
 def test_equal_weights_give_the_plain_mean_and_weights_count_as_rays():
     lengths = np.array([1.0, 2.0, np.inf, 4.0])
     even = weighted_harmonic_length(lengths, np.full(4, 0.3))
-    np.testing.assert_allclose(even, harmonic_length(np.asarray(lengths) + 0.0 * even))
+    np.testing.assert_allclose(even, harmonic_mean_distance(np.asarray(lengths) + 0.0 * even))
     twice = weighted_harmonic_length(np.array([1.0, 3.0]), np.array([2.0, 1.0]))
     assert float(twice) == pytest.approx(3.0 / (2.0 + 1.0 / 3.0))
 
@@ -87,4 +87,4 @@ def test_bad_input_is_one_sentence():
     with pytest.raises(ValueError, match=r"^Argument `radius` must be positive, but is 0.0.$"):
         split_sphere_error(0.1, 0.0)
     with pytest.raises(ValueError, match=r"^Argument `length` must not be negative, but is -1.0.$"):
-        neighbour_clamped(np.zeros((1, 2)), np.array([-1.0]))
+        neighbour_clamping(np.zeros((1, 2)), np.array([-1.0]))

@@ -6,8 +6,8 @@ import pytest
 from firstorder.caching import (
     SurfaceCache,
     SurfaceCandidates,
-    circles,
-    ellipses,
+    circular_regions,
+    elliptic_regions,
     surface_cache,
     surface_taylor,
 )
@@ -30,7 +30,7 @@ def some():
 
 @pytest.fixture(scope="module")
 def reach(some):
-    return jax.jit(lambda H: ellipses(H, 0.01, 0.1, 0.6))(some.hessian)
+    return jax.jit(lambda H: elliptic_regions(H, 0.01, 0.1, 0.6))(some.hessian)
 
 
 def slowly(some, reach, order, fade):
@@ -131,7 +131,7 @@ def test_axes_of_a_record_are_those_of_its_matrix(some, reach):
         (
             lambda: SurfaceCache.of(
                 SurfaceCandidates.of(PLACES, np.ones(12), PLACES),
-                circles(jnp.ones(12), 0.1, 1.0),
+                circular_regions(jnp.ones(12), 0.1, 1.0),
                 np.zeros(12, bool),
             ),
             r"^Argument `position` must hold at least one record, but is empty.$",

@@ -3,20 +3,19 @@ import numpy as np
 import pytest
 
 from firstorder.caching import (
-    Reach,
-    circles,
+    ValidityRegion,
+    circular_regions,
     fill_surface,
-    fill_with_neighbours,
     fit_surface,
-    fit_with,
-    shuffled,
+    random_orders,
 )
+from firstorder.caching.surface_filling import _fill_with_neighbours, _fit_with
 
 N = 18
 GRID = (np.arange(N) + 0.5) / N
 X = np.stack(np.meshgrid(GRID, GRID), -1).reshape(-1, 2)
 RNG = np.random.default_rng(4)
-VISITS = shuffled(N * N, 3, 2)
+VISITS = random_orders(N * N, 3, 2)
 
 
 def leaning(count=N * N):
@@ -64,7 +63,7 @@ def test_the_wanted_count_is_met_or_the_miss_is_said():
     base = 0.02 + 0.3 * X[:, 0] * (1 + X[:, 1])
 
     def radii(t):
-        return circles(base * t, 1e-3, 2.0)
+        return circular_regions(base * t, 1e-3, 2.0)
 
     fit = fit_surface(X, radii, VISITS, 60, low=1e-2, high=10.0)
     np.testing.assert_array_equal(fit.records.sum(axis=1), fit.size)
@@ -84,7 +83,7 @@ def test_giving_up_early_gives_as_many_as_said():
 
 def test_neighbours_cut_each_other_and_everything_stays_covered():
     lengths = np.where(np.abs(X[:, 0] - 0.5) < 0.06, 0.02, 1.0)
-    records, reach = fill_with_neighbours(X, lengths, 0.5, VISITS[0], 1e-3, 2.0)
+    records, reach = _fill_with_neighbours(X, lengths, 0.5, VISITS[0], 1e-3, 2.0)
     rows = np.flatnonzero(records)
     radius = 1.0 / np.asarray(reach.matrix)[:, 0, 0]
     away = np.linalg.norm(X[rows, None] - X[None, rows], axis=-1)
@@ -93,7 +92,9 @@ def test_neighbours_cut_each_other_and_everything_stays_covered():
     assert np.all(
         np.any(np.linalg.norm(X[:, None] - X[None, rows], axis=-1) < radius[rows], axis=1)
     )
-    plain = fill_surface(X, circles(jnp.asarray(0.5 * lengths), 1e-3, 2.0).matrix, VISITS[0])
+    plain = fill_surface(
+        X, circular_regions(jnp.asarray(0.5 * lengths), 1e-3, 2.0).matrix, VISITS[0]
+    )
     assert records.sum() > plain.sum()
 
 
@@ -101,17 +102,17 @@ def test_any_way_of_filling_can_be_fitted():
     lengths = 0.05 + X[:, 0]
 
     def make(accuracy, visits):
-        return fill_with_neighbours(X, lengths, accuracy, visits, 1e-3, 2.0)
+        return _fill_with_neighbours(X, lengths, accuracy, visits, 1e-3, 2.0)
 
-    fit = fit_with(make, VISITS[:1], 40, low=0.02, high=3.0)
+    fit = _fit_with(make, VISITS[:1], 40, low=0.02, high=3.0)
     assert abs(int(fit.size[0]) - 40) <= 1
-    assert isinstance(fit.reach[0], Reach)
+    assert isinstance(fit.reach[0], ValidityRegion)
 
 
 @pytest.mark.smoke
 def test_bad_input_is_one_sentence():
     def radii(t):
-        return circles(np.full(N * N, t), 1e-4, 9.0)
+        return circular_regions(np.full(N * N, t), 1e-4, 9.0)
 
     with pytest.raises(ValueError, match=r"^Argument `high` must be a threshold on its side of 3 "):
         fit_surface(X, radii, VISITS, 3, low=0.01, high=0.02)

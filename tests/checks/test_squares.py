@@ -1,13 +1,13 @@
 import pytest
 
-from firstorder.checks.registry import cases, faults
-from firstorder.checks.squares import PORTRAITS, red, square
+from firstorder.checks.registry import all_cases, all_faults
+from firstorder.checks.squares import PORTRAITS, goes_red, square
 
-SQUARES = [(name, portrait) for name in cases() for portrait in PORTRAITS]
-RULED = [s for s in SQUARES if cases()[s[0]].expected.get(s[1]) != "refused"]
+SQUARES = [(name, portrait) for name in all_cases() for portrait in PORTRAITS]
+RULED = [s for s in SQUARES if all_cases()[s[0]].expected.get(s[1]) != "refused"]
 FAULTS = [
     (name, fault, portrait)
-    for name, listed in faults().items()
+    for name, listed in all_faults().items()
     for fault in listed
     for portrait in fault.portraits
 ]
@@ -15,7 +15,7 @@ FAULTS = [
 
 @pytest.mark.parametrize(("name", "portrait"), SQUARES)
 def test_apply_then_convert_is_convert_then_apply(name, portrait):
-    case = cases()[name]
+    case = all_cases()[name]
     found = square(case, portrait)
     assert found.verdict == case.expected.get(portrait, "equal"), found
 
@@ -24,13 +24,13 @@ def test_apply_then_convert_is_convert_then_apply(name, portrait):
     ("name", "fault", "portrait"), FAULTS, ids=lambda a: getattr(a, "name", str(a))
 )
 def test_every_fault_turns_its_square_red(name, fault, portrait):
-    case = cases()[name]
-    assert red(case, portrait, fault.wrong(case.step)), (
+    case = all_cases()[name]
+    assert goes_red(case, portrait, fault.wrong(case.step)), (
         f"survivor: {fault.name} in {name}.{portrait}"
     )
 
 
 @pytest.mark.parametrize(("name", "portrait"), RULED)
 def test_every_cell_that_has_a_rule_has_three_faults(name, portrait):
-    killers = [f.name for f in faults()[name] if portrait in f.portraits]
+    killers = [f.name for f in all_faults()[name] if portrait in f.portraits]
     assert len(killers) >= 3, killers

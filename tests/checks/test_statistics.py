@@ -3,14 +3,14 @@ import pytest
 
 from firstorder.checks.statistics import (
     LEVEL,
+    _two_sided,
     chi_square,
     error_slope,
-    sampler_p,
+    sampler_p_value,
     spread_test,
-    threshold,
-    two_sided,
-    z_of,
     z_test,
+    z_test_of,
+    z_threshold,
 )
 from firstorder.sampling import estimate
 
@@ -18,18 +18,18 @@ from firstorder.sampling import estimate
 def test_the_threshold_keeps_its_word():
     """One seed for all: the largest of m deviations exceeds it as often as it says."""
     z = np.abs(np.random.default_rng(0).normal(size=(20_000, 50)))
-    share = np.mean(z.max(1) > threshold(50, 0.05))
+    share = np.mean(z.max(1) > z_threshold(50, 0.05))
     assert abs(share - 0.05) < 5 * np.sqrt(0.05 * 0.95 / 20_000)
     # Without the correction, the test would be red nine times in ten.
-    assert np.mean(z.max(1) > threshold(1, 0.05)) > 0.9
+    assert np.mean(z.max(1) > z_threshold(1, 0.05)) > 0.9
 
 
 def test_student_needs_more_where_errors_are_guessed():
     x = np.random.default_rng(1).normal(size=(40_000, 5))
     t = np.abs(x.mean(1) / (x.std(1, ddof=1) / np.sqrt(5)))
-    share = np.mean(t > threshold(1, 0.05, 4.0))
+    share = np.mean(t > z_threshold(1, 0.05, 4.0))
     assert abs(share - 0.05) < 5 * np.sqrt(0.05 * 0.95 / 40_000)
-    assert np.mean(t > threshold(1, 0.05)) > 0.1
+    assert np.mean(t > z_threshold(1, 0.05)) > 0.1
 
 
 def test_a_bias_of_six_errors_is_red_and_what_is_not_a_number_too():
@@ -40,7 +40,7 @@ def test_a_bias_of_six_errors_is_red_and_what_is_not_a_number_too():
     assert not z_test(1.0, 0.0, 0.5).passed
     assert z_test(1.0, 0.0, 1.0).passed
     assert z_test(1.0, 0.0, 0.5, truth_error=0.5).passed
-    assert z_of(estimate([0.9, 1.1, 1.0]), 1.0).passed
+    assert z_test_of(estimate([0.9, 1.1, 1.0]), 1.0).passed
 
 
 def test_chi_square_keeps_its_word():
@@ -61,10 +61,10 @@ def test_chi_square_knows_the_impossible():
 
 def test_samples_outside_or_a_density_of_the_wrong_integral_fail():
     u = np.random.default_rng(3).random(4000)
-    assert sampler_p(u, np.ones_like, 0.0, 1.0) > LEVEL
-    assert sampler_p(u**1.1, np.ones_like, 0.0, 1.0) < LEVEL
-    assert sampler_p(u, lambda x: 1.01 + 0 * x, 0.0, 1.0) == 0.0
-    assert sampler_p(1.001 * u, np.ones_like, 0.0, 1.0) == 0.0
+    assert sampler_p_value(u, np.ones_like, 0.0, 1.0) > LEVEL
+    assert sampler_p_value(u**1.1, np.ones_like, 0.0, 1.0) < LEVEL
+    assert sampler_p_value(u, lambda x: 1.01 + 0 * x, 0.0, 1.0) == 0.0
+    assert sampler_p_value(1.001 * u, np.ones_like, 0.0, 1.0) == 0.0
 
 
 def test_slopes_have_errors():
@@ -82,4 +82,4 @@ def test_spreads_are_compared_on_a_logarithmic_scale():
 
 
 def test_two_sided():
-    assert abs(two_sided(-1.959964) - 0.05) < 1e-7
+    assert abs(_two_sided(-1.959964) - 0.05) < 1e-7

@@ -18,12 +18,11 @@ from firstorder.conventions import FLATLAND, FLATLAND_SLOPE, SPACE, Frame
 from firstorder.errors import Refused
 from firstorder.fields import (
     Affine,
-    Box,
+    BoxProfile,
     Constant,
-    Dirac,
+    DiracProfile,
     Environment,
     Field,
-    Flat,
     Function,
     Gaussian,
     GaussianProfile,
@@ -31,20 +30,21 @@ from firstorder.fields import (
     HalfPlane,
     Harmonics,
     NearLight,
-    Sampled,
     Separable,
     SoftEdge,
+    Spline,
+    UniformProfile,
     autodiff_jet,
     covariance_of,
     covariance_of_samples,
     discrete_transform,
     gaussian,
-    line_light,
     point_light,
     spot_light,
 )
 from firstorder.fields.apertures import Bars, Grating, SoftSlit
-from firstorder.fields.field import batched
+from firstorder.numerics.batching import batched
+from firstorder.transport.events.travel import line_light
 
 OFFSET, ANGLE = Frame(("x",)), Frame(("theta",))
 GRID = Grid.spanning((96, 97), (5.0, 4.5))
@@ -100,7 +100,7 @@ def falloff(frame=FLATLAND_SLOPE):
 
 def table():
     """Samples that the spline's transform is closed under: a bell, but coarse."""
-    return Sampled.of(bell(), Grid.spanning((20, 21), (3.0, 2.6), (0.2, -0.1)))
+    return Spline.of(bell(), Grid.spanning((20, 21), (3.0, 2.6), (0.2, -0.1)))
 
 
 CIRCLE = Grid((64, 48), (0.1, 2.0 * np.pi / 48))
@@ -113,15 +113,15 @@ FIELDS = {
     "function": Entry(lambda: Function(lambda x, t: jnp.sin(x) * jnp.cos(t - x)), covariance=""),
     "sum": Entry(lambda: bell() + 0.4 * gaussian((-0.5, 0.4), (0.3, 0.5), -0.2), GRID, "", WIDE),
     "sum of edges": Entry(
-        lambda: 0.5 * Box(0.4, "x") + 2.0 * HalfPlane(line(FLATLAND_SLOPE), 0, 1),
+        lambda: 0.5 * BoxProfile(0.4, "x") + 2.0 * HalfPlane(line(FLATLAND_SLOPE), 0, 1),
         covariance="",
         edges=True,
         variant=True,
     ),
     "gaussian profile": Entry(lambda: GaussianProfile(0.4, "theta", weight=0.9), covariance=""),
-    "box": Entry(lambda: Box(0.4, "x"), edges=True),
-    "flat": Entry(lambda: Flat("v", height=0.4)),
-    "dirac": Entry(lambda: Dirac("x"), values=False),
+    "box": Entry(lambda: BoxProfile(0.4, "x"), edges=True),
+    "flat": Entry(lambda: UniformProfile("v", height=0.4)),
+    "dirac": Entry(lambda: DiracProfile("x"), values=False),
     "separable bell": Entry(
         lambda: Separable([0.2, -0.1], (GaussianProfile(0.5, "x"), GaussianProfile(0.4, "theta"))),
         GRID,
@@ -192,7 +192,7 @@ FIELDS = {
         grid_error=1e-5,
     ),
     "sampled on a circle": Entry(
-        lambda: Sampled.of(
+        lambda: Spline.of(
             Function(lambda x, t: jnp.exp(-2 * x**2 + jnp.cos(t - 0.3 * x))),
             Grid((24, 16), (0.25, 2 * np.pi / 16)),
             ("zero", "periodic"),
@@ -203,7 +203,7 @@ FIELDS = {
         variant=True,
     ),
     "sampled open": Entry(
-        lambda: Sampled.of(bell(), Grid((24, 25), (0.2, 0.2)), "open"), variant=True
+        lambda: Spline.of(bell(), Grid((24, 25), (0.2, 0.2)), "open"), variant=True
     ),
     "half-plane": Entry(lambda: HalfPlane(line(), 0.2, 0.9), window=WINDOW, edges=True),
     "half-plane along the angle": Entry(

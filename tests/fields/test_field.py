@@ -6,8 +6,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firstorder.checks.tolerance import normwise
-from firstorder.conventions import FLATLAND_SLOPE
-from firstorder.fields import Affine, Box, Constant, Edge, Function, Gaussian, Grid, Sum, gaussian
+from firstorder.conventions import FLATLAND, FLATLAND_SLOPE
+from firstorder.fields import (
+    Affine,
+    BoxProfile,
+    Constant,
+    Edge,
+    Function,
+    Gaussian,
+    Grid,
+    Sum,
+    gaussian,
+)
 from firstorder.laws import Warp
 from firstorder.laws.warp import Map
 
@@ -29,7 +39,7 @@ def test_superposition_in_every_portrait_that_is_linear(a, b):
 
 def test_a_sum_keeps_the_edges_of_its_terms():
     f, _ = two()
-    box = 3.0 * Box(0.5, "theta", f.frame) + f
+    box = 3.0 * BoxProfile(0.5, "theta", f.frame) + f
     assert len(box.edges()) == 2
     u = jnp.array([0.1, 0.2])
     assert [float(e.jump.at(u)) for e in box.edges()] == [3.0, -3.0]
@@ -57,7 +67,7 @@ def test_coordinates_broadcast():
     with pytest.raises(ValueError, match="must be the 2 coordinates x, theta, but are 1"):
         f(0.0)
     with pytest.raises(ValueError, match="must share one frame, but has 2"):
-        Sum((f, Constant(1.0, FLATLAND_SLOPE)), jnp.ones(2))
+        Sum((Constant(1.0, FLATLAND), Constant(1.0, FLATLAND_SLOPE)), jnp.ones(2))
 
 
 def test_a_straight_edge_is_solved_exactly():
@@ -98,7 +108,7 @@ class _Bend(Map):
 
 def test_an_edge_bends_with_a_warped_field():
     f, _ = two()
-    warped = Warp(_Bend())(Box(0.5, "x", f.frame))
+    warped = Warp(_Bend())(BoxProfile(0.5, "x", f.frame))
     edge = warped.edges()[1]
     b = edge.crossing(jnp.array([0.0, 0.7]), 0, jnp.array(0.0), jnp.array(1.0))
     assert float(b.value) == pytest.approx(0.5 - 0.2 * 0.49)

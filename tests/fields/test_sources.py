@@ -7,18 +7,18 @@ from scipy.integrate import dblquad
 from firstorder.conventions import FLATLAND, FLATLAND_SLOPE, direction
 from firstorder.errors import Refused
 from firstorder.fields import (
-    Box,
-    Dirac,
-    Flat,
+    BoxProfile,
+    DiracProfile,
     GaussianProfile,
     Separable,
+    UniformProfile,
     gaussian,
-    line_light,
     point_light,
     spot_light,
 )
 from firstorder.laws import Convolve, Integrate
 from firstorder.transport import Travel
+from firstorder.transport.events.travel import line_light
 
 FALLOFF = ("v", FLATLAND_SLOPE)
 
@@ -42,7 +42,7 @@ def test_a_point_has_a_flat_spectrum_and_no_value():
 
 def test_an_isotropic_point_is_a_dirac_in_direction():
     with pytest.raises(Refused, match="Dirac in Omega_v: window it"):
-        point_light(0.2, Flat(*FALLOFF)).spectrum()
+        point_light(0.2, UniformProfile(*FALLOFF)).spectrum()
 
 
 def test_a_point_that_travels_becomes_a_line_in_frequency():
@@ -100,7 +100,7 @@ def test_a_line_light_is_seen_where_the_ray_meets_it(frame):
 
 
 def test_a_box_is_a_kernel_too():
-    blur = Convolve(Box(0.5, "x", FLATLAND), nodes=24)(gaussian((0.2, -0.1), (0.5, 0.4)))
+    blur = Convolve(BoxProfile(0.5, "x", FLATLAND), nodes=24)(gaussian((0.2, -0.1), (0.5, 0.4)))
     from scipy.special import erf
 
     ends = (np.array([0.8, -0.2]) - 0.2) / 0.5 / np.sqrt(2)
@@ -111,12 +111,12 @@ def test_a_box_is_a_kernel_too():
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: Box(0.0, "x"), "`width` must be positive, but is 0.0"),
-        (lambda: Box(1.0, "z"), "`axis` must be one of x, v, but is 'z'"),
+        (lambda: BoxProfile(0.0, "x"), "`width` must be positive, but is 0.0"),
+        (lambda: BoxProfile(1.0, "z"), "`axis` must be one of x, v, but is 'z'"),
         (lambda: spot_light(0.0, -1.0, bell()), "`half_width` must be positive, but is -1.0"),
         (lambda: line_light(gaussian((0, 0), (1, 1)), -1.0), "`d` must not be negative"),
-        (lambda: Separable([0.0, 0.0], (bell(), Dirac("x"))), "`factors` must act along"),
-        (lambda: Separable([0.0], (Dirac("x"), bell())), r"`center` must have shape \(2,\)"),
+        (lambda: Separable([0.0, 0.0], (bell(), DiracProfile("x"))), "`factors` must act along"),
+        (lambda: Separable([0.0], (DiracProfile("x"), bell())), r"`center` must have shape \(2,\)"),
         (lambda: point_light(np.nan, bell()), "`center` must be finite"),
     ],
 )

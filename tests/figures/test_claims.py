@@ -5,9 +5,9 @@ import re
 import pytest
 
 from figures import claims
-from firstorder.checks.registry import cases
+from firstorder.checks.registry import all_cases
 from firstorder.checks.squares import PORTRAITS
-from firstorder.checks.table import LAWS, verdicts
+from firstorder.checks.table import LAWS, read_verdicts
 
 README = claims.README.read_text(encoding="utf-8")
 RECORD = {"figure": "a", "claim": "c|d", "paper": 0.5, "measured": 0.51234, "unit": "m"}
@@ -39,9 +39,9 @@ def test_the_claims_of_the_page_are_those_that_are_kept():
 def test_the_laws_of_the_readme_are_those_that_the_squares_show():
     # Each square has its verdict by a test of its own: tests/checks/test_squares.py.
     expected = {
-        law: tuple(cases()[law].expected.get(p, "equal") for p in PORTRAITS) for law in LAWS
+        law: tuple(all_cases()[law].expected.get(p, "equal") for p in PORTRAITS) for law in LAWS
     }
-    assert verdicts(claims.section(README, "laws")) == expected
+    assert read_verdicts(claims.section(README, "laws")) == expected
 
 
 def test_the_pictures_of_the_readme_are_there():
@@ -83,7 +83,7 @@ def test_a_full_run_is_kept_without_its_seconds_and_shown(tmp_path, monkeypatch)
     monkeypatch.setattr(claims, "KEPT", folder / "claims.json")
     monkeypatch.setattr(claims, "README", tmp_path / "README.md")
     monkeypatch.setattr(claims, "PAGE", tmp_path / "CLAIMS.md")
-    monkeypatch.setattr(claims.laws, "measured", dict)
+    monkeypatch.setattr(claims.laws, "measure", dict)
     claims.keep()
     assert claims.kept() == [record]
     shown = claims.section(claims.PAGE.read_text(), "claims")

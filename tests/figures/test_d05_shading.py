@@ -8,8 +8,8 @@ import pytest
 
 from figures.d05.shared import compared, creatures, meshes, sampling, shading
 from firstorder.imaging.camera import pinhole
-from firstorder.models.primitives import bumpy_sphere, ground, placed
-from firstorder.space import Scene, plane, sphere, thing
+from firstorder.models.primitives import bumpy_sphere, displaced_ground, place_mesh
+from firstorder.space import Scene, plane, primitive, sphere
 from firstorder.space.skies import GaussianSky
 
 LOBES = shading.Lobes(*np.array([[m[k] for m in (shading.DULL, shading.FLOOR)]
@@ -25,21 +25,21 @@ def world(rays, columns=40, rows=25):
 def shapes():
     """A ball of 0.5 m on a floor."""
     things = (sphere((0.0, 0.0, 0.5), 0.5), plane((0, 0, 0), (0, 0, 1)))
-    return world(creatures.Shapes(Scene.of(*(thing(a) for a in things))))
+    return world(creatures.Shapes(Scene.of(*(primitive(a) for a in things))))
 
 
 @pytest.fixture(scope="module")
 def faces():
     """The same of 5,120 faces."""
     ball = bumpy_sphere(0.5, lambda v: 0.0 * v[:, 0], 4)
-    pieces = {"ball": placed(ball, (0.0, 0.0, 0.5)), "floor": ground(10.0, cells=1)}
+    pieces = {"ball": place_mesh(ball, (0.0, 0.0, 0.5)), "floor": displaced_ground(10.0, cells=1)}
     return world(meshes.meshes({k: meshes.one(v) for k, v in pieces.items()}))
 
 
 @pytest.fixture(scope="module")
 def open_():
     """A floor alone."""
-    return world(creatures.Shapes(Scene.of(thing(plane((0, 0, 0), (0, 0, 1))))))
+    return world(creatures.Shapes(Scene.of(primitive(plane((0, 0, 0), (0, 0, 1))))))
 
 
 # --- the sky -------------------------------------------------------------------------------------
@@ -164,9 +164,9 @@ def test_what_lies_below_a_face_is_hidden_and_no_blocker(faces):
 
 
 def test_labels_tell_arcs_and_leaves_apart():
-    tube = meshes.arcs(meshes.knot(2, 3, rings=48, sides=8), 24)
+    tube = meshes.arcs(meshes.torus_knot(2, 3, rings=48, sides=8), 24)
     assert np.bincount(tube.label).tolist() == [tube.mesh.count // 24] * 24
-    two = meshes.joined([placed(bumpy_sphere(levels=1), (x, 0, 0)) for x in (0.0, 3.0)])[0]
+    two = meshes.join_meshes([place_mesh(bumpy_sphere(levels=1), (x, 0, 0)) for x in (0.0, 3.0)])[0]
     assert np.bincount(meshes.each(two).label).tolist() == [80, 80]
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from figures.e11.shared import compared, space
-from firstorder.shadowfield.rendering.ray_table import trace
+from firstorder.shadowfield.rendering.ray_table import trace_shadow_rays
 
 
 @pytest.fixture(scope="module")
@@ -80,7 +80,7 @@ def test_own_rays_have_the_mean_of_the_falloff(scene):
     pixels = np.flatnonzero(scene.floor)[::37]
     found = space.own_rays(scene, pixels, 1024)
     for k, one in zip(pixels, found, strict=True):
-        table, _ = trace(scene.lamp, scene.receivers[[k]], 4000, scene.blockers)
+        table, _ = trace_shadow_rays(scene.lamp, scene.receivers[[k]], 4000, scene.blockers)
         light = np.exp(-0.5 * np.sum((table.y / (0.5 * scene.lamp.half)) ** 2, 1))
         expected = np.sum(light * table.free) / np.sum(light)
         assert abs(one - expected) <= 0.03  # strata of 1/32; 4000 even places

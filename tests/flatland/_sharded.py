@@ -14,7 +14,7 @@ import numpy as np
 from jax.sharding import Mesh, NamedSharding, PartitionSpec
 
 from firstorder import session
-from firstorder.flatland import Receiver, Scene, Segments, irradiance, thing
+from firstorder.flatland import Receiver, Scene, Segments, irradiance, primitive
 from firstorder.flatland.bounces.pathtrace import path_irradiance
 
 X = np.array([-0.7, -0.11, 0.3, 0.8])
@@ -23,9 +23,9 @@ X = np.array([-0.7, -0.11, 0.3, 0.8])
 def measured(x):
     """Everything about a row of receivers on the floor."""
     scene = Scene.of(
-        thing(Segments((-1.0, 0.0), (1.0, 0.0)), albedo=0.5),
-        thing(Segments((0.5, 1.0), (-0.5, 1.0)), emission=1.0, albedo=0.3),
-        thing(Segments((-0.2, 0.5), (0.2, 0.5))),
+        primitive(Segments((-1.0, 0.0), (1.0, 0.0)), albedo=0.5),
+        primitive(Segments((0.5, 1.0), (-0.5, 1.0)), emission=1.0, albedo=0.3),
+        primitive(Segments((-0.2, 0.5), (0.2, 0.5))),
     )
     at = Receiver(jnp.stack([x, 0.0 * x], -1), 0.0 * x, jnp.zeros(x.shape, int))
     E, slope = jax.vmap(

@@ -11,15 +11,15 @@ from firstorder.flatland import (
     Segments,
     derivatives,
     derivatives_on_shape,
-    gathered,
     irradiance,
+    primitive,
     receiver,
-    thing,
+    weighted_irradiance,
 )
-from firstorder.flatland.reference import nearest_slowly
+from firstorder.flatland._reference import reference_nearest
 from tests.flatland.worlds import everything
 
-LAMP = thing(Segments((0.5, 1.0), (-0.5, 1.0)), emission=1.0)
+LAMP = primitive(Segments((0.5, 1.0), (-0.5, 1.0)), emission=1.0)
 
 
 def test_irradiance_is_the_integral_of_what_is_seen():
@@ -28,7 +28,9 @@ def test_irradiance_is_the_integral_of_what_is_seen():
     n = 1000
     a = (np.arange(n) + 0.5) / n * np.pi - 0.5 * np.pi
     rays = np.stack([-np.sin(a), np.cos(a)], -1)
-    _, index = nearest_slowly(scene, np.broadcast_to(np.asarray(at.position), rays.shape), rays, 0)
+    _, index = reference_nearest(
+        scene, np.broadcast_to(np.asarray(at.position), rays.shape), rays, 0
+    )
     emission = np.asarray(scene.material.emission[:, 0])
     dense = np.sum(np.where(index >= 0, emission[index], 0.0) * np.cos(a)) * np.pi / n
     # Each of some ten edges is off by at most half a step.
@@ -37,7 +39,7 @@ def test_irradiance_is_the_integral_of_what_is_seen():
 
 def test_a_sky_shines_between_the_shapes():
     sky = lambda a: 1.0 + 0.5 * jnp.sin(a)  # noqa: E731
-    scene = Scene.of(thing(Circles((0.0, 2.0), 1.0)), environment=sky)
+    scene = Scene.of(primitive(Circles((0.0, 2.0), 1.0)), environment=sky)
     edge = np.arcsin(0.5)
     free = lambda a: (1.0 + 0.5 * np.sin(a)) * np.cos(a)  # noqa: E731
     expected = quad(free, -np.pi / 2, -edge)[0] + quad(free, edge, np.pi / 2)[0]
@@ -70,7 +72,7 @@ def test_turning_in_place():
 
 
 def test_along_a_curve_it_moves_and_turns():
-    scene = Scene.of(LAMP, thing(Circles((0.0, -0.5), 0.4)))
+    scene = Scene.of(LAMP, primitive(Circles((0.0, -0.5), 0.4)))
     places, h = jnp.array([0.03, 0.1, 0.93]), 1e-4 / (0.8 * np.pi)
 
     def E(r):
@@ -96,16 +98,16 @@ def test_along_a_curve_it_moves_and_turns():
 def test_light_is_gathered_under_any_weight():
     scene = Scene.of(
         LAMP,
-        thing(Circles((0.2, 0.5), 0.1)),
+        primitive(Circles((0.2, 0.5), 0.1)),
         points=PointLights((-0.6, 0.5), 0.7),
         environment=lambda a: 0.2 + 0.0 * a,
     )
     at = Receiver((0.1, 0.0), 0.2)
-    assert abs(gathered(scene, at, jnp.cos, nodes=24) - irradiance(scene, at)) < 1e-12
+    assert abs(weighted_irradiance(scene, at, jnp.cos, nodes=24) - irradiance(scene, at)) < 1e-12
     lobe = lambda a: jnp.cos(a) ** 5  # noqa: E731
-    below = thing(Segments((-1.0, -9.0), (1.0, -9.0)))
+    below = primitive(Segments((-1.0, -9.0), (1.0, -9.0)))
     bare = Scene.of(below, environment=lambda a: 1.0 + 0.0 * a)
-    assert abs(gathered(bare, at, lobe, nodes=24) - 16.0 / 15.0) < 1e-9
+    assert abs(weighted_irradiance(bare, at, lobe, nodes=24) - 16.0 / 15.0) < 1e-9
 
 
 def test_a_receiver_that_is_nowhere_receives_nan():
@@ -119,7 +121,7 @@ def test_the_jump_of_a_plain_sky_is_an_edge_and_angles_come_wrapped():
         return jnp.where(a > 0.3, 2.0, 1.0)
 
     setattr(sky, "breaks", [0.3])  # noqa: B010
-    scene = Scene.of(thing(Segments((-1.0, -9.0), (1.0, -9.0))), environment=sky)
+    scene = Scene.of(primitive(Segments((-1.0, -9.0), (1.0, -9.0))), environment=sky)
     E = jax.jit(lambda n: irradiance(scene, Receiver((0.0, 0.0), n)))
     for n in (0.0, 0.2, 2.0 * np.pi):
         local = 0.3 - n if n < 1.0 else 0.3
@@ -129,7 +131,7 @@ def test_the_jump_of_a_plain_sky_is_an_edge_and_angles_come_wrapped():
 
 def test_single_precision_stays_single():
     scene = Scene.of(
-        thing(
+        primitive(
             Segments(np.array([[0.5, 1.0]], np.float32), np.array([[-0.5, 1.0]], np.float32)),
             emission=np.float32(1.0),
         )

@@ -28,11 +28,16 @@ from firstorder.flatland import (
     derivatives,
     irradiance,
     nearest,
+    primitive,
     receiver,
-    thing,
 )
-from firstorder.flatland.library.scenes import scene_a, scene_b
-from firstorder.visibility import Edges, bracketed, limbs, shaded
+from firstorder.flatland.library._scenes import scene_a, scene_b
+from firstorder.visibility import (
+    VisibilityEdges,
+    bracket_edges,
+    shading_derivatives,
+    tangent_points,
+)
 
 # --- the oracle ----------------------------------------------------------------------------------
 
@@ -197,8 +202,10 @@ def built(p):
     """The scene of a vector of parameters."""
     _, a, b, h, cx, cy, r, l0, l1, H, L = p
     pair = lambda u, v: jnp.stack([u, v])  # noqa: E731
-    lamp = thing(Segments(pair(l1, H), pair(l0, H)), emission=L)
-    return Scene.of(lamp, thing(Segments(pair(a, h), pair(b, h))), thing(Circles(pair(cx, cy), r)))
+    lamp = primitive(Segments(pair(l1, H), pair(l0, H)), emission=L)
+    return Scene.of(
+        lamp, primitive(Segments(pair(a, h), pair(b, h))), primitive(Circles(pair(cx, cy), r))
+    )
 
 
 def exact_E(p):
@@ -266,7 +273,7 @@ def test_gradient_and_hessian_in_every_leaf(place):
 @jax.jit
 def twisted(speed, p):
     """E and its gradient with edges that move `speed` times as fast; compiled for all faults."""
-    view = importlib.import_module("firstorder.flatland.view")
+    view = importlib.import_module("firstorder.flatland.visible")
     true_angle = view.local_angle
 
     def wrong(*at):
@@ -306,8 +313,8 @@ PIERCING = (0.05, -0.02, 0.8, 0.32, 1.25, 1.0)  # x of the receiver; two ends; t
 
 def pierced(p, crossings=None):
     x, ax, ay, bx, by, H = p
-    lamp = thing(Segments(jnp.stack([0.5, H]), jnp.stack([-0.5, H])), emission=1.0)
-    slab = thing(Segments(jnp.stack([ax, ay]), jnp.stack([bx, by])))
+    lamp = primitive(Segments(jnp.stack([0.5, H]), jnp.stack([-0.5, H])), emission=1.0)
+    slab = primitive(Segments(jnp.stack([ax, ay]), jnp.stack([bx, by])))
     scene = Scene.of(lamp, slab, crossings=crossings)
     return scene, Receiver(jnp.stack([x, 0.0 * x]), 0.0 * x)
 
@@ -361,9 +368,9 @@ def _moved(x, turn, shift, scale, L, power, split):
     a, b = jnp.array([0.25, 0.5]), jnp.array([-0.1, 0.7])
     m = a + split * (b - a)
     scene = Scene.of(
-        thing(Segments(place([0.6, 1.2]), place([-0.5, 1.0])), emission=L),
-        thing(Segments(place(jnp.stack([a, m])), place(jnp.stack([m, b])))),
-        thing(Circles(place([-0.4, 0.6]), 0.12 * scale)),
+        primitive(Segments(place([0.6, 1.2]), place([-0.5, 1.0])), emission=L),
+        primitive(Segments(place(jnp.stack([a, m])), place(jnp.stack([m, b])))),
+        primitive(Circles(place([-0.4, 0.6]), 0.12 * scale)),
         points=PointLights(place([-0.1, 0.9]), power),
     )
     at = Receiver(place(jnp.stack([x, 0.0 * x])), turn + 0.2)
@@ -429,7 +436,7 @@ def near_event(x):
 def under_a_sky(x):
     """Jets of E under a white sky: from silhouettes, and from 256 rays with R07's formulas."""
     slab, disc = Segments((0.5, 0.8), (0.1, 0.9)), Circles((-0.3, 0.7), 0.2)
-    scene = Scene.of(thing(slab), thing(disc), environment=ConstantSky(1.0))
+    scene = Scene.of(primitive(slab), primitive(disc), environment=ConstantSky(1.0))
     at = Receiver(jnp.stack([x, 0.0 * x]), 0.0 * x)
 
     def hit(angle):
@@ -437,11 +444,11 @@ def under_a_sky(x):
         t = nearest(scene, jnp.broadcast_to(at.position, along.shape), along).t
         return t.reshape(angle.shape)
 
-    found = bracketed(lambda a: jnp.isfinite(hit(a)), jnp.linspace(-1.57, 1.57, 256), size=4)
-    a = limbs(hit, found).alpha()
+    found = bracket_edges(lambda a: jnp.isfinite(hit(a)), jnp.linspace(-1.57, 1.57, 256), size=4)
+    a = tangent_points(hit, found).alpha()
     first, second = a.alpha_x[:, None], a.alpha_xx[:, None, None]
-    edges = Edges(a.value, first, second, found.sign, jnp.array(1.0))
-    traced = shaded(lambda p, w: jnp.cos(w), x[None], edges)
+    edges = VisibilityEdges(a.value, first, second, found.sign, jnp.array(1.0))
+    traced = shading_derivatives(lambda p, w: jnp.cos(w), x[None], edges)
     exact = derivatives(irradiance, scene, at, freedoms=("x",))
     rays = (traced.value, traced.gradient.total[0], traced.hessian.total[0, 0])
     return jnp.stack(rays), jnp.stack([exact.value, exact.first, exact.second])
@@ -476,9 +483,9 @@ DEGENERATE = {
 def in_degenerate(numbers):
     one, two, disc, x = (numbers[:4], numbers[4:8], numbers[8:11], numbers[11])
     scene = Scene.of(
-        thing(Segments((0.5, 1.0), (-0.5, 1.0)), emission=jnp.asarray(1.0, numbers.dtype)),
-        thing(Segments(jnp.stack([one[:2], two[:2]]), jnp.stack([one[2:], two[2:]]))),
-        thing(Circles(disc[:2], disc[2])),
+        primitive(Segments((0.5, 1.0), (-0.5, 1.0)), emission=jnp.asarray(1.0, numbers.dtype)),
+        primitive(Segments(jnp.stack([one[:2], two[:2]]), jnp.stack([one[2:], two[2:]]))),
+        primitive(Circles(disc[:2], disc[2])),
     )
     return irradiance(scene, Receiver(jnp.stack([x, 0.0 * x]), 0.0 * x))
 

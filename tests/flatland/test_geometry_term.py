@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from derivations.flatland import geometry_term as derived
 from firstorder.checks.tolerance import normwise, rounding
-from firstorder.flatland import geometry_term as geometry
-from firstorder.flatland.geometry_term import (
+from firstorder.flatland import _geometry_term as geometry
+from firstorder.flatland._geometry_term import (
     geometry_gradient,
     geometry_hessian,
     geometry_jet,

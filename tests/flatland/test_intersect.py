@@ -3,8 +3,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.flatland import Scene, Segments, intersect, nearest, occluded, thing
-from firstorder.flatland.reference import nearest_slowly
+from firstorder.flatland import Scene, Segments, intersect, nearest, occluded, primitive
+from firstorder.flatland._reference import reference_nearest
 from tests.flatland.worlds import everything
 
 RNG = np.random.default_rng(7)
@@ -15,7 +15,7 @@ ALONG = np.stack([np.cos(ANGLES), np.sin(ANGLES)], -1)
 
 @pytest.fixture(scope="module")
 def slowly():
-    return nearest_slowly(everything(), ORIGINS, ALONG)
+    return reference_nearest(everything(), ORIGINS, ALONG)
 
 
 @pytest.mark.parametrize("few", [0, 16], ids=["one by one", "in one"])
@@ -61,7 +61,7 @@ def test_a_hit_moves_with_the_ray():
 
 
 def test_between_two_points():
-    scene = Scene.of(thing(Segments((-1.0, 1.0), (1.0, 1.0))))
+    scene = Scene.of(primitive(Segments((-1.0, 1.0), (1.0, 1.0))))
     a = jnp.array([[0.0, 0.0], [0.0, 0.0], [0.0, 0.0]])
     b = jnp.array([[0.0, 2.0], [0.0, 0.9], [0.5, 1.0]])
     assert occluded(scene, a, b).tolist() == [True, False, False]
@@ -89,7 +89,7 @@ def test_a_ray_does_not_meet_its_own_start():
 def test_rays_times_shapes_are_not_kept():
     rng = np.random.default_rng(0)
     corner = jnp.asarray(rng.uniform(-1.0, 1.0, (256, 2)))
-    scene = Scene.of(thing(Segments(corner, corner + 0.01)))
+    scene = Scene.of(primitive(Segments(corner, corner + 0.01)))
     o = jnp.zeros((1 << 15, 2))
     search = jax.jit(intersect.first_shape).lower(scene, o, o + 1.0).compile()
     memory = search.memory_analysis()
@@ -99,12 +99,12 @@ def test_rays_times_shapes_are_not_kept():
 
 
 def test_no_rays_meet_nothing():
-    scene = Scene.of(thing(Segments((-1.0, 1.0), (1.0, 1.0))))
+    scene = Scene.of(primitive(Segments((-1.0, 1.0), (1.0, 1.0))))
     assert nearest(scene, jnp.zeros((0, 2)), jnp.zeros((0, 2))).t.shape == (0,)
 
 
 def test_parallel_rays_miss_without_nan():
-    scene = Scene.of(thing(Segments((0.0, 0.0), (1.0, 0.0))))
+    scene = Scene.of(primitive(Segments((0.0, 0.0), (1.0, 0.0))))
 
     def distance(y):
         o = jnp.array([[-1.0, 0.0]]) + jnp.array([0.0, 1.0]) * y

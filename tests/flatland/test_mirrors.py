@@ -3,10 +3,18 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.flatland import Circles, Receiver, Scene, Segments, in_mirrors, irradiance, thing
+from firstorder.flatland import (
+    Circles,
+    Receiver,
+    Scene,
+    Segments,
+    irradiance,
+    mirror_irradiance,
+    primitive,
+)
 
-LAMP = thing(Segments((-0.5, 1.0), (-1.5, 1.0)), emission=1.0)
-GLASS = thing(Segments((1.0, 0.0), (1.0, 3.0)), mirror=0.8)
+LAMP = primitive(Segments((-0.5, 1.0), (-1.5, 1.0)), emission=1.0)
+GLASS = primitive(Segments((1.0, 0.0), (1.0, 3.0)), mirror=0.8)
 
 
 def beyond(x, lamp=(-0.5, -1.5), top=3.0):
@@ -18,18 +26,18 @@ def beyond(x, lamp=(-0.5, -1.5), top=3.0):
 
 def test_a_lamp_in_a_mirror_is_a_lamp_behind_it():
     scene = Scene.of(LAMP, GLASS)
-    E = jax.jit(lambda x: in_mirrors(scene, Receiver(jnp.stack([x, 0.0]), 0.0), (1,)))
+    E = jax.jit(lambda x: mirror_irradiance(scene, Receiver(jnp.stack([x, 0.0]), 0.0), (1,)))
     for x in (-1.0, 0.0, 0.7):
         assert abs(E(x) - beyond(x)) < 1e-13
 
 
 def test_the_edge_of_a_low_mirror_is_an_edge_of_the_light():
-    low = thing(Segments((1.0, 0.0), (1.0, 0.3)), mirror=0.8)
+    low = primitive(Segments((1.0, 0.0), (1.0, 0.3)), mirror=0.8)
     scene = Scene.of(LAMP, low)
 
     @jax.jit
     def E(x):
-        return in_mirrors(scene, Receiver(jnp.stack([x, 0.0]), 0.0), (1,))
+        return mirror_irradiance(scene, Receiver(jnp.stack([x, 0.0]), 0.0), (1,))
 
     x, h = 0.2, 1e-5
     assert abs(E(x) - beyond(x, top=0.3)) < 1e-13
@@ -39,19 +47,19 @@ def test_the_edge_of_a_low_mirror_is_an_edge_of_the_light():
 
 
 def test_a_blocker_is_seen_in_the_mirror_too():
-    disc = thing(Circles((0.0, 0.75), 0.1))
+    disc = primitive(Circles((0.0, 0.75), 0.1))
     scene = Scene.of(LAMP, GLASS, disc)
     # Without the mirror, but with the images of lamp and disc: both on the way of the light.
     images = Scene.of(
-        thing(Segments((3.5, 1.0), (2.5, 1.0)), emission=0.8),
-        thing(Circles((2.0, 0.75), 0.1)),
+        primitive(Segments((3.5, 1.0), (2.5, 1.0)), emission=0.8),
+        primitive(Circles((2.0, 0.75), 0.1)),
         disc,
     )
 
     @jax.jit
     def both(x):
         at = Receiver(jnp.stack([x, 0.0]), 0.0)
-        return in_mirrors(scene, at, (1,)), irradiance(images, at)
+        return mirror_irradiance(scene, at, (1,)), irradiance(images, at)
 
     for x in (-0.4, -0.1, 0.5):
         one, other = both(x)
@@ -60,7 +68,7 @@ def test_a_blocker_is_seen_in_the_mirror_too():
 
 def test_a_mirror_reflects_the_sky():
     scene = Scene.of(GLASS, environment=lambda a: 1.0 + 0.3 * jnp.sin(a))
-    E = jax.jit(lambda at: in_mirrors(scene, at, (0,), nodes=24))(Receiver((0.0, 0.0), 0.0))
+    E = jax.jit(lambda at: mirror_irradiance(scene, at, (0,), nodes=24))(Receiver((0.0, 0.0), 0.0))
     # Towards +x at the sine s, angle -arcsin(s); reflected, the sky's angle is +arcsin(s).
     low = 1.0 / np.hypot(1.0, 3.0)
     expected = 0.8 * ((1.0 - low) + 0.15 * (1.0 - low**2))
@@ -69,4 +77,4 @@ def test_a_mirror_reflects_the_sky():
 
 def test_only_segments_are_mirrors():
     with pytest.raises(ValueError, match="`mirrors` must hold numbers of segments, but holds 2"):
-        in_mirrors(Scene.of(LAMP, GLASS), Receiver((0.0, 0.0), 0.0), (2,))
+        mirror_irradiance(Scene.of(LAMP, GLASS), Receiver((0.0, 0.0), 0.0), (2,))

@@ -7,17 +7,18 @@ from hypothesis import strategies as st
 
 from derivations.flatland import radiometry as derived
 from derivations.flatland._scenes import built
-from firstorder.flatland import Receiver, radiometry
-from firstorder.flatland.radiometry import (
+from firstorder.flatland import Receiver
+from firstorder.flatland import _radiometry as radiometry
+from firstorder.flatland._radiometry import (
     TABLE_I,
-    Unit,
-    cosine_power,
-    diffuse,
+    _cosine_power,
+    _Unit,
+    diffuse_brdf,
     foreshortening,
-    glossy,
-    outgoing,
-    reflected,
-    reflected_over_curves,
+    outgoing_radiance,
+    phong_brdf,
+    reflected_radiance,
+    reflected_radiance_over_curves,
 )
 
 # --- units --------------------------------------------------------------------------------------
@@ -27,24 +28,24 @@ def test_every_unit_of_the_table_follows_from_its_definition():
     """All but that of Q_lambda, which must be per wavelength if (3) is to give an energy."""
     wrong = {(q.symbol, q.world) for q in TABLE_I if not q.agrees}
     assert wrong == {("Q_lambda", "3D"), ("Q_lambda", "2D")}
-    assert {str(q.unit / Unit.of(q.printed)) for q in TABLE_I if not q.agrees} == {"m^-1"}
+    assert {str(q.unit / _Unit.of(q.printed)) for q in TABLE_I if not q.agrees} == {"m^-1"}
     assert len(TABLE_I) == 12
 
 
 def test_the_units_of_the_two_worlds_differ_where_a_length_or_an_angle_enters():
     by_world = {(q.symbol, q.world): q.unit for q in TABLE_I}
     assert by_world["Phi", "2D"] == by_world["Phi", "3D"]
-    assert by_world["E", "2D"] / by_world["E", "3D"] == Unit.of("m")
-    assert by_world["L", "2D"] / by_world["L", "3D"] == Unit.of("m sr rad^-1")
+    assert by_world["E", "2D"] / by_world["E", "3D"] == _Unit.of("m")
+    assert by_world["L", "2D"] / by_world["L", "3D"] == _Unit.of("m sr rad^-1")
 
 
 def test_the_algebra_of_units():
-    assert Unit.of("W") == Unit.of("J s^-1")
-    assert Unit.of("m") / Unit.of("m") == Unit()
-    assert Unit.of("W m^-2") ** 2 == Unit.of("J^2 s^-2 m^-4")
-    assert str(Unit()) == "1"
+    assert _Unit.of("W") == _Unit.of("J s^-1")
+    assert _Unit.of("m") / _Unit.of("m") == _Unit()
+    assert _Unit.of("W m^-2") ** 2 == _Unit.of("J^2 s^-2 m^-4")
+    assert str(_Unit()) == "1"
     with pytest.raises(ValueError, match="must hold units"):
-        Unit.of("furlong")
+        _Unit.of("furlong")
 
 
 # --- BRDFs --------------------------------------------------------------------------------------
@@ -55,7 +56,7 @@ def test_the_norm_of_a_lobe(exponent):
     n = 20000
     o = (np.arange(n) + 0.5) / n * np.pi - np.pi / 2
     np.testing.assert_allclose(
-        cosine_power(exponent), np.sum(np.cos(o) ** exponent) * np.pi / n, rtol=1e-5
+        _cosine_power(exponent), np.sum(np.cos(o) ** exponent) * np.pi / n, rtol=1e-5
     )
 
 
@@ -75,22 +76,22 @@ def test_reciprocity_is_exact():
 def test_the_lobe_is_about_the_mirror_direction():
     o = np.linspace(-1.5, 1.5, 301)
     for w in (-0.7, 0.2):
-        assert abs(o[np.argmax(glossy(1.0, 50.0)(w, o))] + w) < 0.011
+        assert abs(o[np.argmax(phong_brdf(1.0, 50.0)(w, o))] + w) < 0.011
 
 
 def test_nothing_below_the_horizon():
-    for f in (diffuse(0.5), glossy(0.5, 3.0)):
+    for f in (diffuse_brdf(0.5), phong_brdf(0.5, 3.0)):
         assert f(0.1, 1.6) == f(-1.6, 0.1) == 0.0
     assert foreshortening(1.7) == 0.0
-    assert np.isfinite(jax.grad(lambda o: glossy(0.5, 3.0)(0.1, o))(1.56))
-    assert np.isfinite(jax.grad(lambda k: glossy(0.5, k)(-1.5, -1.5))(2.0))
+    assert np.isfinite(jax.grad(lambda o: phong_brdf(0.5, 3.0)(0.1, o))(1.56))
+    assert np.isfinite(jax.grad(lambda k: phong_brdf(0.5, k)(-1.5, -1.5))(2.0))
 
 
 def test_bad_material_is_one_sentence():
     with pytest.raises(ValueError, match=r"^Argument `albedo` must not be negative, but is -1.0.$"):
-        diffuse(-1.0)
+        diffuse_brdf(-1.0)
     with pytest.raises(ValueError, match="`exponent` must not be negative"):
-        glossy(0.5, -2.0)
+        phong_brdf(0.5, -2.0)
 
 
 # --- reflection and flux ------------------------------------------------------------------------
@@ -104,12 +105,12 @@ def test_both_forms_and_plain_rays_agree():
 def test_both_forms_agree_before_a_curved_blocker_and_a_wall_that_varies():
     """Two shadow edges and two ends, each misplaced by up to half a spacing of 1/4000."""
     scene, radiance = built("disc")
-    brdf = glossy(0.8, 4.0)
+    brdf = phong_brdf(0.8, 4.0)
 
     @jax.jit
     def both(at):
-        fine = reflected(scene, at, 0.3, brdf, radiance)
-        return fine, reflected_over_curves(scene, at, 0.3, brdf, 4000, None, radiance)
+        fine = reflected_radiance(scene, at, 0.3, brdf, radiance)
+        return fine, reflected_radiance_over_curves(scene, at, 0.3, brdf, 4000, None, radiance)
 
     for x in (-0.2, 0.35):
         fine, coarse = both(Receiver((x, 0.0), 0.1))
@@ -122,7 +123,7 @@ def test_flux_between_two_lines_by_crossed_strings():
 
 
 def test_what_leaves_is_emitted_or_reflected():
-    assert outgoing(0.7, 0.3) == 1.0
+    assert outgoing_radiance(0.7, 0.3) == 1.0
 
 
 # --- deliberate faults --------------------------------------------------------------------------
@@ -130,12 +131,12 @@ def test_what_leaves_is_emitted_or_reflected():
 
 @pytest.mark.parametrize("fault", ["norm of space", "norm without its cosine"])
 def test_faults_of_a_norm_are_noticed(fault, monkeypatch):
-    right = cosine_power
+    right = _cosine_power
     wrong = {
         "norm of space": lambda p: 2.0 * jnp.pi / (p + 1.0),
         "norm without its cosine": lambda p: right(p - 1.0),
     }[fault]
-    monkeypatch.setattr(radiometry, "cosine_power", wrong)
+    monkeypatch.setattr(radiometry, "_cosine_power", wrong)
     error = derived.energy()
     assert np.isfinite(error)
     assert error > 0.05
@@ -162,7 +163,7 @@ def test_faults_of_the_geometry_term_are_noticed(fault, monkeypatch):
 
 def test_a_diffuse_brdf_with_the_norm_of_space_is_noticed(monkeypatch):
     monkeypatch.setattr(
-        radiometry, "diffuse", lambda albedo: lambda w, o: albedo / jnp.pi + 0.0 * w
+        radiometry, "diffuse_brdf", lambda albedo: lambda w, o: albedo / jnp.pi + 0.0 * w
     )
     derived._reflections.cache_clear()
     error = derived.by_irradiance()

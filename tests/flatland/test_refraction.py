@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 
 from derivations.flatland import refraction as brute
-from firstorder.flatland import Arcs, Circles, Scene, Segments, refraction, thing
+from firstorder.flatland import Arcs, Circles, Scene, Segments, primitive, refraction
 from firstorder.flatland.refraction import (
     Beam,
-    Lens,
+    Caustic,
     PointSource,
-    follow,
-    rainbow,
-    reflectance,
-    refracted,
-    through,
+    _refracted,
+    fresnel_reflectance,
+    rainbow_incidence,
+    through_body,
+    trace_path,
 )
 from firstorder.numerics.quadrature import gauss_legendre
 from firstorder.transport import Fresnel
@@ -91,9 +91,9 @@ def test_disc_keeps_all_power():
     light = Beam((0.0, -3.0), 0.0)
 
     def share(q, inside):
-        return follow(scene, through(1, inside=inside), *light.ray(q)).share
+        return trace_path(scene, through_body(1, inside=inside), *light.ray(q)).share
 
-    reflected = jax.vmap(lambda q: follow(scene, ((1, "back"),), *light.ray(q)).share)(0.9 * t)
+    reflected = jax.vmap(lambda q: trace_path(scene, ((1, "back"),), *light.ray(q)).share)(0.9 * t)
     parts = [jax.jit(jax.vmap(lambda q, k=k: share(q, k)))(0.9 * t) for k in range(4)]
     left = (1.0 - reflected) * reflected**4
     total = float(jnp.sum(w * (reflected + sum(parts) + left)))
@@ -123,7 +123,7 @@ def test_irradiance_beside_a_fold_grows_as_the_root_says():
 
 def test_single_precision_beside_double_does_no_harm():
     """A ray in singles through a scene in doubles: as exact as the ray."""
-    lens = Lens(thin_lens(), PointSource((0.0, -8.0)), through(1, 2), 0, -0.03, 0.03)
+    lens = Caustic(thin_lens(), PointSource((0.0, -8.0)), through_body(1, 2), 0, -0.03, 0.03)
     double, single = lens.arrive(0.01), lens.arrive(jnp.float32(0.01))
     assert single.position.dtype == double.position.dtype
     # 6e-8 of a direction, over 12 m and two faces.
@@ -157,27 +157,27 @@ def thin_lens(n=1.5, radius=4.0, half=0.3):
     low = Arcs((0.0, radius * np.cos(angle)), radius, np.pi + angle, -2.0 * angle)
     high = Arcs((0.0, -radius * np.cos(angle)), radius, angle, -2.0 * angle)
     screen = Segments((1.0, 3.9), (-1.0, 3.9))
-    return Scene.of(thing(screen), thing(low, ior=n), thing(high, ior=n))
+    return Scene.of(primitive(screen), primitive(low, ior=n), primitive(high, ior=n))
 
 
 def test_a_thin_lens_has_the_focal_length_of_the_lens_maker():
     """`1 / f = (n - 1) 2 / R` for rays near the axis, to the lens' thickness."""
-    lens = Lens(thin_lens(), Beam((0.0, -1.0), 0.0), through(1, 2), 0, -0.28, 0.28)
+    lens = Caustic(thin_lens(), Beam((0.0, -1.0), 0.0), through_body(1, 2), 0, -0.28, 0.28)
     focus, _ = lens.envelope(1e-4)
     assert float(focus[1]) == pytest.approx(4.0, abs=0.02)
     # A point light at twice the focal length is imaged there.
-    there = Lens(thin_lens(), PointSource((0.0, -8.0)), through(1, 2), 0, -0.03, 0.03)
+    there = Caustic(thin_lens(), PointSource((0.0, -8.0)), through_body(1, 2), 0, -0.03, 0.03)
     image, _ = there.envelope(1e-5)
     assert float(image[1]) == pytest.approx(8.0, abs=0.05)
 
 
 def test_a_blocker_on_the_way_stops_a_ray():
     blocked = Scene.of(
-        thing(Segments((2.0, 1.9), (-2.0, 1.9))),
-        thing(Segments((0.2, 1.4), (-0.2, 1.4))),
-        thing(Circles((0.0, 0.0), 1.0), ior=1.5),
+        primitive(Segments((2.0, 1.9), (-2.0, 1.9))),
+        primitive(Segments((0.2, 1.4), (-0.2, 1.4))),
+        primitive(Circles((0.0, 0.0), 1.0), ior=1.5),
     )
-    lens = Lens(blocked, Beam((0.0, -3.0), 0.0), through(2), 0, -0.99, 0.99)
+    lens = Caustic(blocked, Beam((0.0, -3.0), 0.0), through_body(2), 0, -0.99, 0.99)
     assert not bool(lens.arrive(0.0).ok)
     assert float(lens.arrive(0.0).share) == 0.0
 
@@ -186,8 +186,8 @@ def test_reflectance_is_that_of_the_interface_event_with_total_reflection():
     theta = np.linspace(0.0, 1.5, 7)
     for eta in (1.5, 1.0 / 1.5):
         expected = [float(Fresnel(eta)(0.0, t)) for t in theta]
-        np.testing.assert_allclose(reflectance(eta, np.cos(theta)), expected, atol=1e-14)
-    u, ok = refracted(
+        np.testing.assert_allclose(fresnel_reflectance(eta, np.cos(theta)), expected, atol=1e-14)
+    u, ok = _refracted(
         jnp.array([np.sin(1.0), np.cos(1.0)]), jnp.array([0.0, -1.0]), jnp.asarray(0.5)
     )
     assert not bool(ok)
@@ -196,22 +196,22 @@ def test_reflectance_is_that_of_the_interface_event_with_total_reflection():
 
 def test_bad_input_is_refused():
     with pytest.raises(ValueError, match="must say 'through' or 'back'"):
-        follow(brute.glass().scene, ((1, "around"),), jnp.zeros(2), jnp.array([0.0, 1.0]))
+        trace_path(brute.glass().scene, ((1, "around"),), jnp.zeros(2), jnp.array([0.0, 1.0]))
     with pytest.raises(ValueError, match=r"must lie in \(1, 2\), but is 2.4"):
-        rainbow(2.4, 1)
+        rainbow_incidence(2.4, 1)
     with pytest.raises(ValueError, match="`power` must not be negative"):
         PointSource((0.0, 0.0), -1.0)
 
 
 FAULTS = {
-    "forget Fresnel": ("reflectance", lambda eta, c: 0.0 * jnp.asarray(c)),
-    "index upside down": ("refracted", lambda u, n, eta: right_refracted(u, n, 1.0 / eta)),
+    "forget Fresnel": ("fresnel_reflectance", lambda eta, c: 0.0 * jnp.asarray(c)),
+    "index upside down": ("_refracted", lambda u, n, eta: right_refracted(u, n, 1.0 / eta)),
     "s polarisation only": (
-        "reflectance",
+        "fresnel_reflectance",
         lambda eta, c: ((c - jnp.sqrt(eta**2 - 1 + c**2)) / (c + jnp.sqrt(eta**2 - 1 + c**2))) ** 2,
     ),
 }
-right_refracted = refraction.refracted
+right_refracted = refraction._refracted
 
 
 @pytest.mark.parametrize("name", FAULTS)
@@ -222,7 +222,9 @@ def test_fault_is_noticed(name, monkeypatch):
         lens = brute.glass()
         q = np.array([0.2, 0.5, 0.7])
         _, u, share = brute.photons(*brute.parallel(q))
-        ours = jax.vmap(lambda q: follow(lens.scene, lens.path, *lens.light.ray(q)))(jnp.asarray(q))
+        ours = jax.vmap(lambda q: trace_path(lens.scene, lens.path, *lens.light.ray(q)))(
+            jnp.asarray(q)
+        )
         return max(np.abs(ours.along - u).max(), np.abs(ours.share - share).max())
 
     assert error() < 1e-13

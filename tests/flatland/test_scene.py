@@ -12,7 +12,7 @@ from firstorder.flatland import (
     Segments,
     closed_curve,
     irradiance,
-    thing,
+    primitive,
 )
 from tests.flatland.worlds import bean, everything
 
@@ -41,7 +41,7 @@ def test_the_frame_of_a_floor_is_the_local_frame():
 
 def test_a_hill_curves_down_and_a_valley_up():
     scene = Scene.of(
-        thing(Circles((0.0, 0.0), 0.5)), thing(Arcs((0.0, 0.0), 2.0, 0.5 * np.pi, np.pi))
+        primitive(Circles((0.0, 0.0), 0.5)), primitive(Arcs((0.0, 0.0), 2.0, 0.5 * np.pi, np.pi))
     )
     hill, valley = scene.frame(1, 0.2).kappa, scene.frame(0, 0.2).kappa
     assert abs(hill + 2.0) < 1e-12
@@ -49,14 +49,16 @@ def test_a_hill_curves_down_and_a_valley_up():
 
 
 def test_lengths():
-    scene = Scene.of(thing(Segments((0.0, 0.0), (3.0, 4.0))), thing(Circles((0.0, 0.0), 0.5)))
+    scene = Scene.of(
+        primitive(Segments((0.0, 0.0), (3.0, 4.0))), primitive(Circles((0.0, 0.0), 0.5))
+    )
     assert abs(scene.length(0) - 5.0) < 1e-12
     assert abs(scene.length(1) - np.pi) < 1e-12
 
 
 def test_a_scene_can_be_built_inside_a_gradient():
     def height(y):
-        scene = Scene.of(thing(Segments((-1.0, y), (1.0, y))))
+        scene = Scene.of(primitive(Segments((-1.0, y), (1.0, y))))
         return scene.hit(jnp.array(0), jnp.zeros(2), jnp.array([0.0, 1.0]))[0]
 
     assert jax.jit(jax.grad(height))(2.0) == 1.0
@@ -66,8 +68,8 @@ def test_a_traced_radius_that_is_none_gives_nan():
     @jax.jit
     def E(radius):
         scene = Scene.of(
-            thing(Segments((1.0, 2.0), (-1.0, 2.0)), emission=1.0),
-            thing(Circles((0.2, 1.0), radius)),
+            primitive(Segments((1.0, 2.0), (-1.0, 2.0)), emission=1.0),
+            primitive(Circles((0.2, 1.0), radius)),
         )
         return irradiance(scene, Receiver((0.0, 0.0), 0.0))
 
@@ -78,7 +80,7 @@ def test_a_traced_radius_that_is_none_gives_nan():
 def test_curves_of_different_lengths_share_a_group():
     a = 2.0 * np.pi * np.arange(64) / 64
     other = closed_curve(np.stack([np.cos(a), np.sin(a)], -1), 2)
-    scene = Scene.of(thing(bean(4.0)), thing(other))
+    scene = Scene.of(primitive(bean(4.0)), primitive(other))
     assert scene.count == 2
     assert abs(scene.frame(1, 0.3).kappa + 1.0) < 1e-12
 
@@ -87,8 +89,14 @@ def test_curves_of_different_lengths_share_a_group():
     ("make", "words"),
     [
         (lambda: Scene.of(), "`things` must hold at least one"),
-        (lambda: thing(Circles((0.0, 0.0), 1.0), emission=-1.0), "`emission` must not be negative"),
-        (lambda: thing(Circles((0.0, 0.0), 1.0), albedo=0.7, mirror=0.5), "add up to at most 1"),
+        (
+            lambda: primitive(Circles((0.0, 0.0), 1.0), emission=-1.0),
+            "`emission` must not be negative",
+        ),
+        (
+            lambda: primitive(Circles((0.0, 0.0), 1.0), albedo=0.7, mirror=0.5),
+            "add up to at most 1",
+        ),
         (lambda: PointLights((0.0, 0.0), -2.0), "`intensity` must not be negative"),
         (lambda: PointLights([(0.0, 0.0), (1.0, 0.0)], 1.0), "`intensity` must hold 2 lights"),
     ],

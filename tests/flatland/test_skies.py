@@ -3,15 +3,15 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.flatland.skies import ConstantSky, GaussianSky, RowSky
+from firstorder.flatland.skies import ConstantSky, GaussianSky, PanoramaSky
 
 SEED = np.random.default_rng(7)
 ROW = SEED.uniform(0.0, 3.0, 12)
 SKIES = {
     "constant": ConstantSky(0.7),
     "gaussian": GaussianSky(0.4, 0.8, 1.3),
-    "lines": RowSky(ROW),
-    "cubics": RowSky(ROW, smooth=True),
+    "lines": PanoramaSky(ROW),
+    "cubics": PanoramaSky(ROW, smooth=True),
 }
 
 
@@ -36,7 +36,7 @@ def test_values_and_slopes_are_finite_and_keep_their_precision(name, dtype):
 
 @pytest.mark.parametrize("smooth", [False, True])
 def test_a_row_passes_through_its_values_and_keeps_its_mean(smooth):
-    sky = RowSky(ROW, smooth)
+    sky = PanoramaSky(ROW, smooth)
     np.testing.assert_allclose(sky(sky.breaks), ROW, atol=1e-13)
     # Gauss-Legendre of three nodes is exact for the cubics between two columns.
     t, w = np.polynomial.legendre.leggauss(3)
@@ -49,13 +49,13 @@ def test_a_row_passes_through_its_values_and_keeps_its_mean(smooth):
 def test_the_middle_of_the_row_is_up_and_its_right_is_plus_x():
     row = np.zeros(64)
     row[47:49] = 1.0  # three quarters along
-    assert RowSky(row)(-0.5 * np.pi) > 0.9  # direction(-pi/2) = (1, 0)
-    assert RowSky(row)(0.5 * np.pi) == 0.0
+    assert PanoramaSky(row)(-0.5 * np.pi) > 0.9  # direction(-pi/2) = (1, 0)
+    assert PanoramaSky(row)(0.5 * np.pi) == 0.0
 
 
 def test_slopes_break_at_the_columns_only():
     for smooth, order in ((False, 1), (True, 2)):
-        sky = RowSky(ROW, smooth)
+        sky = PanoramaSky(ROW, smooth)
         derived = sky
         for _ in range(order):
             derived = jax.grad(derived)
@@ -85,7 +85,7 @@ def test_a_gaussian_is_one_and_its_sum_goes_around():
 
 
 def test_a_coarser_row_has_the_same_mean_and_the_averages_of_its_columns():
-    sky = RowSky(ROW)
+    sky = PanoramaSky(ROW)
     np.testing.assert_allclose(sky.coarser(4).values, ROW.reshape(4, 3).mean(1), rtol=1e-13)
     for columns in (5, 7, 12):
         np.testing.assert_allclose(sky.coarser(columns).values.mean(), ROW.mean(), rtol=1e-13)
@@ -94,7 +94,7 @@ def test_a_coarser_row_has_the_same_mean_and_the_averages_of_its_columns():
 
 def test_every_number_is_a_leaf_with_a_slope():
     def light(values, center):
-        return RowSky(values)(0.3) + GaussianSky(center)(0.3)
+        return PanoramaSky(values)(0.3) + GaussianSky(center)(0.3)
 
     values, center = jax.grad(light, (0, 1))(jnp.asarray(ROW), jnp.asarray(0.1))
     assert np.count_nonzero(values) == 2
@@ -108,11 +108,14 @@ def test_every_number_is_a_leaf_with_a_slope():
         (lambda: ConstantSky(-1.0), "Argument `radiance` must not be negative, but is -1.0."),
         (lambda: GaussianSky(0.0, 0.0), "Argument `sigma` must be positive, but is 0.0."),
         (
-            lambda: RowSky([1.0, 2.0]),
+            lambda: PanoramaSky([1.0, 2.0]),
             "Argument `values` must be four or more numbers, but has (2,).",
         ),
-        (lambda: RowSky([1.0, 2.0, np.nan, 1.0]), "Argument `values` must be finite, but is nan."),
-        (lambda: RowSky(ROW).coarser(3), "Argument `columns` must lie in [4, 12], but is 3."),
+        (
+            lambda: PanoramaSky([1.0, 2.0, np.nan, 1.0]),
+            "Argument `values` must be finite, but is nan.",
+        ),
+        (lambda: PanoramaSky(ROW).coarser(3), "Argument `columns` must lie in [4, 12], but is 3."),
     ],
 )
 def test_a_bad_sky_is_one_sentence(make, sentence):

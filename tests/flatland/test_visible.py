@@ -3,17 +3,18 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from firstorder.conventions import direction
 from firstorder.flatland import (
     Circles,
     Receiver,
     Scene,
     Segments,
     irradiance,
+    primitive,
     receiver,
-    thing,
     view,
 )
-from firstorder.flatland.reference import nearest_slowly
+from firstorder.flatland._reference import reference_nearest
 from tests.flatland.worlds import everything
 
 
@@ -28,11 +29,11 @@ def test_every_gap_shows_one_shape():
         a = ends[wide] + share * np.diff(ends)[wide]
         along = np.stack([-np.sin(a), np.cos(a)], -1)
         origins = np.broadcast_to(np.asarray(at.position), along.shape)
-        assert np.array_equal(nearest_slowly(scene, origins, along, 0)[1], seen.seen[wide])
+        assert np.array_equal(reference_nearest(scene, origins, along, 0)[1], seen.seen[wide])
 
 
 def test_the_view_turns_with_its_receiver():
-    scene = Scene.of(thing(Circles((0.0, 2.0), 0.5)))
+    scene = Scene.of(primitive(Circles((0.0, 2.0), 0.5)))
     straight = view(scene, Receiver((0.0, 0.0), 0.0))
     tilted = view(scene, Receiver((0.0, 0.0), 0.3))
     assert jnp.allclose(tilted.angles[1:3], straight.angles[1:3] - 0.3, atol=1e-12)
@@ -49,7 +50,7 @@ def test_the_view_turns_with_its_receiver():
     ],
 )
 def test_degenerate_views_are_finite(shape, seen):
-    scene = Scene.of(thing(shape))
+    scene = Scene.of(primitive(shape))
 
     def total(x):
         v = view(scene, Receiver(jnp.stack([x, 0.0]), 0.0))
@@ -63,15 +64,15 @@ def test_degenerate_views_are_finite(shape, seen):
 
 
 def test_a_receiver_on_a_circle_sees_what_is_above_its_own_tangent():
-    scene = Scene.of(thing(Circles((0.0, 0.0), 1.0)), thing(Circles((0.0, 3.0), 0.5)))
+    scene = Scene.of(primitive(Circles((0.0, 0.0), 1.0)), primitive(Circles((0.0, 3.0), 0.5)))
     v = view(scene, receiver(scene, 0, 0.0))
     width = np.diff(np.asarray(v.angles))
     assert set(np.asarray(v.seen)[width > 1e-9]) == {-1, 1}
 
 
 def test_two_edges_in_line_give_the_derivative_of_one_side():
-    lamp = thing(Segments((0.5, 1.0), (-0.5, 1.0)), emission=1.0)
-    blade = thing(Segments((-0.2, 0.5), (0.25, 0.5)))
+    lamp = primitive(Segments((0.5, 1.0), (-0.5, 1.0)), emission=1.0)
+    blade = primitive(Segments((-0.2, 0.5), (0.25, 0.5)))
     scene = Scene.of(lamp, blade)
 
     @jax.jit
@@ -83,3 +84,43 @@ def test_two_edges_in_line_give_the_derivative_of_one_side():
         sides = slope(x - 1e-9), slope(x + 1e-9)
         assert abs(sides[0] - sides[1]) > 0.1
         assert min(abs(slope(x) - side) for side in sides) < 1e-6
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.7, -2.5, 3.0])
+def test_a_receiver_takes_its_normal_as_a_vector_or_as_an_angle(angle):
+    by_angle = Receiver.at((0.5, 0.2), angle, on=3)
+    by_vector = Receiver.at((0.5, 0.2), 2.5 * direction(jnp.asarray(angle)), on=3)
+    for a, b in zip(jax.tree.leaves(by_angle), jax.tree.leaves(by_vector), strict=True):
+        np.testing.assert_allclose(a, b, atol=1e-15)
+    assert int(by_angle.on) == 3
+    # One turn of the vector is one of the angle, in the derivative too.
+    turn = jax.grad(lambda a: Receiver.at((0.5, 0.2), 2.5 * direction(a)).n)(jnp.asarray(angle))
+    np.testing.assert_allclose(turn, 1.0, atol=1e-14)
+
+
+def test_many_receivers_have_one_normal_or_one_each():
+    points = jnp.array([[0.0, 0.0], [1.0, 0.0]])
+    one, each = Receiver.at(points, (0.0, 2.0)), Receiver.at(points, [(0.0, 1.0), (-1.0, 0.0)])
+    assert one.n.tolist() == [0.0, 0.0]
+    assert one.on.tolist() == [-1, -1]
+    np.testing.assert_allclose(each.n, [0.0, 0.5 * np.pi])
+    np.testing.assert_array_equal(jax.vmap(Receiver.at)(points, each.n).n, each.n)
+
+
+def test_a_receiver_that_is_none_is_refused():
+    for given, words in (
+        (((0.0, 0.0), (0.0, 0.0)), "`normal` must have a length, but is the zero vector"),
+        (((0.0, 0.0), (0.0, 0.0, 1.0)), r"`normal` must have two coordinates, but has shape \(3,"),
+        (((0.0, 0.0, 0.0),), r"`position` must have two coordinates, but has shape \(3,"),
+        (((0.0, np.nan),), "`position` must be finite"),
+        (((0.0, 0.0), np.inf), "`normal` must be finite"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            Receiver.at(*given)
+    assert np.isnan(jax.jit(lambda v: Receiver.at((0.0, 0.0), v).n)(jnp.zeros(2)))
+
+
+def test_a_receiver_on_a_shape_is_the_one_of_the_old_name():
+    scene = Scene.of(primitive(Circles((0.3, 0.1), 0.5)))
+    new, old = Receiver.on_shape(scene, 0, 0.2), receiver(scene, 0, 0.2)
+    assert [a.tolist() for a in jax.tree.leaves(new)] == [b.tolist() for b in jax.tree.leaves(old)]

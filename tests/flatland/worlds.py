@@ -11,7 +11,7 @@ from firstorder.flatland import (
     Scene,
     Segments,
     closed_curve,
-    thing,
+    primitive,
 )
 
 
@@ -25,12 +25,12 @@ def bean(x=0.0, y=0.0, size=1.0):
 def everything(dtype=None, curve=True):
     """All five kinds above a floor."""
     things = (
-        thing(Segments((-3.0, 0.0), (3.0, 0.0)), name="floor", albedo=0.5),
-        thing(Segments((0.4, 2.6), (-0.9, 3.0)), name="lamp", emission=1.0),
-        thing(Arcs((1.6, 1.4), 0.5, 0.3, -2.5), name="arc"),
-        thing(Circles((-1.5, 1.2), 0.4), name="circle", emission=0.7),
-        thing(Ellipses((0.1, 1.5), (0.6, 0.2), 0.5), name="ellipse"),
-        thing(bean(2.2, 2.4, 0.4), name="bean", emission=0.4),
+        primitive(Segments((-3.0, 0.0), (3.0, 0.0)), name="floor", albedo=0.5),
+        primitive(Segments((0.4, 2.6), (-0.9, 3.0)), name="lamp", emission=1.0),
+        primitive(Arcs((1.6, 1.4), 0.5, 0.3, -2.5), name="arc"),
+        primitive(Circles((-1.5, 1.2), 0.4), name="circle", emission=0.7),
+        primitive(Ellipses((0.1, 1.5), (0.6, 0.2), 0.5), name="ellipse"),
+        primitive(bean(2.2, 2.4, 0.4), name="bean", emission=0.4),
     )
     scene = Scene.of(*things[: 6 if curve else 5])
     if dtype is None:

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 from firstorder.checks.tolerance import fitted_order
-from firstorder.imaging import area_lights as module
-from firstorder.imaging.area_lights import Lamp, Lobe, moving_shadows
+from firstorder.imaging import _area_lights as module
+from firstorder.imaging._area_lights import Lamp, SurfaceReflectance, shadow_edge_terms
+from firstorder.imaging._reflection import SurfacePoint, surface_point
 from firstorder.imaging.camera import pinhole
-from firstorder.imaging.reflection import SurfacePoint, surface_point
 
-lit = eqx.filter_jit(module.lit)
+lit = eqx.filter_jit(module.lobe_radiance)
 LAMP = Lamp((0.5, 0.2, 2.0), (0.0, 0.7, 0.1), (0.6, 0.0, 0.2), 3.0, 6)
-LOBE = Lobe(0.7, 0.3, 12.0)
+LOBE = SurfaceReflectance(0.7, 0.3, 12.0)
 S = np.array([[-0.5, 0.2], [0.2, 0.8]])
 TO_EYE = np.array([-0.3, -0.1, 0.9]) / np.sqrt(0.91)
 
@@ -227,8 +227,10 @@ def shadow_errors(name, count):
     depth = depths(name, np.array(x), np.asarray(lamp.position))
     seen = jnp.asarray((depth == 1.0).astype(float))
     point = surface_point(x, jnp.eye(3), jnp.zeros((2, 2)))
-    still, _ = lit(lamp, seen, point, up, Lobe(1.0))
-    edges, _ = eqx.filter_jit(moving_shadows)(lamp, seen, jnp.asarray(depth), point, up, Lobe(1.0))
+    still, _ = lit(lamp, seen, point, up, SurfaceReflectance(1.0))
+    edges, _ = eqx.filter_jit(shadow_edge_terms)(
+        lamp, seen, jnp.asarray(depth), point, up, SurfaceReflectance(1.0)
+    )
     errors = still.SV - true, still.SV + edges - true
     return [np.linalg.norm(e) / np.linalg.norm(true) for e in errors]
 
@@ -254,7 +256,7 @@ def test_shadows_need_an_even_lamp():
     point = surface_point(jnp.zeros(3), jnp.eye(3), jnp.zeros((2, 2)))
     ones = jnp.ones(36)
     with pytest.raises(ValueError, match="`lamp` must have even nodes"):
-        moving_shadows(LAMP, ones, ones, point, jnp.array([0.0, 0.0, 1.0]), LOBE)
+        shadow_edge_terms(LAMP, ones, ones, point, jnp.array([0.0, 0.0, 1.0]), LOBE)
 
 
 @pytest.mark.parametrize("x", [(0.5, 0.2, 2.0), (0.5, 0.2, 5.0), (0.0, 0.0, -30.0)])

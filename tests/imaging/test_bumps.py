@@ -5,7 +5,7 @@ import pytest
 
 from derivations.imaging import bumps as derived
 from firstorder.checks.tolerance import fitted_order, normwise
-from firstorder.imaging.bumps import (
+from firstorder.imaging._bumps import (
     NormalMap,
     bumped,
     chart,

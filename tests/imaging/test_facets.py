@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from firstorder.checks.tolerance import fitted_order
-from firstorder.imaging.area_lights import Lamp
+from firstorder.imaging._area_lights import Lamp
 from firstorder.imaging.camera import pinhole
-from firstorder.imaging.facets import facets, flat_facets, look_at_facet
-from firstorder.imaging.pixels import Finish, shade_point
-from firstorder.space import sphere, thing
-from firstorder.space.meshes.mesh import mesh, vertex_normals
+from firstorder.imaging.facets import facet_interaction, flat_facets, mesh_facets
+from firstorder.imaging.shading import SurfaceMaps, shade_point
+from firstorder.space import primitive, sphere
+from firstorder.space.meshes.triangle_mesh import mesh, vertex_normals
 
 CORNERS = np.array([(0.1, 0.0, 0.2), (1.2, 0.1, 0.0), (0.2, 0.9, 0.4)])
 NORMALS = np.array([(-0.2, 0.1, 1.0), (0.4, 0.0, 1.0), (0.1, 0.5, 0.8)])
@@ -20,7 +20,7 @@ NORMALS = NORMALS / np.linalg.norm(NORMALS, axis=1)[:, None]
 ONE = mesh(CORNERS, [[0, 1, 2]])
 CAMERA = pinhole((0.4, -2.0, 2.5), (0.5, 0.3, 0.2), gamma=2.0)
 LAMP = Lamp((0.0, 0.5, 2.0), (0.3, 0.0, 0.0), (0.0, -0.3, 0.0), 8.0, 3)
-MATTER = thing(sphere((0, 0, 0), 1.0), albedo=0.6, specular=0.3, exponent=20.0).material
+MATTER = primitive(sphere((0, 0, 0), 1.0), albedo=0.6, specular=0.3, exponent=20.0).material
 
 
 def normal_at(x):
@@ -34,7 +34,7 @@ def normal_at(x):
 @pytest.mark.smoke
 def test_the_normal_turns_as_differences_say():
     x = CORNERS.mean(0)
-    at = facets(ONE, NORMALS).point(jnp.array(0), jnp.asarray(x))
+    at = mesh_facets(ONE, NORMALS).point(jnp.array(0), jnp.asarray(x))
     np.testing.assert_allclose(at.normal, normal_at(x), rtol=1e-12)
     for k in (0, 1):
         t, h = np.asarray(at.tangents[:, k]), 1e-5
@@ -43,8 +43,8 @@ def test_the_normal_turns_as_differences_say():
 
 
 def pixel(p, finish=None, face=0, known=None):
-    known = facets(ONE, NORMALS) if known is None else known
-    at = look_at_facet(known, MATTER, CAMERA, p, jnp.array(face), finish)
+    known = mesh_facets(ONE, NORMALS) if known is None else known
+    at = facet_interaction(known, MATTER, CAMERA, p, jnp.array(face), finish)
     return shade_point(at, [LAMP])
 
 
@@ -62,7 +62,7 @@ def slopes(index, x):
 
 FINISHES = {
     "plain": None,
-    "all": Finish(height, slopes, texture),
+    "all": SurfaceMaps(height, slopes, texture),
 }
 
 
@@ -83,7 +83,7 @@ def test_the_gradient_is_the_images(name):
 
 
 def test_the_back_is_the_front_of_the_face_turned_over():
-    other = facets(mesh(CORNERS, [[0, 2, 1]]), -NORMALS)
+    other = mesh_facets(mesh(CORNERS, [[0, 2, 1]]), -NORMALS)
     p = jnp.array([0.05, -0.02])
     for a, b in zip(jax.tree.leaves(pixel(p)), jax.tree.leaves(pixel(p, known=other)), strict=True):
         np.testing.assert_allclose(a, b, rtol=1e-12, atol=1e-14)
@@ -114,7 +114,7 @@ def test_a_finer_ball_bends_more_like_a_ball():
     """
     errors, sizes, s = [], [8, 16, 32], np.inf
     for n in sizes:
-        known = facets(ball(n))
+        known = mesh_facets(ball(n))
         up = np.asarray(known.corners).mean(1)
         middle = np.flatnonzero(abs(up[:, 2]) < 0.6)
         at = points(known, jnp.asarray(middle), jnp.asarray(up[middle]))
@@ -133,11 +133,11 @@ def test_flat_facets_keep_their_own_normals():
 
 
 def test_a_vertex_without_a_normal_takes_the_faces():
-    known = facets(ONE, np.zeros((3, 3)))
+    known = mesh_facets(ONE, np.zeros((3, 3)))
     np.testing.assert_allclose(known.normals, flat_facets(ONE).normals)
     assert vertex_normals(ONE).shape == (3, 3)
 
 
 def test_normals_must_be_one_for_each_vertex():
     with pytest.raises(ValueError, match=r"`normals` must have shape \(3, 3\)"):
-        facets(ONE, np.zeros((4, 3)))
+        mesh_facets(ONE, np.zeros((4, 3)))

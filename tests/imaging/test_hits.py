@@ -1,5 +1,6 @@
 """What pixels show: a ball of faces against the ball, and normals that lean away."""
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -7,11 +8,11 @@ import pytest
 from firstorder.bandwidth import pixel_rates as maps
 from firstorder.checks.tolerance import fitted_order
 from firstorder.imaging.camera import pinhole
-from firstorder.imaging.facets import Facets, facets
-from firstorder.imaging.hits import seen, seen_facets
+from firstorder.imaging.facets import Facets, mesh_facets
+from firstorder.imaging.hits import GBuffer, facet_gbuffer, gbuffer, primary_hits
 from firstorder.models.primitives import bumpy_sphere
-from firstorder.space import Scene, sphere, thing
-from firstorder.space.silhouettes.meshes import EveryFace
+from firstorder.space import Scene, box, plane, primitive, sphere
+from firstorder.space.silhouettes.meshes import BruteForceTracer
 
 CAMERA = pinhole((0.0, -3.0, 0.4), (0.0, 0.0, 0.0), gamma=2.0)
 
@@ -28,25 +29,25 @@ def faces_at(piece, p):
     eye, gamma = np.asarray(CAMERA.eye), np.full(len(p), -float(CAMERA.gamma))
     ways = np.column_stack([p, gamma]) @ np.asarray(CAMERA.axes).T
     nobody = np.full((len(p), 1), -1)
-    return EveryFace(piece).first_face(eye, ways, 0.0, np.inf, nobody)
+    return BruteForceTracer(piece).first_face(eye, ways, 0.0, np.inf, nobody)
 
 
 @pytest.mark.smoke
 def test_a_ball_of_faces_comes_to_be_the_ball():
     """All with the square of the edges; so does the criterion, by what each of its factors errs."""
     p, names = places(), ("distance", "normal", "cosine", "S")
-    ball = Scene.of(thing(sphere((0.0, 0.0, 0.0), 0.8)))
-    true = seen(ball, CAMERA, p, np.zeros(len(p), int))
+    ball = Scene.of(primitive(sphere((0.0, 0.0, 0.0), 0.8)))
+    true = gbuffer(ball, CAMERA, p, np.zeros(len(p), int))
     np.testing.assert_allclose(true.S, np.broadcast_to(-np.eye(2) / 0.8, (len(p), 2, 2)), atol=1e-9)
     errors = []
     for levels in (2, 3):
         piece = bumpy_sphere(0.8, lambda v: 0.0 * v[:, 0], levels)
-        at = seen_facets(facets(piece), CAMERA, p, faces_at(piece, p))
+        at = facet_gbuffer(mesh_facets(piece), CAMERA, p, faces_at(piece, p))
         off = {k: np.asarray(getattr(at, k)) - np.asarray(getattr(true, k)) for k in names}
         errors.append([np.sqrt(np.mean(off[k] ** 2)) for k in names])
         factors = [np.max(abs(off[k]) / getattr(true, k)) for k in ("distance", "cosine")]
         factors.append(np.max(np.linalg.norm(off["S"], 2, axis=(1, 2))) * 0.8)
-        glossy = maps.glossy_map(1.3, at), maps.glossy_map(1.3, true)
+        glossy = maps.glossy_bandwidth_map(1.3, at), maps.glossy_bandwidth_map(1.3, true)
         np.testing.assert_allclose(*glossy, rtol=1.1 * sum(factors))
         assert sum(factors) < 0.1 * 4.0 ** (2 - levels)
     orders = [fitted_order([0.25, 0.125], e) for e in np.array(errors).T]
@@ -55,7 +56,7 @@ def test_a_ball_of_faces_comes_to_be_the_ball():
 
 def test_a_normal_that_leans_away_gives_way_to_the_faces_own():
     piece = bumpy_sphere(0.8, levels=2)
-    flat, p = facets(piece), np.zeros((1, 2))
+    flat, p = mesh_facets(piece), np.zeros((1, 2))
     face = faces_at(piece, p)
     corners = np.asarray(flat.corners)[face[0]]
     up = np.cross(corners[1] - corners[0], corners[2] - corners[0])
@@ -64,14 +65,82 @@ def test_a_normal_that_leans_away_gives_way_to_the_faces_own():
         ((0.0, -0.6, 0.8), (0.0, -0.6, 0.8)),
     ):
         normals = jnp.broadcast_to(jnp.array(lean), flat.normals.shape)
-        known = seen_facets(Facets(flat.corners, normals, flat.part), CAMERA, p, face)
+        known = facet_gbuffer(Facets(flat.corners, normals, flat.part), CAMERA, p, face)
         np.testing.assert_allclose(known.normal[0], expected, atol=1e-12)
         np.testing.assert_allclose(known.cosine, np.sum(known.normal * known.to_eye, 1))
         assert np.all(known.cosine > 0.0)
 
 
 def test_nothing_is_a_plane_across_the_ray():
-    at = seen_facets(facets(bumpy_sphere(0.8, levels=2)), CAMERA, places(3), np.full(3, -1))
+    at = facet_gbuffer(mesh_facets(bumpy_sphere(0.8, levels=2)), CAMERA, places(3), np.full(3, -1))
     np.testing.assert_allclose(at.cosine, 1.0)
     np.testing.assert_allclose(at.distance, 1.0)
     assert np.all(at.S == 0.0)
+
+
+FLOOR = plane((0.0, 0.0, -0.5), (0.0, 0.0, 1.0))
+BALL = sphere((0.0, 0.0, 0.0), 0.5)
+CUBE = box((0.6, -0.2, -0.5), (0.9, 0.2, 0.1))
+
+
+def met_by_hand(p):
+    """Distance to the ball and to the floor along rays, from their equations; infinite for none."""
+    ways = np.column_stack([p, np.full(len(p), -2.0)]) @ np.asarray(CAMERA.axes).T
+    ways /= np.linalg.norm(ways, axis=1)[:, None]
+    eye = np.asarray(CAMERA.eye)
+    b = ways @ eye
+    root = b**2 - (eye @ eye - 0.25)
+    ball = np.where(root > 0.0, -b - np.sqrt(np.maximum(root, 0.0)), np.inf)
+    floor = np.where(ways[:, 2] < 0.0, (-0.5 - eye[2]) / ways[:, 2], np.inf)
+    return ways, ball, floor
+
+
+def test_first_hits_of_an_image_are_those_of_the_equations():
+    scene = Scene.of(primitive(FLOOR, name="floor"), primitive(BALL, name="ball"))
+    hits = primary_hits(scene, CAMERA, (24, 16))
+    assert hits.position.shape == (24, 16, 3)
+    assert hits.label.shape == (24, 16)
+    assert isinstance(hits, GBuffer)
+    p = hits.p.reshape(-1, 2)
+    assert np.ptp(p, 0) == pytest.approx([2.0 * 23 / 24, 2.0 * 15 / 24])
+    ways, ball, floor = met_by_hand(p)
+    numbers = np.array([*scene.named("ball"), *scene.named("floor"), -1])
+    t = np.stack([ball, floor, np.full(len(p), 1e9)])
+    first = np.argmin(t, 0)
+    assert set(first) == {0, 1, 2}
+    np.testing.assert_array_equal(hits.index.ravel(), numbers[first])
+    met, eye = first < 2, np.asarray(CAMERA.eye)
+    position = eye + np.min(t, 0)[:, None] * ways
+    np.testing.assert_allclose(hits.distance.ravel()[met], np.min(t, 0)[met], rtol=1e-9)
+    np.testing.assert_allclose(hits.position.reshape(-1, 3)[met], position[met], atol=1e-9)
+    normal = np.where(first[:, None] == 0, position / 0.5, [0.0, 0.0, 1.0])
+    np.testing.assert_allclose(hits.normal.reshape(-1, 3)[met], normal[met], atol=1e-9)
+    np.testing.assert_allclose(hits.to_eye.reshape(-1, 3), -ways, atol=1e-12)
+    np.testing.assert_array_equal(hits.distance.ravel()[~met], 1.0)
+    other = primary_hits(scene, CAMERA, (24, 16), half_width=0.9)
+    assert np.any(other.index != hits.index)  # the comparison can fail
+
+
+def test_places_are_seen_as_pixels_are_and_faces_are_told_apart():
+    scene = Scene.of(primitive(FLOOR), primitive(BALL), primitive(CUBE, name="cube"))
+    image = primary_hits(scene, CAMERA, 40)
+    places = image.p.reshape(-1, 2)[::7]  # as many that the last block is not whole
+    some = primary_hits(scene, CAMERA, p=places)
+    for a, b in zip(jax.tree.leaves(some), jax.tree.leaves(image), strict=True):
+        np.testing.assert_array_equal(a, b.reshape(1600, *b.shape[2:])[::7])
+    (cube,) = scene.named("cube")
+    seen = image.index == cube
+    faces = {int(k): image.normal[seen & (image.label == k)] for k in np.unique(image.label[seen])}
+    assert len(faces) >= 2
+    for normals in faces.values():
+        np.testing.assert_allclose(normals, np.broadcast_to(normals[0], normals.shape), atol=1e-12)
+
+
+def test_no_places_and_no_size():
+    scene = Scene.of(primitive(BALL))
+    assert primary_hits(scene, CAMERA, p=np.zeros((0, 2))).position.shape == (0, 3)
+    for given in ({}, {"size": 4, "p": np.zeros((1, 2))}):
+        with pytest.raises(ValueError, match="`size` or `p`"):
+            primary_hits(scene, CAMERA, **given)
+    with pytest.raises(ValueError, match="columns"):
+        primary_hits(scene, CAMERA, 0)

@@ -9,11 +9,11 @@ from derivations.imaging import _reflection_frames as frames
 from derivations.imaging import _reflection_printed as printed
 from derivations.imaging import _surfaces as our
 from derivations.imaging import reflection as derived
-from firstorder.checks.tolerance import epsilon, normwise
-from firstorder.imaging.reflection import (
+from firstorder.checks.tolerance import _epsilon, normwise
+from firstorder.imaging._reflection import (
     half_turn,
     mirrored,
-    reflected,
+    reflected_radiance,
     scalar_curvature,
     surface_point,
 )
@@ -32,7 +32,7 @@ def both():
 @pytest.mark.smoke
 def test_a_mirror_ball_turns_its_image_twice_as_fast_as_its_normal():
     ball = surface_point(jnp.zeros(3), jnp.eye(3), -0.5 * jnp.eye(2))
-    B = reflected(lambda x, w: w[0] + 0.0 * x[0], ball, jnp.array([0.0, 0.0, 1.0]))
+    B = reflected_radiance(lambda x, w: w[0] + 0.0 * x[0], ball, jnp.array([0.0, 0.0, 1.0]))
     np.testing.assert_allclose(B.spatial, [1.0, 0.0], atol=1e-7)
     np.testing.assert_allclose(B.angular, [-1.0, 0.0, 0.0], atol=1e-7)
 
@@ -106,7 +106,7 @@ def test_principal_directions_turn_about_the_normal_but_the_carried_frame_does_n
 
 def test_a_half_turn_is_a_rotation_that_mirrors():
     n, v = jnp.asarray(our.AXES[:, 2]), jnp.asarray(our.TO_EYE)
-    np.testing.assert_allclose(half_turn(n) @ v, mirrored(v, n), atol=8 * epsilon())
+    np.testing.assert_allclose(half_turn(n) @ v, mirrored(v, n), atol=8 * _epsilon())
     np.testing.assert_allclose(jnp.linalg.det(half_turn(n)), 1.0, rtol=1e-5)
 
 
@@ -151,7 +151,9 @@ def test_a_diffuse_lobe_follows_the_normal_and_not_the_eye():
     """Irradiance of L = w_x on a ball, 2/3 n_x for the clamped cosine over pi."""
     ball = surface_point(jnp.zeros(3), jnp.eye(3), -0.5 * jnp.eye(2))
     lobe, up = Zonal(ZonalCosine(), 8, 8), jnp.array([0.6, 0.0, 0.8])
-    B = jax.jit(lambda: reflected(lambda x, w: w[0] + 0.0 * x[0], ball, up, lobe, "normal"))()
+    B = jax.jit(
+        lambda: reflected_radiance(lambda x, w: w[0] + 0.0 * x[0], ball, up, lobe, "normal")
+    )()
     np.testing.assert_allclose(B.spatial, [2.0 / 3.0 * 0.5, 0.0], atol=1e-6)
     np.testing.assert_allclose(B.angular, 0.0, atol=1e-12)
 
@@ -162,7 +164,7 @@ def test_both_precisions_and_many_points():
         lobe = Zonal(VonMisesFisher(jnp.asarray(7.0, dtype)), 6, 8)
 
         def seen(x):
-            B = reflected(frames.jax_light, surface_point(x, axes, S), v, lobe)
+            B = reflected_radiance(frames.jax_light, surface_point(x, axes, S), v, lobe)
             return B.value, B.spatial, B.angular
 
         return jax.jit(jax.vmap(seen))(x + jnp.linspace(0.0, 0.1, 2, dtype=dtype)[:, None])
@@ -176,11 +178,11 @@ def test_bad_arguments_are_one_sentence():
     ball = surface_point(jnp.zeros(3), jnp.eye(3), -jnp.eye(2))
     up = jnp.array([0.0, 0.0, 1.0])
     with pytest.raises(ValueError, match="`to_eye` must be a unit vector"):
-        reflected(lambda x, w: w[0], ball, 2.0 * up)
+        reflected_radiance(lambda x, w: w[0], ball, 2.0 * up)
     with pytest.raises(ValueError, match="`argument` must be one of mirror, normal"):
-        reflected(lambda x, w: w[0], ball, up, argument="eye")
+        reflected_radiance(lambda x, w: w[0], ball, up, argument="eye")
     with pytest.raises(ValueError, match="`through` must be one of kernel, light"):
-        reflected(lambda x, w: w[0], ball, up, through="both")
+        reflected_radiance(lambda x, w: w[0], ball, up, through="both")
     with pytest.raises(ValueError, match="`reading` must be one of"):
         scalar_curvature(-jnp.eye(2), "printed")
 

@@ -7,26 +7,31 @@ import numpy as np
 import pytest
 
 from firstorder.checks.tolerance import fitted_order
-from firstorder.imaging.area_lights import Lamp, Lobe, lit, moving_shadows
-from firstorder.imaging.pixels import shadow_rays
-from firstorder.imaging.reflection import surface_point
-from firstorder.imaging.sky_lights import (
-    CosineSky,
-    Distant,
-    as_distant,
-    by_luminance,
-    dome,
-    nodes_of,
-    turned_to,
+from firstorder.imaging._area_lights import (
+    Lamp,
+    SurfaceReflectance,
+    lobe_radiance,
+    shadow_edge_terms,
 )
-from firstorder.numerics.vectors import frame
-from firstorder.space import Scene, sphere, thing
-from firstorder.space.skies import GaussianSky, HarmonicSky, harmonics
+from firstorder.imaging._reflection import surface_point
+from firstorder.imaging.shading import _shadow_rays
+from firstorder.imaging.sky_lights import (
+    CosineSkyLight,
+    DistantLight,
+    _by_luminance,
+    _dome,
+    distant_lamp,
+    oriented_light,
+    sky_light,
+)
+from firstorder.numerics._vectors import orthonormal_frame
+from firstorder.space import Scene, primitive, sphere
+from firstorder.space.skies import GaussianSky, HarmonicSky, _harmonics
 
 SKY = GaussianSky((0.3, 0.2, 1.0), 0.4, 2.0)
 UP = jnp.array([0.0, 0.0, 1.0])
-MATTE = Lobe(1.0)
-jitted = eqx.filter_jit(lit)
+MATTE = SurfaceReflectance(1.0)
+jitted = eqx.filter_jit(lobe_radiance)
 
 
 def floor(x=(0.0, 0.0, 0.0), S=((0.0, 0.0), (0.0, 0.0))):
@@ -53,7 +58,7 @@ def gathered(light):
 def test_irradiance_comes_out_with_more_nodes():
     """To second order, for a smooth sky in even cells."""
     rows = (8, 16, 32)
-    errors = [abs(gathered(dome(SKY, n)) / irradiance() - 1.0) for n in rows]
+    errors = [abs(gathered(_dome(SKY, n)) / irradiance() - 1.0) for n in rows]
     assert fitted_order(rows, errors) < -1.3
     assert errors[-1] < 1.0 / 32**1.3
 
@@ -61,7 +66,7 @@ def test_irradiance_comes_out_with_more_nodes():
 def test_luminance_gives_each_node_as_much_light():
     """The middles of n rows err by half the integrand's variation over n: here 1.3 of its mean."""
     shifts = (np.stack(np.meshgrid(np.arange(4), np.arange(4)), -1).reshape(-1, 2) + 0.5) / 4 - 0.5
-    lights = [by_luminance(SKY, 8, tuple(s)) for s in shifts]
+    lights = [_by_luminance(SKY, 8, tuple(s)) for s in shifts]
     errors = np.array([gathered(light) for light in lights]) / irradiance() - 1.0
     assert np.all(np.abs(errors) < 0.5 * 1.3 / 8)
     assert abs(errors.mean()) < 0.5 * 1.3 / 32  # of four shifts times eight rows
@@ -75,7 +80,7 @@ def test_luminance_puts_nodes_where_light_is():
     sun = GaussianSky((0.0, 0.6, 0.8), 0.05)
     near = [
         np.mean(light(sun, 8).way @ np.array([0.0, 0.6, 0.8]) > 0.98)
-        for light in (dome, by_luminance)
+        for light in (_dome, _by_luminance)
     ]
     assert near[0] < 0.02
     assert near[1] > 0.9
@@ -86,7 +91,8 @@ def test_shifted_nodes_average_to_the_sky():
     true = irradiance()
     shifts = (np.stack(np.meshgrid(np.arange(4), np.arange(4)), -1).reshape(-1, 2) + 0.5) / 4 - 0.5
     values = [
-        np.pi * float(lit(dome(SKY, 4, tuple(s)), jnp.ones(32), floor(), UP, MATTE)[0].value)
+        np.pi
+        * float(lobe_radiance(_dome(SKY, 4, tuple(s)), jnp.ones(32), floor(), UP, MATTE)[0].value)
         for s in shifts
     ]
     assert abs(np.mean(values) - true) < 0.1 * np.mean(np.abs(np.array(values) - true))
@@ -94,7 +100,7 @@ def test_shifted_nodes_average_to_the_sky():
 
 def test_a_bent_surface_turns_under_the_sky():
     """CDV against autodiff of the value as the normal leans."""
-    light = dome(SKY, 12)
+    light = _dome(SKY, 12)
     S = jnp.array([[-0.5, 0.2], [0.2, 0.8]])
 
     @eqx.filter_jit
@@ -105,7 +111,9 @@ def test_a_bent_surface_turns_under_the_sky():
             cosine = jnp.maximum(light.way @ n, 0.0)
             return jnp.sum(light.radiance * cosine * jnp.sqrt(jnp.sum(light.area**2, -1))) / jnp.pi
 
-        return jax.grad(value)(jnp.zeros(2)), lit(light, jnp.ones(288), floor(S=S), UP, MATTE)[0]
+        return jax.grad(value)(jnp.zeros(2)), lobe_radiance(
+            light, jnp.ones(288), floor(S=S), UP, MATTE
+        )[0]
 
     slope, diffuse = both()
     np.testing.assert_allclose(diffuse.spatial, slope, rtol=1e-12)
@@ -114,12 +122,12 @@ def test_a_bent_surface_turns_under_the_sky():
 @eqx.filter_jit
 def hidden_light(x, light):
     """Light behind a ball over the floor, and what moving shadows say."""
-    scene = Scene.of(thing(sphere((0.1, 0.0, 1.0), 0.4)))
+    scene = Scene.of(primitive(sphere((0.1, 0.0, 1.0), 0.4)))
     x = jnp.array([*x, 0.0])
-    seen, depth = shadow_rays(scene, x, light, jnp.array(-1))
+    seen, depth = _shadow_rays(scene, x, light, jnp.array(-1))
     seen = seen.astype(x.dtype)
-    diffuse, _ = lit(light, seen, floor(x), UP, MATTE)
-    return diffuse.value, moving_shadows(light, seen, depth, floor(x), UP, MATTE)[0]
+    diffuse, _ = lobe_radiance(light, seen, floor(x), UP, MATTE)
+    return diffuse.value, shadow_edge_terms(light, seen, depth, floor(x), UP, MATTE)[0]
 
 
 def cone_light(x, count=400):
@@ -141,14 +149,14 @@ def cone_light(x, count=400):
     return irradiance() / np.pi - inside * 2.0 / count
 
 
-@pytest.mark.parametrize("nodes", [dome, CosineSky])
+@pytest.mark.parametrize("nodes", [_dome, CosineSkyLight])
 def test_shadows_move_over_the_sky(nodes):
     """The floor under a ball: the exact gradient is approached as the lattice grows finer."""
     x, h = np.array([0.6, 0.3]), 1e-4
     true = np.array([(cone_light(x + s) - cone_light(x - s)) / (2 * h) for s in h * np.eye(2)])
     rows, errors, value = [16, 64, 256], [], 0.0
     for n in rows:
-        value, edges = hidden_light(x, turned_to(nodes(SKY, n), UP))
+        value, edges = hidden_light(x, oriented_light(nodes(SKY, n), UP))
         errors.append(np.linalg.norm(edges - true) / np.linalg.norm(true))
     np.testing.assert_allclose(value, cone_light(x), rtol=0.5 / rows[-1])  # half a cell
     # half a cell, of those over the ball's angular radius; rows are 2 / n in the cosine
@@ -164,20 +172,20 @@ A_L = np.array([np.pi] + 3 * [2.0 * np.pi / 3.0] + 5 * [np.pi / 4.0])
 
 
 def lambert(n):
-    return harmonics(n, 2) @ (A_L * SMOOTH.coefficients)
+    return _harmonics(n, 2) @ (A_L * SMOOTH.coefficients)
 
 
 @pytest.mark.smoke
 def test_nodes_by_cosine_converge_to_the_closed_form():
     """With the power 3/2 of the rows, and the gradient of a bent surface as the value."""
     n = jnp.array([0.48, -0.64, 0.6])
-    axes = frame(n)
+    axes = orthonormal_frame(n)
     S = jnp.array([[-0.5, 0.2], [0.2, 0.8]])
     at = surface_point(jnp.zeros(3), axes, S)
     slope = jax.jacfwd(lambda d: lambert(n - axes[:, :2] @ (S @ d)))(jnp.zeros(2))
     values, turns, rows = [], [], (4, 8, 16, 32)
     for k in rows:
-        found = jitted(CosineSky(SMOOTH, k).about(n), jnp.ones(2 * k * k), at, n, MATTE)[0]
+        found = jitted(CosineSkyLight(SMOOTH, k).about(n), jnp.ones(2 * k * k), at, n, MATTE)[0]
         values.append(abs(np.pi * found.value / lambert(n) - 1.0))
         turns.append(np.linalg.norm(np.pi * found.spatial - slope) / np.linalg.norm(slope))
     assert fitted_order(rows, values) < -1.4
@@ -188,8 +196,8 @@ def test_nodes_by_cosine_converge_to_the_closed_form():
 
 def test_nodes_by_cosine_are_alike_and_above_the_surface():
     n = jnp.array([0.0, -0.6, -0.8])
-    light = CosineSky(SKY, 6, (0.3, -0.4)).about(n)
-    middle = CosineSky(SKY, 6).about(n)
+    light = CosineSkyLight(SKY, 6, (0.3, -0.4)).about(n)
+    middle = CosineSkyLight(SKY, 6).about(n)
     assert float(jnp.min(light.way @ n)) > 0.0
     np.testing.assert_allclose(jnp.sum(light.way**2, -1), 1.0, rtol=1e-12)
     flux = -(middle.area @ n)
@@ -201,35 +209,42 @@ def test_nodes_by_cosine_are_alike_and_above_the_surface():
 def test_less_noise_by_cosine_than_evenly():
     """As many rays: half of the even ones go below the floor."""
     x, errors = np.array([0.6, 0.3]), {}
-    for nodes in (dome, CosineSky):
+    for nodes in (_dome, CosineSkyLight):
         shifts = np.random.default_rng(3).uniform(-0.5, 0.5, (8, 2))
-        found = [hidden_light(x, turned_to(nodes(SKY, 16, tuple(s)), UP))[0] for s in shifts]
+        found = [hidden_light(x, oriented_light(nodes(SKY, 16, tuple(s)), UP))[0] for s in shifts]
         errors[nodes] = np.sqrt(np.mean((np.array(found) / cone_light(x) - 1.0) ** 2))
-    assert errors[CosineSky] < 0.5 * errors[dome]  # 0.36 over 32 shifts
+    assert errors[CosineSkyLight] < 0.5 * errors[_dome]  # 0.36 over 32 shifts
 
 
 def test_kinds_of_nodes_have_names():
-    assert isinstance(nodes_of(SKY, "cosine", 4), CosineSky)
-    assert [type(nodes_of(SKY, k, 4)) for k in ("even", "luminance")] == [Distant, Distant]
+    assert isinstance(sky_light(SKY, "cosine", 4), CosineSkyLight)
+    assert [type(sky_light(SKY, k, 4)) for k in ("even", "luminance")] == [
+        DistantLight,
+        DistantLight,
+    ]
     with pytest.raises(ValueError, match="must be even, cosine or luminance, but is 'blue'"):
-        nodes_of(SKY, "blue", 4)
+        sky_light(SKY, "blue", 4)
     with pytest.raises(ValueError, match="`rows` must be positive, but is 0"):
-        CosineSky(SKY, 0)
+        CosineSkyLight(SKY, 0)
 
 
 def test_a_lamp_taken_for_distant_is_right_at_its_place_and_errs_by_sv():
     lamp = Lamp((0.0, 0.0, 4.0), (0.0, 0.5, 0.0), (0.5, 0.0, 0.0), 3.0, 6)
     at, step = jnp.array([0.5, 0.0, 0.0]), 1e-4
-    far = as_distant(lamp, at)
-    here, there = (lit(light, jnp.ones(36), floor(at), UP, MATTE)[0] for light in (lamp, far))
+    far = distant_lamp(lamp, at)
+    here, there = (
+        lobe_radiance(light, jnp.ones(36), floor(at), UP, MATTE)[0] for light in (lamp, far)
+    )
     np.testing.assert_allclose(here.value, there.value, rtol=1e-14)
     moved = floor(at + jnp.array([step, 0.0, 0.0]))
-    near, still = (lit(light, jnp.ones(36), moved, UP, MATTE)[0].value for light in (lamp, far))
+    near, still = (
+        lobe_radiance(light, jnp.ones(36), moved, UP, MATTE)[0].value for light in (lamp, far)
+    )
     np.testing.assert_allclose(near - still, here.SV[0] * step, rtol=1e-3)
 
 
 def test_bad_skies_are_refused():
     with pytest.raises(ValueError, match="`rows` must be positive, but is 0"):
-        dome(SKY, 0)
+        _dome(SKY, 0)
     with pytest.raises(ValueError, match="`sky` must send light, but is dark"):
-        by_luminance(lambda w: 0.0 * w[0], 4)
+        _by_luminance(lambda w: 0.0 * w[0], 4)

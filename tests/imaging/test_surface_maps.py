@@ -6,15 +6,15 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.imaging.area_lights import Lamp
-from firstorder.imaging.bumps import chart, normal_mapped
+from firstorder.imaging._area_lights import Lamp
+from firstorder.imaging._bumps import chart, normal_mapped
+from firstorder.imaging._textures import HeightMap, ImageTexture, image_normal_map, shape_uv
 from firstorder.imaging.camera import pinhole
-from firstorder.imaging.facets import facets, look_at_facet
-from firstorder.imaging.pixels import look, shade_point
-from firstorder.imaging.surface_maps import ByNumber, Finish, Wrapped
-from firstorder.imaging.textures import Heights, Texture, normals_of, shape_uv
-from firstorder.space import Scene, ellipsoid, rectangle, sphere, thing
-from firstorder.space.meshes.mesh import mesh
+from firstorder.imaging.facets import facet_interaction, mesh_facets
+from firstorder.imaging.shading import shade_point, surface_interaction
+from firstorder.imaging.surface_maps import PerPrimitive, SurfaceMaps, UVMaps
+from firstorder.space import Scene, ellipsoid, primitive, rectangle, sphere
+from firstorder.space.meshes.triangle_mesh import mesh
 
 ROWS, COLUMNS = np.arange(6)[:, None], np.arange(8)[None]
 PIXELS = 0.5 + 0.4 * np.sin(2 * np.pi * ROWS / 6) * np.cos(2 * np.pi * COLUMNS / 8)
@@ -23,23 +23,27 @@ CAMERA = pinhole((0.4, -2.0, 2.5), (0.1, 0.1, 0.2), gamma=2.0)
 LAMP = Lamp((0.0, 0.5, 3.0), (0.3, 0.0, 0.0), (0.0, -0.3, 0.0), 8.0, 3)
 MATTER = dict(albedo=0.6, specular=0.3, exponent=20.0)
 BALL = Scene.of(
-    thing(sphere((0.0, 0.0, 0.3), 0.7), **MATTER),
-    thing(rectangle((0.0, 0.0, -3.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))),
+    primitive(sphere((0.0, 0.0, 0.3), 0.7), **MATTER),
+    primitive(rectangle((0.0, 0.0, -3.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))),
 )
 U, V = (0.9, 0.1, 0.1), (0.0, 0.8, -0.1)
-WALL = Scene.of(thing(rectangle((0.1, 0.1, 0.2), U, V), **MATTER))
+WALL = Scene.of(primitive(rectangle((0.1, 0.1, 0.2), U, V), **MATTER))
 # The same wall as two faces, with (u, v) at their corners.
 _ENDS = np.array([0.1, 0.1, 0.2]) + np.array(
     [a * np.array(U) + b * np.array(V) for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
 )
 _FACES = np.array([[0, 1, 2], [0, 2, 3]])
 _UV = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)])[_FACES]
-FACES = facets(mesh(_ENDS, _FACES), uv=_UV)
+FACES = mesh_facets(mesh(_ENDS, _FACES), uv=_UV)
 FINISHES = {
-    "texture": Finish(wrapped=Wrapped(albedo=ByNumber((1.0,), ((0,),), (Texture(PIXELS),)))),
-    "bump": Finish(wrapped=Wrapped(ByNumber((0.0,), ((0,),), (Heights.of(0.03 * PIXELS),)))),
-    "normal map": Finish(
-        wrapped=Wrapped(None, ByNumber((0.0, 0.0, 1.0), ((0,),), (normals_of(NORMALS),)))
+    "texture": SurfaceMaps(
+        wrapped=UVMaps(albedo=PerPrimitive((1.0,), ((0,),), (ImageTexture(PIXELS),)))
+    ),
+    "bump": SurfaceMaps(
+        wrapped=UVMaps(PerPrimitive((0.0,), ((0,),), (HeightMap.of(0.03 * PIXELS),)))
+    ),
+    "normal map": SurfaceMaps(
+        wrapped=UVMaps(None, PerPrimitive((0.0, 0.0, 1.0), ((0,),), (image_normal_map(NORMALS),)))
     ),
 }
 
@@ -47,9 +51,9 @@ FINISHES = {
 @eqx.filter_jit
 def pixel(p, finish, how):
     if how == "mesh":
-        at = look_at_facet(FACES, WALL.material, CAMERA, p, jnp.array(0), finish)
+        at = facet_interaction(FACES, WALL.material, CAMERA, p, jnp.array(0), finish)
     else:
-        at = look(BALL if how == "ball" else WALL, CAMERA, p, jnp.array(0), finish)
+        at = surface_interaction(BALL if how == "ball" else WALL, CAMERA, p, jnp.array(0), finish)
     return shade_point(at, [LAMP])
 
 
@@ -67,7 +71,7 @@ def test_gradients_of_pictures_are_those_of_pixels(worn, how):
     derivative, some hundreds here.
     """
     finish, h = FINISHES[worn], 1e-5
-    found, bare = (pixel(jnp.asarray(P), f, how) for f in (finish, Finish()))
+    found, bare = (pixel(jnp.asarray(P), f, how) for f in (finish, SurfaceMaps()))
     assert abs(found.value / bare.value - 1.0) > 0.01
     steps = h * np.eye(2)
     ahead, behind = (
@@ -90,9 +94,11 @@ def test_the_pixel_shows_the_texel_that_lies_there():
     matte = eqx.tree_at(lambda s: s.material.specular, WALL, jnp.zeros(1))
 
     def value(finish):
-        return shade_point(look(matte, CAMERA, jnp.asarray(P), jnp.array(0), finish), [LAMP]).value
+        return shade_point(
+            surface_interaction(matte, CAMERA, jnp.asarray(P), jnp.array(0), finish), [LAMP]
+        ).value
 
-    x = look(matte, CAMERA, jnp.asarray(P), jnp.array(0)).point.position
+    x = surface_interaction(matte, CAMERA, jnp.asarray(P), jnp.array(0)).point.position
     s, *_ = np.linalg.lstsq(np.stack([U, V], -1), np.asarray(x) - [0.1, 0.1, 0.2], rcond=None)
     col, row = (s[0] + 1) / 2 * 8 - 0.5, (1 - (s[1] + 1) / 2) * 6 - 0.5
     j, i = int(col), int(row)
@@ -105,8 +111,8 @@ def test_the_pixel_shows_the_texel_that_lies_there():
 def test_a_pixel_of_an_ellipsoid_leans_as_its_chart():
     """Its u and v change along the normal too, which no tangent knows of."""
     axes = jnp.diag(jnp.array([0.9, 0.6, 0.4]))
-    scene = Scene.of(thing(ellipsoid((0.0, 0.0, 0.3), axes), **MATTER))
-    place, index, normals = jnp.asarray(P), jnp.array(0), normals_of(NORMALS)
+    scene = Scene.of(primitive(ellipsoid((0.0, 0.0, 0.3), axes), **MATTER))
+    place, index, normals = jnp.asarray(P), jnp.array(0), image_normal_map(NORMALS)
 
     def surface(uv):
         phi, theta = 2.0 * jnp.pi * (uv[0] - 0.5), jnp.pi * (uv[1] - 0.5)
@@ -116,7 +122,7 @@ def test_a_pixel_of_an_ellipsoid_leans_as_its_chart():
 
     @jax.jit
     def both():
-        at = look(scene, CAMERA, place, index, FINISHES["normal map"]).point
+        at = surface_interaction(scene, CAMERA, place, index, FINISHES["normal map"]).point
         uv = shape_uv(jax.tree.map(lambda a: a[0], scene.groups[0]), at.position)
         return at, normal_mapped(chart(surface, uv), normals, uv)
 
@@ -126,19 +132,19 @@ def test_a_pixel_of_an_ellipsoid_leans_as_its_chart():
 
 
 def test_others_wear_nothing():
-    only = ByNumber((1.0,), ((1, 3),), (lambda x: x[0],))
+    only = PerPrimitive((1.0,), ((1, 3),), (lambda x: x[0],))
     found = [only(jnp.array(k), jnp.array([0.5, 2.0])).item() for k in range(4)]
     assert found == [1.0, 0.5, 1.0, 0.5]
-    slopes = ByNumber((0.0, 0.0, 0.0), ((2,),), (lambda x: 2.0 * x,))
+    slopes = PerPrimitive((0.0, 0.0, 0.0), ((2,),), (lambda x: 2.0 * x,))
     np.testing.assert_array_equal(slopes(jnp.array(2), jnp.ones(3)), 2.0)
     np.testing.assert_array_equal(slopes(jnp.array(0), jnp.ones(3)), 0.0)
 
 
 def test_textures_multiply():
     """One in space and one over (u, v): the albedo's slope is that of the product."""
-    both = Finish(albedo=lambda i, x: 0.5 + 0.2 * jnp.sin(3.0 * x[0]),
+    both = SurfaceMaps(albedo=lambda i, x: 0.5 + 0.2 * jnp.sin(3.0 * x[0]),
                   wrapped=FINISHES["texture"].wrapped)  # fmt: skip
-    at = look(WALL, CAMERA, jnp.asarray(P), jnp.array(0), both)
+    at = surface_interaction(WALL, CAMERA, jnp.asarray(P), jnp.array(0), both)
     (first, second) = both.factors(jnp.array(0), lambda x: jnp.linalg.pinv(
         jnp.stack([jnp.array(U), jnp.array(V)], -1)) @ (x - jnp.array([0.1, 0.1, 0.2])) / 2 + 0.5
     )  # fmt: skip

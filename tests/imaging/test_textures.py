@@ -6,21 +6,21 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.imaging.bumps import bumped, chart, normal_mapped, solid_tilted
-from firstorder.imaging.facets import facets
-from firstorder.imaging.textures import (
-    Heights,
-    Leaning,
-    Texture,
-    Waves,
-    leaning,
-    normals_of,
-    rising,
+from firstorder.imaging._bumps import bumped, chart, normal_mapped, solid_tilted
+from firstorder.imaging._textures import (
+    HeightMap,
+    ImageTexture,
+    SolidSlopes,
+    SolidWaves,
+    height_slopes,
+    image_normal_map,
+    normal_map_slopes,
     shape_uv,
 )
-from firstorder.numerics.vectors import cross, unit
+from firstorder.imaging.facets import mesh_facets
+from firstorder.numerics._vectors import cross, unit
 from firstorder.space import box, cylinder, disc, plane, rectangle, sphere
-from firstorder.space.meshes.mesh import mesh
+from firstorder.space.meshes.triangle_mesh import mesh
 from firstorder.space.shapes.build import triangle
 from firstorder.space.shapes.kinds import Boxes, Cylinders, Ellipsoids
 
@@ -40,21 +40,21 @@ def one(shape):
 @pytest.mark.smoke
 def test_middles_of_pixels_are_met():
     """Rows from the top, u to the right; repeated, and held at the border."""
-    found = Texture(PIXELS, (2.0, 3.0))
+    found = ImageTexture(PIXELS, (2.0, 3.0))
     for i in range(3):
         for j in range(5):
             uv = jnp.array([(j + 0.5) / 5, 1.0 - (i + 0.5) / 3])
-            np.testing.assert_allclose(Texture(PIXELS)(uv), PIXELS[i, j], rtol=1e-14)
+            np.testing.assert_allclose(ImageTexture(PIXELS)(uv), PIXELS[i, j], rtol=1e-14)
             again = uv / jnp.array([2.0, 3.0]) + jnp.array([1.5, -1.0 / 3.0])
             np.testing.assert_allclose(found(again), PIXELS[i, j], rtol=1e-12)
-    held = Texture(PIXELS, hold=True)
+    held = ImageTexture(PIXELS, hold=True)
     np.testing.assert_allclose(held(jnp.array([-3.0, 7.0])), PIXELS[0, 0])
     np.testing.assert_allclose(held(jnp.array([1.0, 0.0])), PIXELS[2, 4])
 
 
 def test_between_pixels_it_is_bilinear_and_so_is_its_gradient():
-    texture = jax.jit(lambda uv: Texture(PIXELS)(uv))
-    slope = jax.jit(jax.grad(lambda uv: Texture(PIXELS)(uv)))
+    texture = jax.jit(lambda uv: ImageTexture(PIXELS)(uv))
+    slope = jax.jit(jax.grad(lambda uv: ImageTexture(PIXELS)(uv)))
     for uv in RNG.uniform(-0.5, 1.5, (6, 2)):
         x, y = uv[0] * 5 - 0.5, (1.0 - uv[1]) * 3 - 0.5
         j, i = int(np.floor(x)), int(np.floor(y))
@@ -69,14 +69,14 @@ def test_between_pixels_it_is_bilinear_and_so_is_its_gradient():
 
 def test_the_gradient_jumps_on_middles_of_pixels():
     """The side of larger u, as it is said."""
-    slope = jax.grad(Texture([[0.0, 1.0, 0.5, 0.5]], hold=True))
+    slope = jax.grad(ImageTexture([[0.0, 1.0, 0.5, 0.5]], hold=True))
     found = [slope(jnp.array([u, 0.5]))[0] for u in (0.375 - 1e-9, 0.375, 0.375 + 1e-9)]
     np.testing.assert_allclose(found, [4.0, -2.0, -2.0])
 
 
 def test_pixels_are_differentiable():
     """A sum of weights, 1 in all."""
-    found = jax.grad(lambda a: Texture(a)(jnp.array([0.33, 0.41])))(jnp.asarray(PIXELS))
+    found = jax.grad(lambda a: ImageTexture(a)(jnp.array([0.33, 0.41])))(jnp.asarray(PIXELS))
     np.testing.assert_allclose(found.sum(), 1.0, rtol=1e-12)
     assert np.count_nonzero(found) == 4
 
@@ -117,7 +117,7 @@ def test_poles_have_finite_derivatives():
 def test_normal_maps_are_differentiable_in_their_pixels():
     """A spline's weights are 1 in all, and channels are twice the colours."""
     pixels = jnp.full((4, 4, 3), 0.75)
-    slope = jax.jit(jax.grad(lambda p: normals_of(p)(jnp.array([0.3, 0.6]))[2]))(pixels)
+    slope = jax.jit(jax.grad(lambda p: image_normal_map(p)(jnp.array([0.3, 0.6]))[2]))(pixels)
     np.testing.assert_allclose(slope.sum((0, 1)), [0.0, 0.0, 2.0], atol=1e-12)
 
 
@@ -156,9 +156,9 @@ def test_pictures_on_a_shape_are_those_of_its_chart(kind, name):
     """Normal and turning by (u, v) of the position, and by the parametrisation of the surface."""
     shape, canonical, axes = CHARTS[name]
     row, uv = one(shape(MIDDLE, axes)), jnp.array([0.31, 0.62])
-    heights = Heights.of(0.05 * SMOOTH, (2.0, 1.0))
+    heights = HeightMap.of(0.05 * SMOOTH, (2.0, 1.0))
     colours = 0.5 + np.stack([0.2 * SMOOTH, 0.1 * SMOOTH**2, 0.3 + 0.0 * SMOOTH], -1)
-    normals = normals_of(colours, (1.0, 2.0))
+    normals = image_normal_map(colours, (1.0, 2.0))
 
     def place(x):
         return shape_uv(row, x)
@@ -167,9 +167,12 @@ def test_pictures_on_a_shape_are_those_of_its_chart(kind, name):
     def both(uv):
         at = chart(lambda uv: MIDDLE + jnp.asarray(axes) @ canonical(uv), uv)
         if kind == "heights":
-            expected, slopes = bumped(at, heights, uv), rising(heights, place)
+            expected, slopes = bumped(at, heights, uv), height_slopes(heights, place)
         else:
-            expected, slopes = normal_mapped(at, normals, uv), leaning(normals, place, row.normal)
+            expected, slopes = (
+                normal_mapped(at, normals, uv),
+                normal_map_slopes(normals, place, row.normal),
+            )
         return place(at.position), at.axes[:, 2], expected, solid_tilted(at.point(), slopes)
 
     there, up, expected, found = both(uv)
@@ -187,7 +190,7 @@ def test_green_leans_up_the_picture_where_it_lies_mirrored_too(side):
     def place(x):
         return jnp.stack([side * x[0], x[1]])
 
-    slopes = leaning(normals_of(up), place, lambda x: jnp.array([0.0, 0.0, 1.0]))
+    slopes = normal_map_slopes(image_normal_map(up), place, lambda x: jnp.array([0.0, 0.0, 1.0]))
     np.testing.assert_allclose(slopes(jnp.zeros(3)), [0.0, -0.5, 0.0], atol=1e-12)
 
 
@@ -202,16 +205,16 @@ def test_green_leans_up_the_picture_where_it_lies_mirrored_too(side):
 )
 def test_without_u_and_v_nothing_leans(corners, single):
     """A face whose corners lie at one point of the picture, or in a line; 60 faces in space."""
-    normals = normals_of(np.full((4, 4, 3), 0.7))
+    normals = image_normal_map(np.full((4, 4, 3), 0.7))
     faces = np.random.default_rng(3).uniform(-1.0, 1.0, (60, 3, 3))
 
     @jax.jit
     def slopes(corners, uv):
-        known = facets(mesh(np.eye(3), [[0, 1, 2]]), uv=np.zeros((1, 3, 2)))
+        known = mesh_facets(mesh(np.eye(3), [[0, 1, 2]]), uv=np.zeros((1, 3, 2)))
         known = eqx.tree_at(lambda k: (k.corners, k.uv), known, (corners[None], uv[None]))
         face = jnp.array(0)
         up = unit(cross(corners[1] - corners[0], corners[2] - corners[0]))
-        tilt = leaning(normals, lambda x: known.uv_at(face, x), lambda x: up)
+        tilt = normal_map_slopes(normals, lambda x: known.uv_at(face, x), lambda x: up)
         x = corners.mean(0)
         return tilt(x), jax.jacfwd(tilt)(x)
 
@@ -225,34 +228,40 @@ def test_without_u_and_v_nothing_leans(corners, single):
 
 
 def test_heights_go_through_their_pixels():
-    heights = Heights.of(SMOOTH)
+    heights = HeightMap.of(SMOOTH)
     uv = jnp.array([(2 + 0.5) / 6, 1.0 - (5 + 0.5) / 8])
     np.testing.assert_allclose(heights(uv), SMOOTH[5, 2], rtol=1e-12)
 
 
 def test_waves_lean():
     k = np.array([[3.0, 1.0, 0.0], [0.0, 2.0, 5.0]])
-    waves, x = Waves(k, 0.3, 0.5, (0.1, 0.0, 0.2)), np.array([0.4, -0.3, 0.7])
+    waves, x = SolidWaves(k, 0.3, 0.5, (0.1, 0.0, 0.2)), np.array([0.4, -0.3, 0.7])
     expected = 0.3 * np.prod(np.sin(k @ (x - [0.1, 0.0, 0.2]))) + 0.5
     np.testing.assert_allclose(waves(jnp.asarray(x)), expected, rtol=1e-12)
-    lean = Leaning((1.0, 0.0, -2.0), waves)(jnp.asarray(x))
+    lean = SolidSlopes((1.0, 0.0, -2.0), waves)(jnp.asarray(x))
     np.testing.assert_allclose(lean, expected * np.array([1.0, 0.0, -2.0]), rtol=1e-12)
 
 
 @pytest.mark.parametrize(
     ("make", "sentence"),
     [
-        (lambda: Texture([0.1, 0.2]), r"`values` must have shape \(rows, columns\)"),
-        (lambda: Texture([[0.1, np.nan]]), "`values` must be finite"),
-        (lambda: Texture([[0.1]], (0.0, 1.0)), "`repeat` must be positive"),
-        (lambda: Heights.of(np.zeros(4)), r"`values` must have shape \(rows, columns\)"),
-        (lambda: Heights.of(np.zeros((4, 4)), (1.0, -1.0)), "`repeat` must be positive"),
-        (lambda: Heights.of(np.zeros((3, 9))), "`values` must be at least 4 x 4 pixels, but is 3"),
-        (lambda: normals_of(np.zeros((4, 4))), r"`pixels` must have shape \(rows, columns, 3\)"),
-        (lambda: normals_of(np.full((4, 4, 3), 1.5)), "`pixels` must lie in"),
-        (lambda: normals_of(np.full((4, 4, 3), 0.5)), "blue above 0.5"),
-        (lambda: Waves([[np.inf, 0.0, 0.0]]), "`waves` must be finite"),
-        (lambda: Leaning((np.nan, 0.0, 0.0)), "`lean` must be finite"),
+        (lambda: ImageTexture([0.1, 0.2]), r"`values` must have shape \(rows, columns\)"),
+        (lambda: ImageTexture([[0.1, np.nan]]), "`values` must be finite"),
+        (lambda: ImageTexture([[0.1]], (0.0, 1.0)), "`repeat` must be positive"),
+        (lambda: HeightMap.of(np.zeros(4)), r"`values` must have shape \(rows, columns\)"),
+        (lambda: HeightMap.of(np.zeros((4, 4)), (1.0, -1.0)), "`repeat` must be positive"),
+        (
+            lambda: HeightMap.of(np.zeros((3, 9))),
+            "`values` must be at least 4 x 4 pixels, but is 3",
+        ),
+        (
+            lambda: image_normal_map(np.zeros((4, 4))),
+            r"`pixels` must have shape \(rows, columns, 3\)",
+        ),
+        (lambda: image_normal_map(np.full((4, 4, 3), 1.5)), "`pixels` must lie in"),
+        (lambda: image_normal_map(np.full((4, 4, 3), 0.5)), "blue above 0.5"),
+        (lambda: SolidWaves([[np.inf, 0.0, 0.0]]), "`waves` must be finite"),
+        (lambda: SolidSlopes((np.nan, 0.0, 0.0)), "`lean` must be finite"),
     ],
 )
 def test_what_is_no_picture_is_refused(make, sentence):

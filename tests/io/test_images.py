@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firstorder.io import images, read_picture, read_row
+from firstorder.io import images, read_image, read_panorama_row
 from tests.io.scenes.sentences import refuses_in_one_sentence
 
 PICTURE = np.random.default_rng(5).uniform(0.0, 4.0, (5, 12, 3)).astype(np.float32)
@@ -54,7 +54,7 @@ def test_radiance_files_come_back_to_their_eight_bits(tmp_path, pack):
     flat = PICTURE.copy()
     flat[1, 4:9] = flat[1, 4]  # something to run
     flat[2] = 0.0
-    found = read_picture(written(tmp_path, hdr(flat, pack=pack)))
+    found = read_image(written(tmp_path, hdr(flat, pack=pack)))
     most = flat.max(-1, keepdims=True)
     assert found.shape == flat.shape
     # half a step of a mantissa between 128 and 256
@@ -64,13 +64,13 @@ def test_radiance_files_come_back_to_their_eight_bits(tmp_path, pack):
 
 def test_rows_packed_the_old_way_repeat_the_last_pixel(tmp_path):
     data = b"#?RGBE\n\n-Y 1 +X 9\n" + bytes([128, 128, 128, 129, 1, 1, 1, 7, 64, 64, 64, 129])
-    found = read_picture(written(tmp_path, data))[0, :, 0]
+    found = read_image(written(tmp_path, data))[0, :, 0]
     np.testing.assert_array_equal(found, [128.5 / 128] * 8 + [64.5 / 128])
 
 
 def test_a_picture_that_is_written_upside_down_is_turned(tmp_path):
-    upright = read_picture(written(tmp_path, hdr(PICTURE)))
-    turned = read_picture(written(tmp_path, hdr(PICTURE, axes=b"+Y %d -X %d\n")))
+    upright = read_image(written(tmp_path, hdr(PICTURE)))
+    turned = read_image(written(tmp_path, hdr(PICTURE, axes=b"+Y %d -X %d\n")))
     np.testing.assert_array_equal(turned, upright[::-1, ::-1])
 
 
@@ -78,31 +78,33 @@ def test_a_picture_that_is_written_upside_down_is_turned(tmp_path):
 def test_exr_files_come_back(tmp_path, dtype):
     file = tmp_path / "sky.exr"
     OpenEXR.File({}, {"RGB": PICTURE.astype(dtype)}).write(str(file))
-    np.testing.assert_array_equal(read_picture(file), PICTURE.astype(dtype))
-    np.testing.assert_allclose(read_row(file, 1).values, LUMINANCE[1], rtol=2 * np.finfo(dtype).eps)
+    np.testing.assert_array_equal(read_image(file), PICTURE.astype(dtype))
+    np.testing.assert_allclose(
+        read_panorama_row(file, 1).values, LUMINANCE[1], rtol=2 * np.finfo(dtype).eps
+    )
 
 
 def test_grey_exr_files_are_grey(tmp_path):
     grey = np.ascontiguousarray(PICTURE[..., 0])
     OpenEXR.File({}, {"Y": grey}).write(str(tmp_path / "sky.exr"))
-    np.testing.assert_array_equal(read_picture(tmp_path / "sky.exr")[..., 2], grey)
+    np.testing.assert_array_equal(read_image(tmp_path / "sky.exr")[..., 2], grey)
 
 
 @pytest.mark.smoke
 def test_the_middle_row_is_the_sky_and_may_be_made_coarser(tmp_path):
     file = written(tmp_path, hdr(PICTURE))
     step = PICTURE[2].max(-1) / 256
-    sky = read_row(file)
+    sky = read_panorama_row(file)
     assert np.all(np.abs(sky.values - LUMINANCE[2]) <= step)
     np.testing.assert_allclose(sky(sky.breaks), sky.values, rtol=1e-12)
-    coarse = read_row(file, 0, 4).values
+    coarse = read_panorama_row(file, 0, 4).values
     assert np.all(np.abs(coarse - LUMINANCE[0].reshape(4, 3).mean(1)) <= PICTURE[0].max() / 256)
 
 
 def test_without_the_package_the_sentence_names_the_extra(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "OpenEXR", None)
     with pytest.raises(ModuleNotFoundError) as caught:
-        read_picture(tmp_path / "sky.exr")
+        read_image(tmp_path / "sky.exr")
     assert str(caught.value) == (
         "sky.exr: .exr files need the package OpenEXR, which comes with the extra `images`: "
         'pip install "firstorder[images]".'
@@ -130,7 +132,7 @@ NO_PICTURE = "the file is no Radiance picture in RGBE with rows across."
 )
 def test_what_is_no_picture_is_one_sentence(tmp_path, capfd, name, data, sentence):
     with pytest.raises(ValueError, match=name) as caught:
-        read_row(written(tmp_path, data, name))
+        read_panorama_row(written(tmp_path, data, name))
     assert str(caught.value).lower().startswith(f"{name}: {sentence.lower()}")
     capfd.readouterr()  # the library talks to the terminal, too
 
@@ -139,7 +141,7 @@ def test_a_picture_of_other_channels_is_one_sentence(tmp_path):
     file = tmp_path / "depth.exr"
     OpenEXR.File({}, {"Z": PICTURE[..., 0].copy()}).write(str(file))
     with pytest.raises(ValueError, match=r"the channels must be R, G, B or Y, but are Z\."):
-        read_picture(file)
+        read_image(file)
 
 
 def test_a_sky_that_is_not_finite_is_one_sentence(tmp_path):
@@ -147,7 +149,7 @@ def test_a_sky_that_is_not_finite_is_one_sentence(tmp_path):
     bad[0, 0] = np.inf
     OpenEXR.File({}, {"RGB": bad}).write(str(tmp_path / "sky.exr"))
     with pytest.raises(ValueError, match=r"sky.exr: row 0 holds numbers that are not finite\."):
-        read_row(tmp_path / "sky.exr", 0)
+        read_panorama_row(tmp_path / "sky.exr", 0)
 
 
 WHOLE = hdr(PICTURE)

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from firstorder.io import Embree, read_mesh
 from firstorder.io.meshes import read_mesh_uv
-from firstorder.space.meshes.mesh import mesh
-from firstorder.space.silhouettes.meshes import EveryFace
+from firstorder.space.meshes.triangle_mesh import mesh
+from firstorder.space.silhouettes.meshes import BruteForceTracer
 
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n"
 
@@ -224,7 +224,9 @@ def test_rays_through_edges_and_corners_of_a_closed_mesh_do_not_slip_through():
     assert np.all(hits.face >= 0)
     np.testing.assert_allclose(hits.t, 1.0, rtol=1e-14)
     np.testing.assert_array_equal(
-        EveryFace(m).first_face(np.zeros(3), target, 0.0, np.inf, np.full((len(target), 1), -1))
+        BruteForceTracer(m).first_face(
+            np.zeros(3), target, 0.0, np.inf, np.full((len(target), 1), -1)
+        )
         < 0,
         False,
     )

@@ -3,15 +3,15 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.caching import SurfaceCache, SurfaceCandidates, ellipses
+from firstorder.caching import SurfaceCache, SurfaceCandidates, elliptic_regions
 from firstorder.io.radiance_ambient import (
     AmbientRecords,
+    _ambient_from_text,
+    _ambient_to_text,
     ambient_from_cache,
-    ambient_from_text,
-    ambient_to_text,
     cache_from_ambient,
-    read_lookamb,
-    write_lookamb,
+    read_ambient,
+    write_ambient,
 )
 
 # As `lookamb -d` prints them: tabs, six decimals, values with exponents.
@@ -29,13 +29,15 @@ PLACES = np.random.default_rng(0).uniform(size=(9, 2))
 @pytest.fixture(scope="module")
 def cache():
     some = SurfaceCandidates.on(lambda x: 1.0 + x[0] ** 2 * x[1] + x[1] ** 3, PLACES)
-    return SurfaceCache.of(some, jax.jit(lambda H: ellipses(H, 0.01, 0.1, 0.6))(some.hessian))
+    return SurfaceCache.of(
+        some, jax.jit(lambda H: elliptic_regions(H, 0.01, 0.1, 0.6))(some.hessian)
+    )
 
 
 @pytest.mark.smoke
 @pytest.mark.parametrize("text", [ROW, HEADER + ROW, (HEADER + ROW).replace("\n", "\r\n")])
 def test_a_record_is_read_column_by_column(text):
-    found = ambient_from_text(text)
+    found = _ambient_from_text(text)
     assert found.count == 1
     np.testing.assert_allclose(found.u, [[0.6, 0.8, 0.0]])
     np.testing.assert_allclose(found.radii, [[0.3, 0.7]])
@@ -50,7 +52,7 @@ def test_a_record_is_read_column_by_column(text):
 
 
 def test_the_form_of_older_releases_is_read_as_circles():
-    cache = cache_from_ambient(ambient_from_text(BEFORE), *FLOOR)
+    cache = cache_from_ambient(_ambient_from_text(BEFORE), *FLOOR)
     np.testing.assert_allclose(cache.matrix[0], np.eye(2) / 0.3)
     np.testing.assert_allclose(cache.gradient[0], 0.1 * np.pi * np.array([0.5, -0.25]), rtol=1e-6)
 
@@ -59,8 +61,8 @@ def test_a_cache_comes_back_as_it_was_in_any_orientation(cache, tmp_path):
     turned, _ = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))
     turned[:, 2] = np.cross(turned[:, 0], turned[:, 1])
     place = np.array([1.0, 2.0, 3.0]), turned
-    write_lookamb(tmp_path / "box.txt", ambient_from_cache(cache, *place, accuracy=0.2))
-    back = cache_from_ambient(read_lookamb(tmp_path / "box.txt"), *place, accuracy=0.2)
+    write_ambient(tmp_path / "box.txt", ambient_from_cache(cache, *place, accuracy=0.2))
+    back = cache_from_ambient(read_ambient(tmp_path / "box.txt"), *place, accuracy=0.2)
     for name in ("position", "value", "gradient", "matrix"):
         np.testing.assert_allclose(
             getattr(back, name), getattr(cache, name), rtol=1e-6, atol=1e-6, err_msg=name
@@ -70,8 +72,8 @@ def test_a_cache_comes_back_as_it_was_in_any_orientation(cache, tmp_path):
 def test_records_of_other_planes_and_levels_are_left_out(cache):
     records = ambient_from_cache(cache, *FLOOR)
     wall = ROW.replace("0.000000\t0.000000\t1.000000\t0.6", "0.000000\t0.000000\t-1.00000\t0.6")
-    text = ambient_to_text(records) + wall + ROW.replace("\t0\t1.0", "\t2\t1.0", 1)
-    found = ambient_from_text(text)
+    text = _ambient_to_text(records) + wall + ROW.replace("\t0\t1.0", "\t2\t1.0", 1)
+    found = _ambient_from_text(text)
     assert found.count == cache.count + 2
     assert cache_from_ambient(found, *FLOOR).count == cache.count
     with pytest.raises(ValueError, match=r"^Argument `records` must hold some on the plane"):
@@ -103,9 +105,9 @@ def test_values_of_zero_have_no_gradient(cache):
 
 
 def cache_reach(cache):
-    from firstorder.caching import Reach
+    from firstorder.caching import ValidityRegion
 
-    return Reach(cache.matrix, jnp.zeros(9, jnp.int32))
+    return ValidityRegion(cache.matrix, jnp.zeros(9, jnp.int32))
 
 
 def broken(column, word):
@@ -135,13 +137,13 @@ def broken(column, word):
 )
 def test_bad_files_get_one_sentence(text, words):
     with pytest.raises(ValueError, match=words):
-        ambient_from_text(text)
+        _ambient_from_text(text)
 
 
 @pytest.mark.smoke
 def test_a_binary_file_is_told_apart(tmp_path):
     (tmp_path / "a.amb").write_bytes(b"#?RADIANCE\nFORMAT=Radiance_ambval\n\n\xff\xfe\x00\x81")
     with pytest.raises(ValueError, match=r"^a.amb: the text form of an ambient file is expected"):
-        read_lookamb(tmp_path / "a.amb")
+        read_ambient(tmp_path / "a.amb")
     with pytest.raises(ValueError, match=r"^b.amb: it cannot be read: No such file or directory.$"):
-        read_lookamb(tmp_path / "b.amb")
+        read_ambient(tmp_path / "b.amb")

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from firstorder.io.rays import BYTES_A_RAY, read_rays, write_rays
-from firstorder.shadowfield.rendering.ray_table import lamp_frame, trace
+from firstorder.shadowfield.rendering.lamp import lamp_frame
+from firstorder.shadowfield.rendering.ray_table import trace_shadow_rays
 
 LAMP = lamp_frame((0.1, 0.2, 4.0), (0.0, 0.8, 0.0), (0.4, 0.0, 0.3))
 
@@ -14,7 +15,7 @@ def table(count=100):
         hit = np.arange(len(a)) % 3 == 0
         return np.where(hit, 0.3, np.inf), np.where(hit, 0.6, -np.inf)
 
-    return trace(LAMP, np.random.default_rng(0).random((count, 3)), 2, some)[0]
+    return trace_shadow_rays(LAMP, np.random.default_rng(0).random((count, 3)), 2, some)[0]
 
 
 @pytest.mark.smoke
@@ -36,12 +37,12 @@ def test_the_papers_637000_rays_take_a_twentieth_more_than_its_17_MB(tmp_path):
 
 
 def test_blockers_on_the_lamp_itself_come_back(tmp_path):
-    """`trace` makes such rays: a thing in the lamp's plane hides it at the depth 0."""
+    """`trace_shadow_rays` makes such rays: a thing in the lamp's plane hides it at the depth 0."""
 
     def on_the_lamp(a, b):
         return np.zeros(len(a)), np.full(len(a), 0.5)
 
-    rays, _ = trace(LAMP, np.zeros((3, 3)), 2, on_the_lamp)
+    rays, _ = trace_shadow_rays(LAMP, np.zeros((3, 3)), 2, on_the_lamp)
     assert np.all(rays.near == 0.0)
     write_rays(tmp_path / "a.rays", LAMP, rays)
     np.testing.assert_array_equal(read_rays(tmp_path / "a.rays")[1].near, rays.near)

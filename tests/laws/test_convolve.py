@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstorder.checks.cases import light
-from firstorder.checks.cases.law_convolve import Leaning
+from firstorder.checks.cases.laws.convolve import Leaning
 from firstorder.errors import Refused
 from firstorder.fields import Affine, GaussianProfile, HalfPlane, half_plane
 from firstorder.laws import Circle, Convolve, Hemisphere, Integrate, Move, Multiply

@@ -9,10 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstorder.checks.cases import light
-from firstorder.checks.registry import cases
+from firstorder.checks.registry import all_cases
 from firstorder.checks.table import LAWS
 from firstorder.fields import Sum, gaussian
-from firstorder.fields.field import batched
+from firstorder.laws import FieldImage
+from firstorder.numerics.batching import batched
 
 OTHER = gaussian((-0.3, 0.4), (0.7, 0.5), -0.2, 0.6)
 WEIGHT = st.floats(-3.0, 3.0)
@@ -37,7 +38,7 @@ def spectra_both_ways(law, a, b, Omega):
 @pytest.mark.parametrize("name", [*LAWS, "integrate, moving ends", "convolve, hemisphere"])
 @given(a=WEIGHT, b=WEIGHT)
 def test_every_law_is_linear_in_the_light(name, a, b):
-    case = cases()[name]
+    case = all_cases()[name]
     left, right = both_ways(case.step, jnp.asarray(a), jnp.asarray(b), jnp.asarray(case.rays))
     jax.tree.map(lambda p, q: np.testing.assert_allclose(p, q, atol=1e-11), left, right)
 
@@ -45,7 +46,7 @@ def test_every_law_is_linear_in_the_light(name, a, b):
 @pytest.mark.parametrize("name", ["multiply", "integrate", "convolve", "move"])
 @given(a=WEIGHT, b=WEIGHT)
 def test_spectra_are_linear_in_the_light(name, a, b):
-    case = cases()[name]
+    case = all_cases()[name]
     Omega = jnp.stack([jnp.asarray(o[1]) for o in case.frequencies])
     left, right = spectra_both_ways(case.step, jnp.asarray(a), jnp.asarray(b), Omega)
     np.testing.assert_allclose(left, right, atol=1e-12)
@@ -54,7 +55,7 @@ def test_spectra_are_linear_in_the_light(name, a, b):
 @pytest.mark.smoke
 @pytest.mark.parametrize("name", LAWS)
 def test_every_law_works_in_single_precision(name):
-    case = cases()[name]
+    case = all_cases()[name]
     single = lambda tree: jax.tree.map(  # noqa: E731
         lambda a: jnp.asarray(a, jnp.float32) if eqx.is_inexact_array(a) else a, tree
     )
@@ -71,4 +72,13 @@ def test_every_law_works_in_single_precision(name):
 
 def test_a_thing_that_is_no_portrait_is_refused():
     with pytest.raises(TypeError, match="portrait"):
-        cases()["move"].step(1.0)
+        all_cases()["move"].step(1.0)
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_the_image_of_a_field_is_the_law_at_every_ray(name):
+    case = all_cases()[name]
+    image = case.step(case.field)
+    assert isinstance(image, FieldImage)
+    assert image.frame == case.step.frame(case.field.frame)
+    assert len(image.edges()) == len(case.step.edges(case.field))

@@ -6,10 +6,23 @@ from scipy.special import erf
 
 from firstorder.checks.cases import light
 from firstorder.errors import Refused
-from firstorder.fields import Grid, gaussian, half_plane
+from firstorder.fields import Function, Grid, Spectrum, gaussian, half_plane
 from firstorder.laws import Multiply
 
 WINDOW = Grid.spanning((256, 256), (6.0, 6.0))
+
+
+class Dim(Spectrum):
+    """Half of another spectrum, by somebody who does not say where the light lies."""
+
+    whole: Spectrum
+
+    @property
+    def frame(self):
+        return self.whole.frame
+
+    def at(self, Omega):
+        return 0.5 * self.whole.at(Omega)
 
 
 def test_the_spectrum_behind_an_edge_is_that_of_the_error_function():
@@ -39,8 +52,22 @@ def test_the_jump_of_a_product_with_two_edges_on_one_curve():
     np.testing.assert_allclose(jump, (1.0 - 0.04) * light().at(jnp.array([0.1, 0.0])), rtol=1e-12)
 
 
-def test_a_spectrum_needs_a_window_and_an_edge_has_no_covariance():
-    with pytest.raises(Refused, match="give it one"):
-        Multiply(half_plane(0.0))(light().spectrum())
+def test_without_a_window_a_spectrum_takes_one_that_holds_the_light():
+    F, mask = light().spectrum(), half_plane(0.2, 0.3)
+    ours, wide = (Multiply(mask, w)(F)(0.4, -0.2) for w in (None, WINDOW))
+    assert abs(ours - wide) < 1e-14
+
+
+def test_a_factor_of_all_coordinates_needs_a_window_of_its_own():
+    with pytest.raises(Refused, match=r"^multiply convolves .* 65536 waves .*: give it one$"):
+        Multiply(Function(lambda x, theta: x * theta))(light().spectrum())
+
+
+def test_light_of_unknown_extent_needs_a_window():
+    with pytest.raises(Refused, match="the extent of this light is not known: give it one"):
+        Multiply(half_plane(0.0))(Dim(light().spectrum()))
+
+
+def test_an_edge_has_no_covariance():
     with pytest.raises(Refused, match="an edge has no finite covariance"):
         Multiply(half_plane(0.0))(light().covariance())

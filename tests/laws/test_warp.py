@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.checks.cases.law_warp import Bend
+from firstorder.checks.cases.laws.warp import Bend
 from firstorder.checks.tolerance import fitted_order, normwise
 from firstorder.errors import Refused
 from firstorder.fields import Grid, covariance_of, discrete_transform, gaussian

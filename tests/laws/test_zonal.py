@@ -9,7 +9,7 @@ from scipy.special import eval_legendre
 
 from firstorder.checks.tolerance import fitted_order
 from firstorder.laws import VonMisesFisher, Zonal, ZonalCosine
-from firstorder.laws.zonal import tangents
+from firstorder.laws.zonal import _tangents
 
 BELL = Zonal(VonMisesFisher(7.0))
 DIFFUSE = Zonal(ZonalCosine(), 24, 32)
@@ -42,7 +42,7 @@ HARMONICS = (
 def test_the_jet_is_that_of_the_value_along_great_circles(law):
     """Autodiff puts the derivatives on the light, the closed form on the kernel."""
     jet = jax.jit(lambda w: law.jet(light, w))(W)
-    e1, e2 = tangents(W)
+    e1, e2 = _tangents(W)
 
     def along(s, a):
         e = jnp.cos(a) * e1 + jnp.sin(a) * e2

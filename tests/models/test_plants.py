@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from firstorder.models.plants import fern, tree
-from firstorder.space.meshes.mesh import mesh
+from firstorder.space.meshes.triangle_mesh import mesh
 
 
 def only(piece, faces):

@@ -5,18 +5,19 @@ import time
 import numpy as np
 import pytest
 
-from firstorder.models.blobs import blob, level_set
-from firstorder.models.knots import knot
+from firstorder.models.blobs import isosurface, metaballs
+from firstorder.models.knots import torus_knot
 from firstorder.models.primitives import (
-    bars,
+    bar_lattice,
     bumpy_sphere,
-    ground,
-    joined,
-    placed,
+    displaced_ground,
+    join_meshes,
+    place_mesh,
+    quad_triangles,
     ripples,
-    turned,
+    rotation_about,
 )
-from firstorder.space.meshes.mesh import face_normals, mesh
+from firstorder.space.meshes.triangle_mesh import _face_normals, mesh
 
 
 def euler(piece):
@@ -48,13 +49,13 @@ TWO = ([[0.0, 0, 0], [1.1, 0, 0]], [0.6, 0.6])
     ("piece", "characteristic"),
     [
         (lambda: bumpy_sphere(levels=3), 2),
-        (lambda: bars((3, 2)), 2 - 2 * 6),
-        (lambda: bars((0, 0)), 2),
-        (lambda: bars((2, 0), (1.0, 0.3), 0.1), 6),  # three slats that do not meet
-        (lambda: knot(2, 3, rings=60, sides=7), 0),
-        (lambda: knot(3, 5, 0.09, rings=200, sides=5), 0),
-        (lambda: blob(*TWO, 20), 2),
-        (lambda: blob([[0.0, 0, 0], [3.0, 0, 0]], [0.6, 0.6], 30), 4),  # two
+        (lambda: bar_lattice((3, 2)), 2 - 2 * 6),
+        (lambda: bar_lattice((0, 0)), 2),
+        (lambda: bar_lattice((2, 0), (1.0, 0.3), 0.1), 6),  # three slats that do not meet
+        (lambda: torus_knot(2, 3, rings=60, sides=7), 0),
+        (lambda: torus_knot(3, 5, 0.09, rings=200, sides=5), 0),
+        (lambda: metaballs(*TWO, 20), 2),
+        (lambda: metaballs([[0.0, 0, 0], [3.0, 0, 0]], [0.6, 0.6], 30), 4),  # two
     ],
 )
 def test_closed_pieces_are_closed_and_face_outwards(piece, characteristic):
@@ -66,7 +67,7 @@ def test_closed_pieces_are_closed_and_face_outwards(piece, characteristic):
 
 
 def test_a_missing_face_is_noticed():
-    piece = bars((1, 1))
+    piece = bar_lattice((1, 1))
     open_ = mesh(piece.vertices, np.asarray(piece.faces)[1:])
     turned_about = np.asarray(piece.faces).copy()
     turned_about[0] = turned_about[0][::-1]
@@ -83,19 +84,21 @@ def test_volumes_are_those_of_the_shapes():
     assert 1.0 - volume(flat) / (32.0 / 3.0 * np.pi) == pytest.approx(missing, rel=0.01)
     # 3 x 2 holes of ((4 - 4 * 0.1)/3) x ((2 - 3 * 0.1)/2)
     full = 4.0 * 2.0 - 6 * (3.6 / 3) * (1.7 / 2)
-    assert volume(bars((3, 2), (2.0, 1.0), 0.1, 0.05)) == pytest.approx(0.05 * full, rel=1e-5)
+    assert volume(bar_lattice((3, 2), (2.0, 1.0), 0.1, 0.05)) == pytest.approx(
+        0.05 * full, rel=1e-5
+    )
     # Pappus: the area of the section times the way of its middle
     t = np.linspace(0.0, 2.0 * np.pi, 20001)
     far = 2.0 + np.cos(3 * t)
     line = np.stack([far * np.cos(2 * t), far * np.sin(2 * t), np.sin(3 * t)], -1) / 3.0
     length = np.linalg.norm(np.diff(line, axis=0), axis=1).sum()
-    tube = knot(2, 3, 0.05, rings=600, sides=24)
+    tube = torus_knot(2, 3, 0.05, rings=600, sides=24)
     section = 0.5 * 24 * np.sin(2.0 * np.pi / 24) * 0.05**2
     assert volume(tube) == pytest.approx(section * length, rel=2e-3)
     # A level set's corners are found linearly, and err by h^2 too: in all less than e^2 / R^2, and
     # a quarter in cells of half the size.
     true = 4.0 / 3.0 * np.pi * 0.125
-    coarse, one = (blob([[1.0, 2.0, 3.0]], [0.5], n) for n in (20, 40))
+    coarse, one = (metaballs([[1.0, 2.0, 3.0]], [0.5], n) for n in (20, 40))
     assert abs(volume(one) / true - 1.0) < mean_square_edge(one) / 0.5**2
     assert (volume(coarse) - true) / (volume(one) - true) == pytest.approx(4.0, rel=0.05)
     out = np.asarray(one.vertices) - [1.0, 2.0, 3.0]
@@ -105,7 +108,7 @@ def test_volumes_are_those_of_the_shapes():
 def test_a_knot_does_not_twist():
     """A vector across the tube turns from ring to ring by what closing it takes, and no more."""
     rings, sides = 400, 8
-    v = np.asarray(knot(3, 2, 0.1, rings, sides).vertices, float).reshape(rings, sides, 3)
+    v = np.asarray(torus_knot(3, 2, 0.1, rings, sides).vertices, float).reshape(rings, sides, 3)
     middle = v.mean(1)
     along = np.roll(middle, -1, 0) - np.roll(middle, 1, 0)
     along /= np.linalg.norm(along, axis=1)[:, None]
@@ -119,20 +122,20 @@ def test_any_set_of_lattice_points_has_a_closed_surface():
     """Noise makes every one of the 16 cases of a tetrahedron, next to every other."""
     values = np.full((7, 6, 8), -1.0)
     values[1:-1, 1:-1, 1:-1] = np.random.default_rng(0).normal(size=(5, 4, 6))
-    found = level_set(values, [0, 0, 0], 1.0)
+    found = isosurface(values, [0, 0, 0], 1.0)
     assert is_closed(found)
     # it faces outwards: along each axis, lines through the lattice enter before they leave
     np.testing.assert_allclose(np.sum(np.asarray(found.area_vectors), 0), 0.0, atol=1e-4)
     assert volume(found) > 0.0
-    assert volume(level_set(np.where(values > 0, 3.0, values), [0, 0, 0], 1.0)) > volume(found)
+    assert volume(isosurface(np.where(values > 0, 3.0, values), [0, 0, 0], 1.0)) > volume(found)
 
 
 def test_ground_follows_its_height_and_looks_up():
     height = ripples(0.1, 0.5, seed=3)
-    field = ground(1.5, height, 20, (0.5, -0.25))
+    field = displaced_ground(1.5, height, 20, (0.5, -0.25))
     v = np.asarray(field.vertices, float)
     np.testing.assert_allclose(v[:, 2], height(v[:, :2]), atol=1e-5)
-    assert np.all(np.asarray(face_normals(field))[:, 2] > 0.0)
+    assert np.all(np.asarray(_face_normals(field))[:, 2] > 0.0)
     np.testing.assert_allclose(v[:, :2].min(0), [-1.0, -1.75], atol=1e-6)
     assert not field.closed
 
@@ -156,7 +159,7 @@ def test_ripples_have_the_size_that_was_asked_for(dimension):
     "make",
     [
         lambda seed: bumpy_sphere(levels=2, seed=seed),
-        lambda seed: ground(1.0, ripples(0.1, 0.3, seed), 10),
+        lambda seed: displaced_ground(1.0, ripples(0.1, 0.3, seed), 10),
     ],
 )
 def test_the_same_seed_gives_the_same_bits(make):
@@ -166,8 +169,8 @@ def test_the_same_seed_gives_the_same_bits(make):
 
 
 def test_joined_keeps_every_part_and_its_edges():
-    parts = [bars((1, 1)), ground(1.0, cells=2), bumpy_sphere(levels=0)]
-    both, part = joined(parts)
+    parts = [bar_lattice((1, 1)), displaced_ground(1.0, cells=2), bumpy_sphere(levels=0)]
+    both, part = join_meshes(parts)
     again = mesh(both.vertices, both.faces)  # its edges found anew
     ways = [set(map(tuple, np.asarray(m.edges))) for m in (both, again)]
     assert {tuple(sorted(e)) for e in ways[0]} == {tuple(sorted(e)) for e in ways[1]}
@@ -182,37 +185,45 @@ def test_joined_keeps_every_part_and_its_edges():
 
 def test_placed_scales_then_turns_then_shifts():
     piece = bumpy_sphere(levels=1)
-    R = turned((1.0, 2.0, -1.0), 0.7)
-    found = placed(piece, (1.0, 2.0, 3.0), R, 2.0)
+    R = rotation_about((1.0, 2.0, -1.0), 0.7)
+    found = place_mesh(piece, (1.0, 2.0, 3.0), R, 2.0)
     expected = [R @ (2.0 * p) + [1.0, 2.0, 3.0] for p in np.asarray(piece.vertices, float)]
     np.testing.assert_allclose(np.asarray(found.vertices), expected, rtol=1e-5)
     assert volume(found) == pytest.approx(8.0 * volume(piece), rel=1e-4)
     np.testing.assert_allclose(R @ [1.0, 2.0, -1.0], [1.0, 2.0, -1.0], atol=1e-12)
     assert np.trace(R) == pytest.approx(1.0 + 2.0 * np.cos(0.7))
-    np.testing.assert_allclose(turned((0, 0, 1), 0.3) @ [1, 0, 0], [np.cos(0.3), np.sin(0.3), 0])
+    np.testing.assert_allclose(
+        rotation_about((0, 0, 1), 0.3) @ [1, 0, 0], [np.cos(0.3), np.sin(0.3), 0]
+    )
 
 
 @pytest.mark.parametrize(
     ("call", "sentence"),
     [
-        (lambda: joined([]), "`parts` must hold a mesh"),
-        (lambda: placed(bars(), scale=0.0), "`scale` must be positive"),
-        (lambda: placed(bars(), turn=np.diag([1.0, 1.0, -1.0])), "`turn` must be a rotation"),
-        (lambda: turned((0, 0, 0), 1.0), "`axis` must be positive"),
+        (lambda: join_meshes([]), "`parts` must hold a mesh"),
+        (lambda: place_mesh(bar_lattice(), scale=0.0), "`scale` must be positive"),
+        (
+            lambda: place_mesh(bar_lattice(), turn=np.diag([1.0, 1.0, -1.0])),
+            "`turn` must be a rotation",
+        ),
+        (lambda: rotation_about((0, 0, 0), 1.0), "`axis` must be positive"),
         (lambda: bumpy_sphere(0.0), "`radius` must be positive"),
         (lambda: bumpy_sphere(1.0, lambda n: np.full(len(n), -1.0)), "`height` must be above -1"),
         (lambda: bumpy_sphere(1.0, lambda n: np.full(len(n), np.nan)), "`height` must be above -1"),
-        (lambda: ground(cells=0), "`cells` must be positive"),
-        (lambda: ground(height=lambda p: np.full(len(p), np.inf)), "`height` must be finite"),
-        (lambda: bars((8, 8), width=0.3), "`width` must leave room for 8 holes"),
-        (lambda: bars(thickness=0.0), "`thickness` must be positive"),
-        (lambda: knot(2, 4), "`p` and `q` must have no divisor in common"),
-        (lambda: knot(radius=0.4), "`radius` must be below"),
-        (lambda: knot(rings=4), "`rings` and `sides` must be at least"),
-        (lambda: blob([[0, 0, 0]], [1.0, 2.0]), "`centers` and `radii` must have shapes"),
-        (lambda: blob([[0, 0, 0]], [0.0]), "`radii` must be positive"),
-        (lambda: level_set(np.ones((3, 3, 3)), [0, 0, 0], 1.0), "`values` must be positive"),
-        (lambda: level_set(-np.ones((3, 3, 3)), [0, 0, 0], 1.0), "`values` must be positive"),
+        (lambda: displaced_ground(cells=0), "`cells` must be positive"),
+        (
+            lambda: displaced_ground(height=lambda p: np.full(len(p), np.inf)),
+            "`height` must be finite",
+        ),
+        (lambda: bar_lattice((8, 8), width=0.3), "`width` must leave room for 8 holes"),
+        (lambda: bar_lattice(thickness=0.0), "`thickness` must be positive"),
+        (lambda: torus_knot(2, 4), "`p` and `q` must have no divisor in common"),
+        (lambda: torus_knot(radius=0.4), "`radius` must be below"),
+        (lambda: torus_knot(rings=4), "`rings` and `sides` must be at least"),
+        (lambda: metaballs([[0, 0, 0]], [1.0, 2.0]), "`centers` and `radii` must have shapes"),
+        (lambda: metaballs([[0, 0, 0]], [0.0]), "`radii` must be positive"),
+        (lambda: isosurface(np.ones((3, 3, 3)), [0, 0, 0], 1.0), "`values` must be positive"),
+        (lambda: isosurface(-np.ones((3, 3, 3)), [0, 0, 0], 1.0), "`values` must be positive"),
         (lambda: ripples(-1.0, 1.0), "`amplitude`"),
     ],
 )
@@ -224,5 +235,13 @@ def test_what_makes_no_piece_is_refused(call, sentence):
 
 def test_edges_of_a_million_faces_are_found_quickly():
     start = time.process_time()
-    assert ground(cells=700, height=ripples(0.1, 0.3, waves=4)).count == 980000
+    assert displaced_ground(cells=700, height=ripples(0.1, 0.3, waves=4)).count == 980000
     assert time.process_time() - start < 6.0  # 0.9 s where it was measured; a sort of rows took 4
+
+
+def test_a_quadrangle_is_cut_in_two_that_turn_as_it_does():
+    faces = quad_triangles([0, 4], [1, 5], [2, 6], [3, 7])
+    assert faces.tolist() == [[0, 1, 2], [4, 5, 6], [0, 2, 3], [4, 6, 7]]
+    square = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 1.0, 0.0), (0.0, 1.0, 0.0)])
+    normals = _face_normals(mesh(square, quad_triangles(0, 1, 2, 3)))
+    np.testing.assert_array_equal(normals / np.abs(normals[:, 2:]), [[0.0, 0.0, 1.0]] * 2)

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.numerics.batching import in_batches
+from firstorder.numerics.batching import host_blocks, in_batches
 
 
 @pytest.mark.parametrize("count", [0, 1, 6, 7, 8, 21, 23, 64])
@@ -45,3 +45,27 @@ def test_what_fills_a_batch_up_leaves_no_trace_in_derivatives():
 def test_a_batch_has_rows():
     with pytest.raises(ValueError, match="most"):
         in_batches(jnp.sin, jnp.arange(3.0), 0)
+
+
+@pytest.mark.parametrize("count", [0, 1, 6, 7, 8, 23])
+def test_blocks_on_the_host_keep_rows_and_are_compiled_once(count):
+    x = np.random.default_rng(0).normal(size=(count, 3))
+    n = np.arange(count)
+    traced = []
+
+    @jax.jit
+    def f(rows):
+        traced.append(rows)
+        return jnp.sum(rows[0], 1), rows[1]
+
+    total, number = host_blocks(f, (x, n), 7)
+    assert isinstance(total, np.ndarray)
+    np.testing.assert_allclose(total, x.sum(1), rtol=1e-14)
+    np.testing.assert_array_equal(number, n)
+    assert len(traced) == 1
+    assert traced[0][0].shape == (7, 3)
+
+
+def test_a_block_has_rows():
+    with pytest.raises(ValueError, match="block"):
+        host_blocks(jnp.sin, np.arange(3.0), 0)

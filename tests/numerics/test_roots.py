@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.numerics import roots
+from firstorder.numerics import _roots as roots
 
 TURN = 2.0 * np.pi
 
@@ -25,7 +25,7 @@ def test_both_roots_are_found(level):
     f = wave(level)
     low, high, found = roots.brackets(f, 8, jnp.float64)
     assert int(jnp.sum(found)) == 2
-    s = [roots.bracketed(f, a, b) for a, b in zip(low[found], high[found], strict=True)]
+    s = [roots.bracketed_root(f, a, b) for a, b in zip(low[found], high[found], strict=True)]
     true = np.arccos(level) / TURN
     np.testing.assert_allclose(sorted(s), [true, 1.0 - true], atol=1e-9)
 

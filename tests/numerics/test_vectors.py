@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.numerics import vectors
+from firstorder.numerics import _vectors as vectors
 
 A, B = np.random.default_rng(1).normal(size=(2, 7, 3))
 M = np.random.default_rng(2).normal(size=(7, 3, 3))
@@ -15,9 +15,9 @@ def test_products():
     np.testing.assert_allclose(vectors.cross(jnp.asarray(A), jnp.asarray(B)), np.cross(A, B))
     np.testing.assert_allclose(vectors.dot(jnp.asarray(A), jnp.asarray(B)), np.sum(A * B, -1))
     np.testing.assert_allclose(
-        vectors.times(jnp.asarray(M), jnp.asarray(A)), np.einsum("nij,nj->ni", M, A)
+        vectors.matvec(jnp.asarray(M), jnp.asarray(A)), np.einsum("nij,nj->ni", M, A)
     )
-    np.testing.assert_allclose(vectors.inverse(jnp.asarray(M)), np.linalg.inv(M))
+    np.testing.assert_allclose(vectors.inverse_3x3(jnp.asarray(M)), np.linalg.inv(M))
 
 
 def test_lengths_have_derivatives_at_zero():
@@ -31,11 +31,11 @@ def test_lengths_have_derivatives_at_zero():
 @pytest.mark.parametrize("n", [(0, 0, 1), (0, 0, -1), (1, 0, 0), (0.6, 0, -0.8), (0, 0.6, 0.8)])
 def test_frames_are_right_handed_and_smooth(n):
     n = jnp.asarray(n, float)
-    found = np.asarray(vectors.frame(n))
+    found = np.asarray(vectors.orthonormal_frame(n))
     np.testing.assert_allclose(found.T @ found, np.eye(3), atol=1e-15)
     np.testing.assert_allclose(np.linalg.det(found), 1.0)
     np.testing.assert_allclose(found[:, 2], n)
-    assert np.all(np.isfinite(jax.jacobian(vectors.frame)(n)))
+    assert np.all(np.isfinite(jax.jacobian(vectors.orthonormal_frame)(n)))
 
 
 def test_many_rays_from_one_point_in_the_frames_of_several_shapes():
@@ -46,7 +46,7 @@ def test_many_rays_from_one_point_in_the_frames_of_several_shapes():
     @jax.jit
     def turned(M, center, p):
         origins = jnp.broadcast_to(p, (1000, 3))
-        return vectors.times(M, origins[:, None] - center)
+        return vectors.matvec(M, origins[:, None] - center)
 
     truth = np.einsum("kij,kj->ki", M, p - center)
     np.testing.assert_allclose(turned(M, center, p), np.broadcast_to(truth, (1000, 3, 3)))

@@ -11,9 +11,9 @@ from firstorder.flatland import (
     PointLights,
     Scene,
     Segments,
-    thing,
+    primitive,
 )
-from firstorder.flatland.library import scenes
+from firstorder.flatland.library import _scenes as scenes
 from firstorder.plotting import (
     curve_of,
     draw_curves,
@@ -21,19 +21,19 @@ from firstorder.plotting import (
     panels,
     receiver_curve,
     scene_report,
-    shape_points,
 )
+from firstorder.plotting.flatland import _shape_points
 
 
 @pytest.fixture(scope="module")
 def world():
     """One of everything that is drawn differently."""
     return Scene.of(
-        thing(Segments((-1.0, 0.0), (1.0, 0.0)), name="floor", albedo=0.5),
-        thing(Segments((0.5, 1.0), (-0.5, 1.0)), name="lamp", emission=1.0, two_sided=True),
-        thing(Arcs((0.0, 0.5), 0.2, 0.0, 1.0), name="dish", mirror=1.0),
-        thing(Circles((0.6, 0.5), 0.1), name="lens", ior=1.5),
-        thing(Ellipses((-0.6, 0.5), (0.2, 0.1), 0.3), albedo=1.0),
+        primitive(Segments((-1.0, 0.0), (1.0, 0.0)), name="floor", albedo=0.5),
+        primitive(Segments((0.5, 1.0), (-0.5, 1.0)), name="lamp", emission=1.0, two_sided=True),
+        primitive(Arcs((0.0, 0.5), 0.2, 0.0, 1.0), name="dish", mirror=1.0),
+        primitive(Circles((0.6, 0.5), 0.1), name="lens", ior=1.5),
+        primitive(Ellipses((-0.6, 0.5), (0.2, 0.1), 0.3), albedo=1.0),
         points=PointLights((0.0, 2.0), 1.0),
         environment=ConstantSky(0.2),
     )
@@ -56,7 +56,7 @@ def test_outlines_are_those_of_the_shapes(world):
     )
     exact = np.asarray(place(np.arange(world.count), s))
     for index, along in enumerate(exact):
-        points = shape_points(world, index, 8)
+        points = _shape_points(world, index, 8)
         straight = world.names[index] in ("floor", "lamp")
         np.testing.assert_allclose(points, along[[0, 8]] if straight else along, atol=1e-14)
 
@@ -72,7 +72,7 @@ def test_a_map_holds_everything_and_its_units_are_equal(world, axes):
     np.testing.assert_allclose(ring.get_array(), 0.2)
     (x0, x1), (y0, y1) = ax.get_xlim(), ax.get_ylim()
     for index in range(world.count):
-        points = shape_points(world, index)
+        points = _shape_points(world, index)
         assert np.all((points > [x0, y0]) & (points < [x1, y1]))
 
 
@@ -85,7 +85,7 @@ def test_normals_skies_and_names_can_be_left_out(world, axes):
 
 
 def test_what_emits_is_drawn_on_the_side_that_does(axes):
-    down = Scene.of(thing(Segments((0.5, 1.0), (-0.5, 1.0)), emission=1.0))
+    down = Scene.of(primitive(Segments((0.5, 1.0), (-0.5, 1.0)), emission=1.0))
     draw_scene(axes[0], down, normals=False)
     (lamp,) = [line for line in axes[0].lines if line.get_color() == "#e0a526"]
     assert np.all(np.asarray(lamp.get_ydata()) < 1.0)

@@ -3,13 +3,13 @@
 import matplotlib.image
 import numpy as np
 
-from firstorder.plotting.pictures import WHITE, tone_mapped, write_picture
+from firstorder.plotting.pictures import WHITE, tone_map, write_png
 
 
 def test_the_curve_is_the_screens():
     """IEC 61966-2-1, from its other side."""
     L = np.linspace(0.0, 1.0, 33)
-    v = tone_mapped(L[:, None], 1.0)[0] / 255.0
+    v = tone_map(L[:, None], 1.0)[0] / 255.0
     back = np.where(v <= 0.04045, v / 12.92, ((v + 0.055) / 1.055) ** 2.4)
     np.testing.assert_allclose(back, L, atol=2.4 / 255.0)  # one level, at the curve's steepest
 
@@ -18,14 +18,14 @@ def test_white_is_what_few_pixels_exceed_and_darkness_is_black():
     L = np.linspace(0.0, 1.0, 1000)[:, None]
     white = np.quantile(L, 0.995)
     rounded = white * ((254.5 / 255.0 + 0.055) / 1.055) ** 2.4
-    assert 5 < (tone_mapped(L) == 255).sum() == (rounded <= L).sum() < 15
-    assert tone_mapped(np.zeros((3, 2))).max() == 0
+    assert 5 < (tone_map(L) == 255).sum() == (rounded <= L).sum() < 15
+    assert tone_map(np.zeros((3, 2))).max() == 0
 
 
 def test_up_is_up(tmp_path):
     L = np.zeros((4, 3))
     L[1, 2] = 1.0  # second from the left, in the top row
-    write_picture(tmp_path / "a.png", L, 1.0)
+    write_png(tmp_path / "a.png", L, 1.0)
     picture = matplotlib.image.imread(tmp_path / "a.png")[..., 0]
     assert picture.shape == (3, 4)
     assert np.argwhere(picture > 0.5).tolist() == [[0, 1]]
@@ -33,9 +33,7 @@ def test_up_is_up(tmp_path):
 
 def test_what_is_no_number_is_black_and_spoils_nothing_else():
     values = np.array([[0.0, 1.0, np.nan], [np.inf, 0.5, -np.inf]])
-    found = tone_mapped(values)
-    plain = tone_mapped(
-        np.array([[0.0, 1.0, 0.0], [1.0, 0.5, 0.0]]), np.quantile([0, 1, 0.5], WHITE)
-    )
+    found = tone_map(values)
+    plain = tone_map(np.array([[0.0, 1.0, 0.0], [1.0, 0.5, 0.0]]), np.quantile([0, 1, 0.5], WHITE))
     np.testing.assert_array_equal(found, plain)
-    np.testing.assert_array_equal(tone_mapped(np.full((2, 2), np.nan)), 0)
+    np.testing.assert_array_equal(tone_map(np.full((2, 2), np.nan)), 0)

@@ -2,6 +2,7 @@ import io
 import subprocess
 import sys
 
+import jax.numpy as jnp
 import matplotlib
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from PIL import Image
 
 from firstorder import plotting
 from firstorder.conventions import FLATLAND_SLOPE
-from firstorder.fields import Grid, gaussian, half_plane
+from firstorder.fields import Function, Grid, gaussian, half_plane
 from firstorder.laws import Multiply
 from firstorder.transport import Travel
 
@@ -149,7 +150,8 @@ def test_portraits_of_light_with_a_closed_form_and_of_light_without_one():
     Omega = np.linspace(-1.0, 1.0, 4), np.linspace(-1.0, 1.0, 5)
     grid = Grid.spanning((32, 33), (4.0, 2.5))
     whole = plotting.portraits("source", light, grid, *Omega)
-    cut = Multiply(half_plane(0.1, frame=FLATLAND_SLOPE))(light)
+    sampled = Function(lambda x, v: jnp.exp(-((x / 0.5) ** 2) - (v / 0.3) ** 2), FLATLAND_SLOPE)
+    cut = Multiply(half_plane(0.1, frame=FLATLAND_SLOPE))(sampled)
     shadow = plotting.portraits("shadow", cut, grid, *Omega)
     assert (whole.sampled, shadow.sampled) == (False, True)
     assert whole.covariance is not None
@@ -187,14 +189,14 @@ def test_a_strip_has_one_scale_for_each_row_unless_told_otherwise():
 
 def test_a_table_holds_its_words_and_tints_its_verdicts(ax):
     cells, verdicts = [["equal\n1e-16", "no formula"]], [["equal", "refused"]]
-    plotting.table(ax, ["jet", "wavelet"], ["move"], cells, verdicts, title="Laws")
+    plotting.draw_table(ax, ["jet", "wavelet"], ["move"], cells, verdicts, title="Laws")
     assert {t.get_text() for t in ax.texts} == {"jet", "wavelet", "move", *cells[0]}
     assert len({p.get_facecolor() for p in ax.patches}) == 4
     drawn(ax.figure)
 
 
 def test_a_scene_is_a_map_with_rays_at_the_angles_of_the_conventions(ax):
-    plotting.scene(ax, "scene")
+    plotting.map_axes(ax, "scene")
     plotting.draw_surface(ax, [[-1.0, 0.0], [0.0, 0.0], [1.0, 0.0]])
     plotting.draw_blocker(ax, [[-0.5, 0.5], [0.0, 0.5]])
     before = len(ax.lines)
@@ -215,7 +217,7 @@ def test_a_live_figure_shows_what_was_set_as_matplotlib_would():
             for ax, signed in zip(axes[0], (True, False), strict=True)
         ]
         (line,) = axes[0, 0].plot([-1.0, 1.0], [0.0, 0.6])
-        live = plotting.Live(figure, [*images, line])
+        live = plotting.LiveFigure(figure, [*images, line])
         assert live.png() == live.png()
         for image in images:
             image.set_data(np.linspace(-1.0, 1.0, 20).reshape(4, 5))

@@ -8,12 +8,12 @@ from firstorder.plotting import (
     draw_silhouettes,
     draw_sky,
     draw_view,
-    outline_curves,
     panels,
-    projected,
-    sky_curves,
+    project,
+    silhouette_curves,
 )
-from firstorder.space import Scene, box, plane, receiver, rectangle, sphere, thing
+from firstorder.plotting.space import _sky_curves
+from firstorder.space import Scene, box, plane, primitive, receiver, rectangle, sphere
 
 CAMERA = pinhole((0.0, -5.0, 2.0), (0.0, 0.0, 0.5), gamma=2.0)
 
@@ -21,10 +21,10 @@ CAMERA = pinhole((0.0, -5.0, 2.0), (0.0, 0.0, 0.5), gamma=2.0)
 @pytest.fixture(scope="module")
 def world():
     return Scene.of(
-        thing(plane((0, 0, 0), (0, 0, 1)), name="floor"),
-        thing(sphere((-0.8, 0.0, 0.6), 0.4), name="ball", albedo=0.5),
-        thing(box((0.3, -0.3, 0.0), (0.9, 0.3, 0.7)), name="box", albedo=0.8),
-        thing(rectangle((0.0, 0.0, 2.5), (0.0, 0.3, 0.0), (0.3, 0.0, 0.0)), emission=1.0),
+        primitive(plane((0, 0, 0), (0, 0, 1)), name="floor"),
+        primitive(sphere((-0.8, 0.0, 0.6), 0.4), name="ball", albedo=0.5),
+        primitive(box((0.3, -0.3, 0.0), (0.9, 0.3, 0.7)), name="box", albedo=0.8),
+        primitive(rectangle((0.0, 0.0, 2.5), (0.0, 0.3, 0.0), (0.3, 0.0, 0.0)), emission=1.0),
     )
 
 
@@ -34,18 +34,18 @@ def ax():
 
 
 def test_what_lies_behind_the_camera_is_nowhere():
-    assert np.all(np.isnan(projected(CAMERA, [0.0, -6.0, 2.0])))
-    np.testing.assert_allclose(projected(CAMERA, [0.0, 0.0, 0.5]), [0.0, 0.0], atol=1e-12)
+    assert np.all(np.isnan(project(CAMERA, [0.0, -6.0, 2.0])))
+    np.testing.assert_allclose(project(CAMERA, [0.0, 0.0, 0.5]), [0.0, 0.0], atol=1e-12)
 
 
 def test_silhouettes_of_a_ball_are_tangent(world):
     eye = np.array([1.0, 1.0, 0.0])
-    numbers = [k for k, _ in outline_curves(world, eye)]
+    numbers = [k for k, _ in silhouette_curves(world, eye)]
     (ball,), (cube,), (floor,) = (world.named(n) for n in ("ball", "box", "floor"))
     assert floor not in numbers
     assert numbers.count(ball) == 1
     assert numbers.count(cube) >= 4
-    points = next(p for k, p in outline_curves(world, eye) if k == ball)
+    points = next(p for k, p in silhouette_curves(world, eye) if k == ball)
     normal = points - np.array([-0.8, 0.0, 0.6])
     np.testing.assert_allclose(np.linalg.norm(normal, axis=-1), 0.4)
     np.testing.assert_allclose(np.sum(normal * (points - eye), -1), 0.0, atol=1e-12)
@@ -53,8 +53,8 @@ def test_silhouettes_of_a_ball_are_tangent(world):
 
 def test_the_area_in_the_sky_is_what_a_ball_hides(world):
     """Nusselt: areas of the projected sky are shares of its irradiance, times pi."""
-    scene = Scene.of(thing(sphere((0.3, 0.2, 1.0), 0.5)))
-    (curve,) = sky_curves(scene, receiver((0.0, 0.0, 0.0)))
+    scene = Scene.of(primitive(sphere((0.3, 0.2, 1.0), 0.5)))
+    (curve,) = _sky_curves(scene, receiver((0.0, 0.0, 0.0)))
     x, y = curve.T
     area = 0.5 * abs(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))
     d2 = 1.13
@@ -73,7 +73,7 @@ def test_a_view_fills_each_silhouette_once(world, ax):
 def test_a_box_is_one_polygon_of_six_corners(world, ax):
     draw_view(ax, world, CAMERA)
     (cube,) = world.named("box")
-    pieces = [p for k, p in outline_curves(world, CAMERA.eye) if k == cube]
+    pieces = [p for k, p in silhouette_curves(world, CAMERA.eye) if k == cube]
     corners = {tuple(np.round(p, 9)) for piece in pieces for p in piece}
     shown = [p.get_xy() for p in ax.patches]
     counts = sorted(len({tuple(np.round(q, 9)) for q in xy}) for xy in shown)

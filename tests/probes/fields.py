@@ -11,17 +11,18 @@ from tests.probes.light import GRID, OFFSET, SLOPE, jet, light, mask, ray, wave
 PROBES = {
     "fields.Affine": lambda s: jet(fields.Affine(jnp.stack([s, 1.0]), s)),
     "fields.Bars": lambda s: jet(transport.comb_blocker(s, 3, SLOPE).transparency),
-    "fields.Box": lambda s: fields.Box(s, "x", SLOPE).transform(jnp.asarray(0.3)),
+    "fields.BoxProfile": lambda s: fields.BoxProfile(s, "x", SLOPE).transform(jnp.asarray(0.3)),
     "fields.Constant": lambda s: jet(fields.Constant(s)),
     "fields.Covariance": lambda s: fields.Covariance(jnp.eye(2) * s).matrix,
-    "fields.Dirac": lambda s: fields.Dirac("x", weight=s).transform(jnp.asarray(0.3)),
+    "fields.DiracProfile": lambda s: fields.DiracProfile("x", weight=s).transform(jnp.asarray(0.3)),
     "fields.Edge": lambda s: (
         mask(s).edges()[0].crossing(ray(SLOPE), 0, jnp.asarray(-2.0), jnp.asarray(2.0))
     ),
     "fields.Environment": lambda s: jet(
         fields.Environment(fields.Harmonics(jnp.stack([1.0, s]), jnp.stack([0.0, 0.2])))
     ),
-    "fields.Flat": lambda s: jet(fields.Flat(height=s)),
+    "fields.Extent": lambda s: fields.Extent.box([s, 0.0], [s, 1.0]).along([1.0, s]),
+    "fields.UniformProfile": lambda s: jet(fields.UniformProfile(height=s)),
     "fields.Function": lambda s: jet(fields.Function(lambda x, theta: jnp.sin(s * x + theta))),
     "fields.Gaussian": lambda s: jet(fields.Gaussian(jnp.zeros(2), jnp.eye(2) * s)),
     "fields.GaussianProfile": lambda s: jet(fields.GaussianProfile(s)),
@@ -35,7 +36,7 @@ PROBES = {
             jnp.stack([s, 2.0]), fields.Gaussian(jnp.zeros(1), jnp.eye(1) * 4.0, frame=OFFSET)
         )
     ),
-    "fields.Sampled": lambda s: jet(fields.Sampled(GRID.sample(light(s)), GRID)),
+    "fields.Spline": lambda s: jet(fields.Spline(GRID.sample(light(s)), GRID)),
     "fields.SampledSpectrum": lambda s: fields.SampledSpectrum.of(light(s), GRID).at(ray(FLATLAND)),
     "fields.Separable": lambda s: jet(
         fields.Separable(
@@ -49,10 +50,16 @@ PROBES = {
     ),
     "fields.SoftEdge": lambda s: jet(fields.SoftEdge(fields.Affine(jnp.ones(2), 0.1), s)),
     "fields.Sum": lambda s: jet(fields.Sum((light(s), light(2.0 * s)), jnp.stack([s, 1.0]))),
+    "fields.SumSpectrum": lambda s: fields.SumSpectrum(
+        (light(s).spectrum(), light(2.0 * s).spectrum()), jnp.stack([s, 1.0])
+    ).at(ray(FLATLAND)),
     "fields.Wavelet": lambda s: fields.Wavelet.of(
         light(s), Grid.spanning((4, 8), (2.0, 2.0))
     ).samples(),
     "fields.autodiff_jet": lambda s: fields.autodiff_jet(light(s).at, ray(FLATLAND), FLATLAND),
+    "fields.axis_series": lambda s: fields.axis_series(
+        lambda k, period: s / (1.0 + (k / period) ** 2), jnp.stack([s, 1.0]), GRID, 0
+    ),
     "fields.covariance_of": lambda s: fields.covariance_of(light(s), GRID).matrix,
     "fields.covariance_of_samples": lambda s: (
         fields.covariance_of_samples(GRID.sample(light(s)), GRID, FLATLAND).matrix
@@ -63,10 +70,10 @@ PROBES = {
     "fields.gaussian": lambda s: light(s).spectrum().at(ray(FLATLAND)),
     "fields.haar_matrix": lambda s: s * jnp.asarray(fields.haar_matrix(4)),
     "fields.half_plane": lambda s: jet(mask(s)),
-    "fields.line_light": lambda s: jet(fields.line_light(light(s, SLOPE), s)),
     "fields.point_light": lambda s: (
         fields.point_light(s, fields.GaussianProfile(0.3, "v", SLOPE)).spectrum().at(ray(SLOPE))
     ),
+    "fields.sampled_series": lambda s: fields.sampled_series(light(s), GRID),
     "fields.spot_light": lambda s: jet(
         fields.spot_light(s, 0.5, fields.GaussianProfile(0.3, "v", SLOPE))
     ),

@@ -3,7 +3,7 @@
 import jax
 import jax.numpy as jnp
 
-from firstorder import bandwidth, laws, reconstruction, sampling, transport
+from firstorder import bandwidth, imaging, laws, reconstruction, sampling, space, transport
 from firstorder.conventions import FLATLAND
 from tests.probes.light import light, lobe, ray
 
@@ -13,7 +13,7 @@ def band(s):
 
 
 def cell(s):
-    return reconstruction.Cell(s, jnp.stack([s, 1.0, -s]), jnp.stack([s**2, -s, 1.0]))
+    return reconstruction.LineCell(s, jnp.stack([s, 1.0, -s]), jnp.stack([s**2, -s, 1.0]))
 
 
 def sampled(s):
@@ -21,14 +21,47 @@ def sampled(s):
     return reconstruction.sample_line(lambda x: (s * x**2, 2.0 * s * x), 0.0, s, 6, initial=3)
 
 
+def shown(s):
+    """Two pixels of a ball, one seen straight on and one aslant."""
+    up = jnp.tile(jnp.array([0.0, 0.0, 1.0]), (2, 1))
+    S = -s * jnp.eye(2) + jnp.stack([jnp.zeros((2, 2)), 0.1 * jnp.ones((2, 2))])
+    return imaging.GBuffer(up, up, up, 2.0 + jnp.stack([s, s]), jnp.stack([1.0, s]), S)
+
+
+def turns(s):
+    """What turns from pixel to pixel: nothing at one, along one axis alone at another."""
+    some = s * jnp.eye(3, 2)
+    each = jnp.stack([0.0 * some, some.at[1, 1].set(0.0), some, some + 0.1])[:, None]
+    return bandwidth.PixelDifferences(each, 2.0 * each, each, 0.5 * each)
+
+
+def blocked(s):
+    """How far rays from the floor run to a ball: one meets it, one misses it."""
+    scene = space.Scene.of(space.primitive(space.sphere((0.0, 0.0, 2.0), s)))
+    start = jnp.stack([0.1 * s, 0.0, 0.0])[None]
+    along = jnp.array([[[0.0, 0.0, 1.0], [0.0, 1.0, 0.0]]])
+    return bandwidth.blocker_distance(scene, start, along, jnp.array([-1]))
+
+
 PROBES = {
-    "sampling.Cosine": lambda s: (sampling.Cosine().sample(s), sampling.Cosine().density(s)),
+    "sampling.CosineDirections": lambda s: (
+        sampling.CosineDirections().sample(s),
+        sampling.CosineDirections().density(s),
+    ),
     "sampling.Estimate": lambda s: sampling.Estimate(s, s, 9.0).scaled(s).z(0.1),
-    "sampling.Lobe": lambda s: (sampling.Lobe(s).sample(s, s), sampling.Lobe(s, s).density(0.3)),
+    "sampling.CosinePowerLobe": lambda s: (
+        sampling.CosinePowerLobe(s).sample(s, s),
+        sampling.CosinePowerLobe(s, s).density(0.3),
+    ),
     "sampling.Moments": lambda s: sampling.Moments.none((), s.dtype).add(s).add(2.0 * s).variance(),
-    "sampling.Pick": lambda s: sampling.Pick(jnp.stack([s, 1.0 + s])).probability,
-    "sampling.Piecewise": lambda s: sampling.Piecewise(jnp.stack([s, 2.0]), -s, s).sample(0.4),
-    "sampling.Uniform": lambda s: (sampling.Uniform().sample(s), sampling.Uniform().density(s)),
+    "sampling.Discrete": lambda s: sampling.Discrete(jnp.stack([s, 1.0 + s])).probability,
+    "sampling.PiecewiseConstant": lambda s: sampling.PiecewiseConstant(
+        jnp.stack([s, 2.0]), -s, s
+    ).sample(0.4),
+    "sampling.UniformDirections": lambda s: (
+        sampling.UniformDirections().sample(s),
+        sampling.UniformDirections().density(s),
+    ),
     "sampling.combine": lambda s: sampling.combine([sampling.estimate(jnp.stack([s, -s]))] * 2),
     "sampling.estimate": lambda s: sampling.estimate(jnp.stack([s, 2.0 * s, 0.1])),
     "sampling.jittered": lambda s: s * sampling.jittered(jax.random.key(0), 3),
@@ -37,25 +70,49 @@ PROBES = {
         band(s).reach(ray(FLATLAND)),
         band(s).farthest(ray(FLATLAND)),
     ),
-    "reconstruction.Cell": lambda s: cell(s).mean(1),
+    "reconstruction.LineCell": lambda s: cell(s).mean(1),
     "reconstruction.GridInterpolant": lambda s: reconstruction.GridInterpolant(
         jnp.stack([0.0 * s, s]), jnp.stack([-s, s]), s * jnp.ones((2, 2, 3))
     )(0.4 * s, 0.1 * s),
     "reconstruction.LineSamples": lambda s: sampled(s).interpolant()(0.4 * s),
-    "reconstruction.by_curvature": lambda s: reconstruction.by_curvature(cell(s)),
-    "reconstruction.by_differences": lambda s: reconstruction.by_differences(cell(s)),
-    "reconstruction.by_disagreement": lambda s: reconstruction.by_disagreement(2)(cell(s)),
-    "reconstruction.by_gradient": lambda s: reconstruction.by_gradient(cell(s)),
-    "reconstruction.by_length": lambda s: reconstruction.by_length(cell(s)),
+    "reconstruction.line_by_curvature": lambda s: reconstruction.line_by_curvature(cell(s)),
+    "reconstruction.line_by_differences": lambda s: reconstruction.line_by_differences(cell(s)),
+    "reconstruction.line_by_disagreement": lambda s: reconstruction.line_by_disagreement(2)(
+        cell(s)
+    ),
+    "reconstruction.line_by_gradient": lambda s: reconstruction.line_by_gradient(cell(s)),
+    "reconstruction.line_by_length": lambda s: reconstruction.line_by_length(cell(s)),
     "reconstruction.sample_line": lambda s: sampled(s).data,
-    "reconstruction.Interpolant": lambda s: reconstruction.Interpolant(
+    "reconstruction.HermiteInterpolant": lambda s: reconstruction.HermiteInterpolant(
         jnp.stack([0.0 * s, s]), jnp.stack([s, 1.0 + 0.0 * s, -s, s]).reshape(2, 2)
     )(0.4 * s),
-    "bandwidth.after": lambda s: bandwidth.after(laws.Convolve(lobe(s)), band(s)).extent("x"),
+    "bandwidth.band_limit_after": lambda s: bandwidth.band_limit_after(
+        laws.Convolve(lobe(s)), band(s)
+    ).extent("x"),
     "bandwidth.band_limit": lambda s: bandwidth.band_limit(light(s)).extent("x"),
-    "bandwidth.band_limits": lambda s: bandwidth.band_limits(light(s) >> transport.Curvature(s))[
-        -1
-    ].extent("x"),
+    "bandwidth.path_band_limits": lambda s: bandwidth.path_band_limits(
+        light(s) >> transport.Curvature(s)
+    )[-1].extent("x"),
+    "bandwidth.PixelDifferences": lambda s: bandwidth.screen_glossy_bandwidth(s, turns(s)),
+    "bandwidth.blocker_distance": lambda s: blocked(s)[:, 0],
+    "bandwidth.diffuse_bandwidth_map": lambda s: bandwidth.diffuse_bandwidth_map(s, shown(s), s, s),
+    "bandwidth.glossy_bandwidth_map": lambda s: bandwidth.glossy_bandwidth_map(s, shown(s), s, s),
+    "bandwidth.mean_inverse_distance": lambda s: (
+        bandwidth.mean_inverse_distance(blocked(s)),
+        bandwidth.mean_inverse_distance(jnp.stack([s, 2.0]), jnp.stack([s, 1.0])),
+    ),
+    "bandwidth.radians_per_pixel": lambda s: bandwidth.radians_per_pixel(
+        imaging.pinhole((0.0, 0.0, 4.0), (0.0, 0.0, 0.0), up=(0.0, 1.0, 0.0), gamma=1.0 + s),
+        jnp.stack([jnp.stack([0.0, s]), jnp.zeros(2)]),
+        0.1 * s,
+    ),
+    "bandwidth.rms_cutoff": lambda s: bandwidth.rms_cutoff(0.5 + s),
+    "bandwidth.screen_diffuse_bandwidth": lambda s: bandwidth.screen_diffuse_bandwidth(
+        s, turns(s), s, s
+    ),
+    "bandwidth.screen_glossy_bandwidth": lambda s: bandwidth.screen_glossy_bandwidth(
+        s, turns(s), s, s
+    ),
     "bandwidth.glossy_bandwidth": lambda s: bandwidth.glossy_bandwidth(s, s, -s, s, s),
     "bandwidth.glossy_bandwidth_in_space": lambda s: bandwidth.glossy_bandwidth_in_space(
         s, s, jnp.eye(2) * s, s

@@ -24,7 +24,9 @@ def profile(field):
 
 def view(s):
     """A camera ray."""
-    return transport.Camera(jnp.stack([s, 2.0]), 1.0, transport.Base(0.1 * s)).derivatives(0.2 * s)
+    return transport.Camera(jnp.stack([s, 2.0]), 1.0, transport.BaseSurface(0.1 * s)).derivatives(
+        0.2 * s
+    )
 
 
 def sphere_light(w):
@@ -46,7 +48,7 @@ PROBES = {
     "laws.Hemisphere": lambda s: value_on(
         laws.Convolve(lobe(s), laws.Hemisphere(fields.Constant(s)), 8), s
     ),
-    "laws.Image": lambda s: jet(laws.Image(laws.Multiply(light(s)), light(s))),
+    "laws.FieldImage": lambda s: jet(laws.FieldImage(laws.Multiply(light(s)), light(s))),
     "laws.Integrate": lambda s: on(laws.Integrate("theta", -2.0, s, 8), s),
     "laws.Line": lambda s: value_on(laws.Convolve(lobe(s), laws.Line(), 8), s),
     "laws.Linearisation": lambda s: laws.Warp(Bend(s)).linearise(ray(FLATLAND)).displacement,
@@ -89,8 +91,8 @@ PROBES = {
         s * jnp.eye(2), 0.5, 0.1, azimuth=0.1 * s
     ).mirror_matrix(),
     "transport.Incidence": lambda s: on(transport.Incidence(s), s),
-    "transport.Layers": lambda s: on(
-        transport.Layers((mask(s), mask(-1.0)), jnp.stack([s, 1.0])), s, SLOPE
+    "transport.PlanarBlockers": lambda s: on(
+        transport.PlanarBlockers((mask(s), mask(-1.0)), jnp.stack([s, 1.0])), s, SLOPE
     ),
     "transport.Linearised": lambda s: on(transport.Bump(wave(s)).linearised(ray(FLATLAND)), s),
     "transport.Mirror": lambda s: on(transport.Mirror(), s),
@@ -112,39 +114,48 @@ PROBES = {
     "transport.Wave": lambda s: jet(transport.Wave(jnp.stack([s, 0.3]), s, s)),
     "transport.bessel_zk1": lambda s: transport.bessel_zk1(s),
     "transport.comb_blocker": lambda s: on(transport.comb_blocker(s, 3, SLOPE), s, SLOPE),
-    "transport.cos_plus_transform": lambda s: transport.cos_plus_transform(s),
+    "transport.clamped_cosine_transform": lambda s: transport.clamped_cosine_transform(s),
     "transport.diffuse": lambda s: on(transport.diffuse(s, 2.0, nodes=8), s, SLOPE),
     "transport.fresnel_reflection": lambda s: on(transport.fresnel_reflection(1.0 + s), s),
     "transport.grating_blocker": lambda s: on(transport.grating_blocker(s, SLOPE), s, SLOPE),
     "transport.half_plane_blocker": lambda s: on(transport.half_plane_blocker(s, SLOPE), s, SLOPE),
+    "transport.line_light": lambda s: jet(transport.line_light(light(s, SLOPE), s)),
     "transport.refraction": lambda s: value_on(transport.refraction(1.0 + s), s),
     "transport.separable": lambda s: value_on(transport.separable(lobe(s), nodes=8), s),
     "transport.slit_blocker": lambda s: on(transport.slit_blocker(-1.0, s, SLOPE), s, SLOPE),
     "transport.theta_D_v": lambda s: transport.theta_D_v(s),
     "transport.v_D_theta": lambda s: transport.v_D_theta(s),
     "transport.wave": lambda s: jet(wave(s)),
-    "transport.Base": lambda s: transport.Base(s).position(s),
+    "transport.BaseSurface": lambda s: transport.BaseSurface(s).position(s),
     "transport.Camera": lambda s: value_on(transport.Camera(jnp.stack([s, 2.0]), 1.0), s, OUT),
-    "transport.CosinePower": lambda s: profile(transport.CosinePower(1.0 + s)),
+    "transport.CosinePowerProfile": lambda s: profile(transport.CosinePowerProfile(1.0 + s)),
     "transport.Ggx": lambda s: transport.Ggx(s).derivatives(0.2 * s, 0.3 + s),
-    "transport.Light": lambda s: jet(
-        transport.Light(lambda x, t: x * t, lambda x, t: (x * t, t, x, 0 * x, 1 + 0 * x, 0 * x))
+    "transport.FlatlandLight": lambda s: jet(
+        transport.FlatlandLight(
+            lambda x, t: x * t, lambda x, t: (x * t, t, x, 0 * x, 1 + 0 * x, 0 * x)
+        )
     ),
+    "transport.LobeArgument": lambda s: shaded(
+        s, transport.Lobe(lobe(s), transport.LobeArgument(1.5, "1.5 n - 0.5 theta - omega"))
+    ).at(ray(OUT)),
     "transport.Lobe": lambda s: shaded(s, transport.Lobe(lobe(s))).at(ray(OUT)),
     "transport.LobeBrdf": lambda s: transport.LobeBrdf(transport.glossy(s)).derivatives(
         0.1 * s, 0.2 + s
     ),
-    "transport.Reflected": lambda s: jet(shaded(s, transport.glossy(0.1 + s))),
+    "transport.ReflectedField": lambda s: jet(shaded(s, transport.glossy(0.1 + s))),
     "transport.Surface": lambda s: transport.Surface(wave(s), (transport.glossy(s),)).normal_at(s),
     "transport.Tabulate": lambda s: on(transport.Tabulate(GRID), s),
-    "transport.Tabulated": lambda s: profile(
-        transport.Tabulated(jnp.stack([0.0 * s, s, 2.0 * s, s]), 0.2)
+    "transport.TabulatedProfile": lambda s: profile(
+        transport.TabulatedProfile(jnp.stack([0.0 * s, s, 2.0 * s, s]), 0.2)
     ),
     "transport.TabulatedBrdf": lambda s: transport.TabulatedBrdf(s * jnp.ones((5, 6))).derivatives(
         0.1 * s, 0.2 * s
     ),
-    "transport.Terms": lambda s: shaded(s, transport.glossy(0.1 + s)).terms(0.2, 0.1),
-    "transport.View": lambda s: view(s),
+    "transport.DerivativeTerms": lambda s: shaded(s, transport.glossy(0.1 + s)).terms(0.2, 0.1),
+    "transport.CameraRay": lambda s: view(s),
+    "transport.distant_image_gradient": lambda s: transport.distant_image_gradient(
+        view(s), 0.1 * s, 2.0 + s, 1.0 + s, light(s).jet(ray(FLATLAND))
+    ),
     "transport.far_light_ratio": lambda s: transport.far_light_ratio(1.0 + s, 0.1, s),
     "transport.glossy": lambda s: profile(transport.glossy(s).kernel),
     "transport.image_jet": lambda s: transport.image_jet(view(s), light(s).jet(ray(FLATLAND))),

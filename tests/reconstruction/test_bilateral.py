@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from firstorder.reconstruction.bilateral import cross_bilateral, widths
-from firstorder.reconstruction.blue_noise import place
+from firstorder.reconstruction.bilateral import bilateral_widths, cross_bilateral
+from firstorder.reconstruction.blue_noise import blue_noise_samples
 
 WIDTH, HEIGHT = 96, 64
 
 
 def samples(count=400, density=None):
     density = np.ones((WIDTH, HEIGHT)) if density is None else density
-    return np.argwhere(place(density, count)) + 0.5, widths(density, count)
+    return np.argwhere(blue_noise_samples(density, count)) + 0.5, bilateral_widths(density, count)
 
 
 def flat():
@@ -73,7 +73,7 @@ def test_what_nothing_resembles_takes_what_is_most_alike():
 
 def test_widths_follow_the_density():
     density = np.where(np.arange(WIDTH) < 48, 4.0, 1.0)[:, None] + np.zeros(HEIGHT)
-    h = widths(density, 500)
+    h = bilateral_widths(density, 500)
     np.testing.assert_allclose(h[60] / h[10], 2.0)
     np.testing.assert_allclose(np.sum((0.7 / h) ** 2), 500.0)
 
@@ -90,8 +90,8 @@ def test_bad_input_gets_one_sentence(change, name):
 
 def test_what_cannot_be_filtered_is_one_sentence():
     with pytest.raises(ValueError, match="`density` must be positive somewhere, but is zero"):
-        widths(np.zeros((4, 4)), 2)
+        bilateral_widths(np.zeros((4, 4)), 2)
     with pytest.raises(ValueError, match="`density` must not be negative, but is -1"):
-        widths(-np.ones((4, 4)), 2)
+        bilateral_widths(-np.ones((4, 4)), 2)
     with pytest.raises(ValueError, match="`p` must have at least one sample, but has none"):
         cross_bilateral(np.zeros((0, 2)), np.zeros(0), np.ones((WIDTH, HEIGHT)), *flat())

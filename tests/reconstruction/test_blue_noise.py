@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 import scipy.spatial
 
-from firstorder.reconstruction.blue_noise import place, ranks
+from firstorder.reconstruction.blue_noise import _ranks, blue_noise_samples
 
 SIDE = 64
 
 
 @pytest.fixture(scope="module")
 def tile():
-    return ranks(SIDE)
+    return _ranks(SIDE)
 
 
 def closest(points, side):
@@ -49,7 +49,7 @@ def test_low_frequencies_are_missing(tile, share):
 def test_samples_follow_the_density():
     x = (np.arange(256) + 0.5) / 256
     density = 0.2 + x[:, None] + 2.0 * np.exp(-(((x - 0.3) / 0.1) ** 2))
-    found = place(density, 6000)
+    found = blue_noise_samples(density, 6000)
     share = density * 6000 / np.sum(density)
     assert abs(found.sum() - 6000) < 60  # evenly spread: far fewer than the 78 of chance
     boxes = found.reshape(8, 32, 8, 32).sum((1, 3))
@@ -59,7 +59,7 @@ def test_samples_follow_the_density():
 
 def test_smaller_budgets_are_part_of_larger_ones():
     density = np.random.default_rng(1).random((100, 70))
-    few, many = place(density, 500), place(density, 1500)
+    few, many = blue_noise_samples(density, 500), blue_noise_samples(density, 1500)
     assert np.all(many[few])
 
 
@@ -67,7 +67,7 @@ def test_no_pixel_is_asked_for_more_than_once():
     """A spike takes its one sample, the others get the rest."""
     density = np.ones((64, 64))
     density[10, 10] = 1e6
-    found = place(density, 400)
+    found = blue_noise_samples(density, 400)
     assert found[10, 10]
     assert abs(found.sum() - 400) < 5
 
@@ -84,19 +84,22 @@ def test_no_pixel_is_asked_for_more_than_once():
 )
 def test_bad_input_gets_one_sentence(density, count, sentence):
     with pytest.raises(ValueError, match=sentence):
-        place(density, count)
+        blue_noise_samples(density, count)
 
 
 def test_tiles_are_not_tiny():
     with pytest.raises(ValueError, match="`side` must be at least 4, but is 2"):
-        ranks(2)
+        _ranks(2)
 
 
 def test_exactly_as_many_as_asked_and_nearly_the_same():
     density = np.random.default_rng(3).random((100, 70)) + 0.05
     for count in (1, 357, 4000, 7000):
-        found, near = place(density, count, exactly=True), place(density, count)
+        found, near = (
+            blue_noise_samples(density, count, exactly=True),
+            blue_noise_samples(density, count),
+        )
         assert np.count_nonzero(found) == count
         assert np.count_nonzero(found ^ near) == abs(count - np.count_nonzero(near))
     density[:50] = 0.0
-    assert not place(density, 3400, exactly=True)[:50].any()
+    assert not blue_noise_samples(density, 3400, exactly=True)[:50].any()

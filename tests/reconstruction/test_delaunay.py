@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from firstorder.reconstruction.delaunay import reconstruct
+from firstorder.reconstruction.delaunay import delaunay_image
 
 WIDTH, HEIGHT = 20, 14
 
@@ -28,13 +28,13 @@ def quadratic(p):
 
 def test_linear_images_are_exact(places):
     value = places @ (3.0, -2.0) + 1.0
-    found = reconstruct(places, value, WIDTH, HEIGHT)
+    found = delaunay_image(places, value, WIDTH, HEIGHT)
     np.testing.assert_allclose(found, pixels() @ (3.0, -2.0) + 1.0, atol=1e-12)
 
 
 def test_gradients_make_quadratic_images_exact(places):
     value, gradient = quadratic(places)
-    found = reconstruct(places, value, WIDTH, HEIGHT, gradient=gradient, scheme="gradient")
+    found = delaunay_image(places, value, WIDTH, HEIGHT, gradient=gradient, scheme="gradient")
     error = abs(found - quadratic(pixels())[0])
     assert np.max(error[6:-6, 4:-4]) < 1e-11
     # Samples mirrored in the border have no second derivatives: an error of second order there.
@@ -44,7 +44,9 @@ def test_gradients_make_quadratic_images_exact(places):
 @pytest.mark.parametrize("fault", [lambda g: -g, lambda g: 2.0 * g, lambda g: g[:, ::-1]])
 def test_wrong_gradients_are_seen(places, fault):
     value, gradient = quadratic(places)
-    found = reconstruct(places, value, WIDTH, HEIGHT, gradient=fault(gradient), scheme="gradient")
+    found = delaunay_image(
+        places, value, WIDTH, HEIGHT, gradient=fault(gradient), scheme="gradient"
+    )
     assert np.max(abs(found - quadratic(pixels())[0])[6:-6, 4:-4]) > 0.5
 
 
@@ -55,7 +57,7 @@ def test_third_order_of_smooth_images():
     at, errors = np.arange(32) + 0.5, []
     for k in (np.array([0.21, 0.13]), np.array([0.105, 0.065])):
         value, gradient = np.sin(p @ k), np.cos(p @ k)[:, None] * k
-        found = reconstruct(p, value, 32, 32, gradient=gradient, scheme="gradient")
+        found = delaunay_image(p, value, 32, 32, gradient=gradient, scheme="gradient")
         truth = np.sin(k[0] * at[:, None] + k[1] * at)
         errors.append(np.sqrt(np.mean((found - truth)[8:-8, 8:-8] ** 2)))
     assert 2.8 < np.log2(errors[0] / errors[1]) < 3.2
@@ -72,10 +74,10 @@ def test_labels_are_not_mixed():
     truth = np.where(at > 8.0, 5.0 - at, at)[:, None] + np.zeros(16)
     labels = np.broadcast_to((at > 8.0)[:, None], (16, 16)).astype(int)
     for scheme in ("linear", "gradient"):
-        found = reconstruct(p, value, 16, 16, gradient=gradient, scheme=scheme,
+        found = delaunay_image(p, value, 16, 16, gradient=gradient, scheme=scheme,
                             label=side, labels=labels)  # fmt: skip
         np.testing.assert_allclose(found, truth, atol=1e-12)
-    mixed = reconstruct(p, value, 16, 16)
+    mixed = delaunay_image(p, value, 16, 16)
     assert np.max(abs(mixed - truth)) > 2.0
 
 
@@ -84,14 +86,14 @@ def test_a_label_without_samples_takes_the_nearest(places):
     labels[3, 4] = 7
     value = np.ones(len(places))
     label = np.zeros(len(places), int)
-    found = reconstruct(places, value, WIDTH, HEIGHT, label=label, labels=labels)
+    found = delaunay_image(places, value, WIDTH, HEIGHT, label=label, labels=labels)
     np.testing.assert_allclose(found, 1.0, rtol=1e-15)
 
 
 def test_planes_continue_outside_of_the_hull():
     p = np.array([(4.0, 4.0), (8.0, 4.0), (4.0, 8.0), (8.0, 8.0)])
     at = np.stack(np.meshgrid(np.arange(12) + 0.5, np.arange(12) + 0.5, indexing="ij"), -1)
-    found = reconstruct(p, p @ (3.0, -1.0), 12, 12)
+    found = delaunay_image(p, p @ (3.0, -1.0), 12, 12)
     np.testing.assert_allclose(found, at @ (3.0, -1.0), atol=1e-12)
 
 
@@ -101,7 +103,7 @@ def test_no_long_triangles_join_what_is_far_apart_along_the_border():
     p = np.stack(np.meshgrid(x, x, indexing="ij"), -1).reshape(-1, 2)
     p[:, 0] += 0.2 * np.sin(p[:, 1])  # so that the hull is not the border
     value = np.exp(-np.sum((p - (0.0, 16.0)) ** 2, 1) / 8.0)
-    found = reconstruct(p, value, 32, 32)
+    found = delaunay_image(p, value, 32, 32)
     y = np.arange(32) + 0.5
     assert np.max(abs(found[0] - np.exp(-(0.25 + (y - 16.0) ** 2) / 8.0))) < 0.15
 
@@ -116,4 +118,4 @@ def test_no_long_triangles_join_what_is_far_apart_along_the_border():
 )
 def test_bad_input_gets_one_sentence(places, options, sentence):
     with pytest.raises(ValueError, match=sentence):
-        reconstruct(places, np.ones(len(places)), WIDTH, HEIGHT, **options)
+        delaunay_image(places, np.ones(len(places)), WIDTH, HEIGHT, **options)

@@ -11,7 +11,12 @@ from hypothesis import strategies as st
 
 from derivations.reconstruction import hermite as derived
 from firstorder.checks.tolerance import fitted_order, normwise, rounding
-from firstorder.reconstruction import Interpolant, hermite, hermite_basis, interpolation_error
+from firstorder.reconstruction import (
+    HermiteInterpolant,
+    hermite,
+    hermite_basis,
+    interpolation_error,
+)
 
 DATA = (1, 2, 3)
 NODES = np.array([-1.0, -0.7, 0.1, 0.15, 0.9, 2.0])
@@ -29,7 +34,7 @@ def jets(p, x, data):
 def worst_on_polynomials(data, degree, nodes=NODES):
     """Error on a polynomial of this degree, relative to its largest value."""
     p = np.polynomial.Polynomial(np.random.default_rng(degree).normal(size=degree + 1))
-    return normwise(Interpolant(nodes, jets(p, nodes, data))(X), p(X))
+    return normwise(HermiteInterpolant(nodes, jets(p, nodes, data))(X), p(X))
 
 
 # --- the basis ---------------------------------------------------------------------------------
@@ -64,7 +69,7 @@ def test_quintics_are_exact_on_any_nodes(steps, shift, coefficients):
     terms = np.polynomial.Polynomial(np.abs(coefficients))
     size = max(np.max(terms(np.abs(nodes))), 1e-300)
     size = max(size, *(np.max(terms.deriv(k)(np.abs(nodes))) * max(steps) ** k for k in (1, 2)))
-    error = np.max(np.abs(np.asarray(value(Interpolant(nodes, data), x)) - p(x)))
+    error = np.max(np.abs(np.asarray(value(HermiteInterpolant(nodes, data), x)) - p(x)))
     assert error <= rounding(50) * size
 
 
@@ -88,7 +93,7 @@ def test_a_wrong_basis_is_noticed(fault, monkeypatch):
 
 def test_a_length_forgotten_is_noticed(monkeypatch):
     """Slopes are per unit length; on cells of length 1 nobody would see it."""
-    monkeypatch.setattr(Interpolant, "__call__", _without_lengths)
+    monkeypatch.setattr(HermiteInterpolant, "__call__", _without_lengths)
     assert worst_on_polynomials(2, 3) > rounding(50)
 
 
@@ -130,7 +135,7 @@ def test_the_next_monomial_attains_the_error(data):
     """`x^2m / (2m)!` on one cell: its largest error and its rms, sampled densely."""
     p = np.polynomial.Polynomial([0.0] * (2 * data) + [1.0 / float(sp.factorial(2 * data))])
     ends, x = np.array([0.3, 1.0]), np.linspace(0.3, 1.0, 2001)
-    error = np.asarray(value(Interpolant(ends, jets(p, ends, data)), x)) - p(x)
+    error = np.asarray(value(HermiteInterpolant(ends, jets(p, ends, data)), x)) - p(x)
     largest, rms = (interpolation_error(0.7, 1.0, data, n).item() for n in ("largest", "rms"))
     assert abs(np.max(np.abs(error)) / largest - 1.0) < 1e-9
     assert abs(np.sqrt(np.trapezoid(error**2, x) / 0.7) / rms - 1.0) < 1e-5
@@ -144,7 +149,7 @@ def test_the_order_of_the_error(data):
     for n in counts:
         a = np.linspace(0.0, 2.0, n + 1)
         columns = [np.sin(3.0 * a), 3.0 * np.cos(3.0 * a), -9.0 * np.sin(3.0 * a)]
-        f = Interpolant(a, np.stack(columns[:data], -1))
+        f = HermiteInterpolant(a, np.stack(columns[:data], -1))
         errors.append(np.max(np.abs(np.asarray(value(f, x)) - np.sin(3.0 * x))))
     bound = interpolation_error(2.0 / counts, 3.0 ** (2 * data), data)
     assert abs(fitted_order(counts, errors) + 2 * data) < 0.1
@@ -156,7 +161,7 @@ def test_the_order_of_the_error(data):
 
 def test_nothing_is_interpolated_across_a_break():
     nodes = [0.0, 0.4, 0.4, 1.0]
-    step = Interpolant(nodes, [[1.0, 1.0], [1.4, 1.0], [-3.0, 0.0], [-3.0, 0.0]])
+    step = HermiteInterpolant(nodes, [[1.0, 1.0], [1.4, 1.0], [-3.0, 0.0], [-3.0, 0.0]])
     x = np.linspace(0.0, 1.0, 101)
     assert normwise(value(step, x), np.where(x < 0.4, 1.0 + x, -3.0)) < rounding(10)
     assert abs(step(0.4, side="left").item() - 1.4) < rounding()
@@ -171,9 +176,9 @@ def test_a_break_keeps_the_order_at_a_kink():
 
     left, right, x = np.linspace(-1, 0, 9), np.linspace(0, 1, 9), np.linspace(-1, 1, 999)
     nodes = np.concatenate([left, right])
-    broken = Interpolant(nodes, np.concatenate([f(left, -1.0), f(right, 1.0)]))
+    broken = HermiteInterpolant(nodes, np.concatenate([f(left, -1.0), f(right, 1.0)]))
     through = np.linspace(-1.0, 1.0, 18)
-    smooth = Interpolant(through, f(through, np.sign(through)))
+    smooth = HermiteInterpolant(through, f(through, np.sign(through)))
     errors = [
         np.max(np.abs(np.asarray(value(p, x)) - np.sin(x) - np.abs(x))) for p in (broken, smooth)
     ]
@@ -181,7 +186,7 @@ def test_a_break_keeps_the_order_at_a_kink():
 
 
 def test_outside_of_the_nodes_nothing_is_known():
-    f = Interpolant([0.0, 1.0], [[0.0], [1.0]])
+    f = HermiteInterpolant([0.0, 1.0], [[0.0], [1.0]])
     assert np.isnan(value(f, np.array([-0.001, 0.0, 1.0, 1.001]))).tolist() == [1, 0, 0, 1]
     assert value(f, np.array([0.0, 1.0])).tolist() == [0.0, 1.0]
 
@@ -190,7 +195,7 @@ def test_outside_of_the_nodes_nothing_is_known():
 def test_precision_jit_and_derivatives(bits):
     with jax.enable_x64(bits == 64):
         a = jnp.linspace(0.0, 1.0, 5)
-        f = Interpolant(jnp.concatenate([a, a[2:3]]).sort(), jnp.ones((6, 3)))
+        f = HermiteInterpolant(jnp.concatenate([a, a[2:3]]).sort(), jnp.ones((6, 3)))
         run = eqx.filter_jit(lambda f, x: jax.vmap(f.derivatives)(x))
         out = run(f, jnp.linspace(0.0, 1.0, 41))
         assert all(o.dtype == f"float{bits}" and np.all(np.isfinite(o)) for o in out)
@@ -201,23 +206,25 @@ def test_precision_jit_and_derivatives(bits):
 
 def test_derivatives_of_the_interpolant_are_the_data_at_the_nodes():
     p = np.polynomial.Polynomial([0.3, -1.0, 0.2, 0.7, -0.4, 0.1])
-    f = Interpolant(NODES, jets(p, NODES, 3))
+    f = HermiteInterpolant(NODES, jets(p, NODES, 3))
     found = np.stack(jax.jit(jax.vmap(f.derivatives))(jnp.asarray(NODES)), -1)
     assert normwise(found, jets(p, NODES, 3)) < rounding(1000)  # h^-2 of the shortest cell
 
 
 def test_traced_nodes_out_of_order_give_nan():
-    assert np.isnan(jax.jit(lambda a: Interpolant(a, jnp.ones((2, 1)))(0.5))(jnp.array([1.0, 0.0])))
+    assert np.isnan(
+        jax.jit(lambda a: HermiteInterpolant(a, jnp.ones((2, 1)))(0.5))(jnp.array([1.0, 0.0]))
+    )
 
 
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: Interpolant([0.0, 1.0, 0.5], np.ones((3, 1))), "in rising order"),
-        (lambda: Interpolant([0.0, 1.0], np.ones((3, 1))), "one row per node"),
-        (lambda: Interpolant([0.0], np.ones((1, 1))), "two or more"),
-        (lambda: Interpolant([0.0, np.nan], np.ones((2, 1))), "must be finite"),
-        (lambda: Interpolant([0.0, 1.0], np.ones((2, 4))), "1, 2 or 3"),
+        (lambda: HermiteInterpolant([0.0, 1.0, 0.5], np.ones((3, 1))), "in rising order"),
+        (lambda: HermiteInterpolant([0.0, 1.0], np.ones((3, 1))), "one row per node"),
+        (lambda: HermiteInterpolant([0.0], np.ones((1, 1))), "two or more"),
+        (lambda: HermiteInterpolant([0.0, np.nan], np.ones((2, 1))), "must be finite"),
+        (lambda: HermiteInterpolant([0.0, 1.0], np.ones((2, 4))), "1, 2 or 3"),
         (lambda: hermite_basis(0.5, 0), "1, 2 or 3"),
         (lambda: interpolation_error(-1.0, 1.0, 1), "not be negative"),
         (lambda: interpolation_error(1.0, 1.0, 1, "mean"), "'largest' or 'rms'"),

@@ -4,23 +4,23 @@ import numpy as np
 import pytest
 
 from firstorder.imaging.camera import pinhole
-from firstorder.imaging.render import render
-from firstorder.reconstruction.image import interpolated
-from firstorder.space import Scene, plane, sphere, thing
+from firstorder.imaging.images import render
+from firstorder.reconstruction.image import interpolate_image
+from firstorder.space import Scene, plane, primitive, sphere
 
 CAMERA = pinhole((0.4, -4.0, 1.8), (0.2, 0.1, 0.7), gamma=1.6)
 
 
 @pytest.fixture(scope="module")
 def world():
-    floor = thing(plane((0, 0, 0), (0, 0, 1)), albedo=0.7)
-    return Scene.of(floor, thing(sphere((0.0, 0.0, 0.9), 0.7), albedo=0.5), sky=1.0)
+    floor = primitive(plane((0, 0, 0), (0, 0, 1)), albedo=0.7)
+    return Scene.of(floor, primitive(sphere((0.0, 0.0, 0.9), 0.7), albedo=0.5), environment=1.0)
 
 
 @pytest.fixture(scope="module")
 def images(world):
     size = {"columns": 65, "rows": 49}
-    each = {s: interpolated(world, CAMERA, **size, step=4, scheme=s)
+    each = {s: interpolate_image(world, CAMERA, **size, step=4, scheme=s)
             for s in ("hermite", "bilinear")}  # fmt: skip
     return render(world, CAMERA, **size), each
 

@@ -5,15 +5,15 @@ import pytest
 
 from derivations.reconstruction import importance as derived
 from firstorder.reconstruction.importance import (
-    Shaded,
-    Squares,
-    by_bending,
+    QuadtreeCells,
+    ShadedSamples,
     by_differences,
     by_gradient,
     by_hessian,
+    by_hessian_differences,
     by_variance,
-    far_light,
-    product,
+    importance_product,
+    is_far_light,
 )
 from firstorder.reconstruction.quadtree import sample_image
 
@@ -22,7 +22,7 @@ G, H = np.array([0.3, -0.7]), np.array([[0.02, 0.05], [0.05, -0.04]])
 
 def quadratic(p):
     d = p - 16.0
-    return Shaded(d @ G + 0.5 * np.einsum("ni,ij,nj->n", d, H, d), G + d @ H)
+    return ShadedSamples(d @ G + 0.5 * np.einsum("ni,ij,nj->n", d, H, d), G + d @ H)
 
 
 def seen(shade, metric, budget=400):
@@ -38,9 +38,13 @@ def seen(shade, metric, budget=400):
 
 
 def test_differences_of_gradients_are_a_quadratics_hessian():
-    for squares in seen(quadratic, by_bending)[1:]:  # one-sided at the first grid's border
+    for squares in seen(quadratic, by_hessian_differences)[
+        1:
+    ]:  # one-sided at the first grid's border
         np.testing.assert_allclose(squares.bending, np.broadcast_to(H, (len(squares.size), 2, 2)))
-        np.testing.assert_allclose(by_bending(squares), np.linalg.norm(H) * squares.size**3)
+        np.testing.assert_allclose(
+            by_hessian_differences(squares), np.linalg.norm(H) * squares.size**3
+        )
 
 
 def test_bending_sees_a_penumbra_that_begins_beside_the_middles():
@@ -50,11 +54,13 @@ def test_bending_sees_a_penumbra_that_begins_beside_the_middles():
         d = np.maximum(p[:, 0] - 9.0, 0.0)
         H = np.zeros((len(p), 2, 2))
         H[:, 0, 0] = 2.0 * (d > 0.0)
-        return Shaded(d**2, np.stack([2.0 * d, 0.0 * d], -1), H)
+        return ShadedSamples(d**2, np.stack([2.0 * d, 0.0 * d], -1), H)
 
     # 4 x 4 squares of 8 pixels with their middles at 4, 12, 20 and 28
-    first = seen(shade, by_bending, 16)[0]
-    bending, hessian = (f(first).reshape(4, 4)[:, 0] / 8.0**3 for f in (by_bending, by_hessian))
+    first = seen(shade, by_hessian_differences, 16)[0]
+    bending, hessian = (
+        f(first).reshape(4, 4)[:, 0] / 8.0**3 for f in (by_hessian_differences, by_hessian)
+    )
     np.testing.assert_allclose(hessian, [0.0, 2.0, 2.0, 2.0])
     # differences of the slopes 0, 6, 22 and 38: one-sided, over two squares, ...
     np.testing.assert_allclose(bending, [6.0 / 8, 22.0 / 16, 2.0, 2.0])
@@ -64,7 +70,7 @@ def test_on_a_plane_variance_is_differences_squared():
     """Four squares h apart: V = |g|^2 h^2 / 3, so that both metrics split alike, at all levels."""
 
     def plane(p):
-        return Shaded(p @ G, np.broadcast_to(G, p.shape))
+        return ShadedSamples(p @ G, np.broadcast_to(G, p.shape))
 
     for squares in seen(plane, by_variance):
         np.testing.assert_allclose(3.0 * by_variance(squares), by_differences(squares) ** 2)
@@ -95,14 +101,14 @@ def test_a_first_grid_of_one_row_has_a_variance(height, expected):
         kept.append(squares.variance)
         return by_variance(squares)
 
-    sample_image(lambda p: Shaded(p @ G), 8, height, height // 8, asked)
+    sample_image(lambda p: ShadedSamples(p @ G), 8, height, height // 8, asked)
     np.testing.assert_allclose(kept[0], np.full(height // 8, expected))
 
 
 def test_metrics_say_what_they_miss():
-    bare = Squares(np.ones(2), Shaded(np.ones(2)), np.zeros((2, 2)))
+    bare = QuadtreeCells(np.ones(2), ShadedSamples(np.ones(2)), np.zeros((2, 2)))
     with pytest.raises(ValueError, match="needs gradients, but `shade` returns none"):
-        by_bending(bare)
+        by_hessian_differences(bare)
     with pytest.raises(ValueError, match="needs variances of neighbours"):
         by_variance(bare)
 
@@ -110,12 +116,12 @@ def test_metrics_say_what_they_miss():
 def test_the_product_knows_bumps_views_gloss_and_near_lamps():
     plain = dict(turning=np.ones((1, 2)), share=np.full((1, 2), 0.5), band=np.full((1, 2), 2.0),
                  distance=np.ones(1), cosine=np.ones(1), lamp=np.full(1, 3.0))  # fmt: skip
-    least = product(**plain)
+    least = importance_product(**plain)
     more = {"turning": 5.0, "band": 10.0, "distance": 2.0, "share": 2.0}
     for name, factor in more.items():
-        assert product(**plain | {name: factor * plain[name]}) > least
+        assert importance_product(**plain | {name: factor * plain[name]}) > least
     for name in ("cosine", "lamp"):
-        assert product(**plain | {name: 0.5 * plain[name]}) > least
+        assert importance_product(**plain | {name: 0.5 * plain[name]}) > least
 
 
 def test_far_light_loses_no_more_than_its_share():
@@ -123,9 +129,9 @@ def test_far_light_loses_no_more_than_its_share():
     rng = np.random.default_rng(0)
     SV, CDV = rng.normal(size=(2, 5000, 2)) * np.exp(rng.normal(size=(2, 5000, 1)) * 2.0)
     for threshold in (1.5, 4.0, 20.0):
-        far = far_light(*(np.linalg.norm(a, axis=1) for a in (CDV, SV)), threshold)
+        far = is_far_light(*(np.linalg.norm(a, axis=1) for a in (CDV, SV)), threshold)
         lost = np.linalg.norm(SV, axis=1) / np.linalg.norm(SV + CDV, axis=1)
         assert 0.0 < lost[far].max() <= 1.0 / (threshold - 1.0)
         assert lost[~far].max() > 1.0 / (threshold - 1.0)
     with pytest.raises(ValueError, match=r"`threshold` must be at least 1, but is 0\.5"):
-        far_light(np.ones(1), np.ones(1), 0.5)
+        is_far_light(np.ones(1), np.ones(1), 0.5)

@@ -11,12 +11,12 @@ import pytest
 from firstorder import io
 from firstorder.checks.tolerance import normwise, rounding
 from firstorder.reconstruction import (
-    Cell,
-    by_curvature,
-    by_differences,
-    by_disagreement,
-    by_gradient,
-    by_length,
+    LineCell,
+    line_by_curvature,
+    line_by_differences,
+    line_by_disagreement,
+    line_by_gradient,
+    line_by_length,
     sample_line,
 )
 from firstorder.reconstruction import (
@@ -24,11 +24,11 @@ from firstorder.reconstruction import (
 )
 
 DRIVERS = {
-    "length": by_length,
-    "differences": by_differences,
-    "gradient": by_gradient,
-    "curvature": by_curvature,
-    "disagreement": by_disagreement(2),
+    "length": line_by_length,
+    "differences": line_by_differences,
+    "gradient": line_by_gradient,
+    "curvature": line_by_curvature,
+    "disagreement": line_by_disagreement(2),
 }
 
 
@@ -74,7 +74,7 @@ def ramped(driver):
 
 
 def by_slope(budget=129, **options):
-    return sample_line(RAMP, -1.0, 1.0, budget, by_gradient, **options)
+    return sample_line(RAMP, -1.0, 1.0, budget, line_by_gradient, **options)
 
 
 value = eqx.filter_jit(lambda line, data, x: line.interpolant(data)(x))
@@ -138,7 +138,7 @@ def test_a_wrong_driver_is_noticed(fault):
 
 
 def importances(line, driver):
-    cells = Cell(jnp.diff(line.x), line.data[:-1], line.data[1:])
+    cells = LineCell(jnp.diff(line.x), line.data[:-1], line.data[1:])
     return np.asarray(jax.vmap(DRIVERS[driver])(cells))
 
 
@@ -186,7 +186,7 @@ def test_a_wave_that_the_grid_aliases_shows_in_slopes_and_not_in_differences():
         slope = 2.0 * jnp.pi * 64.0 * jnp.cos(p)
         return jnp.where(right, jnp.sin(p), 0.5 - x), jnp.where(right, slope, -1.0)
 
-    kinds = [sample_line(both, 0.0, 1.0, 60, d) for d in (by_gradient, by_differences)]
+    kinds = [sample_line(both, 0.0, 1.0, 60, d) for d in (line_by_gradient, line_by_differences)]
     found = [int(np.sum(np.asarray(line.x) > 0.5)) for line in kinds]
     assert found == [55, 4]
 
@@ -236,14 +236,14 @@ def test_breaks_are_respected(driver):
 
 def test_a_break_forgotten_is_noticed():
     x = np.linspace(0.0, 1.0, 1001)
-    line = sample_line(jumping, 0.0, 1.0, 24, by_gradient, initial=4)
+    line = sample_line(jumping, 0.0, 1.0, 24, line_by_gradient, initial=4)
     assert normwise(value(line, None, x), jumping(x)[0]) > 0.1
 
 
 def test_one_side_of_a_break_taken_for_both_is_noticed(monkeypatch):
     """Without the hair's breadth both nodes at the break see the right side."""
     monkeypatch.setattr(adaptive.jnp, "clip", lambda x, low, high: x)
-    line = sample_line(jumping, 0.0, 1.0, 23, by_gradient, initial=4, breaks=1.0 / 3.0)
+    line = sample_line(jumping, 0.0, 1.0, 23, line_by_gradient, initial=4, breaks=1.0 / 3.0)
     x = np.linspace(0.0, 1.0, 1001)
     monkeypatch.undo()
     assert normwise(value(line, None, x), jumping(x)[0]) > 0.1
@@ -284,7 +284,7 @@ def test_precision_vmap_and_derivatives(bits):
 
 def test_single_precision_in_a_double_session():
     low, high = jnp.array([-1.0, 1.0], jnp.float32)
-    line = sample_line(Ramp(), low, high, 20, by_disagreement(1), breaks=jnp.float32(0.3))
+    line = sample_line(Ramp(), low, high, 20, line_by_disagreement(1), breaks=jnp.float32(0.3))
     assert line.x.dtype == line.data.dtype == jnp.float32
 
 
@@ -303,7 +303,7 @@ def test_traced_ends_out_of_order_give_nan():
         (lambda: sample_line(RAMP, 0.0, 1.0, 5, initial=1), "at least 2"),
         (lambda: sample_line(RAMP, 0.0, 1.0, 20, batch=0), "must be positive"),
         (lambda: sample_line(lambda x: (x,), 0.0, 1.0, 20), "needs slopes"),
-        (lambda: sample_line(RAMP, 0.0, 1.0, 20, by_disagreement(3)), "less than the 3"),
+        (lambda: sample_line(RAMP, 0.0, 1.0, 20, line_by_disagreement(3)), "less than the 3"),
         (lambda: by_slope(9).interpolant(4), r"lie in \[1, 3\]"),
     ],
 )

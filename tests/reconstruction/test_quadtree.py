@@ -3,17 +3,17 @@
 import numpy as np
 import pytest
 
-from firstorder.reconstruction.delaunay import reconstruct
+from firstorder.reconstruction.delaunay import delaunay_image
 from firstorder.reconstruction.importance import (
-    Shaded,
-    Squares,
+    QuadtreeCells,
+    ShadedSamples,
     by_area,
     by_density,
     by_differences,
     by_gradient,
     by_hessian,
 )
-from firstorder.reconstruction.quadtree import sample_image
+from firstorder.reconstruction.quadtree import ImageSamples, sample_image
 
 WIDTH, HEIGHT = 96, 64
 
@@ -27,11 +27,11 @@ def rings(p, scale=12.0):
     second = fade * (-s - c / 4.0 + s / 64.0)
     outer = x[:, :, None] * x[:, None, :]
     H = 4.0 * second[:, None, None] * outer + 2.0 * first[:, None, None] * np.eye(2)
-    return Shaded(fade * s, 2.0 * first[:, None] * x / scale, H / scale**2)
+    return ShadedSamples(fade * s, 2.0 * first[:, None] * x / scale, H / scale**2)
 
 
 def density(p):
-    return Shaded(p[:, 0], more=np.exp(-(((p[:, 0] - 48.0) / 8.0) ** 2)))
+    return ShadedSamples(p[:, 0], more=np.exp(-(((p[:, 0] - 48.0) / 8.0) ** 2)))
 
 
 def pixels(width=WIDTH, height=HEIGHT):
@@ -42,6 +42,7 @@ def pixels(width=WIDTH, height=HEIGHT):
 @pytest.mark.parametrize("metric", [by_gradient, by_differences, by_hessian, by_area])
 def test_squares_tile_the_image_and_hold_their_samples(metric):
     found = sample_image(rings, WIDTH, HEIGHT, 900, metric)
+    assert isinstance(found, ImageSamples)
     leaf = found.size[found.leaf]
     assert np.sum(leaf**2) == WIDTH * HEIGHT
     assert 900 <= len(found.p) <= 903
@@ -56,7 +57,7 @@ def test_one_square_at_a_time_splits_the_most_important(metric):
     """Against a list that is searched through again for every split."""
     found = sample_image(rings, WIDTH, HEIGHT, 300, metric, batch=0.0)
     shade = rings(found.p)
-    own = metric(Squares(found.size, shade, np.zeros_like(found.p)))
+    own = metric(QuadtreeCells(found.size, shade, np.zeros_like(found.p)))
     alive = list(range(96))
     for first in range(96, len(found.p), 4):
         middle = found.p[first : first + 4].mean(0)
@@ -75,7 +76,7 @@ def test_batches_cost_little():
 
     def error(batch):
         found = sample_image(shade, 256, 256, 8000, by_gradient, batch=batch)
-        picture = reconstruct(found.p, found.value, 256, 256)
+        picture = delaunay_image(found.p, found.value, 256, 256)
         return np.sqrt(np.mean((picture.ravel() - shade(pixels(256, 256)).value) ** 2))
 
     assert error(0.03) <= 1.02 * error(0.0)
@@ -96,7 +97,7 @@ def test_differences_are_those_of_neighbours():
         return by_area(squares)
 
     def plane(p):
-        return Shaded(3.0 * p[:, 0] - 2.0 * p[:, 1])
+        return ShadedSamples(3.0 * p[:, 0] - 2.0 * p[:, 1])
 
     sample_image(plane, WIDTH, HEIGHT, 1000, metric)
     np.testing.assert_allclose(np.concatenate(seen), [[3.0, -2.0]] * 1000, rtol=1e-12)
@@ -108,7 +109,7 @@ def test_differences_overlook_what_lies_between_the_samples():
     def wave(p):
         k = 2.0 * np.pi / 8.0
         slope = np.stack([k * np.cos(k * p[:, 0]), 0.0 * p[:, 0]], -1)
-        return Shaded(np.sin(k * p[:, 0]), slope)
+        return ShadedSamples(np.sin(k * p[:, 0]), slope)
 
     seen = []
 
@@ -146,12 +147,12 @@ def test_odd_sizes_stay_inside(width, height):
     assert np.sum(found.size[found.leaf] ** 2) <= np.prod(parts)
     assert np.sum(found.size[found.leaf] ** 2) >= width * height
     if width * height > 1:
-        picture = reconstruct(found.p, found.p @ (2.0, 1.0), width, height)
+        picture = delaunay_image(found.p, found.p @ (2.0, 1.0), width, height)
         assert np.all(np.isfinite(picture))
 
 
 def test_what_matters_nowhere_is_not_split():
-    found = sample_image(lambda p: Shaded(np.ones(len(p)), 0.0 * p), WIDTH, HEIGHT, 900)
+    found = sample_image(lambda p: ShadedSamples(np.ones(len(p)), 0.0 * p), WIDTH, HEIGHT, 900)
     assert (len(found.p), found.rounds) == (96, 1)
 
 
@@ -160,7 +161,7 @@ def test_a_thorough_tree_leaves_nothing_out():
 
     def disc(p):
         inside = np.sum((p - 8.0) ** 2, 1) < 4.0
-        return Shaded(inside.astype(float), 0.0 * p)
+        return ShadedSamples(inside.astype(float), 0.0 * p)
 
     options = dict(smallest=1.0, labels=None)
     assert sample_image(disc, 32, 32, 1400, **options).value.max() == 0.0
@@ -195,4 +196,4 @@ def test_bad_input_gets_one_sentence(change, sentence):
 @pytest.mark.parametrize(("metric", "what"), [(by_gradient, "gradients"), (by_hessian, "Hessians")])
 def test_metrics_say_what_they_miss(metric, what):
     with pytest.raises(ValueError, match=f"needs {what}"):
-        sample_image(lambda p: Shaded(p[:, 0]), WIDTH, HEIGHT, 900, metric)
+        sample_image(lambda p: ShadedSamples(p[:, 0]), WIDTH, HEIGHT, 900, metric)

@@ -13,8 +13,13 @@ import pytest
 
 from firstorder.cli import main
 from firstorder.io import read_space, space_from_toml
-from firstorder.io.layers import read_layers, write_layers
-from firstorder.rendering.image_files import fingerprint, image_coordinates, render, world_of
+from firstorder.io.exr import read_layers, write_layers
+from firstorder.rendering.image_files import (
+    image_coordinates,
+    render_to_files,
+    scene_fingerprint,
+    world_from_scene,
+)
 from tests.io.scenes.coated import INLINE, PICTURES, REST, START, TEXELS, WAVES
 
 SCENE = """dimensions = 3
@@ -44,15 +49,15 @@ from firstorder import session
 session.start(cache=sys.argv[4])
 from firstorder.cli import main
 from firstorder.io import read_space, space_from_toml
-from firstorder.io import renderer
-from firstorder.rendering.image_files import render, world_of
+from firstorder.rendering import renderer
+from firstorder.rendering.image_files import render_to_files, world_from_scene
 plain = renderer.Renderer.layers
 def slow(self, p, number=0):
     time.sleep(float(sys.argv[3]))
     return plain(self, p, number)
 renderer.Renderer.layers = slow
-world = world_of(read_space(sys.argv[1]), nodes=3)
-layers = render(world, 24, 16, sys.argv[2], side=8, passes=2, quiet=True)
+world = world_from_scene(read_space(sys.argv[1]), nodes=3)
+layers = render_to_files(world, 24, 16, sys.argv[2], side=8, passes=2, quiet=True)
 print(b"".join(layers[k].tobytes() for k in sorted(layers)).hex())
 """
 
@@ -87,8 +92,10 @@ def test_a_killed_image_goes_on_to_the_bit(file, tmp_path):
 def test_layers_and_a_picture_are_written(file, tmp_path):
     pytest.importorskip("OpenEXR")
     out = tmp_path / "image.exr"
-    world = world_of(read_space(file), nodes=3)
-    layers = render(world, 24, 16, tmp_path / "tiles", side=8, passes=2, out=out, quiet=True)
+    world = world_from_scene(read_space(file), nodes=3)
+    layers = render_to_files(
+        world, 24, 16, tmp_path / "tiles", side=8, passes=2, out=out, quiet=True
+    )
     kept = read_layers(out)
     assert set(kept) == set(layers) >= {"value", "grad.u", "grad.v", "SV", "DV", "CV", "CDV.glossy"}
     np.testing.assert_allclose(kept["value"], layers["value"], rtol=1e-6)
@@ -114,7 +121,7 @@ def test_coordinates_are_those_of_square_pixels():
 def test_what_cannot_be_rendered_is_refused(file, old, new, sentence):
     file.write_text(SCENE.replace(old, new))
     with pytest.raises(ValueError, match=f"must have .*{sentence}"):
-        world_of(read_space(file))
+        world_from_scene(read_space(file))
 
 
 # --- what things wear ----------------------------------------------------------------------------
@@ -124,7 +131,7 @@ def test_the_key_of_tiles_knows_pictures():
     """A texel, what is beyond the border, what the texels are, and on which thing."""
 
     def letters(old="", new=""):
-        return fingerprint(space_from_toml("dimensions = 3" + text.replace(old, new, 1)))
+        return scene_fingerprint(space_from_toml("dimensions = 3" + text.replace(old, new, 1)))
 
     waves = f"kind = 'waves'\n{WAVES}"
     text = PICTURES.format(INLINE, INLINE)
@@ -165,7 +172,7 @@ def test_things_wear_their_own_in_whatever_order():
         if name != "lamp":
             shades[name] = k / 10
             text += f'[{table}.texture]\nkind = "waves"\nsize = 0\nmean = {k / 10}\n{WAVES}\n'
-    world = world_of(space_from_toml(text + "[camera]\n" + REST.split("[camera]\n")[1]))
+    world = world_from_scene(space_from_toml(text + "[camera]\n" + REST.split("[camera]\n")[1]))
     scene, finish = world.scene, world.finish
     assert scene is not None
     assert finish is not None

@@ -1,25 +1,25 @@
-"""The renderer: shapes as `imaging.pixels` has them, meshes as the shapes that they stand for."""
+"""The renderer: shapes as `imaging.shading` has them, meshes as the shapes that they stand for."""
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.imaging.area_lights import Lamp, Lobe, lit
+from firstorder.imaging._area_lights import Lamp, SurfaceReflectance, lobe_radiance
+from firstorder.imaging._reflection import SurfacePoint
 from firstorder.imaging.camera import pinhole
-from firstorder.imaging.pixels import Finish, shade_all
-from firstorder.imaging.reflection import SurfacePoint
+from firstorder.imaging.shading import SurfaceMaps, shade_pixels
 from firstorder.io import Embree
-from firstorder.io.scenes.space_toml import Model
-from firstorder.models.primitives import bumpy_sphere, ground, placed
-from firstorder.rendering.blocks import beside_seen
+from firstorder.io.scenes.space_toml import MeshModel
+from firstorder.models.primitives import bumpy_sphere, displaced_ground, place_mesh
+from firstorder.rendering._blocks import beside_seen
 from firstorder.rendering.renderer import Renderer, World
-from firstorder.space import Scene, plane, sphere, thing
+from firstorder.space import Scene, plane, primitive, sphere
 from firstorder.space.skies import ConstantSky, GaussianSky
 
 MATTER = dict(albedo=0.5, specular=0.2, exponent=20.0)
-FLOOR = thing(plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), albedo=0.6)
-BALL = thing(sphere((0.0, 0.0, 0.5), 0.5), **MATTER)
+FLOOR = primitive(plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), albedo=0.6)
+BALL = primitive(sphere((0.0, 0.0, 0.5), 0.5), **MATTER)
 LAMP = Lamp((-1.0, -1.5, 2.5), (0.0, 0.5, 0.0), (0.5, 0.0, 0.0), 8.0, 5, True)
 CAMERA = pinhole((0.0, -4.0, 2.0), (0.0, 0.0, 0.4), gamma=2.4)
 SHAPES = World(CAMERA, Scene.of(BALL, FLOOR), lamps=(LAMP,))
@@ -27,8 +27,8 @@ SHAPES = World(CAMERA, Scene.of(BALL, FLOOR), lamps=(LAMP,))
 
 def meshed(levels=5):
     """The ball as a mesh; the floor stays what it is."""
-    ball = placed(bumpy_sphere(0.5, lambda v: 0.0 * v[:, 0], levels), (0.0, 0.0, 0.5))
-    return World(CAMERA, Scene.of(FLOOR), (Model(ball, "ball", MATTER),), (LAMP,))
+    ball = place_mesh(bumpy_sphere(0.5, lambda v: 0.0 * v[:, 0], levels), (0.0, 0.0, 0.5))
+    return World(CAMERA, Scene.of(FLOOR), (MeshModel(ball, "ball", MATTER),), (LAMP,))
 
 
 def grid(n):
@@ -52,7 +52,7 @@ def models():
 @pytest.mark.smoke
 def test_shapes_are_shaded_as_ever(shapes):
     found, index = shapes.pixels(P)
-    true = shade_all(SHAPES.scene, CAMERA, [LAMP], P, index)
+    true = shade_pixels(SHAPES.scene, CAMERA, [LAMP], P, index)
     assert set(index) == {0, 1}
     for a, b in zip(jax.tree.leaves(found), jax.tree.leaves(true), strict=True):
         np.testing.assert_allclose(a, b, rtol=1e-9, atol=1e-12)
@@ -108,7 +108,7 @@ def test_what_hangs_behind_a_lamp_hides_none_of_its_nodes(models):
     """Shadows move as they do without it: a blocker's depth is asked beside edges alone."""
     at = np.array([[0.4667, -0.1333]])
     alone, _ = models.pixels(at)
-    ceiling = thing(plane((0.0, 0.0, 4.0), (0.0, 0.0, -1.0)), albedo=0.6)
+    ceiling = primitive(plane((0.0, 0.0, 4.0), (0.0, 0.0, -1.0)), albedo=0.6)
     under = Renderer(models.world._replace(scene=Scene.of(FLOOR, ceiling)))
     found, index = under.pixels(at)
     assert index.tolist() == [0]
@@ -121,10 +121,12 @@ def test_a_mesh_shades_from_afar():
     """A ball of 1 m hangs 12 m above the floor and hides the middle of a small sky."""
     high = (0.0, 0.0, 12.0)
     sky = GaussianSky((0.0, 0.0, 1.0), 0.03)
-    ball = Model(placed(bumpy_sphere(0.5, lambda v: 0.0 * v[:, 0], 4), high), "ball", MATTER)
+    ball = MeshModel(
+        place_mesh(bumpy_sphere(0.5, lambda v: 0.0 * v[:, 0], 4), high), "ball", MATTER
+    )
     given = dict(sky=sky, sky_rows=16, sky_nodes="luminance")
     eye = pinhole((0.0, -4.0, 2.0), (0.0, 0.0, 0.0), gamma=2.4)
-    shape = World(eye, Scene.of(FLOOR, thing(sphere(high, 0.5), **MATTER)), **given)
+    shape = World(eye, Scene.of(FLOOR, primitive(sphere(high, 0.5), **MATTER)), **given)
     at = np.array([(0.0, 0.0), (0.3, 0.0)])
     true, _ = Renderer(shape).pixels(at)
     bare, _ = Renderer(shape._replace(scene=Scene.of(FLOOR))).pixels(at)
@@ -143,9 +145,11 @@ def test_a_leaning_normal_sees_nothing_through_its_own_surface(as_mesh):
     """
     eye = pinhole((-1.0, 0.0, 1.0), (0.0, 0.0, 0.0))
     lamp = Lamp((2.0, 0.0, 0.1), (0.0, 0.5, 0.0), (0.0, 0.0, -0.5), 8.0, 4, True)
-    lean = Finish(slopes=lambda index, x: jnp.array([-0.75, 0.0, 0.0]))
-    floor = (Model(ground(9.0, cells=1), "floor", MATTER),) if as_mesh else ()
-    shapes = None if as_mesh else Scene.of(thing(plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), **MATTER))
+    lean = SurfaceMaps(slopes=lambda index, x: jnp.array([-0.75, 0.0, 0.0]))
+    floor = (MeshModel(displaced_ground(9.0, cells=1), "floor", MATTER),) if as_mesh else ()
+    shapes = (
+        None if as_mesh else Scene.of(primitive(plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), **MATTER))
+    )
     made = Renderer(World(eye, shapes, floor, (lamp,), finish=lean))
     found, _ = made.pixels(np.zeros((1, 2)))
 
@@ -153,10 +157,10 @@ def test_a_leaning_normal_sees_nothing_through_its_own_surface(as_mesh):
     assert 0 < above.sum() < above.size
     up = jnp.array([0.6, 0.0, 0.8])
     point = SurfacePoint(jnp.zeros(3), jnp.eye(3)[:, :2], up, jnp.zeros((3, 2)))
-    lobe = Lobe(*(MATTER[k] for k in ("albedo", "specular", "exponent")))
+    lobe = SurfaceReflectance(*(MATTER[k] for k in ("albedo", "specular", "exponent")))
     way = jnp.array([-1.0, 0.0, 1.0]) / np.sqrt(2.0)
     seen, every = (
-        sum(float(t.value) for t in lit(lamp, share, point, way, lobe))
+        sum(float(t.value) for t in lobe_radiance(lamp, share, point, way, lobe))
         for share in (jnp.asarray(above, float), jnp.ones(above.size))
     )
     assert seen < 0.9 * every

@@ -6,10 +6,17 @@ import pytest
 from firstorder.imaging.camera import pinhole
 from firstorder.io import Embree
 from firstorder.models.plants import tree
-from firstorder.models.primitives import bars, bumpy_sphere, joined, placed, turned
-from firstorder.rendering.shadow_rays import blockers, seen, sees
-from firstorder.shadowfield.rendering.ray_table import lamp_frame, trace
-from firstorder.space.meshes.mesh import mesh
+from firstorder.models.primitives import (
+    bar_lattice,
+    bumpy_sphere,
+    join_meshes,
+    place_mesh,
+    rotation_about,
+)
+from firstorder.rendering.shadow_rays import camera_hits, is_visible, mesh_blockers
+from firstorder.shadowfield.rendering.lamp import lamp_frame
+from firstorder.shadowfield.rendering.ray_table import trace_shadow_rays
+from firstorder.space.meshes.triangle_mesh import mesh
 
 
 def crossings(piece, a, b):
@@ -39,13 +46,13 @@ def rays(count, seed=0):
 @pytest.fixture(scope="module")
 def things():
     ball = bumpy_sphere(0.6, levels=2)
-    plate = placed(bars((3, 3)), (0.2, 0.1, 1.0), turned((1.0, 0.5, 0.2), 0.3))
+    plate = place_mesh(bar_lattice((3, 3)), (0.2, 0.1, 1.0), rotation_about((1.0, 0.5, 0.2), 0.3))
     return ball, plate
 
 
 @pytest.mark.smoke
 def test_first_and_last_blockers_are_those_of_every_face(things):
-    both, _ = joined(things)
+    both, _ = join_meshes(things)
     a, b = rays(1500)
     t, edge = crossings(both, a, b)
     grazing = np.any((abs(edge) < 1e-4) & np.isfinite(edge), 1)  # by any face's edge or its plane
@@ -55,15 +62,18 @@ def test_first_and_last_blockers_are_those_of_every_face(things):
     last = 1.0 - np.min(np.where(np.isnan(t), np.inf, t), 1)
     assert 0.2 < hidden.mean() < 0.8
     assert np.sum(last - first > 0.1) > 100  # more than one thing in between
-    for found in (blockers(Embree(both))(a, b), blockers([Embree(p) for p in things])(a, b)):
+    for found in (
+        mesh_blockers(Embree(both))(a, b),
+        mesh_blockers([Embree(p) for p in things])(a, b),
+    ):
         clear = ~grazing
         np.testing.assert_array_equal(np.isfinite(found[0]), hidden, err_msg="no ray grazes here")
         np.testing.assert_allclose(found[0][clear & hidden], first[clear & hidden], atol=1e-9)
         np.testing.assert_allclose(found[1][clear & hidden], last[clear & hidden], atol=1e-9)
         assert np.all(np.isposinf(found[0][~hidden]))
         assert np.all(np.isneginf(found[1][~hidden]))
-    np.testing.assert_array_equal(sees(Embree(both), a, b), ~hidden)
-    np.testing.assert_array_equal(sees([Embree(p) for p in things], a, b), ~hidden)
+    np.testing.assert_array_equal(is_visible(Embree(both), a, b), ~hidden)
+    np.testing.assert_array_equal(is_visible([Embree(p) for p in things], a, b), ~hidden)
 
 
 def test_only_grazing_rays_are_told_otherwise_in_single_precision():
@@ -71,7 +81,7 @@ def test_only_grazing_rays_are_told_otherwise_in_single_precision():
     a, b = rays(20000, 1)
     a, b = a + np.array([0, 0, 1.0]), b + np.array([0, 0, 3.0])
     tracer = Embree(piece)
-    other = np.flatnonzero(sees(tracer, a, b) == tracer.occluded(a, b))
+    other = np.flatnonzero(is_visible(tracer, a, b) == tracer.occluded(a, b))
     assert len(other) <= 5
     if len(other):
         _, edge = crossings(piece, a[other], b[other])
@@ -85,18 +95,18 @@ def test_faces_on_which_ends_lie_do_not_hide():
     n = np.cross(*(np.asarray(piece.corners, float)[:, k] - middle for k in (0, 1)))
     n /= np.linalg.norm(n, axis=1)[:, None]
     cosine = np.sum(n * (lamp - middle), 1) / np.linalg.norm(lamp - middle, axis=1)
-    got = sees(Embree(piece), middle, lamp)
+    got = is_visible(Embree(piece), middle, lamp)
     assert np.all(got[cosine > 0.05])  # a ball is convex
     assert not np.any(got[cosine < -0.05])
-    first, _ = blockers(Embree(piece))(middle, lamp)
+    first, _ = mesh_blockers(Embree(piece))(middle, lamp)
     assert np.all(np.isinf(first[cosine > 0.05]))
 
 
 def test_a_table_of_rays_knows_depths_below_the_lamp(things):
     lamp = lamp_frame((0, 0, 2.5), (0, 0.5, 0), (0.5, 0, 0))
-    plate = placed(bars((0, 0), thickness=0.1), (0, 0, 1.0))
+    plate = place_mesh(bar_lattice((0, 0), thickness=0.1), (0, 0, 1.0))
     points = np.array([[0.0, 0.0, -1.5], [5.0, 0.0, -1.5]])
-    table, owner = trace(lamp, points, 8, blockers(Embree(plate)))
+    table, owner = trace_shadow_rays(lamp, points, 8, mesh_blockers(Embree(plate)))
     under = owner == 0
     np.testing.assert_allclose(table.near[under], 2.5 - 1.05, rtol=1e-5)
     np.testing.assert_allclose(table.far[under], 2.5 - 0.95, rtol=1e-5)
@@ -104,10 +114,10 @@ def test_a_table_of_rays_knows_depths_below_the_lamp(things):
 
 
 def test_a_camera_sees_the_nearest_face_and_its_part(things):
-    both, part = joined(things)
+    both, part = join_meshes(things)
     camera = pinhole((0.5, -4.0, 1.5), (0.0, 0.0, 0.3), gamma=2.0)
     p = np.random.default_rng(3).uniform(-1, 1, (500, 2))
-    found = seen(Embree(both), camera, p, part)
+    found = camera_hits(Embree(both), camera, p, part)
     eye, axes = np.asarray(camera.eye, float), np.asarray(camera.axes, float)
     ends = eye + 10.0 * (np.column_stack([p, np.full(len(p), -2.0)]) @ axes.T)
     t, _ = crossings(both, np.broadcast_to(eye, ends.shape), ends)
@@ -130,14 +140,16 @@ def test_a_camera_sees_the_nearest_face_and_its_part(things):
     assert np.all(np.sum(found.normal[some] * (eye - expected), 1) >= 0.0)
     assert np.all(np.isnan(found.position[~some]))
     assert np.all(found.part[~some] == -1)
-    assert np.all(seen(Embree(both), camera, p).part[some] == 0)
+    assert np.all(camera_hits(Embree(both), camera, p).part[some] == 0)
 
 
 def test_what_cannot_be_asked_is_refused():
     tracer = Embree(mesh([[0, 0, 2], [1, 0, 2], [0, 1, 2]], [[0, 1, 2]]))
     with pytest.raises(ValueError, match="Argument `tracers` must hold a tracer"):
-        blockers([])
+        mesh_blockers([])
     with pytest.raises(ValueError, match="must be finite and apart"):
-        sees(tracer, np.zeros((1, 3)), np.zeros((1, 3)))
+        is_visible(tracer, np.zeros((1, 3)), np.zeros((1, 3)))
     with pytest.raises(ValueError, match=r"`parts` must have shape \(1,\)"):
-        seen(tracer, pinhole((0, 0, 3), (0, 0, 0), (0, 1, 0)), np.zeros((1, 2)), np.zeros(2, int))
+        camera_hits(
+            tracer, pinhole((0, 0, 3), (0, 0, 0), (0, 1, 0)), np.zeros((1, 2)), np.zeros(2, int)
+        )

@@ -9,7 +9,7 @@ import time
 import numpy as np
 import pytest
 
-from firstorder.rendering.tiles import render_tiles, tiles
+from firstorder.rendering.tiles import _tiles, render_tiles
 
 WIDTH, HEIGHT, SIDE, PASSES = 50, 34, 16, 3
 
@@ -26,7 +26,7 @@ def made(folder, shade=noisy, **options):
 
 def test_tiles_cover_every_pixel_once():
     seen = np.zeros((WIDTH, HEIGHT), int)
-    for tile in tiles(WIDTH, HEIGHT, SIDE):
+    for tile in _tiles(WIDTH, HEIGHT, SIDE):
         i, j = tile.places.astype(int).T
         seen[i, j] += 1
         assert len(i) == np.prod(tile.shape)
@@ -36,7 +36,7 @@ def test_tiles_cover_every_pixel_once():
 def test_the_mean_over_passes(tmp_path):
     found = made(tmp_path)
     value = [noisy(t.places, k)["value"].reshape(t.shape) for k in range(PASSES)
-             for t in tiles(WIDTH, HEIGHT, SIDE) if t.left == t.low == 0]  # fmt: skip
+             for t in _tiles(WIDTH, HEIGHT, SIDE) if t.left == t.low == 0]  # fmt: skip
     np.testing.assert_allclose(found["value"][:SIDE, :SIDE], np.mean(value, 0), rtol=1e-14)
     np.testing.assert_allclose(found["half"][3], 0.5 * (np.arange(HEIGHT) + 0.5), rtol=1e-14)
 
@@ -54,7 +54,7 @@ def test_what_a_killed_program_was_writing_is_swept_up(tmp_path):
     made(tmp_path)
     assert not mine.exists()
     assert fresh.exists()
-    assert len(list(tmp_path.glob("pass*.npz"))) == PASSES * len(list(tiles(WIDTH, HEIGHT, SIDE)))
+    assert len(list(tmp_path.glob("pass*.npz"))) == PASSES * len(list(_tiles(WIDTH, HEIGHT, SIDE)))
 
 
 def test_an_interruption_costs_only_what_was_not_finished(tmp_path):

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from firstorder.checks.statistics import spread_test, z_test
-from firstorder.sampling.density import (
-    expected_fixed,
-    expected_nearest,
+from firstorder.sampling._density import (
+    ExpectedDensity,
+    expected_fixed_radius,
+    expected_k_nearest,
     fixed_window,
     nearest_window,
 )
@@ -47,8 +48,8 @@ CASES = [("fixed", {"radius": 0.05}), ("all k", {"k": 12}), ("all but one", {"k"
 
 def expected(case, x=X):
     if "radius" in case:
-        return expected_fixed(cumulative, x, case["radius"], COUNT)
-    return expected_nearest(cumulative, x, case["k"], COUNT, case.get("kept"))
+        return expected_fixed_radius(cumulative, x, case["radius"], COUNT)
+    return expected_k_nearest(cumulative, x, case["k"], COUNT, case.get("kept"))
 
 
 @pytest.mark.parametrize(("name", "case"), CASES)
@@ -77,8 +78,8 @@ def test_a_uniform_density_is_overestimated_by_k_over_k_less_one():
         return np.clip(x, 0.0, 1.0)
 
     for k in (2, 5, 50):
-        all_k = expected_nearest(uniform, 0.5, k, 100_000).mean[0]
-        kept = expected_nearest(uniform, 0.5, k, 100_000, k - 1).mean[0]
+        all_k = expected_k_nearest(uniform, 0.5, k, 100_000).mean[0]
+        kept = expected_k_nearest(uniform, 0.5, k, 100_000, k - 1).mean[0]
         # For k = 2 the quantile's end limits the quadrature.
         assert abs(all_k - k / (k - 1)) < 2e-3 / k**2
         assert abs(kept - 1.0) < 2e-3 / k**2
@@ -91,9 +92,12 @@ def test_bias_of_a_fixed_width_in_small(r):
     def smooth(x):
         return x + 0.5 * x**3
 
-    assert abs(expected_fixed(smooth, 0.3, r, 9).mean - (1.0 + 1.5 * 0.09 + 0.5 * r**2)) < 1e-12
-    assert abs(expected_fixed(cumulative, 0.0, r, 9).mean - 0.5 * (0.4 + 0.3 * r)) < 1e-12
-    kink = expected_fixed(cumulative, 0.6, r, 9).mean - (0.4 + 0.6 * 0.6)
+    assert isinstance(expected_fixed_radius(smooth, 0.3, r, 9), ExpectedDensity)
+    assert (
+        abs(expected_fixed_radius(smooth, 0.3, r, 9).mean - (1.0 + 1.5 * 0.09 + 0.5 * r**2)) < 1e-12
+    )
+    assert abs(expected_fixed_radius(cumulative, 0.0, r, 9).mean - 0.5 * (0.4 + 0.3 * r)) < 1e-12
+    kink = expected_fixed_radius(cumulative, 0.6, r, 9).mean - (0.4 + 0.6 * 0.6)
     assert abs(kink - 1.0 * r / 4.0) < 1e-12
 
 

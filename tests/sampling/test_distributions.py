@@ -3,24 +3,35 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.checks.statistics import LEVEL, chi_square, sampler_p
-from firstorder.sampling import Cosine, Lobe, Pick, Piecewise, Uniform
-from firstorder.sampling.distributions import lobe_area
+from firstorder.checks.statistics import LEVEL, chi_square, sampler_p_value
+from firstorder.sampling import (
+    CosineDirections,
+    CosinePowerLobe,
+    Discrete,
+    PiecewiseConstant,
+    UniformDirections,
+)
+from firstorder.sampling._distributions import lobe_area
 
 H = 0.5 * np.pi
 COUNT = 40_000
-SKY = Piecewise(np.array([0.2, 0.0, 3.0, 1.0, 0.5]), -np.pi, np.pi)
-LOBES = [Lobe(e, c) for e, c in ((0.0, 0.0), (0.7, 0.0), (1.0, 0.3), (5.0, -0.4), (300.0, 0.2))]
+SKY = PiecewiseConstant(np.array([0.2, 0.0, 3.0, 1.0, 0.5]), -np.pi, np.pi)
+LOBES = [
+    CosinePowerLobe(e, c)
+    for e, c in ((0.0, 0.0), (0.7, 0.0), (1.0, 0.3), (5.0, -0.4), (300.0, 0.2))
+]
 
 
 def one(sampler, u):
-    return sampler.sample(u[0], u[1]) if isinstance(sampler, Lobe) else sampler.sample(u[0])
+    return (
+        sampler.sample(u[0], u[1]) if isinstance(sampler, CosinePowerLobe) else sampler.sample(u[0])
+    )
 
 
 def span(sampler):
-    if isinstance(sampler, Piecewise):
+    if isinstance(sampler, PiecewiseConstant):
         return -np.pi, np.pi
-    center = float(sampler.center) if isinstance(sampler, Lobe) else 0.0
+    center = float(sampler.center) if isinstance(sampler, CosinePowerLobe) else 0.0
     return center - H, center + H
 
 
@@ -30,33 +41,33 @@ def numbers(key):
 
 
 @pytest.mark.smoke
-@pytest.mark.parametrize("sampler", [Uniform(), Cosine(), SKY, *LOBES])
+@pytest.mark.parametrize("sampler", [UniformDirections(), CosineDirections(), SKY, *LOBES])
 def test_samples_follow_the_density(sampler, numbers):
     drawn = one(sampler, numbers)
     # Bins that the steps of the sky's density do not cut.
-    assert sampler_p(drawn, sampler.density, *span(sampler), bins=60, nodes=24) > LEVEL
+    assert sampler_p_value(drawn, sampler.density, *span(sampler), bins=60, nodes=24) > LEVEL
 
 
 @pytest.mark.parametrize(
     ("sampler", "fault"),
     [
-        (Uniform(), lambda a: 0.5 * np.cos(a)),
-        (Cosine(), lambda a: np.full_like(a, 1.0 / np.pi)),
-        (Cosine(), lambda a: np.cos(a) / np.pi),  # the constant of space
-        (Lobe(5.0, 0.3), Lobe(6.0, 0.3).density),
-        (Lobe(5.0, 0.3), Lobe(5.0, -0.3).density),
-        (Lobe(5.0, 0.3), lambda a: 2.0 * Lobe(5.0, 0.3).density(a)),
-        (SKY, Piecewise(SKY.weights[::-1], -np.pi, np.pi).density),
+        (UniformDirections(), lambda a: 0.5 * np.cos(a)),
+        (CosineDirections(), lambda a: np.full_like(a, 1.0 / np.pi)),
+        (CosineDirections(), lambda a: np.cos(a) / np.pi),  # the constant of space
+        (CosinePowerLobe(5.0, 0.3), CosinePowerLobe(6.0, 0.3).density),
+        (CosinePowerLobe(5.0, 0.3), CosinePowerLobe(5.0, -0.3).density),
+        (CosinePowerLobe(5.0, 0.3), lambda a: 2.0 * CosinePowerLobe(5.0, 0.3).density(a)),
+        (SKY, PiecewiseConstant(SKY.weights[::-1], -np.pi, np.pi).density),
     ],
 )
 def test_a_wrong_density_is_noticed(sampler, fault, numbers):
     low, high = span(sampler)
-    assert sampler_p(one(sampler, numbers), fault, low, high, bins=60, nodes=24) < LEVEL
+    assert sampler_p_value(one(sampler, numbers), fault, low, high, bins=60, nodes=24) < LEVEL
 
 
 def test_picks_come_by_weight(numbers):
     weights = np.array([0.0, 2.0, 1.0, 0.0, 4.0, 0.0])
-    index, rest = Pick(weights).sample(numbers[0])
+    index, rest = Discrete(weights).sample(numbers[0])
     counts = np.bincount(np.asarray(index), minlength=6)
     assert counts[[0, 3, 5]].sum() == 0
     assert chi_square(counts, COUNT * weights / weights.sum()) > LEVEL
@@ -69,11 +80,11 @@ def test_picks_come_by_weight(numbers):
 
 
 def test_the_edges_of_the_unit_interval_pick_something_positive():
-    pick = Pick(jnp.array([0.0, 1.0, 0.0]))
+    pick = Discrete(jnp.array([0.0, 1.0, 0.0]))
     index, rest = pick.sample(jnp.array([0.0, 1.0 - 1e-16, 1.0]))
     assert index.tolist() == [1, 1, 1]
     assert bool(jnp.all((rest >= 0.0) & (rest < 1.0)))
-    nothing = Pick(jnp.zeros(3)).sample(jnp.array([0.3]))
+    nothing = Discrete(jnp.zeros(3)).sample(jnp.array([0.3]))
     assert bool(jnp.all(jnp.isfinite(nothing[1])))
 
 
@@ -85,7 +96,7 @@ def test_the_area_of_a_lobe_is_its_integral(e):
     assert abs(float(lobe_area(jnp.array(e))) / truth - 1.0) < (1e-6 if e == 0.5 else 1e-12)
 
 
-@pytest.mark.parametrize("sampler", [Uniform(), Cosine(), LOBES[2]])
+@pytest.mark.parametrize("sampler", [UniformDirections(), CosineDirections(), LOBES[2]])
 def test_single_precision_stays_single(sampler):
     sampler = jax.tree.map(lambda a: a.astype(jnp.float32), sampler)
     a = one(sampler, jnp.array([[0.3, 0.9], [0.2, 0.6]], jnp.float32))
@@ -94,6 +105,6 @@ def test_single_precision_stays_single(sampler):
 
 def test_bad_arguments_are_one_sentence():
     with pytest.raises(ValueError, match=r"^Argument `exponent` must not be negative, but is -1.0"):
-        Lobe(-1.0)
+        CosinePowerLobe(-1.0)
     with pytest.raises(ValueError, match=r"^Argument `weights` must not be negative, but is -1.0"):
-        Pick([1.0, -1.0])
+        Discrete([1.0, -1.0])

@@ -3,7 +3,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.checks.statistics import LEVEL, error_slope, sampler_p
+from firstorder.checks.statistics import LEVEL, error_slope, sampler_p_value
 from firstorder.sampling import jittered, midpoints
 
 COUNTS = (8, 32, 128, 512)
@@ -24,7 +24,7 @@ def test_one_number_in_each_stratum(key):
 def test_all_together_are_uniform(key):
     u = jax.vmap(lambda k: jittered(k, 5))(jax.random.split(key, 4000))
     # Strata make the counts more even than chance would: compare one stratum alone.
-    assert sampler_p(5.0 * u[:, 2] - 2.0, np.ones_like, 0.0, 1.0) > LEVEL
+    assert sampler_p_value(5.0 * u[:, 2] - 2.0, np.ones_like, 0.0, 1.0) > LEVEL
 
 
 @pytest.mark.parametrize(

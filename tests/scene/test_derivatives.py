@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from firstorder import flatland, space
-from firstorder.scene.derivatives import FLATLAND, SPACE, Derivatives, derivatives
+from firstorder.scene._derivatives import FLATLAND, SPACE, Derivatives, derivatives
 
 RNG = np.random.default_rng(3)
 
@@ -71,7 +71,7 @@ def test_one_script_works_in_both_worlds(world):
     else:
         lamp = space.rectangle((0.0, 0.0, 1.0), (0.0, 0.5, 0.0), (0.5, 0.0, 0.0))
         ball, at = space.sphere((0.2, 0.1, 0.5), 0.1), space.receiver((0.3, 0.0, 0.0))
-    scene = world.Scene.of(world.thing(lamp, emission=1.0), world.thing(ball))
+    scene = world.Scene.of(world.primitive(lamp, emission=1.0), world.primitive(ball))
     d = jax.jit(lambda: world.derivatives(world.irradiance, scene, at))()
     E = jax.jit(lambda u: world.irradiance(scene, at.displaced(u)))
     m = len(at.freedoms)

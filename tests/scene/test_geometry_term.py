@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from firstorder.checks.tolerance import normwise, rounding
-from firstorder.scene import geometry_term
+from firstorder.scene import _geometry_term as geometry_term
 
 PAIRS = 8
 
@@ -61,7 +61,8 @@ def test_backs_and_coinciding_points_show_nothing(d):
         assert not np.any(f.sees)
         jet = geometry_term.linear_jet(f.r, f.u, n, m, f.cos_x, f.cos_y)
         assert not any(
-            np.any(part) for part in (*geometry_term.lit(jet, f.sees), geometry_term.value(f))
+            np.any(part)
+            for part in (*geometry_term.with_horizons(jet, f.sees), geometry_term.value(f))
         )
 
 

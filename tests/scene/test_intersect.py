@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from firstorder.numerics.batching import in_blocks
-from firstorder.scene import intersect
+from firstorder.scene import _intersect as intersect
 from firstorder.space import Ellipsoids, Rectangles
 
 rng = np.random.default_rng(3)
@@ -38,7 +38,7 @@ def by_hand():
     return t
 
 
-@pytest.mark.parametrize("find", [intersect.in_one, intersect.one_by_one])
+@pytest.mark.parametrize("find", [intersect.first_by_reduction, intersect.first_by_scan])
 def test_the_nearest_shape_is_found(find):
     t = by_hand()
     true = np.where(np.isfinite(t.min(1)), t.argmin(1), intersect.MISS)
@@ -48,8 +48,8 @@ def test_the_nearest_shape_is_found(find):
 
 def test_blocks_do_not_change_the_answer():
     rays = ORIGINS, ALONG, NOWHERE
-    whole = intersect.one_by_one(GROUPS, rays)
-    cut = in_blocks(lambda r: intersect.one_by_one(GROUPS, r), rays, 32)
+    whole = intersect.first_by_scan(GROUPS, rays)
+    cut = in_blocks(lambda r: intersect.first_by_scan(GROUPS, r), rays, 32)
     np.testing.assert_array_equal(whole, cut)
 
 
@@ -58,7 +58,7 @@ def test_a_shape_does_not_meet_its_own_rays():
     true = t.argmin(1)
     t[np.arange(70), true] = np.inf
     second = np.where(np.isfinite(t.min(1)), t.argmin(1), intersect.MISS)
-    found = intersect.one_by_one(GROUPS, (ORIGINS, ALONG, jnp.asarray(true)))
+    found = intersect.first_by_scan(GROUPS, (ORIGINS, ALONG, jnp.asarray(true)))
     hit = np.isfinite(by_hand().min(1))
     np.testing.assert_array_equal(np.asarray(found)[hit], second[hit])
 

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.scene import primitives
+from firstorder.scene import _primitives as primitives
 
 
 def test_sides_of_every_form():

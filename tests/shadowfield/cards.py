@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from firstorder.shadowfield.rendering.ray_table import lamp_frame, trace
-from firstorder.shadowfield.rendering.sheared_filter import sheared
+from firstorder.shadowfield.rendering.lamp import lamp_frame
+from firstorder.shadowfield.rendering.ray_table import trace_shadow_rays
+from firstorder.shadowfield.rendering.sheared_filter import sheared_shadow
 
 HIGH = 4.0
 LAMP = lamp_frame((0.0, 0.0, HIGH), (0.0, 0.8, 0.0), (0.8, 0.0, 0.0))
@@ -19,7 +20,7 @@ def floor(side=SIDE, pixel=PIXEL):
 
 
 def cards(*rectangles):
-    """Level rectangles (height, low corner, high corner) as `trace` wants blockers."""
+    """Level rectangles (height, low corner, high corner) as `trace_shadow_rays` wants blockers."""
 
     def hidden(a, b):
         first, last = np.full(len(a), np.inf), np.full(len(a), -np.inf)
@@ -56,8 +57,8 @@ def bad_receivers(right):
 
 def run(rays, *rectangles, Omega=1.5, seed=0, receivers=None, **options):
     receivers = floor() if receivers is None else receivers
-    table, owner = trace(LAMP, receivers, rays, cards(*rectangles), seed)
+    table, owner = trace_shadow_rays(LAMP, receivers, rays, cards(*rectangles), seed)
     own = np.bincount(owner, table.free, len(receivers)) / np.maximum(
         np.bincount(owner, minlength=len(receivers)), 1
     )
-    return sheared(LAMP, table, receivers, Omega, PIXEL, own, **options), own
+    return sheared_shadow(LAMP, table, receivers, Omega, PIXEL, own, **options), own

@@ -18,15 +18,15 @@ from firstorder.space import (
     irradiance,
     net_visibility,
     plane,
+    primitive,
     receiver,
     rectangle,
     sphere,
-    thing,
     vector_irradiance,
 )
 from firstorder.space.azimuthal.transport import transport_by_azimuth
-from firstorder.space.silhouettes import edge_integrals
-from firstorder.visibility import contour
+from firstorder.space.silhouettes import _edge_integrals as edge_integrals
+from firstorder.visibility import _contour as contour
 from tests.space import hemispheres
 
 # The issue's bounds: one ball with 16 nodes, and everything else.
@@ -43,7 +43,7 @@ def one(weight):
 @jax.jit
 def ball(center, radius, x):
     """Net visibility and irradiance of a dark ball under a sky, with contour gradients."""
-    scene = Scene.of(thing(sphere(center, radius)), sky=1.0)
+    scene = Scene.of(primitive(sphere(center, radius)), environment=1.0)
     at = receiver((0.0, 0.0, 0.0)).moved(x)
     return (
         net_visibility(scene, at),
@@ -104,11 +104,11 @@ POLE = (-1.0, 0.5), 0.35, 1.2
 def jets(name):
     """Net visibility with gradient and Hessian, compiled once a scene."""
     scene = {
-        "two balls": lambda: Scene.of(*(thing(sphere(*p)) for p in PAIR)),
-        "ellipsoid": lambda: Scene.of(thing(ellipsoid(OVAL, AXES))),
-        "box": lambda: Scene.of(thing(box(*BOX))),
+        "two balls": lambda: Scene.of(*(primitive(sphere(*p)) for p in PAIR)),
+        "ellipsoid": lambda: Scene.of(primitive(ellipsoid(OVAL, AXES))),
+        "box": lambda: Scene.of(primitive(box(*BOX))),
         "cylinder": lambda: Scene.of(
-            thing(cylinder((*POLE[0], 0.0), (*POLE[0], POLE[2]), POLE[1]))
+            primitive(cylinder((*POLE[0], 0.0), (*POLE[0], POLE[2]), POLE[1]))
         ),
     }[name]()
 
@@ -170,7 +170,9 @@ def lambert(corners, x):
 
 
 def lamp(emission=2.0):
-    return thing(rectangle((0.0, 0.0, 1.0), (0.0, 0.5, 0.0), (0.4, 0.0, 0.0)), emission=emission)
+    return primitive(
+        rectangle((0.0, 0.0, 1.0), (0.0, 0.5, 0.0), (0.4, 0.0, 0.0)), emission=emission
+    )
 
 
 CORNERS = [(0.4, 0.5, 1.0), (-0.4, 0.5, 1.0), (-0.4, -0.5, 1.0), (0.4, -0.5, 1.0)]
@@ -179,7 +181,7 @@ CORNERS = [(0.4, 0.5, 1.0), (-0.4, 0.5, 1.0), (-0.4, -0.5, 1.0), (0.4, -0.5, 1.0
 def test_a_lamp_half_behind_a_screen_and_a_floor_between_walls():
     """The screen cuts the lamp along a straight edge: what is left is a rectangle again."""
     screen = rectangle((-5.0, 0.0, 0.5), (5.0, 0.0, 0.0), (0.0, 9.0, 0.0))  # x < 0, at half height
-    scene = Scene.of(lamp(), thing(screen), sky=0.0)
+    scene = Scene.of(lamp(), primitive(screen), environment=0.0)
 
     def value(x):
         return irradiance(scene, receiver((0.0, 0.0, 0.0)).moved(x))
@@ -213,8 +215,8 @@ def test_a_closed_room_of_one_radiance_is_a_furnace():
         rectangle((0, -1, 1), (1, 0, 0), (0, 0, 1)),
         rectangle((0, 0, 0), (1, 0, 0), (0, 1, 0)),
     ]
-    things = [thing(w, emission=1.0, two_sided=True) for w in walls]
-    scene = Scene.of(*things, thing(box((-0.5, -0.5, 0.5), (0.3, 0.4, 0.9)), emission=1.0))
+    things = [primitive(w, emission=1.0, two_sided=True) for w in walls]
+    scene = Scene.of(*things, primitive(box((-0.5, -0.5, 0.5), (0.3, 0.4, 0.9)), emission=1.0))
     find = jax.jit(lambda p, n: vector_irradiance(scene, receiver(p, n)))
     for p, n in (((0.7, 0.2, 0.3), (0, 0, 1)), ((-0.8, -0.7, 1.5), (0.3, 0.5, -0.4))):
         light = find(jnp.array(p), jnp.array(n, float))
@@ -225,7 +227,7 @@ def test_gradients_in_blockers_and_lights():
     """A ball over the receiver hides pi r^2 h / d^3 of the sky and of a lamp that fills it."""
 
     def value(center, radius, sky):
-        scene = Scene.of(thing(sphere(center, radius)), sky=sky)
+        scene = Scene.of(primitive(sphere(center, radius)), environment=sky)
         return irradiance(scene, receiver((0.0, 0.0, 0.0)))
 
     def truth(center, radius, sky):
@@ -241,7 +243,7 @@ def test_gradients_in_blockers_and_lights():
 
 
 def test_turning_the_receiver_is_the_vector_of_light():
-    scene = Scene.of(lamp(), thing(sphere((0.3, 0.2, 0.5), 0.1)), sky=0.25)
+    scene = Scene.of(lamp(), primitive(sphere((0.3, 0.2, 0.5), 0.1)), environment=0.25)
     at = receiver((0.1, 0.0, 0.0), (0.1, 0.2, 1.0))
     slope = jax.jit(jax.grad(lambda t: irradiance(scene, at.tilted(t))))(jnp.zeros(2))
     light = jax.jit(vector_irradiance)(scene, at)
@@ -254,7 +256,7 @@ def glow(w):
 
 
 def test_a_sky_that_varies_by_contour_and_by_azimuth():
-    scene = Scene.of(*(thing(sphere(*p)) for p in PAIR), sky=glow)
+    scene = Scene.of(*(primitive(sphere(*p)) for p in PAIR), environment=glow)
     at = receiver((0.1, 0.2, 0.0))
     found = jax.jit(lambda at: boundary_gradient(scene, at, nodes=48))(at)
     other = jax.jit(
@@ -283,10 +285,10 @@ def town():
             return type(shape)(scale * shape.center @ turn.T, scale * turn @ shape.axes)
 
         scene = Scene.of(
-            thing(put(box(*BOX))),
-            thing(put(cylinder((*POLE[0], 0.0), (*POLE[0], POLE[2]), POLE[1]))),
-            thing(put(sphere(*PAIR[0]))),
-            sky=1.0,
+            primitive(put(box(*BOX))),
+            primitive(put(cylinder((*POLE[0], 0.0), (*POLE[0], POLE[2]), POLE[1]))),
+            primitive(put(sphere(*PAIR[0]))),
+            environment=1.0,
         )
         at = receiver((0.0, 0.0, 0.0))
         return irradiance(scene, at, 32), boundary_gradient(scene, at, nodes=32)
@@ -307,11 +309,13 @@ def test_a_scene_of_twice_the_size_has_half_the_gradient():
 
 
 def test_a_screen_in_two_halves_is_the_screen():
-    whole = Scene.of(thing(rectangle((0.2, 0.0, 1.0), (0.5, 0.0, 0.1), (0.0, 0.4, 0.0))), sky=1.0)
+    whole = Scene.of(
+        primitive(rectangle((0.2, 0.0, 1.0), (0.5, 0.0, 0.1), (0.0, 0.4, 0.0))), environment=1.0
+    )
     halves = Scene.of(
-        thing(rectangle((-0.05, 0.0, 0.95), (0.25, 0.0, 0.05), (0.0, 0.4, 0.0))),
-        thing(rectangle((0.45, 0.0, 1.05), (0.25, 0.0, 0.05), (0.0, 0.4, 0.0))),
-        sky=1.0,
+        primitive(rectangle((-0.05, 0.0, 0.95), (0.25, 0.0, 0.05), (0.0, 0.4, 0.0))),
+        primitive(rectangle((0.45, 0.0, 1.05), (0.25, 0.0, 0.05), (0.0, 0.4, 0.0))),
+        environment=1.0,
     )
     at = receiver((0.1, -0.2, 0.0))
     both = jax.jit(lambda scene: (irradiance(scene, at), boundary_gradient(scene, at)))
@@ -320,7 +324,9 @@ def test_a_screen_in_two_halves_is_the_screen():
 
 
 def test_the_floor_that_a_receiver_lies_on_hides_nothing():
-    scene = Scene.of(thing(plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), emission=5.0), sky=1.0)
+    scene = Scene.of(
+        primitive(plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), emission=5.0), environment=1.0
+    )
     np.testing.assert_allclose(irradiance(scene, receiver((0.0, 0.0, 0.0), on=0)), np.pi)
 
 
@@ -332,7 +338,7 @@ def test_inside_a_shape_there_is_no_answer():
 
 
 def test_a_sky_of_many_radiances_is_refused():
-    scene = Scene.of(thing(sphere((0.0, 0.0, 2.0), 0.5)), sky=glow)
+    scene = Scene.of(primitive(sphere((0.0, 0.0, 2.0), 0.5)), environment=glow)
     with pytest.raises(ValueError, match=r"^Argument `scene` must have a sky of one radiance"):
         irradiance(scene, receiver((0.0, 0.0, 0.0)))
 
@@ -355,7 +361,7 @@ def test_a_wrong_formula_is_seen(name, monkeypatch):
     module = importlib.import_module("firstorder.space.direct_lighting")
     monkeypatch.setattr(module, which, wrong)
     center, radius = np.array([0.2, 0.1, 1.0]), 0.7
-    scene = Scene.of(thing(sphere(center, radius)), sky=1.0)
+    scene = Scene.of(primitive(sphere(center, radius)), environment=1.0)
     at = receiver((0.5, 0.0, 0.0))
     B, rate = jax.jit(lambda at: (net_visibility(scene, at), boundary_gradient(scene, at)))(at)
     away = np.array([0.5, 0.0, 0.0]) - center

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from firstorder.checks.tolerance import normwise, rounding
-from firstorder.space import geometry_term as module
-from firstorder.space.geometry_term import (
+from firstorder.space import _geometry_term as module
+from firstorder.space._geometry_term import (
     coupling,
     coupling_gradient,
     coupling_hessian,

@@ -5,7 +5,16 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.space import Scene, first_shape, intersect, nearest, occluded, plane, sphere, thing
+from firstorder.space import (
+    Scene,
+    first_shape,
+    intersect,
+    nearest,
+    occluded,
+    plane,
+    primitive,
+    sphere,
+)
 
 rng = np.random.default_rng(7)
 CENTERS, RADII = (
@@ -13,8 +22,8 @@ CENTERS, RADII = (
     rng.uniform(0.1, 0.4, 24),
 )
 SCENE = Scene.of(
-    *(thing(sphere(c, r)) for c, r in zip(CENTERS, RADII, strict=True)),
-    thing(plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))),
+    *(primitive(sphere(c, r)) for c, r in zip(CENTERS, RADII, strict=True)),
+    primitive(plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))),
 )
 ORIGINS = jnp.asarray(rng.uniform(-2.0, 2.0, (300, 3)) + np.array([0.0, 0.0, 3.0]))
 ALONG = rng.normal(size=(300, 3))
@@ -42,7 +51,7 @@ def test_the_distance_is_that_of_the_shape():
 
 def test_a_hit_has_the_derivative_of_its_shape():
     def t(height):
-        moved = Scene.of(thing(sphere(jnp.array([0.0, 0.0, height]), 0.5)))
+        moved = Scene.of(primitive(sphere(jnp.array([0.0, 0.0, height]), 0.5)))
         return nearest(moved, jnp.zeros((1, 3)), jnp.array([[0.0, 0.0, 1.0]])).t[0]
 
     np.testing.assert_allclose(jax.value_and_grad(t)(2.0), (1.5, 1.0))
@@ -50,7 +59,7 @@ def test_a_hit_has_the_derivative_of_its_shape():
 
 def test_points_see_each_other_or_not():
     ball = Scene.of(
-        thing(sphere((0.0, 0.0, 1.0), 0.5)), thing(plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)))
+        primitive(sphere((0.0, 0.0, 1.0), 0.5)), primitive(plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)))
     )
     floor, under, beside = jnp.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.5], [2.0, 0.0, 1.0]])
     above = jnp.array([0.0, 0.0, 3.0])

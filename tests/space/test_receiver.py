@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.space import receiver
+from firstorder.space import Receiver, receiver
 
 R = 1.7
 
@@ -61,3 +61,17 @@ def test_bad_receivers_are_refused():
         receiver((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     with pytest.raises(ValueError, match=r"^Argument `position` must be finite, but is inf\.$"):
         receiver((0.0, 0.0, np.inf))
+
+
+def test_a_receiver_by_its_class_is_the_one_of_the_old_name():
+    S = jnp.diag(jnp.array([0.5, -1.0]))
+    new = Receiver.at((0.0, 1.0, 2.0), (0.3, -0.4, 0.6), on=2, S=S)
+    old = receiver((0.0, 1.0, 2.0), (0.3, -0.4, 0.6), S, 2)
+    assert [a.tolist() for a in jax.tree.leaves(new)] == [b.tolist() for b in jax.tree.leaves(old)]
+
+
+def test_a_traced_normal_without_length_is_nan():
+    with pytest.raises(ValueError, match="`normal` must have a length"):
+        Receiver.at((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    made = jax.jit(lambda n: Receiver.at((0.0, 0.0, 0.0), n))(jnp.zeros(3))
+    assert np.isnan(made.normal).all()

@@ -5,16 +5,16 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.space import Scene, box, plane, rectangle, sphere, thing
+from firstorder.space import Scene, box, plane, primitive, rectangle, sphere
 
 
 def room():
     return Scene.of(
-        thing(rectangle((0, 0, 2), (0, 1, 0), (1, 0, 0)), name="lamp", emission=(2.0, 0.5)),
-        thing(sphere((0, 0, 1), 0.5), name="ball", albedo=0.25),
-        thing(plane((0, 0, 0), (0, 0, 1)), name="floor", albedo=(0.5, 0.1)),
-        thing(sphere((3, 0, 1), 0.5), name="ball"),
-        sky=lambda w: 1.0 + w[2],
+        primitive(rectangle((0, 0, 2), (0, 1, 0), (1, 0, 0)), name="lamp", emission=(2.0, 0.5)),
+        primitive(sphere((0, 0, 1), 0.5), name="ball", albedo=0.25),
+        primitive(plane((0, 0, 0), (0, 0, 1)), name="floor", albedo=(0.5, 0.1)),
+        primitive(sphere((3, 0, 1), 0.5), name="ball"),
+        environment=lambda w: 1.0 + w[2],
     )
 
 
@@ -51,7 +51,7 @@ def test_inside_and_on():
 
 def test_a_scene_can_be_made_inside_a_traced_function():
     def light(emission, height):
-        scene = Scene.of(thing(sphere((0.0, 0.0, height), 0.5), emission=emission))
+        scene = Scene.of(primitive(sphere((0.0, 0.0, height), 0.5), emission=emission))
         origin, up = jnp.zeros(3), jnp.array([0.0, 0.0, 1.0])
         return scene.emitted(0, origin, up) * scene.distance(0, origin, up)
 
@@ -64,11 +64,11 @@ def test_a_scene_can_be_made_inside_a_traced_function():
     [
         (lambda: Scene.of(), "Argument `things` must hold at least one shape, but is empty."),
         (
-            lambda: thing(box((0, 0, 0), (1, 1, 1)), albedo=0.8, specular=0.4),
+            lambda: primitive(box((0, 0, 0), (1, 1, 1)), albedo=0.8, specular=0.4),
             "Arguments `albedo` and `specular` must add up to at most 1, but add up to 1.2.",
         ),
         (
-            lambda: thing(box((0, 0, 0), (1, 1, 1)), emission=-1.0),
+            lambda: primitive(box((0, 0, 0), (1, 1, 1)), emission=-1.0),
             "Argument `emission` must not be negative, but is -1.0.",
         ),
         (
@@ -76,8 +76,8 @@ def test_a_scene_can_be_made_inside_a_traced_function():
             "Argument `name` must be one of ball, floor, lamp, but is 'wall'.",
         ),
         (
-            lambda: Scene.of(thing(sphere((0, 0, 0), 1.0)), sky=-1.0),
-            "Argument `sky` must not be negative, but is -1.0.",
+            lambda: Scene.of(primitive(sphere((0, 0, 0), 1.0)), environment=-1.0),
+            "Argument `environment` must not be negative, but is -1.0.",
         ),
     ],
 )
@@ -85,3 +85,9 @@ def test_bad_scenes_are_refused_in_one_sentence(make, words):
     with pytest.raises(ValueError, match="Argument") as found:
         make()
     assert str(found.value) == words
+
+
+def test_the_old_name_of_the_environment_is_answered_with_the_new_one():
+    with pytest.raises(TypeError) as found:
+        Scene.of(primitive(sphere((0.0, 0.0, 0.0), 1.0)), sky=1.0)
+    assert str(found.value) == "Argument `sky` is called `environment`."

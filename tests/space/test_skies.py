@@ -3,14 +3,14 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.flatland.skies import RowSky
+from firstorder.flatland.skies import PanoramaSky as PanoramaRow
 from firstorder.space.skies import (
     ConstantSky,
     GaussianSky,
     HarmonicSky,
     PanoramaSky,
-    angles,
-    harmonics,
+    _angles,
+    _harmonics,
 )
 
 RNG = np.random.default_rng(11)
@@ -77,7 +77,7 @@ def test_its_horizon_is_the_row_of_flatland():
     picture = RNG.uniform(size=(5, 12))
     a = np.linspace(-3.0, 3.0, 41)
     w = jnp.asarray(np.stack([-np.sin(a), np.cos(a), 0.0 * a], -1))
-    np.testing.assert_allclose(PanoramaSky(picture)(w), RowSky(picture[2])(a), atol=1e-13)
+    np.testing.assert_allclose(PanoramaSky(picture)(w), PanoramaRow(picture[2])(a), atol=1e-13)
 
 
 @pytest.mark.parametrize("name", SKIES)
@@ -116,7 +116,7 @@ def test_harmonics_are_orthonormal_and_those_of_scipy():
     from scipy.special import sph_harm_y
 
     w, weights = quadrature(12)
-    each = jax.jit(lambda w: harmonics(w, 8))
+    each = jax.jit(lambda w: _harmonics(w, 8))
     Y = np.asarray(each(w)).reshape(-1, 81)
     np.testing.assert_allclose(Y.T @ (weights.reshape(-1, 1) * Y), np.eye(81), atol=1e-13)
     x, y, z = np.asarray(everywhere(5)).T
@@ -154,7 +154,7 @@ def test_every_number_is_a_leaf_with_a_slope():
 
 def test_angles_are_those_of_the_convention():
     u, v = np.array([0.1, 0.5, 0.9]), np.array([0.2, 0.5, 0.7])
-    psi, theta = angles(jnp.asarray(3.0 * direction(u, v)))
+    psi, theta = _angles(jnp.asarray(3.0 * direction(u, v)))
     np.testing.assert_allclose(psi, 2.0 * np.pi * (u - 0.5), atol=1e-15)
     np.testing.assert_allclose(theta, np.pi * v, rtol=1e-14)
 

@@ -5,8 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.numerics.quadrature import periodic
-from firstorder.visibility import contour
+from firstorder.numerics.quadrature import periodic_trapezoid
+from firstorder.visibility import _contour as contour
 
 COS = 0.8  # of a cap's half-angle
 
@@ -17,7 +17,7 @@ def circle(count=16, center=(0.0, 0.0, 1.0), cosine=COS):
     across = np.cross(axis, [0.3, 0.5, -0.4])
     across /= np.linalg.norm(across)
     other = np.cross(axis, across)
-    t, w = periodic(2.0 * np.pi, count)
+    t, w = periodic_trapezoid(2.0 * np.pi, count)
     sine = np.sqrt(1.0 - cosine**2)
     ring = np.cos(t)[:, None] * across + np.sin(t)[:, None] * other
     turned = np.cos(t)[:, None] * other - np.sin(t)[:, None] * across
@@ -85,7 +85,7 @@ def test_short_segments_and_segments_towards_the_eye_have_derivatives():
         return (
             contour.segment_solid_angle(a, end)
             + jnp.sum(contour.segment_vector_irradiance(a, end))
-            + jnp.sum(contour.segment_translation(a, end))
+            + jnp.sum(contour.segment_translation_rate(a, end))
         )
 
     for b in (a, jnp.array([1.0, 0.0, 0.0])):
@@ -111,7 +111,7 @@ def test_precision_is_kept(dtype):
     for f in (
         contour.segment_solid_angle,
         contour.segment_vector_irradiance,
-        contour.segment_translation,
+        contour.segment_translation_rate,
         lambda a, b: contour.solid_angle_rate(a, b, a),
         contour.vector_irradiance_rate,
         contour.translation_rate,

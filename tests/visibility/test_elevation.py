@@ -6,11 +6,23 @@ import numpy as np
 import pytest
 
 from firstorder.checks.tolerance import fitted_order
-from firstorder.visibility import elevation, limb_bend, limb_elevation, rim_bend, rim_elevation
+from firstorder.visibility import (
+    contour_elevation,
+    contour_elevation_hessian,
+    crease_elevation,
+    crease_elevation_hessian,
+    elevation,
+)
 
 # Compiled once; the faults below trace anew.
 LIMB, RIM, BEND, RIM_BEND = (
-    jax.jit(f) for f in (limb_elevation, rim_elevation, limb_bend, rim_bend)
+    jax.jit(f)
+    for f in (
+        contour_elevation,
+        crease_elevation,
+        contour_elevation_hessian,
+        crease_elevation_hessian,
+    )
 )
 BOUND = 1e-9  # central differences with steps of 1e-5 of angles of 1e-16, third derivatives of 10
 
@@ -78,7 +90,7 @@ def limb_errors():
     """Errors of values and rates of all balls; traced anew on each call, for the faults."""
     rows = [touched(case, alpha) for case, alpha in zip(BALLS, ALPHA, strict=True)]
     phi, p, n = (jnp.stack(a) for a in zip(*rows, strict=True))
-    found = jax.jit(lambda p, n, phi: limb_elevation(p, n, phi))(p, n, phi)
+    found = jax.jit(lambda p, n, phi: contour_elevation(p, n, phi))(p, n, phi)
     rates = np.stack([differences(case) for case in BALLS])
     return np.abs(found.value - np.array(ALPHA)), np.abs(found.gradient - rates)
 
@@ -205,7 +217,7 @@ def test_derivatives_are_finite_wherever_values_are():
 
 def test_a_bad_number_is_refused():
     with pytest.raises(ValueError, match="Argument `point` must be finite, but is nan"):
-        limb_elevation(jnp.array([jnp.nan, 0.0, 1.0]), (1.0, 0.0, 0.0))
+        contour_elevation(jnp.array([jnp.nan, 0.0, 1.0]), (1.0, 0.0, 0.0))
 
 
 # --- deliberate faults ---------------------------------------------------------------------------

@@ -9,14 +9,14 @@ import pytest
 
 from firstorder.checks.tolerance import fitted_order
 from firstorder.visibility import (
-    Edges,
-    bracketed,
-    circle_alpha,
-    exposed_edges,
+    VisibilityEdges,
+    bracket_edges,
+    circle_edge_angle,
     from_rays,
-    limbs,
-    point_alpha,
+    point_edge_angle,
     shading,
+    tangent_points,
+    visible_edges,
 )
 
 CENTER, RADIUS, SLAB = (0.5, 1.7), 0.4, ((-0.4, 1.0), (-1.1, 1.3))
@@ -46,8 +46,11 @@ def hits(position=(0.0, 0.0)):
 @jax.jit
 def exact(position=(0.0, 0.0)):
     """The four edges in order of angle: the disc is to the right, the slab to the left."""
-    low = [circle_alpha(CENTER, RADIUS, 1.0, position), point_alpha(SLAB[0], position)]
-    high = [circle_alpha(CENTER, RADIUS, -1.0, position), point_alpha(SLAB[1], position, side=-1.0)]
+    low = [circle_edge_angle(CENTER, RADIUS, 1.0, position), point_edge_angle(SLAB[0], position)]
+    high = [
+        circle_edge_angle(CENTER, RADIUS, -1.0, position),
+        point_edge_angle(SLAB[1], position, side=-1.0),
+    ]
     stack = lambda *a: jnp.stack(a)  # noqa: E731
     return [jax.tree.map(stack, *pair) for pair in (low, high)]
 
@@ -58,8 +61,8 @@ ANGLES = np.linspace(-1.55, 1.55, 256)
 @jax.jit
 def found(position):
     hit = hits(position)
-    edges = bracketed(lambda a: hit(a) < jnp.inf, jnp.asarray(ANGLES), size=6)
-    return edges, limbs(hit, edges)
+    edges = bracket_edges(lambda a: hit(a) < jnp.inf, jnp.asarray(ANGLES), size=6)
+    return edges, tangent_points(hit, edges)
 
 
 def test_edges_are_bisected_to_rounding():
@@ -116,7 +119,7 @@ def test_more_hits_are_of_higher_order():
 
     @jax.jit
     def distances(edges):
-        each = [[limbs(hits(), edges, r, k).distance[0] for r in reaches] for k in (2, 3)]
+        each = [[tangent_points(hits(), edges, r, k).distance[0] for r in reaches] for k in (2, 3)]
         return jnp.array(each)
 
     errors = np.abs(np.asarray(distances(found(jnp.zeros(2))[0])) - float(exact()[0].distance[0]))
@@ -127,12 +130,14 @@ def test_more_hits_are_of_higher_order():
 @jax.jit
 def shaded_by_rays_and_by_shapes():
     hit = hits()
-    points = limbs(hit, bracketed(lambda a: hit(a) < jnp.inf, jnp.asarray(ANGLES), size=6))
+    points = tangent_points(
+        hit, bracket_edges(lambda a: hit(a) < jnp.inf, jnp.asarray(ANGLES), size=6)
+    )
     a, zero = points.alpha(), jnp.zeros((6, 2, 2))
     first, second = zero[:, 0].at[:, 0].set(a.alpha_x), zero.at[:, 0, 0].set(a.alpha_xx)
-    traced = Edges(a.value, first, second, points.sign, jnp.array(1.0))
+    traced = VisibilityEdges(a.value, first, second, points.sign, jnp.array(1.0))
     T = lambda x, t, w: jnp.cos(w) * (1.0 + 0.3 * jnp.sin(w + t))  # noqa: E731
-    return [shading(T, 0.0, 0.2, edges) for edges in (traced, exposed_edges(*exact()))]
+    return [shading(T, 0.0, 0.2, edges) for edges in (traced, visible_edges(*exact()))]
 
 
 def test_shading_from_rays_is_the_shading_from_shapes():
@@ -147,7 +152,7 @@ def test_shading_from_rays_is_the_shading_from_shapes():
 def comb_of(teeth, width, shift):
     """Edges of a comb of blockers, of a given width each, from 64 rays and four slots."""
     blocked = lambda a: jnp.cos(teeth * (a - shift)) > jnp.cos(teeth * 0.5 * width)  # noqa: E731
-    return bracketed(blocked, jnp.linspace(-1.0, 1.0, 64), size=4)
+    return bracket_edges(blocked, jnp.linspace(-1.0, 1.0, 64), size=4)
 
 
 def test_what_is_narrower_than_a_step_is_not_seen():
@@ -167,8 +172,8 @@ def test_a_sliver_has_no_limb():
     @jax.jit
     def sliver():
         hit = lambda a: jnp.where(jnp.abs(a) < 1e-5, 1.0, jnp.inf)  # noqa: E731
-        edges = bracketed(lambda a: hit(a) < jnp.inf, jnp.linspace(-1.0, 1.0, 101), size=3)
-        points = limbs(hit, edges)
+        edges = bracket_edges(lambda a: hit(a) < jnp.inf, jnp.linspace(-1.0, 1.0, 101), size=3)
+        points = tangent_points(hit, edges)
         return points.distance, points.alpha().alpha_x
 
     distance, alpha_x = sliver()
@@ -180,10 +185,10 @@ def test_a_sliver_has_no_limb():
 @pytest.mark.smoke
 def test_bad_counts_are_one_sentence():
     with pytest.raises(ValueError, match=r"^Argument `size` must be positive, but is 0.$"):
-        bracketed(lambda a: a > 0, jnp.zeros(3), size=0)
+        bracket_edges(lambda a: a > 0, jnp.zeros(3), size=0)
     edges = found(jnp.zeros(2))[0]
     with pytest.raises(ValueError, match=r"^Argument `reach` must be positive, but is 0.0.$"):
-        limbs(lambda a: a, edges, reach=0.0)
+        tangent_points(lambda a: a, edges, reach=0.0)
 
 
 def test_single_precision_with_three_hits():
@@ -191,8 +196,8 @@ def test_single_precision_with_three_hits():
     @jax.jit
     def one(angles):
         hit = hits()
-        edges = bracketed(lambda a: hit(a) < jnp.inf, angles, size=4)
-        return limbs(hit, edges, reach=3e-2, points=3).distance
+        edges = bracket_edges(lambda a: hit(a) < jnp.inf, angles, size=4)
+        return tangent_points(hit, edges, reach=3e-2, points=3).distance
 
     with jax.enable_x64(False):
         distance = one(jnp.asarray(ANGLES, "float32"))
@@ -227,7 +232,7 @@ def faulty():
         for weights in FAULTS.values():
             with pytest.MonkeyPatch.context() as patch:
                 patch.setattr(from_rays, "_at_zero", weights)
-                out.append(limbs(hits(), edges).distance[0])
+                out.append(tangent_points(hits(), edges).distance[0])
         return out
 
     return dict(zip(FAULTS, all_of(found(jnp.zeros(2))[0]), strict=True))

@@ -10,15 +10,15 @@ import pytest
 
 from derivations.visibility import gradients as oracle
 from firstorder.visibility import (
-    Edges,
-    angular_by_parts,
-    circle_alpha,
-    differentiated_edges,
-    exposed_edges,
+    VisibilityEdges,
+    angular_derivative_by_parts,
+    autodiff_edges,
+    circle_edge_angle,
     gradients,
-    point_alpha,
-    shaded,
+    point_edge_angle,
     shading,
+    shading_derivatives,
+    visible_edges,
     visible_measure,
 )
 
@@ -27,10 +27,10 @@ ENTRIES = ("B", "B_x", "B_theta", "B_xx", "B_xtheta", "B_thetatheta")
 
 def slabs(x):
     low, high = (
-        point_alpha(jnp.array([s[k] for s in oracle.SLABS]), jnp.stack([x, 0.0 * x]))
+        point_edge_angle(jnp.array([s[k] for s in oracle.SLABS]), jnp.stack([x, 0.0 * x]))
         for k in (0, 1)
     )
-    return exposed_edges(low, high)
+    return visible_edges(low, high)
 
 
 @jax.jit
@@ -70,7 +70,7 @@ def test_the_parts_are_what_they_say():
 def two_splits(x, theta):
     L, rho = (functools.partial(f, jnp) for f in (oracle.light, oracle.lobe))
     plain = shading(lambda x, t, w: L(x, w) * rho(t - w), x, theta, slabs(x))
-    return angular_by_parts(L, rho, x, theta, slabs(x)), plain.gradient
+    return angular_derivative_by_parts(L, rho, x, theta, slabs(x)), plain.gradient
 
 
 def test_by_parts_is_the_same_derivative_with_another_split():
@@ -87,8 +87,8 @@ DISC = (0.15, 0.9, 0.15, -0.85, 0.95, 2.0)  # x, y, radius; light from, to, at h
 
 def disc_and_light(p):
     """The disc's two edges; the light is a window, beyond which all is blocked."""
-    low = circle_alpha(p[:2], p[2]).value
-    high = circle_alpha(p[:2], p[2], -1.0).value
+    low = circle_edge_angle(p[:2], p[2]).value
+    high = circle_edge_angle(p[:2], p[2], -1.0).value
     right, left = -jnp.arctan(p[4] / p[5]), -jnp.arctan(p[3] / p[5])
     half = 0.5 * jnp.pi
     return jnp.stack([low, -half, left]), jnp.stack([high, right, half])
@@ -109,7 +109,7 @@ def test_every_parameter_of_a_scene_has_its_gradient_and_hessian():
 
     @jax.jit
     def ours(p):
-        return shaded(lambda p, w: jnp.cos(w), p, differentiated_edges(disc_and_light, p))
+        return shading_derivatives(lambda p, w: jnp.cos(w), p, autodiff_edges(disc_and_light, p))
 
     found = ours(p)
     with mp.workdps(50):
@@ -191,8 +191,8 @@ def test_a_fault_at_the_boundary_is_seen(fault, terms):
 def under_cosine(low, high, x):
     """Shading from the ends of three slabs, and the measure of what is left visible."""
     place = jnp.stack([x, 0.0 * x])
-    low, high = point_alpha(low, place), point_alpha(high, place, side=-1.0)
-    s = shaded(lambda p, w: jnp.cos(w), jnp.zeros(2), exposed_edges(low, high))
+    low, high = point_edge_angle(low, place), point_edge_angle(high, place, side=-1.0)
+    s = shading_derivatives(lambda p, w: jnp.cos(w), jnp.zeros(2), visible_edges(low, high))
     return s, visible_measure(low.value, high.value, jnp.sin)
 
 
@@ -202,10 +202,10 @@ def under_cosine(low, high, x):
 def box_and_disc(x):
     """R07's Fig. 9 in small: a box's ends and a disc that its shadow passes behind."""
     place = jnp.stack([x, 0.0 * x])
-    b = [point_alpha(jnp.array(c), place) for c in ((0.5, 1.0), (-0.1, 1.0))]
-    d = [circle_alpha((-0.3, 1.6), 0.3, side, place) for side in (1.0, -1.0)]
+    b = [point_edge_angle(jnp.array(c), place) for c in ((0.5, 1.0), (-0.1, 1.0))]
+    d = [circle_edge_angle((-0.3, 1.6), 0.3, side, place) for side in (1.0, -1.0)]
     low, high = (jax.tree.map(lambda *a: jnp.stack(a), p, q) for p, q in zip(b, d, strict=True))
-    return exposed_edges(low, high)
+    return visible_edges(low, high)
 
 
 @jax.jit
@@ -230,13 +230,13 @@ def test_gradients_jump_where_two_edges_are_in_line_and_stay_finite():
 
 def test_blockers_that_reach_below_the_horizon_or_behind():
     """A near disc to the left and below, a segment seen from either side, one underneath."""
-    disc = [circle_alpha((-0.6, -0.3), 0.5, side) for side in (1.0, -1.0)]
+    disc = [circle_edge_angle((-0.6, -0.3), 0.5, side) for side in (1.0, -1.0)]
     corners = [((0.5, 0.2), (0.9, -0.4)), ((0.9, -0.4), (0.5, 0.2)), ((1.0, -0.1), (-1.0, -0.2))]
-    ends = [[point_alpha(corner[k]) for corner in corners] for k in (0, 1)]
+    ends = [[point_edge_angle(corner[k]) for corner in corners] for k in (0, 1)]
     low, high = (
         jax.tree.map(lambda *a: jnp.stack(a), d, *e) for d, e in zip(disc, ends, strict=True)
     )
-    edges = exposed_edges(low, high)
+    edges = visible_edges(low, high)
     shown = np.sort(np.asarray(edges.angle)[np.asarray(edges.sign) != 0])
     middle, half = np.arctan2(0.6, -0.3), np.arcsin(0.5 / np.hypot(0.6, 0.3))
     np.testing.assert_allclose(shown, [-np.arctan2(0.5, 0.2), middle - half], rtol=1e-14)
@@ -246,7 +246,7 @@ def test_blockers_that_reach_below_the_horizon_or_behind():
 
 def test_hidden_edges_may_be_anything():
     nan = jnp.array([jnp.nan, 0.3])
-    edges = Edges(
+    edges = VisibilityEdges(
         nan, nan[:, None] * jnp.ones(2), nan[:, None, None] * jnp.ones((2, 2)),
         jnp.array([0.0, 1.0]), jnp.array(1.0),
     )  # fmt: skip
@@ -254,7 +254,7 @@ def test_hidden_edges_may_be_anything():
     @jax.jit
     def both(edges):
         def dark(e):
-            s = shaded(lambda p, w: jnp.cos(w) * (1.0 + p[0]), jnp.zeros(2), e)
+            s = shading_derivatives(lambda p, w: jnp.cos(w) * (1.0 + p[0]), jnp.zeros(2), e)
             return s.value, s
 
         return jax.grad(dark, has_aux=True)(edges)
@@ -278,7 +278,7 @@ def test_light_with_breaks_is_cut_there():
     @jax.jit
     def bent(x):
         T = lambda p, w: jnp.abs(w - 0.1)  # noqa: E731
-        return shaded(T, jnp.zeros(2), slabs(x), breaks=(0.1,)).value
+        return shading_derivatives(T, jnp.zeros(2), slabs(x), breaks=(0.1,)).value
 
     truth = sum(
         float(mp.quad(lambda w: abs(w - 0.1), [a, 0.1, b] if a < 0.1 < b else [a, b]))

@@ -7,14 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firstorder.visibility import intervals
-from firstorder.visibility.intervals import (
+from firstorder.visibility import _intervals as intervals
+from firstorder.visibility._intervals import (
     blocked_measure,
-    clipped,
-    exposed,
-    merged,
+    clip_intervals,
+    exposed_ends,
+    interval_between,
+    merge_intervals,
     signed_edges,
-    spanned,
     visible_gaps,
     visible_measure,
 )
@@ -47,7 +47,7 @@ def batch(low, high):
         "measure": blocked_measure(low, high),
         "sines": blocked_measure(low, high, jnp.sin),
         "visible": visible_measure(low, high, jnp.sin),
-        "merged": merged(low, high),
+        "merged": merge_intervals(low, high),
         "gaps": visible_gaps(low, high),
         "edges": signed_edges(low, high),
     }
@@ -159,7 +159,7 @@ def test_the_span_of_a_segment_is_what_rays_meet(ax, ay, bx, by):
 
 @jax.jit
 def span(one, two):
-    return clipped(*spanned(one, two))
+    return clip_intervals(*interval_between(one, two))
 
 
 def test_who_covers_whom():
@@ -174,7 +174,7 @@ def test_who_covers_whom():
         "not a number": ([np.nan, 0.1], [0.3, np.nan], [0, 0], [0, 0]),
     }
     for words, (low, high, at_low, at_high) in cases.items():
-        found = exposed(jnp.array(low), jnp.array(high))
+        found = exposed_ends(jnp.array(low), jnp.array(high))
         np.testing.assert_array_equal(np.asarray(found), np.array([at_low, at_high]), words)
 
 
@@ -202,7 +202,7 @@ def test_batches_and_horizons():
     for name, found in at_once.items():
         for ours, single in zip(jax.tree.leaves(found), jax.tree.leaves(one[name]), strict=True):
             np.testing.assert_array_equal(ours, single)
-    inside = jax.jit(lambda a, b: clipped(a, b, (-0.1, 0.2)))(low, high)
+    inside = jax.jit(lambda a, b: clip_intervals(a, b, (-0.1, 0.2)))(low, high)
     assert all(np.all((np.asarray(e) >= -0.1) & (np.asarray(e) <= 0.2)) for e in inside)
 
 
@@ -239,7 +239,7 @@ def no_ties(low, high):
 
 def open_ends(low, high):
     """Intervals that only touch are not joined: no derivative is wrong, but a seam stays."""
-    at_low, _ = exposed(low, high)
+    at_low, _ = exposed_ends(low, high)
     return at_low, at_low
 
 
@@ -256,5 +256,5 @@ def test_a_fault_in_the_masks_is_seen(fault, monkeypatch):
         return np.max(np.abs(np.array(totals) - truth))
 
     assert error() < 1e-14
-    monkeypatch.setattr(intervals, "exposed", fault)
+    monkeypatch.setattr(intervals, "exposed_ends", fault)
     assert error() > 1e-3

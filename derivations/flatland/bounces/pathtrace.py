@@ -50,15 +50,15 @@ def tree_measured() -> float:
     import jax
     from scipy.integrate import quad
 
-    from firstorder.checks.statistics import z_of
-    from firstorder.flatland import Receiver, Scene, Segments, thing
+    from firstorder.checks.statistics import z_test_of
+    from firstorder.flatland import Receiver, Scene, Segments, primitive
     from firstorder.flatland.bounces.pathtrace import tree_irradiance
 
-    lamp = thing(Segments((0.9, 1.0), (-0.4, 0.7)), emission=1.3)
+    lamp = primitive(Segments((0.9, 1.0), (-0.4, 0.7)), emission=1.3)
     ends = np.arctan2([-(0.9 - 0.2), 0.4 + 0.2], [1.0, 0.7])
     truth = 1.3 * quad(np.cos, *ends)[0]
     at = Receiver(np.array([[0.2, 0.0]]), np.zeros(1), np.array([-1]))
-    z = z_of(tree_irradiance(Scene.of(lamp), at, jax.random.key(1), (16,), 2000), truth)
+    z = z_test_of(tree_irradiance(Scene.of(lamp), at, jax.random.key(1), (16,), 2000), truth)
     return z.worst / z.threshold
 
 
@@ -66,11 +66,11 @@ def densities_by_autodiff() -> float:
     """Each sampler's density against the derivative of its map: `pdf(theta(u)) dtheta/du = 1`."""
     import jax
 
-    from firstorder.sampling import Cosine, Uniform
+    from firstorder.sampling import CosineDirections, UniformDirections
 
     u = np.linspace(0.03, 0.97, 7)
     worst = 0.0
-    for sampler in (Uniform(), Cosine()):
+    for sampler in (UniformDirections(), CosineDirections()):
         rate = jax.vmap(jax.grad(sampler.sample))(u)
         off = np.asarray(rate * sampler.density(sampler.sample(u))) - 1.0
         worst = max(worst, float(np.max(np.abs(off))))
@@ -129,13 +129,13 @@ def paths_measured() -> float:
     """The library in a furnace of 0.4 and albedo 0.5; worst z over its threshold."""
     import jax
 
-    from firstorder.checks.statistics import z_of
-    from firstorder.flatland import Receiver, Scene, box, thing
+    from firstorder.checks.statistics import z_test_of
+    from firstorder.flatland import Receiver, Scene, box, primitive
     from firstorder.flatland.bounces.pathtrace import path_irradiance
 
-    room = Scene.of(thing(box((0.0, 0.0), (1.0, 1.0), inward=True), emission=0.4, albedo=0.5))
+    room = Scene.of(primitive(box((0.0, 0.0), (1.0, 1.0), inward=True), emission=0.4, albedo=0.5))
     at = Receiver(np.array([[0.3, 0.0], [0.9, 0.4]]), np.array([0.0, 1.0]), np.array([0, -1]))
-    z = z_of(path_irradiance(room, at, jax.random.key(2), 20_000), 2 * 0.4 / (1 - 0.5))
+    z = z_test_of(path_irradiance(room, at, jax.random.key(2), 20_000), 2 * 0.4 / (1 - 0.5))
     return z.worst / z.threshold
 
 
@@ -147,7 +147,7 @@ def steps_by_autodiff() -> float:
     import jax
     import jax.numpy as jnp
 
-    from firstorder.flatland.bounces.scatter import Surface, reflect, scatter
+    from firstorder.flatland.bounces._scatter import Surface, reflect, scatter
 
     rho, zero = jnp.asarray(0.6), jnp.asarray(0.0)
     surface = Surface(rho, zero, zero, zero, zero)
@@ -197,14 +197,14 @@ def gradient_measured() -> float:
     import jax
 
     from firstorder.checks.statistics import z_test
-    from firstorder.flatland import Receiver, Scene, Segments, thing
-    from firstorder.flatland.estimators.irradiance_forms import arc_length_on_curves
+    from firstorder.flatland import Receiver, Scene, Segments, primitive
+    from firstorder.flatland.estimators._irradiance_forms import arc_length_estimate_on_curves
 
-    scene = Scene.of(thing(Segments((0.5, 1.0), (-0.5, 1.0)), emission=1.3))
+    scene = Scene.of(primitive(Segments((0.5, 1.0), (-0.5, 1.0)), emission=1.3))
     x, runs = 0.3, 200
     at = Receiver(np.array([x, 0.0]), np.array(0.0), np.array(-1))
     seen = jax.jit(
-        jax.vmap(lambda key: arc_length_on_curves(scene, at, 16, key).translation().first)
+        jax.vmap(lambda key: arc_length_estimate_on_curves(scene, at, 16, key).translation().first)
     )(jax.random.split(jax.random.key(4), runs))
     truth = 1.3 * (1.0 / np.hypot(1.0, -0.5 - x) ** 3 - 1.0 / np.hypot(1.0, 0.5 - x) ** 3)
     seen = np.asarray(seen)
@@ -217,15 +217,15 @@ def gradient_by_autodiff() -> float:
     import jax
     import jax.numpy as jnp
 
-    from firstorder.flatland import Receiver, Scene, Segments, thing
-    from firstorder.flatland.estimators.irradiance_forms import arc_length_on_curves
+    from firstorder.flatland import Receiver, Scene, Segments, primitive
+    from firstorder.flatland.estimators._irradiance_forms import arc_length_estimate_on_curves
 
     def subtended(x):
         return 1.3 * (jnp.sin(jnp.arctan(0.5 - x)) + jnp.sin(jnp.arctan(0.5 + x)))
 
-    scene = Scene.of(thing(Segments((0.5, 1.0), (-0.5, 1.0)), emission=1.3))
+    scene = Scene.of(primitive(Segments((0.5, 1.0), (-0.5, 1.0)), emission=1.3))
     at = Receiver(np.array([0.3, 0.0]), np.array(0.0), np.array(-1))
-    middle = jax.jit(lambda: arc_length_on_curves(scene, at, 4000).translation().first)()
+    middle = jax.jit(lambda: arc_length_estimate_on_curves(scene, at, 4000).translation().first)()
     return float(abs(middle / jax.grad(subtended)(0.3) - 1.0))
 
 
@@ -255,7 +255,7 @@ ROWS = [
     Row(
         "J12.39",
         "identity",
-        implements="firstorder.flatland.estimators.irradiance_forms.arc_length_on_curves",
+        implements="firstorder.flatland.estimators._irradiance_forms.arc_length_estimate_on_curves",
         symbolic=gradient_sample,
         autodiff=Check(gradient_by_autodiff, 1e-6),
         fourier=na("no spectrum"),

@@ -54,14 +54,14 @@ def boundary():
 
 def order_of_the_width() -> float:
     """How far from 2 the fitted order of the bias is, scene A's irradiance at its centre."""
-    from firstorder.sampling.density import expected_fixed
+    from firstorder.sampling._density import expected_fixed_radius
 
     def cumulative(x):  # of the lamp from -1/2 to 1/2 at height 1: E integrated by hand
         return np.hypot(x + 0.5, 1.0) - np.hypot(x - 0.5, 1.0)
 
     radii = np.array([0.05, 0.1, 0.2])
     truth = 2 * 0.5 / np.hypot(0.5, 1.0)
-    errors = [abs(expected_fixed(cumulative, 0.0, r, 10).mean - truth) for r in radii]
+    errors = [abs(expected_fixed_radius(cumulative, 0.0, r, 10).mean - truth) for r in radii]
     return abs(fitted_order(radii, errors) - 2.0)
 
 
@@ -87,7 +87,7 @@ def library_measured() -> float:
     import jax.numpy as jnp
 
     from firstorder.checks.statistics import z_test
-    from firstorder.sampling.density import nearest_window
+    from firstorder.sampling._density import nearest_window
 
     k, n, runs = 5, 200, 4000
     at = jnp.sort(jax.random.uniform(jax.random.key(30), (runs, n)), axis=1)

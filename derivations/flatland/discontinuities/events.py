@@ -190,20 +190,20 @@ FLOOR, BALL = 0, 3
 @functools.cache
 def lit_scene():
     """A floor, lights above, a point light; receivers are the floor and the first circle."""
-    from firstorder.flatland import Circles, PointLights, Scene, Segments, thing
+    from firstorder.flatland import Circles, PointLights, Scene, Segments, primitive
 
-    floor = thing(Segments((-2.0, 0.0), (2.0, 0.0)), name="floor")
-    straight = [thing(Segments(s, e), emission=(f, b)) for s, e, f, b in SEGMENTS]
-    round_ = [thing(Circles(c, r), emission=L) for c, r, L in CIRCLES]
+    floor = primitive(Segments((-2.0, 0.0), (2.0, 0.0)), name="floor")
+    straight = [primitive(Segments(s, e), emission=(f, b)) for s, e, f, b in SEGMENTS]
+    round_ = [primitive(Circles(c, r), emission=L) for c, r, L in CIRCLES]
     return Scene.of(floor, *straight, *round_, points=PointLights(*LIGHT))
 
 
 @functools.cache
 def predicted():
     """All visual events on the fronts of the floor and the circle."""
-    from firstorder.flatland.discontinuities.events import find
+    from firstorder.flatland.discontinuities.events import visual_events
 
-    table = find(lit_scene())
+    table = visual_events(lit_scene())
     return table.take(table.front & np.isin(table.receiver, (FLOOR, BALL)))
 
 
@@ -279,7 +279,7 @@ ROWS = [
     Row(
         "C.events.gradient",
         "identity",
-        "firstorder.flatland.discontinuities.events.find",
+        "firstorder.flatland.discontinuities.events.visual_events",
         symbolic=lambda: [*gradient_jump(), tangent_is_a_point()],
         autodiff=Check(lambda: autodiff_error(PAIRS, 1), 1e-4),
         fourier=na("no spectrum"),
@@ -289,7 +289,7 @@ ROWS = [
     Row(
         "C.events.shadow",
         "identity",
-        "firstorder.flatland.discontinuities.events.find",
+        "firstorder.flatland.discontinuities.events.visual_events",
         symbolic=point_light,
         autodiff=Check(lambda: autodiff_error(("shadow",), 1), 1e-4),
         fourier=na("no spectrum"),
@@ -298,7 +298,7 @@ ROWS = [
     Row(
         "C.events.horizon",
         "identity",
-        "firstorder.flatland.discontinuities.events.find",
+        "firstorder.flatland.discontinuities.events.visual_events",
         symbolic=rising_edge,
         autodiff=Check(lambda: autodiff_error(("horizon",), 2), 1e-4),
         fourier=na("no spectrum"),
@@ -307,7 +307,7 @@ ROWS = [
     Row(
         "C.events.dusk",
         "identity",
-        "firstorder.flatland.discontinuities.events.find",
+        "firstorder.flatland.discontinuities.events.visual_events",
         symbolic=lambda: point_light()[2],
         autodiff=Check(lambda: autodiff_error(("dusk",), 1), 1e-4),
         fourier=na("no spectrum"),

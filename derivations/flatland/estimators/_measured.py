@@ -22,14 +22,19 @@ def compiled(name, form, n=0):
     import equinox as eqx
 
     from firstorder.flatland import Receiver, derivatives, irradiance
-    from firstorder.flatland.estimators.irradiance_forms import arc_length_exact, stratified
-    from firstorder.flatland.estimators.strata import look, strata
+    from firstorder.flatland.estimators._irradiance_forms import (
+        arc_length_integral,
+        stratified_estimate,
+    )
+    from firstorder.flatland.estimators.strata import hemicircle_strata, trace_strata
 
     scene, radiance = scenes.built(name)
     at = Receiver(*HERE[name])
     forms = {
-        "exact": lambda key: arc_length_exact(scene, at, radiance),
-        "stratified": lambda key: stratified(look(scene, at, strata(n), radiance)),
+        "exact": lambda key: arc_length_integral(scene, at, radiance),
+        "stratified": lambda key: stratified_estimate(
+            trace_strata(scene, at, hemicircle_strata(n), radiance)
+        ),
         "autodiff": lambda key: derivatives(
             lambda r: irradiance(scene, r, radiance), at, freedoms=("x",)
         ),
@@ -78,7 +83,7 @@ def angular() -> float:
 
 def sector_sums() -> float:
     """(43) and (44) with numbers, and the library's sum of borders, for uneven strata."""
-    from firstorder.flatland.estimators.irradiance_forms import Borders, moved
+    from firstorder.flatland.estimators._irradiance_forms import Borders, border_derivatives
 
     rng = np.random.default_rng(4)
     ends = np.sort(np.r_[-np.pi / 2, rng.uniform(-1.5, 1.5, 30), np.pi / 2])
@@ -86,7 +91,7 @@ def sector_sums() -> float:
     direct = sum(v * (np.sin(q) - np.sin(p)) for v, p, q in zip(L, ends, ends[1:], strict=False))
     jump = np.r_[0.0, L] - np.r_[L, 0.0]
     zero = np.zeros_like(ends)
-    ours = moved(Borders(ends, zero, jump, zero)).value
+    ours = border_derivatives(Borders(ends, zero, jump, zero)).value
     return max(abs(np.sum(jump * np.sin(ends)) - direct), float(abs(ours - direct)))
 
 
@@ -108,12 +113,12 @@ def constant_per_sector() -> float:
 
 
 def points_moved(order) -> float:
-    """`moved` against autodiff of the sines of fixed points, by all three freedoms."""
+    """`border_derivatives` against autodiff of the sines of fixed points, by all three freedoms."""
     import jax
     import jax.numpy as jnp
 
     from firstorder.checks.tolerance import normwise
-    from firstorder.flatland.estimators.irradiance_forms import Borders, moved
+    from firstorder.flatland.estimators._irradiance_forms import Borders, border_derivatives
 
     rng = np.random.default_rng(7)
     angle, r, jump = rng.uniform(-1.4, 1.4, 9), rng.uniform(0.3, 3.0, 9), rng.normal(size=9)
@@ -124,19 +129,19 @@ def points_moved(order) -> float:
         side = p[:, 0] * jnp.cos(q[2]) + p[:, 1] * jnp.sin(q[2])
         return jnp.sum(-jump * side / jnp.sqrt(jnp.sum(p * p, -1)))
 
-    ours = moved(Borders(angle, 1.0 / r, jump, 0.0 * r))
+    ours = border_derivatives(Borders(angle, 1.0 / r, jump, 0.0 * r))
     if order == 1:
         return normwise(ours.gradient, jax.jit(jax.grad(total))(jnp.zeros(3)))
     return normwise(ours.hessian, jax.jit(jax.hessian(total))(jnp.zeros(3)))
 
 
 def limbs_moved() -> float:
-    """`moved` with its bend against autodiff of the sines of both tangents to a disc."""
+    """`border_derivatives` with its bend against autodiff of the sines of a disc's two tangents."""
     import jax
     import jax.numpy as jnp
 
     from firstorder.checks.tolerance import normwise
-    from firstorder.flatland.estimators.irradiance_forms import Borders, moved
+    from firstorder.flatland.estimators._irradiance_forms import Borders, border_derivatives
 
     centre, radius, sides = jnp.array([-0.3, 0.9]), 0.35, jnp.array([1.0, -1.0])
 
@@ -148,7 +153,7 @@ def limbs_moved() -> float:
     jump, zero = jnp.array([0.7, -0.4]), jnp.zeros(3)
     r = np.sqrt(float(centre @ centre) - radius**2)
     inverse = jnp.full(2, 1.0 / r)
-    ours = moved(Borders(limb(zero), inverse, jump, sides * radius / r**3))
+    ours = border_derivatives(Borders(limb(zero), inverse, jump, sides * radius / r**3))
     return normwise(
         ours.hessian, jax.jit(jax.hessian(lambda q: jnp.sum(jump * jnp.sin(limb(q)))))(zero)
     )
@@ -201,11 +206,11 @@ def disc_borders(n=20000):
 def mended_sum() -> float:
     """(51) with both terms that it lacks, against the truth."""
     from firstorder.checks.tolerance import normwise
-    from firstorder.flatland.estimators.irradiance_forms import Borders, moved
+    from firstorder.flatland.estimators._irradiance_forms import Borders, border_derivatives
 
     borders, limbs, drag = disc_borders()
     e = np.stack([np.cos(limbs), np.sin(limbs)], -1)
-    hessian = np.array(moved(Borders(*borders)).hessian)
+    hessian = np.array(border_derivatives(Borders(*borders)).hessian)
     hessian[:2, :2] += np.einsum("k,ki,kj->ij", drag, e, e)
     return normwise(hessian, truth("disc")[2])
 
@@ -247,9 +252,9 @@ def printed_limit(x):
     """
     import jax.numpy as jnp
 
-    from firstorder.flatland.estimators.irradiance_forms import Borders, moved
+    from firstorder.flatland.estimators._irradiance_forms import Borders, border_derivatives
 
     assert x == HERE["disc"][0][0]
     (angle, inverse, jump, bend), *_ = disc_borders()
     fixed = [jnp.asarray(a) for a in (angle, inverse, jump, 0.0 * bend)]
-    return float(moved(Borders(*fixed)).hessian[0, 0])
+    return float(border_derivatives(Borders(*fixed)).hessian[0, 0])

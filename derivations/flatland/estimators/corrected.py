@@ -34,7 +34,7 @@ ROWS = [
     Row(
         "J12.51",
         "over-claim",
-        implements="firstorder.flatland.estimators.corrected.mended",
+        implements="firstorder.flatland.estimators.corrected.corrected_estimate",
         fourier=na("no spectrum"),
         symbolic=lambda: [*sliding(), uncovered()[1]],
         autodiff=Check(limbs_moved, 1e-12),

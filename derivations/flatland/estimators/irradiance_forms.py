@@ -158,15 +158,15 @@ def turned():
 
 
 ARC = {
-    "implements": "firstorder.flatland.estimators.irradiance_forms.arc_length",
+    "implements": "firstorder.flatland.estimators._irradiance_forms.arc_length_estimate",
     "fourier": na("no spectrum"),
 }
 STRATA = {
-    "implements": "firstorder.flatland.estimators.irradiance_forms.stratified",
+    "implements": "firstorder.flatland.estimators._irradiance_forms.stratified_estimate",
     "fourier": na("no spectrum"),
 }
 MOVED = {
-    "implements": "firstorder.flatland.estimators.irradiance_forms.moved",
+    "implements": "firstorder.flatland.estimators._irradiance_forms.border_derivatives",
     "fourier": na("no spectrum"),
 }
 

@@ -66,23 +66,23 @@ def _strip():
 
 def layer_against_traced() -> float:
     """A strip as a layer, and as a segment of flatland that rays are traced against."""
-    from firstorder.flatland import Scene, Segments, thing
-    from firstorder.shadowfield import layer, traced_by_slope
+    from firstorder.flatland import Scene, Segments, primitive
+    from firstorder.shadowfield import planar_blocker, ray_visibility_by_slope
 
-    scene = Scene.of(thing(Segments((-0.1, 1.0 - D2), (0.2, 1.0 - D2))))
+    scene = Scene.of(primitive(Segments((-0.1, 1.0 - D2), (0.2, 1.0 - D2))))
     Y, V = np.meshgrid(np.linspace(-0.803, 0.8, 37), np.linspace(-1.007, 1.0, 41), indexing="ij")
-    found = np.asarray(layer(_strip(), D2)(Y, V))
-    return float(np.max(np.abs(found - traced_by_slope(scene, Y, V, 1.0, D1))))
+    found = np.asarray(planar_blocker(_strip(), D2)(Y, V))
+    return float(np.max(np.abs(found - ray_visibility_by_slope(scene, Y, V, 1.0, D1))))
 
 
 def storage_against_rays() -> float:
-    """Rays followed from the light to the receiver, and named by `to_light`."""
-    from firstorder.shadowfield import to_light
+    """Rays followed from the light to the receiver, and named by `to_two_planes`."""
+    from firstorder.shadowfield import to_two_planes
 
     rng = np.random.default_rng(2)
     Y, V = rng.normal(size=(2, 50))
     X = Y + D1 * V
-    found = np.asarray(to_light(D1).M) @ np.stack([X, Y])
+    found = np.asarray(to_two_planes(D1).M) @ np.stack([X, Y])
     return float(np.max(np.abs(found - np.stack([Y, V]))))
 
 
@@ -90,12 +90,12 @@ def bound_is_reached() -> float:
     """The worst blocker, found by looking at each piece of the light, against the bound."""
     import jax
 
-    from firstorder.fields import Box
+    from firstorder.fields import BoxProfile
     from firstorder.shadowfield import PLANE, factoring_bound
 
     n = 20000
     s = HALF * (2 * (np.arange(n) + 0.5) / n - 1)
-    bound = jax.jit(lambda X: factoring_bound(Box(HALF, "y", PLANE), D1, -HALF, HALF, X))
+    bound = jax.jit(lambda X: factoring_bound(BoxProfile(HALF, "y", PLANE), D1, -HALF, HALF, X))
     worst = 0.0
     for X in (0.0, 0.7):
         r = np.hypot(X - s, D1)
@@ -109,7 +109,7 @@ ROWS = [
     Row(
         "E11.1",
         "definition",
-        implements="firstorder.shadowfield.plane.light_field.layer",
+        implements="firstorder.shadowfield.plane.light_field.planar_blocker",
         symbolic=met,
         autodiff=na("no derivative"),
         fourier=na("no spectrum"),
@@ -119,7 +119,7 @@ ROWS = [
     Row(
         "E11.2",
         "approximation",
-        implements="firstorder.shadowfield.plane.light_field.shadow",
+        implements="firstorder.shadowfield.plane.light_field.shadow_irradiance",
         symbolic=factoring,
         autodiff=na("no derivative"),
         fourier=na("no spectrum"),
@@ -131,7 +131,7 @@ ROWS = [
     Row(
         "E11.11",
         "definition",
-        implements="firstorder.shadowfield.plane.light_field.to_light",
+        implements="firstorder.shadowfield.plane.light_field.to_two_planes",
         symbolic=steps_to_storage,
         autodiff=na("no derivative"),
         fourier=na("no spectrum"),
@@ -140,7 +140,7 @@ ROWS = [
     Row(
         "E11.12",
         "definition",
-        implements="firstorder.shadowfield.plane.light_field.to_light",
+        implements="firstorder.shadowfield.plane.light_field.to_two_planes",
         symbolic=steps_to_storage,
         autodiff=na("no derivative"),
         fourier=na("no spectrum"),

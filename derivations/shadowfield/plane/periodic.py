@@ -63,10 +63,14 @@ def _traced(X, period):
 
 def harmonics_by_transform() -> float:
     """Waves 0 to 3 of the traced shadow, from its discrete transform, against `shadow_harmonic`."""
-    from firstorder.fields import Box, Separable
+    from firstorder.fields import BoxProfile, Separable
     from firstorder.shadowfield import PLANE, shadow_harmonic
 
-    light, worst, count = Separable([0.0], (Box(0.5 * W, "y", PLANE),)).spectrum(), 0.0, 20000
+    light, worst, count = (
+        Separable([0.0], (BoxProfile(0.5 * W, "y", PLANE),)).spectrum(),
+        0.0,
+        20000,
+    )
     for period in (0.7, 0.13):
         X = (np.arange(count) + 0.5) / count * period * D1 / D2
         h = _traced(X, period)

@@ -78,21 +78,21 @@ def _bisected(overlaps, low, high) -> float:
 
 def light_rate_by_bisection() -> float:
     """`light_rate_of_endless_wedge` against polygons that overlap or do not."""
-    from firstorder.shadowfield import Rates, light_rate_of_endless_wedge, replicas_overlap
+    from firstorder.shadowfield import SamplingRates, light_rate_of_endless_wedge, replicas_overlap
 
     k, corners = _scene()
-    found = _bisected(lambda t: replicas_overlap(k, corners, Rates(1e6, t), 1), 0.5, 9.0)
+    found = _bisected(lambda t: replicas_overlap(k, corners, SamplingRates(1e6, t), 1), 0.5, 9.0)
     return abs(found / float(light_rate_of_endless_wedge(D1, NEAR, FAR, HIGH)) - 1.0)
 
 
 def receiver_rate_by_bisection() -> float:
     """`receiver_rate` against the same, with the replica slid to where the two tips are level."""
-    from firstorder.shadowfield import Rates, receiver_rate, replicas_overlap
+    from firstorder.shadowfield import SamplingRates, receiver_rate, replicas_overlap
 
     k, corners = _scene()
     tip_ = np.asarray(corners)[np.argmax(np.asarray(corners)[:, 0])]
     level = HIGH + float(tip_[1])  # slides the mirrored tip to the height of the filter's corner
-    found = _bisected(lambda t: replicas_overlap(k, corners, Rates(t, level), 1), 1.0, 99.0)
+    found = _bisected(lambda t: replicas_overlap(k, corners, SamplingRates(t, level), 1), 1.0, 99.0)
     return abs(found / float(receiver_rate(k, corners)) - 1.0)
 
 

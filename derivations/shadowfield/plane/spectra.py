@@ -120,13 +120,13 @@ def _sum(values, first, second, Omega) -> complex:
 
 @functools.cache
 def line_by_sum() -> float:
-    """`layer_spectrum` against a Riemann sum over rays that meet the plane."""
-    from firstorder.shadowfield import layer_spectrum
+    """`blocker_spectrum` against a Riemann sum over rays that meet the plane."""
+    from firstorder.shadowfield import blocker_spectrum
 
     Y, V = np.linspace(-3.6, 3.6, 401), np.linspace(-5.5, 5.5, 401)
     rays = _bell(Y[:, None] + D2 * V, *BELL_G) * _bell(V, *BELL_W)
     G, _, W = _library()
-    F = layer_spectrum(G, D2, W)
+    F = blocker_spectrum(G, D2, W)
     return max(abs(complex(F(*o)) - _sum(rays, Y, V, o)) for o in OMEGAS)
 
 
@@ -138,42 +138,42 @@ def line_by_transform() -> float:
     from firstorder.conventions import Frame
     from firstorder.fields import GaussianProfile, Grid, Separable, discrete_transform
     from firstorder.laws import Move, Multiply
-    from firstorder.shadowfield import ON_LIGHT, PLANE, layer, layer_spectrum
+    from firstorder.shadowfield import ON_LIGHT, PLANE, blocker_spectrum, planar_blocker
 
     grid = Grid.spanning((240, 240), (3.6, 5.5))
     g = Separable([BELL_G[0]], (GaussianProfile(BELL_G[1], "y", PLANE),))
     window = Separable([BELL_W[0]], (GaussianProfile(BELL_W[1], "v", Frame(("v",))),))
-    whole = Multiply(Move([[0.0, 1.0]], to=ON_LIGHT)(window))(layer(g, D2))
+    whole = Multiply(Move([[0.0, 1.0]], to=ON_LIGHT)(window))(planar_blocker(g, D2))
     samples = eqx.filter_jit(grid.sample)(whole)
     G, _, W = _library()
-    F, axes = layer_spectrum(G, D2, W), [np.array([o[i] for o in OMEGAS]) for i in (0, 1)]
+    F, axes = blocker_spectrum(G, D2, W), [np.array([o[i] for o in OMEGAS]) for i in (0, 1)]
     truth = np.diag(np.asarray(discrete_transform(samples, grid, *axes)))
     return float(np.max(np.abs(np.asarray(F(*axes)) - truth)))
 
 
 @functools.cache
 def receiver_by_sum() -> float:
-    """`receiver_spectrum` against a sum over rays named by (x, y)."""
-    from firstorder.shadowfield import layer_spectrum, receiver_spectrum
+    """`two_plane_spectrum` against a sum over rays named by (x, y)."""
+    from firstorder.shadowfield import blocker_spectrum, two_plane_spectrum
 
     X, Y = np.linspace(-6.5, 6.5, 701), np.linspace(-3.6, 3.6, 401)
     V = (X[:, None] - Y) / D1
     rays = _bell(Y + D2 * V, *BELL_G) * _bell(V, *BELL_W)
     G, _, W = _library()
-    F = receiver_spectrum(layer_spectrum(G, D2, W), D1)
+    F = two_plane_spectrum(blocker_spectrum(G, D2, W), D1)
     return max(abs(complex(F(*o)) - _sum(rays, X, Y, o)) for o in OMEGAS)
 
 
 @functools.cache
 def receiver_by_line() -> float:
     """The same against d1 G(Oy + Ox) W(d1 Ox - d2 (Oy + Ox)), the bells' transforms by hand."""
-    from firstorder.shadowfield import layer_spectrum, receiver_spectrum
+    from firstorder.shadowfield import blocker_spectrum, two_plane_spectrum
 
     def hat(Omega, middle, sigma):
         return np.exp(-2j * np.pi * Omega * middle - 2 * (np.pi * sigma * Omega) ** 2)
 
     G, _, W = _library()
-    F = receiver_spectrum(layer_spectrum(G, D2, W), D1)
+    F = two_plane_spectrum(blocker_spectrum(G, D2, W), D1)
     worst = 0.0
     for a, b in OMEGAS:
         truth = D1 * hat(a + b, *BELL_G) * hat(D1 * a - D2 * (a + b), *BELL_W)
@@ -183,11 +183,11 @@ def receiver_by_line() -> float:
 
 def dirac_mass() -> float:
     """Under a window 400 wide, int F dOmega_y is that of the Dirac: (d1/d2) G((d1/d2) Omega_x)."""
-    from firstorder.shadowfield import ParallelPlanes, layer_spectrum, receiver_spectrum
+    from firstorder.shadowfield import PlanarShadowSpectrum, blocker_spectrum, two_plane_spectrum
 
     sigma = 400.0
     G, _, W = _library(sigma, 0.0, sigma * np.sqrt(2 * np.pi))
-    F = receiver_spectrum(layer_spectrum(G, D2, W), D1)
+    F = two_plane_spectrum(blocker_spectrum(G, D2, W), D1)
 
     class One(type(G)):
         """A light that is a point: its spectrum is 1."""
@@ -195,7 +195,7 @@ def dirac_mass() -> float:
         def at(self, Omega):
             return 1.0 + 0.0j * Omega[0]
 
-    H, worst = ParallelPlanes(G, One(G.light), D1, D2), 0.0
+    H, worst = PlanarShadowSpectrum(G, One(G.light), D1, D2), 0.0
     for a in (0.3, -0.7, 1.1):
         near = (D1 / D2 - 1) * a + np.linspace(-8, 8, 401) / (2 * np.pi * sigma * D2)
         mass = np.sum(np.asarray(F(a, near))) * (near[1] - near[0])
@@ -205,10 +205,10 @@ def dirac_mass() -> float:
 
 def dirac_place() -> float:
     """... and its energy lies about Omega_y = (d1/d2 - 1) Omega_x."""
-    from firstorder.shadowfield import layer_spectrum, receiver_spectrum
+    from firstorder.shadowfield import blocker_spectrum, two_plane_spectrum
 
     G, _, W = _library(400.0, 0.0)
-    F, worst = receiver_spectrum(layer_spectrum(G, D2, W), D1), 0.0
+    F, worst = two_plane_spectrum(blocker_spectrum(G, D2, W), D1), 0.0
     for a in (0.3, -0.7, 1.1):
         w = (D1 / D2 - 1) * a + np.linspace(-0.02, 0.02, 4001)
         power = np.abs(np.asarray(F(a, w))) ** 2
@@ -234,38 +234,38 @@ def _spectrum_error(H, h, X) -> float:
 @functools.cache
 def overlap_by_sum() -> float:
     """`ShadowSpectrum` against the transform of the shadow, ray by ray."""
-    from firstorder.shadowfield import ShadowSpectrum, layer_spectrum, receiver_spectrum
+    from firstorder.shadowfield import ShadowSpectrum, blocker_spectrum, two_plane_spectrum
 
     X = np.linspace(-6.5, 6.5, 901)
     G, L, W = _library()
-    H = ShadowSpectrum(receiver_spectrum(layer_spectrum(G, D2, W), D1), L, 8.0, 801)
+    H = ShadowSpectrum(two_plane_spectrum(blocker_spectrum(G, D2, W), D1), L, 8.0, 801)
     return _spectrum_error(H, _irradiance(X, lambda V: _bell(V, *BELL_W)), X)
 
 
 def overlap_tends_to_planes() -> float:
     """With a window 60 wide, (5) is (8): two routes of the library that share no formula."""
     from firstorder.shadowfield import (
-        ParallelPlanes,
+        PlanarShadowSpectrum,
         ShadowSpectrum,
-        layer_spectrum,
-        receiver_spectrum,
+        blocker_spectrum,
+        two_plane_spectrum,
     )
 
     sigma = 60.0
     G, L, W = _library(sigma, 0.0, sigma * np.sqrt(2 * np.pi))
-    H = ShadowSpectrum(receiver_spectrum(layer_spectrum(G, D2, W), D1), L, 4.0, 8001)
-    planes = ParallelPlanes(G, L, D1, D2)
+    H = ShadowSpectrum(two_plane_spectrum(blocker_spectrum(G, D2, W), D1), L, 4.0, 8001)
+    planes = PlanarShadowSpectrum(G, L, D1, D2)
     return max(abs(complex(H(a)) - complex(planes(a))) for a in (0.0, 0.6, -1.1))
 
 
 @functools.cache
 def planes_by_sum() -> float:
-    """`ParallelPlanes` against the transform of the shadow, ray by ray."""
-    from firstorder.shadowfield import ParallelPlanes
+    """`PlanarShadowSpectrum` against the transform of the shadow, ray by ray."""
+    from firstorder.shadowfield import PlanarShadowSpectrum
 
     X = np.linspace(-5.0, 5.0, 901)
     G, L, _ = _library()
-    return _spectrum_error(ParallelPlanes(G, L, D1, D2), _irradiance(X, np.ones_like), X)
+    return _spectrum_error(PlanarShadowSpectrum(G, L, D1, D2), _irradiance(X, np.ones_like), X)
 
 
 def planes_by_convolution() -> float:
@@ -278,14 +278,14 @@ def planes_by_convolution() -> float:
 
 
 LINE = {
-    "implements": "firstorder.shadowfield.plane.spectra.layer_spectrum",
+    "implements": "firstorder.shadowfield.plane.spectra.blocker_spectrum",
     "symbolic": line,
     "autodiff": na("spectral"),
     "fourier": Check(line_by_transform, 1e-9),
     "brute_force": Check(line_by_sum, 1e-9),
 }
 RECEIVER = {
-    "implements": "firstorder.shadowfield.plane.spectra.receiver_spectrum",
+    "implements": "firstorder.shadowfield.plane.spectra.two_plane_spectrum",
     "autodiff": na("spectral"),
     "fourier": Check(receiver_by_line, 1e-12),
     "brute_force": Check(receiver_by_sum, 1e-9),
@@ -314,7 +314,7 @@ ROWS = [
     Row(
         "E11.7",
         "identity",
-        implements="firstorder.shadowfield.plane.spectra.ParallelPlanes",
+        implements="firstorder.shadowfield.plane.spectra.PlanarShadowSpectrum",
         symbolic=dirac_resolved,
         autodiff=na("spectral"),
         fourier=Check(dirac_mass, 1e-5),
@@ -324,7 +324,7 @@ ROWS = [
     Row(
         "E11.8",
         "identity",
-        implements="firstorder.shadowfield.plane.spectra.ParallelPlanes",
+        implements="firstorder.shadowfield.plane.spectra.PlanarShadowSpectrum",
         symbolic=parallel,
         autodiff=na("spectral"),
         fourier=Check(planes_by_sum, 1e-11),

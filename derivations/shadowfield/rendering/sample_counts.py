@@ -8,7 +8,7 @@ import sympy as sp
 
 from derivations.ledger import Check, Counterexample, Row, na
 from firstorder.shadowfield import sheared_filter, wedge_corners
-from firstorder.shadowfield.plane.rates import Rates, samples_per_receiver
+from firstorder.shadowfield.plane.rates import SamplingRates, samples_per_receiver
 
 D1, NEAR, FAR, Y_MAX, PIXELS = 1.0, 0.25, 0.5, 2.0, 16.0
 
@@ -53,7 +53,7 @@ def counted(rate_x, rate_y, seed=3) -> float:
 
 def ours_against_counting() -> float:
     """The library's count against samples counted."""
-    ours = samples_per_receiver(_filter(), Rates(40.0, 60.0))
+    ours = samples_per_receiver(_filter(), SamplingRates(40.0, 60.0))
     return abs(float(ours) / counted(40.0, 60.0) - 1.0)
 
 

@@ -97,11 +97,11 @@ def ours():
     import jax
     import jax.numpy as jnp
 
-    from firstorder.space import Scene, receiver, sphere, thing
+    from firstorder.space import Scene, primitive, receiver, sphere
     from firstorder.space.azimuthal.transport import transport_by_azimuth, visibility_by_azimuth
 
     def both(move, center, radius):
-        scene = Scene.of(thing(sphere(center, radius)))
+        scene = Scene.of(primitive(sphere(center, radius)))
         at = receiver(jnp.append(move, 0.0))
         lit = transport_by_azimuth(scene, at, lambda at, w: light(jnp, w), 24, 16)
         return visibility_by_azimuth(scene, at, 24), lit

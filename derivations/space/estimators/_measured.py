@@ -26,7 +26,7 @@ def frozen():
     import jax
     import jax.numpy as jnp
 
-    from firstorder.space.geometry_term import coupling_jet
+    from firstorder.space._geometry_term import coupling_jet
 
     (x, wx), (y, wy) = (gauss(40, *side) for side in lights.LIGHT)
     X, Y = np.meshgrid(x, y, indexing="ij")
@@ -74,10 +74,10 @@ def split_autodiff():
     import jax
     import jax.numpy as jnp
 
-    from firstorder.numerics.quadrature import panels
+    from firstorder.numerics.quadrature import composite_gauss_legendre
 
     def E(border):
-        t, w = panels(jnp.asarray(0.0), jnp.asarray(0.5 * jnp.pi), [border], 24)
+        t, w = composite_gauss_legendre(jnp.asarray(0.0), jnp.asarray(0.5 * jnp.pi), [border], 24)
         return jnp.sum(w * jnp.exp(jnp.sin(2.0 * t)) * jnp.sin(t) * jnp.cos(t))
 
     return float(abs(jax.jit(jax.grad(E))(jnp.asarray(0.7))))
@@ -98,11 +98,11 @@ def constant_per_cell():
 
 @functools.cache
 def _uneven():
-    from firstorder.space.estimators.strata import strata
+    from firstorder.space.estimators.strata import hemisphere_strata
 
     t = np.array([0.0, 0.3, 0.5, 1.2, np.pi / 2])
     f = 0.2 + np.array([0.0, 0.7, 2.0, 3.0, 5.5, 2 * np.pi])
-    return strata(t, f), t, f
+    return hemisphere_strata(t, f), t, f
 
 
 def cell_numbers():
@@ -187,10 +187,14 @@ def gradient_error(hidden, rows=96):
     import jax
 
     from firstorder.checks.tolerance import normwise
-    from firstorder.space.estimators.irradiance_forms import stratified
-    from firstorder.space.estimators.strata import strata
+    from firstorder.space.estimators._irradiance_forms import stratified_estimate
+    from firstorder.space.estimators.strata import hemisphere_strata
 
-    found = jax.jit(lambda: stratified(lights.samples(strata(rows, 4 * rows), hidden)).gradient)()
+    found = jax.jit(
+        lambda: (
+            stratified_estimate(lights.samples(hemisphere_strata(rows, 4 * rows), hidden)).gradient
+        )
+    )()
     return normwise(found[:3], lights.motion(hidden)[1][:3])
 
 

@@ -140,11 +140,11 @@ def motions():
 
 
 CELLS = {
-    "implements": "firstorder.space.estimators.irradiance_forms.stratified",
+    "implements": "firstorder.space.estimators._irradiance_forms.stratified_estimate",
     "fourier": na("no spectrum"),
 }
 AREA = {
-    "implements": "firstorder.space.estimators.irradiance_forms.surface_area",
+    "implements": "firstorder.space.estimators._irradiance_forms.surface_area_estimate",
     "fourier": na("no spectrum"),
 }
 

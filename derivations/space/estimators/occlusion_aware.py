@@ -123,7 +123,9 @@ def both(radiance, directions, distances, triangles, neighbours):
 
     found = []
     for window in (None,) if neighbours is None else (None, neighbours):
-        E, g, H = module.triangulated(radiance, directions, distances, triangles, window)
+        E, g, H = module.occlusion_aware_estimate(
+            radiance, directions, distances, triangles, window
+        )
         found.append(jnp.stack([E, *g, H[0, 0], H[0, 1], H[1, 1]]))
     return jnp.stack(found)
 
@@ -142,9 +144,9 @@ def _plain(*gathered):
 
 def estimates(rays, places=PLACES, blocker=BLOCKER, step=both) -> np.ndarray:
     """E, gradient and Hessian at all places, by what `step` returns: (2, places, 6)."""
-    from firstorder.space.estimators.triangulation import gather_net
+    from firstorder.space.estimators._triangulation import hemisphere_triangulation
 
-    net = gather_net(rays)
+    net = hemisphere_triangulation(rays)
     found = []
     for x in places:
         L, r = (a.astype(net.directions.dtype) for a in gathered(x, net.directions, blocker))
@@ -169,7 +171,7 @@ ROWS = [
     Row(
         "C.space.uncovered",
         "approximation",
-        "firstorder.space.estimators.occlusion_aware.triangulated",
+        "firstorder.space.estimators.occlusion_aware.occlusion_aware_estimate",
         symbolic=crossing,
         autodiff=na("measured"),
         fourier=na("no spectrum"),

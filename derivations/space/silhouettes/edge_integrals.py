@@ -14,7 +14,7 @@ import sympy as sp
 
 from derivations.ledger import Check, Row, na
 from firstorder.checks.tolerance import normwise
-from firstorder.space.silhouettes.edge_integrals import swept_rate
+from firstorder.space.silhouettes._edge_integrals import swept_rate
 
 
 def boundary_term():
@@ -91,7 +91,7 @@ ROWS = [
     Row(
         "C.space.swept",
         "identity",
-        "firstorder.space.silhouettes.edge_integrals.swept_rate",
+        "firstorder.space.silhouettes._edge_integrals.swept_rate",
         boundary_term,
         autodiff=Check(against_autodiff, 1e-12),
         fourier=na("no spectrum"),

@@ -75,7 +75,7 @@ def by_autodiff() -> float:
     import jax
     import jax.numpy as jnp
 
-    from firstorder.space.silhouettes.lambert_edge_term import lambert_edge
+    from firstorder.space.silhouettes._lambert_edge_term import lambert_edge
 
     def term(x, p, q):
         a, b = p - jnp.append(x, 0.0), q - jnp.append(x, 0.0)
@@ -120,7 +120,7 @@ def by_differences() -> float:
     """Closed form against differences in 50 digits, short edges among them."""
     import jax.numpy as jnp
 
-    from firstorder.space.silhouettes.lambert_edge_term import lambert_edge
+    from firstorder.space.silhouettes._lambert_edge_term import lambert_edge
 
     worst = 0.0
     for p, q in EDGES:
@@ -134,7 +134,7 @@ ROWS = [
     Row(
         "C.space.edge",
         "identity",
-        "firstorder.space.silhouettes.lambert_edge_term.lambert_edge",
+        "firstorder.space.silhouettes._lambert_edge_term.lambert_edge",
         symbolic=moved_edge,
         autodiff=Check(by_autodiff, 1e-12),
         fourier=na("no spectrum"),

@@ -18,7 +18,7 @@ from derivations.transport.events._rotation_proofs import four_dimensional_shear
 from firstorder.checks.tolerance import fitted_order
 from firstorder.conventions import SPACE
 from firstorder.laws import Move, Warp
-from firstorder.transport.chain4d.equator import Bend, Oblique, Turn
+from firstorder.transport.chain4d._equator import Bend, Oblique, Turn
 from firstorder.transport.events.incidence import Incidence
 from firstorder.transport.events.mirror import Mirror
 
@@ -235,7 +235,7 @@ def turn_order() -> float:
     return abs(fitted_order(SIZES, errors) - 3.0)
 
 
-HERE = "firstorder.transport.chain4d.equator"
+HERE = "firstorder.transport.chain4d._equator"
 
 ROWS = [
     Row(

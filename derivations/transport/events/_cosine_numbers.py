@@ -20,7 +20,7 @@ from firstorder.transport import (
     Curvature,
     Mirror,
     Reflection,
-    cos_plus_transform,
+    clamped_cosine_transform,
 )
 
 _OUT = Frame(("x", "theta"), "outgoing")
@@ -44,7 +44,9 @@ def transform_error() -> float:
     """Closed form against quadrature, at the removable pole and beside it too."""
     pole = 0.5 / np.pi
     frequencies = [0.0, 0.11, pole, pole + 1e-9, 0.3, -0.8, 2.5]
-    return max(abs(float(cos_plus_transform(W)) - transform_by_quadrature(W)) for W in frequencies)
+    return max(
+        abs(float(clamped_cosine_transform(W)) - transform_by_quadrature(W)) for W in frequencies
+    )
 
 
 def transform_by_samples() -> float:
@@ -53,13 +55,13 @@ def transform_by_samples() -> float:
     a = -np.pi / 2 + h * (np.arange(8192) + 0.5)
     W = np.linspace(-1.0, 1.0, 21)
     sums = (np.cos(a) * np.cos(2.0 * np.pi * W[:, None] * a)).sum(axis=1) * h
-    return float(np.max(np.abs(sums - np.asarray(cos_plus_transform(W))))) / (h**2 / 6.0)
+    return float(np.max(np.abs(sums - np.asarray(clamped_cosine_transform(W))))) / (h**2 / 6.0)
 
 
 def transform_derivative() -> float:
     """dC/dOmega is `-2 pi i` times the transform of theta cos: finite at the pole."""
     pole = 0.5 / np.pi
-    slopes = jax.vmap(jax.grad(cos_plus_transform))(jnp.array([0.2, pole, 0.7]))
+    slopes = jax.vmap(jax.grad(clamped_cosine_transform))(jnp.array([0.2, pole, 0.7]))
 
     def integral(W):
         return -2.0 * np.pi * quad(
@@ -184,7 +186,9 @@ def _light_transform(Omega) -> float:
 
 def printed_outer_product(k, Omega_x, Omega_theta) -> float:
     """D05 §6.1: without 1 / |k|."""
-    return _light_transform(Omega_x / k) * float(cos_plus_transform(Omega_x / k - Omega_theta))
+    return _light_transform(Omega_x / k) * float(
+        clamped_cosine_transform(Omega_x / k - Omega_theta)
+    )
 
 
 def outer_product_error(Omega_theta) -> float:
@@ -258,5 +262,5 @@ def gradient(kappa, place, out) -> float:
 
 def low_energy(cutoff) -> float:
     """Fraction of the energy of the clamped cosine, pi / 2, below a frequency."""
-    energy = quad(lambda W: float(cos_plus_transform(W)) ** 2, 0.0, cutoff, epsabs=1e-9)[0]
+    energy = quad(lambda W: float(clamped_cosine_transform(W)) ** 2, 0.0, cutoff, epsabs=1e-9)[0]
     return 2.0 * energy / (0.5 * np.pi)

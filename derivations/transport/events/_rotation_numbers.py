@@ -11,7 +11,7 @@ import sympy as sp
 
 from derivations.ledger import Counterexample
 from firstorder.checks.cases import bell, light
-from firstorder.checks.registry import cases
+from firstorder.checks.registry import all_cases
 from firstorder.checks.tolerance import fitted_order, normwise
 from firstorder.conventions import Frame
 from firstorder.fields import autodiff_jet, gaussian
@@ -82,13 +82,13 @@ def doubling_by_tracing() -> float:
 def directional_spread(route) -> float:
     """Change of the angular second moment of the spectrum, by our rule or from samples."""
     before = light().covariance().matrix[1, 1]
-    case = cases()["curvature"]
+    case = all_cases()["curvature"]
     if route == "rule":
         after = case.step(case.field.covariance()).matrix
     else:
-        from firstorder.checks.squares import converted
+        from firstorder.checks.squares import by_conversion
 
-        after = converted(case, "covariance")
+        after = by_conversion(case, "covariance")
     return abs(float(after[1, 1] / before) - 1.0)
 
 

@@ -78,10 +78,10 @@ def semi_convolution() -> float:
 
 def _bumpy_error(place, angle) -> float:
     """Light in the frame of a base curvature with ripples, against plain NumPy."""
-    from firstorder.checks.cases.transport_bump import n  # not before 64 bits are on
-    from firstorder.checks.registry import cases
+    from firstorder.checks.cases.moves.bump import n  # not before 64 bits are on
+    from firstorder.checks.registry import all_cases
 
-    case = cases()["bump"]
+    case = all_cases()["bump"]
     ours = float(case.step(case.field)(place, angle))
     return abs(bell(place, angle + n(place)) - ours)
 

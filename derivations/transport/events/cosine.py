@@ -12,7 +12,7 @@ from derivations.transport.events import _cosine_proofs as proofs
 from derivations.transport.events._cosine_proofs import o2, w
 
 COSINE = "firstorder.transport.events.cosine.Cosine"
-TRANSFORM = "firstorder.transport.events.cosine.cos_plus_transform"
+TRANSFORM = "firstorder.transport.events.cosine.clamped_cosine_transform"
 
 
 _SQUARES = {

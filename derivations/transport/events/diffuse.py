@@ -133,9 +133,9 @@ def space_sampled() -> float:
 @functools.cache
 def _shading():
     """Case, incoming spectrum and reflected spectrum of the square "diffuse shading"."""
-    from firstorder.checks.registry import cases
+    from firstorder.checks.registry import all_cases
 
-    case = cases()["diffuse shading"]
+    case = all_cases()["diffuse shading"]
     F = case.field.spectrum()
     return case, F, case.step(F)
 
@@ -162,7 +162,7 @@ def _blurred(Omega_x: float, Omega_v: float) -> complex:
 
 def reflected_by_convolution() -> float:
     """D05 (7) with the Bessel function: what the event computes through a series."""
-    from firstorder.checks.cases.transport_diffuse import RHO
+    from firstorder.checks.cases.products.diffuse import RHO
 
     _, _, reflected = _shading()
     return max(abs(complex(reflected(f)) - RHO * _blurred(f, 0.0)) for f in (-0.3, 0.0, 0.25))
@@ -170,7 +170,7 @@ def reflected_by_convolution() -> float:
 
 def differential_by_convolution() -> float:
     """The spectrum of dE off the axis, by the same quadrature."""
-    from firstorder.checks.cases.transport_diffuse import WINDOW
+    from firstorder.checks.cases.products.diffuse import WINDOW
     from firstorder.transport.events.diffuse import DifferentialIrradiance
 
     case, _, _ = _shading()
@@ -180,7 +180,7 @@ def differential_by_convolution() -> float:
 
 def differential_sampled() -> float:
     """The same from samples of dE."""
-    from firstorder.checks.cases.transport_diffuse import WINDOW
+    from firstorder.checks.cases.products.diffuse import WINDOW
     from firstorder.fields import Grid, SampledSpectrum
     from firstorder.transport.events.diffuse import DifferentialIrradiance
 

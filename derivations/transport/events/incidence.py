@@ -70,7 +70,7 @@ def phases():
 
 def order_of_the_footprint() -> float:
     """How far from 2 the fitted order of the traced map's departure from its move is."""
-    from firstorder.checks.cases.transport_incidence import trace
+    from firstorder.checks.cases.moves.incidence import trace
 
     sizes, errors, angle = np.array([0.02, 0.05, 0.1]), [], 0.6
     for h in sizes:
@@ -92,7 +92,7 @@ def order_of_the_event() -> float:
 
 def _traced_map(angle, e=1e-4):
     """First-order map of (x, theta - centre), by differences of traced rays."""
-    from firstorder.checks.cases.transport_incidence import trace
+    from firstorder.checks.cases.moves.incidence import trace
 
     columns = []
     for dx, dt in ((e, 0.0), (0.0, e)):

@@ -18,7 +18,7 @@ from firstorder.checks.cases import bell, light
 from firstorder.checks.tolerance import fitted_order
 from firstorder.conventions import Frame
 from firstorder.fields import Function, GaussianProfile, gaussian
-from firstorder.transport import Curvature, Mirror, Reflection, Tabulated
+from firstorder.transport import Curvature, Mirror, Reflection, TabulatedProfile
 
 x, t, k, o1, o2, w, s = sp.symbols("x theta k Omega_x Omega_theta w s", real=True)
 _OUT = Frame(("x", "theta"), "outgoing")
@@ -152,7 +152,7 @@ def asymmetry(i, o) -> float:
 
 def response_asymmetry(i, o) -> float:
     """The same of the events: a narrow beam from i seen at o, and from o seen at i."""
-    lobe = Tabulated([0.0, 1.0, 3.0, 0.5, 0.0], 0.3, frame=_OUT)
+    lobe = TabulatedProfile([0.0, 1.0, 3.0, 0.5, 0.0], 0.3, frame=_OUT)
 
     def seen(incoming, outgoing):
         beam = gaussian((0.0, incoming), (1.0, 0.1))
@@ -175,9 +175,9 @@ def _sheared(omega_x, omega_theta, mirrored) -> float:
 @functools.cache
 def semi_spectra() -> float:
     """D05 §4.5's intermediate space: transforms over the angle alone multiply, at each x."""
-    from firstorder.checks.registry import cases
+    from firstorder.checks.registry import all_cases
 
-    case = cases()["spatially varying BRDF"]
+    case = all_cases()["spatially varying BRDF"]
     h = 0.06
     axis = np.arange(-6.0, 6.0, h)
     error = 0.0

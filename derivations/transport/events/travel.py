@@ -52,13 +52,13 @@ def energy_and_argument():
 
 def traced_transform() -> float:
     """The square "travel, incoming light" again, by sampling light traced along straight lines."""
-    from firstorder.checks.cases.transport_travel import coming
-    from firstorder.checks.registry import cases
+    from firstorder.checks.cases.moves.travel import coming
+    from firstorder.checks.registry import all_cases
 
     axis = np.linspace(-6.5, 6.5, 131)
     X, V = np.meshgrid(axis, axis, indexing="ij")
     light = np.vectorize(lambda x, v: coming((x, v)))(X, V)
-    case, worst = cases()["travel, incoming light"], 0.0
+    case, worst = all_cases()["travel, incoming light"], 0.0
     F = case.step(case.field.spectrum())
     for Omega in ((0.31, -0.27), (-0.2, 0.4), (0.0, 0.0)):
         wave = np.exp(-2j * np.pi * (Omega[0] * X + Omega[1] * V))

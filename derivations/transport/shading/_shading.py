@@ -262,10 +262,10 @@ def fourier(part, flat=False):
 # --- rows --------------------------------------------------------------------------------------
 
 two, flatless = na("two routes"), na("no spectrum")
-CLOSED = f"{MODULE}.Reflected.entries"
+CLOSED = f"{MODULE}.ReflectedField.entries"
 
 
-def measured(equation, check, bound, note, implements=f"{MODULE}.Reflected.terms"):
+def measured(equation, check, bound, note, implements=f"{MODULE}.ReflectedField.terms"):
     return Row(
         equation,
         "approximation",

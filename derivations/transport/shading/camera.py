@@ -16,7 +16,7 @@ import sympy as sp
 from derivations.ledger import Check, Counterexample, Row, na
 from derivations.squares import square_error
 from firstorder.checks.tolerance import fitted_order, normwise
-from firstorder.transport.shading.camera import Base, Camera
+from firstorder.transport.shading.camera import BaseSurface, Camera
 
 MODULE = "firstorder.transport.shading.camera"
 STEP = 1e-30
@@ -125,7 +125,7 @@ def view_error(order):
     """Camera rays and their derivatives against the traced ones, all poses."""
     worst = 0.0
     for k, n_0, eye in POSES:
-        camera = Camera(eye, GAMMA, Base(k, n_0))
+        camera = Camera(eye, GAMMA, BaseSurface(k, n_0))
         views = jax.jit(jax.vmap(camera.derivatives))(jnp.asarray(PX))
         truth = []
         for px in PX:
@@ -147,7 +147,7 @@ def autodiff_error():
     """Closed forms against autodiff of the ray through px."""
     worst = 0.0
     for k, n_0, eye in POSES[1:3]:
-        camera = Camera(eye, GAMMA, Base(k, n_0))
+        camera = Camera(eye, GAMMA, BaseSurface(k, n_0))
 
         def both(px, camera=camera):
             def ray(p):

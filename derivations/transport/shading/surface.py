@@ -214,7 +214,7 @@ ROWS = [
     Row(
         "R07.1",
         "definition",
-        implements=f"{MODULE}.Reflected",
+        implements=f"{MODULE}.ReflectedField",
         symbolic=na("definition"),
         autodiff=na("definition"),
         fourier=na("definition"),
@@ -234,7 +234,7 @@ ROWS = [
     Row(
         "R07.fn2",
         "over-claim",
-        implements="firstorder.transport.brdf.lobes.Argument",
+        implements="firstorder.transport.brdf.lobes.LobeArgument",
         symbolic=even_lobes,
         autodiff=na("no derivative"),
         fourier=flatless,

@@ -50,7 +50,7 @@ from firstorder.checks.tolerance import fitted_order, normwise
 from firstorder.conventions import SPACE
 from firstorder.fields import Gaussian
 from firstorder.laws import Move
-from firstorder.transport.shading.flat_jets import Light
+from firstorder.transport.shading._flat_jets import FlatlandLight
 
 
 def diffuse_argument():
@@ -191,7 +191,7 @@ def term_error(row):
     L = (lambda x, w: np.exp(-((w - 0.1) ** 2)) + 0.0 * x) if distant else bell
     n = (lambda x: 0.0 * x) if flat else normal
     f = functools.partial(dense, L=L, n=n)
-    ours = Light(lambda x, w: jnp.exp(-((w - 0.1) ** 2)) + 0.0 * x, distant_entries)
+    ours = FlatlandLight(lambda x, w: jnp.exp(-((w - 0.1) ** 2)) + 0.0 * x, distant_entries)
     surface = SCENES["flat" if flat else "glossy"]
     terms = surface.reflect(ours if distant else LIGHT).terms(*RAYS.T)[0]
     B_x = np.array([complex_step(f, x, t)[0] for x, t in RAYS])
@@ -244,7 +244,7 @@ ROWS = [
     Row(
         "R07.s5.2a",
         "definition",
-        implements=f"{MODULE}.Terms",
+        implements=f"{MODULE}.DerivativeTerms",
         symbolic=na("definition"),
         autodiff=na("definition"),
         fourier=na("definition"),
@@ -253,7 +253,7 @@ ROWS = [
     Row(
         "R07.s5.2b",
         "identity",
-        implements=f"{MODULE}.Reflected.terms",
+        implements=f"{MODULE}.ReflectedField.terms",
         symbolic=special_cases,
         autodiff=autodiff("glossy", "gradient"),
         fourier=fourier("gradient"),
@@ -263,7 +263,7 @@ ROWS = [
     Row(
         "R07.s5.2c",
         "misprint",
-        implements=f"{MODULE}.Reflected.terms",
+        implements=f"{MODULE}.ReflectedField.terms",
         symbolic=gradient,
         autodiff=autodiff("glossy", "gradient"),
         fourier=fourier("gradient"),
@@ -279,7 +279,7 @@ ROWS = [
         Row(
             f"R07.fig4.{row}",
             "identity",
-            implements=f"{MODULE}.Reflected.terms",
+            implements=f"{MODULE}.ReflectedField.terms",
             symbolic=special_cases,
             autodiff=autodiff("flat" if "flat" in row else "glossy", "gradient"),
             fourier=two,

@@ -16,7 +16,7 @@ from figures.d05.shared.shading import World
 from figures.r07.shared.table import show
 from figures.style import Claim
 from firstorder import plotting
-from firstorder.reconstruction.bilateral import widths
+from firstorder.reconstruction.bilateral import bilateral_widths
 
 WAYS = ("bilateral", "delaunay")
 STEPS = (0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0)  # times the paper's samples
@@ -77,7 +77,7 @@ class Run:
         seen, images = shading.view(fine), {}
         for name in ("even", "plain"):
             at = shared.chosen(self.density[name], self.count)
-            width = widths(self.density[name], len(at))
+            width = bilateral_widths(self.density[name], len(at))
             images[name] = shared.finely(self.view, seen, at, self.truth[tuple(at.T)], width)
         return shading.finer(self.world, self.truth, self.view.label), images
 

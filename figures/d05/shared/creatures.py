@@ -23,10 +23,11 @@ from figures.d05.shared.shading import (
     Points,
     World,
 )
-from firstorder.bandwidth.pixel_rates import blocker_distance, seen
+from firstorder.bandwidth.pixel_rates import blocker_distance
 from firstorder.imaging.camera import Pinhole, pinhole
-from firstorder.imaging.render import labels
-from firstorder.space import Scene, box, ellipsoid, first_shape, plane, sphere, thing
+from firstorder.imaging.hits import gbuffer
+from firstorder.imaging.images import pixel_labels
+from firstorder.space import Scene, box, ellipsoid, first_shape, plane, primitive, sphere
 
 LOOKED = 4096  # primary rays at a time
 
@@ -56,9 +57,11 @@ class Shapes(eqx.Module):
     def seen(self, camera: Pinhole, p: np.ndarray) -> tuple[Points, np.ndarray]:
         """See `Tracer`; labels are shapes and their faces."""
         fill = np.resize(p, (-(-len(p) // LOOKED) * LOOKED, 2)).reshape(-1, LOOKED, 2)
-        found = [[np.asarray(a) for a in labels(self.scene, camera, jnp.asarray(q))] for q in fill]
+        found = [
+            [np.asarray(a) for a in pixel_labels(self.scene, camera, jnp.asarray(q))] for q in fill
+        ]
         index, label = (np.concatenate([f[k] for f in found])[: len(p)] for k in (0, 1))
-        at = seen(self.scene, camera, p, index)
+        at = gbuffer(self.scene, camera, p, index)
         return Points(at, index, at.normal), label
 
     @eqx.filter_jit
@@ -77,14 +80,14 @@ class Shapes(eqx.Module):
 
 def world(quick: bool) -> World:
     """The scene at 800 x 500, or an eighth of it."""
-    things = [thing(plane((0, 0, 0), (0, 0, 1)), name="floor", **FLOOR)]
+    things = [primitive(plane((0, 0, 0), (0, 0, 1)), name="floor", **FLOOR)]
     for at, turn, scale, how in (
         ((-0.75, -0.55), 0.35, 1.0, SHINY),
         ((1.05, 1.0), 2.6, 1.15, DULL),
     ):
         things += creature(at, turn, scale, how)
-    things.append(thing(sphere((0.75, -0.9, 0.22), 0.22), name="ball", **SHINY))
-    things.append(thing(box((-2.2, 0.9, 0.0), (-1.5, 1.5, 0.7)), name="box", **FLOOR))
+    things.append(primitive(sphere((0.75, -0.9, 0.22), 0.22), name="ball", **SHINY))
+    things.append(primitive(box((-2.2, 0.9, 0.0), (-1.5, 1.5, 0.7)), name="box", **FLOOR))
     scene = Scene.of(*things)
     m = scene.material
     lobes = Lobes(*(np.asarray(a) for a in (m.albedo[:, 0], m.specular, m.exponent)))
@@ -100,7 +103,9 @@ def creature(at, turn: float, scale: float, how: dict) -> list:
     axes = scale * np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     base = np.array([*at, 0.0])
     return [
-        thing(ellipsoid(base + axes @ np.array(p), axes * np.array(half)), name="creature", **how)
+        primitive(
+            ellipsoid(base + axes @ np.array(p), axes * np.array(half)), name="creature", **how
+        )
         for p, half in PARTS
     ]
 

@@ -34,15 +34,22 @@ from figures.d05.shared.shading import (
     World,
 )
 from firstorder.imaging.camera import Pinhole, pinhole
-from firstorder.imaging.facets import Facets, facets
-from firstorder.imaging.hits import seen_facets
+from firstorder.imaging.facets import Facets, mesh_facets
+from firstorder.imaging.hits import facet_gbuffer
 from firstorder.io import Embree
-from firstorder.models.blobs import blob
-from firstorder.models.knots import knot
+from firstorder.models.blobs import metaballs
+from firstorder.models.knots import torus_knot
 from firstorder.models.plants import fern
-from firstorder.models.primitives import bumpy_sphere, ground, joined, placed, ripples, turned
+from firstorder.models.primitives import (
+    bumpy_sphere,
+    displaced_ground,
+    join_meshes,
+    place_mesh,
+    ripples,
+    rotation_about,
+)
 from firstorder.rendering import shadow_rays as embree
-from firstorder.space.meshes.mesh import Mesh, vertex_normals
+from firstorder.space.meshes.triangle_mesh import Mesh, vertex_normals
 
 LEAF: dict[str, Any] = dict(albedo=0.5, specular=0.08, exponent=20.0)
 HAIR = 1e-4  # rays start this far in front of a face [m]
@@ -77,9 +84,9 @@ class Meshes(NamedTuple):
 
     def seen(self, camera: Pinhole, p: np.ndarray) -> tuple[Points, np.ndarray]:
         """See `Tracer`."""
-        found = embree.seen(self.tracer, camera, p, self.part)
+        found = embree.camera_hits(self.tracer, camera, p, self.part)
         met = found.face >= 0
-        at = seen_facets(self.known, camera, p, found.face)
+        at = facet_gbuffer(self.known, camera, p, found.face)
         face = np.where(met[:, None], found.normal, np.asarray(at.normal))
         return Points(at, found.part, face), np.where(met, self.label[found.face], -1)
 
@@ -88,7 +95,7 @@ class Meshes(NamedTuple):
         start, w, rows = self._above(points, w, np.asarray(points.at.normal))
         free = np.zeros(w.shape[:2])
         far = start + 2.0 * self.tracer.mesh.size * w[rows]
-        free[rows] = embree.sees(self.tracer, start, far)
+        free[rows] = embree.is_visible(self.tracer, start, far)
         return free
 
     def distance(self, points: Points, w) -> np.ndarray:
@@ -124,7 +131,7 @@ class Piece(NamedTuple):
 
 def meshes(pieces: dict[str, Piece]) -> Meshes:
     """Pieces by name, ready for rays; numbers are in their order."""
-    whole, part = joined([piece.mesh for piece in pieces.values()])
+    whole, part = join_meshes([piece.mesh for piece in pieces.values()])
     normals = np.array(eqx.filter_jit(vertex_normals)(whole))
     first, vertex, labels = 0, 0, []
     for mesh, own, better in pieces.values():
@@ -133,7 +140,7 @@ def meshes(pieces: dict[str, Piece]) -> Meshes:
         if better is not None:
             normals[vertex : vertex + len(better)] = better
         vertex += len(mesh.vertices)
-    known = eqx.filter_jit(facets)(whole, jnp.asarray(normals))
+    known = eqx.filter_jit(mesh_facets)(whole, jnp.asarray(normals))
     return Meshes(Embree(whole), known, part, np.concatenate(labels))
 
 
@@ -151,33 +158,37 @@ def each(piece: Mesh) -> Piece:
 
 
 def arcs(tube: Mesh, count: int = ARCS) -> Piece:
-    """A knot's tube in as many pieces; its faces run along it twice (`models.primitives.quads`)."""
+    """A knot's tube in as many pieces; its faces run along it twice (see `quad_triangles`)."""
     half = tube.count // 2
     return Piece(tube, np.arange(tube.count) % half * count // half)
 
 
 def lump() -> Piece:
-    """Balls that flow together; normals are those of the function that `models.blobs.blob` cuts."""
+    """Balls that flow together; normals are those of the function that `metaballs` cuts."""
     centers, radii = (np.array(a) for a in zip(*BALLS, strict=True))
-    found = blob(centers, radii, 80)
+    found = metaballs(centers, radii, 80)
     away = np.asarray(found.vertices)[:, None] - centers
     share = np.exp(-np.sum(away**2, -1) / radii**2) / radii**2
     n = np.sum(share[..., None] * away, 1)
     n /= np.linalg.norm(n, axis=1)[:, None]
-    return one(placed(found, (1.05, 0.9, 0.0), scale=1.15))._replace(normals=n)
+    return one(place_mesh(found, (1.05, 0.9, 0.0), scale=1.15))._replace(normals=n)
 
 
 @functools.cache
 def rays() -> Meshes:
     """The scene; it takes some seconds to build."""
-    tube = knot(2, 3, 0.16, 600, 40, 0.66)
+    tube = torus_knot(2, 3, 0.16, 600, 40, 0.66)
     return meshes(
         {
-            "floor": one(ground(9.5, ripples(0.02, 1.1, 2), 260, (0.0, 2.0))),
-            "knot": arcs(placed(tube, (-0.75, -0.55, 0.72), turned((1.0, 0.25, 0.1), 1.25))),
+            "floor": one(displaced_ground(9.5, ripples(0.02, 1.1, 2), 260, (0.0, 2.0))),
+            "knot": arcs(
+                place_mesh(tube, (-0.75, -0.55, 0.72), rotation_about((1.0, 0.25, 0.1), 1.25))
+            ),
             "lump": lump(),
-            "ball": one(placed(bumpy_sphere(0.26, ripples(0.03, 0.8, 1), 5), (0.65, -1.1, 0.26))),
-            "fern": each(placed(fern(8, 9, 4, 0.8, 0.3)[0], (1.5, -0.4, 0.0))),
+            "ball": one(
+                place_mesh(bumpy_sphere(0.26, ripples(0.03, 0.8, 1), 5), (0.65, -1.1, 0.26))
+            ),
+            "fern": each(place_mesh(fern(8, 9, 4, 0.8, 0.3)[0], (1.5, -0.4, 0.0))),
         }
     )
 

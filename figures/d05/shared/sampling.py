@@ -22,10 +22,10 @@ from figures.d05.shared.shading import Points, View, World, about, mirrored
 from firstorder.bandwidth import pixel_rates as maps
 from firstorder.bandwidth import screen_space as screen
 from firstorder.caching import ssim
-from firstorder.numerics.vectors import dot, frame, times
-from firstorder.reconstruction.bilateral import cross_bilateral, widths
-from firstorder.reconstruction.blue_noise import place
-from firstorder.reconstruction.delaunay import reconstruct
+from firstorder.numerics._vectors import dot, matvec, orthonormal_frame
+from firstorder.reconstruction.bilateral import bilateral_widths, cross_bilateral
+from firstorder.reconstruction.blue_noise import blue_noise_samples
+from firstorder.reconstruction.delaunay import delaunay_image
 
 RAYS = 100  # to find blockers, at as many points as there are samples
 OF_SKY = dict(lamp=30, fill=10, ambient=10)  # of them, where slopes are weighted by light
@@ -39,7 +39,7 @@ def budget(quick: bool) -> int:
 
 def chosen(density: np.ndarray, count: int) -> np.ndarray:
     """Pixels to look at, shape (count, 2)."""
-    return np.argwhere(place(density, count, exactly=True))
+    return np.argwhere(blue_noise_samples(density, count, exactly=True))
 
 
 # --- blockers ------------------------------------------------------------------------------------
@@ -69,7 +69,7 @@ def slopes_at(kind: Callable, world: World, view: View, at: np.ndarray, seed: in
 
 @eqx.filter_jit
 def _slopes(distance, weight):
-    return maps.mean_slope(jnp.broadcast_to(distance, weight.shape), weight)
+    return maps.mean_inverse_distance(jnp.broadcast_to(distance, weight.shape), weight)
 
 
 def _spun(w, turn):
@@ -82,7 +82,7 @@ def _spun(w, turn):
 @eqx.filter_jit
 def plain_rays(points: Points, exponent, turn):
     """The paper's: rays by the cosine, all of one weight; directions and weights (1, n, 100)."""
-    w = times(frame(points.at.normal)[:, None], _spun(about(RAYS, 1.0), turn))
+    w = matvec(orthonormal_frame(points.at.normal)[:, None], _spun(about(RAYS, 1.0), turn))
     return w, jnp.ones((1, *w.shape[:2]))
 
 
@@ -98,8 +98,10 @@ def lit_rays(points: Points, exponent, turn):
     lamp, lamp_power = shading.lobe_nodes(shading.LAMP, OF_SKY["lamp"])
     fill, fill_power = shading.lobe_nodes(shading.FILL, OF_SKY["fill"])
     fixed = [jnp.broadcast_to(w, (n, *w.shape)) for w in (lamp, fill)]
-    ambient = times(frame(at.normal)[:, None], _spun(about(OF_SKY["ambient"], 1.0), turn))
-    gloss = times(frame(mirrored(at))[:, None], _spun(about(half, s), turn))
+    ambient = matvec(
+        orthonormal_frame(at.normal)[:, None], _spun(about(OF_SKY["ambient"], 1.0), turn)
+    )
+    gloss = matvec(orthonormal_frame(mirrored(at))[:, None], _spun(about(half, s), turn))
     w = jnp.concatenate([*fixed, ambient, gloss], 1)
     cosine = jnp.maximum(dot(w, at.normal[:, None]), 0.0)
     powers = (lamp_power, fill_power, jnp.pi * shading.AMBIENT)
@@ -124,7 +126,7 @@ class Criterion(NamedTuple):
         met: whether a pixel shows a shape.
     """
 
-    turns: screen.Turns
+    turns: screen.PixelDifferences
     gloss: np.ndarray
     met: np.ndarray
 
@@ -132,12 +134,15 @@ class Criterion(NamedTuple):
 def criterion(world: World, view: View) -> Criterion:
     """Differences and bandwidths of an image."""
     position = np.asarray(view.at.position).reshape(view.normal.shape)
-    turns = screen.screen_turns(position, view.normal, world.camera.eye, view.label)
+    turns = screen.pixel_differences(position, view.normal, world.camera.eye, view.label)
     s = world.lobes.exponent[np.maximum(view.shows, 0)]
     return Criterion(turns, np.asarray(maps.rms_cutoff(s)), view.shows >= 0)
 
 
-_glossy, _diffuse = eqx.filter_jit(screen.screen_glossy), eqx.filter_jit(screen.screen_diffuse)
+_glossy, _diffuse = (
+    eqx.filter_jit(screen.screen_glossy_bandwidth),
+    eqx.filter_jit(screen.screen_diffuse_bandwidth),
+)
 
 
 def mirror(c: Criterion) -> np.ndarray:
@@ -184,7 +189,7 @@ def averaged(fine: np.ndarray) -> np.ndarray:
 def triangulated(view: View, at: np.ndarray, value: np.ndarray) -> np.ndarray:
     """Linear over a triangulation, not across labels."""
     label = view.label[tuple(at.T)]
-    return reconstruct(at + 0.5, value, *view.label.shape, label=label, labels=view.label)
+    return delaunay_image(at + 0.5, value, *view.label.shape, label=label, labels=view.label)
 
 
 POWER, EVEN = 1.0, 0.1  # of densities: the bandwidth itself, and a tenth of the samples anywhere
@@ -192,7 +197,7 @@ POWER, EVEN = 1.0, 0.1  # of densities: the bandwidth itself, and a tenth of the
 
 def spread(bandwidth: np.ndarray, power: float = POWER, even: float = EVEN) -> np.ndarray:
     """Density of samples for a bandwidth per radian or pixel."""
-    return maps.density(bandwidth, power=power, even=even)
+    return maps.sampling_density(bandwidth, power=power, even=even)
 
 
 def image(view: View, truth: np.ndarray, density: np.ndarray, count: int, way: str = "bilateral"):
@@ -201,7 +206,7 @@ def image(view: View, truth: np.ndarray, density: np.ndarray, count: int, way: s
     value = truth[tuple(at.T)]
     if way == "delaunay":
         return at, triangulated(view, at, value)
-    return at, filtered(view, at, value, widths(density, len(at)))
+    return at, filtered(view, at, value, bilateral_widths(density, len(at)))
 
 
 def shown(value: np.ndarray, white: float) -> np.ndarray:
@@ -246,7 +251,7 @@ def criteria(world: World, view: View, count: int) -> Found:
     even = np.ones(view.label.shape)
     at = chosen(even, count)
     took, slopes = {}, []
-    width = widths(even, len(at))
+    width = bilateral_widths(even, len(at))
     for name, kind in (("plain", plain_rays), ("light", lit_rays)):
         slopes_at(kind, world, view, at[:1])  # compiled before it is timed
         took[name], found = timed(lambda kind=kind: slopes_at(kind, world, view, at))

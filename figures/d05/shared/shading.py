@@ -22,9 +22,9 @@ from jaxtyping import Array, Float, Int
 
 from firstorder.conventions import cylindrical
 from firstorder.imaging.camera import Pinhole
-from firstorder.imaging.hits import Seen
-from firstorder.imaging.render import grid, places
-from firstorder.numerics.vectors import dot, frame, norm, times, unit
+from firstorder.imaging.hits import GBuffer
+from firstorder.imaging.images import pixel_grid, pixel_positions
+from firstorder.numerics._vectors import dot, matvec, norm, orthonormal_frame, unit
 from firstorder.rendering.tiles import render_tiles
 from firstorder.space.skies import GaussianSky
 
@@ -67,7 +67,7 @@ class Points(NamedTuple):
         face: normal of what rays meet there; a mesh is shaded by another one (`at.normal`).
     """
 
-    at: Seen
+    at: GBuffer
     thing: Int[np.ndarray | Array, " n"]
     face: Float[np.ndarray | Array, "n 3"]
 
@@ -140,7 +140,7 @@ class View(NamedTuple):
     label: np.ndarray
 
     @property
-    def at(self) -> Seen:
+    def at(self) -> GBuffer:
         return self.points.at
 
     @property
@@ -159,7 +159,7 @@ class View(NamedTuple):
 
 def view(world: World) -> View:
     """What every pixel shows."""
-    p = places(*grid(world.columns, world.rows))
+    p = pixel_positions(*pixel_grid(world.columns, world.rows))
     return view_at(world, p, (world.columns, world.rows))
 
 
@@ -205,10 +205,12 @@ def lobe_nodes(which: dict, count: int):
     rho = jnp.sqrt(jnp.maximum(1.0 - height**2, 0.0))
     local = cylindrical(rho, 2.0 * jnp.pi * k * GOLDEN, height)
     m = jnp.asarray(which["center"])
-    return times(frame(m / norm(m)), local), 2.0 * jnp.pi * s2 * which["radiance"] * whole
+    return matvec(orthonormal_frame(m / norm(m)), local), 2.0 * jnp.pi * s2 * which[
+        "radiance"
+    ] * whole
 
 
-def mirrored(at: Seen):
+def mirrored(at: GBuffer):
     """Unit vectors in which an eye sees a mirror's light."""
     return unit(2.0 * dot(at.normal, at.to_eye)[:, None] * at.normal - at.to_eye)
 
@@ -236,8 +238,8 @@ def _ways(points: Points, lobes: Lobes):
         jnp.broadcast_to(w, (n, *w.shape))
         for w in (lobe_nodes(LAMP, RAYS["lamp"])[0], lobe_nodes(FILL, RAYS["fill"])[0])
     ]
-    ambient = times(frame(at.normal)[:, None], about(RAYS["ambient"], 1.0))
-    gloss = times(frame(mirrored(at))[:, None], about(RAYS["gloss"], s))
+    ambient = matvec(orthonormal_frame(at.normal)[:, None], about(RAYS["ambient"], 1.0))
+    gloss = matvec(orthonormal_frame(mirrored(at))[:, None], about(RAYS["gloss"], s))
     return jnp.concatenate([*fixed, ambient, gloss], 1)
 
 

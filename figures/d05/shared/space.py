@@ -18,7 +18,7 @@ from scipy.special import j1
 from firstorder.conventions import SPACE_SLOPE
 from firstorder.laws import Move
 from firstorder.transport import GlossyPatch, Travel
-from firstorder.transport.chain4d.chain import Together
+from firstorder.transport.chain4d._equator import ComposedMove
 
 SIGMA_X, SIGMA_V = 0.15, 0.3  # of the light: metres and slopes
 FIRST, SECOND = 1.0, 1.0  # metres to the balls, and on to the receiver
@@ -250,8 +250,8 @@ def turned(pairs: Pairs) -> Pairs:
 def glossy(pairs: Pairs, S, theta0, sigma) -> Pairs:
     """The library's shading chain in 4D."""
     first, *_, last = GlossyPatch(S, theta0, sigma).chain().events
-    assert isinstance(first, Together)
-    assert isinstance(last, Together)
+    assert isinstance(first, ComposedMove)
+    assert isinstance(last, ComposedMove)
     law = first.law(SPACE_SLOPE)
     before, after = split(law.M), split(last.law(law.frame(SPACE_SLOPE)).M)
     one, two = (

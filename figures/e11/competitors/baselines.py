@@ -30,13 +30,8 @@ import scipy.ndimage
 from jaxtyping import Bool, Float, Int
 
 from firstorder.errors import check_positive
-from firstorder.shadowfield.rendering.ray_table import (
-    ADDITIVE,
-    Blockers,
-    LampFrame,
-    Plane,
-    RayTable,
-)
+from firstorder.shadowfield.rendering.lamp import LampFrame
+from firstorder.shadowfield.rendering.ray_table import ADDITIVE, Blockers, Plane, RayTable
 
 TABLE = 256  # cells along each edge of the lamp in which the falloff is inverted
 CHUNK = 1 << 20  # rays at once
@@ -143,7 +138,7 @@ def stratified(
     Example:
         >>> import numpy as np
         >>> from figures.e11.competitors.baselines import stratified
-        >>> from firstorder.shadowfield.rendering.ray_table import lamp_frame
+        >>> from firstorder.shadowfield.rendering.lamp import lamp_frame
         >>> lamp = lamp_frame((0, 0, 2), (0, 1, 0), (1, 0, 0))
         >>> def left_half(a, b):  # a sheet close to the lamp
         ...     hit = b[:, 0] < 0
@@ -194,7 +189,7 @@ def own_rays(
     Example:
         >>> import numpy as np
         >>> from figures.e11.competitors.baselines import own_rays
-        >>> from firstorder.shadowfield.rendering.ray_table import lamp_frame
+        >>> from firstorder.shadowfield.rendering.lamp import lamp_frame
         >>> def nothing(a, b):
         ...     return np.full(len(a), np.inf), np.full(len(a), -np.inf)
         >>> lamp = lamp_frame((0, 0, 2), (0, 1, 0), (1, 0, 0))

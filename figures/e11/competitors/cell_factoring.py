@@ -12,21 +12,21 @@ from __future__ import annotations
 import numpy as np
 
 from firstorder.errors import check_positive, check_shape
-from firstorder.shadowfield.rendering.glossy_receivers import (
+from firstorder.shadowfield.rendering._glossy_receivers import (
     Cells,
     Falloff,
-    Glossy,
+    GlossySurface,
     Numbers,
     Points,
     integrand,
 )
-from firstorder.shadowfield.rendering.ray_table import LampFrame
+from firstorder.shadowfield.rendering.lamp import LampFrame
 
 
 def worst_factoring(
     lamp: LampFrame,
     receivers: Points,
-    surface: Glossy,
+    surface: GlossySurface,
     cells: int = 1,
     falloff: Falloff | None = None,
     nodes: int = 32,
@@ -50,12 +50,12 @@ def worst_factoring(
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.shadowfield import glossy_receivers as gr
+        >>> from firstorder.shadowfield.rendering import _glossy_receivers as gr
         >>> from figures.e11.competitors.cell_factoring import worst_factoring
-        >>> from firstorder.shadowfield.rendering.ray_table import lamp_frame
+        >>> from firstorder.shadowfield.rendering.lamp import lamp_frame
         >>> lamp = lamp_frame((0, 0, 2), (0, 1, 0), (1, 0, 0))
         >>> up = np.array([[0.0, 0.0, 1.0]])
-        >>> mirror = gr.glossy(up, up, specular=1.0, exponent=50.0)
+        >>> mirror = gr.glossy_surface(up, up, specular=1.0, exponent=50.0)
         >>> whole = gr.cell_light(lamp, 0 * up, mirror, 8).sum()
         >>> [round(float(worst_factoring(lamp, 0 * up, mirror, c)[0] / whole), 2)
         ...  for c in (1, 8)]
@@ -71,7 +71,7 @@ def worst_factoring(
 def likely_factoring(
     lamp: LampFrame,
     receivers: Points,
-    surface: Glossy,
+    surface: GlossySurface,
     seen: Cells,
     falloff: Falloff | None = None,
     nodes: int = 32,

@@ -25,7 +25,8 @@ from jaxtyping import Float
 
 from figures.e11.competitors.baselines import CHUNK, Falloff, on_lamp
 from firstorder.errors import check_positive
-from firstorder.shadowfield.rendering.ray_table import Blockers, LampFrame
+from firstorder.shadowfield.rendering.lamp import LampFrame
+from firstorder.shadowfield.rendering.ray_table import Blockers
 
 SHARE = 0.35  # of N^(2/3) in `nearest`
 
@@ -84,7 +85,7 @@ def shoot(
     Example:
         >>> import numpy as np
         >>> from figures.e11.competitors.photons import shoot
-        >>> from firstorder.shadowfield.rendering.ray_table import lamp_frame
+        >>> from firstorder.shadowfield.rendering.lamp import lamp_frame
         >>> def nothing(a, b):
         ...     return np.full(len(a), np.inf), np.full(len(a), -np.inf)
         >>> lamp = lamp_frame((0, 0, 2), (0, 1, 0), (1, 0, 0))

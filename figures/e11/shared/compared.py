@@ -14,9 +14,10 @@ import numpy as np
 from figures.e11.shared import space
 from figures.e11.shared.measures import EqualRays, Errors, effective, equal_rays, errors
 from figures.style import Claim
-from firstorder.shadowfield.rendering.depth_bounds import depth_bounds
-from firstorder.shadowfield.rendering.ray_table import RayTable, trace
-from firstorder.shadowfield.rendering.sheared_filter import filter_shape, sheared
+from firstorder.shadowfield.rendering._filter_shape import filter_shape
+from firstorder.shadowfield.rendering.depth_bounds import blocker_depths
+from firstorder.shadowfield.rendering.ray_table import RayTable, trace_shadow_rays
+from firstorder.shadowfield.rendering.sheared_filter import sheared_shadow
 
 COUNTS = (1, 4, 16, 64, 256)  # stratified rays of the curve
 PAPER_RAYS = 637_000  # in the table of the paper's Fig. 1
@@ -76,9 +77,9 @@ def shared(
     points, extent = scene.receivers[floor], float(np.max(lamp.half))
     Omega_y = 0.5 * band / extent
     clock = [time.process_time()]
-    table, _ = trace(lamp, points, rays, scene.blockers, seed)
+    table, _ = trace_shadow_rays(lamp, points, rays, scene.blockers, seed)
     clock.append(time.process_time())
-    near, far = depth_bounds(lamp, table, points, scene.pixel)
+    near, far = blocker_depths(lamp, table, points, scene.pixel)
     if radius:
         near, far = space.smoothed_bounds(scene, floor, (near, far), radius)
     shape = filter_shape(lamp.local(points)[:, 2], near, far, Omega_y, scene.pixel, extent)
@@ -92,7 +93,7 @@ def shared(
     clock.append(time.process_time())
     known = np.nan_to_num(by_own[floor])
     options = dict(cells=cells, falloff=space.falloff, bounds=(near, far))
-    found = sheared(lamp, table, points, Omega_y, scene.pixel, known, **options)
+    found = sheared_shadow(lamp, table, points, Omega_y, scene.pixel, known, **options)
     clock.append(time.process_time())
     # Where no ray came by, there are own ones after all.
     none = np.flatnonzero(floor)[(found.own == 1.0) & np.isnan(by_own[floor])]

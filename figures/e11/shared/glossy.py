@@ -11,7 +11,11 @@ from typing import NamedTuple
 import numpy as np
 
 from figures.e11.shared import space as scenes
-from firstorder.shadowfield.rendering.glossy_receivers import Glossy, cell_light, glossy
+from firstorder.shadowfield.rendering._glossy_receivers import (
+    GlossySurface,
+    cell_light,
+    glossy_surface,
+)
 
 LOBES = (0, 5, 20, 80)  # exponents; 0 for diffuse
 CELLS = (1, 2, 4, 8)
@@ -76,11 +80,11 @@ def merged(values: np.ndarray, cells: int) -> np.ndarray:
     return shaped.sum((-3, -1)).reshape(*values.shape[:-1], cells**2)
 
 
-def surface(points: np.ndarray, lobe: int, up=(0.0, 0.0, 1.0)) -> Glossy:
+def surface(points: np.ndarray, lobe: int, up=(0.0, 0.0, 1.0)) -> GlossySurface:
     """Receivers that reflect all light evenly or into a lobe."""
     normal = np.tile(up, (len(points), 1))
     way = np.asarray(scenes.MIRROR_EYE) - points
-    return glossy(normal, way, float(lobe == 0), float(lobe > 0), float(max(lobe, 1)))
+    return glossy_surface(normal, way, float(lobe == 0), float(lobe > 0), float(max(lobe, 1)))
 
 
 def shading(points: np.ndarray, places: np.ndarray, lamp) -> list[np.ndarray]:

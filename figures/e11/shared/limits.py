@@ -12,9 +12,14 @@ from typing import NamedTuple
 import numpy as np
 
 from figures.e11.shared import space as scenes
-from firstorder.shadowfield.rendering.band_limit_choice import Chosen, Ladder, automatic, ladder
-from firstorder.shadowfield.rendering.depth_bounds import depth_bounds
-from firstorder.shadowfield.rendering.ray_table import RayTable, trace
+from firstorder.shadowfield.rendering.band_limit_choice import (
+    BandLimitSweep,
+    SelectedBandLimits,
+    band_limit_sweep,
+    select_band_limits,
+)
+from firstorder.shadowfield.rendering.depth_bounds import blocker_depths
+from firstorder.shadowfield.rendering.ray_table import RayTable, trace_shadow_rays
 
 OWN = 16
 SEED = 3
@@ -44,7 +49,7 @@ class Ground(NamedTuple):
 
     @property
     def image(self) -> tuple[np.ndarray, int]:
-        """As `ladder` asks for it."""
+        """As `band_limit_sweep` asks for it."""
         return self.where, self.scene.side
 
     @property
@@ -54,16 +59,18 @@ class Ground(NamedTuple):
 
     def traced(self, rays: float | int, seed: int = SEED) -> RayTable:
         """Shadow rays of these pixels."""
-        return trace(self.scene.lamp, self.receivers, rays, self.scene.blockers, seed)[0]
+        return trace_shadow_rays(self.scene.lamp, self.receivers, rays, self.scene.blockers, seed)[
+            0
+        ]
 
     def bounds(self, table: RayTable, pixel: float | None = None):
         """Of the blockers' depths, in the frustum of the whole pixel by default."""
         wide = self.scene.pixel if pixel is None else pixel
-        return depth_bounds(self.scene.lamp, table, self.receivers, wide)
+        return blocker_depths(self.scene.lamp, table, self.receivers, wide)
 
-    def answers(self, table: RayTable, limits: np.ndarray, bounds=None) -> Ladder:
+    def answers(self, table: RayTable, limits: np.ndarray, bounds=None) -> BandLimitSweep:
         """At band limits in cycles for each diameter, each twice the one before."""
-        return ladder(
+        return band_limit_sweep(
             self.scene.lamp,
             table,
             self.receivers,
@@ -76,9 +83,9 @@ class Ground(NamedTuple):
             own_rays=OWN,
         )
 
-    def chosen(self, rungs: Ladder) -> Chosen:
+    def chosen(self, rungs: BandLimitSweep) -> SelectedBandLimits:
         """Each pixel at its own limit."""
-        return automatic(rungs, self.image)
+        return select_band_limits(rungs, self.image)
 
     def rms(self, found: np.ndarray) -> float:
         """Error over all of these pixels."""

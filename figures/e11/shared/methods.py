@@ -15,8 +15,8 @@ import scipy.ndimage
 from figures.e11.competitors import baselines, photons, wavelets
 from figures.e11.shared import compared
 from figures.e11.shared import space as e11
-from firstorder.shadowfield.rendering.depth_bounds import depth_bounds
-from firstorder.shadowfield.rendering.ray_table import trace
+from firstorder.shadowfield.rendering.depth_bounds import blocker_depths
+from firstorder.shadowfield.rendering.ray_table import trace_shadow_rays
 
 OWN = 64  # rays of receivers among blockers, as E11 §6.2 has it
 BAND, GROWTH = 2.0, 0.25  # cycles across the lamp at one ray a pixel; as this power of the rays
@@ -81,9 +81,9 @@ def axis_aligned(scene: e11.Scene, rays: float, seed: int = 0) -> Answer:
     floor = np.flatnonzero(scene.floor)
     receivers = scene.receivers[floor]
     begin = time.process_time()
-    table, owner = trace(scene.lamp, receivers, rays, scene.blockers, seed)
+    table, owner = trace_shadow_rays(scene.lamp, receivers, rays, scene.blockers, seed)
     traced = time.process_time()
-    _, far = depth_bounds(scene.lamp, table, receivers, scene.pixel)
+    _, far = blocker_depths(scene.lamp, table, receivers, scene.pixel)
     depth = scene.lamp.local(receivers)[:, 2]
     width = baselines.axis_aligned_sigma(depth, far, band_of(scene, rays), scene.pixel)
     sums = baselines.pixel_sums(scene.lamp, table, owner, len(floor), e11.falloff)

@@ -9,8 +9,8 @@ import numpy as np
 from firstorder import plotting
 from firstorder.fields import Grid
 from firstorder.flatland import Circles, Scene, Segments
-from firstorder.flatland.shapes.crossings import Crossings
-from firstorder.shadowfield import Wedge, power, traced_on, visible_lengths
+from firstorder.flatland.shapes._crossings import Crossings
+from firstorder.shadowfield import Wedge, grid_visibility, power_spectrum, visible_lengths
 
 UNIT = (0.5, 0.5)  # x and y both run from 0 to 1
 LIGHT_INK, WEDGE_INK = "#e0a526", "white"
@@ -29,7 +29,7 @@ def visibility(scene: Scene, grid: Grid):
 
 @eqx.filter_jit
 def _visibility(scene: Scene, grid: Grid):
-    return traced_on(scene, grid)
+    return grid_visibility(scene, grid)
 
 
 @eqx.filter_jit
@@ -53,13 +53,13 @@ def leak(samples, grid: Grid, wedge: Wedge, d1: float = 1.0, margin: float | Non
     """Share of the energy, the mean apart, that lies outside the wedge and its margin."""
     _, (Ox, Oy) = frequencies(grid)
     inside = wedge.contains(Ox, Oy, d1, bins(grid) if margin is None else margin)
-    energy = power(samples, grid)
+    energy = power_spectrum(samples, grid)
     return float(jnp.sum(jnp.where(inside, 0.0, energy)) / jnp.sum(energy))
 
 
 def draw_map(ax, scene: Scene, title: str = "", rays=()) -> None:
     """Light, floor, blockers; rays as pairs (x, y) from the floor to the light."""
-    plotting.scene(ax, title)
+    plotting.map_axes(ax, title)
     own = {scene.names.index(name) for name in ("floor", "light")}
     first = 0
     for group in scene.groups:

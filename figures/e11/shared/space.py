@@ -35,23 +35,24 @@ import numpy as np
 from figures.e11.competitors.baselines import stratified
 from firstorder.imaging.camera import pinhole
 from firstorder.io import Embree
-from firstorder.models.blobs import blob
-from firstorder.models.knots import knot
+from firstorder.models.blobs import metaballs
+from firstorder.models.knots import torus_knot
 from firstorder.models.plants import tree
 from firstorder.models.primitives import (
-    bars,
+    bar_lattice,
     bumpy_sphere,
-    ground,
-    joined,
-    placed,
+    displaced_ground,
+    join_meshes,
+    place_mesh,
     ripples,
-    turned,
+    rotation_about,
 )
-from firstorder.rendering.shadow_rays import blockers, seen, sees
+from firstorder.rendering.shadow_rays import camera_hits, is_visible, mesh_blockers
 from firstorder.rendering.tiles import render_tiles
-from firstorder.shadowfield.rendering.depth_bounds import smoothed
-from firstorder.shadowfield.rendering.ray_table import Blockers, LampFrame, lamp_frame
-from firstorder.space.meshes.mesh import Mesh
+from firstorder.shadowfield.rendering.depth_bounds import smooth_depths
+from firstorder.shadowfield.rendering.lamp import LampFrame, lamp_frame
+from firstorder.shadowfield.rendering.ray_table import Blockers
+from firstorder.space.meshes.triangle_mesh import Mesh
 
 SIDE, QUICK_SIDE = 256, 48
 RAYS, QUICK_RAYS = 2048, 256  # of the reference
@@ -96,7 +97,7 @@ class Scene(NamedTuple):
     @property
     def blockers(self) -> Blockers:
         """Depths of what hides the lamp, for `rays.trace`."""
-        return blockers(self.tracer)
+        return mesh_blockers(self.tracer)
 
     @property
     def triangles(self) -> int:
@@ -104,11 +105,11 @@ class Scene(NamedTuple):
         return self.tracer.mesh.count
 
     def visible(self, receivers: np.ndarray, ends: np.ndarray) -> np.ndarray:
-        """Whether places on the lamp are seen; some times as fast as `blockers`."""
-        return sees(self.tracer, receivers, ends)
+        """Whether places on the lamp are seen; some times as fast as `mesh_blockers`."""
+        return is_visible(self.tracer, receivers, ends)
 
     def hides(self, receivers: np.ndarray, ends: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """As quick, in the form of `blockers`: free or not, with no depth that means anything."""
+        """Free or not, in the form of `mesh_blockers`, with no depth that means anything."""
         free = self.visible(receivers, ends)
         return np.where(free, np.inf, 0.5), np.where(free, -np.inf, 0.5)
 
@@ -211,7 +212,7 @@ def smoothed_bounds(
     """Bounds of depths at pixels `where`, smoothed over the image; others bound nothing."""
     near, far = (scene.picture(a, where) for a in bounds)
     off = np.isnan(near)
-    found = smoothed(np.where(off, np.inf, near), np.where(off, -np.inf, far), radius)
+    found = smooth_depths(np.where(off, np.inf, near), np.where(off, -np.inf, far), radius)
     return found[0].ravel()[where], found[1].ravel()[where]
 
 
@@ -240,12 +241,12 @@ def _double(make):
 
 def _scene(name, side, lamp, parts, eye, target, gamma) -> Scene:
     """Parts, the ground first, seen by a camera."""
-    whole, part = joined(parts)
+    whole, part = join_meshes(parts)
     tracer = Embree(whole)
     camera = pinhole(eye, target, gamma=gamma)
     x = (2.0 * np.arange(side) + 1.0) / side - 1.0
     p = np.stack(np.meshgrid(x, x, indexing="ij"), -1).reshape(-1, 2)
-    found = seen(tracer, camera, p, part)
+    found = camera_hits(tracer, camera, p, part)
     points = found.position + _HAIR * found.normal
     # What lies beside or behind the lamp has no shadow to speak of.
     dark = np.isfinite(points[:, 0]) & (lamp.local(points)[:, 2] < 0.2 * abs(lamp.center[2]))
@@ -261,7 +262,7 @@ def plant(side: int = SIDE, quick: bool = False) -> Scene:
     leaf = 0.06 if quick else 0.0065
     grown, _ = tree(leaves, seed=11, height=1.5, forks=forks, leaf=leaf)
     lamp = lamp_towards((-1.0, 0.6, 3.6), (0.0, 0.1, 0.3), 0.4)
-    parts = [ground(6.0, cells=1), grown]
+    parts = [displaced_ground(6.0, cells=1), grown]
     return _scene("plant", side, lamp, parts, (0.5, -4.0, 4.4), (0.42, 0.0, 0.4), 4.2)
 
 
@@ -273,13 +274,15 @@ def grids(side: int = SIDE, height: float = 0.15) -> Scene:
         side: of the image [pixels].
         height: of the grids' lower edges above the ground [m]; they descend in Fig. 14.
     """
-    plate = bars((6, 6), (0.75, 0.75), 0.08, 0.02)
+    plate = bar_lattice((6, 6), (0.75, 0.75), 0.08, 0.02)
     lamp = lamp_towards((0.0, 0.0, 4.0), (0.0, 0.0, 0.0), 0.35)
-    lean = turned((0.0, 1.0, 0.0), -0.5)
+    lean = rotation_about((0.0, 1.0, 0.0), -0.5)
     rise = 0.75 * np.sin(0.5)
-    one = placed(plate, (-0.9, 0.1, height + rise), lean @ turned((0, 0, 1), 0.2))
-    two = placed(plate, (0.95, -0.1, height + 0.3 + rise), lean @ turned((0, 0, 1), -0.4))
-    parts = [ground(6.0, cells=1), one, two]
+    one = place_mesh(plate, (-0.9, 0.1, height + rise), lean @ rotation_about((0, 0, 1), 0.2))
+    two = place_mesh(
+        plate, (0.95, -0.1, height + 0.3 + rise), lean @ rotation_about((0, 0, 1), -0.4)
+    )
+    parts = [displaced_ground(6.0, cells=1), one, two]
     return _scene("grids", side, lamp, parts, (0.0, -4.4, 4.4), (0.0, 0.0, 0.2), 3.1)
 
 
@@ -293,11 +296,11 @@ def trees(side: int = SIDE, half: float = 0.35, angle: float = 0.0, leaves: int 
         angle: by which each tree is turned about its trunk, one either way [rad].
         leaves: of each tree.
     """
-    parts: list[Mesh] = [ground(12.0, lambda p: 0.12 * np.cos(0.9 * p[:, 0]), 256)]
+    parts: list[Mesh] = [displaced_ground(12.0, lambda p: 0.12 * np.cos(0.9 * p[:, 0]), 256)]
     for k, (x, y) in enumerate(((-1.0, 0.4), (0.5, -0.2))):
         grown, _ = tree(leaves, seed=21 + k, height=1.7, forks=(9, 7, 6), leaf=0.05)
-        turn = turned((0, 0, 1), angle if k else -angle)
-        parts.append(placed(grown, (x, y, 0.12 * np.cos(0.9 * x) - 0.02), turn))
+        turn = rotation_about((0, 0, 1), angle if k else -angle)
+        parts.append(place_mesh(grown, (x, y, 0.12 * np.cos(0.9 * x) - 0.02), turn))
     lamp = lamp_towards((-1.3, 0.8, 4.4), (0.0, 0.0, 0.2), half)
     return _scene("trees", side, lamp, parts, (0.2, -4.6, 4.6), (0.2, 0.05, 0.5), 3.4)
 
@@ -309,10 +312,10 @@ MIRROR_EYE = (0.0, -4.0, 4.0)
 def mirror(side: int = SIDE) -> Scene:
     """Two grids, one behind the other, before a lamp that flat ground mirrors to the camera."""
     lamp = lamp_towards((0.0, 2.6, 2.6), (0.0, 0.0, 0.0), 0.5)
-    lean = turned((1.0, 0.0, 0.0), -0.25 * np.pi)
-    high = placed(bars((4, 4), (0.5, 0.5), 0.09, 0.02), (-0.35, 1.2, 1.2), lean)
-    low = placed(bars((5, 5), (0.4, 0.4), 0.05, 0.02), (0.25, 0.7, 0.7), lean)
-    parts = [ground(8.0, cells=1), high, low]
+    lean = rotation_about((1.0, 0.0, 0.0), -0.25 * np.pi)
+    high = place_mesh(bar_lattice((4, 4), (0.5, 0.5), 0.09, 0.02), (-0.35, 1.2, 1.2), lean)
+    low = place_mesh(bar_lattice((5, 5), (0.4, 0.4), 0.05, 0.02), (0.25, 0.7, 0.7), lean)
+    parts = [displaced_ground(8.0, cells=1), high, low]
     return _scene("mirror", side, lamp, parts, MIRROR_EYE, (0.0, 0.0, 0.1), 3.7)
 
 
@@ -327,17 +330,17 @@ def array(side: int = SIDE, cells: int = 500) -> Scene:
     """Fig. 12: a wide array of knots, blobs, balls and grids over ground with a fine relief."""
     rng = np.random.default_rng(12)
     pieces = (
-        placed(knot(2, 3, 0.2, 160, 10), scale=0.2),
-        placed(blob(0.7 * rng.normal(size=(6, 3)), np.full(6, 0.5), 24), scale=0.13),
-        placed(bumpy_sphere(0.16, ripples(0.12, 0.6, 5), 4)),
-        placed(bars((4, 4), (0.2, 0.2), 0.035, 0.03)),
+        place_mesh(torus_knot(2, 3, 0.2, 160, 10), scale=0.2),
+        place_mesh(metaballs(0.7 * rng.normal(size=(6, 3)), np.full(6, 0.5), 24), scale=0.13),
+        place_mesh(bumpy_sphere(0.16, ripples(0.12, 0.6, 5), 4)),
+        place_mesh(bar_lattice((4, 4), (0.2, 0.2), 0.035, 0.03)),
     )
-    parts = [ground(4.0, _relief(0.006, 0.07, 3), cells)]
+    parts = [displaced_ground(4.0, _relief(0.006, 0.07, 3), cells)]
     x = np.linspace(-1.6, 1.6, 7)
     for k, (i, j) in enumerate(np.ndindex(7, 7)):
-        turn = turned(rng.normal(size=3), rng.uniform(0.0, 2.0 * np.pi))
+        turn = rotation_about(rng.normal(size=3), rng.uniform(0.0, 2.0 * np.pi))
         at = (x[i] + 0.1 * rng.normal(), x[j] + 0.1 * rng.normal(), rng.uniform(0.35, 1.1))
-        parts.append(placed(pieces[(i + 2 * j + k // 5) % 4], at, turn))
+        parts.append(place_mesh(pieces[(i + 2 * j + k // 5) % 4], at, turn))
     lamp = lamp_towards((-1.0, 0.8, 4.0), (0.0, 0.0, 0.0), 0.35)
     return _scene("array", side, lamp, parts, (0.0, -4.0, 5.0), (0.05, -0.05, 0.3), 3.6)
 
@@ -347,15 +350,24 @@ def gathering(side: int = SIDE, leaves: int = 60_000, cells: int = 400) -> Scene
     """Fig. 13: a plant, a knot, a grid, a blob and a ball over ground with a relief."""
     rng = np.random.default_rng(13)
     grown, _ = tree(leaves, seed=11, height=1.3, forks=(10, 7, 6), leaf=0.022)
-    soft = blob(0.6 * rng.normal(size=(9, 3)), rng.uniform(0.3, 0.5, 9), 40)
+    soft = metaballs(0.6 * rng.normal(size=(9, 3)), rng.uniform(0.3, 0.5, 9), 40)
     low = _relief(0.008, 0.12, 7)
     parts = [
-        ground(5.0, low, cells),
-        placed(grown, (-0.7, 0.3, low(np.array([[-0.7, 0.3]]))[0] - 0.02)),
-        placed(knot(2, 3, 0.16, 300, 16), (0.45, -0.55, 0.5), turned((1, 0, 0), 0.9), 0.38),
-        placed(bars((6, 6), (0.5, 0.5), 0.05, 0.03), (0.35, 0.7, 0.95), turned((1, 0.4, 0), 0.5)),
-        placed(soft, (1.25, 0.1, 0.55), scale=0.28),
-        placed(bumpy_sphere(0.25, ripples(0.08, 0.5, 2), 5), (-0.5, -0.65, 0.45)),
+        displaced_ground(5.0, low, cells),
+        place_mesh(grown, (-0.7, 0.3, low(np.array([[-0.7, 0.3]]))[0] - 0.02)),
+        place_mesh(
+            torus_knot(2, 3, 0.16, 300, 16),
+            (0.45, -0.55, 0.5),
+            rotation_about((1, 0, 0), 0.9),
+            0.38,
+        ),
+        place_mesh(
+            bar_lattice((6, 6), (0.5, 0.5), 0.05, 0.03),
+            (0.35, 0.7, 0.95),
+            rotation_about((1, 0.4, 0), 0.5),
+        ),
+        place_mesh(soft, (1.25, 0.1, 0.55), scale=0.28),
+        place_mesh(bumpy_sphere(0.25, ripples(0.08, 0.5, 2), 5), (-0.5, -0.65, 0.45)),
     ]
     lamp = lamp_towards((-1.1, 0.7, 3.8), (0.0, 0.0, 0.2), 0.4)
     return _scene("gathering", side, lamp, parts, (0.3, -4.0, 4.0), (0.3, 0.0, 0.4), 3.5)

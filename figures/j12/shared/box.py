@@ -15,25 +15,29 @@ from dataclasses import dataclass
 import numpy as np
 
 from firstorder.caching import (
-    Reach,
     SurfaceCache,
-    curvature,
-    ellipses,
+    ValidityRegion,
+    elliptic_regions,
     fit_surface,
+    hessian_norm,
     radius_for,
+    random_orders,
     rms,
-    shuffled,
     ssim,
 )
+from firstorder.caching.candidate_tables import (
+    CandidateTable,
+    gather_directions,
+    tabulate_candidates,
+)
 from firstorder.caching.radii import CUT, FREE, RAISED
-from firstorder.caching.tables import Table, looks, tabulate
 from firstorder.plotting.style import COLOURS
-from firstorder.space import library
-from firstorder.space.bounces.radiance_maps import Maps, finer, layout
-from firstorder.space.bounces.radiosity import radiosity
+from firstorder.space.bounces._radiance_maps import RadianceMaps, face_layout, refine_maps
+from firstorder.space.bounces.radiosity import solve_radiosity
+from firstorder.space.library import _scenes
 
 SEED = 12
-Radii = Callable[[float], Reach]
+Radii = Callable[[float], ValidityRegion]
 
 
 @dataclass(frozen=True)
@@ -69,8 +73,8 @@ class Case:
         size: of the table.
     """
 
-    maps: Maps
-    table: Table
+    maps: RadianceMaps
+    table: CandidateTable
     truth: np.ndarray
     open: np.ndarray
     size: Size
@@ -90,12 +94,14 @@ class Case:
 @functools.cache
 def case(name: str, size: Size, wall: str = "black", albedo: float = 0.5) -> Case:
     """One of the box scenes: "j12_box" or "j12_occluder"."""
-    scene = library.j12_box(wall) if name == "j12_box" else library.j12_occluder(wall, albedo)
-    maps = finer(radiosity(scene, cells=32, shadow=0), 128)
+    scene = _scenes.j12_box(wall) if name == "j12_box" else _scenes.j12_occluder(wall, albedo)
+    maps = refine_maps(solve_radiosity(scene, cells=32, shadow=0), 128)
     x = places(size.pixels)
     low, high = BLOCK[:, :2]
     shut = np.all((x > low) & (x < high), axis=1) & (name != "j12_box")
-    table = tabulate(maps, x[~shut], looks(size.rows, size.columns), scene.named("floor")[0])
+    table = tabulate_candidates(
+        maps, x[~shut], gather_directions(size.rows, size.columns), scene.named("floor")[0]
+    )
     return Case(maps, table, exact(maps, x[~shut]), ~shut, size)
 
 
@@ -110,7 +116,7 @@ def places(pixels: int) -> np.ndarray:
 BLOCK = np.array([(0.35, 0.35, 0.0), (0.55, 0.65, 0.25)])
 
 
-def exact(maps: Maps, x: np.ndarray, around: int = 24, up: int = 16) -> np.ndarray:
+def exact(maps: RadianceMaps, x: np.ndarray, around: int = 24, up: int = 16) -> np.ndarray:
     """Irradiance on the floor of the box scenes, by quadrature that is cut where anything breaks.
 
     `E = int dphi 1/2 int L d(sin^2 e)` over azimuth and elevation e. Azimuths are cut at the
@@ -124,7 +130,7 @@ def exact(maps: Maps, x: np.ndarray, around: int = 24, up: int = 16) -> np.ndarr
         around: nodes in azimuth, for each piece.
         up: nodes in elevation.
     """
-    plan, scene = layout(maps.scene), maps.scene
+    plan, scene = face_layout(maps.scene), maps.scene
     L, block = np.asarray(maps.L, float), "block" in scene.names
     corners = [(0.0, 0.0), (0.0, 1.0)]
     if block:
@@ -213,10 +219,10 @@ def _bilinear(L, across, z):
 # --- radii ---------------------------------------------------------------------------------------
 
 
-def held(radius: np.ndarray, low: float, high: float = 1.5) -> Reach:
+def held(radius: np.ndarray, low: float, high: float = 1.5) -> ValidityRegion:
     """`circles` of plain arrays: a search for thresholds asks for thousands."""
     code = np.where(radius < low, RAISED, np.where(radius > high, CUT, FREE))
-    return Reach((1.0 / np.clip(radius, low, high))[:, None, None] * np.eye(2), code)
+    return ValidityRegion((1.0 / np.clip(radius, low, high))[:, None, None] * np.eye(2), code)
 
 
 def split(lengths: np.ndarray, pixels: int, low: float = 0.0, high: float = 1.5) -> Radii:
@@ -234,7 +240,7 @@ def hessian(
     H: np.ndarray, pixels: int, definition: str = "total", value: np.ndarray | None = None
 ) -> Radii:
     """Radii by the largest eigenvalue, as J12 (70) has them; a threshold is the tolerated error."""
-    k = curvature(np.asarray(H))
+    k = hessian_norm(np.asarray(H))
 
     def found(size, tolerance, value):
         return np.asarray(radius_for(size, tolerance, definition=definition, value=value, dims=2))
@@ -245,7 +251,9 @@ def hessian(
 
 def ellipse(H: np.ndarray, pixels: int, printed: bool = False) -> Radii:
     """Ellipses along the eigenvectors."""
-    return lambda tolerance: ellipses(np.asarray(H), tolerance, 1.0 / pixels, 1.5, printed=printed)
+    return lambda tolerance: elliptic_regions(
+        np.asarray(H), tolerance, 1.0 / pixels, 1.5, printed=printed
+    )
 
 
 def metrics(c: Case) -> dict[str, Radii]:
@@ -295,7 +303,7 @@ def compare(
     c: Case, radii: dict[str, Radii], records: int | None = None, order: int = 1
 ) -> dict[str, Outcome]:
     """Caches of every method at equal numbers of records, in the same orders of insertion."""
-    visits = shuffled(len(c.truth), c.size.orders, SEED)
+    visits = random_orders(len(c.truth), c.size.orders, SEED)
     return {
         name: one(c, each, visits, records or c.size.records, order) for name, each in radii.items()
     }

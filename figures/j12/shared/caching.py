@@ -23,12 +23,12 @@ from firstorder.caching import (
     Fit,
     clamped,
     fit,
-    interpolated,
+    interpolate,
     radius_for,
     radius_with_events,
+    random_orders,
     rms,
-    shuffled,
-    survey,
+    scene_candidates,
 )
 from firstorder.flatland import Receiver, irradiance
 from firstorder.plotting.style import COLOURS
@@ -153,12 +153,12 @@ def compare(
     expansions: dict[str, int] | None = None,
 ) -> dict[str, Outcome]:
     """Every method's caches at 20 records, in the same random orders of insertion."""
-    visits = shuffled(candidates.x.shape[0], orders, SEED)
+    visits = random_orders(candidates.x.shape[0], orders, SEED)
     found = {}
     for name, radii in methods.items():
         order = (expansions or {}).get(name, 1)
         fitted = fit(candidates, radii, visits, RECORDS, low=1e-12, high=1e4, halvings=30)
-        values, _ = interpolated(candidates, fitted, x, order=order)
+        values, _ = interpolate(candidates, fitted, x, order=order)
         clamp = np.asarray(fitted.clamp)[np.asarray(fitted.records)]
         acted = (float(np.mean(clamp < 0)), float(np.mean(clamp > 0)))
         found[name] = Outcome(fitted, rms(values, truth), order, acted)
@@ -176,7 +176,7 @@ def surveyed(scene, index: int, E, count: int, dense: int, columns: int = 4):
     Both come out of one survey, so that only one function is compiled.
     """
     s = np.concatenate([(np.arange(count) + 0.5) / count, (np.arange(dense) + 0.3183) / dense])
-    all_of_it = survey(scene, index, s, E, count=columns, rays=512)
+    all_of_it = scene_candidates(scene, index, s, E, count=columns, rays=512)
     candidates = jax.tree.map(lambda a: a[:count], all_of_it)
     x, truth = all_of_it.x[count:], all_of_it.derivatives[count:, 0]
     return candidates, s[:count], np.asarray(x), np.asarray(truth)

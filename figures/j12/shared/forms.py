@@ -9,9 +9,12 @@ import numpy as np
 from figures.style import Claim, Drawing
 from firstorder import plotting
 from firstorder.flatland import Receiver, derivatives, irradiance
-from firstorder.flatland.estimators.irradiance_forms import arc_length, stratified
-from firstorder.flatland.estimators.strata import look, strata
-from firstorder.flatland.library.scenes import scene_a, scene_b
+from firstorder.flatland.estimators._irradiance_forms import (
+    arc_length_estimate,
+    stratified_estimate,
+)
+from firstorder.flatland.estimators.strata import hemicircle_strata, trace_strata
+from firstorder.flatland.library._scenes import scene_a, scene_b
 
 SAMPLES, SEED = 100, 10
 SCENES = {"A": scene_a, "B": scene_b}
@@ -31,8 +34,8 @@ def curves(places: int) -> dict[str, np.ndarray]:
             return Receiver(jnp.stack([x, jnp.zeros_like(x)]), 0.0, floor)
 
         def sampled(x, key, scene=scene, at=at):
-            seen = look(scene, at(x), strata(SAMPLES, key))
-            return arc_length(seen).translation(), stratified(seen).translation()
+            seen = trace_strata(scene, at(x), hemicircle_strata(SAMPLES, key))
+            return arc_length_estimate(seen).translation(), stratified_estimate(seen).translation()
 
         def right(x, scene=scene, at=at):
             return derivatives(lambda r: irradiance(scene, r), at(x), freedoms=("x",))

@@ -7,10 +7,10 @@ import jax.numpy as jnp
 import numpy as np
 
 from firstorder.flatland import Receiver, Scene, irradiance, receiver
-from firstorder.flatland.bounces.panels import Fineness
-from firstorder.flatland.bounces.photonmap import Estimator, photon_irradiance, photon_map
-from firstorder.flatland.bounces.photons import in_runs, throw
-from firstorder.flatland.bounces.radiosity import solve
+from firstorder.flatland.bounces._panels import Discretization
+from firstorder.flatland.bounces.photonmap import DensityEstimator, photon_irradiance, photon_map
+from firstorder.flatland.bounces.photons import split_photons, trace_photons
+from firstorder.flatland.bounces.radiosity import solve_radiosity
 
 FLUX = 2.0  # of the lamp of scenes A and B: radiance 1, 1 m long [W]
 
@@ -54,7 +54,7 @@ def reference(name: str, scene: Scene, at: Receiver, quick: bool):
         coarse, _ = counted(x, name == "D", 32, 1440)
         fine, direct = counted(x, name == "D", 64, 2880)
         return fine, direct, float(np.max(np.abs(fine - coarse)))
-    solution = solve(scene, Fineness(8, 1e-5))
+    solution = solve_radiosity(scene, Discretization(8, 1e-5))
 
     def both(here):
         return irradiance(scene, here), solution.indirect(here)
@@ -65,11 +65,11 @@ def reference(name: str, scene: Scene, at: Receiver, quick: bool):
 
 def runs(scene: Scene, key, count: int, number: int, bounces: int):
     """Independent maps of `count` photons each, thrown together."""
-    photons = throw(scene, key, count * number, bounces)
-    yield from (photon_map(scene, run) for run in in_runs(photons, number))
+    photons = trace_photons(scene, key, count * number, bounces)
+    yield from (photon_map(scene, run) for run in split_photons(photons, number))
 
 
-def viewed(scene: Scene, photons, how: Estimator, s) -> np.ndarray:
+def viewed(scene: Scene, photons, how: DensityEstimator, s) -> np.ndarray:
     """The map itself along the floor."""
     s = jnp.asarray(s)
     number = jnp.full(s.shape, scene.named("floor")[0])

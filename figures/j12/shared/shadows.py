@@ -21,10 +21,10 @@ import jax.numpy as jnp
 import numpy as np
 
 from figures.j12.shared.box import Case, Size, places
-from firstorder.caching.tables import looks, tabulate
+from firstorder.caching.candidate_tables import gather_directions, tabulate_candidates
 from firstorder.numerics.batching import in_batches
-from firstorder.space import Boxes, Scene, Thing, irradiance, receiver, rectangle, thing
-from firstorder.space.bounces.radiance_maps import Maps, layout
+from firstorder.space import Boxes, Primitive, Scene, irradiance, primitive, receiver, rectangle
+from firstorder.space.bounces._radiance_maps import RadianceMaps, face_layout
 
 TURN = 0.5  # of the plate [rad]
 BLOCK = 1024  # places
@@ -40,17 +40,17 @@ class Shadow(NamedTuple):
 def soft(name: str) -> Scene:
     """The scene: "plate", or "lamp" for nothing before the lamp."""
     level = rectangle((0.5, 0.5, 0.0), (0.5, 0.0, 0.0), (0.0, 0.5, 0.0))
-    return Scene.of(thing(level, name="floor"), *_things(name))
+    return Scene.of(primitive(level, name="floor"), *_things(name))
 
 
-def _things(name: str) -> list[Thing]:
+def _things(name: str) -> list[Primitive]:
     lamp = rectangle((0.5, 0.5, 1.0), (0.0, 0.45, 0.0), (0.45, 0.0, 0.0))
-    things = [thing(lamp, name="light", emission=1.0)]
+    things = [primitive(lamp, name="light", emission=1.0)]
     if name == "plate":
         c, s = np.cos(TURN), np.sin(TURN)
         frame = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
         plate = Boxes((0.45, 0.48, 0.29), frame * np.array([0.1, 0.125, 0.04]))
-        things.append(thing(plate, name="plate"))
+        things.append(primitive(plate, name="plate"))
     return things
 
 
@@ -124,13 +124,13 @@ def exact_jet(name: str, x: np.ndarray, h: float = 3e-4) -> Jet:
     return Jet(at[0, 0], gradient, hessian, np.moveaxis(np.array(rows), -1, 0))
 
 
-def lit(name: str) -> Maps:
+def lit(name: str) -> RadianceMaps:
     """The scene for gather rays: the lamp's front sends radiance 1."""
     scene = soft(name)
-    owner = layout(scene).shape
+    owner = face_layout(scene).shape
     L = np.zeros((len(owner), 2, 2))
     L[owner == scene.named("light")[0]] = 1.0
-    return Maps(scene, jnp.asarray(L))
+    return RadianceMaps(scene, jnp.asarray(L))
 
 
 @functools.cache
@@ -138,7 +138,7 @@ def shadow(name: str, size: Size) -> Shadow:
     """The floor's table under one of the scenes."""
     maps, x = lit(name), places(size.pixels)
     (floor,) = maps.scene.named("floor")
-    table = tabulate(maps, x, looks(size.rows, size.columns), floor)
+    table = tabulate_candidates(maps, x, gather_directions(size.rows, size.columns), floor)
     jet = exact_jet(name, x)
     table = table._replace(E=jet.E, gradient=jet.gradient)
     return Shadow(Case(maps, table, jet.E, np.ones(len(x), bool), size), jet)

@@ -27,12 +27,18 @@ from scipy.sparse.csgraph import connected_components
 
 from figures.r07.shared import table
 from firstorder.imaging.camera import pinhole
-from firstorder.imaging.pixels import Finish
-from firstorder.io.scenes.space_toml import Model
-from firstorder.models.knots import knot
+from firstorder.imaging.shading import SurfaceMaps
+from firstorder.io.scenes.space_toml import MeshModel
+from firstorder.models.knots import torus_knot
 from firstorder.models.plants import fern
-from firstorder.models.primitives import bumpy_sphere, ground, placed, ripples, turned
-from firstorder.reconstruction.importance import Shaded, product
+from firstorder.models.primitives import (
+    bumpy_sphere,
+    displaced_ground,
+    place_mesh,
+    ripples,
+    rotation_about,
+)
+from firstorder.reconstruction.importance import ShadedSamples, importance_product
 from firstorder.rendering.image_files import image_coordinates
 from firstorder.rendering.renderer import Renderer, World
 from firstorder.rendering.tiles import render_tiles
@@ -61,19 +67,19 @@ def _height(index, x):
 @functools.cache
 def world() -> World:
     """The scene; it takes some seconds to build."""
-    turn = turned((0.0, 1.0, 0.2), 1.1)
+    turn = rotation_about((0.0, 1.0, 0.2), 1.1)
     lumps = bumpy_sphere(0.5, ripples(0.08, 1.1, 3), 5)
     plant, _ = fern(7, 9, seed=4, height=0.55, leaf=0.2)
     meshes = {
-        "table": ground(9.0, cells=1),
-        "bumpy": placed(bumpy_sphere(0.5, lambda v: 0.0 * v[:, 0], 5), (1.25, -0.1, 0.5)),
-        "lumpy": placed(lumps, (-1.25, 0.0, 0.5)),
-        "knot": placed(knot(2, 3, 0.13, 500, 32, 0.5), (0.0, 0.0, 0.62), turn),
-        "fern": placed(plant, (0.35, -1.15, 0.0)),
+        "table": displaced_ground(9.0, cells=1),
+        "bumpy": place_mesh(bumpy_sphere(0.5, lambda v: 0.0 * v[:, 0], 5), (1.25, -0.1, 0.5)),
+        "lumpy": place_mesh(lumps, (-1.25, 0.0, 0.5)),
+        "knot": place_mesh(torus_knot(2, 3, 0.13, 500, 32, 0.5), (0.0, 0.0, 0.62), turn),
+        "fern": place_mesh(plant, (0.35, -1.15, 0.0)),
     }
-    models = tuple(Model(m, name, MATERIAL[name]) for name, m in meshes.items())
+    models = tuple(MeshModel(m, name, MATERIAL[name]) for name, m in meshes.items())
     camera = pinhole((0.0, -5.0, 2.4), (0.0, -0.35, 0.3), gamma=2.7)
-    return World(camera, None, models, (lamp(),), finish=Finish(_height))
+    return World(camera, None, models, (lamp(),), finish=SurfaceMaps(_height))
 
 
 def lamp(count: int = NODES):
@@ -146,7 +152,7 @@ class Lattices(NamedTuple):
 
         def look(p):
             extra = None if more is None else more(self, p)
-            return Shaded(self.at(p, "value"), self.gradient(p, shadows), extra)
+            return ShadedSamples(self.at(p, "value"), self.gradient(p, shadows), extra)
 
         return look
 
@@ -216,7 +222,7 @@ def heuristic(known: Lattices, p: np.ndarray) -> np.ndarray:
     distance = known.at(p, "distance")
     x = np.asarray(camera.eye) + distance[:, None] * d
     away = np.linalg.norm(x - np.asarray(lamp().center), axis=1)
-    found = product(turning, share, band, distance, known.at(p, "cosine"), away)
+    found = importance_product(turning, share, band, distance, known.at(p, "cosine"), away)
     return np.where(index >= 0, found, 0.0)
 
 
@@ -248,7 +254,7 @@ def renders(side: int, nodes: int):
         found, index = got.found  # pyright: ignore
         slope = (found.gradient + found.edges) * 2.0 / side
         density = _criterion(index, found.curvature, found.distance, found.cosine)
-        return Shaded(found.value, slope, density)
+        return ShadedSamples(found.value, slope, density)
 
     look(np.full((8, 2), 0.5 * side))
     look(np.full((8, 2), 0.5 * side), False)

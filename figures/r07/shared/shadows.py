@@ -16,7 +16,7 @@ from firstorder.fields.environment import ANGLE
 from firstorder.flatland import Circles, Receiver, Scene, irradiance, nearest
 from firstorder.flatland.intersect import first_shape
 from firstorder.flatland.library.bumps import Bumps
-from firstorder.scene.derivatives import line_derivatives
+from firstorder.scene._derivatives import line_derivatives
 from firstorder.transport import Camera, Surface, image_jet, lambert
 
 SUN, SPREAD, HEIGHT = -0.5, 0.35, 4.0  # sky of `library.r07_fig16`; the camera above the base
@@ -65,11 +65,11 @@ def along(function, x):
 # --- samplers -----------------------------------------------------------------------------------
 
 DRIVERS = {
-    "uniform": reconstruction.by_length,
-    "numeric": reconstruction.by_differences,
-    "gradient": reconstruction.by_gradient,
-    "second order": reconstruction.by_curvature,
-    "for cubics": reconstruction.by_disagreement(2),
+    "uniform": reconstruction.line_by_length,
+    "numeric": reconstruction.line_by_differences,
+    "gradient": reconstruction.line_by_gradient,
+    "second order": reconstruction.line_by_curvature,
+    "for cubics": reconstruction.line_by_disagreement(2),
 }
 
 

@@ -17,7 +17,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from firstorder.numerics.quadrature import cuts, gauss_legendre
+from firstorder.numerics.quadrature import gauss_legendre, sorted_breaks
 
 BLOCK = 256  # places at a time
 
@@ -56,7 +56,7 @@ def hidden(world: Spheres, light: Sun, x, nodes: int = 32, across: int = 8):
     turn = 2.0 * jnp.pi
     breaks = [(m + s * h + jnp.pi) % turn - jnp.pi for s in (-1.0, 1.0)
               for m, h in zip(middle, half, strict=True)]  # fmt: skip
-    ends, _ = cuts(jnp.asarray(-jnp.pi), jnp.asarray(jnp.pi), breaks)
+    ends, _ = sorted_breaks(jnp.asarray(-jnp.pi), jnp.asarray(jnp.pi), breaks)
     t, w = gauss_legendre(nodes)
     wide = 0.5 * (ends[1:] - ends[:-1])[:, None]
     phi = (0.5 * (ends[1:] + ends[:-1])[:, None] + wide * np.sin(0.5 * np.pi * t)).ravel()

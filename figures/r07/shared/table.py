@@ -13,12 +13,12 @@ import jax.numpy as jnp
 import numpy as np
 
 from firstorder import plotting
-from firstorder.imaging.area_lights import Lamp
+from firstorder.imaging._area_lights import Lamp
 from firstorder.imaging.camera import pinhole
-from firstorder.imaging.pixels import Finish, Pixels, shade_all
-from firstorder.imaging.render import labels
-from firstorder.reconstruction.importance import Shaded
-from firstorder.space import Scene, sphere, thing
+from firstorder.imaging.images import pixel_labels
+from firstorder.imaging.shading import ShadedPixels, SurfaceMaps, shade_pixels
+from firstorder.reconstruction.importance import ShadedSamples
+from firstorder.space import Scene, primitive, sphere
 
 RADIUS = 0.5
 BUMP, WAVE = 0.012, 2.0 * np.pi / 0.25
@@ -47,7 +47,7 @@ class Table(NamedTuple):
 
 def table() -> Table:
     """The three spheres on their table."""
-    scene = Scene.of(*(thing(s, name=name, **how) for name, (s, how) in SCENE.items()))
+    scene = Scene.of(*(primitive(s, name=name, **how) for name, (s, how) in SCENE.items()))
     camera = pinhole((0.0, -5.0, 2.4), (0.0, 0.0, 0.35), gamma=2.6)
     return Table(scene, camera, scene.named("bumpy")[0])
 
@@ -75,15 +75,15 @@ def grid(side: int) -> np.ndarray:
 def shown(world: Table, p: np.ndarray) -> np.ndarray:
     """Which shape each image coordinate shows, in blocks of one compiled size."""
     fill = np.resize(p, (-(-len(p) // 4096) * 4096, 2)).reshape(-1, 4096, 2)
-    found = [np.asarray(labels(world.scene, world.camera, jnp.asarray(q))[0]) for q in fill]
+    found = [np.asarray(pixel_labels(world.scene, world.camera, jnp.asarray(q))[0]) for q in fill]
     return np.concatenate(found)[: len(p)]
 
 
-def shaded(world: Table, lamps, p: np.ndarray, shadows: bool) -> tuple[Pixels, np.ndarray]:
+def shaded(world: Table, lamps, p: np.ndarray, shadows: bool) -> tuple[ShadedPixels, np.ndarray]:
     """Pixels at image coordinates, and which shape each shows."""
     index = shown(world, p)
-    finish = Finish(world.height)
-    found = shade_all(world.scene, world.camera, lamps, p, index, finish, shadows)
+    finish = SurfaceMaps(world.height)
+    found = shade_pixels(world.scene, world.camera, lamps, p, index, finish, shadows)
     return found, index
 
 
@@ -101,7 +101,7 @@ def seen_by_tree(world: Table, lamps, side: int, *, shadows: bool = True, more=N
     def shade(p):
         found, index = shaded(world, lamps, coordinates(p, side), shadows)
         extra = None if more is None else more(found, index)
-        return Shaded(found.value, (found.gradient + found.edges) * 2.0 / side, extra)
+        return ShadedSamples(found.value, (found.gradient + found.edges) * 2.0 / side, extra)
 
     return shade
 
@@ -115,7 +115,7 @@ def d05_density(world: Table):
     material = world.scene.material
     band = np.where(material.specular > 0.0, np.sqrt(6.0 * np.asarray(material.exponent)), 2.0)
 
-    def density(found: Pixels, index: np.ndarray) -> np.ndarray:
+    def density(found: ShadedPixels, index: np.ndarray) -> np.ndarray:
         k = found.curvature / np.sqrt(2.0)
         cosine = np.maximum(np.asarray(found.cosine), 1e-3)
         return np.where(index >= 0, 2.0 * k * found.distance / cosine * band[index], 0.0)

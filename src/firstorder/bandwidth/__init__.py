@@ -1,6 +1,11 @@
-"""How densely light must be sampled: band limits, and the rates of pixels that follow."""
+"""Band limits of light and sampling rates of image pixels: how densely light must be sampled."""
 
-from firstorder.bandwidth.band_limits import BandLimit, after, band_limit, band_limits
+from firstorder.bandwidth.band_limits import (
+    BandLimit,
+    band_limit,
+    band_limit_after,
+    path_band_limits,
+)
 from firstorder.bandwidth.curved_mirror import (
     glossy_bandwidth,
     glossy_bandwidth_in_space,
@@ -8,15 +13,41 @@ from firstorder.bandwidth.curved_mirror import (
     occluded_bandwidth,
     occluded_criterion,
 )
+from firstorder.bandwidth.pixel_rates import (
+    blocker_distance,
+    diffuse_bandwidth_map,
+    glossy_bandwidth_map,
+    mean_inverse_distance,
+    radians_per_pixel,
+    rms_cutoff,
+    sampling_density,
+)
+from firstorder.bandwidth.screen_space import (
+    PixelDifferences,
+    pixel_differences,
+    screen_diffuse_bandwidth,
+    screen_glossy_bandwidth,
+)
 
 __all__ = [
     "BandLimit",
-    "after",
     "band_limit",
-    "band_limits",
+    "band_limit_after",
+    "path_band_limits",
     "glossy_bandwidth",
     "glossy_bandwidth_in_space",
-    "glossy_criterion",
     "occluded_bandwidth",
+    "glossy_criterion",
     "occluded_criterion",
+    "glossy_bandwidth_map",
+    "diffuse_bandwidth_map",
+    "rms_cutoff",
+    "mean_inverse_distance",
+    "blocker_distance",
+    "radians_per_pixel",
+    "sampling_density",
+    "PixelDifferences",
+    "pixel_differences",
+    "screen_glossy_bandwidth",
+    "screen_diffuse_bandwidth",
 ]

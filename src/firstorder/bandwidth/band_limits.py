@@ -5,7 +5,7 @@ adds the band of the factor, an integral keeps the slice `Omega_axis = 0`, and a
 product integrated: so a zonotope cut by slabs is closed under every linear law, in flatland and in
 space alike, and its reach along any direction is a small linear program.
 
-From these sets follow the sampling rates of D05 §6.2 for a curved glossy mirror (`glossy`).
+From these sets follow the sampling rates of D05 §6.2 for a curved glossy mirror (`curved_mirror`).
 """
 
 from __future__ import annotations
@@ -30,16 +30,16 @@ from firstorder.fields.field import Constant, Field, Sum
 from firstorder.fields.gaussians import Gaussian
 from firstorder.fields.kernel import GaussianProfile
 from firstorder.fields.mask import HalfPlane
-from firstorder.fields.sources import Box, Dirac, Flat, Separable
-from firstorder.laws.base import Image, Law
+from firstorder.fields.sources import BoxProfile, DiracProfile, Separable, UniformProfile
+from firstorder.laws.base import FieldImage, Law
 from firstorder.laws.convolve import Circle, Convolve, Line
 from firstorder.laws.integrate import Integrate
 from firstorder.laws.move import Move
 from firstorder.laws.multiply import Multiply
 from firstorder.laws.warp import Warp
+from firstorder.transport.event import Path
 from firstorder.transport.events.cosine import ClampedCosine
 from firstorder.transport.events.texture import Wave
-from firstorder.transport.path import Path
 from firstorder.typing import RealLike, Scalar, Vector, as_float
 
 LEVEL = 1e-3
@@ -63,7 +63,7 @@ class BandLimit(eqx.Module):
     Reference: D05 Figs. 6, 15 (there drawn as segments and parallelograms).
 
     Example:
-        >>> from firstorder.methods import BandLimit
+        >>> from firstorder.bandwidth import BandLimit
         >>> environment = BandLimit.box((0.0, 3.0))  # no content in x
         >>> sheared = environment.moved([[1.0, 0.0], [0.5, 1.0]])  # L(x, theta + x / 2)
         >>> sheared.extent("x").item()
@@ -112,7 +112,7 @@ class BandLimit(eqx.Module):
         )
 
     def cut(self, axis: str, limit: RealLike) -> BandLimit:
-        """What is left of the set where `|Omega_axis| <= limit`: an ideal filter."""
+        """Remainder of the set where `|Omega_axis| <= limit`: an ideal filter."""
         check_not_negative("limit", limit)
         row = self.generators[self.frame.axis(axis)]
         rows = jnp.concatenate([self.rows, row[None]])
@@ -194,7 +194,7 @@ def _dual(A: Array, target: Array, weights: Array, chosen: Array) -> Scalar:
 
 
 @functools.singledispatch
-def after(law: Law, band: BandLimit, level: float = LEVEL) -> BandLimit:
+def band_limit_after(law: Law, band: BandLimit, level: float = LEVEL) -> BandLimit:
     """Band limit of light after a law, from the band limit before it.
 
     Move: every point by `M^T`. Multiply: plus the factor's band. Integrate: the slice
@@ -213,35 +213,35 @@ def after(law: Law, band: BandLimit, level: float = LEVEL) -> BandLimit:
     Example:
         >>> from firstorder.fields import GaussianProfile
         >>> from firstorder.laws import Convolve
-        >>> from firstorder.methods import BandLimit, after
-        >>> blurred = after(Convolve(GaussianProfile(0.1)), BandLimit.box((0.0, 100.0)))
+        >>> from firstorder.bandwidth import BandLimit, band_limit_after
+        >>> blurred = band_limit_after(Convolve(GaussianProfile(0.1)), BandLimit.box((0.0, 100.0)))
         >>> round(blurred.extent("theta").item(), 3)  # where its transform is 1 / 1000
         5.916
     """
     raise Refused(f"{type(law).__name__.lower()} has no rule for band limits")
 
 
-@after.register
+@band_limit_after.register
 def _(law: Warp, band: BandLimit, level: float = LEVEL) -> BandLimit:
     raise Refused("a warp has no band limit: linearise it at a ray")
 
 
-@after.register
+@band_limit_after.register
 def _(law: Move, band: BandLimit, level: float = LEVEL) -> BandLimit:
     return band.moved(law.M, law.frame(band.frame))
 
 
-@after.register
+@band_limit_after.register
 def _(law: Multiply, band: BandLimit, level: float = LEVEL) -> BandLimit:
     return band + band_limit(law.factor, level)
 
 
-@after.register
+@band_limit_after.register
 def _(law: Integrate, band: BandLimit, level: float = LEVEL) -> BandLimit:
     return band.sliced(law.axis)
 
 
-@after.register
+@band_limit_after.register
 def _(law: Convolve, band: BandLimit, level: float = LEVEL) -> BandLimit:
     if not isinstance(law.domain, Line | Circle):
         raise Refused("a horizon has no band limit: multiply by it first, then convolve")
@@ -260,15 +260,15 @@ def band_limit(field: Field, level: float = LEVEL) -> BandLimit:
 
     Exact for light whose spectrum ends; at its level for a Gaussian (whose ellipse is put into the
     parallelogram around it) and the clamped cosine; the whole line across a jump, which has all
-    frequencies; and by `after` for what a law has made of any of these. `band_limit.register` adds
-    a kind of field.
+    frequencies; and by `band_limit_after` for what a law has made of any of these.
+    `band_limit.register` adds a kind of field.
 
     Raises:
         Refused: if the field has no known band limit.
 
     Example:
         >>> from firstorder.fields import half_plane
-        >>> from firstorder.methods import band_limit
+        >>> from firstorder.bandwidth import band_limit
         >>> edge = band_limit(half_plane(0.3))
         >>> edge.extent("x").item(), edge.extent("theta").item()
         (inf, 0.0)
@@ -277,8 +277,8 @@ def band_limit(field: Field, level: float = LEVEL) -> BandLimit:
 
 
 @band_limit.register
-def _(field: Image, level: float = LEVEL) -> BandLimit:
-    return after(field.law, band_limit(field.operand, level), level)
+def _(field: FieldImage, level: float = LEVEL) -> BandLimit:
+    return band_limit_after(field.law, band_limit(field.operand, level), level)
 
 
 @band_limit.register
@@ -309,13 +309,13 @@ def _(field: GaussianProfile, level: float = LEVEL) -> BandLimit:
     return _segment(field, _standard_cutoff(level) / field.sigma)
 
 
-@band_limit.register(Dirac | Box)
+@band_limit.register(DiracProfile | BoxProfile)
 def _(field, level: float = LEVEL) -> BandLimit:
     return _segment(field, jnp.inf)
 
 
 @band_limit.register
-def _(field: Flat, level: float = LEVEL) -> BandLimit:
+def _(field: UniformProfile, level: float = LEVEL) -> BandLimit:
     return _segment(field, 0.0)
 
 
@@ -360,12 +360,12 @@ def _check_level(level: float) -> None:
 
 
 def _standard_cutoff(level: float) -> float:
-    """Where `exp(-2 pi^2 Omega^2)` falls to `level`."""
+    """Frequency at which `exp(-2 pi^2 Omega^2)` falls to `level`."""
     _check_level(level)
     return float(np.sqrt(-0.5 * np.log(level)) / np.pi)
 
 
-def band_limits(
+def path_band_limits(
     path: Path, source: BandLimit | None = None, level: float = LEVEL
 ) -> tuple[BandLimit | Refused, ...]:
     """Band limit at every step of a path, or the refusal that stopped it.
@@ -377,10 +377,10 @@ def band_limits(
 
     Example:
         >>> from firstorder.fields import gaussian
-        >>> from firstorder.methods import BandLimit, band_limits
+        >>> from firstorder.bandwidth import BandLimit, path_band_limits
         >>> from firstorder.transport import Curvature, Mirror
         >>> path = gaussian((0.0, 0.0), (1.0, 1.0)) >> Curvature(2.0) >> Mirror()
-        >>> [b.extent("x").item() for b in band_limits(path, BandLimit.box((0.0, 3.0)))]
+        >>> [b.extent("x").item() for b in path_band_limits(path, BandLimit.box((0.0, 3.0)))]
         [0.0, 6.0, 6.0]
     """
     found: list[BandLimit | Refused] = []
@@ -388,7 +388,7 @@ def band_limits(
         band = band_limit(path.source, level) if source is None else source
         found.append(band)
         for event in path.events:
-            band = after(event.law(band.frame), band, level)
+            band = band_limit_after(event.law(band.frame), band, level)
             found.append(band)
     except Refused as refusal:  # once refused, it stays refused for the same reason
         found += [refusal] * (len(path.events) + 1 - len(found))

@@ -1,4 +1,4 @@
-"""How densely an eye must look at a curved glossy mirror: D05 §6.2 with every term it drops.
+"""Angular bandwidth of a curved glossy mirror at the eye: D05 §6.2 with every term it drops.
 
 The rates follow from the band limits of `bandwidth`, carried through the reflection; beside them
 stand the criteria as they are printed.
@@ -12,6 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from firstorder.bandwidth._spectral_norm import spectral_norm
 from firstorder.errors import (
     check_between,
     check_finite,
@@ -56,7 +57,7 @@ def glossy_bandwidth(
     for every convex mirror.
 
     Example:
-        >>> from firstorder.methods import glossy_bandwidth
+        >>> from firstorder.bandwidth import glossy_bandwidth
         >>> glossy_bandwidth(3.0, 2.0, 0.0, 1.0).item()  # a flat mirror shows it as it is
         3.0
         >>> glossy_bandwidth(3.0, 2.0, 0.25, 1.0).item()  # the eye at the focus
@@ -106,7 +107,7 @@ def occluded_bandwidth(
     `occluded_criterion`).
 
     Example:
-        >>> from firstorder.methods import occluded_bandwidth
+        >>> from firstorder.bandwidth import occluded_bandwidth
         >>> occluded_bandwidth(3.0, 2.0, 0.0, 0.5, 1.0).item()  # flat: the edge's image is 3 m away
         9.0
     """
@@ -150,7 +151,7 @@ def glossy_bandwidth_in_space(
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.methods import glossy_bandwidth_in_space
+        >>> from firstorder.bandwidth import glossy_bandwidth_in_space
         >>> glossy_bandwidth_in_space(1.0, 3.0, -jnp.eye(2) / 2.0, 1.0).item()
         4.0
     """
@@ -161,18 +162,6 @@ def glossy_bandwidth_in_space(
     turn = 2.0 * shear * S * stretch * stretch[:, None]
     J = jnp.eye(2, dtype=turn.dtype) - turn
     return nan_unless(valid, spectral_norm(J) * as_float(cutoff))
-
-
-def spectral_norm(J: Float[Array, "*n m 2"]) -> Float[Array, "*n"]:
-    """The larger singular value of matrices with two columns; its gradient is 0 at zero.
-
-    From `J^T J`: half its trace, and half of what its eigenvalues are apart.
-    """
-    a, b = J[..., 0], J[..., 1]
-    aa, ab, bb = jnp.sum(a * a, -1), jnp.sum(a * b, -1), jnp.sum(b * b, -1)
-    apart = _length(jnp.stack([aa - bb, 2.0 * ab], -1))
-    square = 0.5 * (aa + bb + apart)
-    return jnp.where(square > 0, jnp.sqrt(jnp.where(square > 0, square, 1.0)), 0.0)
 
 
 def glossy_criterion(
@@ -188,7 +177,7 @@ def glossy_criterion(
     Reference: D05 §6.2, eq. 20.
 
     Example:
-        >>> from firstorder.methods import glossy_criterion
+        >>> from firstorder.bandwidth import glossy_criterion
         >>> glossy_criterion(3.0, 2.0, 0.0, 1.0).item()  # a flat mirror, said to show nothing
         0.0
     """
@@ -209,7 +198,7 @@ def occluded_criterion(
     Reference: D05 §6.2, eq. 21.
 
     Example:
-        >>> from firstorder.methods import occluded_criterion
+        >>> from firstorder.bandwidth import occluded_criterion
         >>> occluded_criterion(3.0, 2.0, 0.0, 0.5, 1.0).item()
         12.0
     """
@@ -237,9 +226,3 @@ def _bands(curvature: RealLike, name: str = "kappa", **limits: RealLike) -> Arra
     for limit, value in limits.items():
         check_between(limit, value, 0.0, np.inf)
     return functools.reduce(jnp.logical_and, (as_float(v) >= 0 for v in limits.values()))
-
-
-def _length(a: Array) -> Array:
-    """Euclidean length along the last axis, with the gradient 0 at zero."""
-    square = jnp.sum(a**2, -1)
-    return jnp.where(square > 0, jnp.sqrt(jnp.where(square > 0, square, 1.0)), 0.0)

@@ -1,4 +1,4 @@
-r"""How densely an image must be shaded, pixel by pixel: D05 §6.2 in space, with blockers.
+r"""Sampling rates of image pixels from exact hits: D05 §6.2 in space, with blockers.
 
 An eye that turns by psi moves what it sees by x = d F psi over the surface: d the distance, F = 1
 across the plane of view and 1 / c along it, c the cosine to the normal. There
@@ -14,11 +14,12 @@ frequencies, so what the eye sees reaches up to
     glossy    |J + d s| Omega_rho + d s Omega_L               (blockers where it looks)
     diffuse   |N| Omega_cos + (d s / c) (Omega_cos + Omega_L) (blockers anywhere)
 
-cycles per radian: spectral norms, the worst direction in the image. `bandwidth_screen` has J, N and
+cycles per radian: spectral norms, the worst direction in the image. `screen_space` has J, N and
 x from differences between pixels instead, as the paper does.
 
-Of many blockers `mean_slope` takes the mean of 1 / d', the harmonic mean of the distances: slopes
-add and distances do not, and a ray that meets nothing has the slope 0 and no distance.
+Of many blockers `mean_inverse_distance` takes the mean of 1 / d', the harmonic mean of the
+distances: slopes add and distances do not, and a ray that meets nothing has the slope 0 and no
+    distance.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from firstorder.bandwidth.curved_mirror import spectral_norm
+from firstorder.bandwidth._spectral_norm import spectral_norm
 from firstorder.errors import (
     check_between,
     check_finite,
@@ -36,7 +37,7 @@ from firstorder.errors import (
     nan_unless,
 )
 from firstorder.imaging.camera import Pinhole
-from firstorder.imaging.hits import Seen, seen, seen_facets
+from firstorder.imaging.hits import GBuffer
 from firstorder.space.intersect import nearest
 from firstorder.space.scene import Scene
 from firstorder.typing import RealLike, as_float
@@ -49,10 +50,10 @@ Numbers = Float[Array | np.ndarray, "*n"]
 # --- criteria ------------------------------------------------------------------------------------
 
 
-def glossy_map(
-    cutoff: RealLike, at: Seen, slope: RealLike = 0.0, light: RealLike = 0.0
+def glossy_bandwidth_map(
+    cutoff: RealLike, at: GBuffer, slope: RealLike = 0.0, light: RealLike = 0.0
 ) -> Float[Array, "*n"]:
-    """Angular bandwidth at the eye of what is reflected about the mirrored direction.
+    """Angular bandwidth at the eye of light reflected about the mirrored direction.
 
     `|J + d s| cutoff + d s light`, J as the module has it.
 
@@ -76,10 +77,12 @@ def glossy_map(
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.bandwidth.pixel_rates import Seen, glossy_map
+        >>> from firstorder.bandwidth.pixel_rates import glossy_bandwidth_map
+        >>> from firstorder.imaging.hits import GBuffer
         >>> up, one = jnp.array([0.0, 0.0, 1.0]), jnp.ones(())
-        >>> ball = Seen(0.0 * up, up, up, 3.0 * one, one, -jnp.eye(2) / 2.0)
-        >>> glossy_map(1.0, ball).item(), glossy_map(1.0, ball, slope=0.5).item()
+        >>> ball = GBuffer(0.0 * up, up, up, 3.0 * one, one, -jnp.eye(2) / 2.0)
+        >>> glossy_bandwidth_map(1.0, ball).item(), glossy_bandwidth_map(1.0, ball,
+        ...     slope=0.5).item()
         (4.0, 5.5)
     """
     valid, d, s = _checked(cutoff, at, slope, light)
@@ -90,18 +93,18 @@ def glossy_map(
     return nan_unless(valid, _reach(spectral_norm(J), cutoff) + d * s * as_float(light))
 
 
-def diffuse_map(
-    cutoff: RealLike, at: Seen, slope: RealLike = 0.0, light: RealLike = 0.0
+def diffuse_bandwidth_map(
+    cutoff: RealLike, at: GBuffer, slope: RealLike = 0.0, light: RealLike = 0.0
 ) -> Float[Array, "*n"]:
-    """Angular bandwidth at the eye of what is reflected about the normal: irradiance.
+    """Angular bandwidth at the eye of light reflected about the normal: irradiance.
 
     `|N| cutoff + (d s / c) (cutoff + light)`, N as the module has it.
 
     Args:
         cutoff: where the spectrum of the cosine ends [1/rad].
         at: pixels.
-        slope: as in `glossy_map`.
-        light: as in `glossy_map`.
+        slope: as in `glossy_bandwidth_map`.
+        light: as in `glossy_bandwidth_map`.
 
     Returns:
         Cycles per radian of the eye.
@@ -113,10 +116,12 @@ def diffuse_map(
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.bandwidth.pixel_rates import Seen, diffuse_map
+        >>> from firstorder.bandwidth.pixel_rates import diffuse_bandwidth_map
+        >>> from firstorder.imaging.hits import GBuffer
         >>> up, one = jnp.array([0.0, 0.0, 1.0]), jnp.ones(())
-        >>> ball = Seen(0.0 * up, up, up, 3.0 * one, one, -jnp.eye(2) / 2.0)
-        >>> diffuse_map(1.0, ball).item(), diffuse_map(1.0, ball, slope=0.5).item()
+        >>> ball = GBuffer(0.0 * up, up, up, 3.0 * one, one, -jnp.eye(2) / 2.0)
+        >>> diffuse_bandwidth_map(1.0, ball).item(), diffuse_bandwidth_map(1.0, ball,
+        ...     slope=0.5).item()
         (1.5, 3.0)
     """
     valid, d, s = _checked(cutoff, at, slope, light)
@@ -126,7 +131,7 @@ def diffuse_map(
     return nan_unless(valid, _reach(spectral_norm(N), cutoff) + _reach(d * s / c, reach))
 
 
-def _checked(cutoff, at: Seen, slope, light) -> tuple[Array, Array, Array]:
+def _checked(cutoff, at: GBuffer, slope, light) -> tuple[Array, Array, Array]:
     """Whether the arguments are valid, and distances and slopes."""
     check_not_negative("distance", at.distance)
     check_positive("cosine", at.cosine)
@@ -177,7 +182,7 @@ def rms_cutoff(exponent: RealLike) -> Float[Array, "..."]:
 # --- blockers ------------------------------------------------------------------------------------
 
 
-def mean_slope(
+def mean_inverse_distance(
     distance: Float[Array | np.ndarray, "*n k"],
     weight: Float[Array | np.ndarray, "*n k"] | None = None,
 ) -> Float[Array, "*n"]:
@@ -202,9 +207,10 @@ def mean_slope(
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.bandwidth.pixel_rates import mean_slope
+        >>> from firstorder.bandwidth.pixel_rates import mean_inverse_distance
         >>> d = jnp.array([0.5, 2.0, jnp.inf])
-        >>> round(mean_slope(d).item(), 4), mean_slope(d, jnp.array([0.0, 1.0, 3.0])).item()
+        >>> round(mean_inverse_distance(d).item(), 4), mean_inverse_distance(d, jnp.array([0.0, 1.0,
+        ...     3.0])).item()
         (0.8333, 0.125)
     """
     d = as_float(distance)
@@ -222,7 +228,7 @@ def mean_slope(
 def blocker_distance(
     scene: Scene, x: Float[Array, "n 3"], along: Float[Array, "n k 3"], on: Int[Array, " n"]
 ) -> Float[Array, "n k"]:
-    """How far rays from points run until they meet something; infinity, if nothing [m].
+    """Distance along rays from points to the next surface; infinite for a miss [m].
 
     Args:
         scene: shapes.
@@ -233,7 +239,7 @@ def blocker_distance(
     Example:
         >>> import jax.numpy as jnp
         >>> from firstorder.bandwidth.pixel_rates import blocker_distance
-        >>> from firstorder.space.library import sphere_over_plane
+        >>> from firstorder.space.library._scenes import sphere_over_plane
         >>> up = jnp.array([[[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]]])
         >>> scene, none = sphere_over_plane(), jnp.array([-1])
         >>> blocker_distance(scene, jnp.array([[0.0, 0.0, 9.0]]), up, none).tolist()
@@ -274,13 +280,14 @@ def radians_per_pixel(
     return as_float(side) * jnp.sqrt(gamma) / (gamma**2 + jnp.sum(p * p, -1)) ** 0.75
 
 
-def density(
+def sampling_density(
     bandwidth: Numbers, *, power: float = 2.0, even: float = 0.1, limit: float = NYQUIST
 ) -> Float[np.ndarray, "*n"]:
     """Samples in proportion to a power of the bandwidth, and some everywhere.
 
     2 is Nyquist's rate in both directions of an image. Errors of linear interpolation fall as
-    `B^2 / density`, and their sum of squares is least for `B^(4/3)` (`C.bandwidth.density`).
+    `B^2 / density`, and their sum of squares is least for `B^(4/3)`
+    (`C.bandwidth.sampling_density`).
 
     Args:
         bandwidth: at each pixel, infinity where it has no end [cycles per pixel].
@@ -297,8 +304,8 @@ def density(
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.bandwidth.pixel_rates import density
-        >>> density(np.array([0.1, 0.2]), even=0.0).tolist()
+        >>> from firstorder.bandwidth.pixel_rates import sampling_density
+        >>> sampling_density(np.array([0.1, 0.2]), even=0.0).tolist()
         [0.4, 1.6]
     """
     check_between("bandwidth", bandwidth, 0.0, np.inf)
@@ -312,17 +319,3 @@ def density(
     mean = float(np.mean(raised))
     own = raised / mean if mean > 0.0 else np.ones_like(raised)
     return even + (1.0 - even) * own
-
-
-__all__ = [
-    "Seen",
-    "blocker_distance",
-    "density",
-    "diffuse_map",
-    "glossy_map",
-    "mean_slope",
-    "radians_per_pixel",
-    "rms_cutoff",
-    "seen",
-    "seen_facets",
-]

@@ -1,7 +1,7 @@
-"""How densely an image must be shaded, from differences between its pixels: D05 §6.2.
+"""Sampling rates of image pixels from differences between neighbours: D05 §6.2.
 
-What `bandwidth_map` has in closed form, without curvatures: slants, distances and anisotropy come
-for nothing, and silhouettes are no smooth surface.
+The rates that `pixel_rates` has in closed form, without curvatures: slants, distances and
+anisotropy come for nothing, and silhouettes are no smooth surface.
 """
 
 from __future__ import annotations
@@ -12,14 +12,14 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from firstorder.bandwidth.curved_mirror import spectral_norm
+from firstorder.bandwidth._spectral_norm import spectral_norm
 from firstorder.bandwidth.pixel_rates import _bands, _reach
 from firstorder.errors import nan_unless
 from firstorder.typing import RealLike, as_float
 
 
-class Turns(NamedTuple):
-    """What turns from pixel to pixel, in the last axis along px and py.
+class PixelDifferences(NamedTuple):
+    """Differences between a pixel and the next; the last axis holds those along px and py.
 
     Attributes:
         mirrored: direction [per pixel].
@@ -28,19 +28,19 @@ class Turns(NamedTuple):
         position: [m per pixel].
     """
 
-    mirrored: Float[np.ndarray, "w h 3 2"]
-    normal: Float[np.ndarray, "w h 3 2"]
-    moved: Float[np.ndarray, "w h 3 2"]
-    position: Float[np.ndarray, "w h 3 2"]
+    mirrored: Float[np.ndarray | Array, "w h 3 2"]
+    normal: Float[np.ndarray | Array, "w h 3 2"]
+    moved: Float[np.ndarray | Array, "w h 3 2"]
+    position: Float[np.ndarray | Array, "w h 3 2"]
 
 
-def screen_turns(
+def pixel_differences(
     position: Float[np.ndarray, "w h 3"],
     normal: Float[np.ndarray, "w h 3"],
     eye: Float[np.ndarray | Array, "3"],
     label: Int[np.ndarray | Array, "w h"],
-) -> Turns:
-    """Differences between neighbours that show the same; 0 where a pixel has no such neighbour.
+) -> PixelDifferences:
+    """Differences between neighbours of the same label; 0 where a pixel has no such neighbour.
 
     Args:
         position: at each pixel, first axis across [m].
@@ -52,10 +52,10 @@ def screen_turns(
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.bandwidth.screen_space import screen_turns
+        >>> from firstorder.bandwidth.screen_space import pixel_differences
         >>> x = np.stack(np.meshgrid(np.arange(3.0), np.arange(2.0), [0.0], indexing="ij"), -1)
         >>> up, label = np.broadcast_to((0.0, 0.0, 1.0), (3, 2, 3)), np.zeros((3, 2), int)
-        >>> turns = screen_turns(x[:, :, 0], up, np.array([1.0, 0.0, 9.0]), label)
+        >>> turns = pixel_differences(x[:, :, 0], up, np.array([1.0, 0.0, 9.0]), label)
         >>> turns.position[1, 0].tolist()  # a metre per pixel, of a floor
         [[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]]
     """
@@ -65,11 +65,11 @@ def screen_turns(
     label = np.asarray(label)
     r, n, x = (_differences(a, label) for a in (mirrored, normal, position))
     along = np.sum(mirrored[..., None] * x, -2, keepdims=True)
-    return Turns(r, n, x - mirrored[..., None] * along, x)
+    return PixelDifferences(r, n, x - mirrored[..., None] * along, x)
 
 
 def _differences(a: np.ndarray, label: np.ndarray) -> np.ndarray:
-    """Along both axes: the mean of the differences to the neighbours of the same label."""
+    """Mean difference to the neighbours of the same label, along both axes."""
     out = np.zeros((*a.shape, 2))
     for axis in (0, 1):
         step = np.diff(a, axis=axis)
@@ -84,16 +84,16 @@ def _differences(a: np.ndarray, label: np.ndarray) -> np.ndarray:
     return out
 
 
-def screen_glossy(
-    cutoff: RealLike, turns: Turns, slope: RealLike = 0.0, light: RealLike = 0.0
+def screen_glossy_bandwidth(
+    cutoff: RealLike, turns: PixelDifferences, slope: RealLike = 0.0, light: RealLike = 0.0
 ) -> Float[Array, "w h"]:
-    """`glossy_map` from differences: `|r_p + s x_p| cutoff + s |x_p| light` [cycles per pixel].
+    """Glossy bandwidth from differences: `|r_p + s x_p| cutoff + s |x_p| light` [cycles/pixel].
 
     x_p is what moves across the mirrored direction r. Arguments are those of
-    `bandwidth_map.glossy_map`.
+    `glossy_bandwidth_map`.
 
     Valid where a pixel's neighbours show the same smooth surface; errs as the square of a pixel
-    inside of it, as a pixel at its rim.
+    inside of it, as a pixel at its border.
 
     Raises:
         ValueError: for an argument outside its range; traced ones, and turns that are not finite,
@@ -103,10 +103,11 @@ def screen_glossy(
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.bandwidth.screen_space import Turns, screen_glossy
+        >>> from firstorder.bandwidth.screen_space import PixelDifferences, screen_glossy_bandwidth
         >>> one = np.zeros((1, 1, 3, 2))
         >>> one[0, 0, 0, 0] = 0.5  # along px alone
-        >>> screen_glossy(1.0, Turns(one, 0 * one, one, one), slope=2.0, light=0.25).tolist()
+        >>> screen_glossy_bandwidth(1.0, PixelDifferences(one, 0 * one, one, one), slope=2.0,
+        ...     light=0.25).tolist()
         [[1.75]]
     """
     valid = _bands(cutoff, slope, light) & _finite(turns.mirrored) & _finite(turns.moved)
@@ -117,20 +118,21 @@ def screen_glossy(
     return nan_unless(valid, _reach(turn, cutoff) + sharp)
 
 
-def screen_diffuse(
-    cutoff: RealLike, turns: Turns, slope: RealLike = 0.0, light: RealLike = 0.0
+def screen_diffuse_bandwidth(
+    cutoff: RealLike, turns: PixelDifferences, slope: RealLike = 0.0, light: RealLike = 0.0
 ) -> Float[Array, "w h"]:
-    """`diffuse_map` from differences: `|n_p| cutoff + s |x_p| (cutoff + light)` [cycles per pixel].
+    """Diffuse bandwidth from differences: `|n_p| cutoff + s |x_p| (cutoff + light)` [cycles/pixel].
 
-    x_p is the whole of the motion here. Arguments are those of `bandwidth_map.diffuse_map`, errors
-    and validity those of `screen_glossy`.
+    x_p is the whole of the motion here. Arguments are those of `diffuse_bandwidth_map`, errors
+    and validity those of `screen_glossy_bandwidth`.
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.bandwidth.screen_space import Turns, screen_diffuse
+        >>> from firstorder.bandwidth.screen_space import PixelDifferences, screen_diffuse_bandwidth
         >>> one = np.zeros((1, 1, 3, 2))
         >>> one[0, 0, 0, 0] = 0.5
-        >>> screen_diffuse(1.0, Turns(0 * one, one, one, one), slope=2.0, light=0.25).tolist()
+        >>> screen_diffuse_bandwidth(1.0, PixelDifferences(0 * one, one, one, one), slope=2.0,
+        ...     light=0.25).tolist()
         [[1.75]]
     """
     valid = _bands(cutoff, slope, light) & _finite(turns.normal) & _finite(turns.position)
@@ -140,8 +142,5 @@ def screen_diffuse(
     return nan_unless(valid, _reach(turn, cutoff) + _reach(moved, reach))
 
 
-def _finite(turn: np.ndarray) -> Array:
+def _finite(turn: np.ndarray | Array) -> Array:
     return jnp.all(jnp.isfinite(as_float(turn)), (-2, -1))
-
-
-__all__ = ["Turns", "screen_diffuse", "screen_glossy", "screen_turns"]

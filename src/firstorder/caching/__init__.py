@@ -1,23 +1,39 @@
-"""Irradiance caching, in flatland and on surfaces: radii, records, what either choice costs."""
+"""Irradiance caching, in flatland and on surfaces: records, radii, interpolation, errors.
 
-from firstorder.caching.cache import Answer, Cache, Candidates, derivatives_of, taylor
-from firstorder.caching.candidates import kinks, survey
+Parts:
+
+- `caching.candidates`, `caching.candidate_tables`, `caching.occlusion`: candidate records;
+- `caching.split_circle`, `caching.split_sphere`: radii from distances alone;
+- `caching.radii`, `caching.ellipses`: radii and ellipses from derivatives;
+- `caching.discontinuities`: radii from several derivatives and visual events;
+- `caching.filling`, `caching.surface_filling`: which candidates become records;
+- `caching.cache`, `caching.surface_cache`: records, and irradiance interpolated between them;
+- `caching.errors`, `caching.surface_errors`: true errors, and the best radii.
+"""
+
+from firstorder.caching.cache import Cache, Candidates, Lookup, taylor
+from firstorder.caching.candidate_tables import (
+    CandidateTable,
+    GatherDirections,
+    gather_directions,
+    tabulate_candidates,
+)
+from firstorder.caching.candidates import gradient_discontinuities, scene_candidates
 from firstorder.caching.discontinuities import expected_error_with_events, radius_with_events
 from firstorder.caching.ellipses import (
-    Reach,
-    circles,
-    curvature,
-    ellipses,
+    ValidityRegion,
+    circular_regions,
+    elliptic_regions,
     geometric_bound,
+    hessian_norm,
     largest_radiance,
-    positive_part,
-    principal,
     semi_axes,
     surface_expected_error,
-    third_curvature,
+    third_derivative_norm,
 )
 from firstorder.caching.errors import ideal_radius, rms, true_error
-from firstorder.caching.filling import Fit, fill, fit, interpolated, shuffled
+from firstorder.caching.filling import Fit, fill, fit, interpolate, random_orders
+from firstorder.caching.occlusion import OcclusionTable, occlusion_table
 from firstorder.caching.radii import (
     CLAMPS,
     DEFINITIONS,
@@ -27,13 +43,13 @@ from firstorder.caching.radii import (
     radius_for,
 )
 from firstorder.caching.split_circle import (
-    harmonic_length,
-    minimum_length,
+    harmonic_mean_distance,
+    minimum_distance,
     split_circle_change,
     split_circle_error,
 )
 from firstorder.caching.split_sphere import (
-    neighbour_clamped,
+    neighbour_clamping,
     split_sphere_change,
     split_sphere_error,
     weighted_harmonic_length,
@@ -46,68 +62,63 @@ from firstorder.caching.surface_errors import (
     ssim,
     surface_error,
 )
-from firstorder.caching.surface_filling import (
-    SurfaceFit,
-    fill_surface,
-    fill_with_neighbours,
-    fit_surface,
-    fit_with,
-)
+from firstorder.caching.surface_filling import SurfaceFit, fill_surface, fit_surface
 
 __all__ = [
-    "survey",
-    "kinks",
+    "scene_candidates",
+    "gradient_discontinuities",
     "Candidates",
-    "Cache",
-    "Answer",
-    "taylor",
-    "derivatives_of",
+    "SurfaceCandidates",
+    "CandidateTable",
+    "GatherDirections",
+    "gather_directions",
+    "tabulate_candidates",
+    "OcclusionTable",
+    "occlusion_table",
     "DEFINITIONS",
-    "CLAMPS",
-    "Clamped",
-    "clamped",
     "expected_error",
     "radius_for",
     "expected_error_with_events",
     "radius_with_events",
+    "hessian_norm",
+    "third_derivative_norm",
+    "geometric_bound",
+    "largest_radiance",
+    "CLAMPS",
+    "Clamped",
+    "clamped",
+    "ValidityRegion",
+    "circular_regions",
+    "semi_axes",
+    "elliptic_regions",
+    "surface_expected_error",
+    "minimum_distance",
+    "harmonic_mean_distance",
+    "weighted_harmonic_length",
+    "neighbour_clamping",
     "split_circle_error",
     "split_circle_change",
-    "minimum_length",
-    "harmonic_length",
+    "split_sphere_error",
+    "split_sphere_change",
+    "random_orders",
     "fill",
     "Fit",
     "fit",
-    "interpolated",
-    "shuffled",
-    "true_error",
-    "ideal_radius",
-    "rms",
-    "Reach",
-    "circles",
-    "curvature",
-    "ellipses",
-    "geometric_bound",
-    "largest_radiance",
-    "positive_part",
-    "principal",
-    "semi_axes",
-    "surface_expected_error",
-    "third_curvature",
-    "neighbour_clamped",
-    "split_sphere_change",
-    "split_sphere_error",
-    "weighted_harmonic_length",
-    "SurfaceCache",
-    "SurfaceCandidates",
-    "surface_taylor",
-    "SurfaceFit",
+    "interpolate",
     "fill_surface",
-    "fill_with_neighbours",
+    "SurfaceFit",
     "fit_surface",
-    "fit_with",
-    "floats_per_record",
+    "taylor",
+    "surface_taylor",
+    "Cache",
+    "SurfaceCache",
+    "Lookup",
+    "true_error",
+    "surface_error",
+    "ideal_radius",
     "ideal_ellipse",
     "largest_set",
+    "rms",
     "ssim",
-    "surface_error",
+    "floats_per_record",
 ]

@@ -1,4 +1,4 @@
-"""The cache: records of irradiance and its derivatives along a surface, and what lies between them.
+"""Irradiance cache along a line: records with derivatives, and interpolation between them.
 
 Candidates are places at which a record could be made, with all that one would hold, computed once;
 filling the cache is then a choice among them. A record is a row of a table, which can be printed,
@@ -17,15 +17,15 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
-from firstorder.caching.radii import CLAMPS, Clamped, checked_order
-from firstorder.caching.records import kept, printed, weights
+from firstorder.caching._records import checked_order, kept, printed, weights
+from firstorder.caching.radii import CLAMPS, Clamped
 from firstorder.caching.split_circle import split_circle_error
 from firstorder.errors import check_finite, check_positive, check_shape
 from firstorder.typing import as_float
 
 
 class Candidates(eqx.Module):
-    """Places along a surface, with what a record made there would hold.
+    """Candidate records at places along a surface.
 
     Attributes:
         x: arc length along the surface [m].
@@ -69,14 +69,14 @@ class Candidates(eqx.Module):
         """
         x = as_float(x)
         check_finite("x", x)
-        columns = eqx.filter_jit(lambda x: jax.vmap(lambda x: derivatives_of(E, x, count))(x))(x)
+        columns = eqx.filter_jit(lambda x: jax.vmap(lambda x: _derivatives_of(E, x, count))(x))(x)
         fill = [
             jnp.broadcast_to(as_float(a).astype(x.dtype), x.shape) for a in (n, minimum, harmonic)
         ]
         return Candidates(x, fill[0], columns, fill[1], fill[2])
 
 
-def derivatives_of(E: Callable[[Array], Array], x: ArrayLike, count: int) -> Float[Array, " k"]:
+def _derivatives_of(E: Callable[[Array], Array], x: ArrayLike, count: int) -> Float[Array, " k"]:
     """E and its first `count - 1` derivatives at x."""
 
     def columns(x):
@@ -88,7 +88,7 @@ def derivatives_of(E: Callable[[Array], Array], x: ArrayLike, count: int) -> Flo
 
 
 def _deeper(f: Callable[[Array], tuple[Array, ...]]):
-    """All that f gives, and the slope of the last of it."""
+    """A function's values with one more: the slope of the last of them."""
 
     def slopes(x):
         found, tangents = jax.jvp(f, (x,), (jnp.ones_like(x),))
@@ -131,27 +131,27 @@ def taylor(
     return jnp.broadcast_to(value, jnp.broadcast_shapes(value.shape, dx.shape))
 
 
-class Answer(NamedTuple):
+class Lookup(NamedTuple):
     """An interpolated value, and whether any record was in reach of the place."""
 
     value: Float[Array, "..."]
     covered: Bool[Array, "..."]
 
 
-def blend(
+def _blend(
     x: Float[Array, ""],
     n: Float[Array, ""],
     records: tuple[Float[Array, " r"], Float[Array, " r"], Float[Array, "r k"], Float[Array, " r"]],
     valid: Bool[Array, " r"],
     order: int = 1,
     fade: bool = False,
-) -> Answer:
+) -> Lookup:
     """The weighted mean of the records' expansions at one place; see `Cache`."""
     at, normal, derivatives, radius = records
     error = split_circle_error(x - at, jnp.where(valid, radius, 1.0), n - normal)
     weight, used, covered = weights(error, valid, fade)
     dx = jnp.where(used, x - at, 0.0)
-    return Answer(jnp.sum(weight * taylor(derivatives, dx, order)) / jnp.sum(weight), covered)
+    return Lookup(jnp.sum(weight * taylor(derivatives, dx, order)) / jnp.sum(weight), covered)
 
 
 class Cache(eqx.Module):
@@ -164,7 +164,7 @@ class Cache(eqx.Module):
     `1 / e_i - 1` and do not.
 
     Where no record reaches, the one with the smallest error answers, beyond its radius, and
-    `Answer.covered` is false: a number, never NaN.
+    `Lookup.covered` is false: a number, never NaN.
 
     Distances are arc lengths. For the straight surfaces of J12 they are distances.
 
@@ -242,15 +242,15 @@ class Cache(eqx.Module):
 
     @property
     def count(self) -> int:
-        """How many records there are."""
+        """Number of records."""
         return self.x.shape[0]
 
-    def __call__(self, x: ArrayLike, n: ArrayLike = 0.0) -> Answer:
+    def __call__(self, x: ArrayLike, n: ArrayLike = 0.0) -> Lookup:
         """Irradiance at the arc lengths x, where the normals have the angles n."""
         x = as_float(x)
         n = jnp.broadcast_to(as_float(n).astype(x.dtype), x.shape)
         value, covered = _answers(self, x.ravel(), n.ravel())
-        return Answer(value.reshape(x.shape), covered.reshape(x.shape))
+        return Lookup(value.reshape(x.shape), covered.reshape(x.shape))
 
     def columns(self) -> dict[str, np.ndarray]:
         """The table: one vector for each column, ready for `firstorder.io.write_csv`."""
@@ -269,7 +269,7 @@ class Cache(eqx.Module):
 
 
 @eqx.filter_jit
-def _answers(cache: Cache, x: Float[Array, " p"], n: Float[Array, " p"]) -> Answer:
+def _answers(cache: Cache, x: Float[Array, " p"], n: Float[Array, " p"]) -> Lookup:
     valid = jnp.ones(cache.x.shape, bool)
     records = (cache.x, cache.n, cache.derivatives, cache.radius)
-    return jax.vmap(lambda x, n: blend(x, n, records, valid, cache.order, cache.fade))(x, n)
+    return jax.vmap(lambda x, n: _blend(x, n, records, valid, cache.order, cache.fade))(x, n)

@@ -1,4 +1,4 @@
-"""Candidates on a surface of a flatland scene: irradiance, three derivatives and ray lengths."""
+"""Candidate records on a surface of flatland: irradiance, three derivatives and ray lengths."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
 from firstorder.caching.cache import Candidates
-from firstorder.caching.split_circle import harmonic_length, minimum_length
+from firstorder.caching.split_circle import harmonic_mean_distance, minimum_distance
 from firstorder.conventions import direction
 from firstorder.errors import check_between
 from firstorder.flatland.direct_lighting import Radiance, irradiance
@@ -25,7 +25,7 @@ from firstorder.typing import as_float
 BLOCK = 128  # candidates worked on at a time
 
 
-def survey(
+def scene_candidates(
     scene: Scene,
     index: int,
     s: ArrayLike,
@@ -34,7 +34,7 @@ def survey(
     count: int = 4,
     rays: int = 256,
 ) -> Candidates:
-    """Everything a record could hold, at the parameters s of one surface, computed at once.
+    """Candidate records at the parameters s of one surface, with exact irradiance.
 
     E is exact, its derivatives are in arc length and in total, so that on a
     curved surface they include its bending. Of two edges in line they are one-sided.
@@ -44,7 +44,7 @@ def survey(
         index: number of the receiving shape.
         s: parameters of the candidates on it, in [0, 1].
         E: irradiance of a receiver, if it is not that of the emitters alone: `irradiance` with a
-            radiance, or that of a radiosity `Solution` (exact up to E'', so `count=3`).
+            radiance, or that of a radiosity `RadiositySolution` (exact up to E'', so `count=3`).
         count: columns of derivatives; 4 for E to E'''.
         rays: of the split circle, one in the middle of each of that many strata of equal cosine
             weight; sky counts as infinitely far.
@@ -54,11 +54,11 @@ def survey(
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.flatland import Scene, Segments, thing
-        >>> from firstorder.caching import survey
-        >>> floor = thing(Segments((-1.0, 0.0), (1.0, 0.0)))
-        >>> lamp = thing(Segments((0.5, 1.0), (-0.5, 1.0)), emission=1.0)
-        >>> found = survey(Scene.of(floor, lamp), 0, jnp.array([0.5]), count=2)
+        >>> from firstorder.flatland import Scene, Segments, primitive
+        >>> from firstorder.caching import scene_candidates
+        >>> floor = primitive(Segments((-1.0, 0.0), (1.0, 0.0)))
+        >>> lamp = primitive(Segments((0.5, 1.0), (-0.5, 1.0)), emission=1.0)
+        >>> found = scene_candidates(Scene.of(floor, lamp), 0, jnp.array([0.5]), count=2)
         >>> found.x.item(), found.derivatives.round(6).tolist()
         (1.0, [[0.894427, 0.0]])
     """
@@ -73,8 +73,8 @@ def survey(
 @eqx.filter_jit
 def _geometry(scene: Scene, index: int, s: Array, rays: int) -> tuple[Array, ...]:
     n = jax.vmap(lambda s: scene.frame(index, s).n)(s)
-    t = ray_lengths(scene, index, s, rays)
-    return arc_length(scene, index, s), n, minimum_length(t), harmonic_length(t)
+    t = _ray_lengths(scene, index, s, rays)
+    return _arc_length(scene, index, s), n, minimum_distance(t), harmonic_mean_distance(t)
 
 
 def _columns(scene: Scene, index: int, s: Array, E: Callable[[Receiver], Array], count: int):
@@ -103,7 +103,7 @@ def _columns(scene: Scene, index: int, s: Array, E: Callable[[Receiver], Array],
     return jnp.concatenate(parts)[: s.shape[0]]
 
 
-def ray_lengths(scene: Scene, index: int, s: ArrayLike, rays: int = 256) -> Float[Array, "m r"]:
+def _ray_lengths(scene: Scene, index: int, s: ArrayLike, rays: int = 256) -> Float[Array, "m r"]:
     """Lengths of stratified rays from places on a surface; infinite where one meets nothing [m].
 
     Args:
@@ -120,7 +120,7 @@ def ray_lengths(scene: Scene, index: int, s: ArrayLike, rays: int = 256) -> Floa
     return t.reshape(along.shape[:-1])
 
 
-def arc_length(scene: Scene, index: int, s: ArrayLike) -> Float[Array, " m"]:
+def _arc_length(scene: Scene, index: int, s: ArrayLike) -> Float[Array, " m"]:
     """Arc length from the start of a shape to the parameters s [m]."""
     t, w = gauss_legendre(32)
     s = as_float(s)
@@ -128,7 +128,7 @@ def arc_length(scene: Scene, index: int, s: ArrayLike) -> Float[Array, " m"]:
     return jnp.sum(0.5 * s[:, None] * w * speed(0.5 * s[:, None] * (1.0 + t)), axis=-1)
 
 
-def kinks(
+def gradient_discontinuities(
     scene: Scene, index: int, radiance: Radiance | None = None, breaks=()
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Arc lengths of the visual events along a surface, with the jumps of E' and of E there.
@@ -143,6 +143,6 @@ def kinks(
         Positions, jumps of E' and jumps of E, as `radius_with_events` takes them once the
         candidate's own position is subtracted.
     """
-    jumps = events.along(scene, index, radiance, breaks)
-    x = np.asarray(arc_length(scene, index, jumps.s)) if len(jumps.s) else np.zeros(0)
+    jumps = events.jumps_on(scene, index, radiance, breaks)
+    x = np.asarray(_arc_length(scene, index, jumps.s)) if len(jumps.s) else np.zeros(0)
     return x, jumps.jump_E1, jumps.jump_E

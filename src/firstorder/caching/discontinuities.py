@@ -1,4 +1,4 @@
-"""Radii that know more than one derivative: the terms after it, and the kinks of E on either side.
+"""Radii from more than one derivative, and from the kinks of E on either side of the record.
 
 In flatland E' jumps where two edges are seen in line, even under a light of finite size. The
 pointwise metric looks at one derivative at one place; it misses the jump, and is blind at an
@@ -15,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder.caching.radii import checked_order
+from firstorder.caching._records import checked_order
 from firstorder.errors import check_not_negative, check_positive, is_concrete, nan_unless
 from firstorder.typing import as_float
 
@@ -34,7 +34,7 @@ def expected_error_with_events(
     definition: str = "total",
     value: ArrayLike = 1.0,
 ) -> Float[Array, "..."]:
-    """What extrapolation errs by within a radius, from several derivatives and all kinks there.
+    """Error of extrapolation within a radius, from several derivatives and all kinks there.
 
     Behind a kink at the distance d, where E' jumps by J, linear extrapolation goes wrong by
     `J (|x| - d)`, to the right of the record and to the left alike. The total error is at most

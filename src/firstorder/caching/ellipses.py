@@ -1,4 +1,4 @@
-"""How far a record on a surface may be used: circles and ellipses from the irradiance Hessian.
+"""Regions of validity of records on a surface: circles and ellipses from the irradiance Hessian.
 
 A linear expansion errs by `|x^T H x| / 2` to leading order. Over a disc this integrates to
 `(pi / 4) k R^4` where k is the mean of `|x^T H x|` over the unit circle; the largest absolute
@@ -23,8 +23,8 @@ from firstorder.typing import as_float
 CURVATURES = ("largest", "mean")
 
 
-class Reach(NamedTuple):
-    """How far each record reaches: it covers the steps dx with `|matrix @ dx| < 1`.
+class ValidityRegion(NamedTuple):
+    """Region in which each record is valid: the steps dx with `|matrix @ dx| < 1`.
 
     Attributes:
         matrix: identity over the radius for a circle [1/m].
@@ -35,7 +35,7 @@ class Reach(NamedTuple):
     clamp: Int[Array, "..."]
 
 
-def principal(H: Float[Array, "... 2 2"]) -> tuple[Float[Array, "... 2"], Float[Array, "... 2 2"]]:
+def _principal(H: Float[Array, "... 2 2"]) -> tuple[Float[Array, "... 2"], Float[Array, "... 2 2"]]:
     """Eigenvalues of symmetric matrices, the larger modulus first, and unit axes as columns.
 
     In closed form. For a multiple of the identity, whose axes are any, those of the coordinates.
@@ -45,8 +45,8 @@ def principal(H: Float[Array, "... 2 2"]) -> tuple[Float[Array, "... 2"], Float[
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.caching import principal
-        >>> principal(jnp.array([[1.0, 0.0], [0.0, -3.0]]))[0].tolist()
+        >>> from firstorder.caching.ellipses import _principal
+        >>> _principal(jnp.array([[1.0, 0.0], [0.0, -3.0]]))[0].tolist()
         [-3.0, 1.0]
     """
     mean, d, b = _parts(H)
@@ -78,7 +78,7 @@ def _length(d: Array, b: Array) -> Array:
     return jnp.where(there, jnp.sqrt(jnp.where(there, square, 1.0)), 0.0)
 
 
-def curvature(H: Float[Array, "... 2 2"], kind: str = "largest") -> Float[Array, "..."]:
+def hessian_norm(H: Float[Array, "... 2 2"], kind: str = "largest") -> Float[Array, "..."]:
     """One number for a Hessian, to be given to `radius_for` with `dims=2`.
 
     "largest" is `|lambda_1|`, by which J12 bounds the error of a disc. "mean" is the mean of
@@ -98,9 +98,9 @@ def curvature(H: Float[Array, "... 2 2"], kind: str = "largest") -> Float[Array,
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.caching import curvature
+        >>> from firstorder.caching import hessian_norm
         >>> H = jnp.diag(jnp.array([2.0, 1.0]))
-        >>> curvature(H).item(), curvature(H, "mean").item()
+        >>> hessian_norm(H).item(), hessian_norm(H, "mean").item()
         (2.0, 1.5)
     """
     if kind not in CURVATURES:
@@ -117,7 +117,9 @@ def curvature(H: Float[Array, "... 2 2"], kind: str = "largest") -> Float[Array,
     return jnp.where(mixed, (2.0 / math.pi) * (s * jnp.arcsin(ratio) + d * root), s)
 
 
-def third_curvature(T: Float[Array, "... 2 2 2"], directions: int = 96) -> Float[Array, "..."]:
+def third_derivative_norm(
+    T: Float[Array, "... 2 2 2"], directions: int = 96
+) -> Float[Array, "..."]:
     """The mean of `|T[x, x, x]|` over the unit circle, for `radius_for` with `order=2, dims=2`.
 
     Args:
@@ -129,9 +131,9 @@ def third_curvature(T: Float[Array, "... 2 2 2"], directions: int = 96) -> Float
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.caching import third_curvature
+        >>> from firstorder.caching import third_derivative_norm
         >>> T = jnp.zeros((2, 2, 2)).at[0, 0, 0].set(3.0)
-        >>> round(third_curvature(T).item(), 3)  # 3 times the mean of |cos|^3, 4 / (3 pi)
+        >>> round(third_derivative_norm(T).item(), 3)  # 3 times the mean of |cos|^3, 4 / (3 pi)
         1.273
     """
     phi = np.pi * (np.arange(directions) + 0.5) / directions
@@ -139,7 +141,7 @@ def third_curvature(T: Float[Array, "... 2 2 2"], directions: int = 96) -> Float
     return jnp.mean(jnp.abs(jnp.einsum("...abc,ka,kb,kc->...k", T, x, x, x)), axis=-1)
 
 
-def circles(radius: ArrayLike, low: ArrayLike, high: ArrayLike) -> Reach:
+def circular_regions(radius: ArrayLike, low: ArrayLike, high: ArrayLike) -> ValidityRegion:
     """Discs of the given radii, held within [low, high].
 
     Args:
@@ -152,13 +154,13 @@ def circles(radius: ArrayLike, low: ArrayLike, high: ArrayLike) -> Reach:
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.caching import circles
-        >>> circles(jnp.array([0.5]), 0.1, 2.0).matrix.tolist()
+        >>> from firstorder.caching import circular_regions
+        >>> circular_regions(jnp.array([0.5]), 0.1, 2.0).matrix.tolist()
         [[[2.0, 0.0], [0.0, 2.0]]]
     """
     held = clamped(radius, low, high)
     inverse = 1.0 / held.radius
-    return Reach(inverse[..., None, None] * jnp.eye(2, dtype=inverse.dtype), held.clamp)
+    return ValidityRegion(inverse[..., None, None] * jnp.eye(2, dtype=inverse.dtype), held.clamp)
 
 
 def semi_axes(
@@ -205,7 +207,7 @@ def semi_axes(
     """
     if not most >= 1.0:
         raise ValueError(f"Argument `most` must be at least 1, but is {most!r}.")
-    values, axes = principal(H)
+    values, axes = _principal(H)
     big, small = jnp.abs(values[..., 0]), jnp.abs(values[..., 1])
     if printed:
         if definition != "total":
@@ -221,12 +223,12 @@ def semi_axes(
     # The stretch, (small / big)^(1/4) along the stronger axis; a bound keeps its slope finite.
     stretch = jnp.maximum(ratio, most**-2.0) ** 0.25
     stretched = jnp.stack([values[..., 0] * stretch**2, values[..., 1] / stretch**2], -1)
-    even = curvature(stretched[..., None] * jnp.eye(2, dtype=stretched.dtype), "mean")
+    even = hessian_norm(stretched[..., None] * jnp.eye(2, dtype=stretched.dtype), "mean")
     R = radius_for(even, tolerance, definition=definition, value=value, dims=2)
     return jnp.stack([R * stretch, R / stretch], -1), axes
 
 
-def ellipses(
+def elliptic_regions(
     H: Float[Array, "... 2 2"],
     tolerance: ArrayLike,
     low: ArrayLike,
@@ -236,7 +238,7 @@ def ellipses(
     value: ArrayLike | None = None,
     most: float = 8.0,
     printed: bool = False,
-) -> Reach:
+) -> ValidityRegion:
     """Ellipses of `semi_axes`, with each axis held within [low, high].
 
     Args:
@@ -265,7 +267,7 @@ def ellipses(
     cut = jnp.any(held.clamp == CUT, axis=-1)
     code = jnp.where(raised, RAISED, jnp.where(cut, CUT, FREE))
     # Symmetric, so that a circle is a multiple of the identity.
-    return Reach((axes / held.radius[..., None, :]) @ jnp.swapaxes(axes, -1, -2), code)
+    return ValidityRegion((axes / held.radius[..., None, :]) @ jnp.swapaxes(axes, -1, -2), code)
 
 
 def surface_expected_error(
@@ -278,7 +280,7 @@ def surface_expected_error(
 
     Args:
         H: Hessian of irradiance in the tangent plane [W/m^4].
-        matrix: of the ellipse, as in `Reach` [1/m].
+        matrix: of the ellipse, as in `ValidityRegion` [1/m].
 
     Reference: J12 eq. 68, integrated.
 
@@ -297,7 +299,7 @@ def surface_expected_error(
         -2,
     )
     S = turned / det[..., None, None]
-    k = curvature(jnp.swapaxes(S, -1, -2) @ H @ S, "mean")
+    k = hessian_norm(jnp.swapaxes(S, -1, -2) @ H @ S, "mean")
     return 0.25 * math.pi * k / jnp.abs(det)
 
 
@@ -328,7 +330,7 @@ def largest_radiance(radiances: Any, quantile: float = 1.0) -> Float[Array, ""]:
     return jnp.quantile(jnp.ravel(samples), quantile)
 
 
-def positive_part(H: Float[Array, "... 2 2"]) -> Float[Array, "... 2 2"]:
+def _positive_part(H: Float[Array, "... 2 2"]) -> Float[Array, "... 2 2"]:
     """Symmetric matrices with their negative eigenvalues set to zero."""
     mean, d, b = _parts(H)
     apart = _length(d, b)
@@ -372,8 +374,8 @@ def geometric_bound(
     """
     check_not_negative("weights", weights)
     w = jnp.broadcast_to(as_float(weights), hessians.shape[:-2])[..., None, None]
-    up = jnp.sum(w * positive_part(hessians), axis=-3)
-    down = jnp.sum(w * positive_part(-hessians), axis=-3)
+    up = jnp.sum(w * _positive_part(hessians), axis=-3)
+    down = jnp.sum(w * _positive_part(-hessians), axis=-3)
     difference = up - down
-    size = positive_part(difference) + positive_part(-difference)
+    size = _positive_part(difference) + _positive_part(-difference)
     return 0.5 * (up + down + size)

@@ -1,4 +1,4 @@
-"""What a record's extrapolation really errs by, and the radius that it would deserve.
+"""True error of a record's extrapolation, and the radius at which it reaches a tolerance.
 
 These need the true irradiance around the record, which nobody has while rendering: they judge the
 radii that are made from derivatives.
@@ -16,7 +16,7 @@ from jaxtyping import Array, ArrayLike, Float
 from firstorder.caching.cache import taylor
 from firstorder.caching.radii import DEFINITIONS
 from firstorder.errors import check_positive
-from firstorder.numerics.quadrature import panels
+from firstorder.numerics.quadrature import composite_gauss_legendre
 from firstorder.typing import as_float
 
 
@@ -62,7 +62,7 @@ def true_error(
             f"Argument `definition` must be one of {list(DEFINITIONS)}, but is {definition!r}."
         )
     x, R = as_float(x), as_float(radius)
-    t, w = panels(x - R, x + R, [x, *(as_float(b) for b in breaks)], nodes)
+    t, w = composite_gauss_legendre(x - R, x + R, [x, *(as_float(b) for b in breaks)], nodes)
     miss = jnp.abs(jax.vmap(E)(t) - taylor(derivatives, t - x, order))
     if definition == "largest":
         return jnp.max(miss)

@@ -16,7 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
-from firstorder.caching.cache import Candidates, blend
+from firstorder.caching.cache import Candidates, _blend
 from firstorder.caching.split_circle import split_circle_error
 from firstorder.errors import check_positive
 
@@ -25,7 +25,7 @@ from firstorder.errors import check_positive
 def fill(
     candidates: Candidates, radius: Float[Array, " m"], visits: Int[Array, " v"]
 ) -> Bool[Array, " m"]:
-    """Which candidates become records, if they are visited in the given order.
+    """Selection of records from candidates that are visited in the given order.
 
     A candidate is covered, and left out, if a record made before reaches it: if its error, the
     distance over the record's radius plus the sine of the turn, is below 1. The time is that of
@@ -64,7 +64,7 @@ def _filled(candidates: Candidates, radius: Array, visits: Array) -> Array:
 _fill_each = jax.jit(jax.vmap(_filled, in_axes=(None, 0, 0)))
 
 
-def shuffled(count: int, orders: int, seed: int = 0) -> np.ndarray:
+def random_orders(count: int, orders: int, seed: int = 0) -> np.ndarray:
     """Random orders of insertion: an array (orders, count) of indices."""
     rng = np.random.default_rng(seed)
     return np.stack([rng.permutation(count) for _ in range(orders)])
@@ -101,7 +101,7 @@ def fit(
     high: float,
     halvings: int = 40,
 ) -> Fit:
-    """For each order of insertion the threshold that gives `target` records, by halving its log.
+    """Caches of `target` records, one for each order of insertion, by halving the log threshold.
 
     Args:
         candidates: to choose from.
@@ -156,10 +156,10 @@ def fit(
     )
 
 
-def interpolated(
+def interpolate(
     candidates: Candidates, fitted: Fit, x: ArrayLike, *, order: int = 1, fade: bool = False
 ) -> tuple[Float[Array, "o p"], Bool[Array, "o p"]]:
-    """Irradiance at places x from the cache of every order of insertion, and what was covered.
+    """Irradiance at places x from the cache of every order of insertion, and which are covered.
 
     What `Cache` answers, for many caches over the same candidates at once.
     """
@@ -178,6 +178,6 @@ def _blend_each(candidates, rows, valid, radius, x, order: int, fade: bool):
         rows, valid, radius = given
         records = (candidates.x[rows], candidates.n[rows], candidates.derivatives[rows], radius)
         normal = jnp.interp(x, candidates.x, candidates.n)
-        return jax.vmap(lambda x, n: blend(x, n, records, valid, order, fade))(x, normal)
+        return jax.vmap(lambda x, n: _blend(x, n, records, valid, order, fade))(x, normal)
 
     return jax.lax.map(one, (rows, valid, radius))

@@ -1,4 +1,4 @@
-"""Hessians of irradiance that know shadow edges, at many places of a floor: a metric for records.
+"""Occlusion-aware Hessians of irradiance at many places of a floor: a metric for records.
 
 `space.estimators.occlusion_aware` for places on a level shape, all with the same gather rays.
 """
@@ -15,9 +15,12 @@ from jaxtyping import Array, ArrayLike, Float, Int
 
 from firstorder.errors import check_positive, check_shape
 from firstorder.numerics.batching import in_batches
-from firstorder.space.bounces.radiance_maps import Maps, cast
-from firstorder.space.estimators.occlusion_aware import triangulated
-from firstorder.space.estimators.triangulation import GatherNet, gather_net
+from firstorder.space.bounces._radiance_maps import RadianceMaps, trace_maps
+from firstorder.space.estimators._triangulation import (
+    HemisphereTriangulation,
+    hemisphere_triangulation,
+)
+from firstorder.space.estimators.occlusion_aware import occlusion_aware_estimate
 from firstorder.typing import as_float
 
 BATCH = 8  # places at a time: what a thousand rays of each need stays in the cache
@@ -25,7 +28,7 @@ BLOCK = 256  # places compiled for: the last block is padded
 
 
 class OcclusionTable(NamedTuple):
-    """Irradiance with derivatives that count what edges hide and uncover, at places of a plane.
+    """Irradiance at places of a plane, with derivatives that include the motion of shadow edges.
 
     Attributes:
         E: irradiance [W/m^2].
@@ -39,15 +42,15 @@ class OcclusionTable(NamedTuple):
 
 
 def occlusion_table(
-    maps: Maps, position: ArrayLike, on: int, height: float = 0.0, rays: int = 1024
+    maps: RadianceMaps, position: ArrayLike, on: int, height: float = 0.0, rays: int = 1024
 ) -> OcclusionTable:
-    """Gathers once from every place, and keeps the occlusion-aware gradient and Hessian.
+    """Occlusion-aware irradiance, gradient and Hessian at every place, from one gather each.
 
-    What `triangulated` finds, with the directions of `gather_net` for all places alike, in single
-    precision. Some 2 ms for a place with 1024 rays, on one core.
+    What `occlusion_aware_estimate` finds, with the directions of `hemisphere_triangulation` for all
+    places alike, in single precision. Some 2 ms for a place with 1024 rays, on one core.
 
-    Valid and wrong as `triangulated`: the share of edges that rays resolve, sharp ones, and those
-    of curved surfaces only up to their radius over their distance.
+    Valid and wrong as `occlusion_aware_estimate`: the share of edges that rays resolve, sharp ones,
+    and those of curved surfaces only up to their radius over their distance.
 
     Args:
         maps: the light and its scene.
@@ -65,8 +68,8 @@ def occlusion_table(
         >>> import jax.numpy as jnp
         >>> from firstorder.caching.occlusion import occlusion_table
         >>> from firstorder.space import library
-        >>> from firstorder.space.bounces.radiance_maps import Maps
-        >>> maps = Maps(library.j12_box(), jnp.zeros((4, 2, 2)))
+        >>> from firstorder.space.bounces._radiance_maps import RadianceMaps
+        >>> maps = RadianceMaps(library.j12_box(), jnp.zeros((4, 2, 2)))
         >>> occlusion_table(maps, jnp.array([[0.4, 0.3]]), on=0, rays=64).hessian.tolist()
         [[[0.0, 0.0], [0.0, 0.0]]]
     """
@@ -74,7 +77,7 @@ def occlusion_table(
     x = as_float(position).astype(jnp.float32)
     check_shape("position", x, (x.shape[0], 2))
     single = jax.tree.map(lambda a: a.astype(jnp.float32) if eqx.is_inexact_array(a) else a, maps)
-    net = _single(gather_net(rays))
+    net = _single(hemisphere_triangulation(rays))
     parts = []
     for start in range(0, x.shape[0], BLOCK):
         some = x[start : start + BLOCK]
@@ -84,15 +87,17 @@ def occlusion_table(
     return OcclusionTable(*(np.concatenate(p) for p in zip(*parts, strict=True)))
 
 
-def _single(net: GatherNet) -> GatherNet:
+def _single(net: HemisphereTriangulation) -> HemisphereTriangulation:
     """Directions in single precision; triangles and neighbours as arguments, not constants."""
     directions = net.directions.astype(jnp.float32)
-    return GatherNet(directions, jnp.asarray(net.triangles), jnp.asarray(net.neighbours))
+    return HemisphereTriangulation(
+        directions, jnp.asarray(net.triangles), jnp.asarray(net.neighbours)
+    )
 
 
 @eqx.filter_jit
 def _cast(
-    maps: Maps,
+    maps: RadianceMaps,
     directions: Float[Array, "r 3"],
     x: Float[Array, "m 2"],
     on: Int[Array, ""],
@@ -103,7 +108,7 @@ def _cast(
 
     def one(place):
         x, y, z = (jnp.broadcast_to(a, along[0].shape) for a in (place[0], place[1], height))
-        seen = cast(maps, (x, y, z), along, on)
+        seen = trace_maps(maps, (x, y, z), along, on)
         return seen.radiance, seen.distance
 
     return in_batches(one, x, BATCH)
@@ -111,11 +116,13 @@ def _cast(
 
 @eqx.filter_jit
 def _derived(
-    net: GatherNet, radiance: Float[Array, "m r"], distance: Float[Array, "m r"]
+    net: HemisphereTriangulation, radiance: Float[Array, "m r"], distance: Float[Array, "m r"]
 ) -> tuple[Array, Array, Array]:
     """Apart from the cast, so that it is compiled once for all scenes."""
 
     def one(seen):
-        return triangulated(seen[0], net.directions, seen[1], net.triangles, net.neighbours)
+        return occlusion_aware_estimate(
+            seen[0], net.directions, seen[1], net.triangles, net.neighbours
+        )
 
     return in_batches(one, (radiance, distance), BATCH)

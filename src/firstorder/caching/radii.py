@@ -1,4 +1,4 @@
-"""How far a cache record may be used: the radius that a tolerated error of extrapolation leaves.
+"""Radii of cache records: how far one may be used for a tolerated error of extrapolation.
 
 A Taylor expansion of order p errs by its first missing term, `|E^(q)| |x|^q / q!` with q = p + 1.
 So the value alone is judged by E', the value with its gradient by E'', and second-order
@@ -13,6 +13,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float, Int
 
+from firstorder.caching._records import checked_order
 from firstorder.errors import check_not_negative, check_positive, is_concrete, nan_unless
 from firstorder.typing import as_float
 
@@ -34,7 +35,7 @@ class _Law(NamedTuple):
 
 
 def _law(definition: str, order: int, dims: int = 1) -> _Law:
-    """Integrals of `size |x|^q`, or of its square, over |x| < R, or their means."""
+    """Law of an error definition: integral of `size |x|^q`, its square, or a mean, on |x| < R."""
     q = checked_order(order) + 1
     if dims not in (1, 2):
         raise ValueError(f"Argument `dims` must be 1 or 2, but is {dims!r}.")
@@ -55,13 +56,6 @@ def _law(definition: str, order: int, dims: int = 1) -> _Law:
     return laws[definition]
 
 
-def checked_order(order: int) -> int:
-    """An order of extrapolation, which must be 0, 1 or 2."""
-    if order not in (0, 1, 2):
-        raise ValueError(f"Argument `order` must be 0, 1 or 2, but is {order!r}.")
-    return order
-
-
 def expected_error(
     derivative: ArrayLike,
     radius: ArrayLike,
@@ -71,7 +65,7 @@ def expected_error(
     value: ArrayLike | None = None,
     dims: int = 1,
 ) -> Float[Array, "..."]:
-    """What the first missing term says that a record's extrapolation errs by, within its radius.
+    """Error of a record's extrapolation within its radius, from the first missing Taylor term.
 
     With `a = |E^(q)| / q!` and `q = order + 1`:
 
@@ -86,7 +80,7 @@ def expected_error(
 
     On a surface (`dims=2`) the same is integrated over a disc, and the total is
     `2 pi a R^(q+2) / (q+2)`; the derivative is then one number for all directions, such as
-    `curvature` gives.
+    `hessian_norm` gives.
 
     Valid to first order in R: of the terms left out the odd ones cancel between the two sides as
     long as the first one decides the sign, so that the total errs by `O(R^2)` of itself. Wrong at
@@ -193,7 +187,7 @@ class Clamped(NamedTuple):
 def clamped(radius: ArrayLike, low: ArrayLike, high: ArrayLike) -> Clamped:
     """Radii held within [low, high], with the limit that acted on each.
 
-    No metric does without: the distance to the nearest thing is zero in a corner, and the Hessian
+    No metric does without: the distance to the nearest surface is zero in a corner, and the Hessian
     vanishes at an inflection, where the radius is infinite.
 
     Args:

@@ -1,4 +1,4 @@
-"""The split circle: how far a record may be used, judged by the distances of things around it.
+"""The split circle: radii of records in flatland from distances to surfaces.
 
 The imagined world is a circle of radius R around the record, one half of it bright. Moving by dx
 brings the edge above to `tan(theta) = -dx / R`; turning by dn moves the normal to or from it. The
@@ -11,7 +11,7 @@ other worlds:
   `|dE/dn| <= L` still hold, but after a finite step the split may be exceeded, in the third order;
 * as a share of E the same light may change by `2 / R` per metre, and by any amount per radian:
   a small light near the horizon;
-* other things at R or farther: no bound exists, not even on E' itself.
+* other surfaces at R or farther: no bound exists, not even on E' itself.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ def split_circle_change(
     return jnp.sin(jnp.minimum(edge + jnp.abs(as_float(turn)), 0.5 * np.pi))
 
 
-def minimum_length(lengths: Float[Array, "... k"]) -> Float[Array, "..."]:
+def minimum_distance(lengths: Float[Array, "... k"]) -> Float[Array, "..."]:
     """Length of the shortest ray; infinite where all miss.
 
     Args:
@@ -100,7 +100,7 @@ def minimum_length(lengths: Float[Array, "... k"]) -> Float[Array, "..."]:
     return jnp.min(lengths, axis=-1)
 
 
-def harmonic_length(lengths: Float[Array, "... k"]) -> Float[Array, "..."]:
+def harmonic_mean_distance(lengths: Float[Array, "... k"]) -> Float[Array, "..."]:
     """Harmonic mean of the lengths of rays, `k / sum 1/D`; infinite where all miss.
 
     Args:
@@ -113,8 +113,8 @@ def harmonic_length(lengths: Float[Array, "... k"]) -> Float[Array, "..."]:
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.caching import harmonic_length
-        >>> harmonic_length(jnp.array([1.0, jnp.inf])).item()
+        >>> from firstorder.caching import harmonic_mean_distance
+        >>> harmonic_mean_distance(jnp.array([1.0, jnp.inf])).item()
         2.0
     """
     lengths = _lengths(lengths)

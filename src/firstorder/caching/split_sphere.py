@@ -1,4 +1,4 @@
-"""The split sphere: how far a record on a surface may be used, judged by distances alone.
+"""The split sphere: radii of records on surfaces from distances alone.
 
 The imagined world is a sphere of radius R around the record, one half of it bright. After a step
 dx away from that half its edge is seen at `a = atan(|dx| / R)` from the normal's plane, and the
@@ -17,7 +17,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder.caching.split_circle import harmonic_length
+from firstorder.caching.split_circle import harmonic_mean_distance
 from firstorder.errors import check_not_negative, check_positive, nan_unless
 from firstorder.typing import as_float
 
@@ -80,9 +80,10 @@ def split_sphere_change(dx: ArrayLike, radius: ArrayLike) -> Float[Array, "..."]
 
 
 def weighted_harmonic_length(lengths: ArrayLike, weights: ArrayLike) -> Float[Array, "..."]:
-    """Harmonic mean of the lengths of rays that do not count alike; infinite where all miss.
+    """Weighted harmonic mean of the lengths of rays; infinite where all miss.
 
-    `sum w / sum (w / D)`. Rays that are sampled by the cosine count alike: `harmonic_length`.
+    `sum w / sum (w / D)`. Rays that are sampled by the cosine count alike:
+    `harmonic_mean_distance`.
 
     Args:
         lengths: of the rays, along the last axis; infinite for a miss [m].
@@ -102,15 +103,15 @@ def weighted_harmonic_length(lengths: ArrayLike, weights: ArrayLike) -> Float[Ar
     share = w * w.shape[-1] / jnp.sum(w, axis=-1, keepdims=True)
     none = share == 0.0
     # A ray of weight w is one of length D / w among equals.
-    return harmonic_length(
+    return harmonic_mean_distance(
         jnp.where(none, jnp.inf, as_float(lengths) / jnp.where(none, 1.0, share))
     )
 
 
-def neighbour_clamped(position: ArrayLike, length: ArrayLike) -> np.ndarray:
+def neighbour_clamping(position: ArrayLike, length: ArrayLike) -> np.ndarray:
     """Lengths cut so that none exceeds a neighbour's by more than their distance.
 
-    `min_j (R_j + |x_i - x_j|)`: what the distance to the nearest thing fulfils by the triangle
+    `min_j (R_j + |x_i - x_j|)`: what the distance to the nearest surface fulfils by the triangle
     inequality, and what missed geometry and means of distances break. It acts both ways: a small
     length cuts its neighbours', and the largest field that obeys is reached in one pass.
 
@@ -128,8 +129,8 @@ def neighbour_clamped(position: ArrayLike, length: ArrayLike) -> np.ndarray:
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.caching import neighbour_clamped
-        >>> neighbour_clamped(np.array([[0.0, 0.0], [1.0, 0.0]]), np.array([0.5, 9.0])).tolist()
+        >>> from firstorder.caching import neighbour_clamping
+        >>> neighbour_clamping(np.array([[0.0, 0.0], [1.0, 0.0]]), np.array([0.5, 9.0])).tolist()
         [0.5, 1.5]
     """
     x, R = np.asarray(position, dtype=float), np.asarray(length, dtype=float)

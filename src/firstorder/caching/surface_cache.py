@@ -1,4 +1,4 @@
-"""Records of irradiance on a plane piece of surface, with circles or ellipses for their reach.
+"""Irradiance cache on a plane piece of surface, with circles or ellipses as regions of validity.
 
 What `cache` is along a line: candidates hold all that a record would, a cache is a choice among
 them, and a record is a row of a table.
@@ -15,10 +15,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
-from firstorder.caching.cache import Answer
-from firstorder.caching.ellipses import Reach
-from firstorder.caching.radii import CLAMPS, checked_order
-from firstorder.caching.records import kept, printed, weights
+from firstorder.caching._records import checked_order, kept, printed, weights
+from firstorder.caching.cache import Lookup
+from firstorder.caching.ellipses import ValidityRegion
+from firstorder.caching.radii import CLAMPS
 from firstorder.errors import check_finite, check_shape
 from firstorder.numerics.batching import in_batches
 from firstorder.typing import as_float
@@ -28,7 +28,7 @@ PAD = 128  # records are padded to multiples of it, so that few sizes are compil
 
 
 class SurfaceCandidates(eqx.Module):
-    """Places on a plane, with what a record made there would hold.
+    """Candidate records at places on a plane.
 
     Attributes:
         position: in the tangent plane [m].
@@ -161,7 +161,7 @@ class SurfaceCache(eqx.Module):
     ends at 1 where the reach does; with `fade`, `1 / e_i - 1`, which ends at zero.
 
     Where no record reaches, the one with the smallest e_i answers, beyond its radius, and
-    `Answer.covered` is false: a number, never NaN.
+    `Lookup.covered` is false: a number, never NaN.
 
     Attributes:
         position, value, gradient, hessian: of each record, as `SurfaceCandidates` has them.
@@ -177,10 +177,10 @@ class SurfaceCache(eqx.Module):
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.caching import SurfaceCache, SurfaceCandidates, circles
+        >>> from firstorder.caching import SurfaceCache, SurfaceCandidates, circular_regions
         >>> places = jnp.array([[0.0, 0.0], [1.0, 0.0]])
         >>> some = SurfaceCandidates.on(lambda x: jnp.cos(x[0]) + x[1], places)
-        >>> cache = SurfaceCache.of(some, circles(jnp.array([0.8, 0.8]), 0.1, 1.0))
+        >>> cache = SurfaceCache.of(some, circular_regions(jnp.array([0.8, 0.8]), 0.1, 1.0))
         >>> answer = cache(jnp.array([[0.0, 0.1], [5.0, 0.0]]))
         >>> round(answer.value[0].item(), 6), answer.covered.tolist()
         (1.1, [True, False])
@@ -206,7 +206,7 @@ class SurfaceCache(eqx.Module):
     @staticmethod
     def of(
         candidates: SurfaceCandidates,
-        reach: Reach,
+        reach: ValidityRegion,
         chosen: ArrayLike | None = None,
         *,
         order: int = 1,
@@ -216,7 +216,7 @@ class SurfaceCache(eqx.Module):
 
         Args:
             candidates: to choose from.
-            reach: one for each candidate, as `circles` and `ellipses` give them.
+            reach: one for each candidate, as `circular_regions` and `elliptic_regions` give them.
             chosen: which candidates are records, as `fill_surface` gives it.
             order: of the expansions.
             fade: whether the weights end at zero.
@@ -235,14 +235,14 @@ class SurfaceCache(eqx.Module):
 
     @property
     def count(self) -> int:
-        """How many records there are."""
+        """Number of records."""
         return self.value.shape[0]
 
-    def __call__(self, x: ArrayLike) -> Answer:
+    def __call__(self, x: ArrayLike) -> Lookup:
         """Irradiance at places (..., 2) of the plane."""
         x = as_float(x).astype(self.value.dtype)
         value, covered = _answers(*_padded(self), x.reshape(-1, 2), self.order, self.fade)
-        return Answer(value.reshape(x.shape[:-1]), covered.reshape(x.shape[:-1]))
+        return Lookup(value.reshape(x.shape[:-1]), covered.reshape(x.shape[:-1]))
 
     def semi_axes(self) -> tuple[np.ndarray, np.ndarray]:
         """Semi-axes of each record's ellipse, the longer first [m], and its angle from x [rad]."""

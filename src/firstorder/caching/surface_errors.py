@@ -1,4 +1,4 @@
-"""What records on a surface really err by, the reach that they would deserve, and image errors.
+"""True error of records on a surface, the best ellipse for a tolerance, and image errors.
 
 The first need the true irradiance, which nobody has while rendering: they judge radii.
 """
@@ -13,7 +13,8 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 from scipy import ndimage, optimize
 
-from firstorder.caching.radii import DEFINITIONS, checked_order
+from firstorder.caching._records import checked_order
+from firstorder.caching.radii import DEFINITIONS
 from firstorder.caching.surface_cache import surface_taylor
 from firstorder.errors import check_positive
 from firstorder.numerics.quadrature import gauss_legendre
@@ -117,7 +118,7 @@ def ideal_ellipse(
         nodes: of the quadrature.
 
     Returns:
-        Its matrix, as in `Reach`, and its area [m^2].
+        Its matrix, as in `ValidityRegion`, and its area [m^2].
 
     Raises:
         ValueError: if the tolerance or a limit is not positive.
@@ -270,7 +271,7 @@ def ssim(a: ArrayLike, b: ArrayLike, span: float, *, sigma: float = 1.5) -> floa
 
 
 def floats_per_record(order: int = 1, *, ellipse: bool = False, plane: bool = False) -> int:
-    """Numbers that one record stores, in grey: place, value, derivatives and reach.
+    """Numbers that one record stores, in grey: place, value, derivatives and region.
 
     In space: place 3, E 1, gradient 3, radius 1: the 8 that J12 counts; 3 more for a symmetric
     2 x 2 Hessian, 2 more for an ellipse. On a plane that everybody knows, place and gradient are

@@ -1,4 +1,4 @@
-"""Filling a surface with records, on tables that were gathered once.
+"""Filling of a cache on a surface, from tables that were gathered once.
 
 Candidates are visited in some order, and those that no record covers are kept. All of it happens on
 a per-pixel table, so that thresholds can be halved and orders of insertion varied without gathering
@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import ArrayLike
 from scipy.spatial import KDTree
 
-from firstorder.caching.ellipses import Reach, circles
+from firstorder.caching.ellipses import ValidityRegion, circular_regions
 from firstorder.errors import check_positive
 
 ENOUGH = 4  # times the wanted number of records are too many, however many more there would be
@@ -25,7 +25,7 @@ Indices: TypeAlias = ArrayLike | Sequence
 def fill_surface(
     position: ArrayLike, matrix: ArrayLike, visits: Indices, most: int | None = None
 ) -> np.ndarray:
-    """Which candidates become records, if they are visited in the given order.
+    """Selection of records from candidates that are visited in the given order.
 
     A candidate is left out if a record made before covers it: `|M (x - x_i)| < 1`. A tree finds
     those near each new record: a thousand records among 128 x 128 take less than a tenth of a
@@ -56,7 +56,7 @@ def fill_surface(
 def _filled(
     x: np.ndarray, M: np.ndarray, waiting: np.ndarray, records: np.ndarray, most: int
 ) -> np.ndarray:
-    """Adds records for the candidates that wait, in their order, `most` of them."""
+    """Records with those added for the candidates that wait, in their order, `most` of them."""
     tree, far, left = KDTree(x), _longest(M), most
     open_ = np.zeros(len(x), bool)
     open_[waiting] = True
@@ -82,7 +82,7 @@ def _longest(M: np.ndarray) -> np.ndarray:
     return 1.0001 * np.sqrt(largest) / np.abs(det)
 
 
-def fill_with_neighbours(
+def _fill_with_neighbours(
     position: ArrayLike,
     length: ArrayLike,
     accuracy: float,
@@ -91,8 +91,8 @@ def fill_with_neighbours(
     high: float,
     *,
     passes: int = 8,
-) -> tuple[np.ndarray, Reach]:
-    """Fills with records whose lengths are cut by their neighbours', as they are inserted.
+) -> tuple[np.ndarray, ValidityRegion]:
+    """Selection of records whose lengths are cut by their neighbours', as they are inserted.
 
     A new record's length is cut to `R_j + |x - x_j|` for every record j, and theirs to its own by
     the same rule. Its reach is the accuracy times the length, held within [low, high]. What a
@@ -117,7 +117,7 @@ def fill_with_neighbours(
     records = np.zeros(len(x), bool)
     rows = np.zeros(0, int)
     waiting = visits
-    reach = circles(accuracy * R, low, high)
+    reach = circular_regions(accuracy * R, low, high)
     for _ in range(passes):
         while len(waiting):
             i = waiting[0]
@@ -131,7 +131,7 @@ def fill_with_neighbours(
             open_ = away >= reach**2
             open_[0] = False
             waiting = waiting[open_]
-        reach = circles(accuracy * R, low, high)
+        reach = circular_regions(accuracy * R, low, high)
         waiting = visits[~_covered(x, np.asarray(reach.matrix), rows, visits)]
         if len(waiting) == 0:
             return records, reach
@@ -140,7 +140,7 @@ def fill_with_neighbours(
 
 
 def _covered(x: np.ndarray, M: np.ndarray, rows: np.ndarray, where: np.ndarray) -> np.ndarray:
-    """Which of the places some record covers."""
+    """Mask of the places that some record covers."""
     left = np.arange(len(where))
     px, py = x[where, 0], x[where, 1]
     covered = np.zeros(len(where), bool)
@@ -169,13 +169,13 @@ class SurfaceFit(NamedTuple):
     threshold: np.ndarray
     size: np.ndarray
     records: np.ndarray
-    reach: tuple[Reach, ...]
+    reach: tuple[ValidityRegion, ...]
     exact: np.ndarray
 
 
 def fit_surface(
     position: ArrayLike,
-    radii: Callable[[float], Reach],
+    radii: Callable[[float], ValidityRegion],
     visits: Indices,
     target: int,
     *,
@@ -184,13 +184,13 @@ def fit_surface(
     slack: int | None = None,
     halvings: int = 40,
 ) -> SurfaceFit:
-    """For each order of insertion the threshold that gives `target` records, by halving its log.
+    """Records, `target` for each order of insertion, by halving the log of the threshold.
 
     Args:
         position: of the candidates (m, 2) [m].
         radii: threshold to the reach of each candidate, growing with it: a tolerance for Hessians,
             the accuracy for the split sphere.
-        visits: orders of insertion, (o, m) indices, as `shuffled` gives them.
+        visits: orders of insertion, (o, m) indices, as `random_orders` gives them.
         target: wanted number of records.
         low: threshold that gives more records than that.
         high: threshold that gives fewer.
@@ -205,11 +205,11 @@ def fit_surface(
         reach = radii(threshold)
         return fill_surface(position, reach.matrix, visit, ENOUGH * target), reach
 
-    return fit_with(make, visits, target, low=low, high=high, slack=slack, halvings=halvings)
+    return _fit_with(make, visits, target, low=low, high=high, slack=slack, halvings=halvings)
 
 
-def fit_with(
-    make: Callable[[float, np.ndarray], tuple[np.ndarray, Reach]],
+def _fit_with(
+    make: Callable[[float, np.ndarray], tuple[np.ndarray, ValidityRegion]],
     visits: Indices,
     target: int,
     *,
@@ -218,7 +218,7 @@ def fit_with(
     slack: int | None = None,
     halvings: int = 40,
 ) -> SurfaceFit:
-    """`fit_surface` for any way of filling, such as `fill_with_neighbours`.
+    """`fit_surface` for any way of filling, such as `_fill_with_neighbours`.
 
     Args:
         make: a threshold and an order of insertion to records and reach.

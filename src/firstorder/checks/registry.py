@@ -1,4 +1,4 @@
-"""The registry: every case and every fault, gathered from the folder `cases`."""
+"""The registry: every case and every fault, collected from the folder `cases`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from firstorder.checks.squares import Case
 
 
 @functools.cache
-def cases() -> dict[str, Case]:
+def all_cases() -> dict[str, Case]:
     """Cases by name, laws before events, in the order of the files' names."""
     found = {}
     for module in _modules():
@@ -24,11 +24,13 @@ def cases() -> dict[str, Case]:
 
 
 @functools.cache
-def faults() -> dict[str, tuple[Fault, ...]]:
+def all_faults() -> dict[str, tuple[Fault, ...]]:
     """Faults by the name of the case that they must turn red."""
     return {case.name: module.FAULTS for module in _modules() for case in module.CASES}
 
 
 def _modules():
-    names = sorted(info.name for info in pkgutil.iter_modules(folder.__path__))
-    return [importlib.import_module(f"{folder.__name__}.{name}") for name in names]
+    """The modules of cases, folder by folder: laws come first."""
+    walk = pkgutil.walk_packages(folder.__path__, f"{folder.__name__}.")
+    names = sorted(i.name for i in walk if not i.ispkg)
+    return [importlib.import_module(n) for n in names if not n.rpartition(".")[2].startswith("_")]

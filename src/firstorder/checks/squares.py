@@ -20,7 +20,6 @@ import numpy as np
 from firstorder.checks.tolerance import normwise
 from firstorder.errors import Refused
 from firstorder.fields import (
-    Covariance,
     Field,
     Grid,
     Wavelet,
@@ -28,8 +27,8 @@ from firstorder.fields import (
     covariance_of_samples,
     discrete_transform,
 )
-from firstorder.fields.field import batched
 from firstorder.laws import Law
+from firstorder.numerics.batching import batched
 from firstorder.transport import Chain, Event
 
 Step = Law | Event | Chain
@@ -83,7 +82,7 @@ DEFAULT_BOUNDS = {
 
 @dataclasses.dataclass(frozen=True)
 class Square:
-    """What came of one square."""
+    """Outcome of one square: verdict, error, and the reason of a refusal."""
 
     name: str
     portrait: str
@@ -92,7 +91,7 @@ class Square:
     reason: str = ""
 
 
-def converted(case: Case, portrait: str):
+def by_conversion(case: Case, portrait: str):
     """The portrait of the result, drawn from its radiance alone: the way round by conversion."""
     result = case.step(case.field)
     rays = jnp.asarray(case.rays)
@@ -123,14 +122,17 @@ _CONVERTED: dict[tuple[int, str], Any] = {}
 
 
 def _converted_once(case: Case, portrait: str):
-    """`converted`, remembered: every fault of a cell is compared with the same truth."""
+    """`by_conversion`, remembered: every fault of a cell is compared with the same truth."""
     key = (id(case), portrait)
     if key not in _CONVERTED:
-        _CONVERTED[key] = case, np.asarray(converted(case, portrait))  # the case keeps its id alive
+        _CONVERTED[key] = (
+            case,
+            np.asarray(by_conversion(case, portrait)),
+        )  # the case keeps its id alive
     return _CONVERTED[key][1]
 
 
-def ruled(case: Case, portrait: str, step: Step | None = None):
+def by_rule(case: Case, portrait: str, step: Step | None = None):
     """The portrait of the result by the step's own rule, from the portrait of the source."""
     step = case.step if step is None else step
     rays = jnp.asarray(case.rays)
@@ -164,7 +166,7 @@ def square(case: Case, portrait: str) -> Square:
     then it is *approximate* with its measured error. Outside the bound it is *unequal*.
     """
     try:
-        rule = ruled(case, portrait)
+        rule = by_rule(case, portrait)
     except Refused as refusal:
         return Square(case.name, portrait, "refused", None, refusal.reason)
     error = normwise(rule, _converted_once(case, portrait))
@@ -174,15 +176,12 @@ def square(case: Case, portrait: str) -> Square:
     return Square(case.name, portrait, verdict, error)
 
 
-def red(case: Case, portrait: str, wrong: Step) -> bool:
+def goes_red(case: Case, portrait: str, wrong: Step) -> bool:
     """Whether the square goes red for a wrong twin of the step (see `faults`).
 
     A twin must give wrong numbers: one that raises has not tested the check, so it raises here too.
     """
-    numbers = np.asarray(ruled(case, portrait, wrong))
+    numbers = np.asarray(by_rule(case, portrait, wrong))
     if not np.all(np.isfinite(numbers)):
         raise ValueError("Argument `wrong` must give numbers, but gives NaN or infinity.")
     return normwise(numbers, _converted_once(case, portrait)) > case.bound(portrait)
-
-
-__all__ = ["PORTRAITS", "Case", "Covariance", "Square", "converted", "red", "ruled", "square"]

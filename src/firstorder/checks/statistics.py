@@ -43,14 +43,16 @@ class ZTest:
         return self.worst <= self.threshold
 
 
-def threshold(comparisons: int, level: float = LEVEL, freedom: float | int | None = None) -> float:
+def z_threshold(
+    comparisons: int, level: float = LEVEL, freedom: float | int | None = None
+) -> float:
     """The deviation that the largest of several independent ones exceeds with chance `level`.
 
     Šidák's correction; with `freedom` for Student's t, where errors come from few samples.
 
     Example:
-        >>> from firstorder.checks.statistics import threshold
-        >>> round(threshold(1, 0.05), 3), round(threshold(100, 0.05), 3)
+        >>> from firstorder.checks.statistics import z_threshold
+        >>> round(z_threshold(1, 0.05), 3), round(z_threshold(100, 0.05), 3)
         (1.96, 3.474)
     """
     check_between("level", level, 0.0, 1.0)
@@ -89,10 +91,10 @@ def z_test(
     error = np.broadcast_to(np.asarray(error, float), off.shape)
     z = np.where(off == 0.0, 0.0, off / np.where(error > 0.0, error, np.nan))
     z = np.where(np.isnan(z), np.inf, z)
-    return ZTest(z, threshold(z.size, level, freedom))
+    return ZTest(z, z_threshold(z.size, level, freedom))
 
 
-def z_of(estimate: Any, truth: Any, level: float = LEVEL, truth_error: Any = 0.0) -> ZTest:
+def z_test_of(estimate: Any, truth: Any, level: float = LEVEL, truth_error: Any = 0.0) -> ZTest:
     """`z_test` of an `Estimate`."""
     return z_test(estimate.mean, estimate.error, truth, level, truth_error)
 
@@ -141,7 +143,7 @@ def _pooled(seen: np.ndarray, wanted: np.ndarray) -> tuple[np.ndarray, np.ndarra
     return pooled[:, 0], pooled[:, 1]
 
 
-def sampler_p(
+def sampler_p_value(
     samples: Any,
     density: Callable[[np.ndarray], Any],
     low: float,
@@ -176,7 +178,7 @@ def sampler_p(
 
 
 @dataclasses.dataclass(frozen=True)
-class Slope:
+class ErrorSlope:
     """A power law fitted to errors.
 
     Attributes:
@@ -189,11 +191,11 @@ class Slope:
 
     def is_near(self, exponent: float, level: float = LEVEL, count: int = 3) -> bool:
         """Whether the exponent lies within the scatter of the fit (Student, `count` points)."""
-        bound = threshold(1, level, max(count - 2, 1)) * self.error
+        bound = z_threshold(1, level, max(count - 2, 1)) * self.error
         return abs(self.slope - exponent) <= bound
 
 
-def error_slope(counts: Any, errors: Any) -> Slope:
+def error_slope(counts: Any, errors: Any) -> ErrorSlope:
     """Fits `errors ~ counts^slope` by least squares of logarithms.
 
     Example:
@@ -206,7 +208,7 @@ def error_slope(counts: Any, errors: Any) -> Slope:
     slope = float(np.sum(x0 * y) / np.sum(x0**2))
     rest = y - y.mean() - slope * x0
     scatter = np.sum(rest**2) / max(x.size - 2, 1)
-    return Slope(slope, float(np.sqrt(scatter / np.sum(x0**2))))
+    return ErrorSlope(slope, float(np.sqrt(scatter / np.sum(x0**2))))
 
 
 def spread_test(measured: Any, predicted: Any, runs: int, level: float = LEVEL) -> ZTest:
@@ -219,6 +221,6 @@ def spread_test(measured: Any, predicted: Any, runs: int, level: float = LEVEL) 
     return z_test(off, 1.0 / np.sqrt(2.0 * (runs - 1.0)), 0.0, level)
 
 
-def two_sided(z: float) -> float:
+def _two_sided(z: float) -> float:
     """The probability of a normal deviation of at least |z|."""
     return float(2.0 * ndtr(-abs(z)))

@@ -10,7 +10,7 @@ import math
 import re
 from collections.abc import Iterable
 
-from firstorder.checks.registry import cases
+from firstorder.checks.registry import all_cases
 from firstorder.checks.squares import PORTRAITS, Square, square
 
 # In the order of R07 Fig. 2.
@@ -19,7 +19,7 @@ LAWS = ("multiply", "integrate", "convolve", "move", "warp")
 Table = dict[str, dict[str, Square]]
 
 
-def measured(names: Iterable[str] = LAWS) -> Table:
+def measure(names: Iterable[str] = LAWS) -> Table:
     """Walks the squares of the named cases.
 
     Args:
@@ -31,30 +31,30 @@ def measured(names: Iterable[str] = LAWS) -> Table:
     Raises:
         ValueError: if no case has such a name.
     """
-    known = cases()
+    known = all_cases()
     for name in names:
         if name not in known:
             raise ValueError(f"Argument `names` must name cases, but {name!r} is none.")
     return {name: {p: square(known[name], p) for p in PORTRAITS} for name in names}
 
 
-def variants(law: str) -> tuple[str, ...]:
+def _variants(law: str) -> tuple[str, ...]:
     """Names of the cases that show a law elsewhere: across edges, on the circle, in space.
 
     Example:
-        >>> from firstorder.checks.table import variants
-        >>> "integrate, an edge" in variants("integrate")
+        >>> from firstorder.checks.table import _variants
+        >>> "integrate, an edge" in _variants("integrate")
         True
     """
-    return tuple(name for name in cases() if name.startswith((f"{law},", f"{law} in ")))
+    return tuple(name for name in all_cases() if name.startswith((f"{law},", f"{law} in ")))
 
 
-def words(s: Square) -> str:
+def _words(s: Square) -> str:
     """A cell in words: the verdict, and the order of magnitude of its error.
 
     Example:
         >>> from firstorder.checks.squares import Square
-        >>> words(Square("move", "value", "equal", 3.2e-16))
+        >>> _words(Square("move", "value", "equal", 3.2e-16))
         'equal (1e-16)'
     """
     if s.error is None:
@@ -64,7 +64,7 @@ def words(s: Square) -> str:
     return f"{s.verdict} (1e{math.floor(math.log10(s.error)):d})"
 
 
-def refusals(table: Table) -> dict[str, list[str]]:
+def _refusals(table: Table) -> dict[str, list[str]]:
     """Each reason of a refusal, with the cells that it speaks for."""
     found: dict[str, list[str]] = {}
     for name, row in table.items():
@@ -74,35 +74,35 @@ def refusals(table: Table) -> dict[str, list[str]]:
     return found
 
 
-def text(table: Table) -> str:
+def as_text(table: Table) -> str:
     """The table for a terminal, the reasons of refusals below it.
 
     Example:
         >>> from firstorder.checks.squares import PORTRAITS, Square
         >>> row = {p: Square("move", p, "equal", 1e-16) for p in PORTRAITS}
-        >>> print(text({"move": row}).splitlines()[1].split()[:3])
+        >>> print(as_text({"move": row}).splitlines()[1].split()[:3])
         ['move', 'equal', '(1e-16)']
     """
-    lines = [["", *PORTRAITS]] + [[name, *map(words, row.values())] for name, row in table.items()]
+    lines = [["", *PORTRAITS]] + [[name, *map(_words, row.values())] for name, row in table.items()]
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     body = ["  ".join(c.ljust(w) for c, w in zip(line, widths, strict=True)) for line in lines]
-    why = [f"refused: {reason} ({', '.join(cells)})" for reason, cells in refusals(table).items()]
+    why = [f"refused: {reason} ({', '.join(cells)})" for reason, cells in _refusals(table).items()]
     return "\n".join([line.rstrip() for line in body] + why)
 
 
-def markdown(table: Table) -> str:
+def as_markdown(table: Table) -> str:
     """The table for the README; a refusal points to its reason below.
 
     Example:
         >>> from firstorder.checks.squares import PORTRAITS, Square
         >>> row = {p: Square("warp", p, "refused", None, "no formula") for p in PORTRAITS}
-        >>> markdown({"warp": row}).splitlines()[2]
+        >>> as_markdown({"warp": row}).splitlines()[2]
         '| warp | refused¹ | refused¹ | refused¹ | refused¹ | refused¹ | refused¹ |'
     """
-    marks = {reason: _superscript(i + 1) for i, reason in enumerate(refusals(table))}
+    marks = {reason: _superscript(i + 1) for i, reason in enumerate(_refusals(table))}
     lines = ["| law | " + " | ".join(PORTRAITS) + " |", "|---" * (len(PORTRAITS) + 1) + "|"]
     for name, row in table.items():
-        cells = [words(s) + marks.get(s.reason if s.verdict == "refused" else "", "")
+        cells = [_words(s) + marks.get(s.reason if s.verdict == "refused" else "", "")
                  for s in row.values()]  # fmt: skip
         lines.append(f"| {name} | " + " | ".join(cells) + " |")
     if marks:
@@ -110,11 +110,11 @@ def markdown(table: Table) -> str:
     return "\n".join(lines)
 
 
-def verdicts(rendered: str) -> dict[str, tuple[str, ...]]:
-    r"""Names and verdicts read back from `markdown`: what must not be stale (errors may move).
+def read_verdicts(rendered: str) -> dict[str, tuple[str, ...]]:
+    r"""Names and verdicts read back from `as_markdown`: what must not be stale (errors may move).
 
     Example:
-        >>> verdicts("| law | value |\n|---|---|\n| move | equal (1e-16) |")
+        >>> read_verdicts("| law | value |\n|---|---|\n| move | equal (1e-16) |")
         {'move': ('equal',)}
     """
     rows = [line.strip("| \n").split(" | ") for line in rendered.splitlines() if " | " in line]
@@ -133,4 +133,4 @@ if __name__ == "__main__":
     from firstorder import session
 
     session.start()
-    print(markdown(measured()))
+    print(as_markdown(measure()))

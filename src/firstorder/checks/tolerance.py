@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 
 
-def epsilon(dtype=None) -> float:
+def _epsilon(dtype=None) -> float:
     """Machine epsilon of the given, or the default, floating type."""
     return float(np.finfo(dtype or jnp.result_type(float)).eps)
 
@@ -16,7 +16,7 @@ def rounding(operations: int = 1, condition: float = 1.0, dtype=None) -> float:
 
     The square root is for errors of random sign; 8 is the one safety factor of the library.
     """
-    return 8.0 * float(np.sqrt(max(operations, 1))) * max(condition, 1.0) * epsilon(dtype)
+    return 8.0 * float(np.sqrt(max(operations, 1))) * max(condition, 1.0) * _epsilon(dtype)
 
 
 def normwise(a, b) -> float:

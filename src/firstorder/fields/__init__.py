@@ -1,69 +1,78 @@
-"""What light is: a field, and the portraits that can be drawn of it."""
+"""Light fields, and the portraits drawn of them: jet, spectrum, covariance, wavelets."""
 
 from firstorder.fields.apertures import Bars, Grating, SoftSlit
 from firstorder.fields.covariance import Covariance, covariance_of, covariance_of_samples
 from firstorder.fields.environment import Environment, Harmonics, NearLight
+from firstorder.fields.extent import Extent
 from firstorder.fields.field import Affine, Constant, Edge, Field, Function, Sum
+from firstorder.fields.gaussian_window import windowed_covariance
 from firstorder.fields.gaussians import Gaussian, gaussian
 from firstorder.fields.jet import Jet, autodiff_jet
 from firstorder.fields.kernel import GaussianProfile, Kernel, Profile
 from firstorder.fields.mask import HalfPlane, SoftEdge, half_plane
-from firstorder.fields.sampled import Sampled
-from firstorder.fields.series import Series
+from firstorder.fields.series import Series, axis_series, sampled_series
 from firstorder.fields.sources import (
-    Box,
-    Dirac,
-    Flat,
+    BoxProfile,
+    DiracProfile,
     Separable,
-    line_light,
+    UniformProfile,
     point_light,
     spot_light,
 )
-from firstorder.fields.spectrum import Grid, SampledSpectrum, Spectrum, discrete_transform
+from firstorder.fields.spectrum import (
+    Grid,
+    SampledSpectrum,
+    Spectrum,
+    SumSpectrum,
+    discrete_transform,
+)
+from firstorder.fields.spline import Spline
 from firstorder.fields.wavelet import Wavelet, haar_matrix, triple_products
-from firstorder.fields.windowed import windowed_covariance
 
 __all__ = [
-    "Affine",
-    "Bars",
-    "Box",
-    "Constant",
-    "Covariance",
-    "Dirac",
-    "Edge",
-    "Environment",
     "Field",
-    "Flat",
+    "Edge",
+    "Constant",
+    "Affine",
     "Function",
-    "Gaussian",
-    "GaussianProfile",
-    "Grating",
-    "Grid",
-    "HalfPlane",
-    "Harmonics",
-    "Jet",
-    "Kernel",
-    "NearLight",
-    "Profile",
-    "Sampled",
-    "SampledSpectrum",
-    "Separable",
-    "Series",
-    "SoftEdge",
-    "SoftSlit",
-    "Spectrum",
     "Sum",
-    "Wavelet",
+    "Jet",
     "autodiff_jet",
+    "Spectrum",
+    "SampledSpectrum",
+    "SumSpectrum",
+    "discrete_transform",
+    "Grid",
+    "Covariance",
+    "Extent",
     "covariance_of",
     "covariance_of_samples",
-    "discrete_transform",
-    "gaussian",
+    "windowed_covariance",
+    "Wavelet",
     "haar_matrix",
-    "half_plane",
-    "line_light",
+    "triple_products",
+    "Series",
+    "sampled_series",
+    "axis_series",
+    "Gaussian",
+    "gaussian",
+    "Kernel",
+    "Profile",
+    "GaussianProfile",
+    "DiracProfile",
+    "UniformProfile",
+    "BoxProfile",
+    "Separable",
     "point_light",
     "spot_light",
-    "triple_products",
-    "windowed_covariance",
+    "Environment",
+    "Harmonics",
+    "NearLight",
+    "HalfPlane",
+    "half_plane",
+    "SoftEdge",
+    "Bars",
+    "Grating",
+    "SoftSlit",
+    "Spline",
 ]

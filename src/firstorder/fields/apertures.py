@@ -10,10 +10,11 @@ from jaxtyping import Array, Float
 
 from firstorder.conventions import Frame, fourier_kernel
 from firstorder.errors import Refused, check_finite, check_positive, is_concrete, nan_unless
+from firstorder.fields._level_series import level_range, level_series, stair_series
 from firstorder.fields.covariance import Covariance
 from firstorder.fields.field import Affine, Constant, Edge, Field
 from firstorder.fields.jet import Jet
-from firstorder.fields.series import Series, level_range, level_series, stair_series
+from firstorder.fields.series import Series
 from firstorder.fields.spectrum import Grid
 from firstorder.typing import Ray, Scalar, as_float
 
@@ -87,9 +88,13 @@ class Bars(Field):
             for k in range(self.places.size)
         )
 
+    def steps(self) -> tuple[Affine, Float[Array, " m"], Float[Array, " k"]]:
+        """Level, places where it jumps, and the heights between them."""
+        return self.level, self.places, self._heights
+
     def series(self, window: Grid) -> Series:
-        """Closed form, exact on the window (see `stair_series`)."""
-        return stair_series(self.level, self.places, self._heights, window)
+        """Closed form: each coefficient is exact on the window (see `stair_series`)."""
+        return stair_series(*self.steps(), window)
 
     def covariance(self) -> Covariance:
         """Refused: an edge has none."""

@@ -7,14 +7,19 @@ edge has an infinite one.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
 from firstorder.conventions import Frame
-from firstorder.fields.field import Field, batched
 from firstorder.fields.spectrum import Grid
+from firstorder.numerics.batching import batched
 from firstorder.typing import Matrix
+
+if TYPE_CHECKING:
+    from firstorder.fields.field import Field
 
 
 class Covariance(eqx.Module):

@@ -1,4 +1,4 @@
-"""Light from far away, and from near: an environment, and an isotropic source at a distance."""
+"""Distant and near lights: an environment, and an isotropic source at a distance."""
 
 from __future__ import annotations
 
@@ -98,13 +98,13 @@ class Harmonics(Field):
         return np.concatenate([-k[::-1], [0], k]), jnp.concatenate([c[::-1].conj(), mean, c])
 
     def series(self, window: Grid) -> Series:
-        """Itself, whatever the window."""
+        """The series itself, whatever the window."""
         k, c = self.coefficients
         return Series(jnp.asarray(k, self.cosines.dtype)[:, None] / (2.0 * np.pi), c)
 
     def spectrum(self) -> Spectrum:
         """The transform of one period about 0."""
-        return HarmonicsSpectrum(self)
+        return _HarmonicsSpectrum(self)
 
     def covariance(self) -> Covariance:
         """`sum k^2 |c_k|^2 / (4 pi^2 sum |c_k|^2)`."""
@@ -115,7 +115,7 @@ class Harmonics(Field):
         )
 
 
-class HarmonicsSpectrum(Spectrum):
+class _HarmonicsSpectrum(Spectrum):
     """`int f exp(-2 pi i Omega theta)` over one period."""
 
     light: Harmonics
@@ -169,7 +169,7 @@ class Environment(Field):
 
     @property
     def axis(self) -> int:
-        """The direction that matters."""
+        """Position in the frame of the direction on which the light depends."""
         return self.frame.axis(self.light.frame.coordinates[0])
 
     def at(self, u: Ray) -> Scalar:
@@ -191,7 +191,7 @@ class Environment(Field):
         )
 
     def _spread(self, level: Field) -> Field:
-        """A level over all coordinates; a straight one stays straight."""
+        """Level over all coordinates; a straight one stays straight."""
         if isinstance(level, Affine):
             normal = jnp.zeros(self.frame.dims, level.normal.dtype).at[self.axis]
             return Affine(normal.set(level.normal[0]), level.offset, self.frame)
@@ -217,7 +217,7 @@ class Environment(Field):
 
 
 class NearLight(Field):
-    """Incoming light of an isotropic source at a distance: every ray sees how far it misses.
+    """Incoming light of an isotropic source at a distance: a function of the miss distance.
 
     `L = emission(q)` with the signed distance q from the source's centre p to the ray's line,
     `q = (x - p_x) cos(theta) - p_y sin(theta)`. A disk that shines evenly is a box for an emission;

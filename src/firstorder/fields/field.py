@@ -1,25 +1,24 @@
-"""The field: radiance as a function of the ray, with its jet, its breaks, its other portraits."""
+"""The field: radiance as a function of the ray, with its jet, its edges and its other portraits."""
 
 import abc
-import functools
-import operator
+import dataclasses
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from firstorder.conventions import Frame
+from firstorder.conventions import UNSTATED, Frame
 from firstorder.errors import Refused
+from firstorder.fields._ray import of_ray, stack
+from firstorder.fields.covariance import Covariance
 from firstorder.fields.jet import Jet, autodiff_jet
-from firstorder.typing import Matrix, Ray, Scalar, Vector, as_float
-
-if TYPE_CHECKING:
-    from firstorder.fields.covariance import Covariance
-    from firstorder.fields.series import Series
-    from firstorder.fields.spectrum import Grid, Spectrum
+from firstorder.fields.series import Series, sampled_series
+from firstorder.fields.spectrum import Grid, Spectrum, SumSpectrum
+from firstorder.numerics.batching import batched
+from firstorder.numerics.small_matrices import inner
+from firstorder.typing import Ray, Scalar, Vector, as_float
 
 
 class Field(eqx.Module):
@@ -39,6 +38,13 @@ class Field(eqx.Module):
 
     frame: eqx.AbstractVar[Frame]
 
+    def __init_subclass__(cls, **named):
+        """Let every field's own `at` and `jet` say in one sentence what is no ray."""
+        super().__init_subclass__(**named)
+        for name in ("at", "jet"):
+            if name in cls.__dict__:
+                setattr(cls, name, of_ray(cls.__dict__[name]))
+
     @abc.abstractmethod
     def at(self, u: Ray) -> Scalar:
         """Radiance at the ray `u`; on an edge, the mean of the two sides."""
@@ -48,32 +54,53 @@ class Field(eqx.Module):
         """Value, gradient and Hessian at `u` in closed form; between edges, not across them."""
 
     def edges(self) -> "tuple[Edge, ...]":
-        """Where the field jumps, and by how much."""
+        """Edges at which the field jumps, and the jumps across them."""
         return ()
 
-    def spectrum(self) -> "Spectrum":
+    def spectrum(self) -> Spectrum:
         """Closed-form Fourier transform."""
         raise Refused(f"{type(self).__name__} has no closed-form spectrum: sample it")
 
-    def covariance(self) -> "Covariance":
+    def covariance(self) -> Covariance:
         """Closed-form covariance of the power spectrum."""
         raise Refused(f"{type(self).__name__} has no closed-form covariance: sample it")
 
-    def series(self, window: "Grid") -> "Series":
+    def series(self, window: Grid) -> Series:
         """Fourier series on a window, for `Multiply`; edges make sampling inaccurate."""
-        from firstorder.fields.series import sampled_series
-
         if self.edges():
             raise Refused(f"{type(self).__name__} has edges: its series needs a closed form")
         return sampled_series(self, window)
 
+    def in_frame(self, frame: Frame, name: str = "field", whose: str = "") -> "Field":
+        """The field for light in `frame`: itself, or with the frame that nobody stated filled in.
+
+        Args:
+            frame: that of the light.
+            name: what the field is called where it was given.
+            whose: the event to which it was given.
+
+        Raises:
+            ValueError: if the field was stated to be over other coordinates.
+        """
+        if self.frame.coordinates == frame.coordinates:
+            return self
+        if self.frame.implied and self.frame.dims == frame.dims:
+            copy = _relabelled(self, frame)
+            assert isinstance(copy, Field)
+            return copy
+        of = f" of {whose}" if whose else ""
+        raise ValueError(
+            f"Argument `{name}`{of} must be over {frame.coordinates} like the light that it meets, "
+            f"but is over {self.frame.coordinates}."
+        )
+
     def __call__(self, *coordinates) -> Float[Array, "..."]:
         """Radiance at broadcast coordinates, in the order of `frame.coordinates`."""
-        return batched(self.at)(stack(self.frame, coordinates))
+        return batched(self.at)(stack(self.frame, coordinates, type(self).__name__))
 
     def jets(self, *coordinates) -> Jet:
         """Jets at broadcast coordinates."""
-        return batched(self.jet)(stack(self.frame, coordinates))
+        return batched(self.jet)(stack(self.frame, coordinates, type(self).__name__))
 
     def __add__(self, other: "Field") -> "Sum":
         """Superposition of light."""
@@ -84,24 +111,19 @@ class Field(eqx.Module):
         return Sum((self,), jnp.stack([as_float(weight)]))
 
 
-def stack(frame: Frame, coordinates: tuple) -> Float[Array, "*b n"]:
-    """Broadcast separate coordinates into rays with the coordinates last."""
-    if len(coordinates) != frame.dims:
-        names = ", ".join(frame.coordinates)
-        raise ValueError(
-            f"Arguments must be the {frame.dims} coordinates {names}, but are {len(coordinates)}."
-        )
-    return jnp.stack(jnp.broadcast_arrays(*map(as_float, coordinates)), axis=-1)
-
-
-def batched(function: Callable) -> Callable:
-    """Map a function of one ray over any leading axes."""
-
-    def mapped(u: Float[Array, "*b n"]):
-        flat = jax.vmap(function)(u.reshape(-1, u.shape[-1]))
-        return jax.tree.map(lambda a: a.reshape(u.shape[:-1] + a.shape[1:]), flat)
-
-    return mapped
+def _relabelled(tree, frame: Frame):
+    """A field, or what it consists of, with every frame that nobody stated replaced."""
+    if isinstance(tree, Frame):
+        return frame if tree.implied and tree.dims == frame.dims else tree
+    if type(tree) is tuple:
+        return tuple(_relabelled(part, frame) for part in tree)
+    if not isinstance(tree, eqx.Module):
+        return tree
+    copy = object.__new__(type(tree))
+    for field in dataclasses.fields(tree):
+        if hasattr(tree, field.name):
+            object.__setattr__(copy, field.name, _relabelled(getattr(tree, field.name), frame))
+    return copy
 
 
 class Edge(eqx.Module):
@@ -117,7 +139,7 @@ class Edge(eqx.Module):
     jump: Field
 
     def crossing(self, u: Ray, axis: int, lower: Scalar, upper: Scalar) -> Jet:
-        """Where the edge meets the line through `u` along `axis`, as a jet in `u`.
+        """Point at which the edge meets the line through `u` along `axis`, as a jet in `u`.
 
         Implicit differentiation of `level(u, b(u)) = 0`:
         `b_i = -l_i / l_a`, `b_ij = -(l_ij + l_ia b_j + l_ja b_i + l_aa b_i b_j) / l_a`.
@@ -162,7 +184,7 @@ class Edge(eqx.Module):
             t = -level(jnp.zeros_like(lower)) / jnp.where(flat, 1.0, slope)
             met = ~flat & (t >= jnp.minimum(lower, upper)) & (t <= jnp.maximum(lower, upper))
             return jnp.where(met, t, upper), met
-        # A hair inside the interval: a level may have its pole on an end (the tangent at pi / 2).
+        # Slightly inside the interval: a level may have its pole on an end (the tangent at pi / 2).
         hair = 4.0 * jnp.finfo(lower.dtype).eps * (upper - lower)
         a, b = jax.lax.stop_gradient((lower + hair, upper - hair))
         sign = jax.lax.stop_gradient(jnp.sign(level(b)))
@@ -183,10 +205,10 @@ class Edge(eqx.Module):
 
 
 class Constant(Field):
-    """The same radiance along every ray (an overcast sky, or a jump of fixed height)."""
+    """A field of one radiance along every ray (an overcast sky, or a jump of fixed height)."""
 
     height: Scalar = eqx.field(converter=as_float)
-    frame: Frame = eqx.field(static=True, default=Frame())
+    frame: Frame = eqx.field(static=True, default=UNSTATED)
 
     def at(self, u: Ray) -> Scalar:
         """The constant."""
@@ -203,7 +225,7 @@ class Affine(Field):
 
     normal: Vector = eqx.field(converter=as_float)
     offset: Scalar = eqx.field(converter=as_float)
-    frame: Frame = eqx.field(static=True, default=Frame())
+    frame: Frame = eqx.field(static=True, default=UNSTATED)
 
     def at(self, u: Ray) -> Scalar:
         """Signed level."""
@@ -226,7 +248,7 @@ class Function(Field):
     """
 
     function: Callable
-    frame: Frame = eqx.field(static=True, default=Frame())
+    frame: Frame = eqx.field(static=True, default=UNSTATED)
 
     def at(self, u: Ray) -> Scalar:
         """The callable at the coordinates of `u`."""
@@ -250,6 +272,15 @@ class Sum(Field):
 
     def __check_init__(self):
         """Refuse a sum over different coordinates."""
+        stated = [f.frame for f in self.fields if not f.frame.implied]
+        if stated:
+            fields = [
+                _relabelled(f, stated[0])
+                if f.frame.implied and f.frame.dims == stated[0].dims and f.frame != stated[0]
+                else f
+                for f in self.fields
+            ]
+            object.__setattr__(self, "fields", tuple(fields))
         frames = {f.frame for f in self.fields}
         if len(frames) > 1:
             raise ValueError(f"Argument `fields` must share one frame, but has {len(frames)}.")
@@ -273,37 +304,14 @@ class Sum(Field):
             for e in f.edges()
         )
 
-    def series(self, window: "Grid") -> "Series":
+    def series(self, window: Grid) -> Series:
         """All terms of all series."""
-        from firstorder.fields.series import Series
-
         all_series = [f.series(window) for f in self.fields]
         coefficients = [w * s.coefficients for w, s in zip(self.weights, all_series, strict=True)]
         return Series(
             jnp.concatenate([s.frequencies for s in all_series]), jnp.concatenate(coefficients)
         )
 
-    def spectrum(self) -> "Spectrum":
+    def spectrum(self) -> Spectrum:
         """Weighted sum of spectra."""
-        from firstorder.fields.spectrum import SumSpectrum
-
         return SumSpectrum(tuple(f.spectrum() for f in self.fields), self.weights)
-
-
-def quadratic(P: Matrix, h: Vector) -> Scalar:
-    """`h . P . h`."""
-    return inner(product(P, h), h)
-
-
-def product(P: Float[Array, "m n"], h: Vector) -> list[Scalar]:
-    """`P h` as separate sums: over the two or four coordinates of a ray they fuse into one loop.
-
-    A reduction over so short an axis does not, and is ten times slower on a batch of rays.
-    """
-    rows, columns = P.shape
-    return [inner([P[i, j] for j in range(columns)], h) for i in range(rows)]
-
-
-def inner(a, b) -> Scalar:
-    """`a . b`, written out."""
-    return functools.reduce(operator.add, [a[i] * b[i] for i in range(len(a))])

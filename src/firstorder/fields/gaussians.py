@@ -6,12 +6,14 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from firstorder.conventions import FLATLAND, Frame, fourier_kernel
+from firstorder.conventions import UNSTATED, Frame, fourier_kernel
 from firstorder.errors import check_finite, check_positive, check_shape, is_concrete, nan_unless
 from firstorder.fields.covariance import Covariance
-from firstorder.fields.field import Field, inner, product, quadratic
+from firstorder.fields.extent import Extent
+from firstorder.fields.field import Field
 from firstorder.fields.jet import Jet
 from firstorder.fields.spectrum import Spectrum
+from firstorder.numerics.small_matrices import inner, product, quadratic
 from firstorder.typing import ComplexScalar, Frequency, Matrix, Ray, Scalar, Vector, as_float
 
 
@@ -42,7 +44,7 @@ class Gaussian(Field):
     center: Vector = eqx.field(converter=as_float)
     precision: Matrix = eqx.field(converter=as_float)
     amplitude: Scalar = eqx.field(converter=as_float, default=1.0)
-    frame: Frame = eqx.field(static=True, default=FLATLAND)
+    frame: Frame = eqx.field(static=True, default=UNSTATED)
 
     def __check_init__(self):
         """Refuse a shape that is not a bell."""
@@ -73,14 +75,14 @@ class Gaussian(Field):
 
     def spectrum(self) -> Spectrum:
         """A Gaussian again, with a phase for the centre."""
-        return GaussianSpectrum(self)
+        return _GaussianSpectrum(self)
 
     def covariance(self) -> Covariance:
         """`precision / (8 pi^2)`: of the *power* spectrum, hence 8 and not 4."""
         return Covariance(self.precision / (8.0 * np.pi**2), self.frame)
 
 
-class GaussianSpectrum(Spectrum):
+class _GaussianSpectrum(Spectrum):
     """`a sqrt(det(2 pi P^-1)) exp(-2 pi^2 Omega^T P^-1 Omega) exp(-2 pi i Omega . center)`."""
 
     gaussian: Gaussian
@@ -98,8 +100,13 @@ class GaussianSpectrum(Spectrum):
         bell = scale * jnp.exp(-2.0 * np.pi**2 * quadratic(spread, Omega))
         return bell * fourier_kernel(Omega, g.center)
 
+    def extent(self) -> Extent:
+        """Extent of the light: its own covariance about its centre."""
+        g = self.gaussian
+        return Extent.bell(g.center, jnp.linalg.inv(g.precision))
 
-def gaussian(center, sigma, correlation=0.0, amplitude=1.0, frame: Frame = FLATLAND) -> Gaussian:
+
+def gaussian(center, sigma, correlation=0.0, amplitude=1.0, frame: Frame = UNSTATED) -> Gaussian:
     """Flatland Gaussian from standard deviations and a correlation coefficient.
 
     Args:

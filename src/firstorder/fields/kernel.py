@@ -1,4 +1,4 @@
-"""Kernels: what a convolution along one axis convolves with."""
+"""Kernels of convolutions along one axis."""
 
 import abc
 
@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex, Float
 
-from firstorder.conventions import FLATLAND, Frame
+from firstorder.conventions import UNSTATED, Frame, frame_with
 from firstorder.errors import Refused, check_positive, nan_unless
 from firstorder.fields.field import Field
 from firstorder.fields.jet import Jet
@@ -27,10 +27,10 @@ class Kernel(Field):
 
     @abc.abstractmethod
     def half_width(self) -> Scalar:
-        """Where the kernel ends, or is negligible, along its axis."""
+        """Distance along the axis at which the kernel ends or is negligible."""
 
     def knots(self) -> Float[Array, " m"]:
-        """Where along its axis the kernel is less smooth: quadrature splits there."""
+        """Points on the axis at which the kernel is less smooth: quadrature splits there."""
         return jnp.zeros(0)
 
     @abc.abstractmethod
@@ -47,6 +47,11 @@ class Kernel(Field):
 
 class Profile(Kernel):
     """A kernel of the difference alone, `g(u) = p(u_axis)`: shift-invariant."""
+
+    def _state_frame(self) -> None:
+        """Let the axis' name say what the frame leaves open; refuse an axis that is not there."""
+        object.__setattr__(self, "frame", frame_with(self.axis, self.frame))
+        self.frame.axis(self.axis)
 
     @abc.abstractmethod
     def derivatives(self, t: Scalar) -> tuple[Scalar, Scalar, Scalar]:
@@ -79,7 +84,7 @@ class GaussianProfile(Profile):
     Args:
         sigma: standard deviation, in the unit of the axis.
         axis: name of the coordinate it acts along.
-        frame: names of all coordinates.
+        frame: names of all coordinates; left out, those that `axis` names, or of the light.
         weight: its integral (an albedo).
 
     Raises:
@@ -94,13 +99,13 @@ class GaussianProfile(Profile):
 
     sigma: Scalar = eqx.field(converter=as_float)
     axis: str = eqx.field(static=True, default="theta")
-    frame: Frame = eqx.field(static=True, default=FLATLAND)
+    frame: Frame = eqx.field(static=True, default=UNSTATED)
     weight: Scalar = eqx.field(converter=as_float, default=1.0)
 
     def __check_init__(self):
         """Refuse a width that is not one."""
         check_positive("sigma", self.sigma)
-        self.frame.axis(self.axis)
+        self._state_frame()
 
     def half_width(self) -> Scalar:
         """9 standard deviations: the tail beyond is below 1e-18."""

@@ -6,13 +6,15 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jax.scipy.special import ndtr
+from jaxtyping import Array, Float
 
-from firstorder.conventions import FLATLAND, Frame, fourier_kernel
+from firstorder.conventions import UNSTATED, Frame, fourier_kernel, frame_with
 from firstorder.errors import Refused, check_finite, check_positive, is_concrete, nan_unless
+from firstorder.fields._level_series import level_range, level_series, stair_series
 from firstorder.fields.covariance import Covariance
 from firstorder.fields.field import Affine, Constant, Edge, Field
 from firstorder.fields.jet import Jet
-from firstorder.fields.series import Series, level_range, level_series, stair_series
+from firstorder.fields.series import Series
 from firstorder.fields.spectrum import Grid, Spectrum
 from firstorder.typing import Ray, Scalar, as_float
 
@@ -64,10 +66,14 @@ class HalfPlane(Field):
         """The one edge."""
         return (Edge(self.level, Constant(self.above - self.below, self.frame)),)
 
-    def series(self, window: Grid) -> Series:
-        """A stair of one step, exact on the window (see `stair_series`)."""
+    def steps(self) -> tuple[Affine, Float[Array, "1"], Float[Array, "2"]]:
+        """Level, the one place where it jumps, and the heights below and above."""
         heights = jnp.stack([self.below, self.above])
-        return stair_series(self.level, jnp.zeros(1, heights.dtype), heights, window)
+        return self.level, jnp.zeros(1, heights.dtype), heights
+
+    def series(self, window: Grid) -> Series:
+        """A stair of one step; each coefficient is exact on the window (see `stair_series`)."""
+        return stair_series(*self.steps(), window)
 
     def spectrum(self) -> Spectrum:
         """Refused: it does not die out."""
@@ -154,7 +160,7 @@ class SoftEdge(Field):
         raise Refused("a soft edge never dies out: see its covariance under a stated window")
 
 
-def half_plane(edge, below=0.0, above=1.0, axis: str = "x", frame: Frame = FLATLAND) -> HalfPlane:
+def half_plane(edge, below=0.0, above=1.0, axis: str = "x", frame: Frame = UNSTATED) -> HalfPlane:
     """Transparency that jumps where the coordinate `axis` passes `edge`.
 
     Args:
@@ -162,7 +168,8 @@ def half_plane(edge, below=0.0, above=1.0, axis: str = "x", frame: Frame = FLATL
         below: transparency before the edge.
         above: transparency after it.
         axis: name of the coordinate.
-        frame: names of all coordinates.
+        frame: names of all coordinates; left out, those of the light that it meets, or those that
+            `axis` names.
 
     Raises:
         ValueError: if `edge` is not finite or there is no such coordinate.
@@ -173,5 +180,6 @@ def half_plane(edge, below=0.0, above=1.0, axis: str = "x", frame: Frame = FLATL
         0.0
     """
     check_finite("edge", edge)
+    frame = frame_with(axis, frame)
     normal = jnp.zeros(frame.dims).at[frame.axis(axis)].set(1.0)
     return HalfPlane(Affine(normal, -as_float(edge), frame), below, above)

@@ -11,34 +11,39 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array
 
-from firstorder.conventions import FLATLAND_SLOPE, Frame, fourier_kernel
+from firstorder.conventions import UNSTATED_SLOPE, Frame, fourier_kernel
 from firstorder.errors import Refused, check_finite, check_positive, check_shape
 from firstorder.fields.covariance import Covariance
-from firstorder.fields.field import Affine, Constant, Edge, Field
+from firstorder.fields.extent import Extent
+from firstorder.fields.field import Affine, Constant, Edge, Field, _relabelled
 from firstorder.fields.jet import Jet
-from firstorder.fields.kernel import Profile
+from firstorder.fields.kernel import GaussianProfile, Profile
 from firstorder.fields.spectrum import Spectrum
 from firstorder.typing import ComplexScalar, Frequency, Ray, Scalar, Vector, as_float
 
 
-class Dirac(Profile):
+class DiracProfile(Profile):
     """All the light at one place: no value, but a constant spectrum.
 
     Args:
         axis: name of the coordinate.
-        frame: names of all coordinates.
+        frame: names of all coordinates; left out, those that `axis` names, or of the light.
         weight: its integral.
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.fields import Dirac
-        >>> Dirac("x").transform(jnp.array(7.0)).item()
+        >>> from firstorder.fields import DiracProfile
+        >>> DiracProfile("x").transform(jnp.array(7.0)).item()
         1.0
     """
 
     axis: str = eqx.field(static=True, default="x")
-    frame: Frame = eqx.field(static=True, default=FLATLAND_SLOPE)
+    frame: Frame = eqx.field(static=True, default=UNSTATED_SLOPE)
     weight: Scalar = eqx.field(converter=as_float, default=1.0)
+
+    def __check_init__(self):
+        """Refuse an axis that is not there."""
+        self._state_frame()
 
     def half_width(self) -> Scalar:
         """Zero."""
@@ -59,23 +64,27 @@ class Dirac(Profile):
         raise Refused(f"a Dirac in {self.axis} has an infinite covariance")
 
 
-class Flat(Profile):
-    """The same everywhere along its axis: a value, but a Dirac for a spectrum.
+class UniformProfile(Profile):
+    """A profile of one value along its axis; its spectrum is a Dirac.
 
     Args:
         axis: name of the coordinate.
-        frame: names of all coordinates.
+        frame: names of all coordinates; left out, those that `axis` names, or of the light.
         height: the value.
 
     Example:
-        >>> from firstorder.fields import Flat
-        >>> Flat("v", height=2.0)(0.3, 5.0).item()
+        >>> from firstorder.fields import UniformProfile
+        >>> UniformProfile("v", height=2.0)(0.3, 5.0).item()
         2.0
     """
 
     axis: str = eqx.field(static=True, default="v")
-    frame: Frame = eqx.field(static=True, default=FLATLAND_SLOPE)
+    frame: Frame = eqx.field(static=True, default=UNSTATED_SLOPE)
     height: Scalar = eqx.field(converter=as_float, default=1.0)
+
+    def __check_init__(self):
+        """Refuse an axis that is not there."""
+        self._state_frame()
 
     def half_width(self) -> Scalar:
         """Infinite."""
@@ -95,7 +104,7 @@ class Flat(Profile):
         return 0.0 * self.height
 
 
-class Box(Profile):
+class BoxProfile(Profile):
     """`height` on `|t| < half_width`, nothing outside: an emitter of finite size.
 
     Its transform is `2 w height sinc(2 w Omega)`; its two edges are reported.
@@ -103,31 +112,31 @@ class Box(Profile):
     Args:
         width: half of its size w, in the unit of the axis.
         axis: name of the coordinate.
-        frame: names of all coordinates.
+        frame: names of all coordinates; left out, those that `axis` names, or of the light.
         height: value inside.
 
     Raises:
         ValueError: if `width` is not positive.
 
     Example:
-        >>> from firstorder.fields import Box
-        >>> bulb = Box(0.5, "x")
+        >>> from firstorder.fields import BoxProfile
+        >>> bulb = BoxProfile(0.5, "x")
         >>> bulb(0.4, 0.0).item(), bulb(0.6, 0.0).item()
         (1.0, 0.0)
     """
 
     width: Scalar = eqx.field(converter=as_float)
     axis: str = eqx.field(static=True, default="x")
-    frame: Frame = eqx.field(static=True, default=FLATLAND_SLOPE)
+    frame: Frame = eqx.field(static=True, default=UNSTATED_SLOPE)
     height: Scalar = eqx.field(converter=as_float, default=1.0)
 
     def __check_init__(self):
         """Refuse a box without inside."""
         check_positive("width", self.width)
-        self.frame.axis(self.axis)
+        self._state_frame()
 
     def half_width(self) -> Scalar:
-        """Where it ends."""
+        """Half the width of the box."""
         return self.width
 
     def derivatives(self, t: Scalar) -> tuple[Scalar, Scalar, Scalar]:
@@ -168,10 +177,10 @@ class Separable(Field):
         ValueError: if the profiles do not name all coordinates in order.
 
     Example:
-        >>> from firstorder.fields import Box, GaussianProfile, Separable
+        >>> from firstorder.fields import BoxProfile, GaussianProfile, Separable
         >>> from firstorder.conventions import FLATLAND_SLOPE
         >>> falloff = GaussianProfile(0.2, "v", FLATLAND_SLOPE)
-        >>> light = Separable([0.0, 0.0], (Box(0.5, "x"), falloff))
+        >>> light = Separable([0.0, 0.0], (BoxProfile(0.5, "x"), falloff))
         >>> light.jets(0.1, 0.0).gradient.tolist()
         [0.0, -0.0]
     """
@@ -186,6 +195,10 @@ class Separable(Field):
 
     def __check_init__(self):
         """Refuse profiles that do not make a light field."""
+        stated = [p.frame for p in self.factors if not p.frame.implied]
+        if stated:
+            factors = (_relabelled(p, stated[0]) for p in self.factors)
+            object.__setattr__(self, "factors", tuple(factors))
         axes = tuple(p.axis for p in self.factors)
         if axes != self.frame.coordinates or any(p.frame != self.frame for p in self.factors):
             raise ValueError(
@@ -227,7 +240,7 @@ class Separable(Field):
                 offset = level.offset - jnp.sum(level.normal * self.center)
                 height = e.jump.at(self.center)
                 others = tuple(
-                    Flat(p.axis, p.frame, height) if k == i else q
+                    UniformProfile(p.axis, p.frame, height) if k == i else q
                     for k, q in enumerate(self.factors)
                 )
                 moved = Affine(level.normal, offset, self.frame)
@@ -236,7 +249,7 @@ class Separable(Field):
 
     def spectrum(self) -> Spectrum:
         """Product of the transforms."""
-        spectrum = SeparableSpectrum(self)
+        spectrum = _SeparableSpectrum(self)
         # Ask once, abstractly: a profile without a transform refuses now and not when evaluated.
         jax.eval_shape(spectrum.at, self.center)
         return spectrum
@@ -246,7 +259,7 @@ class Separable(Field):
         return Covariance(jnp.diag(jnp.stack([p.spread() for p in self.factors])), self.frame)
 
 
-class SeparableSpectrum(Spectrum):
+class _SeparableSpectrum(Spectrum):
     """`exp(-2 pi i Omega . center) prod_i P_i(Omega_i)`."""
 
     light: Separable
@@ -263,13 +276,23 @@ class SeparableSpectrum(Spectrum):
             result = result * p.transform(w)
         return result
 
+    def extent(self) -> Extent:
+        """Each profile about the centre: a bell by its width, any other as far as it reaches."""
+        bells, boxes = [], []
+        for p in self.light.factors:
+            bell = type(p) is GaussianProfile
+            bells.append(p.sigma**2 if bell else jnp.zeros(()))
+            boxes.append(jnp.zeros(()) if bell else p.half_width())
+        spread, sides = (jnp.diag(jnp.stack(widths))[None] for widths in (bells, boxes))
+        return Extent(self.light.center[None], spread, sides)
+
 
 def point_light(x, falloff: Profile, weight=1.0) -> Separable:
     """A Dirac in space times a falloff in direction; its spectrum is constant in Omega_x.
 
-    `l(u) = weight delta(u_x - x) falloff(u_v)`. Values and jets refuse. With `Flat` for a falloff
-    this is the isotropic point of the paper, whose spectrum is a Dirac in direction, and refuses
-    too.
+    `l(u) = weight delta(u_x - x) falloff(u_v)`. Values and jets refuse. With `UniformProfile` for a
+    falloff this is the isotropic point of the paper, whose spectrum is a Dirac in direction, and
+    refuses too.
 
     Args:
         x: where it stands, in metres.
@@ -286,7 +309,7 @@ def point_light(x, falloff: Profile, weight=1.0) -> Separable:
         True
     """
     frame = falloff.frame
-    return Separable([x, 0.0], (Dirac(frame.coordinates[0], frame, weight), falloff))
+    return Separable([x, 0.0], (DiracProfile(frame.coordinates[0], frame, weight), falloff))
 
 
 def spot_light(x, half_width, falloff: Profile) -> Separable:
@@ -313,29 +336,4 @@ def spot_light(x, half_width, falloff: Profile) -> Separable:
     """
     check_positive("half_width", half_width)
     frame = falloff.frame
-    return Separable([x, 0.0], (Box(half_width, frame.coordinates[0], frame), falloff))
-
-
-def line_light(emission: Field, height) -> Field:
-    """Light at the receiver from an emitter that fills a line at a height.
-
-    `L(x, v) = emission(x - v height, v)` for incoming light: the emission seen along each ray,
-    which is what travel says. In angles the position is `x - height tan(theta)`.
-
-    Args:
-        emission: light at the emitter's own line, labelled like the receiver's.
-        height: distance between the two lines, in metres, not negative.
-
-    Raises:
-        ValueError: if `height` is negative.
-
-    Example:
-        >>> from firstorder.conventions import FLATLAND_SLOPE
-        >>> from firstorder.fields import GaussianProfile, line_light, spot_light
-        >>> spot = spot_light(0.0, 0.5, GaussianProfile(0.3, "v", FLATLAND_SLOPE))
-        >>> line_light(spot, 2.0)(1.0, 0.5).item() == spot(0.0, 0.5).item()
-        True
-    """
-    from firstorder.transport.events.travel import Travel  # a light at a height has travelled
-
-    return Travel(height)(emission)
+    return Separable([x, 0.0], (BoxProfile(half_width, frame.coordinates[0], frame), falloff))

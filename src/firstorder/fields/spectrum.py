@@ -4,7 +4,7 @@
 """
 
 import abc
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -13,8 +13,13 @@ from jaxtyping import Array, Complex, Float
 
 from firstorder.conventions import Frame, fourier_kernel
 from firstorder.errors import check_positive, check_shape
-from firstorder.fields.field import Field, batched, stack
+from firstorder.fields._ray import stack
+from firstorder.fields.extent import Extent
+from firstorder.numerics.batching import batched
 from firstorder.typing import ComplexScalar, Frequency
+
+if TYPE_CHECKING:
+    from firstorder.fields.field import Field
 
 
 class Spectrum(eqx.Module):
@@ -33,9 +38,13 @@ class Spectrum(eqx.Module):
     def at(self, Omega: Frequency) -> ComplexScalar:
         """Spectral density at one frequency."""
 
+    def extent(self) -> "Extent | None":
+        """Extent of the light itself, for windows that must hold it; None if it is not known."""
+        return None
+
     def __call__(self, *frequencies) -> Complex[Array, "..."]:
         """Spectral density at broadcast frequencies, in the order of `frame.coordinates`."""
-        return batched(self.at)(stack(self.frame, frequencies))
+        return batched(self.at)(stack(self.frame, frequencies, type(self).__name__.lstrip("_")))
 
     def __add__(self, other: "Spectrum") -> "SumSpectrum":
         """Superposition."""
@@ -58,9 +67,21 @@ class SumSpectrum(Spectrum):
         terms = [w * F.at(Omega) for w, F in zip(self.weights, self.spectra, strict=True)]
         return jnp.sum(jnp.stack(terms), axis=0)
 
+    def extent(self) -> "Extent | None":
+        """Extent of the sum; None if that of any term is not known."""
+        extents = [F.extent() for F in self.spectra]
+        total = extents[0]
+        for extent in extents[1:]:
+            total = None if total is None or extent is None else total + extent
+        return total
+
 
 class Grid(eqx.Module):
     """Regular samples: `size[i]` points of spacing `step[i]` about `center[i]`, even or odd.
+
+    As the `window` of a spectrum a grid is a box and a count: the box must hold the light along
+    every coordinate that the factor depends on, and `size[i]` is the number of waves kept along
+    that coordinate (see `Multiply`). Along a coordinate that the factor ignores, 1 is right.
 
     Sample k of an axis lies at `center + (k - (size - 1) / 2) * step`: symmetric for every size,
     the one place where a grid's origin is written. No sample sits at the centre of an even grid.
@@ -107,15 +128,15 @@ class Grid(eqx.Module):
         return float(np.prod(self.step))
 
     def moved(self, M: Array, c: Array) -> "Grid":
-        """As many samples on the smallest upright box around the image under `M u + c`.
+        """Grid of as many samples on the smallest upright box around the image under `M u + c`.
 
-        `M` and `c` may be traced; the box's steps then are, too (see `MovedGrid`).
+        `M` and `c` may be traced; the box's steps then are, too (see `_MovedGrid`).
         """
         center = M @ jnp.asarray(self.center, M.dtype) + c
         extent = jnp.abs(M) @ jnp.asarray(self.extent, M.dtype)
         # A matrix that is not square keeps the largest count for every new axis.
         size = self.size if M.shape[0] == M.shape[1] else (max(self.size),) * M.shape[0]
-        return MovedGrid(
+        return _MovedGrid(
             size, tuple(e / n for e, n in zip(extent, size, strict=True)), tuple(center)
         )
 
@@ -131,12 +152,12 @@ class Grid(eqx.Module):
         """All sample rays, shape (*size, n)."""
         return np.stack(np.meshgrid(*map(self.axis, range(len(self.size))), indexing="ij"), -1)
 
-    def sample(self, field: Field) -> Float[Array, "..."]:
+    def sample(self, field: "Field") -> Float[Array, "..."]:
         """Values of a field at all samples, shape `size`."""
         return field(*np.moveaxis(self.points(), -1, 0))
 
 
-class MovedGrid(Grid):
+class _MovedGrid(Grid):
     """A grid whose place may be traced: where a moved factor is expanded in its own coordinates."""
 
     # Arrays and no static numbers: a depth that is differentiated moves the box.
@@ -147,7 +168,7 @@ class MovedGrid(Grid):
         """All sample rays, shape (*size, n)."""
         return jnp.stack(jnp.meshgrid(*map(self.axis, range(len(self.size))), indexing="ij"), -1)
 
-    def sample(self, field: Field) -> Float[Array, "..."]:
+    def sample(self, field: "Field") -> Float[Array, "..."]:
         """Values of a field at all samples, shape `size`."""
         return field(*jnp.moveaxis(self.points(), -1, 0))
 
@@ -191,8 +212,12 @@ class SampledSpectrum(Spectrum):
         """Refuse samples that do not fit the grid."""
         check_shape("samples", self.samples, self.grid.size)
 
+    def extent(self) -> "Extent":
+        """The box of the samples."""
+        return Extent.box(self.grid.center, [0.5 * e for e in self.grid.extent])
+
     @classmethod
-    def of(cls, field: Field, grid: Grid) -> "SampledSpectrum":
+    def of(cls, field: "Field", grid: Grid) -> "SampledSpectrum":
         """Sample a field and transform it when asked."""
         return cls(grid.sample(field), grid, field.frame)
 

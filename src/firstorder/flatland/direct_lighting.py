@@ -20,10 +20,11 @@ from firstorder.conventions import direction
 from firstorder.flatland.intersect import occluded
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver, View, receiver, view
-from firstorder.numerics.planar import dot
+from firstorder.numerics._planar import dot_2d
 from firstorder.numerics.quadrature import gauss_legendre
-from firstorder.scene.derivatives import Derivatives, line_derivatives
-from firstorder.scene.primitives import BACK, FRONT
+from firstorder.scene._arguments import check_asked
+from firstorder.scene._derivatives import Derivatives, line_derivatives
+from firstorder.scene._primitives import BACK, FRONT
 
 # Radiance that a shape sends against a direction: (number, parameter, front?, direction) -> L.
 Radiance = Callable[
@@ -42,7 +43,7 @@ def irradiance(
 
     Emitters are integrated in closed form. The environment, and `radiance` if given, by
     Gauss-Legendre in every gap between silhouettes: to rounding where they are smooth in the angle;
-    with an error of order nodes^-3 where `radiance` varies up to the limb of a round shape.
+    with an error of order nodes^-3 where `radiance` varies up to the contour of a round shape.
 
     Valid for: any position off the shapes' own edges; where two edges are in line with the
     receiver the derivatives are one-sided.
@@ -63,14 +64,15 @@ def irradiance(
 
     Example:
         >>> import jax
-        >>> from firstorder.flatland import Receiver, Scene, Segments, irradiance, thing
-        >>> lamp = thing(Segments((1.0, 1.0), (-1.0, 1.0)), emission=1.0)
+        >>> from firstorder.flatland import Receiver, Scene, Segments, irradiance, primitive
+        >>> lamp = primitive(Segments((1.0, 1.0), (-1.0, 1.0)), emission=1.0)
         >>> E = lambda x: irradiance(Scene.of(lamp), Receiver((x, 0.0), 0.0))
         >>> round(float(E(0.0)), 6), round(float(jax.grad(E)(0.5)), 6)
         (1.414214, -0.544865)
     """
+    check_asked(scene, Scene, at, Receiver)
     seen = view(scene, at, cuts)
-    E = direct_points(scene, at)
+    E = point_light_irradiance(scene, at)
     if radiance is None:
         E = E + _emitted(scene, at, seen)
     if radiance is not None or scene.environment is not None:
@@ -78,7 +80,7 @@ def irradiance(
     return E
 
 
-def gathered(
+def weighted_irradiance(
     scene: Scene,
     at: Receiver,
     weight: Callable[[Float[Array, ""]], Float[Array, ""]],
@@ -104,36 +106,41 @@ def gathered(
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.flatland import Receiver, Scene, Segments, gathered, irradiance, thing
-        >>> scene = Scene.of(thing(Segments((1.0, 1.0), (-1.0, 1.0)), emission=1.0))
+        >>> from firstorder.flatland import Receiver, Scene, Segments, weighted_irradiance
+        >>> from firstorder.flatland import irradiance, primitive
+        >>> scene = Scene.of(primitive(Segments((1.0, 1.0), (-1.0, 1.0)), emission=1.0))
         >>> at = Receiver((0.3, 0.0), 0.1)
-        >>> bool(abs(gathered(scene, at, jnp.cos) - irradiance(scene, at)) < 1e-5)
+        >>> bool(abs(weighted_irradiance(scene, at, jnp.cos) - irradiance(scene, at)) < 1e-5)
         True
     """
+    check_asked(scene, Scene, at, Receiver)
 
     def emitted(index, s, front, along):
         return scene.material.emission[index, jnp.where(front, FRONT, BACK)]
 
     seen = view(scene, at, cuts)
     sent = emitted if radiance is None else radiance
-    return direct_points(scene, at, weight) + _integrated(scene, at, seen, sent, nodes, weight)
+    return point_light_irradiance(scene, at, weight) + _integrated(
+        scene, at, seen, sent, nodes, weight
+    )
 
 
-def direct_points(
+def point_light_irradiance(
     scene: Scene, at: Receiver, weight: Callable[[Array], Array] = jnp.cos
 ) -> Float[Array, ""]:
     """Irradiance from the point lights alone: `I cos(theta) / r` where nothing is between."""
+    check_asked(scene, Scene, at, Receiver)
     count = scene.points.intensity.shape[0]
     if not count:
         return jnp.zeros((), at.position.dtype)
     way = scene.points.position - at.position
-    square = dot(way, way)
+    square = dot_2d(way, way)
     origins = jnp.broadcast_to(at.position, way.shape)
     lit = ~occluded(scene, origins, scene.points.position, at.on)
     lit &= (square > 0.0) & (way @ at.normal > 0.0)
     safe = jnp.where(lit[:, None], way, at.normal)
     theta = jnp.arctan2(-(safe @ at.tangent), safe @ at.normal)
-    each = scene.points.intensity * jax.vmap(weight)(theta) / jnp.sqrt(dot(safe, safe))
+    each = scene.points.intensity * jax.vmap(weight)(theta) / jnp.sqrt(dot_2d(safe, safe))
     return jnp.sum(jnp.where(lit, each, 0.0))
 
 
@@ -154,7 +161,7 @@ def _emitted(scene: Scene, at: Receiver, seen: View) -> Float[Array, ""]:
 def _integrated(
     scene: Scene, at: Receiver, seen: View, radiance: Radiance | None, nodes: int, weight=jnp.cos
 ) -> Float[Array, ""]:
-    """What has no closed form: nodes in each gap, each asked of the one shape seen there."""
+    """Integral of light without a closed form: nodes in each gap, on the one shape seen there."""
     t, w = (jnp.asarray(a, at.position.dtype) for a in gauss_legendre(nodes))
     half = 0.5 * (seen.angles[1:] - seen.angles[:-1])[:, None]
     middle = 0.5 * (seen.angles[1:] + seen.angles[:-1])[:, None]

@@ -1,4 +1,4 @@
-"""Which shape a ray meets first, and whether two points see each other: rays of `tracing`."""
+"""First hits of rays, and visibility between two points, as `scene._intersect` finds them."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from jaxtyping import Array, ArrayLike, Bool, Float, Int
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.shapes.kinds import Curves
 from firstorder.numerics.batching import in_batches, in_blocks
-from firstorder.scene import intersect
-from firstorder.scene.intersect import BLOCK, FEW, MISS, in_one, one_by_one
+from firstorder.scene import _intersect as intersect
+from firstorder.scene._intersect import BLOCK, FEW, MISS, first_by_reduction, first_by_scan
 
 
 class Hits(eqx.Module):
-    """Where rays end.
+    """First hits of rays.
 
     Attributes:
         t: distance along the unit direction, infinity for a miss [m].
@@ -43,8 +43,8 @@ def first_shape(
     on = jnp.broadcast_to(jnp.asarray(on), origins.shape[:1])
     rays = origins, along, on
     if scene.count <= FEW and not _has_curves(scene):
-        return in_one(groups, rays)
-    return in_blocks(lambda rays: one_by_one(groups, rays), rays, _block(scene))
+        return first_by_reduction(groups, rays)
+    return in_blocks(lambda rays: first_by_scan(groups, rays), rays, _block(scene))
 
 
 def _has_curves(scene: Scene) -> bool:
@@ -72,8 +72,8 @@ def nearest(
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.flatland import Circles, Scene, thing, nearest
-        >>> scene = Scene.of(thing(Circles((0.0, 3.0), 1.0)))
+        >>> from firstorder.flatland import Circles, Scene, primitive, nearest
+        >>> scene = Scene.of(primitive(Circles((0.0, 3.0), 1.0)))
         >>> nearest(scene, jnp.array([[0.0, 0.0]]), jnp.array([[0.0, 1.0]])).t.item()
         2.0
     """

@@ -1,4 +1,4 @@
-"""Light that comes by way of a flat mirror, exact like light that comes straight.
+"""Irradiance by way of flat mirrors, exact like irradiance that arrives straight.
 
 In a mirror the scene is seen from the eye's mirror image: its silhouettes, reflected, are edges of
 the view like all others. They cut the hemicircle together with the real ones, and behind each gap
@@ -18,10 +18,11 @@ from firstorder.flatland.intersect import first_shape
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver, view
 from firstorder.numerics.quadrature import gauss_legendre
-from firstorder.scene.primitives import BACK, FRONT
+from firstorder.scene._arguments import check_asked
+from firstorder.scene._primitives import BACK, FRONT
 
 
-def in_mirrors(
+def mirror_irradiance(
     scene: Scene, at: Receiver, mirrors: Sequence[int], nodes: int = 16
 ) -> Float[Array, ""]:
     """Irradiance by way of one reflection in flat mirrors [W/m]; add it to `irradiance`.
@@ -39,13 +40,14 @@ def in_mirrors(
         ValueError: if a mirror is no segment of the scene, or none is named.
 
     Example:
-        >>> from firstorder.flatland import Receiver, Scene, Segments, in_mirrors, thing
-        >>> lamp = thing(Segments((-0.5, 1.0), (-1.5, 1.0)), emission=1.0)
-        >>> glass = thing(Segments((1.0, 0.0), (1.0, 3.0)), mirror=0.8)
+        >>> from firstorder.flatland import Receiver, Scene, Segments, mirror_irradiance, primitive
+        >>> lamp = primitive(Segments((-0.5, 1.0), (-1.5, 1.0)), emission=1.0)
+        >>> glass = primitive(Segments((1.0, 0.0), (1.0, 3.0)), mirror=0.8)
         >>> scene = Scene.of(lamp, glass)
-        >>> round(float(in_mirrors(scene, Receiver((0.0, 0.0), 0.0), (1,))), 6)
+        >>> round(float(mirror_irradiance(scene, Receiver((0.0, 0.0), 0.0), (1,))), 6)
         0.026438
     """
+    check_asked(scene, Scene, at, Receiver)
     if not mirrors:
         raise ValueError("Argument `mirrors` must name at least one shape, but is empty.")
     straight = scene.groups[0].count if hasattr(scene.groups[0], "end") else 0
@@ -83,7 +85,7 @@ def _reflected(scene: Scene, k: int, points: Float[Array, "m 2"]) -> Float[Array
 
 
 def _edges(scene: Scene, at: Receiver, k: int) -> Float[Array, "m 2"]:
-    """Where the edges of the scene appear in a mirror."""
+    """Images of the scene's edges in a mirror."""
     eye = _reflected(scene, k, at.position[None])[0]
     points, valid = scene.silhouettes(eye)
     points = jnp.where(valid[:, None], points, eye + at.normal)
@@ -102,7 +104,7 @@ def _bounced(scene: Scene, k, along: Float[Array, "2"]) -> Float[Array, "2"]:
 
 
 def _behind(scene: Scene, at: Receiver, mirror, angles):
-    """What each gap shows in its mirror, and the radiance of that side."""
+    """Shape that each gap shows in its mirror, and the radiance of that side."""
     fixed, here = jax.lax.stop_gradient((scene, at))
     along = jax.vmap(direction)(here.n + jax.lax.stop_gradient(angles))
     t, _ = jax.vmap(lambda k, d: fixed.hit(k, here.position, d))(mirror, along)

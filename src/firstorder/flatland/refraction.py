@@ -52,7 +52,7 @@ class PointSource(eqx.Module):
         check_not_negative("power", self.power)
 
     def ray(self, q):
-        """Where the ray starts and where it goes."""
+        """Origin and direction of the ray q."""
         return self.position, direction(q)
 
 
@@ -75,12 +75,12 @@ class Beam(eqx.Module):
         check_not_negative("power", self.power)
 
     def ray(self, q):
-        """Where the ray starts and where it goes."""
+        """Origin and direction of the ray q."""
         across = jnp.stack([jnp.cos(self.angle), jnp.sin(self.angle)])
         return self.position + q * across, direction(self.angle)
 
 
-class Arrival(eqx.Module):
+class RayEnd(eqx.Module):
     """The end of a ray.
 
     Attributes:
@@ -98,7 +98,7 @@ class Arrival(eqx.Module):
     ok: Bool[Array, ""]
 
 
-def reflectance(eta: ArrayLike, cosine: ArrayLike) -> Array:
+def fresnel_reflectance(eta: ArrayLike, cosine: ArrayLike) -> Array:
     """Fresnel's reflectance for unpolarised light, 1 beyond the critical angle.
 
     Args:
@@ -106,14 +106,14 @@ def reflectance(eta: ArrayLike, cosine: ArrayLike) -> Array:
         cosine: of the angle of incidence, positive.
 
     Example:
-        >>> from firstorder.flatland.refraction import reflectance
-        >>> round(float(reflectance(1.5, 1.0)), 12)
+        >>> from firstorder.flatland.refraction import fresnel_reflectance
+        >>> round(float(fresnel_reflectance(1.5, 1.0)), 12)
         0.04
     """
     return _dielectric(as_float(eta), as_float(cosine))[0]
 
 
-def refracted(
+def _refracted(
     along: Float[Array, "2"], normal: Float[Array, "2"], eta: Float[Array, ""]
 ) -> tuple[Float[Array, "2"], Bool[Array, ""]]:
     """Snell's law with vectors: `t = (u + (c - g) n) / eta`, `g = sqrt(eta^2 - 1 + c^2)`.
@@ -133,13 +133,13 @@ def refracted(
     return jnp.where(ok, (along + (c - g) * normal) / eta, along), ok
 
 
-def follow(
+def trace_path(
     scene: Scene,
     path: Path,
     origin: Float[Array, "2"],
     along: Float[Array, "2"],
     receiver: int | None = None,
-) -> Arrival:
+) -> RayEnd:
     """Follows one ray along a path: refracted and reflected where the path says so.
 
     Valid for: shapes with `ior` set. On the way nothing else may be met first.
@@ -176,8 +176,8 @@ def follow(
         safe = jnp.where(ior > 0.0, ior, 1.0)
         eta = jnp.where(facing > 0.0, safe, 1.0 / safe)
         normal = jnp.where(facing > 0.0, 1.0, -1.0) * frame.normal
-        R = reflectance(eta, jnp.abs(facing))
-        inside, there = refracted(along, normal, eta)
+        R = fresnel_reflectance(eta, jnp.abs(facing))
+        inside, there = _refracted(along, normal, eta)
         mirrored = along + 2.0 * jnp.abs(facing) * normal
         along = jnp.where(ends, along, jnp.where(passes, inside, mirrored))
         share = share * jnp.where(ends, 1.0, jnp.where(passes, 1.0 - R, R))
@@ -188,36 +188,36 @@ def follow(
     zero, one = jnp.zeros((), dtype), jnp.ones((), dtype)
     start = origin, along, one, jnp.asarray(True), jnp.asarray(-1, jnp.int32), zero
     (origin, along, share, ok, _, s), _ = jax.lax.scan(go, start, (numbers, kinds))
-    return Arrival(origin, along, s, jnp.where(ok, share, 0.0), ok)
+    return RayEnd(origin, along, s, jnp.where(ok, share, 0.0), ok)
 
 
 def _met(scene: Scene, which, origin, along, on):
-    """The point of a shape that a ray meets, and whether it is the first thing met."""
+    """The point of a shape that a ray meets, and whether it is the first hit."""
     t, s = scene.hit(which, origin, along, on)
     first = first_shape(scene, origin[None], along[None], on[None])[0]
     there = jnp.isfinite(t) & (first == which)
     return origin + jnp.where(there, t, 0.0) * along, jnp.where(there, s, 0.0), there
 
 
-class Lens(eqx.Module):
-    """A light, what its rays go through, and the receiver that they reach.
+class Caustic(eqx.Module):
+    """A light, the path of its rays, and the receiver that they reach.
 
     Args:
         scene: shapes, those that refract with an `ior`.
         light: `PointSource` or `Beam`.
-        path: see `follow`.
+        path: see `trace_path`.
         receiver: number of the shape that receives; it must not be closed.
         low, high: the rays that count, by q.
         samples: cells among which branches and folds are looked for. Two folds must not fall into
             one cell.
 
     Example:
-        >>> from firstorder.flatland import Circles, Scene, Segments, thing
-        >>> from firstorder.flatland.refraction import Beam, Lens, through
-        >>> ball = thing(Circles((0.0, 0.9), 0.5), ior=1.5)
-        >>> floor = thing(Segments((-1.0, 0.0), (1.0, 0.0)))
+        >>> from firstorder.flatland import Circles, Scene, Segments, primitive
+        >>> from firstorder.flatland.refraction import Beam, Caustic, through_body
+        >>> ball = primitive(Circles((0.0, 0.9), 0.5), ior=1.5)
+        >>> floor = primitive(Segments((-1.0, 0.0), (1.0, 0.0)))
         >>> light = Beam((0.0, 3.0), 3.14159265)
-        >>> lens = Lens(Scene.of(ball, floor), light, through(1), 0, -0.5, 0.5)
+        >>> lens = Caustic(Scene.of(ball, floor), light, through_body(1), 0, -0.5, 0.5)
         >>> bool(lens.irradiance(0.5) > 1.0)  # more than the beam's 1 W/m
         True
     """
@@ -230,9 +230,9 @@ class Lens(eqx.Module):
     high: float = eqx.field(static=True, converter=float)
     samples: int = eqx.field(static=True, default=256)
 
-    def arrive(self, q: ArrayLike) -> Arrival:
-        """Where the ray q ends."""
-        return follow(self.scene, self.path, *self.light.ray(as_float(q)), self.receiver)
+    def arrive(self, q: ArrayLike) -> RayEnd:
+        """End of the ray q."""
+        return trace_path(self.scene, self.path, *self.light.ray(as_float(q)), self.receiver)
 
     def _jet(self, q: Float[Array, ""]):
         """Parameter on the receiver of the ray q, `ds/dq`, share of power, and if it is real."""
@@ -329,7 +329,7 @@ class Lens(eqx.Module):
         """
 
         def last(q):
-            end = follow(self.scene, self.path, *self.light.ray(q))
+            end = trace_path(self.scene, self.path, *self.light.ray(q))
             return end.position, end.along
 
         q = as_float(q)
@@ -340,7 +340,7 @@ class Lens(eqx.Module):
         return p + jnp.where(jnp.isfinite(t), t, 0.0) * u, t
 
 
-def through(*shapes: int, inside: int = 0) -> tuple[tuple[int, str], ...]:
+def through_body(*shapes: int, inside: int = 0) -> tuple[tuple[int, str], ...]:
     """The path into a body and out of it.
 
     Args:
@@ -348,17 +348,17 @@ def through(*shapes: int, inside: int = 0) -> tuple[tuple[int, str], ...]:
         inside: reflections on the closed shape's inside in between.
 
     Example:
-        >>> from firstorder.flatland.refraction import through
-        >>> through(0, inside=1)
+        >>> from firstorder.flatland.refraction import through_body
+        >>> through_body(0, inside=1)
         ((0, 'through'), (0, 'back'), (0, 'through'))
-        >>> through(0, 1)
+        >>> through_body(0, 1)
         ((0, 'through'), (1, 'through'))
     """
     first, last = shapes[0], shapes[-1]
     return ((first, THROUGH), *[(first, BACK)] * inside, (last, THROUGH))
 
 
-def rainbow(index: float, inside: int) -> float:
+def rainbow_incidence(index: float, inside: int) -> float:
     """Angle of incidence at which a disc's rays turn back: least deflection [rad].
 
     `cos^2 i = (n^2 - 1) / (k (k + 2))` for k reflections inside a disc of index n in parallel
@@ -369,8 +369,8 @@ def rainbow(index: float, inside: int) -> float:
 
     Example:
         >>> import math
-        >>> from firstorder.flatland.refraction import rainbow
-        >>> round(math.degrees(rainbow(4 / 3, 1)), 1)
+        >>> from firstorder.flatland.refraction import rainbow_incidence
+        >>> round(math.degrees(rainbow_incidence(4 / 3, 1)), 1)
         59.4
     """
     if not (inside > 0 and 1.0 < index < inside + 1.0):

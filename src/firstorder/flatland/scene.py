@@ -1,4 +1,4 @@
-"""A scene of flatland: shapes, what they are made of, and lights that have no shape.
+"""A scene of flatland: shapes, their materials, and lights that have no shape.
 
 A scene is a pytree; positions, radii, radiances and albedos are its leaves and can be
 differentiated. Shapes of one kind are kept together, so a scene has at most five groups however
@@ -19,7 +19,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from firstorder.errors import check_finite, check_not_negative, is_concrete
-from firstorder.flatland.shapes.crossings import Crossings, find, somewhere
+from firstorder.flatland.shapes._crossings import Crossings, any_crossing, find_crossings
 from firstorder.flatland.shapes.kinds import (
     Arcs,
     Circles,
@@ -29,16 +29,18 @@ from firstorder.flatland.shapes.kinds import (
     Segments,
     Shape,
 )
-from firstorder.numerics.planar import cross, left
-from firstorder.scene.intersect import picked
-from firstorder.scene.primitives import checked, each, grouped, joined, named, sides
+from firstorder.numerics._planar import cross_2d, dot_2d, left
+from firstorder.scene._arguments import check_kind, check_primitives
+from firstorder.scene._intersect import picked
+from firstorder.scene._primitives import checked, each, grouped, joined, named, sides
+from firstorder.scene._sides import facing_point, turned_to
 from firstorder.typing import as_float
 
 KINDS = (Segments, Arcs, Circles, Ellipses, Curves)
 
 
 class Material(eqx.Module):
-    """What shapes do with light; one row for each shape.
+    """Emission and reflection of shapes, front and back; one row for each shape.
 
     Attributes:
         emission: radiance that the front and the back emit, the same in all directions [W/(m rad)].
@@ -79,7 +81,7 @@ class PointLights(eqx.Module):
             )
 
 
-class Sky(eqx.Module):
+class _FunctionSky(eqx.Module):
     """A plain function of the angle as an environment, with the angles at which it jumps."""
 
     radiance: Callable[[Array], Array]
@@ -96,7 +98,7 @@ def _breaks_of(environment: Any) -> Array | None:
 
 
 @dataclasses.dataclass(frozen=True)
-class Thing:
+class Primitive:
     """Shapes of one kind with one material and one name, before they enter a scene."""
 
     shape: Shape
@@ -104,19 +106,23 @@ class Thing:
     material: Material
 
 
-def thing(
+def primitive(
     shape: Shape,
     *,
     name: str = "",
     emission: Any = 0.0,
     albedo: Any = 0.0,
     two_sided: bool = False,
+    facing: Any = None,
     mirror: ArrayLike = 0.0,
     specular: ArrayLike = 0.0,
     exponent: ArrayLike = 0.0,
     ior: ArrayLike = 0.0,
-) -> Thing:
+) -> Primitive:
     """Shapes with a material.
+
+    A single emission is the front's. The front is the side of the normal: to the left of the
+    travel from start to end of segments and arcs, the outside of closed shapes.
 
     Args:
         shape: one shape or many of a kind.
@@ -125,30 +131,43 @@ def thing(
             vector of n, the front of each [W/(m rad)].
         albedo: of both sides; or two numbers, front and back.
         two_sided: whether a single emission holds for the back too.
+        facing: a point towards which the front must look; shapes that show it their back are
+            turned round (an arc is judged at its middle). Left out, they stay as they are [m].
         mirror: share reflected as by a mirror.
         specular: share reflected into a glossy lobe.
         exponent: of the glossy lobe.
         ior: index of refraction behind the front, relative; 0 if opaque.
 
     Raises:
-        ValueError: if a number is negative or not finite, or a side would reflect more than all.
+        TypeError: if `shape` is no shape of this world, or something else is no number.
+        ValueError: if a number is negative or not finite, if there is not one for each shape, or a
+            side would reflect more than all; if `facing` is given for closed shapes, or lies in
+            the plane of a shape.
 
     Example:
-        >>> from firstorder.flatland import Segments, thing
-        >>> lamp = thing(Segments((0.5, 1.0), (-0.5, 1.0)), name="lamp", emission=1.0)
+        >>> from firstorder.flatland import Segments, primitive
+        >>> lamp = primitive(Segments((0.5, 1.0), (-0.5, 1.0)), name="lamp", emission=1.0)
         >>> lamp.material.emission.tolist()
         [[1.0, 0.0]]
+        >>> turned = primitive(Segments((-0.5, 1.0), (0.5, 1.0)), emission=1.0, facing=(0.0, 0.0))
+        >>> turned.shape.start.tolist()
+        [[0.5, 1.0]]
     """
+    check_kind("shape", shape, Shape)
+    if facing is not None:
+        point = facing_point(facing, 2)
+        start, along, _ = jax.vmap(lambda one: one.motion(jnp.asarray(0.5)))(shape)
+        shape = turned_to(shape, dot_2d(left(along), point - start))
     n = shape.count
     given = {
-        "emission": sides(emission, n, two_sided),
-        "albedo": sides(albedo, n, True),
-        "mirror": each(mirror, n),
-        "specular": each(specular, n),
-        "exponent": each(exponent, n),
-        "ior": each(ior, n),
+        "emission": sides(emission, n, two_sided, "emission"),
+        "albedo": sides(albedo, n, True, "albedo"),
+        "mirror": each(mirror, n, "mirror"),
+        "specular": each(specular, n, "specular"),
+        "exponent": each(exponent, n, "exponent"),
+        "ior": each(ior, n, "ior"),
     }
-    return Thing(shape, name, Material(**checked(given, ("albedo", "mirror", "specular"))))
+    return Primitive(shape, name, Material(**checked(given, ("albedo", "mirror", "specular"))))
 
 
 class Frenet(eqx.Module):
@@ -186,10 +205,10 @@ class Scene(eqx.Module):
             had: they move with the shapes, but where shapes newly cross it must be made anew.
 
     Example:
-        >>> from firstorder.flatland import Scene, Segments, thing
+        >>> from firstorder.flatland import Scene, Segments, primitive
         >>> scene = Scene.of(
-        ...     thing(Segments((-1.0, 0.0), (1.0, 0.0)), name="floor", albedo=0.5),
-        ...     thing(Segments((0.5, 1.0), (-0.5, 1.0)), name="lamp", emission=1.0),
+        ...     primitive(Segments((-1.0, 0.0), (1.0, 0.0)), name="floor", albedo=0.5),
+        ...     primitive(Segments((0.5, 1.0), (-0.5, 1.0)), name="lamp", emission=1.0),
         ... )
         >>> scene.count, scene.named("lamp")
         (2, (1,))
@@ -204,15 +223,15 @@ class Scene(eqx.Module):
 
     @staticmethod
     def of(
-        *things: Thing,
+        *things: Primitive,
         points: PointLights | None = None,
         environment: Callable[[Array], Array] | None = None,
         crossings: Crossings | None = None,
     ) -> Scene:
-        """Puts things together.
+        """A scene of primitives, point lights and an environment.
 
         Args:
-            things: shapes with materials, in any order.
+            things: primitives, shapes with materials, in any order.
             points: lights without size.
             environment: radiance of the sky as a function of the world angle.
             crossings: where shapes cross; found here if the shapes are concrete. Traced ones
@@ -222,23 +241,31 @@ class Scene(eqx.Module):
 
         Raises:
             ValueError: if there is nothing in the scene.
+            TypeError: if something in it is no primitive of flatland, or the environment is no
+                function.
         """
+        check_primitives(things, Primitive, Shape)
+        if environment is not None and not callable(environment):
+            raise TypeError(
+                "Argument `environment` must be a function of the angle, such as "
+                f"ConstantSky(1.0), but is {environment!r}."
+            )
         groups, materials, names = grouped(things, KINDS, _join)
         if points is None:
             points = PointLights(jnp.zeros((0, 2)), jnp.zeros((0,)))
         if environment is not None and not isinstance(environment, eqx.Module):
-            environment = Sky(jax.tree_util.Partial(environment), _breaks_of(environment))
+            environment = _FunctionSky(jax.tree_util.Partial(environment), _breaks_of(environment))
         if crossings is None:
-            crossings = find(groups)
+            crossings = find_crossings(groups)
             if not is_concrete(groups):
                 shines = jnp.any(joined(materials).emission != 0.0, -1)
-                unsound = somewhere(groups, shines) | ~_sized(groups)
+                unsound = any_crossing(groups, shines) | ~_sized(groups)
                 groups = jax.tree.map(lambda a: jnp.where(unsound, jnp.nan, a), groups)
         return Scene(tuple(groups), joined(materials), points, environment, crossings, names)
 
     @property
     def count(self) -> int:
-        """How many shapes there are."""
+        """Number of shapes."""
         return len(self.names)
 
     def named(self, name: str) -> tuple[int, ...]:
@@ -250,7 +277,7 @@ class Scene(eqx.Module):
         return named(self.names, name)
 
     def _pick(self, index: Int[Array, ""], ask: Callable[[Shape], Any]) -> Any:
-        """What the shape of that number answers: every group is asked, one answer is kept."""
+        """Result of a function for the shape of that number; all are evaluated, one is kept."""
         return picked(self.groups, index, ask)
 
     def motion(self, index: Int[Array, ""], s: Float[Array, ""]) -> tuple[Point, Point, Point]:
@@ -269,12 +296,12 @@ class Scene(eqx.Module):
         tangent = v / speed
         normal = left(tangent)
         n = jnp.arctan2(-normal[0], normal[1])
-        return Frenet(c, tangent, normal, n, speed, cross(v, a) / speed**3)
+        return Frenet(c, tangent, normal, n, speed, cross_2d(v, a) / speed**3)
 
     def hit(
         self, index: Int[Array, ""], origin: Point, along: Point, on: ArrayLike = -1
     ) -> tuple[Float[Array, ""], Float[Array, ""]]:
-        """Where a ray meets one shape: distance along the unit vector, and parameter.
+        """First hit of a ray with one shape: distance along the unit vector, and parameter.
 
         Args:
             index: the shape's number.
@@ -291,7 +318,7 @@ class Scene(eqx.Module):
     def silhouettes(
         self, p: Point, on: ArrayLike = -1
     ) -> tuple[Float[Array, "m 2"], Bool[Array, " m"]]:
-        """All points at which what an eye at p sees may change, and which of them exist."""
+        """Points at which the view of an eye at p may change, and which of them exist."""
         points, valid, first = [], [], 0
         on = jnp.asarray(on)
         for group in self.groups:
@@ -314,10 +341,10 @@ class Scene(eqx.Module):
         def step(scene, s):
             a, va, _ = scene.motion(pair[0], s[0])
             b, vb, _ = scene.motion(pair[1], s[1])
-            det = cross(va, vb)
+            det = cross_2d(va, vb)
             gap = b - a
             safe = jnp.where(det == 0.0, 1.0, det)
-            return s + jnp.stack([cross(gap, vb), cross(gap, va)]) / safe, a, gap
+            return s + jnp.stack([cross_2d(gap, vb), cross_2d(gap, va)]) / safe, a, gap
 
         fixed = jax.lax.stop_gradient(self)
         s = jax.lax.fori_loop(0, 8, lambda _, s: step(fixed, s)[0], near)
@@ -335,11 +362,11 @@ class Scene(eqx.Module):
 
     @property
     def _closed(self) -> Bool[Array, " n"]:
-        """Which shapes have no ends."""
+        """Mask of the shapes that have no ends."""
         return jnp.concatenate([jnp.full(g.count, g.closed) for g in self.groups])
 
     def sky(self, angle: Float[Array, ""]) -> Float[Array, ""]:
-        """Radiance of the environment, asked with an angle in [-pi, pi]; zero without one."""
+        """Radiance of the environment at an angle in [-pi, pi]; zero without one."""
         if self.environment is None:
             return jnp.zeros_like(angle)
         turns = jnp.round(jax.lax.stop_gradient(angle) / (2.0 * jnp.pi))

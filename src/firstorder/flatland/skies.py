@@ -22,7 +22,7 @@ _FULL = 2.0 * np.pi
 
 
 class ConstantSky(eqx.Module):
-    """The same radiance from every direction.
+    """A sky of one radiance in every direction.
 
     Args:
         radiance: in W/(m rad), not negative.
@@ -103,8 +103,8 @@ class GaussianSky(eqx.Module):
         return jnp.zeros(0, self.sigma.dtype)
 
 
-class RowSky(eqx.Module):
-    """A row of radiances once around the horizon, as a panorama has them, left to right.
+class PanoramaSky(eqx.Module):
+    """A panorama: radiances in equal columns once around the horizon, left to right.
 
     The middle of the row is straight up (+y, angle 0); to the right of it lies +x, as on a map that
     one holds with +y ahead, so angles fall from +pi at the left end to -pi at the right. Value j
@@ -122,8 +122,8 @@ class RowSky(eqx.Module):
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.flatland import RowSky
-        >>> sky = RowSky([1.0, 2.0, 3.0, 4.0])
+        >>> from firstorder.flatland import PanoramaSky
+        >>> sky = PanoramaSky([1.0, 2.0, 3.0, 4.0])
         >>> print(sky(0.25 * np.pi).item(), sky(0.0).item(), sky(np.pi).item())
         2.0 2.5 2.5
     """
@@ -159,7 +159,7 @@ class RowSky(eqx.Module):
         n = self.values.shape[0]
         return np.pi - _FULL * (jnp.arange(n, dtype=self.values.dtype) + 0.5) / n
 
-    def coarser(self, columns: int) -> RowSky:
+    def coarser(self, columns: int) -> PanoramaSky:
         """A row of fewer columns with the same mean: each the average of what it covers.
 
         Args:
@@ -174,7 +174,7 @@ class RowSky(eqx.Module):
         total = jnp.concatenate([jnp.zeros(1, self.values.dtype), jnp.cumsum(self.values)])
         ends = jnp.arange(columns + 1) * (n / columns)
         sums = jnp.interp(ends, jnp.arange(n + 1.0), total)
-        return RowSky(jnp.diff(sums) * (columns / n), self.smooth)
+        return PanoramaSky(jnp.diff(sums) * (columns / n), self.smooth)
 
 
-Sky: TypeAlias = ConstantSky | GaussianSky | RowSky
+Sky: TypeAlias = ConstantSky | GaussianSky | PanoramaSky

@@ -1,4 +1,4 @@
-"""What a receiver sees: the hemicircle above it cut at every silhouette, and the shape in each gap.
+"""The hemicircle above a receiver, cut at every silhouette, and the shape in each gap.
 
 No direction is sampled. All events (ends of shapes, points of tangency, crossings) are sorted by
 angle; between two neighbours one shape is nearest throughout, and one ray finds it. The angles are
@@ -12,17 +12,20 @@ is the one-sided derivative of the side on which the nearer edge hides the farth
 
 from __future__ import annotations
 
+from typing import Any
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float, Int
 
 from firstorder.conventions import direction
-from firstorder.errors import nan_unless
+from firstorder.errors import check_finite, is_concrete, nan_unless
 from firstorder.flatland.intersect import first_shape
 from firstorder.flatland.scene import Scene
-from firstorder.numerics.planar import cross, dot
-from firstorder.scene.derivatives import FLATLAND
+from firstorder.numerics._planar import cross_2d, dot_2d
+from firstorder.scene._arguments import check_asked, check_kind, numbers
+from firstorder.scene._derivatives import FLATLAND
 from firstorder.typing import as_float
 
 HORIZON = 0.5 * jnp.pi
@@ -42,6 +45,73 @@ class Receiver(eqx.Module):
     on: Int[Array, "*r"] = eqx.field(default=-1, converter=jnp.asarray)
 
     freedoms = FLATLAND
+
+    @classmethod
+    def at(cls, position: Any, normal: Any = (0.0, 1.0), *, on: ArrayLike = -1) -> Receiver:
+        """A receiver at a point, with a normal given as a vector or as an angle.
+
+        `n = atan2(-normal_x, normal_y)`, as `conventions.direction` has it: `direction(n)` is the
+        normal. `space.Receiver.at` is the same call in space.
+
+        Args:
+            position: shape (..., 2) [m].
+            normal: shape (..., 2), of any length; or a single number, its angle counter-clockwise
+                from +y [rad]. Several angles go to `Receiver(position, n)`.
+            on: number of the shape on which it lies, -1 for none.
+
+        Returns:
+            The receiver; a traced normal without length gives NaN.
+
+        Raises:
+            ValueError: if a number is not finite, a vector has not two coordinates, or the normal
+                is zero.
+            TypeError: if something is no number.
+
+        Example:
+            >>> from firstorder.flatland import Receiver
+            >>> Receiver.at((0.5, 0.0)).n.item(), Receiver.at((0.5, 0.0), 0.25).n.item()
+            (0.0, 0.25)
+            >>> round(Receiver.at((0.5, 0.0), (-2.0, 2.0)).n.item(), 4)  # 45 degrees
+            0.7854
+        """
+        position, normal = numbers("position", position), numbers("normal", normal)
+        check_finite("position", position)
+        check_finite("normal", normal)
+        _check_coordinates("position", position)
+        n = normal
+        if normal.ndim:
+            _check_coordinates("normal", normal)
+            sized = jnp.any(normal != 0.0, -1)
+            if is_concrete(sized) and not bool(jnp.all(sized)):
+                raise ValueError("Argument `normal` must have a length, but is the zero vector.")
+            n = nan_unless(sized, jnp.arctan2(-normal[..., 0], normal[..., 1]))
+        shape = jnp.broadcast_shapes(position.shape[:-1], n.shape)
+        return cls(
+            jnp.broadcast_to(position, (*shape, 2)),
+            jnp.broadcast_to(n, shape),
+            jnp.broadcast_to(jnp.asarray(on), shape),
+        )
+
+    @classmethod
+    def on_shape(cls, scene: Scene, index: ArrayLike, s: ArrayLike) -> Receiver:
+        """The receiver at the parameter s of a shape, on its front side.
+
+        It is not called `on`, because that is the attribute that holds the shape's number.
+
+        Args:
+            scene: the shapes.
+            index: the shape's number.
+            s: where on it, in [0, 1] along its travel.
+
+        Example:
+            >>> from firstorder.flatland import Receiver, Scene, Segments, primitive
+            >>> scene = Scene.of(primitive(Segments((-1.0, 0.0), (1.0, 0.0))))
+            >>> Receiver.on_shape(scene, 0, 0.75).position.tolist()
+            [0.5, 0.0]
+        """
+        check_kind("scene", scene, Scene)
+        frame = scene.frame(index, s)
+        return cls(frame.position, frame.n, jnp.asarray(index))
 
     @property
     def normal(self) -> Float[Array, "*r 2"]:
@@ -85,23 +155,30 @@ class View(eqx.Module):
 
 
 def receiver(scene: Scene, index: ArrayLike, s: ArrayLike) -> Receiver:
-    """The receiver at the parameter s of a shape, on its front side.
+    """The receiver at the parameter s of a shape, on its front side: `Receiver.on_shape`.
 
     Example:
-        >>> from firstorder.flatland import Scene, Segments, receiver, thing
-        >>> scene = Scene.of(thing(Segments((-1.0, 0.0), (1.0, 0.0))))
+        >>> from firstorder.flatland import Scene, Segments, receiver, primitive
+        >>> scene = Scene.of(primitive(Segments((-1.0, 0.0), (1.0, 0.0))))
         >>> receiver(scene, 0, 0.75).position.tolist()
         [0.5, 0.0]
     """
-    frame = scene.frame(index, s)
-    return Receiver(frame.position, frame.n, jnp.asarray(index))
+    return Receiver.on_shape(scene, index, s)
+
+
+def _check_coordinates(name: str, vector: Array) -> None:
+    """Refuse what is no vector of the plane."""
+    if not vector.ndim or vector.shape[-1] != 2:
+        raise ValueError(
+            f"Argument `{name}` must have two coordinates, but has shape {vector.shape}."
+        )
 
 
 def local_angle(receiver: Receiver, point: Float[Array, "2"]) -> Float[Array, ""]:
     """Angle of a point, counter-clockwise from the normal; pi/2 for the receiver itself [rad]."""
     u = point - receiver.position
     away = jnp.sum(jnp.abs(u)) != 0.0  # NaN is somewhere, and stays NaN
-    up, side = dot(receiver.normal, u), cross(receiver.normal, u)
+    up, side = dot_2d(receiver.normal, u), cross_2d(receiver.normal, u)
     angle = jnp.arctan2(jnp.where(away, side, 1.0), jnp.where(away, up, 0.0))
     return jnp.clip(angle, -HORIZON, HORIZON)
 
@@ -118,12 +195,13 @@ def view(scene: Scene, receiver: Receiver, cuts: Float[Array, "c 2"] | None = No
         The gaps, in order; differentiable angles.
 
     Example:
-        >>> from firstorder.flatland import Receiver, Scene, Segments, thing, view
-        >>> scene = Scene.of(thing(Segments((1.0, 1.0), (-1.0, 1.0))))
+        >>> from firstorder.flatland import Receiver, Scene, Segments, primitive, view
+        >>> scene = Scene.of(primitive(Segments((1.0, 1.0), (-1.0, 1.0))))
         >>> seen = view(scene, Receiver((0.0, 0.0), 0.0))
         >>> (seen.angles / jnp.pi).round(2).tolist(), seen.seen.tolist()
         ([-0.5, -0.25, 0.25, 0.5], [-1, 0, -1])
     """
+    check_asked(scene, Scene, receiver, Receiver, "receiver")
     points, valid = scene.silhouettes(receiver.position, receiver.on)
     if cuts is not None:
         points = jnp.concatenate([points, cuts])
@@ -163,7 +241,7 @@ def _in_line(seen: Int[Array, " m"], angles: Float[Array, " m_1"], far: Float[Ar
 
 
 def _seen(scene: Scene, receiver: Receiver, angles: Float[Array, " m_1"]) -> Int[Array, " m"]:
-    """The nearest shape in the middle of each gap."""
+    """Nearest shape in the middle of each gap."""
     middle = 0.5 * (angles[1:] + angles[:-1])
     along = direction(receiver.n + middle)
     origins = jnp.broadcast_to(receiver.position, along.shape)

@@ -1,1 +1,108 @@
-"""Images in space: camera, surfaces that are hit, shading under near and distant lights."""
+"""Images in space: cameras, surface maps, and shading under area lights and skies.
+
+Parts:
+
+- `imaging.camera`: rays of a pinhole camera, and their footprints;
+- `imaging.images`: images of a scene, with gradients;
+- `imaging.hits`: G-buffers, the surface attributes of each pixel;
+- `imaging.shading`: shading of pixels, term by term of their gradients;
+- `imaging.sky_lights`: skies and distant lamps as nodes;
+- `imaging.surface_maps`: bumps, normal maps and textures;
+- `imaging.facets`: shading points of meshes.
+"""
+
+from firstorder.imaging._area_lights import Lamp, SampledLight, SurfaceReflectance
+from firstorder.imaging._bumps import NormalMap
+from firstorder.imaging._reflection import (
+    ReflectedRadiance,
+    SurfacePoint,
+    reflected_radiance,
+    surface_point,
+)
+from firstorder.imaging._textures import (
+    HeightMap,
+    ImageTexture,
+    SolidSlopes,
+    SolidWaves,
+    image_normal_map,
+)
+from firstorder.imaging.camera import Pinhole, PixelFootprint, image_gradient, pinhole
+from firstorder.imaging.facets import Facets, facet_interaction, flat_facets, mesh_facets
+from firstorder.imaging.hits import GBuffer, PrimaryHits, facet_gbuffer, gbuffer, primary_hits
+from firstorder.imaging.images import (
+    RenderedImage,
+    pixel_grid,
+    pixel_labels,
+    pixel_positions,
+    render,
+    render_pixels,
+)
+from firstorder.imaging.shading import (
+    ShadedPixels,
+    SurfaceInteraction,
+    apply_surface_maps,
+    node_occlusion,
+    scatter_blocks,
+    shade_pixels,
+    shade_point,
+    surface_interaction,
+)
+from firstorder.imaging.sky_lights import (
+    CosineSkyLight,
+    DistantLight,
+    distant_lamp,
+    oriented_light,
+    sky_light,
+)
+from firstorder.imaging.surface_maps import PerPrimitive, SurfaceMaps, UVMaps
+
+__all__ = [
+    "Pinhole",
+    "pinhole",
+    "PixelFootprint",
+    "image_gradient",
+    "primary_hits",
+    "PrimaryHits",
+    "GBuffer",
+    "gbuffer",
+    "facet_gbuffer",
+    "SurfaceInteraction",
+    "surface_interaction",
+    "facet_interaction",
+    "Facets",
+    "mesh_facets",
+    "flat_facets",
+    "SurfacePoint",
+    "surface_point",
+    "ReflectedRadiance",
+    "reflected_radiance",
+    "SurfaceReflectance",
+    "SurfaceMaps",
+    "UVMaps",
+    "PerPrimitive",
+    "apply_surface_maps",
+    "SolidWaves",
+    "SolidSlopes",
+    "ImageTexture",
+    "HeightMap",
+    "NormalMap",
+    "image_normal_map",
+    "SampledLight",
+    "Lamp",
+    "DistantLight",
+    "CosineSkyLight",
+    "sky_light",
+    "distant_lamp",
+    "oriented_light",
+    "node_occlusion",
+    "ShadedPixels",
+    "shade_point",
+    "shade_pixels",
+    "scatter_blocks",
+    "RenderedImage",
+    "pixel_grid",
+    "pixel_positions",
+    "pixel_labels",
+    "render_pixels",
+    "render",
+]

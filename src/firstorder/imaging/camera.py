@@ -16,15 +16,15 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from firstorder.errors import check_finite, check_positive, is_concrete
-from firstorder.imaging.reflection import Reflected, SurfacePoint
+from firstorder.imaging._reflection import ReflectedRadiance, SurfacePoint
 from firstorder.typing import Scalar, as_float
 
 Direction = Float[Array, " 3"]
 Pixel = Float[Array, " 2"]
 
 
-class View(eqx.Module):
-    """A ray of the camera where it meets a surface.
+class PixelFootprint(eqx.Module):
+    """A ray of the camera at the surface that it meets, and how it moves with the pixel.
 
     Attributes:
         position: where it meets the surface [m].
@@ -87,7 +87,7 @@ class Pinhole(eqx.Module):
         plane = self.axes[:, :2]
         return (plane - d[:, None] * (d @ plane)) / jnp.sqrt(self.gamma**2 + jnp.dot(p, p))
 
-    def view(self, p: Pixel, distance: Scalar, base_normal: Direction) -> View:
+    def view(self, p: Pixel, distance: Scalar, base_normal: Direction) -> PixelFootprint:
         """Position and direction seen at p, and how both move with p.
 
         Infinite at a silhouette, where the ray is tangent to the surface.
@@ -102,7 +102,7 @@ class Pinhole(eqx.Module):
         d, d_D_p = self.direction(p), self.direction_D_p(p)
         slide = (base_normal @ d_D_p) / jnp.dot(base_normal, d)
         moved = distance * (d_D_p - d[:, None] * slide)
-        return View(self.eye + distance * d, -d, distance, moved, -d_D_p)
+        return PixelFootprint(self.eye + distance * d, -d, distance, moved, -d_D_p)
 
 
 def pinhole(eye, target, up=(0.0, 0.0, 1.0), gamma=1.0) -> Pinhole:
@@ -131,7 +131,7 @@ def pinhole(eye, target, up=(0.0, 0.0, 1.0), gamma=1.0) -> Pinhole:
     return Pinhole(eye, jnp.stack([right, jnp.cross(back, right), back], 1), gamma)
 
 
-def image_gradient(view: View, point: SurfacePoint, B: Reflected) -> Pixel:
+def image_gradient(view: PixelFootprint, point: SurfacePoint, B: ReflectedRadiance) -> Pixel:
     """Gradient of the image: `I_p = (B_t, B_b) dx/dp + grad B . d(to_eye)/dp`.
 
     The surface's own tangents carry the camera's footprint; its bumps are in B.
@@ -149,15 +149,12 @@ def image_gradient(view: View, point: SurfacePoint, B: Reflected) -> Pixel:
     Example:
         >>> import jax.numpy as jnp
         >>> from firstorder.imaging.camera import Pinhole, image_gradient
-        >>> from firstorder.imaging.reflection import reflected, surface_point
+        >>> from firstorder.imaging._reflection import reflected_radiance, surface_point
         >>> floor = surface_point(jnp.zeros(3), jnp.eye(3), jnp.zeros((2, 2)))
         >>> camera = Pinhole(jnp.array([0.0, 0.0, 4.0]), jnp.eye(3), 2.0)
         >>> view = camera.view(jnp.zeros(2), jnp.array(4.0), floor.normal)
-        >>> B = reflected(lambda x, w: x[0] + w[0], floor, view.to_eye)  # a mirror
+        >>> B = reflected_radiance(lambda x, w: x[0] + w[0], floor, view.to_eye)  # a mirror
         >>> image_gradient(view, floor, B).tolist()  # 2 from the place, 1/2 from the direction
         [2.5, 0.0]
     """
     return B.spatial @ view.surface_D_p(point) + B.angular @ view.to_eye_D_p
-
-
-__all__ = ["Pinhole", "View", "image_gradient", "pinhole"]

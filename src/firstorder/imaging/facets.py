@@ -1,4 +1,4 @@
-r"""Points of a mesh as light meets them: they move on faces, and are shaded by vertices' normals.
+r"""Shading points of a mesh: they move on faces, and are shaded by vertices' normals.
 
 On a face with corners A, B, C and unit normals at them, with b the barycentric coordinates,
 
@@ -21,23 +21,23 @@ from jaxtyping import Array, Float, Int
 
 from firstorder.conventions import shape_operator
 from firstorder.errors import check_shape
-from firstorder.imaging.area_lights import Lobe
+from firstorder.imaging._area_lights import SurfaceReflectance
+from firstorder.imaging._reflection import SurfacePoint
 from firstorder.imaging.camera import Pinhole
-from firstorder.imaging.pixels import Finish, Looked, finished
-from firstorder.imaging.reflection import SurfacePoint
-from firstorder.numerics.vectors import cross, dot, frame, unit
-from firstorder.scene.primitives import BACK, FRONT
-from firstorder.space.meshes.mesh import Mesh, vertex_normals
+from firstorder.imaging.shading import SurfaceInteraction, SurfaceMaps, apply_surface_maps
+from firstorder.numerics._vectors import cross, dot, orthonormal_frame, unit
+from firstorder.scene._primitives import BACK, FRONT
+from firstorder.space.meshes.triangle_mesh import Mesh, vertex_normals
 from firstorder.space.scene import Material
 
 
 class Facets(eqx.Module):
-    """Faces with a normal at each corner. Make them with `facets`.
+    """Faces with a normal at each corner. Make them with `mesh_facets`.
 
     Attributes:
         corners: of each face [m].
         normals: unit normals at them.
-        part: number of the thing to which each face belongs.
+        part: number of the primitive to which each face belongs.
         uv: of a picture, at the corners; None for none.
     """
 
@@ -55,11 +55,11 @@ class Facets(eqx.Module):
 
         Example:
             >>> import jax.numpy as jnp
-            >>> from firstorder.imaging.facets import facets
-            >>> from firstorder.space.meshes.mesh import mesh
+            >>> from firstorder.imaging.facets import mesh_facets
+            >>> from firstorder.space.meshes.triangle_mesh import mesh
             >>> one = mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
             >>> lean = jnp.array([[0.0, 0.0, 1.0], [0.6, 0.0, 0.8], [0.0, 0.0, 1.0]])
-            >>> at = facets(one, lean).point(jnp.array(0), jnp.zeros(3))
+            >>> at = mesh_facets(one, lean).point(jnp.array(0), jnp.zeros(3))
             >>> at.normal.tolist(), at.base_normal.tolist()
             ([0.0, 0.0, 1.0], [0.0, 0.0, 1.0])
         """
@@ -69,7 +69,7 @@ class Facets(eqx.Module):
         length = jnp.sqrt(dot(m, m))
         length = jnp.where(length > 0.0, length, 1.0)
         n = m / length
-        tangents = frame(unit(up))[:, :2]
+        tangents = orthonormal_frame(unit(up))[:, :2]
         moved = around.T @ (slopes @ tangents) / length
         return SurfacePoint(x, tangents, n, moved - n[:, None] * (n @ moved))
 
@@ -98,14 +98,15 @@ class Facets(eqx.Module):
         return up, jnp.append(b, 1.0 - jnp.sum(b)), slopes
 
 
-def facets(mesh: Mesh, normals: Any = None, part: Any = None, uv: Any = None) -> Facets:
+def mesh_facets(mesh: Mesh, normals: Any = None, part: Any = None, uv: Any = None) -> Facets:
     """The faces of a mesh, ready to be shaded.
 
     Args:
         mesh: any.
-        normals: unit normals at the vertices, such as `space.meshes.curvature.fitted(mesh).normal`;
-            `vertex_normals`, if left out. A vertex without one takes each face's own.
-        part: number of the thing to which each face belongs; 0, if left out.
+        normals: unit normals at the vertices, such as
+            `space.meshes.curvature.fitted_curvatures(mesh).normal`; `vertex_normals`, if left out.
+            A vertex without one takes each face's own.
+        part: number of the primitive to which each face belongs; 0, if left out.
         uv: of a picture, at the corners of each face, shape (f, 3, 2); zeros, if left out.
 
     Raises:
@@ -128,30 +129,30 @@ def flat_facets(mesh: Mesh, part: Any = None) -> Facets:
 
     Args:
         mesh: any.
-        part: as in `facets`.
+        part: as in `mesh_facets`.
     """
-    own = facets(mesh, part=part)
+    own = mesh_facets(mesh, part=part)
     flat = jnp.broadcast_to(unit(mesh.area_vectors)[:, None], own.normals.shape)
     return Facets(own.corners, flat, own.part, own.uv)
 
 
-def look_at_facet(
+def facet_interaction(
     known: Facets,
     material: Material,
     camera: Pinhole,
     p: Float[Array, "2"],
     face: Int[Array, ""],
-    finish: Finish | None = None,
-) -> Looked:
-    """The point that a pixel shows of a mesh; the twin of `imaging.pixels.look`.
+    finish: SurfaceMaps | None = None,
+) -> SurfaceInteraction:
+    """Surface interaction of a pixel with a mesh; twin of `imaging.shading.surface_interaction`.
 
     Args:
         known: the faces.
-        material: one row for each thing, by the numbers of `known.part`.
+        material: one row for each primitive, by the numbers of `known.part`.
         camera: the eye.
         p: image coordinates.
         face: that is seen there; it must be met.
-        finish: bumps and textures, by the thing's number.
+        finish: bumps and textures, by the primitive's number.
 
     Reference: R07 §9.1, "curvature on meshes".
     """
@@ -163,16 +164,15 @@ def look_at_facet(
     plain = known.point(face, x)
     back = against > 0.0
     front = jnp.where(back, -1.0, 1.0)
-    T = frame(front * up)[:, :2]
+    T = orthonormal_frame(front * up)[:, :2]
     turning = front * plain.turning @ (plain.tangents.T @ T)
     point = SurfacePoint(x, T, front * plain.normal, turning)
     view = camera.view(p, distance, front * up)
     index = known.part[face]
     side = jnp.where(back, BACK, FRONT)
     exponent = jnp.maximum(material.exponent[index], 1e-6)
-    lobe = Lobe(material.albedo[index, side], material.specular[index], exponent)
-    at = Looked(point, view, lobe, shape_operator(T, turning))
-    return finished(at, index, front, finish, lambda x: known.uv_at(face, x), lambda x: up)
-
-
-__all__ = ["Facets", "facets", "flat_facets", "look_at_facet"]
+    lobe = SurfaceReflectance(material.albedo[index, side], material.specular[index], exponent)
+    at = SurfaceInteraction(point, view, lobe, shape_operator(T, turning))
+    return apply_surface_maps(
+        at, index, front, finish, lambda x: known.uv_at(face, x), lambda x: up
+    )

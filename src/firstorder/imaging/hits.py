@@ -1,10 +1,11 @@
-"""What pixels show, as far as D05's criteria ask: where it is, how it leans, how it curves.
+"""G-buffers: position, normal, distance and curvature of the surface that each pixel shows.
 
 Of analytic shapes or of a mesh's faces, found in blocks of one compiled size.
 """
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 
 import equinox as eqx
@@ -14,16 +15,19 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from firstorder.imaging.camera import Pinhole
-from firstorder.imaging.facets import Facets, look_at_facet
-from firstorder.imaging.pixels import Looked, look
-from firstorder.numerics.vectors import dot
+from firstorder.imaging.facets import Facets, facet_interaction
+from firstorder.imaging.images import pixel_grid, pixel_labels, pixel_positions
+from firstorder.imaging.shading import SurfaceInteraction, surface_interaction
+from firstorder.numerics._vectors import dot
+from firstorder.numerics.batching import host_blocks
 from firstorder.space.scene import Material, Scene
 
 BLOCK = 1024  # pixels at a time
+Numbers = Array | np.ndarray
 
 
-class Seen(eqx.Module):
-    """What pixels show, as far as a criterion asks.
+class GBuffer(eqx.Module):
+    """Surface attributes of the first hit of each pixel.
 
     Attributes:
         position: of the surface [m].
@@ -34,18 +38,82 @@ class Seen(eqx.Module):
         S: shape operator, first axis in the plane of view, second across it [1/m].
     """
 
-    position: Float[Array, "*n 3"]
-    normal: Float[Array, "*n 3"]
-    to_eye: Float[Array, "*n 3"]
-    distance: Float[Array, "*n"]
-    cosine: Float[Array, "*n"]
-    S: Float[Array, "*n 2 2"]
+    position: Float[Numbers, "*n 3"]
+    normal: Float[Numbers, "*n 3"]
+    to_eye: Float[Numbers, "*n 3"]
+    distance: Float[Numbers, "*n"]
+    cosine: Float[Numbers, "*n"]
+    S: Float[Numbers, "*n 2 2"]
 
 
-def seen(
+class PrimaryHits(GBuffer):
+    """What the rays of a camera meet first: a `GBuffer` that knows which shapes it shows.
+
+    Attributes:
+        p: image coordinates.
+        index: number of the shape, -1 for none.
+        label: of the face, as `pixel_labels` tells faces apart; -1 for none.
+    """
+
+    p: Float[Numbers, "*n 2"]
+    index: Int[Numbers, "*n"]
+    label: Int[Numbers, "*n"]
+
+
+def primary_hits(
+    scene: Scene,
+    camera: Pinhole,
+    size: int | tuple[int, int] | None = None,
+    *,
+    p: Float[np.ndarray, "*n 2"] | None = None,
+    half_width: float = 1.0,
+) -> PrimaryHits:
+    """What every pixel of an image shows, or every one of some places, with derivatives of none.
+
+    Where nothing is met, `index` is -1, and a plane at 1 m across the ray stands in for it: numbers
+    that are finite, and not to be used.
+
+    Args:
+        scene: shapes.
+        camera: the eye.
+        size: columns and rows of the image, or one number for both; pixels are square and their
+            centres are looked through.
+        p: image coordinates to look through instead.
+        half_width: image coordinate of the image's right edge; `gamma` is in its unit.
+
+    Returns:
+        Arrays of NumPy of shape (columns, rows, ...), or of the shape of `p`; first axis px.
+
+    Raises:
+        ValueError: if both `size` and `p` are given or neither is, or a number is not positive.
+
+    Example:
+        >>> from firstorder.imaging.camera import pinhole
+        >>> from firstorder.imaging.hits import primary_hits
+        >>> from firstorder.space.library._scenes import sphere_over_plane
+        >>> camera = pinhole((0.0, -4.0, 2.0), (0.0, 0.0, 0.5), gamma=0.5)
+        >>> hits = primary_hits(sphere_over_plane(), camera, (2, 2))
+        >>> hits.index.tolist(), hits.position[:, 0, 2].round(9).tolist()  # the floor, then nothing
+        ([[1, -1], [1, -1]], [0.0, 0.0])
+    """
+    if (size is None) == (p is None):
+        raise ValueError("Argument `size` or `p` must be given, and only one of them.")
+    if size is not None:
+        columns, rows = (size, size) if isinstance(size, int) else size
+        p = pixel_positions(*pixel_grid(columns, rows, half_width)).reshape(columns, rows, 2)
+    p = np.asarray(p, float)
+    q = p.reshape(-1, 2)
+    index, label = host_blocks(lambda q: pixel_labels(scene, camera, q), q, BLOCK)
+    at = gbuffer(scene, camera, q, index)
+    known = [getattr(at, f.name) for f in dataclasses.fields(GBuffer)]
+    whole = (a.reshape(*p.shape[:-1], *a.shape[1:]) for a in (*known, q, index, label))
+    return PrimaryHits(*whole)
+
+
+def gbuffer(
     scene: Scene, camera: Pinhole, p: Float[np.ndarray, "n 2"], index: Int[np.ndarray, " n"]
-) -> Seen:
-    """What each pixel shows; where nothing is met, a plane at 1 m across the ray.
+) -> GBuffer:
+    """G-buffer of analytic shapes; a plane at 1 m across the ray where nothing is hit.
 
     Args:
         scene: shapes.
@@ -58,24 +126,24 @@ def seen(
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.imaging.hits import seen
+        >>> from firstorder.imaging.hits import gbuffer
         >>> from firstorder.imaging.camera import pinhole
-        >>> from firstorder.space.library import sphere_over_plane
+        >>> from firstorder.space.library._scenes import sphere_over_plane
         >>> camera = pinhole((0.0, 0.0, 4.0), (0.0, 0.0, 0.0), up=(0.0, 1.0, 0.0))
-        >>> at = seen(sphere_over_plane(), camera, np.zeros((1, 2)), np.array([0]))
+        >>> at = gbuffer(sphere_over_plane(), camera, np.zeros((1, 2)), np.array([0]))
         >>> at.distance.tolist(), at.S[0].tolist()  # a ball of 0.5 m
         ([2.5], [[-2.0, -0.0], [-0.0, -2.0]])
     """
     return _in_blocks(lambda a, i: _of_shapes(scene, camera, a, i), p, index)
 
 
-def seen_facets(
+def facet_gbuffer(
     known: Facets, camera: Pinhole, p: Float[np.ndarray, "n 2"], face: Int[np.ndarray, " n"]
-) -> Seen:
-    """What each pixel shows of a mesh, with the normals that shade it and how they turn.
+) -> GBuffer:
+    """G-buffer of a mesh, with its shading normals and their rate of change.
 
     Where a shading normal leans away from the eye, the face's own stands in for it. `S` is that of
-    `imaging.facets`, which jumps from face to face.
+    `imaging.mesh_facets`, which jumps from face to face.
 
     Args:
         known: the faces.
@@ -84,53 +152,47 @@ def seen_facets(
         face: that each pixel shows, -1 for none (`io.Embree.nearest`).
 
     Returns:
-        Arrays of NumPy, as `seen` gives them.
+        Arrays of NumPy, as `gbuffer` gives them.
 
     Reference: D05 §6.2 on "the faceted look" of Phong normals in its Fig. 16.
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.imaging.hits import seen_facets
-        >>> from firstorder.imaging.facets import facets
+        >>> from firstorder.imaging.hits import facet_gbuffer
+        >>> from firstorder.imaging.facets import mesh_facets
         >>> from firstorder.imaging.camera import pinhole
-        >>> from firstorder.space.meshes.mesh import mesh
+        >>> from firstorder.space.meshes.triangle_mesh import mesh
         >>> camera = pinhole((0.2, 0.2, 4.0), (0.2, 0.2, 0.0), up=(0.0, 1.0, 0.0))
-        >>> one = facets(mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]))
-        >>> at = seen_facets(one, camera, np.zeros((1, 2)), np.array([0]))
+        >>> one = mesh_facets(mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]))
+        >>> at = facet_gbuffer(one, camera, np.zeros((1, 2)), np.array([0]))
         >>> at.distance.tolist(), at.normal.tolist()
         ([4.0], [[0.0, 0.0, 1.0]])
     """
     return _in_blocks(lambda a, i: _of_facets(known, camera, a, i), p, face)
 
 
-def _in_blocks(kind: Callable[[Array, Array], Seen], p: np.ndarray, index: np.ndarray) -> Seen:
-    count, index = len(p), np.asarray(index)
-    fill = -count % BLOCK
-    p = np.concatenate([p, np.zeros((fill, 2))]).reshape(-1, BLOCK, 2)
-    index = np.concatenate([index, np.full(fill, -1)]).reshape(-1, BLOCK)
-    parts = [
-        jax.tree.map(np.asarray, kind(jnp.asarray(a), jnp.asarray(i)))
-        for a, i in zip(p, index, strict=True)
-    ]
-    return jax.tree.map(lambda *a: np.concatenate(a)[:count], *parts)
+def _in_blocks(
+    kind: Callable[[Array, Array], GBuffer], p: np.ndarray, index: np.ndarray
+) -> GBuffer:
+    return host_blocks(lambda rows: kind(*rows), (np.asarray(p, float), np.asarray(index)), BLOCK)
 
 
 @eqx.filter_jit
-def _of_shapes(scene: Scene, camera: Pinhole, p: Array, index: Array) -> Seen:
+def _of_shapes(scene: Scene, camera: Pinhole, p: Array, index: Array) -> GBuffer:
     def one(p, index):
-        at = look(scene, camera, p, jnp.maximum(index, 0))
+        at = surface_interaction(scene, camera, p, jnp.maximum(index, 0))
         return _known(at, at.point.base_normal, camera, p, index >= 0)
 
     return jax.vmap(one)(p, index)
 
 
 @eqx.filter_jit
-def _of_facets(known: Facets, camera: Pinhole, p: Array, face: Array) -> Seen:
+def _of_facets(known: Facets, camera: Pinhole, p: Array, face: Array) -> GBuffer:
     black = Material(jnp.zeros((1, 2)), jnp.zeros((1, 2)), jnp.zeros(1), jnp.ones(1))
     known = Facets(known.corners, known.normals, jnp.zeros_like(known.part))
 
     def one(p, face):
-        at = look_at_facet(known, black, camera, p, jnp.maximum(face, 0))
+        at = facet_interaction(known, black, camera, p, jnp.maximum(face, 0))
         leans = dot(at.point.normal, at.view.to_eye) <= 0.0
         n = jnp.where(leans, at.point.base_normal, at.point.normal)
         return _known(at, n, camera, p, face >= 0)
@@ -138,7 +200,7 @@ def _of_facets(known: Facets, camera: Pinhole, p: Array, face: Array) -> Seen:
     return jax.vmap(one)(p, face)
 
 
-def _known(at: Looked, n: Array, camera: Pinhole, p: Array, met: Array) -> Seen:
+def _known(at: SurfaceInteraction, n: Array, camera: Pinhole, p: Array, met: Array) -> GBuffer:
     """A pixel with its normal; a plane across the ray, if nothing is met or met from behind."""
     way = at.view.to_eye
     c = dot(n, way)
@@ -146,10 +208,7 @@ def _known(at: Looked, n: Array, camera: Pinhole, p: Array, met: Array) -> Seen:
     size = jnp.sqrt(jnp.sum(across * across))
     a = jnp.where(size > 1e-6, across / jnp.where(size > 1e-6, size, 1.0), jnp.eye(2)[0])
     R = jnp.stack([a, jnp.stack([-a[1], a[0]])], 1)
-    found = Seen(at.point.position, n, way, at.view.distance, c, R.T @ at.S @ R)
+    found = GBuffer(at.point.position, n, way, at.view.distance, c, R.T @ at.S @ R)
     d = camera.direction(p)
-    nothing = Seen(camera.eye + d, -d, -d, *jnp.ones(2), jnp.zeros((2, 2)))
+    nothing = GBuffer(camera.eye + d, -d, -d, *jnp.ones(2), jnp.zeros((2, 2)))
     return jax.tree.map(lambda a, b: jnp.where(met & (c > 0.0), a, b), found, nothing)
-
-
-__all__ = ["Seen", "seen", "seen_facets"]

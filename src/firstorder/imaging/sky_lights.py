@@ -1,7 +1,7 @@
 r"""Distant light as nodes: a sky, or a lamp that is far enough to be taken for one.
 
 Distant light has no SV: when the point moves, its nodes move along (R07 §5.2). A sky's nodes are
-directions, each with the solid angle of its cell; `imaging.area_lights` takes them in place of a
+directions, each with the solid angle of its cell; `imaging._area_lights` takes them in place of a
 lamp's, as nodes 1 m away that face the point. Even nodes stand in the middles of cells of equal
 solid angle, `z` along the rows and the azimuth along the columns: shadows that move over them are
 known. Nodes by luminance stand closer where the sky is bright. Nodes by cosine stand about each
@@ -20,8 +20,8 @@ from jaxtyping import Array, Float
 
 from firstorder.conventions import cylindrical
 from firstorder.errors import check_positive
-from firstorder.imaging.area_lights import Lamp, Light
-from firstorder.numerics.vectors import cross, frame
+from firstorder.imaging._area_lights import Lamp, SampledLight
+from firstorder.numerics._vectors import cross, orthonormal_frame
 from firstorder.typing import as_float
 
 Direction = Float[Array, "3"]
@@ -29,8 +29,8 @@ Sky = Callable[[Array], Array]
 _FULL = 2.0 * np.pi
 
 
-class Distant(eqx.Module):
-    """Light whose nodes look the same from everywhere. Make one with the functions of this module.
+class DistantLight(eqx.Module):
+    """Light whose nodes look the same from everywhere. Make it with the functions of this module.
 
     Attributes:
         way: to the nodes, the same from every point [m].
@@ -52,20 +52,20 @@ class Distant(eqx.Module):
 
     @property
     def near(self) -> bool:
-        """See `imaging.area_lights.Light`."""
+        """Whether nodes stay in place when the point moves: they move with it."""
         return False
 
     @property
     def wraps(self) -> bool:
-        """See `imaging.area_lights.Light`: the azimuth goes around."""
+        """Whether the last column is a neighbour of the first: the azimuth goes around."""
         return True
 
     def toward(self, x: Direction) -> tuple[Float[Array, "k 3"], Float[Array, "k 3"]]:
-        """See `imaging.area_lights.Light`."""
+        """Directions to the nodes, and their area vectors, the same from every point."""
         return self.way, self.area
 
     def slide(self, x: Direction) -> Float[Array, "k 2 3"]:
-        """See `imaging.area_lights.Light`: of even nodes, `d(axis . w)` and `dphi` in cells."""
+        """Derivatives of the cell coordinates: of even nodes, `d(axis . w)` and `dphi`."""
         w, n = self.way, self.axis
         up = self.steep[..., None] * (n - (w @ n)[:, None] * w)
         across = cross(jnp.broadcast_to(n, w.shape), w)
@@ -73,7 +73,7 @@ class Distant(eqx.Module):
         return jnp.stack([up, across / flat * (self.shape[1] / _FULL)], 1)
 
 
-def dome(sky: Sky, rows: int = 16, shift: tuple[float, float] = (0.0, 0.0)) -> Distant:
+def _dome(sky: Sky, rows: int = 16, shift: tuple[float, float] = (0.0, 0.0)) -> DistantLight:
     """A sky as `rows` times `2 rows` directions, each the middle of a cell of equal solid angle.
 
     Cells are long at the poles: gradients of a shadow that covers one come out with twice to ten
@@ -89,8 +89,8 @@ def dome(sky: Sky, rows: int = 16, shift: tuple[float, float] = (0.0, 0.0)) -> D
 
     Example:
         >>> from firstorder.space.skies import ConstantSky
-        >>> from firstorder.imaging.sky_lights import dome
-        >>> light = dome(ConstantSky(2.0), 4)
+        >>> from firstorder.imaging.sky_lights import _dome
+        >>> light = _dome(ConstantSky(2.0), 4)
         >>> light.shape, round(-(light.area * light.way).sum().item(), 6)  # all around: 4 pi
         ((4, 8), 12.566371)
     """
@@ -102,15 +102,15 @@ def dome(sky: Sky, rows: int = 16, shift: tuple[float, float] = (0.0, 0.0)) -> D
     w = cylindrical(jnp.asarray(np.sqrt(1.0 - z * z)), jnp.asarray(phi), jnp.asarray(z))
     L = jax.vmap(sky)(w)
     area = -w * (2.0 * _FULL / len(z))
-    return Distant(w, area, L, (rows, columns), True, steep=0.5 * rows)
+    return DistantLight(w, area, L, (rows, columns), True, steep=0.5 * rows)
 
 
 FINE = 256  # rows of the table by which directions are chosen
 
 
-def by_luminance(
+def _by_luminance(
     sky: Sky, rows: int = 16, shift: tuple[float, float] = (0.0, 0.0), floor: float = 0.02
-) -> Distant:
+) -> DistantLight:
     """A sky as `rows` times `2 rows` directions, each of a cell that sends as much light.
 
     Rows hold equal light, and so do the cells of each row: no derivative of a moving shadow comes
@@ -127,13 +127,13 @@ def by_luminance(
 
     Example:
         >>> from firstorder.space.skies import GaussianSky
-        >>> from firstorder.imaging.sky_lights import by_luminance
-        >>> light = by_luminance(GaussianSky((0.0, 0.0, 1.0), 0.2), 8)
+        >>> from firstorder.imaging.sky_lights import _by_luminance
+        >>> light = _by_luminance(GaussianSky((0.0, 0.0, 1.0), 0.2), 8)
         >>> bool((light.way[:, 2] > 0.8).mean() > 0.9)
         True
     """
     check_positive("rows", rows)
-    table = dome(sky, FINE)
+    table = _dome(sky, FINE)
     L = np.asarray(table.radiance, float).reshape(FINE, 2 * FINE)
     if not L.sum() > 0.0:
         raise ValueError("Argument `sky` must send light, but is dark.")
@@ -149,19 +149,19 @@ def by_luminance(
     z = np.repeat(z, columns)
     w = cylindrical(jnp.asarray(np.sqrt(1.0 - z * z)), jnp.asarray(phi.ravel()), jnp.asarray(z))
     share = jnp.asarray(1.0 / (density[row[:, None], column].ravel() * rows * columns))
-    return Distant(
+    return DistantLight(
         w, -w * (2.0 * _FULL * share)[:, None], jax.vmap(sky)(w), (rows, columns), False
     )  # fmt: skip
 
 
 def _inverted(weights: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """In which cell a share u of all weight ends, and at which share of that cell."""
+    """Cell in which a share u of all weight ends, and the share of that cell."""
     ends = np.concatenate([[0.0], np.cumsum(weights)]) / weights.sum()
     cell = np.clip(np.searchsorted(ends, u, side="right") - 1, 0, len(weights) - 1)
     return cell, (u - ends[cell]) / (ends[cell + 1] - ends[cell])
 
 
-class CosineSky(eqx.Module):
+class CosineSkyLight(eqx.Module):
     r"""A sky as directions about a surface's normal n: cells that light it alike.
 
     Rows end at `n . w = sqrt(k / rows)`, so that each cell has the same `integral of n . w dw`; the
@@ -172,8 +172,8 @@ class CosineSky(eqx.Module):
     3/2 of the rows, for the value and for what a turning normal changes.
 
     Beside a ball on a floor under a bright zenith, light errs 2.5 to 3.3 times less than with as
-    many rays of `dome` (8 to 32 rows), and what its moving shadow adds to the gradient 6 to 7 times
-    less (16 and 64 rows). Nothing is known here of mirrors and small suns.
+    many rays of `_dome` (8 to 32 rows), and what its moving shadow adds to the gradient 6 to 7
+    times less (16 and 64 rows). Nothing is known here of mirrors and small suns.
 
     The lattice turns with the base surface, and gradients are those of light from directions that
     stay: on a curved surface they are the derivative of what is rendered up to that error.
@@ -189,9 +189,9 @@ class CosineSky(eqx.Module):
     Example:
         >>> import jax.numpy as jnp
         >>> from firstorder.space.skies import ConstantSky
-        >>> from firstorder.imaging.sky_lights import CosineSky
+        >>> from firstorder.imaging.sky_lights import CosineSkyLight
         >>> n = jnp.array([0.6, 0.0, 0.8])
-        >>> light = CosineSky(ConstantSky(1.0), 4).about(n)
+        >>> light = CosineSkyLight(ConstantSky(1.0), 4).about(n)
         >>> round(-jnp.sum(light.area @ n).item(), 12)  # pi
         3.14159265359
     """
@@ -206,49 +206,49 @@ class CosineSky(eqx.Module):
 
     @property
     def near(self) -> bool:
-        """See `imaging.area_lights.Light`."""
+        """Whether nodes stay in place when the point moves: they move with it."""
         return False
 
     @property
     def even(self) -> bool:
-        """See `imaging.area_lights.Light`: in `(n . w)^2` and the azimuth."""
+        """Whether the nodes are the middles of equal cells: in `(n . w)^2` and the azimuth."""
         return True
 
     @property
     def wraps(self) -> bool:
-        """See `imaging.area_lights.Light`."""
+        """Whether the last column is a neighbour of the first: the azimuth goes around."""
         return True
 
     @property
     def shape(self) -> tuple[int, int]:
-        """See `imaging.area_lights.Light`."""
+        """Rows and columns of nodes."""
         return self.rows, 2 * self.rows
 
-    def about(self, n: Direction) -> Distant:
-        """Its nodes above a surface of unit normal n."""
+    def about(self, n: Direction) -> DistantLight:
+        """Light with its nodes above a surface of unit normal n."""
         rows, columns = self.shape
         ends = np.sqrt(np.arange(rows + 1) / rows)
         width = np.repeat(np.diff(ends), columns)
         z = np.repeat(0.5 * (ends[1:] + ends[:-1]), columns) + self.shift[0] * width
         phi = _FULL / columns * (jnp.tile(jnp.arange(columns) + 0.5, rows) + self.shift[1])
-        w = cylindrical(jnp.sqrt(jnp.maximum(1.0 - z * z, 0.0)), phi, z) @ frame(n).T
+        w = cylindrical(jnp.sqrt(jnp.maximum(1.0 - z * z, 0.0)), phi, z) @ orthonormal_frame(n).T
         area = -w * (_FULL / columns * width)[:, None]
-        return Distant(w, area, jax.vmap(self.sky)(w), self.shape, True, n, 1.0 / width)
+        return DistantLight(w, area, jax.vmap(self.sky)(w), self.shape, True, n, 1.0 / width)
 
 
-def turned_to(light: Light | CosineSky, n: Direction) -> Light:
-    """A light as a surface of unit normal n sees it: nodes of a `CosineSky` stand about it."""
-    return light.about(n) if isinstance(light, CosineSky) else light
+def oriented_light(light: SampledLight | CosineSkyLight, n: Direction) -> SampledLight:
+    """Light as a surface of unit normal n sees it: nodes of a `CosineSkyLight` stand about it."""
+    return light.about(n) if isinstance(light, CosineSkyLight) else light
 
 
-def nodes_of(
+def sky_light(
     sky: Sky, kind: str, rows: int, shift: tuple[float, float] = (0.0, 0.0)
-) -> Distant | CosineSky:
+) -> DistantLight | CosineSkyLight:
     """A sky as nodes of some kind.
 
     Args:
         sky: radiance from unit vectors.
-        kind: "even" (`dome`), "cosine" (`CosineSky`) or "luminance" (`by_luminance`).
+        kind: "even" (`_dome`), "cosine" (`CosineSkyLight`) or "luminance" (`_by_luminance`).
         rows: of nodes; twice as many columns.
         shift: of the nodes out of the middles of their cells, in cells.
 
@@ -257,22 +257,22 @@ def nodes_of(
 
     Example:
         >>> from firstorder.space.skies import ConstantSky
-        >>> from firstorder.imaging.sky_lights import nodes_of
-        >>> nodes_of(ConstantSky(1.0), "cosine", 4).shape
+        >>> from firstorder.imaging.sky_lights import sky_light
+        >>> sky_light(ConstantSky(1.0), "cosine", 4).shape
         (4, 8)
     """
     match kind:
         case "even":
-            return dome(sky, rows, shift)
+            return _dome(sky, rows, shift)
         case "cosine":
-            return CosineSky(sky, rows, shift)
+            return CosineSkyLight(sky, rows, shift)
         case "luminance":
-            return by_luminance(sky, rows, shift)
+            return _by_luminance(sky, rows, shift)
     raise ValueError(f"Argument `sky_nodes` must be even, cosine or luminance, but is {kind!r}.")
 
 
-def as_distant(lamp: Lamp, place: Direction) -> Distant:
-    """A lamp as it looks from one place, taken to look so from everywhere.
+def distant_lamp(lamp: Lamp, place: Direction) -> DistantLight:
+    """A lamp as seen from one place, taken to look so from everywhere.
 
     Right at the place; elsewhere the radiance is wrong by SV times the way from there, to first
     order, and the gradient by SV. Where CDV is much larger (R07's far light) little is lost.
@@ -285,23 +285,12 @@ def as_distant(lamp: Lamp, place: Direction) -> Distant:
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.imaging.area_lights import Lamp
-        >>> from firstorder.imaging.sky_lights import as_distant
-        >>> far = as_distant(Lamp((0, 0, 9), (0, 1, 0), (1, 0, 0), count=1), jnp.zeros(3))
+        >>> from firstorder.imaging._area_lights import Lamp
+        >>> from firstorder.imaging.sky_lights import distant_lamp
+        >>> far = distant_lamp(Lamp((0, 0, 9), (0, 1, 0), (1, 0, 0), count=1), jnp.zeros(3))
         >>> far.way.tolist(), far.near
         ([[0.0, 0.0, 9.0]], False)
     """
     way, area = lamp.toward(place)
     radiance = jnp.broadcast_to(lamp.radiance, (way.shape[0],))
-    return Distant(way, area, radiance, lamp.shape, False)
-
-
-__all__ = [
-    "CosineSky",
-    "Distant",
-    "as_distant",
-    "by_luminance",
-    "dome",
-    "nodes_of",
-    "turned_to",
-]
+    return DistantLight(way, area, radiance, lamp.shape, False)

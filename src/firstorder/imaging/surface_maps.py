@@ -1,7 +1,7 @@
-"""What things have on them: bumps, normal maps and textures, by the number of the thing.
+"""Surface maps by primitive: bumps, normal maps and albedo textures.
 
-Functions of the position, or pictures over (u, v); `imaging.textures` has some of both. What they
-do to a point is in `imaging.pixels.finished`.
+Functions of the position, or pictures over (u, v); `imaging._textures` has some of both. What they
+do to a point is in `imaging.shading.apply_surface_maps`.
 """
 
 from __future__ import annotations
@@ -14,18 +14,18 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
-from firstorder.imaging.textures import leaning, rising
+from firstorder.imaging._textures import height_slopes, normal_map_slopes
 
 Height = Callable[[Int[Array, ""], Float[Array, "3"]], Float[Array, ""]]
 Slopes = Callable[[Int[Array, ""], Float[Array, "3"]], Float[Array, "3"]]
 
 
-class Wrapped(eqx.Module):
-    """What surfaces have on them as pictures: functions of a thing's number and of (u, v), or None.
+class UVMaps(eqx.Module):
+    """Surface maps over (u, v): functions of a primitive's number and of (u, v), or None.
 
     Attributes:
         height: of bumps [m]; twice differentiable.
-        normals: of a tangent-space normal map, as `textures.leaning` takes them.
+        normals: of a tangent-space normal map, as `_textures.normal_map_slopes` takes them.
         albedo: factor of the diffuse albedo, not negative.
     """
 
@@ -34,12 +34,12 @@ class Wrapped(eqx.Module):
     albedo: Height | None = None
 
 
-class Finish(eqx.Module):
-    """What surfaces have on them: functions of a thing's number and of a position, or None.
+class SurfaceMaps(eqx.Module):
+    """Surface maps in space: functions of a primitive's number and of a position, or None.
 
     Attributes:
         height: of bumps [m].
-        slopes: a normal map in space: what `bumps.solid_tilted` takes, for fronts; from behind the
+        slopes: a normal map in space: what `_bumps.solid_tilted` takes, for fronts; from behind the
             same normals are seen from the other side, as those of bumps are.
         albedo: factor of the diffuse albedo, a texture; not negative.
         wrapped: pictures over (u, v), which add to these; factors multiply.
@@ -48,7 +48,7 @@ class Finish(eqx.Module):
     height: Height | None = None
     slopes: Slopes | None = None
     albedo: Height | None = None
-    wrapped: Wrapped | None = None
+    wrapped: UVMaps | None = None
 
     def leanings(
         self,
@@ -56,10 +56,10 @@ class Finish(eqx.Module):
         uv: Callable[[Array], Array],
         up: Callable[[Array], Array],
     ) -> list[Callable]:
-        """Slopes in space of one thing, functions of the position, each of which tilts the normal.
+        """Slopes in space of one primitive, functions of position, each of which tilts the normal.
 
         Args:
-            index: the thing's number.
+            index: the primitive's number.
             uv: of a position on it.
             up: its unit normal there, without all this.
         """
@@ -70,15 +70,15 @@ class Finish(eqx.Module):
         if self.slopes is not None:
             tilt = self.slopes
             found.append(lambda x: tilt(index, x))
-        over = Wrapped() if self.wrapped is None else self.wrapped
+        over = UVMaps() if self.wrapped is None else self.wrapped
         if over.height is not None:
-            found.append(rising(functools.partial(over.height, index), uv))
+            found.append(height_slopes(functools.partial(over.height, index), uv))
         if over.normals is not None:
-            found.append(leaning(functools.partial(over.normals, index), uv, up))
+            found.append(normal_map_slopes(functools.partial(over.normals, index), uv, up))
         return found
 
     def factors(self, index: Int[Array, ""], uv: Callable[[Array], Array]) -> list[Callable]:
-        """Factors of the albedo of one thing, functions of the position; as `leanings`."""
+        """Factors of the albedo of one primitive, functions of the position; as `leanings`."""
         found: list[Callable] = []
         if self.albedo is not None:
             found.append(functools.partial(self.albedo, index))
@@ -87,20 +87,20 @@ class Finish(eqx.Module):
         return found
 
 
-class ByNumber(eqx.Module):
-    """A function of a thing's number and of a place, from one for each of some numbers.
+class PerPrimitive(eqx.Module):
+    """A function of a primitive's number and of a place, from one for each of some numbers.
 
     All of them are computed everywhere, and one is kept.
 
     Args:
         plain: what the others have.
-        numbers: of things.
+        numbers: of primitives.
         worn: a function for each of these.
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.imaging.surface_maps import ByNumber
-        >>> only = ByNumber((1.0,), ((2, 3),), (lambda x: x[0],))
+        >>> from firstorder.imaging.surface_maps import PerPrimitive
+        >>> only = PerPrimitive((1.0,), ((2, 3),), (lambda x: x[0],))
         >>> [only(jnp.array(k), jnp.array([0.5, 0.0])).item() for k in (1, 2, 3)]
         [1.0, 0.5, 0.5]
     """
@@ -110,13 +110,10 @@ class ByNumber(eqx.Module):
     worn: tuple[Callable, ...]
 
     def __call__(self, index: Int[Array, ""], place: Float[Array, " n"]) -> Array:
-        """Of a thing at a place; `plain` of one number is a number, not a vector."""
+        """Value for a primitive at a place; `plain` of one number is a number, not a vector."""
         found = jnp.asarray(self.plain, place.dtype)
         found = found[0] if found.shape == (1,) else found
         for numbers, one in zip(self.numbers, self.worn, strict=True):
             here = jnp.any(jnp.asarray(numbers) == index)
             found = jnp.where(here, one(place), found)
         return found
-
-
-__all__ = ["ByNumber", "Finish", "Wrapped"]

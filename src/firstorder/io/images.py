@@ -13,8 +13,8 @@ from typing import TypeAlias
 
 import numpy as np
 
-from firstorder.flatland.skies import RowSky
-from firstorder.io.layers import channels
+from firstorder.flatland.skies import PanoramaSky
+from firstorder.io.exr import read_channels
 
 Picture: TypeAlias = np.ndarray
 
@@ -23,14 +23,14 @@ LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 _MOST_PIXELS = 2**27
 
 
-def read_row(
+def read_panorama_row(
     path: str | os.PathLike[str], row: int | None = None, columns: int | None = None
-) -> RowSky:
+) -> PanoramaSky:
     r"""Reads one row of a panorama as the sky of flatland.
 
     The picture goes once around; flatland is the plane of that row. Its radiance is the Rec. 709
     luminance `0.2126 R + 0.7152 G + 0.0722 B`, in the picture's own unit. The middle of the row is
-    straight up (+y), the right of it +x (`RowSky`).
+    straight up (+y), the right of it +x (`PanoramaSky`).
 
     Args:
         path: a .hdr (or .pic) or .exr file.
@@ -44,13 +44,13 @@ def read_row(
 
     Example:
         >>> import pathlib, tempfile
-        >>> from firstorder.io import read_row
+        >>> from firstorder.io import read_panorama_row
         >>> file = pathlib.Path(tempfile.mkdtemp(), "sky.hdr")
         >>> _ = file.write_bytes(b"#?RADIANCE\n\n-Y 1 +X 4\n" + bytes([128, 128, 128, 129]) * 4)
-        >>> print(read_row(file)(0.3).item())
+        >>> print(read_panorama_row(file)(0.3).item())
         1.00390625
     """
-    picture = read_picture(path)
+    picture = read_image(path)
     name, height = pathlib.Path(path).name, picture.shape[0]
     chosen = height // 2 if row is None else row
     if not 0 <= chosen < height:
@@ -59,13 +59,13 @@ def read_row(
     if not np.all(np.isfinite(values)):
         raise ValueError(f"{name}: row {chosen} holds numbers that are not finite.")
     try:
-        sky = RowSky(values)
+        sky = PanoramaSky(values)
         return sky if columns is None else sky.coarser(columns)
     except ValueError as error:
         raise ValueError(f"{name}: {str(error).removeprefix('Argument ')}") from None
 
 
-def read_picture(path: str | os.PathLike[str]) -> Picture:
+def read_image(path: str | os.PathLike[str]) -> Picture:
     """Reads a picture with linear values, shape (rows from the top, columns, RGB).
 
     Args:
@@ -88,7 +88,7 @@ def read_picture(path: str | os.PathLike[str]) -> Picture:
 
 
 def _exr(path: pathlib.Path) -> Picture:
-    found = channels(path)
+    found = read_channels(path)
     names = ("R", "G", "B") if "R" in found else ("Y", "Y", "Y")
     picture = [found[name] for name in names if name in found]
     if len(picture) < 3 or any(c.ndim != 2 or c.shape != picture[0].shape for c in picture):

@@ -13,11 +13,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from firstorder.space.meshes.mesh import NO_FACE, Mesh, mesh
-from firstorder.space.silhouettes.meshes import EveryFace
+from firstorder.io._faces import valid_faces
+from firstorder.space.meshes.triangle_mesh import NO_FACE, Mesh, mesh
+from firstorder.space.silhouettes.meshes import BruteForceTracer
 
 ENDINGS = (".obj", ".ply", ".gltf", ".glb")
-# How often a ray is sent on behind a face that it does not count, before all faces are asked.
+# How often a ray is sent on behind a face that it does not count, before all faces are tested.
 _ROUNDS = 8
 # Rounding of single precision over the size of the mesh, with a reserve.
 _SINGLE = 4e-6
@@ -101,11 +102,11 @@ def read_mesh_uv(path: str | os.PathLike[str]) -> tuple[Mesh, np.ndarray | None]
         words = str(error).removeprefix("Argument ")
         raise ValueError(f"{path.name}: {words}") from None
     uv = [one.uv for one in parts if one.uv is not None]
-    return made, np.concatenate(uv)[faces][proper(merged)] if len(uv) == len(parts) else None
+    return made, np.concatenate(uv)[faces][valid_faces(merged)] if len(uv) == len(parts) else None
 
 
 class _Part(NamedTuple):
-    """One of a file, where the file has it; (u, v) at the vertices, None for none."""
+    """One mesh of a file, in the file's place; (u, v) at the vertices, None for none."""
 
     vertices: np.ndarray
     faces: np.ndarray
@@ -113,19 +114,13 @@ class _Part(NamedTuple):
 
 
 def _part(found: Any) -> _Part:
-    """From trimesh."""
+    """A mesh of a file, from trimesh."""
     vertices = np.asarray(found.vertices, float).reshape(-1, 3)
     uv = getattr(found.visual, "uv", None)
     if np.shape(uv)[:1] != (len(vertices),):
         uv = None
     faces = np.asarray(found.faces, np.int64).reshape(-1, 3)
     return _Part(vertices, faces, None if uv is None else np.asarray(uv, float)[:, :2])
-
-
-def proper(faces: np.ndarray) -> np.ndarray:
-    """Which faces have three vertices: `space.meshes.mesh.mesh` leaves out the others."""
-    a, b, c = faces.T
-    return (a != b) & (b != c) & (c != a)
 
 
 def _check_numbers(faces: np.ndarray, count: int) -> None:
@@ -135,7 +130,7 @@ def _check_numbers(faces: np.ndarray, count: int) -> None:
 
 
 def _needs(package: str, what: str) -> Any:
-    """The package, or a sentence that says where it comes from."""
+    """The package, or an error that says where it comes from."""
     import importlib
 
     try:
@@ -148,7 +143,7 @@ def _needs(package: str, what: str) -> Any:
 
 
 class MeshHits(NamedTuple):
-    """Where rays meet a mesh first, in double precision.
+    """First hits of rays on a mesh, in double precision.
 
     Attributes:
         t: distance in lengths of the ray's direction, infinity for none.
@@ -162,11 +157,11 @@ class MeshHits(NamedTuple):
 
 
 class Embree:
-    """Rays through a mesh, by Embree on the host; implements `space.silhouettes.meshes.Tracer`.
+    """Rays through a mesh, by Embree on the host; implements `space.silhouettes.meshes.FaceTracer`.
 
     Embree proposes a face in single precision; distance and barycentric weights are then computed
     from its corners in double. Where the ray misses the proposed face in double, having passed its
-    edge within rounding, all faces are asked in double.
+    edge within rounding, all faces are tested in double.
 
     Args:
         mesh: any; where its vertices are now.
@@ -176,7 +171,7 @@ class Embree:
 
     Example:
         >>> from firstorder.io import Embree
-        >>> from firstorder.space.meshes.mesh import mesh
+        >>> from firstorder.space.meshes.triangle_mesh import mesh
         >>> tracer = Embree(mesh([[0, 0, 2], [1, 0, 2], [0, 1, 2]], [[0, 1, 2]]))
         >>> hits = tracer.nearest([[0.25, 0.25, 0.0]], [[0.0, 0.0, 1.0]])
         >>> hits.t.tolist(), hits.weights.tolist()
@@ -196,10 +191,10 @@ class Embree:
         inside = ((vertices - self._middle) / self._size).astype(np.float32)
         self._scene = scenes.EmbreeScene(robust=True)
         build.TriangleMesh(self._scene, inside, np.ascontiguousarray(faces, np.int32))
-        self._every = EveryFace(mesh)
+        self._every = BruteForceTracer(mesh)
 
     def nearest(self, origins: Any, directions: Any) -> MeshHits:
-        """Where rays meet the mesh first.
+        """First hits of rays on the mesh.
 
         Args:
             origins: shape (r, 3); a ray does not meet the face on which it starts [m].
@@ -236,7 +231,7 @@ class Embree:
 
         Example:
             >>> from firstorder.io import Embree
-            >>> from firstorder.space.meshes.mesh import mesh
+            >>> from firstorder.space.meshes.triangle_mesh import mesh
             >>> tracer = Embree(mesh([[0, 0, 2], [1, 0, 2], [0, 1, 2]], [[0, 1, 2]]))
             >>> tracer.between([[0.3, 0.3, 0.0]], [[0.3, 0.3, 3.0]]).tolist()
             [True]
@@ -258,7 +253,7 @@ class Embree:
         return answer != NO_FACE
 
     def first_face(self, eye, directions, low, high, skip):
-        """See `space.silhouettes.meshes.Tracer`."""
+        """First face along each ray, as `space.silhouettes.meshes.FaceTracer` asks."""
         eye = np.asarray(eye, float)
         origins = np.broadcast_to(eye, directions.shape)
         return self._search(origins, directions, low, high, skip).face

@@ -1,4 +1,4 @@
-"""The text form of Radiance's ambient files: what `lookamb -d` prints and `lookamb -d -r` reads.
+"""Radiance's ambient files as text: printed by `lookamb -d`, read by `lookamb -d -r`.
 
 One record a line. Since radii are ellipses there are 21 columns:
 
@@ -25,8 +25,8 @@ import numpy as np
 
 from firstorder.caching import SurfaceCache
 from firstorder.errors import check_positive
-from firstorder.io.records import write_text
-from firstorder.io.scenes.elements import Place
+from firstorder.io.files import write_text
+from firstorder.io.scenes._elements import Place
 
 COLUMNS = 21
 COLUMNS_BEFORE = 18
@@ -64,11 +64,11 @@ class AmbientRecords:
 
     @property
     def count(self) -> int:
-        """How many records there are."""
+        """Number of records."""
         return len(self.level)
 
 
-def read_lookamb(path: str | os.PathLike[str]) -> AmbientRecords:
+def read_ambient(path: str | os.PathLike[str]) -> AmbientRecords:
     """Reads the text that `lookamb -d` wrote, of either release, with or without a header.
 
     Raises:
@@ -83,10 +83,10 @@ def read_lookamb(path: str | os.PathLike[str]) -> AmbientRecords:
         ) from None
     except OSError as error:
         raise Place(path.name).error(f"it cannot be read: {error.strerror}.") from None
-    return ambient_from_text(text, path.name)
+    return _ambient_from_text(text, path.name)
 
 
-def ambient_from_text(text: str, file: str = "text") -> AmbientRecords:
+def _ambient_from_text(text: str, file: str = "text") -> AmbientRecords:
     """The records in the text that `lookamb -d` prints.
 
     Args:
@@ -97,9 +97,9 @@ def ambient_from_text(text: str, file: str = "text") -> AmbientRecords:
         ValueError: in one sentence with the line.
 
     Example:
-        >>> from firstorder.io.radiance_ambient import ambient_from_text
+        >>> from firstorder.io.radiance_ambient import _ambient_from_text
         >>> row = "0 0 0 0 0 1 1 0 0 0 1.0 0.5 0.8 1e-1 1e-1 1e-1 0.25 0 0 0 0"
-        >>> ambient_from_text(row).radii.tolist()
+        >>> _ambient_from_text(row).radii.tolist()
         [[0.5, 0.8]]
     """
     lines = text.replace("\r\n", "\n").split("\n")
@@ -199,7 +199,7 @@ def _before(t: np.ndarray) -> AmbientRecords:
     )  # fmt: skip
 
 
-def ambient_to_text(records: AmbientRecords, *, header: bool = True) -> str:
+def _ambient_to_text(records: AmbientRecords, *, header: bool = True) -> str:
     """The text of 21 columns that `lookamb -d -r` takes, with a header unless told otherwise.
 
     `lookamb` prints six decimals; here are nine digits, which it reads as well.
@@ -219,11 +219,11 @@ def _digits(number: float) -> str:
     return f"{number:.9g}"
 
 
-def write_lookamb(
+def write_ambient(
     path: str | os.PathLike[str], records: AmbientRecords, *, header: bool = True
 ) -> None:
-    """Writes `ambient_to_text`, whole or not at all."""
-    write_text(path, ambient_to_text(records, header=header))
+    """Writes `_ambient_to_text`, whole or not at all."""
+    write_text(path, _ambient_to_text(records, header=header))
 
 
 def ambient_from_cache(

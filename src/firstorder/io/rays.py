@@ -1,4 +1,4 @@
-"""A database of shadow rays as a file: what one program traced, another one filters.
+"""Files of shadow rays, traced by one program and filtered by another.
 
 Little-endian, no compression, so that it can be read anywhere and mapped into memory:
 
@@ -22,8 +22,9 @@ import struct
 
 import numpy as np
 
-from firstorder.io.records import whole
-from firstorder.shadowfield.rendering.ray_table import LampFrame, RayTable
+from firstorder.io.files import atomic_write
+from firstorder.shadowfield.rendering.lamp import LampFrame
+from firstorder.shadowfield.rendering.ray_table import RayTable
 
 MAGIC, FORMER = b"1storay2", b"1storay1"
 BYTES_A_RAY = 28
@@ -35,7 +36,7 @@ def write_rays(path: str | os.PathLike[str], lamp: LampFrame, table: RayTable) -
 
     Args:
         path: ends in .rays.
-        lamp: in whose frame the rays are told.
+        lamp: in whose frame the rays are given.
         table: the rays.
 
     Raises:
@@ -45,11 +46,12 @@ def write_rays(path: str | os.PathLike[str], lamp: LampFrame, table: RayTable) -
         >>> import pathlib, tempfile
         >>> import numpy as np
         >>> from firstorder.io.rays import read_rays, write_rays
-        >>> from firstorder.shadowfield.rendering.ray_table import lamp_frame, trace
+        >>> from firstorder.shadowfield.rendering.lamp import lamp_frame
+        >>> from firstorder.shadowfield.rendering.ray_table import trace_shadow_rays
         >>> lamp = lamp_frame((0, 0, 1), (0, 1, 0), (1, 0, 0))
         >>> free = lambda a, b: (np.full(len(a), np.inf), np.full(len(a), -np.inf))
         >>> file = pathlib.Path(tempfile.mkdtemp(), "a.rays")
-        >>> write_rays(file, lamp, trace(lamp, np.zeros((1, 3)), 8, free)[0])
+        >>> write_rays(file, lamp, trace_shadow_rays(lamp, np.zeros((1, 3)), 8, free)[0])
         >>> file.stat().st_size, len(read_rays(file)[1].near)  # 136 + 8 * 28
         (360, 8)
     """
@@ -57,7 +59,7 @@ def write_rays(path: str | os.PathLike[str], lamp: LampFrame, table: RayTable) -
     _check_ending(path)
     numbers = np.concatenate([np.ravel(a).astype(float) for a in lamp])
     columns = [*table.y.T, *table.v.T, table.near, table.far, table.start]
-    with whole(path) as part, part.open("wb") as file:
+    with atomic_write(path) as part, part.open("wb") as file:
         file.write(_HEAD.pack(MAGIC, len(table.near), *numbers, 0.0))
         for column in columns:
             file.write(np.ascontiguousarray(column, "<f4").tobytes())
@@ -116,6 +118,3 @@ def _check_rays(name: str, lamp: LampFrame, table: RayTable) -> None:
             f"{name}: a ray is none (places finite, first blocker before the last one, that before "
             "its start)."
         )
-
-
-__all__ = ["BYTES_A_RAY", "read_rays", "write_rays"]

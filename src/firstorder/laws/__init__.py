@@ -1,6 +1,6 @@
-"""What mathematics does: the five operators of light transport (R07 Fig. 2)."""
+"""The five operators of light transport (R07 Fig. 2): move, warp, multiply, integrate, convolve."""
 
-from firstorder.laws.base import Image, Law, SpectrumImage
+from firstorder.laws.base import FieldImage, Law, SpectrumImage
 from firstorder.laws.convolve import Circle, Convolve, Domain, Hemisphere, Line
 from firstorder.laws.integrate import Integrate
 from firstorder.laws.move import Move
@@ -9,22 +9,22 @@ from firstorder.laws.warp import Linearisation, Map, Warp
 from firstorder.laws.zonal import VonMisesFisher, Zonal, ZonalCosine, ZonalKernel
 
 __all__ = [
-    "Circle",
+    "Law",
+    "FieldImage",
+    "SpectrumImage",
+    "Move",
+    "Map",
+    "Warp",
+    "Linearisation",
+    "Multiply",
+    "Integrate",
     "Convolve",
     "Domain",
-    "Hemisphere",
-    "Image",
-    "Integrate",
-    "Law",
     "Line",
-    "Linearisation",
-    "Map",
-    "Move",
-    "Multiply",
-    "SpectrumImage",
-    "VonMisesFisher",
-    "Warp",
+    "Circle",
+    "Hemisphere",
     "Zonal",
-    "ZonalCosine",
     "ZonalKernel",
+    "VonMisesFisher",
+    "ZonalCosine",
 ]

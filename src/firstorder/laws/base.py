@@ -1,4 +1,4 @@
-"""What mathematics does to light: one law, five portraits.
+"""Laws: one operator, applied to five portraits of light.
 
 A law is written as pointwise rules, in the order of the columns of R07 Fig. 2: the value, the
 jet (gradient and Hessian), the spectrum, the covariance and the wavelet coefficients of the
@@ -18,6 +18,7 @@ import jax.numpy as jnp
 from firstorder.conventions import Frame
 from firstorder.errors import Refused
 from firstorder.fields.covariance import Covariance
+from firstorder.fields.extent import Extent
 from firstorder.fields.field import Edge, Field
 from firstorder.fields.jet import Jet
 from firstorder.fields.series import Series, sampled_series
@@ -58,11 +59,15 @@ class Law(eqx.Module):
         """Spectral density of the result at `Omega`."""
         raise Refused(f"{_name(self)} has no simple Fourier formula")
 
+    def extent(self, extent: Extent, frame: Frame) -> Extent | None:
+        """Extent of the result for light in `frame` of the given extent; None if not known."""
+        return None
+
     def series(self, f: Field, window: Grid) -> Series:
         """Fourier series of the result on a window, for a result that multiplies other light."""
         if self.edges(f):
             raise Refused(f"a {_name(self)} with edges has no closed-form series")
-        return sampled_series(Image(self, f), window)
+        return sampled_series(FieldImage(self, f), window)
 
     def covariance(self, S: Covariance) -> Covariance:
         """Covariance of the result's spectrum."""
@@ -76,7 +81,7 @@ class Law(eqx.Module):
         """The law applied to a portrait of any kind."""
         match portrait:
             case Field():
-                return Image(self, portrait)
+                return FieldImage(self, portrait)
             case Spectrum():
                 image = SpectrumImage(self, portrait)
                 # Trace it once, abstractly: a law that refuses does so now and not when asked.
@@ -98,7 +103,7 @@ def _name(law: Law) -> str:
     return type(law).__name__.lower()
 
 
-class Image(Field):
+class FieldImage(Field):
     """The field that a law makes of a field."""
 
     law: Law
@@ -148,3 +153,8 @@ class SpectrumImage(Spectrum):
     def at(self, Omega: Frequency) -> ComplexScalar:
         """The law's spectral density."""
         return self.law.spectrum(self.operand, Omega)
+
+    def extent(self) -> Extent | None:
+        """Extent that the law gives to that of its operand."""
+        extent = self.operand.extent()
+        return None if extent is None else self.law.extent(extent, self.operand.frame)

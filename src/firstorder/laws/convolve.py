@@ -16,13 +16,16 @@ import numpy as np
 
 from firstorder.conventions import Frame
 from firstorder.errors import Refused
+from firstorder.fields._coerce import check_kind
 from firstorder.fields.covariance import Covariance
+from firstorder.fields.extent import Extent
 from firstorder.fields.field import Affine, Constant, Edge, Field
 from firstorder.fields.jet import Jet
-from firstorder.fields.kernel import Kernel
+from firstorder.fields.kernel import GaussianProfile, Kernel
 from firstorder.fields.spectrum import Grid, Spectrum
+from firstorder.laws._edges import surviving_edges
 from firstorder.laws.base import Law
-from firstorder.laws.integrate import Integrate, surviving
+from firstorder.laws.integrate import Integrate
 from firstorder.laws.move import Move
 from firstorder.laws.multiply import Multiply
 from firstorder.typing import ComplexScalar, Frequency, Ray, Scalar
@@ -31,7 +34,7 @@ _DUMMY = "omega"
 
 
 class Domain(eqx.Module):
-    """Where the axis lives, hence from where to where a convolution integrates."""
+    """The domain of an axis, which sets the ends of a convolution's integral."""
 
     @abc.abstractmethod
     def ends(self, kernel: Kernel, wide: Frame) -> tuple[Field, Field]:
@@ -105,8 +108,12 @@ class Convolve(Law):
     nodes: int = eqx.field(static=True, default=64)
     window: Grid | None = None
 
+    def __check_init__(self):
+        """Refuse what is no kernel."""
+        check_kind("kernel", self.kernel, Kernel, "a kernel, as a `Profile` is")
+
     def _integral(self, f: Field) -> Field:
-        """The same as a field over u: `Integrate(Multiply(moved g)(moved f))`."""
+        """The convolution as a field over u: `Integrate(Multiply(moved g)(moved f))`."""
         a = f.frame.axis(self.kernel.axis)
         n = f.frame.dims
         wide = f.frame.appended(_DUMMY)
@@ -133,7 +140,7 @@ class Convolve(Law):
     def edges(self, f: Field) -> tuple[Edge, ...]:
         """Edges that run along the axis survive, their jump convolved; others are smoothed away."""
         a = f.frame.axis(self.kernel.axis)
-        return tuple(Edge(e.level, self(e.jump)) for e in surviving(f.edges(), a))
+        return tuple(Edge(e.level, self(e.jump)) for e in surviving_edges(f.edges(), a))
 
     def spectrum(self, F: Spectrum, Omega: Frequency) -> ComplexScalar:
         """Multiply along the axis, convolve along what the kernel varies in."""
@@ -142,6 +149,15 @@ class Convolve(Law):
         series = self.kernel.semi_series(Omega[F.frame.axis(self.kernel.axis)], self.window)
         shifted = jax.vmap(F.at)(Omega - series.frequencies)
         return jnp.sum(series.coefficients * shifted)
+
+    def extent(self, extent: Extent, frame: Frame) -> Extent | None:
+        """Wider by the kernel, on the line; not known on a circle."""
+        if not isinstance(self.domain, Line):
+            return None
+        axis = frame.axis(self.kernel.axis)
+        if isinstance(self.kernel, GaussianProfile) and type(self.kernel) is GaussianProfile:
+            return extent.widened(axis, self.kernel.sigma, 0.0)
+        return extent.widened(axis, 0.0, self.kernel.half_width())
 
     def covariance(self, S: Covariance) -> Covariance:
         """Woodbury's form of `(Sigma^-1 + e e^T / s)^-1`."""

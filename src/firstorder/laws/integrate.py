@@ -4,23 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax.core import Tracer
 
 from firstorder.conventions import Frame
 from firstorder.errors import Refused
+from firstorder.fields._coerce import as_field
 from firstorder.fields.covariance import Covariance
-from firstorder.fields.field import Affine, Constant, Edge, Field
+from firstorder.fields.extent import Extent
+from firstorder.fields.field import Constant, Edge, Field
 from firstorder.fields.jet import Jet
 from firstorder.fields.spectrum import Spectrum
 from firstorder.fields.wavelet import Wavelet
+from firstorder.laws._edges import surviving_edges
 from firstorder.laws.base import Law
 from firstorder.laws.move import Move
-from firstorder.numerics.quadrature import cuts, panels
+from firstorder.numerics.quadrature import composite_gauss_legendre, sorted_breaks
 from firstorder.typing import Array, ComplexScalar, Frequency, Ray, Scalar, as_float
 
 
@@ -66,8 +69,7 @@ class Integrate(Law):
     def __init__(self, axis: str, lower, upper, nodes: int = 64, breaks: tuple[Field, ...] = ()):
         """Store the interval; see the class."""
         self.axis = axis
-        self.lower = lower if isinstance(lower, Field) else as_float(lower)
-        self.upper = upper if isinstance(upper, Field) else as_float(upper)
+        self.lower, self.upper = _end("lower", lower), _end("upper", upper)
         self.nodes, self.breaks = nodes, breaks
         if nodes < 1:
             raise ValueError(f"Argument `nodes` must be positive, but is {nodes}.")
@@ -104,7 +106,7 @@ class Integrate(Law):
             else eqx.tree_at(lambda j: j.value, fixed.jet(origin), end.astype(u.dtype))
             for end in (self.lower, self.upper)
         )
-        crossings = [e.crossing(origin, a, lower.value, upper.value) for e in f.edges()]
+        crossings = _crossings(f.edges(), origin, a, lower.value, upper.value)
         others = [_within(b.jet(origin), lower.value, upper.value) for b in self.breaks]
         boundaries = [lower, *crossings, *others, upper]
         return a, along, jax.tree.map(lambda leaf: leaf.astype(u.dtype), boundaries)
@@ -112,15 +114,23 @@ class Integrate(Law):
     def value(self, f: Field, u: Ray) -> Scalar:
         """Gauss-Legendre on each piece between edges."""
         _, along, (lower, *inner, upper) = self._line(f, u)
-        t, w = panels(lower.value, upper.value, [b.value for b in inner], self.nodes)
+        t, w = composite_gauss_legendre(
+            lower.value, upper.value, [b.value for b in inner], self.nodes
+        )
         return jnp.sum(w * jax.vmap(lambda s: f.at(along(s)))(t))
 
     def jet(self, f: Field, u: Ray) -> Jet:
         """Interior terms by quadrature of the jets, boundary terms in closed form."""
         a, along, (lower, *inner, upper) = self._line(f, u)
-        t, w = panels(lower.value, upper.value, [b.value for b in inner], self.nodes)
-        ends, order = cuts(lower.value, upper.value, [b.value for b in inner])
-        hair = jnp.sqrt(jnp.finfo(u.dtype).eps) * (ends[1:] - ends[:-1])
+        t, w = composite_gauss_legendre(
+            lower.value, upper.value, [b.value for b in inner], self.nodes
+        )
+        ends, order = sorted_breaks(lower.value, upper.value, [b.value for b in inner])
+        wide = ends[1:] - ends[:-1]
+        eps = jnp.finfo(u.dtype).eps
+        # No nearer to an edge than a field may tell its sides apart (`light_field`: eps^(3/4)).
+        least = jnp.minimum(16.0 * eps**0.75, 0.25 * jnp.abs(wide))
+        hair = jnp.sign(wide) * jnp.maximum(eps**0.5 * jnp.abs(wide), least)
         inside = jnp.concatenate([ends[:-1] + hair, ends[1:] - hair])
         if not inner and not self._ends_move:  # nothing moves
             inside, hair = inside[:0], hair[:0]
@@ -149,13 +159,21 @@ class Integrate(Law):
         a = f.frame.axis(self.axis)
         rest = np.delete(np.eye(f.frame.dims), a, axis=1)
         restrict = Move(rest, to=self.frame(f.frame))
-        return tuple(Edge(restrict.level(e.level), self(e.jump)) for e in surviving(f.edges(), a))
+        return tuple(
+            Edge(restrict.level(e.level), self(e.jump)) for e in surviving_edges(f.edges(), a)
+        )
 
     def spectrum(self, F: Spectrum, Omega: Frequency) -> ComplexScalar:
         """The slice through zero frequency of the axis (R07 Fig. 2)."""
         self._refuse_moving_ends()
         a = F.frame.axis(self.axis)
         return F.at(jnp.insert(Omega, a, 0.0))
+
+    def extent(self, extent: Extent, frame: Frame) -> Extent | None:
+        """The operand's, without the coordinate that is gone."""
+        keep = np.array([i for i in range(frame.dims) if i != frame.axis(self.axis)], dtype=int)
+        spread = extent.spread[:, keep][:, :, keep]
+        return Extent(extent.center[:, keep], spread, extent.sides[:, :, keep])
 
     def covariance(self, S: Covariance) -> Covariance:
         """Conditioning a Gaussian on `Omega_axis = 0`: the Schur complement."""
@@ -177,50 +195,61 @@ class Integrate(Law):
         return Wavelet(H, rest, self.frame(W.frame))
 
 
-def surviving(edges: tuple[Edge, ...], a: int) -> tuple[Edge, ...]:
-    """The edges that do not change along axis a, hence outlive an integral over it.
+def _end(name: str, end) -> Array | Field:
+    """An end of the interval: a field that moves it, or a number."""
+    if isinstance(end, Field) or callable(end):
+        return as_field(end, name)
+    try:
+        return as_float(end)
+    except (TypeError, ValueError):
+        raise TypeError(f"Argument `{name}` must be a number or a field, but is {end!r}.") from None
 
-    For a straight edge whose normal can be looked at that is a fact. For any other, the jump is
-    put to zero wherever the level does change: such an edge is carried along in vain, but none is
-    lost.
+
+def _crossings(
+    edges: tuple[Edge, ...], origin: Ray, a: int, lower: Array, upper: Array
+) -> list[Jet]:
+    """Crossings of the edges in their order; levels of one make are solved side by side.
+
+    A scene has dozens of edges and few kinds of level: the program grows with the kinds.
     """
-    found = []
-    for e in edges:
-        level = e.level
-        if not isinstance(level, Affine) or isinstance(level.normal, Tracer):
-            found.append(Edge(level, _Along(e.jump, level, a)))
-        elif level.normal[a] == 0:
-            found.append(e)
-    return tuple(found)
+    kinds: dict[Any, list[int]] = {}
+    for i, e in enumerate(edges):
+        kinds.setdefault(_make(e.level, i), []).append(i)
+    found = {}
+    for which in kinds.values():
+        levels = [edges[i].level for i in which]
+        if len(which) == 1:
+            found[which[0]] = edges[which[0]].crossing(origin, a, lower, upper)
+            continue
+        leaves = [jax.tree.leaves(level) for level in levels]
+        rows = zip(*leaves, strict=True)
+        # What all share (a law's matrix) is not copied.
+        shared = [all(leaf is row[0] for leaf in row) for row in rows]
+        axes = [None if s else 0 for s in shared]
+        packed = [
+            row[0] if s else jnp.stack(row)
+            for s, row in zip(shared, zip(*leaves, strict=True), strict=True)
+        ]
+        form, jump = jax.tree.structure(levels[0]), edges[which[0]].jump
+
+        def solve(*packed, form=form, jump=jump):
+            level = jax.tree.unflatten(form, packed)
+            return Edge(level, jump).crossing(origin, a, lower, upper)
+
+        jets = jax.vmap(solve, in_axes=axes)(*packed) if not all(shared) else None
+        for row, i in enumerate(which):
+            found[i] = (
+                solve(*packed) if jets is None else jax.tree.map(lambda leaf, r=row: leaf[r], jets)
+            )
+    return [found[i] for i in range(len(edges))]
 
 
-class _Along(Field):
-    """A jump where the level does not change along axis a, zero elsewhere."""
-
-    jump: Field
-    level: Field
-    a: int = eqx.field(static=True)
-
-    @property
-    def frame(self) -> Frame:
-        """Frame of the jump."""
-        return self.jump.frame
-
-    def _here(self, u: Ray) -> Array:
-        return self.level.jet(u).gradient[self.a] == 0
-
-    def at(self, u: Ray) -> Scalar:
-        """The jump, or zero."""
-        return jnp.where(self._here(u), self.jump.at(u), 0.0)
-
-    def jet(self, u: Ray) -> Jet:
-        """Its jet, or zeros."""
-        here = self._here(u)
-        return jax.tree.map(lambda leaf: jnp.where(here, leaf, 0.0), self.jump.jet(u))
-
-    def edges(self) -> tuple[Edge, ...]:
-        """Those of the jump."""
-        return self.jump.edges()
+def _make(level: Field, i: int) -> Any:
+    """Key of a level: equal for levels that differ in numbers alone, its own for any other."""
+    leaves, form = jax.tree.flatten(level)
+    if not all(isinstance(leaf, jax.Array) for leaf in leaves):
+        return i
+    return form, tuple((leaf.shape, leaf.dtype) for leaf in leaves)
 
 
 def _within(b: Jet, lower: Array, upper: Array) -> Jet:
@@ -239,7 +268,7 @@ def _transported(a: int, jet: Jet, d: Array) -> Jet:
 
 
 def _boundary(a: int, b: Jet, f: Jet) -> Jet:
-    """What `int^b f` owes to its moving end, for all i, j but a.
+    """Contribution of the moving end to the derivatives of `int^b f`, for all i, j but a.
 
     `(0, f b_i, f b_ij + f_i b_j + f_j b_i + f_a b_i b_j)`.
     """

@@ -13,11 +13,13 @@ from jaxtyping import Array, Float
 from firstorder.conventions import Frame, fourier_kernel
 from firstorder.errors import Refused, check_finite, check_invertible
 from firstorder.fields.covariance import Covariance
-from firstorder.fields.field import Affine, Edge, Field, inner, product
+from firstorder.fields.extent import Extent
+from firstorder.fields.field import Affine, Edge, Field
 from firstorder.fields.jet import Jet
 from firstorder.fields.series import Series
 from firstorder.fields.spectrum import Grid, Spectrum
 from firstorder.laws.base import Law
+from firstorder.numerics.small_matrices import congruence, product
 from firstorder.typing import ComplexScalar, Frequency, Ray, Scalar, as_float
 
 
@@ -82,7 +84,7 @@ class Move(Law):
         return self.push(f.jet(self.preimage(u)), u)
 
     def push(self, jet: Jet, u: Ray) -> Jet:
-        """The same from numbers at `M u + c`."""
+        """Jet after the move at u, from numbers at `M u + c`."""
         gradient = jnp.stack(product(self.M.T, jet.gradient))
         hessian = congruence(self.M, jet.hessian)
         return Jet(jet.value, gradient, hessian, self.frame(jet.frame))
@@ -118,12 +120,13 @@ class Move(Law):
         phase = fourier_kernel(Omega, -jnp.sum(inverse * self.c, axis=-1))
         return phase / jnp.abs(jnp.linalg.det(self.M)) * F.at(back)
 
+    def extent(self, extent: Extent, frame: Frame) -> Extent | None:
+        """Light at M u + c before is at u after; a move that is not square says nothing."""
+        if self.M.shape[0] != self.M.shape[1]:
+            return None
+        inverse = jnp.linalg.inv(self.M)
+        return extent.moved(inverse, -inverse @ self.c)
+
     def covariance(self, S: Covariance) -> Covariance:
         """`M^T Sigma M`: energy moves by `M^T`."""
         return Covariance(congruence(self.M, S.matrix), self.frame(S.frame))
-
-
-def congruence(M: Array, H: Array) -> Array:
-    """`M^T H M`, as sums that fuse under `vmap` for the tiny matrices of light fields."""
-    columns = [product(H, column) for column in M.T]
-    return jnp.stack([jnp.stack([inner(row, c) for c in columns]) for row in M.T])

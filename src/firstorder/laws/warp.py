@@ -15,7 +15,8 @@ from firstorder.errors import check_positive
 from firstorder.fields.field import Edge, Field
 from firstorder.fields.jet import Jet
 from firstorder.laws.base import Law
-from firstorder.laws.move import Move, congruence
+from firstorder.laws.move import Move
+from firstorder.numerics.small_matrices import congruence
 from firstorder.typing import Ray, Scalar, as_float
 
 

@@ -16,9 +16,9 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from firstorder.conventions import Frame
-from firstorder.errors import check_positive, is_concrete
+from firstorder.errors import check_positive, check_unit
 from firstorder.fields.jet import Jet
-from firstorder.numerics.quadrature import panels, periodic
+from firstorder.numerics.quadrature import composite_gauss_legendre, periodic_trapezoid
 from firstorder.typing import Scalar, as_float
 
 Direction = Float[Array, " 3"]
@@ -70,7 +70,7 @@ class ZonalCosine(ZonalKernel):
     """`max(t, 0) / pi`: diffuse shading, with a kink at the horizon."""
 
     def derivatives(self, t: Cosines) -> tuple[Cosines, Cosines, Cosines]:
-        """A step for a slope; what it does on the horizon is `breaks`' business."""
+        """Value, a step for its slope, and zero; the kink on the horizon is left to `breaks`."""
         up = 0.5 * (1.0 + jnp.sign(t)) / np.pi
         return up * t, up, jnp.zeros_like(t)
 
@@ -121,12 +121,12 @@ class Zonal(eqx.Module):
     def _cosines(self) -> tuple[Array, Array]:
         """Nodes and weights in the cosine."""
         one = jnp.ones(())
-        return panels(-one, one, [t for t, _ in self.kernel.breaks()], self.nodes)
+        return composite_gauss_legendre(-one, one, [t for t, _ in self.kernel.breaks()], self.nodes)
 
     def _around(self, w: Direction, t: Float[Array, " k"]) -> tuple[Array, float]:
         """Directions at cosines t from w, shape (k, turns, 3), and the weight of an azimuth."""
-        phi, weight = periodic(2.0 * np.pi, self.turns)
-        e1, e2 = tangents(w)
+        phi, weight = periodic_trapezoid(2.0 * np.pi, self.turns)
+        e1, e2 = _tangents(w)
         ring = jnp.cos(phi)[:, None] * e1 + jnp.sin(phi)[:, None] * e2
         # A panel that is clipped to a pole has its nodes there: the sine is 0, its slope infinite.
         square = 1.0 - t**2
@@ -193,7 +193,7 @@ class Zonal(eqx.Module):
         return 2.0 * np.pi * legendre @ rho
 
 
-def tangents(w: Direction) -> tuple[Direction, Direction]:
+def _tangents(w: Direction) -> tuple[Direction, Direction]:
     """Two unit vectors that complete w to a right-handed frame (Duff et al. 2017)."""
     x, y, z = w
     sign = jnp.where(z < 0, -1.0, 1.0)
@@ -201,11 +201,3 @@ def tangents(w: Direction) -> tuple[Direction, Direction]:
     b = x * y * a
     e1 = jnp.stack([1.0 + sign * x * x * a, sign * b, -sign * x])
     return e1, jnp.stack([b, sign + y * y * a, -y])
-
-
-def check_unit(name: str, w: Direction) -> None:
-    """Refuse a direction that is not a unit vector."""
-    if is_concrete(w):
-        length = float(np.linalg.norm(np.asarray(w)))
-        if not abs(length - 1.0) < 1e-4:
-            raise ValueError(f"Argument `{name}` must be a unit vector, but has length {length:g}.")

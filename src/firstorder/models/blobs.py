@@ -1,4 +1,4 @@
-"""Surfaces where a function in space is zero: by tetrahedra, and balls that flow together."""
+"""Isosurfaces of functions in space by tetrahedra, and metaballs."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import numpy as np
 from jaxtyping import Float
 
 from firstorder.errors import check_finite, check_positive
-from firstorder.space.meshes.mesh import Mesh, mesh
+from firstorder.space.meshes.triangle_mesh import Mesh, mesh
 
 
-def blob(centers: Any, radii: Any, cells: int = 48) -> Mesh:
-    """Balls that flow together: where `sum exp(1 - |x - c|^2 / r^2)` is 1; one alone is a sphere.
+def metaballs(centers: Any, radii: Any, cells: int = 48) -> Mesh:
+    """Metaballs: the surface where `sum exp(1 - |x - c|^2 / r^2)` is 1; one ball alone is a sphere.
 
     Found on a lattice whose cubes are cut into six tetrahedra each, so that the surface is closed
     whatever it does.
@@ -30,8 +30,8 @@ def blob(centers: Any, radii: Any, cells: int = 48) -> Mesh:
     decomposition", TVCG 1(4), 1995.
 
     Example:
-        >>> from firstorder.models.blobs import blob
-        >>> one = blob([[0, 0, 0], [1.2, 0, 0]], [0.7, 0.7], 24)
+        >>> from firstorder.models.blobs import metaballs
+        >>> one = metaballs([[0, 0, 0], [1.2, 0, 0]], [0.7, 0.7], 24)
         >>> one.closed, len(one.vertices) - len(one.edges) + one.count  # in one piece
         (True, 2)
     """
@@ -53,10 +53,10 @@ def blob(centers: Any, radii: Any, cells: int = 48) -> Mesh:
     for one, radius in zip(c, r, strict=True):  # a product of three: exponentials of lines alone
         x, y, z = (np.exp(-(((a - m) / radius) ** 2)) for a, m in zip(axes, one, strict=True))
         total += math.e * x[:, None, None] * y[:, None] * z
-    return level_set(total - 1.0, np.array([a[0] for a in axes]), step)
+    return isosurface(total - 1.0, np.array([a[0] for a in axes]), step)
 
 
-def level_set(values: Float[np.ndarray, "a b c"], corner: Any, step: float) -> Mesh:
+def isosurface(values: Float[np.ndarray, "a b c"], corner: Any, step: float) -> Mesh:
     """The surface between positive and other numbers on a lattice; positive ones are inside.
 
     Args:
@@ -69,10 +69,10 @@ def level_set(values: Float[np.ndarray, "a b c"], corner: Any, step: float) -> M
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.models.blobs import level_set
+        >>> from firstorder.models.blobs import isosurface
         >>> x = np.linspace(-1, 1, 21)
         >>> far = x[:, None, None] ** 2 + x[:, None] ** 2 + x**2
-        >>> ball = level_set(0.5 - far, [-1, -1, -1], 0.1)
+        >>> ball = isosurface(0.5 - far, [-1, -1, -1], 0.1)
         >>> ball.closed, round(ball.area.item() / (2 * np.pi), 2)
         (True, 0.99)
     """
@@ -130,6 +130,3 @@ def _crossed(cube: np.ndarray, order, strides: np.ndarray, inside: np.ndarray) -
             pairs = np.sort(here[:, np.array(triangle)], -1)  # the same pair from either side
             found.append(pairs if order in _EVEN else pairs[:, ::-1])
     return np.concatenate(found)
-
-
-__all__ = ["blob", "level_set"]

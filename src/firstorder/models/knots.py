@@ -7,11 +7,11 @@ import math
 import numpy as np
 
 from firstorder.errors import check_positive
-from firstorder.models.primitives import quads
-from firstorder.space.meshes.mesh import Mesh, mesh
+from firstorder.models.primitives import quad_triangles
+from firstorder.space.meshes.triangle_mesh import Mesh, mesh
 
 
-def knot(
+def torus_knot(
     p: int = 2,
     q: int = 3,
     radius: float | int = 0.2,
@@ -38,8 +38,8 @@ def knot(
     Reference: W. Wang et al., "Computation of rotation minimizing frames", TOG 27(1), 2008.
 
     Example:
-        >>> from firstorder.models.knots import knot
-        >>> tube = knot(2, 3)
+        >>> from firstorder.models.knots import torus_knot
+        >>> tube = torus_knot(2, 3)
         >>> tube.closed, len(tube.vertices) - len(tube.edges) + tube.count  # a torus
         (True, 0)
     """
@@ -63,7 +63,7 @@ def knot(
     v = line[:, None] + radius * (u[:, None] * c + w[:, None] * s)
     n = np.arange(rings * sides).reshape(rings, sides)
     on, beside = np.roll(n, -1, 0), np.roll(n, -1, 1)
-    return mesh(v.reshape(-1, 3), quads(n, beside, np.roll(on, -1, 1), on))
+    return mesh(v.reshape(-1, 3), quad_triangles(n, beside, np.roll(on, -1, 1), on))
 
 
 def _check_room(line: np.ndarray, radius: float) -> None:
@@ -105,6 +105,3 @@ def _untwisted(line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     turn = -left * np.arange(len(line)) / len(line)
     c, s = np.cos(turn)[:, None], np.sin(turn)[:, None]
     return c * u[:-1] + s * w, c * w - s * u[:-1]
-
-
-__all__ = ["knot"]

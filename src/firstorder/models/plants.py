@@ -1,4 +1,4 @@
-"""Trees and ferns of any number of triangles, from a seed: branches are tubes, leaves are folded.
+"""Procedural trees and ferns of any number of triangles, from a seed.
 
 They stand on the origin and grow along z. Branches are closed and go through each other where they
 fork; a leaf is two triangles that meet in its middle rib, and has no inside.
@@ -12,8 +12,8 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from firstorder.errors import check_not_negative, check_positive
-from firstorder.models.primitives import joined, quads
-from firstorder.space.meshes.mesh import Mesh, mesh
+from firstorder.models.primitives import join_meshes, quad_triangles
+from firstorder.space.meshes.triangle_mesh import Mesh, mesh
 
 Points = Float[np.ndarray, "n 3"]
 UP = (0.0, 0.0, 1.0)
@@ -62,7 +62,7 @@ def tree(
     parts = [_tubes(np.concatenate(lines), np.concatenate(radii), sides)]
     if leaves:
         parts.append(_foliage(carriers, leaves, leaf, rng))
-    return joined(parts)
+    return join_meshes(parts)
 
 
 def fern(
@@ -108,7 +108,7 @@ def fern(
     parts = [_tubes(lines, thick, sides)]
     if pairs:
         parts.append(_leaflets(lines, pairs, leaf, rng))
-    return joined(parts)
+    return join_meshes(parts)
 
 
 def _check_plant(height, leaf, leaves, sides) -> None:
@@ -197,7 +197,7 @@ def _tubes(lines: np.ndarray, thick: np.ndarray, sides: int) -> Mesh:
     beside = np.roll(at, -1, 2)
     low, high = (np.broadcast_to(own[:, 0] + k * sides + e, (n, sides)) for e in (0, 1))
     faces = (
-        quads(at[:, :-1], beside[:, :-1], beside[:, 1:], at[:, 1:]),
+        quad_triangles(at[:, :-1], beside[:, :-1], beside[:, 1:], at[:, 1:]),
         np.stack([low, beside[:, 0], at[:, 0]], -1).reshape(-1, 3),
         np.stack([high, at[:, -1], beside[:, -1]], -1).reshape(-1, 3),
     )
@@ -242,7 +242,4 @@ def _leaf_mesh(base: Points, way: Points, face: Points, length, width) -> Mesh:
     corners = base, wing - 0.5 * width * out, base + length * way, wing + 0.5 * width * out
     v = np.stack(corners, 1).reshape(-1, 3)
     a = 4 * np.arange(len(base))
-    return mesh(v, quads(a, a + 1, a + 2, a + 3))
-
-
-__all__ = ["fern", "tree"]
+    return mesh(v, quad_triangles(a, a + 1, a + 2, a + 3))

@@ -1,4 +1,4 @@
-"""Procedural triangle meshes: pieces of scenes that stand in for models that cannot be had.
+"""Procedural triangle meshes that stand in for models that cannot be had.
 
 Bumpy spheres, bars and displaced ground; more in `models.knots`, `models.blobs` and
 `models.plants`. All are made on the host, in double precision, from numbers and seeds alone: the
@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from firstorder.errors import check_finite, check_not_negative, check_positive
-from firstorder.space.meshes.mesh import NO_FACE, Mesh, mesh
+from firstorder.space.meshes.triangle_mesh import NO_FACE, Mesh, mesh
 from firstorder.typing import as_float
 
 Height = Callable[[np.ndarray], np.ndarray]
@@ -24,8 +24,8 @@ Height = Callable[[np.ndarray], np.ndarray]
 # --- placing and joining -------------------------------------------------------------------------
 
 
-def joined(parts: Sequence[Mesh]) -> tuple[Mesh, Int[np.ndarray, " f"]]:
-    """One mesh of several, and of which of them each face is.
+def join_meshes(parts: Sequence[Mesh]) -> tuple[Mesh, Int[np.ndarray, " f"]]:
+    """One mesh of several, and the number of the mesh from which each face comes.
 
     Args:
         parts: at least one; their vertices stay apart, even at the same place.
@@ -34,8 +34,9 @@ def joined(parts: Sequence[Mesh]) -> tuple[Mesh, Int[np.ndarray, " f"]]:
         ValueError: if there are none.
 
     Example:
-        >>> from firstorder.models.primitives import bars, joined, placed
-        >>> both, part = joined([bars((1, 1)), placed(bars((1, 1)), shift=(0, 0, 1))])
+        >>> from firstorder.models.primitives import bar_lattice, join_meshes, place_mesh
+        >>> both, part = join_meshes([bar_lattice((1, 1)), place_mesh(bar_lattice((1, 1)), shift=(0,
+        ...     0, 1))])
         >>> both.closed, part.tolist().count(1) == both.count // 2
         (True, True)
     """
@@ -54,7 +55,7 @@ def joined(parts: Sequence[Mesh]) -> tuple[Mesh, Int[np.ndarray, " f"]]:
     return Mesh(as_float(vertices), *numbers), np.repeat(np.arange(len(parts)), np.diff(face))
 
 
-def placed(
+def place_mesh(
     piece: Mesh, shift: Any = (0.0, 0.0, 0.0), turn: Any = None, scale: float | int = 1.0
 ) -> Mesh:
     """A mesh scaled, then turned, then shifted.
@@ -62,15 +63,16 @@ def placed(
     Args:
         piece: the mesh.
         shift: [m], shape (3,).
-        turn: a rotation, shape (3, 3), such as `turned` gives; None for none.
+        turn: a rotation, shape (3, 3), such as `rotation_about` gives; None for none.
         scale: of lengths, positive.
 
     Raises:
         ValueError: if `turn` is no rotation.
 
     Example:
-        >>> from firstorder.models.primitives import bars, placed
-        >>> placed(bars((1, 1)), scale=2.0).area.item() == 4.0 * bars((1, 1)).area.item()
+        >>> from firstorder.models.primitives import bar_lattice, place_mesh
+        >>> place_mesh(bar_lattice((1, 1)), scale=2.0).area.item() == 4.0 * bar_lattice((1,
+        ...     1)).area.item()
         True
     """
     check_positive("scale", scale)
@@ -81,7 +83,7 @@ def placed(
     return piece.at(scale * np.asarray(piece.vertices) @ R.T + np.asarray(shift, float))
 
 
-def turned(axis: Any, angle: float | int) -> Float[np.ndarray, "3 3"]:
+def rotation_about(axis: Any, angle: float | int) -> Float[np.ndarray, "3 3"]:
     """The rotation about an axis, counter-clockwise as seen from where it points.
 
     Args:
@@ -90,8 +92,8 @@ def turned(axis: Any, angle: float | int) -> Float[np.ndarray, "3 3"]:
 
     Example:
         >>> import math
-        >>> from firstorder.models.primitives import turned
-        >>> (turned((0, 0, 1), math.pi / 2) @ (1, 0, 0)).round(12).tolist()
+        >>> from firstorder.models.primitives import rotation_about
+        >>> (rotation_about((0, 0, 1), math.pi / 2) @ (1, 0, 0)).round(12).tolist()
         [0.0, 1.0, 0.0]
     """
     axis = np.asarray(axis, float)
@@ -104,7 +106,7 @@ def turned(axis: Any, angle: float | int) -> Float[np.ndarray, "3 3"]:
 def ripples(
     amplitude: float | int, wavelength: float | int, seed: int = 0, waves: int = 24
 ) -> Height:
-    """A smooth random height, to displace things by: the sum of plane waves of all directions.
+    """A smooth random height, to displace surfaces by: the sum of plane waves of all directions.
 
     Args:
         amplitude: root mean square over all of space [m].
@@ -204,10 +206,10 @@ def _icosphere(levels: int) -> tuple[np.ndarray, np.ndarray]:
     return v, f
 
 
-def ground(
+def displaced_ground(
     half: float | int = 1.0, height: Height | None = None, cells: int = 64, center: Any = (0.0, 0.0)
 ) -> Mesh:
-    """A square of a lattice, moved up and down; it looks up and is open.
+    """A square lattice, moved up and down; it looks up and is open.
 
     Args:
         half: of its side [m].
@@ -219,8 +221,8 @@ def ground(
         ValueError: if `height` is not finite somewhere.
 
     Example:
-        >>> from firstorder.models.primitives import ground
-        >>> flat = ground(2.0, cells=8)
+        >>> from firstorder.models.primitives import displaced_ground
+        >>> flat = displaced_ground(2.0, cells=8)
         >>> flat.count, flat.area.item()
         (128, 16.0)
     """
@@ -231,10 +233,12 @@ def ground(
     z = np.zeros(len(p)) if height is None else np.asarray(height(p), float)
     check_finite("height", z)
     n = np.arange((cells + 1) ** 2).reshape(cells + 1, cells + 1)
-    return mesh(np.column_stack([p, z]), quads(n[:-1, :-1], n[1:, :-1], n[1:, 1:], n[:-1, 1:]))
+    return mesh(
+        np.column_stack([p, z]), quad_triangles(n[:-1, :-1], n[1:, :-1], n[1:, 1:], n[:-1, 1:])
+    )
 
 
-def quads(a: Any, b: Any, c: Any, d: Any) -> Int[np.ndarray, "f 3"]:
+def quad_triangles(a: Any, b: Any, c: Any, d: Any) -> Int[np.ndarray, "f 3"]:
     """Two triangles for each quadrangle, whose corners follow each other counter-clockwise."""
     a, b, c, d = (np.ravel(n) for n in (a, b, c, d))
     return np.concatenate([np.stack([a, b, c], -1), np.stack([a, c, d], -1)])
@@ -243,7 +247,7 @@ def quads(a: Any, b: Any, c: Any, d: Any) -> Int[np.ndarray, "f 3"]:
 # --- bars ----------------------------------------------------------------------------------------
 
 
-def bars(
+def bar_lattice(
     holes: tuple[int, int] = (8, 8),
     half: tuple[float, float] = (1.0, 1.0),
     width: float | int = 0.05,
@@ -262,8 +266,8 @@ def bars(
         ValueError: if the bars leave no holes.
 
     Example:
-        >>> from firstorder.models.primitives import bars
-        >>> plate = bars((3, 2))
+        >>> from firstorder.models.primitives import bar_lattice
+        >>> plate = bar_lattice((3, 2))
         >>> plate.closed, len(plate.vertices) - len(plate.edges) + plate.count  # 2 - 2 * 6 holes
         (True, -10)
     """
@@ -289,8 +293,8 @@ def _extruded(x: np.ndarray, y: np.ndarray, full: np.ndarray, thickness: float) 
     v = np.concatenate([np.column_stack([p, np.full(len(p), s * thickness)]) for s in (-0.5, 0.5)])
     i, j = np.nonzero(full)
     faces = [
-        quads(high[i, j], high[i + 1, j], high[i + 1, j + 1], high[i, j + 1]),
-        quads(low[i, j], low[i, j + 1], low[i + 1, j + 1], low[i + 1, j]),
+        quad_triangles(high[i, j], high[i + 1, j], high[i + 1, j + 1], high[i, j + 1]),
+        quad_triangles(low[i, j], low[i, j + 1], low[i + 1, j + 1], low[i + 1, j]),
     ]
     room = np.pad(full, 1)
     for (a, b), (di, dj) in (  # a wall from corner a to b where the neighbour that way is empty
@@ -302,14 +306,11 @@ def _extruded(x: np.ndarray, y: np.ndarray, full: np.ndarray, thickness: float) 
         wall = ~room[i + 1 + di, j + 1 + dj]
         k, m = i[wall], j[wall]
         begin, end = (k + a[0], m + a[1]), (k + b[0], m + b[1])
-        faces.append(quads(low[begin], low[end], high[end], high[begin]))
+        faces.append(quad_triangles(low[begin], low[end], high[end], high[begin]))
     return mesh(*_without_loose(v, np.concatenate(faces)))
 
 
 def _without_loose(v: np.ndarray, f: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Without vertices that no face names."""
+    """Mesh without vertices that no face names."""
     names, which = np.unique(f, return_inverse=True)
     return v[names], which.reshape(f.shape)
-
-
-__all__ = ["bars", "bumpy_sphere", "ground", "joined", "placed", "quads", "ripples", "turned"]

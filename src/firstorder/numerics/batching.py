@@ -5,6 +5,8 @@ from typing import TypeVar
 
 import jax
 import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
 
 from firstorder.errors import check_positive
 
@@ -67,3 +69,52 @@ def in_blocks(f: Callable[[X], Y], rows: X, block: int) -> Y:
 
     found = jax.lax.map(f, jax.tree.map(cut, rows))
     return jax.tree.map(lambda a: a.reshape(-1, *a.shape[2:])[:count], found)
+
+
+def host_blocks(f: Callable[[X], Y], rows: X, block: int) -> Y:
+    """Calls f on blocks of one size, one after another, and keeps what it returns on the host.
+
+    A compiled f is compiled once, however many rows there are; copies of the first row, or zeros
+    if there is none, fill the last block up.
+
+    Args:
+        f: of one block.
+        rows: an array, or a tree of arrays, with the rows along the leading axis.
+        block: rows in a block.
+
+    Returns:
+        What f returns, as arrays of NumPy with the rows along their leading axis.
+
+    Raises:
+        ValueError: if `block` is not positive.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> import numpy as np
+        >>> from firstorder.numerics.batching import host_blocks
+        >>> host_blocks(jnp.square, np.arange(5.0), 2).tolist()
+        [0.0, 1.0, 4.0, 9.0, 16.0]
+    """
+    check_positive("block", block)
+    rows = jax.tree.map(np.asarray, rows)
+    count = jax.tree.leaves(rows)[0].shape[0]
+    blocks = max(1, -(-count // block))
+
+    def filled(a):
+        first = a[:1] if count else np.zeros((1, *a.shape[1:]), a.dtype)
+        a = np.concatenate([a, np.repeat(first, blocks * block - count, 0)])
+        return a.reshape(blocks, block, *a.shape[1:])
+
+    leaves, tree = jax.tree.flatten(jax.tree.map(filled, rows))
+    parts = [f(tree.unflatten([jnp.asarray(a) for a in b])) for b in zip(*leaves, strict=True)]
+    return jax.tree.map(lambda *a: np.concatenate([np.asarray(x) for x in a])[:count], *parts)
+
+
+def batched(function: Callable) -> Callable:
+    """Map a function of one ray over any leading axes."""
+
+    def mapped(u: Float[Array, "*b n"]):
+        flat = jax.vmap(function)(u.reshape(-1, u.shape[-1]))
+        return jax.tree.map(lambda a: a.reshape(u.shape[:-1] + a.shape[1:]), flat)
+
+    return mapped

@@ -1,7 +1,8 @@
-"""Quadrature that knows where the integrand breaks.
+"""Quadrature that splits where the integrand breaks.
 
-`panels` cuts an interval at the breaks and puts a Gauss-Legendre rule on each piece. Nodes
-move with the breaks, so automatic differentiation of the sum contains the boundary terms.
+`composite_gauss_legendre` cuts an interval at the breaks and puts a Gauss-Legendre rule on each
+piece. Nodes move with the breaks, so automatic differentiation of the sum contains the boundary
+terms.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ def gauss_legendre(n: int) -> tuple[np.ndarray, np.ndarray]:
     return np.polynomial.legendre.leggauss(n)
 
 
-def cuts(
+def sorted_breaks(
     lower: Float[Array, ""], upper: Float[Array, ""], breaks: list[Array]
 ) -> tuple[Float[Array, " m"], Int[Array, " m"]]:
     """The ends of the pieces of [lower, upper] in order, and where each stood in the input.
@@ -49,7 +50,7 @@ def cuts(
     return ends, jnp.concatenate([jnp.array([0]), order + 1, jnp.array([m + 1])])
 
 
-def panels(
+def composite_gauss_legendre(
     lower: Float[Array, ""], upper: Float[Array, ""], breaks: list[Array], nodes: int
 ) -> tuple[Float[Array, " k"], Float[Array, " k"]]:
     """Nodes and weights on [lower, upper], one Gauss-Legendre panel per smooth piece.
@@ -69,24 +70,24 @@ def panels(
 
     Example:
         >>> import jax.numpy as jnp
-        >>> t, w = panels(jnp.array(-1.0), jnp.array(1.0), [jnp.array(0.0)], 4)
+        >>> t, w = composite_gauss_legendre(jnp.array(-1.0), jnp.array(1.0), [jnp.array(0.0)], 4)
         >>> round(float(jnp.sum(w * jnp.abs(t))), 12)
         1.0
     """
-    ends, _ = cuts(lower, upper, breaks)
+    ends, _ = sorted_breaks(lower, upper, breaks)
     t, w = (jnp.asarray(a, ends.dtype) for a in gauss_legendre(nodes))
     half = 0.5 * (ends[1:] - ends[:-1])[:, None]
     middle = 0.5 * (ends[1:] + ends[:-1])[:, None]
     return (middle + half * t).ravel(), (half * w).ravel()
 
 
-def periodic(period: float, nodes: int) -> tuple[np.ndarray, float]:
+def periodic_trapezoid(period: float, nodes: int) -> tuple[np.ndarray, float]:
     """Nodes and the common weight of the trapezoid rule on one period, exponentially convergent."""
     h = period / nodes
     return h * np.arange(nodes), h
 
 
-def eased(
+def inverse_sqrt_panels(
     ends: Float[Array, " m_1"], nodes: int
 ) -> tuple[Float[Array, "m n"], Float[Array, "m n"], Float[Array, "m n"]]:
     """Nodes and weights for integrands that go as an inverse square root at the ends of panels.
@@ -104,7 +105,7 @@ def eased(
 
     Example:
         >>> import jax.numpy as jnp
-        >>> base, lag, weight = eased(jnp.array([0.0, 1.0]), 8)
+        >>> base, lag, weight = inverse_sqrt_panels(jnp.array([0.0, 1.0]), 8)
         >>> t = base + lag
         >>> round(float(jnp.sum(weight / jnp.sqrt(t * (1.0 - t)))), 12)  # pi
         3.14159265359

@@ -1,30 +1,29 @@
-"""Pictures of light: what the figures of this repository are drawn with.
+"""Pictures of light in the style of this repository's figures.
 
 Import it yourself: it brings matplotlib, and `import firstorder` does not. Importing it changes
 no setting; `house_style()` is a context. Nothing here needs pyplot, so no window ever opens.
 """
 
-from firstorder.plotting.caches import draw_expansions, draw_records
+from firstorder.plotting.caches import draw_expansions, draw_records, show_cache
 from firstorder.plotting.flatland import (
     curve_of,
     draw_curves,
     draw_scene,
     receiver_curve,
     scene_report,
-    shape_points,
 )
 from firstorder.plotting.light import log_magnitude, show_light_field, show_spectrum
-from firstorder.plotting.live import Live
-from firstorder.plotting.overlays import covariance_ellipse, mark, print_scale, set_covariance
-from firstorder.plotting.portraits import Portraits, portrait_strip, portraits
-from firstorder.plotting.scenes import draw_blocker, draw_rays, draw_surface, scene
+from firstorder.plotting.live import LiveFigure
+from firstorder.plotting.overlays import covariance_ellipse, print_scale, set_covariance
+from firstorder.plotting.path_portraits import Portraits, portrait_strip, portraits
+from firstorder.plotting.pictures import tone_map, write_png
+from firstorder.plotting.scenes import draw_blocker, draw_rays, draw_surface, map_axes
 from firstorder.plotting.space import (
     draw_silhouettes,
     draw_sky,
     draw_view,
-    outline_curves,
-    projected,
-    sky_curves,
+    project,
+    silhouette_curves,
 )
 from firstorder.plotting.style import (
     COLOURS,
@@ -33,10 +32,11 @@ from firstorder.plotting.style import (
     SIGNED,
     house_style,
     label,
+    label_axes,
     panels,
     share_labels,
 )
-from firstorder.plotting.tables import table
+from firstorder.plotting.tables import draw_table
 
 __all__ = [
     "COLOURS",
@@ -44,8 +44,9 @@ __all__ = [
     "RADIANCE",
     "SIGNED",
     "house_style",
-    "label",
     "panels",
+    "label",
+    "label_axes",
     "share_labels",
     "show_light_field",
     "show_spectrum",
@@ -53,28 +54,28 @@ __all__ = [
     "print_scale",
     "covariance_ellipse",
     "set_covariance",
-    "mark",
     "Portraits",
     "portraits",
     "portrait_strip",
-    "scene",
+    "map_axes",
     "draw_surface",
     "draw_blocker",
     "draw_rays",
-    "draw_records",
-    "draw_expansions",
     "draw_scene",
-    "shape_points",
     "receiver_curve",
     "curve_of",
     "draw_curves",
     "scene_report",
-    "projected",
-    "outline_curves",
+    "project",
+    "silhouette_curves",
     "draw_view",
     "draw_silhouettes",
-    "sky_curves",
     "draw_sky",
-    "table",
-    "Live",
+    "draw_records",
+    "draw_expansions",
+    "show_cache",
+    "draw_table",
+    "tone_map",
+    "write_png",
+    "LiveFigure",
 ]

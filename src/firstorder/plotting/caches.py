@@ -1,4 +1,4 @@
-"""Irradiance caches: records on a line or a surface, how far each reaches, what limited it."""
+"""Pictures of irradiance caches: records on a line or a surface, their regions, their limits."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def draw_expansions(ax: Axes, cache: Cache, *, order: int | None = None, color: 
         ax.plot(float(x) + dx, E, "-", color=color or COLOURS[2], linewidth=1.1)
 
 
-def draw_ellipses(
+def _draw_ellipses(
     ax: Axes,
     cache: SurfaceCache,
     *,
@@ -86,13 +86,13 @@ def draw_ellipses(
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.caching import SurfaceCache, SurfaceCandidates, circles
+        >>> from firstorder.caching import SurfaceCache, SurfaceCandidates, circular_regions
         >>> from firstorder.plotting import panels
-        >>> from firstorder.plotting.caches import draw_ellipses
+        >>> from firstorder.plotting.caches import _draw_ellipses
         >>> some = SurfaceCandidates.of(jnp.zeros((1, 2)), jnp.ones(1), jnp.zeros((1, 2)))
-        >>> reach = circles(jnp.array([0.5]), 0.1, 1.0)
+        >>> reach = circular_regions(jnp.array([0.5]), 0.1, 1.0)
         >>> figure, axes = panels()
-        >>> drawn = draw_ellipses(axes[0, 0], SurfaceCache.of(some, reach))
+        >>> drawn = _draw_ellipses(axes[0, 0], SurfaceCache.of(some, reach))
         >>> len(drawn.get_offsets())
         1
     """
@@ -136,7 +136,7 @@ def show_cache(
     image = ax.imshow(
         np.asarray(error), extent=extent, origin="lower", vmin=0.0, vmax=top, cmap=cmap
     )
-    draw_ellipses(ax, cache, scale=scale)
+    _draw_ellipses(ax, cache, scale=scale)
     ax.set_xlim(extent[:2])
     ax.set_ylim(extent[2:])
     return image

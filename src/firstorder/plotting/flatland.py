@@ -1,4 +1,4 @@
-"""Scenes of flatland as maps, and what light does along a receiver."""
+"""Scenes of flatland as maps, and curves of light along a receiver."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from firstorder.conventions import direction
 from firstorder.flatland import Scene, Segments, derivatives_on_shape, irradiance
 from firstorder.numerics.batching import in_batches
-from firstorder.plotting.scenes import scene as as_map
+from firstorder.plotting.scenes import map_axes as as_map
 from firstorder.plotting.style import RADIANCE, panels
 
 _INK, _LAMP, _MIRROR, _GLASS = "0.15", "#e0a526", "#2563eb", "#7dc4d8"
@@ -26,13 +26,13 @@ _CURVES = (("E", "$E$ (W/m)", "#b91c1c"), ("dE", "$E'$ (W/m$^2$)", "#15803d"),
            ("d2E", "$E''$ (W/m$^3$)", "#1d4ed8"))  # fmt: skip
 
 
-def shape_points(scene: Scene, index: int, samples: int = 96) -> np.ndarray:
+def _shape_points(scene: Scene, index: int, samples: int = 96) -> np.ndarray:
     """Points along a shape, shape (m, 2) [m]: two of a segment, `samples` + 1 of what is round.
 
     Example:
-        >>> from firstorder.flatland.library.scenes import named
-        >>> from firstorder.plotting import shape_points
-        >>> shape_points(named("scene_a"), 0).tolist()
+        >>> from firstorder.flatland.library._scenes import named_scene
+        >>> from firstorder.plotting.flatland import _shape_points
+        >>> _shape_points(named_scene("scene_a"), 0).tolist()
         [[-1.0, 0.0], [1.0, 0.0]]
     """
     return _outlines(scene, samples)[index][0]
@@ -62,10 +62,10 @@ def draw_scene(
         sky: whether the environment is drawn.
 
     Example:
-        >>> from firstorder.flatland.library.scenes import named
+        >>> from firstorder.flatland.library._scenes import named_scene
         >>> from firstorder.plotting import draw_scene, panels
         >>> figure, axes = panels()
-        >>> draw_scene(axes[0, 0], named("scene_b"))
+        >>> draw_scene(axes[0, 0], named_scene("scene_b"))
         >>> axes[0, 0].get_aspect()
         1.0
     """
@@ -114,9 +114,9 @@ def receiver_curve(scene: Scene, name: str, samples: int = 201) -> dict[str, np.
         ValueError: if there is no shape of that name.
 
     Example:
-        >>> from firstorder.flatland.library.scenes import named
+        >>> from firstorder.flatland.library._scenes import named_scene
         >>> from firstorder.plotting import receiver_curve
-        >>> curve = receiver_curve(named("scene_a"), "floor", 5)
+        >>> curve = receiver_curve(named_scene("scene_a"), "floor", 5)
         >>> print(curve["x"].round(3).tolist(), curve["E"][2].round(6))
         [-0.8, -0.4, 0.0, 0.4, 0.8] 0.894427
     """
@@ -124,7 +124,7 @@ def receiver_curve(scene: Scene, name: str, samples: int = 201) -> dict[str, np.
 
 
 def curve_of(scene: Scene, name: str, light, samples: int = 201) -> dict[str, np.ndarray]:
-    """As `receiver_curve`, for any function of a receiver, such as a solution with all bounces.
+    """A function of a receiver and its derivatives by arc length, along the shapes of one name.
 
     Args:
         scene: where the receivers are.
@@ -187,9 +187,9 @@ def scene_report(
         words: what light the curves are of.
 
     Example:
-        >>> from firstorder.flatland.library.scenes import named
+        >>> from firstorder.flatland.library._scenes import named_scene
         >>> from firstorder.plotting import receiver_curve, scene_report
-        >>> scene = named("scene_a")
+        >>> scene = named_scene("scene_a")
         >>> page = scene_report(scene, {"floor": receiver_curve(scene, "floor", 9)})
         >>> len(page.axes)
         4

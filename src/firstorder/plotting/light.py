@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.image import AxesImage
 
 from firstorder.plotting.overlays import print_scale
-from firstorder.plotting.style import MAGNITUDE, RADIANCE, SIGNED, axis_labels
+from firstorder.plotting.style import MAGNITUDE, RADIANCE, SIGNED, label_axes
 
 
 def show_light_field(
@@ -57,7 +57,7 @@ def show_light_field(
     image = _image(ax, values, x, theta, equal)
     image.set_cmap(SIGNED if signed else RADIANCE)
     image.set_clim(-top if signed else 0.0, top)
-    axis_labels(ax, names)
+    label_axes(ax, names)
     ax.set_title(title, loc="left")
     if scale:
         print_scale(ax, f"±{top:.3g}" if signed else f"0 to {top:.3g}")
@@ -100,7 +100,7 @@ def show_spectrum(
     image = _image(ax, log_magnitude(magnitude, top, decades), Omega_x, Omega_theta, equal)
     image.set_cmap(MAGNITUDE)
     image.set_clim(-decades, 0.0)
-    axis_labels(ax, names, spectrum=True)
+    label_axes(ax, names, spectrum=True)
     ax.set_title(title, loc="left")
     if scale:
         print_scale(ax, f"{top:.2g}, {decades:g} decades")
@@ -122,7 +122,7 @@ def _checked(values, x, y) -> np.ndarray:
 
 
 def _image(ax: Axes, values: np.ndarray, x, y, equal: bool) -> AxesImage:
-    """Cells centred on the samples."""
+    """Image whose cells are centred on the samples."""
     return ax.imshow(
         values.T,
         origin="lower",

@@ -14,7 +14,7 @@ from matplotlib.image import AxesImage
 from PIL import Image
 
 
-class Live:
+class LiveFigure:
     """A figure with moving parts, for sliders.
 
     Axes, ticks and labels take matplotlib most of its time, and do not depend on the slider. They
@@ -25,10 +25,10 @@ class Live:
         moving: artists that change between redraws (`set_data`, `set_text`, ...).
 
     Example:
-        >>> from firstorder.plotting import Live, panels
+        >>> from firstorder.plotting import LiveFigure, panels
         >>> figure, axes = panels()
         >>> (line,) = axes[0, 0].plot([0.0, 1.0], [0.0, 1.0])
-        >>> live = Live(figure, [line])
+        >>> live = LiveFigure(figure, [line])
         >>> line.set_ydata([1.0, 0.0])
         >>> live.png()[1:4]
         b'PNG'

@@ -1,11 +1,10 @@
-"""What is drawn on top of a picture: its scale, a covariance, a marked ray."""
+"""Overlays of a picture: its scale and a covariance."""
 
 from __future__ import annotations
 
 import numpy as np
 from matplotlib import patheffects
 from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
 from matplotlib.patches import Ellipse
 from matplotlib.text import Text
 
@@ -53,9 +52,3 @@ def set_covariance(ellipse: Ellipse, matrix, *, sigmas: float = 1.0) -> None:
     width, height = 2.0 * sigmas * np.sqrt(np.maximum(squares, 0.0))
     angle = float(np.degrees(np.arctan2(axes[1, 0], axes[0, 0])))
     ellipse.set(width=float(width), height=float(height), angle=angle)
-
-
-def mark(ax: Axes, x: float, theta: float, color="white") -> Line2D:
-    """Marks one ray with a small cross."""
-    (cross,) = ax.plot([x], [theta], "+", color=color, markersize=8, path_effects=_HALO)
-    return cross

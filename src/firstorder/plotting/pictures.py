@@ -8,12 +8,12 @@ import matplotlib.image
 import numpy as np
 from jaxtyping import Float, UInt8
 
-from firstorder.io.records import whole
+from firstorder.io.files import atomic_write
 
 WHITE = 0.995  # the share of pixels that are not burnt out
 
 
-def tone_mapped(
+def tone_map(
     values: Float[np.ndarray, "w h"], white: float | None = None
 ) -> UInt8[np.ndarray, "h w"]:
     """Radiance as grey levels of a screen: linear up to white, and then the sRGB curve.
@@ -28,8 +28,8 @@ def tone_mapped(
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.plotting.pictures import tone_mapped
-        >>> tone_mapped(np.array([[0.0], [0.21], [1.0]]), 1.0).tolist()
+        >>> from firstorder.plotting.pictures import tone_map
+        >>> tone_map(np.array([[0.0], [0.21], [1.0]]), 1.0).tolist()
         [[0, 126, 255]]
     """
     values = np.asarray(values, float)
@@ -41,18 +41,15 @@ def tone_mapped(
     return np.rint(255.0 * curve).astype(np.uint8).T[::-1]
 
 
-def write_picture(
+def write_png(
     path: str | os.PathLike[str], values: Float[np.ndarray, "w h"], white: float | None = None
 ) -> None:
     """Writes radiance as a tone-mapped picture, whole or not at all.
 
     Args:
         path: ends in .png.
-        values: as in `tone_mapped`.
-        white: as in `tone_mapped`.
+        values: as in `tone_map`.
+        white: as in `tone_map`.
     """
-    with whole(path) as part:
-        matplotlib.image.imsave(part, tone_mapped(values, white), cmap="gray", vmin=0, vmax=255)
-
-
-__all__ = ["tone_mapped", "write_picture"]
+    with atomic_write(path) as part:
+        matplotlib.image.imsave(part, tone_map(values, white), cmap="gray", vmin=0, vmax=255)

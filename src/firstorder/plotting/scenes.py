@@ -12,7 +12,7 @@ from firstorder.typing import as_float
 _INK = "0.15"
 
 
-def scene(ax: Axes, title: str = "") -> Axes:
+def map_axes(ax: Axes, title: str = "") -> Axes:
     """Turns axes into a map: equal units, no frame."""
     ax.set_aspect("equal")
     ax.set_axis_off()

@@ -11,20 +11,20 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from firstorder.imaging.camera import Pinhole
-from firstorder.space import Planes, Receiver, Scene, outline
-from firstorder.space.receiver import local
+from firstorder.space import Planes, Receiver, Scene, silhouette
+from firstorder.space.receiver import in_receiver_frame
 
 _INK, _LAMP, _FLOOR = "0.15", "#e0a526", "0.75"
 _SAMPLES = 64
 
 
-def projected(camera: Pinhole, points: Any) -> np.ndarray:
+def project(camera: Pinhole, points: Any) -> np.ndarray:
     """Image coordinates of points, shape (..., 2); NaN for what is not in front of the camera.
 
     Example:
-        >>> from firstorder.plotting import projected
+        >>> from firstorder.plotting import project
         >>> from firstorder.imaging.camera import pinhole
-        >>> projected(pinhole((0.0, -2.0, 0.0), (0.0, 0.0, 0.0)), [[0.5, 0.0, 0.5]]).tolist()
+        >>> project(pinhole((0.0, -2.0, 0.0), (0.0, 0.0, 0.0)), [[0.5, 0.0, 0.5]]).tolist()
         [[0.25, 0.25]]
     """
     way = (np.asarray(points) - np.asarray(camera.eye)) @ np.asarray(camera.axes)
@@ -33,7 +33,7 @@ def projected(camera: Pinhole, points: Any) -> np.ndarray:
     return np.where(near, way[..., :2] / np.where(near, ahead, 1.0), np.nan) * float(camera.gamma)
 
 
-def outline_curves(scene: Scene, eye: Any, on: int = -1) -> list[tuple[int, np.ndarray]]:
+def silhouette_curves(scene: Scene, eye: Any, on: int = -1) -> list[tuple[int, np.ndarray]]:
     """The silhouettes that an eye sees, covered parts included: a shape's number and its points.
 
     Each curve is a piece: an edge of two points, or an arc of many. Horizons of planes are left
@@ -45,9 +45,9 @@ def outline_curves(scene: Scene, eye: Any, on: int = -1) -> list[tuple[int, np.n
         on: number of the shape on which the eye lies, or -1.
 
     Example:
-        >>> from firstorder.plotting import outline_curves
-        >>> from firstorder.space.library import sphere_over_plane
-        >>> len(outline_curves(sphere_over_plane(), (3.0, 0.0, 0.5)))
+        >>> from firstorder.plotting import silhouette_curves
+        >>> from firstorder.space.library._scenes import sphere_over_plane
+        >>> len(silhouette_curves(sphere_over_plane(), (3.0, 0.0, 0.5)))
         1
     """
     lines, edges, arcs, rims = _pieces(scene, jnp.asarray(eye, float), jnp.asarray(on))
@@ -62,7 +62,7 @@ def outline_curves(scene: Scene, eye: Any, on: int = -1) -> list[tuple[int, np.n
 
 @eqx.filter_jit
 def _pieces(scene: Scene, eye, on):
-    found = outline(scene, eye, on)
+    found = silhouette(scene, eye, on)
     straight, curved = found.straight, found.curved
     edges = jnp.stack([straight.start, straight.end], 1)
     t = jnp.linspace(0.0, 1.0, _SAMPLES + 1)
@@ -101,15 +101,15 @@ def draw_view(
     centers = np.concatenate([np.asarray(group.center) for group in scene.groups])
     for k in planes:
         _draw_plane(ax, camera, float(centers[k, 2]), half_width)
-    curves = outline_curves(scene, camera.eye)
+    curves = silhouette_curves(scene, camera.eye)
     far = np.linalg.norm(centers - np.asarray(camera.eye), axis=-1)
     for k in np.argsort(-far):
         mine = [p for owner, p in curves if owner == k]
         if k in planes or not mine:
             continue
-        _fill(ax, scene, int(k), _joined([projected(camera, p) for p in mine]))
+        _fill(ax, scene, int(k), _joined([project(camera, p) for p in mine]))
         if names and scene.names[k]:
-            at = projected(camera, centers[k])
+            at = project(camera, centers[k])
             ax.annotate(scene.names[k], tuple(at), fontsize=6, ha="center", va="center")
 
 
@@ -145,7 +145,7 @@ def _draw_plane(ax: Axes, camera: Pinhole, z: float, half_width: float) -> None:
             np.stack([t, 0 * t + a, 0 * t + z], -1),
             np.stack([0 * t + a, t, 0 * t + z], -1),
         ):
-            p = projected(camera, line)
+            p = project(camera, line)
             p[np.max(np.abs(p), -1, initial=0.0, where=np.isfinite(p)) > 3.0 * half_width] = np.nan
             ax.plot(*p.T, color=_FLOOR, linewidth=0.4, linestyle="-", zorder=0)
 
@@ -166,32 +166,32 @@ def draw_silhouettes(
         color: of the lines.
     """
     eye = np.asarray(eye, float)
-    ax.plot(*projected(camera, eye[None]).T, "o", color=color, markersize=3)
-    for _, points in outline_curves(scene, eye):
-        ax.plot(*projected(camera, points).T, color=color, linestyle="-", linewidth=1.3)
+    ax.plot(*project(camera, eye[None]).T, "o", color=color, markersize=3)
+    for _, points in silhouette_curves(scene, eye):
+        ax.plot(*project(camera, points).T, color=color, linestyle="-", linewidth=1.3)
 
 
-def sky_curves(scene: Scene, at: Receiver) -> list[np.ndarray]:
+def _sky_curves(scene: Scene, at: Receiver) -> list[np.ndarray]:
     """Silhouettes on a receiver's hemisphere, seen from above: (w_x, w_y) of their directions.
 
     In this projection (Nusselt) areas are shares of the irradiance of a uniform sky, times pi.
     Pieces below the horizon are cut off.
     """
     out = []
-    for _, points in outline_curves(scene, at.position, int(at.on)):
+    for _, points in silhouette_curves(scene, at.position, int(at.on)):
         fine = points
         if len(points) == 2:
             fine = points[0] + np.linspace(0.0, 1.0, _SAMPLES + 1)[:, None] * (
                 points[1] - points[0]
             )
-        w = np.asarray(local(at, jnp.asarray(fine) - at.position))
+        w = np.asarray(in_receiver_frame(at, jnp.asarray(fine) - at.position))
         w = w / np.linalg.norm(w, axis=-1, keepdims=True)
         out.append(np.where(w[:, 2:] >= 0.0, w[:, :2], np.nan))
     return out
 
 
 def draw_sky(ax: Axes, scene: Scene, at: Receiver, title: str = "") -> None:
-    """Draws what stands in a receiver's sky: the unit disc of directions and the silhouettes in it.
+    """Draws a receiver's sky: the unit disc of directions and the silhouettes in it.
 
     Args:
         ax: where to draw; its axes become equal.
@@ -202,7 +202,7 @@ def draw_sky(ax: Axes, scene: Scene, at: Receiver, title: str = "") -> None:
     Example:
         >>> from firstorder.plotting import draw_sky, panels
         >>> from firstorder.space import receiver
-        >>> from firstorder.space.library import sphere_over_plane
+        >>> from firstorder.space.library._scenes import sphere_over_plane
         >>> figure, axes = panels()
         >>> draw_sky(axes[0, 0], sphere_over_plane(), receiver((1.0, 0.0, 0.0)))
         >>> len(axes[0, 0].lines)
@@ -210,19 +210,9 @@ def draw_sky(ax: Axes, scene: Scene, at: Receiver, title: str = "") -> None:
     """
     turn = np.linspace(0.0, 2.0 * np.pi, 181)
     ax.plot(np.cos(turn), np.sin(turn), color="0.6", linestyle="-", linewidth=0.8)
-    for curve in sky_curves(scene, at):
+    for curve in _sky_curves(scene, at):
         ax.plot(*curve.T, color=_INK, linestyle="-", linewidth=1.2)
     ax.set_aspect("equal")
     ax.set(xlim=(-1.05, 1.05), ylim=(-1.05, 1.05), xticks=[], yticks=[])
     ax.grid(False)
     ax.set_title(title, loc="left")
-
-
-__all__ = [
-    "draw_silhouettes",
-    "draw_sky",
-    "draw_view",
-    "outline_curves",
-    "projected",
-    "sky_curves",
-]

@@ -116,7 +116,7 @@ def label(name: str, unit: bool = True) -> str:
     return f"${symbol}$" + (f" ({of})" if unit and of else "")
 
 
-def axis_labels(ax: Axes, names: tuple[str, str], spectrum: bool = False) -> None:
+def label_axes(ax: Axes, names: tuple[str, str], spectrum: bool = False) -> None:
     """Puts the names of the two coordinates on the axes."""
     across, up = (f"Omega_{n}" if spectrum else n for n in names)
     ax.set_xlabel(label(across))

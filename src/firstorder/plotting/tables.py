@@ -17,7 +17,7 @@ _GROUND = {
 }
 
 
-def table(
+def draw_table(
     ax: Axes,
     columns: Sequence[str],
     rows: Sequence[str],

@@ -1,29 +1,65 @@
-"""Where to put samples, and what lies between them: lines, quadtrees, triangles, filters."""
+"""Images and curves from few samples: where to sample, and how to interpolate between."""
 
+from firstorder.reconstruction.bilateral import bilateral_widths, cross_bilateral
+from firstorder.reconstruction.blue_noise import blue_noise_samples
+from firstorder.reconstruction.delaunay import delaunay_image
 from firstorder.reconstruction.grid import GridInterpolant
-from firstorder.reconstruction.hermite import Interpolant, hermite_basis, interpolation_error
-from firstorder.reconstruction.line import (
-    Cell,
-    LineSamples,
-    by_curvature,
+from firstorder.reconstruction.hermite import HermiteInterpolant, hermite_basis, interpolation_error
+from firstorder.reconstruction.image import interpolate_image
+from firstorder.reconstruction.importance import (
+    QuadtreeCells,
+    ShadedSamples,
+    by_area,
+    by_density,
     by_differences,
-    by_disagreement,
     by_gradient,
-    by_length,
+    by_hessian,
+    by_hessian_differences,
+    by_variance,
+    importance_product,
+    is_far_light,
+)
+from firstorder.reconstruction.line import (
+    LineCell,
+    LineSamples,
+    line_by_curvature,
+    line_by_differences,
+    line_by_disagreement,
+    line_by_gradient,
+    line_by_length,
     sample_line,
 )
+from firstorder.reconstruction.quadtree import ImageSamples, sample_image
 
 __all__ = [
+    "LineCell",
     "LineSamples",
-    "Cell",
     "sample_line",
-    "by_length",
-    "by_differences",
+    "line_by_length",
+    "line_by_differences",
+    "line_by_gradient",
+    "line_by_curvature",
+    "line_by_disagreement",
+    "ShadedSamples",
+    "QuadtreeCells",
+    "ImageSamples",
+    "sample_image",
+    "by_area",
     "by_gradient",
-    "by_curvature",
-    "by_disagreement",
-    "Interpolant",
-    "GridInterpolant",
+    "by_differences",
+    "by_hessian",
+    "by_hessian_differences",
+    "by_variance",
+    "by_density",
+    "importance_product",
+    "is_far_light",
+    "blue_noise_samples",
+    "HermiteInterpolant",
     "hermite_basis",
     "interpolation_error",
+    "GridInterpolant",
+    "interpolate_image",
+    "delaunay_image",
+    "bilateral_widths",
+    "cross_bilateral",
 ]

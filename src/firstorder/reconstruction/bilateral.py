@@ -1,13 +1,13 @@
-"""An image from few samples, kept apart where depth or normal says so: a cross-bilateral filter.
+"""Cross-bilateral filter: an image from few samples, which depth and normals keep apart.
 
     I(p) = sum_i w_i I_i / sum_i w_i
     w_i = exp(-|p - p_i|^2 / 2 h^2 - (z - z_i)^2 / 2 (sigma_z z)^2 - |n - n_i|^2 / 2 sigma_n^2)
 
 over the samples nearest to a pixel, with the width h given pixel by pixel: as wide as the samples
 are far apart where a bandwidth placed them. Depth and normal are cheap and known at every pixel;
-shading is dear. Beside what is sampled densely the nearest samples may all lie on another surface:
-where depth and normal of none are alike, more of them are looked at. Where nothing is, weights are
-tiny, not zero: their ratios decide, so that no pixel is left without a value.
+shading is expensive. Beside what is sampled densely the nearest samples may all lie on another
+surface: where depth and normal of none are alike, more of them are looked at. Where nothing is,
+weights are tiny, not zero: their ratios decide, so that no pixel is left without a value.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ ALIKE = 4.0  # sum of squares of depth and normal, in spreads, within which a sa
 MORE = 8  # times as many neighbours, where none is alike; twice
 
 
-def widths(
+def bilateral_widths(
     density: Float[np.ndarray | Array, "w h"], count: int, factor: float = 0.7
 ) -> Float[np.ndarray, "w h"]:
     """Widths of the filter: `factor` times the distance of samples at this density [pixels].
@@ -41,8 +41,8 @@ def widths(
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.reconstruction.bilateral import widths
-        >>> widths(np.ones((10, 10)), 25, 1.0)[0, 0].item()  # one sample for four pixels
+        >>> from firstorder.reconstruction.bilateral import bilateral_widths
+        >>> bilateral_widths(np.ones((10, 10)), 25, 1.0)[0, 0].item()  # one sample for four pixels
         2.0
     """
     check_positive("count", count)
@@ -159,6 +159,3 @@ class _Known(NamedTuple):
         exponent = (far / self.width[rows, None]) ** 2 + unlike
         w = np.exp(-0.5 * (exponent - np.min(exponent, 1, keepdims=True)))
         return np.sum(w * self.value[near], 1) / np.sum(w, 1), np.min(unlike, 1) < ALIKE
-
-
-__all__ = ["cross_bilateral", "widths"]

@@ -1,4 +1,4 @@
-"""Places in an image at a given density, evenly spread at every density: blue noise.
+"""Blue noise: samples of an image at a given density, evenly spread at every density.
 
 Void and cluster (Ulichney 1993) puts the pixels of a torus in an order in which the first k are
 spread out, for every k at once: as long as points are few the tightest cluster is undone and the
@@ -22,8 +22,8 @@ START = 0.1  # share of the pixels that are spread out first
 
 
 @functools.cache
-def ranks(side: int = 64, seed: int = 0) -> Int[np.ndarray, "s s"]:
-    """A tile of the numbers 0 to side^2 - 1, of which the first k are spread out, for every k.
+def _ranks(side: int = 64, seed: int = 0) -> Int[np.ndarray, "s s"]:
+    """Tile of the numbers 0 to side^2 - 1, of which the first k are spread out, for every k.
 
     Args:
         side: of the tile, which repeats [pixels].
@@ -35,8 +35,8 @@ def ranks(side: int = 64, seed: int = 0) -> Int[np.ndarray, "s s"]:
     Reference: Ulichney, The void-and-cluster method for dither array generation, 1993.
 
     Example:
-        >>> from firstorder.reconstruction.blue_noise import ranks
-        >>> tile = ranks(8)
+        >>> from firstorder.reconstruction.blue_noise import _ranks
+        >>> tile = _ranks(8)
         >>> sorted(tile.ravel().tolist()) == list(range(64))
         True
     """
@@ -84,7 +84,7 @@ def _about(kernel: np.ndarray, k: int) -> Float[np.ndarray, " n"]:
     return kernel[side - i : 2 * side - i, side - j : 2 * side - j].ravel()
 
 
-def place(
+def blue_noise_samples(
     density: Float[np.ndarray | Array, "w h"],
     count: int,
     side: int = 64,
@@ -92,7 +92,7 @@ def place(
     *,
     exactly: bool = False,
 ) -> Bool[np.ndarray, "w h"]:
-    """Which pixels to look at, so that some `count` of them follow a density.
+    """Mask of about `count` pixels that follow a density, as blue noise.
 
     A pixel is looked at once at most: what a density asks beyond that goes to the other pixels, in
     proportion. The number found is the number asked but for the tile's rounding.
@@ -112,14 +112,14 @@ def place(
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.reconstruction.blue_noise import place
+        >>> from firstorder.reconstruction.blue_noise import blue_noise_samples
         >>> left = np.where(np.arange(64) < 32, 3.0, 1.0)[:, None] + np.zeros(64)
-        >>> found = place(left, 400)
+        >>> found = blue_noise_samples(left, 400)
         >>> int(found[:32].sum()), int(found[32:].sum())
         (299, 101)
     """
     share = _shares(np.asarray(density, float), count)
-    tile = ranks(side, seed)
+    tile = _ranks(side, seed)
     repeats = [-(-n // side) for n in share.shape]
     rank = np.tile(tile, repeats)[: share.shape[0], : share.shape[1]]
     margin = share - (rank + 0.5) / side**2
@@ -154,6 +154,3 @@ def _shares(density: np.ndarray, count: int) -> np.ndarray:
         if not np.any(over):
             return share
         full |= over
-
-
-__all__ = ["place", "ranks"]

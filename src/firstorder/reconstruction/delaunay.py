@@ -23,7 +23,7 @@ from jaxtyping import Array, Float, Int
 SCHEMES = ("linear", "gradient")
 
 
-def reconstruct(
+def delaunay_image(
     p: Float[np.ndarray, "n 2"],
     value: Float[np.ndarray, " n"],
     width: int,
@@ -57,9 +57,9 @@ def reconstruct(
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.reconstruction.delaunay import reconstruct
+        >>> from firstorder.reconstruction.delaunay import delaunay_image
         >>> p = np.array([(0.0, 0.0), (4.0, 0.0), (0.0, 4.0), (4.0, 4.0)])
-        >>> reconstruct(p, p[:, 0], 4, 1).ravel().tolist()
+        >>> delaunay_image(p, p[:, 0], 4, 1).ravel().tolist()
         [0.5, 1.5, 2.5, 3.5]
     """
     _check(scheme, gradient, label, labels)
@@ -187,6 +187,3 @@ def _nearest(p, label, at, wanted) -> Any:
                 here = wanted == one
                 found[here] = own[scipy.spatial.KDTree(p[own]).query(at[here])[1]]
     return found
-
-
-__all__ = ["SCHEMES", "reconstruct"]

@@ -1,4 +1,4 @@
-"""Interpolation over a coarse grid of values and gradients, beside what values alone allow.
+"""Interpolation over a coarse grid of values and gradients, and of values alone.
 
 A grid of h costs as much whether its gradients are used or not, and with them the error falls with
 a higher power of h. `SCHEMES` lists what can be done with four corners; they differ in what they
@@ -17,12 +17,13 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from firstorder.errors import check_finite, is_concrete
-from firstorder.reconstruction.hermite import cell_of, hermite_basis
+from firstorder.reconstruction._cells import cell_of
+from firstorder.reconstruction.hermite import hermite_basis
 from firstorder.typing import as_float
 
 
-class Scheme(NamedTuple):
-    """What a scheme asks for and gives.
+class _Scheme(NamedTuple):
+    """Data per node, order and exactness of an interpolation scheme.
 
     Attributes:
         data: numbers needed at each node: 1 the value, 3 also the gradient.
@@ -38,14 +39,14 @@ class Scheme(NamedTuple):
 
 
 SCHEMES = {
-    "bilinear": Scheme(1, 2, "1, x, y, xy", False),
-    "bicubic": Scheme(1, 3, "degree 2 in x and in y", True),
-    "hermite": Scheme(3, 4, "cubics; degree 3 in x and in y with given mixed derivatives", True),
-    "hermite, no twist": Scheme(3, 2, "p(x) + q(y) of degree 3", True),
-    "serendipity": Scheme(3, 4, "cubics, x^3 y, x y^3", False),
-    "bezier": Scheme(3, 3, "quadratics", False),
-    "extrapolated": Scheme(3, 2, "planes", False),
-    "inverse distance": Scheme(3, 2, "planes", False),
+    "bilinear": _Scheme(1, 2, "1, x, y, xy", False),
+    "bicubic": _Scheme(1, 3, "degree 2 in x and in y", True),
+    "hermite": _Scheme(3, 4, "cubics; degree 3 in x and in y with given mixed derivatives", True),
+    "hermite, no twist": _Scheme(3, 2, "p(x) + q(y) of degree 3", True),
+    "serendipity": _Scheme(3, 4, "cubics, x^3 y, x y^3", False),
+    "bezier": _Scheme(3, 3, "quadratics", False),
+    "extrapolated": _Scheme(3, 2, "planes", False),
+    "inverse distance": _Scheme(3, 2, "planes", False),
 }
 
 
@@ -95,7 +96,7 @@ class GridInterpolant(eqx.Module):
     Bezier curve" for its own; orders are measured in tests/reconstruction/test_grid.py.
 
     Example:
-        >>> from firstorder.methods import GridInterpolant
+        >>> from firstorder.reconstruction import GridInterpolant
         >>> corners = [[[0.0], [0.0]], [[0.0], [2.0]]]
         >>> f = GridInterpolant([0.0, 1.0], [0.0, 2.0], corners, "bilinear")
         >>> f(0.5, 1.0).item()  # xy
@@ -246,7 +247,7 @@ def _tensor(across: Array, up: Array, corners: Float[Array, "... 2 2 c"]) -> Arr
 
 
 def _offsets(s: Array, t: Array) -> tuple[Array, Array]:
-    """From each corner to (s, t), shape (..., 2, 2) each."""
+    """Offsets from each corner to (s, t), shape (..., 2, 2) each."""
     ds = jnp.stack([s, s - 1.0], -1)[..., :, None]
     dt = jnp.stack([t, t - 1.0], -1)[..., None, :]
     ds, dt = jnp.broadcast_arrays(ds, dt)
@@ -254,7 +255,7 @@ def _offsets(s: Array, t: Array) -> tuple[Array, Array]:
 
 
 def _extrapolated(s: Array, t: Array, corners: Float[Array, "... 2 2 4"], reach: float) -> Array:
-    """What each corner thinks of (s, t): its value, and its gradient times `reach` of the way."""
+    """Extrapolation from corners to (s, t): the value, plus `reach` of the gradient's term."""
     ds, dt = _offsets(s, t)
     return corners[..., 0] + reach * (corners[..., 1] * ds + corners[..., 2] * dt)
 
@@ -276,7 +277,7 @@ def _inverse_distance(
 
 
 def _within(nodes: Array, x: Array) -> Array:
-    """Between the ends, rounding included."""
+    """Mask of places between the ends, rounding included."""
     slack = 8.0 * jnp.finfo(nodes.dtype).eps * jnp.maximum(jnp.abs(nodes[0]), jnp.abs(nodes[-1]))
     return (x >= nodes[0] - slack) & (x <= nodes[-1] + slack)
 
@@ -312,6 +313,3 @@ def _slopes(
         out = jnp.where(known[k], slope[k], out)
         out = jnp.where(known[k] & known[2 * k], parabola(k, 2 * k), out)
     return jnp.where(known[-1] & known[1], parabola(-1, 1), out)
-
-
-__all__ = ["SCHEMES", "GridInterpolant", "Scheme"]

@@ -12,9 +12,10 @@ import math
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Float
 
 from firstorder.errors import check_finite, check_not_negative, is_concrete, nan_unless
+from firstorder.reconstruction._cells import cell_of
 from firstorder.typing import Scalar, as_float
 
 
@@ -36,7 +37,7 @@ def hermite_basis(t, data: int) -> Float[Array, "... 2 data"]:
     Reference: derivations/reconstruction/hermite.py solves for them; R07 §6.3 uses them.
 
     Example:
-        >>> from firstorder.methods import hermite_basis
+        >>> from firstorder.reconstruction import hermite_basis
         >>> hermite_basis(0.5, 2).tolist()
         [[0.5, 0.125], [0.5, -0.125]]
     """
@@ -49,7 +50,7 @@ def hermite_basis(t, data: int) -> Float[Array, "... 2 data"]:
 
 
 def _one_end(t: Array, data: int) -> list[Array]:
-    """Weights at t = 0, as products of their roots: what vanishes does so without cancellation."""
+    """Weights at t = 0, as products of their roots: exact zeros without cancellation."""
     s = 1.0 - t
     match data:
         case 1:
@@ -60,7 +61,7 @@ def _one_end(t: Array, data: int) -> list[Array]:
     return [(1.0 + 3.0 * t + 6.0 * t * t) * s3, t * (1.0 + 3.0 * t) * s3, 0.5 * t * t * s3]
 
 
-class Interpolant(eqx.Module):
+class HermiteInterpolant(eqx.Module):
     """A piecewise polynomial through samples: degree 1, 3 or 5 by what is known at each.
 
     `p(x) = sum_ik w[i, k]((x - a) / h) h^k f^(k)(node i)` on the cell from a to a + h. It is
@@ -80,8 +81,8 @@ class Interpolant(eqx.Module):
     Reference: R07 §6.3 (Fig. 10); §8.1 draws a quadratic Bezier curve instead.
 
     Example:
-        >>> from firstorder.methods import Interpolant
-        >>> cube = Interpolant([0.0, 1.0, 3.0], [[0.0, 0.0], [1.0, 3.0], [27.0, 27.0]])
+        >>> from firstorder.reconstruction import HermiteInterpolant
+        >>> cube = HermiteInterpolant([0.0, 1.0, 3.0], [[0.0, 0.0], [1.0, 3.0], [27.0, 27.0]])
         >>> cube(2.0).item()
         8.0
     """
@@ -105,7 +106,7 @@ class Interpolant(eqx.Module):
 
     @property
     def degree(self) -> int:
-        """Of the pieces: 1, 3 or 5."""
+        """Degree of the pieces: 1, 3 or 5."""
         return 2 * self.data.shape[1] - 1
 
     def __call__(self, x, side: str = "right") -> Float[Array, "..."]:
@@ -127,7 +128,7 @@ class Interpolant(eqx.Module):
         return nan_unless(rising & self._inside(x), jnp.sum(scaled * both, (-2, -1)))
 
     def _inside(self, x: Array) -> Array:
-        """Between the ends, rounding included."""
+        """Mask of places between the ends, rounding included."""
         low, high = self.nodes[0], self.nodes[-1]
         slack = 8.0 * jnp.finfo(self.nodes.dtype).eps * jnp.maximum(jnp.abs(low), jnp.abs(high))
         return (x >= low - slack) & (x <= high + slack)
@@ -141,31 +142,6 @@ class Interpolant(eqx.Module):
         x = as_float(x)
         (value, first), (_, second) = jax.jvp(slope, (x,), (jnp.ones_like(x),))
         return value, first, second
-
-
-def cell_of(
-    nodes: Float[Array, " n"], x: Float[Array, "..."], side: str = "right"
-) -> Int[Array, "..."]:
-    """Index of the node at which the cell that holds x begins.
-
-    Args:
-        nodes: positions in rising order; cells of no length, at breaks, hold nothing.
-        x: where; outside, the nearest cell.
-        side: the cell to which a node belongs.
-
-    Raises:
-        ValueError: if `side` is not "left" or "right".
-
-    Example:
-        >>> import jax.numpy as jnp
-        >>> from firstorder.reconstruction.hermite import cell_of
-        >>> nodes = jnp.array([0.0, 1.0, 1.0, 2.0])
-        >>> cell_of(nodes, jnp.array(1.0)).item(), cell_of(nodes, jnp.array(1.0), "left").item()
-        (2, 0)
-    """
-    if side not in ("left", "right"):
-        raise ValueError(f"Argument `side` must be 'left' or 'right', but is {side!r}.")
-    return jnp.clip(jnp.searchsorted(nodes, x, side=side) - 1, 0, nodes.size - 2)
 
 
 def interpolation_error(h, derivative, data: int, norm: str = "largest") -> Array:
@@ -187,7 +163,7 @@ def interpolation_error(h, derivative, data: int, norm: str = "largest") -> Arra
     Reference: derived in derivations/reconstruction/hermite.py.
 
     Example:
-        >>> from firstorder.methods import interpolation_error
+        >>> from firstorder.reconstruction import interpolation_error
         >>> interpolation_error(2.0, 1.0, 1).item()  # h^2 / 8
         0.5
     """
@@ -206,6 +182,3 @@ def interpolation_error(h, derivative, data: int, norm: str = "largest") -> Arra
 def _check_data(data: int) -> None:
     if data not in (1, 2, 3):
         raise ValueError(f"Argument `data` must be 1, 2 or 3 numbers per node, but is {data}.")
-
-
-__all__ = ["Interpolant", "cell_of", "hermite_basis", "interpolation_error"]

@@ -1,9 +1,9 @@
-"""An image of which few pixels are shaded; their gradients fill in the others, not across edges.
+"""Images of which few pixels are shaded; gradients fill in the others, not across edges.
 
 R07 §8 interpolates soft shadows on a plane that is seen head-on. Here the same is done in the image
-of any scene: primary rays are cheap and tell where the edges are, shading is dear. In cells that an
-edge cuts, corners of one side alone are left, and gradients gain little there; along the limb of a
-curved shape the image's own gradient has no bound.
+of any scene: primary rays are cheap and tell where the edges are, shading is expensive. In cells
+that an edge cuts, corners of one side alone are left, and gradients gain little there; along the
+contour of a curved shape the image's own gradient has no bound.
 """
 
 from __future__ import annotations
@@ -15,12 +15,18 @@ import numpy as np
 from jaxtyping import Array
 
 from firstorder.imaging.camera import Pinhole
-from firstorder.imaging.render import Image, grid, labels, pixels, places
+from firstorder.imaging.images import (
+    RenderedImage,
+    pixel_grid,
+    pixel_labels,
+    pixel_positions,
+    render_pixels,
+)
 from firstorder.reconstruction.grid import GridInterpolant
 from firstorder.space.scene import Scene
 
 
-def interpolated(
+def interpolate_image(
     scene: Scene,
     camera: Pinhole,
     columns: int,
@@ -30,8 +36,8 @@ def interpolated(
     scheme: str = "hermite",
     half_width: float = 1.0,
     rays: int = 256,
-) -> Image:
-    """Values and gradients at every `step`-th pixel, the others from these, but not across edges.
+) -> RenderedImage:
+    """Image whose every `step`-th pixel is shaded; gradients fill in the others, not across edges.
 
     Every pixel has its primary ray; it is shaded only where it is a node of the grid, outside of
     the nodes, or where no corner of its cell shows the same face.
@@ -51,14 +57,14 @@ def interpolated(
 
     Reference: R07 §8.
     """
-    px, py = grid(columns, rows, half_width)
-    p = places(px, py)
-    index, label = (np.asarray(a) for a in labels(scene, camera, jnp.asarray(p)))
+    px, py = pixel_grid(columns, rows, half_width)
+    p = pixel_positions(px, py)
+    index, label = (np.asarray(a) for a in pixel_labels(scene, camera, jnp.asarray(p)))
     number = np.arange(columns * rows).reshape(columns, rows)
     nodes = number[::step, ::step]
     known = nodes.ravel()
     value, gradient = np.full(len(p), np.nan), np.zeros((len(p), 2))
-    value[known], gradient[known] = pixels(scene, camera, p[known], index[known], rays)
+    value[known], gradient[known] = render_pixels(scene, camera, p[known], index[known], rays)
     data = np.concatenate([value[known, None], gradient[known]], -1).reshape(*nodes.shape, 3)
     patches = GridInterpolant(px[::step], py[::step], data, scheme, jnp.asarray(label[nodes]))
     found = _interpolate(patches, jnp.asarray(p), jnp.asarray(label))
@@ -67,11 +73,11 @@ def interpolated(
     value[rest], gradient[rest] = (np.asarray(a)[rest] for a in found)
     left = np.flatnonzero(np.isnan(value))
     if left.size:
-        value[left], gradient[left] = pixels(scene, camera, p[left], index[left], rays)
+        value[left], gradient[left] = render_pixels(scene, camera, p[left], index[left], rays)
     shaded = np.zeros(len(p), bool)
     shaded[known], shaded[left] = True, True
     shape = (columns, rows)
-    return Image(px, py, value.reshape(shape), gradient.reshape(*shape, 2),
+    return RenderedImage(px, py, value.reshape(shape), gradient.reshape(*shape, 2),
                  label.reshape(shape), shaded.reshape(shape))  # fmt: skip
 
 
@@ -81,6 +87,3 @@ def _interpolate(patches: GridInterpolant, p: Array, label: Array) -> tuple[Arra
         return patches(p[0], p[1], label)
 
     return jax.vmap(jax.value_and_grad(at))(p, label)
-
-
-__all__ = ["interpolated"]

@@ -1,11 +1,11 @@
-"""How much a square of an image wants to be split: metrics for `reconstruction.quadtree`.
+"""Refinement priorities of an image's squares: metrics for `reconstruction.quadtree`.
 
 A metric takes squares, with what was found in their middles and beside them, to numbers; the
 largest is split next. All are densities times an area, so that they fall as squares are cut.
 
 R07 §9.1 uses the size of the image's gradient. It names shadow gradients and the second order as
 missing: the first is part of the gradient that the shading function returns, or is not; the second
-is `by_hessian`, or `by_bending` without a second derivative.
+is `by_hessian`, or `by_hessian_differences` without a second derivative.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ Places = Float[np.ndarray, "n 2"]
 Numbers = Float[np.ndarray, " n"]
 
 
-class Shaded(NamedTuple):
-    """What a shading function returns for places of the image.
+class ShadedSamples(NamedTuple):
+    """Values, gradients and further data that a shading function returns.
 
     Attributes:
         value: radiance [W/(m^2 sr)].
@@ -34,8 +34,8 @@ class Shaded(NamedTuple):
     more: np.ndarray | None = None
 
 
-class Squares(NamedTuple):
-    """What a metric sees: squares, what was found in their middles and beside them.
+class QuadtreeCells(NamedTuple):
+    """Squares of the quadtree as a metric sees them, with the shading in and beside their middles.
 
     Attributes:
         size: side lengths [pixels].
@@ -49,31 +49,32 @@ class Squares(NamedTuple):
     """
 
     size: Numbers
-    shaded: Shaded
+    shaded: ShadedSamples
     differences: Float[np.ndarray, "n 2"]
     bending: Float[np.ndarray, "n 2 2"] | None = None
     variance: Numbers | None = None
 
 
-Metric = Callable[[Squares], Numbers]
+Metric = Callable[[QuadtreeCells], Numbers]
 
 
-# --- metrics: how much a square wants to be split ------------------------------------------------
+# --- metrics: refinement priority of a square -----------------------------------------------------
 
 
-def by_area(squares: Squares) -> Numbers:
+def by_area(squares: QuadtreeCells) -> Numbers:
     """The square's area: samples spread evenly, as far as halving goes.
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.reconstruction.importance import Shaded, Squares, by_area
-        >>> by_area(Squares(np.array([2.0]), Shaded(np.ones(1)), np.zeros((1, 2)))).tolist()
+        >>> from firstorder.reconstruction.importance import ShadedSamples, QuadtreeCells, by_area
+        >>> by_area(QuadtreeCells(np.array([2.0]), ShadedSamples(np.ones(1)), np.zeros((1,
+        ...     2)))).tolist()
         [4.0]
     """
     return squares.size**2
 
 
-def by_gradient(squares: Squares) -> Numbers:
+def by_gradient(squares: QuadtreeCells) -> Numbers:
     """`|grad I| h^2`, from the gradient that the shading function computed.
 
     Raises:
@@ -83,9 +84,10 @@ def by_gradient(squares: Squares) -> Numbers:
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.reconstruction.importance import Shaded, Squares, by_gradient
-        >>> found = Shaded(np.ones(1), np.array([[3.0, 4.0]]))
-        >>> by_gradient(Squares(np.array([2.0]), found, np.zeros((1, 2)))).tolist()
+        >>> from firstorder.reconstruction.importance import ShadedSamples, QuadtreeCells
+        >>> from firstorder.reconstruction.importance import by_gradient
+        >>> found = ShadedSamples(np.ones(1), np.array([[3.0, 4.0]]))
+        >>> by_gradient(QuadtreeCells(np.array([2.0]), found, np.zeros((1, 2)))).tolist()
         [20.0]
     """
     if squares.shaded.gradient is None:
@@ -93,16 +95,18 @@ def by_gradient(squares: Squares) -> Numbers:
     return _norm(squares.shaded.gradient) * squares.size**2
 
 
-def by_differences(squares: Squares) -> Numbers:
+def by_differences(squares: QuadtreeCells) -> Numbers:
     """`|grad I| h^2` from differences of neighbouring samples, as renderers without derivatives do.
 
     It misses what lies between the samples (R07 Fig. 16).
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.reconstruction.importance import Shaded, Squares, by_differences
+        >>> from firstorder.reconstruction.importance import ShadedSamples, QuadtreeCells
+        >>> from firstorder.reconstruction.importance import by_differences
         >>> beside = np.array([[3.0, 4.0]])
-        >>> by_differences(Squares(np.array([2.0]), Shaded(np.ones(1)), beside)).tolist()
+        >>> by_differences(QuadtreeCells(np.array([2.0]), ShadedSamples(np.ones(1)),
+        ...     beside)).tolist()
         [20.0]
 
     Reference: R07 §9.2.
@@ -110,23 +114,25 @@ def by_differences(squares: Squares) -> Numbers:
     return _norm(squares.differences) * squares.size**2
 
 
-def by_hessian(squares: Squares) -> Numbers:
+def by_hessian(squares: QuadtreeCells) -> Numbers:
     """`|Hess I| h^3`: the shading function's `more` holds the Hessian, (n, 2, 2) per pixel^2.
 
     What is read off samples with their planes, or linearly, errs by second derivatives. Exact ones
     with moving shadows come from `jax.hessian` of `space.irradiance`; but a Hessian in the middle
     of a square is zero in a shadow's core and in open light, and knows nothing of a penumbra that
     begins beside it. A floor under a lamp and a ball, 64 x 64 pixels, 5 to 30 % of samples, put
-    together linearly: 0.84 to 0.94 of the error by `by_gradient`; by `by_bending` 0.40 to 0.63.
+    together linearly: 0.84 to 0.94 of the error by `by_gradient`; by `by_hessian_differences` 0.40
+    to 0.63.
 
     Raises:
         ValueError: if there are none.
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.reconstruction.importance import Shaded, Squares, by_hessian
-        >>> found = Shaded(np.ones(1), more=np.array([[[3.0, 0.0], [0.0, 4.0]]]))
-        >>> by_hessian(Squares(np.array([2.0]), found, np.zeros((1, 2)))).tolist()
+        >>> from firstorder.reconstruction.importance import ShadedSamples, QuadtreeCells
+        >>> from firstorder.reconstruction.importance import by_hessian
+        >>> found = ShadedSamples(np.ones(1), more=np.array([[[3.0, 0.0], [0.0, 4.0]]]))
+        >>> by_hessian(QuadtreeCells(np.array([2.0]), found, np.zeros((1, 2)))).tolist()
         [40.0]
     """
     H = squares.shaded.more
@@ -135,12 +141,12 @@ def by_hessian(squares: Squares) -> Numbers:
     return np.sqrt(np.sum(H**2, axis=(1, 2))) * squares.size**3
 
 
-def by_bending(squares: Squares) -> Numbers:
+def by_hessian_differences(squares: QuadtreeCells) -> Numbers:
     """`|Hess I| h^3`, the Hessian from differences of neighbouring samples' gradients.
 
     The second order that needs no second derivative, and sees shadows move where gradients do: it
     is the mean Hessian between the samples. In the penumbra of a ball (gradients of
-    `lit.moving_shadows`, 48 x 48 nodes) it is off the exact one by 5 % in the median where samples
+    `shadow_edge_terms`, 48 x 48 nodes) it is off the exact one by 5 % in the median where samples
     are a quarter of the penumbra apart, 15 % at a half and 40 % at all of it; by 90 % where the
     gradients leave out that shadows move.
 
@@ -149,9 +155,11 @@ def by_bending(squares: Squares) -> Numbers:
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.reconstruction.importance import Shaded, Squares, by_bending
+        >>> from firstorder.reconstruction.importance import ShadedSamples, QuadtreeCells
+        >>> from firstorder.reconstruction.importance import by_hessian_differences
         >>> H = np.array([[[3.0, 0.0], [0.0, 4.0]]])
-        >>> by_bending(Squares(np.array([2.0]), Shaded(np.ones(1)), np.zeros((1, 2)), H)).tolist()
+        >>> by_hessian_differences(QuadtreeCells(np.array([2.0]), ShadedSamples(np.ones(1)),
+        ...     np.zeros((1, 2)), H)).tolist()
         [40.0]
     """
     if squares.bending is None:
@@ -159,7 +167,7 @@ def by_bending(squares: Squares) -> Numbers:
     return np.sqrt(np.sum(squares.bending**2, axis=(1, 2))) * squares.size**3
 
 
-def by_variance(squares: Squares) -> Numbers:
+def by_variance(squares: QuadtreeCells) -> Numbers:
     """`h^2 V`, V the variance of a square's value and its neighbours': the usual way to refine.
 
     On a plane it is the square of `by_differences`, up to a factor, so that both split alike: "in
@@ -170,8 +178,10 @@ def by_variance(squares: Squares) -> Numbers:
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.reconstruction.importance import Shaded, Squares, by_variance
-        >>> four = Squares(np.array([2.0]), Shaded(np.ones(1)), np.zeros((1, 2)), None, np.ones(1))
+        >>> from firstorder.reconstruction.importance import ShadedSamples, QuadtreeCells
+        >>> from firstorder.reconstruction.importance import by_variance
+        >>> four = QuadtreeCells(np.array([2.0]), ShadedSamples(np.ones(1)), np.zeros((1, 2)), None,
+        ...     np.ones(1))
         >>> by_variance(four).tolist()
         [4.0]
     """
@@ -180,7 +190,7 @@ def by_variance(squares: Squares) -> Numbers:
     return squares.variance * squares.size**2
 
 
-def by_density(squares: Squares) -> Numbers:
+def by_density(squares: QuadtreeCells) -> Numbers:
     """`m h^2` with the shading function's `more` as m, a density of importance, one a place.
 
     Fit for every heuristic that is given in closed form: D05's band limit, or the product of
@@ -191,9 +201,10 @@ def by_density(squares: Squares) -> Numbers:
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.reconstruction.importance import Shaded, Squares, by_density
-        >>> found = Shaded(np.ones(1), more=np.array([3.0]))
-        >>> by_density(Squares(np.array([2.0]), found, np.zeros((1, 2)))).tolist()
+        >>> from firstorder.reconstruction.importance import ShadedSamples, QuadtreeCells
+        >>> from firstorder.reconstruction.importance import by_density
+        >>> found = ShadedSamples(np.ones(1), more=np.array([3.0]))
+        >>> by_density(QuadtreeCells(np.array([2.0]), found, np.zeros((1, 2)))).tolist()
         [12.0]
     """
     m = squares.shaded.more
@@ -202,7 +213,7 @@ def by_density(squares: Squares) -> Numbers:
     return m * squares.size**2
 
 
-def product(
+def importance_product(
     turning: Float[np.ndarray, "n 2"],
     share: Float[np.ndarray, "n 2"],
     band: Float[np.ndarray, "n 2"],
@@ -210,7 +221,7 @@ def product(
     cosine: Numbers,
     lamp: Numbers,
 ) -> Numbers:
-    """A cheap product of what makes images vary; no light is gathered for it (R07 §9).
+    """Cheap product of the factors that make images vary; no light is gathered for it (R07 §9).
 
     `m = z / (n_0 . v) sum over lobes of share (turning + 1 / lamp) band`: how much of the surface a
     pixel covers, how fast the surface turns there, bumps included, or the lamp's direction does,
@@ -218,7 +229,8 @@ def product(
     lamp's distance, and takes the sharpest lobe for all.
 
     Args:
-        turning: how fast each lobe turns along the surface, CV of `imaging.pixels.Pixels` [1/m].
+        turning: how fast each lobe turns along the surface, CV of `imaging.shading.ShadedPixels`
+            [1/m].
         share: of light that each lobe reflects, albedo and specular.
         band: band limit of each lobe [1/rad].
         distance: from the eye [m].
@@ -231,22 +243,23 @@ def product(
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.reconstruction.importance import product
+        >>> from firstorder.reconstruction.importance import importance_product
         >>> one = np.ones((1, 2))
-        >>> product(one, 0.5 * one, one, np.ones(1), np.full(1, 0.5), np.ones(1)).tolist()
+        >>> importance_product(one, 0.5 * one, one, np.ones(1), np.full(1, 0.5),
+        ...     np.ones(1)).tolist()
         [4.0]
     """
     speed = np.sum(share * band * (turning + 1.0 / lamp[:, None]), -1)
     return distance * speed / np.maximum(cosine, 1e-3)
 
 
-def far_light(CDV: Numbers, SV: Numbers, threshold: float) -> Bool[np.ndarray, " n"]:
-    """Where light may be taken for distant: `CDV > threshold SV`, R07's far light.
+def is_far_light(CDV: Numbers, SV: Numbers, threshold: float) -> Bool[np.ndarray, " n"]:
+    """Mask of places whose light may be taken for distant: `CDV > threshold SV`, R07's far light.
 
     The gradient then loses SV. Of one lobe's gradient along the surface, SV + CDV, that is a share
     of at most `1 / (threshold - 1)`; of an image's gradient it may be more, where the CDV of two
     lobes, or that and the turn of the view, point against each other. What the value loses grows
-    with the way to where the light was looked at (`imaging.sky_lights.as_distant`).
+    with the way to where the light was looked at (`imaging.sky_lights.distant_lamp`).
 
     Args:
         CDV: curvature-weighted directional variation [per m].
@@ -260,8 +273,8 @@ def far_light(CDV: Numbers, SV: Numbers, threshold: float) -> Bool[np.ndarray, "
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.reconstruction.importance import far_light
-        >>> far_light(np.array([3.0, 30.0]), np.ones(2), 10.0).tolist()
+        >>> from firstorder.reconstruction.importance import is_far_light
+        >>> is_far_light(np.array([3.0, 30.0]), np.ones(2), 10.0).tolist()
         [False, True]
     """
     if not threshold >= 1.0:
@@ -271,19 +284,3 @@ def far_light(CDV: Numbers, SV: Numbers, threshold: float) -> Bool[np.ndarray, "
 
 def _norm(g: Float[np.ndarray, "n 2"]) -> Numbers:
     return np.sqrt(g[:, 0] ** 2 + g[:, 1] ** 2)
-
-
-__all__ = [
-    "Metric",
-    "Shaded",
-    "Squares",
-    "by_area",
-    "by_bending",
-    "by_density",
-    "by_differences",
-    "by_gradient",
-    "by_hessian",
-    "by_variance",
-    "far_light",
-    "product",
-]

@@ -18,14 +18,14 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from firstorder.errors import check_finite, check_positive, is_concrete, nan_unless
-from firstorder.reconstruction.hermite import Interpolant, hermite_basis, interpolation_error
+from firstorder.reconstruction.hermite import HermiteInterpolant, hermite_basis, interpolation_error
 from firstorder.typing import Scalar, as_float
 
-# --- drivers: how much a cell wants to be split ------------------------------------------------
+# --- drivers: refinement priority of a cell -----------------------------------------------------
 
 
-class Cell(NamedTuple):
-    """What a driver sees: a cell's length, and what is known at its two ends.
+class LineCell(NamedTuple):
+    """An interval as a driver sees it: its length, and the data at its two ends.
 
     Attributes:
         length: in the unit of x.
@@ -44,22 +44,22 @@ class Cell(NamedTuple):
         return 0.5 * (jnp.abs(self.left[order]) + jnp.abs(self.right[order]))
 
 
-Driver = Callable[[Cell], Scalar]
+Driver = Callable[[LineCell], Scalar]
 
 
-def by_length(cell: Cell) -> Scalar:
+def line_by_length(cell: LineCell) -> Scalar:
     """The cell's length: samples spread evenly, as far as halving goes.
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.methods import Cell, by_length
-        >>> by_length(Cell(jnp.array(0.5), jnp.zeros(1), jnp.ones(1))).item()
+        >>> from firstorder.reconstruction import LineCell, line_by_length
+        >>> line_by_length(LineCell(jnp.array(0.5), jnp.zeros(1), jnp.ones(1))).item()
         0.5
     """
     return cell.length
 
 
-def by_differences(cell: Cell) -> Scalar:
+def line_by_differences(cell: LineCell) -> Scalar:
     """`|f(b) - f(a)|`: the numeric gradient times the length, from values alone.
 
     It is the magnitude of `int f'`, in which ups and downs cancel: a cell that holds whole periods
@@ -69,14 +69,14 @@ def by_differences(cell: Cell) -> Scalar:
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.methods import Cell, by_differences
-        >>> by_differences(Cell(jnp.array(0.5), jnp.zeros(1), -jnp.ones(1))).item()
+        >>> from firstorder.reconstruction import LineCell, line_by_differences
+        >>> line_by_differences(LineCell(jnp.array(0.5), jnp.zeros(1), -jnp.ones(1))).item()
         1.0
     """
     return jnp.abs(cell.right[0] - cell.left[0])
 
 
-def by_gradient(cell: Cell) -> Scalar:
+def line_by_gradient(cell: LineCell) -> Scalar:
     """`h (|f'(a)| + |f'(b)|) / 2`: the gradient's magnitude times the length.
 
     It estimates `int |f'|`, in which nothing cancels. Blind where both ends happen to be extrema.
@@ -85,31 +85,32 @@ def by_gradient(cell: Cell) -> Scalar:
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.methods import Cell, by_gradient
-        >>> by_gradient(Cell(jnp.array(0.5), jnp.array([0.0, 2.0]), jnp.array([0.0, -2.0]))).item()
+        >>> from firstorder.reconstruction import LineCell, line_by_gradient
+        >>> line_by_gradient(LineCell(jnp.array(0.5), jnp.array([0.0, 2.0]), jnp.array([0.0,
+        ...     -2.0]))).item()
         1.0
     """
     return cell.length * cell.mean(1)
 
 
-def by_curvature(cell: Cell) -> Scalar:
+def line_by_curvature(cell: LineCell) -> Scalar:
     """`h^2 / 8` times the mean of |f''| at the ends: the error of linear interpolation.
 
     Reference: R07 §9.3 asks for it; the constant is `interpolation_error`'s.
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.methods import Cell, by_curvature
+        >>> from firstorder.reconstruction import LineCell, line_by_curvature
         >>> parabola = jnp.array([0.0, 0.0, 2.0]), jnp.array([1.0, 2.0, 2.0])
-        >>> by_curvature(Cell(jnp.array(1.0), *parabola)).item()  # x^2, missed by 1/4 at 1/2
+        >>> line_by_curvature(LineCell(jnp.array(1.0), *parabola)).item()  # x^2: 1/4 at 1/2
         0.25
     """
     return interpolation_error(cell.length, cell.mean(2), 1)
 
 
 @functools.cache  # the same object again, which is compiled already
-def by_disagreement(data: int) -> Driver:
-    """How far a curve through `data` numbers per node lies from one that knows all there are.
+def line_by_disagreement(data: int) -> Driver:
+    """Driver: the distance between Hermite curves of `data` and of all known numbers per node.
 
     `max |p_all - p_data|` over nine places in the cell: what the interpolant that will be used
     gets wrong, as far as the derivatives that it leaves out can tell. With slopes it needs no
@@ -120,13 +121,13 @@ def by_disagreement(data: int) -> Driver:
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.methods import Cell, by_disagreement
+        >>> from firstorder.reconstruction import LineCell, line_by_disagreement
         >>> parabola = jnp.array([0.0, 0.0]), jnp.array([1.0, 2.0])
-        >>> by_disagreement(1)(Cell(jnp.array(1.0), *parabola)).item()
+        >>> line_by_disagreement(1)(LineCell(jnp.array(1.0), *parabola)).item()
         0.25
     """
 
-    def driver(cell: Cell) -> Scalar:
+    def driver(cell: LineCell) -> Scalar:
         known = cell.left.shape[0]
         if known <= data:
             raise ValueError(
@@ -156,7 +157,7 @@ class LineSamples(eqx.Module):
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.methods import sample_line
+        >>> from firstorder.reconstruction import sample_line
         >>> line = sample_line(lambda x: (x**2, 2.0 * x), 0.0, 1.0, budget=4, initial=3)
         >>> print(line)
            x   value  slope  order
@@ -175,8 +176,8 @@ class LineSamples(eqx.Module):
         """The values."""
         return self.data[:, 0]
 
-    def interpolant(self, data: int | None = None) -> Interpolant:
-        """The curve through the samples: 1 linear, 2 cubic, 3 quintic; left out, all there is.
+    def interpolant(self, data: int | None = None) -> HermiteInterpolant:
+        """Curve through the samples: 1 linear, 2 cubic, 3 quintic; left out, as high as possible.
 
         Raises:
             ValueError: if more is asked for than is known.
@@ -184,7 +185,7 @@ class LineSamples(eqx.Module):
         known = self.data.shape[1]
         if data is not None and not 1 <= data <= known:
             raise ValueError(f"Argument `data` must lie in [1, {known}], but is {data}.")
-        return Interpolant(self.x, self.data[:, :data])
+        return HermiteInterpolant(self.x, self.data[:, :data])
 
     def columns(self) -> dict[str, np.ndarray]:
         """The table by columns, as `io.write_csv` takes it."""
@@ -212,13 +213,13 @@ def sample_line(
     low,
     high,
     budget: int,
-    driver: Driver = by_gradient,
+    driver: Driver = line_by_gradient,
     *,
     initial: int = 9,
     batch: int | float = 1,
     breaks=(),
 ) -> LineSamples:
-    """Samples a function on [low, high], each time in the middle of the most important cell.
+    """Samples of a function on [low, high], each in the middle of the most important cell.
 
     Every smooth piece begins with `initial` even samples. A break is sampled on both sides, a few
     roundings inside each piece, and no cell crosses it. Runs compiled, under `jit` and `vmap` too;
@@ -232,7 +233,7 @@ def sample_line(
         low: where the line begins.
         high: where it ends.
         budget: how many samples there will be, those at the beginning included.
-        driver: what makes a cell important, such as `by_gradient`.
+        driver: what makes a cell important, such as `line_by_gradient`.
         initial: samples of each piece at the beginning, its two ends among them.
         batch: cells that are split at a time, a count or (below 1) a share of all; the more, the
             less greedy, and the fewer the steps.
@@ -245,7 +246,7 @@ def sample_line(
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.methods import sample_line
+        >>> from firstorder.reconstruction import sample_line
         >>> line = sample_line(lambda x: (jnp.tanh(9.0 * x), 9.0 / jnp.cosh(9.0 * x) ** 2),
         ...                    -1.0, 1.0, budget=32)
         >>> int(jnp.sum(jnp.abs(line.x) < 0.25))  # a quarter of the line, most of the samples
@@ -277,7 +278,7 @@ def _check(ends, pieces, budget, initial, batch) -> None:
 
 
 def _sizes(count: int, pieces: int, budget: int, batch: int | float) -> list[int]:
-    """How many samples each step takes, the even ones first: known before anything is sampled."""
+    """Sample counts of all steps, the even ones first: known before anything is sampled."""
     nodes, sizes = count, []
     while nodes < budget:
         cells = nodes - pieces
@@ -313,7 +314,7 @@ def _run(function, driver, ends, initial: int, budget: int, sizes, widest: int):
 
     def importance(x, data, a, b):
         length = x[b] - x[a]
-        w = jax.vmap(driver)(Cell(length, data[a], data[b]))
+        w = jax.vmap(driver)(LineCell(length, data[a], data[b]))
         return jnp.where(jnp.isfinite(w) & (length > 2.0 * hair), w, -1.0)
 
     def known(x):
@@ -357,7 +358,7 @@ def _run(function, driver, ends, initial: int, budget: int, sizes, widest: int):
 
 
 def _even(ends, initial: int):
-    """Even places of every piece, where to ask for them, and the hair's breadth between."""
+    """Even places of every piece, the places at which to evaluate them, and the offset between."""
     t = jnp.linspace(0.0, 1.0, initial, dtype=ends.dtype)
     low, high = ends[:-1, None], ends[1:, None]
     grid = (low + (high - low) * t).at[:, -1].set(ends[1:])  # the sum may miss it by a rounding
@@ -366,16 +367,3 @@ def _even(ends, initial: int):
     inner = jnp.clip(grid, low + hair, high - hair)
     inner = inner.at[0, 0].set(ends[0]).at[-1, -1].set(ends[-1])
     return grid.ravel(), inner.ravel(), hair
-
-
-__all__ = [
-    "Cell",
-    "Driver",
-    "LineSamples",
-    "by_curvature",
-    "by_differences",
-    "by_disagreement",
-    "by_gradient",
-    "by_length",
-    "sample_line",
-]

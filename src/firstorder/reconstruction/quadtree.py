@@ -1,4 +1,4 @@
-"""Where to look at an image: squares that matter are split in four, until the budget is spent.
+"""Adaptive sampling of an image: squares that matter are split in four until the budget is spent.
 
 A sample lies in the middle of each square, so what is known of the picture there (its gradient, its
 second derivatives, what a frequency analysis says) tells what the square still hides. A metric puts
@@ -27,12 +27,12 @@ from firstorder.reconstruction.importance import (
     Metric,
     Numbers,
     Places,
-    Shaded,
-    Squares,
+    QuadtreeCells,
+    ShadedSamples,
     by_gradient,
 )
 
-Shade = Callable[[Places], Shaded]
+Shade = Callable[[Places], ShadedSamples]
 
 
 # --- samples -------------------------------------------------------------------------------------
@@ -71,7 +71,7 @@ def sample_image(
     smallest: float = 0.5,
     thorough: bool = False,
 ) -> ImageSamples:
-    """Samples an image where a metric finds it worth while.
+    """Samples of an image, placed by a metric of importance.
 
     Args:
         shade: from places to what is seen there; called once a round with all new places.
@@ -95,11 +95,11 @@ def sample_image(
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.reconstruction.importance import Shaded, by_gradient
+        >>> from firstorder.reconstruction.importance import ShadedSamples, by_gradient
         >>> from firstorder.reconstruction.quadtree import sample_image
         >>> def step(p):  # a blurred edge at the middle
         ...     x = p[:, 0] - 16.0
-        ...     return Shaded(np.tanh(x), np.stack([1.0 / np.cosh(x) ** 2, 0.0 * x], -1))
+        ...     return ShadedSamples(np.tanh(x), np.stack([1.0 / np.cosh(x) ** 2, 0.0 * x], -1))
         >>> found = sample_image(step, 32, 32, 100, by_gradient)
         >>> len(found.p), bool(np.median(abs(found.p[:, 0] - 16.0)) < 3.0)
         (100, True)
@@ -153,7 +153,7 @@ def _quarters(
     return (corner[:, None] + half[:, None, None] * step).reshape(-1, 2), np.repeat(half, 4)
 
 
-def _around_grid(found: Shaded, columns: int, block: int) -> tuple:
+def _around_grid(found: ShadedSamples, columns: int, block: int) -> tuple:
     """Differences, bending and variance of neighbours in the first grid."""
     V = found.value.reshape(columns, -1)
     bending = None
@@ -164,7 +164,7 @@ def _around_grid(found: Shaded, columns: int, block: int) -> tuple:
 
 
 def _grid_variance(V: np.ndarray) -> np.ndarray:
-    """Unbiased, of fours of neighbours as among siblings: the mean of those that hold a square."""
+    """Unbiased variance of fours of neighbours: the mean of those that hold a square."""
     i, j = (min(n, 2) for n in V.shape)
     if i * j == 1:
         return np.zeros_like(V)
@@ -186,8 +186,8 @@ def _grid_differences(V: np.ndarray, block: int) -> Float[np.ndarray, "n 2"]:
     return np.stack(slope, -1).reshape(-1, 2)
 
 
-def _around_siblings(found: Shaded, size, inside) -> tuple:
-    """The same of the quarters of one square; those outside of the image do not count."""
+def _around_siblings(found: ShadedSamples, size, inside) -> tuple:
+    """Differences between the quarters of one square; those outside of the image do not count."""
     bending = None
     if found.gradient is not None:
         both = [_sibling_differences(g, size, inside) for g in found.gradient.T]
@@ -217,7 +217,7 @@ def _symmetric(H: np.ndarray) -> Float[np.ndarray, "n 2 2"]:
 
 
 class _Mixed:
-    """In which squares of the image several objects meet."""
+    """Mask of squares of the image in which several objects meet."""
 
     def __init__(self, labels: np.ndarray, width: int, height: int, block: int):
         if labels.shape != (width, height):
@@ -262,10 +262,10 @@ class _Tree:
         self.spread = 1.0 + 1e-13 * np.modf(0.5 * (np.sqrt(5.0) - 1.0) * np.arange(room))[0]
 
     def middles(self, corner: Places, size: Numbers) -> Places:
-        """Of the part of each square that lies in the image."""
+        """Middles of the squares, of the part that lies in the image."""
         return 0.5 * (corner + np.minimum(corner + size[:, None], self.ends))
 
-    def add(self, corner: Places, size: Numbers, p: Places, found: Shaded, *around) -> None:
+    def add(self, corner: Places, size: Numbers, p: Places, found: ShadedSamples, *around) -> None:
         """New squares with what was found in them."""
         at = slice(self.count, self.count + len(p))
         self.corner[at], self.size[at], self.p[at], self.value[at] = corner, size, p, found.value
@@ -273,7 +273,7 @@ class _Tree:
             if self.gradient is None:
                 self.gradient = np.zeros_like(self.p)
             self.gradient[at] = found.gradient
-        importance = np.asarray(self.metric(Squares(size, found, *around)), float)
+        importance = np.asarray(self.metric(QuadtreeCells(size, found, *around)), float)
         if not np.all(importance >= 0.0):
             raise ValueError("Argument `metric` must give numbers from 0 up, but does not.")
         if self.thorough:
@@ -302,12 +302,9 @@ class _Tree:
         return np.argpartition(spread, self.count - k)[self.count - k :]
 
     def samples(self) -> ImageSamples:
-        """What was found."""
+        """All samples found so far."""
         n = self.count
         gradient = None if self.gradient is None else self.gradient[:n]
         return ImageSamples(
             self.p[:n], self.size[:n], self.value[:n], gradient, self.leaf[:n], self.rounds
         )
-
-
-__all__ = ["ImageSamples", "sample_image"]

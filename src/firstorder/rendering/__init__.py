@@ -1,1 +1,26 @@
-"""Whole images to files: tiles, passes, shadow rays through meshes."""
+"""Rendering of whole images to files: tiles, passes, shadow rays through meshes."""
+
+from firstorder.rendering.image_files import (
+    image_coordinates,
+    render_to_files,
+    scene_fingerprint,
+    world_from_scene,
+)
+from firstorder.rendering.renderer import Renderer, TileHits, World
+from firstorder.rendering.shadow_rays import CameraHits, camera_hits, is_visible, mesh_blockers
+from firstorder.rendering.tiles import render_tiles
+
+__all__ = [
+    "World",
+    "Renderer",
+    "TileHits",
+    "image_coordinates",
+    "world_from_scene",
+    "scene_fingerprint",
+    "render_tiles",
+    "render_to_files",
+    "mesh_blockers",
+    "is_visible",
+    "CameraHits",
+    "camera_hits",
+]

@@ -1,4 +1,4 @@
-"""Whole images of the renderer: tiles that survive, layers in an EXR file, a picture beside it."""
+"""Rendering of whole images to files: resumable tiles, layers in an EXR file, and a picture."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ import numpy as np
 from jaxtyping import Float
 
 from firstorder.errors import check_positive
-from firstorder.imaging.area_lights import Lamp
-from firstorder.io.layers import write_layers
-from firstorder.io.scenes.space_toml import Space
-from firstorder.io.scenes.surface_maps import Coat, finish_of
+from firstorder.imaging._area_lights import Lamp
+from firstorder.io.exr import write_layers
+from firstorder.io.scenes._surface_maps import MapSet, surface_maps_of
+from firstorder.io.scenes.space_toml import SpaceFile
 from firstorder.rendering.renderer import Renderer, World
 from firstorder.rendering.tiles import render_tiles
 from firstorder.space.scene import Scene
@@ -24,11 +24,11 @@ from firstorder.space.skies import ConstantSky
 
 
 def image_coordinates(p: Float[np.ndarray, "n 2"], width: int, height: int):
-    """Of places in pixels: u from -1 to 1 across, v as long a unit upwards."""
+    """Image coordinates of places in pixels: u from -1 to 1 across, v as long a unit upwards."""
     return (2.0 * np.asarray(p, float) - (width, height)) / width
 
 
-def render(
+def render_to_files(
     world: World,
     width: int,
     height: int,
@@ -40,7 +40,7 @@ def render(
     out: str | os.PathLike[str] | None = None,
     quiet: bool | None = None,
 ) -> dict[str, Float[np.ndarray, "w h"]]:
-    """A whole image, by tiles that are kept: killed at any time, the same call goes on.
+    """Render a whole image by tiles that are kept: killed at any time, the same call goes on.
 
     After every pass the picture so far is written.
 
@@ -70,7 +70,7 @@ def render(
 
     def show(layers, number):
         if out is not None:
-            write_image(out, layers)
+            _write_image(out, layers)
 
     return render_tiles(
         shade, width, height, folder, side=side, passes=passes, key=key, after_pass=show,
@@ -78,21 +78,23 @@ def render(
     )  # fmt: skip
 
 
-def write_image(path: str | os.PathLike[str], layers: Mapping[str, np.ndarray]) -> None:
-    """Layers as an .exr file, and `value` as a picture of the same name beside it.
+def _write_image(path: str | os.PathLike[str], layers: Mapping[str, np.ndarray]) -> None:
+    """Write layers as an .exr file, and `value` as a picture of the same name beside it.
 
     Args:
         path: ends in .exr.
         layers: by name, first axis across; `value` among them.
     """
-    from firstorder.plotting.pictures import write_picture
+    from firstorder.plotting.pictures import write_png
 
     write_layers(path, layers)
-    write_picture(pathlib.Path(path).with_suffix(".png"), layers["value"])
+    write_png(pathlib.Path(path).with_suffix(".png"), layers["value"])
 
 
-def world_of(space: Space, nodes: int = 12, sky_rows: int = 12, sky_nodes: str = "even") -> World:
-    """What a scene file describes, ready to be rendered: rectangles that emit become lamps.
+def world_from_scene(
+    space: SpaceFile, nodes: int = 12, sky_rows: int = 12, sky_nodes: str = "even"
+) -> World:
+    """World of a scene file, ready to render: rectangles that emit become lamps.
 
     Args:
         space: as `io.read_space` gives it.
@@ -101,12 +103,13 @@ def world_of(space: Space, nodes: int = 12, sky_rows: int = 12, sky_nodes: str =
         sky_nodes: where they stand, as in `World`.
 
     Raises:
-        ValueError: if there is no camera, or something emits that is no rectangle or has a coat.
+        ValueError: if there is no camera, or something emits that is no rectangle or has surface
+            maps.
     """
     if space.camera is None:
         raise ValueError("Argument `space` must have a camera to be rendered, but has none.")
     lamps, things, worn = [], [], []
-    coats = space.coats or (Coat(),) * (len(space.things) + len(space.models))
+    coats = space.coats or (MapSet(),) * (len(space.things) + len(space.models))
     for one, coat in zip(space.things, coats, strict=False):
         L = np.asarray(one.material.emission)
         if not np.any(L):
@@ -132,12 +135,12 @@ def world_of(space: Space, nodes: int = 12, sky_rows: int = 12, sky_nodes: str =
         sky = ConstantSky(sky) if float(sky) > 0.0 else None
     scene = Scene.of(*things) if things else None
     own = _numbers([thing.shape for thing in things], len(space.models))
-    finish = finish_of(list(zip(own, [*worn, *coats[len(space.things) :]], strict=True)))
+    finish = surface_maps_of(list(zip(own, [*worn, *coats[len(space.things) :]], strict=True)))
     return World(space.camera, scene, space.models, tuple(lamps), sky, sky_rows, sky_nodes, finish)
 
 
 def _numbers(shapes: Sequence[Shape], models: int) -> list[tuple[int, ...]]:
-    """Of some shapes, as a scene counts them, kind by kind; and then of models."""
+    """Numbers of some shapes, as a scene counts them, kind by kind; and then of models."""
     found, first = {}, 0
     for kind in KINDS:
         for k, shape in enumerate(shapes):
@@ -147,26 +150,23 @@ def _numbers(shapes: Sequence[Shape], models: int) -> list[tuple[int, ...]]:
     return [*(found[k] for k in range(len(shapes))), *((first + k,) for k in range(models))]
 
 
-def fingerprint(space: Space) -> str:
-    """Letters that change with any number of a scene, those of the files that it names included.
+def scene_fingerprint(space: SpaceFile) -> str:
+    """Letters that change with any number of a scene, files that it names included.
 
     Args:
         space: as `io.read_space` gives it.
 
     Example:
-        >>> from firstorder.rendering.image_files import fingerprint
-        >>> from firstorder.io.scenes.space_toml import Space
-        >>> fingerprint(Space((), sky=0.5)) == fingerprint(Space((), sky=0.6))
+        >>> from firstorder.rendering.image_files import scene_fingerprint
+        >>> from firstorder.io.scenes.space_toml import SpaceFile
+        >>> scene_fingerprint(SpaceFile((), sky=0.5)) == scene_fingerprint(SpaceFile((), sky=0.6))
         False
     """
     things = [(t.shape, t.name, t.material) for t in space.things]
     models = [(m.mesh.vertices, m.mesh.faces, m.name, m.material, m.uv) for m in space.models]
-    # What kind of coat is on what, and whether a picture repeats, is no number.
+    # Which kind of surface map is on what, and whether a picture repeats, is no number.
     found = hashlib.sha256(str(jax.tree.structure(space.coats)).encode())
     for leaf in jax.tree.leaves((things, models, space.sky, space.camera, space.coats)):
         a = np.asarray(leaf)
         found.update(f"{a.dtype} {a.shape} ".encode() + a.tobytes())
     return found.hexdigest()[:16]
-
-
-__all__ = ["fingerprint", "image_coordinates", "render", "world_of", "write_image"]

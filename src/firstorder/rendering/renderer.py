@@ -1,12 +1,13 @@
-"""A small renderer: what R07's sampling of images, and whoever wants to look, needs of one.
+"""A small renderer of meshes and analytic shapes, with image gradients.
 
 Meshes and analytic shapes, one bounce of near lamps and of a sky with soft shadows, diffuse and
-glossy lobes, bumps, normal maps and textures (`imaging.pixels.Finish`); every pixel comes with its
-gradient, with what moving shadows add, and with R07's terms. Meshes are met by Embree, analytic
-shapes in JAX; what is found is shaded by the one code there is (`imaging.pixels.shade_point`).
+glossy lobes, bumps, normal maps and textures (`imaging.shading.SurfaceMaps`); every pixel comes
+with its gradient, with what moving shadows add, and with R07's terms. Meshes are met by Embree,
+analytic shapes in JAX; what is found is shaded by the one code there is
+(`imaging.shading.shade_point`).
 
-Things are numbered: shapes of the scene, then models, then lamps. Light that was reflected before
-does not arrive; lamps hide nothing and are seen as they are.
+Primitives are numbered: shapes of the scene, then models, then lamps. Light that was reflected
+before does not arrive; lamps hide nothing and are seen as they are.
 """
 
 from __future__ import annotations
@@ -21,18 +22,25 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, Int
 
-from firstorder.imaging.area_lights import Lamp, Light
+from firstorder.imaging._area_lights import Lamp, SampledLight
 from firstorder.imaging.camera import Pinhole
-from firstorder.imaging.facets import facets, look_at_facet
-from firstorder.imaging.pixels import Finish, Pixels, hidden_at, look, scattered, shade_point
-from firstorder.imaging.sky_lights import CosineSky, nodes_of, turned_to
+from firstorder.imaging.facets import facet_interaction, mesh_facets
+from firstorder.imaging.shading import (
+    ShadedPixels,
+    SurfaceMaps,
+    node_occlusion,
+    scatter_blocks,
+    shade_point,
+    surface_interaction,
+)
+from firstorder.imaging.sky_lights import CosineSkyLight, oriented_light, sky_light
 from firstorder.io.meshes import Embree
-from firstorder.io.scenes.space_toml import Model
-from firstorder.rendering.blocks import beside_seen, in_blocks
-from firstorder.scene.primitives import joined
+from firstorder.io.scenes.space_toml import MeshModel
+from firstorder.rendering._blocks import beside_seen, in_blocks
+from firstorder.scene._primitives import joined
 from firstorder.space.intersect import nearest
-from firstorder.space.meshes.mesh import mesh
-from firstorder.space.scene import Material, Scene, thing
+from firstorder.space.meshes.triangle_mesh import mesh
+from firstorder.space.scene import Material, Scene, primitive
 from firstorder.space.shapes.build import sphere
 from firstorder.space.shapes.kinds import Rectangles
 
@@ -43,7 +51,7 @@ OFF = 1e-5
 
 
 class World(NamedTuple):
-    """What is rendered.
+    """Camera, scene, lights and surface maps of a rendering.
 
     Attributes:
         camera: the eye.
@@ -52,33 +60,33 @@ class World(NamedTuple):
         lamps: near light.
         sky: distant light, a function of the direction; None for none.
         sky_rows: of its nodes; twice as many columns.
-        sky_nodes: "even", "cosine" or "luminance" (`skylit.nodes_of`); shadows move over two.
-        finish: bumps and textures, by number of the thing.
+        sky_nodes: "even", "cosine" or "luminance" (`imaging.sky_light`); shadows move over two.
+        finish: bumps and textures, by number of the primitive.
         normals: of each model, at its vertices; None for `vertex_normals`.
     """
 
     camera: Pinhole
     scene: Scene | None = None
-    models: tuple[Model, ...] = ()
+    models: tuple[MeshModel, ...] = ()
     lamps: tuple[Lamp, ...] = ()
     sky: Any = None
     sky_rows: int = 12
     sky_nodes: str = "even"
-    finish: Finish | None = None
+    finish: SurfaceMaps | None = None
     normals: tuple[Any, ...] | None = None
 
     @property
     def shapes(self) -> int:
-        """How many analytic shapes there are; models are counted from there."""
+        """Number of analytic shapes; models are counted from there."""
         return 0 if self.scene is None else self.scene.count
 
 
 @dataclasses.dataclass(frozen=True)
-class Seen:
-    """What primary rays meet.
+class TileHits:
+    """First hits of primary rays.
 
     Attributes:
-        index: number of the thing, -1 for the sky.
+        index: number of the primitive, -1 for the sky.
         face: of all models' faces, -1 if it is no model.
         distance: from the eye, infinity for the sky [m].
     """
@@ -89,7 +97,7 @@ class Seen:
 
 
 class Renderer:
-    """Pixels of a world, a few or all.
+    """Renderer of a world: shades pixels, a few or all.
 
     Args:
         world: what is seen.
@@ -101,10 +109,10 @@ class Renderer:
     Example:
         >>> import numpy as np
         >>> from firstorder.rendering.renderer import Renderer, World
-        >>> from firstorder.space import Scene, plane, thing
+        >>> from firstorder.space import Scene, plane, primitive
         >>> from firstorder.imaging.camera import pinhole
-        >>> from firstorder.imaging.area_lights import Lamp
-        >>> floor = Scene.of(thing(plane((0, 0, 0), (0, 0, 1)), albedo=0.5))
+        >>> from firstorder.imaging._area_lights import Lamp
+        >>> floor = Scene.of(primitive(plane((0, 0, 0), (0, 0, 1)), albedo=0.5))
         >>> lamp = Lamp((0, 0, 2), (0, 1, 0), (1, 0, 0), count=4, even=True)
         >>> camera = pinhole((0.0, -2.0, 2.0), (0.0, 0.0, 0.0))
         >>> found, index = Renderer(World(camera, floor, lamps=(lamp,))).pixels(np.zeros((1, 2)))
@@ -123,19 +131,19 @@ class Renderer:
         rows = [] if world.scene is None else [world.scene.material]
         if world.models:
             self._add_models()
-            rows += [thing(sphere((0, 0, 0), 1.0), **m.material).material for m in world.models]
+            rows += [primitive(sphere((0, 0, 0), 1.0), **m.material).material for m in world.models]
         self._material: Material = joined(rows)
-        lamps = [thing(_shade_of(lamp), emission=lamp.radiance) for lamp in world.lamps]
+        lamps = [primitive(_shade_of(lamp), emission=lamp.radiance) for lamp in world.lamps]
         self._lamps = Scene.of(*lamps) if lamps else None
 
     def _add_models(self) -> None:
-        """One tree of Embree's over all faces, and their corners as JAX wants them."""
+        """Build one Embree tree over all faces, and their corners as JAX arrays."""
         world, first = self.world, 0
         normals = world.normals or (None,) * len(world.models)
         parts, vertices, faces = [], [], []
         for k, (model, n) in enumerate(zip(world.models, normals, strict=True)):
             number = np.full(model.mesh.count, world.shapes + k)
-            parts.append(facets(model.mesh, n, number, model.uv))
+            parts.append(mesh_facets(model.mesh, n, number, model.uv))
             vertices.append(np.asarray(model.mesh.vertices))
             faces.append(np.asarray(model.mesh.faces) + first)
             first += len(vertices[-1])
@@ -146,7 +154,7 @@ class Renderer:
         self._middle = 0.5 * (ends.min(0) + ends.max(0))
         self._part = np.asarray(self._facets.part)
 
-    def lights_of(self, number: int) -> tuple[Light | CosineSky, ...]:
+    def lights_of(self, number: int) -> tuple[SampledLight | CosineSkyLight, ...]:
         """The light as a pass of the image sees it: even nodes, moved within their cells.
 
         Args:
@@ -160,13 +168,13 @@ class Renderer:
             for lamp in self.world.lamps
         ]
         if (world := self.world).sky is not None:
-            lights.append(nodes_of(world.sky, world.sky_nodes, world.sky_rows, tuple(shift)))
+            lights.append(sky_light(world.sky, world.sky_nodes, world.sky_rows, tuple(shift)))
         return tuple(lights)
 
     # --- what is seen ----------------------------------------------------------------------------
 
-    def seen(self, p: Float[np.ndarray, "n 2"]) -> Seen:
-        """What each image coordinate shows."""
+    def seen(self, p: Float[np.ndarray, "n 2"]) -> TileHits:
+        """First hits of the primary rays of image coordinates."""
         world, p = self.world, np.asarray(p, float)
         index, face = np.full(len(p), -1), np.full(len(p), -1)
         t = np.full(len(p), np.inf)
@@ -189,7 +197,7 @@ class Renderer:
             before = index.copy()
             closer(self._lamps, world.shapes + len(world.models))
             face[index != before] = -1
-        return Seen(index, face, t)
+        return TileHits(index, face, t)
 
     # --- what it sends ---------------------------------------------------------------------------
 
@@ -197,11 +205,11 @@ class Renderer:
         self,
         p: Float[np.ndarray, "n 2"],
         *,
-        seen: Seen | None = None,
+        seen: TileHits | None = None,
         shadows: bool = True,
         gradients: bool = True,
-        lights: Sequence[Light | CosineSky] | None = None,
-    ) -> tuple[Pixels, Int[np.ndarray, " n"]]:
+        lights: Sequence[SampledLight | CosineSkyLight] | None = None,
+    ) -> tuple[ShadedPixels, Int[np.ndarray, " n"]]:
         """Pixels at image coordinates, and what each shows; zeros for lamps and for the sky.
 
         Args:
@@ -218,14 +226,14 @@ class Renderer:
         fill = np.resize(lit, len(lit) + (-len(lit)) % BLOCK).reshape(-1, BLOCK)
         parts = [self._shaded(p[r], seen.index[r], seen.face[r], lights, shadows, gradients)
                  for r in fill]  # fmt: skip
-        return scattered(parts, lit, len(p)), seen.index
+        return scatter_blocks(parts, lit, len(p)), seen.index
 
     @property
     def _models(self) -> int:
         return len(self.world.models)
 
-    def _shaded(self, p, index, face, lights, shadows: bool, gradients: bool) -> Pixels:
-        """One block."""
+    def _shaded(self, p, index, face, lights, shadows: bool, gradients: bool) -> ShadedPixels:
+        """Shading of one block."""
         world = self.world
         given = (world.scene, self._facets, self._material, world.camera, world.finish)
         given = (*given, *(jnp.asarray(a) for a in (p, index, face)))
@@ -239,11 +247,11 @@ class Renderer:
         run = _pixels if gradients else _values
         return jax.tree.map(np.asarray, run(given, lights, hidden))
 
-    def _hidden(self, x, up, way, area, t, light: Light | CosineSky, depths: bool):
-        """Which nodes are seen from a block of points, and where the others are hidden.
+    def _hidden(self, x, up, way, area, t, light: SampledLight | CosineSkyLight, depths: bool):
+        """Visibility of nodes from a block of points, and where the others are hidden.
 
-        Visibility is asked in single precision. How far away a blocker is only counts beside its
-        edge, and is asked of two nodes there, in double.
+        Visibility is traced in single precision. The distance of a blocker only counts beside its
+        edge, and is traced for two nodes there, in double.
         """
         far = np.sqrt(np.sum(way * way, -1))
         if self._embree is not None:
@@ -267,11 +275,11 @@ class Renderer:
                 at[edge] = np.where(np.isfinite(share), share * length, at[edge])
             t = t.copy()
             t[row, node] = np.minimum(t[row, node], at)
-        seen, depth = hidden_at(jnp.asarray(t), jnp.asarray(far), light.near)
+        seen, depth = node_occlusion(jnp.asarray(t), jnp.asarray(far), light.near)
         return np.asarray(seen), np.asarray(depth)
 
     def layers(self, p: Float[np.ndarray, "n 2"], number: int = 0) -> dict[str, np.ndarray]:
-        """Everything that is known of pixels, by name, as an EXR file has it.
+        """All quantities of pixels by name, as an EXR file has them.
 
         `value` and `grad.u`, `grad.v` (per unit of the image), `shadow.u`, `shadow.v` (the part of
         the gradient that moving shadows make), R07's `SV`, `DV`, `CV`, `CDV` of both lobes and,
@@ -308,7 +316,7 @@ class Renderer:
         return layers | {"index": index.astype(float), "distance": far}
 
     def _emitted(self, p, index) -> np.ndarray:
-        """Of lamps: of their fronts."""
+        """Emission of lamps, from their fronts."""
         first = self.world.shapes + self._models
         d = in_blocks(lambda q: _directions(self.world.camera, q), RAYS, p)
         lamps = self.world.lamps
@@ -337,16 +345,16 @@ def _sky(sky, camera: Pinhole, p):
 
 
 def _looked(given):
-    """Points of shapes and of models; both are made, and the one that is there is kept."""
+    """Surface interactions of shapes and of models; both are made, and the right one is kept."""
     scene, known, material, camera, finish, p, index, face = given
 
     def one(p, i, f):
         if scene is None:
-            return look_at_facet(known, material, camera, p, f, finish)
+            return facet_interaction(known, material, camera, p, f, finish)
         if known is None:
-            return look(scene, camera, p, i, finish)
-        shape = look(scene, camera, p, jnp.where(f < 0, i, 0), finish)
-        facet = look_at_facet(known, material, camera, p, jnp.maximum(f, 0), finish)
+            return surface_interaction(scene, camera, p, i, finish)
+        shape = surface_interaction(scene, camera, p, jnp.where(f < 0, i, 0), finish)
+        facet = facet_interaction(known, material, camera, p, jnp.maximum(f, 0), finish)
         return jax.tree.map(lambda a, b: jnp.where(f < 0, a, b), shape, facet)
 
     return jax.vmap(one)(p, index, face)
@@ -354,7 +362,7 @@ def _looked(given):
 
 @eqx.filter_jit
 def _starts(given, lights):
-    """Where shadow rays start, the side on which they leave, and what is known of all nodes.
+    """Origins of shadow rays, the side on which they leave, and what is known of all nodes.
 
     That is for each light: ways, area vectors, and where a shape is met [m], infinity for none.
     """
@@ -364,7 +372,7 @@ def _starts(given, lights):
     up = jax.vmap(lambda point: point.base_normal)(at.point)
 
     def ways(light):
-        way, area = jax.vmap(lambda x, n: turned_to(light, n).toward(x))(x, up)
+        way, area = jax.vmap(lambda x, n: oriented_light(light, n).toward(x))(x, up)
         way, area = (jnp.broadcast_to(a, (len(x), *a.shape[-2:])) for a in (way, area))
         if scene is None:
             return way, area, jnp.full(way.shape[:2], jnp.inf)
@@ -378,13 +386,13 @@ def _starts(given, lights):
 
 
 @eqx.filter_jit
-def _pixels(given, lights, hidden) -> Pixels:
+def _pixels(given, lights, hidden) -> ShadedPixels:
     return jax.vmap(lambda at, hidden: shade_point(at, lights, hidden))(_looked(given), hidden)
 
 
 @eqx.filter_jit
-def _values(given, lights, hidden) -> Pixels:
-    """The value alone: what nobody asks for is not computed."""
+def _values(given, lights, hidden) -> ShadedPixels:
+    """Values alone: gradients are not computed."""
     found = _pixels(given, lights, hidden)
     zeros = jax.tree.map(jnp.zeros_like, found)
     return eqx.tree_at(lambda a: a.value, zeros, found.value)
@@ -395,6 +403,3 @@ def _shade_of(lamp: Lamp) -> Rectangles:
     n = np.cross(u, v)
     axes = np.stack([u, v, n / np.linalg.norm(n)], -1)
     return Rectangles(jnp.asarray(lamp.center)[None], jnp.asarray(axes)[None])
-
-
-__all__ = ["Renderer", "Seen", "World"]

@@ -1,4 +1,4 @@
-"""What meshes hide from a lamp, and what a camera sees of them: rays for pictures, by the million.
+"""Shadow and camera rays against meshes, by Embree: for pictures, by the million.
 
 Built on `io.meshes.Embree`. Where only visibility is asked, rays are left to single precision
 (`Embree.between` says what that means). Where depths of blockers are asked they are in double.
@@ -15,30 +15,31 @@ from jaxtyping import Bool, Float, Int
 from firstorder.imaging.camera import Pinhole
 from firstorder.io.meshes import Embree
 from firstorder.shadowfield.rendering.ray_table import Blockers
-from firstorder.space.meshes.mesh import NO_FACE
+from firstorder.space.meshes.triangle_mesh import NO_FACE
 
 Points = Float[np.ndarray, "n 3"]
 
 
-def blockers(tracers: Embree | Sequence[Embree]) -> Blockers:
-    """What `shadowfield.rendering.ray_table.trace` asks: where rays are hidden first and last.
+def mesh_blockers(tracers: Embree | Sequence[Embree]) -> Blockers:
+    """First and last blockers between receivers and lamp, as `trace_shadow_rays` asks for them.
 
     Args:
         tracers: one, or several whose meshes hide together.
 
     Returns:
         From receivers and places on the lamp, shape (n, 3) each, to shares of the way from the lamp
-        of the first and the last thing in between; infinity and minus infinity for a free ray. The
-        last one is met first from the receiver. Free rays are told by single precision, the others
-        from both ends in double.
+        of the first and the last surface in between; infinity and minus infinity for a free ray.
+        The last one is met first from the receiver. Free rays are told by single precision, the
+        others from both ends in double.
 
     Example:
         >>> import numpy as np
         >>> from firstorder.io import Embree
-        >>> from firstorder.rendering.shadow_rays import blockers
-        >>> from firstorder.models.primitives import bars, joined, placed
-        >>> plates = joined([placed(bars((0, 0), thickness=0.1), (0, 0, z)) for z in (1, 2)])[0]
-        >>> found = blockers(Embree(plates))(np.zeros((1, 3)), np.array([[0.0, 0.0, 4.0]]))
+        >>> from firstorder.rendering.shadow_rays import mesh_blockers
+        >>> from firstorder.models.primitives import bar_lattice, join_meshes, place_mesh
+        >>> plates = join_meshes([place_mesh(bar_lattice((0, 0), thickness=0.1), (0, 0, z)) for z in
+        ...     (1, 2)])[0]
+        >>> found = mesh_blockers(Embree(plates))(np.zeros((1, 3)), np.array([[0.0, 0.0, 4.0]]))
         >>> [a.round(4).tolist() for a in found]  # 4 - 2.05 and 4 - 0.95 of 4 m
         [[0.4875], [0.7625]]
     """
@@ -59,7 +60,7 @@ def blockers(tracers: Embree | Sequence[Embree]) -> Blockers:
     return between
 
 
-def sees(
+def is_visible(
     tracers: Embree | Sequence[Embree], receivers: Points, lamp: Points
 ) -> Bool[np.ndarray, " n"]:
     """Whether nothing lies between points, in single precision.
@@ -72,10 +73,10 @@ def sees(
     Example:
         >>> import numpy as np
         >>> from firstorder.io import Embree
-        >>> from firstorder.rendering.shadow_rays import sees
-        >>> from firstorder.models.primitives import bars
+        >>> from firstorder.rendering.shadow_rays import is_visible
+        >>> from firstorder.models.primitives import bar_lattice
         >>> ends = np.array([[0.5, 0.5, 1.0], [4.0, 0.5, 1.0]])
-        >>> sees(Embree(bars((0, 0))), ends * [1, 1, -1], ends).tolist()
+        >>> is_visible(Embree(bar_lattice((0, 0))), ends * [1, 1, -1], ends).tolist()
         [False, True]
     """
     free = np.ones(len(receivers), bool)
@@ -92,8 +93,8 @@ def _several(tracers: Embree | Sequence[Embree]) -> tuple[Embree, ...]:
     return found
 
 
-class Seen(NamedTuple):
-    """What rays of a camera meet.
+class CameraHits(NamedTuple):
+    """First hits of camera rays on a mesh.
 
     Attributes:
         position: where; NaN for nothing [m].
@@ -112,20 +113,20 @@ class Seen(NamedTuple):
     weights: Points
 
 
-def seen(
+def camera_hits(
     tracer: Embree,
     camera: Pinhole,
     p: Float[np.ndarray, "n 2"],
     parts: Int[np.ndarray, " f"] | None = None,
-) -> Seen:
-    """What a camera sees first of a mesh at places of its image.
+) -> CameraHits:
+    """First hits of camera rays on a mesh, at places of the image.
 
     Args:
         tracer: of the mesh.
         camera: where it is seen from.
         p: image coordinates.
-        parts: of which part each face is, as `models.primitives.joined` says it; None if all are
-            one.
+        parts: of which part each face is, as `models.primitives.join_meshes` says it; None if all
+            are one.
 
     Raises:
         ValueError: if `parts` does not name every face.
@@ -133,11 +134,12 @@ def seen(
     Example:
         >>> import numpy as np
         >>> from firstorder.io import Embree
-        >>> from firstorder.rendering.shadow_rays import seen
+        >>> from firstorder.rendering.shadow_rays import camera_hits
         >>> from firstorder.imaging.camera import pinhole
-        >>> from firstorder.models.primitives import bars
+        >>> from firstorder.models.primitives import bar_lattice
         >>> eye = pinhole((0, 0, 3), (0, 0, 0), up=(0, 1, 0))
-        >>> found = seen(Embree(bars((0, 0), thickness=0.5)), eye, np.array([[0.0, 0], [2, 0]]))
+        >>> found = camera_hits(Embree(bar_lattice((0, 0), thickness=0.5)), eye, np.array([[0.0, 0],
+        ...     [2, 0]]))
         >>> found.distance.tolist(), found.normal[0].tolist()
         ([2.75, inf], [0.0, 0.0, 1.0])
     """
@@ -157,7 +159,4 @@ def seen(
     normal[met] = np.where(np.sum(n * way[met], 1) > 0.0, -1.0, 1.0)[:, None] * n
     t = np.where(met, hits.t, np.nan)
     where = np.where(met, part[np.where(met, hits.face, 0)], NO_FACE)
-    return Seen(eye + t[:, None] * way, normal, hits.face, where, hits.t, hits.weights)
-
-
-__all__ = ["Seen", "blockers", "seen", "sees"]
+    return CameraHits(eye + t[:, None] * way, normal, hits.face, where, hits.t, hits.weights)

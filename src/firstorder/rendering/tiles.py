@@ -1,4 +1,4 @@
-"""Images tile by tile, pass by pass: what is finished stays finished, whatever ends the program.
+"""Resumable rendering, tile by tile and pass by pass: finished tiles are kept.
 
 Each tile of each pass is a file that is there whole or not at all. The same call with the same
 folder takes what it finds and makes the rest; since every tile is made from its places and the
@@ -21,7 +21,7 @@ from jaxtyping import Float
 from tqdm import tqdm
 
 from firstorder.errors import check_positive
-from firstorder.io.records import write_json, write_npz
+from firstorder.io.files import write_json, write_npz
 
 Layers = dict[str, Float[np.ndarray, "w h"]]
 Shade = Callable[[Float[np.ndarray, "n 2"], int], Mapping[str, np.ndarray]]
@@ -30,7 +30,7 @@ JOB = "job.json"
 ABANDONED = 60.0  # seconds after which nobody is still writing a tile
 
 
-class Tile(NamedTuple):
+class _Tile(NamedTuple):
     """A rectangle of pixels, from the first column and row to those after the last."""
 
     left: int
@@ -50,17 +50,17 @@ class Tile(NamedTuple):
         return self.right - self.left, self.high - self.low
 
 
-def tiles(width: int, height: int, side: int) -> Iterator[Tile]:
+def _tiles(width: int, height: int, side: int) -> Iterator[_Tile]:
     """Tiles that cover an image, those at its border smaller.
 
     Example:
-        >>> from firstorder.rendering.tiles import tiles
-        >>> [t.shape for t in tiles(5, 2, 3)]
+        >>> from firstorder.rendering.tiles import _tiles
+        >>> [t.shape for t in _tiles(5, 2, 3)]
         [(3, 2), (2, 2)]
     """
     for left in range(0, width, side):
         for low in range(0, height, side):
-            yield Tile(left, low, min(left + side, width), min(low + side, height))
+            yield _Tile(left, low, min(left + side, width), min(low + side, height))
 
 
 def render_tiles(
@@ -75,7 +75,7 @@ def render_tiles(
     after_pass: Callable[[Layers, int], None] | None = None,
     quiet: bool | None = None,
 ) -> Layers:
-    """Makes the mean over passes of an image, or goes on where an earlier call was ended.
+    """Mean over passes of an image, resumed where an earlier call was ended.
 
     Args:
         shade: from centres of pixels and the number of the pass to numbers by layer, one a place.
@@ -106,7 +106,7 @@ def render_tiles(
         check_positive(name, number)
     folder = pathlib.Path(folder)
     _claim(folder, dict(width=width, height=height, side=side, key=key))
-    parts = list(tiles(width, height, side))
+    parts = list(_tiles(width, height, side))
     quiet = not sys.stderr.isatty() if quiet is None else quiet
     sums: Layers = {}
     with tqdm(total=passes * len(parts), unit="tile", disable=quiet) as progress:
@@ -123,7 +123,7 @@ def render_tiles(
 
 
 def _claim(folder: pathlib.Path, job: dict) -> None:
-    """Writes down whose tiles these are, or sees that they are this image's.
+    """Record whose tiles these are, or check that they are this image's.
 
     Removes what a killed program was writing; another one may be at work in the folder right now.
     """
@@ -142,13 +142,10 @@ def _claim(folder: pathlib.Path, job: dict) -> None:
                 part.unlink()
 
 
-def _made(file: pathlib.Path, shade: Shade, tile: Tile, number: int) -> dict[str, np.ndarray]:
+def _made(file: pathlib.Path, shade: Shade, tile: _Tile, number: int) -> dict[str, np.ndarray]:
     """A tile from its file, or made and kept."""
     if not file.exists():
         found = shade(tile.places, number)
         write_npz(file, {k: np.asarray(v, float).reshape(tile.shape) for k, v in found.items()})
     with np.load(file) as kept:
         return {name: kept[name] for name in kept.files}
-
-
-__all__ = ["Tile", "render_tiles", "tiles"]

@@ -1,4 +1,4 @@
-"""Estimates with error bars: means of independent samples, and how runs are put together.
+"""Estimates with error bars: means of independent samples, and how runs are combined.
 
 Moments are carried as (count, mean, sum of squares about the mean) and merged pairwise, so that
 single precision is enough for long runs and no sum of squares cancels.
@@ -67,12 +67,12 @@ class Moments(eqx.Module):
 
     @staticmethod
     def none(shape: tuple[int, ...] = (), dtype=None) -> Moments:
-        """Nothing seen yet."""
+        """Moments of no samples."""
         zero = jnp.zeros(shape, dtype or jnp.result_type(float))
         return Moments(zero, zero, zero)
 
     def add(self, value: ArrayLike, weight: ArrayLike = 1.0) -> Moments:
-        """One more sample (Welford); weight 0 leaves it out, 1 takes it."""
+        """Moments with one more sample (Welford); weight 0 leaves it out, 1 takes it."""
         value = jnp.asarray(value, self.mean.dtype)
         weight = jnp.asarray(weight, self.mean.dtype)
         count = self.count + weight
@@ -81,7 +81,7 @@ class Moments(eqx.Module):
         return Moments(count, mean, self.square + weight * delta * (value - mean))
 
     def merged(self, axis: int = -1) -> Moments:
-        """The samples of all entries along an axis together."""
+        """Moments of all entries along an axis together."""
         count = jnp.sum(self.count, axis)
         safe = jnp.maximum(count, 1.0)
         mean = jnp.sum(self.count * self.mean, axis) / safe
@@ -113,7 +113,7 @@ def estimate(samples: Any, axis: int = 0) -> Estimate:
 
 
 def combine(estimates: Sequence[Estimate]) -> Estimate:
-    """Independent runs as one, each counted by its number of samples.
+    """Estimate of independent runs together, each counted by its number of samples.
 
     Weights by the estimated errors would be biased where mean and error are correlated, as they
     are for light: a run that missed the bright paths is dark and looks sure of itself.

@@ -1,6 +1,18 @@
-"""The same calculus in space: shapes, what is seen of them, and the light that they leave."""
+"""The world of three dimensions: shapes, scenes, silhouettes, irradiance.
 
-from firstorder.scene.derivatives import Derivatives, derivatives
+Parts:
+
+- `space.shapes`: affine images of a few canonical shapes;
+- `space.meshes`: triangle meshes and their curvature;
+- `space.library`: scenes by name;
+- `space.silhouettes`: silhouettes, their visible parts, integrals along them;
+- `space.azimuthal`: integrals over azimuth, slice by slice;
+- `space.light_fields`: a scene as a field over a plane;
+- `space.estimators`: irradiance and its derivatives from rays;
+- `space.bounces`: radiosity, radiance maps, path tracing.
+"""
+
+from firstorder.scene._derivatives import Derivatives, derivatives
 from firstorder.space.direct_lighting import (
     boundary_gradient,
     irradiance,
@@ -8,8 +20,9 @@ from firstorder.space.direct_lighting import (
     vector_irradiance,
 )
 from firstorder.space.intersect import Hits, first_shape, nearest, occluded
-from firstorder.space.receiver import Receiver, receiver
-from firstorder.space.scene import Material, Scene, Thing, thing
+from firstorder.space.light_fields.field import light_field
+from firstorder.space.receiver import Receiver, in_receiver_frame, receiver
+from firstorder.space.scene import Material, Primitive, Scene, primitive
 from firstorder.space.shapes.build import (
     box,
     cylinder,
@@ -31,10 +44,23 @@ from firstorder.space.shapes.kinds import (
     Shape,
     Triangles,
 )
-from firstorder.space.silhouettes.analytic import Curved, Outline, Straight, outline
-from firstorder.space.silhouettes.visible import Pieces, Sides, exposed
+from firstorder.space.silhouettes.analytic import (
+    Silhouette,
+    SilhouetteArcs,
+    SilhouetteSegments,
+    silhouette,
+)
+from firstorder.space.silhouettes.visible import (
+    SilhouetteSides,
+    VisibleSilhouettes,
+    visible_silhouettes,
+)
+from firstorder.space.skies import ConstantSky, GaussianSky, HarmonicSky, PanoramaSky
 
 __all__ = [
+    "light_field",
+    "derivatives",
+    "Derivatives",
     "Shape",
     "Ellipsoids",
     "Boxes",
@@ -53,26 +79,29 @@ __all__ = [
     "polygon",
     "plane",
     "Material",
-    "Thing",
-    "thing",
+    "Primitive",
+    "primitive",
     "Scene",
+    "ConstantSky",
+    "GaussianSky",
+    "PanoramaSky",
+    "HarmonicSky",
     "Receiver",
     "receiver",
+    "in_receiver_frame",
     "Hits",
     "first_shape",
     "nearest",
     "occluded",
-    "Straight",
-    "Curved",
-    "Outline",
-    "outline",
-    "Sides",
-    "Pieces",
-    "exposed",
+    "SilhouetteSegments",
+    "SilhouetteArcs",
+    "Silhouette",
+    "silhouette",
+    "SilhouetteSides",
+    "VisibleSilhouettes",
+    "visible_silhouettes",
     "net_visibility",
     "irradiance",
     "vector_irradiance",
     "boundary_gradient",
-    "Derivatives",
-    "derivatives",
 ]

@@ -1,12 +1,12 @@
-"""Net visibility and irradiance along silhouettes: exact, and so under differentiation.
+"""Net visibility and irradiance along silhouettes, exact and differentiable.
 
     E = sum over edges (L_left - L_right) contour + horizon
 
-with the contour integrals of `visibility.contour`. For shapes of constant radiance under a constant
-sky nothing else is needed: straight edges are closed forms, elliptic arcs smooth functions of their
-parameter. Points of the edges and the cuts between them are differentiable functions of receiver,
-blockers and lights, so automatic differentiation gives exact gradients and Hessians, shadow edges
-included. `boundary_gradient` is the contour form of the first one, for any radiance.
+with the contour integrals of `visibility._contour`. For shapes of constant radiance under a
+constant sky nothing else is needed: straight edges are closed forms, elliptic arcs smooth functions
+of their parameter. Points of the edges and the cuts between them are differentiable functions of
+receiver, blockers and lights, so automatic differentiation gives exact gradients and Hessians,
+shadow edges included. `boundary_gradient` is the contour form of the first one, for any radiance.
 """
 
 from __future__ import annotations
@@ -19,17 +19,22 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from firstorder.errors import nan_unless
-from firstorder.numerics.vectors import dot, unit
+from firstorder.numerics._vectors import dot, unit
+from firstorder.scene._arguments import check_asked
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import BACK, FRONT, Scene
-from firstorder.space.silhouettes.edge_integrals import (
+from firstorder.space.silhouettes._edge_integrals import (
     arc_angle,
     arc_light,
     segment_angle,
     segment_light,
 )
-from firstorder.space.silhouettes.visible import Pieces, Sides, exposed
-from firstorder.visibility.contour import translation_rate
+from firstorder.space.silhouettes.visible import (
+    SilhouetteSides,
+    VisibleSilhouettes,
+    visible_silhouettes,
+)
+from firstorder.visibility._contour import translation_rate
 
 # What is seen in a direction of the receiver's frame: number of the shape or -1, and the direction.
 Radiance = Callable[[Array, Array], Array]
@@ -52,13 +57,14 @@ def net_visibility(scene: Scene, at: Receiver, nodes: int = 16) -> Float[Array, 
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.space import Scene, net_visibility, receiver, sphere, thing
-        >>> scene = Scene.of(thing(sphere((0.0, 0.0, 2.0), 1.0)))
+        >>> from firstorder.space import Scene, net_visibility, receiver, sphere, primitive
+        >>> scene = Scene.of(primitive(sphere((0.0, 0.0, 2.0), 1.0)))
         >>> blocked = 2.0 * jnp.pi - net_visibility(scene, receiver((0.0, 0.0, 0.0)))
         >>> print(round(float(blocked / (2.0 * jnp.pi)), 6))  # 1 - cos(30 degrees)
         0.133975
     """
-    found = exposed(scene, at)
+    check_asked(scene, Scene, at, Receiver)
+    found = visible_silhouettes(scene, at)
     seen = jnp.zeros(scene.count + 1, at.position.dtype).at[-1].set(1.0)
     lines, arcs, level = _along(found, segment_angle, arc_angle, nodes)
     total = found.lines.jump(seen) @ lines + found.rims.jump(seen) @ arcs
@@ -94,14 +100,15 @@ def irradiance(scene: Scene, at: Receiver, nodes: int = 16) -> Float[Array, ""]:
 
     Example:
         >>> import jax, jax.numpy as jnp
-        >>> from firstorder.space import Scene, irradiance, receiver, rectangle, thing
+        >>> from firstorder.space import Scene, irradiance, receiver, rectangle, primitive
         >>> lamp = rectangle((0.0, 0.0, 1.0), (0.0, 0.5, 0.0), (0.5, 0.0, 0.0))
-        >>> scene = Scene.of(thing(lamp, emission=1.0))
+        >>> scene = Scene.of(primitive(lamp, emission=1.0))
         >>> at = receiver((0.5, 0.0, 0.0))
         >>> E, dE_dx = jax.value_and_grad(lambda x: irradiance(scene, at.moved(x)))(jnp.zeros(2))
         >>> print(round(float(E), 4), round(float(dE_dx[0]), 4))
         0.5666 -0.6324
     """
+    check_asked(scene, Scene, at, Receiver)
     return _light(scene, at, nodes)[2]
 
 
@@ -115,6 +122,7 @@ def vector_irradiance(scene: Scene, at: Receiver, nodes: int = 16) -> Float[Arra
 
     Reference: J12 §7; Lambert.
     """
+    check_asked(scene, Scene, at, Receiver)
     return jnp.stack(_light(scene, at, nodes))
 
 
@@ -124,8 +132,8 @@ def _light(scene: Scene, at: Receiver, nodes: int) -> list[Float[Array, ""]]:
         raise ValueError(
             "Argument `scene` must have a sky of one radiance here, but it is a function."
         )
-    found = exposed(scene, at)
-    seen = shown(scene, at)
+    found = visible_silhouettes(scene, at)
+    seen = _shown(scene, at)
     lines, arcs, level = _along(found, segment_light, arc_light, nodes)
     straight, curved = found.lines.jump(seen), found.rims.jump(seen)
     total = [straight @ a + curved @ b for a, b in zip(lines, arcs, strict=True)]
@@ -133,7 +141,7 @@ def _light(scene: Scene, at: Receiver, nodes: int) -> list[Float[Array, ""]]:
     return [nan_unless(found.sound, e) for e in total]
 
 
-def shown(scene: Scene, at: Receiver) -> Float[Array, " n_1"]:
+def _shown(scene: Scene, at: Receiver) -> Float[Array, " n_1"]:
     """The radiance that each shape turns towards a receiver, and last the sky's."""
     eye = jax.lax.stop_gradient(at.position)
 
@@ -153,7 +161,7 @@ def boundary_gradient(
     weight: Callable[[Array], Array] = lambda w: w[..., 2],
     nodes: int = 16,
 ) -> Float[Array, "3"]:
-    """What moving edges add to the gradient of `integral L(w) weight(w) dw`, in local axes.
+    """Contribution of moving edges to the gradient of `integral L(w) weight(w) dw`, in local axes.
 
         grad B = sum over edges of the contour integral of
                  (L_left - L_right) weight(w) (p x p') / |p|^3 dt
@@ -176,10 +184,11 @@ def boundary_gradient(
 
     Reference: R07 §7, eq. 48, 49; design §6.
     """
-    found = exposed(scene, at)
+    check_asked(scene, Scene, at, Receiver)
+    found = visible_silhouettes(scene, at)
     lines, rims = found.on_lines(nodes), found.on_arcs(nodes)
     if radiance is None and not callable(scene.environment):
-        seen = shown(scene, at)
+        seen = _shown(scene, at)
         jumps = found.lines.jump(seen)[:, None], found.rims.jump(seen)[:, None]
     else:
         light = _radiance(scene, at) if radiance is None else radiance
@@ -188,7 +197,7 @@ def boundary_gradient(
     return nan_unless(found.sound, total)
 
 
-def _jump(on, sides: Sides, at: Receiver, radiance: Radiance) -> Float[Array, "m k"]:
+def _jump(on, sides: SilhouetteSides, at: Receiver, radiance: Radiance) -> Float[Array, "m k"]:
     """Radiance to the left less that to the right, at the nodes of pieces."""
     world = unit(on[0]) @ at.axes.T
     value = jax.vmap(jax.vmap(radiance, (None, 0)))
@@ -203,16 +212,18 @@ def _moving(on, jump: Float[Array, "m #k"], weight) -> Float[Array, "3"]:
 
 
 def _radiance(scene: Scene, at: Receiver) -> Radiance:
-    """What the scene emits under a sky that varies."""
+    """Radiance of the scene under a sky that varies."""
     black = Scene(scene.groups, scene.material, jnp.zeros(()), scene.names)
-    seen = shown(black, at)
+    seen = _shown(black, at)
     return lambda index, along: jnp.where(index < 0, scene.sky(along), seen[index])
 
 
-def _along(found: Pieces, segment, arc, nodes: int) -> tuple[Any, Any, Float[Array, " h"]]:
+def _along(
+    found: VisibleSilhouettes, segment, arc, nodes: int
+) -> tuple[Any, Any, Float[Array, " h"]]:
     """Integrals along straight and curved pieces, and the lengths of the horizon's parts.
 
-    Ends and cuts do not count in derivatives (`space.silhouettes.edge_integrals`), and so neither
+    Ends and cuts do not count in derivatives (`space.silhouettes._edge_integrals`), and so neither
     do the horizon's.
     """
     line, arcs = found.straight, found.arcs

@@ -8,13 +8,13 @@ import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from firstorder.numerics.batching import in_blocks
-from firstorder.scene import intersect
-from firstorder.scene.intersect import BLOCK, FEW, MISS, in_one, one_by_one
+from firstorder.scene import _intersect as intersect
+from firstorder.scene._intersect import BLOCK, FEW, MISS, first_by_reduction, first_by_scan
 from firstorder.space.scene import Scene
 
 
 class Hits(eqx.Module):
-    """Where rays end.
+    """First hits of rays.
 
     Attributes:
         t: distance along the unit direction, infinity for a miss [m].
@@ -39,8 +39,8 @@ def first_shape(
     groups, origins, along = jax.lax.stop_gradient((scene.groups, origins, along))
     on = jnp.broadcast_to(jnp.asarray(on), origins.shape[:1])
     if scene.count <= FEW:
-        return in_one(groups, (origins, along, on))
-    return in_blocks(lambda rays: one_by_one(groups, rays), (origins, along, on), BLOCK)
+        return first_by_reduction(groups, (origins, along, on))
+    return in_blocks(lambda rays: first_by_scan(groups, rays), (origins, along, on), BLOCK)
 
 
 def nearest(
@@ -59,8 +59,8 @@ def nearest(
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.space import Scene, nearest, sphere, thing
-        >>> scene = Scene.of(thing(sphere((0.0, 0.0, 3.0), 1.0)))
+        >>> from firstorder.space import Scene, nearest, sphere, primitive
+        >>> scene = Scene.of(primitive(sphere((0.0, 0.0, 3.0), 1.0)))
         >>> nearest(scene, jnp.zeros((1, 3)), jnp.array([[0.0, 0.0, 1.0]])).t.item()
         2.0
     """
@@ -90,8 +90,8 @@ def occluded(
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.space import Scene, occluded, sphere, thing
-        >>> scene = Scene.of(thing(sphere((0.0, 0.0, 3.0), 1.0)))
+        >>> from firstorder.space import Scene, occluded, sphere, primitive
+        >>> scene = Scene.of(primitive(sphere((0.0, 0.0, 3.0), 1.0)))
         >>> occluded(scene, jnp.zeros((1, 3)), jnp.array([[0.0, 0.0, 9.0]])).item()
         True
     """

@@ -9,9 +9,10 @@ import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float, Int
 
 from firstorder.conventions import normal_rate
-from firstorder.errors import check_finite, is_concrete
-from firstorder.numerics.vectors import cross, frame, norm, settled, unit
-from firstorder.scene.derivatives import SPACE
+from firstorder.errors import check_finite, is_concrete, nan_unless
+from firstorder.numerics._vectors import cross, norm, orthonormal_frame, settled, unit
+from firstorder.scene._arguments import numbers
+from firstorder.scene._derivatives import SPACE
 from firstorder.typing import as_float
 
 
@@ -31,6 +32,50 @@ class Receiver(eqx.Module):
     on: Int[Array, "*r"] = eqx.field(default=-1, converter=jnp.asarray)
 
     freedoms = SPACE
+
+    @classmethod
+    def at(
+        cls, position: Any, normal: Any = (0.0, 0.0, 1.0), *, on: ArrayLike = -1, S: Any = None
+    ) -> Receiver:
+        """A receiver at a point, with the frame that `vectors.orthonormal_frame` gives its normal.
+
+        `flatland.Receiver.at` is the same call in flatland.
+
+        Args:
+            position: shape (..., 3) [m].
+            normal: shape (..., 3), of any length.
+            on: number of the shape on which it lies, -1 for none.
+            S: shape operator in that frame, zero if left out [1/m].
+
+        Returns:
+            The receiver; a traced normal without length gives NaN.
+
+        Raises:
+            ValueError: if a number is not finite or the normal is zero.
+            TypeError: if something is no number.
+
+        Example:
+            >>> from firstorder.space import Receiver
+            >>> Receiver.at((0.0, 0.0, 0.0)).axes.tolist()
+            [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+        """
+        position, normal = numbers("position", position), numbers("normal", normal)
+        check_finite("position", position)
+        check_finite("normal", normal)
+        sized = norm(normal) > 0.0
+        if is_concrete(sized) and not bool(jnp.all(sized)):
+            raise ValueError("Argument `normal` must have a length, but is the zero vector.")
+        normal = nan_unless(sized[..., None], normal)
+        shape = jnp.broadcast_shapes(position.shape, normal.shape)[:-1]
+        position = jnp.broadcast_to(position, (*shape, 3))
+        axes = jnp.broadcast_to(orthonormal_frame(unit(normal)), (*shape, 3, 3))
+        S = jnp.zeros((*shape, 2, 2), position.dtype) if S is None else as_float(S)
+        return cls(
+            position,
+            axes,
+            jnp.broadcast_to(S, (*shape, 2, 2)),
+            jnp.broadcast_to(jnp.asarray(on), shape),
+        )
 
     @property
     def normal(self) -> Float[Array, "*r 3"]:
@@ -66,37 +111,14 @@ class Receiver(eqx.Module):
 
 
 def receiver(position: Any, normal: Any = (0.0, 0.0, 1.0), S: Any = None, on: ArrayLike = -1):
-    """A receiver with the frame that `vectors.frame` gives to its normal.
-
-    Args:
-        position: shape (..., 3) [m].
-        normal: shape (..., 3), of any length.
-        S: shape operator in that frame, zero if left out [1/m].
-        on: number of the shape on which it lies, -1 for none.
-
-    Raises:
-        ValueError: if a number is not finite or the normal is zero.
+    """A receiver with the frame that its normal is given: `Receiver.at`.
 
     Example:
         >>> from firstorder.space import receiver
         >>> receiver((0.0, 0.0, 0.0)).axes.tolist()
         [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
     """
-    position, normal = as_float(position), as_float(normal)
-    check_finite("position", position)
-    check_finite("normal", normal)
-    if is_concrete(normal) and not bool(jnp.all(norm(normal) > 0.0)):
-        raise ValueError("Argument `normal` must have a length, but is the zero vector.")
-    shape = jnp.broadcast_shapes(position.shape, normal.shape)[:-1]
-    position = jnp.broadcast_to(position, (*shape, 3))
-    axes = jnp.broadcast_to(frame(unit(normal)), (*shape, 3, 3))
-    S = jnp.zeros((*shape, 2, 2), position.dtype) if S is None else as_float(S)
-    return Receiver(
-        position,
-        axes,
-        jnp.broadcast_to(S, (*shape, 2, 2)),
-        jnp.broadcast_to(jnp.asarray(on), shape),
-    )
+    return Receiver.at(position, normal, on=on, S=S)
 
 
 def _turned(axes: Float[Array, "3 3"], tilt: Float[Array, "2"]) -> Float[Array, "3 3"]:
@@ -116,6 +138,6 @@ def _turned(axes: Float[Array, "3 3"], tilt: Float[Array, "2"]) -> Float[Array, 
     return settled(jnp.stack([turn(t), turn(b), turn(n)], -1))
 
 
-def local(receiver: Receiver, w: Float[Array, "*k 3"]) -> Float[Array, "*k 3"]:
+def in_receiver_frame(receiver: Receiver, w: Float[Array, "*k 3"]) -> Float[Array, "*k 3"]:
     """A world vector in the receiver's frame."""
     return w @ receiver.axes

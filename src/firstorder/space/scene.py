@@ -1,8 +1,8 @@
-"""A scene of space: shapes, what they are made of, and a distant sky.
+"""A scene of space: shapes, their materials, and a distant sky.
 
 A scene is a pytree; centres, axes, radiances and albedos are its leaves and can be differentiated.
 Shapes of one kind are kept together; a shape's number counts through the groups in the order of
-`shapes.KINDS`.
+`shapes.kinds.KINDS`.
 
 Shapes may overlap where they look alike (black blockers, say). Where two of different radiance run
 into each other, their line of intersection is an edge that no silhouette knows: integrals along
@@ -21,15 +21,16 @@ import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float
 
 from firstorder.errors import check_not_negative
-from firstorder.numerics.vectors import dot
-from firstorder.scene.intersect import picked
-from firstorder.scene.primitives import BACK, FRONT, checked, each, grouped, joined, named, sides
+from firstorder.numerics._vectors import dot
+from firstorder.scene._arguments import check_kind, check_names, check_primitives, numbers
+from firstorder.scene._intersect import picked
+from firstorder.scene._primitives import BACK, FRONT, checked, each, grouped, joined, named, sides
+from firstorder.scene._sides import facing_point, turned_to
 from firstorder.space.shapes.kinds import KINDS, Point, Shape
-from firstorder.typing import as_float
 
 
 class Material(eqx.Module):
-    """What shapes do with light; one row for each shape.
+    """Emission and reflectance of shapes, front and back; one row for each shape.
 
     Attributes:
         emission: radiance that front and back emit, the same in all directions [W/(m^2 sr)].
@@ -45,7 +46,7 @@ class Material(eqx.Module):
 
 
 @dataclasses.dataclass(frozen=True)
-class Thing:
+class Primitive:
     """Shapes of one kind with one material and one name, before they enter a scene."""
 
     shape: Shape
@@ -53,17 +54,22 @@ class Thing:
     material: Material
 
 
-def thing(
+def primitive(
     shape: Shape,
     *,
     name: str = "",
     emission: Any = 0.0,
     albedo: Any = 0.0,
     two_sided: bool = False,
+    facing: Any = None,
     specular: ArrayLike = 0.0,
     exponent: ArrayLike = 0.0,
-) -> Thing:
+) -> Primitive:
     """Shapes with a material.
+
+    A single emission is the front's. The front is the side of the normal: u x v of a rectangle,
+    the side from which the corners of triangles run counter-clockwise, the outside of closed
+    shapes.
 
     Args:
         shape: one shape or many of a kind.
@@ -71,26 +77,39 @@ def thing(
         emission: radiance of the front, or two numbers, front and back [W/(m^2 sr)].
         albedo: of both sides; or two numbers, front and back.
         two_sided: whether a single emission holds for the back too.
+        facing: a point towards which the front must look; shapes that show it their back are
+            turned round. Left out, they stay as they are [m].
         specular: share reflected into a glossy lobe.
         exponent: of the glossy lobe.
 
     Raises:
-        ValueError: if a number is negative or not finite, or a side would reflect more than all.
+        TypeError: if `shape` is no shape of this world, or something else is no number.
+        ValueError: if a number is negative or not finite, if there is not one for each shape, or a
+            side would reflect more than all; if `facing` is given for closed shapes, or lies in
+            the plane of a shape.
 
     Example:
-        >>> from firstorder.space import rectangle, thing
-        >>> lamp = thing(rectangle((0, 0, 1), (0, 0.2, 0), (0.2, 0, 0)), name="lamp", emission=1.0)
+        >>> from firstorder.space import rectangle, primitive
+        >>> shape = rectangle((0, 0, 1), (0, 0.2, 0), (0.2, 0, 0))
+        >>> lamp = primitive(shape, name="lamp", emission=1.0)
         >>> lamp.material.emission.tolist()
         [[1.0, 0.0]]
+        >>> primitive(shape, emission=1.0, facing=(0, 0, 2)).shape.axes[0, :, 2].tolist()
+        [0.0, 0.0, 1.0]
     """
+    check_kind("shape", shape, Shape)
+    if facing is not None:
+        point = facing_point(facing, 3)
+        height = jax.vmap(lambda one: dot(one.normal(one.middle(point)), point - one.center))
+        shape = turned_to(shape, height(shape))
     n = shape.count
     given = {
-        "emission": sides(emission, n, two_sided),
-        "albedo": sides(albedo, n, True),
-        "specular": each(specular, n),
-        "exponent": each(exponent, n),
+        "emission": sides(emission, n, two_sided, "emission"),
+        "albedo": sides(albedo, n, True, "albedo"),
+        "specular": each(specular, n, "specular"),
+        "exponent": each(exponent, n, "exponent"),
     }
-    return Thing(shape, name, Material(**checked(given, ("albedo", "specular"))))
+    return Primitive(shape, name, Material(**checked(given, ("albedo", "specular"))))
 
 
 class Scene(eqx.Module):
@@ -105,11 +124,11 @@ class Scene(eqx.Module):
             from, or a number, the same from everywhere.
 
     Example:
-        >>> from firstorder.space import Scene, plane, sphere, thing
+        >>> from firstorder.space import Scene, plane, sphere, primitive
         >>> scene = Scene.of(
-        ...     thing(plane((0, 0, 0), (0, 0, 1)), name="floor", albedo=0.5),
-        ...     thing(sphere((0, 0, 1), 0.5), name="ball"),
-        ...     sky=1.0,
+        ...     primitive(plane((0, 0, 0), (0, 0, 1)), name="floor", albedo=0.5),
+        ...     primitive(sphere((0, 0, 1), 0.5), name="ball"),
+        ...     environment=1.0,
         ... )
         >>> scene.count, scene.named("floor")
         (2, (1,))
@@ -121,30 +140,40 @@ class Scene(eqx.Module):
     names: tuple[str, ...] = eqx.field(static=True)
 
     @staticmethod
-    def of(*things: Thing, sky: Callable[[Array], Array] | ArrayLike | None = None) -> Scene:
+    def of(
+        *things: Primitive,
+        environment: Callable[[Array], Array] | ArrayLike | None = None,
+        **others: Any,
+    ) -> Scene:
         """Puts things together.
 
         Args:
             things: shapes with materials, in any order.
-            sky: radiance from beyond all shapes: a number, or a function of the unit direction.
+            environment: radiance from beyond all shapes: a number, or a function of the unit
+                direction.
+            others: none; the environment's old name `sky` is answered with its new one.
 
         Raises:
-            ValueError: if there is nothing in the scene, or the sky is negative.
+            ValueError: if there is nothing in the scene, or the environment is negative.
+            TypeError: if there is another argument, something is no primitive of space, or the
+                environment is neither a number nor a function.
         """
+        check_names(others, {"sky": "environment"})
+        check_primitives(things, Primitive, Shape)
         groups, materials, names = grouped(things, KINDS, joined)
-        if sky is None:
-            sky = 0.0
-        if callable(sky):
-            if not isinstance(sky, eqx.Module):
-                sky = jax.tree_util.Partial(sky)
+        if environment is None:
+            environment = 0.0
+        if callable(environment):
+            if not isinstance(environment, eqx.Module):
+                environment = jax.tree_util.Partial(environment)
         else:
-            check_not_negative("sky", sky)
-            sky = as_float(sky)
-        return Scene(tuple(groups), joined(materials), sky, names)
+            environment = numbers("environment", environment)
+            check_not_negative("environment", environment)
+        return Scene(tuple(groups), joined(materials), environment, names)
 
     @property
     def count(self) -> int:
-        """How many shapes there are."""
+        """Number of shapes."""
         return len(self.names)
 
     def named(self, name: str) -> tuple[int, ...]:
@@ -156,18 +185,18 @@ class Scene(eqx.Module):
         return named(self.names, name)
 
     def ask(self, index: ArrayLike, question: Callable[[Shape], Any]) -> Any:
-        """What the shape of that number answers."""
+        """Result of a function for the shape of that number."""
         return picked(self.groups, jnp.asarray(index), question)
 
     def every(self, question: Callable[[Shape], Any]) -> Any:
-        """What each shape answers, in the order of their numbers."""
+        """Results of a function for every shape, in the order of their numbers."""
         answers = [jax.vmap(question)(group) for group in self.groups]
         return jax.tree.map(lambda *a: jnp.concatenate(a), *answers)
 
     def distance(
         self, index: ArrayLike, origin: Point, along: Point, on: ArrayLike = -1
     ) -> Float[Array, ""]:
-        """Where a ray meets one shape, infinity for a miss; differentiable [m].
+        """Distance along a ray to one shape, infinity for a miss; differentiable [m].
 
         Args:
             index: the shape's number.
@@ -185,7 +214,7 @@ class Scene(eqx.Module):
     def surface(
         self, index: ArrayLike, origin: Point, along: Point, on: ArrayLike = -1
     ) -> tuple[Point, Point, Float[Array, ""]]:
-        """Where a ray meets one shape: point, normal and distance; differentiable.
+        """Hit of a ray with one shape: point, normal and distance; differentiable.
 
         For a miss the distance is infinite, and the point is the ray's origin.
         """

@@ -9,7 +9,8 @@ zenith, +z. The middle of a row looks along +y, the right of it along +x, as see
 
     direction(u, v) = (sin(pi v) sin(psi), sin(pi v) cos(psi), cos(pi v)),    psi = 2 pi (u - 1/2),
 
-with u from left to right and v from top to bottom in [0, 1]. Its horizon is flatland's `RowSky`.
+with u from left to right and v from top to bottom in [0, 1]. Its horizon is flatland's
+`PanoramaSky`.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from firstorder.errors import check_finite, check_not_negative, check_positive, is_concrete
-from firstorder.numerics.vectors import dot, norm, unit
+from firstorder.numerics._vectors import dot, norm, unit
 from firstorder.typing import as_float
 
 _FULL = 2.0 * np.pi
@@ -33,7 +34,7 @@ Numbers = Float[Array, "*n"]
 
 
 class ConstantSky(eqx.Module):
-    """The same radiance from every direction.
+    """A sky of one radiance in every direction.
 
     Args:
         radiance: not negative [W/(m^2 sr)].
@@ -154,7 +155,7 @@ class PanoramaSky(eqx.Module):
     def __call__(self, w: Directions) -> Numbers:
         """Radiance from a world direction, of any length but zero."""
         rows, columns = self.values.shape
-        psi, theta = angles(w)
+        psi, theta = _angles(w)
         u = (psi / _FULL + 0.5) * columns - 0.5
         v = theta / np.pi * rows - 0.5
         j = jnp.floor(jax.lax.stop_gradient(u))
@@ -199,7 +200,7 @@ class PanoramaSky(eqx.Module):
         w = jnp.asarray(w, self.values.dtype)
         each = jnp.asarray(weights * _FULL / around, self.values.dtype)
         # Row by row: all directions times all harmonics would be large.
-        rows_of = jax.jit(lambda w: jax.lax.map(lambda row: self(row) @ harmonics(row, degree), w))
+        rows_of = jax.jit(lambda w: jax.lax.map(lambda row: self(row) @ _harmonics(row, degree), w))
         return HarmonicSky(each @ rows_of(w))
 
 
@@ -207,7 +208,7 @@ class HarmonicSky(eqx.Module):
     """A sum of real spherical harmonics, polynomials of the direction: smooth to any order.
 
     Args:
-        coefficients: (degree + 1)^2 of them, in the order of `harmonics` [W/(m^2 sr)].
+        coefficients: (degree + 1)^2 of them, in the order of `_harmonics` [W/(m^2 sr)].
 
     Raises:
         ValueError: if their number is no square, or one is not finite.
@@ -238,10 +239,10 @@ class HarmonicSky(eqx.Module):
 
     def __call__(self, w: Directions) -> Numbers:
         """Radiance from a world direction, a unit vector."""
-        return harmonics(w, self.degree) @ self.coefficients
+        return _harmonics(w, self.degree) @ self.coefficients
 
 
-def angles(w: Directions) -> tuple[Numbers, Numbers]:
+def _angles(w: Directions) -> tuple[Numbers, Numbers]:
     """Azimuth psi from +y to +x in [-pi, pi] and polar angle theta from +z in [0, pi].
 
     At the poles the azimuth is 0, and both have the derivative zero.
@@ -254,7 +255,7 @@ def angles(w: Directions) -> tuple[Numbers, Numbers]:
     return psi, jnp.where(off, jnp.arctan2(rho, z), jnp.where(z < 0.0, np.pi, 0.0))
 
 
-def harmonics(w: Directions, degree: int) -> Float[Array, "*n k"]:
+def _harmonics(w: Directions, degree: int) -> Float[Array, "*n k"]:
     r"""Real orthonormal spherical harmonics of all degrees up to one, as polynomials of (x, y, z).
 
     `Y_lm = N_lm Q_lm(z) (Re or Im of (x + i y)^|m|)`, in the order l = 0, 1, ..., and m = -l ... l
@@ -267,8 +268,8 @@ def harmonics(w: Directions, degree: int) -> Float[Array, "*n k"]:
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.space.skies import harmonics
-        >>> up = harmonics(jnp.array([0.0, 0.0, 1.0]), 1)
+        >>> from firstorder.space.skies import _harmonics
+        >>> up = _harmonics(jnp.array([0.0, 0.0, 1.0]), 1)
         >>> [round(float(v), 3) for v in up * jnp.sqrt(4.0 * jnp.pi / 3.0)]
         [0.577, 0.0, 1.0, 0.0]
     """

@@ -1,15 +1,21 @@
-"""What happens to light: an event picks a law and its parameters, and cites its equation."""
+"""Events, chains of events, and paths (`source >> event >> event`) with portraits at each step."""
 
 from __future__ import annotations
 
 import abc
+import contextlib
+from collections.abc import Iterator
+from typing import Any
 
 import equinox as eqx
 
 from firstorder.conventions import Frame
 from firstorder.errors import Refused
+from firstorder.fields.covariance import Covariance
 from firstorder.fields.field import Field
 from firstorder.fields.jet import Jet
+from firstorder.fields.spectrum import Grid, Spectrum
+from firstorder.fields.wavelet import Wavelet
 from firstorder.laws.base import Law, Portrait
 from firstorder.laws.warp import Warp
 from firstorder.typing import Ray
@@ -26,6 +32,11 @@ class Event(eqx.Module):
         """Apply the event to any portrait."""
         if isinstance(portrait, Jet):
             raise Refused("a jet at one ray needs that ray: use push(jet, u)")
+        if not hasattr(portrait, "frame"):
+            raise TypeError(
+                f"{type(self).__name__} acts on light, a field or another portrait, and not on a "
+                f"{type(portrait).__name__}: make it a field first, as `Function` does."
+            )
         return self.law(portrait.frame)(portrait)
 
     def push(self, jet: Jet, u: Ray) -> Jet:
@@ -58,8 +69,9 @@ class Chain(eqx.Module):
 
     def __call__(self, portrait: Portrait) -> Portrait:
         """Every event in turn, on a portrait of any kind."""
-        for event in self.events:
-            portrait = event(portrait)
+        for k, event in enumerate(self.events, 1):
+            with _numbered(k, event):
+                portrait = event(portrait)
         return portrait
 
     def __rshift__(self, other: Event | Chain) -> Chain:
@@ -68,8 +80,6 @@ class Chain(eqx.Module):
 
     def __rrshift__(self, source: Field):
         """`source >> chain`: a path."""
-        from firstorder.transport.path import Path  # paths are made of events
-
         return Path(source, self)
 
 
@@ -95,10 +105,103 @@ class Linearised(Event):
         return law.linearise(self.ray, self.radius).displacement if isinstance(law, Warp) else 0.0
 
 
-def require(condition: bool, event: Event, frame: Frame, need: str) -> None:
+@contextlib.contextmanager
+def _numbered(k: int, event: Event):
+    """Context in which a refusal says which event of the path it was."""
+    try:
+        yield
+    except (Refused, TypeError, ValueError) as error:
+        error.add_note(f"This is event {k} of the path, {type(event).__name__}.")
+        raise
+
+
+def require_frame(condition: bool, event: Event, frame: Frame, need: str) -> None:
     """Refuse a frame that the event does not know how to act on."""
     if not condition:
         name = type(event).__name__
         raise ValueError(
             f"{name} needs {need}, but the light is {frame.sense} in {frame.coordinates}."
         )
+
+
+class Path(eqx.Module):
+    """`source >> event >> event ...`.
+
+    Step 0 is the source; step k is the light after the k-th event.
+
+    Example:
+        >>> from firstorder.conventions import FLATLAND_SLOPE
+        >>> from firstorder.fields import gaussian
+        >>> from firstorder.transport import Travel
+        >>> path = gaussian((0.0, 0.0), (1.0, 0.1), frame=FLATLAND_SLOPE) >> Travel(2.0)
+        >>> path.light(2.0, 1.0).item() == path.steps[0](0.0, 1.0).item()
+        True
+    """
+
+    source: Field
+    chain: Chain = Chain(())
+
+    def __rshift__(self, other: Event | Chain) -> Path:
+        """The path with one more event, or a whole chain of them."""
+        return Path(self.source, self.chain >> other)
+
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """Events that the light meets, in order."""
+        return self.chain.events
+
+    @property
+    def steps(self) -> tuple[Field, ...]:
+        """The light field before, between and after the events."""
+        fields: list[Field] = [self.source]
+        for k, event in enumerate(self.events, 1):
+            with _numbered(k, event):
+                fields.append(event(fields[-1]))
+        return tuple(fields)
+
+    @property
+    def light(self) -> Field:
+        """The light field at the end."""
+        return self.steps[-1]
+
+    @property
+    def spectra(self) -> tuple[Spectrum | Refused, ...]:
+        """Spectrum at every step, or the refusal that stopped it."""
+        return tuple(self._walk(_or_refusal(self.source.spectrum)))
+
+    @property
+    def covariances(self) -> tuple[Covariance | Refused, ...]:
+        """Covariance at every step, or the refusal that stopped it."""
+        return tuple(self._walk(_or_refusal(self.source.covariance)))
+
+    def wavelets(self, grid: Grid) -> tuple[Wavelet | Refused, ...]:
+        """Haar coefficients at every step, or the refusal that stopped them.
+
+        Args:
+            grid: cells of the source's samples, 2^k along each axis.
+        """
+        return tuple(self._walk(Wavelet.of(self.source, grid)))
+
+    def jets(self, u: Ray) -> tuple[Jet, ...]:
+        """Jet of every step at the same coordinates `u`, those of that step."""
+        return tuple(f.jet(u) for f in self.steps)
+
+    def _walk(self, portrait) -> Iterator[Any]:
+        """The portrait at every step; once refused, it stays refused for the same reason."""
+        yield portrait
+        for k, event in enumerate(self.events, 1):
+            if not isinstance(portrait, Refused):
+                portrait = _or_refusal(lambda p=portrait, e=event: e(p))
+                if isinstance(portrait, Refused):
+                    name, reason = type(event).__name__, portrait.reason
+                    said = reason if reason.startswith(f"{name} ") else f"{name}: {reason}"
+                    portrait = Refused(f"event {k} of the path, {said}")
+            yield portrait
+
+
+def _or_refusal(make):
+    """The portrait, or the refusal."""
+    try:
+        return make()
+    except Refused as refusal:
+        return refusal

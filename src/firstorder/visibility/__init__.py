@@ -1,64 +1,78 @@
-"""Where light breaks: edges of blockers, the angles that they cover, and shading behind them."""
+"""Visibility: edges of blockers, the angles that they cover, and shading behind them."""
 
-from firstorder.visibility.alpha import Alpha, circle_alpha, point_alpha, rotated, sight
-from firstorder.visibility.elevation import (
-    Elevation,
-    limb_bend,
-    limb_elevation,
-    rim_bend,
-    rim_elevation,
-)
-from firstorder.visibility.from_rays import Brackets, Limbs, bracketed, limbs
-from firstorder.visibility.gradients import (
-    Edges,
-    Shading,
-    Split,
-    angular_by_parts,
-    differentiated_edges,
-    exposed_edges,
-    shaded,
-    shading,
-)
-from firstorder.visibility.intervals import (
+from firstorder.visibility._contour import segment_solid_angle, segment_vector_irradiance
+from firstorder.visibility._intervals import (
     blocked_measure,
-    clipped,
-    exposed,
-    merged,
+    clip_intervals,
+    exposed_ends,
+    interval_between,
+    merge_intervals,
     signed_edges,
-    spanned,
     visible_gaps,
     visible_measure,
 )
+from firstorder.visibility.edge_angles import (
+    EdgeAngle,
+    circle_edge_angle,
+    edge_angle_jet,
+    edge_angle_under_rotation,
+    point_edge_angle,
+)
+from firstorder.visibility.elevation import (
+    Elevation,
+    contour_elevation,
+    contour_elevation_hessian,
+    crease_elevation,
+    crease_elevation_hessian,
+)
+from firstorder.visibility.from_rays import (
+    BracketedEdges,
+    TangentPoints,
+    bracket_edges,
+    tangent_points,
+)
+from firstorder.visibility.gradients import (
+    Shading,
+    SplitDerivative,
+    VisibilityEdges,
+    angular_derivative_by_parts,
+    autodiff_edges,
+    shading,
+    shading_derivatives,
+    visible_edges,
+)
 
 __all__ = [
-    "Alpha",
-    "point_alpha",
-    "circle_alpha",
-    "rotated",
-    "sight",
-    "Elevation",
-    "limb_elevation",
-    "rim_elevation",
-    "limb_bend",
-    "rim_bend",
-    "clipped",
-    "spanned",
-    "exposed",
+    "EdgeAngle",
+    "point_edge_angle",
+    "circle_edge_angle",
+    "edge_angle_under_rotation",
+    "edge_angle_jet",
+    "clip_intervals",
+    "interval_between",
+    "exposed_ends",
     "signed_edges",
-    "merged",
+    "merge_intervals",
     "visible_gaps",
     "visible_measure",
     "blocked_measure",
-    "Edges",
-    "Split",
+    "VisibilityEdges",
+    "visible_edges",
+    "autodiff_edges",
+    "SplitDerivative",
     "Shading",
-    "exposed_edges",
-    "differentiated_edges",
-    "shaded",
     "shading",
-    "angular_by_parts",
-    "Brackets",
-    "Limbs",
-    "bracketed",
-    "limbs",
+    "shading_derivatives",
+    "angular_derivative_by_parts",
+    "Elevation",
+    "contour_elevation",
+    "crease_elevation",
+    "contour_elevation_hessian",
+    "crease_elevation_hessian",
+    "segment_solid_angle",
+    "segment_vector_irradiance",
+    "BracketedEdges",
+    "bracket_edges",
+    "TangentPoints",
+    "tangent_points",
 ]

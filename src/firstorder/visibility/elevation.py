@@ -1,4 +1,4 @@
-"""The polar angle of a shadow edge in a vertical slice, and how it turns when the receiver moves.
+"""Polar angles of shadow edges in vertical slices, and their derivatives when the receiver moves.
 
 Everything stands in the receiver's frame: it is at the origin, its normal is +z. A slice at azimuth
 phi is the plane of z and `e_rho = (cos phi, sin phi, 0)`; in it a ray at polar angle theta points
@@ -32,7 +32,7 @@ Points: TypeAlias = ArrayLike | Sequence
 
 
 class Elevation(eqx.Module):
-    """Edge angles in vertical slices, and how they turn when the receiver moves.
+    """Edge angles in vertical slices, with their derivatives when the receiver moves.
 
     Attributes:
         value: alpha, polar angle from the normal; negative beyond the pole [rad].
@@ -64,7 +64,7 @@ class Elevation(eqx.Module):
         return jnp.stack([self.alpha_x, self.alpha_y], -1)
 
 
-def limb_elevation(
+def contour_elevation(
     point: Points, normal: Points, phi: ArrayLike | None = None, S: Points | None = None
 ) -> Elevation:
     """The edge angle of a smooth blocker, from the point that the ray touches and its normal there.
@@ -91,8 +91,8 @@ def limb_elevation(
     Reference: R07 §7.1, eqs. 42-46.
 
     Example:
-        >>> from firstorder.visibility import limb_elevation
-        >>> found = limb_elevation((1.0, 0.0, 1.0), (0.6, 0.5291502622129182, -0.6))
+        >>> from firstorder.visibility import contour_elevation
+        >>> found = contour_elevation((1.0, 0.0, 1.0), (0.6, 0.5291502622129182, -0.6))
         >>> print(round(float(found.value), 4), round(float(found.alpha_u), 4))
         0.7854 -0.5
         >>> round(float(found.alpha_v), 4)
@@ -109,7 +109,7 @@ def limb_elevation(
     return _elevation(slice_, ok, rates)
 
 
-def rim_elevation(
+def crease_elevation(
     point: Points, tangent: Points, phi: ArrayLike | None = None, S: Points | None = None
 ) -> Elevation:
     """The edge angle of an edge in space, straight or bent, from where the slice meets it.
@@ -117,7 +117,7 @@ def rim_elevation(
         alpha_u = -cos(alpha) / D,    alpha_v = (k . c) / (D k . v)
 
     With k any tangent of the silhouette on a smooth blocker this is the same number as
-    `limb_elevation`: k and w span its tangent plane.
+    `contour_elevation`: k and w span its tangent plane.
 
     Valid when: the edge crosses the slice, `k . v != 0`; otherwise NaN.
 
@@ -133,8 +133,8 @@ def rim_elevation(
     Reference: R07 App. D, eq. 72.
 
     Example:
-        >>> from firstorder.visibility import rim_elevation
-        >>> found = rim_elevation((1.0, 0.0, 1.0), (0.0, 1.0, 0.0))  # a beam across
+        >>> from firstorder.visibility import crease_elevation
+        >>> found = crease_elevation((1.0, 0.0, 1.0), (0.0, 1.0, 0.0))  # a beam across
         >>> print(round(float(found.alpha_u), 4), round(float(found.alpha_v), 4))
         -0.5 0.0
     """
@@ -153,7 +153,7 @@ def rim_elevation(
     return _elevation(slice_, ok, [rate(u), rate(v)])
 
 
-def limb_bend(
+def contour_elevation_hessian(
     point: Points, normal: Points, curvature: Points, phi: ArrayLike | None = None
 ) -> Float[Array, "*b 2 2"]:
     """Second derivatives of the edge angle of a smooth blocker in x and y.
@@ -181,16 +181,16 @@ def limb_bend(
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.visibility import limb_bend
+        >>> from firstorder.visibility import contour_elevation_hessian
         >>> n = jnp.array([-1.0, 0.0, 0.0])  # a ball at (1, 0, 2) of radius 1, overhead to one side
         >>> H = jnp.eye(3) - jnp.outer(n, n)
-        >>> print(limb_bend((0.0, 0.0, 2.0), n, H, phi=0.0).round(4))
+        >>> print(contour_elevation_hessian((0.0, 0.0, 2.0), n, H, phi=0.0).round(4))
         [[-0.125  0.   ]
          [ 0.     0.5  ]]
     """
     check_finite("curvature", curvature)
     n, H = as_float(normal), as_float(curvature)
-    first = limb_elevation(point, normal, phi)
+    first = contour_elevation(point, normal, phi)
     slice_ = _slice(point, phi)
     (_, _, w, c), D = slice_.axes, slice_.D
     rates = jnp.nan_to_num(first.gradient)
@@ -206,7 +206,7 @@ def limb_bend(
     return nan_unless(ok[..., None, None], _matrix(entries))
 
 
-def rim_bend(
+def crease_elevation_hessian(
     point: Points,
     tangent: Points,
     curvature: Points = (0.0, 0.0, 0.0),
@@ -221,7 +221,7 @@ def rim_bend(
                    + (w . r_j)(c . r_i)) / D^2
 
     Valid when: the receiver is flat and `k . v != 0`. The silhouette of a smooth blocker is not
-    such an edge: it moves with the receiver, and `limb_bend` knows how.
+    such an edge: it moves with the receiver, and `contour_elevation_hessian` knows how.
 
     Args:
         point: where the slice meets the edge, in the receiver's frame [m].
@@ -238,8 +238,8 @@ def rim_bend(
     Reference: ours; R07 App. D stops at the first derivative.
 
     Example:
-        >>> from firstorder.visibility import rim_bend
-        >>> print(rim_bend((1.0, 0.0, 1.0), (0.0, 1.0, 0.0)).round(4))  # -2 sin cos / D^2
+        >>> from firstorder.visibility import crease_elevation_hessian
+        >>> print(crease_elevation_hessian((1.0, 0.0, 1.0), (0.0, 1.0, 0.0)).round(4))
         [[-0.5  0. ]
          [ 0.   0. ]]
     """

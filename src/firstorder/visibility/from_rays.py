@@ -1,9 +1,9 @@
-"""Shadow edges from visibility rays: the image-space route, when nobody knows the shapes.
+"""Shadow edges from visibility rays: the image-space route, for unknown shapes.
 
 Rays at a few hundred angles say "blocked" or "free". Where neighbours differ there is an edge: it
-is bisected to rounding, with a fixed number of rays. Then the *limb*, the point where the ray of
+is bisected to rounding, with a fixed number of rays. Then the *point of tangency*, where the ray of
 the edge touches the blocker, is found from hits beside it. One hit is not enough: on a round
-blocker the first hit at an angle delta inside the edge lies `sqrt(2 r D delta)` before the limb, so
+blocker the first hit at an angle delta inside the edge lies `sqrt(2 r D delta)` before that, so
 that its error is the square root of the step. In `s = sqrt(delta)` however the distance is smooth,
 for a corner too; a polynomial through a few hits gives D at s = 0, and its slope the radius of
 curvature, which the second derivative of the edge angle asks for.
@@ -23,14 +23,14 @@ from jaxtyping import Array, Bool, Float, Int
 
 from firstorder.conventions import direction
 from firstorder.errors import check_positive, nan_unless
-from firstorder.visibility.alpha import Alpha, point_alpha
+from firstorder.visibility.edge_angles import EdgeAngle, point_edge_angle
 
 # Angles of any shape, to whether the ray is blocked; or to the distance of its first hit.
 Blocked = Callable[[Array], Array]
 Hit = Callable[[Array], Array]
 
 
-class Brackets(eqx.Module):
+class BracketedEdges(eqx.Module):
     """Edges of sampled visibility; slots that are not used have sign 0.
 
     Attributes:
@@ -44,12 +44,12 @@ class Brackets(eqx.Module):
     count: Int[Array, ""]
 
 
-class Limbs(eqx.Module):
-    """Where the rays at shadow edges touch their blockers.
+class TangentPoints(eqx.Module):
+    """Points at which the rays at shadow edges touch their blockers.
 
     Attributes:
         angle: local angle of the edge [rad].
-        sign: as in `Brackets`; 0 for an empty slot.
+        sign: as in `BracketedEdges`; 0 for an empty slot.
         distance: D, to the point of contact [m].
         radius: of the blocker's curvature there; zero, to rounding, at a corner [m].
     """
@@ -61,17 +61,17 @@ class Limbs(eqx.Module):
 
     @property
     def normal(self) -> Float[Array, " m"]:
-        """Local angle of the blocker's outward normal at the limb, across the ray [rad]."""
+        """Local angle of the blocker's outward normal at that point, across the ray [rad]."""
         return self.angle - 0.5 * jnp.pi * self.sign
 
-    def alpha(self, kappa=0.0, kappa_x=0.0) -> Alpha:
-        """The edge angles as jets in the receiver's place (see `point_alpha`).
+    def alpha(self, kappa=0.0, kappa_x=0.0) -> EdgeAngle:
+        """The edge angles as jets in the receiver's place (see `point_edge_angle`).
 
         Empty slots hold a corner straight ahead, of sign 0.
         """
         shown = jnp.isfinite(self.distance)
         D = jnp.where(shown, self.distance, 1.0)
-        found = point_alpha(
+        found = point_edge_angle(
             D[:, None] * direction(jnp.where(shown, self.angle, 0.0)),
             radius=jnp.where(shown, self.radius, 0.0),
             side=self.sign,
@@ -81,12 +81,12 @@ class Limbs(eqx.Module):
         return jax.tree.map(lambda a: nan_unless(shown, a), found)
 
 
-def bracketed(
+def bracket_edges(
     blocked: Blocked, angles: Float[Array, " n"], size: int = 16, steps: int | None = None
-) -> Brackets:
+) -> BracketedEdges:
     """Edges between sampled angles, bisected all at once.
 
-    The angles carry no derivative; `limbs` and its `alpha` do.
+    The angles carry no derivative; `tangent_points` and its `alpha` do.
 
     Args:
         blocked: whether rays are blocked, elementwise on arrays of angles.
@@ -101,8 +101,8 @@ def bracketed(
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.visibility import bracketed
-        >>> found = bracketed(lambda a: jnp.abs(a) < 0.3, jnp.linspace(-1.0, 1.0, 20), size=2)
+        >>> from firstorder.visibility import bracket_edges
+        >>> found = bracket_edges(lambda a: jnp.abs(a) < 0.3, jnp.linspace(-1.0, 1.0, 20), size=2)
         >>> found.angle.round(6).tolist(), found.sign.tolist()
         ([-0.3, 0.3], [1.0, -1.0])
     """
@@ -125,21 +125,23 @@ def bracketed(
     low, high = jax.lax.fori_loop(0, bits, halve, (angles[at], angles[at + 1]))
     edge = jnp.where(used, 0.5 * (low + high), 0.0)
     sign = jnp.where(used, jnp.where(before, -1.0, 1.0), 0.0).astype(angles.dtype)
-    return Brackets(nan_unless(count <= size, edge), sign, count)
+    return BracketedEdges(nan_unless(count <= size, edge), sign, count)
 
 
-def limbs(hit: Hit, edges: Brackets, reach: float = 1e-3, points: int = 6) -> Limbs:
+def tangent_points(
+    hit: Hit, edges: BracketedEdges, reach: float = 1e-3, points: int = 6
+) -> TangentPoints:
     """The points at which the rays at the edges touch their blockers.
 
     Hits at `delta_k = reach (k / points)^2` inside the edge, k = 1 ... points, and the polynomial
     in sqrt(delta) through them: D is its value at zero, and `r = slope^2 / (2 D)`.
 
-    Valid when: the blocker is the nearest thing over `reach`, and there smooth but for the corner
+    Valid when: the blocker is the nearest surface over `reach`, and there smooth but for the corner
     that may be the edge itself; NaN if a ray there finds nothing.
 
     Args:
         hit: distance of the first hit, elementwise on arrays of angles; infinity for none.
-        edges: from `bracketed`.
+        edges: from `bracket_edges`.
         reach: how far inside the edge to look [rad].
         points: hits for each edge. More are better in float64; three suit float32.
 
@@ -148,13 +150,13 @@ def limbs(hit: Hit, edges: Brackets, reach: float = 1e-3, points: int = 6) -> Li
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.visibility import bracketed, limbs
+        >>> from firstorder.visibility import bracket_edges, tangent_points
         >>> def hit(a):  # a disc of radius 1 about (0, 2)
         ...     inside = 1.0 - 4.0 * jnp.sin(a) ** 2
         ...     root = jnp.sqrt(jnp.where(inside > 0, inside, 1.0))
         ...     return jnp.where(inside > 0, 2.0 * jnp.cos(a) - root, jnp.inf)
-        >>> edges = bracketed(lambda a: hit(a) < jnp.inf, jnp.linspace(-1.5, 1.5, 64), size=2)
-        >>> found = limbs(hit, edges)
+        >>> edges = bracket_edges(lambda a: hit(a) < jnp.inf, jnp.linspace(-1.5, 1.5, 64), size=2)
+        >>> found = tangent_points(hit, edges)
         >>> found.distance.round(6).tolist(), found.radius.round(4).tolist()
         ([1.732051, 1.732051], [1.0, 1.0])
     """
@@ -170,7 +172,7 @@ def limbs(hit: Hit, edges: Brackets, reach: float = 1e-3, points: int = 6) -> Li
     D = t @ jnp.asarray(value, dtype)
     bend = t @ jnp.asarray(slope, dtype) * (points / np.sqrt(reach))
     shown = (edges.sign == 0) | good
-    return Limbs(
+    return TangentPoints(
         edges.angle, edges.sign, nan_unless(shown, D), nan_unless(shown, bend**2 / (2 * D))
     )
 

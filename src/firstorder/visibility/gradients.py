@@ -15,7 +15,7 @@ that ignores visibility's motion gets right; the second, the *boundary*, is what
 
 V does not depend on theta, so B_theta has no boundary part for a general T: R07 (35) holds only for
 `T = L(x, omega) rho(theta - omega)`, where integration by parts moves the derivative to L V; see
-`angular_by_parts`.
+`angular_derivative_by_parts`.
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
 from firstorder.errors import nan_unless
-from firstorder.numerics.quadrature import panels
+from firstorder.numerics.quadrature import composite_gauss_legendre
 from firstorder.typing import Scalar, Vector, as_float
-from firstorder.visibility.alpha import Alpha
-from firstorder.visibility.intervals import HORIZON, clipped, signed_edges, turns
+from firstorder.visibility._intervals import HORIZON, clip_intervals, signed_edges, whole_turns
+from firstorder.visibility.edge_angles import EdgeAngle
 
 # Transport: (parameters, angle) -> what the light from that angle adds per radian.
 Transport = Callable[[Vector, Scalar], Scalar]
 
 
-class Split(eqx.Module):
+class SplitDerivative(eqx.Module):
     """A derivative of shading in two parts.
 
     Attributes:
@@ -64,11 +64,11 @@ class Shading(eqx.Module):
     """
 
     value: Float[Array, ""]
-    gradient: Split
-    hessian: Split
+    gradient: SplitDerivative
+    hessian: SplitDerivative
 
 
-class Edges(eqx.Module):
+class VisibilityEdges(eqx.Module):
     """The edges of visibility as jets in the parameters.
 
     Attributes:
@@ -92,10 +92,10 @@ class Edges(eqx.Module):
         passed = jnp.where(sign != 0, jnp.nan_to_num(angle) < omega[..., None], False)
         return self.start - jnp.sum(jnp.where(passed, sign, 0.0), -1)
 
-    def known(self) -> Edges:
-        """The same, with harmless numbers where an edge is hidden."""
+    def known(self) -> VisibilityEdges:
+        """Edges with harmless numbers where one is hidden."""
         shown = self.sign != 0
-        return Edges(
+        return VisibilityEdges(
             jnp.where(shown, self.angle, 0.0),
             jnp.where(shown[:, None], self.gradient, 0.0),
             jnp.where(shown[:, None, None], self.hessian, 0.0),
@@ -104,28 +104,30 @@ class Edges(eqx.Module):
         )
 
 
-def exposed_edges(
-    low: Alpha, high: Alpha, horizon: tuple[float, float] = HORIZON, others: int = 1
-) -> Edges:
+def visible_edges(
+    low: EdgeAngle, high: EdgeAngle, horizon: tuple[float, float] = HORIZON, others: int = 1
+) -> VisibilityEdges:
     """The edges of blockers given by both of their ends; covered ends are hidden.
 
     A segment seen from its other side has its ends in the other order: they are exchanged. Each
     blocker takes less than half a turn. NaN if a blocker has no ends, as one around the receiver.
 
     Args:
-        low: lower ends of n blockers (side +1), as the receiver moves along x.
+        low: lower ends of n blockers (side +1), or of one, as the receiver moves along x.
         high: their upper ends (side -1).
         horizon: between which light arrives.
         others: how many parameters follow x, on which no edge depends (theta: one).
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.visibility import exposed_edges, point_alpha
-        >>> low = point_alpha(jnp.array([[1.0, 2.0]]))
-        >>> high = point_alpha(jnp.array([[-1.0, 2.0]]), side=-1.0)
-        >>> exposed_edges(low, high).sign.tolist()
+        >>> from firstorder.visibility import visible_edges, point_edge_angle
+        >>> low = point_edge_angle(jnp.array([[1.0, 2.0]]))
+        >>> high = point_edge_angle(jnp.array([[-1.0, 2.0]]), side=-1.0)
+        >>> visible_edges(low, high).sign.tolist()
         [1.0, -1.0]
     """
+    # One blocker, given by two plain points, is a row of one.
+    low, high = (jax.tree.map(jnp.atleast_1d, end) for end in (low, high))
     low, high = _ordered(low, high)
     angle, sign = signed_edges(low.value, high.value, horizon)
     # A blocker around the receiver has no ends: NaN, where an empty interval would mean full light.
@@ -135,18 +137,19 @@ def exposed_edges(
     k = 1 + others
     gradient = jnp.zeros((*angle.shape, k), angle.dtype).at[:, 0].set(first)
     hessian = jnp.zeros((*angle.shape, k, k), angle.dtype).at[:, 0, 0].set(second)
-    return Edges(angle, gradient, hessian, sign, _start(low.value, high.value, horizon))
+    return VisibilityEdges(angle, gradient, hessian, sign, _start(low.value, high.value, horizon))
 
 
-def differentiated_edges(
+def autodiff_edges(
     ends: Callable[[Vector], tuple[Array, Array]],
     p: Vector,
     horizon: tuple[float, float] = HORIZON,
-) -> Edges:
+) -> VisibilityEdges:
     """The edges of blockers whose ends are differentiable functions of any parameters.
 
     Args:
-        ends: maps p to the lower and the upper ends of n blockers [rad], as from `spanned`.
+        ends: maps p to the lower and the upper ends of n blockers [rad], as from
+            `interval_between`.
         p: where to differentiate.
         horizon: between which light arrives.
     """
@@ -154,13 +157,13 @@ def differentiated_edges(
     angle, sign = signed_edges(low, high, horizon)
     both = lambda p: jnp.concatenate(ends(p))  # noqa: E731
     gradient, hessian = jax.jacfwd(both)(p), jax.jacfwd(jax.jacfwd(both))(p)
-    return Edges(angle, gradient, hessian, sign, _start(low, high, horizon))
+    return VisibilityEdges(angle, gradient, hessian, sign, _start(low, high, horizon))
 
 
-def shaded(
+def shading_derivatives(
     T: Transport,
     p: Float[ArrayLike, " k"],
-    edges: Edges,
+    edges: VisibilityEdges,
     *,
     horizon: tuple[float, float] = HORIZON,
     nodes: int = 24,
@@ -188,28 +191,30 @@ def shaded(
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.visibility import exposed_edges, point_alpha, shaded
-        >>> low = point_alpha(jnp.array([[0.0, 1.0]]))  # a half-plane that begins overhead
-        >>> wall = point_alpha(jnp.array([[-1e9, 1.0]]), side=-1.0)
-        >>> B = shaded(lambda p, w: jnp.cos(w), jnp.zeros(2), exposed_edges(low, wall))
+        >>> from firstorder.visibility import visible_edges, point_edge_angle, shading_derivatives
+        >>> low = point_edge_angle(jnp.array([[0.0, 1.0]]))  # a half-plane that begins overhead
+        >>> wall = point_edge_angle(jnp.array([[-1e9, 1.0]]), side=-1.0)
+        >>> B = shading_derivatives(lambda p, w: jnp.cos(w), jnp.zeros(2), visible_edges(low, wall))
         >>> print(round(float(B.value), 6), B.gradient.total.round(6))
         1.0 [1. 0.]
     """
     p = as_float(p)
     edges = edges.known()
-    omega, weight = panels(*_ends(horizon, p), [*edges.angle, *map(as_float, breaks)], nodes)
+    omega, weight = composite_gauss_legendre(
+        *_ends(horizon, p), [*edges.angle, *map(as_float, breaks)], nodes
+    )
     seen = weight * edges.visibility(omega)
     inside = jax.vmap(lambda w: (T(p, w), jax.grad(T)(p, w), jax.hessian(T)(p, w)))(omega)
     value, first, second = (jnp.tensordot(seen, a, 1) for a in inside)
     boundary = _boundary(T, p, edges)
-    return Shading(value, Split(first, boundary[0]), Split(second, boundary[1]))
+    return Shading(value, SplitDerivative(first, boundary[0]), SplitDerivative(second, boundary[1]))
 
 
 def shading(
     T: Callable[[Scalar, Scalar, Scalar], Scalar],
     x: ArrayLike,
     theta: ArrayLike,
-    edges: Edges,
+    edges: VisibilityEdges,
     **options,
 ) -> Shading:
     """R07's B(x, theta) = int T(x, theta, omega) V(x, omega) domega; p = (x, theta).
@@ -218,25 +223,25 @@ def shading(
         T: transport of place, outgoing angle and incoming angle.
         x: place of the receiver [m].
         theta: outgoing angle [rad].
-        edges: as jets in (x, theta), from `exposed_edges`.
-        options: those of `shaded`.
+        edges: as jets in (x, theta), from `visible_edges`.
+        options: those of `shading_derivatives`.
 
-    Reference: R07 eqs. 32 and 37; for (35) see `angular_by_parts`.
+    Reference: R07 eqs. 32 and 37; for (35) see `angular_derivative_by_parts`.
     """
     p = jnp.stack([as_float(x), as_float(theta)])
-    return shaded(lambda p, w: T(p[0], p[1], w), p, edges, **options)
+    return shading_derivatives(lambda p, w: T(p[0], p[1], w), p, edges, **options)
 
 
-def angular_by_parts(
+def angular_derivative_by_parts(
     L: Callable[[Scalar, Scalar], Scalar],
     rho: Callable[[Scalar], Scalar],
     x: ArrayLike,
     theta: ArrayLike,
-    edges: Edges,
+    edges: VisibilityEdges,
     *,
     horizon: tuple[float, float] = HORIZON,
     nodes: int = 24,
-) -> Split:
+) -> SplitDerivative:
     """B_theta of `T = L(x, omega) rho(theta - omega)`, its derivative moved to light and edges.
 
         B_theta = int L_omega rho V  +  sum_j -sgn_j T(alpha_j)  -  [T V] at the horizon's ends
@@ -260,7 +265,7 @@ def angular_by_parts(
     x, theta = as_float(x), as_float(theta)
     edges = edges.known()
     low, high = _ends(horizon, x)
-    omega, weight = panels(low, high, [*edges.angle], nodes)
+    omega, weight = composite_gauss_legendre(low, high, [*edges.angle], nodes)
     L_omega = jax.vmap(jax.grad(L, 1), (None, 0))(x, omega)
     interior = jnp.sum(weight * edges.visibility(omega) * L_omega * jax.vmap(rho)(theta - omega))
 
@@ -269,15 +274,15 @@ def angular_by_parts(
 
     jumps = jnp.sum(jnp.where(edges.sign != 0, -edges.sign * jax.vmap(T)(edges.angle), 0.0))
     stop = edges.start - jnp.sum(edges.sign)
-    return Split(interior, jumps + edges.start * T(low) - stop * T(high))
+    return SplitDerivative(interior, jumps + edges.start * T(low) - stop * T(high))
 
 
 # --- small change --------------------------------------------------------------------------------
 
 
-def _ordered(low: Alpha, high: Alpha) -> tuple[Alpha, Alpha]:
-    """The same ends with the lower one first, both on one turn (see `spanned`)."""
-    turned, shift_low, shift_high = turns(low.value, high.value)
+def _ordered(low: EdgeAngle, high: EdgeAngle) -> tuple[EdgeAngle, EdgeAngle]:
+    """Ends of an interval with the lower one first, both on one turn (see `interval_between`)."""
+    turned, shift_low, shift_high = whole_turns(low.value, high.value)
     low = eqx.tree_at(lambda a: a.value, low, low.value - shift_low)
     high = eqx.tree_at(lambda a: a.value, high, high.value - shift_high)
     return tuple(
@@ -286,8 +291,8 @@ def _ordered(low: Alpha, high: Alpha) -> tuple[Alpha, Alpha]:
     )
 
 
-def _boundary(T: Transport, p: Vector, edges: Edges) -> tuple[Array, Array]:
-    """What the motion of the edges adds to gradient and Hessian."""
+def _boundary(T: Transport, p: Vector, edges: VisibilityEdges) -> tuple[Array, Array]:
+    """Contribution of the moving edges to gradient and Hessian."""
 
     def one(a, g, H, sign):
         value, T_w, T_p = T(p, a), jax.grad(T, 1)(p, a), jax.grad(T)(p, a)
@@ -306,5 +311,5 @@ def _ends(horizon: tuple[float, float], like: Array) -> tuple[Array, Array]:
 
 def _start(low: Array, high: Array, horizon: tuple[float, float]) -> Array:
     """Whether a ray just above the lower end of the horizon is free."""
-    low, high = jax.lax.stop_gradient(clipped(low, high, horizon))
+    low, high = jax.lax.stop_gradient(clip_intervals(low, high, horizon))
     return 1.0 - jnp.any((low <= horizon[0]) & (high > low), -1).astype(low.dtype)

@@ -15,7 +15,8 @@ from figures.e11.competitors.baselines import (
     stratified,
 )
 from firstorder.checks.statistics import error_slope, z_test
-from firstorder.shadowfield.rendering.ray_table import RayTable, lamp_frame, trace
+from firstorder.shadowfield.rendering.lamp import lamp_frame
+from firstorder.shadowfield.rendering.ray_table import RayTable, trace_shadow_rays
 
 HIGH, HALF = 4.0, 0.8
 LAMP = lamp_frame((0.0, 0.0, HIGH), (0.0, HALF, 0.0), (HALF, 0.0, 0.0))
@@ -229,7 +230,7 @@ def test_bars_at_the_band_limit_are_damped_by_the_root_of_e(d2):
 
 def test_rays_add_up_by_pixel_and_light():
     at = floor(5).reshape(-1, 3)
-    table, owner = trace(LAMP, at, 3, SLANTED)
+    table, owner = trace_shadow_rays(LAMP, at, 3, SLANTED)
     sums = pixel_sums(LAMP, table, owner, len(at), gauss)
     for k in (0, 7, 24):
         light = gauss(table.y[owner == k] / HALF)
@@ -244,7 +245,7 @@ def test_rays_add_up_by_pixel_and_light():
 @pytest.fixture(scope="module")
 def edge():
     at = floor(48, 0.04)
-    table, owner = trace(LAMP, at.reshape(-1, 3), 4, SLANTED)
+    table, owner = trace_shadow_rays(LAMP, at.reshape(-1, 3), 4, SLANTED)
     sums = pixel_sums(LAMP, table, owner, 48 * 48)
     far = np.full((48, 48), HIGH - 2.0)
     true = np.array([true_share(p, 2.0, slanted, lambda q: np.ones(len(q)), 300)

@@ -6,7 +6,7 @@ import pytest
 from figures.e11.competitors import photons
 from figures.e11.competitors.photons import nearest, shares, shoot
 from firstorder.checks.statistics import error_slope, z_test
-from firstorder.shadowfield.rendering.ray_table import lamp_frame
+from firstorder.shadowfield.rendering.lamp import lamp_frame
 
 HIGH, HALF = 4.0, 0.8
 LAMP = lamp_frame((0.0, 0.0, HIGH), (0.0, HALF, 0.0), (HALF, 0.0, 0.0))

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from figures.j12.shared.scenes import counted
-from firstorder.checks.statistics import LEVEL, chi_square, error_slope, z_of, z_test
-from firstorder.flatland import Circles, PointLights, Receiver, Scene, Segments, box, thing
-from firstorder.flatland.bounces import scatter as scattering
+from firstorder.checks.statistics import LEVEL, chi_square, error_slope, z_test, z_test_of
+from firstorder.flatland import Circles, PointLights, Receiver, Scene, Segments, box, primitive
+from firstorder.flatland.bounces import _scatter as scattering
+from firstorder.flatland.bounces._scatter import Surface, reflect, scatter
 from firstorder.flatland.bounces.pathtrace import path_irradiance, path_radiance, tree_irradiance
-from firstorder.flatland.bounces.scatter import Surface, reflect, scatter
-from firstorder.flatland.library.scenes import scene_b, scene_d
+from firstorder.flatland.library._scenes import scene_b, scene_d
 from firstorder.flatland.skies import GaussianSky
 from firstorder.sampling import estimate
 
@@ -53,8 +53,8 @@ def line_light(blocked):
 @pytest.mark.parametrize("next_event", [False, True])
 def test_scenes_a_and_b_are_their_closed_forms(blocked, next_event, key):
     E = path_irradiance(line_light(blocked), FLOOR, key, 20_000, next_event=next_event, lanes=500)
-    assert z_of(E, lamp_minus_blocker(X, blocked)).passed
-    assert not z_of(E, lamp_minus_blocker(X, not blocked)).passed
+    assert z_test_of(E, lamp_minus_blocker(X, blocked)).passed
+    assert not z_test_of(E, lamp_minus_blocker(X, not blocked)).passed
     assert E.mean.dtype == jnp.float64
     assert float(jnp.max(E.error)) < 0.01
 
@@ -77,8 +77,8 @@ E0, RHO = 0.7, 0.6
 @functools.cache
 def furnace(circles=1):
     """A closed room in which everything shines and reflects alike: `L = e / (1 - rho)`."""
-    room = thing(box((0.0, 0.0), (1.0, 1.0), inward=True), emission=E0, albedo=RHO)
-    return Scene.of(room, thing(Circles((0.4, 0.6), 0.2), emission=E0, albedo=RHO))
+    room = primitive(box((0.0, 0.0), (1.0, 1.0), inward=True), emission=E0, albedo=RHO)
+    return Scene.of(room, primitive(Circles((0.4, 0.6), 0.2), emission=E0, albedo=RHO))
 
 
 INSIDE = Receiver([[0.02, 0.0], [0.5, 0.0], [0.7, 0.3]], [0.0, 0.0, 2.0], jnp.array([0, 0, -1]))
@@ -89,7 +89,7 @@ FURNACE = 2.0 * E0 / (1.0 - RHO)
 @pytest.mark.parametrize("how", [{}, {"next_event": False}, {"survival": 0.3}])
 def test_a_furnace_is_even(how, key):
     E = path_irradiance(furnace(), INSIDE, key, 20_000, **ROOM, **how)
-    assert z_of(E, FURNACE).passed
+    assert z_test_of(E, FURNACE).passed
     assert float(jnp.max(E.error)) < 0.1
 
 
@@ -97,8 +97,8 @@ def test_a_furnace_is_even(how, key):
 def test_a_furnace_after_so_many_reflections(bounces, key):
     E = path_irradiance(furnace(), INSIDE, key, 20_000, bounces, **ROOM)
     truth = 2.0 * E0 * (1.0 - RHO ** (bounces + 1)) / (1.0 - RHO)
-    assert z_of(E, truth).passed
-    assert not z_of(E, truth / RHO).passed
+    assert z_test_of(E, truth).passed
+    assert not z_test_of(E, truth / RHO).passed
 
 
 def test_a_tree_is_the_same_light_cut_off(key):
@@ -137,7 +137,7 @@ FAULTS = {
 def test_a_wrong_path_is_noticed(fault, key):
     E = path_irradiance(furnace(), INSIDE, key, 20_000, scatter=wrong(FAULTS[fault]), **ROOM)
     assert bool(jnp.all(jnp.isfinite(E.mean)))
-    assert not z_of(E, FURNACE).passed
+    assert not z_test_of(E, FURNACE).passed
 
 
 def test_both_ways_to_look_for_light_agree(key):
@@ -161,9 +161,9 @@ def _around(scene, index):
 
 def _mixed():
     return Scene.of(
-        thing(Segments((-1.0, 0.0), (2.0, 0.0)), albedo=0.4, specular=0.5, exponent=20.0),
-        thing(Segments((1.2, 0.0), (1.2, 1.0)), albedo=0.1, mirror=0.8),
-        thing(Circles((0.4, 0.8), 0.15), emission=1.0, albedo=0.5),
+        primitive(Segments((-1.0, 0.0), (2.0, 0.0)), albedo=0.4, specular=0.5, exponent=20.0),
+        primitive(Segments((1.2, 0.0), (1.2, 1.0)), albedo=0.1, mirror=0.8),
+        primitive(Circles((0.4, 0.8), 0.15), emission=1.0, albedo=0.5),
         points=PointLights((-0.5, 0.5), 0.3),
         environment=GaussianSky(0.3, 0.4),
     )
@@ -194,8 +194,8 @@ def test_scene_d_is_what_counted_rays_make_of_it(key):
     at = Receiver(np.stack([x, 0 * x], -1), 0 * x, jnp.zeros(4, int))
     E = path_irradiance(scene_d(), at, key, 20_000)
     assert bound < 2e-3
-    assert z_of(E, fine, truth_error=bound).passed
-    assert not z_of(E, direct).passed
+    assert z_test_of(E, fine, truth_error=bound).passed
+    assert not z_test_of(E, direct).passed
 
 
 # --- surfaces ------------------------------------------------------------------------------------
@@ -246,14 +246,14 @@ def test_scattered_directions_follow_their_density(key):
     wrong = 50_000 * np.append(mirrored, 1 - mirrored.sum())
     assert chi_square(seen, wrong) < LEVEL
     share = estimate(turned.weight)
-    assert z_of(share, np.sum(f) * (middle[1] - middle[0]), truth_error=1e-5).passed
+    assert z_test_of(share, np.sum(f) * (middle[1] - middle[0]), truth_error=1e-5).passed
 
 
 def test_a_mirror_shows_the_lamp_and_a_gloss_its_blur(key):
     """Radiance along single rays: exact in a mirror, an integral over the lamp in a gloss."""
-    lamp = thing(Segments((0.5, 1.0), (-0.5, 1.0)), emission=2.0)
+    lamp = primitive(Segments((0.5, 1.0), (-0.5, 1.0)), emission=2.0)
     rays = jnp.array([[-1.0, 0.5], [1.0, 0.8]]), jnp.array([[1.0, -1.0], [-1.0, -1.0]]) / 2**0.5
-    floor = thing(
+    floor = primitive(
         Segments([(-2.0, 0.0), (0.0, 0.0)], [(0.0, 0.0), (2.0, 0.0)]),
         mirror=jnp.array([0.8, 0.0]),
         specular=jnp.array([0.0, 0.6]),
@@ -266,7 +266,7 @@ def test_a_mirror_shows_the_lamp_and_a_gloss_its_blur(key):
     f, _ = reflect(surface(0.6, 9.0, 0.0), direction(-0.25 * np.pi), *direction(a))
     truth = 2.0 * 0.5 * (ends[1] - ends[0]) * np.sum(w * np.asarray(f))
     # The mirror is met at (-0.5, 0), and throws the ray to (0.5, 1), the end of the lamp.
-    assert z_of(L, np.array([1.6, truth])).passed
+    assert z_test_of(L, np.array([1.6, truth])).passed
     assert float(L.error[0]) == pytest.approx(2.0 * np.sqrt(0.8 * 0.2 / 20_000), rel=0.02)
 
 
@@ -283,7 +283,7 @@ def test_single_precision(key):
     )
     E = path_irradiance(scene, at, key, 20_000, lanes=500)
     assert E.mean.dtype == E.error.dtype == jnp.float32
-    assert z_of(E, lamp_minus_blocker(X, True), truth_error=1e-5).passed
+    assert z_test_of(E, lamp_minus_blocker(X, True), truth_error=1e-5).passed
 
 
 def test_what_one_receiver_finds_does_not_depend_on_the_others(key):

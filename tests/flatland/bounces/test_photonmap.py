@@ -6,20 +6,20 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.checks.statistics import spread_test, z_of, z_test
-from firstorder.flatland import Arcs, Circles, PointLights, Receiver, Scene, box, thing
+from firstorder.checks.statistics import spread_test, z_test, z_test_of
+from firstorder.flatland import Arcs, Circles, PointLights, Receiver, Scene, box, primitive
 from firstorder.flatland.bounces.photonmap import (
-    Estimator,
-    gathered,
+    DensityEstimator,
+    final_gather,
     photon_irradiance,
     photon_map,
     photon_radiance,
 )
-from firstorder.flatland.bounces.photons import in_runs, throw
-from firstorder.flatland.library.scenes import scene_a
+from firstorder.flatland.bounces.photons import split_photons, trace_photons
+from firstorder.flatland.library._scenes import scene_a
 from firstorder.flatland.skies import ConstantSky
 from firstorder.sampling import estimate
-from firstorder.sampling.density import expected_fixed, expected_nearest
+from firstorder.sampling._density import expected_fixed_radius, expected_k_nearest
 
 RUNS, COUNT = 100, 2000
 S = jnp.append(jnp.arange(2, 19) / 20.0, 0.0)  # inside the floor, and one end of it
@@ -42,8 +42,8 @@ def irradiance_a(x):
 @functools.cache
 def hundred_maps():
     scene = scene_a()
-    photons = throw(scene, jax.random.key(7), RUNS * COUNT, 0)
-    return [photon_map(scene, run) for run in in_runs(photons, RUNS)]
+    photons = trace_photons(scene, jax.random.key(7), RUNS * COUNT, 0)
+    return [photon_map(scene, run) for run in split_photons(photons, RUNS)]
 
 
 def hundred(how):
@@ -62,8 +62,8 @@ END = irradiance_a(-1.0), (irradiance_a(-1.0 + 1e-6) - irradiance_a(-1.0 - 1e-6)
 @pytest.mark.smoke
 def test_a_fixed_radius_over_100_runs_is_what_was_predicted():
     """Mean, boundary bias at the end of the floor included, and spread."""
-    seen = hundred(Estimator(radius=0.1))
-    want = expected_fixed(cumulative, X, 0.1, COUNT)
+    seen = hundred(DensityEstimator(radius=0.1))
+    want = expected_fixed_radius(cumulative, X, 0.1, COUNT)
     assert over(seen, 2.0 * want.mean).passed
     assert spread_test(seen.std(0, ddof=1), 2.0 * want.spread, RUNS).passed
     # At the end half of the light is lost, but for its slope: f / 2 + f' r / 4.
@@ -74,18 +74,18 @@ def test_a_fixed_radius_over_100_runs_is_what_was_predicted():
 @pytest.mark.parametrize("kept", [False, True])
 def test_k_nearest_over_100_runs_are_what_was_predicted(kept):
     k = 10
-    seen = hundred(Estimator(k=k, keep_farthest=kept))
+    seen = hundred(DensityEstimator(k=k, keep_farthest=kept))
     # All places together, each in units of what is expected: the excess is 1 / 9 of the mean.
-    right = expected_nearest(cumulative, X, k, COUNT, k if kept else k - 1)
+    right = expected_k_nearest(cumulative, X, k, COUNT, k if kept else k - 1)
     assert over(seen, 2.0 * right.mean).passed
-    other = expected_nearest(cumulative, X, k, COUNT, k - 1 if kept else k)
+    other = expected_k_nearest(cumulative, X, k, COUNT, k - 1 if kept else k)
     assert over(np.mean(seen / (2.0 * right.mean), -1), 1.0).passed
     assert not over(np.mean(seen / (2.0 * other.mean), -1), 1.0).passed
-    assert Estimator(k=k, keep_farthest=kept).excess == (10 / 9 if kept else 1.0)
+    assert DensityEstimator(k=k, keep_farthest=kept).excess == (10 / 9 if kept else 1.0)
 
 
 def test_a_window_cut_at_the_end_has_no_bias_there():
-    seen = hundred(Estimator(radius=0.1, cut=True))
+    seen = hundred(DensityEstimator(radius=0.1, cut=True))
     # One-sided: first order in the radius, f' r / 2, and no half.
     share = cumulative(-1.0 + 0.1) / 0.1
     assert over(seen[:, -1:], 2.0 * share).passed
@@ -99,13 +99,13 @@ def test_all_flux_of_a_closed_room_is_absorbed(key):
     """Landed flux is that of a geometric series, each wall by what it sees."""
     rho, I = 0.5, 0.7  # noqa: E741
     scene = Scene.of(
-        thing(box((0.0, 0.0), (1.0, 1.0), inward=True), albedo=rho),
+        primitive(box((0.0, 0.0), (1.0, 1.0), inward=True), albedo=rho),
         points=PointLights((0.5, 0.5), I),
     )
-    photons = throw(scene, key, 20_000, 24)
+    photons = trace_photons(scene, key, 20_000, 24)
     landed = np.asarray(jnp.sum(photons.flux, 0)) / (2.0 * np.pi * I) * 20_000
-    assert z_of(estimate(landed), 1.0 / (1.0 - rho), truth_error=2.0 * rho**24).passed
-    assert not z_of(estimate(landed), 1.0).passed
+    assert z_test_of(estimate(landed), 1.0 / (1.0 - rho), truth_error=2.0 * rho**24).passed
+    assert not z_test_of(estimate(landed), 1.0).passed
     first = np.bincount(np.asarray(photons.index[0]), minlength=4)
     assert np.all(np.abs(first - 5000) < 5.0 * np.sqrt(20_000 * 3 / 16))
 
@@ -113,12 +113,12 @@ def test_all_flux_of_a_closed_room_is_absorbed(key):
 def test_every_kind_of_light_sends_its_flux(key):
     """A lamp that is an arc, a circle and the sky: photons against irradiance in closed form."""
     ring = Circles((0.0, 0.0), 1.0)
-    center = thing(Circles((0.0, 0.0), 0.1), emission=2.0)
-    scene = Scene.of(thing(ring), center, environment=ConstantSky(0.5))
-    photons = throw(scene, key, 20_000, 0)
+    center = primitive(Circles((0.0, 0.0), 0.1), emission=2.0)
+    scene = Scene.of(primitive(ring), center, environment=ConstantSky(0.5))
+    photons = trace_photons(scene, key, 20_000, 0)
     m = photon_map(scene, photons)
     front = jnp.ones(1, bool)
-    how = Estimator(radius=0.5)
+    how = DensityEstimator(radius=0.5)
     inner = photon_irradiance(m, how, jnp.zeros(1, int), ~front, jnp.array([0.01]))
     outer = photon_irradiance(m, how, jnp.zeros(1, int), front, jnp.array([0.99]))
     # Seen from inside the small lamp spans 2 asin(0.1); from outside the whole sky arrives.
@@ -130,12 +130,12 @@ def test_every_kind_of_light_sends_its_flux(key):
 
 def test_the_map_of_a_bowl_follows_its_arc(key):
     """An arc lit from its centre: even irradiance `I / R`, over a closed form of the arc length."""
-    bowl = thing(Arcs((0.0, 0.0), 2.0, 0.5 * np.pi, np.pi))
+    bowl = primitive(Arcs((0.0, 0.0), 2.0, 0.5 * np.pi, np.pi))
     scene = Scene.of(bowl, points=PointLights((0.0, 0.0), 3.0))
-    photons = throw(scene, key, 40_000, 0)
+    photons = trace_photons(scene, key, 40_000, 0)
     m = photon_map(scene, photons)
     s = jnp.linspace(0.1, 0.9, 9)
-    E = photon_irradiance(m, Estimator(radius=0.3), jnp.zeros(9, int), jnp.ones(9, bool), s)
+    E = photon_irradiance(m, DensityEstimator(radius=0.3), jnp.zeros(9, int), jnp.ones(9, bool), s)
     flux = 6.0 * np.pi / 40_000
     spread = np.sqrt(flux * 1.5 / 0.6)
     assert z_test(E, spread, 1.5).passed
@@ -149,19 +149,19 @@ def test_final_gathering_removes_noise_as_predicted(key):
     """
     rho, count, r = 0.5, 1000, 0.05
     scene = Scene.of(
-        thing(box((0.0, 0.0), (1.0, 1.0), inward=True), albedo=rho),
+        primitive(box((0.0, 0.0), (1.0, 1.0), inward=True), albedo=rho),
         points=PointLights((0.5, 0.5), 1.0),
     )
-    how = Estimator(radius=r)
+    how = DensityEstimator(radius=r)
     x = 0.4
     at = Receiver([[x, 0.0]], [0.0], jnp.zeros(1, int))
     viewed, collected = [], []
-    for run in in_runs(throw(scene, key, RUNS * count, 0), RUNS):
+    for run in split_photons(trace_photons(scene, key, RUNS * count, 0), RUNS):
         m = photon_map(scene, run)
         viewed.append(
             photon_irradiance(m, how, jnp.zeros(1, int), jnp.ones(1, bool), jnp.array([x]))
         )
-        collected.append(gathered(scene, m, how, at, 512))
+        collected.append(final_gather(scene, m, how, at, 512))
     viewed, collected = np.asarray(viewed)[:, 0], np.asarray(collected)[:, 0]
 
     flux, t = 2.0 * np.pi / count, (np.arange(4000) + 0.5) / 4000
@@ -198,10 +198,14 @@ def test_radiance_is_the_brdf_times_irradiance_if_it_is_even():
     def diffuse(out, into):
         return 0.4 * jnp.ones_like(into[0])
 
-    for how in (Estimator(k=20), Estimator(k=20, keep_farthest=True), Estimator(radius=0.02)):
+    for how in (
+        DensityEstimator(k=20),
+        DensityEstimator(k=20, keep_farthest=True),
+        DensityEstimator(radius=0.02),
+    ):
         L = photon_radiance(m, how, diffuse, *FLOOR, S, out)
         np.testing.assert_allclose(L, 0.4 * photon_irradiance(m, how, *FLOOR, S), rtol=1e-9)
-    wide = photon_radiance(m, Estimator(radius=0.5), diffuse, *FLOOR, S, out, most=16)
+    wide = photon_radiance(m, DensityEstimator(radius=0.5), diffuse, *FLOOR, S, out, most=16)
     assert bool(jnp.all(jnp.isnan(wide)))
 
 
@@ -211,21 +215,21 @@ def test_radiance_is_the_brdf_times_irradiance_if_it_is_even():
 def test_an_empty_map_is_dark():
     scene = scene_a()
     nothing = eqx.tree_at(
-        lambda p: p.index, throw(scene, jax.random.key(0), 4, 0), -jnp.ones((1, 4), int)
+        lambda p: p.index, trace_photons(scene, jax.random.key(0), 4, 0), -jnp.ones((1, 4), int)
     )
     m = photon_map(scene, nothing)
-    for how in (Estimator(k=3), Estimator(radius=0.1)):
+    for how in (DensityEstimator(k=3), DensityEstimator(radius=0.1)):
         assert photon_irradiance(m, how, *FLOOR, S).tolist() == [0.0] * 18
 
 
 def test_bad_arguments_are_one_sentence(key):
     with pytest.raises(ValueError, match="Just one of the arguments `k` and `radius`"):
-        Estimator()
+        DensityEstimator()
     with pytest.raises(ValueError, match="Just one of the arguments `k` and `radius`"):
-        Estimator(k=5, radius=0.1)
+        DensityEstimator(k=5, radius=0.1)
     with pytest.raises(ValueError, match="`k` must be at least 2"):
-        Estimator(k=1)
+        DensityEstimator(k=1)
     with pytest.raises(ValueError, match="`count` must be positive"):
-        throw(scene_a(), key, 0)
+        trace_photons(scene_a(), key, 0)
     with pytest.raises(ValueError, match="`runs` must divide 200000 photons, but is 7"):
-        in_runs(throw(scene_a(), key, RUNS * COUNT, 0), 7)
+        split_photons(trace_photons(scene_a(), key, RUNS * COUNT, 0), 7)

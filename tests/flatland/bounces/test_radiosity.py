@@ -7,32 +7,34 @@ import numpy as np
 import pytest
 
 from derivations.flatland.bounces import radiosity as oracle
-from firstorder.flatland import Circles, PointLights, Scene, Segments, box, irradiance, thing
-from firstorder.flatland.bounces import panels as cutting
-from firstorder.flatland.bounces import transfer
-from firstorder.flatland.bounces.panels import Fineness
-from firstorder.flatland.bounces.radiosity import corner_exponent, solve
+from firstorder.flatland import Circles, PointLights, Scene, Segments, box, irradiance, primitive
+from firstorder.flatland.bounces import _panels as cutting
+from firstorder.flatland.bounces import _transfer as transfer
+from firstorder.flatland.bounces._panels import Discretization
+from firstorder.flatland.bounces.radiosity import corner_exponent, solve_radiosity
 from firstorder.flatland.visible import receiver
 
 PLACES = np.array([1e-4, 0.01, 0.1, 0.26, 0.5])
-COARSE = Fineness(5, 1e-2)
+COARSE = Discretization(5, 1e-2)
 
 
 def room(albedo=0.2, emission=0.0, discs=False, light=True):
-    walls = thing(box((0.0, 0.0), (1.0, 1.0), inward=True), albedo=albedo, emission=emission)
+    walls = primitive(box((0.0, 0.0), (1.0, 1.0), inward=True), albedo=albedo, emission=emission)
     centers = [(0.25, 0.25), (0.25, 0.75), (0.75, 0.25), (0.75, 0.75)]
-    more = [thing(Circles(centers, [0.08] * 4), albedo=albedo, emission=emission)] if discs else []
+    more = (
+        [primitive(Circles(centers, [0.08] * 4), albedo=albedo, emission=emission)] if discs else []
+    )
     return Scene.of(walls, *more, points=PointLights((0.5, 0.5), 1.0) if light else None)
 
 
 @pytest.fixture(scope="module")
 def scene_c():
-    return solve(room(), Fineness(8, 1e-5))
+    return solve_radiosity(room(), Discretization(8, 1e-5))
 
 
 @pytest.fixture(scope="module")
 def scene_d():
-    return solve(room(discs=True), COARSE)
+    return solve_radiosity(room(discs=True), COARSE)
 
 
 @eqx.filter_jit
@@ -73,7 +75,7 @@ def test_what_is_emitted_is_absorbed(scene_c, scene_d):
 
 def test_a_closed_room_of_one_radiance_is_a_furnace():
     """Emission 1 - rho makes L = 1 and E = 2 everywhere, corners included."""
-    solution = solve(room(0.3, 0.7, discs=True, light=False), Fineness(3, 0.1))
+    solution = solve_radiosity(room(0.3, 0.7, discs=True, light=False), Discretization(3, 0.1))
     assert np.abs(np.asarray(solution.E) - 2.0).max() < 2e-12
     radiance = 0.7 + np.asarray(solution.reflected)
     assert np.abs(radiance - 1.0).max() < 1e-12
@@ -141,10 +143,10 @@ def test_other_albedos_are_a_solve_away_and_differentiable(scene_c):
 
 def test_a_scene_may_be_open_and_shapes_may_have_two_sides():
     """A screen lit from one side lights the floor before it, and not the floor behind it."""
-    floor = thing(Segments((-1.0, 0.0), (1.0, 0.0)), name="floor", albedo=0.5)
-    screen = thing(Segments((0.0, 0.1), (0.0, 1.0)), name="screen", albedo=(0.0, 0.8))
+    floor = primitive(Segments((-1.0, 0.0), (1.0, 0.0)), name="floor", albedo=0.5)
+    screen = primitive(Segments((0.0, 0.1), (0.0, 1.0)), name="screen", albedo=(0.0, 0.8))
     scene = Scene.of(floor, screen, points=PointLights((0.5, 0.6), 1.0))
-    solution = solve(scene, COARSE)
+    solution = solve_radiosity(scene, COARSE)
     sides = set(zip(solution.panels.shape.tolist(), solution.panels.side.tolist(), strict=True))
     assert (0, 0) in sides
     assert (0, 1) not in sides  # nothing is below the floor
@@ -157,11 +159,11 @@ def test_a_scene_may_be_open_and_shapes_may_have_two_sides():
 
 
 def test_what_is_not_diffuse_is_refused():
-    glass = thing(box((0.0, 0.0), (1.0, 1.0)), mirror=0.5, emission=1.0)
+    glass = primitive(box((0.0, 0.0), (1.0, 1.0)), mirror=0.5, emission=1.0)
     with pytest.raises(ValueError, match="must be diffuse, but holds a surface with `mirror`"):
-        solve(Scene.of(glass))
+        solve_radiosity(Scene.of(glass))
     with pytest.raises(ValueError, match="must be concrete"):
-        jax.jit(lambda a: solve(room(a)).E)(0.2)
+        jax.jit(lambda a: solve_radiosity(room(a)).E)(0.2)
     with pytest.raises(ValueError, match="`albedo` must be positive"):
         corner_exponent(0.0)
 
@@ -206,12 +208,12 @@ def test_fault_is_noticed(name, scene_d, monkeypatch):
 
 def test_fault_panels_not_cut_at_events_is_noticed(monkeypatch):
     """Energy is then kept to a part in a thousand only."""
-    right = cutting.find
+    right = cutting.visual_events
 
     def none(*args, **options):
         table = right(*args, **options)
         return table.take(np.zeros(0, int))
 
-    monkeypatch.setattr(cutting, "find", none)
-    emitted, absorbed = solve(room(discs=True), COARSE).flux()
+    monkeypatch.setattr(cutting, "visual_events", none)
+    emitted, absorbed = solve_radiosity(room(discs=True), COARSE).flux()
     assert abs(float(absorbed / emitted) - 1.0) > 1e-4

@@ -5,9 +5,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.flatland import Arcs, Circles, Ellipses, Scene, Segments, box, thing
-from firstorder.flatland.discontinuities import critical_lines as critical
-from firstorder.flatland.discontinuities.critical_lines import critical_lines, point_edges
+from firstorder.flatland import Arcs, Circles, Ellipses, Scene, Segments, box, primitive
+from firstorder.flatland.discontinuities import _critical_lines as critical
+from firstorder.flatland.discontinuities._critical_lines import critical_lines, point_edges
 from firstorder.flatland.shapes.build import closed_curve
 
 
@@ -50,7 +50,7 @@ def worst(scene):
 
 @pytest.mark.parametrize("name", SCENES)
 def test_lines_touch_what_they_say(name):
-    assert worst(Scene.of(*map(thing, SCENES[name]))) < 1e-7
+    assert worst(Scene.of(*map(primitive, SCENES[name]))) < 1e-7
 
 
 @pytest.mark.parametrize(
@@ -61,11 +61,11 @@ def test_lines_touch_what_they_say(name):
     ],
 )
 def test_no_line_is_missing(name, count):
-    assert len(critical_lines(Scene.of(*map(thing, SCENES[name])))[0]) == count
+    assert len(critical_lines(Scene.of(*map(primitive, SCENES[name])))[0]) == count
 
 
 def test_a_curve_that_bends_both_ways_has_a_tangent_of_its_own():
-    a, b = critical_lines(Scene.of(thing(bean())))
+    a, b = critical_lines(Scene.of(primitive(bean())))
     assert len(a) == 1  # the bridge over its hollow
     np.testing.assert_allclose(a.point[0, 1], b.point[0, 1], atol=1e-9)
     np.testing.assert_allclose(a.point[0, 0], -b.point[0, 0], atol=1e-9)
@@ -73,16 +73,16 @@ def test_a_curve_that_bends_both_ways_has_a_tangent_of_its_own():
 
 def test_circles_agree_with_ellipses_that_are_circles():
     """The closed form against the Newton solve of curves."""
-    circles = Scene.of(thing(Circles([(0.0, 0.0), (3.0, 0.4)], [1.0, 0.5])))
+    circles = Scene.of(primitive(Circles([(0.0, 0.0), (3.0, 0.4)], [1.0, 0.5])))
     ellipses = Scene.of(
-        thing(Ellipses([(0.0, 0.0), (3.0, 0.4)], [(1.0, 1.0), (0.5, 0.5)], [0.0, 0.0]))
+        primitive(Ellipses([(0.0, 0.0), (3.0, 0.4)], [(1.0, 1.0), (0.5, 0.5)], [0.0, 0.0]))
     )
     a, b = (np.sort(critical_lines(s)[0].point, axis=0) for s in (circles, ellipses))
     np.testing.assert_allclose(a, b, atol=1e-9)
 
 
 def test_a_common_end_is_one_edge():
-    assert len(point_edges(Scene.of(thing(box((0.0, 0.0), (1.0, 1.0)))))) == 4
+    assert len(point_edges(Scene.of(primitive(box((0.0, 0.0), (1.0, 1.0)))))) == 4
 
 
 def test_fault_inner_and_outer_tangents_mixed_is_noticed(monkeypatch):
@@ -93,4 +93,4 @@ def test_fault_inner_and_outer_tangents_mixed_is_noticed(monkeypatch):
         return touch_a, 2.0 * np.asarray(b.center) - touch_b
 
     monkeypatch.setattr(critical, "_of_circles", wrong)
-    assert worst(Scene.of(thing(SCENES["circles"][0]))) > 1e-3
+    assert worst(Scene.of(primitive(SCENES["circles"][0]))) > 1e-3

@@ -4,23 +4,23 @@ import dataclasses
 
 import numpy as np
 
-from firstorder.flatland.discontinuities.critical_lines import Edges
-from firstorder.flatland.discontinuities.event_table import KINDS, Events, joined
+from firstorder.flatland.discontinuities._critical_lines import LineEnds
+from firstorder.flatland.discontinuities._event_table import KINDS, VisualEvents, joined
 
 
 def table(numbers):
     """A row for each number, which stands in all of its columns."""
     k = np.asarray(numbers)
     s = k.astype(float)
-    edges = Edges(np.stack([s, s], -1), k, s, k % 2 == 0)
+    edges = LineEnds(np.stack([s, s], -1), k, s, k % 2 == 0)
     kind = np.array(KINDS)[k]
-    return Events(k, s, k % 2 == 0, kind, edges, edges, k % 2 == 1, s, 10.0 * s, 100.0 * s)
+    return VisualEvents(k, s, k % 2 == 0, kind, edges, edges, k % 2 == 1, s, 10.0 * s, 100.0 * s)
 
 
 def assert_same(a, b):
     for field in dataclasses.fields(a):
         one, two = getattr(a, field.name), getattr(b, field.name)
-        if isinstance(one, Edges):
+        if isinstance(one, LineEnds):
             assert_same(one, two)
         else:
             np.testing.assert_array_equal(one, two)

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from derivations.flatland.discontinuities import events as brute
-from firstorder.flatland import Circles, PointLights, Scene, Segments, box, thing
+from firstorder.flatland import Circles, PointLights, Scene, Segments, box, primitive
 from firstorder.flatland.discontinuities import events
-from firstorder.flatland.discontinuities.events import along, extrapolation_error, find
+from firstorder.flatland.discontinuities.events import extrapolation_error, jumps_on, visual_events
 
 # One-sided seven-point differences of order k with steps h of 1e-4 to 1e-3 m: rounding 1e3 eps /
 # h^k, and truncation (h / R)^(7 - k) on a curve of radius R = 0.13 m.
@@ -25,13 +25,13 @@ def test_jumps_are_those_of_one_sided_differences_of_an_independent_irradiance(k
 def test_every_kind_of_event_is_there():
     kinds = set(brute.predicted().kind)
     assert {"shadow", "two points", "point and tangent", "edge-on", "horizon", "dusk"} <= kinds
-    assert "two tangents" in find(four_discs()).kind
+    assert "two tangents" in visual_events(four_discs()).kind
 
 
 def four_discs(emission=0.0):
-    room = thing(box((0.0, 0.0), (1.0, 1.0), inward=True), albedo=0.2, name="room")
+    room = primitive(box((0.0, 0.0), (1.0, 1.0), inward=True), albedo=0.2, name="room")
     centers = [(0.25, 0.25), (0.25, 0.75), (0.75, 0.25), (0.75, 0.75)]
-    discs = thing(Circles(centers, [0.08] * 4), albedo=0.2, emission=emission, name="discs")
+    discs = primitive(Circles(centers, [0.08] * 4), albedo=0.2, emission=emission, name="discs")
     return Scene.of(room, discs, points=PointLights((0.5, 0.5), 1.0))
 
 
@@ -48,7 +48,7 @@ def test_no_jump_of_the_gradient_is_missed():
 
 
 def test_events_of_the_four_discs_have_the_symmetry_of_the_square():
-    walls = [along(four_discs(emission=1.0), i) for i in range(4)]
+    walls = [jumps_on(four_discs(emission=1.0), i) for i in range(4)]
     for wall in walls[1:]:
         np.testing.assert_allclose(wall.s, walls[0].s, atol=1e-12)
         np.testing.assert_allclose(wall.jump_E1, walls[0].jump_E1, atol=1e-9)
@@ -57,7 +57,7 @@ def test_events_of_the_four_discs_have_the_symmetry_of_the_square():
 
 
 def test_a_hidden_line_makes_no_jump():
-    table = find(four_discs(emission=1.0), hidden=True)
+    table = visual_events(four_discs(emission=1.0), hidden=True)
     hidden = table.take(~table.visible)
     assert len(hidden)
     assert not np.any([hidden.jump_E, hidden.jump_E1, hidden.jump_E2])
@@ -65,7 +65,7 @@ def test_a_hidden_line_makes_no_jump():
 
 def test_the_jump_grows_as_space_shrinks():
     """E' has units of radiance over length: scaling space by 2 halves every jump of it."""
-    small = along(brute.lit_scene(), 0)
+    small = jumps_on(brute.lit_scene(), 0)
     double = jax.tree.map(lambda a: 2.0 * a, brute.lit_scene().groups)
     large = Scene(
         double,
@@ -77,39 +77,39 @@ def test_the_jump_grows_as_space_shrinks():
         brute.lit_scene().crossings,
         brute.lit_scene().names,
     )
-    found = along(large, 0)
+    found = jumps_on(large, 0)
     np.testing.assert_allclose(found.s, small.s, atol=1e-12)
     np.testing.assert_allclose(2.0 * found.jump_E1, small.jump_E1, rtol=1e-7)
 
 
 def test_both_sides_of_a_floor_are_receivers():
-    floor = thing(Segments((-2.0, 0.0), (2.0, 0.0)))
-    lamp = thing(Segments((-0.5, -1.0), (0.5, -1.0)), emission=1.0)
-    blocker = thing(Segments((-0.2, -0.5), (0.1, -0.5)))
+    floor = primitive(Segments((-2.0, 0.0), (2.0, 0.0)))
+    lamp = primitive(Segments((-0.5, -1.0), (0.5, -1.0)), emission=1.0)
+    blocker = primitive(Segments((-0.2, -0.5), (0.1, -0.5)))
     scene = Scene.of(floor, lamp, blocker)
-    back = along(scene, 0, front=False)
+    back = jumps_on(scene, 0, front=False)
     above = Scene.of(
         floor,
-        thing(Segments((0.5, 1.0), (-0.5, 1.0)), emission=1.0),
-        thing(Segments((0.1, 0.5), (-0.2, 0.5))),
+        primitive(Segments((0.5, 1.0), (-0.5, 1.0)), emission=1.0),
+        primitive(Segments((0.1, 0.5), (-0.2, 0.5))),
     )
-    front = along(above, 0)
-    assert len(along(scene, 0).s) == 0
+    front = jumps_on(above, 0)
+    assert len(jumps_on(scene, 0).s) == 0
     np.testing.assert_allclose(back.s, front.s, atol=1e-12)
     np.testing.assert_allclose(back.jump_E1, front.jump_E1, rtol=1e-9)
 
 
 def test_radiance_that_jumps_along_a_surface_makes_events_of_its_own():
     """A wall whose left half glows, seen past an edge, is a lamp that ends in the middle."""
-    floor = thing(Segments((-2.0, 0.0), (2.0, 0.0)))
-    wall = thing(Segments((1.0, 1.0), (-1.0, 1.0)))
-    blocker = thing(Segments((0.1, 0.5), (-0.2, 0.5)))
+    floor = primitive(Segments((-2.0, 0.0), (2.0, 0.0)))
+    wall = primitive(Segments((1.0, 1.0), (-1.0, 1.0)))
+    blocker = primitive(Segments((0.1, 0.5), (-0.2, 0.5)))
     half = Scene.of(floor, wall, blocker)
-    found = along(
+    found = jumps_on(
         half, 0, lambda i, s, front, u: jax.numpy.where((i == 1) & (s > 0.5), 1.0, 0.0), ((1, 0.5),)
     )
-    lamp = Scene.of(floor, thing(Segments((0.0, 1.0), (-1.0, 1.0)), emission=1.0), blocker)
-    truth = along(lamp, 0)
+    lamp = Scene.of(floor, primitive(Segments((0.0, 1.0), (-1.0, 1.0)), emission=1.0), blocker)
+    truth = jumps_on(lamp, 0)
     np.testing.assert_allclose(found.s, truth.s, atol=1e-9)
     np.testing.assert_allclose(found.jump_E1, truth.jump_E1, rtol=1e-6)
 
@@ -126,13 +126,13 @@ def test_error_of_an_extrapolation_across_a_jump():
 
 def test_traced_scenes_are_refused():
     with pytest.raises(ValueError, match="must be concrete"):
-        jax.jit(lambda r: find(Scene.of(thing(Circles((0.0, 0.0), r)))).s)(1.0)
+        jax.jit(lambda r: visual_events(Scene.of(primitive(Circles((0.0, 0.0), r)))).s)(1.0)
     with pytest.raises(ValueError, match="must not be negative, but is -1"):
         extrapolation_error(0.0, 1.0, -1.0, 1.0)
 
 
 def _wrong(name):
-    right = {"closer": events._closer, "across": events._across, "light": events.point_irradiance}
+    right = {"closer": events._closer, "across": events._across, "light": events._point_irradiance}
     return {
         "forget the far edge's speed": ("_closer", lambda near, far: 1.0 / np.maximum(near, 1e-3)),
         "sum for difference": (
@@ -141,11 +141,11 @@ def _wrong(name):
         ),
         "flip the sign of dL": ("_across", lambda *a: -right["across"](*a)),
         "forget the normal's turn": (
-            "point_irradiance",
+            "_point_irradiance",
             lambda p, t, n, kappa: right["light"](p, t, n, 0.0 * kappa),
         ),
         "forget the cosine of the light": (
-            "point_irradiance",
+            "_point_irradiance",
             lambda p, t, n, kappa: tuple(e * 1.1 for e in right["light"](p, t, n, kappa)),
         ),
     }[name]

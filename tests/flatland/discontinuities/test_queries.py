@@ -2,16 +2,16 @@
 
 import numpy as np
 
-from firstorder.flatland import Circles, Scene, thing
-from firstorder.flatland.discontinuities.queries import batched, extent, shoot
+from firstorder.flatland import Circles, Scene, primitive
+from firstorder.flatland.discontinuities._queries import batched, extent, trace
 
 
 def scene():
-    return Scene.of(thing(Circles([(0.0, 3.0), (0.0, 9.0)], [1.0, 1.0]), emission=1.0))
+    return Scene.of(primitive(Circles([(0.0, 3.0), (0.0, 9.0)], [1.0, 1.0]), emission=1.0))
 
 
 def test_rays_find_the_nearest_shape_and_its_side():
-    hits = shoot(scene(), np.array([[0.0, 0.0], [0.0, 3.0]]), np.array([[0.0, 1.0], [0.0, 1.0]]))
+    hits = trace(scene(), np.array([[0.0, 0.0], [0.0, 3.0]]), np.array([[0.0, 1.0], [0.0, 1.0]]))
     np.testing.assert_allclose(hits.t, [2.0, 1.0])
     assert hits.number.tolist() == [0, 0]
     assert hits.front.tolist() == [True, False]

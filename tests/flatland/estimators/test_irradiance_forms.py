@@ -15,21 +15,21 @@ from firstorder.flatland import (
     Segments,
     derivatives_on_shape,
     irradiance,
+    primitive,
     receiver,
-    thing,
 )
+from firstorder.flatland.estimators import _irradiance_forms as forms_module
 from firstorder.flatland.estimators import corrected
-from firstorder.flatland.estimators import irradiance_forms as forms_module
-from firstorder.flatland.estimators.corrected import mended
-from firstorder.flatland.estimators.irradiance_forms import (
-    arc_length,
-    arc_length_exact,
-    arc_length_on_curves,
-    repeated,
-    stratified,
+from firstorder.flatland.estimators._irradiance_forms import (
+    arc_length_estimate,
+    arc_length_estimate_on_curves,
+    arc_length_integral,
+    repeated_estimate,
+    stratified_estimate,
 )
-from firstorder.flatland.estimators.strata import Strata, look, strata
-from firstorder.scene.derivatives import FLATLAND, Derivatives
+from firstorder.flatland.estimators.corrected import corrected_estimate
+from firstorder.flatland.estimators.strata import Strata, hemicircle_strata, trace_strata
+from firstorder.scene._derivatives import FLATLAND, Derivatives
 
 # Receivers in no special position: tilted; in B in the penumbra, clear of visual events.
 PLACES = {"A": ((0.35, 0.0), 0.2), "B": ((0.35, 0.0), 0.2), "disc": ((0.35, 0.02), 0.2)}
@@ -75,14 +75,18 @@ def compiled(name):
     def run(scene, at, where, sliding, bend, inverse):
         def twin(b):
             changed = (bend * b.bend, inverse * b.inverse)
-            return forms_module.moved(eqx.tree_at(lambda b: (b.bend, b.inverse), b, changed))
+            return forms_module.border_derivatives(
+                eqx.tree_at(lambda b: (b.bend, b.inverse), b, changed)
+            )
 
-        seen = look(scene, at, where, radiance)
-        out = {"arc length": arc_length(seen), "stratified": stratified(seen)}
+        seen = trace_strata(scene, at, where, radiance)
+        out = {"arc length": arc_length_estimate(seen), "stratified": stratified_estimate(seen)}
         if name == "disc":
             with pytest.MonkeyPatch.context() as patch:
-                patch.setattr(corrected, "moved", twin)
-                out["mended"] = mended(scene, at, seen, radiance, breaks=8, sliding=sliding)
+                patch.setattr(corrected, "border_derivatives", twin)
+                out["mended"] = corrected_estimate(
+                    scene, at, seen, radiance, breaks=8, sliding=sliding
+                )
         return out
 
     return run
@@ -97,7 +101,7 @@ def at(name):
 
 
 def sampled(name, n, key, **change):
-    return all_forms(name, at(name), padded(strata(n, jax.random.key(key))), **change)
+    return all_forms(name, at(name), padded(hemicircle_strata(n, jax.random.key(key))), **change)
 
 
 def orders(name, form, sizes, runs=8):
@@ -116,7 +120,7 @@ def orders(name, form, sizes, runs=8):
 @functools.cache
 def exact(name):
     scene, radiance = built(name)
-    return eqx.filter_jit(lambda at: arc_length_exact(scene, at, radiance))(at(name))
+    return eqx.filter_jit(lambda at: arc_length_integral(scene, at, radiance))(at(name))
 
 
 @pytest.mark.smoke
@@ -144,7 +148,11 @@ def within_bars(ours, right):
 def test_sampled_by_angle_it_has_that_integral_for_its_mean():
     scene, _ = built("A")
     run = jax.jit(
-        lambda k: repeated(lambda k: arc_length(look(scene, at("A"), strata(32, k))), k, 300)
+        lambda k: repeated_estimate(
+            lambda k: arc_length_estimate(trace_strata(scene, at("A"), hemicircle_strata(32, k))),
+            k,
+            300,
+        )
     )
     assert within_bars(run(jax.random.key(1)), exact("A")) < 4.5
 
@@ -153,7 +161,9 @@ def test_sampled_by_arc_length_too():
     """Before the disc: on curves the visible part decides, and the limb does no harm."""
     scene, L = built("disc")
     run = jax.jit(
-        lambda k: repeated(lambda k: arc_length_on_curves(scene, at("disc"), 32, k, L), k, 300)
+        lambda k: repeated_estimate(
+            lambda k: arc_length_estimate_on_curves(scene, at("disc"), 32, k, L), k, 300
+        )
     )
     assert within_bars(run(jax.random.key(2)), exact("disc")) < 4.5
 
@@ -161,8 +171,8 @@ def test_sampled_by_arc_length_too():
 def test_strata_of_any_measure_have_one_integral():
     right = exact("disc")
     even = jnp.linspace(-1.0, 1.0, MOST + 1)
-    uneven = strata(0.5 * jnp.pi * (0.7 * even + 0.3 * even**3))
-    for where in (strata(MOST), strata(MOST, cosine=True), uneven):
+    uneven = hemicircle_strata(0.5 * jnp.pi * (0.7 * even + 0.3 * even**3))
+    for where in (hemicircle_strata(MOST), hemicircle_strata(MOST, cosine=True), uneven):
         ours = all_forms("disc", at("disc"), where)
         assert normwise(ours["arc length"].gradient, right.gradient) < 2e-3
         assert max(errors(ours["mended"], "disc")) < 1e-4
@@ -206,7 +216,7 @@ def test_rigid_motions_and_units(angle, scale):
     """Numbers in the receiver's frame stay; k-th derivatives by steps go as `scale^-k`."""
     move = (angle, scale, np.array([0.6, -1.1]))
     scene, _ = built("disc")
-    where = padded(strata(256))
+    where = padded(hemicircle_strata(256))
     here = all_forms("disc", at("disc"), where)
     there = compiled("disc")(
         carried(scene, *move), carried(at("disc"), *move), where, True, 1.0, 1.0
@@ -221,9 +231,9 @@ def test_rigid_motions_and_units(angle, scale):
 
 def test_more_light_is_more_of_everything():
     """All forms are linear in the radiance: twice the light, twice every number."""
-    seen = jax.jit(lambda: look(built("B")[0], at("B"), strata(64)))()
+    seen = jax.jit(lambda: trace_strata(built("B")[0], at("B"), hemicircle_strata(64)))()
     twice = eqx.tree_at(lambda s: s.radiance, seen, 2.0 * seen.radiance)
-    for form in (arc_length, stratified):
+    for form in (arc_length_estimate, stratified_estimate):
         for a, b in zip(jax.tree.leaves(form(twice)), jax.tree.leaves(form(seen)), strict=True):
             assert normwise(a, 2.0 * b) < 1e-12
 
@@ -236,10 +246,10 @@ def test_light_at_the_horizon_is_what_the_arc_length_form_misses_when_it_turns()
 
     The strata get it right because the two borders at the horizon are left out.
     """
-    ground = thing(Segments((-1.0, -1.0), (1.0, -1.0)))
+    ground = primitive(Segments((-1.0, -1.0), (1.0, -1.0)))
     scene = Scene.of(ground, environment=lambda a: 0.0 * a + 1.0)
-    seen = jax.jit(lambda: look(scene, Receiver((0.0, 0.0), 0.3), strata(500)))()
-    flat, frozen = stratified(seen), arc_length(seen)
+    seen = jax.jit(lambda: trace_strata(scene, Receiver((0.0, 0.0), 0.3), hemicircle_strata(500)))()
+    flat, frozen = stratified_estimate(seen), arc_length_estimate(seen)
     np.testing.assert_allclose([flat.value, frozen.value], 2.0, rtol=1e-5)
     np.testing.assert_allclose(flat.hessian[2, 2], 0.0, atol=1e-12)
     np.testing.assert_allclose(frozen.hessian[2, 2], -2.0, rtol=1e-5)
@@ -248,14 +258,14 @@ def test_light_at_the_horizon_is_what_the_arc_length_form_misses_when_it_turns()
 
 def test_along_a_bent_receiver():
     """An ellipse, whose curvature changes, under a light: to the exact route."""
-    lamp = thing(Segments((0.8, 2.0), (-0.2, 2.0)), emission=1.0)
-    above, scene = Scene.of(lamp), Scene.of(lamp, thing(Ellipses((0.0, 0.0), (1.0, 0.6), 0.3)))
+    lamp = primitive(Segments((0.8, 2.0), (-0.2, 2.0)), emission=1.0)
+    above, scene = Scene.of(lamp), Scene.of(lamp, primitive(Ellipses((0.0, 0.0), (1.0, 0.6), 0.3)))
 
     @jax.jit
     def both(s):
         at = receiver(scene, 1, s)
         kappa, slope = jax.value_and_grad(lambda s: scene.frame(1, s).kappa)(s)
-        ours = arc_length_exact(above, at).along(kappa, slope / scene.frame(1, s).speed)
+        ours = arc_length_integral(above, at).along(kappa, slope / scene.frame(1, s).speed)
         return ours, derivatives_on_shape(lambda r: irradiance(above, r), scene, 1, s)
 
     for s in (0.05, 0.93):
@@ -291,7 +301,11 @@ def test_error_bars_hold():
     """Two independent means differ by no more than their bars allow."""
     scene, _ = built("B")
     run = jax.jit(
-        lambda k: repeated(lambda k: stratified(look(scene, at("B"), strata(64, k))), k, 200)
+        lambda k: repeated_estimate(
+            lambda k: stratified_estimate(trace_strata(scene, at("B"), hemicircle_strata(64, k))),
+            k,
+            200,
+        )
     )
     a, b = run(jax.random.key(1)), run(jax.random.key(2))
     both = jax.tree.map(lambda x, y: np.sqrt(x**2 + y**2), a.error, b.error)
@@ -304,11 +318,11 @@ def test_error_bars_hold():
 def test_nothing_to_see_a_single_stratum_and_a_receiver_on_a_shape():
     """Finite everywhere, and zero where nothing is seen."""
     down = Receiver((0.0, -1.0), np.pi)
-    for form in all_forms("disc", down, padded(strata(1))).values():
+    for form in all_forms("disc", down, padded(hemicircle_strata(1))).values():
         assert all(np.all(np.asarray(leaf) == 0.0) for leaf in jax.tree.leaves(form))
     top = Receiver((0.1, 0.65), 0.0, 2)  # on the disc
     for n in (1, 2, 64):
-        for form in all_forms("disc", top, padded(strata(n))).values():
+        for form in all_forms("disc", top, padded(hemicircle_strata(n))).values():
             assert all(np.all(np.isfinite(leaf)) for leaf in jax.tree.leaves(form))
 
 
@@ -321,10 +335,10 @@ def test_single_precision():
 
     @jax.jit
     def run(scene, at, where):
-        seen = look(scene, at, where, radiance)
-        return mended(scene, at, seen, radiance, breaks=4), stratified(seen)
+        seen = trace_strata(scene, at, where, radiance)
+        return corrected_estimate(scene, at, seen, radiance, breaks=4), stratified_estimate(seen)
 
-    best, plain = run(*single((scene, at("disc"), strata(512))))
+    best, plain = run(*single((scene, at("disc"), hemicircle_strata(512))))
     assert best.gradient.dtype == plain.hessian.dtype == jnp.float32
     assert max(errors(jax.tree.map(lambda a: np.asarray(a, float), best), "disc")) < 2e-2
     assert max(errors(jax.tree.map(lambda a: np.asarray(a, float), plain), "disc")[:2]) < 0.5
@@ -332,11 +346,11 @@ def test_single_precision():
 
 def test_bad_input_is_one_sentence():
     with pytest.raises(ValueError, match=r"^Argument `borders` must be positive, but is 0.$"):
-        strata(0)
+        hemicircle_strata(0)
     with pytest.raises(ValueError, match="must ascend from -pi/2 to pi/2"):
-        strata(np.array([-1.0, 0.0, 1.0]))
+        hemicircle_strata(np.array([-1.0, 0.0, 1.0]))
     with pytest.raises(ValueError, match="must be at least 2"):
-        repeated(lambda key: None, jax.random.key(0), 1)
+        repeated_estimate(lambda key: None, jax.random.key(0), 1)
 
 
 # --- deliberate faults --------------------------------------------------------------------------
@@ -354,12 +368,12 @@ FAULTS = {
 @pytest.fixture(scope="module")
 def seen_in_b():
     scene, _ = built("B")
-    return jax.jit(lambda: look(scene, at("B"), strata(4096)))()
+    return jax.jit(lambda: trace_strata(scene, at("B"), hemicircle_strata(4096)))()
 
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_faults_of_the_stratified_form_are_noticed(fault, seen_in_b):
-    assert errors(stratified(seen_in_b), "B")[1] < 5e-3
-    error = errors(stratified(FAULTS[fault](seen_in_b)), "B")[1]
+    assert errors(stratified_estimate(seen_in_b), "B")[1] < 5e-3
+    error = errors(stratified_estimate(FAULTS[fault](seen_in_b)), "B")[1]
     assert np.isfinite(error)
     assert error > 0.1

@@ -2,7 +2,7 @@ import jax
 import numpy as np
 import pytest
 
-from firstorder.flatland.library.bumps import Bumps, ChirpBumps, SineBumps, ground
+from firstorder.flatland.library.bumps import Bumps, ChirpBumps, SineBumps, bumpy_ground
 
 X = np.linspace(0.05, 1.9, 23)
 PROFILES = [
@@ -30,7 +30,7 @@ def test_the_normals_of_a_fine_polyline_tend_to_the_normal(bumps: Bumps):
     """A chord's slope is the curve's at its middle, to second order."""
     errors = []
     for pieces in (64, 128):
-        floor = ground(bumps, 0.0, 2.0, pieces)
+        floor = bumpy_ground(bumps, 0.0, 2.0, pieces)
         edge, middle = np.asarray(floor.end - floor.start), np.asarray(floor.start + floor.end) / 2
         errors.append(
             np.max(np.abs(np.arctan2(edge[:, 1], edge[:, 0]) - bumps.normal(middle[:, 0])))
@@ -55,10 +55,13 @@ def test_a_chirp_says_where_it_is_none():
         (lambda: SineBumps(frequency=0.0), "Argument `frequency` must be positive, but is 0.0."),
         (lambda: ChirpBumps(rate=-1.0), "Argument `rate` must not be negative, but is -1.0."),
         (
-            lambda: ground(SineBumps(), 1.0, 0.0, 8),
+            lambda: bumpy_ground(SineBumps(), 1.0, 0.0, 8),
             "Argument `high - low` must be positive, but is -1.0.",
         ),
-        (lambda: ground(SineBumps(), 0.0, 1.0, 0), "Argument `pieces` must be positive, but is 0."),
+        (
+            lambda: bumpy_ground(SineBumps(), 0.0, 1.0, 0),
+            "Argument `pieces` must be positive, but is 0.",
+        ),
     ],
 )
 def test_bad_numbers_are_one_sentence(make, sentence):

@@ -2,7 +2,7 @@ import jax
 import numpy as np
 import pytest
 
-from firstorder.flatland.library.e11 import (
+from firstorder.flatland.library._e11 import (
     FIG03_DEPTHS,
     FIG07_DEPTHS,
     FIG18_DEPTHS,

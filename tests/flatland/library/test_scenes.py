@@ -4,9 +4,9 @@ import pytest
 
 from firstorder.errors import is_concrete
 from firstorder.flatland import irradiance, receiver
-from firstorder.flatland.library import scenes
+from firstorder.flatland.library import _scenes as scenes
 from firstorder.flatland.scene import Scene
-from firstorder.io import scene_from_toml, scene_to_toml
+from firstorder.io import flatland_from_toml, flatland_to_toml
 
 
 def floor_irradiance(scene, s, part=0):
@@ -21,15 +21,15 @@ def same(a: Scene, b: Scene):
     return all(np.array_equal(p, q) for p, q in zip(one[0], other[0], strict=True))
 
 
-@pytest.mark.parametrize("name", scenes.names())
+@pytest.mark.parametrize("name", scenes.scene_names())
 def test_a_scene_is_finite_named_told_about_and_comes_back_from_its_file(name):
-    scene = scenes.named(name)
+    scene = scenes.named_scene(name)
     assert is_concrete(scene)
     leaves = jax.tree.leaves((scene.groups, scene.material, scene.points, scene.environment))
     assert all(np.all(np.isfinite(leaf)) for leaf in leaves)
     assert all(scene.names)
-    assert scenes.about(name).endswith(".")
-    assert same(scene_from_toml(scene_to_toml(scene)), scene)
+    assert scenes.describe_scene(name).endswith(".")
+    assert same(flatland_from_toml(flatland_to_toml(scene)), scene)
 
 
 @pytest.mark.smoke
@@ -110,7 +110,7 @@ def test_parameters_can_be_differentiated():
             "Argument `wall` must be white, black or none, but is 'grey'.",
         ),
         (
-            lambda: scenes.named("scene_z"),
+            lambda: scenes.named_scene("scene_z"),
             r"Argument `name` must be one of scene_a, .*, but is 'scene_z'.",
         ),
     ],

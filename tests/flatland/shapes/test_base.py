@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from firstorder.flatland.shapes.base import column, rows, same, stack
+from firstorder.flatland.shapes._base import column, rows, same, stack
 
 
 def test_one_shape_is_a_row_of_many():

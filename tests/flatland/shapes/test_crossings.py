@@ -3,27 +3,27 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.flatland import Circles, Receiver, Scene, Segments, irradiance, polyline, thing
+from firstorder.flatland import Circles, Receiver, Scene, Segments, irradiance, polyline, primitive
 
 
 def cross_of(x):
-    return thing(Segments([(x - 0.4, 0.4), (x - 0.4, 1.0)], [(x + 0.4, 1.0), (x + 0.4, 0.4)]))
+    return primitive(Segments([(x - 0.4, 0.4), (x - 0.4, 1.0)], [(x + 0.4, 1.0), (x + 0.4, 0.4)]))
 
 
 def test_what_crosses_is_found_and_what_touches_is_not():
     assert Scene.of(cross_of(0.0)).crossings.pairs.tolist() == [[0, 1]]
-    assert Scene.of(thing(polyline([(0, 0), (1, 0), (1, 1), (0, 0)]))).crossings.pairs.size == 0
-    beam = thing(Segments((-1.0, 0.5), (1.0, 0.5)))
-    disc = thing(Circles((0.0, 0.5), 0.3))
+    assert Scene.of(primitive(polyline([(0, 0), (1, 0), (1, 1), (0, 0)]))).crossings.pairs.size == 0
+    beam = primitive(Segments((-1.0, 0.5), (1.0, 0.5)))
+    disc = primitive(Circles((0.0, 0.5), 0.3))
     assert Scene.of(beam, disc).crossings.pairs.tolist() == [[0, 1], [0, 1]]
-    post = thing(Segments((0.0, 0.5), (0.0, 1.0)))  # stands on the beam
+    post = primitive(Segments((0.0, 0.5), (0.0, 1.0)))  # stands on the beam
     assert Scene.of(beam, post).crossings.pairs.size == 0
 
 
 def test_light_past_two_crossed_blades():
-    lamp = thing(Segments((3.0, 1.2), (-3.0, 1.2)), emission=1.0)
-    bright = thing(Segments((-0.4, 0.4), (0.4, 1.0)), emission=(0.0, 0.5))
-    dark = thing(Segments((-0.4, 1.0), (0.4, 0.4)))
+    lamp = primitive(Segments((3.0, 1.2), (-3.0, 1.2)), emission=1.0)
+    bright = primitive(Segments((-0.4, 0.4), (0.4, 1.0)), emission=(0.0, 0.5))
+    dark = primitive(Segments((-0.4, 1.0), (0.4, 0.4)))
     scene = Scene.of(lamp, bright, dark)
 
     @jax.jit
@@ -57,13 +57,13 @@ def test_a_crossing_moves_with_its_shapes():
 
 
 def test_traced_shapes_that_cross_unannounced_are_nan():
-    lamp = thing(Segments((1.0, 2.0), (-1.0, 2.0)), emission=1.0)
+    lamp = primitive(Segments((1.0, 2.0), (-1.0, 2.0)), emission=1.0)
     others = {
-        "segments": lambda y: thing(Segments((-0.5, 0.4), (0.5, y)), emission=0.5),
-        "circles": lambda y: thing(Circles((0.5, y), 0.3), emission=0.5),
-        "black": lambda y: thing(Circles((0.5, y), 0.3)),
+        "segments": lambda y: primitive(Segments((-0.5, 0.4), (0.5, y)), emission=0.5),
+        "circles": lambda y: primitive(Circles((0.5, y), 0.3), emission=0.5),
+        "black": lambda y: primitive(Circles((0.5, y), 0.3)),
     }
-    fixed = [thing(Segments((0.2, 0.2), (0.2, 1.0))), thing(Circles((0.5, 1.5), 0.25))]
+    fixed = [primitive(Segments((0.2, 0.2), (0.2, 1.0))), primitive(Circles((0.5, 1.5), 0.25))]
 
     @jax.jit
     def E(y):
@@ -80,10 +80,10 @@ def test_traced_shapes_that_cross_unannounced_are_nan():
 def test_touching_is_no_crossing_for_traced_shapes_either():
     @jax.jit
     def E(x):
-        roof = thing(
+        roof = primitive(
             polyline(jnp.stack([jnp.stack([-x, 0.5]), jnp.stack([0.0, 1.0]), jnp.stack([x, 0.5])]))
         )
-        lamp = thing(Segments((1.0, 2.0), (-1.0, 2.0)), emission=1.0)
+        lamp = primitive(Segments((1.0, 2.0), (-1.0, 2.0)), emission=1.0)
         return irradiance(Scene.of(lamp, roof), Receiver((0.0, 0.0), 0.0))
 
     assert jnp.isfinite(E(0.3))
@@ -94,7 +94,7 @@ def test_touching_is_no_crossing_for_traced_shapes_either():
 def test_a_crossing_is_one_wherever_the_scene_lies(shift, bits):
     with jax.enable_x64(bits == 64):
         ends = np.array([[-0.4, 0.4], [-0.4, 1.0], [0.4, 1.0], [0.4, 0.4]], f"float{bits}") + shift
-        scene = Scene.of(thing(Segments(ends[:2], ends[2:])))
+        scene = Scene.of(primitive(Segments(ends[:2], ends[2:])))
         points, valid = scene.silhouettes(jnp.asarray(ends[0] - 1.0))
         assert valid[-1]
         assert points.dtype == f"float{bits}"
@@ -104,7 +104,7 @@ def test_a_crossing_is_one_wherever_the_scene_lies(shift, bits):
 def test_a_crossing_goes_on_past_the_top_of_a_circle():
     def build(x):
         ring, post = Circles((0.0, 0.0), 1.0), Segments((x, 0.5), (x, 2.0))
-        return thing(post, name="post"), thing(ring)
+        return primitive(post, name="post"), primitive(ring)
 
     start = Scene.of(*build(0.05))
     for x in (0.05, -0.02, -0.2):

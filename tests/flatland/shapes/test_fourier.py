@@ -3,7 +3,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.flatland import Receiver, Scene, closed_curve, irradiance, thing
+from firstorder.flatland import Receiver, Scene, closed_curve, irradiance, primitive
 from tests.flatland.worlds import bean
 
 
@@ -77,4 +77,6 @@ def test_more_tangents_than_are_kept_are_no_answer():
     a = 2.0 * np.pi * np.arange(256) / 256
     r = 1.0 + 0.3 * np.cos(12.0 * a)
     flower = closed_curve(np.stack([r * np.cos(a), 3.0 + r * np.sin(a)], -1), 16, samples=256)
-    assert jnp.isnan(irradiance(Scene.of(thing(flower, emission=1.0)), Receiver((0.0, 0.0), 0.0)))
+    assert jnp.isnan(
+        irradiance(Scene.of(primitive(flower, emission=1.0)), Receiver((0.0, 0.0), 0.0))
+    )

@@ -105,7 +105,7 @@ def test_an_arc_is_met_only_where_it_is():
         (lambda: Segments((0.0, np.nan), (1.0, 0.0)), "`start` must be finite"),
         (lambda: Ellipses((0.0, 0.0), (1.0, 0.0)), "`semi` must be positive"),
         (lambda: Arcs((0.0, 0.0), 1.0, 0.0, 0.0), "sweep.* must be positive"),
-        (lambda: Circles([(0.0, 0.0), (1.0, 1.0)], 1.0), "`radius` must hold 2 shapes"),
+        (lambda: Circles([(0.0, 0.0), (1.0, 1.0)], [1.0] * 3), "`radius` must hold 2 shapes"),
     ],
 )
 def test_bad_shapes_are_refused_in_one_sentence(make, words):

@@ -13,13 +13,13 @@ from firstorder.flatland import (
     Curves,
     Ellipses,
     GaussianSky,
+    PanoramaSky,
     PointLights,
-    RowSky,
     Scene,
     Segments,
-    thing,
+    primitive,
 )
-from firstorder.io import read_toml, scene_from_toml, scene_to_toml, write_toml
+from firstorder.io import flatland_from_toml, flatland_to_toml, read_flatland, write_flatland
 from tests.io.scenes.sentences import refuses_in_one_sentence
 
 LAMP = """
@@ -61,26 +61,35 @@ def everything(seed=3, sky=None):
     p = draw.uniform(-3.0, 3.0, (40, 2))
     u = draw.uniform(0.1, 0.9, 40)
     return Scene.of(
-        thing(Segments(p[:3], p[3:6]), name="sticks", emission=(u[0], u[1]), albedo=u[2]),
-        thing(Arcs(p[6:8], u[3:5], u[5:7], -u[7:9]), name="arcs", albedo=(u[9], u[10])),
-        thing(Circles(p[8], u[11]), name='say "hi"\\ \t\x7f ü', specular=u[12] / 2, exponent=9.1),
-        thing(Ellipses(p[10:12], abs(p[12:14]) + 0.1, u[13:15]), ior=1.0 + u[15], emission=u[16]),
-        thing(Curves(p[14:18], p[18:22], 32), name="blob", mirror=u[17]),
-        thing(Segments(p[22], -0.0 * p[23]), name="last", two_sided=True, emission=u[18]),
+        primitive(Segments(p[:3], p[3:6]), name="sticks", emission=(u[0], u[1]), albedo=u[2]),
+        primitive(Arcs(p[6:8], u[3:5], u[5:7], -u[7:9]), name="arcs", albedo=(u[9], u[10])),
+        primitive(
+            Circles(p[8], u[11]), name='say "hi"\\ \t\x7f ü', specular=u[12] / 2, exponent=9.1
+        ),
+        primitive(
+            Ellipses(p[10:12], abs(p[12:14]) + 0.1, u[13:15]), ior=1.0 + u[15], emission=u[16]
+        ),
+        primitive(Curves(p[14:18], p[18:22], 32), name="blob", mirror=u[17]),
+        primitive(Segments(p[22], -0.0 * p[23]), name="last", two_sided=True, emission=u[18]),
         points=PointLights(p[24:26], u[19:21]),
         environment=sky,
     )
 
 
-SKIES = [None, ConstantSky(1 / 3), GaussianSky(0.1, 1 / 7, 2 / 3), RowSky(np.arange(5) / 7, True)]
+SKIES = [
+    None,
+    ConstantSky(1 / 3),
+    GaussianSky(0.1, 1 / 7, 2 / 3),
+    PanoramaSky(np.arange(5) / 7, True),
+]
 
 
 @pytest.mark.smoke
 @pytest.mark.parametrize("sky", SKIES, ids=lambda sky: type(sky).__name__)
 def test_a_scene_comes_back_to_the_bit(tmp_path, sky):
     scene = everything(sky=sky)
-    write_toml(tmp_path / "scene.toml", scene)
-    assert same(read_toml(tmp_path / "scene.toml"), scene)
+    write_flatland(tmp_path / "scene.toml", scene)
+    assert same(read_flatland(tmp_path / "scene.toml"), scene)
     # ... and the comparison sees the last bit of one number
     moved = everything(sky=sky).groups[0].start.at[1, 1].multiply(1 + 2**-52)
     other = jax.tree.map(lambda x: moved if x.shape == moved.shape else x, scene)
@@ -88,7 +97,7 @@ def test_a_scene_comes_back_to_the_bit(tmp_path, sky):
 
 
 def test_what_a_hand_writes_is_what_it_means():
-    scene = scene_from_toml(LAMP)
+    scene = flatland_from_toml(LAMP)
     assert scene.names == ("lamp", "")
     np.testing.assert_array_equal(scene.groups[0].start, [[0.5, 1.0]])
     np.testing.assert_array_equal(scene.material.emission, [[1.0, 0.0], [0.0, 0.0]])
@@ -100,7 +109,7 @@ def test_what_a_hand_writes_is_what_it_means():
 
 
 def test_polylines_and_boxes_become_segments():
-    scene = scene_from_toml("""
+    scene = flatland_from_toml("""
         shape = [
           {kind = "polyline", points = [[0, 0], [1, 0], [1, 1]], closed = true, albedo = 0.3},
           {kind = "box", low = [2, 2], high = [3, 3], name = "box"},
@@ -114,7 +123,7 @@ def test_polylines_and_boxes_become_segments():
 
 def test_many_shapes_become_one_group_quickly():
     shape = '[[shape]]\nkind="circle"\ncenter=[{}, 0]\nradius=0.1\nname="{}"\n'
-    scene = scene_from_toml("".join(shape.format(i, "ab"[i > 50]) for i in range(100)))
+    scene = flatland_from_toml("".join(shape.format(i, "ab"[i > 50]) for i in range(100)))
     assert scene.groups[0].count == 100
     np.testing.assert_array_equal(scene.groups[0].center[:, 0], np.arange(100))
 
@@ -221,7 +230,7 @@ SENTENCES = [
 @pytest.mark.parametrize(("text", "line", "what", "words"), SENTENCES, ids=range(len(SENTENCES)))
 def test_a_bad_file_is_one_sentence_with_the_line_and_the_element(text, line, what, words):
     with pytest.raises(ValueError, match=r"scene\.toml") as caught:
-        scene_from_toml(text, "scene.toml")
+        flatland_from_toml(text, "scene.toml")
     place = ", ".join(p for p in ("scene.toml", f"line {line}" if line else "", what) if p)
     assert str(caught.value).startswith(f"{place}: {words or ''}")
     assert words is None or str(caught.value).endswith(words)
@@ -234,10 +243,10 @@ def test_a_row_is_read_from_the_file_that_is_named_beside_the_scene(tmp_path):
     file = tmp_path / "scene.toml"
     text = LAMP.replace('kind = "gaussian"\nsigma = 0.4', 'kind = "row"\nfile = "sky.hdr"\n')
     file.write_text(text)
-    sky: Any = read_toml(file).environment
+    sky: Any = read_flatland(file).environment
     np.testing.assert_allclose(sky.values, [257 / 256, 0] * 4)
     file.write_text(text + "columns = 4\nsmooth = true")
-    sky = read_toml(file).environment
+    sky = read_flatland(file).environment
     np.testing.assert_allclose(sky.values, [257 / 512] * 4)
     assert sky.smooth
     for broken, sentence in (
@@ -254,19 +263,19 @@ def test_a_row_is_read_from_the_file_that_is_named_beside_the_scene(tmp_path):
     ):
         file.write_text(broken)
         with pytest.raises(ValueError, match=r"scene\.toml, line") as caught:
-            read_toml(file)
+            read_flatland(file)
         assert str(caught.value).startswith(f"scene.toml, {sentence}")
 
 
 def test_a_sky_without_a_name_cannot_be_written():
-    scene = Scene.of(thing(Circles((0.0, 0.0), 1.0)), environment=np.cos)
+    scene = Scene.of(primitive(Circles((0.0, 0.0), 1.0)), environment=np.cos)
     with pytest.raises(ValueError, match="must have an environment that a file can name"):
-        scene_to_toml(scene)
+        flatland_to_toml(scene)
 
 
 @given(st.binary(max_size=200) | st.text(max_size=200).map(str.encode))
 def test_random_bytes_never_crash_the_reader(source):
-    refuses_in_one_sentence(scene_from_toml, source)
+    refuses_in_one_sentence(flatland_from_toml, source)
 
 
 VALUES = (
@@ -296,17 +305,19 @@ def test_values_of_every_kind_never_crash_the_reader(changes):
             f"{key} = {value}" if line.startswith(f"{key} =") else line
             for line in text.splitlines()
         )
-    refuses_in_one_sentence(scene_from_toml, text)
+    refuses_in_one_sentence(flatland_from_toml, text)
 
 
-SMALL = Scene.of(thing(Circles((0.1, 0.0), 1.0), name="é"), environment=RowSky(np.arange(6.0)))
+SMALL = Scene.of(
+    primitive(Circles((0.1, 0.0), 1.0), name="é"), environment=PanoramaSky(np.arange(6.0))
+)
 
 
 @given(st.data())
 def test_mutilated_files_never_crash_the_reader(data):
-    text = scene_to_toml(SMALL).encode()
+    text = flatland_to_toml(SMALL).encode()
     at = data.draw(st.integers(0, len(text)))
     cut = data.draw(st.integers(0, 30))
     refuses_in_one_sentence(
-        scene_from_toml, text[:at] + data.draw(st.binary(max_size=8)) + text[at + cut :]
+        flatland_from_toml, text[:at] + data.draw(st.binary(max_size=8)) + text[at + cut :]
     )

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from firstorder.cli import main
 from firstorder.io import (
-    Space,
+    SpaceFile,
     is_space,
     read_panorama,
     read_space,
@@ -18,7 +18,17 @@ from firstorder.io import (
     space_to_toml,
     write_space,
 )
-from firstorder.space import Scene, Triangles, box, cylinder, disc, plane, rectangle, sphere, thing
+from firstorder.space import (
+    Scene,
+    Triangles,
+    box,
+    cylinder,
+    disc,
+    plane,
+    primitive,
+    rectangle,
+    sphere,
+)
 from firstorder.space.shapes.build import triangle
 from firstorder.space.shapes.kinds import Ellipsoids
 from firstorder.space.skies import GaussianSky, HarmonicSky, PanoramaSky
@@ -80,14 +90,14 @@ def shapes_of_every_kind():
     p, u = rng.uniform(-1.0, 1.0, (30, 3)), rng.uniform(0.1, 0.5, 12)
     axes = np.eye(3) + 0.3 * rng.normal(size=(3, 3))
     return Scene.of(
-        thing(sphere(p[0], u[0]), name='say "hi" ü', albedo=u[1]),
-        thing(Ellipsoids(p[1], axes), emission=(u[2], u[3]), specular=u[4], exponent=9.1),
-        thing(box(p[2], p[2] + u[5]), albedo=(u[6], u[7])),
-        thing(cylinder(p[3], p[4], u[8]), name="pole"),
-        thing(disc(p[5], p[6], u[9])),
-        thing(rectangle(p[7], p[8], p[9]), two_sided=True, emission=u[10]),
-        thing(triangle(p[10], p[11], p[12])),
-        thing(plane(p[13], p[14]), name="ground"),
+        primitive(sphere(p[0], u[0]), name='say "hi" ü', albedo=u[1]),
+        primitive(Ellipsoids(p[1], axes), emission=(u[2], u[3]), specular=u[4], exponent=9.1),
+        primitive(box(p[2], p[2] + u[5]), albedo=(u[6], u[7])),
+        primitive(cylinder(p[3], p[4], u[8]), name="pole"),
+        primitive(disc(p[5], p[6], u[9])),
+        primitive(rectangle(p[7], p[8], p[9]), two_sided=True, emission=u[10]),
+        primitive(triangle(p[10], p[11], p[12])),
+        primitive(plane(p[13], p[14]), name="ground"),
     )
 
 
@@ -134,7 +144,7 @@ def test_what_a_hand_writes_is_what_it_means():
 def test_all_of_a_file_comes_back_to_the_bit():
     space = space_from_toml(ROOM)
     again = space_from_toml(space_to_toml(space))
-    assert isinstance(again, Space)
+    assert isinstance(again, SpaceFile)
     assert same(again.scene, space.scene)
     assert same(again.models[0].mesh, space.models[0].mesh)
     assert same(again.camera, space.camera)

@@ -8,17 +8,17 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.imaging.pixels import Finish
-from firstorder.imaging.textures import Leaning, Texture, Waves
+from firstorder.imaging._textures import ImageTexture, SolidSlopes, SolidWaves
+from firstorder.imaging.shading import SurfaceMaps
 from firstorder.io import read_space, space_from_toml, space_to_toml
-from firstorder.io.layers import write_layers
-from firstorder.io.scenes.space_text import described
-from firstorder.io.scenes.surface_maps import Coat, Picture
-from firstorder.rendering.image_files import fingerprint, world_of
+from firstorder.io.exr import write_layers
+from firstorder.io.scenes._surface_maps import MapSet, Picture
+from firstorder.io.scenes.space_text import describe_space
+from firstorder.rendering.image_files import scene_fingerprint, world_from_scene
 from firstorder.rendering.renderer import Renderer
 from tests.io.scenes.coated import INLINE, PICTURES, REST, START, TEXELS, WAVES
 
-EXAMPLE = pathlib.Path(__file__).parents[2] / "examples" / "coats.toml"
+EXAMPLE = pathlib.Path(__file__).parents[3] / "examples" / "coats.toml"
 P = np.stack(np.meshgrid(np.linspace(-0.4, 0.4, 5), np.linspace(-0.4, 0.5, 5)), -1).reshape(-1, 2)
 
 
@@ -34,14 +34,17 @@ def on_ball(f, plain):
 
 LEAN = jnp.array([0.3, 0.0, -0.1])
 IN_SPACE = {
-    "bump": (f"size = 0.02\n{WAVES}", Finish(height=on_ball(lambda x: 0.0 + 0.02 * k(x), 0.0))),
+    "bump": (
+        f"size = 0.02\n{WAVES}",
+        SurfaceMaps(height=on_ball(lambda x: 0.0 + 0.02 * k(x), 0.0)),
+    ),
     "normal_map": (
         f"lean = [0.3, 0.0, -0.1]\n{WAVES}",
-        Finish(slopes=on_ball(lambda x: LEAN * (0.0 + 1.0 * k(x)), jnp.zeros(3))),
+        SurfaceMaps(slopes=on_ball(lambda x: LEAN * (0.0 + 1.0 * k(x)), jnp.zeros(3))),
     ),
     "texture": (
         f"mean = 0.6\nsize = 0.3\n{WAVES}",
-        Finish(albedo=on_ball(lambda x: 0.6 + 0.3 * k(x), 1.0)),
+        SurfaceMaps(albedo=on_ball(lambda x: 0.6 + 0.3 * k(x), 1.0)),
     ),
 }
 
@@ -50,12 +53,12 @@ IN_SPACE = {
 def test_a_file_says_what_python_says_to_the_bit():
     """The same pixels and gradients as with functions written by hand."""
     tables = (f'[shape.{name}]\nkind = "waves"\n{keys}\n' for name, (keys, _) in IN_SPACE.items())
-    world = world_of(space_from_toml(START + "".join(tables) + REST), nodes=2)
+    world = world_from_scene(space_from_toml(START + "".join(tables) + REST), nodes=2)
     parts = {k: getattr(f, k) for _, f in IN_SPACE.values() for k in ("height", "slopes", "albedo")
              if getattr(f, k) is not None}  # fmt: skip
     bare = world._replace(finish=None)
     found, _ = Renderer(world).pixels(P)
-    expected, index = Renderer(bare._replace(finish=Finish(**parts))).pixels(P)
+    expected, index = Renderer(bare._replace(finish=SurfaceMaps(**parts))).pixels(P)
     plain, _ = Renderer(bare).pixels(P)
     assert {0, 1} <= set(index)
     for layer in ("value", "gradient", "CDV"):
@@ -75,7 +78,9 @@ def test_a_wall_and_a_mesh_show_the_texels(tmp_path):
     write_layers(tmp_path / "grey.exr", {"Y": TEXELS.T[:, ::-1]})
     texts = (PICTURES.format(a, a) for a in (INLINE, 'file = "grey.exr"'))
     for text in texts:
-        world = world_of(space_from_toml("dimensions = 3" + text, folder=tmp_path), sky_rows=6)
+        world = world_from_scene(
+            space_from_toml("dimensions = 3" + text, folder=tmp_path), sky_rows=6
+        )
         found, index = Renderer(world._replace(sky_nodes="cosine")).pixels(p)
         assert index.tolist() == [0] * 6 + [1] * 6
         np.testing.assert_allclose(found.value, 0.8 * np.tile(TEXELS.ravel(), 2), rtol=1e-9)
@@ -112,14 +117,14 @@ def test_everything_comes_back_to_the_bit():
     for a, b in zip(jax.tree.leaves(space.coats), jax.tree.leaves(again.coats), strict=True):
         np.testing.assert_array_equal(a, b)
     np.testing.assert_array_equal(space.models[0].uv, again.models[0].uv)
-    assert fingerprint(space) == fingerprint(again)
-    assert "ball          at (0, 0, 0.6), with bump, normal map, albedo" in described(space)
+    assert scene_fingerprint(space) == scene_fingerprint(again)
+    assert "ball          at (0, 0, 0.6), with bump, normal map, albedo" in describe_space(space)
 
 
 def test_the_example_is_rendered():
     space = read_space(EXAMPLE)
     assert [c.names for c in space.coats] == [("texture",), ("bump",), ("texture",), ("bump",), ()]
-    world = world_of(space, nodes=2, sky_rows=2, sky_nodes="cosine")
+    world = world_from_scene(space, nodes=2, sky_rows=2, sky_nodes="cosine")
     p = np.random.default_rng(0).uniform(-0.5, 0.5, (200, 2))
     found, index = Renderer(world).pixels(p, gradients=False)
     assert set(index) >= {0, 1, 2, 3}
@@ -203,7 +208,7 @@ def test_what_has_no_u_and_v_wears_no_picture():
         ):
             space_from_toml(start + 'kind = "picture"\nvalues = [[0.5]]\n')
         waves = space_from_toml(start + f'kind = "waves"\n{WAVES}\n')
-        assert isinstance(waves.coats[0].texture, Waves)
+        assert isinstance(waves.coats[0].texture, SolidWaves)
     with pytest.raises(ValueError, match="`uv` must be three pairs for each of 1 faces"):
         space_from_toml(f"dimensions = 3\n[[mesh]]\n{faces}uv = []\n")
     with pytest.raises(ValueError, match=r"`texture` must be written \[shape.texture\]"):
@@ -216,9 +221,9 @@ def test_waves_may_reach_0_and_1_in_single_precision_too(mean, size):
     table = f"[shape.texture]\nkind = 'waves'\nmean = {mean}\nsize = {size}\n{WAVES}\n"
     with jax.enable_x64(False):
         coat = space_from_toml(START + table + REST).coats[0]
-        assert isinstance(coat.texture, Waves)
+        assert isinstance(coat.texture, SolidWaves)
         assert coat.texture.mean.dtype == jnp.float32
-        assert Coat(coat.texture).names == ("texture",)
+        assert MapSet(coat.texture).names == ("texture",)
 
 
 def hdr(colours):
@@ -238,7 +243,7 @@ def test_radiance_files_may_be_white(tmp_path):
 
     texture, bump = coat("texture", "white").texture, coat("bump", "white").bump
     normals = coat("normal_map", "flat").normal_map
-    assert isinstance(texture, Texture)
+    assert isinstance(texture, ImageTexture)
     assert isinstance(bump, Picture)
     assert isinstance(normals, Picture)
     np.testing.assert_array_equal(texture.values, 1.0)
@@ -253,9 +258,13 @@ def test_radiance_files_may_be_white(tmp_path):
 
 
 def test_coats_of_python_are_refused_as_those_of_files():
-    for texture in (Texture([[0.5, 1.5]]), Texture([[-0.1]]), Waves([[1.0, 0.0, 0.0]], 0.6, 0.5)):
+    for texture in (
+        ImageTexture([[0.5, 1.5]]),
+        ImageTexture([[-0.1]]),
+        SolidWaves([[1.0, 0.0, 0.0]], 0.6, 0.5),
+    ):
         with pytest.raises(ValueError, match=r"Argument `texture` must lie in \[0, 1\], but"):
-            Coat(texture)
+            MapSet(texture)
 
 
 def test_lamps_wear_nothing():
@@ -263,10 +272,10 @@ def test_lamps_wear_nothing():
         "[camera]", '[shape.texture]\nkind = "picture"\nvalues = [[0.5]]\n[camera]'
     )
     with pytest.raises(ValueError, match="must have lamps without textures"):
-        world_of(space_from_toml(text))
+        world_from_scene(space_from_toml(text))
 
 
 def test_coats_name_what_they_have():
-    coat = Coat(Texture([[0.5]]), None, Leaning((1.0, 0.0, 0.0)))
+    coat = MapSet(ImageTexture([[0.5]]), None, SolidSlopes((1.0, 0.0, 0.0)))
     assert coat.names == ("texture", "normal_map")
     assert coat.pictures == ("texture",)

@@ -8,10 +8,10 @@ from firstorder.shadowfield import (
     PLANE,
     RayFilter,
     Wedge,
-    reconstruct,
+    axis_aligned_filter,
+    reconstruct_irradiance,
     sheared_filter,
-    simple_filter,
-    to_light,
+    to_two_planes,
 )
 from firstorder.shadowfield.plane import filters
 
@@ -46,12 +46,14 @@ def test_the_filter_touches_the_wedge_at_the_lights_band_limit():
 
 
 def test_the_matrix_takes_the_simple_box_to_the_filter():
-    k, box = sheared(), simple_filter(HIGH, PIX)
+    k, box = sheared(), axis_aligned_filter(HIGH, PIX)
     rng = np.random.default_rng(0)
     w = rng.uniform(-1.2, 1.2, (400, 2)) * [PIX, HIGH]
     moved = w @ np.asarray(k.frequency_matrix).T
     np.testing.assert_array_equal(box.contains(*w.T), k.contains(*moved.T))
-    np.testing.assert_allclose(simple_filter(HIGH, PIX).frequency_matrix, np.eye(2), atol=1e-15)
+    np.testing.assert_allclose(
+        axis_aligned_filter(HIGH, PIX).frequency_matrix, np.eye(2), atol=1e-15
+    )
 
 
 def test_frequencies_and_footprints_are_dual():
@@ -69,7 +71,7 @@ def test_the_steps_to_the_ray_database_are_a_shear_and_a_scale():
     """E11 (11), (12): in the order (v, y), x sheared by -1 per y and scaled by 1 / d1."""
     d1 = 1.7
     steps = np.diag([1.0 / d1, 1.0]) @ np.array([[1.0, -1.0], [0.0, 1.0]])
-    np.testing.assert_allclose(np.asarray(to_light(d1).M)[::-1], steps, atol=1e-15)
+    np.testing.assert_allclose(np.asarray(to_two_planes(d1).M)[::-1], steps, atol=1e-15)
 
 
 def test_the_footprint_follows_blockers_of_a_middle_depth():
@@ -134,8 +136,8 @@ def test_a_sheared_filter_rebuilds_the_shadow_from_few_rays_and_a_simple_one_doe
     samples, cell = regular(1 / 4.5, 1 / 13.0)
     shadow = truth(X)
     scale = np.max(np.abs(truth(np.linspace(-1.5, 1.5, 301))))
-    good = reconstruct(k, LIGHT, X, samples, cell)
-    poor = reconstruct(simple_filter(HIGH, PIX), LIGHT, X, samples, cell)
+    good = reconstruct_irradiance(k, LIGHT, X, samples, cell)
+    poor = reconstruct_irradiance(axis_aligned_filter(HIGH, PIX), LIGHT, X, samples, cell)
     # The kernel's taper (deviation 6 / (2 pi margin)) is cut 7 m away: exp(-13).
     assert np.max(np.abs(good - shadow)) < 2e-6 * scale
     assert np.max(np.abs(poor - shadow)) > 0.1 * scale
@@ -143,7 +145,7 @@ def test_a_sheared_filter_rebuilds_the_shadow_from_few_rays_and_a_simple_one_doe
 
 def test_enough_rays_serve_the_simple_filter_too():
     samples, cell = regular(1 / 32.0, 1 / 13.0, (7.0, 3.5))
-    found = reconstruct(simple_filter(HIGH, PIX, 1.0), LIGHT, X, samples, cell)
+    found = reconstruct_irradiance(axis_aligned_filter(HIGH, PIX, 1.0), LIGHT, X, samples, cell)
     assert np.max(np.abs(found - truth(X))) < 1e-6
 
 
@@ -151,7 +153,7 @@ def test_scattered_rays_are_weighed_against_each_other():
     """Where nothing stands in the way all of the light arrives, whatever the rays."""
     rng = np.random.default_rng(1)
     x, y = rng.uniform(-4, 4, 5000), rng.uniform(-4, 4, 5000)
-    share = reconstruct(sheared(margin=0.7), LIGHT, X, (x, y, np.ones(5000)))
+    share = reconstruct_irradiance(sheared(margin=0.7), LIGHT, X, (x, y, np.ones(5000)))
     np.testing.assert_allclose(share, 1.0, atol=1e-12)
 
 
@@ -167,7 +169,7 @@ FAULTS = {
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_fault_in_the_filter_shows(fault):
     samples, cell = regular(1 / 4.5, 1 / 13.0)
-    found = reconstruct(FAULTS[fault](sheared(margin=0.7)), LIGHT, X, samples, cell)
+    found = reconstruct_irradiance(FAULTS[fault](sheared(margin=0.7)), LIGHT, X, samples, cell)
     assert np.all(np.isfinite(found))
     scale = np.max(np.abs(truth(X)))
     assert np.max(np.abs(found - truth(X))) > 1e-3 * scale

@@ -5,20 +5,20 @@ import pytest
 
 from firstorder import shadowfield
 from firstorder.checks.tolerance import fitted_order, rounding
-from firstorder.fields import Affine, Bars, Box, GaussianProfile
-from firstorder.flatland import Receiver, Scene, Segments, irradiance, thing
+from firstorder.fields import Affine, Bars, BoxProfile, GaussianProfile
+from firstorder.flatland import Receiver, Scene, Segments, irradiance, primitive
 from firstorder.shadowfield import (
     PLANE,
     FormFactor,
     factoring_bound,
-    from_receiver,
-    layer,
-    light_field,
     mean_form_factor,
-    shadow,
-    to_light,
-    visible_intervals,
+    planar_blocker,
+    planar_blockers,
+    shadow_irradiance,
+    to_two_planes,
 )
+from firstorder.shadowfield.plane import light_field
+from firstorder.shadowfield.plane.light_field import _from_receiver, _visible_intervals
 
 D1, DEPTHS = 1.3, (0.4, 0.7)
 BARS = (((-0.25, 0.05), (0.2, 0.3)), ((-0.1, 0.12),))  # opaque strips on each plane
@@ -32,7 +32,7 @@ def strips(bars):
 
 
 def blocked():
-    return light_field([strips(b) for b in BARS], DEPTHS)
+    return planar_blockers([strips(b) for b in BARS], DEPTHS)
 
 
 def visible(x, y):
@@ -64,7 +64,7 @@ UNIFORM = Bars(Affine([1.0], 0.0, PLANE), [LOW, HIGH], [0.0, 1.0, 0.0])
 
 @pytest.fixture(scope="module")
 def profile():
-    h = shadow(blocked(), UNIFORM, D1, LOW, HIGH, nodes=2)
+    h = shadow_irradiance(blocked(), UNIFORM, D1, LOW, HIGH, nodes=2)
     return jax.jit(lambda x: jax.vmap(lambda t: h.jet(t[None]))(x))
 
 
@@ -73,14 +73,14 @@ def test_both_names_of_a_ray_see_the_same():
     y, v = np.linspace(-0.4013, 0.5, 31)[:, None], np.linspace(-1.0017, 1.0, 29)
     truth = visible(y + D1 * v, y)
     np.testing.assert_array_equal(blocked()(y, v), truth)
-    np.testing.assert_array_equal(to_light(D1)(blocked())(y + D1 * v, y), truth)
+    np.testing.assert_array_equal(to_two_planes(D1)(blocked())(y + D1 * v, y), truth)
 
 
 def test_the_names_are_inverse_and_their_jacobian_is_the_distance():
-    M, back = to_light(D1).M, from_receiver(D1).M
+    M, back = to_two_planes(D1).M, _from_receiver(D1).M
     np.testing.assert_allclose(M @ back, np.eye(2), atol=1e-15)
     assert abs(abs(np.linalg.det(M)) - 1.0 / D1) < 1e-15
-    f = from_receiver(D1)(to_light(D1)(blocked()))
+    f = _from_receiver(D1)(to_two_planes(D1)(blocked()))
     assert f(0.1, 0.3) == blocked()(0.1, 0.3)
 
 
@@ -99,7 +99,7 @@ def test_its_slope_holds_the_boundary_terms(profile):
     np.testing.assert_allclose(profile(inside).hessian, 0.0, atol=1e-9)
 
 
-INTERVALS = jax.jit(lambda x: visible_intervals(blocked(), D1, x, LOW, HIGH))
+INTERVALS = jax.jit(lambda x: _visible_intervals(blocked(), D1, x, LOW, HIGH))
 
 
 @pytest.mark.parametrize("x", [-0.7, 0.0, 0.31])
@@ -123,7 +123,7 @@ def kernel(x, y):
 @pytest.mark.parametrize("form", ["omitted", "factored", "exact"])
 def test_every_form_of_the_irradiance_is_its_integral(form):
     bell = GaussianProfile(0.3, "y", PLANE)
-    h = jax.jit(lambda x: shadow(blocked(), bell, D1, LOW, HIGH, form)(x))(X[::4])
+    h = jax.jit(lambda x: shadow_irradiance(blocked(), bell, D1, LOW, HIGH, form)(x))(X[::4])
     y, step = midpoints()
     light = np.exp(-0.5 * (y / 0.3) ** 2) / (0.3 * np.sqrt(2 * np.pi))
     for x, found in zip(X[::4], h, strict=True):
@@ -139,16 +139,18 @@ def test_the_exact_form_is_the_irradiance_of_the_scene():
     ends = [(a, b, D1 - d) for bars, d in zip(BARS, DEPTHS, strict=True) for a, b in bars]
     a, b, height = np.array(ends).T
     strips_ = Segments(np.stack([a, height], -1), np.stack([b, height], -1))
-    lamp = thing(Segments((HIGH, D1), (LOW, D1)), emission=1.0)
-    scene = Scene.of(thing(strips_), lamp)
+    lamp = primitive(Segments((HIGH, D1), (LOW, D1)), emission=1.0)
+    scene = Scene.of(primitive(strips_), lamp)
     truth = jax.jit(jax.vmap(lambda x: irradiance(scene, Receiver(jnp.stack([x, 0.0]), 0.0))))(X)
-    h = jax.jit(lambda x: shadow(blocked(), UNIFORM, D1, LOW, HIGH, "exact", 24)(x))(X)
+    h = jax.jit(lambda x: shadow_irradiance(blocked(), UNIFORM, D1, LOW, HIGH, "exact", 24)(x))(X)
     np.testing.assert_allclose(h, truth, atol=1e-12)
 
 
 def test_pulling_the_form_factor_out_errs_by_no_more_than_the_bound():
     forms = [
-        jax.jit(lambda x, form=form: shadow(blocked(), UNIFORM, D1, LOW, HIGH, form)(x))(X)
+        jax.jit(lambda x, form=form: shadow_irradiance(blocked(), UNIFORM, D1, LOW, HIGH, form)(x))(
+            X
+        )
         for form in ("factored", "exact")
     ]
     error = np.abs(forms[0] - forms[1])
@@ -172,7 +174,7 @@ def test_the_relative_error_falls_with_the_size_of_the_light(x, order):
 
     @jax.jit
     def relative(a):
-        light = Box(a, "y", PLANE)
+        light = BoxProfile(a, "y", PLANE)
         whole = 2 * a * mean_form_factor(light, D1, -a, a)(x)
         return factoring_bound(light, D1, -a, a, x) / whole
 
@@ -200,8 +202,8 @@ def _move(M):
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_fault_in_the_names_of_rays_shows(fault, monkeypatch):
-    monkeypatch.setattr(shadowfield.field, "to_light", FAULTS[fault])
-    h = jax.jit(lambda x: shadow(blocked(), UNIFORM, D1, LOW, HIGH, nodes=2)(x))(X)
+    monkeypatch.setattr(light_field, "to_two_planes", FAULTS[fault])
+    h = jax.jit(lambda x: shadow_irradiance(blocked(), UNIFORM, D1, LOW, HIGH, nodes=2)(x))(X)
     assert np.all(np.isfinite(h))
     assert np.max(np.abs(h - np.array([seen_length(x) for x in X]))) > 1e-2
 
@@ -211,9 +213,9 @@ def test_a_fault_in_the_form_factor_shows(monkeypatch):
         def at(self, u):
             return self.d1 / ((u[0] - u[1]) ** 2 + self.d1**2)  # one cosine short
 
-    monkeypatch.setattr(shadowfield.field, "FormFactor", Fewer)
+    monkeypatch.setattr(light_field, "FormFactor", Fewer)
     y, step = midpoints(2000)
-    h = jax.jit(lambda x: shadow(blocked(), UNIFORM, D1, LOW, HIGH, "exact")(x))(0.5)
+    h = jax.jit(lambda x: shadow_irradiance(blocked(), UNIFORM, D1, LOW, HIGH, "exact")(x))(0.5)
     assert abs(h - np.sum(kernel(0.5, y) * visible(0.5, y)) * step) > 10 * step
 
 
@@ -221,22 +223,22 @@ def test_a_fault_in_the_form_factor_shows(monkeypatch):
 def test_bad_input_is_one_sentence():
     g = strips(BARS[0])
     with pytest.raises(ValueError, match=r"^Argument `d2` must be positive, but is 0.0.$"):
-        layer(g, 0.0)
+        planar_blocker(g, 0.0)
     with pytest.raises(ValueError, match=r"^Argument `d1` must be positive, but is -1.0.$"):
-        to_light(-1.0)
+        to_two_planes(-1.0)
     with pytest.raises(ValueError, match="must have 1 entries"):
-        light_field([g], [0.1, 0.2])
+        planar_blockers([g], [0.1, 0.2])
     with pytest.raises(ValueError, match="omitted, factored or exact"):
-        shadow(layer(g, 0.5), UNIFORM, 1.0, LOW, HIGH, "none")
-    assert np.isnan(jax.jit(lambda d: layer(g, d)(0.0, 0.0))(-1.0))
+        shadow_irradiance(planar_blocker(g, 0.5), UNIFORM, 1.0, LOW, HIGH, "none")
+    assert np.isnan(jax.jit(lambda d: planar_blocker(g, d)(0.0, 0.0))(-1.0))
 
 
 def test_the_depths_are_differentiable():
     """Slide a plane: the visible length changes as its shadow's ends do."""
 
     def h(d2):
-        f = layer(strips(((-0.1, 0.12),)), d2)
-        return shadow(f, UNIFORM, D1, LOW, HIGH, nodes=2)(0.2)
+        f = planar_blocker(strips(((-0.1, 0.12),)), d2)
+        return shadow_irradiance(f, UNIFORM, D1, LOW, HIGH, nodes=2)(0.2)
 
     def hidden(d2):
         return (0.12 + 0.1) / (1.0 - d2 / D1)
@@ -249,8 +251,8 @@ def test_the_depths_are_differentiable():
 def test_single_precision_is_enough():
     with jax.enable_x64(False):
         g = Bars(Affine([1.0], 0.0, PLANE), [0.0], [0.0, 1.0])
-        light = Box(0.5, "y", PLANE)
-        h = shadow(layer(g, 0.5), light, 1.0, -0.5, 0.5, "exact", nodes=12)
+        light = BoxProfile(0.5, "y", PLANE)
+        h = shadow_irradiance(planar_blocker(g, 0.5), light, 1.0, -0.5, 0.5, "exact", nodes=12)
         value, slope = jax.jit(lambda x: (h(x), jax.grad(lambda x: h(x))(x)))(jnp.float32(0.2))
     assert value.dtype == slope.dtype == jnp.float32
     # Light is seen from -0.2 to 0.5: the primitive of K is a sine.

@@ -2,21 +2,20 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.fields import Box, GaussianProfile, Separable
+from firstorder.fields import BoxProfile, GaussianProfile, Separable
 from firstorder.shadowfield import (
     PLANE,
     average_occlusion_bound,
-    bars_coefficient,
     coarsest_average_period,
-    matched_period,
     moire,
     moire_frequency,
     shadow_harmonic,
 )
 from firstorder.shadowfield.plane import periodic
+from firstorder.shadowfield.plane.periodic import _bars_coefficient, _matched_period
 
 D1, D2, OPEN, W = 1.2, 0.5, 0.3, 0.8
-UNIFORM = Separable([0.0], (Box(0.5 * W, "y", PLANE),)).spectrum()
+UNIFORM = Separable([0.0], (BoxProfile(0.5 * W, "y", PLANE),)).spectrum()
 SOFT = Separable([0.1], (GaussianProfile(0.15, "y", PLANE),)).spectrum()
 
 
@@ -92,7 +91,7 @@ def test_a_soft_light_forgets_fine_bars_faster_than_a_sharp_one():
 def test_two_matched_planes_are_never_their_average(period):
     """Traced along rays to many places of a light of whole periods: between 0 and 1/2, always."""
     other = 0.8
-    second = float(matched_period(period, D1, D2, other))
+    second = float(_matched_period(period, D1, D2, other))
     common = period * D1 / (D1 - D2)
     y = (np.arange(20000) + 0.5) / 20000 * 4 * common
     x = np.linspace(0.0, 1.5 / float(moire_frequency(period, D1, D2, other)), 25)
@@ -112,9 +111,9 @@ def test_the_frequency_of_the_moire_is_its_period():
 
 
 FAULTS = {
-    "from the receiver's side": lambda n, p, o, L, a, b: bars_coefficient(n, o) * L(b / a * n / p),
-    "without the light's shrinking": lambda n, p, o, L, d1, d2: bars_coefficient(n, o) * L(n / p),
-    "on the receiver": lambda n, p, o, L, a, b: bars_coefficient(n, o) * L((1 - a / b) * n / p),
+    "from the receiver's side": lambda n, p, o, L, a, b: _bars_coefficient(n, o) * L(b / a * n / p),
+    "without the light's shrinking": lambda n, p, o, L, d1, d2: _bars_coefficient(n, o) * L(n / p),
+    "on the receiver": lambda n, p, o, L, a, b: _bars_coefficient(n, o) * L((1 - a / b) * n / p),
     "closed for open": lambda n, p, o, L, d1, d2: shadow_harmonic(n, p, 1 - o + 0.1, L, d1, d2),
 }
 
@@ -145,4 +144,4 @@ def test_bad_input_is_one_sentence():
         ValueError, match=r"^Argument `other` must be less than `d1` = 1.2, but is 2"
     ):
         moire(0.0, 0.1, D1, D2, 2.0)
-    assert periodic.bars_coefficient(0, 0.3) == 0.3
+    assert periodic._bars_coefficient(0, 0.3) == 0.3

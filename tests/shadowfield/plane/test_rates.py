@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from derivations.shadowfield.rendering import sample_counts as counts
 from firstorder.shadowfield import (
-    Rates,
+    SamplingRates,
     light_rate,
     light_rate_of_endless_wedge,
     receiver_rate,
@@ -44,17 +44,17 @@ def test_the_printed_rate_along_the_light_lets_replicas_in():
     printed = HIGH * (1.0 - a / b)
     right = light_rate_of_endless_wedge(1.0, 1 / 3, 2 / 3, HIGH)
     assert abs(right - HIGH * (b / a - 1.0)) < 1e-12
-    assert replicas_overlap(k, corners, Rates(x, printed), 4)
-    assert replicas_overlap(k, corners, Rates(x, 0.99 * right), 4)
-    assert not replicas_overlap(k, corners, Rates(x, right), 4)
+    assert replicas_overlap(k, corners, SamplingRates(x, printed), 4)
+    assert replicas_overlap(k, corners, SamplingRates(x, 0.99 * right), 4)
+    assert not replicas_overlap(k, corners, SamplingRates(x, right), 4)
 
 
 @given(st.floats(0.1, 0.4), st.floats(0.05, 0.4), st.floats(0.5, 12.0))
 def test_both_rates_keep_replicas_off_and_less_does_not(near, more, Omega_g):
     k, corners = scene(near, near + more, Omega_g)
     rates = SAMPLING(near, near + more, Omega_g)
-    assert not replicas_overlap(k, corners, Rates(1.0001 * rates.x, 1.0001 * rates.y), 3)
-    assert replicas_overlap(k, corners, Rates(1e6, 0.99 * rates.y), 3)
+    assert not replicas_overlap(k, corners, SamplingRates(1.0001 * rates.x, 1.0001 * rates.y), 3)
+    assert replicas_overlap(k, corners, SamplingRates(1e6, 0.99 * rates.y), 3)
 
 
 SAMPLING = jax.jit(lambda near, far, Omega_g: sampling_rates(*scene(near, far, Omega_g)))
@@ -66,10 +66,10 @@ def test_less_along_the_receiver_fails_for_some_rate_along_the_light():
     rate = float(receiver_rate(k, corners))
     extreme = corners[np.argmax(corners[:, 0])]  # the wedge's tip, mirrored, meets the filter's
     slide = HIGH + float(extreme[1])
-    assert replicas_overlap(k, corners, Rates(0.97 * rate, slide / 1.0), 2) or replicas_overlap(
-        k, corners, Rates(0.97 * rate, slide / 2.0), 3
-    )
-    assert not replicas_overlap(k, corners, Rates(1.001 * rate, 1e6), 2)
+    assert replicas_overlap(
+        k, corners, SamplingRates(0.97 * rate, slide / 1.0), 2
+    ) or replicas_overlap(k, corners, SamplingRates(0.97 * rate, slide / 2.0), 3)
+    assert not replicas_overlap(k, corners, SamplingRates(1.001 * rate, 1e6), 2)
 
 
 def test_coarse_blockers_need_fewer_rays():
@@ -95,7 +95,7 @@ def test_a_rate_that_takes_one_corner_for_both_is_seen():
     k, corners = scene(Omega_g=60.0)
     wrong = float(light_rate(k, np.abs(corners))) * 0.25
     assert np.isfinite(wrong)
-    assert replicas_overlap(k, corners, Rates(receiver_rate(k, corners), wrong), 4)
+    assert replicas_overlap(k, corners, SamplingRates(receiver_rate(k, corners), wrong), 4)
 
 
 @pytest.mark.smoke

@@ -8,14 +8,14 @@ from firstorder.conventions import Frame
 from firstorder.fields import GaussianProfile, Grid, Separable
 from firstorder.shadowfield import (
     PLANE,
-    ParallelPlanes,
+    PlanarShadowSpectrum,
     ShadowSpectrum,
     Wedge,
-    band_limited,
+    blocker_spectrum,
     energy_outside,
-    layer_spectrum,
-    power,
-    receiver_spectrum,
+    power_spectrum,
+    two_plane_spectrum,
+    zero_outside,
 )
 from firstorder.shadowfield.plane import spectra
 
@@ -56,7 +56,7 @@ OMEGAS = [(1.2, 0.7), (-0.8, -0.3), (2.0, 1.1), (0.4, -0.2)]
 def test_a_layer_under_a_window_is_its_line_smeared():
     y, v = np.linspace(-3.6, 3.6, 601), np.linspace(-5.5, 5.5, 601)
     values = g(y[:, None] + D2 * v) * window(v)
-    F = layer_spectrum(G, D2, W)
+    F = blocker_spectrum(G, D2, W)
     for Omega in OMEGAS:
         assert abs(F(*Omega) - transform(values, y, v, Omega)) < 1e-9
 
@@ -65,7 +65,7 @@ def test_the_receiver_sees_the_sheared_spectrum():
     x, y = np.linspace(-6.5, 6.5, 901), np.linspace(-3.6, 3.6, 501)
     v = (x[:, None] - y) / D1
     values = g(y + D2 * v) * window(v)
-    F = receiver_spectrum(layer_spectrum(G, D2, W), D1)
+    F = two_plane_spectrum(blocker_spectrum(G, D2, W), D1)
     for Omega in OMEGAS:
         assert abs(F(*Omega) - transform(values, x, y, Omega)) < 1e-9
 
@@ -74,7 +74,7 @@ def test_the_shadow_is_the_overlap_of_light_and_blockers():
     x, y = np.linspace(-6.5, 6.5, 1301), np.linspace(-1.7, 1.5, 801)
     v = (x[:, None] - y) / D1
     h = np.sum(g(y + D2 * v) * window(v) * light(y), axis=1) * (y[1] - y[0])
-    F = receiver_spectrum(layer_spectrum(G, D2, W), D1)
+    F = two_plane_spectrum(blocker_spectrum(G, D2, W), D1)
     H = ShadowSpectrum(F, L, 8.0, 1024)
     for Omega in (0.0, 0.6, -1.1, 2.3):
         truth = np.sum(h * np.exp(-2j * np.pi * Omega * x)) * (x[1] - x[0])
@@ -91,7 +91,7 @@ def planes(x):
 @pytest.mark.smoke
 def test_parallel_planes_multiply_spectra():
     x = np.linspace(-5.0, 5.0, 2001)
-    h, H = planes(x), ParallelPlanes(G, L, D1, D2)
+    h, H = planes(x), PlanarShadowSpectrum(G, L, D1, D2)
     for Omega in (0.0, 0.6, -1.1, 1.7):
         truth = np.sum(h * np.exp(-2j * np.pi * Omega * x)) * (x[1] - x[0])
         assert abs(H(Omega) - truth) < 1e-11
@@ -109,11 +109,11 @@ def test_parallel_planes_convolve_blocker_and_light():
 
 def test_a_wide_window_tends_to_the_parallel_planes():
     """The Dirac is the limit: the windowed shadow differs by the window's own width, to order 2."""
-    H, errors, sizes = ParallelPlanes(G, L, D1, D2), [], np.array([2.0, 4.0, 8.0])
+    H, errors, sizes = PlanarShadowSpectrum(G, L, D1, D2), [], np.array([2.0, 4.0, 8.0])
     for s in sizes:
         height = s * np.sqrt(2 * np.pi)  # a window of height one
         Wide = Separable([0.0], (GaussianProfile(s, "v", Frame(("v",))),)).spectrum()
-        F = receiver_spectrum(layer_spectrum(G, D2, Wide), D1)
+        F = two_plane_spectrum(blocker_spectrum(G, D2, Wide), D1)
         wide = ShadowSpectrum(F, L, 6.0, 2048)
         errors.append(max(abs(height * wide(w) - H(w)).item() for w in (0.0, 0.5, 1.0)))
     slopes = np.diff(np.log(errors)) / np.diff(np.log(sizes))
@@ -152,7 +152,7 @@ MESH = jnp.meshgrid(*AXES, indexing="ij")
 
 def leak(samples, margin=0.5):
     inside = Wedge(0.3, 0.6).contains(*MESH, D1, margin)
-    return float(energy_outside(power(samples, GRID), inside))
+    return float(energy_outside(power_spectrum(samples, GRID), inside))
 
 
 def test_sums_of_layers_stay_in_the_wedge_and_products_leave_it():
@@ -167,9 +167,9 @@ def test_sums_of_layers_stay_in_the_wedge_and_products_leave_it():
 def test_energies_are_those_of_the_samples():
     rng = np.random.default_rng(4)
     f = rng.normal(size=GRID.size)
-    assert abs(jnp.sum(power(f, GRID, False, True)) - np.sum(f**2) * GRID.cell) < 1e-9
-    assert abs(energy_outside(power(f, GRID), jnp.zeros(GRID.size, bool)) - 1.0) < 1e-12
-    with_mean, without = (power(f + 3.0, GRID, True, m)[64, 64] for m in (True, False))
+    assert abs(jnp.sum(power_spectrum(f, GRID, False, True)) - np.sum(f**2) * GRID.cell) < 1e-9
+    assert abs(energy_outside(power_spectrum(f, GRID), jnp.zeros(GRID.size, bool)) - 1.0) < 1e-12
+    with_mean, without = (power_spectrum(f + 3.0, GRID, True, m)[64, 64] for m in (True, False))
     assert without < 1e-12 * with_mean
 
 
@@ -179,10 +179,10 @@ def test_what_is_cut_and_what_is_left_share_the_energy():
     inside = (
         inside & (MESH[0] > AXES[0][0]) & (MESH[1] > AXES[1][0])
     )  # -Nyquist has no mirror image
-    kept = band_limited(f, inside)
-    lost = energy_outside(power(f, GRID, False, True), inside)
+    kept = zero_outside(f, inside)
+    lost = energy_outside(power_spectrum(f, GRID, False, True), inside)
     assert abs(np.sum((f - kept) ** 2) / np.sum(f**2) - lost) < 1e-12
-    np.testing.assert_allclose(band_limited(kept, inside), kept, atol=1e-12)
+    np.testing.assert_allclose(zero_outside(kept, inside), kept, atol=1e-12)
 
 
 # --- faults --------------------------------------------------------------------------------------
@@ -199,7 +199,7 @@ def test_a_fault_in_the_line_shows(fault, monkeypatch):
     monkeypatch.setattr(spectra, "Move", FAULTS[fault](spectra.Move))
     y, v = np.linspace(-3.6, 3.6, 301), np.linspace(-5.5, 5.5, 301)
     values = g(y[:, None] + D2 * v) * window(v)
-    F = np.array([complex(layer_spectrum(G, D2, W)(*Omega)) for Omega in OMEGAS])
+    F = np.array([complex(blocker_spectrum(G, D2, W)(*Omega)) for Omega in OMEGAS])
     assert np.all(np.isfinite(F))
     assert normwise(F, np.array([transform(values, y, v, o) for o in OMEGAS])) > 1e-2
 
@@ -229,7 +229,16 @@ def test_bad_input_is_one_sentence():
     with pytest.raises(ValueError, match=r"^Argument `d2_min` must be positive, but is 0.0.$"):
         Wedge(0.0, 0.3)
     with pytest.raises(ValueError, match=r"^Argument `d2` must be positive, but is -1.0.$"):
-        layer_spectrum(G, -1.0, W)
+        blocker_spectrum(G, -1.0, W)
     with pytest.raises(ValueError, match="must have shape"):
-        power(np.zeros((3, 3)), GRID)
-    assert np.isnan(jax.jit(lambda d: layer_spectrum(G, d, W)(0.1, 0.2))(-1.0).real)
+        power_spectrum(np.zeros((3, 3)), GRID)
+    assert np.isnan(jax.jit(lambda d: blocker_spectrum(G, d, W)(0.1, 0.2))(-1.0).real)
+
+
+def test_the_wedge_of_one_depth_is_a_line():
+    """With a margin a strip: not the whole plane, whose sides cannot be told apart."""
+    line = Wedge(0.5, 0.5)
+    assert bool(line.contains(2.0, 1.0))
+    assert not bool(line.contains(2.0, 1.5))
+    assert not bool(line.contains(2.0, -1.0, margin=0.5))
+    assert bool(line.contains(-2.0, -1.2, margin=0.2))

@@ -5,9 +5,15 @@ import pytest
 import scipy.integrate
 
 from firstorder.shadowfield.rendering import band_limit_choice as module
-from firstorder.shadowfield.rendering.band_limit_choice import STEP, automatic, ladder, noise, odds
-from firstorder.shadowfield.rendering.ray_table import RayTable, trace
-from firstorder.shadowfield.rendering.weighted_sums import Sums
+from firstorder.shadowfield.rendering._weighted_sums import Sums
+from firstorder.shadowfield.rendering.band_limit_choice import (
+    STEP,
+    _free_probability,
+    _noise,
+    band_limit_sweep,
+    select_band_limits,
+)
+from firstorder.shadowfield.rendering.ray_table import RayTable, trace_shadow_rays
 from tests.shadowfield.cards import FENCE, LAMP, PIXEL, bad_receivers, cards, fence_light, floor
 
 SIDE = 32
@@ -19,8 +25,8 @@ INNER[8:-8, 8:-8] = True
 
 def answers(rays, seed=0):
     receivers = floor(SIDE)
-    table, _ = trace(LAMP, receivers, rays, cards(*FENCE), seed)
-    return ladder(LAMP, table, receivers, LIMITS, PIXEL, np.zeros(SIDE**2), ALL)
+    table, _ = trace_shadow_rays(LAMP, receivers, rays, cards(*FENCE), seed)
+    return band_limit_sweep(LAMP, table, receivers, LIMITS, PIXEL, np.zeros(SIDE**2), ALL)
 
 
 def rms(a):
@@ -63,14 +69,14 @@ def test_the_noise_is_that_of_coins():
     exact = np.sqrt(np.sum(share**2 * p * (1.0 - p) / full))
     uneven = 0.5 * np.max(abs(4.0 * full / sums.samples[0] - 1.0))
     np.testing.assert_allclose(np.std(found), exact, rtol=4.0 / np.sqrt(2.0 * trials))
-    np.testing.assert_allclose(noise(sums, share, p[None])[0], exact, rtol=1.1 * uneven)
+    np.testing.assert_allclose(_noise(sums, share, p[None])[0], exact, rtol=1.1 * uneven)
     assert uneven < 0.03
-    assert np.max(abs(odds(sums)[0] - p)) < 0.12
+    assert np.max(abs(_free_probability(sums)[0] - p)) < 0.12
 
 
 def test_few_rays_that_agree_promise_no_certainty():
     sums = Sums(np.array([[2.0]]), np.array([[2.0]]), np.array([2.0]))
-    assert 0.5 < odds(sums)[0, 0] < 1.0
+    assert 0.5 < _free_probability(sums)[0, 0] < 1.0
 
 
 def calibration(rays):
@@ -102,9 +108,14 @@ def test_halves_from_two_seeds_expect_the_right_error_on_average(rays, low, high
     true, inner = fence_light(floor(SIDE)), INNER.ravel()
     found, expected = np.zeros((2, len(LIMITS)))
     for seed in range(8):
-        parts = (trace(LAMP, floor(SIDE), rays / 2, cards(*FENCE), 2 * seed + k)[0] for k in (0, 1))
+        parts = (
+            trace_shadow_rays(LAMP, floor(SIDE), rays / 2, cards(*FENCE), 2 * seed + k)[0]
+            for k in (0, 1)
+        )
         pairs = (np.stack(c, 1).reshape(-1, *c[0].shape[1:]) for c in zip(*parts, strict=True))
-        rungs = ladder(LAMP, RayTable(*pairs), floor(SIDE), LIMITS, PIXEL, np.zeros(SIDE**2), ALL)
+        rungs = band_limit_sweep(
+            LAMP, RayTable(*pairs), floor(SIDE), LIMITS, PIXEL, np.zeros(SIDE**2), ALL
+        )
         found += np.mean((rungs.visible - true)[:, inner] ** 2, 1)
         expected += np.mean(rungs.error[:, inner] ** 2, 1)
     ratio = np.sqrt(found / expected)
@@ -117,7 +128,7 @@ def test_the_choice_is_near_the_best_that_a_search_finds(rays, most):
     found, true = answers(rays), fence_light(floor(SIDE))
     inner = INNER.ravel()
     fixed = [rms((v - true)[inner]) for v in found.visible]
-    chosen = rms((automatic(found, ALL).visible - true)[inner])
+    chosen = rms((select_band_limits(found, ALL).visible - true)[inner])
     assert chosen < most * min(fixed)
     assert max(fixed) > 2.0 * min(fixed)
     if rays > 1:
@@ -125,12 +136,12 @@ def test_the_choice_is_near_the_best_that_a_search_finds(rays, most):
 
 
 def test_more_rays_want_a_sharper_filter():
-    few, many = (np.mean(automatic(answers(rays), ALL).limit) for rays in (0.25, 16))
+    few, many = (np.mean(select_band_limits(answers(rays), ALL).limit) for rays in (0.25, 16))
     assert many > 1.5 * few
 
 
 def test_neighbours_do_not_jump():
-    limit = automatic(answers(4), ALL).limit.reshape(SIDE, SIDE)
+    limit = select_band_limits(answers(4), ALL).limit.reshape(SIDE, SIDE)
     assert np.max(abs(np.diff(np.log2(limit), axis=0))) < 1.0
 
 
@@ -138,28 +149,29 @@ def test_receivers_that_no_lamp_can_light_are_nan_and_alone():
     """Rungs and choice of all others are the same; in the image they take pixels of their own."""
     receivers, bad = bad_receivers(floor(SIDE))
     places = np.arange(len(receivers))
-    table, _ = trace(LAMP, floor(SIDE), 1, cards(*FENCE))
+    table, _ = trace_shadow_rays(LAMP, floor(SIDE), 1, cards(*FENCE))
     # An image with free pixels at its end, in which the others stay where they are.
     where = np.insert(np.arange(SIDE**2), bad - np.arange(3), SIDE**2 + 1500 + np.arange(3))
     image = np.delete(where, bad), 60
-    right = ladder(LAMP, table, floor(SIDE), LIMITS, PIXEL, np.zeros(SIDE**2), image)
+    right = band_limit_sweep(LAMP, table, floor(SIDE), LIMITS, PIXEL, np.zeros(SIDE**2), image)
     unknown = np.full(len(places), np.nan)
-    found = ladder(LAMP, table, receivers, LIMITS, PIXEL, unknown, (where, 60))
+    found = band_limit_sweep(LAMP, table, receivers, LIMITS, PIXEL, unknown, (where, 60))
     np.testing.assert_array_equal(found.limits, right.limits)
     for a, b in zip(found[1:], right[1:], strict=True):
         assert np.all(np.isnan(a[:, bad]))
         np.testing.assert_array_equal(np.delete(a, bad, 1), b)
     assert found.best_of_all == right.best_of_all
-    chosen, expected = automatic(found, (where, 60)), automatic(right, image)
+    chosen, expected = select_band_limits(found, (where, 60)), select_band_limits(right, image)
     for a, b in zip(chosen, expected, strict=True):
         np.testing.assert_array_equal(np.delete(a, bad), b)
         assert np.all(np.isnan(a[bad]))
 
 
 def test_limits_must_double():
+    table = trace_shadow_rays(LAMP, floor(2), 1, cards())[0]
+    limits, where = np.array([1.0, 3.0]), (np.arange(4), 2)
     with pytest.raises(ValueError, match="each twice the one before"):
-        ladder(LAMP, trace(LAMP, floor(2), 1, cards())[0], floor(2), np.array([1.0, 3.0]), PIXEL,
-               np.zeros(4), (np.arange(4), 2))  # fmt: skip
+        band_limit_sweep(LAMP, table, floor(2), limits, PIXEL, np.zeros(4), where)
 
 
 def test_a_fault_is_noticed(monkeypatch):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from firstorder.shadowfield.rendering.culling import narrowed
+from firstorder.shadowfield.rendering._culling import narrowed
 
 
 @pytest.mark.smoke

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from firstorder.shadowfield.rendering import depth_bounds as depths
-from firstorder.shadowfield.rendering.depth_bounds import depth_bounds, smoothed
-from firstorder.shadowfield.rendering.ray_table import RayTable, lamp_frame
+from firstorder.shadowfield.rendering.depth_bounds import blocker_depths, smooth_depths
+from firstorder.shadowfield.rendering.lamp import lamp_frame
+from firstorder.shadowfield.rendering.ray_table import RayTable
 
 LAMP = lamp_frame((0.0, 0.0, 4.0), (0.0, 0.8, 0.0), (0.5, 0.0, 0.0))
 PIXEL = 0.05
@@ -48,7 +49,7 @@ def every_place(table, receivers, pixel):
 def search_error(receivers, pixel=PIXEL):
     table = random_table()
     true = every_place(table, receivers, pixel)
-    found = np.stack(depth_bounds(LAMP, table, receivers, pixel))
+    found = np.stack(blocker_depths(LAMP, table, receivers, pixel))
     assert np.mean(np.isfinite(true[0])) > 0.5
     return np.mean(found != true)
 
@@ -88,11 +89,11 @@ def test_faults_are_noticed(monkeypatch, fault):
 
 def test_receivers_that_are_nowhere_leave_the_others_alone():
     """One in a group of neighbours without a place, at the lamp's height, or above it."""
-    right = np.stack(depth_bounds(LAMP, random_table(), rough_floor(100), PIXEL))
+    right = np.stack(blocker_depths(LAMP, random_table(), rough_floor(100), PIXEL))
     assert np.mean(np.isfinite(right[0])) > 0.5
     for bad in ((np.nan, 0.0, 0.0), (0.1, 0.1, 4.0), (0.1, 0.1, 4.2)):
         receivers = np.insert(rough_floor(100), 50, bad, 0)
-        found = np.stack(depth_bounds(LAMP, random_table(), receivers, PIXEL))
+        found = np.stack(blocker_depths(LAMP, random_table(), receivers, PIXEL))
         assert np.all(np.isnan(found[:, 50]))
         np.testing.assert_array_equal(np.delete(found, 50, 1), right)
 
@@ -100,7 +101,7 @@ def test_receivers_that_are_nowhere_leave_the_others_alone():
 def test_free_rays_bound_nothing():
     table = random_table()
     free = RayTable(*(a[:200] for a in table))
-    near, far = depth_bounds(LAMP, free, rough_floor(20), PIXEL)
+    near, far = blocker_depths(LAMP, free, rough_floor(20), PIXEL)
     assert np.all(np.isposinf(near))
     assert np.all(np.isneginf(far))
 
@@ -109,7 +110,7 @@ def test_smoothed_bounds_are_bounds_without_jumps():
     near, far = np.full((40, 30), np.inf), np.full((40, 30), -np.inf)
     near[:20, :25], far[:20, :25] = 2.0, 3.0
     near[10:20, :25] = 1.0
-    low, high = smoothed(near, far, 3)
+    low, high = smooth_depths(near, far, 3)
     assert np.all(low <= near)
     assert np.all(high >= far)
     np.testing.assert_array_equal(np.isfinite(low), np.isfinite(high))
@@ -121,7 +122,7 @@ def test_smoothed_bounds_of_images_with_holes():
     """Pixels that show no receiver stay NaN, and bound no others."""
     near, far = np.full((20, 20), 2.0), np.full((20, 20), 3.0)
     near[5, 5] = far[5, 5] = np.nan
-    low, high = smoothed(near, far, 2)
+    low, high = smooth_depths(near, far, 2)
     np.testing.assert_allclose(np.delete(low, 105), 2.0)
     np.testing.assert_allclose(np.delete(high, 105), 3.0)
     assert np.isnan(low[5, 5])

@@ -5,11 +5,16 @@ import numpy as np
 import pytest
 
 from figures.e11.competitors.cell_factoring import likely_factoring, worst_factoring
-from firstorder.fields import Box
+from firstorder.fields import BoxProfile
 from firstorder.shadowfield import PLANE, factoring_bound
-from firstorder.shadowfield.rendering import glossy_receivers as module
-from firstorder.shadowfield.rendering.glossy_receivers import cell_light, glossy, reflected
-from firstorder.shadowfield.rendering.ray_table import lamp_frame, trace
+from firstorder.shadowfield.rendering import _glossy_receivers as module
+from firstorder.shadowfield.rendering._glossy_receivers import (
+    cell_light,
+    glossy_surface,
+    sheared_reflection,
+)
+from firstorder.shadowfield.rendering.lamp import lamp_frame
+from firstorder.shadowfield.rendering.ray_table import trace_shadow_rays
 from tests.shadowfield.cards import EDGE, FENCE, HIGH, LAMP, PIXEL, bad_receivers, cards, floor
 
 EYE = np.array([0.3, -0.5, 3.5])
@@ -23,7 +28,7 @@ def bell(p):
 
 def surface(points, exponent=30.0, albedo=0.3):
     up = np.tile((0.1, -0.05, 1.0), (len(points), 1))
-    return glossy(up, EYE - points, albedo, 0.6, exponent)
+    return glossy_surface(up, EYE - points, albedo, 0.6, exponent)
 
 
 def shading(point, places, exponent, albedo=0.3):
@@ -78,8 +83,8 @@ def no_blocker_error(exponent=30.0):
 @pytest.mark.parametrize("exponent", LOBES)
 def test_without_blockers_it_is_the_direct_sum(exponent):
     assert no_blocker_error(exponent) < 1.0
-    table, _ = trace(LAMP, POINTS, 1, cards())
-    found = reflected(
+    table, _ = trace_shadow_rays(LAMP, POINTS, 1, cards())
+    found = sheared_reflection(
         LAMP, table, POINTS, surface(POINTS, exponent), 1.5, PIXEL, 0 * POINTS[:, 0], falloff=bell
     )
     true, off = summed(POINTS, exponent, 4)
@@ -96,9 +101,9 @@ def hidden_cells_error():
     for i, j in np.argwhere(hidden):
         low = np.array([0.8 * (0.5 * j - 1.0), 0.8 * (0.5 * i - 1.0)])  # i runs along y
         sheet.append((HIGH - 1e-6, tuple(low), tuple(low + 0.4)))
-    table, _ = trace(LAMP, POINTS, 4, cards(*sheet))
+    table, _ = trace_shadow_rays(LAMP, POINTS, 4, cards(*sheet))
     s = surface(POINTS)
-    found = reflected(LAMP, table, POINTS, s, 1.5, PIXEL, 0 * POINTS[:, 0], falloff=bell)
+    found = sheared_reflection(LAMP, table, POINTS, s, 1.5, PIXEL, 0 * POINTS[:, 0], falloff=bell)
     true, off = summed(POINTS, 30.0, 4)  # off in each of the cells that are left
     error = np.max(abs(found.radiance - true[:, ~hidden.ravel()].sum(1)))
     return error / (np.sum(~hidden) * off)
@@ -148,10 +153,10 @@ def brute(points, exponent, n, blockers, seed=5):
 
 
 def shared(points, blockers, rays, cells=4, exponent=30.0, Omega=4.0, seed=0):
-    table, _ = trace(LAMP, points, rays, blockers, seed)
+    table, _ = trace_shadow_rays(LAMP, points, rays, blockers, seed)
     none = np.zeros(len(points))
     s = surface(points, exponent)
-    return reflected(LAMP, table, points, s, Omega, PIXEL, none, cells, bell)
+    return sheared_reflection(LAMP, table, points, s, Omega, PIXEL, none, cells, bell)
 
 
 @pytest.mark.parametrize("exponent", LOBES)
@@ -197,9 +202,9 @@ def test_the_error_falls_as_rays_are_added():
 def test_receivers_among_blockers_take_what_they_are_given():
     card = cards((0.02, (-9.0, -9.0), (0.0, 9.0)))
     points = floor()
-    table, _ = trace(LAMP, points, 4, card)
+    table, _ = trace_shadow_rays(LAMP, points, 4, card)
     own = np.arange(len(points), dtype=float)
-    found = reflected(LAMP, table, points, surface(points), 1.5, PIXEL, own)
+    found = sheared_reflection(LAMP, table, points, surface(points), 1.5, PIXEL, own)
     touched = found.own == 1.0
     assert 0 < touched.sum() < len(points)
     np.testing.assert_array_equal(found.radiance[touched], own[touched])
@@ -208,17 +213,19 @@ def test_receivers_among_blockers_take_what_they_are_given():
 def test_receivers_that_no_lamp_can_light_are_nan_and_alone():
     """And a fallback may be unknown where it is not asked for."""
     blockers = cards((0.02, (-9.0, -9.0), (0.0, 9.0)))
-    table, _ = trace(LAMP, floor(), 4, blockers)
-    right = reflected(LAMP, table, floor(), surface(floor()), 1.5, PIXEL, np.ones(len(floor())))
+    table, _ = trace_shadow_rays(LAMP, floor(), 4, blockers)
+    right = sheared_reflection(
+        LAMP, table, floor(), surface(floor()), 1.5, PIXEL, np.ones(len(floor()))
+    )
     assert 0.2 < np.mean(right.own > 0.0) < 0.8
     points, bad = bad_receivers(floor())
     known = np.insert(np.where(right.own > 0.0, 1.0, np.nan), bad - np.arange(3), np.nan)
     s = surface(np.nan_to_num(points))
-    found = reflected(LAMP, table, points, s, 1.5, PIXEL, known)
+    found = sheared_reflection(LAMP, table, points, s, 1.5, PIXEL, known)
     for a, b in zip(found, right, strict=True):
         assert np.all(np.isnan(a[bad]))
         np.testing.assert_array_equal(np.delete(a, bad), b)
-    cells = module.seen_cells(LAMP, table, points, 1.5, PIXEL).cells
+    cells = module.cell_visibility(LAMP, table, points, 1.5, PIXEL).cells
     np.testing.assert_array_equal(np.flatnonzero(np.isnan(cells).any(1)), bad)
 
 
@@ -287,9 +294,9 @@ def test_bars_before_a_long_lamp_are_flatlands():
     y = half * ((2.0 * np.arange(n) + 1.0) / n - 1.0)
     points = np.column_stack([x - y, 0 * y, 0 * y])
     up = np.tile((0.0, 0.0, 1.0), (n, 1))
-    strips = cell_light(strip, points, glossy(up, up, albedo=1.0), 1, nodes=120)[:, 0]
+    strips = cell_light(strip, points, glossy_surface(up, up, albedo=1.0), 1, nodes=120)[:, 0]
     worst = 0.5 * np.sum(abs(strips - np.mean(strips)))
-    flat = factoring_bound(Box(half, "y", PLANE), d, -half, half, jnp.array([x]), n)
+    flat = factoring_bound(BoxProfile(half, "y", PLANE), d, -half, half, jnp.array([x]), n)
     np.testing.assert_allclose(worst, 0.5 * flat[0], rtol=1e-3)
 
 
@@ -303,7 +310,7 @@ def test_bars_before_a_long_lamp_are_flatlands():
 )
 def test_bad_surfaces_are_refused(change, words):
     with pytest.raises(ValueError, match=words):
-        glossy(**({"normal": np.ones((1, 3)), "to_eye": np.ones((1, 3))} | change))
+        glossy_surface(**({"normal": np.ones((1, 3)), "to_eye": np.ones((1, 3))} | change))
 
 
 def test_bad_input_is_refused():

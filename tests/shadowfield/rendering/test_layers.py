@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from firstorder.shadowfield.rendering import layers as module
-from firstorder.shadowfield.rendering.layers import layered, split
-from firstorder.shadowfield.rendering.ray_table import RayTable, trace
-from firstorder.shadowfield.rendering.sheared_filter import sheared
+from firstorder.shadowfield.rendering.layers import _split_at_depth, layered_shadow
+from firstorder.shadowfield.rendering.ray_table import RayTable, trace_shadow_rays
+from firstorder.shadowfield.rendering.sheared_filter import sheared_shadow
 from tests.shadowfield.cards import HIGH, LAMP, PIXEL, bad_receivers, cards, floor
 
 SIDE = 32
@@ -44,11 +44,11 @@ def truth(crossed):
 
 def error(rule, crossed, rays, Omega=1.5):
     R = floor(SIDE)
-    table, _ = trace(LAMP, R, rays, cards(*(CROSSED if crossed else PARALLEL)))
+    table, _ = trace_shadow_rays(LAMP, R, rays, cards(*(CROSSED if crossed else PARALLEL)))
     if rule == "one filter":
-        found = sheared(LAMP, table, R, Omega, PIXEL, np.zeros(len(R))).visible
+        found = sheared_shadow(LAMP, table, R, Omega, PIXEL, np.zeros(len(R))).visible
     else:
-        found = layered(LAMP, table, R, 2.0, Omega, PIXEL, rule)
+        found = layered_shadow(LAMP, table, R, 2.0, Omega, PIXEL, rule)
     return np.sqrt(np.mean((found - truth(crossed))[INNER.ravel()] ** 2))
 
 
@@ -71,10 +71,10 @@ def test_a_minimum_takes_crossed_bars_for_nested_ones():
 
 @pytest.mark.parametrize("rule", ["covariance", "product", "minimum"])
 def test_receivers_that_no_lamp_can_light_are_nan_and_alone(rule):
-    table, _ = trace(LAMP, floor(SIDE), 1, cards(*PARALLEL))
+    table, _ = trace_shadow_rays(LAMP, floor(SIDE), 1, cards(*PARALLEL))
     receivers, bad = bad_receivers(floor(SIDE))
-    right = layered(LAMP, table, floor(SIDE), 2.0, 1.5, PIXEL, rule)
-    found = layered(LAMP, table, receivers, 2.0, 1.5, PIXEL, rule)
+    right = layered_shadow(LAMP, table, floor(SIDE), 2.0, 1.5, PIXEL, rule)
+    found = layered_shadow(LAMP, table, receivers, 2.0, 1.5, PIXEL, rule)
     assert np.all(np.isnan(found[bad]))
     np.testing.assert_array_equal(np.delete(found, bad), right)
 
@@ -86,23 +86,27 @@ def test_among_the_blockers_nothing_is_known(rule):
     Where no blocker is known the answer is light, and where the lower sheet ends it is dark.
     """
     wide = (-9.0, -9.0), (9.0, 9.0)
-    table, _ = trace(LAMP, floor(SIDE), 2, cards((0.02, *wide), (2.8, *wide)))
-    assert np.all(np.isnan(layered(LAMP, table, floor(SIDE), 2.0, 1.5, PIXEL, rule)))
-    table, _ = trace(LAMP, floor(SIDE), 2, cards((0.02, *wide)))
-    assert np.all(np.isnan(layered(LAMP, table, floor(SIDE), 2.0, 1.5, PIXEL, rule)))
-    table, _ = trace(LAMP, floor(SIDE), 2, cards())
-    np.testing.assert_array_equal(layered(LAMP, table, floor(SIDE), 2.0, 1.5, PIXEL, rule), 1.0)
-    table, _ = trace(LAMP, floor(SIDE), 2, cards((1.0, *wide), (2.8, *wide)))
-    np.testing.assert_array_equal(layered(LAMP, table, floor(SIDE), 2.0, 1.5, PIXEL, rule), 0.0)
+    table, _ = trace_shadow_rays(LAMP, floor(SIDE), 2, cards((0.02, *wide), (2.8, *wide)))
+    assert np.all(np.isnan(layered_shadow(LAMP, table, floor(SIDE), 2.0, 1.5, PIXEL, rule)))
+    table, _ = trace_shadow_rays(LAMP, floor(SIDE), 2, cards((0.02, *wide)))
+    assert np.all(np.isnan(layered_shadow(LAMP, table, floor(SIDE), 2.0, 1.5, PIXEL, rule)))
+    table, _ = trace_shadow_rays(LAMP, floor(SIDE), 2, cards())
+    np.testing.assert_array_equal(
+        layered_shadow(LAMP, table, floor(SIDE), 2.0, 1.5, PIXEL, rule), 1.0
+    )
+    table, _ = trace_shadow_rays(LAMP, floor(SIDE), 2, cards((1.0, *wide), (2.8, *wide)))
+    np.testing.assert_array_equal(
+        layered_shadow(LAMP, table, floor(SIDE), 2.0, 1.5, PIXEL, rule), 0.0
+    )
 
 
 def test_split_rays_are_hidden_by_either_layer():
-    table, _ = trace(LAMP, floor(SIDE), 2, cards(*PARALLEL))
-    upper, lower = split(table, 2.0)
+    table, _ = trace_shadow_rays(LAMP, floor(SIDE), 2, cards(*PARALLEL))
+    upper, lower = _split_at_depth(table, 2.0)
     np.testing.assert_array_equal(table.free, upper.free & lower.free)
     assert np.all(upper.far < 2.0)
     assert np.all(lower.near >= 2.0)
-    whole = split(table, 100.0)
+    whole = _split_at_depth(table, 100.0)
     np.testing.assert_array_equal(whole.upper.far, table.far)
     assert np.all(whole.lower.free)
     assert isinstance(upper, RayTable)
@@ -111,14 +115,14 @@ def test_split_rays_are_hidden_by_either_layer():
 def test_a_fault_is_noticed(monkeypatch):
     """Layers told apart at a depth above both: all blockers are one layer."""
     right = error("covariance", True, 1)
-    monkeypatch.setattr(module, "split", lambda table, depth: split(table, 0.1))
+    monkeypatch.setattr(module, "_split_at_depth", lambda table, depth: _split_at_depth(table, 0.1))
     assert error("covariance", True, 1) > 1.3 * right
 
 
 def test_rules_have_names():
     with pytest.raises(ValueError, match="must be covariance, product or minimum"):
-        layered(LAMP, split_nothing(), floor(2), 2.0, 1.0, PIXEL, rule="sum")
+        layered_shadow(LAMP, split_nothing(), floor(2), 2.0, 1.0, PIXEL, rule="sum")
 
 
 def split_nothing():
-    return trace(LAMP, floor(2), 1, cards())[0]
+    return trace_shadow_rays(LAMP, floor(2), 1, cards())[0]

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from firstorder.shadowfield.rendering import sheared_filter
-from firstorder.shadowfield.rendering.ray_table import trace
-from firstorder.shadowfield.rendering.sheared_filter import sheared
+from firstorder.shadowfield.rendering.ray_table import trace_shadow_rays
+from firstorder.shadowfield.rendering.sheared_filter import sheared_shadow
 from tests.shadowfield.cards import HIGH, LAMP, PIXEL, SIDE, cards, floor, run
 
 TOP = 1.5
@@ -44,12 +44,12 @@ def level_errors(slope, rays=4):
     """Of the ground and of the card: with rays of their own, and with those of both."""
     block, found = cards(CARD, *SLATS), []
     levels = two_levels(slope)
-    own = [trace(LAMP, points, rays, block, k)[0] for k, points in enumerate(levels)]
+    own = [trace_shadow_rays(LAMP, points, rays, block, k)[0] for k, points in enumerate(levels)]
     both = type(own[0])(*(np.concatenate(a) for a in zip(*own, strict=True)))
     for points, table, true in zip(levels, own, level_truths(slope), strict=True):
         none = np.zeros(len(points))
         for some in (table, both):
-            seen = sheared(LAMP, some, points, 2.0, PIXEL, none)
+            seen = sheared_shadow(LAMP, some, points, 2.0, PIXEL, none)
             assert np.all(seen.own == 0.0)
             found.append(np.sqrt(np.mean((seen.visible - true) ** 2)))
     return found
@@ -108,8 +108,8 @@ def test_a_slanted_thing_does_not_hide_itself_from_rays_from_below():
 
     on = floor()
     on[:, 2] = 1.5 + slope * on[:, 0] + 1e-4
-    table, _ = trace(LAMP, ground, 4, plate)
+    table, _ = trace_shadow_rays(LAMP, ground, 4, plate)
     assert not np.any(table.free)
-    found = sheared(LAMP, table, on, 2.0, PIXEL, np.zeros(len(on)))
+    found = sheared_shadow(LAMP, table, on, 2.0, PIXEL, np.zeros(len(on)))
     np.testing.assert_array_equal(found.visible, 1.0)
     np.testing.assert_array_equal(found.own, 0.0)

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from firstorder.shadowfield.rendering.ray_table import below, lamp_frame, trace, where_below
+from firstorder.shadowfield.rendering.lamp import below, lamp_frame, where_below
+from firstorder.shadowfield.rendering.ray_table import trace_shadow_rays
 
 LAMP = lamp_frame((0.0, 0.0, 4.0), (0.0, 0.8, 0.0), (0.4, 0.0, 0.0))
 FLOOR = np.stack(np.meshgrid(np.linspace(-1, 1, 20), np.linspace(-1, 1, 20), [0.0]), -1).reshape(
@@ -12,7 +13,7 @@ FLOOR = np.stack(np.meshgrid(np.linspace(-1, 1, 20), np.linspace(-1, 1, 20), [0.
 
 
 def layers(*heights):
-    """Endless level sheets over x < 0, as `trace` wants blockers."""
+    """Endless level sheets over x < 0, as `trace_shadow_rays` wants blockers."""
 
     def hidden(a, b):
         first, last = np.full(len(a), np.inf), np.full(len(a), -np.inf)
@@ -33,7 +34,7 @@ def test_points_come_back_from_the_lamps_frame():
 
 
 def test_rays_run_from_the_lamp_to_their_receiver():
-    table, owner = trace(LAMP, FLOOR, 3, layers())
+    table, owner = trace_shadow_rays(LAMP, FLOOR, 3, layers())
     np.testing.assert_array_equal(owner, np.repeat(np.arange(400), 3))
     assert np.all(abs(table.y) <= LAMP.half + 1e-6)
     np.testing.assert_allclose(table.at(4.0), LAMP.local(FLOOR)[owner, :2], atol=1e-6)
@@ -42,14 +43,14 @@ def test_rays_run_from_the_lamp_to_their_receiver():
 
 def test_feet_are_spread_evenly():
     """Counts in 8 x 8 cells of the lamp differ far less than by chance."""
-    table, _ = trace(LAMP, FLOOR, 16, layers())
+    table, _ = trace_shadow_rays(LAMP, FLOOR, 16, layers())
     i, j = np.minimum((4.0 * (table.y / LAMP.half + 1.0)).astype(int), 7).T
     counts = np.bincount(8 * i + j, minlength=64)
     assert np.std(counts) < 0.3 * np.sqrt(np.mean(counts))
 
 
 def test_first_and_last_blockers_both_count():
-    table, _ = trace(LAMP, FLOOR, 1, layers(3.0, 1.0))
+    table, _ = trace_shadow_rays(LAMP, FLOOR, 1, layers(3.0, 1.0))
     hidden = ~table.free
     assert set(np.round(table.near[hidden], 5)) <= {1.0, 3.0}
     both = (table.near < 2.0) & (table.far > 2.0)
@@ -58,13 +59,13 @@ def test_first_and_last_blockers_both_count():
 
 def test_a_ray_takes_28_bytes_and_says_where_it_starts():
     some = FLOOR + np.linspace(0.0, 1.0, len(FLOOR))[:, None] * (0.0, 0.0, 1.0)
-    table, owner = trace(LAMP, some, 2, layers(2.0))
+    table, owner = trace_shadow_rays(LAMP, some, 2, layers(2.0))
     assert sum(a.nbytes for a in table) == 28 * len(owner)
     np.testing.assert_array_equal(table.start, (4.0 - some[owner, 2]).astype(np.float32))
 
 
 def test_less_than_one_ray_a_receiver():
-    table, owner = trace(LAMP, FLOOR, 0.25, layers(2.0))
+    table, owner = trace_shadow_rays(LAMP, FLOOR, 0.25, layers(2.0))
     assert len(table.y) == len(set(owner.tolist())) == 100
 
 
@@ -81,13 +82,13 @@ def test_receivers_that_no_lamp_can_light_are_refused(name):
     """At or above the lamp's plane slopes are infinite, or rays run backwards."""
     some = np.concatenate([FLOOR, [NOWHERE[name]]])
     with pytest.raises(ValueError, match="1 of 401 are not") as error:
-        trace(LAMP, some, 1, layers(2.0))
+        trace_shadow_rays(LAMP, some, 1, layers(2.0))
     assert str(error.value).count(".") == str(error.value).endswith(".")
     with pytest.raises(ValueError, match="1 of 401 are not"):
-        trace(LAMP, some, 0.25, layers(2.0))
+        trace_shadow_rays(LAMP, some, 0.25, layers(2.0))
     counts = np.ones(401, int)
     counts[-1] = 0  # who asks for no ray of it may keep it
-    assert len(trace(LAMP, some, counts, layers(2.0))[0].y) == 400
+    assert len(trace_shadow_rays(LAMP, some, counts, layers(2.0))[0].y) == 400
 
 
 def test_answers_are_nan_for_receivers_that_no_lamp_can_light():

@@ -5,9 +5,9 @@ import pytest
 
 from firstorder.shadowfield import light_rate_of_endless_wedge, sheared_filter
 from firstorder.shadowfield.rendering import sheared_filter as space
-from firstorder.shadowfield.rendering.ray_table import trace
-from firstorder.shadowfield.rendering.sample_counts import ray_counts, wanted
-from firstorder.shadowfield.rendering.sheared_filter import sheared
+from firstorder.shadowfield.rendering.ray_table import trace_shadow_rays
+from firstorder.shadowfield.rendering.sample_counts import distribute_rays, rays_per_pixel
+from firstorder.shadowfield.rendering.sheared_filter import sheared_shadow
 from tests.shadowfield.cards import FENCE, LAMP, PIXEL, cards, fence_light, floor
 
 
@@ -19,21 +19,21 @@ def test_what_is_wanted_is_the_product_of_both_rates():
     along_y = float(light_rate_of_endless_wedge(d1, near, far, Omega))
     true = (along_x * along_y) ** 2 * pixel**2 * (2.0 * 0.8) * (2.0 * 0.3)
     one = np.ones(1)
-    found = wanted(d1 * one, near * one, far * one, Omega, pixel, np.array([0.8, 0.3]))
+    found = rays_per_pixel(d1 * one, near * one, far * one, Omega, pixel, np.array([0.8, 0.3]))
     np.testing.assert_allclose(found, true, rtol=1e-12)
 
 
 def test_nothing_and_a_single_depth_want_no_rays():
     one = np.ones(2)
     near, far = np.array([np.inf, 0.5]), np.array([-np.inf, 0.5])
-    np.testing.assert_array_equal(wanted(one, near, far, 1.0, 0.1, np.ones(2)), 0.0)
+    np.testing.assert_array_equal(rays_per_pixel(one, near, far, 1.0, 0.1, np.ones(2)), 0.0)
 
 
 @pytest.mark.smoke
 @pytest.mark.parametrize("least", [0.0, 0.25, 1.0])
 def test_counts_are_whole_and_add_up(least):
     share = np.random.default_rng(0).random(1000) ** 4
-    counts = ray_counts(share, 3000, least=least)
+    counts = distribute_rays(share, 3000, least=least)
     assert counts.sum() == 3000
     exact = 3000 * (least / 1000 + (1.0 - least) * share / share.sum())
     assert np.max(abs(counts - exact)) < 1.0 + 1e-6
@@ -43,10 +43,10 @@ def fence_error(weighted):
     """Rays twelve times as dense on one side: counted as they are, that side would weigh more."""
     R = floor()
     counts = np.where(R[:, 0] > 0.0, 12, 1)
-    table, owner = trace(LAMP, R, counts, cards(*FENCE))
+    table, owner = trace_shadow_rays(LAMP, R, counts, cards(*FENCE))
     assert np.array_equal(np.bincount(owner), counts)
     weights = 1.0 / counts[owner] if weighted else None
-    found = sheared(LAMP, table, R, 4.0, PIXEL, np.zeros(len(R)), weights=weights).visible
+    found = sheared_shadow(LAMP, table, R, 4.0, PIXEL, np.zeros(len(R)), weights=weights).visible
     inner = np.all(abs(R[:, :2]) < 0.3, 1)
     return np.sqrt(np.mean((found - fence_light(R))[inner] ** 2))
 
@@ -76,4 +76,4 @@ def test_a_fault_is_noticed(monkeypatch):
 )
 def test_shares_are_numbers_that_add_up(share, words):
     with pytest.raises(ValueError, match=words):
-        ray_counts(np.array(share, float), 12)
+        distribute_rays(np.array(share, float), 12)

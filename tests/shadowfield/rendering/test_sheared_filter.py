@@ -5,13 +5,11 @@ import pytest
 import scipy.integrate
 
 from firstorder.shadowfield.rendering import sheared_filter
-from firstorder.shadowfield.rendering.depth_bounds import depth_bounds
-from firstorder.shadowfield.rendering.ray_table import lamp_frame, trace
-from firstorder.shadowfield.rendering.sheared_filter import (
-    bounds_under_filter,
-    filter_shape,
-    sheared,
-)
+from firstorder.shadowfield.rendering._filter_shape import filter_shape
+from firstorder.shadowfield.rendering.depth_bounds import blocker_depths
+from firstorder.shadowfield.rendering.lamp import lamp_frame
+from firstorder.shadowfield.rendering.ray_table import trace_shadow_rays
+from firstorder.shadowfield.rendering.sheared_filter import depths_under_filter, sheared_shadow
 from tests.shadowfield.cards import (
     EDGE,
     FENCE,
@@ -142,13 +140,15 @@ def test_the_own_rays_are_blended_in_smoothly():
 
 
 def test_bounds_may_be_given():
-    table, owner = trace(LAMP, floor(), 4, cards(EDGE))
-    bounds = depth_bounds(LAMP, table, floor(), PIXEL)
+    table, owner = trace_shadow_rays(LAMP, floor(), 4, cards(EDGE))
+    bounds = blocker_depths(LAMP, table, floor(), PIXEL)
     own = np.bincount(owner, table.free) / 4.0
-    here, there = (sheared(LAMP, table, floor(), 1.5, PIXEL, own, bounds=b) for b in (None, bounds))
+    here, there = (
+        sheared_shadow(LAMP, table, floor(), 1.5, PIXEL, own, bounds=b) for b in (None, bounds)
+    )
     np.testing.assert_array_equal(here.visible, there.visible)
     wide = (bounds[0] - 0.5, bounds[1] + 0.5)
-    other = sheared(LAMP, table, floor(), 1.5, PIXEL, own, bounds=wide)
+    other = sheared_shadow(LAMP, table, floor(), 1.5, PIXEL, own, bounds=wide)
     assert np.median(other.samples) < 0.6 * np.median(here.samples)  # a wider wedge, fewer rays
 
 
@@ -162,28 +162,28 @@ def test_turned_lamps_and_slanted_floors_give_the_same():
     def turned(a, b):
         return block(a @ turn, b @ turn)
 
-    plain, _ = trace(LAMP, floor(), 1, block)
-    other, _ = trace(lamp, floor() @ turn.T, 1, turned)
+    plain, _ = trace_shadow_rays(LAMP, floor(), 1, block)
+    other, _ = trace_shadow_rays(lamp, floor() @ turn.T, 1, turned)
     fallback = np.zeros(SIDE**2)
-    a = sheared(LAMP, plain, floor(), 1.5, PIXEL, fallback)
-    b = sheared(lamp, other, floor() @ turn.T, 1.5, PIXEL, fallback)
+    a = sheared_shadow(LAMP, plain, floor(), 1.5, PIXEL, fallback)
+    b = sheared_shadow(lamp, other, floor() @ turn.T, 1.5, PIXEL, fallback)
     np.testing.assert_allclose(a.visible, b.visible, atol=2e-3)
 
 
 def test_receivers_that_no_lamp_can_light_are_nan_and_alone():
-    table, owner = trace(LAMP, floor(), 2, cards(*FENCE))
+    table, owner = trace_shadow_rays(LAMP, floor(), 2, cards(*FENCE))
     own = np.bincount(owner, table.free) / 2.0
-    right = sheared(LAMP, table, floor(), 4.0, PIXEL, own)
-    bounds = depth_bounds(LAMP, table, floor(), PIXEL)
+    right = sheared_shadow(LAMP, table, floor(), 4.0, PIXEL, own)
+    bounds = blocker_depths(LAMP, table, floor(), PIXEL)
     receivers, bad = bad_receivers(floor())
     more = np.insert(own, bad - np.arange(3), np.nan)
     wide = tuple(np.insert(b, bad - np.arange(3), np.nan) for b in bounds)
     for given in (None, wide):
-        found = sheared(LAMP, table, receivers, 4.0, PIXEL, more, bounds=given)
+        found = sheared_shadow(LAMP, table, receivers, 4.0, PIXEL, more, bounds=given)
         for a, b in zip(found, right, strict=True):
             assert np.all(np.isnan(a[bad]))
             np.testing.assert_array_equal(np.delete(a, bad), b)
-    none = sheared(LAMP, table, receivers[bad], 4.0, PIXEL, np.zeros(3))
+    none = sheared_shadow(LAMP, table, receivers[bad], 4.0, PIXEL, np.zeros(3))
     assert np.all(np.isnan(np.stack(none)))
 
 
@@ -191,20 +191,20 @@ def test_a_fallback_counts_only_where_it_is_asked_for():
     """It may be unknown elsewhere: NaN."""
     card = (0.02, (-9.0, -9.0), (0.0, 9.0))
     found, own = run(8, card)
-    table, _ = trace(LAMP, floor(), 8, cards(card))
+    table, _ = trace_shadow_rays(LAMP, floor(), 8, cards(card))
     assert 0.2 < np.mean(found.own > 0.0) < 0.8
     unknown = np.where(found.own > 0.0, own, np.nan)
-    other = sheared(LAMP, table, floor(), 1.5, PIXEL, unknown)
+    other = sheared_shadow(LAMP, table, floor(), 1.5, PIXEL, unknown)
     np.testing.assert_array_equal(other.visible, found.visible)
 
 
 def test_no_known_blocker_means_light():
     """Without rays, or with none near, a receiver counts as lit: own is 0, not 1."""
-    table, _ = trace(LAMP, floor(), 1, cards((2.0, (-9.0, -9.0), (9.0, 9.0))))
+    table, _ = trace_shadow_rays(LAMP, floor(), 1, cards((2.0, (-9.0, -9.0), (9.0, 9.0))))
     empty = type(table)(*(a[:0] for a in table))
     far_off = floor() + np.array([50.0, 0.0, 0.0])
     for rays, at in ((empty, floor()), (table, far_off)):
-        found = sheared(LAMP, rays, at, 1.5, PIXEL, np.zeros(len(at)))
+        found = sheared_shadow(LAMP, rays, at, 1.5, PIXEL, np.zeros(len(at)))
         assert np.all((found.visible == 1.0) & (found.samples == 0.0) & (found.own == 0.0))
 
 
@@ -245,20 +245,20 @@ SHEETS = ((2.0, (-9.0, -9.0), (-0.3, 9.0)), (3.2, (0.5, -9.0), (9.0, 9.0)))  # o
 
 
 def test_bounds_under_the_filter_are_those_of_the_first_frustum_as_wide_as_it():
-    table, _ = trace(LAMP, floor(), 4, cards(*SHEETS))
+    table, _ = trace_shadow_rays(LAMP, floor(), 4, cards(*SHEETS))
     at, limit, side = floor()[::5], 6.0, 1
     d1 = LAMP.local(at)[:, 2]
     expected, left = np.full((2, len(at)), np.nan), np.ones(len(at), bool)
     sides = []
     while np.any(left):
-        both = np.stack(depth_bounds(LAMP, table, at, side * PIXEL))
+        both = np.stack(blocker_depths(LAMP, table, at, side * PIXEL))
         expected[:, left] = both[:, left]
         sigma = filter_shape(d1, *both, limit, PIXEL, 0.8).sigma
         more = np.isfinite(sigma) & (sigma > side * PIXEL) & (side < 16)
         sides += [side] * np.sum(left & ~more)
         left &= more
         side *= 2
-    found = bounds_under_filter(LAMP, table, at, limit, PIXEL, 16)
+    found = depths_under_filter(LAMP, table, at, limit, PIXEL, 16)
     np.testing.assert_array_equal(np.stack(found), expected)
     assert len(set(sides)) > 2
 
@@ -268,10 +268,10 @@ def beside_error(rays, bounds):
     points, seen = floor(), []
     true = fence_light(points, SHEETS)
     for seed in range(4):
-        table, _ = trace(LAMP, points, rays, cards(*SHEETS), seed)
+        table, _ = trace_shadow_rays(LAMP, points, rays, cards(*SHEETS), seed)
         both = bounds(LAMP, table, points, 4.0, PIXEL)
         none = np.zeros(len(points))
-        seen.append(sheared(LAMP, table, points, 4.0, PIXEL, none, 8, None, both).visible)
+        seen.append(sheared_shadow(LAMP, table, points, 4.0, PIXEL, none, 8, None, both).visible)
     return np.sqrt(np.mean((np.mean(seen, 0) - true) ** 2))
 
 
@@ -279,8 +279,8 @@ def test_bounds_under_the_filter_lower_what_rays_do_not():
     """Blockers beside a pixel's frustum, at other depths than those within."""
 
     def plain(lamp, table, points, limit, pixel):
-        return depth_bounds(lamp, table, points, pixel)
+        return blocker_depths(lamp, table, points, pixel)
 
     few, many = (beside_error(rays, plain) for rays in (4, 16))
     assert many > 0.95 * few
-    assert beside_error(16, bounds_under_filter) < 0.3 * many
+    assert beside_error(16, depths_under_filter) < 0.3 * many

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from firstorder.shadowfield.rendering import weighted_sums as module
-from firstorder.shadowfield.rendering.ray_table import RayTable, lamp_frame
-from firstorder.shadowfield.rendering.weighted_sums import gather
+from firstorder.shadowfield.rendering import _weighted_sums as module
+from firstorder.shadowfield.rendering._weighted_sums import gather
+from firstorder.shadowfield.rendering.lamp import lamp_frame
+from firstorder.shadowfield.rendering.ray_table import RayTable
 
 LAMP = lamp_frame((0.0, 0.0, 4.0), (0.0, 0.8, 0.0), (0.5, 0.0, 0.0))
 CELLS = 3

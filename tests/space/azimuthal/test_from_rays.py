@@ -4,15 +4,15 @@ import jax
 import numpy as np
 import pytest
 
-from firstorder.space import Scene, receiver, rectangle, sphere, thing
-from firstorder.space.azimuthal import from_rays
-from firstorder.space.azimuthal.from_rays import traced_edges
+from firstorder.space import Scene, primitive, receiver, rectangle, sphere
+from firstorder.space.azimuthal import _from_rays as from_rays
+from firstorder.space.azimuthal._from_rays import traced_edges
 
 CENTER, RADIUS = np.array([0.9, 0.3, 1.4]), 0.5
 
 
 def traced():
-    scene = Scene.of(thing(sphere(CENTER, RADIUS)))
+    scene = Scene.of(primitive(sphere(CENTER, RADIUS)))
     return jax.jit(lambda: traced_edges(scene, receiver((0.0, 0.0, 0.0)), 100, 100))()
 
 
@@ -81,7 +81,7 @@ def plate_ends(phi, x, y):
 
 def test_edges_that_are_corners():
     """Found where they were bisected; how they run is seen from the slices beside them."""
-    scene = Scene.of(thing(rectangle((0.2, 0.1, 1.0), (0.8, 0.0, 0.0), (0.0, 0.6, 0.0))))
+    scene = Scene.of(primitive(rectangle((0.2, 0.1, 1.0), (0.8, 0.0, 0.0), (0.0, 0.6, 0.0))))
     found = jax.jit(lambda: traced_edges(scene, receiver((0.0, 0.0, 0.0)), 100, 100))()
     phi = np.asarray(found.phi)
     assert np.all(found.smooth == 0.0)

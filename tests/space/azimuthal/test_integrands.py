@@ -7,7 +7,7 @@ import pytest
 
 from firstorder.conventions import polar
 from firstorder.space import receiver
-from firstorder.space.azimuthal.integrands import Cosine, Uniform, Varying
+from firstorder.space.azimuthal._integrands import Cosine, Uniform, Varying
 
 LOW, HIGH = jnp.array([-1.3, 0.2, 0.4]), jnp.array([-0.9, 0.5, 0.8])  # the last two overlap
 PHI = jnp.array(0.7)

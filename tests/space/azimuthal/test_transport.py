@@ -13,13 +13,13 @@ from firstorder.space import (
     cylinder,
     ellipsoid,
     net_visibility,
+    primitive,
     receiver,
     sphere,
-    thing,
     triangle,
 )
 from firstorder.space.azimuthal import transport
-from firstorder.space.azimuthal.critical import parts
+from firstorder.space.azimuthal._critical_azimuths import parts
 from firstorder.space.azimuthal.transport import (
     irradiance_by_azimuth,
     transport_by_azimuth,
@@ -34,7 +34,7 @@ HIDDEN = ((0.0, 0.0, -50.0), 1.0)  # a ball below the horizon
 
 def ovals(centers, axes):
     """A scene of two ellipsoids."""
-    return Scene.of(*(thing(ellipsoid(centers[i], axes[i])) for i in (0, 1)))
+    return Scene.of(*(primitive(ellipsoid(centers[i], axes[i])) for i in (0, 1)))
 
 
 def balls(centers, axes, position):
@@ -224,14 +224,16 @@ def test_an_upright_box_an_upright_cylinder_and_a_slanted_edge(x, town):
 
 @pytest.fixture(scope="module")
 def town():
-    scene = Scene.of(thing(box(*BOX)), thing(cylinder(*POLE)), thing(triangle(*SLANT)))
+    scene = Scene.of(primitive(box(*BOX)), primitive(cylinder(*POLE)), primitive(triangle(*SLANT)))
     return jax.jit(lambda x: visibility_by_azimuth(scene, receiver(jnp.append(x, 0.0)), 24))
 
 
 def test_by_azimuth_and_along_contours():
     """Two balls that overlap and a box: neither route shares more than the silhouettes."""
     (c, r), (d, s) = PAIRS[0]
-    scene = Scene.of(thing(sphere(c, r)), thing(sphere(d, s)), thing(box(*BOX)), sky=1.0)
+    scene = Scene.of(
+        primitive(sphere(c, r)), primitive(sphere(d, s)), primitive(box(*BOX)), environment=1.0
+    )
     at = receiver((-0.2, 0.1, 0.0))
 
     def both():
@@ -258,7 +260,7 @@ def test_any_transport_on_a_curved_receiver():
     """Interior and boundary sum to the derivative of the value, along the surface."""
 
     def found(x):
-        scene = Scene.of(thing(sphere((0.7, 0.3, 1.2), 0.5)))
+        scene = Scene.of(primitive(sphere((0.7, 0.3, 1.2), 0.5)))
         at = Receiver(
             jnp.zeros(3), jnp.eye(3), jnp.array([[-0.4, 0.2], [0.2, 0.5]]), jnp.asarray(-1)
         )
@@ -272,7 +274,7 @@ def test_any_transport_on_a_curved_receiver():
 
 
 def test_a_count_of_nothing_is_refused():
-    scene = Scene.of(thing(sphere((0.0, 0.0, 2.0), 1.0)))
+    scene = Scene.of(primitive(sphere((0.0, 0.0, 2.0), 1.0)))
     with pytest.raises(ValueError, match="Argument `nodes` must be positive, but is 0"):
         visibility_by_azimuth(scene, receiver((0.0, 0.0, 0.0)), 0)
 
@@ -298,10 +300,12 @@ def slice_errors():
 
     def one():
         at = receiver((0.0, 0.0, 0.0))
-        cut = transport.sliced(
-            parts(Scene.of(thing(sphere(center, radius))), at), jnp.asarray(phi), jnp.asarray(0.0)
+        cut = transport._sliced(
+            parts(Scene.of(primitive(sphere(center, radius))), at),
+            jnp.asarray(phi),
+            jnp.asarray(0.0),
         )
-        return cut.low[0], cut.high[0], transport.edge_rate(cut, transport.Uniform(), at)
+        return cut.low[0], cut.high[0], transport._edge_rate(cut, transport.Uniform(), at)
 
     low, high, rate = jax.jit(one)()
 
@@ -330,7 +334,7 @@ def _no_tangents(part, v, base, lag, right=transport._arc_hits):
     return p, k[..., ::-1], low, high
 
 
-def _no_sine(cut, T, at, right=transport.edge_rate):
+def _no_sine(cut, T, at, right=transport._edge_rate):
     class Wrong(transport.Uniform):
         def edge(self, w):
             return 1.0 / jnp.sqrt(1.0 - w[..., 2] ** 2)
@@ -340,7 +344,7 @@ def _no_sine(cut, T, at, right=transport.edge_rate):
 
 @pytest.mark.parametrize(
     ("name", "wrong"),
-    [("_arc_hits", _other_turn), ("_arc_hits", _no_tangents), ("edge_rate", _no_sine)],
+    [("_arc_hits", _other_turn), ("_arc_hits", _no_tangents), ("_edge_rate", _no_sine)],
 )
 def test_a_fault_is_noticed(monkeypatch, name, wrong):
     monkeypatch.setattr(transport, name, wrong)

@@ -6,13 +6,13 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.checks.statistics import error_slope, z_of
+from firstorder.checks.statistics import error_slope, z_test_of
 from firstorder.checks.tolerance import normwise, rounding
-from firstorder.space import Scene, ellipsoid, plane, receiver, thing
+from firstorder.space import Scene, ellipsoid, plane, primitive, receiver
 from firstorder.space.bounces import pathtrace
 from firstorder.space.bounces.pathtrace import path_irradiance, path_radiance
 from firstorder.space.direct_lighting import irradiance
-from firstorder.space.library import _floor, _lamp, _walls, j12_box
+from firstorder.space.library._scenes import _floor, _lamp, _walls, j12_box
 
 ALBEDO, PATHS = 0.6, 8192
 PLACES = np.array([(0.3, 0.4, 0.0), (0.8, 0.1, 0.0)])
@@ -23,7 +23,7 @@ TERMS = np.cumsum(ALBEDO ** np.arange(4))  # light after 0, 1, 2, 3 reflections
 def furnace():
     """A closed cube whose walls all shine and reflect alike."""
     things = [_floor(ALBEDO), *_walls(ALBEDO)]
-    return Scene.of(*(thing(t.shape, name=t.name, albedo=ALBEDO, emission=1.0) for t in things))
+    return Scene.of(*(primitive(t.shape, name=t.name, albedo=ALBEDO, emission=1.0) for t in things))
 
 
 def on_floor(scene):
@@ -40,7 +40,7 @@ def test_in_a_furnace_every_path_brings_the_same(furnace, key):
 
 def test_sampled_lights_in_a_furnace(furnace, key):
     found = path_irradiance(furnace, on_floor(furnace), key, PATHS, 2)
-    assert z_of(found, np.pi * TERMS[2]).passed
+    assert z_test_of(found, np.pi * TERMS[2]).passed
     assert np.all(np.asarray(found.error) > 1e-4)
 
 
@@ -71,16 +71,16 @@ def box_errors(box, key):
     """Deviations of direct and of all light, in standard errors; and the thresholds."""
     scene, direct, once = box
     both = [path_irradiance(scene, on_floor(scene), key, PATHS, k) for k in (0, 1)]
-    return z_of(both[0], direct), z_of(both[1], direct + once)
+    return z_test_of(both[0], direct), z_test_of(both[1], direct + once)
 
 
 def test_direct_and_once_reflected_light_in_the_box_of_j12(box, key):
     assert all(z.passed for z in box_errors(box, key))
     scene, direct, _ = box
     chance = path_irradiance(scene, on_floor(scene), key, PATHS, 0, next_event=False)
-    assert z_of(chance, direct).passed
+    assert z_test_of(chance, direct).passed
     # The reflection is seen: without it the numbers would be far off.
-    assert not z_of(path_irradiance(scene, on_floor(scene), key, PATHS, 1), direct).passed
+    assert not z_test_of(path_irradiance(scene, on_floor(scene), key, PATHS, 1), direct).passed
 
 
 def test_the_error_falls_as_the_root_of_the_number_of_paths(box, key):
@@ -99,28 +99,31 @@ def lamp_errors(key):
     """A round lamp, stretched and slanted, over a receiver: sampled, and met by chance."""
     axes = np.array([[0.4, 0.1, 0.0], [0.0, 0.25, 0.1], [0.1, 0.0, 0.3]])
     scene = Scene.of(
-        thing(ellipsoid((0.2, 0.1, 1.5), axes), emission=2.0), thing(plane((0, 0, 0), (0, 0, 1)))
+        primitive(ellipsoid((0.2, 0.1, 1.5), axes), emission=2.0),
+        primitive(plane((0, 0, 0), (0, 0, 1))),
     )
     at = receiver(PLACES, on=1)
     truth = jax.jit(jax.vmap(lambda a: irradiance(scene, a)))(at)
-    return z_of(path_irradiance(scene, at, key, PATHS), truth), truth, scene, at
+    return z_test_of(path_irradiance(scene, at, key, PATHS), truth), truth, scene, at
 
 
 def test_an_ellipsoid_as_a_lamp(key):
     sampled, truth, scene, at = lamp_errors(key)
     assert sampled.passed
-    assert z_of(path_irradiance(scene, at, key, 8 * PATHS, next_event=False), truth).passed
+    assert z_test_of(path_irradiance(scene, at, key, 8 * PATHS, next_event=False), truth).passed
 
 
 @pytest.mark.parametrize(("specular", "exponent", "albedo"), [(0.0, 0.0, 0.7), (0.4, 20.0, 0.3)])
 def test_under_a_white_sky_a_floor_shows_its_albedo(specular, exponent, albedo, key):
     """Seen from above a glossy lobe reflects its share; nothing else is in the way."""
-    floor = thing(plane((0, 0, 0), (0, 0, 1)), albedo=albedo, specular=specular, exponent=exponent)
-    scene = Scene.of(floor, sky=1.0)
+    floor = primitive(
+        plane((0, 0, 0), (0, 0, 1)), albedo=albedo, specular=specular, exponent=exponent
+    )
+    scene = Scene.of(floor, environment=1.0)
     eye, down = np.array([[0.0, 0.0, 2.0]]), np.array([[0.0, 0.0, -1.0]])
     found = path_radiance(scene, eye, down, key, PATHS, 1)
     # Without gloss every path brings the same, and only rounding is left of the error.
-    assert z_of(found, specular + albedo, truth_error=1e-14).passed
+    assert z_test_of(found, specular + albedo, truth_error=1e-14).passed
     up = path_radiance(scene, eye, -down, key, 4, 1)
     assert up.mean.tolist() == [1.0]
     assert path_radiance(scene, eye, down, key, 4, 0).mean.tolist() == [0.0]

@@ -8,25 +8,31 @@ from firstorder.space import (
     box,
     cylinder,
     disc,
-    library,
     nearest,
+    primitive,
     rectangle,
     sphere,
-    thing,
     triangle,
 )
-from firstorder.space.bounces.radiance_maps import Maps, cast, finer, layout, nodes
+from firstorder.space.bounces._radiance_maps import (
+    RadianceMaps,
+    cell_centers,
+    face_layout,
+    refine_maps,
+    trace_maps,
+)
+from firstorder.space.library import _scenes
 
 
 def everything():
     """One shape of every kind that has faces."""
     return Scene.of(
-        thing(sphere((0.0, 0.0, 1.0), 0.3), name="a"),
-        thing(box((0.5, -0.2, 0.8), (0.8, 0.2, 1.1)), name="b"),
-        thing(cylinder((-0.8, 0.0, 0.7), (-0.7, 0.1, 1.2), 0.2), name="c"),
-        thing(disc((0.0, 0.8, 1.0), (0.0, 0.3, -1.0), 0.3), name="d"),
-        thing(rectangle((0.0, -0.8, 1.0), (0.0, 0.3, 0.1), (0.3, 0.0, 0.0)), name="e"),
-        thing(triangle((0.5, 0.5, 1.0), (0.6, 0.9, 1.1), (0.9, 0.6, 1.0)), name="f"),
+        primitive(sphere((0.0, 0.0, 1.0), 0.3), name="a"),
+        primitive(box((0.5, -0.2, 0.8), (0.8, 0.2, 1.1)), name="b"),
+        primitive(cylinder((-0.8, 0.0, 0.7), (-0.7, 0.1, 1.2), 0.2), name="c"),
+        primitive(disc((0.0, 0.8, 1.0), (0.0, 0.3, -1.0), 0.3), name="d"),
+        primitive(rectangle((0.0, -0.8, 1.0), (0.0, 0.3, 0.1), (0.3, 0.0, 0.0)), name="e"),
+        primitive(triangle((0.5, 0.5, 1.0), (0.6, 0.9, 1.1), (0.9, 0.6, 1.0)), name="f"),
     )
 
 
@@ -39,9 +45,9 @@ def fan(count=4000):
 @pytest.mark.smoke
 def test_a_cast_meets_what_the_search_meets():
     scene, d = everything(), jnp.asarray(fan())
-    cells = len(layout(scene).shape)
-    seen = cast(
-        Maps(scene, jnp.ones((cells, 2, 2))),
+    cells = len(face_layout(scene).shape)
+    seen = trace_maps(
+        RadianceMaps(scene, jnp.ones((cells, 2, 2))),
         tuple(jnp.zeros(len(d)) for _ in range(3)),
         (d[:, 0], d[:, 1], d[:, 2]),
         -1,
@@ -59,12 +65,12 @@ def test_a_cast_meets_what_the_search_meets():
 def test_the_middle_of_a_cell_shows_that_cell():
     """Look at every node along its normal, and find the number that was put there."""
     scene, k = everything(), 3
-    point, normal = nodes(scene, k)
+    point, normal = cell_centers(scene, k)
     values = jnp.arange(point.shape[0] * k * k, dtype=float).reshape(-1, k, k) + 1.0
-    kinds, shown = layout(scene).kind, jax.jit(cast)
+    kinds, shown = face_layout(scene).kind, jax.jit(trace_maps)
     for face in range(point.shape[0]):
         at, along = point[face] + 1e-3 * normal[face], -normal[face]
-        seen = shown(Maps(scene, values), tuple(at.T), tuple(along.T), -1).radiance
+        seen = shown(RadianceMaps(scene, values), tuple(at.T), tuple(along.T), -1).radiance
         met = np.asarray(seen) == np.asarray(values[face]).ravel()
         # Discs, caps and triangles do not fill their squares.
         fills = kinds[face] in ("Boxes", "Rectangles", "Ellipsoids")
@@ -72,9 +78,9 @@ def test_the_middle_of_a_cell_shows_that_cell():
 
 
 def test_finer_maps_keep_a_linear_radiance():
-    scene = library.j12_box()
+    scene = _scenes.j12_box()
     s = (np.arange(4) + 0.5) / 4
     L = jnp.asarray(np.broadcast_to(1.0 + s + 2.0 * s[:, None], (4, 4, 4)))
-    fine = finer(Maps(scene, L), 8).L
+    fine = refine_maps(RadianceMaps(scene, L), 8).L
     t = (np.arange(8) + 0.5) / 8
     np.testing.assert_allclose(fine[1], 1.0 + t + 2.0 * t[:, None], rtol=1e-5)

@@ -2,10 +2,15 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.space import Scene, library, rectangle, sphere, thing
+from firstorder.space import Scene, primitive, rectangle, sphere
 from firstorder.space.bounces import radiosity as indirect
-from firstorder.space.bounces.radiance_maps import layout
-from firstorder.space.bounces.radiosity import direct, radiosity, rectangle_irradiance
+from firstorder.space.bounces._radiance_maps import face_layout
+from firstorder.space.bounces.radiosity import (
+    _rectangle_lights,
+    rectangle_irradiance,
+    solve_radiosity,
+)
+from firstorder.space.library import _scenes
 
 CORNERS = np.array([(0.3, 0.3, 1.0), (0.3, 0.7, 1.0), (0.7, 0.7, 1.0), (0.7, 0.3, 1.0)])
 
@@ -56,7 +61,7 @@ def test_a_light_that_sinks_below_the_horizon_is_noticed(monkeypatch):
 
 
 def test_the_wall_of_the_box_reflects_what_its_cells_receive():
-    maps = radiosity(library.j12_box(), cells=4, shadow=0)
+    maps = solve_radiosity(_scenes.j12_box(), cells=4, shadow=0)
     (left,) = maps.scene.named("left")
     y = (np.arange(4) + 0.5) / 4
     for j, z in enumerate(y):
@@ -70,19 +75,24 @@ def test_half_a_light_behind_a_screen_gives_half():
     lamp = rectangle((0.0, 0.0, 1.0), (0.0, 0.2, 0.0), (0.2, 0.0, 0.0))
     screen = rectangle((0.5, 0.0, 0.5), (0.5, 0.0, 0.0), (0.0, 0.5, 0.0))
     floor = rectangle((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
-    things = [thing(lamp, name="lamp", emission=2.0), thing(floor, name="floor", albedo=0.5)]
+    things = [
+        primitive(lamp, name="lamp", emission=2.0),
+        primitive(floor, name="floor", albedo=0.5),
+    ]
     at, up, own = jnp.zeros((1, 3)), jnp.array([[0.0, 0.0, 1.0]]), jnp.array([1])
-    full = direct(Scene.of(*things), at, up, own).item()
-    half = direct(Scene.of(*things, thing(screen, name="screen")), at, up, own).item()
+    full = _rectangle_lights(Scene.of(*things), at, up, own).item()
+    half = _rectangle_lights(
+        Scene.of(*things, primitive(screen, name="screen")), at, up, own
+    ).item()
     assert abs(half / full - 0.5) < 1e-6
 
 
 def test_the_second_bounce_brings_the_wall_to_the_block():
     """One cell on the left of the block, against the wall's cells summed by their coupling."""
-    scene = library.j12_occluder()
-    maps = [radiosity(scene, cells=4, bounces=k, rays=4096, shadow=0) for k in (1, 2)]
+    scene = _scenes.j12_occluder()
+    maps = [solve_radiosity(scene, cells=4, bounces=k, rays=4096, shadow=0) for k in (1, 2)]
     first, both = (np.asarray(m.L) for m in maps)
-    (left,) = (k for k, i in enumerate(layout(scene).shape) if i in scene.named("left"))
+    (left,) = (k for k, i in enumerate(face_layout(scene).shape) if i in scene.named("left"))
     s = (np.arange(400) + 0.5) / 400
     z, y = np.meshgrid(s, s, indexing="ij")
     wall = np.repeat(np.repeat(first[left], 100, 0), 100, 1)
@@ -95,9 +105,9 @@ def test_the_second_bounce_brings_the_wall_to_the_block():
 
 
 def test_other_lights_are_refused_in_one_sentence():
-    lamp = thing(sphere((0.0, 0.0, 1.0), 0.1), name="lamp", emission=1.0)
+    lamp = primitive(sphere((0.0, 0.0, 1.0), 0.1), name="lamp", emission=1.0)
     with pytest.raises(ValueError, match="must have rectangles with one bright side as lights"):
-        radiosity(Scene.of(lamp), cells=4)
+        solve_radiosity(Scene.of(lamp), cells=4)
     with pytest.raises(ValueError, match="`bounces` must be positive"):
-        radiosity(library.j12_box(), bounces=0)
+        solve_radiosity(_scenes.j12_box(), bounces=0)
     assert indirect.FRONT == 0

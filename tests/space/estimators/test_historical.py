@@ -12,8 +12,13 @@ import pytest
 
 from derivations.space import _lights as lights
 from firstorder.checks.tolerance import fitted_order, normwise
-from firstorder.space.estimators import historical
-from firstorder.space.estimators.irradiance_forms import Samples, stratified, surface_area, walls
+from firstorder.space.estimators import _historical as historical
+from firstorder.space.estimators._irradiance_forms import (
+    Samples,
+    stratified_estimate,
+    surface_area_estimate,
+    wall_jumps,
+)
 from firstorder.space.estimators.strata import Strata
 
 SIZES = (8, 16, 32, 64)
@@ -22,7 +27,7 @@ RAYS = 4 * np.square(SIZES)
 
 @jax.jit
 def forms(samples):
-    area, strata = surface_area(samples), stratified(samples)
+    area, strata = surface_area_estimate(samples), stratified_estimate(samples)
     return {
         "surface area": area.gradient[..., :2],
         "stratified": strata.gradient[..., :2],
@@ -167,7 +172,7 @@ def test_faults_are_noticed(fault):
 def _circles(samples):
     """J12's gradient with meridians left out, from the same walls."""
     theta = samples.strata.theta
-    (circles, _), (near, _) = walls(samples)
+    (circles, _), (near, _) = wall_jumps(samples)
     radial, _, width = historical._middle(samples)
     weight = (jnp.sin(theta[1:-1]) * jnp.cos(theta[1:-1]) ** 2)[:, None] * width
     return jnp.einsum("...mn,ni->...i", circles * near * weight, radial)

@@ -8,16 +8,16 @@ import pytest
 
 from derivations.space import _lights as lights
 from firstorder.checks.tolerance import fitted_order, normwise
-from firstorder.scene.derivatives import SPACE, Derivatives
-from firstorder.space.estimators.irradiance_forms import (
+from firstorder.scene._derivatives import SPACE, Derivatives
+from firstorder.space._geometry_term import linear_jet
+from firstorder.space.estimators._irradiance_forms import (
     Samples,
-    Traced,
-    gather,
-    stratified,
-    surface_area,
+    TracedRays,
+    gather_samples,
+    stratified_estimate,
+    surface_area_estimate,
 )
-from firstorder.space.estimators.strata import Strata, strata
-from firstorder.space.geometry_term import linear_jet
+from firstorder.space.estimators.strata import Strata, hemisphere_strata
 from firstorder.space.receiver import Receiver
 
 SIZES = (8, 16, 32, 64)  # rows; four times as many columns
@@ -25,7 +25,7 @@ SIZES = (8, 16, 32, 64)  # rows; four times as many columns
 
 @jax.jit
 def forms(samples):
-    return {"area": surface_area(samples), "strata": stratified(samples)}
+    return {"area": surface_area_estimate(samples), "strata": stratified_estimate(samples)}
 
 
 def on_device(tree):
@@ -184,7 +184,7 @@ def test_gather_sees_what_is_there():
         t = (1.0 + 0.5 * origins[:, 0] - origins[:, 2]) / (along[:, 2] - 0.5 * along[:, 0])
         met = (t > 0.0) & (on == 5)
         normal = jnp.broadcast_to(jnp.asarray(slope), along.shape)  # the far side's
-        return Traced(jnp.where(met, t, jnp.nan), jnp.where(met, 3, -1), normal)
+        return TracedRays(jnp.where(met, t, jnp.nan), jnp.where(met, 3, -1), normal)
 
     turn = np.array([[0.6, -0.8, 0.0], [0.8, 0.6, 0.0], [0.0, 0.0, 1.0]])
     at = Receiver(
@@ -193,8 +193,8 @@ def test_gather_sees_what_is_there():
         jnp.zeros((2, 2, 2)),
         jnp.array([5, 5]),
     )
-    where = strata(4, 8, jax.random.key(1), shape=(2,))
-    seen = gather(trace, lambda i, p, n, d: i + p[:, 0], at, where, lambda d: 7.0 + d[:, 1])
+    where = hemisphere_strata(4, 8, jax.random.key(1), shape=(2,))
+    seen = gather_samples(trace, lambda i, p, n, d: i + p[:, 0], at, where, lambda d: 7.0 + d[:, 1])
     for k in range(2):
         world = np.asarray(where.directions[k]) @ np.asarray(at.axes[k]).T
         x, met = np.asarray(at.position[k]), np.asarray(seen.index[k]) == 3
@@ -215,7 +215,7 @@ def test_gather_sees_what_is_there():
 @pytest.mark.parametrize("size", [(1, 1), (4, 8)])
 def test_single_precision_and_a_single_cell(size):
     """Finite, in the precision of the samples, for a grazing hit and for misses too."""
-    where = strata(*size)
+    where = hemisphere_strata(*size)
     single = functools.partial(jnp.asarray, dtype=jnp.float32)
     where = Strata(*map(single, (where.theta, where.phi, where.directions, where.weights)))
     w = where.directions

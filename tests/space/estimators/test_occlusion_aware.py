@@ -18,9 +18,12 @@ from derivations.space.estimators.occlusion_aware import (
 )
 from firstorder.checks.tolerance import fitted_order, rounding
 from firstorder.space.estimators import occlusion_aware as module
-from firstorder.space.estimators.occlusion_aware import triangulated
-from firstorder.space.estimators.strata import strata
-from firstorder.space.estimators.triangulation import gather_net, strata_net
+from firstorder.space.estimators._triangulation import (
+    hemisphere_triangulation,
+    strata_triangulation,
+)
+from firstorder.space.estimators.occlusion_aware import occlusion_aware_estimate
+from firstorder.space.estimators.strata import hemisphere_strata
 
 
 @functools.cache
@@ -62,7 +65,7 @@ def test_crossing_edges_are_seen_in_part():
 
 
 def test_a_penumbra_is_out_of_reach_of_the_surface_area_form():
-    w = np.asarray(gather_net(1024).directions, float)
+    w = np.asarray(hemisphere_triangulation(1024).directions, float)
     up = np.array([SLOPE[0], SLOPE[1], -1.0]) / np.linalg.norm([*SLOPE, 1.0])
     found = []
     for x in INSIDE:
@@ -75,8 +78,8 @@ def test_a_penumbra_is_out_of_reach_of_the_surface_area_form():
 
 def test_nothing_changes_under_a_sky_or_a_plane():
     """Light at infinity does not move, and a plane of one radiance looks alike from everywhere."""
-    w = strata(8, 24).directions.reshape(-1, 3)
-    run, net = jax.jit(triangulated), strata_net(8, 24)
+    w = hemisphere_strata(8, 24).directions.reshape(-1, 3)
+    run, net = jax.jit(occlusion_aware_estimate), strata_triangulation(8, 24)
     _, g, H = run(1.0 + 0.5 * w[:, 0], w, jnp.full(192, jnp.inf, w.dtype), *net)
     assert np.all(np.asarray(g) == 0.0)
     assert np.all(np.asarray(H) == 0.0)
@@ -88,12 +91,14 @@ def test_nothing_changes_under_a_sky_or_a_plane():
 
 
 def test_slopes_over_radiance_and_distance_are_finite_at_many_receivers():
-    net = gather_net(16)
+    net = hemisphere_triangulation(16)
     seen = [gathered(x, net.directions) for x in PLACES[:2]]
     L, r = (jnp.stack([jnp.asarray(s[i], net.directions.dtype) for s in seen]) for i in (0, 1))
 
     def trace(L, r):
-        return jnp.trace(triangulated(L, net.directions, r, net.triangles, net.neighbours)[2])
+        return jnp.trace(
+            occlusion_aware_estimate(L, net.directions, r, net.triangles, net.neighbours)[2]
+        )
 
     # Along every radiance and every distance at once: one pass, cheap to compile.
     along = jax.jit(jax.vmap(lambda L, r: jax.jvp(trace, (L, r), (L, jnp.ones_like(r)))[1]))

@@ -3,12 +3,12 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.space.estimators.strata import MEASURES, strata
+from firstorder.space.estimators.strata import MEASURES, hemisphere_strata
 
 
 def made(*args, **options):
-    """`strata`, compiled as a whole: operation by operation costs far more."""
-    return jax.jit(lambda: strata(*args, **options))()
+    """`hemisphere_strata`, compiled as a whole: operation by operation costs far more."""
+    return jax.jit(lambda: hemisphere_strata(*args, **options))()
 
 
 UNEVEN = (np.array([0.0, 0.3, 1.0, np.pi / 2]), 0.4 + np.array([0.0, 1.0, 2.5, 2 * np.pi]))
@@ -73,12 +73,12 @@ def test_single_precision_keeps_weights_finite_at_the_horizon(measure):
 
 def test_bad_input_is_one_sentence():
     with pytest.raises(ValueError, match=r"^Argument `theta` must be positive, but is 0.$"):
-        strata(0, 4)
+        hemisphere_strata(0, 4)
     with pytest.raises(ValueError, match=r"^Argument `phi` must be positive, but is 0.$"):
-        strata(4, 0)
+        hemisphere_strata(4, 0)
     with pytest.raises(ValueError, match="must ascend from 0 to pi/2"):
-        strata(np.array([0.1, 1.0]), 4)
+        hemisphere_strata(np.array([0.1, 1.0]), 4)
     with pytest.raises(ValueError, match="must ascend over 2 pi"):
-        strata(4, np.array([0.0, 1.0, 0.5]))
+        hemisphere_strata(4, np.array([0.0, 1.0, 0.5]))
     with pytest.raises(ValueError, match="`measure` must be one of"):
-        strata(4, 4, measure="area")
+        hemisphere_strata(4, 4, measure="area")

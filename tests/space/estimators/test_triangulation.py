@@ -2,8 +2,11 @@ import jax
 import numpy as np
 import pytest
 
-from firstorder.space.estimators.strata import strata
-from firstorder.space.estimators.triangulation import gather_net, strata_net
+from firstorder.space.estimators._triangulation import (
+    hemisphere_triangulation,
+    strata_triangulation,
+)
+from firstorder.space.estimators.strata import hemisphere_strata
 
 
 def solid(w, triangles):
@@ -21,7 +24,7 @@ def solid(w, triangles):
 
 @pytest.mark.parametrize(("rays", "seed"), [(4, None), (30, None), (150, 3)])
 def test_a_net_covers_the_hemisphere_once(rays, seed):
-    net = gather_net(rays, None if seed is None else jax.random.key(seed))
+    net = hemisphere_triangulation(rays, None if seed is None else jax.random.key(seed))
     m = int(np.sqrt(rays)) ** 2
     assert net.directions.shape == (m, 3)
     w = np.asarray(net.directions, float)
@@ -34,8 +37,8 @@ def test_a_net_covers_the_hemisphere_once(rays, seed):
 
 @pytest.mark.parametrize("size", [(1, 3), (5, 16)])
 def test_strata_are_joined_around_the_pole(size):
-    w = np.asarray(strata(*size).directions, float).reshape(-1, 3)
-    triangles, neighbours = strata_net(*size)
+    w = np.asarray(hemisphere_strata(*size).directions, float).reshape(-1, 3)
+    triangles, neighbours = strata_triangulation(*size)
     areas = solid(w, triangles)
     assert abs(areas.sum() - np.pi) < 1e-6
     assert (areas > -1e-9).all()
@@ -43,12 +46,12 @@ def test_strata_are_joined_around_the_pole(size):
 
 
 def test_the_cosine_is_the_density():
-    w = np.asarray(gather_net(150).directions, float)
+    w = np.asarray(hemisphere_triangulation(150).directions, float)
     assert np.abs(w[:, :2].T @ w[:, :2] / len(w) - 0.25 * np.eye(2)).max() < 1.0 / len(w)
 
 
 def test_neighbours_are_near_and_each_of_them_once():
-    net = gather_net(100)
+    net = hemisphere_triangulation(100)
     w = np.asarray(net.directions, float)
     for i in (0, 44, 99):
         others = [j for j in net.neighbours[i] if j != i]
@@ -58,6 +61,6 @@ def test_neighbours_are_near_and_each_of_them_once():
 
 def test_too_few_rays_are_refused():
     with pytest.raises(ValueError, match="`rays` must be at least 4"):
-        gather_net(3)
+        hemisphere_triangulation(3)
     with pytest.raises(ValueError, match="at least 1 and 3"):
-        strata_net(2, 2)
+        strata_triangulation(2, 2)

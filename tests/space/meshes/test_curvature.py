@@ -5,8 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.space.meshes.curvature import fitted, from_normals
-from firstorder.space.meshes.mesh import mesh
+from firstorder.space.meshes.curvature import curvatures_from_normals, fitted_curvatures
+from firstorder.space.meshes.triangle_mesh import mesh
 
 SIDE = 11
 BIG, SMALL = 1.0, 0.4
@@ -49,10 +49,10 @@ def errors(estimate, surface, jitter, steps=(0.1, 0.025)):
 
 
 ESTIMATES = {
-    "degree 3": lambda m, _: fitted(m, 3),
-    "degree 4": lambda m, _: fitted(m, 4),
-    "true normals": from_normals,
-    "own normals": lambda m, _: from_normals(m),
+    "degree 3": lambda m, _: fitted_curvatures(m, 3),
+    "degree 4": lambda m, _: fitted_curvatures(m, 4),
+    "true normals": curvatures_from_normals,
+    "own normals": lambda m, _: curvatures_from_normals(m),
 }
 # Orders in the edges' length on a mesh that is (regular, jittered), each less 0.25; as derived for
 # jets (degree - 1, and one more where odd terms cancel) and for differences of exact normals.
@@ -83,7 +83,7 @@ def test_a_sphere(jitter):
 @pytest.mark.smoke
 def test_principal_directions_of_a_torus():
     m, normals, _, along = patch(torus, 0.05, True)
-    found = fitted(m)
+    found = fitted_curvatures(m)
     np.testing.assert_allclose(found.normal[INNER], normals[INNER], atol=1e-4)
     np.testing.assert_allclose(np.abs(np.sum(found.directions[:, 0] * along, -1))[INNER], 1.0,
                                atol=1e-4)  # fmt: skip
@@ -96,7 +96,11 @@ def test_principal_directions_of_a_torus():
 def test_scale_and_orientation():
     m, _, _, _ = patch(torus, 0.1, True)
     turned = mesh(m.vertices, m.faces[:, ::-1])
-    once, large, back = fitted(m, 3), fitted(m.at(3.0 * m.vertices), 3), fitted(turned, 3)
+    once, large, back = (
+        fitted_curvatures(m, 3),
+        fitted_curvatures(m.at(3.0 * m.vertices), 3),
+        fitted_curvatures(turned, 3),
+    )
     np.testing.assert_allclose(3.0 * large.kappa, once.kappa, atol=1e-9)
     np.testing.assert_allclose(back.kappa, -once.kappa[:, ::-1], atol=1e-9)
 
@@ -106,7 +110,7 @@ def test_few_neighbours_and_flat_faces_are_finite_with_their_derivatives():
     m = mesh(corners, [[0, 1, 2], [0, 1, 3]])  # the second has no area
 
     def total(v):
-        return sum(jnp.sum(f(m.at(v)).kappa) for f in (fitted, from_normals))
+        return sum(jnp.sum(f(m.at(v)).kappa) for f in (fitted_curvatures, curvatures_from_normals))
 
     value, slope = jax.value_and_grad(total)(corners)
     assert np.isfinite(value)
@@ -116,6 +120,6 @@ def test_few_neighbours_and_flat_faces_are_finite_with_their_derivatives():
 def test_a_bad_degree_is_one_sentence():
     m, _, _, _ = patch(torus, 0.1, False)
     with pytest.raises(ValueError, match=r"^Argument `degree` must be 2, 3 or 4, but is 5\.$"):
-        fitted(m, 5)
+        fitted_curvatures(m, 5)
     with pytest.raises(ValueError, match="Argument `normals` must have shape"):
-        from_normals(m, m.vertices[:3])
+        curvatures_from_normals(m, m.vertices[:3])

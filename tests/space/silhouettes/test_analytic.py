@@ -14,8 +14,8 @@ from firstorder.space import (
     Rectangles,
     Scene,
     Triangles,
-    outline,
-    thing,
+    primitive,
+    silhouette,
 )
 from firstorder.space.shapes import kinds
 
@@ -51,8 +51,8 @@ def samples(kind, count=20000):
 @pytest.fixture(scope="module", params=[k for k in kinds.KINDS if k is not Planes])
 def seen(request):
     """A kind, and its outlines from all eyes."""
-    scene = Scene.of(thing(request.param(CENTER, AXES)))
-    found = jax.jit(jax.vmap(lambda eye: outline(scene, eye)))(jnp.asarray(EYES))
+    scene = Scene.of(primitive(request.param(CENTER, AXES)))
+    found = jax.jit(jax.vmap(lambda eye: silhouette(scene, eye)))(jnp.asarray(EYES))
     return request.param, jax.tree.map(np.asarray, found)
 
 
@@ -98,11 +98,11 @@ def test_the_pieces_close(seen, i):
 
 
 def test_derivatives_are_finite_where_there_is_no_silhouette():
-    things = [thing(kind(CENTER, AXES)) for kind in kinds.KINDS]
+    things = [primitive(kind(CENTER, AXES)) for kind in kinds.KINDS]
     scene = Scene.of(*things)
 
     def total(eye):
-        found = outline(scene, eye)
+        found = silhouette(scene, eye)
         return sum(
             jnp.sum(a) for a in jax.tree.leaves(found) if jnp.issubdtype(a.dtype, jnp.inexact)
         ) - jnp.sum(found.curved.a[-1] + found.curved.b[-1])
@@ -113,16 +113,16 @@ def test_derivatives_are_finite_where_there_is_no_silhouette():
 
 def test_an_eye_on_a_shape_or_in_its_plane_sees_no_edge_of_it():
     scene = Scene.of(
-        thing(Rectangles(CENTER, np.eye(3))), thing(Ellipsoids([5.0, 0, 0], np.eye(3)))
+        primitive(Rectangles(CENTER, np.eye(3))), primitive(Ellipsoids([5.0, 0, 0], np.eye(3)))
     )
     beside = jnp.asarray(CENTER + np.array([3.0, 0.2, 0.0]))
-    found = outline(scene, beside)
+    found = silhouette(scene, beside)
     assert not found.straight.live.any()
     assert found.curved.live.all()
-    assert not outline(scene, beside, on=0).curved.live.any()
+    assert not silhouette(scene, beside, on=0).curved.live.any()
 
 
 def test_the_horizon_of_a_plane_does_not_move():
-    scene = Scene.of(thing(Planes([0.0, 0.0, -1.0], np.eye(3))))
-    slope = jax.jacobian(lambda eye: outline(scene, eye).curved.center - eye)(jnp.zeros(3))
+    scene = Scene.of(primitive(Planes([0.0, 0.0, -1.0], np.eye(3))))
+    slope = jax.jacobian(lambda eye: silhouette(scene, eye).curved.center - eye)(jnp.zeros(3))
     assert not np.any(slope)

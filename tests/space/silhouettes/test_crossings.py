@@ -5,8 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.space import Curved, Straight
-from firstorder.space.silhouettes import crossings
+from firstorder.space import SilhouetteArcs, SilhouetteSegments
+from firstorder.space.silhouettes import _crossings as crossings
 
 on_plane, on_cone = jax.jit(crossings.on_plane), jax.jit(crossings.on_cone)
 along_segment = jax.jit(crossings.along_segment)
@@ -16,11 +16,11 @@ OWNER = jnp.asarray(0)
 
 
 def arc(center, a, b, first=0.0, last=2.0 * np.pi):
-    return Curved(*(jnp.asarray(v, float) for v in (center, a, b, first, last)), OWNER, YES)
+    return SilhouetteArcs(*(jnp.asarray(v, float) for v in (center, a, b, first, last)), OWNER, YES)
 
 
 def line(start, end):
-    return Straight(jnp.asarray(start, float), jnp.asarray(end, float), OWNER, YES)
+    return SilhouetteSegments(jnp.asarray(start, float), jnp.asarray(end, float), OWNER, YES)
 
 
 ROUND = arc((0.0, 0.0, 2.0), (1.0, 0.0, 0.1), (0.0, 0.7, 0.2))
@@ -60,7 +60,9 @@ def test_two_arcs_cross_in_up_to_four_directions():
 def test_crossings_of_arcs_have_two_derivatives():
     def cut(x):
         other = arc((0.0, 0.1, 4.0), (0.9, 0.3, 0.0), (-0.5, 2.2, 0.3))
-        moved = Curved(other.center + x * jnp.array([0.3, 0.2, 0.1]), *jax.tree.leaves(other)[1:])
+        moved = SilhouetteArcs(
+            other.center + x * jnp.array([0.3, 0.2, 0.1]), *jax.tree.leaves(other)[1:]
+        )
         return jnp.sort(on_cone(ROUND, moved))
 
     h = 1e-4

@@ -5,9 +5,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.numerics.vectors import dot_apart
-from firstorder.space.silhouettes import edge_integrals
-from firstorder.visibility.contour import segment_solid_angle, segment_vector_irradiance
+from firstorder.numerics._vectors import dot_apart
+from firstorder.space.silhouettes import _edge_integrals as edge_integrals
+from firstorder.visibility._contour import segment_solid_angle, segment_vector_irradiance
 
 CORNERS = ((0.9, -0.4, 0.8), (0.8, 1.1, 1.4), (-0.7, 0.5, 0.9))
 MOVES = ((0.3, 0.2, -0.1), (-0.2, 0.5, 0.4), (0.1, -0.6, 0.2))

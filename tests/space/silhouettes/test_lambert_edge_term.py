@@ -10,8 +10,8 @@ from derivations.space.silhouettes.lambert_edge_term import (
     lambert_exact,
 )
 from firstorder.checks.tolerance import normwise, rounding
-from firstorder.space.silhouettes import lambert_edge_term
-from firstorder.space.silhouettes.lambert_edge_term import arc_factor, lambert_edge
+from firstorder.space.silhouettes import _lambert_edge_term as lambert_edge_term
+from firstorder.space.silhouettes._lambert_edge_term import arc_factor, lambert_edge
 
 
 @pytest.fixture(scope="module", autouse=True)

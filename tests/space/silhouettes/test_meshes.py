@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 
 from firstorder.io import Embree
-from firstorder.space.meshes.mesh import mesh
+from firstorder.space.meshes.triangle_mesh import mesh
 from firstorder.space.receiver import receiver
 from firstorder.space.silhouettes import meshes
 from firstorder.space.silhouettes.meshes import (
-    net_visibility,
-    net_visibility_gradient,
-    silhouette,
-    visible,
+    _net_visibility_gradient,
+    mesh_net_visibility,
+    mesh_silhouette,
+    visible_mesh_silhouettes,
 )
-from tests.space.meshes.test_mesh import icosphere
+from tests.space.meshes.test_triangle_mesh import icosphere
 
 HERE = receiver((0.0, 0.0, 0.0))
 BALLS = (((0.3, -0.2, 1.5), 0.5), ((-0.15, 0.35, 2.6), 0.9))
@@ -36,12 +36,12 @@ def balls(times, which):
 
 @eqx.filter_jit
 def both(m, rim, at):
-    return net_visibility(m, rim, at), net_visibility_gradient(m, rim, at)
+    return mesh_net_visibility(m, rim, at), _net_visibility_gradient(m, rim, at)
 
 
 def measured(times, which, traced=Embree, at=HERE):
     m = balls(times, which)
-    rim = visible(m, at.position, traced(m) if traced else None)
+    rim = visible_mesh_silhouettes(m, at.position, traced(m) if traced else None)
     value, slope = both(m, rim, at)
     return m, rim, float(value), np.asarray(slope)
 
@@ -127,14 +127,17 @@ def test_the_gradient_is_that_of_the_value_with_respect_to_receiver_and_mesh():
 
     def value(x, shift):
         moved = m.at(m.vertices + shift)
-        return net_visibility(moved, rim, eqx.tree_at(lambda a: a.position, HERE, x))
+        return mesh_net_visibility(moved, rim, eqx.tree_at(lambda a: a.position, HERE, x))
 
     here, there = jax.jit(jax.grad(value, (0, 1)))(jnp.zeros(3), jnp.zeros(3))
     np.testing.assert_allclose(here, slope, atol=1e-13)
     np.testing.assert_allclose(there, -slope, atol=1e-13)
     # ... and of the value itself: differences with the silhouettes found anew at each place
     x = np.array([1e-4, -2e-4, 1.5e-4])
-    ends = [float(both(m, visible(m, s * x), receiver(jnp.asarray(s * x)))[0]) for s in (-1.0, 1.0)]
+    ends = [
+        float(both(m, visible_mesh_silhouettes(m, s * x), receiver(jnp.asarray(s * x)))[0])
+        for s in (-1.0, 1.0)
+    ]
     # Between them the silhouette runs along other edges: an error of the mesh's third derivative.
     assert abs((ends[1] - ends[0]) - 2.0 * slope @ x) < 2e-3 * np.linalg.norm(2.0 * slope * x)
 
@@ -157,7 +160,10 @@ def test_all_faces_in_double_and_embree_agree_on_what_is_seen():
     rng = np.random.default_rng(3)
     m = balls(3, BALLS)
     rough = m.at(m.vertices * (1.0 + 0.05 * rng.uniform(-1, 1, (len(m.vertices), 1))))
-    one, other = visible(rough, np.zeros(3)), visible(rough, np.zeros(3), Embree(rough))
+    one, other = (
+        visible_mesh_silhouettes(rough, np.zeros(3)),
+        visible_mesh_silhouettes(rough, np.zeros(3), Embree(rough)),
+    )
     for a, b in zip(jax.tree.leaves(one), jax.tree.leaves(other), strict=True):
         np.testing.assert_array_equal(a, b)
     assert 0.1 < np.mean(np.asarray(one.visible)) < 0.9
@@ -167,13 +173,13 @@ def test_all_faces_in_double_and_embree_agree_on_what_is_seen():
 @pytest.mark.smoke
 def test_silhouettes_run_round_the_front_and_the_traced_ones_are_the_same():
     m = balls(1, BALLS[:1])
-    found = silhouette(m, jnp.zeros(3))
+    found = mesh_silhouette(m, jnp.zeros(3))
     p, q = np.asarray(found.start)[found.live], np.asarray(found.end)[found.live]
     centre = np.array(BALLS[0][0])
     assert np.all(np.cross(p, q - p) @ centre > 0.0)  # (p - x) x dp points to the owner
     front = np.einsum("fd,fd->f", np.asarray(m.area_vectors), -np.asarray(m.corners)[:, 0]) > 0.0
     assert np.all(front[np.asarray(found.owner)[found.live]])
-    rim = visible(m, np.zeros(3))
+    rim = visible_mesh_silhouettes(m, np.zeros(3))
     assert len(rim.face) == len(p)
     assert np.all(rim.outer)
     again = rim.straight(m, jnp.zeros(3))
@@ -187,13 +193,13 @@ def test_a_lone_triangle_covers_as_much_from_behind():
         a, b, c = corners / np.linalg.norm(corners, axis=1)[:, None]
         # Eriksson's formula
         omega = 2.0 * np.arctan(abs(np.linalg.det([a, b, c])) / (1 + a @ b + b @ c + c @ a))
-        value, _ = both(m, visible(m, np.zeros(3)), HERE)
+        value, _ = both(m, visible_mesh_silhouettes(m, np.zeros(3)), HERE)
         np.testing.assert_allclose(value, 2.0 * np.pi - omega, rtol=1e-13)
 
 
 def test_nothing_above_the_horizon_blocks_nothing():
     m = balls(0, (((0.3, 0.2, -2.0), 0.5),))
-    value, slope = both(m, visible(m, np.zeros(3)), HERE)
+    value, slope = both(m, visible_mesh_silhouettes(m, np.zeros(3)), HERE)
     np.testing.assert_allclose(value, 2.0 * np.pi, rtol=1e-14)
     np.testing.assert_array_equal(slope, 0.0)
 
@@ -201,7 +207,7 @@ def test_nothing_above_the_horizon_blocks_nothing():
 def test_a_traced_eye_is_one_sentence():
     m = balls(0, BALLS[:1])
     with pytest.raises(ValueError, match=r"must be concrete, but are traced\."):
-        jax.jit(lambda x: visible(m, x).face)(jnp.zeros(3))
+        jax.jit(lambda x: visible_mesh_silhouettes(m, x).face)(jnp.zeros(3))
 
 
 FAULTS = {
@@ -243,10 +249,10 @@ def test_a_fault_in_the_rim_is_noticed(fault):
 
 def test_fault_of_a_wrong_power_is_noticed(monkeypatch):
     m, rim, _, _ = measured(3, BALLS[:1])
-    right = meshes.segment_translation
+    right = meshes.segment_translation_rate
     monkeypatch.setattr(
-        meshes, "segment_translation", lambda a, b: right(a, b) * jnp.linalg.norm(a)
+        meshes, "segment_translation_rate", lambda a, b: right(a, b) * jnp.linalg.norm(a)
     )
-    wrong = net_visibility_gradient(m, rim, HERE)
+    wrong = _net_visibility_gradient(m, rim, HERE)
     true = slope_of(lambda x: caps(x, BALLS[:1]), np.zeros(3))
     assert np.linalg.norm(wrong - true) > 3.0 * np.abs(errors(BALLS[:1])[0, 1])

@@ -5,12 +5,21 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.space import Scene, box, exposed, plane, receiver, rectangle, sphere, thing
+from firstorder.space import (
+    Scene,
+    box,
+    plane,
+    primitive,
+    receiver,
+    rectangle,
+    sphere,
+    visible_silhouettes,
+)
 
 
 @jax.jit
 def _pieces(scene, at):
-    return exposed(scene, at)
+    return visible_silhouettes(scene, at)
 
 
 def arcs(found, owner):
@@ -21,7 +30,7 @@ def arcs(found, owner):
 
 
 def balls(*centers):
-    return Scene.of(*(thing(sphere(c, 0.5)) for c in centers))
+    return Scene.of(*(primitive(sphere(c, 0.5)) for c in centers))
 
 
 def test_a_ball_alone_is_seen_all_round():
@@ -56,8 +65,8 @@ def test_a_ball_on_the_horizon_is_cut_there():
 def test_two_walls_share_an_edge_and_each_answers_for_itself():
     """A corner of a room: neither wall is cut off by the other."""
     scene = Scene.of(
-        thing(rectangle((2.0, 0.0, 1.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))),
-        thing(rectangle((1.0, 1.0, 1.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))),
+        primitive(rectangle((2.0, 0.0, 1.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))),
+        primitive(rectangle((1.0, 1.0, 1.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))),
     )
     found = _pieces(scene, receiver((1.0, -0.5, 0.5)))
     lines = found.lines
@@ -68,8 +77,8 @@ def test_two_walls_share_an_edge_and_each_answers_for_itself():
 
 def test_a_box_on_the_floor_cuts_the_floor_off():
     scene = Scene.of(
-        thing(plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))),
-        thing(box((1.0, -1.0, 0.0), (2.0, 1.0, 1.0))),
+        primitive(plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))),
+        primitive(box((1.0, -1.0, 0.0), (2.0, 1.0, 1.0))),
     )
     found = _pieces(scene, receiver((0.0, 0.0, 0.5), (0.0, 1.0, 0.0)))
     lines = found.lines
@@ -88,11 +97,11 @@ def test_inside_a_closed_shape_nothing_is_sound():
 def test_derivatives_are_finite_in_degenerate_places(x):
     """A ball over the pole, two that touch in direction, one that touches the horizon."""
     scene = Scene.of(
-        *(thing(sphere(c, 0.5)) for c in ((0.0, 0.0, 2.0), (1.0, 0.0, 2.0), (3.0, 0.0, 0.5)))
+        *(primitive(sphere(c, 0.5)) for c in ((0.0, 0.0, 2.0), (1.0, 0.0, 2.0), (3.0, 0.0, 0.5)))
     )
 
     def total(x):
-        found = exposed(scene, receiver(jnp.array([0.0, 0.0, 0.0])).moved(x))
+        found = visible_silhouettes(scene, receiver(jnp.array([0.0, 0.0, 0.0])).moved(x))
         return jnp.sum(found.arcs.first * found.rims.seen) + jnp.sum(found.azimuths)
 
     assert np.all(np.isfinite(jax.jit(jax.grad(total))(jnp.array([x, 0.0]))))

@@ -7,13 +7,13 @@ from scipy.integrate import quad
 
 from derivations.transport.brdf import lobes as derived
 from firstorder.fields import GaussianProfile
+from firstorder.transport.brdf._splines import cubic_b_spline
 from firstorder.transport.brdf.lobes import (
     MIRROR,
     NORMAL,
     RETRO,
-    CosinePower,
-    Tabulated,
-    cubic_b_spline,
+    CosinePowerProfile,
+    TabulatedProfile,
     glossy,
     lambert,
     phong,
@@ -23,10 +23,10 @@ from firstorder.transport.brdf.lobes import (
 QUARTER = 0.5 * np.pi
 TABLE = np.exp(-0.5 * ((np.arange(21) - 10) * 0.1 / 0.2 - 0.4) ** 2)  # off-centre, hence not even
 PROFILES = {
-    "cos 1": (CosinePower(1.0, weight=0.7), QUARTER),
-    "cos 2.5": (CosinePower(2.5), QUARTER),
-    "cos 40": (CosinePower(40.0, weight=1.3), QUARTER),
-    "table": (Tabulated(TABLE, 0.1, center=0.05), 1.3),
+    "cos 1": (CosinePowerProfile(1.0, weight=0.7), QUARTER),
+    "cos 2.5": (CosinePowerProfile(2.5), QUARTER),
+    "cos 40": (CosinePowerProfile(40.0, weight=1.3), QUARTER),
+    "table": (TabulatedProfile(TABLE, 0.1, center=0.05), 1.3),
 }
 OMEGA = np.array([-1.7, -0.31, 0.0, 0.2, 0.9, 2.3])
 
@@ -125,7 +125,7 @@ def test_spread_is_the_second_moment_of_the_power_spectrum(name):
 
 
 def test_a_table_is_met_at_its_nodes_and_smooth_between():
-    lobe = Tabulated(TABLE, 0.1, center=0.05)
+    lobe = TabulatedProfile(TABLE, 0.1, center=0.05)
     nodes = 0.05 + (np.arange(21) - 10) * 0.1
     found = jax.vmap(lambda t: lobe.derivatives(t)[0])(jnp.asarray(nodes))
     np.testing.assert_allclose(found, TABLE, atol=1e-14)
@@ -137,7 +137,7 @@ def test_a_table_is_met_at_its_nodes_and_smooth_between():
 
 
 def test_a_table_can_be_given_its_energy():
-    lobe = Tabulated(TABLE, 0.1, weight=0.8)
+    lobe = TabulatedProfile(TABLE, 0.1, weight=0.8)
     np.testing.assert_allclose(complex(lobe.transform(jnp.asarray(0.0))), 0.8, atol=1e-14)
 
 
@@ -159,18 +159,18 @@ def test_a_rigid_rotation_changes_no_argument():
 
 @pytest.mark.parametrize("s", [1.0, 1.5, 2.0, 7.3])
 def test_no_nan_at_the_ends_of_a_cosine_power(s):
-    lobe = CosinePower(s)
+    lobe = CosinePowerProfile(s)
     ends = jnp.array([-QUARTER, QUARTER, QUARTER * (1 + 1e-15), 2.0, np.nextafter(QUARTER, 0.0)])
     for column in jax.vmap(lobe.derivatives)(ends):
         assert np.all(np.isfinite(column))
     slopes = jax.vmap(jax.grad(lambda t: lobe.derivatives(t)[0]))(ends)
-    by_s = jax.grad(lambda s: CosinePower(s).derivatives(jnp.asarray(QUARTER))[0])(s)
+    by_s = jax.grad(lambda s: CosinePowerProfile(s).derivatives(jnp.asarray(QUARTER))[0])(s)
     assert np.all(np.isfinite(slopes))
     assert np.isfinite(by_s)
 
 
 def test_a_transform_has_no_nan_at_its_zeros():
-    lobe = CosinePower(2.0)
+    lobe = CosinePowerProfile(2.0)
     zero = (1.0 + 0.5 * 2.0 + 3.0) / np.pi  # a pole of a Gamma function
     value, slope = jax.value_and_grad(lobe.transform)(zero)
     assert abs(value) < 1e-12
@@ -189,14 +189,14 @@ def test_a_transform_has_no_nan_at_its_zeros():
     ],
 )
 def test_sharp_cosine_powers_have_transforms(dtype, s, close):
-    lobe = jax.tree.map(lambda a: a.astype(dtype), CosinePower(s))
+    lobe = jax.tree.map(lambda a: a.astype(dtype), CosinePowerProfile(s))
     Omega = np.array([0.0, 0.3, 0.1 * np.sqrt(s), (1.0 + 0.5 * s) / np.pi, 2.3 + s / 6.0])
     t, w = np.polynomial.legendre.leggauss(1000)
     t, w = t * float(lobe.half_width()), w * np.cos(t * float(lobe.half_width())) ** s
     want = np.cos(2.0 * np.pi * Omega[:, None] * t) @ w / w.sum()
 
     def value(Omega, s):
-        return CosinePower(s).transform(Omega)
+        return CosinePowerProfile(s).transform(Omega)
 
     rays = jnp.asarray(Omega, dtype), jnp.full(Omega.shape, s, dtype)
     found, slopes = jax.vmap(jax.value_and_grad(value, (0, 1)))(*rays)
@@ -206,7 +206,7 @@ def test_sharp_cosine_powers_have_transforms(dtype, s, close):
 
 @pytest.mark.parametrize("s", [1.0, 7.3, 50.0, 1e3, 1e4])
 def test_cosine_powers_are_normalised_in_single_precision(s):
-    lobe = jax.tree.map(lambda a: a.astype(jnp.float32), CosinePower(s))
+    lobe = jax.tree.map(lambda a: a.astype(jnp.float32), CosinePowerProfile(s))
     t, w = np.polynomial.legendre.leggauss(200)
     h = float(lobe.half_width())
     p = np.asarray(jax.vmap(lobe.derivatives)(jnp.asarray(h * t, jnp.float32))[0], float)
@@ -215,7 +215,7 @@ def test_cosine_powers_are_normalised_in_single_precision(s):
 
 def test_lobes_keep_their_precision():
     t = jnp.asarray(0.2, jnp.float32)
-    lobes = (CosinePower(3.0), GaussianProfile(0.3), Tabulated(TABLE, 0.1))
+    lobes = (CosinePowerProfile(3.0), GaussianProfile(0.3), TabulatedProfile(TABLE, 0.1))
     for lobe in jax.tree.map(lambda a: a.astype(jnp.float32), lobes):
         assert {a.dtype for a in lobe.derivatives(t)} == {jnp.dtype("float32")}
 
@@ -223,18 +223,18 @@ def test_lobes_keep_their_precision():
 @pytest.mark.parametrize(
     ("make", "sentence"),
     [
-        (lambda: CosinePower(0.5), r"Argument `s` must lie in \[1, inf\], but is 0.5\."),
-        (lambda: CosinePower(np.nan), "Argument `s` must be finite"),
-        (lambda: CosinePower(2.0, weight=np.inf), "Argument `weight` must be finite"),
+        (lambda: CosinePowerProfile(0.5), r"Argument `s` must lie in \[1, inf\], but is 0.5\."),
+        (lambda: CosinePowerProfile(np.nan), "Argument `s` must be finite"),
+        (lambda: CosinePowerProfile(2.0, weight=np.inf), "Argument `weight` must be finite"),
         (lambda: glossy(0.0), "Argument `sigma` must be positive, but is 0.0."),
         (lambda: lambert(1.2), r"Argument `albedo` must lie in \[0, 1\], but is 1.2\."),
         (
-            lambda: Tabulated([0.0, 0.0, 0.0], 0.1),
+            lambda: TabulatedProfile([0.0, 0.0, 0.0], 0.1),
             "Argument `values` must have a positive integral",
         ),
-        (lambda: Tabulated([1.0, np.nan], 0.1), "Argument `values` must be finite"),
-        (lambda: Tabulated([1.0], 0.1), "Argument `values` must be a list of two or more"),
-        (lambda: Tabulated([1.0, 1.0], 0.0), "Argument `step` must be positive"),
+        (lambda: TabulatedProfile([1.0, np.nan], 0.1), "Argument `values` must be finite"),
+        (lambda: TabulatedProfile([1.0], 0.1), "Argument `values` must be a list of two or more"),
+        (lambda: TabulatedProfile([1.0, 1.0], 0.0), "Argument `step` must be positive"),
     ],
 )
 def test_bad_lobes_are_refused_in_one_sentence(make, sentence):

@@ -12,8 +12,7 @@ from firstorder.conventions import SPACE_SLOPE
 from firstorder.errors import Refused
 from firstorder.fields import Gaussian, Grid, covariance_of_samples, discrete_transform
 from firstorder.transport import GlossyPatch
-from firstorder.transport.chain4d.chain import Together
-from firstorder.transport.chain4d.equator import ToEquator
+from firstorder.transport.chain4d._equator import ComposedMove, ToEquator
 
 S = np.array([[-0.5, 0.13], [0.13, 0.3]])
 CENTER = np.array([0.02, -0.03, 0.01, 0.02])
@@ -160,4 +159,4 @@ def test_what_is_no_patch_is_refused():
     with pytest.raises(ValueError, match="`theta1` must lie above"):
         GlossyPatch(jnp.eye(2), 0.1, theta1=2.0)
     with pytest.raises(Refused, match="ToEquator is no move"):
-        Together((ToEquator(),)).law(SPACE_SLOPE)
+        ComposedMove((ToEquator(),)).law(SPACE_SLOPE)

@@ -9,7 +9,7 @@ from firstorder.conventions import SPACE, SPACE_SLOPE
 from firstorder.errors import Refused
 from firstorder.fields import Gaussian
 from firstorder.laws import Warp
-from firstorder.transport.chain4d.equator import (
+from firstorder.transport.chain4d._equator import (
     Bend,
     FromEquator,
     Oblique,

@@ -11,7 +11,7 @@ from firstorder.fields import Constant, GaussianProfile, Grid, autodiff_jet, gau
 from firstorder.fields.series import Series
 from firstorder.laws import Circle, Convolve, Integrate
 from firstorder.numerics.quadrature import gauss_legendre
-from firstorder.transport import ClampedCosine, Cosine, Curvature, cos_plus_transform
+from firstorder.transport import ClampedCosine, Cosine, Curvature, clamped_cosine_transform
 
 
 def synthesis(series: Series, theta):
@@ -21,11 +21,11 @@ def synthesis(series: Series, theta):
 
 def test_transform_is_smooth_through_its_removable_pole():
     pole = 0.5 / np.pi
-    assert float(cos_plus_transform(pole)) == pytest.approx(0.5 * np.pi, rel=1e-15)
-    beside = jax.vmap(jax.grad(cos_plus_transform))(pole + jnp.array([-1e-7, 0.0, 1e-7]))
+    assert float(clamped_cosine_transform(pole)) == pytest.approx(0.5 * np.pi, rel=1e-15)
+    beside = jax.vmap(jax.grad(clamped_cosine_transform))(pole + jnp.array([-1e-7, 0.0, 1e-7]))
     assert np.all(np.isfinite(beside))
     assert np.ptp(np.asarray(beside)) < 1e-5
-    assert cos_plus_transform(jnp.float32(pole)).dtype == jnp.float32
+    assert clamped_cosine_transform(jnp.float32(pole)).dtype == jnp.float32
 
 
 def test_series_on_a_window_gives_the_cosine_back():
@@ -48,7 +48,7 @@ def test_on_the_circle_it_repeats_and_has_the_fourier_coefficients_of_the_transf
     np.testing.assert_allclose(turned, [np.cos(0.3), 0.0], atol=1e-14)
     series = circle.series(Grid.spanning((2, 16), (1.0, np.pi)))
     m = np.asarray(series.frequencies)[:, 1] * 2 * np.pi
-    wanted = np.asarray(cos_plus_transform(m / (2 * np.pi))) / (2 * np.pi)
+    wanted = np.asarray(clamped_cosine_transform(m / (2 * np.pi))) / (2 * np.pi)
     np.testing.assert_allclose(series.coefficients, wanted, atol=1e-14)
 
 

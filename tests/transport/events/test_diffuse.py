@@ -10,7 +10,6 @@ from scipy.special import k1
 
 from firstorder.checks.cases import bell, light
 from firstorder.conventions import FLATLAND, FLATLAND_SLOPE, SPACE_SLOPE
-from firstorder.errors import Refused
 from firstorder.fields import (
     Constant,
     Gaussian,
@@ -149,9 +148,10 @@ def test_a_dimmer_surface_reflects_less():
         diffuse()(light(FLATLAND))
 
 
-def test_no_window_no_spectrum():
-    with pytest.raises(Refused, match="give it one"):
-        diffuse()(light(FLATLAND_SLOPE).spectrum())
+def test_without_a_window_the_spectrum_takes_one_that_holds_the_light():
+    F, window = light(FLATLAND_SLOPE).spectrum(), Grid.spanning((8, 256), (6.0, 6.0))
+    ours, wide = (DifferentialIrradiance(0.5, w)(F)(0.3, 0.2) for w in (None, window))
+    assert abs(ours - wide) < 1e-13
 
 
 def test_the_blur_is_small_only_for_wide_spectra():

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstorder.checks.cases import light
-from firstorder.checks.cases.transport_incidence import trace
+from firstorder.checks.cases.moves.incidence import trace
 from firstorder.checks.tolerance import fitted_order
 from firstorder.conventions import FLATLAND, FLATLAND_SLOPE, Frame
 from firstorder.errors import Refused

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstorder.checks.cases import bell, light
-from firstorder.checks.cases.transport_occlusion_edge import CASES as SHARP
+from firstorder.checks.cases.products.occlusion_edge import CASES as SHARP
 from firstorder.checks.squares import square
 from firstorder.checks.tolerance import fitted_order
 from firstorder.conventions import FLATLAND, FLATLAND_SLOPE, Frame
@@ -18,8 +18,8 @@ from firstorder.fields import Affine, Grid, covariance_of, gaussian, half_plane
 from firstorder.fields.apertures import SoftSlit
 from firstorder.transport import Travel, half_plane_blocker
 from firstorder.transport.events.occlusion import (
-    Layers,
     Occlusion,
+    PlanarBlockers,
     comb_blocker,
     grating_blocker,
     slit_blocker,
@@ -134,9 +134,10 @@ def test_a_soft_slit_adds_to_the_covariance_approximately():
     assert errors[0] < 0.25
 
 
-def test_no_window_no_spectrum():
-    with pytest.raises(Refused, match="give it one"):
-        half_plane_blocker(0.0, FRAME)(light(FRAME).spectrum())
+def test_without_a_window_the_spectrum_takes_one_that_holds_the_light():
+    F, V = light(FRAME).spectrum(), half_plane(0.1, 0.25, 1.0, "x", FRAME)
+    ours, wide = (Occlusion(V, 0.7, w)(F)(0.3, 0.2) for w in (None, WINDOW))
+    assert abs(ours - wide) < 1e-13
 
 
 @pytest.mark.smoke
@@ -152,17 +153,17 @@ def test_bad_blockers_are_one_sentence():
     with pytest.raises(ValueError, match="Argument `count` must be positive"):
         comb_blocker(1.0, 0, FRAME)
     with pytest.raises(ValueError, match="Argument `depths` must have 1 entries"):
-        Layers((half_plane(0.0, frame=FRAME),), [0.0, 1.0])
+        PlanarBlockers((half_plane(0.0, frame=FRAME),), [0.0, 1.0])
     with pytest.raises(ValueError, match="Argument `d` must not be negative"):
         Occlusion(half_plane(0.0, frame=FRAME), -1.0)(light(FRAME))
-    with pytest.raises(ValueError, match="needs light in"):
+    with pytest.raises(ValueError, match="Argument `transparency` of Occlusion must be over"):
         half_plane_blocker(0.0, FRAME)(light(FLATLAND))
 
 
 def test_two_layers_dim_a_ray_that_meets_either():
     L = light(FRAME)
     V = half_plane(0.0, 0.5, 1.0, "x", FRAME)
-    both = Layers((V, V), [0.4, 1.2])(L)
+    both = PlanarBlockers((V, V), [0.4, 1.2])(L)
     for x, v in ((0.3, 0.1), (0.3, 0.5), (0.3, 1.0)):
         blocked = (x - 0.4 * v < 0) + (x - 1.2 * v < 0)
         assert abs(both(x, v) - bell(x, v) * 0.5**blocked) < 1e-15

@@ -7,8 +7,8 @@ from firstorder.checks.cases import light
 from firstorder.checks.tolerance import fitted_order
 from firstorder.errors import Refused
 from firstorder.fields import GaussianProfile, Grid, half_plane
-from firstorder.fields.field import batched
 from firstorder.laws import Convolve, Multiply
+from firstorder.numerics.batching import batched
 from firstorder.transport import Tabulate
 
 U = jnp.array([0.3, -0.2])

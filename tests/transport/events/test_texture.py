@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from firstorder.checks.tolerance import normwise
-from firstorder.conventions import FLATLAND_SLOPE
+from firstorder.conventions import FLATLAND, FLATLAND_SLOPE
 from firstorder.fields import Constant, GaussianProfile, Grid, gaussian
 from firstorder.transport import Blend, Reflection, Texture, wave
 
@@ -38,7 +38,7 @@ def test_a_white_texture_does_nothing():
 
 
 def test_bad_patterns_are_refused():
-    with pytest.raises(ValueError, match="needs light in"):
-        Texture(STRIPES)(gaussian((0.0, 0.0), (1.0, 1.0), frame=FLATLAND_SLOPE))
+    with pytest.raises(ValueError, match="`pattern` of Texture must be over"):
+        Texture(Constant(1.0, FLATLAND))(gaussian((0.0, 0.0), (1.0, 1.0), frame=FLATLAND_SLOPE))
     with pytest.raises(ValueError, match="`frequency` must be finite"):
         wave(float("inf"))

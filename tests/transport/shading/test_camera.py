@@ -7,7 +7,12 @@ from derivations.transport.shading.camera import trace
 from firstorder.conventions import FLATLAND
 from firstorder.fields import Affine, autodiff_jet, gaussian
 from firstorder.transport.brdf.lobes import glossy
-from firstorder.transport.shading.camera import Base, Camera, distant_image_gradient, image_jet
+from firstorder.transport.shading.camera import (
+    BaseSurface,
+    Camera,
+    distant_image_gradient,
+    image_jet,
+)
 from firstorder.transport.shading.surface import Surface
 
 LIGHT = gaussian((0.21, -0.13), (0.55, 0.4), 0.35, 1.3)
@@ -28,14 +33,14 @@ def test_right_of_the_eye_light_turns_counter_clockwise_to_reach_it():
 
 @pytest.mark.parametrize("kappa", [0.0, 1e-12, -1e-5, 1e-3, -0.5, 0.3])
 def test_a_ray_meets_the_base_where_it_is_traced(kappa):
-    camera = Camera((0.3, 2.0), 1.3, Base(kappa, 0.2))
+    camera = Camera((0.3, 2.0), 1.3, BaseSurface(kappa, 0.2))
     views = jax.vmap(camera.derivatives)(jnp.array([-0.2, 0.3]))
     truth = [trace(px, kappa, 0.2, (0.3, 2.0)) for px in (-0.2, 0.3)]
     np.testing.assert_allclose(np.stack([views.x, views.theta], -1), truth, atol=1e-13)
 
 
 def test_arc_length_and_position_agree():
-    base = Base(-0.7, 0.3, (0.2, -0.4))
+    base = BaseSurface(-0.7, 0.3, (0.2, -0.4))
     x = jnp.linspace(-1.0, 1.0, 5)
     tangent = jax.vmap(jax.jacfwd(base.position))(x)
     n = base.normal_angle(x)
@@ -45,7 +50,7 @@ def test_arc_length_and_position_agree():
 
 def test_a_bump_turns_the_light_and_not_the_camera():
     """The whole chain: bumps in the shading normal, the base in the camera."""
-    base = Base(-0.3, 0.1)
+    base = BaseSurface(-0.3, 0.1)
     bumpy = Surface(Affine([-0.3, 0.0], 0.1) + 0.2 * Affine([1.5, 0.0], 0.0), (glossy(0.2),))
     image = Camera((0.3, 2.0), 1.3, base)(bumpy.reflect(LIGHT))
     u = jnp.array([[0.1], [-0.2]])
@@ -61,7 +66,7 @@ def test_a_bump_turns_the_light_and_not_the_camera():
 @pytest.fixture(scope="module")
 def seen():
     """A view, the jet there, and the image's value and derivatives by tracing in NumPy."""
-    camera = Camera((0.3, 2.0), 1.3, Base(-0.4, 0.15))
+    camera = Camera((0.3, 2.0), 1.3, BaseSurface(-0.4, 0.15))
     view = camera.derivatives(jnp.asarray(0.2))
     jet = OUT.jet(jnp.stack([view.x, view.theta]))
     h = 1e-4
@@ -110,23 +115,23 @@ def test_a_second_derivative_fault_is_seen(fault, seen):
 def test_a_distant_camera_sees_mostly_the_spatial_gradient():
     errors = []
     for z in (50.0, 100.0):
-        view = Camera((0.0, z), 1.0, Base(-0.4)).derivatives(jnp.asarray(0.2 / z))
+        view = Camera((0.0, z), 1.0, BaseSurface(-0.4)).derivatives(jnp.asarray(0.2 / z))
         jet = OUT.jet(jnp.stack([view.x, view.theta]))
-        height = z - Base(-0.4).position(view.x)[1]
+        height = z - BaseSurface(-0.4).position(view.x)[1]
         rough = distant_image_gradient(view, -0.4 * view.x, height, 1.0, jet)
         errors.append(abs(float(rough / image_jet(view, jet)[1]) - 1.0))
     np.testing.assert_allclose(errors[0] / errors[1], 2.0, rtol=0.05)
 
 
 def test_a_ray_that_misses_is_nan_and_a_grazing_one_is_not():
-    hill = Camera((0.0, 1.0), 1.0, Base(-1.0))
+    hill = Camera((0.0, 1.0), 1.0, BaseSurface(-1.0))
     assert np.isnan(hill.derivatives(jnp.asarray(2.0)).x)
     assert np.all(np.isfinite(jax.tree.leaves(hill.derivatives(jnp.asarray(0.57)))))
 
 
 def test_derivatives_in_the_scene_are_finite_on_a_flat_base():
     def x(kappa):
-        return Camera((0.3, 2.0), 1.3, Base(kappa, 0.2)).derivatives(jnp.asarray(0.3)).x
+        return Camera((0.3, 2.0), 1.3, BaseSurface(kappa, 0.2)).derivatives(jnp.asarray(0.3)).x
 
     slope = jax.grad(x)(0.0)
     near = (x(1e-4) - x(-1e-4)) / 2e-4
@@ -139,7 +144,7 @@ def test_derivatives_in_the_scene_are_finite_on_a_flat_base():
         (lambda: Camera((0.0, 1.0), 0.0), "Argument `gamma` must be positive, but is 0.0."),
         (lambda: Camera((0.0, np.nan), 1.0), "Argument `eye` must be finite"),
         (lambda: Camera((0.0, -1.0), 1.0), "Argument `eye` must be in front of the base"),
-        (lambda: Base(np.inf), "Argument `kappa` must be finite"),
+        (lambda: BaseSurface(np.inf), "Argument `kappa` must be finite"),
         (lambda: Camera((0.0, 1.0), 1.0)(LIGHT), "Camera needs outgoing light"),
     ],
 )

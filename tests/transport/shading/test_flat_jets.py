@@ -8,9 +8,9 @@ import pytest
 from firstorder.checks.tolerance import normwise, rounding
 from firstorder.conventions import FLATLAND
 from firstorder.fields import gaussian
-from firstorder.transport.shading.flat_jets import (
+from firstorder.transport.shading._flat_jets import (
     Entries,
-    Light,
+    FlatlandLight,
     Normal,
     entries_of,
     unpacked,
@@ -67,7 +67,10 @@ def test_a_jet_and_back():
 
 
 def test_light_of_two_callables_is_a_field_like_any_other():
-    light, field = Light(f, lambda x, t: tuple(six(f, x, t))), gaussian((0.1, 0.0), (1.0, 0.6))
+    light, field = (
+        FlatlandLight(f, lambda x, t: tuple(six(f, x, t))),
+        gaussian((0.1, 0.0), (1.0, 0.6)),
+    )
     assert value_of(light, *PLACE) == light.at(PLACE) == f(*PLACE)
     assert off(entries_of(light, *PLACE), six(f)) == 0.0
     jet = field.jet(PLACE)

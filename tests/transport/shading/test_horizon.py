@@ -7,7 +7,7 @@ import pytest
 
 from firstorder.conventions import FLATLAND_SLOPE
 from firstorder.fields import Affine, Constant, Function, HalfPlane, gaussian
-from firstorder.transport.shading.horizon import AboveLine
+from firstorder.transport.shading._horizon import AboveLine
 
 BELOW = jnp.array([[0.2, 1.6], [0.0, -2.0], [0.1, 4.0]])
 LIGHT = gaussian((0.2, -0.1), (1.0, 0.5), 0.3)

@@ -8,8 +8,8 @@ import pytest
 from firstorder.checks.tolerance import normwise, rounding
 from firstorder.fields import GaussianProfile
 from firstorder.transport.brdf.lobes import MIRROR, NORMAL, Lobe
-from firstorder.transport.shading.flat_jets import Normal
-from firstorder.transport.shading.quadrature import center_of, has_cosine, local_center, weigh
+from firstorder.transport.shading._flat_jets import Normal
+from firstorder.transport.shading._quadrature import center_of, has_cosine, local_center, weigh
 
 X, THETA, T = jnp.array(0.2), jnp.array(0.3), jnp.array(0.15)
 

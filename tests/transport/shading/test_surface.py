@@ -15,19 +15,33 @@ from firstorder.fields import Affine, Constant, GaussianProfile, autodiff_jet, g
 from firstorder.laws import Multiply
 from firstorder.transport import Bump, Mirror, Reflection
 from firstorder.transport.brdf.general import Ggx, LobeBrdf, TabulatedBrdf
-from firstorder.transport.brdf.lobes import RETRO, Lobe, Tabulated, glossy, lambert, phong, retro
+from firstorder.transport.brdf.lobes import (
+    RETRO,
+    Lobe,
+    TabulatedProfile,
+    glossy,
+    lambert,
+    phong,
+    retro,
+)
 from firstorder.transport.events.interface import Schlick
 from firstorder.transport.events.slopes import ToAngle
 from firstorder.transport.events.texture import wave
 from firstorder.transport.events.travel import Travel
-from firstorder.transport.shading.flat_jets import Light
-from firstorder.transport.shading.surface import Reflected, Surface, far_light_ratio
+from firstorder.transport.shading._flat_jets import FlatlandLight
+from firstorder.transport.shading.surface import ReflectedField, Surface, far_light_ratio
 
 QUARTER = 0.5 * np.pi
 H = np.linspace(-QUARTER, QUARTER, 9)
 TABLE = np.exp(-0.5 * ((np.arange(21) - 10) * 0.1 / 0.25 - 0.3) ** 2)
 MATERIALS = {
-    "lobes": (glossy(0.2, 0.4), phong(6.5), lambert(0.7), retro(0.3), Lobe(Tabulated(TABLE, 0.1))),
+    "lobes": (
+        glossy(0.2, 0.4),
+        phong(6.5),
+        lambert(0.7),
+        retro(0.3),
+        Lobe(TabulatedProfile(TABLE, 0.1)),
+    ),
     "weights that vary": (
         setup.VARYING,
         glossy(0.3, cosine=True),
@@ -220,7 +234,7 @@ def test_edges_in_the_light_are_split_and_have_boundary_terms(name):
 FAR = {
     "ggx": Ggx(0.01),
     "glossy": LobeBrdf(glossy(0.01)),
-    "table": Lobe(Tabulated(TABLE, 0.1, center=0.03)),
+    "table": Lobe(TabulatedProfile(TABLE, 0.1, center=0.03)),
 }
 
 
@@ -325,7 +339,7 @@ def test_a_sharp_lobe_is_a_mirror():
 
 
 def test_a_flat_surface_in_distant_light_is_uniform():
-    L = Light(lambda x, w: jnp.exp(-(w**2)) + 0.0 * x, setup.distant_entries)
+    L = FlatlandLight(lambda x, w: jnp.exp(-(w**2)) + 0.0 * x, setup.distant_entries)
     B = Surface(Constant(0.2), (glossy(0.2), lambert(), Ggx(0.4))).reflect(L)
     e = jax.jit(lambda x, t: B.entries(x, t))(*jnp.array([0.3, 0.1]))
     assert max(abs(e.x), abs(e.xx), abs(e.x_theta)) < 1e-15
@@ -344,7 +358,7 @@ def test_a_valley_focused_on_the_source_does_not_vary():
     def L(x, w):
         return jnp.sin(x - d * jnp.tan(w))
 
-    light = Light(L, lambda x, w: _entries(L, x, w))
+    light = FlatlandLight(L, lambda x, w: _entries(L, x, w))
     k = np.cos(w) ** 2 / (2.0 * d)
     valley = Surface(Affine([k, 0.0], 0.0), (glossy(1e-5),)).reflect(light)
     (terms,) = jax.jit(lambda x, t: valley.terms(x, t))(0.0, -w)
@@ -415,14 +429,14 @@ def test_a_fault_in_a_printed_formula_is_seen(part, fault):
     assert _by_frequencies(part, WRONG[part][fault]) > 1e-3
 
 
-class _Sly(Reflected):
+class _Sly(ReflectedField):
     """A reflected field in which one piece can be left out."""
 
     def _painted(self, x):
         return super()._painted(x)._replace(x=0.0 * x, xx=0.0 * x)
 
 
-class _NoHorizon(Reflected):
+class _NoHorizon(ReflectedField):
     def _horizons(self, r, n, x, theta):
         return super()._horizons(r, n, x, theta).scaled(0.0)
 

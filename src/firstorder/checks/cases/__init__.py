@@ -1,6 +1,7 @@
-"""One file per law or event: the case its squares are drawn on, and its deliberate faults.
+"""Cases on which squares are drawn, with their deliberate faults: one file per law or event.
 
-`law_*.py` come first, then `transport_*.py`. A file lists `CASES` and `FAULTS`; a fault applies to
+A folder each for the laws, the events that move light, the events that multiply it, scenes whose
+light a law acts on, and light in space. A file lists `CASES` and `FAULTS`; a fault applies to
 every case of its file. Brute-force callables share no code with the step they judge.
 """
 
@@ -22,7 +23,7 @@ def light(frame: Frame = FLATLAND) -> Gaussian:
 
 
 def bell(x: float, y: float) -> float:
-    """The same light in plain NumPy, for brute force."""
+    """Light of the cases in plain NumPy, for brute force."""
     (cx, cy), (sx, sy), r = CENTER, SIGMA, CORRELATION
     a, b = (x - cx) / sx, (y - cy) / sy
     return 1.3 * float(np.exp(-0.5 * (a * a - 2.0 * r * a * b + b * b) / (1.0 - r * r)))

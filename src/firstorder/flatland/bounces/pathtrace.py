@@ -1,4 +1,4 @@
-"""Light that has bounced any number of times, by random paths: an estimate with its error bar.
+"""Path tracing in flatland: light after any number of bounces, as an estimate with its error bar.
 
     E(x) ~ (1/N) sum_i prod_j f cos / (pdf q) L_e,      L(x <- psi) likewise       (J12 eqs. 28, 29)
 
@@ -26,21 +26,22 @@ import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float, Int, PRNGKeyArray
 
 from firstorder.errors import check_between
-from firstorder.flatland.bounces import scatter as scattering
-from firstorder.flatland.bounces.light_sampling import Lights, lights
-from firstorder.flatland.bounces.scatter import Surface
-from firstorder.flatland.bounces.vertices import (
+from firstorder.flatland.bounces import _scatter as scattering
+from firstorder.flatland.bounces._light_sampling import Lights, lights
+from firstorder.flatland.bounces._scatter import Surface
+from firstorder.flatland.bounces._vertices import (
     Plan,
     Scatter,
     Vertex,
     has_gloss,
     meet,
-    onward,
+    plane_direction,
     sampled_light,
 )
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver
 from firstorder.sampling.estimates import Estimate, Moments
+from firstorder.scene._arguments import check_asked, check_kind
 
 LANES = 8192  # paths under way at a time: their state stays in the cache
 SURVIVAL = 0.95
@@ -77,7 +78,7 @@ def path_irradiance(
             (point lights are sampled in any case).
         survival: the most that roulette lets go on. Below it a path goes on with the share that
             the surface reflects.
-        scatter: what surfaces do (see `firstorder.flatland.bounces.scatter`).
+        scatter: what surfaces do (see `firstorder.flatland.bounces._scatter`).
         lanes: for each receiver; more is faster until the cache is full.
 
     Returns:
@@ -91,7 +92,7 @@ def path_irradiance(
     Example:
         >>> import jax
         >>> from firstorder.flatland import irradiance, receiver
-        >>> from firstorder.flatland.library.scenes import scene_b
+        >>> from firstorder.flatland.library._scenes import scene_b
         >>> from firstorder.flatland.bounces.pathtrace import path_irradiance
         >>> scene = scene_b()
         >>> floor = receiver(scene, 0, 0.8)
@@ -99,6 +100,7 @@ def path_irradiance(
         >>> bool(abs(E.z(irradiance(scene, floor))) < 4)
         True
     """
+    check_asked(scene, Scene, at, Receiver)
     # The receiver reflects twice what arrives: its BRDF is 1, and its radiance the irradiance.
     surface = _sensor(at.n, albedo=2.0)
     start = Vertex(
@@ -142,6 +144,7 @@ def path_radiance(
 
     Reference: J12 §4.3, eq. 29.
     """
+    check_kind("scene", scene, Scene)
     origin, along = jnp.asarray(origin), jnp.asarray(along)
     one = jnp.ones(along.shape[:-1], along.dtype)
     # A mirror across the ray sends it straight on.
@@ -178,6 +181,7 @@ def tree_irradiance(
 
     Reference: J12 §4.2, eq. 28.
     """
+    check_asked(scene, Scene, at, Receiver)
     if not branches or min(branches) < 1:
         raise ValueError(f"Argument `branches` must hold positive numbers, but is {branches}.")
     _check_many("runs", runs)
@@ -277,7 +281,7 @@ def _advance(scene, where: Lights, first: Vertex, state: _State, u, plan: Plan) 
 
     value = state.value + weight * sampled_light(scene, where, here, u[:, 3:], survive, plan)
     turned = plan.scatter(here.surface, (here.sine, here.cosine), u[:, :3], plan.glossy)
-    along = onward(here, turned)
+    along = plane_direction(here, turned)
     weight = weight * turned.weight / chance
     on = on & (weight > 0.0)
     met = meet(scene, where, here.position, here.on, along, plan)
@@ -329,7 +333,7 @@ def _trees(scene: Scene, start: Vertex, key, branches: tuple[int, ...], runs: in
         many = jax.tree.map(lambda a: jnp.repeat(a, width, axis=0), here)
         u = jax.random.uniform(later, (n * width, 3), here.position.dtype)
         turned = plan.scatter(many.surface, (many.sine, many.cosine), u, glossy)
-        along = onward(many, turned)
+        along = plane_direction(many, turned)
         met = meet(scene, where, many.position, many.on, along, plan)
         L = met.radiance
         if depth + 1 < len(branches):

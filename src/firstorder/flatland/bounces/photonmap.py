@@ -1,4 +1,4 @@
-"""Light by photons: flux is thrown from the lights, and its density on the curves is irradiance.
+"""Photon maps: flux is emitted from the lights, and its density on the curves is irradiance.
 
     E(x) ~ sum_i dPhi_i / (2 r)      over the photons within r of x                (J12 eq. 30)
 
@@ -7,9 +7,9 @@ found by bisection. Both are biased: the width smears light over `2 r` (at a sha
 end of a receiver, its boundary bias), and with k nearest the printed estimator is `k / (k - 1)` too
 bright, since the farthest photon decides the width that it is divided by. Leaving it out
 (`keep_farthest=False`) is right on average. What to expect of either is in
-`firstorder.sampling.density`.
+`firstorder.sampling._density`.
 
-The map is sorted on the host, once; throwing photons and asking the map are jitted.
+The map is sorted on the host, once; tracing photons and querying the map are jitted.
 """
 
 from __future__ import annotations
@@ -24,13 +24,14 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
 from firstorder.flatland.bounces.photons import Photons
-from firstorder.flatland.direct_lighting import direct_points
-from firstorder.flatland.estimators.strata import look, strata
+from firstorder.flatland.direct_lighting import point_light_irradiance
+from firstorder.flatland.estimators.strata import hemicircle_strata, trace_strata
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver
 from firstorder.numerics.quadrature import gauss_legendre
-from firstorder.sampling.density import Window, fixed_window, nearest_window
-from firstorder.scene.primitives import BACK, FRONT
+from firstorder.sampling._density import Window, fixed_window, nearest_window
+from firstorder.scene._arguments import check_asked
+from firstorder.scene._primitives import BACK, FRONT
 
 PIECES = 128  # of the table from parameter to arc length
 
@@ -70,8 +71,8 @@ def photon_map(scene: Scene, photons: Photons) -> PhotonMap:
     """Sorts photons along the curves they landed on; on the host.
 
     Args:
-        scene: in which they were thrown.
-        photons: of `throw`, or a part of them.
+        scene: in which they were traced.
+        photons: of `trace_photons`, or a part of them.
     """
     table = np.asarray(_arc_tables(scene))
     closed = np.concatenate([np.full(g.count, g.closed) for g in scene.groups])
@@ -143,8 +144,8 @@ def _arc(table, s):
 # --- asking it -----------------------------------------------------------------------------------
 
 
-class Estimator(eqx.Module):
-    """How irradiance is made from a map: `k` nearest photons, or a fixed `radius`.
+class DensityEstimator(eqx.Module):
+    """An estimator of irradiance from a photon map: `k` nearest photons, or a fixed `radius`.
 
     Args:
         k: how many photons; 0 for a fixed radius.
@@ -156,8 +157,8 @@ class Estimator(eqx.Module):
         ValueError: unless just one of `k` and `radius` is positive.
 
     Example:
-        >>> from firstorder.flatland.bounces.photonmap import Estimator
-        >>> Estimator(k=50).excess
+        >>> from firstorder.flatland.bounces.photonmap import DensityEstimator
+        >>> DensityEstimator(k=50).excess
         1.0
     """
 
@@ -189,7 +190,7 @@ class Estimator(eqx.Module):
 @eqx.filter_jit
 def photon_irradiance(
     photons: PhotonMap,
-    how: Estimator,
+    how: DensityEstimator,
     index: Int[Array, " q"],
     front: Bool[Array, " q"],
     s: Float[Array, " q"],
@@ -226,7 +227,7 @@ def photon_irradiance(
 @eqx.filter_jit
 def photon_radiance(
     photons: PhotonMap,
-    how: Estimator,
+    how: DensityEstimator,
     brdf: Callable[[tuple[Array, Array], tuple[Array, Array]], Array],
     index: Int[Array, " q"],
     front: Bool[Array, " q"],
@@ -263,10 +264,10 @@ def photon_radiance(
 
 
 @eqx.filter_jit
-def gathered(
+def final_gather(
     scene: Scene,
     photons: PhotonMap,
-    how: Estimator,
+    how: DensityEstimator,
     at: Receiver,
     rays: int,
     key: PRNGKeyArray | None = None,
@@ -278,7 +279,7 @@ def gathered(
     mirror shares count as black.
 
     Args:
-        scene: in which the photons were thrown.
+        scene: in which the photons were traced.
         photons: the map.
         how: nearest or fixed.
         at: a row of receivers.
@@ -287,16 +288,19 @@ def gathered(
 
     Reference: J12 §4.4, Fig. 5.
     """
+    check_asked(scene, Scene, at, Receiver)
     albedo = scene.material.albedo
 
     def one(here: Receiver, key):
-        seen = look(scene, here, strata(rays, key, cosine=True))
+        seen = trace_strata(scene, here, hemicircle_strata(rays, key, cosine=True))
         index = jnp.maximum(seen.index, 0)
         E = photon_irradiance(photons, how, index, seen.front, seen.s)
         rho = albedo[index, jnp.where(seen.front, FRONT, BACK)]
         L = seen.radiance + jnp.where(seen.index >= 0, 0.5 * rho * E, 0.0)
         angles = seen.strata.angles
-        return jnp.sum(seen.strata.weights * jnp.cos(angles) * L) + direct_points(scene, here)
+        return jnp.sum(seen.strata.weights * jnp.cos(angles) * L) + point_light_irradiance(
+            scene, here
+        )
 
     if key is None:
         return jax.vmap(lambda here: one(here, None))(at)

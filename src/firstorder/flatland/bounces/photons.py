@@ -1,4 +1,4 @@
-"""Photons of flatland: flux thrown from the lights and followed until it is absorbed."""
+"""Photons of flatland: flux sent from the lights and followed until it is absorbed."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
 from firstorder.conventions import direction
 from firstorder.errors import check_positive
-from firstorder.flatland.bounces import scatter as scattering
-from firstorder.flatland.bounces.light_sampling import Lights, lengths, lights
+from firstorder.flatland.bounces import _scatter as scattering
+from firstorder.flatland.bounces._light_sampling import Lights, lengths, lights
+from firstorder.flatland.bounces._vertices import Plan, Scatter, has_gloss, meet, plane_direction
 from firstorder.flatland.bounces.pathtrace import SURVIVAL
-from firstorder.flatland.bounces.vertices import Plan, Scatter, has_gloss, meet, onward
 from firstorder.flatland.scene import Scene
-from firstorder.numerics.planar import dot, left
-from firstorder.sampling.distributions import Cosine
-from firstorder.scene.primitives import BACK, FRONT
+from firstorder.numerics._planar import dot_2d, left
+from firstorder.sampling._distributions import CosineDirections
+from firstorder.scene._primitives import BACK, FRONT
 
 
 class Photons(eqx.Module):
-    """Where photons landed, in the order of their reflections.
+    """Photons where they landed, in the order of their reflections.
 
     Attributes:
         index: number of the shape, -1 where a photon ended before.
@@ -39,7 +39,7 @@ class Photons(eqx.Module):
     cosine: Float[Array, "*b n"]
 
 
-def throw(
+def trace_photons(
     scene: Scene,
     key: PRNGKeyArray,
     count: int,
@@ -68,9 +68,9 @@ def throw(
 
     Example:
         >>> import jax
-        >>> from firstorder.flatland.library.scenes import scene_c
-        >>> from firstorder.flatland.bounces.photons import throw
-        >>> photons = throw(scene_c(), jax.random.key(0), 1000, 2)
+        >>> from firstorder.flatland.library._scenes import scene_c
+        >>> from firstorder.flatland.bounces.photons import trace_photons
+        >>> photons = trace_photons(scene_c(), jax.random.key(0), 1000, 2)
         >>> round(photons.flux[0].sum().item(), 6)  # all that the light sends arrives
         6.283185
     """
@@ -79,17 +79,17 @@ def throw(
     return _thrown(scene, key, count, bounces, plan)
 
 
-def in_runs(photons: Photons, runs: int) -> list[Photons]:
-    """One throw as several independent ones of equal size, each as bright as the whole.
+def split_photons(photons: Photons, runs: int) -> list[Photons]:
+    """Photons split into several independent sets of equal size, each as bright as the whole.
 
     Raises:
         ValueError: if the photons cannot be shared out evenly.
 
     Example:
         >>> import jax
-        >>> from firstorder.flatland.library.scenes import scene_c
-        >>> from firstorder.flatland.bounces.photons import in_runs, throw
-        >>> two = in_runs(throw(scene_c(), jax.random.key(0), 1000, 2), 2)
+        >>> from firstorder.flatland.library._scenes import scene_c
+        >>> from firstorder.flatland.bounces.photons import split_photons, trace_photons
+        >>> two = split_photons(trace_photons(scene_c(), jax.random.key(0), 1000, 2), 2)
         >>> two[1].flux.shape, round(two[1].flux[0].sum().item(), 6)
         ((3, 500), 6.283185)
     """
@@ -135,7 +135,7 @@ def _thrown(scene: Scene, key, count: int, bounces: int, plan: Plan) -> Photons:
         u = u.at[:, 0].divide(chance)
         turned = plan.scatter(v.surface, (v.sine, v.cosine), u, plan.glossy)
         flux = jnp.where(alive, flux * turned.weight / chance, 0.0)
-        return (v.position, onward(v, turned), flux, v.on), photons
+        return (v.position, plane_direction(v, turned), flux, v.on), photons
 
     keys = jax.random.split(later, bounces + 1)
     _, photons = jax.lax.scan(bounce, (place, along, flux, on), keys)
@@ -153,9 +153,9 @@ def _sent(scene: Scene, where: Lights, u: Array):
     side = jnp.where(number - p >= n, BACK, FRONT)
     shape = jnp.clip(number - p - n * side, 0, n - 1)
     place, v, _ = jax.vmap(scene.motion)(shape, u[:, 1])
-    speed = jnp.sqrt(dot(v, v))
+    speed = jnp.sqrt(dot_2d(v, v))
     tangent = v / speed[:, None] * jnp.where(side == FRONT, 1.0, -1.0)[:, None]
-    turned = Cosine().sample(u[:, 2])
+    turned = CosineDirections().sample(u[:, 2])
     sine, cosine = jnp.sin(turned), jnp.cos(turned)
     along = cosine[:, None] * left(tangent) - sine[:, None] * tangent
     length = lengths(scene)[shape]

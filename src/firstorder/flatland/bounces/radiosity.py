@@ -1,11 +1,11 @@
-"""Light that bounces between diffuse surfaces, solved and not sampled.
+"""Radiosity: light that bounces between diffuse surfaces, solved and not sampled.
 
     E(x) = E_direct(x) + int K(x, y) rho(y) E(y) / 2 dl_y,      K = V cos_x cos_y / r   (J12 eq.
     25-26)
 
-Nystrom's method: irradiance is kept at Gauss-Legendre nodes of panels (`panels`) that are cut where
-it is not smooth. A row of the matrix is the irradiance functional at a node (`gathering`), with the
-exact view. The same functional then gives E anywhere, with two derivatives.
+Nystrom's method: irradiance is kept at Gauss-Legendre nodes of panels (`_panels`) that are cut
+where it is not smooth. A row of the matrix is the irradiance functional at a node (`_transfer`),
+with the exact view. The same functional then gives E anywhere, with two derivatives.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
 from firstorder.errors import check_between, check_positive, is_concrete
-from firstorder.flatland.bounces.panels import Fineness, Panels, cut
-from firstorder.flatland.bounces.transfer import gathered
-from firstorder.flatland.direct_lighting import direct_points, irradiance
-from firstorder.flatland.discontinuities.events import Events
+from firstorder.flatland.bounces._panels import Discretization, Panels, cut_into_panels
+from firstorder.flatland.bounces._transfer import panel_irradiance
+from firstorder.flatland.direct_lighting import irradiance, point_light_irradiance
+from firstorder.flatland.discontinuities.events import VisualEvents
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver
 from firstorder.numerics.batching import in_batches
@@ -29,7 +29,7 @@ from firstorder.numerics.batching import in_batches
 BLOCK = 64  # receivers worked on at a time
 
 
-class Solution(eqx.Module):
+class RadiositySolution(eqx.Module):
     """The irradiance of all surfaces after any number of bounces.
 
     Call it as the `radiance` of `firstorder.flatland.irradiance`, or ask `irradiance`, which knows
@@ -50,7 +50,7 @@ class Solution(eqx.Module):
     E: Float[Array, "p k"]
     direct: Float[Array, "p k"]
     gather: Float[Array, "m m"]
-    events: Events = eqx.field(static=True)
+    events: VisualEvents = eqx.field(static=True)
     glows: bool = eqx.field(static=True, default=True)
 
     @property
@@ -77,12 +77,12 @@ class Solution(eqx.Module):
 
     def indirect(self, at: Receiver) -> Float[Array, ""]:
         """Irradiance at a receiver of light that was reflected at least once [W/m]."""
-        return gathered(self.scene, self.panels, self.reflected, at)
+        return panel_irradiance(self.scene, self.panels, self.reflected, at)
 
-    def relit(self, albedo: Float[Array, "n 2"]) -> Solution:
-        """The same scene with other albedos, one row for each shape; differentiable in them."""
+    def relit(self, albedo: Float[Array, "n 2"]) -> RadiositySolution:
+        """The solution for other albedos, one row for each shape; differentiable in them."""
         scene = eqx.tree_at(lambda s: s.material.albedo, self.scene, albedo)
-        E = balance(self.gather, self.direct, _albedo(scene, self.panels))
+        E = _balance(self.gather, self.direct, _albedo(scene, self.panels))
         return eqx.tree_at(lambda s: (s.scene, s.E), self, (scene, E))
 
     def flux(self) -> tuple[Float[Array, ""], Float[Array, ""]]:
@@ -98,16 +98,16 @@ class Solution(eqx.Module):
         return emitted, jnp.sum(kept[:, None] * self.E * lengths)
 
 
-def solve(scene: Scene, fineness: Fineness | None = None) -> Solution:
+def solve_radiosity(scene: Scene, fineness: Discretization | None = None) -> RadiositySolution:
     """Solves for the light in a scene of diffuse surfaces.
 
-    `E` is then smooth between the visual events of `Solution.events`, across which E' (at shadow
-    edges of point lights, E itself) jumps; at corners E' does not exist: E behaves as `a + b
+    `E` is then smooth between the visual events of `RadiositySolution.events`, across which E' (at
+    shadow edges of point lights, E itself) jumps; at corners E' does not exist: E behaves as `a + b
     x^alpha`, `rho m(alpha) = 1`, with alpha = 0.90 at right angles between walls of albedo 0.2.
 
     Args:
         scene: concrete shapes that emit and reflect diffusely, on either side.
-        fineness: how finely surfaces are cut; `Fineness().finer()` is one refinement.
+        fineness: how finely surfaces are cut; `Discretization().finer()` is one refinement.
 
     Raises:
         ValueError: if the scene is traced, or something in it mirrors, shines or refracts.
@@ -115,26 +115,28 @@ def solve(scene: Scene, fineness: Fineness | None = None) -> Solution:
     Reference: J12 §3.3, eqs. 25-26; §4.1 for scenes C and D.
 
     Example:
-        >>> from firstorder.flatland import Scene, box, thing
-        >>> from firstorder.flatland.bounces.radiosity import solve
-        >>> walls = thing(box((0, 0), (1, 1), inward=True), emission=0.5, albedo=0.5)
-        >>> furnace = solve(Scene.of(walls))
+        >>> from firstorder.flatland import Scene, box, primitive
+        >>> from firstorder.flatland.bounces.radiosity import solve_radiosity
+        >>> walls = primitive(box((0, 0), (1, 1), inward=True), emission=0.5, albedo=0.5)
+        >>> furnace = solve_radiosity(Scene.of(walls))
         >>> round(float(furnace.E.min()), 12), round(float(furnace.E.max()), 12)  # L = 1: E = 2
         (2.0, 2.0)
     """
     if not is_concrete(scene):
-        raise ValueError("Argument `scene` must be concrete, but is traced; use `Solution.relit`.")
+        raise ValueError(
+            "Argument `scene` must be concrete, but is traced; use `RadiositySolution.relit`."
+        )
     for name in ("mirror", "specular", "ior"):
         if bool(jnp.any(getattr(scene.material, name) != 0.0)):
             raise ValueError(
                 f"Argument `scene` must be diffuse, but holds a surface with `{name}`."
             )
-    panels, events = cut(scene, fineness)
+    panels, events = cut_into_panels(scene, fineness)
     glows = bool(jnp.any(scene.material.emission != 0.0)) or scene.environment is not None
     direct, gather = _system(scene, panels, glows)
     direct = direct.reshape(panels.shape.shape[0], -1)
-    E = balance(gather, direct, _albedo(scene, panels))
-    return Solution(scene, panels, E, direct, gather, events, glows)
+    E = _balance(gather, direct, _albedo(scene, panels))
+    return RadiositySolution(scene, panels, E, direct, gather, events, glows)
 
 
 def corner_exponent(albedo: float) -> float:
@@ -169,7 +171,7 @@ def corner_exponent(albedo: float) -> float:
 
 
 @eqx.filter_jit
-def balance(
+def _balance(
     gather: Float[Array, "m m"], direct: Float[Array, "p k"], albedo: Float[Array, " p"]
 ) -> Float[Array, "p k"]:
     """Solves `E = direct + gather (rho E / 2)`; differentiable in all three."""
@@ -188,7 +190,7 @@ def _system(scene, panels, glows):
     def row(k, s):
         at = _node(scene, panels, k, s)
         return _direct(scene, at, glows), jax.grad(
-            lambda L: gathered(scene, panels, L, at, moving=False)
+            lambda L: panel_irradiance(scene, panels, L, at, moving=False)
         )(nothing).ravel()
 
     return in_batches(lambda a: row(*a), (number, s.ravel()), BLOCK)
@@ -196,7 +198,7 @@ def _system(scene, panels, glows):
 
 def _direct(scene: Scene, at: Receiver, glows: bool) -> Float[Array, ""]:
     """Light from lights and emitters; without emitters no view is needed."""
-    return irradiance(scene, at) if glows else direct_points(scene, at)
+    return irradiance(scene, at) if glows else point_light_irradiance(scene, at)
 
 
 def _node(scene: Scene, panels: Panels, k, s) -> Receiver:

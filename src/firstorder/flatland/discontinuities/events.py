@@ -1,4 +1,4 @@
-"""Visual events: where the light on a receiver, or a derivative of it, jumps.
+"""Visual events: places where irradiance on a receiver, or a derivative of it, jumps.
 
 Seen from a receiver, a near edge and a far one move at different speeds, `cos(theta) / r` each.
 Where they are in line the far edge comes out behind the near one: E goes on, and E' jumps by
@@ -23,22 +23,27 @@ import numpy as np
 
 from firstorder.errors import check_not_negative, is_concrete
 from firstorder.flatland.direct_lighting import Radiance
-from firstorder.flatland.discontinuities.critical_lines import LIGHT, Breaks, Edges, critical_lines
-from firstorder.flatland.discontinuities.event_table import Events, Jumps, joined
-from firstorder.flatland.discontinuities.queries import (
-    asked,
+from firstorder.flatland.discontinuities._critical_lines import (
+    LIGHT,
+    Breaks,
+    LineEnds,
+    critical_lines,
+)
+from firstorder.flatland.discontinuities._event_table import IrradianceJumps, VisualEvents, joined
+from firstorder.flatland.discontinuities._queries import (
     batched,
     extent,
     frames,
     on_line,
-    shoot,
+    radiance_on_host,
+    trace,
 )
 from firstorder.flatland.scene import Scene
 
 
-def find(
+def visual_events(
     scene: Scene, radiance: Radiance | None = None, breaks: Breaks = (), hidden: bool = False
-) -> Events:
+) -> VisualEvents:
     """All visual events on all receivers of a scene.
 
     Valid for: opaque shapes with both sides diffuse or emitting; light of the environment is not
@@ -55,12 +60,12 @@ def find(
         ValueError: if the scene is traced.
 
     Example:
-        >>> from firstorder.flatland import Scene, Segments, thing
-        >>> from firstorder.flatland.discontinuities.events import find
-        >>> floor = thing(Segments((-2.0, 0.0), (2.0, 0.0)), name="floor")
-        >>> lamp = thing(Segments((0.5, 1.0), (-0.5, 1.0)), emission=1.0)
-        >>> blocker = thing(Segments((0.2, 0.5), (-0.2, 0.5)))
-        >>> found = find(Scene.of(floor, lamp, blocker))
+        >>> from firstorder.flatland import Scene, Segments, primitive
+        >>> from firstorder.flatland.discontinuities.events import visual_events
+        >>> floor = primitive(Segments((-2.0, 0.0), (2.0, 0.0)), name="floor")
+        >>> lamp = primitive(Segments((0.5, 1.0), (-0.5, 1.0)), emission=1.0)
+        >>> blocker = primitive(Segments((0.2, 0.5), (-0.2, 0.5)))
+        >>> found = visual_events(Scene.of(floor, lamp, blocker))
         >>> rows = (found.receiver == 0) & found.visible & (found.jump_E1 != 0)
         >>> (-2.0 + 4.0 * found.s[rows]).round(6).tolist()
         [-0.9, -0.1, 0.1, 0.9]
@@ -68,10 +73,10 @@ def find(
     if not is_concrete(scene):
         raise ValueError("Argument `scene` must be concrete, but is traced.")
     a, b = critical_lines(scene, breaks)
-    near, far = Edges.stack([a, b]), Edges.stack([b, a])
+    near, far = LineEnds.stack([a, b]), LineEnds.stack([b, a])
     ordered = near.shape != LIGHT
     near, far = near.take(ordered), far.take(ordered)
-    ask = asked(scene, radiance)
+    ask = radiance_on_host(scene, radiance)
     parts = [_aligned(scene, near, far, ask), _rising(scene, near, far, ask)]
     table = joined(parts)
     rows = np.lexsort((table.s, table.receiver))
@@ -79,13 +84,13 @@ def find(
     return table if hidden else table.take(table.visible)
 
 
-def along(
+def jumps_on(
     scene: Scene,
     index: int,
     radiance: Radiance | None = None,
     breaks: Breaks = (),
     front: bool = True,
-) -> Jumps:
+) -> IrradianceJumps:
     """The jumps on one side of one shape, towards growing s, those at one place added up.
 
     Args:
@@ -96,25 +101,25 @@ def along(
         front: which side of the shape receives.
 
     Example:
-        >>> from firstorder.flatland import PointLights, Scene, Segments, thing
-        >>> from firstorder.flatland.discontinuities.events import along
-        >>> floor = thing(Segments((-1.0, 0.0), (1.0, 0.0)))
-        >>> blocker = thing(Segments((0.0, 0.5), (-2.0, 0.5)))
-        >>> jumps = along(Scene.of(floor, blocker, points=PointLights((0.0, 1.0), 1.0)), 0)
+        >>> from firstorder.flatland import PointLights, Scene, Segments, primitive
+        >>> from firstorder.flatland.discontinuities.events import jumps_on
+        >>> floor = primitive(Segments((-1.0, 0.0), (1.0, 0.0)))
+        >>> blocker = primitive(Segments((0.0, 0.5), (-2.0, 0.5)))
+        >>> jumps = jumps_on(Scene.of(floor, blocker, points=PointLights((0.0, 1.0), 1.0)), 0)
         >>> jumps.s.tolist(), jumps.jump_E.tolist()
         ([0.5], [1.0])
     """
-    table = find(scene, radiance, breaks)
+    table = visual_events(scene, radiance, breaks)
     table = table.take((table.receiver == index) & (table.front == front))
     jumps = np.stack([table.jump_E, table.jump_E1, table.jump_E2])
     live = np.any(jumps != 0.0, axis=0)
     s, jumps = table.s[live], jumps[:, live]
     if not len(s):
-        return Jumps(s, *jumps)
+        return IrradianceJumps(s, *jumps)
     same = np.concatenate([[0], np.cumsum(np.diff(s) > 1e3 * np.finfo(s.dtype).eps)])
     place = np.array([s[same == k][0] for k in range(same[-1] + 1)])
     summed = [np.bincount(same, weights=row) for row in jumps]
-    return Jumps(place, *summed)
+    return IrradianceJumps(place, *summed)
 
 
 def extrapolation_error(jump_E, jump_E1, distance, radius):
@@ -146,7 +151,7 @@ def extrapolation_error(jump_E, jump_E1, distance, radius):
 # --- two edges in line ---------------------------------------------------------------------------
 
 
-def _aligned(scene: Scene, near: Edges, far: Edges, ask) -> Events:
+def _aligned(scene: Scene, near: LineEnds, far: LineEnds, ask) -> VisualEvents:
     """Receivers that see the far edge exactly behind the near one."""
     size, eps = extent(scene), np.finfo(near.point.dtype).eps
     step, aside = size * eps**0.25, size * eps**0.7
@@ -156,7 +161,7 @@ def _aligned(scene: Scene, near: Edges, far: Edges, ask) -> Events:
     up = np.stack([-u[:, 1], u[:, 0]], -1)  # towards larger angles
     # One side of the near edge must be open and the other blocked.
     before = near.point - step * u
-    probe = [shoot(scene, before + side * aside * up, u).t for side in (1.0, -1.0)]
+    probe = [trace(scene, before + side * aside * up, u).t for side in (1.0, -1.0)]
     reach = step + length
     shut = [t < 2.0 * step for t in probe]
     silhouette = shut[0] != shut[1]
@@ -166,7 +171,7 @@ def _aligned(scene: Scene, near: Edges, far: Edges, ask) -> Events:
     clear = silhouette & (open_t > reach - 4.0 * np.sqrt(size * aside) - step)
     edge_on = (near.shape == far.shape) & ~near.tangent & ~far.tangent & _straight(scene, near)
     # Backwards from the near edge, on the open side, to the receiver.
-    back = shoot(scene, before - sigma[:, None] * aside * up, -u)
+    back = trace(scene, before - sigma[:, None] * aside * up, -u)
     hit = back.number >= 0
     exact = _receive(scene, back, near.point, u)
     jumps = _jumps(scene, near, far, u, sigma, exact, ask, step)
@@ -186,7 +191,7 @@ def _aligned(scene: Scene, near: Edges, far: Edges, ask) -> Events:
     J = [np.where(edge_on, e, j) * clear for j, e in zip(jumps, flat.jumps, strict=True)]
     J[0] = J[0] * np.where(exact.front, 1.0, -1.0)
     J[2] = J[2] * np.where(exact.front, 1.0, -1.0)
-    table = Events(back.number, exact.s, exact.front, kind, near, far, clear, *J)
+    table = VisualEvents(back.number, exact.s, exact.front, kind, near, far, clear, *J)
     return table.take(rows)
 
 
@@ -227,7 +232,7 @@ def _receive(scene: Scene, hits, point, u) -> _Exact:
     )
 
 
-def _jumps(scene: Scene, near: Edges, far: Edges, u, sigma, at: _Exact, ask, step):
+def _jumps(scene: Scene, near: LineEnds, far: LineEnds, u, sigma, at: _Exact, ask, step):
     """Jumps of E, E' and E'' where the far edge comes out behind the near one."""
     light = far.shape == LIGHT
     r_far = np.linalg.norm(far.point - at.position, axis=1)
@@ -239,12 +244,12 @@ def _jumps(scene: Scene, near: Edges, far: Edges, u, sigma, at: _Exact, ask, ste
     power = np.asarray(scene.points.intensity)
     power = power[number] if len(power) else np.zeros(len(far))
     p = far.point - at.position
-    E, E1, E2 = point_irradiance(p, at.tangent, at.normal, at.kappa)
+    E, E1, E2 = _point_irradiance(p, at.tangent, at.normal, at.kappa)
     shown = np.where(light, sigma * power, 0.0)
     return shown * E, first + shown * E1, shown * E2
 
 
-def point_irradiance(p, tangent, normal, kappa):
+def _point_irradiance(p, tangent, normal, kappa):
     """Irradiance of a unit point light at `p` from the receiver, and two arc-length derivatives.
 
     With `a = n.p`, `b = t.p`, `q = |p|^2`: `da/dx = -kappa b`, `db/dx = kappa a - 1`,
@@ -270,7 +275,7 @@ def _closer(near, far):
     return np.where(ok, 1.0 / np.where(ok, near, 1.0) - 1.0 / np.where(ok, far, 1.0), 0.0)
 
 
-def _across(scene: Scene, near: Edges, far: Edges, u, ask, step):
+def _across(scene: Scene, near: LineEnds, far: LineEnds, u, ask, step):
     """Change of the seen radiance across the far edge, from clockwise to counter-clockwise."""
     tilt = 1e-3 * step / extent(scene)
     up = np.stack([-u[:, 1], u[:, 0]], -1)
@@ -278,12 +283,12 @@ def _across(scene: Scene, near: Edges, far: Edges, u, ask, step):
     for sign in (1.0, -1.0):
         ray = u + sign * tilt * up
         ray /= np.linalg.norm(ray, axis=1)[:, None]
-        hits = shoot(scene, near.point + step * u, ray)
+        hits = trace(scene, near.point + step * u, ray)
         sides.append(_sent(scene, hits, near.point + step * u, u, far, ask))
     return sides[0] - sides[1]
 
 
-def _sent(scene: Scene, hits, origin, u, far: Edges, ask):
+def _sent(scene: Scene, hits, origin, u, far: LineEnds, ask):
     """Radiance of what a ray beside the line meets, moved onto the line."""
     index = np.maximum(hits.number, 0)
     t, s, _ = batched(on_line, scene, index, origin, u)
@@ -307,11 +312,11 @@ class _Flat(NamedTuple):
     jumps: list
 
 
-def _edge_on(scene, near: Edges, far: Edges, u, up, at: _Exact, ask, steps) -> _Flat:
+def _edge_on(scene, near: LineEnds, far: LineEnds, u, up, at: _Exact, ask, steps) -> _Flat:
     """A segment in line with the receiver: each open side shows it in place of what is behind."""
     step, aside = steps
     length = np.linalg.norm(far.point - near.point, axis=1)
-    behind = shoot(scene, far.point + step * u, u)
+    behind = trace(scene, far.point + step * u, u)
     beyond = np.where(
         behind.number >= 0, ask(np.maximum(behind.number, 0), behind.s, behind.front, u), 0.0
     )
@@ -319,7 +324,7 @@ def _edge_on(scene, near: Edges, far: Edges, u, up, at: _Exact, ask, steps) -> _
     total, clear = np.zeros(len(u)), np.zeros(len(u), bool)
     normal = batched(frames, scene, np.maximum(near.shape, 0), np.full(len(u), 0.5)).normal
     for side in (1.0, -1.0):
-        t = shoot(scene, near.point - step * u + side * aside * up, u).t
+        t = trace(scene, near.point - step * u + side * aside * up, u).t
         free = t > length + step
         front = np.sum(side * up * normal, -1) > 0.0
         L = ask(np.maximum(near.shape, 0), np.full(len(u), 0.5), front, u)
@@ -329,7 +334,7 @@ def _edge_on(scene, near: Edges, far: Edges, u, up, at: _Exact, ask, steps) -> _
     return _Flat(clear, [np.zeros(len(u)), first, np.zeros(len(u))])
 
 
-def _straight(scene: Scene, edges: Edges):
+def _straight(scene: Scene, edges: LineEnds):
     """Whether each edge belongs to a segment."""
     from firstorder.flatland.shapes.kinds import Segments
 
@@ -340,7 +345,7 @@ def _straight(scene: Scene, edges: Edges):
 # --- an edge on the horizon ----------------------------------------------------------------------
 
 
-def _rising(scene: Scene, near: Edges, far: Edges, ask) -> Events:
+def _rising(scene: Scene, near: LineEnds, far: LineEnds, ask) -> VisualEvents:
     """Lines tangent to a receiver: on it the far edge rises or sets."""
     rows = np.flatnonzero(near.tangent)
     near, far = near.take(rows), far.take(rows)
@@ -355,7 +360,7 @@ def _rising(scene: Scene, near: Edges, far: Edges, ask) -> Events:
     front = kappa < 0.0
     lift = np.where(front, 1.0, -1.0)[:, None] * normal
     start = near.point + step * u
-    clear = shoot(scene, start + aside * lift, u).t > length - step - 4.0 * np.sqrt(size * aside)
+    clear = trace(scene, start + aside * lift, u).t > length - step - 4.0 * np.sqrt(size * aside)
     light = far.shape == LIGHT
     dL = _across(scene, near, far, u, ask, step)
     number = np.where(light, far.s, 0).astype(int)
@@ -366,6 +371,6 @@ def _rising(scene: Scene, near: Edges, far: Edges, ask) -> Events:
     second = np.where(light, 0.0, bend * np.abs(bend) * dL) * clear
     second = second * np.where(front, 1.0, -1.0)
     kind = np.where(light, "dusk", "horizon")
-    return Events(
+    return VisualEvents(
         near.shape, near.s, front, kind, near, far, clear, np.zeros(len(near)), first, second
     )

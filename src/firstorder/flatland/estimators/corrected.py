@@ -1,6 +1,6 @@
-"""The stratified form with what it leaves out put back.
+"""The stratified estimator, corrected for the three terms that it leaves out.
 
-Three things are mended, all from rays that are cast anyway or by bisection, none from the exact
+Three terms are corrected, all from rays that are cast anyway or by bisection, none from the exact
 visibility: where a border lies, how far away it is, and what its second motion lacks.
 """
 
@@ -13,14 +13,19 @@ from jaxtyping import Array, Bool, Float, Int
 
 from firstorder.conventions import direction
 from firstorder.flatland.direct_lighting import Radiance
-from firstorder.flatland.estimators.irradiance_forms import Borders, moved, with_horizon
-from firstorder.flatland.estimators.strata import Samples, Strata, look, sent
+from firstorder.flatland.estimators._irradiance_forms import (
+    Borders,
+    border_derivatives,
+    with_horizon,
+)
+from firstorder.flatland.estimators.strata import Samples, Strata, incident_radiance, trace_strata
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver
-from firstorder.scene.derivatives import Derivatives
+from firstorder.scene._arguments import check_asked
+from firstorder.scene._derivatives import Derivatives
 
 
-def mended(
+def corrected_estimate(
     scene: Scene,
     at: Receiver,
     samples: Samples,
@@ -32,9 +37,9 @@ def mended(
     """The stratified form, corrected so that its gradient and its Hessian tend to the truth.
 
     Between two samples that see different curves the edge is found by bisection, in the angle. Its
-    distance is that of the nearer curve there; where that is a limb, that of the point of tangency.
-    Between two samples of one curve the border's own distance is used, not the smaller of theirs.
-    The Hessian by translation gets, with front f and background b of an edge,
+    distance is that of the nearer curve there; where that is a contour, that of the point of
+    tangency. Between two samples of one curve the border's own distance is used, not the smaller of
+    theirs. The Hessian by translation gets, with front f and background b of an edge,
 
         (L_f - L_b) cos(a) R / r_f^3 e e^T  -+  dL_b/da cos(a) (1/r_f - 1/r_b)^2 e e^T
 
@@ -48,16 +53,17 @@ def mended(
     stratum, so that the error is of first order in its width there, and of order 3/2 elsewhere.
 
     Args:
-        scene: shapes and environment; as given to `look`.
+        scene: shapes and environment; as given to `trace_strata`.
         at: one receiver.
-        samples: of `look`.
-        radiance: as given to `look`.
+        samples: of `trace_strata`.
+        radiance: as given to `trace_strata`.
         breaks: most edges that are looked for.
         halvings: of the angle between two samples, to find an edge.
-        sliding: False leaves the two terms out, and gives the limit of `stratified`.
+        sliding: False leaves the two terms out, and gives the limit of `stratified_estimate`.
 
     Reference: J12 §5, eqs. 47 and 51, corrected.
     """
+    check_asked(scene, Scene, at, Receiver)
     w = 1.0 / samples.distance
     code = 2 * samples.index + samples.front
     apart = code[1:] != code[:-1]
@@ -82,7 +88,7 @@ def mended(
     cut, drag = _edges(scene, at, samples, radiance, (there, below, under, over[below]), halvings)
     cut = eqx.tree_at(lambda b: b.bend, cut, jnp.where(sliding, cut.bend, 0.0))
     drag = jnp.where(sliding, drag, 0.0)
-    whole = moved(jax.tree.map(lambda a, b: jnp.concatenate([a, b]), smooth, cut))
+    whole = border_derivatives(jax.tree.map(lambda a, b: jnp.concatenate([a, b]), smooth, cut))
     return with_horizon(eqx.tree_at(lambda m: m.hessian, whole, whole.hessian + drag), samples)
 
 
@@ -130,14 +136,16 @@ def _edges(scene, at: Receiver, samples: Samples, radiance, found, halvings: int
 
 
 def _bisected(scene, at: Receiver, samples: Samples, radiance, below, above, halvings: int):
-    """What is seen just under and just over each edge, in two rows, and the edge's angle."""
+    """Samples just below and just above each edge, in two rows, and the edge's angle."""
     index, front = samples.index[below], samples.front[below]
     ends = samples.strata.angles[below], samples.strata.angles[above]
     eps = float(jnp.finfo(ends[0].dtype).eps)
 
     def seen(angles, radiance):
         flat = angles.ravel()
-        found = look(scene, at, Strata(jnp.pad(flat, (0, 1)), flat, jnp.ones_like(flat)), radiance)
+        found = trace_strata(
+            scene, at, Strata(jnp.pad(flat, (0, 1)), flat, jnp.ones_like(flat)), radiance
+        )
         found = eqx.tree_at(lambda s: s.strata, found, None)
         return jax.tree.map(lambda a: a.reshape(*angles.shape, *a.shape[1:]), found)
 
@@ -145,7 +153,7 @@ def _bisected(scene, at: Receiver, samples: Samples, radiance, below, above, hal
         low, high = ends
         middle = 0.5 * (low + high)
         half = seen(middle, None)  # its radiance is not asked for
-        # On a limb the side is decided by rounding; nothing else has a cosine as small.
+        # On a contour the side is decided by rounding; nothing else has a cosine as small.
         same = (half.index == index) & ((half.front == front) | (half.cosine < 4.0 * eps**0.5))
         wide = high - low > eps ** (2.0 / 3.0)
         return jnp.where(wide & same, middle, low), jnp.where(wide & ~same, middle, high)
@@ -155,12 +163,12 @@ def _bisected(scene, at: Receiver, samples: Samples, radiance, below, above, hal
 
 
 def _side(seen: Samples):
-    """Which side of which shape."""
+    """Shape and side that each sample sees."""
     return seen.index, seen.front
 
 
 def _is_limb(seen: Samples):
-    """Whether the ray grazes a curve that bends: next to an edge, only a limb has such a cosine.
+    """Whether the ray grazes a curve that bends: only a contour has such a cosine.
 
     The bisection stops `eps^(2/3)` from it, where the cosine is the root of `2 r / R` times that.
     """
@@ -169,14 +177,14 @@ def _is_limb(seen: Samples):
 
 
 def _limb(seen: Samples):
-    """One over the distance of the edge: a limb's point of tangency is `R cos_y` further on."""
+    """One over the distance of the edge: a contour's point of tangency is `R cos_y` further on."""
     limb = _is_limb(seen)
     R = 1.0 / jnp.where(limb, seen.curvature, 1.0)
     return 1.0 / (seen.distance + jnp.where(limb, R * seen.cosine, 0.0))
 
 
 def _bend(seen: Samples):
-    """`R / r^3` at a limb, else 0."""
+    """`R / r^3` at a contour, else 0."""
     limb = _is_limb(seen)
     R = 1.0 / jnp.where(limb, seen.curvature, 1.0)
     return jnp.where(limb, R * _limb(seen) ** 3, 0.0)
@@ -188,7 +196,7 @@ def _slope(scene, at: Receiver, radiance, angles, index, front):
     def L(angle, index, front):
         along = direction(at.n + angle)
         _, s = scene.hit(jnp.maximum(index, 0), at.position, along, at.on)
-        return sent(scene, radiance, index, s, front, along)
+        return incident_radiance(scene, radiance, index, s, front, along)
 
     def one(angle, index, front):
         return jax.jvp(lambda a: L(a, index, front), (angle,), (jnp.ones_like(angle),))[1]

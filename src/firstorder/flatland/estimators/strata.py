@@ -1,4 +1,4 @@
-"""What rays into the strata of a hemicircle see: the input of every sampled form.
+"""Rays through the strata of a hemicircle: the input of every sampled estimator.
 
 Angles are local, counter-clockwise from the receiver's normal, and ascend; the paper measures
 towards +x, so its i-th border from the left is ours from the right.
@@ -17,9 +17,10 @@ from firstorder.flatland.direct_lighting import Radiance
 from firstorder.flatland.intersect import nearest
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import HORIZON, Receiver
-from firstorder.numerics.planar import cross, dot
+from firstorder.numerics._planar import cross_2d, dot_2d
 from firstorder.numerics.quadrature import gauss_legendre
-from firstorder.scene.primitives import BACK, FRONT
+from firstorder.scene._arguments import check_asked
+from firstorder.scene._primitives import BACK, FRONT
 from firstorder.typing import as_float
 
 
@@ -39,7 +40,7 @@ class Strata(eqx.Module):
 
 
 class Samples(eqx.Module):
-    """What is seen in each stratum; vectors are in the receiver's frame (tangent, normal).
+    """First hits of the rays of all strata; vectors are in the receiver's frame (tangent, normal).
 
     Attributes:
         strata: where was looked.
@@ -64,7 +65,7 @@ class Samples(eqx.Module):
     s: Float[Array, " n"]
 
 
-def strata(
+def hemicircle_strata(
     borders: int | Float[ArrayLike, " n_1"],
     key: PRNGKeyArray | None = None,
     cosine: bool = False,
@@ -81,8 +82,8 @@ def strata(
         ValueError: if there is no sector, or borders do not ascend from -pi/2 to pi/2.
 
     Example:
-        >>> from firstorder.flatland.estimators.strata import strata
-        >>> strata(4).angles.round(4).tolist()
+        >>> from firstorder.flatland.estimators.strata import hemicircle_strata
+        >>> hemicircle_strata(4).angles.round(4).tolist()
         [-1.1781, -0.3927, 0.3927, 1.1781]
     """
     edges = _borders(borders, cosine)
@@ -110,11 +111,11 @@ def _borders(borders, cosine: bool) -> Array:
     return edges
 
 
-def gaps(ends: Float[Array, " m_1"], nodes: int) -> Strata:
+def gap_quadrature(ends: Float[Array, " m_1"], nodes: int) -> Strata:
     """A quadrature over gaps between silhouettes, as strata of which each node is one.
 
     The sine of a new variable takes the place of the angle in each gap, so that integrands that
-    grow like an inverse square root at a curved limb are integrated as fast as smooth ones.
+    grow like an inverse square root at an occluding contour are integrated as fast as smooth ones.
 
     Args:
         ends: ends of the gaps, `view(scene, receiver).angles` [rad].
@@ -128,8 +129,10 @@ def gaps(ends: Float[Array, " m_1"], nodes: int) -> Strata:
     return Strata(jnp.concatenate([ends[:1], inner, ends[-1:]]), angles, weights)
 
 
-def look(scene: Scene, at: Receiver, where: Strata, radiance: Radiance | None = None) -> Samples:
-    """Casts one ray into each stratum.
+def trace_strata(
+    scene: Scene, at: Receiver, where: Strata, radiance: Radiance | None = None
+) -> Samples:
+    """First hits of one ray in each stratum.
 
     Automatic differentiation of what rays see knows of no shadow edge: it is finite, and wrong.
     The forms made from them are derivatives already.
@@ -140,6 +143,7 @@ def look(scene: Scene, at: Receiver, where: Strata, radiance: Radiance | None = 
         where: directions.
         radiance: what shapes send out in place of their emission (see `irradiance`).
     """
+    check_asked(scene, Scene, at, Receiver)
     along = direction(at.n + where.angles)
     hits = nearest(scene, jnp.broadcast_to(at.position, along.shape), along, at.on)
     met = hits.index >= 0
@@ -147,13 +151,13 @@ def look(scene: Scene, at: Receiver, where: Strata, radiance: Radiance | None = 
 
     def one(i, s, d):
         frame = scene.frame(i, s)
-        front = cross(frame.tangent, d) < 0.0
+        front = cross_2d(frame.tangent, d) < 0.0
         normal = jnp.where(front, 1.0, -1.0) * frame.normal
-        local = jnp.stack([dot(normal, at.tangent), dot(normal, at.normal)])
-        return front, local, -dot(normal, d), jnp.abs(frame.kappa)
+        local = jnp.stack([dot_2d(normal, at.tangent), dot_2d(normal, at.normal)])
+        return front, local, -dot_2d(normal, d), jnp.abs(frame.kappa)
 
     front, normal, cosine, curvature = jax.vmap(one)(number, hits.s, along)
-    L = jax.vmap(lambda i, s, f, d: sent(scene, radiance, i, s, f, d))(
+    L = jax.vmap(lambda i, s, f, d: incident_radiance(scene, radiance, i, s, f, d))(
         hits.index, hits.s, front, along
     )
     return Samples(
@@ -169,8 +173,10 @@ def look(scene: Scene, at: Receiver, where: Strata, radiance: Radiance | None = 
     )
 
 
-def sent(scene: Scene, radiance: Radiance | None, index, s, front, along) -> Float[Array, ""]:
-    """Radiance that comes from what is met, or from the sky where nothing is."""
+def incident_radiance(
+    scene: Scene, radiance: Radiance | None, index, s, front, along
+) -> Float[Array, ""]:
+    """Radiance that arrives along a ray: from the shape it hits, or from the sky."""
     number = jnp.maximum(index, 0)
     if radiance is None:
         L = scene.material.emission[number, jnp.where(front, FRONT, BACK)]

@@ -2,7 +2,8 @@
 
     n(x) = arctan h'(x)        dn/dx = h''(x) / (1 + h'(x)^2)
 
-`x` runs along the flat base. The profiles answer in closed form; `ground` makes a polyline of one.
+`x` runs along the flat base. The profiles answer in closed form; `bumpy_ground` makes a polyline of
+one.
 """
 
 import abc
@@ -34,7 +35,7 @@ class Bumps(eqx.Module):
         return jnp.arctan(self.heights(x)[1])
 
     def kappa(self, x: ArrayLike) -> Float[Array, "..."]:
-        """How fast the normal turns along the base, `dn/dx`, positive in a valley [rad/m]."""
+        """Curvature along the base: rate of the normal, `dn/dx`, positive in a valley [rad/m]."""
         _, slope, second = self.heights(x)
         return second / (1.0 + slope**2)
 
@@ -123,7 +124,7 @@ class ChirpBumps(Bumps):
         return m / w * sin, slope, second
 
 
-def ground(bumps: Bumps, low: float, high: float, pieces: int) -> Segments:
+def bumpy_ground(bumps: Bumps, low: float, high: float, pieces: int) -> Segments:
     """The ground between two positions of the base as a polyline with normals upward.
 
     A polyline misses its curve by at most `max |h''| step^2 / 8`.
@@ -138,8 +139,8 @@ def ground(bumps: Bumps, low: float, high: float, pieces: int) -> Segments:
         ValueError: if it ends before it begins, or has no piece.
 
     Example:
-        >>> from firstorder.flatland.library.bumps import SineBumps, ground
-        >>> ground(SineBumps(), -1.0, 1.0, 32).count
+        >>> from firstorder.flatland.library.bumps import SineBumps, bumpy_ground
+        >>> bumpy_ground(SineBumps(), -1.0, 1.0, 32).count
         32
     """
     if pieces < 1:

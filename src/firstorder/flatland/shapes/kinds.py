@@ -20,15 +20,18 @@ from jaxtyping import Array, Bool, Float
 
 from firstorder.conventions import direction
 from firstorder.errors import check_between, check_finite, check_positive
-from firstorder.flatland.shapes.base import Point, Shape, column, rows, same, stack
-from firstorder.flatland.shapes.fourier import CurveRoots
-from firstorder.numerics.planar import cross, dot, left
+from firstorder.flatland.shapes._base import Point, Shape, column, rows, same, spread, stack
+from firstorder.flatland.shapes._fourier import CurveRoots
+from firstorder.numerics._planar import cross_2d, dot_2d, left
 
 # --- straight ------------------------------------------------------------------------------------
 
 
 class Segments(Shape):
     """Straight segments, `c(s) = start + s (end - start)`; the normal is to their left.
+
+    That side is the front, from which they shine: `Segments((0, 0), (1, 0))` looks up, and
+    `Segments((1, 1), (-1, 1))` down. `primitive(..., facing=point)` turns them to a point.
 
     Args:
         start: where they begin, shape (n, 2) or (2,) [m].
@@ -52,27 +55,32 @@ class Segments(Shape):
         check_finite("end", self.end)
         same("end", self.end, self.start)
 
+    def turned(self, which):
+        """Start and end exchanged."""
+        start = jnp.where(which[:, None], self.end, self.start)
+        return Segments(start, jnp.where(which[:, None], self.start, self.end))
+
     @property
     def count(self) -> int:
-        """How many segments there are."""
+        """Number of segments."""
         return self.start.shape[0]
 
     def motion(self, s: Float[Array, ""]) -> tuple[Point, Point, Point]:
-        """A uniform motion."""
+        """Uniform motion from end to end."""
         edge = self.end - self.start
         return self.start + s * edge, edge, jnp.zeros_like(edge)
 
     def hit(self, origin, along, on):
-        """Two equations in two unknowns, by cross products."""
+        """Solution of two equations in two unknowns, by cross products."""
         edge, q = self.end - self.start, self.start - origin
-        det = cross(along, edge)
+        det = cross_2d(along, edge)
         safe = jnp.where(det == 0.0, 1.0, det)
-        t, s = cross(q, edge) / safe, cross(q, along) / safe
+        t, s = cross_2d(q, edge) / safe, cross_2d(q, along) / safe
         there = (det != 0.0) & (t > 0.0) & (s >= 0.0) & (s <= 1.0) & ~on
         return jnp.where(there, t, jnp.inf), jnp.where(there, s, 0.0)
 
     def distance(self, origin, along, on):
-        """The same in scalars and with one division: the innermost loop of every search."""
+        """The distance of `hit`, in scalars and with one division: innermost loop of searches."""
         (px, py), (qx, qy), (dx, dy) = self.start, self.end, along
         ex, ey, wx, wy = qx - px, qy - py, px - origin[0], py - origin[1]
         det = dx * ey - dy * ex
@@ -95,8 +103,8 @@ def _unit_circle_roots(w: Point, d: Point, on: Bool[Array, ""]):
 
     With `on`, w lies on the circle to rounding: the root at t = 0 is not one, the other may be.
     """
-    a, b, c = dot(d, d), dot(w, d), dot(w, w) - 1.0
-    root_of = a - cross(w, d) ** 2
+    a, b, c = dot_2d(d, d), dot_2d(w, d), dot_2d(w, w) - 1.0
+    root_of = a - cross_2d(w, d) ** 2
     real = root_of > 0.0
     root = jnp.sqrt(jnp.where(real, root_of, 1.0))
     ahead = b < 0.0
@@ -110,7 +118,7 @@ def _unit_circle_roots(w: Point, d: Point, on: Bool[Array, ""]):
 
 def _unit_circle_tangents(w: Point, on: Bool[Array, ""]):
     """The two points of the unit circle at which lines from w touch it."""
-    square = dot(w, w)
+    square = dot_2d(w, w)
     outside = (square > 1.0) & ~on
     safe = jnp.where(outside, square, 4.0)
     root = jnp.sqrt(safe - 1.0)
@@ -144,24 +152,25 @@ class Circles(Shape):
 
     def __check_init__(self):
         """Refuse what is no circle."""
+        spread(self, "radius")
         check_finite("center", self.center)
         check_positive("radius", self.radius)
         same("radius", self.radius, self.center)
 
     @property
     def count(self) -> int:
-        """How many circles there are."""
+        """Number of circles."""
         return self.radius.shape[0]
 
     def motion(self, s):
-        """A uniform motion."""
+        """Uniform motion around the circle."""
         a = -2.0 * jnp.pi * s
         r, turn = self.radius[..., None], -2.0 * jnp.pi
         u = direction(a)
         return self.center + r * u, turn * r * left(u), -(turn**2) * r * u
 
     def hit(self, origin, along, on):
-        """A quadratic equation."""
+        """Solution of a quadratic equation."""
         w, d = (origin - self.center) / self.radius, along / self.radius
         near, far = _unit_circle_roots(w, d, on)
         t = jnp.minimum(near, far)
@@ -182,7 +191,7 @@ class Arcs(Shape):
 
     Args:
         center: shape (n, 2) or (2,) [m].
-        radius: positive [m].
+        radius: shape (n,) or a number, like all that follows, positive [m].
         start: angle at which they begin, counter-clockwise from +y [rad].
         sweep: how far they turn, in [-2 pi, 2 pi] without zero [rad].
 
@@ -204,6 +213,7 @@ class Arcs(Shape):
 
     def __check_init__(self):
         """Refuse what is no arc."""
+        spread(self, "radius", "start", "sweep")
         check_finite("center", self.center)
         check_positive("radius", self.radius)
         check_finite("start", self.start)
@@ -212,9 +222,14 @@ class Arcs(Shape):
         for name in ("radius", "start", "sweep"):
             same(name, getattr(self, name), self.center)
 
+    def turned(self, which):
+        """Travelled from the other end."""
+        start = jnp.where(which, self.start + self.sweep, self.start)
+        return Arcs(self.center, self.radius, start, jnp.where(which, -1.0, 1.0) * self.sweep)
+
     @property
     def count(self) -> int:
-        """How many arcs there are."""
+        """Number of arcs."""
         return self.radius.shape[0]
 
     def motion(self, s):
@@ -224,7 +239,7 @@ class Arcs(Shape):
         return self.center + r * u, turn * r * left(u), -(turn**2) * r * u
 
     def _parameter(self, h: Point, there: Bool[Array, ""]):
-        """Where on the arc a point of its circle lies; beyond 1 if it is not on the arc."""
+        """Parameter on the arc of a point of its circle; beyond 1 if it is not on the arc."""
         h = jnp.where(there, h, jnp.array([0.0, 1.0], h.dtype))
         angle = jnp.arctan2(-h[0], h[1])
         turned = (angle - self.start) * jnp.sign(self.sweep)
@@ -270,6 +285,7 @@ class Ellipses(Shape):
 
     def __check_init__(self):
         """Refuse what is no ellipse."""
+        spread(self, "semi", "tilt")
         check_finite("center", self.center)
         check_positive("semi", self.semi)
         check_finite("tilt", self.tilt)
@@ -278,7 +294,7 @@ class Ellipses(Shape):
 
     @property
     def count(self) -> int:
-        """How many ellipses there are."""
+        """Number of ellipses."""
         return self.center.shape[0]
 
     def _inward(self, u: Point) -> Point:
@@ -287,13 +303,13 @@ class Ellipses(Shape):
         return jnp.stack([c * u[0] + s * u[1], -s * u[0] + c * u[1]]) / self.semi
 
     def _outward(self, u: Float[Array, "*n 2"]) -> Float[Array, "*n 2"]:
-        """Back from the frame of the unit circle."""
+        """A vector back from the frame of the unit circle."""
         c, s = jnp.cos(self.tilt), jnp.sin(self.tilt)
         x, y = u[..., 0] * self.semi[..., 0], u[..., 1] * self.semi[..., 1]
         return jnp.stack([c * x - s * y, s * x + c * y], -1)
 
     def motion(self, s):
-        """A motion of the unit circle, stretched."""
+        """Motion of the unit circle, stretched."""
         u, turn = direction(-2.0 * jnp.pi * s), -2.0 * jnp.pi
         return (
             self.center + self._outward(u),
@@ -302,7 +318,7 @@ class Ellipses(Shape):
         )
 
     def hit(self, origin, along, on):
-        """A quadratic equation in the frame of the unit circle."""
+        """Solution of a quadratic equation in the frame of the unit circle."""
         w, d = self._inward(origin - self.center), self._inward(along)
         near, far = _unit_circle_roots(w, d, on)
         t = jnp.minimum(near, far)
@@ -311,7 +327,7 @@ class Ellipses(Shape):
         return t, jnp.where(there, _turns(h, there), 0.0)
 
     def silhouettes(self, p, on):
-        """Tangency is kept by linear maps."""
+        """The two points of tangency of the unit circle, which linear maps keep."""
         points, valid = _unit_circle_tangents(self._inward(p - self.center), on)
         return self.center + self._outward(points), valid
 
@@ -354,7 +370,7 @@ class Curves(Shape):
 
     @property
     def count(self) -> int:
-        """How many curves there are."""
+        """Number of curves."""
         return self.cosines.shape[0]
 
     def motion(self, s):

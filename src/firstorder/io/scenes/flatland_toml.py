@@ -1,4 +1,4 @@
-"""Scenes as TOML files: written by hand, or by `write_toml`; a scene comes back to the bit.
+"""Scenes as TOML files: written by hand, or by `write_flatland`; a scene comes back to the bit.
 
     [[shape]]
     kind = "segment"          # segment, arc, circle, ellipse, curve, polyline or box
@@ -35,10 +35,9 @@
 
 from __future__ import annotations
 
-import json
 import os
 import pathlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -46,20 +45,20 @@ import numpy as np
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.shapes.build import box, polyline
 from firstorder.flatland.shapes.kinds import Arcs, Circles, Curves, Ellipses, Segments
-from firstorder.flatland.skies import ConstantSky, GaussianSky, RowSky
-from firstorder.io.images import read_row
-from firstorder.io.records import write_text
-from firstorder.io.scenes.elements import (
+from firstorder.flatland.skies import ConstantSky, GaussianSky, PanoramaSky
+from firstorder.io.files import write_text
+from firstorder.io.images import read_panorama_row
+from firstorder.io.scenes._elements import (
     MATERIAL,
     Element,
-    Light,
+    LightElement,
     Place,
     assemble,
     nearest_known,
     refused_at,
 )
-from firstorder.io.scenes.toml_tables import (
-    Table,
+from firstorder.io.scenes._toml_tables import (
+    TomlTable,
     lines_of,
     number,
     numbers,
@@ -72,11 +71,12 @@ from firstorder.io.scenes.toml_tables import (
     word,
     yes,
 )
+from firstorder.io.scenes._toml_text import exact_text, material_lines, quoted
 
 # --- reading -------------------------------------------------------------------------------------
 
 
-def read_toml(path: str | os.PathLike[str]) -> Scene:
+def read_flatland(path: str | os.PathLike[str]) -> Scene:
     r"""Reads a scene from a TOML file (the schema stands at the top of this module).
 
     Args:
@@ -88,18 +88,18 @@ def read_toml(path: str | os.PathLike[str]) -> Scene:
 
     Example:
         >>> import pathlib, tempfile
-        >>> from firstorder.io import read_toml
+        >>> from firstorder.io import read_flatland
         >>> file = pathlib.Path(tempfile.mkdtemp(), "dish.toml")
         >>> _ = file.write_text('[[shape]]\nkind = "circle"\ncenter = [0, 0]\nradius = -1')
-        >>> read_toml(file)
+        >>> read_flatland(file)
         Traceback (most recent call last):
         ValueError: dish.toml, line 4, shape 1: `radius` must be positive, but is -1.0.
     """
     path = pathlib.Path(path)
-    return scene_from_toml(path.read_bytes(), path.name, path.parent)
+    return flatland_from_toml(path.read_bytes(), path.name, path.parent)
 
 
-def scene_from_toml(
+def flatland_from_toml(
     source: str | bytes, file: str = "scene", folder: str | os.PathLike[str] = "."
 ) -> Scene:
     r"""Reads a scene from the text of a TOML file.
@@ -113,17 +113,17 @@ def scene_from_toml(
         ValueError: one sentence that names the line and the element.
 
     Example:
-        >>> from firstorder.io import scene_from_toml
+        >>> from firstorder.io import flatland_from_toml
         >>> floor = '[[shape]]\nkind = "segment"\nstart = [-1, 0]\nend = [1, 0]\nname = "floor"'
-        >>> scene_from_toml(floor).named("floor")
+        >>> flatland_from_toml(floor).named("floor")
         (0,)
     """
     text, tables = parsed(source, file)
     lines = lines_of(text)
 
-    def each(key: str) -> list[Table]:
+    def each(key: str) -> list[TomlTable]:
         found = enumerate(tables.get(key, []))
-        return [Table(v, place_of(file, lines, key, i, v), lines, key, i) for i, v in found]
+        return [TomlTable(v, place_of(file, lines, key, i, v), lines, key, i) for i, v in found]
 
     for key, value in tables.items():
         _check_key(key, value, Place(file, lines.get((key, 0, ""))))
@@ -132,7 +132,7 @@ def scene_from_toml(
     sky = None
     if "environment" in tables:
         place = Place(file, lines.get(("environment", 0, "")), "environment")
-        sky = _sky(Table(tables["environment"], place, lines, "environment", 0), folder)
+        sky = _sky(TomlTable(tables["environment"], place, lines, "environment", 0), folder)
     return assemble(elements, lights, sky, file)
 
 
@@ -149,13 +149,13 @@ def _check_key(key: str, value: Any, place: Place) -> None:
         raise place.error(f"`{key}` is not known here: {known}")
 
 
-def _light(table: Table) -> Light:
-    light = Light(table.take("position", point), table.take("intensity", number), table.at)
+def _light(table: TomlTable) -> LightElement:
+    light = LightElement(table.take("position", point), table.take("intensity", number), table.at)
     table.done()
     return light
 
 
-def _element(table: Table) -> Element:
+def _element(table: TomlTable) -> Element:
     """One element; its numbers are judged when it is built."""
     kind = table.take("kind", word)
     name = table.take("name", word, "")
@@ -174,7 +174,7 @@ def _element(table: Table) -> Element:
     return Element(kind, geometry, material, name, table.at)
 
 
-def _rows(table: Table, **reads: Callable[[Any], Any]) -> dict[str, Any]:
+def _rows(table: TomlTable, **reads: Callable[[Any], Any]) -> dict[str, Any]:
     return {key: [table.take(key, read)] for key, read in reads.items()}
 
 
@@ -215,7 +215,7 @@ def _box(table):
     return "segment", {"start": np.asarray(made.start), "end": np.asarray(made.end)}
 
 
-_GEOMETRY: dict[str, Callable[[Table], tuple[str, dict[str, Any]]]] = {
+_GEOMETRY: dict[str, Callable[[TomlTable], tuple[str, dict[str, Any]]]] = {
     "segment": _segment,
     "arc": _arc,
     "circle": _circle,
@@ -226,7 +226,7 @@ _GEOMETRY: dict[str, Callable[[Table], tuple[str, dict[str, Any]]]] = {
 }
 
 
-def _sky(table: Table, folder: str | os.PathLike[str]):
+def _sky(table: TomlTable, folder: str | os.PathLike[str]):
     kind = table.take("kind", word)
     match kind:
         case "constant":
@@ -247,10 +247,10 @@ def _sky(table: Table, folder: str | os.PathLike[str]):
                 sky = refused_at(
                     lambda key: table.at(key or "file"), lambda: _row(file, row, columns)
                 )
-                sky = RowSky(sky.values, smooth)
+                sky = PanoramaSky(sky.values, smooth)
             else:
                 values = table.take("values", numbers)
-                sky = refused_at(table.at, lambda: RowSky(np.array(values), smooth))
+                sky = refused_at(table.at, lambda: PanoramaSky(np.array(values), smooth))
         case _:
             known = nearest_known(kind, ("constant", "gaussian", "row"))
             raise table.at("kind").error(f'kind "{kind}" is not known: {known}')
@@ -258,9 +258,9 @@ def _sky(table: Table, folder: str | os.PathLike[str]):
     return sky
 
 
-def _row(file: pathlib.Path, row: int | None, columns: int | None) -> RowSky:
+def _row(file: pathlib.Path, row: int | None, columns: int | None) -> PanoramaSky:
     try:
-        return read_row(file, row, columns)
+        return read_panorama_row(file, row, columns)
     except OSError as error:
         why = (error.strerror or "unknown reason").lower()
         raise ValueError(f"{file.name}: the file cannot be opened ({why}).") from None
@@ -269,27 +269,28 @@ def _row(file: pathlib.Path, row: int | None, columns: int | None) -> RowSky:
 # --- writing -------------------------------------------------------------------------------------
 
 
-def write_toml(path: str | os.PathLike[str], scene: Scene) -> None:
-    """Writes a scene as a TOML file, whole or not at all; `read_toml` gives it back to the bit.
+def write_flatland(path: str | os.PathLike[str], scene: Scene) -> None:
+    """Writes a scene as a TOML file, whole or not at all; `read_flatland` gives it back to the bit.
 
     Args:
         path: the file.
         scene: its environment is one that a file can name (`ConstantSky`, `GaussianSky`,
-            `RowSky`), or none.
+            `PanoramaSky`), or none.
 
     Raises:
         ValueError: if the environment is another function.
     """
-    write_text(path, scene_to_toml(scene))
+    write_text(path, flatland_to_toml(scene))
 
 
-def scene_to_toml(scene: Scene) -> str:
-    """The text that `write_toml` writes.
+def flatland_to_toml(scene: Scene) -> str:
+    """The text that `write_flatland` writes.
 
     Example:
-        >>> from firstorder.flatland import Circles, Scene, thing
-        >>> from firstorder.io import scene_to_toml
-        >>> print(scene_to_toml(Scene.of(thing(Circles((0.0, 1.0), 0.5), name="ball", albedo=0.2))))
+        >>> from firstorder.flatland import Circles, Scene, primitive
+        >>> from firstorder.io import flatland_to_toml
+        >>> print(flatland_to_toml(Scene.of(primitive(Circles((0.0, 1.0), 0.5), name="ball",
+        ...     albedo=0.2))))
         [[shape]]
         kind = "circle"
         name = "ball"
@@ -308,7 +309,7 @@ def scene_to_toml(scene: Scene) -> str:
     for p, w in zip(
         np.asarray(scene.points.position), np.asarray(scene.points.intensity), strict=True
     ):
-        tables.append(f"[[light]]\nposition = {written(p)}\nintensity = {written(w)}")
+        tables.append(f"[[light]]\nposition = {exact_text(p)}\nintensity = {exact_text(w)}")
     if scene.environment is not None:
         tables.append("\n".join(["[environment]", *_environment(scene.environment)]))
     return "\n\n".join(tables) + "\n"
@@ -329,7 +330,7 @@ def _geometry(group, i: int, name: str):
     if name:
         yield f"name = {quoted(name)}"
     for key in keys:
-        yield f"{key} = {written(np.asarray(getattr(group, key))[i])}"
+        yield f"{key} = {exact_text(np.asarray(getattr(group, key))[i])}"
     if isinstance(group, Curves):
         yield f"samples = {group.samples}"
 
@@ -337,43 +338,16 @@ def _geometry(group, i: int, name: str):
 def _environment(sky):
     match sky:
         case ConstantSky():
-            yield from ('kind = "constant"', f"radiance = {written(sky.radiance)}")
+            yield from ('kind = "constant"', f"radiance = {exact_text(sky.radiance)}")
         case GaussianSky():
             yield 'kind = "gaussian"'
             for key in ("center", "sigma", "radiance"):
-                yield f"{key} = {written(getattr(sky, key))}"
-        case RowSky():
+                yield f"{key} = {exact_text(getattr(sky, key))}"
+        case PanoramaSky():
             yield from ('kind = "row"', f"smooth = {str(sky.smooth).lower()}")
-            yield f"values = {written(sky.values)}"
+            yield f"values = {exact_text(sky.values)}"
         case _:
             raise ValueError(
                 "Argument `scene` must have an environment that a file can name (ConstantSky, "
                 f"GaussianSky or RowSky), but has {type(sky).__name__}."
             )
-
-
-def written(value: Any) -> str:
-    """Numbers such that reading them back gives the same bits."""
-    array = np.asarray(value)
-    if array.ndim:
-        return "[" + ", ".join(written(v) for v in array) + "]"
-    return repr(float(array))
-
-
-def material_lines(given: Mapping[str, Any]) -> Iterator[str]:
-    """A line for each of a material's numbers that is not what a file that says nothing means."""
-    for key, value in given.items():
-        value = np.asarray(value)
-        if value.ndim:
-            front, back = (written(v) for v in value)
-            alike = "0.0" if key == "emission" else front
-            words = front if back == alike else f"[{front}, {back}]"
-        else:
-            words = written(value)
-        if words != "0.0":
-            yield f"{key} = {words}"
-
-
-def quoted(name: str) -> str:
-    """A TOML string: JSON's, but for DEL, which TOML wants escaped too."""
-    return json.dumps(name, ensure_ascii=False).replace("\x7f", "\\u007f")

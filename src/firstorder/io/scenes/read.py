@@ -6,8 +6,8 @@ import os
 import pathlib
 
 from firstorder.flatland.scene import Scene
-from firstorder.io.scenes.flatland_toml import read_toml
-from firstorder.io.svg.svg import read_svg
+from firstorder.io.scenes.flatland_toml import read_flatland
+from firstorder.io.svg.reader import read_svg
 
 
 def read_scene(path: str | os.PathLike[str]) -> Scene:
@@ -28,7 +28,7 @@ def read_scene(path: str | os.PathLike[str]) -> Scene:
         ValueError: scene.png: a scene must be a .toml or .svg file.
     """
     path = pathlib.Path(path)
-    readers = {".toml": read_toml, ".svg": read_svg}
+    readers = {".toml": read_flatland, ".svg": read_svg}
     if path.suffix.lower() not in readers:
         raise ValueError(f"{path.name}: a scene must be a .toml or .svg file.")
     try:

@@ -7,15 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from firstorder.io.records import write_text
-from firstorder.io.scenes.flatland_toml import material_lines, quoted, written
-from firstorder.io.scenes.space_toml import CLASSES, MATERIAL, Model, Space
-from firstorder.io.scenes.surface_maps import Coat, coat_text
+from firstorder.io.files import write_text
+from firstorder.io.scenes._surface_maps import MapSet, map_set_text
+from firstorder.io.scenes._toml_text import exact_text, material_lines, quoted
+from firstorder.io.scenes.space_toml import CLASSES, MATERIAL, MeshModel, SpaceFile
 from firstorder.space.scene import Scene
 from firstorder.space.skies import ConstantSky, GaussianSky, HarmonicSky, PanoramaSky
 
 
-def write_space(path: str | os.PathLike[str], space: Space | Scene) -> None:
+def write_space(path: str | os.PathLike[str], space: SpaceFile | Scene) -> None:
     """Writes a scene of space as a TOML file, whole or not at all; it comes back to the bit.
 
     Args:
@@ -29,14 +29,14 @@ def write_space(path: str | os.PathLike[str], space: Space | Scene) -> None:
     write_text(path, space_to_toml(space))
 
 
-def space_to_toml(space: Space | Scene) -> str:
+def space_to_toml(space: SpaceFile | Scene) -> str:
     """The text that `write_space` writes.
 
     Example:
         >>> from firstorder.io import space_to_toml
-        >>> from firstorder.space import Scene, sphere, thing
-        >>> ball = thing(sphere((0.0, 0.0, 1.0), 0.5), name="ball", albedo=0.2)
-        >>> print(space_to_toml(Scene.of(ball, sky=1.0)))
+        >>> from firstorder.space import Scene, sphere, primitive
+        >>> ball = primitive(sphere((0.0, 0.0, 1.0), 0.5), name="ball", albedo=0.2)
+        >>> print(space_to_toml(Scene.of(ball, environment=1.0)))
         dimensions = 3
         <BLANKLINE>
         [[shape]]
@@ -60,24 +60,24 @@ def space_to_toml(space: Space | Scene) -> str:
                 tables.append(_shape_text(group, i, scene.names[first], scene.material, first))
                 first += 1
     else:
-        assert isinstance(space, Space)
+        assert isinstance(space, SpaceFile)
         sky = space.sky
-        coats = space.coats or (Coat(),) * (len(space.things) + len(space.models))
+        coats = space.coats or (MapSet(),) * (len(space.things) + len(space.models))
         first = len(space.things)
         tables += [
-            _shape_text(t.shape, i, t.name, t.material, i) + coat_text(coat, "shape")
+            _shape_text(t.shape, i, t.name, t.material, i) + map_set_text(coat, "shape")
             for t, coat in zip(space.things, coats[:first], strict=True)
             for i in range(t.shape.count)
         ]
         tables += [
-            _model_text(model) + coat_text(coat, "mesh")
+            _model_text(model) + map_set_text(coat, "mesh")
             for model, coat in zip(space.models, coats[first:], strict=True)
         ]
         if space.camera is not None:
             camera = space.camera
             tables.append(
-                f"[camera]\neye = {written(camera.eye)}\naxes = {written(camera.axes.T)}\n"
-                f"gamma = {written(camera.gamma)}"
+                f"[camera]\neye = {exact_text(camera.eye)}\naxes = {exact_text(camera.axes.T)}\n"
+                f"gamma = {exact_text(camera.gamma)}"
             )
     if words := _sky_text(sky):
         tables.append(f"[environment]\n{words}")
@@ -90,18 +90,18 @@ def _shape_text(group: Any, i: int, name: str, material: Any, row: int) -> str:
     center, axes = np.asarray(group.center)[i], np.asarray(group.axes)[i]
     lines = [f'kind = "{kind}"']
     lines += [f"name = {quoted(name)}"] * bool(name)
-    lines.append(f"center = {written(center)}")
-    lines.append(f"radius = {written(axes[0, 0])}" if round_ else f"axes = {written(axes.T)}")
+    lines.append(f"center = {exact_text(center)}")
+    lines.append(f"radius = {exact_text(axes[0, 0])}" if round_ else f"axes = {exact_text(axes.T)}")
     given = {key: np.asarray(getattr(material, key))[row] for key in MATERIAL}
     return "\n".join(["[[shape]]", *lines, *material_lines(given)])
 
 
-def _model_text(model: Model) -> str:
+def _model_text(model: MeshModel) -> str:
     lines = [f"name = {quoted(model.name)}"] * bool(model.name)
     faces = ", ".join(f"[{a}, {b}, {c}]" for a, b, c in np.asarray(model.mesh.faces).tolist())
-    lines += [f"vertices = {written(model.mesh.vertices)}", f"faces = [{faces}]"]
+    lines += [f"vertices = {exact_text(model.mesh.vertices)}", f"faces = [{faces}]"]
     if model.uv is not None:
-        lines.append(f"uv = {written(model.uv)}")
+        lines.append(f"uv = {exact_text(model.uv)}")
     given = {key: model.material[key] for key in MATERIAL}
     return "\n".join(["[[mesh]]", *lines, *material_lines(given)])
 
@@ -126,19 +126,19 @@ def _sky_text(sky: Any) -> str:
             if sky is None or float(sky) == 0.0:
                 return ""
             kind, keys = "constant", {"radiance": sky}
-    return "\n".join([f'kind = "{kind}"', *(f"{k} = {written(v)}" for k, v in keys.items())])
+    return "\n".join([f'kind = "{kind}"', *(f"{k} = {exact_text(v)}" for k, v in keys.items())])
 
 
 # --- describing ----------------------------------------------------------------------------------
 
 
-def described(space: Space) -> str:
-    r"""What a scene of space holds, one line for each shape and mesh, the sky and the camera.
+def describe_space(space: SpaceFile) -> str:
+    r"""Contents of a scene of space: one line for each shape and mesh, the sky and the camera.
 
     Example:
-        >>> from firstorder.io import described, space_from_toml
+        >>> from firstorder.io import describe_space, space_from_toml
         >>> text = 'dimensions = 3\n[[shape]]\nkind = "sphere"\ncenter = [0, 0, 1]\nradius = 0.5'
-        >>> print(described(space_from_toml(text)))
+        >>> print(describe_space(space_from_toml(text)))
         sphere     unnamed       at (0, 0, 1)
         sky        black
         camera     none
@@ -186,7 +186,7 @@ def _numbers(x: Any) -> str:
 
 
 def _light(material: Any, i: int) -> str:
-    """What a shape does with light, if anything."""
+    """Emission and albedo of a shape in words; empty if it has none."""
     emission, albedo = np.asarray(material.emission)[i], np.asarray(material.albedo)[i]
     found = [f", emits {_numbers(emission)}"] * bool(np.any(emission))
     found += [f", albedo {_numbers(albedo)}"] * bool(np.any(albedo))

@@ -42,10 +42,10 @@
 | plane | `point`, `normal` |
 | all but sphere and polygon | `center`, `axes`: three vectors, as `space.shapes.kinds` has them |
 | panorama | `file` (.hdr, .exr) or `values`, rows from the zenith; `degree` of harmonics kept |
-| harmonic | `coefficients`, as `space.skies.harmonics` orders them |
+| harmonic | `coefficients`, as `space.skies._harmonics` orders them |
 
 What a shape or mesh has on it stands in tables within its own, `[shape.texture]`, `[shape.bump]`
-and `[shape.normal_map]`, or `[mesh.texture]` and so on: `firstorder.io.scenes.surface_maps` says
+and `[shape.normal_map]`, or `[mesh.texture]` and so on: `firstorder.io.scenes._surface_maps` says
 what is in them.
 """
 
@@ -61,11 +61,13 @@ import jax.numpy as jnp
 import numpy as np
 
 from firstorder.imaging.camera import Pinhole
-from firstorder.io.meshes import proper, read_mesh_uv
-from firstorder.io.scenes.elements import Place, nearest_known, refused_at
-from firstorder.io.scenes.surface_maps import Coat, coat_of, corner_uv
-from firstorder.io.scenes.toml_tables import (
-    Table,
+from firstorder.io._faces import valid_faces
+from firstorder.io.meshes import read_mesh_uv
+from firstorder.io.scenes._elements import Place, nearest_known, refused_at
+from firstorder.io.scenes._skies import sky_of
+from firstorder.io.scenes._surface_maps import MapSet, corner_uv, map_set_of
+from firstorder.io.scenes._toml_tables import (
+    TomlTable,
     lines_of,
     number,
     parsed,
@@ -78,10 +80,9 @@ from firstorder.io.scenes.toml_tables import (
     word,
     yes,
 )
-from firstorder.io.skies import sky_of
-from firstorder.numerics.vectors import cross, unit
-from firstorder.space.meshes.mesh import Mesh, mesh
-from firstorder.space.scene import Scene, Thing, thing
+from firstorder.numerics._vectors import cross, unit
+from firstorder.space.meshes.triangle_mesh import Mesh, mesh
+from firstorder.space.scene import Primitive, Scene, primitive
 from firstorder.space.shapes import build, kinds
 
 MATERIAL = ("emission", "albedo", "specular", "exponent")
@@ -98,13 +99,13 @@ CLASSES = {
 
 
 @dataclasses.dataclass(frozen=True)
-class Model:
+class MeshModel:
     """A mesh with a name and a material.
 
     Attributes:
         mesh: for silhouettes and Embree.
         name: for `Scene.named`.
-        material: arguments of `thing`, by name.
+        material: arguments of `primitive`, by name.
         uv: at the corners of each face, for pictures, shape (f, 3, 2); or None.
     """
 
@@ -114,11 +115,11 @@ class Model:
     uv: Any = None
 
     @property
-    def thing(self) -> Thing:
-        """Its faces as triangles of a scene: right for rays, slow for many."""
+    def thing(self) -> Primitive:
+        """The mesh as triangles of a scene: right for rays, slow for many."""
         a, b, c = (self.mesh.corners[:, k] for k in range(3))
         u, v = b - a, c - a
-        return thing(
+        return primitive(
             kinds.Triangles(a, jnp.stack([u, v, unit(cross(u, v))], -1)),
             name=self.name,
             **self.material,
@@ -126,33 +127,33 @@ class Model:
 
 
 @dataclasses.dataclass(frozen=True)
-class Space:
-    """What a scene file of space holds.
+class SpaceFile:
+    """Contents of a scene file of space.
 
     Attributes:
-        things: shapes with materials.
+        things: primitives, shapes with materials.
         models: meshes with materials.
         sky: radiance from beyond everything: a number, or a function of the direction.
         camera: or None.
-        coats: what things and then models have on them, one for each; or empty.
+        coats: maps of the primitives and then of the models, one for each; or empty.
     """
 
-    things: tuple[Thing, ...]
-    models: tuple[Model, ...] = ()
+    things: tuple[Primitive, ...]
+    models: tuple[MeshModel, ...] = ()
     sky: Any = 0.0
     camera: Pinhole | None = None
-    coats: tuple[Coat, ...] = ()
+    coats: tuple[MapSet, ...] = ()
 
     @property
     def scene(self) -> Scene:
         """Everything as one scene, meshes as triangles, without coats."""
-        return Scene.of(*self.things, *(model.thing for model in self.models), sky=self.sky)
+        return Scene.of(*self.things, *(model.thing for model in self.models), environment=self.sky)
 
 
 # --- reading -------------------------------------------------------------------------------------
 
 
-def read_space(path: str | os.PathLike[str]) -> Space:
+def read_space(path: str | os.PathLike[str]) -> SpaceFile:
     r"""Reads a scene of space from a TOML file (the schema stands at the top of this module).
 
     Args:
@@ -201,7 +202,7 @@ def _bytes_of(path: pathlib.Path) -> bytes:
 
 def space_from_toml(
     source: str | bytes, file: str = "scene", folder: str | os.PathLike[str] = "."
-) -> Space:
+) -> SpaceFile:
     """Reads a scene of space from the text of a TOML file.
 
     Args:
@@ -219,14 +220,14 @@ def space_from_toml(
     if tables.get("dimensions") != 3:
         raise Place(file).error("a scene of space must say `dimensions = 3` at its top.")
 
-    def each(key: str) -> list[Table]:
+    def each(key: str) -> list[TomlTable]:
         found = enumerate(tables.get(key, []))
-        return [Table(v, place_of(file, lines, key, i, v), lines, key, i) for i, v in found]
+        return [TomlTable(v, place_of(file, lines, key, i, v), lines, key, i) for i, v in found]
 
-    def one(key: str, read: Callable[[Table], Any], default: Any) -> Any:
+    def one(key: str, read: Callable[[TomlTable], Any], default: Any) -> Any:
         if key not in tables:
             return default
-        table = Table(tables[key], Place(file, lines.get((key, 0, "")), key), lines, key, 0)
+        table = TomlTable(tables[key], Place(file, lines.get((key, 0, "")), key), lines, key, 0)
         found = read(table)
         table.done()
         return found
@@ -238,7 +239,7 @@ def space_from_toml(
     sky = one("environment", lambda table: sky_of(table, folder), 0.0)
     coats = tuple(coat for _, coat in (*things, *models))
     shapes_, meshes_ = (tuple(made for made, _ in a) for a in (things, models))
-    return Space(shapes_, meshes_, sky, one("camera", _camera, None), coats)
+    return SpaceFile(shapes_, meshes_, sky, one("camera", _camera, None), coats)
 
 
 def _check_key(key: str, value: Any, place: Place) -> None:
@@ -253,8 +254,8 @@ def _check_key(key: str, value: Any, place: Place) -> None:
         raise place.error(f"`{key}` is not known here: {nearest_known(key, _TOP)}")
 
 
-def _material(table: Table) -> dict[str, Any]:
-    """The arguments of `thing`; a single emission is the front's."""
+def _material(table: TomlTable) -> dict[str, Any]:
+    """The arguments of `primitive`; a single emission is the front's."""
     two_sided = table.take("two_sided", yes, False)
     found = {
         k: table.take(k, sided if k in ("emission", "albedo") else number, 0.0) for k in MATERIAL
@@ -264,7 +265,7 @@ def _material(table: Table) -> dict[str, Any]:
     return found
 
 
-def _thing(table: Table, folder: str | os.PathLike[str]) -> tuple[Thing, Coat]:
+def _thing(table: TomlTable, folder: str | os.PathLike[str]) -> tuple[Primitive, MapSet]:
     kind, name, material = table.take("kind", word), table.take("name", word, ""), _material(table)
     if kind not in _GEOMETRY:
         known = nearest_known(kind, _GEOMETRY)
@@ -279,9 +280,9 @@ def _thing(table: Table, folder: str | os.PathLike[str]) -> tuple[Thing, Coat]:
         given = {key: table.take(key, read) for key, read in reads.items()}
         arrays = {k: np.array(v, float) for k, v in given.items()}
         made = refused_at(table.at, lambda: make(**arrays))
-    coat = coat_of(table, folder, kind != "polygon")
+    coat = map_set_of(table, folder, kind != "polygon")
     table.done()
-    return refused_at(table.at, lambda: thing(made, name=name, **material)), coat
+    return refused_at(table.at, lambda: primitive(made, name=name, **material)), coat
 
 
 def _ellipsoid(center, semi):
@@ -312,7 +313,7 @@ _GEOMETRY: dict[str, tuple[Callable[..., Any], dict[str, Callable[[Any], Any]]]]
 }
 
 
-def _model(table: Table, folder: str | os.PathLike[str]) -> tuple[Model, Coat]:
+def _model(table: TomlTable, folder: str | os.PathLike[str]) -> tuple[MeshModel, MapSet]:
     name, material = table.take("name", word, ""), _material(table)
     if "file" in table.values:
         path = pathlib.Path(folder, table.take("file", word))
@@ -330,14 +331,14 @@ def _model(table: Table, folder: str | os.PathLike[str]) -> tuple[Model, Coat]:
                 raise table.at("uv").error(
                     f"`uv` must be three pairs for each of {len(faces)} faces, but is of {len(uv)}."
                 )
-            uv = np.array(uv)[proper(np.array(faces))]
-    coat = coat_of(table, folder, uv is not None)
+            uv = np.array(uv)[valid_faces(np.array(faces))]
+    coat = map_set_of(table, folder, uv is not None)
     table.done()
-    refused_at(table.at, lambda: thing(build.sphere((0, 0, 0), 1.0), **material))
-    return Model(found, name, material, None if uv is None else np.array(uv, float)), coat
+    refused_at(table.at, lambda: primitive(build.sphere((0, 0, 0), 1.0), **material))
+    return MeshModel(found, name, material, None if uv is None else np.array(uv, float)), coat
 
 
-def _camera(table: Table) -> Pinhole:
+def _camera(table: TomlTable) -> Pinhole:
     eye, gamma = np.array(table.take("eye", vector)), table.take("gamma", number)
     if "axes" in table.values:
         axes = np.array(table.take("axes", three_vectors)).T

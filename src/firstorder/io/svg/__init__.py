@@ -1,1 +1,1 @@
-"""Drawings as scenes."""
+"""Scenes of flatland from SVG drawings."""

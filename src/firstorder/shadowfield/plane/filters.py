@@ -16,7 +16,7 @@ from jaxtyping import Array, ArrayLike, Bool, Float
 from firstorder.errors import check_not_negative, check_positive, is_concrete, nan_unless
 from firstorder.fields.field import Field
 from firstorder.numerics.batching import in_batches
-from firstorder.shadowfield.plane.light_field import to_light
+from firstorder.shadowfield.plane.light_field import to_two_planes
 from firstorder.shadowfield.plane.spectra import Wedge
 from firstorder.typing import Scalar, as_float
 
@@ -24,7 +24,7 @@ from firstorder.typing import Scalar, as_float
 class RayFilter(eqx.Module):
     """Frequencies `|Omega_y| <= Omega_y_max`, `|Omega_x - shear Omega_y| <= width / 2` pass.
 
-    Make one with `sheared_filter` or `simple_filter`.
+    Make one with `sheared_filter` or `axis_aligned_filter`.
 
     Attributes:
         width: along Omega_x [cycles/m].
@@ -57,7 +57,7 @@ class RayFilter(eqx.Module):
 
     @property
     def primal_scale(self) -> Scalar:
-        """How much longer the footprint is along x than a pixel's. Below 1 nothing is gained.
+        """Length of the footprint along x over that of a pixel's; below 1 nothing is gained.
 
         Reference: E11 eq. 9.
         """
@@ -76,7 +76,7 @@ class RayFilter(eqx.Module):
 
         Reference: E11 eqs. 11-12, Fig. 6 (d).
         """
-        return to_light(d1).M @ self.primal_matrix
+        return to_two_planes(d1).M @ self.primal_matrix
 
     @property
     def area(self) -> Scalar:
@@ -124,7 +124,7 @@ def sheared_filter(d1, d2_min, d2_max, Omega_y_max, Omega_pix, margin=0.0) -> Ra
 
     Valid when: all blockers are nearer to the light than the receiver is. Wrong, and refused, when
     `d1 <= d2_max`: the wedge then holds the axis Omega_y = 0 and no shear covers it; use
-    `simple_filter`, or split the blockers.
+    `axis_aligned_filter`, or split the blockers.
 
     Raises:
         ValueError: if `d1` is not beyond the blockers, they are at a single depth and there is no
@@ -153,7 +153,7 @@ def sheared_filter(d1, d2_min, d2_max, Omega_y_max, Omega_pix, margin=0.0) -> Ra
     )
 
 
-def simple_filter(Omega_y_max, Omega_pix, margin=0.0) -> RayFilter:
+def axis_aligned_filter(Omega_y_max, Omega_pix, margin=0.0) -> RayFilter:
     """The axis-aligned filter: all frequencies that light and pixels can show.
 
     Reference: E11 Fig. 5 (a).
@@ -164,7 +164,7 @@ def simple_filter(Omega_y_max, Omega_pix, margin=0.0) -> RayFilter:
     return RayFilter(2.0 * Omega_pix, jnp.zeros_like(Omega_pix), Omega_y_max, Omega_pix, margin)
 
 
-def reconstruct(
+def reconstruct_irradiance(
     filter: RayFilter,
     light: Field,
     x: Float[ArrayLike, " m"],
@@ -210,7 +210,7 @@ def _check_beyond(d1, d2_min, d2_max, margin) -> None:
     if np.any(np.asarray(d1) <= np.asarray(d2_max)):
         raise ValueError(
             f"Argument `d1` must be greater than `d2_max` = {d2_max}, but is {d1}: a receiver "
-            "among the blockers has no sheared filter, use `simple_filter`."
+            "among the blockers has no sheared filter, use `axis_aligned_filter`."
         )
     if np.any(np.asarray(d2_min) == np.asarray(d2_max)) and not np.all(np.asarray(margin) > 0):
         raise ValueError(

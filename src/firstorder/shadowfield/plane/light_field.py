@@ -1,4 +1,4 @@
-"""The shadow light field: what part of a flat light each ray that leaves it brings to a receiver.
+"""The shadow light field: the part of a flat light that each ray from it brings to a receiver.
 
 A light lies along a line, the receiver along a parallel line at the distance d1 from it, and the
 blockers between them. Positions on all planes are measured from one origin, distances from the
@@ -28,7 +28,7 @@ from firstorder.fields.jet import Jet, autodiff_jet
 from firstorder.laws.integrate import Integrate
 from firstorder.laws.move import Move
 from firstorder.laws.multiply import Multiply
-from firstorder.numerics.quadrature import cuts
+from firstorder.numerics.quadrature import sorted_breaks
 from firstorder.typing import Ray, Scalar, as_float
 
 ON_LIGHT = Frame(("y", "v"))
@@ -37,7 +37,7 @@ PLANE = Frame(("y",))
 ON_RECEIVER = Frame(("x",))
 
 
-def layer(g: Field, d2) -> Field:
+def planar_blocker(g: Field, d2) -> Field:
     """A blocker in a plane: `f(y, v) = g(y + d2 v)`.
 
     Args:
@@ -51,9 +51,9 @@ def layer(g: Field, d2) -> Field:
 
     Example:
         >>> from firstorder.fields import Affine, Bars
-        >>> from firstorder.shadowfield import PLANE, layer
+        >>> from firstorder.shadowfield import PLANE, planar_blocker
         >>> slit = Bars(Affine([1.0], 0.0, PLANE), [-0.1, 0.1], [0.0, 1.0, 0.0])
-        >>> f = layer(slit, 0.5)
+        >>> f = planar_blocker(slit, 0.5)
         >>> f(0.3, -0.6).item(), f(0.3, 0.0).item()
         (1.0, 0.0)
     """
@@ -62,7 +62,7 @@ def layer(g: Field, d2) -> Field:
     return Move(jnp.stack([jnp.ones_like(d2), d2])[None], to=ON_LIGHT)(g)
 
 
-def light_field(layers: Sequence[Field], depths) -> Field:
+def planar_blockers(layers: Sequence[Field], depths) -> Field:
     """Several planar blockers: the product of their layers.
 
     The product of two lines of energy is not on either line and need not lie between them: see
@@ -79,9 +79,9 @@ def light_field(layers: Sequence[Field], depths) -> Field:
 
     Example:
         >>> from firstorder.fields import Affine, Bars
-        >>> from firstorder.shadowfield import PLANE, light_field
+        >>> from firstorder.shadowfield import PLANE, planar_blockers
         >>> slit = Bars(Affine([1.0], 0.0, PLANE), [-0.1, 0.1], [0.0, 1.0, 0.0])
-        >>> light_field([slit, slit], [0.4, 0.6])(0.0, 0.2).item()  # through one, not the other
+        >>> planar_blockers([slit, slit], [0.4, 0.6])(0.0, 0.2).item()  # through one, not the other
         0.0
     """
     depths = as_float(depths)
@@ -90,13 +90,13 @@ def light_field(layers: Sequence[Field], depths) -> Field:
             f"Argument `depths` must have {len(layers)} entries, at least one, "
             f"but has shape {depths.shape}."
         )
-    f = layer(layers[0], depths[0])
+    f = planar_blocker(layers[0], depths[0])
     for g, d2 in zip(layers[1:], depths[1:], strict=True):
-        f = Multiply(layer(g, d2))(f)
+        f = Multiply(planar_blocker(g, d2))(f)
     return f
 
 
-def to_light(d1) -> Move:
+def to_two_planes(d1) -> Move:
     """The law that names rays by (x, y): `f((x - y) / d1, y)` from a field over (y, v).
 
     Its Jacobian is `dy dv = dx dy / d1`.
@@ -107,8 +107,8 @@ def to_light(d1) -> Move:
     Reference: E11 §3 and eqs. 11-12 (its inverse is a shear of -1 and a scale of 1 / d1).
 
     Example:
-        >>> from firstorder.shadowfield import to_light
-        >>> to_light(2.0).M.tolist()
+        >>> from firstorder.shadowfield import to_two_planes
+        >>> to_two_planes(2.0).M.tolist()
         [[0.0, 1.0], [0.5, -0.5]]
     """
     check_positive("d1", d1)
@@ -117,8 +117,8 @@ def to_light(d1) -> Move:
     return Move(jnp.stack([jnp.stack([zero, one]), jnp.stack([s, -s])]), to=TWO_PLANES)
 
 
-def from_receiver(d1) -> Move:
-    """The inverse of `to_light`: `f(y + d1 v, y)` over (y, v), from a field over (x, y)."""
+def _from_receiver(d1) -> Move:
+    """The inverse of `to_two_planes`: `f(y + d1 v, y)` over (y, v), from a field over (x, y)."""
     check_positive("d1", d1)
     d1 = _positive(d1)
     zero, one = jnp.zeros_like(d1), jnp.ones_like(d1)
@@ -154,7 +154,7 @@ class FormFactor(Field):
         return autodiff_jet(self.at, u, self.frame)
 
 
-def shadow(
+def shadow_irradiance(
     f: Field, light: Field, d1, lower, upper, form: str = "omitted", nodes: int = 16
 ) -> Field:
     """Irradiance along a receiver: `h(x) = r(x) int f((x - y) / d1, y) l(y) dy`.
@@ -184,17 +184,18 @@ def shadow(
     Reference: E11 eq. 2.
 
     Example:
-        >>> from firstorder.fields import Affine, Bars, Box
-        >>> from firstorder.shadowfield import PLANE, layer, shadow
+        >>> from firstorder.fields import Affine, Bars, BoxProfile
+        >>> from firstorder.shadowfield import PLANE, planar_blocker, shadow_irradiance
         >>> edge = Bars(Affine([1.0], 0.0, PLANE), [0.0], [0.0, 1.0])
-        >>> h = shadow(layer(edge, 0.5), Box(0.5, "y", PLANE), 1.0, -0.5, 0.5)
+        >>> h = shadow_irradiance(planar_blocker(edge, 0.5), BoxProfile(0.5, "y", PLANE), 1.0, -0.5,
+        ...     0.5)
         >>> round(h(0.0).item(), 12), round(h(0.25).item(), 12)
         (0.5, 0.75)
     """
     if form not in ("omitted", "factored", "exact"):
         raise ValueError(f"Argument `form` must be omitted, factored or exact, but is {form!r}.")
     lit = _over_both(light)
-    seen = Multiply(lit)(to_light(d1)(f))
+    seen = Multiply(lit)(to_two_planes(d1)(f))
     over = Integrate("y", lower, upper, nodes)
     if form == "omitted":
         return over(seen)
@@ -238,7 +239,7 @@ def factoring_bound(light: Field, d1, lower, upper, x, nodes: int = 256) -> Floa
     return 0.5 * step * jnp.sum(jnp.abs(K - r[..., None]) * light(y), axis=-1)
 
 
-def visible_intervals(
+def _visible_intervals(
     f: Field, d1, x, lower, upper
 ) -> tuple[Float[Array, " m"], Float[Array, " k"]]:
     """The light as one receiver sees it through planar blockers: cuts, and what each piece passes.
@@ -256,17 +257,18 @@ def visible_intervals(
 
     Example:
         >>> from firstorder.fields import Affine, Bars
-        >>> from firstorder.shadowfield import PLANE, layer, visible_intervals
+        >>> from firstorder.shadowfield import PLANE, planar_blocker
+        >>> from firstorder.shadowfield.plane.light_field import _visible_intervals
         >>> edge = Bars(Affine([1.0], 0.0, PLANE), [0.0], [0.0, 1.0])
-        >>> ends, passed = visible_intervals(layer(edge, 0.5), 1.0, 0.25, -0.5, 0.5)
+        >>> ends, passed = _visible_intervals(planar_blocker(edge, 0.5), 1.0, 0.25, -0.5, 0.5)
         >>> ends.tolist(), passed.tolist()
         ([-0.5, -0.25, 0.5], [0.0, 1.0])
     """
-    seen = to_light(d1)(f)
+    seen = to_two_planes(d1)(f)
     lower, upper = as_float(lower), as_float(upper)
     u = jnp.stack([as_float(x), jnp.zeros_like(lower)])
     met = [e.crossing(u, 1, lower, upper).value for e in seen.edges()]
-    ends, _ = cuts(lower, upper, met)
+    ends, _ = sorted_breaks(lower, upper, met)
     return ends, seen(u[0], 0.5 * (ends[1:] + ends[:-1]))
 
 

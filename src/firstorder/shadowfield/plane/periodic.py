@@ -1,4 +1,4 @@
-"""Periodic blockers: what is left of them in the shadow, and when their average will do.
+"""Periodic blockers: their waves in the shadow, and when average occlusion is accurate.
 
 A plane of bars of period p at depth d2 throws on the receiver waves of period p d1 / d2. Wave n
 has the height of its Fourier coefficient times the light's spectrum at `(1 - d2/d1) n / p`: a
@@ -17,7 +17,7 @@ from firstorder.fields.spectrum import Spectrum
 from firstorder.typing import Scalar, as_float
 
 
-def bars_coefficient(harmonic, open) -> Float[Array, "*n"]:
+def _bars_coefficient(harmonic, open) -> Float[Array, "*n"]:
     """Fourier coefficient of an endless grating, open on the fraction `open` about zero.
 
     `c_n = sin(pi n open) / (pi n)`, and `c_0 = open`.
@@ -46,9 +46,9 @@ def shadow_harmonic(harmonic, period, open, light: Spectrum, d1, d2) -> Array:
     Reference: D05 §3.4 ("most high frequencies are effectively removed by integration"); E11 eq. 8.
 
     Example:
-        >>> from firstorder.fields import Box, Separable
+        >>> from firstorder.fields import BoxProfile, Separable
         >>> from firstorder.shadowfield import PLANE, shadow_harmonic
-        >>> light = Separable([0.0], (Box(0.5, "y", PLANE),)).spectrum()
+        >>> light = Separable([0.0], (BoxProfile(0.5, "y", PLANE),)).spectrum()
         >>> coarse, fine = (abs(shadow_harmonic(1, p, 0.5, light, 1.0, 0.5)) for p in (4.0, 0.15))
         >>> round(float(coarse), 3), round(float(fine), 3)
         (0.31, 0.026)
@@ -58,7 +58,7 @@ def shadow_harmonic(harmonic, period, open, light: Spectrum, d1, d2) -> Array:
     n, period, d1, d2 = (as_float(a) for a in (harmonic, period, d1, d2))
     ok = (period > 0) & (d2 > 0) & (d2 < d1)
     Omega = nan_unless(ok, -(1.0 - d2 / d1) * n / period)
-    return bars_coefficient(n, open) * light(Omega)
+    return _bars_coefficient(n, open) * light(Omega)
 
 
 def average_occlusion_bound(period, open, width, d1, d2) -> Scalar:
@@ -107,7 +107,7 @@ def coarsest_average_period(tolerance, open, width, d1, d2) -> Scalar:
     return as_float(tolerance) / average_occlusion_bound(1.0, open, width, d1, d2)
 
 
-def matched_period(period, d1, d2, other) -> Scalar:
+def _matched_period(period, d1, d2, other) -> Scalar:
     """Period at depth `other` that looks from the receiver like `period` at depth d2.
 
     Lengths in proportion to the distance from the receiver (E11 Fig. 18 (a)): the openings of both

@@ -1,4 +1,4 @@
-"""How densely the shadow light field must be sampled so that replicas miss the filter.
+"""Sampling rates of the shadow light field at which replicas miss the filter.
 
 Samples on a grid over (x, y) repeat the spectrum at all multiples of the two rates. Reconstruction
 is right if no replica of the blockers' wedge overlaps the filter. E11's Appendix B gives the rate
@@ -19,7 +19,7 @@ from firstorder.shadowfield.plane.spectra import Wedge
 from firstorder.typing import Scalar, as_float
 
 
-class Rates(eqx.Module):
+class SamplingRates(eqx.Module):
     """Samples for each metre along the receiver (x) and along the light (y)."""
 
     x: Scalar = eqx.field(converter=as_float)
@@ -103,7 +103,7 @@ def light_rate_of_endless_wedge(d1, d2_min, d2_max, Omega_y_max) -> Scalar:
     return as_float(Omega_y_max) * b * (1.0 / a - 1.0 / b)
 
 
-def sampling_rates(filter: RayFilter, corners: Float[ArrayLike, "3 2"]) -> Rates:
+def sampling_rates(filter: RayFilter, corners: Float[ArrayLike, "3 2"]) -> SamplingRates:
     """Both rates; together they keep every replica off the filter.
 
     Replicas shifted along Omega_x miss it by the first rate, whatever their shift along Omega_y;
@@ -111,11 +111,11 @@ def sampling_rates(filter: RayFilter, corners: Float[ArrayLike, "3 2"]) -> Rates
 
     Reference: E11 App. B.
     """
-    return Rates(receiver_rate(filter, corners), light_rate(filter, corners))
+    return SamplingRates(receiver_rate(filter, corners), light_rate(filter, corners))
 
 
-def samples_per_receiver(filter: RayFilter, rates: Rates) -> Scalar:
-    """How many samples lie under the filter: the density of samples over its area in frequency.
+def samples_per_receiver(filter: RayFilter, rates: SamplingRates) -> Scalar:
+    """Number of samples under the filter: the density of samples over its area in frequency.
 
     A footprint has the area `1 / area` in space. E11 divides the rates by the filter's "volume in
     (x1, x2, y1, y2)", which has the unit of a density squared: the volume meant is that in
@@ -126,7 +126,7 @@ def samples_per_receiver(filter: RayFilter, rates: Rates) -> Scalar:
     return rates.x * rates.y / filter.area
 
 
-def replicas_overlap(filter: RayFilter, corners, rates: Rates, reach: int = 24) -> bool:
+def replicas_overlap(filter: RayFilter, corners, rates: SamplingRates, reach: int = 24) -> bool:
     """Whether some replica of the wedge overlaps the filter: by brute force over all shifts.
 
     On the host, by separating axes. Sets that touch do not overlap.
@@ -148,7 +148,7 @@ def replicas_overlap(filter: RayFilter, corners, rates: Rates, reach: int = 24) 
 
 
 def _height(body: Float[Array, "k 2"], other: Float[Array, "m 2"]) -> Scalar:
-    """Where the upper hull of all sums of two sets of corners meets the axis x = 0.
+    """Height at which the upper hull of all sums of two sets of corners meets the axis x = 0.
 
     Of all chords between sums on either side, the highest.
     """
@@ -163,7 +163,7 @@ def _height(body: Float[Array, "k 2"], other: Float[Array, "m 2"]) -> Scalar:
 
 
 def _meet(a: np.ndarray, b: np.ndarray, hair: float = 1e-9) -> bool:
-    """Whether two convex polygons share more than their rims."""
+    """Whether two convex polygons share more than their borders."""
     scale = max(np.abs(a).max(), np.abs(b).max())
     for polygon in (a, b):
         sides = np.roll(polygon, -1, 0) - polygon

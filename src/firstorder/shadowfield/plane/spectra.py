@@ -1,4 +1,4 @@
-"""Spectra of shadow light fields: lines for planar blockers, a wedge for many, and what leaves it.
+"""Spectra of shadow light fields: lines for planar blockers, a wedge for many, energy outside.
 
 A plane of blockers never ends, so that its spectrum is a Dirac on a line. Every number here is
 taken under a stated window over the ray's offset v, which widens the line to the window's own
@@ -17,11 +17,11 @@ from firstorder.conventions import Frame
 from firstorder.errors import check_positive, check_shape, is_concrete, nan_unless
 from firstorder.fields.spectrum import Grid, Spectrum
 from firstorder.laws.move import Move
-from firstorder.shadowfield.plane.light_field import ON_LIGHT, ON_RECEIVER, to_light
+from firstorder.shadowfield.plane.light_field import ON_LIGHT, ON_RECEIVER, to_two_planes
 from firstorder.typing import ComplexScalar, Frequency, Scalar, as_float
 
 
-class Outer(Spectrum):
+class _Outer(Spectrum):
     """`first(Omega_0) second(Omega_1)`: a function of one coordinate times one of the other."""
 
     first: Spectrum
@@ -33,7 +33,7 @@ class Outer(Spectrum):
         return self.first.at(Omega[:1]) * self.second.at(Omega[1:])
 
 
-def layer_spectrum(G: Spectrum, d2, window: Spectrum) -> Spectrum:
+def blocker_spectrum(G: Spectrum, d2, window: Spectrum) -> Spectrum:
     """Spectrum of a planar blocker under a window: `G(Omega_y) W(Omega_v - d2 Omega_y)`.
 
     Of `g(y + d2 v) w(v)` over (y, v), exact. For an ever wider window of unit height W tends to the
@@ -50,11 +50,11 @@ def layer_spectrum(G: Spectrum, d2, window: Spectrum) -> Spectrum:
     Example:
         >>> from firstorder.fields import GaussianProfile, Separable
         >>> from firstorder.conventions import Frame
-        >>> from firstorder.shadowfield import PLANE, layer_spectrum
+        >>> from firstorder.shadowfield import PLANE, blocker_spectrum
         >>> g = Separable([0.1], (GaussianProfile(0.05, "y", PLANE),)).spectrum()
         >>> V = Frame(("v",))
         >>> w = Separable([0.0], (GaussianProfile(3.0, "v", V),)).spectrum()
-        >>> F = layer_spectrum(g, 0.5, w)
+        >>> F = blocker_spectrum(g, 0.5, w)
         >>> on, off = abs(F(2.0, 1.0)), abs(F(2.0, 1.5))  # on the line Omega_v = 0.5 Omega_y
         >>> bool(on > 0.8), bool(off < 1e-9)
         (True, True)
@@ -64,10 +64,10 @@ def layer_spectrum(G: Spectrum, d2, window: Spectrum) -> Spectrum:
     d2 = nan_unless(d2 > 0, d2)
     one, zero = jnp.ones_like(d2), jnp.zeros_like(d2)
     move = Move(jnp.stack([jnp.stack([one, d2]), jnp.stack([zero, one])]), to=ON_LIGHT)
-    return move(Outer(G, window))
+    return move(_Outer(G, window))
 
 
-def receiver_spectrum(F: Spectrum, d1) -> Spectrum:
+def two_plane_spectrum(F: Spectrum, d1) -> Spectrum:
     """Spectrum over (x, y): `d1 F(Omega_y + Omega_x, d1 Omega_x)`, F in the order (y, v).
 
     Args:
@@ -76,7 +76,7 @@ def receiver_spectrum(F: Spectrum, d1) -> Spectrum:
 
     Reference: E11 eqs. 4, 15, 16 (there F stands in the order (v, y)).
     """
-    return to_light(d1)(F)
+    return to_two_planes(d1)(F)
 
 
 class ShadowSpectrum(Spectrum):
@@ -85,7 +85,7 @@ class ShadowSpectrum(Spectrum):
     By the trapezoid rule, which converges exponentially if F or L dies out inside the interval.
 
     Args:
-        F: spectrum over (x, y), as `receiver_spectrum` returns it.
+        F: spectrum over (x, y), as `two_plane_spectrum` returns it.
         light: spectrum L of the light's intensity.
         reach: the integral runs over `|Omega_y| < reach` [cycles/m].
         nodes: of the rule.
@@ -106,7 +106,7 @@ class ShadowSpectrum(Spectrum):
         return jnp.sum(both) * (2.0 * self.reach / (self.nodes - 1))
 
 
-class ParallelPlanes(Spectrum):
+class PlanarShadowSpectrum(Spectrum):
     """Shadow of one plane of blockers: `H = (d1/d2) G((d1/d2) Omega_x) L((1 - d1/d2) Omega_x)`.
 
     A product, hence in space the blocker, magnified by d1 / d2 from the light's origin, convolved
@@ -123,11 +123,11 @@ class ParallelPlanes(Spectrum):
     Reference: E11 eqs. 6-8 (after Soler and Sillion 1998).
 
     Example:
-        >>> from firstorder.fields import Box, Separable
-        >>> from firstorder.shadowfield import PLANE, ParallelPlanes
-        >>> slit = Separable([0.0], (Box(0.1, "y", PLANE),)).spectrum()
-        >>> light = Separable([0.0], (Box(0.5, "y", PLANE),)).spectrum()
-        >>> H = ParallelPlanes(slit, light, 1.0, 0.5)
+        >>> from firstorder.fields import BoxProfile, Separable
+        >>> from firstorder.shadowfield import PLANE, PlanarShadowSpectrum
+        >>> slit = Separable([0.0], (BoxProfile(0.1, "y", PLANE),)).spectrum()
+        >>> light = Separable([0.0], (BoxProfile(0.5, "y", PLANE),)).spectrum()
+        >>> H = PlanarShadowSpectrum(slit, light, 1.0, 0.5)
         >>> round(H(0.0).real.item(), 12)  # slit 0.2 m, magnified twice, times a light of 1 m
         0.4
     """
@@ -153,7 +153,7 @@ class ParallelPlanes(Spectrum):
 
 
 class Wedge(eqx.Module):
-    """Where the energy of blockers at depths from d2_min to d2_max is said to lie.
+    """The wedge of frequencies that holds the energy of blockers at depths from d2_min to d2_max.
 
     Over (y, v) between the lines `Omega_v = d2 Omega_y`. Over (x, y) between the lines through zero
     of slope `Omega_y / Omega_x` from `d1 / d2_max - 1` to `d1 / d2_min - 1`: a point of energy
@@ -192,13 +192,13 @@ class Wedge(eqx.Module):
             )
 
     def direction(self, d2, d1=None) -> Float[Array, "2"]:
-        """Where a wave of unit frequency on a plane at depth d2 stands, (Omega_y, Omega_v).
+        """Frequency (Omega_y, Omega_v) of a wave of unit frequency on a plane at depth d2.
 
         With a receiver at d1, (Omega_x, Omega_y).
         """
         d2 = as_float(d2)
         energy = jnp.stack([jnp.ones_like(d2), d2])
-        return energy if d1 is None else to_light(d1).M.T @ energy
+        return energy if d1 is None else to_two_planes(d1).M.T @ energy
 
     def slopes(self, d1) -> tuple[Scalar, Scalar]:
         """Smallest and largest `Omega_y / Omega_x`."""
@@ -215,7 +215,7 @@ class Wedge(eqx.Module):
             margin: half the width of that box: what a window over the samples smears [cycles/m].
         """
         p, q = (self.direction(d2, d1) for d2 in (self.d2_min, self.d2_max))
-        turn = jnp.sign(p[0] * q[1] - p[1] * q[0])
+        turn = jnp.where(p[0] * q[1] < p[1] * q[0], -1.0, 1.0)  # of one depth, a line
         beyond_p = turn * (p[0] * second - p[1] * first)
         before_q = turn * (first * q[1] - second * q[0])
         slack = [margin * jnp.sum(jnp.abs(e)) for e in (p, q)]
@@ -224,7 +224,7 @@ class Wedge(eqx.Module):
         return right | left
 
 
-def power(
+def power_spectrum(
     samples: Array | np.ndarray, grid: Grid, tapered: bool = True, mean: bool = False
 ) -> Float[Array, "..."]:
     """Spectral energy of samples on the grid's own frequencies: `|F|^2`, whose sum is the energy.
@@ -257,7 +257,7 @@ def energy_outside(energy: Array, inside: Array) -> Scalar:
     return jnp.sum(jnp.where(inside, 0.0, energy)) / jnp.sum(energy)
 
 
-def band_limited(samples: Array | np.ndarray, inside: Array) -> Float[Array, "nx ny"]:
+def zero_outside(samples: Array | np.ndarray, inside: Array) -> Float[Array, "nx ny"]:
     """The samples with all frequencies set to zero that are not `inside` (E11 Fig. 7 (d), (e)).
 
     Args:

@@ -1,7 +1,7 @@
-r"""How wrong shared shadow rays are expected to be, and the band limit Omega_y that this suggests.
+r"""Expected error of shared shadow rays, and the band limit Omega_y that makes it least.
 
 **Noise.** A receiver's answer is a sum over cells of the lamp, each the weighed share p of free
-rays among its part of n effective ones: a coin tossed n times (`noise`). Rays that are spread
+rays among its part of n effective ones: a coin tossed n times (`_noise`). Rays that are spread
 evenly do better than that, so that it is rather too large.
 
 **Bias.** What the filter with band limit Omega_y leaves out is the energy outside of it. On the
@@ -14,18 +14,19 @@ stands for the steps that are not made. The size of a step can be measured: ever
 one answer and the others another; the mean over neighbours of the product of their steps is that
 size squared, if the noise of both is independent.
 
-**Which it is not within one `trace`.** Its feet are one additive sequence; each half of it misses
-what the other half misses. On the fence of the tests, for limits of 1 to 16 cycles/m, 16 seeds:
+**Which it is not within one `trace_shadow_rays`.** Its feet are one additive sequence; each half of
+it misses what the other half misses. On the fence of the tests, for limits of 1 to 16 cycles/m, 16
+seeds:
 
     rays   measured over expected error, one trace   two traces, interleaved   RMS at 4 cycles/m
     1      .39 .36 .38 .79 .75 (bias .089 for .035)  .85 .87 1.1 1.4 1.2       .0268, .0567
     4      1.2 1.2 1.2 .82 .52                       .79 .75 .76 1.0 .84       .0223, .0244
     16     .88 .87 .93 1.2 .65                       .85 .83 .87 1.1 .62       .0223, .0221
 
-Who wants errors that are right on average traces half of the rays with each of two seeds and lays
-them side by side (example at `ladder`). Single runs of that scatter by a factor of two either way
-up to 4 rays, and few rays from two sequences are noisier than those of one: RMS is twice as large
-at 1 ray, 1.1 times at 4 (1.5 times at 8 cycles/m), the same at 16.
+For unbiased error estimates, trace half of the rays with each of two seeds and lay them side by
+side (example at `band_limit_sweep`). Single runs of that scatter by a factor of two either way up
+to 4 rays, and few rays from two sequences are noisier than those of one: RMS is twice as large at 1
+ray, 1.1 times at 4 (1.5 times at 8 cycles/m), the same at 16.
 """
 
 from __future__ import annotations
@@ -38,15 +39,16 @@ import scipy.ndimage
 from jaxtyping import Float, Int
 
 from firstorder.errors import check_positive
-from firstorder.shadowfield.rendering.depth_bounds import depth_bounds
-from firstorder.shadowfield.rendering.ray_table import LampFrame, Plane, RayTable, where_below
-from firstorder.shadowfield.rendering.sheared_filter import (
+from firstorder.shadowfield.rendering._filter_shape import (
     cell_shares,
     filter_shape,
     or_lit,
     own_share,
 )
-from firstorder.shadowfield.rendering.weighted_sums import Sums, gather
+from firstorder.shadowfield.rendering._weighted_sums import Sums, gather
+from firstorder.shadowfield.rendering.depth_bounds import blocker_depths
+from firstorder.shadowfield.rendering.lamp import LampFrame, where_below
+from firstorder.shadowfield.rendering.ray_table import Plane, RayTable
 
 STEP = 2.0**-1.5  # sizes of steps where power falls with Omega^-4
 
@@ -54,8 +56,8 @@ Numbers = Float[np.ndarray, " m"]
 Rungs = Float[np.ndarray, "k m"]
 
 
-class Ladder(NamedTuple):
-    """Answers at several band limits from the same rays, and how far off each should be.
+class BandLimitSweep(NamedTuple):
+    """Answers at several band limits from the same rays, and the expected error of each.
 
     NaN for receivers that are nowhere or not below the lamp.
 
@@ -75,7 +77,7 @@ class Ladder(NamedTuple):
 
     @property
     def error(self) -> Rungs:
-        """Noise and bias together, as squares: what is random and what is not."""
+        """Noise and bias together, as the root of their squares."""
         return np.hypot(self.noise, self.bias)
 
     @property
@@ -89,7 +91,7 @@ class Ladder(NamedTuple):
         return int(np.argmin(np.nanmean(self.error**2, 1)))
 
 
-class Chosen(NamedTuple):
+class SelectedBandLimits(NamedTuple):
     """An image, each pixel at its own band limit.
 
     Attributes:
@@ -103,8 +105,10 @@ class Chosen(NamedTuple):
     limit: Numbers
 
 
-def odds(sums: Sums, before: Float[np.ndarray, "m c"] | None = None) -> Float[np.ndarray, "m c"]:
-    """How likely a ray of each cell is free: two more rays by what was known `before`.
+def _free_probability(
+    sums: Sums, before: Float[np.ndarray, "m c"] | None = None
+) -> Float[np.ndarray, "m c"]:
+    """Probability that a ray of each cell is free, with two more rays of `before` as prior.
 
     A few rays that agree promise no certainty.
 
@@ -120,7 +124,7 @@ def odds(sums: Sums, before: Float[np.ndarray, "m c"] | None = None) -> Float[np
     return (each * sums.seen + 2.0 * (laplace if before is None else before)) / (each + 2.0)
 
 
-def noise(sums: Sums, share: Float[np.ndarray, " c"], free: Float[np.ndarray, "m c"]) -> Numbers:
+def _noise(sums: Sums, share: Float[np.ndarray, " c"], free: Float[np.ndarray, "m c"]) -> Numbers:
     """Standard deviation of the share of the lamp that is seen.
 
     `sum share^2 p (1 - p) / (n / cells)`: rays start everywhere on the lamp.
@@ -128,21 +132,21 @@ def noise(sums: Sums, share: Float[np.ndarray, " c"], free: Float[np.ndarray, "m
     Args:
         sums: of rays.
         share: of each cell in the light.
-        free: how likely a ray of each cell is free (`odds`).
+        free: how likely a ray of each cell is free (`_free_probability`).
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.shadowfield.rendering.band_limit_choice import noise, odds
-        >>> from firstorder.shadowfield.rendering.weighted_sums import Sums
+        >>> from firstorder.shadowfield.rendering.band_limit_choice import _noise, _free_probability
+        >>> from firstorder.shadowfield.rendering._weighted_sums import Sums
         >>> coin = Sums(np.array([[100.0]]), np.array([[50.0]]), np.array([100.0]))
-        >>> noise(coin, np.ones(1), odds(coin)).tolist()  # sqrt(1/4 / 100)
+        >>> _noise(coin, np.ones(1), _free_probability(coin)).tolist()  # sqrt(1/4 / 100)
         [0.05]
     """
     variance = np.sum(share**2 * free * (1.0 - free), 1) * len(share)
     return np.sqrt(variance / np.maximum(sums.samples, 1.0))
 
 
-def ladder(
+def band_limit_sweep(
     lamp: LampFrame,
     table: RayTable,
     receivers: Float[np.ndarray, "m 3"],
@@ -155,8 +159,8 @@ def ladder(
     bounds: tuple[Numbers, Numbers] | None = None,
     own_rays: float = np.inf,
     radius: float = 4.0,
-) -> Ladder:
-    """Answers of `sheared` at several band limits, with the errors to expect.
+) -> BandLimitSweep:
+    """Answers of `sheared_shadow` at several band limits, with their expected errors.
 
     Args:
         lamp: the lamp.
@@ -168,7 +172,7 @@ def ladder(
         image: the receivers' numbers in a square image, and its side: for the mean of neighbours.
         cells: along each edge of the lamp.
         falloff: of the light over the lamp, from places in [-1, 1]^2; None for a constant.
-        bounds: of the blockers' depths; by default those of `depth_bounds`.
+        bounds: of the blockers' depths; by default those of `blocker_depths`.
         own_rays: how many rays `fallback` is made of.
         radius: standard deviation of the mean over neighbours [pixels].
 
@@ -181,8 +185,10 @@ def ladder(
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.shadowfield.rendering.band_limit_choice import ladder
-        >>> from firstorder.shadowfield.rendering.ray_table import RayTable, lamp_frame, trace
+        >>> from firstorder.shadowfield.rendering.band_limit_choice import band_limit_sweep
+        >>> from firstorder.shadowfield.rendering.lamp import lamp_frame
+        >>> from firstorder.shadowfield.rendering.ray_table import RayTable
+        >>> from firstorder.shadowfield.rendering.ray_table import trace_shadow_rays
         >>> def bar(a, b):  # half way up, hides x < 0
         ...     hit = (a + b)[:, 0] < 0.0
         ...     return np.where(hit, 0.5, np.inf), np.where(hit, 0.5, -np.inf)
@@ -190,11 +196,12 @@ def ladder(
         >>> x = np.linspace(-0.7, 0.7, 16)
         >>> floor = np.stack([*np.meshgrid(x, x, indexing="ij"), np.zeros((16, 16))], -1)
         >>> floor = floor.reshape(-1, 3)
-        >>> one, two = (trace(lamp, floor, 2, bar, seed)[0] for seed in (0, 1))  # 4 rays in all
+        >>> one, two = (trace_shadow_rays(lamp, floor, 2, bar, seed)[0] for seed in (0, 1))
         >>> columns = zip(one, two, strict=True)  # every second ray from the other seed
         >>> table = RayTable(*(np.stack(c, 1).reshape(-1, *c[0].shape[1:]) for c in columns))
         >>> image = np.arange(256), 16
-        >>> rungs = ladder(lamp, table, floor, np.array([1.0, 2.0]), 0.09, np.zeros(256), image)
+        >>> rungs = band_limit_sweep(lamp, table, floor, np.array([1.0, 2.0]), 0.09, np.zeros(256),
+        ...     image)
         >>> off = rungs.visible[0] - np.clip(0.5 + floor[:, 0], 0.0, 1.0)
         >>> ratio = np.mean(off**2) / np.mean(rungs.error[0] ** 2)  # measured over expected
         >>> bool(0.5 < np.sqrt(ratio) < 2.0)
@@ -211,7 +218,7 @@ def ladder(
 
     def answer(points, fallback, where, bounds) -> tuple[Rungs, Rungs, Rungs, Rungs]:
         local = lamp.local(points)
-        near, far = depth_bounds(lamp, table, points, pixel) if bounds is None else bounds
+        near, far = blocker_depths(lamp, table, points, pixel) if bounds is None else bounds
         visible, spread, samples, steps, own = [], [], [], [], np.zeros(len(local))
         likely = None
         for Omega_y in chosen:
@@ -220,8 +227,8 @@ def ladder(
             sums = Sums(*(a + b for a, b in zip(*both, strict=True)))
             visible.append(or_lit(np.sum(share * sums.seen, 1), sums))
             steps.append([np.where(h.square > 0.0, h.seen @ share, np.nan) for h in both])
-            likely = odds(sums, likely)
-            spread.append(np.where(sums.square > 0.0, noise(sums, share, likely), 0.0))
+            likely = _free_probability(sums, likely)
+            spread.append(np.where(sums.square > 0.0, _noise(sums, share, likely), 0.0))
             samples.append(sums.samples)
             own = np.maximum(own, own_share(sums, near, shape))
         lost, known = _bias(np.array(steps), (where, side), radius), np.where(own > 0, fallback, 0)
@@ -234,7 +241,9 @@ def ladder(
         )
 
     at = np.asarray(receivers, float)
-    return Ladder(chosen, *where_below(lamp, at, answer, np.asarray(fallback), image[0], bounds))
+    return BandLimitSweep(
+        chosen, *where_below(lamp, at, answer, np.asarray(fallback), image[0], bounds)
+    )
 
 
 def _bias(halves: Float[np.ndarray, "k 2 m"], image, radius: float) -> Rungs:
@@ -259,9 +268,9 @@ def _spread(values: Numbers, image, radius: float) -> Numbers:
     return (both[0] / np.maximum(both[1], 1e-12)).ravel()[where]
 
 
-def automatic(
-    rungs: Ladder, image: tuple[Int[np.ndarray, " m"], int], radius: float = 2.0
-) -> Chosen:
+def select_band_limits(
+    rungs: BandLimitSweep, image: tuple[Int[np.ndarray, " m"], int], radius: float = 2.0
+) -> SelectedBandLimits:
     """Each pixel at the band limit of least expected error, without jumps between neighbours.
 
     NaN where the ladder has no numbers; such pixels have no say in their neighbours' choice.
@@ -281,14 +290,4 @@ def automatic(
 
     error = np.sqrt(between(rungs.error**2))
     limit = np.where(some, rungs.limits[0] * 2.0**at, np.nan)
-    return Chosen(between(rungs.visible), error, limit)
-
-
-__all__ = [
-    "Chosen",
-    "Ladder",
-    "automatic",
-    "ladder",
-    "noise",
-    "odds",
-]
+    return SelectedBandLimits(between(rungs.visible), error, limit)

@@ -1,9 +1,9 @@
-"""Between which depths the blockers of each receiver lie, as far as traced rays tell.
+"""Bounds of the depths of each receiver's blockers, from traced rays.
 
 A blocker at lateral p and depth z can come between the lamp and a pixel at (X, d1) if p lies in the
 frustum of both: `|p - X t| <= half (1 - t) + pixel t / 2`, `t = z / d1 < 1`, on both axes. What a
-ray from below the receiver meets within `rays.LEVEL` above it may be the receiver's own surface,
-and does not count. What rays of its own level meet there does.
+ray from below the receiver meets within `ray_table.LEVEL` above it may be the receiver's own
+surface, and does not count. What rays of its own level meet there does.
 """
 
 from __future__ import annotations
@@ -13,8 +13,9 @@ import scipy.ndimage
 from jaxtyping import Float
 
 from firstorder.errors import check_positive
-from firstorder.shadowfield.rendering.culling import narrowed
-from firstorder.shadowfield.rendering.ray_table import LEVEL, LampFrame, RayTable, where_below
+from firstorder.shadowfield.rendering._culling import narrowed
+from firstorder.shadowfield.rendering.lamp import LampFrame, where_below
+from firstorder.shadowfield.rendering.ray_table import LEVEL, RayTable
 
 GROUP = 64  # receivers that are searched at once
 HAIR = 1e-9  # what rounding may move a place on a frustum's side [m]
@@ -22,7 +23,7 @@ HAIR = 1e-9  # what rounding may move a place on a frustum's side [m]
 Numbers = Float[np.ndarray, " n"]
 
 
-def depth_bounds(
+def blocker_depths(
     lamp: LampFrame, table: RayTable, receivers: Float[np.ndarray, "m 3"], pixel: float
 ) -> tuple[Numbers, Numbers]:
     """Depths of the first and last blockers that the table knows before each receiver [m].
@@ -53,7 +54,7 @@ def _bounds(lamp: LampFrame, places, local, pixel: float) -> tuple[Numbers, Numb
     columns = [np.ascontiguousarray(column) for column in places.T]  # one axis each: faster
 
     def keep(rows, some):
-        """Whether places lie in the hull of the frusta: their sides are straight in t."""
+        """Mask of places in the hull of the frusta: their sides are straight in t."""
         at, z = local[rows], columns[2][some]
         shallow, deep = z / at[:, 2].max(), np.minimum(z / at[:, 2].min(), 1.0)
         inside = columns[3][some] < at[:, 2].max()
@@ -73,7 +74,7 @@ def _bounds(lamp: LampFrame, places, local, pixel: float) -> tuple[Numbers, Numb
 
 
 def _places(table: RayTable) -> Float[np.ndarray, "k 4"]:
-    """Where rays meet their first and last blockers, by depth; once if they are the same.
+    """Places of the rays' first and last blockers, by depth; once if they are the same.
 
     And the depth that receivers must exceed for it to come before them.
     """
@@ -106,10 +107,10 @@ def _first(lamp, at, places, pixel: float, none: float) -> Numbers:
     return found
 
 
-def smoothed(
+def smooth_depths(
     near: Float[np.ndarray, "w h"], far: Float[np.ndarray, "w h"], radius: int
 ) -> tuple[Float[np.ndarray, "w h"], Float[np.ndarray, "w h"]]:
-    """Bounds of an image without jumps from pixel to pixel, of which filters would ring.
+    """Depth bounds of an image without jumps from pixel to pixel, at which filters would ring.
 
     First the least and the largest within the radius, so that bounds stay bounds, then a Gaussian
     of half of it. Pixels without blockers stay without unless others within the radius have some.
@@ -131,6 +132,3 @@ def smoothed(
         spread = scipy.ndimage.gaussian_filter(np.where(some, a, 0.0), 0.5 * radius)
         found.append(np.where(some, spread / np.where(some, weight, 1.0), none))
     return np.minimum(found[0], near), np.maximum(found[1], far)
-
-
-__all__ = ["depth_bounds", "smoothed"]

@@ -1,4 +1,4 @@
-r"""Blockers at very different depths, told apart: each layer with a filter of its own.
+r"""Blockers at very different depths: two layers, each with a filter of its own.
 
 A ray is free if no layer hides it: `f = f1 f2`. A filter that serves both layers at once is narrow,
 for it must leave both in place; one for each layer alone is wide. But the lamp that both leave
@@ -22,23 +22,24 @@ import numpy as np
 from jaxtyping import Float
 
 from firstorder.errors import check_positive
-from firstorder.shadowfield.rendering.depth_bounds import depth_bounds
-from firstorder.shadowfield.rendering.ray_table import LampFrame, Plane, RayTable, where_below
-from firstorder.shadowfield.rendering.sheared_filter import cell_shares, filter_shape
-from firstorder.shadowfield.rendering.weighted_sums import gather
+from firstorder.shadowfield.rendering._filter_shape import cell_shares, filter_shape
+from firstorder.shadowfield.rendering._weighted_sums import gather
+from firstorder.shadowfield.rendering.depth_bounds import blocker_depths
+from firstorder.shadowfield.rendering.lamp import LampFrame, where_below
+from firstorder.shadowfield.rendering.ray_table import Plane, RayTable
 
 Numbers = Float[np.ndarray, " m"]
 
 
-class Layers(NamedTuple):
-    """The same rays, told by what hides them above and below a depth."""
+class _DepthLayers(NamedTuple):
+    """Two ray tables of the same rays: blockers above and below a depth."""
 
     upper: RayTable
     lower: RayTable
 
 
-def split(table: RayTable, depth: float) -> Layers:
-    """Tells the blockers of rays apart at a depth below the lamp.
+def _split_at_depth(table: RayTable, depth: float) -> _DepthLayers:
+    """Ray tables of the blockers above and below a depth below the lamp.
 
     First and last blockers say of every ray whether each layer hides it. What lies between them is
     not known: the last blocker above and the first one below may be others than those kept here.
@@ -53,13 +54,13 @@ def split(table: RayTable, depth: float) -> Layers:
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.shadowfield.rendering.layers import split
+        >>> from firstorder.shadowfield.rendering.layers import _split_at_depth
         >>> from firstorder.shadowfield.rendering.ray_table import RayTable
         >>> none = np.zeros((3, 2), np.float32)
         >>> near = np.array([1.0, 1.0, np.inf], np.float32)
         >>> far = np.array([3.0, 1.5, -np.inf], np.float32)
         >>> start = np.full(3, 4.0, np.float32)
-        >>> upper, lower = split(RayTable(none, none, near, far, start), 2.0)
+        >>> upper, lower = _split_at_depth(RayTable(none, none, near, far, start), 2.0)
         >>> upper.far.tolist(), lower.near.tolist()
         ([1.0, 1.5, -inf], [3.0, inf, inf])
     """
@@ -74,10 +75,10 @@ def split(table: RayTable, depth: float) -> Layers:
     lower = table._replace(
         near=np.where(below, near_below, inf), far=np.where(below, table.far, -inf)
     )
-    return Layers(upper, lower)
+    return _DepthLayers(upper, lower)
 
 
-def layered(
+def layered_shadow(
     lamp: LampFrame,
     table: RayTable,
     receivers: Float[np.ndarray, "m 3"],
@@ -90,7 +91,7 @@ def layered(
 ) -> Numbers:
     """Share of the lamp that is seen past two layers of blockers.
 
-    Valid when: rays start at the receivers' level, as `split` wants them.
+    Valid when: rays start at the receivers' level, as `_split_at_depth` wants them.
 
     Args:
         lamp: the lamp.
@@ -117,11 +118,15 @@ def layered(
         raise ValueError(
             f"Argument `rule` must be covariance, product or minimum, but is {rule!r}."
         )
-    share, parts, extent = cell_shares(cells, falloff), split(table, depth), float(lamp.half.max())
+    share, parts, extent = (
+        cell_shares(cells, falloff),
+        _split_at_depth(table, depth),
+        float(lamp.half.max()),
+    )
 
     def answer(points) -> Numbers:
         local = lamp.local(points)
-        both = [depth_bounds(lamp, t, points, pixel) for t in parts]
+        both = [blocker_depths(lamp, t, points, pixel) for t in parts]
 
         def seen(near, far, *tables: RayTable) -> list[np.ndarray]:
             """Free rays by cell, under the filter for such bounds; NaN where it meets none."""
@@ -140,6 +145,3 @@ def layered(
         return np.clip(p * q + f - f1 * f2, 0.0, 1.0) @ share
 
     return where_below(lamp, np.asarray(receivers, float), answer)
-
-
-__all__ = ["Layers", "layered", "split"]

@@ -1,4 +1,4 @@
-"""How many shadow rays each pixel should trace, by the rates at which replicas miss the filter.
+"""Shadow rays per pixel, from the rates at which replicas miss the filter.
 
 E11's two rates are samples for each metre along the receiver and along the lamp, on either axis; a
 pixel of the side p under a lamp of half edges A, B takes `(Omega_x Omega_y)^2 p^2 (2 A) (2 B)`.
@@ -25,7 +25,7 @@ from firstorder.errors import check_between, check_not_negative, check_positive
 Numbers = Float[np.ndarray, " m"]
 
 
-def wanted(
+def rays_per_pixel(
     d1: Numbers,
     near: Numbers,
     far: Numbers,
@@ -49,9 +49,9 @@ def wanted(
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.shadowfield.rendering.sample_counts import wanted
+        >>> from firstorder.shadowfield.rendering.sample_counts import rays_per_pixel
         >>> one = np.ones(1)
-        >>> found = wanted(one, one / 3, 2 * one / 3, 1.0, 0.1, np.ones(2))
+        >>> found = rays_per_pixel(one, one / 3, 2 * one / 3, 1.0, 0.1, np.ones(2))
         >>> found.round(3).tolist()  # (4 * 3)^2 / 25
         [5.76]
     """
@@ -65,13 +65,13 @@ def wanted(
     return np.where(some, rates**2 * pixel**2 * 4.0 * np.prod(half), 0.0)
 
 
-def ray_counts(
+def distribute_rays(
     share: Numbers, total: int, seed: int = 0, least: float = 0.25
 ) -> Int[np.ndarray, " m"]:
-    """Whole numbers of rays for pixels, in proportion to what they want, with a given sum.
+    """Whole numbers of rays for pixels, in proportion to what they need, with a given sum.
 
     Args:
-        share: what each pixel wants, on any scale (`wanted`).
+        share: what each pixel needs, on any scale (`rays_per_pixel`).
         total: of rays.
         seed: of the random numbers by which shares of a ray are rounded.
         least: share of the rays that is spread evenly: blockers that nobody knows are met by these.
@@ -81,8 +81,8 @@ def ray_counts(
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.shadowfield.rendering.sample_counts import ray_counts
-        >>> ray_counts(np.array([0.0, 1.0, 1.0]), 12, least=0.25).tolist()
+        >>> from firstorder.shadowfield.rendering.sample_counts import distribute_rays
+        >>> distribute_rays(np.array([0.0, 1.0, 1.0]), 12, least=0.25).tolist()
         [1, 6, 5]
     """
     check_positive("total", total)
@@ -99,6 +99,3 @@ def ray_counts(
     counts = np.diff(steps).astype(int)
     counts[-1] += total - int(counts.sum())
     return np.maximum(counts, 0)
-
-
-__all__ = ["ray_counts", "wanted"]

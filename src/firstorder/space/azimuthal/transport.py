@@ -1,4 +1,4 @@
-"""Light that arrives at a receiver, slice by slice: R07's integrals over azimuth.
+"""Integrals over azimuth of the light at a receiver, slice by slice (R07).
 
     B   = int dphi int T(w) V(w) |sin(theta)| dtheta                                (R07 eq. 47, 49)
     B_x = int dphi int T_x V |sin(theta)| dtheta                                    interior
@@ -7,8 +7,8 @@
 A slice is half of a great circle over the pole: phi in [0, pi), theta in [-pi/2, pi/2], so that a
 blocker overhead is no special case. In a slice every convex blocker covers one interval of theta,
 whose ends lie where the slice meets its silhouette; the intervals are merged. The integral over phi
-is split wherever that changes its form (`azimuths`), with nodes that cancel the inverse square
-roots at the ends.
+is split wherever that changes its form (`_critical_azimuths`), with nodes that cancel the inverse
+square roots at the ends.
 
 Everything is differentiable: the derivative of the sum is that of B, with shadow edges. Beside it
 stands the gradient by R07's formulas, interior and boundary apart. The contour integrals of
@@ -25,20 +25,21 @@ from jaxtyping import Array, Bool, Float
 
 from firstorder.conventions import azimuth_axes, polar
 from firstorder.errors import check_positive, nan_unless
-from firstorder.numerics.vectors import cross, dot, settled
-from firstorder.space.azimuthal.critical import Part, folded, nodes_between, parts
-from firstorder.space.azimuthal.integrands import Cosine, Transport, Uniform, Varying
+from firstorder.numerics._vectors import cross, dot, settled
+from firstorder.scene._arguments import check_asked
+from firstorder.space.azimuthal._critical_azimuths import Part, folded, nodes_between, parts
+from firstorder.space.azimuthal._integrands import Cosine, Transport, Uniform, Varying
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
-from firstorder.visibility.elevation import rim_elevation
-from firstorder.visibility.gradients import Split
-from firstorder.visibility.intervals import signed_edges
+from firstorder.visibility._intervals import signed_edges
+from firstorder.visibility.elevation import crease_elevation
+from firstorder.visibility.gradients import SplitDerivative
 
 FAR = 1e30
 
 
-class Sliced(eqx.Module):
-    """Light at a receiver, with its gradient.
+class AzimuthalIntegral(eqx.Module):
+    """An integral over azimuth of the light at a receiver, with its gradient.
 
     Attributes:
         value: B.
@@ -46,11 +47,11 @@ class Sliced(eqx.Module):
     """
 
     value: Float[Array, ""]
-    gradient: Split
+    gradient: SplitDerivative
 
 
-class Slice(eqx.Module):
-    """What blockers cover in a vertical slice.
+class _Slice(eqx.Module):
+    """Angular intervals that blockers cover in a vertical slice.
 
     Attributes:
         low, high: ends of the intervals of theta [rad]; empty where a blocker is not met.
@@ -66,7 +67,9 @@ class Slice(eqx.Module):
     phi: Float[Array, ""]
 
 
-def visibility_by_azimuth(scene: Scene, at: Receiver, nodes: int = 24, most: int = 64) -> Sliced:
+def visibility_by_azimuth(
+    scene: Scene, at: Receiver, nodes: int = 24, most: int = 64
+) -> AzimuthalIntegral:
     """Net visibility, the solid angle of the sky that a receiver sees, with its gradient [sr].
 
     Valid when: the receiver is outside of all closed shapes (else NaN) and lies flat or on a
@@ -86,29 +89,33 @@ def visibility_by_azimuth(scene: Scene, at: Receiver, nodes: int = 24, most: int
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.space import Scene, receiver, sphere, thing
+        >>> from firstorder.space import Scene, receiver, sphere, primitive
         >>> from firstorder.space.azimuthal.transport import visibility_by_azimuth
-        >>> scene = Scene.of(thing(sphere((0.0, 0.0, 2.0), 1.0)))
+        >>> scene = Scene.of(primitive(sphere((0.0, 0.0, 2.0), 1.0)))
         >>> B = visibility_by_azimuth(scene, receiver((0.0, 0.0, 0.0)))
         >>> print(round(float(1.0 - B.value / (2.0 * jnp.pi)), 6))  # 1 - cos(30 degrees)
         0.133975
     """
+    check_asked(scene, Scene, at, Receiver)
     return _integrated(scene, at, Uniform(), nodes, most)
 
 
-def irradiance_by_azimuth(scene: Scene, at: Receiver, nodes: int = 24, most: int = 64) -> Sliced:
+def irradiance_by_azimuth(
+    scene: Scene, at: Receiver, nodes: int = 24, most: int = 64
+) -> AzimuthalIntegral:
     """Irradiance from a sky of radiance one behind blockers, with its gradient.
 
     The same as `visibility_by_azimuth` with the cosine; arguments and errors are its own.
 
     Example:
-        >>> from firstorder.space import Scene, receiver, sphere, thing
+        >>> from firstorder.space import Scene, receiver, sphere, primitive
         >>> from firstorder.space.azimuthal.transport import irradiance_by_azimuth
-        >>> scene = Scene.of(thing(sphere((0.0, 0.0, 2.0), 1.0)))
+        >>> scene = Scene.of(primitive(sphere((0.0, 0.0, 2.0), 1.0)))
         >>> E = irradiance_by_azimuth(scene, receiver((0.0, 0.0, 0.0)))
         >>> print(round(float(E.value), 4))  # pi (1 - sin(30 degrees)^2)
         2.3562
     """
+    check_asked(scene, Scene, at, Receiver)
     return _integrated(scene, at, Cosine(), nodes, most)
 
 
@@ -119,7 +126,7 @@ def transport_by_azimuth(
     nodes: int = 24,
     inner: int = 16,
     most: int = 64,
-) -> Sliced:
+) -> AzimuthalIntegral:
     """Light behind blockers under any transport, with its gradient.
 
     `transport(at, w)` is radiance times lobe times cosine for light from the direction w of the
@@ -143,21 +150,22 @@ def transport_by_azimuth(
     Reference: R07 §7.3, eq. 49, and the text after it.
 
     Example:
-        >>> from firstorder.space import Scene, receiver, sphere, thing
+        >>> from firstorder.space import Scene, receiver, sphere, primitive
         >>> from firstorder.space.azimuthal.transport import transport_by_azimuth
-        >>> scene = Scene.of(thing(sphere((0.0, 0.0, 2.0), 1.0)))
+        >>> scene = Scene.of(primitive(sphere((0.0, 0.0, 2.0), 1.0)))
         >>> def lit(at, w):  # brighter to the right, and farther along
         ...     return w[2] * (1.0 + 0.5 * (at.axes @ w)[0] + at.position[0])
         >>> B = transport_by_azimuth(scene, receiver((0.0, 0.0, 0.0)), lit)
         >>> print(round(float(B.value), 4), round(float(B.gradient.interior[0]), 4))
         2.3562 2.3562
     """
+    check_asked(scene, Scene, at, Receiver)
     check_positive("inner", inner)
     return _integrated(scene, at, Varying(transport, at, inner), nodes, most)
 
 
-def sliced(found: list[Part], base: Float[Array, ""], lag: Float[Array, ""]) -> Slice:
-    """What all blockers cover in the slice at azimuth `base + lag`."""
+def _sliced(found: list[Part], base: Float[Array, ""], lag: Float[Array, ""]) -> _Slice:
+    """Angular intervals that all blockers cover in the slice at azimuth `base + lag`."""
     phi = base + lag
     ends = [settled(_ends(part, base, lag)) for part in found]
     dtype = phi.dtype
@@ -173,10 +181,12 @@ def sliced(found: list[Part], base: Float[Array, ""], lag: Float[Array, ""]) -> 
     high = high - 2.0 * np.pi * jnp.floor(rise / (2.0 * np.pi))
     turn = 2.0 * np.pi * jnp.round(jax.lax.stop_gradient(0.5 * (low + high)) / (2.0 * np.pi))
     low, high = jnp.where(met, low - turn, 0.0), jnp.where(met, high - turn, 0.0)
-    return Slice(low, high, jnp.concatenate([p_low, p_high]), jnp.concatenate([k_low, k_high]), phi)
+    return _Slice(
+        low, high, jnp.concatenate([p_low, p_high]), jnp.concatenate([k_low, k_high]), phi
+    )
 
 
-def _integrated(scene: Scene, at: Receiver, T, nodes: int, most: int) -> Sliced:
+def _integrated(scene: Scene, at: Receiver, T, nodes: int, most: int) -> AzimuthalIntegral:
     check_positive("nodes", nodes)
     check_positive("most", most)
     found = settled(parts(scene, at))
@@ -184,27 +194,27 @@ def _integrated(scene: Scene, at: Receiver, T, nodes: int, most: int) -> Sliced:
     where = settled(nodes_between(found, nodes, most, dtype))
 
     def one(base, lag):
-        cut = settled(sliced(found, base, lag))
+        cut = settled(_sliced(found, base, lag))
         value, rate = T.inside(cut.low, cut.high, cut.phi)
-        return value, rate, edge_rate(cut, T, at)
+        return value, rate, _edge_rate(cut, T, at)
 
     values, inside, moving = jax.vmap(one)(where.base, where.lag)
     sound = ~scene.inside(at.position, at.on)
     value, interior, boundary = (
         nan_unless(sound, where.weight @ a) for a in (values, inside, moving)
     )
-    return Sliced(value, Split(interior, boundary + _upright(found, T)))
+    return AzimuthalIntegral(value, SplitDerivative(interior, boundary + _upright(found, T)))
 
 
-def edge_rate(cut: Slice, T, at: Receiver) -> Float[Array, "2"]:
-    """R07 (48) and (49): what edges that move add, in one slice."""
+def _edge_rate(cut: _Slice, T, at: Receiver) -> Float[Array, "2"]:
+    """Contribution of moving edges in one slice: R07 (48) and (49)."""
     angle, sign = signed_edges(cut.low, cut.high)
     shown = sign != 0.0
     up = jnp.asarray([0.0, 0.0, 1.0], angle.dtype)
     across = azimuth_axes(cut.phi)[1]
     points = jnp.where(shown[:, None], cut.points, up)
     tangents = jnp.where(shown[:, None], cut.tangents, across)
-    rate = rim_elevation(points, tangents, jnp.broadcast_to(cut.phi, angle.shape), at.S).gradient
+    rate = crease_elevation(points, tangents, jnp.broadcast_to(cut.phi, angle.shape), at.S).gradient
     light = T.edge(polar(angle, cut.phi)) * jnp.abs(jnp.sin(angle))
     # Where a slice grazes a blocker the rate is infinite, on a panel without length.
     fine = shown[:, None] & jnp.isfinite(rate)
@@ -212,7 +222,7 @@ def edge_rate(cut: Slice, T, at: Receiver) -> Float[Array, "2"]:
 
 
 def _upright(found: list[Part], T) -> Float[Array, "2"]:
-    """What edges along the normal add, which (48) leaves out: each lies in one slice, whole.
+    """Contribution of edges along the normal, which (48) leaves out: each lies in one slice, whole.
 
     Such an edge turns by `-(e_phi . dx) / r` about the receiver. What it hides of its slice, behind
     all other blockers, comes into view or leaves it by that angle.
@@ -239,7 +249,7 @@ def _turned(found: list[Part], T, p, q, live, row) -> Float[Array, "2"]:
     along, across = (e[:2] for e in azimuth_axes(phi))
     flat = x * along[0] + y * along[1]
     one, two = (jnp.arctan2(flat, jnp.where(there, a[2], 1.0)) for a in (p, q))
-    cut = settled(sliced(found, phi, jnp.zeros_like(phi)))
+    cut = settled(_sliced(found, phi, jnp.zeros_like(phi)))
 
     def inside(low, high):
         return T.inside(cut.low.at[row].set(low), cut.high.at[row].set(high), phi)[0]
@@ -290,7 +300,7 @@ def _ends(part: Part, base, lag) -> tuple[Array, Array, Array, Array, Bool[Array
 
 
 def _line_hits(part: Part, v):
-    """Where the slice meets segments: by the sign of their ends, so that corners agree."""
+    """Hits of the slice with segments: by the sign of their ends, so that corners agree."""
     line = part.straight
     a, b = line.start @ v, line.end @ v
     meets = line.live & ((a > 0.0) != (b > 0.0))
@@ -300,7 +310,7 @@ def _line_hits(part: Part, v):
 
 
 def _arc_hits(part: Part, v, base, lag):
-    """Where the slice meets arcs: A + B cos t + C sin t = 0, twice.
+    """Hits of the slice with arcs: A + B cos t + C sin t = 0, twice.
 
     The root of B^2 + C^2 - A^2 is taken from the azimuths at which it vanishes, so that it is
     right to rounding beside them.

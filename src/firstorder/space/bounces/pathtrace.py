@@ -1,4 +1,4 @@
-r"""Light that has bounced a given number of times, by random paths: the brute-force reference.
+r"""Path tracing in space: light after a given number of bounces, the brute-force reference.
 
     E ~ (1/N) sum over paths of prod_j f cos / pdf  L_e                           (J12 eqs. 28, 29)
 
@@ -22,8 +22,9 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int, PRNGKeyArray
 
 from firstorder.conventions import cylindrical
-from firstorder.numerics.vectors import cross, dot, frame, norm, times
+from firstorder.numerics._vectors import cross, dot, matvec, norm, orthonormal_frame
 from firstorder.sampling.estimates import Estimate, Moments
+from firstorder.scene._arguments import check_asked, check_kind
 from firstorder.space.intersect import nearest, occluded
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import BACK, FRONT, Scene
@@ -34,8 +35,8 @@ BATCH = 8192  # paths under way at a time
 Rows = Float[Array, "n 3"]
 
 
-class Vertex(NamedTuple):
-    """Where paths are: leading axis n.
+class _Vertex(NamedTuple):
+    """Current vertices of paths: leading axis n.
 
     Attributes:
         position: [m].
@@ -91,17 +92,18 @@ def path_irradiance(
         >>> import jax
         >>> from firstorder.space import receiver
         >>> from firstorder.space.direct_lighting import irradiance
-        >>> from firstorder.space.library import j12_box
+        >>> from firstorder.space.library._scenes import j12_box
         >>> from firstorder.space.bounces.pathtrace import path_irradiance
         >>> scene, at = j12_box(), receiver((0.5, 0.5, 0.0), on=0)
         >>> E = path_irradiance(scene, at, jax.random.key(0), 4096)
         >>> bool(abs(E.z(irradiance(scene, at))) < 4)
         True
     """
+    check_asked(scene, Scene, at, Receiver)
     shape = at.on.shape
     position, normal = at.position.reshape(-1, 3), at.normal.reshape(-1, 3)
     one = jnp.ones(position.shape[0], position.dtype)
-    start = Vertex(position, normal, jnp.asarray(at.on).reshape(-1), 0.0 * position, jnp.pi * one,
+    start = _Vertex(position, normal, jnp.asarray(at.on).reshape(-1), 0.0 * position, jnp.pi * one,
                    0.0 * one, 0.0 * one)  # fmt: skip
     zero = jnp.zeros_like(one)
     return _run(scene, start, zero, key, paths, bounces, next_event, shape)
@@ -131,6 +133,7 @@ def path_radiance(
     Returns:
         Mean, standard error and number of paths, for each ray [W/(m^2 sr)].
     """
+    check_kind("scene", scene, Scene)
     origin, along = (jnp.asarray(a, dtype=jnp.result_type(float)) for a in (origin, along))
     shape = along.shape[:-1]
     origin = jnp.broadcast_to(origin, along.shape).reshape(-1, 3)
@@ -145,7 +148,7 @@ def path_radiance(
     return _run(scene, vertex, L, key, paths, bounces - 1, next_event, shape)
 
 
-def _run(scene, start: Vertex, emitted, key, paths: int, bounces: int, next_event, shape):
+def _run(scene, start: _Vertex, emitted, key, paths: int, bounces: int, next_event, shape):
     if paths < 2:
         raise ValueError(f"Argument `paths` must be at least 2, but is {paths}.")
     if bounces < 0:
@@ -163,7 +166,7 @@ def _run(scene, start: Vertex, emitted, key, paths: int, bounces: int, next_even
 
 
 @eqx.filter_jit
-def _traced(scene: Scene, start: Vertex, key, lanes: int, batches: int, bounces: int, lights):
+def _traced(scene: Scene, start: _Vertex, key, lanes: int, batches: int, bounces: int, lights):
     """All paths of all receivers, batch after batch."""
     scene, start = jax.lax.stop_gradient((scene, start))
     rows = start.on.shape[0]
@@ -193,8 +196,8 @@ def _traced(scene: Scene, start: Vertex, key, lanes: int, batches: int, bounces:
     return jax.tree.map(lambda a: a.reshape(rows, lanes), seen).merged().estimate()
 
 
-def _met(scene: Scene, origin: Rows, along: Rows, on) -> tuple[Vertex, Array, Array]:
-    """What rays meet, whether they do, and what is emitted there (by the sky, if they do not)."""
+def _met(scene: Scene, origin: Rows, along: Rows, on) -> tuple[_Vertex, Array, Array]:
+    """Hits of rays, whether there is one, and the emission there (of the sky, if there is none)."""
     hits = nearest(scene, origin, along, on)
     there = hits.index >= 0
     index = jnp.maximum(hits.index, 0)
@@ -205,7 +208,7 @@ def _met(scene: Scene, origin: Rows, along: Rows, on) -> tuple[Vertex, Array, Ar
     sky = jax.vmap(scene.sky)(along)
     L = jnp.where(there, scene.material.emission[index, side], sky)
     m = scene.material
-    vertex = Vertex(point, jnp.where(back[:, None], -normal, normal), hits.index, -along,
+    vertex = _Vertex(point, jnp.where(back[:, None], -normal, normal), hits.index, -along,
                     m.albedo[index, side], m.specular[index], m.exponent[index])  # fmt: skip
     return vertex, there, L
 
@@ -213,11 +216,11 @@ def _met(scene: Scene, origin: Rows, along: Rows, on) -> tuple[Vertex, Array, Ar
 # --- surfaces ------------------------------------------------------------------------------------
 
 
-def _mirrored(here: Vertex) -> Rows:
+def _mirrored(here: _Vertex) -> Rows:
     return 2.0 * dot(here.normal, here.back)[:, None] * here.normal - here.back
 
 
-def _brdf(here: Vertex, along: Rows) -> tuple[Array, Array]:
+def _brdf(here: _Vertex, along: Rows) -> tuple[Array, Array]:
     """`f cos` of directions, and the density with which they are drawn."""
     up = jnp.maximum(dot(along, here.normal), 0.0)
     across = jnp.maximum(dot(along, _mirrored(here)), 0.0)
@@ -230,20 +233,20 @@ def _brdf(here: Vertex, along: Rows) -> tuple[Array, Array]:
     return f * up, density
 
 
-def _glossy_share(here: Vertex) -> Array:
+def _glossy_share(here: _Vertex) -> Array:
     total = here.albedo + here.specular
     return here.specular / jnp.where(total > 0.0, total, 1.0)
 
 
-def _scattered(here: Vertex, u: Float[Array, "n 3"]) -> tuple[Rows, Array, Array]:
-    """A direction, `f cos / density`, and the density."""
+def _scattered(here: _Vertex, u: Float[Array, "n 3"]) -> tuple[Rows, Array, Array]:
+    """Random direction, `f cos / density`, and the density."""
     gloss = u[:, 0] < _glossy_share(here)
     e = jnp.where(gloss, here.exponent, 1.0)
     height = u[:, 1] ** (1.0 / (e + 1.0))
     rho, phi = jnp.sqrt(jnp.maximum(1.0 - height**2, 0.0)), 2.0 * jnp.pi * u[:, 2]
     axis = jnp.where(gloss[:, None], _mirrored(here), here.normal)
     local = cylindrical(rho, phi, height)
-    along = times(frame(axis), local)
+    along = matvec(orthonormal_frame(axis), local)
     value, density = _brdf(here, along)
     return (
         along,
@@ -282,8 +285,8 @@ def _area_density(scene: Scene, index: Int[Array, " n"], normal: Rows) -> Array:
     return jax.vmap(one)(index, normal)
 
 
-def _light_density(scene, origin: Rows, met: Vertex, there, lights) -> Array:
-    """Density by solid angle with which light sampling would have found what a ray met."""
+def _light_density(scene, origin: Rows, met: _Vertex, there, lights) -> Array:
+    """Density by solid angle with which light sampling draws the direction of a hit."""
     if not lights:
         return jnp.zeros_like(met.albedo)
     sampled = jnp.any(met.on[:, None] == jnp.asarray(lights), -1) & there
@@ -294,7 +297,7 @@ def _light_density(scene, origin: Rows, met: Vertex, there, lights) -> Array:
     return jnp.where(sampled, area * square / jnp.where(cosine > 0.0, cosine, 1.0), 0.0)
 
 
-def _sampled(scene: Scene, here: Vertex, u: Float[Array, "n 3"], lights) -> Array:
+def _sampled(scene: Scene, here: _Vertex, u: Float[Array, "n 3"], lights) -> Array:
     """Light from one sampled point of one light, weighted against meeting it by chance."""
     if not lights:
         return jnp.zeros_like(here.albedo)
@@ -335,6 +338,3 @@ def _point_on(shape: Any, u: Float[Array, "2"]) -> tuple[Array, Array]:
         q = jnp.stack([2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0, 0.0 * u[0]])
     point = shape.world(q)
     return point, shape.normal(point)
-
-
-__all__ = ["path_irradiance", "path_radiance"]

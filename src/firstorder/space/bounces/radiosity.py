@@ -1,4 +1,4 @@
-"""Light that surfaces send on: radiosity from bounce to bounce, on maps over a scene's faces.
+"""Radiosity from bounce to bounce, on maps over a scene's faces.
 
 The first reflection is that of rectangular lights in closed form (Lambert's sum over edges), times
 the share of the light that stratified shadow rays see; each later one is gathered from the map of
@@ -18,9 +18,14 @@ from jaxtyping import Array, Float, Int
 
 from firstorder.conventions import cylindrical
 from firstorder.errors import check_positive
-from firstorder.numerics.vectors import cross, dot, frame, norm, times, unit
-from firstorder.scene.primitives import FRONT
-from firstorder.space.bounces.radiance_maps import Maps, cast, layout, nodes
+from firstorder.numerics._vectors import cross, dot, matvec, norm, orthonormal_frame, unit
+from firstorder.scene._primitives import FRONT
+from firstorder.space.bounces._radiance_maps import (
+    RadianceMaps,
+    cell_centers,
+    face_layout,
+    trace_maps,
+)
 from firstorder.space.intersect import occluded
 from firstorder.space.scene import Scene
 from firstorder.space.shapes.kinds import Rectangles
@@ -31,7 +36,7 @@ from firstorder.space.shapes.kinds import Rectangles
 def rectangle_irradiance(
     point: Float[Array, "3"], normal: Float[Array, "3"], corners: Float[Array, "4 3"]
 ) -> Float[Array, ""]:
-    """What a rectangle of radiance 1 that nothing hides gives a receiver.
+    """Irradiance from an unoccluded rectangle of radiance 1 (Lambert's polygon formula).
 
     Lambert's sum over edges, `E = 1/2 sum angle_i (n . g_i)`, with the angle under which an edge
     appears and the unit normal g_i of the plane through it and the eye, after the polygon is cut at
@@ -81,7 +86,7 @@ def rectangle_irradiance(
     return jnp.where(facing, jnp.maximum(total, 0.0), 0.0)
 
 
-def direct(
+def _rectangle_lights(
     scene: Scene,
     point: Float[Array, "r 3"],
     normal: Float[Array, "r 3"],
@@ -168,10 +173,10 @@ def _row(scene: Scene, index: int):
 # --- light from bounce to bounce -----------------------------------------------------------------
 
 
-def radiosity(
+def solve_radiosity(
     scene: Scene, *, cells: int = 64, bounces: int = 1, rays: int = 256, shadow: int = 4
-) -> Maps:
-    """Maps of the radiance that leaves every face after one and more reflections.
+) -> RadianceMaps:
+    """Radiance maps of every face after one and more reflections.
 
     `L_1 = albedo / pi * E_direct`, `L_(k+1) = albedo / pi * E(L_k)`, and the maps hold the sum of
     the first `bounces` of these. What lights emit is not in it.
@@ -188,19 +193,19 @@ def radiosity(
 
     Example:
         >>> from firstorder.space import library
-        >>> from firstorder.space.bounces.radiosity import radiosity
-        >>> radiosity(library.j12_box(), cells=8, shadow=0).L.shape
+        >>> from firstorder.space.bounces.radiosity import solve_radiosity
+        >>> solve_radiosity(library.j12_box(), cells=8, shadow=0).L.shape
         (4, 8, 8)
     """
     for name, number in (("cells", cells - 1), ("bounces", bounces), ("rays", rays)):
         check_positive(name, number)
-    lights, plan = _lights(scene), layout(scene)
-    point, normal = nodes(scene, cells)
+    lights, plan = _lights(scene), face_layout(scene)
+    point, normal = cell_centers(scene, cells)
     albedo = scene.material.albedo[plan.shape, FRONT]
     bright = np.flatnonzero(np.asarray(albedo) > 0.0)
     empty = jnp.zeros((len(plan.shape), cells, cells), point.dtype)
     if not len(bright):
-        return Maps(scene, empty)
+        return RadianceMaps(scene, empty)
     own = jnp.repeat(jnp.asarray(plan.shape[bright]), cells**2)
     point, normal = point[bright].reshape(-1, 3), normal[bright].reshape(-1, 3)
     factor = albedo[bright][:, None, None] / math.pi
@@ -210,19 +215,19 @@ def radiosity(
 
     latest = total = sent(_direct(scene, point, normal, own, shadow, lights))
     for _ in range(bounces - 1):
-        latest = sent(_gathered(Maps(scene, latest), point, normal, own, rays))
+        latest = sent(_gathered(RadianceMaps(scene, latest), point, normal, own, rays))
         total = total + latest
-    return Maps(scene, total)
+    return RadianceMaps(scene, total)
 
 
 @eqx.filter_jit
-def _gathered(maps: Maps, point: Array, normal: Array, own: Array, rays: int) -> Array:
+def _gathered(maps: RadianceMaps, point: Array, normal: Array, own: Array, rays: int) -> Array:
     """Irradiance from maps by `rays` directions of a rank-1 lattice, shifted from point to point.
 
     Ray by ray over all points, so that nothing of the size of their product is kept.
     """
     golden = 0.5 * (math.sqrt(5.0) - 1.0)
-    around = frame(normal)
+    around = orthonormal_frame(normal)
     number = jnp.arange(point.shape[0], dtype=point.dtype)
     # Two further irrational steps give each point a shift of its own.
     shift = jnp.mod(number * 0.7548776662466927, 1.0), jnp.mod(number * 0.5698402909980532, 1.0)
@@ -232,8 +237,8 @@ def _gathered(maps: Maps, point: Array, normal: Array, own: Array, rays: int) ->
         phi = 2.0 * math.pi * jnp.mod(k * golden + shift[1], 1.0)
         rho = jnp.sqrt(u)
         local = cylindrical(rho, phi, jnp.sqrt(1.0 - u))
-        along = times(around, local)
-        return total + cast(maps, _apart(point), _apart(along), own).radiance, None
+        along = matvec(around, local)
+        return total + trace_maps(maps, _apart(point), _apart(along), own).radiance, None
 
     steps = jnp.arange(rays, dtype=point.dtype)
     total, _ = jax.lax.scan(add, jnp.zeros(point.shape[0], point.dtype), steps)

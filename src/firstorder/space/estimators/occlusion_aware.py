@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from firstorder.space.silhouettes.lambert_edge_term import lambert_edge
+from firstorder.space.silhouettes._lambert_edge_term import lambert_edge
 
 # Neighbours whose inverse distances differ by more than this fraction lie on two surfaces.
 STEP = 0.3
@@ -24,7 +24,7 @@ STEP = 0.3
 SLANT = 0.55
 
 
-def triangulated(
+def occlusion_aware_estimate(
     radiance: Float[Array, " m"],
     directions: Float[Array, "m 3"],
     distances: Float[Array, " m"],
@@ -42,7 +42,8 @@ def triangulated(
     would drag along the light behind it. It needs `neighbours`.
 
     Valid for surfaces whose radiance does not depend on the direction, seen past sharp edges. Wrong
-    past the limb of a curved surface, which slides over it: the boundary's part of the Hessian is
+    past the contour of a curved surface, which slides over it: the boundary's part of the Hessian
+    is
     then off by about its radius of curvature over its distance. Light below the horizon is none.
 
     Args:
@@ -51,7 +52,8 @@ def triangulated(
         distances: to what each ray meets [m]; `inf` for a ray that meets nothing. An environment
             is at infinity and does not move.
         triangles: neighbours on the hemisphere, counter-clockwise as x turns to y; i + m is the
-            foot of ray i on the horizon. They must cover the hemisphere once: `gather_net`.
+            foot of ray i on the horizon. They must cover the hemisphere once:
+            `hemisphere_triangulation`.
         neighbours: of each ray, as many as there are within some steps; a ray itself stands for
             none. Without them the varying light behind an edge is left out.
         step: fraction by which inverse distances differ across an edge.
@@ -63,11 +65,12 @@ def triangulated(
 
     Example:
         >>> import jax, jax.numpy as jnp
-        >>> from firstorder.space.estimators.triangulation import gather_net
-        >>> from firstorder.space.estimators.occlusion_aware import triangulated
-        >>> net = gather_net(64)
+        >>> from firstorder.space.estimators._triangulation import hemisphere_triangulation
+        >>> from firstorder.space.estimators.occlusion_aware import occlusion_aware_estimate
+        >>> net = hemisphere_triangulation(64)
         >>> sky = jnp.ones(64), net.directions, jnp.full(64, jnp.inf)
-        >>> E, gradient, hessian = jax.jit(triangulated)(*sky, net.triangles, net.neighbours)
+        >>> E, gradient, hessian = jax.jit(occlusion_aware_estimate)(*sky, net.triangles,
+        ...     net.neighbours)
         >>> round(float(E), 5), float(abs(hessian).max())
         (3.14159, 0.0)
     """
@@ -139,7 +142,7 @@ def _contours(c: _Parts) -> Float[Array, " 6"]:
 
 
 def _uncovered(points, c: _Parts, corners, neighbours, step) -> Float[Array, "2 2"]:
-    """What the light that varies behind nearer edges adds to the Hessian.
+    """Contribution to the Hessian of the light that varies behind nearer edges.
 
     Along an edge that light changes by what the far corners differ by, which sums up exactly
     however the triangles zigzag; across it, by a mean gradient where it is smooth, and where it
@@ -176,7 +179,7 @@ def _uncovered(points, c: _Parts, corners, neighbours, step) -> Float[Array, "2 
 
 
 def _carried(points, c: _Parts, corners) -> Float[Array, "8 n"]:
-    """What each point carries of the triangles in which it is nearest.
+    """Sums that each point carries for the triangles in which it is nearest.
 
     The normals of the cuts past it, outward times length (2); `int grad L du` where L jumps (2)
     and where it is smooth (2), and the area of the latter; the jumps of L behind it, along the
@@ -208,7 +211,7 @@ def _carried(points, c: _Parts, corners) -> Float[Array, "8 n"]:
 
 
 def _unit(v):
-    """Of length one, or zero."""
+    """Vectors of length one, or zero."""
     size = jnp.sum(v**2, 0)
     there = size > 0.0
     return jnp.where(there, v / jnp.sqrt(jnp.where(there, size, 1.0)), 0.0)

@@ -42,7 +42,7 @@ class Strata(eqx.Module):
         return 0.5 * jnp.diff(jnp.sin(self.theta) ** 2)[:, None] * jnp.diff(self.phi)
 
 
-def strata(
+def hemisphere_strata(
     theta: int | Float[ArrayLike, " m_1"],
     phi: int | Float[ArrayLike, " n_1"],
     key: PRNGKeyArray | None = None,
@@ -64,8 +64,8 @@ def strata(
             is unknown.
 
     Example:
-        >>> from firstorder.space.estimators.strata import strata
-        >>> cells = strata(2, 4)
+        >>> from firstorder.space.estimators.strata import hemisphere_strata
+        >>> cells = hemisphere_strata(2, 4)
         >>> cells.projected.round(4).tolist()[0]
         [0.3927, 0.3927, 0.3927, 0.3927]
     """
@@ -94,7 +94,7 @@ def _height(theta, measure):
 
 
 def _sine_cosine(height, measure):
-    """Of theta, away from the horizon by a rounding, where a weight would be infinite."""
+    """Sine and cosine of theta, a rounding off the horizon, where a weight would be infinite."""
     if measure == "angle":
         return jnp.sin(height), jnp.cos(height)
     height = jnp.minimum(height, 1.0 - jnp.finfo(height.dtype).eps)

@@ -2,8 +2,9 @@
 
 The shape operator is `S = -dn` (conventions): a sphere with outward normals has curvature -1/R.
 
-Two estimates. `fitted` lays a polynomial through the vertices within two edges of each vertex, and
-needs no normals. `from_normals` asks how given normals change along the edges of each face.
+Two estimates. `fitted_curvatures` lays a polynomial through the vertices within two edges of each
+vertex, and needs no normals. `curvatures_from_normals` asks how given normals change along the
+edges of each face.
 """
 
 from __future__ import annotations
@@ -17,12 +18,12 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from firstorder.errors import check_shape
-from firstorder.numerics.vectors import cross, dot, frame, norm, unit
-from firstorder.space.meshes.mesh import Mesh, rings, vertex_normals
+from firstorder.numerics._vectors import cross, dot, norm, orthonormal_frame, unit
+from firstorder.space.meshes.triangle_mesh import Mesh, vertex_normals, vertex_rings
 
 
 class Curvatures(eqx.Module):
-    """How a surface bends at each vertex of a mesh.
+    """Normals, principal curvatures and their directions at the vertices of a mesh.
 
     Attributes:
         normal: unit normals.
@@ -42,11 +43,11 @@ class Curvatures(eqx.Module):
 
     @property
     def gauss(self) -> Float[Array, " v"]:
-        """Their product [1/m^2]."""
+        """Product of the principal curvatures [1/m^2]."""
         return self.kappa[:, 0] * self.kappa[:, 1]
 
 
-def fitted(mesh: Mesh, degree: int = 4) -> Curvatures:
+def fitted_curvatures(mesh: Mesh, degree: int = 4) -> Curvatures:
     r"""Curvatures of the polynomial that comes closest to the vertices around each vertex.
 
     In the frame of a first guess of the normal, `z = sum_{1 <= i + j <= degree} c_ij x^i y^j` by
@@ -73,7 +74,7 @@ def fitted(mesh: Mesh, degree: int = 4) -> Curvatures:
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.space.meshes.mesh import mesh
+        >>> from firstorder.space.meshes.triangle_mesh import mesh
         >>> x, y = np.mgrid[-2:3, -2:3] / 10.0
         >>> k = np.arange(25).reshape(5, 5)
         >>> a, b = k[:-1, :-1].ravel(), k[1:, :-1].ravel()
@@ -82,12 +83,12 @@ def fitted(mesh: Mesh, degree: int = 4) -> Curvatures:
         ...     np.stack([x, y, x**2], -1).reshape(-1, 3),
         ...     np.concatenate([np.stack([a, b, c], -1), np.stack([a, c, d], -1)]),
         ... )
-        >>> print(np.round(fitted(valley).kappa[12], 6) + 0.0)
+        >>> print(np.round(fitted_curvatures(valley).kappa[12], 6) + 0.0)
         [2. 0.]
     """
     if degree not in (2, 3, 4):
         raise ValueError(f"Argument `degree` must be 2, 3 or 4, but is {degree}.")
-    return _fit(mesh, jnp.asarray(rings(mesh)), degree)
+    return _fit(mesh, jnp.asarray(vertex_rings(mesh)), degree)
 
 
 @functools.partial(jax.jit, static_argnames="degree")
@@ -95,7 +96,7 @@ def _fit(mesh: Mesh, table: Int[Array, "v k"], degree: int) -> Curvatures:
     """Least squares at all vertices at once."""
     there = table >= 0
     count = jnp.sum(there, -1)
-    guess = frame(_not_zero(vertex_normals(mesh)))
+    guess = orthonormal_frame(_not_zero(vertex_normals(mesh)))
     away = jnp.where(there[..., None], mesh.vertices[table] - mesh.vertices[:, None], 0.0)
     h = jnp.sqrt(jnp.maximum(jnp.sum(away**2, (1, 2)) / jnp.maximum(count, 1), 1e-30))
     x, y, z = (dot(away, guess[:, None, :, k]) / h[:, None] for k in range(3))
@@ -129,7 +130,7 @@ def _of_graph(guess: Array, p: Array, q: Array, r: Array, s: Array, t: Array) ->
     return _principal(normal, forward, across, aa, ab, bb)
 
 
-def from_normals(mesh: Mesh, normals: Float[Array, "v 3"] | None = None) -> Curvatures:
+def curvatures_from_normals(mesh: Mesh, normals: Float[Array, "v 3"] | None = None) -> Curvatures:
     r"""Curvatures from how normals at the vertices change along the edges of each face.
 
     On a face with tangents u, v, each of its three edges e asks of the symmetric matrix S that
@@ -139,7 +140,7 @@ def from_normals(mesh: Mesh, normals: Float[Array, "v 3"] | None = None) -> Curv
 
     Valid when: the normals are good. With normals of the surface itself the error falls as h^2 on a
     regular mesh and as h on an irregular one; with `vertex_normals` of an irregular mesh of
-    anything but a sphere it does not fall at all (`fitted` does).
+    anything but a sphere it does not fall at all (`fitted_curvatures` does).
 
     Args:
         mesh: any; differentiable in vertices and normals.
@@ -161,7 +162,7 @@ def _from_normals(mesh: Mesh, n: Float[Array, "v 3"]) -> Curvatures:
     corners, around = mesh.corners, n[mesh.faces]
     edges = [corners[:, (k + 2) % 3] - corners[:, (k + 1) % 3] for k in range(3)]
     turns = [around[:, (k + 1) % 3] - around[:, (k + 2) % 3] for k in range(3)]  # -dn
-    axes = frame(_not_zero(unit(mesh.area_vectors)))
+    axes = orthonormal_frame(_not_zero(unit(mesh.area_vectors)))
     u, w, up = (axes[..., k] for k in range(3))
     S = _least_squares([(dot(e, u), dot(e, w)) for e in edges],
                        [(dot(d, u), dot(d, w)) for d in turns])  # fmt: skip
@@ -174,7 +175,7 @@ def _from_normals(mesh: Mesh, n: Float[Array, "v 3"]) -> Curvatures:
         total = total.at[mesh.faces[:, k]].add(part)
         whole = whole.at[mesh.faces[:, k]].add(weights[k])
     total = total / jnp.where(whole > 0.0, whole, 1.0)[:, None, None]
-    axes = frame(_not_zero(n))
+    axes = orthonormal_frame(_not_zero(n))
     a, b = axes[..., 0], axes[..., 1]
     Sa, Sb = (jnp.sum(total * x[:, None], -1) for x in (a, b))
     return _principal(n, a, b, dot(a, Sa), dot(a, Sb), dot(b, Sb))

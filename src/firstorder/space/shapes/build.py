@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
 from firstorder.errors import check_finite, check_positive, is_concrete, nan_unless
-from firstorder.numerics.vectors import cross, dot, frame, norm, unit
+from firstorder.numerics._vectors import cross, dot, norm, orthonormal_frame, unit
 from firstorder.space.shapes.kinds import (
     Boxes,
     Cylinders,
@@ -73,7 +73,7 @@ def cylinder(base: Any, top: Any, radius: ArrayLike) -> Cylinders:
     r = nan_unless(r > 0.0, r)
     half = 0.5 * (top - base)
     _check_long("top", half)
-    around = frame(unit(half))
+    around = orthonormal_frame(unit(half))
     axes = jnp.stack([r * around[:, 0], r * around[:, 1], half], -1)
     return Cylinders(0.5 * (base + top), axes)
 
@@ -84,12 +84,15 @@ def disc(center: Any, normal: Any, radius: ArrayLike) -> Discs:
     normal, r = as_float(normal), as_float(radius)
     r = nan_unless(r > 0.0, r)
     _check_long("normal", normal)
-    around = frame(unit(normal))
+    around = orthonormal_frame(unit(normal))
     return Discs(center, jnp.stack([r * around[:, 0], r * around[:, 1], around[:, 2]], -1))
 
 
 def rectangle(center: Any, u: Any, v: Any) -> Rectangles:
     """A rectangle, or parallelogram, from its centre and two half-edges; its front is u x v [m].
+
+    The front is the side from which it shines, and towards which `u x v` points by the right-hand
+    rule: exchange u and v, or say `primitive(..., facing=point)`, to turn it round.
 
     Raises:
         ValueError: if the half-edges are parallel.
@@ -113,7 +116,7 @@ def plane(point: Any, normal: Any) -> Planes:
     """A plane through a point, whose front looks along `normal`."""
     normal = as_float(normal)
     _check_long("normal", normal)
-    return Planes(point, frame(unit(normal)))
+    return Planes(point, orthonormal_frame(unit(normal)))
 
 
 def polygon(vertices: Any) -> Triangles:

@@ -21,7 +21,8 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from firstorder.errors import check_finite, check_invertible, is_concrete
-from firstorder.numerics.vectors import cross, dot, inverse, norm, times, unit
+from firstorder.numerics._vectors import cross, dot, inverse_3x3, matvec, norm, unit
+from firstorder.scene._sides import closed_front
 from firstorder.typing import as_float
 
 Point = Float[Array, "3"]
@@ -55,7 +56,7 @@ class Shape(eqx.Module):
 
     @property
     def count(self) -> int:
-        """How many shapes there are."""
+        """Number of shapes."""
         return self.center.shape[0]
 
     @property
@@ -63,31 +64,39 @@ class Shape(eqx.Module):
         """Whether the shapes have an inside."""
         return False
 
+    def turned(self, which: Bool[Array, " n"]) -> Shape:
+        """The shapes, those of `which` with front and back exchanged.
+
+        Raises:
+            ValueError: if the kind is closed: its front is its outside.
+        """
+        raise ValueError(closed_front(type(self).__name__))
+
     def local(self, point: Point) -> Point:
         """World to canonical coordinates."""
-        return times(inverse(self.axes), point - self.center)
+        return matvec(inverse_3x3(self.axes), point - self.center)
 
     def world(self, q: Float[Array, "*k 3"]) -> Float[Array, "*k 3"]:
         """Canonical to world coordinates."""
-        return self.center + times(self.axes, q)
+        return self.center + matvec(self.axes, q)
 
     def distance(self, origin: Point, along: Point, own: Bool[Array, ""] | bool) -> Distance:
-        """Where a ray meets the shape first: distance along the unit vector, infinity for none.
+        """Distance along the unit vector at which a ray first meets the shape, infinity for none.
 
         Args:
             origin: of the ray [m].
             along: its direction, a unit vector.
             own: whether the origin lies on this shape, which a ray does not meet again.
         """
-        turn = inverse(self.axes)
-        t = self.canonical_distance(times(turn, origin - self.center), times(turn, along))
+        turn = inverse_3x3(self.axes)
+        t = self.canonical_distance(matvec(turn, origin - self.center), matvec(turn, along))
         return jnp.where((t > 0.0) & ~jnp.asarray(own), t, jnp.inf)
 
     def normal(self, point: Point) -> Point:
         """The unit normal at a point of the surface."""
-        turn = inverse(self.axes)
-        n = self.canonical_normal(times(turn, point - self.center))
-        return unit(times(jnp.swapaxes(turn, -1, -2), n))
+        turn = inverse_3x3(self.axes)
+        n = self.canonical_normal(matvec(turn, point - self.center))
+        return unit(matvec(jnp.swapaxes(turn, -1, -2), n))
 
     def inside(self, eye: Point) -> Bool[Array, ""]:
         """Whether an eye is on or in the shape, where it has no silhouette."""
@@ -115,11 +124,11 @@ class Ellipsoids(Shape):
 
     @property
     def closed(self) -> bool:
-        """They have an inside."""
+        """Whether the shapes have an inside: they do."""
         return True
 
     def canonical_distance(self, o, d):
-        """The unit ball; |o x d|^2 keeps the digits that b^2 - a c loses far away."""
+        """Distance to the unit ball; |o x d|^2 keeps the digits that b^2 - a c loses far away."""
         a, b = dot(d, d), dot(o, d)
         side = cross(o, d)
         square = a - dot(side, side)
@@ -129,11 +138,11 @@ class Ellipsoids(Shape):
         return jnp.where(hit, jnp.where(near > 0.0, near, (root - b) / a), jnp.inf)
 
     def canonical_normal(self, q):
-        """The radius."""
+        """Radius vector of the ball."""
         return q
 
     def canonical_inside(self, e):
-        """Not outside."""
+        """Whether the eye is not outside the ball."""
         return dot(e, e) <= 1.0
 
 
@@ -142,22 +151,22 @@ class Boxes(Shape):
 
     @property
     def closed(self) -> bool:
-        """They have an inside."""
+        """Whether the shapes have an inside: they do."""
         return True
 
     def canonical_distance(self, o, d):
-        """Three slabs."""
+        """Distance to the intersection of three slabs."""
         near, far = _slabs(o, d)
         enter, leave = jnp.max(near), jnp.min(far)
         return jnp.where(enter <= leave, jnp.where(enter > 0.0, enter, leave), jnp.inf)
 
     def canonical_normal(self, q):
-        """Of the face that is nearest."""
+        """Normal of the face that is nearest."""
         which = jnp.argmax(jnp.abs(q))
         return jnp.where(jnp.arange(3) == which, jnp.sign(q), 0.0)
 
     def canonical_inside(self, e):
-        """Not outside of any face."""
+        """Whether the eye is not outside of any face."""
         return jnp.all(jnp.abs(e) <= 1.0)
 
 
@@ -166,11 +175,11 @@ class Cylinders(Shape):
 
     @property
     def closed(self) -> bool:
-        """They have an inside."""
+        """Whether the shapes have an inside: they do."""
         return True
 
     def canonical_distance(self, o, d):
-        """The round wall within the slab of the caps."""
+        """Distance to the round wall within the slab of the caps."""
         flat = d[0] ** 2 + d[1] ** 2
         upright = flat <= 0.0
         a = jnp.where(upright, 1.0, flat)
@@ -187,29 +196,38 @@ class Cylinders(Shape):
         return jnp.where(hit, jnp.where(enter > 0.0, enter, leave), jnp.inf)
 
     def canonical_normal(self, q):
-        """Of the cap if the point is nearer to it than to the wall."""
+        """Normal of the cap if the point is nearer to it than to the wall."""
         rho = jnp.sqrt(q[0] ** 2 + q[1] ** 2)
         cap = jnp.abs(jnp.abs(q[2]) - 1.0) < jnp.abs(rho - 1.0)
         wall = jnp.stack([q[0], q[1], jnp.zeros_like(q[2])])
         return jnp.where(cap, jnp.stack([0.0 * rho, 0.0 * rho, jnp.sign(q[2])]), wall)
 
     def canonical_inside(self, e):
-        """Not outside of wall or caps."""
+        """Whether the eye is not outside of wall or caps."""
         return (e[0] ** 2 + e[1] ** 2 <= 1.0) & (jnp.abs(e[2]) <= 1.0)
 
 
-class Flat(Shape):
-    """What lies in a plane."""
+class _Flat(Shape):
+    """Base of the shapes that lie in a plane."""
+
+    def turned(self, which):
+        """The first two columns of `axes` exchanged, which keeps the points, and the third turned.
+
+        The frame stays right-handed: every kind holds (y, x) if it holds (x, y).
+        """
+        u, v, n = (self.axes[..., i] for i in range(3))
+        swapped = jnp.stack([v, u, -n], -1)
+        return type(self)(self.center, jnp.where(which[:, None, None], swapped, self.axes))
 
     def canonical_distance(self, o, d):
-        """The plane z = 0, and whether the point in it counts."""
+        """Distance to the plane z = 0, if the point in it counts."""
         level = d[2] == 0.0
         t = jnp.where(level, jnp.inf, -o[2] / jnp.where(level, 1.0, d[2]))
         q = o + jnp.where(level, 0.0, t) * d
         return jnp.where(self.holds(q[0], q[1]) & ~level, t, jnp.inf)
 
     def canonical_inside(self, e):
-        """In its plane, up to rounding: seen edge-on it covers nothing."""
+        """Whether the eye is in the plane, up to rounding: seen edge-on it covers nothing."""
         return jnp.abs(e[2]) <= 8.0 * jnp.finfo(e.dtype).eps * jnp.maximum(1.0, norm(e))
 
     @abc.abstractmethod
@@ -217,27 +235,27 @@ class Flat(Shape):
         """Whether a point of the plane belongs to the canonical shape."""
 
 
-class Discs(Flat):
+class Discs(_Flat):
     """Elliptic discs; the first two columns of `axes` are conjugate radii."""
 
     def holds(self, x, y):
-        """The unit disc."""
+        """Whether a point is in the unit disc."""
         return x * x + y * y <= 1.0
 
 
-class Rectangles(Flat):
+class Rectangles(_Flat):
     """Parallelograms; the first two columns of `axes` run from the centre to edges' middles."""
 
     def holds(self, x, y):
-        """The square [-1, 1]^2."""
+        """Whether a point is in the square [-1, 1]^2."""
         return (jnp.abs(x) <= 1.0) & (jnp.abs(y) <= 1.0)
 
 
-class Triangles(Flat):
+class Triangles(_Flat):
     """Triangles; `center` is a corner, the first two columns of `axes` are the edges from it."""
 
     def holds(self, x, y):
-        """The corner triangle."""
+        """Whether a point is in the corner triangle."""
         return (x >= 0.0) & (y >= 0.0) & (x + y <= 1.0)
 
     def middle(self, eye):
@@ -245,11 +263,11 @@ class Triangles(Flat):
         return self.center + (self.axes[..., 0] + self.axes[..., 1]) / 3.0
 
 
-class Planes(Flat):
+class Planes(_Flat):
     """Planes without end."""
 
     def holds(self, x, y):
-        """All of it."""
+        """Whether a point is in the plane: all are."""
         return jnp.asarray(True)
 
     def middle(self, eye):
@@ -259,7 +277,7 @@ class Planes(Flat):
 
 
 def _slabs(o: Array, d: Array) -> tuple[Array, Array]:
-    """Where a ray is between -1 and 1 in each coordinate."""
+    """Interval of a ray between -1 and 1, in each coordinate."""
     level = d == 0.0
     safe = jnp.where(level, 1.0, d)
     one, two = (-1.0 - o) / safe, (1.0 - o) / safe

@@ -1,1 +1,37 @@
-"""Silhouettes of shapes and meshes, what is visible of them, and integrals along them."""
+"""Silhouettes of shapes and meshes, their visible parts, and integrals along them."""
+
+from firstorder.space.silhouettes.analytic import (
+    Silhouette,
+    SilhouetteArcs,
+    SilhouetteSegments,
+    silhouette,
+)
+from firstorder.space.silhouettes.meshes import (
+    BruteForceTracer,
+    FaceTracer,
+    MeshSilhouettes,
+    mesh_net_visibility,
+    mesh_silhouette,
+    visible_mesh_silhouettes,
+)
+from firstorder.space.silhouettes.visible import (
+    SilhouetteSides,
+    VisibleSilhouettes,
+    visible_silhouettes,
+)
+
+__all__ = [
+    "SilhouetteSegments",
+    "SilhouetteArcs",
+    "Silhouette",
+    "silhouette",
+    "SilhouetteSides",
+    "VisibleSilhouettes",
+    "visible_silhouettes",
+    "mesh_silhouette",
+    "MeshSilhouettes",
+    "visible_mesh_silhouettes",
+    "mesh_net_visibility",
+    "FaceTracer",
+    "BruteForceTracer",
+]

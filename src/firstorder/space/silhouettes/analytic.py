@@ -1,4 +1,4 @@
-"""What an eye sees of a shape's edge: segments and elliptic arcs.
+"""Silhouettes of shapes in closed form: segments and elliptic arcs.
 
 The silhouette of every canonical shape is made of straight segments and arcs of ellipses, and an
 affine map keeps both:
@@ -21,7 +21,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
-from firstorder.numerics.vectors import cross, dot, frame, settled, unit
+from firstorder.numerics._vectors import cross, dot, orthonormal_frame, settled, unit
 from firstorder.space.scene import Scene
 from firstorder.space.shapes.kinds import (
     Boxes,
@@ -38,7 +38,7 @@ from firstorder.space.shapes.kinds import (
 TURN = 2.0 * np.pi
 
 
-class Straight(eqx.Module):
+class SilhouetteSegments(eqx.Module):
     """Segments of silhouettes.
 
     Attributes:
@@ -57,7 +57,7 @@ class Straight(eqx.Module):
         return self.start + t[..., None] * (self.end - self.start)
 
 
-class Curved(eqx.Module):
+class SilhouetteArcs(eqx.Module):
     """Elliptic arcs of silhouettes: `p(t) = center + a cos t + b sin t`.
 
     Attributes:
@@ -81,18 +81,18 @@ class Curved(eqx.Module):
         return self.center + self.a * jnp.cos(t)[..., None] + self.b * jnp.sin(t)[..., None]
 
     def velocity(self, t: Float[Array, "*t"]) -> Float[Array, "*t 3"]:
-        """Its derivative in t."""
+        """Derivative in t of the point."""
         return self.b * jnp.cos(t)[..., None] - self.a * jnp.sin(t)[..., None]
 
 
-class Outline(eqx.Module):
-    """All silhouettes that an eye sees, or would see if nothing were in the way."""
+class Silhouette(eqx.Module):
+    """All silhouettes of a scene as an eye sees them, hidden parts included."""
 
-    straight: Straight
-    curved: Curved
+    straight: SilhouetteSegments
+    curved: SilhouetteArcs
 
 
-def outline(scene: Scene, eye: Point, on: ArrayLike = -1) -> Outline:
+def silhouette(scene: Scene, eye: Point, on: ArrayLike = -1) -> Silhouette:
     """The silhouettes of all shapes of a scene.
 
     Args:
@@ -113,10 +113,10 @@ def outline(scene: Scene, eye: Point, on: ArrayLike = -1) -> Outline:
         straight.append(jax.tree.map(_flat, lines))
         curved.append(jax.tree.map(_flat, arcs))
         first += group.count
-    return Outline(_joined(straight), _joined(curved))
+    return Silhouette(_joined(straight), _joined(curved))
 
 
-def _row(shape: Shape, number, eye: Point, own) -> tuple[Straight, Curved]:
+def _row(shape: Shape, number, eye: Point, own) -> tuple[SilhouetteSegments, SilhouetteArcs]:
     """The silhouette of one shape."""
     e = settled(shape.local(eye))
     lines, arcs = settled(OUTLINES[type(shape)](shape, eye, e))
@@ -128,7 +128,7 @@ def _row(shape: Shape, number, eye: Point, own) -> tuple[Straight, Curved]:
         start, end, live = shape.world(lines[0]), shape.world(lines[1]), lines[2]
         half = 0.5 * (start + end) - eye
         back = dot(cross(half, end - start), middle) < 0.0
-        straight = Straight(
+        straight = SilhouetteSegments(
             jnp.where(back[:, None], end, start),
             jnp.where(back[:, None], start, end),
             jnp.broadcast_to(number, live.shape),
@@ -136,13 +136,15 @@ def _row(shape: Shape, number, eye: Point, own) -> tuple[Straight, Curved]:
         )
     if arcs is not None:
         c, a, b, first, last, live = arcs
-        curved = Curved(c, a, b, first, last, jnp.broadcast_to(number, live.shape), live & seen)
+        curved = SilhouetteArcs(
+            c, a, b, first, last, jnp.broadcast_to(number, live.shape), live & seen
+        )
         t = 0.5 * (first + last)
         p = jax.vmap(lambda arc, t: arc.point(t))(curved, t) - eye
         v = jax.vmap(lambda arc, t: arc.velocity(t))(curved, t)
         # An arc is turned round by going through it with t -> -t.
         back = dot(cross(p, v), middle) < 0.0
-        curved = Curved(
+        curved = SilhouetteArcs(
             c,
             a,
             jnp.where(back[:, None], -b, b),
@@ -155,12 +157,12 @@ def _row(shape: Shape, number, eye: Point, own) -> tuple[Straight, Curved]:
 
 
 def _ellipsoid(shape: Shape, eye: Point, e: Point):
-    """Where the polar plane q . e = 1 cuts the unit ball."""
+    """Silhouette of an ellipsoid: the polar plane q . e = 1 cuts the unit ball."""
     square = dot(e, e)
     outside = square > 1.0
     square = jnp.where(outside, square, 4.0)
     e = jnp.where(outside, e, jnp.array([0.0, 0.0, 2.0], e.dtype))
-    around = frame(e / jnp.sqrt(square))
+    around = orthonormal_frame(e / jnp.sqrt(square))
     radius = jnp.sqrt(1.0 - 1.0 / square)
     return None, _world_arcs(
         shape,
@@ -192,7 +194,7 @@ BOX_ENDS, BOX_FACES = _box_edges()
 
 
 def _box(shape: Shape, eye: Point, e: Point):
-    """Edges between a face that is seen and one that is not: six at most of the twelve."""
+    """Silhouette of a box: edges between a visible face and a hidden one, six at most."""
     seen = e[BOX_FACES[:, :, 0].astype(int)] * BOX_FACES[:, :, 1] > 1.0
     between = seen[:, 0] != seen[:, 1]
     which = jnp.argsort(~between, stable=True)[: PIECES[Boxes][0]]
@@ -239,7 +241,7 @@ def _cylinder(shape: Shape, eye: Point, e: Point):
 
 
 def _disc(shape: Shape, eye: Point, e: Point):
-    """The rim."""
+    """Silhouette of a disc: its rim."""
     row = jnp.eye(3, dtype=e.dtype)
     zero = jnp.zeros((1,), e.dtype)
     return None, _world_arcs(
@@ -248,19 +250,19 @@ def _disc(shape: Shape, eye: Point, e: Point):
 
 
 def _rectangle(shape: Shape, eye: Point, e: Point):
-    """Four edges."""
+    """Silhouette of a rectangle: four edges."""
     corners = jnp.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], e.dtype)
     return (corners, jnp.roll(corners, -1, 0), jnp.ones((4,), bool)), None
 
 
 def _triangle(shape: Shape, eye: Point, e: Point):
-    """Three edges."""
+    """Silhouette of a triangle: three edges."""
     corners = jnp.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], e.dtype)
     return (corners, jnp.roll(corners, -1, 0), jnp.ones((3,), bool)), None
 
 
 def _plane(shape: Shape, eye: Point, e: Point):
-    """The horizon: so far away that it does not move against an eye that does."""
+    """Silhouette of a plane: the horizon, so far away that it does not move against the eye."""
     far = jnp.asarray(1.0 / jnp.finfo(e.dtype).eps, e.dtype)
     u, v = unit(shape.axes[..., 0]), unit(shape.axes[..., 1])
     zero = jnp.zeros((1,), e.dtype)
@@ -297,13 +299,13 @@ def _world_arcs(shape: Shape, center, a, b, first, last, live):
     return shape.world(center), turn(a), turn(b), first, last, live
 
 
-def _none(eye: Point) -> tuple[Straight, Curved]:
+def _none(eye: Point) -> tuple[SilhouetteSegments, SilhouetteArcs]:
     """No pieces, of the eye's precision."""
     points, numbers = jnp.zeros((0, 3), eye.dtype), jnp.zeros((0,), eye.dtype)
     owner, live = jnp.zeros((0,), int), jnp.zeros((0,), bool)
     return (
-        Straight(points, points, owner, live),
-        Curved(points, points, points, numbers, numbers, owner, live),
+        SilhouetteSegments(points, points, owner, live),
+        SilhouetteArcs(points, points, points, numbers, numbers, owner, live),
     )
 
 

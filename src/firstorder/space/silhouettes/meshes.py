@@ -1,14 +1,14 @@
-"""Silhouettes of meshes: which edges an eye sees between front and back, and which it really sees.
+"""Silhouettes of meshes: edges between front and back faces, and the visible parts of them.
 
 Seen from a point, the boundary of what a mesh covers is made of edges between a face seen from the
-front and one seen from behind, and of the mesh's own boundary edges. `silhouette` gives them all.
-`visible` cuts them where they cross each other in direction and keeps, of each piece, whether
-anything is before it and what is behind it: numbers, found once on the host in double precision.
-The pieces' points then follow from the vertices in closed form, differentiable in the vertices and
-in the eye, to any order.
+front and one seen from behind, and of the mesh's own boundary edges. `mesh_silhouette` gives them
+all. `visible_mesh_silhouettes` cuts them where they cross each other in direction and keeps, of
+each piece, whether anything is before it and what is behind it: numbers, found once on the host in
+double precision. The pieces' points then follow from the vertices in closed form, differentiable in
+the vertices and in the eye, to any order.
 
-Which faces a ray meets is asked of a tracer. `EveryFace` asks all faces in double precision. The
-one of `firstorder.io.meshes` lets Embree propose faces in single precision and tests them in
+A tracer finds the face that a ray meets. `BruteForceTracer` tests all faces in double precision.
+The one of `firstorder.io.meshes` lets Embree propose faces in single precision and tests them in
 double; nothing here takes a distance from single precision.
 """
 
@@ -22,11 +22,11 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from firstorder.errors import is_concrete
-from firstorder.numerics.vectors import cross, dot
-from firstorder.space.meshes.mesh import NO_FACE, Mesh
-from firstorder.space.receiver import Receiver, local
-from firstorder.space.silhouettes.analytic import Straight
-from firstorder.visibility.contour import segment_solid_angle, segment_translation
+from firstorder.numerics._vectors import cross, dot
+from firstorder.space.meshes.triangle_mesh import NO_FACE, Mesh
+from firstorder.space.receiver import Receiver, in_receiver_frame
+from firstorder.space.silhouettes.analytic import SilhouetteSegments
+from firstorder.visibility._contour import segment_solid_angle, segment_translation_rate
 
 NOT_CUT = -1
 # Distances along a ray to a piece's middle, in units of that distance, below which two are one.
@@ -34,8 +34,8 @@ _CLOSE = 1e-9
 
 
 @runtime_checkable
-class Tracer(Protocol):
-    """Whatever knows the first face along a ray."""
+class FaceTracer(Protocol):
+    """Protocol of tracers that find the first face along a ray."""
 
     def first_face(
         self,
@@ -57,7 +57,7 @@ class Tracer(Protocol):
         ...
 
 
-def silhouette(mesh: Mesh, eye: Float[Array, "3"]) -> Straight:
+def mesh_silhouette(mesh: Mesh, eye: Float[Array, "3"]) -> SilhouetteSegments:
     """All silhouette edges of a mesh, hidden ones too; may be traced.
 
     Args:
@@ -70,9 +70,9 @@ def silhouette(mesh: Mesh, eye: Float[Array, "3"]) -> Straight:
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.space.meshes.mesh import mesh
+        >>> from firstorder.space.meshes.triangle_mesh import mesh
         >>> one = mesh([[0, 0, 1], [1, 0, 1], [0, 1, 1]], [[0, 1, 2]])
-        >>> int(silhouette(one, jnp.array([0.2, 0.2, 0.0])).live.sum())
+        >>> int(mesh_silhouette(one, jnp.array([0.2, 0.2, 0.0])).live.sum())
         3
     """
     v = mesh.vertices
@@ -82,11 +82,11 @@ def silhouette(mesh: Mesh, eye: Float[Array, "3"]) -> Straight:
     first, second = v[mesh.edges[:, 0]], v[mesh.edges[:, 1]]
     start = jnp.where(forward[:, None], first, second)
     end = jnp.where(forward[:, None], second, first)
-    return Straight(start, end, owner, live)
+    return SilhouetteSegments(start, end, owner, live)
 
 
 def _turned(np: Any, front, sides):
-    """Which edges are silhouettes, of which face, and whether they run as `mesh.edges` has them.
+    """Silhouette edges, their faces, and whether they run as `mesh.edges` has them.
 
     A front face to the left of an edge, as seen from the front, lies to the right of it for
     `(p - eye) x dp`, which counts from behind: such an edge is turned about.
@@ -99,8 +99,8 @@ def _turned(np: Any, front, sides):
     return live, np.where(ours, left, right), np.where(rim, ~left_front, ~ours)
 
 
-class Rim(eqx.Module):
-    """Pieces of silhouettes, as numbers: they stay what they are while nothing comes to cross.
+class MeshSilhouettes(eqx.Module):
+    """Pieces of visible mesh silhouettes, as numbers: constant until a visual event.
 
     Attributes:
         ends: the vertices between which the piece's edge runs.
@@ -120,15 +120,15 @@ class Rim(eqx.Module):
 
     @property
     def outer(self) -> Bool[Array, " m"]:
-        """Which pieces bound all that the mesh covers: seen, and with nothing behind."""
+        """Mask of the pieces that bound all that the mesh covers: seen, and with nothing behind."""
         return jnp.asarray(self.visible) & (jnp.asarray(self.behind) == NO_FACE)
 
-    def straight(self, mesh: Mesh, eye: Float[Array, "3"]) -> Straight:
+    def straight(self, mesh: Mesh, eye: Float[Array, "3"]) -> SilhouetteSegments:
         """The pieces as segments, live where visible; differentiable in vertices and eye."""
         a, b = mesh.vertices[self.ends[:, 0]], mesh.vertices[self.ends[:, 1]]
         start = _where_cut(mesh.vertices, a, b, self.cut_first, eye, a)
         end = _where_cut(mesh.vertices, a, b, self.cut_last, eye, b)
-        return Straight(start, end, jnp.asarray(self.face), jnp.asarray(self.visible))
+        return SilhouetteSegments(start, end, jnp.asarray(self.face), jnp.asarray(self.visible))
 
 
 def _where_cut(vertices: Array, a: Array, b: Array, by: Any, eye: Array, instead: Array) -> Array:
@@ -141,20 +141,23 @@ def _where_cut(vertices: Array, a: Array, b: Array, by: Any, eye: Array, instead
     return jnp.where(cut[:, None], a + s[:, None] * (b - a), instead)
 
 
-def visible(mesh: Mesh, eye: Any, tracer: Tracer | None = None) -> Rim:
-    """The silhouettes of a mesh, cut where they cross in direction, and what is before and behind.
+def visible_mesh_silhouettes(
+    mesh: Mesh, eye: Any, tracer: FaceTracer | None = None
+) -> MeshSilhouettes:
+    """Silhouettes of a mesh, cut where they cross in direction, with the faces before and behind.
 
     On the host, in double precision, from numbers: under differentiation call it outside, and the
-    `Rim`'s methods inside.
+    `MeshSilhouettes`'s methods inside.
 
     Valid when: the eye is in general position (no vertex exactly in line with another edge) and
-    the mesh does not pass through itself. Where it does, what is `visible` is decided by each
-    piece's middle; `outer` stays right, for nothing that enters the mesh is on its outer boundary.
+    the mesh does not pass through itself. Where it does, what is `visible_mesh_silhouettes` is
+    decided by each piece's middle; `outer` stays right, for nothing that enters the mesh is on its
+    outer boundary.
 
     Args:
         mesh: any.
         eye: where it is seen from, shape (3,) [m].
-        tracer: that tells the first face along a ray; all faces are asked, if left out.
+        tracer: that finds the first face along a ray; all faces are tested, if left out.
 
     Raises:
         ValueError: if the eye is not concrete.
@@ -172,13 +175,13 @@ def visible(mesh: Mesh, eye: Any, tracer: Tracer | None = None) -> Rim:
     edge, first, last, s = _pieces(v - eye, ends)
     a, b = v[ends[edge, 0]], v[ends[edge, 1]]
     middle = a + np.mean(s, -1)[:, None] * (b - a)
-    tracer = EveryFace(mesh) if tracer is None else tracer
+    tracer = BruteForceTracer(mesh) if tracer is None else tracer
     ways, skip = middle - eye, sides[edge]
     before = tracer.first_face(eye, ways, 0.0, 1.0 - _CLOSE, skip)
     seen = before == NO_FACE
     behind = np.full(len(edge), NO_FACE)
     behind[seen] = tracer.first_face(eye, ways[seen], 1.0 + _CLOSE, np.inf, skip[seen])
-    return Rim(ends[edge], first, last, owner[edge], seen, behind.astype(np.int32))
+    return MeshSilhouettes(ends[edge], first, last, owner[edge], seen, behind.astype(np.int32))
 
 
 def _pieces(v: np.ndarray, ends: np.ndarray, block: int = 1024):
@@ -227,15 +230,15 @@ def _pieces(v: np.ndarray, ends: np.ndarray, block: int = 1024):
     )
 
 
-class EveryFace:
-    """The tracer that asks every face, in double precision.
+class BruteForceTracer:
+    """A tracer that tests every face, in double precision.
 
     All rays leave one eye, so that three products with each direction tell which faces it passes:
     with the corners A, B, C relative to the eye, a direction d is inside if d . (B x C),
     d . (C x A) and d . (A x B) have one sign, and then `t = A . (B x C) / (their sum)`.
 
     Args:
-        mesh: whose faces are asked.
+        mesh: whose faces are tested.
         block: rays at a time, times faces.
     """
 
@@ -244,7 +247,7 @@ class EveryFace:
         self._rows = max(1, block // len(self._corners))
 
     def first_face(self, eye, directions, low, high, skip):
-        """See `Tracer`."""
+        """First face along each ray, as `FaceTracer` asks."""
         A, B, C = (self._corners[:, k] - np.asarray(eye, float) for k in range(3))
         sides = np.cross(B, C), np.cross(C, A), np.cross(A, B)
         volume = np.sum(A * sides[0], -1)
@@ -272,8 +275,8 @@ class EveryFace:
 # --- what the outer pieces tell ------------------------------------------------------------------
 
 
-def net_visibility(mesh: Mesh, rim: Rim, at: Receiver) -> Float[Array, ""]:
-    r"""The solid angle of the upper hemisphere that a mesh leaves free, from its outer silhouette.
+def mesh_net_visibility(mesh: Mesh, rim: MeshSilhouettes, at: Receiver) -> Float[Array, ""]:
+    r"""Solid angle of the upper hemisphere that a mesh leaves free, from its outer silhouette.
 
     `V = 2 pi - sum over outer pieces of the solid angle between normal and piece`, less the parts
     of the horizon that the mesh covers. Exact for the mesh as it is, and differentiable in the
@@ -284,7 +287,7 @@ def net_visibility(mesh: Mesh, rim: Rim, at: Receiver) -> Float[Array, ""]:
 
     Args:
         mesh: the blocker.
-        rim: from `visible`.
+        rim: from `visible_mesh_silhouettes`.
         at: the receiver.
 
     Returns:
@@ -304,8 +307,8 @@ def net_visibility(mesh: Mesh, rim: Rim, at: Receiver) -> Float[Array, ""]:
     return turn - (jnp.mod(blocked + slack, turn) - slack)
 
 
-def net_visibility_gradient(mesh: Mesh, rim: Rim, at: Receiver) -> Float[Array, "3"]:
-    """The gradient of `net_visibility` under translation of the receiver, in its frame [sr/m].
+def _net_visibility_gradient(mesh: Mesh, rim: MeshSilhouettes, at: Receiver) -> Float[Array, "3"]:
+    """The gradient of `mesh_net_visibility` under translation of the receiver, in its frame [sr/m].
 
     The law of Biot and Savart for each piece, in closed form: cheaper than differentiation, which
     gives the same.
@@ -313,17 +316,20 @@ def net_visibility_gradient(mesh: Mesh, rim: Rim, at: Receiver) -> Float[Array, 
     Reference: R07 §7, (48), without a parametrisation.
     """
     a, b, live, _ = _above(mesh, rim, at)
-    return -jnp.sum(jnp.where(live[:, None], segment_translation(a, b), 0.0), 0)
+    return -jnp.sum(jnp.where(live[:, None], segment_translation_rate(a, b), 0.0), 0)
 
 
-def _above(mesh: Mesh, rim: Rim, at: Receiver):
+def _above(mesh: Mesh, rim: MeshSilhouettes, at: Receiver):
     """Outer pieces above the horizon in the receiver's frame.
 
     Returns:
         Start, end, which of them count, and +1 where one ends at the horizon, -1 where one starts.
     """
     pieces = rim.straight(mesh, at.position)
-    a, b = local(at, pieces.start - at.position), local(at, pieces.end - at.position)
+    a, b = (
+        in_receiver_frame(at, pieces.start - at.position),
+        in_receiver_frame(at, pieces.end - at.position),
+    )
     a_up, b_up = a[:, 2] > 0.0, b[:, 2] > 0.0
     live = rim.outer & (a_up | b_up)
     through = jnp.where(live, b_up.astype(int) - a_up.astype(int), 0)

@@ -1,8 +1,8 @@
-"""Which parts of all silhouettes are seen, and what lies on either side of them.
+"""Visible parts of all silhouettes, and the shapes on either side of them.
 
 Each silhouette is cut wherever another one crosses it, and at the horizon. Between two cuts nothing
-changes: two rays, a hair to either side of the middle, tell whether the shape is seen there and
-what is seen beside it. What is seen beside it counts as cut off by this edge only if it goes on
+changes: two rays, a small offset to either side of the middle, tell whether the shape is seen there
+and what is seen beside it. What is seen beside it counts as cut off by this edge only if it goes on
 behind the shape; if it ends there, an edge of its own says so. So shapes may touch and share edges.
 
 Order and visibility have no derivative; the points and the cuts have. Where two edges are in line
@@ -19,25 +19,31 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
+from firstorder.numerics._vectors import cross, dot, inverse_3x3, matvec, settled, unit
 from firstorder.numerics.quadrature import gauss_legendre
-from firstorder.numerics.vectors import cross, dot, inverse, settled, times, unit
-from firstorder.scene.intersect import MISS, numbered
-from firstorder.space.receiver import Receiver, local
+from firstorder.scene._arguments import check_asked
+from firstorder.scene._intersect import MISS, numbered
+from firstorder.space.receiver import Receiver, in_receiver_frame
 from firstorder.space.scene import Scene
-from firstorder.space.silhouettes.analytic import PIECES, Curved, Straight, outline
-from firstorder.space.silhouettes.crossings import (
+from firstorder.space.silhouettes._crossings import (
     along_segment,
     on_cone,
     on_plane,
     segment_on_cone,
 )
-from firstorder.space.silhouettes.edge_integrals import arc_points
+from firstorder.space.silhouettes._edge_integrals import arc_points
+from firstorder.space.silhouettes.analytic import (
+    PIECES,
+    SilhouetteArcs,
+    SilhouetteSegments,
+    silhouette,
+)
 
 UP = np.array([0.0, 0.0, 1.0])
 
 
-class Sides(eqx.Module):
-    """What lies on either side of a piece.
+class SilhouetteSides(eqx.Module):
+    """The shapes on either side of silhouette pieces.
 
     Attributes:
         owner: number of the shape to the left, whose silhouette it is.
@@ -52,7 +58,7 @@ class Sides(eqx.Module):
     cut: Bool[Array, "*m"]
 
     def jump(self, shown: Float[Array, " n_1"]) -> Float[Array, "*m"]:
-        """What the owner shows less what it cuts off; zero for a piece that is not seen.
+        """Jump across each piece, owner less what it cuts off; zero for a piece that is hidden.
 
         Args:
             shown: one number for each shape, and last the sky's.
@@ -61,8 +67,8 @@ class Sides(eqx.Module):
         return jnp.where(self.seen, shown[self.owner] - right, 0.0)
 
 
-class Pieces(eqx.Module):
-    """The edges that a receiver sees, in its frame and relative to it.
+class VisibleSilhouettes(eqx.Module):
+    """Visible silhouettes of a scene in a receiver's frame, relative to the receiver.
 
     Attributes:
         straight: the segments that straight pieces are parts of.
@@ -75,25 +81,25 @@ class Pieces(eqx.Module):
         sound: whether the receiver is outside of all shapes.
     """
 
-    straight: Straight
+    straight: SilhouetteSegments
     low: Float[Array, " s"]
     high: Float[Array, " s"]
-    lines: Sides
-    arcs: Curved
-    rims: Sides
+    lines: SilhouetteSides
+    arcs: SilhouetteArcs
+    rims: SilhouetteSides
     azimuths: Float[Array, " h_1"]
     above: Int[Array, " h"]
     sound: Bool[Array, ""]
 
     @property
     def start(self) -> Float[Array, "s 3"]:
-        """Where straight pieces begin [m]."""
-        return jax.vmap(Straight.point)(self.straight, self.low)
+        """Start points of straight pieces [m]."""
+        return jax.vmap(SilhouetteSegments.point)(self.straight, self.low)
 
     @property
     def end(self) -> Float[Array, "s 3"]:
-        """Where they stop [m]."""
-        return jax.vmap(Straight.point)(self.straight, self.high)
+        """End points of straight pieces [m]."""
+        return jax.vmap(SilhouetteSegments.point)(self.straight, self.high)
 
     def on_arcs(self, nodes: int) -> tuple[Array, Array, Array]:
         """Points, their derivatives and quadrature weights on curved pieces: (c, nodes, ...)."""
@@ -101,7 +107,7 @@ class Pieces(eqx.Module):
         return arc_points(arcs.center, arcs.a, arcs.b, arcs.first, arcs.last, nodes)
 
     def on_lines(self, nodes: int) -> tuple[Array, Array, Array]:
-        """The same on straight pieces: (s, nodes, ...)."""
+        """Points, derivatives and quadrature weights on straight pieces: (s, nodes, ...)."""
         x, w = (jnp.asarray(a, self.low.dtype) for a in gauss_legendre(nodes))
         start, along = self.start, self.end - self.start
         v = jnp.broadcast_to(along[:, None], (len(start), nodes, 3))
@@ -109,8 +115,8 @@ class Pieces(eqx.Module):
         return p, v, jnp.broadcast_to(0.5 * w, p.shape[:2])
 
 
-def exposed(scene: Scene, at: Receiver) -> Pieces:
-    """The edges that a receiver sees above its horizon.
+def visible_silhouettes(scene: Scene, at: Receiver) -> VisibleSilhouettes:
+    """Visible silhouettes of a scene above a receiver's horizon.
 
     Args:
         scene: the shapes.
@@ -119,7 +125,8 @@ def exposed(scene: Scene, at: Receiver) -> Pieces:
     Returns:
         Pieces of all silhouettes, those that are not seen among them, marked so.
     """
-    found = outline(scene, at.position, at.on)
+    check_asked(scene, Scene, at, Receiver)
+    found = silhouette(scene, at.position, at.on)
     owners, rims = _owners(scene)
     straight, curved = _in_frame(found.straight, found.curved, at)
     straight, curved = settled((_harmless_straight(straight), _harmless_curved(curved)))
@@ -137,15 +144,17 @@ def exposed(scene: Scene, at: Receiver) -> Pieces:
     low, high = jnp.where(line.live, low, 0.0), jnp.where(line.live, high, 1.0)
     arcs = _harmless_curved(dataclasses.replace(arcs, live=round_.seen))
     sound = ~scene.inside(at.position, at.on)
-    return settled(Pieces(line, low, high, lines, arcs, round_, azimuths, above, sound))
+    return settled(VisibleSilhouettes(line, low, high, lines, arcs, round_, azimuths, above, sound))
 
 
-def _middles(line: Straight, low: Array, high: Array, arcs: Curved) -> tuple[Array, Array]:
+def _middles(
+    line: SilhouetteSegments, low: Array, high: Array, arcs: SilhouetteArcs
+) -> tuple[Array, Array]:
     """The middle of every piece, and the way along it from end to end."""
-    point, t = jax.vmap(Straight.point), 0.5 * (arcs.first + arcs.last)
+    point, t = jax.vmap(SilhouetteSegments.point), 0.5 * (arcs.first + arcs.last)
     spans = (high - low)[:, None] * (line.end - line.start)
-    bends = jax.vmap(Curved.velocity)(arcs, t) * (arcs.last - arcs.first)[:, None]
-    middles = point(line, 0.5 * (low + high)), jax.vmap(Curved.point)(arcs, t)
+    bends = jax.vmap(SilhouetteArcs.velocity)(arcs, t) * (arcs.last - arcs.first)[:, None]
+    middles = point(line, 0.5 * (low + high)), jax.vmap(SilhouetteArcs.point)(arcs, t)
     return jnp.concatenate(middles), jnp.concatenate([spans, bends])
 
 
@@ -157,7 +166,7 @@ def _halves(first: int) -> tuple[slice, slice]:
 
 
 def _owners(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
-    """The owner of every segment and of every arc of the outline, known without an eye."""
+    """Owner of every segment and of every arc of the silhouette, known without an eye."""
     segments, arcs, first = [np.zeros(0, int)], [np.zeros(0, int)], 0
     for group in scene.groups:
         numbers = np.arange(first, first + group.count)
@@ -168,20 +177,22 @@ def _owners(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate(segments), np.concatenate(arcs)
 
 
-def _in_frame(straight: Straight, curved: Curved, at: Receiver) -> tuple[Straight, Curved]:
+def _in_frame(
+    straight: SilhouetteSegments, curved: SilhouetteArcs, at: Receiver
+) -> tuple[SilhouetteSegments, SilhouetteArcs]:
     """Pieces relative to the receiver and in its frame."""
     here = at.position
     return (
-        Straight(
-            local(at, straight.start - here),
-            local(at, straight.end - here),
+        SilhouetteSegments(
+            in_receiver_frame(at, straight.start - here),
+            in_receiver_frame(at, straight.end - here),
             straight.owner,
             straight.live,
         ),
-        Curved(
-            local(at, curved.center - here),
-            local(at, curved.a),
-            local(at, curved.b),
+        SilhouetteArcs(
+            in_receiver_frame(at, curved.center - here),
+            in_receiver_frame(at, curved.a),
+            in_receiver_frame(at, curved.b),
             curved.first,
             curved.last,
             curved.owner,
@@ -190,19 +201,19 @@ def _in_frame(straight: Straight, curved: Curved, at: Receiver) -> tuple[Straigh
     )
 
 
-def _harmless_straight(line: Straight) -> Straight:
+def _harmless_straight(line: SilhouetteSegments) -> SilhouetteSegments:
     """Some segment above the horizon in place of those that do not live."""
     live = line.live[:, None]
     start, end = (jnp.asarray(a, line.start.dtype) for a in ((1.0, 0.0, 1.0), (0.0, 1.0, 1.0)))
-    return Straight(
+    return SilhouetteSegments(
         jnp.where(live, line.start, start), jnp.where(live, line.end, end), line.owner, line.live
     )
 
 
-def _harmless_curved(arc: Curved) -> Curved:
+def _harmless_curved(arc: SilhouetteArcs) -> SilhouetteArcs:
     """Some arc above the horizon in place of those that do not live."""
     live, x = arc.live[:, None], jnp.eye(3, dtype=arc.a.dtype)
-    return Curved(
+    return SilhouetteArcs(
         jnp.where(live, arc.center, x[2]),
         jnp.where(live, arc.a, x[0]),
         jnp.where(live, arc.b, x[1]),
@@ -239,7 +250,7 @@ def _ordered(inner: Float[Array, "m k"], first: Array, last: Array):
     return settled(jnp.concatenate([first[:, None], inner, last[:, None]], -1))
 
 
-def _cut_straight(straight: Straight, curved: Curved, owners, rims):
+def _cut_straight(straight: SilhouetteSegments, curved: SilhouetteArcs, owners, rims):
     """Straight pieces between cuts: the segments that they are of, from where and to where."""
     m, dtype = len(owners), straight.start.dtype
     if m == 0:
@@ -260,7 +271,9 @@ def _cut_straight(straight: Straight, curved: Curved, owners, rims):
     return dataclasses.replace(spread, live=spread.live & (high > low)), low, high
 
 
-def _cut_curved(straight: Straight, curved: Curved, owners, rims) -> Curved:
+def _cut_curved(
+    straight: SilhouetteSegments, curved: SilhouetteArcs, owners, rims
+) -> SilhouetteArcs:
     """Curved pieces between cuts."""
     m, up = len(rims), jnp.asarray(UP, curved.a.dtype)
     if m == 0:
@@ -278,7 +291,7 @@ def _cut_curved(straight: Straight, curved: Curved, owners, rims) -> Curved:
     ends = _ordered(settled(jnp.concatenate(cuts, -1)), curved.first, curved.last)
     low, high, spread = _parts(ends, curved)
     live = spread.live & (high > low)
-    return Curved(spread.center, spread.a, spread.b, low, high, spread.owner, live)
+    return SilhouetteArcs(spread.center, spread.a, spread.b, low, high, spread.owner, live)
 
 
 def _parts(ends: Float[Array, "m k_1"], pieces):
@@ -288,7 +301,7 @@ def _parts(ends: Float[Array, "m k_1"], pieces):
     return low.ravel(), high.ravel(), spread
 
 
-def _cut_horizon(straight: Straight, curved: Curved) -> Float[Array, " h_1"]:
+def _cut_horizon(straight: SilhouetteSegments, curved: SilhouetteArcs) -> Float[Array, " h_1"]:
     """Azimuths at which a silhouette crosses the horizon, from -pi to pi.
 
     What does not cross gives one of its own points, which cuts in vain.
@@ -297,10 +310,10 @@ def _cut_horizon(straight: Straight, curved: Curved) -> Float[Array, " h_1"]:
     points = []
     if straight.owner.shape[0]:
         t = jax.vmap(lambda line: along_segment(line, up))(straight)
-        points.append(jax.vmap(Straight.point)(straight, t))
+        points.append(jax.vmap(SilhouetteSegments.point)(straight, t))
     if curved.owner.shape[0]:
         t = jax.vmap(lambda arc: on_plane(arc, up))(curved)
-        points.append(jax.vmap(Curved.point)(curved, t).reshape(-1, 3))
+        points.append(jax.vmap(SilhouetteArcs.point)(curved, t).reshape(-1, 3))
     p = settled(jnp.concatenate(points))
     there = (p[:, 0] != 0.0) | (p[:, 1] != 0.0)
     x, y = jnp.where(there, p[:, 0], 1.0), jnp.where(there, p[:, 1], 0.0)
@@ -312,13 +325,13 @@ def _cut_horizon(straight: Straight, curved: Curved) -> Float[Array, " h_1"]:
 
 
 def _hair(length: Float[Array, "*m"]) -> Float[Array, "*m"]:
-    """How far beside an edge of that angular length to look [rad]."""
+    """Angular offset beside an edge of that angular length, at which to trace a ray [rad]."""
     eps = jnp.finfo(length.dtype).eps
     return jnp.clip(0.01 * length, eps**0.6, eps**0.4)
 
 
-def _seen(scene: Scene, at: Receiver, where, owner, live) -> tuple[Sides, Array]:
-    """What two rays beside the middle of each piece see, and one above each part of the horizon."""
+def _seen(scene: Scene, at: Receiver, where, owner, live) -> tuple[SilhouetteSides, Array]:
+    """Shapes on either side of the middle of each piece, and above each part of the horizon."""
     (scene, at), (p, v, azimuths) = jax.lax.stop_gradient((scene, at)), where
     w, left = unit(p), unit(cross(p, v))
     hair = _hair(jnp.sqrt(dot(v, v) / dot(p, p)))[:, None] * left
@@ -331,7 +344,7 @@ def _seen(scene: Scene, at: Receiver, where, owner, live) -> tuple[Sides, Array]
     live = live & (w[:, 2] > 0.0) & (behind != owner)
     goes_on = jnp.take_along_axis(inner, jnp.maximum(behind, 0)[:, None], -1)[:, 0] < jnp.inf
     cut = (behind == MISS) | goes_on
-    return Sides(owner, live & (first[:m] == owner), behind, cut), first[2 * m :]
+    return SilhouetteSides(owner, live & (first[:m] == owner), behind, cut), first[2 * m :]
 
 
 def _ask(scene: Scene, at: Receiver, w: Float[Array, "m 3"]):
@@ -341,8 +354,8 @@ def _ask(scene: Scene, at: Receiver, w: Float[Array, "m 3"]):
 
         def look(shape, own):
             """All rays against one shape, in its own coordinates, made once for each ray."""
-            turn = inverse(shape.axes)
-            start, along = settled((times(turn, at.position - shape.center), world @ turn.T))
+            turn = inverse_3x3(shape.axes)
+            start, along = settled((matvec(turn, at.position - shape.center), world @ turn.T))
             t = jax.vmap(lambda d: shape.canonical_distance(start, d))(along)
             return jnp.where((t > 0.0) & ~own, t, jnp.inf)
 

@@ -1,1 +1,1 @@
-"""Lobes, and BRDFs made of them."""
+"""BRDFs: lobes of one angle difference, and general functions of two angles."""

@@ -14,7 +14,8 @@ from jaxtyping import Array, Float
 
 from firstorder.errors import check_finite, check_positive, nan_unless
 from firstorder.fields.kernel import Profile
-from firstorder.transport.brdf.lobes import Lobe, cubic_b_spline
+from firstorder.transport.brdf._splines import cubic_b_spline
+from firstorder.transport.brdf.lobes import Lobe
 from firstorder.transport.events.separable import Angular
 from firstorder.typing import Scalar, as_float
 
@@ -120,14 +121,14 @@ class Ggx(Brdf):
         w, o = jnp.where(above, w, 0.0), jnp.where(above, o, 0.0)
         d = 0.5 * (w - o)
         cos_d = jnp.cos(d), 0.5 * jnp.sin(d), -0.25 * jnp.cos(d)
-        rho = times(self._facets(0.5 * (w + o)), cos_d)
+        rho = _times(self._facets(0.5 * (w + o)), cos_d)
         if self.fresnel is not None:
             F, F1, F2 = self.fresnel.derivatives(d)
-            rho = times(rho, (F, -0.5 * F1, 0.25 * F2))  # d falls half as fast as o grows
+            rho = _times(rho, (F, -0.5 * F1, 0.25 * F2))  # d falls half as fast as o grows
         (a, a1, a2), aw = self._apparent(o), self._apparent(w)[0]
         cos_w, cos_o, sin_o = jnp.cos(w), jnp.cos(o), jnp.sin(o)
         below = aw * cos_o + a * cos_w, -aw * sin_o + a1 * cos_w, -aw * cos_o + a2 * cos_w
-        r, r1, r2 = (jnp.where(above, f, 0.0) for f in over(rho, below))
+        r, r1, r2 = (jnp.where(above, f, 0.0) for f in _over(rho, below))
         return r, r1, r2
 
     def _facets(self, h) -> Three:
@@ -214,7 +215,7 @@ def _interpolation(n: int) -> np.ndarray:
     return np.linalg.inv(matrix)[:, :n]
 
 
-def times(f: Three, g: Three) -> Three:
+def _times(f: Three, g: Three) -> Three:
     """Product of two functions of one variable."""
     return (
         f[0] * g[0],
@@ -223,7 +224,7 @@ def times(f: Three, g: Three) -> Three:
     )
 
 
-def over(f: Three, g: Three) -> Three:
+def _over(f: Three, g: Three) -> Three:
     """Quotient of two functions of one variable."""
     q = f[0] / g[0]
     q1 = (f[1] - q * g[1]) / g[0]

@@ -1,4 +1,4 @@
-"""Lobes: functions of one angle difference, and what that difference is.
+"""Lobes: functions of one angle difference, their arguments, and profiles.
 
 A lobe is a kernel together with the *argument* it depends on. R07 writes every BRDF as a function
 of `2 n - theta - omega`; a diffuse one depends on `n - omega` instead, and turns half as fast with
@@ -13,14 +13,15 @@ import numpy as np
 from jax.scipy.special import gammaln
 from jaxtyping import Array, Float
 
-from firstorder.conventions import FLATLAND, Frame, fourier_kernel
+from firstorder.conventions import UNSTATED, Frame, fourier_kernel, frame_with
 from firstorder.errors import check_between, check_finite, check_positive, is_concrete, nan_unless
 from firstorder.fields.kernel import GaussianProfile, Kernel, Profile
+from firstorder.transport.brdf._splines import cubic_b_spline
 from firstorder.typing import Scalar, as_float
 
 
 @dataclasses.dataclass(frozen=True)
-class Argument:
+class LobeArgument:
     """The angle `turn n(x) + look theta - omega` that a lobe depends on.
 
     A rigid rotation adds one angle to n, theta and omega and must change nothing, so
@@ -36,13 +37,13 @@ class Argument:
 
     @property
     def look(self) -> float:
-        """How far the lobe turns with the outgoing direction."""
+        """Rate at which the lobe turns with the outgoing direction."""
         return 1.0 - self.turn
 
 
-MIRROR = Argument(2.0, "2 n - theta - omega")
-NORMAL = Argument(1.0, "n - omega")
-RETRO = Argument(0.0, "theta - omega")
+MIRROR = LobeArgument(2.0, "2 n - theta - omega")
+NORMAL = LobeArgument(1.0, "n - omega")
+RETRO = LobeArgument(0.0, "theta - omega")
 
 
 class Lobe(eqx.Module):
@@ -60,11 +61,11 @@ class Lobe(eqx.Module):
     """
 
     kernel: Kernel
-    argument: Argument = eqx.field(static=True, default=MIRROR)
+    argument: LobeArgument = eqx.field(static=True, default=MIRROR)
     cosine: bool = eqx.field(static=True, default=False)
 
 
-class CosinePower(Profile):
+class CosinePowerProfile(Profile):
     """`p(t) = weight c_s cos(t)^s` for |t| < pi/2, zero beyond: the Phong lobe in flatland.
 
     `c_s = Gamma(s/2 + 1) / (sqrt(pi) Gamma((s + 1)/2))` makes the integral `weight`. Its transform
@@ -87,14 +88,14 @@ class CosinePower(Profile):
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.transport.brdf.lobes import CosinePower
-        >>> round(CosinePower(1.0).at(jnp.zeros(2)).item(), 12)  # half a cosine
+        >>> from firstorder.transport.brdf.lobes import CosinePowerProfile
+        >>> round(CosinePowerProfile(1.0).at(jnp.zeros(2)).item(), 12)  # half a cosine
         0.5
     """
 
     s: Scalar = eqx.field(converter=as_float)
     axis: str = eqx.field(static=True, default="theta")
-    frame: Frame = eqx.field(static=True, default=FLATLAND)
+    frame: Frame = eqx.field(static=True, default=UNSTATED)
     weight: Scalar = eqx.field(converter=as_float, default=1.0)
 
     def __check_init__(self):
@@ -102,7 +103,7 @@ class CosinePower(Profile):
         check_finite("s", self.s)
         check_between("s", self.s, 1.0, np.inf)
         check_finite("weight", self.weight)
-        self.frame.axis(self.axis)
+        self._state_frame()
 
     def half_width(self) -> Scalar:
         """pi/2, or where the power has fallen to 1e-18 of its peak."""
@@ -143,7 +144,7 @@ class CosinePower(Profile):
         return self.s**2 / (4.0 * np.pi**2 * (2.0 * self.s - 1.0))
 
 
-class Tabulated(Profile):
+class TabulatedProfile(Profile):
     """A measured lobe: the cubic spline through equidistant values, zero two steps beyond them.
 
     `p(t) = sum_j c_j b((t - t_j) / step)` with the cubic B-spline b, so p is twice continuously
@@ -166,8 +167,8 @@ class Tabulated(Profile):
             or the integral is not (no lobe can then be normalised).
 
     Example:
-        >>> from firstorder.transport.brdf.lobes import Tabulated
-        >>> lobe = Tabulated([0.0, 1.0, 3.0, 1.0, 0.0], 0.1)
+        >>> from firstorder.transport.brdf.lobes import TabulatedProfile
+        >>> lobe = TabulatedProfile([0.0, 1.0, 3.0, 1.0, 0.0], 0.1)
         >>> round(lobe(0.0, 0.1).item(), 12)
         1.0
     """
@@ -179,7 +180,7 @@ class Tabulated(Profile):
     frame: Frame = eqx.field(static=True)
 
     def __init__(
-        self, values, step, center=0.0, weight=None, axis="theta", frame: Frame = FLATLAND
+        self, values, step, center=0.0, weight=None, axis="theta", frame: Frame = UNSTATED
     ):
         """Solve for the coefficients; see the class."""
         values, step = as_float(values), as_float(step)
@@ -198,8 +199,13 @@ class Tabulated(Profile):
                 f"Argument `values` must have a positive integral, but it is {float(integral)}."
             )
         self.coefficients = c if weight is None else c * (as_float(weight) / integral)
-        self.step, self.center, self.axis, self.frame = step, as_float(center), axis, frame
-        frame.axis(axis)
+        self.step, self.center, self.axis, self.frame = (
+            step,
+            as_float(center),
+            axis,
+            frame_with(axis, frame),
+        )
+        self.frame.axis(axis)
 
     def half_width(self) -> Scalar:
         """Half the table and two steps, from the origin of the axis."""
@@ -207,7 +213,7 @@ class Tabulated(Profile):
         return jnp.abs(self.center) + (0.5 * (n - 1) + 2.0) * self.step
 
     def knots(self) -> Float[Array, " m"]:
-        """Where one cubic gives way to the next."""
+        """Points at which one cubic gives way to the next."""
         n = self.coefficients.size
         return self.center + (jnp.arange(-2, n + 2) - 0.5 * (n - 1)) * self.step
 
@@ -243,15 +249,6 @@ def _half_step(s: Scalar) -> Scalar:
     return steps * jnp.sqrt(x) * jnp.exp(series + 50521 / 20971520 * y**5)
 
 
-def cubic_b_spline(u):
-    """The cubic B-spline with integer knots, `b(0) = 2/3`, and its first two derivatives."""
-    a = jnp.abs(u)
-    inner, rest = a < 1.0, jnp.maximum(2.0 - a, 0.0)
-    b = jnp.where(inner, 2.0 / 3.0 - a**2 + 0.5 * a**3, rest**3 / 6.0)
-    d = jnp.where(inner, -2.0 * u + 1.5 * u * a, -jnp.sign(u) * rest**2 / 2.0)
-    return b, d, jnp.where(inner, -2.0 + 3.0 * a, rest)
-
-
 def glossy(sigma, weight=1.0, cosine: bool = False) -> Lobe:
     """Gaussian lobe about the mirror direction, argument `2 n - theta - omega`.
 
@@ -274,8 +271,8 @@ def glossy(sigma, weight=1.0, cosine: bool = False) -> Lobe:
 
 
 def phong(s, weight=1.0, cosine: bool = False) -> Lobe:
-    """`cos^s` about the mirror direction, argument `2 n - theta - omega`; see `CosinePower`."""
-    return Lobe(CosinePower(s, weight=weight), MIRROR, cosine)
+    """`CosinePowerProfile` about the mirror direction, of argument `2 n - theta - omega`."""
+    return Lobe(CosinePowerProfile(s, weight=weight), MIRROR, cosine)
 
 
 def lambert(albedo=1.0) -> Lobe:
@@ -297,7 +294,7 @@ def lambert(albedo=1.0) -> Lobe:
     check_between("albedo", albedo, 0.0, 1.0)
     albedo = as_float(albedo)
     albedo = nan_unless((albedo >= 0) & (albedo <= 1), albedo)
-    return Lobe(CosinePower(1.0, weight=albedo), NORMAL)
+    return Lobe(CosinePowerProfile(1.0, weight=albedo), NORMAL)
 
 
 def retro(sigma, weight=1.0) -> Lobe:

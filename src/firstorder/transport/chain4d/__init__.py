@@ -1,1 +1,1 @@
-"""Chains of events in the four coordinates of a ray in space."""
+"""Shading chains in space: events over the four coordinates of a ray."""

@@ -11,13 +11,13 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from firstorder.conventions import SPACE, SPACE_SLOPE, Frame
-from firstorder.errors import Refused, check_positive, check_shape
+from firstorder.conventions import SPACE, SPACE_SLOPE
+from firstorder.errors import check_positive, check_shape
 from firstorder.fields.kernel import GaussianProfile
 from firstorder.fields.spectrum import Grid
-from firstorder.laws.move import Move
-from firstorder.transport.chain4d.equator import (
+from firstorder.transport.chain4d._equator import (
     Bend,
+    ComposedMove,
     FromEquator,
     Oblique,
     Roll,
@@ -39,27 +39,6 @@ _LEAVING = SPACE.turned()
 def _given(number) -> Scalar | None:
     """A number as an array; one that was left out stays so."""
     return None if number is None else as_float(number)
-
-
-class Together(Event):
-    """Several events that are all moves, as one: short to compile.
-
-    Raises:
-        Refused: if one of them is no move.
-    """
-
-    events: tuple[Event, ...]
-
-    def law(self, frame: Frame) -> Move:
-        """Their matrices multiplied, the first event's leftmost."""
-        M, c = jnp.eye(frame.dims), jnp.zeros(frame.dims)
-        for event in self.events:
-            law = event.law(frame)
-            if not isinstance(law, Move):
-                raise Refused(f"{type(event).__name__} is no move: take its first order")
-            # f(M1 u + c1) read at u = M2 u' + c2
-            M, c, frame = M @ law.M, M @ law.c + c, law.frame(frame)
-        return Move(M, c, frame)
 
 
 class GlossyPatch(eqx.Module):
@@ -154,8 +133,8 @@ class GlossyPatch(eqx.Module):
         if exact:
             return Chain((*before, *weight, *between, *self._lobe(nodes), *after))
         moves = [[*before], [*between]] if weight else [[*before, *between]]
-        first, *second = (Together(tuple(m)) for m in moves)
-        return Chain((first, *weight, *second, *self._lobe(nodes), Together(tuple(after))))
+        first, *second = (ComposedMove(tuple(m)) for m in moves)
+        return Chain((first, *weight, *second, *self._lobe(nodes), ComposedMove(tuple(after))))
 
     def mirror_matrix(self) -> Float[Array, "4 4"]:
         """First order of the chain without its lobe: the incoming ray from the outgoing one.
@@ -166,7 +145,7 @@ class GlossyPatch(eqx.Module):
         transpose.
         """
         smooth = GlossyPatch(self.S, self.theta0, None, self.theta1, self.azimuth, self.roll)
-        return Together(smooth.chain().events).law(SPACE_SLOPE).M
+        return ComposedMove(smooth.chain().events).law(SPACE_SLOPE).M
 
     def _lobe(self, nodes: int) -> list[Event]:
         """Two convolutions: a Gaussian of the distance is the product of two, near the equator."""

@@ -1,1 +1,1 @@
-"""Physical steps, one a file: each picks a law and its parameters, and cites its equation."""
+"""Events of light transport, one a file: each picks a law, and cites its equation."""

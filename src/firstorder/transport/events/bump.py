@@ -6,11 +6,12 @@ import equinox as eqx
 import jax.numpy as jnp
 
 from firstorder.conventions import Frame, to_global, to_local
+from firstorder.fields._coerce import field_or_fields
 from firstorder.fields.field import Field
 from firstorder.fields.jet import Jet
 from firstorder.laws.base import Law
 from firstorder.laws.warp import Map, Warp
-from firstorder.transport.event import Event, require
+from firstorder.transport.event import Event, require_frame
 from firstorder.typing import Ray
 
 
@@ -24,8 +25,8 @@ class Bump(Event):
     Valid for shading normals: the positions are those of the base surface.
 
     Args:
-        normal: n in radians as a field over the light's coordinates, its directions ignored; in
-            space one such field per direction.
+        normal: n in radians as a field over the light's coordinates, its directions ignored, or a
+            function of x, or a number; in space one such field per direction.
         back: from the local frame to the global one instead.
 
     Reference: R07 eq. 21.
@@ -39,14 +40,14 @@ class Bump(Event):
         True
     """
 
-    normal: Field | tuple[Field, ...]
+    normal: Field | tuple[Field, ...] = eqx.field(converter=field_or_fields("normal"))
     back: bool = eqx.field(static=True, default=False)
 
     def law(self, frame: Frame) -> Law:
         """The warp."""
         normals = self.normal if isinstance(self.normal, tuple) else (self.normal,)
         fits = len(frame.positions) == len(frame.directions) == len(normals)
-        require(fits and not frame.uses_slopes, self, frame, "angles, a normal map for each")
+        require_frame(fits and not frame.uses_slopes, self, frame, "angles, a normal map for each")
         return Warp(_Tilt(normals, frame, self.back))
 
 

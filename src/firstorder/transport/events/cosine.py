@@ -6,11 +6,12 @@ import numpy as np
 from jaxtyping import Array
 
 from firstorder.conventions import FLATLAND, Frame
+from firstorder.errors import is_concrete
 from firstorder.fields.series import Series, axis_series
 from firstorder.fields.spectrum import Grid
 from firstorder.laws.base import Law
 from firstorder.laws.multiply import Multiply
-from firstorder.transport.event import Event, require
+from firstorder.transport.event import Event, require_frame
 from firstorder.transport.events.separable import Angular
 from firstorder.typing import Scalar, as_float
 
@@ -24,7 +25,7 @@ class _Wave(Angular):
     periodic: bool = eqx.field(static=True, default=False)
 
     def derivatives(self, t: Scalar) -> tuple[Scalar, Scalar, Scalar]:
-        """Cosine."""
+        """Cosine and its derivatives."""
         c, s = self.sign * jnp.cos(t), self.sign * jnp.sin(t)
         return c, -s, -c
 
@@ -33,8 +34,8 @@ class ClampedCosine(Angular):
     """`cos+(theta) = max(cos theta, 0)` of the local angle, zero behind the surface.
 
     It has a kink and no jump at the horizons `-+ pi/2`. As a function on the line it is one hump,
-    whose Fourier transform is `cos_plus_transform`; with `periodic` it repeats every turn, and has
-    the Fourier coefficients `cos_plus_transform(m / (2 pi)) / (2 pi)`.
+    whose Fourier transform is `clamped_cosine_transform`; with `periodic` it repeats every turn,
+    and has the Fourier coefficients `clamped_cosine_transform(m / (2 pi)) / (2 pi)`.
 
     Args:
         axis: name of the angle.
@@ -65,19 +66,19 @@ class ClampedCosine(Angular):
         return tuple((s * horizon, _Wave(-s, self.axis, self.frame)) for s in (-1.0, 1.0))
 
     def series(self, window: Grid) -> Series:
-        """Closed form, if the window holds the whole hump; else by quadrature."""
+        """Closed form, if the window is known to hold the whole hump; else by quadrature."""
         a = self.frame.axis(self.axis)
         reach = 0.5 * window.extent[a] - abs(window.center[a])
-        if self.periodic or reach < 0.5 * np.pi:
+        if self.periodic or not is_concrete(reach) or reach < 0.5 * np.pi:
             return super().series(window)
 
         def coefficients(k, period):
-            return cos_plus_transform(k / period) / period
+            return clamped_cosine_transform(k / period) / period
 
         return axis_series(coefficients, jnp.eye(self.frame.dims)[a], window, a)
 
 
-def cos_plus_transform(Omega_theta) -> Array:
+def clamped_cosine_transform(Omega_theta) -> Array:
     """Fourier transform of the clamped cosine, `int cos+(t) exp(-2 pi i Omega t) dt`.
 
     `2 cos(pi^2 Omega) / (1 - (2 pi Omega)^2)`, and pi/2 at the removable singularity
@@ -92,8 +93,8 @@ def cos_plus_transform(Omega_theta) -> Array:
     Reference: D05 eq. 13, whose printed cosine and denominator follow different conventions.
 
     Example:
-        >>> from firstorder.transport import cos_plus_transform
-        >>> round(cos_plus_transform(0.0).item(), 12)  # the integral of the cosine
+        >>> from firstorder.transport import clamped_cosine_transform
+        >>> round(clamped_cosine_transform(0.0).item(), 12)  # the integral of the cosine
         2.0
     """
     w = 2.0 * np.pi * as_float(Omega_theta)
@@ -109,7 +110,8 @@ class Cosine(Event):
     Args:
         axis: name of the angle from the normal (in space, near the plane of incidence).
         periodic: for light on the whole circle of directions.
-        window: box for the spectrum (see `Multiply`).
+        window: box and number of waves for the spectrum; left out, it holds the light (see
+            `Multiply`).
 
     Reference: D05 eqs. 8, 12-13.
 
@@ -128,5 +130,6 @@ class Cosine(Event):
     def law(self, frame: Frame) -> Law:
         """Multiply by the clamped cosine."""
         fits = self.axis in frame.coordinates and not frame.uses_slopes
-        require(fits, self, frame, f"the angle {self.axis}")
-        return Multiply(ClampedCosine(self.axis, frame, self.periodic), self.window)
+        require_frame(fits, self, frame, f"the angle {self.axis}")
+        factor = ClampedCosine(self.axis, frame, self.periodic)
+        return Multiply(factor, self.window, type(self).__name__)

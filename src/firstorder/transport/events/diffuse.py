@@ -17,7 +17,7 @@ from firstorder.laws.base import Law
 from firstorder.laws.integrate import Integrate
 from firstorder.laws.multiply import Multiply
 from firstorder.numerics.quadrature import gauss_legendre
-from firstorder.transport.event import Chain, Event, require
+from firstorder.transport.event import Chain, Event, require_frame
 from firstorder.typing import Array, Ray, Scalar, as_float
 
 
@@ -154,14 +154,15 @@ def bessel_zk1(z2: Array) -> Array:
 
 
 class DifferentialIrradiance(Event):
-    """What each direction adds to the reflected light: `dE(x, v) = rho l_i(x, v) g(v)`.
+    """Contribution of each direction to the reflected light: `dE(x, v) = rho l_i(x, v) g(v)`.
 
     With rho = 1 it is D05's differential irradiance. The spectrum is convolved with that of g
     along the slope.
 
     Args:
         rho: diffuse BRDF, not negative.
-        window: box for the spectrum (see `Multiply`); light must fit in its extent.
+        window: box and number of waves for the spectrum; left out, it holds the light (see
+            `Multiply`).
 
     Raises:
         ValueError: if `rho` is negative. A traced `rho < 0` gives NaN.
@@ -187,8 +188,9 @@ class DifferentialIrradiance(Event):
     def law(self, frame: Frame) -> Law:
         """Multiply by the weight."""
         fits = frame.sense == "incoming" and frame.uses_slopes
-        require(fits, self, frame, "incoming light in slopes")
-        return Multiply(SlopeWeight(frame, nan_unless(self.rho >= 0, self.rho)), self.window)
+        require_frame(fits, self, frame, "incoming light in slopes")
+        weight = SlopeWeight(frame, nan_unless(self.rho >= 0, self.rho))
+        return Multiply(weight, self.window, type(self).__name__)
 
 
 class Gather(Event):
@@ -226,7 +228,7 @@ class Gather(Event):
     def law(self, frame: Frame) -> Law:
         """Integrate along the slope."""
         fits = frame.sense == "incoming" and self.axis in frame.coordinates
-        require(fits, self, frame, f"incoming light with a coordinate {self.axis}")
+        require_frame(fits, self, frame, f"incoming light with a coordinate {self.axis}")
         return Integrate(self.axis, -self.reach, self.reach, self.nodes)
 
 
@@ -244,7 +246,8 @@ def diffuse(rho=1.0, reach=8.0, window: Grid | None = None, nodes: int = 64, axe
     Args:
         rho: diffuse BRDF, not negative.
         reach: largest slope that is looked at.
-        window: box for the spectrum (see `Multiply`).
+        window: box and number of waves for the spectrum; left out, it holds the light (see
+            `Multiply`).
         nodes: quadrature nodes per smooth piece.
         axes: names of the slopes: `("v",)` in flatland, `("v", "w")` in space.
 

@@ -11,7 +11,7 @@ from firstorder.errors import _all, nan_unless
 from firstorder.laws.base import Law
 from firstorder.laws.move import Move
 from firstorder.laws.warp import Map, Warp
-from firstorder.transport.event import Event, require
+from firstorder.transport.event import Event, require_frame
 from firstorder.typing import Array, Ray, Scalar, as_float
 
 
@@ -59,7 +59,7 @@ class Incidence(Event):
 
     def law(self, frame: Frame) -> Law:
         """Scale in space by the cosine, shift in angle."""
-        require(frame.sense == "incoming", self, frame, "incoming light")
+        require_frame(frame.sense == "incoming", self, frame, "incoming light")
         angle = _checked(self, frame, self.theta0)
         if self.exact:
             return Warp(_Projection(angle, -1.0))
@@ -106,7 +106,7 @@ class Outgoing(Event):
 
     def law(self, frame: Frame) -> Law:
         """Scale in space by 1 / cosine, shift in angle."""
-        require(frame.sense == "outgoing", self, frame, "outgoing light")
+        require_frame(frame.sense == "outgoing", self, frame, "outgoing light")
         angle = _checked(self, frame, self.theta1)
         if self.exact:
             return Warp(_Projection(angle, 1.0))
@@ -120,8 +120,8 @@ def _check_above(name: str, angle) -> None:
 def _checked(event: Incidence | Outgoing, frame: Frame, angle: Scalar) -> Scalar:
     """The angle, NaN if it is below the surface, in a frame that fits."""
     fits = len(frame.positions) == len(frame.directions) > 0 and not frame.uses_slopes
-    require(fits, event, frame, "angles, one for each position")
-    require(not event.exact or frame.dims == 2, event, frame, "flatland light to be exact")
+    require_frame(fits, event, frame, "angles, one for each position")
+    require_frame(not event.exact or frame.dims == 2, event, frame, "flatland light to be exact")
     return nan_unless(jnp.abs(angle) < 0.5 * np.pi, angle)
 
 
@@ -142,7 +142,7 @@ class _Projection(Map):
     side: float = eqx.field(static=True)
 
     def __call__(self, u: Ray) -> Ray:
-        """Where, and at which local angle, the ray meets the other line."""
+        """Point and local angle at which the ray meets the other line."""
         there = u[1] + self.side * self.angle
         return jnp.stack([u[0] * jnp.cos(u[1]) / jnp.cos(there), there])
 

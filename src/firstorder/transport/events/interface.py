@@ -18,7 +18,7 @@ from firstorder.fields.kernel import Kernel
 from firstorder.fields.spectrum import Grid
 from firstorder.laws.base import Law
 from firstorder.laws.warp import Map, Warp
-from firstorder.transport.event import Chain, Event, require
+from firstorder.transport.event import Chain, Event, require_frame
 from firstorder.transport.events.mirror import Mirror
 from firstorder.transport.events.separable import Angular, AngularFactor, separable
 from firstorder.typing import Ray, Scalar, as_float
@@ -285,7 +285,9 @@ class Snell(Event):
 
     def law(self, frame: Frame) -> Law:
         """The warp."""
-        require(frame.dims == 2 and not frame.uses_slopes, self, frame, "a position and an angle")
+        require_frame(
+            frame.dims == 2 and not frame.uses_slopes, self, frame, "a position and an angle"
+        )
         return Warp(_Refract(self.eta))
 
 

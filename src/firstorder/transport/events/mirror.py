@@ -7,7 +7,7 @@ import jax.numpy as jnp
 from firstorder.conventions import Frame
 from firstorder.laws.base import Law
 from firstorder.laws.move import Move
-from firstorder.transport.event import Event, require
+from firstorder.transport.event import Event, require_frame
 
 
 class Mirror(Event):
@@ -21,6 +21,6 @@ class Mirror(Event):
 
     def law(self, frame: Frame) -> Law:
         """The flip of every direction."""
-        require(frame.sense == "incoming", self, frame, "incoming light")
+        require_frame(frame.sense == "incoming", self, frame, "incoming light")
         signs = jnp.array([-1.0 if i in frame.directions else 1.0 for i in range(frame.dims)])
         return Move(jnp.diag(signs), to=frame.turned())

@@ -8,13 +8,14 @@ import numpy as np
 
 from firstorder.conventions import Frame
 from firstorder.errors import check_between, check_positive, nan_unless
+from firstorder.fields._coerce import field_of, fields_of
 from firstorder.fields.apertures import Bars, Grating
 from firstorder.fields.field import Affine, Field
 from firstorder.fields.mask import half_plane
 from firstorder.fields.spectrum import Grid
 from firstorder.laws.base import Law
 from firstorder.laws.multiply import Multiply
-from firstorder.transport.event import Event, require
+from firstorder.transport.event import Event
 from firstorder.transport.events.travel import Travel
 from firstorder.typing import Array, Scalar, as_float
 
@@ -24,32 +25,32 @@ class Occlusion(Event):
 
     A planar blocker depends on x alone. One that stands `depth` behind the plane (towards where
     the light comes from) is sheared by the travel over that distance. A body that is extended in
-    depth is any V(x, v), or several planar blockers (`Layers`).
+    depth is any V(x, v), or several planar blockers (`PlanarBlockers`).
 
     The spectrum is convolved with that of V. A planar V has energy at zero angular frequency
     alone, one at depth z on the line `(Omega_x, Omega_v) = s (1, -z)` (incoming light).
 
     Args:
-        transparency: field V over the light's coordinates.
+        transparency: field V over the light's coordinates, or a function of them, or of x alone.
         depth: distance from the blocker to the plane, along the light; zero for a planar one.
-        window: box for the spectrum (see `Multiply`).
+        window: box and number of waves for the spectrum; left out, it holds the light (see
+            `Multiply`).
 
     Reference: D05 eqs. 4-5.
     """
 
-    transparency: Field
+    transparency: Field = eqx.field(converter=field_of("transparency"))
     depth: Scalar = eqx.field(converter=as_float, default=0.0)
     window: Grid | None = None
 
     def law(self, frame: Frame) -> Multiply:
         """Multiply by V, sheared to its depth."""
-        same = self.transparency.frame.coordinates == frame.coordinates
-        require(same, self, frame, f"light in {self.transparency.frame.coordinates}")
+        transparency = self.transparency.in_frame(frame, "transparency", type(self).__name__)
         shear = Travel(self.depth).law(frame)
-        return Multiply(shear(self.transparency), self.window)
+        return Multiply(shear(transparency), self.window, type(self).__name__)
 
 
-class Layers(Event):
+class PlanarBlockers(Event):
     """Several planar blockers, one behind the other: the product of their sheared masks.
 
     `l'(x, v) = l(x, v) prod_k V_k(x -+ v z_k, v)`, minus for incoming light. The product of two
@@ -60,7 +61,8 @@ class Layers(Event):
     Args:
         transparencies: one field for each layer, over the light's coordinates.
         depths: distance of each layer from the plane, along the light.
-        window: box for the spectrum (see `Multiply`).
+        window: box and number of waves for the spectrum; left out, it holds the light (see
+            `Multiply`).
 
     Raises:
         ValueError: if there is not one depth for each layer, or one of them is negative.
@@ -70,14 +72,14 @@ class Layers(Event):
     Example:
         >>> from firstorder.conventions import FLATLAND_SLOPE
         >>> from firstorder.fields import gaussian, half_plane
-        >>> from firstorder.transport.events.occlusion import Layers
+        >>> from firstorder.transport.events.occlusion import PlanarBlockers
         >>> L = gaussian((0.0, 0.0), (1.0, 1.0), frame=FLATLAND_SLOPE)
         >>> V = half_plane(0.0, frame=L.frame)
-        >>> Layers((V, V), [0.0, 1.0])(L)(0.5, 1.0).item()  # hits the farther one
+        >>> PlanarBlockers((V, V), [0.0, 1.0])(L)(0.5, 1.0).item()  # hits the farther one
         0.0
     """
 
-    transparencies: tuple[Field, ...]
+    transparencies: tuple[Field, ...] = eqx.field(converter=fields_of("transparencies"))
     depths: Array = eqx.field(converter=as_float)
     window: Grid | None = None
 
@@ -91,14 +93,15 @@ class Layers(Event):
 
     def law(self, frame: Frame) -> Law:
         """Multiply by the product."""
+        name = type(self).__name__
+        layers = [V.in_frame(frame, "transparencies", name) for V in self.transparencies]
         sheared = [
-            Occlusion(V, z).law(frame).factor
-            for V, z in zip(self.transparencies, self.depths, strict=True)
+            Occlusion(V, z).law(frame).factor for V, z in zip(layers, self.depths, strict=True)
         ]
         product = sheared[0]
         for V in sheared[1:]:
             product = Multiply(V)(product)
-        return Multiply(product, self.window)
+        return Multiply(product, self.window, type(self).__name__)
 
 
 def half_plane_blocker(
@@ -166,7 +169,8 @@ def comb_blocker(
         open: fraction of a period that is open, in (0, 1).
         transparency: of the bars, in [0, 1].
         depth: distance from the comb to the plane, along the light.
-        window: box for the spectrum (see `Multiply`).
+        window: box and number of waves for the spectrum; left out, it holds the light (see
+            `Multiply`).
 
     Raises:
         ValueError: if `count` is not positive or a fraction lies outside its interval.

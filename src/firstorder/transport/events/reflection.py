@@ -5,9 +5,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from firstorder.conventions import Frame, fourier_kernel
+from firstorder.conventions import Frame, fourier_kernel, frame_with
 from firstorder.errors import Refused, check_positive, nan_unless
-from firstorder.fields.field import Edge, Field, Sum
+from firstorder.fields._coerce import check_kind, field_of, fields_of, several
+from firstorder.fields.field import Edge, Field, Sum, _relabelled
 from firstorder.fields.jet import Jet
 from firstorder.fields.kernel import Kernel, Profile
 from firstorder.fields.series import Series
@@ -15,7 +16,7 @@ from firstorder.fields.spectrum import Grid
 from firstorder.laws.base import Law
 from firstorder.laws.convolve import Convolve, Domain, Line
 from firstorder.laws.multiply import Multiply
-from firstorder.transport.event import Event, require
+from firstorder.transport.event import Event, require_frame
 from firstorder.typing import Ray, Scalar, as_float
 
 
@@ -40,9 +41,20 @@ class Reflection(Event):
     nodes: int = eqx.field(static=True, default=64)
     window: Grid | None = None
 
+    def __check_init__(self):
+        """Refuse what is no kernel."""
+        need = "a kernel, as a `Profile` or the `kernel` of a lobe is"
+        check_kind("lobe", self.lobe, Kernel, need)
+
     def law(self, frame: Frame) -> Law:
         """Convolve along the lobe's angle."""
-        require(frame.sense == "outgoing", self, frame, "mirrored light")
+        require_frame(frame.sense == "outgoing", self, frame, "mirrored light")
+        if self.lobe.axis not in frame.coordinates:
+            raise ValueError(
+                f"Argument `lobe` of {type(self).__name__} must act along one of "
+                f"{frame.coordinates}, the coordinates of the light that it meets, but acts along "
+                f"{self.lobe.axis!r}."
+            )
         return Convolve(self.lobe, self.domain, self.nodes, self.window)
 
 
@@ -68,17 +80,21 @@ class VaryingGaussian(Kernel):
         True
     """
 
-    sigma: Field
+    sigma: Field = eqx.field(converter=field_of("sigma"))
     widest: Scalar = eqx.field(converter=as_float)
     axis: str = eqx.field(static=True, default="theta")
 
     def __check_init__(self):
         """Refuse a width that is not one."""
         check_positive("widest", self.widest)
+        frame = frame_with(self.axis, self.frame)
+        if frame.coordinates != self.frame.coordinates:
+            object.__setattr__(self, "sigma", _relabelled(self.sigma, frame))
+        self.frame.axis(self.axis)
 
     @property
     def frame(self) -> Frame:
-        """That of the width."""
+        """Frame of the width."""
         return self.sigma.frame
 
     def half_width(self) -> Scalar:
@@ -148,8 +164,8 @@ class Blend(Kernel):
         0.0
     """
 
-    lobes: tuple[Profile, ...]
-    weights: tuple[Field, ...]
+    lobes: tuple[Profile, ...] = eqx.field(converter=several("lobes", (Profile,), "profiles"))
+    weights: tuple[Field, ...] = eqx.field(converter=fields_of("weights"))
 
     def __check_init__(self):
         """Refuse lobes without weight, and weights without lobe."""
@@ -173,7 +189,7 @@ class Blend(Kernel):
         return Sum(terms, jnp.ones(len(terms)))
 
     def half_width(self) -> Scalar:
-        """That of the widest lobe."""
+        """Half width of the widest lobe."""
         return jnp.max(jnp.stack([p.half_width() for p in self.lobes]))
 
     def at(self, u: Ray) -> Scalar:

@@ -9,7 +9,7 @@ from firstorder.conventions import Frame
 from firstorder.errors import check_finite
 from firstorder.laws.base import Law
 from firstorder.laws.move import Move
-from firstorder.transport.event import Event, require
+from firstorder.transport.event import Event, require_frame
 from firstorder.typing import Array, as_float
 
 
@@ -20,7 +20,7 @@ class Curvature(Event):
     spectrum shears along space, `F(Omega_x - kappa Omega_theta, Omega_theta)`. `back=True` undoes
     it. In space `kappa` may be a 2 x 2 matrix. With the shape operator S of conventions it is `S`
     for angles that turn away from the axes, as the slopes of `Travel` do, and `-S` for angles that
-    lean towards them. That is for light about the normal; aslant, see `equator.Bend`.
+    lean towards them. That is for light about the normal; aslant, see `Bend`.
 
     Args:
         kappa: curvature dn/dx in radians per metre, positive in a valley; a scalar, or a
@@ -47,7 +47,7 @@ class Curvature(Event):
     def law(self, frame: Frame) -> Law:
         """The shear."""
         fits = len(frame.positions) == len(frame.directions) and not frame.uses_slopes
-        require(fits, self, frame, "angles, one for each position")
+        require_frame(fits, self, frame, "angles, one for each position")
         half = frame.dims // 2
         turn = self.kappa * jnp.eye(half) if self.kappa.ndim == 0 else self.kappa
         sign = -1.0 if self.back else 1.0

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Array
 
 from firstorder.conventions import Frame, fourier_kernel
+from firstorder.fields._coerce import field_of
 from firstorder.fields.field import Affine, Edge, Field
 from firstorder.fields.jet import Jet
 from firstorder.fields.kernel import Kernel
@@ -17,8 +18,8 @@ from firstorder.fields.spectrum import Grid
 from firstorder.laws.base import Law
 from firstorder.laws.convolve import Domain, Line
 from firstorder.laws.multiply import Multiply
-from firstorder.numerics.quadrature import panels
-from firstorder.transport.event import Chain, Event, require
+from firstorder.numerics.quadrature import composite_gauss_legendre
+from firstorder.transport.event import Chain, Event, require_frame
 from firstorder.transport.events.mirror import Mirror
 from firstorder.transport.events.reflection import Reflection
 from firstorder.typing import Ray, Scalar
@@ -66,7 +67,7 @@ class Angular(Field):
         if not self.periodic:
             return tuple(Edge(Affine(normal, -t, self.frame), jump) for t, jump in self.breaks())
         return tuple(
-            Edge(HalfTurn(t, 0.0, self.axis, self.frame), Multiply(_side(t, self))(jump))
+            Edge(_HalfTurn(t, 0.0, self.axis, self.frame), Multiply(_side(t, self))(jump))
             for t, jump in self.breaks()
         )
 
@@ -78,7 +79,7 @@ class Angular(Field):
         turns = (-2.0 * np.pi, 0.0, 2.0 * np.pi) if self.periodic else (0.0,)
         breaks = [jnp.asarray(b) + turn for b, _ in self.breaks() for turn in turns]
         # A harmonic of order k has k waves on the window, and two nodes resolve a wave.
-        t, w = panels(*ends, breaks, 24 + 2 * window.size[a])
+        t, w = composite_gauss_legendre(*ends, breaks, 24 + 2 * window.size[a])
         samples = w * jax.vmap(lambda s: self.derivatives(self._wrapped(s))[0])(t)
 
         def coefficients(k, period):
@@ -89,7 +90,7 @@ class Angular(Field):
         return axis_series(coefficients, jnp.eye(self.frame.dims)[a], window, a)
 
 
-class HalfTurn(Angular):
+class _HalfTurn(Angular):
     """`sin((t - angle) / 2 + phase)`: zeros one turn apart make it a level on the circle."""
 
     angle: Array
@@ -104,9 +105,9 @@ class HalfTurn(Angular):
         return jnp.sin(half), 0.5 * jnp.cos(half), -0.25 * jnp.sin(half)
 
 
-def _side(angle: Array, of: Angular) -> HalfTurn:
-    """+1 where the level `HalfTurn(angle)` rises, -1 where it falls, flat at both."""
-    return HalfTurn(angle, 0.5 * np.pi, of.axis, of.frame)
+def _side(angle: Array, of: Angular) -> _HalfTurn:
+    """+1 where the level `_HalfTurn(angle)` rises, -1 where it falls, flat at both."""
+    return _HalfTurn(angle, 0.5 * np.pi, of.axis, of.frame)
 
 
 class AngularFactor(Event):
@@ -115,8 +116,9 @@ class AngularFactor(Event):
     Spectrum: a convolution along Omega_theta alone, `F (*) f_hat(Omega_theta) delta(Omega_x)`.
 
     Args:
-        factor: function of the angle.
-        window: box for the spectrum (see `Multiply`); it should hold the light.
+        factor: function of the angle, as a field or a plain function.
+        window: box and number of waves for the spectrum; left out, it holds the light (see
+            `Multiply`).
 
     Reference: D05 eqs. 12, 17.
 
@@ -128,14 +130,14 @@ class AngularFactor(Event):
         0.04
     """
 
-    factor: Field
+    factor: Field = eqx.field(converter=field_of("factor", axis=1))
     window: Grid | None = None
 
     def law(self, frame: Frame) -> Law:
         """Multiply."""
-        fits = self.factor.frame.coordinates == frame.coordinates and not frame.uses_slopes
-        require(fits, self, frame, f"light in {self.factor.frame.coordinates}")
-        return Multiply(self.factor, self.window)
+        require_frame(not frame.uses_slopes, self, frame, "light in angles")
+        factor = self.factor.in_frame(frame, "factor", type(self).__name__)
+        return Multiply(factor, self.window, type(self).__name__)
 
 
 def separable(
@@ -160,7 +162,7 @@ def separable(
         outgoing: g, a function of the outgoing angle; 1 if left out.
         domain: where the lobe's convolution lives; the line if left out.
         nodes: quadrature nodes per smooth piece of the convolution.
-        window: box for the spectra of the factors.
+        window: box and number of waves for the spectra; left out, it holds the light.
 
     Reference: D05 eq. 17 and §4.3.
 

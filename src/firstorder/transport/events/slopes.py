@@ -9,7 +9,7 @@ import jax.numpy as jnp
 from firstorder.conventions import Frame, slope
 from firstorder.laws.base import Law
 from firstorder.laws.warp import Map, Warp
-from firstorder.transport.event import Event, require
+from firstorder.transport.event import Event, require_frame
 from firstorder.typing import Array, Ray
 
 
@@ -42,7 +42,7 @@ def theta_D_v(v: Array) -> Array:
 
 
 class ToSlope(Event):
-    """The same light with its directions named by slopes: `l(x, v) = L(x, arctan(v))`.
+    """Light relabelled from angles to slopes: `l(x, v) = L(x, arctan(v))`.
 
     Radiance is a value and not a density, so no Jacobian enters; it enters where directions are
     integrated, `d theta = dv / (1 + v^2)`. A warp: the spectrum is refused, and passes through the
@@ -60,12 +60,12 @@ class ToSlope(Event):
 
     def law(self, frame: Frame) -> Law:
         """The warp of the one direction."""
-        require(frame.coordinates == ("x", "theta"), self, frame, "light in x and theta")
+        require_frame(frame.coordinates == ("x", "theta"), self, frame, "light in x and theta")
         return Warp(_Arctangent(), dataclasses.replace(frame, coordinates=("x", "v")))
 
 
 class ToAngle(Event):
-    """The same light with its directions named by angles: `L(x, theta) = l(x, tan(theta))`.
+    """Light relabelled from slopes to angles: `L(x, theta) = l(x, tan(theta))`.
 
     Valid for |theta| < pi / 2: a slope knows no rays from below the line, and NaN answers for
     them. To reflect such light, take it from above the line only (`AboveLine`, or
@@ -85,7 +85,7 @@ class ToAngle(Event):
 
     def law(self, frame: Frame) -> Law:
         """The warp of the one direction."""
-        require(frame.coordinates == ("x", "v"), self, frame, "light in x and v")
+        require_frame(frame.coordinates == ("x", "v"), self, frame, "light in x and v")
         return Warp(_Tangent(), dataclasses.replace(frame, coordinates=("x", "theta")))
 
 

@@ -9,10 +9,10 @@ from firstorder.conventions import Frame
 from firstorder.errors import Refused
 from firstorder.fields.field import Field
 from firstorder.fields.jet import Jet
-from firstorder.fields.sampled import Sampled
 from firstorder.fields.spectrum import Grid
+from firstorder.fields.spline import Spline
 from firstorder.laws.base import Law, Portrait
-from firstorder.transport.event import Event, require
+from firstorder.transport.event import Event, require_frame
 from firstorder.typing import Ray, Scalar
 
 
@@ -28,7 +28,7 @@ class Tabulate(Event):
 
     Args:
         grid: where the light is sampled.
-        boundary: what lies beyond the grid, per axis (see `Sampled`).
+        boundary: what lies beyond the grid, per axis (see `Spline`).
 
     Raises:
         ValueError: if the grid does not have the light's number of coordinates.
@@ -60,11 +60,11 @@ class Tabulate(Event):
         if not isinstance(portrait, Field):
             return portrait
         need = f"a grid of {portrait.frame.dims} axes"
-        require(portrait.frame.dims == len(self.grid.size), self, portrait.frame, need)
+        require_frame(portrait.frame.dims == len(self.grid.size), self, portrait.frame, need)
         if portrait.edges():
             raise Refused("a table would smooth the edges away: tabulate the light before them")
         samples = eqx.filter_jit(self.grid.sample)(portrait)
-        return Sampled(samples, self.grid, portrait.frame, self.boundary)
+        return Spline(samples, self.grid, portrait.frame, self.boundary)
 
     def error(self, field: Field) -> Scalar:
         """Largest difference between light and table at the centres of the grid's cells.

@@ -6,15 +6,16 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from firstorder.conventions import FLATLAND, Frame
+from firstorder.conventions import UNSTATED, Frame, frame_with
 from firstorder.errors import check_finite
+from firstorder.fields._coerce import field_of
 from firstorder.fields.field import Field
 from firstorder.fields.jet import Jet
 from firstorder.fields.series import Series
 from firstorder.fields.spectrum import Grid
 from firstorder.laws.base import Law
 from firstorder.laws.multiply import Multiply
-from firstorder.transport.event import Event, require
+from firstorder.transport.event import Event
 from firstorder.typing import Ray, Scalar, Vector, as_float
 
 
@@ -38,7 +39,7 @@ class Wave(Field):
     amplitude: Scalar = eqx.field(converter=as_float, default=1.0)
     phase: Scalar = eqx.field(converter=as_float, default=0.0)
     mean: Scalar = eqx.field(converter=as_float, default=0.0)
-    frame: Frame = eqx.field(static=True, default=FLATLAND)
+    frame: Frame = eqx.field(static=True, default=UNSTATED)
 
     def __check_init__(self):
         """Refuse a frequency that is no number, or not one per coordinate."""
@@ -68,7 +69,7 @@ class Wave(Field):
 
 
 def wave(
-    frequency, amplitude=1.0, phase=0.0, mean=0.0, axis: str = "x", frame: Frame = FLATLAND
+    frequency, amplitude=1.0, phase=0.0, mean=0.0, axis: str = "x", frame: Frame = UNSTATED
 ) -> Wave:
     """A wave along one coordinate.
 
@@ -77,6 +78,7 @@ def wave(
         >>> wave(0.25, mean=1.0)(0.0, 0.0).item()
         2.0
     """
+    frame = frame_with(axis, frame)
     along = jnp.zeros(frame.dims).at[frame.axis(axis)].set(1.0)
     return Wave(as_float(frequency) * along, amplitude, phase, mean, frame)
 
@@ -87,7 +89,8 @@ class Texture(Event):
     Spectrum: a convolution along Omega_x alone, `T_hat(Omega_x) delta(Omega_theta) (*) F`.
 
     Args:
-        pattern: T as a field over the light's coordinates that ignores the directions.
+        pattern: T as a field over the light's coordinates that ignores the directions, or as a
+            function of x.
         window: box for the spectrum (see `Multiply`); a `Wave` is exact on any.
 
     Reference: D05 eq. 18; R07 eq. 20.
@@ -100,11 +103,10 @@ class Texture(Event):
         0.0
     """
 
-    pattern: Field
+    pattern: Field = eqx.field(converter=field_of("pattern"))
     window: Grid | None = None
 
     def law(self, frame: Frame) -> Law:
         """Multiply."""
-        same = self.pattern.frame.coordinates == frame.coordinates
-        require(same, self, frame, f"light in {self.pattern.frame.coordinates}")
-        return Multiply(self.pattern, self.window)
+        pattern = self.pattern.in_frame(frame, "pattern", type(self).__name__)
+        return Multiply(pattern, self.window, type(self).__name__)

@@ -7,11 +7,15 @@ import jax.numpy as jnp
 import numpy as np
 
 from firstorder.conventions import Frame, slope, travel_sign
-from firstorder.errors import check_not_negative, nan_unless
+from firstorder.errors import (
+    check_not_negative,
+    nan_unless,
+)
+from firstorder.fields.field import Field
 from firstorder.laws.base import Law
 from firstorder.laws.move import Move
 from firstorder.laws.warp import Map, Warp
-from firstorder.transport.event import Event, require
+from firstorder.transport.event import Event, require_frame
 from firstorder.typing import Array, Ray, Scalar, as_float
 
 
@@ -52,13 +56,13 @@ class Travel(Event):
     def law(self, frame: Frame) -> Law:
         """A move in slopes, a warp in angles."""
         fits = len(frame.positions) == len(frame.directions) > 0
-        require(fits, self, frame, "one direction for each position")
+        require_frame(fits, self, frame, "one direction for each position")
         shear = travel_sign(frame.sense) * nan_unless(self.d >= 0, self.d)
         if frame.uses_slopes:
             M = jnp.eye(frame.dims, dtype=self.d.dtype)
             rows, columns = np.array(frame.positions), np.array(frame.directions)
             return Move(M.at[rows, columns].set(shear))
-        require(frame.dims == 2, self, frame, "slopes in space")
+        require_frame(frame.dims == 2, self, frame, "slopes in space")
         return Warp(_AngularTravel(shear))
 
 
@@ -88,10 +92,10 @@ class Arrival(Event):
 
     def law(self, frame: Frame) -> Law:
         """A flip: the turn negates the plane that it turns in, and the ray's own direction."""
-        require(frame.sense == "outgoing", self, frame, "outgoing light")
+        require_frame(frame.sense == "outgoing", self, frame, "outgoing light")
         fits = len(frame.positions) == len(frame.directions) > 0
-        require(fits, self, frame, "one direction for each position")
-        require(frame.dims == 2 or frame.uses_slopes, self, frame, "slopes in space")
+        require_frame(fits, self, frame, "one direction for each position")
+        require_frame(frame.dims == 2 or frame.uses_slopes, self, frame, "slopes in space")
         signs = np.ones(frame.dims)
         signs[frame.positions[0]] = -1.0
         signs[list(frame.directions[1:])] = -1.0
@@ -114,3 +118,27 @@ class _AngularTravel(Map):
         second = jnp.zeros((2, 2, 2), u.dtype)
         second = second.at[0, 1, 1].set(2.0 * self.shear * t * (1.0 + t**2))
         return self(u), J, second
+
+
+def line_light(emission: Field, height) -> Field:
+    """Light at the receiver from an emitter that fills a line at a height.
+
+    `L(x, v) = emission(x - v height, v)` for incoming light: the emission seen along each ray,
+    which is what travel says. In angles the position is `x - height tan(theta)`.
+
+    Args:
+        emission: light at the emitter's own line, labelled like the receiver's.
+        height: distance between the two lines, in metres, not negative.
+
+    Raises:
+        ValueError: if `height` is negative.
+
+    Example:
+        >>> from firstorder.conventions import FLATLAND_SLOPE
+        >>> from firstorder.fields import GaussianProfile, spot_light
+        >>> from firstorder.transport import line_light
+        >>> spot = spot_light(0.0, 0.5, GaussianProfile(0.3, "v", FLATLAND_SLOPE))
+        >>> line_light(spot, 2.0)(1.0, 0.5).item() == spot(0.0, 0.5).item()
+        True
+    """
+    return Travel(height)(emission)

@@ -1,1 +1,1 @@
-"""Reflected light of one surface in closed form, and the camera that looks at it."""
+"""Reflected light of a curved surface in closed form, and the camera that looks at it."""

@@ -10,13 +10,13 @@ from firstorder.errors import check_finite, check_positive, is_concrete
 from firstorder.fields.jet import Jet
 from firstorder.laws.base import Law
 from firstorder.laws.warp import Map, Warp
-from firstorder.transport.event import Event, require
+from firstorder.transport.event import Event, require_frame
 from firstorder.typing import Scalar, Vector, as_float
 
 IMAGE = Frame(("px",), "outgoing")
 
 
-class Base(eqx.Module):
+class BaseSurface(eqx.Module):
     """A base surface of constant curvature: a line, a hill (kappa < 0) or a valley (kappa > 0).
 
     The arc-length parameter x is zero at `point`, and the geometric normal's angle is
@@ -31,8 +31,8 @@ class Base(eqx.Module):
         ValueError: if an argument is not finite.
 
     Example:
-        >>> from firstorder.transport.shading.camera import Base
-        >>> Base(0.0).position(2.0).tolist()
+        >>> from firstorder.transport.shading.camera import BaseSurface
+        >>> BaseSurface(0.0).position(2.0).tolist()
         [2.0, 0.0]
     """
 
@@ -130,7 +130,9 @@ class Camera(Event):
 
     eye: Vector = eqx.field(converter=as_float)
     gamma: Scalar = eqx.field(converter=as_float)
-    base: Base = eqx.field(default_factory=Base)  # made when asked: an array keeps its precision
+    base: BaseSurface = eqx.field(
+        default_factory=BaseSurface
+    )  # made when asked: an array keeps its precision
 
     def __check_init__(self):
         """Refuse a camera that sees nothing."""
@@ -144,10 +146,10 @@ class Camera(Event):
     def law(self, frame: Frame) -> Law:
         """The warp."""
         fits = frame.coordinates == ("x", "theta") and frame.sense == "outgoing"
-        require(fits, self, frame, "outgoing light in (x, theta)")
+        require_frame(fits, self, frame, "outgoing light in (x, theta)")
         return Warp(_Rays(self), IMAGE)
 
-    def derivatives(self, px: Scalar) -> "View":
+    def derivatives(self, px: Scalar) -> "CameraRay":
         """The ray through px, and its first and second derivatives along the image."""
         theta, base = jnp.arctan2(px, self.gamma), self.base
         x = base.hit(self.eye, theta)
@@ -160,10 +162,10 @@ class Camera(Event):
         rate = -jnp.sin(base.normal_angle(x)) * step / z - jnp.tan(theta) * turn
         rate = rate + jnp.tan(local) * (turn - base.kappa * step)
         bend = -2.0 * jnp.sin(theta) * jnp.cos(theta) * turn / self.gamma
-        return View(x, theta, step, turn, step * rate, bend)
+        return CameraRay(x, theta, step, turn, step * rate, bend)
 
 
-class View(eqx.Module):
+class CameraRay(eqx.Module):
     """A camera ray: arc length and direction, and their derivatives in px.
 
     Attributes:
@@ -199,7 +201,7 @@ class _Rays(Map):
         return jnp.stack([v.x, v.theta]), J, jnp.stack([v.ddx, v.ddtheta])[:, None, None]
 
 
-def image_jet(view: View, B: Jet) -> tuple[Scalar, Scalar, Scalar]:
+def image_jet(view: CameraRay, B: Jet) -> tuple[Scalar, Scalar, Scalar]:
     """Image value, gradient and second derivative from numbers at the ray.
 
     `I_u = B_x x_u + B_theta theta_u`, and
@@ -225,7 +227,7 @@ def image_jet(view: View, B: Jet) -> tuple[Scalar, Scalar, Scalar]:
     return B.value, jnp.sum(C * B.gradient), jnp.sum(C[:, None] * C * B.hessian) + bend
 
 
-def distant_image_gradient(view: View, n_0, z, gamma, B: Jet) -> Scalar:
+def distant_image_gradient(view: CameraRay, n_0, z, gamma, B: Jet) -> Scalar:
     """R07 (28): `I_u ~ z / (gamma n_0 . v) B_x`, the image gradient of a distant camera.
 
     Neglects `B_theta / gamma` and takes `z / D` for 1, so its relative error is
@@ -243,6 +245,3 @@ def distant_image_gradient(view: View, n_0, z, gamma, B: Jet) -> Scalar:
     Reference: R07 eq. 28.
     """
     return z / (gamma * jnp.cos(view.theta - n_0)) * B.gradient[0]
-
-
-__all__ = ["IMAGE", "Base", "Camera", "View", "distant_image_gradient", "image_jet"]

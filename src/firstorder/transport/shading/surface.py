@@ -14,6 +14,7 @@ import numpy as np
 
 from firstorder.conventions import FLATLAND, Frame
 from firstorder.errors import Refused, check_positive
+from firstorder.fields._coerce import FieldLike, as_field, field_of, field_or_none, several
 from firstorder.fields.field import Field, Function
 from firstorder.fields.jet import Jet
 from firstorder.fields.kernel import Profile
@@ -26,9 +27,9 @@ from firstorder.transport.brdf.general import Brdf
 from firstorder.transport.brdf.lobes import Lobe
 from firstorder.transport.events.bump import Bump
 from firstorder.transport.events.cosine import ClampedCosine
-from firstorder.transport.shading.flat_jets import Entries, Normal, entries_of, unpacked, value_of
-from firstorder.transport.shading.horizon import AboveLine
-from firstorder.transport.shading.quadrature import (
+from firstorder.transport.shading._flat_jets import Entries, Normal, entries_of, unpacked, value_of
+from firstorder.transport.shading._horizon import AboveLine
+from firstorder.transport.shading._quadrature import (
     center_of,
     has_cosine,
     local_center,
@@ -40,8 +41,8 @@ from firstorder.typing import Array, Ray, Scalar, as_float
 _WIDE = Frame(("x", "theta", "omega"))
 
 
-class Terms(NamedTuple):
-    """What the spatial derivative of reflected light consists of: `B_x = SV + CDV + MV`.
+class DerivativeTerms(NamedTuple):
+    """Terms of the spatial derivative of reflected light: `B_x = SV + CDV + MV`.
 
     Attributes:
         SV: spatial variation of the light, `L_x (*) rho`.
@@ -61,15 +62,17 @@ class Terms(NamedTuple):
 
 
 class Surface(eqx.Module):
-    """A flatland surface: how its normal turns, how it reflects, what is painted on it.
+    """A flatland surface: its normal, its BRDF and its texture.
 
     Args:
         normal: n as a field over (x, theta) that ignores theta, in radians: a base shape, bumps, or
-            their sum. Counter-clockwise from +y; x is arc length.
-        reflectance: lobes and general BRDFs; they add up.
-        texture: field over (x, theta) that ignores theta and multiplies the reflected light.
+            their sum; or a function of x, or a number. Counter-clockwise from +y; x is arc length.
+        reflectance: lobes and general BRDFs; they add up. One alone needs no tuple.
+        texture: field over (x, theta) that ignores theta, or a function of x; it multiplies the
+            reflected light.
 
     Raises:
+        TypeError: if an argument is none of these.
         ValueError: if `reflectance` is empty.
 
     Example:
@@ -82,9 +85,11 @@ class Surface(eqx.Module):
         ()
     """
 
-    normal: Field
-    reflectance: tuple[Lobe | Brdf, ...]
-    texture: Field | None = None
+    normal: Field = eqx.field(converter=field_of("normal"))
+    reflectance: tuple[Lobe | Brdf, ...] = eqx.field(
+        converter=several("reflectance", (Lobe, Brdf), "lobes and BRDFs")
+    )
+    texture: Field | None = eqx.field(converter=field_or_none("texture"), default=None)
 
     def __check_init__(self):
         """Refuse a surface without material."""
@@ -96,19 +101,20 @@ class Surface(eqx.Module):
         jet = self.normal.jet(jnp.stack([x, jnp.zeros_like(x)]))
         return Normal(jet.value, jet.gradient[0], jet.hessian[0, 0])
 
-    def reflect(self, light: Field, nodes: int = 64, above: bool = False) -> "Reflected":
-        """The reflected light field; see `Reflected`.
+    def reflect(self, light: FieldLike, nodes: int = 64, above: bool = False) -> "ReflectedField":
+        """The reflected light field; see `ReflectedField`.
 
         Args:
-            light: incoming light over (x, theta).
+            light: incoming light over (x, theta): a field, or a plain function.
             nodes: Gauss-Legendre nodes per smooth piece.
             above: take only light from above the base line, `AboveLine(light)`: needed by light
                 that came through slopes.
         """
-        return Reflected(AboveLine(light) if above else light, self, nodes)
+        light = as_field(light, "light", FLATLAND)
+        return ReflectedField(AboveLine(light) if above else light, self, nodes)
 
 
-class Reflected(Field):
+class ReflectedField(Field):
     """Light reflected by a surface, as an outgoing light field.
 
     For every lobe, with `theta_r = 2 n(x) - theta` and (*) the convolution over angle at theta_r,
@@ -154,7 +160,7 @@ class Reflected(Field):
         True
     """
 
-    light: Field
+    light: Field = eqx.field(converter=field_of("light"))
     surface: Surface
     nodes: int = eqx.field(static=True, default=64)
 
@@ -170,7 +176,7 @@ class Reflected(Field):
 
     @property
     def frame(self) -> Frame:
-        """The light's, outgoing."""
+        """Frame of the light, outgoing."""
         return self.light.frame.turned()
 
     def at(self, u: Ray) -> Scalar:
@@ -200,7 +206,7 @@ class Reflected(Field):
         """
         return self.entries(x, theta)[:3]
 
-    def terms(self, x, theta) -> tuple[Terms, ...]:
+    def terms(self, x, theta) -> tuple[DerivativeTerms, ...]:
         """SV, DV, CV, CDV and MV of every lobe (general BRDFs: `turn` is 1, as for their light).
 
         Args:
@@ -285,7 +291,7 @@ class Reflected(Field):
         return Entries(zero, zero, zero, *(total * b for b in bend))
 
     def _by_laws(self, r: Lobe | Brdf, n: Normal, x: Scalar, theta: Scalar) -> Entries:
-        """The same as a composition of laws, which split the integral at the light's edges."""
+        """Reflected light as composed laws, which split the integral at the light's edges."""
         field, ray = self._law_image(r, n, x, theta)
         entries = unpacked(field.jet(ray))
         turn, look, _ = center_of(r, n, theta)
@@ -317,11 +323,11 @@ class Reflected(Field):
 
     # --- the terms --------------------------------------------------------------------------
 
-    def _terms(self, x: Scalar, theta: Scalar) -> tuple[Terms, ...]:
+    def _terms(self, x: Scalar, theta: Scalar) -> tuple[DerivativeTerms, ...]:
         n = self.surface.normal_at(x)
         return tuple(self._terms_of(r, n, x, theta) for r in self.surface.reflectance)
 
-    def _terms_of(self, r: Lobe | Brdf, n: Normal, x: Scalar, theta: Scalar) -> Terms:
+    def _terms_of(self, r: Lobe | Brdf, n: Normal, x: Scalar, theta: Scalar) -> DerivativeTerms:
         """By their definitions, and not from B_x."""
         turn, _, center = center_of(r, n, theta)
         if self.light.edges():
@@ -338,7 +344,7 @@ class Reflected(Field):
             paint = self._painted(x)
             SV, DV, MV = paint.value * SV, paint.value * DV, paint.value * MV + paint.x * B
         CV = turn * n.x
-        return Terms(SV, DV, CV, CV * DV, MV)
+        return DerivativeTerms(SV, DV, CV, CV * DV, MV)
 
     def _split_terms(self, r: Lobe | Brdf, x: Scalar, center: Scalar):
         """Under light with edges L_x and L_theta hold Diracs: convolve, then differentiate."""
@@ -356,7 +362,7 @@ class Reflected(Field):
 
 
 class _Peak(Field):
-    """Where a general BRDF peaks, to split quadrature there: it moves nothing but the nodes."""
+    """Peak of a general BRDF, to split quadrature there: it moves nothing but the nodes."""
 
     brdf: Brdf
     index: int = eqx.field(static=True)
@@ -367,13 +373,13 @@ class _Peak(Field):
         return jax.lax.stop_gradient(self.brdf.peaks(u[1])[self.index].astype(u.dtype))
 
     def jet(self, u: Ray) -> Jet:
-        """The same, and zeros."""
+        """The peak, and zeros."""
         zero = jnp.zeros((u.size, u.size), u.dtype)
         return Jet(self.at(u), zero[0], zero, self.frame)
 
 
 def far_light_ratio(D, local, kappa, turn=2.0) -> Array:
-    """How far from far a light is: `|L_x| / |turn n_x L_theta|` for a source that shines all ways.
+    """Ratio `|L_x| / |turn n_x L_theta|` of a source that shines all ways: small for far light.
 
     Such a source obeys `L_x = -cos(omega - n_0) / D L_theta`, whatever its shape: moving along the
     base and turning the ray shift the point of the source that is seen alike. So the ratio is

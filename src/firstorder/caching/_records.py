@@ -1,0 +1,86 @@
+"""Weights, selection and printing that caches along a line and on a plane share."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, ArrayLike, Bool, Float, Int
+
+
+class Weights(NamedTuple):
+    """Weights of the records at a place; only their ratios matter.
+
+    Attributes:
+        weight: of each record, zero where it is not used.
+        used: whether it is.
+        covered: whether any record is in reach of the place.
+    """
+
+    weight: Float[Array, " r"]
+    used: Bool[Array, " r"]
+    covered: Bool[Array, ""]
+
+
+def weights(error: Float[Array, " r"], valid: Bool[Array, " r"], fade: bool = False) -> Weights:
+    """Weights `1 / e` of the records that reach a place, those with `e < 1`.
+
+    Where none does the one with the smallest error counts alone. With `fade` they are `1 / e - 1`.
+
+    Args:
+        error: e of each record, without unit.
+        valid: which of them are records.
+        fade: whether the weights end at zero.
+
+    Reference: J12 eq. 34.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.caching._records import weights
+        >>> found = weights(jnp.array([0.25, 0.5, 2.0]), jnp.ones(3, bool))
+        >>> print((found.weight / found.weight.sum()).round(4))
+        [0.6667 0.3333 0.    ]
+    """
+    error = jnp.where(valid, error, jnp.inf)
+    nearest = jnp.min(jax.lax.stop_gradient(error))
+    covered = nearest < 1.0
+    used = jnp.where(covered, error < 1.0, valid & (error == nearest))
+    # Only ratios of weights count. Scaled by the smallest error they stay finite on a record.
+    tiny = jnp.finfo(error.dtype).eps
+    weight = (nearest + tiny) / (jnp.where(used, error, 1.0) + tiny)
+    if fade:
+        weight = jnp.where(covered, weight * jnp.where(used, 1.0 - error, 0.0), weight)
+    return Weights(jnp.where(used, weight, 0.0), used, covered)
+
+
+def kept(chosen: ArrayLike | None, count: int) -> Int[np.ndarray, " r"]:
+    """Numbers of the chosen candidates; of all if none are named."""
+    return np.flatnonzero(np.ones(count, bool) if chosen is None else np.asarray(chosen))
+
+
+def printed(columns: Mapping[str, Any]) -> str:
+    """A table as lines: names above their columns, numbers to five digits.
+
+    Example:
+        >>> from firstorder.caching._records import printed
+        >>> print(printed({"x": [0.5, 12.0], "clamp": ["", "cut"]}))
+          x  clamp
+        0.5
+         12    cut
+    """
+    rows = [list(columns)]
+    for row in zip(*columns.values(), strict=True):
+        rows.append([c if isinstance(c, str) else f"{float(c):.5g}" for c in row])
+    widths = [max(len(row[i]) for row in rows) for i in range(len(columns))]
+    lines = ["  ".join(c.rjust(w) for c, w in zip(row, widths, strict=True)) for row in rows]
+    return "\n".join(line.rstrip() for line in lines)
+
+
+def checked_order(order: int) -> int:
+    """An order of extrapolation, which must be 0, 1 or 2."""
+    if order not in (0, 1, 2):
+        raise ValueError(f"Argument `order` must be 0, 1 or 2, but is {order!r}.")
+    return order

@@ -1,0 +1,299 @@
+"""Candidate records on a flat floor: irradiance, derivatives and ray distances, computed once.
+
+Filling a cache, bisecting its threshold and comparing metrics are then choices among rows of a
+table; no ray is cast again. The sums are those of `space.estimators._irradiance_forms` for steps in
+the receiver's plane. They run on the host and in single precision, since half a billion rays are
+common: what does not depend on the place is computed once for each set of directions, and the
+places that share it are done one after the other, with nothing larger than one place's rays.
+"""
+
+from __future__ import annotations
+
+import concurrent.futures
+import math
+import os
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import ArrayLike, Float
+
+from firstorder.caching.surface_cache import SurfaceCandidates
+from firstorder.errors import check_positive
+from firstorder.space.bounces._radiance_maps import FLAT, RadianceMaps, face_layout
+
+CASTS = ("Rectangles", "Boxes", "Ellipsoids")
+Single = Float[np.ndarray, " r"]
+
+
+class CandidateTable(NamedTuple):
+    """Irradiance at places of a plane, with its derivatives by steps along x and y.
+
+    Attributes:
+        position: [m].
+        E: irradiance [W/m^2].
+        gradient: stratified, shadow edges included [W/m^3].
+        area_gradient: by surface area, shadow edges left out [W/m^3].
+        hessian: by surface area [W/m^4].
+        geometric: the same with radiance 1 on all surfaces [1/m^2].
+        minimum: shortest ray; infinite if none meets anything [m].
+        harmonic: harmonic mean of the rays' lengths [m].
+        brightest: largest radiance that a ray met [W/(m^2 sr)].
+    """
+
+    position: Float[np.ndarray, "m 2"]
+    E: Float[np.ndarray, " m"]
+    gradient: Float[np.ndarray, "m 2"]
+    area_gradient: Float[np.ndarray, "m 2"]
+    hessian: Float[np.ndarray, "m 2 2"]
+    geometric: Float[np.ndarray, "m 2 2"]
+    minimum: Float[np.ndarray, " m"]
+    harmonic: Float[np.ndarray, " m"]
+    brightest: Float[np.ndarray, " m"]
+
+    def candidates(self, hessian: ArrayLike | None = None) -> SurfaceCandidates:
+        """The rows as candidates for records, with the stratified gradient."""
+        H = self.hessian if hessian is None else hessian
+        return SurfaceCandidates.of(
+            self.position, self.E, self.gradient, H, self.minimum, self.harmonic
+        )
+
+
+class GatherDirections(NamedTuple):
+    """Sets of directions that places share: one in each of m x n cells of equal projected angle.
+
+    Attributes:
+        directions: k sets; z is up.
+        theta, phi: borders of the cells [rad].
+        noise: what each ray's radiance is multiplied by; None for nothing.
+    """
+
+    directions: Float[np.ndarray, "k 3 m n"]
+    theta: Float[np.ndarray, " m_1"]
+    phi: Float[np.ndarray, " n_1"]
+    noise: Float[np.ndarray, "k m n"] | None
+
+
+def gather_directions(
+    rows: int, columns: int, sets: int = 16, seed: int = 0, noise: bool = False
+) -> GatherDirections:
+    """Jittered directions in `rows * columns` cells of equal projected solid angle.
+
+    Args:
+        rows: of theta.
+        columns: of phi.
+        sets: how many; as many as there are places makes these independent.
+        seed: of the random numbers.
+        noise: whether each ray's radiance gets a factor, uniform in [0, 2], as in J12 Fig. 21.
+
+    Example:
+        >>> from firstorder.caching.candidate_tables import gather_directions
+        >>> gather_directions(2, 4, sets=3).directions.shape
+        (3, 3, 2, 4)
+    """
+    for name, number in (("rows", rows), ("columns", columns), ("sets", sets)):
+        check_positive(name, number)
+    rng = np.random.default_rng(seed)
+    up, across = rng.random((2, sets, rows, columns))
+    square = (np.arange(rows)[:, None] + up) / rows
+    phi = 2.0 * np.pi * (np.arange(columns) + across) / columns
+    sine = np.sqrt(square)
+    directions = np.stack([sine * np.cos(phi), sine * np.sin(phi), np.sqrt(1.0 - square)], 1)
+    return GatherDirections(
+        directions.astype(np.float32),
+        np.arcsin(np.sqrt(np.arange(rows + 1) / rows)),
+        2.0 * np.pi * np.arange(columns + 1) / columns,
+        (2.0 * rng.random(up.shape)).astype(np.float32) if noise else None,
+    )
+
+
+def tabulate_candidates(
+    maps: RadianceMaps, position: ArrayLike, given: GatherDirections, on: int, height: float = 0.0
+) -> CandidateTable:
+    """Candidate records from as many rays at every place.
+
+    Args:
+        maps: the light; the scene of rectangles, boxes and ellipsoids.
+        position: x and y of places on a level shape that faces up (m, 2) [m].
+        given: directions; places take the sets in a random order.
+        on: number of the shape they lie on.
+        height: z of the places [m].
+
+    Raises:
+        ValueError: for a scene with shapes of another kind.
+
+    Reference: J12 §7-8: eqs. 58, 61, 64, 66 and 71.
+    """
+    x = np.asarray(position, float)
+    solids = _solids(maps, on)
+    k = given.directions.shape[0]
+    pick = np.random.default_rng(len(x)).permutation(len(x)) % k
+    out = np.empty((len(x), 14))
+
+    def work(which):
+        rows = np.flatnonzero(pick == which)
+        if len(rows):
+            noise = None if given.noise is None else given.noise[which].ravel()
+            look = _Look(solids, given, given.directions[which].reshape(3, -1), noise)
+            for row in rows:
+                out[row] = look.at(np.array([*x[row], height]))
+
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+        list(pool.map(work, range(k)))
+    E, gx, gy, ax, ay, *H, minimum, inverse, brightest = out.T
+    light, area = (np.array([[a, b], [b, c]]).transpose(2, 0, 1) for a, b, c in (H[:3], H[3:]))
+    harmonic = np.divide(1.0, inverse, out=np.full(len(x), np.inf), where=inverse > 0.0)
+    gradient, by_area = np.stack([gx, gy], -1), np.stack([ax, ay], -1)
+    return CandidateTable(x, E, gradient, by_area, light, area, minimum, harmonic, brightest)
+
+
+# --- one place -----------------------------------------------------------------------------------
+
+
+class _Solid(NamedTuple):
+    """A shape: world to canonical coordinates, and its maps (None where nothing is sent)."""
+
+    kind: str
+    center: np.ndarray
+    turn: np.ndarray
+    maps: np.ndarray | None
+
+
+def _solids(maps: RadianceMaps, on: int) -> list[_Solid]:
+    """Shapes that rays from one of them can meet."""
+    first, found, number = face_layout(maps.scene).first, [], 0
+    L = np.asarray(maps.L, np.float32)
+    for group in maps.scene.groups:
+        kind = type(group).__name__
+        if kind not in CASTS:
+            raise ValueError(f"Argument `maps` must have shapes of {CASTS}, but has {kind}.")
+        for center, axes in zip(np.asarray(group.center), np.asarray(group.axes), strict=True):
+            faces = 6 if kind == "Boxes" else 1
+            own = L[first[number] : first[number] + faces]
+            if number != on:
+                sent = own if own.any() else None
+                found.append(_Solid(kind, center, np.linalg.inv(axes), sent))
+            number += 1
+    return found
+
+
+class _Look:
+    """Quantities that depend on a set of directions only, not on the place."""
+
+    def __init__(self, solids: list[_Solid], given: GatherDirections, along: np.ndarray, noise):
+        self.solids, self.along, self.noise = solids, along, noise
+        self.shape = given.directions.shape[2:]
+        self.ready = []
+        for solid in solids:
+            d = solid.turn.astype(np.float32) @ along
+            with np.errstate(divide="ignore", over="ignore"):
+                if solid.kind in FLAT:
+                    inverse = 1.0 / d[2]
+                    self.ready.append((inverse, d[0] * inverse, d[1] * inverse))
+                elif solid.kind == "Boxes":
+                    self.ready.append((d, 1.0 / np.where(d == 0.0, np.float32(1e-30), d)))
+                else:
+                    self.ready.append((d, np.sum(d * d, axis=0)))
+        s, c = np.sin(given.theta[1:-1]), np.cos(given.theta[1:-1])
+        self.circle = (s * c * c).astype(np.float32)
+        self.arc = np.stack([np.diff(np.sin(given.phi)), -np.diff(np.cos(given.phi))], -1)
+        self.rising = np.diff(np.sin(given.theta)).astype(np.float32)
+        self.beside = np.stack([-np.sin(given.phi[:-1]), np.cos(given.phi[:-1])], -1)
+
+    def at(self, x: np.ndarray) -> np.ndarray:
+        """Row of numbers for one place."""
+        count = self.along.shape[1]
+        best = np.full(count, np.inf, np.float32)
+        which = np.full(count, -1, np.int8)
+        for number, (solid, ready) in enumerate(zip(self.solids, self.ready, strict=True)):
+            t = _distance(solid, ready, solid.turn @ (x - solid.center))
+            nearer = t < best
+            np.copyto(best, t, where=nearer)
+            np.copyto(which, np.int8(number), where=nearer)
+        L, sums = np.zeros(count, np.float32), np.zeros(10)
+        for number, solid in enumerate(self.solids):
+            rays = np.flatnonzero(which == number)
+            if len(rays):
+                sums += self._kernels(solid, x, rays, best[rays], L)
+        sums *= math.pi / count
+        gradient = self._walls(L.reshape(self.shape), (1.0 / best).reshape(self.shape))
+        value = math.pi * float(np.mean(L, dtype=float))
+        inverse = float(np.mean(1.0 / best, dtype=float))
+        return np.array([value, *gradient, *sums[:8], best.min(), inverse, L.max()])
+
+    def _kernels(self, solid: _Solid, x, rays, t, L) -> np.ndarray:
+        """Sums over the rays that meet one shape; writes what they see into L."""
+        u, v, w = (a[rays] for a in self.along)
+        o = (solid.turn @ (x - solid.center)).astype(np.float32)
+        d = solid.turn.astype(np.float32) @ np.stack([u, v, w])
+        light, normal = _sent(solid, o[:, None] + t * d, d)
+        if light is not None:
+            light = light if self.noise is None else light * self.noise[rays]
+            L[rays] = light
+        n = solid.turn.T.astype(np.float32) @ normal
+        facing = -1.0 / (n[0] * u + n[1] * v + n[2] * w)  # any length of n: it cancels
+        p, q, inverse = n[0] * facing, n[1] * facing, 1.0 / t
+        square = inverse * inverse
+        # Kernels per projected solid angle: derivatives of the coupling, over the coupling.
+        gradient = inverse * (4.0 * u + p), inverse * (4.0 * v + q)
+        hessian = (
+            square * (24.0 * u * u - 4.0 + 8.0 * p * u),
+            square * (24.0 * u * v + 4.0 * (p * v + q * u)),
+            square * (24.0 * v * v - 4.0 + 8.0 * q * v),
+        )
+        lit = [0.0] * 5 if light is None else [float(k @ light) for k in (*gradient, *hessian)]
+        return np.array([*lit, *(float(np.sum(k)) for k in hessian), 0.0, 0.0])
+
+    def _walls(self, L: np.ndarray, inverse: np.ndarray) -> np.ndarray:
+        """Stratified gradient: the sum over the walls between cells."""
+        circles = (L[1:] - L[:-1]) * np.maximum(inverse[1:], inverse[:-1])
+        meridians = L - np.roll(L, 1, axis=1)
+        meridians *= np.maximum(inverse, np.roll(inverse, 1, axis=1))
+        return (self.circle @ circles) @ self.arc + (self.rising @ meridians) @ self.beside
+
+
+def _distance(solid: _Solid, ready, o: np.ndarray) -> Single:
+    """Distances along all rays to one shape, from the canonical place o; infinite for a miss."""
+    o = o.astype(np.float32)
+    if solid.kind in FLAT:
+        inverse, across, up = ready
+        with np.errstate(invalid="ignore"):
+            t = -o[2] * inverse
+            hit = (np.abs(o[0] - o[2] * across) <= 1.0) & (np.abs(o[1] - o[2] * up) <= 1.0)
+            return np.where(hit & (t > 0.0), t, np.float32(np.inf))
+    if solid.kind == "Boxes":
+        one, two = (-1.0 - o[:, None]) * ready[1], (1.0 - o[:, None]) * ready[1]
+        enter = np.max(np.minimum(one, two), axis=0)
+        leave = np.min(np.maximum(one, two), axis=0)
+        return np.where((enter <= leave) & (enter > 0.0), enter, np.float32(np.inf))
+    d, a = ready
+    b = o @ d
+    square = b * b - a * (o @ o - np.float32(1.0))
+    root = np.sqrt(np.maximum(square, 0.0))
+    near = -b - root
+    return np.where((square > 0.0) & (near > 0.0), near / a, np.float32(np.inf))
+
+
+def _sent(solid: _Solid, q: np.ndarray, d: np.ndarray):
+    """Radiance that comes back (None where nothing does) and canonical normals, at hits q."""
+    normal = np.zeros_like(q)
+    if solid.kind in FLAT:
+        normal[2] = np.where(d[2] < 0.0, 1.0, -1.0)
+        light = _looked_up(solid.maps, 0, q[0], q[1])
+        return (None if light is None else np.where(d[2] < 0.0, light, 0.0)), normal
+    if solid.kind == "Boxes":
+        a = np.argmax(np.abs(q), axis=0)
+        rays = np.arange(q.shape[1])
+        high = q[a, rays] > 0.0
+        normal[a, rays] = np.where(high, 1.0, -1.0)
+        s, t = q[(a + 1) % 3, rays], q[(a + 2) % 3, rays]
+        return _looked_up(solid.maps, 2 * a + high, s, t), normal
+    return _looked_up(solid.maps, 0, np.arctan2(q[1], q[0]) / math.pi, q[2]), q
+
+
+def _looked_up(maps: np.ndarray | None, face, s: Single, t: Single):
+    """Values of the cells in which places lie."""
+    if maps is None:
+        return None
+    k = maps.shape[-1]
+    i, j = (np.clip((0.5 * k) * (a + 1.0), 0, k - 1).astype(np.int32) for a in (s, t))
+    return maps.ravel()[(face * k + j) * k + i]

@@ -1,0 +1,1 @@
+"""Cases of events whose law is a move or a warp."""

@@ -1,0 +1,1 @@
+"""Cases of events whose law is a product, integrated or not."""

@@ -1,0 +1,1 @@
+"""Cases of light in space, over four coordinates."""

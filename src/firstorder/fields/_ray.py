@@ -1,0 +1,63 @@
+"""Rays as they are given: one vector of all coordinates, checked before a field sees it."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+
+import jax
+import jax.numpy as jnp
+from jax.core import Tracer
+from jaxtyping import Array, Float
+
+from firstorder.conventions import Frame
+from firstorder.typing import Ray, as_float
+
+
+def of_ray(method: Callable) -> Callable:
+    """A method of a field that takes one ray, and takes it as a list or tuple too.
+
+    Raises:
+        ValueError: if a concrete ray does not have one entry for each coordinate.
+    """
+
+    @functools.wraps(method)
+    def checked(self, u, *more, **named):
+        return method(self, u if isinstance(u, Tracer) else _ray(self, u), *more, **named)
+
+    return checked
+
+
+def _ray(field, u) -> Ray:
+    """A concrete ray as an array of its own, or one sentence."""
+    names, name = ", ".join(field.frame.coordinates), type(field).__name__
+    try:
+        ray = u if isinstance(u, jax.Array) else as_float(u)
+    except (TypeError, ValueError):
+        raise TypeError(
+            f"Argument `u` of {name} must be one ray, the numbers {names}, but is {u!r}."
+        ) from None
+    if ray.shape != (field.frame.dims,):
+        raise ValueError(
+            f"Argument `u` of {name} must be one ray, the {field.frame.dims} coordinates {names}, "
+            f"but has shape {ray.shape}: for many rays call the field itself, or `jets`."
+        )
+    return ray
+
+
+def stack(frame: Frame, coordinates: tuple, whose: str = "") -> Float[Array, "*b n"]:
+    """Broadcast separate coordinates into rays with the coordinates last."""
+    names, of = ", ".join(frame.coordinates), f" of {whose}" if whose else ""
+    if len(coordinates) != frame.dims:
+        raise ValueError(
+            f"Arguments{of} must be the {frame.dims} coordinates {names}, "
+            f"but are {len(coordinates)}."
+        )
+    try:
+        numbers = [as_float(c) for c in coordinates]
+    except (TypeError, ValueError):
+        raise TypeError(
+            f"Arguments{of} must be numbers or arrays, the coordinates {names}, "
+            f"but are {', '.join(map(repr, coordinates))}."
+        ) from None
+    return jnp.stack(jnp.broadcast_arrays(*numbers), axis=-1)

@@ -1,0 +1,93 @@
+"""The interface of every kind of shape of flatland, and constructors of its leaves."""
+
+from __future__ import annotations
+
+import abc
+from typing import Any
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float
+
+from firstorder.scene._sides import closed_front
+from firstorder.typing import as_float
+
+Point = Float[Array, "2"]
+
+
+class Shape(eqx.Module):
+    """A kind of shape, many of which lie in one object. All methods are those of one shape."""
+
+    closed = False
+
+    def turned(self, which: Bool[Array, " n"]) -> Shape:
+        """The shapes, those of `which` with front and back exchanged.
+
+        Raises:
+            ValueError: if the kind is closed: its front is its outside.
+        """
+        raise ValueError(closed_front(type(self).__name__))
+
+    @property
+    @abc.abstractmethod
+    def count(self) -> int:
+        """Number of shapes."""
+
+    @abc.abstractmethod
+    def motion(self, s: Float[Array, ""]) -> tuple[Point, Point, Point]:
+        """Position, first and second derivative in s."""
+
+    @abc.abstractmethod
+    def hit(
+        self, origin: Point, along: Point, on: Bool[Array, ""]
+    ) -> tuple[Float[Array, ""], Float[Array, ""]]:
+        """Distance to the nearest point of the shape along a unit vector, and its parameter.
+
+        Infinity if there is none. `on` says that the origin lies on this very shape, whose own
+        point there is not a hit.
+        """
+
+    def distance(self, origin: Point, along: Point, on: Bool[Array, ""]) -> Float[Array, ""]:
+        """The distance of `hit` alone, for searches."""
+        return self.hit(origin, along, on)[0]
+
+    @abc.abstractmethod
+    def silhouettes(self, p: Point, on: Bool[Array, ""]) -> tuple[Array, Array]:
+        """Points at which the shape may begin or end for an eye at p, and which of them exist."""
+
+
+def rows(p: Any) -> Array:
+    """Points, one for each shape."""
+    p = as_float(p)
+    if p.ndim not in (1, 2, 3) or p.shape[-1] != 2:
+        raise ValueError(f"A point must have two coordinates, but has shape {p.shape}.")
+    return p[None] if p.ndim == 1 else p
+
+
+def column(r: Any) -> Array:
+    """Numbers, one for each shape."""
+    r = as_float(r)
+    return r[None] if r.ndim == 0 else r
+
+
+def stack(c: Any) -> Array:
+    """Series of points, one for each shape."""
+    c = as_float(c)
+    return c[None] if c.ndim == 2 else c
+
+
+def spread(shape: Any, *names: str) -> None:
+    """Let single numbers of a structure of shapes stand for all of its `center`s."""
+    n = shape.center.shape[0] if shape.center.ndim == 2 else 0
+    for name in names:
+        leaf = getattr(shape, name)
+        if n > 1 and leaf.shape[:1] == (1,):
+            object.__setattr__(shape, name, jnp.broadcast_to(leaf, (n, *leaf.shape[1:])))
+
+
+def same(name: str, a: Array, b: Array) -> None:
+    """Refuse two leaves of one kind that differ in the number of shapes."""
+    if a.shape and b.shape and a.shape[0] != b.shape[0]:
+        raise ValueError(
+            f"Argument `{name}` must hold {b.shape[0]} shapes, but holds {a.shape[0]}."
+        )

@@ -1,0 +1,170 @@
+"""Crossings of shapes with each other: found once on the host, followed by Newton's method.
+
+What an eye sees changes at a crossing without any silhouette there. Which pairs cross is looked for
+when a scene is made of concrete shapes; the point itself is computed from the shapes wherever it is
+needed, so that it moves with them and has derivatives.
+"""
+
+from __future__ import annotations
+
+import itertools
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float, Int
+
+from firstorder.errors import is_concrete
+from firstorder.numerics._planar import cross_2d, dot_2d
+
+PIECES = 128  # chords by which a curve is searched
+
+
+class Crossings(eqx.Module):
+    """Pairs of shapes that cross, and where on each of them, roughly.
+
+    Attributes:
+        pairs: numbers of the two shapes.
+        near: start of the search: the parameters on both.
+    """
+
+    pairs: Int[Array, "c 2"]
+    near: Float[Array, "c 2"]
+
+
+def find_crossings(groups: list) -> Crossings:
+    """All crossings of concrete shapes, by their chords; none for traced ones.
+
+    Ends that merely touch are no crossings: an end is an event of its own. Round shapes that
+    overlap by less than a chord's height, (pi / 128)^2 / 2 of the radius, may be missed, and a
+    curve is not looked at for crossing itself.
+    """
+    pairs, near = [], []
+    if is_concrete(groups):
+        with jax.ensure_compile_time_eval():  # a jitted function may build concrete shapes
+            pairs, near = _crossed(*_chords(groups))
+    dtype = jnp.result_type(*(leaf.dtype for leaf in jax.tree.leaves(groups)))
+    return Crossings(
+        jnp.asarray(np.asarray(pairs, dtype=np.int32).reshape(-1, 2)),
+        jnp.asarray(np.asarray(near, dtype=float).reshape(-1, 2), dtype),
+    )
+
+
+def any_crossing(groups: list, shines: Bool[Array, " n"]) -> Bool[Array, ""]:
+    """Whether traced segments or circles cross each other; of other kinds nothing is known.
+
+    Touching ends and tangent circles do not cross, and a crossing of two shapes that do not shine
+    makes no edge.
+
+    Args:
+        groups: the shapes.
+        shines: which of them emit light.
+    """
+    first = np.cumsum([0, *(g.count for g in groups)])
+    kinds = [(g, shines[a:b]) for g, (a, b) in zip(groups, itertools.pairwise(first), strict=True)]
+    lines = [(g, lit) for g, lit in kinds if hasattr(g, "end")]
+    rings = [(g, lit) for g, lit in kinds if g.closed and hasattr(g, "radius")]
+    found = jnp.zeros((), bool)
+    for group, lit in lines:
+        found |= _segments_cross(group, lit)
+    for group, lit in rings:
+        found |= _circles_cross(group, lit)
+    for (segments, lit), (circles, glow) in itertools.product(lines, rings):
+        found |= _segments_cross_circles(segments, lit, circles, glow)
+    return found
+
+
+def _segments_cross(lines, lit) -> Bool[Array, ""]:
+    a, e = lines.start, lines.end - lines.start
+    q = a[None] - a[:, None]
+    one, other = jnp.broadcast_to(e[:, None], q.shape), jnp.broadcast_to(e[None], q.shape)
+    det = cross_2d(one, other)
+    safe = jnp.where(det == 0.0, 1.0, det)
+    s, t = cross_2d(q, other) / safe, cross_2d(q, one) / safe
+    return jnp.any((lit[None] | lit[:, None]) & (det != 0.0) & _inside(s) & _inside(t))
+
+
+def _circles_cross(rings, lit) -> Bool[Array, ""]:
+    apart = rings.center[None] - rings.center[:, None]
+    far = jnp.sqrt(dot_2d(apart, apart))
+    r, other = rings.radius[None], rings.radius[:, None]
+    slack = jnp.finfo(far.dtype).eps ** 0.5 * (r + other)
+    met = (far < r + other - slack) & (far > jnp.abs(r - other) + slack)
+    return jnp.any((lit[None] | lit[:, None]) & met)
+
+
+def _segments_cross_circles(lines, lit, rings, glow) -> Bool[Array, ""]:
+    w = lines.start[:, None] - rings.center[None]
+    e = jnp.broadcast_to((lines.end - lines.start)[:, None], w.shape)
+    square, b, c = dot_2d(e, e), dot_2d(w, e), dot_2d(w, w) - rings.radius[None] ** 2
+    real = b**2 > square * c
+    root = jnp.sqrt(jnp.where(real, b**2 - square * c, 0.0))
+    safe = jnp.where(square == 0.0, 1.0, square)
+    met = _inside((-b - root) / safe) | _inside((-b + root) / safe)
+    return jnp.any((lit[:, None] | glow[None]) & real & met)
+
+
+def _inside(s: Float[Array, "*n"]) -> Bool[Array, "*n"]:
+    """Whether a parameter is away from the ends by more than rounding."""
+    slack = jnp.finfo(s.dtype).eps ** 0.5
+    return (s > slack) & (s < 1.0 - slack)
+
+
+def _chords(groups: list):
+    """Starts and ends of all chords, their shape, its being open, and their parameters."""
+    start, end, shape, ends, s0, s1, first = [], [], [], [], [], [], 0
+    for group in groups:
+        straight = not hasattr(group, "cosines") and hasattr(group, "end")
+        s = np.linspace(0.0, 1.0, 2 if straight else PIECES + 1)
+        path = jax.vmap(lambda one, s=s: jax.vmap(lambda t: one.motion(t)[0])(jnp.asarray(s)))
+        points = np.asarray(path(group))
+        for i, p in enumerate(points):
+            start.append(p[:-1])
+            end.append(p[1:])
+            shape.append(np.full(len(s) - 1, first + i))
+            ends.append(np.full(len(s) - 1, not group.closed))
+            s0.append(s[:-1])
+            s1.append(s[1:])
+        first += group.count
+    return tuple(np.concatenate(a) for a in (start, end, shape, ends, s0, s1))
+
+
+def _crossed(start, end, shape, ends, s0, s1):
+    """Pairs of chords of different shapes that cross in their interiors.
+
+    Only the chords of shapes whose boxes overlap are compared.
+    """
+    edge = end - start
+    low, high = np.minimum(start, end), np.maximum(start, end)
+    count = int(shape[-1]) + 1
+    first = np.searchsorted(shape, np.arange(count + 1))
+    box_low = np.minimum.reduceat(low, first[:-1])
+    box_high = np.maximum.reduceat(high, first[:-1])
+    pairs, near = [], []
+    for i in range(count - 1):
+        close = np.all(box_low <= box_high[i], axis=1) & np.all(box_high >= box_low[i], axis=1)
+        close[: i + 1] = False
+        if not close.any():
+            continue
+        own, others = np.arange(first[i], first[i + 1]), np.flatnonzero(close[shape])
+        touching = np.all(low[others] <= high[own, None], axis=-1)
+        touching &= np.all(high[others] >= low[own, None], axis=-1)
+        a, b = np.nonzero(touching)
+        a, b = own[a], others[b]
+        e, f, q = edge[a], edge[b], start[b] - start[a]
+        det = e[:, 0] * f[:, 1] - e[:, 1] * f[:, 0]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            u = (q[:, 0] * f[:, 1] - q[:, 1] * f[:, 0]) / det
+            v = (q[:, 0] * e[:, 1] - q[:, 1] * e[:, 0]) / det
+        sa, sb = s0[a] + u * (s1[a] - s0[a]), s0[b] + v * (s1[b] - s0[b])
+        inside = (u >= 0.0) & (u < 1.0) & (v >= 0.0) & (v < 1.0)
+        inside &= ~(_is_end(sa, ends[a]) | _is_end(sb, ends[b]))
+        pairs.extend(zip(shape[a[inside]], shape[b[inside]], strict=True))
+        near.extend(zip(sa[inside], sb[inside], strict=True))
+    return pairs, near
+
+
+def _is_end(s: np.ndarray, has_ends: np.ndarray) -> np.ndarray:
+    """Whether parameters are those of ends, at which a shape is cut or touches."""
+    return has_ends & ~((s > 1e-9) & (s < 1.0 - 1e-9))

@@ -1,0 +1,404 @@
+r"""Shading by area lights, node by node, on curved, bumpy, glossy surfaces, with all gradients.
+
+An area light is a sum over nodes of its surface. At a point with normal n, seen from a direction
+that is mirrored to r, a node at d from the point, of area vector a and radiance L, gives
+
+    diffuse   albedo / pi                f_0
+    glossy    specular (s + 2) / (2 pi)  f_s        f_s = L (n.d) (r.d)^s (-a.d) / |d|^(4 + s)
+
+with all three factors cut off at zero, times whether the node is seen. With g = L (..) for short,
+
+    df_s/dx at fixed n and r = -f_s (n/(n.d) + s r/(r.d) + a/(a.d) - (4 + s) d/|d|^2)
+    df_s/dn = f_s d/(n.d),    df_s/dr = s f_s d/(r.d)
+
+R07 tells these apart: SV is the first; the others turn with the surface. A turn of the surface's
+frame by a vector omega turns n by omega and r by 2 omega, so
+
+    dB = SV . dx + DV . CV dx,      CV = k (n x dn/dx)
+    DV = n x df/dn                  k = 1   (diffuse: follows the normal)
+    DV = n x df/dn / 2 + r x df/dr  k = 2   (glossy: follows the mirror)
+
+Cosines that are cut off are continuous, so that nothing is missed where a light sets; shadow edges
+are the business of `shadow_edge_terms`.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol, runtime_checkable
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from firstorder.errors import check_positive
+from firstorder.imaging._reflection import SurfacePoint, half_turn, mirrored
+from firstorder.imaging.camera import PixelFootprint
+from firstorder.numerics._vectors import cross, dot
+from firstorder.numerics.quadrature import gauss_legendre
+from firstorder.typing import Scalar, as_float
+
+Direction = Float[Array, "3"]
+Shares = Float[Array, " k"]
+
+
+@runtime_checkable
+class SampledLight(Protocol):
+    """Protocol of lights given as nodes in rows and columns (`Lamp`, `sky_lights.DistantLight`)."""
+
+    @property
+    def radiance(self) -> Array:
+        """Radiance of each node, or of all."""
+        ...
+
+    @property
+    def near(self) -> bool:
+        """Whether nodes stay where they are when the point moves; distant ones move with it."""
+        ...
+
+    @property
+    def even(self) -> bool:
+        """Whether the nodes are the middles of equal cells."""
+        ...
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of nodes."""
+        ...
+
+    @property
+    def wraps(self) -> bool:
+        """Whether the last column is a neighbour of the first."""
+        ...
+
+    def toward(self, x: Direction) -> tuple[Float[Array, "k 3"], Float[Array, "k 3"]]:
+        """Vectors from a point to the nodes [m], and each node's area vector [m^2]."""
+        ...
+
+    def slide(self, x: Direction) -> Float[Array, "k 2 3"]:
+        """Rate at which shadows of blockers half-way move, in cells along rows and columns."""
+        ...
+
+
+class Lamp(eqx.Module):
+    """A rectangle or parallelogram that emits from its side u x v, as a lattice of nodes.
+
+    Args:
+        center: shape (3,) [m].
+        u: half of an edge, shape (3,) [m].
+        v: half of the other edge [m].
+        radiance: emitted, the same everywhere [W/(m^2 sr)].
+        count: nodes along each edge.
+        even: whether nodes stand in the middles of equal cells, as shadows want it; if not, they
+            are those of Gauss and Legendre, which smooth light wants.
+        shift: of even nodes out of the middles of their cells, in cells along u and v.
+
+    Raises:
+        ValueError: if `count` is not positive.
+
+    Example:
+        >>> from firstorder.imaging._area_lights import Lamp
+        >>> lamp = Lamp((0, 0, 2), (0, 1, 0), (1, 0, 0), count=4)
+        >>> lamp.position.shape, round(-lamp.area[:, 2].sum().item(), 12)
+        ((16, 3), 4.0)
+    """
+
+    center: Direction = eqx.field(converter=as_float)
+    u: Direction = eqx.field(converter=as_float)
+    v: Direction = eqx.field(converter=as_float)
+    radiance: Scalar = eqx.field(converter=as_float, default=1.0)
+    count: int = eqx.field(static=True, default=8)
+    even: bool = eqx.field(static=True, default=False)
+    shift: Float[Array, "2"] = eqx.field(converter=as_float, default=(0.0, 0.0))
+
+    def __check_init__(self):
+        """Refuse a lamp without nodes."""
+        check_positive("count", self.count)
+
+    @property
+    def near(self) -> bool:
+        """Whether nodes stay in place when the point moves: they do."""
+        return True
+
+    @property
+    def wraps(self) -> bool:
+        """Whether the last column is a neighbour of the first: it is not."""
+        return False
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of nodes."""
+        return self.count, self.count
+
+    @property
+    def _rule(self) -> tuple[np.ndarray, np.ndarray]:
+        if not self.even:
+            return gauss_legendre(self.count)
+        k = np.arange(self.count)
+        return (2.0 * k + 1.0) / self.count - 1.0, np.full(self.count, 2.0 / self.count)
+
+    @property
+    def position(self) -> Float[Array, "k 3"]:
+        """Positions of the nodes; `v` varies fastest [m]."""
+        x = self._rule[0]
+        s, t = (jnp.asarray(a.ravel()) for a in np.meshgrid(x, x, indexing="ij"))
+        if self.even:
+            s, t = (a + 2.0 / self.count * k for a, k in zip((s, t), self.shift, strict=True))
+        return self.center + s[:, None] * self.u + t[:, None] * self.v
+
+    @property
+    def area(self) -> Float[Array, "k 3"]:
+        """Area vectors of the nodes' cells, along the side that emits [m^2]."""
+        w = self._rule[1]
+        return jnp.asarray(np.outer(w, w).ravel())[:, None] * cross(self.u, self.v)
+
+    def toward(self, x: Direction) -> tuple[Float[Array, "k 3"], Float[Array, "k 3"]]:
+        """Vectors from a point to the nodes [m], and their area vectors [m^2]."""
+        return self.position - x, self.area
+
+    def slide(self, x: Direction) -> Float[Array, "k 2 3"]:
+        """Rate of half-way shadows, `(I - d m^T / (m . d)) dx` in u and v, m the lamp's normal."""
+        m = cross(self.u, self.v)
+        dual = jnp.stack([cross(self.v, m), cross(m, self.u)]) / dot(m, m)  # a step's share of u, v
+        d = self.position - x
+        reach = d @ m
+        along = (d @ dual.T) / jnp.where(reach == 0.0, jnp.inf, reach)[:, None]
+        return 0.5 * self.count * (dual - along[..., None] * m)
+
+
+class SurfaceReflectance(eqx.Module):
+    """Reflectance of a surface: a diffuse share, and a lobe about the mirrored direction.
+
+    Attributes:
+        albedo: reflected diffusely.
+        specular: reflected about the mirrored direction, at normal incidence.
+        exponent: s, of the cosine to the mirrored direction; not negative.
+        slope: gradient in space of the albedo, where that is a texture [1/m].
+    """
+
+    albedo: Scalar = eqx.field(converter=as_float)
+    specular: Scalar = eqx.field(converter=as_float, default=0.0)
+    exponent: Scalar = eqx.field(converter=as_float, default=1.0)
+    slope: Direction = eqx.field(converter=as_float, default=(0.0, 0.0, 0.0))
+
+
+class LobeRadiance(eqx.Module):
+    """Light that one lobe sends to the eye, and its gradient, term by term.
+
+    Attributes:
+        value: B [W/(m^2 sr)].
+        SV: spatial variation of the light along t and b [per m].
+        DV: directional variation: what a turn of the lobe about each axis of the world changes.
+        CV: curvature: how the lobe turns along t and b, a vector each [1/m].
+        angular: gradient in the direction to the eye, tangent there.
+        TV: what the texture varies along t and b: `E rho_x` of R07 (20) [per m].
+    """
+
+    value: Scalar
+    SV: Float[Array, "2"]
+    DV: Direction
+    CV: Float[Array, "3 2"]
+    angular: Direction
+    TV: Float[Array, "2"]
+
+    @property
+    def CDV(self) -> Float[Array, "2"]:
+        """Curvature-weighted directional variation along t and b [per m]."""
+        return self.DV @ self.CV
+
+    @property
+    def spatial(self) -> Float[Array, "2"]:
+        """`B_t, B_b` with the eye's direction held fixed [per m]."""
+        return self.SV + self.CDV + self.TV
+
+    def image_gradient(self, view: PixelFootprint, point: SurfacePoint) -> Float[Array, "2"]:
+        """Derivatives in px and py, as `imaging.camera.image_gradient` has them (R07 eq. 26)."""
+        return self.spatial @ view.surface_D_p(point) + self.angular @ view.to_eye_D_p
+
+
+def lobe_radiance(
+    lamp: SampledLight,
+    seen: Shares,
+    point: SurfacePoint,
+    to_eye: Direction,
+    lobe: SurfaceReflectance,
+) -> tuple[LobeRadiance, LobeRadiance]:
+    """Radiance reflected to the eye from one light, by the diffuse and by the glossy lobe.
+
+    Valid when: nodes are dense on the scale of the distance to the lamp and of the lobe. Shadows
+    only scale what nodes send; that they move is left out, as R07 §9 has it (`shadow_edge_terms`).
+
+    Args:
+        lamp: the light, near (`Lamp`) or distant, which has no SV (`imaging.sky_lights`).
+        seen: whether each node is seen from the point, or the share of it that is.
+        point: where, with the turning of its normal.
+        to_eye: unit vector to where the light goes.
+        lobe: of the surface.
+
+    Reference: R07 §5.1-5.2, eq. 25, in space and for near light; §9.1 for shadows.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.imaging._area_lights import Lamp, SurfaceReflectance, lobe_radiance
+        >>> from firstorder.imaging._reflection import surface_point
+        >>> floor = surface_point(jnp.zeros(3), jnp.eye(3), jnp.zeros((2, 2)))
+        >>> lamp = Lamp((3, 0, 3), (0, 1, 0), (1, 0, 0))
+        >>> up = jnp.array([0.0, 0.0, 1.0])
+        >>> diffuse, gloss = lobe_radiance(lamp, jnp.ones(64), floor, up, SurfaceReflectance(1.0))
+        >>> bool(diffuse.SV[0] > 0), diffuse.CDV.tolist(), gloss.value.item()  # brighter that way
+        (True, [0.0, 0.0], 0.0)
+    """
+    n, r = point.normal, mirrored(to_eye, point.normal)
+    f, f_x, f_n, _ = _summed(_sent(lamp, point.position, n, r, None), seen)
+    g, g_x, g_n, g_r = _summed(_sent(lamp, point.position, n, r, lobe.exponent), seen)
+    spread, polished = _scales(lobe)
+    T, zero = point.tangents, jnp.zeros(3, f.dtype)
+    grain = f / jnp.pi * lobe.slope @ T
+    diffuse = LobeRadiance(
+        spread * f, spread * f_x @ T, spread * cross(n, f_n), point.spin, zero, grain
+    )
+    turned = 0.5 * cross(n, g_n) + cross(r, g_r)
+    angular = polished * g_r @ half_turn(n)
+    SV, DV, none = polished * g_x @ T, polished * turned, jnp.zeros_like(grain)
+    glossy = LobeRadiance(polished * g, SV, DV, 2.0 * point.spin, angular, none)
+    return diffuse, glossy
+
+
+def shadow_edge_terms(
+    lamp: SampledLight,
+    seen: Shares,
+    depth: Shares,
+    point: SurfacePoint,
+    to_eye: Direction,
+    lobe: SurfaceReflectance,
+) -> tuple[Float[Array, "2"], Float[Array, "2"]]:
+    """Contribution of shadow edges that move over the lamp to SV, from shadow rays already traced.
+
+    Where of two neighbouring nodes one is seen, an edge crosses the lattice. A blocker at the share
+    tau of the way moves its edge over the lamp by `-(1 - tau)/tau (I - d m^T/(m.d)) dx`, with m the
+    lamp's normal, so
+
+        dB/dx = integral of F (1 - tau)/tau (I - d m^T/(m.d))^T grad V dA
+
+    and grad V is the difference between neighbours. Diffuse and glossy lobe apart. In front of
+    distant light edges turn by `-(I - w w^T) dx / D`: that is `(1 - tau) / tau` of a way of 1 m,
+    with the blocker at the share `tau = D / (1 m + D)`.
+
+    Valid as the lattice grows finer: an edge is known to half a cell, and beside an occluding
+    contour tau changes as the root of the distance, so it is continued to the edge from two hidden
+    nodes. Exact gradients of analytic shapes: `space.irradiance`.
+
+    Args:
+        lamp: the light; `even`.
+        seen: 1 for nodes that are seen, 0 for others.
+        depth: share of the way from the point to the node at which something hides it, in (0, 1).
+        point: where.
+        to_eye: unit vector to where the light goes.
+        lobe: of the surface.
+
+    Returns:
+        Along t and b, for the two lobes [W/(m^2 sr) per m].
+
+    Raises:
+        ValueError: if the lamp's nodes are not even.
+
+    Reference: R07 §8.1 (image space), with the lamp's plane in place of angles.
+    """
+    if not lamp.even:
+        raise ValueError("Argument `lamp` must have even nodes for moving shadows, but has not.")
+    slide = lamp.slide(point.position)
+    n, r = point.normal, mirrored(to_eye, point.normal)
+    found = []
+    for scale, exponent in zip(_scales(lobe), (None, lobe.exponent), strict=True):
+        f = _sent(lamp, point.position, n, r, exponent).f
+        moved = _jumps(lamp, f[:, None, None] * slide, depth, seen)
+        found.append(scale * moved @ point.tangents)
+    return found[0], found[1]
+
+
+def _jumps(
+    lamp: SampledLight, flow: Float[Array, "k 2 3"], depth: Shares, seen: Shares
+) -> Direction:
+    """Sum over pairs of neighbours of which one is seen: the flow between them times the jump."""
+    flow, seen = flow.reshape(*lamp.shape, 2, 3), seen.reshape(lamp.shape)
+    depth = depth.reshape(lamp.shape)
+    total = jnp.zeros(3, flow.dtype)
+    for axis in (0, 1):
+        F, V, tau = (jnp.moveaxis(a, axis, 0) for a in (flow[:, :, axis], seen, depth))
+        round_ = axis == 1 and lamp.wraps
+        after = (lambda a: jnp.roll(a, -1, 0)) if round_ else (lambda a: a[1:])
+        here = (lambda a: a) if round_ else (lambda a: a[:-1])
+        jump = after(V) - here(V)
+        edges = (_at_edge(tau, V, side, round_) for side in (-1, 1))
+        edge = jnp.where(jump < 0.0, after(next(edges)), here(next(edges)))
+        stretch = (1.0 - edge) / jnp.where(edge > 0.0, edge, jnp.inf)
+        total = total + jnp.sum((0.5 * jump * stretch)[..., None] * (after(F) + here(F)), (0, 1))
+    return total
+
+
+# A contour s cells away is first met at tau_0 - c sqrt(s). With s anywhere in (0, 1) at the last
+# hidden node and in (1, 2) at the one before, this share of their difference makes up for it on
+# average.
+TO_LIMB = 1.0 / (2.0 * np.sqrt(2.0) - 2.0)
+
+
+def _at_edge(
+    tau: Float[Array, "r c"], V: Float[Array, "r c"], side: int, round_: bool
+) -> Float[Array, "r c"]:
+    """Depth of a blocker at its edge, from the last hidden node and the one before it."""
+    before, hidden = jnp.roll(tau, side, 0), jnp.roll(V, side, 0) == 0.0
+    first = jnp.arange(tau.shape[0])[:, None] == (0 if side == 1 else tau.shape[0] - 1)
+    first &= not round_
+    change = jnp.where(hidden & ~first, TO_LIMB * (tau - before), 0.0)
+    same = jnp.abs(change) < 0.25 * tau  # another blocker, if not
+    return jnp.minimum(tau + jnp.where(same, change, 0.0), 1.0)
+
+
+# --- nodes ---------------------------------------------------------------------------------------
+
+
+class _Sent(eqx.Module):
+    """Contributions of the nodes without blockers, and those over each of their factors."""
+
+    d: Float[Array, "k 3"]
+    area: Float[Array, "k 3"]
+    axes: Float[Array, "2 3"]
+    s: Scalar
+    inverse: Shares
+    f: Shares
+    by_n: Shares
+    by_r: Shares
+    by_a: Shares
+    near: bool = eqx.field(static=True)
+
+
+def _sent(lamp: SampledLight, x: Direction, n: Direction, r: Direction, exponent) -> _Sent:
+    d, area = lamp.toward(x)
+    squared = dot(d, d)
+    inverse = 1.0 / jnp.where(squared > 0.0, squared, 1.0)
+    height, facing, across = d @ n, -dot(area, d), d @ r
+    lit_up = (height > 0.0) & (facing > 0.0) & (squared > 0.0)
+    s = jnp.zeros((), d.dtype) if exponent is None else exponent
+    if exponent is not None:
+        lit_up &= across > 0.0
+    height, facing, across = (jnp.where(lit_up, a, 1.0) for a in (height, facing, across))
+    lobe = 1.0 if exponent is None else (across * jnp.sqrt(inverse)) ** s
+    f = jnp.where(lit_up, lamp.radiance * height * facing * lobe * inverse**2, 0.0)
+    over = f / height, s * f / across, f / facing
+    return _Sent(d, area, jnp.stack([n, r]), s, inverse, f, *over, lamp.near)
+
+
+def _summed(sent: _Sent, seen: Shares) -> tuple[Scalar, Direction, Direction, Direction]:
+    """The sum of f, and its gradients in x, n and r."""
+    by_n, by_r, by_a, f = (seen * a for a in (sent.by_n, sent.by_r, sent.by_a, sent.f))
+    n, r = sent.axes
+    f_n, f_r = by_n @ sent.d, by_r @ sent.d
+    if not sent.near:
+        return jnp.sum(f), jnp.zeros_like(n), f_n, f_r
+    f_x = by_a @ sent.area - jnp.sum(by_n) * n - jnp.sum(by_r) * r
+    return jnp.sum(f), f_x + ((4.0 + sent.s) * f * sent.inverse) @ sent.d, f_n, f_r
+
+
+def _scales(lobe: SurfaceReflectance) -> tuple[Scalar, Scalar]:
+    """Factors of the sums of the diffuse and of the glossy lobe."""
+    return lobe.albedo / jnp.pi, lobe.specular * (lobe.exponent + 2.0) / (2.0 * jnp.pi)

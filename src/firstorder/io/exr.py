@@ -1,0 +1,87 @@
+"""OpenEXR files: images with named layers, such as `value`, `grad.u` and `SV`.
+
+The package OpenEXR comes with `pip install "firstorder[images]"`. Layers are single precision, rows
+from the top, as other programs expect them; here their first axis is across, their second upwards.
+"""
+
+from __future__ import annotations
+
+import os
+import pathlib
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from firstorder.io.files import atomic_write
+
+
+def write_layers(path: str | os.PathLike[str], layers: Mapping[str, np.ndarray]) -> None:
+    """Writes an .exr file, whole or not at all.
+
+    Args:
+        path: ends in .exr.
+        layers: by name, all of one shape (w, h).
+
+    Raises:
+        ValueError: without layers, for layers of different shapes, or for another kind of file.
+        ModuleNotFoundError: without the extra `images`.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> import numpy as np
+        >>> from firstorder.io.exr import read_layers, write_layers
+        >>> file = pathlib.Path(tempfile.mkdtemp(), "a.exr")
+        >>> write_layers(file, {"value": np.ones((3, 2)), "grad.u": np.zeros((3, 2))})
+        >>> sorted(read_layers(file)), read_layers(file)["value"].shape
+        (['grad.u', 'value'], (3, 2))
+    """
+    path = pathlib.Path(path)
+    if path.suffix.lower() != ".exr":
+        raise ValueError(f"{path.name}: layers are written to .exr files.")
+    shapes = {np.shape(a) for a in layers.values()}
+    if len(shapes) != 1 or len(next(iter(shapes))) != 2:
+        raise ValueError(
+            f"Argument `layers` must hold arrays of one shape (w, h), but has {sorted(shapes)}."
+        )
+    OpenEXR = _package(path.name)
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    rows = {
+        name: np.ascontiguousarray(np.asarray(a, np.float32).T[::-1]) for name, a in layers.items()
+    }
+    with atomic_write(path) as part:
+        OpenEXR.File(header, rows).write(os.fspath(part))
+
+
+def read_layers(path: str | os.PathLike[str]) -> dict[str, Float[np.ndarray, "w h"]]:
+    """Reads all layers of an .exr file.
+
+    Raises:
+        ValueError: one sentence that names the file, if it is broken.
+        ModuleNotFoundError: without the extra `images`.
+    """
+    return {name: a[::-1].T for name, a in read_channels(pathlib.Path(path)).items()}
+
+
+def read_channels(path: pathlib.Path) -> dict[str, np.ndarray]:
+    """All channels of an .exr file as they lie in it: rows from the top."""
+    OpenEXR = _package(path.name)
+    path.open("rb").close()  # a file that is not there is no broken one
+    try:
+        with OpenEXR.File(os.fspath(path), separate_channels=True) as file:
+            return {name: np.array(c.pixels) for name, c in file.channels().items()}
+    except Exception as error:  # whatever the library thinks of the bytes
+        words = " ".join(str(error).split()).rstrip(".")
+        raise ValueError(f"{path.name}: the file is no OpenEXR picture ({words}).") from None
+
+
+def _package(name: str) -> Any:
+    try:
+        import OpenEXR
+    except ModuleNotFoundError:
+        raise ModuleNotFoundError(
+            f"{name}: .exr files need the package OpenEXR, which comes with the extra "
+            '`images`: pip install "firstorder[images]".'
+        ) from None
+    return OpenEXR

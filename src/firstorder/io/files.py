@@ -1,0 +1,101 @@
+"""Files that are there whole or not at all: written beside their name, then renamed.
+
+A program that is interrupted, or a disk that is full, leaves the old file or none, never half of
+a new one. Renaming within one folder is a single step of the file system.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import json
+import math
+import os
+import pathlib
+import tempfile
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+
+@contextlib.contextmanager
+def atomic_write(path: str | os.PathLike[str]) -> Iterator[pathlib.Path]:
+    """Lends a name in the same folder to write to, and renames it to `path` if all went well.
+
+    Args:
+        path: the file's final name; folders on the way are made.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> from firstorder.io import atomic_write
+        >>> folder = pathlib.Path(tempfile.mkdtemp())
+        >>> with atomic_write(folder / "answer.txt") as part:
+        ...     _ = part.write_text("42")
+        >>> [f.name for f in folder.iterdir()]
+        ['answer.txt']
+    """
+    path = pathlib.Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    # The suffix stays last: writers of pictures choose the format by it.
+    handle, name = tempfile.mkstemp(path.suffix, f".{path.stem}.", path.parent)
+    os.close(handle)
+    part = pathlib.Path(name)
+    try:
+        yield part
+        part.chmod(0o666 & ~_umask())  # mkstemp's files are private to the user
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def write_text(path: str | os.PathLike[str], text: str) -> None:
+    """Writes a text file, whole or not at all."""
+    with atomic_write(path) as part:
+        part.write_text(text, encoding="utf-8")
+
+
+def write_json(path: str | os.PathLike[str], value: Any) -> None:
+    """Writes a value as JSON, whole or not at all; NaN and infinity, which it lacks, as null."""
+    words = json.dumps(_finite(value), indent=1, ensure_ascii=False, allow_nan=False)
+    write_text(path, words + "\n")
+
+
+def write_npz(path: str | os.PathLike[str], arrays: Mapping[str, Any]) -> None:
+    """Writes arrays by name as a compressed NPZ file, whole or not at all."""
+    with atomic_write(path) as part:
+        np.savez_compressed(part, **{k: np.asarray(v) for k, v in arrays.items()})
+
+
+def write_csv(path: str | os.PathLike[str], columns: Mapping[str, Any]) -> None:
+    """Writes columns of equal length under their names, whole or not at all.
+
+    Raises:
+        ValueError: if a column is no vector, or the lengths differ.
+    """
+    vectors = {name: np.asarray(column) for name, column in columns.items()}
+    shapes = {v.shape for v in vectors.values()}
+    if len(shapes) != 1 or len(next(iter(shapes))) != 1:
+        listed = ", ".join(f"{name} {v.shape}" for name, v in vectors.items())
+        raise ValueError(f"Argument `columns` must be vectors of one length, but is {listed}.")
+    with atomic_write(path) as part, part.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(vectors)
+        writer.writerows(zip(*(v.tolist() for v in vectors.values()), strict=True))
+
+
+def _finite(value: Any) -> Any:
+    match value:
+        case float():
+            return value if math.isfinite(value) else None
+        case Mapping():
+            return {k: _finite(v) for k, v in value.items()}
+        case list() | tuple():
+            return [_finite(v) for v in value]
+    return value
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask

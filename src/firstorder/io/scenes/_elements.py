@@ -1,0 +1,152 @@
+"""Elements of scene files of any format, each with its place in the file.
+
+A reader turns its file into elements; `assemble` makes the scene. What is wrong with an element is
+said in one sentence that names the file, the line and the element.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import itertools
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from firstorder.flatland.scene import PointLights, Scene, primitive
+from firstorder.flatland.shapes.kinds import Arcs, Circles, Curves, Ellipses, Segments, Shape
+
+SHAPES: Mapping[str, Callable[..., Shape]] = {
+    "segment": Segments,
+    "arc": Arcs,
+    "circle": Circles,
+    "ellipse": Ellipses,
+    "curve": Curves,
+}
+# What `primitive` takes besides a shape and its name.
+MATERIAL = ("emission", "albedo", "mirror", "specular", "exponent", "ior")
+
+
+@dataclasses.dataclass(frozen=True)
+class Place:
+    """A place in a file, in words: 'scene.toml, line 12, shape 3 ("lamp")'."""
+
+    file: str
+    line: int | None = None
+    what: str = ""
+
+    def __str__(self):
+        line = "" if self.line is None else f"line {self.line}"
+        return ", ".join(part for part in (self.file, line, self.what) if part)
+
+    def error(self, reason: object) -> ValueError:
+        """Error with this place before its reason; a constructor's argument becomes a key."""
+        words = str(reason)
+        for start in ("Argument ", "Arguments "):
+            words = words.removeprefix(start)
+        return ValueError(f"{self}: {words}")
+
+
+@dataclasses.dataclass(frozen=True)
+class Element:
+    """One shape (a number of segments, if it is a polyline) with its material.
+
+    Attributes:
+        kind: key of `SHAPES`.
+        geometry: its arguments, as arrays with a leading axis of shapes.
+        material: of all of them: numbers, or pairs (front, back) for emission and albedo.
+        name: for `Scene.named`.
+        at: where in the file a key of it stands; the element itself for a key that does not.
+    """
+
+    kind: str
+    geometry: Mapping[str, Any]
+    material: Mapping[str, Any]
+    name: str
+    at: Callable[[str], Place]
+
+
+@dataclasses.dataclass(frozen=True)
+class LightElement:
+    """A light without size."""
+
+    position: Sequence[float]
+    intensity: float
+    at: Callable[[str], Place]
+
+
+def nearest_known(word: str, known: Iterable[str]) -> str:
+    """Words for an unknown key: the one that was meant, or all there are."""
+    known = sorted(known)
+    close = difflib.get_close_matches(word, known, 1)
+    return f"did you mean `{close[0]}`?" if close else f"known are {', '.join(known)}."
+
+
+def assemble(elements: Sequence[Element], lights: Sequence[LightElement], sky, file: str) -> Scene:
+    """The scene of elements; a refusal is reported at the first element that is refused by itself.
+
+    Elements of one kind and name that follow each other become one primitive, so that a polyline of
+    a thousand pieces costs no more than one segment.
+    """
+    if not elements:
+        raise Place(file).error("a scene must have at least one shape, but there is none.")
+    runs = itertools.groupby(elements, lambda e: (e.kind, e.name, tuple(sorted(e.geometry))))
+    things = [_thing(list(run)) for _, run in runs]
+    points = None
+    if lights:
+        for light in lights:
+            refused_at(light.at, lambda light=light: _points([light]))
+        points = _points(lights)
+    return Scene.of(*things, points=points, environment=sky)
+
+
+def _thing(run: list[Element]):
+    try:
+        return _built(run)
+    except ValueError:
+        for element in run:
+            refused_at(element.at, lambda element=element: _built([element]))
+        raise
+
+
+def refused_at(at: Callable[[str], Place], make: Callable[[], Any]) -> Any:
+    """Result of `make`; a refusal is reported at the key that it names."""
+    try:
+        return make()
+    except ValueError as error:
+        named = re.search(r"`\W?(\w+)", str(error))
+        raise at(named[1] if named else "").error(error) from None
+
+
+def _built(run: list[Element]):
+    first = run[0]
+    geometry = {
+        key: value
+        if isinstance(value, int)
+        else np.concatenate([np.asarray(e.geometry[key], float) for e in run])
+        for key, value in first.geometry.items()
+    }
+    shape = SHAPES[first.kind](**geometry)
+    counts = [len(next(iter(e.geometry.values()))) for e in run]
+    material = {key: _column(key, run, counts) for key in MATERIAL}
+    return primitive(shape, name=first.name, **material)
+
+
+def _column(key: str, run: list[Element], counts: list[int]) -> np.ndarray:
+    """One row for each shape of all elements; front and back for what has sides."""
+    rows = [np.asarray(e.material.get(key, 0.0), float) for e in run]
+    if key in ("emission", "albedo"):
+        back = 0.0 if key == "emission" else 1.0
+        rows = [r if r.ndim else np.array([r, back * r]) for r in rows]
+    return np.concatenate(
+        [np.repeat(r[None], n, axis=0) for r, n in zip(rows, counts, strict=True)]
+    )
+
+
+def _points(lights: Sequence[LightElement]) -> PointLights:
+    return PointLights(
+        np.array([light.position for light in lights], float),
+        np.array([light.intensity for light in lights], float),
+    )

@@ -1,0 +1,73 @@
+"""Skies of scene files of space, and panoramas from pictures."""
+
+from __future__ import annotations
+
+import os
+import pathlib
+from typing import Any
+
+import numpy as np
+
+from firstorder.io.images import LUMINANCE, read_image
+from firstorder.io.scenes._elements import nearest_known, refused_at
+from firstorder.io.scenes._toml_tables import TomlTable, number, numbers, rows, vector, whole, word
+from firstorder.space.skies import ConstantSky, GaussianSky, HarmonicSky, PanoramaSky
+
+
+def sky_of(table: TomlTable, folder: str | os.PathLike[str]) -> Any:
+    """The sky that an [environment] describes: a number, or a function of the direction.
+
+    Args:
+        table: of the environment.
+        folder: where panoramas lie.
+
+    Raises:
+        ValueError: one sentence that names the line and the key.
+    """
+    kind = table.take("kind", word)
+    match kind:
+        case "constant":
+            radiance = table.take("radiance", number)
+            refused_at(table.at, lambda: ConstantSky(radiance))
+            return radiance
+        case "gaussian":
+            center = table.take("center", vector, [0.0, 0.0, 1.0])
+            rest = [table.take("sigma", number, 0.5), table.take("radiance", number, 1.0)]
+            return refused_at(table.at, lambda: GaussianSky(np.array(center), *rest))
+        case "panorama":
+            degree = table.take("degree", whole, None)
+            if "file" in table.values:
+                path = pathlib.Path(folder, table.take("file", word))
+                sky = refused_at(lambda key: table.at("file"), lambda: read_panorama(path))
+            else:
+                values = table.take("values", rows)
+                sky = refused_at(table.at, lambda: PanoramaSky(np.array(values)))
+            return sky if degree is None else sky.harmonic(degree)
+        case "harmonic":
+            coefficients = table.take("coefficients", numbers)
+            return refused_at(table.at, lambda: HarmonicSky(np.array(coefficients)))
+    known = nearest_known(kind, ("constant", "gaussian", "panorama", "harmonic"))
+    raise table.at("kind").error(f'kind "{kind}" is not known: {known}')
+
+
+def read_panorama(path: str | os.PathLike[str]) -> PanoramaSky:
+    """Reads a panorama as the sky of space; `space.skies` says which way it looks.
+
+    Its radiance is the Rec. 709 luminance, in the picture's own unit.
+
+    Args:
+        path: a .hdr (or .pic) or .exr file, once around and from pole to pole.
+
+    Raises:
+        ValueError: one sentence that names the file, if it cannot be read or holds no numbers.
+        ModuleNotFoundError: if an .exr file is asked for without the extra `images`.
+    """
+    path = pathlib.Path(path)
+    try:
+        return PanoramaSky(read_image(path).astype(float) @ LUMINANCE)
+    except OSError as error:
+        why = (error.strerror or "unknown reason").lower()
+        raise ValueError(f"{path.name}: the file cannot be opened ({why}).") from None
+    except ValueError as error:
+        words = str(error).removeprefix(f"{path.name}: ").removeprefix("Argument ")
+        raise ValueError(f"{path.name}: {words}") from None

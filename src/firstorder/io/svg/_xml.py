@@ -1,0 +1,114 @@
+"""XML trees that know their lines, with style sheets; entities are refused."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Iterator
+from xml.parsers import expat
+
+from firstorder.io.scenes._elements import Place
+
+SVG = "http://www.w3.org/2000/svg"
+_DEEPEST = 200
+
+
+@dataclasses.dataclass
+class Node:
+    """An element: its name without a namespace, attributes, children, text, and line.
+
+    Attributes:
+        foreign: whether it belongs to another namespace than SVG's.
+    """
+
+    tag: str
+    attributes: dict[str, str]
+    line: int
+    foreign: bool = False
+    children: list[Node] = dataclasses.field(default_factory=list)
+    text: str = ""
+
+    def walk(self) -> Iterator[Node]:
+        """All nodes of the tree below and with this one, in order."""
+        yield self
+        for child in self.children:
+            yield from child.walk()
+
+
+def tree(source: bytes, file: str) -> Node:
+    """The root element.
+
+    Raises:
+        ValueError: one sentence with the line, if the text is no XML, nests more than 200 deep, or
+            declares entities (a few lines of which can unfold to gigabytes).
+    """
+    parser = expat.ParserCreate(namespace_separator=" ")
+    top = Node("", {}, 0)
+    stack = [top]
+
+    def start(name: str, attributes: dict[str, str]) -> None:
+        line = parser.CurrentLineNumber
+        if len(stack) > _DEEPEST:
+            raise Place(file, line).error("elements are nested too deeply.")
+        space, _, tag = name.rpartition(" ")
+        local = {key.rpartition(" ")[2]: value for key, value in attributes.items()}
+        # an attribute without a namespace wins over one that shares its name
+        local.update({key: value for key, value in attributes.items() if " " not in key})
+        node = Node(tag, local, line, foreign=space not in ("", SVG))
+        stack[-1].children.append(node)
+        stack.append(node)
+
+    def end(name: str) -> None:
+        stack.pop()
+
+    def text(words: str) -> None:
+        stack[-1].text += words
+
+    def entity(*_) -> None:
+        raise Place(file, parser.CurrentLineNumber).error("entities are not read here.")
+
+    parser.StartElementHandler, parser.EndElementHandler = start, end
+    parser.CharacterDataHandler, parser.EntityDeclHandler = text, entity
+    try:
+        parser.Parse(source, True)
+    except expat.ExpatError as error:
+        words = expat.ErrorString(error.code)
+        raise Place(file, error.lineno).error(f"the text is no XML: {words}.") from None
+    return top.children[0]
+
+
+class StyleSheet:
+    """The rules of <style> elements whose selectors are a tag, a class or an id.
+
+    Raises:
+        ValueError: at another selector, which might have meant something here.
+    """
+
+    def __init__(self, root: Node, file: str):
+        self._rules: dict[str, dict[str, str]] = {}
+        for node in root.walk():
+            if node.tag == "style" and not node.foreign:
+                self._read(node, Place(file, node.line, "<style>"))
+
+    def _read(self, node: Node, place: Place) -> None:
+        text = re.sub(r"/\*.*?\*/|<!--|-->|@import[^;]*;|@charset[^;]*;", "", node.text, flags=re.S)
+        for selectors, declarations in re.findall(r"([^{}]*)\{([^{}]*)\}", text):
+            for selector in (" ".join(s.split()) for s in selectors.split(",")):
+                if not re.fullmatch(r"[.#]?[\w-]+|\*", selector):
+                    raise place.error(f"the selector `{selector[:40]}` is not understood here.")
+                self._rules.setdefault(selector, {}).update(_declared(declarations))
+
+    def of(self, node: Node) -> dict[str, str]:
+        """Declarations that hold for an element: attributes, then the rules, then its own style."""
+        style = dict(node.attributes)
+        classes = [f".{c}" for c in node.attributes.get("class", "").split()]
+        for selector in ("*", node.tag, *classes, f"#{node.attributes.get('id', '')}"):
+            style.update(self._rules.get(selector, {}))
+        style.update(_declared(node.attributes.get("style", "")))
+        return style
+
+
+def _declared(text: str) -> dict[str, str]:
+    """The declarations `key: value; ...` of a style."""
+    pairs = (part.split(":", 1) for part in text.split(";") if ":" in part)
+    return {k.strip(): v.replace("!important", "").strip() for k, v in pairs}

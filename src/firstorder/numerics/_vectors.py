@@ -1,0 +1,113 @@
+"""Vectors of space, their frames, and 3x3 matrices by their columns."""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+Vectors = Float[Array, "*#n 3"]
+Numbers = Float[Array, "*#n"]
+Coordinates = tuple[Array, Array, Array]
+Tree = TypeVar("Tree")
+
+
+def settled(tree: Tree) -> Tree:
+    """A tree of arrays, each computed once before it is used (an optimisation barrier).
+
+    Shuffled coordinates of short vectors otherwise send the compiler through every product of
+    products again: minutes instead of a second. Each array settles by itself, so that what nobody
+    uses is not computed for the sake of its neighbours.
+    """
+    return jax.tree.map(jax.lax.optimization_barrier, tree)
+
+
+def dot(a: Vectors, b: Vectors) -> Numbers:
+    """The scalar product."""
+    return jnp.sum(a * b, -1)
+
+
+def cross(a: Vectors, b: Vectors) -> Vectors:
+    """The vector product, right-handed.
+
+    In whole vectors: written out by coordinates it compiles five times as long.
+    """
+    return _next(a * _next(b) - _next(a) * b)
+
+
+def _next(a: Vectors) -> Vectors:
+    """(y, z, x) of (x, y, z)."""
+    return jnp.concatenate([a[..., 1:], a[..., :1]], -1)
+
+
+def apart(a: Vectors) -> Coordinates:
+    """The coordinates of vectors, each an array of its own.
+
+    Long sums over many vectors run several times faster on those: all of a formula is one loop over
+    numbers side by side, and a coordinate that nobody asks for is not computed.
+    """
+    return a[..., 0], a[..., 1], a[..., 2]
+
+
+def dot_apart(a: Coordinates, b: Coordinates) -> Array:
+    """The scalar product, of coordinates."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def cross_apart(a: Coordinates, b: Coordinates) -> Coordinates:
+    """The vector product, of coordinates."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def norm(a: Vectors) -> Numbers:
+    """Length; zero, with zero derivative, for the zero vector."""
+    square = dot(a, a)
+    there = square > 0.0
+    return jnp.where(there, jnp.sqrt(jnp.where(there, square, 1.0)), 0.0)
+
+
+def unit(a: Vectors) -> Vectors:
+    """The vector of length one along a; the zero vector stays what it is."""
+    length = norm(a)
+    return a / jnp.where(length > 0.0, length, 1.0)[..., None]
+
+
+def orthonormal_frame(normal: Vectors) -> Float[Array, "*n 3 3"]:
+    """A right-handed frame (t, b, n) with the axes as columns, local to global.
+
+    The mirror that takes z to -n, or to n below the horizon, takes x and y to tangents. They are
+    smooth in n but for a jump at n_z = 0; on neither side do they degenerate.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> orthonormal_frame(jnp.array([0.0, 0.0, 1.0])).tolist()
+        [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+    """
+    z = normal[..., 2:]
+    sign = jnp.where(z >= 0.0, 1.0, -1.0)
+    eye = jnp.eye(3, dtype=normal.dtype)
+    v = normal + sign * eye[2]
+    mirror = eye - (v / (1.0 + sign * z))[..., :, None] * v[..., None, :]
+    hand = jnp.concatenate([jnp.ones_like(sign), sign], -1)
+    tangents = mirror[..., :2] * hand[..., None, :]
+    return settled(jnp.concatenate([tangents, normal[..., :, None]], -1))
+
+
+def inverse_3x3(axes: Float[Array, "*n 3 3"]) -> Float[Array, "*n 3 3"]:
+    """The inverse of a matrix: the vector products of its columns are its rows."""
+    columns = jnp.swapaxes(axes, -1, -2)
+    one, two = jnp.roll(columns, -1, -2), jnp.roll(columns, -2, -2)
+    rows = settled(cross(one, two))
+    return settled(rows / jnp.sum(columns[..., :1, :] * rows[..., :1, :], -1, keepdims=True))
+
+
+def matvec(matrix: Float[Array, "*#n 3 3"], a: Vectors) -> Vectors:
+    """Matrix times vector, by columns.
+
+    As sums over rows rays run four times slower, and jaxlib 0.10 to 0.12 compile some of those
+    wrongly for CPUs (tests/numerics/test_vectors.py).
+    """
+    x, y, z = (matrix[..., i] for i in range(3))
+    return x * a[..., :1] + y * a[..., 1:2] + z * a[..., 2:]

@@ -1,0 +1,197 @@
+"""Distributions of directions and choices in flatland: uniform numbers in, samples and density out.
+
+Angles are local, counter-clockwise from the normal (conventions, Flatland), densities per radian.
+The hemicircle is pi wide and the cosine integrates to 2 over it, where space has 2 pi and pi.
+"""
+
+from __future__ import annotations
+
+import equinox as eqx
+import jax.numpy as jnp
+from jax.scipy.special import gammaln
+from jaxtyping import Array, ArrayLike, Float, Int
+
+from firstorder.errors import check_not_negative
+from firstorder.typing import as_float
+
+HORIZON = 0.5 * jnp.pi
+
+
+class UniformDirections(eqx.Module):
+    """Uniform directions of the hemicircle: density `1 / pi`.
+
+    Reference: J12 §4.2.
+
+    Example:
+        >>> from firstorder.sampling import UniformDirections
+        >>> even = UniformDirections()
+        >>> round(even.sample(0.75).item(), 4), round(even.density(0.3).item(), 4)
+        (0.7854, 0.3183)
+    """
+
+    def sample(self, u: ArrayLike) -> Float[Array, "*n"]:
+        """The angle to a uniform number."""
+        return jnp.pi * (as_float(u) - 0.5)
+
+    def density(self, a: ArrayLike) -> Float[Array, "*n"]:
+        """Density per radian; zero beyond the horizon."""
+        a = as_float(a)
+        return jnp.where(jnp.abs(a) <= HORIZON, 1.0 / jnp.pi, 0.0).astype(a.dtype)
+
+
+class CosineDirections(eqx.Module):
+    """Directions by their cosine: density `cos(a) / 2`, as a diffuse surface reflects.
+
+    The sine is uniform: `sin(a) = 2 u - 1`.
+
+    Example:
+        >>> from firstorder.sampling import CosineDirections
+        >>> round(CosineDirections().sample(0.75).item(), 4), CosineDirections().density(0.0).item()
+        (0.5236, 0.5)
+    """
+
+    def sample(self, u: ArrayLike) -> Float[Array, "*n"]:
+        """The angle to a uniform number."""
+        return jnp.arcsin(2.0 * as_float(u) - 1.0)
+
+    def density(self, a: ArrayLike) -> Float[Array, "*n"]:
+        """Density per radian; zero beyond the horizon."""
+        return 0.5 * jnp.maximum(jnp.cos(as_float(a)), 0.0) * (jnp.abs(as_float(a)) <= HORIZON)
+
+
+class CosinePowerLobe(eqx.Module):
+    """Directions about a centre by a power of the cosine: density `cos^e(a - center) / A_e`.
+
+    `A_e = sqrt(pi) Gamma((e + 1) / 2) / Gamma(e / 2 + 1)`. The sine of `a - center` is the abscissa
+    of a point in the disc whose squared radius is `1 - u^(2 / e)` at a uniform azimuth: exact for
+    any `e >= 0`, with no table. Part of the lobe may lie beyond the horizon: the density does not
+    know.
+
+    Args:
+        exponent: `e`, not negative; 0 is uniform about the centre.
+        center: where the lobe is highest [rad].
+
+    Raises:
+        ValueError: if the exponent is negative.
+
+    Example:
+        >>> from firstorder.sampling import CosinePowerLobe
+        >>> round(CosinePowerLobe(1.0).density(0.0).item(), 6)
+        0.5
+    """
+
+    exponent: Float[Array, "*n"] = eqx.field(converter=as_float)
+    center: Float[Array, "*n"] = eqx.field(default=0.0, converter=as_float)
+
+    def __check_init__(self):
+        """Refuse a lobe that cannot be normalised near the horizon."""
+        check_not_negative("exponent", self.exponent)
+
+    def sample(self, u: ArrayLike, v: ArrayLike) -> Float[Array, "*n"]:
+        """The angle to two uniform numbers."""
+        return self.center + jnp.arcsin(lobe_sine(self.exponent, as_float(u), as_float(v)))
+
+    def density(self, a: ArrayLike) -> Float[Array, "*n"]:
+        """Density per radian; zero where it is more than pi/2 from the centre."""
+        c = jnp.cos(as_float(a) - self.center)
+        return lobe_power(c, self.exponent) / lobe_area(self.exponent)
+
+
+def lobe_sine(e: Float[Array, "*#n"], u: Float[Array, "*#n"], v: Float[Array, "*#n"]) -> Array:
+    """The sine of a direction drawn by `cos^e` of its angle."""
+    flat = e <= 0.0
+    power = jnp.where(flat, 0.0, u ** (2.0 / jnp.where(flat, 1.0, e)))
+    return safe_sqrt(1.0 - power) * jnp.cos(2.0 * jnp.pi * v)
+
+
+def safe_sqrt(x: Float[Array, "*n"]) -> Float[Array, "*n"]:
+    """The square root, zero with no slope where x is not positive."""
+    positive = x > 0.0
+    return jnp.where(positive, jnp.sqrt(jnp.where(positive, x, 1.0)), 0.0)
+
+
+def lobe_power(cosine: Float[Array, "*#n"], e: Float[Array, "*#n"]) -> Array:
+    """`cos^e` above the horizon of the lobe, zero below; 1 for `e = 0`."""
+    above = cosine > 0.0
+    return jnp.where(above, jnp.where(above, cosine, 1.0) ** e, 0.0)
+
+
+def lobe_area(e: Float[Array, "*n"]) -> Float[Array, "*n"]:
+    """`int cos^e(a) da` over the hemicircle: pi for 0, 2 for 1."""
+    return jnp.sqrt(jnp.pi) * jnp.exp(gammaln(0.5 * e + 0.5) - gammaln(0.5 * e + 1.0))
+
+
+class Discrete(eqx.Module):
+    """A choice among several by their weights.
+
+    Args:
+        weights: not negative. If all are zero, the last is always taken, with probability 0.
+
+    Raises:
+        ValueError: if a weight is negative.
+
+    Example:
+        >>> from firstorder.sampling import Discrete
+        >>> pick = Discrete([1.0, 3.0])
+        >>> pick.probability.tolist(), pick.sample(0.5)[0].item()
+        ([0.25, 0.75], 1)
+    """
+
+    weights: Float[Array, " n"] = eqx.field(converter=as_float)
+
+    def __check_init__(self):
+        """Refuse negative weights."""
+        check_not_negative("weights", self.weights)
+
+    @property
+    def probability(self) -> Float[Array, " n"]:
+        """Probability of each choice."""
+        total = jnp.sum(self.weights)
+        return self.weights / jnp.where(total > 0.0, total, 1.0)
+
+    def sample(self, u: ArrayLike) -> tuple[Int[Array, "*n"], Float[Array, "*n"]]:
+        """Number of the choice, and a fresh uniform number from the rest of u."""
+        u = as_float(u)
+        ends = jnp.cumsum(self.probability)
+        # Weights of zero at the end are never reached by rounding: the last positive one takes all.
+        last = jnp.max(jnp.where(self.weights > 0.0, jnp.arange(ends.shape[0]), 0))
+        few = "compare_all" if ends.shape[0] <= 64 else "scan"
+        index = jnp.minimum(jnp.searchsorted(ends, u, side="right", method=few), last)
+        width = self.probability[index]
+        rest = (u - (ends[index] - width)) / jnp.where(width > 0.0, width, 1.0)
+        return index, jnp.clip(rest, 0.0, 1.0 - 0.5 * jnp.finfo(u.dtype).eps)
+
+
+class PiecewiseConstant(eqx.Module):
+    """A density that is constant on equal pieces of an interval.
+
+    Args:
+        weights: of the pieces, not negative and not all zero.
+        low: start of the interval.
+        high: its end.
+
+    Example:
+        >>> from firstorder.sampling import PiecewiseConstant
+        >>> import numpy as np
+        >>> d = PiecewiseConstant([1.0, 3.0], 0.0, 2.0)
+        >>> d.density(np.array([0.5, 1.5, 2.5])).tolist(), d.sample(0.25).item()
+        ([0.25, 0.75, 0.0], 1.0)
+    """
+
+    weights: Float[Array, " n"] = eqx.field(converter=as_float)
+    low: Float[Array, ""] = eqx.field(converter=as_float)
+    high: Float[Array, ""] = eqx.field(converter=as_float)
+
+    def sample(self, u: ArrayLike) -> Float[Array, "*n"]:
+        """The place to a uniform number."""
+        index, rest = Discrete(self.weights).sample(u)
+        return self.low + (index + rest) * (self.high - self.low) / self.weights.shape[0]
+
+    def density(self, x: ArrayLike) -> Float[Array, "*n"]:
+        """Density per unit of x; zero outside the interval."""
+        n = self.weights.shape[0]
+        place = (as_float(x) - self.low) / (self.high - self.low)
+        index = jnp.clip(jnp.floor(place * n).astype(int), 0, n - 1)
+        inside = (place >= 0.0) & (place <= 1.0)
+        p = Discrete(self.weights).probability[index] * n / (self.high - self.low)
+        return jnp.where(inside, p, 0.0)

@@ -1,0 +1,142 @@
+"""What the public calls of both worlds refuse by the look of it: names that are gone, wrong types.
+
+A type is known without looking at numbers, so wrong ones are one sentence under `jit` too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from jaxtyping import Array
+
+from firstorder.typing import as_float
+
+WORLDS = ("flatland", "space")
+# How each thing is made, for those who gave something else.
+MADE = {
+    "Receiver": "write Receiver.at(position, normal)",
+    "Scene": "write Scene.of(primitive(...), ...)",
+}
+
+
+def check_names(others: Mapping[str, Any], renamed: Mapping[str, str]) -> None:
+    """Answers keyword arguments that a function does not have.
+
+    Args:
+        others: what was given beside its own arguments.
+        renamed: new names by old ones.
+
+    Raises:
+        TypeError: if there is any.
+    """
+    for name in others:
+        if name in renamed:
+            raise TypeError(f"Argument `{name}` is called `{renamed[name]}`.")
+        raise TypeError(f"Argument `{name}` does not exist.")
+
+
+def check_kind(name: str, x: Any, kind: type) -> None:
+    """Refuses what is no scene, no receiver or no shape of a world.
+
+    Args:
+        name: of the argument.
+        x: what was given.
+        kind: the class of that world, or of all its shapes.
+
+    Raises:
+        TypeError: if x is something else, or of the other world.
+    """
+    if not isinstance(x, kind):
+        raise TypeError(f"Argument `{name}` must be {_asked(x, kind)}{_hint(x, kind)}.")
+
+
+def check_asked(scene: Any, kind: type, at: Any, receiver: type, name: str = "at") -> None:
+    """Refuses a scene and a receiver that are none of one world; every public call asks this.
+
+    Args:
+        scene: what was given as one.
+        kind: the class of that world's scenes.
+        at: what was given as a receiver.
+        receiver: the class of that world's receivers.
+        name: of the argument that is the receiver.
+
+    Raises:
+        TypeError: if one is something else, or of the other world.
+    """
+    check_kind("scene", scene, kind)
+    check_kind(name, at, receiver)
+
+
+def check_primitives(things: Sequence[Any], kind: type, shape: type) -> None:
+    """Refuses what a scene cannot hold.
+
+    Args:
+        things: in the order in which they were given, from 1.
+        kind: the class of what the world's `primitive` makes.
+        shape: the class of its shapes.
+
+    Raises:
+        TypeError: if one is something else, or of the other world.
+    """
+    for number, x in enumerate(things, 1):
+        if isinstance(x, kind):
+            continue
+        hint = ""
+        if isinstance(x, shape):
+            hint = f": write primitive({type(x).__name__}(...), emission=...)"
+        elif isinstance(x, (list, tuple)):
+            hint = ": write Scene.of(*things)"
+        raise TypeError(f"Argument {number} must be {_asked(x, kind)}{hint}.")
+
+
+def numbers(name: str, x: Any) -> Array:
+    """Floating numbers from an argument.
+
+    Raises:
+        TypeError: if it holds none, such as text.
+    """
+    try:
+        return as_float(x)
+    except TypeError:
+        raise TypeError(
+            f"Argument `{name}` must be a number or an array, but is {_what(x)}."
+        ) from None
+
+
+def _asked(x: Any, kind: type) -> str:
+    """What must be, and what is; with their worlds if x is of the other one."""
+    here, there = _world(kind), _world(type(x))
+    if there is None or there == here:
+        return f"{_named(kind)}, but is {_what(x)}"
+    return f"{_named(kind)} of {here}, but is {_what(x)} of {there}"
+
+
+def _hint(x: Any, kind: type) -> str:
+    """How to make what must be, unless it was made in the other world."""
+    other = _world(type(x)) not in (None, _world(kind))
+    made = MADE.get(kind.__name__)
+    return "" if other or made is None else f": {made}"
+
+
+def _world(kind: type) -> str | None:
+    """The world whose class it is."""
+    package, _, rest = kind.__module__.partition(".")
+    world = rest.partition(".")[0]
+    return world if package == "firstorder" and world in WORLDS else None
+
+
+def _named(kind: type) -> str:
+    """A class with its article; what `primitive` and shapes are called is no class's name."""
+    if kind.__name__ in ("Primitive", "Shape"):
+        return f"a {kind.__name__.lower()}"
+    return f"{'an' if kind.__name__[0] in 'AEIOUaeiou' else 'a'} {kind.__name__}"
+
+
+def _what(x: Any) -> str:
+    """A thing in a word or two; text as it stands."""
+    if x is None or isinstance(x, str):
+        return repr(x)
+    if isinstance(x, type):
+        return f"the class {x.__name__}"
+    return _named(type(x))

@@ -1,0 +1,157 @@
+"""First hits of rays, in any dimension.
+
+Rays times shapes are never kept in memory. A few shapes are compared in one reduction; from
+`FEW` on, rays go in blocks that fit the cache and a scan over the shapes of each kind carries the
+nearest distance and its shape's number. The search is not differentiated: the one hit that it finds
+is computed again by the caller, so that value and gradient cost about as much as the value.
+
+A group is a module that holds shapes of one kind along the leading axis of its leaves; it has
+`count` and, for one row, `distance(origin, along, own)`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, ArrayLike, Bool, Float, Int
+
+from firstorder.numerics.batching import in_blocks
+
+MISS = -1
+# Measured (benchmarks/bench_flatland.py): below, one reduction over all shapes wins by up to 3.
+FEW = 16
+BLOCK = 2048  # rays whose state stays in the cache
+
+# Origins, unit directions, and the number of the shape on which each ray starts.
+Rays = tuple[Float[Array, "r d"], Float[Array, "r d"], Int[Array, " r"]]
+
+
+def numbered(groups: Sequence[Any]) -> Iterator[tuple[Any, Int[Array, " n"]]]:
+    """Each group with the numbers of its shapes."""
+    first = 0
+    for group in groups:
+        yield group, jnp.arange(first, first + group.count, dtype=jnp.int32)
+        first += group.count
+
+
+def picked(groups: Sequence[Any], index: Int[Array, ""], ask: Callable[[Any], Any]) -> Any:
+    """The answer of the shape of that number: every group is evaluated, one answer is kept."""
+    first, answer = 0, None
+    for group in groups:
+        at = jnp.clip(index - first, 0, group.count - 1)
+        said = ask(jax.tree.map(lambda leaf, at=at: leaf[at], group))
+        if answer is None:
+            answer = said
+        else:
+            here = index >= first
+            answer = jax.tree.map(lambda a, b, here=here: jnp.where(here, a, b), said, answer)
+        first += group.count
+    return answer
+
+
+def _apart(rays):
+    """Coordinates apart, so that rays lie side by side in memory. Once, outside of any loop."""
+    origins, along, on = rays
+    return origins.T, along.T, on
+
+
+def _beside(f, rays):
+    """Maps f over rays whose coordinates are apart."""
+    return jax.vmap(f, in_axes=(1, 1, 0))(*rays)
+
+
+def first_by_reduction(groups: Sequence[Any], rays: Rays) -> Int[Array, " r"]:
+    """All distances to a group at once, reduced by the compiler as they arise."""
+    apart = _apart(rays)
+    nearest = jnp.full(apart[2].shape, jnp.inf, apart[0].dtype)
+    index = jnp.full(apart[2].shape, MISS, jnp.int32)
+    for group, numbers in numbered(groups):
+
+        def meet(o, d, on, group=group, numbers=numbers):
+            return jax.vmap(lambda shape, k: shape.distance(o, d, on == k))(group, numbers)
+
+        t = _beside(meet, apart)
+        least, which = jnp.min(t, 1), numbers[0] + jnp.argmin(t, 1).astype(jnp.int32)
+        closer = least < nearest
+        nearest, index = jnp.where(closer, least, nearest), jnp.where(closer, which, index)
+    return index
+
+
+def first_by_scan(groups: Sequence[Any], rays: Rays) -> Int[Array, " r"]:
+    """Shape after shape against all rays."""
+    apart = _apart(rays)
+
+    def meet(carry, here):
+        (nearest, index), (shape, k) = carry, here
+        t = _beside(lambda o, d, on: shape.distance(o, d, on == k), apart)
+        closer = t < nearest
+        return (jnp.where(closer, t, nearest), jnp.where(closer, k, index)), None
+
+    count = apart[2].shape
+    carry = jnp.full(count, jnp.inf, apart[0].dtype), jnp.full(count, MISS, jnp.int32)
+    for pair in numbered(groups):
+        carry, _ = jax.lax.scan(meet, carry, pair)
+    return carry[1]
+
+
+def any_hit(
+    groups: Sequence[Any],
+    rays: Rays,
+    on_end: Int[Array, " r"],
+    length: Float[Array, " r"],
+    near_end: tuple[float, float],
+) -> Bool[Array, " r"]:
+    """Whether any shape is hit before the end; the shape at the end is itself not hit there.
+
+    Args:
+        groups: the shapes.
+        rays: where they start, where to, and on what.
+        on_end: number of the shape on which each ends, or -1.
+        length: of each ray [m].
+        near_end: shares of the length, before the end, in which the shape that holds the end, and
+            any other shape, do not count.
+    """
+    apart = _apart(rays)
+    its_own, others = near_end
+
+    def meet(blocked, here):
+        shape, k = here
+        t = _beside(lambda o, d, on: shape.distance(o, d, on == k), apart)
+        at_end = jnp.where(on_end == k, its_own, others)
+        return blocked | (t < length * (1.0 - at_end)), None
+
+    blocked = jnp.zeros(length.shape, bool)
+    for pair in numbered(groups):
+        blocked, _ = jax.lax.scan(meet, blocked, pair)
+    return blocked
+
+
+def occluded(
+    groups: Sequence[Any],
+    a: Float[Array, "r d"],
+    b: Float[Array, "r d"],
+    on_a: ArrayLike = MISS,
+    on_b: ArrayLike = MISS,
+    block: int = BLOCK,
+) -> Bool[Array, " r"]:
+    """Whether something stands between two points. It has no derivative.
+
+    The shape on which a ray ends does not count within 32 sqrt(eps) of its length before the end;
+    all others count up to 8 eps of it.
+    """
+    groups, a, b = jax.lax.stop_gradient((groups, a, b))
+    way = b - a
+    length = jnp.sqrt(jnp.sum(way * way, -1))
+    along = way / jnp.where(length == 0.0, 1.0, length)[:, None]
+    on_a, on_b = (jnp.broadcast_to(jnp.asarray(on), length.shape) for on in (on_a, on_b))
+    eps = float(jnp.finfo(length.dtype).eps)
+    near_end = 32.0 * eps**0.5, 8.0 * eps
+
+    def find(rays):
+        start, along, on_a, on_b, length = rays
+        return any_hit(groups, (start, along, on_a), on_b, length, near_end)
+
+    return in_blocks(find, (a, along, on_a, on_b, length), block)

@@ -1,0 +1,137 @@
+"""Steps that scenes of flatland and of space share: sides, shares of light, numbers and names.
+
+A shape has a front and a back; whatever differs between them is a pair of columns. Shapes of one
+kind are kept together, and a shape's number counts through the groups in the order of the kinds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, ArrayLike, Float
+
+from firstorder.errors import check_not_negative, is_concrete, nan_unless
+from firstorder.scene._arguments import numbers
+
+FRONT, BACK = 0, 1
+COLOUR = ": light has one channel, so make a scene for each colour"
+TOO_MUCH = 1.0 + 1e-6  # what rounded shares may add up to
+
+
+def each(value: ArrayLike, n: int, name: str = "value") -> Float[Array, " n"]:
+    """One number for each of n shapes.
+
+    Raises:
+        TypeError: if it is no number.
+        ValueError: if there are more or fewer.
+    """
+    value = numbers(name, value)
+    if value.shape not in ((), (1,), (n,)):
+        raise ValueError(
+            f"Argument `{name}` must be one number, or one for each shape (here {n}), "
+            f"but has shape {value.shape}."
+        )
+    return jnp.broadcast_to(value, (n,))
+
+
+def sides(value: Any, n: int, both: bool, name: str = "value") -> Float[Array, "n 2"]:
+    """Front and back of each of n shapes; a single number is the front's, and perhaps both's.
+
+    Raises:
+        TypeError: if it is no number.
+        ValueError: if there are more or fewer, such as three for red, green and blue.
+    """
+    value = numbers(name, value)
+    if value.shape not in ((), (1,), (n,), (2,), (1, 2), (n, 2)):
+        raise ValueError(
+            f"Argument `{name}` must be one number, two (front and back), or those of each shape "
+            f"(here {n}), but has shape {value.shape}{COLOUR if value.shape == (3,) else ''}."
+        )
+    if value.ndim and value.shape[-1] == 2:
+        return jnp.broadcast_to(value, (n, 2))
+    front = jnp.broadcast_to(value, (n,))
+    return jnp.stack([front, front if both else jnp.zeros_like(front)], -1)
+
+
+def checked(given: Mapping[str, Array], shares: Sequence[str]) -> dict[str, Array]:
+    """A material's numbers, each of which is at least 0, and of which some are shares of one light.
+
+    Args:
+        given: numbers by name, a row for each shape; a second axis holds front and back.
+        shares: names of those that may add up to 1 at most, on either side.
+
+    Returns:
+        The same; traced ones are NaN where they are negative, and their sum is not judged.
+
+    Raises:
+        ValueError: if a number is negative or not finite, or a side would reflect more than all.
+    """
+    for key, value in given.items():
+        check_not_negative(key, value)
+    if not is_concrete(given):
+        return {key: nan_unless(value >= 0.0, value) for key, value in given.items()}
+    most = float(jnp.max(sum(_worse(given[key]) for key in shares)))
+    if most > TOO_MUCH:
+        *first, last = (f"`{key}`" for key in shares)
+        raise ValueError(
+            f"Arguments {', '.join(first)} and {last} must add up to at most 1, "
+            f"but add up to {most:g}."
+        )
+    return dict(given)
+
+
+def _worse(value):
+    """The larger of two sides."""
+    return value if value.ndim == 1 else jnp.max(value, -1)
+
+
+def grouped(
+    things: Sequence, kinds: Sequence[type], join: Callable[[list], Any]
+) -> tuple[list, list, tuple[str, ...]]:
+    """Primitives kind by kind, those of a kind in the order in which they come.
+
+    Args:
+        things: each with a `shape` (that has a `count`), a `material` and a `name`.
+        kinds: classes of shapes; there is a group for each of which there is a shape.
+        join: makes several modules of one kind one.
+
+    Returns:
+        The groups of shapes, the material of each primitive, and the name of each shape.
+
+    Raises:
+        ValueError: if there is nothing.
+    """
+    if not things:
+        raise ValueError("Argument `things` must hold at least one shape, but is empty.")
+    groups, materials, names = [], [], []
+    for kind in kinds:
+        here = [t for t in things if isinstance(t.shape, kind)]
+        if not here:
+            continue
+        groups.append(join([t.shape for t in here]))
+        materials.extend(t.material for t in here)
+        names.extend(t.name for t in here for _ in range(t.shape.count))
+    return groups, materials, tuple(names)
+
+
+def joined(parts: list) -> Any:
+    """Several modules of one kind, shapes or materials, as one, along the leading axis."""
+    if len(parts) == 1:
+        return parts[0]
+    return jax.tree.map(lambda *leaves: jnp.concatenate(leaves), *parts)
+
+
+def named(names: Sequence[str], name: str) -> tuple[int, ...]:
+    """The numbers of the shapes of a name.
+
+    Raises:
+        ValueError: if there is none.
+    """
+    found = tuple(i for i, n in enumerate(names) if n == name)
+    if not found:
+        known = ", ".join(sorted({n for n in names if n})) or "none"
+        raise ValueError(f"Argument `name` must be one of {known}, but is {name!r}.")
+    return found

@@ -1,0 +1,136 @@
+"""The shadow light field of any scene of flatland, traced; its irradiance, exact.
+
+The mapping: light and receiver lie along +x of the world, the light above. A position on either is
+the world's x, and what stands at the distance d2 from the light has the light's height minus d2.
+A ray (y, v) passes the world points (y + d v, height - d).
+"""
+
+from __future__ import annotations
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, ArrayLike, Float
+
+from firstorder.errors import check_positive
+from firstorder.fields.spectrum import Grid
+from firstorder.flatland.intersect import occluded
+from firstorder.flatland.scene import Scene
+from firstorder.flatland.visible import Receiver, view
+from firstorder.typing import as_float
+
+
+def ray_visibility(
+    scene: Scene, x: ArrayLike, y: ArrayLike, light_height=1.0, d1=1.0
+) -> Float[Array, "*r"]:
+    """Visibility f of the rays between x on the receiver and y on the light, 0 or 1.
+
+    Shapes named "light" and "floor" hide nothing at the rays' own ends. It has no derivative.
+
+    Args:
+        scene: the shapes, in metres.
+        x: positions on the receiver, broadcast with y [m].
+        y: positions on the light [m].
+        light_height: of the light's line in the world [m].
+        d1: distance of the receiver's line below it [m].
+
+    Raises:
+        ValueError: if `d1` is not positive.
+
+    Reference: E11 §3, Fig. 3 (c).
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.flatland import Scene, Segments, primitive
+        >>> from firstorder.shadowfield import ray_visibility
+        >>> scene = Scene.of(primitive(Segments((0.4, 0.5), (0.6, 0.5))))
+        >>> ray_visibility(scene, jnp.array([0.5, 0.0]), 0.5).tolist()
+        [0.0, 1.0]
+    """
+    check_positive("d1", d1)
+    x, y = jnp.broadcast_arrays(as_float(x), as_float(y))
+    top = as_float(light_height)
+
+    def at(along, height):
+        return jnp.stack([along, jnp.broadcast_to(height, along.shape)], -1).reshape(-1, 2)
+
+    ends = (_only(scene, name) for name in ("floor", "light"))
+    hidden = occluded(scene, at(x, top - d1), at(y, top), *ends)
+    return 1.0 - hidden.reshape(x.shape).astype(x.dtype)
+
+
+def grid_visibility(scene: Scene, grid: Grid, light_height=1.0, d1=1.0) -> Float[Array, "nx ny"]:
+    """Visibility of rays between receiver and light on a grid over (x, y), 0 or 1."""
+    x, y = (jnp.asarray(grid.axis(i)) for i in range(2))
+    return ray_visibility(scene, x[:, None], y, light_height, d1)
+
+
+def ray_visibility_by_slope(
+    scene: Scene, y: ArrayLike, v: ArrayLike, light_height=1.0, d1=1.0
+) -> Float[Array, "*r"]:
+    """Visibility of rays by (y, v): position on the light, and offset for each metre down."""
+    y, v = jnp.broadcast_arrays(as_float(y), as_float(v))
+    return ray_visibility(scene, y + d1 * v, y, light_height, d1)
+
+
+def _visible_length(scene: Scene, x, light_height=1.0, d1=1.0) -> Float[Array, ""]:
+    """Irradiance without form factor, exact: the length of the light that one receiver sees [m].
+
+    `h(x) = int f dy` for a uniform light, from the visible intervals; differentiable. The shape
+    named "light" is the light, and x is one position. With its form factor: `flatland.irradiance`.
+
+    Args:
+        scene: with one shape named "light", along +x.
+        x: position on the receiver [m].
+        light_height: of the light in the world [m].
+        d1: distance of the receiver below it [m].
+
+    Reference: E11 eq. 2.
+
+    Example:
+        >>> from firstorder.flatland.library._e11 import e11_fig18b
+        >>> from firstorder.shadowfield.plane.scene_rays import _visible_length
+        >>> round(_visible_length(e11_fig18b(), 0.0).item(), 12)
+        0.0
+    """
+    position = jnp.stack([as_float(x), as_float(light_height) - d1])
+    seen = view(scene, Receiver(position, 0.0, _only(scene, "floor")))
+    lit = seen.seen == _only(scene, "light")
+    # Gaps without light may end on the horizon, whose tangent is no number.
+    a, b = (jnp.where(lit, ends, 0.0) for ends in (seen.angles[:-1], seen.angles[1:]))
+    return d1 * jnp.sum(jnp.where(lit, jnp.tan(b) - jnp.tan(a), 0.0))
+
+
+def visible_lengths(
+    scene: Scene, x: Float[ArrayLike, " n"], light_height=1.0, d1=1.0
+) -> Float[Array, " n"]:
+    """Length of the light that each of many receivers sees [m]."""
+    return jax.vmap(lambda x: _visible_length(scene, x, light_height, d1))(as_float(x))
+
+
+def depth_range(scene: Scene, light_height=1.0, samples: int = 65) -> tuple[float, float]:
+    """Least and largest distance from the light of everything but light and floor, by samples.
+
+    Args:
+        scene: concrete shapes.
+        light_height: of the light in the world [m].
+        samples: points on each shape; ends are among them.
+    """
+    own = [_only(scene, name) for name in ("floor", "light")]
+    others = [i for i in range(scene.count) if i not in own]
+    depths = light_height - np.asarray(_heights(scene.groups, samples))[others]
+    return float(np.min(depths)), float(np.max(depths))
+
+
+@eqx.filter_jit
+def _heights(groups, samples: int) -> Float[Array, "n s"]:
+    """Heights along each shape."""
+    s = jnp.linspace(0.0, 1.0, samples)
+    height = jax.vmap(lambda shape, s: shape.motion(s)[0][1], (None, 0))
+    return jnp.concatenate([jax.vmap(height, (0, None))(group, s) for group in groups])
+
+
+def _only(scene: Scene, name: str) -> int:
+    """The number of the shape of that name, -1 if there is none."""
+    return scene.names.index(name) if name in scene.names else -1

@@ -1,0 +1,96 @@
+"""The frame of a rectangular lamp, and the receivers below it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple, TypeVar
+
+import jax
+import numpy as np
+from jaxtyping import Bool, Float
+
+from firstorder.errors import check_positive
+
+Answer = TypeVar("Answer")
+
+
+def below(lamp: LampFrame, receivers: Float[np.ndarray, "m 3"]) -> Bool[np.ndarray, " m"]:
+    """Mask of receivers that are finite and below the lamp; no ray can come to the others.
+
+    Args:
+        lamp: the lamp.
+        receivers: in the world [m].
+    """
+    some = np.all(np.isfinite(receivers), 1)
+    return some & (lamp.local(np.where(some[:, None], receivers, lamp.center))[:, 2] > 0.0)
+
+
+def where_below(
+    lamp: LampFrame,
+    receivers: Float[np.ndarray, "m 3"],
+    answer: Callable[..., Answer],
+    *each,
+) -> Answer:
+    """Values of `answer(receivers, *each)` for receivers `below` the lamp, NaN for the others.
+
+    A single one that is nowhere would spoil the box of all its neighbours.
+
+    Args:
+        lamp: the lamp.
+        receivers: in the world [m].
+        answer: arrays, in tuples or not, with a number for each receiver along their last axis.
+        each: what it wants besides: arrays of m, in tuples or not, or None.
+    """
+    some = below(lamp, receivers)
+    if np.all(some):
+        return answer(receivers, *each)
+
+    def whole(values):
+        found = np.full((*values.shape[:-1], len(some)), np.nan)
+        found[..., some] = values
+        return found
+
+    return jax.tree.map(whole, answer(*jax.tree.map(lambda a: a[some], (receivers, *each))))
+
+
+class LampFrame(NamedTuple):
+    """A rectangular lamp, and the frame in which its rays are given.
+
+    Attributes:
+        center: of the lamp [m].
+        axes: rows: unit vectors along its two edges, and its normal, the way it shines.
+        half: half of its edges [m].
+    """
+
+    center: Float[np.ndarray, "3"]
+    axes: Float[np.ndarray, "3 3"]
+    half: Float[np.ndarray, "2"]
+
+    def local(self, points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
+        """Lateral coordinates and depth below the lamp [m]."""
+        return (points - self.center) @ self.axes.T
+
+    def world(self, local: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
+        """World coordinates of points in the lamp's frame [m]."""
+        return self.center + local @ self.axes
+
+
+def lamp_frame(center, u, v) -> LampFrame:
+    """The frame of a rectangle with half-edges u, v that shines along `u x v`.
+
+    Raises:
+        ValueError: if the edges are not orthogonal: the filter is a product of two only then.
+
+    Example:
+        >>> from firstorder.shadowfield.rendering.lamp import lamp_frame
+        >>> lamp_frame((0, 0, 3), (0, 1, 0), (2, 0, 0)).axes[2].tolist()  # it shines down
+        [0.0, 0.0, -1.0]
+    """
+    center, u, v = (np.asarray(a, float) for a in (center, u, v))
+    half = np.array([np.linalg.norm(u), np.linalg.norm(v)])
+    check_positive("u", half[0])
+    check_positive("v", half[1])
+    if abs(u @ v) > 1e-9 * half[0] * half[1]:
+        raise ValueError(f"Arguments `u` and `v` must be orthogonal, but u . v is {u @ v:g}.")
+    e, f = u / half[0], v / half[1]
+    return LampFrame(center, np.stack([e, f, np.cross(e, f)]), half)

@@ -1,0 +1,204 @@
+"""Triangle meshes: their adjacency, and a normal for every vertex.
+
+A mesh is a pytree. Its vertices are differentiable leaves; faces and edges are numbers found once,
+on the host, by `mesh`. Seen from its front, a face's corners follow each other counter-clockwise.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Int
+
+from firstorder.errors import check_finite
+from firstorder.numerics._vectors import cross, dot, norm, unit
+from firstorder.typing import as_float
+
+NO_FACE = -1
+
+
+class Mesh(eqx.Module):
+    """Triangles that share vertices. Make one with `mesh`.
+
+    Attributes:
+        vertices: [m].
+        faces: three vertices each, counter-clockwise as seen from the front.
+        edges: two vertices each; every edge is here once, from the view of `sides[:, 0]`.
+        sides: the face in which the edge runs forward, and the one in which it runs backward, or
+            -1 at a boundary.
+
+    Example:
+        >>> from firstorder.space.meshes.triangle_mesh import mesh
+        >>> square = mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+        >>> square.count, len(square.edges), square.closed, square.area.item()
+        (2, 5, False, 1.0)
+    """
+
+    vertices: Float[Array, "v 3"]
+    faces: Int[Any, "f 3"]
+    edges: Int[Any, "e 2"]
+    sides: Int[Any, "e 2"]
+
+    @property
+    def count(self) -> int:
+        """Number of faces."""
+        return self.faces.shape[0]
+
+    @property
+    def closed(self) -> bool:
+        """Whether no edge is a boundary."""
+        return bool(np.all(np.asarray(self.sides) != NO_FACE))
+
+    @property
+    def corners(self) -> Float[Array, "f 3 3"]:
+        """The corners of each face [m]."""
+        return self.vertices[self.faces]
+
+    @property
+    def area_vectors(self) -> Float[Array, "f 3"]:
+        """Vectors along each face's normal, twice its area long [m^2]."""
+        a, b, c = (self.corners[:, k] for k in range(3))
+        return cross(b - a, c - a)
+
+    @property
+    def area(self) -> Float[Array, ""]:
+        """Area of all faces together [m^2]."""
+        return 0.5 * jnp.sum(norm(self.area_vectors))
+
+    @property
+    def size(self) -> float:
+        """The diagonal of the smallest box along the axes that holds the mesh [m]."""
+        v = np.asarray(self.vertices)
+        return float(np.linalg.norm(v.max(0) - v.min(0)))
+
+    def at(self, vertices: Any) -> Mesh:
+        """Mesh of the same faces with other vertices, as differentiation wants it."""
+        return eqx.tree_at(lambda m: m.vertices, self, as_float(vertices))
+
+
+def mesh(vertices: Any, faces: Any) -> Mesh:
+    """A mesh from its vertices and faces; its edges are found here, on the host.
+
+    An edge at which two faces disagree about which side is the front, and an edge of more than two
+    faces, count as boundaries of some of them. Every other edge has two faces or is a boundary.
+
+    Args:
+        vertices: shape (v, 3) [m].
+        faces: shape (f, 3), numbers of vertices from 0; counter-clockwise as seen from the front.
+            Faces that name a vertex twice are left out.
+
+    Raises:
+        ValueError: if a face names a vertex that is not there, or nothing is left.
+    """
+    v, f = as_float(vertices), np.asarray(faces)
+    if v.ndim != 2 or v.shape[1] != 3 or not v.shape[0]:
+        raise ValueError(f"Argument `vertices` must have shape (v, 3), but has {tuple(v.shape)}.")
+    check_finite("vertices", v)
+    if f.ndim != 2 or f.shape[1] != 3 or not np.issubdtype(f.dtype, np.integer):
+        raise ValueError(
+            f"Argument `faces` must be whole numbers of shape (f, 3), but is {f.dtype} {f.shape}."
+        )
+    wrong = f[(f < 0) | (f >= v.shape[0])]
+    if wrong.size:
+        raise ValueError(
+            f"Argument `faces` must number vertices from 0 to {v.shape[0] - 1}, but has {wrong[0]}."
+        )
+    f = f[(f[:, 0] != f[:, 1]) & (f[:, 1] != f[:, 2]) & (f[:, 2] != f[:, 0])]
+    if not len(f):
+        raise ValueError("Argument `faces` must hold a triangle, but holds none.")
+    edges, sides = _edges(f)
+    return Mesh(v, f.astype(np.int32), edges, sides)
+
+
+def _edges(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Edges, each once, with the faces on either side."""
+    half = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).astype(np.int64)
+    owner = np.tile(np.arange(len(faces), dtype=np.int32), 3)
+    low, high = half.min(1), half.max(1)
+    ahead = half[:, 0] == low
+    # One number for a pair of vertices and the way it is run, so that one sort does: backward
+    # runs along each pair come first, then forward ones. Equal ranks among them are one edge.
+    key = 2 * (low * (int(faces.max()) + 1) + high) + ahead
+    order = np.argsort(key, kind="stable")
+    run = key[order]
+    rank = _since(np.r_[True, run[1:] != run[:-1]])
+    new = np.r_[True, run[1:] // 2 != run[:-1] // 2]
+    pair = np.cumsum(new) - 1
+    most = np.maximum.reduceat(rank, np.flatnonzero(new)) + 1
+    first = np.cumsum(most) - most
+    which = first[pair] + rank
+    sides = np.full((int(most.sum()), 2), NO_FACE, np.int32)
+    sides[which, np.where(ahead[order], 0, 1)] = owner[order]
+    edges = np.empty((len(sides), 2), np.int32)
+    edges[which] = np.stack([low[order], high[order]], -1)
+    # What has no face in which it runs forward is turned about.
+    turned = sides[:, 0] == NO_FACE
+    edges[turned], sides[turned] = edges[turned, ::-1], sides[turned, ::-1]
+    return edges, sides
+
+
+def _since(fresh: np.ndarray) -> np.ndarray:
+    """Number of places since it was last fresh; it is at first."""
+    place = np.arange(len(fresh))
+    return place - np.maximum.accumulate(np.where(fresh, place, 0))
+
+
+def _face_normals(mesh: Mesh) -> Float[Array, "f 3"]:
+    """The unit normal of each face; zero for a face without area."""
+    return unit(mesh.area_vectors)
+
+
+def vertex_normals(mesh: Mesh) -> Float[Array, "v 3"]:
+    """A unit normal for each vertex, from the faces around it.
+
+    Each corner counts with `(a x b) / (|a|^2 |b|^2)`, a and b the edges that leave it: exact if all
+    neighbours lie on one sphere with the vertex, whatever the triangles. On other surfaces the
+    error falls with the square of the edges' length where neighbours lie point-symmetrically, and
+    with the first power where they do not; `space.meshes.curvature.fitted_curvatures` does better.
+
+    Reference: N. Max, "Weights for computing vertex normals from facet normals", JGT 4(2), 1999.
+
+    Example:
+        >>> from firstorder.space.meshes.triangle_mesh import mesh, vertex_normals
+        >>> square = mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+        >>> vertex_normals(square)[2].tolist()
+        [0.0, 0.0, 1.0]
+    """
+    total = jnp.zeros_like(mesh.vertices)
+    for k in range(3):
+        here, ahead, behind = (mesh.corners[:, (k + i) % 3] for i in range(3))
+        a, b = ahead - here, behind - here
+        weight = dot(a, a) * dot(b, b)
+        weight = jnp.where(weight > 0.0, weight, jnp.inf)
+        total = total.at[mesh.faces[:, k]].add(cross(a, b) / weight[:, None])
+    return unit(total)
+
+
+def vertex_rings(mesh: Mesh, reach: int = 2) -> Int[np.ndarray, "v k"]:
+    """The neighbours of each vertex: all that at most `reach` edges lead to; -1 fills the rows up.
+
+    Args:
+        mesh: any.
+        reach: 1 for those that share an edge.
+    """
+    import scipy.sparse as sparse
+
+    e, v = np.asarray(mesh.edges), mesh.vertices.shape[0]
+    ends = np.r_[e[:, 0], e[:, 1]], np.r_[e[:, 1], e[:, 0]]
+    step = sparse.csr_array((np.ones(len(ends[0]), bool), ends), shape=(v, v))
+    near = step
+    for _ in range(reach - 1):
+        near = near + near @ step
+    here, there = near.tocoo().coords
+    apart = here != there
+    here, there = here[apart], there[apart]
+    order = np.lexsort((there, here))
+    here, there = here[order], there[order]
+    count = np.bincount(here, minlength=v)
+    place = np.arange(len(here)) - np.repeat(np.cumsum(count) - count, count)
+    table = np.full((v, max(1, int(count.max(initial=0)))), -1, np.int32)
+    table[here, place] = there
+    return table

@@ -1,0 +1,261 @@
+"""Integrals of light along pieces of edges, with derivatives at fixed ends.
+
+An edge whose points move by `dp` in the eye's frame sweeps, per length of its parameter,
+
+    p . (dp x p') / |p|^3        [sr]
+
+of what lies to its left, and an integral over the region changes by that times its integrand. What
+moves along the edge or along the ray sweeps nothing. So the derivative of a sum over edges is one
+integral along them at fixed parameters: ends and cuts do not move, for what one piece loses by them
+its neighbours win. It is taken here as *the* derivative of every piece, by a rule of its own:
+
+    exact for sums over closed edges, each with its jump; not for a piece by itself.
+
+Autodiff of such a sum asks for the derivative of no cut, which costs more than all else, and its
+Hessian only for the first one. `translation_rate` is the same for an eye that moves: dp = -m.
+
+Reference: R07 §7, eq. 48, 49; design §6.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from firstorder.numerics._vectors import (
+    Coordinates,
+    apart,
+    cross,
+    cross_apart,
+    dot_apart,
+    settled,
+    unit,
+)
+from firstorder.numerics.quadrature import gauss_legendre
+from firstorder.visibility._contour import angle_between, angle_rate, light_between
+
+Points = Float[Array, "*#n 3"]
+Numbers = Float[Array, "*#n"]
+
+
+def swept_rate(p: Points, v: Points, dp: Points) -> Numbers:
+    """Solid angle that an edge sweeps as its points move, per length of its parameter [sr].
+
+    Args:
+        p: point relative to the eye [m].
+        v: its derivative along the edge.
+        dp: its motion [m].
+
+    Returns:
+        Positive if the region to the left grows.
+    """
+    return _swept(apart(p), cross_apart(apart(p), apart(v)), apart(dp))
+
+
+def _swept(p: Coordinates, level: Coordinates, dp: Coordinates) -> Array:
+    """Sweep of an edge with `level = p x p'`."""
+    square = dot_apart(p, p)
+    return -dot_apart(dp, level) / (square * jnp.sqrt(square))
+
+
+# --- straight pieces -----------------------------------------------------------------------------
+
+
+def segment_light(
+    start: Points, end: Points, low: Numbers, high: Numbers
+) -> tuple[Numbers, Numbers, Numbers]:
+    """Vector irradiance of unit radiance along a part of a segment: `segment_vector_irradiance`.
+
+    Args:
+        start: of the segment, relative to the eye and in its frame [m].
+        end: of the segment [m].
+        low: where the part begins, in [0, 1].
+        high: where it stops.
+
+    Returns:
+        Coordinates apart, so that the unused ones cost nothing.
+    """
+    return _segment_light(apart(start), apart(end), low, high)
+
+
+def segment_angle(start: Points, end: Points, low: Numbers, high: Numbers) -> Numbers:
+    """Solid angle between the normal and a part of a segment: `segment_solid_angle` [sr].
+
+    Args:
+        start: of the segment, relative to the eye and in its frame [m].
+        end: of the segment [m].
+        low: where the part begins, in [0, 1].
+        high: where it stops.
+    """
+    return _segment_angle(apart(start), apart(end), low, high)
+
+
+def _straight(value, form):
+    """Closed integral along a segment, and its derivative at fixed ends.
+
+    The derivative of the closed integral holds the ends' motion too, which is the integrated
+    one-form there: that is taken off again.
+    """
+
+    @jax.custom_jvp
+    def integral(start, end, low, high):
+        return value(*_between(start, end, low, high))
+
+    @integral.defjvp
+    def rule(primals, tangents):
+        start, end, low, high = primals
+        ends, moves = (_between(*both, low, high) for both in ((start, end), tangents[:2]))
+        found, rate = jax.jvp(value, ends, moves)
+        first, last = (form(p, dp) for p, dp in zip(ends, moves, strict=True))
+        return found, jax.tree.map(lambda r, a, b: r - (b - a), rate, first, last)
+
+    return integral
+
+
+def _between(start: Coordinates, end: Coordinates, low, high) -> tuple[Coordinates, Coordinates]:
+    """The part of a segment from `low` to `high` in [0, 1]."""
+
+    def at(t):
+        return jax.tree.map(lambda a, b: a + t * (b - a), start, end)
+
+    return at(low), at(high)
+
+
+def _light_form(p, dp):
+    square = dot_apart(p, p)
+    return jax.tree.map(lambda a: 0.5 * a / square, cross_apart(p, dp))
+
+
+def _angle_form(p, dp):
+    square = dot_apart(p, p)
+    return cross_apart(p, dp)[2] / (square + jnp.sqrt(square) * p[2])
+
+
+_segment_light = _straight(light_between, _light_form)
+_segment_angle = _straight(angle_between, _angle_form)
+
+
+# --- elliptic arcs -------------------------------------------------------------------------------
+
+
+def arc_nodes(first: Numbers, last: Numbers, nodes: int) -> tuple[Array, Array, Array]:
+    """Cosines, sines and weights of Gauss-Legendre nodes between two angles: shape (..., nodes).
+
+    Nodes lie evenly about the middle, so that half of them need angles of their own.
+    """
+    x, w = (jnp.asarray(a, first.dtype) for a in gauss_legendre(nodes))
+    middle, half = 0.5 * (first + last)[..., None], 0.5 * (last - first)[..., None]
+    up = half * x[nodes // 2 :]
+    c, s, cos, sin = settled((jnp.cos(middle), jnp.sin(middle), jnp.cos(up), jnp.sin(up)))
+    odd = nodes % 2
+    cos = jnp.concatenate([cos[..., odd:][..., ::-1], cos], -1)
+    sin = jnp.concatenate([-sin[..., odd:][..., ::-1], sin], -1)
+    return *settled((c * cos - s * sin, s * cos + c * sin)), half * w
+
+
+def arc_points(
+    center: Points, a: Points, b: Points, first: Numbers, last: Numbers, nodes: int
+) -> tuple[Array, Array, Array]:
+    """Points, their derivatives in the angle and quadrature weights on arcs."""
+    cos, sin, w = arc_nodes(first, last, nodes)
+    p, v = _points((center, a, b), cos, sin)
+    return jnp.stack(p, -1), jnp.stack(v, -1), w
+
+
+def arc_light(
+    center: Points, a: Points, b: Points, first: Numbers, last: Numbers, nodes: int
+) -> tuple[Numbers, Numbers, Numbers]:
+    """Vector irradiance of unit radiance along elliptic arcs `center + a cos t + b sin t`.
+
+    Args:
+        center: relative to the eye and in its frame [m].
+        a: one conjugate radius [m].
+        b: the other [m].
+        first: angle at which it begins [rad].
+        last: angle at which it stops [rad].
+        nodes: of Gauss-Legendre on each arc.
+
+    Returns:
+        Coordinates apart, so that the unused ones cost nothing.
+    """
+    return _arc_light(center, a, b, first, last, nodes)
+
+
+def arc_angle(
+    center: Points, a: Points, b: Points, first: Numbers, last: Numbers, nodes: int
+) -> Numbers:
+    """Solid angle between the normal and elliptic arcs [sr], up to whole spheres.
+
+    Args:
+        center: relative to the eye and in its frame [m].
+        a: one conjugate radius [m].
+        b: the other [m].
+        first: angle at which it begins [rad].
+        last: angle at which it stops [rad].
+        nodes: of Gauss-Legendre on each arc.
+    """
+    return _arc_angle(center, a, b, first, last, nodes)
+
+
+def _points(arc, cos, sin) -> tuple[Coordinates, Coordinates]:
+    """Points of arcs, and their derivatives in the angle: shape (..., nodes) each."""
+    p, v = [], []
+    for c, a, b in zip(*(apart(e[..., None, :]) for e in arc), strict=True):
+        p.append(c + a * cos + b * sin)
+        v.append(b * cos - a * sin)
+    return tuple(p), tuple(v)
+
+
+def _curved(value, swept):
+    """Integral along an arc, and its derivative at fixed ends."""
+
+    @partial(jax.custom_jvp, nondiff_argnums=(5,))
+    def integral(center, a, b, first, last, nodes):
+        cos, sin, w = arc_nodes(first, last, nodes)
+        p, v = _points((center, a, b), cos, sin)
+        return value(p, cross_apart(p, v), w, (center, a, b, first, last))
+
+    @integral.defjvp
+    def rule(nodes, primals, tangents):
+        *arc, first, last = primals
+        cos, sin, w = arc_nodes(first, last, nodes)
+        p, v = _points(arc, cos, sin)
+        level = cross_apart(p, v)
+        dp, _ = _points(tangents[:3], cos, sin)
+        return value(p, level, w, primals), swept(p, level, w, dp)
+
+    return integral
+
+
+def _light(p, level, w, ends):
+    share = 0.5 * w / dot_apart(p, p)
+    return jax.tree.map(lambda a: jnp.sum(share * a, -1), level)
+
+
+def _light_swept(p, level, w, dp):
+    share = w * _swept(p, level, dp) / jnp.sqrt(dot_apart(p, p))
+    return jax.tree.map(lambda a: jnp.sum(share * a, -1), p)
+
+
+def _angle(p, level, w, ends):
+    """Angle integral of an arc about its own axis: a ball's contour has a constant integrand."""
+    center, a, b, first, last = ends
+    normal = cross(unit(a), unit(b))  # of a horizon, which is about the eye
+    axis = settled(unit(jnp.where(jnp.any(center != 0.0, -1, keepdims=True), center, normal)))
+    about = jnp.sum(w * angle_rate(p, level, apart(axis[..., None, :])), -1)
+    axis = apart(axis)
+    turn = jnp.stack([first, last], -1)
+    p, _ = _points((center, a, b), jnp.cos(turn), jnp.sin(turn))
+    here, there = (jax.tree.map(lambda a, i=i: a[..., i], p) for i in (0, 1))
+    return about + angle_between(axis, there) - angle_between(axis, here)
+
+
+def _angle_swept(p, level, w, dp):
+    return jnp.sum(w * _swept(p, level, dp), -1)
+
+
+_arc_light = _curved(_light, _light_swept)
+_arc_angle = _curved(_angle, _angle_swept)

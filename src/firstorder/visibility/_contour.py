@@ -1,0 +1,156 @@
+"""Integrals over regions of the sphere as integrals along their edges.
+
+An edge is a curve `p(t)` relative to the eye, in the frame of the receiver (normal +z); D = |p|,
+w = p / D. The region lies to the left, where `p x p'` points. With Stokes' theorem on the sphere,
+
+    solid angle             integral dw            = contour  (p x p').c / (D^2 (1 + w.c)) dt
+    cosine-weighted         integral w_z dw        = contour  (p x p')_z / (2 D^2) dt
+    vector irradiance       integral w dw          = contour  (p x p') / (2 D^2) dt
+    rate under translation  d/dx integral f dw     = contour  f(w) (p x p') / D^3 dt
+
+with any axis c, the same for all edges of a region. The last is the law of Biot and Savart: an
+edge whose points stand still in space moves on the sphere by -m_perp / D when the eye moves by m,
+and what slides along the ray does not count. It holds for the contour of a curved blocker too, and
+it is R07 (48), (49) without a parametrisation: there the edge is followed by azimuth. All four are
+per length of t, so that a sum with the weights of any quadrature is the integral; for segments the
+first two and the last with f = 1 are closed.
+
+All functions broadcast over leading axes.
+"""
+
+from __future__ import annotations
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from firstorder.numerics._vectors import (
+    Coordinates,
+    apart,
+    cross,
+    cross_apart,
+    dot,
+    dot_apart,
+    norm,
+)
+
+Points = Float[Array, "*#n 3"]
+Numbers = Float[Array, "*#n"]
+
+
+def solid_angle_rate(p: Points, v: Points, axis: Points) -> Numbers:
+    """Solid angle between an edge and an axis, per length of the edge's parameter [sr].
+
+    The region that an open edge bounds is closed by great circles through the axis; of a circle
+    about the axis the rate is constant. With the normal for an axis the sum over all edges of a
+    region is its solid angle; `axis_solid_angle` changes from one axis to the other.
+
+    Valid when: the edge does not pass through the direction opposite to the axis.
+
+    Args:
+        p: point relative to the eye, in the receiver's frame [m].
+        v: its derivative.
+        axis: unit vector.
+    """
+    here = apart(p)
+    return angle_rate(here, cross_apart(here, apart(v)), apart(axis))
+
+
+def angle_rate(p: Coordinates, level: Coordinates, axis: Coordinates) -> Array:
+    """`solid_angle_rate`, of coordinates, with `level = p x p'`."""
+    square = dot_apart(p, p)
+    return dot_apart(level, axis) / (square + jnp.sqrt(square) * dot_apart(p, axis))
+
+
+def axis_solid_angle(axis: Points, first: Points, last: Points) -> Numbers:
+    """Difference between an edge's solid angle about an axis and that about the normal [sr].
+
+    Two triangles between the normal, the axis and an end. Up to whole spheres: a region between
+    edge and axis that holds the direction opposite to the normal counts 4 pi too much.
+    """
+    return segment_solid_angle(axis, last) - segment_solid_angle(axis, first)
+
+
+def vector_irradiance_rate(p: Points, v: Points) -> Points:
+    """Half of `w x dw`: its z is the cosine-weighted solid angle, per length of the parameter.
+
+    Reference: Lambert; J12's E of a region of unit radiance is the z of the sum.
+    """
+    return 0.5 * cross(p, v) / dot(p, p)[..., None]
+
+
+def translation_rate(p: Points, v: Points) -> Points:
+    """Rate of a region's solid angle under translation of the eye, per length of the parameter.
+
+    Weighted with f(w) it is the rate of the integral of f over the region.
+
+    Reference: R07 §7, eq. 48, 49; design §6.
+    """
+    square = dot(p, p)
+    return cross(p, v) / (square * jnp.sqrt(square))[..., None]
+
+
+def segment_solid_angle(a: Points, b: Points) -> Numbers:
+    """Solid angle of the triangle between the normal and a segment [sr].
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> a, b = jnp.array([1.0, 0.0, 0.0]), jnp.array([0.0, 1.0, 0.0])
+        >>> print(round(float(segment_solid_angle(a, b) / jnp.pi), 6))  # an octant
+        0.5
+    """
+    return angle_between(apart(a), apart(b))
+
+
+def angle_between(a: Coordinates, b: Coordinates) -> Array:
+    """`segment_solid_angle`, of coordinates."""
+    A, B = (_length(e) for e in (a, b))
+    area = cross_apart(a, b)[2]
+    return 2.0 * jnp.arctan2(area, A * B + B * a[2] + A * b[2] + dot_apart(a, b))
+
+
+def _length(a: Coordinates) -> Array:
+    square = dot_apart(a, a)
+    return jnp.where(square > 0.0, jnp.sqrt(jnp.where(square > 0.0, square, 1.0)), 0.0)
+
+
+def segment_vector_irradiance(a: Points, b: Points) -> Points:
+    """Half the angle that a segment subtends, along its plane's normal.
+
+    Valid when: the segment does not pass through the eye. Seen end-on it gives zero.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> a, b = jnp.array([1.0, 0.0, 0.0]), jnp.array([0.0, 1.0, 0.0])
+        >>> print(segment_vector_irradiance(a, b) / jnp.pi)
+        [0.   0.   0.25]
+    """
+    return jnp.stack(light_between(apart(a), apart(b)), -1)
+
+
+def light_between(a: Coordinates, b: Coordinates) -> Coordinates:
+    """`segment_vector_irradiance`, of coordinates."""
+    c = cross_apart(a, b)
+    square, cosine = dot_apart(c, c), dot_apart(a, b)
+    # angle / sine is smooth at zero, where both vanish.
+    wide = square > 1e-8 * cosine * cosine
+    sine = jnp.sqrt(jnp.where(wide, square, 1.0))
+    far = jnp.where(cosine == 0.0, 1.0, cosine)
+    ratio = square / (far * far)
+    small = (1.0 - ratio / 3.0 + ratio * ratio / 5.0) / far
+    half = 0.5 * jnp.where(wide, jnp.arctan2(sine, cosine) / sine, small)
+    return c[0] * half, c[1] * half, c[2] * half
+
+
+def segment_translation_rate(a: Points, b: Points) -> Points:
+    """The integral of `translation_rate` along a segment.
+
+        (a x b) (A + B) / (A B (A B + a . b)),    A = |a|, B = |b|
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> a, b = jnp.array([1.0, 0.0, 0.0]), jnp.array([0.0, 1.0, 0.0])
+        >>> segment_translation_rate(a, b).tolist()
+        [0.0, 0.0, 2.0]
+    """
+    A, B = norm(a), norm(b)
+    return cross(a, b) * ((A + B) / (A * B * (A * B + dot(a, b))))[..., None]

@@ -1,0 +1,146 @@
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from firstorder.caching import candidate_tables
+from firstorder.caching.candidate_tables import gather_directions, tabulate_candidates
+from firstorder.space import Scene, plane, primitive
+from firstorder.space.bounces._radiance_maps import RadianceMaps, face_layout, trace_maps
+from firstorder.space.estimators._irradiance_forms import (
+    TracedRays,
+    gather_samples,
+    stratified_estimate,
+    surface_area_estimate,
+)
+from firstorder.space.estimators.strata import Strata
+from firstorder.space.library import _scenes
+from firstorder.space.receiver import receiver
+
+PLACES = np.array([[0.333, 0.333], [0.667, 0.3], [0.667, 0.55]])  # between the boxes
+
+
+def lit(scene, cells=4):
+    rng = np.random.default_rng(5)
+    return RadianceMaps(
+        scene, jnp.asarray(rng.uniform(0.2, 1.0, (len(face_layout(scene).shape), cells, cells)))
+    )
+
+
+@pytest.fixture(scope="module", params=["j12_occluder", "clutter"])
+def both(request):
+    """The table, and what the general forms make of the very same rays."""
+    scene = _scenes.named_scene(request.param)
+    (floor,) = scene.named("floor")
+    maps, given = lit(scene), gather_directions(12, 20, sets=1)
+    cells = Strata(
+        jnp.asarray(given.theta),
+        jnp.asarray(given.phi),
+        jnp.moveaxis(jnp.asarray(given.directions[0], float), 0, -1),
+        jnp.pi / 240 / jnp.asarray(given.directions[0, 2], float),
+    )
+
+    @jax.jit
+    def seen(o, d):
+        return trace_maps(maps, tuple(o.T), tuple(d.T), floor)
+
+    def trace(o, d, on):
+        s = seen(o, d)
+        return TracedRays(s.distance, s.index, jnp.stack(s.normal, -1))
+
+    at = receiver(np.append(PLACES, np.zeros((3, 1)), 1))
+
+    def sample(white):
+        def radiance(index, point, normal, d):
+            o = jnp.repeat(at.position, 240, 0)
+            return jnp.where(white, 1.0, seen(o, d).radiance)
+
+        return gather_samples(trace, radiance, at, cells)
+
+    samples, plain = sample(False), sample(True)
+    forms = (
+        surface_area_estimate(samples),
+        stratified_estimate(samples),
+        surface_area_estimate(plain),
+        samples,
+    )
+    return lambda: tabulate_candidates(maps, PLACES, given, floor), forms
+
+
+def worst(table, forms):
+    area, strata, plain, samples = forms
+    r = np.asarray(samples.distance).reshape(3, -1)
+    pairs = [
+        (table.E, strata.value),
+        (table.gradient, strata.translation().gradient),
+        (table.area_gradient, area.translation().gradient),
+        (table.hessian, area.translation().hessian),
+        (table.geometric, plain.translation().hessian),
+        (table.minimum, r.min(1)),
+        (table.harmonic, 1.0 / np.mean(1.0 / r, 1)),
+        (table.brightest, np.asarray(samples.radiance).reshape(3, -1).max(1)),
+    ]
+    return max(np.max(np.abs(a - np.asarray(b))) / np.max(np.abs(b)) for a, b in pairs)
+
+
+BOUND = 3e-4  # sums of single precision terms, 1 / cos large at grazing hits
+
+
+@pytest.mark.smoke
+def test_a_table_is_what_the_general_forms_make_of_the_same_rays(both):
+    make, forms = both
+    assert worst(make(), forms) < BOUND
+
+
+def wrong_walls(self, L, inverse):
+    return 0.5 * RIGHT(self, L, inverse)
+
+
+RIGHT = candidate_tables._Look._walls
+
+
+def nearer(solid, ready, o):
+    return 1.01 * DISTANCE(solid, ready, o)
+
+
+DISTANCE = candidate_tables._distance
+
+
+@pytest.mark.parametrize(
+    ("owner", "name", "fault"),
+    [(candidate_tables._Look, "_walls", wrong_walls), (candidate_tables, "_distance", nearer)],
+)
+def test_a_fault_is_noticed(both, owner, name, fault, monkeypatch):
+    make, forms = both
+    monkeypatch.setattr(owner, name, fault)
+    assert worst(make(), forms) > 10.0 * BOUND
+
+
+def test_black_wall_and_none_give_the_same_radiometry():
+    found = []
+    for wall in ("black", "none"):
+        scene = _scenes.j12_box(wall)
+        L = np.zeros((scene.count, 2, 2))
+        L[scene.named("left")[0]] = 0.3
+        found.append(
+            tabulate_candidates(
+                RadianceMaps(scene, jnp.asarray(L)), PLACES, gather_directions(8, 12), 0
+            )
+        )
+    black, none = found
+    for name in ("E", "gradient", "hessian"):
+        assert np.array_equal(getattr(black, name), getattr(none, name)), name
+    assert np.all(black.minimum <= none.minimum)
+    assert not np.array_equal(black.harmonic, none.harmonic)
+
+
+def test_noise_keeps_the_mean_and_other_shapes_are_refused():
+    given = gather_directions(30, 40, sets=2, noise=True)
+    assert given.noise is not None
+    assert abs(given.noise.mean() - 1.0) < 5.0 / np.sqrt(3.0 * given.noise.size)
+    scene = Scene.of(primitive(plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), name="floor"))
+    with pytest.raises(ValueError, match="`maps` must have shapes of"):
+        tabulate_candidates(RadianceMaps(scene, jnp.zeros((0, 2, 2))), PLACES, given, 0)
+    with pytest.raises(ValueError, match="`rows` must be positive"):
+        gather_directions(0, 4)
+    assert jax.tree.leaves(gather_directions(2, 2, sets=1))[0].dtype == np.float32

@@ -1,0 +1,57 @@
+"""Probes of quadrature, short vectors and batches."""
+
+import jax.numpy as jnp
+
+from firstorder import numerics, scene
+from firstorder.flatland import Receiver
+
+
+def vectors(s):
+    """One that varies and the zero vector, at which lengths have a corner."""
+    return jnp.stack([jnp.stack([s, 1.0, -s]), jnp.zeros(3)])
+
+
+def bent(s):
+    """A matrix that is not symmetric."""
+    return jnp.diag(jnp.stack([s, 0.5 + s, 1.0])) + 0.1 * jnp.arange(9.0).reshape(3, 3)
+
+
+def cut(s):
+    """An interval that a break cuts, and that another misses."""
+    return -s, 2.0 * s, [0.5 * s, 3.0 + s]
+
+
+PROBES = {
+    "numerics.composite_gauss_legendre": lambda s: numerics.composite_gauss_legendre(*cut(s), 3),
+    "numerics.cross": lambda s: numerics.cross(vectors(s), bent(s)[:2]),
+    "numerics.dot": lambda s: numerics.dot(vectors(s), bent(s)[:2]),
+    "numerics.in_batches": lambda s: numerics.in_batches(jnp.sin, s * jnp.arange(3.0), 2),
+    "numerics.in_blocks": lambda s: numerics.in_blocks(jnp.sin, s * jnp.arange(3.0), 2),
+    "numerics.inverse_3x3": lambda s: numerics.inverse_3x3(bent(s)),
+    "numerics.inverse_sqrt_panels": lambda s: numerics.inverse_sqrt_panels(
+        jnp.stack([-s, s, s, 2.0 * s]), 3
+    ),
+    "numerics.matvec": lambda s: numerics.matvec(bent(s), vectors(s)),
+    "numerics.norm": lambda s: numerics.norm(vectors(s)),
+    "numerics.orthonormal_frame": lambda s: numerics.orthonormal_frame(
+        jnp.stack([jnp.stack([0.6 * jnp.cos(s), 0.6 * jnp.sin(s), -0.8]), jnp.eye(3)[2]])
+    ),
+    "numerics.sorted_breaks": lambda s: numerics.sorted_breaks(*cut(s)),
+    "numerics.unit": lambda s: numerics.unit(vectors(s)),
+    "numerics.batched": lambda s: numerics.batched(lambda u: s * u)(jnp.ones((2, 3), s.dtype)),
+    "numerics.inner": lambda s: numerics.inner(jnp.stack([s, 2.0 * s]), jnp.stack([s, -s])),
+    "numerics.product": lambda s: numerics.product(
+        jnp.stack([jnp.stack([s, s]), jnp.stack([-s, s])]), jnp.stack([s, s])
+    ),
+    "numerics.quadratic": lambda s: numerics.quadratic(
+        jnp.stack([jnp.stack([s, s]), jnp.stack([-s, s])]), jnp.stack([s, s])
+    ),
+    "numerics.congruence": lambda s: numerics.congruence(
+        jnp.stack([jnp.stack([s, s]), jnp.stack([-s, s])]), s * jnp.eye(2, dtype=s.dtype)
+    ),
+    "scene.Derivatives": lambda s: scene.Derivatives(s, s[None], s[None, None], ("x",)).second,
+    "scene.derivatives": lambda s: scene.derivatives(
+        lambda at: s * at.n**2, Receiver(jnp.stack([s, s]), s)
+    ).along(s),
+    "scene.line_derivatives": lambda s: scene.line_derivatives(lambda x: s * x**2, s),
+}

@@ -1,0 +1,70 @@
+"""Shadow rays through analytic scenes against the equations of a ball, and against contours."""
+
+import numpy as np
+import pytest
+
+from firstorder.shadowfield import lamp_frame, own_visibility, scene_blockers
+from firstorder.space import Scene, irradiance, plane, primitive, receiver, rectangle, sphere
+
+FLOOR = primitive(plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), name="floor")
+BALL = primitive(sphere((0.1, 0.0, 1.0), 0.3), name="ball")
+CENTER, U, V = (0.0, 0.0, 2.0), (0.0, 0.4, 0.0), (0.4, 0.0, 0.0)
+LAMP = lamp_frame(CENTER, U, V)
+
+
+def rays(count=3000, seed=0):
+    rng = np.random.default_rng(seed)
+    a = np.append(rng.uniform(-1.0, 1.0, (count, 2)), np.zeros((count, 1)), 1)
+    y = np.append(rng.uniform(-0.4, 0.4, (count, 2)), np.zeros((count, 1)), 1)
+    return a, LAMP.world(y)
+
+
+def test_shares_of_the_way_are_those_at_which_rays_enter_and_leave_a_ball():
+    a, b = rays()
+    scene = Scene.of(FLOOR, BALL)
+    first, last = scene_blockers(scene, scene.named("floor")[0])(a, b)
+    way, out = a - b, b - np.array([0.1, 0.0, 1.0])
+    square, half = np.sum(way**2, 1), np.sum(way * out, 1)
+    root = half**2 - square * (np.sum(out**2, 1) - 0.09)
+    hit = root > 0.0
+    assert 0.1 < np.mean(hit) < 0.9
+    np.testing.assert_array_equal(np.isfinite(first), hit)
+    np.testing.assert_array_equal(np.isfinite(last), hit)
+    size = np.sqrt(root[hit])
+    np.testing.assert_allclose(first[hit], (-half[hit] - size) / square[hit], atol=1e-9)
+    np.testing.assert_allclose(last[hit], (-half[hit] + size) / square[hit], atol=1e-9)
+    assert np.all(np.isposinf(first[~hit]))
+    assert np.all(np.isneginf(last[~hit]))
+    # Of two things the one nearer to the receiver is last.
+    both = Scene.of(FLOOR, BALL, primitive(sphere((0.1, 0.0, 0.4), 0.1)))
+    nearer = scene_blockers(both, both.named("floor")[0])(a, b)
+    assert np.all(nearer[1] >= last)
+    assert np.any(nearer[1] > last)
+
+
+@pytest.mark.parametrize("strata", [4, 16])
+def test_own_rays_see_the_share_that_contours_do(strata):
+    """Far below a small lamp all of it shines alike, and the share is that of the irradiance.
+
+    The limb crosses 1.9 strata for each along an edge of the lamp (1.2 m of it, in any direction),
+    and a stratum that it cuts in two parts of any size has a variance of 1/6 in the mean.
+    """
+    points = np.array([[x, 0.3, -20.0] for x in np.linspace(-12.0, 12.0, 9)])
+    big = primitive(sphere((0.3, 0.1, 1.5), 0.35))
+    lamp = primitive(rectangle(CENTER, U, V), emission=1.0)
+    found = own_visibility(Scene.of(big), LAMP, points, np.full(9, -1), strata, 3)
+    share = [
+        irradiance(Scene.of(big, lamp), receiver(x)) / irradiance(Scene.of(lamp), receiver(x))
+        for x in points
+    ]
+    assert np.ptp(share) > 0.2
+    sigma = np.sqrt(1.9 * strata / 6.0) / strata**2
+    np.testing.assert_allclose(found, share, atol=4.0 * sigma)
+    assert np.sqrt(np.mean((found - np.array(share)) ** 2)) < 1.5 * sigma
+
+
+def test_none_and_wrong_numbers():
+    scene = Scene.of(BALL)
+    assert own_visibility(scene, LAMP, np.zeros((0, 3)), np.zeros(0, int), 4).shape == (0,)
+    with pytest.raises(ValueError, match="strata"):
+        own_visibility(scene, LAMP, np.zeros((1, 3)), np.zeros(1, int), 0)

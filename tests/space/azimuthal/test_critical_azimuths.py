@@ -1,0 +1,61 @@
+"""Events of a slice that turns: tangents of arcs, corners, the horizon, crossings."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from firstorder.space import Scene, primitive, receiver, sphere
+from firstorder.space.azimuthal._critical_azimuths import (
+    events,
+    folded,
+    nodes_between,
+    parts,
+    tangents,
+)
+from firstorder.space.silhouettes.analytic import SilhouetteArcs
+
+BALL, RADIUS = np.array([1.0, 0.4, 1.5]), 0.6
+FLAT = np.hypot(1.0, 0.4)
+
+
+def test_slices_that_are_tangent_to_a_ball_pass_it_at_its_radius():
+    found = jax.jit(
+        lambda: parts(Scene.of(primitive(sphere(BALL, RADIUS))), receiver((0.0, 0.0, 0.0)))
+    )
+    (part,) = found()
+    truth = np.arctan2(0.4, 1.0) + np.array([-1.0, 1.0]) * np.arcsin(RADIUS / FLAT)
+    assert bool(part.split[0, 0])
+    np.testing.assert_allclose(np.sort(part.tangent[0, 0]), np.sort(truth % np.pi), atol=1e-14)
+
+
+def test_between_its_tangents_the_discriminant_is_a_product_of_sines():
+    rng = np.random.default_rng(3)
+    a, b, c = rng.normal(size=(3, 20, 3))
+    arcs = SilhouetteArcs(*map(jnp.asarray, (c, a, b)), *jnp.zeros((2, 20)), jnp.zeros(20, int),
+                  jnp.ones(20, bool))  # fmt: skip
+    tangent, scale, split = (np.asarray(x) for x in jax.jit(tangents)(arcs))
+    phi = 0.7
+    v = np.array([-np.sin(phi), np.cos(phi), 0.0])
+    truth = (a @ v) ** 2 + (b @ v) ** 2 - (c @ v) ** 2
+    found = scale * np.sin(tangent[:, 1] - phi) * np.sin(phi - tangent[:, 0])
+    assert 0 < np.sum(split) < 20
+    np.testing.assert_allclose(found[split], truth[split], atol=1e-12)
+
+
+def test_folding_takes_off_half_turns():
+    phi, turns = folded(jnp.array([-0.1, 0.0, 3.0, 3.2]))
+    np.testing.assert_allclose(phi, [np.pi - 0.1, 0.0, 3.0, 3.2 - np.pi], rtol=1e-15)
+    np.testing.assert_array_equal(turns, [-1, 0, 0, 1])
+
+
+def test_a_ball_above_the_horizon_has_two_events_and_its_nodes_cover_half_a_turn():
+    def found():
+        seen = parts(Scene.of(primitive(sphere(BALL, RADIUS))), receiver((0.0, 0.0, 0.0)))
+        phi, there = events(seen, jnp.zeros(()).dtype)
+        few = nodes_between(seen, 8, 1, phi.dtype)
+        return there, nodes_between(seen, 8, 16, phi.dtype), few
+
+    there, nodes, few = jax.jit(found)()
+    assert np.sum(there) == 2
+    np.testing.assert_allclose(np.sum(nodes.weight), np.pi, rtol=1e-14)
+    assert np.all(np.isnan(few.weight))  # more events than panels: no answer

@@ -1,0 +1,51 @@
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from firstorder.errors import is_concrete
+from firstorder.space.library import _scenes
+
+
+@pytest.mark.parametrize("name", _scenes.scene_names())
+def test_a_scene_is_finite_named_and_told_about(name):
+    scene = _scenes.named_scene(name)
+    leaves = jax.tree.leaves((scene.groups, scene.material))
+    assert is_concrete(scene)
+    assert all(np.all(np.isfinite(leaf)) for leaf in leaves)
+    assert all(scene.names)
+    assert _scenes.describe_scene(name).endswith(".")
+
+
+@pytest.mark.smoke
+def test_the_box_of_j12_faces_inwards_and_loses_its_wall():
+    scene = _scenes.j12_box()
+    normals = {n: np.asarray(scene.normal(i, jnp.zeros(3))) for i, n in enumerate(scene.names)}
+    assert normals["floor"].tolist() == [0.0, 0.0, 1.0]
+    assert normals["light"].tolist() == [0.0, 0.0, -1.0]
+    assert normals["left"].tolist() == [1.0, 0.0, 0.0]
+    assert normals["right"].tolist() == [-1.0, 0.0, 0.0]
+    assert "right" not in _scenes.j12_box("none").names
+
+
+def test_the_clutter_does_not_touch_itself_nor_the_walls():
+    """Boxes by their outer circles; balls over them."""
+    scene = _scenes.clutter()
+    boxes = next(g for g in scene.groups if type(g).__name__ == "Boxes")
+    center, axes = np.asarray(boxes.center), np.asarray(boxes.axes)
+    reach = np.linalg.norm(np.linalg.norm(axes[:, :2, :2], axis=1), axis=1)
+    apart = np.linalg.norm(center[:, None, :2] - center[None, :, :2], axis=-1)
+    apart = apart - reach[:, None] - reach[None] + 9.0 * np.eye(len(reach))
+    assert np.min(apart) > 0.0
+    assert np.all(center[:, :2] - reach[:, None] > 0.0)
+    assert np.all(center[:, :2] + reach[:, None] < 1.0)
+    np.testing.assert_allclose(center[:, 2], axes[:, 2, 2])  # they stand on the floor
+
+
+def test_an_unknown_name_is_one_sentence():
+    with pytest.raises(ValueError, match="Argument `name` must be one of"):
+        _scenes.named_scene("cornell")
+    with pytest.raises(ValueError, match="Argument `name` must be one of"):
+        _scenes.describe_scene("cornell")
+    with pytest.raises(ValueError, match="Argument `wall` must be one of"):
+        _scenes.j12_box("white")

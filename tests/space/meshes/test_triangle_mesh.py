@@ -1,0 +1,119 @@
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from firstorder.space.meshes.triangle_mesh import _face_normals, mesh, vertex_normals, vertex_rings
+
+TETRAHEDRON = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
+CORNERS = [[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+
+
+def icosphere(times):
+    """Vertices and faces of a sphere of radius 1: an icosahedron whose faces are cut in four."""
+    g = 0.5 + 0.5 * np.sqrt(5.0)
+    v = [(s * a, t * b, 0.0) for s in (-1, 1) for t in (-1, 1) for a, b in ((1.0, g),)]
+    v = np.array([np.roll(p, k) for p in v for k in range(3)])
+    v /= np.linalg.norm(v[0])
+    f = [
+        (i, j, k)
+        for i in range(12) for j in range(i) for k in range(j)
+        if max(np.sum((v[a] - v[b]) ** 2) for a, b in ((i, j), (j, k), (k, i))) < 1.2
+    ]  # fmt: skip
+    f = np.array([t if np.linalg.det(v[list(t)]) > 0.0 else t[::-1] for t in f])
+    for _ in range(times):
+        pairs = np.sort(np.concatenate([f[:, [0, 1]], f[:, [1, 2]], f[:, [2, 0]]]), 1)
+        names, which = np.unique(pairs, axis=0, return_inverse=True)
+        ab, bc, ca = which.reshape(3, -1) + len(v)
+        middle = v[names].sum(1)
+        v = np.concatenate([v, middle / np.linalg.norm(middle, axis=1)[:, None]])
+        a, b, c = f.T
+        f = np.concatenate([np.stack(t, -1) for t in ((a, ab, ca), (b, bc, ab), (c, ca, bc),
+                                                      (ab, bc, ca))])  # fmt: skip
+    return v, f
+
+
+@pytest.mark.smoke
+def test_edges_know_the_faces_on_either_side():
+    solid = mesh(CORNERS, TETRAHEDRON)
+    assert (solid.count, len(solid.edges), solid.closed) == (4, 6, True)
+    for (a, b), (left, right) in zip(solid.edges, solid.sides, strict=True):
+        forward = [(f[k], f[(k + 1) % 3]) for f in solid.faces[[left]] for k in range(3)]
+        backward = [(f[(k + 1) % 3], f[k]) for f in solid.faces[[right]] for k in range(3)]
+        assert (a, b) in forward
+        assert (a, b) in backward
+    np.testing.assert_allclose(solid.area, 1.5 + 0.5 * np.sqrt(3.0), rtol=1e-14)
+    assert solid.size == pytest.approx(np.sqrt(3.0), rel=1e-14)
+
+
+def test_a_sphere_obeys_euler_and_its_area_converges():
+    areas = []
+    for times in (0, 1, 2):
+        v, f = icosphere(times)
+        ball = mesh(v, f)
+        assert ball.closed
+        assert len(v) - len(ball.edges) + ball.count == 2
+        areas.append(4.0 * np.pi - float(np.asarray(ball.area)))
+    assert 3.0 < areas[1] / areas[2] < 4.5  # order 1 in the number of faces
+
+
+def test_boundaries_folds_and_faces_that_disagree():
+    # two faces that run alike along their edge; and three faces at one edge
+    quarrel = mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, -1, 0]], [[0, 1, 2], [0, 1, 3]])
+    assert np.sum(quarrel.sides == -1) == 6
+    book = mesh([*CORNERS, [1, 1, 1]], [[0, 1, 2], [1, 0, 3], [0, 1, 4]])
+    assert np.sum(book.sides == -1) == 7
+    for m in (quarrel, book):
+        assert np.all(m.sides[:, 0] >= 0)
+        used = m.sides[m.sides >= 0]
+        assert np.all(np.bincount(used, minlength=m.count) == 3)  # every side of every face once
+
+
+def test_faces_without_corners_are_left_out_and_degenerate_ones_have_no_normal():
+    m = mesh([*CORNERS, [2, 0, 0]], [[0, 1, 2], [1, 1, 2], [0, 1, 4]])
+    assert m.count == 2
+    np.testing.assert_array_equal(_face_normals(m), [[0, 0, 1], [0, 0, 0]])
+    assert np.all(np.isfinite(vertex_normals(m)))
+
+
+def test_vertex_normals_are_exact_on_a_sphere_and_move_with_the_mesh():
+    v, f = icosphere(1)
+    squeezed = v + 0.3 * np.random.default_rng(0).uniform(-1, 1, v.shape)
+    squeezed /= np.linalg.norm(squeezed, axis=1)[:, None]
+    ball = mesh(2.0 * squeezed + 1.0, f)
+    np.testing.assert_allclose(vertex_normals(ball), squeezed, atol=1e-14)
+    np.testing.assert_allclose(vertex_normals(ball.at(ball.vertices[:, ::-1])), -squeezed[:, ::-1],
+                               atol=1e-14)  # fmt: skip
+
+
+def test_rings_are_the_neighbours():
+    v, f = icosphere(1)
+    ball = mesh(v, f)
+    near = vertex_rings(ball, 1)
+    assert sorted(set((near >= 0).sum(1))) == [5, 6]
+    wider = vertex_rings(ball)
+    for k in (0, 20):
+        mine = set(near[k][near[k] >= 0])
+        expected = set().union(*(set(near[j][near[j] >= 0]) for j in mine)) | mine
+        assert set(wider[k][wider[k] >= 0]) == expected - {k}
+
+
+@pytest.mark.parametrize(
+    ("vertices", "faces", "sentence"),
+    [
+        ([[0.0, 1.0]], [[0, 0, 0]], "Argument `vertices` must have shape (v, 3), but has (1, 2)."),
+        ([[0.0, 1.0, np.nan]], [[0, 0, 0]], "Argument `vertices` must be finite, but is nan."),
+        (CORNERS, [[0.0, 1.0, 2.0]],
+         "Argument `faces` must be whole numbers of shape (f, 3), but is float64 (1, 3)."),
+        (CORNERS, [[0, 1, 4]], "Argument `faces` must number vertices from 0 to 3, but has 4."),
+        (CORNERS, [[0, 1, 1]], "Argument `faces` must hold a triangle, but holds none."),
+    ],
+)  # fmt: skip
+def test_what_is_no_mesh_is_one_sentence(vertices, faces, sentence):
+    with pytest.raises(ValueError, match="Argument") as caught:
+        mesh(vertices, faces)
+    assert str(caught.value) == sentence
+
+
+def test_single_precision_stays_single():
+    m = mesh(np.array(CORNERS, np.float32), TETRAHEDRON)
+    assert vertex_normals(m).dtype == jnp.float32

@@ -1,0 +1,190 @@
+"""Each example runs as a user runs it, and prints what another computation says."""
+
+import itertools
+import pathlib
+import re
+import runpy
+
+import numpy as np
+import pytest
+from scipy.spatial import ConvexHull
+
+FOLDER = pathlib.Path(__file__).parents[1] / "examples"
+NUMBER = re.compile(r"[-+]?\d+\.?\d*(?:[eE][-+]?\d+)?")
+
+
+def numbers(text):
+    return np.array([float(number) for number in NUMBER.findall(text)])
+
+
+def shown(name, capsys):
+    """What an example prints: the text before the first number of a line, and its numbers."""
+    runpy.run_path(str(FOLDER / f"{name}.py"), run_name="__main__")
+    return table(capsys.readouterr().out)
+
+
+def table(text):
+    """Lines by their first words; what a long array prints on further lines belongs to it."""
+    found, key = {}, ""
+    for line in text.splitlines():
+        words = re.match(r"[a-zA-Z][a-zA-Z ]*", line)
+        key = words.group().strip() if words else key
+        found.setdefault(key, []).extend(numbers(line[words.end() if words else 0 :]))
+    return {key: np.array(values) for key, values in found.items()}
+
+
+def test_every_example_is_short_and_tested():
+    files = sorted(f.stem for f in FOLDER.glob("*.py"))
+    assert all(len((FOLDER / f"{f}.py").read_text().splitlines()) < 40 for f in files)
+    tests = pathlib.Path(__file__).read_text()
+    assert [f for f in files if f'"{f}' not in tests] == []
+
+
+def test_light_through_a_path_is_a_bell_seen_along_the_mirror_direction(capsys):
+    found = shown("light_through_a_path", capsys)
+    x, theta = 0.3, -0.1
+    variance = np.array([0.25, 0.3**2 + 0.2**2])  # two bells convolved
+    J = np.array([[1.0, 0.0], [0.8, -1.0]])  # (x, 2 kappa x - theta)
+    away = J @ [x, theta] - [0.2, 0.1]
+    B = 0.3 / np.sqrt(variance[1]) * np.exp(-0.5 * np.sum(away**2 / variance))
+    slope = J.T @ (-away / variance)
+    np.testing.assert_allclose(found["value"], B, rtol=1e-7)
+    np.testing.assert_allclose(found["gradient"], B * slope, rtol=1e-7)
+    bend = np.outer(slope, slope) - J.T @ np.diag(1.0 / variance) @ J
+    np.testing.assert_allclose(found["hessian"], B * bend.ravel(), rtol=1e-7)
+    np.testing.assert_allclose(found["integral"], 2.0 * np.pi * 0.5 * 0.3, rtol=1e-7)
+    spread = J.T @ np.diag(1.0 / variance) @ J / (8.0 * np.pi**2)
+    np.testing.assert_allclose(found["covariance of the spectrum"], spread.ravel(), rtol=1e-6)
+
+
+# --- the same script in two worlds ---------------------------------------------------------------
+
+
+def lambert(corners, at, normal):
+    """Irradiance over radiance from a polygon: the sum of its edges' angles, Lambert 1760."""
+    r = (corners - at) / np.linalg.norm(corners - at, axis=1)[:, None]
+    after = np.roll(r, -1, 0)
+    cross = np.cross(r, after)
+    size = np.linalg.norm(cross, axis=1)
+    angle = np.arctan2(size, np.sum(r * after, 1))
+    return abs(0.5 * np.sum(angle / size * (cross @ normal)))
+
+
+def below_in_space(at, normal):
+    """The lamp's lower face without what the box hides of it: the hull of the box's shadow."""
+    low, high = (0.1, 0.1, 0.4), (0.2, 0.2, 0.5)
+    box = np.array(list(itertools.product(*zip(low, high, strict=True))))
+    shadow = at + (box - at) * ((1.0 - at[2]) / (box[:, 2] - at[2]))[:, None]
+    shadow = shadow[ConvexHull(shadow[:, :2]).vertices]
+    assert np.all(np.abs(shadow[:, :2]) < 0.5)
+    lamp = np.array([(-0.5, -0.5, 1.0), (0.5, -0.5, 1.0), (0.5, 0.5, 1.0), (-0.5, 0.5, 1.0)])
+    return lambert(lamp, at, normal) - lambert(shadow, at, normal)
+
+
+def below_in_flatland(at, normal):
+    """The lamp's lower edge without what the box hides of it."""
+
+    def sines(points):
+        way = np.array(points) - at
+        return (way[:, 0] * normal[1] - way[:, 1] * normal[0]) / np.linalg.norm(way, axis=1)
+
+    lamp, box = (
+        sines([(-0.5, 1.0), (0.5, 1.0)]),
+        sines(list(itertools.product((0.1, 0.2), (0.4, 0.5)))),
+    )
+    return np.ptp(lamp) - np.ptp(box)
+
+
+def differences(E, freedoms, h=1e-4):
+    """Value, gradient and Hessian of a function of all freedoms by central differences."""
+    zero, step = np.zeros(freedoms), h * np.eye(freedoms)
+    gradient = [(E(zero + s) - E(zero - s)) / (2.0 * h) for s in step]
+    hessian = [
+        [(E(s + t) - E(s - t) - E(t - s) + E(-s - t)) / (4.0 * h**2) for t in step] for s in step
+    ]
+    return E(zero), np.array(gradient), np.array(hessian)
+
+
+def moved_in_space(u):
+    tilt = np.hypot(u[3], u[4])
+    side = np.sin(tilt) / tilt if tilt > 0.0 else 1.0
+    normal = np.array([*(side * u[3:]), np.cos(tilt)])
+    return below_in_space(np.array([0.25, 0.25, 0.0]) + u[:3], normal)
+
+
+def moved_in_flatland(u):
+    return below_in_flatland(np.array([0.25, 0.0]) + u[:2], np.array([-np.sin(u[2]), np.cos(u[2])]))
+
+
+def along_a_valley_in_space(x):
+    """On the ball-shaped valley of 1/2 m, by the graph of its surface."""
+    height = 0.5 - np.sqrt(0.25 - x @ x)
+    normal = np.array([*(-x / 0.5), 1.0 - height / 0.5])
+    return below_in_space(np.array([0.25 + x[0], 0.25 + x[1], height]), normal)
+
+
+def along_a_valley_in_flatland(x):
+    height = 0.5 - np.sqrt(0.25 - x[0] ** 2)
+    normal = np.array([-x[0] / 0.5, 1.0 - height / 0.5])
+    return below_in_flatland(np.array([0.25 + x[0], height]), normal)
+
+
+WORLDS = {
+    "flatland": (3, moved_in_flatland, 1, along_a_valley_in_flatland),
+    "space": (5, moved_in_space, 2, along_a_valley_in_space),
+}
+
+
+@pytest.mark.parametrize("world", WORLDS)
+def test_irradiance_with_derivatives_is_one_script_for_both_worlds(world, capsys):
+    script = (FOLDER / "irradiance_with_derivatives.py").read_text()
+    line = "from firstorder import flatland as world"
+    assert script.count(line) == 1
+    exec(compile(script.replace(line, line.replace("flatland", world)), "example", "exec"), {})
+    found = table(capsys.readouterr().out)
+    freedoms, moved, dimensions, along = WORLDS[world]
+    E, gradient, hessian = differences(moved, freedoms)
+    np.testing.assert_allclose(found["E"], E, rtol=1e-7)
+    np.testing.assert_allclose(found["gradient"], gradient, atol=1e-6)
+    np.testing.assert_allclose(found["hessian"], hessian.ravel(), atol=2e-6)
+    _, gradient, hessian = differences(along, dimensions)
+    np.testing.assert_allclose(found["gradient in a valley"], gradient, atol=1e-6)
+    np.testing.assert_allclose(found["hessian in a valley"], hessian.ravel(), atol=2e-6)
+
+
+# --- sweeps and caches ---------------------------------------------------------------------------
+
+
+def lamp_share(x):
+    """Irradiance at (x, 0) from the lamp from (-0.5, 1) to (0.5, 1) of unit radiance."""
+    return (0.5 - x) / np.hypot(0.5 - x, 1.0) + (0.5 + x) / np.hypot(0.5 + x, 1.0)
+
+
+def test_sweep_over_a_parameter_is_the_closed_form_of_a_disc(capsys):
+    runpy.run_path(str(FOLDER / "sweep_over_a_parameter.py"), run_name="__main__")
+    rows = np.array([numbers(line)[[0, 1, 2]] for line in capsys.readouterr().out.splitlines()])
+    radius, E, slope = rows.T
+    np.testing.assert_allclose(radius, np.linspace(0.05, 0.15, 5))
+    # A disc of radius r, D away, hides the sines between angles m -+ arcsin(r / D): 2 cos(m) r / D.
+    D = np.hypot(0.2, 0.5)
+    np.testing.assert_allclose(slope, -2.0 * (0.5 / D) / D, atol=2e-9)
+    np.testing.assert_allclose(E, lamp_share(0.3) + slope * radius, atol=2e-9)
+
+
+def test_irradiance_cache_covers_the_floor_with_few_records(capsys):
+    runpy.run_path(str(FOLDER / "irradiance_cache.py"), run_name="__main__")
+    text = capsys.readouterr().out
+    found = table(text)
+    assert "covered True" in text
+    assert 5 <= found["records"][0] <= 16
+    worst = found["largest error"][0]
+    assert 0.0 < worst < 0.02
+    assert abs(found["at x"][-1] - lamp_share(-0.4)) <= worst
+
+
+def test_a_wrong_number_is_noticed():
+    """The oracle of the two worlds tells another lamp apart."""
+    E, gradient, _ = differences(moved_in_flatland, 3)
+    other, turned, _ = differences(lambda u: moved_in_flatland(u + 0.01 * np.eye(3)[0]), 3)
+    assert abs(E - other) > 1e-3
+    assert np.max(abs(gradient - turned)) > 1e-3

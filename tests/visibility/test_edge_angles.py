@@ -1,0 +1,157 @@
+"""The edge angle against bisection of traced rays, along every motion; degenerate places."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from derivations.visibility.edge_angles import CASES, bisected
+from firstorder.conventions import direction
+from firstorder.visibility import (
+    circle_edge_angle,
+    edge_angle_jet,
+    edge_angle_under_rotation,
+    point_edge_angle,
+)
+
+ANGLES = st.floats(-1.3, 1.3)
+
+
+def test_alpha_is_the_direction_of_the_point():
+    point, position, n = jnp.array([0.4, 1.7]), jnp.array([-0.3, 0.2]), 0.35
+    a = point_edge_angle(point, position, n)
+    met = position + a.distance * direction(a.value + n)
+    np.testing.assert_allclose(met, point, rtol=1e-15)
+
+
+def closed(case, order):
+    center, radius, side, position, n, kappa = case
+    a = circle_edge_angle(center, radius, side, position, n, kappa=kappa)
+    return float(a.alpha_x if order == 1 else a.alpha_xx)
+
+
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("order", [1, 2])
+def test_derivatives_along_a_curved_receiver_are_those_of_traced_rays(case, order):
+    truth = bisected(order, *case)
+    assert abs(closed(case, order) - truth) < 1e-12 * abs(truth)
+
+
+def wrong(terms):
+    """alpha_xx with some of its terms changed, at the local angle and distance of a case."""
+
+    def second(case):
+        center, radius, side, position, n, kappa = case
+        a = circle_edge_angle(center, radius, side, position, n, kappa=kappa)
+        s, c, D = np.sin(a.value), np.cos(a.value), float(a.distance)
+        parts = np.array([-2 * s * c / D**2, kappa * s / D, -side * radius * c**2 / D**3])
+        return float(parts @ np.array(terms))
+
+    return second
+
+
+@pytest.mark.parametrize(
+    ("fault", "terms"),
+    [
+        ("none", (1, 1, 1)),
+        ("the blocker's radius is forgotten", (1, 1, 0)),
+        ("the slide has the wrong sign", (1, 1, -1)),
+        ("the distance is held fixed", (0.5, 1, 1)),
+        ("the receiver's bending is forgotten", (1, 0, 1)),
+    ],
+)
+def test_a_fault_in_the_second_derivative_is_seen(fault, terms):
+    errors = [abs(wrong(terms)(c) / bisected(2, *c) - 1.0) for c in CASES]
+    assert (max(errors) > 1e-2) == (fault != "none")
+
+
+def test_towards_the_other_side_the_sign_changes():
+    """R07's 3D angle grows towards +u: there (36) is negative, as (45) says."""
+    point, h = (0.3, 1.1), 1e-6
+    towards = [np.arctan2(point[0] - x, point[1]) for x in (h, -h)]
+    measured = (towards[0] - towards[1]) / (2 * h)
+    assert abs(point_edge_angle(point).alpha_x + measured) < 1e-9
+
+
+@given(ANGLES, st.floats(0.2, 3.0), st.floats(-2.0, 2.0), st.floats(0.1, 10.0))
+def test_scaling_the_scene_scales_derivatives(angle, D, n, scale):
+    point = D * np.asarray(direction(jnp.asarray(angle + n)))
+    one = point_edge_angle(point, n=n, radius=0.3, kappa=0.2)
+    two = point_edge_angle(scale * point, n=n, radius=0.3 * scale, kappa=0.2 / scale)
+    np.testing.assert_allclose(two.value, one.value, atol=1e-14)
+    np.testing.assert_allclose(two.alpha_x * scale, one.alpha_x, rtol=1e-12, atol=1e-13)
+    np.testing.assert_allclose(two.alpha_xx * scale**2, one.alpha_xx, rtol=1e-12, atol=1e-12)
+
+
+def test_the_jet_of_the_place_gives_every_motion():
+    """Along the tangent, and along a curved receiver: q' H q' + g q''."""
+    point, position, n, kappa = jnp.array([0.4, 1.7]), jnp.array([-0.3, 0.2]), 0.35, 0.7
+    jet = edge_angle_jet(point, position, radius=0.2, side=-1.0)
+    a = point_edge_angle(point, position, n, radius=0.2, side=-1.0, kappa=kappa)
+    tangent = jnp.array([np.cos(n), np.sin(n)])
+    normal = direction(jnp.asarray(n))
+    np.testing.assert_allclose(jet.value - n, a.value, rtol=1e-15)
+    np.testing.assert_allclose(jet.gradient @ tangent - kappa, a.alpha_x, rtol=1e-14)
+    along = tangent @ jet.hessian @ tangent + kappa * jet.gradient @ normal
+    np.testing.assert_allclose(along, a.alpha_xx, rtol=1e-14)
+    auto = jax.jit(jax.hessian(lambda q: point_edge_angle(point, q).value))(position)
+    np.testing.assert_allclose(edge_angle_jet(point, position).hessian, auto, rtol=1e-13)
+
+
+def test_a_turn_on_the_spot():
+    a = point_edge_angle((0.3, 2.0), (0.1, 0.0), 0.2)
+    turned = edge_angle_under_rotation(a)
+    slope = jax.grad(lambda n: point_edge_angle((0.3, 2.0), (0.1, 0.0), n).value)(0.2)
+    assert turned.alpha_x == slope == -1.0
+    assert turned.alpha_xx == 0.0
+    assert turned.value == a.value
+
+
+def test_a_small_disc_is_a_corner():
+    corner = point_edge_angle((0.4, 1.3), kappa=0.3)
+    disc = circle_edge_angle((0.4, 1.3), 1e-7, kappa=0.3)
+    for ours, same in zip(jax.tree.leaves(disc), jax.tree.leaves(corner), strict=True):
+        np.testing.assert_allclose(ours, same, atol=3e-7)
+
+
+def test_there_is_no_angle_on_the_point_or_inside_the_disc():
+    """NaN in value, and no NaN in derivatives: a padded slot must not poison a sum."""
+    assert np.isnan(point_edge_angle((0.0, 0.0)).value)
+    assert np.isnan(circle_edge_angle((0.0, 0.5), 1.0).value)
+    assert np.isnan(circle_edge_angle((0.0, 0.5), 0.5).alpha_xx)
+
+    @jax.jit
+    @jax.grad
+    def masked(x):
+        disc, corner = (
+            circle_edge_angle(jnp.stack([x, 0.5]), 1.0),
+            point_edge_angle(jnp.stack([x, 0.0 * x])),
+        )
+        return jnp.nan_to_num(disc.value) + jnp.nan_to_num(corner.value)
+
+    assert masked(0.0) == 0.0
+
+
+def test_discs_behind_and_at_the_side_are_finite():
+    centers = jnp.array([[0.0, -2.0], [2.0, 0.0], [-2.0, 0.0], [0.0, 1.0 + 1e-12]])
+    a = jax.jit(circle_edge_angle)(centers, 1.0)
+    assert all(np.all(np.isfinite(leaf)) for leaf in jax.tree.leaves(a)[:2])
+
+
+@pytest.mark.smoke
+def test_bad_numbers_are_one_sentence():
+    with pytest.raises(ValueError, match=r"^Argument `radius` must be positive, but is 0.0.$"):
+        circle_edge_angle((0.0, 1.0), 0.0)
+    with pytest.raises(ValueError, match=r"^Argument `radius` must not be negative, but is -1.0.$"):
+        point_edge_angle((0.0, 1.0), radius=-1.0)
+    with pytest.raises(ValueError, match=r"^Argument `n` must be finite, but is nan.$"):
+        point_edge_angle((0.0, 1.0), n=np.nan)
+
+
+def test_single_precision_is_kept():
+    with jax.enable_x64(False):
+        a = jax.jit(circle_edge_angle)(jnp.array([0.3, 1.4]), jnp.array(0.5), jnp.array(1.0))
+        assert {leaf.dtype.name for leaf in jax.tree.leaves(a)} == {"float32"}
+    np.testing.assert_allclose(a.alpha_xx, circle_edge_angle((0.3, 1.4), 0.5).alpha_xx, rtol=1e-5)
