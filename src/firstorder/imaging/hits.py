@@ -47,7 +47,7 @@ class GBuffer(eqx.Module):
 
 
 class PrimaryHits(GBuffer):
-    """What the rays of a camera meet first: a `GBuffer` that knows which shapes it shows.
+    """First hits of the rays of a camera: a `GBuffer` that knows which shapes it shows.
 
     Attributes:
         p: image coordinates.

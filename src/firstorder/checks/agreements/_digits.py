@@ -64,7 +64,7 @@ class Event(NamedTuple):
 
 
 class Seen(NamedTuple):
-    """What a receiver sees and gets.
+    """Irradiance at a receiver, and the gaps that it sees.
 
     Attributes:
         value: irradiance.

@@ -23,7 +23,7 @@ WIDTH = 100  # columns of a terminal
 
 @dataclasses.dataclass(frozen=True)
 class Found:
-    """What one way says of one quantity, before anybody judges it.
+    """Answer of one way to one quantity, not judged yet.
 
     Attributes:
         value: the number.
@@ -39,7 +39,7 @@ class Found:
 
 @dataclasses.dataclass(frozen=True)
 class Row:
-    """What one way says of one quantity, judged.
+    """Answer of one way to one quantity, judged.
 
     Attributes:
         quantity: such as `E'`.
@@ -155,7 +155,7 @@ def _judged(quantity, way, found, reference, standard: Found, threshold) -> Row:
 
 
 def attempted(ask: Callable[[], Answer]) -> Answer | str:
-    """What somebody answers, or the reason of a refusal."""
+    """Answer of a function, or the reason of its refusal."""
     try:
         return ask()
     except Refused as refusal:

@@ -202,7 +202,7 @@ class Line:
         return padded(lambda p: _slopes(irradiance, self.scene, self.at, p), self._places(x), 1)
 
     def lit(self, x: np.ndarray) -> np.ndarray:
-        """What the point lights alone give."""
+        """Irradiance from the point lights alone."""
         return padded(lambda p: _lit(self.scene, self.at, p), self._places(x), 0)
 
     def sensed(self, x: np.ndarray, window: Window) -> np.ndarray:

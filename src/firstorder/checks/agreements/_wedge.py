@@ -76,7 +76,7 @@ def outside(scene: Scene, at: Receiver, sizes: Sizes) -> Found:
 
 
 def finer(grid: Grid) -> Grid:
-    """The same box with `FINER` times as many samples along each axis."""
+    """Grid over the box of another, with `FINER` times as many samples along each axis."""
     return Grid(tuple(FINER * n for n in grid.size), tuple(h / FINER for h in grid.step))
 
 

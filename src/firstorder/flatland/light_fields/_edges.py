@@ -297,7 +297,7 @@ class SilhouetteJump(Field):
         return jnp.where(there & ~same, sides[1] - sides[0], 0.0)
 
     def _side(self, number, hit, x, angle, theta, point, sign) -> Scalar:
-        """What is seen on one side.
+        """Radiance seen on one side of an edge.
 
         A ray just inside a limb meets it so flat that its parameter has no useful derivative: the
         limb's own point is found by a ray across the sight instead.

@@ -166,7 +166,7 @@ class LightField(Field):
         return first_shape(self.scene, origins, along, self.line.on), angles
 
     def sent(self, number: Int[Array, ""], x: Scalar, theta: Scalar) -> Scalar:
-        """What one shape, or the environment for -1, sends along a ray that it is known to meet."""
+        """Radiance that a shape, or for -1 the sky, sends along a ray that it is known to meet."""
         shape, along, here = jnp.maximum(number, 0), self.sight(theta), self.eye(x)
         asked = (self.scene, here, along)
         scene, origin, way = jax.lax.stop_gradient(asked) if self.radiance is None else asked
@@ -201,7 +201,7 @@ class LightField(Field):
     # --- the field -------------------------------------------------------------------------------
 
     def at(self, u: Ray) -> Scalar:
-        """What the first hit sends, or the environment; on an edge the mean of its sides."""
+        """Radiance of the first hit or the environment; on an edge the mean of its sides."""
         x, theta = u[0], self.angle(u)
         numbers, angles = self.beside(x, theta)
         return jnp.mean(jax.vmap(lambda k, angle: self.sent(k, x, angle))(numbers, angles))

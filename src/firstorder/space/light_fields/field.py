@@ -76,7 +76,7 @@ class LightField(Field):
         return rays, jax.vmap(self.seen)(rays)
 
     def sent(self, number: Int[Array, ""], u: Ray) -> Scalar:
-        """What one shape, or the sky for -1, sends along a ray that it is known to meet."""
+        """Radiance that a shape, or for -1 the sky, sends along a ray that it is known to meet."""
         origin, along = self.sight(u)
         shape = jnp.maximum(number, 0)
         point, normal, t = self.scene.surface(shape, origin, along, self.plane.on)
@@ -91,7 +91,7 @@ class LightField(Field):
     # --- the field -------------------------------------------------------------------------------
 
     def at(self, u: Ray) -> Scalar:
-        """What the first hit sends, or the sky; on an edge the mean of its sides."""
+        """Radiance of the first hit or the sky; on an edge the mean of its sides."""
         rays, numbers = self.beside(u)
         return jnp.mean(jax.vmap(self.sent)(numbers, rays))
 
