@@ -190,7 +190,10 @@ class Blend(Kernel):
 
     def half_width(self) -> Scalar:
         """Half width of the widest lobe."""
-        return jnp.max(jnp.stack([p.half_width() for p in self.lobes]))
+        widths = jnp.stack([p.half_width() for p in self.lobes])
+        # The derivative of `jnp.max` compares the widths with their largest, and is 1 / 0 where
+        # the compiler computes a width twice and rounds it in two ways.
+        return widths[jnp.argmax(widths)]
 
     def at(self, u: Ray) -> Scalar:
         """Weighted sum."""
