@@ -3,6 +3,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from firstorder.conventions import direction
 from firstorder.flatland import Arcs, Circles, Ellipses, Segments
 from tests.flatland.worlds import bean
 
@@ -80,6 +81,20 @@ def test_a_miss_is_infinite_with_a_gradient_of_zero(name):
         return jnp.where(jnp.isfinite(found[0]), found[0], 0.0) + found[1]
 
     assert jax.grad(t)(0.0) == 0.0
+
+
+@EVERY
+def test_the_distance_that_a_search_asks_for_is_that_of_the_hit(name):
+    """From outside, from inside, and from the shape itself."""
+    shape, rng = only(SHAPES[name]), np.random.default_rng(0)
+    own = np.asarray(jax.vmap(shape.motion)(jnp.asarray(rng.uniform(0.05, 0.95, 400)))[0])
+    origin = jnp.asarray(np.concatenate([rng.uniform(-1.5, 1.5, (800, 2)), own]))
+    along = direction(jnp.asarray(rng.uniform(-np.pi, np.pi, 1200)))
+    on = jnp.arange(1200) >= 800
+    ask = jax.jit(jax.vmap(lambda *ray: (shape.distance(*ray), shape.hit(*ray)[0])))
+    found, hit = (np.asarray(t) for t in ask(origin, along, on))
+    assert 50 < np.isfinite(hit).sum() < 1150
+    assert np.allclose(found, hit, rtol=1e-9, atol=0.0)
 
 
 def test_from_inside_a_circle_the_far_side_is_met():
