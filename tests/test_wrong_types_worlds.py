@@ -140,8 +140,10 @@ ASKED = {
         "weighted_irradiance": lambda s, at: flatland.weighted_irradiance(s, at, jnp.cos),
         "point_light_irradiance": flatland.point_light_irradiance,
         "mirror_irradiance": lambda s, at: flatland.mirror_irradiance(s, at, (0,)),
-        "path_irradiance": lambda s, at: flat_paths.path_irradiance(s, at, KEY, 2),
-        "tree_irradiance": lambda s, at: flat_paths.tree_irradiance(s, at, KEY, (2,), 2),
+        "path_irradiance": lambda s, at: flat_paths.path_irradiance(s, at, key=KEY, paths=2),
+        "tree_irradiance": lambda s, at: flat_paths.tree_irradiance(
+            s, at, key=KEY, branches=(2,), runs=2
+        ),
         "trace_strata": lambda s, at: trace_strata(s, at, hemicircle_strata(4)),
     },
     "space": {
@@ -151,7 +153,7 @@ ASKED = {
         "boundary_gradient": space.boundary_gradient,
         "visible_silhouettes": visible_silhouettes,
         "visibility_by_azimuth": visibility_by_azimuth,
-        "path_irradiance": lambda s, at: pathtrace.path_irradiance(s, at, KEY, 2),
+        "path_irradiance": lambda s, at: pathtrace.path_irradiance(s, at, key=KEY, paths=2),
     },
 }
 ASKED_OTHERWISE = {

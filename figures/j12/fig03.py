@@ -41,7 +41,7 @@ def draw(quick: bool) -> Drawing:
         else:
             truth, _, bound = reference(name, scene, at, quick)
         counts = (paths // 64, paths // 8, paths)
-        found = [path_irradiance(scene, at, key, n, lanes=64) for n in counts]
+        found = [path_irradiance(scene, at, key=key, paths=n, lanes=64) for n in counts]
         _show(ax, name, x, truth, found[-1], paths)
         claims += _claims(name, found, counts, truth, bound)
         arrays |= {f"x_{name}": x, f"truth_{name}": truth}

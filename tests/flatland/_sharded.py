@@ -33,7 +33,7 @@ def measured(x):
             lambda x: irradiance(scene, Receiver(jnp.stack([x, 0.0 * x]), 0.0 * x, 0))
         )
     )(x)
-    found = path_irradiance(scene, at, jax.random.key(3), 4000, lanes=64)
+    found = path_irradiance(scene, at, key=jax.random.key(3), paths=4000, lanes=64)
     return E, slope, found.mean, found.error
 
 

@@ -58,7 +58,9 @@ def tree_measured() -> float:
     ends = np.arctan2([-(0.9 - 0.2), 0.4 + 0.2], [1.0, 0.7])
     truth = 1.3 * quad(np.cos, *ends)[0]
     at = Receiver(np.array([[0.2, 0.0]]), np.zeros(1), np.array([-1]))
-    z = z_test_of(tree_irradiance(Scene.of(lamp), at, jax.random.key(1), (16,), 2000), truth)
+    z = z_test_of(
+        tree_irradiance(Scene.of(lamp), at, key=jax.random.key(1), branches=(16,), runs=2000), truth
+    )
     return z.worst / z.threshold
 
 
@@ -135,7 +137,9 @@ def paths_measured() -> float:
 
     room = Scene.of(primitive(box((0.0, 0.0), (1.0, 1.0), inward=True), emission=0.4, albedo=0.5))
     at = Receiver(np.array([[0.3, 0.0], [0.9, 0.4]]), np.array([0.0, 1.0]), np.array([0, -1]))
-    z = z_test_of(path_irradiance(room, at, jax.random.key(2), 20_000), 2 * 0.4 / (1 - 0.5))
+    z = z_test_of(
+        path_irradiance(room, at, key=jax.random.key(2), paths=20_000), 2 * 0.4 / (1 - 0.5)
+    )
     return z.worst / z.threshold
 
 

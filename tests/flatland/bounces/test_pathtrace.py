@@ -11,6 +11,7 @@ from figures.j12.shared.scenes import counted
 from firstorder.checks.statistics import LEVEL, chi_square, error_slope, z_test, z_test_of
 from firstorder.flatland import Circles, PointLights, Receiver, Scene, Segments, box, primitive
 from firstorder.flatland.bounces import _scatter as scattering
+from firstorder.flatland.bounces import pathtrace
 from firstorder.flatland.bounces._scatter import Surface, reflect, scatter
 from firstorder.flatland.bounces.pathtrace import path_irradiance, path_radiance, tree_irradiance
 from firstorder.flatland.library._scenes import scene_b, scene_d
@@ -52,7 +53,9 @@ def line_light(blocked):
 @pytest.mark.parametrize("blocked", [False, True])
 @pytest.mark.parametrize("next_event", [False, True])
 def test_scenes_a_and_b_are_their_closed_forms(blocked, next_event, key):
-    E = path_irradiance(line_light(blocked), FLOOR, key, 20_000, next_event=next_event, lanes=500)
+    E = path_irradiance(
+        line_light(blocked), FLOOR, key=key, paths=20_000, next_event=next_event, lanes=500
+    )
     assert z_test_of(E, lamp_minus_blocker(X, blocked)).passed
     assert not z_test_of(E, lamp_minus_blocker(X, not blocked)).passed
     assert E.mean.dtype == jnp.float64
@@ -62,7 +65,7 @@ def test_scenes_a_and_b_are_their_closed_forms(blocked, next_event, key):
 def test_the_error_falls_with_the_square_root(key):
     """And the error bar says how large it is."""
     counts, truth = (500, 2000, 8000, 32_000), lamp_minus_blocker(X, True)
-    runs = [path_irradiance(line_light(True), FLOOR, key, n, lanes=500) for n in counts]
+    runs = [path_irradiance(line_light(True), FLOOR, key=key, paths=n, lanes=500) for n in counts]
     fit = error_slope(counts, [np.sqrt(np.mean(np.square(E.error))) for E in runs])
     assert abs(fit.slope + 0.5) < 0.02
     z = np.stack([E.z(truth) for E in runs])
@@ -88,14 +91,14 @@ FURNACE = 2.0 * E0 / (1.0 - RHO)
 
 @pytest.mark.parametrize("how", [{}, {"next_event": False}, {"survival": 0.3}])
 def test_a_furnace_is_even(how, key):
-    E = path_irradiance(furnace(), INSIDE, key, 20_000, **ROOM, **how)
+    E = path_irradiance(furnace(), INSIDE, key=key, paths=20_000, **ROOM, **how)
     assert z_test_of(E, FURNACE).passed
     assert float(jnp.max(E.error)) < 0.1
 
 
 @pytest.mark.parametrize("bounces", [0, 1, 3])
 def test_a_furnace_after_so_many_reflections(bounces, key):
-    E = path_irradiance(furnace(), INSIDE, key, 20_000, bounces, **ROOM)
+    E = path_irradiance(furnace(), INSIDE, key=key, paths=20_000, bounces=bounces, **ROOM)
     truth = 2.0 * E0 * (1.0 - RHO ** (bounces + 1)) / (1.0 - RHO)
     assert z_test_of(E, truth).passed
     assert not z_test_of(E, truth / RHO).passed
@@ -103,7 +106,7 @@ def test_a_furnace_after_so_many_reflections(bounces, key):
 
 def test_a_tree_is_the_same_light_cut_off(key):
     """J12 (28) with one reflection; lights are met by chance."""
-    E = tree_irradiance(furnace(), INSIDE, key, (4, 2), 400)
+    E = tree_irradiance(furnace(), INSIDE, key=key, branches=(4, 2), runs=400)
     # In a furnace every ray finds the same: no noise at all (the ledger has a noisy tree).
     np.testing.assert_allclose(E.mean, 2.0 * E0 * (1.0 + RHO), rtol=1e-12)
     assert float(jnp.max(E.error)) < 1e-12
@@ -135,16 +138,39 @@ FAULTS = {
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_wrong_path_is_noticed(fault, key):
-    E = path_irradiance(furnace(), INSIDE, key, 20_000, scatter=wrong(FAULTS[fault]), **ROOM)
+    E = path_irradiance(
+        furnace(), INSIDE, key=key, paths=20_000, scatter=wrong(FAULTS[fault]), **ROOM
+    )
     assert bool(jnp.all(jnp.isfinite(E.mean)))
     assert not z_test_of(E, FURNACE).passed
+
+
+def _unweighted(right):
+    def roulette(u, chance):
+        on, _, again = right(u, chance)
+        return on, jnp.ones_like(chance), again
+
+    return roulette
+
+
+def test_a_roulette_without_its_weight_is_noticed(key, monkeypatch):
+    monkeypatch.setattr(pathtrace, "roulette", _unweighted(pathtrace.roulette))
+    plain = pathtrace._traced.__wrapped__  # pyright: ignore[reportFunctionMemberAccess]
+    monkeypatch.setattr(pathtrace, "_traced", eqx.filter_jit(lambda *a: plain(*a)))  # trace again
+    E = path_irradiance(furnace(), INSIDE, key=key, paths=20_000, **ROOM)
+    assert not z_test_of(E, FURNACE).passed
+    # Where the number of reflections is given there is no roulette to get wrong.
+    E = path_irradiance(furnace(), INSIDE, key=key, paths=20_000, bounces=3, **ROOM)
+    assert z_test_of(E, FURNACE * (1.0 - RHO**4)).passed
 
 
 def test_both_ways_to_look_for_light_agree(key):
     """Glossy, mirror, sky, emitting circle, point light: two estimators that share few terms."""
     scene, at = _mixed(), _around(_mixed(), 0)
-    with_lights = path_irradiance(scene, at, key, 500, lanes=32)
-    by_chance = path_irradiance(scene, at, jax.random.key(1), 500, next_event=False, lanes=32)
+    with_lights = path_irradiance(scene, at, key=key, paths=500, lanes=32)
+    by_chance = path_irradiance(
+        scene, at, key=jax.random.key(1), paths=500, next_event=False, lanes=32
+    )
     error = np.hypot(with_lights.error, by_chance.error)
     assert z_test(with_lights.mean, error, by_chance.mean).passed
     total = np.sum(by_chance.mean), np.sqrt(np.sum(error**2))
@@ -178,7 +204,7 @@ def test_reciprocity_between_two_surfaces(key):
     for light, lit in ((2, 0), (0, 2)):
         emission = jnp.zeros((3, 2)).at[light, 0].set(1.0)
         there = eqx.tree_at(lambda s: s.material.emission, scene, emission)
-        E = path_irradiance(there, _around(there, lit), key, 500, lanes=32)
+        E = path_irradiance(there, _around(there, lit), key=key, paths=500, lanes=32)
         length = float(there.length(lit))
         sent.append((length * E.mean.mean(), length * np.sqrt(np.mean(E.error**2) / 64)))
     (ab, error_ab), (ba, error_ba) = sent
@@ -192,7 +218,7 @@ def test_scene_d_is_what_counted_rays_make_of_it(key):
     fine, direct = counted(x, True, 64, 2880)
     bound = np.max(np.abs(fine - counted(x, True, 48, 2160)[0]))
     at = Receiver(np.stack([x, 0 * x], -1), 0 * x, jnp.zeros(4, int))
-    E = path_irradiance(scene_d(), at, key, 20_000)
+    E = path_irradiance(scene_d(), at, key=key, paths=20_000)
     assert bound < 2e-3
     assert z_test_of(E, fine, truth_error=bound).passed
     assert not z_test_of(E, direct).passed
@@ -259,7 +285,7 @@ def test_a_mirror_shows_the_lamp_and_a_gloss_its_blur(key):
         specular=jnp.array([0.0, 0.6]),
         exponent=9.0,
     )
-    L = path_radiance(Scene.of(lamp, floor), *rays, key, 20_000)
+    L = path_radiance(Scene.of(lamp, floor), *rays, key=key, paths=20_000)
     ends = np.arctan2(-(np.array([0.5, -0.5]) - 0.2), 1.0)  # from (0.2, 0)
     t, w = np.polynomial.legendre.leggauss(60)
     a = 0.5 * (ends[1] + ends[0]) + 0.5 * (ends[1] - ends[0]) * t
@@ -281,7 +307,7 @@ def test_single_precision(key):
     at = Receiver(
         jnp.asarray(FLOOR.position, jnp.float32), jnp.asarray(FLOOR.n, jnp.float32), FLOOR.on
     )
-    E = path_irradiance(scene, at, key, 20_000, lanes=500)
+    E = path_irradiance(scene, at, key=key, paths=20_000, lanes=500)
     assert E.mean.dtype == E.error.dtype == jnp.float32
     assert z_test_of(E, lamp_minus_blocker(X, True), truth_error=1e-5).passed
 
@@ -289,7 +315,8 @@ def test_single_precision(key):
 def test_what_one_receiver_finds_does_not_depend_on_the_others(key):
     others = Receiver(FLOOR.position.at[1:, 0].add(0.1), FLOOR.n, FLOOR.on)
     row, other = (
-        path_irradiance(line_light(True), at, key, 1000, lanes=500) for at in (FLOOR, others)
+        path_irradiance(line_light(True), at, key=key, paths=1000, lanes=500)
+        for at in (FLOOR, others)
     )
     assert row.mean[0] == other.mean[0]
     assert bool(jnp.all(row.mean[1:] != other.mean[1:]))
@@ -298,11 +325,11 @@ def test_what_one_receiver_finds_does_not_depend_on_the_others(key):
 def test_bad_arguments_are_one_sentence(key):
     scene = line_light(True)
     with pytest.raises(ValueError, match=r"^Argument `paths` must be at least 2, but is 1\.$"):
-        path_irradiance(scene, FLOOR, key, 1)
+        path_irradiance(scene, FLOOR, key=key, paths=1)
     with pytest.raises(ValueError, match="`bounces` must not be negative"):
-        path_irradiance(scene, FLOOR, key, 9, -1)
+        path_irradiance(scene, FLOOR, key=key, paths=9, bounces=-1)
     with pytest.raises(ValueError, match="`survival` must lie in"):
-        path_irradiance(scene, FLOOR, key, 9, survival=1.5)
+        path_irradiance(scene, FLOOR, key=key, paths=9, survival=1.5)
     with pytest.raises(ValueError, match="`branches` must hold positive"):
-        tree_irradiance(scene, FLOOR, key, (), 9)
+        tree_irradiance(scene, FLOOR, key=key, branches=(), runs=9)
     assert scattering.scatter is scatter

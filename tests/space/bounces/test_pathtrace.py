@@ -33,15 +33,48 @@ def on_floor(scene):
 @pytest.mark.smoke
 def test_in_a_furnace_every_path_brings_the_same(furnace, key):
     """E after k reflections is pi (1 + a + ... + a^k), without any variance."""
-    found = path_irradiance(furnace, on_floor(furnace), key, 64, 3, next_event=False)
+    found = path_irradiance(
+        furnace, on_floor(furnace), key=key, paths=64, bounces=3, next_event=False
+    )
     assert normwise(found.mean, np.pi * TERMS[3] * np.ones(2)) < rounding(100)
     assert np.all(np.asarray(found.error) < 1e-6)
 
 
 def test_sampled_lights_in_a_furnace(furnace, key):
-    found = path_irradiance(furnace, on_floor(furnace), key, PATHS, 2)
+    found = path_irradiance(furnace, on_floor(furnace), key=key, paths=PATHS, bounces=2)
     assert z_test_of(found, np.pi * TERMS[2]).passed
     assert np.all(np.asarray(found.error) > 1e-4)
+
+
+ALL = np.pi / (1.0 - ALBEDO)  # light after any number of reflections
+
+
+def furnace_errors(furnace, key, **how):
+    """Deviations of all light in a closed furnace from pi e / (1 - a), in standard errors."""
+    found = path_irradiance(furnace, on_floor(furnace), key=key, paths=PATHS, **how)
+    assert np.all(np.asarray(found.error) < 0.02 * ALL)
+    assert found.count == PATHS
+    return z_test_of(found, ALL)
+
+
+@pytest.mark.parametrize("how", [{}, {"next_event": False}, {"survival": 0.5}, {"lanes": 100}])
+def test_in_a_furnace_roulette_finds_all_light(how, furnace, key):
+    """E = pi e / (1 - a), the sum of the geometric series; fewer reflections are told apart."""
+    assert furnace_errors(furnace, key, **how).passed
+    assert not furnace_errors(furnace, key, **how, bounces=3).passed
+
+
+def test_radiance_in_a_furnace_is_even(furnace, key):
+    eye, along = np.array([[0.5, 0.5, 0.5]] * 2), np.array([[0.0, 0.6, 0.8], [0.0, 0.0, -1.0]])
+    found = path_radiance(furnace, eye, along, key=key, paths=PATHS)
+    assert z_test_of(found, 1.0 / (1.0 - ALBEDO)).passed
+
+
+def test_results_of_a_receiver_do_not_depend_on_those_behind_it(furnace, key):
+    at = on_floor(furnace)
+    first = jax.tree.map(lambda a: a[:1], at)
+    one, both = (path_irradiance(furnace, a, key=key, paths=256, lanes=32) for a in (first, at))
+    np.testing.assert_allclose(one.mean[0], both.mean[0], rtol=1e-12)
 
 
 def reflected(places, n=40):
@@ -70,28 +103,39 @@ def box():
 def box_errors(box, key):
     """Deviations of direct and of all light, in standard errors; and the thresholds."""
     scene, direct, once = box
-    both = [path_irradiance(scene, on_floor(scene), key, PATHS, k) for k in (0, 1)]
+    both = [
+        path_irradiance(scene, on_floor(scene), key=key, paths=PATHS, bounces=k) for k in (0, 1)
+    ]
     return z_test_of(both[0], direct), z_test_of(both[1], direct + once)
 
 
 def test_direct_and_once_reflected_light_in_the_box_of_j12(box, key):
     assert all(z.passed for z in box_errors(box, key))
     scene, direct, _ = box
-    chance = path_irradiance(scene, on_floor(scene), key, PATHS, 0, next_event=False)
+    chance = path_irradiance(
+        scene, on_floor(scene), key=key, paths=PATHS, bounces=0, next_event=False
+    )
     assert z_test_of(chance, direct).passed
     # The reflection is seen: without it the numbers would be far off.
-    assert not z_test_of(path_irradiance(scene, on_floor(scene), key, PATHS, 1), direct).passed
+    assert not z_test_of(
+        path_irradiance(scene, on_floor(scene), key=key, paths=PATHS, bounces=1), direct
+    ).passed
 
 
 def test_the_error_falls_as_the_root_of_the_number_of_paths(box, key):
     scene, direct, _ = box
     counts = np.array([64, 256, 1024, 4096])
     runs = jax.random.split(key, 8)
-    off = [
-        np.sqrt(np.mean([(path_irradiance(scene, on_floor(scene), k, int(n)).mean - direct) ** 2
-                         for k in runs]))
-        for n in counts
-    ]  # fmt: skip
+
+    def off_by(count):
+        """Root mean square of the deviations of eight runs."""
+        each = [
+            path_irradiance(scene, on_floor(scene), key=k, paths=int(count), bounces=0).mean
+            for k in runs
+        ]
+        return np.sqrt(np.mean((np.array(each) - direct) ** 2))
+
+    off = [off_by(count) for count in counts]
     assert abs(error_slope(counts, off).slope + 0.5) < 0.15
 
 
@@ -104,13 +148,15 @@ def lamp_errors(key):
     )
     at = receiver(PLACES, on=1)
     truth = jax.jit(jax.vmap(lambda a: irradiance(scene, a)))(at)
-    return z_test_of(path_irradiance(scene, at, key, PATHS), truth), truth, scene, at
+    found = path_irradiance(scene, at, key=key, paths=PATHS, bounces=0)
+    return z_test_of(found, truth), truth, scene, at
 
 
 def test_an_ellipsoid_as_a_lamp(key):
     sampled, truth, scene, at = lamp_errors(key)
     assert sampled.passed
-    assert z_test_of(path_irradiance(scene, at, key, 8 * PATHS, next_event=False), truth).passed
+    chance = path_irradiance(scene, at, key=key, paths=8 * PATHS, bounces=0, next_event=False)
+    assert z_test_of(chance, truth).passed
 
 
 @pytest.mark.parametrize(("specular", "exponent", "albedo"), [(0.0, 0.0, 0.7), (0.4, 20.0, 0.3)])
@@ -121,12 +167,12 @@ def test_under_a_white_sky_a_floor_shows_its_albedo(specular, exponent, albedo, 
     )
     scene = Scene.of(floor, environment=1.0)
     eye, down = np.array([[0.0, 0.0, 2.0]]), np.array([[0.0, 0.0, -1.0]])
-    found = path_radiance(scene, eye, down, key, PATHS, 1)
+    found = path_radiance(scene, eye, down, key=key, paths=PATHS, bounces=1)
     # Without gloss every path brings the same, and only rounding is left of the error.
     assert z_test_of(found, specular + albedo, truth_error=1e-14).passed
-    up = path_radiance(scene, eye, -down, key, 4, 1)
+    up = path_radiance(scene, eye, -down, key=key, paths=4, bounces=1)
     assert up.mean.tolist() == [1.0]
-    assert path_radiance(scene, eye, down, key, 4, 0).mean.tolist() == [0.0]
+    assert path_radiance(scene, eye, down, key=key, paths=4, bounces=0).mean.tolist() == [0.0]
 
 
 # --- faults --------------------------------------------------------------------------------------
@@ -155,22 +201,73 @@ FAULTS = {
 }
 
 
-@pytest.mark.parametrize("fault", FAULTS)
-def test_a_wrong_path_is_noticed(fault, box, key, monkeypatch):
-    name, wrong = FAULTS[fault]
+def put_in(monkeypatch, name, wrong):
+    """A wrong twin in the place of a part, in a program that is traced again."""
     monkeypatch.setattr(pathtrace, name, wrong(getattr(pathtrace, name)))
     plain = pathtrace._traced.__wrapped__  # pyright: ignore[reportFunctionMemberAccess]
-    monkeypatch.setattr(pathtrace, "_traced", eqx.filter_jit(lambda *a: plain(*a)))  # trace again
+    monkeypatch.setattr(pathtrace, "_traced", eqx.filter_jit(lambda *a: plain(*a)))
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_wrong_path_is_noticed(fault, box, key, monkeypatch):
+    put_in(monkeypatch, *FAULTS[fault])
     z = lamp_errors(key)[0] if "lamp" in fault else box_errors(box, key)[1]
     assert np.all(np.isfinite(z.z))
     assert not z.passed
 
 
+def _unweighted(right):
+    def roulette(u, chance):
+        on, _, again = right(u, chance)
+        return on, jnp.ones_like(chance), again
+
+    return roulette
+
+
+def _early(right):
+    """Ends paths at the receiver too."""
+
+    def chance(total, depth, length):
+        return jnp.where(depth == 0, length.survival, right(total, depth, length))
+
+    return chance
+
+
+def _off_by_a_little(right):
+    def roulette(u, chance):
+        on, weight, again = right(u, chance)
+        return on, jnp.where(chance < 1.0, 0.97 * weight, weight), again
+
+    return roulette
+
+
+ROULETTE = {
+    "what survives does not count for what ended": _unweighted,
+    "what survives counts a little too little": _off_by_a_little,
+}
+
+
+@pytest.mark.parametrize("fault", ROULETTE)
+def test_a_wrong_roulette_is_noticed(fault, furnace, key, monkeypatch):
+    put_in(monkeypatch, "roulette", ROULETTE[fault])
+    assert not furnace_errors(furnace, key).passed
+
+
+def test_the_receiver_may_play_roulette_too(furnace, key, monkeypatch):
+    """Any chance is right, as long as it is paid for: only the error depends on it."""
+    put_in(monkeypatch, "survival_chance", _early)
+    assert furnace_errors(furnace, key).passed
+
+
 @pytest.mark.parametrize(
     ("ask", "words"),
     [
-        (lambda s, k: path_irradiance(s, on_floor(s), k, 1), "at least 2"),
-        (lambda s, k: path_irradiance(s, on_floor(s), k, 4, -1), "not be negative"),
+        (lambda s, k: path_irradiance(s, on_floor(s), key=k, paths=1), "at least 2"),
+        (
+            lambda s, k: path_irradiance(s, on_floor(s), key=k, paths=4, bounces=-1),
+            "not be negative",
+        ),
+        (lambda s, k: path_irradiance(s, on_floor(s), key=k, paths=4, survival=1.0), "`survival`"),
     ],
 )
 def test_bad_input_is_one_sentence(ask, words, furnace, key):

@@ -54,7 +54,11 @@ def by_paths(
     found = np.array(
         [
             [
-                float(path_irradiance(scene, Receiver(p, at.n, at.on), key, paths, 0).mean)
+                float(
+                    path_irradiance(
+                        scene, Receiver(p, at.n, at.on), key=key, paths=paths, bounces=0
+                    ).mean
+                )
                 for p in places
             ]
             for key in keys

@@ -24,6 +24,7 @@ from firstorder.flatland.bounces._scatter import Scattered, Surface, reflect
 from firstorder.flatland.intersect import nearest, occluded
 from firstorder.flatland.scene import Scene
 from firstorder.numerics._planar import cross_2d, dot_2d, left
+from firstorder.sampling._paths import Lengths
 from firstorder.scene._primitives import BACK, FRONT
 
 Scatter = Callable[[Surface, tuple[Array, Array], Array, bool], Scattered]
@@ -72,16 +73,14 @@ class Plan(NamedTuple):
     """Options by which paths are made.
 
     Attributes:
-        bounces: the most reflections.
+        length: of paths, how it ends.
         next_event: 1 if lights are sampled, 0 if only point lights are.
-        survival: the most that roulette lets go on.
         glossy: whether any shape has a glossy lobe; decided before compilation.
         scatter: what surfaces do.
     """
 
-    bounces: Int[Array, ""]
+    length: Lengths
     next_event: Float[Array, ""]
-    survival: Float[Array, ""]
     glossy: bool
     scatter: Scatter
 

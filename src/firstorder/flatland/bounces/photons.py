@@ -13,10 +13,10 @@ from firstorder.errors import check_positive
 from firstorder.flatland.bounces import _scatter as scattering
 from firstorder.flatland.bounces._light_sampling import Lights, lengths, lights
 from firstorder.flatland.bounces._vertices import Plan, Scatter, has_gloss, meet, plane_direction
-from firstorder.flatland.bounces.pathtrace import SURVIVAL
 from firstorder.flatland.scene import Scene
 from firstorder.numerics._planar import dot_2d, left
 from firstorder.sampling._distributions import CosineDirections
+from firstorder.sampling._paths import SURVIVAL, path_lengths
 from firstorder.scene._primitives import BACK, FRONT
 
 
@@ -62,7 +62,7 @@ def trace_photons(
         scatter: what surfaces do.
 
     Raises:
-        ValueError: if there is no photon.
+        ValueError: if there is no photon, bounces are negative or `survival` is not in (0, 1).
 
     Reference: J12 §4.4.
 
@@ -75,7 +75,7 @@ def trace_photons(
         6.283185
     """
     check_positive("count", count)
-    plan = Plan(jnp.array(0), jnp.array(0.0), jnp.asarray(survival), has_gloss(scene), scatter)
+    plan = Plan(path_lengths(bounces, survival), jnp.array(0.0), has_gloss(scene), scatter)
     return _thrown(scene, key, count, bounces, plan)
 
 
@@ -129,7 +129,7 @@ def _thrown(scene: Scene, key, count: int, bounces: int, plan: Plan) -> Photons:
             v.cosine,
         )
         u = jax.random.uniform(key, (count, 3), dtype)
-        survive = jnp.minimum(v.surface.total, plan.survival)
+        survive = jnp.minimum(v.surface.total, plan.length.survival)
         chance = jnp.where(survive > 0.0, survive, 1.0)
         alive = landed & (u[:, 0] < survive)
         u = u.at[:, 0].divide(chance)

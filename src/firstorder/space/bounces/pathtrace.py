@@ -1,11 +1,13 @@
-r"""Path tracing in space: light after a given number of bounces, the brute-force reference.
+r"""Path tracing in space: light after any number of bounces, the brute-force reference.
 
     E ~ (1/N) sum over paths of prod_j f cos / pdf  L_e                           (J12 eqs. 28, 29)
 
 At every vertex one light is sampled (next-event estimation), and the path's own direction meets
 lights by chance; both are weighted by their densities (balance heuristic). Boxes, cylinders and
-planes that shine, and the sky, are met by chance only. There is no roulette: a path has as many
-reflections as it is asked for, so a reference of the same depth has the same mean exactly.
+planes that shine, and the sky, are met by chance only. A path of any number of bounces ends by
+Russian roulette; where `bounces` is given there is none, so that every path is followed to the
+same depth. Lanes, random numbers and how receivers spread over devices are flatland's
+(`firstorder.flatland.bounces.pathtrace`).
 
 No silhouette, contour or derivative is used here, which is what makes it a reference. It has no
 gradients: paths jump.
@@ -23,14 +25,25 @@ from jaxtyping import Array, ArrayLike, Float, Int, PRNGKeyArray
 
 from firstorder.conventions import cylindrical
 from firstorder.numerics._vectors import cross, dot, matvec, norm, orthonormal_frame
-from firstorder.sampling.estimates import Estimate, Moments
+from firstorder.sampling._paths import (
+    LANES,
+    SURVIVAL,
+    Gathered,
+    Lengths,
+    check_many,
+    path_lengths,
+    roulette,
+    survival_chance,
+    walk,
+)
+from firstorder.sampling.estimates import Estimate
 from firstorder.scene._arguments import check_asked, check_kind
 from firstorder.space.intersect import nearest, occluded
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import BACK, FRONT, Scene
 from firstorder.space.shapes.kinds import Discs, Ellipsoids, Rectangles, Triangles
 
-BATCH = 8192  # paths under way at a time
+NUMBERS = 6  # uniform numbers in a step: roulette and lobe, two for a direction, three for a light
 
 Rows = Float[Array, "n 3"]
 
@@ -62,29 +75,36 @@ class _Vertex(NamedTuple):
 def path_irradiance(
     scene: Scene,
     at: Receiver,
+    *,
     key: PRNGKeyArray,
     paths: int,
-    bounces: int = 0,
-    *,
+    bounces: int | None = None,
     next_event: bool = True,
+    survival: float = SURVIVAL,
+    lanes: int | None = None,
 ) -> Estimate:
-    """Irradiance by path tracing: light that was reflected at most `bounces` times.
+    """Irradiance by path tracing: direct light and light after any number of bounces.
 
-    Unbiased for that, with an error that falls as `paths^(-1/2)`.
+    Unbiased, with an error that falls as `paths^(-1/2)`. There is no derivative (paths are drawn,
+    and jump): take gradients of `irradiance` or of the radiosity solution.
 
     Args:
         scene: what shines and reflects.
         at: receivers, one or a row of them.
         key: of JAX.
-        paths: for each receiver, two or more; rounded up to whole batches.
-        bounces: the most reflections of a path; 0 for direct light.
-        next_event: whether lights are sampled at every vertex.
+        paths: for each receiver, two or more.
+        bounces: the most reflections of a path, 0 for direct light; None for any number.
+        next_event: whether lights are sampled at every vertex; False leaves emitters to chance.
+        survival: the most that roulette lets go on; below it a path goes on with the share that
+            the surface reflects. Roulette ends paths only where `bounces` is None.
+        lanes: for each receiver; more is faster until the cache is full.
 
     Returns:
         Mean, standard error and number of paths, for each receiver [W/m^2].
 
     Raises:
-        ValueError: if there are fewer than two paths, or bounces are negative.
+        ValueError: if there are fewer than two paths, bounces are negative or `survival` is not in
+            (0, 1).
 
     Reference: J12 §4.3, eq. 29, in space.
 
@@ -95,7 +115,7 @@ def path_irradiance(
         >>> from firstorder.space.library._scenes import j12_box
         >>> from firstorder.space.bounces.pathtrace import path_irradiance
         >>> scene, at = j12_box(), receiver((0.5, 0.5, 0.0), on=0)
-        >>> E = path_irradiance(scene, at, jax.random.key(0), 4096)
+        >>> E = path_irradiance(scene, at, key=jax.random.key(0), paths=4096, bounces=0)
         >>> bool(abs(E.z(irradiance(scene, at))) < 4)
         True
     """
@@ -105,95 +125,105 @@ def path_irradiance(
     one = jnp.ones(position.shape[0], position.dtype)
     start = _Vertex(position, normal, jnp.asarray(at.on).reshape(-1), 0.0 * position, jnp.pi * one,
                    0.0 * one, 0.0 * one)  # fmt: skip
-    zero = jnp.zeros_like(one)
-    return _run(scene, start, zero, key, paths, bounces, next_event, shape)
+    mean, error = _paths(
+        scene, start, key, paths, lanes, path_lengths(bounces, survival), next_event
+    )
+    return Estimate(mean.reshape(shape), error.reshape(shape), paths)
 
 
 def path_radiance(
     scene: Scene,
     origin: Float[ArrayLike, "*r 3"],
     along: Float[ArrayLike, "*r 3"],
+    *,
     key: PRNGKeyArray,
     paths: int,
-    bounces: int = 1,
-    *,
+    bounces: int | None = None,
     next_event: bool = True,
+    survival: float = SURVIVAL,
+    lanes: int | None = None,
 ) -> Estimate:
-    """Radiance that comes to a point against a direction, reflected at most `bounces` times.
+    """Radiance that comes to a point against a direction, by path tracing.
 
     Args:
         scene: what shines and reflects.
         origin: where the rays start [m].
         along: unit vectors to where the light comes from.
         key: of JAX.
-        paths: for each ray.
-        bounces: the most reflections of a path; 0 for what is emitted alone.
+        paths: for each ray, two or more.
+        bounces: the most reflections of a path, 0 for what is emitted alone; None for any number.
         next_event: as in `path_irradiance`.
+        survival: as in `path_irradiance`.
+        lanes: for each ray.
 
     Returns:
         Mean, standard error and number of paths, for each ray [W/(m^2 sr)].
+
+    Raises:
+        ValueError: as in `path_irradiance`.
+
+    Reference: J12 §4.3, eq. 29, in space.
     """
     check_kind("scene", scene, Scene)
     origin, along = (jnp.asarray(a, dtype=jnp.result_type(float)) for a in (origin, along))
     shape = along.shape[:-1]
     origin = jnp.broadcast_to(origin, along.shape).reshape(-1, 3)
     along = along.reshape(-1, 3)
-    vertex, there, L = _met(scene, origin, along, jnp.full(along.shape[0], -1))
+    start, emitted = _first(scene, origin, along)
     if bounces == 0:
-        return Estimate(L.reshape(shape), jnp.zeros(shape), paths)
-    # A ray that meets nothing reflects nothing.
-    vertex = vertex._replace(
-        albedo=jnp.where(there, vertex.albedo, 0.0), specular=jnp.where(there, vertex.specular, 0.0)
-    )
-    return _run(scene, vertex, L, key, paths, bounces - 1, next_event, shape)
-
-
-def _run(scene, start: _Vertex, emitted, key, paths: int, bounces: int, next_event, shape):
-    if paths < 2:
-        raise ValueError(f"Argument `paths` must be at least 2, but is {paths}.")
-    if bounces < 0:
-        raise ValueError(f"Argument `bounces` must not be negative, but is {bounces}.")
-    rows = start.on.shape[0]
-    lanes = min(paths, max(BATCH // rows, 1))
-    batches = -(-paths // lanes)
-    lights = _lights(scene) if next_event else ()
-    seen = _traced(scene, start, key, lanes, batches, bounces, lights)
-    mean, error = seen.mean + emitted, seen.error
-    return Estimate(mean.reshape(shape), error.reshape(shape), lanes * batches)
+        return Estimate(emitted.reshape(shape), jnp.zeros(shape), paths)
+    length = path_lengths(None if bounces is None else bounces - 1, survival)
+    mean, error = _paths(scene, start, key, paths, lanes, length, next_event)
+    return Estimate((mean + emitted).reshape(shape), error.reshape(shape), paths)
 
 
 # --- paths ---------------------------------------------------------------------------------------
 
 
 @eqx.filter_jit
-def _traced(scene: Scene, start: _Vertex, key, lanes: int, batches: int, bounces: int, lights):
-    """All paths of all receivers, batch after batch."""
+def _first(scene: Scene, origin: Rows, along: Rows) -> tuple[_Vertex, Array]:
+    """Where rays arrive, and what is emitted there; a ray that meets nothing reflects nothing."""
+    vertex, there, L = _met(scene, origin, along, jnp.full(along.shape[0], -1))
+    albedo, specular = (jnp.where(there, a, 0.0) for a in (vertex.albedo, vertex.specular))
+    return vertex._replace(albedo=albedo, specular=specular), L
+
+
+def _paths(scene, start: _Vertex, key, paths: int, lanes: int | None, length: Lengths, next_event):
+    """Checks, and one row of first vertices."""
+    check_many("paths", paths)
+    lanes = min(paths, lanes or max(LANES // start.on.shape[0], 1))
+    lights = _lights(scene) if next_event else ()
+    # How many paths is no part of the program: it is compiled once for all numbers.
+    return _traced(scene, start, key, jnp.asarray(paths), lanes, length, lights)
+
+
+@eqx.filter_jit
+def _traced(scene: Scene, start: _Vertex, key, paths, lanes: int, length: Lengths, lights):
+    """All paths of all rows."""
     scene, start = jax.lax.stop_gradient((scene, start))
-    rows = start.on.shape[0]
-    first = jax.tree.map(lambda a: jnp.repeat(a, lanes, axis=0), start)
-    n, dtype = rows * lanes, start.position.dtype
 
-    def bounce(carry, key):
-        vertex, weight, value = carry
-        u = jax.random.uniform(key, (n, 6), dtype)
-        value = value + weight * _sampled(scene, vertex, u[:, 3:], lights)
-        along, factor, density = _scattered(vertex, u[:, :3])
-        met, there, L = _met(scene, vertex.position, along, vertex.on)
-        other = _light_density(scene, vertex.position, met, there, lights)
-        share = density / jnp.where(density > 0.0, density + other, 1.0)
-        value = value + weight * factor * share * L
-        weight = jnp.where(there, weight * factor, 0.0)
-        return (met, weight, value), None
+    def advance(here: _Vertex, weight, depth, u) -> Gathered:
+        return _advance(scene, lights, length, here, weight, depth, u)
 
-    def batch(seen: Moments, key):
-        one = jnp.ones(n, dtype)
-        keys = jax.random.split(key, bounces + 1)
-        (_, _, value), _ = jax.lax.scan(bounce, (first, one, 0.0 * one), keys)
-        return seen.add(value), None
+    return walk(start, key, paths, lanes, NUMBERS, advance)
 
-    none = Moments.none((n,), dtype)
-    seen, _ = jax.lax.scan(batch, none, jax.random.split(key, batches))
-    return jax.tree.map(lambda a: a.reshape(rows, lanes), seen).merged().estimate()
+
+def _advance(scene, lights, length: Lengths, here: _Vertex, weight, depth, u) -> Gathered:
+    """One vertex of every path: sample a light, go on, and add what the ray meets."""
+    chance = survival_chance(here.albedo + here.specular, depth, length)
+    # The chance belongs to the density with which the path's own direction is drawn.
+    value = weight * _sampled(scene, here, u[:, 3:], chance, lights)
+    on, heavier, again = roulette(u[:, 0], chance)
+    along, factor, density = _scattered(here, u.at[:, 0].set(again)[:, :3])
+    met, there, L = _met(scene, here.position, along, here.on)
+    other = _light_density(scene, here.position, met, there, lights)
+    drawn = density * chance
+    share = drawn / jnp.where(drawn > 0.0, drawn + other, 1.0)
+    weight = weight * factor * heavier
+    on = on & (weight > 0.0)
+    value = value + jnp.where(on, weight * share * L, 0.0)
+    on = on & there & (met.albedo + met.specular > 0.0) & (depth < length.bounces)
+    return Gathered(met, weight, value, on)
 
 
 def _met(scene: Scene, origin: Rows, along: Rows, on) -> tuple[_Vertex, Array, Array]:
@@ -297,7 +327,7 @@ def _light_density(scene, origin: Rows, met: _Vertex, there, lights) -> Array:
     return jnp.where(sampled, area * square / jnp.where(cosine > 0.0, cosine, 1.0), 0.0)
 
 
-def _sampled(scene: Scene, here: _Vertex, u: Float[Array, "n 3"], lights) -> Array:
+def _sampled(scene: Scene, here: _Vertex, u: Float[Array, "n 3"], survival, lights) -> Array:
     """Light from one sampled point of one light, weighted against meeting it by chance."""
     if not lights:
         return jnp.zeros_like(here.albedo)
@@ -316,7 +346,7 @@ def _sampled(scene: Scene, here: _Vertex, u: Float[Array, "n 3"], lights) -> Arr
     density = area * length**2 / jnp.where(cosine > 0.0, cosine, 1.0)
     hidden = occluded(scene, here.position, point, here.on, index)
     # A closed light hides its far side from outside.
-    total = density + chance
+    total = density + survival * chance
     good = ~hidden & (cosine > 0.0) & (total > 0.0) & (index != here.on)
     return jnp.where(good, value * L / jnp.where(total > 0.0, total, 1.0), 0.0)
 
