@@ -43,7 +43,7 @@ def contenders(solution):
 
 
 def test_derivatives_cost_less_than_three_times_the_value(capsys):
-    solution = solve_radiosity(named_scene("scene_d"), Discretization(6, 1e-4))
+    solution = solve_radiosity(named_scene("scene_d"), fineness=Discretization(6, 1e-4))
     s = jnp.asarray(np.random.default_rng(0).uniform(0.0, 1.0, RECEIVERS))
     runs, first = {}, {}
     for name, f in contenders(solution).items():

@@ -117,7 +117,7 @@ def portraits(shown, sliders):
     scene, x = blocked(*sliders[:4]), jnp.asarray(shown.x, sliders.dtype)
 
     def light(place):
-        return irradiance(scene, receiver(jnp.append(place, 0.0)), 8)
+        return irradiance(scene, receiver(jnp.append(place, 0.0)), nodes=8)
 
     places = jnp.stack(jnp.meshgrid(x, x, indexing="ij"), -1).reshape(-1, 2)
     E, dE = jax.lax.map(jax.value_and_grad(light), places, batch_size=64)

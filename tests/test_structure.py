@@ -276,6 +276,96 @@ def test_a_folder_is_a_chapter():
     assert set(crowded) <= {SOURCE}, crowded
 
 
+# --- one grammar of the two worlds -------------------------------------------------------------
+
+WORLDS = ("flatland", "space")
+# The order of options wherever several of them stand together: what is asked, of which light, how
+# finely, and with which random numbers.
+OPTIONS = (
+    "frame", "out", "brdf", "mirrors", "transport", "where", "samples", "photons", "how", "weight",
+    "s", "weights", "radiance", "axis", "nodes", "inner", "most", "cuts", "breaks", "halvings",
+    "sliding", "azimuths", "rays", "size", "steps", "points", "reach", "count", "key", "paths",
+    "branches", "runs", "bounces", "next_event", "survival", "scatter", "lanes",
+)  # fmt: skip
+# Options of one name whose defaults differ, and the reason.
+OWN_DEFAULTS = {
+    (
+        "light_field",
+        "frame",
+    ): "flatland's rays are over (x, theta), those of space over (x, y, v, w)"
+}
+
+
+def questions(world):
+    """Signatures of a world's public functions of a scene, by name."""
+    found = {}
+    for package in [world, *(n for n, is_package in modules() if is_package)]:
+        if package.split(".")[0] == world and not private(package):
+            module = importlib.import_module(f"firstorder.{package}")
+            for name in getattr(module, "__all__", ()):
+                f = getattr(module, name)
+                if (
+                    inspect.isfunction(f)
+                    and next(iter(inspect.signature(f).parameters), "") == "scene"
+                ):
+                    found[name] = inspect.signature(f)
+    return found
+
+
+def of_a_receiver(signature):
+    """Whether the second thing that a function wants, or a keyword, is a receiver."""
+    return any("Receiver" in str(p.annotation) for p in signature.parameters.values())
+
+
+def ungrammatical(name, signature):
+    """What is wrong with the signature of a question to a scene and a receiver."""
+    first, second, *options = signature.parameters.values()
+    wrong = [] if "Receiver" in str(second.annotation) else [f"{name}: no receiver after the scene"]
+    wrong += [f"{name}({p.name})" for p in options if p.kind is not p.KEYWORD_ONLY]
+    wrong += [
+        f"{name}({p.name}) has no default" for p in (first, second) if p.default is not p.empty
+    ]
+    names = [p.name for p in options]
+    wrong += [f"{name}: OPTIONS does not place {n}" for n in names if n not in OPTIONS]
+    if not wrong and names != sorted(names, key=OPTIONS.index):
+        wrong.append(f"{name}: {names} are not in the order of OPTIONS")
+    return wrong
+
+
+@pytest.mark.parametrize("world", WORLDS)
+def test_after_scene_and_receiver_everything_is_named(world):
+    asked = {n: s for n, s in questions(world).items() if of_a_receiver(s)}
+    assert len(asked) > 8
+    assert [w for n, s in asked.items() for w in ungrammatical(n, s)] == []
+
+
+def test_what_both_worlds_answer_is_asked_alike():
+    flat, space = (questions(world) for world in WORLDS)
+    both = sorted(set(flat) & set(space))
+    assert {"irradiance", "light_field", "nearest", "path_irradiance", "trace_strata"} <= set(both)
+    for name in both:
+        a, b = flat[name].parameters, space[name].parameters
+        for option in (set(a) & set(b)) - {o for n, o in OWN_DEFAULTS if n == name}:
+            assert a[option].kind == b[option].kind, (name, option)
+            assert repr(a[option].default) == repr(b[option].default), (name, option)
+        positional = [
+            [p.name for p in each.values() if p.kind is not p.KEYWORD_ONLY] for each in (a, b)
+        ]
+        if not of_a_receiver(flat[name]):
+            assert positional[0] == positional[1], name
+
+
+def test_a_question_that_breaks_the_grammar_is_seen():
+    class Receiver: ...
+
+    def loose(scene, at: Receiver, nodes=16): ...
+    def late(scene, nodes, at: Receiver): ...
+    def mixed(scene, at: Receiver, *, nodes=16, radiance=None): ...
+
+    for f in (loose, late, mixed):
+        assert ungrammatical(f.__name__, inspect.signature(f))
+
+
 # --- every law and event has its squares -------------------------------------------------------
 
 

@@ -136,15 +136,16 @@ def test_what_cannot_be_meant_is_one_sentence(name, compiled):
 
 ASKED = {
     "flatland": {
+        "view": flatland.view,
         "irradiance": flatland.irradiance,
-        "weighted_irradiance": lambda s, at: flatland.weighted_irradiance(s, at, jnp.cos),
+        "weighted_irradiance": lambda s, at: flatland.weighted_irradiance(s, at, weight=jnp.cos),
         "point_light_irradiance": flatland.point_light_irradiance,
-        "mirror_irradiance": lambda s, at: flatland.mirror_irradiance(s, at, (0,)),
+        "mirror_irradiance": lambda s, at: flatland.mirror_irradiance(s, at, mirrors=(0,)),
         "path_irradiance": lambda s, at: flat_paths.path_irradiance(s, at, key=KEY, paths=2),
         "tree_irradiance": lambda s, at: flat_paths.tree_irradiance(
             s, at, key=KEY, branches=(2,), runs=2
         ),
-        "trace_strata": lambda s, at: trace_strata(s, at, hemicircle_strata(4)),
+        "trace_strata": lambda s, at: trace_strata(s, at, where=hemicircle_strata(4)),
     },
     "space": {
         "irradiance": space.irradiance,
@@ -157,7 +158,6 @@ ASKED = {
     },
 }
 ASKED_OTHERWISE = {
-    ("flatland", "receiver"): flatland.view,
     ("flatland", "line"): flatland.light_field,
     ("space", "plane"): space.light_field,
 }

@@ -176,10 +176,10 @@ def _reflections(lobe: bool):
 
     @jax.jit
     def both(out):
-        by_angle = reflected_radiance(scene, at, out, brdf)
+        by_angle = reflected_radiance(scene, at, out=out, brdf=brdf)
         return (
             by_angle,
-            reflected_radiance_over_curves(scene, at, out, brdf, 20_000),
+            reflected_radiance_over_curves(scene, at, out=out, brdf=brdf, count=20_000),
             irradiance(scene, at),
         )
 

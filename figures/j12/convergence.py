@@ -138,7 +138,7 @@ def truth(name):
 
     def E(x):
         moved = Receiver(at.position + jnp.stack([x, 0.0 * x]), at.n, at.on)
-        return irradiance(here, moved, sent, nodes=24, cuts=cuts)
+        return irradiance(here, moved, radiance=sent, nodes=24, cuts=cuts)
 
     f = np.asarray(jax.jit(jax.vmap(E))(step * jnp.arange(-3.0, 4.0)))
     first = f @ np.array([-1, 9, -45, 0, 45, -9, 1]) / (60 * step)
@@ -159,8 +159,8 @@ def _look(name):
         lambda angles: trace_strata(
             scene(name),
             receiver(name),
-            Strata(jnp.pad(angles, (0, 1)), angles, jnp.ones_like(angles)),
-            radiance(name),
+            where=Strata(jnp.pad(angles, (0, 1)), angles, jnp.ones_like(angles)),
+            radiance=radiance(name),
         )
     )
 
@@ -179,7 +179,12 @@ def samples(name, where: Strata):
 def _mended(name):
     return jax.jit(
         lambda seen, sliding: corrected_estimate(
-            scene(name), receiver(name), seen, radiance(name), breaks=24, sliding=sliding
+            scene(name),
+            receiver(name),
+            samples=seen,
+            radiance=radiance(name),
+            breaks=24,
+            sliding=sliding,
         )
     )
 
@@ -199,7 +204,11 @@ def padded(where: Strata) -> Strata:
 
 @functools.cache
 def _at_points(name):
-    return jax.jit(lambda s, w: arc_length_sum(scene(name), receiver(name), s, w, radiance(name)))
+    return jax.jit(
+        lambda s, w: arc_length_sum(
+            scene(name), receiver(name), s=s, weights=w, radiance=radiance(name)
+        )
+    )
 
 
 def on_curves(name, n: int, seed: int) -> Derivatives:

@@ -59,8 +59,10 @@ def draw(quick: bool) -> Drawing:
     fineness = Discretization(4, 1e-2) if quick else Discretization(8, 1e-6)
     scenes = {k: named_scene(f"scene_{k.lower()}") for k in "ABCD"}
     lights: dict[str, Scene | RadiositySolution] = dict(scenes)
-    lights["C"] = solve_radiosity(scenes["C"], Discretization(6, 1e-6) if quick else fineness)
-    lights["D"] = solve_radiosity(scenes["D"], fineness)
+    lights["C"] = solve_radiosity(
+        scenes["C"], fineness=Discretization(6, 1e-6) if quick else fineness
+    )
+    lights["D"] = solve_radiosity(scenes["D"], fineness=fineness)
     figure, axes = plotting.panels(4, 4, 2.9, 2.1)
     arrays, s = {}, (np.arange(n) + 0.5) / n
     curves, corner = {}, {}

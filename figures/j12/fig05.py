@@ -68,9 +68,15 @@ def _seen(scene, maps, how, at, s):
     """The picture of the first run, and both estimates at a few places in all of them."""
     few = floor(scene, PLACES)
     maps = list(maps)
-    first = viewed(scene, maps[0], how, s), np.asarray(final_gather(scene, maps[0], how, at, RAYS))
+    first = (
+        viewed(scene, maps[0], how, s),
+        np.asarray(final_gather(scene, at, photons=maps[0], how=how, rays=RAYS)),
+    )
     all_ = [
-        [viewed(scene, m, how, PLACES), np.asarray(final_gather(scene, m, how, few, RAYS))]
+        [
+            viewed(scene, m, how, PLACES),
+            np.asarray(final_gather(scene, few, photons=m, how=how, rays=RAYS)),
+        ]
         for m in maps
     ]
     return first, np.array(all_)

@@ -59,7 +59,9 @@ def draw(quick: bool) -> Drawing:
     count, orders, dense = (64, 24, 64) if quick else (256, 128, 512)
     scene = fig15()
     (floor,) = scene.named("floor")
-    solution = solve_radiosity(scene, Discretization(4, 1e-2) if quick else Discretization(6, 1e-4))
+    solution = solve_radiosity(
+        scene, fineness=Discretization(4, 1e-2) if quick else Discretization(6, 1e-4)
+    )
     candidates, s, x, truth = surveyed(scene, floor, solution.irradiance, count, dense, 3)
     hessians = _hessians(scene, floor, solution, s)
     events = gradient_discontinuities(scene, floor, solution)
@@ -85,7 +87,9 @@ def _hessians(scene, floor: int, solution, s) -> dict[str, np.ndarray]:
     def arc(s):
         def one(s):
             return (
-                arc_length_integral(scene, receiver(scene, floor, s), solution).translation().second
+                arc_length_integral(scene, receiver(scene, floor, s), radiance=solution)
+                .translation()
+                .second
             )
 
         return in_batches(one, s, 32)
@@ -96,7 +100,7 @@ def _hessians(scene, floor: int, solution, s) -> dict[str, np.ndarray]:
             def one(a):
                 seen = hemicircle_strata(number, a[1], cosine=True)
                 motion = stratified_estimate(
-                    trace_strata(scene, receiver(scene, floor, a[0]), seen, solution)
+                    trace_strata(scene, receiver(scene, floor, a[0]), where=seen, radiance=solution)
                 )
                 return motion.translation().second
 

@@ -57,7 +57,7 @@ def test_a_point_light_falls_off_with_the_distance():
 def test_radiance_can_be_given():
     scene = Scene.of(LAMP)
     at = Receiver((0.2, 0.0), 0.1)
-    twice = irradiance(scene, at, lambda index, s, front, d: 2.0 * jnp.ones(()), nodes=8)
+    twice = irradiance(scene, at, radiance=lambda index, s, front, d: 2.0 * jnp.ones(()), nodes=8)
     assert abs(twice - 2.0 * irradiance(scene, at)) < 1e-12
 
 
@@ -103,11 +103,14 @@ def test_light_is_gathered_under_any_weight():
         environment=lambda a: 0.2 + 0.0 * a,
     )
     at = Receiver((0.1, 0.0), 0.2)
-    assert abs(weighted_irradiance(scene, at, jnp.cos, nodes=24) - irradiance(scene, at)) < 1e-12
+    assert (
+        abs(weighted_irradiance(scene, at, weight=jnp.cos, nodes=24) - irradiance(scene, at))
+        < 1e-12
+    )
     lobe = lambda a: jnp.cos(a) ** 5  # noqa: E731
     below = primitive(Segments((-1.0, -9.0), (1.0, -9.0)))
     bare = Scene.of(below, environment=lambda a: 1.0 + 0.0 * a)
-    assert abs(weighted_irradiance(bare, at, lobe, nodes=24) - 16.0 / 15.0) < 1e-9
+    assert abs(weighted_irradiance(bare, at, weight=lobe, nodes=24) - 16.0 / 15.0) < 1e-9
 
 
 def test_a_receiver_that_is_nowhere_receives_nan():

@@ -26,7 +26,9 @@ def beyond(x, lamp=(-0.5, -1.5), top=3.0):
 
 def test_a_lamp_in_a_mirror_is_a_lamp_behind_it():
     scene = Scene.of(LAMP, GLASS)
-    E = jax.jit(lambda x: mirror_irradiance(scene, Receiver(jnp.stack([x, 0.0]), 0.0), (1,)))
+    E = jax.jit(
+        lambda x: mirror_irradiance(scene, Receiver(jnp.stack([x, 0.0]), 0.0), mirrors=(1,))
+    )
     for x in (-1.0, 0.0, 0.7):
         assert abs(E(x) - beyond(x)) < 1e-13
 
@@ -37,7 +39,7 @@ def test_the_edge_of_a_low_mirror_is_an_edge_of_the_light():
 
     @jax.jit
     def E(x):
-        return mirror_irradiance(scene, Receiver(jnp.stack([x, 0.0]), 0.0), (1,))
+        return mirror_irradiance(scene, Receiver(jnp.stack([x, 0.0]), 0.0), mirrors=(1,))
 
     x, h = 0.2, 1e-5
     assert abs(E(x) - beyond(x, top=0.3)) < 1e-13
@@ -59,7 +61,7 @@ def test_a_blocker_is_seen_in_the_mirror_too():
     @jax.jit
     def both(x):
         at = Receiver(jnp.stack([x, 0.0]), 0.0)
-        return mirror_irradiance(scene, at, (1,)), irradiance(images, at)
+        return mirror_irradiance(scene, at, mirrors=(1,)), irradiance(images, at)
 
     for x in (-0.4, -0.1, 0.5):
         one, other = both(x)
@@ -68,7 +70,9 @@ def test_a_blocker_is_seen_in_the_mirror_too():
 
 def test_a_mirror_reflects_the_sky():
     scene = Scene.of(GLASS, environment=lambda a: 1.0 + 0.3 * jnp.sin(a))
-    E = jax.jit(lambda at: mirror_irradiance(scene, at, (0,), nodes=24))(Receiver((0.0, 0.0), 0.0))
+    E = jax.jit(lambda at: mirror_irradiance(scene, at, mirrors=(0,), nodes=24))(
+        Receiver((0.0, 0.0), 0.0)
+    )
     # Towards +x at the sine s, angle -arcsin(s); reflected, the sky's angle is +arcsin(s).
     low = 1.0 / np.hypot(1.0, 3.0)
     expected = 0.8 * ((1.0 - low) + 0.15 * (1.0 - low**2))
@@ -77,4 +81,4 @@ def test_a_mirror_reflects_the_sky():
 
 def test_only_segments_are_mirrors():
     with pytest.raises(ValueError, match="`mirrors` must hold numbers of segments, but holds 2"):
-        mirror_irradiance(Scene.of(LAMP, GLASS), Receiver((0.0, 0.0), 0.0), (2,))
+        mirror_irradiance(Scene.of(LAMP, GLASS), Receiver((0.0, 0.0), 0.0), mirrors=(2,))

@@ -109,8 +109,10 @@ def test_both_forms_agree_before_a_curved_blocker_and_a_wall_that_varies():
 
     @jax.jit
     def both(at):
-        fine = reflected_radiance(scene, at, 0.3, brdf, radiance)
-        return fine, reflected_radiance_over_curves(scene, at, 0.3, brdf, 4000, None, radiance)
+        fine = reflected_radiance(scene, at, out=0.3, brdf=brdf, radiance=radiance)
+        return fine, reflected_radiance_over_curves(
+            scene, at, out=0.3, brdf=brdf, count=4000, key=None, radiance=radiance
+        )
 
     for x in (-0.2, 0.35):
         fine, coarse = both(Receiver((x, 0.0), 0.1))

@@ -108,9 +108,11 @@ PROBES = {
     "flatland.box": lambda s: flatland.box((0.0, 0.0), jnp.stack([s, 1.0])),
     "flatland.closed_curve": lambda s: hit_of(round_curve(s)),
     "flatland.weighted_irradiance": lambda s: flatland.weighted_irradiance(
-        shadowed(s), above(s), jnp.cos, nodes=4
+        shadowed(s), above(s), weight=jnp.cos, nodes=4
     ),
-    "flatland.mirror_irradiance": lambda s: flatland.mirror_irradiance(shadowed(s), above(s), (0,)),
+    "flatland.mirror_irradiance": lambda s: flatland.mirror_irradiance(
+        shadowed(s), above(s), mirrors=(0,)
+    ),
     "flatland.irradiance": lambda s: flatland.irradiance(shadowed(s), above(s)),
     "flatland.light_field": lambda s: flatland.light_field(shadowed(s), above(s)).jets(s, 0.1 * s),
     "flatland.Beam": lambda s: above_it(s).ray(0.1 * s),
@@ -135,7 +137,7 @@ PROBES = {
         lamp_beside(s), above(s)
     ),
     "flatland.reflected_radiance": lambda s: flatland.reflected_radiance(
-        shadowed(s), above(s), 0.1 * s, flatland.phong_brdf(s, 1.0 + s), nodes=4
+        shadowed(s), above(s), out=0.1 * s, brdf=flatland.phong_brdf(s, 1.0 + s), nodes=4
     ),
     "flatland.trace_path": lambda s: flatland.trace_path(
         glass(s, above_it(s)).scene, flatland.through_body(1), *above_it(s).ray(0.1 * s)

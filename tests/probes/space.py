@@ -96,9 +96,9 @@ PROBES = {
     ),
     "space.VisibleSilhouettes": lambda s: space.visible_silhouettes(ball(s), under(s)).on_arcs(4),
     "space.visible_silhouettes": lambda s: space.visible_silhouettes(ball(s), under(s)),
-    "space.net_visibility": lambda s: space.net_visibility(ball(s), under(s), 4),
-    "space.irradiance": lambda s: space.irradiance(ball(s), under(s), 4),
-    "space.vector_irradiance": lambda s: space.vector_irradiance(ball(s), under(s), 4),
+    "space.net_visibility": lambda s: space.net_visibility(ball(s), under(s), nodes=4),
+    "space.irradiance": lambda s: space.irradiance(ball(s), under(s), nodes=4),
+    "space.vector_irradiance": lambda s: space.vector_irradiance(ball(s), under(s), nodes=4),
     "space.Derivatives": lambda s: space.Derivatives(s, s[None], s[None, None], ("x",)).second,
     "space.derivatives": lambda s: space.derivatives(
         space.irradiance, ball(s), under(s), freedoms=("x",), nodes=4

@@ -113,7 +113,7 @@ def jets(name):
     }[name]()
 
     def value(x):
-        return net_visibility(scene, receiver((0.0, 0.0, 0.0)).moved(x), 48)
+        return net_visibility(scene, receiver((0.0, 0.0, 0.0)).moved(x), nodes=48)
 
     return jax.jit(lambda x: (value(x), jax.grad(value)(x)))
 
@@ -260,7 +260,9 @@ def test_a_sky_that_varies_by_contour_and_by_azimuth():
     at = receiver((0.1, 0.2, 0.0))
     found = jax.jit(lambda at: boundary_gradient(scene, at, nodes=48))(at)
     other = jax.jit(
-        lambda at: transport_by_azimuth(scene, at, lambda at, w: glow(at.axes @ w) * w[2], 48)
+        lambda at: transport_by_azimuth(
+            scene, at, transport=lambda at, w: glow(at.axes @ w) * w[2], nodes=48
+        )
     )(at)
     np.testing.assert_allclose(found[:2], other.gradient.boundary, atol=OTHERS)
 
@@ -291,7 +293,7 @@ def town():
             environment=1.0,
         )
         at = receiver((0.0, 0.0, 0.0))
-        return irradiance(scene, at, 32), boundary_gradient(scene, at, nodes=32)
+        return irradiance(scene, at, nodes=32), boundary_gradient(scene, at, nodes=32)
 
     return jax.jit(jax.vmap(value))(jnp.array([0.0, 1.1, 0.0]), jnp.array([1.0, 1.0, 2.5]))
 

@@ -208,7 +208,11 @@ def gradient_measured() -> float:
     x, runs = 0.3, 200
     at = Receiver(np.array([x, 0.0]), np.array(0.0), np.array(-1))
     seen = jax.jit(
-        jax.vmap(lambda key: arc_length_estimate_on_curves(scene, at, 16, key).translation().first)
+        jax.vmap(
+            lambda key: (
+                arc_length_estimate_on_curves(scene, at, count=16, key=key).translation().first
+            )
+        )
     )(jax.random.split(jax.random.key(4), runs))
     truth = 1.3 * (1.0 / np.hypot(1.0, -0.5 - x) ** 3 - 1.0 / np.hypot(1.0, 0.5 - x) ** 3)
     seen = np.asarray(seen)
@@ -229,7 +233,9 @@ def gradient_by_autodiff() -> float:
 
     scene = Scene.of(primitive(Segments((0.5, 1.0), (-0.5, 1.0)), emission=1.3))
     at = Receiver(np.array([0.3, 0.0]), np.array(0.0), np.array(-1))
-    middle = jax.jit(lambda: arc_length_estimate_on_curves(scene, at, 4000).translation().first)()
+    middle = jax.jit(
+        lambda: arc_length_estimate_on_curves(scene, at, count=4000).translation().first
+    )()
     return float(abs(middle / jax.grad(subtended)(0.3) - 1.0))
 
 

@@ -31,12 +31,12 @@ def compiled(name, form, n=0):
     scene, radiance = scenes.built(name)
     at = Receiver(*HERE[name])
     forms = {
-        "exact": lambda key: arc_length_integral(scene, at, radiance),
+        "exact": lambda key: arc_length_integral(scene, at, radiance=radiance),
         "stratified": lambda key: stratified_estimate(
-            trace_strata(scene, at, hemicircle_strata(n), radiance)
+            trace_strata(scene, at, where=hemicircle_strata(n), radiance=radiance)
         ),
         "autodiff": lambda key: derivatives(
-            lambda r: irradiance(scene, r, radiance), at, freedoms=("x",)
+            lambda r: irradiance(scene, r, radiance=radiance), at, freedoms=("x",)
         ),
     }
     import jax

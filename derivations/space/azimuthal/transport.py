@@ -103,8 +103,10 @@ def ours():
     def both(move, center, radius):
         scene = Scene.of(primitive(sphere(center, radius)))
         at = receiver(jnp.append(move, 0.0))
-        lit = transport_by_azimuth(scene, at, lambda at, w: light(jnp, w), 24, 16)
-        return visibility_by_azimuth(scene, at, 24), lit
+        lit = transport_by_azimuth(
+            scene, at, transport=lambda at, w: light(jnp, w), nodes=24, inner=16
+        )
+        return visibility_by_azimuth(scene, at, nodes=24), lit
 
     def all_of(center, radius):
         def values(move):

@@ -64,7 +64,7 @@ def by_the_wall(scene) -> Callable[[Receiver], Array]:
         reflected = 0.5 * scene.material.albedo[index, side] * wall_irradiance(1.0 - s)
         return scene.material.emission[index, side] + jnp.where(index == wall, reflected, 0.0)
 
-    return lambda at: irradiance(scene, at, sent, 16, cuts)
+    return lambda at: irradiance(scene, at, radiance=sent, nodes=16, cuts=cuts)
 
 
 # --- radii ---------------------------------------------------------------------------------------

@@ -34,7 +34,7 @@ def curves(places: int) -> dict[str, np.ndarray]:
             return Receiver(jnp.stack([x, jnp.zeros_like(x)]), 0.0, floor)
 
         def sampled(x, key, scene=scene, at=at):
-            seen = trace_strata(scene, at(x), hemicircle_strata(SAMPLES, key))
+            seen = trace_strata(scene, at(x), where=hemicircle_strata(SAMPLES, key))
             return arc_length_estimate(seen).translation(), stratified_estimate(seen).translation()
 
         def right(x, scene=scene, at=at):

@@ -54,7 +54,7 @@ def reference(name: str, scene: Scene, at: Receiver, quick: bool):
         coarse, _ = counted(x, name == "D", 32, 1440)
         fine, direct = counted(x, name == "D", 64, 2880)
         return fine, direct, float(np.max(np.abs(fine - coarse)))
-    solution = solve_radiosity(scene, Discretization(8, 1e-5))
+    solution = solve_radiosity(scene, fineness=Discretization(8, 1e-5))
 
     def both(here):
         return irradiance(scene, here), solution.indirect(here)

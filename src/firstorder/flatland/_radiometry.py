@@ -232,6 +232,7 @@ def _above(w: ArrayLike, o: ArrayLike) -> Array:
 def reflected_radiance(
     scene: Scene,
     at: Receiver,
+    *,
     out: ArrayLike,
     brdf: Brdf,
     radiance: Radiance | None = None,
@@ -257,12 +258,14 @@ def reflected_radiance(
         >>> from firstorder.flatland import Receiver, Scene, Segments, primitive
         >>> from firstorder.flatland._radiometry import diffuse_brdf, reflected_radiance
         >>> scene = Scene.of(primitive(Segments((1.0, 1.0), (-1.0, 1.0)), emission=1.0))
-        >>> incident_radiance = jax.jit(lambda at: reflected_radiance(scene, at, 0.3,
-        ...     diffuse_brdf(0.5)))
+        >>> incident_radiance = jax.jit(lambda at: reflected_radiance(scene, at, out=0.3,
+        ...     brdf=diffuse_brdf(0.5)))
         >>> round(float(incident_radiance(Receiver((0.0, 0.0), 0.0))), 6)  # E / 4, E = sqrt(2)
         0.353553
     """
-    seen = trace_strata(scene, at, gap_quadrature(view(scene, at).angles, nodes), radiance)
+    seen = trace_strata(
+        scene, at, where=gap_quadrature(view(scene, at).angles, nodes), radiance=radiance
+    )
     w = seen.strata.angles
     return jnp.sum(seen.strata.weights * brdf(w, as_float(out)) * seen.radiance * jnp.cos(w))
 
@@ -270,11 +273,12 @@ def reflected_radiance(
 def reflected_radiance_over_curves(
     scene: Scene,
     at: Receiver,
+    *,
     out: ArrayLike,
     brdf: Brdf,
+    radiance: Radiance | None = None,
     count: int,
     key: PRNGKeyArray | None = None,
-    radiance: Radiance | None = None,
 ) -> Float[Array, ""]:
     """Reflected radiance, the arc-length form: `L'(o) = int f L V G dl(y)` over all curves.
 
@@ -286,9 +290,9 @@ def reflected_radiance_over_curves(
         at: the reflecting point.
         out: local angle to which light goes [rad].
         brdf: `f(w, o)`.
+        radiance: what shapes send out in place of their emission (see `irradiance`).
         count: points on each shape.
         key: for one random point in each piece; None takes the middle.
-        radiance: what shapes send out in place of their emission (see `irradiance`).
 
     Reference: J12 §3.2, eqs. 26-27.
     """
@@ -330,6 +334,6 @@ def incident_flux(
 
     def piece(s):
         speed = scene.frame(index, s).speed
-        return irradiance(scene, receiver(scene, index, s), radiance) * speed
+        return irradiance(scene, receiver(scene, index, s), radiance=radiance) * speed
 
     return jnp.sum(0.5 * w * jax.vmap(piece)(0.5 + 0.5 * t))

@@ -35,6 +35,7 @@ Radiance = Callable[
 def irradiance(
     scene: Scene,
     at: Receiver,
+    *,
     radiance: Radiance | None = None,
     nodes: int = 16,
     cuts: Float[Array, "c 2"] | None = None,
@@ -71,7 +72,7 @@ def irradiance(
         (1.414214, -0.544865)
     """
     check_asked(scene, Scene, at, Receiver)
-    seen = view(scene, at, cuts)
+    seen = view(scene, at, cuts=cuts)
     E = point_light_irradiance(scene, at)
     if radiance is None:
         E = E + _emitted(scene, at, seen)
@@ -83,6 +84,7 @@ def irradiance(
 def weighted_irradiance(
     scene: Scene,
     at: Receiver,
+    *,
     weight: Callable[[Float[Array, ""]], Float[Array, ""]],
     radiance: Radiance | None = None,
     nodes: int = 16,
@@ -110,7 +112,7 @@ def weighted_irradiance(
         >>> from firstorder.flatland import irradiance, primitive
         >>> scene = Scene.of(primitive(Segments((1.0, 1.0), (-1.0, 1.0)), emission=1.0))
         >>> at = Receiver((0.3, 0.0), 0.1)
-        >>> bool(abs(weighted_irradiance(scene, at, jnp.cos) - irradiance(scene, at)) < 1e-5)
+        >>> bool(abs(weighted_irradiance(scene, at, weight=jnp.cos) - irradiance(scene, at)) < 1e-5)
         True
     """
     check_asked(scene, Scene, at, Receiver)
@@ -118,15 +120,15 @@ def weighted_irradiance(
     def emitted(index, s, front, along):
         return scene.material.emission[index, jnp.where(front, FRONT, BACK)]
 
-    seen = view(scene, at, cuts)
+    seen = view(scene, at, cuts=cuts)
     sent = emitted if radiance is None else radiance
-    return point_light_irradiance(scene, at, weight) + _integrated(
+    return point_light_irradiance(scene, at, weight=weight) + _integrated(
         scene, at, seen, sent, nodes, weight
     )
 
 
 def point_light_irradiance(
-    scene: Scene, at: Receiver, weight: Callable[[Array], Array] = jnp.cos
+    scene: Scene, at: Receiver, *, weight: Callable[[Array], Array] = jnp.cos
 ) -> Float[Array, ""]:
     """Irradiance from the point lights alone: `I cos(theta) / r` where nothing is between."""
     check_asked(scene, Scene, at, Receiver)

@@ -23,7 +23,7 @@ from firstorder.scene._primitives import BACK, FRONT
 
 
 def mirror_irradiance(
-    scene: Scene, at: Receiver, mirrors: Sequence[int], nodes: int = 16
+    scene: Scene, at: Receiver, *, mirrors: Sequence[int], nodes: int = 16
 ) -> Float[Array, ""]:
     """Irradiance by way of one reflection in flat mirrors [W/m]; add it to `irradiance`.
 
@@ -44,7 +44,7 @@ def mirror_irradiance(
         >>> lamp = primitive(Segments((-0.5, 1.0), (-1.5, 1.0)), emission=1.0)
         >>> glass = primitive(Segments((1.0, 0.0), (1.0, 3.0)), mirror=0.8)
         >>> scene = Scene.of(lamp, glass)
-        >>> round(float(mirror_irradiance(scene, Receiver((0.0, 0.0), 0.0), (1,))), 6)
+        >>> round(float(mirror_irradiance(scene, Receiver((0.0, 0.0), 0.0), mirrors=(1,))), 6)
         0.026438
     """
     check_asked(scene, Scene, at, Receiver)
@@ -55,7 +55,7 @@ def mirror_irradiance(
         if not 0 <= k < straight:
             raise ValueError(f"Argument `mirrors` must hold numbers of segments, but holds {k}.")
     cuts = jnp.concatenate([_edges(scene, at, k) for k in mirrors])
-    seen = view(scene, at, cuts)
+    seen = view(scene, at, cuts=cuts)
     t, w = (jnp.asarray(a, at.position.dtype) for a in gauss_legendre(nodes))
     half = 0.5 * (seen.angles[1:] - seen.angles[:-1])
     middle = 0.5 * (seen.angles[1:] + seen.angles[:-1])

@@ -183,12 +183,12 @@ def local_angle(receiver: Receiver, point: Float[Array, "2"]) -> Float[Array, ""
     return jnp.clip(angle, -HORIZON, HORIZON)
 
 
-def view(scene: Scene, receiver: Receiver, cuts: Float[Array, "c 2"] | None = None) -> View:
+def view(scene: Scene, at: Receiver, *, cuts: Float[Array, "c 2"] | None = None) -> View:
     """Cuts the hemicircle above a receiver at all silhouettes and names the shape in each gap.
 
     Args:
         scene: the shapes.
-        receiver: one receiver; use `jax.vmap` for many.
+        at: one receiver; use `jax.vmap` for many.
         cuts: further points in whose directions to cut, as ends of panels of a surface.
 
     Returns:
@@ -201,29 +201,29 @@ def view(scene: Scene, receiver: Receiver, cuts: Float[Array, "c 2"] | None = No
         >>> (seen.angles / jnp.pi).round(2).tolist(), seen.seen.tolist()
         ([-0.5, -0.25, 0.25, 0.5], [-1, 0, -1])
     """
-    check_asked(scene, Scene, receiver, Receiver, "receiver")
-    points, valid = scene.silhouettes(receiver.position, receiver.on)
+    check_asked(scene, Scene, at, Receiver)
+    points, valid = scene.silhouettes(at.position, at.on)
     if cuts is not None:
         points = jnp.concatenate([points, cuts])
         valid = jnp.concatenate([valid, jnp.ones(cuts.shape[0], bool)])
     # A point that does not exist is replaced before its angle is asked for: no NaN in gradients.
-    points = jnp.where(valid[:, None], points, receiver.position + receiver.normal)
-    angles = jax.vmap(lambda p: local_angle(receiver, p))(points)
+    points = jnp.where(valid[:, None], points, at.position + at.normal)
+    angles = jax.vmap(lambda p: local_angle(at, p))(points)
     angles = jnp.where(valid, angles, HORIZON)
-    far = jnp.where(valid, jnp.sum((points - receiver.position) ** 2, -1), jnp.inf)
+    far = jnp.where(valid, jnp.sum((points - at.position) ** 2, -1), jnp.inf)
     breaks = getattr(scene.environment, "breaks", None)
     if breaks is not None:
-        turned = jnp.mod(breaks - receiver.n + jnp.pi, 2.0 * jnp.pi) - jnp.pi
+        turned = jnp.mod(breaks - at.n + jnp.pi, 2.0 * jnp.pi) - jnp.pi
         angles = jnp.concatenate([angles, jnp.clip(turned, -HORIZON, HORIZON)])
         far = jnp.concatenate([far, jnp.full_like(turned, jnp.inf)])
-    known = jnp.isfinite(receiver.n) & jnp.all(jnp.isfinite(receiver.position))
+    known = jnp.isfinite(at.n) & jnp.all(jnp.isfinite(at.position))
     angles = nan_unless(known & ~scene.unsound, angles)
     order = jnp.argsort(jax.lax.stop_gradient(angles))
     edge = jnp.full((1,), HORIZON, angles.dtype)
     angles = jnp.concatenate([-edge, angles[order], edge])
     far = jnp.concatenate([edge, far[order], edge])
     fixed = jax.lax.stop_gradient((angles, far))
-    return View(angles, _in_line(_seen(scene, receiver, angles), *fixed))
+    return View(angles, _in_line(_seen(scene, at, angles), *fixed))
 
 
 def _in_line(seen: Int[Array, " m"], angles: Float[Array, " m_1"], far: Float[Array, " m_1"]):

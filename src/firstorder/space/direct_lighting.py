@@ -40,7 +40,7 @@ from firstorder.visibility._contour import translation_rate
 Radiance = Callable[[Array, Array], Array]
 
 
-def net_visibility(scene: Scene, at: Receiver, nodes: int = 16) -> Float[Array, ""]:
+def net_visibility(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[Array, ""]:
     """The solid angle of the sky that a receiver sees [sr].
 
         B = integral over the hemisphere of V(w) dw
@@ -75,7 +75,7 @@ def net_visibility(scene: Scene, at: Receiver, nodes: int = 16) -> Float[Array, 
     return nan_unless(found.sound, total)
 
 
-def irradiance(scene: Scene, at: Receiver, nodes: int = 16) -> Float[Array, ""]:
+def irradiance(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[Array, ""]:
     """Irradiance from shapes of constant radiance and a constant sky [W/m^2].
 
         E = integral over the hemisphere of L(w) cos(theta) dw
@@ -112,7 +112,7 @@ def irradiance(scene: Scene, at: Receiver, nodes: int = 16) -> Float[Array, ""]:
     return _light(scene, at, nodes)[2]
 
 
-def vector_irradiance(scene: Scene, at: Receiver, nodes: int = 16) -> Float[Array, "3"]:
+def vector_irradiance(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[Array, "3"]:
     """The vector of light in the receiver's frame: `integral of L(w) w dw` [W/m^2].
 
     Its z is the irradiance; turning the receiver's normal by `tilt` changes that by x and y.
@@ -157,8 +157,9 @@ def _shown(scene: Scene, at: Receiver) -> Float[Array, " n_1"]:
 def boundary_gradient(
     scene: Scene,
     at: Receiver,
-    radiance: Radiance | None = None,
+    *,
     weight: Callable[[Array], Array] = lambda w: w[..., 2],
+    radiance: Radiance | None = None,
     nodes: int = 16,
 ) -> Float[Array, "3"]:
     """Contribution of moving edges to the gradient of `integral L(w) weight(w) dw`, in local axes.
@@ -173,10 +174,10 @@ def boundary_gradient(
     Args:
         scene: the shapes.
         at: the receiver.
-        radiance: of shape `index` (-1: the sky) in direction w of the world; if left out, what the
-            scene emits.
         weight: of the direction in the receiver's frame: its cosine for irradiance, one for
             net visibility.
+        radiance: of shape `index` (-1: the sky) in direction w of the world; if left out, what the
+            scene emits.
         nodes: on each piece between two cuts.
 
     Returns:

@@ -161,7 +161,7 @@ def test_final_gathering_removes_noise_as_predicted(key):
         viewed.append(
             photon_irradiance(m, how, jnp.zeros(1, int), jnp.ones(1, bool), jnp.array([x]))
         )
-        collected.append(final_gather(scene, m, how, at, 512))
+        collected.append(final_gather(scene, at, photons=m, how=how, rays=512))
     viewed, collected = np.asarray(viewed)[:, 0], np.asarray(collected)[:, 0]
 
     flux, t = 2.0 * np.pi / count, (np.arange(4000) + 0.5) / 4000

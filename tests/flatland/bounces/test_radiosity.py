@@ -29,12 +29,12 @@ def room(albedo=0.2, emission=0.0, discs=False, light=True):
 
 @pytest.fixture(scope="module")
 def scene_c():
-    return solve_radiosity(room(), Discretization(8, 1e-5))
+    return solve_radiosity(room(), fineness=Discretization(8, 1e-5))
 
 
 @pytest.fixture(scope="module")
 def scene_d():
-    return solve_radiosity(room(discs=True), COARSE)
+    return solve_radiosity(room(discs=True), fineness=COARSE)
 
 
 @eqx.filter_jit
@@ -75,7 +75,9 @@ def test_what_is_emitted_is_absorbed(scene_c, scene_d):
 
 def test_a_closed_room_of_one_radiance_is_a_furnace():
     """Emission 1 - rho makes L = 1 and E = 2 everywhere, corners included."""
-    solution = solve_radiosity(room(0.3, 0.7, discs=True, light=False), Discretization(3, 0.1))
+    solution = solve_radiosity(
+        room(0.3, 0.7, discs=True, light=False), fineness=Discretization(3, 0.1)
+    )
     assert np.abs(np.asarray(solution.E) - 2.0).max() < 2e-12
     radiance = 0.7 + np.asarray(solution.reflected)
     assert np.abs(radiance - 1.0).max() < 1e-12
@@ -127,7 +129,7 @@ def test_derivatives_in_scene_d_are_those_of_differences(scene_d):
 def test_a_solution_is_a_radiance(scene_c):
     """The core's own integration, which knows nothing of panels, sees the same light."""
     at = receiver(scene_c.scene, 0, 0.31)
-    seen = eqx.filter_jit(lambda s, at: irradiance(s.scene, at, s, nodes=48))(scene_c, at)
+    seen = eqx.filter_jit(lambda s, at: irradiance(s.scene, at, radiance=s, nodes=48))(scene_c, at)
     assert float(seen) == pytest.approx(float(scene_c.irradiance(at)), rel=1e-8)
 
 
@@ -146,7 +148,7 @@ def test_a_scene_may_be_open_and_shapes_may_have_two_sides():
     floor = primitive(Segments((-1.0, 0.0), (1.0, 0.0)), name="floor", albedo=0.5)
     screen = primitive(Segments((0.0, 0.1), (0.0, 1.0)), name="screen", albedo=(0.0, 0.8))
     scene = Scene.of(floor, screen, points=PointLights((0.5, 0.6), 1.0))
-    solution = solve_radiosity(scene, COARSE)
+    solution = solve_radiosity(scene, fineness=COARSE)
     sides = set(zip(solution.panels.shape.tolist(), solution.panels.side.tolist(), strict=True))
     assert (0, 0) in sides
     assert (0, 1) not in sides  # nothing is below the floor
@@ -215,5 +217,5 @@ def test_fault_panels_not_cut_at_events_is_noticed(monkeypatch):
         return table.take(np.zeros(0, int))
 
     monkeypatch.setattr(cutting, "visual_events", none)
-    emitted, absorbed = solve_radiosity(room(discs=True), COARSE).flux()
+    emitted, absorbed = solve_radiosity(room(discs=True), fineness=COARSE).flux()
     assert abs(float(absorbed / emitted) - 1.0) > 1e-4

@@ -79,13 +79,13 @@ def compiled(name):
                 eqx.tree_at(lambda b: (b.bend, b.inverse), b, changed)
             )
 
-        seen = trace_strata(scene, at, where, radiance)
+        seen = trace_strata(scene, at, where=where, radiance=radiance)
         out = {"arc length": arc_length_estimate(seen), "stratified": stratified_estimate(seen)}
         if name == "disc":
             with pytest.MonkeyPatch.context() as patch:
                 patch.setattr(corrected, "border_derivatives", twin)
                 out["mended"] = corrected_estimate(
-                    scene, at, seen, radiance, breaks=8, sliding=sliding
+                    scene, at, samples=seen, radiance=radiance, breaks=8, sliding=sliding
                 )
         return out
 
@@ -120,7 +120,7 @@ def orders(name, form, sizes, runs=8):
 @functools.cache
 def exact(name):
     scene, radiance = built(name)
-    return eqx.filter_jit(lambda at: arc_length_integral(scene, at, radiance))(at(name))
+    return eqx.filter_jit(lambda at: arc_length_integral(scene, at, radiance=radiance))(at(name))
 
 
 @pytest.mark.smoke
@@ -149,7 +149,9 @@ def test_sampled_by_angle_it_has_that_integral_for_its_mean():
     scene, _ = built("A")
     run = jax.jit(
         lambda k: repeated_estimate(
-            lambda k: arc_length_estimate(trace_strata(scene, at("A"), hemicircle_strata(32, k))),
+            lambda k: arc_length_estimate(
+                trace_strata(scene, at("A"), where=hemicircle_strata(32, k))
+            ),
             k,
             300,
         )
@@ -162,7 +164,9 @@ def test_sampled_by_arc_length_too():
     scene, L = built("disc")
     run = jax.jit(
         lambda k: repeated_estimate(
-            lambda k: arc_length_estimate_on_curves(scene, at("disc"), 32, k, L), k, 300
+            lambda k: arc_length_estimate_on_curves(scene, at("disc"), count=32, key=k, radiance=L),
+            k,
+            300,
         )
     )
     assert within_bars(run(jax.random.key(2)), exact("disc")) < 4.5
@@ -231,7 +235,7 @@ def test_rigid_motions_and_units(angle, scale):
 
 def test_more_light_is_more_of_everything():
     """All forms are linear in the radiance: twice the light, twice every number."""
-    seen = jax.jit(lambda: trace_strata(built("B")[0], at("B"), hemicircle_strata(64)))()
+    seen = jax.jit(lambda: trace_strata(built("B")[0], at("B"), where=hemicircle_strata(64)))()
     twice = eqx.tree_at(lambda s: s.radiance, seen, 2.0 * seen.radiance)
     for form in (arc_length_estimate, stratified_estimate):
         for a, b in zip(jax.tree.leaves(form(twice)), jax.tree.leaves(form(seen)), strict=True):
@@ -248,7 +252,9 @@ def test_light_at_the_horizon_is_what_the_arc_length_form_misses_when_it_turns()
     """
     ground = primitive(Segments((-1.0, -1.0), (1.0, -1.0)))
     scene = Scene.of(ground, environment=lambda a: 0.0 * a + 1.0)
-    seen = jax.jit(lambda: trace_strata(scene, Receiver((0.0, 0.0), 0.3), hemicircle_strata(500)))()
+    seen = jax.jit(
+        lambda: trace_strata(scene, Receiver((0.0, 0.0), 0.3), where=hemicircle_strata(500))
+    )()
     flat, frozen = stratified_estimate(seen), arc_length_estimate(seen)
     np.testing.assert_allclose([flat.value, frozen.value], 2.0, rtol=1e-5)
     np.testing.assert_allclose(flat.hessian[2, 2], 0.0, atol=1e-12)
@@ -302,7 +308,9 @@ def test_error_bars_hold():
     scene, _ = built("B")
     run = jax.jit(
         lambda k: repeated_estimate(
-            lambda k: stratified_estimate(trace_strata(scene, at("B"), hemicircle_strata(64, k))),
+            lambda k: stratified_estimate(
+                trace_strata(scene, at("B"), where=hemicircle_strata(64, k))
+            ),
             k,
             200,
         )
@@ -335,8 +343,10 @@ def test_single_precision():
 
     @jax.jit
     def run(scene, at, where):
-        seen = trace_strata(scene, at, where, radiance)
-        return corrected_estimate(scene, at, seen, radiance, breaks=4), stratified_estimate(seen)
+        seen = trace_strata(scene, at, where=where, radiance=radiance)
+        return corrected_estimate(
+            scene, at, samples=seen, radiance=radiance, breaks=4
+        ), stratified_estimate(seen)
 
     best, plain = run(*single((scene, at("disc"), hemicircle_strata(512))))
     assert best.gradient.dtype == plain.hessian.dtype == jnp.float32
@@ -368,7 +378,7 @@ FAULTS = {
 @pytest.fixture(scope="module")
 def seen_in_b():
     scene, _ = built("B")
-    return jax.jit(lambda: trace_strata(scene, at("B"), hemicircle_strata(4096)))()
+    return jax.jit(lambda: trace_strata(scene, at("B"), where=hemicircle_strata(4096)))()
 
 
 @pytest.mark.parametrize("fault", FAULTS)

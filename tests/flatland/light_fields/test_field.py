@@ -155,7 +155,9 @@ def test_uneven_light_is_integrated_too():
     scene, line = Scene.of(*crossing()[:2]), Receiver((0.1, 0.0), 0.15)
     E = integral(scene, line, uneven, 24)
     j = jax.jit(lambda x: E.jet(x[None]))(jnp.array(0.2))
-    true = derivatives(lambda x: irradiance(scene, at(line, x), uneven, nodes=24))(jnp.array(0.2))
+    true = derivatives(lambda x: irradiance(scene, at(line, x), radiance=uneven, nodes=24))(
+        jnp.array(0.2)
+    )
     assert_same((j.value, j.gradient[0], j.hessian[0, 0]), true)
 
 
@@ -250,7 +252,7 @@ def test_a_curved_glossy_receiver_reflects_what_brute_force_says():
             return jnp.exp(-0.5 * ((u[1] + theta) / width) ** 2) / (width * np.sqrt(2.0 * np.pi))
 
         here = Receiver(line.position + u[0] * line.tangent, line.n + kappa * u[0])
-        return weighted_irradiance(scene, here, weight, uneven, nodes=96)
+        return weighted_irradiance(scene, here, weight=weight, radiance=uneven, nodes=96)
 
     u = jnp.array([0.3, 0.2])
     j = jax.jit(lambda u: B.jet(u))(u)

@@ -13,7 +13,7 @@ CENTER, RADIUS = np.array([0.9, 0.3, 1.4]), 0.5
 
 def traced():
     scene = Scene.of(primitive(sphere(CENTER, RADIUS)))
-    return jax.jit(lambda: traced_edges(scene, receiver((0.0, 0.0, 0.0)), 100, 100))()
+    return jax.jit(lambda: traced_edges(scene, receiver((0.0, 0.0, 0.0)), azimuths=100, rays=100))()
 
 
 def ball_ends(phi, x, y):
@@ -82,7 +82,9 @@ def plate_ends(phi, x, y):
 def test_edges_that_are_corners():
     """Found where they were bisected; how they run is seen from the slices beside them."""
     scene = Scene.of(primitive(rectangle((0.2, 0.1, 1.0), (0.8, 0.0, 0.0), (0.0, 0.6, 0.0))))
-    found = jax.jit(lambda: traced_edges(scene, receiver((0.0, 0.0, 0.0)), 100, 100))()
+    found = jax.jit(
+        lambda: traced_edges(scene, receiver((0.0, 0.0, 0.0)), azimuths=100, rays=100)
+    )()
     phi = np.asarray(found.phi)
     assert np.all(found.smooth == 0.0)
     truth = plate_ends(phi, 0.0, 0.0)

@@ -42,7 +42,7 @@ def balls(centers, axes, position):
 
     def found(x):
         at = receiver(jnp.append(x, position[2]))
-        B = visibility_by_azimuth(ovals(centers, axes), at, 64, 16)
+        B = visibility_by_azimuth(ovals(centers, axes), at, nodes=64, most=16)
         return B.value, B
 
     slope, B = jax.jacfwd(found, has_aux=True)(position[:2])
@@ -51,7 +51,7 @@ def balls(centers, axes, position):
 
 def lit_balls(centers, axes, position):
     """Irradiance behind two ellipsoids."""
-    return irradiance_by_azimuth(ovals(centers, axes), receiver(position), 64, 16)
+    return irradiance_by_azimuth(ovals(centers, axes), receiver(position), nodes=64, most=16)
 
 
 def two(one, other=HIDDEN, x=(0.0, 0.0)):
@@ -225,7 +225,7 @@ def test_an_upright_box_an_upright_cylinder_and_a_slanted_edge(x, town):
 @pytest.fixture(scope="module")
 def town():
     scene = Scene.of(primitive(box(*BOX)), primitive(cylinder(*POLE)), primitive(triangle(*SLANT)))
-    return jax.jit(lambda x: visibility_by_azimuth(scene, receiver(jnp.append(x, 0.0)), 24))
+    return jax.jit(lambda x: visibility_by_azimuth(scene, receiver(jnp.append(x, 0.0)), nodes=24))
 
 
 def test_by_azimuth_and_along_contours():
@@ -238,7 +238,11 @@ def test_by_azimuth_and_along_contours():
 
     def both():
         slope = boundary_gradient(scene, at, weight=lambda w: jnp.ones_like(w[..., 2]))
-        return visibility_by_azimuth(scene, at, 48), net_visibility(scene, at, 32), slope
+        return (
+            visibility_by_azimuth(scene, at, nodes=48),
+            net_visibility(scene, at, nodes=32),
+            slope,
+        )
 
     B, value, slope = jax.jit(both)()
     assert abs(B.value - value) < 1e-11
@@ -264,7 +268,7 @@ def test_any_transport_on_a_curved_receiver():
         at = Receiver(
             jnp.zeros(3), jnp.eye(3), jnp.array([[-0.4, 0.2], [0.2, 0.5]]), jnp.asarray(-1)
         )
-        B = transport_by_azimuth(scene, at.moved(x), lit, 20, 14)
+        B = transport_by_azimuth(scene, at.moved(x), transport=lit, nodes=20, inner=14)
         return B.value, B
 
     slope, B = jax.jit(lambda x: jax.jacfwd(found, has_aux=True)(x))(jnp.zeros(2))
@@ -276,7 +280,7 @@ def test_any_transport_on_a_curved_receiver():
 def test_a_count_of_nothing_is_refused():
     scene = Scene.of(primitive(sphere((0.0, 0.0, 2.0), 1.0)))
     with pytest.raises(ValueError, match="Argument `nodes` must be positive, but is 0"):
-        visibility_by_azimuth(scene, receiver((0.0, 0.0, 0.0)), 0)
+        visibility_by_azimuth(scene, receiver((0.0, 0.0, 0.0)), nodes=0)
 
 
 # --- deliberate faults, in one slice -------------------------------------------------------------

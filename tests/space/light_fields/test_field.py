@@ -353,7 +353,7 @@ def test_irradiance_of_a_ball_converges_as_a_root_at_both_ends_does():
     # a plane of rays through the t axis touches the ball: (y + w z)^2 = r^2 (1 + w^2)
     ends = np.roots([z * z - 0.25, 2.0 * y * z, y * y - 0.25])
     breaks = tuple(Constant(e, REST) for e in ends)
-    L, truth, sizes = light_field(scene, AT), irradiance(scene, AT, 64), (6, 24)
+    L, truth, sizes = light_field(scene, AT), irradiance(scene, AT, nodes=64), (6, 24)
     errors = [abs(value(summed(L, n, breaks), jnp.zeros(2)) - truth) for n in sizes]
     assert fitted_order(sizes, errors) < -2.7
     assert errors[-1] < 1e-4 * truth

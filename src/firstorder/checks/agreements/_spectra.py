@@ -256,7 +256,7 @@ def _sensed(gather, scene, at, places, sigma, Omega):
                 (1.0 + v**2) * wave(2.0 * np.pi * Omega * v)
             )
 
-        return gather(scene, Receiver(p, at.n, at.on), weight, nodes=2 * NODES)
+        return gather(scene, Receiver(p, at.n, at.on), weight=weight, nodes=2 * NODES)
 
     return jax.vmap(lambda p: part(p, jnp.cos) - 1j * part(p, jnp.sin))(places)
 

@@ -45,7 +45,7 @@ def by_rays(scene: Scene, at: Receiver, count: int) -> Found:
 
 @eqx.filter_jit
 def _sampled(look: Callable, scene: Scene, at: Receiver, count: int):
-    samples = look(scene, at, hemicircle_strata(count))
+    samples = look(scene, at, where=hemicircle_strata(count))
     return samples.radiance * jnp.cos(samples.strata.angles)
 
 
@@ -81,5 +81,6 @@ def by_mended(scene: Scene, at: Receiver, count: int, scales) -> Three:
 
 @eqx.filter_jit
 def _mended(form: Callable, scene: Scene, at: Receiver, count: int):
-    d = form(scene, at, trace_strata(scene, at, hemicircle_strata(count))).translation()
+    seen = trace_strata(scene, at, where=hemicircle_strata(count))
+    d = form(scene, at, samples=seen).translation()
     return jnp.stack([d.value, d.first, d.second])

@@ -70,7 +70,7 @@ def _gaps(scene: Scene, panels: Panels, at: Receiver) -> _Gaps:
             starts = jax.vmap(lambda shape: shape.motion(jnp.zeros(()))[0])(group)
             seams.append(starts)
         first += group.count
-    seen = view(scene, at, jnp.concatenate(seams) if seams else None)
+    seen = view(scene, at, cuts=jnp.concatenate(seams) if seams else None)
     eps = jnp.finfo(seen.angles.dtype).eps
     ends = jax.lax.stop_gradient(seen.angles)
     width = ends[1:] - ends[:-1]

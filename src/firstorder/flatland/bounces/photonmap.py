@@ -266,9 +266,10 @@ def photon_radiance(
 @eqx.filter_jit
 def final_gather(
     scene: Scene,
+    at: Receiver,
+    *,
     photons: PhotonMap,
     how: DensityEstimator,
-    at: Receiver,
     rays: int,
     key: PRNGKeyArray | None = None,
 ) -> Float[Array, " r"]:
@@ -280,9 +281,9 @@ def final_gather(
 
     Args:
         scene: in which the photons were traced.
+        at: a row of receivers.
         photons: the map.
         how: nearest or fixed.
-        at: a row of receivers.
         rays: from each, in strata of equal cosine.
         key: for a random ray in each; None takes the middle.
 
@@ -292,7 +293,7 @@ def final_gather(
     albedo = scene.material.albedo
 
     def one(here: Receiver, key):
-        seen = trace_strata(scene, here, hemicircle_strata(rays, key, cosine=True))
+        seen = trace_strata(scene, here, where=hemicircle_strata(rays, key, cosine=True))
         index = jnp.maximum(seen.index, 0)
         E = photon_irradiance(photons, how, index, seen.front, seen.s)
         rho = albedo[index, jnp.where(seen.front, FRONT, BACK)]

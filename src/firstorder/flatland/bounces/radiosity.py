@@ -98,7 +98,7 @@ class RadiositySolution(eqx.Module):
         return emitted, jnp.sum(kept[:, None] * self.E * lengths)
 
 
-def solve_radiosity(scene: Scene, fineness: Discretization | None = None) -> RadiositySolution:
+def solve_radiosity(scene: Scene, *, fineness: Discretization | None = None) -> RadiositySolution:
     """Solves for the light in a scene of diffuse surfaces.
 
     `E` is then smooth between the visual events of `RadiositySolution.events`, across which E' (at

@@ -63,7 +63,7 @@ def arc_length_estimate(samples: Samples) -> Derivatives:
 
 
 def arc_length_integral(
-    scene: Scene, at: Receiver, radiance: Radiance | None = None, nodes: int = 16
+    scene: Scene, at: Receiver, *, radiance: Radiance | None = None, nodes: int = 16
 ) -> Derivatives:
     """The arc-length form as an integral: Gauss-Legendre between silhouettes, no sampling.
 
@@ -85,15 +85,18 @@ def arc_length_integral(
         -0.545
     """
     ends = jax.lax.stop_gradient(view(scene, at).angles)
-    return arc_length_estimate(trace_strata(scene, at, gap_quadrature(ends, nodes), radiance))
+    return arc_length_estimate(
+        trace_strata(scene, at, where=gap_quadrature(ends, nodes), radiance=radiance)
+    )
 
 
 def arc_length_estimate_on_curves(
     scene: Scene,
     at: Receiver,
+    *,
+    radiance: Radiance | None = None,
     count: int,
     key: PRNGKeyArray | None = None,
-    radiance: Radiance | None = None,
 ) -> Derivatives:
     """The arc-length form by strata of arc length: `count` points on each shape.
 
@@ -105,9 +108,9 @@ def arc_length_estimate_on_curves(
     Args:
         scene: shapes; what the sky sends does not count.
         at: one receiver.
+        radiance: what shapes send out in place of their emission (see `irradiance`).
         count: strata on each shape.
         key: for a random point in each; None takes the middle.
-        radiance: what shapes send out in place of their emission (see `irradiance`).
 
     Reference: J12 §5.1, eq. 39.
     """
@@ -115,12 +118,13 @@ def arc_length_estimate_on_curves(
     if key is not None:
         share = jax.random.uniform(key, (scene.count, count), at.position.dtype)
     s = ((jnp.arange(count) + share) / count) * jnp.ones((scene.count, 1))
-    return arc_length_sum(scene, at, s, jnp.full_like(s, 1.0 / count), radiance)
+    return arc_length_sum(scene, at, s=s, weights=jnp.full_like(s, 1.0 / count), radiance=radiance)
 
 
 def arc_length_sum(
     scene: Scene,
     at: Receiver,
+    *,
     s: Float[Array, "k n"],
     weights: Float[Array, "k n"],
     radiance: Radiance | None = None,
@@ -243,7 +247,7 @@ def stratified_estimate(samples: Samples) -> Derivatives:
         >>> from firstorder.flatland.estimators.strata import trace_strata, hemicircle_strata
         >>> lamp = Scene.of(primitive(Segments((1.0, 1.0), (-1.0, 1.0)), emission=1.0))
         >>> form = jax.jit(lambda at: stratified_estimate(trace_strata(lamp, at,
-        ...     hemicircle_strata(1000))))
+        ...     where=hemicircle_strata(1000))))
         >>> round(float(form(Receiver((0.5, 0.0), 0.0)).translation().first), 2)
         -0.54
     """
@@ -308,8 +312,8 @@ def repeated_estimate(
         >>> from firstorder.flatland.estimators.strata import trace_strata, hemicircle_strata
         >>> lamp = Scene.of(primitive(Segments((1.0, 1.0), (-1.0, 1.0)), emission=1.0))
         >>> at = Receiver((0.5, 0.0), 0.0)
-        >>> form = lambda key: stratified_estimate(trace_strata(lamp, at, hemicircle_strata(100,
-        ...     key)))
+        >>> form = lambda key: stratified_estimate(trace_strata(lamp, at,
+        ...     where=hemicircle_strata(100, key)))
         >>> bars = jax.jit(lambda key: repeated_estimate(form, key, 25))(jax.random.key(0))
         >>> bool(abs(bars.mean.gradient[0] + 0.544873) < 4 * bars.error.gradient[0] + 1e-2)
         True

@@ -28,6 +28,7 @@ from firstorder.scene._derivatives import Derivatives
 def corrected_estimate(
     scene: Scene,
     at: Receiver,
+    *,
     samples: Samples,
     radiance: Radiance | None = None,
     breaks: int = 64,
@@ -144,7 +145,10 @@ def _bisected(scene, at: Receiver, samples: Samples, radiance, below, above, hal
     def seen(angles, radiance):
         flat = angles.ravel()
         found = trace_strata(
-            scene, at, Strata(jnp.pad(flat, (0, 1)), flat, jnp.ones_like(flat)), radiance
+            scene,
+            at,
+            where=Strata(jnp.pad(flat, (0, 1)), flat, jnp.ones_like(flat)),
+            radiance=radiance,
         )
         found = eqx.tree_at(lambda s: s.strata, found, None)
         return jax.tree.map(lambda a: a.reshape(*angles.shape, *a.shape[1:]), found)

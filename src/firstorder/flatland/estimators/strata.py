@@ -130,7 +130,7 @@ def gap_quadrature(ends: Float[Array, " m_1"], nodes: int) -> Strata:
 
 
 def trace_strata(
-    scene: Scene, at: Receiver, where: Strata, radiance: Radiance | None = None
+    scene: Scene, at: Receiver, *, where: Strata, radiance: Radiance | None = None
 ) -> Samples:
     """First hits of one ray in each stratum.
 

@@ -63,6 +63,7 @@ class TracedEdges(eqx.Module):
 def traced_edges(
     scene: Scene,
     at: Receiver,
+    *,
     azimuths: int = 100,
     rays: int = 100,
     size: int = 4,

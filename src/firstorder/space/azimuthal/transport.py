@@ -68,7 +68,7 @@ class _Slice(eqx.Module):
 
 
 def visibility_by_azimuth(
-    scene: Scene, at: Receiver, nodes: int = 24, most: int = 64
+    scene: Scene, at: Receiver, *, nodes: int = 24, most: int = 64
 ) -> AzimuthalIntegral:
     """Net visibility, the solid angle of the sky that a receiver sees, with its gradient [sr].
 
@@ -101,7 +101,7 @@ def visibility_by_azimuth(
 
 
 def irradiance_by_azimuth(
-    scene: Scene, at: Receiver, nodes: int = 24, most: int = 64
+    scene: Scene, at: Receiver, *, nodes: int = 24, most: int = 64
 ) -> AzimuthalIntegral:
     """Irradiance from a sky of radiance one behind blockers, with its gradient.
 
@@ -122,6 +122,7 @@ def irradiance_by_azimuth(
 def transport_by_azimuth(
     scene: Scene,
     at: Receiver,
+    *,
     transport: Transport,
     nodes: int = 24,
     inner: int = 16,
@@ -155,7 +156,7 @@ def transport_by_azimuth(
         >>> scene = Scene.of(primitive(sphere((0.0, 0.0, 2.0), 1.0)))
         >>> def lit(at, w):  # brighter to the right, and farther along
         ...     return w[2] * (1.0 + 0.5 * (at.axes @ w)[0] + at.position[0])
-        >>> B = transport_by_azimuth(scene, receiver((0.0, 0.0, 0.0)), lit)
+        >>> B = transport_by_azimuth(scene, receiver((0.0, 0.0, 0.0)), transport=lit)
         >>> print(round(float(B.value), 4), round(float(B.gradient.interior[0]), 4))
         2.3562 2.3562
     """

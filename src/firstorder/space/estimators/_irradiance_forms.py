@@ -78,7 +78,7 @@ def scene_tracer(scene: Scene) -> Trace:
 
 
 def trace_strata(
-    scene: Scene, at: Receiver, where: Strata, radiance_of: RadianceOf | None = None
+    scene: Scene, at: Receiver, *, where: Strata, radiance: RadianceOf | None = None
 ) -> Samples:
     """Samples of a scene's shapes and sky by one ray into each cell over each receiver.
 
@@ -86,7 +86,7 @@ def trace_strata(
         scene: shapes, their emission and the sky.
         at: receivers, with any leading axes.
         where: cells, with the same leading axes or none.
-        radiance_of: what shapes send out in place of their emission (see `gather_samples`).
+        radiance: what shapes send out in place of their emission (see `gather_samples`).
 
     Example:
         >>> import jax
@@ -97,15 +97,13 @@ def trace_strata(
         >>> lamp = rectangle((0.5, 0.0, 1.0), (0.0, 0.5, 0.0), (0.5, 0.0, 0.0))
         >>> scene = Scene.of(primitive(lamp, emission=1.0))
         >>> form = jax.jit(lambda at: stratified_estimate(trace_strata(scene, at,
-        ...     hemisphere_strata(40, 160))))
+        ...     where=hemisphere_strata(40, 160))))
         >>> round(form(receiver((0.0, 0.0, 0.0))).translation().gradient[0].item(), 1)
         0.6
     """
     check_asked(scene, Scene, at, Receiver)
     emitted = jax.vmap(lambda i, p, n, d: scene.emitted(i, p, d))
-    return gather_samples(
-        scene_tracer(scene), radiance_of or emitted, at, where, jax.vmap(scene.sky)
-    )
+    return gather_samples(scene_tracer(scene), radiance or emitted, at, where, jax.vmap(scene.sky))
 
 
 def gather_samples(
