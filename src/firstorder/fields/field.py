@@ -16,6 +16,7 @@ from firstorder.fields.covariance import Covariance
 from firstorder.fields.jet import Jet, autodiff_jet
 from firstorder.fields.series import Series, sampled_series
 from firstorder.fields.spectrum import Grid, Spectrum, SumSpectrum
+from firstorder.numerics._compiled import compiled
 from firstorder.numerics.batching import batched
 from firstorder.numerics.small_matrices import inner
 from firstorder.typing import Ray, Scalar, Vector, as_float
@@ -96,11 +97,11 @@ class Field(eqx.Module):
 
     def __call__(self, *coordinates) -> Float[Array, "..."]:
         """Radiance at broadcast coordinates, in the order of `frame.coordinates`."""
-        return batched(self.at)(stack(self.frame, coordinates, type(self).__name__))
+        return _values(self, stack(self.frame, coordinates, type(self).__name__))
 
     def jets(self, *coordinates) -> Jet:
         """Jets at broadcast coordinates."""
-        return batched(self.jet)(stack(self.frame, coordinates, type(self).__name__))
+        return _jets(self, stack(self.frame, coordinates, type(self).__name__))
 
     def __add__(self, other: "Field") -> "Sum":
         """Superposition of light."""
@@ -109,6 +110,18 @@ class Field(eqx.Module):
     def __rmul__(self, weight) -> "Sum":
         """The field scaled by a constant."""
         return Sum((self,), jnp.stack([as_float(weight)]))
+
+
+@compiled
+def _values(field: Field, rays: Float[Array, "*b n"]) -> Float[Array, "*b"]:
+    """Radiance along rays."""
+    return batched(field.at)(rays)
+
+
+@compiled
+def _jets(field: Field, rays: Float[Array, "*b n"]) -> Jet:
+    """Jets at rays."""
+    return batched(field.jet)(rays)
 
 
 def _relabelled(tree, frame: Frame):

@@ -24,6 +24,7 @@ from firstorder.flatland.estimators.strata import gap_quadrature, incident_radia
 from firstorder.flatland.intersect import occluded
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver, local_angle, receiver, view
+from firstorder.numerics._compiled import compiled
 from firstorder.numerics._planar import cross_2d
 from firstorder.numerics.quadrature import gauss_legendre
 from firstorder.typing import as_float
@@ -229,6 +230,7 @@ def _above(w: ArrayLike, o: ArrayLike) -> Array:
 # --- reflection ----------------------------------------------------------------------------------
 
 
+@compiled
 def reflected_radiance(
     scene: Scene,
     at: Receiver,
@@ -270,6 +272,7 @@ def reflected_radiance(
     return jnp.sum(seen.strata.weights * brdf(w, as_float(out)) * seen.radiance * jnp.cos(w))
 
 
+@compiled
 def reflected_radiance_over_curves(
     scene: Scene,
     at: Receiver,
@@ -321,6 +324,7 @@ def outgoing_radiance(emitted: ArrayLike, reflected: ArrayLike) -> Values:
     return as_float(emitted) + as_float(reflected)
 
 
+@compiled
 def incident_flux(
     scene: Scene, index: int, radiance: Radiance | None = None, nodes: int = 32
 ) -> Array:

@@ -20,6 +20,7 @@ from firstorder.conventions import direction
 from firstorder.flatland.intersect import occluded
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver, View, receiver, view
+from firstorder.numerics._compiled import compiled
 from firstorder.numerics._planar import dot_2d
 from firstorder.numerics.quadrature import gauss_legendre
 from firstorder.scene._arguments import check_asked
@@ -32,6 +33,7 @@ Radiance = Callable[
 ]
 
 
+@compiled
 def irradiance(
     scene: Scene,
     at: Receiver,
@@ -81,6 +83,7 @@ def irradiance(
     return E
 
 
+@compiled
 def weighted_irradiance(
     scene: Scene,
     at: Receiver,
@@ -127,6 +130,7 @@ def weighted_irradiance(
     )
 
 
+@compiled
 def point_light_irradiance(
     scene: Scene, at: Receiver, *, weight: Callable[[Array], Array] = jnp.cos
 ) -> Float[Array, ""]:
@@ -195,6 +199,7 @@ def _front(scene: Scene, number, s, along) -> Bool[Array, ""]:
 # --- derivatives ---------------------------------------------------------------------------------
 
 
+@compiled
 def derivatives_on_shape(
     f: Callable[[Receiver], Array], scene: Scene, index: ArrayLike, s: ArrayLike
 ) -> Derivatives:

@@ -9,6 +9,7 @@ from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.shapes.kinds import Curves
+from firstorder.numerics._compiled import compiled
 from firstorder.numerics.batching import in_batches, in_blocks
 from firstorder.scene import _intersect as intersect
 from firstorder.scene._intersect import BLOCK, FEW, MISS, first_by_reduction, first_by_scan
@@ -28,6 +29,7 @@ class Hits(eqx.Module):
     s: Float[Array, "*r"]
 
 
+@compiled
 def first_shape(
     scene: Scene, origins: Float[Array, "r 2"], along: Float[Array, "r 2"], on: ArrayLike = MISS
 ) -> Int[Array, " r"]:
@@ -56,6 +58,7 @@ def _block(scene: Scene) -> int:
     return BLOCK // 32 if _has_curves(scene) else BLOCK
 
 
+@compiled
 def nearest(
     scene: Scene, origins: Float[Array, "r 2"], along: Float[Array, "r 2"], on: ArrayLike = MISS
 ) -> Hits:
@@ -88,6 +91,7 @@ def nearest(
     return Hits(jnp.where(met, t, jnp.inf), jnp.where(met, index, MISS), jnp.where(met, s, 0.0))
 
 
+@compiled
 def occluded(
     scene: Scene,
     a: Float[Array, "r 2"],

@@ -17,11 +17,13 @@ from firstorder.conventions import direction
 from firstorder.flatland.intersect import first_shape
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver, view
+from firstorder.numerics._compiled import compiled
 from firstorder.numerics.quadrature import gauss_legendre
 from firstorder.scene._arguments import check_asked
 from firstorder.scene._primitives import BACK, FRONT
 
 
+@compiled
 def mirror_irradiance(
     scene: Scene, at: Receiver, *, mirrors: Sequence[int], nodes: int = 16
 ) -> Float[Array, ""]:

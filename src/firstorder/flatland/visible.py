@@ -23,6 +23,7 @@ from firstorder.conventions import direction
 from firstorder.errors import check_finite, is_concrete, nan_unless
 from firstorder.flatland.intersect import first_shape
 from firstorder.flatland.scene import Scene
+from firstorder.numerics._compiled import compiled
 from firstorder.numerics._planar import cross_2d, dot_2d
 from firstorder.scene._arguments import check_asked, check_kind, numbers
 from firstorder.scene._derivatives import FLATLAND
@@ -183,6 +184,7 @@ def local_angle(receiver: Receiver, point: Float[Array, "2"]) -> Float[Array, ""
     return jnp.clip(angle, -HORIZON, HORIZON)
 
 
+@compiled
 def view(scene: Scene, at: Receiver, *, cuts: Float[Array, "c 2"] | None = None) -> View:
     """Cuts the hemicircle above a receiver at all silhouettes and names the shape in each gap.
 

@@ -17,6 +17,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
+from firstorder.numerics._compiled import compiled
 from firstorder.typing import as_float
 
 FLATLAND = ("x", "y", "n")
@@ -147,6 +148,7 @@ def _operator(S: Array, d: int) -> Array:
     return S * jnp.eye(d, dtype=S.dtype) if S.ndim == 0 else S
 
 
+@compiled
 def derivatives(
     f: Callable[..., Array], *args: Any, freedoms: tuple[str, ...] | None = None, **options: Any
 ) -> Derivatives:

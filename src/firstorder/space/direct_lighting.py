@@ -19,6 +19,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from firstorder.errors import nan_unless
+from firstorder.numerics._compiled import compiled
 from firstorder.numerics._vectors import dot, unit
 from firstorder.scene._arguments import check_asked
 from firstorder.space.receiver import Receiver
@@ -40,6 +41,7 @@ from firstorder.visibility._contour import translation_rate
 Radiance = Callable[[Array, Array], Array]
 
 
+@compiled
 def net_visibility(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[Array, ""]:
     """The solid angle of the sky that a receiver sees [sr].
 
@@ -75,6 +77,7 @@ def net_visibility(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[Arra
     return nan_unless(found.sound, total)
 
 
+@compiled
 def irradiance(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[Array, ""]:
     """Irradiance from shapes of constant radiance and a constant sky [W/m^2].
 
@@ -112,6 +115,7 @@ def irradiance(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[Array, "
     return _light(scene, at, nodes)[2]
 
 
+@compiled
 def vector_irradiance(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[Array, "3"]:
     """The vector of light in the receiver's frame: `integral of L(w) w dw` [W/m^2].
 
@@ -154,6 +158,7 @@ def _shown(scene: Scene, at: Receiver) -> Float[Array, " n_1"]:
     return jnp.append(facing, scene.sky(at.normal))
 
 
+@compiled
 def boundary_gradient(
     scene: Scene,
     at: Receiver,

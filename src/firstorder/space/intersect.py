@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
+from firstorder.numerics._compiled import compiled
 from firstorder.numerics.batching import in_blocks
 from firstorder.scene import _intersect as intersect
 from firstorder.scene._intersect import BLOCK, FEW, MISS, first_by_reduction, first_by_scan
@@ -25,6 +26,7 @@ class Hits(eqx.Module):
     index: Int[Array, "*r"]
 
 
+@compiled
 def first_shape(
     scene: Scene, origins: Float[Array, "r 3"], along: Float[Array, "r 3"], on: ArrayLike = MISS
 ) -> Int[Array, " r"]:
@@ -43,6 +45,7 @@ def first_shape(
     return in_blocks(lambda rays: first_by_scan(groups, rays), (origins, along, on), BLOCK)
 
 
+@compiled
 def nearest(
     scene: Scene, origins: Float[Array, "r 3"], along: Float[Array, "r 3"], on: ArrayLike = MISS
 ) -> Hits:
@@ -71,6 +74,7 @@ def nearest(
     return Hits(jnp.where(met, t, jnp.inf), jnp.where(met, index, MISS))
 
 
+@compiled
 def occluded(
     scene: Scene,
     a: Float[Array, "r 3"],

@@ -31,12 +31,14 @@ from firstorder.flatland.estimators.strata import (
 from firstorder.flatland.intersect import occluded
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver, view
+from firstorder.numerics._compiled import compiled
 from firstorder.numerics._planar import cross_2d, dot_2d
 from firstorder.scene._derivatives import FLATLAND, Derivatives
 
 # --- arc length ----------------------------------------------------------------------------------
 
 
+@compiled
 def arc_length_estimate(samples: Samples) -> Derivatives:
     """Derivatives with radiance and visibility frozen on the curves: only the geometry term moves.
 
@@ -62,6 +64,7 @@ def arc_length_estimate(samples: Samples) -> Derivatives:
     return _weighted(share, r, direction(a), samples.normal, b, met)
 
 
+@compiled
 def arc_length_integral(
     scene: Scene, at: Receiver, *, radiance: Radiance | None = None, nodes: int = 16
 ) -> Derivatives:
@@ -90,6 +93,7 @@ def arc_length_integral(
     )
 
 
+@compiled
 def arc_length_estimate_on_curves(
     scene: Scene,
     at: Receiver,
@@ -121,6 +125,7 @@ def arc_length_estimate_on_curves(
     return arc_length_sum(scene, at, s=s, weights=jnp.full_like(s, 1.0 / count), radiance=radiance)
 
 
+@compiled
 def arc_length_sum(
     scene: Scene,
     at: Receiver,
@@ -217,6 +222,7 @@ def border_derivatives(borders: Borders) -> Derivatives:
     return Derivatives(jnp.sum(J * s), gradient, hessian, FLATLAND)
 
 
+@compiled
 def stratified_estimate(samples: Samples) -> Derivatives:
     """Derivatives from differences of radiance across borders that move as their nearer sample.
 

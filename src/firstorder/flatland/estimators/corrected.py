@@ -21,10 +21,12 @@ from firstorder.flatland.estimators._irradiance_forms import (
 from firstorder.flatland.estimators.strata import Samples, Strata, incident_radiance, trace_strata
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver
+from firstorder.numerics._compiled import compiled
 from firstorder.scene._arguments import check_asked
 from firstorder.scene._derivatives import Derivatives
 
 
+@compiled
 def corrected_estimate(
     scene: Scene,
     at: Receiver,

@@ -17,6 +17,7 @@ from firstorder.flatland.direct_lighting import Radiance
 from firstorder.flatland.intersect import nearest
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import HORIZON, Receiver
+from firstorder.numerics._compiled import compiled
 from firstorder.numerics._planar import cross_2d, dot_2d
 from firstorder.numerics.quadrature import gauss_legendre
 from firstorder.scene._arguments import check_asked
@@ -129,6 +130,7 @@ def gap_quadrature(ends: Float[Array, " m_1"], nodes: int) -> Strata:
     return Strata(jnp.concatenate([ends[:1], inner, ends[-1:]]), angles, weights)
 
 
+@compiled
 def trace_strata(
     scene: Scene, at: Receiver, *, where: Strata, radiance: Radiance | None = None
 ) -> Samples:

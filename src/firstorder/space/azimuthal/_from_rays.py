@@ -14,10 +14,11 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, ArrayLike, Float, Int
 
 from firstorder.conventions import polar
 from firstorder.errors import check_positive
+from firstorder.numerics._compiled import compiled
 from firstorder.space.intersect import nearest
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
@@ -102,6 +103,21 @@ def traced_edges(
     for name, count in (("azimuths", azimuths), ("rays", rays), ("points", points)):
         check_positive(name, count)
     check_positive("reach", reach)
+    return _found(scene, at, azimuths, rays, size, steps, points, reach)
+
+
+@compiled
+def _found(
+    scene: Scene,
+    at: Receiver,
+    azimuths: int,
+    rays: int,
+    size: int,
+    steps: int,
+    points: int,
+    reach: ArrayLike,
+) -> TracedEdges:
+    """`traced_edges` of good numbers."""
     dtype = at.position.dtype
     phi = jnp.asarray(np.pi * (np.arange(azimuths) + 0.5) / azimuths, dtype)
     theta = jnp.asarray(np.pi * ((np.arange(rays) + 0.5) / rays - 0.5), dtype)

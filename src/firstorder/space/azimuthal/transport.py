@@ -25,6 +25,7 @@ from jaxtyping import Array, Bool, Float
 
 from firstorder.conventions import azimuth_axes, polar
 from firstorder.errors import check_positive, nan_unless
+from firstorder.numerics._compiled import compiled
 from firstorder.numerics._vectors import cross, dot, settled
 from firstorder.scene._arguments import check_asked
 from firstorder.space.azimuthal._critical_azimuths import Part, folded, nodes_between, parts
@@ -67,6 +68,7 @@ class _Slice(eqx.Module):
     phi: Float[Array, ""]
 
 
+@compiled
 def visibility_by_azimuth(
     scene: Scene, at: Receiver, *, nodes: int = 24, most: int = 64
 ) -> AzimuthalIntegral:
@@ -100,6 +102,7 @@ def visibility_by_azimuth(
     return _integrated(scene, at, Uniform(), nodes, most)
 
 
+@compiled
 def irradiance_by_azimuth(
     scene: Scene, at: Receiver, *, nodes: int = 24, most: int = 64
 ) -> AzimuthalIntegral:
@@ -119,6 +122,7 @@ def irradiance_by_azimuth(
     return _integrated(scene, at, Cosine(), nodes, most)
 
 
+@compiled
 def transport_by_azimuth(
     scene: Scene,
     at: Receiver,
