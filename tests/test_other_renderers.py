@@ -21,8 +21,7 @@ import pytest
 
 from firstorder.checks.statistics import z_test
 from firstorder.numerics.quadrature import gauss_legendre
-from firstorder.space import Receiver, receiver
-from firstorder.space._geometry_term import coupling
+from firstorder.space import Receiver, geometry_term, receiver
 from firstorder.space.bounces.radiosity import rectangle_irradiance
 from firstorder.space.direct_lighting import irradiance
 from firstorder.space.library._scenes import j12_box, sphere_over_plane
@@ -52,7 +51,7 @@ def box_light():
     def reflected(x):
         up, n = jnp.array([0.0, 0.0, 1.0]), jnp.broadcast_to(right, wall.shape)
         place = jnp.broadcast_to(jnp.append(x, 0.0), wall.shape)
-        return jnp.sum(weight * L * coupling(place, jnp.broadcast_to(up, wall.shape), wall, n))
+        return jnp.sum(weight * L * geometry_term(place, jnp.broadcast_to(up, wall.shape), wall, n))
 
     def direct(x):
         return irradiance(scene, Receiver(jnp.append(x, 0.0), jnp.eye(3), jnp.zeros((2, 2)), floor))

@@ -30,6 +30,16 @@ def reached(shape):
     return row.distance(*ray, False), space.silhouette(scene, jnp.array([0.3, 0.4, -5.0]))
 
 
+def faced(s):
+    """Two patches that see each other."""
+    return (
+        jnp.stack([s, 0.0, 0.1]),
+        jnp.array([0.0, 0.0, 1.0]),
+        jnp.stack([0.2, -0.1, 1.0 + s]),
+        jnp.array([0.0, 0.0, -1.0]),
+    )
+
+
 def slanted(s):
     """Axes of a shape."""
     return jnp.diag(jnp.stack([s, 0.5 + s, 1.0])) + 0.1 * jnp.ones((3, 3))
@@ -96,6 +106,8 @@ PROBES = {
     ),
     "space.VisibleSilhouettes": lambda s: space.visible_silhouettes(ball(s), under(s)).on_arcs(4),
     "space.visible_silhouettes": lambda s: space.visible_silhouettes(ball(s), under(s)),
+    "space.geometry_jet": lambda s: space.geometry_jet(*faced(s)),
+    "space.geometry_term": lambda s: space.geometry_term(*faced(s)),
     "space.net_visibility": lambda s: space.net_visibility(ball(s), under(s), nodes=4),
     "space.irradiance": lambda s: space.irradiance(ball(s), under(s), nodes=4),
     "space.vector_irradiance": lambda s: space.vector_irradiance(ball(s), under(s), nodes=4),

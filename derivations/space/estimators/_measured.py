@@ -26,7 +26,7 @@ def frozen():
     import jax
     import jax.numpy as jnp
 
-    from firstorder.space._geometry_term import coupling_jet
+    from firstorder.space import geometry_jet
 
     (x, wx), (y, wy) = (gauss(40, *side) for side in lights.LIGHT)
     X, Y = np.meshgrid(x, y, indexing="ij")
@@ -35,7 +35,7 @@ def frozen():
     up = jnp.array([0.0, 0.0, 1.0])
 
     def summed(points, weights):
-        jet = coupling_jet(jnp.array(lights.PLACE), up, points, -up)
+        jet = geometry_jet(jnp.array(lights.PLACE), up, points, -up)
         return [jnp.tensordot(weights, part, 2) for part in jet]
 
     return [np.asarray(part) for part in jax.jit(summed)(points, weights)]

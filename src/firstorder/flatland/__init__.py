@@ -10,7 +10,6 @@ Parts:
 - `flatland.bounces`: radiosity, path tracing, photon maps.
 """
 
-from firstorder.flatland._geometry_term import geometry_jet, geometry_term
 from firstorder.flatland._radiometry import (
     diffuse_brdf,
     incident_flux,
@@ -43,6 +42,7 @@ from firstorder.flatland.shapes.kinds import Arcs, Circles, Curves, Ellipses, Se
 from firstorder.flatland.skies import ConstantSky, GaussianSky, PanoramaSky
 from firstorder.flatland.visible import Receiver, View, local_angle, receiver, view
 from firstorder.scene._derivatives import Derivatives, derivatives
+from firstorder.scene._geometry_term import geometry_jet, geometry_term
 
 __all__ = [
     "derivatives",

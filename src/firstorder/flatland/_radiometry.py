@@ -18,7 +18,6 @@ from jaxtyping import Array, ArrayLike, Float, PRNGKeyArray
 
 from firstorder.conventions import direction
 from firstorder.errors import check_not_negative
-from firstorder.flatland._geometry_term import geometry_term
 from firstorder.flatland.direct_lighting import Radiance, irradiance
 from firstorder.flatland.estimators.strata import gap_quadrature, incident_radiance, trace_strata
 from firstorder.flatland.intersect import occluded
@@ -27,6 +26,7 @@ from firstorder.flatland.visible import Receiver, local_angle, receiver, view
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._planar import cross_2d
 from firstorder.numerics.quadrature import gauss_legendre
+from firstorder.scene._geometry_term import geometry_term
 from firstorder.typing import as_float
 
 Values: TypeAlias = Float[Array, "*b"]

@@ -1,11 +1,10 @@
-"""The geometry term of two small patches of surface, in flatland and in space.
+"""The geometry term of two small patches of surface, with its derivatives, in d dimensions.
 
-In d dimensions `G(x, y) = cos_x cos_y / r^(d-1)` turns measure of surface at y into cosine-weighted
-angle at x. With `p = y - x = r u`, `cos_x = n_x . u` and `cos_y = -n_y . u` everything below is a
-rational function of vectors, so it holds in every frame; nothing assumes that x is the origin.
-
-The formulas stand here once. With the papers' names, units and equation numbers they are
-`flatland._geometry_term` (d = 2) and `space._geometry_term` (d = 3).
+`G(x, y) = cos_x cos_y / r^(d-1)` turns measure of surface at y into cosine-weighted angle at x:
+arc length into angle in flatland (d = 2), area into solid angle in space (d = 3). With
+`p = y - x = r u`, `cos_x = n_x . u` and `cos_y = -n_y . u` everything below is a rational function
+of vectors, so it holds in every frame; nothing assumes that x is the origin. The dimension is the
+length of the last axis.
 """
 
 from __future__ import annotations
@@ -17,12 +16,15 @@ from jaxtyping import Array, ArrayLike, Bool, Float
 
 from firstorder.typing import as_float
 
-Vectors: TypeAlias = Float[ArrayLike, "*#b d"]
+Points: TypeAlias = Float[ArrayLike, "*#b d"]
 Numbers: TypeAlias = Float[ArrayLike, "*#b"]
+Values: TypeAlias = Float[Array, "*b"]
+Vectors: TypeAlias = Float[Array, "*b d"]
+Matrices: TypeAlias = Float[Array, "*b d d"]
 
 
-class Jet(NamedTuple):
-    """Value, gradient and Hessian by translation of x, normals held fixed."""
+class GeometryJet(NamedTuple):
+    """Value, gradient and Hessian of the geometry term by translation of x, normals held fixed."""
 
     value: Array
     gradient: Array
@@ -40,14 +42,14 @@ class Facing(NamedTuple):
         sees: whether they do, and are apart.
     """
 
-    r: Float[Array, "*b"]
-    u: Float[Array, "*b d"]
-    cos_x: Float[Array, "*b"]
-    cos_y: Float[Array, "*b"]
+    r: Values
+    u: Vectors
+    cos_x: Values
+    cos_y: Values
     sees: Bool[Array, "*b"]
 
 
-def facing(x: Vectors, normal_x: Vectors, y: Vectors, normal_y: Vectors) -> Facing:
+def facing(x: Points, normal_x: Points, y: Points, normal_y: Points) -> Facing:
     """Distance, direction, both cosines, and whether the surfaces face each other."""
     x, normal_x, y, normal_y = map(as_float, (x, normal_x, y, normal_y))
     p = y - x
@@ -59,24 +61,133 @@ def facing(x: Vectors, normal_x: Vectors, y: Vectors, normal_y: Vectors) -> Faci
     return Facing(r, u, cos_x, cos_y, apart & (cos_x > 0.0) & (cos_y > 0.0))
 
 
-def value(f: Facing) -> Float[Array, "*b"]:
-    """The geometry term, zero where one patch shows its back to the other."""
+def geometry_term(x: Points, normal_x: Points, y: Points, normal_y: Points) -> Values:
+    """Geometry term: cosine-weighted angle at x per length or area of surface at y.
+
+    `G(x, y) = cos_x cos_y / r^(d-1) = -(n_x . p)(n_y . p) / r^(d+1)`, symmetric in the two points:
+    `cos_x dtheta_x / dl_y` in flatland, `cos_x dw_x / da_y` in space.
+
+    Valid between surfaces that face each other; zero where one shows its back to the other, and
+    with a corner where it just turns away (derivatives there are those of the dark side, zero). At
+    `r = 0` the answer is zero, which need not be the limit. Two points of one smooth curve, of
+    curvature k, have `G -> k^2 r / 4`, and two curves that touch have no limit; points of one
+    sphere of radius R have `1 / (4 R^2)` at every distance.
+
+    Args:
+        x: receiving points (m).
+        normal_x: unit normals at x.
+        y: sending points (m), finite.
+        normal_y: unit normals at y; of a two-sided surface, that of the side that is seen.
+
+    Returns:
+        G in 1/m in flatland, 1/m^2 in space.
+
+    Reference: J12 §3.2, eq. 26 (d = 2); §7.1, eqs. 56, 83 (d = 3).
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.scene._geometry_term import geometry_term
+        >>> up, down = jnp.array([0.0, 1.0]), jnp.array([0.0, -1.0])
+        >>> float(geometry_term(jnp.zeros(2), up, jnp.array([0.0, 2.0]), down))
+        0.5
+        >>> up, down = jnp.array([0.0, 0.0, 1.0]), jnp.array([0.0, 0.0, -1.0])
+        >>> float(geometry_term(jnp.zeros(3), up, jnp.array([0.0, 0.0, 2.0]), down))
+        0.25
+    """
+    f = facing(x, normal_x, y, normal_y)
     return jnp.where(f.sees, _value(f.r, f.cos_x, f.cos_y, f.u.shape[-1]), 0.0)
 
 
-def with_horizons(jet: Jet, sees: Bool[Array, "*b"]) -> Jet:
-    """Jet with the horizons: zero where one patch shows its back to the other."""
-    return Jet(
-        jnp.where(sees, jet.value, 0.0),
-        jnp.where(sees[..., None], jet.gradient, 0.0),
-        jnp.where(sees[..., None, None], jet.hessian, 0.0),
+def geometry_gradient(x: Points, normal_x: Points, y: Points, normal_y: Points) -> Vectors:
+    """Gradient of the geometry term by translation of the receiving point.
+
+    `grad_x G = ((d+1) cos_x cos_y u - cos_y n_x + cos_x n_y) / r^d`; both normals and y stay.
+
+    Valid and zero as `geometry_term`. The gradient by motion of y is its negative.
+
+    Args:
+        x: receiving points (m).
+        normal_x: unit normals at x.
+        y: sending points (m).
+        normal_y: unit normals at y.
+
+    Returns:
+        The gradient in 1/m^2 in flatland, 1/m^3 in space, in the frame of the arguments.
+
+    Reference: J12 §5.1, eq. 38, App. A (d = 2); §7.1, eq. 58, App. C (d = 3).
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.scene._geometry_term import geometry_gradient
+        >>> up, down = jnp.array([0.0, 1.0]), jnp.array([0.0, -1.0])
+        >>> geometry_gradient(jnp.zeros(2), up, jnp.array([0.0, 2.0]), down).tolist()
+        [0.0, 0.25]
+        >>> up, down = jnp.array([0.0, 0.0, 1.0]), jnp.array([0.0, 0.0, -1.0])
+        >>> geometry_gradient(jnp.zeros(3), up, jnp.array([0.0, 0.0, 2.0]), down).tolist()
+        [0.0, 0.0, 0.25]
+    """
+    return geometry_jet(x, normal_x, y, normal_y).gradient
+
+
+def geometry_hessian(x: Points, normal_x: Points, y: Points, normal_y: Points) -> Matrices:
+    """Hessian of the geometry term by translation of the receiving point.
+
+    `H_x G = ((d+1)(d+3) cos_x cos_y u u^T - (d+1) cos_x cos_y I - (n_x n_y^T + n_y n_x^T)
+    - (d+1) cos_y (n_x u^T + u n_x^T) + (d+1) cos_x (n_y u^T + u n_y^T)) / r^(d+1)`
+
+    Valid and zero as `geometry_term`. It is also the Hessian by motion of y.
+
+    Args:
+        x: receiving points (m).
+        normal_x: unit normals at x.
+        y: sending points (m).
+        normal_y: unit normals at y.
+
+    Returns:
+        The symmetric Hessian in 1/m^3 in flatland, 1/m^4 in space, in the frame of the arguments.
+
+    Reference: J12 §5.2, eq. 49, App. B (d = 2); §7.2, eq. 66, App. D (d = 3).
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.scene._geometry_term import geometry_hessian
+        >>> up, down = jnp.array([0.0, 1.0]), jnp.array([0.0, -1.0])
+        >>> geometry_hessian(jnp.zeros(2), up, jnp.array([0.0, 1.0]), down).tolist()
+        [[-3.0, 0.0], [0.0, 2.0]]
+        >>> up, down = jnp.array([0.0, 0.0, 1.0]), jnp.array([0.0, 0.0, -1.0])
+        >>> geometry_hessian(jnp.zeros(3), up, jnp.array([0.0, 0.0, 1.0]), down).tolist()
+        [[-4.0, 0.0, 0.0], [0.0, -4.0, 0.0], [0.0, 0.0, 6.0]]
+    """
+    return geometry_jet(x, normal_x, y, normal_y).hessian
+
+
+def geometry_jet(x: Points, normal_x: Points, y: Points, normal_y: Points) -> GeometryJet:
+    """Value, gradient and Hessian of the geometry term together, at the cost of the Hessian.
+
+    Args:
+        x: receiving points (m).
+        normal_x: unit normals at x.
+        y: sending points (m).
+        normal_y: unit normals at y.
+
+    Returns:
+        Results of `geometry_term`, `geometry_gradient` and `geometry_hessian`.
+
+    Reference: J12 eqs. 26, 38 and 49 (d = 2), 56, 58 and 66 (d = 3).
+    """
+    f = facing(x, normal_x, y, normal_y)
+    jet = linear_jet(f.r, f.u, normal_x, normal_y, f.cos_x, f.cos_y)
+    return GeometryJet(
+        jnp.where(f.sees, jet.value, 0.0),
+        jnp.where(f.sees[..., None], jet.gradient, 0.0),
+        jnp.where(f.sees[..., None, None], jet.hessian, 0.0),
     )
 
 
 def linear_jet(
-    r: Numbers, u: Vectors, normal_x: Vectors, normal_y: Vectors, cos_x: Numbers, cos_y: Numbers
-) -> Jet:
-    """Jet without the horizons: linear in each normal, also where it turns away.
+    r: Numbers, u: Points, normal_x: Points, normal_y: Points, cos_x: Numbers, cos_y: Numbers
+) -> GeometryJet:
+    """Jet of the geometry term without horizons: linear in each normal, also where it turns away.
 
     With `a = cos_x`, `b = cos_y` and d coordinates
 
@@ -104,7 +215,7 @@ def linear_jet(
         - first * b * _twice(normal_x, u)
         + first * a * _twice(normal_y, u)
     ) / over ** (d + 1)
-    return Jet(_value(r, cos_x, cos_y, d), gradient, hessian)
+    return GeometryJet(_value(r, cos_x, cos_y, d), gradient, hessian)
 
 
 def _value(r, cos_x, cos_y, d):

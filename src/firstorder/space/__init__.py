@@ -13,6 +13,7 @@ Parts:
 """
 
 from firstorder.scene._derivatives import Derivatives, derivatives
+from firstorder.scene._geometry_term import geometry_jet, geometry_term
 from firstorder.space.direct_lighting import (
     boundary_gradient,
     irradiance,
@@ -100,6 +101,8 @@ __all__ = [
     "SilhouetteSides",
     "VisibleSilhouettes",
     "visible_silhouettes",
+    "geometry_term",
+    "geometry_jet",
     "net_visibility",
     "irradiance",
     "vector_irradiance",

@@ -9,7 +9,7 @@ import pytest
 from derivations.space import _lights as lights
 from firstorder.checks.tolerance import fitted_order, normwise
 from firstorder.scene._derivatives import SPACE, Derivatives
-from firstorder.space._geometry_term import linear_jet
+from firstorder.scene._geometry_term import linear_jet
 from firstorder.space.estimators._irradiance_forms import (
     Samples,
     TracedRays,

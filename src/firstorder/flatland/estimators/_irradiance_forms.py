@@ -20,7 +20,6 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray
 
 from firstorder.conventions import direction
-from firstorder.flatland._geometry_term import linear_jet
 from firstorder.flatland.direct_lighting import Radiance
 from firstorder.flatland.estimators.strata import (
     Samples,
@@ -34,6 +33,7 @@ from firstorder.flatland.visible import Receiver, view
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._planar import cross_2d, dot_2d
 from firstorder.scene._derivatives import FLATLAND, Derivatives
+from firstorder.scene._geometry_term import linear_jet
 
 # --- arc length ----------------------------------------------------------------------------------
 

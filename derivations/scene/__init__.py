@@ -1,0 +1,1 @@
+"""Derivations for what scenes of both worlds share, mirroring `firstorder.scene`."""
