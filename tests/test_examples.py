@@ -5,9 +5,12 @@ import pathlib
 import re
 import runpy
 
+import jax
 import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
+
+from firstorder import space
 
 FOLDER = pathlib.Path(__file__).parents[1] / "examples"
 NUMBER = re.compile(r"[-+]?\d+\.?\d*(?:[eE][-+]?\d+)?")
@@ -152,7 +155,7 @@ def test_irradiance_with_derivatives_is_one_script_for_both_worlds(world, capsys
     np.testing.assert_allclose(found["hessian in a valley"], hessian.ravel(), atol=2e-6)
 
 
-# --- sweeps and caches ---------------------------------------------------------------------------
+# --- sweeps, caches and images -------------------------------------------------------------------
 
 
 def lamp_share(x):
@@ -180,6 +183,84 @@ def test_irradiance_cache_covers_the_floor_with_few_records(capsys):
     worst = found["largest error"][0]
     assert 0.0 < worst < 0.02
     assert abs(found["at x"][-1] - lamp_share(-0.4)) <= worst
+
+
+def test_image_on_a_budget_is_near_the_exact_one_and_knows_how_near(capsys):
+    run = runpy.run_path(str(FOLDER / "image_on_a_budget.py"), run_name="__main__")
+    found = table(capsys.readouterr().out)
+    assert found["samples"] == 800
+    expected, measured = found["expected error"][0], found["measured error"][0]
+    assert 0.5 < expected / measured < 1.5
+    # Every fifth pixel of the floor by exact silhouettes, in and out of the shadow.
+    lamp, pixels = run["lamp"], run["hits"]
+    light = space.primitive(
+        space.rectangle(lamp.center, lamp.u, lamp.v), emission=(lamp.radiance, 0.0)
+    )
+    world = space.Scene.of(*run["world"], light)
+    some = np.argwhere(pixels.index == run["scene"].named("floor")[0])[::5]
+    at = pixels.position[tuple(some.T)]
+    on = world.named("floor")[0]
+    E = jax.lax.map(lambda x: space.irradiance(world, space.receiver(x, on=on)), at)
+    exact = 0.7 / np.pi * np.asarray(E)
+    assert np.ptp(exact) > 0.8 * np.max(exact), "no shadow among the pixels"
+    truth, image = (a[tuple(some.T)] for a in (run["truth"], run["image"].value))
+    # 256 stratified rays err by some 256^(-3/4) of the lamp, and stand for what it all sends.
+    assert np.sqrt(np.mean((truth - exact) ** 2)) < 256**-0.75 * np.max(exact)
+    off, known = (np.sqrt(np.mean((image - a) ** 2)) for a in (exact, truth))
+    np.testing.assert_allclose(off, known, rtol=0.05)
+    whole = np.sqrt(np.mean((run["image"].value - run["truth"]) ** 2)) / np.mean(run["truth"])
+    np.testing.assert_allclose(measured, whole, rtol=1e-12)
+    assert measured < 0.06
+
+
+# --- mirrors and files ---------------------------------------------------------------------------
+
+
+def sines_of(points, at):
+    way = np.array(points) - at
+    return way[:, 0] / np.linalg.norm(way, axis=1)
+
+
+def off_the_mirror(foot, top):
+    """The lamp's image behind the mirror, through the opening that the mirror is."""
+    low, end, at = np.array([foot, 0.0]), np.array([top, 0.3]), np.array([0.2, 0.0])
+    normal = np.array([0.3, foot - top]) / np.hypot(0.3, top - foot)
+    lamp = np.array([(-0.5, 1.0), (-1.5, 1.0)])
+    behind = lamp - 2.0 * ((lamp - low) @ normal)[:, None] * normal
+    image, opening = np.sort(sines_of(behind, at)), np.sort(sines_of([low, end], at))
+    return 0.8 * max(min(image[1], opening[1]) - max(image[0], opening[0]), 0.0)
+
+
+def test_light_by_a_mirror_comes_from_the_lamp_behind_it(capsys):
+    found = shown("light_by_a_mirror", capsys)
+    h = 1e-5
+    np.testing.assert_allclose(found["E"], off_the_mirror(1.0, 1.0), rtol=1e-12)
+    foot, top = (
+        (off_the_mirror(1.0 + a, 1.0 + b) - off_the_mirror(1.0 - a, 1.0 - b)) / (2.0 * h)
+        for a, b in ((h, 0.0), (0.0, h))
+    )
+    np.testing.assert_allclose(found["by the foot of the mirror"], foot, rtol=1e-7)
+    np.testing.assert_allclose(found["by its top"], top, rtol=1e-7)
+
+
+def test_shadow_ray_file_holds_the_rays_that_tell_the_shadow(capsys):
+    found = shown("shadow_ray_file", capsys)
+    size, count = found["bytes"]
+    assert count == 16 * 400
+    assert size == 136 + 28 * count
+    # Half-way up a sheet over x < 0 hides what is opposite: a share of x + 1/2 is left.
+    share = np.clip(found["x"] + 0.5, 0.0, 1.0)
+    np.testing.assert_allclose(found["share of the lamp"], share, atol=0.02)
+
+
+def test_radiance_ambient_file_is_a_cache_that_covers_the_floor(capsys):
+    found = shown("radiance_ambient_file", capsys)
+    assert found["records"].tolist() == [64.0, 1.0]
+    worst, brightest = found["largest error"]
+    lamp = np.array([(-0.5, -0.5, 2.0), (0.5, -0.5, 2.0), (0.5, 0.5, 2.0), (-0.5, 0.5, 2.0)])
+    most = lambert(lamp, np.zeros(3), np.array([0.0, 0.0, 1.0]))
+    assert 0.98 * most < brightest < most
+    assert 0.0 < worst < 0.02 * most
 
 
 def test_a_wrong_number_is_noticed():

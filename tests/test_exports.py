@@ -84,8 +84,6 @@ HOST = {
     "reconstruction.blue_noise_samples",
     "reconstruction.cross_bilateral",
     "reconstruction.delaunay_image",
-    # Decides pixel by pixel what to shade; `GridInterpolant`, which fills in the rest, is walked.
-    "reconstruction.interpolate_image",
     # Oracles for estimators, by SciPy's incomplete beta function and bisection.
     "sampling.ExpectedDensity",
     "sampling.expected_fixed_radius",

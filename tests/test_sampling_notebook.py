@@ -21,7 +21,7 @@ from firstorder.space import Scene, primitive, receiver, rectangle
 from firstorder.space.direct_lighting import irradiance
 
 _, defs = notebook.app.run(defs={{"size": 48}})
-labels, points, truth = (defs[k] for k in ("labels", "floor_points", "truth"))
+hits, truth = (defs[k] for k in ("hits", "truth"))
 start = (500, notebook.BY_ALL, 1.5, 1.0)
 others = [(900, *start[1:]), (500, notebook.EVEN, *start[2:]),
           (500, notebook.BY_DIFFERENCES, *start[2:]), (500, notebook.BY_LIGHT, *start[2:]),
@@ -31,16 +31,18 @@ assert len(set(pictures)) == len(pictures), "a slider changes nothing"
 assert all(p[1:4] == b"PNG" for p in pictures)
 
 def errors(*sliders):
-    now = notebook.painted(labels, points, sliders)
-    return [float(np.sqrt(np.mean(a**2))) for a in (now["image"] - truth, now["expected"])]
+    _, image, expected = notebook.painted(hits, sliders)
+    return [float(np.sqrt(np.mean(a**2))) for a in (image - truth, expected)]
 
 print(json.dumps([errors(*s) for s in (start, *others[:2])]))
 light = notebook.LIGHT
 lamp = primitive(rectangle(light.center, light.u, light.v), emission=(light.radiance, 0.0))
 scene = Scene.of(*notebook.THINGS, lamp)
+floor = notebook.SCENE.named("floor")[0]
+points, there = hits.position[hits.index == floor], truth[hits.index == floor]
 some = points[:: len(points) // 60]
 E = jax.lax.map(lambda x: irradiance(scene, receiver(x, on=scene.named("floor")[0])), some)
-found = truth[labels == notebook.FLOOR][:: len(points) // 60]
+found = there[:: len(points) // 60]
 print(json.dumps([np.asarray(E).tolist(), found.tolist()]))
 """
 

@@ -198,7 +198,6 @@ def test_a_table_holds_its_words_and_tints_its_verdicts(ax):
 def test_a_scene_is_a_map_with_rays_at_the_angles_of_the_conventions(ax):
     plotting.map_axes(ax, "scene")
     plotting.draw_surface(ax, [[-1.0, 0.0], [0.0, 0.0], [1.0, 0.0]])
-    plotting.draw_blocker(ax, [[-0.5, 0.5], [0.0, 0.5]])
     before = len(ax.lines)
     plotting.draw_rays(ax, [0.0, 0.0], np.pi / 6, 2.0)
     np.testing.assert_allclose(ax.lines[before].get_xydata()[1], [-1.0, np.sqrt(3.0)])
@@ -236,3 +235,28 @@ def test_labels_carry_symbols_and_units():
     assert plotting.label("kappa") == r"$\kappa$ (rad/m)"
     assert plotting.label("v") == "$v$"
     assert plotting.label("Omega_x", unit=False) == r"$\Omega_{x}$"
+
+
+def test_live_images_show_what_they_are_given_where_they_are_given_it():
+    def shown(*images, **options):
+        png = live.png(images, **options)
+        return np.asarray(Image.open(io.BytesIO(png)).convert("RGB"), int)
+
+    live = plotting.LiveImages({"first": ("gray", 2.0), "second": ("gray", 1.0)}, 4, 3)
+    dark, ramp = np.zeros((4, 3)), np.tile(np.arange(4.0)[:, None], (1, 3))
+    black, bright = shown(dark, dark), shown(dark, ramp)
+    changed = np.argwhere(np.any(black != bright, -1))
+    middle = black.shape[1] // 2
+    assert len(changed) > 1000
+    assert changed[:, 1].min() > middle, "the second panel alone changed"
+    across = bright[changed[:, 0].min() + 5, :, 0][middle:]
+    assert across[np.argmax(across == 0) :].max() == 255, "above its top a value is white"
+    # The first half of the second axis is the lower one.
+    lower = shown(np.array([[2.0, 0.0, 0.0]] * 4), dark)
+    rows = np.argwhere(np.any(lower != black, -1))[:, 0]
+    assert rows.min() > black.shape[0] // 2
+    for options in ({"notes": {0: "said"}}, {"dots": {0: np.array([[1.0, 1.0]])}}):
+        where = np.argwhere(np.any(shown(dark, dark, **options) != black, -1))
+        assert len(where) > 0
+        assert where[:, 1].max() < middle
+    assert np.array_equal(shown(dark, dark), black), "notes and dots are gone again"

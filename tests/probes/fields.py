@@ -6,7 +6,7 @@ import numpy as np
 from firstorder import fields, transport
 from firstorder.conventions import FLATLAND
 from firstorder.fields import Grid
-from tests.probes.light import GRID, OFFSET, SLOPE, jet, light, mask, ray, wave
+from tests.probes.light import GRID, OFFSET, SLOPE, jet, light, mask, ray
 
 PROBES = {
     "fields.Affine": lambda s: jet(fields.Affine(jnp.stack([s, 1.0]), s)),
@@ -78,5 +78,4 @@ PROBES = {
         fields.spot_light(s, 0.5, fields.GaussianProfile(0.3, "v", SLOPE))
     ),
     "fields.triple_products": lambda s: s * jnp.asarray(fields.triple_products(4)),
-    "fields.windowed_covariance": lambda s: fields.windowed_covariance(wave(s), light(s), 8).matrix,
 }

@@ -5,7 +5,6 @@ from firstorder.fields.covariance import Covariance, covariance_of, covariance_o
 from firstorder.fields.environment import Environment, Harmonics, NearLight
 from firstorder.fields.extent import Extent
 from firstorder.fields.field import Affine, Constant, Edge, Field, Function, Sum
-from firstorder.fields.gaussian_window import windowed_covariance
 from firstorder.fields.gaussians import Gaussian, gaussian
 from firstorder.fields.jet import Jet, autodiff_jet
 from firstorder.fields.kernel import GaussianProfile, Kernel, Profile
@@ -47,7 +46,6 @@ __all__ = [
     "Extent",
     "covariance_of",
     "covariance_of_samples",
-    "windowed_covariance",
     "Wavelet",
     "haar_matrix",
     "triple_products",

@@ -88,8 +88,7 @@ class SoftEdge(Field):
     """A half-plane whose edge is blurred: `below + (above - below) Phi(level / width)`.
 
     Phi is the normal distribution function: the shadow of a straight blocker in a Gaussian light.
-    Smooth, so it has a covariance, though only under a window, as it never dies out: see
-    `windowed_covariance`.
+    Smooth, but it never dies out, so it has a covariance only as a factor of what does.
 
     Args:
         level: straight edge, an affine function of the ray.

@@ -103,9 +103,8 @@ def mesh_facets(mesh: Mesh, normals: Any = None, part: Any = None, uv: Any = Non
 
     Args:
         mesh: any.
-        normals: unit normals at the vertices, such as
-            `space.meshes.curvature.fitted_curvatures(mesh).normal`; `vertex_normals`, if left out.
-            A vertex without one takes each face's own.
+        normals: unit normals at the vertices; `vertex_normals`, if left out. A vertex without one
+            takes each face's own.
         part: number of the primitive to which each face belongs; 0, if left out.
         uv: of a picture, at the corners of each face, shape (f, 3, 2); zeros, if left out.
 

@@ -7,8 +7,8 @@ again, and the pixel is a smooth function of its place. Irradiance E comes from 
 exact under differentiation; what is gathered along rays (a sky that is no constant, glossy lobes)
 gets its boundary term from the silhouettes, which no derivative of sampled light contains.
 
-An image's gradients at a coarse grid are what `reconstruction.image` lives on (R07 §8). Labels keep
-it from crossing edges in the image: the shape a pixel shows, and which of its faces.
+An image's gradients at a coarse grid are what interpolation lives on (R07 §8). Labels keep it from
+crossing edges in the image: the shape a pixel shows, and which of its faces.
 """
 
 from __future__ import annotations
@@ -49,7 +49,6 @@ class RenderedImage(eqx.Module):
         value: radiance, first axis px, second py [W/(m^2 sr)].
         gradient: dI/dpx and dI/dpy in the last axis.
         label: what each pixel shows: `faces` per shape, -1 for the sky.
-        shaded: whether a pixel was computed, rather than interpolated.
     """
 
     px: Float[np.ndarray, " c"]
@@ -57,7 +56,6 @@ class RenderedImage(eqx.Module):
     value: Float[np.ndarray, "c r"]
     gradient: Float[np.ndarray, "c r 2"]
     label: Int[np.ndarray, "c r"]
-    shaded: np.ndarray
 
     @property
     def picture(self) -> Float[np.ndarray, "r c"]:
@@ -329,8 +327,8 @@ def render(
     index, label = pixel_labels(scene, camera, jnp.asarray(p))
     value, gradient = render_pixels(scene, camera, p, index, rays, gradients)
     shape = (columns, rows)
-    return RenderedImage(px, py, value.reshape(shape), gradient.reshape(*shape, 2),
-                 np.asarray(label).reshape(shape), np.ones(shape, bool))  # fmt: skip
+    value, gradient = value.reshape(shape), gradient.reshape(*shape, 2)
+    return RenderedImage(px, py, value, gradient, np.asarray(label).reshape(shape))
 
 
 def pixel_positions(px: np.ndarray, py: np.ndarray) -> np.ndarray:

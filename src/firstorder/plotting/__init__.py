@@ -13,11 +13,11 @@ from firstorder.plotting.flatland import (
     scene_report,
 )
 from firstorder.plotting.light import log_magnitude, show_light_field, show_spectrum
-from firstorder.plotting.live import LiveFigure
+from firstorder.plotting.live import LiveFigure, LiveImages
 from firstorder.plotting.overlays import covariance_ellipse, print_scale, set_covariance
 from firstorder.plotting.path_portraits import Portraits, portrait_strip, portraits
 from firstorder.plotting.pictures import tone_map, write_png
-from firstorder.plotting.scenes import draw_blocker, draw_rays, draw_surface, map_axes
+from firstorder.plotting.scenes import draw_rays, draw_surface, map_axes
 from firstorder.plotting.space import (
     draw_silhouettes,
     draw_sky,
@@ -59,7 +59,6 @@ __all__ = [
     "portrait_strip",
     "map_axes",
     "draw_surface",
-    "draw_blocker",
     "draw_rays",
     "draw_scene",
     "receiver_curve",
@@ -78,4 +77,5 @@ __all__ = [
     "tone_map",
     "write_png",
     "LiveFigure",
+    "LiveImages",
 ]

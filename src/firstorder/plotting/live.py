@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
+from jaxtyping import Float
 from matplotlib.artist import Artist
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import Colormap
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from PIL import Image
+
+from firstorder.plotting.style import house_style
+from firstorder.plotting.style import panels as make_panels
 
 
 class LiveFigure:
@@ -59,6 +64,64 @@ class LiveFigure:
         picture = Image.fromarray(np.ascontiguousarray(pixels[..., :3]))
         picture.save(file, "png", compress_level=1)
         return file.getvalue()
+
+
+class LiveImages:
+    """Images of one size in a figure of two columns that redraws fast, with notes and dots on them.
+
+    Args:
+        panels: by title: the colour map, and the value at its top; 0 is at its bottom.
+        columns: of the images [pixels].
+        rows: of the images [pixels].
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.plotting import LiveImages
+        >>> live = LiveImages({"radiance": ("gray", 1.0), "error": ("gray", 0.1)}, 4, 3)
+        >>> both = np.ones((4, 3)), np.zeros((4, 3))
+        >>> live.png(both, notes={1: "RMS 0"}, dots={0: np.array([[2.0, 1.5]])})[1:4]
+        b'PNG'
+    """
+
+    def __init__(self, panels: Mapping[str, tuple[str | Colormap, float]], columns: int, rows: int):
+        """Draw axes, titles and scales."""
+        self._images, self._notes, self._dots = [], [], []
+        options = {"vmin": 0.0, "origin": "lower", "extent": (0, columns, 0, rows)}
+        with house_style():
+            figure, axes = make_panels(-(-len(panels) // 2), 2, 3.9, 3.4)
+            for ax in axes.flat[len(panels) :]:
+                ax.set_axis_off()
+            for ax, (title, (colours, top)) in zip(axes.flat, panels.items(), strict=False):
+                nothing = np.zeros((rows, columns))
+                self._images.append(ax.imshow(nothing, cmap=colours, vmax=top, **options))
+                self._notes.append(
+                    ax.text(0.02, 0.97, "", color="w", va="top", transform=ax.transAxes)
+                )
+                self._dots.append(ax.plot([], [], ".", color="#38bdf8", markersize=1.6)[0])
+                ax.set(title=title, xticks=[], yticks=[])
+                ax.grid(False)
+                figure.colorbar(self._images[-1], ax=ax, shrink=0.8)
+            self._live = LiveFigure(figure, [*self._images, *self._notes, *self._dots])
+
+    def png(
+        self,
+        images: Sequence[Float[np.ndarray, "c r"]],
+        notes: Mapping[int, str] | None = None,
+        dots: Mapping[int, Float[np.ndarray, "n 2"]] | None = None,
+    ) -> bytes:
+        """The picture of these images.
+
+        Args:
+            images: one for each panel, first axis across, second upwards.
+            notes: in panels by their number.
+            dots: over panels by their number, in pixels, (0, 0) a corner.
+        """
+        notes, dots = notes or {}, dots or {}
+        for k, (image, values) in enumerate(zip(self._images, images, strict=True)):
+            image.set_data(values.T)
+            self._notes[k].set_text(notes.get(k, ""))
+            self._dots[k].set_data(*dots.get(k, np.zeros((0, 2))).T)
+        return self._live.png()
 
 
 class _Pixels:

@@ -31,11 +31,6 @@ def draw_surface(ax: Axes, points, *, depth: float = 0.06) -> None:
     ax.plot(*points.T, color=_INK, linestyle="-", linewidth=1.6)
 
 
-def draw_blocker(ax: Axes, points) -> None:
-    """Draws an opaque blocker: a line through `points` (n, 2)."""
-    ax.plot(*np.asarray(points).T, color=_INK, linestyle="-", linewidth=3.5)
-
-
 def draw_rays(ax: Axes, origins, angles, lengths, *, color="#c2410c", arrows: bool = False) -> None:
     """Draws rays from `origins` (n, 2) at `angles` counter-clockwise from +y.
 

@@ -5,7 +5,6 @@ from firstorder.reconstruction.blue_noise import blue_noise_samples
 from firstorder.reconstruction.delaunay import delaunay_image
 from firstorder.reconstruction.grid import GridInterpolant
 from firstorder.reconstruction.hermite import HermiteInterpolant, hermite_basis, interpolation_error
-from firstorder.reconstruction.image import interpolate_image
 from firstorder.reconstruction.importance import (
     QuadtreeCells,
     ShadedSamples,
@@ -58,7 +57,6 @@ __all__ = [
     "hermite_basis",
     "interpolation_error",
     "GridInterpolant",
-    "interpolate_image",
     "delaunay_image",
     "bilateral_widths",
     "cross_bilateral",

@@ -1,4 +1,4 @@
-"""Rendering of whole images to files: tiles, passes, shadow rays through meshes."""
+"""Whole images: to files in tiles and passes, through meshes, or on a budget of shadow rays."""
 
 from firstorder.rendering.image_files import (
     image_coordinates,
@@ -8,6 +8,7 @@ from firstorder.rendering.image_files import (
 )
 from firstorder.rendering.renderer import Renderer, TileHits, World
 from firstorder.rendering.shadow_rays import CameraHits, camera_hits, is_visible, mesh_blockers
+from firstorder.rendering.shared_shadows import ExpectedImage, SharedShadows, share_shadow_rays
 from firstorder.rendering.tiles import render_tiles
 
 __all__ = [
@@ -23,4 +24,7 @@ __all__ = [
     "is_visible",
     "CameraHits",
     "camera_hits",
+    "share_shadow_rays",
+    "SharedShadows",
+    "ExpectedImage",
 ]

@@ -12,7 +12,7 @@ from firstorder.shadowfield import (
     shadow_harmonic,
 )
 from firstorder.shadowfield.plane import periodic
-from firstorder.shadowfield.plane.periodic import _bars_coefficient, _matched_period
+from firstorder.shadowfield.plane.periodic import _bars_coefficient
 
 D1, D2, OPEN, W = 1.2, 0.5, 0.3, 0.8
 UNIFORM = Separable([0.0], (BoxProfile(0.5 * W, "y", PLANE),)).spectrum()
@@ -91,7 +91,7 @@ def test_a_soft_light_forgets_fine_bars_faster_than_a_sharp_one():
 def test_two_matched_planes_are_never_their_average(period):
     """Traced along rays to many places of a light of whole periods: between 0 and 1/2, always."""
     other = 0.8
-    second = float(_matched_period(period, D1, D2, other))
+    second = period * (D1 - other) / (D1 - D2)  # of the same angle, seen from the receiver
     common = period * D1 / (D1 - D2)
     y = (np.arange(20000) + 0.5) / 20000 * 4 * common
     x = np.linspace(0.0, 1.5 / float(moire_frequency(period, D1, D2, other)), 25)

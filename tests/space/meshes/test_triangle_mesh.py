@@ -2,7 +2,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.space.meshes.triangle_mesh import _face_normals, mesh, vertex_normals, vertex_rings
+from firstorder.space.meshes.triangle_mesh import _face_normals, mesh, vertex_normals
 
 TETRAHEDRON = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
 CORNERS = [[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
@@ -83,18 +83,6 @@ def test_vertex_normals_are_exact_on_a_sphere_and_move_with_the_mesh():
     np.testing.assert_allclose(vertex_normals(ball), squeezed, atol=1e-14)
     np.testing.assert_allclose(vertex_normals(ball.at(ball.vertices[:, ::-1])), -squeezed[:, ::-1],
                                atol=1e-14)  # fmt: skip
-
-
-def test_rings_are_the_neighbours():
-    v, f = icosphere(1)
-    ball = mesh(v, f)
-    near = vertex_rings(ball, 1)
-    assert sorted(set((near >= 0).sum(1))) == [5, 6]
-    wider = vertex_rings(ball)
-    for k in (0, 20):
-        mine = set(near[k][near[k] >= 0])
-        expected = set().union(*(set(near[j][near[j] >= 0]) for j in mine)) | mine
-        assert set(wider[k][wider[k] >= 0]) == expected - {k}
 
 
 @pytest.mark.parametrize(

@@ -28,7 +28,6 @@ from firstorder.fields.jet import Jet, autodiff_jet
 from firstorder.laws.integrate import Integrate
 from firstorder.laws.move import Move
 from firstorder.laws.multiply import Multiply
-from firstorder.numerics.quadrature import sorted_breaks
 from firstorder.typing import Ray, Scalar, as_float
 
 ON_LIGHT = Frame(("y", "v"))
@@ -115,14 +114,6 @@ def to_two_planes(d1) -> Move:
     s = 1.0 / _positive(d1)
     zero, one = jnp.zeros_like(s), jnp.ones_like(s)
     return Move(jnp.stack([jnp.stack([zero, one]), jnp.stack([s, -s])]), to=TWO_PLANES)
-
-
-def _from_receiver(d1) -> Move:
-    """The inverse of `to_two_planes`: `f(y + d1 v, y)` over (y, v), from a field over (x, y)."""
-    check_positive("d1", d1)
-    d1 = _positive(d1)
-    zero, one = jnp.zeros_like(d1), jnp.ones_like(d1)
-    return Move(jnp.stack([jnp.stack([one, d1]), jnp.stack([one, zero])]), to=ON_LIGHT)
 
 
 class FormFactor(Field):
@@ -237,39 +228,6 @@ def factoring_bound(light: Field, d1, lower, upper, x, nodes: int = 256) -> Floa
     y = lower + step * (jnp.arange(nodes) + 0.5)
     K = FormFactor(d1)(x[..., None], y)
     return 0.5 * step * jnp.sum(jnp.abs(K - r[..., None]) * light(y), axis=-1)
-
-
-def _visible_intervals(
-    f: Field, d1, x, lower, upper
-) -> tuple[Float[Array, " m"], Float[Array, " k"]]:
-    """The light as one receiver sees it through planar blockers: cuts, and what each piece passes.
-
-    Args:
-        f: the shadow light field over (y, v), constant between its edges.
-        d1: distance between light and receiver [m].
-        x: one position on the receiver [m].
-        lower: where the light begins [m].
-        upper: where it ends [m].
-
-    Returns:
-        The m increasing ends of the pieces, all of the light from `lower` to `upper`, and the
-        m - 1 transparencies between them. Pieces may be empty. Ends are differentiable.
-
-    Example:
-        >>> from firstorder.fields import Affine, Bars
-        >>> from firstorder.shadowfield import PLANE, planar_blocker
-        >>> from firstorder.shadowfield.plane.light_field import _visible_intervals
-        >>> edge = Bars(Affine([1.0], 0.0, PLANE), [0.0], [0.0, 1.0])
-        >>> ends, passed = _visible_intervals(planar_blocker(edge, 0.5), 1.0, 0.25, -0.5, 0.5)
-        >>> ends.tolist(), passed.tolist()
-        ([-0.5, -0.25, 0.5], [0.0, 1.0])
-    """
-    seen = to_two_planes(d1)(f)
-    lower, upper = as_float(lower), as_float(upper)
-    u = jnp.stack([as_float(x), jnp.zeros_like(lower)])
-    met = [e.crossing(u, 1, lower, upper).value for e in seen.edges()]
-    ends, _ = sorted_breaks(lower, upper, met)
-    return ends, seen(u[0], 0.5 * (ends[1:] + ends[:-1]))
 
 
 def _over_both(light: Field) -> Field:

@@ -107,20 +107,6 @@ def coarsest_average_period(tolerance, open, width, d1, d2) -> Scalar:
     return as_float(tolerance) / average_occlusion_bound(1.0, open, width, d1, d2)
 
 
-def _matched_period(period, d1, d2, other) -> Scalar:
-    """Period at depth `other` that looks from the receiver like `period` at depth d2.
-
-    Lengths in proportion to the distance from the receiver (E11 Fig. 18 (a)): the openings of both
-    planes then cover the light with one common period `p d1 / (d1 - d2)`, and slide against each
-    other as the receiver moves.
-
-    Raises:
-        ValueError: if a length is not positive, or a plane is not before the receiver.
-    """
-    _check(period, d1, d2, other)
-    return as_float(period) * (as_float(d1) - other) / (as_float(d1) - d2)
-
-
 def moire(x, period, d1, d2, other) -> Float[Array, "*n"]:
     """Share of an endless light that passes two matched planes of bars, each half open.
 

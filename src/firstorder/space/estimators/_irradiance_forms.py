@@ -240,7 +240,7 @@ def stratified_estimate(samples: Samples) -> Derivatives:
 
     The Hessian: by two tilts exact for the cells, the light at the horizon included; by a step and
     a tilt by the same motion of walls. **By two steps strata give none** (a staircase has the
-    normals of an edge but not its bends, see `_historical.naive_hessian`): that block is the
+    normals of an edge but not its bends): that block is the
     surface-area form's, without shadow edges.
 
     Args:

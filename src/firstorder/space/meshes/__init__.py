@@ -1,14 +1,9 @@
-"""Triangle meshes: adjacency, curvature."""
+"""Triangle meshes with adjacency and normals."""
 
-from firstorder.space.meshes.curvature import Curvatures, curvatures_from_normals, fitted_curvatures
-from firstorder.space.meshes.triangle_mesh import Mesh, mesh, vertex_normals, vertex_rings
+from firstorder.space.meshes.triangle_mesh import Mesh, mesh, vertex_normals
 
 __all__ = [
     "Mesh",
     "mesh",
     "vertex_normals",
-    "vertex_rings",
-    "Curvatures",
-    "fitted_curvatures",
-    "curvatures_from_normals",
 ]

@@ -157,7 +157,7 @@ def vertex_normals(mesh: Mesh) -> Float[Array, "v 3"]:
     Each corner counts with `(a x b) / (|a|^2 |b|^2)`, a and b the edges that leave it: exact if all
     neighbours lie on one sphere with the vertex, whatever the triangles. On other surfaces the
     error falls with the square of the edges' length where neighbours lie point-symmetrically, and
-    with the first power where they do not; `space.meshes.curvature.fitted_curvatures` does better.
+    with the first power where they do not.
 
     Reference: N. Max, "Weights for computing vertex normals from facet normals", JGT 4(2), 1999.
 
@@ -175,30 +175,3 @@ def vertex_normals(mesh: Mesh) -> Float[Array, "v 3"]:
         weight = jnp.where(weight > 0.0, weight, jnp.inf)
         total = total.at[mesh.faces[:, k]].add(cross(a, b) / weight[:, None])
     return unit(total)
-
-
-def vertex_rings(mesh: Mesh, reach: int = 2) -> Int[np.ndarray, "v k"]:
-    """The neighbours of each vertex: all that at most `reach` edges lead to; -1 fills the rows up.
-
-    Args:
-        mesh: any.
-        reach: 1 for those that share an edge.
-    """
-    import scipy.sparse as sparse
-
-    e, v = np.asarray(mesh.edges), mesh.vertices.shape[0]
-    ends = np.r_[e[:, 0], e[:, 1]], np.r_[e[:, 1], e[:, 0]]
-    step = sparse.csr_array((np.ones(len(ends[0]), bool), ends), shape=(v, v))
-    near = step
-    for _ in range(reach - 1):
-        near = near + near @ step
-    here, there = near.tocoo().coords
-    apart = here != there
-    here, there = here[apart], there[apart]
-    order = np.lexsort((there, here))
-    here, there = here[order], there[order]
-    count = np.bincount(here, minlength=v)
-    place = np.arange(len(here)) - np.repeat(np.cumsum(count) - count, count)
-    table = np.full((v, max(1, int(count.max(initial=0)))), -1, np.int32)
-    table[here, place] = there
-    return table
