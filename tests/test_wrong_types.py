@@ -237,8 +237,8 @@ def test_one_blocker_needs_no_list():
     low, high = (point_edge_angle((s, 2.0), side=s) for s in (1.0, -1.0))
     many = [point_edge_angle(jnp.array([[s, 2.0]]), side=s) for s in (1.0, -1.0)]
     jax.tree.map(np.testing.assert_array_equal, visible_edges(low, high), visible_edges(*many))
-    jitted = jax.jit(lambda x: visible_edges(point_edge_angle((x, 2.0)), high).angle)(1.0)
-    np.testing.assert_allclose(jitted, visible_edges(low, high).angle, rtol=1e-14)
+    jitted = jax.jit(lambda x: visible_edges(point_edge_angle((x, 2.0)), high).edges.value)(1.0)
+    np.testing.assert_allclose(jitted, visible_edges(low, high).edges.value, rtol=1e-14)
 
 
 def test_one_number_stands_for_all_shapes():

@@ -138,8 +138,8 @@ def against_bisection(order: int) -> float:
 
     worst = 0.0
     for center, radius, side, position, n, kappa in CASES:
-        ours = circle_edge_angle(center, radius, side, position, n, kappa=kappa)
-        found = float(ours.alpha_x if order == 1 else ours.alpha_xx)
+        ours = circle_edge_angle(center, radius, side, position, n).along(kappa)
+        found = float(ours.first if order == 1 else ours.second)
         truth = bisected(order, center, radius, side, position, n, kappa)
         worst = max(worst, abs(found - truth) / abs(truth))
     return worst
@@ -162,9 +162,9 @@ def against_autodiff(order: int) -> float:
             step = length * jnp.stack([jnp.cos(middle), jnp.sin(middle)])
             return circle_edge_angle(center, radius, side, position + step, turn).value
 
-        closed = circle_edge_angle(center, radius, side, position, n, kappa=kappa)
-        first = closed.alpha_x - jax.grad(value)(0.0)
-        return jnp.stack([first, closed.alpha_xx - jax.grad(jax.grad(value))(0.0)])
+        closed = circle_edge_angle(center, radius, side, position, n).along(kappa)
+        first = closed.first - jax.grad(value)(0.0)
+        return jnp.stack([first, closed.second - jax.grad(jax.grad(value))(0.0)])
 
     rows = [errors(*map(jnp.asarray, case)) for case in CASES]
     return float(np.max(np.abs(np.stack(rows)[:, order - 1])))

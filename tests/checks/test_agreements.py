@@ -55,6 +55,7 @@ from firstorder.flatland import (
     receiver,
 )
 from firstorder.flatland.library._scenes import named_scene
+from firstorder.visibility import edge_at
 
 # Ways that are exact or cheap (fewer where compiling takes long); random ones on one scene.
 CHEAP = ("visible", "laws", "arc", "rays, a", "a cached")
@@ -135,7 +136,7 @@ def scaled(module, name, factor):
 
 
 def _numbers(out):
-    names = ("mean", "value", "gradient", "hessian", "radiance", "alpha_x")
+    names = ("mean", "value", "gradient", "hessian", "radiance")
     return [getattr(out, n) for n in names if hasattr(out, n)]
 
 
@@ -143,7 +144,7 @@ def turned_slope(patch):
     right = edges.point_edge_angle
 
     def wrong(*args, **kwargs):
-        return eqx.tree_at(lambda a: a.alpha_x, right(*args, **kwargs), replace_fn=jnp.negative)
+        return eqx.tree_at(lambda a: a.gradient, right(*args, **kwargs), replace_fn=jnp.negative)
 
     patch.setattr(edges, "point_edge_angle", wrong)
 
@@ -154,8 +155,7 @@ def still_limb(patch):
 
     def wrong(center, radius, side, position, n):
         a = right(center, radius, side, position, n)
-        s, c = jnp.sin(a.value), jnp.cos(a.value)
-        return eqx.tree_at(lambda a: a.alpha_xx, a, -2.0 * s * c / a.distance**2)
+        return edge_at(a.value, 1.0 / a.distance, a.jump)
 
     patch.setattr(edges, "circle_edge_angle", wrong)
 

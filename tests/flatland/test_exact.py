@@ -445,9 +445,7 @@ def under_a_sky(x):
         return t.reshape(angle.shape)
 
     found = bracket_edges(lambda a: jnp.isfinite(hit(a)), jnp.linspace(-1.57, 1.57, 256), size=4)
-    a = tangent_points(hit, found).alpha()
-    first, second = a.alpha_x[:, None], a.alpha_xx[:, None, None]
-    edges = VisibilityEdges(a.value, first, second, found.sign, jnp.array(1.0))
+    edges = VisibilityEdges(tangent_points(hit, found).edges().along(), jnp.array(1.0))
     traced = shading_derivatives(lambda p, w: jnp.cos(w), x[None], edges)
     exact = derivatives(irradiance, scene, at, freedoms=("x",))
     rays = (traced.value, traced.gradient.total[0], traced.hessian.total[0, 0])

@@ -46,10 +46,10 @@ def disc(s):
 
 
 PROBES = {
-    "visibility.EdgeAngle": lambda s: visibility.point_edge_angle(jnp.stack([s, 1.0]), kappa=s),
+    "visibility.EdgeAngle": lambda s: visibility.point_edge_angle(jnp.stack([s, 1.0])).along(s, s),
     "visibility.BracketedEdges": lambda s: (s, disc(s)[1].angle),
-    "visibility.VisibilityEdges": lambda s: slab(s).gradient,
-    "visibility.TangentPoints": lambda s: visibility.tangent_points(*disc(s)).alpha().alpha_x,
+    "visibility.VisibilityEdges": lambda s: slab(s).edges.gradient,
+    "visibility.TangentPoints": lambda s: visibility.tangent_points(*disc(s)).edges().along().first,
     "visibility.Elevation": lambda s: (
         visibility.crease_elevation((s, 0.2, 1.0), (0.1, 1.0, s)).gradient
     ),
@@ -72,9 +72,7 @@ PROBES = {
     ),
     "visibility.blocked_measure": lambda s: visibility.blocked_measure(*slots(s), jnp.sin),
     "visibility.bracket_edges": lambda s: (s, disc(s)[1].sign),
-    "visibility.circle_edge_angle": lambda s: visibility.circle_edge_angle(
-        jnp.stack([s, 2.0]), s, kappa=s
-    ),
+    "visibility.circle_edge_angle": lambda s: visibility.circle_edge_angle(jnp.stack([s, 2.0]), s),
     "visibility.clip_intervals": lambda s: visibility.clip_intervals(*slots(s), (-0.1, 0.2)),
     "visibility.autodiff_edges": lambda s: visibility.autodiff_edges(
         lambda p: slots(p[0] * s), jnp.stack([s, 1.0])
@@ -86,16 +84,13 @@ PROBES = {
     "visibility.point_edge_angle": lambda s: visibility.point_edge_angle(
         jnp.stack([s, 2.0]), radius=s
     ),
-    "visibility.edge_angle_under_rotation": lambda s: visibility.edge_angle_under_rotation(
-        visibility.point_edge_angle(jnp.stack([s, 2.0]))
-    ),
+    "visibility.edge_at": lambda s: visibility.edge_at(s, 1.0 + s, s, 0.1 * s),
     "visibility.segment_solid_angle": lambda s: visibility.segment_solid_angle(*segment(s)),
     "visibility.segment_vector_irradiance": lambda s: visibility.segment_vector_irradiance(
         *segment(s)
     ),
     "visibility.shading_derivatives": lambda s: shadow(s).value,
     "visibility.shading": lambda s: shadow(s),
-    "visibility.edge_angle_jet": lambda s: visibility.edge_angle_jet(jnp.stack([s, 2.0]), radius=s),
     "visibility.signed_edges": lambda s: visibility.signed_edges(*slots(s)),
     "visibility.interval_between": lambda s: visibility.interval_between(*slots(s)),
     "visibility.visible_gaps": lambda s: visibility.visible_gaps(*slots(s)),

@@ -11,8 +11,7 @@ from derivations.visibility.edge_angles import CASES, bisected
 from firstorder.conventions import direction
 from firstorder.visibility import (
     circle_edge_angle,
-    edge_angle_jet,
-    edge_angle_under_rotation,
+    edge_at,
     point_edge_angle,
 )
 
@@ -28,8 +27,8 @@ def test_alpha_is_the_direction_of_the_point():
 
 def closed(case, order):
     center, radius, side, position, n, kappa = case
-    a = circle_edge_angle(center, radius, side, position, n, kappa=kappa)
-    return float(a.alpha_x if order == 1 else a.alpha_xx)
+    a = circle_edge_angle(center, radius, side, position, n).along(kappa)
+    return float(a.first if order == 1 else a.second)
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -44,7 +43,7 @@ def wrong(terms):
 
     def second(case):
         center, radius, side, position, n, kappa = case
-        a = circle_edge_angle(center, radius, side, position, n, kappa=kappa)
+        a = circle_edge_angle(center, radius, side, position, n)
         s, c, D = np.sin(a.value), np.cos(a.value), float(a.distance)
         parts = np.array([-2 * s * c / D**2, kappa * s / D, -side * radius * c**2 / D**3])
         return float(parts @ np.array(terms))
@@ -72,46 +71,69 @@ def test_towards_the_other_side_the_sign_changes():
     point, h = (0.3, 1.1), 1e-6
     towards = [np.arctan2(point[0] - x, point[1]) for x in (h, -h)]
     measured = (towards[0] - towards[1]) / (2 * h)
-    assert abs(point_edge_angle(point).alpha_x + measured) < 1e-9
+    assert abs(point_edge_angle(point).along().first + measured) < 1e-9
 
 
 @given(ANGLES, st.floats(0.2, 3.0), st.floats(-2.0, 2.0), st.floats(0.1, 10.0))
 def test_scaling_the_scene_scales_derivatives(angle, D, n, scale):
     point = D * np.asarray(direction(jnp.asarray(angle + n)))
-    one = point_edge_angle(point, n=n, radius=0.3, kappa=0.2)
-    two = point_edge_angle(scale * point, n=n, radius=0.3 * scale, kappa=0.2 / scale)
+    one = point_edge_angle(point, n=n, radius=0.3).along(kappa=0.2)
+    two = point_edge_angle(scale * point, n=n, radius=0.3 * scale).along(kappa=0.2 / scale)
     np.testing.assert_allclose(two.value, one.value, atol=1e-14)
-    np.testing.assert_allclose(two.alpha_x * scale, one.alpha_x, rtol=1e-12, atol=1e-13)
-    np.testing.assert_allclose(two.alpha_xx * scale**2, one.alpha_xx, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(two.first * scale, one.first, rtol=1e-12, atol=1e-13)
+    np.testing.assert_allclose(two.second * scale**2, one.second, rtol=1e-12, atol=1e-12)
 
 
-def test_the_jet_of_the_place_gives_every_motion():
-    """Along the tangent, and along a curved receiver: q' H q' + g q''."""
-    point, position, n, kappa = jnp.array([0.4, 1.7]), jnp.array([-0.3, 0.2]), 0.35, 0.7
-    jet = edge_angle_jet(point, position, radius=0.2, side=-1.0)
-    a = point_edge_angle(point, position, n, radius=0.2, side=-1.0, kappa=kappa)
-    tangent = jnp.array([np.cos(n), np.sin(n)])
-    normal = direction(jnp.asarray(n))
-    np.testing.assert_allclose(jet.value - n, a.value, rtol=1e-15)
-    np.testing.assert_allclose(jet.gradient @ tangent - kappa, a.alpha_x, rtol=1e-14)
-    along = tangent @ jet.hessian @ tangent + kappa * jet.gradient @ normal
-    np.testing.assert_allclose(along, a.alpha_xx, rtol=1e-14)
-    auto = jax.jit(jax.hessian(lambda q: point_edge_angle(point, q).value))(position)
-    np.testing.assert_allclose(edge_angle_jet(point, position).hessian, auto, rtol=1e-13)
+def moved(point, position, n, **how):
+    """The edge as the receiver steps along its tangent and its normal, and turns."""
+    axes = jnp.stack([jnp.array([jnp.cos(n), jnp.sin(n)]), direction(jnp.asarray(n))], -1)
+    return lambda q: point_edge_angle(point, position + axes @ q[:2], n + q[2], **how)
+
+
+def test_derivatives_by_all_freedoms_are_those_of_autodiff():
+    angle = moved(jnp.array([0.4, 1.7]), jnp.array([-0.3, 0.2]), 0.35)
+    zero = jnp.zeros(3)
+    a, auto = angle(zero), lambda q: angle(q).value
+    np.testing.assert_allclose(a.gradient, jax.jit(jax.grad(auto))(zero), rtol=1e-14)
+    np.testing.assert_allclose(a.hessian, jax.jit(jax.hessian(auto))(zero), rtol=1e-13, atol=1e-15)
+
+
+def test_they_give_every_motion():
+    """Along a curved receiver: q' H q' + g q'' with the turn that goes with it."""
+    kappa, change = 0.7, -0.3
+    a = moved(jnp.array([0.4, 1.7]), jnp.array([-0.3, 0.2]), 0.35, radius=0.2, side=-1.0)(
+        jnp.zeros(3)
+    )
+    step, bent = jnp.array([1.0, 0.0, kappa]), jnp.array([0.0, kappa, change])
+    along = a.along(kappa, change)
+    np.testing.assert_allclose(along.first, a.gradient @ step, rtol=1e-14)
+    np.testing.assert_allclose(
+        along.second, step @ a.hessian @ step + a.gradient @ bent, rtol=1e-14
+    )
+
+
+def test_a_known_angle_and_distance_are_a_point():
+    a = point_edge_angle((0.4, 1.7), (-0.3, 0.2), 0.35, radius=0.2, side=-1.0)
+    same = edge_at(a.value, 1.0 / a.distance, -1.0, 0.2 / a.distance**3)
+    for ours, point in zip(jax.tree.leaves(same), jax.tree.leaves(a), strict=True):
+        np.testing.assert_allclose(ours, point, rtol=1e-14, atol=1e-15)
 
 
 def test_a_turn_on_the_spot():
     a = point_edge_angle((0.3, 2.0), (0.1, 0.0), 0.2)
-    turned = edge_angle_under_rotation(a)
     slope = jax.grad(lambda n: point_edge_angle((0.3, 2.0), (0.1, 0.0), n).value)(0.2)
-    assert turned.alpha_x == slope == -1.0
-    assert turned.alpha_xx == 0.0
-    assert turned.value == a.value
+    assert a.gradient[2] == slope == -1.0
+    assert np.all(a.hessian[2] == 0.0)
+
+
+def test_one_derivative_is_asked_of_one_motion():
+    with pytest.raises(ValueError, match="one derivative for each of 3 freedoms"):
+        _ = point_edge_angle((0.3, 2.0)).first
 
 
 def test_a_small_disc_is_a_corner():
-    corner = point_edge_angle((0.4, 1.3), kappa=0.3)
-    disc = circle_edge_angle((0.4, 1.3), 1e-7, kappa=0.3)
+    corner = point_edge_angle((0.4, 1.3)).along(kappa=0.3)
+    disc = circle_edge_angle((0.4, 1.3), 1e-7).along(kappa=0.3)
     for ours, same in zip(jax.tree.leaves(disc), jax.tree.leaves(corner), strict=True):
         np.testing.assert_allclose(ours, same, atol=3e-7)
 
@@ -120,7 +142,7 @@ def test_there_is_no_angle_on_the_point_or_inside_the_disc():
     """NaN in value, and no NaN in derivatives: a padded slot must not poison a sum."""
     assert np.isnan(point_edge_angle((0.0, 0.0)).value)
     assert np.isnan(circle_edge_angle((0.0, 0.5), 1.0).value)
-    assert np.isnan(circle_edge_angle((0.0, 0.5), 0.5).alpha_xx)
+    assert np.isnan(circle_edge_angle((0.0, 0.5), 0.5).along().second)
 
     @jax.jit
     @jax.grad
@@ -154,4 +176,5 @@ def test_single_precision_is_kept():
     with jax.enable_x64(False):
         a = jax.jit(circle_edge_angle)(jnp.array([0.3, 1.4]), jnp.array(0.5), jnp.array(1.0))
         assert {leaf.dtype.name for leaf in jax.tree.leaves(a)} == {"float32"}
-    np.testing.assert_allclose(a.alpha_xx, circle_edge_angle((0.3, 1.4), 0.5).alpha_xx, rtol=1e-5)
+    truth = circle_edge_angle((0.3, 1.4), 0.5).along().second
+    np.testing.assert_allclose(a.along().second, truth, rtol=1e-5)

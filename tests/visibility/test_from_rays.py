@@ -9,6 +9,7 @@ import pytest
 
 from firstorder.checks.tolerance import fitted_order
 from firstorder.visibility import (
+    EdgeAngle,
     VisibilityEdges,
     bracket_edges,
     circle_edge_angle,
@@ -90,12 +91,12 @@ def test_limbs_of_discs_and_corners():
 def test_the_jets_of_found_edges():
     _, points = found(jnp.array([0.3, -0.1]))
     low, high = exact((0.3, -0.1))
-    ours = points.alpha()
-    for name, rtol in (("value", 1e-14), ("alpha_x", 1e-9), ("alpha_xx", 1e-5)):
+    ours, low, high = points.edges().along(), low.along(), high.along()
+    for name, rtol in (("value", 1e-14), ("first", 1e-9), ("second", 1e-5)):
         truth = np.stack([getattr(low, name), getattr(high, name)]).T.ravel()
         np.testing.assert_allclose(getattr(ours, name)[:4], truth, rtol=rtol)
-    curved = points.alpha(kappa=0.4)
-    np.testing.assert_allclose(curved.alpha_x, ours.alpha_x - 0.4, rtol=1e-14)
+    curved = points.edges().along(kappa=0.4)
+    np.testing.assert_allclose(curved.first, ours.first - 0.4, rtol=1e-14)
 
 
 def test_one_hit_beside_a_round_limb_is_wrong_by_the_square_root_of_the_step():
@@ -133,9 +134,9 @@ def shaded_by_rays_and_by_shapes():
     points = tangent_points(
         hit, bracket_edges(lambda a: hit(a) < jnp.inf, jnp.asarray(ANGLES), size=6)
     )
-    a, zero = points.alpha(), jnp.zeros((6, 2, 2))
-    first, second = zero[:, 0].at[:, 0].set(a.alpha_x), zero.at[:, 0, 0].set(a.alpha_xx)
-    traced = VisibilityEdges(a.value, first, second, points.sign, jnp.array(1.0))
+    a, zero = points.edges().along(), jnp.zeros((6, 2, 2))
+    first, second = zero[:, 0].at[:, 0].set(a.first), zero.at[:, 0, 0].set(a.second)
+    traced = VisibilityEdges(EdgeAngle(a.value, first, second, a.jump), jnp.array(1.0))
     T = lambda x, t, w: jnp.cos(w) * (1.0 + 0.3 * jnp.sin(w + t))  # noqa: E731
     return [shading(T, 0.0, 0.2, edges) for edges in (traced, visible_edges(*exact()))]
 
@@ -174,7 +175,7 @@ def test_a_sliver_has_no_limb():
         hit = lambda a: jnp.where(jnp.abs(a) < 1e-5, 1.0, jnp.inf)  # noqa: E731
         edges = bracket_edges(lambda a: hit(a) < jnp.inf, jnp.linspace(-1.0, 1.0, 101), size=3)
         points = tangent_points(hit, edges)
-        return points.distance, points.alpha().alpha_x
+        return points.distance, points.edges().along().first
 
     distance, alpha_x = sliver()
     assert np.all(np.isnan(distance[:2]))

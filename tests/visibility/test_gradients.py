@@ -10,6 +10,7 @@ import pytest
 
 from derivations.visibility import gradients as oracle
 from firstorder.visibility import (
+    EdgeAngle,
     VisibilityEdges,
     angular_derivative_by_parts,
     autodiff_edges,
@@ -154,7 +155,7 @@ def boundary(terms):
             bend = bend + bend_w * value * H
             return sgn * sign * value * g, sgn * sign * bend
 
-        parts = jax.vmap(one)(edges.angle, edges.gradient, edges.hessian, edges.sign)
+        parts = jax.vmap(one)(edges.value, edges.gradient, edges.hessian, edges.jump)
         return parts[0].sum(0), parts[1].sum(0)
 
     return twin
@@ -237,19 +238,19 @@ def test_blockers_that_reach_below_the_horizon_or_behind():
         jax.tree.map(lambda *a: jnp.stack(a), d, *e) for d, e in zip(disc, ends, strict=True)
     )
     edges = visible_edges(low, high)
-    shown = np.sort(np.asarray(edges.angle)[np.asarray(edges.sign) != 0])
+    angle, sign = edges.edges.value, edges.edges.jump
+    shown = np.sort(np.asarray(angle)[np.asarray(sign) != 0])
     middle, half = np.arctan2(0.6, -0.3), np.arcsin(0.5 / np.hypot(0.6, 0.3))
     np.testing.assert_allclose(shown, [-np.arctan2(0.5, 0.2), middle - half], rtol=1e-14)
     assert edges.start == 0.0
-    assert np.sum(edges.sign) == 0.0
+    assert np.sum(sign) == 0.0
 
 
 def test_hidden_edges_may_be_anything():
     nan = jnp.array([jnp.nan, 0.3])
-    edges = VisibilityEdges(
-        nan, nan[:, None] * jnp.ones(2), nan[:, None, None] * jnp.ones((2, 2)),
-        jnp.array([0.0, 1.0]), jnp.array(1.0),
-    )  # fmt: skip
+    first, second = nan[:, None] * jnp.ones(2), nan[:, None, None] * jnp.ones((2, 2))
+    edge = EdgeAngle(nan, first, second, jnp.array([0.0, 1.0]))
+    edges = VisibilityEdges(edge, jnp.array(1.0))
 
     @jax.jit
     def both(edges):
@@ -262,8 +263,8 @@ def test_hidden_edges_may_be_anything():
     slope, s = both(edges)
     assert abs(s.value - (np.sin(0.3) + 1.0)) < 1e-15
     assert np.isfinite(s.hessian.total).all()
-    assert np.all(np.isfinite(slope.angle))
-    assert abs(slope.angle[1] - np.cos(0.3)) < 1e-14
+    assert np.all(np.isfinite(slope.edges.value))
+    assert abs(slope.edges.value[1] - np.cos(0.3)) < 1e-14
 
 
 def test_all_blocked_is_dark():
@@ -316,8 +317,8 @@ def test_harmonic_mean_against_the_sum_over_edges():
     Correlation 0.64; the ratio of the two changes by a factor of more than two.
     """
     x = np.linspace(-2.0, 2.0, 81)
-    edges = jax.jit(jax.vmap(box_and_disc))(jnp.asarray(x))
-    rates = np.sum(np.where(edges.sign != 0, np.abs(edges.gradient[..., 0]), 0.0), -1)
+    edges = jax.jit(jax.vmap(box_and_disc))(jnp.asarray(x)).edges
+    rates = np.sum(np.where(edges.jump != 0, np.abs(edges.gradient[..., 0]), 0.0), -1)
     means = np.array([inverse_distance(a) for a in x])
     ratio = rates / means
     assert 0.5 < np.corrcoef(rates, means)[0, 1] < 0.8

@@ -83,7 +83,8 @@ def angular() -> float:
 
 def sector_sums() -> float:
     """(43) and (44) with numbers, and the library's sum of borders, for uneven strata."""
-    from firstorder.flatland.estimators._irradiance_forms import Borders, border_derivatives
+    from firstorder.flatland.estimators._irradiance_forms import border_derivatives
+    from firstorder.visibility import edge_at
 
     rng = np.random.default_rng(4)
     ends = np.sort(np.r_[-np.pi / 2, rng.uniform(-1.5, 1.5, 30), np.pi / 2])
@@ -91,7 +92,7 @@ def sector_sums() -> float:
     direct = sum(v * (np.sin(q) - np.sin(p)) for v, p, q in zip(L, ends, ends[1:], strict=False))
     jump = np.r_[0.0, L] - np.r_[L, 0.0]
     zero = np.zeros_like(ends)
-    ours = border_derivatives(Borders(ends, zero, jump, zero)).value
+    ours = border_derivatives(edge_at(ends, zero, jump, zero)).value
     return max(abs(np.sum(jump * np.sin(ends)) - direct), float(abs(ours - direct)))
 
 
@@ -118,7 +119,8 @@ def points_moved(order) -> float:
     import jax.numpy as jnp
 
     from firstorder.checks.tolerance import normwise
-    from firstorder.flatland.estimators._irradiance_forms import Borders, border_derivatives
+    from firstorder.flatland.estimators._irradiance_forms import border_derivatives
+    from firstorder.visibility import edge_at
 
     rng = np.random.default_rng(7)
     angle, r, jump = rng.uniform(-1.4, 1.4, 9), rng.uniform(0.3, 3.0, 9), rng.normal(size=9)
@@ -129,7 +131,7 @@ def points_moved(order) -> float:
         side = p[:, 0] * jnp.cos(q[2]) + p[:, 1] * jnp.sin(q[2])
         return jnp.sum(-jump * side / jnp.sqrt(jnp.sum(p * p, -1)))
 
-    ours = border_derivatives(Borders(angle, 1.0 / r, jump, 0.0 * r))
+    ours = border_derivatives(edge_at(angle, 1.0 / r, jump, 0.0 * r))
     if order == 1:
         return normwise(ours.gradient, jax.jit(jax.grad(total))(jnp.zeros(3)))
     return normwise(ours.hessian, jax.jit(jax.hessian(total))(jnp.zeros(3)))
@@ -141,7 +143,8 @@ def limbs_moved() -> float:
     import jax.numpy as jnp
 
     from firstorder.checks.tolerance import normwise
-    from firstorder.flatland.estimators._irradiance_forms import Borders, border_derivatives
+    from firstorder.flatland.estimators._irradiance_forms import border_derivatives
+    from firstorder.visibility import edge_at
 
     centre, radius, sides = jnp.array([-0.3, 0.9]), 0.35, jnp.array([1.0, -1.0])
 
@@ -153,7 +156,7 @@ def limbs_moved() -> float:
     jump, zero = jnp.array([0.7, -0.4]), jnp.zeros(3)
     r = np.sqrt(float(centre @ centre) - radius**2)
     inverse = jnp.full(2, 1.0 / r)
-    ours = border_derivatives(Borders(limb(zero), inverse, jump, sides * radius / r**3))
+    ours = border_derivatives(edge_at(limb(zero), inverse, jump, sides * radius / r**3))
     return normwise(
         ours.hessian, jax.jit(jax.hessian(lambda q: jnp.sum(jump * jnp.sin(limb(q)))))(zero)
     )
@@ -206,11 +209,12 @@ def disc_borders(n=20000):
 def mended_sum() -> float:
     """(51) with both terms that it lacks, against the truth."""
     from firstorder.checks.tolerance import normwise
-    from firstorder.flatland.estimators._irradiance_forms import Borders, border_derivatives
+    from firstorder.flatland.estimators._irradiance_forms import border_derivatives
+    from firstorder.visibility import edge_at
 
     borders, limbs, drag = disc_borders()
     e = np.stack([np.cos(limbs), np.sin(limbs)], -1)
-    hessian = np.array(border_derivatives(Borders(*borders)).hessian)
+    hessian = np.array(border_derivatives(edge_at(*borders)).hessian)
     hessian[:2, :2] += np.einsum("k,ki,kj->ij", drag, e, e)
     return normwise(hessian, truth("disc")[2])
 
@@ -252,9 +256,10 @@ def printed_limit(x):
     """
     import jax.numpy as jnp
 
-    from firstorder.flatland.estimators._irradiance_forms import Borders, border_derivatives
+    from firstorder.flatland.estimators._irradiance_forms import border_derivatives
+    from firstorder.visibility import edge_at
 
     assert x == HERE["disc"][0][0]
     (angle, inverse, jump, bend), *_ = disc_borders()
     fixed = [jnp.asarray(a) for a in (angle, inverse, jump, 0.0 * bend)]
-    return float(border_derivatives(Borders(*fixed)).hessian[0, 0])
+    return float(border_derivatives(edge_at(*fixed)).hessian[0, 0])

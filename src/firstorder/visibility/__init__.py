@@ -14,8 +14,7 @@ from firstorder.visibility._intervals import (
 from firstorder.visibility.edge_angles import (
     EdgeAngle,
     circle_edge_angle,
-    edge_angle_jet,
-    edge_angle_under_rotation,
+    edge_at,
     point_edge_angle,
 )
 from firstorder.visibility.elevation import (
@@ -46,8 +45,7 @@ __all__ = [
     "EdgeAngle",
     "point_edge_angle",
     "circle_edge_angle",
-    "edge_angle_under_rotation",
-    "edge_angle_jet",
+    "edge_at",
     "clip_intervals",
     "interval_between",
     "exposed_ends",

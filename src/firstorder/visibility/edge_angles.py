@@ -17,30 +17,120 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder.conventions import Frame
 from firstorder.errors import check_finite, check_not_negative, check_positive, nan_unless
-from firstorder.fields.jet import Jet
 from firstorder.typing import as_float
 
 # A number, an array that broadcasts with the others, or a point as a tuple.
 Numbers: TypeAlias = ArrayLike | Sequence
-PLACE = Frame(("x", "y"))
 
 
 class EdgeAngle(eqx.Module):
-    """An edge angle and its derivatives along a motion of the receiver.
+    """An edge as a receiver in the plane sees it: its angle, and how that moves with the receiver.
+
+    The one record of an edge that a receiver sees, of a corner, a limb, a border between two rays
+    or a step of visibility; a row of edges has a leading axis.
 
     Attributes:
         value: local angle of the edge, counter-clockwise from the normal, in (-pi, pi] [rad].
-        alpha_x: first derivative [rad/m].
-        alpha_xx: second derivative [rad/m^2].
-        distance: D, from the receiver to the point where the ray touches the blocker [m].
+        gradient: its derivatives by k freedoms of the receiver. Of those that are made here: steps
+            along its tangent and along its normal [rad/m], and a turn of the normal.
+        hessian: its second derivatives by them.
+        jump: of what is seen, below less above the edge. Of visibility that is R07's sign: +1 if
+            the blocker covers the angles above, -1 if those below, 0 for an edge that is hidden.
     """
 
     value: Float[Array, "*b"]
-    alpha_x: Float[Array, "*b"]
-    alpha_xx: Float[Array, "*b"]
-    distance: Float[Array, "*b"]
+    gradient: Float[Array, "*b k"]
+    hessian: Float[Array, "*b k k"]
+    jump: Float[Array, "*b"]
+
+    def along(self, kappa: ArrayLike = 0.0, kappa_x: ArrayLike = 0.0) -> EdgeAngle:
+        """The edge by arc length x along a receiver of curvature `kappa = dn/dx`, with k = 1.
+
+            alpha_x  = cos(alpha) / D - kappa
+            alpha_xx = -2 sin(alpha) cos(alpha) / D^2 + kappa sin(alpha) / D
+                       - rho cos(alpha)^2 / D^3 - kappa_x
+
+        Args:
+            kappa: positive in a valley [rad/m].
+            kappa_x: its derivative along the receiver [rad/m^2].
+
+        Raises:
+            ValueError: if a number is not finite.
+        """
+        _checked(kappa=kappa, kappa_x=kappa_x)
+        k, change, g, H = as_float(kappa), as_float(kappa_x), self.gradient, self.hessian
+        first = g[..., 0] + k * g[..., 2]
+        turned = 2.0 * k * H[..., 0, 2] + k**2 * H[..., 2, 2]
+        second = H[..., 0, 0] + turned + k * g[..., 1] + change * g[..., 2]
+        value, jump = (jnp.broadcast_to(a, first.shape) for a in (self.value, self.jump))
+        return EdgeAngle(value, first[..., None], second[..., None, None], jump)
+
+    @property
+    def distance(self) -> Float[Array, "*b"]:
+        """D, from the receiver to the point of the edge, of edges by all three freedoms [m]."""
+        x, y, _ = jnp.moveaxis(self.gradient, -1, 0)
+        return 1.0 / jnp.sqrt(x * x + y * y)
+
+    @property
+    def first(self) -> Float[Array, "*b"]:
+        """The derivative by the only freedom, as after `along`."""
+        return self.gradient[..., self._only]
+
+    @property
+    def second(self) -> Float[Array, "*b"]:
+        """The second derivative by the only freedom."""
+        return self.hessian[..., self._only, self._only]
+
+    @property
+    def _only(self) -> int:
+        if self.gradient.shape[-1] != 1:
+            raise ValueError(
+                f"There is one derivative for each of {self.gradient.shape[-1]} freedoms: ask for "
+                "`gradient` and `hessian`, or follow the receiver with `along`."
+            )
+        return 0
+
+
+def edge_at(
+    angle: ArrayLike, inverse: ArrayLike, jump: ArrayLike, bend: ArrayLike = 0.0
+) -> EdgeAngle:
+    """An edge whose angle and distance are known, by the receiver's two steps and its turn.
+
+    With `w = 1 / D`, `e = (cos a, sin a)` and `u = (-sin a, cos a)`, the ray,
+
+        gradient = (w e, -1),   hessian by the steps = w^2 (e u^T + u e^T) + bend e e^T,
+
+    and nothing more by the turn.
+
+    Args:
+        angle: local, counter-clockwise [rad].
+        inverse: one over the distance of the point that is the edge, 0 for one far away [1/m].
+        jump: of what is seen, below less above.
+        bend: of a limb that slides on a round blocker of radius R, `+R / D^3` if the blocker is
+            below and `-R / D^3` if it is above; 0 for a fixed point [1/m^2].
+
+    Reference: R07 eq. 36; J12 eqs. 46, 50 (with the sign corrected).
+
+    Example:
+        >>> from firstorder.visibility import edge_at
+        >>> edge_at(0.0, 0.5, 1.0).gradient.tolist()
+        [0.5, 0.0, -1.0]
+    """
+    angle, inverse, jump, bend = map(as_float, (angle, inverse, jump, bend))
+    return _edge(angle, jnp.sin(angle), jnp.cos(angle), inverse, bend, jump)
+
+
+def _edge(angle, s, c, w, bend, jump) -> EdgeAngle:
+    shape = jnp.broadcast_shapes(*(a.shape for a in (angle, s, c, w, bend, jump)))
+    angle, s, c, w, bend, jump = (jnp.broadcast_to(a, shape) for a in (angle, s, c, w, bend, jump))
+    zero = jnp.zeros_like(angle)
+    slide = -2.0 * w**2 * s * c
+    xx, yy = slide + bend * c**2, -slide + bend * s**2
+    xy = w**2 * (c**2 - s**2) + bend * c * s
+    rows = ((xx, xy, zero), (xy, yy, zero), (zero, zero, zero))
+    gradient = jnp.stack([w * c, w * s, zero - 1.0], -1)
+    return EdgeAngle(angle, gradient, jnp.stack([jnp.stack(r, -1) for r in rows], -2), jump)
 
 
 def point_edge_angle(
@@ -50,24 +140,15 @@ def point_edge_angle(
     *,
     radius: Numbers = 0.0,
     side: Numbers = 1.0,
-    kappa: Numbers = 0.0,
-    kappa_x: Numbers = 0.0,
 ) -> EdgeAngle:
     """The edge angle of a corner, or of a round blocker whose point of tangency is known.
 
-    With D the distance and `rho = side radius`,
+    Its derivatives are those of `edge_at` with D the distance and `bend = -side radius / D^3`; by
+    arc length along a receiver, straight or curved, they follow with `EdgeAngle.along`. The angle
+    itself is differentiable in every argument by autodiff, but for a point given by number a round
+    blocker's slide is in `hessian` alone: `circle_edge_angle` finds its own point.
 
-        alpha_x  = cos(alpha) / D - kappa
-        alpha_xx = -2 sin(alpha) cos(alpha) / D^2 + kappa sin(alpha) / D
-                   - rho cos(alpha)^2 / D^3 - kappa_x
-
-    where x is arc length along the receiver and `kappa = dn/dx` its curvature (positive in a
-    valley). At `kappa = 0` this is a translation along the tangent; `edge_angle_under_rotation`
-    gives a turn on the spot. The angle itself is differentiable in every argument by autodiff, but
-    for a point given by number a round blocker's slide is in `alpha_xx` alone: `circle_edge_angle`
-    finds its own point.
-
-    Valid when: D > 0. At D = 0 there is no angle, and all four are NaN, with zero derivatives.
+    Valid when: D > 0. At D = 0 there is no angle, and all of it is NaN, with zero derivatives.
 
     Args:
         point: where the ray meets the edge [m].
@@ -75,8 +156,6 @@ def point_edge_angle(
         n: angle of the receiver's normal, counter-clockwise from +y [rad].
         radius: of the blocker's curvature at the point, zero for a corner or a segment's end [m].
         side: +1 if the blocker covers angles above alpha (R07's sgn), -1 if below.
-        kappa: curvature dn/dx of the receiver [rad/m].
-        kappa_x: its derivative along the receiver [rad/m^2].
 
     Raises:
         ValueError: if a number is not finite or a radius is negative.
@@ -86,17 +165,16 @@ def point_edge_angle(
     Example:
         >>> from firstorder.visibility import point_edge_angle
         >>> a = point_edge_angle((0.0, 2.0), position=(2.0, 0.0))  # up to the left, at 45 degrees
-        >>> print(round(float(a.value), 4), round(float(a.alpha_x), 4))
+        >>> print(round(float(a.value), 4), round(float(a.along().first), 4))
         0.7854 0.25
     """
-    _checked(point=point, position=position, n=n, kappa=kappa, kappa_x=kappa_x)
+    _checked(point=point, position=position, n=n)
     check_not_negative("radius", radius)
-    rho, kappa = as_float(side) * as_float(radius), as_float(kappa)
+    side = as_float(side)
     across, up, D, there = _local(point, position, n)
-    s, c = -across / D, up / D
-    first = c / D - kappa
-    bend = -2.0 * s * c / D**2 + kappa * s / D - rho * c**2 / D**3 - as_float(kappa_x)
-    return _guarded(there, jnp.arctan2(-across, up), first, bend, D)
+    bend = -side * as_float(radius) / D**3
+    found = _edge(jnp.arctan2(-across, up), -across / D, up / D, 1.0 / D, bend, side)
+    return _nan_unless(there, found)
 
 
 def circle_edge_angle(
@@ -105,14 +183,11 @@ def circle_edge_angle(
     side: Numbers = 1.0,
     position: Numbers = (0.0, 0.0),
     n: Numbers = 0.0,
-    *,
-    kappa: Numbers = 0.0,
-    kappa_x: Numbers = 0.0,
 ) -> EdgeAngle:
     """The edge angle of a circle: that of the ray that touches it.
 
     Valid when: the receiver is outside the circle. On it or inside there is no tangent, and all
-    four are NaN, with zero derivatives.
+    of it is NaN, with zero derivatives.
 
     Args:
         center: of the circle [m].
@@ -120,8 +195,6 @@ def circle_edge_angle(
         side: +1 for the edge with the circle above it (its lower end), -1 for its upper end.
         position: of the receiver [m].
         n: angle of the receiver's normal [rad].
-        kappa: curvature dn/dx of the receiver [rad/m].
-        kappa_x: its derivative along the receiver [rad/m^2].
 
     Raises:
         ValueError: if a number is not finite or a radius is not positive.
@@ -134,7 +207,7 @@ def circle_edge_angle(
         >>> print(round(float(low.value), 4), round(float(high.value), 4))
         -0.5236 0.5236
     """
-    _checked(center=center, position=position, n=n, kappa=kappa, kappa_x=kappa_x)
+    _checked(center=center, position=position, n=n)
     check_positive("radius", radius)
     r, side = as_float(radius), as_float(side)
     w = as_float(center) - as_float(position)
@@ -146,69 +219,8 @@ def circle_edge_angle(
         jnp.sqrt(D2)[..., None] * w - (side * r)[..., None] * jnp.stack([-w[..., 1], w[..., 0]], -1)
     )
     touch = jnp.where(outside[..., None], touch, jnp.array([0.0, 1.0], w.dtype))
-    found = point_edge_angle(
-        touch, (0.0, 0.0), n, radius=jnp.abs(r), side=side, kappa=kappa, kappa_x=kappa_x
-    )
-    ok = outside & (r > 0)
-    return EdgeAngle(*(nan_unless(ok, a) for a in _leaves(found)))
-
-
-def edge_angle_under_rotation(alpha: EdgeAngle) -> EdgeAngle:
-    """Edge angle when the receiver turns on the spot: the angle falls as fast.
-
-    `dalpha/dn = -1`, and no second derivative.
-
-    Example:
-        >>> from firstorder.visibility import point_edge_angle, edge_angle_under_rotation
-        >>> edge_angle_under_rotation(point_edge_angle((0.0, 2.0))).alpha_x.item()
-        -1.0
-    """
-    still = 0.0 * jnp.nan_to_num(alpha.value)
-    ok = jnp.isfinite(alpha.value)
-    return EdgeAngle(
-        alpha.value, nan_unless(ok, still - 1.0), nan_unless(ok, still), alpha.distance
-    )
-
-
-def edge_angle_jet(
-    point: Numbers,
-    position: Numbers = (0.0, 0.0),
-    *,
-    radius: Numbers = 0.0,
-    side: Numbers = 1.0,
-) -> Jet:
-    """World angle of an edge as a jet in the receiver's position: for motion in any direction.
-
-    With u the unit vector along the ray and l the one to its left,
-
-        gradient = -l / D,   hessian = -(u l^T + l u^T) / D^2 - rho l l^T / D^3.
-
-    Along any path q(s) of the receiver, `omega_s = g . q'` and
-    `omega_ss = q' . H q' + g . q''`.
-
-    Args:
-        point: where the ray meets the edge [m].
-        position: of the receiver [m].
-        radius: of the blocker's curvature there, zero for a corner [m].
-        side: +1 if the blocker covers angles above, -1 if below.
-
-    Raises:
-        ValueError: if a number is not finite or a radius is negative.
-
-    Example:
-        >>> from firstorder.visibility import edge_angle_jet
-        >>> edge_angle_jet((0.0, 2.0)).gradient[0].item()  # by cos(alpha) / D
-        0.5
-    """
-    _checked(point=point, position=position)
-    check_not_negative("radius", radius)
-    rho = as_float(side) * as_float(radius)
-    across, up, D, there = _local(point, position, 0.0)
-    u = jnp.stack([across, up], -1) / D
-    left = jnp.stack([-u[1], u[0]])
-    bend = -(jnp.outer(u, left) + jnp.outer(left, u)) / D**2 - rho * jnp.outer(left, left) / D**3
-    leaves = (jnp.arctan2(-across, up), -left / D, bend)
-    return Jet(*(nan_unless(there, a) for a in leaves), PLACE)
+    found = point_edge_angle(touch, (0.0, 0.0), n, radius=jnp.abs(r), side=side)
+    return _nan_unless(outside & (r > 0), found)
 
 
 # --- small change --------------------------------------------------------------------------------
@@ -232,10 +244,10 @@ def _local(point, position, n):
     return across, up, jnp.sqrt(across * across + up * up), there
 
 
-def _leaves(alpha: EdgeAngle) -> tuple[Array, Array, Array, Array]:
-    return alpha.value, alpha.alpha_x, alpha.alpha_xx, alpha.distance
-
-
-def _guarded(there, *leaves: Array) -> EdgeAngle:
-    shape = jnp.broadcast_shapes(*(a.shape for a in leaves))
-    return EdgeAngle(*(nan_unless(there, jnp.broadcast_to(a, shape)) for a in leaves))
+def _nan_unless(ok, edge: EdgeAngle) -> EdgeAngle:
+    """The edge where there is one; its jump, which is no number of the edge's, stays."""
+    leaves = (
+        nan_unless(ok.reshape(ok.shape + (1,) * (leaf.ndim - edge.value.ndim)), leaf)
+        for leaf in (edge.value, edge.gradient, edge.hessian)
+    )
+    return EdgeAngle(*leaves, edge.jump)

@@ -21,9 +21,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from firstorder.conventions import direction
 from firstorder.errors import check_positive, nan_unless
-from firstorder.visibility.edge_angles import EdgeAngle, point_edge_angle
+from firstorder.visibility.edge_angles import EdgeAngle, edge_at
 
 # Angles of any shape, to whether the ray is blocked; or to the distance of its first hit.
 Blocked = Callable[[Array], Array]
@@ -64,21 +63,21 @@ class TangentPoints(eqx.Module):
         """Local angle of the blocker's outward normal at that point, across the ray [rad]."""
         return self.angle - 0.5 * jnp.pi * self.sign
 
-    def alpha(self, kappa=0.0, kappa_x=0.0) -> EdgeAngle:
-        """The edge angles as jets in the receiver's place (see `point_edge_angle`).
-
-        Empty slots hold a corner straight ahead, of sign 0.
-        """
+    def edges(self) -> EdgeAngle:
+        """The edges by all motions of the receiver (see `edge_at`); empty slots jump by 0."""
         shown = jnp.isfinite(self.distance)
         D = jnp.where(shown, self.distance, 1.0)
-        found = point_edge_angle(
-            D[:, None] * direction(jnp.where(shown, self.angle, 0.0)),
-            radius=jnp.where(shown, self.radius, 0.0),
-            side=self.sign,
-            kappa=kappa,
-            kappa_x=kappa_x,
+        found = edge_at(
+            jnp.where(shown, self.angle, 0.0),
+            1.0 / D,
+            self.sign,
+            -self.sign * jnp.where(shown, self.radius, 0.0) / D**3,
         )
-        return jax.tree.map(lambda a: nan_unless(shown, a), found)
+
+        def known(a):
+            return nan_unless(shown.reshape(-1, *[1] * (a.ndim - 1)), a)
+
+        return EdgeAngle(*map(known, (found.value, found.gradient, found.hessian)), found.jump)
 
 
 def bracket_edges(
@@ -86,7 +85,7 @@ def bracket_edges(
 ) -> BracketedEdges:
     """Edges between sampled angles, bisected all at once.
 
-    The angles carry no derivative; `tangent_points` and its `alpha` do.
+    The angles carry no derivative; `tangent_points` and its `edges` do.
 
     Args:
         blocked: whether rays are blocked, elementwise on arrays of angles.

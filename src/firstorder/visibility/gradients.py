@@ -69,39 +69,34 @@ class Shading(eqx.Module):
 
 
 class VisibilityEdges(eqx.Module):
-    """The edges of visibility as jets in the parameters.
+    """Visibility as its edges, which are functions of the parameters.
 
     Attributes:
-        angle: alpha_j [rad].
-        gradient: its gradient in the parameters.
-        hessian: its Hessian.
-        sign: +1 from visible to blocked as angles grow, -1 back, 0 for one that is hidden (whose
-            other entries are then of no account, NaN included).
+        edges: a row, with derivatives by the parameters. Their jumps are R07's signs, +1 from
+            visible to blocked as angles grow, -1 back, 0 for one that is hidden (whose other
+            entries are then of no account, NaN included).
         start: visibility just above the lower end of the horizon, 0 or 1.
     """
 
-    angle: Float[Array, " m"]
-    gradient: Float[Array, "m k"]
-    hessian: Float[Array, "m k k"]
-    sign: Float[Array, " m"]
+    edges: EdgeAngle
     start: Float[Array, ""]
 
     def visibility(self, omega: Float[Array, "*w"]) -> Float[Array, "*w"]:
         """V at angles that are no edges: a sum of R07's steps, without derivative."""
-        angle, sign = jax.lax.stop_gradient((self.angle, self.sign))
+        angle, sign = jax.lax.stop_gradient((self.edges.value, self.edges.jump))
         passed = jnp.where(sign != 0, jnp.nan_to_num(angle) < omega[..., None], False)
         return self.start - jnp.sum(jnp.where(passed, sign, 0.0), -1)
 
     def known(self) -> VisibilityEdges:
         """Edges with harmless numbers where one is hidden."""
-        shown = self.sign != 0
-        return VisibilityEdges(
-            jnp.where(shown, self.angle, 0.0),
-            jnp.where(shown[:, None], self.gradient, 0.0),
-            jnp.where(shown[:, None, None], self.hessian, 0.0),
-            self.sign,
-            self.start,
+        e, shown = self.edges, self.edges.jump != 0
+        harmless = EdgeAngle(
+            jnp.where(shown, e.value, 0.0),
+            jnp.where(shown[:, None], e.gradient, 0.0),
+            jnp.where(shown[:, None, None], e.hessian, 0.0),
+            e.jump,
         )
+        return VisibilityEdges(harmless, self.start)
 
 
 def visible_edges(
@@ -111,6 +106,8 @@ def visible_edges(
 
     A segment seen from its other side has its ends in the other order: they are exchanged. Each
     blocker takes less than half a turn. NaN if a blocker has no ends, as one around the receiver.
+    Ends by all motions of the receiver count as on a straight one; `EdgeAngle.along` follows a
+    curved one.
 
     Args:
         low: lower ends of n blockers (side +1), or of one, as the receiver moves along x.
@@ -123,21 +120,20 @@ def visible_edges(
         >>> from firstorder.visibility import visible_edges, point_edge_angle
         >>> low = point_edge_angle(jnp.array([[1.0, 2.0]]))
         >>> high = point_edge_angle(jnp.array([[-1.0, 2.0]]), side=-1.0)
-        >>> visible_edges(low, high).sign.tolist()
+        >>> visible_edges(low, high).edges.jump.tolist()
         [1.0, -1.0]
     """
-    # One blocker, given by two plain points, is a row of one.
-    low, high = (jax.tree.map(jnp.atleast_1d, end) for end in (low, high))
-    low, high = _ordered(low, high)
+    low, high = _ordered(_along_x(low), _along_x(high))
     angle, sign = signed_edges(low.value, high.value, horizon)
     # A blocker around the receiver has no ends: NaN, where an empty interval would mean full light.
     angle = nan_unless(jnp.all(jnp.isfinite(low.value) & jnp.isfinite(high.value)), angle)
-    first = jnp.concatenate([low.alpha_x, high.alpha_x])
-    second = jnp.concatenate([low.alpha_xx, high.alpha_xx])
+    first = jnp.concatenate([low.first, high.first])
+    second = jnp.concatenate([low.second, high.second])
     k = 1 + others
     gradient = jnp.zeros((*angle.shape, k), angle.dtype).at[:, 0].set(first)
     hessian = jnp.zeros((*angle.shape, k, k), angle.dtype).at[:, 0, 0].set(second)
-    return VisibilityEdges(angle, gradient, hessian, sign, _start(low.value, high.value, horizon))
+    start = _start(low.value, high.value, horizon)
+    return VisibilityEdges(EdgeAngle(angle, gradient, hessian, sign), start)
 
 
 def autodiff_edges(
@@ -157,7 +153,7 @@ def autodiff_edges(
     angle, sign = signed_edges(low, high, horizon)
     both = lambda p: jnp.concatenate(ends(p))  # noqa: E731
     gradient, hessian = jax.jacfwd(both)(p), jax.jacfwd(jax.jacfwd(both))(p)
-    return VisibilityEdges(angle, gradient, hessian, sign, _start(low, high, horizon))
+    return VisibilityEdges(EdgeAngle(angle, gradient, hessian, sign), _start(low, high, horizon))
 
 
 def shading_derivatives(
@@ -201,12 +197,12 @@ def shading_derivatives(
     p = as_float(p)
     edges = edges.known()
     omega, weight = composite_gauss_legendre(
-        *_ends(horizon, p), [*edges.angle, *map(as_float, breaks)], nodes
+        *_ends(horizon, p), [*edges.edges.value, *map(as_float, breaks)], nodes
     )
     seen = weight * edges.visibility(omega)
     inside = jax.vmap(lambda w: (T(p, w), jax.grad(T)(p, w), jax.hessian(T)(p, w)))(omega)
     value, first, second = (jnp.tensordot(seen, a, 1) for a in inside)
-    boundary = _boundary(T, p, edges)
+    boundary = _boundary(T, p, edges.edges)
     return Shading(value, SplitDerivative(first, boundary[0]), SplitDerivative(second, boundary[1]))
 
 
@@ -265,15 +261,16 @@ def angular_derivative_by_parts(
     x, theta = as_float(x), as_float(theta)
     edges = edges.known()
     low, high = _ends(horizon, x)
-    omega, weight = composite_gauss_legendre(low, high, [*edges.angle], nodes)
+    omega, weight = composite_gauss_legendre(low, high, [*edges.edges.value], nodes)
     L_omega = jax.vmap(jax.grad(L, 1), (None, 0))(x, omega)
     interior = jnp.sum(weight * edges.visibility(omega) * L_omega * jax.vmap(rho)(theta - omega))
 
     def T(w):
         return L(x, w) * rho(theta - w)
 
-    jumps = jnp.sum(jnp.where(edges.sign != 0, -edges.sign * jax.vmap(T)(edges.angle), 0.0))
-    stop = edges.start - jnp.sum(edges.sign)
+    sign = edges.edges.jump
+    jumps = jnp.sum(jnp.where(sign != 0, -sign * jax.vmap(T)(edges.edges.value), 0.0))
+    stop = edges.start - jnp.sum(sign)
     return SplitDerivative(interior, jumps + edges.start * T(low) - stop * T(high))
 
 
@@ -285,13 +282,20 @@ def _ordered(low: EdgeAngle, high: EdgeAngle) -> tuple[EdgeAngle, EdgeAngle]:
     turned, shift_low, shift_high = whole_turns(low.value, high.value)
     low = eqx.tree_at(lambda a: a.value, low, low.value - shift_low)
     high = eqx.tree_at(lambda a: a.value, high, high.value - shift_high)
-    return tuple(
-        jax.tree.map(lambda a, b: jnp.where(turned, a, b), *pair)
-        for pair in ((high, low), (low, high))
-    )
+
+    def either(a, b):
+        return jnp.where(turned.reshape(-1, *[1] * (a.ndim - 1)), a, b)
+
+    return jax.tree.map(either, high, low), jax.tree.map(either, low, high)
 
 
-def _boundary(T: Transport, p: Vector, edges: VisibilityEdges) -> tuple[Array, Array]:
+def _along_x(edge: EdgeAngle) -> EdgeAngle:
+    """Edges by one step of the receiver; one edge, of a plain point, is a row of one."""
+    edge = edge if edge.gradient.shape[-1] == 1 else edge.along()
+    return edge if edge.value.ndim else jax.tree.map(lambda a: a[None], edge)
+
+
+def _boundary(T: Transport, p: Vector, edges: EdgeAngle) -> tuple[Array, Array]:
     """Contribution of the moving edges to gradient and Hessian."""
 
     def one(a, g, H, sign):
@@ -301,7 +305,7 @@ def _boundary(T: Transport, p: Vector, edges: VisibilityEdges) -> tuple[Array, A
         shown = sign != 0
         return jnp.where(shown, sign * value * g, 0.0), jnp.where(shown, sign * bend, 0.0)
 
-    parts = jax.vmap(one)(edges.angle, edges.gradient, edges.hessian, edges.sign)
+    parts = jax.vmap(one)(edges.value, edges.gradient, edges.hessian, edges.jump)
     return parts[0].sum(0), parts[1].sum(0)
 
 

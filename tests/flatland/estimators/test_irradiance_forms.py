@@ -18,7 +18,6 @@ from firstorder.flatland import (
     primitive,
     receiver,
 )
-from firstorder.flatland.estimators import _irradiance_forms as forms_module
 from firstorder.flatland.estimators import corrected
 from firstorder.flatland.estimators._irradiance_forms import (
     arc_length_estimate,
@@ -30,6 +29,7 @@ from firstorder.flatland.estimators._irradiance_forms import (
 from firstorder.flatland.estimators.corrected import corrected_estimate
 from firstorder.flatland.estimators.strata import Strata, hemicircle_strata, trace_strata
 from firstorder.scene._derivatives import FLATLAND, Derivatives
+from firstorder.visibility import edge_at
 
 # Receivers in no special position: tilted; in B in the penumbra, clear of visual events.
 PLACES = {"A": ((0.35, 0.0), 0.2), "B": ((0.35, 0.0), 0.2), "disc": ((0.35, 0.02), 0.2)}
@@ -73,17 +73,14 @@ def compiled(name):
 
     @jax.jit
     def run(scene, at, where, sliding, bend, inverse):
-        def twin(b):
-            changed = (bend * b.bend, inverse * b.inverse)
-            return forms_module.border_derivatives(
-                eqx.tree_at(lambda b: (b.bend, b.inverse), b, changed)
-            )
+        def twin(angle, w, jump, slide=0.0):
+            return edge_at(angle, inverse * w, jump, bend * slide)
 
         seen = trace_strata(scene, at, where=where, radiance=radiance)
         out = {"arc length": arc_length_estimate(seen), "stratified": stratified_estimate(seen)}
         if name == "disc":
             with pytest.MonkeyPatch.context() as patch:
-                patch.setattr(corrected, "border_derivatives", twin)
+                patch.setattr(corrected, "edge_at", twin)
                 out["mended"] = corrected_estimate(
                     scene, at, samples=seen, radiance=radiance, breaks=8, sliding=sliding
                 )

@@ -30,6 +30,7 @@ from firstorder.flatland.visible import HORIZON, Receiver
 from firstorder.visibility import (
     EdgeAngle,
     circle_edge_angle,
+    edge_at,
     point_edge_angle,
     shading_derivatives,
     visible_edges,
@@ -145,15 +146,12 @@ def _breaks(scene: Scene, at: Receiver) -> list:
     return [a for a in turned if abs(a) < HORIZON]
 
 
-def _stacked(alphas: list[EdgeAngle]) -> EdgeAngle:
+def _stacked(edges: list[EdgeAngle]) -> EdgeAngle:
     """Edges in one array, filled up with empty ones to a power of two: few programs."""
-    size = 1 << max(len(alphas), 4).bit_length() - 1
-    size = size if size >= len(alphas) else 2 * size
-    rows = [[float(getattr(a, f)) for a in alphas] + [0.0] * (size - len(alphas)) for f in _FIELDS]
-    return EdgeAngle(*map(jnp.asarray, rows))
-
-
-_FIELDS = ("value", "alpha_x", "alpha_xx", "distance")
+    size = 1 << max(len(edges), 4).bit_length() - 1
+    size = size if size >= len(edges) else 2 * size
+    rows = [*edges, *[edge_at(0.0, 0.0, 0.0)] * (size - len(edges))]
+    return jax.tree.map(lambda *leaves: jnp.asarray(np.stack(leaves)), *rows)
 
 
 # --- what blocks what ----------------------------------------------------------------------------

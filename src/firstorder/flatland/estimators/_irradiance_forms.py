@@ -34,6 +34,7 @@ from firstorder.numerics._compiled import compiled
 from firstorder.numerics._planar import cross_2d, dot_2d
 from firstorder.scene._derivatives import FLATLAND, Derivatives
 from firstorder.scene._geometry_term import linear_jet
+from firstorder.visibility.edge_angles import EdgeAngle, edge_at
 
 # --- arc length ----------------------------------------------------------------------------------
 
@@ -183,43 +184,22 @@ def _weighted(share, r, u, normal, cos_y, met) -> Derivatives:
 # --- strata --------------------------------------------------------------------------------------
 
 
-class Borders(eqx.Module):
-    """Borders between radiances, and what makes them move.
+def border_derivatives(borders: EdgeAngle) -> Derivatives:
+    """Value and derivatives of `sum of jump sin(angle)`, each border an edge that a receiver sees.
 
-    Attributes:
-        angle: local, counter-clockwise [rad].
-        inverse: one over the distance of the point that is the border [1/m].
-        jump: radiance below minus radiance above.
-        bend: of a contour that slides on a curved blocker of radius R, `+-R / r^3`, positive if the
-            blocker is below; 0 for a fixed point [1/m^2].
-    """
+        grad = sum J cos(a) grad a,   H = sum J (cos(a) H a - sin(a) grad a grad a^T)
 
-    angle: Float[Array, " n"]
-    inverse: Float[Array, " n"]
-    jump: Float[Array, " n"]
-    bend: Float[Array, " n"]
+    with the derivatives of `edge_at`: fixed points of the plane, and contours that slide.
 
-
-def border_derivatives(borders: Borders) -> Derivatives:
-    """Value and derivatives of `sum of jump sin(angle)`, each border as a point of the plane.
-
-    With `e = (cos a, sin a)`, `u = (-sin a, cos a)` and `w = 1 / r` a fixed point has
-    `grad a = (w e, -1)` and `H a = w^2 (e u^T + u e^T)` in the two steps; a sliding contour adds
-    `bend e e^T`.
+    Args:
+        borders: a row of them, by the receiver's steps and its turn.
 
     Reference: J12 eqs. 44-46, 50 (with the sign corrected).
     """
-    c, s, w, J = jnp.cos(borders.angle), jnp.sin(borders.angle), borders.inverse, borders.jump
-    Jc = J * c
-    # Products of e and u by component; g = (w c, w s, -1).
-    eu, bend = w**2 * J, Jc * borders.bend
-    xx = jnp.sum(eu * (-3.0 * s * c**2) + bend * c**2)
-    xy = jnp.sum(eu * c * (c**2 - 2.0 * s**2) + bend * c * s)
-    yy = jnp.sum(eu * s * (2.0 * c**2 - s**2) + bend * s**2)
-    xn, yn, nn = jnp.sum(J * w * s * c), jnp.sum(J * w * s**2), -jnp.sum(J * s)
-    gradient = jnp.stack([jnp.sum(Jc * w * c), jnp.sum(Jc * w * s), -jnp.sum(Jc)])
-    hessian = jnp.stack([jnp.stack([xx, xy, xn]), jnp.stack([xy, yy, yn]), jnp.stack([xn, yn, nn])])
-    return Derivatives(jnp.sum(J * s), gradient, hessian, FLATLAND)
+    c, s = borders.jump * jnp.cos(borders.value), borders.jump * jnp.sin(borders.value)
+    g = borders.gradient
+    hessian = jnp.tensordot(c, borders.hessian, 1) - (s[:, None] * g).T @ g
+    return Derivatives(jnp.sum(s), c @ g, hessian, FLATLAND)
 
 
 @compiled
@@ -258,11 +238,10 @@ def stratified_estimate(samples: Samples) -> Derivatives:
         -0.54
     """
     w = 1.0 / samples.distance
-    inner = Borders(
+    inner = edge_at(
         samples.strata.borders[1:-1],
         jnp.maximum(w[:-1], w[1:]),
         samples.radiance[:-1] - samples.radiance[1:],
-        jnp.zeros_like(w[1:]),
     )
     return with_horizon(border_derivatives(inner), samples)
 

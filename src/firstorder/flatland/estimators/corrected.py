@@ -14,7 +14,6 @@ from jaxtyping import Array, Bool, Float, Int
 from firstorder.conventions import direction
 from firstorder.flatland.direct_lighting import Radiance
 from firstorder.flatland.estimators._irradiance_forms import (
-    Borders,
     border_derivatives,
     with_horizon,
 )
@@ -24,6 +23,7 @@ from firstorder.flatland.visible import Receiver
 from firstorder.numerics._compiled import compiled
 from firstorder.scene._arguments import check_asked
 from firstorder.scene._derivatives import Derivatives
+from firstorder.visibility.edge_angles import edge_at
 
 
 @compiled
@@ -82,15 +82,13 @@ def corrected_estimate(
     )
     over, under = own[: borders.shape[0]], own[borders.shape[0] :]
     taken = jnp.zeros_like(apart).at[jnp.where(there, found, apart.shape[0])].set(True, mode="drop")
-    smooth = Borders(
+    smooth = edge_at(
         borders,
         jnp.where(apart | ~jnp.isfinite(over), jnp.maximum(w[:-1], w[1:]), over),
         jnp.where(taken, 0.0, samples.radiance[:-1] - samples.radiance[1:]),
-        jnp.zeros_like(borders),
     )
-    cut, drag = _edges(scene, at, samples, radiance, (there, below, under, over[below]), halvings)
-    cut = eqx.tree_at(lambda b: b.bend, cut, jnp.where(sliding, cut.bend, 0.0))
-    drag = jnp.where(sliding, drag, 0.0)
+    found = there, below, under, over[below]
+    cut, drag = _edges(scene, at, samples, radiance, found, halvings, sliding)
     whole = border_derivatives(jax.tree.map(lambda a, b: jnp.concatenate([a, b]), smooth, cut))
     return with_horizon(eqx.tree_at(lambda m: m.hessian, whole, whole.hessian + drag), samples)
 
@@ -104,7 +102,7 @@ def _inverse(
     return jnp.where(index < 0, 0.0, jnp.where(jnp.isfinite(t), 1.0 / t, jnp.nan))
 
 
-def _edges(scene, at: Receiver, samples: Samples, radiance, found, halvings: int):
+def _edges(scene, at: Receiver, samples: Samples, radiance, found, halvings: int, sliding):
     """The borders that edges make, three for each, and what the Hessian lacks at them."""
     there, below, own_under, own_over = found
     above = jnp.minimum(below + 1, samples.radiance.shape[0] - 1)
@@ -113,7 +111,7 @@ def _edges(scene, at: Receiver, samples: Samples, radiance, found, halvings: int
     w_under, w_over = _limb(under), _limb(over)
     front_under = w_under >= w_over
     w = jnp.where(front_under, w_under, w_over)
-    bend = jnp.where(front_under, _bend(under), -_bend(over))
+    bend = jnp.where(sliding, jnp.where(front_under, _bend(under), -_bend(over)), 0.0)
     # The stratum that an edge cuts gets the radiance beside the edge for its other part.
     border, none = samples.strata.borders[above], jnp.zeros_like(w)
     beyond = edge > border
@@ -124,7 +122,7 @@ def _edges(scene, at: Receiver, samples: Samples, radiance, found, halvings: int
         samples.radiance[below] - under.radiance,
         over.radiance - samples.radiance[above],
     )
-    cut = Borders(
+    cut = edge_at(
         jnp.concatenate([edge, jnp.minimum(border, edge), jnp.maximum(border, edge)]),
         jnp.concatenate([w, at_under, at_over]),
         jnp.concatenate([jnp.where(there, jump, 0.0) for jump in jumps]),
@@ -134,7 +132,7 @@ def _edges(scene, at: Receiver, samples: Samples, radiance, found, halvings: int
     slope = _slope(scene, at, radiance, edge, *behind)
     strength = jnp.where(front_under, -1.0, 1.0) * slope * jnp.cos(edge) * (w_under - w_over) ** 2
     e = jnp.stack([jnp.cos(edge), jnp.sin(edge)], -1)
-    drag = jnp.einsum("k,ki,kj->ij", jnp.where(there, strength, 0.0), e, e)
+    drag = jnp.einsum("k,ki,kj->ij", jnp.where(there & sliding, strength, 0.0), e, e)
     return cut, jnp.pad(drag, (0, 1))
 
 
