@@ -1,8 +1,8 @@
 """Candidate records on a flat floor: irradiance, derivatives and ray distances, computed once.
 
 Filling a cache, bisecting its threshold and comparing metrics are then choices among rows of a
-table; no ray is cast again. The sums are those of `space.estimators._irradiance_forms` for steps in
-the receiver's plane. They run on the host and in single precision, since half a billion rays are
+table; no ray is cast again. The sums are those of `space.estimators._gather_sums` for steps in the
+receiver's plane. They run on the host and in single precision, since half a billion rays are
 common: what does not depend on the place is computed once for each set of directions, and the
 places that share it are done one after the other, with nothing larger than one place's rays.
 """
@@ -20,6 +20,7 @@ from jaxtyping import ArrayLike, Float
 from firstorder.caching.surface_cache import SurfaceCandidates
 from firstorder.errors import check_positive
 from firstorder.space.bounces._radiance_maps import FLAT, RadianceMaps, face_layout
+from firstorder.space.estimators._gather_sums import WallSweeps, jumps_across, surface_area_sums
 
 CASTS = ("Rectangles", "Boxes", "Ellipsoids")
 Single = Float[np.ndarray, " r"]
@@ -193,11 +194,8 @@ class _Look:
                     self.ready.append((d, 1.0 / np.where(d == 0.0, np.float32(1e-30), d)))
                 else:
                     self.ready.append((d, np.sum(d * d, axis=0)))
-        s, c = np.sin(given.theta[1:-1]), np.cos(given.theta[1:-1])
-        self.circle = (s * c * c).astype(np.float32)
-        self.arc = np.stack([np.diff(np.sin(given.phi)), -np.diff(np.cos(given.phi))], -1)
-        self.rising = np.diff(np.sin(given.theta)).astype(np.float32)
-        self.beside = np.stack([-np.sin(given.phi[:-1]), np.cos(given.phi[:-1])], -1)
+        sweeps = WallSweeps.of(given.theta, given.phi)
+        self.sweeps = WallSweeps(*(a.astype(np.float32) for a in sweeps))
 
     def at(self, x: np.ndarray) -> np.ndarray:
         """Row of numbers for one place."""
@@ -209,46 +207,41 @@ class _Look:
             nearer = t < best
             np.copyto(best, t, where=nearer)
             np.copyto(which, np.int8(number), where=nearer)
-        L, sums = np.zeros(count, np.float32), np.zeros(10)
+        L, n = np.zeros(count, np.float32), np.zeros((2, count), np.float32)
         for number, solid in enumerate(self.solids):
             rays = np.flatnonzero(which == number)
             if len(rays):
-                sums += self._kernels(solid, x, rays, best[rays], L)
-        sums *= math.pi / count
-        gradient = self._walls(L.reshape(self.shape), (1.0 / best).reshape(self.shape))
+                self._meet(solid, x, rays, best[rays], L, n)
+        inverse = 1.0 / best
+        L, w = L.reshape(self.shape), inverse.reshape(self.shape)
+        both = w * np.stack([L, np.ones_like(L)])  # of the light, and of the geometry alone
+        # Row by row of the cells in single precision, and these few numbers in double.
+        step, H = surface_area_sums(both[0, :, None], w * both, *map(self._by_row, (self.along, n)))
+        H = np.sum(H, 1, float)[:, (0, 0, 1), (0, 1, 1)]
+        sums = (math.pi / count) * np.concatenate([np.sum(step[:, 0], 0, float), H.ravel()])
+        gradient = self._walls(L, w)
         value = math.pi * float(np.mean(L, dtype=float))
-        inverse = float(np.mean(1.0 / best, dtype=float))
-        return np.array([value, *gradient, *sums[:8], best.min(), inverse, L.max()])
+        inverse = float(np.mean(inverse, dtype=float))
+        return np.array([value, *gradient, *sums, best.min(), inverse, L.max()])
 
-    def _kernels(self, solid: _Solid, x, rays, t, L) -> np.ndarray:
-        """Sums over the rays that meet one shape; writes what they see into L."""
-        u, v, w = (a[rays] for a in self.along)
+    def _by_row(self, vectors):
+        return np.swapaxes(vectors[:2].reshape(2, *self.shape), 0, 1)
+
+    def _meet(self, solid: _Solid, x, rays, t, L, n) -> None:
+        """Writes what the rays see that meet one shape: radiance into L, normals over cosines."""
+        along = self.along[:, rays]
         o = (solid.turn @ (x - solid.center)).astype(np.float32)
-        d = solid.turn.astype(np.float32) @ np.stack([u, v, w])
+        d = solid.turn.astype(np.float32) @ along
         light, normal = _sent(solid, o[:, None] + t * d, d)
         if light is not None:
-            light = light if self.noise is None else light * self.noise[rays]
-            L[rays] = light
-        n = solid.turn.T.astype(np.float32) @ normal
-        facing = -1.0 / (n[0] * u + n[1] * v + n[2] * w)  # any length of n: it cancels
-        p, q, inverse = n[0] * facing, n[1] * facing, 1.0 / t
-        square = inverse * inverse
-        # Kernels per projected solid angle: derivatives of the coupling, over the coupling.
-        gradient = inverse * (4.0 * u + p), inverse * (4.0 * v + q)
-        hessian = (
-            square * (24.0 * u * u - 4.0 + 8.0 * p * u),
-            square * (24.0 * u * v + 4.0 * (p * v + q * u)),
-            square * (24.0 * v * v - 4.0 + 8.0 * q * v),
-        )
-        lit = [0.0] * 5 if light is None else [float(k @ light) for k in (*gradient, *hessian)]
-        return np.array([*lit, *(float(np.sum(k)) for k in hessian), 0.0, 0.0])
+            L[rays] = light if self.noise is None else light * self.noise[rays]
+        normal = solid.turn.T.astype(np.float32) @ normal
+        n[:, rays] = normal[:2] / -np.sum(normal * along, axis=0)  # any length: it cancels
 
     def _walls(self, L: np.ndarray, inverse: np.ndarray) -> np.ndarray:
         """Stratified gradient: the sum over the walls between cells."""
-        circles = (L[1:] - L[:-1]) * np.maximum(inverse[1:], inverse[:-1])
-        meridians = L - np.roll(L, 1, axis=1)
-        meridians *= np.maximum(inverse, np.roll(inverse, 1, axis=1))
-        return (self.circle @ circles) @ self.arc + (self.rising @ meridians) @ self.beside
+        (circles, meridians), (near_c, near_m) = jumps_across(L, inverse)
+        return np.asarray(self.sweeps.gradient(circles * near_c, meridians * near_m))
 
 
 def _distance(solid: _Solid, ready, o: np.ndarray) -> Single:

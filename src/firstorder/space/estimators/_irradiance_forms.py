@@ -19,6 +19,7 @@ from jaxtyping import Array, Float, Int
 
 from firstorder.scene._arguments import check_asked
 from firstorder.scene._derivatives import SPACE, Derivatives
+from firstorder.space.estimators._gather_sums import WallSweeps, jumps_across, surface_area_sums
 from firstorder.space.estimators.strata import Strata
 from firstorder.space.intersect import nearest
 from firstorder.space.receiver import Receiver
@@ -178,40 +179,25 @@ def surface_area_estimate(samples: Samples) -> Derivatives:
     x = jnp.where(met, share, 0.0) / jnp.where(met, samples.distance, 1.0)
     y = x / jnp.where(met, samples.distance, 1.0)
     b = jnp.where(faces, b, 1.0)
-    u, n = _rays(jnp.broadcast_to(where.directions, samples.normal.shape), samples.normal)
-    value = _sum(share, u)
-    step = 4.0 * _products(x, u, u) - jnp.sum(x, (-1, -2))[..., None, None] * jnp.eye(
-        3, dtype=b.dtype
-    )
-    step = step + _products(x / b, u, n)  # row k: of the light through a plane with axis k
-    up, rise = jnp.eye(3, dtype=b.dtype)[2], where.directions[..., 2]
-    steep = _sum(y, u)
-    H = 24.0 * _products(y * rise, u, u) - 4.0 * steep[..., 2, None, None] * jnp.eye(
-        3, dtype=b.dtype
-    )
-    half = (
-        4.0 * _products(y / b * rise, n, u)
-        - up[:, None] * (_sum(y / b, n) + 4.0 * steep)[..., None, :]
-    )
-    H = H + half + jnp.swapaxes(half, -1, -2)
-    twice = -value[..., 2, None, None] * jnp.eye(2, dtype=b.dtype)
+    directions = jnp.broadcast_to(where.directions, samples.normal.shape)
+    u, n = _rays(directions), _rays(samples.normal / b[..., None])
+    share, x, y = (w.reshape(*w.shape[:-2], -1) for w in (share, x, y))
+    value = jnp.einsum("...r,...ir->...i", share, u)
+    rows = jnp.concatenate([x[..., None, :] * u, y[..., None, :]], -2)
+    moved, H = surface_area_sums(rows, y * u[..., 2, :], u, n)
+    # Row k of a step: of the light through a plane with axis k, whose cosine changes too.
+    eye = jnp.eye(3, dtype=b.dtype)
+    step = moved[..., :3, :] - jnp.sum(x, -1)[..., None, None] * eye
+    fall = eye[2][:, None] * moved[..., 3, None, :]
+    H = H - fall - jnp.swapaxes(fall, -1, -2)
+    twice = -value[..., 2, None, None] * eye[:2, :2]
     turn, mixed = value[..., :2], jnp.swapaxes(step[..., :2, :], -1, -2)
     gradient = jnp.concatenate([step[..., 2, :], turn], -1)
     return Derivatives(value[..., 2], gradient, _blocks(H, mixed, twice), SPACE)
 
 
-def _rays(*vectors):
-    return [v.reshape(*v.shape[:-3], -1, 3) for v in vectors]
-
-
-def _sum(weight, v):
-    weight = weight.reshape(*weight.shape[:-2], -1)
-    return jnp.einsum("...r,...ri->...i", weight, v)
-
-
-def _products(weight, v, w):
-    weight = weight.reshape(*weight.shape[:-2], -1)
-    return jnp.einsum("...ri,...rj->...ij", weight[..., None] * v, w)
+def _rays(vectors):
+    return jnp.swapaxes(vectors.reshape(*vectors.shape[:-3], -1, 3), -1, -2)
 
 
 def _blocks(H, mixed, twice):
@@ -257,13 +243,11 @@ def stratified_estimate(samples: Samples) -> Derivatives:
     return Derivatives(value, jnp.concatenate([step, turn], -1), _blocks(H, mixed, twice), SPACE)
 
 
-def _arc(phi):
-    """`int e_rho dphi` (n, 2) and `int e_rho e_rho^T dphi` (n, 2, 2) over each column."""
-    first = jnp.stack([jnp.diff(jnp.sin(phi)), -jnp.diff(jnp.cos(phi))], -1)
+def _squares(phi):
+    """`int e_rho e_rho^T dphi` (n, 2, 2) over each column."""
     half, c = 0.5 * jnp.diff(phi), 0.25 * jnp.diff(jnp.sin(2.0 * phi))
     off = 0.5 * jnp.diff(jnp.sin(phi) ** 2)
-    second = jnp.stack([jnp.stack([half + c, off], -1), jnp.stack([off, half - c], -1)], -1)
-    return first, second
+    return jnp.stack([jnp.stack([half + c, off], -1), jnp.stack([off, half - c], -1)], -1)
 
 
 def _turning(samples: Samples):
@@ -272,7 +256,7 @@ def _turning(samples: Samples):
     The latter runs along the horizon, which a tilt sweeps over what shines there.
     """
     where, L = samples.strata, samples.radiance
-    arc, square = _arc(where.phi)
+    arc, square = WallSweeps.of(where.theta, where.phi).arc, _squares(where.phi)
     value = jnp.einsum("mn,...mn->...", where.projected, L)
     lens = 0.5 * jnp.diff(where.theta - 0.5 * jnp.sin(2.0 * where.theta))  # int sin^2
     turn = jnp.einsum("m,ni,...mn->...i", lens, arc, L)
@@ -283,33 +267,20 @@ def _turning(samples: Samples):
 def _swept(samples: Samples):
     """Gradient of E (3,) and of its gradient by tilts (3, 2): what all walls sweep by a step."""
     theta, phi = samples.strata.theta, samples.strata.phi
+    walls, square = WallSweeps.of(theta, phi), _squares(phi)
     (circles, meridians), (near_c, near_m) = wall_jumps(samples)
-    arc, square = _arc(phi)
-    s, c = jnp.sin(theta[1:-1]), jnp.cos(theta[1:-1])
-    J = circles * near_c * s[:, None]  # a circle's element is sin dphi
-    tangential = jnp.einsum("...mn,m,ni->...i", J, c * c, arc)
-    vertical = -jnp.einsum("...mn,m,n->...", J, c * s, jnp.diff(phi))
-    across = jnp.einsum("...mn,m,nij->...ij", J, c * s, square)
-    down = -jnp.einsum("...mn,m,ni->...i", J, s * s, arc)
-    here = jnp.stack([jnp.cos(phi[:-1]), jnp.sin(phi[:-1])], -1)
-    beside = jnp.stack([-here[:, 1], here[:, 0]], -1)
-    J = meridians * near_m
-    rising, falling = jnp.diff(jnp.sin(theta)), -jnp.diff(jnp.cos(theta))
-    tangential = tangential + jnp.einsum("...mn,m,ni->...i", J, rising, beside)
-    across = across + jnp.einsum("...mn,m,ni,nj->...ij", J, falling, beside, here)
-    step = jnp.concatenate([tangential, vertical[..., None]], -1)
+    circles, meridians = circles * near_c, meridians * near_m
+    s, c = jnp.sin(theta[1:-1]), jnp.cos(theta[1:-1])  # a circle's element is sin dphi
+    vertical = -jnp.einsum("...mn,m,n->...", circles, c * s * s, jnp.diff(phi))
+    across = jnp.einsum("...mn,m,nij->...ij", circles, c * s * s, square)
+    down = -jnp.einsum("...mn,m,ni->...i", circles, s * s * s, walls.arc)
+    here = jnp.stack([walls.beside[:, 1], -walls.beside[:, 0]], -1)
+    falling = -jnp.diff(jnp.cos(theta))
+    across = across + jnp.einsum("...mn,m,ni,nj->...ij", meridians, falling, walls.beside, here)
+    step = jnp.concatenate([walls.gradient(circles, meridians), vertical[..., None]], -1)
     return step, jnp.concatenate([across, down[..., None, :]], -2)
 
 
 def wall_jumps(samples: Samples):
-    """Jumps of radiance across walls, and one over the distance that carries them.
-
-    Returns:
-        `(circles (m-1, n), meridians (m, n))`, twice: radiance farther from the pole minus nearer,
-        and after the meridian minus before; then `1 / min(r, r')`. Meridian i is where column i
-        begins.
-    """
-    L, w = samples.radiance, 1.0 / samples.distance
-    jumps = (jnp.diff(L, axis=-2), L - jnp.roll(L, 1, -1))
-    inverse = (jnp.maximum(w[..., :-1, :], w[..., 1:, :]), jnp.maximum(w, jnp.roll(w, 1, -1)))
-    return jumps, inverse
+    """Jumps of radiance across walls, and one over the distance that carries them."""
+    return jumps_across(samples.radiance, 1.0 / samples.distance)
