@@ -6,7 +6,8 @@ from typing import TypeVar
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+import numpy as np
+from jaxtyping import Array, Float, Int, Shaped
 
 Vectors = Float[Array, "*#n 3"]
 Numbers = Float[Array, "*#n"]
@@ -48,7 +49,8 @@ def apart(a: Vectors) -> Coordinates:
     Long sums over many vectors run several times faster on those: all of a formula is one loop over
     numbers side by side, and a coordinate that nobody asks for is not computed.
     """
-    return a[..., 0], a[..., 1], a[..., 2]
+    x, y, z = jnp.unstack(a, axis=-1)
+    return x, y, z
 
 
 def dot_apart(a: Coordinates, b: Coordinates) -> Array:
@@ -85,22 +87,32 @@ def orthonormal_frame(normal: Vectors) -> Float[Array, "*n 3 3"]:
         >>> orthonormal_frame(jnp.array([0.0, 0.0, 1.0])).tolist()
         [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
     """
-    z = normal[..., 2:]
-    sign = jnp.where(z >= 0.0, 1.0, -1.0)
-    eye = jnp.eye(3, dtype=normal.dtype)
-    v = normal + sign * eye[2]
-    mirror = eye - (v / (1.0 + sign * z))[..., :, None] * v[..., None, :]
-    hand = jnp.concatenate([jnp.ones_like(sign), sign], -1)
-    tangents = mirror[..., :2] * hand[..., None, :]
-    return settled(jnp.concatenate([tangents, normal[..., :, None]], -1))
+    across, z = normal[..., :2], normal[..., 2:]
+    sign = jnp.where(z >= 0.0, 1.0, -1.0).astype(normal.dtype)
+    flat = np.eye(2) - across[..., :, None] * (across / (1.0 + sign * z))[..., None, :]
+    tangents = jnp.concatenate([flat, -(sign * across)[..., None, :]], -2)
+    hand = jnp.concatenate([jnp.ones_like(sign), sign], -1)[..., None, :]
+    return settled(jnp.concatenate([tangents * hand, normal[..., :, None]], -1))
 
 
 def inverse_3x3(axes: Float[Array, "*n 3 3"]) -> Float[Array, "*n 3 3"]:
     """The inverse of a matrix: the vector products of its columns are its rows."""
+    return inverse_and_det(axes)[0]
+
+
+def inverse_and_det(axes: Float[Array, "*n 3 3"]) -> tuple[Float[Array, "*n 3 3"], Numbers]:
+    """The inverse of a matrix, and its determinant."""
     columns = jnp.swapaxes(axes, -1, -2)
     one, two = jnp.roll(columns, -1, -2), jnp.roll(columns, -2, -2)
     rows = settled(cross(one, two))
-    return settled(rows / jnp.sum(columns[..., :1, :] * rows[..., :1, :], -1, keepdims=True))
+    det = jnp.sum(columns[..., 0, :] * rows[..., 0, :], -1)
+    return settled(rows / det[..., None, None]), det
+
+
+def rows(a: Shaped[Array, "n *k"], which: Int[Array | np.ndarray, "*m"]) -> Shaped[Array, "..."]:
+    """Rows by numbers of which none is negative or too large: one copy and no questions."""
+    which = which.astype(np.int32)
+    return a.at[which].get(mode="promise_in_bounds", wrap_negative_indices=False)
 
 
 def matvec(matrix: Float[Array, "*#n 3 3"], a: Vectors) -> Vectors:

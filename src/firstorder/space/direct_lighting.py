@@ -12,27 +12,36 @@ shadow edges included. `boundary_gradient` is the contour form of the first one,
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from firstorder.errors import nan_unless
 from firstorder.numerics._compiled import compiled
-from firstorder.numerics._vectors import dot, unit
+from firstorder.numerics._vectors import unit
 from firstorder.scene._arguments import check_asked
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import BACK, FRONT, Scene
 from firstorder.space.silhouettes._edge_integrals import (
     arc_angle,
     arc_light,
+    arc_upward,
     segment_angle,
     segment_light,
+    segment_upward,
 )
+from firstorder.space.silhouettes.analytic import _Outlines
 from firstorder.space.silhouettes.visible import (
     SilhouetteSides,
-    VisibleSilhouettes,
+    _cut_outlines,
+    _harmless_parts,
+    _is_outside,
+    _outlines_from,
+    _Pieces,
     visible_silhouettes,
 )
 from firstorder.visibility._contour import translation_rate
@@ -66,15 +75,14 @@ def net_visibility(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[Arra
         0.133975
     """
     check_asked(scene, Scene, at, Receiver)
-    found = visible_silhouettes(scene, at)
+    found = _outlines_from(scene, at)
     seen = jnp.zeros(scene.count + 1, at.position.dtype).at[-1].set(1.0)
-    lines, arcs, level = _along(found, segment_angle, arc_angle, nodes)
-    total = found.lines.jump(seen) @ lines + found.rims.jump(seen) @ arcs
-    total = total + seen[found.above] @ level
+    edges, sides, level, above = _contours(found, at.axes, segment_angle, arc_angle, nodes)
+    total = sides.jump(seen) @ edges + seen[above] @ level
     # Regions about axes below the horizon may have counted the whole sphere.
     whole = 4.0 * jnp.pi
     total = total - whole * jnp.floor(jax.lax.stop_gradient(total + jnp.pi) / whole)
-    return nan_unless(found.sound, total)
+    return nan_unless(_is_outside(scene, found), total)
 
 
 @compiled
@@ -112,7 +120,7 @@ def irradiance(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[Array, "
         0.5666 -0.6324
     """
     check_asked(scene, Scene, at, Receiver)
-    return _light(scene, at, nodes)[2]
+    return _light(scene, at, segment_upward, arc_upward, nodes)[0]
 
 
 @compiled
@@ -127,34 +135,29 @@ def vector_irradiance(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[A
     Reference: J12 §7; Lambert.
     """
     check_asked(scene, Scene, at, Receiver)
-    return jnp.stack(_light(scene, at, nodes))
+    return jnp.stack(_light(scene, at, segment_light, arc_light, nodes))
 
 
-def _light(scene: Scene, at: Receiver, nodes: int) -> list[Float[Array, ""]]:
-    """The vector of light by coordinates: the irradiance asks for one of them."""
+def _light(scene: Scene, at: Receiver, segment, arc, nodes: int) -> list[Float[Array, ""]]:
+    """The vector of light by those coordinates that the integrals find, of which z is the last."""
     if callable(scene.environment):
         raise ValueError(
             "Argument `scene` must have a sky of one radiance here, but it is a function."
         )
-    found = visible_silhouettes(scene, at)
-    seen = _shown(scene, at)
-    lines, arcs, level = _along(found, segment_light, arc_light, nodes)
-    straight, curved = found.lines.jump(seen), found.rims.jump(seen)
-    total = [straight @ a + curved @ b for a, b in zip(lines, arcs, strict=True)]
-    total[2] = total[2] + 0.5 * (seen[found.above] @ level)
-    return [nan_unless(found.sound, e) for e in total]
+    found = _outlines_from(scene, at)
+    seen = _shown(scene, at, found)
+    edges, sides, level, above = _contours(found, at.axes, segment, arc, nodes)
+    jump = sides.jump(seen)
+    total = [jump @ e for e in edges]
+    total[-1] = total[-1] + 0.5 * (seen[above] @ level)
+    return [nan_unless(_is_outside(scene, found), e) for e in total]
 
 
-def _shown(scene: Scene, at: Receiver) -> Float[Array, " n_1"]:
+def _shown(scene: Scene, at: Receiver, found: _Outlines) -> Float[Array, " n_1"]:
     """The radiance that each shape turns towards a receiver, and last the sky's."""
-    eye = jax.lax.stop_gradient(at.position)
-
-    def front(shape):
-        middle = shape.middle(eye)
-        return jnp.asarray(shape.closed) | (dot(shape.normal(middle), eye - middle) > 0.0)
-
+    closed = np.repeat([g.closed for g in scene.groups], [g.count for g in scene.groups])
     sides = scene.material.emission
-    facing = jnp.where(scene.every(front), sides[:, FRONT], sides[:, BACK])
+    facing = jnp.where(closed | (found.eye[:, 2] > 0.0), sides[:, FRONT], sides[:, BACK])
     return jnp.append(facing, scene.sky(at.normal))
 
 
@@ -194,7 +197,7 @@ def boundary_gradient(
     found = visible_silhouettes(scene, at)
     lines, rims = found.on_lines(nodes), found.on_arcs(nodes)
     if radiance is None and not callable(scene.environment):
-        seen = _shown(scene, at)
+        seen = _shown(scene, at, _outlines_from(scene, at))
         jumps = found.lines.jump(seen)[:, None], found.rims.jump(seen)[:, None]
     else:
         light = _radiance(scene, at) if radiance is None else radiance
@@ -220,21 +223,47 @@ def _moving(on, jump: Float[Array, "m #k"], weight) -> Float[Array, "3"]:
 def _radiance(scene: Scene, at: Receiver) -> Radiance:
     """Radiance of the scene under a sky that varies."""
     black = Scene(scene.groups, scene.material, jnp.zeros(()), scene.names)
-    seen = _shown(black, at)
+    seen = _shown(black, at, _outlines_from(scene, at))
     return lambda index, along: jnp.where(index < 0, scene.sky(along), seen[index])
 
 
-def _along(
-    found: VisibleSilhouettes, segment, arc, nodes: int
-) -> tuple[Any, Any, Float[Array, " h"]]:
-    """Integrals along straight and curved pieces, and the lengths of the horizon's parts.
+@partial(jax.custom_jvp, nondiff_argnums=(2, 3, 4))
+def _contours(found: _Outlines, axes: Float[Array, "3 3"], segment, arc, nodes: int):
+    """Integrals along all visible parts, what lies beside them, and the horizon's parts.
 
     Ends and cuts do not count in derivatives (`space.silhouettes._edge_integrals`), and so neither
-    do the horizon's.
+    do the horizon's. A first derivative is told here that it need not ask for them; a second one
+    finds them in the rule, where they are functions of the outlines.
+
+    Args:
+        found: all silhouettes, in the receiver's frame.
+        axes: of that frame.
+        segment: integral along a part of a segment.
+        arc: integral along an arc.
+        nodes: on each arc between two cuts.
     """
-    line, arcs = found.straight, found.arcs
-    return (
-        segment(line.start, line.end, found.low, found.high),
-        arc(arcs.center, arcs.a, arcs.b, arcs.first, arcs.last, nodes),
-        jnp.diff(jax.lax.stop_gradient(found.azimuths)),
-    )
+    cut = _cut_outlines(found, axes)
+    edges = _integrals(cut.lines, cut.arcs, cut, segment, arc, nodes)
+    return edges, cut.sides, jnp.diff(cut.azimuths), cut.above
+
+
+@_contours.defjvp
+def _contours_rule(segment, arc, nodes, primals, tangents):
+    found, axes = primals
+    cut = _cut_outlines(found, axes)
+
+    def fixed(lines, arcs):
+        seen = cut.sides.seen
+        parts = _harmless_parts(lines, arcs, seen, cut.low.shape[0])
+        edges = _integrals(*parts, cut, segment, arc, nodes)
+        return edges, cut.sides, jnp.diff(cut.azimuths), cut.above
+
+    moves = tangents[0].lines, tangents[0].arcs
+    return jax.jvp(fixed, (found.lines, found.arcs), moves)
+
+
+def _integrals(lines: Array, arcs: Array, cut: _Pieces, segment, arc, nodes: int) -> Any:
+    """Integrals along straight and curved parts, behind each other."""
+    straight = segment(lines[:, 0], lines[:, 1], cut.low, cut.high)
+    curved = arc(arcs[:, 0], arcs[:, 1], arcs[:, 2], cut.first, cut.last, nodes)
+    return jax.tree.map(lambda a, b: jnp.concatenate([a, b]), straight, curved)

@@ -6,11 +6,12 @@ from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
 from firstorder.conventions import normal_rate
 from firstorder.errors import check_finite, is_concrete, nan_unless
-from firstorder.numerics._vectors import cross, norm, orthonormal_frame, settled, unit
+from firstorder.numerics._vectors import norm, orthonormal_frame, unit
 from firstorder.scene._arguments import numbers
 from firstorder.scene._derivatives import SPACE
 from firstorder.typing import as_float
@@ -91,10 +92,9 @@ class Receiver(eqx.Module):
 
         Valid for one receiver; use `jax.vmap` for many.
         """
-        t, b, n = (self.axes[:, i] for i in range(3))
         rate = normal_rate(self.S, x)
-        position = self.position + x[0] * t + x[1] * b - 0.5 * jnp.dot(x, rate) * n
-        return Receiver(position, _turned(self.axes, rate), self.S, self.on)
+        step = jnp.append(x, -0.5 * jnp.dot(x, rate))
+        return Receiver(self.position + self.axes @ step, _turned(self.axes, rate), self.S, self.on)
 
     def tilted(self, tilt: Float[Array, "2"]) -> Receiver:
         """The receiver turned on the spot so that its normal moves along t and b [rad]."""
@@ -121,21 +121,22 @@ def receiver(position: Any, normal: Any = (0.0, 0.0, 1.0), S: Any = None, on: Ar
     return Receiver.at(position, normal, on=on, S=S)
 
 
+# The turn that starts by moving n along t, and along b.
+TURNS = np.array([[[0, 0, 1], [0, 0, 0], [-1, 0, 0]], [[0, 0, 0], [0, 0, 1], [0, -1, 0]]])
+
+
 def _turned(axes: Float[Array, "3 3"], tilt: Float[Array, "2"]) -> Float[Array, "3 3"]:
-    """The frame turned by |tilt| so that n moves along tilt; exact, and smooth at no turn."""
-    t, b, n = (axes[:, i] for i in range(3))
-    axis = tilt[0] * b - tilt[1] * t  # n x (tilt_0 t + tilt_1 b)
+    """The frame turned by |tilt| so that n moves along tilt; exact, and smooth at no turn.
+
+    With K the turn's rate it is turned by `I + sin(a) / a K + (1 - cos(a)) / a^2 K^2`, a = |tilt|.
+    """
+    K = jnp.einsum("i,ijk->jk", tilt, jnp.asarray(TURNS, axes.dtype))
     square = jnp.dot(tilt, tilt)
-    turns = square > 1e-12
-    angle = jnp.sqrt(jnp.where(turns, square, 1.0))
-    s = jnp.where(turns, jnp.sin(angle) / angle, 1.0 - square / 6.0)
-    c = jnp.where(turns, (1.0 - jnp.cos(angle)) / angle**2, 0.5 - square / 24.0)
-
-    def turn(a):
-        along = cross(axis, a)
-        return a + s * along + c * cross(axis, along)
-
-    return settled(jnp.stack([turn(t), turn(b), turn(n)], -1))
+    squares = jnp.stack([square, 0.25 * square])
+    turns = squares > 1e-12
+    angle = jnp.sqrt(jnp.where(turns, squares, 1.0))
+    s, half = jnp.where(turns, jnp.sin(angle) / angle, 1.0 - squares / 6.0)
+    return axes + axes @ (s * K + (0.5 * half * half) * (K @ K))
 
 
 def in_receiver_frame(receiver: Receiver, w: Float[Array, "*k 3"]) -> Float[Array, "*k 3"]:

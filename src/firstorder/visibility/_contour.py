@@ -20,6 +20,7 @@ All functions broadcast over leading axes.
 
 from __future__ import annotations
 
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
@@ -127,18 +128,41 @@ def segment_vector_irradiance(a: Points, b: Points) -> Points:
     return jnp.stack(light_between(apart(a), apart(b)), -1)
 
 
-def light_between(a: Coordinates, b: Coordinates) -> Coordinates:
-    """`segment_vector_irradiance`, of coordinates."""
+def light_between(a: Coordinates, b: Coordinates, which=(0, 1, 2)) -> tuple[Array, ...]:
+    """`segment_vector_irradiance`, of coordinates: those that are asked for."""
     c = cross_apart(a, b)
-    square, cosine = dot_apart(c, c), dot_apart(a, b)
-    # angle / sine is smooth at zero, where both vanish.
-    wide = square > 1e-8 * cosine * cosine
+    half = _half_angle_by_sine(dot_apart(c, c), dot_apart(a, b))
+    return tuple(c[i] * half for i in which)
+
+
+@jax.custom_jvp
+def _half_angle_by_sine(square: Array, cosine: Array) -> Array:
+    """`h = atan2(s, k) / (2 s)` of s^2 and k, also where s vanishes: there the ratio is smooth."""
+    wide = _is_wide(square, cosine)
     sine = jnp.sqrt(jnp.where(wide, square, 1.0))
     far = jnp.where(cosine == 0.0, 1.0, cosine)
     ratio = square / (far * far)
     small = (1.0 - ratio / 3.0 + ratio * ratio / 5.0) / far
-    half = 0.5 * jnp.where(wide, jnp.arctan2(sine, cosine) / sine, small)
-    return c[0] * half, c[1] * half, c[2] * half
+    return 0.5 * jnp.where(wide, jnp.arctan2(sine, cosine) / sine, small)
+
+
+@_half_angle_by_sine.defjvp
+def _half_angle_rule(primals, tangents):
+    """`dh/dk = -1 / (2 (s^2 + k^2))` and `dh/ds^2 = (k / (2 (s^2 + k^2)) - h) / (2 s^2)`."""
+    square, cosine = primals
+    half, wide = _half_angle_by_sine(square, cosine), _is_wide(square, cosine)
+    both = square + cosine * cosine
+    by_cosine = -0.5 / jnp.where(both > 0.0, both, 1.0)
+    far = jnp.where(cosine == 0.0, 1.0, cosine)
+    cube = far * far * far
+    small = (0.2 * square / (far * far) - 1.0 / 6.0) / cube
+    large = (cosine * by_cosine + half) / jnp.where(wide, -2.0 * square, 1.0)
+    return half, jnp.where(wide, large, small) * tangents[0] + by_cosine * tangents[1]
+
+
+def _is_wide(square: Array, cosine: Array) -> Array:
+    """Whether an angle is so wide that its sine may divide."""
+    return square > 1e-8 * cosine * cosine
 
 
 def segment_translation_rate(a: Points, b: Points) -> Points:

@@ -102,15 +102,18 @@ class Shape(eqx.Module):
         """Whether an eye is on or in the shape, where it has no silhouette."""
         return self.canonical_inside(self.local(eye))
 
+    @classmethod
     @abc.abstractmethod
-    def canonical_distance(self, o: Point, d: Point) -> Distance:
+    def canonical_distance(cls, o: Point, d: Point) -> Distance:
         """The ray test on the canonical shape; the direction is no unit vector here."""
 
-    def canonical_normal(self, q: Point) -> Point:
+    @classmethod
+    def canonical_normal(cls, q: Point) -> Point:
         """A vector along the normal of the canonical shape."""
         return jnp.zeros_like(q).at[2].set(1.0)
 
-    def canonical_inside(self, e: Point) -> Bool[Array, ""]:
+    @classmethod
+    def canonical_inside(cls, e: Point) -> Bool[Array, ""]:
         """Whether a canonical eye sees no silhouette."""
         return jnp.asarray(False)
 
@@ -127,7 +130,8 @@ class Ellipsoids(Shape):
         """Whether the shapes have an inside: they do."""
         return True
 
-    def canonical_distance(self, o, d):
+    @classmethod
+    def canonical_distance(cls, o, d):
         """Distance to the unit ball; |o x d|^2 keeps the digits that b^2 - a c loses far away."""
         a, b = dot(d, d), dot(o, d)
         side = cross(o, d)
@@ -137,11 +141,13 @@ class Ellipsoids(Shape):
         near = (-b - root) / a
         return jnp.where(hit, jnp.where(near > 0.0, near, (root - b) / a), jnp.inf)
 
-    def canonical_normal(self, q):
+    @classmethod
+    def canonical_normal(cls, q):
         """Radius vector of the ball."""
         return q
 
-    def canonical_inside(self, e):
+    @classmethod
+    def canonical_inside(cls, e):
         """Whether the eye is not outside the ball."""
         return dot(e, e) <= 1.0
 
@@ -154,18 +160,21 @@ class Boxes(Shape):
         """Whether the shapes have an inside: they do."""
         return True
 
-    def canonical_distance(self, o, d):
+    @classmethod
+    def canonical_distance(cls, o, d):
         """Distance to the intersection of three slabs."""
         near, far = _slabs(o, d)
         enter, leave = jnp.max(near), jnp.min(far)
         return jnp.where(enter <= leave, jnp.where(enter > 0.0, enter, leave), jnp.inf)
 
-    def canonical_normal(self, q):
+    @classmethod
+    def canonical_normal(cls, q):
         """Normal of the face that is nearest."""
         which = jnp.argmax(jnp.abs(q))
         return jnp.where(jnp.arange(3) == which, jnp.sign(q), 0.0)
 
-    def canonical_inside(self, e):
+    @classmethod
+    def canonical_inside(cls, e):
         """Whether the eye is not outside of any face."""
         return jnp.all(jnp.abs(e) <= 1.0)
 
@@ -178,7 +187,8 @@ class Cylinders(Shape):
         """Whether the shapes have an inside: they do."""
         return True
 
-    def canonical_distance(self, o, d):
+    @classmethod
+    def canonical_distance(cls, o, d):
         """Distance to the round wall within the slab of the caps."""
         flat = d[0] ** 2 + d[1] ** 2
         upright = flat <= 0.0
@@ -195,14 +205,16 @@ class Cylinders(Shape):
         hit = hit & (enter <= leave)
         return jnp.where(hit, jnp.where(enter > 0.0, enter, leave), jnp.inf)
 
-    def canonical_normal(self, q):
+    @classmethod
+    def canonical_normal(cls, q):
         """Normal of the cap if the point is nearer to it than to the wall."""
         rho = jnp.sqrt(q[0] ** 2 + q[1] ** 2)
         cap = jnp.abs(jnp.abs(q[2]) - 1.0) < jnp.abs(rho - 1.0)
         wall = jnp.stack([q[0], q[1], jnp.zeros_like(q[2])])
         return jnp.where(cap, jnp.stack([0.0 * rho, 0.0 * rho, jnp.sign(q[2])]), wall)
 
-    def canonical_inside(self, e):
+    @classmethod
+    def canonical_inside(cls, e):
         """Whether the eye is not outside of wall or caps."""
         return (e[0] ** 2 + e[1] ** 2 <= 1.0) & (jnp.abs(e[2]) <= 1.0)
 
@@ -219,26 +231,30 @@ class _Flat(Shape):
         swapped = jnp.stack([v, u, -n], -1)
         return type(self)(self.center, jnp.where(which[:, None, None], swapped, self.axes))
 
-    def canonical_distance(self, o, d):
+    @classmethod
+    def canonical_distance(cls, o, d):
         """Distance to the plane z = 0, if the point in it counts."""
         level = d[2] == 0.0
         t = jnp.where(level, jnp.inf, -o[2] / jnp.where(level, 1.0, d[2]))
         q = o + jnp.where(level, 0.0, t) * d
-        return jnp.where(self.holds(q[0], q[1]) & ~level, t, jnp.inf)
+        return jnp.where(cls.holds(q[0], q[1]) & ~level, t, jnp.inf)
 
-    def canonical_inside(self, e):
+    @classmethod
+    def canonical_inside(cls, e):
         """Whether the eye is in the plane, up to rounding: seen edge-on it covers nothing."""
         return jnp.abs(e[2]) <= 8.0 * jnp.finfo(e.dtype).eps * jnp.maximum(1.0, norm(e))
 
+    @classmethod
     @abc.abstractmethod
-    def holds(self, x: Array, y: Array) -> Bool[Array, ""]:
+    def holds(cls, x: Array, y: Array) -> Bool[Array, ""]:
         """Whether a point of the plane belongs to the canonical shape."""
 
 
 class Discs(_Flat):
     """Elliptic discs; the first two columns of `axes` are conjugate radii."""
 
-    def holds(self, x, y):
+    @classmethod
+    def holds(cls, x, y):
         """Whether a point is in the unit disc."""
         return x * x + y * y <= 1.0
 
@@ -246,7 +262,8 @@ class Discs(_Flat):
 class Rectangles(_Flat):
     """Parallelograms; the first two columns of `axes` run from the centre to edges' middles."""
 
-    def holds(self, x, y):
+    @classmethod
+    def holds(cls, x, y):
         """Whether a point is in the square [-1, 1]^2."""
         return (jnp.abs(x) <= 1.0) & (jnp.abs(y) <= 1.0)
 
@@ -254,7 +271,8 @@ class Rectangles(_Flat):
 class Triangles(_Flat):
     """Triangles; `center` is a corner, the first two columns of `axes` are the edges from it."""
 
-    def holds(self, x, y):
+    @classmethod
+    def holds(cls, x, y):
         """Whether a point is in the corner triangle."""
         return (x >= 0.0) & (y >= 0.0) & (x + y <= 1.0)
 
@@ -266,7 +284,8 @@ class Triangles(_Flat):
 class Planes(_Flat):
     """Planes without end."""
 
-    def holds(self, x, y):
+    @classmethod
+    def holds(cls, x, y):
         """Whether a point is in the plane: all are."""
         return jnp.asarray(True)
 

@@ -20,7 +20,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from firstorder.numerics._roots import bracketed_root, brackets, newton
-from firstorder.numerics._vectors import cross, dot, inverse_3x3, matvec, unit
+from firstorder.numerics._vectors import cross, dot, inverse_3x3, matvec, rows, unit
 from firstorder.space.silhouettes.analytic import SilhouetteArcs, SilhouetteSegments
 
 Vector = Float[Array, "3"]
@@ -32,15 +32,31 @@ def on_plane(arc: SilhouetteArcs, normal: Vector) -> Float[Array, "2"]:
 
     `A + B cos t + C sin t = 0` gives `t = atan2(C, B) +- acos(-A / sqrt(B^2 + C^2))`.
     """
-    A, B, C = dot(normal, arc.center), dot(normal, arc.a), dot(normal, arc.b)
-    square = B * B + C * C - A * A
+    products = dot(normal, arc.center), dot(normal, arc.a), dot(normal, arc.b)
+    return _on_plane(*products, arc.first, arc.last)
+
+
+def arcs_on_planes(
+    arcs: Float[Array, "c 3 3"],
+    first: Float[Array, " c"],
+    last: Float[Array, " c"],
+    normals: Float[Array, "k 3"],
+) -> Float[Array, "c k 2"]:
+    """`on_plane` of every arc with every plane; an arc is its centre and its conjugate radii."""
+    products = jnp.unstack(jnp.einsum("cei,ki->eck", arcs, normals))
+    return _on_plane(*products, first[:, None], last[:, None])
+
+
+def _on_plane(A, B, C, first, last):
     scale = B * B + C * C
+    square = scale - A * A
     crosses = (square > 0.0) & (scale > 0.0)
     root = jnp.sqrt(jnp.where(crosses, square, 1.0))
-    middle = jnp.arctan2(jnp.where(crosses, C, 0.0), jnp.where(crosses, B, 1.0))
-    half = jnp.arctan2(root, jnp.where(crosses, -A, 0.0))
-    t = jnp.stack([middle - half, middle + half])
-    return jnp.where(crosses, _wrapped(arc, t), arc.first)
+    A, B, C = (jnp.where(crosses, *parts) for parts in ((-A, 0.0), (B, 1.0), (C, 0.0)))
+    middle, half = jnp.arctan2(C, B), jnp.arctan2(root, A)
+    t = jnp.stack([middle - half, middle + half], -1)
+    first, last = first[..., None], last[..., None]
+    return jnp.where(crosses[..., None], _wrapped(first, last, t), first)
 
 
 def on_cone(arc: SilhouetteArcs, other: SilhouetteArcs) -> Float[Array, "4"]:
@@ -50,7 +66,7 @@ def on_cone(arc: SilhouetteArcs, other: SilhouetteArcs) -> Float[Array, "4"]:
     which = jnp.argsort(~found, stable=True)[:MOST]
     s = jax.vmap(lambda a, b: bracketed_root(fixed, a, b))(low[which], high[which])
     s = jax.vmap(lambda s: newton(f, newton(f, s)))(s)
-    return jnp.where(found[which], _wrapped(arc, 2.0 * np.pi * s), arc.first)
+    return jnp.where(found[which], _wrapped(arc.first, arc.last, 2.0 * np.pi * s), arc.first)
 
 
 def _cone(arc: SilhouetteArcs, other: SilhouetteArcs):
@@ -82,7 +98,18 @@ def _cone(arc: SilhouetteArcs, other: SilhouetteArcs):
 
 def along_segment(line: SilhouetteSegments, normal: Vector) -> Float[Array, ""]:
     """Position in [0, 1] at which a segment crosses a plane through the eye; 0 if it does not."""
-    a, b = dot(normal, line.start), dot(normal, line.end)
+    return _between(dot(normal, line.start), dot(normal, line.end))
+
+
+def lines_on_planes(
+    lines: Float[Array, "m 2 3"], normals: Float[Array, "k 3"]
+) -> Float[Array, "m k"]:
+    """`along_segment` of every segment, given by its ends, with every plane."""
+    return _between(*jnp.unstack(jnp.einsum("mei,ki->emk", lines, normals)))
+
+
+def _between(a, b):
+    """Where the line through two heights is level, if they have unlike signs."""
     crosses = (a > 0.0) != (b > 0.0)
     return jnp.where(crosses, a / jnp.where(crosses, a - b, 1.0), 0.0)
 
@@ -96,13 +123,115 @@ def segment_on_cone(line: SilhouetteSegments, other: SilhouetteArcs) -> Float[Ar
     t = on_plane(other, normal)
     w = jax.vmap(other.point)(t)
     side = cross(jnp.broadcast_to(normal, w.shape), w)
-    a, b = side @ line.start, side @ line.end
-    crosses = (a > 0.0) != (b > 0.0)  # or the opposite direction does, which cuts in vain
-    return jnp.where(crosses, a / jnp.where(crosses, a - b, 1.0), 0.0)
+    # ... or the opposite direction crosses, which cuts in vain
+    return _between(side @ line.start, side @ line.end)
 
 
-def _wrapped(arc: SilhouetteArcs, t: Array) -> Array:
+def lines_on_cones(
+    lines: Float[Array, "m 2 3"],
+    normals: Float[Array, "m 3"],
+    arcs: Float[Array, "c 3 3"],
+    t: Float[Array, "c m 2"],
+) -> Float[Array, "m c 2"]:
+    """`segment_on_cone` of every segment with every arc.
+
+    Args:
+        lines: ends of the segments.
+        normals: of the planes through those and the eye, the products of the ends.
+        arcs: centres and conjugate radii.
+        t: where each arc crosses each of those planes.
+    """
+    beside = cross(lines, normals[:, None])
+    center, a, b = jnp.unstack(jnp.einsum("cki,mei->kemc", arcs, beside)[..., None])
+    t = jnp.swapaxes(t, 0, 1)
+    return _between(*jnp.unstack(center + a * jnp.cos(t) + b * jnp.sin(t)))
+
+
+def _wrapped(first: Array, last: Array, t: Array) -> Array:
     """Angles by whole turns to where the arc is; at its start if it does not come there."""
     turn = 2.0 * np.pi
-    t = t - turn * jax.lax.stop_gradient(jnp.floor((t - arc.first) / turn))
-    return jnp.where(t < arc.last, t, arc.first)
+    t = t - turn * jax.lax.stop_gradient(jnp.floor((t - first) / turn))
+    return jnp.where(t < last, t, first)
+
+
+# --- parts between cuts --------------------------------------------------------------------------
+
+
+def _others(mine: np.ndarray, theirs: np.ndarray) -> np.ndarray:
+    """For each piece the numbers of those of other shapes; rows are filled up with -1."""
+    found = [np.flatnonzero(theirs != owner) for owner in mine]
+    most = max((len(r) for r in found), default=0)
+    return np.array(
+        [np.pad(r, (0, most - len(r)), constant_values=-1) for r in found], int
+    ).reshape(len(mine), most)
+
+
+def _chosen(a: Float[Array, "m w"], which: np.ndarray) -> Float[Array, "m k"]:
+    """Of each row the entries of some numbers, the same count in all."""
+    return rows(a.ravel(), which + a.shape[1] * np.arange(len(a))[:, None])
+
+
+def line_ends(on_planes: Array, on_cones: Array, owners) -> Float[Array, "m k_1"]:
+    """Ends of the parts of segments, in order: at the horizon, and where others are in line."""
+    lines, rims = owners
+    m, planes = on_planes.shape
+    if m == 0:
+        return jnp.zeros((0, 2), on_planes.dtype)
+    cuts = jnp.concatenate([on_planes, on_cones.reshape(m, 2 * len(rims))], -1)
+    # What is filled up is the horizon once more.
+    arcs = _others(lines, rims)
+    pair = np.stack([planes + 2 * arcs, planes + 2 * arcs + 1], -1)
+    pair = np.where(arcs[..., None] < 0, 0, pair).reshape(m, -1)
+    which = np.concatenate([np.zeros((m, 1), int), 1 + _others(lines, lines), pair], -1)
+    return _ordered(_chosen(cuts, which), jnp.zeros(m, cuts.dtype), jnp.ones(m, cuts.dtype))
+
+
+def arc_ends(arcs: Array, first: Array, last: Array, on_planes: Array, owners):
+    """Ends of the parts of arcs, in order: at the horizon, and where others are in line."""
+    lines, rims = owners
+    m = len(rims)
+    if m == 0:
+        return jnp.zeros((0, 2), arcs.dtype)
+    planes = np.concatenate([np.zeros((m, 1), int), 1 + _others(rims, lines)], -1)
+    pair = np.stack([2 * planes, 2 * planes + 1], -1).reshape(m, -1)
+    cuts = [_chosen(on_planes.reshape(m, -1), pair)]
+    others = _others(rims, rims)
+    if others.size:
+
+        def crossed(arc, first, last, other):
+            return on_cone(_arc(arc, first, last), _arc(other, first, last))
+
+        t = jax.vmap(jax.vmap(crossed, (None, None, None, 0)))(
+            arcs, first, last, rows(arcs, np.maximum(others, 0))
+        )
+        there = jnp.asarray(others >= 0)[..., None]
+        cuts.append(jnp.where(there, t, first[:, None, None]).reshape(m, -1))
+    return _ordered(jnp.concatenate(cuts, -1), first, last)
+
+
+def _arc(points: Array, first: Array, last: Array) -> SilhouetteArcs:
+    """One arc."""
+    return SilhouetteArcs(*points, first, last, jnp.asarray(0), jnp.asarray(True))
+
+
+def _ordered(inner: Float[Array, "m k"], first: Array, last: Array) -> Float[Array, "m k_2"]:
+    """Ends of the parts between the cuts, in order."""
+    inner = jax.lax.sort(jnp.maximum(inner, first[:, None]))
+    return jnp.concatenate([first[:, None], inner, last[:, None]], -1)
+
+
+def horizon_ends(lines: Array, s: Array, arcs: Array, t: Array) -> Float[Array, " h_1"]:
+    """Azimuths at which a silhouette crosses the horizon, from -pi to pi.
+
+    What does not cross gives one of its own points, which cuts in vain.
+    """
+    flat = lines[..., :2]
+    start, end = flat[:, 0], flat[:, 1]
+    points = [start + s[:, None] * (end - start)]
+    around = jnp.stack([jnp.ones_like(t), jnp.cos(t), jnp.sin(t)], -1)
+    points.append(jnp.einsum("cki,cit->ckt", around, arcs[..., :2]))
+    p = jnp.concatenate([a.reshape(-1, 2) for a in points])
+    there = (p[:, 0] != 0.0) | (p[:, 1] != 0.0)
+    x, y = jnp.where(there, p[:, 0], 1.0), jnp.where(there, p[:, 1], 0.0)
+    turn = jnp.full((1,), np.pi, p.dtype)
+    return _ordered(jnp.arctan2(y, x)[None], -turn, turn)[0]

@@ -64,9 +64,7 @@ def _swept(p: Coordinates, level: Coordinates, dp: Coordinates) -> Array:
 # --- straight pieces -----------------------------------------------------------------------------
 
 
-def segment_light(
-    start: Points, end: Points, low: Numbers, high: Numbers
-) -> tuple[Numbers, Numbers, Numbers]:
+def segment_light(start: Points, end: Points, low: Numbers, high: Numbers) -> tuple[Numbers, ...]:
     """Vector irradiance of unit radiance along a part of a segment: `segment_vector_irradiance`.
 
     Args:
@@ -76,9 +74,14 @@ def segment_light(
         high: where it stops.
 
     Returns:
-        Coordinates apart, so that the unused ones cost nothing.
+        Coordinates apart.
     """
-    return _segment_light(apart(start), apart(end), low, high)
+    return _segment_light(start, end, low, high)
+
+
+def segment_upward(start: Points, end: Points, low: Numbers, high: Numbers) -> tuple[Numbers, ...]:
+    """The last coordinate of `segment_light`, which irradiance is made of."""
+    return _segment_upward(start, end, low, high)
 
 
 def segment_angle(start: Points, end: Points, low: Numbers, high: Numbers) -> Numbers:
@@ -90,7 +93,7 @@ def segment_angle(start: Points, end: Points, low: Numbers, high: Numbers) -> Nu
         low: where the part begins, in [0, 1].
         high: where it stops.
     """
-    return _segment_angle(apart(start), apart(end), low, high)
+    return _segment_angle(start, end, low, high)
 
 
 def _straight(value, form):
@@ -102,31 +105,37 @@ def _straight(value, form):
 
     @jax.custom_jvp
     def integral(start, end, low, high):
-        return value(*_between(start, end, low, high))
+        return value(*_apart(_ends(start, end, low, high)))
 
     @integral.defjvp
     def rule(primals, tangents):
         start, end, low, high = primals
-        ends, moves = (_between(*both, low, high) for both in ((start, end), tangents[:2]))
-        found, rate = jax.jvp(value, ends, moves)
-        first, last = (form(p, dp) for p, dp in zip(ends, moves, strict=True))
-        return found, jax.tree.map(lambda r, a, b: r - (b - a), rate, first, last)
+        ends, moves = (_ends(*both, low, high) for both in ((start, end), tangents[:2]))
+        found, rate = jax.jvp(lambda ends: value(*_apart(ends)), (ends,), (moves,))
+        fixed = form(ends, moves)
+        return found, jax.tree.map(lambda r, f: r - (f[1] - f[0]), rate, fixed)
 
     return integral
 
 
-def _between(start: Coordinates, end: Coordinates, low, high) -> tuple[Coordinates, Coordinates]:
-    """The part of a segment from `low` to `high` in [0, 1]."""
+def _ends(start: Points, end: Points, low, high) -> Coordinates:
+    """Both ends of the part of a segment from `low` to `high` in [0, 1], as rows."""
+    return apart(start + jnp.stack([low, high])[..., None] * (end - start))
 
-    def at(t):
-        return jax.tree.map(lambda a, b: a + t * (b - a), start, end)
 
-    return at(low), at(high)
+def _apart(ends: Coordinates) -> tuple[Coordinates, Coordinates]:
+    """First and last end."""
+    first, last = zip(*(jnp.unstack(a) for a in ends), strict=True)
+    return first, last
 
 
 def _light_form(p, dp):
-    square = dot_apart(p, p)
-    return jax.tree.map(lambda a: 0.5 * a / square, cross_apart(p, dp))
+    share = 0.5 / dot_apart(p, p)
+    return tuple(share * a for a in cross_apart(p, dp))
+
+
+def _upward_form(p, dp):
+    return ((0.5 * (p[0] * dp[1] - p[1] * dp[0])) / dot_apart(p, p),)
 
 
 def _angle_form(p, dp):
@@ -135,6 +144,7 @@ def _angle_form(p, dp):
 
 
 _segment_light = _straight(light_between, _light_form)
+_segment_upward = _straight(partial(light_between, which=(2,)), _upward_form)
 _segment_angle = _straight(angle_between, _angle_form)
 
 
@@ -167,7 +177,7 @@ def arc_points(
 
 def arc_light(
     center: Points, a: Points, b: Points, first: Numbers, last: Numbers, nodes: int
-) -> tuple[Numbers, Numbers, Numbers]:
+) -> tuple[Numbers, ...]:
     """Vector irradiance of unit radiance along elliptic arcs `center + a cos t + b sin t`.
 
     Args:
@@ -179,9 +189,16 @@ def arc_light(
         nodes: of Gauss-Legendre on each arc.
 
     Returns:
-        Coordinates apart, so that the unused ones cost nothing.
+        Coordinates apart.
     """
     return _arc_light(center, a, b, first, last, nodes)
+
+
+def arc_upward(
+    center: Points, a: Points, b: Points, first: Numbers, last: Numbers, nodes: int
+) -> tuple[Numbers, ...]:
+    """The last coordinate of `arc_light`, which irradiance is made of."""
+    return _arc_upward(center, a, b, first, last, nodes)
 
 
 def arc_angle(
@@ -202,11 +219,10 @@ def arc_angle(
 
 def _points(arc, cos, sin) -> tuple[Coordinates, Coordinates]:
     """Points of arcs, and their derivatives in the angle: shape (..., nodes) each."""
-    p, v = [], []
-    for c, a, b in zip(*(apart(e[..., None, :]) for e in arc), strict=True):
-        p.append(c + a * cos + b * sin)
-        v.append(b * cos - a * sin)
-    return tuple(p), tuple(v)
+    center, a, b = (jnp.moveaxis(e, -1, 0)[..., None] for e in arc)
+    x, y, z = jnp.unstack(center + a * cos + b * sin)
+    u, v, w = jnp.unstack(b * cos - a * sin)
+    return (x, y, z), (u, v, w)
 
 
 def _curved(value, swept):
@@ -230,14 +246,15 @@ def _curved(value, swept):
     return integral
 
 
-def _light(p, level, w, ends):
+def _light(p, level, w, ends, which=(0, 1, 2)):
     share = 0.5 * w / dot_apart(p, p)
-    return jax.tree.map(lambda a: jnp.sum(share * a, -1), level)
+    return tuple(jnp.sum(share * level[i], -1) for i in which)
 
 
-def _light_swept(p, level, w, dp):
-    share = w * _swept(p, level, dp) / jnp.sqrt(dot_apart(p, p))
-    return jax.tree.map(lambda a: jnp.sum(share * a, -1), p)
+def _light_swept(p, level, w, dp, which=(0, 1, 2)):
+    square = dot_apart(p, p)
+    share = w * -dot_apart(dp, level) / (square * square)
+    return tuple(jnp.sum(share * p[i], -1) for i in which)
 
 
 def _angle(p, level, w, ends):
@@ -258,4 +275,5 @@ def _angle_swept(p, level, w, dp):
 
 
 _arc_light = _curved(_light, _light_swept)
+_arc_upward = _curved(partial(_light, which=(2,)), partial(_light_swept, which=(2,)))
 _arc_angle = _curved(_angle, _angle_swept)

@@ -15,13 +15,15 @@ They run so that `(p - x) x dp` points to the side on which the shape is.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
-from firstorder.numerics._vectors import cross, dot, orthonormal_frame, settled, unit
+from firstorder.numerics._vectors import dot, inverse_and_det, orthonormal_frame, rows, unit
 from firstorder.space.scene import Scene
 from firstorder.space.shapes.kinds import (
     Boxes,
@@ -92,6 +94,61 @@ class Silhouette(eqx.Module):
     curved: SilhouetteArcs
 
 
+class _Outlines(eqx.Module):
+    """Silhouettes of all shapes, and where the eye is to each canonical shape.
+
+    Attributes:
+        lines: start and end of segments, shape (m, 2, 3) [m].
+        arcs: centre and both conjugate radii of arcs, shape (c, 3, 3) [m].
+        first, last: where arcs start and end [rad].
+        lines_live, arcs_live: which are silhouettes from here; others mean nothing.
+        turn: world to canonical coordinates, for each shape.
+        eye: in canonical coordinates, for each shape.
+        inside: whether the eye is on or in a shape, or in the plane of a flat one.
+        own: whether it is said to lie on that shape.
+        kinds: class and number of the shapes, kind by kind.
+    """
+
+    lines: Float[Array, "m 2 3"]
+    arcs: Float[Array, "c 3 3"]
+    first: Float[Array, " c"]
+    last: Float[Array, " c"]
+    lines_live: Bool[Array, " m"]
+    arcs_live: Bool[Array, " c"]
+    turn: Float[Array, "n 3 3"]
+    eye: Float[Array, "n 3"]
+    inside: Bool[Array, " n"]
+    own: Bool[Array, " n"]
+    kinds: tuple[tuple[type[Shape], int], ...] = eqx.field(static=True)
+
+    @property
+    def owners(self) -> tuple[np.ndarray, np.ndarray]:
+        """Owner of every segment and of every arc, known without an eye."""
+        return _owners(self.kinds)
+
+    def apart(self, a: Array) -> list[Array]:
+        """Of an array with a row for each shape the rows of each kind."""
+        return _split(a, self.kinds)
+
+
+class _Lines(NamedTuple):
+    """Segments of one canonical shape: ends (k, 2, 3), which to turn round, which live."""
+
+    ends: Array
+    back: Array
+    live: Array
+
+
+class _Arcs(NamedTuple):
+    """Arcs of one canonical shape: centre and radii (k, 3, 3), ends, which to turn round, live."""
+
+    points: Array
+    first: Array
+    last: Array
+    back: Array
+    live: Array
+
+
 def silhouette(scene: Scene, eye: Point, on: ArrayLike = -1) -> Silhouette:
     """The silhouettes of all shapes of a scene.
 
@@ -104,75 +161,146 @@ def silhouette(scene: Scene, eye: Point, on: ArrayLike = -1) -> Silhouette:
         Segments and arcs of all shapes, owners numbered as in the scene. An eye inside a closed
         shape, or in the plane of a flat one, sees no silhouette of it.
     """
-    straight, curved, first = [_none(eye)[0]], [_none(eye)[1]], 0
-    for group in scene.groups:
-        numbers = jnp.arange(first, first + group.count)
-        lines, arcs = jax.vmap(lambda shape, k: _row(shape, k, eye, jnp.asarray(on) == k))(
-            group, numbers
-        )
-        straight.append(jax.tree.map(_flat, lines))
-        curved.append(jax.tree.map(_flat, arcs))
-        first += group.count
-    return Silhouette(_joined(straight), _joined(curved))
-
-
-def _row(shape: Shape, number, eye: Point, own) -> tuple[SilhouetteSegments, SilhouetteArcs]:
-    """The silhouette of one shape."""
-    e = settled(shape.local(eye))
-    lines, arcs = settled(OUTLINES[type(shape)](shape, eye, e))
-    seen = ~own & ~shape.inside(eye)
-    middle = shape.middle(eye) - eye
-    none = _none(eye)
-    straight, curved = none
-    if lines is not None:
-        start, end, live = shape.world(lines[0]), shape.world(lines[1]), lines[2]
-        half = 0.5 * (start + end) - eye
-        back = dot(cross(half, end - start), middle) < 0.0
-        straight = SilhouetteSegments(
-            jnp.where(back[:, None], end, start),
-            jnp.where(back[:, None], start, end),
-            jnp.broadcast_to(number, live.shape),
-            live & seen,
-        )
-    if arcs is not None:
-        c, a, b, first, last, live = arcs
-        curved = SilhouetteArcs(
-            c, a, b, first, last, jnp.broadcast_to(number, live.shape), live & seen
-        )
-        t = 0.5 * (first + last)
-        p = jax.vmap(lambda arc, t: arc.point(t))(curved, t) - eye
-        v = jax.vmap(lambda arc, t: arc.velocity(t))(curved, t)
-        # An arc is turned round by going through it with t -> -t.
-        back = dot(cross(p, v), middle) < 0.0
-        curved = SilhouetteArcs(
-            c,
-            a,
-            jnp.where(back[:, None], -b, b),
-            jnp.where(back, -last, first),
-            jnp.where(back, -first, last),
-            curved.owner,
-            curved.live,
-        )
-    return settled((straight, curved))
-
-
-def _ellipsoid(shape: Shape, eye: Point, e: Point):
-    """Silhouette of an ellipsoid: the polar plane q . e = 1 cuts the unit ball."""
-    square = dot(e, e)
-    outside = square > 1.0
-    square = jnp.where(outside, square, 4.0)
-    e = jnp.where(outside, e, jnp.array([0.0, 0.0, 2.0], e.dtype))
-    around = orthonormal_frame(e / jnp.sqrt(square))
-    radius = jnp.sqrt(1.0 - 1.0 / square)
-    return None, _world_arcs(
-        shape,
-        (e / square)[None],
-        (radius * around[:, 0])[None],
-        (radius * around[:, 1])[None],
-        jnp.zeros((1,), e.dtype),
-        jnp.full((1,), TURN, e.dtype),
-        outside[None],
+    found = _outlines(scene, eye, on, jnp.zeros_like(eye))
+    lines, arcs = (jnp.asarray(owner) for owner in found.owners)
+    return Silhouette(
+        _segments_of(found.lines, lines, found.lines_live),
+        _arcs_of(found.arcs, found.first, found.last, arcs, found.arcs_live),
     )
+
+
+def _segments_of(lines: Array, owner: Array, live: Array) -> SilhouetteSegments:
+    """Segments from their ends side by side."""
+    return SilhouetteSegments(*jnp.unstack(lines, axis=-2), owner, live)
+
+
+def _arcs_of(arcs: Array, first: Array, last: Array, owner: Array, live: Array) -> SilhouetteArcs:
+    """Arcs from their centres and radii side by side."""
+    return SilhouetteArcs(*jnp.unstack(arcs, axis=-2), first, last, owner, live)
+
+
+def _outlines(
+    scene: Scene,
+    eye: Point,
+    on: ArrayLike,
+    origin: Point,
+    frame: Float[Array, "3 3"] | None = None,
+) -> _Outlines:
+    """The silhouettes of all shapes, all at once.
+
+    Each outline is found in canonical coordinates; one product then places the points of all. The
+    affine map keeps the side on which a shape lies to its silhouette, unless it mirrors.
+
+    Args:
+        scene: the shapes.
+        eye: where they are seen from [m].
+        on: the shape on which the eye lies, or -1.
+        origin: that points are relative to [m].
+        frame: the axes along which to give them, as columns; left out, the world's.
+    """
+    kinds = tuple((type(group), group.count) for group in scene.groups)
+    center, axes = (_joined([getattr(g, a) for g in scene.groups]) for a in ("center", "axes"))
+    turn, det = inverse_and_det(axes)
+    e = jnp.einsum("nij,nj->ni", turn, eye - center)
+    eyes, still = _split(e, kinds), _split(jax.lax.stop_gradient(e), kinds)
+    inside = _joined(
+        [jax.vmap(k.canonical_inside)(c) for (k, _), c in zip(kinds, still, strict=True)]
+    )
+    own = np.arange(len(center)) == jnp.asarray(on)
+    base, spread = _places(scene.groups, center, axes, eye, origin)
+    if frame is not None:
+        base, spread = base @ frame, jnp.einsum("ji,njk->nik", frame, spread)
+    found = [jax.vmap(OUTLINES[k])(c, d) for (k, _), c, d in zip(kinds, eyes, still, strict=True)]
+    owners = _owners(kinds)
+    mirrored, alive = det < 0.0, ~(inside | own)
+    lines, arcs = (_flattened([pair[i] for pair in found]) for i in (0, 1))
+    ends, lines_live = jnp.zeros((0, 2, 3), e.dtype), jnp.zeros((0,), bool)
+    points, arcs_live = jnp.zeros((0, 3, 3), e.dtype), jnp.zeros((0,), bool)
+    first = last = jnp.zeros((0,), e.dtype)
+    if lines:
+        ends, back, live = lines
+        back = back ^ rows(mirrored, owners[0])
+        ends = jnp.where(back[:, None, None], ends[:, ::-1], ends)
+        ends = jnp.einsum("mij,mkj->mki", rows(spread, owners[0]), ends)
+        ends = ends + rows(base, owners[0])[:, None]
+        lines_live = live & rows(alive, owners[0])
+    if arcs:
+        points, first, last, back, live = arcs
+        # An arc is turned round by going through it with t -> -t.
+        back = back ^ rows(mirrored, owners[1])
+        turned = jnp.where(back, -1.0, 1.0).astype(e.dtype)[:, None] * ONLY_B + NOT_B
+        points = jnp.einsum("mij,mkj->mki", rows(spread, owners[1]), points * turned[..., None])
+        points = points + CENTER[:, None] * rows(base, owners[1])[:, None]
+        first, last = jnp.where(back, -last, first), jnp.where(back, -first, last)
+        arcs_live = live & rows(alive, owners[1])
+    return _Outlines(ends, points, first, last, lines_live, arcs_live, turn, e, inside, own, kinds)
+
+
+CENTER = np.array([1.0, 0.0, 0.0])
+ONLY_B = np.array([0.0, 0.0, 1.0])
+NOT_B = 1.0 - ONLY_B
+
+
+def _owners(kinds) -> tuple[np.ndarray, np.ndarray]:
+    """Owner of every segment and of every arc of the shapes."""
+    each = np.array([PIECES[kind] for kind, count in kinds for _ in range(count)])
+    numbers = np.arange(len(each))
+    return np.repeat(numbers, each[:, 0]), np.repeat(numbers, each[:, 1])
+
+
+def _split(a: Array, kinds) -> list[Array]:
+    """The rows of each kind."""
+    ends = np.cumsum([count for _, count in kinds])
+    return jnp.split(a, ends[:-1]) if len(kinds) > 1 else [a]
+
+
+def _places(groups, center, axes, eye: Point, origin: Point) -> tuple[Array, Array]:
+    """Of every shape's silhouette the middle, relative to the origin, and the axes.
+
+    A plane's horizon is so far away that it does not move against the eye.
+    """
+    base = center - origin
+    first = 0
+    for group in groups:
+        here, first = slice(first, first + group.count), first + group.count
+        if isinstance(group, Planes):
+            far = jnp.asarray(1.0 / jnp.finfo(eye.dtype).eps, eye.dtype)
+            along = jnp.swapaxes(unit(jnp.swapaxes(group.axes, -1, -2)), -1, -2)
+            base, axes = base.at[here].set(eye - origin), axes.at[here].set(far * along)
+    return base, axes
+
+
+def _flattened(parts: list) -> list[Array]:
+    """Pieces of all shapes behind each other."""
+    parts = [[a.reshape(-1, *a.shape[2:]) for a in part] for part in parts if part is not None]
+    return [_joined(list(columns)) for columns in zip(*parts, strict=True)]
+
+
+def _joined(parts: list) -> Array:
+    return parts[0] if len(parts) == 1 else jnp.concatenate(parts)
+
+
+# --- canonical shapes ----------------------------------------------------------------------------
+#
+# Of an eye, and of the same eye without derivatives, the pieces as they come, and which of them
+# have the shape to the right: with c inside the shape, those with ((p - e) x dp) . (c - e) < 0.
+
+
+def _ellipsoid(e: Point, still: Point):
+    """Silhouette of a ball: the polar plane q . e = 1 cuts it."""
+    outside = dot(still, still) > 1.0
+    e = jnp.where(outside, e, jnp.array([0.0, 0.0, 2.0], e.dtype))
+    inverse = 1.0 / dot(e, e)
+    around = orthonormal_frame(e * jnp.sqrt(inverse))
+    radii = jnp.sqrt(1.0 - inverse) * around[:, :2].T
+    return None, _closed(jnp.concatenate([(e * inverse)[None], radii]), True, outside)
+
+
+def _closed(points: Array, back, live) -> _Arcs:
+    """One arc all around."""
+    first = jnp.zeros((1,), points.dtype)
+    back, live = (jnp.reshape(jnp.asarray(a), (1,)) for a in (back, live))
+    return _Arcs(points[None], first, first + TURN, back, live)
 
 
 def _box_edges() -> tuple[np.ndarray, np.ndarray]:
@@ -193,91 +321,67 @@ def _box_edges() -> tuple[np.ndarray, np.ndarray]:
 BOX_ENDS, BOX_FACES = _box_edges()
 
 
-def _box(shape: Shape, eye: Point, e: Point):
+def _box(e: Point, still: Point):
     """Silhouette of a box: edges between a visible face and a hidden one, six at most."""
-    seen = e[BOX_FACES[:, :, 0].astype(int)] * BOX_FACES[:, :, 1] > 1.0
+    seen = rows(still, BOX_FACES[:, :, 0].astype(int)) * BOX_FACES[:, :, 1] > 1.0
     between = seen[:, 0] != seen[:, 1]
     which = jnp.argsort(~between, stable=True)[: PIECES[Boxes][0]]
-    ends = jnp.asarray(BOX_ENDS, e.dtype)[which]
-    return (ends[:, 0], ends[:, 1], between[which]), None
+    back = seen[:, 0] == (BOX_FACES[:, 0, 1] == BOX_FACES[:, 1, 1])
+    ends = rows(jnp.asarray(BOX_ENDS, e.dtype), which)
+    return _Lines(ends, rows(back, which), rows(between, which)), None
 
 
-def _cylinder(shape: Shape, eye: Point, e: Point):
+def _cylinder(e: Point, still: Point):
     """Two lines along the wall and, of each rim, the arc between cap and wall of unlike sides."""
     square = e[0] ** 2 + e[1] ** 2
     beside = square > 1.0
     square = jnp.where(beside, square, 4.0)
     x, y = jnp.where(beside, e[0], 2.0), jnp.where(beside, e[1], 0.0)
     wide = jnp.sqrt(square - 1.0)
-    touch = jnp.stack(
-        [
-            jnp.stack([x - wide * y, y + wide * x]) / square,
-            jnp.stack([x + wide * y, y - wide * x]) / square,
-        ]
-    )
-    level = jnp.ones((2, 1), e.dtype)
-    lines = (
-        jnp.concatenate([touch, -level], -1),
-        jnp.concatenate([touch, level], -1),
-        jnp.broadcast_to(beside, (2,)),
-    )
+    touch = jnp.stack([x - wide * y, y + wide * x, x + wide * y, y - wide * x]) / square
+    touch = touch.reshape(2, 1, 2)
+    level = jnp.broadcast_to(jnp.array([[-1.0], [1.0]], e.dtype), (2, 2, 1))
+    ends = jnp.concatenate([jnp.broadcast_to(touch, (2, 2, 2)), level], -1)
+    lines = _Lines(ends, jnp.array([True, False]), jnp.broadcast_to(beside, (2,)))
     # The wall is seen from the front within beta of the eye's azimuth.
     azimuth, beta = jnp.arctan2(y, x), jnp.arctan(wide)
     up = jnp.array([-1.0, 1.0], e.dtype)
     cap = up * e[2] > 1.0
     half = jnp.where(beside, jnp.where(cap, np.pi - beta, beta), np.pi)
     middle = jnp.where(cap, azimuth + np.pi, azimuth)
-    zero = jnp.zeros((2,), e.dtype)
-    arcs = _world_arcs(
-        shape,
-        jnp.stack([zero, zero, up], -1),
-        jnp.stack([zero + 1.0, zero, zero], -1),
-        jnp.stack([zero, zero + 1.0, zero], -1),
-        middle - half,
-        middle + half,
-        beside | cap,
-    )
-    return lines, arcs
+    rims = jnp.array([[[0, 0, -1], [1, 0, 0], [0, 1, 0]], [[0, 0, 1], [1, 0, 0], [0, 1, 0]]])
+    back = cap == (up > 0.0)
+    return lines, _Arcs(rims.astype(e.dtype), middle - half, middle + half, back, beside | cap)
 
 
-def _disc(shape: Shape, eye: Point, e: Point):
-    """Silhouette of a disc: its rim."""
-    row = jnp.eye(3, dtype=e.dtype)
-    zero = jnp.zeros((1,), e.dtype)
-    return None, _world_arcs(
-        shape, 0.0 * row[:1], row[:1], row[1:2], zero, zero + TURN, jnp.array([True])
-    )
+def _disc(e: Point, still: Point):
+    """Silhouette of a disc: its rim; and of a plane its horizon."""
+    return None, _closed(jnp.asarray(RIM, e.dtype), still[2] > 0.0, True)
 
 
-def _rectangle(shape: Shape, eye: Point, e: Point):
-    """Silhouette of a rectangle: four edges."""
-    corners = jnp.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], e.dtype)
-    return (corners, jnp.roll(corners, -1, 0), jnp.ones((4,), bool)), None
+def _polygon(corners: list[list[int]]):
+    """Silhouette of a flat shape: all its edges."""
+    start = np.array(corners)
+    ends = np.stack([start, np.roll(start, -1, 0)], 1)
+
+    def edges(e: Point, still: Point):
+        many = (len(ends),)
+        back = jnp.broadcast_to(still[2] > 0.0, many)
+        return _Lines(jnp.asarray(ends, e.dtype), back, jnp.ones(many, bool)), None
+
+    return edges
 
 
-def _triangle(shape: Shape, eye: Point, e: Point):
-    """Silhouette of a triangle: three edges."""
-    corners = jnp.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], e.dtype)
-    return (corners, jnp.roll(corners, -1, 0), jnp.ones((3,), bool)), None
-
-
-def _plane(shape: Shape, eye: Point, e: Point):
-    """Silhouette of a plane: the horizon, so far away that it does not move against the eye."""
-    far = jnp.asarray(1.0 / jnp.finfo(e.dtype).eps, e.dtype)
-    u, v = unit(shape.axes[..., 0]), unit(shape.axes[..., 1])
-    zero = jnp.zeros((1,), e.dtype)
-    arcs = eye[None], far * u[None], far * v[None], zero, zero + TURN, jnp.array([True])
-    return None, arcs
-
+RIM = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]])
 
 OUTLINES = {
     Ellipsoids: _ellipsoid,
     Boxes: _box,
     Cylinders: _cylinder,
     Discs: _disc,
-    Rectangles: _rectangle,
-    Triangles: _triangle,
-    Planes: _plane,
+    Rectangles: _polygon([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]),
+    Triangles: _polygon([[0, 0, 0], [1, 0, 0], [0, 1, 0]]),
+    Planes: _disc,
 }
 
 # How many segments and arcs each kind has. One face of a box is seen within 4 edges, two or three
@@ -291,27 +395,3 @@ PIECES = {
     Triangles: (3, 0),
     Planes: (0, 1),
 }
-
-
-def _world_arcs(shape: Shape, center, a, b, first, last, live):
-    """Arcs of the canonical shape in the world."""
-    turn = jax.vmap(lambda q: shape.world(q) - shape.center)
-    return shape.world(center), turn(a), turn(b), first, last, live
-
-
-def _none(eye: Point) -> tuple[SilhouetteSegments, SilhouetteArcs]:
-    """No pieces, of the eye's precision."""
-    points, numbers = jnp.zeros((0, 3), eye.dtype), jnp.zeros((0,), eye.dtype)
-    owner, live = jnp.zeros((0,), int), jnp.zeros((0,), bool)
-    return (
-        SilhouetteSegments(points, points, owner, live),
-        SilhouetteArcs(points, points, points, numbers, numbers, owner, live),
-    )
-
-
-def _flat(a: Array) -> Array:
-    return a.reshape(-1, *a.shape[2:])
-
-
-def _joined(parts: list):
-    return jax.tree.map(lambda *leaves: jnp.concatenate(leaves), *parts)

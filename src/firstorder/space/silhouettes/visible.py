@@ -11,7 +11,8 @@ Order and visibility have no derivative; the points and the cuts have. Where two
 
 from __future__ import annotations
 
-import dataclasses
+from collections.abc import Callable
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -19,27 +20,34 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from firstorder.numerics._vectors import cross, dot, inverse_3x3, matvec, settled, unit
+from firstorder.numerics._vectors import cross, dot, rows
 from firstorder.numerics.quadrature import gauss_legendre
 from firstorder.scene._arguments import check_asked
-from firstorder.scene._intersect import MISS, numbered
-from firstorder.space.receiver import Receiver, in_receiver_frame
+from firstorder.scene._intersect import MISS
+from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
 from firstorder.space.silhouettes._crossings import (
-    along_segment,
-    on_cone,
-    on_plane,
-    segment_on_cone,
+    arc_ends,
+    arcs_on_planes,
+    horizon_ends,
+    line_ends,
+    lines_on_cones,
+    lines_on_planes,
 )
 from firstorder.space.silhouettes._edge_integrals import arc_points
 from firstorder.space.silhouettes.analytic import (
-    PIECES,
     SilhouetteArcs,
     SilhouetteSegments,
-    silhouette,
+    _arcs_of,
+    _Outlines,
+    _outlines,
+    _segments_of,
 )
 
 UP = np.array([0.0, 0.0, 1.0])
+# A segment and an arc above the horizon, in place of those that do not live.
+SOME_LINE = np.array([[1.0, 0.0, 1.0], [0.0, 1.0, 1.0]])
+SOME_ARC, SOME_ENDS = np.eye(3)[[2, 0, 1]], (0.0, 1.0)
 
 
 class SilhouetteSides(eqx.Module):
@@ -115,6 +123,30 @@ class VisibleSilhouettes(eqx.Module):
         return p, v, jnp.broadcast_to(0.5 * w, p.shape[:2])
 
 
+class _Pieces(eqx.Module):
+    """Parts of silhouettes between cuts, relative to a receiver and in its frame.
+
+    Attributes:
+        lines: start and end of the segments that straight parts belong to.
+        low, high: from where to where on those, in [0, 1].
+        arcs: centre and conjugate radii of the arcs that curved parts belong to.
+        first, last: from where to where on those [rad].
+        sides: what lies on either side of the parts, the straight ones first.
+        azimuths: ends of the parts of the horizon [rad].
+        above: number of the shape seen just above each part of the horizon, -1 for the sky.
+    """
+
+    lines: Float[Array, "s 2 3"]
+    low: Float[Array, " s"]
+    high: Float[Array, " s"]
+    arcs: Float[Array, "c 3 3"]
+    first: Float[Array, " c"]
+    last: Float[Array, " c"]
+    sides: SilhouetteSides
+    azimuths: Float[Array, " h_1"]
+    above: Int[Array, " h"]
+
+
 def visible_silhouettes(scene: Scene, at: Receiver) -> VisibleSilhouettes:
     """Visible silhouettes of a scene above a receiver's horizon.
 
@@ -126,199 +158,101 @@ def visible_silhouettes(scene: Scene, at: Receiver) -> VisibleSilhouettes:
         Pieces of all silhouettes, those that are not seen among them, marked so.
     """
     check_asked(scene, Scene, at, Receiver)
-    found = silhouette(scene, at.position, at.on)
-    owners, rims = _owners(scene)
-    straight, curved = _in_frame(found.straight, found.curved, at)
-    straight, curved = settled((_harmless_straight(straight), _harmless_curved(curved)))
-    line, low, high = _cut_straight(straight, curved, owners, rims)
-    arcs = _cut_curved(straight, curved, owners, rims)
-    azimuths = _cut_horizon(straight, curved)
-    owner = jnp.concatenate([line.owner, arcs.owner])
-    live = jnp.concatenate([line.live, arcs.live])
-    where = *_middles(line, low, high, arcs), azimuths
-    sides, above = _seen(scene, at, jax.lax.stop_gradient(where), owner, live)
-    first = low.shape[0]
-    lines, round_ = (jax.tree.map(lambda a, s=s: a[s], sides) for s in _halves(first))
-    # What is not seen must not spoil sums or derivatives, wherever it is.
-    line = _harmless_straight(dataclasses.replace(line, live=lines.seen))
-    low, high = jnp.where(line.live, low, 0.0), jnp.where(line.live, high, 1.0)
-    arcs = _harmless_curved(dataclasses.replace(arcs, live=round_.seen))
-    sound = ~scene.inside(at.position, at.on)
-    return settled(VisibleSilhouettes(line, low, high, lines, arcs, round_, azimuths, above, sound))
-
-
-def _middles(
-    line: SilhouetteSegments, low: Array, high: Array, arcs: SilhouetteArcs
-) -> tuple[Array, Array]:
-    """The middle of every piece, and the way along it from end to end."""
-    point, t = jax.vmap(SilhouetteSegments.point), 0.5 * (arcs.first + arcs.last)
-    spans = (high - low)[:, None] * (line.end - line.start)
-    bends = jax.vmap(SilhouetteArcs.velocity)(arcs, t) * (arcs.last - arcs.first)[:, None]
-    middles = point(line, 0.5 * (low + high)), jax.vmap(SilhouetteArcs.point)(arcs, t)
-    return jnp.concatenate(middles), jnp.concatenate([spans, bends])
-
-
-def _halves(first: int) -> tuple[slice, slice]:
-    return slice(None, first), slice(first, None)
-
-
-# --- cuts ----------------------------------------------------------------------------------------
-
-
-def _owners(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
-    """Owner of every segment and of every arc of the silhouette, known without an eye."""
-    segments, arcs, first = [np.zeros(0, int)], [np.zeros(0, int)], 0
-    for group in scene.groups:
-        numbers = np.arange(first, first + group.count)
-        lines, curves = PIECES[type(group)]
-        segments.append(np.repeat(numbers, lines))
-        arcs.append(np.repeat(numbers, curves))
-        first += group.count
-    return np.concatenate(segments), np.concatenate(arcs)
-
-
-def _in_frame(
-    straight: SilhouetteSegments, curved: SilhouetteArcs, at: Receiver
-) -> tuple[SilhouetteSegments, SilhouetteArcs]:
-    """Pieces relative to the receiver and in its frame."""
-    here = at.position
-    return (
-        SilhouetteSegments(
-            in_receiver_frame(at, straight.start - here),
-            in_receiver_frame(at, straight.end - here),
-            straight.owner,
-            straight.live,
-        ),
-        SilhouetteArcs(
-            in_receiver_frame(at, curved.center - here),
-            in_receiver_frame(at, curved.a),
-            in_receiver_frame(at, curved.b),
-            curved.first,
-            curved.last,
-            curved.owner,
-            curved.live,
-        ),
+    found = _outlines_from(scene, at)
+    cut = _cut_outlines(found, at.axes, lambda a: a)
+    middle = cut.low.shape[0]
+    lines, rims = (
+        jax.tree.map(lambda a, here=here: a[here], cut.sides)
+        for here in (slice(None, middle), slice(middle, None))
+    )
+    return VisibleSilhouettes(
+        _segments_of(cut.lines, lines.owner, lines.seen),
+        cut.low,
+        cut.high,
+        lines,
+        _arcs_of(cut.arcs, cut.first, cut.last, rims.owner, rims.seen),
+        rims,
+        cut.azimuths,
+        cut.above,
+        _is_outside(scene, found),
     )
 
 
-def _harmless_straight(line: SilhouetteSegments) -> SilhouetteSegments:
-    """Some segment above the horizon in place of those that do not live."""
-    live = line.live[:, None]
-    start, end = (jnp.asarray(a, line.start.dtype) for a in ((1.0, 0.0, 1.0), (0.0, 1.0, 1.0)))
-    return SilhouetteSegments(
-        jnp.where(live, line.start, start), jnp.where(live, line.end, end), line.owner, line.live
-    )
+def _outlines_from(scene: Scene, at: Receiver) -> _Outlines:
+    """All silhouettes relative to a receiver and in its frame."""
+    return _outlines(scene, at.position, at.on, at.position, at.axes)
 
 
-def _harmless_curved(arc: SilhouetteArcs) -> SilhouetteArcs:
-    """Some arc above the horizon in place of those that do not live."""
-    live, x = arc.live[:, None], jnp.eye(3, dtype=arc.a.dtype)
-    return SilhouetteArcs(
-        jnp.where(live, arc.center, x[2]),
-        jnp.where(live, arc.a, x[0]),
-        jnp.where(live, arc.b, x[1]),
-        jnp.where(arc.live, arc.first, 0.0),
-        jnp.where(arc.live, arc.last, 1.0),
-        arc.owner,
-        arc.live,
-    )
+def _is_outside(scene: Scene, found: _Outlines) -> Bool[Array, ""]:
+    """Whether the eye is outside of all closed shapes, but for that on which it lies."""
+    closed = np.repeat([g.closed for g in scene.groups], [g.count for g in scene.groups])
+    return ~jnp.any(found.inside & ~found.own & closed)
 
 
-def _others(mine: np.ndarray, theirs: np.ndarray) -> np.ndarray:
-    """For each piece the numbers of those of other shapes; rows are filled up with -1."""
-    rows = [np.flatnonzero(theirs != owner) for owner in mine]
-    most = max((len(r) for r in rows), default=0)
-    return np.array([np.pad(r, (0, most - len(r)), constant_values=-1) for r in rows], int).reshape(
-        len(mine), most
-    )
+def _cut_outlines(
+    found: _Outlines,
+    axes: Float[Array, "3 3"],
+    horizon: Callable[[Any], Any] = jax.lax.stop_gradient,
+) -> _Pieces:
+    """Cuts silhouettes where they cross, and asks what lies on either side of the parts.
 
-
-def _chosen(parts, rows: np.ndarray):
-    """Pieces by number, one row each; and which are there and live."""
-    there = jnp.asarray(rows >= 0)
-    if rows.size == 0:
-        return None, there
-    parts = jax.tree.map(lambda a: a[np.maximum(rows, 0)], parts)
-    return parts, there & parts.live
-
-
-def _ordered(inner: Float[Array, "m k"], first: Array, last: Array):
-    """Ends of the parts between the cuts, in order: shape (m, k + 2)."""
-    inner = jnp.clip(inner, first[:, None], last[:, None])
-    order = jnp.argsort(jax.lax.stop_gradient(inner), axis=-1)
-    inner = jnp.take_along_axis(inner, order, -1)
-    return settled(jnp.concatenate([first[:, None], inner, last[:, None]], -1))
-
-
-def _cut_straight(straight: SilhouetteSegments, curved: SilhouetteArcs, owners, rims):
-    """Straight pieces between cuts: the segments that they are of, from where and to where."""
-    m, dtype = len(owners), straight.start.dtype
-    if m == 0:
-        return straight, jnp.zeros((0,), dtype), jnp.zeros((0,), dtype)
-    up = jnp.asarray(UP, dtype)
-    cuts = [jax.vmap(lambda line: along_segment(line, up))(straight)[:, None]]
-    others, there = _chosen(straight, _others(owners, owners))
-    if others is not None:
-        normals = settled(cross(others.start, others.end))
-        t = jax.vmap(jax.vmap(along_segment, (None, 0)))(straight, normals)
-        cuts.append(jnp.where(there, t, 0.0))
-    others, there = _chosen(curved, _others(owners, rims))
-    if others is not None:
-        t = jax.vmap(jax.vmap(segment_on_cone, (None, 0)))(straight, others)
-        cuts.append(jnp.where(there[..., None], t, 0.0).reshape(m, -1))
-    ends = _ordered(settled(jnp.concatenate(cuts, -1)), jnp.zeros((m,)), jnp.ones((m,)))
-    low, high, spread = _parts(ends, straight)
-    return dataclasses.replace(spread, live=spread.live & (high > low)), low, high
-
-
-def _cut_curved(
-    straight: SilhouetteSegments, curved: SilhouetteArcs, owners, rims
-) -> SilhouetteArcs:
-    """Curved pieces between cuts."""
-    m, up = len(rims), jnp.asarray(UP, curved.a.dtype)
-    if m == 0:
-        return curved
-    cuts = [jax.vmap(lambda arc: on_plane(arc, up))(curved)]
-    others, there = _chosen(straight, _others(rims, owners))
-    if others is not None:
-        normals = settled(cross(others.start, others.end))
-        t = jax.vmap(jax.vmap(on_plane, (None, 0)))(curved, normals)
-        cuts.append(jnp.where(there[..., None], t, curved.first[:, None, None]).reshape(m, -1))
-    others, there = _chosen(curved, _others(rims, rims))
-    if others is not None:
-        t = jax.vmap(jax.vmap(on_cone, (None, 0)))(curved, others)
-        cuts.append(jnp.where(there[..., None], t, curved.first[:, None, None]).reshape(m, -1))
-    ends = _ordered(settled(jnp.concatenate(cuts, -1)), curved.first, curved.last)
-    low, high, spread = _parts(ends, curved)
-    live = spread.live & (high > low)
-    return SilhouetteArcs(spread.center, spread.a, spread.b, low, high, spread.owner, live)
-
-
-def _parts(ends: Float[Array, "m k_1"], pieces):
-    """Lower and upper ends of all parts, and for each the piece that it is of."""
-    low, high = ends[:, :-1], ends[:, 1:]
-    spread = jax.tree.map(lambda a: jnp.repeat(a, low.shape[1], 0), pieces)
-    return low.ravel(), high.ravel(), spread
-
-
-def _cut_horizon(straight: SilhouetteSegments, curved: SilhouetteArcs) -> Float[Array, " h_1"]:
-    """Azimuths at which a silhouette crosses the horizon, from -pi to pi.
-
-    What does not cross gives one of its own points, which cuts in vain.
+    Args:
+        found: all silhouettes, in the receiver's frame.
+        axes: of that frame.
+        horizon: of what the azimuths are made from, before they are; by default it loses its
+            derivatives.
     """
-    up = jnp.asarray(UP, straight.start.dtype)
-    points = []
-    if straight.owner.shape[0]:
-        t = jax.vmap(lambda line: along_segment(line, up))(straight)
-        points.append(jax.vmap(SilhouetteSegments.point)(straight, t))
-    if curved.owner.shape[0]:
-        t = jax.vmap(lambda arc: on_plane(arc, up))(curved)
-        points.append(jax.vmap(SilhouetteArcs.point)(curved, t).reshape(-1, 3))
-    p = settled(jnp.concatenate(points))
-    there = (p[:, 0] != 0.0) | (p[:, 1] != 0.0)
-    x, y = jnp.where(there, p[:, 0], 1.0), jnp.where(there, p[:, 1], 0.0)
-    turn = jnp.full((1,), np.pi, p.dtype)
-    return _ordered(jnp.arctan2(y, x)[None], -turn, turn)[0]
+    lines = jnp.where(found.lines_live[:, None, None], found.lines, SOME_LINE)
+    arcs = jnp.where(found.arcs_live[:, None, None], found.arcs, SOME_ARC)
+    begin = jnp.where(found.arcs_live, found.first, SOME_ENDS[0])
+    end = jnp.where(found.arcs_live, found.last, SOME_ENDS[1])
+    normals = cross(lines[:, 0], lines[:, 1])
+    planes = jnp.concatenate([jnp.asarray(UP, lines.dtype)[None], normals])
+    on_lines = lines_on_planes(lines, planes)
+    on_arcs = arcs_on_planes(arcs, begin, end, planes)
+    cones = lines_on_cones(lines, normals, arcs, on_arcs[:, 1:])
+    straight = line_ends(on_lines, cones, found.owners)
+    curved = arc_ends(arcs, begin, end, on_arcs, found.owners)
+    azimuths = horizon_ends(*horizon((lines, on_lines[:, 0], arcs, on_arcs[:, 0])))
+    sides, above = _seen(found, axes, lines, straight, arcs, curved, azimuths)
+    n = straight[:, 1:].size
+    # What is not seen must not spoil sums or derivatives, wherever it is.
+    low = _harmless(straight[:, :-1], 0.0, curved[:, :-1], SOME_ENDS[0], sides.seen)
+    high = _harmless(straight[:, 1:], 1.0, curved[:, 1:], SOME_ENDS[1], sides.seen)
+    lines, arcs = _harmless_parts(found.lines, found.arcs, sides.seen, n)
+    return _Pieces(lines, low[0], high[0], arcs, low[1], high[1], sides, azimuths, above)
+
+
+def _harmless_parts(
+    lines: Float[Array, "m 2 3"], arcs: Float[Array, "c 3 3"], seen: Bool[Array, " p"], n: int
+) -> tuple[Float[Array, "n 2 3"], Float[Array, "k 3 3"]]:
+    """For each part the segment or the arc that it belongs to; some other one if it is not seen.
+
+    Args:
+        lines: ends of the segments.
+        arcs: centres and conjugate radii of the arcs.
+        seen: which parts are seen.
+        n: number of the straight ones, which come first.
+    """
+    found = []
+    for pieces, one, live in zip((lines, arcs), (SOME_LINE, SOME_ARC), _at(seen, n), strict=True):
+        if len(pieces):
+            whose = np.repeat(np.arange(len(pieces)), len(live) // len(pieces))
+            pieces = jnp.where(live[:, None, None], rows(pieces, whose), one)
+        found.append(pieces)
+    return found[0], found[1]
+
+
+def _harmless(straight: Array, one: float, curved: Array, other: float, seen: Array):
+    """Parameters of straight and of curved parts; some others if they are not seen."""
+    of_lines, of_arcs = _at(seen, straight.size)
+    straight = jnp.where(of_lines, straight.ravel(), one)
+    return straight, jnp.where(of_arcs, curved.ravel(), other)
+
+
+def _at(a: Array, n: int) -> tuple[Array, Array]:
+    """The first n rows, and the others."""
+    return a[:n], a[n:]
 
 
 # --- what is seen --------------------------------------------------------------------------------
@@ -330,35 +264,67 @@ def _hair(length: Float[Array, "*m"]) -> Float[Array, "*m"]:
     return jnp.clip(0.01 * length, eps**0.6, eps**0.4)
 
 
-def _seen(scene: Scene, at: Receiver, where, owner, live) -> tuple[SilhouetteSides, Array]:
-    """Shapes on either side of the middle of each piece, and above each part of the horizon."""
-    (scene, at), (p, v, azimuths) = jax.lax.stop_gradient((scene, at)), where
-    w, left = unit(p), unit(cross(p, v))
-    hair = _hair(jnp.sqrt(dot(v, v) / dot(p, p)))[:, None] * left
+def _seen(found: _Outlines, axes, lines, straight, arcs, curved, azimuths):
+    """Shapes on either side of the middle of each part, and above each part of the horizon."""
+    eye, turn, lines, straight, arcs, curved, azimuths = jax.lax.stop_gradient(
+        (found.eye, found.turn @ axes, lines, straight, arcs, curved, azimuths)
+    )
+    p, v = _middles(lines, straight, arcs, curved)
+    owner = np.concatenate(
+        [
+            np.repeat(a, e.shape[1] - 1)
+            for a, e in zip(found.owners, (straight, curved), strict=True)
+        ]
+    )
+    live = jnp.concatenate(
+        [
+            (alive[:, None] & (ends[:, 1:] > ends[:, :-1])).ravel()
+            for alive, ends in ((found.lines_live, straight), (found.arcs_live, curved))
+        ]
+    )
+    side = cross(p, v)
+    pp, vv, wide = dot(p, p), dot(v, v), dot(side, side)
+    hair = _hair(jnp.sqrt(vv / pp)) * jnp.sqrt(pp / jnp.where(wide > 0.0, wide, 1.0))
+    hair = hair[:, None] * side
     middle = 0.5 * (azimuths[1:] + azimuths[:-1])
-    height = _hair(azimuths[1:] - azimuths[:-1])
-    low = jnp.stack([jnp.cos(middle), jnp.sin(middle), height], -1)
-    t, first = _ask(scene, at, unit(settled(jnp.concatenate([w + hair, w - hair, low]))))
-    m = p.shape[0]
-    inner, behind = t[:m], first[m : 2 * m]
-    live = live & (w[:, 2] > 0.0) & (behind != owner)
-    goes_on = jnp.take_along_axis(inner, jnp.maximum(behind, 0)[:, None], -1)[:, 0] < jnp.inf
-    cut = (behind == MISS) | goes_on
-    return SilhouetteSides(owner, live & (first[:m] == owner), behind, cut), first[2 * m :]
+    low = jnp.stack([jnp.cos(middle), jnp.sin(middle), _hair(jnp.diff(azimuths))], -1)
+    t, first = _ask(found, eye, turn, jnp.concatenate([p + hair, p - hair, low]))
+    m = len(owner)
+    behind = first[m : 2 * m]
+    numbers = np.arange(t.shape[0])[:, None]
+    goes_on = jnp.any((t[:, :m] < jnp.inf) & (numbers == behind), 0)
+    seen = live & (p[:, 2] > 0.0) & (behind != owner) & (first[:m] == owner)
+    sides = SilhouetteSides(jnp.asarray(owner), seen, behind, (behind == MISS) | goes_on)
+    return sides, first[2 * m :]
 
 
-def _ask(scene: Scene, at: Receiver, w: Float[Array, "m 3"]):
-    """Distances to all shapes along directions of the receiver's frame, and which is nearest."""
-    world, distances = settled(w @ at.axes.T), []
-    for group, numbers in numbered(scene.groups):
+def _middles(lines: Array, straight: Array, arcs: Array, curved: Array) -> tuple[Array, Array]:
+    """The middle of every part, and the way along it from end to end."""
+    s, t = (0.5 * (a[:, 1:] + a[:, :-1])[..., None] for a in (straight, curved))
+    start = lines[:, :1]
+    along = lines[:, 1:] - start
+    center, a, b = (arcs[:, i : i + 1] for i in range(3))
+    cos, sin = jnp.cos(t), jnp.sin(t)
+    middles = start + s * along, center + a * cos + b * sin
+    ways = (
+        jnp.diff(straight)[..., None] * along,
+        jnp.diff(curved)[..., None] * (b * cos - a * sin),
+    )
+    p, v = (jnp.concatenate([e.reshape(-1, 3) for e in both]) for both in (middles, ways))
+    return p, v
 
-        def look(shape, own):
-            """All rays against one shape, in its own coordinates, made once for each ray."""
-            turn = inverse_3x3(shape.axes)
-            start, along = settled((matvec(turn, at.position - shape.center), world @ turn.T))
-            t = jax.vmap(lambda d: shape.canonical_distance(start, d))(along)
-            return jnp.where((t > 0.0) & ~own, t, jnp.inf)
 
-        distances.append(jax.vmap(look, out_axes=1)(group, numbers == at.on))
-    t = settled(jnp.concatenate(distances, -1))
-    return t, jnp.where(jnp.isfinite(jnp.min(t, -1)), jnp.argmin(t, -1), MISS)
+def _ask(found: _Outlines, eye: Array, turn: Array, w: Float[Array, "r 3"]):
+    """Distances to all shapes along directions of the receiver's frame, and which is nearest.
+
+    Of directions of any length; distances are in that length.
+    """
+    along = jnp.einsum("nij,rj->nri", turn, w)
+    distances = [
+        jax.vmap(jax.vmap(kind.canonical_distance, (None, 0)))(e, d)
+        for (kind, _), e, d in zip(found.kinds, found.apart(eye), found.apart(along), strict=True)
+    ]
+    t = jnp.concatenate(distances)
+    t = jnp.where((t > 0.0) & ~found.own[:, None], t, jnp.inf)
+    nearest = jnp.argmin(t, 0).astype(jnp.int32)
+    return t, jnp.where(jnp.min(t, 0) < jnp.inf, nearest, MISS)
