@@ -42,6 +42,7 @@ PROBES = (
 # What NumPy or Python computes by design: it cannot be traced, so its own tests have to do.
 HOST = {
     "numerics.host_blocks",  # a loop of the host over a compiled function
+    "numerics.host_rows",  # the same for one block
     # Differences between pixels of finished pictures, and what scales a picture by its own mean.
     "bandwidth.pixel_differences",
     "bandwidth.sampling_density",

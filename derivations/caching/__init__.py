@@ -1,1 +1,1 @@
-"""Irradiance caching in flatland: what a record's radius stands for."""
+"""Irradiance caching: what a record's region stands for, along a line and on a plane."""

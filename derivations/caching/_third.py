@@ -40,10 +40,14 @@ def cubic_by_sums() -> float:
     import jax
     import jax.numpy as jnp
 
-    from firstorder.caching import radius_for, third_derivative_norm
+    from firstorder.caching import derivative_norm, radius_for
 
     T = cubics()
-    find = jax.jit(lambda T: radius_for(third_derivative_norm(T), 0.01, order=2, dims=2))
+
+    @jax.jit
+    def find(T):
+        return radius_for(derivative_norm(T, 3, "mean"), 0.01, order=2, dims=2)
+
     s = (np.arange(400) + 0.5) / 200 - 1.0
     x = np.stack(np.meshgrid(s, s), -1)
     x = x[np.sum(x**2, -1) < 1.0]
@@ -57,10 +61,10 @@ def growth_of_a_cubic() -> float:
     import jax
     import jax.numpy as jnp
 
-    from firstorder.caching import expected_error, third_derivative_norm
+    from firstorder.caching import ValidityRegion, expected_error
 
     def error(R, T):
-        return expected_error(third_derivative_norm(T), R, order=2, dims=2)
+        return expected_error(T, ValidityRegion(jnp.eye(2) / R), order=2)
 
     angle = 2.0 * np.pi * (np.arange(6000) + 0.5) / 6000
     u = np.stack([np.cos(angle), np.sin(angle)], -1)

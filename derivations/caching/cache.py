@@ -42,14 +42,15 @@ def slope_of_a_polynomial(order: int) -> float:
     import jax
     import jax.numpy as jnp
 
-    from firstorder.caching import Cache, Candidates, clamped
+    from firstorder.caching import Cache, Candidates, circular_regions
 
     def E(x):
         return 0.3 + 0.7 * x - (0.9 * x**2 if order == 2 else 0.0)
 
     at = jnp.array([-0.5, 0.1, 0.6])
-    some = Candidates.along(E, at)
-    cache = Cache.of(some, clamped(jnp.array([0.9, 0.5, 1.2]), 0.1, 2.0), order=order)
+    some = Candidates.from_function(E, at)
+    reach = circular_regions(jnp.array([0.9, 0.5, 1.2]), 0.1, 2.0)
+    cache = Cache.of(some, reach, order=order)
     x = jnp.linspace(-0.45, 0.55, 7)
     value, slope = jax.vmap(jax.value_and_grad(lambda x: cache(x).value))(x)
     expected = 0.7 - (1.8 * np.asarray(x) if order == 2 else 0.0)
@@ -58,9 +59,7 @@ def slope_of_a_polynomial(order: int) -> float:
 
 def order_of_convergence(order: int) -> float:
     """How far the fitted order of the largest error is from `order + 1`, below the lamp."""
-    import jax.numpy as jnp
-
-    from firstorder.caching import Cache
+    from firstorder.caching import Cache, Candidates, circular_regions
 
     x = np.linspace(-0.9, 0.9, 1201)
     truth = scene_a_columns(x)[:, 0]
@@ -68,17 +67,11 @@ def order_of_convergence(order: int) -> float:
     for records in (24, 48, 96, 192):
         spacing = 2.0 / records
         at = -1.0 + spacing * (0.5 + np.arange(records))
-        zeros = jnp.zeros(records)
-        cache = Cache(
-            jnp.asarray(at),
-            zeros,
-            jnp.asarray(scene_a_columns(at)),
-            zeros + 1.2 * spacing,
-            jnp.zeros(records, int),
-            order,
-        )
+        some = Candidates.on_line(at, scene_a_columns(at))
+        reach = circular_regions(np.full(records, 1.2 * spacing), 1e-3, 1.0)
+        cache = Cache(some, reach, order)
         spacings.append(spacing)
-        errors.append(float(np.max(np.abs(cache(x).value - truth))))
+        errors.append(float(np.max(np.abs(cache(x[:, None]).value - truth))))
     return abs(fitted_order(spacings, errors) - (order + 1))
 
 

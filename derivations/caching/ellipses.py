@@ -34,11 +34,12 @@ def estimate_by_sums() -> float:
     import jax
     import jax.numpy as jnp
 
-    from firstorder.caching import surface_expected_error
+    from firstorder.caching import ValidityRegion, expected_error
 
     worst = 0.0
     stretches = np.eye(2) + 0.4 * np.random.default_rng(1).normal(size=(24, 2, 2))
-    ours = jax.jit(surface_expected_error)(jnp.asarray(matrices()), jnp.asarray(stretches))
+    every = jax.jit(lambda H, M: expected_error(H, ValidityRegion(M)))
+    ours = every(jnp.asarray(matrices()), jnp.asarray(stretches))
     for H, M, our in zip(matrices(), stretches, np.asarray(ours), strict=True):
         worst = max(worst, abs(our / integrated(H, M, 4000) - 1.0))
     return worst
@@ -49,11 +50,11 @@ def growth_of_the_estimate() -> float:
     import jax
     import jax.numpy as jnp
 
-    from firstorder.caching import surface_expected_error
+    from firstorder.caching import ValidityRegion, expected_error
 
     angle = 2.0 * np.pi * (np.arange(4000) + 0.5) / 4000
     unit = np.stack([np.cos(angle), np.sin(angle)])
-    slope = jax.jit(jax.grad(lambda R, H: surface_expected_error(H, jnp.eye(2) / R)))
+    slope = jax.jit(jax.grad(lambda R, H: expected_error(H, ValidityRegion(jnp.eye(2) / R))))
     worst = 0.0
     for H in matrices(6):
         rim = 0.5 * np.mean(np.abs(np.einsum("an,ab,bn->n", unit, H, unit))) * 2.0 * np.pi
@@ -86,11 +87,11 @@ def order_of_the_estimate() -> float:
     import jax
     import jax.numpy as jnp
 
-    from firstorder.caching import surface_expected_error
+    from firstorder.caching import ValidityRegion, expected_error
 
     H = hessian_of(lamp, PLACES[0])
     radii = np.array([0.06, 0.09, 0.135])
-    estimate = jax.jit(lambda R: surface_expected_error(jnp.asarray(H), jnp.eye(2) / R))
+    estimate = jax.jit(lambda R: expected_error(jnp.asarray(H), ValidityRegion(jnp.eye(2) / R)))
     ours = [float(estimate(R)) for R in radii]
     errors = [abs(o / true_total(PLACES[0], R) - 1.0) for o, R in zip(ours, radii, strict=True)]
     return abs(fitted_order(radii, errors) - 2.0)
@@ -104,11 +105,18 @@ def bound_is_kept() -> float:
     import jax
     import jax.numpy as jnp
 
-    from firstorder.caching import expected_error, hessian_norm
+    from firstorder.caching import ValidityRegion, derivative_norm, expected_error
 
     H = np.concatenate([matrices(200, 8), 2.0 * np.eye(2)[None], np.diag([1.0, -1.0])[None]])
     R = 0.8
-    bound = jax.jit(lambda H: expected_error(hessian_norm(H), R, dims=2))(jnp.asarray(H))
+    disc = ValidityRegion(jnp.eye(2) / R)
+
+    @jax.jit
+    def bounds(H):
+        size = derivative_norm(H, 2)  # as a curvature that is the same in every direction
+        return expected_error(size[:, None, None] * jnp.eye(2), disc)
+
+    bound = bounds(jnp.asarray(H))
     found = np.array([integrated(h, np.eye(2) / R) for h in H]) / np.asarray(bound)
     reached = abs(found[-2] - 1.0) + abs(found[-1] - 2.0 / np.pi) * (found[-1] < 0.63)
     return float(max(np.max(found) - 1.0, 0.0) + reached + max(0.470523 - np.min(found), 0.0))
@@ -117,13 +125,17 @@ def bound_is_kept() -> float:
 def slope_of_the_radius() -> float:
     """Slopes dR / d(tolerance) and d(error) / dR multiply to one, by autodiff."""
     import jax
+    import jax.numpy as jnp
 
-    from firstorder.caching import expected_error, radius_for
+    from firstorder.caching import ValidityRegion, expected_error, radius_for
+
+    def error(R):
+        return expected_error(4.1 * jnp.eye(2), ValidityRegion(jnp.eye(2) / R))
 
     @jax.jit
     def product(tolerance):
         radius, back = jax.value_and_grad(lambda e: radius_for(4.1, e, dims=2))(tolerance)
-        return back * jax.grad(lambda r: expected_error(4.1, r, dims=2))(radius)
+        return back * jax.grad(error)(radius)
 
     return abs(float(product(0.02)) - 1.0)
 
@@ -220,13 +232,14 @@ def no_gain_at_the_ellipse() -> float:
     import jax
     import jax.numpy as jnp
 
-    from firstorder.caching import semi_axes, surface_expected_error
+    from firstorder.caching import ValidityRegion, expected_error, semi_axes
 
     def relative(given, H, lengths, axes):
         c, s = jnp.cos(given[1]), jnp.sin(given[1])
         turned = axes @ jnp.stack([jnp.stack([c, -s]), jnp.stack([s, c])])
         scaled = lengths * jnp.stack([jnp.exp(given[0]), jnp.exp(-given[0])])
-        return surface_expected_error(H, (turned / scaled) @ turned.T) / 0.01
+        region = ValidityRegion((turned / scaled) @ turned.T)
+        return expected_error(H, region) / 0.01
 
     @jax.jit
     def slopes(H):
@@ -267,7 +280,7 @@ ROWS = [
     Row(
         "J12.68",
         "approximation",
-        implements="firstorder.caching.surface_expected_error",
+        implements="firstorder.caching.expected_error",
         symbolic=lambda: [disc_of_one_sign(), *disc_of_both_signs(), *leading_order()],
         autodiff=Check(growth_of_the_estimate, 1e-6),
         fourier=na("no spectrum"),
@@ -305,7 +318,7 @@ ROWS = [
         autodiff=Check(slope_of_the_radius, 1e-12),
         fourier=na("no spectrum"),
         brute_force=Check(radius_by_search, 1e-10),
-        note="With |lambda_1|; `curvature(H, 'mean')` in its place gives the exact disc of (68).",
+        note="With |lambda_1|; `derivative_norm(H, 2, 'mean')` gives the exact disc of (68).",
     ),
     Row(
         "J12.71",
@@ -330,7 +343,7 @@ ROWS = [
     Row(
         "J12.72",
         "over-claim",
-        implements="firstorder.caching.surface_expected_error",
+        implements="firstorder.caching.expected_error",
         symbolic=upper_bound,
         autodiff=na("measured"),
         fourier=na("no spectrum"),
@@ -386,7 +399,7 @@ ROWS = [
     Row(
         "C.cache.third",
         "identity",
-        implements="firstorder.caching.third_derivative_norm",
+        implements="firstorder.caching.derivative_norm",
         symbolic=disc_of_a_cubic,
         autodiff=Check(growth_of_a_cubic, 2e-3),
         fourier=na("no spectrum"),

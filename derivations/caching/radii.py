@@ -76,6 +76,18 @@ def printed_radius():
 
 # --- numbers -----------------------------------------------------------------------------------
 
+
+def expected(derivative: float, radius, order: int = 1, **options):
+    """The library's expected error along a line, from numbers."""
+    import jax.numpy as jnp
+
+    from firstorder.caching import ValidityRegion, expected_error
+
+    T = jnp.full((1,) * (order + 1), derivative)
+    region = ValidityRegion(jnp.full((1, 1), 1.0) / radius)
+    return expected_error(T, region, order=order, **options)
+
+
 PLACES = (0.1, 0.35, 0.8)
 
 
@@ -94,13 +106,11 @@ def true_total(at: float, radius: float) -> float:
 
 def order_of_the_estimate() -> float:
     """How far the fitted order of the estimate's relative error is from 2, at its worst."""
-    from firstorder.caching import expected_error
-
     radii = np.array([0.02, 0.04, 0.08])
     worst = 0.0
     for at in PLACES:
         h = float(scene_a_columns(at)[2])
-        errors = [abs(float(expected_error(h, r)) / true_total(at, r) - 1.0) for r in radii]
+        errors = [abs(float(expected(h, r)) / true_total(at, r) - 1.0) for r in radii]
         worst = max(worst, abs(fitted_order(radii, errors) - 2.0))
     return worst
 
@@ -109,12 +119,10 @@ def slope_of_the_estimate() -> float:
     """d/dR of the estimate is the missing term at both ends; every order and linear definition."""
     import jax
 
-    from firstorder.caching import expected_error
-
     worst = 0.0
     for order in (0, 1, 2):
         for radius in (0.3, 1.7):
-            ours = jax.grad(lambda r, o=order: expected_error(-2.3, r, order=o))(radius)
+            ours = jax.grad(lambda r, o=order: expected(-2.3, r, order=o))(radius)
             ends = 2.0 * 2.3 * radius ** (order + 1) / float(sp.factorial(order + 1))
             worst = max(worst, abs(float(ours) / ends - 1.0))
     return worst
@@ -138,7 +146,7 @@ def integrated(definition: str, order: int, radius: float) -> float:
 
 def radius_by_search() -> float:
     """Largest relative error of every radius against a bracketed root of the integral."""
-    from firstorder.caching import DEFINITIONS, expected_error, radius_for
+    from firstorder.caching import DEFINITIONS, radius_for
 
     worst = 0.0
     for definition in DEFINITIONS:
@@ -148,7 +156,7 @@ def radius_by_search() -> float:
                 lambda r, d=definition, o=order: integrated(d, o, r) - 0.04, 1e-3, 50.0, xtol=1e-14
             )
             ours = float(radius_for(-2.3, 0.04, **options))
-            error = float(expected_error(-2.3, 0.6, **options)) / integrated(definition, order, 0.6)
+            error = float(expected(-2.3, 0.6, **options)) / integrated(definition, order, 0.6)
             worst = max(worst, abs(ours / found - 1.0), abs(error - 1.0))
     return worst
 
@@ -157,12 +165,12 @@ def slope_of_the_radius() -> float:
     """The slopes dR / d(tolerance) and d(error) / dR multiply to one, by autodiff."""
     import jax
 
-    from firstorder.caching import expected_error, radius_for
+    from firstorder.caching import radius_for
 
     radius = float(radius_for(4.1, 0.02))
-    product = jax.grad(lambda e: radius_for(4.1, e))(0.02) * jax.grad(
-        lambda r: expected_error(4.1, r)
-    )(radius)
+    product = jax.grad(lambda e: radius_for(4.1, e))(0.02) * jax.grad(lambda r: expected(4.1, r))(
+        radius
+    )
     return abs(float(product) - 1.0)
 
 

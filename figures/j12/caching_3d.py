@@ -30,13 +30,14 @@ from figures.j12.shared.box import (
     Size,
     compare,
     ellipse,
-    hessian,
+    floor_limits,
     metrics,
     places,
     show_error,
     show_light,
-    split,
+    similar,
 )
+from figures.j12.shared.caching import pointwise, split
 from figures.style import Claim, Drawing
 from firstorder import plotting
 from firstorder.caching import floats_per_record, neighbour_clamping
@@ -56,13 +57,14 @@ def draw(quick: bool) -> Drawing:
     claims, arrays = [], {}
     for row, name in enumerate(SCENES):
         c = _case(name, s, quick)
-        n, table = c.size.pixels, c.table
+        within, table = floor_limits(c.size.pixels), c.table
         held = neighbour_clamping(table.position, table.harmonic)
-        more = {"neighbours": split(held, n), "ellipses": ellipse(table.geometric, n)}
+        more = {"neighbours": split(held, within), "ellipses": ellipse(table.geometric, within)}
         (floor,) = c.maps.scene.named("floor")
         aware = occlusion_table(c.maps, table.position, floor, rays=144 if quick else 576)
-        more["occlusion-aware"] = hessian(aware.hessian, n)
-        by = {d: hessian(table.geometric, n, d, np.maximum(table.E, 1e-9)) for d in DEFINITIONS[1:]}
+        more["occlusion-aware"] = pointwise(aware.hessian, within)
+        value = np.maximum(table.E, 1e-9)
+        by = {d: pointwise(table.geometric, within, 1, d, value) for d in DEFINITIONS[1:]}
         found = compare(c, metrics(c) | more | by)
         second = compare(c, {"geometric": metrics(c)["geometric"]}, order=2)["geometric"]
         show_light(axes[row, 0], c, name)
@@ -109,7 +111,7 @@ def _claims(name: str, found, second, c: Case) -> list[Claim]:
     split_best = found[best].mean
     by_error = {d: found["geometric" if d == "total" else d] for d in DEFINITIONS}
     lowest = min(by_error, key=lambda d: by_error[d].mean)
-    alike = max(by_error, key=lambda d: float(np.mean(by_error[d].similar)))
+    alike = max(by_error, key=lambda d: similar(c, by_error[d]))
     spread = found["geometric"].spread / found["geometric"].mean
     return [
         *(

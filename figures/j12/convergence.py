@@ -44,6 +44,7 @@ from firstorder.flatland.estimators.strata import (
     trace_strata,
 )
 from firstorder.flatland.library import _scenes as scenes
+from firstorder.numerics.batching import host_blocks
 from firstorder.scene._primitives import BACK, FRONT
 
 PLACES = {"A": 0.35, "B": 0.35, "C": 0.3, "D": 0.31, "14": 0.5, "15": 0.23}
@@ -167,11 +168,11 @@ def _look(name):
 
 def samples(name, where: Strata):
     """Rays into all strata, a chunk at a time, so that each scene is compiled once."""
-    angles = np.asarray(where.angles)
-    n = len(angles)
-    full = np.pad(angles, (0, -n % CHUNK), mode="edge").reshape(-1, CHUNK)
-    seen = [eqx.tree_at(lambda s: s.strata, _look(name)(a), None) for a in full]
-    whole = jax.tree.map(lambda *a: np.concatenate(a)[:n], *seen)
+    whole = host_blocks(
+        lambda angles: eqx.tree_at(lambda s: s.strata, _look(name)(angles), None),
+        where.angles,
+        CHUNK,
+    )
     return eqx.tree_at(lambda s: s.strata, whole, where, is_leaf=lambda a: a is None)
 
 

@@ -13,10 +13,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from figures.j12.shared.caching import line_light
+from figures.j12.shared.caching import columns, line_light
 from figures.style import Claim, Drawing
 from firstorder import plotting
-from firstorder.caching import Candidates, radius_for, taylor, true_error
+from firstorder.caching import (
+    Candidates,
+    circular_regions,
+    derivative_norm,
+    radius_for,
+    taylor,
+    true_error,
+)
 from firstorder.checks.tolerance import fitted_order
 from firstorder.plotting.style import COLOURS
 
@@ -30,18 +37,21 @@ def draw(quick: bool) -> Drawing:
     n = 301 if quick else 1201
     x = np.linspace(-EXTENT, EXTENT, n)
     E = line_light(x)
-    records = Candidates.along(line_light, RECORDS)
+    records = Candidates.from_function(line_light, RECORDS, derivatives=3)
     dx = x - RECORDS[:, None]
-    data = records.derivatives[:, None]
-    expansions = np.stack([np.asarray(taylor(data, dx, order)) for order in (0, 1, 2)])
+    data = [records.derivative(k)[:, None] for k in (0, 1, 2)]
+    expansions = np.stack([np.asarray(taylor(*data, dx[..., None], order)) for order in (0, 1, 2)])
     reach = np.stack(
-        [radius_for(records.derivatives[:, k + 1], TOLERANCE, order=k) for k in (0, 1, 2)]
+        [
+            radius_for(derivative_norm(records.derivative(k + 1), k + 1), TOLERANCE, order=k)
+            for k in (0, 1, 2)
+        ]
     )
     figure, axes = plotting.panels(1, 2, 4.0, 2.8)
     _curves(axes[0, 0], x, E, expansions, reach)
     _errors(axes[0, 1], dx, np.abs(expansions - E), reach)
     arrays = {"x": x, "E": E, "records": RECORDS, "expansions": expansions, "reach": reach}
-    arrays["derivatives"] = np.asarray(records.derivatives)
+    arrays["derivatives"] = columns(records)
     curves = {
         "expansions": {"x": x, "E": E}
         | {
@@ -86,17 +96,18 @@ def _errors(ax, dx, errors, reach) -> None:
 def _claims(records, dx, errors) -> list[Claim]:
     ratios, orders = [], []
     for i in range(2):
-        own = float(radius_for(records.derivatives[i, 2], TOLERANCE))
-        total = [
-            float(true_error(line_light, RECORDS[i], records.derivatives[i], own, order=k))
-            for k in (1, 2)
-        ]
+        one = records.at(slice(i, i + 1))
+        own = circular_regions(
+            radius_for(derivative_norm(one.derivative(2), 2), TOLERANCE), 1e-3, 1e3
+        )
+        total = [float(true_error(line_light, one, own, order=k)[0]) for k in (1, 2)]
         ratios.append(total[0] / total[1])
         for k in (1, 2):
             # A place where the remainder's own leading term does not vanish, approached from afar.
             steps = np.array([0.0025, 0.005, 0.01])
-            at, data = RECORDS[i], records.derivatives[i]
-            miss = np.abs(np.asarray(taylor(data, steps, k)) - line_light(at + steps))
+            data = [one.derivative(j) for j in (0, 1, 2)]
+            line = np.asarray(taylor(*data, steps[:, None], k))
+            miss = np.abs(line - line_light(RECORDS[i] + steps))
             orders.append(fitted_order(steps, miss) - (k + 1))
     overshoot = _ahead(dx, errors)
     return [

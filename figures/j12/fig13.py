@@ -20,9 +20,10 @@ from figures.style import Claim, Drawing
 from firstorder import plotting
 from firstorder.caching import (
     Candidates,
-    clamped,
+    circular_regions,
+    derivative_norm,
     expected_error,
-    ideal_radius,
+    ideal_region,
     radius_for,
     radius_with_events,
     taylor,
@@ -39,12 +40,12 @@ LIMITS = (1e-3, 1.5)
 def draw(quick: bool) -> Drawing:
     n = 61 if quick else 241
     x = np.linspace(-1.2, 1.2, n)
-    along = Candidates.along(line_light, x)
+    along = Candidates.from_function(line_light, x, derivatives=3)
     ideal, estimate, guarded = _radii(along)
-    one = Candidates.along(line_light, np.array([AT])).derivatives[0]
+    one = Candidates.from_function(line_light, np.array([AT]))
     own = [
-        float(ideal_radius(line_light, AT, one, TOLERANCE, *LIMITS)),
-        float(radius_for(one[2], TOLERANCE)),
+        float(ideal_region(line_light, one, TOLERANCE, *LIMITS).radius[0]),
+        float(radius_for(derivative_norm(one.derivative(2), 2), TOLERANCE)[0]),
     ]
     figure, axes = plotting.panels(1, 3, 3.1, 2.7, gridspec_kw={"width_ratios": (1, 1, 1.25)})
     _oracle(axes[0, 0], one, own[0], exact=True)
@@ -65,22 +66,21 @@ def _radii(along: Candidates):
 
     @jax.jit
     def ideal(tolerance):
-        return jax.lax.map(
-            lambda a: ideal_radius(line_light, a[0], a[1], tolerance, *LIMITS),
-            (along.x, along.derivatives),
-        )
+        return ideal_region(line_light, along, tolerance, *LIMITS).radius
 
     found = np.stack([ideal(t) for t in tolerances])
-    h, third = along.derivatives[:, 2], along.derivatives[:, 3]
-    estimate = clamped(radius_for(h, tolerances[:, None]), *LIMITS).radius
-    guarded = clamped(radius_with_events([h, third], tolerances[:, None], *LIMITS), *LIMITS).radius
+    h, third = (derivative_norm(along.derivative(k), k) for k in (2, 3))
+    by_events = radius_with_events([h, third], tolerances[:, None], *LIMITS)
+    estimate = circular_regions(radius_for(h, tolerances[:, None]), *LIMITS).radius
+    guarded = circular_regions(by_events, *LIMITS).radius
     return found, np.asarray(estimate), np.asarray(guarded)
 
 
-def _oracle(ax, data, R, exact: bool) -> None:
+def _oracle(ax, one, R, exact: bool) -> None:
     x = np.linspace(AT - 1.0, AT + 1.0, 401)
-    line = np.asarray(taylor(data, x - AT, 1))
-    oracle = line_light(x) if exact else np.asarray(taylor(data, x - AT, 2))
+    data = [one.derivative(k) for k in (0, 1, 2)]
+    line, parabola = (np.asarray(taylor(*data, (x - AT)[:, None], k)) for k in (1, 2))
+    oracle = line_light(x) if exact else parabola
     inside = np.abs(x - AT) <= R
     ax.fill_between(x[inside], line[inside], oracle[inside], color=COLOURS[3], alpha=0.6, lw=0)
     ax.plot(x, line_light(x), "-", color=COLOURS[1], linewidth=2.0, label="true")
@@ -112,13 +112,14 @@ def _along(ax, x, ideal, estimate, guarded) -> None:
 
 def _claims(own, one, along, ideal, estimate, guarded) -> list[Claim]:
     sizes = np.array([0.04, 0.08, 0.16])
+    reach = circular_regions(sizes[:, None], *LIMITS)
     misses = [
-        abs(float(expected_error(one[2], r)) / float(true_error(line_light, AT, one, r)) - 1.0)
-        for r in sizes
+        abs(float((expected_error(one.derivative(2), r) / true_error(line_light, one, r))[0]) - 1.0)
+        for r in (reach.at(i) for i in range(len(sizes)))
     ]
     free = (ideal < 0.99 * LIMITS[1]) & (estimate < 0.99 * LIMITS[1])
     ratio = np.where(free, estimate / ideal, 1.0)
-    flat = int(np.argmin(np.abs(along.derivatives[:, 2])))
+    flat = int(np.argmin(derivative_norm(along.derivative(2), 2)))
     order = fitted_order(sizes, misses)
     typical = float(np.median(np.abs(ratio - 1.0)[free]))
     return [

@@ -32,6 +32,7 @@ import numpy as np
 from figures.j12.shared.caching import (
     Outcome,
     by_the_wall,
+    columns,
     compare,
     draw_errors,
     limits,
@@ -42,6 +43,7 @@ from figures.j12.shared.caching import (
 )
 from figures.style import Claim, Drawing
 from firstorder import plotting
+from firstorder.caching import derivative_norm
 from firstorder.flatland import irradiance
 from firstorder.flatland.library._scenes import fig14
 from firstorder.plotting.style import COLOURS
@@ -62,12 +64,13 @@ def draw(quick: bool) -> Drawing:
         candidates, found = data[wall]
         _light(axes[row, 0], wall, candidates, row == 0)
         for column, name in enumerate(SHOWN, 1):
-            _records(axes[row, column], candidates, found[name], name)
+            _records(axes[row, column], found[name], name)
         _bars(axes[row, 4], found)
-        arrays |= {f"{wall}_x": candidates.x, f"{wall}_derivatives": candidates.derivatives}
-        arrays |= {f"{wall}_rms_{_key(name)}": o.rms for name, o in found.items()}
+        arrays |= {f"{wall}_x": candidates.position[:, 0]}
+        arrays |= {f"{wall}_derivatives": columns(candidates)}
+        arrays |= {f"{wall}_rms_{_key(name)}": o.errors for name, o in found.items()}
         for name in SHOWN:
-            curves[f"{wall}_{_key(name)}"] = found[name].cache(candidates).columns()
+            curves[f"{wall}_{_key(name)}"] = found[name].cache().columns()
     for ax in axes[2]:
         ax.set_xlabel("$x$ (m)")
     axes[2, 4].set_xlabel("RMS error (W/m)")
@@ -80,20 +83,23 @@ def _case(wall: str, count: int, orders: int, dense: int):
     scene = fig14(wall)
     (floor,) = scene.named("floor")
     E = by_the_wall(scene) if wall == "white" else (lambda at: irradiance(scene, at))
-    candidates, _, x, truth = surveyed(scene, floor, E, count, dense)
-    d, held = candidates.derivatives, limits(LENGTH, count)
+    candidates, _, asked = surveyed(scene, floor, E, count, dense)
+    held = limits(LENGTH, count)
+    value, slope, second, third = (candidates.derivative(k) for k in range(4))
     nowhere = jnp.zeros(0)
     methods = {
         "minimum": split(candidates.minimum, held),
         "harmonic mean": split(candidates.harmonic, held),
-        "Hessian": pointwise(d[:, 2], held),
-        **{n: pointwise(d[:, 2], held, definition=n, value=d[:, 0]) for n in OTHERS},
-        "E'' and E'''": with_events([d[:, 2], d[:, 3]], held, nowhere, nowhere),
-        "by E'": pointwise(d[:, 1], held, order=0),
-        "second order by E''": pointwise(d[:, 2], held),
-        "by E'''": pointwise(d[:, 3], held, order=2),
+        "Hessian": pointwise(second, held),
+        **{n: pointwise(second, held, definition=n, value=value) for n in OTHERS},
+        "E'' and E'''": with_events(
+            [derivative_norm(second, 2), derivative_norm(third, 3)], held, nowhere, nowhere
+        ),
+        "by E'": pointwise(slope, held, order=0),
+        "second order by E''": pointwise(second, held),
+        "by E'''": pointwise(third, held, order=2),
     }
-    return candidates, compare(candidates, methods, x, truth, orders, ORDERS)
+    return candidates, compare(candidates, methods, asked, orders, expansions=ORDERS)
 
 
 def _key(name: str) -> str:
@@ -104,7 +110,7 @@ def _key(name: str) -> str:
 
 
 def _light(ax, wall: str, candidates, first: bool) -> None:
-    x, d = np.asarray(candidates.x), np.asarray(candidates.derivatives)
+    x, d = np.asarray(candidates.position[:, 0]), columns(candidates)
     for k, (colour, words) in enumerate(
         zip((COLOURS[1], COLOURS[4], COLOURS[2]), ("$E$", "$E'$", "$E''$"), strict=True)
     ):
@@ -116,8 +122,8 @@ def _light(ax, wall: str, candidates, first: bool) -> None:
         ax.legend(loc="lower left", fontsize=7, handlelength=1.2)
 
 
-def _records(ax, candidates, outcome: Outcome, name: str) -> None:
-    cache = outcome.cache(candidates)
+def _records(ax, outcome: Outcome, name: str) -> None:
+    cache = outcome.cache()
     plotting.draw_records(ax, cache, height=0.95, step=0.9 / max(cache.count - 1, 1))
     ax.set(xlim=(0.0, LENGTH), ylim=(0.0, 1.0), yticks=[])
     ax.set_title(name, loc="left")
@@ -204,12 +210,13 @@ def _words(wall: str) -> str:
 def _same(data) -> list[Claim]:
     """Black wall against no wall, bit by bit and in every order of insertion."""
     (black, b), (none, n) = data["black"], data["none"]
-    bits = int(np.sum(np.asarray(black.derivatives[:, :3] != none.derivatives[:, :3])))
+    bits = int(np.sum(columns(black)[:, :3] != columns(none)[:, :3]))
     differ = {
-        name: float(np.mean(np.any(np.asarray(b[name].fit.records != n[name].fit.records), axis=1)))
+        name: float(np.mean(np.any(b[name].fit.records != n[name].fit.records, axis=1)))
         for name in SHOWN
     }
-    radii = int(np.sum(np.asarray(b["Hessian"].fit.radius != n["Hessian"].fit.radius)))
+    both = (np.asarray(o["Hessian"].fit.region.matrix) for o in (b, n))
+    radii = int(np.sum(np.not_equal(*both)))
     return [
         Claim(
             "Black wall and no wall: numbers in the Hessian's records and radii that differ in any "

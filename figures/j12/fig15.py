@@ -27,6 +27,7 @@ import numpy as np
 from figures.j12.shared.caching import (
     SEED,
     Outcome,
+    columns,
     compare,
     draw_errors,
     limits,
@@ -37,7 +38,7 @@ from figures.j12.shared.caching import (
 )
 from figures.style import Claim, Drawing
 from firstorder import plotting
-from firstorder.caching import gradient_discontinuities
+from firstorder.caching import derivative_norm, gradient_discontinuities
 from firstorder.flatland import receiver
 from firstorder.flatland.bounces._panels import Discretization
 from firstorder.flatland.bounces.radiosity import solve_radiosity
@@ -62,19 +63,20 @@ def draw(quick: bool) -> Drawing:
     solution = solve_radiosity(
         scene, fineness=Discretization(4, 1e-2) if quick else Discretization(6, 1e-4)
     )
-    candidates, s, x, truth = surveyed(scene, floor, solution.irradiance, count, dense, 3)
+    candidates, s, asked = surveyed(scene, floor, solution.irradiance, count, dense, 2)
     hessians = _hessians(scene, floor, solution, s)
     events = gradient_discontinuities(scene, floor, solution)
-    found = _found(candidates, hessians, events, x, truth, orders)
+    found = _found(candidates, hessians, events, asked, orders)
     figure, axes = plotting.panels(2, 4, 2.8, 2.3)
     _light(axes[0, 0], candidates, hessians, events)
     for ax, name in zip([*axes[0, 1:], *axes[1, :3]], SHOWN, strict=True):
-        _records(ax, candidates, found[name], name)
+        _records(ax, found[name], name)
     _bars(axes[1, 3], found)
-    arrays = {"x": candidates.x, "derivatives": candidates.derivatives, "kinks": events[0]}
+    x = candidates.position[:, 0]
+    arrays = {"x": x, "derivatives": columns(candidates), "kinks": events[0]}
     arrays |= {"jumps": events[1]} | {f"hessian_{_key(k)}": h for k, h in hessians.items()}
-    arrays |= {f"rms_{_key(name)}": o.rms for name, o in found.items()}
-    curves = {_key(name): found[name].cache(candidates).columns() for name in SHOWN}
+    arrays |= {f"rms_{_key(name)}": o.errors for name, o in found.items()}
+    curves = {_key(name): found[name].cache().columns() for name in SHOWN}
     size = f"{count} candidates, {orders} orders, {dense} places, {solution.E.size} unknowns"
     return Drawing(figure, arrays, _claims(found, candidates, events), curves, size, SEED)
 
@@ -113,18 +115,18 @@ def _hessians(scene, floor: int, solution, s) -> dict[str, np.ndarray]:
     return {name: np.asarray(h) for name, h in found.items()}
 
 
-def _found(candidates, hessians, events, x, truth, orders: int) -> dict[str, Outcome]:
-    d, held = candidates.derivatives, limits(1.0, candidates.x.shape[0])
-    distances = events[0] - np.asarray(candidates.x)[:, None]
+def _found(candidates, hessians, events, asked, orders: int) -> dict[str, Outcome]:
+    held, second = limits(1.0, candidates.count), candidates.derivative(2)
+    distances = events[0] - np.asarray(candidates.position)
     methods = {
         "minimum": split(candidates.minimum, held),
         "harmonic mean": split(candidates.harmonic, held),
-        **{name: pointwise(jnp.asarray(h), held) for name, h in hessians.items()},
-        "exact": pointwise(d[:, 2], held),
-        "exact and kinks": with_events([d[:, 2]], held, distances, events[1]),
-        **{n: pointwise(d[:, 2], held, definition=n, value=d[:, 0]) for n in OTHERS},
+        **{name: pointwise(h[:, None, None], held) for name, h in hessians.items()},
+        "exact": pointwise(second, held),
+        "exact and kinks": with_events([derivative_norm(second, 2)], held, distances, events[1]),
+        **{n: pointwise(second, held, definition=n, value=candidates.value) for n in OTHERS},
     }
-    return compare(candidates, methods, x, truth, orders)
+    return compare(candidates, methods, asked, orders)
 
 
 def _key(name: str) -> str:
@@ -135,7 +137,7 @@ def _key(name: str) -> str:
 
 
 def _light(ax, candidates, hessians, events) -> None:
-    x, d = np.asarray(candidates.x), np.asarray(candidates.derivatives)
+    x, d = np.asarray(candidates.position[:, 0]), columns(candidates)
     ax.plot(x, 10.0 * d[:, 0], "-", color=COLOURS[1], label="$10\\,E$")
     ax.plot(x, d[:, 1], "-", color=COLOURS[4], label="$E'$", linewidth=1.1)
     ax.plot(x, d[:, 2], "-", color=COLOURS[2], label="$E''$", linewidth=1.1)
@@ -148,8 +150,8 @@ def _light(ax, candidates, hessians, events) -> None:
     ax.legend(loc="lower center", fontsize=6.5, ncols=2, handlelength=1.2)
 
 
-def _records(ax, candidates, outcome: Outcome, name: str) -> None:
-    cache = outcome.cache(candidates)
+def _records(ax, outcome: Outcome, name: str) -> None:
+    cache = outcome.cache()
     plotting.draw_records(ax, cache, height=0.95, step=0.9 / max(cache.count - 1, 1))
     ax.set(xlim=(0.0, 1.0), ylim=(0.0, 1.0), yticks=[], xlabel="$x$ (m)")
     ax.set_title(f"{'bcdefg'[SHOWN.index(name)]}) {name}", loc="left")
@@ -167,8 +169,9 @@ def _bars(ax, found: dict[str, Outcome]) -> None:
 
 def _claims(found: dict[str, Outcome], candidates, events) -> list[Claim]:
     better = min(found[name].mean for name in SHOWN[:2])
-    most = np.max(np.abs(candidates.derivatives[:, 1]))
-    confirmed = _rank_correlation(1.0 / candidates.harmonic, np.abs(candidates.derivatives[:, 1]))
+    slope = derivative_norm(candidates.gradient, 1)
+    most = np.max(slope)
+    confirmed = _rank_correlation(1.0 / candidates.harmonic, slope)
     return [
         _ratio(
             "RMS error of the arc-length Hessian's radii over the better split circle's",

@@ -22,7 +22,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from figures.j12.shared.box import case, compare, metrics, show_error, size, split, tuned
+from figures.j12.shared.box import case, compare, floor_limits, metrics, show_error, size, tuned
+from figures.j12.shared.caching import split
 from figures.style import Claim, Drawing
 from firstorder import plotting
 from firstorder.caching import neighbour_clamping
@@ -45,7 +46,7 @@ def draw(quick: bool) -> Drawing:
         c = case(name, s, wall)
         n = s.pixels
         held = neighbour_clamping(c.table.position, c.table.harmonic)
-        here = compare(c, metrics(c) | {"neighbours": split(held, n)})
+        here = compare(c, metrics(c) | {"neighbours": split(held, floor_limits(n))})
         if wall == "black":
             here["tuned limits"] = _tuned(c, quick)
         found[words] = here
@@ -82,7 +83,7 @@ def _bars(ax, here) -> None:
 
 
 def _raised(outcome) -> float:
-    return float(np.mean(np.concatenate([np.asarray(c.clamp) for c in outcome.cache]) < 0))
+    return outcome.acted[0]
 
 
 def _claims(found) -> list[Claim]:
@@ -128,7 +129,7 @@ def _claims(found) -> list[Claim]:
         )
     for a, b in (("box", "box, no right wall"), ("box with a block", "block, no right wall")):
         for method in SHOWN[:3]:
-            one, other = found[a][method].chosen, found[b][method].chosen
+            one, other = found[a][method].fit.records, found[b][method].fit.records
             apart = float(np.mean(np.any(one != other, axis=1)))
             same = method == "radiometric"
             claims.append(

@@ -35,7 +35,7 @@ def draw(quick: bool) -> Drawing:
         show_error(ax, c, here[method], most, method)
     longest = {}
     for ax, method in ((axes[0, 3], "radiometric"), (axes[1, 3], "geometric")):
-        lengths = here[method].cache[0].semi_axes()[0][:, 0]
+        lengths = here[method].cache(0).region.axes()[0][:, 0]
         longest[method] = float(np.max(lengths))
         ax.hist(np.log10(lengths), 30, color="0.6")
         ax.set(xlim=(-2.2, 0.3), yticks=[])

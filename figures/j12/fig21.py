@@ -20,10 +20,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from figures.j12.shared.box import EXTENT, answered, case, compare, hessian, metrics, one, size
+from figures.j12.shared import caching
+from figures.j12.shared.box import EXTENT, asked, case, compare, floor_limits, metrics, size
+from figures.j12.shared.caching import pointwise
 from figures.style import Claim, Drawing
 from firstorder import plotting
-from firstorder.caching import fill_surface, hessian_norm, random_orders, rms
+from firstorder.caching import Fit, ValidityRegion, derivative_norm, fill, random_orders, rms
 from firstorder.caching.candidate_tables import gather_directions, tabulate_candidates
 
 
@@ -35,9 +37,8 @@ def draw(quick: bool) -> Drawing:
         c.maps, c.table.position, gather_directions(4, 4, n * n // 4, 21, noise=True), _floor(c)
     )
     clean = compare(c, metrics(c))
-    visits = random_orders(len(c.truth), s.orders, 12)
     found = {
-        name: _filled(c, hessian(H, n), visits, s.records)
+        name: _filled(c, pointwise(H, floor_limits(n)))
         for name, H in (("radiometric", noisy.hessian), ("geometric", noisy.geometric))
     }
     figure, axes = plotting.panels(1, 5, 2.1, 2.3)
@@ -48,7 +49,7 @@ def draw(quick: bool) -> Drawing:
     titles = ("geometric, many rays", "geometric, 16 rays", "radiometric, 16 rays")
     shown = (clean["geometric"], found["geometric"], found["radiometric"])
     for ax, title, outcome in zip(axes[0, 1:4], titles, shown, strict=True):
-        x = np.asarray(outcome.cache[0].position)
+        x = np.asarray(outcome.cache(0).records.position)
         ax.plot(x[:, 0], x[:, 1], ".", color="black", markersize=2.0, markeredgewidth=0.0)
         ax.set(xlim=(0, 1), ylim=(0, 1), aspect="equal")
         ax.set_title(title, fontsize=8)
@@ -58,7 +59,7 @@ def draw(quick: bool) -> Drawing:
         ("geometric", noisy.geometric, c.table.geometric),
         ("radiometric", noisy.hessian, c.table.hessian),
     ):
-        k, right = np.asarray(hessian_norm(H)), np.asarray(hessian_norm(exact))
+        k, right = (np.asarray(derivative_norm(a, 2)) for a in (H, exact))
         blind[name] = float(np.mean(k == 0.0))
         ratio = k[k > 0.0] / right[k > 0.0]
         scatter[name] = float(np.std(0.25 * np.log(ratio)))
@@ -73,14 +74,18 @@ def draw(quick: bool) -> Drawing:
     return Drawing(figure, arrays, claims, size=s.words() + "; 16 noisy rays", seed=21)
 
 
-def _filled(c, radii, visits, records):
+def _filled(c, regions):
     """Caches of the wanted number of records, or of as many as the smallest tolerance gives."""
     try:
-        return one(c, radii, visits, records)
+        return compare(c, {"x": regions})["x"]
     except ValueError:
-        reach = radii(1e-14)
-        chosen = [fill_surface(c.table.position, reach.matrix, visit) for visit in visits]
-        return answered(c, np.stack(chosen), [reach] * len(visits))
+        candidates, region = c.table.candidates(), regions(1e-14)
+        visits = random_orders(len(c.truth), c.size.orders, caching.SEED)
+        records = np.stack([fill(candidates, region, visit) for visit in visits])
+        each = ValidityRegion(*(np.stack([a] * len(visits)) for a in region))
+        size = records.sum(axis=1)
+        fitted = Fit(np.full(len(visits), 1e-14), size, records, each, size == c.size.records)
+        return caching.answered(candidates, fitted, asked(c))
 
 
 def _floor(c) -> int:
@@ -89,7 +94,7 @@ def _floor(c) -> int:
 
 def _density(outcome) -> np.ndarray:
     """Records in each of 8 x 8 squares, mean over orders of insertion."""
-    every = np.concatenate([np.asarray(cache.position) for cache in outcome.cache])
+    every = outcome.positions()
     return np.histogram2d(every[:, 1], every[:, 0], 8, [[0, 1], [0, 1]])[0].ravel()
 
 
@@ -125,8 +130,7 @@ def _claims(clean, found, scatter, blind, noise) -> list[Claim]:
             "Most records, of those wanted, that the radiometric Hessian of 16 rays makes at any "
             "tolerance, 1 for all",
             None,
-            float(np.mean(np.sum(found["radiometric"].chosen, axis=1)))
-            / float(np.mean(np.sum(clean["radiometric"].chosen, axis=1))),
+            float(np.mean(found["radiometric"].fit.size) / np.mean(clean["radiometric"].fit.size)),
         ),
         Claim(
             "Scatter of the finite radii (standard deviation of log R), geometric over radiometric",

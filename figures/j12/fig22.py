@@ -18,7 +18,8 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.patches import Ellipse
 
-from figures.j12.shared.box import case, compare, ellipse, hessian, show_error, size
+from figures.j12.shared.box import case, compare, ellipse, floor_limits, show_error, size
+from figures.j12.shared.caching import pointwise
 from figures.style import Claim, Drawing
 from firstorder import plotting
 
@@ -27,14 +28,14 @@ RECORDS = {False: 256, True: 64}
 
 def draw(quick: bool) -> Drawing:
     s = size(quick)
-    c, n = case("j12_box", s), s.pixels
+    c, within = case("j12_box", s), floor_limits(s.pixels)
     methods = {
         f"{kind} {shape}": made
         for kind, H in (("geometric", c.table.geometric), ("radiometric", c.table.hessian))
         for shape, made in (
-            ("circles", hessian(H, n)),
-            ("ellipses", ellipse(H, n)),
-            ("printed ellipses", ellipse(H, n, printed=True)),
+            ("circles", pointwise(H, within)),
+            ("ellipses", ellipse(H, within)),
+            ("printed ellipses", ellipse(H, within, printed=True)),
         )
     }
     found = compare(c, methods, RECORDS[quick])
@@ -43,7 +44,7 @@ def draw(quick: bool) -> Drawing:
         most = 3.0 * found[f"{kind} circles"].mean
         for k, shape in enumerate(("circles", "ellipses")):
             outcome = found[f"{kind} {shape}"]
-            _reaches(axes[row, 2 * k], outcome.cache[0])
+            _reaches(axes[row, 2 * k], outcome.cache(0))
             axes[row, 2 * k].set_title(f"{kind}, {shape}", fontsize=8)
             show_error(axes[row, 2 * k + 1], c, outcome, most, "error")
     claims = []
@@ -61,7 +62,7 @@ def draw(quick: bool) -> Drawing:
             )
     arrays = {f"rms_{k.replace(' ', '_')}": o.errors for k, o in found.items()}
     curves = {
-        f"{kind}_ellipses": found[f"{kind} ellipses"].cache[0].columns()
+        f"{kind}_ellipses": found[f"{kind} ellipses"].cache(0).columns()
         for kind in ("geometric", "radiometric")
     }
     words = s.words().replace(f"{s.records} records", f"{RECORDS[quick]} records")
@@ -70,8 +71,8 @@ def draw(quick: bool) -> Drawing:
 
 def _reaches(ax, cache) -> None:
     """Ellipses at half their size."""
-    lengths, angle = cache.semi_axes()
-    x = np.asarray(cache.position)
+    lengths, angle = cache.region.axes()
+    x = np.asarray(cache.records.position)
     for (a, b), at, turn in zip(lengths, x, np.degrees(angle), strict=True):
         ax.add_patch(Ellipse(at, a, b, angle=turn, fill=False, linewidth=0.5))
     ax.plot(x[:, 0], x[:, 1], ".", color="black", markersize=1.5, markeredgewidth=0.0)

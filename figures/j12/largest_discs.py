@@ -30,11 +30,10 @@ from figures.j12.shared.shadows import Jet, exact_jet, exact_values, lit
 from figures.style import Claim, Drawing
 from firstorder import plotting
 from firstorder.caching import (
-    hessian_norm,
+    derivative_norm,
     largest_set,
     radius_for,
     semi_axes,
-    third_derivative_norm,
 )
 from firstorder.caching.candidate_tables import gather_directions, tabulate_candidates
 from firstorder.caching.occlusion import occlusion_table
@@ -60,7 +59,7 @@ def draw(quick: bool) -> Drawing:
         over = {m: np.minimum(R, MOST) / own[1] for m, R in radii.items()}
         for m in SCALED:
             over[m] = over[m] / np.median(over[m])
-        third = np.asarray(third_derivative_norm(jnp.asarray(jet.third)))
+        third = np.asarray(derivative_norm(jnp.asarray(jet.third), 3, "mean"))
         second = np.asarray(radius_for(third, TOLERANCE, order=2, dims=2))
         over["third order"] = np.minimum(second, MOST) / own[2]
         _draw_field(axes[row, 0], E, x, own[1], words)
@@ -174,7 +173,7 @@ def _radii(name: str, x: np.ndarray, jet: Jet, quick: bool) -> dict[str, np.ndar
     aware = occlusion_table(maps, x, floor, rays=256 if quick else 1024)
 
     def disc(H, kind="largest"):
-        return np.asarray(radius_for(hessian_norm(jnp.asarray(H), kind), TOLERANCE, dims=2))
+        return np.asarray(radius_for(derivative_norm(jnp.asarray(H), 2, kind), TOLERANCE, dims=2))
 
     axes, _ = semi_axes(jnp.asarray(jet.hessian), TOLERANCE, most=4.0)
     return {

@@ -24,22 +24,20 @@ import numpy as np
 
 from figures.j12.shared.box import (
     Case,
-    Outcome,
     Size,
     case,
     compare,
-    hessian,
+    floor_limits,
     metrics,
-    scaled,
     show_error,
     show_light,
-    split,
     tuned,
 )
+from figures.j12.shared.caching import Outcome, pointwise, scaled, split
 from figures.j12.shared.shadows import shadow, with_hessian
 from figures.style import Claim, Drawing
 from firstorder import plotting
-from firstorder.caching import hessian_norm, neighbour_clamping, radius_for
+from firstorder.caching import derivative_norm, neighbour_clamping, radius_for
 from firstorder.caching.occlusion import OcclusionTable, occlusion_table
 from firstorder.plotting.style import COLOURS
 
@@ -92,14 +90,14 @@ def _floor(name: str, s: Size, rays: int) -> Floor:
 
 def _compared(floor: Floor, count: int, quick: bool) -> dict[str, Outcome]:
     c = floor.case
-    n, table = c.size.pixels, c.table
+    within, table = floor_limits(c.size.pixels), c.table
     held = neighbour_clamping(table.position, table.harmonic)
-    radii = metrics(c) | {"neighbours": split(held, n)}
-    radii["occlusion-aware"] = hessian(floor.aware.hessian, n)
-    even = radius_for(hessian_norm(jnp.asarray(floor.aware.hessian), "mean"), 1.0, dims=2)
-    radii["aware, mean"] = scaled(np.asarray(even), 0.25, n)
+    radii = metrics(c) | {"neighbours": split(held, within)}
+    radii["occlusion-aware"] = pointwise(floor.aware.hessian, within)
+    even = radius_for(derivative_norm(jnp.asarray(floor.aware.hessian), 2, "mean"), 1.0, dims=2)
+    radii["aware, mean"] = scaled(np.asarray(even), 0.25, within)
     if floor.exact is not None:
-        radii["exact"] = hessian(floor.exact, n)
+        radii["exact"] = pointwise(floor.exact, within)
     found = compare(c, radii, count)
     lows = (1.0,) if quick else (1.0, 1.5, 2.0)
     limits = [(low, high) for low in lows for high in (0.1, 0.3)]
@@ -110,7 +108,9 @@ def _compared(floor: Floor, count: int, quick: bool) -> dict[str, Outcome]:
 def _second(floor: Floor, method: str) -> Outcome:
     c = floor.case
     H = c.table.hessian if method == "radiometric" else floor.aware.hessian
-    return compare(with_hessian(c, H), {method: hessian(H, c.size.pixels)}, order=2)[method]
+    return compare(
+        with_hessian(c, H), {method: pointwise(H, floor_limits(c.size.pixels))}, order=2
+    )[method]
 
 
 def _bars(ax, few, many) -> None:

@@ -22,17 +22,16 @@ from figures.j12.shared.box import (
     Case,
     Size,
     compare,
-    held,
-    hessian,
+    floor_limits,
     places,
-    scaled,
     show_error,
     show_light,
 )
+from figures.j12.shared.caching import pointwise, scaled
 from figures.j12.shared.shadows import exact_jet, lit
 from figures.style import Claim, Drawing
 from firstorder import plotting
-from firstorder.caching import radius_for, third_derivative_norm
+from firstorder.caching import derivative_norm, radius_for
 from firstorder.caching.candidate_tables import CandidateTable
 
 FIELDS = {"lamp": "lamp alone", "plate": "lamp and plate"}
@@ -46,11 +45,11 @@ def draw(quick: bool) -> Drawing:
     claims, arrays = [], {}
     for row, (name, words) in enumerate(FIELDS.items()):
         c, T = _case(name, s)
-        n = s.pixels
+        n, within = s.pixels, floor_limits(s.pixels)
         radii = {
-            "alike": lambda R, n=n: held(np.full(n * n, R), 1.0 / n),
-            "Hessian": hessian(c.table.hessian, n),
-            "third order": _third(T, n),
+            "alike": lambda R, n=n, within=within: within.held(np.full(n * n, R)),
+            "Hessian": pointwise(c.table.hessian, within),
+            "third order": _third(T, within),
         }
         found = [compare(c, radii, count, order=2) for count in counts]
         first = compare(c, {"Hessian": radii["Hessian"]}, order=1)["Hessian"]
@@ -75,9 +74,9 @@ def _case(name: str, s: Size) -> tuple[Case, np.ndarray]:
     return Case(lit(name), table, jet.E, np.ones(len(x), bool), s), jet.third
 
 
-def _third(T: np.ndarray, pixels: int):
-    size = third_derivative_norm(jnp.asarray(T))
-    return scaled(np.asarray(radius_for(size, 1.0, order=2, dims=2)), 0.2, pixels)
+def _third(T: np.ndarray, within):
+    size = derivative_norm(jnp.asarray(T), 3, "mean")
+    return scaled(np.asarray(radius_for(size, 1.0, order=2, dims=2)), 0.2, within)
 
 
 def _claims(words: str, found, first) -> list[Claim]:

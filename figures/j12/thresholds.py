@@ -23,19 +23,19 @@ import numpy as np
 
 from figures.j12.shared.box import (
     Case,
-    Outcome,
     Size,
     case,
     compare,
-    hessian,
-    hessian_norm,
+    floor_limits,
     metrics,
-    radius_for,
+    similar,
     tuned,
 )
+from figures.j12.shared.caching import Outcome, pointwise
 from figures.j12.shared.shadows import shadow
 from figures.style import Claim, Drawing
 from firstorder import plotting
+from firstorder.caching import derivative_norm, radius_for
 from firstorder.plotting.style import COLOURS
 
 SCENES = {
@@ -55,14 +55,15 @@ def draw(quick: bool) -> Drawing:
     for ax, (name, words) in zip(axes.ravel(), SCENES.items(), strict=True):
         c = case(name, s) if name.startswith("j12") else shadow(name, s).case
         value = np.maximum(c.table.E, 1e-9)
-        found = compare(c, {d: hessian(c.table.geometric, s.pixels, d, value) for d in DEFINITIONS})
+        H, within = c.table.geometric, floor_limits(s.pixels)
+        found = compare(c, {d: pointwise(H, within, 1, d, value) for d in DEFINITIONS})
         plain = compare(c, metrics(c))
         limited = _limited(c, quick)
         _draw(ax, found, plain, limited, words)
         arrays |= {f"{name}_{m.replace(' ', '_')}": o.errors for m, o in (found | plain).items()}
         arrays |= {f"{name}_{m}_limited": o.errors for m, o in limited.items()}
         lowest[words] = min(found, key=lambda d: found[d].mean)
-        alike[words] = max(found, key=lambda d: float(np.mean(found[d].similar)))
+        alike[words] = max(found, key=lambda d, c=c, found=found: similar(c, found[d]))
         claims += _claims(words, found, plain, limited)
         gains[words] = max(plain[m].mean / limited[m].mean for m in LENGTHS)
     claims += _over_all(lowest, alike, gains)
@@ -75,7 +76,7 @@ def _limited(c: Case, quick: bool) -> dict[str, Outcome]:
     limits = [(low, high) for low in lows for high in (0.1, 0.3)]
     lengths = {"minimum": c.table.minimum, "harmonic": c.table.harmonic}
     found = {m: tuned(c, length, limits).outcome for m, length in lengths.items()}
-    k = hessian_norm(np.asarray(c.table.hessian))
+    k = derivative_norm(np.asarray(c.table.hessian), 2)
     # At equal counts a length whose multiple is the radius stands for the tolerance.
     radius = np.minimum(np.asarray(radius_for(k, 1.0, dims=2)), 1e6)
     return found | {"radiometric": tuned(c, radius, limits).outcome}

@@ -23,6 +23,7 @@ import numpy as np
 
 from figures.style import Claim, Drawing
 from firstorder import plotting
+from firstorder.numerics.batching import host_blocks
 from firstorder.numerics.quadrature import inverse_sqrt_panels
 from firstorder.visibility import contour_elevation
 
@@ -107,13 +108,12 @@ def RATE(p, normal, phi):
 def even(x, y, count: int, batch: int = 1600) -> np.ndarray:
     """(48) at evenly spaced azimuths; those half a turn apart are one half great circle."""
     phi = np.pi * (np.arange(count // 2) + 0.5) / (count // 2)
-    size = len(x)
-    x, y = (np.pad(a, (0, -size % batch)) for a in (x, y))
-    rows = [
-        integrand(a[:, None], b[:, None], np.broadcast_to(phi, (batch, phi.size))).sum(1)
-        for a, b in zip(x.reshape(-1, batch), y.reshape(-1, batch), strict=True)
-    ]
-    return np.concatenate(rows)[:size] * np.pi / phi.size
+
+    def along(rows):
+        x, y = (np.asarray(a)[:, None] for a in rows)
+        return integrand(x, y, np.broadcast_to(phi, (batch, phi.size))).sum(1)
+
+    return host_blocks(along, (x, y), batch) * np.pi / phi.size
 
 
 def few(x, y, count: int) -> np.ndarray:

@@ -1,3 +1,5 @@
+"""Caches along a line and on a plane: their answers by hand and by loops, and their tables."""
+
 import csv
 
 import jax
@@ -7,28 +9,34 @@ import pytest
 
 from derivations.caching._light import lamp, scene_a_columns
 from firstorder import io
-from firstorder.caching import Cache, Candidates, cache, clamped, taylor
-from firstorder.caching.cache import _derivatives_of
+from firstorder.caching import (
+    Cache,
+    Candidates,
+    ValidityRegion,
+    cache,
+    circular_regions,
+    elliptic_regions,
+    fill,
+    random_orders,
+    taylor,
+)
+
+# --- along a line --------------------------------------------------------------------------------
+
+
+def segments(radius):
+    return ValidityRegion(1.0 / jnp.asarray(radius)[:, None, None])
 
 
 def records(spacing=0.25, reach=1.3, order=1, fade=False):
     at = np.arange(-0.875, 0.9, spacing)
-    zeros = jnp.zeros(len(at))
-    data = jnp.asarray(scene_a_columns(at))
-    radius = zeros + reach * spacing
-    return Cache(jnp.asarray(at), zeros, data, radius, jnp.zeros(len(at), int), order, fade)
+    some = Candidates.on_line(at, scene_a_columns(at), tilt=0.0)
+    return Cache(some, segments(np.full(len(at), reach * spacing)), order, fade)
 
 
 def error(caching):
     x = np.linspace(-0.9, 0.9, 301)
-    return float(np.max(np.abs(caching(x).value - scene_a_columns(x)[:, 0])))
-
-
-def test_candidates_hold_the_closed_form_and_its_derivatives():
-    at = np.linspace(-1.0, 1.0, 9)
-    found = Candidates.along(lamp, at)
-    np.testing.assert_allclose(found.derivatives, scene_a_columns(at), atol=1e-13)
-    assert np.all(np.isinf(found.minimum))
+    return float(np.max(np.abs(caching(x[:, None]).value - scene_a_columns(x)[:, 0])))
 
 
 @pytest.mark.smoke
@@ -38,26 +46,29 @@ def test_each_order_extrapolates_better():
     assert errors[1] > 8.0 * errors[2]
 
 
+def no_factorial(E, g, H, dx, order):
+    return E + g[..., 0] * dx[..., 0] + H[..., 0, 0] * dx[..., 0] ** 2
+
+
 FAULTS = {
-    "no factorial": lambda d, dx, order: sum(d[..., k] * dx**k for k in range(order + 1)),
-    "to the wrong side": lambda d, dx, order: taylor(d, -dx, order),
-    "the value alone": lambda d, dx, order: d[..., 0] + 0.0 * dx,
+    "no factorial": no_factorial,
+    "to the wrong side": lambda E, g, H, dx, order: taylor(E, g, H, -dx, order),
+    "the value alone": lambda E, g, H, dx, order: E + 0.0 * dx[..., 0],
 }
 
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_fault_in_the_expansion_is_noticed(fault, monkeypatch):
     bound = 4.0 * error(records(order=2))
-    plain = getattr(cache._answers, "__wrapped__")  # noqa: B009 (what is compiled stays)
-    monkeypatch.setattr(cache, "_answers", plain)
+    monkeypatch.setattr(cache, "_answers", cache._answered)  # what is compiled stays
     monkeypatch.setattr(cache, "taylor", FAULTS[fault])
     assert bound < error(records(order=2)) < np.inf
 
 
 def test_on_a_record_the_record_answers():
     caching = records()
-    answer = caching(caching.x)
-    np.testing.assert_allclose(answer.value, caching.derivatives[:, 0], rtol=1e-13)
+    answer = caching(caching.records.position)
+    np.testing.assert_allclose(answer.value, caching.records.value, rtol=1e-13)
     assert np.all(answer.covered)
 
 
@@ -65,58 +76,70 @@ def test_on_a_record_the_record_answers():
 def test_where_nothing_covers_the_nearest_by_the_metric_answers():
     caching = records(reach=0.3)
     x = jnp.array([-5.0, 0.001, 7.0])
-    answer = caching(x)
+    answer = caching(x[:, None])
     assert answer.covered.tolist() == [False, False, False]
     assert np.all(np.isfinite(answer.value))
-    first = caching.derivatives[0]
-    assert answer.value[0].item() == pytest.approx(first[0] + first[1] * (-5.0 - caching.x[0]))
+    first = caching.records.at(0)
+    expected = first.value + first.gradient[0] * (-5.0 - first.position[0])
+    assert answer.value[0].item() == pytest.approx(expected)
     slope = jax.vmap(jax.grad(lambda x: caching(x).value))(x)
     assert np.all(np.isfinite(slope))
 
 
 def test_weights_are_inverse_errors():
     """Two records, by hand."""
-    at = jnp.array([0.0, 1.0])
-    data = jnp.array([[2.0, 0.5], [1.0, -1.0]])
-    none = jnp.zeros(2, int)
-    caching = Cache(at, jnp.zeros(2), data, jnp.array([2.0, 4.0]), none)
+    some = Candidates.on_line(np.array([0.0, 1.0]), np.array([[2.0, 0.5], [1.0, -1.0]]))
+    caching = Cache(some, segments([2.0, 4.0]))
     x = 0.4
     w = np.array([2.0 / 0.4, 4.0 / 0.6])
     T = np.array([2.0 + 0.5 * 0.4, 1.0 + 0.6])
     assert caching(x).value.item() == pytest.approx(np.sum(w * T) / np.sum(w), rel=1e-13)
-    fading = Cache(at, jnp.zeros(2), data, jnp.array([2.0, 4.0]), none, fade=True)
+    fading = Cache(some, segments([2.0, 4.0]), fade=True)
     w = w - 1.0
     assert fading(x).value.item() == pytest.approx(np.sum(w * T) / np.sum(w), rel=1e-13)
 
 
 def test_a_turned_normal_is_farther_away():
-    at = jnp.array([0.0, 1.0])
-    none = jnp.zeros(2, int)
-    turned = Cache(at, jnp.array([1.2, 0.0]), jnp.array([[2.0], [1.0]]), at * 0 + 2.0, none, 0)
+    at, n = np.array([0.0, 1.0]), np.array([1.2, 0.0])
+    some = Candidates.of(at, np.array([2.0, 1.0]), np.zeros((2, 1)), tilt=n)
+    turned = Cache(some, segments([2.0, 2.0]), 0)
     assert turned(0.1, 0.0).value < 1.5 < turned(0.1, 1.2).value
 
 
+def test_a_turned_normal_is_farther_away_on_a_plane():
+    """By the length of the turn, whichever tangent axis it is about."""
+    at, n = np.array([[0.0, 0.0], [1.0, 0.0]]), np.array([[0.72, 0.96], [0.0, 0.0]])
+    some = Candidates.of(at, np.array([2.0, 1.0]), np.zeros((2, 2)), tilt=n)
+    turned = Cache(some, circular_regions(np.full(2, 2.0), 0.1, 3.0, dims=2), 0)
+    place = np.array([0.1, 0.0])
+    assert turned(place).value < 1.5 < turned(place, n[0]).value
+    e = np.array([0.05 + np.sin(1.2), 0.45])
+    expected = np.sum([2.0, 1.0] / e * (e < 1.0)) / np.sum(1.0 / e * (e < 1.0))
+    assert turned(place).value.item() == pytest.approx(expected, rel=1e-12)
+
+
 def test_faded_weights_leave_no_step():
-    x = jnp.linspace(-0.9, 0.9, 4001)
+    x = jnp.linspace(-0.9, 0.9, 4001)[:, None]
     steps = [float(jnp.max(jnp.abs(jnp.diff(records(fade=f)(x).value)))) for f in (False, True)]
     assert steps[0] > 2.0 * steps[1]
 
 
 def test_derivatives_flow_to_the_records():
     caching = records()
+    at = caching.records.position[:, 0]
 
     def value(data):
-        changed = Cache(caching.x, caching.n, data, caching.radius, caching.clamp)
-        return changed(jnp.array(0.31)).value
+        return Cache(Candidates.on_line(at, data, tilt=0.0), caching.region)(0.31).value
 
-    slope = jax.grad(value)(caching.derivatives)
+    slope = jax.grad(value)(jnp.asarray(scene_a_columns(at)))
     assert jnp.sum(slope[:, 0]).item() == pytest.approx(1.0)  # weights add up to one
     assert np.all(np.isfinite(slope))
 
 
 def test_the_table_is_printed_and_exported(tmp_path):
-    some = Candidates.along(lamp, jnp.array([0.5, -0.5, 0.0]))
-    radii = clamped(jnp.array([0.01, 0.3, 9.0]), 0.1, 1.0)
+    at = jnp.array([0.5, -0.5, 0.0])
+    some = Candidates.from_function(lamp, at, derivatives=3, tilt=0.0)
+    radii = circular_regions(jnp.array([0.01, 0.3, 9.0]), 0.1, 1.0)
     caching = Cache.of(some, radii, np.array([True, True, True]))
     columns = caching.columns()
     assert list(columns) == [
@@ -135,25 +158,218 @@ def test_the_table_is_printed_and_exported(tmp_path):
     assert len(rows) == 4
 
 
-@pytest.mark.smoke
-def test_bad_input_is_one_sentence():
-    none = jnp.zeros(0)
-    with pytest.raises(ValueError, match="Argument `x` must hold at least one record"):
-        Cache(none, none, jnp.zeros((0, 2)), none, jnp.zeros(0, int))
-    one = jnp.zeros(1)
-    with pytest.raises(ValueError, match=r"^Argument `radius` must be positive, but is inf.$"):
-        Cache(one, one, jnp.zeros((1, 2)), one + jnp.inf, jnp.zeros(1, int))
-    with pytest.raises(ValueError, match="Argument `derivatives` must hold 3 columns"):
-        Cache(one, one, jnp.zeros((1, 2)), one + 1.0, jnp.zeros(1, int), 2)
-    with pytest.raises(ValueError, match="Argument `derivatives` must hold 2 columns"):
-        taylor(jnp.zeros(1), 0.1)
-
-
 def test_single_precision():
     at = jnp.linspace(-1.0, 1.0, 5, dtype=jnp.float32)
-    some = Candidates.along(lamp, at)
-    caching = Cache.of(some, clamped(jnp.full(5, 0.7, jnp.float32), 0.1, 1.0), order=2)
-    value = caching(jnp.linspace(-1.0, 1.0, 17, dtype=jnp.float32)).value
+    some = Candidates.from_function(lamp, at, derivatives=3)
+    caching = Cache.of(some, circular_regions(jnp.full(5, 0.7, jnp.float32), 0.1, 1.0), order=2)
+    value = caching(jnp.linspace(-1.0, 1.0, 17, dtype=jnp.float32)[:, None]).value
     assert value.dtype == jnp.float32
     assert np.all(np.isfinite(value))
-    assert _derivatives_of(lamp, at[0], 4).dtype == jnp.float32
+    assert {a.dtype for a in jax.tree.leaves(some)} == {np.dtype(np.float32)}
+
+
+# --- on a plane, and along a line by the same loops ----------------------------------------------
+
+
+def E(x):
+    """A field with slopes of every kind, in exact arithmetic below; along a line at y = 0.4."""
+    y = x[1] if x.shape == (2,) else 0.4
+    return 2.0 + x[0] ** 2 * y - 0.5 * y**2 + x[0]
+
+
+PLACES = np.random.default_rng(0).uniform(size=(12, 2))
+WHERE = np.concatenate([np.random.default_rng(1).uniform(size=(60, 2)), PLACES[:2], [[5.0, 5.0]]])
+
+
+@pytest.fixture(scope="module", params=[1, 2])
+def both(request):
+    """Candidates, regions and places of either number of coordinates."""
+    d = request.param
+    some = Candidates.from_function(E, PLACES[:, :d])
+    if d == 1:
+        return some, circular_regions(0.02 + 0.1 * PLACES[:, 1], 0.03, 0.1), WHERE[:, :1]
+    return some, jax.jit(lambda H: elliptic_regions(H, 0.01, 0.1, 0.6))(some.hessian), WHERE
+
+
+def slowly(some, reach, where, order, fade):
+    """The weighted mean, record by record."""
+    value, covered = [], []
+    for place in where:
+        parts = []
+        for i in range(len(PLACES)):
+            dx = place - np.asarray(some.position[i])
+            there = some.value[i]
+            there += (np.asarray(some.gradient[i]) @ dx) if order > 0 else 0.0
+            there += 0.5 * dx @ np.asarray(some.hessian[i]) @ dx if order > 1 else 0.0
+            parts.append((np.linalg.norm(np.asarray(reach.matrix[i]) @ dx), float(there)))
+        reached = [(1.0 / (e + 1e-300) - fade, t) for e, t in parts if e < 1.0]
+        covered.append(bool(reached))
+        w, t = np.array(reached or [(1.0, min(parts)[1])]).T
+        value.append(w @ t / w.sum() if w.max() < 1e200 else t[np.argmax(w)])
+    return np.array(value), covered
+
+
+CASES = [(0, False), (1, False), (2, True)]
+
+
+@pytest.mark.parametrize(("order", "fade"), CASES)
+def test_answers_are_weighted_means_of_expansions(both, order, fade):
+    some, reach, where = both
+    value, covered = slowly(some, reach, where, order, fade)
+    answer = Cache.of(some, reach, order=order, fade=fade)(where)
+    np.testing.assert_allclose(answer.value, value, rtol=1e-9)
+    assert np.asarray(answer.covered).tolist() == covered
+    assert 20 < sum(covered) < len(covered)
+
+
+def test_a_plane_is_exact_and_records_keep_their_values(both):
+    some, reach, where = both
+    caching = Cache.of(some, reach)
+    slope = np.array([2.0, 3.0])[: some.dims]
+    np.testing.assert_allclose(caching(some.position).value, some.value, rtol=1e-12)
+    flat = Candidates.of(some.position, 1.0 + some.position @ slope, np.tile(slope, (12, 1)))
+    answer = Cache.of(flat, reach)(where)
+    np.testing.assert_allclose(answer.value, 1.0 + where @ slope, rtol=1e-12)
+
+
+WRONG = {
+    1: lambda E, g, H, dx, order: taylor(E, -g, H, dx, order),
+    2: lambda E, g, H, dx, order: taylor(E, g[..., ::-1], H, dx, order),
+}
+
+
+def test_a_gradient_turned_round_is_noticed(both, monkeypatch):
+    """Wrong twins of the expansion: the fault, seen by the same check."""
+    some, reach, where = both
+    value, _ = slowly(some, reach, where, 1, False)
+    monkeypatch.setattr(cache, "_answers", cache._answered)
+    monkeypatch.setattr(cache, "taylor", WRONG[some.dims])
+    answer = Cache.of(some, reach)(where)
+    assert 1e-2 < np.max(np.abs(np.asarray(answer.value) - value)) < np.inf
+
+
+@pytest.mark.smoke
+def test_chosen_rows_and_the_table(both, tmp_path):
+    some, reach, where = both
+    caching = Cache.of(some, reach, np.arange(12) < 3)
+    assert caching.count == 3
+    columns = caching.columns()
+    if some.dims == 2:
+        assert list(columns)[:3] == ["x", "y", "E"]
+    assert len(str(caching).splitlines()) == 4
+    io.write_csv(tmp_path / "cache.csv", columns)
+    read = np.genfromtxt(
+        tmp_path / "cache.csv", delimiter=",", names=True, dtype=None, encoding="utf-8"
+    )
+    again = Cache.from_columns({k: read[k] for k in read.dtype.names or ()})
+    np.testing.assert_allclose(again.region.matrix, caching.region.matrix, rtol=1e-9)
+    np.testing.assert_allclose(again(where).value, caching(where).value, rtol=1e-9)
+    assert again.region.clamp.tolist() == caching.region.clamp.tolist()
+
+
+@pytest.mark.parametrize("dims", [1, 2])
+def test_a_table_keeps_tilts_and_third_derivatives(dims):
+    places = PLACES[:4, :dims]
+    some = Candidates.from_function(E, places, derivatives=3, tilt=0.1 * places)
+    caching = Cache.of(some, circular_regions(np.full(4, 0.5), 0.1, 1.0, dims))
+    again = Cache.from_columns(caching.columns())
+    for a, b in zip(jax.tree.leaves(again), jax.tree.leaves(caching), strict=False):
+        np.testing.assert_allclose(a, b, rtol=1e-12)
+
+
+def test_axes_of_a_record_are_those_of_its_matrix(both):
+    some, reach, _ = both
+    region = Cache.of(some, reach).region
+    lengths, angle = region.axes()
+    if some.dims == 1:
+        np.testing.assert_allclose(lengths[:, 0], region.radius)
+        assert np.all(angle == 0.0)
+        return
+    for M, (a, b), t in zip(np.asarray(region.matrix), lengths, angle, strict=True):
+        u, v = np.array([np.cos(t), np.sin(t)]), np.array([-np.sin(t), np.cos(t)])
+        assert np.linalg.norm(M @ (a * u)) == pytest.approx(1.0)
+        assert np.linalg.norm(M @ (b * v)) == pytest.approx(1.0)
+        assert a >= b
+
+
+# --- both, in the same words ---------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("dims", [1, 2])
+def test_three_lines_make_a_cache(dims):
+    """From candidates to answers, along a line and on a plane."""
+    side = np.linspace(0.0, 1.0, 64 if dims == 1 else 8)
+    places = np.stack(np.meshgrid(*[side] * dims), -1).reshape(-1, dims)
+    c = Candidates.from_function(lambda x: jnp.sum(jnp.cos(x)), places)
+    region = circular_regions(np.full(64, 0.2), 1 / 64, 1.0, dims)
+    caching = Cache.of(c, region, fill(c, region, random_orders(64, 1)[0]))
+    answer = caching(places)
+    assert np.all(answer.covered)
+    np.testing.assert_allclose(answer.value, c.value, atol=0.05)
+
+
+@pytest.mark.smoke
+def test_places_have_an_axis_of_coordinates(both):
+    some, reach, _ = both
+    caching = Cache.of(some, reach)
+    hint = r": arc lengths x are x\[..., None\]" if some.dims == 1 else ""
+    words = rf"^Argument `x` must have shape \(..., {some.dims}\), but has \(3,\){hint}.$"
+    with pytest.raises(ValueError, match=words):
+        caching(jnp.zeros(3))
+    assert caching(jnp.zeros((4, 3, some.dims))).value.shape == (4, 3)
+    assert caching(jnp.zeros(some.dims)).value.shape == ()
+    if some.dims == 1:
+        assert caching(0.3).value == caching(jnp.array([0.3])).value
+
+
+ONE = Candidates.of(np.zeros(1), np.zeros(1), np.zeros((1, 1)))
+
+
+@pytest.mark.smoke
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (
+            lambda: Cache(ONE, segments([jnp.inf])),
+            r"^Argument `radius` must be positive, but is inf.$",
+        ),
+        (
+            lambda: Cache(ONE, circular_regions(np.ones(1), 0.1, 2.0, dims=2)),
+            r"^Argument `region` must have shape \(1, 1, 1\), but has \(1, 2, 2\).$",
+        ),
+        (
+            lambda: Cache(ONE, segments([1.0]), 2),
+            r"^Argument `hessian` must be given for order 2, but is missing.$",
+        ),
+        (
+            lambda: taylor(ONE.value, ONE.gradient, None, np.ones((1, 1)), 2),
+            r"^Argument `hessian` must be given for order 2, but is missing.$",
+        ),
+        (
+            lambda: Cache(ONE, segments([1.0]))(0.0, 0.1),
+            r"^Argument `tilt` must be left out: the records hold none.$",
+        ),
+        (
+            lambda: Cache.from_columns({"x": np.zeros(1), "angle": np.zeros(1)}),
+            r"^Argument `columns` must hold `y`, but does not.$",
+        ),
+        (
+            lambda: Cache.from_columns({"x": np.zeros(1)}),
+            r"^Argument `columns` must hold `E`, but does not.$",
+        ),
+        *(
+            (
+                lambda d=d: Cache.of(
+                    Candidates.of(PLACES[:, :d], np.ones(12), PLACES[:, :d]),
+                    circular_regions(jnp.ones(12), 0.1, 1.0, d),
+                    np.zeros(12, bool),
+                ),
+                r"^Argument `position` must hold at least one record, but is empty.$",
+            )
+            for d in (1, 2)
+        ),
+    ],
+)
+def test_bad_input_is_one_sentence(call, words):
+    with pytest.raises(ValueError, match=words):
+        call()

@@ -1,92 +1,93 @@
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from derivations.caching._light import scene_a_columns
-from derivations.squares import FIRST
-from firstorder.caching import gradient_discontinuities, radius_with_events, scene_candidates
-from firstorder.caching.candidates import _ray_lengths
-from firstorder.flatland import Arcs, Scene, Segments, primitive
+from derivations.caching._light import lamp, scene_a_columns
+from firstorder.caching import Candidates, candidates
 
-FLOOR = primitive(Segments((-1.0, 0.0), (1.0, 0.0)), name="floor")
-LAMP = primitive(Segments((0.5, 1.0), (-0.5, 1.0)), emission=1.0)
-BLOCKER = primitive(Segments((0.2, 0.5), (-0.2, 0.5)))
-S = jnp.array([0.05, 0.3, 0.45, 0.8])
+PLACES = np.random.default_rng(0).uniform(size=(12, 2))
 
 
-@pytest.fixture(scope="module")
-def bare():
-    return scene_candidates(Scene.of(FLOOR, LAMP), 0, S, rays=2048)
+def test_candidates_hold_the_closed_form_and_its_derivatives():
+    at = np.linspace(-1.0, 1.0, 9)
+    found = Candidates.from_function(lamp, at, derivatives=3)
+    columns = np.stack([found.derivative(k).reshape(9) for k in range(4)], -1)
+    np.testing.assert_allclose(columns, scene_a_columns(at), atol=1e-13)
+    assert np.all(np.isinf(found.minimum))
+    assert found.tilt is None
 
 
-@pytest.fixture(scope="module")
-def blocked():
-    """Also a little left and right of a kink at s = 0.45."""
-    scene = Scene.of(FLOOR, LAMP, BLOCKER)
-    s = jnp.concatenate([S, jnp.array([0.45 - 1e-6, 0.45 + 1e-6])])
-    return scene_candidates(scene, 0, s, count=3, rays=16), gradient_discontinuities(scene, 0)
+def test_on_a_plane_every_derivative_is_that_of_a_cubic(monkeypatch):
+    """In blocks of places, each compiled once."""
+    monkeypatch.setattr(candidates, "BLOCK", 5)
+
+    def E(x):
+        return x[0] ** 2 * x[1] + 2.0 * x[1] ** 3
+
+    found = Candidates.from_function(E, PLACES, derivatives=3)
+    x, y = PLACES.T
+    np.testing.assert_allclose(found.gradient, np.stack([2 * x * y, x**2 + 6 * y**2], -1))
+    H = np.array([[2 * y, 2 * x], [2 * x, 12 * y]])
+    np.testing.assert_allclose(found.derivative(2), np.moveaxis(H, -1, 0))
+    T = np.array([[[0.0, 2.0], [2.0, 0.0]], [[2.0, 0.0], [0.0, 12.0]]])
+    np.testing.assert_allclose(found.derivative(3), np.broadcast_to(T, (12, 2, 2, 2)), atol=1e-14)
 
 
-def test_under_a_lamp_all_is_closed_form(bare):
-    np.testing.assert_allclose(bare.x, 2.0 * S, rtol=1e-14)
-    np.testing.assert_allclose(bare.derivatives, scene_a_columns(2.0 * S - 1.0), atol=1e-12)
-    # The lamp alone is met, at 1 / cos: the mean of 1/D over the sines of its angles.
-    x = np.asarray(2.0 * S - 1.0)
-    a, b = np.arctan(-0.5 - x), np.arctan(0.5 - x)
-    mean = 0.5 * (b - a + 0.5 * (np.sin(2 * b) - np.sin(2 * a))) / 2.0
-    np.testing.assert_allclose(bare.harmonic, 1.0 / mean, rtol=2e-3)
-    near = np.hypot(np.clip(x, -0.5, 0.5) - x, 1.0)
-    np.testing.assert_allclose(bare.minimum, near, rtol=1e-3)
+def test_loops_of_an_unknown_length_are_differentiated():
+    def E(x):
+        return jax.lax.while_loop(lambda s: s < 3.0, lambda s: s * x[0], x[0])
+
+    found = Candidates.from_function(E, np.array([[2.0]]), derivatives=3)
+    # x^2 where the loop runs once.
+    assert [found.derivative(k).item() for k in range(4)] == [4.0, 4.0, 2.0, 0.0]
 
 
-def test_on_a_valley_derivatives_are_in_arc_length():
-    """Differences along the arc of the columns themselves; the first is the exact E."""
-    valley = primitive(Arcs((0.0, 1.5), 1.5, np.pi - 0.8, 1.6), name="valley")
-    scene = Scene.of(valley, primitive(Segments((0.5, 1.2), (-0.5, 1.2)), emission=1.0))
-    h, at = 0.01, 0.37
-    s = at + h * np.arange(-4, 5)
-    found = scene_candidates(scene, *scene.named("valley"), jnp.asarray(s), count=3, rays=8)
-    x, E = np.asarray(found.x), np.asarray(found.derivatives)
-    np.testing.assert_allclose(np.diff(x), 1.5 * 1.6 * h, rtol=1e-12)
-    np.testing.assert_allclose(np.diff(found.n), 1.6 * h, rtol=1e-10)
-    for k in range(2):
-        slope = FIRST @ E[:, k] / (x[1] - x[0])
-        assert slope == pytest.approx(E[4, k + 1], rel=1e-6)
-
-
-@pytest.mark.smoke
-def test_kinks_are_where_edges_line_up(blocked):
-    found, (x, J, S0) = blocked
-    np.testing.assert_allclose(x, [0.1, 0.9, 1.1, 1.9], atol=1e-12)
-    assert np.all(S0 == 0.0)
-    assert J[1] == pytest.approx(float(found.derivatives[5, 1] - found.derivatives[4, 1]), rel=1e-4)
-
-
-def test_a_radius_that_knows_of_kinks_is_smaller_before_them(blocked):
-    found, (x, J, _) = blocked
-    h = found.derivatives[:, 2]
-    d = x - np.asarray(found.x)[:, None]
-    knowing = radius_with_events([h], 0.01, 1e-3, 3.0, d, J)
-    blind = radius_with_events([h], 0.01, 1e-3, 3.0)
-    assert np.all(knowing <= blind)
-    assert knowing[4] < 0.9 * blind[4]
-
-
-def test_black_things_change_nothing_but_the_lengths(bare):
-    """To rounding: more gaps are summed in another order."""
-    wall = primitive(Segments((-1.0, 2.0), (-1.0, 0.0)))
-    walled = scene_candidates(Scene.of(FLOOR, LAMP, wall), 0, S, count=3, rays=2048)
-    np.testing.assert_allclose(bare.derivatives[:, :3], walled.derivatives, rtol=1e-14)
-    assert np.all(walled.harmonic < bare.harmonic)
-
-
-def test_rays_are_uniform_in_the_sine():
-    half = primitive(Segments((1e6, 1.0), (0.0, 1.0)))
-    t = _ray_lengths(Scene.of(FLOOR, half), 0, jnp.array([0.5]), rays=4096)
-    assert np.mean(np.isfinite(t)) == pytest.approx(0.5, abs=1e-3)
+def test_columns_along_a_line_are_tensors():
+    at = np.linspace(-1.0, 1.0, 5)
+    found = Candidates.on_line(at, scene_a_columns(at), tilt=at, minimum=0.5)
+    assert (found.count, found.dims) == (5, 1)
+    for k in range(4):
+        assert found.derivative(k).shape == (5,) + (1,) * k
+        np.testing.assert_array_equal(found.derivative(k).reshape(5), scene_a_columns(at)[:, k])
+    np.testing.assert_array_equal(found.at(slice(1, 3)).tilt, at[1:3, None])
+    assert np.all(found.minimum == 0.5)
 
 
 @pytest.mark.smoke
-def test_bad_input_is_one_sentence():
-    with pytest.raises(ValueError, match=r"^Argument `s` must lie in \[0, 1\], but is 1.5.$"):
-        scene_candidates(Scene.of(FLOOR, LAMP), 0, jnp.array([1.5]))
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (
+            lambda: Candidates.of(PLACES, np.ones(3), PLACES),
+            r"^Argument `value` must have shape \(12,\), but has \(3,\).$",
+        ),
+        (
+            lambda: Candidates.of(PLACES, np.full(12, np.nan), PLACES),
+            r"^Argument `value` must be finite, but is nan.$",
+        ),
+        (
+            lambda: Candidates.of(np.zeros((4, 3)), np.ones(4), np.ones((4, 3))),
+            r"^Argument `position` must have shape \(m, 1\) or \(m, 2\), but has \(4, 3\).$",
+        ),
+        (
+            lambda: Candidates.on_line(np.zeros(1), np.ones((1, 1))),
+            r"^Argument `columns` must hold 2 to 4 columns, but has shape \(1, 1\).$",
+        ),
+        (
+            lambda: Candidates.from_function(jnp.sin, PLACES),
+            r"^Argument `E` must give one number, but gives an array of shape \(2,\).",
+        ),
+        (
+            lambda: Candidates.from_function(jnp.sin, PLACES[:, 0], derivatives=4),
+            r"^Argument `derivatives` must be 1, 2 or 3, but is 4.$",
+        ),
+        (
+            lambda: Candidates.of(PLACES, np.ones(12), PLACES).derivative(2),
+            r"^Argument `hessian` must be given for order 2, but is missing.$",
+        ),
+    ],
+)
+def test_bad_input_is_one_sentence(call, words):
+    with pytest.raises(ValueError, match=words):
+        call()

@@ -1,20 +1,46 @@
+"""True errors of records along a line and on a plane, the best regions, and errors of images."""
+
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from derivations.caching._lamp import hessian_of, summed
+from derivations.caching._lamp import lamp as rectangle
 from derivations.caching._light import lamp, scene_a_columns, scene_a_numbers
 from firstorder.caching import (
     DEFINITIONS,
+    Candidates,
+    ValidityRegion,
+    derivative_norm,
     errors,
     expected_error,
-    ideal_radius,
+    floats_per_record,
+    ideal_region,
+    largest_set,
     radius_for,
     rms,
+    semi_axes,
+    ssim,
     true_error,
 )
 
+# --- along a line --------------------------------------------------------------------------------
+
 AT, R = 0.35, 0.4
+HERE = np.array([AT])
+H = np.array([[3.0, 1.0], [1.0, 1.0]])
+
+
+def at(x, columns=None):
+    """One record along a line."""
+    x = np.array([x])
+    return Candidates.on_line(x, scene_a_columns(x) if columns is None else columns)
+
+
+def segment(radius):
+    return ValidityRegion(jnp.full((1, 1, 1), 1.0 / radius))
 
 
 def by_quadrature(definition, order):
@@ -33,11 +59,12 @@ def by_quadrature(definition, order):
 
 
 def worst_error():
-    columns = jnp.asarray(scene_a_columns(AT))
     worst = 0.0
     for definition in DEFINITIONS:
         for order in (0, 1, 2):
-            ours = float(true_error(lamp, AT, columns, R, order=order, definition=definition))
+            ours = float(
+                true_error(lamp, at(AT), segment(R), order=order, definition=definition)[0]
+            )
             bound = 1e-2 if definition == "largest" else 1.0  # the nodes stop short of the ends
             worst = max(worst, bound * abs(ours / by_quadrature(definition, order) - 1.0))
     return worst
@@ -49,7 +76,10 @@ def test_the_error_is_that_of_adaptive_quadrature():
 
 @pytest.mark.parametrize(
     "fault",
-    [lambda d, x, order: d[..., 0] + 0.0 * x, lambda d, x, order: d[..., 0] - d[..., 1] * x],
+    [
+        lambda E, g, H, dx, order: E + 0.0 * dx[..., 0],
+        lambda E, g, H, dx, order: E - g[..., 0] * dx[..., 0],
+    ],
 )
 def test_a_fault_is_noticed(fault, monkeypatch):
     monkeypatch.setattr(errors, "taylor", fault)
@@ -58,27 +88,142 @@ def test_a_fault_is_noticed(fault, monkeypatch):
 
 @pytest.mark.smoke
 def test_the_estimate_tends_to_the_truth():
-    columns = jnp.asarray(scene_a_columns(AT))
+    record, region = at(AT), segment(0.01)
     for order in (0, 1, 2):
-        true = float(true_error(lamp, AT, columns, 0.01, order=order))
-        assert float(expected_error(columns[order + 1], 0.01, order=order)) == pytest.approx(
-            true, rel=1e-2
-        )
+        true = float(true_error(lamp, record, region, order=order)[0])
+        estimate = expected_error(record.derivative(order + 1), region, order=order)
+        assert float(estimate[0]) == pytest.approx(true, rel=1e-2)
 
 
 def test_the_ideal_radius_has_the_tolerated_error_and_is_near_the_estimated_one():
-    columns = jnp.asarray(scene_a_columns(0.2))
-    found = ideal_radius(lamp, 0.2, columns, 1e-3, 1e-3, 2.0)
-    assert float(true_error(lamp, 0.2, columns, found)) == pytest.approx(1e-3, rel=1e-10)
-    assert float(found) == pytest.approx(float(radius_for(columns[2], 1e-3)), rel=0.02)
+    found = ideal_region(lamp, at(0.2), 1e-3, 1e-3, 2.0)
+    assert float(true_error(lamp, at(0.2), found)[0]) == pytest.approx(1e-3, rel=1e-10)
+    estimate = radius_for(derivative_norm(at(0.2).derivative(2), 2), 1e-3)
+    assert float(found.radius[0]) == pytest.approx(float(estimate[0]), rel=0.02)
+    assert found.clamp.tolist() == [0]
+
+
+def test_limits_are_the_answer_where_they_act_and_are_said():
+    """Every record by its own errors, all at once."""
+    x = np.array([0.1, 0.2, 0.9])
+    some = Candidates.on_line(x, scene_a_columns(x))
+    free = np.asarray(ideal_region(lamp, some, 1e-3, 1e-3, 2.0).radius)
+    low, high = 0.5 * (np.sort(free)[:2].sum()), 0.5 * np.sort(free)[1:].sum()
+    held = ideal_region(lamp, some, 1e-3, low, high)
+    np.testing.assert_allclose(held.radius, np.clip(free, low, high), rtol=1e-12)
+    assert held.clamp.tolist() == (np.sign(free - np.clip(free, low, high))).astype(int).tolist()
+    assert {-1, 0, 1} == set(held.clamp.tolist())
 
 
 def test_a_kink_is_cut_at():
     def E(x):
         return jnp.abs(x - 0.1)
 
-    start = jnp.array([0.1, -1.0])
-    assert float(true_error(E, 0.0, start, 0.5, breaks=(0.1,))) == pytest.approx(0.16, rel=1e-13)
+    start = at(0.0, np.array([[0.1, -1.0]]))
+    error = true_error(E, start, segment(0.5), breaks=(0.1,))
+    assert float(error[0]) == pytest.approx(0.16, rel=1e-13)
+
+
+# --- on a plane ----------------------------------------------------------------------------------
+
+
+def bowl(x):
+    return 1.0 + x @ jnp.asarray(H) @ x / 2 + x[0]
+
+
+def test_the_oracle_is_the_light_of_a_rectangle():
+    """Lambert's closed form against sums of the definition; its Hessian by differences."""
+    place = np.array([0.3, -0.2])
+    corner, u, v = (-0.5, -0.2, 1.0), (0.9, 0.0, 0.0), (0.0, 0.7, 0.0)
+    assert rectangle(place) == pytest.approx(summed(place, corner, u, v), rel=1e-12)
+    true = jax.jit(jax.hessian(lambda x: rectangle(x, jnp)))(jnp.asarray(place))
+    np.testing.assert_allclose(
+        hessian_of(lambda at: summed(at, corner, u, v), place), true, rtol=1e-6
+    )
+
+
+def test_every_definition_is_its_integral():
+    """On the quadratic itself, over a disc, where all are closed forms of the round part."""
+    R, k = 0.6, 2.0
+    record = Candidates.of(np.zeros((1, 2)), np.array([1.7]), np.zeros((1, 2)))
+    true = {
+        "total": np.pi / 4 * k * R**4,
+        "average": k * R**2 / 4,
+        "average squared": k**2 * R**4 / 12,
+        "integrated squared": np.pi * k**2 * R**6 / 12,
+        "relative": np.pi / 4 * k * R**4 / 1.7,
+    }
+    M = jnp.eye(2)[None] / R
+
+    @jax.jit
+    def every(M):
+        def E(x):
+            return 1.7 + k * x @ x / 2
+
+        region = ValidityRegion(M)
+        return {d: true_error(E, record, region, definition=d)[0] for d in DEFINITIONS}
+
+    for definition, ours in every(M).items():
+        if definition == "largest":
+            assert 0.9 * k * R**2 / 2 < float(ours) < k * R**2 / 2
+        else:
+            assert float(ours) == pytest.approx(true[definition], rel=1e-12)
+
+
+def test_the_ideal_ellipse_of_a_quadratic_is_the_derived_one():
+    lengths = jax.jit(lambda H: semi_axes(H, 0.01)[0])(jnp.asarray(H))
+    record = Candidates.from_function(bowl, np.zeros((1, 2)))
+    found = ideal_region(bowl, record, 0.01, 0.01, 2.0)
+    area = np.pi * float(found.radius[0]) ** 2
+    assert area == pytest.approx(np.pi * float(jnp.prod(lengths)), rel=1e-4)
+    sizes = 1.0 / np.linalg.svd(np.asarray(found.matrix[0]))[1][::-1]
+    np.testing.assert_allclose(np.sort(sizes), np.sort(np.asarray(lengths)), rtol=2e-2)
+
+
+@pytest.mark.smoke
+def test_the_largest_set_takes_the_least_misses_that_are_connected():
+    miss = np.array([[0.1, 0.2, 9.0, 0.1]])
+    assert largest_set(miss, 2.0, 0.8)[0].tolist() == [[True, True, False, True]]
+    chosen, area = largest_set(miss, 2.0, 0.8, near=(0, 0))
+    assert (chosen.tolist(), area) == ([[True, True, False, False]], 4.0)
+
+
+@pytest.mark.smoke
+def test_the_ideal_disc_of_a_quadratic_is_the_derived_one():
+    record = Candidates.from_function(bowl, np.zeros((1, 2)))
+    found = ideal_region(bowl, record, 0.01, 0.01, 2.0, circle=True)
+    R = radius_for(derivative_norm(jnp.asarray(H), 2, "mean"), 0.01, dims=2)
+    assert float(found.radius[0]) == pytest.approx(float(R), rel=1e-4)
+    np.testing.assert_allclose(found.matrix[0], np.eye(2) / float(found.radius[0]), rtol=1e-12)
+
+
+# --- images ---------------------------------------------------------------------------------------
+
+
+def images(seed=0):
+    rng = np.random.default_rng(seed)
+    a = np.cumsum(rng.normal(size=(24, 31)), axis=0)
+    a = (a - a.min()) / np.ptp(a)
+    return a, np.clip(a + 0.1 * rng.normal(size=a.shape), 0, 1)
+
+
+def ssim_slowly(a, b, span):
+    """Wang's definition, window by window: 11 x 11 Gaussian weights of width 1.5."""
+    i = np.arange(-5, 6)
+    w = np.exp(-(i[:, None] ** 2 + i**2) / (2 * 1.5**2))
+    w /= w.sum()
+    found = []
+    for y in range(5, a.shape[0] - 5):
+        for x in range(5, a.shape[1] - 5):
+            p, q = (z[y - 5 : y + 6, x - 5 : x + 6] for z in (a, b))
+            mp, mq = (w * p).sum(), (w * q).sum()
+            vp, vq = (w * (p - mp) ** 2).sum(), (w * (q - mq) ** 2).sum()
+            c = (w * (p - mp) * (q - mq)).sum()
+            C1, C2 = (0.01 * span) ** 2, (0.03 * span) ** 2
+            found.append(
+                (2 * mp * mq + C1) * (2 * c + C2) / ((mp**2 + mq**2 + C1) * (vp + vq + C2))
+            )
+    return np.mean(found)
 
 
 @pytest.mark.smoke
@@ -87,8 +232,72 @@ def test_rms():
 
 
 @pytest.mark.smoke
-def test_bad_input_is_one_sentence():
-    with pytest.raises(ValueError, match="Argument `definition` must be one of"):
-        true_error(lamp, 0.0, jnp.zeros(2), 0.1, definition="median")
-    with pytest.raises(ValueError, match=r"^Argument `tolerance` must be positive, but is 0.0.$"):
-        ideal_radius(lamp, 0.0, jnp.zeros(2), 0.0, 0.1, 1.0)
+def test_ssim_is_its_definition():
+    a, b = images()
+    assert ssim(a, b, 1.0) == pytest.approx(ssim_slowly(a, b, 1.0), rel=1e-12)
+
+
+def test_ssim_has_its_published_properties():
+    """Symmetric, at most one, one for the same image only; units of both image and span cancel."""
+    a, b = images()
+    assert ssim(a, a, 1.0) == pytest.approx(1.0, abs=1e-14)
+    assert ssim(a, b, 1.0) == pytest.approx(ssim(b, a, 1.0), rel=1e-14)
+    assert -1.0 < ssim(a, b, 1.0) < 1.0
+    assert ssim(7 * a, 7 * b, 7.0) == pytest.approx(ssim(a, b, 1.0), rel=1e-12)
+    # Flat images differ in luminance alone.
+    flat = ssim(np.full((12, 12), 0.5), np.full((12, 12), 0.8), 1.0)
+    assert flat == pytest.approx((2 * 0.4 + 1e-4) / (0.25 + 0.64 + 1e-4), rel=1e-12)
+    # A shift of the mean is judged milder than noise of the same RMS error.
+    noise = b - a
+    assert ssim(a, a + np.sqrt(np.mean(noise**2)), 1.0) > ssim(a, b, 1.0)
+    assert ssim(a, 1.0 - a, 1.0) < 0.3
+
+
+@pytest.mark.parametrize("fault", ["no covariance", "wider window", "constants of another span"])
+def test_a_fault_in_ssim_is_noticed(fault):
+    a, b = images()
+    wrong = {
+        "no covariance": lambda: ssim(a, a, 1.0),
+        "wider window": lambda: ssim(a, b, 1.0, sigma=1.0),
+        "constants of another span": lambda: ssim(a, b, 255.0),
+    }[fault]()
+    assert abs(wrong - ssim_slowly(a, b, 1.0)) > 1e-3
+
+
+@pytest.mark.smoke
+def test_floats_per_record():
+    assert [floats_per_record(k) for k in (0, 1, 2)] == [5, 8, 11]
+    assert floats_per_record(1, ellipse=True, plane=True) == 8
+
+
+@pytest.mark.smoke
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: ssim(np.zeros((4, 4)), np.zeros((4, 4)), 1.0), r"^Argument `a` must have at"),
+        (lambda: ssim(np.zeros(4), np.zeros(4), 1.0), r"^Arguments must be images of one shape"),
+        (lambda: ssim(np.eye(20), np.eye(20), 0.0), r"^Argument `span` must be positive, but is 0"),
+        (lambda: largest_set(np.ones((2, 2)), 1.0, -1.0), r"^Argument `tolerance` must be"),
+        (
+            lambda: true_error(lamp, at(0.0), segment(0.1), definition="median"),
+            r"^Argument `definition` must be one of",
+        ),
+        (
+            lambda: ideal_region(lamp, at(0.0), 0.0, 0.1, 1.0),
+            r"^Argument `tolerance` must be positive, but is 0.0.$",
+        ),
+        (
+            lambda: true_error(
+                bowl,
+                Candidates.of(np.zeros((1, 2)), np.zeros(1), np.zeros((1, 2))),
+                ValidityRegion(jnp.eye(2)[None]),
+                breaks=(0.1,),
+            ),
+            r"^Argument `breaks` must be left out on a plane.$",
+        ),
+        (lambda: floats_per_record(3), r"^Argument `order` must be 0, 1 or 2, but is 3.$"),
+    ],
+)  # fmt: skip
+def test_bad_input_is_one_sentence(call, words):
+    with pytest.raises(ValueError, match=words):
+        call()

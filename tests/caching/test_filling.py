@@ -1,3 +1,5 @@
+"""Filling along a line and on a plane: what plain loops do, wanted counts, neighbours, rims."""
+
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -6,64 +8,87 @@ from derivations.caching._light import lamp, scene_a_columns
 from firstorder.caching import (
     Cache,
     Candidates,
-    clamped,
+    ValidityRegion,
+    _records,
+    cache,
+    circular_regions,
     expected_error,
     fill,
+    filling,
     fit,
-    interpolate,
     radius_for,
     random_orders,
     rms,
 )
+from firstorder.caching.filling import _fill_with_neighbours, _fit_with
 
 M, ORDERS, TARGET = 120, 40, 14
 X = np.linspace(-1.0, 1.0, M)
-WHERE = np.linspace(-0.97, 0.97, 101)
+WHERE = np.linspace(-0.97, 0.97, 101)[:, None]
+N = 18
+GRID = (np.arange(N) + 0.5) / N
+PLANE = np.stack(np.meshgrid(GRID, GRID), -1).reshape(-1, 2)
+RNG = np.random.default_rng(4)
+VISITS = random_orders(N * N, 3, 2)
 
 
-@pytest.fixture(scope="module")
-def some():
-    return Candidates.along(lamp, X)
+def flat(places, tilt=None):
+    """Candidates that hold nothing but their places."""
+    count = len(places)
+    return Candidates.of(places, np.zeros(count), np.zeros((count, places.shape[1])), tilt=tilt)
 
 
-@pytest.fixture(scope="module")
-def visits():
-    return random_orders(M, ORDERS, seed=3)
+def segments(radius):
+    return ValidityRegion(jnp.asarray(1.0 / radius)[:, None, None])
 
 
-@pytest.fixture(scope="module")
-def fitted(some, visits):
-    def radii(tolerance):
-        return clamped(radius_for(some.derivatives[:, 2], tolerance), 0.02, 2.0)
+def leaning(count=N * N):
+    """Ellipses of every size and direction."""
+    turn, size = RNG.uniform(0, np.pi, count), RNG.uniform(3.0, 25.0, (count, 2))
+    c, s = np.cos(turn), np.sin(turn)
+    Q = np.stack([np.stack([c, s], -1), np.stack([-s, c], -1)], -2)
+    return np.swapaxes(Q, 1, 2) @ (size[:, :, None] * Q)
 
-    return fit(some, radii, visits, TARGET, low=1e-9, high=1.0)
+
+LEANING = leaning()
 
 
-def filled_slowly(x, n, radius, visits):
+def filled_slowly(places, matrix, visits, tilt=None):
     """The same in plain loops."""
+    tilt = np.zeros_like(places) if tilt is None else tilt
     records = []
     for i in visits:
         reached = (
-            abs(x[i] - x[j]) / radius[j] + np.sin(min(abs(n[i] - n[j]), np.pi / 2)) for j in records
+            np.linalg.norm(matrix[j] @ (places[i] - places[j]))
+            + np.sin(min(np.linalg.norm(tilt[i] - tilt[j]), np.pi / 2))
+            for j in records
         )
         if not any(e < 1.0 for e in reached):
             records.append(int(i))
-    return np.isin(np.arange(len(x)), records)
+    return np.isin(np.arange(len(places)), records)
 
 
 @pytest.mark.parametrize("bent", [False, True])
-def test_filling_is_what_plain_loops_do(some, bent):
+def test_filling_is_what_plain_loops_do(bent):
     rng = np.random.default_rng(1)
     for seed in range(4):
         radius = rng.uniform(0.03, 0.5, M)
-        n = np.cumsum(rng.normal(size=M)) * 0.05 * bent
+        n = np.cumsum(rng.normal(size=M))[:, None] * 0.05 * bent
         order = random_orders(M, 1, seed)[0]
-        surface = Candidates(some.x, jnp.asarray(n), some.derivatives, some.minimum, some.harmonic)
-        ours = fill(surface, jnp.asarray(radius), jnp.asarray(order))
-        assert np.asarray(ours).tolist() == filled_slowly(X, n, radius, order).tolist()
+        ours = fill(flat(X[:, None], n), segments(radius), order)
+        slowly = filled_slowly(X[:, None], 1.0 / radius[:, None, None], order, n)
+        assert ours.tolist() == slowly.tolist()
 
 
-def wrong_fills(some):
+@pytest.mark.parametrize("bent", [False, True])
+def test_filling_a_plane_is_what_plain_loops_do(bent):
+    tilt = np.cumsum(RNG.normal(size=(N * N, 2)), axis=0) * 0.02 if bent else None
+    for visits in VISITS[:2]:
+        ours = fill(flat(PLANE, tilt), ValidityRegion(jnp.asarray(LEANING)), visits)
+        assert ours.tolist() == filled_slowly(PLANE, LEANING, visits, tilt).tolist()
+
+
+def wrong_fills():
     """Wrong twins of `fill`: the visitor's radius decides; only the last record is remembered."""
 
     def by_the_visitor(radius, visits):
@@ -84,60 +109,203 @@ def wrong_fills(some):
 
 
 @pytest.mark.parametrize("fault", ["the visitor's radius", "only the last record"])
-def test_a_fault_in_filling_is_noticed(some, fault):
+def test_a_fault_in_filling_is_noticed(fault):
     radius, visits = np.random.default_rng(1).uniform(0.03, 0.5, M), random_orders(M, 1)[0]
-    wrong = wrong_fills(some)[fault](radius, visits)
-    assert wrong.tolist() != filled_slowly(X, 0.0 * X, radius, visits).tolist()
+    wrong = wrong_fills()[fault](radius, visits)
+    right = filled_slowly(X[:, None], 1.0 / radius[:, None, None], visits)
+    assert wrong.tolist() != right.tolist()
+    assert fill(flat(X[:, None]), segments(radius), visits).tolist() == right.tolist()
+
+
+FAULTS = {
+    "the visitor's ellipse": lambda x, i, j: np.linalg.norm(LEANING[i] @ (x[i] - x[j])) < 1.0,
+    "axes exchanged": lambda x, i, j: np.linalg.norm(LEANING[j] @ (x[i] - x[j])[::-1]) < 1.0,
+    "half the reach": lambda x, i, j: np.linalg.norm(LEANING[j] @ (x[i] - x[j])) < 0.5,
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_fault_in_filling_a_plane_is_noticed(fault):
+    records = []
+    for i in VISITS[0]:
+        if not any(FAULTS[fault](PLANE, i, j) for j in records):
+            records.append(int(i))
+    right = fill(flat(PLANE), ValidityRegion(jnp.asarray(LEANING)), VISITS[0])
+    assert np.isin(np.arange(len(PLANE)), records).tolist() != right.tolist()
+
+
+# --- on the rim ----------------------------------------------------------------------------------
+
+
+def on_the_rim(dims, pitch, k):
+    """A grid of which every k-th place is exactly on the rim of a record's region, to rounding."""
+    at = pitch * np.arange(4 * k + 1)
+    places = np.stack(np.meshgrid(*[at] * dims, indexing="ij"), -1).reshape(-1, dims)
+    region = circular_regions(np.full(len(places), k * pitch), 1e-6, 1e6, dims)
+    return flat(places), region
+
+
+@pytest.mark.parametrize("dims", [1, 2])
+def test_a_place_on_the_rim_is_outside_however_it_was_rounded(dims):
+    """In a fill and in a look-up alike, along a line and on a plane."""
+    inside = []
+    for pitch in (0.1, 1.0 / 3.0, 1.0 / 64.0, 0.7):
+        for k in (1, 3, 7):
+            some, region = on_the_rim(dims, pitch, k)
+            places = np.asarray(some.position)
+            cell = np.round(places / (k * pitch), 9)
+            corners = np.flatnonzero(np.all(cell == np.round(cell), axis=1))
+            chosen = fill(some, region, corners)
+            assert np.flatnonzero(chosen).tolist() == corners.tolist()
+            one = np.arange(len(places)) == corners[len(corners) // 2]
+            far = np.linalg.norm(places - places[one], axis=1)
+            answer = np.asarray(Cache.of(some, region, one)(places).covered)
+            assert not answer[far > (1.0 - 1e-9) * k * pitch].any()
+            assert answer[far < (1.0 - 1e-9) * k * pitch].all()
+            inside.append(int(np.sum(far / (k * pitch) < 1.0) - answer.sum()))
+    assert max(inside) > 0  # by `< 1` rounding would let some in
+
+
+@pytest.mark.parametrize("dims", [1, 2])
+def test_a_rim_that_counts_as_inside_is_noticed(dims, monkeypatch):
+    """In the fill, and in the look-up where the fill is right."""
+    for module in (filling, _records):
+        with monkeypatch.context() as patch:
+            patch.setattr(module, "reached", lambda error: error < 1.0)
+            patch.setattr(cache, "_answers", cache._answered)  # what is compiled stays
+            with pytest.raises(AssertionError):
+                test_a_place_on_the_rim_is_outside_however_it_was_rounded(dims)
+
+
+# --- a wanted count ------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def some():
+    return Candidates.from_function(lamp, X, derivatives=3, tilt=0.0)
+
+
+@pytest.fixture(scope="module")
+def visits():
+    return random_orders(M, ORDERS, seed=3)
+
+
+@pytest.fixture(scope="module")
+def fitted(some, visits):
+    def regions(tolerance):
+        return circular_regions(radius_for(some.derivative(2)[:, 0, 0], tolerance), 0.02, 2.0)
+
+    return fit(some, regions, visits, TARGET, low=1e-9, high=1.0)
 
 
 @pytest.mark.smoke
 def test_every_candidate_is_covered(some, fitted):
-    _, covered = interpolate(some, fitted, X)
-    assert np.all(covered)
+    assert np.all(fitted.lookup(some, X[:, None]).covered)
 
 
 @pytest.mark.smoke
 def test_the_wanted_count_is_met_or_the_miss_is_said(fitted):
-    count = np.asarray(fitted.records).sum(axis=1)
+    count = fitted.records.sum(axis=1)
     np.testing.assert_array_equal(count, fitted.size)
-    np.testing.assert_array_equal(np.asarray(fitted.exact), count == TARGET)
+    np.testing.assert_array_equal(fitted.exact, count == TARGET)
     assert np.mean(fitted.exact) > 0.5
     assert np.max(np.abs(count - TARGET)) <= 2
 
 
+@pytest.mark.smoke
+def test_the_wanted_count_is_met_on_a_plane_or_the_miss_is_said():
+    base = 0.02 + 0.3 * PLANE[:, 0] * (1 + PLANE[:, 1])
+
+    def regions(t):
+        return circular_regions(base * t, 1e-3, 2.0, dims=2)
+
+    found = fit(flat(PLANE), regions, VISITS, 60, low=1e-2, high=10.0)
+    np.testing.assert_array_equal(found.records.sum(axis=1), found.size)
+    np.testing.assert_array_equal(found.exact, found.size == 60)
+    assert np.max(np.abs(found.size - 60)) <= 1
+    assert len({tuple(r) for r in found.records.tolist()}) == 3  # orders differ
+    for t, matrix, records, visits in zip(
+        found.threshold, found.region.matrix, found.records, VISITS, strict=True
+    ):
+        np.testing.assert_allclose(matrix, regions(t).matrix)
+        assert records.tolist() == filled_slowly(PLANE, np.asarray(matrix), visits).tolist()
+
+
 def test_thresholds_are_met_by_the_radii(some, fitted):
-    free = np.asarray(fitted.clamp) == 0
-    estimate = expected_error(some.derivatives[:, 2], fitted.radius)
-    aim = np.broadcast_to(np.asarray(fitted.threshold)[:, None], free.shape)
+    free = fitted.region.clamp == 0
+    estimate = expected_error(some.derivative(2), fitted.region)
+    aim = np.broadcast_to(fitted.threshold[:, None], free.shape)
     np.testing.assert_allclose(np.asarray(estimate)[free], aim[free], rtol=1e-12)
     assert free.any()
 
 
 def test_many_caches_answer_as_one_does(some, fitted):
-    values, _ = interpolate(some, fitted, WHERE, order=2)
+    values = fitted.lookup(some, WHERE, order=2).value
     for o in (0, ORDERS - 1):
-        radii = clamped(fitted.radius[o], 0.01, 3.0)
-        cache = Cache.of(some, radii, fitted.records[o], order=2)
-        assert cache.count == int(fitted.size[o])
-        np.testing.assert_allclose(values[o], cache(WHERE).value, rtol=1e-12)
+        one = fitted.cache(some, o, order=2)
+        assert one.count == int(fitted.size[o])
+        np.testing.assert_allclose(values[o], one(WHERE).value, rtol=1e-12)
 
 
 def test_the_order_of_insertion_matters_and_its_spread_is_seen(some, fitted):
-    values, _ = interpolate(some, fitted, WHERE)
-    error = rms(values, scene_a_columns(WHERE)[:, 0])
+    values = fitted.lookup(some, WHERE).value
+    error = rms(values, scene_a_columns(WHERE[:, 0])[:, 0])
     assert error.shape == (ORDERS,)
     assert 0.0 < error.std() < error.mean()
     assert error.max() < 0.02
 
 
-@pytest.mark.smoke
-def test_bad_input_is_one_sentence(some, visits):
-    def radii(r):
-        return clamped(r + jnp.zeros(M), 1e-3, 4.0)
+def test_giving_up_early_gives_as_many_as_said():
+    region = ValidityRegion(jnp.asarray(LEANING))
+    assert fill(flat(PLANE), region, VISITS[0], most=7).sum() == 7
 
-    with pytest.raises(ValueError, match=r"^Argument `high` must be a threshold on its side of 3"):
-        fit(some, radii, visits, 3, low=0.01, high=0.02)
-    with pytest.raises(ValueError, match=r"^Argument `low` must be a threshold on its side of 90"):
-        fit(some, radii, visits, 90, low=0.1, high=1.0)
+
+# --- neighbours ----------------------------------------------------------------------------------
+
+
+def test_neighbours_cut_each_other_and_everything_stays_covered():
+    lengths = np.where(np.abs(PLANE[:, 0] - 0.5) < 0.06, 0.02, 1.0)
+    records, reach = _fill_with_neighbours(flat(PLANE), lengths, 0.5, VISITS[0], 1e-3, 2.0)
+    rows = np.flatnonzero(records)
+    radius = 1.0 / np.asarray(reach.matrix)[:, 0, 0]
+    away = np.linalg.norm(PLANE[rows, None] - PLANE[None, rows], axis=-1)
+    cut = radius[rows] / 0.5
+    assert np.all(cut[:, None] - cut[None] <= away + 1e-12)
+    assert np.all(
+        np.any(np.linalg.norm(PLANE[:, None] - PLANE[None, rows], axis=-1) < radius[rows], axis=1)
+    )
+    plain = fill(
+        flat(PLANE), circular_regions(jnp.asarray(0.5 * lengths), 1e-3, 2.0, dims=2), VISITS[0]
+    )
+    assert records.sum() > plain.sum()
+
+
+def test_any_way_of_filling_can_be_fitted():
+    lengths = 0.05 + PLANE[:, 0]
+
+    def make(accuracy, visits):
+        return _fill_with_neighbours(flat(PLANE), lengths, accuracy, visits, 1e-3, 2.0)
+
+    found = _fit_with(make, VISITS[:1], 40, low=0.02, high=3.0)
+    assert abs(int(found.size[0]) - 40) <= 1
+    assert isinstance(found.region, ValidityRegion)
+
+
+@pytest.mark.smoke
+@pytest.mark.parametrize("dims", [1, 2])
+def test_bad_input_is_one_sentence(dims):
+    places = X[:, None] if dims == 1 else PLANE
+    visits = random_orders(len(places), 3, 2)
+
+    def regions(r):
+        return circular_regions(np.full(len(places), r), 1e-4, 9.0, dims)
+
+    with pytest.raises(ValueError, match=r"^Argument `high` must be a threshold on its side of 3 "):
+        fit(flat(places), regions, visits, 3, low=0.01, high=0.02)
+    low = 0.1 if dims == 1 else 0.5
+    with pytest.raises(ValueError, match=r"^Argument `low` must be a threshold on its side of 90 "):
+        fit(flat(places), regions, visits, 90, low=low, high=1.0)
     with pytest.raises(ValueError, match=r"^Argument `target` must be positive, but is 0.$"):
-        fit(some, radii, visits, 0, low=0.1, high=1.0)
+        fit(flat(places), regions, visits, 0, low=0.1, high=1.0)
+    with pytest.raises(ValueError, match=r"^Argument `region` must have shape"):
+        fill(flat(places), circular_regions(np.ones(3), 0.1, 2.0, dims), visits[0])

@@ -7,7 +7,7 @@ import pytest
 
 from derivations.caching._light import lamp
 from firstorder import caching
-from firstorder.caching import cache, ellipses
+from firstorder.caching import ellipses, radii
 from firstorder.flatland import Scene, Segments, primitive
 
 FLOOR = Segments((-1.0, 0.0), (1.0, 0.0))
@@ -15,74 +15,58 @@ FLOOR = Segments((-1.0, 0.0), (1.0, 0.0))
 
 def everything(s):
     """Results of every traceable export, by name; each depends on s."""
-    x = jnp.stack([-0.5 + 0.1 * s, 0.1 * s, 0.5])
-    some = caching.Candidates.along(lambda t: s * lamp(t), x)
-    h = some.derivatives[:, 2]
-    radii = caching.clamped(caching.radius_for(h, 0.02 * s), 0.05, 0.9)
-    table = (x, 0.0 * x, some.derivatives, radii.radius, radii.clamp)
     near = jnp.stack([0.2 * s, -0.3 * s])
-    start = some.derivatives[1]
+    H = s * jnp.array([[2.0, 0.3], [0.3, -1.0]], jnp.asarray(s).dtype)
     return {
-        "Candidates": some.derivatives,
-        "Cache": caching.Cache(*table, order=2)(x + 0.07).value,
-        "clamped": radii.radius,
-        "taylor": caching.taylor(some.derivatives, s, order=2),
-        "_derivatives_of": cache._derivatives_of(lambda t: s * lamp(t), 0.2 * s, 3),
-        "expected_error": caching.expected_error(h, s, definition="average squared"),
         "expected_error_with_events": caching.expected_error_with_events(s, [s], near, near),
         "radius_with_events": caching.radius_with_events([s], 0.1 * s, 0.01, 5.0, near, near),
-        "split_circle_error": caching.split_circle_error(0.1 * s, s, 0.2 * s),
-        "split_circle_change": caching.split_circle_change(0.1 * s, s, 0.2 * s),
         "minimum_distance": caching.minimum_distance(jnp.stack([s, 2.0 * s])),
         "harmonic_mean_distance": caching.harmonic_mean_distance(jnp.stack([s, 2.0 * s])),
-        "true_error": caching.true_error(lambda t: lamp(t), 0.1 * s, start, 0.2 * s),
-        **on_surfaces(s),
+        "_weighted": caching.harmonic_mean_distance(jnp.stack([s, 3.0 * s]), jnp.stack([s, 1.0])),
+        "elliptic_regions": caching.elliptic_regions(H, 0.02 * s, 0.05, 0.9).matrix,
+        "semi_axes": caching.semi_axes(H, 0.02 * s)[0],
+        "_principal": ellipses._principal(H)[0],
+        "_positive_part": radii._positive_part(H),
+        "geometric_bound": caching.geometric_bound(H[None], s),
+        "largest_radiance": caching.largest_radiance(jnp.stack([s, 0.5 * s])),
+        "split_change": caching.split_change(0.1 * s, s, 0.2 * s),
+        "_split_change": caching.split_change(0.1 * s, s**2, dims=2),
+        **in_dimensions(s, 1),
+        **{f"_{name}": found for name, found in in_dimensions(s, 2).items()},
     }
 
 
-def on_surfaces(s):
-    """The same of those in space."""
-    x = jnp.stack([jnp.stack([-0.5 + 0.1 * s, 0.1 * s]), jnp.stack([0.4 * s, 0.3])])
-    some = caching.SurfaceCandidates.on(lambda t: s * jnp.sin(t[0] + t[0] * t[1] * s), x)
-    H = some.hessian
-    reach = caching.elliptic_regions(H, 0.02 * s, 0.05, 0.9)
-    parts = (some.position, some.value, some.gradient, H)
-    T = s * jnp.stack([H, 2.0 * H], axis=1)[0]
+def in_dimensions(s, d):
+    """What is written once: along a line, and on a plane."""
+    x = jnp.stack([jnp.stack([-0.5 + 0.1 * s, 0.1 * s])[:d], jnp.stack([0.4 * s, 0.3 + 0 * s])[:d]])
+
+    def E(t):
+        return s * lamp(t[0]) + s * jnp.sin(t[0] * t[-1] * s)
+
+    some = caching.Candidates.from_function(E, x, derivatives=3, tilt=0.1 * x)
+    H, T = some.derivative(2), some.derivative(3)
+    size = caching.derivative_norm(H, 2, "mean")
+    region = caching.circular_regions(caching.radius_for(size, 0.02 * s, dims=d), 0.01, 2.0, d)
+    options = {"order": 2, "definition": "average squared"}
     return {
-        "SurfaceCandidates": H,
-        "SurfaceCache": caching.SurfaceCache(*parts, *reach, order=2)(x + 0.07).value,
-        "surface_taylor": caching.surface_taylor(*(p[0] for p in parts[1:]), x[1], order=2),
-        "circular_regions": caching.circular_regions(
-            caching.radius_for(s, 0.1 * s, dims=2), 0.05, 0.9
-        ).matrix,
-        "elliptic_regions": reach.matrix,
-        "hessian_norm": caching.hessian_norm(H, "mean"),
-        "third_derivative_norm": caching.third_derivative_norm(T),
-        "_principal": ellipses._principal(H)[0],
-        "semi_axes": caching.semi_axes(H, 0.02 * s)[0],
-        "_positive_part": ellipses._positive_part(H),
-        "geometric_bound": caching.geometric_bound(H, s),
-        "largest_radiance": caching.largest_radiance(jnp.stack([s, 0.5 * s])),
-        "split_sphere_error": caching.split_sphere_error(0.1 * s, s**2, 0.2 * s),
-        "split_sphere_change": caching.split_sphere_change(0.1 * s, s**2),
-        "weighted_harmonic_length": caching.weighted_harmonic_length(
-            jnp.stack([s, 3.0 * s]), jnp.stack([s, 1.0])
-        ),
-        "surface_expected_error": caching.surface_expected_error(H, reach.matrix),
-        "surface_error": caching.surface_error(
-            lambda t: jnp.sum(t**4), *(p[0] for p in parts), reach.matrix[0], nodes=4
-        ),
+        "Candidates": H,
+        "Cache": caching.Cache(some, region, order=2)(x + 0.07, 0.1 * x).value,
+        "circular_regions": region.matrix,
+        "ValidityRegion": region.radius,
+        "derivative_norm": caching.derivative_norm(T, 3, "rms"),
+        "taylor": caching.taylor(some.value, some.gradient, H, x, order=2),
+        "expected_error": caching.expected_error(T, region, **options),
+        "true_error": caching.true_error(E, some, region, nodes=4),
+        "split_error": caching.split_error(0.1 * s, s**2, 0.2 * s, d),
     }
 
 
 # On the host, or with answers that are not differentiated.
 OTHERS = {
-    "scene_candidates", "gradient_discontinuities", "Lookup", "Clamped", "CLAMPS", "DEFINITIONS",
-    "fill", "Fit", "fit", "interpolate", "random_orders", "ideal_radius", "rms", "radius_for",
-    "ValidityRegion", "SurfaceFit", "fill_surface", "fit_surface", "floats_per_record",
-    "ideal_ellipse", "largest_set", "ssim", "neighbour_clamping", "OcclusionTable",
-    "occlusion_table", "CandidateTable", "tabulate_candidates", "GatherDirections",
-    "gather_directions",
+    "scene_candidates", "gradient_discontinuities", "Lookup", "CLAMPS", "DEFINITIONS", "fill",
+    "Fit", "fit", "random_orders", "ideal_region", "rms", "radius_for", "floats_per_record",
+    "largest_set", "ssim", "neighbour_clamping", "OcclusionTable", "occlusion_table",
+    "CandidateTable", "tabulate_candidates", "GatherDirections", "gather_directions",
 }  # fmt: skip
 
 
@@ -111,9 +95,8 @@ def test_a_survey_is_differentiable_in_the_scene():
     def summed(y):
         ends = [jnp.stack([x + 0.0 * y, y]) for x in (0.5, -0.5)]
         scene = Scene.of(primitive(FLOOR), primitive(Segments(*ends), emission=1.0))
-        return jnp.sum(
-            caching.scene_candidates(scene, 0, jnp.array([0.3]), count=2, rays=8).derivatives
-        )
+        some = caching.scene_candidates(scene, 0, jnp.array([0.3]), derivatives=1, rays=8)
+        return jnp.sum(some.value) + jnp.sum(some.gradient)
 
     slope = jax.jit(jax.jacfwd(summed))(1.0)
     assert np.isfinite(slope)

@@ -1,9 +1,8 @@
 import jax
-import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.caching import SurfaceCache, SurfaceCandidates, elliptic_regions
+from firstorder.caching import Cache, Candidates, elliptic_regions
 from firstorder.io.radiance_ambient import (
     AmbientRecords,
     _ambient_from_text,
@@ -28,10 +27,8 @@ PLACES = np.random.default_rng(0).uniform(size=(9, 2))
 
 @pytest.fixture(scope="module")
 def cache():
-    some = SurfaceCandidates.on(lambda x: 1.0 + x[0] ** 2 * x[1] + x[1] ** 3, PLACES)
-    return SurfaceCache.of(
-        some, jax.jit(lambda H: elliptic_regions(H, 0.01, 0.1, 0.6))(some.hessian)
-    )
+    some = Candidates.from_function(lambda x: 1.0 + x[0] ** 2 * x[1] + x[1] ** 3, PLACES)
+    return Cache.of(some, jax.jit(lambda H: elliptic_regions(H, 0.01, 0.1, 0.6))(some.hessian))
 
 
 @pytest.mark.smoke
@@ -42,19 +39,21 @@ def test_a_record_is_read_column_by_column(text):
     np.testing.assert_allclose(found.u, [[0.6, 0.8, 0.0]])
     np.testing.assert_allclose(found.radii, [[0.3, 0.7]])
     cache = cache_from_ambient(found, *FLOOR)
-    assert cache.value[0] == pytest.approx(0.1 * np.pi, rel=1e-6)
+    assert cache.records.value[0] == pytest.approx(0.1 * np.pi, rel=1e-6)
     # v = normal x u = (-0.8, 0.6): half the value per metre along u, minus a quarter along v.
     g = 0.1 * np.pi * (0.5 * np.array([0.6, 0.8]) - 0.25 * np.array([-0.8, 0.6]))
-    np.testing.assert_allclose(cache.gradient[0], g, rtol=1e-6)
-    lengths, angle = cache.semi_axes()
+    np.testing.assert_allclose(cache.records.gradient[0], g, rtol=1e-6)
+    lengths, angle = cache.region.axes()
     np.testing.assert_allclose(lengths, [[0.7, 0.3]])
     assert np.tan(angle[0]) == pytest.approx(0.6 / -0.8)
 
 
 def test_the_form_of_older_releases_is_read_as_circles():
     cache = cache_from_ambient(_ambient_from_text(BEFORE), *FLOOR)
-    np.testing.assert_allclose(cache.matrix[0], np.eye(2) / 0.3)
-    np.testing.assert_allclose(cache.gradient[0], 0.1 * np.pi * np.array([0.5, -0.25]), rtol=1e-6)
+    np.testing.assert_allclose(cache.region.matrix[0], np.eye(2) / 0.3)
+    np.testing.assert_allclose(
+        cache.records.gradient[0], 0.1 * np.pi * np.array([0.5, -0.25]), rtol=1e-6
+    )
 
 
 def test_a_cache_comes_back_as_it_was_in_any_orientation(cache, tmp_path):
@@ -64,9 +63,8 @@ def test_a_cache_comes_back_as_it_was_in_any_orientation(cache, tmp_path):
     write_ambient(tmp_path / "box.txt", ambient_from_cache(cache, *place, accuracy=0.2))
     back = cache_from_ambient(read_ambient(tmp_path / "box.txt"), *place, accuracy=0.2)
     for name in ("position", "value", "gradient", "matrix"):
-        np.testing.assert_allclose(
-            getattr(back, name), getattr(cache, name), rtol=1e-6, atol=1e-6, err_msg=name
-        )
+        a, b = (getattr(c.region if name == "matrix" else c.records, name) for c in (back, cache))
+        np.testing.assert_allclose(a, b, rtol=1e-6, atol=1e-6, err_msg=name)
 
 
 def test_records_of_other_planes_and_levels_are_left_out(cache):
@@ -83,7 +81,7 @@ def test_records_of_other_planes_and_levels_are_left_out(cache):
 @pytest.mark.parametrize("fault", ["v on the other side", "gradient not relative", "no pi"])
 def test_a_fault_in_the_convention_is_noticed(cache, fault):
     good = ambient_from_cache(cache, *FLOOR)
-    E = np.asarray(cache.value)[:, None]
+    E = np.asarray(cache.records.value)[:, None]
     change = {
         "v on the other side": {"gradient": good.gradient * np.array([1.0, -1.0])},
         "gradient not relative": {"gradient": good.gradient * E},
@@ -91,23 +89,15 @@ def test_a_fault_in_the_convention_is_noticed(cache, fault):
     }[fault]
     bad = AmbientRecords(**{**good.__dict__, **change})
     errors = [
-        np.max(np.abs(np.asarray(back.gradient - cache.gradient)))
+        np.max(np.abs(np.asarray(back.records.gradient - cache.records.gradient)))
         for back in (cache_from_ambient(r, *FLOOR) for r in (good, bad))
     ]
     assert errors[0] < 1e-6 < 1e-2 < errors[1]
 
 
 def test_values_of_zero_have_no_gradient(cache):
-    dark = SurfaceCache.of(
-        SurfaceCandidates.of(PLACES, np.zeros(9), np.zeros((9, 2))), cache_reach(cache)
-    )
+    dark = Cache.of(Candidates.of(PLACES, np.zeros(9), np.zeros((9, 2))), cache.region)
     assert np.all(ambient_from_cache(dark, *FLOOR).gradient == 0.0)
-
-
-def cache_reach(cache):
-    from firstorder.caching import ValidityRegion
-
-    return ValidityRegion(cache.matrix, jnp.zeros(9, jnp.int32))
 
 
 def broken(column, word):

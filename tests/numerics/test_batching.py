@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.numerics.batching import host_blocks, in_batches
+from firstorder.numerics.batching import host_blocks, host_rows, in_batches
 
 
 @pytest.mark.parametrize("count", [0, 1, 6, 7, 8, 21, 23, 64])
@@ -66,6 +66,16 @@ def test_blocks_on_the_host_keep_rows_and_are_compiled_once(count):
     assert traced[0][0].shape == (7, 3)
 
 
+@pytest.mark.parametrize("count", [0, 1, 7, 8, 9, 64, 65])
+def test_rows_on_the_host_are_filled_up_to_a_power_of_two(count):
+    seen = []
+    found = host_rows(lambda x: seen.append(x.shape[0]) or 2.0 * x, np.arange(float(count)), 8)
+    np.testing.assert_array_equal(found, 2.0 * np.arange(count))
+    assert seen == [8 if count < 9 else 16 if count < 17 else 64 if count < 65 else 128]
+
+
 def test_a_block_has_rows():
+    with pytest.raises(ValueError, match="least"):
+        host_rows(jnp.sin, np.arange(3.0), 0)
     with pytest.raises(ValueError, match="block"):
         host_blocks(jnp.sin, np.arange(3.0), 0)

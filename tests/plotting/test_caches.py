@@ -2,15 +2,15 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.caching import Cache, Candidates, SurfaceCache, clamped
+from firstorder.caching import Cache, Candidates, ValidityRegion, circular_regions
 from firstorder.plotting import draw_expansions, draw_records, panels
 from firstorder.plotting.caches import show_cache
 
 
 @pytest.fixture
 def cache():
-    some = Candidates.along(jnp.square, jnp.array([0.0, 1.0, 2.0]))
-    return Cache.of(some, clamped(jnp.array([0.01, 0.5, 9.0]), 0.1, 1.0), order=2)
+    some = Candidates.from_function(jnp.square, jnp.array([0.0, 1.0, 2.0]))
+    return Cache.of(some, circular_regions(jnp.array([0.01, 0.5, 9.0]), 0.1, 1.0), order=2)
 
 
 def test_records_stand_where_they_are_and_reach_as_far_as_they_do(cache):
@@ -41,10 +41,9 @@ def test_ellipses_lie_where_the_records_reach():
     c, s = np.cos(np.pi / 6), np.sin(np.pi / 6)
     Q = np.array([[c, s], [-s, c]])
     M = Q.T @ np.diag([1 / 0.4, 1 / 0.1]) @ Q
-    one = jnp.ones(1)
     place = jnp.array([[0.25, 0.75]])
-    cache = SurfaceCache(
-        place, one, 0 * place, jnp.zeros((1, 2, 2)), jnp.asarray(M)[None], jnp.zeros(1, int)
+    cache = Cache(
+        Candidates.of(place, jnp.ones(1), 0 * place), ValidityRegion(jnp.asarray(M)[None])
     )
     ax = panels()[1][0, 0]
     image = show_cache(ax, cache, np.eye(4), top=0.5, scale=1.0)

@@ -89,6 +89,10 @@ def test_gradients_are_those_of_the_image():
 def test_shapes_that_do_not_share_have_rays_of_their_own():
     on_ball = HITS.index.ravel() == SCENE.named("ball")[0]
     by_floor, by_ball = (shared(name).shade(centres()) for name in ("floor", "ball"))
+    assert by_floor.gradient is not None
+    assert by_floor.more is not None
+    assert by_ball.gradient is not None
+    assert by_ball.more is not None
     assert not np.array_equal(by_floor.gradient[~on_ball], by_floor.more[~on_ball])
     np.testing.assert_array_equal(by_floor.gradient[on_ball], by_floor.more[on_ball])
     np.testing.assert_array_equal(by_ball.gradient[~on_ball], by_ball.more[~on_ball])

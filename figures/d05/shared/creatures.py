@@ -27,6 +27,7 @@ from firstorder.bandwidth.pixel_rates import blocker_distance
 from firstorder.imaging.camera import Pinhole, pinhole
 from firstorder.imaging.hits import gbuffer
 from firstorder.imaging.images import pixel_labels
+from firstorder.numerics.batching import host_blocks
 from firstorder.space import Scene, box, ellipsoid, first_shape, plane, primitive, sphere
 
 LOOKED = 4096  # primary rays at a time
@@ -56,11 +57,7 @@ class Shapes(eqx.Module):
 
     def seen(self, camera: Pinhole, p: np.ndarray) -> tuple[Points, np.ndarray]:
         """See `Tracer`; labels are shapes and their faces."""
-        fill = np.resize(p, (-(-len(p) // LOOKED) * LOOKED, 2)).reshape(-1, LOOKED, 2)
-        found = [
-            [np.asarray(a) for a in pixel_labels(self.scene, camera, jnp.asarray(q))] for q in fill
-        ]
-        index, label = (np.concatenate([f[k] for f in found])[: len(p)] for k in (0, 1))
+        index, label = host_blocks(lambda q: pixel_labels(self.scene, camera, q), p, LOOKED)
         at = gbuffer(self.scene, camera, p, index)
         return Points(at, index, at.normal), label
 

@@ -9,35 +9,22 @@ nothing is left to cover. Errors are RMS over the same cells, against the exact 
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from firstorder.caching import (
-    SurfaceCache,
-    ValidityRegion,
-    elliptic_regions,
-    fit_surface,
-    hessian_norm,
-    radius_for,
-    random_orders,
-    rms,
-    ssim,
-)
+from figures.j12.shared import caching
+from figures.j12.shared.caching import Asked, Limits, Outcome, Regions, pointwise, split
+from firstorder.caching import elliptic_regions, rms, ssim
 from firstorder.caching.candidate_tables import (
     CandidateTable,
     gather_directions,
     tabulate_candidates,
 )
-from firstorder.caching.radii import CUT, FREE, RAISED
 from firstorder.plotting.style import COLOURS
 from firstorder.space.bounces._radiance_maps import RadianceMaps, face_layout, refine_maps
 from firstorder.space.bounces.radiosity import solve_radiosity
 from firstorder.space.library import _scenes
-
-SEED = 12
-Radii = Callable[[float], ValidityRegion]
 
 
 @dataclass(frozen=True)
@@ -216,120 +203,53 @@ def _bilinear(L, across, z):
     return (1.0 - b) * low + b * high
 
 
-# --- radii ---------------------------------------------------------------------------------------
+# --- regions -------------------------------------------------------------------------------------
 
 
-def held(radius: np.ndarray, low: float, high: float = 1.5) -> ValidityRegion:
-    """`circles` of plain arrays: a search for thresholds asks for thousands."""
-    code = np.where(radius < low, RAISED, np.where(radius > high, CUT, FREE))
-    return ValidityRegion((1.0 / np.clip(radius, low, high))[:, None, None] * np.eye(2), code)
+def floor_limits(pixels: int, low: float = 1.0, high: float = 1.5) -> Limits:
+    """Smallest radius in cells, and largest [m]."""
+    return Limits(low / pixels, high, 2)
 
 
-def split(lengths: np.ndarray, pixels: int, low: float = 0.0, high: float = 1.5) -> Radii:
-    """Radii proportional to a mean length of rays; a threshold is the accepted error."""
-    finite = np.where(np.isfinite(lengths), lengths, 1e6)
-    return lambda threshold: held(threshold * finite, max(low, 1.0 / pixels), high)
-
-
-def scaled(radius: np.ndarray, power: float, pixels: int) -> Radii:
-    """Radii that are given for the tolerance 1 and grow with a power of it."""
-    return lambda tolerance: held(radius * tolerance**power, 1.0 / pixels)
-
-
-def hessian(
-    H: np.ndarray, pixels: int, definition: str = "total", value: np.ndarray | None = None
-) -> Radii:
-    """Radii by the largest eigenvalue, as J12 (70) has them; a threshold is the tolerated error."""
-    k = hessian_norm(np.asarray(H))
-
-    def found(size, tolerance, value):
-        return np.asarray(radius_for(size, tolerance, definition=definition, value=value, dims=2))
-
-    double = float(found(1.0, 2.0, 1.0) / found(1.0, 1.0, 1.0))
-    return scaled(found(k, 1.0, value), np.log2(double), pixels)
-
-
-def ellipse(H: np.ndarray, pixels: int, printed: bool = False) -> Radii:
+def ellipse(H: np.ndarray, within: Limits, printed: bool = False) -> Regions:
     """Ellipses along the eigenvectors."""
     return lambda tolerance: elliptic_regions(
-        np.asarray(H), tolerance, 1.0 / pixels, 1.5, printed=printed
+        np.asarray(H), tolerance, within.low, within.high, printed=printed
     )
 
 
-def metrics(c: Case) -> dict[str, Radii]:
+def metrics(c: Case) -> dict[str, Regions]:
     """The radii that J12 compares."""
-    n, table = c.size.pixels, c.table
+    within, table = floor_limits(c.size.pixels), c.table
     return {
-        "minimum": split(table.minimum, n),
-        "harmonic": split(table.harmonic, n),
-        "radiometric": hessian(table.hessian, n),
-        "geometric": hessian(table.geometric, n),
+        "minimum": split(table.minimum, within),
+        "harmonic": split(table.harmonic, within),
+        "radiometric": pointwise(table.hessian, within),
+        "geometric": pointwise(table.geometric, within),
     }
 
 
 # --- comparison ----------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Outcome:
-    """Caches of one method.
-
-    Attributes:
-        cache: of each order of insertion.
-        values: what it answers at each place, one row for each order.
-        errors: RMS of these [W/m^2].
-        similar: structural similarity of each image of the floor to the true one.
-        chosen: which places are records.
-    """
-
-    cache: list[SurfaceCache]
-    values: np.ndarray
-    errors: np.ndarray
-    similar: np.ndarray
-    chosen: np.ndarray
-
-    @property
-    def mean(self) -> float:
-        """Mean error over the orders of insertion."""
-        return float(np.mean(self.errors))
-
-    @property
-    def spread(self) -> float:
-        """Standard deviation over them."""
-        return float(np.std(self.errors))
+def asked(c: Case) -> Asked:
+    """All cells of the floor, the same number in all scenes; those that are open count."""
+    return Asked(places(c.size.pixels), c.truth, c.open)
 
 
 def compare(
-    c: Case, radii: dict[str, Radii], records: int | None = None, order: int = 1
+    c: Case, methods: dict[str, Regions], records: int | None = None, order: int = 1
 ) -> dict[str, Outcome]:
     """Caches of every method at equal numbers of records, in the same orders of insertion."""
-    visits = random_orders(len(c.truth), c.size.orders, SEED)
-    return {
-        name: one(c, each, visits, records or c.size.records, order) for name, each in radii.items()
-    }
+    count, orders = records or c.size.records, dict.fromkeys(methods, order)
+    return caching.compare(c.table.candidates(), methods, asked(c), c.size.orders, count, orders)
 
 
-def one(c: Case, radii: Radii, visits: np.ndarray, records: int, order: int = 1) -> Outcome:
-    """Caches of one method."""
-    x = c.table.position
-    fitted = fit_surface(x, radii, visits, records, low=1e-14, high=1e9)
-    return answered(c, fitted.records, fitted.reach, order)
-
-
-def answered(c: Case, chosen: np.ndarray, reach, order: int = 1) -> Outcome:
-    """What caches of the chosen places answer, and how wrong they are."""
-    candidates = c.table.candidates()
-    caches = [
-        SurfaceCache.of(candidates, r, rows, order=order)
-        for r, rows in zip(reach, chosen, strict=True)
-    ]
-    # All cells of the floor are asked, so that all scenes ask for the same number.
-    x = places(c.size.pixels)
-    values = np.stack([np.asarray(cache(x).value)[c.open] for cache in caches])
-    span = float(np.max(c.truth))
-    truth = np.nan_to_num(c.image(c.truth))
-    similar = [ssim(np.nan_to_num(c.image(v)), truth, span) for v in values]
-    return Outcome(caches, values, rms(values, c.truth), np.array(similar), np.asarray(chosen))
+def similar(c: Case, outcome: Outcome) -> float:
+    """Structural similarity of the image of the floor to the true one, mean over the orders."""
+    span, truth = float(np.max(c.truth)), np.nan_to_num(c.image(c.truth))
+    images = (np.nan_to_num(c.image(v)) for v in outcome.values)
+    return float(np.mean([ssim(image, truth, span) for image in images]))
 
 
 @dataclass(frozen=True)
@@ -356,11 +276,11 @@ def tuned(c: Case, lengths: np.ndarray, limits, records: int | None = None) -> T
         limits: pairs of the smallest radius in cells and the largest [m], to try.
         records: wanted; as many as the case asks for if left out.
     """
-    n, tried = c.size.pixels, {}
+    tried = {}
     for low, high in limits:
         try:
-            radii = {"x": split(lengths, n, low / n, high)}
-            tried[low, high] = compare(c, radii, records)["x"]
+            regions = split(lengths, floor_limits(c.size.pixels, low, high))
+            tried[low, high] = compare(c, {"x": regions}, records)["x"]
         except ValueError:  # these limits allow no such number of records
             continue
     if not tried:
@@ -379,7 +299,7 @@ def show_error(ax, c: Case, outcome: Outcome, most: float, title: str, dots: boo
     image = c.image(outcome.values[0] - c.truth)
     drawn = ax.imshow(image, cmap="RdBu_r", vmin=-most, vmax=most, extent=EXTENT)
     if dots:
-        x = np.asarray(outcome.cache[0].position)
+        x = np.asarray(outcome.cache(0).records.position)
         ax.plot(x[:, 0], x[:, 1], ".", color=COLOURS[0], markersize=1.8, markeredgewidth=0.0)
     ax.set(xticks=[], yticks=[], xlim=(0, 1), ylim=(0, 1))
     ax.set_title(title, fontsize=8)

@@ -1,15 +1,16 @@
-"""What J12's caching figures share: radii by every method, and caches of equal numbers of records.
+"""What J12's caching figures share: regions by every method, caches of equal numbers of records.
 
-Candidates are the midpoints of equal cells of the floor. Radii are clamped below at the width of a
-cell, below which they cover nothing, and above at the length of the floor, above which nothing is
-left to cover. Each method's threshold is found, for every order of insertion, by halving for 20
-records; errors are RMS over the floor at places that are no candidates.
+Along a line and on a plane alike. Candidates are the midpoints of equal cells of a floor. Radii are
+clamped below at the width of a cell, below which they cover nothing, and above where nothing is
+left to cover. Each method's threshold is found, for every order of insertion, by halving for the
+wanted number of records; errors are RMS over the floor.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -21,20 +22,21 @@ from firstorder.caching import (
     Cache,
     Candidates,
     Fit,
-    clamped,
+    ValidityRegion,
+    derivative_norm,
     fit,
-    interpolate,
     radius_for,
     radius_with_events,
     random_orders,
     rms,
     scene_candidates,
 )
+from firstorder.caching.regions import CUT, FREE, RAISED
 from firstorder.flatland import Receiver, irradiance
 from firstorder.plotting.style import COLOURS
 
 RECORDS, SEED = 20, 12
-Radii = Callable[[Array], tuple[Array, Array]]
+Regions = Callable[[float], ValidityRegion]
 
 # --- light ---------------------------------------------------------------------------------------
 
@@ -67,37 +69,67 @@ def by_the_wall(scene) -> Callable[[Receiver], Array]:
     return lambda at: irradiance(scene, at, radiance=sent, nodes=16, cuts=cuts)
 
 
-# --- radii ---------------------------------------------------------------------------------------
+# --- regions -------------------------------------------------------------------------------------
 
 
-def split(lengths: Array, limits: tuple[float, float]) -> Radii:
+class Limits(NamedTuple):
+    """Smallest and largest radius [m], along a line (1) or on a plane (2)."""
+
+    low: float
+    high: float
+    dims: int = 1
+
+    def held(self, radius: np.ndarray) -> ValidityRegion:
+        """`circular_regions` of plain arrays: a search for thresholds asks for thousands."""
+        code = np.where(radius < self.low, RAISED, np.where(radius > self.high, CUT, FREE))
+        inverse = 1.0 / np.clip(radius, self.low, self.high)
+        return ValidityRegion(inverse[:, None, None] * np.eye(self.dims), code)
+
+
+def limits(length: float, cells: int) -> Limits:
+    """Those of a line: a cell, and the whole floor."""
+    return Limits(length / cells, length)
+
+
+def split(lengths: Any, within: Limits) -> Regions:
     """Radii proportional to a mean length of rays; a threshold is the accepted error of (34)."""
-    finite = jnp.where(jnp.isfinite(lengths), lengths, 1e6)
-    return lambda threshold: clamped(threshold * finite, *limits)
+    finite = np.where(np.isfinite(lengths), lengths, 1e6)
+    return lambda threshold: within.held(threshold * finite)
+
+
+def scaled(radius: np.ndarray, power: float, within: Limits) -> Regions:
+    """Radii that are given for the tolerance 1 and grow with a power of it."""
+    return lambda tolerance: within.held(radius * tolerance**power)
 
 
 def pointwise(
-    derivative: Array, limits: tuple[float, float], order=1, definition="total", value=None
-) -> Radii:
-    """Radii of the first missing derivative; a threshold is the tolerated error."""
+    derivative: Any, within: Limits, order: int = 1, definition: str = "total", value: Any = None
+) -> Regions:
+    """Radii of the first missing derivatives (m, d, ..., d), as J12 (55) and (70) have them.
 
-    def radii(tolerance):
-        found = radius_for(derivative, tolerance, order=order, definition=definition, value=value)
-        return clamped(found, *limits)
+    A threshold is the tolerated error; on a plane the direction of the largest derivative counts.
+    """
 
-    return radii
+    def found(size, tolerance, value):
+        options = {"order": order, "definition": definition, "value": value, "dims": within.dims}
+        return np.asarray(radius_for(size, tolerance, **options))
+
+    double = float(found(1.0, 2.0, 1.0) / found(1.0, 1.0, 1.0))
+    radius = found(derivative_norm(jnp.asarray(derivative), order + 1), 1.0, value)
+    return scaled(radius, float(np.log2(double)), within)
 
 
 def with_events(
-    derivatives: list[Array], limits: tuple[float, float], distances, kinks, order=1
-) -> Radii:
-    """Radii that also know the next derivative, or the kinks of E, or both."""
+    derivatives: list[Array], within: Limits, distances, kinks, order: int = 1
+) -> Regions:
+    """Radii along a line that also know the next derivative, or the kinks of E, or both."""
 
     @jax.jit
     def root(tolerance):
-        return radius_with_events(derivatives, tolerance, *limits, distances, kinks, order=order)
+        low, high = within.low, within.high
+        return radius_with_events(derivatives, tolerance, low, high, distances, kinks, order=order)
 
-    return lambda tolerance: clamped(root(tolerance), *limits)
+    return lambda tolerance: within.held(np.asarray(root(tolerance)))
 
 
 # --- comparison ----------------------------------------------------------------------------------
@@ -108,85 +140,113 @@ class Outcome:
     """Caches of one method, in all orders of insertion.
 
     Attributes:
+        candidates: from which records were chosen.
         fit: thresholds and records.
-        rms: error of each order's cache [W/m].
         order: of the extrapolation.
-        acted: share of the records whose radius was raised, and cut.
+        values: what each order's cache answers, one row for each.
+        errors: RMS of these [W/m^d].
     """
 
+    candidates: Candidates
     fit: Fit
-    rms: np.ndarray
     order: int
-    acted: tuple[float, float]
+    values: np.ndarray
+    errors: np.ndarray
 
     @property
     def mean(self) -> float:
         """Mean error over the orders of insertion."""
-        return float(np.mean(self.rms))
+        return float(np.mean(self.errors))
+
+    @property
+    def spread(self) -> float:
+        """Standard deviation over them."""
+        return float(np.std(self.errors))
 
     @property
     def missed(self) -> float:
         """Share of orders in which the count jumped over the wanted one."""
         return 1.0 - float(np.mean(self.fit.exact))
 
+    @property
+    def acted(self) -> tuple[float, float]:
+        """Share of the records whose radius was raised, and cut."""
+        clamp = np.asarray(self.fit.region.clamp)[self.fit.records]
+        return float(np.mean(clamp < 0)), float(np.mean(clamp > 0))
+
     def typical(self) -> int:
         """The order of insertion whose error is the median."""
-        return int(np.argsort(self.rms)[len(self.rms) // 2])
+        return int(np.argsort(self.errors)[len(self.errors) // 2])
 
-    def cache(self, candidates: Candidates, which: int | None = None) -> Cache:
+    def cache(self, which: int | None = None) -> Cache:
         """The cache of one order of insertion, by default the typical one."""
         i = self.typical() if which is None else which
-        radii = clamped(self.fit.radius[i], 1e-12, 1e12)._replace(clamp=self.fit.clamp[i])
-        return Cache.of(candidates, radii, self.fit.records[i], order=self.order)
+        return self.fit.cache(self.candidates, i, order=self.order)
+
+    def positions(self) -> np.ndarray:
+        """Places of the records of all orders, one after the other."""
+        return np.concatenate([np.asarray(self.candidates.position)[r] for r in self.fit.records])
 
     def words(self) -> str:
         """Mean and spread."""
-        return f"{self.mean:.2e} ± {np.std(self.rms):.1e}"
+        return f"{self.mean:.2e} ± {self.spread:.1e}"
+
+
+class Asked(NamedTuple):
+    """Places at which caches are judged, the true light there, and which of them count."""
+
+    x: np.ndarray
+    truth: np.ndarray
+    which: Any = slice(None)
+
+
+def answered(candidates: Candidates, fitted: Fit, asked: Asked, order: int = 1) -> Outcome:
+    """What the caches of a fit answer, and how wrong they are."""
+    values = np.asarray(fitted.lookup(candidates, asked.x, order=order).value)[:, asked.which]
+    return Outcome(candidates, fitted, order, values, rms(values, asked.truth))
 
 
 def compare(
     candidates: Candidates,
-    methods: dict[str, Radii],
-    x: np.ndarray,
-    truth: np.ndarray,
+    methods: dict[str, Regions],
+    asked: Asked,
     orders: int,
+    records: int = RECORDS,
     expansions: dict[str, int] | None = None,
 ) -> dict[str, Outcome]:
-    """Every method's caches at 20 records, in the same random orders of insertion."""
-    visits = random_orders(candidates.x.shape[0], orders, SEED)
+    """Every method's caches at equal numbers of records, in the same random orders of insertion."""
+    visits = random_orders(candidates.count, orders, SEED)
     found = {}
-    for name, radii in methods.items():
-        order = (expansions or {}).get(name, 1)
-        fitted = fit(candidates, radii, visits, RECORDS, low=1e-12, high=1e4, halvings=30)
-        values, _ = interpolate(candidates, fitted, x, order=order)
-        clamp = np.asarray(fitted.clamp)[np.asarray(fitted.records)]
-        acted = (float(np.mean(clamp < 0)), float(np.mean(clamp > 0)))
-        found[name] = Outcome(fitted, rms(values, truth), order, acted)
+    for name, regions in methods.items():
+        fitted = fit(candidates, regions, visits, records, low=1e-14, high=1e9)
+        found[name] = answered(candidates, fitted, asked, (expansions or {}).get(name, 1))
     return found
 
 
-def limits(length: float, cells: int) -> tuple[float, float]:
-    """The clamps: a cell, and the whole floor."""
-    return length / cells, length
-
-
-def surveyed(scene, index: int, E, count: int, dense: int, columns: int = 4):
+def surveyed(scene, index: int, E, count: int, dense: int, derivatives: int = 3):
     """Candidates in the middles of equal cells, and places between them with the true E.
 
     Both come out of one survey, so that only one function is compiled.
     """
     s = np.concatenate([(np.arange(count) + 0.5) / count, (np.arange(dense) + 0.3183) / dense])
-    all_of_it = scene_candidates(scene, index, s, E, count=columns, rays=512)
-    candidates = jax.tree.map(lambda a: a[:count], all_of_it)
-    x, truth = all_of_it.x[count:], all_of_it.derivatives[count:, 0]
-    return candidates, s[:count], np.asarray(x), np.asarray(truth)
+    both = scene_candidates(scene, index, s, E, derivatives=derivatives, rays=512)
+    between = both.at(slice(count, None))
+    asked = Asked(np.asarray(between.position), np.asarray(between.value))
+    return both.at(slice(count)), s[:count], asked
+
+
+def columns(candidates: Candidates) -> np.ndarray:
+    """E, E', E'', ... of candidates along a line, one column each."""
+    held = [a for a in (candidates.gradient, candidates.hessian, candidates.third) if a is not None]
+    every = [np.asarray(a).reshape(candidates.count) for a in (candidates.value, *held)]
+    return np.stack(every, axis=-1)
 
 
 def draw_errors(ax, found: dict[str, Outcome], names: dict[str, str], mark: str) -> None:
     """Mean, median and the middle 80 % of each method's RMS errors over the orders of insertion."""
     at = np.arange(len(names))[::-1]
     for y, name in zip(at, names, strict=True):
-        e = found[name].rms
+        e = found[name].errors
         colour = COLOURS[1] if name == mark else "0.45"
         ax.plot(np.percentile(e, [10, 90]), [y, y], "-", color=colour, linewidth=1.0)
         ax.plot([np.median(e)], [y], "|", color=colour, markersize=8)

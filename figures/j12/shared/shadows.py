@@ -22,7 +22,7 @@ import numpy as np
 
 from figures.j12.shared.box import Case, Size, places
 from firstorder.caching.candidate_tables import gather_directions, tabulate_candidates
-from firstorder.numerics.batching import in_batches
+from firstorder.numerics.batching import host_blocks, in_batches
 from firstorder.space import Boxes, Primitive, Scene, irradiance, primitive, receiver, rectangle
 from firstorder.space.bounces._radiance_maps import RadianceMaps, face_layout
 
@@ -76,11 +76,7 @@ STAR = np.array([(a, b) for a in range(-2, 3) for b in range(-2, 3) if abs(a) + 
 def exact_values(name: str, x) -> np.ndarray:
     """Exact irradiance at places (..., 2) of the floor."""
     x = np.asarray(x, float)
-    flat = x.reshape(-1, 2)
-    padded = np.concatenate([flat, np.repeat(flat[-1:], -len(flat) % BLOCK, axis=0)])
-    # In blocks of one size: compiled once, however many places there are.
-    found = [_block(name)(jnp.asarray(p)) for p in padded.reshape(-1, BLOCK, 2)]
-    return np.concatenate([np.asarray(f) for f in found])[: len(flat)].reshape(x.shape[:-1])
+    return host_blocks(_block(name), x.reshape(-1, 2), BLOCK).reshape(x.shape[:-1])
 
 
 @functools.cache

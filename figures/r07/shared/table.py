@@ -17,6 +17,7 @@ from firstorder.imaging._area_lights import Lamp
 from firstorder.imaging.camera import pinhole
 from firstorder.imaging.images import pixel_labels
 from firstorder.imaging.shading import ShadedPixels, SurfaceMaps, shade_pixels
+from firstorder.numerics.batching import host_blocks
 from firstorder.reconstruction.importance import ShadedSamples
 from firstorder.space import Scene, primitive, sphere
 
@@ -74,9 +75,7 @@ def grid(side: int) -> np.ndarray:
 
 def shown(world: Table, p: np.ndarray) -> np.ndarray:
     """Which shape each image coordinate shows, in blocks of one compiled size."""
-    fill = np.resize(p, (-(-len(p) // 4096) * 4096, 2)).reshape(-1, 4096, 2)
-    found = [np.asarray(pixel_labels(world.scene, world.camera, jnp.asarray(q))[0]) for q in fill]
-    return np.concatenate(found)[: len(p)]
+    return host_blocks(lambda q: pixel_labels(world.scene, world.camera, q), p, 4096)[0]
 
 
 def shaded(world: Table, lamps, p: np.ndarray, shadows: bool) -> tuple[ShadedPixels, np.ndarray]:

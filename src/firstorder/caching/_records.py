@@ -1,4 +1,4 @@
-"""Weights, selection and printing that caches along a line and on a plane share."""
+"""Distances to records, their weights, and their table in print."""
 
 from __future__ import annotations
 
@@ -9,6 +9,43 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
+
+
+def reached(error: Any) -> Any:
+    """Whether a place at that distance from a record lies inside its region: `e < 1 - 8 eps`.
+
+    A place exactly on the rim is outside, however its distance was rounded: candidates on a regular
+    grid whose pitch is the smallest radius lie there. One rule for a line and for a plane, for the
+    filling of a cache and for its answers; for arrays of NumPy and of JAX.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.caching._records import reached
+        >>> reached(np.array([0.5, 1.0 - 1e-15, 1.0])).tolist()
+        [True, False, False]
+    """
+    return error < 1.0 - 8.0 * np.finfo(error.dtype).eps
+
+
+def distance(matrix: Float[Array, "r d d"], dx: Float[Array, "r d"]) -> Float[Array, " r"]:
+    """Steps measured by the regions of records: `|M dx|`, with a finite slope at zero."""
+    d = dx.shape[-1]
+    parts = [sum(matrix[:, a, b] * dx[:, b] for b in range(d)) for a in range(d)]
+    if d == 1:
+        return jnp.abs(parts[0])
+    return _norm(sum(u * u for u in parts))
+
+
+def turning(turn: Float[Array, "r d"]) -> Float[Array, " r"]:
+    """The share of an error that is due to a turn of the normal: its sine, 1 from a right angle."""
+    d = turn.shape[-1]
+    angle = jnp.abs(turn[:, 0]) if d == 1 else _norm(sum(turn[:, a] ** 2 for a in range(d)))
+    return jnp.sin(jnp.minimum(angle, 0.5 * np.pi))
+
+
+def _norm(square: Array) -> Array:
+    """Square root; at zero it is next to nothing, and its slope zero."""
+    return jnp.sqrt(jnp.maximum(square, jnp.finfo(square.dtype).tiny))
 
 
 class Weights(NamedTuple):
@@ -26,7 +63,7 @@ class Weights(NamedTuple):
 
 
 def weights(error: Float[Array, " r"], valid: Bool[Array, " r"], fade: bool = False) -> Weights:
-    """Weights `1 / e` of the records that reach a place, those with `e < 1`.
+    """Weights `1 / e` of the records that reach a place (`reached`).
 
     Where none does the one with the smallest error counts alone. With `fade` they are `1 / e - 1`.
 
@@ -46,8 +83,8 @@ def weights(error: Float[Array, " r"], valid: Bool[Array, " r"], fade: bool = Fa
     """
     error = jnp.where(valid, error, jnp.inf)
     nearest = jnp.min(jax.lax.stop_gradient(error))
-    covered = nearest < 1.0
-    used = jnp.where(covered, error < 1.0, valid & (error == nearest))
+    covered = reached(nearest)
+    used = jnp.where(covered, reached(error), valid & (error == nearest))
     # Only ratios of weights count. Scaled by the smallest error they stay finite on a record.
     tiny = jnp.finfo(error.dtype).eps
     weight = (nearest + tiny) / (jnp.where(used, error, 1.0) + tiny)

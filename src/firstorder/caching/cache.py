@@ -1,134 +1,76 @@
-"""Irradiance cache along a line: records with derivatives, and interpolation between them.
+"""Irradiance cache along a line or on a plane: records, and interpolation between them.
 
-Candidates are places at which a record could be made, with all that one would hold, computed once;
-filling the cache is then a choice among them. A record is a row of a table, which can be printed,
-exported and drawn.
+A cache is a choice among candidates. A record is a row of a table, which can be printed, exported,
+read back and drawn.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
+import itertools
 from typing import NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, ArrayLike, Bool, Float, Int
+from jaxtyping import Array, ArrayLike, Bool, Float
 
-from firstorder.caching._records import checked_order, kept, printed, weights
-from firstorder.caching.radii import CLAMPS, Clamped
-from firstorder.caching.split_circle import split_circle_error
-from firstorder.errors import check_finite, check_positive, check_shape
+from firstorder.caching._records import checked_order, distance, kept, printed, turning, weights
+from firstorder.caching.candidates import Candidates
+from firstorder.caching.regions import CLAMPS, ValidityRegion
+from firstorder.errors import check_positive, check_shape
+from firstorder.numerics.batching import in_batches
 from firstorder.typing import as_float
 
-
-class Candidates(eqx.Module):
-    """Candidate records at places along a surface.
-
-    Attributes:
-        x: arc length along the surface [m].
-        n: angle of the normal, counter-clockwise from +y [rad].
-        derivatives: E, E', E'', ... in arc length, one column each [W/m^(1+k)].
-        minimum: length of the shortest ray [m]; infinite if it was not asked for.
-        harmonic: harmonic mean of the lengths of rays [m]; infinite if it was not asked for.
-    """
-
-    x: Float[Array, " m"]
-    n: Float[Array, " m"]
-    derivatives: Float[Array, "m k"]
-    minimum: Float[Array, " m"]
-    harmonic: Float[Array, " m"]
-
-    @staticmethod
-    def along(
-        E: Callable[[Array], Array],
-        x: ArrayLike,
-        *,
-        count: int = 4,
-        n: ArrayLike = 0.0,
-        minimum: ArrayLike = math.inf,
-        harmonic: ArrayLike = math.inf,
-    ) -> Candidates:
-        """Candidates for any irradiance that is a function of arc length, by nested autodiff.
-
-        Args:
-            E: jittable function of one arc length.
-            x: arc lengths of the candidates [m].
-            count: columns: 4 for E to E'''.
-            n: angles of the normals [rad].
-            minimum: lengths of the shortest rays [m].
-            harmonic: harmonic means of the lengths of rays [m].
-
-        Example:
-            >>> import jax.numpy as jnp
-            >>> from firstorder.caching import Candidates
-            >>> Candidates.along(lambda x: x**3, jnp.array([2.0])).derivatives.tolist()
-            [[8.0, 12.0, 12.0, 6.0]]
-        """
-        x = as_float(x)
-        check_finite("x", x)
-        columns = eqx.filter_jit(lambda x: jax.vmap(lambda x: _derivatives_of(E, x, count))(x))(x)
-        fill = [
-            jnp.broadcast_to(as_float(a).astype(x.dtype), x.shape) for a in (n, minimum, harmonic)
-        ]
-        return Candidates(x, fill[0], columns, fill[1], fill[2])
-
-
-def _derivatives_of(E: Callable[[Array], Array], x: ArrayLike, count: int) -> Float[Array, " k"]:
-    """E and its first `count - 1` derivatives at x."""
-
-    def columns(x):
-        return (E(x),)
-
-    for _ in range(count - 1):
-        columns = _deeper(columns)
-    return jnp.stack(columns(as_float(x)))
-
-
-def _deeper(f: Callable[[Array], tuple[Array, ...]]):
-    """A function's values with one more: the slope of the last of them."""
-
-    def slopes(x):
-        found, tangents = jax.jvp(f, (x,), (jnp.ones_like(x),))
-        return (*found, tangents[-1])
-
-    return slopes
+BLOCK = 256  # places answered at a time; with a thousand records this stays in the cache
+PAD = 128  # records are padded to multiples of it (few: of an eighth), to compile few sizes
 
 
 def taylor(
-    derivatives: Float[Array, "... k"], dx: ArrayLike, order: int = 1
+    value: Float[Array, "..."],
+    gradient: Float[Array, "... d"],
+    hessian: Float[Array, "... d d"] | None,
+    dx: ArrayLike,
+    order: int = 1,
 ) -> Float[Array, "..."]:
-    """Taylor expansion of the given order about a record: `sum_k E^(k) dx^k / k!`.
+    """Expansion of the given order about a record: `E + g . dx + dx^T H dx / 2`.
 
     Args:
-        derivatives: E, E', ... along the last axis; those beyond the order are not used.
-        dx: distance from the record, in arc length [m].
+        value: E at the record.
+        gradient: there; not used at order 0.
+        hessian: there; used at order 2 only.
+        dx: steps from the record (..., d), along a line of length 1 in the last axis [m].
         order: 0, 1 or 2.
 
     Raises:
-        ValueError: for another order, or too few derivatives.
+        ValueError: for another order, or a Hessian that is missing at order 2.
 
-    Reference: the brackets of J12 eqs. 33 and 52.
+    Reference: the brackets of J12 eqs. 33 and 52; §8.1 on a plane.
 
     Example:
         >>> import jax.numpy as jnp
         >>> from firstorder.caching import taylor
-        >>> taylor(jnp.array([1.0, 2.0, 4.0]), 0.5, order=2).item()
+        >>> line = jnp.array(1.0), jnp.array([2.0]), jnp.array([[4.0]])
+        >>> taylor(*line, jnp.array([0.5]), order=2).item()
         2.5
     """
-    if derivatives.shape[-1] <= checked_order(order):
-        raise ValueError(
-            f"Argument `derivatives` must hold {order + 1} columns, "
-            f"but holds {derivatives.shape[-1]}."
-        )
+    checked_order(order)
     dx = as_float(dx)
-    # Horner's scheme, from the highest term down.
-    value = derivatives[..., order]
-    for k in range(order, 0, -1):
-        value = derivatives[..., k - 1] + value * dx / k
-    return jnp.broadcast_to(value, jnp.broadcast_shapes(value.shape, dx.shape))
+    steps = [dx[..., i] for i in range(gradient.shape[-1])]
+    total = jnp.broadcast_to(value, jnp.broadcast_shapes(value.shape, steps[0].shape))
+    if order == 0:
+        return total
+    for i, x in enumerate(steps):
+        total = total + gradient[..., i] * x
+    if order == 1:
+        return total
+    if hessian is None:
+        raise ValueError("Argument `hessian` must be given for order 2, but is missing.")
+    square = 0.0
+    for i, j in itertools.combinations_with_replacement(range(len(steps)), 2):
+        both = hessian[..., i, j] + (hessian[..., j, i] if i < j else 0.0)
+        square = square + both * steps[i] * steps[j]
+    return total + 0.5 * square
 
 
 class Lookup(NamedTuple):
@@ -138,138 +80,263 @@ class Lookup(NamedTuple):
     covered: Bool[Array, "..."]
 
 
-def _blend(
-    x: Float[Array, ""],
-    n: Float[Array, ""],
-    records: tuple[Float[Array, " r"], Float[Array, " r"], Float[Array, "r k"], Float[Array, " r"]],
-    valid: Bool[Array, " r"],
-    order: int = 1,
-    fade: bool = False,
-) -> Lookup:
-    """The weighted mean of the records' expansions at one place; see `Cache`."""
-    at, normal, derivatives, radius = records
-    error = split_circle_error(x - at, jnp.where(valid, radius, 1.0), n - normal)
-    weight, used, covered = weights(error, valid, fade)
-    dx = jnp.where(used, x - at, 0.0)
-    return Lookup(jnp.sum(weight * taylor(derivatives, dx, order)) / jnp.sum(weight), covered)
-
-
 class Cache(eqx.Module):
-    """Records along one surface; called with places, it answers with irradiance.
+    """Records along a line or on a plane; called with places, it answers with irradiance.
 
     `E(x) = sum_i w_i T_i(x - x_i) / sum_i w_i` over the records that reach x, those whose error
-    `e_i = |x - x_i| / R_i + sin |n - n_i|` is below 1; T_i is the Taylor expansion of the given
-    order and `w_i = 1 / e_i`. On a record it is the record's value. The printed weights end at 1
-    rather than 0 where a record's reach ends, and leave a small step there; with `fade` they are
-    `1 / e_i - 1` and do not.
+    `e_i = |M_i (x - x_i)| + sin |n - n_i|` is below 1, where T_i is the expansion of the given
+    order, M_i the matrix of the record's region (one over R along a line) and the turn of the
+    normal counts where the records hold a tilt; `w_i = 1 / e_i`. On a record it is the record's
+    value. The printed weights end at 1 rather than 0 where a record's reach ends, and leave a small
+    step there; with `fade` they are `1 / e_i - 1` and do not.
 
-    Where no record reaches, the one with the smallest error answers, beyond its radius, and
+    Places exactly on the rim of a region are outside, to rounding: `e_i < 1 - 8 eps`, here and in
+    `fill`. Where no record reaches, the one with the smallest error answers, beyond its radius, and
     `Lookup.covered` is false: a number, never NaN.
 
-    Distances are arc lengths. For the straight surfaces of J12 they are distances.
-
     Args:
-        x, n: arc length [m] and normal's angle [rad] of each record.
-        derivatives: E, E', E'', ... of each record.
-        radius: how far each may be used [m].
-        clamp: what acted on the radius: 0 nothing, -1 raised, 1 cut.
+        records: places, values, derivatives and tilts, as rows of candidates.
+        region: how far each may be used.
         order: of the expansions, 0, 1 or 2.
         fade: whether the weights end at zero.
 
     Raises:
-        ValueError: if there is no record, or a radius is not positive and finite.
+        ValueError: if there is no record, a region's radius is not positive and finite, or order 2
+            is asked of records without a Hessian.
 
-    Reference: J12 eqs. 33 (order 1), 52 (order 2) and 34 (weights).
+    Reference: J12 eqs. 33 (order 1), 52 (order 2) and 34 (weights); §8.1 on a plane.
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.caching import Cache, Candidates, clamped
-        >>> some = Candidates.along(jnp.cos, jnp.array([0.0, 1.0]))
-        >>> cache = Cache.of(some, clamped(jnp.array([0.8, 0.8]), 0.1, 1.0))
-        >>> round(cache(0.0).value.item(), 12), cache(3.0).covered.item()
-        (1.0, False)
+        >>> from firstorder.caching import Cache, Candidates, circular_regions
+        >>> line = Candidates.from_function(jnp.cos, jnp.array([0.0, 1.0]))
+        >>> cache = Cache.of(line, circular_regions(jnp.array([0.8, 0.8]), 0.1, 1.0))
+        >>> answer = cache(jnp.array([[0.0], [3.0]]))
+        >>> round(answer.value[0].item(), 12), answer.covered.tolist()
+        (1.0, [True, False])
+        >>> places = jnp.array([[0.0, 0.0], [1.0, 0.0]])
+        >>> plane = Candidates.from_function(lambda x: jnp.cos(x[0]) + x[1], places)
+        >>> cache = Cache.of(plane, circular_regions(jnp.array([0.8, 0.8]), 0.1, 1.0, dims=2))
+        >>> round(cache(jnp.array([0.0, 0.1])).value.item(), 6)
+        1.1
     """
 
-    x: Float[Array, " r"]
-    n: Float[Array, " r"]
-    derivatives: Float[Array, "r k"]
-    radius: Float[Array, " r"]
-    clamp: Int[Array, " r"]
+    records: Candidates
+    region: ValidityRegion
     order: int = eqx.field(static=True, default=1)
     fade: bool = eqx.field(static=True, default=False)
 
     def __check_init__(self):
         """Refuse a cache that could not answer."""
-        if self.x.shape[0] == 0:
-            raise ValueError("Argument `x` must hold at least one record, but is empty.")
-        check_positive("radius", self.radius)
-        check_shape("radius", self.radius, self.x.shape)
-        if self.derivatives.shape[-1] <= checked_order(self.order):
-            raise ValueError(
-                f"Argument `derivatives` must hold {self.order + 1} columns, "
-                f"but holds {self.derivatives.shape[-1]}."
-            )
+        r, d = self.records.position.shape
+        if r == 0:
+            raise ValueError("Argument `position` must hold at least one record, but is empty.")
+        check_shape("region", self.region.matrix, (r, d, d))
+        check_positive("radius", self.region.radius)
+        self.records.derivative(checked_order(self.order))
 
     @staticmethod
     def of(
         candidates: Candidates,
-        radii: Clamped,
+        region: ValidityRegion,
         chosen: ArrayLike | None = None,
         *,
         order: int = 1,
         fade: bool = False,
     ) -> Cache:
-        """The chosen candidates as records, from left to right; all if none are named.
+        """The chosen candidates as records, along a line from left to right; all if none are named.
 
         Args:
             candidates: to choose from.
-            radii: one for each candidate, as `clamped` gives them.
+            region: one for each candidate, as `circular_regions` and `elliptic_regions` give them.
             chosen: which candidates are records, as `fill` gives it.
             order: of the expansions.
             fade: whether the weights end at zero.
         """
-        rows = kept(chosen, candidates.x.shape[0])
-        rows = rows[np.argsort(np.asarray(candidates.x)[rows], kind="stable")]
-        return Cache(
-            candidates.x[rows],
-            candidates.n[rows],
-            candidates.derivatives[rows],
-            radii.radius[rows],
-            radii.clamp[rows],
-            order,
-            fade,
-        )
+        rows = kept(chosen, candidates.count)
+        if candidates.dims == 1:
+            rows = rows[np.argsort(np.asarray(candidates.position)[rows, 0], kind="stable")]
+        return Cache(candidates.at(rows), region.at(rows), order, fade)
 
     @property
     def count(self) -> int:
         """Number of records."""
-        return self.x.shape[0]
+        return self.records.count
 
-    def __call__(self, x: ArrayLike, n: ArrayLike = 0.0) -> Lookup:
-        """Irradiance at the arc lengths x, where the normals have the angles n."""
-        x = as_float(x)
-        n = jnp.broadcast_to(as_float(n).astype(x.dtype), x.shape)
-        value, covered = _answers(self, x.ravel(), n.ravel())
-        return Lookup(value.reshape(x.shape), covered.reshape(x.shape))
+    def __call__(self, x: ArrayLike, tilt: ArrayLike | None = None) -> Lookup:
+        """Irradiance at places, where the normals have a tilt.
+
+        Args:
+            x: (..., d); along a line (..., 1), or one number [m].
+            tilt: of the normals at these places, zero if left out [rad].
+
+        Raises:
+            ValueError: for places of another shape, or a tilt if the records hold none.
+        """
+        records = self.records
+        x = _asked(x, records.dims).astype(records.value.dtype)
+        if records.tilt is None:
+            if tilt is not None:
+                raise ValueError("Argument `tilt` must be left out: the records hold none.")
+        else:
+            given = as_float(0.0 if tilt is None else tilt).astype(x.dtype)
+            tilt = jnp.broadcast_to(given, x.shape).reshape(-1, records.dims)
+        flat = x.reshape(-1, records.dims)
+        value, covered = _answers(self._table(), flat, tilt, self.order, self.fade)
+        return Lookup(value.reshape(x.shape[:-1]), covered.reshape(x.shape[:-1]))
+
+    def _table(self) -> _Table:
+        """The records, with copies of the last one up to a size that many caches have."""
+        step = PAD if self.count > PAD else PAD // 8
+        rows = np.minimum(np.arange(-(-self.count // step) * step), self.count - 1)
+        valid = jnp.arange(len(rows)) < self.count
+        matrix = jnp.asarray(self.region.matrix)[rows]
+        return _tabled(self.records, rows, matrix, valid, self.order)
 
     def columns(self) -> dict[str, np.ndarray]:
         """The table: one vector for each column, ready for `firstorder.io.write_csv`."""
-        names = ("E", "dE_dx", "d2E_dx2", "d3E_dx3")
-        data = np.asarray(self.derivatives).T
-        named = {
-            names[k] if k < len(names) else f"d{k}E_dx{k}": column for k, column in enumerate(data)
-        }
-        words = np.array([CLAMPS[int(c)] for c in self.clamp])
-        start = {"x": np.asarray(self.x), "n": np.asarray(self.n)}
-        return start | named | {"radius": np.asarray(self.radius), "clamp": words}
+        records, d = self.records, self.records.dims
+        named = dict(zip("xy", np.asarray(records.position).T, strict=False))
+        if records.tilt is not None:
+            named |= dict(zip(_tilts(d), np.asarray(records.tilt).T, strict=True))
+        held = (records.value, records.gradient, records.hessian, records.third)
+        for order, found in enumerate(held):
+            if found is not None:
+                for name, which in _derivative_names(order, d).items():
+                    named[name] = np.asarray(found)[(slice(None), *which)]
+        lengths, angle = self.region.axes()
+        named["radius"] = lengths[:, 0]
+        if d == 2:
+            named |= {"shorter": lengths[:, 1], "angle": angle}
+        clamp = np.broadcast_to(np.asarray(self.region.clamp), lengths.shape[:1])
+        return named | {"clamp": np.array([CLAMPS[int(c)] for c in clamp])}
+
+    @staticmethod
+    def from_columns(
+        columns: dict[str, np.ndarray], *, order: int = 1, fade: bool = False
+    ) -> Cache:
+        """A cache from a table that `columns` gave, read from where it was written.
+
+        Raises:
+            ValueError: if a column is missing.
+        """
+        d = 2 if {"y", "shorter", "angle"} & set(columns) else 1
+        sizes = ("radius", "shorter", "angle")[: 2 * d - 1]
+        for name in (*"xy"[:d], *_derivative_names(0, d), *_derivative_names(1, d), *sizes):
+            if name not in columns:
+                raise ValueError(f"Argument `columns` must hold `{name}`, but does not.")
+
+        def stacked(names):
+            return np.stack([np.asarray(columns[n], float) for n in names], -1)
+
+        parts: list[np.ndarray | None] = []
+        for k in range(4):
+            names = _derivative_names(k, d)
+            if not set(names) <= set(columns):
+                parts.append(None)
+                continue
+            where = {which: n for n, which in names.items()}
+            every = itertools.product(range(d), repeat=k)
+            found = stacked([where[tuple(sorted(which))] for which in every])
+            parts.append(found.reshape((-1,) + (d,) * k))
+        tilt = stacked(_tilts(d)) if set(_tilts(d)) <= set(columns) else None
+        value, gradient, hessian, third = parts
+        assert value is not None
+        assert gradient is not None
+        records = Candidates.of(stacked("xy"[:d]), value, gradient, hessian, third=third, tilt=tilt)
+        codes = {word: code for code, word in CLAMPS.items()}
+        clamp = [codes[str(word)] for word in columns.get("clamp", [""] * records.count)]
+        matrix = _matrices(*(stacked([name])[:, 0] for name in sizes))
+        region = ValidityRegion(jnp.asarray(matrix), jnp.asarray(clamp, dtype=jnp.int32))
+        return Cache(records, region, order, fade)
 
     def __str__(self) -> str:
         """The table, in print."""
         return printed(self.columns())
 
 
+def _asked(x: ArrayLike, dims: int) -> Float[Array, "... d"]:
+    """Places (..., d); along a line also one number."""
+    x = as_float(x)
+    if x.ndim == 0 and dims == 1:
+        return x[None]
+    if x.ndim == 0 or x.shape[-1] != dims:
+        words = ": arc lengths x are x[..., None]" if dims == 1 else ""
+        raise ValueError(f"Argument `x` must have shape (..., {dims}), but has {x.shape}{words}.")
+    return x
+
+
+def _tilts(dims: int) -> tuple[str, ...]:
+    return ("n",) if dims == 1 else ("n_x", "n_y")
+
+
+def _derivative_names(order: int, dims: int) -> dict[str, tuple[int, ...]]:
+    """Names of the different derivatives of one order, and where they stand: dE_dx, d2E_dxdy."""
+    found = {}
+    for which in itertools.combinations_with_replacement(range(dims), order):
+        powers = [(a, which.count(i)) for i, a in enumerate("xy") if i in which]
+        below = "".join(f"d{a}{k if k > 1 else ''}" for a, k in powers)
+        found[f"d{order if order > 1 else ''}E_{below}" if order else "E"] = which
+    return found
+
+
+def _matrices(
+    radius: np.ndarray, shorter: np.ndarray | None = None, angle: np.ndarray | None = None
+) -> np.ndarray:
+    """Matrices of regions from their semi-axes."""
+    if shorter is None or angle is None:
+        return 1.0 / radius[:, None, None]
+    u = np.stack([np.cos(angle), np.sin(angle)], -1)
+    outer = u[:, :, None] * u[:, None, :]
+    return outer / radius[:, None, None] + (np.eye(2) - outer) / shorter[:, None, None]
+
+
+# --- answers --------------------------------------------------------------------------------------
+
+
+class _Table(NamedTuple):
+    """Columns that an answer needs, of caches of one size; `valid` says which rows are records."""
+
+    position: Float[Array, "... r d"]
+    value: Float[Array, "... r"]
+    gradient: Float[Array, "... r d"]
+    hessian: Float[Array, "... r d d"] | None
+    tilt: Float[Array, "... r d"] | None
+    matrix: Float[Array, "... r d d"]
+    valid: Bool[Array, "... r"]
+
+
+def _tabled(candidates: Candidates, rows: np.ndarray, matrix: Array, valid: Array, order: int):
+    """Rows of candidates, with the matrices of their regions, as a `_Table`."""
+    c = candidates
+    hessian = c.derivative(2)[rows] if order == 2 else None
+    tilt = None if c.tilt is None else c.tilt[rows]
+    return _Table(c.position[rows], c.value[rows], c.gradient[rows], hessian, tilt, matrix, valid)
+
+
+def _answered(table: _Table, x: Array, tilt: Array | None, order: int, fade: bool):
+    """Weighted means of the expansions at places (p, d), and which are covered."""
+
+    def one(asked):
+        place, turned = asked
+        dx = place - table.position
+        error = distance(table.matrix, dx)
+        if table.tilt is not None:
+            error = error + turning(turned - table.tilt)
+        weight, used, covered = weights(error, table.valid, fade)
+        # What is not used is far away, where its expansion may be of any size.
+        there = taylor(
+            table.value, table.gradient, table.hessian, jnp.where(used[:, None], dx, 0.0), order
+        )
+        return jnp.sum(weight * there) / jnp.sum(weight), covered
+
+    return in_batches(one, (x, tilt), BLOCK)
+
+
+_answers = eqx.filter_jit(_answered)
+
+
 @eqx.filter_jit
-def _answers(cache: Cache, x: Float[Array, " p"], n: Float[Array, " p"]) -> Lookup:
-    valid = jnp.ones(cache.x.shape, bool)
-    records = (cache.x, cache.n, cache.derivatives, cache.radius)
-    return jax.vmap(lambda x, n: _blend(x, n, records, valid, cache.order, cache.fade))(x, n)
+def _answers_of_many(tables: _Table, x: Array, tilt: Array | None, order: int, fade: bool):
+    """Answers of several caches of one size, one after the other."""
+    return jax.lax.map(lambda table: _answered(table, x, tilt, order, fade), tables)

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import ArrayLike, Float
 
-from firstorder.caching.surface_cache import SurfaceCandidates
+from firstorder.caching.candidates import Candidates
 from firstorder.errors import check_positive
 from firstorder.space.bounces._radiance_maps import FLAT, RadianceMaps, face_layout
 from firstorder.space.estimators._gather_sums import WallSweeps, jumps_across, surface_area_sums
@@ -51,11 +51,16 @@ class CandidateTable(NamedTuple):
     harmonic: Float[np.ndarray, " m"]
     brightest: Float[np.ndarray, " m"]
 
-    def candidates(self, hessian: ArrayLike | None = None) -> SurfaceCandidates:
+    def candidates(self, hessian: ArrayLike | None = None) -> Candidates:
         """The rows as candidates for records, with the stratified gradient."""
         H = self.hessian if hessian is None else hessian
-        return SurfaceCandidates.of(
-            self.position, self.E, self.gradient, H, self.minimum, self.harmonic
+        return Candidates.of(
+            self.position,
+            self.E,
+            self.gradient,
+            H,
+            minimum=self.minimum,
+            harmonic=self.harmonic,
         )
 
 

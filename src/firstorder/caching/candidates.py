@@ -1,148 +1,274 @@
-"""Candidate records on a surface of flatland: irradiance, three derivatives and ray lengths."""
+"""Candidate records along a line or on a plane: places, and all that a record there would hold.
+
+Candidates are computed once; filling a cache is then a choice among them. A place has d
+coordinates: one, the arc length along a line, or two in the tangent plane.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder.caching.cache import Candidates
-from firstorder.caching.split_circle import harmonic_mean_distance, minimum_distance
-from firstorder.conventions import direction
-from firstorder.errors import check_between
-from firstorder.flatland.direct_lighting import Radiance, irradiance
-from firstorder.flatland.discontinuities import events
-from firstorder.flatland.intersect import nearest
-from firstorder.flatland.scene import Scene
-from firstorder.flatland.visible import Receiver, receiver
-from firstorder.numerics.quadrature import gauss_legendre
+from firstorder.errors import check_finite, check_shape
 from firstorder.typing import as_float
 
-BLOCK = 128  # candidates worked on at a time
+BLOCK = 4096  # places differentiated at a time
+NAMES = ("value", "gradient", "hessian", "third")
 
 
-def scene_candidates(
-    scene: Scene,
-    index: int,
-    s: ArrayLike,
-    E: Callable[[Receiver], Array] | None = None,
-    *,
-    count: int = 4,
-    rays: int = 256,
-) -> Candidates:
-    """Candidate records at the parameters s of one surface, with exact irradiance.
+class Candidates(eqx.Module):
+    """Candidate records at places along a line (d = 1) or on a plane (d = 2).
 
-    E is exact, its derivatives are in arc length and in total, so that on a
-    curved surface they include its bending. Of two edges in line they are one-sided.
-
-    Args:
-        scene: shapes and lights.
-        index: number of the receiving shape.
-        s: parameters of the candidates on it, in [0, 1].
-        E: irradiance of a receiver, if it is not that of the emitters alone: `irradiance` with a
-            radiance, or that of a radiosity `RadiositySolution` (exact up to E'', so `count=3`).
-        count: columns of derivatives; 4 for E to E'''.
-        rays: of the split circle, one in the middle of each of that many strata of equal cosine
-            weight; sky counts as infinitely far.
-
-    Raises:
-        ValueError: if a parameter lies outside [0, 1].
-
-    Example:
-        >>> import jax.numpy as jnp
-        >>> from firstorder.flatland import Scene, Segments, primitive
-        >>> from firstorder.caching import scene_candidates
-        >>> floor = primitive(Segments((-1.0, 0.0), (1.0, 0.0)))
-        >>> lamp = primitive(Segments((0.5, 1.0), (-0.5, 1.0)), emission=1.0)
-        >>> found = scene_candidates(Scene.of(floor, lamp), 0, jnp.array([0.5]), count=2)
-        >>> found.x.item(), found.derivatives.round(6).tolist()
-        (1.0, [[0.894427, 0.0]])
+    Attributes:
+        position: arc length, or coordinates in the tangent plane [m].
+        value: irradiance E [W/m^d].
+        gradient: of E [W/m^(d+1)].
+        hessian: of E, which order 2 extrapolates with; None if it is not known [W/m^(d+2)].
+        third: third derivatives of E; None if they are not known [W/m^(d+3)].
+        tilt: angles by which the normal is turned about the tangent axes; along a line the angle
+            of the normal, counter-clockwise from +y. None where the surface is flat [rad].
+        minimum: length of the shortest ray; infinite if it was not asked for [m].
+        harmonic: harmonic mean of the lengths of rays; infinite if it was not asked for [m].
     """
-    s = as_float(s)
-    check_between("s", s, 0.0, 1.0)
 
-    columns = _columns(scene, index, s, E or (lambda at: irradiance(scene, at)), count)
-    x, n, shortest, mean = _geometry(scene, index, s, rays)
-    return Candidates(x, n, columns, shortest, mean)
+    position: Float[Array, "m d"]
+    value: Float[Array, " m"]
+    gradient: Float[Array, "m d"]
+    hessian: Float[Array, "m d d"] | None
+    third: Float[Array, "m d d d"] | None
+    tilt: Float[Array, "m d"] | None
+    minimum: Float[Array, " m"]
+    harmonic: Float[Array, " m"]
+
+    @staticmethod
+    def of(
+        position: ArrayLike,
+        value: ArrayLike,
+        gradient: ArrayLike,
+        hessian: ArrayLike | None = None,
+        *,
+        third: ArrayLike | None = None,
+        tilt: ArrayLike | None = None,
+        minimum: ArrayLike = math.inf,
+        harmonic: ArrayLike = math.inf,
+    ) -> Candidates:
+        """Candidates from arrays that were computed or gathered.
+
+        Args:
+            position: (m, 1) or (m, 2); (m,) for arc lengths along a line.
+            value: (m,).
+            gradient: (m, d).
+            hessian: (m, d, d).
+            third: (m, d, d, d).
+            tilt: (m, d), or what broadcasts to that; along a line also (m,).
+            minimum: (m,), or one number.
+            harmonic: (m,), or one number.
+
+        Raises:
+            ValueError: if shapes do not fit, or a number is not finite.
+
+        Example:
+            >>> import numpy as np
+            >>> from firstorder.caching import Candidates
+            >>> Candidates.of(np.zeros((3, 2)), np.ones(3), np.zeros((3, 2))).dims
+            2
+        """
+        position = _places(position)
+        m, d = position.shape
+
+        def checked(name, given, shape):
+            if given is None:
+                return None
+            given = as_float(given).astype(position.dtype)
+            check_shape(name, given, shape)
+            check_finite(name, given)
+            return given
+
+        def spread(given, shape):
+            return jnp.broadcast_to(as_float(given).astype(position.dtype), shape)
+
+        if tilt is not None:
+            given = as_float(tilt)
+            tilt = spread(given[:, None] if d == 1 and given.ndim == 1 else given, (m, d))
+        found = [
+            checked(name, given, (m,) + (d,) * order)
+            for order, (name, given) in enumerate(
+                zip(NAMES, (value, gradient, hessian, third), strict=True)
+            )
+        ]
+        check_finite("position", position)
+        lengths = [spread(given, (m,)) for given in (minimum, harmonic)]
+        return Candidates(position, *found, checked("tilt", tilt, (m, d)), *lengths)
+
+    @staticmethod
+    def from_function(
+        E: Callable[[Array], Array],
+        position: ArrayLike,
+        *,
+        derivatives: int = 2,
+        tilt: ArrayLike | None = None,
+        minimum: ArrayLike = math.inf,
+        harmonic: ArrayLike = math.inf,
+    ) -> Candidates:
+        """Candidates for any irradiance that is a function of a place, by nested forward autodiff.
+
+        Args:
+            E: jittable function of a place (d,), which gives one number.
+            position: (m, 1) or (m, 2); (m,) for arc lengths along a line [m].
+            derivatives: order of the highest derivative that is kept, 1 to 3.
+            tilt: of the normals, as `of` takes it [rad].
+            minimum: lengths of the shortest rays [m].
+            harmonic: harmonic means of the lengths of rays [m].
+
+        Raises:
+            ValueError: for another order, or an E that gives more than one number.
+
+        Example:
+            >>> import jax.numpy as jnp
+            >>> from firstorder.caching import Candidates
+            >>> line = Candidates.from_function(lambda x: x**3, jnp.array([2.0]))
+            >>> line.gradient.tolist(), line.hessian.tolist()
+            ([[12.0]], [[[12.0]]])
+            >>> plane = Candidates.from_function(lambda x: x[0] * x[1], jnp.array([[2.0, 3.0]]))
+            >>> plane.gradient.tolist(), plane.hessian.tolist()
+            ([[3.0, 2.0]], [[[0.0, 1.0], [1.0, 0.0]]])
+        """
+        _checked_derivatives(derivatives)
+        position = _places(position)
+        columns = _first(E)
+        for _ in range(derivatives):
+            columns = _deeper(columns)
+        each = eqx.filter_jit(jax.vmap(columns))
+        parts = [each(position[i : i + BLOCK]) for i in range(0, position.shape[0], BLOCK)]
+        found = [jnp.concatenate(p) for p in zip(*parts, strict=True)]
+        return Candidates.of(
+            position,
+            *found[:3],
+            third=found[3] if derivatives == 3 else None,
+            tilt=tilt,
+            minimum=minimum,
+            harmonic=harmonic,
+        )
+
+    @staticmethod
+    def on_line(
+        x: ArrayLike,
+        columns: ArrayLike,
+        *,
+        tilt: ArrayLike | None = None,
+        minimum: ArrayLike = math.inf,
+        harmonic: ArrayLike = math.inf,
+    ) -> Candidates:
+        """Candidates along a line from arc lengths (m,) and E, E', E'', ... as columns (m, k).
+
+        Raises:
+            ValueError: if there are not 2 to 4 columns, or shapes do not fit.
+
+        Example:
+            >>> import jax.numpy as jnp
+            >>> from firstorder.caching import Candidates
+            >>> Candidates.on_line(jnp.array([0.5]), jnp.array([[1.0, 2.0, 4.0]])).hessian.tolist()
+            [[[4.0]]]
+        """
+        data = as_float(columns)
+        if data.ndim != 2 or not 2 <= data.shape[1] <= 4:
+            raise ValueError(
+                f"Argument `columns` must hold 2 to 4 columns, but has shape {data.shape}."
+            )
+        parts = [data[:, k].reshape((-1,) + (1,) * k) for k in range(data.shape[1])]
+        return Candidates.of(
+            x,
+            *parts[:3],
+            third=parts[3] if len(parts) > 3 else None,
+            tilt=tilt,
+            minimum=minimum,
+            harmonic=harmonic,
+        )
+
+    @property
+    def count(self) -> int:
+        """Number of candidates."""
+        return self.value.shape[0]
+
+    @property
+    def dims(self) -> int:
+        """Number of coordinates of a place: 1 along a line, 2 on a plane."""
+        return self.position.shape[-1]
+
+    def derivative(self, order: int) -> Float[Array, "..."]:
+        """E and its derivatives by their order, of shape (m,) + (d,) * order.
+
+        Raises:
+            ValueError: for a derivative that the candidates do not hold.
+        """
+        found = (self.value, self.gradient, self.hessian, self.third)[order]
+        if found is None:
+            raise ValueError(
+                f"Argument `{NAMES[order]}` must be given for order {order}, but is missing."
+            )
+        return found
+
+    def at(self, rows) -> Candidates:
+        """Some of them: numbers of rows, a mask or a slice."""
+        return jax.tree.map(lambda a: a[rows], self)
 
 
-@eqx.filter_jit
-def _geometry(scene: Scene, index: int, s: Array, rays: int) -> tuple[Array, ...]:
-    n = jax.vmap(lambda s: scene.frame(index, s).n)(s)
-    t = _ray_lengths(scene, index, s, rays)
-    return _arc_length(scene, index, s), n, minimum_distance(t), harmonic_mean_distance(t)
+def _checked_derivatives(derivatives: int) -> int:
+    """Order of the highest derivative that candidates keep, which must be 1, 2 or 3."""
+    if derivatives not in (1, 2, 3):
+        raise ValueError(f"Argument `derivatives` must be 1, 2 or 3, but is {derivatives!r}.")
+    return derivatives
 
 
-def _columns(scene: Scene, index: int, s: Array, E: Callable[[Receiver], Array], count: int):
-    """E and its derivatives in arc length, by nesting `d/dx = (ds/dx) d/ds`."""
-
-    def deeper(f):
-        """All that f gives, and the slope of the last of it."""
-
-        def slopes(s):
-            found, tangents = jax.jvp(f, (s,), (1.0 / scene.frame(index, s).speed,))
-            return (*found, tangents[-1])
-
-        return slopes
-
-    def columns(s):
-        return (E(receiver(scene, index, s)),)
-
-    for _ in range(count - 1):
-        columns = deeper(columns)
-    # A few at a time, on the host: within one compiled loop the last bit would depend on how many
-    # gaps there are, and a black wall on whether it is there.
-    each = eqx.filter_jit(lambda s: jax.vmap(lambda s: jnp.stack(columns(s)))(s))
-    step = min(BLOCK, s.shape[0])
-    padded = jnp.concatenate([s, jnp.broadcast_to(s[-1:], (-s.shape[0] % step,))])
-    parts = [each(padded[i : i + step]) for i in range(0, s.shape[0], step)]
-    return jnp.concatenate(parts)[: s.shape[0]]
+def _places(position: ArrayLike) -> Float[Array, "m d"]:
+    """Places (m, d); plain arc lengths (m,) become (m, 1)."""
+    position = as_float(position)
+    if position.ndim == 1:
+        return position[:, None]
+    if position.ndim != 2 or position.shape[1] not in (1, 2):
+        raise ValueError(
+            f"Argument `position` must have shape (m, 1) or (m, 2), but has {position.shape}."
+        )
+    return position
 
 
-def _ray_lengths(scene: Scene, index: int, s: ArrayLike, rays: int = 256) -> Float[Array, "m r"]:
-    """Lengths of stratified rays from places on a surface; infinite where one meets nothing [m].
+def _as_number(E: Callable[[Array], Array]) -> Callable[[Array], Float[Array, ""]]:
+    """A function of one place that gives one number without an axis, whether E's has one or not."""
 
-    Args:
-        scene: the shapes.
-        index: number of the shape from which they start.
-        s: parameters on it.
-        rays: how many at each place, uniform in the sine of their angle.
+    def number(place):
+        found = jnp.asarray(E(place))
+        if found.size != 1:
+            raise ValueError(
+                f"Argument `E` must give one number, but gives an array of shape {found.shape}."
+            )
+        return found.reshape(())
+
+    return number
+
+
+def _first(E: Callable[[Array], Array]):
+    """E as the only entry of a tuple, to which `_deeper` appends."""
+    number = _as_number(E)
+    return lambda x: (number(x),)
+
+
+def _deeper(f: Callable[[Array], tuple[Array, ...]]):
+    """A function's values with one more: the derivative of the last of them.
+
+    In forward mode, in which loops of an unknown number of steps can be differentiated.
     """
-    sines = -1.0 + (2.0 * jnp.arange(rays) + 1.0) / rays
-    at = jax.vmap(lambda s: receiver(scene, index, s))(as_float(s))
-    along = direction(at.n[:, None] + jnp.arcsin(sines).astype(at.n.dtype))
-    origins = jnp.broadcast_to(at.position[:, None], along.shape)
-    t = nearest(scene, origins.reshape(-1, 2), along.reshape(-1, 2), index).t
-    return t.reshape(along.shape[:-1])
 
+    def last(x):
+        found = f(x)
+        return found[-1], found
 
-def _arc_length(scene: Scene, index: int, s: ArrayLike) -> Float[Array, " m"]:
-    """Arc length from the start of a shape to the parameters s [m]."""
-    t, w = gauss_legendre(32)
-    s = as_float(s)
-    speed = jax.vmap(jax.vmap(lambda s: scene.frame(index, s).speed))
-    return jnp.sum(0.5 * s[:, None] * w * speed(0.5 * s[:, None] * (1.0 + t)), axis=-1)
+    def slopes(x):
+        slope, found = jax.jacfwd(last, has_aux=True)(x)
+        return (*found, slope)
 
-
-def gradient_discontinuities(
-    scene: Scene, index: int, radiance: Radiance | None = None, breaks=()
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Arc lengths of the visual events along a surface, with the jumps of E' and of E there.
-
-    Args:
-        scene: concrete shapes and lights.
-        index: number of the receiving shape.
-        radiance: what surfaces send out; their emission if left out.
-        breaks: places (shape, parameter) at which that radiance jumps.
-
-    Returns:
-        Positions, jumps of E' and jumps of E, as `radius_with_events` takes them once the
-        candidate's own position is subtracted.
-    """
-    jumps = events.jumps_on(scene, index, radiance, breaks)
-    x = np.asarray(_arc_length(scene, index, jumps.s)) if len(jumps.s) else np.zeros(0)
-    return x, jumps.jump_E1, jumps.jump_E
+    return slopes

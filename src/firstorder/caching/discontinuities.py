@@ -105,7 +105,7 @@ def radius_with_events(
 
     Returns:
         R [m]; 0 where the error at `low` already exceeds the tolerance, infinity where that at
-        `high` does not reach it, for `clamped` to hold and to report.
+        `high` does not reach it, for `circular_regions` to hold and to report.
 
     Raises:
         ValueError: for another order or definition, or a tolerance that is not positive.

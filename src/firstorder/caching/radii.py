@@ -1,29 +1,29 @@
 """Radii of cache records: how far one may be used for a tolerated error of extrapolation.
 
-A Taylor expansion of order p errs by its first missing term, `|E^(q)| |x|^q / q!` with q = p + 1.
-So the value alone is judged by E', the value with its gradient by E'', and second-order
-extrapolation by E'''. What is meant by the error of a record decides how that term is summed.
+A Taylor expansion of order p errs by its first missing term, `T[x, ..., x] / q!` with q = p + 1 and
+T the q-th derivatives. So the value alone is judged by the gradient, the value with its gradient by
+the Hessian, and second-order extrapolation by the third derivatives. What is meant by the error of
+a record decides how that term is summed over its region, and which norm of T counts.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax.numpy as jnp
-from jaxtyping import Array, ArrayLike, Float, Int
+import numpy as np
+from jaxtyping import Array, ArrayLike, Float
 
 from firstorder.caching._records import checked_order
-from firstorder.errors import check_not_negative, check_positive, is_concrete, nan_unless
+from firstorder.caching.regions import ValidityRegion, _checked_dims, _determinant
+from firstorder.errors import check_not_negative, check_positive, nan_unless
 from firstorder.typing import as_float
 
 DEFINITIONS = (
     "total", "average", "average squared", "integrated squared", "relative", "largest"
 )  # fmt: skip
-
-# What acted on a radius.
-FREE, RAISED, CUT = 0, -1, 1
-CLAMPS = {FREE: "", RAISED: "raised", CUT: "cut"}
+_KINDS = ("largest", "mean", "rms")
 
 
 class _Law(NamedTuple):
@@ -37,8 +37,7 @@ class _Law(NamedTuple):
 def _law(definition: str, order: int, dims: int = 1) -> _Law:
     """Law of an error definition: integral of `size |x|^q`, its square, or a mean, on |x| < R."""
     q = checked_order(order) + 1
-    if dims not in (1, 2):
-        raise ValueError(f"Argument `dims` must be 1 or 2, but is {dims!r}.")
+    _checked_dims(dims)
     # Two directions on a line, 2 pi of them in a plane; the volume grows as r^(dims - 1) dr.
     around = 2.0 if dims == 1 else 2.0 * math.pi
     laws = {
@@ -56,62 +55,174 @@ def _law(definition: str, order: int, dims: int = 1) -> _Law:
     return laws[definition]
 
 
+def derivative_norm(
+    derivative: Float[Array, "..."], order: int, kind: str = "largest", directions: int = 96
+) -> Float[Array, "..."]:
+    """One number for derivatives of one order: a norm of `|T[x, ..., x]|` over unit steps x.
+
+    "largest" is the maximum, by which J12 bounds the error of a disc: for a Hessian `|lambda_1|`.
+    "mean" is the mean, with which (68) integrates exactly, and "rms" the root mean square. Along a
+    line all three are |T|. In closed form up to order 2: with `s, d = (lambda_1 +- lambda_2) / 2` a
+    Hessian's mean is `|s|` if the eigenvalues have one sign, and
+    `(2 / pi) (s asin(s / d) + sqrt(d^2 - s^2))` if not. It lies between `0.4705 |lambda_1|` and
+    `|lambda_1|`, so that the bound costs up to a factor 1.21 of the radius.
+
+    Args:
+        derivative: gradients, Hessians or third derivatives (..., d, ..., d), d = 1 or 2.
+        order: 1, 2 or 3: how many of the last axes belong to a derivative.
+        kind: "largest", "mean" or "rms".
+        directions: for third derivatives on a plane, equally spaced over half the circle; the
+            modulus has six kinks, so that the error falls as `1 / directions^2`.
+
+    Returns:
+        A size for `radius_for`.
+
+    Raises:
+        ValueError: for another kind or order, or axes of other lengths.
+
+    Reference: J12 eqs. 68-69; the means are derived here. J12 §9 names the principle of third order
+    and expects it not to pay.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.caching import derivative_norm
+        >>> H = jnp.diag(jnp.array([2.0, 1.0]))
+        >>> derivative_norm(H, 2).item(), derivative_norm(H, 2, "mean").item()
+        (2.0, 1.5)
+        >>> derivative_norm(jnp.array([[-6.0]]), 2).item()
+        6.0
+    """
+    if kind not in _KINDS:
+        raise ValueError(f"Argument `kind` must be one of {list(_KINDS)}, but is {kind!r}.")
+    if order not in (1, 2, 3):
+        raise ValueError(f"Argument `order` must be 1, 2 or 3, but is {order!r}.")
+    T = as_float(derivative)
+    d = T.shape[-1] if T.ndim >= order else 0
+    if d not in (1, 2) or T.shape[-order:] != (d,) * order:
+        raise ValueError(
+            f"Argument `derivative` must end in {order} axes of one length, 1 or 2, "
+            f"but has shape {T.shape}."
+        )
+    if d == 1:
+        return jnp.abs(T.reshape(T.shape[:-order]))
+    if order == 1:
+        return {"largest": 1.0, "mean": 2.0 / math.pi, "rms": 0.5**0.5}[kind] * _length(
+            T[..., 0], T[..., 1]
+        )
+    return _hessian_norm(T, kind) if order == 2 else _third_norm(T, kind, directions)
+
+
+def _hessian_norm(H: Float[Array, "... 2 2"], kind: str) -> Float[Array, "..."]:
+    mean, half, b = _parts(H)
+    d = _length(half, b)
+    s = jnp.abs(mean)
+    if kind == "largest":
+        return s + d
+    if kind == "rms":
+        return _length(s, 0.5**0.5 * d)
+    mixed = d > s
+    ratio = jnp.where(mixed, s, 0.0) / jnp.where(mixed, d, 1.0)
+    # sqrt(d^2 - s^2) as d sqrt(1 - ratio^2), whose derivative is finite where it is used.
+    root = jnp.sqrt(jnp.where(mixed, 1.0 - ratio * ratio, 1.0))
+    return jnp.where(mixed, (2.0 / math.pi) * (s * jnp.arcsin(ratio) + d * root), s)
+
+
+def _third_norm(T: Float[Array, "... 2 2 2"], kind: str, directions: int) -> Float[Array, "..."]:
+    phi = np.pi * (np.arange(directions) + 0.5) / directions
+    x = jnp.asarray(np.stack([np.cos(phi), np.sin(phi)], -1), T.dtype)
+    form = jnp.einsum("...abc,ka,kb,kc->...k", T, x, x, x)
+    if kind == "rms":
+        square = jnp.mean(form * form, axis=-1)
+        return _length(square**0.5, jnp.zeros_like(square))
+    form = jnp.abs(form)
+    return jnp.mean(form, axis=-1) if kind == "mean" else jnp.max(form, axis=-1)
+
+
 def expected_error(
     derivative: ArrayLike,
-    radius: ArrayLike,
+    region: ValidityRegion,
     *,
     order: int = 1,
     definition: str = "total",
     value: ArrayLike | None = None,
-    dims: int = 1,
 ) -> Float[Array, "..."]:
-    """Error of a record's extrapolation within its radius, from the first missing Taylor term.
+    """Error of a record's extrapolation within its region, from the first missing Taylor term.
 
-    With `a = |E^(q)| / q!` and `q = order + 1`:
+    With `m(x) = |T[x, ..., x]| / q!` and `q = order + 1`; on the right for a line, |x| < R, where
+    `a = |E^(q)| / q!`:
 
-    ================== ===================== ================================= =========
-    total              int |a x^q| dx        2 a R^(q+1) / (q+1)               [W]
-    average            total / (2 R)         a R^q / (q+1)                     [W/m]
-    average squared    int (a x^q)^2 / (2 R) a^2 R^(2q) / (2q+1)               [W^2/m^2]
-    integrated squared int (a x^q)^2 dx      2 a^2 R^(2q+1) / (2q+1)           [W^2/m]
-    relative           total / E             2 a R^(q+1) / ((q+1) E)           [m]
-    largest            max |a x^q|           a R^q                             [W/m]
-    ================== ===================== ================================= =========
+    ================== ========================== ================================= =========
+    total              int m dx                   2 a R^(q+1) / (q+1)               [W]
+    average            total / |region|           a R^q / (q+1)                     [W/m]
+    average squared    int m^2 dx / |region|      a^2 R^(2q) / (2q+1)               [W^2/m^2]
+    integrated squared int m^2 dx                 2 a^2 R^(2q+1) / (2q+1)           [W^2/m]
+    relative           total / E                  2 a R^(q+1) / ((q+1) E)           [m]
+    largest            max m                      a R^q                             [W/m]
+    ================== ========================== ================================= =========
 
-    On a surface (`dims=2`) the same is integrated over a disc, and the total is
-    `2 pi a R^(q+2) / (q+2)`; the derivative is then one number for all directions, such as
-    `hessian_norm` gives.
+    An ellipse is the image of the unit disc under `S = matrix^-1`; T is pulled back by S, so that
+    the total of order 1 is `(pi / 4) |det S| k`, k the mean of `|x^T S^T H S x|` around the circle.
 
-    Valid to first order in R: of the terms left out the odd ones cancel between the two sides as
-    long as the first one decides the sign, so that the total errs by `O(R^2)` of itself. Wrong at
-    inflections, where the term vanishes, and across kinks of E, which it does not know; for both
-    see `expected_error_with_events`.
+    Along a line valid to first order in R: of the terms left out the odd ones cancel between the
+    two sides as long as the first one decides the sign, so that the total errs by `O(R^2)` of
+    itself. Wrong at inflections, where the term vanishes, and across kinks of E, which it does not
+    know; for both see `expected_error_with_events`.
 
     Args:
-        derivative: `E^(order+1)` at the record, in arc length, of either sign [W/m^(q+1)].
-        radius: R [m].
+        derivative: the derivatives of order `order + 1` at each record, (..., d, ..., d).
+        region: of each record.
         order: of the extrapolation, 0, 1 or 2.
         definition: what is meant by error, one of `DEFINITIONS`.
-        value: E at the record, positive; for "relative" only [W/m].
-        dims: 1 for a line, 2 for a surface (units: one metre more above or below the line).
+        value: E at the record, positive; for "relative" only.
 
     Raises:
-        ValueError: for another order or definition, a negative radius, or "relative" without a
-            positive value.
+        ValueError: for another order or definition, derivatives and regions of different
+            dimensions, or "relative" without a positive value.
 
-    Reference: J12 eqs. 53-54 (order 1, total), 69 on a surface; its footnote 1 and §9 name the
+    Reference: J12 eqs. 53-54 (order 1, total, a line), 68 (a plane); its footnote 1 and §9 name the
     others.
 
     Example:
-        >>> from firstorder.caching import expected_error
-        >>> expected_error(-6.0, 0.5).item()
+        >>> import jax.numpy as jnp
+        >>> from firstorder.caching import ValidityRegion, expected_error
+        >>> expected_error(jnp.array([[-6.0]]), ValidityRegion(jnp.array([[2.0]]))).item()
         0.25
+        >>> round(expected_error(4.0 * jnp.eye(2), ValidityRegion(jnp.eye(2))).item(), 6)
+        3.141593
     """
-    law = _law(definition, order, dims)
-    check_not_negative("radius", radius)
-    R = as_float(radius)
-    R = nan_unless(R >= 0, R)
-    return law.factor * _size(derivative, order, definition, value) ** law.power * R**law.exponent
+    matrix = as_float(region.matrix)
+    d = matrix.shape[-1]
+    law = _law(definition, order, d)
+    T = as_float(derivative)
+    if T.ndim <= order or T.shape[-1] != d:
+        raise ValueError(
+            f"Argument `derivative` must end in {order + 1} axes of length {d}, "
+            f"but has shape {T.shape}."
+        )
+    det = _determinant(matrix)
+    size = derivative_norm(_pulled_back(T, matrix, det, order + 1), order + 1, _kind(definition))
+    error = law.factor * _coefficient(size, order, definition, value) ** law.power
+    # What is integrated, and not averaged, counts the size of the region.
+    return error if definition in ("average", "average squared", "largest") else error / abs(det)
+
+
+def _kind(definition: str) -> str:
+    """The norm of derivatives with which a definition integrates exactly."""
+    if definition == "largest":
+        return "largest"
+    return "rms" if "squared" in definition else "mean"
+
+
+def _pulled_back(T: Array, matrix: Array, det: Array, order: int) -> Array:
+    """`T[S x, ..., S x]` as derivatives in x, S the inverse of the matrix."""
+    if matrix.shape[-1] == 1:
+        return T / (det**order).reshape(det.shape + (1,) * order)
+    turned = jnp.stack([matrix[..., 1, 1], -matrix[..., 0, 1], -matrix[..., 1, 0],
+                        matrix[..., 0, 0]], -1)  # fmt: skip
+    S = turned.reshape(matrix.shape) / det[..., None, None]
+    pull = {1: "...i,...ia->...a", 2: "...ij,...ia,...jb->...ab",
+            3: "...ijk,...ia,...jb,...kc->...abc"}[order]  # fmt: skip
+    return jnp.einsum(pull, T, *[S] * order)
 
 
 def radius_for(
@@ -125,16 +236,19 @@ def radius_for(
 ) -> Float[Array, "..."]:
     """The radius at which the expected error reaches the tolerance: `expected_error` inverted.
 
-    For first-order extrapolation and the total error, `R = (3 tolerance / |E''|)^(1/3)`. At equal
+    For first-order extrapolation along a line and the total error,
+    `R = (3 tolerance / |E''|)^(1/3)`. On a plane (`dims=2`) it is a disc's, and the size one number
+    for all directions (`derivative_norm`). At equal
     numbers of records only the power of the derivative tells definitions apart: `|E''|^(-1/3)` for
     the total, `-2/5` for the integrated squared, `-1/2` for average, average squared and
     largest, which therefore place the same records.
 
     Where the derivative is zero the radius is infinite, and the derivative of the radius with
-    respect to it is given as zero: clamp it (`clamped`).
+    respect to it is given as zero: `circular_regions` holds it within limits.
 
     Args:
-        derivative: `E^(order+1)` at the record: exact, or from the arc-length or stratified form.
+        derivative: `E^(order+1)` at the record: exact, or from the arc-length or stratified form;
+            on a plane its `derivative_norm`.
         tolerance: the error that is accepted, positive, in the unit of the definition.
         order: of the extrapolation, 0, 1 or 2.
         definition: what is meant by error, one of `DEFINITIONS`.
@@ -157,7 +271,7 @@ def radius_for(
     """
     law = _law(definition, order, dims)
     check_positive("tolerance", tolerance)
-    size = _size(derivative, order, definition, value)
+    size = _coefficient(derivative, order, definition, value)
     tolerance = as_float(tolerance)
     flat = size == 0.0
     safe = jnp.where(flat, 1.0, size)
@@ -165,7 +279,9 @@ def radius_for(
     return jnp.where(flat, jnp.inf, ratio ** (1.0 / law.exponent))
 
 
-def _size(derivative: ArrayLike, order: int, definition: str, value: ArrayLike | None) -> Array:
+def _coefficient(
+    derivative: ArrayLike, order: int, definition: str, value: ArrayLike | None
+) -> Array:
     """Coefficient of the first missing term, over the value where the error is relative."""
     size = jnp.abs(as_float(derivative)) / math.factorial(order + 1)
     if definition != "relative":
@@ -177,44 +293,95 @@ def _size(derivative: ArrayLike, order: int, definition: str, value: ArrayLike |
     return size / nan_unless(value > 0, value)
 
 
-class Clamped(NamedTuple):
-    """Radii inside their limits, and what acted on each: `FREE`, `RAISED` or `CUT`."""
+def largest_radiance(radiances: Any, quantile: float = 1.0) -> Float[Array, ""]:
+    """The largest radiance in a scene, from samples: of photons, of gather rays, of emitters.
 
-    radius: Float[Array, "..."]
-    clamp: Int[Array, "..."]
-
-
-def clamped(radius: ArrayLike, low: ArrayLike, high: ArrayLike) -> Clamped:
-    """Radii held within [low, high], with the limit that acted on each.
-
-    No metric does without: the distance to the nearest surface is zero in a corner, and the Hessian
-    vanishes at an inflection, where the radius is infinite.
+    The largest of n noisy samples grows with n. With a quantile below 1 it does not, but is no
+    bound either; since one factor for all radii changes no ranking, this often matters little.
 
     Args:
-        radius: not negative, may be infinite [m].
-        low: smallest radius, positive [m].
-        high: largest radius, at least `low` and finite [m].
-
-    Returns:
-        The radii, and codes: 0 where none acted, -1 where the radius was raised to `low`, 1 where
-        it was cut at `high`. A NaN stays NaN.
+        radiances: samples, of any shape, not negative [W/(m^2 sr)].
+        quantile: share of samples that it exceeds, 1 for the maximum.
 
     Raises:
-        ValueError: if `low` is not positive, or above `high`.
+        ValueError: if a radiance is negative, or the quantile is not within (0, 1].
+
+    Reference: J12 footnote 2 (the maximum of the photons' precomputed radiances).
+
+    Example:
+        >>> from firstorder.caching import largest_radiance
+        >>> largest_radiance([0.5, 2.0, 1.0]).item()
+        2.0
+    """
+    samples = as_float(jnp.asarray(radiances))
+    check_not_negative("radiances", samples)
+    if not 0.0 < quantile <= 1.0:
+        raise ValueError(f"Argument `quantile` must lie in (0, 1], but is {quantile!r}.")
+    return jnp.quantile(jnp.ravel(samples), quantile)
+
+
+def geometric_bound(
+    hessians: Float[Array, "... k 2 2"], weights: ArrayLike = 1.0
+) -> Float[Array, "... 2 2"]:
+    """A matrix B with `|x^T H x| <= L x^T B x` for all light with radiances between 0 and L.
+
+    The printed bound replaces every radiance by its maximum. But the geometry term curves both
+    ways, and what cancels under even light need not under uneven: in a closed room the printed
+    Hessian is zero. Here the pieces are added apart by sign, `P = sum w H_+` and
+    `N = sum w (-H)_+`, the two extremes of any light; `B = (P + N + |P - N|) / 2` is above both.
+    Visibility is held fixed, as there.
+
+    Args:
+        hessians: of the geometry term, one for each ray or piece of surface [1/m^4 times area].
+        weights: of the pieces, not negative.
+
+    Returns:
+        B, to be used as a Hessian after scaling by the largest radiance.
+
+    Raises:
+        ValueError: if a weight is negative.
+
+    Reference: derived here, in the place of J12 eq. 71.
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.caching import clamped
-        >>> clamped(jnp.array([0.01, 0.2, jnp.inf]), 0.05, 1.0).clamp.tolist()
-        [-1, 0, 1]
+        >>> from firstorder.caching import geometric_bound
+        >>> geometric_bound(jnp.stack([jnp.eye(2), -jnp.eye(2)])).tolist()
+        [[1.0, 0.0], [0.0, 1.0]]
     """
-    check_positive("low", low)
-    check_positive("high", high)
-    radius, low, high = as_float(radius), as_float(low), as_float(high)
-    if is_concrete((low, high)) and bool(jnp.any(low > high)):
-        raise ValueError(
-            f"Argument `high` must be at least {float(low):g}, but is {float(high):g}."
-        )
-    code = jnp.where(radius < low, RAISED, jnp.where(radius > high, CUT, FREE))
-    held = jnp.where(code == RAISED, low, jnp.where(code == CUT, high, radius))
-    return Clamped(held, code)
+    check_not_negative("weights", weights)
+    w = jnp.broadcast_to(as_float(weights), hessians.shape[:-2])[..., None, None]
+    up = jnp.sum(w * _positive_part(hessians), axis=-3)
+    down = jnp.sum(w * _positive_part(-hessians), axis=-3)
+    difference = up - down
+    size = _positive_part(difference) + _positive_part(-difference)
+    return 0.5 * (up + down + size)
+
+
+def _positive_part(H: Float[Array, "... 2 2"]) -> Float[Array, "... 2 2"]:
+    """Symmetric matrices with their negative eigenvalues set to zero."""
+    mean, d, b = _parts(H)
+    apart = _length(d, b)
+    high, low = mean + apart, mean - apart
+    eye = jnp.eye(2, dtype=H.dtype)
+    mixed = (high > 0.0) & (low < 0.0)
+    safe = jnp.where(mixed, apart, 1.0)
+    scale = jnp.where(mixed, high / (2.0 * safe), 0.0)[..., None, None]
+    projected = scale * (H - jnp.where(mixed, low, 0.0)[..., None, None] * eye)
+    return jnp.where(mixed[..., None, None], projected, jnp.where(low[..., None, None] >= 0, H, 0))
+
+
+def _parts(H: Array) -> tuple[Array, Array, Array]:
+    """Mean of the eigenvalues, half the difference of the diagonal, off-diagonal."""
+    return (
+        0.5 * (H[..., 0, 0] + H[..., 1, 1]),
+        0.5 * (H[..., 0, 0] - H[..., 1, 1]),
+        0.5 * (H[..., 0, 1] + H[..., 1, 0]),
+    )
+
+
+def _length(d: Array, b: Array) -> Array:
+    """Length of (d, b); its derivative at zero is zero rather than NaN."""
+    square = d * d + b * b
+    there = square > 0.0
+    return jnp.where(there, jnp.sqrt(jnp.where(there, square, 1.0)), 0.0)

@@ -42,9 +42,9 @@ from firstorder.imaging.shading import (
     SurfaceInteraction,
     apply_surface_maps,
     node_occlusion,
-    scatter_blocks,
     shade_pixels,
     shade_point,
+    shade_rows,
     surface_interaction,
 )
 from firstorder.imaging.sky_lights import (
@@ -98,7 +98,7 @@ __all__ = [
     "ShadedPixels",
     "shade_point",
     "shade_pixels",
-    "scatter_blocks",
+    "shade_rows",
     "RenderedImage",
     "pixel_grid",
     "pixel_positions",

@@ -26,6 +26,7 @@ from firstorder.conventions import cylindrical
 from firstorder.errors import check_positive
 from firstorder.imaging.camera import Pinhole
 from firstorder.numerics._vectors import dot, matvec, orthonormal_frame, unit
+from firstorder.numerics.batching import host_blocks
 from firstorder.scene._intersect import MISS
 from firstorder.scene._primitives import BACK, FRONT
 from firstorder.space.direct_lighting import boundary_gradient, irradiance
@@ -264,16 +265,9 @@ def render_pixels(
         Radiance (n,) and its derivatives in px and py (n, 2).
     """
     p, index = np.asarray(p), np.asarray(index)
-    count = len(p)
-    fill = -count % BLOCK
-    p = np.concatenate([p, np.repeat(p[:1], fill, 0)]).reshape(-1, BLOCK, 2)
-    index = np.concatenate([index, np.repeat(index[:1], fill)]).reshape(-1, BLOCK)
     run = _with_gradients if gradients else _values
     gloss = _has_gloss(scene)
-    parts = [run(scene, camera, jnp.asarray(a), jnp.asarray(i), rays, gloss)
-             for a, i in zip(p, index, strict=True)]  # fmt: skip
-    value = np.concatenate([np.asarray(v) for v, _ in parts])[:count]
-    return value, np.concatenate([np.asarray(g) for _, g in parts])[:count]
+    return host_blocks(lambda block: run(scene, camera, *block, rays, gloss), (p, index), BLOCK)
 
 
 def _pixel(scene, camera, p, index, rays: int, gloss: bool):

@@ -38,6 +38,7 @@ from firstorder.imaging.camera import Pinhole, PixelFootprint
 from firstorder.imaging.sky_lights import CosineSkyLight, oriented_light
 from firstorder.imaging.surface_maps import SurfaceMaps
 from firstorder.numerics._vectors import dot, orthonormal_frame, unit
+from firstorder.numerics.batching import host_blocks
 from firstorder.scene._primitives import BACK, FRONT
 from firstorder.space.intersect import nearest
 from firstorder.space.scene import Scene
@@ -308,37 +309,40 @@ def shade_pixels(
     """
     p, index = np.asarray(p, float), np.asarray(index)
     met = np.flatnonzero(index >= 0)
-    fill = np.resize(met, len(met) + (-len(met)) % BLOCK)
-    parts = [
-        jax.tree.map(
-            np.asarray,
-            _block(scene, camera, tuple(lamps), jnp.asarray(p[rows]), jnp.asarray(index[rows]),
-                   finish, shadows),
-        )
-        for rows in fill.reshape(-1, BLOCK)
-    ]  # fmt: skip
-    return scatter_blocks(parts, met, len(p))
+    return shade_rows(
+        lambda p, index: _block(scene, camera, tuple(lamps), p, index, finish, shadows),
+        (p, index),
+        met,
+        BLOCK,
+    )
 
 
-def scatter_blocks(parts: Sequence[ShadedPixels], rows: np.ndarray, count: int) -> ShadedPixels:
-    """Pixels of blocks, the last one filled up, back among `count` pixels; the others are zeros.
+def shade_rows(
+    shade: Callable[..., ShadedPixels],
+    given: tuple[np.ndarray, ...],
+    rows: np.ndarray,
+    block: int,
+) -> ShadedPixels:
+    """Some of many pixels, shaded in blocks of one size; the others are zeros.
 
     Args:
-        parts: blocks, one after another.
-        rows: which pixels they are, in order.
-        count: of all pixels.
+        shade: from blocks of the given arrays to pixels.
+        given: arrays of all pixels.
+        rows: which of them to shade.
+        block: pixels at a time.
     """
-    if not parts:
+    count = len(given[0])
+    if not len(rows):
         one, two = np.zeros(count), np.zeros((count, 2))
         return ShadedPixels(one, two, two, two, two, two, two, one, one, one)  # pyright: ignore
 
-    def back(*blocks):
-        whole = np.concatenate(blocks)[: len(rows)]
-        out = np.zeros((count, *whole.shape[1:]))
-        out[rows] = whole
+    def back(some):
+        out = np.zeros((count, *some.shape[1:]))
+        out[rows] = some
         return out
 
-    return jax.tree.map(back, *parts)
+    found = host_blocks(lambda block: shade(*block), tuple(a[rows] for a in given), block)
+    return jax.tree.map(back, found)
 
 
 @eqx.filter_jit

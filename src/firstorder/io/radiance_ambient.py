@@ -23,7 +23,7 @@ import pathlib
 import jax.numpy as jnp
 import numpy as np
 
-from firstorder.caching import SurfaceCache
+from firstorder.caching import Cache, Candidates, ValidityRegion
 from firstorder.errors import check_positive
 from firstorder.io.files import write_text
 from firstorder.io.scenes._elements import Place
@@ -227,7 +227,7 @@ def write_ambient(
 
 
 def ambient_from_cache(
-    cache: SurfaceCache, origin: np.ndarray, axes: np.ndarray, *, accuracy: float = 1.0
+    cache: Cache, origin: np.ndarray, axes: np.ndarray, *, accuracy: float = 1.0
 ) -> AmbientRecords:
     """The records of a cache as Radiance has them: grey, of level 0 and weight 1.
 
@@ -242,12 +242,13 @@ def ambient_from_cache(
     """
     check_positive("accuracy", accuracy)
     t, b, n = np.asarray(axes, float).T
-    x, r = np.asarray(cache.position), cache.count
-    lengths, angle = cache.semi_axes()
+    records, r = cache.records, cache.count
+    x = np.asarray(records.position)
+    lengths, angle = cache.region.axes()
     # u is along the shorter axis.
     c, s = np.cos(angle + 0.5 * np.pi)[:, None], np.sin(angle + 0.5 * np.pi)[:, None]
     u, v = c * t + s * b, -s * t + c * b
-    E, g = np.asarray(cache.value), np.asarray(cache.gradient)
+    E, g = np.asarray(records.value), np.asarray(records.gradient)
     g3 = g[:, :1] * t + g[:, 1:] * b
     share = np.stack([np.sum(g3 * u, axis=1), np.sum(g3 * v, axis=1)], -1)
     share = np.where(E[:, None] > 0.0, share / np.where(E > 0.0, E, 1.0)[:, None], 0.0)
@@ -273,7 +274,7 @@ def cache_from_ambient(
     accuracy: float = 1.0,
     thickness: float = 1e-4,
     level: int = 0,
-) -> SurfaceCache:
+) -> Cache:
     """The records on one plane as a cache of order 1, their colours weighted as a brightness.
 
     Args:
@@ -302,11 +303,5 @@ def cache_from_ambient(
     turn = np.stack([np.stack([c, s], -1), np.stack([-s, c], -1)], -2)  # rows u and v
     scale = 1.0 / (accuracy * records.radii[rows])
     matrix = np.swapaxes(turn, 1, 2) @ (scale[:, :, None] * turn)
-    return SurfaceCache(
-        jnp.asarray(np.stack([away @ t, away @ b], -1)),
-        jnp.asarray(E),
-        jnp.asarray(np.stack([g @ t, g @ b], -1)),
-        jnp.zeros((len(rows), 2, 2)),
-        jnp.asarray(matrix),
-        jnp.zeros(len(rows), jnp.int32),
-    )
+    position, gradient = (np.stack([a @ t, a @ b], -1) for a in (away, g))
+    return Cache(Candidates.of(position, E, gradient), ValidityRegion(jnp.asarray(matrix)))

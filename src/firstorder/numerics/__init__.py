@@ -9,7 +9,7 @@ from firstorder.numerics._vectors import (
     orthonormal_frame,
     unit,
 )
-from firstorder.numerics.batching import batched, host_blocks, in_batches, in_blocks
+from firstorder.numerics.batching import batched, host_blocks, host_rows, in_batches, in_blocks
 from firstorder.numerics.quadrature import (
     composite_gauss_legendre,
     gauss_legendre,
@@ -21,6 +21,7 @@ from firstorder.numerics.small_matrices import congruence, inner, product, quadr
 
 __all__ = [
     "host_blocks",
+    "host_rows",
     "batched",
     "inner",
     "product",

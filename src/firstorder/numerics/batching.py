@@ -1,7 +1,7 @@
 """Maps over many rows, as many at a time as the memory nearest to the processor holds."""
 
 from collections.abc import Callable
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -71,7 +71,7 @@ def in_blocks(f: Callable[[X], Y], rows: X, block: int) -> Y:
     return jax.tree.map(lambda a: a.reshape(-1, *a.shape[2:])[:count], found)
 
 
-def host_blocks(f: Callable[[X], Y], rows: X, block: int) -> Y:
+def host_blocks(f: Callable[[X], Any], rows: X, block: int) -> Any:
     """Calls f on blocks of one size, one after another, and keeps what it returns on the host.
 
     A compiled f is compiled once, however many rows there are; copies of the first row, or zeros
@@ -108,6 +108,35 @@ def host_blocks(f: Callable[[X], Y], rows: X, block: int) -> Y:
     leaves, tree = jax.tree.flatten(jax.tree.map(filled, rows))
     parts = [f(tree.unflatten([jnp.asarray(a) for a in b])) for b in zip(*leaves, strict=True)]
     return jax.tree.map(lambda *a: np.concatenate([np.asarray(x) for x in a])[:count], *parts)
+
+
+def host_rows(f: Callable[[X], Any], rows: X, least: int = 64) -> Any:
+    """Calls f once, on rows filled up to a power of two, and keeps what it returns on the host.
+
+    A compiled f is compiled for few lengths; copies of the first row, or zeros if there is none,
+    fill the rows up.
+
+    Args:
+        f: of all rows.
+        rows: an array, or a tree of arrays, with the rows along the leading axis.
+        least: rows at least, a power of two.
+
+    Returns:
+        What f returns, as arrays of NumPy with the rows along their leading axis.
+
+    Raises:
+        ValueError: if `least` is not positive.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> import numpy as np
+        >>> from firstorder.numerics.batching import host_rows
+        >>> host_rows(jnp.square, np.arange(5.0)).tolist()
+        [0.0, 1.0, 4.0, 9.0, 16.0]
+    """
+    check_positive("least", least)
+    count = len(jax.tree.leaves(rows)[0])
+    return host_blocks(f, rows, max(least, 1 << max(count - 1, 0).bit_length()))
 
 
 def batched(function: Callable) -> Callable:

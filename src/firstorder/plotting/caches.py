@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import EllipseCollection
 from matplotlib.image import AxesImage
 
-from firstorder.caching import Cache, SurfaceCache, taylor
+from firstorder.caching import Cache, taylor
 from firstorder.plotting.style import COLOURS, MAGNITUDE
 
 _INK = {0: COLOURS[1], -1: COLOURS[2], 1: COLOURS[4]}
@@ -31,17 +31,18 @@ def draw_records(
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.caching import Cache, Candidates, clamped
+        >>> from firstorder.caching import Cache, Candidates, circular_regions
         >>> from firstorder.plotting import draw_records, panels
-        >>> some = Candidates.along(jnp.cos, jnp.array([0.0, 1.0]))
+        >>> some = Candidates.from_function(jnp.cos, jnp.array([0.0, 1.0]))
+        >>> reach = circular_regions(jnp.array([0.8, 9.0]), 0.1, 1.0)
         >>> figure, axes = panels()
-        >>> draw_records(axes[0, 0], Cache.of(some, clamped(jnp.array([0.8, 9.0]), 0.1, 1.0)))
+        >>> draw_records(axes[0, 0], Cache.of(some, reach))
         >>> len(axes[0, 0].collections)
         3
     """
-    x, R = np.asarray(cache.x) + origin, np.asarray(cache.radius)
+    x, R = np.asarray(cache.records.position)[:, 0] + origin, np.asarray(cache.region.radius)
     y = height - step * np.arange(len(x))
-    clamp = np.asarray(cache.clamp)
+    clamp = np.broadcast_to(np.asarray(cache.region.clamp), x.shape)
     ax.hlines(y, x - R, x + R, color="0.6", linewidth=0.8)
     for code, ink in _INK.items():
         rows = clamp == code
@@ -59,15 +60,16 @@ def draw_expansions(ax: Axes, cache: Cache, *, order: int | None = None, color: 
         color: of the curves; the house style's third if not given.
     """
     order = cache.order if order is None else order
-    for x, data, R in zip(cache.x, cache.derivatives, cache.radius, strict=True):
-        dx = np.linspace(-1.0, 1.0, 61) * float(R)
-        E = np.asarray(taylor(data, dx, order))
-        ax.plot(float(x) + dx, E, "-", color=color or COLOURS[2], linewidth=1.1)
+    for i, R in enumerate(np.asarray(cache.region.radius)):
+        one = cache.records.at(i)
+        dx = np.linspace(-1.0, 1.0, 61) * R
+        E = np.asarray(taylor(one.value, one.gradient, one.hessian, dx[:, None], order))
+        ax.plot(float(one.position[0]) + dx, E, "-", color=color or COLOURS[2], linewidth=1.1)
 
 
 def _draw_ellipses(
     ax: Axes,
-    cache: SurfaceCache,
+    cache: Cache,
     *,
     scale: float = 0.5,
     color: str = "white",
@@ -86,18 +88,18 @@ def _draw_ellipses(
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.caching import SurfaceCache, SurfaceCandidates, circular_regions
+        >>> from firstorder.caching import Cache, Candidates, circular_regions
         >>> from firstorder.plotting import panels
         >>> from firstorder.plotting.caches import _draw_ellipses
-        >>> some = SurfaceCandidates.of(jnp.zeros((1, 2)), jnp.ones(1), jnp.zeros((1, 2)))
-        >>> reach = circular_regions(jnp.array([0.5]), 0.1, 1.0)
+        >>> some = Candidates.of(jnp.zeros((1, 2)), jnp.ones(1), jnp.zeros((1, 2)))
+        >>> reach = circular_regions(jnp.array([0.5]), 0.1, 1.0, dims=2)
         >>> figure, axes = panels()
-        >>> drawn = _draw_ellipses(axes[0, 0], SurfaceCache.of(some, reach))
+        >>> drawn = _draw_ellipses(axes[0, 0], Cache.of(some, reach))
         >>> len(drawn.get_offsets())
         1
     """
-    lengths, angle = cache.semi_axes()
-    x = np.asarray(cache.position)
+    lengths, angle = cache.region.axes()
+    x = np.asarray(cache.records.position)
     sizes = 2.0 * scale * lengths
     drawn = EllipseCollection(
         sizes[:, 0], sizes[:, 1], np.degrees(angle), units="xy", offsets=x,
@@ -111,7 +113,7 @@ def _draw_ellipses(
 
 def show_cache(
     ax: Axes,
-    cache: SurfaceCache,
+    cache: Cache,
     error: np.ndarray,
     extent: tuple[float, float, float, float] = (0.0, 1.0, 0.0, 1.0),
     *,

@@ -29,14 +29,15 @@ from firstorder.imaging.shading import (
     ShadedPixels,
     SurfaceMaps,
     node_occlusion,
-    scatter_blocks,
     shade_point,
+    shade_rows,
     surface_interaction,
 )
 from firstorder.imaging.sky_lights import CosineSkyLight, oriented_light, sky_light
 from firstorder.io.meshes import Embree
 from firstorder.io.scenes.space_toml import MeshModel
-from firstorder.rendering._blocks import beside_seen, in_blocks
+from firstorder.numerics.batching import host_blocks
+from firstorder.rendering._blocks import beside_seen
 from firstorder.scene._primitives import joined
 from firstorder.space.intersect import nearest
 from firstorder.space.meshes.triangle_mesh import mesh
@@ -179,10 +180,10 @@ class Renderer:
         index, face = np.full(len(p), -1), np.full(len(p), -1)
         t = np.full(len(p), np.inf)
         eye = np.asarray(world.camera.eye)
-        d = in_blocks(lambda q: _directions(world.camera, q), RAYS, p)
+        d = host_blocks(lambda q: _directions(world.camera, q), p, RAYS)
 
         def closer(scene, first):
-            far, number = in_blocks(lambda w: _met(scene, eye, w), RAYS, d)
+            far, number = host_blocks(lambda w: _met(scene, eye, w), d, RAYS)
             here = far < t
             index[here], t[here] = number[here] + first, far[here]
 
@@ -223,10 +224,13 @@ class Renderer:
         seen = self.seen(p) if seen is None else seen
         lights = self.lights if lights is None else tuple(lights)
         lit = np.flatnonzero((seen.index >= 0) & (seen.index < self.world.shapes + self._models))
-        fill = np.resize(lit, len(lit) + (-len(lit)) % BLOCK).reshape(-1, BLOCK)
-        parts = [self._shaded(p[r], seen.index[r], seen.face[r], lights, shadows, gradients)
-                 for r in fill]  # fmt: skip
-        return scatter_blocks(parts, lit, len(p)), seen.index
+        found = shade_rows(
+            lambda *block: self._shaded(*block, lights, shadows, gradients),
+            (p, seen.index, seen.face),
+            lit,
+            BLOCK,
+        )
+        return found, seen.index
 
     @property
     def _models(self) -> int:
@@ -236,7 +240,7 @@ class Renderer:
         """Shading of one block."""
         world = self.world
         given = (world.scene, self._facets, self._material, world.camera, world.finish)
-        given = (*given, *(jnp.asarray(a) for a in (p, index, face)))
+        given = (*given, p, index, face)
         hidden = None
         if shadows:
             x, up, ways = (jax.tree.map(np.asarray, a) for a in _starts(given, lights))
@@ -245,7 +249,7 @@ class Renderer:
                 for light, way in zip(lights, ways, strict=True)
             ]
         run = _pixels if gradients else _values
-        return jax.tree.map(np.asarray, run(given, lights, hidden))
+        return run(given, lights, hidden)
 
     def _hidden(self, x, up, way, area, t, light: SampledLight | CosineSkyLight, depths: bool):
         """Visibility of nodes from a block of points, and where the others are hidden.
@@ -298,8 +302,8 @@ class Renderer:
             value[lamps] = self._emitted(p[lamps], index[lamps])
         sky = index < 0
         if np.any(sky) and self.world.sky is not None:
-            value[sky], gradient[sky] = in_blocks(
-                lambda q: _sky(self.world.sky, self.world.camera, q), RAYS, p[sky]
+            value[sky], gradient[sky] = host_blocks(
+                lambda q: _sky(self.world.sky, self.world.camera, q), p[sky], RAYS
             )
         layers: dict[str, np.ndarray] = {
             "value": value,
@@ -318,7 +322,7 @@ class Renderer:
     def _emitted(self, p, index) -> np.ndarray:
         """Emission of lamps, from their fronts."""
         first = self.world.shapes + self._models
-        d = in_blocks(lambda q: _directions(self.world.camera, q), RAYS, p)
+        d = host_blocks(lambda q: _directions(self.world.camera, q), p, RAYS)
         lamps = self.world.lamps
         normal = np.array([np.cross(lamp.u, lamp.v) for lamp in lamps])[index - first]
         radiance = np.array([float(lamp.radiance) for lamp in lamps])[index - first]

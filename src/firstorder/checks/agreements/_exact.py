@@ -9,7 +9,6 @@ import jax.numpy as jnp
 import numpy as np
 
 from firstorder import caching
-from firstorder.caching import cache
 from firstorder.checks.agreements._digits import Digits
 from firstorder.checks.agreements._record import Found
 from firstorder.checks.tolerance import rounding
@@ -141,10 +140,11 @@ def by_cache(scene: Scene, at: Receiver, reach: float, scales) -> Three:
 
 def _extrapolated(derivatives: np.ndarray, h: float) -> np.ndarray:
     """What a cache of one record says at a distance, with the derivatives of its answer."""
-    record = jnp.asarray(derivatives)[None]
-    one = jnp.ones(1)
-    kept = caching.Cache(0.0 * one, 0.0 * one, record, 2.0 * h * one, jnp.zeros(1, int), order=2)
-    return np.asarray(cache._derivatives_of(lambda x: kept(x).value, jnp.asarray(h), 3))
+    record = caching.Candidates.on_line(jnp.zeros(1), jnp.asarray(derivatives)[None])
+    reach = caching.circular_regions(jnp.array([2.0 * h]), h, 4.0 * h)
+    kept = caching.Cache(record, reach, order=2)
+    there = caching.Candidates.from_function(lambda x: kept(x).value, jnp.array([h]))
+    return np.array([float(there.derivative(k).reshape(())) for k in range(3)])
 
 
 def on_straight(scene: Scene, at: Receiver) -> None:

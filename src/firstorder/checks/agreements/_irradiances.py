@@ -35,6 +35,7 @@ from firstorder.errors import Refused
 from firstorder.flatland.direct_lighting import irradiance
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import HORIZON, Receiver, local_angle
+from firstorder.numerics.batching import host_rows
 
 QUANTITIES = ("E", "E'", "E''")
 DIGITS, INTERVALS = "50 digits, differences", "intervals, autodiff"
@@ -133,11 +134,8 @@ def _many(E: Callable, scene: Scene, positions, n, on):
 
 def _curve(scene: Scene, at: Receiver, steps) -> np.ndarray:
     """E by intervals at steps along the tangent, filled up to a power of two: few programs."""
-    steps = np.asarray(steps, float)
-    size = 1 << max(len(steps) - 1, 3).bit_length()
-    full = np.pad(steps, (0, size - len(steps)), mode="edge")
-    positions = np.asarray(at.position) + full[:, None] * np.asarray(at.tangent)
-    return np.asarray(_many(irradiance, scene, jnp.asarray(positions), at.n, at.on))[: len(steps)]
+    positions = np.asarray(at.position) + np.multiply.outer(steps, np.asarray(at.tangent))
+    return host_rows(lambda p: _many(irradiance, scene, p, at.n, at.on), positions, 4)
 
 
 def _rough(scene: Scene, at: Receiver) -> tuple[float, float, float]:

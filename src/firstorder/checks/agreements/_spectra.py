@@ -41,6 +41,7 @@ from firstorder.flatland.direct_lighting import (
 from firstorder.flatland.light_fields.field import light_field
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver
+from firstorder.numerics.batching import host_rows
 from firstorder.scene._derivatives import derivatives
 from firstorder.shadowfield import power_spectrum
 
@@ -195,35 +196,26 @@ class Line:
 
     def irradiances(self, x: np.ndarray) -> np.ndarray:
         """E."""
-        return padded(lambda p: _values(irradiance, self.scene, self.at, p), self._places(x), 0)
+        return host_rows(lambda p: _values(irradiance, self.scene, self.at, p), self._places(x))
 
     def derivatives(self, x: np.ndarray) -> np.ndarray:
         """E and E', two rows."""
-        return padded(lambda p: _slopes(irradiance, self.scene, self.at, p), self._places(x), 1)
+        return host_rows(lambda p: _slopes(irradiance, self.scene, self.at, p), self._places(x)).T
 
     def lit(self, x: np.ndarray) -> np.ndarray:
         """Irradiance from the point lights alone."""
-        return padded(lambda p: _lit(self.scene, self.at, p), self._places(x), 0)
+        return host_rows(lambda p: _lit(self.scene, self.at, p), self._places(x))
 
     def sensed(self, x: np.ndarray, window: Window) -> np.ndarray:
         """`int L(x, v) g(v / sigma_v) exp(-2 pi i Omega_v v) dv`."""
         numbers = window.sigma_v, window.Omega[1]
-        return padded(
+        return host_rows(
             lambda p: _sensed(weighted_irradiance, self.scene, self.at, p, *numbers),
             self._places(x),
-            0,
         )
 
     def _places(self, x):
         return np.asarray(self.at.position) + np.asarray(x)[:, None] * np.asarray(self.at.tangent)
-
-
-def padded(program, places: np.ndarray, axis: int) -> np.ndarray:
-    """Runs a program on rows filled up to a power of two from 64 on: few lengths to compile."""
-    count = len(places)
-    fill = max(64, 1 << (count - 1).bit_length()) - count
-    out = np.asarray(program(jnp.asarray(np.pad(places, ((0, fill), (0, 0)), mode="edge"))))
-    return np.take(out, np.arange(count), axis)
 
 
 @eqx.filter_jit
@@ -237,7 +229,7 @@ def _slopes(E, scene, at, places):
         d = derivatives(E, scene, Receiver(p, at.n, at.on), freedoms=("x",), nodes=NODES)
         return jnp.stack([d.value, d.first])
 
-    return jax.vmap(one, out_axes=1)(places)
+    return jax.vmap(one)(places)
 
 
 @eqx.filter_jit

@@ -16,8 +16,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, Int
 
+from firstorder.flatland.discontinuities._queries import batched
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.shapes.kinds import Arcs, Circles, Segments
+from firstorder.numerics.batching import host_rows
 
 LIGHT = -1  # in place of a shape's number: a point light
 GRID = 96  # pieces of a curve between which a common tangent of two curves is looked for
@@ -120,12 +122,7 @@ def singles(scene: Scene) -> list:
 
 def positions(scene: Scene, shape, s) -> np.ndarray:
     """Points of shapes."""
-    if not len(shape):
-        return np.zeros((0, 2))
-    fill = (0, -len(shape) % 16)  # few lengths, few programs
-    shape, s = np.pad(np.asarray(shape), fill), np.pad(np.asarray(s, dtype=float), fill)
-    count = len(shape) - fill[1]
-    return np.asarray(_positions(scene, jnp.asarray(shape), jnp.asarray(s)))[:count]
+    return batched(_positions, scene, np.asarray(shape, int), np.asarray(s, float))
 
 
 @eqx.filter_jit
@@ -274,8 +271,7 @@ def _of_curves(scene: Scene, i: int, j: int) -> tuple[np.ndarray, np.ndarray]:
     start = np.stack([s[rows], t[columns]], -1) + 0.5 / GRID
     if not len(start):
         return np.zeros((0, 2)), np.zeros((0, 2))
-    roots, left, a, b = (np.asarray(x) for x in _newton(scene, *pair, jnp.asarray(_padded(start))))
-    roots, left, a, b = (x[: len(start)] for x in (roots, left, a, b))
+    roots, left, a, b = host_rows(lambda start: _newton(scene, *pair, start), start)
     near = np.abs(roots - start).max(axis=1) < 2.0 / GRID
     apart = np.linalg.norm(a - b, axis=1) > 1e-3 * np.ptp(a, axis=0).max(initial=1e-3)
     keep = []
@@ -290,11 +286,6 @@ def _of_curves(scene: Scene, i: int, j: int) -> tuple[np.ndarray, np.ndarray]:
         if all(distance > 1e-6 for distance in same):
             keep.append(k)
     return a[keep], b[keep]
-
-
-def _padded(start: np.ndarray) -> np.ndarray:
-    """Starts filled up to a multiple of 64, for few programs."""
-    return np.pad(start, ((0, -len(start) % 64), (0, 0)), mode="edge")
 
 
 def _condition(scene, i, j, s):

@@ -17,6 +17,7 @@ from firstorder.flatland.direct_lighting import Radiance
 from firstorder.flatland.intersect import nearest
 from firstorder.flatland.scene import Scene
 from firstorder.numerics._planar import left
+from firstorder.numerics.batching import host_rows
 from firstorder.scene._primitives import BACK, FRONT
 
 
@@ -37,13 +38,7 @@ def trace(scene: Scene, origins, along) -> FirstHits:
 
 def batched(program, scene: Scene, *rows):
     """Runs a program on rows filled up to a power of two from 64 on: few lengths to compile."""
-    count = len(rows[0])
-    if not count:
-        rows = [np.zeros((1, *np.shape(r)[1:]), np.asarray(r).dtype) for r in rows]
-    fill = max(64, 1 << (len(rows[0]) - 1).bit_length()) - len(rows[0])
-    full = [np.pad(r, ((0, fill), *[(0, 0)] * (np.ndim(r) - 1)), mode="edge") for r in rows]
-    out = program(scene, *map(jnp.asarray, full))
-    return jax.tree.map(lambda a: np.asarray(a)[:count], out)
+    return host_rows(lambda rows: program(scene, *rows), rows)
 
 
 @eqx.filter_jit

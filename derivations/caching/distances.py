@@ -95,13 +95,13 @@ def _split(angle):
 
 
 def change_error() -> float:
-    """Largest error of `split_circle_change` against summed light."""
-    from firstorder.caching import split_circle_change
+    """Largest error of `split_change` against summed light."""
+    from firstorder.caching import split_change
 
     worst = 0.0
     for step, turn in ((0.3, 0.0), (0.0, 0.7), (0.4, 0.5), (0.8, 0.2), (0.05, 1.4)):
         true = painted_irradiance(1.7 * step, turn, 1.7, _split) - 1.0
-        worst = max(worst, abs(float(split_circle_change(1.7 * step, 1.7, turn)) - true))
+        worst = max(worst, abs(float(split_change(1.7 * step, 1.7, turn)) - true))
     return worst
 
 
@@ -109,25 +109,23 @@ def first_order_error() -> float:
     """The printed error and the true change have the same slopes at the record."""
     import jax
 
-    from firstorder.caching import split_circle_change, split_circle_error
+    from firstorder.caching import split_change, split_error
 
     worst = 0.0
     for which in (0, 2):
         at = [1e-9, 1.7, 1e-9]
-        slopes = [jax.grad(f, which)(*at) for f in (split_circle_error, split_circle_change)]
+        slopes = [jax.grad(f, which)(*at) for f in (split_error, split_change)]
         worst = max(worst, abs(float(slopes[0] - slopes[1])))
     return worst
 
 
 def largest_excess() -> float:
     """How far the change in the split circle comes above the printed error, at most; 0 if never."""
-    from firstorder.caching import split_circle_change, split_circle_error
+    from firstorder.caching import split_change, split_error
 
     rng = np.random.default_rng(5)
     step, turn = rng.uniform(-1.0, 1.0, 20000), rng.uniform(-np.pi, np.pi, 20000)
-    excess = np.asarray(split_circle_change(step, 1.0, turn)) - np.asarray(
-        split_circle_error(step, 1.0, turn)
-    )
+    excess = np.asarray(split_change(step, 1.0, turn)) - np.asarray(split_error(step, 1.0, turn))
     return max(0.0, float(np.max(excess)))
 
 
@@ -145,7 +143,7 @@ ROWS = [
     Row(
         "J12.34",
         "over-claim",
-        implements="firstorder.caching.split_circle_error",
+        implements="firstorder.caching.split_error",
         symbolic=lambda: [
             *moved_and_turned(),
             bounded_by_the_print(),
