@@ -126,14 +126,11 @@ class Integrate(Law):
             lower.value, upper.value, [b.value for b in inner], self.nodes
         )
         ends, order = sorted_breaks(lower.value, upper.value, [b.value for b in inner])
-        wide = ends[1:] - ends[:-1]
-        eps = jnp.finfo(u.dtype).eps
-        # No nearer to an edge than a field may tell its sides apart (`light_field`: eps^(3/4)).
-        least = jnp.minimum(16.0 * eps**0.75, 0.25 * jnp.abs(wide))
-        hair = jnp.sign(wide) * jnp.maximum(eps**0.5 * jnp.abs(wide), least)
-        inside = jnp.concatenate([ends[:-1] + hair, ends[1:] - hair])
+        curves = jax.tree.map(lambda *leaves: jnp.stack(leaves)[order], lower, *inner, upper)
+        hair = _hairs(ends, curves.gradient)
+        inside = jnp.concatenate([ends[:-1] + hair[0], ends[1:] - hair[1]])
         if not inner and not self._ends_move:  # nothing moves
-            inside, hair = inside[:0], hair[:0]
+            inside = inside[:0]
         jets = jax.vmap(lambda s: f.jet(along(s)))(t)
         total = jax.tree.map(lambda leaf: jnp.tensordot(w, leaf, axes=(0, 0)), jets)
         if inside.size:
@@ -141,10 +138,9 @@ class Integrate(Law):
             # itself, where rounding would decide on which side it lies), by Taylor's formula.
             # Apart from the nodes', so that who asks for no Hessian pays for none at the nodes.
             near = jax.vmap(lambda s: f.jet(along(s)))(inside)
-            limits = jax.vmap(partial(_transported, a))(near, jnp.concatenate([-hair, hair]))
-            curves = jax.tree.map(lambda *leaves: jnp.stack(leaves)[order], lower, *inner, upper)
+            limits = jax.vmap(partial(_transported, a))(near, jnp.concatenate([-hair[0], hair[1]]))
             moved = jax.tree.map(lambda leaf: jnp.concatenate([leaf[:-1], leaf[1:]]), curves)
-            sign = jnp.repeat(jnp.array([-1.0, 1.0], u.dtype), hair.size)
+            sign = jnp.repeat(jnp.array([-1.0, 1.0], u.dtype), hair[0].size)
             terms = jax.vmap(partial(_boundary, a))(moved, limits)
             total = total + jax.tree.map(lambda leaf: jnp.tensordot(sign, leaf, (0, 0)), terms)
         keep = np.array([i for i in range(f.frame.dims) if i != a], dtype=int)
@@ -258,6 +254,25 @@ def _within(b: Jet, lower: Array, upper: Array) -> Jet:
     still = jax.tree.map(jnp.zeros_like, b)
     still = eqx.tree_at(lambda j: j.value, still, jnp.asarray(upper, b.value.dtype))
     return jax.tree.map(lambda x, y: jnp.where(inside, x, y), b, still)
+
+
+def _hairs(ends: Array, gradient: Array) -> tuple[Array, Array]:
+    """Steps into each panel from its two ends, to where one-sided limits are looked at.
+
+    No nearer to an edge than a field may tell its sides apart (`light_field`: eps^(3/4) in any
+    coordinate). Along the axis an edge that runs nearly so is that much times its slope away.
+
+    Args:
+        ends: of the panels, one after another.
+        gradient: of each end in the other coordinates.
+    """
+    wide = ends[1:] - ends[:-1]
+    eps = jnp.finfo(ends.dtype).eps
+    steep = jnp.sum(jnp.abs(gradient), -1)
+    apart = 16.0 * eps**0.75 * (1.0 + jnp.where(jnp.isfinite(steep), steep, 0.0))
+    least = (jnp.minimum(a, 0.25 * jnp.abs(wide)) for a in (apart[:-1], apart[1:]))
+    low, high = (jnp.sign(wide) * jnp.maximum(eps**0.5 * jnp.abs(wide), a) for a in least)
+    return low, high
 
 
 def _transported(a: int, jet: Jet, d: Array) -> Jet:

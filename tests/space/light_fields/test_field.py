@@ -330,6 +330,22 @@ def test_irradiance_of_a_polygon_and_its_gradient_are_integrals_of_the_field():
         assert normwise(found, truth) < 1e-10  # 16 nodes a panel, of a lamp one radian wide
 
 
+def test_the_jet_of_two_integrals_is_that_of_irradiance():
+    """Its one-sided limits lie beside corners, where an edge runs nearly along the inner axis."""
+    L = light_field(LAMP, AT)
+    starts = [e.level.start for e in L.edges()]
+    E = summed(L, 16, tuple(corner(p) for p in starts))
+    u = jnp.array([0.03, 0.03])
+    found = eqx.filter_jit(lambda E, u: E.jet(u))(E, u)
+
+    def of(u):
+        return directly(LAMP, AT, u)
+
+    assert normwise(found.value, of(u)) < 1e-10
+    assert normwise(found.gradient, jax.jit(jax.grad(of))(u)) < 1e-9
+    assert normwise(found.hessian, jax.jit(jax.hessian(of))(u)) < 1e-8
+
+
 @pytest.mark.parametrize(
     "fault",
     [
