@@ -1,6 +1,7 @@
 # Everything runs from an environment that make itself creates, from pinned versions, on a machine
 # with nothing but Python and make. After the first installation no target needs the network.
 #
+#   make first          the environment and one figure with its claims, in a minute or two
 #   make figures        the environment, the ledger, every figure at full size, the claims table
 #   make test           every test, shapes checked on every call
 #   make check          the ledger of equations, proved or corrected
@@ -22,7 +23,7 @@ NOTEBOOKS := $(patsubst notebooks/%.py,notebooks/ipynb/%.ipynb,$(wildcard notebo
 export PYTHONNOUSERSITE := 1
 unexport PYTHONPATH
 
-.PHONY: help venv figures figures-quick readme check test smoke bench lint format notebooks clean
+.PHONY: help venv first figures figures-quick readme check test smoke bench lint format notebooks clean
 .DEFAULT_GOAL := help
 
 help:
@@ -38,6 +39,11 @@ $(READY): pyproject.toml constraints.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt \
 	    --no-build-isolation -e '.[test,lint,notebooks]'
 	touch $@
+
+first: $(READY)
+	$(BIN)/python -m figures autodiff_fails --quick
+	@echo 'The picture is figures/out/autodiff_fails.png. Next: $(BIN)/firstorder scene scene_b --out b.png,'
+	@echo 'the scripts in examples/, or $(BIN)/python -m figures --list.'
 
 figures: check
 	$(BIN)/python -m figures --jobs 2
