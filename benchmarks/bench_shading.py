@@ -15,7 +15,7 @@ import pytest
 from jax.experimental.jet import jet
 
 from firstorder.fields import Affine
-from firstorder.numerics.quadrature import gauss_legendre
+from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.transport.brdf.lobes import glossy
 from firstorder.transport.events.texture import wave
 from firstorder.transport.shading._flat_jets import FlatlandLight

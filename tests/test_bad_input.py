@@ -24,9 +24,9 @@ from firstorder.fields import (
     SoftSlit,
     Wavelet,
     gaussian,
-    haar_matrix,
     half_plane,
 )
+from firstorder.fields._haar import haar_matrix
 from firstorder.laws import Convolve, Integrate, Move
 from firstorder.transport import (
     ClampedCosine,

@@ -20,7 +20,7 @@ import numpy as np
 import pytest
 
 from firstorder.checks.statistics import z_test
-from firstorder.numerics.quadrature import gauss_legendre
+from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.space import Receiver, geometry_term, receiver
 from firstorder.space.bounces.radiosity import rectangle_irradiance
 from firstorder.space.direct_lighting import irradiance

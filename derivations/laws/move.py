@@ -175,7 +175,8 @@ def haar_under_flips_and_exchange() -> float:
     """
     from firstorder.checks.cases import light
     from firstorder.checks.tolerance import normwise
-    from firstorder.fields import Grid, Wavelet, haar_matrix
+    from firstorder.fields import Grid, Wavelet
+    from firstorder.fields._haar import haar_matrix
     from firstorder.laws import Move
 
     grid = Grid.spanning((16, 16), (2.0, 2.0))

@@ -136,7 +136,7 @@ def by_autodiff() -> float:
     import jax
     import jax.numpy as jnp
 
-    from firstorder.numerics.quadrature import gauss_legendre
+    from firstorder.numerics._quadrature import gauss_legendre
     from firstorder.visibility import _contour as contour
 
     t, w = (jnp.asarray(a) for a in gauss_legendre(40))

@@ -11,7 +11,7 @@ import numpy as np
 
 from figures.style import Claim, Drawing
 from firstorder import plotting
-from firstorder.numerics.quadrature import gauss_legendre
+from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.transport import ClampedCosine, Fresnel, clamped_cosine_transform
 
 MATERIALS = {"water, 1.33": 1.33, "glass, 1.5": 1.5, "diamond, 2.4": 2.4}

@@ -17,7 +17,7 @@ from firstorder import plotting
 from firstorder.checks.tolerance import normwise
 from firstorder.fields import Function, Grid, gaussian
 from firstorder.laws import Integrate
-from firstorder.numerics.quadrature import gauss_legendre
+from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.transport import Cosine, Curvature, clamped_cosine_transform
 
 KAPPA, WINDOW = -0.7, 5.0

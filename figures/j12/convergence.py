@@ -44,7 +44,7 @@ from firstorder.flatland.estimators.strata import (
     trace_strata,
 )
 from firstorder.flatland.library import _scenes as scenes
-from firstorder.numerics.batching import host_blocks
+from firstorder.numerics._batching import host_blocks
 from firstorder.scene._primitives import BACK, FRONT
 
 PLACES = {"A": 0.35, "B": 0.35, "C": 0.3, "D": 0.31, "14": 0.5, "15": 0.23}

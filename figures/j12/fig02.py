@@ -26,7 +26,7 @@ from firstorder.flatland.bounces.radiosity import (
 )
 from firstorder.flatland.discontinuities.events import jumps_on as jumps_along
 from firstorder.flatland.library._scenes import named_scene
-from firstorder.numerics.batching import in_batches
+from firstorder.numerics._batching import in_batches
 
 COLORS = ("#b91c1c", "#15803d", "#1d4ed8")
 CORNER = (1e-4, 2e-4, 4e-4)  # places beside it, each twice as far

@@ -48,7 +48,7 @@ from firstorder.flatland.estimators._irradiance_forms import (
 )
 from firstorder.flatland.estimators.strata import hemicircle_strata, trace_strata
 from firstorder.flatland.library._scenes import fig15
-from firstorder.numerics.batching import in_batches
+from firstorder.numerics._batching import in_batches
 from firstorder.plotting.style import COLOURS
 
 SHOWN = ("minimum", "harmonic mean", "arc-length", "stratified", "exact", "exact and kinks")

@@ -31,7 +31,7 @@ import numpy as np
 from figures.style import Claim, Drawing
 from firstorder import plotting
 from firstorder.io import Embree
-from firstorder.numerics.batching import in_batches
+from firstorder.numerics._batching import in_batches
 from firstorder.space import first_shape, receiver
 from firstorder.space.direct_lighting import boundary_gradient, irradiance
 from firstorder.space.library._scenes import three_spheres

@@ -23,8 +23,8 @@ import numpy as np
 
 from figures.style import Claim, Drawing
 from firstorder import plotting
-from firstorder.numerics.batching import host_blocks
-from firstorder.numerics.quadrature import inverse_sqrt_panels
+from firstorder.numerics._batching import host_blocks
+from firstorder.numerics._quadrature import inverse_sqrt_panels
 from firstorder.visibility import contour_elevation
 
 RADIUS, HEIGHT, HALF = 0.5, 1.0, 2.0

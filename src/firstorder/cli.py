@@ -14,8 +14,9 @@ import tyro
 
 import firstorder
 from firstorder import session
+from firstorder._argument_checks import check_finite, check_positive
 from firstorder.conventions import FLATLAND, FLATLAND_SLOPE
-from firstorder.errors import Refused, check_finite, check_positive
+from firstorder.errors import Refused
 from firstorder.fields import Affine, GaussianProfile, gaussian
 from firstorder.laws import Hemisphere
 from firstorder.transport import (
@@ -230,8 +231,8 @@ class Agreements:
 
     def run(self) -> int:
         """Measure and print."""
+        from firstorder._argument_checks import check_between
         from firstorder.checks.agreements import FULL, QUICK, agreements
-        from firstorder.errors import check_between
         from firstorder.flatland import receiver
         from firstorder.flatland.library import _scenes as scenes
         from firstorder.io import read_scene

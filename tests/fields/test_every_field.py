@@ -43,7 +43,7 @@ from firstorder.fields import (
     spot_light,
 )
 from firstorder.fields.apertures import Bars, Grating, SoftSlit
-from firstorder.numerics.batching import batched
+from firstorder.numerics._batching import batched
 from firstorder.transport.events.travel import line_light
 
 OFFSET, ANGLE = Frame(("x",)), Frame(("theta",))

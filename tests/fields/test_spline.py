@@ -10,7 +10,7 @@ from firstorder.checks.tolerance import fitted_order, normwise
 from firstorder.conventions import FLATLAND, SPACE, Frame
 from firstorder.errors import Refused
 from firstorder.fields import Gaussian, Grid, Spline, covariance_of_samples, gaussian
-from firstorder.numerics.batching import batched
+from firstorder.numerics._batching import batched
 
 ANGLE = Frame(("theta",))
 RAYS = jnp.asarray(np.random.default_rng(0).uniform(-1.1, 1.1, (150, 2)))

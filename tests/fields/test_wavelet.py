@@ -2,7 +2,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.fields import Grid, Wavelet, gaussian, haar_matrix, triple_products
+from firstorder.fields import Grid, Wavelet, gaussian
+from firstorder.fields._haar import haar_matrix, triple_products
 from firstorder.laws import Multiply
 
 SIZES = (8, 16)  # not square

@@ -20,7 +20,7 @@ from firstorder.flatland.refraction import (
     through_body,
     trace_path,
 )
-from firstorder.numerics.quadrature import gauss_legendre
+from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.transport import Fresnel
 
 EDGES = np.linspace(0.36, 0.64, 29)  # of bins on the screen, by its parameter

@@ -8,7 +8,7 @@ import pytest
 from firstorder.checks.tolerance import normwise, rounding
 from firstorder.imaging import images
 from firstorder.imaging.camera import pinhole
-from firstorder.imaging.images import _gathered, pixel_grid, pixel_labels, render_pixels
+from firstorder.imaging.images import _gathered, _render_pixels, pixel_grid, pixel_labels
 from firstorder.space import Receiver, Scene, box, cylinder, plane, primitive, sphere
 
 ALBEDO, SKY = 0.7, 1.5
@@ -79,7 +79,7 @@ def test_the_sky_and_the_black_ball_are_what_they_emit(world, image):
     above = np.array([[0.0, 1.5]])
     index, label = pixel_labels(world, CAMERA, jnp.asarray(above))
     assert label.tolist() == [-1]
-    value, gradient = render_pixels(world, CAMERA, above, index)
+    value, gradient = _render_pixels(world, CAMERA, above, index)
     assert value.tolist() == [SKY]
     assert gradient.tolist() == [[0.0, 0.0]]
 
@@ -151,7 +151,7 @@ def test_a_glossy_floor_under_a_white_sky_shows_its_share():
     floor = primitive(GROUND, albedo=0.3, specular=0.4, exponent=20.0)
     scene = Scene.of(floor, environment=1.0)
     camera = pinhole((0.0, 0.0, 2.0), (0.0, 0.0, 0.0), up=(0.0, 1.0, 0.0))
-    value, gradient = render_pixels(scene, camera, np.zeros((1, 2)), np.zeros(1, int), rays=4096)
+    value, gradient = _render_pixels(scene, camera, np.zeros((1, 2)), np.zeros(1, int), rays=4096)
     assert abs(value[0] - 0.7) < 1e-3
     assert np.max(np.abs(gradient)) < 1e-3
 

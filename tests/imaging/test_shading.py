@@ -7,15 +7,10 @@ import numpy as np
 import pytest
 
 from firstorder.imaging._area_lights import Lamp
+from firstorder.imaging._interaction import surface_interaction
 from firstorder.imaging.camera import pinhole
 from firstorder.imaging.images import pixel_labels
-from firstorder.imaging.shading import (
-    SurfaceMaps,
-    _shade_pixel,
-    _shadow_rays,
-    shade_pixels,
-    surface_interaction,
-)
+from firstorder.imaging.shading import SurfaceMaps, _shade_pixel, _shadow_rays, shade_pixels
 from firstorder.space import Scene, plane, primitive, sphere
 
 SCENE = Scene.of(

@@ -13,6 +13,7 @@ from firstorder.imaging._area_lights import (
     lobe_radiance,
     shadow_edge_terms,
 )
+from firstorder.imaging._point_shading import oriented_light
 from firstorder.imaging._reflection import surface_point
 from firstorder.imaging.shading import _shadow_rays
 from firstorder.imaging.sky_lights import (
@@ -21,7 +22,6 @@ from firstorder.imaging.sky_lights import (
     _by_luminance,
     _dome,
     distant_lamp,
-    oriented_light,
     sky_light,
 )
 from firstorder.numerics._vectors import orthonormal_frame

@@ -8,10 +8,11 @@ import pytest
 
 from firstorder.imaging._area_lights import Lamp
 from firstorder.imaging._bumps import chart, normal_mapped
+from firstorder.imaging._interaction import facet_interaction, surface_interaction
+from firstorder.imaging._point_shading import shade_point
 from firstorder.imaging._textures import HeightMap, ImageTexture, image_normal_map, shape_uv
 from firstorder.imaging.camera import pinhole
-from firstorder.imaging.facets import facet_interaction, mesh_facets
-from firstorder.imaging.shading import shade_point, surface_interaction
+from firstorder.imaging.facets import mesh_facets
 from firstorder.imaging.surface_maps import PerPrimitive, SurfaceMaps, UVMaps
 from firstorder.space import Scene, ellipsoid, primitive, rectangle, sphere
 from firstorder.space.meshes.triangle_mesh import mesh

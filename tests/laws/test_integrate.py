@@ -15,7 +15,7 @@ from firstorder.conventions import FLATLAND, Frame
 from firstorder.errors import Refused
 from firstorder.fields import Affine, Constant, Function, HalfPlane, autodiff_jet, half_plane
 from firstorder.laws import Integrate, Map, Multiply, Warp
-from firstorder.numerics.batching import batched
+from firstorder.numerics._batching import batched
 from firstorder.transport import Travel
 
 LINE = Frame(("x",))

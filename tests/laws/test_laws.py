@@ -13,7 +13,7 @@ from firstorder.checks.registry import all_cases
 from firstorder.checks.table import LAWS
 from firstorder.fields import Sum, gaussian
 from firstorder.laws import FieldImage
-from firstorder.numerics.batching import batched
+from firstorder.numerics._batching import batched
 
 OTHER = gaussian((-0.3, 0.4), (0.7, 0.5), -0.2, 0.6)
 WEIGHT = st.floats(-3.0, 3.0)

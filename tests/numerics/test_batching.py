@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.numerics.batching import host_blocks, host_rows, in_batches
+from firstorder.numerics._batching import host_blocks, host_rows, in_batches
 
 
 @pytest.mark.parametrize("count", [0, 1, 6, 7, 8, 21, 23, 64])

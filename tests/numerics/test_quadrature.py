@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firstorder.numerics.quadrature import (
+from firstorder.numerics._quadrature import (
     composite_gauss_legendre,
     gauss_legendre,
     inverse_sqrt_panels,

@@ -5,7 +5,7 @@ import numpy as np
 
 from firstorder import fields, transport
 from firstorder.conventions import FLATLAND
-from firstorder.fields import Grid
+from firstorder.fields import Grid, _haar, _series
 from tests.probes.light import GRID, OFFSET, SLOPE, jet, light, mask, ray
 
 PROBES = {
@@ -44,7 +44,7 @@ PROBES = {
             (fields.GaussianProfile(s, "x"), fields.GaussianProfile(0.5, "theta")),
         )
     ),
-    "fields.Series": lambda s: light(s).series(GRID).coefficients,
+    "fields._series.Series": lambda s: light(s).series(GRID).coefficients,
     "fields.SoftSlit": lambda s: jet(
         fields.SoftSlit(fields.Affine(jnp.stack([1.0, s]), 0.1), s, 0.2 + s)
     ),
@@ -57,7 +57,7 @@ PROBES = {
         light(s), Grid.spanning((4, 8), (2.0, 2.0))
     ).samples(),
     "fields.autodiff_jet": lambda s: fields.autodiff_jet(light(s).at, ray(FLATLAND), FLATLAND),
-    "fields.axis_series": lambda s: fields.axis_series(
+    "fields._series.axis_series": lambda s: _series.axis_series(
         lambda k, period: s / (1.0 + (k / period) ** 2), jnp.stack([s, 1.0]), GRID, 0
     ),
     "fields.covariance_of": lambda s: fields.covariance_of(light(s), GRID).matrix,
@@ -68,14 +68,14 @@ PROBES = {
         GRID.sample(light(s)), GRID, np.array([0.1, 0.3]), np.array([0.2])
     ),
     "fields.gaussian": lambda s: light(s).spectrum().at(ray(FLATLAND)),
-    "fields.haar_matrix": lambda s: s * jnp.asarray(fields.haar_matrix(4)),
+    "fields._haar.haar_matrix": lambda s: s * jnp.asarray(_haar.haar_matrix(4)),
     "fields.half_plane": lambda s: jet(mask(s)),
     "fields.point_light": lambda s: (
         fields.point_light(s, fields.GaussianProfile(0.3, "v", SLOPE)).spectrum().at(ray(SLOPE))
     ),
-    "fields.sampled_series": lambda s: fields.sampled_series(light(s), GRID),
+    "fields._series.sampled_series": lambda s: _series.sampled_series(light(s), GRID),
     "fields.spot_light": lambda s: jet(
         fields.spot_light(s, 0.5, fields.GaussianProfile(0.3, "v", SLOPE))
     ),
-    "fields.triple_products": lambda s: s * jnp.asarray(fields.triple_products(4)),
+    "fields._haar.triple_products": lambda s: s * jnp.asarray(_haar.triple_products(4)),
 }

@@ -4,6 +4,7 @@ import jax.numpy as jnp
 
 from firstorder import numerics, scene
 from firstorder.flatland import Receiver
+from firstorder.numerics import _batching, _quadrature, _small_matrices
 
 
 def vectors(s):
@@ -22,13 +23,15 @@ def cut(s):
 
 
 PROBES = {
-    "numerics.composite_gauss_legendre": lambda s: numerics.composite_gauss_legendre(*cut(s), 3),
+    "numerics._quadrature.composite_gauss_legendre": lambda s: _quadrature.composite_gauss_legendre(
+        *cut(s), 3
+    ),
     "numerics.cross": lambda s: numerics.cross(vectors(s), bent(s)[:2]),
     "numerics.dot": lambda s: numerics.dot(vectors(s), bent(s)[:2]),
     "numerics.in_batches": lambda s: numerics.in_batches(jnp.sin, s * jnp.arange(3.0), 2),
-    "numerics.in_blocks": lambda s: numerics.in_blocks(jnp.sin, s * jnp.arange(3.0), 2),
+    "numerics._batching.in_blocks": lambda s: _batching.in_blocks(jnp.sin, s * jnp.arange(3.0), 2),
     "numerics.inverse_3x3": lambda s: numerics.inverse_3x3(bent(s)),
-    "numerics.inverse_sqrt_panels": lambda s: numerics.inverse_sqrt_panels(
+    "numerics._quadrature.inverse_sqrt_panels": lambda s: _quadrature.inverse_sqrt_panels(
         jnp.stack([-s, s, s, 2.0 * s]), 3
     ),
     "numerics.matvec": lambda s: numerics.matvec(bent(s), vectors(s)),
@@ -36,17 +39,19 @@ PROBES = {
     "numerics.orthonormal_frame": lambda s: numerics.orthonormal_frame(
         jnp.stack([jnp.stack([0.6 * jnp.cos(s), 0.6 * jnp.sin(s), -0.8]), jnp.eye(3)[2]])
     ),
-    "numerics.sorted_breaks": lambda s: numerics.sorted_breaks(*cut(s)),
+    "numerics._quadrature.sorted_breaks": lambda s: _quadrature.sorted_breaks(*cut(s)),
     "numerics.unit": lambda s: numerics.unit(vectors(s)),
     "numerics.batched": lambda s: numerics.batched(lambda u: s * u)(jnp.ones((2, 3), s.dtype)),
-    "numerics.inner": lambda s: numerics.inner(jnp.stack([s, 2.0 * s]), jnp.stack([s, -s])),
-    "numerics.product": lambda s: numerics.product(
+    "numerics._small_matrices.inner": lambda s: _small_matrices.inner(
+        jnp.stack([s, 2.0 * s]), jnp.stack([s, -s])
+    ),
+    "numerics._small_matrices.product": lambda s: _small_matrices.product(
         jnp.stack([jnp.stack([s, s]), jnp.stack([-s, s])]), jnp.stack([s, s])
     ),
-    "numerics.quadratic": lambda s: numerics.quadratic(
+    "numerics._small_matrices.quadratic": lambda s: _small_matrices.quadratic(
         jnp.stack([jnp.stack([s, s]), jnp.stack([-s, s])]), jnp.stack([s, s])
     ),
-    "numerics.congruence": lambda s: numerics.congruence(
+    "numerics._small_matrices.congruence": lambda s: _small_matrices.congruence(
         jnp.stack([jnp.stack([s, s]), jnp.stack([-s, s])]), s * jnp.eye(2, dtype=s.dtype)
     ),
     "scene.Derivatives": lambda s: scene.Derivatives(s, s[None], s[None, None], ("x",)).second,

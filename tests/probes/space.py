@@ -95,15 +95,17 @@ PROBES = {
     "space.first_shape": lambda s: s * space.first_shape(ball(s), *towards(s)),
     "space.nearest": lambda s: space.nearest(ball(s), *towards(s)),
     "space.occluded": lambda s: s * space.occluded(ball(s), *towards(s)),
-    "space.SilhouetteSegments": lambda s: (
+    "space.silhouettes._curves.SilhouetteSegments": lambda s: (
         space.silhouette(ball(s), under(s).position).straight.start + s
     ),
-    "space.SilhouetteArcs": lambda s: space.silhouette(ball(s), under(s).position).curved,
+    "space.silhouettes._curves.SilhouetteArcs": lambda s: (
+        space.silhouette(ball(s), under(s).position).curved
+    ),
     "space.Silhouette": lambda s: space.silhouette(ball(s), under(s).position),
     "space.silhouette": lambda s: space.silhouette(ball(s), under(s).position).curved.center,
-    "space.SilhouetteSides": lambda s: space.visible_silhouettes(ball(s), under(s)).rims.jump(
-        jnp.stack([s, 2.0 * s])
-    ),
+    "space.silhouettes._sides.SilhouetteSides": lambda s: space.visible_silhouettes(
+        ball(s), under(s)
+    ).rims.jump(jnp.stack([s, 2.0 * s])),
     "space.VisibleSilhouettes": lambda s: space.visible_silhouettes(ball(s), under(s)).on_arcs(4),
     "space.visible_silhouettes": lambda s: space.visible_silhouettes(ball(s), under(s)),
     "space.geometry_jet": lambda s: space.geometry_jet(*faced(s)),

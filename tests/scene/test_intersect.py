@@ -4,7 +4,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.numerics.batching import in_blocks
+from firstorder.numerics._batching import in_blocks
 from firstorder.scene import _intersect as intersect
 from firstorder.space import Ellipsoids, Rectangles
 

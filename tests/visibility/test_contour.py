@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.numerics.quadrature import periodic_trapezoid
+from firstorder.numerics._quadrature import periodic_trapezoid
 from firstorder.visibility import _contour as contour
 
 COS = 0.8  # of a cap's half-angle

@@ -74,7 +74,7 @@ def split_autodiff():
     import jax
     import jax.numpy as jnp
 
-    from firstorder.numerics.quadrature import composite_gauss_legendre
+    from firstorder.numerics._quadrature import composite_gauss_legendre
 
     def E(border):
         t, w = composite_gauss_legendre(jnp.asarray(0.0), jnp.asarray(0.5 * jnp.pi), [border], 24)

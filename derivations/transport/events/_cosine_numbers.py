@@ -14,7 +14,7 @@ from firstorder.checks.tolerance import fitted_order, normwise
 from firstorder.conventions import Frame
 from firstorder.fields import GaussianProfile, gaussian
 from firstorder.fields.field import Function
-from firstorder.numerics.quadrature import gauss_legendre
+from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.transport import (
     Cosine,
     Curvature,

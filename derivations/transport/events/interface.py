@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from derivations.ledger import Check, Row, na
-from firstorder.numerics.quadrature import gauss_legendre
+from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.transport import ClampedCosine, Fresnel
 
 INDICES = (1.33, 1.5, 2.4)

@@ -27,7 +27,7 @@ from firstorder.bandwidth.pixel_rates import blocker_distance
 from firstorder.imaging.camera import Pinhole, pinhole
 from firstorder.imaging.hits import gbuffer
 from firstorder.imaging.images import pixel_labels
-from firstorder.numerics.batching import host_blocks
+from firstorder.numerics._batching import host_blocks
 from firstorder.space import Scene, box, ellipsoid, first_shape, plane, primitive, sphere
 
 LOOKED = 4096  # primary rays at a time

@@ -29,7 +29,7 @@ import numpy as np
 import scipy.ndimage
 from jaxtyping import Bool, Float, Int
 
-from firstorder.errors import check_positive
+from firstorder._argument_checks import check_positive
 from firstorder.shadowfield.rendering.lamp import LampFrame
 from firstorder.shadowfield.rendering.ray_table import ADDITIVE, Blockers, Plane, RayTable
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from firstorder.errors import check_positive, check_shape
+from firstorder._argument_checks import check_positive, check_shape
 from firstorder.shadowfield.rendering._glossy_receivers import (
     Cells,
     Falloff,

@@ -21,7 +21,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from firstorder.errors import check_positive
+from firstorder._argument_checks import check_positive
 from firstorder.typing import as_float
 
 Profile = Callable[[Array], Array]

@@ -24,7 +24,7 @@ import scipy.spatial
 from jaxtyping import Float
 
 from figures.e11.competitors.baselines import CHUNK, Falloff, on_lamp
-from firstorder.errors import check_positive
+from firstorder._argument_checks import check_positive
 from firstorder.shadowfield.rendering.lamp import LampFrame
 from firstorder.shadowfield.rendering.ray_table import Blockers
 

@@ -34,7 +34,7 @@ import numpy as np
 import scipy.ndimage
 from jaxtyping import Float, Int
 
-from firstorder.errors import check_not_negative, check_positive
+from firstorder._argument_checks import check_not_negative, check_positive
 
 # Lifting steps of the 9/7 wavelet, and the scale that makes low passes of ones sqrt(2).
 LIFT = (-1.586134342059924, -0.052980118572961, 0.882911075530934, 0.443506852043971)

@@ -22,7 +22,7 @@ import numpy as np
 
 from figures.j12.shared.box import Case, Size, places
 from firstorder.caching.candidate_tables import gather_directions, tabulate_candidates
-from firstorder.numerics.batching import host_blocks, in_batches
+from firstorder.numerics._batching import host_blocks, in_batches
 from firstorder.space import Boxes, Primitive, Scene, irradiance, primitive, receiver, rectangle
 from firstorder.space.bounces._radiance_maps import RadianceMaps, face_layout
 

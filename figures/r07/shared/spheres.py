@@ -17,7 +17,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from firstorder.numerics.quadrature import gauss_legendre, sorted_breaks
+from firstorder.numerics._quadrature import gauss_legendre, sorted_breaks
 
 BLOCK = 256  # places at a time
 

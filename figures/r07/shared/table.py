@@ -14,10 +14,11 @@ import numpy as np
 
 from firstorder import plotting
 from firstorder.imaging._area_lights import Lamp
+from firstorder.imaging._point_shading import ShadedPixels
 from firstorder.imaging.camera import pinhole
 from firstorder.imaging.images import pixel_labels
-from firstorder.imaging.shading import ShadedPixels, SurfaceMaps, shade_pixels
-from firstorder.numerics.batching import host_blocks
+from firstorder.imaging.shading import SurfaceMaps, shade_pixels
+from firstorder.numerics._batching import host_blocks
 from firstorder.reconstruction.importance import ShadedSamples
 from firstorder.space import Scene, primitive, sphere
 

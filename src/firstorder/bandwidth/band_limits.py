@@ -19,12 +19,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from firstorder._argument_checks import check_not_negative, check_shape
 from firstorder.conventions import FLATLAND, Frame
-from firstorder.errors import (
-    Refused,
-    check_not_negative,
-    check_shape,
-)
+from firstorder.errors import Refused
 from firstorder.fields.environment import Environment, Harmonics
 from firstorder.fields.field import Constant, Field, Sum
 from firstorder.fields.gaussians import Gaussian

@@ -12,14 +12,14 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from firstorder.bandwidth._spectral_norm import spectral_norm
-from firstorder.errors import (
+from firstorder._argument_checks import (
     check_between,
     check_finite,
     check_not_negative,
     check_positive,
     nan_unless,
 )
+from firstorder.bandwidth._spectral_norm import spectral_norm
 from firstorder.typing import RealLike, Scalar, as_float
 
 

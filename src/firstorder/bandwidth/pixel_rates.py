@@ -28,14 +28,14 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from firstorder.bandwidth._spectral_norm import spectral_norm
-from firstorder.errors import (
+from firstorder._argument_checks import (
     check_between,
     check_finite,
     check_not_negative,
     check_positive,
     nan_unless,
 )
+from firstorder.bandwidth._spectral_norm import spectral_norm
 from firstorder.imaging.camera import Pinhole
 from firstorder.imaging.hits import GBuffer
 from firstorder.space.intersect import nearest

@@ -12,9 +12,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from firstorder._argument_checks import nan_unless
 from firstorder.bandwidth._spectral_norm import spectral_norm
 from firstorder.bandwidth.pixel_rates import _bands, _reach
-from firstorder.errors import nan_unless
 from firstorder.typing import RealLike, as_float
 
 

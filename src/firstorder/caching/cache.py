@@ -15,11 +15,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float
 
+from firstorder._argument_checks import check_positive, check_shape
 from firstorder.caching._records import checked_order, distance, kept, printed, turning, weights
 from firstorder.caching.candidates import Candidates
 from firstorder.caching.regions import CLAMPS, ValidityRegion
-from firstorder.errors import check_positive, check_shape
-from firstorder.numerics.batching import in_batches
+from firstorder.numerics._batching import in_batches
 from firstorder.typing import as_float
 
 BLOCK = 256  # places answered at a time; with a thousand records this stays in the cache

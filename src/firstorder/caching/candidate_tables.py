@@ -17,8 +17,8 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import ArrayLike, Float
 
+from firstorder._argument_checks import check_positive
 from firstorder.caching.candidates import Candidates
-from firstorder.errors import check_positive
 from firstorder.space.bounces._radiance_maps import FLAT, RadianceMaps, face_layout
 from firstorder.space.estimators._gather_sums import WallSweeps, jumps_across, surface_area_sums
 

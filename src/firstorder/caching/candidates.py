@@ -14,7 +14,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder.errors import check_finite, check_shape
+from firstorder._argument_checks import check_finite, check_shape
 from firstorder.typing import as_float
 
 BLOCK = 4096  # places differentiated at a time

@@ -15,8 +15,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
+from firstorder._argument_checks import check_not_negative, check_positive, is_concrete, nan_unless
 from firstorder.caching._records import checked_order
-from firstorder.errors import check_not_negative, check_positive, is_concrete, nan_unless
 from firstorder.typing import as_float
 
 NONE = np.zeros(0)

@@ -31,8 +31,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
+from firstorder._argument_checks import check_not_negative, check_positive, nan_unless
 from firstorder.caching.regions import _checked_dims
-from firstorder.errors import check_not_negative, check_positive, nan_unless
 from firstorder.typing import as_float
 
 BLOCK = 1024  # places compared with all others at a time

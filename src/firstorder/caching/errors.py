@@ -15,13 +15,13 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 from scipy import ndimage, optimize
 
+from firstorder._argument_checks import check_positive
 from firstorder.caching._records import checked_order
 from firstorder.caching.cache import taylor
 from firstorder.caching.candidates import Candidates, _as_number
 from firstorder.caching.radii import DEFINITIONS
 from firstorder.caching.regions import CUT, FREE, RAISED, ValidityRegion
-from firstorder.errors import check_positive
-from firstorder.numerics.quadrature import composite_gauss_legendre, gauss_legendre
+from firstorder.numerics._quadrature import composite_gauss_legendre, gauss_legendre
 from firstorder.typing import as_float
 
 

@@ -17,11 +17,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import ArrayLike
 
+from firstorder._argument_checks import check_positive, check_shape
 from firstorder.caching._records import reached
 from firstorder.caching.cache import Cache, Lookup, _answers_of_many, _tabled
 from firstorder.caching.candidates import Candidates
 from firstorder.caching.regions import ValidityRegion, circular_regions
-from firstorder.errors import check_positive, check_shape
 from firstorder.typing import as_float
 
 ENOUGH = 4  # times the wanted number of records are too many, however many more there would be

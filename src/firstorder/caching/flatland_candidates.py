@@ -10,16 +10,16 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
+from firstorder._argument_checks import check_between
 from firstorder.caching.candidates import Candidates, _checked_derivatives
 from firstorder.caching.distances import harmonic_mean_distance, minimum_distance
 from firstorder.conventions import direction
-from firstorder.errors import check_between
 from firstorder.flatland.direct_lighting import Radiance, irradiance
 from firstorder.flatland.discontinuities import events
 from firstorder.flatland.intersect import nearest
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver, receiver
-from firstorder.numerics.quadrature import gauss_legendre
+from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.typing import as_float
 
 BLOCK = 128  # candidates worked on at a time

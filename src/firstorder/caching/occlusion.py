@@ -13,8 +13,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
-from firstorder.errors import check_positive, check_shape
-from firstorder.numerics.batching import in_batches
+from firstorder._argument_checks import check_positive, check_shape
+from firstorder.numerics._batching import in_batches
 from firstorder.space.bounces._radiance_maps import RadianceMaps, trace_maps
 from firstorder.space.estimators._triangulation import (
     HemisphereTriangulation,

@@ -15,9 +15,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
+from firstorder._argument_checks import check_not_negative, check_positive, nan_unless
 from firstorder.caching._records import checked_order
 from firstorder.caching.regions import ValidityRegion, _checked_dims, _determinant
-from firstorder.errors import check_not_negative, check_positive, nan_unless
 from firstorder.typing import as_float
 
 DEFINITIONS = (

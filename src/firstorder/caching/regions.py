@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
-from firstorder.errors import check_not_negative, check_positive, is_concrete
+from firstorder._argument_checks import check_not_negative, check_positive, is_concrete
 from firstorder.typing import as_float
 
 # What acted on a radius.

@@ -28,7 +28,7 @@ from firstorder.fields import (
     discrete_transform,
 )
 from firstorder.laws import Law
-from firstorder.numerics.batching import batched
+from firstorder.numerics._batching import batched
 from firstorder.transport import Chain, Event
 
 Step = Law | Event | Chain

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from scipy.special import chdtrc, ndtr, ndtri, stdtrit
 
-from firstorder.errors import check_between
+from firstorder._argument_checks import check_between
 
 LEVEL = 1e-4  # chance of a false alarm of one whole test
 EXPECTED = 8.0  # fewest expected samples in a bin of a chi-square test

@@ -9,7 +9,6 @@ from firstorder.fields.gaussians import Gaussian, gaussian
 from firstorder.fields.jet import Jet, autodiff_jet
 from firstorder.fields.kernel import GaussianProfile, Kernel, Profile
 from firstorder.fields.mask import HalfPlane, SoftEdge, half_plane
-from firstorder.fields.series import Series, axis_series, sampled_series
 from firstorder.fields.sources import (
     BoxProfile,
     DiracProfile,
@@ -26,7 +25,7 @@ from firstorder.fields.spectrum import (
     discrete_transform,
 )
 from firstorder.fields.spline import Spline
-from firstorder.fields.wavelet import Wavelet, haar_matrix, triple_products
+from firstorder.fields.wavelet import Wavelet
 
 __all__ = [
     "Field",
@@ -47,11 +46,6 @@ __all__ = [
     "covariance_of",
     "covariance_of_samples",
     "Wavelet",
-    "haar_matrix",
-    "triple_products",
-    "Series",
-    "sampled_series",
-    "axis_series",
     "Gaussian",
     "gaussian",
     "Kernel",

@@ -9,8 +9,8 @@ import numpy as np
 from jaxtyping import Array
 
 from firstorder.conventions import fourier_kernel
+from firstorder.fields._series import Series
 from firstorder.fields.field import Affine
-from firstorder.fields.series import Series
 from firstorder.fields.spectrum import Grid
 from firstorder.typing import Scalar
 

@@ -8,13 +8,14 @@ import numpy as np
 from jax.scipy.special import erf
 from jaxtyping import Array, Float
 
+from firstorder._argument_checks import check_finite, check_positive, is_concrete, nan_unless
 from firstorder.conventions import Frame, fourier_kernel
-from firstorder.errors import Refused, check_finite, check_positive, is_concrete, nan_unless
+from firstorder.errors import Refused
 from firstorder.fields._level_series import level_range, level_series, stair_series
+from firstorder.fields._series import Series
 from firstorder.fields.covariance import Covariance
 from firstorder.fields.field import Affine, Constant, Edge, Field
 from firstorder.fields.jet import Jet
-from firstorder.fields.series import Series
 from firstorder.fields.spectrum import Grid
 from firstorder.typing import Ray, Scalar, as_float
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from firstorder.conventions import Frame
 from firstorder.fields.spectrum import Grid
-from firstorder.numerics.batching import batched
+from firstorder.numerics._batching import batched
 from firstorder.typing import Matrix
 
 if TYPE_CHECKING:

@@ -7,12 +7,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from firstorder._argument_checks import check_finite, check_positive, check_shape
 from firstorder.conventions import FLATLAND, Frame
-from firstorder.errors import Refused, check_finite, check_positive, check_shape
+from firstorder.errors import Refused
+from firstorder.fields._series import Series
 from firstorder.fields.covariance import Covariance
 from firstorder.fields.field import Affine, Edge, Field
 from firstorder.fields.jet import Jet
-from firstorder.fields.series import Series
 from firstorder.fields.spectrum import Grid, Spectrum
 from firstorder.typing import ComplexScalar, Frequency, Ray, Scalar, Vector, as_float
 

@@ -12,13 +12,13 @@ from jaxtyping import Array, Float
 from firstorder.conventions import UNSTATED, Frame
 from firstorder.errors import Refused
 from firstorder.fields._ray import of_ray, stack
+from firstorder.fields._series import Series, sampled_series
 from firstorder.fields.covariance import Covariance
 from firstorder.fields.jet import Jet, autodiff_jet
-from firstorder.fields.series import Series, sampled_series
 from firstorder.fields.spectrum import Grid, Spectrum, SumSpectrum
+from firstorder.numerics._batching import batched
 from firstorder.numerics._compiled import compiled
-from firstorder.numerics.batching import batched
-from firstorder.numerics.small_matrices import inner
+from firstorder.numerics._small_matrices import inner
 from firstorder.typing import Ray, Scalar, Vector, as_float
 
 

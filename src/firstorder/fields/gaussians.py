@@ -6,14 +6,20 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
+from firstorder._argument_checks import (
+    check_finite,
+    check_positive,
+    check_shape,
+    is_concrete,
+    nan_unless,
+)
 from firstorder.conventions import UNSTATED, Frame, fourier_kernel
-from firstorder.errors import check_finite, check_positive, check_shape, is_concrete, nan_unless
 from firstorder.fields.covariance import Covariance
 from firstorder.fields.extent import Extent
 from firstorder.fields.field import Field
 from firstorder.fields.jet import Jet
 from firstorder.fields.spectrum import Spectrum
-from firstorder.numerics.small_matrices import inner, product, quadratic
+from firstorder.numerics._small_matrices import inner, product, quadratic
 from firstorder.typing import ComplexScalar, Frequency, Matrix, Ray, Scalar, Vector, as_float
 
 

@@ -7,11 +7,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex, Float
 
+from firstorder._argument_checks import check_positive, nan_unless
 from firstorder.conventions import UNSTATED, Frame, frame_with
-from firstorder.errors import Refused, check_positive, nan_unless
+from firstorder.errors import Refused
+from firstorder.fields._series import Series
 from firstorder.fields.field import Field
 from firstorder.fields.jet import Jet
-from firstorder.fields.series import Series
 from firstorder.fields.spectrum import Grid
 from firstorder.typing import Ray, Scalar, as_float
 

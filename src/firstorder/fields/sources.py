@@ -11,8 +11,9 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array
 
+from firstorder._argument_checks import check_finite, check_positive, check_shape
 from firstorder.conventions import UNSTATED_SLOPE, Frame, fourier_kernel
-from firstorder.errors import Refused, check_finite, check_positive, check_shape
+from firstorder.errors import Refused
 from firstorder.fields.covariance import Covariance
 from firstorder.fields.extent import Extent
 from firstorder.fields.field import Affine, Constant, Edge, Field, _relabelled

@@ -11,11 +11,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex, Float
 
+from firstorder._argument_checks import check_positive, check_shape
 from firstorder.conventions import Frame, fourier_kernel
-from firstorder.errors import check_positive, check_shape
 from firstorder.fields._ray import stack
 from firstorder.fields.extent import Extent
-from firstorder.numerics.batching import batched
+from firstorder.numerics._batching import batched
 from firstorder.typing import ComplexScalar, Frequency
 
 if TYPE_CHECKING:

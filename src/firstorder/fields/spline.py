@@ -16,8 +16,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from firstorder._argument_checks import check_finite, check_shape, nan_unless
 from firstorder.conventions import UNSTATED, Frame
-from firstorder.errors import Refused, check_finite, check_shape, nan_unless
+from firstorder.errors import Refused
 from firstorder.fields.covariance import Covariance
 from firstorder.fields.extent import Extent
 from firstorder.fields.field import Field

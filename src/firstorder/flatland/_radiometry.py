@@ -16,16 +16,17 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float, PRNGKeyArray
 
+from firstorder._argument_checks import check_not_negative
 from firstorder.conventions import direction
-from firstorder.errors import check_not_negative
 from firstorder.flatland.direct_lighting import Radiance, irradiance
-from firstorder.flatland.estimators.strata import gap_quadrature, incident_radiance, trace_strata
+from firstorder.flatland.estimators._incident import incident_radiance
+from firstorder.flatland.estimators.strata import gap_quadrature, trace_strata
 from firstorder.flatland.intersect import occluded
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver, local_angle, receiver, view
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._planar import cross_2d
-from firstorder.numerics.quadrature import gauss_legendre
+from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.scene._geometry_term import geometry_term
 from firstorder.typing import as_float
 

@@ -22,7 +22,7 @@ from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver, View, receiver, view
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._planar import dot_2d
-from firstorder.numerics.quadrature import gauss_legendre
+from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.scene._arguments import check_asked
 from firstorder.scene._derivatives import Derivatives, line_derivatives
 from firstorder.scene._primitives import BACK, FRONT

@@ -9,8 +9,8 @@ from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.shapes.kinds import Curves
+from firstorder.numerics._batching import in_batches, in_blocks
 from firstorder.numerics._compiled import compiled
-from firstorder.numerics.batching import in_batches, in_blocks
 from firstorder.scene import _intersect as intersect
 from firstorder.scene._intersect import BLOCK, FEW, MISS, first_by_reduction, first_by_scan
 

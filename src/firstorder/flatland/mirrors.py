@@ -18,7 +18,7 @@ from firstorder.flatland.intersect import first_shape
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver, view
 from firstorder.numerics._compiled import compiled
-from firstorder.numerics.quadrature import gauss_legendre
+from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.scene._arguments import check_asked
 from firstorder.scene._primitives import BACK, FRONT
 

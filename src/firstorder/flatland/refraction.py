@@ -21,8 +21,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float
 
+from firstorder._argument_checks import check_finite, check_not_negative
 from firstorder.conventions import direction
-from firstorder.errors import check_finite, check_not_negative
 from firstorder.flatland.intersect import first_shape
 from firstorder.flatland.scene import Scene
 from firstorder.transport.events.interface import _dielectric

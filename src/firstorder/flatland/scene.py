@@ -18,7 +18,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
-from firstorder.errors import check_finite, check_not_negative, is_concrete
+from firstorder._argument_checks import check_finite, check_not_negative, is_concrete
 from firstorder.flatland.shapes._crossings import Crossings, any_crossing, find_crossings
 from firstorder.flatland.shapes.kinds import (
     Arcs,

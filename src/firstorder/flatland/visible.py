@@ -19,8 +19,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float, Int
 
+from firstorder._argument_checks import check_finite, is_concrete, nan_unless
 from firstorder.conventions import direction
-from firstorder.errors import check_finite, is_concrete, nan_unless
 from firstorder.flatland.intersect import first_shape
 from firstorder.flatland.scene import Scene
 from firstorder.numerics._compiled import compiled

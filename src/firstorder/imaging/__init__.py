@@ -13,6 +13,7 @@ Parts:
 
 from firstorder.imaging._area_lights import Lamp, SampledLight, SurfaceReflectance
 from firstorder.imaging._bumps import NormalMap
+from firstorder.imaging._point_shading import ShadedPixels
 from firstorder.imaging._reflection import (
     ReflectedRadiance,
     SurfacePoint,
@@ -27,7 +28,7 @@ from firstorder.imaging._textures import (
     image_normal_map,
 )
 from firstorder.imaging.camera import Pinhole, PixelFootprint, image_gradient, pinhole
-from firstorder.imaging.facets import Facets, facet_interaction, flat_facets, mesh_facets
+from firstorder.imaging.facets import Facets, mesh_facets
 from firstorder.imaging.hits import GBuffer, PrimaryHits, facet_gbuffer, gbuffer, primary_hits
 from firstorder.imaging.images import (
     RenderedImage,
@@ -35,25 +36,9 @@ from firstorder.imaging.images import (
     pixel_labels,
     pixel_positions,
     render,
-    render_pixels,
 )
-from firstorder.imaging.shading import (
-    ShadedPixels,
-    SurfaceInteraction,
-    apply_surface_maps,
-    node_occlusion,
-    shade_pixels,
-    shade_point,
-    shade_rows,
-    surface_interaction,
-)
-from firstorder.imaging.sky_lights import (
-    CosineSkyLight,
-    DistantLight,
-    distant_lamp,
-    oriented_light,
-    sky_light,
-)
+from firstorder.imaging.shading import shade_pixels
+from firstorder.imaging.sky_lights import CosineSkyLight, DistantLight, distant_lamp, sky_light
 from firstorder.imaging.surface_maps import PerPrimitive, SurfaceMaps, UVMaps
 
 __all__ = [
@@ -66,12 +51,8 @@ __all__ = [
     "GBuffer",
     "gbuffer",
     "facet_gbuffer",
-    "SurfaceInteraction",
-    "surface_interaction",
-    "facet_interaction",
     "Facets",
     "mesh_facets",
-    "flat_facets",
     "SurfacePoint",
     "surface_point",
     "ReflectedRadiance",
@@ -80,7 +61,6 @@ __all__ = [
     "SurfaceMaps",
     "UVMaps",
     "PerPrimitive",
-    "apply_surface_maps",
     "SolidWaves",
     "SolidSlopes",
     "ImageTexture",
@@ -93,16 +73,11 @@ __all__ = [
     "CosineSkyLight",
     "sky_light",
     "distant_lamp",
-    "oriented_light",
-    "node_occlusion",
     "ShadedPixels",
-    "shade_point",
     "shade_pixels",
-    "shade_rows",
     "RenderedImage",
     "pixel_grid",
     "pixel_positions",
     "pixel_labels",
-    "render_pixels",
     "render",
 ]

@@ -31,11 +31,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from firstorder.errors import check_positive
+from firstorder._argument_checks import check_positive
 from firstorder.imaging._reflection import SurfacePoint, half_turn, mirrored
 from firstorder.imaging.camera import PixelFootprint
+from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.numerics._vectors import cross, dot
-from firstorder.numerics.quadrature import gauss_legendre
 from firstorder.typing import Scalar, as_float
 
 Direction = Float[Array, "3"]

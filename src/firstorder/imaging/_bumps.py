@@ -20,8 +20,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from firstorder._argument_checks import check_finite, check_positive
 from firstorder.conventions import Frame
-from firstorder.errors import check_finite, check_positive
 from firstorder.fields.spectrum import Grid
 from firstorder.fields.spline import Spline
 from firstorder.imaging._reflection import SurfacePoint, surface_point

@@ -25,7 +25,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from firstorder.errors import check_unit
+from firstorder._argument_checks import check_unit
 from firstorder.laws.zonal import Zonal
 from firstorder.typing import Scalar, as_float
 

@@ -29,8 +29,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from firstorder._argument_checks import check_between, check_finite, check_positive, is_concrete
 from firstorder.conventions import Frame
-from firstorder.errors import check_between, check_finite, check_positive, is_concrete
 from firstorder.fields.spectrum import Grid
 from firstorder.fields.spline import Spline
 from firstorder.imaging._bumps import NormalMap

@@ -15,7 +15,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from firstorder.errors import check_finite, check_positive, is_concrete
+from firstorder._argument_checks import check_finite, check_positive, is_concrete
 from firstorder.imaging._reflection import ReflectedRadiance, SurfacePoint
 from firstorder.typing import Scalar, as_float
 

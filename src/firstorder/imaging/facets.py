@@ -19,16 +19,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from firstorder.conventions import shape_operator
-from firstorder.errors import check_shape
-from firstorder.imaging._area_lights import SurfaceReflectance
+from firstorder._argument_checks import check_shape
 from firstorder.imaging._reflection import SurfacePoint
-from firstorder.imaging.camera import Pinhole
-from firstorder.imaging.shading import SurfaceInteraction, SurfaceMaps, apply_surface_maps
 from firstorder.numerics._vectors import cross, dot, orthonormal_frame, unit
-from firstorder.scene._primitives import BACK, FRONT
 from firstorder.space.meshes.triangle_mesh import Mesh, vertex_normals
-from firstorder.space.scene import Material
 
 
 class Facets(eqx.Module):
@@ -104,7 +98,7 @@ def mesh_facets(mesh: Mesh, normals: Any = None, part: Any = None, uv: Any = Non
     Args:
         mesh: any.
         normals: unit normals at the vertices; `vertex_normals`, if left out. A vertex without one
-            takes each face's own.
+            takes each face's own, so that zeros give sharp edges, as bars and leaves have.
         part: number of the primitive to which each face belongs; 0, if left out.
         uv: of a picture, at the corners of each face, shape (f, 3, 2); zeros, if left out.
 
@@ -121,57 +115,3 @@ def mesh_facets(mesh: Mesh, normals: Any = None, part: Any = None, uv: Any = Non
     uv = jnp.zeros((mesh.count, 3, 2), n.dtype) if uv is None else jnp.asarray(uv)
     check_shape("uv", uv, (mesh.count, 3, 2))
     return Facets(mesh.corners, around, jnp.asarray(part), uv)
-
-
-def flat_facets(mesh: Mesh, part: Any = None) -> Facets:
-    """The faces of a mesh with their own normals: sharp edges, as bars and leaves have.
-
-    Args:
-        mesh: any.
-        part: as in `mesh_facets`.
-    """
-    own = mesh_facets(mesh, part=part)
-    flat = jnp.broadcast_to(unit(mesh.area_vectors)[:, None], own.normals.shape)
-    return Facets(own.corners, flat, own.part, own.uv)
-
-
-def facet_interaction(
-    known: Facets,
-    material: Material,
-    camera: Pinhole,
-    p: Float[Array, "2"],
-    face: Int[Array, ""],
-    finish: SurfaceMaps | None = None,
-) -> SurfaceInteraction:
-    """Surface interaction of a pixel with a mesh; twin of `imaging.shading.surface_interaction`.
-
-    Args:
-        known: the faces.
-        material: one row for each primitive, by the numbers of `known.part`.
-        camera: the eye.
-        p: image coordinates.
-        face: that is seen there; it must be met.
-        finish: bumps and textures, by the primitive's number.
-
-    Reference: R07 §9.1, "curvature on meshes".
-    """
-    d, A = camera.direction(p), known.corners[face, 0]
-    up = unit(cross(known.corners[face, 1] - A, known.corners[face, 2] - A))
-    against = dot(up, d)
-    distance = dot(A - camera.eye, up) / jnp.where(against == 0.0, jnp.inf, against)
-    x = camera.eye + distance * d
-    plain = known.point(face, x)
-    back = against > 0.0
-    front = jnp.where(back, -1.0, 1.0)
-    T = orthonormal_frame(front * up)[:, :2]
-    turning = front * plain.turning @ (plain.tangents.T @ T)
-    point = SurfacePoint(x, T, front * plain.normal, turning)
-    view = camera.view(p, distance, front * up)
-    index = known.part[face]
-    side = jnp.where(back, BACK, FRONT)
-    exponent = jnp.maximum(material.exponent[index], 1e-6)
-    lobe = SurfaceReflectance(material.albedo[index, side], material.specular[index], exponent)
-    at = SurfaceInteraction(point, view, lobe, shape_operator(T, turning))
-    return apply_surface_maps(
-        at, index, front, finish, lambda x: known.uv_at(face, x), lambda x: up
-    )

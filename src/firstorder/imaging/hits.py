@@ -14,12 +14,16 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from firstorder.imaging._interaction import (
+    SurfaceInteraction,
+    facet_interaction,
+    surface_interaction,
+)
 from firstorder.imaging.camera import Pinhole
-from firstorder.imaging.facets import Facets, facet_interaction
+from firstorder.imaging.facets import Facets
 from firstorder.imaging.images import pixel_grid, pixel_labels, pixel_positions
-from firstorder.imaging.shading import SurfaceInteraction, surface_interaction
+from firstorder.numerics._batching import host_blocks
 from firstorder.numerics._vectors import dot
-from firstorder.numerics.batching import host_blocks
 from firstorder.space.scene import Material, Scene
 
 BLOCK = 1024  # pixels at a time

@@ -22,11 +22,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from firstorder._argument_checks import check_positive
 from firstorder.conventions import cylindrical
-from firstorder.errors import check_positive
 from firstorder.imaging.camera import Pinhole
+from firstorder.numerics._batching import host_blocks
 from firstorder.numerics._vectors import dot, matvec, orthonormal_frame, unit
-from firstorder.numerics.batching import host_blocks
 from firstorder.scene._intersect import MISS
 from firstorder.scene._primitives import BACK, FRONT
 from firstorder.space.direct_lighting import boundary_gradient, irradiance
@@ -248,7 +248,7 @@ def _face(shape: Shape, point: Direction) -> Int[Array, ""]:
     return jnp.zeros((), jnp.int32)
 
 
-def render_pixels(
+def _render_pixels(
     scene: Scene, camera: Pinhole, p: Any, index: Any, rays: int = 256, gradients: bool = True
 ) -> tuple[np.ndarray, np.ndarray]:
     """Values and gradients of pixels whose shapes are known, in blocks of one compiled size.
@@ -319,7 +319,7 @@ def render(
     px, py = pixel_grid(columns, rows, half_width)
     p = pixel_positions(px, py)
     index, label = pixel_labels(scene, camera, jnp.asarray(p))
-    value, gradient = render_pixels(scene, camera, p, index, rays, gradients)
+    value, gradient = _render_pixels(scene, camera, p, index, rays, gradients)
     shape = (columns, rows)
     value, gradient = value.reshape(shape), gradient.reshape(*shape, 2)
     return RenderedImage(px, py, value, gradient, np.asarray(label).reshape(shape))

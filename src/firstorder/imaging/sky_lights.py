@@ -18,9 +18,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from firstorder._argument_checks import check_positive
 from firstorder.conventions import cylindrical
-from firstorder.errors import check_positive
-from firstorder.imaging._area_lights import Lamp, SampledLight
+from firstorder.imaging._area_lights import Lamp
 from firstorder.numerics._vectors import cross, orthonormal_frame
 from firstorder.typing import as_float
 
@@ -234,11 +234,6 @@ class CosineSkyLight(eqx.Module):
         w = cylindrical(jnp.sqrt(jnp.maximum(1.0 - z * z, 0.0)), phi, z) @ orthonormal_frame(n).T
         area = -w * (_FULL / columns * width)[:, None]
         return DistantLight(w, area, jax.vmap(self.sky)(w), self.shape, True, n, 1.0 / width)
-
-
-def oriented_light(light: SampledLight | CosineSkyLight, n: Direction) -> SampledLight:
-    """Light as a surface of unit normal n sees it: nodes of a `CosineSkyLight` stand about it."""
-    return light.about(n) if isinstance(light, CosineSkyLight) else light
 
 
 def sky_light(

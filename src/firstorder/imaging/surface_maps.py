@@ -1,7 +1,7 @@
 """Surface maps by primitive: bumps, normal maps and albedo textures.
 
 Functions of the position, or pictures over (u, v); `imaging._textures` has some of both. What they
-do to a point is in `imaging.shading.apply_surface_maps`.
+do to a point is in `imaging._interaction.apply_surface_maps`.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Files: scenes, drawings, panoramas, records; no other package imports file readers."""
 
-from firstorder.io.exr import read_channels, read_layers, write_layers
+from firstorder.io.exr import read_layers, write_layers
 from firstorder.io.files import atomic_write, write_csv, write_json, write_npz, write_text
 from firstorder.io.images import read_image, read_panorama_row
 from firstorder.io.meshes import Embree, MeshHits, read_mesh, read_mesh_uv
@@ -57,7 +57,6 @@ __all__ = [
     "read_panorama",
     "write_layers",
     "read_layers",
-    "read_channels",
     "read_rays",
     "write_rays",
     "AmbientRecords",

@@ -9,11 +9,11 @@ from __future__ import annotations
 import os
 import pathlib
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
+from firstorder.io._channels import openexr, read_channels
 from firstorder.io.files import atomic_write
 
 
@@ -45,7 +45,7 @@ def write_layers(path: str | os.PathLike[str], layers: Mapping[str, np.ndarray])
         raise ValueError(
             f"Argument `layers` must hold arrays of one shape (w, h), but has {sorted(shapes)}."
         )
-    OpenEXR = _package(path.name)
+    OpenEXR = openexr(path.name)
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
     rows = {
         name: np.ascontiguousarray(np.asarray(a, np.float32).T[::-1]) for name, a in layers.items()
@@ -62,26 +62,3 @@ def read_layers(path: str | os.PathLike[str]) -> dict[str, Float[np.ndarray, "w 
         ModuleNotFoundError: without the extra `images`.
     """
     return {name: a[::-1].T for name, a in read_channels(pathlib.Path(path)).items()}
-
-
-def read_channels(path: pathlib.Path) -> dict[str, np.ndarray]:
-    """All channels of an .exr file as they lie in it: rows from the top."""
-    OpenEXR = _package(path.name)
-    path.open("rb").close()  # a file that is not there is no broken one
-    try:
-        with OpenEXR.File(os.fspath(path), separate_channels=True) as file:
-            return {name: np.array(c.pixels) for name, c in file.channels().items()}
-    except Exception as error:  # whatever the library thinks of the bytes
-        words = " ".join(str(error).split()).rstrip(".")
-        raise ValueError(f"{path.name}: the file is no OpenEXR picture ({words}).") from None
-
-
-def _package(name: str) -> Any:
-    try:
-        import OpenEXR
-    except ModuleNotFoundError:
-        raise ModuleNotFoundError(
-            f"{name}: .exr files need the package OpenEXR, which comes with the extra "
-            '`images`: pip install "firstorder[images]".'
-        ) from None
-    return OpenEXR

@@ -14,7 +14,7 @@ from typing import TypeAlias
 import numpy as np
 
 from firstorder.flatland.skies import PanoramaSky
-from firstorder.io.exr import read_channels
+from firstorder.io._channels import read_channels
 
 Picture: TypeAlias = np.ndarray
 

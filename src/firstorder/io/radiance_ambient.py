@@ -23,8 +23,8 @@ import pathlib
 import jax.numpy as jnp
 import numpy as np
 
+from firstorder._argument_checks import check_positive
 from firstorder.caching import Cache, Candidates, ValidityRegion
-from firstorder.errors import check_positive
 from firstorder.io.files import write_text
 from firstorder.io.scenes._elements import Place
 

@@ -14,12 +14,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from firstorder.errors import is_concrete
+from firstorder._argument_checks import is_concrete
 from firstorder.fields._level_series import stair_waves
+from firstorder.fields._series import Series
 from firstorder.fields.apertures import Bars
 from firstorder.fields.field import Affine, Field
 from firstorder.fields.mask import HalfPlane
-from firstorder.fields.series import Series
 from firstorder.laws.base import FieldImage
 from firstorder.laws.move import Move
 from firstorder.typing import Scalar

@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from firstorder.errors import is_concrete
+from firstorder._argument_checks import is_concrete
 from firstorder.fields._level_series import level_range
 from firstorder.fields.extent import Extent
 from firstorder.fields.field import Field

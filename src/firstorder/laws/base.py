@@ -17,11 +17,11 @@ import jax.numpy as jnp
 
 from firstorder.conventions import Frame
 from firstorder.errors import Refused
+from firstorder.fields._series import Series, sampled_series
 from firstorder.fields.covariance import Covariance
 from firstorder.fields.extent import Extent
 from firstorder.fields.field import Edge, Field
 from firstorder.fields.jet import Jet
-from firstorder.fields.series import Series, sampled_series
 from firstorder.fields.spectrum import Grid, Spectrum
 from firstorder.fields.wavelet import Wavelet
 from firstorder.typing import ComplexScalar, Frequency, Ray, Scalar

@@ -23,7 +23,7 @@ from firstorder.fields.wavelet import Wavelet
 from firstorder.laws._edges import surviving_edges
 from firstorder.laws.base import Law
 from firstorder.laws.move import Move
-from firstorder.numerics.quadrature import composite_gauss_legendre, sorted_breaks
+from firstorder.numerics._quadrature import composite_gauss_legendre, sorted_breaks
 from firstorder.typing import Array, ComplexScalar, Frequency, Ray, Scalar, as_float
 
 

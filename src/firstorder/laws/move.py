@@ -10,16 +10,17 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from firstorder._argument_checks import check_finite, check_invertible
 from firstorder.conventions import Frame, fourier_kernel
-from firstorder.errors import Refused, check_finite, check_invertible
+from firstorder.errors import Refused
+from firstorder.fields._series import Series
 from firstorder.fields.covariance import Covariance
 from firstorder.fields.extent import Extent
 from firstorder.fields.field import Affine, Edge, Field
 from firstorder.fields.jet import Jet
-from firstorder.fields.series import Series
 from firstorder.fields.spectrum import Grid, Spectrum
 from firstorder.laws.base import Law
-from firstorder.numerics.small_matrices import congruence, product
+from firstorder.numerics._small_matrices import congruence, product
 from firstorder.typing import ComplexScalar, Frequency, Ray, Scalar, as_float
 
 

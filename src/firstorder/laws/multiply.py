@@ -9,14 +9,15 @@ import jax.numpy as jnp
 from firstorder.conventions import Frame
 from firstorder.errors import Refused
 from firstorder.fields._coerce import field_of
+from firstorder.fields._haar import triple_products
 from firstorder.fields._level_series import level_range
+from firstorder.fields._series import Series
 from firstorder.fields.covariance import Covariance
 from firstorder.fields.extent import Extent
 from firstorder.fields.field import Affine, Edge, Field
 from firstorder.fields.jet import Jet
-from firstorder.fields.series import Series
 from firstorder.fields.spectrum import Grid, Spectrum
-from firstorder.fields.wavelet import Wavelet, triple_products
+from firstorder.fields.wavelet import Wavelet
 from firstorder.laws._stairs import Stair, merged, steps_of
 from firstorder.laws._window import MOST, WAVES, holding, warn_if_cut
 from firstorder.laws.base import FieldImage, Law, Portrait, SpectrumImage

@@ -10,13 +10,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from firstorder._argument_checks import check_positive
 from firstorder.conventions import Frame
-from firstorder.errors import check_positive
 from firstorder.fields.field import Edge, Field
 from firstorder.fields.jet import Jet
 from firstorder.laws.base import Law
 from firstorder.laws.move import Move
-from firstorder.numerics.small_matrices import congruence
+from firstorder.numerics._small_matrices import congruence
 from firstorder.typing import Ray, Scalar, as_float
 
 

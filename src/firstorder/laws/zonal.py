@@ -15,10 +15,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from firstorder._argument_checks import check_positive, check_unit
 from firstorder.conventions import Frame
-from firstorder.errors import check_positive, check_unit
 from firstorder.fields.jet import Jet
-from firstorder.numerics.quadrature import composite_gauss_legendre, periodic_trapezoid
+from firstorder.numerics._quadrature import composite_gauss_legendre, periodic_trapezoid
 from firstorder.typing import Scalar, as_float
 
 Direction = Float[Array, " 3"]

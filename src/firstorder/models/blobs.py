@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from firstorder.errors import check_finite, check_positive
+from firstorder._argument_checks import check_finite, check_positive
 from firstorder.space.meshes.triangle_mesh import Mesh, mesh
 
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from firstorder.errors import check_positive
+from firstorder._argument_checks import check_positive
 from firstorder.models.primitives import quad_triangles
 from firstorder.space.meshes.triangle_mesh import Mesh, mesh
 

@@ -11,7 +11,7 @@ import math
 import numpy as np
 from jaxtyping import Float, Int
 
-from firstorder.errors import check_not_negative, check_positive
+from firstorder._argument_checks import check_not_negative, check_positive
 from firstorder.models.primitives import join_meshes, quad_triangles
 from firstorder.space.meshes.triangle_mesh import Mesh, mesh
 

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
-from firstorder.errors import check_finite, check_not_negative, check_positive
+from firstorder._argument_checks import check_finite, check_not_negative, check_positive
 from firstorder.space.meshes.triangle_mesh import NO_FACE, Mesh, mesh
 from firstorder.typing import as_float
 

@@ -1,5 +1,7 @@
 """Numerical tools: quadrature, roots, batches, vectors."""
 
+from firstorder.numerics._batching import batched, host_blocks, in_batches
+from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.numerics._vectors import (
     cross,
     dot,
@@ -9,29 +11,11 @@ from firstorder.numerics._vectors import (
     orthonormal_frame,
     unit,
 )
-from firstorder.numerics.batching import batched, host_blocks, host_rows, in_batches, in_blocks
-from firstorder.numerics.quadrature import (
-    composite_gauss_legendre,
-    gauss_legendre,
-    inverse_sqrt_panels,
-    periodic_trapezoid,
-    sorted_breaks,
-)
-from firstorder.numerics.small_matrices import congruence, inner, product, quadratic
 
 __all__ = [
     "host_blocks",
-    "host_rows",
     "batched",
-    "inner",
-    "product",
-    "quadratic",
-    "congruence",
     "gauss_legendre",
-    "composite_gauss_legendre",
-    "sorted_breaks",
-    "periodic_trapezoid",
-    "inverse_sqrt_panels",
     "dot",
     "cross",
     "norm",
@@ -40,5 +24,4 @@ __all__ = [
     "matvec",
     "inverse_3x3",
     "in_batches",
-    "in_blocks",
 ]

@@ -32,7 +32,6 @@ from firstorder.plotting.style import (
     SIGNED,
     house_style,
     label,
-    label_axes,
     panels,
     share_labels,
 )
@@ -46,7 +45,6 @@ __all__ = [
     "house_style",
     "panels",
     "label",
-    "label_axes",
     "share_labels",
     "show_light_field",
     "show_spectrum",

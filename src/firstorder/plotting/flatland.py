@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 
 from firstorder.conventions import direction
 from firstorder.flatland import Scene, Segments, derivatives_on_shape, irradiance
-from firstorder.numerics.batching import in_batches
+from firstorder.numerics._batching import in_batches
 from firstorder.plotting.scenes import map_axes as as_map
 from firstorder.plotting.style import RADIANCE, panels
 

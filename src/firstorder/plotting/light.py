@@ -6,8 +6,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.image import AxesImage
 
+from firstorder.plotting._axes import label_axes
 from firstorder.plotting.overlays import print_scale
-from firstorder.plotting.style import MAGNITUDE, RADIANCE, SIGNED, label_axes
+from firstorder.plotting.style import MAGNITUDE, RADIANCE, SIGNED
 
 
 def show_light_field(

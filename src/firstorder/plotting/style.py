@@ -9,7 +9,6 @@ from collections.abc import Iterator
 import matplotlib
 import numpy as np
 from cycler import cycler
-from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
@@ -114,13 +113,6 @@ def label(name: str, unit: bool = True) -> str:
         return f"${symbol}$" + (f" (cycles{'/' + per if per else ''})" if unit else "")
     symbol, of = _SYMBOLS.get(name, name), _UNITS.get(name)
     return f"${symbol}$" + (f" ({of})" if unit and of else "")
-
-
-def label_axes(ax: Axes, names: tuple[str, str], spectrum: bool = False) -> None:
-    """Puts the names of the two coordinates on the axes."""
-    across, up = (f"Omega_{n}" if spectrum else n for n in names)
-    ax.set_xlabel(label(across))
-    ax.set_ylabel(label(up))
 
 
 def share_labels(axes: np.ndarray) -> None:

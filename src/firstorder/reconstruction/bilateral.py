@@ -18,7 +18,7 @@ import numpy as np
 import scipy.spatial
 from jaxtyping import Array, Float
 
-from firstorder.errors import check_finite, check_not_negative, check_positive
+from firstorder._argument_checks import check_finite, check_not_negative, check_positive
 
 BLOCK = 65536  # pixels at a time
 ALIKE = 4.0  # sum of squares of depth and normal, in spreads, within which a sample is like a pixel

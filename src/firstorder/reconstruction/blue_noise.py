@@ -15,7 +15,7 @@ import functools
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from firstorder.errors import check_finite, check_positive
+from firstorder._argument_checks import check_finite, check_positive
 
 SPREAD = 1.5  # of the Gaussian, in pixels, as Ulichney has it
 START = 0.1  # share of the pixels that are spread out first

@@ -16,7 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
-from firstorder.errors import check_finite, is_concrete
+from firstorder._argument_checks import check_finite, is_concrete
 from firstorder.reconstruction._cells import cell_of
 from firstorder.reconstruction.hermite import hermite_basis
 from firstorder.typing import as_float

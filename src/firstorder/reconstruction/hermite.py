@@ -14,7 +14,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from firstorder.errors import check_finite, check_not_negative, is_concrete, nan_unless
+from firstorder._argument_checks import check_finite, check_not_negative, is_concrete, nan_unless
 from firstorder.reconstruction._cells import cell_of
 from firstorder.typing import Scalar, as_float
 

@@ -229,7 +229,7 @@ def importance_product(
     lamp's distance, and takes the sharpest lobe for all.
 
     Args:
-        turning: how fast each lobe turns along the surface, CV of `imaging.shading.ShadedPixels`
+        turning: how fast each lobe turns along the surface, CV of `imaging.ShadedPixels`
             [1/m].
         share: of light that each lobe reflects, albedo and specular.
         band: band limit of each lobe [1/rad].

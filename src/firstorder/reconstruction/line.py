@@ -17,7 +17,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from firstorder.errors import check_finite, check_positive, is_concrete, nan_unless
+from firstorder._argument_checks import check_finite, check_positive, is_concrete, nan_unless
 from firstorder.reconstruction.hermite import HermiteInterpolant, hermite_basis, interpolation_error
 from firstorder.typing import Scalar, as_float
 

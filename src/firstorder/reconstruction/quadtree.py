@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from firstorder.errors import check_positive
+from firstorder._argument_checks import check_positive
 from firstorder.reconstruction.importance import (
     Metric,
     Numbers,

@@ -11,7 +11,7 @@ import jax
 import numpy as np
 from jaxtyping import Float
 
-from firstorder.errors import check_positive
+from firstorder._argument_checks import check_positive
 from firstorder.imaging._area_lights import Lamp
 from firstorder.io.exr import write_layers
 from firstorder.io.scenes._surface_maps import MapSet, surface_maps_of

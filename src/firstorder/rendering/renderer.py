@@ -4,7 +4,7 @@ Meshes and analytic shapes, one bounce of near lamps and of a sky with soft shad
 glossy lobes, bumps, normal maps and textures (`imaging.shading.SurfaceMaps`); every pixel comes
 with its gradient, with what moving shadows add, and with R07's terms. Meshes are met by Embree,
 analytic shapes in JAX; what is found is shaded by the one code there is
-(`imaging.shading.shade_point`).
+(`imaging._point_shading.shade_point`).
 
 Primitives are numbered: shapes of the scene, then models, then lamps. Light that was reflected
 before does not arrive; lamps hide nothing and are seen as they are.
@@ -23,20 +23,21 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from firstorder.imaging._area_lights import Lamp, SampledLight
-from firstorder.imaging.camera import Pinhole
-from firstorder.imaging.facets import facet_interaction, mesh_facets
-from firstorder.imaging.shading import (
+from firstorder.imaging._interaction import facet_interaction, surface_interaction
+from firstorder.imaging._point_shading import (
     ShadedPixels,
-    SurfaceMaps,
     node_occlusion,
+    oriented_light,
     shade_point,
     shade_rows,
-    surface_interaction,
 )
-from firstorder.imaging.sky_lights import CosineSkyLight, oriented_light, sky_light
+from firstorder.imaging.camera import Pinhole
+from firstorder.imaging.facets import mesh_facets
+from firstorder.imaging.shading import SurfaceMaps
+from firstorder.imaging.sky_lights import CosineSkyLight, sky_light
 from firstorder.io.meshes import Embree
 from firstorder.io.scenes.space_toml import MeshModel
-from firstorder.numerics.batching import host_blocks
+from firstorder.numerics._batching import host_blocks
 from firstorder.rendering._blocks import beside_seen
 from firstorder.scene._primitives import joined
 from firstorder.space.intersect import nearest

@@ -17,7 +17,7 @@ import jax
 import numpy as np
 from jaxtyping import Array, Float
 
-from firstorder.errors import check_positive
+from firstorder._argument_checks import check_positive
 from firstorder.imaging import (
     Lamp,
     Pinhole,
@@ -26,7 +26,7 @@ from firstorder.imaging import (
     primary_hits,
     shade_pixels,
 )
-from firstorder.numerics.batching import host_blocks
+from firstorder.numerics._batching import host_blocks
 from firstorder.reconstruction import ImageSamples, ShadedSamples, delaunay_image
 from firstorder.shadowfield import (
     LampFrame,

@@ -20,7 +20,7 @@ import numpy as np
 from jaxtyping import Float
 from tqdm import tqdm
 
-from firstorder.errors import check_positive
+from firstorder._argument_checks import check_positive
 from firstorder.io.files import write_json, write_npz
 
 Layers = dict[str, Float[np.ndarray, "w h"]]

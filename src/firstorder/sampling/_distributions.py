@@ -11,7 +11,7 @@ import jax.numpy as jnp
 from jax.scipy.special import gammaln
 from jaxtyping import Array, ArrayLike, Float, Int
 
-from firstorder.errors import check_not_negative
+from firstorder._argument_checks import check_not_negative
 from firstorder.typing import as_float
 
 HORIZON = 0.5 * jnp.pi

@@ -14,7 +14,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
-from firstorder.errors import check_between
+from firstorder._argument_checks import check_between
 from firstorder.sampling.estimates import Moments
 
 LANES = 8192  # paths under way at a time: their state stays in the cache

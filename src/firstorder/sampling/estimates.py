@@ -13,7 +13,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder.errors import check_not_negative
+from firstorder._argument_checks import check_not_negative
 from firstorder.typing import as_float
 
 

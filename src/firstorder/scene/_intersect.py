@@ -18,7 +18,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
-from firstorder.numerics.batching import in_blocks
+from firstorder.numerics._batching import in_blocks
 
 MISS = -1
 # Measured (benchmarks/bench_flatland.py): below, one reduction over all shapes wins by up to 3.

@@ -13,7 +13,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder.errors import check_not_negative, is_concrete, nan_unless
+from firstorder._argument_checks import check_not_negative, is_concrete, nan_unless
 from firstorder.scene._arguments import numbers
 
 FRONT, BACK = 0, 1

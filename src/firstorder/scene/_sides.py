@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from firstorder.errors import check_finite, check_shape, is_concrete, nan_unless
+from firstorder._argument_checks import check_finite, check_shape, is_concrete, nan_unless
 from firstorder.scene._arguments import numbers
 
 

@@ -45,17 +45,8 @@ from firstorder.space.shapes.kinds import (
     Shape,
     Triangles,
 )
-from firstorder.space.silhouettes.analytic import (
-    Silhouette,
-    SilhouetteArcs,
-    SilhouetteSegments,
-    silhouette,
-)
-from firstorder.space.silhouettes.visible import (
-    SilhouetteSides,
-    VisibleSilhouettes,
-    visible_silhouettes,
-)
+from firstorder.space.silhouettes.analytic import Silhouette, silhouette
+from firstorder.space.silhouettes.visible import VisibleSilhouettes, visible_silhouettes
 from firstorder.space.skies import ConstantSky, GaussianSky, HarmonicSky, PanoramaSky
 
 __all__ = [
@@ -94,11 +85,8 @@ __all__ = [
     "first_shape",
     "nearest",
     "occluded",
-    "SilhouetteSegments",
-    "SilhouetteArcs",
     "Silhouette",
     "silhouette",
-    "SilhouetteSides",
     "VisibleSilhouettes",
     "visible_silhouettes",
     "geometry_term",

@@ -20,7 +20,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from firstorder.errors import nan_unless
+from firstorder._argument_checks import nan_unless
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._vectors import unit
 from firstorder.scene._arguments import check_asked
@@ -34,9 +34,9 @@ from firstorder.space.silhouettes._edge_integrals import (
     segment_light,
     segment_upward,
 )
+from firstorder.space.silhouettes._sides import SilhouetteSides
 from firstorder.space.silhouettes.analytic import _Outlines
 from firstorder.space.silhouettes.visible import (
-    SilhouetteSides,
     _cut_outlines,
     _harmless_parts,
     _is_outside,

@@ -7,8 +7,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
+from firstorder.numerics._batching import in_blocks
 from firstorder.numerics._compiled import compiled
-from firstorder.numerics.batching import in_blocks
 from firstorder.scene import _intersect as intersect
 from firstorder.scene._intersect import BLOCK, FEW, MISS, first_by_reduction, first_by_scan
 from firstorder.space.scene import Scene

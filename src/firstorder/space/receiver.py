@@ -9,8 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
+from firstorder._argument_checks import check_finite, is_concrete, nan_unless
 from firstorder.conventions import normal_rate
-from firstorder.errors import check_finite, is_concrete, nan_unless
 from firstorder.numerics._vectors import norm, orthonormal_frame, unit
 from firstorder.scene._arguments import numbers
 from firstorder.scene._derivatives import SPACE

@@ -20,7 +20,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float
 
-from firstorder.errors import check_not_negative
+from firstorder._argument_checks import check_not_negative
 from firstorder.numerics._vectors import dot
 from firstorder.scene._arguments import check_kind, check_names, check_primitives, numbers
 from firstorder.scene._intersect import picked

@@ -24,7 +24,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from firstorder.errors import check_finite, check_not_negative, check_positive, is_concrete
+from firstorder._argument_checks import (
+    check_finite,
+    check_not_negative,
+    check_positive,
+    is_concrete,
+)
 from firstorder.numerics._vectors import dot, norm, unit
 from firstorder.typing import as_float
 

@@ -17,7 +17,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder.errors import check_finite, check_not_negative, check_positive, nan_unless
+from firstorder._argument_checks import check_finite, check_not_negative, check_positive, nan_unless
 from firstorder.typing import as_float
 
 # A number, an array that broadcasts with the others, or a point as a tuple.

@@ -23,8 +23,8 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
+from firstorder._argument_checks import check_finite, nan_unless
 from firstorder.conventions import azimuth_axes, cylindrical
-from firstorder.errors import check_finite, nan_unless
 from firstorder.typing import as_float
 
 # A vector as an array (vectors on the last axis, any axes before it) or as a tuple.

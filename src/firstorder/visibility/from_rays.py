@@ -21,7 +21,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from firstorder.errors import check_positive, nan_unless
+from firstorder._argument_checks import check_positive, nan_unless
 from firstorder.visibility.edge_angles import EdgeAngle, edge_at
 
 # Angles of any shape, to whether the ray is blocked; or to the distance of its first hit.

@@ -27,8 +27,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder.errors import nan_unless
-from firstorder.numerics.quadrature import composite_gauss_legendre
+from firstorder._argument_checks import nan_unless
+from firstorder.numerics._quadrature import composite_gauss_legendre
 from firstorder.typing import Scalar, Vector, as_float
 from firstorder.visibility._intervals import HORIZON, clip_intervals, signed_edges, whole_turns
 from firstorder.visibility.edge_angles import EdgeAngle

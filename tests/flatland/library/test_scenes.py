@@ -2,7 +2,7 @@ import jax
 import numpy as np
 import pytest
 
-from firstorder.errors import is_concrete
+from firstorder._argument_checks import is_concrete
 from firstorder.flatland import irradiance, receiver
 from firstorder.flatland.library import _scenes as scenes
 from firstorder.flatland.scene import Scene

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from firstorder.shadowfield.rendering.lamp import below, lamp_frame, where_below
+from firstorder.shadowfield.rendering._below import where_below
+from firstorder.shadowfield.rendering.lamp import below, lamp_frame
 from firstorder.shadowfield.rendering.ray_table import trace_shadow_rays
 
 LAMP = lamp_frame((0.0, 0.0, 4.0), (0.0, 0.8, 0.0), (0.4, 0.0, 0.0))

@@ -12,7 +12,7 @@ from firstorder.space.azimuthal._critical_azimuths import (
     parts,
     tangents,
 )
-from firstorder.space.silhouettes.analytic import SilhouetteArcs
+from firstorder.space.silhouettes._curves import SilhouetteArcs
 
 BALL, RADIUS = np.array([1.0, 0.4, 1.5]), 0.6
 FLAT = np.hypot(1.0, 0.4)

@@ -5,8 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.space import SilhouetteArcs, SilhouetteSegments
 from firstorder.space.silhouettes import _crossings as crossings
+from firstorder.space.silhouettes._curves import SilhouetteArcs, SilhouetteSegments
 
 on_plane, on_cone = jax.jit(crossings.on_plane), jax.jit(crossings.on_cone)
 along_segment = jax.jit(crossings.along_segment)

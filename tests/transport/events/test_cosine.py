@@ -8,9 +8,9 @@ from scipy.integrate import quad
 from firstorder.checks.tolerance import normwise
 from firstorder.conventions import FLATLAND_SLOPE, SPACE
 from firstorder.fields import Constant, GaussianProfile, Grid, autodiff_jet, gaussian
-from firstorder.fields.series import Series
+from firstorder.fields._series import Series
 from firstorder.laws import Circle, Convolve, Integrate
-from firstorder.numerics.quadrature import gauss_legendre
+from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.transport import ClampedCosine, Cosine, Curvature, clamped_cosine_transform
 
 

@@ -9,7 +9,7 @@ from firstorder.checks.tolerance import normwise
 from firstorder.conventions import FLATLAND_SLOPE
 from firstorder.fields import GaussianProfile, gaussian
 from firstorder.fields.field import Sum
-from firstorder.numerics.quadrature import gauss_legendre
+from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.transport import AngularFactor, ClampedCosine, Fresnel, Schlick, separable
 
 L = gaussian((0.2, -0.1), (0.7, 0.5), 0.4)

@@ -8,7 +8,7 @@ from firstorder.checks.tolerance import fitted_order
 from firstorder.errors import Refused
 from firstorder.fields import GaussianProfile, Grid, half_plane
 from firstorder.laws import Convolve, Multiply
-from firstorder.numerics.batching import batched
+from firstorder.numerics._batching import batched
 from firstorder.transport import Tabulate
 
 U = jnp.array([0.3, -0.2])

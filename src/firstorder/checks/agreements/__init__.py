@@ -6,12 +6,12 @@ gradient, spectrum, cache and brute force have it, and judges each way beside on
 
 from __future__ import annotations
 
+from firstorder._argument_checks import check_shape
 from firstorder.checks.agreements._irradiances import irradiance_rows
 from firstorder.checks.agreements._record import Agreements, Found, Row, judged
 from firstorder.checks.agreements._spectra import spectrum_rows
 from firstorder.checks.agreements._wedge import wedge_rows
 from firstorder.checks.agreements.sizes import FULL, QUICK, Sizes
-from firstorder.errors import check_shape
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver
 

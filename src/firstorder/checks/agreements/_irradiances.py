@@ -35,7 +35,7 @@ from firstorder.errors import Refused
 from firstorder.flatland.direct_lighting import irradiance
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import HORIZON, Receiver, local_angle
-from firstorder.numerics.batching import host_rows
+from firstorder.numerics._batching import host_rows
 
 QUANTITIES = ("E", "E'", "E''")
 DIGITS, INTERVALS = "50 digits, differences", "intervals, autodiff"

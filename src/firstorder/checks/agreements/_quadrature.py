@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from firstorder.checks.tolerance import rounding
-from firstorder.numerics.quadrature import gauss_legendre
+from firstorder.numerics._quadrature import gauss_legendre
 
 NODES, START, ROUNDS = 8, 16, 40
 HEM = 0.02

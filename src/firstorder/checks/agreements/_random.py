@@ -23,7 +23,7 @@ from firstorder.flatland.bounces.photonmap import DensityEstimator, photon_irrad
 from firstorder.flatland.bounces.photons import split_photons, trace_photons
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver
-from firstorder.numerics.quadrature import gauss_legendre
+from firstorder.numerics._quadrature import gauss_legendre
 
 Three = tuple[Found, ...]
 Curve = Callable[[np.ndarray], np.ndarray]  # E at steps along the tangent, exact

@@ -41,7 +41,7 @@ from firstorder.flatland.direct_lighting import (
 from firstorder.flatland.light_fields.field import light_field
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver
-from firstorder.numerics.batching import host_rows
+from firstorder.numerics._batching import host_rows
 from firstorder.scene._derivatives import derivatives
 from firstorder.shadowfield import power_spectrum
 

@@ -15,7 +15,7 @@ from jaxtyping import Array, ArrayLike, Bool, Float, Int
 from firstorder.conventions import direction
 from firstorder.flatland.scene import Scene
 from firstorder.numerics._planar import cross_2d, dot_2d
-from firstorder.numerics.quadrature import gauss_legendre
+from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.sampling._distributions import Discrete, PiecewiseConstant
 from firstorder.scene._primitives import BACK, FRONT
 

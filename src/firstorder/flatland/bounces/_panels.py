@@ -28,7 +28,7 @@ from firstorder.flatland.discontinuities.events import VisualEvents, visual_even
 from firstorder.flatland.intersect import nearest
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.shapes.kinds import Segments
-from firstorder.numerics.quadrature import gauss_legendre
+from firstorder.numerics._quadrature import gauss_legendre
 
 GRADING = 0.35  # a panel beside a corner is cut here, seen from the corner
 CLOSE = 1.2  # longest panel, in distances to the nearest surface it does not touch

@@ -20,7 +20,7 @@ from firstorder.conventions import direction
 from firstorder.flatland.bounces._panels import Panels, legendre, to_legendre
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver, view
-from firstorder.numerics.quadrature import gauss_legendre
+from firstorder.numerics._quadrature import gauss_legendre
 
 
 def panel_irradiance(

@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from firstorder.errors import is_concrete
+from firstorder._argument_checks import is_concrete
 from firstorder.flatland.bounces._light_sampling import (
     Lights,
     density_of_shape,

@@ -28,7 +28,7 @@ from firstorder.flatland.direct_lighting import point_light_irradiance
 from firstorder.flatland.estimators.strata import hemicircle_strata, trace_strata
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver
-from firstorder.numerics.quadrature import gauss_legendre
+from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.sampling._density import Window, fixed_window, nearest_window
 from firstorder.scene._arguments import check_asked
 from firstorder.scene._primitives import BACK, FRONT

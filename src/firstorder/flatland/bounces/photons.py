@@ -8,8 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
+from firstorder._argument_checks import check_positive
 from firstorder.conventions import direction
-from firstorder.errors import check_positive
 from firstorder.flatland.bounces import _scatter as scattering
 from firstorder.flatland.bounces._light_sampling import Lights, lengths, lights
 from firstorder.flatland.bounces._vertices import Plan, Scatter, has_gloss, meet, plane_direction

@@ -17,14 +17,14 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
-from firstorder.errors import check_between, check_positive, is_concrete
+from firstorder._argument_checks import check_between, check_positive, is_concrete
 from firstorder.flatland.bounces._panels import Discretization, Panels, cut_into_panels
 from firstorder.flatland.bounces._transfer import panel_irradiance
 from firstorder.flatland.direct_lighting import irradiance, point_light_irradiance
 from firstorder.flatland.discontinuities.events import VisualEvents
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver
-from firstorder.numerics.batching import in_batches
+from firstorder.numerics._batching import in_batches
 
 BLOCK = 64  # receivers worked on at a time
 

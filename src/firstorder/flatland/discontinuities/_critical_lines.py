@@ -19,7 +19,7 @@ from jaxtyping import Float, Int
 from firstorder.flatland.discontinuities._queries import batched
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.shapes.kinds import Arcs, Circles, Segments
-from firstorder.numerics.batching import host_rows
+from firstorder.numerics._batching import host_rows
 
 LIGHT = -1  # in place of a shape's number: a point light
 GRID = 96  # pieces of a curve between which a common tangent of two curves is looked for

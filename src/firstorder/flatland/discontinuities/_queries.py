@@ -16,8 +16,8 @@ import numpy as np
 from firstorder.flatland.direct_lighting import Radiance
 from firstorder.flatland.intersect import nearest
 from firstorder.flatland.scene import Scene
+from firstorder.numerics._batching import host_rows
 from firstorder.numerics._planar import left
-from firstorder.numerics.batching import host_rows
 from firstorder.scene._primitives import BACK, FRONT
 
 

@@ -21,7 +21,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from firstorder.errors import check_not_negative, is_concrete
+from firstorder._argument_checks import check_not_negative, is_concrete
 from firstorder.flatland.direct_lighting import Radiance
 from firstorder.flatland.discontinuities._critical_lines import (
     LIGHT,

@@ -12,7 +12,6 @@ from firstorder.flatland.estimators.strata import (
     Strata,
     gap_quadrature,
     hemicircle_strata,
-    incident_radiance,
     trace_strata,
 )
 
@@ -22,7 +21,6 @@ __all__ = [
     "gap_quadrature",
     "Samples",
     "trace_strata",
-    "incident_radiance",
     "arc_length_estimate",
     "arc_length_integral",
     "arc_length_sum",

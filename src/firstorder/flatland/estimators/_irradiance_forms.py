@@ -21,12 +21,8 @@ from jaxtyping import Array, Float, PRNGKeyArray
 
 from firstorder.conventions import direction
 from firstorder.flatland.direct_lighting import Radiance
-from firstorder.flatland.estimators.strata import (
-    Samples,
-    gap_quadrature,
-    incident_radiance,
-    trace_strata,
-)
+from firstorder.flatland.estimators._incident import incident_radiance
+from firstorder.flatland.estimators.strata import Samples, gap_quadrature, trace_strata
 from firstorder.flatland.intersect import occluded
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver, view

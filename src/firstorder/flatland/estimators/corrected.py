@@ -13,11 +13,12 @@ from jaxtyping import Array, Bool, Float, Int
 
 from firstorder.conventions import direction
 from firstorder.flatland.direct_lighting import Radiance
+from firstorder.flatland.estimators._incident import incident_radiance
 from firstorder.flatland.estimators._irradiance_forms import (
     border_derivatives,
     with_horizon,
 )
-from firstorder.flatland.estimators.strata import Samples, Strata, incident_radiance, trace_strata
+from firstorder.flatland.estimators.strata import Samples, Strata, trace_strata
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver
 from firstorder.numerics._compiled import compiled

@@ -11,17 +11,17 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float, Int, PRNGKeyArray
 
+from firstorder._argument_checks import is_concrete
 from firstorder.conventions import direction
-from firstorder.errors import is_concrete
 from firstorder.flatland.direct_lighting import Radiance
+from firstorder.flatland.estimators._incident import incident_radiance
 from firstorder.flatland.intersect import nearest
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import HORIZON, Receiver
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._planar import cross_2d, dot_2d
-from firstorder.numerics.quadrature import gauss_legendre
+from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.scene._arguments import check_asked
-from firstorder.scene._primitives import BACK, FRONT
 from firstorder.typing import as_float
 
 
@@ -173,18 +173,3 @@ def trace_strata(
         front & met,
         hits.s,
     )
-
-
-def incident_radiance(
-    scene: Scene, radiance: Radiance | None, index, s, front, along
-) -> Float[Array, ""]:
-    """Radiance that arrives along a ray: from the shape it hits, or from the sky."""
-    number = jnp.maximum(index, 0)
-    if radiance is None:
-        L = scene.material.emission[number, jnp.where(front, FRONT, BACK)]
-    else:
-        L = radiance(number, s, front, along)
-    sky = jnp.zeros((), along.dtype)
-    if scene.environment is not None:
-        sky = scene.environment(jnp.arctan2(-along[0], along[1]))
-    return jnp.where(index >= 0, L, sky)

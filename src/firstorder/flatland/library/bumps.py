@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder.errors import check_finite, check_not_negative, check_positive
+from firstorder._argument_checks import check_finite, check_not_negative, check_positive
 from firstorder.flatland.shapes.build import polyline
 from firstorder.flatland.shapes.kinds import Segments
 from firstorder.typing import as_float

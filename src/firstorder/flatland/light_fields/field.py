@@ -17,12 +17,13 @@ import jax.numpy as jnp
 from jax.core import Tracer
 from jaxtyping import Array, Float, Int
 
+from firstorder._argument_checks import check_finite, check_shape, nan_unless
 from firstorder.conventions import FLATLAND, Frame, direction
-from firstorder.errors import Refused, check_finite, check_shape, nan_unless
+from firstorder.errors import Refused
+from firstorder.fields._series import Series
 from firstorder.fields.covariance import Covariance
 from firstorder.fields.field import Edge, Field
 from firstorder.fields.jet import Jet, autodiff_jet
-from firstorder.fields.series import Series
 from firstorder.fields.spectrum import Grid, Spectrum
 from firstorder.flatland.intersect import first_shape
 from firstorder.flatland.scene import Scene

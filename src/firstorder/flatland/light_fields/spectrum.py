@@ -17,9 +17,10 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from firstorder._argument_checks import is_concrete, nan_unless
 from firstorder.conventions import Frame, fourier_kernel
-from firstorder.errors import Refused, is_concrete, nan_unless
-from firstorder.fields.series import Series
+from firstorder.errors import Refused
+from firstorder.fields._series import Series
 from firstorder.fields.spectrum import Grid, Spectrum
 from firstorder.flatland.light_fields.field import LightField
 from firstorder.flatland.shapes.kinds import Segments

@@ -15,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from firstorder.errors import is_concrete
+from firstorder._argument_checks import is_concrete
 from firstorder.numerics._planar import cross_2d, dot_2d
 
 PIECES = 128  # chords by which a curve is searched

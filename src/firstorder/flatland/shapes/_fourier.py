@@ -11,7 +11,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from firstorder.errors import nan_unless
+from firstorder._argument_checks import nan_unless
 from firstorder.numerics._roots import bracketed_root, brackets, newton
 
 MOST_TANGENTS = 8

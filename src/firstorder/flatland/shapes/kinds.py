@@ -18,8 +18,8 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
+from firstorder._argument_checks import check_between, check_finite, check_positive
 from firstorder.conventions import direction
-from firstorder.errors import check_between, check_finite, check_positive
 from firstorder.flatland.shapes._base import Point, Shape, column, rows, same, spread, stack
 from firstorder.flatland.shapes._fourier import CurveRoots
 from firstorder.numerics._planar import cross_2d, dot_2d, left

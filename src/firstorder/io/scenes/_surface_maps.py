@@ -46,7 +46,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from firstorder.errors import check_between
+from firstorder._argument_checks import check_between
 from firstorder.imaging._textures import (
     HeightMap,
     ImageTexture,

@@ -13,9 +13,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float
 
-from firstorder.errors import check_not_negative, check_positive, is_concrete, nan_unless
+from firstorder._argument_checks import check_not_negative, check_positive, is_concrete, nan_unless
 from firstorder.fields.field import Field
-from firstorder.numerics.batching import in_batches
+from firstorder.numerics._batching import in_batches
 from firstorder.shadowfield.plane.light_field import to_two_planes
 from firstorder.shadowfield.plane.spectra import Wedge
 from firstorder.typing import Scalar, as_float

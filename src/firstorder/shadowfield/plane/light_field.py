@@ -21,8 +21,8 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from firstorder._argument_checks import check_positive, nan_unless
 from firstorder.conventions import Frame
-from firstorder.errors import check_positive, nan_unless
 from firstorder.fields.field import Field
 from firstorder.fields.jet import Jet, autodiff_jet
 from firstorder.laws.integrate import Integrate

@@ -12,7 +12,7 @@ from __future__ import annotations
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from firstorder.errors import check_between, check_positive, is_concrete, nan_unless
+from firstorder._argument_checks import check_between, check_positive, is_concrete, nan_unless
 from firstorder.fields.spectrum import Spectrum
 from firstorder.typing import Scalar, as_float
 

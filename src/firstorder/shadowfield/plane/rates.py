@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder.errors import check_positive
+from firstorder._argument_checks import check_positive
 from firstorder.shadowfield.plane.filters import RayFilter
 from firstorder.shadowfield.plane.spectra import Wedge
 from firstorder.typing import Scalar, as_float

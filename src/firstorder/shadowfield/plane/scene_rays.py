@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder.errors import check_positive
+from firstorder._argument_checks import check_positive
 from firstorder.fields.spectrum import Grid
 from firstorder.flatland.intersect import occluded
 from firstorder.flatland.scene import Scene

@@ -13,8 +13,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
+from firstorder._argument_checks import check_positive, check_shape, is_concrete, nan_unless
 from firstorder.conventions import Frame
-from firstorder.errors import check_positive, check_shape, is_concrete, nan_unless
 from firstorder.fields.spectrum import Grid, Spectrum
 from firstorder.laws.move import Move
 from firstorder.shadowfield.plane.light_field import ON_LIGHT, ON_RECEIVER, to_two_planes

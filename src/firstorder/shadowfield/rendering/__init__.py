@@ -13,7 +13,7 @@ from firstorder.shadowfield.rendering.band_limit_choice import (
     select_band_limits,
 )
 from firstorder.shadowfield.rendering.depth_bounds import blocker_depths, smooth_depths
-from firstorder.shadowfield.rendering.lamp import LampFrame, below, lamp_frame, where_below
+from firstorder.shadowfield.rendering.lamp import LampFrame, below, lamp_frame
 from firstorder.shadowfield.rendering.layers import layered_shadow
 from firstorder.shadowfield.rendering.ray_table import RayTable, trace_shadow_rays
 from firstorder.shadowfield.rendering.sample_counts import distribute_rays, rays_per_pixel
@@ -25,7 +25,6 @@ from firstorder.shadowfield.rendering.sheared_filter import (
 
 __all__ = [
     "below",
-    "where_below",
     "LampFrame",
     "lamp_frame",
     "RayTable",

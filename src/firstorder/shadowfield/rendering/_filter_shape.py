@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from firstorder.errors import check_positive
+from firstorder._argument_checks import check_positive
 from firstorder.shadowfield.rendering._weighted_sums import Sums
 from firstorder.shadowfield.rendering.ray_table import Plane
 

@@ -20,11 +20,17 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from firstorder.errors import check_finite, check_not_negative, check_positive, check_shape
+from firstorder._argument_checks import (
+    check_finite,
+    check_not_negative,
+    check_positive,
+    check_shape,
+)
+from firstorder.shadowfield.rendering._below import where_below
 from firstorder.shadowfield.rendering._filter_shape import filter_shape, or_lit, own_share
 from firstorder.shadowfield.rendering._weighted_sums import gather
 from firstorder.shadowfield.rendering.depth_bounds import blocker_depths
-from firstorder.shadowfield.rendering.lamp import LampFrame, where_below
+from firstorder.shadowfield.rendering.lamp import LampFrame
 from firstorder.shadowfield.rendering.ray_table import Plane, RayTable
 
 AT_ONCE = 1 << 20  # receivers times nodes

@@ -38,7 +38,8 @@ import numpy as np
 import scipy.ndimage
 from jaxtyping import Float, Int
 
-from firstorder.errors import check_positive
+from firstorder._argument_checks import check_positive
+from firstorder.shadowfield.rendering._below import where_below
 from firstorder.shadowfield.rendering._filter_shape import (
     cell_shares,
     filter_shape,
@@ -47,7 +48,7 @@ from firstorder.shadowfield.rendering._filter_shape import (
 )
 from firstorder.shadowfield.rendering._weighted_sums import Sums, gather
 from firstorder.shadowfield.rendering.depth_bounds import blocker_depths
-from firstorder.shadowfield.rendering.lamp import LampFrame, where_below
+from firstorder.shadowfield.rendering.lamp import LampFrame
 from firstorder.shadowfield.rendering.ray_table import Plane, RayTable
 
 STEP = 2.0**-1.5  # sizes of steps where power falls with Omega^-4

@@ -12,9 +12,10 @@ import numpy as np
 import scipy.ndimage
 from jaxtyping import Float
 
-from firstorder.errors import check_positive
+from firstorder._argument_checks import check_positive
+from firstorder.shadowfield.rendering._below import where_below
 from firstorder.shadowfield.rendering._culling import narrowed
-from firstorder.shadowfield.rendering.lamp import LampFrame, where_below
+from firstorder.shadowfield.rendering.lamp import LampFrame
 from firstorder.shadowfield.rendering.ray_table import LEVEL, RayTable
 
 GROUP = 64  # receivers that are searched at once

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from firstorder.errors import check_not_negative, check_positive
+from firstorder._argument_checks import check_not_negative, check_positive
 from firstorder.shadowfield.rendering.lamp import LampFrame, below
 
 # Depths that differ by this share of the receiver's are one level: pixels are slanted and surfaces

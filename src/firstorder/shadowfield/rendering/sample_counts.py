@@ -20,7 +20,7 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float, Int
 
-from firstorder.errors import check_between, check_not_negative, check_positive
+from firstorder._argument_checks import check_between, check_not_negative, check_positive
 
 Numbers = Float[np.ndarray, " m"]
 

@@ -10,8 +10,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from firstorder.errors import check_positive
-from firstorder.numerics.batching import host_blocks
+from firstorder._argument_checks import check_positive
+from firstorder.numerics._batching import host_blocks
 from firstorder.shadowfield.rendering.lamp import LampFrame
 from firstorder.shadowfield.rendering.ray_table import Blockers
 from firstorder.space.intersect import nearest, occluded

@@ -43,7 +43,8 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from firstorder.errors import check_positive
+from firstorder._argument_checks import check_positive
+from firstorder.shadowfield.rendering._below import where_below
 from firstorder.shadowfield.rendering._filter_shape import (
     Numbers,
     cell_shares,
@@ -53,7 +54,7 @@ from firstorder.shadowfield.rendering._filter_shape import (
 )
 from firstorder.shadowfield.rendering._weighted_sums import gather
 from firstorder.shadowfield.rendering.depth_bounds import blocker_depths
-from firstorder.shadowfield.rendering.lamp import LampFrame, where_below
+from firstorder.shadowfield.rendering.lamp import LampFrame
 from firstorder.shadowfield.rendering.ray_table import Plane, RayTable
 
 # --- the filter at a receiver --------------------------------------------------------------------

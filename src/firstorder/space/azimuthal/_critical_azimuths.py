@@ -21,9 +21,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from firstorder.errors import nan_unless
+from firstorder._argument_checks import nan_unless
+from firstorder.numerics._quadrature import inverse_sqrt_panels
 from firstorder.numerics._vectors import cross, dot, unit
-from firstorder.numerics.quadrature import inverse_sqrt_panels
 from firstorder.space.receiver import Receiver, in_receiver_frame
 from firstorder.space.scene import Scene
 from firstorder.space.shapes.kinds import Planes
@@ -33,7 +33,8 @@ from firstorder.space.silhouettes._crossings import (
     on_plane,
     segment_on_cone,
 )
-from firstorder.space.silhouettes.analytic import SilhouetteArcs, SilhouetteSegments, silhouette
+from firstorder.space.silhouettes._curves import SilhouetteArcs, SilhouetteSegments
+from firstorder.space.silhouettes.analytic import silhouette
 
 UP = np.array([0.0, 0.0, 1.0])
 

@@ -15,7 +15,7 @@ import jax.numpy as jnp
 from jaxtyping import Array
 
 from firstorder.conventions import polar
-from firstorder.numerics.quadrature import gauss_legendre
+from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.space.receiver import Receiver
 from firstorder.visibility._intervals import HORIZON, blocked_measure, visible_gaps
 

@@ -23,8 +23,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
+from firstorder._argument_checks import check_positive, nan_unless
 from firstorder.conventions import azimuth_axes, polar
-from firstorder.errors import check_positive, nan_unless
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._vectors import cross, dot, settled
 from firstorder.scene._arguments import check_asked

@@ -16,8 +16,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from firstorder._argument_checks import check_positive
 from firstorder.conventions import cylindrical
-from firstorder.errors import check_positive
 from firstorder.numerics._vectors import cross, dot, matvec, norm, orthonormal_frame, unit
 from firstorder.scene._primitives import FRONT
 from firstorder.space.bounces._radiance_maps import (

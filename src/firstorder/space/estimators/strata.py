@@ -12,8 +12,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, PRNGKeyArray
 
+from firstorder._argument_checks import is_concrete
 from firstorder.conventions import cylindrical
-from firstorder.errors import is_concrete
 from firstorder.typing import as_float
 
 # What cells of one row count, and random directions in a cell are uniform, by.

@@ -14,14 +14,15 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
+from firstorder._argument_checks import check_finite, check_shape, is_concrete
 from firstorder.conventions import SPACE_SLOPE, Frame
-from firstorder.errors import Refused, check_finite, check_shape, is_concrete
+from firstorder.errors import Refused
 from firstorder.fields.covariance import Covariance
 from firstorder.fields.field import Edge, Field
 from firstorder.fields.jet import Jet, autodiff_jet
 from firstorder.fields.spectrum import Spectrum
+from firstorder.numerics._small_matrices import inner
 from firstorder.numerics._vectors import dot, unit
-from firstorder.numerics.small_matrices import inner
 from firstorder.scene._arguments import check_asked
 from firstorder.space.intersect import first_shape
 from firstorder.space.light_fields._edges import levels

@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from firstorder.errors import check_finite
+from firstorder._argument_checks import check_finite
 from firstorder.numerics._vectors import cross, dot, norm, unit
 from firstorder.typing import as_float
 

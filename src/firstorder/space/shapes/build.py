@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder.errors import check_finite, check_positive, is_concrete, nan_unless
+from firstorder._argument_checks import check_finite, check_positive, is_concrete, nan_unless
 from firstorder.numerics._vectors import cross, dot, norm, orthonormal_frame, unit
 from firstorder.space.shapes.kinds import (
     Boxes,

@@ -20,7 +20,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from firstorder.errors import check_finite, check_invertible, is_concrete
+from firstorder._argument_checks import check_finite, check_invertible, is_concrete
 from firstorder.numerics._vectors import cross, dot, inverse_3x3, matvec, norm, unit
 from firstorder.scene._sides import closed_front
 from firstorder.typing import as_float

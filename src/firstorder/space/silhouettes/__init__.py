@@ -1,11 +1,6 @@
 """Silhouettes of shapes and meshes, their visible parts, and integrals along them."""
 
-from firstorder.space.silhouettes.analytic import (
-    Silhouette,
-    SilhouetteArcs,
-    SilhouetteSegments,
-    silhouette,
-)
+from firstorder.space.silhouettes.analytic import Silhouette, silhouette
 from firstorder.space.silhouettes.meshes import (
     BruteForceTracer,
     FaceTracer,
@@ -14,18 +9,11 @@ from firstorder.space.silhouettes.meshes import (
     mesh_silhouette,
     visible_mesh_silhouettes,
 )
-from firstorder.space.silhouettes.visible import (
-    SilhouetteSides,
-    VisibleSilhouettes,
-    visible_silhouettes,
-)
+from firstorder.space.silhouettes.visible import VisibleSilhouettes, visible_silhouettes
 
 __all__ = [
-    "SilhouetteSegments",
-    "SilhouetteArcs",
     "Silhouette",
     "silhouette",
-    "SilhouetteSides",
     "VisibleSilhouettes",
     "visible_silhouettes",
     "mesh_silhouette",

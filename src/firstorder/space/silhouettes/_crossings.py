@@ -21,7 +21,7 @@ from jaxtyping import Array, Float
 
 from firstorder.numerics._roots import bracketed_root, brackets, newton
 from firstorder.numerics._vectors import cross, dot, inverse_3x3, matvec, rows, unit
-from firstorder.space.silhouettes.analytic import SilhouetteArcs, SilhouetteSegments
+from firstorder.space.silhouettes._curves import SilhouetteArcs, SilhouetteSegments
 
 Vector = Float[Array, "3"]
 SAMPLES, MOST = 16, 4  # of a trigonometric polynomial of degree two, which has four roots

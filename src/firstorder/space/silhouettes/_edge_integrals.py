@@ -25,6 +25,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.numerics._vectors import (
     Coordinates,
     apart,
@@ -34,7 +35,6 @@ from firstorder.numerics._vectors import (
     settled,
     unit,
 )
-from firstorder.numerics.quadrature import gauss_legendre
 from firstorder.visibility._contour import angle_between, angle_rate, light_between
 
 Points = Float[Array, "*#n 3"]

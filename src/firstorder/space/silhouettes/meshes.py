@@ -21,11 +21,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from firstorder.errors import is_concrete
+from firstorder._argument_checks import is_concrete
 from firstorder.numerics._vectors import cross, dot
 from firstorder.space.meshes.triangle_mesh import NO_FACE, Mesh
 from firstorder.space.receiver import Receiver, in_receiver_frame
-from firstorder.space.silhouettes.analytic import SilhouetteSegments
+from firstorder.space.silhouettes._curves import SilhouetteSegments
 from firstorder.visibility._contour import segment_solid_angle, segment_translation_rate
 
 NOT_CUT = -1

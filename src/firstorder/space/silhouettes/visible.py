@@ -20,8 +20,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
+from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.numerics._vectors import cross, dot, rows
-from firstorder.numerics.quadrature import gauss_legendre
 from firstorder.scene._arguments import check_asked
 from firstorder.scene._intersect import MISS
 from firstorder.space.receiver import Receiver
@@ -34,45 +34,15 @@ from firstorder.space.silhouettes._crossings import (
     lines_on_cones,
     lines_on_planes,
 )
+from firstorder.space.silhouettes._curves import SilhouetteArcs, SilhouetteSegments
 from firstorder.space.silhouettes._edge_integrals import arc_points
-from firstorder.space.silhouettes.analytic import (
-    SilhouetteArcs,
-    SilhouetteSegments,
-    _arcs_of,
-    _Outlines,
-    _outlines,
-    _segments_of,
-)
+from firstorder.space.silhouettes._sides import SilhouetteSides
+from firstorder.space.silhouettes.analytic import _arcs_of, _Outlines, _outlines, _segments_of
 
 UP = np.array([0.0, 0.0, 1.0])
 # A segment and an arc above the horizon, in place of those that do not live.
 SOME_LINE = np.array([[1.0, 0.0, 1.0], [0.0, 1.0, 1.0]])
 SOME_ARC, SOME_ENDS = np.eye(3)[[2, 0, 1]], (0.0, 1.0)
-
-
-class SilhouetteSides(eqx.Module):
-    """The shapes on either side of silhouette pieces.
-
-    Attributes:
-        owner: number of the shape to the left, whose silhouette it is.
-        seen: whether the owner is seen there.
-        behind: number of the shape to the right, -1 for the sky.
-        cut: whether that one goes on behind the owner, so that this piece is where it ends.
-    """
-
-    owner: Int[Array, "*m"]
-    seen: Bool[Array, "*m"]
-    behind: Int[Array, "*m"]
-    cut: Bool[Array, "*m"]
-
-    def jump(self, shown: Float[Array, " n_1"]) -> Float[Array, "*m"]:
-        """Jump across each piece, owner less what it cuts off; zero for a piece that is hidden.
-
-        Args:
-            shown: one number for each shape, and last the sky's.
-        """
-        right = jnp.where(self.cut, shown[self.behind], 0.0)
-        return jnp.where(self.seen, shown[self.owner] - right, 0.0)
 
 
 class VisibleSilhouettes(eqx.Module):

@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from firstorder.errors import check_finite, check_positive, nan_unless
+from firstorder._argument_checks import check_finite, check_positive, nan_unless
 from firstorder.fields.kernel import Profile
 from firstorder.transport.brdf._splines import cubic_b_spline
 from firstorder.transport.brdf.lobes import Lobe

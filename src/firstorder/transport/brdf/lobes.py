@@ -13,8 +13,14 @@ import numpy as np
 from jax.scipy.special import gammaln
 from jaxtyping import Array, Float
 
+from firstorder._argument_checks import (
+    check_between,
+    check_finite,
+    check_positive,
+    is_concrete,
+    nan_unless,
+)
 from firstorder.conventions import UNSTATED, Frame, fourier_kernel, frame_with
-from firstorder.errors import check_between, check_finite, check_positive, is_concrete, nan_unless
 from firstorder.fields.kernel import GaussianProfile, Kernel, Profile
 from firstorder.transport.brdf._splines import cubic_b_spline
 from firstorder.typing import Scalar, as_float

@@ -16,8 +16,9 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from firstorder._argument_checks import check_finite, check_shape, nan_unless
 from firstorder.conventions import SPACE, SPACE_SLOPE, Frame, slope
-from firstorder.errors import Refused, check_finite, check_shape, nan_unless
+from firstorder.errors import Refused
 from firstorder.laws.base import Law
 from firstorder.laws.move import Move
 from firstorder.laws.warp import Map, Warp

@@ -11,8 +11,8 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from firstorder._argument_checks import check_positive, check_shape
 from firstorder.conventions import SPACE, SPACE_SLOPE
-from firstorder.errors import check_positive, check_shape
 from firstorder.fields.kernel import GaussianProfile
 from firstorder.fields.spectrum import Grid
 from firstorder.transport.chain4d._equator import (

@@ -5,9 +5,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
+from firstorder._argument_checks import is_concrete
 from firstorder.conventions import FLATLAND, Frame
-from firstorder.errors import is_concrete
-from firstorder.fields.series import Series, axis_series
+from firstorder.fields._series import Series, axis_series
 from firstorder.fields.spectrum import Grid
 from firstorder.laws.base import Law
 from firstorder.laws.multiply import Multiply

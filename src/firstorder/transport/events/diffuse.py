@@ -6,17 +6,17 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
+from firstorder._argument_checks import check_not_negative, check_positive, nan_unless
 from firstorder.conventions import FLATLAND_SLOPE, Frame, fourier_kernel
-from firstorder.errors import check_not_negative, check_positive, nan_unless
+from firstorder.fields._series import Series
 from firstorder.fields.covariance import Covariance
 from firstorder.fields.field import Field
 from firstorder.fields.jet import Jet
-from firstorder.fields.series import Series
 from firstorder.fields.spectrum import Grid
 from firstorder.laws.base import Law
 from firstorder.laws.integrate import Integrate
 from firstorder.laws.multiply import Multiply
-from firstorder.numerics.quadrature import gauss_legendre
+from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.transport.event import Chain, Event, require_frame
 from firstorder.typing import Array, Ray, Scalar, as_float
 

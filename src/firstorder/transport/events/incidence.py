@@ -6,8 +6,8 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
+from firstorder._argument_checks import _all, nan_unless
 from firstorder.conventions import Frame
-from firstorder.errors import _all, nan_unless
 from firstorder.laws.base import Law
 from firstorder.laws.move import Move
 from firstorder.laws.warp import Map, Warp

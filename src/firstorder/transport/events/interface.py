@@ -11,8 +11,8 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
+from firstorder._argument_checks import check_between, check_positive, nan_unless
 from firstorder.conventions import FLATLAND, Frame
-from firstorder.errors import check_between, check_positive, nan_unless
 from firstorder.fields.field import Field
 from firstorder.fields.kernel import Kernel
 from firstorder.fields.spectrum import Grid

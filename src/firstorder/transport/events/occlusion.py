@@ -6,8 +6,8 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
+from firstorder._argument_checks import check_between, check_positive, nan_unless
 from firstorder.conventions import Frame
-from firstorder.errors import check_between, check_positive, nan_unless
 from firstorder.fields._coerce import field_of, fields_of
 from firstorder.fields.apertures import Bars, Grating
 from firstorder.fields.field import Affine, Field

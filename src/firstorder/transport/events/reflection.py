@@ -5,13 +5,14 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from firstorder._argument_checks import check_positive, nan_unless
 from firstorder.conventions import Frame, fourier_kernel, frame_with
-from firstorder.errors import Refused, check_positive, nan_unless
+from firstorder.errors import Refused
 from firstorder.fields._coerce import check_kind, field_of, fields_of, several
+from firstorder.fields._series import Series
 from firstorder.fields.field import Edge, Field, Sum, _relabelled
 from firstorder.fields.jet import Jet
 from firstorder.fields.kernel import Kernel, Profile
-from firstorder.fields.series import Series
 from firstorder.fields.spectrum import Grid
 from firstorder.laws.base import Law
 from firstorder.laws.convolve import Convolve, Domain, Line

@@ -5,8 +5,8 @@ from __future__ import annotations
 import equinox as eqx
 import jax.numpy as jnp
 
+from firstorder._argument_checks import check_finite
 from firstorder.conventions import Frame
-from firstorder.errors import check_finite
 from firstorder.laws.base import Law
 from firstorder.laws.move import Move
 from firstorder.transport.event import Event, require_frame

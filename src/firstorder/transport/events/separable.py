@@ -10,15 +10,15 @@ from jaxtyping import Array
 
 from firstorder.conventions import Frame, fourier_kernel
 from firstorder.fields._coerce import field_of
+from firstorder.fields._series import Series, axis_series
 from firstorder.fields.field import Affine, Edge, Field
 from firstorder.fields.jet import Jet
 from firstorder.fields.kernel import Kernel
-from firstorder.fields.series import Series, axis_series
 from firstorder.fields.spectrum import Grid
 from firstorder.laws.base import Law
 from firstorder.laws.convolve import Domain, Line
 from firstorder.laws.multiply import Multiply
-from firstorder.numerics.quadrature import composite_gauss_legendre
+from firstorder.numerics._quadrature import composite_gauss_legendre
 from firstorder.transport.event import Chain, Event, require_frame
 from firstorder.transport.events.mirror import Mirror
 from firstorder.transport.events.reflection import Reflection

@@ -6,12 +6,12 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
+from firstorder._argument_checks import check_finite
 from firstorder.conventions import UNSTATED, Frame, frame_with
-from firstorder.errors import check_finite
 from firstorder.fields._coerce import field_of
+from firstorder.fields._series import Series
 from firstorder.fields.field import Field
 from firstorder.fields.jet import Jet
-from firstorder.fields.series import Series
 from firstorder.fields.spectrum import Grid
 from firstorder.laws.base import Law
 from firstorder.laws.multiply import Multiply

@@ -6,11 +6,8 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
+from firstorder._argument_checks import check_not_negative, nan_unless
 from firstorder.conventions import Frame, slope, travel_sign
-from firstorder.errors import (
-    check_not_negative,
-    nan_unless,
-)
 from firstorder.fields.field import Field
 from firstorder.laws.base import Law
 from firstorder.laws.move import Move

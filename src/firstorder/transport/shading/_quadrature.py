@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from firstorder.fields.kernel import Kernel, Profile
-from firstorder.numerics.quadrature import composite_gauss_legendre
+from firstorder.numerics._quadrature import composite_gauss_legendre
 from firstorder.transport.brdf.general import Brdf
 from firstorder.transport.brdf.lobes import NORMAL, Lobe
 from firstorder.transport.shading._flat_jets import Entries, Normal

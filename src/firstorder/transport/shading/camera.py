@@ -5,8 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from firstorder._argument_checks import check_finite, check_positive, is_concrete
 from firstorder.conventions import Frame
-from firstorder.errors import check_finite, check_positive, is_concrete
 from firstorder.fields.jet import Jet
 from firstorder.laws.base import Law
 from firstorder.laws.warp import Map, Warp

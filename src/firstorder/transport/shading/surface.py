@@ -12,8 +12,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from firstorder._argument_checks import check_positive
 from firstorder.conventions import FLATLAND, Frame
-from firstorder.errors import Refused, check_positive
+from firstorder.errors import Refused
 from firstorder.fields._coerce import FieldLike, as_field, field_of, field_or_none, several
 from firstorder.fields.field import Field, Function
 from firstorder.fields.jet import Jet
@@ -22,7 +23,7 @@ from firstorder.laws.convolve import Convolve
 from firstorder.laws.integrate import Integrate
 from firstorder.laws.move import Move
 from firstorder.laws.multiply import Multiply
-from firstorder.numerics.batching import in_batches
+from firstorder.numerics._batching import in_batches
 from firstorder.transport.brdf.general import Brdf
 from firstorder.transport.brdf.lobes import Lobe
 from firstorder.transport.events.bump import Bump

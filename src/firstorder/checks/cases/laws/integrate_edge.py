@@ -13,7 +13,7 @@ from firstorder.checks.squares import Case
 from firstorder.conventions import Frame
 from firstorder.fields import Affine, Constant, Edge, Field, Grid, HalfPlane, Jet
 from firstorder.laws import Integrate, Multiply
-from firstorder.numerics.quadrature import composite_gauss_legendre
+from firstorder.numerics._quadrature import composite_gauss_legendre
 
 LEVEL, DARK = Affine([0.8, -1.0], 0.1), 0.2
 MASK = Multiply(HalfPlane(LEVEL, DARK, 1.0), Grid.spanning((200, 200), (6.0, 6.0)))

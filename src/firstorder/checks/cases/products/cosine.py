@@ -7,7 +7,7 @@ from firstorder.checks.cases import FREQUENCIES, SIGMA
 from firstorder.checks.faults import Fault, twin, twin_law
 from firstorder.checks.squares import Case
 from firstorder.fields import Function, Gaussian, Grid, gaussian
-from firstorder.fields.series import axis_series
+from firstorder.fields._series import axis_series
 from firstorder.laws import Multiply
 from firstorder.transport import ClampedCosine, Cosine
 

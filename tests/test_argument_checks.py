@@ -5,8 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.errors import (
-    Refused,
+from firstorder._argument_checks import (
     check_between,
     check_finite,
     check_invertible,
@@ -16,6 +15,7 @@ from firstorder.errors import (
     is_concrete,
     nan_unless,
 )
+from firstorder.errors import Refused
 
 
 @pytest.mark.parametrize(

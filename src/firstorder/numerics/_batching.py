@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from firstorder.errors import check_positive
+from firstorder._argument_checks import check_positive
 
 X = TypeVar("X")
 Y = TypeVar("Y")
@@ -31,7 +31,7 @@ def in_batches(f: Callable[[X], Y], rows: X, most: int) -> Y:
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.numerics.batching import in_batches
+        >>> from firstorder.numerics._batching import in_batches
         >>> in_batches(lambda x: x**2, jnp.arange(5.0), 2).tolist()
         [0.0, 1.0, 4.0, 9.0, 16.0]
     """
@@ -54,7 +54,7 @@ def in_blocks(f: Callable[[X], Y], rows: X, block: int) -> Y:
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.numerics.batching import in_blocks
+        >>> from firstorder.numerics._batching import in_blocks
         >>> in_blocks(jnp.square, jnp.arange(5.0), 2).tolist()
         [0.0, 1.0, 4.0, 9.0, 16.0]
     """
@@ -91,7 +91,7 @@ def host_blocks(f: Callable[[X], Any], rows: X, block: int) -> Any:
     Example:
         >>> import jax.numpy as jnp
         >>> import numpy as np
-        >>> from firstorder.numerics.batching import host_blocks
+        >>> from firstorder.numerics._batching import host_blocks
         >>> host_blocks(jnp.square, np.arange(5.0), 2).tolist()
         [0.0, 1.0, 4.0, 9.0, 16.0]
     """
@@ -130,7 +130,7 @@ def host_rows(f: Callable[[X], Any], rows: X, least: int = 64) -> Any:
     Example:
         >>> import jax.numpy as jnp
         >>> import numpy as np
-        >>> from firstorder.numerics.batching import host_rows
+        >>> from firstorder.numerics._batching import host_rows
         >>> host_rows(jnp.square, np.arange(5.0)).tolist()
         [0.0, 1.0, 4.0, 9.0, 16.0]
     """

@@ -1,0 +1,155 @@
+"""Shading of one pixel from its surface point and the nodes of the lamps that it sees."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from firstorder.imaging._area_lights import (
+    LobeRadiance,
+    SampledLight,
+    lobe_radiance,
+    shadow_edge_terms,
+)
+from firstorder.imaging._interaction import SurfaceInteraction
+from firstorder.imaging.sky_lights import CosineSkyLight, Direction
+from firstorder.numerics._batching import host_blocks
+from firstorder.numerics._vectors import dot
+
+
+class ShadedPixels(eqx.Module):
+    """Radiance of pixels, its gradient, and the sizes of R07's terms; lobes apart: diffuse, glossy.
+
+    Attributes:
+        value: radiance, without what the surface itself emits [W/(m^2 sr)].
+        gradient: along px and py; shadows scale it and do not move.
+        edges: what moving shadows add to it.
+        SV: |spatial variation|, by lobe [per m].
+        DV: |directional variation| [per rad].
+        CV: how fast the lobe turns (Frobenius norm) [1/m].
+        CDV: |curvature-weighted directional variation| [per m].
+        distance: from the eye [m].
+        cosine: between the base surface's normal and the way to the eye.
+        curvature: of the base surface (Frobenius norm), without bumps [1/m].
+    """
+
+    value: Float[Array, "*n"]
+    gradient: Float[Array, "*n 2"]
+    edges: Float[Array, "*n 2"]
+    SV: Float[Array, "*n 2"]
+    DV: Float[Array, "*n 2"]
+    CV: Float[Array, "*n 2"]
+    CDV: Float[Array, "*n 2"]
+    distance: Float[Array, "*n"]
+    cosine: Float[Array, "*n"]
+    curvature: Float[Array, "*n"]
+
+
+def node_occlusion(t: Array, far: Array, near: bool) -> tuple[Array, Array]:
+    """Whether nodes are seen, and the share of the way at which they are not.
+
+    Args:
+        t: what stands before the nodes, infinity where nothing does [m].
+        far: of the nodes; of distant light it does not count [m].
+        near: whether the light is.
+    """
+    hidden = t < (far if near else jnp.inf)
+    t = jnp.where(hidden, t, 1.0)
+    return ~hidden, jnp.where(hidden, t / (far if near else 1.0 + t), 1.0)
+
+
+def shade_point(
+    at: SurfaceInteraction,
+    lamps: Sequence[SampledLight | CosineSkyLight],
+    shadows: Sequence[tuple[Array, Array]] | None = None,
+) -> ShadedPixels:
+    """Shading of one pixel, from its surface point and the visibility of nodes from there.
+
+    Args:
+        at: the point, its lobes, the camera's ray.
+        lamps: the light.
+        shadows: for each lamp which nodes are seen, and where the others are hidden, as
+            `_shadow_rays` gives it; None if nothing is. What is below the surface on which the
+            point lies is hidden by it, whatever is given here and wherever the shading normal
+            leans; that this horizon turns where the surface curves is not in the gradient.
+
+    Reference: R07 §5.2-5.3, eqs. 25-27, in space.
+    """
+    dtype = at.point.position.dtype
+    value, gradient, edges = jnp.zeros((), dtype), jnp.zeros(2, dtype), jnp.zeros(2, dtype)
+    sizes = []
+    to_eye, footprint = at.view.to_eye, at.view.surface_D_p(at.point)
+    for k, lamp in enumerate(lamps):
+        lamp = oriented_light(lamp, at.point.base_normal)
+        count = lamp.shape[0] * lamp.shape[1]
+        seen, depth = jnp.ones(count, dtype), jnp.ones(count, dtype)
+        if shadows is not None:
+            above = lamp.toward(at.point.position)[0] @ at.point.base_normal > 0.0
+            seen, depth = (
+                jnp.where(above, a.astype(dtype), b)
+                for a, b in zip(shadows[k], (0, 1), strict=True)
+            )
+        terms = lobe_radiance(lamp, seen, at.point, to_eye, at.lobe)
+        value = value + sum(t.value for t in terms)
+        gradient = gradient + sum(t.image_gradient(at.view, at.point) for t in terms)
+        if shadows is not None and lamp.even:
+            moved = shadow_edge_terms(lamp, seen, depth, at.point, to_eye, at.lobe)
+            edges = edges + sum(moved) @ footprint
+        sizes.append(_parts(terms))
+    SV, DV, CDV = (sum(part) for part in zip(*sizes, strict=True))
+    CV = jnp.stack([_size(at.point.spin), 2.0 * _size(at.point.spin)])
+    return ShadedPixels(
+        value, gradient, edges, _sizes(SV), _sizes(DV), CV, _sizes(CDV),
+        at.view.distance, dot(at.point.base_normal, to_eye), _size(at.S),
+    )  # fmt: skip
+
+
+def _parts(terms: tuple[LobeRadiance, LobeRadiance]) -> tuple[Array, Array, Array]:
+    """SV, DV and CDV of both lobes, to be summed over lamps before their sizes are taken."""
+    return tuple(jnp.stack([getattr(t, name) for t in terms]) for name in ("SV", "DV", "CDV"))  # pyright: ignore
+
+
+def _size(a: Array) -> Array:
+    return jnp.sqrt(jnp.sum(a * a))
+
+
+def _sizes(rows: Array) -> Array:
+    return jnp.sqrt(jnp.sum(rows * rows, -1))
+
+
+def shade_rows(
+    shade: Callable[..., ShadedPixels],
+    given: tuple[np.ndarray, ...],
+    rows: np.ndarray,
+    block: int,
+) -> ShadedPixels:
+    """Some of many pixels, shaded in blocks of one size; the others are zeros.
+
+    Args:
+        shade: from blocks of the given arrays to pixels.
+        given: arrays of all pixels.
+        rows: which of them to shade.
+        block: pixels at a time.
+    """
+    count = len(given[0])
+    if not len(rows):
+        one, two = np.zeros(count), np.zeros((count, 2))
+        return ShadedPixels(one, two, two, two, two, two, two, one, one, one)  # pyright: ignore
+
+    def back(some):
+        out = np.zeros((count, *some.shape[1:]))
+        out[rows] = some
+        return out
+
+    found = host_blocks(lambda block: shade(*block), tuple(a[rows] for a in given), block)
+    return jax.tree.map(back, found)
+
+
+def oriented_light(light: SampledLight | CosineSkyLight, n: Direction) -> SampledLight:
+    """Light as a surface of unit normal n sees it: nodes of a `CosineSkyLight` stand about it."""
+    return light.about(n) if isinstance(light, CosineSkyLight) else light
