@@ -16,7 +16,7 @@ MOST = {
     "scene_d E": 1710,
     "scene_d E''": 3080,
     "flatland radiosity": 2970,
-    "space E": 1080,
+    "space E": 1120,
     "space gradient": 1500,
     "space Hessian": 3360,
     "space derivatives": 3190,

@@ -80,7 +80,7 @@ def _holding(signal, step: float, share: float = 0.99) -> float:
     n = 8 * signal.size
     power = np.abs(np.fft.fft(signal, n)) ** 2
     W = np.abs(np.fft.fftfreq(n, step))
-    order = np.argsort(W)
+    order = np.argsort(W, kind="stable")  # frequencies come in pairs: the same order everywhere
     total = np.cumsum(power[order])
     return float(np.interp(share * total[-1], total, W[order]))
 

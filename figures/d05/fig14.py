@@ -29,7 +29,7 @@ def draw(quick: bool) -> Drawing:
     Ox, Ot = np.linspace(-1.5, 1.5, n), np.linspace(-2.0, 2.0, n)
     suns = [gaussian((0.0, a), (WINDOW, s), amplitude=b) for a, s, b in SUNS]
     sky = suns[0] + suns[1]
-    path = sky >> Curvature(KAPPA) >> Cosine(window=Grid.spanning((2, 96), (1.0, 5.0)))
+    path = sky >> Curvature(KAPPA) >> Cosine(window=Grid.spanning((2, 288), (1.0, 15.0)))
     spectra = [eqx.filter_jit(lambda F: F(Ox[:, None], Ot))(F) for F in path.spectra]
     spectra = [np.asarray(F) for F in spectra]
     line = np.asarray(

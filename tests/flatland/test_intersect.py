@@ -3,8 +3,19 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.flatland import Scene, Segments, intersect, nearest, occluded, primitive
+from firstorder.conventions import direction
+from firstorder.flatland import (
+    Circles,
+    Scene,
+    Segments,
+    first_shape,
+    intersect,
+    nearest,
+    occluded,
+    primitive,
+)
 from firstorder.flatland._reference import reference_nearest
+from firstorder.scene import _intersect
 from tests.flatland.worlds import everything
 
 RNG = np.random.default_rng(7)
@@ -21,7 +32,7 @@ def slowly():
 @pytest.mark.parametrize("few", [0, 16], ids=["one by one", "in one"])
 @pytest.mark.parametrize("dtype", [jnp.float32, jnp.float64])
 def test_the_fast_tracer_is_its_slow_twin(slowly, dtype, few, monkeypatch):
-    monkeypatch.setattr(intersect, "FEW", few)
+    monkeypatch.setattr(_intersect, "FEW", few)
     scene = everything(dtype)
     hits = jax.jit(lambda o, d: nearest(scene, o, d))(
         jnp.asarray(ORIGINS, dtype), jnp.asarray(ALONG, dtype)
@@ -39,7 +50,7 @@ def test_the_fast_tracer_is_its_slow_twin(slowly, dtype, few, monkeypatch):
 
 
 def test_blocks_and_the_rest_make_the_whole(slowly, monkeypatch):
-    monkeypatch.setattr(intersect, "FEW", 0)
+    monkeypatch.setattr(_intersect, "FEW", 0)
     monkeypatch.setattr(intersect, "BLOCK", 50)
     scene = everything()
     found = jax.jit(lambda o, d: intersect.first_shape(scene, o, d))(ORIGINS, ALONG)
@@ -113,3 +124,35 @@ def test_parallel_rays_miss_without_nan():
 
     assert distance(0.0) == 0.0
     assert jax.grad(distance)(0.0) == 0.0
+
+
+def test_search_and_hit_agree_on_rays_that_graze():
+    """Directions bisected to rounding between a hit and a miss, and their neighbours."""
+    rng = np.random.default_rng(3)
+    centers, radii = rng.uniform((-2.0, 1.0), (2.0, 3.0), (200, 2)), rng.uniform(0.1, 0.6, 200)
+    for shapes in (Circles(centers, radii), Segments(centers, centers + rng.normal(size=(200, 2)))):
+        for k in range(200):
+            scene = Scene.of(primitive(jax.tree.map(lambda a, k=k: a[k : k + 1], shapes)))
+            searched, hit = _grazing(scene)
+            np.testing.assert_array_equal(searched, hit)
+
+
+@jax.jit
+def _grazing(scene):
+    """Whether grazing rays are hits for the search, and for the shape that it would find."""
+
+    def met(angles):
+        return first_shape(scene, jnp.zeros((angles.size, 2)), direction(angles)) >= 0
+
+    angles = jnp.linspace(-np.pi, np.pi, 256)
+    k = jnp.argmax(met(angles))
+
+    def halve(_, ends):
+        middle = 0.5 * (ends[0] + ends[1])
+        hit = met(middle[None])[0]
+        return jnp.where(hit, middle, ends[0]), jnp.where(hit, ends[1], middle)
+
+    dark, _ = jax.lax.fori_loop(0, 60, halve, (angles[k], angles[k - 1]))
+    near = dark + jnp.arange(-20, 21) * 1e-16
+    t, _ = jax.vmap(lambda d: scene.hit(jnp.array(0), jnp.zeros(2), d))(direction(near))
+    return met(near), jnp.isfinite(t)

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.numerics._batching import host_blocks, host_rows, in_batches
+from firstorder.numerics._batching import host_blocks, host_rows, in_batches, one_list
 
 
 @pytest.mark.parametrize("count", [0, 1, 6, 7, 8, 21, 23, 64])
@@ -79,3 +79,33 @@ def test_a_block_has_rows():
         host_rows(jnp.sin, np.arange(3.0), 0)
     with pytest.raises(ValueError, match="block"):
         host_blocks(jnp.sin, np.arange(3.0), 0)
+
+
+@pytest.mark.parametrize("over", [(None, 0), (0, 0), (0, None)], ids=["rows", "both", "shared"])
+def test_one_list_answers_as_if_each_batch_were_alone(over):
+    rng = np.random.default_rng(0)
+    shared, rows = (jnp.asarray(rng.normal(size=(3,) * (a == 0) + (5,))) for a in over)
+    seen = []
+
+    def f(s, x):
+        seen.append(x.shape)
+        return jnp.sum(s) * x, x + s[0]
+
+    found = jax.jit(jax.vmap(one_list(f), in_axes=over))(shared, rows)
+    alone = [f(*(a if b is None else a[k] for a, b in zip((shared, rows), over, strict=True)))
+             for k in range(3)]  # fmt: skip
+    for a, b in zip(found, zip(*alone, strict=True), strict=True):
+        np.testing.assert_allclose(a, np.stack(b), rtol=1e-14)
+
+
+def test_rows_of_batches_in_batches_are_one_list():
+    seen = []
+
+    def f(s, x):
+        seen.append(x.shape)
+        return s * x
+
+    x = jnp.arange(24.0).reshape(2, 3, 4)
+    found = jax.vmap(jax.vmap(lambda x: one_list(f)(2.0, x)))(x)
+    np.testing.assert_array_equal(found, 2.0 * x)
+    assert seen[-1] == (24,)

@@ -5,10 +5,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from firstorder.scene import _intersect
 from firstorder.space import (
     Scene,
     first_shape,
-    intersect,
     nearest,
     occluded,
     plane,
@@ -32,7 +32,7 @@ ALONG = jnp.asarray(ALONG / np.linalg.norm(ALONG, axis=1, keepdims=True))
 
 def test_few_and_many_shapes_are_searched_alike(monkeypatch):
     many = first_shape(SCENE, ORIGINS, ALONG)
-    monkeypatch.setattr(intersect, "FEW", 100)
+    monkeypatch.setattr(_intersect, "FEW", 100)
     np.testing.assert_array_equal(many, first_shape(SCENE, ORIGINS, ALONG))
     assert {-1, 24} < set(np.asarray(many).tolist())
 

@@ -156,9 +156,7 @@ def _emitted(scene: Scene, at: Receiver, seen: View) -> Float[Array, ""]:
     ends = jax.lax.stop_gradient(seen.angles)
     along = direction(here.n + 0.5 * (ends[1:] + ends[:-1]))
     number = jnp.maximum(seen.seen, 0)
-    front = jax.vmap(lambda i, d: _front(fixed, i, fixed.hit(i, here.position, d, here.on)[1], d))(
-        number, along
-    )
+    front = jax.vmap(lambda i, d: fixed.front(i, here.position, d, here.on))(number, along)
     L = scene.material.emission[number, jnp.where(front, FRONT, BACK)]
     sines = jnp.sin(seen.angles)
     return jnp.sum(jnp.where(seen.seen >= 0, L, 0.0) * (sines[1:] - sines[:-1]))

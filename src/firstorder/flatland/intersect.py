@@ -9,10 +9,10 @@ from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.shapes.kinds import Curves
-from firstorder.numerics._batching import in_batches, in_blocks
+from firstorder.numerics._batching import in_batches
 from firstorder.numerics._compiled import compiled
 from firstorder.scene import _intersect as intersect
-from firstorder.scene._intersect import BLOCK, FEW, MISS, first_by_reduction, first_by_scan
+from firstorder.scene._intersect import BLOCK, MISS
 
 
 class Hits(eqx.Module):
@@ -41,12 +41,9 @@ def first_shape(
         along: unit directions.
         on: the shape on which each ray starts, or -1.
     """
-    groups, origins, along = jax.lax.stop_gradient((scene.groups, origins, along))
     on = jnp.broadcast_to(jnp.asarray(on), origins.shape[:1])
-    rays = origins, along, on
-    if scene.count <= FEW and not _has_curves(scene):
-        return first_by_reduction(groups, rays)
-    return in_blocks(lambda rays: first_by_scan(groups, rays), rays, _block(scene))
+    few = 0 if _has_curves(scene) else None
+    return intersect.first_shape(scene.groups, (origins, along, on), _block(scene), few)
 
 
 def _has_curves(scene: Scene) -> bool:

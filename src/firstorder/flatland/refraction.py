@@ -25,6 +25,7 @@ from firstorder._argument_checks import check_finite, check_not_negative
 from firstorder.conventions import direction
 from firstorder.flatland.intersect import first_shape
 from firstorder.flatland.scene import Scene
+from firstorder.numerics._order import order_of
 from firstorder.transport.events.interface import _dielectric
 from firstorder.typing import as_float
 
@@ -254,9 +255,9 @@ class Caustic(eqx.Module):
         q = jnp.linspace(self.low, self.high, self.samples + 1)
         s, slope, _, ok = jax.vmap(fixed._jet)(q)
         turns = (slope[:-1] * slope[1:] < 0.0) & ok[:-1] & ok[1:]
-        folds = jnp.argsort(~turns, stable=True)[:MOST_BRANCHES]
+        folds = order_of(~turns)[:MOST_BRANCHES]
         # The last rays before total reflection, or before a rim: the cell beyond them is half dark.
-        rims = jnp.argsort(ok[1:] == ok[:-1], stable=True)[:MOST_BRANCHES]
+        rims = order_of(ok[1:] == ok[:-1])[:MOST_BRANCHES]
         count, real = folds.size, turns[folds]
 
         def found(cell, at_rim):
@@ -277,7 +278,7 @@ class Caustic(eqx.Module):
         q, s, ok = (
             jnp.append(o, jnp.where(kept, n, x)) for o, n, x in zip(old, new, none, strict=True)
         )
-        order = jnp.argsort(q, stable=True)
+        order = order_of(q)
         rays = jax.lax.stop_gradient((q[order], s[order], ok[order]))
         return more[:count], there.s[:count], real, rays
 
@@ -293,7 +294,7 @@ class Caustic(eqx.Module):
         off = ends - here
         crossed = (off[:-1] * off[1:] <= 0.0) & ok[:-1] & ok[1:] & (q[1:] > q[:-1])
         crossed &= off[1:] != 0.0
-        which = jnp.argsort(~crossed, stable=True)[:MOST_BRANCHES]
+        which = order_of(~crossed)[:MOST_BRANCHES]
         speed = self.scene.frame(self.receiver, s).speed
 
         def branch(cell, there):

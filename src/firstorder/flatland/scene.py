@@ -315,6 +315,20 @@ class Scene(eqx.Module):
         index, on = jnp.asarray(index), jnp.asarray(on)
         return self._pick(index, lambda shape: shape.hit(origin, along, on == index))
 
+    def front(
+        self, index: Int[Array, ""], origin: Point, along: Point, on: ArrayLike = -1
+    ) -> Bool[Array, ""]:
+        """Whether a ray that meets a shape first meets the side that its normal is on.
+
+        Args:
+            index: the shape's number.
+            origin: of the ray [m].
+            along: its direction, a unit vector.
+            on: number of the shape on which the origin lies, or -1.
+        """
+        index, on = jnp.asarray(index), jnp.asarray(on)
+        return self._pick(index, lambda shape: shape.front(origin, along, on == index))
+
     def silhouettes(
         self, p: Point, on: ArrayLike = -1
     ) -> tuple[Float[Array, "m 2"], Bool[Array, " m"]]:

@@ -24,6 +24,7 @@ from firstorder.conventions import direction
 from firstorder.flatland.intersect import first_shape
 from firstorder.flatland.scene import Scene
 from firstorder.numerics._compiled import compiled
+from firstorder.numerics._order import order_of
 from firstorder.numerics._planar import cross_2d, dot_2d
 from firstorder.scene._arguments import check_asked, check_kind, numbers
 from firstorder.scene._derivatives import FLATLAND
@@ -220,7 +221,7 @@ def view(scene: Scene, at: Receiver, *, cuts: Float[Array, "c 2"] | None = None)
         far = jnp.concatenate([far, jnp.full_like(turned, jnp.inf)])
     known = jnp.isfinite(at.n) & jnp.all(jnp.isfinite(at.position))
     angles = nan_unless(known & ~scene.unsound, angles)
-    order = jnp.argsort(jax.lax.stop_gradient(angles))
+    order = order_of(angles)
     edge = jnp.full((1,), HORIZON, angles.dtype)
     angles = jnp.concatenate([-edge, angles[order], edge])
     far = jnp.concatenate([edge, far[order], edge])

@@ -22,6 +22,7 @@ from firstorder.fields.field import Affine, Field
 from firstorder.fields.mask import HalfPlane
 from firstorder.laws.base import FieldImage
 from firstorder.laws.move import Move
+from firstorder.numerics._order import order_of
 from firstorder.typing import Scalar
 
 
@@ -139,7 +140,7 @@ def _parallel(a, b):
 def _product(p: Array, f: Array, q: Array, g: Array) -> tuple[Array, Array]:
     """Places and heights of the product of two stairs along the same form."""
     places = jnp.concatenate([p, q])
-    order = jnp.argsort(jax.lax.stop_gradient(places))
+    order = order_of(places)
     first = jnp.concatenate([jnp.zeros(1, int), jnp.cumsum(order < p.size)])
     second = jnp.arange(places.size + 1) - first
     return places[order], f[first] * g[second]

@@ -4,12 +4,14 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 import jax
+import jax.custom_batching
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_positive
 
+S = TypeVar("S")
 X = TypeVar("X")
 Y = TypeVar("Y")
 
@@ -69,6 +71,45 @@ def in_blocks(f: Callable[[X], Y], rows: X, block: int) -> Y:
 
     found = jax.lax.map(f, jax.tree.map(cut, rows))
     return jax.tree.map(lambda a: a.reshape(-1, *a.shape[2:])[:count], found)
+
+
+def one_list(f: Callable[[S, X], Y]) -> Callable[[S, X], Y]:
+    """A function of many rows to which the rows of all batches under `vmap` are one long list.
+
+    A loop over what the rows share then runs over blocks that fit the cache, and not over all
+    batches at every step. Where `vmap` batches what they share too, f is mapped as it is.
+
+    Args:
+        f: of what all rows share, and of the rows; it returns as many rows. No derivative is asked.
+
+    Example:
+        >>> import jax, jax.numpy as jnp
+        >>> from firstorder.numerics._batching import one_list
+        >>> seen = []
+        >>> def double(s, x):
+        ...     seen.append(x.shape)
+        ...     return s * x
+        >>> each = jax.vmap(lambda x: one_list(double)(2.0, x))(jnp.ones((4, 3)))
+        >>> each.shape, seen[-1]
+        ((4, 3), (12,))
+    """
+    listed = jax.custom_batching.custom_vmap(f)
+
+    @listed.def_vmap
+    def _(size, batched, shared, rows):
+        over_shared, over_rows = batched
+        if any(jax.tree.leaves(over_shared)):
+            axes = jax.tree.map(lambda b: 0 if b else None, (over_shared, over_rows))
+            found = jax.vmap(f, in_axes=axes, axis_size=size)(shared, rows)
+        else:
+            whole = jax.tree.map(
+                lambda a, b: a if b else jnp.broadcast_to(a, (size, *a.shape)), rows, over_rows
+            )
+            found = listed(shared, jax.tree.map(lambda a: a.reshape(-1, *a.shape[2:]), whole))
+            found = jax.tree.map(lambda a: a.reshape(size, -1, *a.shape[1:]), found)
+        return found, jax.tree.map(lambda _: True, found)
+
+    return listed
 
 
 def host_blocks(f: Callable[[X], Any], rows: X, block: int) -> Any:

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import functools
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
+
+from firstorder.numerics._order import order_of
 
 
 @functools.cache
@@ -45,7 +46,7 @@ def sorted_breaks(
         return jnp.stack([lower, upper]), jnp.arange(2)
     low, high = jnp.minimum(lower, upper), jnp.maximum(lower, upper)
     inner = jnp.clip(jnp.stack(breaks), low, high)
-    order = jnp.argsort(jax.lax.stop_gradient(jnp.where(upper < lower, -inner, inner)))
+    order = order_of(jnp.where(upper < lower, -inner, inner))
     ends = jnp.concatenate([lower[None], inner[order], upper[None]])
     return ends, jnp.concatenate([jnp.array([0]), order + 1, jnp.array([m + 1])])
 

@@ -12,13 +12,14 @@ A group is a module that holds shapes of one kind along the leading axis of its 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from typing import Any
 
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
-from firstorder.numerics._batching import in_blocks
+from firstorder.numerics._batching import in_blocks, one_list
 
 MISS = -1
 # Measured (benchmarks/bench_flatland.py): below, one reduction over all shapes wins by up to 3.
@@ -97,6 +98,24 @@ def first_by_scan(groups: Sequence[Any], rays: Rays) -> Int[Array, " r"]:
     return carry[1]
 
 
+def first_shape(
+    groups: Sequence[Any], rays: Rays, block: int = BLOCK, few: int | None = None
+) -> Int[Array, " r"]:
+    """Number of the shape that each ray meets first, -1 for none. It has no derivative.
+
+    Args:
+        groups: the shapes.
+        rays: with their leading axis.
+        block: rays at a time, where shapes are many.
+        few: so many shapes are compared in one reduction; `FEW`, if left out.
+    """
+    groups, rays = jax.lax.stop_gradient((tuple(groups), rays))
+    if sum(group.count for group in groups) <= (FEW if few is None else few):
+        return first_by_reduction(groups, rays)
+    search = one_list(lambda groups, rays: in_blocks(partial(first_by_scan, groups), rays, block))
+    return search(groups, rays)
+
+
 def any_hit(
     groups: Sequence[Any],
     rays: Rays,
@@ -150,8 +169,9 @@ def occluded(
     eps = float(jnp.finfo(length.dtype).eps)
     near_end = 32.0 * eps**0.5, 8.0 * eps
 
-    def find(rays):
+    def find(groups, rays):
         start, along, on_a, on_b, length = rays
         return any_hit(groups, (start, along, on_a), on_b, length, near_end)
 
-    return in_blocks(find, (a, along, on_a, on_b, length), block)
+    search = one_list(lambda groups, rays: in_blocks(partial(find, groups), rays, block))
+    return search(tuple(groups), (a, along, on_a, on_b, length))

@@ -7,10 +7,9 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
-from firstorder.numerics._batching import in_blocks
 from firstorder.numerics._compiled import compiled
 from firstorder.scene import _intersect as intersect
-from firstorder.scene._intersect import BLOCK, FEW, MISS, first_by_reduction, first_by_scan
+from firstorder.scene._intersect import MISS
 from firstorder.space.scene import Scene
 
 
@@ -38,11 +37,8 @@ def first_shape(
         along: unit directions.
         on: the shape on which each ray starts, or -1; shapes are convex, so it is not met again.
     """
-    groups, origins, along = jax.lax.stop_gradient((scene.groups, origins, along))
     on = jnp.broadcast_to(jnp.asarray(on), origins.shape[:1])
-    if scene.count <= FEW:
-        return first_by_reduction(groups, (origins, along, on))
-    return in_blocks(lambda rays: first_by_scan(groups, rays), (origins, along, on), BLOCK)
+    return intersect.first_shape(scene.groups, (origins, along, on))
 
 
 @compiled

@@ -9,6 +9,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
+from firstorder.numerics._planar import cross_2d
 from firstorder.scene._sides import closed_front
 from firstorder.typing import as_float
 
@@ -50,6 +51,10 @@ class Shape(eqx.Module):
     def distance(self, origin: Point, along: Point, on: Bool[Array, ""]) -> Float[Array, ""]:
         """The distance of `hit` alone, for searches."""
         return self.hit(origin, along, on)[0]
+
+    def front(self, origin: Point, along: Point, on: Bool[Array, ""]) -> Bool[Array, ""]:
+        """Whether a ray that meets the shape meets the side that the normal is on."""
+        return cross_2d(self.motion(self.hit(origin, along, on)[1])[1], along) < 0.0
 
     @abc.abstractmethod
     def silhouettes(self, p: Point, on: Bool[Array, ""]) -> tuple[Array, Array]:

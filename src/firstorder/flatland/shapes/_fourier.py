@@ -12,6 +12,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from firstorder._argument_checks import nan_unless
+from firstorder.numerics._order import order_of
 from firstorder.numerics._roots import bracketed_root, brackets, newton
 
 MOST_TANGENTS = 8
@@ -92,7 +93,7 @@ class CurveRoots(eqx.Module):
         curve, eye = jax.lax.stop_gradient((self, p))
         fixed, f = of(curve, eye), of(self, p)
         low, high, found = brackets(fixed, self.samples, self.cosines.dtype)
-        first = jnp.argsort(~found, stable=True)[:MOST_TANGENTS]
+        first = order_of(~found)[:MOST_TANGENTS]
         s = jax.vmap(lambda a, b: _found(fixed, a, b))(low[first], high[first])
         apart = jax.vmap(lambda s: jnp.linalg.norm(curve.motion(s)[0] - eye))(s)
         valid = found[first] & (apart > curve._nearest_self())

@@ -72,22 +72,34 @@ class Segments(Shape):
 
     def hit(self, origin, along, on):
         """Solution of two equations in two unknowns, by cross products."""
-        edge, q = self.end - self.start, self.start - origin
-        det = cross_2d(along, edge)
-        safe = jnp.where(det == 0.0, 1.0, det)
-        t, s = cross_2d(q, edge) / safe, cross_2d(q, along) / safe
-        there = (det != 0.0) & (t > 0.0) & (s >= 0.0) & (s <= 1.0) & ~on
-        return jnp.where(there, t, jnp.inf), jnp.where(there, s, 0.0)
+        t, s, size, there = self._crossing(origin, along, on)
+        t, s, size = (jnp.where(there, a, b) for a, b in ((t, 0.0), (s, 0.0), (size, 1.0)))
+        return jnp.where(there, t / size, jnp.inf), s / size
 
     def distance(self, origin, along, on):
-        """The distance of `hit`, in scalars and with one division: innermost loop of searches."""
+        """The distance of `hit`, with one division: innermost loop of searches.
+
+        What is divided is chosen before it is divided: a quotient that only one arm of a choice
+        wants keeps the compiler from computing several rays at once.
+        """
+        t, _, size, there = self._crossing(origin, along, on)
+        return jnp.where(there, t, jnp.inf) / jnp.where(size > 0.0, size, 1.0)
+
+    def _crossing(self, origin, along, on):
+        """Distance and parameter, both times a size that is not negative; whether they are a hit.
+
+        Search and hit ask alike, so that they agree on a ray that grazes an end.
+        """
         (px, py), (qx, qy), (dx, dy) = self.start, self.end, along
         ex, ey, wx, wy = qx - px, qy - py, px - origin[0], py - origin[1]
         det = dx * ey - dy * ex
         sign = jnp.where(det < 0.0, -1.0, 1.0).astype(det.dtype)
         size, t, s = det * sign, (wx * ey - wy * ex) * sign, (wx * dy - wy * dx) * sign
-        there = (t > 0.0) & (s >= 0.0) & (s <= size) & (size > 0.0) & ~on
-        return jnp.where(there, t / jnp.where(size > 0.0, size, 1.0), jnp.inf)
+        return t, s, size, (t > 0.0) & (s >= 0.0) & (s <= size) & (size > 0.0) & ~on
+
+    def front(self, origin, along, on):
+        """By the side of the segment's line."""
+        return cross_2d(self.end - self.start, along) < 0.0
 
     def silhouettes(self, p, on):
         """The two ends."""
@@ -171,23 +183,31 @@ class Circles(Shape):
 
     def hit(self, origin, along, on):
         """Solution of a quadratic equation."""
-        w, d = (origin - self.center) / self.radius, along / self.radius
-        near, far = _unit_circle_roots(w, d, on)
-        t = jnp.minimum(near, far)
-        there = jnp.isfinite(t)
-        h = w + jnp.where(there, t, 0.0) * d
-        return t, jnp.where(there, _turns(h, there), 0.0)
+        over, under, there = self._root(origin, along, on)
+        t = jnp.where(there, over, 0.0) / under
+        h = (origin + t * along - self.center) / self.radius
+        return jnp.where(there, t, jnp.inf), jnp.where(there, _turns(h, there), 0.0)
 
     def distance(self, origin, along, on):
-        """The distance of `hit`, with one division and no scaling: innermost loop of searches."""
+        """The distance of `hit`, with one division (as in `Segments`)."""
+        over, under, there = self._root(origin, along, on)
+        return jnp.where(there, over, jnp.inf) / under
+
+    def _root(self, origin, along, on):
+        """The nearest root ahead as a quotient, without cancellation, and whether there is one."""
         w, square = origin - self.center, self.radius * self.radius
-        b, c = dot_2d(w, along), dot_2d(w, w) - square
+        b, c = dot_2d(w, along), jnp.where(on, 0.0, dot_2d(w, w) - square)
         root_of = square * dot_2d(along, along) - cross_2d(w, along) ** 2
-        inner = on | (c <= 0.0)  # only the farther of the two roots can lie ahead
-        sum_of = jnp.sqrt(jnp.maximum(root_of, 0.0)) + jnp.abs(b)
-        met = (root_of > 0.0) & ((b < 0.0) | (inner & ~on & (c < 0.0)))
-        over = jnp.where(inner, -c, c) / jnp.where(met, sum_of, 1.0)
-        return jnp.where(met, jnp.where(inner & (b < 0.0), sum_of, over), jnp.inf)
+        real, ahead = root_of > 0.0, b < 0.0
+        sum_of = jnp.sqrt(jnp.where(real, root_of, 1.0)) + jnp.abs(b)
+        # From inside or from the circle itself only the farther of the two roots can lie ahead.
+        over = jnp.where(ahead & (c <= 0.0), sum_of * sum_of, jnp.abs(c))
+        return over, sum_of, real & (ahead | (c < 0.0))
+
+    def front(self, origin, along, on):
+        """From outside."""
+        w = origin - self.center
+        return ~on & (dot_2d(w, w) > self.radius * self.radius)
 
     def silhouettes(self, p, on):
         """The two points of tangency."""
@@ -336,6 +356,11 @@ class Ellipses(Shape):
         there = jnp.isfinite(t)
         h = w + jnp.where(there, t, 0.0) * d
         return t, jnp.where(there, _turns(h, there), 0.0)
+
+    def front(self, origin, along, on):
+        """From outside."""
+        w = self._inward(origin - self.center)
+        return ~on & (dot_2d(w, w) > 1.0)
 
     def silhouettes(self, p, on):
         """The two points of tangency of the unit circle, which linear maps keep."""

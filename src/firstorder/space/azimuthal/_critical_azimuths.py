@@ -22,6 +22,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from firstorder._argument_checks import nan_unless
+from firstorder.numerics._order import order_of
 from firstorder.numerics._quadrature import inverse_sqrt_panels
 from firstorder.numerics._vectors import cross, dot, unit
 from firstorder.space.receiver import Receiver, in_receiver_frame
@@ -137,7 +138,7 @@ def nodes_between(found: list[Part], count: int, most: int, dtype) -> Nodes:
     phi, there = events(found, dtype)
     phi = jnp.where(there, folded(jnp.where(there, phi, 0.0))[0], jnp.inf)
     phi = jnp.append(phi, jnp.inf)  # one slot more than there can be events
-    order = jnp.argsort(jax.lax.stop_gradient(phi))[:most]
+    order = order_of(phi)[:most]
     phi, number = phi[order], jnp.sum(there)
     # Panels begin at the first event, so that none is cut for nothing; at 0 if there is none.
     first = jnp.where(number > 0, phi[0], 0.0)

@@ -17,6 +17,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
+from firstorder.numerics._compiled import compiled
 from firstorder.scene._arguments import check_asked
 from firstorder.scene._derivatives import SPACE, Derivatives
 from firstorder.space.estimators._gather_sums import WallSweeps, jumps_across, surface_area_sums
@@ -78,6 +79,7 @@ def scene_tracer(scene: Scene) -> Trace:
     return trace
 
 
+@compiled
 def trace_strata(
     scene: Scene, at: Receiver, *, where: Strata, radiance: RadianceOf | None = None
 ) -> Samples:
@@ -155,6 +157,7 @@ def gather_samples(
 # --- surface area ---------------------------------------------------------------------------------
 
 
+@compiled
 def surface_area_estimate(samples: Samples) -> Derivatives:
     """Derivatives with radiance and visibility frozen on surfaces: the geometry term alone moves.
 
@@ -209,6 +212,7 @@ def _blocks(H, mixed, twice):
 # --- strata ---------------------------------------------------------------------------------------
 
 
+@compiled
 def stratified_estimate(samples: Samples) -> Derivatives:
     """Derivatives from differences of radiance across walls that move as their nearer sample.
 

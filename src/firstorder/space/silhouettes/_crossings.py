@@ -19,6 +19,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from firstorder.numerics._order import order_of
 from firstorder.numerics._roots import bracketed_root, brackets, newton
 from firstorder.numerics._vectors import cross, dot, inverse_3x3, matvec, rows, unit
 from firstorder.space.silhouettes._curves import SilhouetteArcs, SilhouetteSegments
@@ -63,7 +64,7 @@ def on_cone(arc: SilhouetteArcs, other: SilhouetteArcs) -> Float[Array, "4"]:
     """Parameters at which an arc crosses the cone of another; `arc.first` for missing roots."""
     f, fixed = _cone(arc, other), _cone(*jax.lax.stop_gradient((arc, other)))
     low, high, found = brackets(fixed, SAMPLES, arc.a.dtype)
-    which = jnp.argsort(~found, stable=True)[:MOST]
+    which = order_of(~found)[:MOST]
     s = jax.vmap(lambda a, b: bracketed_root(fixed, a, b))(low[which], high[which])
     s = jax.vmap(lambda s: newton(f, newton(f, s)))(s)
     return jnp.where(found[which], _wrapped(arc.first, arc.last, 2.0 * np.pi * s), arc.first)
@@ -216,7 +217,7 @@ def _arc(points: Array, first: Array, last: Array) -> SilhouetteArcs:
 
 def _ordered(inner: Float[Array, "m k"], first: Array, last: Array) -> Float[Array, "m k_2"]:
     """Ends of the parts between the cuts, in order."""
-    inner = jax.lax.sort(jnp.maximum(inner, first[:, None]))
+    inner = jax.vmap(lambda a: a[order_of(a)])(jnp.maximum(inner, first[:, None]))
     return jnp.concatenate([first[:, None], inner, last[:, None]], -1)
 
 

@@ -23,6 +23,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float
 
+from firstorder.numerics._compiled import compiled
+from firstorder.numerics._order import order_of
 from firstorder.numerics._vectors import dot, inverse_and_det, orthonormal_frame, rows, unit
 from firstorder.space.scene import Scene
 from firstorder.space.shapes.kinds import (
@@ -103,6 +105,7 @@ class _Arcs(NamedTuple):
     live: Array
 
 
+@compiled
 def silhouette(scene: Scene, eye: Point, on: ArrayLike = -1) -> Silhouette:
     """The silhouettes of all shapes of a scene.
 
@@ -279,7 +282,7 @@ def _box(e: Point, still: Point):
     """Silhouette of a box: edges between a visible face and a hidden one, six at most."""
     seen = rows(still, BOX_FACES[:, :, 0].astype(int)) * BOX_FACES[:, :, 1] > 1.0
     between = seen[:, 0] != seen[:, 1]
-    which = jnp.argsort(~between, stable=True)[: PIECES[Boxes][0]]
+    which = order_of(~between)[: PIECES[Boxes][0]]
     back = seen[:, 0] == (BOX_FACES[:, 0, 1] == BOX_FACES[:, 1, 1])
     ends = rows(jnp.asarray(BOX_ENDS, e.dtype), which)
     return _Lines(ends, rows(back, which), rows(between, which)), None

@@ -20,6 +20,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
+from firstorder.numerics._compiled import compiled
 from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.numerics._vectors import cross, dot, rows
 from firstorder.scene._arguments import check_asked
@@ -117,6 +118,7 @@ class _Pieces(eqx.Module):
     above: Int[Array, " h"]
 
 
+@compiled
 def visible_silhouettes(scene: Scene, at: Receiver) -> VisibleSilhouettes:
     """Visible silhouettes of a scene above a receiver's horizon.
 

@@ -1,0 +1,47 @@
+"""Sorting by one key, against NumPy's stable sort."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from firstorder.numerics._order import order_of
+
+
+@pytest.mark.parametrize("n", [1, 2, 15, 16, 17, 33, 200])
+@pytest.mark.parametrize("dtype", ["float64", "float32"])
+def test_the_order_is_that_of_a_stable_sort(n, dtype):
+    rng = np.random.default_rng(n)
+    a = rng.normal(size=(20, n)) * 10.0 ** rng.uniform(-300 if dtype == "float64" else -30, 3, n)
+    a = a.astype(dtype)
+    a[:5] = np.round(a[:5]) + 0.0  # many equal ones
+    a[5:8, ::3] = -np.inf
+    a[8:10, ::2] = 0.0
+    found = jax.jit(jax.vmap(order_of))(a)
+    np.testing.assert_array_equal(found, np.argsort(a, axis=1, kind="stable"))
+
+
+@pytest.mark.parametrize("n", [3, 40])
+def test_false_comes_before_true(n):
+    a = np.random.default_rng(n).uniform(size=(20, n)) < 0.4
+    found = jax.vmap(order_of)(a)
+    np.testing.assert_array_equal(found, np.argsort(a, axis=1, kind="stable"))
+
+
+def test_only_the_last_bits_give_way():
+    """Numbers apart by as many roundings as there are numbers are told apart."""
+    n = 100
+    a = 1.0 + 128.0 * np.finfo(float).eps * np.arange(n)[::-1]
+    np.testing.assert_array_equal(order_of(jnp.asarray(a)), np.arange(n)[::-1])
+
+
+def test_single_precision_without_long_integers():
+    a = np.random.default_rng(0).normal(size=50).astype(np.float32)
+    with jax.enable_x64(False):
+        found = order_of(jnp.asarray(a))
+    np.testing.assert_array_equal(found, np.argsort(a))
+
+
+def test_it_has_no_derivative():
+    slope = jax.jacobian(lambda a: a[order_of(a)])(jnp.arange(20.0)[::-1])
+    np.testing.assert_array_equal(slope, np.eye(20)[::-1])
