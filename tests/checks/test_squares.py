@@ -1,3 +1,5 @@
+import functools
+
 import pytest
 
 from firstorder.checks.registry import all_cases, all_faults
@@ -20,12 +22,18 @@ def test_apply_then_convert_is_convert_then_apply(name, portrait):
     assert found.verdict == case.expected.get(portrait, "equal"), found
 
 
+@functools.lru_cache(maxsize=4)
+def wrong_step(name, fault):
+    """One twin for all portraits that should notice it: its jets are computed once."""
+    return fault.wrong(all_cases()[name].step)
+
+
 @pytest.mark.parametrize(
     ("name", "fault", "portrait"), FAULTS, ids=lambda a: getattr(a, "name", str(a))
 )
 def test_every_fault_turns_its_square_red(name, fault, portrait):
     case = all_cases()[name]
-    assert goes_red(case, portrait, fault.wrong(case.step)), (
+    assert goes_red(case, portrait, wrong_step(name, fault)), (
         f"survivor: {fault.name} in {name}.{portrait}"
     )
 

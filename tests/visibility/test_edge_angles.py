@@ -122,7 +122,7 @@ def test_a_known_angle_and_distance_are_a_point():
 def test_a_turn_on_the_spot():
     a = point_edge_angle((0.3, 2.0), (0.1, 0.0), 0.2)
     slope = jax.grad(lambda n: point_edge_angle((0.3, 2.0), (0.1, 0.0), n).value)(0.2)
-    assert a.gradient[2] == slope == -1.0
+    np.testing.assert_allclose([a.gradient[2], slope], -1.0, rtol=1e-15)
     assert np.all(a.hessian[2] == 0.0)
 
 

@@ -97,9 +97,10 @@ def by_conversion(case: Case, portrait: str):
     rays = jnp.asarray(case.rays)
     if portrait == "value":
         return np.array([case.brute(ray) for ray in case.rays])
+    if portrait == "jets":
+        return jax.jit(jax.vmap(lambda u: autodiff_jet(result.at, u, result.frame)))(rays)
     if portrait in ("gradient", "hessian"):
-        jets = jax.jit(jax.vmap(lambda u: autodiff_jet(result.at, u, result.frame)))(rays)
-        return getattr(jets, portrait)
+        return getattr(_converted_once(case, "jets"), portrait)
     if portrait == "wavelet":
         grid = _result_grid(case)
         return eqx.filter_jit(lambda f: Wavelet.of(f, grid).coefficients)(result)
@@ -118,18 +119,28 @@ def _in_blocks(at: Callable, grid: Grid):
     return sample(points).reshape(grid.size)
 
 
+# Truths of cases, and the jets of a step by its own rule: what they are of keeps its id alive.
 _CONVERTED: dict[tuple[int, str], Any] = {}
+_RULED: dict[tuple[int, int], Any] = {}
 
 
 def _converted_once(case: Case, portrait: str):
     """`by_conversion`, remembered: every fault of a cell is compared with the same truth."""
     key = (id(case), portrait)
     if key not in _CONVERTED:
-        _CONVERTED[key] = (
-            case,
-            np.asarray(by_conversion(case, portrait)),
-        )  # the case keeps its id alive
+        _CONVERTED[key] = (case, jax.tree.map(np.asarray, by_conversion(case, portrait)))
     return _CONVERTED[key][1]
+
+
+def _ruled_once(case: Case, step: Step):
+    """Jets by the rule of a step, remembered until the next step: gradient and Hessian are both."""
+    key = (id(case), id(step))
+    if key not in _RULED:
+        _RULED.clear()
+        rays = jnp.asarray(case.rays)
+        jets = eqx.filter_jit(lambda f: batched(f.jet)(rays))(step(case.field))
+        _RULED[key] = (case, step, jets)
+    return _RULED[key][2]
 
 
 def by_rule(case: Case, portrait: str, step: Step | None = None):
@@ -139,7 +150,7 @@ def by_rule(case: Case, portrait: str, step: Step | None = None):
     if portrait == "value":
         return jax.jit(jax.vmap(step(case.field).at))(rays)
     if portrait in ("gradient", "hessian"):
-        return getattr(eqx.filter_jit(lambda f: batched(f.jet)(rays))(step(case.field)), portrait)
+        return getattr(_ruled_once(case, step), portrait)
     if portrait == "wavelet":
         grid = case.wavelet_grid or Grid.spanning(
             (8,) * case.field.frame.dims, (3.0,) * case.field.frame.dims

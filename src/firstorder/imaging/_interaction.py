@@ -10,9 +10,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
 from firstorder.conventions import shape_operator
-from firstorder.imaging._area_lights import (
-    SurfaceReflectance,
-)
+from firstorder.imaging._area_lights import SurfaceReflectance
 from firstorder.imaging._bumps import solid_tilted
 from firstorder.imaging._reflection import SurfacePoint, surface_point
 from firstorder.imaging._textures import shape_uv

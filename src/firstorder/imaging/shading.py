@@ -5,7 +5,7 @@ no derivative. All that follows is closed form: the point with its curvature and
 (`_bumps.solid_tilted`), light, lobes and their turning (`lobe_radiance`), the camera's footprint
 (`camera`). What moving shadows add is read off the same shadow rays.
 
-There are three steps: `surface_interaction` finds the point (`imaging.facets` does for meshes),
+There are three steps: `surface_interaction` finds the point (`facet_interaction` on meshes),
 `_shadow_rays` what is seen from there (`rendering.renderer` asks Embree), and `shade_point`
 computes the pixel from both.
 
@@ -23,9 +23,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from firstorder.imaging._area_lights import (
-    SampledLight,
-)
+from firstorder.imaging._area_lights import SampledLight
 from firstorder.imaging._interaction import surface_interaction
 from firstorder.imaging._point_shading import (
     ShadedPixels,

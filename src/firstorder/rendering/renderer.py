@@ -1,7 +1,7 @@
 """A small renderer of meshes and analytic shapes, with image gradients.
 
 Meshes and analytic shapes, one bounce of near lamps and of a sky with soft shadows, diffuse and
-glossy lobes, bumps, normal maps and textures (`imaging.shading.SurfaceMaps`); every pixel comes
+glossy lobes, bumps, normal maps and textures (`imaging.SurfaceMaps`); every pixel comes
 with its gradient, with what moving shadows add, and with R07's terms. Meshes are met by Embree,
 analytic shapes in JAX; what is found is shaded by the one code there is
 (`imaging._point_shading.shade_point`).
