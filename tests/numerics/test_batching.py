@@ -92,8 +92,11 @@ def test_one_list_answers_as_if_each_batch_were_alone(over):
         return jnp.sum(s) * x, x + s[0]
 
     found = jax.jit(jax.vmap(one_list(f), in_axes=over))(shared, rows)
-    alone = [f(*(a if b is None else a[k] for a, b in zip((shared, rows), over, strict=True)))
-             for k in range(3)]  # fmt: skip
+
+    def batch(k):
+        return [a if axis is None else a[k] for a, axis in zip((shared, rows), over, strict=True)]
+
+    alone = [f(*batch(k)) for k in range(3)]
     for a, b in zip(found, zip(*alone, strict=True), strict=True):
         np.testing.assert_allclose(a, np.stack(b), rtol=1e-14)
 

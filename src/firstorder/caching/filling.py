@@ -170,7 +170,7 @@ class Fit(NamedTuple):
         order: int = 1,
         fade: bool = False,
     ) -> Lookup:
-        """What the caches of all orders of insertion answer at places (p, d), at once: (o, p).
+        """Answers of the caches of all orders of insertion at places (p, d), at once: (o, p).
 
         Along a line normals are interpolated between the candidates' if `tilt` is left out.
         """

@@ -72,7 +72,7 @@ def primary_hits(
     p: Float[np.ndarray, "*n 2"] | None = None,
     half_width: float = 1.0,
 ) -> PrimaryHits:
-    """What every pixel of an image shows, or every one of some places, with derivatives of none.
+    """First hits of all pixels of an image, or of some places, without derivatives.
 
     Where nothing is met, `index` is -1, and a plane at 1 m across the ray stands in for it: numbers
     that are finite, and not to be used.

@@ -35,7 +35,7 @@ class Lengths(NamedTuple):
 
 
 class Gathered(NamedTuple):
-    """What paths did at one vertex each. Leading axis: lanes.
+    """Events of paths at one vertex each. Leading axis: lanes.
 
     Attributes:
         vertex: the next one.

@@ -116,7 +116,7 @@ def _ways(scene, at, sizes: Sizes, seed: int, known: Digits | str) -> dict[str, 
 
 
 def _three(ask) -> list[Found | str]:
-    """What a way says of each quantity; of E alone, the others are refused."""
+    """The answers of a way to each quantity; of E alone, the others are refused."""
     try:
         said = ask()
     except Refused as refusal:

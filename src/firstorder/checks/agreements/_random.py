@@ -125,7 +125,7 @@ def by_photons(
 
 
 def missed(E: Curve, step: float) -> np.ndarray:
-    """What E and differences of this step miss of E, E' and E'': twice the change at half of it."""
+    """Errors of E and of differences of this step: twice the change at half of the step."""
     coarse, fine = (_differences(E(h * STENCIL)[None], h)[0] for h in (step, 0.5 * step))
     return 2.0 * abs(coarse - fine)
 
@@ -137,7 +137,7 @@ def _differences(found: np.ndarray, step: float) -> np.ndarray:
 
 
 def _magnitudes(found: np.ndarray, step: float) -> np.ndarray:
-    """What the rounding of E and of its differences is relative to."""
+    """The sizes to which the rounding of E and of its differences is relative."""
     most = float(np.max(np.abs(found), initial=0.0))
     return most * np.array([1.0, 1.0 / step, 4.0 / step**2])
 

@@ -188,7 +188,7 @@ def _checked(scene: Scene, ask: Callable):
 
 
 class Line:
-    """What arrives along the receiver's tangent, by exact intervals; compiled for few lengths."""
+    """Light along the receiver's tangent, by exact intervals; compiled for few lengths."""
 
     def __init__(self, scene: Scene, at: Receiver):
         """Keep both."""

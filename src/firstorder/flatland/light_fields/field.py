@@ -140,7 +140,7 @@ class LightField(Field):
 
     @property
     def facing(self) -> float:
-        """See `facing`."""
+        """The sign of the light's way along the line of sight, from the function `facing`."""
         return facing(self.frame)
 
     def angle(self, u: Ray) -> Scalar:

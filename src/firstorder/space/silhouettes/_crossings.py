@@ -217,7 +217,7 @@ def _arc(points: Array, first: Array, last: Array) -> SilhouetteArcs:
 
 def _ordered(inner: Float[Array, "m k"], first: Array, last: Array) -> Float[Array, "m k_2"]:
     """Ends of the parts between the cuts, in order."""
-    inner = jax.vmap(lambda a: a[order_of(a)])(jnp.maximum(inner, first[:, None]))
+    inner = jax.vmap(lambda a: rows(a, order_of(a)))(jnp.maximum(inner, first[:, None]))
     return jnp.concatenate([first[:, None], inner, last[:, None]], -1)
 
 
