@@ -5,6 +5,7 @@ import pytest
 
 from firstorder.conventions import direction
 from firstorder.flatland import Arcs, Circles, Ellipses, Segments
+from firstorder.flatland.shapes._base import Shape
 from tests.flatland.worlds import bean
 
 SHAPES = {
@@ -126,3 +127,22 @@ def test_an_arc_is_met_only_where_it_is():
 def test_bad_shapes_are_refused_in_one_sentence(make, words):
     with pytest.raises(ValueError, match=words):
         make()
+
+
+@EVERY
+def test_the_side_that_is_met_is_that_of_the_normal_at_the_hit(name):
+    """Its own rule against hit and motion: from outside, from inside, and from the shape itself."""
+    shape = only(SHAPES[name])
+    start = jnp.concatenate([jnp.array([[-1.5, 2.0]]), jax.vmap(shape.motion)(jnp.array([0.3]))[0]])
+    middle = jnp.mean(jax.vmap(shape.motion)(jnp.linspace(0.0, 0.75, 4))[0], 0)
+    eyes, own = jnp.concatenate([start, middle[None]]), jnp.array([False, True, False])
+    along = direction(jnp.linspace(-3.1, 3.1, 400))
+
+    def sides(eye, on):
+        met = jax.vmap(lambda d: jnp.isfinite(shape.hit(eye, d, on)[0]))(along)
+        mine = jax.vmap(lambda d: shape.front(eye, d, on))(along)
+        return met, mine, jax.vmap(lambda d: Shape.front(shape, eye, d, on))(along)
+
+    met, mine, true = (np.asarray(a) for a in jax.jit(jax.vmap(sides))(eyes, own))
+    assert met.any()
+    np.testing.assert_array_equal(mine[met], true[met])
