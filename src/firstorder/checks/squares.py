@@ -137,18 +137,33 @@ def _ruled_once(case: Case, step: Step):
     key = (id(case), id(step))
     if key not in _RULED:
         _RULED.clear()
-        rays = jnp.asarray(case.rays)
-        jets = eqx.filter_jit(lambda f: batched(f.jet)(rays))(step(case.field))
-        _RULED[key] = (case, step, jets)
+        _RULED[key] = (case, step, _jets(step(case.field), jnp.asarray(case.rays)))
     return _RULED[key][2]
+
+
+# Compiled once for all steps that differ in numbers alone, as many faults do.
+
+
+@eqx.filter_jit
+def _values(field, rays):
+    return jax.vmap(field.at)(rays)
+
+
+@eqx.filter_jit
+def _jets(field, rays):
+    return batched(field.jet)(rays)
+
+
+@eqx.filter_jit
+def _spectra(spectrum, *frequencies):
+    return spectrum(*frequencies)
 
 
 def by_rule(case: Case, portrait: str, step: Step | None = None):
     """The portrait of the result by the step's own rule, from the portrait of the source."""
     step = case.step if step is None else step
-    rays = jnp.asarray(case.rays)
     if portrait == "value":
-        return jax.jit(jax.vmap(step(case.field).at))(rays)
+        return _values(step(case.field), jnp.asarray(case.rays))
     if portrait in ("gradient", "hessian"):
         return getattr(_ruled_once(case, step), portrait)
     if portrait == "wavelet":
@@ -159,7 +174,7 @@ def by_rule(case: Case, portrait: str, step: Step | None = None):
     if portrait == "spectrum":
         spectrum = step(case.field.spectrum())
         mesh = np.meshgrid(*case.frequencies, indexing="ij")
-        return eqx.filter_jit(lambda F: F(*mesh))(spectrum)
+        return _spectra(spectrum, *mesh)
     return step(case.field.covariance()).matrix
 
 

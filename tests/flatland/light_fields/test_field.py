@@ -172,17 +172,21 @@ def test_a_jump_is_the_difference_of_both_sides_and_has_derivatives(frame):
     edges, x, h = f.edges(), 0.2, 1e-3
     reach = jnp.array(HORIZON if frame == FLATLAND else 8.0)
     side, values = jnp.array([0.0, 1e-9]), jax.jit(jax.vmap(f.at))
+    # Edges are arguments, so that those of one kind share a program.
+    jumps = eqx.filter_jit(lambda e, u: jax.vmap(e.jump.at)(u))
+    slopes = eqx.filter_jit(lambda e, u: jax.grad(e.jump.at)(u)[0])
+    crossing = eqx.filter_jit(lambda e, u: e.crossing(u, 1, -reach, reach).value)
     sizeable = 0
     for e in edges:
         u = jnp.array([x, 0.0])  # a jump asks for the position alone
-        found = jax.jit(jax.vmap(e.jump.at))(u + h * jnp.array([[k, 0.0] for k in range(-2, 3)]))
+        found = jumps(e, u + h * jnp.array([[k, 0.0] for k in range(-2, 3)]))
         slope = (found[0] - 8.0 * found[1] + 8.0 * found[3] - found[4]) / (12.0 * h)
-        u = u.at[1].set(jax.jit(lambda u, e=e: e.crossing(u, 1, -reach, reach).value)(u))
+        u = u.at[1].set(crossing(e, u))
         assert abs(u[1]) < reach
         low, high = values(jnp.stack([u - side, u + side]))
         assert abs(found[2] - (high - low)) < 1e-3  # a limb goes as the root of the hair
         assert e.level.at(u + side) > 0.0  # on the counter-clockwise side
-        assert abs(jax.jit(jax.grad(e.jump.at))(u)[0] - slope) < 1e-7
+        assert abs(slopes(e, u) - slope) < 1e-7
         sizeable += abs(found[2]) > 0.1
     assert sizeable >= 5
 

@@ -269,8 +269,8 @@ class SilhouetteJump(Field):
     """
 
     light: LightField
-    k: int = eqx.field(static=True)
-    owner: int = eqx.field(static=True)
+    k: Int[Array, ""] = eqx.field(converter=jnp.asarray)
+    owner: Int[Array, ""] = eqx.field(converter=jnp.asarray)
     limb: bool = eqx.field(static=True)
 
     @property
@@ -310,7 +310,7 @@ class SilhouetteJump(Field):
         gap = point - light.eye(x)
         far = jnp.sqrt(jax.lax.stop_gradient(dot_2d(gap, gap)))
         start = point + LIMB_STEP * far * outward
-        _, limb = light.scene.hit(jnp.asarray(self.owner), start, -outward, light.line.on)
+        _, limb = light.scene.hit(self.owner, start, -outward, light.line.on)
         s = jnp.where((number == self.owner) & _near(t, far), limb, s)
         return light.shone(number, s, front, x, theta)
 
@@ -323,7 +323,7 @@ class BreakJump(Field):
     """Jump of the environment in the direction in which it breaks; zero where a shape hides it."""
 
     light: LightField
-    j: int = eqx.field(static=True)
+    j: Int[Array, ""] = eqx.field(converter=jnp.asarray)
 
     @property
     def frame(self) -> Frame:
