@@ -5,6 +5,9 @@ d omega`. At *fixed offsets* `t = theta_r - omega` a homogeneous lobe is the sam
 is evaluated once per node, and six sums over the light's jet give everything.
 """
 
+import functools
+import math
+import operator
 from typing import NamedTuple
 
 import equinox as eqx
@@ -259,13 +262,16 @@ class ReflectedField(Field):
         t, w = offsets(profile, -h, h, self.nodes)
         weights = (w * jax.vmap(lambda s: profile.derivatives(s)[0])(t)).astype(x.dtype)
 
-        def step(total, node):
-            t, weight = node
-            return total + entries_of(self.light, x, center - t).scaled(weight), None
+        def part(nodes):
+            first, *rest = [
+                entries_of(self.light, x, center - s).scaled(weight) for s, weight in zip(*nodes)
+            ]
+            return functools.reduce(operator.add, rest, first)
 
-        zero = Entries(*[jnp.zeros_like(x)] * 6)
-        # Eight nodes at a time: the running sums are then loaded and stored an eighth as often.
-        return jax.lax.scan(step, zero, (t, weights), unroll=8)[0]
+        # Sums of eight nodes, each written to its own place: a loop that adds to what it reads is
+        # not vectorised by every compiler.
+        some = (a.reshape(-1, math.gcd(t.size, 8)) for a in (t, weights))
+        return Entries(*(jnp.sum(e, 0) for e in jax.lax.map(part, tuple(some))))
 
     def _leibniz(self, r: Lobe | Brdf, n: Normal, x: Scalar, theta: Scalar) -> Entries:
         """Light and weight both vary with the ray: product rule under the integral sign."""
