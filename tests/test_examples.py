@@ -60,6 +60,18 @@ def test_light_through_a_path_is_a_bell_seen_along_the_mirror_direction(capsys):
     np.testing.assert_allclose(found["covariance of the spectrum"], spread.ravel(), rtol=1e-6)
 
 
+def test_equations_of_a_path_are_the_papers(capsys):
+    runpy.run_path(str(FOLDER / "equations_of_a_path.py"), run_name="__main__")
+    text = capsys.readouterr().out
+    assert "2*L_theta(x, _t - theta + 2*n(x))*n_x(x)*rho(_t)" in text  # R07 (25), CDV
+    assert "spectrum after travel: L_hat(Omega_x, Omega_v + Omega_x*d)" in text  # D05 (3)
+    x, v = 0.5 - 2.0 * 0.2, 0.2
+    L = np.exp(-0.5 * (x**2 + v**2 / 0.25))
+    slope = -L * np.array([x, v / 0.25])
+    found = numbers(text.splitlines()[-1])
+    np.testing.assert_allclose(found, [slope[0], slope[1] - 2.0 * slope[0]], rtol=1e-6)
+
+
 # --- the same script in two worlds ---------------------------------------------------------------
 
 

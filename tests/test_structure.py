@@ -24,13 +24,15 @@ SOURCE = ROOT / "src" / "firstorder"
 
 # Imports run from a layer to an earlier one. Names in one layer do not know each other.
 LAYERS = (
-    ("_argument_checks", "conventions", "errors", "typing"),
+    ("errors",),
+    ("_symbols",),
+    ("_argument_checks", "conventions", "typing"),
     ("numerics", "session"),
     ("sampling",),
     ("fields",),
     ("laws",),
     ("transport",),
-    ("visibility",),
+    ("symbolic", "visibility"),
     ("scene",),
     ("flatland", "space"),
     ("imaging", "models"),

@@ -14,10 +14,12 @@ import numpy as np
 from jax.core import Tracer
 from jaxtyping import Array, Float
 
+from firstorder._symbols import SymbolicArray
+
 
 def is_concrete(x: Any) -> bool:
     """Whether every leaf of `x` can be looked at on the host."""
-    return not any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves(x))
+    return not any(isinstance(leaf, (Tracer, SymbolicArray)) for leaf in jax.tree.leaves(x))
 
 
 def _all(name: str, x: Any, ok, words: str) -> None:

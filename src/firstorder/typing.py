@@ -10,6 +10,8 @@ from typing import Any, TypeAlias
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Complex, Float
 
+from firstorder._symbols import symbolic
+
 Scalar: TypeAlias = Float[Array, ""]
 Ray: TypeAlias = Float[Array, " n"]
 Frequency: TypeAlias = Float[Array, " n"]
@@ -22,11 +24,16 @@ RealLike: TypeAlias = ArrayLike
 def as_float(x: Any) -> Array:
     """Convert a number or array to a floating array of its own, or the default, precision.
 
+    SymPy's expressions are kept, for `firstorder.symbolic`.
+
     Raises:
         TypeError: if it holds no numbers.
     """
     try:
         x = jnp.asarray(x)
-    except TypeError:
+    except (TypeError, AttributeError):
+        symbols = symbolic(x)
+        if symbols is not None:
+            return symbols
         raise TypeError(f"A number or an array is asked for, but {x!r} is given.") from None
     return x if jnp.issubdtype(x.dtype, jnp.inexact) else x.astype(jnp.result_type(float))

@@ -263,9 +263,8 @@ class ReflectedField(Field):
         weights = (w * jax.vmap(lambda s: profile.derivatives(s)[0])(t)).astype(x.dtype)
 
         def part(nodes):
-            first, *rest = [
-                entries_of(self.light, x, center - s).scaled(weight) for s, weight in zip(*nodes)
-            ]
+            pairs = zip(*nodes, strict=True)
+            first, *rest = [entries_of(self.light, x, center - s).scaled(w) for s, w in pairs]
             return functools.reduce(operator.add, rest, first)
 
         # Sums of eight nodes, each written to its own place: a loop that adds to what it reads is

@@ -1,0 +1,56 @@
+"""Functions that nobody has given: light `L(x, theta)`, a lobe `rho(theta)`, and derivatives."""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import sympy
+
+
+class Unknown(sympy.Function):
+    """An unknown function of named coordinates, or one of its partial derivatives.
+
+    `L_x` is the derivative of `L` along x, and its own derivatives are `L_xx` and `L_xtheta`: a
+    formula reads as the papers print it, at any argument.
+
+    Attributes:
+        base: name of the function.
+        names: of its coordinates.
+        orders: how often it was differentiated along each.
+    """
+
+    base: str
+    names: tuple[str, ...]
+    orders: tuple[int, ...]
+
+    def fdiff(self, argindex=1):
+        """The partial derivative along an argument."""
+        orders = list(self.orders)
+        orders[argindex - 1] += 1
+        return unknown_function(self.base, self.names, tuple(orders))(*self.args)
+
+    def _eval_is_extended_real(self):
+        return True
+
+    def _latex(self, printer, exp=None):
+        arguments = ", ".join(printer._print(a) for a in self.args)
+        name = printer._print(sympy.Symbol(self.base))
+        letters = [
+            printer._print(sympy.Symbol(n))
+            for n, k in zip(self.names, self.orders, strict=True)
+            for _ in range(k)
+        ]
+        index = f"_{{{' '.join(letters)}}}" if letters else ""
+        power = f"^{{{exp}}}" if exp else ""
+        return f"{name}{index}{power}\\left({arguments}\\right)"
+
+
+@functools.cache
+def unknown_function(base: str, names: tuple[str, ...], orders: tuple[int, ...] = ()) -> Any:
+    """The class of an unknown function, or of a derivative of it."""
+    orders = orders or (0,) * len(names)
+    index = "".join(name * k for name, k in zip(names, orders, strict=True))
+    label = f"{base}_{index}" if index else base
+    about = {"base": base, "names": names, "orders": orders, "nargs": len(names)}
+    return type(Unknown)(label, (Unknown,), about)

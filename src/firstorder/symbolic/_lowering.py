@@ -1,0 +1,205 @@
+"""Expressions as jitted functions of arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import sympy
+
+from firstorder.errors import Refused
+from firstorder.fields.field import Field
+from firstorder.numerics._quadrature import composite_gauss_legendre
+from firstorder.symbolic._exact import Expr
+from firstorder.symbolic._functions import Unknown
+
+NODES = 32  # of each panel of a quadrature
+MOST = 2  # variables of an integral
+PANELS = 12  # of an integral without ends
+# Functions that SymPy's printer for JAX does not know.
+SPECIAL: dict[str, Callable] = {
+    "erf": jax.scipy.special.erf,
+    "erfc": jax.scipy.special.erfc,
+    "Choice": lambda yes, no, condition: jnp.where(condition, yes, no),
+}
+FAR = 4.0  # where such an integral is cut off, on the axis of `_stretched`: |t| = 5e18
+
+
+def lowered(
+    expression: Any,
+    coordinates: Sequence[sympy.Symbol],
+    parameters: Sequence[sympy.Symbol],
+    unknowns: dict[str, Any],
+) -> Callable:
+    """A jitted function of the coordinates, in order, and of the parameters by name."""
+    shape = getattr(expression, "shape", ())
+    entries = list(expression) if shape else [expression]
+    names = [s.name for s in parameters]
+    function = _function([*coordinates, *parameters], entries, unknowns)
+
+    @jax.jit
+    def run(*values, **given):
+        found = function(*values, *(given[name] for name in names))
+        found = jnp.broadcast_arrays(*(jnp.asarray(a) for a in found))
+        stacked = jnp.stack(found, -1) if shape else found[0]
+        return stacked.reshape(stacked.shape[:-1] + shape) if shape else stacked
+
+    def checked(*values, **given):
+        for missing in set(names) - set(given):
+            raise TypeError(f"Argument `{missing}` is missing: a parameter of the formula.")
+        if len(values) != len(coordinates):
+            wanted = ", ".join(s.name for s in coordinates)
+            raise TypeError(f"The coordinates {wanted} are asked, but {len(values)} are given.")
+        return run(*values, **{name: given[name] for name in names})
+
+    return checked
+
+
+def _function(symbols, entries, unknowns: dict[str, Any], calls=None) -> Callable:
+    """Entries as one function of arrays; parts that are common are computed once."""
+    calls = dict(calls or SPECIAL)
+    entries = [_without_integrals(e, calls, unknowns) for e in entries]
+    for entry in entries:
+        for part in entry.atoms(Unknown):
+            calls[type(part).__name__] = _numeric(part, unknowns)
+    # The names of coordinates may be words of Python (lambda): dummies have names of their own.
+    dummies = [sympy.Dummy() for _ in symbols]
+    pairs = dict(zip(symbols, dummies, strict=True))
+    entries = [e.xreplace(pairs) for e in entries]
+    return sympy.lambdify(dummies, entries, modules=[calls, "jax"], cse=True)
+
+
+# --- unknown functions ---------------------------------------------------------------------------
+
+
+def _numeric(part: Any, unknowns: dict[str, Any]) -> Callable:
+    """An unknown function, or a derivative of one, from what was given for it."""
+    if part.base not in unknowns:
+        raise Refused(
+            f"{part.base} is unknown, so its formula has no numbers: give it, as in "
+            f"lower({part.base}=...)"
+        )
+    given, orders = unknowns[part.base], part.orders
+    axes = [i for i, k in enumerate(orders) for _ in range(k)]
+    if isinstance(given, Field) and len(axes) <= 2:
+        return _from_jets(given, axes)
+    function = given
+    for axis in axes:
+        function = _derivative(function, axis)
+    return lambda *u: _everywhere(function, *u)
+
+
+def _from_jets(field: Field, axes: list[int]) -> Callable:
+    """A value, or an entry of the gradient or the Hessian, of a field."""
+    dims = field.frame.dims
+
+    def one(*u):
+        ray = jnp.stack([*u, *[jnp.zeros_like(u[0])] * (dims - len(u))])
+        if not axes:
+            return field.at(ray)
+        jet = field.jet(ray)
+        return jet.gradient[axes[0]] if len(axes) == 1 else jet.hessian[axes[0], axes[1]]
+
+    return lambda *u: _everywhere(one, *u)
+
+
+def _derivative(function: Callable, axis: int) -> Callable:
+    return lambda *u: jax.jvp(lambda t: function(*u[:axis], t, *u[axis + 1 :]), (u[axis],), (1.0,))[
+        1
+    ]
+
+
+def _everywhere(function: Callable, *u) -> jax.Array:
+    """A function of numbers on arrays that broadcast."""
+    rays = jnp.broadcast_arrays(*(jnp.asarray(a, jnp.result_type(float)) for a in u))
+    for _ in range(rays[0].ndim):
+        function = jax.vmap(function)
+    return function(*rays)
+
+
+# --- integrals -----------------------------------------------------------------------------------
+
+
+def _without_integrals(entry, calls: dict[str, Callable], unknowns: dict[str, Any]):
+    """The expression with each integral, the innermost last, replaced by a call."""
+    for integral in sorted(entry.atoms(sympy.Integral), key=sympy.count_ops, reverse=True):
+        if entry.has(integral):
+            entry = entry.xreplace({integral: _called(integral, calls, unknowns)})
+    return entry
+
+
+def _called(integral: Expr, calls: dict[str, Callable], unknowns: dict[str, Any]):
+    """A call of a quadrature in place of an integral, one integration after the other."""
+    part = integral.function
+    if len(integral.limits) > MOST:
+        raise Refused(f"an integral over {len(integral.limits)} variables has no quadrature here")
+    for limits in integral.limits:
+        one = sympy.Integral(part, limits)
+        free = sorted(one.free_symbols, key=lambda s: (s.name, str(s)))
+        name = f"integral_{len(calls)}"
+        calls[name] = _quadrature(one, free, unknowns, dict(calls))
+        part = sympy.Function(name)(*free)
+    return part
+
+
+def _quadrature(
+    integral: Expr, free, unknowns: dict[str, Any], calls: dict[str, Callable]
+) -> Callable:
+    """A single integral as a function of the symbols that it depends on."""
+    (limits,) = integral.limits
+    if len(limits) != 3 or (limits[1].is_infinite != limits[2].is_infinite):
+        raise Refused(f"{integral} has no quadrature here: give it two ends, or none")
+    t, lower, upper = limits
+    endless = bool(lower.is_infinite)
+    breaks = _breaks(integral.function, t)
+    ends = breaks if endless else [lower, upper, *breaks]
+    integrand = _function([t, *free], [integral.function], unknowns, calls)
+    places = _function(free, ends, unknowns, calls) if ends else lambda *values: []
+
+    def one(*values):
+        found = [jnp.asarray(a, jnp.result_type(float)) for a in places(*values)]
+        if endless:
+            marks = [_squeezed(a) for a in found]
+            marks += list(jnp.linspace(-FAR, FAR, PANELS + 1)[1:-1])
+            s, w = composite_gauss_legendre(jnp.asarray(-FAR), jnp.asarray(FAR), marks, NODES)
+            nodes, rate = _stretched(s)
+            w = w * rate
+        else:
+            nodes, w = composite_gauss_legendre(found[0], found[1], found[2:], 2 * NODES)
+        f = jax.vmap(lambda x: jnp.asarray(integrand(x, *values)[0]))(nodes)
+        # Far out a bell is 0 and its weight is huge: what is not finite there is nothing.
+        return jnp.sum(jnp.where(f == 0, 0.0, f * w))
+
+    return lambda *values: _everywhere(one, *values)
+
+
+def _stretched(s):
+    """`t = sinh(pi/2 sinh(s))` and its derivative: the whole line on a short one."""
+    inner = 0.5 * np.pi * jnp.sinh(s)
+    return jnp.sinh(inner), 0.5 * np.pi * jnp.cosh(s) * jnp.cosh(inner)
+
+
+def _squeezed(t):
+    """The inverse of `_stretched`."""
+    return jnp.arcsinh(jnp.arcsinh(t) / (0.5 * np.pi))
+
+
+def _breaks(integrand, t: sympy.Symbol) -> list[Expr]:
+    """Where the integrand jumps or bends, if that is where a straight level is zero."""
+    levels = [part.args[0] for part in integrand.atoms(sympy.sign, sympy.Abs, sympy.Heaviside)]
+    relations = integrand.atoms(sympy.core.relational.Relational)
+    levels += [relation.lhs - relation.rhs for relation in relations]
+    found = []
+    for level in levels:
+        slope = sympy.diff(level, t)
+        if slope != 0 and not slope.has(t):
+            found.append(-level.subs(t, 0) / slope)
+        elif slope != 0 and isinstance(level, sympy.Expr) and level.func is sympy.Add:
+            bare = [a for a in level.args if a.has(t)]
+            rest = level - sympy.Add(*bare)
+            if len(bare) == 1 and bare[0].func is sympy.Abs and bare[0].args[0] == t:
+                found += [rest, -rest]  # |t| - rest'
+    return found

@@ -1,0 +1,43 @@
+import math
+
+import numpy as np
+import pytest
+import sympy
+
+from firstorder.symbolic._exact import exact, exact_array
+
+
+@pytest.mark.parametrize(
+    ("number", "true"),
+    [
+        (0.3, sympy.Rational(3, 10)),
+        (-20.0 / 21.0, sympy.Rational(-20, 21)),
+        (2.0 * math.pi, 2 * sympy.pi),
+        (-0.5 * math.pi, -sympy.pi / 2),
+        (1.0 / math.sqrt(2.0 * math.pi), 1 / sympy.sqrt(2 * sympy.pi)),
+        (math.pi**2, sympy.pi**2),
+        (np.float64(0.0), sympy.Integer(0)),
+        (3, sympy.Integer(3)),
+        (np.True_, sympy.true),
+        (0.5 - 2j * math.pi, sympy.Rational(1, 2) - 2 * sympy.I * sympy.pi),
+        (math.inf, sympy.oo),
+        (-math.inf, -sympy.oo),
+    ],
+)
+def test_numbers_that_have_a_name(number, true):
+    assert exact(number) == true
+
+
+def test_other_numbers_stay_as_they_are():
+    number = 0.123456789012345
+    assert isinstance(exact(number), sympy.Float)
+    assert float(exact(number)) == number
+    assert exact(math.nan) is sympy.nan
+
+
+def test_arrays_and_expressions():
+    x = sympy.Symbol("x")
+    found = exact_array(np.array([[0.5, 1.0], [2.0, 0.0]]))
+    assert found.shape == (2, 2)
+    assert found[0, 0] == sympy.Rational(1, 2)
+    assert exact_array(np.array([x, 2], dtype=object))[0] is x

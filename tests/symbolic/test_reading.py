@@ -1,0 +1,102 @@
+"""What programs compute, read as expressions, is what they compute."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+import sympy
+
+from firstorder.errors import Refused
+from firstorder.symbolic._reading import array, expression, inserted, matrix, read
+
+a, b = sympy.symbols("a b", real=True)
+AT = {a: 0.7, b: -1.3}
+
+PROGRAMS = {
+    "arithmetic": lambda u: (u[0] - 2.0 * u[1]) ** 3 / (1.0 + u[0] ** 2),
+    "functions": lambda u: jnp.sin(u[0]) * jnp.exp(-u[1]) + jnp.arctan2(u[0], u[1]),
+    "roots": lambda u: jnp.sqrt(u[0]) + jnp.cbrt(u[0]) + jax.lax.rsqrt(u[0]) + jnp.abs(u[1]),
+    "special": lambda u: jax.scipy.special.erf(u[0]) + jax.nn.sigmoid(u[1]) + jnp.log1p(u[0]),
+    "hyperbolic": lambda u: jnp.tanh(u[0]) + jnp.sinh(u[1]) + jnp.cosh(u[0]) + jnp.expm1(u[1]),
+    "choice": lambda u: jnp.where(u[1] > 0.0, u[0], 3.0 * u[1]),
+    "extremes": lambda u: jnp.maximum(u[0], u[1]) + jnp.clip(u[1], -1.0, 1.0) + jnp.max(u),
+    "sums": lambda u: jnp.sum(jnp.outer(u, u)) + jnp.prod(u) + jnp.cumsum(u)[1],
+    "matrix": lambda u: (jnp.array([[1.0, 2.0], [3.0, 4.0]]) @ u) @ u,
+    "batched": lambda u: jnp.einsum("bij,bj->bi", jnp.ones((3, 2, 2)), u + jnp.ones((3, 2))).sum(),
+    "scatter": lambda u: (jnp.zeros(3).at[jnp.array([0, 2, 2])].add(u[0]) * jnp.arange(3.0)).sum(),
+    "set": lambda u: jnp.sum(jnp.eye(2).at[0, 1].set(u[0]) @ u),
+    "inverse": lambda u: jnp.linalg.inv(jnp.diag(jnp.array([2.0, 1.0])) + jnp.outer(u, u)).sum(),
+    "determinant": lambda u: jnp.linalg.det(jnp.diag(jnp.array([1.0, 2.0, 3.0])) + u[0]),
+    "reversed": lambda u: jnp.concatenate([u[::-1], jnp.pad(u, 1)]) @ jnp.arange(6.0),
+    "derivative": lambda u: jax.hessian(lambda w: jnp.sin(w[0] * w[1]))(u)[0, 1],
+    "loop": lambda u: jax.lax.fori_loop(0, 3, lambda i, s: s * u[0] + i, u[1]),
+    "scan": lambda u: jax.lax.scan(lambda s, w: (s + w, s * w * u[0]), u[1], jnp.ones(3))[1].sum(),
+    "custom rule": lambda u: jax.nn.relu(u[0]) + jnp.sinc(u[0]),
+    "called": lambda u: jax.jit(lambda w: w[0] * w[1])(u) + jax.checkpoint(jnp.sin)(u[0]),
+    "a branch": lambda u: jax.lax.cond(jnp.array(True), lambda w: w[0], lambda w: w[1], u),
+    "complex": lambda u: jnp.real(jnp.exp(2j * u[0]) * jnp.conj(u[1] + 1j)) + jnp.imag(1j * u[0]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_a_program_read_is_the_program(name):
+    found = expression(read(PROGRAMS[name], array(a, b)))
+    true = PROGRAMS[name](jnp.array([AT[a], AT[b]]))
+    assert abs(complex(found.subs(AT).evalf()) - complex(true)) < 1e-12
+
+
+def test_an_invalid_choice_is_no_choice():
+    """NaN answers for invalid numbers: the formula is the valid one, and guards inside it go."""
+    guarded = read(
+        lambda u: jnp.where(u[0] > 0, jnp.sqrt(jnp.where(u[0] > 0, u[0], 1.0)), jnp.nan), array(a)
+    )
+    assert expression(guarded) == sympy.sqrt(a)
+    twice = read(
+        lambda u: jnp.where(u[0] > 0, jnp.log(jnp.where(u[0] > 0, u[0], 1.0)), 0.0), array(a)
+    )
+    assert expression(twice) == sympy.Piecewise((sympy.log(a), a > 0), (0, True))
+
+
+def test_trees_keep_what_is_no_number():
+    found = read(lambda u: {"a": u[0] * 2.0, "b": jnp.ones(2), "name": "left"}, array(a))
+    assert expression(found["a"]) == 2 * a
+    np.testing.assert_array_equal(found["b"], [1.0, 1.0])
+    assert found["name"] == "left"
+    assert matrix(found["b"]) == sympy.ones(2, 1)
+
+
+def test_an_expression_inside_a_program_is_put_in():
+    f = sympy.Function("f")
+    found = read(lambda u: 2.0 * jax.vmap(lambda w: inserted(f, w))(u[None] + 1.0)[0], array(a))
+    assert expression(found) == 2 * f(a + 1)
+    assert jnp.isnan(inserted(f, jnp.ones(1)))  # a program that runs has no number for it
+
+
+REFUSED = {
+    "an operation": (lambda u: jnp.sort(u)[0], "operation 'sort'"),
+    "a loop that a symbol ends": (
+        lambda u: jax.lax.while_loop(lambda s: s < u[0], lambda s: s + 1.0, u[1]),
+        "ends when a symbol says so",
+    ),
+    "a long loop": (lambda u: jax.lax.fori_loop(0, 99, lambda i, s: s + u[0], u[1]), "64 turns"),
+    "a long scan": (
+        lambda u: jax.lax.scan(lambda s, w: (s + u[0], w), u[1], jnp.ones(99))[0],
+        "64 turns",
+    ),
+    "a branch": (
+        lambda u: jax.lax.cond(u[0] > 0, lambda w: w[0], lambda w: w[1], u),
+        "whole numbers",
+    ),
+    "whole numbers": (lambda u: u[0].astype(int), "whole numbers"),
+    "unknown light, differentiated": (
+        lambda u: jax.grad(lambda w: inserted(sympy.Function("f"), w))(u)[0],
+        "by autodiff has no formula",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_is_no_formula_is_refused(name):
+    function, words = REFUSED[name]
+    with pytest.raises(Refused, match=words):
+        read(function, array(a, b))
