@@ -189,3 +189,40 @@ def test_a_table_of_agreements_is_printed_and_a_bad_place_is_one_sentence(capsys
     assert max(map(len, lines)) <= 100
     assert main(["agreements", "scene_b", "--s", "2"]) == 2
     assert capsys.readouterr().err == "Argument `s` must lie in [0, 1], but is 2.0.\n"
+
+
+OWN = """
+import sympy
+from firstorder.symbolic import event
+from firstorder.transport import Mirror, Travel
+from firstorder.fields import gaussian
+
+x, theta, f = sympy.symbols("x theta f")
+lens = event({theta: theta - x / f}, parameters={f: 0.5}, name="lens")
+seen = gaussian((0.0, 0.0), (1.0, 1.0)) >> lens >> Mirror()
+"""
+
+
+def test_events_of_a_file_are_explained_and_judged(capsys, tmp_path):
+    file = tmp_path / "own.py"
+    file.write_text(OWN)
+    assert main(["explain", str(file), "--at", "0.1", "0.2"]) == 0
+    told = capsys.readouterr().out
+    assert "L(x, theta + 2*x)" in told
+    assert "at x = 0.1, theta = 0.2: value" in told
+    assert main(["check", str(file)]) == 0
+    assert "lens: sound" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("text", "name", "sentence"),
+    [
+        ("a = 1", "own.py", "own.py has no variable that is an event"),
+        ("a = 1", "own.txt", "`source` must be a .py file, but is own.txt"),
+    ],
+)
+def test_a_file_without_events_is_one_sentence(capsys, tmp_path, text, name, sentence):
+    file = tmp_path / name
+    file.write_text(text)
+    assert main(["explain", str(file)]) == 2
+    assert sentence in capsys.readouterr().err

@@ -311,6 +311,63 @@ class Render:
         return 0
 
 
+@dataclass(frozen=True)
+class Explain:
+    """Print the equations of the paths and events of a Python file, step by step."""
+
+    source: Annotated[pathlib.Path, tyro.conf.Positional]
+    """A .py file with events, chains and paths as variables of its module."""
+    at: tuple[float, ...] = ()
+    """A ray, for numbers beside the formulas of paths."""
+
+    def run(self) -> int:
+        """One passage for each path and event."""
+        from firstorder.symbolic import explain
+        from firstorder.transport import Chain
+
+        for name, found in _events(self.source).items():
+            path = found if isinstance(found, (Path, Chain)) else Chain((found,))
+            told = explain(path, self.at or None if isinstance(found, Path) else None)
+            print(f"{name}:\n{told}\n")
+        return 0
+
+
+@dataclass(frozen=True)
+class Check:
+    """Judge the events of a Python file by all squares, with faults made on purpose.
+
+    Exit code 1 if a square does not hold or a fault is not seen.
+    """
+
+    source: Annotated[pathlib.Path, tyro.conf.Positional]
+    """A .py file with events and chains as variables of its module."""
+
+    def run(self) -> int:
+        """One table for each event."""
+        from firstorder.checks import check
+
+        found = _events(self.source)
+        reports = [check(e, name=n) for n, e in found.items() if not isinstance(e, Path)]
+        print(*reports, sep="\n\n")
+        return int(not all(report.sound for report in reports))
+
+
+def _events(source: pathlib.Path) -> dict:
+    """Events, chains and paths of a Python file, by the names of their variables."""
+    import runpy
+
+    from firstorder.transport import Chain, Event
+
+    if source.suffix != ".py" or not source.is_file():
+        raise ValueError(f"Argument `source` must be a .py file, but is {source.name}.")
+    variables = runpy.run_path(str(source))
+    kinds = Event, Chain, Path
+    found = {k: v for k, v in variables.items() if isinstance(v, kinds) and k[0] != "_"}
+    if not found:
+        raise ValueError(f"{source.name} has no variable that is an event, a chain or a path.")
+    return found
+
+
 def _receivers(scene) -> tuple[str, ...]:
     """The floor, or all names of what does not emit, in the order of the shapes."""
     if "floor" in scene.names:
@@ -343,7 +400,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"firstorder {firstorder.__version__}")
         return 0
     command = tyro.cli(
-        Jet | Table | Scene | Agreements | Render,
+        Jet | Table | Scene | Agreements | Render | Explain | Check,
         args=arguments,
         prog="firstorder",
         description=__doc__,

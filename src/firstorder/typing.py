@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Complex, Float
 
-from firstorder._symbols import symbolic
+from firstorder._symbols import SymbolicArray, symbolic
 
 Scalar: TypeAlias = Float[Array, ""]
 Ray: TypeAlias = Float[Array, " n"]
@@ -29,9 +29,11 @@ def as_float(x: Any) -> Array:
     Raises:
         TypeError: if it holds no numbers.
     """
+    if isinstance(x, SymbolicArray):
+        return x
     try:
         x = jnp.asarray(x)
-    except (TypeError, AttributeError):
+    except TypeError:
         symbols = symbolic(x)
         if symbols is not None:
             return symbols

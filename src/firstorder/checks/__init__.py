@@ -20,6 +20,7 @@ _HOME = {
         "spread_test",
     ),
     "checked_mode": ("checked",),
+    "own_events": ("check", "Report", "FaultVerdict"),
 }
 __all__ = [name for names in _HOME.values() for name in names]  # pyright: ignore
 

@@ -31,7 +31,7 @@ class Unknown(sympy.Function):
         return unknown_function(self.base, self.names, tuple(orders))(*self.args)
 
     def _eval_is_extended_real(self):
-        return True
+        return None if self.base.endswith("_hat") else True  # a transform is complex
 
     def _latex(self, printer, exp=None):
         arguments = ", ".join(printer._print(a) for a in self.args)

@@ -215,19 +215,30 @@ def _linear_form(g: Formula) -> tuple[list[Expr], sympy.Expr] | None:
         lead = next((r for r in rates if r != 0), None)
         if lead is None:
             return [sympy.Integer(0)] * len(rates), sympy.Integer(0)
-        slopes = [_share(r, lead) for r in rates]
-    if any(slope.free_symbols & set(g.coordinates) for slope in slopes):
+        slopes = [_share(r, lead, g.coordinates) for r in rates]
+    if any(slope is None or slope.free_symbols & set(g.coordinates) for slope in slopes):
         return None
     b = sympy.Integer(0) if form is None else form.subs({c: 0 for c in g.coordinates})
     return slopes, b
 
 
-def _share(rate: Expr, lead: Expr) -> Expr:
-    """The quotient of two rates; SymPy does not cancel what is piecewise."""
+def _share(rate: Expr, lead: Expr, coordinates: tuple[sympy.Symbol, ...]) -> Expr | None:
+    """The quotient of two rates, if it is the same at all rays; None if it is not.
+
+    It is compared at two rays with numbers for all symbols: SymPy takes minutes to simplify what
+    a program computes.
+    """
     if rate in (0, lead):
         return sympy.Integer(int(rate == lead))
     share = rate / lead
-    return sympy.simplify(share) if sympy.count_ops(share) < LARGE else share
+    rays = (
+        {c: sympy.Rational(k + i, 7 + 4 * k) for i, c in enumerate(coordinates)} for k in (1, 2)
+    )
+    first, second = (share.subs(ray) for ray in rays)
+    others = (first - second).free_symbols
+    trial = {s: sympy.Rational(5 + i, 9) for i, s in enumerate(sorted(others, key=str))}
+    gap = sympy.N((first - second).subs(trial))
+    return sympy.cancel(first) if gap.is_number and abs(gap) < 1e-12 else None
 
 
 def _along(g: Formula, a: list[Expr], b: Expr, t: sympy.Symbol) -> Expr:
@@ -282,8 +293,17 @@ def _smooth(p: Expr, t: sympy.Symbol, s: sympy.Symbol) -> Expr:
     inside, lower, upper = _support(part, t)
     wave = sympy.cos(2 * sympy.pi * s * t) - sympy.I * sympy.sin(2 * sympy.pi * s * t)
     if not lower.is_infinite:
+        waves = inside.atoms(sympy.Function)
+        known = all(w.func in (sympy.sin, sympy.cos, sympy.exp) for w in waves)
+        if not known or not inside.is_polynomial(t, *waves) or any(_bends(w, t) for w in waves):
+            raise Refused("no transform of the factor is known here: take the numeric spectrum")
         return weight * sympy.integrate(sympy.expand(inside * wave), (t, lower, upper))
     return weight * _bell_transform(inside, t, s)
+
+
+def _bends(wave: Expr, t: sympy.Symbol) -> bool:
+    """Whether the argument of a function is not linear."""
+    return sympy.diff(wave.args[0], t, 2) != 0
 
 
 def _bell_transform(p: Expr, t: sympy.Symbol, s: sympy.Symbol) -> Expr:

@@ -1,0 +1,58 @@
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from firstorder.errors import Refused
+from firstorder.fields import GaussianProfile, gaussian
+from firstorder.symbolic import UnknownField, UnknownLobe, explain
+from firstorder.transport import Bump, Chain, Curvature, Mirror, Reflection, Texture
+
+LIGHT = gaussian((0.2, 0.1), (0.5, 0.3))
+LOBE = Reflection(GaussianProfile(0.2))
+SHINY = LIGHT >> Curvature(0.4) >> Mirror() >> LOBE >> Curvature(0.4, back=True)
+
+
+def test_each_step_has_its_event_its_source_its_formula_and_its_numbers():
+    told = explain(SHINY, (0.3, -0.1))
+    names = ["source", "Curvature", "Mirror", "Reflection", "Curvature"]
+    assert [s.name for s in told.steps] == names
+    assert told.steps[2].reference == "R07 eqs. 12-13; D05 eq. 14."
+    assert str(told.steps[2].formula) == "L(x, -theta)"
+    for step, field in zip(told.steps, SHINY.steps, strict=True):
+        np.testing.assert_allclose(step.jet.value, field.at(step.ray), rtol=1e-12)
+    np.testing.assert_allclose(told.steps[1].ray, [0.3, 0.22], rtol=1e-12)  # flipped, and turned
+    assert "at x = 0.3, theta = -0.1: value" in str(told)
+    assert "$$L\\left(x, - \\theta\\right)$$" in told._repr_markdown_()
+
+
+def test_unknown_light_has_formulas_and_no_numbers():
+    n = UnknownField("n", ("x",))
+    told = explain(Bump(n) >> Mirror() >> Reflection(UnknownLobe("rho")), (0.3, -0.1))
+    assert all(step.jet is None for step in told.steps)
+    assert "L(x, theta + n(x))" in str(told)
+    assert "value" not in str(told)
+
+
+def test_a_step_without_a_formula_says_why():
+    """A table is made of numbers."""
+    told = explain(LIGHT >> tabulate_like())
+    assert isinstance(told.steps[1].formula, Refused)
+    assert "refused: a program with the operation 'sort' has no formula" in str(told)
+    assert "refused: a program" in told.markdown
+
+
+def tabulate_like():
+    """An event whose factor sorts."""
+    return Texture(lambda x: jnp.sort(jnp.stack([x, 0.5 * x]))[0])
+
+
+def test_a_chain_is_told_in_the_first_frame_that_it_takes():
+    assert str(explain(Chain((LOBE,))).steps[0].formula) == "L(x, theta)"
+    assert explain(Chain((LOBE,))).steps[0].formula.frame.sense == "outgoing"
+    with pytest.raises(ValueError, match="Mirror needs incoming light"):
+        explain(Mirror() >> Mirror())
+
+
+def test_what_is_no_path_is_refused():
+    with pytest.raises(TypeError, match="must be a path or a chain, but is Gaussian"):
+        explain(LIGHT)
