@@ -238,7 +238,7 @@ def _share(rate: Expr, lead: Expr, coordinates: tuple[sympy.Symbol, ...]) -> Exp
     others = (first - second).free_symbols
     trial = {s: sympy.Rational(5 + i, 9) for i, s in enumerate(sorted(others, key=str))}
     gap = sympy.N((first - second).subs(trial))
-    return sympy.cancel(first) if gap.is_number and abs(gap) < 1e-12 else None
+    return sympy.cancel(first) if gap.is_finite and abs(gap) < 1e-12 else None
 
 
 def _along(g: Formula, a: list[Expr], b: Expr, t: sympy.Symbol) -> Expr:
