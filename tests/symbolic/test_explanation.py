@@ -19,6 +19,7 @@ def test_each_step_has_its_event_its_source_its_formula_and_its_numbers():
     assert told.steps[2].reference == "R07 eqs. 12-13; D05 eq. 14."
     assert str(told.steps[2].formula) == "L(x, -theta)"
     for step, field in zip(told.steps, SHINY.steps, strict=True):
+        assert step.jet is not None
         np.testing.assert_allclose(step.jet.value, field.at(step.ray), rtol=1e-12)
     np.testing.assert_allclose(told.steps[1].ray, [0.3, 0.22], rtol=1e-12)  # flipped, and turned
     assert "at x = 0.3, theta = -0.1: value" in str(told)
