@@ -21,7 +21,7 @@ from firstorder.fields.covariance import Covariance
 from firstorder.fields.field import Field, Sum
 from firstorder.fields.jet import Jet
 from firstorder.fields.spectrum import Spectrum
-from firstorder.laws import Convolve, Integrate, Law, Multiply
+from firstorder.laws import Convolve, Integrate, Law, Move, Multiply
 from firstorder.laws.base import FieldImage
 from firstorder.laws.convolve import Circle, Hemisphere, Line
 from firstorder.symbolic._exact import Expr
@@ -167,8 +167,21 @@ def spectrum_after(law: Law, F: Formula) -> Formula:
     names = frequencies_of(frame)
     if isinstance(law, Multiply):
         return Formula(_blurred(law, F), names, frame)
+    if isinstance(law, Move) and law.M.shape[0] == law.M.shape[1]:
+        return Formula(_pulled_back(law, F, names), names, frame)
     found = read(lambda law, Omega: law.spectrum(FormulaSpectrum(F), Omega), law, array(*names))
     return Formula(expression(found), names, frame)
+
+
+def _pulled_back(law: Move, F: Formula, names: tuple[sympy.Symbol, ...]) -> Expr:
+    """`exp(2 pi i Omega . M^-1 c) F(M^-T Omega) / |det M|`.
+
+    Numbers choose pivots for the inverse and the determinant, which expressions need not.
+    """
+    M, c, Omega = matrix(law.M), matrix(law.c), sympy.Matrix(names)
+    inverse = M.inv().applyfunc(sympy.cancel)
+    turn = sympy.exp(2 * sympy.pi * sympy.I * Omega.dot(inverse * c))
+    return turn * F(*(inverse.T * Omega)) / sympy.Abs(M.det())
 
 
 def _blurred(law: Multiply, F: Formula) -> Expr:

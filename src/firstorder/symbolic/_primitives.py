@@ -174,6 +174,13 @@ class Choice(sympy.Function):
 
     nargs = 3
 
+    @classmethod
+    def eval(cls, yes, no, condition):
+        """The choice, once the condition is decided."""
+        if condition in (sympy.true, sympy.false):
+            return yes if condition == sympy.true else no
+        return None
+
 
 def settled(a: Entries) -> Entries:
     """Choices as SymPy has them, when the program is read to its end."""

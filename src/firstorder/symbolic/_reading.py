@@ -243,9 +243,18 @@ def _unrolled(params, args) -> list[np.ndarray]:
     raise Refused(f"a loop of more than {LONGEST} turns has no formula of use")
 
 
+def _scan_counts(params) -> tuple[int, int]:
+    """How many constants and how many states a scan has; JAX 0.12 says it by trees."""
+    if "num_consts" in params:
+        return params["num_consts"], params["num_carry"]
+    tree = params["ft_in"]
+    consts, carry, *_ = tree.unpack() if hasattr(tree, "unpack") else tree
+    return len(consts), len(carry)
+
+
 def _scanned(params, args) -> list[np.ndarray]:
     """A scan, written out."""
-    n, m, body = params["num_consts"], params["num_carry"], params["jaxpr"]
+    (n, m), body = _scan_counts(params), params["jaxpr"]
     if params["length"] > LONGEST:
         raise Refused(f"a loop of more than {LONGEST} turns has no formula of use")
     consts, state, rows = args[:n], list(args[n : n + m]), args[n + m :]
