@@ -167,7 +167,7 @@ def spectrum_after(law: Law, F: Formula) -> Formula:
     names = frequencies_of(frame)
     if isinstance(law, Multiply):
         return Formula(_blurred(law, F), names, frame)
-    if isinstance(law, Move) and law.M.shape[0] == law.M.shape[1]:
+    if type(law) is Move and law.M.shape[0] == law.M.shape[1]:
         return Formula(_pulled_back(law, F, names), names, frame)
     found = read(lambda law, Omega: law.spectrum(FormulaSpectrum(F), Omega), law, array(*names))
     return Formula(expression(found), names, frame)

@@ -175,8 +175,9 @@ class Choice(sympy.Function):
     nargs = 3
 
     @classmethod
-    def eval(cls, yes, no, condition):
+    def eval(cls, *args):
         """The choice, once the condition is decided."""
+        yes, no, condition = args
         if condition in (sympy.true, sympy.false):
             return yes if condition == sympy.true else no
         return None
