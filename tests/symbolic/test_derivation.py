@@ -8,7 +8,7 @@ import sympy
 from firstorder.conventions import FLATLAND, FLATLAND_SLOPE, SPACE_SLOPE, Frame
 from firstorder.errors import Refused
 from firstorder.fields import GaussianProfile, gaussian
-from firstorder.laws import Integrate
+from firstorder.laws import Integrate, Multiply
 from firstorder.symbolic import UnknownField, UnknownLobe, derive
 from firstorder.symbolic._functions import unknown_function
 from firstorder.transport import (
@@ -212,6 +212,14 @@ def test_a_blocker_at_a_depth_has_its_energy_on_one_line():
     assert shadow.value.expression == of_one("V", x - d * v) * L(x, v, names=("x", "v"))
     moved = hat(Ox - t, Ov + t * d, names=("x", "v")) * hat(t, name="V", names=("x",))
     assert same(shadow.spectrum.expression, sympy.Integral(moved, (t, -sympy.oo, sympy.oo)))
+
+
+def test_a_factor_of_two_coordinates_has_no_line_of_frequencies():
+    """`theta T(x)` and `x theta`: neither is a function of one linear form."""
+    T = UnknownField("T", ("x",))
+    for factor in (Multiply(lambda x, theta: theta)(T), lambda x, theta: x * theta):
+        with pytest.raises(Refused):
+            _ = derive(Multiply(factor)).spectrum
 
 
 def test_covariances_of_unknown_light():

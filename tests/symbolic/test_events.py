@@ -92,6 +92,10 @@ REFUSED = {
         "has no inverse in closed form: give `source`",
     ),
     "no number": (lambda: event({x: k * x})(LIGHT), "must give a number for kappa"),
+    "a number for a coordinate": (
+        lambda: event({x: 2 * x}, parameters={theta: 1.0})(LIGHT),
+        "a number for theta, which is a coordinate",
+    ),
     "both ways": (lambda: event({x: x}, source={x: x}), "`rays` and `source` say the same"),
     "nothing": (lambda: event(), "all left out"),
     "other coordinates": (lambda: event({v: 2 * v})(LIGHT), "RayEvent needs the coordinates v"),

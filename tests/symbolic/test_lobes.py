@@ -62,6 +62,8 @@ def test_it_is_zero_beyond_its_end_and_its_formula_says_so():
 def test_what_is_no_lobe_is_refused_in_one_sentence():
     with pytest.raises(ValueError, match="must give a number for s"):
         lobe(BELL, t)
+    with pytest.raises(ValueError, match="gives a number for the variable t"):
+        lobe(BELL, t, parameters={s: 0.1, t: 1.0})
     with pytest.raises(ValueError, match="the lobe lives on at 64"):
         lobe(1 / (1 + t**2), t, axis="v")
     with pytest.raises(ValueError, match="`half_width` must be positive"):

@@ -14,7 +14,6 @@ import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 import sympy
@@ -22,20 +21,15 @@ from scipy import integrate
 
 from firstorder.checks.faults import twin
 from firstorder.checks.squares import PORTRAITS, Case, Square, Step, goes_red, square
-from firstorder.conventions import FLATLAND, FLATLAND_SLOPE, Frame
+from firstorder.conventions import Frame
 from firstorder.fields import Gaussian, Grid, covariance_of_samples, gaussian
 from firstorder.fields.field import Field
 from firstorder.fields.spectrum import Spectrum
 from firstorder.laws import Move, Warp
-from firstorder.laws.base import Law
 from firstorder.symbolic import ExpressionLobe, FactorEvent, RayEvent
+from firstorder.symbolic._laws import fitting_frame, laws_of
 from firstorder.transport import Chain, Event, Reflection
 
-FRAMES = tuple(
-    Frame(f.coordinates, sense)
-    for f in (FLATLAND, FLATLAND_SLOPE)
-    for sense in ("incoming", "outgoing")
-)
 CENTER, SIGMA, TILT = np.array([0.2, -0.1]), np.array([0.4, 0.25]), 0.35
 SAMPLES, RAYS = 385, 12
 SMALL = "off by 0.1 %"
@@ -54,7 +48,7 @@ class FaultVerdict:
 
 @dataclasses.dataclass(frozen=True)
 class Report:
-    """What `check` found.
+    """Squares and faults of an event, as `check` found them.
 
     Attributes:
         name: of the event.
@@ -88,6 +82,8 @@ class Report:
 
 def check(event: Event | Chain, frame: Frame | None = None, name: str = "") -> Report:
     """All squares of an event, and whether they see it when it is wrong.
+
+    Values are compared with NumPy's and SciPy's of the expression, where the event is one.
 
     Args:
         event: of `firstorder.symbolic.event`, a `Reflection` by `lobe`, or any other.
@@ -129,9 +125,10 @@ def check(event: Event | Chain, frame: Frame | None = None, name: str = "") -> R
 
 def _case_of(event: Event | Chain, frame: Frame | None = None, name: str = "") -> Case:
     """Light, grid, frequencies and rays for an event."""
-    light = gaussian(CENTER, SIGMA, TILT, frame=frame or _frame(event))
+    events = event.events if isinstance(event, Chain) else (event,)
+    light = gaussian(CENTER, SIGMA, TILT, frame=frame or fitting_frame(events))
     result = event(light)
-    moves = all(isinstance(law, (Move, Warp)) for law in _laws(event, light.frame))
+    moves = all(isinstance(law, (Move, Warp)) for law in laws_of(events, light.frame))
     low, high = _box(result)
     half, middle = (0.5 * (high - low)).tolist(), (0.5 * (high + low)).tolist()
     grid = Grid.spanning((SAMPLES, SAMPLES), tuple(half), tuple(middle))
@@ -152,27 +149,6 @@ def _case_of(event: Event | Chain, frame: Frame | None = None, name: str = "") -
         bounds={} if moves else {"covariance": 0.05},
         expected={} if moves else {"covariance": "approximate"},
     )
-
-
-def _laws(event: Event | Chain, frame: Frame) -> Iterator[Law]:
-    """The laws of an event, or of each of a chain."""
-    for part in event.events if isinstance(event, Chain) else (event,):
-        law = part.law(frame)
-        yield law
-        frame = law.frame(frame)
-
-
-def _frame(event: Event | Chain) -> Frame:
-    """The first frame that the event takes."""
-    reasons = []
-    for frame in FRAMES:
-        try:
-            jax.eval_shape(event(gaussian(CENTER, SIGMA, TILT, frame=frame)).at, jnp.zeros(2))
-        except ValueError as error:
-            reasons.append(str(error))
-        else:
-            return frame
-    raise ValueError(f"The event takes no light of flatland: {reasons[0]}")
 
 
 def _box(result: Field) -> tuple[np.ndarray, np.ndarray]:

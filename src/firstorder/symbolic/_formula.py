@@ -75,7 +75,7 @@ class Formula:
         return sympy.latex(self.expression)
 
     def _repr_latex_(self) -> str:
-        """What a notebook shows."""
+        """LaTeX, for a notebook."""
         return f"$\\displaystyle {self.latex}$"
 
     def __str__(self) -> str:

@@ -2,11 +2,14 @@
 
 A law's rules for one ray and one frequency are read as they stand (`_reading`), with the formula of
 the operand put in. Three rules are not formulas but ways to compute one: two quadratures and a
-Fourier series on a window. For these the integral is written down that they compute.
+Fourier series on a window. For these the integral is written down that they compute. A fourth, the
+spectrum after a move, is written with the inverse of its matrix, for whose numbers a program
+chooses pivots. The Fourier kernel is read out of `conventions` wherever it stands.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import equinox as eqx
@@ -15,7 +18,7 @@ import jax.numpy as jnp
 import sympy
 
 from firstorder._symbols import SymbolicArray
-from firstorder.conventions import Frame
+from firstorder.conventions import FLATLAND, FLATLAND_SLOPE, Frame, fourier_kernel
 from firstorder.errors import Refused
 from firstorder.fields.covariance import Covariance
 from firstorder.fields.field import Field, Sum
@@ -30,6 +33,8 @@ from firstorder.symbolic._functions import Unknown, unknown_function
 from firstorder.symbolic._reading import array, expression, inserted, matrix, read
 from firstorder.typing import Frequency, Ray, Scalar
 
+# Light of flatland, in the order in which an event is tried that does not say what it takes.
+FRAMES = (FLATLAND, FLATLAND.turned(), FLATLAND_SLOPE, FLATLAND_SLOPE.turned())
 LARGE = 200  # operations of an expression that is not simplified: SymPy takes minutes
 
 
@@ -78,7 +83,35 @@ def has_symbols(tree: Any) -> bool:
 
 def law_of(event: Any, frame: Frame) -> Law:
     """The law of an event for light in a frame, whose numbers may be symbols."""
+    if isinstance(event, Law):
+        return event
     return read(lambda e: e.law(frame), event) if has_symbols(event) else event.law(frame)
+
+
+def laws_of(events: Sequence[Any], frame: Frame) -> tuple[Law, ...]:
+    """The law of each event, in the frame of the light that it meets."""
+    found = []
+    for event in events:
+        found.append(law_of(event, frame))
+        frame = found[-1].frame(frame)
+    return tuple(found)
+
+
+def fitting_frame(events: Sequence[Any]) -> Frame:
+    """The first of the frames of flatland that events take.
+
+    Raises:
+        ValueError: if they take none, with the reason of the first.
+    """
+    refusals = []
+    for frame in FRAMES:
+        try:
+            laws_of(events, frame)
+        except ValueError as error:
+            refusals.append(error)
+        else:
+            return frame
+    raise ValueError(f"The event takes no light of flatland: {refusals[0]}")
 
 
 # --- value ---------------------------------------------------------------------------------------
@@ -154,6 +187,11 @@ def _convolution(law: Convolve, f: Formula) -> Expr:
 # --- spectrum and covariance ---------------------------------------------------------------------
 
 
+def _kernel(Omega: Sequence[Expr], u: Sequence[Expr]) -> Expr:
+    """The Fourier kernel, as `conventions` has it."""
+    return expression(read(fourier_kernel, array(*Omega), array(*u)))
+
+
 def of_spectrum(F: Spectrum) -> Formula:
     """A spectrum as a formula of the frequencies."""
     names = frequencies_of(F.frame)
@@ -180,7 +218,7 @@ def _pulled_back(law: Move, F: Formula, names: tuple[sympy.Symbol, ...]) -> Expr
     """
     M, c, Omega = matrix(law.M), matrix(law.c), sympy.Matrix(names)
     inverse = M.inv().applyfunc(sympy.cancel)
-    turn = sympy.exp(2 * sympy.pi * sympy.I * Omega.dot(inverse * c))
+    turn = _kernel(names, list(-inverse * c))
     return turn * F(*(inverse.T * Omega)) / sympy.Abs(M.det())
 
 
@@ -193,7 +231,9 @@ def _blurred(law: Multiply, F: Formula) -> Expr:
     a, b = form
     s, t = sympy.Dummy("s", real=True), sympy.Dummy("t", real=True)
     profile = _along(g, a, b, t)
-    phase = sympy.exp(2 * sympy.pi * sympy.I * s * b)
+    if not _agree(g, profile, a, b, t):
+        return _blurred_everywhere(law, F)
+    phase = _kernel([s], [-b])
     waves, rest = _transform(profile, t, s)
     shifted = F(*(Omega - s * ai for Omega, ai in zip(F.coordinates, a, strict=True)))
     sharp = sympy.Add(*((c * shifted * phase).subs(s, place) for place, c in waves))
@@ -218,6 +258,9 @@ def _linear_form(g: Formula) -> tuple[list[Expr], sympy.Expr] | None:
     """
     calls = [part for part in g.expression.atoms(Unknown) if part.free_symbols & set(g.coordinates)]
     if len(calls) == 1 and len(calls[0].args) == 1:
+        rest = g.expression.xreplace({calls[0]: sympy.Dummy()})
+        if rest.free_symbols & set(g.coordinates):
+            return None
         form = sympy.expand(calls[0].args[0])
         slopes = [sympy.diff(form, c) for c in g.coordinates]
     else:
@@ -263,6 +306,21 @@ def _along(g: Formula, a: list[Expr], b: Expr, t: sympy.Symbol) -> Expr:
     return sympy.piecewise_fold(g(*place))
 
 
+def _agree(g: Formula, profile: Expr, a: list[Expr], b: Expr, t: sympy.Symbol) -> bool:
+    """Whether the profile is the factor, at rays far and near; an unknown one is so by its form."""
+    if g.expression.has(Unknown):
+        return True
+    others = sorted(g.expression.free_symbols - set(g.coordinates), key=str)
+    trial = {s: sympy.Rational(5 + i, 9) for i, s in enumerate(others)}
+    for k in range(-3, 4):
+        ray = [sympy.Rational(k * (3 + 2 * i) + 1, 4 + i) for i in range(len(a))]
+        form = sum((x * y for x, y in zip(a, ray, strict=True)), b)
+        gap = sympy.N((g(*ray) - profile.subs(t, form)).subs(trial))
+        if not gap.is_finite or abs(gap) > 1e-9:
+            return False
+    return True
+
+
 Waves = list[tuple[Expr, Expr]]
 
 
@@ -293,8 +351,9 @@ def _sharp(term: Expr, t: sympy.Symbol) -> Waves | None:
     if rate.has(t):
         return None
     turn = sympy.exp(sympy.I * wave.args[0].subs(t, 0))
+    cycle = -sympy.diff(_kernel([sympy.Integer(1)], [t]).args[0], t) / sympy.I
     there, back = (turn, 1 / turn) if wave.func is sympy.cos else (-sympy.I * turn, sympy.I / turn)
-    place = rate / (2 * sympy.pi)
+    place = rate / cycle
     return [(place, weight * there / 2), (-place, weight * back / 2)]
 
 
@@ -304,12 +363,12 @@ def _smooth(p: Expr, t: sympy.Symbol, s: sympy.Symbol) -> Expr:
     if isinstance(part, Unknown) and part.args == (t,):
         return weight * unknown_function(f"{part.base}_hat", (f"Omega_{part.names[0]}",))(s)
     inside, lower, upper = _support(part, t)
-    wave = sympy.cos(2 * sympy.pi * s * t) - sympy.I * sympy.sin(2 * sympy.pi * s * t)
     if not lower.is_infinite:
         waves = inside.atoms(sympy.Function)
         known = all(w.func in (sympy.sin, sympy.cos, sympy.exp) for w in waves)
         if not known or not inside.is_polynomial(t, *waves) or any(_bends(w, t) for w in waves):
             raise Refused("no transform of the factor is known here: take the numeric spectrum")
+        wave = _kernel([s], [t]).rewrite(sympy.cos)
         return weight * sympy.integrate(sympy.expand(inside * wave), (t, lower, upper))
     return weight * _bell_transform(inside, t, s)
 
@@ -326,7 +385,7 @@ def _bell_transform(p: Expr, t: sympy.Symbol, s: sympy.Symbol) -> Expr:
         raise Refused("no transform of the factor is known here: take the numeric spectrum")
     c, b, square = sympy.Poly(exponent, t).all_coeffs()[::-1]
     a = -square
-    rate = b - 2 * sympy.pi * sympy.I * s
+    rate = b + sympy.diff(_kernel([s], [t]).args[0], t)
     return sympy.sqrt(sympy.pi / a) * sympy.exp(rate**2 / (4 * a) + c)
 
 

@@ -65,11 +65,16 @@ def _function(symbols, entries, unknowns: dict[str, Any], calls=None) -> Callabl
     for entry in entries:
         for part in entry.atoms(Unknown):
             calls[type(part).__name__] = _numeric(part, unknowns)
+    return as_function(symbols, entries, calls)
+
+
+def as_function(symbols: Sequence[Expr], entries: Sequence[Expr], calls: dict[str, Callable]):
+    """Expressions without integrals as one function of arrays, with JAX and the given functions."""
     # The names of coordinates may be words of Python (lambda): dummies have names of their own.
     dummies = [sympy.Dummy() for _ in symbols]
     pairs = dict(zip(symbols, dummies, strict=True))
-    entries = [e.xreplace(pairs) for e in entries]
-    return sympy.lambdify(dummies, entries, modules=[calls, "jax"], cse=True)
+    replaced = [e.xreplace(pairs) for e in entries]
+    return sympy.lambdify(dummies, replaced, modules=[calls, "jax"], cse=True)
 
 
 # --- unknown functions ---------------------------------------------------------------------------
@@ -107,9 +112,13 @@ def _from_jets(field: Field, axes: list[int]) -> Callable:
 
 
 def _derivative(function: Callable, axis: int) -> Callable:
-    return lambda *u: jax.jvp(lambda t: function(*u[:axis], t, *u[axis + 1 :]), (u[axis],), (1.0,))[
-        1
-    ]
+    def rate(*u):
+        def along(t):
+            return function(*u[:axis], t, *u[axis + 1 :])
+
+        return jax.jvp(along, (u[axis],), (jnp.ones_like(u[axis]),))[1]
+
+    return rate
 
 
 def _everywhere(function: Callable, *u) -> jax.Array:

@@ -14,7 +14,7 @@ from firstorder.fields.field import Field
 from firstorder.fields.jet import Jet
 from firstorder.laws.warp import Map
 from firstorder.symbolic._exact import Expr
-from firstorder.symbolic._lowering import SPECIAL
+from firstorder.symbolic._lowering import SPECIAL, as_function
 from firstorder.typing import Array, Ray, Scalar, as_float
 
 Symbols = tuple[sympy.Symbol, ...]
@@ -23,10 +23,7 @@ Symbols = tuple[sympy.Symbol, ...]
 @functools.lru_cache(maxsize=256)
 def compiled_expressions(entries: tuple, symbols: Symbols) -> Callable:
     """Several expressions as one function of numbers; common parts are computed once."""
-    dummies = [sympy.Dummy() for _ in symbols]
-    pairs = dict(zip(symbols, dummies, strict=True))
-    replaced = [sympy.sympify(e).xreplace(pairs) for e in entries]
-    return sympy.lambdify(dummies, replaced, modules=[SPECIAL, "jax"], cse=True)
+    return as_function(symbols, [sympy.sympify(e) for e in entries], SPECIAL)
 
 
 class Expressions(eqx.Module):
@@ -71,30 +68,19 @@ def _differentiated(entries: tuple, coordinates: Symbols) -> tuple[tuple, tuple]
 
 
 class ExpressionField(Field):
-    """An expression as a field, with its jet in closed form."""
+    """An expression in all coordinates of a frame as a field, with its jet in closed form."""
 
     expressions: Expressions
     frame: Frame = eqx.field(static=True, default=UNSTATED)
 
     def at(self, u: Ray) -> Scalar:
         """The expression."""
-        return self.expressions(self._own(u))[0]
+        return self.expressions(u)[0]
 
     def jet(self, u: Ray) -> Jet:
         """The expression and its derivatives."""
-        (value,), gradient, hessian = self.expressions.derivatives(self._own(u))
-        if self._axes() == tuple(range(u.size)):
-            return Jet(value, gradient[0], hessian[0], self.frame)
-        axes = jnp.array(self._axes())
-        zero = jnp.zeros((u.size, u.size), u.dtype)
-        whole = zero[0].at[axes].set(gradient[0])
-        return Jet(value, whole, zero.at[axes[:, None], axes].set(hessian[0]), self.frame)
-
-    def _axes(self) -> tuple[int, ...]:
-        return tuple(self.frame.axis(s.name) for s in self.expressions.coordinates)
-
-    def _own(self, u: Ray) -> Ray:
-        return jnp.stack([u[i] for i in self._axes()])
+        (value,), gradient, hessian = self.expressions.derivatives(u)
+        return Jet(value, gradient[0], hessian[0], self.frame)
 
 
 class ExpressionMap(Map):

@@ -218,7 +218,7 @@ def _where(condition, case: Expr, holds: bool) -> Expr:
 
 
 def moved(run: Callable, *arrays: Entries) -> list[Entries]:
-    """What a rearrangement makes of expressions: it is done on their numbers, and they follow.
+    """Expressions, rearranged as an operation rearranges their numbers.
 
     Args:
         run: the operation on arrays of numbers.

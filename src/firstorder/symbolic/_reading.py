@@ -22,12 +22,14 @@ from firstorder.symbolic import _primitives as rules
 from firstorder.symbolic._exact import Expr, exact_array
 
 LONGEST = 64  # turns of a loop that are written out
-# What stands for an expression while a program is traced: a call of this name.
-_NAMED: dict[str, Callable] = {}
+# What stands for an expression while a program is traced: a call whose name begins so, among those
+# of the reading that is going on (one inside another is last).
+STAND_IN = "formula "
+_NAMED: list[dict[str, Callable]] = []
 
 
 def read(function: Callable, *args: Any) -> Any:
-    """What a jittable function returns, with expressions for all that depends on symbols.
+    """Results of a jittable function, with expressions for all that depends on symbols.
 
     Args:
         function: of arrays and trees of them.
@@ -61,14 +63,13 @@ def read(function: Callable, *args: Any) -> Any:
         kept["form"] = jax.tree.structure(arrays)
         return jax.tree.leaves(arrays)
 
-    held = dict(_NAMED)
+    _NAMED.append({})
     try:
         program = jax.make_jaxpr(run)(*shapes)
         symbols = [exact_array(leaves[i].entries) for i in where]
         found = [rules.settled(a) for a in evaluated(program.jaxpr, program.consts, symbols)]
     finally:
-        _NAMED.clear()
-        _NAMED.update(held)
+        _NAMED.pop()
     arrays = [SymbolicArray(a) if a.dtype == object else jnp.asarray(a) for a in found]
     return eqx.combine(kept["form"].unflatten(arrays), kept["rest"])
 
@@ -129,8 +130,8 @@ def _holds_symbols(a) -> bool:
 def _carried_out(equation, args: list[np.ndarray]) -> list[np.ndarray]:
     """The outputs of one operation."""
     name, params = equation.primitive.name, equation.params
-    if params.get("name") in _NAMED:
-        return [_NAMED[params["name"]](*args)]
+    if str(params.get("name")).startswith(STAND_IN):
+        return [_put_in(params["name"], *args)]
     inner = next((params[k] for k in ("jaxpr", "call_jaxpr", "fun_jaxpr") if k in params), None)
     if inner is not None and name != "scan":
         return evaluated(getattr(inner, "jaxpr", inner), getattr(inner, "consts", ()), args)
@@ -174,6 +175,13 @@ def _carried_out(equation, args: list[np.ndarray]) -> list[np.ndarray]:
     if name == "scan":
         return _scanned(params, args)
     raise Refused(f"a program with the operation {name!r} has no formula")
+
+
+def _put_in(name: str, *args: np.ndarray) -> np.ndarray:
+    """The expression that a call stands for."""
+    if name not in _NAMED[-1]:
+        raise Refused("a function that was compiled in another reading holds unknown light")
+    return _NAMED[-1][name](*args)
 
 
 def _with_numbers(equation, args) -> list[np.ndarray]:
@@ -282,7 +290,6 @@ def inserted(make: Callable[..., Expr], u: jax.Array, dtype=float) -> jax.Array:
         u: a vector, traced.
         dtype: of the number, float or complex.
     """
-    name = f"formula {len(_NAMED)} {id(make)}"
 
     def rows(vectors: np.ndarray) -> np.ndarray:
         vectors = exact_array(vectors)
@@ -294,8 +301,10 @@ def inserted(make: Callable[..., Expr], u: jax.Array, dtype=float) -> jax.Array:
     def stand_in(u):
         return _underivable(u).astype(jnp.result_type(dtype))
 
-    stand_in.__name__ = stand_in.__qualname__ = name
-    _NAMED[name] = rows
+    if _NAMED:
+        name = f"{STAND_IN}{len(_NAMED[-1])} {id(make)}"
+        stand_in.__name__ = stand_in.__qualname__ = name
+        _NAMED[-1][name] = rows
     return jax.jit(stand_in)(u)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from itertools import accumulate
 from typing import Any
 
 import sympy
@@ -44,8 +45,8 @@ def formula(field: Field) -> Formula:
 def derive(path: Any, frame: Frame = FLATLAND) -> Derivation:
     """The equations of a path: value, gradient, Hessian, spectrum and covariance.
 
-    Nothing is typed in: the formulas are read out of the code of the events (`formula`). Parameters
-    may be symbols, `Travel(d)`; light, lobes, masks and normal maps may be unknown (`UnknownField`,
+    The formulas are read out of the code of the events (`formula`). Parameters may
+    be symbols, `Travel(d)`; light, lobes, masks and normal maps may be unknown (`UnknownField`,
     `UnknownLobe`).
 
     Args:
@@ -55,8 +56,8 @@ def derive(path: Any, frame: Frame = FLATLAND) -> Derivation:
     Raises:
         Refused: when a portrait is asked that the path has not, with the reason of the event.
 
-    Reference: R07 eqs. 10-17, 20, 24-25, 29; D05 eqs. 2-5, 9-18; tests/symbolic/test_derivation.py
-    holds each to the printed one, `examples/equations_of_a_path.py` prints some.
+    Reference: R07 eqs. 10-17, 20, 24-25, 29; D05 eqs. 2-5, 9-16, 18. A test holds each to the
+    printed one (tests/symbolic/test_derivation.py), `examples/equations_of_a_path.py` prints some.
 
     Example:
         >>> import sympy
@@ -100,20 +101,13 @@ class Derivation:
     @functools.cached_property
     def laws(self) -> tuple[Law, ...]:
         """The law of each event, in the frame of the light that it meets."""
-        found, frame = [], self.source.frame
-        for event in self.events:
-            law = event if isinstance(event, Law) else _laws.law_of(event, frame)
-            found.append(law)
-            frame = law.frame(frame)
-        return tuple(found)
+        return _laws.laws_of(self.events, self.source.frame)
 
     @functools.cached_property
     def values(self) -> tuple[Formula, ...]:
         """Radiance before, between and after the events."""
-        steps = [_laws.of_field(self.source)]
-        for law in self.laws:
-            steps.append(_laws.of_law(law, steps[-1]))
-        return tuple(steps)
+        first = _laws.of_field(self.source)
+        return tuple(accumulate(self.laws, lambda f, law: _laws.of_law(law, f), initial=first))
 
     @property
     def value(self) -> Formula:
@@ -137,10 +131,9 @@ class Derivation:
     @functools.cached_property
     def spectra(self) -> tuple[Formula, ...]:
         """Spectrum before, between and after the events."""
-        steps = [_laws.of_spectrum(self.source.spectrum())]
-        for law in self.laws:
-            steps.append(_laws.spectrum_after(law, steps[-1]))
-        return tuple(steps)
+        first = _laws.of_spectrum(self.source.spectrum())
+        after = _laws.spectrum_after
+        return tuple(accumulate(self.laws, lambda F, law: after(law, F), initial=first))
 
     @property
     def spectrum(self) -> Formula:

@@ -86,7 +86,7 @@ def event(
     if source is not None:
         parts.append(RayEvent(_named(source), numbers, name))
     if factor is not None:
-        parts.append(FactorEvent(_real(factor, numbers), numbers, window, name))
+        parts.append(FactorEvent(_real(factor), numbers, window, name))
     if not parts:
         raise ValueError("Arguments `rays`, `source` and `factor` are all left out: give one.")
     return parts[0] if len(parts) == 1 else Chain(tuple(parts))
@@ -163,7 +163,7 @@ def _symbol(name: str) -> sympy.Symbol:
     return sympy.Symbol(name, real=True)
 
 
-def _real(expression: Any, parameters: Any) -> Expr:
+def _real(expression: Any) -> Expr:
     """An expression in real symbols."""
     expression = sympy.sympify(expression)
     return expression.xreplace({s: _symbol(s.name) for s in expression.free_symbols})
@@ -171,7 +171,7 @@ def _real(expression: Any, parameters: Any) -> Expr:
 
 def _named(rays: Mapping[Any, Any]) -> dict[str, Expr]:
     """Expressions by the name of their coordinate."""
-    return {str(c): _real(e, None) for c, e in rays.items()}
+    return {str(c): _real(e) for c, e in rays.items()}
 
 
 def _parameters(parameters: Mapping[Any, Any] | None) -> dict[str, Any]:
@@ -181,6 +181,12 @@ def _parameters(parameters: Mapping[Any, Any] | None) -> dict[str, Any]:
 
 def _with(entries: tuple, coordinates: Symbols, parameters: dict[str, Array], name: str):
     """Expressions with the numbers of their parameters."""
+    for symbol in coordinates:
+        if symbol.name in parameters:
+            raise ValueError(
+                f"Argument `parameters` of {name} gives a number for {symbol.name}, which is a "
+                "coordinate of the light that it meets: call the parameter otherwise."
+            )
     free = sorted(free_of(entries, coordinates), key=lambda s: s.name)
     for symbol in free:
         if symbol.name not in parameters:
@@ -209,7 +215,7 @@ def _inverse(rays: dict[str, Expr], parameters: dict[str, Any], name: str) -> di
     equations = [sympy.Eq(rays[c], new[c]) for c in rays]
     try:
         found = sympy.solve(equations, list(old.values()), dict=True)
-    except NotImplementedError:
+    except NotImplementedError:  # SymPy's words for an equation that it cannot solve
         found = []
     back = {new[c]: old[c] for c in rays}
     for solution in found:

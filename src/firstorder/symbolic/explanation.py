@@ -10,18 +10,16 @@ from typing import Any
 import equinox as eqx
 import jax.numpy as jnp
 
-from firstorder.conventions import FLATLAND, FLATLAND_SLOPE, Frame
 from firstorder.errors import Refused
 from firstorder.fields.jet import Jet
 from firstorder.laws import Law, Move, Warp
 from firstorder.symbolic._formula import Formula
-from firstorder.symbolic._laws import has_symbols
-from firstorder.symbolic.derivation import derive, formula
+from firstorder.symbolic._laws import fitting_frame, has_symbols, of_field, of_law
+from firstorder.symbolic.derivation import derive
 from firstorder.symbolic.unknown import UnknownField, UnknownLobe
 from firstorder.transport import Chain, Path
 from firstorder.typing import Ray, as_float
 
-FRAMES = (FLATLAND, FLATLAND.turned(), FLATLAND_SLOPE, FLATLAND_SLOPE.turned())
 _jets = eqx.filter_jit(lambda field, u: field.jet(u))
 
 
@@ -74,6 +72,7 @@ class Explanation:
         return "\n".join(parts)
 
     def _repr_markdown_(self) -> str:
+        """Markdown, for a notebook."""
         return self.markdown
 
 
@@ -107,19 +106,18 @@ def explain(path: Any, ray: Any = None) -> Explanation:
            at x = 2, v = 1: value 0.606531, gradient 0, -0.606531
     """
     if isinstance(path, Chain):
-        path = Path(UnknownField("L", frame=_fitting(path)), path)
+        path = Path(UnknownField("L", frame=fitting_frame(path.events)), path)
     if not isinstance(path, Path):
         raise TypeError(f"Argument `path` must be a path or a chain, but is {type(path).__name__}.")
     numbers = ray is not None and not has_symbols(path) and not _unknown(path)
     fields = path.steps if numbers else (None,) * (len(path.events) + 1)
     laws = derive(path).laws
     rays = _followed(laws, None if ray is None else as_float(ray), numbers)
-    frames = [path.source.frame]
+    said, frame = [_or_refusal(lambda: of_field(path.source))], path.source.frame
     for law in laws:
-        frames.append(law.frame(frames[-1]))
-    said = [_or_refusal(lambda: formula(path.source))]
-    said += [_or_refusal(lambda e=e, f=f: derive(e, f).value)
-             for e, f in zip(path.events, frames[:-1], strict=True)]  # fmt: skip
+        light = UnknownField("L", frame=frame)
+        said.append(_or_refusal(lambda law=law, light=light: of_law(law, of_field(light))))
+        frame = law.frame(frame)
     names = ["source", *(getattr(e, "name", type(e).__name__) for e in path.events)]
     cited = ["", *(_reference(e) for e in path.events)]
     return Explanation(
@@ -128,19 +126,6 @@ def explain(path: Any, ray: Any = None) -> Explanation:
             for name, reference, one, u, field in zip(names, cited, said, rays, fields, strict=True)
         )
     )
-
-
-def _fitting(chain: Chain) -> Frame:
-    """The first frame of flatland that the chain takes."""
-    refusals = []
-    for frame in FRAMES:
-        try:
-            _ = derive(chain, frame).laws
-        except ValueError as error:
-            refusals.append(error)
-        else:
-            return frame
-    raise refusals[0]
 
 
 def _unknown(path: Path) -> bool:

@@ -12,7 +12,7 @@ import numpy as np
 import sympy
 
 from firstorder._argument_checks import check_positive, is_concrete
-from firstorder.conventions import UNSTATED, Frame
+from firstorder.conventions import UNSTATED, Frame, fourier_kernel
 from firstorder.fields.kernel import Profile
 from firstorder.numerics._quadrature import composite_gauss_legendre
 from firstorder.symbolic._exact import Expr
@@ -60,10 +60,12 @@ def lobe(
         >>> round(satin.half_width().item(), 6), round(satin(0.0, 0.5).item(), 6)
         (1.564453, 0.378192)
     """
-    symbol = sympy.Symbol("t", real=True)
+    symbol = sympy.Symbol(str(variable), real=True)
     real = {s: sympy.Symbol(s.name, real=True) for s in sympy.sympify(profile).free_symbols}
     entry = sympy.sympify(profile).xreplace(real | {sympy.sympify(variable): symbol})
     numbers = {str(s): as_float(v) for s, v in (parameters or {}).items()}
+    if symbol.name in numbers:
+        raise ValueError(f"Argument `parameters` gives a number for the variable {symbol.name}.")
     free = sorted(free_of((entry,), (symbol,)), key=lambda s: s.name)
     for missing in (s.name for s in free if s.name not in numbers):
         raise ValueError(f"Argument `parameters` must give a number for {missing} of the lobe.")
@@ -116,7 +118,7 @@ class ExpressionLobe(Profile):
     def transform(self, Omega: Scalar) -> Array:
         """By quadrature."""
         t, w, (p, _, _) = self._nodes()
-        return jnp.sum(w * p * jnp.exp(-2j * np.pi * Omega * t))
+        return jnp.sum(w * p * fourier_kernel(Omega[None, None], t[:, None]))
 
     def spread(self) -> Scalar:
         """`int p'^2 / (4 pi^2 int p^2)`, by quadrature."""
