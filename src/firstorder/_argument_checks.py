@@ -69,8 +69,10 @@ def check_invertible(name: str, M: Any) -> None:
         raise ValueError(f"Argument `{name}` must be invertible, but its rank is too low.")
 
 
-def nan_unless(ok: Any, x: Array) -> Array:
+def nan_unless(ok: Any, x: Any) -> Any:
     """`x` where `ok`, NaN elsewhere: an invalid traced input never looks like an answer."""
+    if is_concrete((ok, x)) and np.all(np.asarray(ok)):
+        return x
     return jnp.where(ok, x, jnp.nan)
 
 

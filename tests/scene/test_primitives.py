@@ -7,25 +7,37 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from firstorder.flatland import Segments
 from firstorder.scene import _primitives as primitives
 
 
+def shapes(n, dtype=float):
+    return Segments(np.zeros((n, 2), dtype), np.ones((n, 2), dtype))
+
+
+def test_a_number_takes_the_precision_of_its_shapes():
+    for dtype in (np.float32, np.float64):
+        assert primitives.sides(0.5, shapes(3, dtype), True).dtype == dtype
+        assert primitives.each(0.5, shapes(3, dtype)).dtype == dtype
+    assert primitives.each(np.float64(0.5), shapes(3, np.float32)).dtype == np.float64
+
+
 def test_sides_of_every_form():
-    one, both = (primitives.sides(0.5, 3, b) for b in (False, True))
+    one, both = (primitives.sides(0.5, shapes(3), b) for b in (False, True))
     np.testing.assert_array_equal(one, [[0.5, 0.0]] * 3)
     np.testing.assert_array_equal(both, [[0.5, 0.5]] * 3)
-    np.testing.assert_array_equal(primitives.sides((0.1, 0.2), 3, True), [[0.1, 0.2]] * 3)
-    fronts = primitives.sides(np.arange(3), 3, False)
+    np.testing.assert_array_equal(primitives.sides((0.1, 0.2), shapes(3), True), [[0.1, 0.2]] * 3)
+    fronts = primitives.sides(np.arange(3), shapes(3), False)
     np.testing.assert_array_equal(fronts[:, primitives.FRONT], [0.0, 1.0, 2.0])
     assert not np.any(fronts[:, primitives.BACK])
-    np.testing.assert_array_equal(primitives.each(2, 3), [2.0, 2.0, 2.0])
+    np.testing.assert_array_equal(primitives.each(2, shapes(3)), [2.0, 2.0, 2.0])
 
 
 def shares(albedo, mirror, specular=0.0):
     return {
-        "albedo": primitives.sides(albedo, 2, True),
-        "mirror": primitives.each(np.asarray(mirror), 2),
-        "specular": primitives.each(np.asarray(specular), 2),
+        "albedo": primitives.sides(albedo, shapes(2), True),
+        "mirror": primitives.each(np.asarray(mirror), shapes(2)),
+        "specular": primitives.each(np.asarray(specular), shapes(2)),
     }
 
 

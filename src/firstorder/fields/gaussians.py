@@ -19,6 +19,7 @@ from firstorder.fields.extent import Extent
 from firstorder.fields.field import Field
 from firstorder.fields.jet import Jet
 from firstorder.fields.spectrum import Spectrum
+from firstorder.numerics._host import hosted
 from firstorder.numerics._small_matrices import inner, product, quadratic
 from firstorder.typing import ComplexScalar, Frequency, Matrix, Ray, Scalar, Vector, as_float
 
@@ -135,7 +136,9 @@ def gaussian(center, sigma, correlation=0.0, amplitude=1.0, frame: Frame = UNSTA
     check_positive("sigma", sigma)
     if is_concrete(c) and not np.all(np.abs(c) < 1):
         raise ValueError(f"Argument `correlation` must lie in (-1, 1), but is {c}.")
-    sigma, c = nan_unless(sigma > 0, sigma), nan_unless(jnp.abs(c) < 1, c)
-    tilt = jnp.stack([jnp.stack([jnp.ones_like(c), -c]), jnp.stack([-c, jnp.ones_like(c)])])
+    xp, sigma, c = hosted(sigma, c)
+    c = xp.asarray(c, dtype=jnp.result_type(sigma, c))
+    sigma, c = nan_unless(sigma > 0, sigma), nan_unless(abs(c) < 1, c)
+    tilt = xp.stack([xp.stack([xp.ones_like(c), -c]), xp.stack([-c, xp.ones_like(c)])])
     precision = tilt / (sigma[:, None] * sigma) / (1.0 - c**2)
-    return Gaussian(as_float(center), precision, as_float(amplitude), frame)
+    return Gaussian(as_float(center), as_float(precision), as_float(amplitude), frame)

@@ -19,6 +19,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from firstorder._argument_checks import check_finite, check_not_negative, is_concrete
+from firstorder.flatland.shapes._base import column, rows
 from firstorder.flatland.shapes._crossings import Crossings, any_crossing, find_crossings
 from firstorder.flatland.shapes.kinds import (
     Arcs,
@@ -29,6 +30,7 @@ from firstorder.flatland.shapes.kinds import (
     Segments,
     Shape,
 )
+from firstorder.numerics._compiled import compiled
 from firstorder.numerics._planar import cross_2d, dot_2d, left
 from firstorder.scene._arguments import check_kind, check_primitives
 from firstorder.scene._intersect import picked
@@ -67,8 +69,8 @@ class PointLights(eqx.Module):
         intensity: shape (p,) or a number, not negative [W/rad].
     """
 
-    position: Float[Array, "p 2"] = eqx.field(converter=lambda p: jnp.atleast_2d(as_float(p)))
-    intensity: Float[Array, " p"] = eqx.field(converter=lambda i: jnp.atleast_1d(as_float(i)))
+    position: Float[Array, "p 2"] = eqx.field(converter=lambda p: rows(p))
+    intensity: Float[Array, " p"] = eqx.field(converter=lambda i: column(i))
 
     def __check_init__(self):
         """Refuse light that is no light."""
@@ -158,14 +160,13 @@ def primitive(
         point = facing_point(facing, 2)
         start, along, _ = jax.vmap(lambda one: one.motion(jnp.asarray(0.5)))(shape)
         shape = turned_to(shape, dot_2d(left(along), point - start))
-    n = shape.count
     given = {
-        "emission": sides(emission, n, two_sided, "emission"),
-        "albedo": sides(albedo, n, True, "albedo"),
-        "mirror": each(mirror, n, "mirror"),
-        "specular": each(specular, n, "specular"),
-        "exponent": each(exponent, n, "exponent"),
-        "ior": each(ior, n, "ior"),
+        "emission": sides(emission, shape, two_sided, "emission"),
+        "albedo": sides(albedo, shape, True, "albedo"),
+        "mirror": each(mirror, shape, "mirror"),
+        "specular": each(specular, shape, "specular"),
+        "exponent": each(exponent, shape, "exponent"),
+        "ior": each(ior, shape, "ior"),
     }
     return Primitive(shape, name, Material(**checked(given, ("albedo", "mirror", "specular"))))
 
@@ -252,7 +253,7 @@ class Scene(eqx.Module):
             )
         groups, materials, names = grouped(things, KINDS, _join)
         if points is None:
-            points = PointLights(jnp.zeros((0, 2)), jnp.zeros((0,)))
+            points = PointLights(np.zeros((0, 2)), np.zeros((0,)))
         if environment is not None and not isinstance(environment, eqx.Module):
             environment = _FunctionSky(jax.tree_util.Partial(environment), _breaks_of(environment))
         if crossings is None:
@@ -276,13 +277,13 @@ class Scene(eqx.Module):
         """
         return named(self.names, name)
 
-    def _pick(self, index: Int[Array, ""], ask: Callable[[Shape], Any]) -> Any:
-        """Result of a function for the shape of that number; all are evaluated, one is kept."""
+    def _pick(self, index: ArrayLike, ask: Callable[[Shape], Any]) -> Any:
+        """Result of a function for the shape of that number."""
         return picked(self.groups, index, ask)
 
     def motion(self, index: Int[Array, ""], s: Float[Array, ""]) -> tuple[Point, Point, Point]:
         """Position of a point of a shape, with its first and second derivative in s."""
-        return self._pick(jnp.asarray(index), lambda shape: shape.motion(s))
+        return self._pick(index, lambda shape: shape.motion(s))
 
     def frame(self, index: ArrayLike, s: ArrayLike) -> Frenet:
         """The frame at the parameter s in [0, 1] of a shape.
@@ -291,12 +292,7 @@ class Scene(eqx.Module):
             index: the shape's number.
             s: where on it, along its travel.
         """
-        c, v, a = self.motion(jnp.asarray(index), as_float(s))
-        speed = jnp.sqrt(v[0] ** 2 + v[1] ** 2)
-        tangent = v / speed
-        normal = left(tangent)
-        n = jnp.arctan2(-normal[0], normal[1])
-        return Frenet(c, tangent, normal, n, speed, cross_2d(v, a) / speed**3)
+        return self._pick(index, lambda shape: _frame(shape, as_float(s)))
 
     def hit(
         self, index: Int[Array, ""], origin: Point, along: Point, on: ArrayLike = -1
@@ -397,6 +393,17 @@ class Scene(eqx.Module):
         s = jnp.asarray(0.5 + 0.5 * t)
         speed = jax.vmap(lambda s: self.frame(index, s).speed)(s)
         return jnp.sum(0.5 * jnp.asarray(w) * speed)
+
+
+@compiled
+def _frame(shape: Shape, s: Float[Array, ""]) -> Frenet:
+    """The frame of one shape."""
+    c, v, a = shape.motion(s)
+    speed = jnp.sqrt(v[0] ** 2 + v[1] ** 2)
+    tangent = v / speed
+    normal = left(tangent)
+    n = jnp.arctan2(-normal[0], normal[1])
+    return Frenet(c, tangent, normal, n, speed, cross_2d(v, a) / speed**3)
 
 
 def _sized(groups: list[Shape]) -> Bool[Array, ""]:

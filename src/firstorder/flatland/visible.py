@@ -17,6 +17,7 @@ from typing import Any
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
 from firstorder._argument_checks import check_finite, is_concrete, nan_unless
@@ -24,11 +25,12 @@ from firstorder.conventions import direction
 from firstorder.flatland.intersect import first_shape
 from firstorder.flatland.scene import Scene
 from firstorder.numerics._compiled import compiled
+from firstorder.numerics._host import hosted, spread
 from firstorder.numerics._order import order_of
 from firstorder.numerics._planar import cross_2d, dot_2d
 from firstorder.scene._arguments import check_asked, check_kind, numbers
 from firstorder.scene._derivatives import FLATLAND
-from firstorder.typing import as_float
+from firstorder.typing import as_array, as_float
 
 HORIZON = 0.5 * jnp.pi
 
@@ -83,16 +85,13 @@ class Receiver(eqx.Module):
         n = normal
         if normal.ndim:
             _check_coordinates("normal", normal)
-            sized = jnp.any(normal != 0.0, -1)
-            if is_concrete(sized) and not bool(jnp.all(sized)):
+            xp, normal = hosted(normal)
+            sized = xp.any(normal != 0.0, -1)
+            if is_concrete(sized) and not np.all(sized):
                 raise ValueError("Argument `normal` must have a length, but is the zero vector.")
-            n = nan_unless(sized, jnp.arctan2(-normal[..., 0], normal[..., 1]))
+            n = as_array(nan_unless(sized, xp.arctan2(-normal[..., 0], normal[..., 1])))
         shape = jnp.broadcast_shapes(position.shape[:-1], n.shape)
-        return cls(
-            jnp.broadcast_to(position, (*shape, 2)),
-            jnp.broadcast_to(n, shape),
-            jnp.broadcast_to(jnp.asarray(on), shape),
-        )
+        return cls(spread(position, (*shape, 2)), spread(n, shape), spread(on, shape))
 
     @classmethod
     def on_shape(cls, scene: Scene, index: ArrayLike, s: ArrayLike) -> Receiver:
@@ -113,7 +112,7 @@ class Receiver(eqx.Module):
         """
         check_kind("scene", scene, Scene)
         frame = scene.frame(index, s)
-        return cls(frame.position, frame.n, jnp.asarray(index))
+        return cls(frame.position, frame.n, as_array(index))
 
     @property
     def normal(self) -> Float[Array, "*r 2"]:

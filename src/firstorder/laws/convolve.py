@@ -46,7 +46,7 @@ class Line(Domain):
 
     def ends(self, kernel: Kernel, wide: Frame) -> tuple[Field, Field]:
         """`u_axis -+ half_width`."""
-        here = jnp.zeros(wide.dims).at[wide.axis(kernel.axis)].set(1.0)
+        here = np.eye(wide.dims)[wide.axis(kernel.axis)]
         w = kernel.half_width()
         return Affine(here, -w, wide), Affine(here, w, wide)
 
@@ -60,7 +60,7 @@ class Circle(Domain):
 
     def ends(self, kernel: Kernel, wide: Frame) -> tuple[Field, Field]:
         """One period about `u_axis`."""
-        here = jnp.zeros(wide.dims).at[wide.axis(kernel.axis)].set(1.0)
+        here = np.eye(wide.dims)[wide.axis(kernel.axis)]
         return Affine(here, -np.pi, wide), Affine(here, np.pi, wide)
 
 
@@ -123,7 +123,7 @@ class Convolve(Law):
         product = Multiply(Move(difference, to=wide)(self.kernel))(Move(source, to=wide)(f))
         lower, upper = self.domain.ends(self.kernel, wide)
         knots = self.kernel.knots()
-        here = jnp.zeros(wide.dims).at[a].set(1.0)
+        here = np.eye(wide.dims)[a]
         breaks = tuple(Affine(here, -k, wide) for k in knots)  # where u_axis - s is a knot
         # A piece between knots is short: few nodes do.
         nodes = max(min(4, self.nodes), self.nodes // (len(knots) + 1))

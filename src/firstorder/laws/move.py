@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_finite, check_invertible
@@ -57,7 +58,7 @@ class Move(Law):
     def __init__(self, M, c=None, to: Frame | None = None):
         """Store the map; see the class."""
         self.M = as_float(M)
-        self.c = jnp.zeros(self.M.shape[0], self.M.dtype) if c is None else as_float(c)
+        self.c = as_float(np.zeros(self.M.shape[0], self.M.dtype) if c is None else c)
         self.to = to
         if self.M.ndim != 2 or self.c.shape != (self.M.shape[0],):
             shapes = f"{self.M.shape} and {self.c.shape}"

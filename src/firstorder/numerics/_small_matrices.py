@@ -2,11 +2,14 @@
 
 import functools
 import operator
+from typing import Any
 
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
-from firstorder.typing import Matrix, Scalar, Vector
+from firstorder.numerics._host import hosted
+from firstorder.typing import Matrix, Scalar, Vector, as_array
 
 
 def inner(a, b) -> Scalar:
@@ -32,3 +35,20 @@ def congruence(M: Array, H: Array) -> Array:
     """`M^T H M`, as sums that fuse under `vmap` for the tiny matrices of light fields."""
     columns = [product(H, column) for column in M.T]
     return jnp.stack([jnp.stack([inner(row, c) for c in columns]) for row in M.T])
+
+
+def identity_with(n: int, rows: Any, columns: Any, entries: Any) -> Array:
+    """The identity with other entries in some places: most moves of light are one.
+
+    Args:
+        n: rows and columns.
+        rows: of the places, in NumPy's indices.
+        columns: of the places.
+        entries: what stands there; the matrix is of its precision.
+    """
+    xp, entries = hosted(entries)
+    if xp is jnp:
+        return jnp.eye(n, dtype=entries.dtype).at[rows, columns].set(entries)
+    matrix = np.eye(n, dtype=jnp.result_type(entries))
+    matrix[rows, columns] = entries
+    return as_array(matrix)

@@ -9,6 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int, Shaped
 
+from firstorder.numerics._compiled import compiled
+
 Vectors = Float[Array, "*#n 3"]
 Numbers = Float[Array, "*#n"]
 Coordinates = tuple[Array, Array, Array]
@@ -93,6 +95,12 @@ def orthonormal_frame(normal: Vectors) -> Float[Array, "*n 3 3"]:
     tangents = jnp.concatenate([flat, -(sign * across)[..., None, :]], -2)
     hand = jnp.concatenate([jnp.ones_like(sign), sign], -1)[..., None, :]
     return settled(jnp.concatenate([tangents * hand, normal[..., :, None]], -1))
+
+
+@compiled
+def frame_along(a: Vectors) -> Float[Array, "*n 3 3"]:
+    """The frame whose third axis looks along vectors of any length."""
+    return orthonormal_frame(unit(a))
 
 
 def inverse_3x3(axes: Float[Array, "*n 3 3"]) -> Float[Array, "*n 3 3"]:

@@ -95,6 +95,7 @@ class Derivatives(eqx.Module):
         """Derivatives by turns of the normal, the place held fixed."""
         return self.by(*TURNS[self._whole()])
 
+    @compiled
     def along(self, curvature: ArrayLike, change: ArrayLike | None = None) -> Derivatives:
         """Derivatives by steps d along a curved surface with which the receiver turns.
 

@@ -19,7 +19,10 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
+from firstorder._argument_checks import is_concrete
 from firstorder.numerics._batching import in_blocks, one_list
+from firstorder.numerics._host import hosted
+from firstorder.typing import as_array
 
 MISS = -1
 # Measured (benchmarks/bench_flatland.py): below, one reduction over all shapes wins by up to 3.
@@ -38,9 +41,14 @@ def numbered(groups: Sequence[Any]) -> Iterator[tuple[Any, Int[Array, " n"]]]:
         first += group.count
 
 
-def picked(groups: Sequence[Any], index: Int[Array, ""], ask: Callable[[Any], Any]) -> Any:
-    """The answer of the shape of that number: every group is evaluated, one answer is kept."""
-    first, answer = 0, None
+def picked(groups: Sequence[Any], index: ArrayLike, ask: Callable[[Any], Any]) -> Any:
+    """The answer of the shape of that number.
+
+    Of a traced number every group is evaluated, and one answer is kept.
+    """
+    if is_concrete(index):
+        return ask(_shape(groups, int(index)))
+    index, first, answer = jnp.asarray(index), 0, None
     for group in groups:
         at = jnp.clip(index - first, 0, group.count - 1)
         said = ask(jax.tree.map(lambda leaf, at=at: leaf[at], group))
@@ -51,6 +59,17 @@ def picked(groups: Sequence[Any], index: Int[Array, ""], ask: Callable[[Any], An
             answer = jax.tree.map(lambda a, b, here=here: jnp.where(here, a, b), said, answer)
         first += group.count
     return answer
+
+
+def _shape(groups: Sequence[Any], index: int) -> Any:
+    """One shape by its number; the first or the last of all, if there is none of that number."""
+    first, group = 0, groups[0]
+    for following in groups[1:]:
+        if index < first + group.count:
+            break
+        first, group = first + group.count, following
+    at = min(max(index - first, 0), group.count - 1)
+    return jax.tree.map(lambda leaf: as_array(hosted(leaf)[1][at]), group)
 
 
 def _apart(rays):

@@ -11,49 +11,68 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, ArrayLike, Float
+import numpy as np
+from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_not_negative, is_concrete, nan_unless
+from firstorder.numerics._host import hosted, joined_arrays
 from firstorder.scene._arguments import numbers
+from firstorder.typing import as_array
 
 FRONT, BACK = 0, 1
 COLOUR = ": light has one channel, so make a scene for each colour"
 TOO_MUCH = 1.0 + 1e-6  # what rounded shares may add up to
 
 
-def each(value: ArrayLike, n: int, name: str = "value") -> Float[Array, " n"]:
-    """One number for each of n shapes.
+def each(value: Any, shape: Any, name: str = "value") -> Float[Array, " n"]:
+    """One number for each of the n shapes of a kind.
 
     Raises:
         TypeError: if it is no number.
         ValueError: if there are more or fewer.
     """
-    value = numbers(name, value)
+    xp, value = _of_shape(name, value, shape)
+    n = shape.count
     if value.shape not in ((), (1,), (n,)):
         raise ValueError(
             f"Argument `{name}` must be one number, or one for each shape (here {n}), "
             f"but has shape {value.shape}."
         )
-    return jnp.broadcast_to(value, (n,))
+    return as_array(xp.broadcast_to(value, (n,)))
 
 
-def sides(value: Any, n: int, both: bool, name: str = "value") -> Float[Array, "n 2"]:
-    """Front and back of each of n shapes; a single number is the front's, and perhaps both's.
+def sides(value: Any, shape: Any, both: bool, name: str = "value") -> Float[Array, "n 2"]:
+    """Front and back of each of the n shapes of a kind.
+
+    A single number is the front's, and perhaps both's.
 
     Raises:
         TypeError: if it is no number.
         ValueError: if there are more or fewer, such as three for red, green and blue.
     """
-    value = numbers(name, value)
+    xp, value = _of_shape(name, value, shape)
+    n = shape.count
     if value.shape not in ((), (1,), (n,), (2,), (1, 2), (n, 2)):
         raise ValueError(
             f"Argument `{name}` must be one number, two (front and back), or those of each shape "
             f"(here {n}), but has shape {value.shape}{COLOUR if value.shape == (3,) else ''}."
         )
     if value.ndim and value.shape[-1] == 2:
-        return jnp.broadcast_to(value, (n, 2))
-    front = jnp.broadcast_to(value, (n,))
-    return jnp.stack([front, front if both else jnp.zeros_like(front)], -1)
+        return as_array(xp.broadcast_to(value, (n, 2)))
+    front = xp.broadcast_to(value, (n,))
+    return as_array(xp.stack([front, front if both else xp.zeros_like(front)], -1))
+
+
+def _of_shape(name: str, value: Any, shape: Any) -> tuple[Any, Any]:
+    """The module to compute with, and numbers of a material in the precision of their shapes."""
+    value = numbers(name, value)
+    xp, value = hosted(value)
+    if isinstance(value, float):
+        sizes = [
+            leaf for leaf in jax.tree.leaves(shape) if jnp.issubdtype(leaf.dtype, jnp.floating)
+        ]
+        value = np.asarray(value, jnp.result_type(*sizes))
+    return xp, value
 
 
 def checked(given: Mapping[str, Array], shares: Sequence[str]) -> dict[str, Array]:
@@ -73,7 +92,7 @@ def checked(given: Mapping[str, Array], shares: Sequence[str]) -> dict[str, Arra
         check_not_negative(key, value)
     if not is_concrete(given):
         return {key: nan_unless(value >= 0.0, value) for key, value in given.items()}
-    most = float(jnp.max(sum(_worse(given[key]) for key in shares)))
+    most = float(np.max(sum(_worse(np.asarray(given[key])) for key in shares)))
     if most > TOO_MUCH:
         *first, last = (f"`{key}`" for key in shares)
         raise ValueError(
@@ -83,9 +102,9 @@ def checked(given: Mapping[str, Array], shares: Sequence[str]) -> dict[str, Arra
     return dict(given)
 
 
-def _worse(value):
+def _worse(value: np.ndarray) -> np.ndarray:
     """The larger of two sides."""
-    return value if value.ndim == 1 else jnp.max(value, -1)
+    return value if value.ndim == 1 else np.max(value, -1)
 
 
 def grouped(
@@ -121,7 +140,7 @@ def joined(parts: list) -> Any:
     """Several modules of one kind, shapes or materials, as one, along the leading axis."""
     if len(parts) == 1:
         return parts[0]
-    return jax.tree.map(lambda *leaves: jnp.concatenate(leaves), *parts)
+    return jax.tree.map(lambda *leaves: joined_arrays(list(leaves)), *parts)
 
 
 def named(names: Sequence[str], name: str) -> tuple[int, ...]:

@@ -11,6 +11,8 @@ from jaxtyping import Array, ArrayLike, Float, Int
 
 from firstorder._argument_checks import check_finite, is_concrete, nan_unless
 from firstorder.conventions import normal_rate
+from firstorder.numerics._compiled import compiled
+from firstorder.numerics._host import spread
 from firstorder.numerics._vectors import norm, orthonormal_frame, unit
 from firstorder.scene._arguments import numbers
 from firstorder.scene._derivatives import SPACE
@@ -63,19 +65,16 @@ class Receiver(eqx.Module):
         position, normal = numbers("position", position), numbers("normal", normal)
         check_finite("position", position)
         check_finite("normal", normal)
-        sized = norm(normal) > 0.0
-        if is_concrete(sized) and not bool(jnp.all(sized)):
+        axes = _axes(normal)
+        if is_concrete(axes) and np.any(np.isnan(np.asarray(axes))):
             raise ValueError("Argument `normal` must have a length, but is the zero vector.")
-        normal = nan_unless(sized[..., None], normal)
         shape = jnp.broadcast_shapes(position.shape, normal.shape)[:-1]
-        position = jnp.broadcast_to(position, (*shape, 3))
-        axes = jnp.broadcast_to(orthonormal_frame(unit(normal)), (*shape, 3, 3))
-        S = jnp.zeros((*shape, 2, 2), position.dtype) if S is None else as_float(S)
+        S = np.zeros((2, 2), position.dtype) if S is None else as_float(S)
         return cls(
-            position,
-            axes,
-            jnp.broadcast_to(S, (*shape, 2, 2)),
-            jnp.broadcast_to(jnp.asarray(on), shape),
+            spread(position, (*shape, 3)),
+            spread(axes, (*shape, 3, 3)),
+            spread(S, (*shape, 2, 2)),
+            spread(on, shape),
         )
 
     @property
@@ -123,6 +122,13 @@ def receiver(position: Any, normal: Any = (0.0, 0.0, 1.0), S: Any = None, on: Ar
 
 # The turn that starts by moving n along t, and along b.
 TURNS = np.array([[[0, 0, 1], [0, 0, 0], [-1, 0, 0]], [[0, 0, 0], [0, 0, 1], [0, -1, 0]]])
+
+
+@compiled
+def _axes(normal: Float[Array, "*r 3"]) -> Float[Array, "*r 3 3"]:
+    """The frame of a normal of any length; NaN for the zero vector."""
+    sized = norm(normal) > 0.0
+    return orthonormal_frame(unit(nan_unless(sized[..., None], normal)))
 
 
 def _turned(axes: Float[Array, "3 3"], tilt: Float[Array, "2"]) -> Float[Array, "3 3"]:

@@ -102,12 +102,11 @@ def primitive(
         point = facing_point(facing, 3)
         height = jax.vmap(lambda one: dot(one.normal(one.middle(point)), point - one.center))
         shape = turned_to(shape, height(shape))
-    n = shape.count
     given = {
-        "emission": sides(emission, n, two_sided, "emission"),
-        "albedo": sides(albedo, n, True, "albedo"),
-        "specular": each(specular, n, "specular"),
-        "exponent": each(exponent, n, "exponent"),
+        "emission": sides(emission, shape, two_sided, "emission"),
+        "albedo": sides(albedo, shape, True, "albedo"),
+        "specular": each(specular, shape, "specular"),
+        "exponent": each(exponent, shape, "exponent"),
     }
     return Primitive(shape, name, Material(**checked(given, ("albedo", "specular"))))
 

@@ -8,15 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-import jax.numpy as jnp
 from jaxtyping import ArrayLike
 
 from firstorder.flatland.library._e11 import e11_fig03, e11_fig07, e11_fig18a, e11_fig18b
 from firstorder.flatland.library.bumps import ChirpBumps, SineBumps, bumpy_ground
 from firstorder.flatland.scene import PointLights, Primitive, Scene, primitive
-from firstorder.flatland.shapes.build import box, polyline
+from firstorder.flatland.shapes.build import box
 from firstorder.flatland.shapes.kinds import Circles, Segments
 from firstorder.flatland.skies import GaussianSky
+from firstorder.numerics._host import spread
+from firstorder.typing import as_float
 
 # --- J12, Fig. 2 ---------------------------------------------------------------------------------
 
@@ -91,8 +92,8 @@ def scene_d(albedo: ArrayLike = 0.2, intensity: ArrayLike = 1.0, radius: ArrayLi
 
     Reference: J12 §4.1, Fig. 2 (D).
     """
-    centers = jnp.array([(x, y) for y in (0.25, 0.75) for x in (0.25, 0.75)])
-    round_ones = Circles(centers, jnp.broadcast_to(jnp.asarray(radius, centers.dtype), (4,)))
+    centers = as_float([(x, y) for y in (0.25, 0.75) for x in (0.25, 0.75)])
+    round_ones = Circles(centers, spread(radius, (4,)))
     occluders = primitive(round_ones, name="occluder", albedo=albedo)
     return Scene.of(*_room(albedo), occluders, points=PointLights((0.5, 0.5), intensity))
 
@@ -285,12 +286,10 @@ def _lamp(low: float, high: float, height: float, radiance: ArrayLike) -> Primit
 
 def _room(albedo: ArrayLike) -> list[Primitive]:
     """The unit square from inside, each wall by its name."""
-    corners = jnp.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)])
-    walls = polyline(corners, closed=True)
-    return [
-        primitive(Segments(walls.start[i], walls.end[i]), name=name, albedo=albedo)
-        for i, name in enumerate(("floor", "right", "ceiling", "left"))
-    ]
+    corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
+    names = ("floor", "right", "ceiling", "left")
+    walls = zip(names, corners, [*corners[1:], corners[0]], strict=True)
+    return [primitive(Segments(a, b), name=name, albedo=albedo) for name, a, b in walls]
 
 
 def _bumpy(floor: Segments) -> Scene:

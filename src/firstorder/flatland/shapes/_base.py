@@ -6,12 +6,12 @@ import abc
 from typing import Any
 
 import equinox as eqx
-import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
+from firstorder.numerics._host import hosted
 from firstorder.numerics._planar import cross_2d
 from firstorder.scene._sides import closed_front
-from firstorder.typing import as_float
+from firstorder.typing import as_array, as_float
 
 Point = Float[Array, "2"]
 
@@ -66,19 +66,29 @@ def rows(p: Any) -> Array:
     p = as_float(p)
     if p.ndim not in (1, 2, 3) or p.shape[-1] != 2:
         raise ValueError(f"A point must have two coordinates, but has shape {p.shape}.")
-    return p[None] if p.ndim == 1 else p
+    return _more(p, 1)
 
 
 def column(r: Any) -> Array:
     """Numbers, one for each shape."""
     r = as_float(r)
-    return r[None] if r.ndim == 0 else r
+    return _more(r, 0)
 
 
 def stack(c: Any) -> Array:
     """Series of points, one for each shape."""
     c = as_float(c)
-    return c[None] if c.ndim == 2 else c
+    return _more(c, 2)
+
+
+def _more(a: Array, dims: int) -> Array:
+    """One shape's numbers, if there are so many axes, as a row of many."""
+    if a.ndim != dims:
+        return a
+    _, numbers = hosted(a)
+    if isinstance(numbers, float):
+        return a[None]  # by JAX, which keeps that it takes the precision of the others
+    return as_array(numbers[None])
 
 
 def spread(shape: Any, *names: str) -> None:
@@ -87,7 +97,9 @@ def spread(shape: Any, *names: str) -> None:
     for name in names:
         leaf = getattr(shape, name)
         if n > 1 and leaf.shape[:1] == (1,):
-            object.__setattr__(shape, name, jnp.broadcast_to(leaf, (n, *leaf.shape[1:])))
+            xp, leaf = hosted(leaf)
+            leaves = as_array(xp.broadcast_to(leaf, (n, *leaf.shape[1:])))
+            object.__setattr__(shape, name, leaves)
 
 
 def same(name: str, a: Array, b: Array) -> None:

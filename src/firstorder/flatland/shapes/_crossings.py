@@ -16,7 +16,9 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from firstorder._argument_checks import is_concrete
+from firstorder.flatland.shapes._base import Shape
 from firstorder.numerics._planar import cross_2d, dot_2d
+from firstorder.typing import as_array
 
 PIECES = 128  # chords by which a curve is searched
 
@@ -46,7 +48,7 @@ def find_crossings(groups: list) -> Crossings:
             pairs, near = _crossed(*_chords(groups))
     dtype = jnp.result_type(*(leaf.dtype for leaf in jax.tree.leaves(groups)))
     return Crossings(
-        jnp.asarray(np.asarray(pairs, dtype=np.int32).reshape(-1, 2)),
+        as_array(np.asarray(pairs, dtype=np.int32).reshape(-1, 2)),
         jnp.asarray(np.asarray(near, dtype=float).reshape(-1, 2), dtype),
     )
 
@@ -117,8 +119,7 @@ def _chords(groups: list):
     for group in groups:
         straight = not hasattr(group, "cosines") and hasattr(group, "end")
         s = np.linspace(0.0, 1.0, 2 if straight else PIECES + 1)
-        path = jax.vmap(lambda one, s=s: jax.vmap(lambda t: one.motion(t)[0])(jnp.asarray(s)))
-        points = np.asarray(path(group))
+        points = np.asarray(_points(group, as_array(s)))
         for i, p in enumerate(points):
             start.append(p[:-1])
             end.append(p[1:])
@@ -128,6 +129,12 @@ def _chords(groups: list):
             s1.append(s[1:])
         first += group.count
     return tuple(np.concatenate(a) for a in (start, end, shape, ends, s0, s1))
+
+
+@jax.jit
+def _points(group: Shape, s: Float[Array, " k"]) -> Float[Array, "n k 2"]:
+    """Points of each shape."""
+    return jax.vmap(lambda one: jax.vmap(lambda t: one.motion(t)[0])(s))(group)
 
 
 def _crossed(start, end, shape, ends, s0, s1):

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-import jax.numpy as jnp
 import numpy as np
 
 from firstorder.flatland.shapes.kinds import Curves, Segments
+from firstorder.numerics._host import hosted
 from firstorder.typing import as_float
 
 
@@ -27,8 +27,9 @@ def polyline(points: Any, closed: bool = False) -> Segments:
     p = as_float(points)
     if p.ndim != 2 or p.shape[0] < 2 or p.shape[1] != 2:
         raise ValueError(f"Argument `points` must have shape (n > 1, 2), but has {p.shape}.")
+    xp, p = hosted(p)
     if closed:
-        p = jnp.concatenate([p, p[:1]])
+        p = xp.concatenate([p, p[:1]])
     return Segments(p[:-1], p[1:])
 
 
@@ -37,11 +38,12 @@ def box(low: Any, high: Any, inward: bool = False) -> Segments:
 
     An inward box is travelled counter-clockwise: bottom, right, top, left.
     """
-    (x0, y0), (x1, y1) = as_float(low), as_float(high)
+    xp, low, high = hosted(as_float(low), as_float(high))
+    (x0, y0), (x1, y1) = low, high
     corners = [(x0, y0), (x0, y1), (x1, y1), (x1, y0)]
     if inward:
         corners = [corners[0], corners[3], corners[2], corners[1]]
-    return polyline(jnp.stack([jnp.stack(c) for c in corners]), closed=True)
+    return polyline(xp.stack([xp.stack(c) for c in corners]), closed=True)
 
 
 def closed_curve(points: Any, harmonics: int = 16, samples: int = 64) -> Curves:

@@ -9,7 +9,9 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
 from firstorder._argument_checks import check_finite, check_positive, is_concrete, nan_unless
-from firstorder.numerics._vectors import cross, dot, norm, orthonormal_frame, unit
+from firstorder.numerics._compiled import compiled
+from firstorder.numerics._host import hosted
+from firstorder.numerics._vectors import cross, dot, frame_along, unit
 from firstorder.space.shapes.kinds import (
     Boxes,
     Cylinders,
@@ -38,8 +40,8 @@ def sphere(center: Any, radius: ArrayLike) -> Ellipsoids:
         1
     """
     check_positive("radius", radius)
-    r = as_float(radius)
-    return Ellipsoids(center, nan_unless(r > 0.0, r) * jnp.eye(3, dtype=r.dtype))
+    _, r = hosted(as_float(radius))
+    return Ellipsoids(center, nan_unless(r > 0.0, r) * np.eye(3, dtype=jnp.result_type(r)))
 
 
 def ellipsoid(center: Any, axes: Any) -> Ellipsoids:
@@ -58,34 +60,34 @@ def box(low: Any, high: Any) -> Boxes:
         >>> box((0.0, 0.0, 0.0), (1.0, 2.0, 4.0)).center.tolist()
         [[0.5, 1.0, 2.0]]
     """
-    low, high = as_float(low), as_float(high)
+    xp, low, high = hosted(as_float(low), as_float(high))
     if is_concrete((low, high)) and not np.all(np.asarray(high) > np.asarray(low)):
         raise ValueError("Argument `high` must be above `low` in every coordinate, but is not.")
     half = 0.5 * (high - low)
     half = nan_unless(half > 0.0, half)
-    return Boxes(0.5 * (low + high), jnp.diag(half))
+    return Boxes(0.5 * (low + high), xp.diag(half))
 
 
 def cylinder(base: Any, top: Any, radius: ArrayLike) -> Cylinders:
     """A round cylinder with caps from the middle of its base to that of its top [m]."""
     check_positive("radius", radius)
-    base, top, r = as_float(base), as_float(top), as_float(radius)
+    _, base, top, r = hosted(as_float(base), as_float(top), as_float(radius))
     r = nan_unless(r > 0.0, r)
     half = 0.5 * (top - base)
     _check_long("top", half)
-    around = orthonormal_frame(unit(half))
-    axes = jnp.stack([r * around[:, 0], r * around[:, 1], half], -1)
-    return Cylinders(0.5 * (base + top), axes)
+    xp, r, half, around = hosted(r, half, frame_along(half))
+    axes = xp.stack([r * around[:, 0], r * around[:, 1], half], -1)
+    return Cylinders(base + half, axes)
 
 
 def disc(center: Any, normal: Any, radius: ArrayLike) -> Discs:
     """A round disc whose front looks along `normal` [m]."""
     check_positive("radius", radius)
-    normal, r = as_float(normal), as_float(radius)
-    r = nan_unless(r > 0.0, r)
+    normal = as_float(normal)
     _check_long("normal", normal)
-    around = orthonormal_frame(unit(normal))
-    return Discs(center, jnp.stack([r * around[:, 0], r * around[:, 1], around[:, 2]], -1))
+    xp, r, around = hosted(as_float(radius), frame_along(normal))
+    r = nan_unless(r > 0.0, r)
+    return Discs(center, xp.stack([r * around[:, 0], r * around[:, 1], around[:, 2]], -1))
 
 
 def rectangle(center: Any, u: Any, v: Any) -> Rectangles:
@@ -116,7 +118,7 @@ def plane(point: Any, normal: Any) -> Planes:
     """A plane through a point, whose front looks along `normal`."""
     normal = as_float(normal)
     _check_long("normal", normal)
-    return Planes(point, orthonormal_frame(unit(normal)))
+    return Planes(point, frame_along(normal))
 
 
 def polygon(vertices: Any) -> Triangles:
@@ -146,19 +148,25 @@ def polygon(vertices: Any) -> Triangles:
 
 def _spanned(u: Any, v: Any) -> Float[Array, "3 3"]:
     u, v = as_float(u), as_float(v)
-    normal = cross(u, v)
+    axes = _with_normal(u, v)
     if is_concrete((u, v)):
         check_finite("u", u)
         check_finite("v", v)
-        if not float(norm(normal)) > 0.0:
+        if np.any(np.isnan(np.asarray(axes))):
             raise ValueError("Arguments `u` and `v` must not be parallel, but are.")
-    flat = dot(normal, normal) > 0.0
-    return jnp.stack([u, v, nan_unless(flat, unit(normal))], -1)
+    return axes
 
 
-def _check_long(name: str, a: Array) -> None:
+@compiled
+def _with_normal(u: Array, v: Array) -> Float[Array, "3 3"]:
+    """Two vectors and the unit normal of both as columns; it is NaN if they are parallel."""
+    normal = cross(u, v)
+    return jnp.stack([u, v, nan_unless(dot(normal, normal) > 0.0, unit(normal))], -1)
+
+
+def _check_long(name: str, a: Array | np.ndarray) -> None:
     check_finite(name, a)
-    if is_concrete(a) and not float(norm(a)) > 0.0:
+    if is_concrete(a) and not np.sum(np.square(a)) > 0.0:
         raise ValueError(f"Argument `{name}` must have a length, but is the zero vector.")
 
 

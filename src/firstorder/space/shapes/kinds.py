@@ -18,12 +18,14 @@ import abc
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from firstorder._argument_checks import check_finite, check_invertible, is_concrete
+from firstorder.numerics._host import hosted
 from firstorder.numerics._vectors import cross, dot, inverse_3x3, matvec, norm, unit
 from firstorder.scene._sides import closed_front
-from firstorder.typing import as_float
+from firstorder.typing import as_array, as_float
 
 Point = Float[Array, "3"]
 Distance = Float[Array, ""]
@@ -37,9 +39,9 @@ class Shape(eqx.Module):
 
     def __init__(self, center, axes):
         """Many shapes, or one, whose leading axis may be left out."""
-        self.center = jnp.atleast_2d(as_float(center))
-        axes = as_float(axes)
-        self.axes = axes[None] if axes.ndim == 2 else axes
+        xp, center, axes = hosted(as_float(center), as_float(axes))
+        self.center = as_array(xp.atleast_2d(center))
+        self.axes = as_array(axes[None] if axes.ndim == 2 else axes)
 
     def __check_init__(self):
         """Refuse what has no size."""
@@ -51,7 +53,7 @@ class Shape(eqx.Module):
                 f"but holds {self.axes.shape[0]}."
             )
         if is_concrete(self.axes):
-            for each in self.axes:
+            for each in np.asarray(self.axes):
                 check_invertible("axes", each)
 
     @property

@@ -11,6 +11,7 @@ from firstorder.conventions import Frame
 from firstorder.laws.base import Law
 from firstorder.laws.move import Move
 from firstorder.laws.warp import Map, Warp
+from firstorder.numerics._small_matrices import identity_with
 from firstorder.transport.event import Event, require_frame
 from firstorder.typing import Array, Ray, Scalar, as_float
 
@@ -128,7 +129,7 @@ def _checked(event: Incidence | Outgoing, frame: Frame, angle: Scalar) -> Scalar
 def _scale_and_shift(frame: Frame, scale: Scalar, shift: Scalar) -> Move:
     """`x -> scale x` on the first position, `theta -> theta + shift` on the first direction."""
     x, theta = frame.positions[0], frame.directions[0]
-    M = jnp.eye(frame.dims, dtype=scale.dtype).at[x, x].set(scale)
+    M = identity_with(frame.dims, x, x, scale)
     return Move(M, jnp.zeros(frame.dims, scale.dtype).at[theta].set(shift))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import jax.numpy as jnp
+import numpy as np
 
 from firstorder.conventions import Frame
 from firstorder.laws.base import Law
@@ -22,5 +22,5 @@ class Mirror(Event):
     def law(self, frame: Frame) -> Law:
         """The flip of every direction."""
         require_frame(frame.sense == "incoming", self, frame, "incoming light")
-        signs = jnp.array([-1.0 if i in frame.directions else 1.0 for i in range(frame.dims)])
-        return Move(jnp.diag(signs), to=frame.turned())
+        signs = np.array([-1.0 if i in frame.directions else 1.0 for i in range(frame.dims)])
+        return Move(np.diag(signs), to=frame.turned())

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import equinox as eqx
-import jax.numpy as jnp
+import numpy as np
 
 from firstorder._argument_checks import check_finite
 from firstorder.conventions import Frame
 from firstorder.laws.base import Law
 from firstorder.laws.move import Move
+from firstorder.numerics._host import hosted
+from firstorder.numerics._small_matrices import identity_with
 from firstorder.transport.event import Event, require_frame
 from firstorder.typing import Array, as_float
 
@@ -49,6 +51,7 @@ class Curvature(Event):
         fits = len(frame.positions) == len(frame.directions) and not frame.uses_slopes
         require_frame(fits, self, frame, "angles, one for each position")
         half = frame.dims // 2
-        turn = self.kappa * jnp.eye(half) if self.kappa.ndim == 0 else self.kappa
-        sign = -1.0 if self.back else 1.0
-        return Move(jnp.eye(frame.dims).at[half:, :half].set(sign * turn))
+        _, kappa = hosted(self.kappa)
+        turn = kappa * np.eye(half, dtype=self.kappa.dtype) if self.kappa.ndim == 0 else kappa
+        lower, left = slice(half, None), slice(None, half)
+        return Move(identity_with(frame.dims, lower, left, -turn if self.back else turn))

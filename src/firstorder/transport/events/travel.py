@@ -12,6 +12,8 @@ from firstorder.fields.field import Field
 from firstorder.laws.base import Law
 from firstorder.laws.move import Move
 from firstorder.laws.warp import Map, Warp
+from firstorder.numerics._host import hosted
+from firstorder.numerics._small_matrices import identity_with
 from firstorder.transport.event import Event, require_frame
 from firstorder.typing import Array, Ray, Scalar, as_float
 
@@ -54,13 +56,13 @@ class Travel(Event):
         """A move in slopes, a warp in angles."""
         fits = len(frame.positions) == len(frame.directions) > 0
         require_frame(fits, self, frame, "one direction for each position")
-        shear = travel_sign(frame.sense) * nan_unless(self.d >= 0, self.d)
+        _, d = hosted(self.d)
+        shear = travel_sign(frame.sense) * nan_unless(d >= 0, d)
         if frame.uses_slopes:
-            M = jnp.eye(frame.dims, dtype=self.d.dtype)
             rows, columns = np.array(frame.positions), np.array(frame.directions)
-            return Move(M.at[rows, columns].set(shear))
+            return Move(identity_with(frame.dims, rows, columns, shear))
         require_frame(frame.dims == 2, self, frame, "slopes in space")
-        return Warp(_AngularTravel(shear))
+        return Warp(_AngularTravel(as_float(shear)))
 
 
 class Arrival(Event):
