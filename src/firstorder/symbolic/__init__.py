@@ -10,7 +10,8 @@ from firstorder.symbolic.derivation import Derivation, derive, formula
 from firstorder.symbolic.events import FactorEvent, RayEvent, event
 from firstorder.symbolic.explanation import ExplainedStep, Explanation, explain
 from firstorder.symbolic.lobes import ExpressionLobe, lobe
-from firstorder.symbolic.unknown import UnknownField, UnknownLobe
+from firstorder.symbolic.unknown import UnknownField, UnknownLobe, UnknownVaryingLobe
+from firstorder.symbolic.variation import NamedTerms, named_terms
 
 __all__ = [
     "Derivation",
@@ -18,10 +19,12 @@ __all__ = [
     "ExpressionLobe",
     "FactorEvent",
     "Formula",
+    "NamedTerms",
     "RayEvent",
     "ExplainedStep",
     "UnknownField",
     "UnknownLobe",
+    "UnknownVaryingLobe",
     "coordinates_of",
     "derive",
     "event",
@@ -29,4 +32,5 @@ __all__ = [
     "formula",
     "frequencies_of",
     "lobe",
+    "named_terms",
 ]
