@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import jax.numpy as jnp
 import sympy as sp
 
@@ -12,6 +14,7 @@ from derivations.derived.compare import (
     L_hat,
     Ot,
     Ox,
+    at_symbols,
     flat,
     hat,
     integral,
@@ -25,6 +28,7 @@ from derivations.derived.compare import (
     x,
 )
 from firstorder.conventions import fourier_kernel
+from firstorder.fields import gaussian
 from firstorder.laws import Convolve, Integrate, Move, Multiply, Warp
 from firstorder.laws.warp import Map
 from firstorder.symbolic import UnknownField, UnknownLobe, derive
@@ -33,6 +37,8 @@ from firstorder.symbolic._reading import array, read
 u, Omega = sp.Matrix([x, theta]), sp.Matrix([Ox, Ot])
 M = sp.Matrix(2, 2, sp.symbols("m_1:3_1:3", real=True))
 c = sp.Matrix(sp.symbols("c_1:3", real=True))
+CENTRE = sp.symbols("c_x c_theta", real=True)
+WIDTHS = sp.symbols("sigma_x sigma_theta", positive=True)
 g, g_hat = unknown("g", "x", "theta"), hat("g", "x", "theta")
 s_x, s_t = sp.symbols("s_x s_theta", real=True)
 
@@ -97,6 +103,26 @@ def kernel():
     return flat(read(fourier_kernel, array(Ox, Ot), array(x, theta)).entries[()])
 
 
+@functools.cache
+def bell():
+    return derive(at_symbols(lambda *a: gaussian(a[:2], a[2:]), *CENTRE, *WIDTHS))
+
+
+def wave():
+    return sp.exp(-2 * pi * sp.I * (Ox * x + Ot * theta))
+
+
+def transformed(light):
+    """`int int light exp(-2 pi i Omega . u) du`, of a product of bells, by SymPy."""
+    found = sp.Integer(1)
+    for a, Omega, name in ((x, Ox, 0), (theta, Ot, 1)):
+        part = sp.exp(-((a - CENTRE[name]) ** 2) / (2 * WIDTHS[name] ** 2))
+        light = sp.simplify(light / part)
+        wave = part * sp.exp(-2 * pi * sp.I * Omega * a)
+        found *= sp.integrate(wave, (a, -oo, oo), conds="none")
+    return light * found
+
+
 def leibniz():
     return [
         L(x, theta) * g(x, theta, along=name) + g(x, theta) * L(x, theta, along=name)
@@ -124,7 +150,11 @@ WARPED_GRADIENT = Equation(
         * _gradient_at(*_components())
     ),
 )
-KERNEL = Equation(kernel, lambda: sp.exp(-2 * pi * sp.I * (Ox * x + Ot * theta)))
+# The transform of one field that has one in closed form, and the kernel under which it stands.
+KERNEL = Equation(
+    lambda: [bell().spectrum, kernel()],
+    lambda: [transformed(bell().value.expression), wave()],
+)
 
 DERIVED = {
     "R07.fig2.multiply.primal": Equation(

@@ -7,6 +7,7 @@ becomes an event with all its portraits (`event`, `lobe`). Nothing here is loade
 
 from firstorder.symbolic._formula import Formula, coordinates_of, frequencies_of
 from firstorder.symbolic.derivation import Derivation, derive, formula
+from firstorder.symbolic.effect_table import Effect, EffectTable, effects, table_1
 from firstorder.symbolic.events import FactorEvent, RayEvent, event
 from firstorder.symbolic.explanation import ExplainedStep, Explanation, explain
 from firstorder.symbolic.lobes import ExpressionLobe, lobe
@@ -15,6 +16,8 @@ from firstorder.symbolic.variation import NamedTerms, named_terms
 
 __all__ = [
     "Derivation",
+    "Effect",
+    "EffectTable",
     "Explanation",
     "ExpressionLobe",
     "FactorEvent",
@@ -27,10 +30,12 @@ __all__ = [
     "UnknownVaryingLobe",
     "coordinates_of",
     "derive",
+    "effects",
     "event",
     "explain",
     "formula",
     "frequencies_of",
     "lobe",
     "named_terms",
+    "table_1",
 ]

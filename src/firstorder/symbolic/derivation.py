@@ -58,8 +58,8 @@ def derive(path: Any, frame: Frame = FLATLAND) -> Derivation:
         Refused: when a portrait is asked that the path has not, with the reason of the event.
 
     Reference: what comes out so, each held to the printed one (`derivations.derived`):
-    R07 eqs. 1-37, 50, 52-55, 68-69; J12 eqs. 16, 24, 26, 31-32, 38, 40, 43, 46, 49, 51, 58, 66, 74,
-    76-78, 83; E11 eqs. 1, 3-12, 14, 16-18; D05 eqs. 1-21.
+    R07 eqs. 1-37, 44-46, 50, 52-55, 68-69, 72; J12 eqs. 16, 24, 26, 31-32, 38, 40, 43, 46, 49, 51,
+    58, 66, 74, 76-78, 83; E11 eqs. 1, 3-12, 14, 16-18; D05 eqs. 1-21.
     `examples/equations_of_a_path.py` prints some.
 
     Example:
