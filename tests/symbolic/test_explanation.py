@@ -5,7 +5,7 @@ import pytest
 from firstorder.errors import Refused
 from firstorder.fields import GaussianProfile, gaussian
 from firstorder.symbolic import UnknownField, UnknownLobe, explain
-from firstorder.transport import Bump, Chain, Curvature, Mirror, Reflection, Texture
+from firstorder.transport import Bump, Camera, Chain, Curvature, Mirror, Reflection, Texture
 
 LIGHT = gaussian((0.2, 0.1), (0.5, 0.3))
 LOBE = Reflection(GaussianProfile(0.2))
@@ -24,6 +24,33 @@ def test_each_step_has_its_event_its_source_its_formula_and_its_numbers():
     np.testing.assert_allclose(told.steps[1].ray, [0.3, 0.22], rtol=1e-12)  # flipped, and turned
     assert "at x = 0.3, theta = -0.1: value" in str(told)
     assert "$$L\\left(x, - \\theta\\right)$$" in told._repr_markdown_()
+
+
+def test_a_step_says_what_the_papers_call_it():
+    told = explain(SHINY)
+    assert [s.called for s in told.steps[:3]] == [
+        "",
+        "per-point rotation (R07 step 1, D05 step 2), and back (R07 step 4, D05 step 6)",
+        "mirror reparameterization (R07 step 2, D05 step 4)",
+    ]
+    text = str(told)
+    assert "\n2. Mirror, called mirror reparameterization (R07 step 2, D05 step 4)\n   [R07" in text
+    assert "**2. Mirror**, called mirror reparameterization" in told.markdown
+    assert told.steps[0].title == "source"
+
+
+def test_a_camera_is_told():
+    light = gaussian((0.0, 0.0), (1.0, 0.5), frame=LIGHT.frame.turned())
+    told = explain(light >> Camera((0.0, 2.0), gamma=1.0), (0.5,))
+    step = told.steps[1]
+    assert step.title == "Camera, called perspective projection, of image gradients (R07 §5.3)"
+    assert str(step.formula) == "L(2*px, atan(px))"
+    np.testing.assert_allclose(told.steps[0].ray, [1.0, np.arctan(0.5)], rtol=1e-12)
+    assert step.jet is not None
+    assert told.steps[0].jet is not None
+    B_x, B_theta = told.steps[0].jet.gradient
+    np.testing.assert_allclose(step.jet.gradient[0], 2.0 * B_x + B_theta / 1.25, rtol=1e-12)
+    assert "at px = 0.5: value" in str(told)
 
 
 def test_unknown_light_has_formulas_and_no_numbers():

@@ -25,7 +25,6 @@ WITHOUT = {name for name in all_cases() if "scene" in name} | {"tabulate", "occl
 NO_SPECTRUM = {
     "multiply, not a bell",
     "multiply, an edge",
-    "diffuse shading",
     "fresnel",
     "total reflection",
     "transmission",

@@ -6,9 +6,9 @@ import sympy
 from firstorder.conventions import FLATLAND, FLATLAND_SLOPE, SPACE, Frame
 from firstorder.errors import Refused
 from firstorder.fields import GaussianProfile, gaussian
-from firstorder.symbolic import UnknownField, UnknownLobe, derive
+from firstorder.symbolic import UnknownField, UnknownLobe, UnknownVaryingLobe, derive
 from firstorder.symbolic._functions import unknown_function
-from firstorder.transport import Mirror, Reflection, Texture
+from firstorder.transport import Mirror, Reflection, Texture, VaryingGaussian, wave
 
 
 def test_derivatives_have_names():
@@ -70,3 +70,19 @@ def test_a_lobe_is_given_later():
     assert found.covariance.parameters == (s,)
     true = Reflection(bell)(light.covariance()).matrix
     np.testing.assert_allclose(numbers, true, rtol=1e-12)
+
+
+def test_a_lobe_that_varies_is_given_later():
+    light = gaussian((0.2, 0.1), (0.5, 0.3), 0.3, frame=Frame(sense="outgoing"))
+    lobe = VaryingGaussian(wave(0.5, 0.1, mean=0.3), widest=0.4)
+    found = derive(light >> Reflection(UnknownVaryingLobe("rho")))
+    true = Reflection(lobe, nodes=96)(light).jets(0.3, 0.1)
+    np.testing.assert_allclose(found.value.at(0.3, 0.1, rho=lobe), true.value, rtol=1e-10)
+    np.testing.assert_allclose(found.gradient.at(0.3, 0.1, rho=lobe), true.gradient, rtol=1e-9)
+    with pytest.raises(Refused, match="rho is unknown and has no Fourier series"):
+        Reflection(UnknownVaryingLobe("rho"))(light.spectrum())(0.0, 0.0)
+
+
+def test_one_function_is_one_class_however_it_is_asked_for():
+    names = ("x", "theta")
+    assert unknown_function("L", names) is unknown_function("L", names, (0, 0))

@@ -7,26 +7,35 @@ becomes an event with all its portraits (`event`, `lobe`). Nothing here is loade
 
 from firstorder.symbolic._formula import Formula, coordinates_of, frequencies_of
 from firstorder.symbolic.derivation import Derivation, derive, formula
+from firstorder.symbolic.effect_table import Effect, EffectTable, effects, table_1
 from firstorder.symbolic.events import FactorEvent, RayEvent, event
 from firstorder.symbolic.explanation import ExplainedStep, Explanation, explain
 from firstorder.symbolic.lobes import ExpressionLobe, lobe
-from firstorder.symbolic.unknown import UnknownField, UnknownLobe
+from firstorder.symbolic.unknown import UnknownField, UnknownLobe, UnknownVaryingLobe
+from firstorder.symbolic.variation import NamedTerms, named_terms
 
 __all__ = [
     "Derivation",
+    "Effect",
+    "EffectTable",
     "Explanation",
     "ExpressionLobe",
     "FactorEvent",
     "Formula",
+    "NamedTerms",
     "RayEvent",
     "ExplainedStep",
     "UnknownField",
     "UnknownLobe",
+    "UnknownVaryingLobe",
     "coordinates_of",
     "derive",
+    "effects",
     "event",
     "explain",
     "formula",
     "frequencies_of",
     "lobe",
+    "named_terms",
+    "table_1",
 ]

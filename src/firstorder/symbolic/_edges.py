@@ -16,7 +16,7 @@ def differentiated(expression: Expr, symbol: sympy.Symbol) -> Expr:
     """
     rate = sympy.diff(expression, symbol)
     rate = rate.replace(lambda e: isinstance(e, sympy.Derivative), lambda e: e.doit())
-    return between_edges(_sifted(rate))
+    return between_edges(sifted(rate))
 
 
 def between_edges(expression: Expr) -> Expr:
@@ -24,8 +24,8 @@ def between_edges(expression: Expr) -> Expr:
     return expression.replace(sympy.DiracDelta, lambda *args: sympy.Integer(0))
 
 
-def _sifted(expression: Expr) -> Expr:
-    """Integrals over Diracs, carried out."""
+def sifted(expression: Expr) -> Expr:
+    """The expression with its integrals over Diracs carried out."""
     found = {
         integral: _sift(integral)
         for integral in expression.atoms(sympy.Integral)
@@ -52,7 +52,7 @@ def _sift(integral: Expr) -> Expr:
         place = -level.subs(t, 0) / slope
         inside = _between(place, lower, upper)
         total += inside * (term / deltas[0]).subs(t, place) / sympy.Abs(slope)
-    return sympy.Integral(smooth, integral.limits[0]) + total
+    return total + sympy.Integral(smooth, integral.limits[0]) if smooth != 0 else total
 
 
 def _between(place, lower, upper) -> Expr:

@@ -127,3 +127,9 @@ class Formula:
         unknowns = {k: v for k, v in more.items() if k not in names}
         numbers = {k: jnp.asarray(v) for k, v in more.items() if k in names}
         return self.lower(**unknowns)(*values, **numbers)
+
+
+def in_cell(formula: Formula) -> str:
+    """LaTeX for a cell of a table, which a bar would end."""
+    bar = r"\vert "
+    return f"${formula.latex.replace('|', bar)}$"

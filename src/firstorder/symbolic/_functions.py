@@ -35,7 +35,9 @@ class Unknown(sympy.Function):
 
     def _latex(self, printer, exp=None):
         arguments = ", ".join(printer._print(a) for a in self.args)
-        name = printer._print(sympy.Symbol(self.base))
+        bare = self.base.removesuffix("_hat")
+        name = printer._print(sympy.Symbol(bare))
+        name = name if bare == self.base else f"\\hat{{{name}}}"
         letters = [
             printer._print(sympy.Symbol(n))
             for n, k in zip(self.names, self.orders, strict=True)
@@ -46,10 +48,13 @@ class Unknown(sympy.Function):
         return f"{name}{index}{power}\\left({arguments}\\right)"
 
 
-@functools.cache
 def unknown_function(base: str, names: tuple[str, ...], orders: tuple[int, ...] = ()) -> Any:
-    """The class of an unknown function, or of a derivative of it."""
-    orders = orders or (0,) * len(names)
+    """The class of an unknown function, or of a derivative of it: one for each."""
+    return _class_of(base, names, orders or (0,) * len(names))
+
+
+@functools.cache
+def _class_of(base: str, names: tuple[str, ...], orders: tuple[int, ...]) -> Any:
     index = "".join(name * k for name, k in zip(names, orders, strict=True))
     label = f"{base}_{index}" if index else base
     about = {"base": base, "names": names, "orders": orders, "nargs": len(names)}

@@ -15,6 +15,7 @@ from firstorder.fields.field import Field
 from firstorder.numerics._quadrature import composite_gauss_legendre
 from firstorder.symbolic._exact import Expr
 from firstorder.symbolic._functions import Unknown
+from firstorder.transport import bessel_zk1
 
 NODES = 32  # of each panel of a quadrature
 MOST = 2  # variables of an integral
@@ -23,8 +24,10 @@ PANELS = 12  # of an integral without ends
 SPECIAL: dict[str, Callable] = {
     "erf": jax.scipy.special.erf,
     "erfc": jax.scipy.special.erfc,
+    "besselk": lambda order, z: _bessel(order, z),
     "Choice": lambda yes, no, condition: jnp.where(condition, yes, no),
 }
+NEAR = tuple(sign * 8.0**-k for k in (1, 2, 3) for sign in (-1.0, 1.0))
 FAR = 4.0  # where such an integral is cut off, on the axis of `_stretched`: |t| = 5e18
 
 
@@ -75,6 +78,13 @@ def as_function(symbols: Sequence[Expr], entries: Sequence[Expr], calls: dict[st
     pairs = dict(zip(symbols, dummies, strict=True))
     replaced = [e.xreplace(pairs) for e in entries]
     return sympy.lambdify(dummies, replaced, modules=[calls, "jax"], cse=True)
+
+
+def _bessel(order: int | float, z) -> jax.Array:
+    """K_1, the one that spectra of slopes need."""
+    if order != 1:
+        raise Refused(f"the Bessel function K_{order} has no numbers here")
+    return bessel_zk1(z**2) / z
 
 
 # --- unknown functions ---------------------------------------------------------------------------
@@ -163,6 +173,8 @@ def _quadrature(
         raise Refused(f"{integral} has no quadrature here: give it two ends, or none")
     t, lower, upper = limits
     endless = bool(lower.is_infinite)
+    # K_1 has a logarithm where it breaks: panels shrink towards it.
+    steps = NEAR if integral.function.has(sympy.besselk) else ()
     breaks = _breaks(integral.function, t)
     ends = breaks if endless else [lower, upper, *breaks]
     integrand = _function([t, *free], [integral.function], unknowns, calls)
@@ -171,7 +183,7 @@ def _quadrature(
     def one(*values):
         found = [jnp.asarray(a, jnp.result_type(float)) for a in places(*values)]
         if endless:
-            marks = [_squeezed(a) for a in found]
+            marks = [_squeezed(a + step) for a in found for step in (0.0, *steps)]
             marks += list(jnp.linspace(-FAR, FAR, PANELS + 1)[1:-1])
             s, w = composite_gauss_legendre(jnp.asarray(-FAR), jnp.asarray(FAR), marks, NODES)
             nodes, rate = _stretched(s)
@@ -179,8 +191,9 @@ def _quadrature(
         else:
             nodes, w = composite_gauss_legendre(found[0], found[1], found[2:], 2 * NODES)
         f = jax.vmap(lambda x: jnp.asarray(integrand(x, *values)[0]))(nodes)
-        # Far out a bell is 0 and its weight is huge: what is not finite there is nothing.
-        return jnp.sum(jnp.where(f == 0, 0.0, f * w))
+        # Far out a bell is 0 and its weight is huge: what is not finite there is nothing. A panel
+        # without length lies on a break, where the integrand may be 0 / 0.
+        return jnp.sum(jnp.where((f == 0) | (w == 0), 0.0, f * w))
 
     return lambda *values: _everywhere(one, *values)
 

@@ -34,6 +34,7 @@ class ExplainedStep:
             source. A refusal where there is no formula.
         ray: where the ray that is followed is at this step, if one is.
         jet: value, gradient and Hessian there, if the path has numbers.
+        called: what the papers call the event, where it is not its name here.
     """
 
     name: str
@@ -41,6 +42,12 @@ class ExplainedStep:
     formula: Formula | Refused
     ray: Ray | None
     jet: Jet | None
+    called: str = ""
+
+    @property
+    def title(self) -> str:
+        """The name, with what the papers call it."""
+        return f"{self.name}, called {self.called}" if self.called else self.name
 
 
 @dataclasses.dataclass(frozen=True)
@@ -66,7 +73,8 @@ class Explanation:
             said = step.formula
             shown = f"refused: {said.reason}" if isinstance(said, Refused) else f"$${said.latex}$$"
             cited = f" ({step.reference})" if step.reference else ""
-            parts.append(f"**{k}. {step.name}**{cited}\n\n{shown}\n")
+            title = f"**{k}. {step.name}**{step.title.removeprefix(step.name)}"
+            parts.append(f"{title}{cited}\n\n{shown}\n")
             if step.jet is not None:
                 parts.append(f"{_numbers(step)}\n")
         return "\n".join(parts)
@@ -101,7 +109,8 @@ def explain(path: Any, ray: Any = None) -> Explanation:
         0. source
            exp(-v**2/2 - x**2/2)
            at x = 0, v = 1: value 0.606531, gradient 0, -0.606531
-        1. Travel [D05 eqs. 2-3 (their printed primes are exchanged between the two).]
+        1. Travel, called transport, or travel in free space (D05 §3.1)
+           [D05 eqs. 2-3 (their printed primes are exchanged between the two).]
            L(-2*v + x, v)
            at x = 2, v = 1: value 0.606531, gradient 0, -0.606531
     """
@@ -119,13 +128,11 @@ def explain(path: Any, ray: Any = None) -> Explanation:
         said.append(_or_refusal(lambda law=law, light=light: of_law(law, of_field(light))))
         frame = law.frame(frame)
     names = ["source", *(getattr(e, "name", type(e).__name__) for e in path.events)]
-    cited = ["", *(_reference(e) for e in path.events)]
-    return Explanation(
-        tuple(
-            ExplainedStep(name, reference, one, u, None if field is None else _jets(field, u))
-            for name, reference, one, u, field in zip(names, cited, said, rays, fields, strict=True)
-        )
-    )
+    cited = ["", *(_paragraph(e, "Reference") for e in path.events)]
+    called = ["", *(_paragraph(e, "Called").removesuffix(".") for e in path.events)]
+    jets = [None if f is None else _jets(f, u) for f, u in zip(fields, rays, strict=True)]
+    columns = zip(names, cited, said, rays, jets, called, strict=True)
+    return Explanation(tuple(ExplainedStep(*column) for column in columns))
 
 
 def _unknown(path: Path) -> bool:
@@ -167,17 +174,23 @@ def _or_refusal(make) -> Formula | Refused:
         return refusal
 
 
-def _reference(event: Any) -> str:
-    """The equations that the event's docstring cites."""
-    found = re.search(r"Reference:(.*?)(\n\s*\n|$)", inspect.getdoc(type(event)) or "", re.S)
+def _paragraph(event: Any, head: str) -> str:
+    """What a paragraph of the event's docstring says: the equations it cites, its other names."""
+    found = re.search(rf"{head}:(.*?)(\n\s*\n|$)", inspect.getdoc(type(event)) or "", re.S)
     return " ".join(found.group(1).split()) if found else ""
 
 
 def _lines(k: int, step: ExplainedStep) -> list[str]:
-    cited = f" [{step.reference}]" if step.reference else ""
     said = step.formula
     words = f"refused: {said.reason}" if isinstance(said, Refused) else str(said)
-    lines = [f"{k}. {step.name}{cited}", f"   {words}"]
+    cited = f"[{step.reference}]"
+    if not step.reference:
+        lines = [f"{k}. {step.title}"]
+    elif step.called:
+        lines = [f"{k}. {step.title}", f"   {cited}"]
+    else:
+        lines = [f"{k}. {step.title} {cited}"]
+    lines.append(f"   {words}")
     return lines if step.jet is None else [*lines, f"   {_numbers(step)}"]
 
 

@@ -8,11 +8,12 @@ import sympy
 
 from firstorder.conventions import FLATLAND, UNSTATED, Frame, frame_with
 from firstorder.errors import Refused
+from firstorder.fields._series import Series
 from firstorder.fields.covariance import Covariance
 from firstorder.fields.field import Field
 from firstorder.fields.jet import Jet
-from firstorder.fields.kernel import Profile
-from firstorder.fields.spectrum import Spectrum
+from firstorder.fields.kernel import Kernel, Profile
+from firstorder.fields.spectrum import Grid, Spectrum
 from firstorder.symbolic._functions import unknown_function
 from firstorder.symbolic._reading import inserted
 from firstorder.typing import Frequency, Ray, Scalar
@@ -150,6 +151,59 @@ class UnknownLobe(Profile):
     def spread(self) -> Scalar:
         """The second moment of the lobe's power spectrum, as a symbol."""
         return _constant(f"s_{self.name}", positive=True)
+
+
+class UnknownVaryingLobe(Kernel):
+    """A lobe `rho(x, theta)` that changes over the surface, of which only the name is known.
+
+    Args:
+        name: of the function.
+        axis: the coordinate that it acts along.
+        frame: left out, the one that the axis names.
+
+    Reference: R07 eq. 18; D05 §4.5.
+
+    Example:
+        >>> from firstorder.conventions import Frame
+        >>> from firstorder.symbolic import UnknownVaryingLobe, derive
+        >>> from firstorder.transport import Reflection
+        >>> spotted = derive(Reflection(UnknownVaryingLobe("rho")), Frame(sense="outgoing"))
+        >>> spotted.value.expression
+        Integral(L(x, -_t + theta)*rho(x, _t), (_t, -oo, oo))
+    """
+
+    name: str = eqx.field(static=True)
+    axis: str = eqx.field(static=True, default="theta")
+    frame: Frame = eqx.field(static=True, default=UNSTATED)
+
+    def __check_init__(self):
+        """The axis names the frame."""
+        object.__setattr__(self, "frame", frame_with(self.axis, self.frame))
+        self.frame.axis(self.axis)
+
+    @property
+    def _field(self) -> UnknownField:
+        return UnknownField(self.name, frame=self.frame)
+
+    def half_width(self) -> Scalar:
+        """Not known: without an end."""
+        return jnp.asarray(jnp.inf)
+
+    def at(self, u: Ray) -> Scalar:
+        """The function: a symbol in formulas, not a number elsewhere."""
+        return self._field.at(u)
+
+    def jet(self, u: Ray) -> Jet:
+        """The function and its partial derivatives."""
+        return self._field.jet(u)
+
+    def spectrum(self) -> Spectrum:
+        """The unknown transform over all coordinates."""
+        return self._field.spectrum()
+
+    def semi_series(self, Omega_axis: Scalar, window: Grid | None) -> Series:
+        """Refused: a series has numbers; the formula of the spectrum is an integral."""
+        raise Refused(f"{self.name} is unknown and has no Fourier series")
 
 
 def _constant(name: str, **assumed: bool) -> Scalar:

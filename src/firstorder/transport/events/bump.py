@@ -29,6 +29,8 @@ class Bump(Event):
             function of x, or a number; in space one such field per direction.
         back: from the local frame to the global one instead.
 
+    Called: per-point rotation by a normal map (R07 §4.2).
+
     Reference: R07 eq. 21.
 
     Example:

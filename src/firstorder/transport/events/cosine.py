@@ -113,6 +113,8 @@ class Cosine(Event):
         window: box and number of waves for the spectrum; left out, it holds the light (see
             `Multiply`).
 
+    Called: cosine term, or differential irradiance (D05 step 3).
+
     Reference: D05 eqs. 8, 12-13.
 
     Example:

@@ -206,6 +206,8 @@ class Gather(Event):
     Raises:
         ValueError: if `reach` is not positive.
 
+    Called: diffuse integration (D05 §3.3).
+
     Reference: D05 eqs. 6-7.
 
     Example:

@@ -38,6 +38,8 @@ class Incidence(Event):
     Raises:
         ValueError: if the ray does not come from above the surface. A traced one gives NaN.
 
+    Called: reparameterization into the tangent frame (D05 step 1).
+
     Reference: D05 eq. 9 and Table 1, which print `-Omega_x cos(theta0)` for the argument and
     drop the 2 pi of the phase.
 
@@ -83,6 +85,8 @@ class Outgoing(Event):
 
     Raises:
         ValueError: if the ray does not leave above the surface. A traced one gives NaN.
+
+    Called: reparameterization out of the tangent frame (D05 step 7).
 
     Reference: D05 eq. 10 and Table 1, which print `Omega_x / cos(theta1)` for the argument and
     drop the 2 pi of the phase.

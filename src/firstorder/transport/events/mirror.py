@@ -16,6 +16,8 @@ class Mirror(Event):
     All directions change sign, so does their gradient; the spectrum is
     `F(Omega_x, -Omega_theta)`.
 
+    Called: mirror reparameterization (R07 step 2, D05 step 4).
+
     Reference: R07 eqs. 12-13; D05 eq. 14.
     """
 

@@ -36,6 +36,8 @@ class Occlusion(Event):
         window: box and number of waves for the spectrum; left out, it holds the light (see
             `Multiply`).
 
+    Called: visibility (D05 §3.2, R07 §6).
+
     Reference: D05 eqs. 4-5.
     """
 

@@ -34,6 +34,8 @@ class Reflection(Event):
         nodes: quadrature nodes per smooth piece.
         window: for the spectrum of a lobe that varies in x: the box of its Fourier series.
 
+    Called: BRDF convolution (R07 step 3, D05 step 5).
+
     Reference: R07 eqs. 14-16, 18-19; D05 eqs. 15-16 and §4.5.
     """
 

@@ -93,6 +93,8 @@ class Texture(Event):
             function of x.
         window: box for the spectrum (see `Multiply`); a `Wave` is exact on any.
 
+    Called: texture mapping (D05 §4.4).
+
     Reference: D05 eq. 18; R07 eq. 20.
 
     Example:

@@ -35,6 +35,8 @@ class Travel(Event):
     Raises:
         ValueError: if `d` is negative or not finite. A traced `d < 0` gives NaN.
 
+    Called: transport, or travel in free space (D05 §3.1).
+
     Reference: D05 eqs. 2-3 (their printed primes are exchanged between the two).
 
     Example:

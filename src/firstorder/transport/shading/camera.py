@@ -118,6 +118,8 @@ class Camera(Event):
     Raises:
         ValueError: if `gamma` is not positive, or `eye` not in front of the base.
 
+    Called: perspective projection, of image gradients (R07 §5.3).
+
     Reference: R07 eqs. 26-27 (§5.3); the second derivative is ours.
 
     Example:
