@@ -5,6 +5,7 @@ becomes an event with all its portraits (`event`, `lobe`). Nothing here is loade
 `import firstorder`: SymPy comes with this package.
 """
 
+from firstorder.symbolic._energy import LobeBandLimit
 from firstorder.symbolic._formula import Formula, coordinates_of, frequencies_of
 from firstorder.symbolic.derivation import Derivation, derive, formula
 from firstorder.symbolic.events import FactorEvent, RayEvent, event
@@ -18,6 +19,7 @@ __all__ = [
     "ExpressionLobe",
     "FactorEvent",
     "Formula",
+    "LobeBandLimit",
     "RayEvent",
     "ExplainedStep",
     "UnknownField",

@@ -15,6 +15,7 @@ from firstorder.fields.field import Field
 from firstorder.numerics._quadrature import composite_gauss_legendre
 from firstorder.symbolic._exact import Expr
 from firstorder.symbolic._functions import Unknown
+from firstorder.symbolic._moments import moment
 
 NODES = 32  # of each panel of a quadrature
 MOST = 2  # variables of an integral
@@ -24,6 +25,7 @@ SPECIAL: dict[str, Callable] = {
     "erf": jax.scipy.special.erf,
     "erfc": jax.scipy.special.erfc,
     "Choice": lambda yes, no, condition: jnp.where(condition, yes, no),
+    "Moment": moment,
 }
 FAR = 4.0  # where such an integral is cut off, on the axis of `_stretched`: |t| = 5e18
 
