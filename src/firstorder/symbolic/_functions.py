@@ -39,7 +39,9 @@ class Unknown(sympy.Function):
 
     def _latex(self, printer, exp=None):
         arguments = ", ".join(printer._print(a) for a in self.args)
-        name = printer._print(sympy.Symbol(self.base))
+        bare = self.base.removesuffix("_hat")
+        name = printer._print(sympy.Symbol(bare))
+        name = name if bare == self.base else f"\\hat{{{name}}}"
         letters = [
             printer._print(sympy.Symbol(n))
             for n, k in zip(self.names, self.orders, strict=True)

@@ -119,7 +119,7 @@ def explain(path: Any, ray: Any = None) -> Explanation:
         said.append(_or_refusal(lambda law=law, light=light: of_law(law, of_field(light))))
         frame = law.frame(frame)
     names = ["source", *(getattr(e, "name", type(e).__name__) for e in path.events)]
-    cited = ["", *(_reference(e) for e in path.events)]
+    cited = ["", *(cited_by(e) for e in path.events)]
     return Explanation(
         tuple(
             ExplainedStep(name, reference, one, u, None if field is None else _jets(field, u))
@@ -131,18 +131,18 @@ def explain(path: Any, ray: Any = None) -> Explanation:
 def _unknown(path: Path) -> bool:
     """Whether some light, mask or lobe of the path has no numbers."""
     unknown = UnknownField, UnknownLobe
-    return any(isinstance(module, unknown) for module in _modules(path))
+    return any(isinstance(module, unknown) for module in modules_of(path))
 
 
-def _modules(tree: Any):
+def modules_of(tree: Any):
     """A module and all modules inside it."""
     if isinstance(tree, tuple | list):
         for part in tree:
-            yield from _modules(part)
+            yield from modules_of(part)
     if isinstance(tree, eqx.Module):
         yield tree
         for field in dataclasses.fields(tree):
-            yield from _modules(getattr(tree, field.name, None))
+            yield from modules_of(getattr(tree, field.name, None))
 
 
 def _followed(laws: tuple[Law, ...], ray: Any, numbers: bool) -> list[Any]:
@@ -167,8 +167,8 @@ def _or_refusal(make) -> Formula | Refused:
         return refusal
 
 
-def _reference(event: Any) -> str:
-    """The equations that the event's docstring cites."""
+def cited_by(event: Any) -> str:
+    """The equations that the docstring of an event cites."""
     found = re.search(r"Reference:(.*?)(\n\s*\n|$)", inspect.getdoc(type(event)) or "", re.S)
     return " ".join(found.group(1).split()) if found else ""
 
