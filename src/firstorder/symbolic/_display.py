@@ -6,11 +6,15 @@ what it is, for which light, and the formula of each portrait or the reason why 
 
 from __future__ import annotations
 
+import dataclasses
+import inspect
 import math
+import re
 import textwrap
 from collections.abc import Sequence
 from typing import Any
 
+import equinox as eqx
 import jax
 import numpy as np
 import sympy
@@ -28,7 +32,6 @@ from firstorder.symbolic._exact import Expr
 from firstorder.symbolic._formula import Formula
 from firstorder.symbolic._laws import FRAMES, of_spectrum
 from firstorder.symbolic.derivation import Derivation, derive
-from firstorder.symbolic.explanation import cited_by, modules_of
 from firstorder.symbolic.unknown import UnknownField
 from firstorder.transport import Chain, Event, Path
 
@@ -233,6 +236,12 @@ def _matrix(rows: Sequence[Sequence[str]]) -> str:
 # --- words ---------------------------------------------------------------------------------------
 
 
+def cited_by(event: Any) -> str:
+    """The equations that the docstring of an event cites."""
+    found = re.search(r"Reference:(.*?)(\n\s*\n|$)", inspect.getdoc(type(event)) or "", re.S)
+    return " ".join(found.group(1).split()) if found else ""
+
+
 def _name(event: Any) -> str:
     return getattr(event, "name", "") or type(event).__name__
 
@@ -249,3 +258,14 @@ def _light(frame: Frame) -> str:
 def _size(tree: Any) -> int:
     """How many numbers something is made of."""
     return sum(int(np.size(leaf)) for leaf in jax.tree.leaves(tree) if hasattr(leaf, "shape"))
+
+
+def modules_of(tree: Any):
+    """A module and all modules inside it."""
+    if isinstance(tree, tuple | list):
+        for part in tree:
+            yield from modules_of(part)
+    if isinstance(tree, eqx.Module):
+        yield tree
+        for field in dataclasses.fields(tree):
+            yield from modules_of(getattr(tree, field.name, None))

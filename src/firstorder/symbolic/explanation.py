@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import inspect
-import re
 from typing import Any
 
 import equinox as eqx
@@ -13,6 +11,7 @@ import jax.numpy as jnp
 from firstorder.errors import Refused
 from firstorder.fields.jet import Jet
 from firstorder.laws import Law, Move, Warp
+from firstorder.symbolic._display import cited_by, modules_of
 from firstorder.symbolic._formula import Formula
 from firstorder.symbolic._laws import fitting_frame, has_symbols, of_field, of_law
 from firstorder.symbolic.derivation import derive
@@ -134,17 +133,6 @@ def _unknown(path: Path) -> bool:
     return any(isinstance(module, unknown) for module in modules_of(path))
 
 
-def modules_of(tree: Any):
-    """A module and all modules inside it."""
-    if isinstance(tree, tuple | list):
-        for part in tree:
-            yield from modules_of(part)
-    if isinstance(tree, eqx.Module):
-        yield tree
-        for field in dataclasses.fields(tree):
-            yield from modules_of(getattr(tree, field.name, None))
-
-
 def _followed(laws: tuple[Law, ...], ray: Any, numbers: bool) -> list[Any]:
     """Where a ray is at each step, from the end back."""
     if not numbers:
@@ -165,12 +153,6 @@ def _or_refusal(make) -> Formula | Refused:
         return make()
     except Refused as refusal:
         return refusal
-
-
-def cited_by(event: Any) -> str:
-    """The equations that the docstring of an event cites."""
-    found = re.search(r"Reference:(.*?)(\n\s*\n|$)", inspect.getdoc(type(event)) or "", re.S)
-    return " ".join(found.group(1).split()) if found else ""
 
 
 def _lines(k: int, step: ExplainedStep) -> list[str]:
