@@ -61,6 +61,11 @@ def test_a_law_says_what_it_does_and_why_it_has_no_spectrum():
     assert "spectrum refused: warp has no simple Fourier formula" in bump
 
 
+def test_a_matrix_is_shown_on_light_of_as_many_coordinates():
+    shown = all_cases()["move in space, 24^4"].step._repr_markdown_()
+    assert "incoming light over $(x, y, v, w)$" in shown
+
+
 def test_an_event_of_ones_own_goes_by_its_name():
     x, theta, f = sympy.symbols("x theta f")
     lens = event({theta: theta - x / f}, parameters={f: f}, name="thin lens")

@@ -152,6 +152,18 @@ def test_a_transform_that_is_wrong_is_not_trusted(monkeypatch):
         assert skewed.resolved() == 12.0 / skewed.half_width()
 
 
+def test_a_closed_transform_is_trusted_in_single_precision_too():
+    with jax.enable_x64(False):
+        single = closed("satin")
+        assert single.closed is not None
+        assert single.transform(jnp.asarray(0.5)).dtype == "complex64"
+    np.testing.assert_allclose(
+        complex(single.transform(jnp.asarray(0.5))),
+        closed("satin").transform(jnp.asarray(0.5)),
+        atol=1e-5,
+    )
+
+
 def test_a_lobe_without_a_closed_transform_has_that_of_its_samples():
     cauchy = lobe(1 / (1 + t**2), t, half_width=2.0)
     assert cauchy.closed is None

@@ -11,6 +11,7 @@ from firstorder.symbolic.derivation import Derivation, derive, formula
 from firstorder.symbolic.events import FactorEvent, RayEvent, event
 from firstorder.symbolic.explanation import ExplainedStep, Explanation, explain
 from firstorder.symbolic.lobes import ExpressionLobe, lobe
+from firstorder.symbolic.texts import parse_expression
 from firstorder.symbolic.unknown import UnknownField, UnknownLobe
 
 __all__ = [
@@ -31,4 +32,5 @@ __all__ = [
     "formula",
     "frequencies_of",
     "lobe",
+    "parse_expression",
 ]

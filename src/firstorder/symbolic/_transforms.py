@@ -7,13 +7,18 @@ search. Any other profile is left to its samples.
 from __future__ import annotations
 
 import functools
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
+import jax.numpy as jnp
+import numpy as np
 import sympy
 
 from firstorder.conventions import fourier_kernel
 from firstorder.symbolic._exact import Expr
 from firstorder.symbolic._functions import Moment
+from firstorder.symbolic._lowering import SPECIAL, as_function
+from firstorder.symbolic._moments import moment
 from firstorder.symbolic._reading import array, expression, read
 
 LARGE = 60  # operations of a profile that is expanded
@@ -122,3 +127,28 @@ def _integral(
         return weight * 2 * end * sympy.sinc(z / sympy.I * end), False
     ends = end ** (m + 1) * Moment(m, z * end) - (-end) ** (m + 1) * Moment(m, -z * end)
     return weight * ends, False
+
+
+@functools.lru_cache(maxsize=256)
+def with_moments_at_once(found: Expr, symbols: tuple) -> Callable:
+    """An expression as a function of numbers, its moments of one order in one call.
+
+    A sum of waves has a dozen moments or more, and each written apart takes long to compile.
+    """
+    groups: dict[Any, list[Expr]] = {}
+    for part in sorted(found.atoms(Moment, sympy.sinc), key=str):
+        groups.setdefault(part.args[0] if isinstance(part, Moment) else None, []).append(part)
+    parts = [part for group in groups.values() for part in group]
+    known = [sympy.Dummy() for _ in parts]
+    arguments = as_function(symbols, [part.args[-1] for part in parts], SPECIAL)
+    rest = found.xreplace(dict(zip(parts, known, strict=True)))
+    total = as_function([*known, *symbols], [rest], SPECIAL)
+
+    def run(*values):
+        given, numbers = iter(arguments(*values)), []
+        for order, group in groups.items():
+            w = jnp.stack(jnp.broadcast_arrays(*(jnp.asarray(next(given)) for _ in group)))
+            numbers += list(jnp.sinc(w / np.pi) if order is None else moment(int(order), w))
+        return total(*numbers, *values)[0]
+
+    return run

@@ -19,9 +19,9 @@ from firstorder.numerics._quadrature import composite_gauss_legendre, gauss_lege
 from firstorder.symbolic._energy import LobeBandLimit, measured_band_limit
 from firstorder.symbolic._exact import Expr
 from firstorder.symbolic._moments import moment
-from firstorder.symbolic._numeric import Expressions, compiled_expressions, free_of
+from firstorder.symbolic._numeric import Expressions, free_of
 from firstorder.symbolic._reading import inserted, reading
-from firstorder.symbolic._transforms import ClosedTransform, closed_transform
+from firstorder.symbolic._transforms import ClosedTransform, closed_transform, with_moments_at_once
 from firstorder.typing import Array, Scalar, as_float
 
 NODES = 128  # of the quadratures of transform and spread
@@ -152,7 +152,7 @@ class ExpressionLobe(Profile):
             return inserted(
                 lambda *to: found.xreplace(dict(zip(symbols, to, strict=True))), u, complex
             )
-        (found,) = compiled_expressions((self.closed.expression,), symbols)(*u)
+        found = with_moments_at_once(self.closed.expression, symbols)(*u)
         found = jnp.asarray(found, jnp.result_type(u, 1j))
         return nan_unless(self._dead(), found) if self.closed.endless else found
 
@@ -239,7 +239,9 @@ def _agrees(found: ClosedTransform, expressions: Expressions, end: float) -> boo
     sampled = np.asarray(fourier_kernel(Omega[:, None, None], t[:, None])) @ (w * p)
     run = _on_host(found.expression, (found.Omega, found.end, *expressions.symbols))
     off = np.max(np.abs(run(Omega, end, *map(float, expressions.values)) - sampled))
-    return bool(off <= TRUSTED * np.finfo(sampled.dtype).eps * np.sum(w * np.abs(p)))
+    return bool(
+        off <= TRUSTED * float(jnp.finfo(jnp.result_type(float)).eps) * np.sum(w * np.abs(p))
+    )
 
 
 def _end(expressions: Expressions, axis: str) -> float:
