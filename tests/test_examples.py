@@ -1,5 +1,6 @@
 """Each example runs as a user runs it, and prints what another computation says."""
 
+import ast
 import itertools
 import pathlib
 import re
@@ -11,6 +12,8 @@ import pytest
 from scipy.spatial import ConvexHull
 
 from firstorder import space
+from firstorder.checks import check
+from firstorder.transport import Event
 
 FOLDER = pathlib.Path(__file__).parents[1] / "examples"
 NUMBER = re.compile(r"[-+]?\d+\.?\d*(?:[eE][-+]?\d+)?")
@@ -70,6 +73,29 @@ def test_equations_of_a_path_are_the_papers(capsys):
     slope = -L * np.array([x, v / 0.25])
     found = numbers(text.splitlines()[-1])
     np.testing.assert_allclose(found, [slope[0], slope[1] - 2.0 * slope[0]], rtol=1e-6)
+
+
+def test_own_events_are_five_of_a_few_lines_each(capsys):
+    script = FOLDER / "own_events.py"
+    run = runpy.run_path(str(script), run_name="__main__")
+    text = capsys.readouterr().out
+    assert "lens: L(x, theta + 2*x)" in text
+    assert "haze: exp(-3/(5*cos(theta)))*L(x, theta)" in text
+    assert "glass: L(x, asin(3*sin(theta)/2))" in text
+    # Its energy beyond, by another transform: the FFT of samples far beyond both ends.
+    h = 1e-3
+    x = np.arange(-(2**15), 2**15) * h
+    p = np.where(np.abs(x) < np.pi / 2, np.cos(x) ** 8 * (1 + 0.3 * x**2), 0.0)
+    power = np.abs(np.fft.fft(p)) ** 2
+    beyond = np.abs(np.fft.fftfreq(x.size, h)) > numbers(text.splitlines()[-1])[1]
+    assert abs(np.sum(power[beyond]) / np.sum(power) - 0.01) < 0.002  # a sample more or less
+    events = {k: e for k, e in run.items() if isinstance(e, Event) and k != "one"}
+    assert set(events) == {"lens", "haze", "satin", "glass", "blocker"}
+    for node in ast.parse(script.read_text()).body:
+        if isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") in events:
+            assert (node.end_lineno or 0) - node.lineno < 5
+    report = check(events["lens"], name="lens")  # the others: tests/checks/test_own_events.py
+    assert report.sound, str(report)
 
 
 # --- the same script in two worlds ---------------------------------------------------------------

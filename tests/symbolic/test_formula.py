@@ -22,7 +22,7 @@ def test_it_says_what_it_is_a_function_of():
     assert [s.name for s in frequencies_of(FLATLAND)] == ["Omega_x", "Omega_theta"]
     assert far(0, 0).free_symbols == set()
     assert "e^{" in far.latex
-    assert far._repr_latex_().startswith("$\\displaystyle")
+    assert far._repr_markdown_() == f"$${far.latex}$$"
     assert str(far) == str(far.expression)
 
 

@@ -13,6 +13,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
+from firstorder._display import in_notebook
 from firstorder.conventions import Frame
 from firstorder.fields.spectrum import Grid
 from firstorder.numerics._batching import batched
@@ -34,6 +35,8 @@ class Covariance(eqx.Module):
 
     matrix: Matrix
     frame: Frame = eqx.field(static=True, default=Frame())
+
+    _repr_markdown_ = in_notebook
 
 
 def covariance_of(field: Field, grid: Grid) -> Covariance:

@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from firstorder._display import in_notebook
 from firstorder.conventions import Frame
 
 
@@ -29,6 +30,8 @@ class Jet(eqx.Module):
     gradient: Float[Array, "*b n"]
     hessian: Float[Array, "*b n n"]
     frame: Frame = eqx.field(static=True, default=Frame())
+
+    _repr_markdown_ = in_notebook
 
     def __add__(self, other: Jet) -> Jet:
         """Sum of two jets at the same ray."""

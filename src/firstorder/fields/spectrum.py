@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Array, Complex, Float
 
 from firstorder._argument_checks import check_positive, check_shape
+from firstorder._display import in_notebook
 from firstorder.conventions import Frame, fourier_kernel
 from firstorder.fields._ray import stack
 from firstorder.fields.extent import Extent
@@ -33,6 +34,8 @@ class Spectrum(eqx.Module):
     """
 
     frame: eqx.AbstractVar[Frame]
+
+    _repr_markdown_ = in_notebook
 
     @abc.abstractmethod
     def at(self, Omega: Frequency) -> ComplexScalar:

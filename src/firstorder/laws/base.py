@@ -15,6 +15,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
+from firstorder._display import in_notebook
 from firstorder.conventions import Frame
 from firstorder.errors import Refused
 from firstorder.fields._series import Series, sampled_series
@@ -34,6 +35,8 @@ class Law(eqx.Module):
 
     `law(portrait)` is the transformed portrait. A jet at one ray needs the ray: use `push`.
     """
+
+    _repr_markdown_ = in_notebook
 
     def frame(self, frame: Frame) -> Frame:
         """Frame of the result, given that of the operand."""

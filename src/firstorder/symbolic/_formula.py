@@ -9,6 +9,7 @@ from typing import Any
 import jax.numpy as jnp
 import sympy
 
+from firstorder._display import in_notebook
 from firstorder.conventions import Frame
 from firstorder.symbolic._lowering import lowered
 
@@ -74,9 +75,7 @@ class Formula:
         """LaTeX of the expression."""
         return sympy.latex(self.expression)
 
-    def _repr_latex_(self) -> str:
-        """LaTeX, for a notebook."""
-        return f"$\\displaystyle {self.latex}$"
+    _repr_markdown_ = in_notebook
 
     def __str__(self) -> str:
         """The expression as SymPy writes it."""

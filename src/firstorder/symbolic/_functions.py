@@ -1,4 +1,8 @@
-"""Functions that nobody has given: light `L(x, theta)`, a lobe `rho(theta)`, and derivatives."""
+"""Functions that SymPy has not.
+
+Those that nobody has given: light `L(x, theta)`, a lobe `rho(theta)`, and their derivatives; and
+the moments of exponentials.
+"""
 
 from __future__ import annotations
 
@@ -59,3 +63,20 @@ def _class_of(base: str, names: tuple[str, ...], orders: tuple[int, ...]) -> Any
     label = f"{base}_{index}" if index else base
     about = {"base": base, "names": names, "orders": orders, "nargs": len(names)}
     return type(Unknown)(label, (Unknown,), about)
+
+
+class Moment(sympy.Function):
+    """`int_0^1 s^m exp(w s) ds`, whose closed form divides by w: it is whole at 0 too."""
+
+    nargs = 2
+
+    def fdiff(self, argindex=2):
+        """Along w: the next moment."""
+        m, w = self.args
+        return Moment(sympy.Integer(m) + 1, w)
+
+    def _latex(self, printer, exp=None):
+        m, w = self.args
+        power = f"s^{{{printer._print(m)}}} " if m != 0 else ""
+        integral = f"\\int_0^1 {power}e^{{s \\left({printer._print(w)}\\right)}}\\,ds"
+        return f"\\left({integral}\\right)^{{{exp}}}" if exp else integral

@@ -15,6 +15,7 @@ from firstorder.fields.field import Field
 from firstorder.numerics._quadrature import composite_gauss_legendre
 from firstorder.symbolic._exact import Expr
 from firstorder.symbolic._functions import Unknown
+from firstorder.symbolic._moments import moment
 from firstorder.transport import bessel_zk1
 
 NODES = 32  # of each panel of a quadrature
@@ -26,6 +27,7 @@ SPECIAL: dict[str, Callable] = {
     "erfc": jax.scipy.special.erfc,
     "besselk": lambda order, z: _bessel(order, z),
     "Choice": lambda yes, no, condition: jnp.where(condition, yes, no),
+    "Moment": moment,
 }
 NEAR = tuple(sign * 8.0**-k for k in (1, 2, 3) for sign in (-1.0, 1.0))
 FAR = 4.0  # where such an integral is cut off, on the axis of `_stretched`: |t| = 5e18

@@ -74,6 +74,11 @@ def read(function: Callable, *args: Any) -> Any:
     return eqx.combine(kept["form"].unflatten(arrays), kept["rest"])
 
 
+def reading() -> bool:
+    """Whether a program is being read: what is computed now will be a formula."""
+    return bool(_NAMED)
+
+
 def array(*expressions) -> SymbolicArray:
     """Expressions as a vector."""
     return SymbolicArray(list(expressions))

@@ -164,8 +164,8 @@ class Derivation:
         names = _spectra.frequencies_of(frame)
         return Formula(sympy.simplify(S), names, frame)
 
-    def portrait(self, name: str) -> Formula | Refused:
-        """A portrait by its name, or the refusal that stopped it."""
+    def portrait(self, name: str) -> Any:
+        """A portrait (or all `laws`) by its name, or the refusal that stopped it."""
         try:
             return getattr(self, name)
         except Refused as refusal:

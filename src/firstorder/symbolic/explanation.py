@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import inspect
-import re
 from typing import Any
 
 import equinox as eqx
@@ -13,6 +11,7 @@ import jax.numpy as jnp
 from firstorder.errors import Refused
 from firstorder.fields.jet import Jet
 from firstorder.laws import Law, Move, Warp
+from firstorder.symbolic._display import modules_of, paragraph
 from firstorder.symbolic._formula import Formula
 from firstorder.symbolic._laws import fitting_frame, has_symbols, of_field, of_law
 from firstorder.symbolic.derivation import derive
@@ -128,8 +127,8 @@ def explain(path: Any, ray: Any = None) -> Explanation:
         said.append(_or_refusal(lambda law=law, light=light: of_law(law, of_field(light))))
         frame = law.frame(frame)
     names = ["source", *(getattr(e, "name", type(e).__name__) for e in path.events)]
-    cited = ["", *(_paragraph(e, "Reference") for e in path.events)]
-    called = ["", *(_paragraph(e, "Called").removesuffix(".") for e in path.events)]
+    cited = ["", *(paragraph(e, "Reference") for e in path.events)]
+    called = ["", *(paragraph(e, "Called").removesuffix(".") for e in path.events)]
     jets = [None if f is None else _jets(f, u) for f, u in zip(fields, rays, strict=True)]
     columns = zip(names, cited, said, rays, jets, called, strict=True)
     return Explanation(tuple(ExplainedStep(*column) for column in columns))
@@ -138,18 +137,7 @@ def explain(path: Any, ray: Any = None) -> Explanation:
 def _unknown(path: Path) -> bool:
     """Whether some light, mask or lobe of the path has no numbers."""
     unknown = UnknownField, UnknownLobe
-    return any(isinstance(module, unknown) for module in _modules(path))
-
-
-def _modules(tree: Any):
-    """A module and all modules inside it."""
-    if isinstance(tree, tuple | list):
-        for part in tree:
-            yield from _modules(part)
-    if isinstance(tree, eqx.Module):
-        yield tree
-        for field in dataclasses.fields(tree):
-            yield from _modules(getattr(tree, field.name, None))
+    return any(isinstance(module, unknown) for module in modules_of(path))
 
 
 def _followed(laws: tuple[Law, ...], ray: Any, numbers: bool) -> list[Any]:
@@ -172,12 +160,6 @@ def _or_refusal(make) -> Formula | Refused:
         return make()
     except Refused as refusal:
         return refusal
-
-
-def _paragraph(event: Any, head: str) -> str:
-    """What a paragraph of the event's docstring says: the equations it cites, its other names."""
-    found = re.search(rf"{head}:(.*?)(\n\s*\n|$)", inspect.getdoc(type(event)) or "", re.S)
-    return " ".join(found.group(1).split()) if found else ""
 
 
 def _lines(k: int, step: ExplainedStep) -> list[str]:

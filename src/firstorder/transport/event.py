@@ -9,6 +9,7 @@ from typing import Any
 
 import equinox as eqx
 
+from firstorder._display import in_notebook
 from firstorder.conventions import Frame
 from firstorder.errors import Refused
 from firstorder.fields.covariance import Covariance
@@ -23,6 +24,8 @@ from firstorder.typing import Ray
 
 class Event(eqx.Module):
     """A physical step. `event(portrait)` is the light after it, drawn the same way."""
+
+    _repr_markdown_ = in_notebook
 
     @abc.abstractmethod
     def law(self, frame: Frame) -> Law:
@@ -66,6 +69,8 @@ class Chain(eqx.Module):
     """
 
     events: tuple[Event, ...]
+
+    _repr_markdown_ = in_notebook
 
     def __call__(self, portrait: Portrait) -> Portrait:
         """Every event in turn, on a portrait of any kind."""
@@ -140,6 +145,8 @@ class Path(eqx.Module):
 
     source: Field
     chain: Chain = Chain(())
+
+    _repr_markdown_ = in_notebook
 
     def __rshift__(self, other: Event | Chain) -> Path:
         """The path with one more event, or a whole chain of them."""
