@@ -17,9 +17,9 @@ from derivations.bandwidth._bandwidth_proofs import (
 )
 from derivations.bandwidth._bandwidth_spectra import extent_error, peak_error
 from derivations.bandwidth._bandwidth_steps import step_error
-from derivations.ledger import Check, Counterexample, Row, na
 from derivations.reconstruction import tracer
 from firstorder.checks.tolerance import normwise
+from firstorder.ledger import Check, Counterexample, Row, na
 
 # --- numbers, from rays ------------------------------------------------------------------------
 

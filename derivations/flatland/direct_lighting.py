@@ -5,7 +5,7 @@ from __future__ import annotations
 from derivations.flatland._radiometry_proofs import light_overhead
 from derivations.flatland.estimators._measured import angular
 from derivations.flatland.radiometry import PLAIN, crossed_strings
-from derivations.ledger import Check, Row, na
+from firstorder.ledger import Check, Row, na
 
 ROWS = [
     Row(

@@ -25,8 +25,8 @@ from derivations.flatland._radiometry_proofs import (
     reflected_moments,
     strings_derived,
 )
-from derivations.ledger import Check, Counterexample, Row, na
 from derivations.scene.geometry_term import subtended
+from firstorder.ledger import Check, Counterexample, Row, na
 
 J, s, m, rad, sr = sp.symbols("J s m rad sr", positive=True)
 W = J / s

@@ -7,7 +7,7 @@ import functools
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Row, na
+from firstorder.ledger import Check, Row, na
 
 i, t, k, n, R, h = sp.symbols("i t k n R h", positive=True)
 INDEX = 1.5

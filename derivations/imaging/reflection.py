@@ -10,8 +10,8 @@ from derivations.imaging import _reflection_frames as frames
 from derivations.imaging import _reflection_printed as printed
 from derivations.imaging import _reflection_proofs as proofs
 from derivations.imaging import _surfaces as our
-from derivations.ledger import Check, Counterexample, Row, na
 from firstorder.checks.tolerance import normwise
+from firstorder.ledger import Check, Counterexample, Row, na
 
 MODULE = "firstorder.imaging._reflection"
 

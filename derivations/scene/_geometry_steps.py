@@ -7,7 +7,6 @@ import functools
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Counterexample, Row, na
 from derivations.scene.geometry_term import (
     GRADIENT,
     HESSIAN,
@@ -26,6 +25,7 @@ from derivations.scene.geometry_term import (
     s,
     term,
 )
+from firstorder.ledger import Check, Counterexample, Row, na
 
 
 def product_rule(d):

@@ -15,7 +15,7 @@ import mpmath as mp
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Row, na
+from firstorder.ledger import Check, Row, na
 
 A, B = sp.symbols("A B", real=True)  # n . p and m . p
 s = sp.Symbol("s", positive=True)  # p . p

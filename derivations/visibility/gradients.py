@@ -11,9 +11,9 @@ import functools
 import mpmath as mp
 import numpy as np
 
-from derivations.ledger import Check, Counterexample, Row, na
 from derivations.visibility import _gradients_bounds as bounds
 from derivations.visibility import _gradients_proofs as proofs
+from firstorder.ledger import Check, Counterexample, Row, na
 
 # --- a scene for the numbers: two slabs whose shadows overlap, and one apart ----------------------
 

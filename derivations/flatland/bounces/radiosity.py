@@ -13,7 +13,7 @@ import math
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Row, na
+from firstorder.ledger import Check, Row, na
 
 x, y, t, u = sp.symbols("x y t u", positive=True)
 alpha = sp.Symbol("alpha", real=True)

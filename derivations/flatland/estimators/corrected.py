@@ -6,7 +6,7 @@ import sympy as sp
 
 from derivations.flatland.estimators._measured import limbs_moved, mended_sum, printed_limit, truth
 from derivations.flatland.estimators.irradiance_forms import uncovered
-from derivations.ledger import Check, Counterexample, Row, na
+from firstorder.ledger import Check, Counterexample, Row, na
 
 R = sp.symbols("R", positive=True)
 

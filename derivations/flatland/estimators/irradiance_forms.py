@@ -27,8 +27,8 @@ from derivations.flatland.estimators._measured import (
     true_second,
     with_boundary,
 )
-from derivations.ledger import Check, Counterexample, Row, na
 from derivations.scene.geometry_term import subtended
+from firstorder.ledger import Check, Counterexample, Row, na
 
 x, y, a, b, e1, A = sp.symbols("x y a b e1 A", real=True)
 h, e2, R = sp.symbols("h e2 R", positive=True)

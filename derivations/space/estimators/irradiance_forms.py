@@ -11,7 +11,6 @@ import functools
 
 import sympy as sp
 
-from derivations.ledger import Check, Counterexample, Row, na
 from derivations.space.estimators._measured import (
     constant_per_cell,
     frozen_error,
@@ -26,6 +25,7 @@ from derivations.space.estimators._measured import (
     true_sum,
     wall_motion,
 )
+from firstorder.ledger import Check, Counterexample, Row, na
 
 theta, phi, h, r = sp.symbols("theta phi h r", positive=True)
 a, b, c, d = sp.symbols("a b c d", real=True)

@@ -9,13 +9,13 @@ import jax.numpy as jnp
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Counterexample
 from firstorder.checks.cases import bell, light
 from firstorder.checks.registry import all_cases
 from firstorder.checks.tolerance import fitted_order, normwise
 from firstorder.conventions import Frame
 from firstorder.fields import autodiff_jet, gaussian
 from firstorder.laws import Move
+from firstorder.ledger import Counterexample
 from firstorder.transport import Curvature, Mirror, Travel
 from firstorder.transport.events.incidence import Outgoing
 from firstorder.transport.events.slopes import ToSlope

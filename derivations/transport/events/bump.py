@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Counterexample, Row, na
 from derivations.squares import refusal, square_error
 from firstorder.checks.cases import bell
 from firstorder.fields import gaussian
+from firstorder.ledger import Check, Counterexample, Row, na
 from firstorder.transport import Bump, wave
 
 x, t = sp.symbols("x theta", real=True)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import sympy as sp
 
 from derivations.fields import spectrum
-from derivations.ledger import Check, Counterexample, Row, na
 from derivations.squares import square_error
 from derivations.transport.events import _cosine_numbers as numbers
 from derivations.transport.events import _cosine_proofs as proofs
 from derivations.transport.events._cosine_proofs import o2, w
+from firstorder.ledger import Check, Counterexample, Row, na
 
 COSINE = "firstorder.transport.events.cosine.Cosine"
 TRANSFORM = "firstorder.transport.events.cosine.clamped_cosine_transform"

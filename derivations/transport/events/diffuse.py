@@ -13,11 +13,11 @@ import jax.numpy as jnp
 import mpmath as mp
 import numpy as np
 
-from derivations.ledger import Check, Counterexample, Row, na
 from derivations.squares import square_error
 from derivations.transport.events import _diffuse_proofs as proofs
 from firstorder.checks.tolerance import fitted_order, normwise
 from firstorder.conventions import SPACE_SLOPE
+from firstorder.ledger import Check, Counterexample, Row, na
 from firstorder.transport.events.diffuse import SlopeWeight, bessel_zk1
 
 

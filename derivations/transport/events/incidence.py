@@ -11,10 +11,10 @@ import jax.numpy as jnp
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Counterexample, Row, na
 from derivations.squares import square_error
 from firstorder.checks.tolerance import fitted_order
 from firstorder.conventions import FLATLAND
+from firstorder.ledger import Check, Counterexample, Row, na
 from firstorder.transport.events.incidence import Incidence
 
 x, theta = sp.symbols("x theta", real=True)

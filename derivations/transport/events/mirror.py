@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Counterexample, Row, na
 from derivations.squares import square_error
 from firstorder.checks.cases import bell
+from firstorder.ledger import Check, Counterexample, Row, na
 
 x, t, n, o1, o2, s = sp.symbols("x theta n Omega_x Omega_theta s", real=True)
 

@@ -9,9 +9,9 @@ import functools
 
 import numpy as np
 
-from derivations.ledger import Check, Counterexample, Row, na
 from derivations.squares import square_error
 from derivations.transport.events import _occlusion_proofs as proofs
+from firstorder.ledger import Check, Counterexample, Row, na
 
 # ---------------------------------------------------------------- quadrature, split at the edges
 

@@ -11,12 +11,12 @@ from __future__ import annotations
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Counterexample, Row, na
 from derivations.squares import square_error
 from derivations.transport.events import _rotation_numbers as numbers
 from derivations.transport.events import _rotation_proofs as proofs
 from derivations.transport.events._rotation_proofs import k, t, x
 from firstorder.checks.tolerance import normwise
+from firstorder.ledger import Check, Counterexample, Row, na
 
 CURVATURE = "firstorder.transport.events.rotation.Curvature"
 

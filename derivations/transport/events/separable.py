@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Counterexample, Row, na
 from derivations.squares import square_error
 from derivations.transport.events._cosine_proofs import convolution_over_angle
 from derivations.transport.events.reflection import (
@@ -15,6 +14,7 @@ from derivations.transport.events.reflection import (
     path_error,
 )
 from firstorder.checks.cases import bell
+from firstorder.ledger import Check, Counterexample, Row, na
 
 SEPARABLE = "firstorder.transport.events.separable.separable"
 SIGMA = 0.3

@@ -9,9 +9,9 @@ import jax.numpy as jnp
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Counterexample, Row, na
 from firstorder.checks.tolerance import fitted_order
 from firstorder.conventions import FLATLAND, FLATLAND_SLOPE
+from firstorder.ledger import Check, Counterexample, Row, na
 from firstorder.transport.events.slopes import ToAngle, ToSlope
 
 v, s = sp.symbols("v s", positive=True)

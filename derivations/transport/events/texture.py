@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Counterexample, Row, na
 from derivations.squares import square_error
+from firstorder.ledger import Check, Counterexample, Row, na
 
 x, t, o1, o2 = sp.symbols("x theta Omega_x Omega_theta", real=True)
 TEXTURE = "firstorder.transport.events.texture.Texture"

@@ -13,9 +13,9 @@ import jax.numpy as jnp
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Counterexample, Row, na
 from derivations.squares import square_error
 from firstorder.checks.tolerance import fitted_order, normwise
+from firstorder.ledger import Check, Counterexample, Row, na
 from firstorder.transport.shading.camera import BaseSurface, Camera
 
 MODULE = "firstorder.transport.shading.camera"

@@ -9,7 +9,6 @@ import jax.numpy as jnp
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Counterexample, Row, na
 from derivations.transport.shading._shading import (
     BRUTE,
     LIGHT,
@@ -50,6 +49,7 @@ from firstorder.checks.tolerance import fitted_order, normwise
 from firstorder.conventions import SPACE
 from firstorder.fields import Gaussian
 from firstorder.laws import Move
+from firstorder.ledger import Check, Counterexample, Row, na
 from firstorder.transport.shading._flat_jets import FlatlandLight
 
 
