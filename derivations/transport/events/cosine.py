@@ -11,7 +11,7 @@ from derivations.transport.events import _cosine_proofs as proofs
 from derivations.transport.events._cosine_proofs import o2, w
 from firstorder.ledger import Check, Counterexample, Row, na
 
-COSINE = "firstorder.transport.events.cosine.Cosine"
+COSINE = "firstorder.transport.events.cosine.ClampedCosine"
 TRANSFORM = "firstorder.transport.events.cosine.clamped_cosine_transform"
 
 
