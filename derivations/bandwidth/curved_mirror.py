@@ -196,7 +196,6 @@ ROWS = [
     Row(
         "D05.s6.2f",
         "over-claim",
-        implements="firstorder.bandwidth.curved_mirror.glossy_bandwidth",
         symbolic=mirrored_per_eye,
         autodiff=na("measured"),
         fourier=na("no spectrum"),
@@ -213,7 +212,6 @@ ROWS = [
     Row(
         "D05.20",
         "over-claim",
-        implements="firstorder.bandwidth.curved_mirror.glossy_bandwidth",
         symbolic=mirrored_per_eye,
         autodiff=Check(lambda: by_autodiff(blocked=False), 1e-10),
         fourier=Check(peak_error, 2e-3),

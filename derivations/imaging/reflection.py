@@ -150,7 +150,6 @@ ROWS = [
     Row(
         "R07.61",
         "approximation",
-        implements=f"{MODULE}.turning_of_directions",
         symbolic=na("measured"),
         autodiff=na("measured"),
         fourier=FLAT,
@@ -249,7 +248,6 @@ ROWS = [
     Row(
         "C.space.direct.gaussian",
         "over-claim",
-        implements=f"{MODULE}.direct_extension",
         symbolic=proofs.mirrored_direction_turns_twice,
         autodiff=na("scale"),
         fourier=FLAT,

@@ -322,7 +322,7 @@ ROWS = [
     Row(
         "C.differentials",
         "identity",
-        implements="firstorder.laws.move.Move",
+        implements="firstorder.transport.events.travel.Travel",
         symbolic=ray_differentials_of_travel,
         autodiff=Check(_differentials, 1e-12),
         fourier=na("no spectrum"),

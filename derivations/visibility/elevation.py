@@ -27,7 +27,6 @@ ROWS = [
     Row(
         "R07.38",
         "definition",
-        implements=f"{ELEVATION}.Elevation",
         symbolic=na("definition"),
         autodiff=na("no derivative"),
         brute_force=Check(checks.traced_visibility, 0.0),

@@ -308,7 +308,6 @@ ROWS = [
     Row(
         "R07.fn3",
         "over-claim",
-        implements=f"{GRADIENTS}.shading_derivatives",
         symbolic=proofs.bounded_turn,
         autodiff=na("one route"),
         fourier=na("no spectrum"),
@@ -324,7 +323,6 @@ ROWS = [
     Row(
         "R07.s6.2",
         "over-claim",
-        implements=f"{GRADIENTS}.visible_edges",
         symbolic=lambda: proofs.leibniz("x"),
         autodiff=na("one route"),
         fourier=na("no spectrum"),

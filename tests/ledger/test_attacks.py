@@ -5,6 +5,7 @@ import jax
 import jax.numpy as jnp
 import pytest
 
+from firstorder.fields import gaussian
 from firstorder.ledger import FACTORS, Check, Row, attack, functions_of, put_out
 from firstorder.numerics._compiled import compiled
 
@@ -57,6 +58,10 @@ class Record(eqx.Module):
     name: str = eqx.field(static=True)
 
 
+def transform():
+    return gaussian((0.1, 0.2), (1.0, 0.5)).spectrum()
+
+
 def scaling_maker(k):
     return lambda x: k * x
 
@@ -107,12 +112,26 @@ def test_what_is_named_is_put_out_wherever_it_is_held_and_right_again_afterwards
     assert function() == right
 
 
-def test_the_factor_is_what_it_says_and_structure_stays():
+def test_the_factor_is_what_it_says_and_what_is_no_number_stays():
     with put_out(functions_of(f"{HERE}.half"), 1.5):
         assert half(2.0) == 1.5
         assert half(jnp.float32(2.0)).dtype == jnp.float32
     with put_out(functions_of(f"{HERE}.Record"), 1.5):
-        assert Record(2.0, "two") == Record.__new__(Record) or Record(2.0, "two").name == "two"
+        record = Record(2.0, "two")
+    assert (record.number, record.name) == (3.0, "two")
+
+
+def test_a_spectrum_is_off_in_its_values():
+    """One whose lengths all grow alike may stay what it was."""
+    with put_out(functions_of(f"{HERE}.transform"), 1.5):
+        off = transform()(0.1, 0.2)
+    assert complex(off) == pytest.approx(1.5 * complex(transform()(0.1, 0.2)), rel=1e-14)
+
+
+def test_a_wrong_sign_is_told_and_does_not_count():
+    (found,) = attack([row("half", lambda: abs(abs(half(2.0)) - 1.0))])
+    assert found.noticed == {1.001: "brute_force", -1.0: ""}
+    assert found.sound
 
 
 def test_a_row_that_calls_something_else_is_told():
@@ -124,6 +143,7 @@ def test_a_row_that_calls_something_else_is_told():
 def test_a_row_with_too_wide_a_bound_is_told():
     (found,) = attack([row("half", off(lambda: half(2.0), 1.0), bound=0.01)])
     assert found.noticed == {1.001: "", -1.0: "brute_force"}
+    assert not found.sound
     assert found.status == "does not notice"
     assert "does not notice" in str(found)
 

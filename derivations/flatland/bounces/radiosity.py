@@ -145,7 +145,7 @@ ROWS = [
     Row(
         "C.radiosity.energy",
         "identity",
-        "firstorder.flatland.bounces.radiosity.RadiositySolution.flux",
+        "",
         symbolic=closed_room,
         autodiff=na("no derivative"),
         fourier=na("no spectrum"),

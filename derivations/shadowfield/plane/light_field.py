@@ -119,7 +119,7 @@ ROWS = [
     Row(
         "E11.2",
         "approximation",
-        implements="firstorder.shadowfield.plane.light_field.shadow_irradiance",
+        implements="firstorder.shadowfield.plane.light_field.factoring_bound",
         symbolic=factoring,
         autodiff=na("no derivative"),
         fourier=na("no spectrum"),

@@ -269,7 +269,7 @@ ROWS = [
     Row(
         "D05.s5.2e",
         "approximation",
-        "firstorder.transport.events.cosine.Cosine",
+        "",
         cosine_on_the_equator,
         autodiff=na("no derivative"),
         fourier=na("no spectrum"),
@@ -289,7 +289,7 @@ ROWS = [
     Row(
         "D05.s5.2g",
         "approximation",
-        "firstorder.transport.chain4d.chain.GlossyPatch",
+        "",
         distance_near_the_equator,
         autodiff=na("no derivative"),
         fourier=na("no spectrum"),

@@ -378,7 +378,7 @@ ROWS = [
     Row(
         "R07.s10e",
         "over-claim",
-        REFLECTION,
+        "",
         bernstein_is_sharp,
         autodiff=na("no derivative"),
         fourier=Check(bernstein_violation, 1e-12),

@@ -265,11 +265,10 @@ two, flatless = na("two routes"), na("no spectrum")
 CLOSED = f"{MODULE}.ReflectedField.entries"
 
 
-def measured(equation, check, bound, note, implements=f"{MODULE}.ReflectedField.terms"):
+def measured(equation, check, bound, note):
     return Row(
         equation,
         "approximation",
-        implements=implements,
         symbolic=na("measured"),
         autodiff=na("scale"),
         fourier=na("scale"),

@@ -123,7 +123,6 @@ ROWS = [
         comparable_order,
         0.1,
         "Of the unfiltered light; that of SV and CDV differs by order 2 in the lobe's width.",
-        f"{MODULE}.far_light_ratio",
     ),
     Row(
         "R07.s5.2e",

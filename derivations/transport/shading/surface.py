@@ -234,7 +234,6 @@ ROWS = [
     Row(
         "R07.fn2",
         "over-claim",
-        implements="firstorder.transport.brdf.lobes.LobeArgument",
         symbolic=even_lobes,
         autodiff=na("no derivative"),
         fourier=flatless,

@@ -217,7 +217,6 @@ ROWS = [
     Row(
         "R07.s5.1a",
         "over-claim",
-        implements="firstorder.transport.events.rotation.Curvature",
         symbolic=lambda: [matrices()[0]],
         autodiff=na("scale"),
         fourier=flatless,
@@ -304,7 +303,7 @@ ROWS = [
     Row(
         "R07.fig4.lambertian",
         "over-claim",
-        implements="firstorder.transport.brdf.lobes.lambert",
+        implements=f"{MODULE}.ReflectedField.entries",
         symbolic=diffuse_argument,
         autodiff=autodiff("diffuse", "hessian"),
         fourier=two,
@@ -322,6 +321,5 @@ ROWS = [
         young,
         1e-3,
         "|L_theta (*) rho| <= sup |L| int |rho'| for any light (Young's inequality), searched.",
-        "firstorder.transport.brdf.lobes.lambert",
     ),
 ]

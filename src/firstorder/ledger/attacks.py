@@ -22,13 +22,16 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
+from firstorder.fields.spectrum import Spectrum, SumSpectrum
 from firstorder.ledger.judging import judge_route
 from firstorder.ledger.rows import NUMERIC, Check, Row
 from firstorder.numerics._compiled import own_programs
 
-# Factors by which a result is off: a tenth of a per cent, and a wrong sign.
+# Factors by which a result is off. A row must notice the first, a tenth of a per cent. Of the
+# second, a wrong sign, it is only told whether it does: many a statement holds of either sign.
 FACTORS = (1.001, -1.0)
 
 
@@ -50,10 +53,10 @@ class Attacked:
 
     @property
     def status(self) -> str:
-        """Whether the row notices all factors, and if not why."""
+        """Whether the row notices the first factor, and if not why."""
         if self.refused:
             return "cannot be attacked"
-        if all(self.noticed.values()):
+        if next(iter(self.noticed.values())):
             return "notices, against its exception" if self.row.unnoticed else "notices"
         if self.row.unnoticed:
             return "excepted"
@@ -91,7 +94,7 @@ def attack(rows: Sequence[Row], factors: Sequence[float] = FACTORS) -> list[Atta
 
     Args:
         rows: of one `implements`, with numeric routes.
-        factors: by which results are multiplied, one after the other.
+        factors: by which results are multiplied, one after the other; the first counts.
 
     Raises:
         ValueError: one sentence, if what the rows name does not exist or is no function or class.
@@ -275,13 +278,19 @@ def _codes_in(code: types.CodeType) -> list[types.CodeType]:
 
 
 def _scaled(x: Any, factor: float) -> Any:
-    """All floating numbers in a result times a factor."""
-    return jax.tree.map(functools.partial(_scaled_leaf, factor=factor), x)
+    """All floating numbers in a result times a factor, and all values of a spectrum.
+
+    A spectrum is not known by its numbers: if all its lengths grow alike, it may stay what it was.
+    """
+    scale = functools.partial(_scaled_leaf, factor=factor)
+    return jax.tree.map(scale, x, is_leaf=lambda part: isinstance(part, Spectrum))
 
 
 def _scaled_leaf(x: Any, factor: float) -> Any:
     if isinstance(x, (float, complex, np.inexact)) or _floating(x):
         return x * factor
+    if isinstance(x, Spectrum):
+        return SumSpectrum((x,), jnp.array([factor]))
     if inspect.isfunction(x) or isinstance(x, (functools.partial, types.MethodType)):
         return lambda *args, **kwargs: _scaled(x(*args, **kwargs), factor)
     if dataclasses.is_dataclass(x) and not inspect.isclass(x):  # one that is no tree
