@@ -93,7 +93,8 @@ def attack(rows: Sequence[Row], factors: Sequence[float] = FACTORS) -> list[Atta
     NaN is a fault of the attack and not of what was found.
 
     Args:
-        rows: of one `implements`, with numeric routes.
+        rows: of one `implements`, with numeric routes; `judge` them first, for one that fails as it
+            is seems to notice.
         factors: by which results are multiplied, one after the other; the first counts.
 
     Raises:
