@@ -226,3 +226,46 @@ def test_a_file_without_events_is_one_sentence(capsys, tmp_path, text, name, sen
     file.write_text(text)
     assert main(["explain", str(file)]) == 2
     assert sentence in capsys.readouterr().err
+
+
+ROWS = """
+import math
+
+from firstorder.ledger import ROUTES, Check, Row, na
+
+OUT = dict.fromkeys(ROUTES, na("scale"))
+SINE = Check(lambda: abs(math.sin(1e-3) - 1e-3), 1e-9)
+ROWS = [
+    Row("P.1", "approximation", statement="A sine.", **OUT | {"brute_force": SINE}),
+    Row("P.2", "definition", statement="A name.", **OUT),
+]
+"""
+
+
+def test_a_ledger_of_ones_own_is_judged(capsys, tmp_path):
+    (tmp_path / "paper.py").write_text(ROWS)
+    assert main(["ledger", str(tmp_path)]) == 0
+    assert "P: 1 pass, 1 stated" in capsys.readouterr().out
+    assert main(["ledger", str(tmp_path), "P.1", "--json", str(tmp_path / "out.json")]) == 0
+    assert "A sine." in (tmp_path / "out.json").read_text()
+    assert "A name." not in capsys.readouterr().out
+    (tmp_path / "paper.py").write_text(ROWS.replace("1e-9", "1e-12"))
+    (tmp_path / "paper.py").rename(tmp_path / "stricter.py")
+    assert main(["ledger", str(tmp_path)]) == 1
+    assert "P.1 fails by brute_force" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("text", "arguments", "sentence"),
+    [
+        ("", [], "No Python file of {} has `ROWS`."),
+        ("x =", [], "paper.py cannot be imported (SyntaxError: "),
+        (ROWS, ["Q"], "Argument `equations` matches no row: Q."),
+        (ROWS, ["--jobs", "0"], "Argument `jobs` must be positive, but is 0."),
+    ],
+)
+def test_a_bad_ledger_is_one_sentence_and_exit_code_2(capsys, tmp_path, text, arguments, sentence):
+    (tmp_path / "paper.py").write_text(text)
+    assert main(["ledger", str(tmp_path), *arguments]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(sentence.format(tmp_path.name))

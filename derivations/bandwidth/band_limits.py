@@ -19,8 +19,8 @@ from derivations.bandwidth._bandwidth_proofs import (
     scale_of_an_environment,
 )
 from derivations.bandwidth._bandwidth_steps import predicted_bands, spectrum_error, step_error
-from derivations.ledger import Check, Row, na
 from firstorder.checks.tolerance import fitted_order
+from firstorder.ledger import Check, Row, na
 
 
 def cosine_order() -> float:

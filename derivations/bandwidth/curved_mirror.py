@@ -17,9 +17,9 @@ from derivations.bandwidth._bandwidth_proofs import (
 )
 from derivations.bandwidth._bandwidth_spectra import extent_error, peak_error
 from derivations.bandwidth._bandwidth_steps import step_error
-from derivations.ledger import Check, Counterexample, Row, na
 from derivations.reconstruction import tracer
 from firstorder.checks.tolerance import normwise
+from firstorder.ledger import Check, Counterexample, Row, na
 
 # --- numbers, from rays ------------------------------------------------------------------------
 
@@ -196,7 +196,6 @@ ROWS = [
     Row(
         "D05.s6.2f",
         "over-claim",
-        implements="firstorder.bandwidth.curved_mirror.glossy_bandwidth",
         symbolic=mirrored_per_eye,
         autodiff=na("measured"),
         fourier=na("no spectrum"),
@@ -213,7 +212,6 @@ ROWS = [
     Row(
         "D05.20",
         "over-claim",
-        implements="firstorder.bandwidth.curved_mirror.glossy_bandwidth",
         symbolic=mirrored_per_eye,
         autodiff=Check(lambda: by_autodiff(blocked=False), 1e-10),
         fourier=Check(peak_error, 2e-3),

@@ -10,7 +10,7 @@ import numpy as np
 import sympy as sp
 
 from derivations.bandwidth import _bandwidth_space as space
-from derivations.ledger import Check, Row, na
+from firstorder.ledger import Check, Row, na
 
 d, depth, alpha = sp.symbols("d depth alpha", positive=True)
 x, y = sp.symbols("x y", real=True)

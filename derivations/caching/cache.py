@@ -6,8 +6,8 @@ import numpy as np
 import sympy as sp
 
 from derivations.caching._light import scene_a_columns
-from derivations.ledger import Check, Row, na
 from firstorder.checks.tolerance import fitted_order
+from firstorder.ledger import Check, Row, na
 
 
 def reproduces(order: int):

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Counterexample, Row, na
+from firstorder.ledger import Check, Counterexample, Row, na
 
 R, dx, a, b = sp.symbols("R dx a b", positive=True)
 beta, theta, delta, u = sp.symbols("beta theta delta u", real=True)

@@ -25,8 +25,8 @@ from derivations.caching._space_proofs import (
     upper_bound,
 )
 from derivations.caching._third import cubic_by_sums, disc_of_a_cubic, growth_of_a_cubic
-from derivations.ledger import Check, Counterexample, Row, na
 from firstorder.checks.tolerance import fitted_order
+from firstorder.ledger import Check, Counterexample, Row, na
 
 
 def estimate_by_sums() -> float:

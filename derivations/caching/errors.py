@@ -7,7 +7,7 @@ from scipy.integrate import dblquad
 
 from derivations.caching._light import lamp, scene_a_columns
 from derivations.caching.radii import PLACES, true_total
-from derivations.ledger import Check, Row, na
+from firstorder.ledger import Check, Row, na
 
 
 def quadrature_error() -> float:

@@ -15,8 +15,8 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from derivations.caching._light import scene_a_columns, scene_a_numbers
-from derivations.ledger import Check, Row, na
 from firstorder.checks.tolerance import fitted_order
+from firstorder.ledger import Check, Row, na
 
 R, D, value, tolerance, x = sp.symbols("R D E epsilon x", positive=True)
 

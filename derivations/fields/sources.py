@@ -6,10 +6,10 @@ import jax.numpy as jnp
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Row, na
 from firstorder.checks.tolerance import fitted_order, normwise
 from firstorder.conventions import FLATLAND_SLOPE
 from firstorder.fields import GaussianProfile, Grid, discrete_transform, point_light, spot_light
+from firstorder.ledger import Check, Row, na
 
 FREQUENCIES = (np.array([-7.3, -0.9, 0.0, 1.7, 40.0]), np.array([-0.8, 0.05, 0.4]))
 X, W = 0.23, 0.45  # where the light stands, half of the bulb

@@ -12,12 +12,12 @@ import numpy as np
 import sympy as sp
 from scipy.integrate import dblquad, quad
 
-from derivations.ledger import Check, Row, na
 from firstorder.checks.cases import FREQUENCIES, GRID, bell, light
 from firstorder.checks.tolerance import fitted_order, normwise
 from firstorder.conventions import Frame
 from firstorder.fields import BoxProfile, Grid, Spline, discrete_transform, gaussian
 from firstorder.laws import Multiply
+from firstorder.ledger import Check, Row, na
 
 # Definition ------------------------------------------------------------------------------------
 

@@ -3,9 +3,19 @@
 from __future__ import annotations
 
 from derivations.flatland._radiometry_proofs import light_overhead
-from derivations.flatland.estimators._measured import angular
+from derivations.flatland._scenes import built
+from derivations.flatland.estimators._measured import HERE, truth
 from derivations.flatland.radiometry import PLAIN, crossed_strings
-from derivations.ledger import Check, Row, na
+from firstorder.ledger import Check, Row, na
+
+
+def angular() -> float:
+    """(40): the library's irradiance in scene B against 30 digits."""
+    from firstorder.flatland import Receiver, irradiance
+
+    scene, radiance = built("B")
+    return float(abs(irradiance(scene, Receiver(*HERE["B"]), radiance=radiance) - truth("B")[0]))
+
 
 ROWS = [
     Row(

@@ -9,8 +9,8 @@ import sympy as sp
 
 from derivations.imaging import _bumpy as bumpy
 from derivations.imaging import _surfaces as our
-from derivations.ledger import Check, Row, na
 from firstorder.checks.tolerance import normwise
+from firstorder.ledger import Check, Row, na
 
 MODULE = "firstorder.imaging._bumps"
 u, v = sp.symbols("u v", real=True)

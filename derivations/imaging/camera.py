@@ -6,8 +6,8 @@ import numpy as np
 import sympy as sp
 
 from derivations.imaging import _bumpy as bumpy
-from derivations.ledger import Check, Row, na
 from firstorder.checks.tolerance import normwise
+from firstorder.ledger import Check, Row, na
 
 MODULE = "firstorder.imaging.camera"
 

@@ -10,8 +10,8 @@ from derivations.imaging import _reflection_frames as frames
 from derivations.imaging import _reflection_printed as printed
 from derivations.imaging import _reflection_proofs as proofs
 from derivations.imaging import _surfaces as our
-from derivations.ledger import Check, Counterexample, Row, na
 from firstorder.checks.tolerance import normwise
+from firstorder.ledger import Check, Counterexample, Row, na
 
 MODULE = "firstorder.imaging._reflection"
 
@@ -150,7 +150,6 @@ ROWS = [
     Row(
         "R07.61",
         "approximation",
-        implements=f"{MODULE}.turning_of_directions",
         symbolic=na("measured"),
         autodiff=na("measured"),
         fourier=FLAT,
@@ -249,7 +248,6 @@ ROWS = [
     Row(
         "C.space.direct.gaussian",
         "over-claim",
-        implements=f"{MODULE}.direct_extension",
         symbolic=proofs.mirrored_direction_turns_twice,
         autodiff=na("scale"),
         fourier=FLAT,

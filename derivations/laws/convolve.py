@@ -5,7 +5,6 @@ from __future__ import annotations
 import sympy as sp
 
 from derivations.laws.jets import taylor
-from derivations.ledger import Check, Row, na
 from derivations.squares import (
     difference_error,
     parseval_error,
@@ -13,6 +12,7 @@ from derivations.squares import (
     square_error,
     transform_error,
 )
+from firstorder.ledger import Check, Row, na
 
 x, t, s, a, b = sp.symbols("x theta s a b", real=True)
 low, high = sp.symbols("low high", real=True)

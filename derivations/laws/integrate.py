@@ -12,8 +12,8 @@ import sympy as sp
 
 from derivations.laws.jets import gradient, hessian, taylor
 from derivations.laws.multiply import haar
-from derivations.ledger import Check, Counterexample, Row, na
 from derivations.squares import difference_error, parseval_error, square_error, transform_error
+from firstorder.ledger import Check, Counterexample, Row, na
 
 x, y, t, h = sp.symbols("x y theta h", real=True)
 lower, upper = sp.symbols("lower upper", real=True)

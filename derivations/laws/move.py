@@ -10,7 +10,6 @@ import numpy as np
 import sympy as sp
 
 from derivations.laws.jets import gradient, hessian, taylor
-from derivations.ledger import Check, Counterexample, Row, na
 from derivations.squares import (
     difference_error,
     parseval_error,
@@ -18,6 +17,7 @@ from derivations.squares import (
     square_error,
     transform_error,
 )
+from firstorder.ledger import Check, Counterexample, Row, na
 
 m11, m12, m21, m22, c1, c2, x, t = sp.symbols("m11 m12 m21 m22 c1 c2 x theta", real=True)
 M = sp.Matrix([[m11, m12], [m21, m22]])
@@ -322,7 +322,7 @@ ROWS = [
     Row(
         "C.differentials",
         "identity",
-        implements="firstorder.laws.move.Move",
+        implements="firstorder.transport.events.travel.Travel",
         symbolic=ray_differentials_of_travel,
         autodiff=Check(_differentials, 1e-12),
         fourier=na("no spectrum"),

@@ -5,8 +5,8 @@ from __future__ import annotations
 import sympy as sp
 
 from derivations.laws.jets import gradient, hessian, taylor
-from derivations.ledger import Check, Row, na
 from derivations.squares import difference_error, parseval_error, square_error, transform_error
+from firstorder.ledger import Check, Row, na
 
 x, t = sp.symbols("x theta", real=True)
 u = (x, t)

@@ -6,8 +6,8 @@ import numpy as np
 import sympy as sp
 
 from derivations.laws.jets import gradient, hessian, taylor
-from derivations.ledger import Check, Row, na
 from derivations.squares import difference_error, refusal, square_error
+from firstorder.ledger import Check, Row, na
 
 x, t, p, q = sp.symbols("x theta p q", real=True)
 u, v = (x, t), (p, q)

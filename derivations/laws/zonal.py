@@ -8,7 +8,7 @@ import numpy as np
 import sympy as sp
 
 from derivations.laws.convolve import derivatives_pass_to_the_kernel
-from derivations.ledger import Check, Counterexample, Row, na
+from firstorder.ledger import Check, Counterexample, Row, na
 
 SHARPNESS = 2.0
 

@@ -10,9 +10,9 @@ import numpy as np
 import sympy as sp
 from scipy.special import eval_legendre, gammaln
 
-from derivations.ledger import Check, Counterexample, Row, na
 from firstorder.bandwidth import glossy_bandwidth, glossy_criterion
 from firstorder.checks.tolerance import fitted_order
+from firstorder.ledger import Check, Counterexample, Row, na
 
 # --- the cut of a Phong lobe ---------------------------------------------------------------------
 

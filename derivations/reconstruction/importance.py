@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Row, na
+from firstorder.ledger import Check, Row, na
 from firstorder.reconstruction.importance import ShadedSamples, by_gradient
 from firstorder.reconstruction.quadtree import sample_image
 

@@ -7,7 +7,6 @@ import functools
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Counterexample, Row, na
 from derivations.scene.geometry_term import (
     GRADIENT,
     HESSIAN,
@@ -26,6 +25,7 @@ from derivations.scene.geometry_term import (
     s,
     term,
 )
+from firstorder.ledger import Check, Counterexample, Row, na
 
 
 def product_rule(d):
@@ -124,6 +124,36 @@ def _library(p, n, m):
     return geometry_gradient(0.0 * p, n, p, m)
 
 
+def _library_cos(of):
+    """What (74) and (83) leave for the gradient of one cosine, of the library's gradient."""
+
+    def rest(p, n, m):
+        r, a, b, d = _scale(p, n, m)
+        by_x, by_y = STEPS["cos_x"][1](p, n, m), STEPS["cos_y"][1](p, n, m)
+        both = r ** (d - 1) * np.asarray(_library(p, n, m)) - (d - 1) * a * b * p / r**2
+        return (both - a * by_y) / b if of == "x" else (both - b * by_x) / a
+
+    return rest
+
+
+def _library_term(of):
+    """What the library's Hessian leaves for the Jacobian of one of the gradient's three terms."""
+
+    def rest(p, n, m):
+        from firstorder.scene._geometry_term import geometry_hessian
+
+        c = {2: 3, 3: 4}[len(p)]
+        H = np.asarray(geometry_hessian(0.0 * p, n, p, m))
+        first, second, third = (term(p, n, m) for term in (_first_term, _second_term, _third_term))
+        return {
+            "first": (H + second - third) / c,
+            "second": c * first + third - H,
+            "third": H - c * first + second,
+        }[of]
+
+    return rest
+
+
 def _by_parts(p, n, m):
     r, a, b, d = _scale(p, n, m)
     return (
@@ -158,13 +188,37 @@ def _third_term(p, n, m):
 STEPS = {
     "vector": (lambda p, n, m: p, lambda p, n, m: -np.eye(len(p))),
     "power": (lambda p, n, m: length(p) ** -3, lambda p, n, m: 3.0 * p / np.sqrt(p @ p) ** 5),
-    "cos_x": (_cos_x, lambda p, n, m: (-n + (n @ p) / (p @ p) * p) / np.sqrt(p @ p)),
-    "cos_y": (_cos_y, lambda p, n, m: (m - (m @ p) / (p @ p) * p) / np.sqrt(p @ p)),
+    "cos_x": (
+        _cos_x,
+        lambda p, n, m: (-n + (n @ p) / (p @ p) * p) / np.sqrt(p @ p),
+        _library_cos("x"),
+    ),
+    "cos_y": (
+        _cos_y,
+        lambda p, n, m: (m - (m @ p) / (p @ p) * p) / np.sqrt(p @ p),
+        _library_cos("y"),
+    ),
     "value": (definition, _product_rule, _library),
-    "by parts": (lambda p, n, m: definition(p, n, m) / (p @ p) * p, _by_parts),
-    "first": (lambda p, n, m: definition(p, n, m) / (p @ p) * p, _first_term),
-    "second": (lambda p, n, m: _cos_y(p, n, m) / length(p) ** len(p) * n, _second_term),
-    "third": (lambda p, n, m: _cos_x(p, n, m) / length(p) ** len(p) * m, _third_term),
+    "by parts": (
+        lambda p, n, m: definition(p, n, m) / (p @ p) * p,
+        _by_parts,
+        _library_term("first"),
+    ),
+    "first": (
+        lambda p, n, m: definition(p, n, m) / (p @ p) * p,
+        _first_term,
+        _library_term("first"),
+    ),
+    "second": (
+        lambda p, n, m: _cos_y(p, n, m) / length(p) ** len(p) * n,
+        _second_term,
+        _library_term("second"),
+    ),
+    "third": (
+        lambda p, n, m: _cos_x(p, n, m) / length(p) ** len(p) * m,
+        _third_term,
+        _library_term("third"),
+    ),
 }
 
 
@@ -217,7 +271,7 @@ ROWS = [
         75,
         "vector",
         2,
-        GRADIENT,
+        {},
         moved_vector,
         "misprint",
         corrected="J_x(y) = -I_2, a matrix; (80) uses it so",
@@ -229,7 +283,7 @@ ROWS = [
             true=rate_of_vector,
         ),
     ),
-    _row(76, "power", 2, GRADIENT, lambda: inverse_powers(2)),
+    _row(76, "power", 2, {}, lambda: inverse_powers(2)),
     _row(77, "cos_x", 2, GRADIENT, lambda: cosines(2)[0]),
     _row(78, "cos_y", 2, GRADIENT, lambda: cosines(2)[1]),
     _row(

@@ -15,7 +15,7 @@ import mpmath as mp
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Row, na
+from firstorder.ledger import Check, Row, na
 
 A, B = sp.symbols("A B", real=True)  # n . p and m . p
 s = sp.Symbol("s", positive=True)  # p . p
@@ -181,14 +181,20 @@ def differences(f, pair, order):
     return np.moveaxis(steps, range(order), range(-order, 0))
 
 
+def library(order):
+    """The library's value, gradient or Hessian."""
+    from firstorder.scene import _geometry_term as ours
+
+    return (ours.geometry_term, ours.geometry_gradient, ours.geometry_hessian)[order]
+
+
 def brute_force(order, d) -> float:
     """The library against differences of the definition, all pairs."""
     from firstorder.checks.tolerance import normwise
-    from firstorder.scene._geometry_term import geometry_jet
 
     f = subtended_numerically if d == 2 else definition
     return max(
-        normwise(np.asarray(geometry_jet(*pair)[order]), differences(f, pair, order))
+        normwise(np.asarray(library(order)(*pair)), differences(f, pair, order))
         for pair in pairs(d)
     )
 
@@ -198,11 +204,11 @@ def autodiff(order, d) -> float:
     import jax
 
     from firstorder.checks.tolerance import normwise
-    from firstorder.scene._geometry_term import geometry_jet, geometry_term
+    from firstorder.scene._geometry_term import geometry_term
 
     args = tuple(np.array(c) for c in zip(*pairs(d), strict=True))
     derivative = jax.grad(geometry_term) if order == 1 else jax.hessian(geometry_term)
-    return normwise(geometry_jet(*args)[order], jax.jit(jax.vmap(derivative))(*args))
+    return normwise(library(order)(*args), jax.jit(jax.vmap(derivative))(*args))
 
 
 def angle_by_length() -> float:

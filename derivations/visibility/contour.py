@@ -13,7 +13,7 @@ import mpmath as mp
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Row, na
+from firstorder.ledger import Check, Row, na
 
 x, y, z = sp.symbols("x y z", real=True)
 P = sp.Matrix([x, y, z])

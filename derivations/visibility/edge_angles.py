@@ -11,7 +11,7 @@ import mpmath as mp
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Counterexample, Row, na
+from firstorder.ledger import Check, Counterexample, Row, na
 
 x, d, r, D, side = sp.symbols("x d r D side", real=True)
 s, omega = sp.symbols("s omega", real=True)

@@ -7,9 +7,9 @@ edge in space is a curve: the edge angle is that of the point where it meets the
 
 from __future__ import annotations
 
-from derivations.ledger import Check, Row, na
 from derivations.visibility import _elevation_checks as checks
 from derivations.visibility import _elevation_proofs as proofs
+from firstorder.ledger import Check, Row, na
 
 ELEVATION = "firstorder.visibility.elevation"
 NONE = {"fourier": na("no spectrum")}
@@ -27,7 +27,6 @@ ROWS = [
     Row(
         "R07.38",
         "definition",
-        implements=f"{ELEVATION}.Elevation",
         symbolic=na("definition"),
         autodiff=na("no derivative"),
         brute_force=Check(checks.traced_visibility, 0.0),

@@ -11,9 +11,9 @@ import functools
 import mpmath as mp
 import numpy as np
 
-from derivations.ledger import Check, Counterexample, Row, na
 from derivations.visibility import _gradients_bounds as bounds
 from derivations.visibility import _gradients_proofs as proofs
+from firstorder.ledger import Check, Counterexample, Row, na
 
 # --- a scene for the numbers: two slabs whose shadows overlap, and one apart ----------------------
 
@@ -308,7 +308,6 @@ ROWS = [
     Row(
         "R07.fn3",
         "over-claim",
-        implements=f"{GRADIENTS}.shading_derivatives",
         symbolic=proofs.bounded_turn,
         autodiff=na("one route"),
         fourier=na("no spectrum"),
@@ -324,7 +323,6 @@ ROWS = [
     Row(
         "R07.s6.2",
         "over-claim",
-        implements=f"{GRADIENTS}.visible_edges",
         symbolic=lambda: proofs.leibniz("x"),
         autodiff=na("one route"),
         fourier=na("no spectrum"),

@@ -25,6 +25,7 @@ and what the calculus buys:
 beside which stand
 
 - `checks`: verification (squares, faults, tolerances, statistics);
+- `ledger`: ledgers of equations (rows, proofs, numeric routes, attacks);
 - `io`: files (scenes, drawings, meshes, images, records);
 - `plotting`: pictures (import it yourself: it brings matplotlib).
 
@@ -52,6 +53,7 @@ if TYPE_CHECKING:
     from firstorder import reconstruction as reconstruction
     from firstorder import rendering as rendering
     from firstorder import checks as checks
+    from firstorder import ledger as ledger
     from firstorder import io as io
 
 __version__ = "0.1.0"
@@ -74,6 +76,7 @@ __all__ = [
     "reconstruction",
     "rendering",
     "checks",
+    "ledger",
     "io",
 ]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import pathlib
 import sys
 from collections.abc import Sequence
@@ -352,6 +353,34 @@ class Check:
         return int(not all(report.sound for report in reports))
 
 
+@dataclass(frozen=True)
+class Ledger:
+    """Judge the ledger of equations in a folder, and print one line for each.
+
+    Its Python files list `ROWS` (`firstorder.ledger.Row`); TOML catalogues may stand beside them.
+    Exit code 1 if anything that should hold does not.
+    """
+
+    folder: Annotated[pathlib.Path, tyro.conf.Positional]
+    """With .py files, or a package of them."""
+    equations: Annotated[tuple[str, ...], tyro.conf.Positional] = ()
+    """Ids, or what stands in them before a dot; all if none is given."""
+    json: pathlib.Path | None = None
+    """Also write the rows to this file."""
+    jobs: int = 1
+    """Processes that judge rows side by side."""
+    attack: bool = False
+    """Try instead whether each row notices that the function it names is off."""
+
+    def run(self) -> int:
+        """Judge, print, write."""
+        from firstorder.ledger import gather, report
+
+        check_positive("jobs", self.jobs)
+        rows = functools.partial(gather, self.folder)
+        return report(rows, self.equations, json=self.json, jobs=self.jobs, attacked=self.attack)
+
+
 def _events(source: pathlib.Path) -> dict:
     """Events, chains and paths of a Python file, by the names of their variables."""
     import runpy
@@ -400,7 +429,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"firstorder {firstorder.__version__}")
         return 0
     command = tyro.cli(
-        Jet | Table | Scene | Agreements | Render | Explain | Check,
+        Jet | Table | Scene | Agreements | Render | Explain | Check | Ledger,
         args=arguments,
         prog="firstorder",
         description=__doc__,

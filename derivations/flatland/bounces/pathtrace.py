@@ -11,7 +11,7 @@ import itertools
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Row, na
+from firstorder.ledger import Check, Row, na
 
 theta = sp.Symbol("theta", real=True)
 HALF = sp.pi / 2

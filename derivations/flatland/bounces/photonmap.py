@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Counterexample, Row, na
 from firstorder.checks.tolerance import fitted_order
+from firstorder.ledger import Check, Counterexample, Row, na
 
 
 def excess():

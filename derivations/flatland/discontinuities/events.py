@@ -15,7 +15,7 @@ import math
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Row, na
+from firstorder.ledger import Check, Row, na
 
 x, a, k = sp.symbols("x theta kappa", real=True)
 r1, r2, R, dL, J, I0 = sp.symbols("r_1 r_2 R dL J I", positive=True)

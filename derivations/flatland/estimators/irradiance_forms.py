@@ -27,8 +27,8 @@ from derivations.flatland.estimators._measured import (
     true_second,
     with_boundary,
 )
-from derivations.ledger import Check, Counterexample, Row, na
 from derivations.scene.geometry_term import subtended
+from firstorder.ledger import Check, Counterexample, Row, na
 
 x, y, a, b, e1, A = sp.symbols("x y a b e1 A", real=True)
 h, e2, R = sp.symbols("h e2 R", positive=True)
@@ -204,7 +204,7 @@ ROWS = [
         Row(
             f"J12.{k}",
             "identity",
-            **STRATA,
+            **MOVED,
             symbolic=lambda part=part: summed_by_parts()[part],
             autodiff=na("no derivative"),
             brute_force=Check(sector_sums, 1e-13),
@@ -214,7 +214,7 @@ ROWS = [
     Row(
         "J12.42",
         "approximation",
-        **STRATA,
+        **MOVED,
         symbolic=na("measured"),
         autodiff=na("no derivative"),
         brute_force=Check(constant_per_sector, 0.05),

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Row, na
+from firstorder.ledger import Check, Row, na
 
 d1, near, far = sp.symbols("d1 d2_min d2_max", positive=True)
 pix, high = sp.symbols("Omega_pix Omega_y_max", positive=True)

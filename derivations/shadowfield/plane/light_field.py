@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Row, na
+from firstorder.ledger import Check, Row, na
 
 x, y, v = sp.symbols("x y v", real=True)
 d1, d2, a = sp.symbols("d1 d2 a", positive=True)
@@ -119,7 +119,7 @@ ROWS = [
     Row(
         "E11.2",
         "approximation",
-        implements="firstorder.shadowfield.plane.light_field.shadow_irradiance",
+        implements="firstorder.shadowfield.plane.light_field.factoring_bound",
         symbolic=factoring,
         autodiff=na("no derivative"),
         fourier=na("no spectrum"),

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Row, na
+from firstorder.ledger import Check, Row, na
 
 x, y = sp.symbols("x y", real=True)
 d1, d2, p, w = sp.symbols("d1 d2 p w", positive=True)

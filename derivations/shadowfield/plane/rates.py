@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Counterexample, Row, na
+from firstorder.ledger import Check, Counterexample, Row, na
 
 a, b, high, tip = sp.symbols("a b Omega_y_max Omega_x_max", positive=True)
 

@@ -11,7 +11,7 @@ import functools
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Row, na
+from firstorder.ledger import Check, Row, na
 
 x, y, v, u = sp.symbols("x y v u", real=True)
 Ox, Oy, Ov = sp.symbols("Omega_x Omega_y Omega_v", real=True)

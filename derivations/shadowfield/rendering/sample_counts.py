@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Counterexample, Row, na
+from firstorder.ledger import Check, Counterexample, Row, na
 from firstorder.shadowfield import sheared_filter, wedge_corners
 from firstorder.shadowfield.plane.rates import SamplingRates, samples_per_receiver
 

@@ -13,7 +13,7 @@ import mpmath as mp
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Counterexample, Row, na
+from firstorder.ledger import Check, Counterexample, Row, na
 
 x, theta = sp.symbols("x theta", real=True)
 alpha = sp.Function("alpha")(x)

@@ -26,19 +26,22 @@ def frozen():
     import jax
     import jax.numpy as jnp
 
-    from firstorder.space import geometry_jet
+    from firstorder.space.estimators._irradiance_forms import Samples, surface_area_estimate
+    from firstorder.space.estimators.strata import Strata
 
     (x, wx), (y, wy) = (gauss(40, *side) for side in lights.LIGHT)
     X, Y = np.meshgrid(x, y, indexing="ij")
-    points = jnp.asarray(np.stack([X, Y, np.ones_like(X)], -1))
-    weights = jnp.asarray(wx[:, None] * wy)
-    up = jnp.array([0.0, 0.0, 1.0])
-
-    def summed(points, weights):
-        jet = geometry_jet(jnp.array(lights.PLACE), up, points, -up)
-        return [jnp.tensordot(weights, part, 2) for part in jet]
-
-    return [np.asarray(part) for part in jax.jit(summed)(points, weights)]
+    p = np.stack([X, Y, np.ones_like(X)], -1) - lights.PLACE
+    distance = np.linalg.norm(p, axis=-1)
+    w = p / distance[..., None]
+    solid = wx[:, None] * wy * w[..., 2] / distance**2
+    borders = np.zeros(X.shape[0] + 1)  # the nodes are those of a rule, and not of cells
+    where = Strata(*map(jnp.asarray, (borders, borders, w, solid)))
+    down = np.broadcast_to([0.0, 0.0, -1.0], w.shape)
+    lit = map(jnp.asarray, (np.ones_like(X), distance, down, w[..., 2], np.zeros(X.shape, int)))
+    found = jax.jit(surface_area_estimate)(Samples(where, *lit))
+    steps = found.value, found.gradient[:3], found.hessian[:3, :3]
+    return [np.asarray(part) for part in steps]
 
 
 def frozen_error(order):
@@ -53,20 +56,33 @@ def _light(t, f):
     return np.exp(np.sin(2.0 * t) * np.cos(f - 0.4))
 
 
-def _quadrature(low, high, left, right, n=24):
+def _quadrature(low, high, left, right, n=24, light=_light):
     (t, wt), (f, wf) = gauss(n, low, high), gauss(n, left, right)
-    return np.einsum("i,j,ij", wt * np.sin(t) * np.cos(t), wf, _light(t[:, None], f))
+    return np.einsum("i,j,ij", wt * np.sin(t) * np.cos(t), wf, light(t[:, None] + 0.0 * f, f))
+
+
+def _gathered(where, L, distance=1.0):
+    """The library's stratified form of samples that see given radiances at given distances."""
+    import jax.numpy as jnp
+
+    from firstorder.space.estimators._irradiance_forms import Samples, stratified_estimate
+
+    L, r = jnp.asarray(L), jnp.broadcast_to(jnp.asarray(distance), jnp.shape(L))
+    w, one = where.directions, jnp.ones_like(L)
+    return stratified_estimate(Samples(where, L, r, -w, one, jnp.zeros(L.shape, int)))
 
 
 def split_numbers():
-    """(59) with numbers, uneven cells."""
-    t, f = np.array([0.0, 0.4, 1.1, np.pi / 2]), np.array([0.0, 1.0, 2.5, 4.0, 2 * np.pi])
-    parts = sum(
-        _quadrature(*rows, *columns)
-        for rows in itertools.pairwise(t)
-        for columns in itertools.pairwise(f)
-    )
-    return abs(parts - _quadrature(0.0, np.pi / 2, 0.0, 2 * np.pi, 60))
+    """(59) with numbers, uneven cells; and the library's sum of a light that is even in each."""
+    where, t, f = _uneven()
+    cells = [
+        (*rows, *columns) for rows in itertools.pairwise(t) for columns in itertools.pairwise(f)
+    ]
+    whole = _quadrature(0.0, np.pi / 2, 0.2, 0.2 + 2 * np.pi, 60)
+    even = np.random.default_rng(5).uniform(0.5, 2.0, len(cells))
+    shares = [_quadrature(*cell, light=lambda t, f: np.ones_like(t)) for cell in cells]
+    ours = _gathered(where, even.reshape(t.size - 1, f.size - 1)).value
+    return max(abs(sum(_quadrature(*c) for c in cells) - whole), float(abs(ours - even @ shares)))
 
 
 def split_autodiff():
@@ -86,13 +102,13 @@ def split_autodiff():
 def constant_per_cell():
     """(60): departure of the fitted order of the error from -2, in the number of rows."""
     from firstorder.checks.tolerance import fitted_order
+    from firstorder.space.estimators.strata import hemisphere_strata
 
     right, sizes, errors = _quadrature(0.0, np.pi / 2, 0.0, 2 * np.pi, 60), [8, 16, 32, 64], []
     for n in sizes:
         t, f = np.linspace(0.0, np.pi / 2, n + 1), np.linspace(0.0, 2 * np.pi, 3 * n + 1)
-        share = 0.5 * np.diff(np.sin(t) ** 2)[:, None] * np.diff(f)
         middle = _light(0.5 * (t[1:] + t[:-1])[:, None], 0.5 * (f[1:] + f[:-1]))
-        errors.append(abs(np.sum(share * middle) - right))
+        errors.append(float(abs(_gathered(hemisphere_strata(t, f), middle).value - right)))
     return abs(fitted_order(sizes, errors) + 2.0)
 
 
@@ -137,7 +153,7 @@ def summed_by_parts():
     """(62) put right, both ways, with numbers."""
     where, t, f = _uneven()
     L = np.random.default_rng(3).uniform(0.0, 2.0, (t.size - 1, f.size - 1))
-    E = np.sum(L * np.asarray(where.projected))
+    E = float(_gathered(where, L).value)
     s, wide, high = np.sin(t) ** 2, np.diff(f), np.diff(np.sin(t) ** 2)[:, None]
     circles = np.sum((L[:-1] - L[1:]) * wide * s[1:-1, None]) + np.sum(L[-1] * wide)
     meridians = np.sum((np.roll(L, 1, 1) - L) * high * f[:-1]) + 2 * np.pi * np.sum(
@@ -179,6 +195,44 @@ def wall_motion():
     u, v = np.array([np.cos(f), np.sin(f)]), np.array([np.sin(f), -np.cos(f)])
     off = square + 2 * np.sin(t) * np.cos(t) ** 2 / reach * u
     return float(np.max(np.abs([off, azimuth - v / (reach * np.sin(t))])))
+
+
+@functools.cache
+def walls_moved():
+    """(63), (64): the library's gradient by steps against autodiff of what all walls sweep.
+
+    Walls of uneven cells, each carried along by the nearer of the samples beside it.
+    """
+    import jax
+    import jax.numpy as jnp
+
+    from firstorder.checks.tolerance import normwise
+
+    where, t, f = _uneven()
+    rng, shape = np.random.default_rng(6), (t.size - 1, f.size - 1)
+    L, r = rng.uniform(0.0, 2.0, shape), rng.uniform(0.4, 3.0, shape)
+
+    def moved(theta, phi, distance, step):
+        w = [np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta) + 0.0 * phi]
+        return jnp.asarray(np.stack(w, -1) * distance) - step
+
+    def swept(step):
+        total = 0.0
+        for j, i in np.ndindex(shape):
+            if j:  # the circle above the cell
+                phi, weight = gauss(20, f[i], f[i + 1])
+                p = moved(t[j], phi, min(r[j - 1, i], r[j, i]), step)
+                square = jnp.sum(p[:, :2] ** 2, -1) / jnp.sum(p**2, -1)
+                total += (L[j - 1, i] - L[j, i]) * 0.5 * jnp.sum(weight * square)
+            theta, weight = gauss(20, t[j], t[j + 1])  # the meridian before it
+            p = moved(theta, f[i], min(r[j, i - 1], r[j, i]), step)
+            weight = weight * np.sin(theta) * np.cos(theta)
+            azimuth = jnp.arctan2(p[:, 1], p[:, 0])
+            total += (L[j, i - 1] - L[j, i]) * jnp.sum(weight * azimuth)
+        return total
+
+    truth = jax.jit(jax.grad(swept))(jnp.zeros(3))
+    return max(normwise(_gathered(where, L, r).gradient[:3], truth), wall_motion())
 
 
 @functools.cache

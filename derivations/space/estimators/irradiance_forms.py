@@ -11,7 +11,6 @@ import functools
 
 import sympy as sp
 
-from derivations.ledger import Check, Counterexample, Row, na
 from derivations.space.estimators._measured import (
     constant_per_cell,
     frozen_error,
@@ -24,8 +23,9 @@ from derivations.space.estimators._measured import (
     summed_by_parts,
     true_gradient,
     true_sum,
-    wall_motion,
+    walls_moved,
 )
+from firstorder.ledger import Check, Counterexample, Row, na
 
 theta, phi, h, r = sp.symbols("theta phi h r", positive=True)
 a, b, c, d = sp.symbols("a b c d", real=True)
@@ -205,7 +205,7 @@ ROWS = [
         "misprint",
         **CELLS,
         symbolic=every_wall,
-        autodiff=Check(wall_motion, 1e-14),
+        autodiff=Check(walls_moved, 1e-12),
         brute_force=Check(lambda: gradient_error(True), 3e-2),
         corrected="grad E ~ 1/2 sum (L_{i,j-1} - L_{i,j}) dphi_i grad sin^2(theta_j-) + 1/2 sum "
         "(L_{i-1,j} - L_{i,j}) dsin^2_j grad phi_i-",
@@ -220,7 +220,7 @@ ROWS = [
         "misprint",
         **CELLS,
         symbolic=motions,
-        autodiff=Check(wall_motion, 1e-14),
+        autodiff=Check(walls_moved, 1e-12),
         brute_force=Check(lambda: gradient_error(False), 3e-2),
         corrected="sum_i u_i sum_{j>1} (L_{i,j} - L_{i,j-1}) dphi_i sin cos^2(theta_j-) / r_{i,j-} "
         "+ sum_i v_i sum_j (L_{i-1,j} - L_{i,j}) (sin theta_j+ - sin theta_j-) / r_{i-,j}",

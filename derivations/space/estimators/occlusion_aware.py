@@ -12,8 +12,8 @@ import mpmath as mp
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Row, na
 from derivations.space.silhouettes.lambert_edge_term import differences
+from firstorder.ledger import Check, Row, na
 
 LIGHT = ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5))  # at z = 1, radiance 1
 BLOCKER = ((-0.3, -0.2), (0.15, -0.25), (0.2, 0.3), (-0.25, 0.35))  # on the plane below

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import sympy as sp
 
-from derivations.ledger import Check, Row, na
 from derivations.space.estimators._measured import cell_autodiff, cell_numbers
+from firstorder.ledger import Check, Row, na
 
 theta, phi = sp.symbols("theta phi", positive=True)
 a, b, c, d = sp.symbols("a b c d", real=True)

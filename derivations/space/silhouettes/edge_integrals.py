@@ -12,8 +12,8 @@ import jax.numpy as jnp
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Row, na
 from firstorder.checks.tolerance import normwise
+from firstorder.ledger import Check, Row, na
 from firstorder.space.silhouettes._edge_integrals import swept_rate
 
 

@@ -10,7 +10,7 @@ import mpmath as mp
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Row, na
+from firstorder.ledger import Check, Row, na
 
 d = sp.symbols("d_x d_y", real=True)
 wx, wy, vx, vy, wz, vz = sp.symbols("w_x w_y v_x v_y w_z v_z", real=True)

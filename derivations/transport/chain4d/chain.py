@@ -11,10 +11,10 @@ import jax.numpy as jnp
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Row, na
 from derivations.transport.chain4d import _space_tracer as tracer
 from firstorder.conventions import SPACE_SLOPE
 from firstorder.laws import Move, Warp
+from firstorder.ledger import Check, Row, na
 from firstorder.transport import GlossyPatch
 
 

@@ -12,12 +12,12 @@ import jax.numpy as jnp
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Counterexample, Row, na
 from derivations.transport.chain4d import _space_tracer as tracer
 from derivations.transport.events._rotation_proofs import four_dimensional_shear
 from firstorder.checks.tolerance import fitted_order
 from firstorder.conventions import SPACE
 from firstorder.laws import Move, Warp
+from firstorder.ledger import Check, Counterexample, Row, na
 from firstorder.transport.chain4d._equator import Bend, Oblique, Turn
 from firstorder.transport.events.incidence import Incidence
 from firstorder.transport.events.mirror import Mirror
@@ -269,7 +269,7 @@ ROWS = [
     Row(
         "D05.s5.2e",
         "approximation",
-        "firstorder.transport.events.cosine.Cosine",
+        "",
         cosine_on_the_equator,
         autodiff=na("no derivative"),
         fourier=na("no spectrum"),
@@ -289,7 +289,7 @@ ROWS = [
     Row(
         "D05.s5.2g",
         "approximation",
-        "firstorder.transport.chain4d.chain.GlossyPatch",
+        "",
         distance_near_the_equator,
         autodiff=na("no derivative"),
         fourier=na("no spectrum"),

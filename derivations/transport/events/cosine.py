@@ -5,13 +5,13 @@ from __future__ import annotations
 import sympy as sp
 
 from derivations.fields import spectrum
-from derivations.ledger import Check, Counterexample, Row, na
 from derivations.squares import square_error
 from derivations.transport.events import _cosine_numbers as numbers
 from derivations.transport.events import _cosine_proofs as proofs
 from derivations.transport.events._cosine_proofs import o2, w
+from firstorder.ledger import Check, Counterexample, Row, na
 
-COSINE = "firstorder.transport.events.cosine.Cosine"
+COSINE = "firstorder.transport.events.cosine.ClampedCosine"
 TRANSFORM = "firstorder.transport.events.cosine.clamped_cosine_transform"
 
 
@@ -28,7 +28,7 @@ ROWS = [
     Row(
         "D05.8",
         "definition",
-        "firstorder.transport.events.separable.separable",
+        "firstorder.transport.events.reflection.Reflection",
         symbolic=na("definition"),
         autodiff=Check(numbers.cosine_gradient_error, 1e-10),
         fourier=na("no spectrum"),
@@ -69,7 +69,6 @@ ROWS = [
     Row(
         "D05.fn1",
         "approximation",
-        TRANSFORM,
         symbolic=spectrum.fall_of_a_broken_power,
         autodiff=na("no derivative"),
         fourier=Check(numbers.falloff_error, 0.05),
@@ -134,7 +133,7 @@ ROWS = [
     Row(
         "D05.s6.1d",
         "identity",
-        "firstorder.transport.events.occlusion.Occlusion",
+        "",
         proofs.soft_shadow,
         autodiff=na("no derivative"),
         fourier=Check(lambda: numbers.shadow_error("spectrum"), 1e-9),

@@ -13,11 +13,11 @@ import jax.numpy as jnp
 import mpmath as mp
 import numpy as np
 
-from derivations.ledger import Check, Counterexample, Row, na
 from derivations.squares import square_error
 from derivations.transport.events import _diffuse_proofs as proofs
 from firstorder.checks.tolerance import fitted_order, normwise
 from firstorder.conventions import SPACE_SLOPE
+from firstorder.ledger import Check, Counterexample, Row, na
 from firstorder.transport.events.diffuse import SlopeWeight, bessel_zk1
 
 
@@ -224,7 +224,7 @@ ROWS = [
     Row(
         "D05.6",
         "misprint",
-        implements=DIFFUSE,
+        implements="firstorder.transport.events.diffuse.DifferentialIrradiance",
         symbolic=proofs.projected_area,
         autodiff=Check(lambda: square_error("diffuse shading", "gradient"), 1e-10),
         fourier=Check(lambda: square_error("diffuse shading", "spectrum"), 1e-9),
@@ -269,7 +269,7 @@ ROWS = [
     Row(
         "D05.s3.3d",
         "identity",
-        implements="firstorder.transport.events.diffuse.Gather",
+        implements="firstorder.laws.integrate.Integrate.spectrum",
         symbolic=proofs.slice_at_zero,
         autodiff=na("spectral"),
         fourier=Check(lambda: square_error("diffuse shading", "spectrum"), 1e-9),

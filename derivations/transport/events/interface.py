@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from derivations.ledger import Check, Row, na
+from firstorder.ledger import Check, Row, na
 from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.transport import ClampedCosine, Fresnel
 

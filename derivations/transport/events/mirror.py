@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Counterexample, Row, na
 from derivations.squares import square_error
 from firstorder.checks.cases import bell
+from firstorder.conventions import mirror_direction
+from firstorder.ledger import Check, Counterexample, Row, na
 
 x, t, n, o1, o2, s = sp.symbols("x theta n Omega_x Omega_theta s", real=True)
 
@@ -52,15 +53,18 @@ def traced(x, theta) -> float:
 def mirror_ball() -> float:
     """Parallel view of a disc: reflected angles from one rim to the other span a full turn.
 
-    A ray at the fraction b of the radius meets the normal at arcsin(b).
+    A ray at the fraction b of the radius meets the normal at arcsin(b). The library's angles, and
+    those of the mirrored vectors.
     """
-    angles = []
+    angles, ours = [], []
     for b in (-1.0 + 1e-12, 1.0 - 1e-12):
         normal = np.array([b, np.sqrt(1.0 - b * b)])
         to_eye = np.array([0.0, 1.0])
         away = 2.0 * (normal @ to_eye) * normal - to_eye
         angles.append(np.arctan2(-away[0], away[1]))
-    return abs(float(angles[0] - angles[1]) - 2.0 * np.pi)
+        ours.append(mirror_direction(0.0, np.arctan2(-normal[0], normal[1])))
+    turns = angles[0] - angles[1], ours[0] - ours[1]
+    return max(abs(float(turn) - 2.0 * np.pi) for turn in turns)
 
 
 _ROUTES = {

@@ -9,10 +9,10 @@ import jax.numpy as jnp
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Counterexample, Row, na
 from firstorder.checks.tolerance import fitted_order
 from firstorder.conventions import FLATLAND, FLATLAND_SLOPE
-from firstorder.transport.events.slopes import ToAngle, ToSlope
+from firstorder.ledger import Check, Counterexample, Row, na
+from firstorder.transport.events.slopes import ToAngle, ToSlope, v_D_theta
 
 v, s = sp.symbols("v s", positive=True)
 theta = sp.Symbol("theta", real=True)
@@ -83,7 +83,8 @@ def counted() -> float:
             for k in (phase - 1, phase + 1)
         ]
         frequency = 1.0 / (zeros[1] - zeros[0])
-        worst = max(worst, abs(frequency / (Omega_v * (1.0 + v0**2)) - 1.0))
+        stretch = float(v_D_theta(jnp.arctan(v0)))
+        worst = max(worst, abs(frequency / (Omega_v * stretch) - 1.0))
     return worst
 
 

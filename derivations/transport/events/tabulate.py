@@ -6,7 +6,7 @@ import functools
 
 import numpy as np
 
-from derivations.ledger import Check, Row, na
+from firstorder.ledger import Check, Row, na
 
 
 @functools.cache

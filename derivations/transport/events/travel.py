@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Counterexample, Row, na
 from derivations.squares import square_error
+from firstorder.ledger import Check, Counterexample, Row, na
 
 x, v, d, t, a = sp.symbols("x v d t a", real=True)
 Ox, Ov = sp.symbols("Omega_x Omega_v", real=True)

@@ -19,9 +19,9 @@ import jax.numpy as jnp
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Row, na
 from firstorder.checks.tolerance import normwise
 from firstorder.fields import Affine, Constant, autodiff_jet, gaussian
+from firstorder.ledger import Check, Row, na
 from firstorder.transport.brdf.lobes import Lobe, glossy, lambert
 from firstorder.transport.events.reflection import VaryingGaussian
 from firstorder.transport.events.texture import wave
@@ -265,11 +265,10 @@ two, flatless = na("two routes"), na("no spectrum")
 CLOSED = f"{MODULE}.ReflectedField.entries"
 
 
-def measured(equation, check, bound, note, implements=f"{MODULE}.ReflectedField.terms"):
+def measured(equation, check, bound, note):
     return Row(
         equation,
         "approximation",
-        implements=implements,
         symbolic=na("measured"),
         autodiff=na("scale"),
         fourier=na("scale"),

@@ -7,7 +7,6 @@ import jax.numpy as jnp
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Counterexample, Row, na
 from derivations.transport.shading._shading import (
     MODULE,
     STEP,
@@ -22,6 +21,7 @@ from derivations.transport.shading._shading import (
     slope_x,
 )
 from firstorder.checks.tolerance import fitted_order, normwise
+from firstorder.ledger import Check, Counterexample, Row, na
 from firstorder.transport.shading.surface import far_light_ratio
 
 
@@ -123,7 +123,6 @@ ROWS = [
         comparable_order,
         0.1,
         "Of the unfiltered light; that of SV and CDV differs by order 2 in the lobe's width.",
-        f"{MODULE}.far_light_ratio",
     ),
     Row(
         "R07.s5.2e",

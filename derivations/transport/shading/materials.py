@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import sympy as sp
 
-from derivations.ledger import Row, na
 from derivations.transport.shading._shading import (
     a,
     b,
@@ -29,6 +28,7 @@ from derivations.transport.shading._shading import (
     rxx,
     turn,
 )
+from firstorder.ledger import Row, na
 
 
 def varying():

@@ -11,7 +11,6 @@ import jax
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Counterexample, Row, na
 from derivations.transport.shading._shading import (
     CLOSED,
     LIGHT,
@@ -42,6 +41,7 @@ from derivations.transport.shading._shading import (
     reflected,
     turn,
 )
+from firstorder.ledger import Check, Counterexample, Row, na
 from firstorder.transport.brdf.general import Ggx
 from firstorder.transport.shading.surface import Surface
 
@@ -234,7 +234,6 @@ ROWS = [
     Row(
         "R07.fn2",
         "over-claim",
-        implements="firstorder.transport.brdf.lobes.LobeArgument",
         symbolic=even_lobes,
         autodiff=na("no derivative"),
         fourier=flatless,

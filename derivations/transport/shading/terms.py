@@ -9,7 +9,6 @@ import jax.numpy as jnp
 import numpy as np
 import sympy as sp
 
-from derivations.ledger import Check, Counterexample, Row, na
 from derivations.transport.shading._shading import (
     BRUTE,
     LIGHT,
@@ -50,6 +49,7 @@ from firstorder.checks.tolerance import fitted_order, normwise
 from firstorder.conventions import SPACE
 from firstorder.fields import Gaussian
 from firstorder.laws import Move
+from firstorder.ledger import Check, Counterexample, Row, na
 from firstorder.transport.shading._flat_jets import FlatlandLight
 
 
@@ -217,7 +217,6 @@ ROWS = [
     Row(
         "R07.s5.1a",
         "over-claim",
-        implements="firstorder.transport.events.rotation.Curvature",
         symbolic=lambda: [matrices()[0]],
         autodiff=na("scale"),
         fourier=flatless,
@@ -304,7 +303,7 @@ ROWS = [
     Row(
         "R07.fig4.lambertian",
         "over-claim",
-        implements="firstorder.transport.brdf.lobes.lambert",
+        implements=f"{MODULE}.ReflectedField.entries",
         symbolic=diffuse_argument,
         autodiff=autodiff("diffuse", "hessian"),
         fourier=two,
@@ -322,6 +321,5 @@ ROWS = [
         young,
         1e-3,
         "|L_theta (*) rho| <= sup |L| int |rho'| for any light (Young's inequality), searched.",
-        "firstorder.transport.brdf.lobes.lambert",
     ),
 ]

@@ -1,0 +1,354 @@
+"""Attacks: a row that names a function must notice when that function is off.
+
+The function is put out of true where it stands, by other code in the same function object: every
+name, table, closure or method that holds it holds the wrong one, whenever it was bound. What was
+computed or compiled before is forgotten for the time being, and afterwards all is as it was.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import copy
+import dataclasses
+import functools
+import gc
+import importlib
+import inspect
+import math
+import pathlib
+import sys
+import types
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from firstorder.fields.spectrum import Spectrum, SumSpectrum
+from firstorder.ledger.judging import judge_route
+from firstorder.ledger.rows import NUMERIC, Check, Row
+from firstorder.numerics._compiled import own_programs
+
+# Factors by which a result is off. A row must notice the first, a tenth of a per cent. Of the
+# second, a wrong sign, it is only told whether it does: many a statement holds of either sign.
+FACTORS = (1.001, -1.0)
+
+
+@dataclasses.dataclass(frozen=True)
+class Attacked:
+    """What became of a row under attack.
+
+    Attributes:
+        row: that was judged.
+        noticed: by factor, the route that failed; "" if none did.
+        called: whether any route called what the row names.
+        refused: why it cannot be attacked; "" if it can.
+    """
+
+    row: Row
+    noticed: dict[float, str]
+    called: bool
+    refused: str = ""
+
+    @property
+    def status(self) -> str:
+        """Whether the row notices the first factor, and if not why."""
+        if self.refused:
+            return "cannot be attacked"
+        if next(iter(self.noticed.values())):
+            return "notices, against its exception" if self.row.unnoticed else "notices"
+        if self.row.unnoticed:
+            return "excepted"
+        return "does not notice" if self.called else "does not call it"
+
+    @property
+    def sound(self) -> bool:
+        """Whether the row notices, or is excepted and does not."""
+        return self.status in ("notices", "excepted")
+
+    def as_json(self) -> dict[str, Any]:
+        """The object that `firstorder ledger --attack --json` writes."""
+        return {
+            "equation": self.row.equation,
+            "implements": self.row.implements,
+            "status": self.status,
+            "noticed": {f"{factor:g}": route for factor, route in self.noticed.items()},
+            "reason": self.row.unnoticed,
+        }
+
+    def __str__(self) -> str:
+        """One line: id, status, the routes that noticed, the name, the reason of an exception."""
+        routes = "  ".join(f"{f:g}:{route or '-':11}" for f, route in self.noticed.items())
+        line = f"{self.row.equation:26} {self.status:16} {routes}  {self.row.implements}"
+        return f"{line}  {self.refused or self.row.unnoticed}".rstrip()
+
+
+def attack(rows: Sequence[Row], factors: Sequence[float] = FACTORS) -> list[Attacked]:
+    """Judge rows that name one function, with all floating numbers of its results off by a factor.
+
+    Of a class, the results of all its own public methods and properties are off; of one that has
+    none, the numbers that it is made of. A function that is returned is off in its turn. Numeric
+    routes alone are judged, up to the first that fails; a number must say so, for an exception or a
+    NaN is a fault of the attack and not of what was found.
+
+    Args:
+        rows: of one `implements`, with numeric routes; `judge` them first, for one that fails as it
+            is seems to notice.
+        factors: by which results are multiplied, one after the other; the first counts.
+
+    Raises:
+        ValueError: one sentence, if what the rows name does not exist or is no function or class.
+
+    Example:
+        >>> from firstorder.conventions import mirror_direction
+        >>> from firstorder.ledger import Check, Row, attack
+        >>> def error():
+        ...     return abs(float(mirror_direction(0.3, 0.0)) + 0.3)
+        >>> name = "firstorder.conventions.mirror_direction"
+        >>> row = Row("T.3", "definition", name, brute_force=Check(error, 1e-9))
+        >>> attack([row])[0].noticed
+        {1.001: 'brute_force', -1.0: 'brute_force'}
+    """
+    functions = functions_of(rows[0].implements)
+    folders = _folders(functions, rows)
+    called, noticed = {r.equation: False for r in rows}, {r.equation: {} for r in rows}
+    for factor in factors:
+        calls: list[None] = []
+        with put_out(functions, factor, functools.partial(calls.append, None)), _forgotten(folders):
+            for row in rows:
+                calls.clear()
+                route = _first_to_notice(row)
+                if not route and not calls:  # what an earlier row has called may be remembered
+                    _forget(folders)
+                    route = _first_to_notice(row)
+                noticed[row.equation][factor] = route
+                called[row.equation] |= bool(calls)
+    return [Attacked(r, noticed[r.equation], called[r.equation]) for r in rows]
+
+
+def _first_to_notice(row: Row) -> str:
+    """The first numeric route that fails with a number; "" if none does."""
+    for route in NUMERIC:
+        check = getattr(row, route)
+        if isinstance(check, Check):
+            verdict = judge_route(route, check)
+            number = verdict.error is not None and math.isfinite(verdict.error)
+            if verdict.verdict == "fail" and number:
+                return route
+    return ""
+
+
+# --- what a name stands for ----------------------------------------------------------------------
+
+
+def functions_of(name: str) -> list[types.FunctionType]:
+    """The plain functions behind a dotted name: one, or those of a class.
+
+    Raises:
+        ValueError: one sentence, if there is nothing of that name, or nothing that computes.
+
+    Example:
+        >>> from firstorder.ledger import functions_of
+        >>> [f.__qualname__ for f in functions_of("firstorder.transport.Travel")]
+        ['Travel.law']
+    """
+    found = _named(name)
+    functions = _of_class(found) if inspect.isclass(found) else _plain(found)
+    if not functions:
+        raise ValueError(f"{name} is no function and no class of functions: nothing to attack.")
+    return functions
+
+
+def _named(name: str) -> Any:
+    """The object of a dotted name; of a method or property as it stands in its class."""
+    parts = name.split(".")
+    for cut in range(len(parts), 0, -1):
+        try:
+            found = importlib.import_module(".".join(parts[:cut]))
+        except ModuleNotFoundError:
+            continue
+        for part in parts[cut:]:
+            if not hasattr(found, part):
+                break
+            as_it_stands = inspect.getattr_static if inspect.isclass(found) else getattr
+            found = as_it_stands(found, part)
+        else:
+            return found
+    raise ValueError(f"{name} does not exist.")
+
+
+def _of_class(cls: type) -> list[types.FunctionType]:
+    """A class's own public methods and properties; or what makes its instances."""
+    public = [v for k, v in vars(cls).items() if k[0] != "_" or k == "__call__"]
+    methods = [f for member in public for f in _plain(member)]
+    return methods or [f for k in ("__new__", "__init__") for f in _plain(vars(cls).get(k))]
+
+
+def _plain(member: Any) -> list[types.FunctionType]:
+    """The plain function inside a property, a class method, a cached or a compiled function."""
+    while not inspect.isfunction(member):
+        for inner in ("fget", "func", "__func__", "method", "__wrapped__"):
+            if callable(getattr(member, inner, None)) and not inspect.isclass(member):
+                member = getattr(member, inner)
+                break
+        else:
+            return []
+    return [member]
+
+
+# --- out of true, for a while --------------------------------------------------------------------
+
+
+@contextlib.contextmanager
+def put_out(
+    functions: Sequence[types.FunctionType], factor: float, seen: Callable[[], Any] = lambda: None
+) -> Iterator[None]:
+    """Inside, the results of some functions are off by a factor, whoever calls them.
+
+    Args:
+        functions: as `functions_of` finds them.
+        factor: of every floating number in a result, and of what a returned function returns.
+        seen: called with every call.
+
+    Example:
+        >>> from firstorder.ledger import functions_of, put_out
+        >>> from firstorder.conventions import mirror_direction
+        >>> with put_out(functions_of("firstorder.conventions.mirror_direction"), 2.0):
+        ...     mirror_direction(0.25, 0.0)
+        -0.5
+        >>> mirror_direction(0.25, 0.0)
+        -0.25
+    """
+    right = [(f, f.__code__) for f in functions]
+    scaling: list[None] = []  # not empty while a result is scaled: what that calls is not meant
+    try:
+        for f, code in right:
+            f.__code__ = _detour(code, _wrong(f, factor, seen, scaling))
+        yield
+    finally:
+        for f, code in right:
+            f.__code__ = code
+
+
+def _wrong(
+    f: types.FunctionType, factor: float, seen: Callable[[], Any], scaling: list[None]
+) -> Callable[..., Any]:
+    """A copy of a function whose results are off."""
+    right = types.FunctionType(f.__code__, f.__globals__, f.__name__, f.__defaults__, f.__closure__)
+    right.__kwdefaults__ = f.__kwdefaults__
+    wrongly = _scale_fields if f.__name__ == "__init__" else _scaled
+
+    def wrong(*args, **kwargs):
+        result = right(*args, **kwargs)
+        if scaling:
+            return result
+        seen()
+        scaling.append(None)
+        try:
+            return wrongly(args[0] if wrongly is _scale_fields else result, factor)
+        finally:
+            scaling.pop()
+
+    return wrong
+
+
+def _detour(code: types.CodeType, to: Callable[..., Any]) -> types.CodeType:
+    """Code that calls another function, for a function that has this code.
+
+    A function takes only code of as many free variables as it has; these are named and not read.
+    """
+    free = ", ".join(f"free{k}" for k in range(len(code.co_freevars)))
+    made = compile(_DETOUR.format(free=free, read=free or "None"), "<detour>", "exec")
+    detour = _codes_in(_codes_in(made)[0])[0]
+    consts = tuple(to if c == "other" else c for c in detour.co_consts)
+    return detour.replace(co_consts=consts, co_filename=code.co_filename, co_name=code.co_name)
+
+
+_DETOUR = """
+def outer({free}):
+    def detour(*args, **kwargs):
+        other = "other"
+        return other(*args, **kwargs)
+        {read}
+"""
+
+
+def _codes_in(code: types.CodeType) -> list[types.CodeType]:
+    return [c for c in code.co_consts if isinstance(c, types.CodeType)]
+
+
+def _scaled(x: Any, factor: float) -> Any:
+    """All floating numbers in a result times a factor, and all values of a spectrum.
+
+    A spectrum is not known by its numbers: if all its lengths grow alike, it may stay what it was.
+    """
+    scale = functools.partial(_scaled_leaf, factor=factor)
+    return jax.tree.map(scale, x, is_leaf=lambda part: isinstance(part, Spectrum))
+
+
+def _scaled_leaf(x: Any, factor: float) -> Any:
+    if isinstance(x, (float, complex, np.inexact)) or _floating(x):
+        return x * factor
+    if isinstance(x, Spectrum):
+        return SumSpectrum((x,), jnp.array([factor]))
+    if inspect.isfunction(x) or isinstance(x, (functools.partial, types.MethodType)):
+        return lambda *args, **kwargs: _scaled(x(*args, **kwargs), factor)
+    if dataclasses.is_dataclass(x) and not inspect.isclass(x):  # one that is no tree
+        x = copy.copy(x)
+        _scale_fields(x, factor)
+    return x
+
+
+def _floating(x: Any) -> bool:
+    """Whether something is an array of floating or complex numbers."""
+    return isinstance(x, (np.ndarray, jax.Array)) and np.issubdtype(x.dtype, np.inexact)
+
+
+def _scale_fields(x: Any, factor: float) -> None:
+    """Scale the numbers of a record where they stand, in a frozen one too."""
+    for field in dataclasses.fields(x):
+        if hasattr(x, field.name):
+            object.__setattr__(x, field.name, _scaled(getattr(x, field.name), factor))
+
+
+# --- what is remembered --------------------------------------------------------------------------
+
+
+@contextlib.contextmanager
+def _forgotten(folders: Sequence[pathlib.Path]) -> Iterator[None]:
+    """What was compiled before, or computed by cached functions of some folders, does not count."""
+    _forget(folders)
+    try:
+        with own_programs():
+            yield
+    finally:
+        _forget(folders)
+
+
+def _forget(folders: Sequence[pathlib.Path]) -> None:
+    jax.clear_caches()
+    for cached in gc.get_objects():
+        if type(cached) is _CACHED:
+            code = getattr(inspect.unwrap(cached), "__code__", None)
+            if code and any(pathlib.Path(code.co_filename).is_relative_to(f) for f in folders):
+                cached.cache_clear()
+
+
+_CACHED = type(functools.lru_cache(_forget))
+
+
+def _folders(functions: Sequence[types.FunctionType], rows: Sequence[Row]) -> list[pathlib.Path]:
+    """Where the packages lie that the functions and the rows come from."""
+    checks = [getattr(row, route) for row in rows for route in NUMERIC]
+    judges = [f for c in checks if isinstance(c, Check) for f in _plain(c.error)]
+    modules = {sys.modules.get(f.__module__) for f in (*functions, *judges)}
+    roots = {sys.modules.get(m.__name__.partition(".")[0], m) for m in modules if m}
+    return [folder for m in roots for folder in _folders_of(m)]
+
+
+def _folders_of(module: types.ModuleType) -> list[pathlib.Path]:
+    """The folders of a package, or the one in which a module lies."""
+    if hasattr(module, "__path__"):
+        return [pathlib.Path(folder) for folder in module.__path__]
+    return [pathlib.Path(module.__file__).parent] if module.__file__ else []
