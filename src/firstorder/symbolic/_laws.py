@@ -33,8 +33,10 @@ from firstorder.symbolic._functions import Unknown, unknown_function
 from firstorder.symbolic._reading import array, expression, inserted, matrix, read
 from firstorder.typing import Frequency, Ray, Scalar
 
-# Light of flatland, in the order in which an event is tried that does not say what it takes.
-FRAMES = (FLATLAND, FLATLAND.turned(), FLATLAND_SLOPE, FLATLAND_SLOPE.turned())
+# Light of flatland, in the order in which an event is tried that does not say what it takes; last
+# that of a line in time, for what names t.
+IN_TIME = Frame(("x", "t"))
+FRAMES = (FLATLAND, FLATLAND.turned(), FLATLAND_SLOPE, FLATLAND_SLOPE.turned(), IN_TIME)
 LARGE = 200  # operations of an expression that is not simplified: SymPy takes minutes
 
 
