@@ -20,8 +20,11 @@ Space
 Fourier
     `F(Omega) = int f(u) exp(-2 pi i Omega . u) du`: cycles per unit, no prefactor.
 Units
-    x in metres, theta in radians, v without unit, Omega in cycles per unit of its coordinate,
-    radiance in any unit the user likes (the library is linear in it).
+    x in metres, theta in radians, v without unit, t in seconds, Omega in cycles per unit of its
+    coordinate, radiance in any unit the user likes (the library is linear in it).
+Time
+    A frame may have the coordinate t, last: `("x", "t")`, `("x", "v", "t")`. Light does not age on
+    its way: an event acts at every time alike, but for maps and factors that name t.
 """
 
 from __future__ import annotations
@@ -38,14 +41,16 @@ Sense = Literal["incoming", "outgoing"]
 ANGLES = ("theta", "phi")
 SLOPES = ("v", "w")
 POSITIONS = ("x", "y")
+TIMES = ("t",)
 
 
 @dataclasses.dataclass(frozen=True)
 class Frame:
     """Names of a light field's coordinates, and the sense in which its rays are labelled.
 
-    Positions stand before directions: `("x", "theta")`, `("x", "v")`, or in space
-    `("x", "y", "v", "w")`. A frame is static: it never becomes a traced value.
+    Positions stand before directions, and both before time: `("x", "theta")`, `("x", "v")`, in
+    space `("x", "y", "v", "w")`, in motion `("x", "t")`. A frame is static: it never becomes a
+    traced value.
 
     Example:
         >>> from firstorder.conventions import Frame

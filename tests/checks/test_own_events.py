@@ -1,4 +1,4 @@
-"""Five events that a user writes in at most five lines each: sound, and every fault seen."""
+"""Events that a user writes in at most five lines each: sound, and every fault seen."""
 
 import pytest
 import sympy
@@ -28,6 +28,7 @@ EVENTS = {
         ),
         3,
     ),
+    "motion": (lambda: event({x: x + w * t}, parameters={w: 1.3}), 5),  # over (x, t)
 }
 
 

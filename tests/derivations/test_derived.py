@@ -10,9 +10,9 @@ from derivations.catalogue import load
 from derivations.derived import frequency, irradiance
 from derivations.derived.compare import flat, normal
 from derivations.derived.listing import equations, listed
-from derivations.ledger import vanishes
 from firstorder.conventions import fourier_kernel
 from firstorder.laws import Move
+from firstorder.ledger import vanishes
 from firstorder.scene._geometry_term import geometry_gradient
 from firstorder.symbolic import _spectra, derive
 from firstorder.transport import Curvature, Mirror, Travel

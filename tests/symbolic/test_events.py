@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 import sympy
 
-from firstorder.conventions import FLATLAND_SLOPE
-from firstorder.fields import Grid, gaussian
+from firstorder.conventions import FLATLAND_SLOPE, Frame
+from firstorder.fields import Gaussian, Grid, gaussian
 from firstorder.laws import Move, Warp
 from firstorder.symbolic import UnknownField, derive, event
 from firstorder.transport import Curvature, Texture, Travel, wave
 
-x, theta, v, d, k, n = sympy.symbols("x theta v d kappa n")
+x, theta, v, t, d, k, n = sympy.symbols("x theta v t d kappa n")
 LIGHT = gaussian((0.2, 0.1), (0.5, 0.3), 0.3)
 SLOPES = gaussian((0.2, 0.1), (0.5, 0.3), 0.3, frame=FLATLAND_SLOPE)
 RAYS = np.random.default_rng(0).uniform(-0.6, 0.6, (2, 20))
@@ -54,6 +54,17 @@ def test_an_affine_map_is_a_move_and_any_other_a_warp():
     assert isinstance(TWINS["travel in angles"][1].law(frame), Warp)
 
 
+def test_a_map_may_name_time():
+    """What moves at k metres a second is seen at x where it was at x - k t at first."""
+    moving = event({x: x + k * t}, parameters={k: 1.3})
+    light = gaussian((0.2, 0.1), (0.5, 0.3), 0.3, frame=Frame(("x", "t")))
+    true = light(RAYS[0] - 1.3 * RAYS[1], RAYS[1])
+    np.testing.assert_allclose(moving(light)(*RAYS), true, rtol=1e-12)
+    np.testing.assert_allclose(moving.law(light.frame).M, [[1.0, -1.3], [0.0, 1.0]], rtol=1e-15)
+    slanted = Gaussian(jnp.zeros(3), jnp.eye(3), frame=Frame(("x", "v", "t"))) >> Travel(2.0)
+    np.testing.assert_allclose(slanted.light(2.0, 1.0, 0.3), np.exp(-0.545), rtol=1e-12)
+
+
 def test_parameters_are_leaves():
     def after(make):
         return lambda k: make(k)(LIGHT)(0.3, 0.1)
@@ -92,6 +103,10 @@ REFUSED = {
         "has no inverse in closed form: give `source`",
     ),
     "no number": (lambda: event({x: k * x})(LIGHT), "must give a number for kappa"),
+    "time in light without it": (
+        lambda: event({x: x + t})(LIGHT),
+        "must give a number for t, which is no coordinate of the light",
+    ),
     "a number for a coordinate": (
         lambda: event({x: 2 * x}, parameters={theta: 1.0})(LIGHT),
         "a number for theta, which is a coordinate",

@@ -144,6 +144,7 @@ def test_a_transform_that_is_wrong_is_not_trusted(monkeypatch):
 
         def replaced(*given, wrong=wrong):
             F = right(*given)
+            assert F is not None
             return F._replace(expression=wrong(F))
 
         monkeypatch.setattr(lobes, "closed_transform", replaced)

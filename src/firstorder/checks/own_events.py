@@ -88,7 +88,7 @@ def check(event: Event | Chain, frame: Frame | None = None, name: str = "") -> R
     Args:
         event: of `firstorder.symbolic.event`, a `Reflection` by `lobe`, or any other.
         frame: of the light in flatland; left out, the first of angles and slopes, incoming and
-            outgoing, that the event takes.
+            outgoing, and of (x, t), that the event takes.
         name: what the report calls it.
 
     Returns:

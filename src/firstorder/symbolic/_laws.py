@@ -28,8 +28,10 @@ from firstorder.symbolic._formula import Formula, coordinates_of
 from firstorder.symbolic._reading import array, expression, inserted, matrix, read
 from firstorder.typing import Ray, Scalar
 
-# Light of flatland, in the order in which an event is tried that does not say what it takes.
-FRAMES = (FLATLAND, FLATLAND.turned(), FLATLAND_SLOPE, FLATLAND_SLOPE.turned())
+# Light of flatland, in the order in which an event is tried that does not say what it takes; last
+# that of a line in time, for what names t.
+IN_TIME = Frame(("x", "t"))
+FRAMES = (FLATLAND, FLATLAND.turned(), FLATLAND_SLOPE, FLATLAND_SLOPE.turned(), IN_TIME)
 
 
 class FormulaField(Field):

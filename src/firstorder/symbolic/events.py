@@ -12,7 +12,7 @@ import numpy as np
 import sympy
 
 from firstorder._argument_checks import is_concrete
-from firstorder.conventions import ANGLES, SLOPES, Frame
+from firstorder.conventions import ANGLES, POSITIONS, SLOPES, TIMES, Frame
 from firstorder.fields.spectrum import Grid
 from firstorder.laws.base import Law
 from firstorder.laws.move import Move
@@ -30,7 +30,7 @@ from firstorder.symbolic._numeric import (
 from firstorder.transport.event import Chain, Event, require_frame
 from firstorder.typing import Array, as_float
 
-COORDINATES = ("x", "y", *ANGLES, *SLOPES)
+COORDINATES = (*POSITIONS, *ANGLES, *SLOPES, *TIMES)
 # Where a map is looked at: rays about the central one, in the units of the coordinates.
 PROBES = np.linspace(-0.9, 0.9, 13)
 
