@@ -1,3 +1,6 @@
+import subprocess
+import sys
+
 import equinox as eqx
 import numpy as np
 import pytest
@@ -53,6 +56,23 @@ def test_a_command_that_does_not_exist_is_exit_code_2(capsys):
     with pytest.raises(SystemExit) as stop:
         main(["paint"])
     assert stop.value.code == 2
+
+
+@pytest.mark.parametrize("asked", ["--help", "--version", "scene --help"])
+def test_help_is_there_before_jax_is_imported(asked):
+    program = f"""
+import sys
+from firstorder.cli import main
+try:
+    main({asked.split()!r})
+except SystemExit as stop:
+    assert not stop.code
+print(sorted({{"jax", "numpy", "matplotlib", "sympy"}} & set(sys.modules)), file=sys.stderr)
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == "[]\n"
+    assert "firstorder" in done.stdout
 
 
 def test_the_version_is_that_of_the_package(capsys):

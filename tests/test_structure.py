@@ -227,7 +227,7 @@ def private(name):
 def surface():
     """Public names by the public module that defines them."""
     for name, is_package in modules():
-        if not (is_package or private(name) or ".cases." in name or name == "cli"):
+        if not (is_package or private(name) or ".cases." in name):
             for public in sorted(public_names(path_of(name, False))):
                 yield name, public
 

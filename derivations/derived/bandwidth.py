@@ -21,7 +21,7 @@ from derivations.derived.compare import (
 from firstorder.bandwidth import glossy_bandwidth, occluded_bandwidth
 from firstorder.conventions import FLATLAND, FLATLAND_SLOPE, Frame
 from firstorder.symbolic import UnknownField, derive
-from firstorder.symbolic._reading import expression, matrix
+from firstorder.symbolic._programs.reading import expression, matrix
 from firstorder.transport import (
     Curvature,
     Incidence,

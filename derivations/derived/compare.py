@@ -12,8 +12,8 @@ import sympy as sp
 from firstorder._symbols import SymbolicArray
 from firstorder.conventions import FLATLAND, Frame
 from firstorder.symbolic import UnknownField
-from firstorder.symbolic._functions import unknown_function
-from firstorder.symbolic._reading import read
+from firstorder.symbolic._programs.functions import unknown_function
+from firstorder.symbolic._programs.reading import read
 
 x, y, theta, v, t, px = sp.symbols("x y theta v t px", real=True)
 Ox, Oy, Ot, Ov = sp.symbols("Omega_x Omega_y Omega_theta Omega_v", real=True)

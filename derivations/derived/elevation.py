@@ -11,7 +11,7 @@ import functools
 import sympy as sp
 
 from derivations.derived.compare import Equation
-from firstorder.symbolic._reading import array, expression, read
+from firstorder.symbolic._programs.reading import array, expression, read
 from firstorder.visibility import contour_elevation, crease_elevation
 
 p_x, p_z = sp.symbols("p_x p_z", positive=True)

@@ -33,7 +33,7 @@ from firstorder.scene._geometry_term import (
     geometry_term,
 )
 from firstorder.symbolic import UnknownField, derive
-from firstorder.symbolic._reading import array, expression, read
+from firstorder.symbolic._programs.reading import array, expression, read
 from firstorder.transport import Cosine
 from firstorder.visibility import point_edge_angle
 

@@ -32,7 +32,7 @@ from firstorder.fields import gaussian
 from firstorder.laws import Convolve, Integrate, Move, Multiply, Warp
 from firstorder.laws.warp import Map
 from firstorder.symbolic import UnknownField, UnknownLobe, derive
-from firstorder.symbolic._reading import array, read
+from firstorder.symbolic._programs.reading import array, read
 
 u, Omega = sp.Matrix([x, theta]), sp.Matrix([Ox, Ot])
 M = sp.Matrix(2, 2, sp.symbols("m_1:3_1:3", real=True))

@@ -39,8 +39,8 @@ from firstorder.symbolic import (
     derive,
     named_terms,
 )
-from firstorder.symbolic._functions import Unknown, unknown_function
-from firstorder.symbolic._reading import matrix
+from firstorder.symbolic._programs.functions import Unknown, unknown_function
+from firstorder.symbolic._programs.reading import matrix
 from firstorder.transport import (
     Bump,
     Cosine,

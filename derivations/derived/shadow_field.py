@@ -40,7 +40,7 @@ from firstorder.shadowfield import (
 )
 from firstorder.symbolic import UnknownField, derive
 from firstorder.symbolic._edges import sifted
-from firstorder.symbolic._reading import expression, matrix
+from firstorder.symbolic._programs.reading import expression, matrix
 from firstorder.symbolic._spectra import of_spectrum
 
 d1, d2, near, far = sp.symbols("d_1 d_2 d_min d_max", positive=True)

@@ -34,8 +34,8 @@ from firstorder.conventions import FLATLAND_SLOPE
 from firstorder.fields import Jet, half_plane
 from firstorder.laws import Integrate
 from firstorder.symbolic import UnknownField, UnknownLobe, derive, named_terms
-from firstorder.symbolic._functions import Unknown
-from firstorder.symbolic._reading import array, expression, read
+from firstorder.symbolic._programs.functions import Unknown
+from firstorder.symbolic._programs.reading import array, expression, read
 from firstorder.transport import (
     BaseSurface,
     Bump,

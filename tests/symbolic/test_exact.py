@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import sympy
 
-from firstorder.symbolic._exact import exact, exact_array
+from firstorder.symbolic._programs.exact import exact, exact_array
 
 
 @pytest.mark.parametrize(

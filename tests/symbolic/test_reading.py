@@ -7,7 +7,7 @@ import pytest
 import sympy
 
 from firstorder.errors import Refused
-from firstorder.symbolic._reading import array, expression, inserted, matrix, read
+from firstorder.symbolic._programs.reading import array, expression, inserted, matrix, read
 
 a, b = sympy.symbols("a b", real=True)
 AT = {a: 0.7, b: -1.3}

@@ -7,7 +7,7 @@ from firstorder.conventions import FLATLAND, FLATLAND_SLOPE, SPACE, Frame
 from firstorder.errors import Refused
 from firstorder.fields import GaussianProfile, gaussian
 from firstorder.symbolic import UnknownField, UnknownLobe, UnknownVaryingLobe, derive
-from firstorder.symbolic._functions import unknown_function
+from firstorder.symbolic._programs.functions import unknown_function
 from firstorder.transport import Mirror, Reflection, Texture, VaryingGaussian, wave
 
 
@@ -32,7 +32,7 @@ def test_it_takes_the_frame_of_the_light_that_it_meets():
 
 def test_its_jet_is_made_of_its_derivatives():
     """The library's own rules for jets, read: the same as SymPy's derivatives of the value."""
-    from firstorder.symbolic._reading import array, matrix, read
+    from firstorder.symbolic._programs.reading import array, matrix, read
 
     L = UnknownField("L", frame=FLATLAND)
     x, theta = sympy.symbols("x theta", real=True)

@@ -28,9 +28,9 @@ from firstorder.fields.field import Field
 from firstorder.fields.jet import Jet
 from firstorder.fields.spectrum import Spectrum
 from firstorder.laws import Convolve, Law, Move, Warp
-from firstorder.symbolic._exact import Expr
 from firstorder.symbolic._formula import Formula
 from firstorder.symbolic._laws import FRAMES
+from firstorder.symbolic._programs.exact import Expr
 from firstorder.symbolic._spectra import of_spectrum
 from firstorder.symbolic.derivation import Derivation, derive
 from firstorder.symbolic.unknown import UnknownField

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sympy
 
 from firstorder.errors import Refused
-from firstorder.symbolic._exact import Expr
+from firstorder.symbolic._programs.exact import Expr
 
 
 def differentiated(expression: Expr, symbol: sympy.Symbol) -> Expr:

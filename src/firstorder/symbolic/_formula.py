@@ -11,7 +11,7 @@ import sympy
 
 from firstorder._display import in_notebook
 from firstorder.conventions import Frame
-from firstorder.symbolic._lowering import lowered
+from firstorder.symbolic._programs.lowering import lowered
 
 
 def coordinates_of(frame: Frame) -> tuple[sympy.Symbol, ...]:

@@ -1,7 +1,7 @@
 """What laws do to the formula of light.
 
-A law's rule for one ray is read as it stands (`_reading`), with the formula of the operand put in.
-Two rules are not formulas but quadratures: for these the integral is written down that they
+A law's rule for one ray is read as it stands (`_programs.reading`), with the formula of the operand
+put in. Two rules are not formulas but quadratures: for these the integral is written down that they
 compute.
 """
 
@@ -23,9 +23,9 @@ from firstorder.fields.jet import Jet
 from firstorder.laws import Convolve, Integrate, Law
 from firstorder.laws.base import FieldImage
 from firstorder.laws.convolve import Circle, Hemisphere, Line
-from firstorder.symbolic._exact import Expr
 from firstorder.symbolic._formula import Formula, coordinates_of
-from firstorder.symbolic._reading import array, expression, inserted, matrix, read
+from firstorder.symbolic._programs.exact import Expr
+from firstorder.symbolic._programs.reading import array, expression, inserted, matrix, read
 from firstorder.typing import Ray, Scalar
 
 # Light of flatland, in the order in which an event is tried that does not say what it takes; last

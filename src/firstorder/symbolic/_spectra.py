@@ -1,8 +1,9 @@
 """What laws do to the formulas of spectra and covariances.
 
-A law's rules are read as they stand (`_reading`). One is not a formula but a way to compute one, a
-Fourier series on a window: for it the convolution is written down that it computes. The spectrum
-after a move is written with the inverse of its matrix, for whose numbers a program chooses pivots.
+A law's rules are read as they stand (`_programs.reading`). One is not a formula but a way to
+compute one, a Fourier series on a window: for it the convolution is written down that it computes.
+The spectrum after a move is written with the inverse of its matrix, for whose numbers a program
+chooses pivots.
 The Fourier kernel is read out of `conventions` wherever it stands.
 """
 
@@ -20,11 +21,11 @@ from firstorder.errors import Refused
 from firstorder.fields.covariance import Covariance
 from firstorder.fields.spectrum import Spectrum
 from firstorder.laws import Convolve, Law, Move, Multiply
-from firstorder.symbolic._exact import Expr
 from firstorder.symbolic._formula import Formula, frequencies_of
-from firstorder.symbolic._functions import Unknown, unknown_function
 from firstorder.symbolic._laws import of_field
-from firstorder.symbolic._reading import array, expression, inserted, matrix, read
+from firstorder.symbolic._programs.exact import Expr
+from firstorder.symbolic._programs.functions import Unknown, unknown_function
+from firstorder.symbolic._programs.reading import array, expression, inserted, matrix, read
 from firstorder.symbolic.unknown import UnknownVaryingLobe
 from firstorder.typing import Frequency
 

@@ -15,11 +15,11 @@ import numpy as np
 import sympy
 
 from firstorder.conventions import fourier_kernel
-from firstorder.symbolic._exact import Expr
-from firstorder.symbolic._functions import Moment
-from firstorder.symbolic._lowering import SPECIAL, as_function
-from firstorder.symbolic._moments import moment
-from firstorder.symbolic._reading import array, expression, read
+from firstorder.symbolic._programs.exact import Expr
+from firstorder.symbolic._programs.functions import Moment
+from firstorder.symbolic._programs.lowering import SPECIAL, as_function
+from firstorder.symbolic._programs.moments import moment
+from firstorder.symbolic._programs.reading import array, expression, read
 
 LARGE = 60  # operations of a profile that is expanded
 MOST = 64  # terms of what it expands to

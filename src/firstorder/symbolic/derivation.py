@@ -16,7 +16,7 @@ from firstorder.laws.base import FieldImage
 from firstorder.symbolic import _laws, _spectra
 from firstorder.symbolic._edges import differentiated
 from firstorder.symbolic._formula import Formula
-from firstorder.symbolic._reading import matrix, read
+from firstorder.symbolic._programs.reading import matrix, read
 from firstorder.symbolic.unknown import UnknownField
 from firstorder.transport import Chain, Event, Path
 

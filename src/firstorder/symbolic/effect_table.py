@@ -12,7 +12,7 @@ from firstorder.errors import Refused
 from firstorder.laws import Convolve, Integrate, Law, Move, Multiply, Warp
 from firstorder.symbolic._formula import Formula, in_cell
 from firstorder.symbolic._laws import FRAMES, fitting_frame
-from firstorder.symbolic._reading import matrix
+from firstorder.symbolic._programs.reading import matrix
 from firstorder.symbolic.derivation import Derivation, derive
 from firstorder.symbolic.unknown import UnknownField, UnknownLobe, UnknownVaryingLobe
 from firstorder.transport import (

@@ -18,8 +18,8 @@ from firstorder.laws.base import Law
 from firstorder.laws.move import Move
 from firstorder.laws.multiply import Multiply
 from firstorder.laws.warp import Warp
-from firstorder.symbolic._exact import Expr
-from firstorder.symbolic._numeric import (
+from firstorder.symbolic._programs.exact import Expr
+from firstorder.symbolic._programs.numeric import (
     ExpressionField,
     ExpressionMap,
     Expressions,

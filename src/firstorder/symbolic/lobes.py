@@ -17,10 +17,10 @@ from firstorder.conventions import UNSTATED, Frame, fourier_kernel
 from firstorder.fields.kernel import Profile
 from firstorder.numerics._quadrature import composite_gauss_legendre, gauss_legendre
 from firstorder.symbolic._energy import LobeBandLimit, measured_band_limit
-from firstorder.symbolic._exact import Expr
-from firstorder.symbolic._moments import moment
-from firstorder.symbolic._numeric import Expressions, free_of
-from firstorder.symbolic._reading import inserted, reading
+from firstorder.symbolic._programs.exact import Expr
+from firstorder.symbolic._programs.moments import moment
+from firstorder.symbolic._programs.numeric import Expressions, free_of
+from firstorder.symbolic._programs.reading import inserted, reading
 from firstorder.symbolic._transforms import ClosedTransform, closed_transform, with_moments_at_once
 from firstorder.typing import Array, Scalar, as_float
 

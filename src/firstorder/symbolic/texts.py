@@ -9,7 +9,7 @@ from collections.abc import Iterable
 
 import sympy
 
-from firstorder.symbolic._exact import Expr
+from firstorder.symbolic._programs.exact import Expr
 
 LONGEST = 300  # characters
 LARGEST = 256  # bits of a number that powers may make

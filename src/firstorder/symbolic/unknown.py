@@ -14,8 +14,8 @@ from firstorder.fields.field import Field
 from firstorder.fields.jet import Jet
 from firstorder.fields.kernel import Kernel, Profile
 from firstorder.fields.spectrum import Grid, Spectrum
-from firstorder.symbolic._functions import unknown_function
-from firstorder.symbolic._reading import inserted
+from firstorder.symbolic._programs.functions import unknown_function
+from firstorder.symbolic._programs.reading import inserted
 from firstorder.typing import Frequency, Ray, Scalar
 
 

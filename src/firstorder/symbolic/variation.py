@@ -10,9 +10,9 @@ import sympy
 from firstorder.conventions import FLATLAND, Frame
 from firstorder.errors import Refused
 from firstorder.symbolic._edges import differentiated
-from firstorder.symbolic._exact import Expr
 from firstorder.symbolic._formula import Formula, in_cell
-from firstorder.symbolic._functions import Unknown
+from firstorder.symbolic._programs.exact import Expr
+from firstorder.symbolic._programs.functions import Unknown
 from firstorder.symbolic.derivation import Derivation, derive
 from firstorder.symbolic.unknown import UnknownField
 

@@ -13,8 +13,8 @@ from firstorder.conventions import UNSTATED, Frame
 from firstorder.fields.field import Field
 from firstorder.fields.jet import Jet
 from firstorder.laws.warp import Map
-from firstorder.symbolic._exact import Expr
-from firstorder.symbolic._lowering import SPECIAL, as_function
+from firstorder.symbolic._programs.exact import Expr
+from firstorder.symbolic._programs.lowering import SPECIAL, as_function
 from firstorder.typing import Array, Ray, Scalar, as_float
 
 Symbols = tuple[sympy.Symbol, ...]

@@ -1,122 +1,14 @@
-"""The command `firstorder`: numbers and tables without writing a program."""
+"""Commands on scenes: their light drawn and written, agreements, images."""
 
 from __future__ import annotations
 
-import functools
 import pathlib
-import sys
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-import equinox as eqx
-import jax.numpy as jnp
 import tyro
 
 import firstorder
-from firstorder import session
-from firstorder._argument_checks import check_finite, check_positive
-from firstorder.conventions import FLATLAND, FLATLAND_SLOPE
-from firstorder.errors import Refused
-from firstorder.fields import Affine, GaussianProfile, gaussian
-from firstorder.laws import Hemisphere
-from firstorder.transport import (
-    Curvature,
-    Mirror,
-    Path,
-    Reflection,
-    ToAngle,
-    Travel,
-    half_plane_blocker,
-)
-
-Pair = tuple[float, float]
-
-
-@dataclass(frozen=True)
-class Jet:
-    """Print value, gradient and Hessian of light at one ray, at every step of a path.
-
-    A Gaussian light travels, passes a half-plane (if there is one), travels on, and is reflected
-    by a curved glossy receiver. Every step is asked at the same two numbers.
-    """
-
-    at: Pair = (0.3, 0.1)
-    """The ray: position in metres, and slope or angle in radians."""
-    center: Pair = (0.1, -0.05)
-    """Where the source is brightest: metres, slope."""
-    sigma: Pair = (0.5, 0.3)
-    """Its standard deviations."""
-    d: float = 1.0
-    """Distance travelled to the blocker, in metres."""
-    edge: float | None = None
-    """The half-plane blocks x < edge; without one, nothing is blocked."""
-    d_after: float = 0.7
-    """Distance travelled from there to the receiver, in metres."""
-    kappa: float = 0.4
-    """Curvature of the receiver in radians per metre, positive in a valley."""
-    roughness: float = 0.2
-    """Standard deviation of its Gaussian lobe, in radians."""
-
-    def path(self) -> Path:
-        """The path in words of the library."""
-        for name in ("at", "center", "edge"):
-            if getattr(self, name) is not None:
-                check_finite(name, jnp.asarray(getattr(self, name)))
-        path = gaussian(self.center, self.sigma, frame=FLATLAND_SLOPE) >> Travel(self.d)
-        if self.edge is not None:
-            path = path >> half_plane_blocker(self.edge, FLATLAND_SLOPE)
-        # Light that had a slope comes from above the base line, which in the mirrored local frame
-        # is the hemisphere about kappa x; beyond it the tangent would begin anew.
-        above = Hemisphere(Affine([self.kappa, 0.0], 0.0, FLATLAND.turned()))
-        shine = Mirror() >> Reflection(GaussianProfile(self.roughness), above)
-        turned = path >> Travel(self.d_after) >> ToAngle() >> Curvature(self.kappa)
-        return turned >> shine >> Curvature(self.kappa, back=True)
-
-    def run(self) -> int:
-        """One line for each step."""
-        path = self.path()
-        u = jnp.asarray(self.at)
-        jets = eqx.filter_jit(Path.jets)(path, u)
-        names = ["source", *(type(event).__name__.lower() for event in path.events)]
-        print(f"{'step':12}" + "".join(f"{head:>12}" for head in _HEADS))
-        for name, jet in zip(names, jets, strict=True):
-            H = jet.hessian
-            numbers = (jet.value, *jet.gradient, H[0, 0], H[0, 1], H[1, 1])
-            print(f"{name:12}" + "".join(f"{number:12.5g}" for number in numbers))
-        print("1 is x; 2 is the slope v up to the second travel, and the angle theta after it.")
-        return 0
-
-
-_HEADS = ("value", "d/d1", "d/d2", "d2/d1d1", "d2/d1d2", "d2/d2d2")
-
-
-@dataclass(frozen=True)
-class Table:
-    """Print what each law and event does to each portrait, with the measured error.
-
-    Exit code 1 if a square is not as it is declared.
-    """
-
-    names: Annotated[tuple[str, ...], tyro.conf.Positional] = ()
-    """How the names of laws and events begin, such as travel; or all. The laws, if left out."""
-
-    def run(self) -> int:
-        """One line for each law or event, and the reasons of refusals."""
-        from firstorder.checks.registry import all_cases
-        from firstorder.checks.table import LAWS, as_text, measure
-
-        known = all_cases()
-        lost = [n for n in self.names if n != "all" and not any(k.startswith(n) for k in known)]
-        if lost:
-            raise ValueError(
-                f"Argument `names` must begin names that `table all` prints, but has {lost[0]!r}."
-            )
-        chosen = [k for k in known if k.startswith(self.names)] if self.names else LAWS
-        table = measure(known if "all" in self.names else chosen)
-        print(as_text(table))
-        squares = [(name, s) for name, row in table.items() for s in row.values()]
-        return int(any(s.verdict != known[n].expected.get(s.portrait, "equal") for n, s in squares))
 
 
 @dataclass(frozen=True)
@@ -282,6 +174,7 @@ class Render:
         """Render, or go on."""
         import hashlib
 
+        from firstorder._argument_checks import check_positive
         from firstorder.io import is_space, read_space
         from firstorder.rendering.image_files import (
             render_to_files,
@@ -312,91 +205,6 @@ class Render:
         return 0
 
 
-@dataclass(frozen=True)
-class Explain:
-    """Print the equations of the paths and events of a Python file, step by step."""
-
-    source: Annotated[pathlib.Path, tyro.conf.Positional]
-    """A .py file with events, chains and paths as variables of its module."""
-    at: tuple[float, ...] = ()
-    """A ray, for numbers beside the formulas of paths."""
-
-    def run(self) -> int:
-        """One passage for each path and event."""
-        from firstorder.symbolic import explain
-        from firstorder.transport import Chain
-
-        for name, found in _events(self.source).items():
-            path = found if isinstance(found, (Path, Chain)) else Chain((found,))
-            told = explain(path, self.at or None if isinstance(found, Path) else None)
-            print(f"{name}:\n{told}\n")
-        return 0
-
-
-@dataclass(frozen=True)
-class Check:
-    """Judge the events of a Python file by all squares, with faults made on purpose.
-
-    Exit code 1 if a square does not hold or a fault is not seen.
-    """
-
-    source: Annotated[pathlib.Path, tyro.conf.Positional]
-    """A .py file with events and chains as variables of its module."""
-
-    def run(self) -> int:
-        """One table for each event."""
-        from firstorder.checks import check
-
-        found = _events(self.source)
-        reports = [check(e, name=n) for n, e in found.items() if not isinstance(e, Path)]
-        print(*reports, sep="\n\n")
-        return int(not all(report.sound for report in reports))
-
-
-@dataclass(frozen=True)
-class Ledger:
-    """Judge the ledger of equations in a folder, and print one line for each.
-
-    Its Python files list `ROWS` (`firstorder.ledger.Row`); TOML catalogues may stand beside them.
-    Exit code 1 if anything that should hold does not.
-    """
-
-    folder: Annotated[pathlib.Path, tyro.conf.Positional]
-    """With .py files, or a package of them."""
-    equations: Annotated[tuple[str, ...], tyro.conf.Positional] = ()
-    """Ids, or what stands in them before a dot; all if none is given."""
-    json: pathlib.Path | None = None
-    """Also write the rows to this file."""
-    jobs: int = 1
-    """Processes that judge rows side by side."""
-    attack: bool = False
-    """Try instead whether each row notices that the function it names is off."""
-
-    def run(self) -> int:
-        """Judge, print, write."""
-        from firstorder.ledger import gather, report
-
-        check_positive("jobs", self.jobs)
-        rows = functools.partial(gather, self.folder)
-        return report(rows, self.equations, json=self.json, jobs=self.jobs, attacked=self.attack)
-
-
-def _events(source: pathlib.Path) -> dict:
-    """Events, chains and paths of a Python file, by the names of their variables."""
-    import runpy
-
-    from firstorder.transport import Chain, Event
-
-    if source.suffix != ".py" or not source.is_file():
-        raise ValueError(f"Argument `source` must be a .py file, but is {source.name}.")
-    variables = runpy.run_path(str(source))
-    kinds = Event, Chain, Path
-    found = {k: v for k, v in variables.items() if isinstance(v, kinds) and k[0] != "_"}
-    if not found:
-        raise ValueError(f"{source.name} has no variable that is an event, a chain or a path.")
-    return found
-
-
 def _receivers(scene) -> tuple[str, ...]:
     """The floor, or all names of what does not emit, in the order of the shapes."""
     if "floor" in scene.names:
@@ -413,30 +221,3 @@ def _print_curve(name: str, curve: dict) -> None:
     for k in sorted({round(j * (count - 1) / 10) for j in range(11)}):
         row = (curve[key][k] for key in ("arc", "x", "y", "E", "dE", "d2E"))
         print("".join(f"{number:12.5g}" for number in row))
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Runs one command; a bad argument is one sentence, and exit code 2.
-
-    Example:
-        >>> from firstorder.cli import main
-        >>> main(["--version"])
-        firstorder 0.1.0
-        0
-    """
-    arguments = sys.argv[1:] if arguments is None else list(arguments)
-    if arguments == ["--version"]:
-        print(f"firstorder {firstorder.__version__}")
-        return 0
-    command = tyro.cli(
-        Jet | Table | Scene | Agreements | Render | Explain | Check | Ledger,
-        args=arguments,
-        prog="firstorder",
-        description=__doc__,
-    )
-    session.start()
-    try:
-        return command.run()
-    except (ValueError, ModuleNotFoundError, Refused) as error:
-        print(error, file=sys.stderr)
-        return 2

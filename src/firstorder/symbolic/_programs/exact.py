@@ -33,7 +33,7 @@ def exact(x) -> Expr:
     """A number as SymPy's: a fraction, one times a well-known constant, or the float itself.
 
     Example:
-        >>> from firstorder.symbolic._exact import exact
+        >>> from firstorder.symbolic._programs.exact import exact
         >>> exact(0.3), exact(6.283185307179586)
         (3/10, 2*pi)
     """

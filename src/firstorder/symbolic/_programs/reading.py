@@ -18,8 +18,8 @@ import sympy
 
 from firstorder._symbols import SymbolicArray
 from firstorder.errors import Refused
-from firstorder.symbolic import _primitives as rules
-from firstorder.symbolic._exact import Expr, exact_array
+from firstorder.symbolic._programs import primitives as rules
+from firstorder.symbolic._programs.exact import Expr, exact_array
 
 LONGEST = 64  # turns of a loop that are written out
 # What stands for an expression while a program is traced: a call whose name begins so, among those
@@ -44,7 +44,7 @@ def read(function: Callable, *args: Any) -> Any:
 
     Example:
         >>> import jax.numpy as jnp, sympy
-        >>> from firstorder.symbolic._reading import array, read
+        >>> from firstorder.symbolic._programs.reading import array, read
         >>> x = sympy.Symbol("x", real=True)
         >>> read(lambda u: jnp.exp(-0.5 * u[0] ** 2), array(x)).entries
         array(exp(-x**2/2), dtype=object)

@@ -6,7 +6,6 @@ the moments of exponentials.
 
 from __future__ import annotations
 
-import functools
 from typing import Any
 
 import sympy
@@ -54,10 +53,16 @@ class Unknown(sympy.Function):
 
 def unknown_function(base: str, names: tuple[str, ...], orders: tuple[int, ...] = ()) -> Any:
     """The class of an unknown function, or of a derivative of it: one for each."""
-    return _class_of(base, names, orders or (0,) * len(names))
+    key = (base, names, orders or (0,) * len(names))
+    if key not in _CLASSES:
+        _CLASSES[key] = _class_of(*key)
+    return _CLASSES[key]
 
 
-@functools.cache
+# Formulas that were written before and after compare their classes: no cache, which may be cleared.
+_CLASSES: dict[tuple[str, tuple[str, ...], tuple[int, ...]], Any] = {}
+
+
 def _class_of(base: str, names: tuple[str, ...], orders: tuple[int, ...]) -> Any:
     index = "".join(name * k for name, k in zip(names, orders, strict=True))
     label = f"{base}_{index}" if index else base

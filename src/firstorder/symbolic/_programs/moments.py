@@ -16,7 +16,7 @@ def moment(m: int, w: Any, xp: Any = jnp) -> Any:
         xp: whose arrays they are, JAX's or NumPy's.
 
     Example:
-        >>> from firstorder.symbolic._moments import moment
+        >>> from firstorder.symbolic._programs.moments import moment
         >>> moment(2, 0.0).item(), round(moment(0, 1.0).item(), 6)  # 1/3, e - 1
         (0.3333333333333333, 1.718282)
     """

@@ -13,9 +13,9 @@ import sympy
 from firstorder.errors import Refused
 from firstorder.fields.field import Field
 from firstorder.numerics._quadrature import composite_gauss_legendre
-from firstorder.symbolic._exact import Expr
-from firstorder.symbolic._functions import Unknown
-from firstorder.symbolic._moments import moment
+from firstorder.symbolic._programs.exact import Expr
+from firstorder.symbolic._programs.functions import Unknown
+from firstorder.symbolic._programs.moments import moment
 from firstorder.transport import bessel_zk1
 
 NODES = 32  # of each panel of a quadrature

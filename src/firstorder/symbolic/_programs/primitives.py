@@ -2,7 +2,7 @@
 
 An operation is looked up by its name. Those that act entry by entry are functions of expressions;
 those that only move entries are done once on the entries' numbers, and looked up; loops whose
-counts are numbers are unrolled, and calls are followed (`_reading`).
+counts are numbers are unrolled, and calls are followed (`reading`).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 import sympy
 
 from firstorder.errors import Refused
-from firstorder.symbolic._exact import Expr, exact_array
+from firstorder.symbolic._programs.exact import Expr, exact_array
 
 Entries = np.ndarray
 
