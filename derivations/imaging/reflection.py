@@ -150,6 +150,7 @@ ROWS = [
     Row(
         "R07.61",
         "approximation",
+        implements=f"{MODULE}.turning_of_directions",
         symbolic=na("measured"),
         autodiff=na("measured"),
         fourier=FLAT,

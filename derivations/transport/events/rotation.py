@@ -232,6 +232,7 @@ ROWS = [
     Row(
         "D05.19",
         "approximation",
+        implements=CURVATURE,
         **_measured(_order(numbers.surface_normal_order, 2)),
         note="A linear map, M = -(shape operator) with angles towards +x and +y, second order in "
         "the distance; its form is bilinear.",
