@@ -17,6 +17,7 @@ from firstorder.fields import autodiff_jet, gaussian
 from firstorder.laws import Move
 from firstorder.ledger import Counterexample
 from firstorder.transport import Curvature, Mirror, Travel
+from firstorder.transport.chain4d._equator import Turn, equator_direction
 from firstorder.transport.events.incidence import Outgoing
 from firstorder.transport.events.slopes import ToSlope
 
@@ -189,11 +190,15 @@ def unit(azimuth, latitude) -> np.ndarray:
 
 
 def rotation_order() -> float:
-    """Turning about the axis (azimuth 0, latitude 0) against a plane rotation of both angles."""
-    turn = 0.8
-    R = np.array([[1, 0, 0], [0, np.cos(turn), -np.sin(turn)], [0, np.sin(turn), np.cos(turn)]])
-    plane = R[1:, 1:]
-    sizes, errors = np.array([0.02, 0.04, 0.08, 0.16]), []
+    """Turning about the axis (azimuth 0, latitude 0) against a plane rotation of both angles.
+
+    The latter is the library's move for a turn about its own axis, the third.
+    """
+    c, s = np.cos(0.8), np.sin(0.8)
+    R = np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
+    move = Turn([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]], at=0.0).law(SPACE)
+    plane = np.asarray(move.M)[2:, 2:]
+    sizes, errors = np.array([0.005, 0.01, 0.02, 0.04]), []
     for r in sizes:
         angles = r * np.array([0.8, 0.6])
         w = R @ unit(*angles)
@@ -207,6 +212,13 @@ def azimuth_speed(phi) -> float:
     h = 1e-5
     ahead, behind = unit(h, 0.5 * np.pi - phi), unit(-h, 0.5 * np.pi - phi)
     return float(np.linalg.norm(ahead - behind) / (2.0 * h))
+
+
+def distortion_by_autodiff() -> float:
+    """How fast the library's directions move with the longitude, against cos(latitude)."""
+    latitudes = jnp.array([-1.2, 0.0, 0.3, 1.5])
+    rates = jax.vmap(jax.jacfwd(equator_direction), (None, 0))(jnp.array(0.4), latitudes)
+    return normwise(jnp.linalg.norm(rates, axis=-1), np.cos(np.asarray(latitudes)))
 
 
 def latitude_distortion():
