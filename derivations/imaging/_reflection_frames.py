@@ -120,16 +120,14 @@ def principal_columns() -> float:
 
 
 def rotation_order() -> float:
-    """(61): how far the order of the neglected part is from 2."""
-    axes, kappas = our.principal_frame(our.PLACE)
-    t, _, n = axes.T
-    w = our.LOCAL
-    Pw = n * w[0] - t * w[2]
-    sizes = np.array([0.04, 0.02, 0.01])
+    """(61): how far the order of what the library's `kappa P w` neglects is from 2."""
+    axes, _, ours = principal()
+    n, w = axes[:, 2], our.LOCAL
+    sizes = np.array([0.004, 0.002, 0.001])
 
     def miss(s):
         turned = our.smallest_rotation(n, our.moved(0, s, axes)[1]) @ axes @ w
-        rough = axes @ w + s * kappas[0] * Pw
+        rough = axes @ w + s * ours[:, 0]
         return abs(our.light(our.PLACE, turned) - our.light(our.PLACE, rough))
 
     return abs(fitted_order(sizes, [miss(s) for s in sizes]) - 2.0)

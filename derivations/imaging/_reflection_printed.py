@@ -7,7 +7,7 @@ import functools
 import numpy as np
 
 from derivations.imaging import _surfaces as our
-from firstorder.checks.tolerance import fitted_order
+from firstorder.checks.tolerance import fitted_order, normwise
 
 READINGS = ("gaussian", "root", "mean", "normal")
 
@@ -156,6 +156,22 @@ def traced_on_a_ball(radius):
         return (2.0 * n[2] * n - np.array([0.0, 0.0, 1.0]))[0]
 
     return float(our.slope(seen))
+
+
+def gaussian_extension_error() -> float:
+    """The library's reading of (25) with K on balls, against `2 K L_u` by hand."""
+    import jax.numpy as jnp
+
+    from firstorder.imaging._reflection import direct_extension, reflected_radiance, surface_point
+
+    up, worst = jnp.array([0.0, 0.0, 1.0]), 0.0
+    for radius in (1.0, 2.0):
+        S = -jnp.eye(2) / radius
+        ball = surface_point(jnp.zeros(3), jnp.eye(3), S)
+        B = reflected_radiance(lambda x, w: w[0], ball, up)
+        ours = direct_extension(B, ball, up, S, "gaussian")
+        worst = max(worst, normwise(ours, np.array([gaussian_on_a_ball(radius), 0.0])))
+    return worst
 
 
 def gaussian_under_rescaling() -> float:

@@ -150,6 +150,7 @@ ROWS = [
     Row(
         "R07.61",
         "approximation",
+        implements=f"{MODULE}.turning_of_directions",
         symbolic=na("measured"),
         autodiff=na("measured"),
         fourier=FLAT,
@@ -248,10 +249,14 @@ ROWS = [
     Row(
         "C.space.direct.gaussian",
         "over-claim",
+        implements=f"{MODULE}.direct_extension",
         symbolic=proofs.mirrored_direction_turns_twice,
         autodiff=na("scale"),
         fourier=FLAT,
-        brute_force=Check(printed.gaussian_under_rescaling, 1e-9),
+        brute_force=Check(
+            lambda: max(printed.gaussian_under_rescaling(), printed.gaussian_extension_error()),
+            1e-9,
+        ),
         corrected="2 (n x dn) . ((w x grad_w L) (*) rho) for 2 n_x (L_theta (*) rho)",
         counterexample=Counterexample(
             {"radius": 2.0}, printed=printed.gaussian_on_a_ball, true=printed.traced_on_a_ball

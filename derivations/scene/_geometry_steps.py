@@ -124,6 +124,21 @@ def _library(p, n, m):
     return geometry_gradient(0.0 * p, n, p, m)
 
 
+def _library_vector(p, n, m):
+    """What (79) leaves for the Jacobian of the vector itself, of the library's Hessian."""
+    r, a, b, d = _scale(p, n, m)
+    by_x, by_y = STEPS["cos_x"][1](p, n, m), STEPS["cos_y"][1](p, n, m)
+    factor = a * b * (d + 1) * p / r ** (d + 3) + (a * by_y + b * by_x) / r ** (d + 1)
+    first = _library_term("first")(p, n, m)
+    return (first - np.outer(p, factor)) * r ** (d + 1) / (a * b)
+
+
+def _library_power(p, n, m):
+    """The library's gradient between normals that face each other: both cosines are stationary."""
+    way = p / np.sqrt(p @ p)
+    return _library(p, way, -way)
+
+
 def _library_cos(of):
     """What (74) and (83) leave for the gradient of one cosine, of the library's gradient."""
 
@@ -186,8 +201,12 @@ def _third_term(p, n, m):
 
 # Definitions, of numbers of any package, and what the paper makes of their derivatives by x.
 STEPS = {
-    "vector": (lambda p, n, m: p, lambda p, n, m: -np.eye(len(p))),
-    "power": (lambda p, n, m: length(p) ** -3, lambda p, n, m: 3.0 * p / np.sqrt(p @ p) ** 5),
+    "vector": (lambda p, n, m: p, lambda p, n, m: -np.eye(len(p)), _library_vector),
+    "power": (  # n = d - 1, the one of the geometry term
+        lambda p, n, m: length(p) ** (1 - len(p)),
+        lambda p, n, m: (len(p) - 1.0) * p / np.sqrt(p @ p) ** (len(p) + 1),
+        _library_power,
+    ),
     "cos_x": (
         _cos_x,
         lambda p, n, m: (-n + (n @ p) / (p @ p) * p) / np.sqrt(p @ p),
@@ -271,7 +290,7 @@ ROWS = [
         75,
         "vector",
         2,
-        {},
+        HESSIAN,
         moved_vector,
         "misprint",
         corrected="J_x(y) = -I_2, a matrix; (80) uses it so",
@@ -283,7 +302,7 @@ ROWS = [
             true=rate_of_vector,
         ),
     ),
-    _row(76, "power", 2, {}, lambda: inverse_powers(2)),
+    _row(76, "power", 2, GRADIENT, lambda: inverse_powers(2), note="Numbers: n = 1, of G itself."),
     _row(77, "cos_x", 2, GRADIENT, lambda: cosines(2)[0]),
     _row(78, "cos_y", 2, GRADIENT, lambda: cosines(2)[1]),
     _row(

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from firstorder.checks.tolerance import normwise
+
 # --- footnote 3 ----------------------------------------------------------------------------------
 
 
@@ -23,15 +25,57 @@ def largest_excess(trials: int = 2000) -> float:
 
     Random slabs, a third of them with an end placed in line with another; uniform light.
     """
+    excess = [abs(_quotient(ends)) - np.sum(1.0 / ends[..., 1]) for ends, _ in _slabs(trials)]
+    return max(0.0, *excess)
+
+
+def _slabs(trials: int):
+    """Random ends of slabs, and whether two are in line seen from x = 0."""
     rng = np.random.default_rng(7)
-    worst = -np.inf
     for _ in range(trials):
         ends = np.stack([rng.uniform(-2, 2, (4, 2)), rng.uniform(0.2, 2.0, (4, 2))], -1)
-        if rng.random() < 0.33:
-            ends[1, 0] = 2.0 * ends[0, 0]  # seen from x = 0, in line with the first
-        quotient = (_sky(1e-7, ends) - _sky(-1e-7, ends)) / 2e-7
-        worst = max(worst, abs(quotient) - np.sum(1.0 / ends[..., 1]))
-    return max(0.0, worst)
+        aligned = rng.random() < 0.33
+        if aligned:
+            ends[1, 0] = 2.0 * ends[0, 0]
+        yield ends, aligned
+
+
+def _quotient(ends, h=1e-7):
+    return (_sky(h, ends) - _sky(-h, ends)) / (2.0 * h)
+
+
+def gradient_error(trials: int = 200) -> float:
+    """The library's B_x before such slabs against difference quotients, where none are in line."""
+    import jax
+    import jax.numpy as jnp
+
+    import firstorder.visibility as vis
+
+    def slope(ends):
+        edges = vis.visible_edges(*(vis.point_edge_angle(ends[:, k]) for k in (0, 1)))
+        T = lambda p, w: jnp.cos(w) + 0.0 * p[0]  # noqa: E731
+        return vis.shading_derivatives(T, jnp.zeros(2), edges).gradient.total[0]
+
+    several = np.stack([ends for ends, aligned in _slabs(trials) if not aligned])
+    ours = jax.jit(jax.vmap(slope))(jnp.asarray(several))
+    return normwise(ours, np.array([_quotient(ends) for ends in several]))
+
+
+def edge_sum_error() -> float:
+    """The library's sum over edges before tilted slabs against difference quotients."""
+    import jax.numpy as jnp
+
+    import firstorder.visibility as vis
+
+    worst = 0.0
+    for tilt in (0.0, 0.6):
+        ends = np.array([[[0.0, 1.0], _far(tilt)]])
+        e = vis.visible_edges(
+            *(vis.point_edge_angle(jnp.asarray(ends[:, k])) for k in (0, 1))
+        ).edges
+        ours = float(jnp.sum(e.jump * jnp.cos(e.value) * e.gradient[:, 0]))
+        worst = max(worst, abs(ours - _quotient(ends, 1e-5)))
+    return worst
 
 
 def _sky(x, ends):
@@ -47,6 +91,11 @@ def _sky(x, ends):
 # --- the metric of §6.2 --------------------------------------------------------------------------
 
 
+def _far(tilt):
+    """The other end of a slab from (0, 1)."""
+    return -60.0 * np.cos(tilt), 1.0 + 60.0 * np.sin(tilt)
+
+
 def tilted_gradient(one, two):
     """B_x before a slab from (0, 1) that leans by `one`, over that before one that leans by `two`.
 
@@ -54,7 +103,7 @@ def tilted_gradient(one, two):
     """
 
     def slope(tilt):
-        far = (-60.0 * np.cos(tilt), 1.0 + 60.0 * np.sin(tilt))
+        far = _far(tilt)
         ends = np.array([[[0.0, 1.0], far]])
         # The far end is an edge too; it is taken away, as if the slab went on to the horizon.
         whole = [_sky(x, ends) for x in (1e-5, -1e-5)]

@@ -27,6 +27,7 @@ ROWS = [
     Row(
         "R07.38",
         "definition",
+        implements=f"{ELEVATION}.contour_elevation",
         symbolic=na("definition"),
         autodiff=na("no derivative"),
         brute_force=Check(checks.traced_visibility, 0.0),

@@ -308,10 +308,11 @@ ROWS = [
     Row(
         "R07.fn3",
         "over-claim",
+        implements=f"{GRADIENTS}.shading_derivatives",
         symbolic=proofs.bounded_turn,
         autodiff=na("one route"),
         fourier=na("no spectrum"),
-        brute_force=Check(bounds.largest_excess, 1e-6),
+        brute_force=Check(lambda: max(bounds.largest_excess(), bounds.gradient_error()), 1e-6),
         corrected="in flatland, under bounded transport, |B_x^V| <= sum_j |T| cos(alpha_j) / D_j, "
         "also where edges are in line: the gradient jumps there and stays finite while every "
         "D_j > 0",
@@ -323,10 +324,13 @@ ROWS = [
     Row(
         "R07.s6.2",
         "over-claim",
+        implements=f"{GRADIENTS}.visible_edges",
         symbolic=lambda: proofs.leibniz("x"),
         autodiff=na("one route"),
         fourier=na("no spectrum"),
-        brute_force=Check(lambda: abs(bounds.tilted_gradient(0.0, 0.6) - 1.0), 1e-8),
+        brute_force=Check(
+            lambda: max(abs(bounds.tilted_gradient(0.0, 0.6) - 1.0), bounds.edge_sum_error()), 1e-8
+        ),
         corrected="the sum runs over edges alone: it bounds the gradient by the harmonic mean of "
         "the distances of the *edges*; the mean over all directions counts the whole of every "
         "blocker, of which the gradient knows nothing",

@@ -19,8 +19,11 @@ from firstorder.conventions import SPACE
 from firstorder.laws import Move, Warp
 from firstorder.ledger import Check, Counterexample, Row, na
 from firstorder.transport.chain4d._equator import Bend, Oblique, Turn
+from firstorder.transport.chain4d.chain import GlossyPatch
+from firstorder.transport.events.cosine import ClampedCosine
 from firstorder.transport.events.incidence import Incidence
 from firstorder.transport.events.mirror import Mirror
+from firstorder.transport.events.reflection import Reflection
 
 SIZES = np.array([0.02, 0.04, 0.08])
 RAY = np.array([0.5, -0.6, 0.4, 0.3])
@@ -183,8 +186,9 @@ def footprint_order() -> float:
 
 
 def cosine_order() -> float:
-    """Order of `cos(theta) - n . w` in the latitude."""
-    errors = [abs(np.cos(0.7) - np.cos(0.7) * np.cos(h)) for h in SIZES]
+    """Order in the latitude of what the library's `cos+(theta)` leaves of n . w."""
+    rays = [jnp.array([0.0, 0.0, 0.7, h]) for h in SIZES]
+    errors = [abs(float(ClampedCosine(frame=SPACE).at(u)) - _vector(*u[2:])[2]) for u in rays]
     return abs(fitted_order(SIZES, errors) - 2.0)
 
 
@@ -193,12 +197,19 @@ def _vector(a, b):
 
 
 def distance_order() -> float:
-    """Order of the error of the plane distance of two directions near the equator."""
-    errors = []
+    """Order of the error of the plane distance of two directions near the equator.
+
+    It is read from the library's lobe of a patch, a Gaussian of the distance: two factors.
+    """
+    sigma, errors = 0.3, []
+    events = GlossyPatch(jnp.zeros((2, 2)), sigma=sigma).chain().events
+    lobes = [e.lobe for e in events if isinstance(e, Reflection)]
     for h in SIZES:
         a, b = _vector(0.8 * h, 0.9 * h), _vector(-0.5 * h, 0.4 * h)
         exact = np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b)
-        errors.append(abs(exact - h * np.hypot(1.3, 0.5)))
+        apart = jnp.array([0.0, 0.0, 1.3 * h, 0.5 * h])
+        fall = float(sum(jnp.log(rho.at(0.0 * apart) / rho.at(apart)) for rho in lobes))
+        errors.append(abs(exact - sigma * np.sqrt(2.0 * fall)))
     return abs(fitted_order(SIZES, errors) - 3.0)
 
 
@@ -269,7 +280,7 @@ ROWS = [
     Row(
         "D05.s5.2e",
         "approximation",
-        "",
+        "firstorder.transport.events.cosine.ClampedCosine",
         cosine_on_the_equator,
         autodiff=na("no derivative"),
         fourier=na("no spectrum"),
@@ -289,7 +300,7 @@ ROWS = [
     Row(
         "D05.s5.2g",
         "approximation",
-        "",
+        "firstorder.transport.chain4d.chain.GlossyPatch",
         distance_near_the_equator,
         autodiff=na("no derivative"),
         fourier=na("no spectrum"),

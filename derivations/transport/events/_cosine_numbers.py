@@ -11,15 +11,18 @@ from scipy.integrate import quad
 
 from firstorder.checks.cases import bell, light
 from firstorder.checks.tolerance import fitted_order, normwise
-from firstorder.conventions import Frame
+from firstorder.conventions import FLATLAND_SLOPE, Frame
 from firstorder.fields import GaussianProfile, gaussian
 from firstorder.fields.field import Function
+from firstorder.laws import Integrate
 from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.transport import (
     Cosine,
     Curvature,
     Mirror,
+    Occlusion,
     Reflection,
+    Travel,
     clamped_cosine_transform,
 )
 
@@ -89,6 +92,16 @@ def falloff(order: int) -> float:
 def falloff_error() -> float:
     """The footnote's powers for n = 0, 1, 2."""
     return max(abs(falloff(n) + n + 1) for n in (0, 1, 2))
+
+
+def kinks_alone_error() -> float:
+    """What the two kinks alone, `-2 cos(pi^2 W) / (2 pi W)^2`, leave of the library's transform.
+
+    It falls as the power -4, for the third derivative jumps next; at W = m / pi no wave is zero.
+    """
+    W = np.array([32.0, 64.0, 128.0, 256.0]) / np.pi
+    kinks = -2.0 * np.cos(np.pi**2 * W) / (2.0 * np.pi * W) ** 2
+    return abs(fitted_order(W, np.abs(np.asarray(clamped_cosine_transform(W)) - kinks)) + 4.0)
 
 
 @functools.cache
@@ -202,8 +215,6 @@ def outer_product_error(Omega_theta) -> float:
 
 def irradiance_is_a_convolution() -> float:
     """Irradiance of a curved surface in distant light is (lambda (*) cos+)(k x)."""
-    from firstorder.laws import Integrate
-
     kappa, place = 0.6, 0.7
     distant = Function(lambda x, angle: jnp.exp(-(angle**2)) + 0.0 * x)
     E = Integrate("theta", -0.5 * jnp.pi, 0.5 * jnp.pi, 60)((Curvature(kappa) >> Cosine())(distant))
@@ -246,6 +257,19 @@ def shadow_error(route) -> float:
     s_hat = np.sqrt(np.pi) * np.exp(-((np.pi * a) ** 2)) * np.exp(-2j * np.pi * a * 0.2)
     b_hat = np.sqrt(np.pi / 2) * np.exp(-((np.pi * b) ** 2) / 2) * np.exp(2j * np.pi * b * 0.1)
     return normwise(ours, s_hat * b_hat / d1)
+
+
+def shadow_by_events() -> float:
+    """The same shadow by occlusion of the emitter's light, against the product of both images."""
+    d1, d2 = 1.5, 0.8
+    D = d1 + d2
+    emitter = Function(lambda x, v: jnp.exp(-((x - 0.2) ** 2)) + 0.0 * v, FLATLAND_SLOPE)
+    blocker = Occlusion(lambda x: jnp.exp(-2.0 * (x + 0.1) ** 2), d2)
+    E = Integrate("v", -6.0, 6.0, 200)(blocker(Travel(D)(emitter)))
+    u = np.linspace(-3.0, 3.0, 601)[:, None]  # place on the blocker
+    places = np.array([-0.5, 0.4])
+    product = np.exp(-((places - (places - u) * D / d2 - 0.2) ** 2) - 2.0 * (u + 0.1) ** 2)
+    return normwise(jax.vmap(E.at)(jnp.asarray(places)[:, None]), product.sum(0) * 0.01 / d2)
 
 
 def gradient(kappa, place, out) -> float:

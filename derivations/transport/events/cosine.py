@@ -69,9 +69,10 @@ ROWS = [
     Row(
         "D05.fn1",
         "approximation",
+        TRANSFORM,
         symbolic=spectrum.fall_of_a_broken_power,
         autodiff=na("no derivative"),
-        fourier=Check(numbers.falloff_error, 0.05),
+        fourier=Check(lambda: max(numbers.falloff_error(), numbers.kinks_alone_error()), 0.05),
         brute_force=Check(spectrum.fitted_fall, 0.02),
         note="Powers fitted on cos^n cut at the horizon, n = 0, 1, 2, for W in [10, 80]: an "
         "asymptotic statement, about the envelope.",
@@ -133,11 +134,13 @@ ROWS = [
     Row(
         "D05.s6.1d",
         "identity",
-        "",
+        "firstorder.transport.events.occlusion.Occlusion",
         proofs.soft_shadow,
         autodiff=na("no derivative"),
         fourier=Check(lambda: numbers.shadow_error("spectrum"), 1e-9),
-        brute_force=Check(lambda: numbers.shadow_error("image"), 1e-9),
+        brute_force=Check(
+            lambda: max(numbers.shadow_error("image"), numbers.shadow_by_events()), 1e-9
+        ),
         note="Emitter magnified by -d2/d1, blocker by (d1 + d2)/d1.",
     ),
     Row(

@@ -19,6 +19,7 @@ from firstorder.checks.tolerance import normwise
 from firstorder.ledger import Check, Counterexample, Row, na
 
 CURVATURE = "firstorder.transport.events.rotation.Curvature"
+EQUATOR = "firstorder.transport.chain4d._equator"
 
 
 def _squares(**routes) -> dict:
@@ -232,6 +233,7 @@ ROWS = [
     Row(
         "D05.19",
         "approximation",
+        implements=CURVATURE,
         **_measured(_order(numbers.surface_normal_order, 2)),
         note="A linear map, M = -(shape operator) with angles towards +x and +y, second order in "
         "the distance; its form is bilinear.",
@@ -239,9 +241,9 @@ ROWS = [
     Row(
         "D05.s5.2a",
         "misprint",
-        "",
+        f"{EQUATOR}.equator_direction",
         numbers.latitude_distortion,
-        autodiff=na("no derivative"),
+        autodiff=Check(numbers.distortion_by_autodiff, 1e-14),
         fourier=na("no spectrum"),
         brute_force=Check(
             lambda: abs(numbers.azimuth_speed(0.5 * np.pi - 0.3) - np.cos(0.3)), 1e-9
@@ -255,6 +257,7 @@ ROWS = [
     Row(
         "D05.s5.2b",
         "approximation",
+        implements=f"{EQUATOR}.Turn",
         **_measured(_order(numbers.rotation_order, 3)),
         note="Third order in the angular distance from the axis: 0.2 degrees at 10.",
     ),

@@ -265,12 +265,13 @@ two, flatless = na("two routes"), na("no spectrum")
 CLOSED = f"{MODULE}.ReflectedField.entries"
 
 
-def measured(equation, check, bound, note):
+def measured(equation, check, bound, note, implements, autodiff=None):
     return Row(
         equation,
         "approximation",
+        implements=implements,
         symbolic=na("measured"),
-        autodiff=na("scale"),
+        autodiff=autodiff or na("scale"),
         fourier=na("scale"),
         brute_force=Check(check, bound),
         note=note,

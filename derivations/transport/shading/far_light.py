@@ -10,13 +10,12 @@ import sympy as sp
 from derivations.transport.shading._shading import (
     MODULE,
     STEP,
-    bell,
+    bent,
     complex_step,
     dense,
     flatless,
     measured,
     near,
-    normal,
     slope_w,
     slope_x,
 )
@@ -53,13 +52,18 @@ def flat_mirror(d, theta):
 
 
 def comparable_order():
-    """SV / CDV against L_x / (2 n_x L_theta) at the lobe's centre: second order in the width."""
+    """|SV / CDV| against the unfiltered light's at the lobe's centre: second order in the width.
+
+    Of a line of light, whose own ratio is the library's: it shines alike in all directions.
+    """
+    d, (n, kappa, _) = 2.0, bent(0.3)
+    r = 2.0 * n - 0.1
+    unfiltered = float(far_light_ratio(d / np.cos(r), r, kappa))
 
     def miss(sigma):
-        SV = dense(0.3, 0.1, L=lambda x, w: slope_x(bell, x, w), sigma=sigma)
-        DV = dense(0.3, 0.1, L=lambda x, w: slope_w(bell, x, w), sigma=sigma)
-        r = 2.0 * normal(0.3) - 0.1
-        return abs(SV / DV - slope_x(bell, 0.3, r) / slope_w(bell, 0.3, r))
+        SV = dense(0.3, 0.1, L=lambda x, w: slope_x(near(d), x, w), sigma=sigma)
+        DV = dense(0.3, 0.1, L=lambda x, w: slope_w(near(d), x, w), sigma=sigma)
+        return abs(abs(SV / (2.0 * kappa * DV)) - unfiltered)
 
     s = np.array([0.04, 0.02, 0.01])
     return abs(fitted_order(s, [miss(c) for c in s]) - 2.0)
@@ -123,6 +127,7 @@ ROWS = [
         comparable_order,
         0.1,
         "Of the unfiltered light; that of SV and CDV differs by order 2 in the lobe's width.",
+        f"{MODULE}.far_light_ratio",
     ),
     Row(
         "R07.s5.2e",
