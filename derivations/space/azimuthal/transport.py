@@ -117,14 +117,14 @@ def ours():
         return found, slopes
 
     centers, radii = (jnp.asarray(np.array(a)) for a in zip(*BALLS, strict=True))
-    return jax.tree.map(np.asarray, jax.jit(jax.vmap(all_of))(centers, radii))
+    return jax.jit(jax.vmap(all_of))(centers, radii)
 
 
 def value_error() -> float:
     """(47) against the caps."""
     found = ours()[0][0].value
     truth = [float(2 * mp.pi - cap(*ball)) for ball in BALLS]
-    return float(np.max(np.abs(found - truth)))
+    return float(np.max(np.abs(np.asarray(found) - truth)))
 
 
 def visibility_gradient(route: str) -> float:
@@ -135,7 +135,7 @@ def visibility_gradient(route: str) -> float:
     worst = 0.0
     with mp.workdps(40):
         h = mp.mpf(10) ** -12
-        for (center, radius), ours_ in zip(BALLS, found.gradient.total, strict=True):
+        for (center, radius), ours_ in zip(BALLS, np.asarray(found.gradient.total), strict=True):
             c = [mp.mpf(v) for v in center]
             dx = (cap([c[0] - h, *c[1:]], radius) - cap([c[0] + h, *c[1:]], radius)) / (2 * h)
             dy = (cap([c[0], c[1] - h, c[2]], radius) - cap([c[0], c[1] + h, c[2]], radius)) / (
@@ -150,7 +150,8 @@ def light_gradient(route: str) -> float:
     (_, found), slopes = ours()
     if route == "autodiff":
         return float(np.max(np.abs(found.gradient.total - slopes[1])))
-    errors = [found.gradient.total[i] + differences(shadowed, BALLS[i]) for i in WHOLE]
+    total = np.asarray(found.gradient.total)
+    errors = [total[i] + differences(shadowed, BALLS[i]) for i in WHOLE]
     return float(np.max(np.abs(errors)))
 
 

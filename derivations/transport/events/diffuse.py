@@ -132,12 +132,17 @@ def space_sampled() -> float:
 
 @functools.cache
 def _shading():
-    """Case, incoming spectrum and reflected spectrum of the square "diffuse shading"."""
+    """Case, incoming spectrum and reflected spectrum of the square "diffuse shading".
+
+    The step is made here: the square's own was made when the squares were imported.
+    """
+    from firstorder.checks.cases.products.diffuse import REACH, RHO, WINDOW
     from firstorder.checks.registry import all_cases
+    from firstorder.transport.events.diffuse import diffuse
 
     case = all_cases()["diffuse shading"]
     F = case.field.spectrum()
-    return case, F, case.step(F)
+    return case, F, diffuse(RHO, REACH, WINDOW)(F)
 
 
 def _blurred(Omega_x: float, Omega_v: float) -> complex:
