@@ -107,7 +107,7 @@ def _draw_all(names: list[str], options: Options) -> list[str]:
         context = multiprocessing.get_context("spawn")
         with concurrent.futures.ProcessPoolExecutor(options.jobs, context) as pool:
             try:
-                drawn = [pool.submit(_draw, name, options) for name in names]
+                drawn = [pool.submit(_draw, name, options) for name in claims.longest_first(names)]
                 for future in concurrent.futures.as_completed(drawn):
                     done(*future.result())
             except KeyboardInterrupt:

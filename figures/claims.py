@@ -2,7 +2,8 @@
 
 A record is one object of `claims.json`: `figure`, `claim`, `paper`, `measured`, `unit`, `holds`,
 `seconds`, `size`, `seed`. Those of the last full run are kept in `figures/claims.json`, without the
-seconds; `make readme` renews them, `CLAIMS.md` and the README (`python -m figures.claims`).
+seconds, which are in `figures/seconds.json` and decide what is drawn first; `make readme` renews
+both, `CLAIMS.md` and the README (`python -m figures.claims`).
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ Record = dict[str, Any]
 
 FOLDER = pathlib.Path(__file__).parent
 KEPT = FOLDER / "claims.json"
+SECONDS = FOLDER / "seconds.json"
 README = FOLDER.parent / "README.md"
 PAGE = FOLDER.parent / "CLAIMS.md"
 OURS = "ours"
@@ -54,6 +56,15 @@ def module(name: str) -> str:
 def kept() -> list[Record]:
     """Claims of the last full run that was kept."""
     return json.loads(KEPT.read_text(encoding="utf-8")) if KEPT.exists() else []
+
+
+def longest_first(figures: list[str]) -> list[str]:
+    """Figures by the time that they took in an earlier run, the longest and unknown ones first.
+
+    Side by side, a long one that begins last keeps one process busy and the others idle.
+    """
+    known = json.loads(SECONDS.read_text(encoding="utf-8")) if SECONDS.exists() else {}
+    return sorted(figures, key=lambda name: -known.get(name, float("inf")))
 
 
 def quantity(value: float | str | None, unit: str) -> str:
@@ -150,6 +161,7 @@ def keep() -> None:
         with io.atomic_write(README.parent / "gallery" / f"{name}.png") as part:
             shutil.copyfile(FOLDER / "out" / f"{name}.png", part)
     io.write_json(KEPT, [{k: v for k, v in r.items() if k != "seconds"} for r in records])
+    io.write_json(SECONDS, {r["figure"]: round(r["seconds"], 1) for r in records})
     for page, name, text in (
         (PAGE, "claims", markdown(kept())),
         (README, "laws", laws.as_markdown(laws.measure())),

@@ -84,7 +84,10 @@ def test_a_scene_is_drawn_with_its_numbers_beside_it(capsys, tmp_path):
     out, toml = tmp_path / "b.png", tmp_path / "b.toml"
     arguments = ["scene", "scene_b", "--out", str(out), "--toml", str(toml), "--samples", "21"]
     assert main(arguments) == 0
-    name, head, *rows = capsys.readouterr().out.splitlines()
+    shown = capsys.readouterr()
+    assert "the numbers are in b_floor.csv." in shown.err
+    assert "firstorder agreements scene_b" in shown.err
+    name, head, *rows = shown.out.splitlines()
     assert name == "floor:"
     assert head.split() == ["arc", "x", "y", "E", "E'", "E''"]
     assert len(rows) == 11
@@ -124,6 +127,10 @@ def test_the_scenes_that_ship_are_listed(capsys):
         (["nothing"], "nothing: a scene must be a .toml or .svg file."),
         (["no.toml"], "no.toml: the file cannot be opened (no such file or directory)."),
         (["scene_a", "--samples", "0"], "Argument `samples` must be positive, but is 0."),
+        (
+            ["scene_a", "--out", "a.bmp"],
+            "Argument `out` must end in .png or .svg or .pdf, but is a.bmp.",
+        ),
         (
             ["scene_a", "--receivers", "roof"],
             "Argument `name` must be one of floor, lamp, but is 'roof'.",
@@ -168,6 +175,15 @@ def test_a_scene_of_space_is_rendered(tmp_path, capsys):
     file.write_text(SPACE.replace("5.0", "6.0"))
     assert main(["render", str(file), *size]) == 2
     assert "tiles of this image" in capsys.readouterr().err
+
+
+def test_a_missing_package_is_said_before_the_work(tmp_path, capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "OpenEXR", None)
+    file = tmp_path / "ball.toml"
+    file.write_text(SPACE)
+    assert main(["render", str(file), "--out", str(tmp_path / "ball.exr")]) == 2
+    assert "ball.exr: .exr files need the package OpenEXR" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == [file]
 
 
 def test_tiles_of_another_mesh_under_the_same_name_are_refused(tmp_path, capsys):

@@ -81,15 +81,24 @@ def test_a_full_run_is_kept_without_its_seconds_and_shown(tmp_path, monkeypatch)
     (folder / "out" / "claims.json").write_text(json.dumps([record | {"seconds": 1.0}]))
     monkeypatch.setattr(claims, "FOLDER", folder)
     monkeypatch.setattr(claims, "KEPT", folder / "claims.json")
+    monkeypatch.setattr(claims, "SECONDS", folder / "seconds.json")
     monkeypatch.setattr(claims, "README", tmp_path / "README.md")
     monkeypatch.setattr(claims, "PAGE", tmp_path / "CLAIMS.md")
     monkeypatch.setattr(claims.laws, "measure", dict)
     claims.keep()
     assert claims.kept() == [record]
+    assert json.loads(claims.SECONDS.read_text()) == {"a": 1.0}
     shown = claims.section(claims.PAGE.read_text(), "claims")
     assert rows(shown)[0] == ["a", r"c\|d", "0.5 m", "0.512 m", "yes"]
     shown = {f.stem for f in (tmp_path / "gallery").iterdir()}
     assert shown == set(claims.GALLERY)
+
+
+def test_what_takes_long_or_is_new_is_drawn_first(tmp_path, monkeypatch):
+    monkeypatch.setattr(claims, "SECONDS", tmp_path / "seconds.json")
+    assert claims.longest_first(["a", "b"]) == ["a", "b"]
+    claims.SECONDS.write_text('{"a": 1.0, "b": 20.0}')
+    assert claims.longest_first(["a", "b", "new"]) == ["new", "b", "a"]
 
 
 def test_differences_are_told_for_the_figures_that_ran():

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import pathlib
+import sys
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
 import tyro
 
 import firstorder
+
+PICTURES = (".png", ".svg", ".pdf")
 
 
 @dataclass(frozen=True)
@@ -49,18 +52,24 @@ class Scene:
             return 0
         if self.samples < 1:
             raise ValueError(f"Argument `samples` must be positive, but is {self.samples}.")
+        if self.out is not None and self.out.suffix.lower() not in PICTURES:
+            raise ValueError(
+                f"Argument `out` must end in {' or '.join(PICTURES)}, but is {self.out.name}."
+            )
         known = self.source in scenes.scene_names()
         scene = scenes.named_scene(self.source) if known else read_scene(self.source)
         if self.toml is not None:
             write_flatland(self.toml, scene)
-        curves = self._curves(scene)
+        curves, tables = self._curves(scene), []
         for name, curve in curves.items():
             _print_curve(name, curve)
             if self.out is not None:
                 word = "".join(c if c.isalnum() or c in "-_" else "_" for c in name)
-                write_csv(self.out.with_name(f"{self.out.stem}_{word}.csv"), curve)
+                tables.append(f"{self.out.stem}_{word}.csv")
+                write_csv(self.out.with_name(tables[-1]), curve)
         if self.out is not None:
             self._draw(scene, curves)
+            print(_words(self.source, self.out, tables), file=sys.stderr)
         return 0
 
     def _space(self) -> int:
@@ -176,6 +185,7 @@ class Render:
 
         from firstorder._argument_checks import check_positive
         from firstorder.io import is_space, read_space
+        from firstorder.io._channels import openexr
         from firstorder.rendering.image_files import (
             render_to_files,
             scene_fingerprint,
@@ -191,6 +201,7 @@ class Render:
                 "Argument `source` must be a .toml file that says `dimensions = 3`, "
                 f"but is {pathlib.Path(self.source).name}."
             )
+        openexr(self.out.name)  # what is missing is said before the work and not after it
         space = read_space(self.source)
         world = world_from_scene(space, self.nodes, self.sky_rows, self.sky_nodes)
         words = hashlib.sha256(pathlib.Path(self.source).read_bytes()).hexdigest()[:16]
@@ -211,6 +222,25 @@ def _receivers(scene) -> tuple[str, ...]:
         return ("floor",)
     dark = [n for n, L in zip(scene.names, scene.material.emission, strict=True) if not L.any()]
     return tuple(dict.fromkeys(dark or scene.names))
+
+
+def _words(source: str, out: pathlib.Path, tables: list[str]) -> str:
+    """What was written, and what to try next."""
+    next_ = {
+        "scene list": "other scenes",
+        f"scene {source} --toml mine.toml": "this scene, as a file to edit",
+        f"scene {source} --indirect": "all bounces between diffuse surfaces",
+        f"agreements {source}": "the same numbers, found in ten ways",
+    }
+    width = max(map(len, next_))
+    return "\n".join(
+        (
+            f"{out.name} shows E, E' and E'' in W/m, W/m^2 and W/m^3; "
+            f"the numbers are in {', '.join(tables)}.",
+            "Next:",
+            *(f"  firstorder {words:{width}}  {about}" for words, about in next_.items()),
+        )
+    )
 
 
 def _print_curve(name: str, curve: dict) -> None:
