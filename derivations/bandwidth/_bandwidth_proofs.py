@@ -116,11 +116,18 @@ def at_the_eye():
 
 
 def scale_of_an_environment():
-    """A light that does not depend on x does not depend on x cos(theta_0) either."""
-    f = sp.Function("f")
-    x = sp.symbols("x", real=True)
-    light = f(t)
-    return sp.diff(light.subs(x, x * sp.cos(theta)), x), light.subs(x, x * sp.cos(theta)) - f(t)
+    """Table 1's scale by c = cos(theta_0), `lhat(O_x / c, O_theta) / c`, on `delta(O_x) lambdahat`.
+
+    First the scale itself: the phase of a wave at (a, b), met at x cos(theta_0), has the gradient
+    (a c, b). Then what it does to the line O_x = 0, against any test function: nothing.
+    """
+    place, a = sp.symbols("x a", real=True)
+    phase = (a * place + Omega * t).subs(place, place * sp.cos(theta))
+    moved = phase.diff(place) - a * sp.cos(theta), phase.diff(t) - Omega
+    scale, O_x = sp.Symbol("cos_theta_0", positive=True), sp.Symbol("Omega_x", real=True)
+    test, line = sp.Function("f")(O_x), (O_x, -sp.oo, sp.oo)
+    scaled = sp.integrate(sp.DiracDelta(O_x / scale) / scale * test, line)
+    return *moved, scaled - sp.integrate(sp.DiracDelta(O_x) * test, line)
 
 
 def cosine_moves_the_end():

@@ -10,6 +10,7 @@ import numpy as np
 import sympy as sp
 from scipy.special import eval_legendre, gammaln
 
+from derivations.bandwidth._bandwidth_proofs import Omega, d, slopes_at_origin, theta
 from firstorder.bandwidth import glossy_bandwidth, glossy_criterion
 from firstorder.checks.tolerance import fitted_order
 from firstorder.ledger import Check, Counterexample, Row, na
@@ -58,10 +59,17 @@ def order_of_the_cut() -> float:
 # --- the metric ----------------------------------------------------------------------------------
 
 
-def image_of_the_bound():
-    """`B / gamma` in cycles per unit of the image, about its middle: u = gamma tan(angle)."""
+def rate_in_the_image():
+    """Waves per unit of the image, about its middle, of a mirror under waves over the angle.
+
+    On circles of either sign: the mirrored angle per angle of the eye, and that per u = gamma tan.
+    """
     gamma, u = sp.symbols("gamma u", positive=True)
-    return sp.diff(sp.atan(u / gamma), u).subs(u, 0) - 1 / gamma
+    angle = sp.diff(sp.atan(u / gamma), u).subs(u, 0)
+    return [
+        Omega * mirrored / eye * angle + Omega / gamma * (1 - 2 * bend * d / sp.cos(theta))
+        for bend, eye, mirrored, _ in slopes_at_origin()
+    ]
 
 
 def metric(k, z, cos_view, cutoff=3.0, gamma=1.0) -> float:
@@ -126,7 +134,7 @@ ROWS = [
         "R07.s9.1b",
         "over-claim",
         "firstorder.bandwidth.curved_mirror.glossy_criterion",
-        image_of_the_bound,
+        rate_in_the_image,
         autodiff=na("no derivative"),
         fourier=na("no spectrum"),
         brute_force=Check(

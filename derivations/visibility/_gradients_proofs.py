@@ -84,3 +84,25 @@ def bounded_turn():
     y, t = sp.symbols("y t", positive=True)
     rate = y / (y**2 + t**2)
     return [sp.simplify(1 / y - rate - t**2 / (y * (y**2 + t**2)))]
+
+
+def edges_alone():
+    """§6.2: what moving does to light before a slab that leans by beta, and a mean of 1 / D.
+
+    The slab ends at the height y over the place p and hides all directions beyond. By the edge's
+    own geometry B_x is T cos(alpha) / D there, of which |T| / D is a bound: the lean is in
+    neither. It is in the mean of 1 / D over directions, measured along each to where it meets.
+    """
+    p, lean, turn = sp.symbols("p beta turn", real=True)
+    y, along = sp.symbols("y along", positive=True)
+    T = sp.Function("T")(x, omega)
+    seen, D = sp.atan((x - p) / y), sp.sqrt(y**2 + (x - p) ** 2)
+    moved = sp.Integral(T, (omega, a, seen)).diff(x) - sp.Integral(T.diff(x), (omega, a, seen))
+    jump = T.subs(omega, seen) * sp.cos(seen) / D
+    slack = 1 / D**2 - (sp.cos(seen) / D) ** 2 - ((x - p) / D**2) ** 2
+    # Below the end: a point of the slab is met where (along direction - end) is across its normal.
+    miss = sp.Matrix([-sp.sin(turn) * along, sp.cos(turn) * along - y])
+    (met,) = sp.solve(miss.dot(sp.Matrix([sp.sin(lean), sp.cos(lean)])), along)
+    mean = sp.integrate(sp.expand_trig(1 / met).expand(), (turn, 0, b))
+    by_hand = (sp.sin(b) - (1 - sp.cos(b)) * sp.tan(lean)) / y
+    return [sp.simplify(e) for e in (moved - jump, slack, mean - by_hand)]

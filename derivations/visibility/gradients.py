@@ -325,7 +325,7 @@ ROWS = [
         "R07.s6.2",
         "over-claim",
         implements=f"{GRADIENTS}.visible_edges",
-        symbolic=lambda: proofs.leibniz("x"),
+        symbolic=proofs.edges_alone,
         autodiff=na("one route"),
         fourier=na("no spectrum"),
         brute_force=Check(

@@ -36,13 +36,12 @@ WRONG = {
             *((row, "symbolic") for row in ("line", "jet", "covariance", "wedge")),
             *((row, "symbolic") for row in ("sheared_filter", "moire", "photograph", "lamp")),
             *((row, "symbolic") for row in ("rising",)),
-            *((row, "fourier") for row in ("line", "jet", "covariance", "photograph")),
-            *((row, "autodiff") for row in ("jet", "covariance")),
-            *((row, "brute_force") for row in ("line", "photograph")),
+            *((row, "fourier") for row in ("line", "covariance", "photograph")),
+            ("jet", "autodiff"),
         ],
     ),
     "gratings the other way": (
-        ("k * (x - s * t)", "k * (x + s * t)"),
+        ("k * (CELLS[0] - s * CELLS[1])", "k * (CELLS[0] + s * CELLS[1])"),
         [(row, "fourier") for row in ("wedge", "sheared_filter", "moire")],
     ),
     "a filter too wide": (
@@ -59,8 +58,8 @@ WRONG = {
     ),
     "a lamp on the other side": (("* 0.1 * f", "* -0.1 * f"), [("lamp", "fourier")]),
     "an edge the other way": (
-        ("- 0.3 * t)", "+ 0.3 * t)"),
-        [("rising", "autodiff"), ("rising", "brute_force")],
+        ("x > 0.3 * t", "x > -0.3 * t"),
+        [("rising", "brute_force")],
     ),
 }
 

@@ -82,49 +82,72 @@ def densities_by_autodiff() -> float:
 # --- (29) ---------------------------------------------------------------------------------------
 
 
-def all_paths(longest=3):
-    """Two patches with any transport matrix K: the mean over all paths is the Neumann series.
+K = sp.Matrix(2, 2, sp.symbols("K00 K01 K10 K11"))
+EMITTED = sp.Matrix(sp.symbols("e0 e1"))
+GO = sp.Symbol("q")  # the chance to go on
+p0, p1 = sp.symbols("p0 p1")
+P = sp.Matrix([[p0, 1 - p0], [p1, 1 - p1]])  # chances of the next patch
 
-    A path is drawn step by step: go on with chance q, to a patch with chance p_ij. Its density is
-    the product of all these *and of 1 - q where it ends*. The printed L^i counts the light at its
-    end alone, so that chance is needed.
+
+def drawn(path, chance, longest):
+    """Every path that a walk may take after these patches, with its chance: step by step.
+
+    A walk is past its first bounce before it may end, so that no path has the light that (29) adds.
     """
-    K = sp.Matrix(2, 2, sp.symbols("K00 K01 K10 K11"))
-    e = sp.Matrix(sp.symbols("e0 e1"))
-    q, p = sp.Symbol("q"), sp.Matrix(2, 2, sp.symbols("p00 p01 p10 p11"))
-    mean, series = sp.Integer(0), sp.Integer(0)
-    for length in range(longest + 1):
-        series += (K**length * e)[0]
-        for steps in itertools.product((0, 1), repeat=length):
-            path = (0, *steps)
-            chance, light = 1 - q, e[path[-1]]
-            for i, j in itertools.pairwise(path):
-                chance, light = chance * q * p[i, j], light * K[i, j]
-            mean += chance * (light / chance)
-    return sp.expand(sp.simplify(mean) - series)
+    bounced = len(path) > 1
+    if bounced:
+        yield path, chance * (1 - GO)
+    if len(path) <= longest:
+        for step in (0, 1):
+            further = chance * (GO if bounced else 1) * P[path[-1], step]
+            yield from drawn((*path, step), further, longest)
+
+
+def printed_sample(path):
+    """`L^i` and `pdf_i` of (29), from the patches and the length of a path alone."""
+    steps = list(itertools.pairwise(path))
+    light = sp.prod([K[s] for s in steps]) * EMITTED[path[-1]]
+    return light, sp.prod([P[s] for s in steps]) * GO ** (len(steps) - 1) * (1 - GO)
+
+
+def all_paths(longest=3):
+    """Two patches with any transport matrix K: (29)'s mean, `e` and all paths, solves L = e + K L.
+
+    So it does up to paths that are longer than the longest; and `pdf_i` is a density: with the
+    chance `q^longest` of those it adds up to one. The printed L^i counts the light at its end
+    alone, so `pdf_i` has the chance 1 - q to end there; and paths have a bounce or more (M >= 2).
+    """
+    total, mean = 0, EMITTED[:]
+    for start in (0, 1):
+        for path, chance in drawn((start,), 1, longest):
+            light, pdf = printed_sample(path)
+            mean[start] += chance * light / pdf
+            total += pdf if start == 0 else 0
+    L = sp.Matrix(mean).applyfunc(sp.cancel)
+    rest = L - EMITTED - K * L + K ** (longest + 1) * EMITTED
+    return [*rest.applyfunc(sp.expand), sp.expand(total - 1 + GO**longest)]
 
 
 def furnace_series():
-    """All lengths, where everything shines and reflects alike: `e / (1 - rho)`.
+    """All lengths, where everything shines and reflects alike: L = e + rho L, from e and all paths.
 
-    With the chance of the length in the density; and with light gathered at every vertex (partial
-    sums), whose weight is the chance to get so far, `q^m`. If the length's chance is left out of
-    `pdf_i`, the mean is `(1 - q) e / (1 - q rho)`: too dark, by a factor that the proof names.
+    With light gathered at every vertex (partial sums) too: what is gathered at the n-th is divided
+    by the chance to come so far, which is that of all walks that end there or later. If the chance
+    of the length is left out of `pdf_i`, the paths bring too little, by a factor that is named.
     """
     rho, q, e = sp.symbols("rho q e", positive=True)
-    m = sp.Symbol("m", integer=True, nonnegative=True)
+    m, n = sp.symbols("m n", integer=True, positive=True)
 
-    def total(term):
-        ratio = sp.simplify(term.subs(m, m + 1) / term)
-        return sp.simplify(term.subs(m, 0) / (1 - ratio))  # geometric
+    def total(term, k, first=1):
+        ratio = sp.simplify(term.subs(k, k + 1) / term)
+        return sp.simplify(term.subs(k, first) / (1 - ratio))  # geometric
 
-    ends = q**m * (1 - q)
-    at_end = total(ends * (rho**m * e / ends))
-    reached = q**m
-    at_every = total(reached * (rho**m * e / reached))
-    without = total(ends * (rho**m * e))
-    truth = e / (1 - rho)
-    return [at_end - truth, at_every - truth, without - (1 - q) * e / (1 - q * rho)]
+    ends = q ** (m - 1) * (1 - q)  # the chance of m bounces
+    at_end = total(rho**m * e, m)
+    at_every = total(total(ends, m, n) * rho**n * e / q ** (n - 1), n)
+    without = total(ends * rho**m * e, m)
+    solves = [paths - rho * (e + paths) for paths in (at_end, at_every)]
+    return [*solves, without - at_end * (1 - q) * (1 - rho) / (1 - q * rho)]
 
 
 def paths_measured() -> float:
@@ -175,25 +198,25 @@ def steps_by_autodiff() -> float:
 
 
 def gradient_sample():
-    """`E[L V grad G / pdf(y)] = int L V grad G dl`, by arc length and by the angle at x.
+    """`E[L V grad G / pdf(y)]`, an integral over the drawn number u, is what the lamp's ends give.
 
-    A lamp y = h; the angle's density becomes one of arc length by
-    `pdf(l) = pdf(theta) cos_y / r`, and the mean of the quotient loses both: what is integrated is
-    `L V grad G` itself.
+    A lamp y = h that is all seen, L = 1. Its points t are drawn evenly, or by the angle at x:
+    evenly, or as its cosine. Then u is linear in t, the angle or its sine, and the density of arc
+    length is `pdf(y) = pdf(theta) cos_y / r`. Of the sample times du/dt a primitive over t is -G,
+    which gives G at one end less G at the other; and the same is one of (37)'s own integrand.
     """
-    x, t, h = sp.symbols("x t h", positive=True)
-    r2 = (t - x) ** 2 + h**2
-    G = h * h / r2 ** sp.Rational(3, 2)
-    dG = sp.diff(G, x)
-    spread = sp.Symbol("spread", positive=True)  # of the angles from which one is drawn evenly
-    density = sp.diff(sp.atan((t - x) / h), t) / spread  # per metre: that per radian, dtheta/dl
-    return [
-        sp.simplify(density - (h / sp.sqrt(r2)) / sp.sqrt(r2) / spread),
-        sp.simplify(density * (dG / density) - dG),
-        sp.simplify(dG / (2 * h) / (1 / (2 * h)) - dG),
-        # dG/dx = -dG/dt: the integral is what the ends of the lamp give.
-        sp.simplify(dG + sp.diff(G, t)),
-    ]
+    x, t, lo = sp.symbols("x t lo", real=True)
+    h, width = sp.symbols("h width", positive=True)
+    r = sp.sqrt((t - x) ** 2 + h**2)
+    G = h * h / r**3  # both cosines over r
+    dG, cos_x, per_radian = G.diff(x), h / r, h / r**2  # the last is cos_y / r
+    ways = (
+        (t, 1 / width),
+        (sp.atan((t - x) / h), per_radian / width),
+        ((t - x) / r, cos_x * per_radian / width),
+    )
+    means = [dG / pdf * ((k - lo) / width).diff(t) + G.diff(t) for k, pdf in ways]
+    return [sp.simplify(e) for e in (*means, dG + G.diff(t))]
 
 
 def gradient_measured() -> float:
@@ -254,13 +277,15 @@ ROWS = [
         "J12.29",
         "identity",
         implements="firstorder.flatland.bounces.pathtrace.path_irradiance",
-        symbolic=lambda: [all_paths(), *furnace_series()],
+        symbolic=lambda: [*all_paths(), *furnace_series()],
         autodiff=Check(steps_by_autodiff, 1e-13),
         fourier=na("no spectrum"),
         brute_force=Check(paths_measured, 1.0),
-        note="pdf_i is the product of the densities per radian and of the chance of the length: "
-        "without the latter it is too dark, by (1 - q)(1 - rho) / (1 - q rho) in a furnace. With "
-        "light gathered at every vertex the chance to have come so far takes its place.",
+        note="Paths have a bounce at least (M >= 2): with M = 1 their light is the emission that "
+        "(29) adds. pdf_i is the product of the densities per radian and of the chance of the "
+        "length: without the latter the paths bring too little, by (1 - q)(1 - rho) / (1 - q rho) "
+        "in a furnace. With light gathered at every vertex the chance to have come so far takes "
+        "its place.",
     ),
     Row(
         "J12.39",

@@ -13,11 +13,39 @@ from firstorder.shadowfield.plane.rates import SamplingRates, samples_per_receiv
 D1, NEAR, FAR, Y_MAX, PIXELS = 1.0, 0.25, 0.5, 2.0, 16.0
 
 
-def units():
-    """Under a change of the unit of length by a factor only rates times area stays a number."""
-    f, x, y, area = sp.symbols("f x y A", positive=True)
-    count = (x / f) * (y / f) * (area * f**2)  # rates are per length, area is length squared
-    return sp.simplify(count - x * y * area)
+def on_a_line(rate, length):
+    """Samples of a grid in an interval, on average over where the grid begins.
+
+    With u of its spacings before it, k + u <= end has its last k at whole(end) as long as u is
+    at most the rest of the end, and at one less beyond.
+    """
+    first, rest, last = sp.symbols("first rest last", real=True)
+    u = sp.Symbol("u", real=True)
+
+    def reached(whole, rest):
+        return sp.integrate(whole, (u, 0, rest)) + sp.integrate(whole - 1, (u, rest, 1))
+
+    end = first + rest + rate * length
+    return sp.expand(reached(last, end - last) - reached(first, rest))
+
+
+def in_a_parallelogram():
+    """Samples in one of any lean: in each of its rows as many, wherever the row begins.
+
+    That is the product of rates and area in space, and the product over the area of its dual, which
+    is the cell in frequency. In (x_1, x_2, y_1, y_2) it is the square: both subspaces are alike.
+    """
+    x, y, width, height, lean = sp.symbols("rate_x rate_y width height lean", positive=True)
+    count = on_a_line(x, width) * on_a_line(y, height)
+    space = sp.Matrix([[width, lean * height], [0, height]])
+    frequency = space.inv().T
+    volumes = [sp.diag(m, m).det() for m in (space, frequency)]
+    return [
+        count - x * y * space.det(),
+        count - x * y / frequency.det(),
+        count**2 - x**2 * y**2 * volumes[0],
+        count**2 - x**2 * y**2 / volumes[1],
+    ]
 
 
 def _filter():
@@ -92,7 +120,7 @@ ROWS = [
         "E11.sBa",
         "misprint",
         f"{HERE}.samples_per_receiver",
-        units,
+        in_a_parallelogram,
         autodiff=na("no derivative"),
         fourier=na("no spectrum"),
         brute_force=Check(ours_against_counting, 0.02),

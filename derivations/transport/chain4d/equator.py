@@ -81,12 +81,28 @@ def met_in_space():
 
 
 def cosine_on_the_equator():
-    """`n . w = cos(theta) cos(phi)`; its share of phi has no first order."""
-    cosine = unit(theta, phi)[2]
+    """`n . w / cos(theta)` of a direction turned off the equator: `1 - phi^2 / 2`, no first order.
+
+    The direction is the pole's, turned by the latitude and then by the longitude. Of a normal off
+    the equator, at the latitude b, the cosine has a first order: sin(b), so n must lie on it.
+    """
+    b = sp.Symbol("b", real=True)
+
+    def turned(longitude, latitude):
+        (c, s), (p, q) = ((sp.cos(u), sp.sin(u)) for u in (longitude, latitude))
+        about_y = sp.Matrix([[c, 0, -s], [0, 1, 0], [s, 0, c]])
+        about_x = sp.Matrix([[1, 0, 0], [0, p, -q], [0, q, p]])
+        return about_y * about_x * sp.Matrix([0, 0, 1])
+
+    w = turned(theta, phi)
+    ratio = turned(0, 0).dot(w) / sp.cos(theta)
+    off = turned(0, b).dot(w).diff(phi).subs(phi, 0)
     return [
-        cosine - sp.cos(theta) * sp.cos(phi),
-        cosine.diff(phi).subs(phi, 0),
-        cosine.diff(phi, 2).subs(phi, 0) + sp.cos(theta),
+        *(w - unit(theta, phi)),
+        ratio.subs(phi, 0) - 1,
+        ratio.diff(phi).subs(phi, 0),
+        ratio.diff(phi, 2).subs(phi, 0) + 1,
+        off - sp.sin(b),
     ]
 
 

@@ -36,10 +36,29 @@ def gradient_of_the_bump():
     ]
 
 
+def displaced_curve():
+    """Tangent of a curve with the normal's angle n_0, and first slope of it lifted by h(x)."""
+    base, h = sp.Function("n_0")(x), sp.Function("h")(x)
+    tangent, normal = (
+        sp.Matrix([sp.cos(base), sp.sin(base)]),
+        sp.Matrix([-sp.sin(base), sp.cos(base)]),
+    )
+    slope = tangent + (h * normal).diff(x)  # of p + h n, where p' is the tangent
+    bump = sp.atan(h.diff(x) / (1 - h * base.diff(x)))  # of the bump, against the base
+    return base, bump, slope
+
+
 def angle_of_a_sum():
-    """A base curve and a small displacement: dn/ds of both, added."""
-    base, bump = sp.Function("n_0")(x), sp.Function("nhat")(x)
-    return (base + bump).diff(x) - base.diff(x) - bump.diff(x)
+    """The lifted curve points along the base's angle and the bump's, added."""
+    base, bump, (dx, dy) = displaced_curve()
+    return sp.expand_trig(dx * sp.sin(base + bump) - dy * sp.cos(base + bump))
+
+
+def curvature_of_a_sum():
+    """The rate at which the lifted curve turns, per metre of the base, is the sum of both rates."""
+    base, bump, (dx, dy) = displaced_curve()
+    rate = (dx * dy.diff(x) - dy * dx.diff(x)) / (dx**2 + dy**2)
+    return rate - base.diff(x) - bump.diff(x)
 
 
 def shading_curvature(k_0, height, W, x) -> float:
@@ -121,7 +140,7 @@ ROWS = [
         "R07.s4.2c",
         "over-claim",
         BUMP,
-        angle_of_a_sum,
+        curvature_of_a_sum,
         autodiff=Check(lambda: square_error("bump", "gradient"), 1e-10),
         fourier=na("no spectrum"),
         brute_force=Check(

@@ -46,6 +46,23 @@ def isotropic_source():
     )
 
 
+def mirrored_source():
+    """SV and CDV of a mirror below a line of light at height d: they are to each other as L's are.
+
+    A mirror's lobe is a Dirac, so B = L(x, 2 n(x) - theta), and SV is what moving does to it at a
+    fixed reflected direction r. The rest of B_x is CDV, and is nothing where n_x is. Of how the
+    line shines along itself first derivatives know the slope alone.
+    """
+    x, d, w, r, theta, slope = sp.symbols("x d omega r theta slope", real=True)
+    n, L = sp.Function("n")(x), slope * (x - d * sp.tan(w))
+    SV = L.diff(x).subs(w, r)
+    CDV = L.subs(w, 2 * n - theta).diff(x).subs(theta, 2 * n - r) - SV
+    return [
+        sp.simplify(sp.cos(r) ** 2 * CDV + 2 * d * n.diff(x) * SV),
+        sp.simplify(CDV.subs(n.diff(x), 0)),
+    ]
+
+
 def flat_mirror(d, theta):
     """B_x of a flat mirror under a line of light: `L(x, -theta)`, by complex steps."""
     return float(complex_step(lambda x, t: near(d)(x, -t), 0.3, theta)[0])
@@ -111,11 +128,12 @@ ROWS = [
         "R07.fig4.mirror",
         "over-claim",
         implements=f"{MODULE}.far_light_ratio",
-        symbolic=isotropic_source,
+        symbolic=mirrored_source,
         autodiff=Check(isotropic_by_autodiff, 1e-10),
         fourier=flatless,
         brute_force=Check(isotropic_error, 1e-10),
-        corrected="|SV| / |CDV| does not depend on the lobe's width: a flat mirror has B_x = SV",
+        corrected="|SV| / |CDV| of a mirror is |L_x| / (2 |n_x| |L_theta|), of the light itself: "
+        "cos(theta_r)^2 / (2 d |n_x|) under a line at height d, and a flat mirror has B_x = SV",
         counterexample=Counterexample(
             {"d": 2.0, "theta": 0.3},
             printed=lambda d, theta: 0.0 * d * theta,  # CDV of a flat surface

@@ -57,15 +57,29 @@ def varying_on_a_curved_surface():
     )
 
 
+def coefficients(f):
+    """Of dx and of dx^2 / 2 in B(x + dx), multiplied out: the derivatives, by their definition."""
+    f = sp.expand(f)
+    return f.coeff(a, 1), 2 * f.coeff(a, 2)
+
+
 def textured():
-    """(20) with `E = int L cos+(omega - n) d omega`: product rule; E_x by its own integral."""
-    x = sp.symbols("x", real=True)
-    E, rho = sp.Function("E")(x), sp.Function("rho")(x)
-    product = (E * rho).diff(x) - (E.diff(x) * rho + E * rho.diff(x))
-    second = (E * rho).diff(x, 2) - (
-        E.diff(x, 2) * rho + 2 * E.diff(x) * rho.diff(x) + E * rho.diff(x, 2)
-    )
-    return product, second
+    """(20), from the integral: light of a local direction, times its cosine c, times the texture.
+
+    A step carries the frame of the normal with it, so E_x is what (10) makes of the light.
+    """
+    c = sp.Symbol("cos_omega")
+    x, xx = coefficients(light(a, turn) * c * lobe(a))
+    E, E_x = l0 * c, (lx + n1 * lt) * c
+    E_xx = (lxx + 2 * n1 * lxt + n1**2 * ltt + n2 * lt) * c
+    return x - (E_x * r0 + E * rx), xx - (E_xx * r0 + 2 * E_x * rx + E * rxx)
+
+
+def textured_and_glossy():
+    """§4.3: (25) times the texture, and the texture's slope times (23)."""
+    paint, p_x = sp.symbols("p p_x", real=True)
+    x, _ = coefficients((light(a, 2 * turn) * r0) * (paint + p_x * a))
+    return x - paint * (lx + 2 * n1 * lt) * r0 - p_x * l0 * r0
 
 
 ROWS = [
@@ -92,7 +106,7 @@ ROWS = [
         "gradient",
         note="E is printed without the cosine; the product rule does not care.",
     ),
-    identity("R07.s4.3c", textured, "painted", "gradient"),
+    identity("R07.s4.3c", textured_and_glossy, "painted", "gradient"),
     identity(
         "R07.s4.3d",
         varying_on_a_curved_surface,

@@ -7,44 +7,32 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-import sympy as sp
 
+from derivations.transport.shading import _term_proofs as proofs
 from derivations.transport.shading._shading import (
     BRUTE,
     LIGHT,
     MODULE,
     RAYS,
     SCENES,
-    a,
     autodiff,
     bell,
     bent,
     brute,
     complex_step,
     dense,
-    derivatives,
     distant_entries,
     flatless,
     fourier,
     irradiance,
-    light,
-    lt,
-    ltt,
-    lx,
-    lxt,
-    lxx,
     measured,
-    n1,
-    n2,
     near,
     normal,
-    r0,
     slope_w,
     slope_x,
-    turn,
     two,
 )
-from derivations.transport.shading.surface import gradient, matrices
+from derivations.transport.shading.surface import gradient
 from firstorder.checks.tolerance import fitted_order, normwise
 from firstorder.conventions import SPACE
 from firstorder.fields import Affine, Function, Gaussian, GaussianProfile
@@ -54,38 +42,6 @@ from firstorder.transport import Curvature, Mirror, Reflection
 from firstorder.transport.brdf.lobes import glossy, lambert
 from firstorder.transport.shading._flat_jets import FlatlandLight
 from firstorder.transport.shading.surface import Surface
-
-
-def diffuse_argument():
-    """A diffuse lobe depends on `n - omega`: its derivatives have n_x once, and none in theta."""
-    _, x, theta, xx, xt, tt = derivatives(light(a, turn) * r0)
-    return (
-        x - (lx + n1 * lt) * r0,
-        theta,
-        xx - (lxx + 2 * n1 * lxt + n1**2 * ltt + n2 * lt) * r0,
-        xt,
-        tt,
-    )
-
-
-def special_cases():
-    """Figure 4's rows that hold exactly: what (25) becomes for distant light and flat surfaces."""
-    B_x = (lx + 2 * n1 * lt) * r0
-    SV, CDV = lx * r0, 2 * n1 * lt * r0
-    return (
-        B_x - SV - CDV,
-        B_x.subs(lx, 0) - CDV,
-        B_x.subs(n1, 0) - SV,
-        B_x.subs({lx: 0, n1: 0}),
-    )
-
-
-def rotated_axes():
-    """§5.1: the size of (B_x, B_y) in turned axes."""
-    Bx, By, t = sp.symbols("B_x B_y t", real=True)
-    R = sp.Matrix([[sp.cos(t), sp.sin(t)], [-sp.sin(t), sp.cos(t)]])
-    return sp.simplify((R * sp.Matrix([Bx, By])).norm() ** 2 - Bx**2 - By**2)
-
 
 TURNS = np.linspace(0.3, 6.0, 7)
 CENTRE = np.array([0.2, -0.1, 0.3, 0.1])
@@ -253,7 +209,7 @@ ROWS = [
         "R07.s5.1a",
         "over-claim",
         implements="firstorder.transport.events.rotation.Curvature",
-        symbolic=lambda: [matrices()[0]],
+        symbolic=proofs.turning_normal,
         autodiff=na("scale"),
         fourier=flatless,
         brute_force=Check(
@@ -272,7 +228,7 @@ ROWS = [
         "R07.s5.1b",
         "identity",
         implements="firstorder.laws.move.Move.jet",
-        symbolic=rotated_axes,
+        symbolic=proofs.rotated_axes,
         autodiff=Check(lambda: gradient_in_turned_axes(lambda f, u: jax.grad(f.at)(u)), 1e-10),
         fourier=flatless,
         brute_force=Check(lambda: gradient_in_turned_axes(lambda f, u: f.jet(u).gradient), 1e-10),
@@ -292,7 +248,7 @@ ROWS = [
         "R07.s5.2b",
         "identity",
         implements=TERMS,
-        symbolic=special_cases,
+        symbolic=proofs.sum_of_terms,
         autodiff=autodiff("glossy", "gradient"),
         fourier=fourier("gradient"),
         brute_force=Check(lambda: term_error("all"), 1e-10),
@@ -318,13 +274,17 @@ ROWS = [
             f"R07.fig4.{row}",
             "identity",
             implements=TERMS,
-            symbolic=special_cases,
+            symbolic=proof,
             autodiff=autodiff("flat" if "flat" in row else "glossy", "gradient"),
             fourier=two,
             brute_force=Check(functools.partial(term_error, row), 1e-10),
             note="At fixed direction, and without an exact cosine.",
         )
-        for row in ("distant", "flat", "flat-envmap")
+        for row, proof in (
+            ("distant", proofs.distant_light),
+            ("flat", proofs.flat_surface),
+            ("flat-envmap", proofs.flat_in_distant_light),
+        )
     ],
     measured(
         "R07.fig4.overcast",
@@ -354,7 +314,7 @@ ROWS = [
         "R07.fig4.lambertian",
         "over-claim",
         implements=f"{MODULE}.ReflectedField.entries",
-        symbolic=diffuse_argument,
+        symbolic=proofs.diffuse_argument,
         autodiff=autodiff("diffuse", "hessian"),
         fourier=two,
         brute_force=brute("diffuse", "gradient"),
