@@ -51,7 +51,7 @@ figures: check
 figures-quick: $(READY)
 	$(BIN)/python -m figures --quick --jobs 2
 
-# The claims of a full run are kept beside the figures and shown in CLAIMS.md; the README shows the laws.
+# The claims of a full run are kept beside the figures and shown in CLAIMS.md, the README and docs/.
 readme: figures
 	$(BIN)/python -m figures.claims
 

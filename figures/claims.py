@@ -3,7 +3,7 @@
 A record is one object of `claims.json`: `figure`, `claim`, `paper`, `measured`, `unit`, `holds`,
 `seconds`, `size`, `seed`. Those of the last full run are kept in `figures/claims.json`, without the
 seconds, which are in `figures/seconds.json` and decide what is drawn first; `make readme` renews
-both, `CLAIMS.md` and the README (`python -m figures.claims`).
+both, `CLAIMS.md`, the README and `docs/portraits.md` (`python -m figures.claims`).
 """
 
 from __future__ import annotations
@@ -24,9 +24,13 @@ KEPT = FOLDER / "claims.json"
 SECONDS = FOLDER / "seconds.json"
 README = FOLDER.parent / "README.md"
 PAGE = FOLDER.parent / "CLAIMS.md"
+LAWS = FOLDER.parent / "docs" / "portraits.md"
 OURS = "ours"
 _BEGIN, _END = "<!-- begin: {} -->", "<!-- end: {} -->"
-GALLERY = ("autodiff_fails", "path", "flatland_scenes")  # pictures that the README shows
+# Pictures that the README and the documentation show.
+GALLERY = (
+    "autodiff_fails", "path", "flatland_scenes", "r07_fig13", "e11_fig01", "d05_fig17_meshes",
+)  # fmt: skip
 HOLDS = {True: "yes", False: "NO", None: "-"}
 
 
@@ -116,6 +120,15 @@ def markdown(records: list[Record]) -> str:
     return markdown_table(["figure", "claim", "paper", "measured", "holds"], rows)
 
 
+def summary(records: list[Record]) -> str:
+    """How many claims hold, in one sentence."""
+    yes, no, open_ = ([r["holds"] for r in records].count(v) for v in (True, False, None))
+    return (
+        f"The figures print {len(records)} claims beside what we measure: {yes} hold, {no} do not, "
+        f"{open_} are measured without a verdict."
+    )
+
+
 def markdown_table(head: list[str], rows: list[list[str]]) -> str:
     """A table in Markdown."""
     lines = [head, ["---"] * len(head), *rows]
@@ -152,7 +165,7 @@ def differences(records: list[Record], others: list[Record]) -> list[str]:
 
 
 def keep() -> None:
-    """Keep the claims of the last full run; renew their page and the README's laws and pictures."""
+    """Keep the claims of the last full run; renew the pages and pictures that show them."""
     records = json.loads((FOLDER / "out" / "claims.json").read_text(encoding="utf-8"))
     missing = set(names()) - {r["figure"] for r in records}
     if missing:
@@ -164,7 +177,8 @@ def keep() -> None:
     io.write_json(SECONDS, {r["figure"]: round(r["seconds"], 1) for r in records})
     for page, name, text in (
         (PAGE, "claims", markdown(kept())),
-        (README, "laws", laws.as_markdown(laws.measure())),
+        (README, "claims", summary(kept())),
+        (LAWS, "laws", laws.as_markdown(laws.measure())),
     ):
         io.write_text(page, with_section(page.read_text(encoding="utf-8"), name, text))
 

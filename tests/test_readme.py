@@ -1,37 +1,72 @@
+"""What the README and the documentation show runs, and leads somewhere."""
+
 import pathlib
 import re
 
+import jax
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-README = pathlib.Path(__file__).parents[1] / "README.md"
+ROOT = pathlib.Path(__file__).parents[1]
+README = ROOT / "README.md"
+PORTRAITS = ROOT / "docs" / "portraits.md"
+PAGES = [README, *sorted((ROOT / "docs").glob("*.md"))]
 
 
-EXAMPLES = re.findall(r"```python\n(.*?)```", README.read_text(), re.DOTALL)
+def examples(page):
+    return re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
 
 
-def printed(example, capsys):
-    """The lines that an example prints."""
-    exec(compile(example, "README.md", "exec"), {})
-    return capsys.readouterr().out.splitlines()
+def ran(example):
+    """The names that an example leaves."""
+    names = {}
+    exec(compile(example, "example", "exec"), names)
+    return names
+
+
+def test_the_readme_is_short():
+    assert len(README.read_text(encoding="utf-8").splitlines()) <= 150
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_and_pictures_lead_to_files(page):
+    """Those to generated pages: `tests/test_docs.py`."""
+    text = page.read_text(encoding="utf-8")
+    targets = [
+        t for t in re.findall(r"\]\(([^)#]+)", text) if "://" not in t and "_generated" not in t
+    ]
+    assert [t for t in targets if not (page.parent / t).exists()] == []
 
 
 @pytest.mark.smoke
-def test_the_example_is_short_and_prints_what_it_says(capsys):
-    reflection = EXAMPLES[0]
+def test_the_path_of_the_portraits_is_short_and_equals_its_closed_form(capsys):
+    reflection = examples(PORTRAITS)[0]
     assert len(reflection.splitlines()) <= 12
-    numbers = [line for line in printed(reflection, capsys) if not line.isalpha()]
+    ran(reflection)
+    lines = [line for line in capsys.readouterr().out.splitlines() if not line.isalpha()]
     ours, closed = (
         np.concatenate([np.ravel(eval(line)) for line in part])
-        for part in (numbers[0::2], numbers[1::2])
+        for part in (lines[0::2], lines[1::2])
     )
     assert ours.shape == (7,)
     np.testing.assert_allclose(ours, closed, rtol=1e-12)
 
 
+@pytest.fixture
+def shadow(tmp_path, monkeypatch, capsys):
+    """What the README's example leaves, its picture and what it prints."""
+    monkeypatch.chdir(tmp_path)
+    plt.close("all")
+    names = ran(examples(README)[0])
+    plt.close("all")
+    return names, (tmp_path / "shadow.png").read_bytes(), capsys.readouterr().out
+
+
 @pytest.mark.smoke
-def test_the_shadow_of_the_example_is_that_of_a_disc(capsys):
-    (line,) = printed(EXAMPLES[1], capsys)
+def test_the_shadow_of_the_example_is_that_of_a_disc(shadow):
+    names, picture, said = shadow
+    assert picture[:4] == b"\x89PNG"
 
     def closed(x, radius):
         """The lamp's two parts beside the disc, towards +x."""
@@ -41,16 +76,32 @@ def test_the_shadow_of_the_example_is_that_of_a_disc(capsys):
         low, high = sine(-0.5, 1.0), sine(0.5, 1.0)
         return (high - low) - (np.sin(middle + half) - np.sin(middle - half))
 
-    h, x, r = 1e-4, 0.3, 0.1
-    expected = [
-        closed(x, r),
-        (closed(x + h, r) - closed(x - h, r)) / (2.0 * h),
-        (closed(x, r + h) - closed(x, r - h)) / (2.0 * h),
-        (closed(x + h, r) - 2.0 * closed(x, r) + closed(x - h, r)) / h**2,
-    ]
-    np.testing.assert_allclose([float(v) for v in line.split()], expected, atol=2e-6)
+    h, r = 1e-5, 0.1
+    # Places that see both parts of the lamp.
+    k = np.flatnonzero((names["x"] > -0.05) & (names["x"] < 0.4))
+    x = names["x"][k]
+    np.testing.assert_allclose(names["value"][k], closed(x, r), rtol=1e-12)
+
+    def closed_slopes(x):
+        """By place and by radius, as differences."""
+        by_place = closed(x + h, r) - closed(x - h, r)
+        return np.array([by_place, closed(x, r + h) - closed(x, r - h)]) / (2.0 * h)
+
+    by_place, by_radius = closed_slopes(x)
+    np.testing.assert_allclose(names["by_place"][k], by_place, atol=1e-8)
+    np.testing.assert_allclose(names["by_radius"][k], by_radius, atol=1e-8)
+    bend = jax.hessian(names["E"])(0.3, r)
+    far = 1e-4
+    twice = (closed(0.3 + far, r) - 2.0 * closed(0.3, r) + closed(0.3 - far, r)) / far**2
+    np.testing.assert_allclose(bend, twice, atol=2e-6)
+    less, takes = -0.01 * closed_slopes(0.1)
+    numbers = [float(n) for n in re.findall(r"[\d.]+(?= W/m)", said)]
+    rounded = [round(closed(0.1, r), 3), round(less, 4), round(takes, 4)]
+    np.testing.assert_allclose(numbers, rounded, rtol=1e-12)
 
 
-def test_the_other_examples_run(capsys):
-    for example in EXAMPLES[2:]:
-        printed(example, capsys)
+@pytest.mark.parametrize("page", [p for p in PAGES if p != README], ids=lambda page: page.name)
+def test_the_other_examples_run(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for example in examples(page):
+        ran(example)

@@ -1,6 +1,5 @@
 import ast
 import json
-import re
 
 import pytest
 
@@ -41,12 +40,34 @@ def test_the_laws_of_the_readme_are_those_that_the_squares_show():
     expected = {
         law: tuple(all_cases()[law].expected.get(p, "equal") for p in PORTRAITS) for law in LAWS
     }
-    assert read_verdicts(claims.section(README, "laws")) == expected
+    page = claims.LAWS.read_text(encoding="utf-8")
+    assert read_verdicts(claims.section(page, "laws")) == expected
 
 
-def test_the_pictures_of_the_readme_are_there():
-    for picture in re.findall(r"!\[.*?\]\((.*?)\)", README):
-        assert (claims.README.parent / picture).exists(), picture
+def test_the_readme_counts_the_claims_that_are_kept():
+    assert claims.section(README, "claims") == claims.summary(claims.kept())
+
+
+# What the README tells of claims that do not hold: figure, how the claim begins, its words for it.
+TOLD = [
+    ("d05_fig15", "(20) bounds what the eye sees in a valley", "up to {:,.0f} times"),
+    ("d05_fig15", "(21) bounds what the eye sees behind an edge", "{:,.0f} times"),
+    ("j12_fig19", "RMS error of the minimum split sphere over the radiometric Hessian, box with a",
+     "{:.2f} of its"),
+    ("j12_fig22", "RMS error of ellipses below that of circles, geometric", "gain {:.0f} %"),
+    ("r07_fig15", "Time of the full image over that of 17 % by gradient", "{:.1f} times as fast"),
+    ("r07_fig15", "What gradients add to the time of values", "add {:.0f} %"),
+    ("r07_fig04", "wide scene, Lambertian, far: B_x is SV+CDV", "{:.2f} of the derivative"),
+    ("e11_fig01", "Largest error at 1 shared ray a pixel", "{:.1f} % of the light"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("figure", "claim", "words"), TOLD)
+def test_what_the_readme_tells_of_a_claim_is_what_was_measured(figure, claim, words):
+    found = [r for r in claims.kept() if r["figure"] == figure and r["claim"].startswith(claim)]
+    assert [r["holds"] for r in found] == [False]
+    assert words.format(found[0]["measured"]) in " ".join(README.split())
+    assert f"`{figure}`" in README
 
 
 def test_a_section_is_replaced_and_found_again():
@@ -69,7 +90,8 @@ def test_what_a_run_lacks_is_not_kept(tmp_path, monkeypatch):
 
 
 def test_a_full_run_is_kept_without_its_seconds_and_shown(tmp_path, monkeypatch):
-    for page, name in (("README.md", "laws"), ("CLAIMS.md", "claims")):
+    pages = (("README.md", "claims"), ("portraits.md", "laws"), ("CLAIMS.md", "claims"))
+    for page, name in pages:
         (tmp_path / page).write_text(f"<!-- begin: {name} -->\n<!-- end: {name} -->\n")
     folder = tmp_path / "figures"
     (folder / "out").mkdir(parents=True)
@@ -84,6 +106,7 @@ def test_a_full_run_is_kept_without_its_seconds_and_shown(tmp_path, monkeypatch)
     monkeypatch.setattr(claims, "SECONDS", folder / "seconds.json")
     monkeypatch.setattr(claims, "README", tmp_path / "README.md")
     monkeypatch.setattr(claims, "PAGE", tmp_path / "CLAIMS.md")
+    monkeypatch.setattr(claims, "LAWS", tmp_path / "portraits.md")
     monkeypatch.setattr(claims.laws, "measure", dict)
     claims.keep()
     assert claims.kept() == [record]

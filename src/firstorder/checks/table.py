@@ -1,7 +1,7 @@
 """The table law x portrait (R07 Fig. 2), measured: each cell a square with its verdict and error.
 
 What the code can do is printed by the code: `python -m firstorder.checks.table` writes the table
-of the README.
+of the documentation (`docs/portraits.md`).
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ def as_text(table: Table) -> str:
 
 
 def as_markdown(table: Table) -> str:
-    """The table for the README; a refusal points to its reason below.
+    """The table in Markdown; a refusal points to its reason below.
 
     Example:
         >>> from firstorder.checks.squares import PORTRAITS, Square
