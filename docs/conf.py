@@ -1,5 +1,6 @@
 """Sphinx reads this: `make docs` builds the site into `docs/_build`."""
 
+import logging
 import pathlib
 import sys
 
@@ -37,5 +38,6 @@ def setup(app):
 
 
 def _generate():
+    logging.getLogger("jax").setLevel(logging.WARNING)  # it tells of each device that is not there
     session.start()
     generate.write()

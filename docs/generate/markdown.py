@@ -6,6 +6,8 @@ Example:
     'r07-fig2-warp'
     >>> escaped("|theta| < 1, `a < b`")
     '|theta| \\< 1, `a < b`'
+    >>> escaped("*incoming* light, a * b")
+    '*incoming* light, a \\* b'
 """
 
 from __future__ import annotations
@@ -25,13 +27,13 @@ def label(*parts: str) -> str:
 
 
 def escaped(text: str, cell: bool = False) -> str:
-    """Plain words: what Markdown would read as more is escaped, but for code in backticks.
+    """Plain words: what Markdown would read as more is escaped, but for `code` and *emphasis*.
 
     Args:
         text: words, with code between single backticks.
         cell: whether it stands in a table, which a bar would end.
     """
-    parts = re.split(r"(`[^`]*`)", text)
+    parts = re.split(r"(`[^`]*`|(?<![\w*])\*\w[^*`]*\w\*(?![\w*]))", text)
     plain = (re.sub(r"([<$\[\]*_^~{}\\])", r"\\\1", p) for p in parts[::2])
     parts[::2] = list(plain)
     joined = "".join(parts)
