@@ -5,6 +5,7 @@
 #   make figures        the environment, the ledger, every figure at full size, the claims table
 #   make test           every test, shapes checked on every call
 #   make check          the ledger of equations, proved or corrected
+#   make docs           the site, in docs/_build/index.html
 #
 #   make smoke PYTHON=python3.13 VENV=.venv313      the same library on another Python
 
@@ -16,6 +17,7 @@ PYTEST_ARGS ?=
 
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
+DOCS_READY := $(VENV)/.ready-docs
 PYTEST := $(BIN)/python -m pytest
 NOTEBOOKS := $(patsubst notebooks/%.py,notebooks/ipynb/%.ipynb,$(wildcard notebooks/*.py))
 
@@ -23,7 +25,7 @@ NOTEBOOKS := $(patsubst notebooks/%.py,notebooks/ipynb/%.ipynb,$(wildcard notebo
 export PYTHONNOUSERSITE := 1
 unexport PYTHONPATH
 
-.PHONY: help venv first figures figures-quick readme check test smoke bench lint format notebooks clean
+.PHONY: help venv first figures figures-quick readme check test smoke bench lint format notebooks docs clean
 .DEFAULT_GOAL := help
 
 help:
@@ -88,7 +90,17 @@ notebooks/ipynb/%.ipynb: notebooks/%.py $(READY)
 	@mkdir -p $(@D)
 	$(BIN)/marimo export ipynb $< --force --output $@
 
+# Sphinx and its theme go in when the site is first built, and not with the rest.
+$(DOCS_READY): $(READY)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt \
+	    --no-build-isolation -e '.[docs]'
+	touch $@
+
+docs: $(DOCS_READY)
+	$(BIN)/python -m sphinx -W --keep-going --quiet -E -b html docs docs/_build
+	$(BIN)/python -m docs.links docs/_build
+
 clean:
 	rm -rf .venv .venv313 .cache .pytest_cache .ruff_cache .benchmarks .hypothesis
-	rm -rf figures/out notebooks/ipynb dist
+	rm -rf figures/out notebooks/ipynb docs/_build docs/_generated dist
 	find . -name __pycache__ -prune -exec rm -rf {} +

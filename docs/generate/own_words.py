@@ -1,0 +1,115 @@
+"""What stands elsewhere in words of our own: conventions, glossary, contributing, scripts."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import pathlib
+import re
+import textwrap
+
+from docs.generate import api
+from docs.generate import markdown as md
+from firstorder import conventions
+
+GLOSSARY = "Words we use"
+
+
+def pages() -> dict[str, str]:
+    """The pages, by name."""
+    return {
+        "conventions.md": _conventions(),
+        "glossary.md": _glossary(),
+        "contributing.md": _contributing(),
+        "not_built.md": (md.ROOT / "NOT_BUILT.md").read_text(encoding="utf-8"),
+        "examples.md": _examples(),
+        "notebooks.md": _notebooks(),
+    }
+
+
+def _conventions() -> str:
+    """The docstring of `conventions`: a heading and its paragraph, over and over."""
+    first, _, rest = (inspect.getdoc(conventions) or "").partition("\n\n")
+    parts = [
+        "Which side shines, where angle 0 is, what a unit is, which way light is labelled and "
+        f"which sign the Fourier transform has. {first}"
+    ]
+    for block in re.split(r"\n(?=\S)", rest[rest.index("Flatland\n") :]):
+        head, _, words = block.partition("\n")
+        parts += [f"## {head}", api.linked(md.escaped(textwrap.dedent(words).strip()))]
+    return md.page("Conventions", *parts, *_more_conventions())
+
+
+def _more_conventions() -> list[str]:
+    """The functions that hold the signs, each in a sentence."""
+    functions = [getattr(conventions, n) for n in vars(conventions)]
+    own = [f for f in functions if inspect.isfunction(f) and f.__module__ == conventions.__name__]
+    rows = [
+        (api.reference(f), md.escaped((inspect.getdoc(f) or "").partition("\n\n")[0], cell=True))
+        for f in own
+        if not f.__name__.startswith("_")
+    ]
+    return ["## The functions that hold them", md.table(("function", "what it is"), rows)]
+
+
+def _sections() -> dict[str, str]:
+    """Sections of CONTRIBUTING.md by heading."""
+    text = (md.ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    _, *sections = re.split(r"^## ", text, flags=re.M)
+    parted = (section.partition("\n") for section in sections)
+    return {head.strip(): words.strip() for head, _, words in parted}
+
+
+def _glossary() -> str:
+    return md.page("Glossary", api.linked(_sections()[GLOSSARY]))
+
+
+def _contributing() -> str:
+    """CONTRIBUTING.md but for the glossary, which has its page."""
+    sections = [f"## {h}\n\n{words}" for h, words in _sections().items() if h != GLOSSARY]
+    words = "How to add an event, a law, a row of the ledger, a figure. Our words: [](glossary.md)."
+    return md.page("Contributing", words, *map(api.linked, sections))
+
+
+def _examples() -> str:
+    """Every example, whole."""
+    words = (
+        "Short scripts to start from; each is run and judged by "
+        f"{md.file_link(md.ROOT / 'tests/test_examples.py')}."
+    )
+    parts = []
+    for file in sorted((md.ROOT / "examples").glob("*.py")):
+        text = file.read_text(encoding="utf-8")
+        name = file.relative_to(md.ROOT).as_posix()
+        parts += [f"## {file.stem}", f"`python {name}`", md.fence(text, "python")]
+    return md.page("Examples", words, *parts)
+
+
+def _notebooks() -> str:
+    """Every notebook by its title, with what its first words say and how it is run."""
+    words = (
+        "Notebooks with sliders, for [marimo](https://marimo.io), which `make venv` installs. "
+        "`make notebooks` writes copies for Jupyter into `notebooks/ipynb`."
+    )
+    parts = []
+    for file in sorted((md.ROOT / "notebooks").glob("*.py")):
+        title, said = _told(file)
+        name = file.relative_to(md.ROOT).as_posix()
+        parts += [f"## {title}", said, md.fence(f"marimo run {name}", "bash"), md.file_link(file)]
+    return md.page("Notebooks", words, *(part for part in parts if part))
+
+
+def _told(file: pathlib.Path) -> tuple[str, str]:
+    """A notebook's title, and its first paragraph of words."""
+    tree = ast.parse(file.read_text(encoding="utf-8"))
+    strings = [n.value for n in ast.walk(tree) if isinstance(n, ast.Constant)]
+    texts = [textwrap.dedent(s).strip() for s in strings if isinstance(s, str)]
+    titles = [
+        k.value.value
+        for n in ast.walk(tree)
+        if isinstance(n, ast.Call)
+        for k in n.keywords
+        if k.arg == "app_title" and isinstance(k.value, ast.Constant)
+    ]
+    paragraphs = [p for text in texts if text.startswith("# ") for p in text.split("\n\n")[1:]]
+    return str(titles[0]) if titles else file.stem, paragraphs[0] if paragraphs else ""

@@ -1,0 +1,202 @@
+"""The site: pages that the code writes, and links that lead somewhere."""
+
+import collections
+import importlib.util
+import os
+import pathlib
+import re
+import subprocess
+import sys
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from docs import generate, links
+from docs.generate import api, equations, steps
+from firstorder.checks.cases import FREQUENCIES, GRID, RAYS, bell, light
+from firstorder.checks.registry import all_cases
+from firstorder.checks.squares import Case
+from firstorder.conventions import FLATLAND
+from firstorder.laws import Law, Move
+from firstorder.transport import Chain, Event
+
+DOCS = pathlib.Path(generate.__file__).parents[1]
+SPHINX = ("sphinx", "myst_parser", "furo", "latex2mathml")
+slow = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def pages():
+    """Every generated page; the formulas take a minute."""
+    return generate.pages()
+
+
+@pytest.fixture(scope="module")
+def site(pages):
+    """All pages by their path below docs, those written by hand too."""
+    by_hand = {path.name: path.read_text(encoding="utf-8") for path in DOCS.glob("*.md")}
+    return by_hand | {f"_generated/{path}": text for path, text in pages.items()}
+
+
+def without_code(text):
+    """A page without what is no Markdown."""
+    return re.sub(r"^```(?!\{py:)[^\n]*\n.*?^```$", "", text, flags=re.M | re.S)
+
+
+def labels(site):
+    return [name for text in site.values() for name in re.findall(r"^\(([\w-]+)\)=$", text, re.M)]
+
+
+def described():
+    """Dotted names that the pages of the API describe."""
+    names = {n: t for n, t in api.public_names().items() if api.home(id(t)) in ("", n)}
+    members = {f"{n}.{m}" for n, t in names.items() if isinstance(t, type) for m in members_of(t)}
+    modules = {name.rpartition(".")[0] for name in names}
+    return set(names) | members | modules
+
+
+def members_of(cls):
+    return [name for name, _ in api._members(cls)]
+
+
+def dead(site, names):
+    """Links that lead nowhere, each with its page."""
+    known = set(labels(site))
+    found = []
+    for path, text in site.items():
+        plain = without_code(text)
+        paragraphs = re.split(r"\n\s*\n", plain)
+        written = "\n".join(re.sub(r"(`+).*?\1", "", p, flags=re.S) for p in paragraphs)
+        for target in re.findall(r"(?<!\\)\]\(([^)\s]+)\)", written):
+            if target.startswith(("http:", "https:")):
+                continue
+            file = os.path.normpath(os.path.join(os.path.dirname(path), target))
+            lives = target[1:] in known if target.startswith("#") else file in site
+            # A page of an earlier run may still lie in the folder: only what is written now counts.
+            if not (lives or (not file.endswith(".md") and (DOCS / file).is_file())):
+                found.append(f"{path}: {target}")
+        for role, target in re.findall(r"\{(py:\w+|download)\}`(?:[^`<]*<)?([^`>]+)>?`", plain):
+            file = DOCS / os.path.dirname(path) / target
+            if not (file.is_file() if role == "download" else target in names):
+                found.append(f"{path}: {role} {target}")
+    return found
+
+
+@slow
+def test_every_law_and_event_of_the_registry_has_its_page(pages):
+    for name, case in all_cases().items():
+        told = pages[steps.path_of_case(case)]
+        assert name.lower() in told.lower()
+        assert "What becomes of light" in told
+        events = case.step.events if isinstance(case.step, Chain) else (case.step,)
+        assert all(steps.path_of(type(event)) in pages for event in events)
+
+
+@slow
+def test_every_portrait_of_every_case_is_told(pages):
+    for case in all_cases().values():
+        told = pages[steps.path_of_case(case)]
+        for portrait in ("Value", "Gradient", "Hessian", "Spectrum", "Covariance", "Wavelet"):
+            verdict = case.expected.get(portrait.lower(), "equal")
+            assert f"**{portrait}**, {verdict}" in told
+
+
+class Doubled(Event):
+    """Light at twice the place: `l'(x, theta) = l(2 x, theta)`, as in R07 eqs. 53-54."""
+
+    def law(self, frame) -> Law:
+        return Move(jnp.diag(jnp.array([2.0, 1.0])))
+
+
+def test_a_new_event_has_its_page_by_existing(monkeypatch):
+    brute = lambda u: bell(2.0 * u[0], u[1])  # noqa: E731
+    case = Case("doubled", Doubled(), light(FLATLAND), GRID, FREQUENCIES, RAYS, brute)
+    monkeypatch.setattr(steps, "all_cases", lambda: {"doubled": case})
+    assert Doubled in steps.steps()
+    told = steps._step(Doubled)
+    assert steps.path_of(Doubled) == "events/doubled.md"
+    assert r"L'(x, \theta) = L\left(2 x, \theta\right)" in told
+    assert r"\hat{L}\left(\frac{\Omega_{x}}{2}, \Omega_{\theta}\right)" in told
+    assert "[R07.54](#eq-r07-54)" in told
+
+
+def test_every_row_of_the_ledger_has_one_anchor():
+    found = collections.Counter(labels(equations.pages()))
+    assert set(found) == {equations.anchor(equation) for equation in equations.ledger()}
+    assert set(found.values()) == {1}
+
+
+def test_errata_are_the_misprints_and_over_claims_with_a_counterexample_each():
+    written = equations.pages()
+    for equation, (_, row) in equations.ledger().items():
+        errata = written.get(f"equations/{row.paper.lower()}-errata.md", "")
+        listed = f"### [{equation}](#" in errata
+        assert listed == (row.kind in equations.WRONG), equation
+    counted = sum(text.count("Counterexample: at") for p, text in written.items() if "errata" in p)
+    assert counted == sum(row.kind in equations.WRONG for _, row in equations.ledger().values())
+
+
+def test_a_counterexample_on_the_page_is_what_its_functions_say():
+    row = equations.ledger()["R07.fig2.integrate.wavelet"][1]
+    said = re.findall(r"\*\*([-\d.e+]+)\*\*", equations._correction(row))
+    np.testing.assert_allclose(
+        [float(s) for s in said], [3 * np.pi**0.5 / 9, np.pi**0.5], rtol=1e-5
+    )
+
+
+@slow
+def test_links_between_pages_lead_somewhere(site):
+    assert dead(site, described()) == []
+    assert len(set(labels(site))) == len(labels(site))
+
+
+def test_a_link_that_leads_nowhere_is_seen():
+    good = "(here)=\n# A\n\n[b](b.md), [b](#here), {py:obj}`x <a.b>`, {download}`x <conf.py>`"
+    assert dead({"a.md": good, "b.md": "# B"}, {"a.b"}) == []
+    for wrong in ("[b](c.md)", "[b](#there)", "{py:obj}`x <a.c>`", "{download}`x <gone.py>`"):
+        assert len(dead({"a.md": f"{good}, {wrong}", "b.md": "# B"}, {"a.b"})) == 1
+
+
+def test_pages_that_are_gone_are_removed(tmp_path):
+    generate.write(tmp_path / "out", {"old/page.md": "# Old"})
+    generate.write(tmp_path / "out", {"new.md": "# New"})
+    assert [p.name for p in (tmp_path / "out").rglob("*")] == ["new.md"]
+
+
+def test_every_public_name_is_described_once_and_with_its_words():
+    written = api.pages()
+    for name, thing in api.public_names().items():
+        if isinstance(thing, type) and api.home(id(thing)) == name:
+            chapter, _, last = name.removeprefix("firstorder.").rpartition(".")
+            assert written[f"api/{chapter}.md"].count(f"{{py:class}} {last}(") == 1, name
+    assert "Light after a distance: `l'(x, v) = l(x -+ v d, v)`" in written["api/transport.md"]
+    assert (
+        "- `d` (`Scalar`): distance along the normal of the reference line"
+        in written["api/transport.md"]
+    )
+
+
+def test_a_built_site_with_a_broken_link_is_seen(tmp_path):
+    (tmp_path / "a.html").write_text(
+        '<p id="top"><a href="b.html#there">b</a> <a href="#top">a</a>'
+    )
+    (tmp_path / "b.html").write_text('<p id="there"><a href="https://example.org">out</a>')
+    assert links.broken(tmp_path) == []
+    (tmp_path / "b.html").write_text('<p id="elsewhere"><img src="gone.png">')
+    assert links.broken(tmp_path) == ["a.html: b.html#there", "b.html: gone.png"]
+    assert links.main(str(tmp_path)) == 1
+
+
+@slow
+@pytest.mark.skipif(
+    any(importlib.util.find_spec(name) is None for name in SPHINX),
+    reason="the site is built only where Sphinx is: `make docs` installs it, builds and walks it",
+)
+def test_the_site_builds_without_a_warning_and_no_link_is_broken(tmp_path):
+    command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "--quiet", "-b", "html"]
+    built = subprocess.run(
+        [*command, str(DOCS), str(tmp_path)], capture_output=True, text=True, cwd=DOCS.parent
+    )
+    assert built.returncode == 0, built.stderr
+    assert links.broken(tmp_path) == []
