@@ -10,13 +10,17 @@ from firstorder.cli import main
 ROOT = pathlib.Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *(ROOT / "docs").glob("*.md")]
 SCENES = [f for f in (ROOT / "examples").iterdir() if f.suffix in (".toml", ".svg")]
-SMALL = ["--width", "8", "--height", "8", "--nodes", "2"]  # a render at full size takes minutes
+# At full size a render takes minutes.
+SMALL = {
+    "render": ["--width", "8", "--height", "8", "--nodes", "2"],
+    "agreements": ["--quick"],
+}
 
 
 def shown():
     """Commands in blocks of code, and in comments of scenes."""
     for page in PAGES:
-        for block in re.findall(r"```\n(.*?)```", page.read_text("utf-8"), re.DOTALL):
+        for block in re.findall(r"```(?:bash)?\n(.*?)```", page.read_text("utf-8"), re.DOTALL):
             yield from re.findall(r"^firstorder (.*?)(?: +#.*)?$", block, re.MULTILINE)
     for scene in SCENES:
         yield from re.findall(
@@ -35,7 +39,7 @@ def test_a_command_runs_as_shown(command, tmp_path, monkeypatch, capsys):
     (tmp_path / "examples").symlink_to(ROOT / "examples")
     monkeypatch.chdir(tmp_path)
     words = command.split()
-    assert main(words + SMALL * (words[0] == "render")) == 0
+    assert main([*words, *SMALL.get(words[0], [])]) == 0
     assert capsys.readouterr().out
     written = [words[k + 1] for k, word in enumerate(words) if word in ("--out", "--toml")]
     assert [f for f in written if not (tmp_path / f).exists()] == []

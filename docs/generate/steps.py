@@ -55,9 +55,9 @@ def _index(folder: str, found: dict[str, str]) -> str:
 
 
 def _law_table() -> str:
-    """The README's table of the five laws, with measured errors."""
-    readme = claims.README.read_text(encoding="utf-8")
-    return f"## The squares, measured\n\n{claims.section(readme, 'laws')}"
+    """The table of the five laws, with measured errors."""
+    page = claims.LAWS.read_text(encoding="utf-8")
+    return f"## The squares, measured\n\n{claims.section(page, 'laws')}"
 
 
 def steps() -> tuple[type, ...]:
