@@ -20,12 +20,13 @@ from firstorder.conventions import direction
 from firstorder.flatland.intersect import occluded
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver, View, receiver, view
-from firstorder.numerics._compiled import compiled
+from firstorder.numerics._compiled import compiled, compiled_after
 from firstorder.numerics._planar import dot_2d
 from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.scene._arguments import check_asked
 from firstorder.scene._derivatives import Derivatives, line_derivatives
 from firstorder.scene._primitives import BACK, FRONT
+from firstorder.scene._questions import check_lit
 
 # Radiance that a shape sends against a direction: (number, parameter, front?, direction) -> L.
 Radiance = Callable[
@@ -33,7 +34,7 @@ Radiance = Callable[
 ]
 
 
-@compiled
+@compiled_after(check_lit)
 def irradiance(
     scene: Scene,
     at: Receiver,
@@ -83,7 +84,7 @@ def irradiance(
     return E
 
 
-@compiled
+@compiled_after(check_lit)
 def weighted_irradiance(
     scene: Scene,
     at: Receiver,

@@ -21,9 +21,10 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from firstorder._argument_checks import nan_unless
-from firstorder.numerics._compiled import compiled
+from firstorder.numerics._compiled import compiled_after
 from firstorder.numerics._vectors import unit
 from firstorder.scene._arguments import check_asked
+from firstorder.scene._questions import check_lit, check_question
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import BACK, FRONT, Scene
 from firstorder.space.silhouettes._edge_integrals import (
@@ -50,7 +51,7 @@ from firstorder.visibility._contour import translation_rate
 Radiance = Callable[[Array, Array], Array]
 
 
-@compiled
+@compiled_after(check_question)
 def net_visibility(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[Array, ""]:
     """The solid angle of the sky that a receiver sees [sr].
 
@@ -85,7 +86,7 @@ def net_visibility(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[Arra
     return nan_unless(_is_outside(scene, found), total)
 
 
-@compiled
+@compiled_after(check_lit)
 def irradiance(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[Array, ""]:
     """Irradiance from shapes of constant radiance and a constant sky [W/m^2].
 
@@ -123,7 +124,7 @@ def irradiance(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[Array, "
     return _light(scene, at, segment_upward, arc_upward, nodes)[0]
 
 
-@compiled
+@compiled_after(check_lit)
 def vector_irradiance(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[Array, "3"]:
     """The vector of light in the receiver's frame: `integral of L(w) w dw` [W/m^2].
 
@@ -161,7 +162,7 @@ def _shown(scene: Scene, at: Receiver, found: _Outlines) -> Float[Array, " n_1"]
     return jnp.append(facing, scene.sky(at.normal))
 
 
-@compiled
+@compiled_after(check_question)
 def boundary_gradient(
     scene: Scene,
     at: Receiver,

@@ -156,9 +156,9 @@ def _outlines_from(scene: Scene, at: Receiver) -> _Outlines:
 
 
 def _is_outside(scene: Scene, found: _Outlines) -> Bool[Array, ""]:
-    """Whether the eye is outside of all closed shapes, but for that on which it lies."""
+    """Whether no shape is NaN, and no closed one holds the eye but that on which it lies."""
     closed = np.repeat([g.closed for g in scene.groups], [g.count for g in scene.groups])
-    return ~jnp.any(found.inside & ~found.own & closed)
+    return ~(jnp.any(found.inside & ~found.own & closed) | scene.unsound)
 
 
 def _cut_outlines(
