@@ -9,7 +9,6 @@ import pathlib
 import re
 import subprocess
 import sys
-import warnings
 
 import equinox as eqx
 import jax
@@ -49,7 +48,8 @@ INSIDE = (
 )
 MANY = "Argument `at` must be one receiver, but holds (4,) of them: ask for each by jax.vmap."
 COLOUR = (
-    "must be one number, but has shape (3,): light has one channel, so make a scene for each colour."
+    "must be one number, but has shape (3,): light has one channel, so make a scene for each "
+    "colour."
 )
 RAY = (
     "must be one ray, the 2 coordinates x, theta, but has shape (): for many rays call the field "
@@ -323,3 +323,204 @@ def test_a_wrong_use_is_one_sentence(name, tmp_path):
         words = rf"^{re.escape(sentence)}(\n|$)|typechecking|Type-check"
         with pytest.raises((kind, TypeError), match=words):
             use(*give)
+
+
+# --- under jit, where numbers are not known ------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["one number for a ray", "many receivers in one call"])
+def test_shapes_are_known_under_jit_too(name):
+    use = {
+        "one number for a ray": lambda x: FIELD.jet(x).value,
+        "many receivers in one call": lambda x: flatland.irradiance(
+            FLAT, flatland.Receiver(jnp.zeros((4, 2)), jnp.full(4, x))
+        ),
+    }[name]
+    with pytest.raises((ValueError, TypeError), match=re.escape(WRONG[name][2]) + "|Type-check"):
+        jax.jit(use)(0.3)
+
+
+NAN = {
+    "a negative radius": lambda x: flatland.irradiance(
+        flatland.Scene.of(LAMP, flatland.primitive(flatland.Circles((0.0, 0.5), x - 0.3))), HERE
+    ),
+    "a negative radius in space": lambda x: space.irradiance(
+        space.Scene.of(
+            space.primitive(PANEL, emission=1.0),
+            space.primitive(space.sphere((0.0, 0.0, 0.5), x - 0.3)),
+        ),
+        THERE,
+    ),
+    "a receiver inside of a body of space": lambda x: space.irradiance(
+        space.Scene.of(
+            space.primitive(PANEL, emission=1.0), space.primitive(space.sphere((x, 0.0, 0.0), 0.5))
+        ),
+        THERE,
+    ),
+}
+
+
+@pytest.mark.smoke
+@pytest.mark.parametrize("name", NAN)
+def test_what_is_traced_and_wrong_is_nan(name):
+    assert np.isnan(jax.jit(NAN[name])(0.2))
+    assert np.isfinite(jax.jit(NAN[name])(0.7))
+
+
+def test_nothing_is_looked_at_under_jit():
+    dim = flatland.Scene.of(flatland.primitive(DOWN))
+    assert jax.jit(lambda at: flatland.irradiance(dim, at))(HERE) == 0.0
+    assert jax.vmap(lambda at: flatland.irradiance(BALL, at))(many(flatland, 2)).tolist() == [0] * 4
+
+
+# --- zeros that are answers ----------------------------------------------------------------------
+
+
+def test_a_true_zero_has_no_warning():
+    turned_away = flatland.Receiver.at((0.0, 0.0), (0.0, -1.0))
+    assert abs(flatland.irradiance(FLAT, turned_away)) == 0.0
+    wall = flatland.primitive(flatland.Segments((-9.0, 0.5), (9.0, 0.5)))
+    assert flatland.irradiance(flatland.Scene.of(LAMP, wall), HERE) == 0.0
+    on_the_lamp = flatland.Receiver.on_shape(FLAT, 0, 0.5)
+    assert flatland.irradiance(FLAT, on_the_lamp) == 0.0
+
+
+def test_a_circle_around_its_light_is_a_room():
+    room = flatland.primitive(flatland.Circles((0.0, 0.5), 3.0))
+    inside = flatland.irradiance(flatland.Scene.of(LAMP, room), HERE)
+    assert inside == flatland.irradiance(FLAT, HERE) > 1.0
+    glowing = flatland.primitive(flatland.Circles((0.0, 0.0), 0.5), emission=1.0, two_sided=True)
+    np.testing.assert_allclose(flatland.irradiance(flatland.Scene.of(glowing), HERE), 2.0)
+    point = flatland.PointLights((0.0, 0.2), 1.0)
+    assert flatland.irradiance(flatland.Scene.of(room, points=point), HERE) > 1.0
+
+
+def test_light_by_a_function_needs_no_emission():
+    dim = flatland.Scene.of(flatland.primitive(DOWN))
+    E = flatland.irradiance(dim, HERE, radiance=lambda index, s, front, along: jnp.ones(()))
+    np.testing.assert_allclose(E, flatland.irradiance(FLAT, HERE))
+
+
+# --- what is taken now ---------------------------------------------------------------------------
+
+
+@pytest.mark.smoke
+def test_a_list_is_an_array():
+    rays = flatland.nearest(FLAT, [[0.0, 0.0]], [[0.0, 1.0]])
+    assert rays.t.tolist() == [1.0]
+    assert THERE.moved([0.1, 0.0]).position.tolist() == [0.1, 0.0, 0.0]
+    assert THERE.tilted([0.0, 0.0]).normal.tolist() == [0.0, 0.0, 1.0]
+    assert HERE.displaced([0.1, 0.2, 0.0]).position.tolist() == [0.1, 0.2]
+    cut = flatland.irradiance(FLAT, HERE, cuts=jnp.array([(0.0, 0.5)]))
+    np.testing.assert_allclose(cut, flatland.irradiance(FLAT, HERE))
+
+
+@pytest.mark.parametrize(("world", "dims"), [(flatland, 2), (space, 3)])
+def test_many_receivers_are_mapped_over(world, dims):
+    scene = {2: FLAT, 3: SPACE}[dims]
+    positions = 0.1 * np.arange(4.0 * dims).reshape(4, dims) - 0.5
+    one = world.Receiver.at(positions[2])
+    batch = world.Receiver.at(positions, on=-1)
+    E = jax.vmap(lambda at: world.irradiance(scene, at))(batch)
+    np.testing.assert_allclose(E[2], world.irradiance(scene, one), rtol=1e-12)
+    assert batch.on.shape == (4,)
+
+
+def test_one_angle_and_one_shape_stand_for_many_positions():
+    batch = flatland.Receiver(np.zeros((4, 2)), 0.1, 0)
+    assert batch.n.shape == batch.on.shape == (4,)
+    E = jax.vmap(lambda at: flatland.irradiance(BALL, at))(batch)
+    assert E.shape == (4,)
+
+
+@pytest.mark.smoke
+def test_fields_and_their_methods_can_be_jitted():
+    light = flatland.light_field(FLAT, HERE)
+    for field in (FIELD, light):
+        u = jnp.array([0.1, 0.2])
+        np.testing.assert_allclose(jax.jit(field)(0.1, 0.2), field(0.1, 0.2))
+        np.testing.assert_allclose(jax.jit(field.at)(u), field.at(u))
+        jax.tree.map(np.testing.assert_allclose, jax.jit(field.jet)(u), field.jet(u))
+    spectrum = FIELD.spectrum()
+    np.testing.assert_allclose(jax.jit(spectrum.at)(u), spectrum.at(u))
+
+
+def test_a_method_is_equal_to_itself_and_a_tree_of_its_field():
+    twin = gaussian((0.0, 0.0), (1.0, 1.0))
+    assert FIELD.jet == FIELD.jet
+    assert FIELD.jet != twin.jet
+    assert FIELD.jet != FIELD.at
+    assert twin != FIELD
+    assert len(jax.tree.leaves(FIELD.jet)) == len(jax.tree.leaves(FIELD)) > 0
+    assert jax.jit(lambda f: f(jnp.zeros(2)))(FIELD.at) == 1.0
+
+
+def test_a_scene_can_be_differentiated_as_it_is():
+    beams = flatland.primitive(
+        flatland.Segments([(-1.0, 0.4), (-0.9, 0.6)], [(0.2, 0.6), (0.1, 0.4)]), emission=0.5
+    )
+    scene = flatland.Scene.of(LAMP, beams)
+    assert scene.crossings.pairs.tolist() == [[1, 2]]
+    slope = jax.grad(flatland.irradiance)(scene, HERE)
+    brighter = eqx.tree_at(lambda s: s.material.emission, scene, 2.0 * scene.material.emission)
+    rate = jnp.sum(slope.material.emission * scene.material.emission)
+    twice, once = (flatland.irradiance(s, HERE) for s in (brighter, scene))
+    np.testing.assert_allclose(twice - once, rate, rtol=1e-12)
+
+
+@pytest.mark.parametrize("x", [1e-6, 0.05, 1.0, 80.0])
+def test_positive_and_its_inverse(x):
+    np.testing.assert_allclose(positive(free_of(x, 0.1), 0.1), x, rtol=1e-9)
+    assert positive(-5.0) > 0.0
+    assert abs(positive(50.0, 0.1) - 50.0) < 1e-12
+    assert np.isnan(jax.jit(free_of)(-x))
+    with pytest.raises(ValueError, match=r"^Argument `x` must be positive, but is"):
+        free_of(-x)
+
+
+# --- float32 kept by accident --------------------------------------------------------------------
+
+LATE = """
+import warnings
+import jax.numpy as jnp
+from firstorder import session
+{first}
+with warnings.catch_warnings(record=True) as found:
+    warnings.simplefilter("always")
+    session.start(cache="off")
+    session.start(cache="off")
+print([str(w.message) for w in found])
+"""
+LATE_WORDS = (
+    "Before session.start() 1 arrays were made, which keep float32: call it in the first lines of "
+    "the program."
+)
+
+
+@pytest.mark.parametrize(("first", "words"), [("early = jnp.ones(3)", [LATE_WORDS]), ("", [])])
+def test_arrays_made_before_the_session_are_told(first, words):
+    command = [sys.executable, "-c", LATE.format(first=first)]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip() == str(words)
+
+
+# --- the document --------------------------------------------------------------------------------
+
+
+def written(title):
+    """Rows of the table below a heading of the document."""
+    section = (
+        DOCUMENT.read_text(encoding="utf-8").partition(f"## {title}\n")[2].partition("\n## ")[0]
+    )
+    header, _, *rows = re.findall(r"^\| (.+?) \| (.+?) \|$", section, re.M)
+    assert header[0] == "wrong use"
+    return dict(rows)
+
+
+def test_the_document_says_these_sentences():
+    errors = {n: words for n, (_, kind, words) in WRONG.items() if not issubclass(kind, Warning)}
+    warned = {n: words for n, (_, kind, words) in WRONG.items() if issubclass(kind, Warning)}
+    assert written("Errors") == errors
+    assert written("Warnings") == warned | {"arrays made before `session.start()`": LATE_WORDS}
+    assert written("Under `jit`") == dict.fromkeys(NAN, "NaN")

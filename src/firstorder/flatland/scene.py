@@ -419,11 +419,10 @@ def _frame(shape: Shape, s: Float[Array, ""]) -> Frenet:
 
 
 def _sized(groups: list[Shape]) -> Bool[Array, ""]:
-    """Whether all sizes and lengths are positive; concrete shapes refuse others themselves."""
+    """Whether all radii and semi-axes are positive; concrete shapes refuse others themselves."""
     names = ("radius", "semi")
     sizes = [getattr(g, name) for g in groups for name in names if hasattr(g, name)]
     sizes += [jnp.abs(g.sweep) for g in groups if isinstance(g, Arcs)]
-    sizes += [jnp.max(jnp.abs(g.end - g.start), -1) for g in groups if isinstance(g, Segments)]
     return jnp.all(jnp.stack([jnp.all(size > 0.0) for size in sizes] or [jnp.array(True)]))
 
 

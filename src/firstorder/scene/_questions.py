@@ -8,8 +8,8 @@ Python shows it once for each line of the caller.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
-from typing import Any
+import weakref
+from typing import Any, NamedTuple
 
 import jax
 import numpy as np
@@ -18,7 +18,7 @@ from firstorder._argument_checks import check_count, check_index
 from firstorder.errors import NoLight
 from firstorder.scene._primitives import BACK, FRONT
 
-# From the warning to the caller of a public function: `_warn`, the check, the entry.
+# From the warning to the caller of a public function.
 _LEVEL = 4
 
 
@@ -31,16 +31,16 @@ def check_question(scene: Any, at: Any, *, nodes: Any = None, **_: Any) -> None:
     """
     if nodes is not None:
         check_count("nodes", nodes)
-    if _one_of_a_world(scene, at) and int(at.on) >= scene.count:
-        check_index("on", at.on, scene.count)
+    if _one_of_a_world(scene, at) and (on := int(at.on)) >= len(scene.names):
+        check_index("on", on, scene.count)
 
 
 def check_lit(scene: Any, at: Any, *, radiance: Any = None, **options: Any) -> None:
     """`check_question`, and a warning if plainly no light arrives.
 
     Told are a scene in which nothing shines, lamps that all turn their dark side to the receiver,
-    and a receiver inside of a closed shape (circles) with all light outside. What stands in the
-    way, and lamps below the horizon, are not looked at: their zero is an answer.
+    and a receiver inside of a circle with all light outside. What stands in the way, and lamps
+    below the horizon, are not looked at: their zero is an answer.
 
     Args:
         scene: of either world.
@@ -51,27 +51,32 @@ def check_lit(scene: Any, at: Any, *, radiance: Any = None, **options: Any) -> N
     check_question(scene, at, **options)
     if radiance is not None or not _one_of_a_world(scene, at):
         return
-    emission = np.asarray(scene.material.emission)
-    far = shines_from_afar(scene)
-    if not (far or emission.any()):
+    known = _lights(scene)
+    if not (known.far or known.emission.any()):
         _warn(
             "Nothing in the scene shines, so no light arrives: give a primitive an `emission`, or "
             "the scene an `environment`."
         )
+    elif known.sided:
+        _check_sides(scene, known, np.asarray(at.position), int(at.on))
+
+
+def _check_sides(scene: Any, known: _Lights, position: np.ndarray, on: int) -> None:
+    """Warns if the receiver sees dark sides alone, or the inside of a circle that is dark."""
+    if not np.isfinite(position).all():
         return
-    position, on = np.asarray(at.position), int(at.on)
-    if not np.all(np.isfinite(position)):
-        return
-    heights = [group.height(position) for group in scene.groups]
-    on_lamp = on >= 0 and emission[on].any()
-    if not (far or on_lamp or _shown(scene, emission, heights)):
+    # By the class: a method of a module is itself a module, which takes longer than its answer.
+    heights = np.concatenate([type(group).height(group, position) for group in known.groups])
+    lit = known.emission
+    shown = lit[~(heights <= 0.0), FRONT].any() or lit[~(heights >= 0.0), BACK].any()
+    if not (known.far or shown or (on >= 0 and lit[on].any())):
         _warn(
             "All that shines turns its dark side or its edge to the receiver, so no light arrives: "
             "give `primitive` a point to look at, `facing=`, or `two_sided=True`."
         )
         return
-    for k, group, row in _around(scene, heights, on):
-        if not _lit_inside(scene, emission, k, group, row):
+    for k in np.flatnonzero(known.closed & (heights < 0.0)):
+        if k != on and not _lit_inside(scene, known, int(k)):
             name = f" (`{scene.names[k]}`)" if scene.names[k] else ""
             _warn(
                 f"The receiver lies inside of shape {k}{name} and all that shines outside of it, "
@@ -86,53 +91,65 @@ def _one_of_a_world(scene: Any, at: Any) -> bool:
     return where[0] == where[1] and hasattr(scene, "groups") and np.ndim(getattr(at, "on", ())) == 0
 
 
-def shines_from_afar(scene: Any) -> bool:
+class _Lights(NamedTuple):
+    """What does not depend on the receiver.
+
+    Attributes:
+        far: whether there is light that has no shape.
+        emission: front and back of each shape.
+        closed: which shapes are.
+        sided: whether it may matter on which side of the shapes a point lies.
+        groups: the shapes, with NumPy's numbers.
+    """
+
+    far: bool
+    emission: np.ndarray
+    closed: np.ndarray
+    sided: bool
+    groups: tuple[Any, ...]
+
+
+# By the scene's identity, for as long as it lives: a module has no hash.
+_kept: dict[int, tuple[weakref.ref, _Lights]] = {}
+
+
+def _lights(scene: Any) -> _Lights:
+    """The lights of a scene, looked at once."""
+    key = id(scene)
+    kept = _kept.get(key)
+    if kept is not None and kept[0]() is scene:
+        return kept[1]
+    groups = jax.tree.map(np.asarray, scene.groups)
+    closed = np.repeat([g.closed for g in groups], [g.count for g in groups])
+    emission, far = np.asarray(scene.material.emission), _shines_from_afar(scene)
+    found = _Lights(far, emission, closed, not far or bool(closed.any()), groups)
+    _kept[key] = weakref.ref(scene, lambda _: _kept.pop(key, None)), found
+    return found
+
+
+def _shines_from_afar(scene: Any) -> bool:
     """Whether there is light that has no shape: a sky that is not black, or point lights."""
     points = getattr(scene, "points", None)
-    if points is not None and np.any(points.intensity):
+    if points is not None and np.asarray(points.intensity).any():
         return True
     sky = scene.environment
-    if sky is None:
-        return False
     if callable(sky):
         radiance = getattr(sky, "radiance", 1.0)
-        return callable(radiance) or bool(np.any(radiance))
-    return bool(np.any(sky))
+        return callable(radiance) or bool(np.any(np.asarray(radiance)))
+    return sky is not None and bool(np.any(np.asarray(sky)))
 
 
-def _shown(scene: Any, emission: np.ndarray, heights: list) -> bool:
-    """Whether a side that shines may be turned to the receiver."""
-    first = 0
-    for group, height in zip(scene.groups, heights, strict=True):
-        rows = emission[first : first + group.count]
-        first += group.count
-        if height is None:
-            if rows.any():
-                return True
-        elif rows[~(height <= 0.0), FRONT].any() or rows[~(height >= 0.0), BACK].any():
-            return True
-    return False
-
-
-def _around(scene: Any, heights: list, on: int) -> Iterator[tuple[int, Any, int]]:
-    """Closed shapes around the receiver: number, group and row in it; of kinds that tell it."""
-    first = 0
-    for group, height in zip(scene.groups, heights, strict=True):
-        if group.closed and height is not None:
-            for row in np.flatnonzero(height < 0.0):
-                if first + row != on:
-                    yield first + int(row), group, int(row)
-        first += group.count
-
-
-def _lit_inside(scene: Any, emission: np.ndarray, k: int, group: Any, row: int) -> bool:
+def _lit_inside(scene: Any, known: _Lights, k: int) -> bool:
     """Whether something shines inside of a closed shape of flatland, or may."""
-    if emission[k, BACK] or k in np.ravel(scene.crossings.pairs):
+    if known.emission[k, BACK] or k in np.ravel(scene.crossings.pairs):
         return True
     middles = [jax.vmap(lambda one: one.motion(0.5)[0])(g) for g in scene.groups]
-    lamps = np.concatenate(middles)[emission.any(-1)]
-    places = [*lamps, *np.asarray(scene.points.position)[np.asarray(scene.points.intensity) != 0.0]]
-    return any(group.height(place)[row] < 0.0 for place in places)
+    lamps = np.concatenate(middles)[known.emission.any(-1)]
+    points = np.asarray(scene.points.position)[np.asarray(scene.points.intensity) != 0.0]
+    first = np.cumsum([0, *(g.count for g in known.groups)])
+    group = np.searchsorted(first, k, side="right") - 1
+    row = k - first[group]
+    return any(known.groups[group].height(place)[row] < 0.0 for place in (*lamps, *points))
 
 
 def _warn(words: str) -> None:

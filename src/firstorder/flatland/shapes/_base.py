@@ -30,12 +30,12 @@ class Shape(eqx.Module):
         """
         raise ValueError(closed_front(type(self).__name__))
 
-    def height(self, p: np.ndarray) -> np.ndarray | None:
+    def height(self, p: np.ndarray) -> np.ndarray:
         """Where a point lies of each shape, by NumPy: positive before the front, negative behind.
 
-        None for kinds that cannot tell it in microseconds. Only the sign means something.
+        NaN for kinds that cannot tell it in microseconds. Only the sign means something.
         """
-        return None
+        return np.full(self.count, np.nan)
 
     @property
     @abc.abstractmethod
