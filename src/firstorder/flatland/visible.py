@@ -35,7 +35,13 @@ from firstorder.numerics._compiled import compiled_after
 from firstorder.numerics._host import hosted, spread
 from firstorder.numerics._order import order_of
 from firstorder.numerics._planar import cross_2d, dot_2d
-from firstorder.scene._arguments import check_asked, check_kind, numbers, shape_number, spread_over
+from firstorder.scene._arguments import (
+    check_asked_one,
+    check_kind,
+    numbers,
+    shape_number,
+    spread_over,
+)
 from firstorder.scene._derivatives import FLATLAND
 from firstorder.scene._questions import check_question
 from firstorder.typing import as_array, as_float
@@ -234,7 +240,7 @@ def view(scene: Scene, at: Receiver, *, cuts: Float[Array, "c 2"] | None = None)
         >>> (seen.angles / jnp.pi).round(2).tolist(), seen.seen.tolist()
         ([-0.5, -0.25, 0.25, 0.5], [-1, 0, -1])
     """
-    check_asked(scene, Scene, at, Receiver)
+    check_asked_one(scene, Scene, at, Receiver)
     points, valid = scene.silhouettes(at.position, at.on)
     if cuts is not None:
         cuts = as_float(cuts)

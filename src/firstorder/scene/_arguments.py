@@ -66,13 +66,22 @@ def check_asked(scene: Any, kind: type, at: Any, receiver: type, name: str = "at
 
     Raises:
         TypeError: if one is something else, or of the other world.
-        ValueError: if there are several receivers.
     """
     check_kind("scene", scene, kind)
     check_kind(name, at, receiver)
+
+
+def check_asked_one(scene: Any, kind: type, at: Any, receiver: type) -> None:
+    """`check_asked`, and refuses several receivers, for calls that answer one.
+
+    Raises:
+        TypeError: if one is something else, or of the other world.
+        ValueError: if there are several receivers.
+    """
+    check_asked(scene, kind, at, receiver)
     if at.position.ndim != 1:
         raise ValueError(
-            f"Argument `{name}` must be one receiver, but holds {at.position.shape[:-1]} of them: "
+            f"Argument `at` must be one receiver, but holds {at.position.shape[:-1]} of them: "
             "ask for each by jax.vmap."
         )
 

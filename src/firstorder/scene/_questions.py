@@ -12,6 +12,7 @@ import weakref
 from typing import Any, NamedTuple
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
 from firstorder._argument_checks import check_count, check_index
@@ -143,7 +144,9 @@ def _lit_inside(scene: Any, known: _Lights, k: int) -> bool:
     """Whether something shines inside of a closed shape of flatland, or may."""
     if known.emission[k, BACK] or k in np.ravel(scene.crossings.pairs):
         return True
-    middles = [jax.vmap(lambda one: one.motion(0.5)[0])(g) for g in scene.groups]
+    with jax.ensure_compile_time_eval():  # a jitted function may ask about a concrete scene
+        half = jnp.asarray(0.5)
+        middles = [jax.vmap(lambda one: one.motion(half)[0])(g) for g in scene.groups]
     lamps = np.concatenate(middles)[known.emission.any(-1)]
     points = np.asarray(scene.points.position)[np.asarray(scene.points.intensity) != 0.0]
     first = np.cumsum([0, *(g.count for g in known.groups)])

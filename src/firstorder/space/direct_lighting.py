@@ -23,7 +23,7 @@ from jaxtyping import Array, Float
 from firstorder._argument_checks import nan_unless
 from firstorder.numerics._compiled import compiled_after
 from firstorder.numerics._vectors import unit
-from firstorder.scene._arguments import check_asked
+from firstorder.scene._arguments import check_asked_one
 from firstorder.scene._questions import check_lit, check_question
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import BACK, FRONT, Scene
@@ -75,7 +75,7 @@ def net_visibility(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[Arra
         >>> print(round(float(blocked / (2.0 * jnp.pi)), 6))  # 1 - cos(30 degrees)
         0.133975
     """
-    check_asked(scene, Scene, at, Receiver)
+    check_asked_one(scene, Scene, at, Receiver)
     found = _outlines_from(scene, at)
     seen = jnp.zeros(scene.count + 1, at.position.dtype).at[-1].set(1.0)
     edges, sides, level, above = _contours(found, at.axes, segment_angle, arc_angle, nodes)
@@ -120,7 +120,7 @@ def irradiance(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[Array, "
         >>> print(round(float(E), 4), round(float(dE_dx[0]), 4))
         0.5666 -0.6324
     """
-    check_asked(scene, Scene, at, Receiver)
+    check_asked_one(scene, Scene, at, Receiver)
     return _light(scene, at, segment_upward, arc_upward, nodes)[0]
 
 
@@ -135,7 +135,7 @@ def vector_irradiance(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[A
 
     Reference: J12 §7; Lambert.
     """
-    check_asked(scene, Scene, at, Receiver)
+    check_asked_one(scene, Scene, at, Receiver)
     return jnp.stack(_light(scene, at, segment_light, arc_light, nodes))
 
 
@@ -194,7 +194,7 @@ def boundary_gradient(
 
     Reference: R07 §7, eq. 48, 49; design §6.
     """
-    check_asked(scene, Scene, at, Receiver)
+    check_asked_one(scene, Scene, at, Receiver)
     found = visible_silhouettes(scene, at)
     lines, rims = found.on_lines(nodes), found.on_arcs(nodes)
     if radiance is None and not callable(scene.environment):

@@ -23,7 +23,7 @@ from jaxtyping import Array, Bool, Float, Int
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.numerics._vectors import cross, dot, rows
-from firstorder.scene._arguments import check_asked
+from firstorder.scene._arguments import check_asked_one
 from firstorder.scene._intersect import MISS
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
@@ -129,7 +129,7 @@ def visible_silhouettes(scene: Scene, at: Receiver) -> VisibleSilhouettes:
     Returns:
         Pieces of all silhouettes, those that are not seen among them, marked so.
     """
-    check_asked(scene, Scene, at, Receiver)
+    check_asked_one(scene, Scene, at, Receiver)
     found = _outlines_from(scene, at)
     cut = _cut_outlines(found, at.axes, lambda a: a)
     middle = cut.low.shape[0]
