@@ -115,7 +115,7 @@ def check_known(name: str, word: Any, known: Iterable[str]) -> None:
     known = list(known)
     if word in known:
         return
-    close = difflib.get_close_matches(word, known, 1) if isinstance(word, str) else []
+    close = difflib.get_close_matches(word, known, 1, 0.8) if isinstance(word, str) else []
     meant = f": did you mean {close[0]!r}?" if close else "."
     words = ", ".join(known) or "none"
     raise ValueError(f"Argument `{name}` must be one of {words}, but is {word!r}{meant}")

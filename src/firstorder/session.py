@@ -78,7 +78,17 @@ def start(*, x64: bool = True, cache: str | os.PathLike[str] | None = None) -> P
 
 
 def _warn_of_arrays_before() -> None:
-    """Warns of arrays that keep float32 although all others will be float64."""
+    """Warns of arrays that keep float32 although all others will be float64.
+
+    To ask for arrays wakes the devices, which some programs have yet to set up: so only if they are
+    awake. JAX says that inside of itself alone; where it does not, nothing is warned of.
+    """
+    try:
+        from jax._src.xla_bridge import backends_are_initialized
+    except ImportError:
+        return
+    if not backends_are_initialized():
+        return
     early = [a for a in jax.live_arrays() if a.dtype in ("float32", "complex64")]
     if early:
         warnings.warn(

@@ -73,7 +73,7 @@ def test_a_scene_can_be_made_inside_a_traced_function():
         ),
         (
             lambda: room().named("wall"),
-            "Argument `name` must be one of ball, floor, lamp, but is 'wall': did you mean 'ball'?",
+            "Argument `name` must be one of ball, floor, lamp, but is 'wall'.",
         ),
         (
             lambda: Scene.of(primitive(sphere((0, 0, 0), 1.0)), environment=-1.0),
