@@ -64,7 +64,7 @@ def start(*, x64: bool = True, cache: str | os.PathLike[str] | None = None) -> P
     """
     _compile_soundly()
     _keep_whole()
-    if x64 and not jax.config.jax_enable_x64:
+    if x64 and jax.dtypes.canonicalize_dtype(float) != "float64":
         _warn_of_arrays_before()
     jax.config.update("jax_enable_x64", x64)
     folder = _writable(_chosen(cache))

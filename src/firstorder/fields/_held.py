@@ -53,8 +53,9 @@ class Method(eqx.Module):
         return hash((self.function, id(self.owner)))
 
     def __eq__(self, other: object) -> bool:
-        same = isinstance(other, Method) and self.owner is other.owner
-        return same and self.function is other.function
+        if not isinstance(other, Method):
+            return False
+        return self.owner is other.owner and self.function is other.function
 
     @property
     def __name__(self) -> str:
