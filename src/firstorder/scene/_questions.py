@@ -7,6 +7,7 @@ Python shows it once for each line of the caller.
 
 from __future__ import annotations
 
+import math
 import warnings
 import weakref
 from typing import Any, NamedTuple
@@ -32,8 +33,7 @@ def check_question(scene: Any, at: Any, *, nodes: Any = None, **_: Any) -> None:
     """
     if nodes is not None:
         check_count("nodes", nodes)
-    if _one_of_a_world(scene, at) and (on := int(at.on)) >= len(scene.names):
-        check_index("on", on, scene.count)
+    _on(scene, at)
 
 
 def check_lit(scene: Any, at: Any, *, radiance: Any = None, **options: Any) -> None:
@@ -49,8 +49,10 @@ def check_lit(scene: Any, at: Any, *, radiance: Any = None, **options: Any) -> N
         radiance: given, it is the light, and emission does not count.
         options: of the public function.
     """
-    check_question(scene, at, **options)
-    if radiance is not None or not _one_of_a_world(scene, at):
+    if (nodes := options.get("nodes")) is not None:
+        check_count("nodes", nodes)
+    on = _on(scene, at)
+    if on is None or radiance is not None:
         return
     known = _lights(scene)
     if not (known.far or known.emission.any()):
@@ -59,12 +61,12 @@ def check_lit(scene: Any, at: Any, *, radiance: Any = None, **options: Any) -> N
             "the scene an `environment`."
         )
     elif known.sided:
-        _check_sides(scene, known, np.asarray(at.position), int(at.on))
+        _check_sides(scene, known, np.asarray(at.position), on)
 
 
 def _check_sides(scene: Any, known: _Lights, position: np.ndarray, on: int) -> None:
     """Warns if the receiver sees dark sides alone, or the inside of a circle that is dark."""
-    if not np.isfinite(position).all():
+    if not math.isfinite(position.sum()):
         return
     # By the class: a method of a module is itself a module, which takes longer than its answer.
     heights = np.concatenate([type(group).height(group, position) for group in known.groups])
@@ -86,10 +88,19 @@ def _check_sides(scene: Any, known: _Lights, position: np.ndarray, on: int) -> N
             return
 
 
-def _one_of_a_world(scene: Any, at: Any) -> bool:
-    """Whether it is a scene and one receiver of its world; the function itself refuses the rest."""
-    where = [type(x).__module__.split(".")[:2] for x in (scene, at)]
-    return where[0] == where[1] and hasattr(scene, "groups") and np.ndim(getattr(at, "on", ())) == 0
+def _on(scene: Any, at: Any) -> int | None:
+    """Number of the shape on which the receiver lies, checked.
+
+    None if it is no scene and one receiver of its world: the function itself refuses these.
+    """
+    worlds = [type(x).__module__.split(".", 2)[:2] for x in (scene, at)]
+    names, on = (getattr(x, name, None) for x, name in ((scene, "names"), (at, "on")))
+    if worlds[0] != worlds[1] or names is None or on is None or np.ndim(on):
+        return None
+    number = int(on)
+    if number >= len(names):
+        check_index("on", number, len(names))
+    return number
 
 
 class _Lights(NamedTuple):
