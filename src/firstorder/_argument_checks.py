@@ -1,11 +1,17 @@
 """Argument checks at the public boundary: on the host, in one sentence.
 
 Concrete arguments raise `ValueError`. Traced arguments cannot be looked at; where an invalid
-one would give a plausible number, `nan_unless` turns the result into NaN instead.
+one would give a plausible number, `nan_unless` turns the result into NaN instead. Shapes and types
+are known either way. Where something sensible can be meant, a warning says what is likely wrong.
 """
 
 from __future__ import annotations
 
+import difflib
+import math
+import operator
+import warnings
+from collections.abc import Iterable
 from typing import Any
 
 import jax
@@ -16,6 +22,10 @@ from jaxtyping import Array, Float
 
 from firstorder._symbols import SymbolicArray
 
+COLOUR = ": light has one channel, so make a scene for each colour"
+# Angles beyond two turns are taken for degrees.
+MOST_TURNS = 2.0
+
 
 def is_concrete(x: Any) -> bool:
     """Whether every leaf of `x` can be looked at on the host."""
@@ -24,6 +34,7 @@ def is_concrete(x: Any) -> bool:
 
 def _all(name: str, x: Any, ok, words: str) -> None:
     """Raise unless `ok` holds on all of `x`; a tree of placeholders is left alone."""
+    check_real(name, x)
     if not is_concrete(x) or not isinstance(x, (int, float, np.ndarray, np.generic, jax.Array)):
         return
     a = np.asarray(x)
@@ -31,6 +42,12 @@ def _all(name: str, x: Any, ok, words: str) -> None:
     if not np.all(good):
         bad = a[~good].flat[0] if a.ndim else a[()]
         raise ValueError(f"Argument `{name}` must {words}, but is {bad}.")
+
+
+def check_real(name: str, x: Any) -> None:
+    """Refuse complex numbers, traced ones too."""
+    if isinstance(x, complex) or getattr(x, "dtype", np.dtype(float)).kind == "c":
+        raise ValueError(f"Argument `{name}` must be real, but is complex.")
 
 
 def check_finite(name: str, x: Any) -> None:
@@ -57,6 +74,64 @@ def check_shape(name: str, x: Any, shape: tuple[int, ...]) -> None:
     """Refuse an array whose shape is not `shape`."""
     if hasattr(x, "shape") and tuple(x.shape) != tuple(shape):
         raise ValueError(f"Argument `{name}` must have shape {shape}, but has {tuple(x.shape)}.")
+
+
+def check_one(name: str, x: Any) -> None:
+    """Refuse more than one number, such as three for red, green and blue."""
+    shape = np.shape(x)
+    if shape:
+        colour = COLOUR if shape[-1] == 3 else ""
+        raise ValueError(f"Argument `{name}` must be one number, but has shape {shape}{colour}.")
+
+
+def check_count(name: str, x: Any) -> None:
+    """Refuse what is no positive integer."""
+    try:
+        good = operator.index(x) > 0
+    except TypeError:
+        good = False
+    if not good:
+        raise ValueError(f"Argument `{name}` must be a positive integer, but is {x!r}.")
+
+
+def check_index(name: str, x: Any, count: int) -> None:
+    """Refuse what is no number of a shape, and the numbers of shapes that are not there."""
+    if isinstance(x, (str, tuple, list)):
+        raise TypeError(
+            f"Argument `{name}` must be a shape's number, but is {x!r}: "
+            "write scene.named('floor')[0] for the first of that name."
+        )
+    dtype = getattr(x, "dtype", np.dtype(type(x)) if isinstance(x, (int, float)) else None)
+    if dtype is not None and dtype.kind not in "iu":
+        raise TypeError(f"Argument `{name}` must be a shape's number, an integer, but is {x}.")
+    if is_concrete(x) and (wrong := [i for i in np.ravel(np.asarray(x)) if not 0 <= i < count]):
+        raise ValueError(
+            f"Argument `{name}` must be the number of a shape, 0 to {count - 1}, but is {wrong[0]}."
+        )
+
+
+def check_known(name: str, word: Any, known: Iterable[str]) -> None:
+    """Refuse a word that is none of those known, and say which was meant."""
+    known = list(known)
+    if word in known:
+        return
+    close = difflib.get_close_matches(word, known, 1, 0.8) if isinstance(word, str) else []
+    meant = f": did you mean {close[0]!r}?" if close else "."
+    words = ", ".join(known) or "none"
+    raise ValueError(f"Argument `{name}` must be one of {words}, but is {word!r}{meant}")
+
+
+def warn_of_degrees(name: str, x: Any, stacklevel: int = 3) -> None:
+    """Warn of concrete angles that look like degrees."""
+    if not is_concrete(x):
+        return
+    most = float(np.max(np.abs(np.asarray(x)), initial=0.0))
+    if MOST_TURNS * 2.0 * math.pi < most < math.inf:
+        warnings.warn(
+            f"Argument `{name}` is an angle of {most:g} rad, {most / (2.0 * math.pi):.1f} turns: "
+            "angles are in radians.",
+            stacklevel=stacklevel,
+        )
 
 
 def check_invertible(name: str, M: Any) -> None:

@@ -1,4 +1,4 @@
-"""The exception by which laws and portraits decline."""
+"""The exception by which laws and portraits decline, and the warning that no light can arrive."""
 
 from __future__ import annotations
 
@@ -9,3 +9,7 @@ class Refused(Exception):
     def __init__(self, reason: str):
         super().__init__(reason)
         self.reason = reason
+
+
+class NoLight(UserWarning):
+    """Light is asked for where none can arrive, so that the answer is zero for a plain reason."""

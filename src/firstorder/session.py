@@ -6,6 +6,7 @@ first lines; a library that builds on this one leaves that choice to its own use
 
 import os
 import uuid
+import warnings
 from pathlib import Path
 
 import jax
@@ -63,6 +64,8 @@ def start(*, x64: bool = True, cache: str | os.PathLike[str] | None = None) -> P
     """
     _compile_soundly()
     _keep_whole()
+    if x64 and jax.dtypes.canonicalize_dtype(float) != "float64":
+        _warn_of_arrays_before()
     jax.config.update("jax_enable_x64", x64)
     folder = _writable(_chosen(cache))
     jax.config.update("jax_compilation_cache_dir", None if folder is None else str(folder))
@@ -72,6 +75,27 @@ def start(*, x64: bool = True, cache: str | os.PathLike[str] | None = None) -> P
     # JAX settles on a folder at its first compilation; a notebook may have had that already.
     compilation_cache.reset_cache()
     return folder
+
+
+def _warn_of_arrays_before() -> None:
+    """Warns of arrays that keep float32 although all others will be float64.
+
+    To ask for arrays wakes the devices, which some programs have yet to set up: so only if they are
+    awake. JAX says that inside of itself alone; where it does not, nothing is warned of.
+    """
+    try:
+        from jax._src.xla_bridge import backends_are_initialized
+    except ImportError:
+        return
+    if not backends_are_initialized():
+        return
+    early = [a for a in jax.live_arrays() if a.dtype in ("float32", "complex64")]
+    if early:
+        warnings.warn(
+            f"Before session.start() {len(early)} arrays were made, which keep float32: call it in "
+            "the first lines of the program.",
+            stacklevel=3,
+        )
 
 
 def _compile_soundly() -> None:

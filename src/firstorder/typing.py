@@ -33,6 +33,8 @@ def as_float(x: Any) -> Array:
     """
     if isinstance(x, SymbolicArray):
         return x
+    if isinstance(x, str):  # JAX would look it up as a type
+        raise TypeError(f"A number or an array is asked for, but {x!r} is given.")
     if _plain(x):
         x = np.array(x)
         return as_array(x if np.issubdtype(x.dtype, np.inexact) else x.astype(float))

@@ -40,6 +40,8 @@ PROBES = {
         jnp.stack([jnp.stack([0.6 * jnp.cos(s), 0.6 * jnp.sin(s), -0.8]), jnp.eye(3)[2]])
     ),
     "numerics._quadrature.sorted_breaks": lambda s: _quadrature.sorted_breaks(*cut(s)),
+    "numerics.positive": lambda s: numerics.positive(jnp.stack([s, -s, 100.0 * s]), 0.2),
+    "numerics.free_of": lambda s: numerics.free_of(jnp.stack([s, 100.0 * s]), 0.2),
     "numerics.unit": lambda s: numerics.unit(vectors(s)),
     "numerics.batched": lambda s: numerics.batched(lambda u: s * u)(jnp.ones((2, 3), s.dtype)),
     "numerics._small_matrices.inner": lambda s: _small_matrices.inner(

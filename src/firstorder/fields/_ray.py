@@ -22,12 +22,13 @@ def of_ray(method: Callable) -> Callable:
     path would compile some two hundred.
 
     Raises:
-        ValueError: if a concrete ray does not have one entry for each coordinate.
+        ValueError: if the ray does not have one entry for each coordinate.
     """
 
     @functools.wraps(method)
     def checked(self, u, *more, **named):
         if isinstance(u, Tracer):
+            _check_ray(self, u)
             return method(self, u, *more, **named)
         return _called(method, self, _ray(self, u), *more, **named)
 
@@ -41,19 +42,25 @@ def _called(method: Callable, *args, **named):
 
 def _ray(field, u) -> Ray:
     """A concrete ray as an array of its own, or one sentence."""
-    names, name = ", ".join(field.frame.coordinates), type(field).__name__
     try:
         ray = u if isinstance(u, jax.Array) else as_float(u)
     except (TypeError, ValueError):
         raise TypeError(
-            f"Argument `u` of {name} must be one ray, the numbers {names}, but is {u!r}."
+            f"Argument `u` of {type(field).__name__} must be one ray, the numbers "
+            f"{', '.join(field.frame.coordinates)}, but is {u!r}."
         ) from None
-    if ray.shape != (field.frame.dims,):
-        raise ValueError(
-            f"Argument `u` of {name} must be one ray, the {field.frame.dims} coordinates {names}, "
-            f"but has shape {ray.shape}: for many rays call the field itself, or `jets`."
-        )
+    _check_ray(field, ray)
     return ray
+
+
+def _check_ray(field, ray: Array) -> None:
+    """Refuse what has not one entry for each coordinate; traced rays have a shape too."""
+    dims, names = field.frame.dims, ", ".join(field.frame.coordinates)
+    if ray.shape != (dims,):
+        raise ValueError(
+            f"Argument `u` of {type(field).__name__} must be one ray, the {dims} coordinates "
+            f"{names}, but has shape {ray.shape}: for many rays call the field itself, or `jets`."
+        )
 
 
 def stack(frame: Frame, coordinates: tuple, whose: str = "") -> Float[Array, "*b n"]:

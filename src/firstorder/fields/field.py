@@ -9,8 +9,10 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from firstorder._argument_checks import check_one
 from firstorder.conventions import UNSTATED, Frame
 from firstorder.errors import Refused
+from firstorder.fields._held import Held
 from firstorder.fields._ray import of_ray, stack
 from firstorder.fields._series import Series, sampled_series
 from firstorder.fields.covariance import Covariance
@@ -22,12 +24,14 @@ from firstorder.numerics._small_matrices import inner
 from firstorder.typing import Ray, Scalar, Vector, as_float
 
 
-class Field(eqx.Module):
+class Field(Held):
     """Light near a ray: a function of position and direction, smooth between known edges.
 
     Subclasses give `at` (one ray) and `jet` (closed form); `edges` where they break; `spectrum`
     and `covariance` where these have a closed form. Parameters are differentiable leaves.
-    `field(x, theta)` broadcasts over arrays of coordinates.
+    `field(x, theta)` broadcasts over arrays of coordinates. `jax.jit(field)` and
+    `jax.jit(field.jet)` hold the field's parameters as constants; to differentiate by them, pass
+    the field as an argument: `jax.grad(lambda field: field.at(u))(field)`.
 
     Example:
         >>> import jax.numpy as jnp
@@ -222,6 +226,10 @@ class Constant(Field):
 
     height: Scalar = eqx.field(converter=as_float)
     frame: Frame = eqx.field(static=True, default=UNSTATED)
+
+    def __check_init__(self):
+        """Refuse more than one number."""
+        check_one("height", self.height)
 
     def at(self, u: Ray) -> Scalar:
         """The constant."""

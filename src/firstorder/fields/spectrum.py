@@ -14,6 +14,7 @@ from jaxtyping import Array, Complex, Float
 from firstorder._argument_checks import check_positive, check_shape
 from firstorder._display import in_notebook
 from firstorder.conventions import Frame, fourier_kernel
+from firstorder.fields._held import Held
 from firstorder.fields._ray import stack
 from firstorder.fields.extent import Extent
 from firstorder.numerics._batching import batched
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from firstorder.fields.field import Field
 
 
-class Spectrum(eqx.Module):
+class Spectrum(Held):
     """A complex function of the frequencies that belong to the coordinates of `frame`.
 
     Example:

@@ -20,12 +20,13 @@ from firstorder.conventions import direction
 from firstorder.flatland.intersect import occluded
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver, View, receiver, view
-from firstorder.numerics._compiled import compiled
+from firstorder.numerics._compiled import compiled, compiled_after
 from firstorder.numerics._planar import dot_2d
 from firstorder.numerics._quadrature import gauss_legendre
-from firstorder.scene._arguments import check_asked
+from firstorder.scene._arguments import check_asked_one
 from firstorder.scene._derivatives import Derivatives, line_derivatives
 from firstorder.scene._primitives import BACK, FRONT
+from firstorder.scene._questions import check_lit
 
 # Radiance that a shape sends against a direction: (number, parameter, front?, direction) -> L.
 Radiance = Callable[
@@ -33,7 +34,7 @@ Radiance = Callable[
 ]
 
 
-@compiled
+@compiled_after(check_lit)
 def irradiance(
     scene: Scene,
     at: Receiver,
@@ -73,7 +74,7 @@ def irradiance(
         >>> round(float(E(0.0)), 6), round(float(jax.grad(E)(0.5)), 6)
         (1.414214, -0.544865)
     """
-    check_asked(scene, Scene, at, Receiver)
+    check_asked_one(scene, Scene, at, Receiver)
     seen = view(scene, at, cuts=cuts)
     E = point_light_irradiance(scene, at)
     if radiance is None:
@@ -83,7 +84,7 @@ def irradiance(
     return E
 
 
-@compiled
+@compiled_after(check_lit)
 def weighted_irradiance(
     scene: Scene,
     at: Receiver,
@@ -118,7 +119,7 @@ def weighted_irradiance(
         >>> bool(abs(weighted_irradiance(scene, at, weight=jnp.cos) - irradiance(scene, at)) < 1e-5)
         True
     """
-    check_asked(scene, Scene, at, Receiver)
+    check_asked_one(scene, Scene, at, Receiver)
 
     def emitted(index, s, front, along):
         return scene.material.emission[index, jnp.where(front, FRONT, BACK)]
@@ -135,7 +136,7 @@ def point_light_irradiance(
     scene: Scene, at: Receiver, *, weight: Callable[[Array], Array] = jnp.cos
 ) -> Float[Array, ""]:
     """Irradiance from the point lights alone: `I cos(theta) / r` where nothing is between."""
-    check_asked(scene, Scene, at, Receiver)
+    check_asked_one(scene, Scene, at, Receiver)
     count = scene.points.intensity.shape[0]
     if not count:
         return jnp.zeros((), at.position.dtype)

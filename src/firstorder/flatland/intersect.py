@@ -12,6 +12,7 @@ from firstorder.flatland.shapes.kinds import Curves
 from firstorder.numerics._batching import in_batches
 from firstorder.numerics._compiled import compiled
 from firstorder.scene import _intersect as intersect
+from firstorder.scene._arguments import rays_of
 from firstorder.scene._intersect import BLOCK, MISS
 
 
@@ -77,6 +78,7 @@ def nearest(
         >>> nearest(scene, jnp.array([[0.0, 0.0]]), jnp.array([[0.0, 1.0]])).t.item()
         2.0
     """
+    origins, along = rays_of(origins, along, 2)
     index = first_shape(scene, origins, along, on)
     on = jnp.broadcast_to(jnp.asarray(on), index.shape)
     asked = jnp.maximum(index, 0), origins, along, on

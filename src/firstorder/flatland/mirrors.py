@@ -19,7 +19,7 @@ from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver, view
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._quadrature import gauss_legendre
-from firstorder.scene._arguments import check_asked
+from firstorder.scene._arguments import check_asked_one
 from firstorder.scene._primitives import BACK, FRONT
 
 
@@ -49,7 +49,7 @@ def mirror_irradiance(
         >>> round(float(mirror_irradiance(scene, Receiver((0.0, 0.0), 0.0), mirrors=(1,))), 6)
         0.026438
     """
-    check_asked(scene, Scene, at, Receiver)
+    check_asked_one(scene, Scene, at, Receiver)
     if not mirrors:
         raise ValueError("Argument `mirrors` must name at least one shape, but is empty.")
     straight = scene.groups[0].count if hasattr(scene.groups[0], "end") else 0

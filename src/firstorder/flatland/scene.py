@@ -18,7 +18,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
-from firstorder._argument_checks import check_finite, check_not_negative, is_concrete
+from firstorder._argument_checks import (
+    check_between,
+    check_finite,
+    check_index,
+    check_not_negative,
+    is_concrete,
+)
 from firstorder.flatland.shapes._base import column, rows
 from firstorder.flatland.shapes._crossings import Crossings, any_crossing, find_crossings
 from firstorder.flatland.shapes.kinds import (
@@ -279,6 +285,7 @@ class Scene(eqx.Module):
 
     def _pick(self, index: ArrayLike, ask: Callable[[Shape], Any]) -> Any:
         """Result of a function for the shape of that number."""
+        check_index("index", index, self.count)
         return picked(self.groups, index, ask)
 
     def motion(self, index: Int[Array, ""], s: Float[Array, ""]) -> tuple[Point, Point, Point]:
@@ -291,7 +298,12 @@ class Scene(eqx.Module):
         Args:
             index: the shape's number.
             s: where on it, along its travel.
+
+        Raises:
+            ValueError: if there is no such shape, or s is none of [0, 1].
+            TypeError: if the index is no integer.
         """
+        check_between("s", s, 0.0, 1.0)
         return self._pick(index, lambda shape: _frame(shape, as_float(s)))
 
     def hit(

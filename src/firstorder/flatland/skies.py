@@ -15,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder._argument_checks import check_finite, check_not_negative, check_positive
+from firstorder._argument_checks import check_finite, check_not_negative, check_one, check_positive
 from firstorder.typing import as_float
 
 _FULL = 2.0 * np.pi
@@ -40,6 +40,7 @@ class ConstantSky(eqx.Module):
 
     def __check_init__(self):
         """Refuse darkness below zero."""
+        check_one("radiance", self.radiance)
         check_not_negative("radiance", self.radiance)
 
     def __call__(self, angle: ArrayLike) -> Float[Array, "..."]:

@@ -20,16 +20,30 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
-from firstorder._argument_checks import check_finite, is_concrete, nan_unless
+from firstorder._argument_checks import (
+    check_finite,
+    check_one,
+    check_real,
+    is_concrete,
+    nan_unless,
+    warn_of_degrees,
+)
 from firstorder.conventions import direction
 from firstorder.flatland.intersect import first_shape
 from firstorder.flatland.scene import Scene
-from firstorder.numerics._compiled import compiled
+from firstorder.numerics._compiled import compiled_after
 from firstorder.numerics._host import hosted, spread
 from firstorder.numerics._order import order_of
 from firstorder.numerics._planar import cross_2d, dot_2d
-from firstorder.scene._arguments import check_asked, check_kind, numbers
+from firstorder.scene._arguments import (
+    check_asked_one,
+    check_kind,
+    numbers,
+    shape_number,
+    spread_over,
+)
 from firstorder.scene._derivatives import FLATLAND
+from firstorder.scene._questions import check_question
 from firstorder.typing import as_array, as_float
 
 HORIZON = 0.5 * jnp.pi
@@ -44,11 +58,17 @@ class Receiver(eqx.Module):
         on: number of the shape on which it lies, -1 for none.
     """
 
-    position: Float[Array, "*r 2"] = eqx.field(converter=as_float)
-    n: Float[Array, "*r"] = eqx.field(converter=as_float)
-    on: Int[Array, "*r"] = eqx.field(default=-1, converter=jnp.asarray)
+    position: Float[Array, "*r 2"] = eqx.field(converter=lambda p: numbers("position", p))
+    n: Float[Array, "*r"] = eqx.field(converter=lambda n: _angle("n", n))
+    on: Int[Array, "*r"] = eqx.field(default=-1, converter=lambda on: shape_number("on", on))
 
     freedoms = FLATLAND
+
+    def __check_init__(self):
+        """Refuse other coordinates; let one angle and one number stand for many positions."""
+        check_real("position", self.position)
+        _check_coordinates("position", self.position)
+        spread_over(self, self.position.shape[:-1], "n", "on")
 
     @classmethod
     def at(cls, position: Any, normal: Any = (0.0, 1.0), *, on: ArrayLike = -1) -> Receiver:
@@ -83,7 +103,9 @@ class Receiver(eqx.Module):
         check_finite("normal", normal)
         _check_coordinates("position", position)
         n = normal
-        if normal.ndim:
+        if normal.ndim == 0:
+            warn_of_degrees("normal", normal)
+        else:
             _check_coordinates("normal", normal)
             xp, normal = hosted(normal)
             sized = xp.any(normal != 0.0, -1)
@@ -91,7 +113,9 @@ class Receiver(eqx.Module):
                 raise ValueError("Argument `normal` must have a length, but is the zero vector.")
             n = as_array(nan_unless(sized, xp.arctan2(-normal[..., 0], normal[..., 1])))
         shape = jnp.broadcast_shapes(position.shape[:-1], n.shape)
-        return cls(spread(position, (*shape, 2)), spread(n, shape), spread(on, shape))
+        return cls(
+            spread(position, (*shape, 2)), spread(n, shape), spread(shape_number("on", on), shape)
+        )
 
     @classmethod
     def on_shape(cls, scene: Scene, index: ArrayLike, s: ArrayLike) -> Receiver:
@@ -104,6 +128,10 @@ class Receiver(eqx.Module):
             index: the shape's number.
             s: where on it, in [0, 1] along its travel.
 
+        Raises:
+            ValueError: if there is no such shape, or s is none of [0, 1].
+            TypeError: if the index is no integer.
+
         Example:
             >>> from firstorder.flatland import Receiver, Scene, Segments, primitive
             >>> scene = Scene.of(primitive(Segments((-1.0, 0.0), (1.0, 0.0))))
@@ -111,6 +139,7 @@ class Receiver(eqx.Module):
             [0.5, 0.0]
         """
         check_kind("scene", scene, Scene)
+        check_one("s", s)
         frame = scene.frame(index, s)
         return cls(frame.position, frame.n, as_array(index))
 
@@ -138,6 +167,7 @@ class Receiver(eqx.Module):
         Args:
             u: one number for each of `freedoms` [m, m, rad].
         """
+        u = numbers("u", u)
         position = self.position + u[0] * self.tangent + u[1] * self.normal
         return Receiver(position, self.n + u[2], self.on)
 
@@ -167,6 +197,13 @@ def receiver(scene: Scene, index: ArrayLike, s: ArrayLike) -> Receiver:
     return Receiver.on_shape(scene, index, s)
 
 
+def _angle(name: str, n: Any) -> Array:
+    """An angle that is likely none in degrees; JAX's own arrays are not looked at."""
+    if isinstance(n, (int, float, np.ndarray)):
+        warn_of_degrees(name, n, 5)
+    return numbers(name, n)
+
+
 def _check_coordinates(name: str, vector: Array) -> None:
     """Refuse what is no vector of the plane."""
     if not vector.ndim or vector.shape[-1] != 2:
@@ -184,7 +221,7 @@ def local_angle(receiver: Receiver, point: Float[Array, "2"]) -> Float[Array, ""
     return jnp.clip(angle, -HORIZON, HORIZON)
 
 
-@compiled
+@compiled_after(check_question)
 def view(scene: Scene, at: Receiver, *, cuts: Float[Array, "c 2"] | None = None) -> View:
     """Cuts the hemicircle above a receiver at all silhouettes and names the shape in each gap.
 
@@ -203,9 +240,10 @@ def view(scene: Scene, at: Receiver, *, cuts: Float[Array, "c 2"] | None = None)
         >>> (seen.angles / jnp.pi).round(2).tolist(), seen.seen.tolist()
         ([-0.5, -0.25, 0.25, 0.5], [-1, 0, -1])
     """
-    check_asked(scene, Scene, at, Receiver)
+    check_asked_one(scene, Scene, at, Receiver)
     points, valid = scene.silhouettes(at.position, at.on)
     if cuts is not None:
+        cuts = as_float(cuts)
         points = jnp.concatenate([points, cuts])
         valid = jnp.concatenate([valid, jnp.ones(cuts.shape[0], bool)])
     # A point that does not exist is replaced before its angle is asked for: no NaN in gradients.

@@ -1,6 +1,7 @@
-"""Numerical tools: quadrature, roots, batches, vectors."""
+"""Numerical tools: quadrature, roots, batches, vectors, numbers that stay positive."""
 
 from firstorder.numerics._batching import batched, host_blocks, in_batches
+from firstorder.numerics._positive import free_of, positive
 from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.numerics._vectors import (
     cross,
@@ -24,4 +25,6 @@ __all__ = [
     "matvec",
     "inverse_3x3",
     "in_batches",
+    "positive",
+    "free_of",
 ]

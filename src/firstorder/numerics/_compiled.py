@@ -28,6 +28,31 @@ _eras = itertools.count()
 _era = [next(_eras)]
 
 
+def compiled_after(
+    check: Callable[..., None],
+) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """A function as `compiled` makes it, whose numbers are looked at before they go in.
+
+    The check is called with the same arguments, by NumPy and only where all of them are numbers: it
+    costs nothing under a transformation. It is kept as the attribute `check`, by which functions
+    that call this one under a transformation of their own can ask it first (`derivatives`).
+
+    Args:
+        check: raises or warns.
+
+    Example:
+        >>> import jax, jax.numpy as jnp
+        >>> from firstorder.numerics._compiled import compiled_after
+        >>> seen = []
+        >>> @compiled_after(lambda x: seen.append(float(x)))
+        ... def half(x):
+        ...     return 0.5 * x
+        >>> half(jnp.array(3.0)).item(), jax.vmap(half)(jnp.ones(2)).tolist(), seen
+        (1.5, [0.5, 0.5], [3.0])
+    """
+    return lambda function: _entry(function, check)
+
+
 def compiled(function: Callable[P, R]) -> Callable[P, R]:
     """A function that is compiled when it is called with numbers, and plain under a transformation.
 
@@ -54,6 +79,11 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
         >>> half(jnp.array(3.0)).item(), half(jnp.array(5.0)).item(), len(traced)
         (1.5, 2.5, 1)
     """
+    return _entry(function, None)
+
+
+def _entry(function: Callable[P, R], check: Callable[..., None] | None) -> Callable[P, R]:
+    """A function that compiles itself, after a check."""
 
     @functools.partial(jax.jit, static_argnums=0)
     def program(form: _Form, numbers: list[Any]):
@@ -67,6 +97,8 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
         leaves, tree = jax.tree.flatten((args, kwargs))
         if any(isinstance(leaf, Tracer) for leaf in leaves):
             return function(*args, **kwargs)
+        if check is not None:
+            check(*args, **kwargs)
         form = _Form(tree, tuple(None if _number(leaf) else leaf for leaf in leaves), _era[0])
         try:
             if form not in known:
@@ -77,6 +109,7 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
             return function(*args, **kwargs)
         return program(form, [leaf for leaf in leaves if _number(leaf)])
 
+    entry.__dict__["check"] = check
     return entry
 
 

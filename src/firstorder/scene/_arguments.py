@@ -8,9 +8,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import jax.numpy as jnp
 from jaxtyping import Array
 
-from firstorder.typing import as_float
+from firstorder._argument_checks import check_real
+from firstorder.numerics._host import spread
+from firstorder.typing import as_array, as_float
 
 WORLDS = ("flatland", "space")
 # How each thing is made, for those who gave something else.
@@ -68,6 +71,21 @@ def check_asked(scene: Any, kind: type, at: Any, receiver: type, name: str = "at
     check_kind(name, at, receiver)
 
 
+def check_asked_one(scene: Any, kind: type, at: Any, receiver: type) -> None:
+    """`check_asked`, and refuses several receivers, for calls that answer one.
+
+    Raises:
+        TypeError: if one is something else, or of the other world.
+        ValueError: if there are several receivers.
+    """
+    check_asked(scene, kind, at, receiver)
+    if at.position.ndim != 1:
+        raise ValueError(
+            f"Argument `at` must be one receiver, but holds {at.position.shape[:-1]} of them: "
+            "ask for each by jax.vmap."
+        )
+
+
 def check_primitives(things: Sequence[Any], kind: type, shape: type) -> None:
     """Refuses what a scene cannot hold.
 
@@ -97,11 +115,55 @@ def numbers(name: str, x: Any) -> Array:
         TypeError: if it holds none, such as text.
     """
     try:
-        return as_float(x)
+        found = as_float(x)
     except TypeError:
         raise TypeError(
             f"Argument `{name}` must be a number or an array, but is {_what(x)}."
         ) from None
+    check_real(name, found)
+    return found
+
+
+def shape_number(name: str, x: Any) -> Array:
+    """The number of the shape on which a receiver lies, as an array.
+
+    Raises:
+        TypeError: if it is no integer, such as a shape's name.
+    """
+    if isinstance(x, str):
+        raise TypeError(
+            f"Argument `{name}` must be a shape's number, but is {x!r}: "
+            f"write scene.named({x!r})[0]."
+        )
+    number = as_array(x)
+    if not jnp.issubdtype(number.dtype, jnp.integer):
+        raise TypeError(f"Argument `{name}` must be a shape's number, an integer, but is {x!r}.")
+    return number
+
+
+def rays_of(origins: Any, along: Any, dims: int) -> tuple[Array, Array]:
+    """Starts and directions of rays, as arrays of one row for each.
+
+    Raises:
+        TypeError: if they hold no numbers.
+        ValueError: if one has another shape.
+    """
+    rays = numbers("origins", origins), numbers("along", along)
+    for name, a in zip(("origins", "along"), rays, strict=True):
+        if a.ndim != 2 or a.shape[-1] != dims:
+            raise ValueError(
+                f"Argument `{name}` must have shape (rays, {dims}), but has {a.shape}: "
+                "a single ray is one row."
+            )
+    return rays
+
+
+def spread_over(receiver: Any, shape: tuple[int, ...], *names: str) -> None:
+    """Let single numbers of receivers stand for all of their positions."""
+    for name in names:
+        leaf = getattr(receiver, name)
+        if shape and not jnp.shape(leaf):
+            object.__setattr__(receiver, name, spread(leaf, shape))
 
 
 def _asked(x: Any, kind: type) -> str:

@@ -17,7 +17,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder.numerics._compiled import compiled
+from firstorder.numerics._compiled import compiled, compiled_after
 from firstorder.typing import as_float
 
 FLATLAND = ("x", "y", "n")
@@ -149,7 +149,14 @@ def _operator(S: Array, d: int) -> Array:
     return S * jnp.eye(d, dtype=S.dtype) if S.ndim == 0 else S
 
 
-@compiled
+def _check_first(f: Callable[..., Array], *args: Any, freedoms: Any = None, **options: Any) -> None:
+    """The check of a function that has one, before the numbers are traced."""
+    check = getattr(f, "check", None)
+    if check is not None:
+        check(*args, **options)
+
+
+@compiled_after(_check_first)
 def derivatives(
     f: Callable[..., Array], *args: Any, freedoms: tuple[str, ...] | None = None, **options: Any
 ) -> Derivatives:

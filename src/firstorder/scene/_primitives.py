@@ -14,13 +14,18 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from firstorder._argument_checks import check_not_negative, is_concrete, nan_unless
+from firstorder._argument_checks import (
+    COLOUR,
+    check_known,
+    check_not_negative,
+    is_concrete,
+    nan_unless,
+)
 from firstorder.numerics._host import hosted, joined_arrays
 from firstorder.scene._arguments import numbers
 from firstorder.typing import as_array
 
 FRONT, BACK = 0, 1
-COLOUR = ": light has one channel, so make a scene for each colour"
 TOO_MUCH = 1.0 + 1e-6  # what rounded shares may add up to
 
 
@@ -151,6 +156,5 @@ def named(names: Sequence[str], name: str) -> tuple[int, ...]:
     """
     found = tuple(i for i, n in enumerate(names) if n == name)
     if not found:
-        known = ", ".join(sorted({n for n in names if n})) or "none"
-        raise ValueError(f"Argument `name` must be one of {known}, but is {name!r}.")
+        check_known("name", name, sorted({n for n in names if n}))
     return found

@@ -21,9 +21,10 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from firstorder._argument_checks import nan_unless
-from firstorder.numerics._compiled import compiled
+from firstorder.numerics._compiled import compiled_after
 from firstorder.numerics._vectors import unit
-from firstorder.scene._arguments import check_asked
+from firstorder.scene._arguments import check_asked_one
+from firstorder.scene._questions import check_lit, check_question
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import BACK, FRONT, Scene
 from firstorder.space.silhouettes._edge_integrals import (
@@ -50,7 +51,7 @@ from firstorder.visibility._contour import translation_rate
 Radiance = Callable[[Array, Array], Array]
 
 
-@compiled
+@compiled_after(check_question)
 def net_visibility(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[Array, ""]:
     """The solid angle of the sky that a receiver sees [sr].
 
@@ -74,7 +75,7 @@ def net_visibility(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[Arra
         >>> print(round(float(blocked / (2.0 * jnp.pi)), 6))  # 1 - cos(30 degrees)
         0.133975
     """
-    check_asked(scene, Scene, at, Receiver)
+    check_asked_one(scene, Scene, at, Receiver)
     found = _outlines_from(scene, at)
     seen = jnp.zeros(scene.count + 1, at.position.dtype).at[-1].set(1.0)
     edges, sides, level, above = _contours(found, at.axes, segment_angle, arc_angle, nodes)
@@ -85,7 +86,7 @@ def net_visibility(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[Arra
     return nan_unless(_is_outside(scene, found), total)
 
 
-@compiled
+@compiled_after(check_lit)
 def irradiance(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[Array, ""]:
     """Irradiance from shapes of constant radiance and a constant sky [W/m^2].
 
@@ -119,11 +120,11 @@ def irradiance(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[Array, "
         >>> print(round(float(E), 4), round(float(dE_dx[0]), 4))
         0.5666 -0.6324
     """
-    check_asked(scene, Scene, at, Receiver)
+    check_asked_one(scene, Scene, at, Receiver)
     return _light(scene, at, segment_upward, arc_upward, nodes)[0]
 
 
-@compiled
+@compiled_after(check_lit)
 def vector_irradiance(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[Array, "3"]:
     """The vector of light in the receiver's frame: `integral of L(w) w dw` [W/m^2].
 
@@ -134,7 +135,7 @@ def vector_irradiance(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[A
 
     Reference: J12 §7; Lambert.
     """
-    check_asked(scene, Scene, at, Receiver)
+    check_asked_one(scene, Scene, at, Receiver)
     return jnp.stack(_light(scene, at, segment_light, arc_light, nodes))
 
 
@@ -161,7 +162,7 @@ def _shown(scene: Scene, at: Receiver, found: _Outlines) -> Float[Array, " n_1"]
     return jnp.append(facing, scene.sky(at.normal))
 
 
-@compiled
+@compiled_after(check_question)
 def boundary_gradient(
     scene: Scene,
     at: Receiver,
@@ -193,7 +194,7 @@ def boundary_gradient(
 
     Reference: R07 §7, eq. 48, 49; design §6.
     """
-    check_asked(scene, Scene, at, Receiver)
+    check_asked_one(scene, Scene, at, Receiver)
     found = visible_silhouettes(scene, at)
     lines, rims = found.on_lines(nodes), found.on_arcs(nodes)
     if radiance is None and not callable(scene.environment):

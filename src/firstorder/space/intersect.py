@@ -9,6 +9,7 @@ from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from firstorder.numerics._compiled import compiled
 from firstorder.scene import _intersect as intersect
+from firstorder.scene._arguments import rays_of
 from firstorder.scene._intersect import MISS
 from firstorder.space.scene import Scene
 
@@ -63,6 +64,7 @@ def nearest(
         >>> nearest(scene, jnp.zeros((1, 3)), jnp.array([[0.0, 0.0, 1.0]])).t.item()
         2.0
     """
+    origins, along = rays_of(origins, along, 3)
     index = first_shape(scene, origins, along, on)
     on = jnp.broadcast_to(jnp.asarray(on), index.shape)
     t = jax.vmap(scene.distance)(jnp.maximum(index, 0), origins, along, on)

@@ -9,12 +9,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
-from firstorder._argument_checks import check_finite, is_concrete, nan_unless
+from firstorder._argument_checks import check_finite, check_real, is_concrete, nan_unless
 from firstorder.conventions import normal_rate
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._host import spread
 from firstorder.numerics._vectors import norm, orthonormal_frame, unit
-from firstorder.scene._arguments import numbers
+from firstorder.scene._arguments import numbers, shape_number, spread_over
 from firstorder.scene._derivatives import SPACE
 from firstorder.typing import as_float
 
@@ -32,9 +32,14 @@ class Receiver(eqx.Module):
     position: Float[Array, "*r 3"]
     axes: Float[Array, "*r 3 3"]
     S: Float[Array, "*r 2 2"]
-    on: Int[Array, "*r"] = eqx.field(default=-1, converter=jnp.asarray)
+    on: Int[Array, "*r"] = eqx.field(default=-1, converter=lambda on: shape_number("on", on))
 
     freedoms = SPACE
+
+    def __check_init__(self):
+        """Let one number of a shape stand for many positions."""
+        check_real("position", self.position)
+        spread_over(self, self.position.shape[:-1], "on")
 
     @classmethod
     def at(
@@ -65,6 +70,11 @@ class Receiver(eqx.Module):
         position, normal = numbers("position", position), numbers("normal", normal)
         check_finite("position", position)
         check_finite("normal", normal)
+        for name, vector in (("position", position), ("normal", normal)):
+            if vector.shape[-1:] != (3,):
+                raise ValueError(
+                    f"Argument `{name}` must have three coordinates, but has shape {vector.shape}."
+                )
         axes = _axes(normal)
         if is_concrete(axes) and np.any(np.isnan(np.asarray(axes))):
             raise ValueError("Argument `normal` must have a length, but is the zero vector.")
@@ -74,7 +84,7 @@ class Receiver(eqx.Module):
             spread(position, (*shape, 3)),
             spread(axes, (*shape, 3, 3)),
             spread(S, (*shape, 2, 2)),
-            spread(on, shape),
+            spread(shape_number("on", on), shape),
         )
 
     @property
@@ -91,12 +101,14 @@ class Receiver(eqx.Module):
 
         Valid for one receiver; use `jax.vmap` for many.
         """
+        x = numbers("x", x)
         rate = normal_rate(self.S, x)
         step = jnp.append(x, -0.5 * jnp.dot(x, rate))
         return Receiver(self.position + self.axes @ step, _turned(self.axes, rate), self.S, self.on)
 
     def tilted(self, tilt: Float[Array, "2"]) -> Receiver:
         """The receiver turned on the spot so that its normal moves along t and b [rad]."""
+        tilt = numbers("tilt", tilt)
         return Receiver(self.position, _turned(self.axes, tilt), self.S, self.on)
 
     def displaced(self, u: Float[Array, "5"]) -> Receiver:
@@ -105,6 +117,7 @@ class Receiver(eqx.Module):
         Args:
             u: one number for each of `freedoms` [m, m, m, rad, rad].
         """
+        u = numbers("u", u)
         position = self.position + self.axes @ u[:3]
         return Receiver(position, _turned(self.axes, u[3:]), self.S, self.on)
 

@@ -20,7 +20,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float
 
-from firstorder._argument_checks import check_not_negative
+from firstorder._argument_checks import check_index, check_not_negative, check_one
 from firstorder.numerics._vectors import dot
 from firstorder.scene._arguments import check_kind, check_names, check_primitives, numbers
 from firstorder.scene._intersect import picked
@@ -167,6 +167,7 @@ class Scene(eqx.Module):
                 environment = jax.tree_util.Partial(environment)
         else:
             environment = numbers("environment", environment)
+            check_one("environment", environment)
             check_not_negative("environment", environment)
         return Scene(tuple(groups), joined(materials), environment, names)
 
@@ -184,7 +185,13 @@ class Scene(eqx.Module):
         return named(self.names, name)
 
     def ask(self, index: ArrayLike, question: Callable[[Shape], Any]) -> Any:
-        """Result of a function for the shape of that number."""
+        """Result of a function for the shape of that number.
+
+        Raises:
+            ValueError: if there is no such shape.
+            TypeError: if the index is no integer.
+        """
+        check_index("index", index, self.count)
         return picked(self.groups, jnp.asarray(index), question)
 
     def every(self, question: Callable[[Shape], Any]) -> Any:
@@ -232,6 +239,11 @@ class Scene(eqx.Module):
         if callable(self.environment):
             return self.environment(along)
         return self.environment
+
+    @property
+    def unsound(self) -> Bool[Array, ""]:
+        """Whether a shape is NaN: a traced scene that would be refused if it were concrete."""
+        return jnp.any(jnp.stack([jnp.any(jnp.isnan(a)) for a in jax.tree.leaves(self.groups)]))
 
     def inside(self, eye: Point, on: ArrayLike = -1) -> Bool[Array, ""]:
         """Whether an eye is in a closed shape or on it, where nothing can be seen.

@@ -27,6 +27,7 @@ from jaxtyping import Array, Float
 from firstorder._argument_checks import (
     check_finite,
     check_not_negative,
+    check_one,
     check_positive,
     is_concrete,
 )
@@ -58,6 +59,7 @@ class ConstantSky(eqx.Module):
 
     def __check_init__(self):
         """Refuse darkness below zero."""
+        check_one("radiance", self.radiance)
         check_not_negative("radiance", self.radiance)
 
     def __call__(self, w: Directions) -> Numbers:

@@ -22,7 +22,7 @@ from firstorder.flatland.estimators.strata import Samples, Strata, trace_strata
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver
 from firstorder.numerics._compiled import compiled
-from firstorder.scene._arguments import check_asked
+from firstorder.scene._arguments import check_asked_one
 from firstorder.scene._derivatives import Derivatives
 from firstorder.visibility.edge_angles import edge_at
 
@@ -67,7 +67,7 @@ def corrected_estimate(
 
     Reference: J12 §5, eqs. 47 and 51, corrected.
     """
-    check_asked(scene, Scene, at, Receiver)
+    check_asked_one(scene, Scene, at, Receiver)
     w = 1.0 / samples.distance
     code = 2 * samples.index + samples.front
     apart = code[1:] != code[:-1]

@@ -21,7 +21,7 @@ from firstorder.flatland.visible import HORIZON, Receiver
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._planar import cross_2d, dot_2d
 from firstorder.numerics._quadrature import gauss_legendre
-from firstorder.scene._arguments import check_asked
+from firstorder.scene._arguments import check_asked_one
 from firstorder.typing import as_float
 
 
@@ -145,7 +145,7 @@ def trace_strata(
         where: directions.
         radiance: what shapes send out in place of their emission (see `irradiance`).
     """
-    check_asked(scene, Scene, at, Receiver)
+    check_asked_one(scene, Scene, at, Receiver)
     along = direction(at.n + where.angles)
     hits = nearest(scene, jnp.broadcast_to(at.position, along.shape), along, at.on)
     met = hits.index >= 0

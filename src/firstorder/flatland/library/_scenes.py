@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 
 from jaxtyping import ArrayLike
 
+from firstorder._argument_checks import check_known
 from firstorder.flatland.library._e11 import e11_fig03, e11_fig07, e11_fig18a, e11_fig18b
 from firstorder.flatland.library.bumps import ChirpBumps, SineBumps, bumpy_ground
 from firstorder.flatland.scene import PointLights, Primitive, Scene, primitive
@@ -240,13 +241,17 @@ def named_scene(name: str) -> Scene:
         8
     """
     scenes = _scenes()
-    if name not in scenes:
-        raise ValueError(f"Argument `name` must be one of {', '.join(scenes)}, but is {name!r}.")
+    check_known("name", name, scenes)
     return scenes[name]()
 
 
 def describe_scene(name: str) -> str:
-    """A scene in one sentence: the first line of its docstring."""
+    """A scene in one sentence: the first line of its docstring.
+
+    Raises:
+        ValueError: if there is none of that name.
+    """
+    check_known("name", name, _scenes())
     made = fig14 if name.startswith("fig14_") else _scenes()[name]
     return (made.__doc__ or "").split("\n")[0]
 

@@ -6,6 +6,7 @@ import abc
 from typing import Any
 
 import equinox as eqx
+import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from firstorder.numerics._host import hosted
@@ -28,6 +29,13 @@ class Shape(eqx.Module):
             ValueError: if the kind is closed: its front is its outside.
         """
         raise ValueError(closed_front(type(self).__name__))
+
+    def height(self, p: np.ndarray) -> np.ndarray:
+        """Where a point lies of each shape, by NumPy: positive before the front, negative behind.
+
+        NaN for kinds that cannot tell it in microseconds. Only the sign means something.
+        """
+        return np.full(self.count, np.nan)
 
     @property
     @abc.abstractmethod

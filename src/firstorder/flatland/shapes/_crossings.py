@@ -8,6 +8,7 @@ needed, so that it moves with them and has derivatives.
 from __future__ import annotations
 
 import itertools
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -26,13 +27,25 @@ PIECES = 128  # chords by which a curve is searched
 class Crossings(eqx.Module):
     """Pairs of shapes that cross, and where on each of them, roughly.
 
-    Attributes:
-        pairs: numbers of the two shapes.
+    The numbers are no leaves, so that `jax.grad` takes a scene: all that is left are floats.
+
+    Args:
+        numbers: of the two shapes of each pair.
         near: start of the search: the parameters on both.
     """
 
-    pairs: Int[Array, "c 2"]
+    numbers: tuple[tuple[int, int], ...] = eqx.field(static=True, converter=lambda p: _pairs(p))
     near: Float[Array, "c 2"]
+
+    @property
+    def pairs(self) -> Int[np.ndarray, "c 2"]:
+        """Numbers of the two shapes of each pair, as an array."""
+        return np.asarray(self.numbers, np.int32).reshape(-1, 2)
+
+
+def _pairs(numbers: Any) -> tuple[tuple[int, int], ...]:
+    """Pairs of integers from an array or a list of them."""
+    return tuple((int(a), int(b)) for a, b in np.asarray(numbers))
 
 
 def find_crossings(groups: list) -> Crossings:
@@ -48,7 +61,7 @@ def find_crossings(groups: list) -> Crossings:
             pairs, near = _crossed(*_chords(groups))
     dtype = jnp.result_type(*(leaf.dtype for leaf in jax.tree.leaves(groups)))
     return Crossings(
-        as_array(np.asarray(pairs, dtype=np.int32).reshape(-1, 2)),
+        _pairs(pairs),
         jnp.asarray(np.asarray(near, dtype=float).reshape(-1, 2), dtype),
     )
 

@@ -16,9 +16,16 @@ import math
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from firstorder._argument_checks import check_between, check_finite, check_positive
+from firstorder._argument_checks import (
+    check_between,
+    check_finite,
+    check_positive,
+    is_concrete,
+    warn_of_degrees,
+)
 from firstorder.conventions import direction
 from firstorder.flatland.shapes._base import Point, Shape, column, rows, same, spread, stack
 from firstorder.flatland.shapes._fourier import CurveRoots
@@ -38,7 +45,7 @@ class Segments(Shape):
         end: where they end [m].
 
     Raises:
-        ValueError: if a number is not finite or the shapes differ.
+        ValueError: if a number is not finite, the shapes differ, or a segment has no length.
 
     Example:
         >>> from firstorder.flatland import Segments
@@ -54,11 +61,24 @@ class Segments(Shape):
         check_finite("start", self.start)
         check_finite("end", self.end)
         same("end", self.end, self.start)
+        if is_concrete((self.start, self.end)):
+            short = np.all(np.asarray(self.start) == np.asarray(self.end), -1)
+            if short.any():
+                raise ValueError(
+                    "Argument `end` must differ from `start`, but segment "
+                    f"{int(np.argmax(short))} has no length."
+                )
 
     def turned(self, which):
         """Start and end exchanged."""
         start = jnp.where(which[:, None], self.end, self.start)
         return Segments(start, jnp.where(which[:, None], self.start, self.end))
+
+    def height(self, p):
+        """By the side of each segment's line."""
+        start, end = np.asarray(self.start), np.asarray(self.end)
+        ex, ey, wx, wy = *(end - start).T, *(p - start).T
+        return ex * wy - ey * wx
 
     @property
     def count(self) -> int:
@@ -169,6 +189,11 @@ class Circles(Shape):
         check_positive("radius", self.radius)
         same("radius", self.radius, self.center)
 
+    def height(self, p):
+        """By the distance from the centre."""
+        w, radius = p - np.asarray(self.center), np.asarray(self.radius)
+        return np.sum(w * w, -1) - radius * radius
+
     @property
     def count(self) -> int:
         """Number of circles."""
@@ -248,6 +273,7 @@ class Arcs(Shape):
         check_finite("center", self.center)
         check_positive("radius", self.radius)
         check_finite("start", self.start)
+        warn_of_degrees("start", self.start)
         check_positive("|sweep|", abs(self.sweep))
         check_between("|sweep|", abs(self.sweep), 0.0, 2.0 * math.pi + 1e-6)
         for name in ("radius", "start", "sweep"):
@@ -320,6 +346,7 @@ class Ellipses(Shape):
         check_finite("center", self.center)
         check_positive("semi", self.semi)
         check_finite("tilt", self.tilt)
+        warn_of_degrees("tilt", self.tilt)
         same("semi", self.semi, self.center)
         same("tilt", self.tilt, self.center)
 

@@ -77,10 +77,16 @@ class LightElement:
     at: Callable[[str], Place]
 
 
-def nearest_known(word: str, known: Iterable[str]) -> str:
-    """Words for an unknown key: the one that was meant, or all there are."""
+def nearest_known(word: str, known: Iterable[str], cutoff: float = 0.6) -> str:
+    """Words for an unknown key: the one that was meant, or all there are.
+
+    Args:
+        word: the key.
+        known: all keys.
+        cutoff: how alike two must be, from 0 to 1.
+    """
     known = sorted(known)
-    close = difflib.get_close_matches(word, known, 1)
+    close = difflib.get_close_matches(word, known, 1, cutoff)
     return f"did you mean `{close[0]}`?" if close else f"known are {', '.join(known)}."
 
 

@@ -7,11 +7,12 @@ import pathlib
 
 from firstorder.flatland.scene import Scene
 from firstorder.io.scenes.flatland_toml import read_flatland
+from firstorder.io.scenes.space_toml import is_space
 from firstorder.io.svg.reader import read_svg
 
 
 def read_scene(path: str | os.PathLike[str]) -> Scene:
-    """Reads a scene from a .toml or .svg file.
+    """Reads a scene of flatland from a .toml or .svg file; `read_space` reads one of space.
 
     Args:
         path: the file; its ending says what it is.
@@ -32,6 +33,10 @@ def read_scene(path: str | os.PathLike[str]) -> Scene:
     if path.suffix.lower() not in readers:
         raise ValueError(f"{path.name}: a scene must be a .toml or .svg file.")
     try:
+        if is_space(path):
+            raise ValueError(
+                f"{path.name}: the scene is one of space (`dimensions = 3`): read it by read_space."
+            )
         return readers[path.suffix.lower()](path)
     except OSError as error:
         why = (error.strerror or "unknown reason").lower()

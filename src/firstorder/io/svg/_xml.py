@@ -98,6 +98,10 @@ class StyleSheet:
                     raise place.error(f"the selector `{selector[:40]}` is not understood here.")
                 self._rules.setdefault(selector, {}).update(_declared(declarations))
 
+    def knows(self, selector: str) -> bool:
+        """Whether there is a rule for a selector."""
+        return selector in self._rules
+
     def of(self, node: Node) -> dict[str, str]:
         """Declarations that hold for an element: attributes, then the rules, then its own style."""
         style = dict(node.attributes)

@@ -26,7 +26,8 @@ Materials
     | root: `data-sky="L"`, or `"L center sigma"` | distant light: constant, or a Gaussian [rad] |
     Classes and `data-` attributes of a group hold for all in it; those of an element come last.
     Styles may stand in attributes, in `style`, or in a <style> sheet of plain selectors. Opacity,
-    line widths, clips and masks say nothing; texts and pictures are left out.
+    line widths, clips, masks and other classes say nothing (one that is nearly ours and in no
+    style sheet is an error); texts and pictures are left out.
 """  # noqa: E501 (a table)
 
 from __future__ import annotations
@@ -68,6 +69,9 @@ CLASSES: dict[str, dict[str, Any]] = {
     "mirror": {"mirror": 1.0, "albedo": 0.0},
     "glass": {"ior": 1.5, "albedo": 0.0},
 }
+# What else a class may say.
+DRAWN = ("point-light", "ignore", "inward", "drawn")
+CLOSE = 0.75  # how like one of ours a foreign class is taken for a slip
 DATA = (*MATERIAL, "intensity", "scale", "sky", "name")
 _MOST = 200_000
 _FARTHEST = 1e60
@@ -235,6 +239,7 @@ class _Reader:
                     raise ValueError(f"`{key}` is not known here: {meant}")
         inherited = {k: style[k] for k in _INHERITED if style.get(k, "inherit") != "inherit"}
         own = node.attributes
+        self._check_classes(own.get("class", "").split())
         return dataclasses.replace(
             context,
             style={**context.style, **inherited},
@@ -242,6 +247,15 @@ class _Reader:
             classes=context.classes | frozenset(own.get("class", "").split()),
             name=own.get("id") or own.get("label") or data.get("name") or context.name,
         )
+
+    def _check_classes(self, words: list[str]) -> None:
+        """Refuse a class that is almost one of ours, unless a style sheet has a rule for it."""
+        known = (*CLASSES, *DRAWN)
+        for word in words:
+            if word in known or self.sheet.knows(f".{word}"):
+                continue
+            if "did you mean" in (meant := nearest_known(word, known, CLOSE)):
+                raise ValueError(f"the class `{word[:40]}` is not known here: {meant}")
 
     def _children(self, node: Node, context: _Context) -> tuple[list[Node], _Context]:
         """Children of a group; the target of a <use>; none of a symbol that is not used."""

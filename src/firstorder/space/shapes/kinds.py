@@ -74,6 +74,13 @@ class Shape(eqx.Module):
         """
         raise ValueError(closed_front(type(self).__name__))
 
+    def height(self, p: np.ndarray) -> np.ndarray:
+        """Where a point lies of each shape, by NumPy: positive before the front, negative behind.
+
+        NaN for kinds that cannot tell it in microseconds. Only the sign means something.
+        """
+        return np.full(self.count, np.nan)
+
     def local(self, point: Point) -> Point:
         """World to canonical coordinates."""
         return matvec(inverse_3x3(self.axes), point - self.center)
@@ -223,6 +230,11 @@ class Cylinders(Shape):
 
 class _Flat(Shape):
     """Base of the shapes that lie in a plane."""
+
+    def height(self, p):
+        """By the side of each plane."""
+        w = p - np.asarray(self.center)
+        return np.sum(w * np.asarray(self.axes)[..., 2], -1)
 
     def turned(self, which):
         """The first two columns of `axes` exchanged, which keeps the points, and the third turned.

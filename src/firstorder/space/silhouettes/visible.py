@@ -23,7 +23,7 @@ from jaxtyping import Array, Bool, Float, Int
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.numerics._vectors import cross, dot, rows
-from firstorder.scene._arguments import check_asked
+from firstorder.scene._arguments import check_asked_one
 from firstorder.scene._intersect import MISS
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
@@ -129,7 +129,7 @@ def visible_silhouettes(scene: Scene, at: Receiver) -> VisibleSilhouettes:
     Returns:
         Pieces of all silhouettes, those that are not seen among them, marked so.
     """
-    check_asked(scene, Scene, at, Receiver)
+    check_asked_one(scene, Scene, at, Receiver)
     found = _outlines_from(scene, at)
     cut = _cut_outlines(found, at.axes, lambda a: a)
     middle = cut.low.shape[0]
@@ -156,9 +156,9 @@ def _outlines_from(scene: Scene, at: Receiver) -> _Outlines:
 
 
 def _is_outside(scene: Scene, found: _Outlines) -> Bool[Array, ""]:
-    """Whether the eye is outside of all closed shapes, but for that on which it lies."""
+    """Whether no shape is NaN, and no closed one holds the eye but that on which it lies."""
     closed = np.repeat([g.closed for g in scene.groups], [g.count for g in scene.groups])
-    return ~jnp.any(found.inside & ~found.own & closed)
+    return ~(jnp.any(found.inside & ~found.own & closed) | scene.unsound)
 
 
 def _cut_outlines(
