@@ -507,7 +507,7 @@ with warnings.catch_warnings(record=True) as found:
 print([str(w.message) for w in found])
 """
 LATE_WORDS = (
-    "Before session.start() 1 arrays were made, which keep float32: call it in the first lines of "
+    "Arrays made before session.start() keep float32 (1 of them): call it in the first lines of "
     "the program."
 )
 

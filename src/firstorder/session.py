@@ -92,7 +92,7 @@ def _warn_of_arrays_before() -> None:
     early = [a for a in jax.live_arrays() if a.dtype in ("float32", "complex64")]
     if early:
         warnings.warn(
-            f"Before session.start() {len(early)} arrays were made, which keep float32: call it in "
+            f"Arrays made before session.start() keep float32 ({len(early)} of them): call it in "
             "the first lines of the program.",
             stacklevel=3,
         )
