@@ -24,7 +24,21 @@ def pages() -> dict[str, str]:
         "not_built.md": (md.ROOT / "NOT_BUILT.md").read_text(encoding="utf-8"),
         "examples.md": _examples(),
         "notebooks.md": _notebooks(),
+        "first_calls.md": _first_calls(),
     }
+
+
+def _first_calls() -> str:
+    """The kept table of the benchmark of first calls."""
+    script = md.file_link(md.ROOT / "benchmarks/bench_first_call.py")
+    words = (
+        "The first call of a function traces and compiles it; later calls run. Equations are those "
+        "of the program that is traced, and no machine changes them; seconds are processor time of "
+        "one core with an empty cache, in float64. A second process finds the program in the "
+        f"cache and traces it again. The table is printed by {script}."
+    )
+    table = (md.ROOT / "benchmarks/first_calls.md").read_text(encoding="utf-8")
+    return md.page("What first calls cost", words, table)
 
 
 def _conventions() -> str:
