@@ -77,7 +77,8 @@ def dead(site, names):
             if not (lives or (not file.endswith(".md") and (DOCS / file).is_file())):
                 found.append(f"{path}: {target}")
         for role, target in re.findall(r"\{(py:\w+|download)\}`(?:[^`<]*<)?([^`>]+)>?`", plain):
-            file = DOCS / os.path.dirname(path) / target
+            # By name: the folders of generated pages may not be there yet.
+            file = pathlib.Path(os.path.normpath(DOCS / os.path.dirname(path) / target))
             if not (file.is_file() if role == "download" else target in names):
                 found.append(f"{path}: {role} {target}")
     return found
