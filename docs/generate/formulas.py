@@ -15,7 +15,7 @@ from firstorder.checks.squares import Case, Step, by_rule
 from firstorder.conventions import Frame
 from firstorder.errors import Refused
 from firstorder.symbolic import Derivation, Formula, UnknownField
-from firstorder.symbolic._display import FEW, LONG, MANY, _size, _waves, latex
+from firstorder.symbolic._display import FEW, LONG, MANY, latex, size_of, waves_of
 from firstorder.transport import Chain
 
 # A portrait of `Derivation`, and what its formula is called: the light before is L.
@@ -81,14 +81,14 @@ def _symbolic(step: Step) -> Step:
 
 def _said(derivation: Derivation, portrait: str) -> str:
     """A formula, or the reason why it is not shown."""
-    if _size(derivation.events) > MANY:
+    if size_of(derivation.events) > MANY:
         return f"Made of more than {MANY} numbers: a table, and no formula."
     value = derivation.portrait("value")
     derived = portrait in ("gradient", "hessian")
     if derived and isinstance(value, Formula) and _operations(value) > LONG:
         return "The derivative of a formula too long to be read, which `derive` returns."
     laws = derivation.portrait("laws")
-    waves = 0 if isinstance(laws, Refused) else max(map(_waves, laws), default=0)
+    waves = 0 if isinstance(laws, Refused) else max(map(waves_of, laws), default=0)
     if portrait == "spectrum" and waves > FEW:
         return f"A sum over the {waves} waves of a window."
     said = derivation.portrait(portrait)

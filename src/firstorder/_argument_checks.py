@@ -126,9 +126,9 @@ def warn_of_degrees(name: str, x: Any, stacklevel: int = 3) -> None:
     if not is_concrete(x):
         return
     most = float(np.max(np.abs(np.asarray(x)), initial=0.0))
-    if MOST_TURNS * 2.0 * math.pi < most < math.inf:
+    if MOST_TURNS * math.tau < most < math.inf:
         warnings.warn(
-            f"Argument `{name}` is an angle of {most:g} rad, {most / (2.0 * math.pi):.1f} turns: "
+            f"Argument `{name}` is an angle of {most:g} rad, {most / math.tau:.1f} turns: "
             "angles are in radians.",
             stacklevel=stacklevel,
         )

@@ -167,7 +167,7 @@ def spread_over(receiver: Any, shape: tuple[int, ...], *names: str) -> None:
 
 
 def _asked(x: Any, kind: type) -> str:
-    """What must be, and what is; with their worlds if x is of the other one."""
+    """Words for the kind asked and the thing that came, with their worlds if these differ."""
     here, there = _world(kind), _world(type(x))
     if there is None or there == here:
         return f"{_named(kind)}, but is {_what(x)}"

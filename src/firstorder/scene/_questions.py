@@ -104,7 +104,7 @@ def _on(scene: Any, at: Any) -> int | None:
 
 
 class _Lights(NamedTuple):
-    """What does not depend on the receiver.
+    """Lights of a scene: what is looked at once and holds for every receiver.
 
     Attributes:
         far: whether there is light that has no shape.

@@ -47,7 +47,7 @@ HAT = "\\hat{L}"
 
 
 def markdown(thing: Any) -> str:
-    r"""What a notebook shows.
+    r"""Markdown that a notebook shows of a law, event, path, jet, spectrum or formula.
 
     Example:
         >>> from firstorder.conventions import FLATLAND_SLOPE
@@ -148,9 +148,9 @@ def _warped(derivation: Derivation) -> bool:
 
 def _told(words: str, derivation: Derivation, name: str) -> str:
     """Value and spectrum, or why there is none."""
-    if _size((derivation.source, derivation.events)) > MANY:
+    if size_of((derivation.source, derivation.events)) > MANY:
         return f"{words}\n\nmade of more than {MANY} numbers: a table, and no formula"
-    value, most = derivation.portrait("value"), max(map(_waves, _laws(derivation)), default=0)
+    value, most = derivation.portrait("value"), max(map(waves_of, _laws(derivation)), default=0)
     lines = [words, _shown(name, value, "value")]
     if most > FEW:
         lines.append(f"spectrum: a sum over the {most} waves of a window")
@@ -162,7 +162,7 @@ def _told(words: str, derivation: Derivation, name: str) -> str:
     return "\n\n".join(lines)
 
 
-def _waves(law: Law) -> int:
+def waves_of(law: Law) -> int:
     """How many waves a law's spectrum adds up: a kernel that varies is a series on a window."""
     return math.prod(law.window.size) if isinstance(law, Convolve) and law.window else 0
 
@@ -180,8 +180,8 @@ def _shown(name: str, said: Formula | Refused, of: str) -> str:
 
 def _spectrum(F: Spectrum) -> str:
     """A spectrum by its formula."""
-    if _size(F) > MANY:
-        return f"{_heading(F, F.frame)}\n\na transform of {_size(F)} numbers, and no formula"
+    if size_of(F) > MANY:
+        return f"{_heading(F, F.frame)}\n\na transform of {size_of(F)} numbers, and no formula"
     try:
         said = of_spectrum(F)
     except Refused as refusal:
@@ -238,7 +238,7 @@ def _matrix(rows: Sequence[Sequence[str]]) -> str:
 
 
 def paragraph(event: Any, head: str) -> str:
-    """What a paragraph of the event's docstring says: the equations it cites, its other names."""
+    """Text of a paragraph of the event's docstring, by the word that it begins with; "" if none."""
     found = re.search(rf"{head}:(.*?)(\n\s*\n|$)", inspect.getdoc(type(event)) or "", re.S)
     return " ".join(found.group(1).split()) if found else ""
 
@@ -256,7 +256,7 @@ def _light(frame: Frame) -> str:
     return f"{frame.sense} light over $({names})$"
 
 
-def _size(tree: Any) -> int:
+def size_of(tree: Any) -> int:
     """How many numbers something is made of."""
     return sum(int(np.size(leaf)) for leaf in jax.tree.leaves(tree) if hasattr(leaf, "shape"))
 

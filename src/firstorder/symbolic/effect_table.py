@@ -36,7 +36,7 @@ NOTHING = "no simple formula"
 
 @dataclasses.dataclass(frozen=True)
 class Effect:
-    """What one event, or a chain of them, does to unknown light.
+    """Effect of one event, or of a chain of them, on unknown light and its spectrum.
 
     Attributes:
         name: of the step.
@@ -158,7 +158,7 @@ def _fitting(step: Event | Chain) -> Derivation:
 
 
 def _kinds(law: Law) -> tuple[str, str]:
-    """What a law is called, and what it is called on spectra."""
+    """Names of a law: of what it does to light, and to the spectrum."""
     match law:
         case Move():
             kind = _kind_of_move(matrix(law.M))
