@@ -5,6 +5,7 @@ what becomes of the same under `jit`, and what is simply taken now. `docs/what_c
 this table for readers.
 """
 
+import os
 import pathlib
 import re
 import subprocess
@@ -13,15 +14,18 @@ import sys
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import jaxlib
 import numpy as np
 import pytest
 
-from firstorder import flatland, space
+from firstorder import flatland, session, space
 from firstorder.errors import NoLight
 from firstorder.fields import Constant, Function, gaussian
+from firstorder.flatland import bounces as flatland_bounces
 from firstorder.flatland.library import describe_scene, named_scene
 from firstorder.io import read_scene
 from firstorder.numerics import free_of, positive
+from firstorder.space import bounces as space_bounces
 
 DOCUMENT = pathlib.Path(__file__).parent.parent / "docs" / "what_can_go_wrong.md"
 
@@ -86,6 +90,11 @@ def away_in_space():
     return space.irradiance(space.Scene.of(space.primitive(panel, emission=1.0)), THERE)
 
 
+KEY = jax.random.key(0)
+DARK_FLAT = flatland.Scene.of(flatland.primitive(DOWN))
+DARK_SPACE = space.Scene.of(space.primitive(PANEL, albedo=0.5))
+
+
 def many(world, dims):
     return world.Receiver.at(np.zeros((4, dims)))
 
@@ -102,6 +111,56 @@ WRONG = {
         lambda: flatland.irradiance(
             flatland.Scene.of(flatland.primitive(DOWN), environment=flatland.ConstantSky(0.0)), HERE
         ),
+        NoLight,
+        DARK,
+    ),
+    "paths in a dark scene": (
+        lambda: flatland_bounces.path_irradiance(DARK_FLAT, HERE, key=KEY, paths=2),
+        NoLight,
+        DARK,
+    ),
+    "rays in a dark scene": (
+        lambda: flatland_bounces.path_radiance(
+            DARK_FLAT, np.zeros(2), np.array((0.0, 1.0)), key=KEY, paths=2
+        ),
+        NoLight,
+        DARK,
+    ),
+    "trees in a dark scene": (
+        lambda: flatland_bounces.tree_irradiance(DARK_FLAT, HERE, key=KEY, branches=(2,), runs=2),
+        NoLight,
+        DARK,
+    ),
+    "photons of a dark scene": (
+        lambda: flatland_bounces.trace_photons(DARK_FLAT, KEY, 4, 1),
+        NoLight,
+        DARK,
+    ),
+    "radiosity of a dark scene": (
+        lambda: flatland_bounces.solve_radiosity(DARK_FLAT),
+        NoLight,
+        DARK,
+    ),
+    "a light field of a dark scene": (lambda: flatland.light_field(DARK_FLAT, HERE), NoLight, DARK),
+    "paths in a dark scene of space": (
+        lambda: space_bounces.path_irradiance(DARK_SPACE, THERE, key=KEY, paths=2),
+        NoLight,
+        DARK,
+    ),
+    "rays in a dark scene of space": (
+        lambda: space_bounces.path_radiance(
+            DARK_SPACE, np.zeros(3), np.array((0.0, 0.0, 1.0)), key=KEY, paths=2
+        ),
+        NoLight,
+        DARK,
+    ),
+    "radiosity of a dark scene of space": (
+        lambda: space_bounces.solve_radiosity(DARK_SPACE, cells=2, shadow=0),
+        NoLight,
+        DARK,
+    ),
+    "a light field of a dark scene of space": (
+        lambda: space.light_field(DARK_SPACE, THERE),
         NoLight,
         DARK,
     ),
@@ -512,12 +571,59 @@ LATE_WORDS = (
 )
 
 
+TOO_LATE = (
+    "JAX already ran before session.start(), too late for the flag "
+    "--xla_cpu_experimental_ynn_fusion_type= that keeps this jaxlib from wrong sums: call it "
+    "first, or set XLA_FLAGS."
+)
+NO_START = """
+import warnings
+from firstorder import session
+from firstorder.flatland import Receiver, Scene, Segments, irradiance, primitive
+with warnings.catch_warnings(record=True) as found:
+    warnings.simplefilter("always")
+    {first}
+    lamp = primitive(Segments((1.0, 1.0), (-1.0, 1.0)), emission=1.0)
+    irradiance(Scene.of(lamp), Receiver.at((0.0, 0.0)))
+print([str(w.message) for w in found])
+"""
+SINGLE = (
+    "Numbers are float32, of which derivatives lose digits: call firstorder.session.start() first, "
+    "or start(x64=False) if they are meant to be."
+)
+
+
+def said(program, **flags):
+    """What a fresh process prints, without the flags of this one."""
+    environment = {k: v for k, v in os.environ.items() if k != "XLA_FLAGS"} | flags
+    command = [sys.executable, "-c", program]
+    done = subprocess.run(command, capture_output=True, text=True, env=environment)
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
+
+
 @pytest.mark.parametrize(("first", "words"), [("early = jnp.ones(3)", [LATE_WORDS]), ("", [])])
 def test_arrays_made_before_the_session_are_told(first, words):
-    command = [sys.executable, "-c", LATE.format(first=first)]
-    done = subprocess.run(command, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.strip() == str(words)
+    assert said(LATE.format(first=first), XLA_FLAGS=flags_here()) == str(words)
+
+
+def flags_here():
+    """All that this version of jaxlib is started with."""
+    return " ".join(session.flags_of(jaxlib.__version__))
+
+
+def test_a_session_too_late_for_the_flag_of_sums_is_told():
+    needed = any(flag.startswith(session.SOUND) for flag in flags_here().split())
+    words = [TOO_LATE] if needed else []
+    assert said(LATE.format(first="jnp.ones(3, int)")) == str(words)
+
+
+@pytest.mark.parametrize(
+    ("first", "words"),
+    [("", [SINGLE]), ("session.start(x64=False)", []), ("session.start()", [])],
+)
+def test_float32_that_nobody_asked_for_is_told(first, words):
+    assert said(NO_START.format(first=first)) == str(words)
 
 
 # --- the document --------------------------------------------------------------------------------
@@ -537,5 +643,9 @@ def test_the_document_says_these_sentences():
     errors = {n: words for n, (_, kind, words) in WRONG.items() if not issubclass(kind, Warning)}
     warned = {n: words for n, (_, kind, words) in WRONG.items() if issubclass(kind, Warning)}
     assert written("Errors") == errors
-    assert written("Warnings") == warned | {"arrays made before `session.start()`": LATE_WORDS}
+    assert written("Warnings") == warned | {
+        "arrays made before `session.start()`": LATE_WORDS,
+        "the session started after JAX ran": TOO_LATE,
+        "light without `session.start()`": SINGLE,
+    }
     assert written("Under `jit`") == dict.fromkeys(NAN, "NaN")

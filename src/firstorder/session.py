@@ -15,13 +15,19 @@ from jax.experimental.compilation_cache import compilation_cache
 
 OFF = "off"
 
+# What `start` was asked for, call by call; empty where nobody has called it.
+_started: list[bool] = []
+
+# The flag without which sums are wrong.
+SOUND = "--xla_cpu_experimental_ynn_fusion_type"
+
 # Flags of XLA for CPUs, each with the versions of jaxlib that it is meant for: from the first, and
 # before the second. XLA ends a program that names a flag it does not know.
 FLAGS = (
     # From 0.10.2 on sums of products are fused in a way that gives wrong numbers where one factor
     # is broadcast (jax issue 39103; tests/test_session.py has seven lines that show it). This
     # turns that fusion off. The older emitter below has the same fault, so both flags are needed.
-    ("--xla_cpu_experimental_ynn_fusion_type", "", (0, 10, 2), (0, 13)),
+    (SOUND, "", (0, 10, 2), (0, 13)),
     # The older emitter of loops compiles 2 to 2.5 times as fast, and what it compiles runs as
     # fast. Versions from 0.8 to 0.11.0 were seen to have it; 0.11.1 has it no more.
     ("--xla_cpu_use_fusion_emitters", "false", (0, 8), (0, 11, 1)),
@@ -62,10 +68,10 @@ def start(*, x64: bool = True, cache: str | os.PathLike[str] | None = None) -> P
         >>> jnp.asarray(1.0).dtype
         dtype('float64')
     """
+    _warn_of_what_was_before(x64)
     _compile_soundly()
     _keep_whole()
-    if x64 and jax.dtypes.canonicalize_dtype(float) != "float64":
-        _warn_of_arrays_before()
+    _started.append(x64)
     jax.config.update("jax_enable_x64", x64)
     folder = _writable(_chosen(cache))
     jax.config.update("jax_compilation_cache_dir", None if folder is None else str(folder))
@@ -77,8 +83,32 @@ def start(*, x64: bool = True, cache: str | os.PathLike[str] | None = None) -> P
     return folder
 
 
-def _warn_of_arrays_before() -> None:
-    """Warns of arrays that keep float32 although all others will be float64.
+def warn_of_single_precision(stacklevel: int) -> None:
+    """Warns that numbers are float32 where no `start` has said that they should be.
+
+    Args:
+        stacklevel: of `warnings.warn`, for the function that calls this one.
+
+    Example:
+        >>> from firstorder.session import start, warn_of_single_precision
+        >>> folder = start(x64=True)
+        >>> warn_of_single_precision(1)  # float64: nothing to say
+    """
+    if not (_started or _doubles()):
+        warnings.warn(
+            "Numbers are float32, of which derivatives lose digits: call "
+            "firstorder.session.start() first, or start(x64=False) if they are meant to be.",
+            stacklevel=stacklevel + 1,
+        )
+
+
+def _doubles() -> bool:
+    """Whether numbers are float64 now."""
+    return jax.dtypes.canonicalize_dtype(float) == "float64"
+
+
+def _warn_of_what_was_before(x64: bool) -> None:
+    """Warns of arrays that keep float32 although others will be float64, and of a flag too late.
 
     To ask for arrays wakes the devices, which some programs have yet to set up: so only if they are
     awake. JAX says that inside of itself alone; where it does not, nothing is warned of.
@@ -89,21 +119,33 @@ def _warn_of_arrays_before() -> None:
         return
     if not backends_are_initialized():
         return
-    early = [a for a in jax.live_arrays() if a.dtype in ("float32", "complex64")]
+    before = jax.live_arrays() if x64 and not _doubles() else []
+    early = [a for a in before if a.dtype in ("float32", "complex64")]
     if early:
         warnings.warn(
             f"Arrays made before session.start() keep float32 ({len(early)} of them): call it in "
             "the first lines of the program.",
             stacklevel=3,
         )
+    if any(flag.startswith(SOUND) for flag in _missing()) and jax.default_backend() == "cpu":
+        warnings.warn(
+            f"JAX already ran before session.start(), too late for the flag {SOUND}= that keeps "
+            "this jaxlib from wrong sums: call it first, or set XLA_FLAGS.",
+            stacklevel=3,
+        )
 
 
 def _compile_soundly() -> None:
     """Adds to the flags that XLA reads those of this version that are not given."""
-    flags = os.environ.get("XLA_FLAGS", "")
-    more = [flag for flag in flags_of(jaxlib.__version__) if flag.split("=")[0] not in flags]
-    if more:
+    if more := _missing():
+        flags = os.environ.get("XLA_FLAGS", "")
         os.environ["XLA_FLAGS"] = " ".join([flags, *more]).strip()
+
+
+def _missing() -> list[str]:
+    """Flags of this version that nobody has given."""
+    given = os.environ.get("XLA_FLAGS", "")
+    return [flag for flag in flags_of(jaxlib.__version__) if flag.split("=")[0] not in given]
 
 
 def flags_of(version: str) -> list[str]:

@@ -16,12 +16,18 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from firstorder._argument_checks import check_count, check_index
+from firstorder._argument_checks import check_count, check_index, is_concrete
 from firstorder.errors import NoLight
 from firstorder.scene._primitives import BACK, FRONT
+from firstorder.session import warn_of_single_precision
 
 # From the warning to the caller of a public function.
 _LEVEL = 4
+
+_DARK = (
+    "Nothing in the scene shines, so no light arrives: give a primitive an `emission`, or the "
+    "scene an `environment`."
+)
 
 
 def check_question(scene: Any, at: Any, *, nodes: Any = None, **_: Any) -> None:
@@ -31,6 +37,7 @@ def check_question(scene: Any, at: Any, *, nodes: Any = None, **_: Any) -> None:
         TypeError: if the number of the receiver's shape is no integer.
         ValueError: if there is no such shape, or `nodes` is not positive.
     """
+    warn_of_single_precision(_LEVEL - 1)
     if nodes is not None:
         check_count("nodes", nodes)
     _on(scene, at)
@@ -49,19 +56,29 @@ def check_lit(scene: Any, at: Any, *, radiance: Any = None, **options: Any) -> N
         radiance: given, it is the light, and emission does not count.
         options: of the public function.
     """
+    warn_of_single_precision(_LEVEL - 1)
     if (nodes := options.get("nodes")) is not None:
         check_count("nodes", nodes)
     on = _on(scene, at)
     if on is None or radiance is not None:
         return
     known = _lights(scene)
-    if not (known.far or known.emission.any()):
-        _warn(
-            "Nothing in the scene shines, so no light arrives: give a primitive an `emission`, or "
-            "the scene an `environment`."
-        )
+    if not known.any:
+        _warn(_DARK)
     elif known.sided:
         _check_sides(scene, known, np.asarray(at.position), on)
+
+
+def check_shines(scene: Any) -> None:
+    """Warns if nothing in a scene shines; a traced scene is not looked at.
+
+    Called by functions that are plain Python outside and compile what is inside of them.
+    """
+    if not is_concrete(scene):
+        return
+    warn_of_single_precision(_LEVEL - 1)
+    if not _lights(scene).any:
+        _warn(_DARK)
 
 
 def _check_sides(scene: Any, known: _Lights, position: np.ndarray, on: int) -> None:
@@ -119,6 +136,11 @@ class _Lights(NamedTuple):
     closed: np.ndarray
     sided: bool
     groups: tuple[Any, ...]
+
+    @property
+    def any(self) -> bool:
+        """Whether there is a light at all."""
+        return self.far or bool(self.emission.any())
 
 
 # By the scene's identity, for as long as it lives: a module has no hash.

@@ -49,6 +49,7 @@ from firstorder.sampling._paths import (
 )
 from firstorder.sampling.estimates import Estimate, Moments
 from firstorder.scene._arguments import check_asked, check_kind
+from firstorder.scene._questions import check_shines
 
 NUMBERS = 5  # uniform numbers in a step: roulette and lobe, two for a direction, two for a light
 
@@ -106,6 +107,7 @@ def path_irradiance(
         True
     """
     check_asked(scene, Scene, at, Receiver)
+    check_shines(scene)
     # The receiver reflects twice what arrives: its BRDF is 1, and its radiance the irradiance.
     surface = _sensor(at.n, albedo=2.0)
     start = Vertex(
@@ -150,6 +152,7 @@ def path_radiance(
     Reference: J12 §4.3, eq. 29.
     """
     check_kind("scene", scene, Scene)
+    check_shines(scene)
     origin, along = jnp.asarray(origin), jnp.asarray(along)
     one = jnp.ones(along.shape[:-1], along.dtype)
     # A mirror across the ray sends it straight on.
@@ -188,6 +191,7 @@ def tree_irradiance(
     Reference: J12 §4.2, eq. 28.
     """
     check_asked(scene, Scene, at, Receiver)
+    check_shines(scene)
     if not branches or min(branches) < 1:
         raise ValueError(f"Argument `branches` must hold positive numbers, but is {branches}.")
     check_many("runs", runs)

@@ -25,6 +25,7 @@ from firstorder.flatland.discontinuities.events import VisualEvents
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver
 from firstorder.numerics._batching import in_batches
+from firstorder.scene._questions import check_shines
 
 BLOCK = 64  # receivers worked on at a time
 
@@ -131,6 +132,7 @@ def solve_radiosity(scene: Scene, *, fineness: Discretization | None = None) -> 
             raise ValueError(
                 f"Argument `scene` must be diffuse, but holds a surface with `{name}`."
             )
+    check_shines(scene)
     panels, events = cut_into_panels(scene, fineness)
     glows = bool(jnp.any(scene.material.emission != 0.0)) or scene.environment is not None
     direct, gather = _system(scene, panels, glows)

@@ -32,6 +32,7 @@ from firstorder.flatland.visible import Receiver
 from firstorder.numerics._planar import cross_2d
 from firstorder.scene._arguments import check_asked
 from firstorder.scene._primitives import BACK, FRONT
+from firstorder.scene._questions import check_shines
 from firstorder.typing import Ray, Scalar
 
 
@@ -105,7 +106,9 @@ def light_field(
             "add their irradiance (`irradiance`) to the integral."
         )
     _refuse_own_light(line, frame)
-    if radiance is not None and not isinstance(radiance, eqx.Module):
+    if radiance is None:
+        check_shines(scene)
+    elif not isinstance(radiance, eqx.Module):
         radiance = jax.tree_util.Partial(radiance)
     return LightField(scene, line, radiance, frame)
 

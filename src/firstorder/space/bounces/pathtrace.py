@@ -38,6 +38,7 @@ from firstorder.sampling._paths import (
 )
 from firstorder.sampling.estimates import Estimate
 from firstorder.scene._arguments import check_asked, check_kind
+from firstorder.scene._questions import check_shines
 from firstorder.space.intersect import nearest, occluded
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import BACK, FRONT, Scene
@@ -120,6 +121,7 @@ def path_irradiance(
         True
     """
     check_asked(scene, Scene, at, Receiver)
+    check_shines(scene)
     shape = at.on.shape
     position, normal = at.position.reshape(-1, 3), at.normal.reshape(-1, 3)
     one = jnp.ones(position.shape[0], position.dtype)
@@ -165,6 +167,7 @@ def path_radiance(
     Reference: J12 §4.3, eq. 29, in space.
     """
     check_kind("scene", scene, Scene)
+    check_shines(scene)
     origin, along = (jnp.asarray(a, dtype=jnp.result_type(float)) for a in (origin, along))
     shape = along.shape[:-1]
     origin = jnp.broadcast_to(origin, along.shape).reshape(-1, 3)

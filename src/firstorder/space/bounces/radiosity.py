@@ -20,6 +20,7 @@ from firstorder._argument_checks import check_positive
 from firstorder.conventions import cylindrical
 from firstorder.numerics._vectors import cross, dot, matvec, norm, orthonormal_frame, unit
 from firstorder.scene._primitives import FRONT
+from firstorder.scene._questions import check_shines
 from firstorder.space.bounces._radiance_maps import (
     RadianceMaps,
     cell_centers,
@@ -199,6 +200,7 @@ def solve_radiosity(
     """
     for name, number in (("cells", cells - 1), ("bounces", bounces), ("rays", rays)):
         check_positive(name, number)
+    check_shines(scene)
     lights, plan = _lights(scene), face_layout(scene)
     point, normal = cell_centers(scene, cells)
     albedo = scene.material.albedo[plan.shape, FRONT]

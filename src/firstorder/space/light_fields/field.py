@@ -24,6 +24,7 @@ from firstorder.fields.spectrum import Spectrum
 from firstorder.numerics._small_matrices import inner
 from firstorder.numerics._vectors import dot, unit
 from firstorder.scene._arguments import check_asked
+from firstorder.scene._questions import check_shines
 from firstorder.space.intersect import first_shape
 from firstorder.space.light_fields._edges import levels
 from firstorder.space.receiver import Receiver
@@ -257,6 +258,8 @@ def light_field(
             f"Argument `plane` must lie on no shape for outgoing light, but lies on "
             f"{int(plane.on)}: put the plane before it."
         )
-    if radiance is not None and not isinstance(radiance, eqx.Module):
+    if radiance is None:
+        check_shines(scene)
+    elif not isinstance(radiance, eqx.Module):
         radiance = jax.tree_util.Partial(radiance)
     return LightField(scene, plane, radiance, frame, frame.axis(axis))
