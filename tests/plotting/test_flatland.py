@@ -127,5 +127,17 @@ def test_curves_are_broken_between_shapes(axes, curve):
 
 def test_a_report_has_a_map_and_three_curves_for_each_receiver(curve):
     page = scene_report(scenes.scene_b(), {"floor": curve, "again": curve}, "b", "some light")
-    assert len(page.axes) == 8
-    assert page.axes[5].get_title(loc="left") == "again: some light"
+    assert len(page.axes) == 7
+    assert page.axes[4].get_title(loc="left") == "again: some light"
+    assert page.axes[0].get_xlabel() == "x (m)"
+
+
+@pytest.mark.parametrize(("width", "above"), [(6.0, True), (1.0, False)])
+def test_the_map_of_a_wide_scene_lies_above_its_curves(curve, width, above):
+    floor = primitive(Segments((0.0, 0.0), (width, 0.0)), name="floor")
+    lamp = primitive(Segments((0.0, 1.0), (width, 1.0)), emission=1.0)
+    page = scene_report(Scene.of(floor, lamp), {"floor": curve})
+    page.draw_without_rendering()
+    here, first = (ax.get_position() for ax in page.axes[:2])
+    assert (here.y0 > first.y1) == above
+    assert (here.x1 < first.x0) != above

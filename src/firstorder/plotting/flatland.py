@@ -18,12 +18,15 @@ from firstorder.conventions import direction
 from firstorder.flatland import Scene, Segments, derivatives_on_shape, irradiance
 from firstorder.numerics._batching import in_batches
 from firstorder.plotting.scenes import map_axes as as_map
-from firstorder.plotting.style import RADIANCE, panels
+from firstorder.plotting.style import RADIANCE
 
 _INK, _LAMP, _MIRROR, _GLASS = "0.15", "#e0a526", "#2563eb", "#7dc4d8"
 # J12's colours: irradiance red, its derivatives green and blue.
 _CURVES = (("E", "$E$ (W/m)", "#b91c1c"), ("dE", "$E'$ (W/m$^2$)", "#15803d"),
            ("d2E", "$E''$ (W/m$^3$)", "#1d4ed8"))  # fmt: skip
+
+# A scene so many times as wide as high has its map above the curves, else beside them.
+WIDE = 2.2
 
 
 def _shape_points(scene: Scene, index: int, samples: int = 96) -> np.ndarray:
@@ -85,9 +88,7 @@ def draw_scene(
             ax.plot(*np.stack([foot, tip]).T, color="0.45", linewidth=0.7, linestyle="-")
         first = index == 0 or scene.names[index - 1] != name
         if names and name and first:
-            k = len(points) // 2 if len(points) > 2 else 0
-            place = points[k] if len(points) > 2 else points.mean(0)
-            ax.annotate(name, tuple(place), (3, 4), textcoords="offset points", fontsize=6)
+            _write_name(ax, name, points, left)
     if scene.points.intensity.shape[0]:
         at = np.asarray(scene.points.position).T
         ax.plot(*at, "*", color=_LAMP, markersize=11, markeredgecolor=_INK, markeredgewidth=0.5)
@@ -178,7 +179,9 @@ def draw_curves(axes: Iterable[Axes], curve: dict[str, Any], across: str = "arc"
 def scene_report(
     scene: Scene, curves: dict[str, dict[str, Any]], title: str = "", words: str = "direct light"
 ) -> Figure:
-    """A page about a scene: its map, and E, E', E'' along each receiver, one row each.
+    """A page about a scene: its map in metres, and E, E', E'' along each receiver, one row each.
+
+    The map of a wide scene lies above the curves, that of another beside them.
 
     Args:
         scene: what to draw.
@@ -194,19 +197,37 @@ def scene_report(
         >>> len(page.axes)
         4
     """
-    rows = max(1, len(curves))
-    figure, axes = panels(rows, 4, 2.9, 2.5, width_ratios=[1.25, 1, 1, 1])
-    for ax in axes[1:, 0]:
-        ax.set_axis_off()
-    axes[0, 0].set_title(title, loc="left")
-    draw_scene(axes[0, 0], scene, receivers=tuple(curves), names=True)
-    for row, (name, curve) in zip(axes, curves.items(), strict=False):
-        draw_curves(row[1:], curve)
-        row[1].set_title(f"{name}: {words}", loc="left")
+    rows, wide = max(1, len(curves)), scene.environment is None and _aspect(scene) > WIDE
+    map_height = 0.4 + 8.0 / _aspect(scene) if wide else 0.0
+    figure = Figure((9.0 if wide else 12.2, 2.5 * rows + map_height), layout="constrained")
+    if wide:  # the map lies above the curves
+        grid = figure.add_gridspec(rows + 1, 3, height_ratios=[map_height, *[2.5] * rows])
+        above, cells = grid[0, :], [[grid[r + 1, c] for c in range(3)] for r in range(rows)]
+    else:
+        grid = figure.add_gridspec(rows, 4, width_ratios=[1.25, 1.0, 1.0, 1.0])
+        above, cells = grid[:, 0], [[grid[r, c + 1] for c in range(3)] for r in range(rows)]
+    ax = figure.add_subplot(above)
+    draw_scene(ax, scene, receivers=tuple(curves), names=True)
+    ax.set_axis_on()
+    ax.set(xlabel="x (m)", ylabel="y (m)")
+    ax.spines[:].set_visible(False)  # a frame would look like walls
+    if scene.environment is None:
+        ax.margins(0.08, 0.15)
+    ax.set_title(title, loc="left")
+    for row, (name, curve) in zip(cells, curves.items(), strict=False):
+        axes = [figure.add_subplot(cell) for cell in row]
+        draw_curves(axes, curve)
+        axes[0].set_title(f"{name}: {words}", loc="left")
     return figure
 
 
 # --- parts of a map ------------------------------------------------------------------------------
+
+
+def _aspect(scene: Scene) -> float:
+    """Width of a scene over its height."""
+    width, height = np.ptp(np.concatenate([p for p, _ in _outlines(scene, 24)]), axis=0)
+    return float(width / max(height, 1e-300))
 
 
 def _outlines(scene: Scene, samples: int) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -242,6 +263,16 @@ def _draw_shape(ax, scene: Scene, index: int, points, left, size: float, receive
         if material.emission[side] > 0.0:
             shifted = points + away * 0.012 * size * left
             ax.plot(*shifted.T, color=_LAMP, linestyle="-", linewidth=3.0, solid_capstyle="butt")
+
+
+def _write_name(ax, name: str, points: np.ndarray, left: np.ndarray) -> None:
+    """Writes a shape's name behind it, where its light and its normal do not go."""
+    middle = 0.5 * (points[(len(points) - 1) // 2] + points[len(points) // 2])
+    behind = -left[(len(left) - 1) // 2]
+    across = "center" if abs(behind[0]) < 0.5 else "left" if behind[0] > 0.0 else "right"
+    up = "center" if abs(behind[1]) < 0.5 else "bottom" if behind[1] > 0.0 else "top"
+    style = {"fontsize": 6, "ha": across, "va": up, "annotation_clip": False}
+    ax.annotate(name, tuple(middle), tuple(5.0 * behind), textcoords="offset points", **style)
 
 
 def _draw_sky(ax: Axes, sky, center: np.ndarray, radius: float) -> None:
