@@ -25,7 +25,7 @@ NOTEBOOKS := $(patsubst notebooks/%.py,notebooks/ipynb/%.ipynb,$(wildcard notebo
 export PYTHONNOUSERSITE := 1
 unexport PYTHONPATH
 
-.PHONY: help venv first figures figures-quick readme check test smoke bench lint format notebooks docs clean
+.PHONY: help venv first figures figures-quick readme check test smoke bench mutants lint format notebooks docs clean
 .DEFAULT_GOAL := help
 
 help:
@@ -71,6 +71,10 @@ smoke: $(READY)
 	$(PYTEST) -n $(WORKERS) --maxprocesses 8 --jaxtyping-packages= -m smoke $(PYTEST_ARGS)
 
 # One process, no import hook, and no compilation cache: a first call that is timed must compile.
+# Random faults of one token, each tried on the test that mirrors its file (N of them, by SEED).
+mutants: $(READY)
+	$(BIN)/python -m tests.mutants $(or $(N),60) --seed $(or $(SEED),0)
+
 bench: $(READY)
 	FIRSTORDER_CACHE=off $(PYTEST) benchmarks -p no:xdist --jaxtyping-packages= \
 	    --benchmark-enable $(PYTEST_ARGS)

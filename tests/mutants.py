@@ -1,0 +1,273 @@
+"""Random faults of one token in the library, and whether the test that mirrors the file sees them.
+
+    make mutants                                    60 faults, in a copy of the tree
+    python -m tests.mutants 300 --seed 1 --jobs 2   more of them, others
+
+A fault is a sign, a factor of two, an exponent, a comparison, a name for its twin (`min` for
+`max`), two arguments or two branches of `where` changed over, or a term dropped. For each the
+doctests of the file run, and its mirrored test, or those of the modules that import it where it has
+none. A fault that they do not see is printed: the test is weak there, or the fault changes nothing.
+Nothing is written into this tree.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import concurrent.futures
+import os
+import pathlib
+import queue
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from typing import NamedTuple
+
+ROOT = pathlib.Path(__file__).parent.parent
+LIMIT = 600  # seconds, after which a fault that runs on and on counts as seen
+# Folders that show, judge or speak: a fault there is no wrong number.
+APART = ("checks", "cli", "ledger", "plotting")
+
+SWAPPED = {ast.Add: "-", ast.Sub: "+", ast.Mult: "/", ast.Div: "*", ast.Pow: "*"}
+TOKENS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.Pow: "**"}
+COMPARED = {ast.Lt: ("<", ">"), ast.Gt: (">", "<"), ast.LtE: ("<=", ">="), ast.GtE: (">=", "<="),
+            ast.Eq: ("==", "!="), ast.NotEq: ("!=", "==")}  # fmt: skip
+# fmt: off
+TWINS = {"min": "max", "minimum": "maximum", "argmin": "argmax", "sin": "cos", "any": "all",
+         "floor": "ceil", "sinh": "cosh", "cumsum": "cumprod", "logical_and": "logical_or"}
+# fmt: on
+TWINS |= {other: one for one, other in TWINS.items()}
+# Their first two arguments may be changed over.
+COMMUTE = {*TWINS, "add", "multiply", "hypot", "dot", "isclose", "allclose", "equal", "zip",
+           "isinstance", "getattr", "vmap", "jit"}  # ... or end the program at once  # fmt: skip
+
+
+class Fault(NamedTuple):
+    """A place in a file, and what stands there instead.
+
+    Attributes:
+        path: of the file, from the root.
+        start: of the text that is replaced, in characters.
+        end: behind it.
+        text: what stands there instead.
+    """
+
+    path: str
+    start: int
+    end: int
+    text: str
+
+    def applied(self, source: str) -> str:
+        """The file with the fault in it."""
+        return source[: self.start] + self.text + source[self.end :]
+
+    def told(self, source: str) -> str:
+        """Place and change in one line."""
+        line = source.count("\n", 0, self.start)
+        before, after = source.splitlines()[line], self.applied(source).splitlines()[line]
+        return f"{self.path}:{line + 1}:\n  - {before.strip()}\n  + {after.strip()}"
+
+
+# --- where faults can be -------------------------------------------------------------------------
+
+
+def faults_in(path: str, source: str) -> list[Fault]:
+    """All faults that a file can have, in the bodies of its functions."""
+    lines = [0]
+    for line in source.splitlines(keepends=True):
+        lines.append(lines[-1] + len(line.encode()))
+    raw = source.encode()
+
+    def place(line: int, column: int) -> int:
+        return len(raw[: lines[line - 1] + column].decode())
+
+    def span(node) -> tuple[int, int]:
+        return (
+            place(node.lineno, node.col_offset),
+            place(node.end_lineno, node.end_col_offset),
+        )
+
+    found = []
+    for node in _computing(ast.parse(source)):
+        for start, end, text in _changes(node, source, span):
+            if source[start:end] != text:
+                found.append(Fault(path, start, end, text))
+    return found
+
+
+def _computing(tree: ast.Module) -> Iterator[ast.AST]:
+    """Expressions that compute: no annotation, no docstring, no message of an error."""
+    for function in ast.walk(tree):
+        if isinstance(function, (ast.FunctionDef, ast.Lambda)):
+            body = function.body if isinstance(function.body, list) else [function.body]
+            for statement in body:
+                yield from _below(statement)
+
+
+def _below(node: ast.AST) -> Iterator[ast.AST]:
+    spoken = isinstance(node, ast.Call) and getattr(node.func, "attr", "") == "warn"
+    if spoken or isinstance(node, (ast.Raise, ast.FunctionDef, ast.Lambda, ast.JoinedStr)):
+        return
+    yield node
+    for name, child in ast.iter_fields(node):
+        if name in ("annotation", "decorator_list", "returns"):
+            continue
+        for one in child if isinstance(child, list) else [child]:
+            if isinstance(one, ast.AST):
+                yield from _below(one)
+
+
+def _changes(node: ast.AST, source: str, span) -> Iterator[tuple[int, int, str]]:
+    """What can be changed at a node: start, end, and the text instead."""
+    match node:
+        case ast.BinOp(left, op, right) if type(op) in TOKENS:
+            if isinstance(left, (ast.Constant, ast.JoinedStr)) and not _is_number(left):
+                return  # text
+            (begin, after), (before, end) = span(left), span(right)
+            at = source.find(TOKENS[type(op)], after, before)
+            if at >= 0:
+                yield at, at + len(TOKENS[type(op)]), SWAPPED[type(op)]
+            if isinstance(op, (ast.Add, ast.Sub)):
+                yield begin, end, source[slice(*span(left))]
+        case ast.UnaryOp(ast.USub() | ast.Not(), operand):
+            start, _ = span(node)
+            yield start, span(operand)[0], ""
+        case ast.Constant(int() | float() as value) if _is_number(node):
+            yield *span(node), repr(type(value)(2 * value or 1))
+        case ast.Compare(left, [op], [right]) if type(op) in COMPARED:
+            old, new = COMPARED[type(op)]
+            at = source.find(old, span(left)[1], span(right)[0])
+            if at >= 0:
+                yield at, at + len(old), new
+        case ast.BoolOp(op, [left, right, *_]):
+            old, new = ("and", "or") if isinstance(op, ast.And) else ("or", "and")
+            at = source.find(old, span(left)[1], span(right)[0])
+            if at >= 0:
+                yield at, at + len(old), new
+        case ast.Call(ast.Attribute(attr=name) | ast.Name(id=name) as function, arguments):
+            if name in TWINS:
+                end = span(function)[1]
+                yield end - len(name), end, TWINS[name]
+            first = 1 if name == "where" else 0
+            two = arguments[first : first + 2]
+            if name in COMMUTE or name.startswith("check_") or len(two) < 2:
+                return
+            if not any(isinstance(a, (ast.Starred, ast.Lambda)) for a in two):
+                (a, b), (c, d) = span(two[0]), span(two[1])
+                yield a, d, source[c:d] + source[b:c] + source[a:b]
+
+
+def _is_number(node: ast.AST) -> bool:
+    return isinstance(node, ast.Constant) and type(node.value) in (int, float)
+
+
+def all_faults() -> list[Fault]:
+    """Every fault of every file of the library."""
+    found = []
+    for file in sorted((ROOT / "src" / "firstorder").rglob("*.py")):
+        parts = file.relative_to(ROOT / "src" / "firstorder").parts
+        if parts[0] not in APART and file.name != "__init__.py":
+            source = file.read_text(encoding="utf-8")
+            found += faults_in(str(file.relative_to(ROOT)), source)
+    return found
+
+
+# --- which tests should see them -----------------------------------------------------------------
+
+
+def mirrored(path: str) -> pathlib.Path:
+    """The test at the mirrored path of a file of the library."""
+    *folders, stem = pathlib.Path(path).with_suffix("").parts[2:]
+    return pathlib.Path("tests", *(f.lstrip("_") for f in folders), f"test_{stem.lstrip('_')}.py")
+
+
+def judges_of(path: str, root: pathlib.Path = ROOT) -> list[str]:
+    """The file's own doctests and its mirrored test, or those of the modules that import it."""
+    own = mirrored(path)
+    if (root / own).exists():
+        return [path, str(own)]
+    module = ".".join(pathlib.Path(path).with_suffix("").parts[1:])
+    chapter, _, stem = module.rpartition(".")
+    wanted = (f"from {module} import", f"from {chapter} import {stem}\n")
+    files = (root / "src" / "firstorder").rglob("*.py")
+    users = [f for f in files if any(w in f.read_text(encoding="utf-8") for w in wanted)]
+    theirs = {mirrored(str(user.relative_to(ROOT))) for user in users}
+    return [path, *sorted(str(test) for test in theirs if (root / test).exists())]
+
+
+# --- trying them ---------------------------------------------------------------------------------
+
+
+def is_seen(fault: Fault, tree: pathlib.Path, limit: float = LIMIT) -> bool:
+    """Whether tests fail in a copy of the tree with the fault in it, which is put right after."""
+    file = tree / fault.path
+    source = file.read_text(encoding="utf-8")
+    file.write_text(fault.applied(source), encoding="utf-8")
+    flags = "--xla_backend_optimization_level=0"
+    environment = os.environ | {"PYTHONPATH": str(tree / "src"), "XLA_FLAGS": flags}
+    # Types are judged by their own tool: without the import hook a process starts in a tenth.
+    options = ["-n", "0", "-q", "-x", "--jaxtyping-packages=", "-p", "no:cacheprovider"]
+    command = [sys.executable, "-m", "pytest", *options, *judges_of(fault.path, tree)]
+    try:
+        done = subprocess.run(
+            command, cwd=tree, env=environment, capture_output=True, timeout=limit
+        )
+    except subprocess.TimeoutExpired:
+        return True
+    finally:
+        file.write_text(source, encoding="utf-8")
+    return done.returncode not in (0, 5)  # 5: there is no test
+
+
+def copies(count: int, folder: pathlib.Path) -> list[pathlib.Path]:
+    """Copies of what is committed and what is not yet, without what is ignored."""
+    listed = ["git", "ls-files", "--cached", "--others", "--exclude-standard", "-z"]
+    names = subprocess.run(listed, cwd=ROOT, check=True, capture_output=True, text=True).stdout
+    trees = [folder / str(k) for k in range(count)]
+    for tree in trees:
+        for name in filter(None, names.split("\0")):
+            if (ROOT / name).is_file():
+                (tree / name).parent.mkdir(parents=True, exist_ok=True)
+                shutil.copy(ROOT / name, tree / name)
+    return trees
+
+
+def main() -> int:
+    """Try the faults that are asked for, and tell which were not seen."""
+    parser = argparse.ArgumentParser(description="Random faults, and whether tests see them.")
+    parser.add_argument("count", type=int, nargs="?", default=60)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--under", default="", help="only files whose path begins so")
+    asked = parser.parse_args()
+    known = [f for f in all_faults() if f.path.startswith(asked.under)]
+    chosen = random.Random(asked.seed).sample(known, min(asked.count, len(known)))
+    print(f"{len(chosen)} of {len(known)} faults, seed {asked.seed}", flush=True)
+    survivors = 0
+    with tempfile.TemporaryDirectory() as folder:
+        free: queue.SimpleQueue[pathlib.Path] = queue.SimpleQueue()
+        for tree in copies(asked.jobs, pathlib.Path(folder)):
+            free.put(tree)
+
+        def try_one(fault: Fault) -> tuple[Fault, bool]:
+            tree = free.get()
+            try:
+                return fault, is_seen(fault, tree)
+            finally:
+                free.put(tree)
+
+        with concurrent.futures.ThreadPoolExecutor(asked.jobs) as pool:
+            for fault, seen in pool.map(try_one, chosen):
+                if not seen:
+                    survivors += 1
+                    source = (ROOT / fault.path).read_text(encoding="utf-8")
+                    print(f"not seen: {fault.told(source)}", flush=True)
+    print(f"seen: {len(chosen) - survivors} of {len(chosen)}")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,81 @@
+"""Faults are found where a file computes, nowhere else, and a test that sees one is known by it."""
+
+import ast
+import pathlib
+
+import pytest
+
+from tests.mutants import ROOT, all_faults, faults_in, is_seen, judges_of, mirrored
+
+SOURCE = '''
+LIMIT = 3.0 - 1.0
+
+
+def travel(x: "float - 1", d, warnings, jnp):
+    """A sentence - no more."""
+    if x < -d:
+        raise ValueError(f"Too far by {x - d}" + " - or so")
+    warnings.warn("Close" + str(1))
+    return jnp.where(d > 0.0, jnp.minimum(x, d) ** 2, half(x, d))
+'''
+
+
+def test_changes_are_made_where_a_function_computes():
+    found = [fault.told(SOURCE).splitlines()[2].strip() for fault in faults_in("a.py", SOURCE)]
+    right = "return jnp.where(d > 0.0, jnp.minimum(x, d) ** 2, half(x, d))"
+    assert sorted(found) == sorted(
+        {
+            "+ if x > -d:",
+            "+ if x < d:",
+            "+ " + right.replace("d > 0.0", "d < 0.0"),
+            "+ " + right.replace("0.0", "1.0"),
+            "+ " + right.replace("** 2", "* 2"),
+            "+ " + right.replace("** 2", "** 4"),
+            "+ " + right.replace("minimum", "maximum"),
+            "+ " + right.replace("half(x, d)", "half(d, x)"),
+            "+ return jnp.where(d > 0.0, half(x, d), jnp.minimum(x, d) ** 2)",
+        }
+    )
+
+
+def test_a_term_is_dropped_and_text_is_left_alone():
+    source = 'def f(a, b):\n    return g(a + b, "π" + "%s" % a)\n'
+    assert {
+        fault.applied(source).splitlines()[1].strip() for fault in faults_in("a.py", source)
+    } == {
+        'return g(a - b, "π" + "%s" % a)',
+        'return g(a, "π" + "%s" % a)',
+        'return g("π" + "%s" % a, a + b)',
+    }
+
+
+@pytest.fixture(scope="module")
+def everywhere():
+    return all_faults()
+
+
+def test_the_changed_library_is_still_a_program(everywhere):
+    assert len(everywhere) > 10_000
+    for fault in everywhere[::150]:
+        ast.parse(fault.applied((ROOT / fault.path).read_text(encoding="utf-8")))
+
+
+def test_a_file_without_a_mirrored_test_is_that_of_who_imports_it():
+    assert mirrored("src/firstorder/fields/_ray.py") == pathlib.Path("tests/fields/test_ray.py")
+    events = "src/firstorder/transport/events/travel.py"
+    assert judges_of(events) == [events, "tests/transport/events/test_travel.py"]
+    questions = "src/firstorder/scene/_questions.py"
+    assert "tests/flatland/test_direct_lighting.py" in judges_of(questions)
+
+
+@pytest.mark.parametrize(("test", "seen"), [("f(2.0) == 4.0", True), ("f(2.0) > 0.0", False)])
+def test_a_change_is_seen_by_a_test_that_bites(tmp_path, test, seen):
+    path = "src/package/thing.py"
+    (tmp_path / path).parent.mkdir(parents=True)
+    (tmp_path / path).write_text("def f(x):\n    return x + x\n")
+    file = tmp_path / "tests" / "test_thing.py"
+    file.parent.mkdir()
+    file.write_text(f"from package.thing import f\n\n\ndef test_f():\n    assert {test}\n")
+    (dropped,) = [f for f in faults_in(path, (tmp_path / path).read_text()) if f.text == "x"]
+    assert is_seen(dropped, tmp_path) == seen
+    assert (tmp_path / path).read_text() == "def f(x):\n    return x + x\n"
