@@ -103,6 +103,10 @@ def test_the_window_of_a_scenes_light_spans_the_scene():
     turned = window_of(light_field(scene, Receiver((1.0, 0.0), np.pi / 2)), 8)
     np.testing.assert_allclose(turned.extent[0], 1.5, rtol=1e-12)
     np.testing.assert_allclose(turned.center[0], 1.75, rtol=1e-12)
+    aslant = window_of(light_field(scene, Receiver((0.0, 0.0), -np.pi / 4)), 8)
+    ends = np.array([-0.5 - 2.5, 3.0 - 1.0]) / np.sqrt(2.0)  # a corner of the ball's box
+    np.testing.assert_allclose(aslant.center[0], ends.mean(), rtol=1e-12)
+    np.testing.assert_allclose(aslant.extent[0], np.ptp(ends), rtol=1e-12)
 
 
 def test_a_curve_is_broken_where_it_jumps_and_nowhere_else(ax):
@@ -190,6 +194,9 @@ def test_a_spectrum_over_one_frequency_is_a_curve(ax):
     (line,) = ax.lines
     np.testing.assert_allclose(line.get_ydata(), np.abs(F(line.get_xdata())), rtol=1e-9)
     assert ax.get_yscale() == "log"
+    bottom, top = ax.get_ylim()
+    least, most = np.min(line.get_ydata()), np.max(line.get_ydata())
+    assert 0.1 * least < bottom < least < most < top < 10.0 * most
     assert ax.get_ylabel() == r"magnitude $|\hat{L}|$"
 
 

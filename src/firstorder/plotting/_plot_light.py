@@ -65,7 +65,8 @@ def plot_spectrum(
         known = magnitude[np.isfinite(magnitude)]
         top = float(known.max(initial=0.0)) or 1.0
         ax.plot(window.axis(0), top * 10.0 ** log_magnitude(magnitude, top, decades), "-")
-        ax.set(yscale="log", ylim=(top * 10.0**-decades, 2.0 * top), xlim=_ends(window, 0))
+        least = max(float(known.min(initial=top)), top * 10.0**-decades)
+        ax.set(yscale="log", ylim=(0.5 * least, 2.0 * top), xlim=_ends(window, 0))
         ax.set(xlabel=label(f"Omega_{names[0]}"), ylabel=r"magnitude $|\hat{L}|$")
         show_no_value(ax, magnitude)
         return

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 
 from firstorder.errors import Refused
@@ -59,12 +61,16 @@ def _along(extent: Extent, axis: int) -> tuple[float, float]:
 
 def _line_through(light: LightField) -> tuple[float, float]:
     """The part of the line of a light field that lies before, beside and behind its scene."""
-    boxes = [np.stack(bounds(group), 1) for group in light.scene.groups]
-    ends = np.concatenate(boxes).reshape(-1, 2)
-    corners = np.stack([ends[:, 0].repeat(2), np.tile(ends[:, 1], (2, 1)).T.ravel()], -1)
-    corners = np.concatenate([ends, corners])
-    x = (corners - np.asarray(light.line.position)) @ np.asarray(light.line.tangent)
+    boxes = [bounds(group) for group in light.scene.groups]
+    corners = [np.stack([x, y], -1) for box in boxes for x, y in itertools.product(*_sides(box))]
+    away = np.concatenate(corners) - np.asarray(light.line.position)
+    x = away @ np.asarray(light.line.tangent)
     return float(x.min()), float(x.max())
+
+
+def _sides(box: tuple[np.ndarray, np.ndarray]) -> list[list[np.ndarray]]:
+    """Both ends along x, and both along y."""
+    return [[end[:, axis] for end in box] for axis in (0, 1)]
 
 
 def frequencies_of(F: Spectrum, size: int) -> Grid:
