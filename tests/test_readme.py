@@ -121,6 +121,21 @@ def test_the_gradient_of_the_page_of_space_is_that_of_differences():
     np.testing.assert_allclose(d.gradient[0], (ahead - back) / (2.0 * h), rtol=1e-6)
 
 
+def test_the_page_of_pictures_shows_what_its_example_draws_and_prints(
+    tmp_path, monkeypatch, capsys
+):
+    monkeypatch.chdir(tmp_path)
+    plt.close("all")
+    names = ran(examples(DOCS / "pictures.md")[0])
+    plt.close("all")
+    printed = capsys.readouterr().out
+    assert f"```\n{printed}```" in (DOCS / "pictures.md").read_text(encoding="utf-8")
+    drawn, shown = (plt.imread(p / "pictures.png") for p in (tmp_path, DOCS / "_static"))
+    assert drawn.shape[:2] == shown.shape[:2]
+    lines = {line.get_color() for line in names["axes"][0, 0].lines}
+    assert "#e0a526" in lines, "the lamp"
+
+
 def test_the_equations_of_a_travel_are_those_of_a_shear(capsys):
     far = ran(examples(DOCS / "symbolic.md")[0])["far"]
     x, v, d = sympy.symbols("x v d")
@@ -131,5 +146,5 @@ def test_the_equations_of_a_travel_are_those_of_a_shear(capsys):
 
 def test_every_page_with_an_example_is_among_those_tested():
     assert {p.name for p in PAGES if examples(p)} == {
-        "README.md", "portraits.md", "scenes.md", "space.md", "symbolic.md",
+        "README.md", "pictures.md", "portraits.md", "scenes.md", "space.md", "symbolic.md",
     }  # fmt: skip

@@ -16,6 +16,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float
 
 from firstorder._argument_checks import check_positive, check_shape
+from firstorder._display import Axes, as_picture, drawn
 from firstorder.caching._records import checked_order, distance, kept, printed, turning, weights
 from firstorder.caching.candidates import Candidates
 from firstorder.caching.regions import CLAMPS, ValidityRegion
@@ -157,6 +158,35 @@ class Cache(eqx.Module):
         if candidates.dims == 1:
             rows = rows[np.argsort(np.asarray(candidates.position)[rows, 0], kind="stable")]
         return Cache(candidates.at(rows), region.at(rows), order, fade)
+
+    _repr_html_ = as_picture
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draws the interpolated irradiance and the records, blank where no record reaches.
+
+        Along a line it is a curve with the records on it, broken wherever a record's reach ends and
+        the weights step; triangles are records whose radius was raised to the least one, squares
+        those that were cut at the largest. On a plane it is an image with the outlines of what the
+        records reach.
+
+        Args:
+            ax: matplotlib axes to draw on; new ones if left out, and no window opens.
+
+        Returns:
+            The axes.
+
+        Raises:
+            ValueError: if the cache is traced, or a batch of caches.
+
+        Example:
+            >>> import jax.numpy as jnp
+            >>> from firstorder.caching import Cache, Candidates, circular_regions
+            >>> line = Candidates.from_function(jnp.cos, jnp.array([0.0, 1.0]))
+            >>> cache = Cache.of(line, circular_regions(jnp.array([0.8, 0.8]), 0.1, 1.0))
+            >>> cache.plot().get_ylabel()
+            'irradiance $E$ (W/m)'
+        """
+        return drawn(self, ax)
 
     @property
     def count(self) -> int:

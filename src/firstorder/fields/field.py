@@ -10,6 +10,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_one
+from firstorder._display import Axes, as_picture, drawn
 from firstorder.conventions import UNSTATED, Frame
 from firstorder.errors import Refused
 from firstorder.fields._held import Held
@@ -42,6 +43,8 @@ class Field(Held):
     """
 
     frame: eqx.AbstractVar[Frame]
+
+    _repr_html_ = as_picture
 
     def __init_subclass__(cls, **named):
         """Let every field's own `at` and `jet` say in one sentence what is no ray."""
@@ -106,6 +109,33 @@ class Field(Held):
     def jets(self, *coordinates) -> Jet:
         """Jets at broadcast coordinates."""
         return _jets(self, stack(self.frame, coordinates, type(self).__name__))
+
+    def plot(self, ax: Axes | None = None, *, window: Grid | None = None) -> Axes:
+        """Draws radiance over one coordinate as a curve, over two as an image, with its units.
+
+        A curve is broken at the field's edges. What has no value (NaN, or the places inside of an
+        opaque body of a scene) is left blank. On an edge of an image a sample is the mean of both
+        sides.
+
+        Args:
+            ax: matplotlib axes to draw on; new ones if left out, and no window opens.
+            window: where it is sampled; if left out, where the light is, or the scene that sends
+                it, and else a unit about zero.
+
+        Returns:
+            The axes.
+
+        Raises:
+            ValueError: if the field has more than two coordinates, holds no numbers or has no value
+                in the window.
+
+        Example:
+            >>> from firstorder.fields import Grid, gaussian
+            >>> L = gaussian(center=(0.0, 0.0), sigma=(1.0, 0.2))
+            >>> L.plot(window=Grid.spanning((64, 64), (2.0, 0.5))).get_xlabel()
+            '$x$ (m)'
+        """
+        return drawn(self, ax, window=window)
 
     def __add__(self, other: "Field") -> "Sum":
         """Superposition of light."""

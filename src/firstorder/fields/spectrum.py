@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Array, Complex, Float
 
 from firstorder._argument_checks import check_positive, check_shape
-from firstorder._display import in_notebook
+from firstorder._display import Axes, drawn, in_notebook_with_picture
 from firstorder.conventions import Frame, fourier_kernel
 from firstorder.fields._held import Held
 from firstorder.fields._ray import stack
@@ -36,7 +36,7 @@ class Spectrum(Held):
 
     frame: eqx.AbstractVar[Frame]
 
-    _repr_markdown_ = in_notebook
+    _repr_markdown_ = in_notebook_with_picture
 
     @abc.abstractmethod
     def at(self, Omega: Frequency) -> ComplexScalar:
@@ -49,6 +49,31 @@ class Spectrum(Held):
     def __call__(self, *frequencies) -> Complex[Array, "..."]:
         """Spectral density at broadcast frequencies, in the order of `frame.coordinates`."""
         return batched(self.at)(stack(self.frame, frequencies, type(self).__name__.lstrip("_")))
+
+    def plot(
+        self, ax: Axes | None = None, *, window: "Grid | None" = None, decades: float = 6.0
+    ) -> Axes:
+        r"""Draws the magnitude by powers of ten: over one frequency a curve, over two an image.
+
+        Args:
+            ax: matplotlib axes to draw on; new ones if left out, and no window opens.
+            window: frequencies at which it is sampled; if left out, those that hold its energy.
+            decades: dynamic range; what is fainter is drawn as faint as the range ends.
+
+        Returns:
+            The axes.
+
+        Raises:
+            ValueError: if the spectrum has more than two coordinates, holds no numbers or has no
+                value in the window.
+
+        Example:
+            >>> from firstorder.fields import gaussian
+            >>> F = gaussian(center=(0.0, 0.0), sigma=(1.0, 0.2)).spectrum()
+            >>> F.plot().get_xlabel()
+            '$\\Omega_{x}$ (cycles/m)'
+        """
+        return drawn(self, ax, window=window, decades=decades)
 
     def __add__(self, other: "Spectrum") -> "SumSpectrum":
         """Superposition."""

@@ -25,7 +25,9 @@ from firstorder._argument_checks import (
     check_not_negative,
     is_concrete,
 )
+from firstorder._display import Axes, as_picture, drawn
 from firstorder.flatland.shapes._base import column, rows
+from firstorder.flatland.shapes._bounds import bounds
 from firstorder.flatland.shapes._crossings import Crossings, any_crossing, find_crossings
 from firstorder.flatland.shapes.kinds import (
     Arcs,
@@ -42,6 +44,7 @@ from firstorder.scene._arguments import check_kind, check_primitives
 from firstorder.scene._intersect import picked
 from firstorder.scene._primitives import checked, each, grouped, joined, named, sides
 from firstorder.scene._sides import facing_point, turned_to
+from firstorder.scene._words import told
 from firstorder.typing import as_float
 
 KINDS = (Segments, Arcs, Circles, Ellipses, Curves)
@@ -269,6 +272,35 @@ class Scene(eqx.Module):
                 unsound = any_crossing(groups, shines) | ~_sized(groups)
                 groups = jax.tree.map(lambda a: jnp.where(unsound, jnp.nan, a), groups)
         return Scene(tuple(groups), joined(materials), points, environment, crossings, names)
+
+    _repr_html_ = as_picture
+
+    def __repr__(self) -> str:
+        return told(self, "flatland", bounds)
+
+    def plot(
+        self, ax: Axes | None = None, *, names: bool = True, normals: bool = True, sky: bool = True
+    ) -> Axes:
+        """Draws a map of the scene, as `plotting.draw_scene` does, with its coordinates in metres.
+
+        Args:
+            ax: matplotlib axes to draw on; new ones if left out, and no window opens.
+            names: whether names are written.
+            normals: whether short ticks are drawn on the fronts.
+            sky: whether the environment is drawn, as a ring around it all.
+
+        Returns:
+            The axes.
+
+        Raises:
+            ValueError: if the scene is traced, or a batch of scenes.
+
+        Example:
+            >>> from firstorder.flatland.library import named_scene
+            >>> named_scene("scene_b").plot().get_xlabel()
+            '$x$ (m)'
+        """
+        return drawn(self, ax, names=names, normals=normals, sky=sky)
 
     @property
     def count(self) -> int:

@@ -26,7 +26,8 @@ def show_light_field(
 ) -> AxesImage:
     """Shows samples of a light field, or of one of its derivatives.
 
-    Signed data have symmetric limits and the diverging map; radiance runs from 0 up.
+    Signed data have symmetric limits and the diverging map; radiance runs from 0 up. Where there is
+    no number the ground of the axes is seen.
 
     Args:
         ax: where to draw.
@@ -52,8 +53,9 @@ def show_light_field(
         (-0.5, 0.5)
     """
     values = _checked(values, x, theta)
-    signed = bool(np.min(values) < 0) if signed is None else signed
-    top = float(np.max(np.abs(values))) if limit is None else float(limit)
+    known = values[np.isfinite(values)]
+    signed = bool(np.any(known < 0)) if signed is None else signed
+    top = float(np.max(np.abs(known), initial=0.0)) if limit is None else float(limit)
     top = top if top > 0 else 1.0
     image = _image(ax, values, x, theta, equal)
     image.set_cmap(SIGNED if signed else RADIANCE)
@@ -96,7 +98,8 @@ def show_spectrum(
         The image, in powers of ten of the reference.
     """
     magnitude = np.abs(_checked(F, Omega_x, Omega_theta))
-    top = float(np.max(magnitude)) if reference is None else float(reference)
+    known = magnitude[np.isfinite(magnitude)]
+    top = float(np.max(known, initial=0.0)) if reference is None else float(reference)
     top = top if top > 0 else 1.0
     image = _image(ax, log_magnitude(magnitude, top, decades), Omega_x, Omega_theta, equal)
     image.set_cmap(MAGNITUDE)

@@ -96,7 +96,16 @@ _SYMBOLS = {
     "kappa": r"\kappa",
     "rho": r"\rho",
 }
-_UNITS = {"x": "m", "y": "m", "d": "m", "theta": "rad", "phi": "rad", "kappa": "rad/m"}
+_UNITS = {
+    "x": "m",
+    "y": "m",
+    "z": "m",
+    "d": "m",
+    "t": "s",
+    "theta": "rad",
+    "phi": "rad",
+    "kappa": "rad/m",
+}
 
 
 def label(name: str, unit: bool = True) -> str:

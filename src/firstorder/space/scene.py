@@ -21,11 +21,14 @@ import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float
 
 from firstorder._argument_checks import check_index, check_not_negative, check_one
+from firstorder._display import Axes, as_picture, drawn
 from firstorder.numerics._vectors import dot
 from firstorder.scene._arguments import check_kind, check_names, check_primitives, numbers
 from firstorder.scene._intersect import picked
 from firstorder.scene._primitives import BACK, FRONT, checked, each, grouped, joined, named, sides
 from firstorder.scene._sides import facing_point, turned_to
+from firstorder.scene._words import told
+from firstorder.space.shapes._bounds import bounds
 from firstorder.space.shapes.kinds import KINDS, Point, Shape
 
 
@@ -170,6 +173,39 @@ class Scene(eqx.Module):
             check_one("environment", environment)
             check_not_negative("environment", environment)
         return Scene(tuple(groups), joined(materials), environment, names)
+
+    _repr_html_ = as_picture
+
+    def __repr__(self) -> str:
+        return told(self, "space", bounds)
+
+    def plot(self, ax: Axes | None = None, *, view: str = "front", names: bool = True) -> Axes:
+        """Draws the outlines of all shapes, seen from far away along an axis, in metres.
+
+        Nearer shapes hide farther ones; of flat shapes that turn their backs to us, such as the
+        near wall of a room, only the outline is drawn. What shines is yellow, the rest the brighter
+        the higher its albedo. Planes are lines where they are seen edge-on, and else left out.
+        `plotting.draw_view` draws what a camera sees.
+
+        Valid for shapes that do not cover each other in a circle (their order is that of middles).
+
+        Args:
+            ax: matplotlib axes to draw on; new ones if left out, and no window opens.
+            view: from where: "top" (x across, y up), "front" (x, z) or "side" (y, z).
+            names: whether names are written.
+
+        Returns:
+            The axes.
+
+        Raises:
+            ValueError: if the scene is traced, or a batch of scenes, or for another view.
+
+        Example:
+            >>> from firstorder.space.library import named_scene
+            >>> named_scene("three_spheres").plot(view="top").get_ylabel()
+            '$y$ (m)'
+        """
+        return drawn(self, ax, view=view, names=names)
 
     @property
     def count(self) -> int:

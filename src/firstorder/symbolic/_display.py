@@ -18,6 +18,7 @@ import equinox as eqx
 import jax
 import numpy as np
 import sympy
+from jax.core import Tracer
 
 from firstorder._argument_checks import is_concrete
 from firstorder._symbols import SymbolicArray
@@ -180,6 +181,8 @@ def _shown(name: str, said: Formula | Refused, of: str) -> str:
 
 def _spectrum(F: Spectrum) -> str:
     """A spectrum by its formula."""
+    if any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves(F)):
+        return f"{_heading(F, F.frame)}, traced"
     if size_of(F) > MANY:
         return f"{_heading(F, F.frame)}\n\na transform of {size_of(F)} numbers, and no formula"
     try:

@@ -1,0 +1,139 @@
+"""What a scene says of itself in print: how many shapes of which kind, and where they are."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from typing import Any
+
+import jax
+import numpy as np
+
+from firstorder._argument_checks import is_concrete
+
+ROWS = 8  # lines of shapes before the rest is counted
+AXES = "xyz"
+SINGULAR = {"boxes": "box"}
+LIGHT = {
+    "emits": "emission",
+    "albedo": "albedo",
+    "mirror": "mirror",
+    "glossy": "specular",
+    "refracts": "ior",
+}
+# Lowest and highest coordinates of each shape of a kind, (n, d) each; infinite for what has no end.
+Bounds = Callable[[Any], tuple[np.ndarray, np.ndarray]]
+
+
+def told(scene: Any, world: str, bounds: Bounds) -> str:
+    """A few lines about a scene: its extent, and a line for the shapes of each name.
+
+    Args:
+        scene: of either world; of a batch, a traced one or one without numbers less is said.
+        world: what it is called.
+        bounds: of the shapes of a group.
+    """
+    head = f"Scene of {world}: {_counted(len(scene.names), 'shape')}"
+    leaves = jax.tree.leaves((scene.groups, scene.material), is_leaf=lambda leaf: leaf is None)
+    if not all(hasattr(leaf, "shape") and hasattr(leaf, "dtype") for leaf in leaves):
+        return f"{head}, their numbers taken out"
+    if not is_concrete(leaves):
+        return f"{head}, traced"
+    if batch := batch_of(scene):
+        return f"{head}, in a batch of {batch}"
+    if not all(isinstance(leaf, (np.ndarray, jax.Array)) for leaf in leaves):
+        return f"{head}, without numbers"
+    low, high = (np.concatenate(side) for side in zip(*map(bounds, scene.groups), strict=True))
+    ends = np.isfinite(low).all(-1) & np.isfinite(high).all(-1)
+    where = f", {_place(low[ends], high[ends], ' m')}" if ends.any() else ""
+    lines = [f"{head}{where}", *_table(_rows(scene, low, high)), *_lights(scene)]
+    return "\n  ".join(lines)
+
+
+def batch_of(scene: Any) -> tuple[int, ...]:
+    """How many scenes a scene holds that `jax.vmap` made; () for one."""
+    emission = tuple(np.shape(scene.material.emission))
+    if len(emission) > 2:
+        return emission[:-2]
+    counts = [np.shape(jax.tree.leaves(group)[0])[0] for group in scene.groups]
+    return () if sum(counts) == len(scene.names) else (counts[0],)
+
+
+def kinds_of(scene: Any) -> list[str]:
+    """The kind of every shape, in the order of their numbers: "segments", "boxes", ..."""
+    return [type(group).__name__.lower() for group in scene.groups for _ in range(group.count)]
+
+
+def _counted(count: int, kind: str) -> str:
+    """`1 box`, `3 boxes`; from the plural or the singular of regular words."""
+    one = SINGULAR.get(kind, kind.removesuffix("s"))
+    many = kind if kind.endswith("s") else f"{kind}s"
+    return f"{count} {one if count == 1 else many}"
+
+
+def _rows(scene: Any, low: np.ndarray, high: np.ndarray) -> list[tuple[str, str, str, str]]:
+    """Name, count and kind, place and light of neighbours that share a name and a kind."""
+    material = {
+        word: np.asarray(getattr(scene.material, field)).reshape(len(scene.names), -1)
+        for word, field in LIGHT.items()
+        if hasattr(scene.material, field)
+    }
+    labels = list(zip(scene.names, kinds_of(scene), strict=True))
+    found = []
+    for (name, kind), run in itertools.groupby(range(len(labels)), key=labels.__getitem__):
+        k = list(run)
+        light = [
+            f"{word} {_between(values[k].max(-1))}"
+            for word, values in material.items()
+            if values[k].any()
+        ]
+        found.append(
+            (name or "(no name)", _counted(len(k), kind), _place(low[k], high[k]), ", ".join(light))
+        )
+    return found
+
+
+def _table(rows: list[tuple[str, str, str, str]]) -> list[str]:
+    """Rows under each other; more than a few are counted."""
+    shown = rows if len(rows) <= ROWS else rows[: ROWS - 1]
+    widths = [max(len(cell) for cell in column) for column in zip(*shown, strict=True)]
+    lines = [
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in shown
+    ]
+    left = len(rows) - len(shown)
+    return lines + ([f"... and {left} more names or kinds"] if left else [])
+
+
+def _lights(scene: Any) -> list[str]:
+    """What shines and has no shape."""
+    found, points = [], getattr(scene, "points", None)
+    if points is not None and is_concrete(points) and (count := np.shape(points.position)[0]):
+        at = np.asarray(points.position)
+        found.append(f"{_counted(count, 'point light')}: {_place(at, at)}")
+    sky = scene.environment
+    if callable(sky):
+        found.append(f"sky: {_name(sky)}")
+    elif sky is not None and is_concrete(sky) and np.any(np.asarray(sky)):
+        found.append(f"sky: {float(np.asarray(sky)):.3g} from everywhere")
+    return found
+
+
+def _name(sky: Any) -> str:
+    """What a sky is called; a plain function by its own name."""
+    inner = getattr(sky, "radiance", sky)
+    function = getattr(inner, "func", None)
+    return getattr(function, "__name__", "") or type(sky).__name__.lstrip("_")
+
+
+def _place(low: np.ndarray, high: np.ndarray, unit: str = "") -> str:
+    """`x -1 to 1, y 0`: the box that holds boxes, along the axes on which it ends."""
+    sides = zip(AXES, low.min(0), high.max(0), strict=False)
+    ended = [(axis, np.array(ends)) for axis, *ends in sides if np.isfinite(ends).all()]
+    return ", ".join(f"{axis} {_between(ends)}{unit}" for axis, ends in ended) or "without end"
+
+
+def _between(values: np.ndarray) -> str:
+    """The one value, or the smallest and the largest, to three digits."""
+    low, high = (f"{float(v) + 0.0:.3g}" for v in (values.min(), values.max()))
+    return low if low == high else f"{low} to {high}"
