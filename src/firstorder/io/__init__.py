@@ -20,6 +20,8 @@ from firstorder.io.scenes.flatland_toml import (
     read_flatland,
     write_flatland,
 )
+from firstorder.io.scenes.mitsuba import read_mitsuba, space_from_mitsuba
+from firstorder.io.scenes.mitsuba_text import space_to_mitsuba, write_mitsuba
 from firstorder.io.scenes.read import read_scene
 from firstorder.io.scenes.space_text import describe_space, space_to_toml, write_space
 from firstorder.io.scenes.space_toml import (
@@ -44,6 +46,10 @@ __all__ = [
     "space_to_toml",
     "is_space",
     "describe_space",
+    "read_mitsuba",
+    "write_mitsuba",
+    "space_from_mitsuba",
+    "space_to_mitsuba",
     "SpaceFile",
     "MeshModel",
     "MapSet",
