@@ -277,7 +277,7 @@ def _band(values: Mapping[str, Any], key: str, default: float, place: Place) -> 
                 f'`{key}` must be a number, rgb, spectrum or uniform, but is "{kind}".'
             )
         given = given.get("value")
-    bands = given if isinstance(given, list) else [given]
+    bands: list[Any] = given if isinstance(given, list) else [given]
     if bands and all(isinstance(b, list) and len(b) == 2 for b in bands):  # (wavelength, value)
         bands = [b[1] for b in bands]
     try:
