@@ -8,12 +8,15 @@
 #   make docs           the site, in docs/_build/index.html
 #
 #   make smoke PYTHON=python3.13 VENV=.venv313      the same library on another Python
+#   make smoke-lowest                               ... and on the lowest versions that it allows
 
 PYTHON ?= python3
 VENV ?= .venv
 # Parallel test processes; each one is a JAX, so many cores are not worth as many processes.
 WORKERS ?= auto
 PYTEST_ARGS ?=
+CONSTRAINTS ?= constraints.txt
+EXTRAS ?= test,lint,notebooks
 
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
@@ -25,7 +28,7 @@ NOTEBOOKS := $(patsubst notebooks/%.py,notebooks/ipynb/%.ipynb,$(wildcard notebo
 export PYTHONNOUSERSITE := 1
 unexport PYTHONPATH
 
-.PHONY: help venv first figures figures-quick readme check test smoke bench mutants lint format notebooks docs clean
+.PHONY: help venv first figures figures-quick readme check test smoke smoke-lowest bench mutants lint format notebooks docs clean
 .DEFAULT_GOAL := help
 
 help:
@@ -35,11 +38,11 @@ venv: $(READY)
 
 # The build backend goes in first, pinned like the rest, so that a later change of pyproject.toml
 # reinstalls without fetching anything.
-$(READY): pyproject.toml constraints.txt
+$(READY): pyproject.toml $(CONSTRAINTS)
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt hatchling editables
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt \
-	    --no-build-isolation -e '.[test,lint,notebooks]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c $(CONSTRAINTS) hatchling editables
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c $(CONSTRAINTS) \
+	    --no-build-isolation -e '.[$(EXTRAS)]'
 	touch $@
 
 first: $(READY)
@@ -70,11 +73,15 @@ test: $(READY)
 smoke: $(READY)
 	$(PYTEST) -n $(WORKERS) --maxprocesses 8 --jaxtyping-packages= -m smoke $(PYTEST_ARGS)
 
-# One process, no import hook, and no compilation cache: a first call that is timed must compile.
+# The lowest versions that pyproject.toml allows, in an environment of their own.
+smoke-lowest:
+	$(MAKE) smoke PYTHON=python3.11 VENV=.venv-lowest CONSTRAINTS=constraints-lowest.txt EXTRAS=test
+
 # Random faults of one token, each tried on the test that mirrors its file (N of them, by SEED).
 mutants: $(READY)
 	$(BIN)/python -m tests.mutants $(or $(N),60) --seed $(or $(SEED),0)
 
+# One process, no import hook, and no compilation cache: a first call that is timed must compile.
 bench: $(READY)
 	FIRSTORDER_CACHE=off $(PYTEST) benchmarks -p no:xdist --jaxtyping-packages= \
 	    --benchmark-enable $(PYTEST_ARGS)
@@ -96,7 +103,7 @@ notebooks/ipynb/%.ipynb: notebooks/%.py $(READY)
 
 # Sphinx and its theme go in when the site is first built, and not with the rest.
 $(DOCS_READY): $(READY)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt \
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c $(CONSTRAINTS) \
 	    --no-build-isolation -e '.[docs]'
 	touch $@
 
@@ -105,6 +112,6 @@ docs: $(DOCS_READY)
 	$(BIN)/python -m docs.links docs/_build
 
 clean:
-	rm -rf .venv .venv313 .cache .pytest_cache .ruff_cache .benchmarks .hypothesis
+	rm -rf .venv .venv313 .venv-lowest .cache .pytest_cache .ruff_cache .benchmarks .hypothesis
 	rm -rf figures/out notebooks/ipynb docs/_build docs/_generated dist
 	find . -name __pycache__ -prune -exec rm -rf {} +

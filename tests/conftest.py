@@ -18,6 +18,12 @@ settings.register_profile(
 )
 settings.load_profile("firstorder")
 
+# A test in single precision says `with jax.enable_x64(False)`, which older JAX has elsewhere.
+if not hasattr(jax, "enable_x64"):
+    import jax.experimental
+
+    jax.enable_x64 = jax.experimental.enable_x64
+
 
 @pytest.fixture(autouse=True, scope="session")
 def _twins_have_their_own_programs():

@@ -144,7 +144,23 @@ def test_the_equations_of_a_travel_are_those_of_a_shear(capsys):
     assert shown in capsys.readouterr().out
 
 
+def test_the_table_and_the_data_set_of_the_page_of_other_tools_are_of_one_curve():
+    names = ran(examples(DOCS / "other_tools.md")[0])
+    table, d = names["table"], names["d"]
+    np.testing.assert_allclose(d.value, table.E, rtol=1e-12)
+    np.testing.assert_allclose(d.gradient.sel(freedom="x"), table.dE, rtol=1e-9, atol=1e-12)
+    assert names["turned"].shape == (21,)
+    assert table.E.max() == names["brightest"].E
+
+
+def test_the_lamp_of_mitsuba_is_ours():
+    names = ran(examples(DOCS / "other_tools.md")[1])
+    np.testing.assert_allclose(names["E"], 3.0 * np.pi / 16.0, rtol=1e-12)
+    assert names["written"]["lamp"]["center"] == names["lamp"]["center"]
+
+
 def test_every_page_with_an_example_is_among_those_tested():
     assert {p.name for p in PAGES if examples(p)} == {
-        "README.md", "pictures.md", "portraits.md", "scenes.md", "space.md", "symbolic.md",
+        "README.md", "other_tools.md", "pictures.md", "portraits.md", "scenes.md", "space.md",
+        "symbolic.md",
     }  # fmt: skip

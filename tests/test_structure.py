@@ -25,7 +25,7 @@ SOURCE = ROOT / "src" / "firstorder"
 # Imports run from a layer to an earlier one. Names in one layer do not know each other.
 LAYERS = (
     ("errors",),
-    ("_display", "_symbols"),
+    ("_display", "_labelled", "_symbols"),
     ("_argument_checks", "conventions", "typing"),
     ("numerics", "session"),
     ("sampling",),

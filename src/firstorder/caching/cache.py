@@ -17,6 +17,7 @@ from jaxtyping import Array, ArrayLike, Bool, Float
 
 from firstorder._argument_checks import check_positive, check_shape
 from firstorder._display import Axes, as_picture, drawn
+from firstorder._labelled import DataFrame, data_frame
 from firstorder.caching._records import checked_order, distance, kept, printed, turning, weights
 from firstorder.caching.candidates import Candidates
 from firstorder.caching.regions import CLAMPS, ValidityRegion
@@ -240,6 +241,28 @@ class Cache(eqx.Module):
             named |= {"shorter": lengths[:, 1], "angle": angle}
         clamp = np.broadcast_to(np.asarray(self.region.clamp), lengths.shape[:1])
         return named | {"clamp": np.array([CLAMPS[int(c)] for c in clamp])}
+
+    def to_pandas(self) -> DataFrame:
+        """The table as `columns` gives it, with units in `attrs["units"]`.
+
+        Raises:
+            ModuleNotFoundError: without the extra `tables`.
+
+        Example:
+            >>> import jax.numpy as jnp
+            >>> from firstorder.caching import Cache, Candidates, circular_regions
+            >>> line = Candidates.from_function(jnp.cos, jnp.array([0.0, 1.0]))
+            >>> cache = Cache.of(line, circular_regions(jnp.array([0.8, 0.8]), 0.1, 1.0))
+            >>> list(cache.to_pandas()), cache.to_pandas().attrs["units"]["dE_dx"]
+            (['x', 'E', 'dE_dx', 'd2E_dx2', 'radius', 'clamp'], 'W/m^2')
+        """
+        d = self.records.dims
+        units = dict.fromkeys(("x", "y", "radius", "shorter"), "m")
+        units |= dict.fromkeys((*_tilts(d), "angle"), "rad")
+        for order in range(4):
+            power = f"^{d + order}" if d + order > 1 else ""
+            units |= dict.fromkeys(_derivative_names(order, d), f"W/m{power}")
+        return data_frame(self.columns(), units)
 
     @staticmethod
     def from_columns(

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from firstorder._display import in_notebook
+from firstorder._labelled import DataFrame, Dataset, derivatives_frame, derivatives_set
 from firstorder.conventions import Frame
 
 
@@ -40,6 +41,43 @@ class Jet(eqx.Module):
     def scaled(self, a) -> Jet:
         """Jet of `a f` for a constant `a`."""
         return jax.tree.map(lambda leaf: a * leaf, self)
+
+    def to_pandas(self, unit: str = "L") -> DataFrame:
+        """A table with a row for each ray: `value`, `d_x`, ..., `d_x_theta`, ...
+
+        Args:
+            unit: of the value; those of all columns stand in `attrs["units"]`.
+
+        Raises:
+            ModuleNotFoundError: without the extra `tables`.
+
+        Example:
+            >>> from firstorder.fields import gaussian
+            >>> jet = gaussian((0.0, 0.0), (1.0, 1.0)).jets(0.0, 0.0)
+            >>> list(jet.to_pandas())
+            ['value', 'd_x', 'd_theta', 'd_x_x', 'd_x_theta', 'd_theta_x', 'd_theta_theta']
+        """
+        names = self.frame.coordinates
+        return derivatives_frame(self.value, self.gradient, self.hessian, names, unit)
+
+    def to_xarray(self, unit: str = "L") -> Dataset:
+        """A data set of `value`, `gradient` and `hessian` over named coordinates.
+
+        Args:
+            unit: of the value.
+
+        Raises:
+            ModuleNotFoundError: without the extra `tables`.
+
+        Example:
+            >>> from firstorder.fields import gaussian
+            >>> jet = gaussian((0.0, 0.0), (1.0, 1.0)).jets(0.0, 0.0)
+            >>> jet.to_xarray().hessian.sel(coordinate="x", coordinate_2="x").item()
+            -1.0
+        """
+        names = self.frame.coordinates
+        parts = self.value, self.gradient, self.hessian
+        return derivatives_set(*parts, names, unit, "coordinate", "ray")
 
 
 def autodiff_jet(function, u: Float[Array, " n"], frame: Frame) -> Jet:

@@ -14,6 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from firstorder._labelled import Dataset, Variable, data_set
 from firstorder.imaging._interaction import (
     SurfaceInteraction,
     facet_interaction,
@@ -28,6 +29,8 @@ from firstorder.space.scene import Material, Scene
 
 BLOCK = 1024  # pixels at a time
 Numbers = Array | np.ndarray
+SURFACE = ("tangent", "tangent_2")
+UNITS = {"position": "m", "normal": "1", "to_eye": "1", "distance": "m", "cosine": "1", "S": "1/m"}
 
 
 class GBuffer(eqx.Module):
@@ -48,6 +51,45 @@ class GBuffer(eqx.Module):
     distance: Float[Numbers, "*n"]
     cosine: Float[Numbers, "*n"]
     S: Float[Numbers, "*n 2 2"]
+
+    def to_xarray(self) -> Dataset:
+        """A data set over px and py, or over `pixel` if there is no image; vectors have an `axis`.
+
+        Raises:
+            ModuleNotFoundError: without the extra `tables`.
+
+        Example:
+            >>> from firstorder.imaging import primary_hits
+            >>> from firstorder.imaging.camera import pinhole
+            >>> from firstorder.space.library._scenes import sphere_over_plane
+            >>> camera = pinhole((0.0, -4.0, 2.0), (0.0, 0.0, 0.5), gamma=0.5)
+            >>> hits = primary_hits(sphere_over_plane(), camera, (2, 2)).to_xarray()
+            >>> hits.index.sel(px=-0.5).values.tolist(), hits.distance.attrs["units"]
+            ([1, -1], 'm')
+        """
+        whole = {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}
+        image = self.distance.ndim == 2
+        pixels = ("px", "py") if image else ("pixel",) * self.distance.ndim
+        coordinates: dict[str, Variable] = {"axis": (("axis",), ["x", "y", "z"], "")}
+        p = whole.pop("p", None)
+        if p is not None:
+            coordinates |= _places(p, image)
+        inner = {"position": ("axis",), "normal": ("axis",), "to_eye": ("axis",), "S": SURFACE}
+        variables = {
+            name: ((*pixels, *inner.get(name, ())), a, UNITS.get(name, ""))
+            for name, a in whole.items()
+        }
+        return data_set(variables, coordinates)
+
+
+def _places(p: Numbers, image: bool) -> dict[str, Variable]:
+    """Image coordinates along the axes of an image, or of scattered pixels."""
+    if image:
+        rows = {"px": (("px",), p[:, 0, 0]), "py": (("py",), p[0, :, 1])}
+    else:
+        axes = ("pixel",) * (p.ndim - 1)
+        rows = {"px": (axes, p[..., 0]), "py": (axes, p[..., 1])}
+    return {name: (axes, a, "unit of the image") for name, (axes, a) in rows.items()}
 
 
 class PrimaryHits(GBuffer):

@@ -23,6 +23,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from firstorder._argument_checks import check_positive
+from firstorder._labelled import Dataset, data_set
 from firstorder.conventions import cylindrical
 from firstorder.imaging.camera import Pinhole
 from firstorder.numerics._batching import host_blocks
@@ -36,6 +37,7 @@ from firstorder.space.scene import Scene
 from firstorder.space.shapes.kinds import Boxes, Cylinders, Shape
 
 BLOCK = 256  # pixels shaded at a time: silhouettes of all shapes are kept for each
+RADIANCE = "W/(m^2 sr)"
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 Pixel = Float[Array, "2"]
@@ -62,6 +64,34 @@ class RenderedImage(eqx.Module):
     def picture(self) -> Float[np.ndarray, "r c"]:
         """Values in the layout of pictures: rows from the top."""
         return self.value.T[::-1]
+
+    def to_xarray(self) -> Dataset:
+        """The image as a data set over px and py, its gradient over `along` too.
+
+        Raises:
+            ModuleNotFoundError: without the extra `tables`.
+
+        Example:
+            >>> import numpy as np
+            >>> from firstorder.imaging import RenderedImage
+            >>> px, py, flat = np.array([-0.5, 0.5]), np.zeros(1), np.ones((2, 1))
+            >>> image = RenderedImage(px, py, flat, np.zeros((2, 1, 2)), np.zeros((2, 1), int))
+            >>> image.to_xarray().value.sel(px=0.5).values.tolist()
+            [1.0]
+        """
+        image = ("px", "py")
+        return data_set(
+            {
+                "value": (image, self.value, RADIANCE),
+                "gradient": ((*image, "along"), self.gradient, f"{RADIANCE} / unit of the image"),
+                "label": (image, self.label, ""),
+            },
+            {
+                "px": (("px",), self.px, "unit of the image"),
+                "py": (("py",), self.py, "unit of the image"),
+                "along": (("along",), ["px", "py"], ""),
+            },
+        )
 
 
 def pixel_grid(columns: int, rows: int, half_width: float = 1.0) -> tuple[np.ndarray, np.ndarray]:

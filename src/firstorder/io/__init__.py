@@ -3,6 +3,7 @@
 from firstorder.io.exr import read_layers, write_layers
 from firstorder.io.files import atomic_write, write_csv, write_json, write_npz, write_text
 from firstorder.io.images import read_image, read_panorama_row
+from firstorder.io.labelled import curve_to_pandas, layers_to_xarray
 from firstorder.io.meshes import Embree, MeshHits, read_mesh, read_mesh_uv
 from firstorder.io.radiance_ambient import (
     AmbientRecords,
@@ -20,6 +21,8 @@ from firstorder.io.scenes.flatland_toml import (
     read_flatland,
     write_flatland,
 )
+from firstorder.io.scenes.mitsuba import read_mitsuba, space_from_mitsuba
+from firstorder.io.scenes.mitsuba_text import space_to_mitsuba, write_mitsuba
 from firstorder.io.scenes.read import read_scene
 from firstorder.io.scenes.space_text import describe_space, space_to_toml, write_space
 from firstorder.io.scenes.space_toml import (
@@ -44,6 +47,10 @@ __all__ = [
     "space_to_toml",
     "is_space",
     "describe_space",
+    "read_mitsuba",
+    "write_mitsuba",
+    "space_from_mitsuba",
+    "space_to_mitsuba",
     "SpaceFile",
     "MeshModel",
     "MapSet",
@@ -57,6 +64,8 @@ __all__ = [
     "read_panorama",
     "write_layers",
     "read_layers",
+    "curve_to_pandas",
+    "layers_to_xarray",
     "read_rays",
     "write_rays",
     "AmbientRecords",

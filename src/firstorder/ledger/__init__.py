@@ -6,7 +6,14 @@ A folder of Python files lists its rows; `firstorder ledger FOLDER` gathers and 
 from firstorder.ledger.attacks import FACTORS, Attacked, attack, functions_of, put_out
 from firstorder.ledger.catalogue import Entry, own_entry, read_catalogue
 from firstorder.ledger.gathering import Ledger, gather
-from firstorder.ledger.judging import Result, Verdict, judge, judge_route, vanishes
+from firstorder.ledger.judging import (
+    Result,
+    Verdict,
+    judge,
+    judge_route,
+    results_to_pandas,
+    vanishes,
+)
 from firstorder.ledger.reporting import Judged, report
 from firstorder.ledger.rows import (
     EXTRA,
@@ -40,6 +47,7 @@ __all__ = [
     "judge",
     "judge_route",
     "vanishes",
+    "results_to_pandas",
     "Verdict",
     "Result",
     "report",

@@ -8,11 +8,12 @@ import numbers
 import time
 import types
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import sympy as sp
 
+from firstorder._labelled import DataFrame, data_frame
 from firstorder.ledger.catalogue import Entry
 from firstorder.ledger.rows import EXTRA, REASONS, ROUTES, Check, NotApplicable, Route, Row
 
@@ -110,6 +111,36 @@ def judge(entry: Entry, row: Row) -> Result:
     verdicts = {route: judge_route(route, getattr(row, route)) for route in routes}
     kind, example = _judge_kind(row)
     return Result(row, entry, verdicts, kind, example, time.perf_counter() - start)
+
+
+def results_to_pandas(results: Sequence[Result]) -> DataFrame:
+    """Judged rows of a ledger as a table: what each says, and each route's verdict and error.
+
+    Args:
+        results: from `judge`.
+
+    Raises:
+        ModuleNotFoundError: without the extra `tables`.
+
+    Example:
+        >>> from firstorder.ledger import Entry, Row, judge, na, results_to_pandas
+        >>> row = Row("T.1", "definition", symbolic=na("definition"), autodiff=na("definition"),
+        ...           fourier=na("definition"), brute_force=na("definition"))
+        >>> table = results_to_pandas([judge(Entry("T.1", "A name."), row)])
+        >>> table.status[0], table.fourier[0]
+        ('stated', 'not applicable')
+    """
+    routes = list(dict.fromkeys(route for result in results for route in result.verdicts))
+    said = ("equation", "kind", "statement", "printed", "corrected", "implements", "note")
+    found = [result.as_json() for result in results]
+    columns: dict[str, list] = {name: [row[name] for row in found] for name in said}
+    columns["status"] = [result.status for result in results]
+    columns["seconds"] = [result.seconds for result in results]
+    for route in routes:
+        verdicts = [result.verdicts.get(route) for result in results]
+        columns[route] = [v and v.verdict for v in verdicts]
+        columns[f"{route}_error"] = [v and v.error for v in verdicts]
+    return data_frame(columns, {"seconds": "s"})
 
 
 def judge_route(route: str, check: Route) -> Verdict:

@@ -119,8 +119,8 @@ def inverse_and_det(axes: Float[Array, "*n 3 3"]) -> tuple[Float[Array, "*n 3 3"
 
 def rows(a: Shaped[Array, "n *k"], which: Int[Array | np.ndarray, "*m"]) -> Shaped[Array, "..."]:
     """Rows by numbers of which none is negative or too large: one copy and no questions."""
-    which = which.astype(np.int32)
-    return a.at[which].get(mode="promise_in_bounds", wrap_negative_indices=False)
+    # JAX turns no unsigned number into one from the end.
+    return a.at[which.astype(np.uint32)].get(mode="promise_in_bounds")
 
 
 def matvec(matrix: Float[Array, "*#n 3 3"], a: Vectors) -> Vectors:

@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from matplotlib.figure import Figure
 
+from firstorder._labelled import UNITS, Dataset, Variable, data_set
 from firstorder.errors import Refused
 from firstorder.fields import Field, Grid, discrete_transform
 from firstorder.plotting.light import show_light_field, show_spectrum
@@ -48,6 +49,39 @@ class Portraits:
     spectrum: np.ndarray
     covariance: np.ndarray | None
     sampled: bool
+
+    def to_xarray(self, unit: str = "L") -> Dataset:
+        """A data set over the two coordinates and their frequencies, `Omega_x` and so on.
+
+        The gradient has an axis `along`, the covariance `along` and `along_2`; `attrs` hold the
+        title, and whether the spectrum was sampled.
+
+        Args:
+            unit: of the radiance.
+
+        Raises:
+            ModuleNotFoundError: without the extra `tables`.
+        """
+        first, second = self.names
+        light, waves = (first, second), (f"Omega_{first}", f"Omega_{second}")
+        lengths = [UNITS.get(name, "1") for name in light]
+        area = " ".join(length for length in lengths if length != "1")
+        variables: dict[str, Variable] = {
+            "value": (light, self.value, unit),
+            "gradient": ((*light, "along"), self.gradient, f"{unit} per unit of the coordinate"),
+            "spectrum": (waves, self.spectrum, f"{unit} {area}".strip()),
+        }
+        if self.covariance is not None:
+            variables["covariance"] = (("along", "along_2"), self.covariance, "")
+        values = (self.x, self.theta), (self.Omega_x, self.Omega_theta)
+        coordinates: dict[str, Variable] = {
+            name: ((name,), list(light), "") for name in ("along", "along_2")
+        }
+        for i, length in enumerate(lengths):
+            coordinates[light[i]] = ((light[i],), values[0][i], length)
+            cycles = "cycle" if length == "1" else f"cycle/{length}"
+            coordinates[waves[i]] = ((waves[i],), values[1][i], cycles)
+        return data_set(variables, coordinates, title=self.title, sampled=self.sampled)
 
 
 @eqx.filter_jit

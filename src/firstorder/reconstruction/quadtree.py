@@ -23,6 +23,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from firstorder._argument_checks import check_positive
+from firstorder._labelled import DataFrame, data_frame
 from firstorder.reconstruction.importance import (
     Metric,
     Numbers,
@@ -56,6 +57,26 @@ class ImageSamples(NamedTuple):
     gradient: Float[np.ndarray, "n 2"] | None
     leaf: Bool[np.ndarray, " n"]
     rounds: int
+
+    def to_pandas(self) -> DataFrame:
+        """A table with a row for each sample, in the order in which they were taken.
+
+        Raises:
+            ModuleNotFoundError: without the extra `tables`.
+
+        Example:
+            >>> import numpy as np
+            >>> from firstorder.reconstruction import ShadedSamples, sample_image
+            >>> ramp = lambda p: ShadedSamples(p[:, 0], np.ones_like(p), None)
+            >>> list(sample_image(ramp, 4, 4, 8).to_pandas())
+            ['px', 'py', 'size', 'value', 'd_px', 'd_py', 'leaf']
+        """
+        columns = {"px": self.p[:, 0], "py": self.p[:, 1], "size": self.size, "value": self.value}
+        if self.gradient is not None:
+            columns |= {"d_px": self.gradient[:, 0], "d_py": self.gradient[:, 1]}
+        pixels = dict.fromkeys(("px", "py", "size"), "pixel")
+        slopes = dict.fromkeys(("d_px", "d_py"), "value / pixel")
+        return data_frame(columns | {"leaf": self.leaf}, pixels | slopes)
 
 
 def sample_image(

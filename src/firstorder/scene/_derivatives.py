@@ -17,6 +17,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
+from firstorder._labelled import DataFrame, Dataset, derivatives_frame, derivatives_set
 from firstorder.numerics._compiled import compiled, compiled_after
 from firstorder.typing import as_float
 
@@ -131,6 +132,41 @@ class Derivatives(eqx.Module):
             dS = dS[..., None, None, None] if d == 1 else dS
             second = second - jnp.einsum("...ijk,...k->...ij", dS, tilted)
         return Derivatives(self.value, first, second, tangents)
+
+    def to_pandas(self, unit: str = "E") -> DataFrame:
+        """A table with a row for each receiver: `value`, `d_x`, ..., `d_x_y`, ...
+
+        Args:
+            unit: of the value, such as "W/m^2"; those of all columns stand in `attrs["units"]`.
+
+        Raises:
+            ModuleNotFoundError: without the extra `tables`.
+
+        Example:
+            >>> from firstorder.scene._derivatives import line_derivatives
+            >>> line_derivatives(lambda x: x**3, 2.0).to_pandas().to_dict("records")
+            [{'value': 8.0, 'd_x': 12.0, 'd_x_x': 12.0}]
+        """
+        parts = self.value, self.gradient, self.hessian
+        return derivatives_frame(*parts, self.freedoms, unit)
+
+    def to_xarray(self, unit: str = "E") -> Dataset:
+        """A data set of `value`, `gradient` and `hessian` over named freedoms.
+
+        Args:
+            unit: of the value.
+
+        Raises:
+            ModuleNotFoundError: without the extra `tables`.
+
+        Example:
+            >>> from firstorder.scene._derivatives import line_derivatives
+            >>> d = line_derivatives(lambda x: x**3, 2.0).to_xarray()
+            >>> d.gradient.sel(freedom="x").item()
+            12.0
+        """
+        parts = self.value, self.gradient, self.hessian
+        return derivatives_set(*parts, self.freedoms, unit, "freedom", "receiver")
 
     def _whole(self) -> tuple[str, ...]:
         """The freedoms, if they are all that a receiver has."""

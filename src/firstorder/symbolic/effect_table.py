@@ -8,6 +8,7 @@ from typing import Any
 
 import sympy
 
+from firstorder._labelled import DataFrame, data_frame
 from firstorder.errors import Refused
 from firstorder.laws import Convolve, Integrate, Law, Move, Multiply, Warp
 from firstorder.symbolic._formula import Formula, in_cell
@@ -70,6 +71,29 @@ class EffectTable:
             f"\n  spectrum ({r.on_spectrum}): {_said(r.spectrum)}"
             for r in self.rows
         )
+
+    def to_pandas(self) -> DataFrame:
+        """A table of text, the formulas as SymPy prints them; refusals with their reasons.
+
+        Raises:
+            ModuleNotFoundError: without the extra `tables`.
+
+        Example:
+            >>> import sympy
+            >>> from firstorder.symbolic import effects
+            >>> from firstorder.transport import Travel
+            >>> table = effects({"travel": Travel(sympy.Symbol("d", positive=True))}).to_pandas()
+            >>> table.light[0]
+            'L(-d*v + x, v)'
+        """
+        columns = {
+            "step": [r.name for r in self.rows],
+            "on_light": [r.on_light for r in self.rows],
+            "light": [_said(r.light) for r in self.rows],
+            "on_spectrum": [r.on_spectrum for r in self.rows],
+            "spectrum": [_said(r.spectrum) for r in self.rows],
+        }
+        return data_frame(columns, {})
 
     def _repr_markdown_(self) -> str:
         """A table, for a notebook."""

@@ -14,6 +14,7 @@ import textwrap
 from collections.abc import Callable, Iterable, Iterator
 from typing import Literal, TypeVar
 
+from firstorder._labelled import DataFrame, data_frame
 from firstorder.errors import Refused
 
 Verdict = Literal["reference", "agrees", "differs", "refused"]
@@ -110,6 +111,14 @@ class Agreements:
         """The table by column, ready for `firstorder.io.write_csv`."""
         names = [field.name for field in dataclasses.fields(Row)]
         return {name: [getattr(row, name) for row in self.rows] for name in names}
+
+    def to_pandas(self) -> DataFrame:
+        """The table as `columns` gives it; what a row does not have is missing.
+
+        Raises:
+            ModuleNotFoundError: without the extra `tables`.
+        """
+        return data_frame(self.columns(), {})
 
     def __str__(self) -> str:
         """The table for a terminal of 100 columns."""
