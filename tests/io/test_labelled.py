@@ -35,6 +35,7 @@ def numbered(*shape):
 # --- derivatives and jets ------------------------------------------------------------------------
 
 
+@pytest.mark.smoke
 def test_derivatives_of_many_receivers_are_rows():
     parts = (jnp.asarray(numbered(*s)) for s in ((4,), (4, 3), (4, 3, 3)))
     d = Derivatives(*parts, ("x", "y", "n"))

@@ -81,6 +81,7 @@ def test_a_scene_comes_back_to_the_bit_from_the_dict():
     assert eqx.tree_equal(space_from_mitsuba(space_to_mitsuba(scene)).scene, scene)
 
 
+@pytest.mark.smoke
 def test_a_scene_comes_back_to_the_bit_from_xml(tmp_path):
     scene = lit_room()
     write_mitsuba(tmp_path / "room.xml", scene)
@@ -214,10 +215,12 @@ def test_a_transform_may_be_an_object_with_a_matrix():
 
 
 def test_a_sphere_scaled_unevenly_is_an_ellipsoid():
-    scene = {"type": "scene", "egg": {"type": "sphere", "to_world": np.diag([1.0, 2.0, 3.0, 1.0])}}
-    shape = space_from_mitsuba(scene).things[0].shape
+    egg = {"type": "sphere", "center": [1, 1, 1], "radius": 2}
+    egg["to_world"] = world(np.diag([1.0, 2.0, 3.0]), (0.0, 0.0, 0.5))
+    shape = space_from_mitsuba({"type": "scene", "egg": egg}).things[0].shape
     assert isinstance(shape, Ellipsoids)
-    assert shape.axes[0].tolist() == np.diag([1.0, 2.0, 3.0]).tolist()
+    assert shape.center[0].tolist() == [1.0, 2.0, 3.5]  # the centre is moved and scaled too
+    assert shape.axes[0].tolist() == np.diag([2.0, 4.0, 6.0]).tolist()
 
 
 def test_flipped_normals_turn_a_flat_shape_round():
