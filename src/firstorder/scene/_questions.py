@@ -134,6 +134,8 @@ def _lights(scene: Any) -> _Lights:
     groups = jax.tree.map(np.asarray, scene.groups)
     closed = np.repeat([g.closed for g in groups], [g.count for g in groups])
     emission, far = np.asarray(scene.material.emission), _shines_from_afar(scene)
+    if emission.ndim == 3:  # what shines in any band shines
+        emission = emission.max(-1)
     found = _Lights(far, emission, closed, not far or bool(closed.any()), groups)
     _kept[key] = weakref.ref(scene, lambda _: _kept.pop(key, None)), found
     return found

@@ -49,6 +49,7 @@ from firstorder.sampling._paths import (
 )
 from firstorder.sampling.estimates import Estimate, Moments
 from firstorder.scene._arguments import check_asked, check_kind
+from firstorder.scene._bands import OF_AN_ESTIMATE, band_after_band
 
 NUMBERS = 5  # uniform numbers in a step: roulette and lobe, two for a direction, two for a light
 
@@ -56,6 +57,7 @@ NUMBERS = 5  # uniform numbers in a step: roulette and lobe, two for a direction
 # --- what the public asks for --------------------------------------------------------------------
 
 
+@band_after_band(OF_AN_ESTIMATE)
 def path_irradiance(
     scene: Scene,
     at: Receiver,
@@ -87,7 +89,7 @@ def path_irradiance(
         lanes: for each receiver; more is faster until the cache is full.
 
     Returns:
-        Mean, standard error and number of paths, for each receiver [W/m].
+        Mean, standard error and number of paths, for each receiver, bands last [W/m].
 
     Raises:
         ValueError: if there are fewer than two paths or `survival` is not in (0, 1).
@@ -115,6 +117,7 @@ def path_irradiance(
     return _paths(scene, start, key, paths, lanes, plan)
 
 
+@band_after_band(OF_AN_ESTIMATE)
 def path_radiance(
     scene: Scene,
     origin: Float[ArrayLike, "*r 2"],
@@ -145,7 +148,7 @@ def path_radiance(
         lanes: for each ray.
 
     Returns:
-        Mean, standard error and number of paths, for each ray [W/(m rad)].
+        Mean, standard error and number of paths, for each ray, bands last [W/(m rad)].
 
     Reference: J12 §4.3, eq. 29.
     """
@@ -160,6 +163,7 @@ def path_radiance(
     return _paths(scene, start, key, paths, lanes, plan)
 
 
+@band_after_band(OF_AN_ESTIMATE)
 def tree_irradiance(
     scene: Scene,
     at: Receiver,

@@ -38,6 +38,7 @@ from firstorder.sampling._paths import (
 )
 from firstorder.sampling.estimates import Estimate
 from firstorder.scene._arguments import check_asked, check_kind
+from firstorder.scene._bands import OF_AN_ESTIMATE, band_after_band
 from firstorder.space.intersect import nearest, occluded
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import BACK, FRONT, Scene
@@ -72,6 +73,7 @@ class _Vertex(NamedTuple):
 # --- what the public asks for --------------------------------------------------------------------
 
 
+@band_after_band(OF_AN_ESTIMATE)
 def path_irradiance(
     scene: Scene,
     at: Receiver,
@@ -100,7 +102,7 @@ def path_irradiance(
         lanes: for each receiver; more is faster until the cache is full.
 
     Returns:
-        Mean, standard error and number of paths, for each receiver [W/m^2].
+        Mean, standard error and number of paths, for each receiver, bands last [W/m^2].
 
     Raises:
         ValueError: if there are fewer than two paths, bounces are negative or `survival` is not in
@@ -131,6 +133,7 @@ def path_irradiance(
     return Estimate(mean.reshape(shape), error.reshape(shape), paths)
 
 
+@band_after_band(OF_AN_ESTIMATE)
 def path_radiance(
     scene: Scene,
     origin: Float[ArrayLike, "*r 3"],
@@ -157,7 +160,7 @@ def path_radiance(
         lanes: for each ray.
 
     Returns:
-        Mean, standard error and number of paths, for each ray [W/(m^2 sr)].
+        Mean, standard error and number of paths, for each ray, bands last [W/(m^2 sr)].
 
     Raises:
         ValueError: as in `path_irradiance`.
