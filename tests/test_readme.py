@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 import sympy
 
-from firstorder.io import flatland_from_toml
+from firstorder.cli import main
+from firstorder.io import flatland_from_toml, read_layers
 
 ROOT = pathlib.Path(__file__).parents[1]
 README = ROOT / "README.md"
@@ -161,6 +162,46 @@ def test_the_lamp_of_mitsuba_is_ours():
 
 def test_every_page_with_an_example_is_among_those_tested():
     assert {p.name for p in PAGES if examples(p)} == {
-        "README.md", "other_tools.md", "pictures.md", "portraits.md", "scenes.md", "space.md",
-        "symbolic.md",
+        "README.md", "colour.md", "other_tools.md", "pictures.md", "portraits.md", "scenes.md",
+        "space.md", "symbolic.md",
     }  # fmt: skip
+
+
+def test_the_page_of_colour_prints_what_it_shows(capsys):
+    page = DOCS / "colour.md"
+    names = ran(examples(page)[0])
+    shown = re.search(r"prints\n\n```\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
+    assert shown
+    assert capsys.readouterr().out == shown[1]
+    direct = names["direct"]
+    np.testing.assert_allclose(direct / direct[1], [1.2, 1.0, 0.8], rtol=1e-12)
+
+
+def test_light_that_a_red_wall_sends_on_is_red(tmp_path, monkeypatch):
+    (tmp_path / "examples").mkdir()
+    example = ROOT / "examples" / "colour.toml"
+    (tmp_path / "examples" / "colour.toml").write_text(example.read_text())
+    monkeypatch.chdir(tmp_path)
+    image = ran(examples(DOCS / "colour.md")[1])["image"]
+    assert image.shape == (8, 8, 3)
+    assert (tmp_path / "bounced.png").stat().st_size > 0
+    r, g, _ = np.asarray(image)[np.asarray(image)[..., 1] > 0.0].T
+    assert np.min(r / g) < 1.3  # the floor far away is nearly as red as the lamp, 1.2
+    assert np.max(r / g) > 9.0  # the wall
+
+
+def test_the_command_of_the_page_of_colour_renders_red_green_and_blue(tmp_path):
+    pytest.importorskip("OpenEXR")
+    text = (DOCS / "colour.md").read_text(encoding="utf-8")
+    shown = re.search(r"^firstorder (render examples/colour\.toml) --out (\w+\.exr)$", text, re.M)
+    assert shown
+    command, file = shown[1].split(), tmp_path / shown[2]
+    command[1] = str(ROOT / command[1])
+    size = ["--width", "8", "--height", "8", "--nodes", "2", "--out", str(file)]
+    assert main([*command, *size]) == 0
+    layers = read_layers(file)
+    value = np.stack([layers[band] for band in "RGB"], -1)
+    wall, floor, ball = (value[layers["index"] == k].mean(0) for k in (2, 1, 0))
+    assert wall[0] > 9.0 * wall[1] > 0.0
+    assert ball[1] > 2.0 * ball[0] > 0.0
+    np.testing.assert_allclose(floor / floor[1], [1.2, 1.0, 0.8], rtol=1e-6)

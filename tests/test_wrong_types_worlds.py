@@ -194,20 +194,20 @@ def test_every_question_wants_a_scene_and_a_receiver_of_its_world(world, name, a
 
 @pytest.mark.smoke
 @pytest.mark.parametrize("world", ["flatland", "space"])
-def test_light_has_one_channel(world):
+def test_what_is_neither_sides_nor_bands_is_refused(world):
     make = {
         "flatland": lambda **how: flatland.primitive(SEGMENTS, **how),
         "space": lambda **how: space.primitive(PANEL, **how),
     }[world]
     for key in ("emission", "albedo"):
         with pytest.raises(ValueError, match="Argument") as found:
-            make(**{key: (1.0, 0.5, 0.2)})
+            make(**{key: np.ones((3, 3))})
         assert str(found.value) == (
-            f"Argument `{key}` must be one number, two (front and back), or those of each shape "
-            "(here 1), but has shape (3,): light has one channel, so make a scene for each colour."
+            f"Argument `{key}` must be one number, two (front and back), those of each shape "
+            "(here 1), or three or more bands in place of each number, but has shape (3, 3)."
         )
-        with pytest.raises(ValueError, match=r"but has shape \(3,\): light has one channel"):
-            jax.jit(lambda a, key=key: make(**{key: a}).material.emission)(jnp.ones(3))
+        with pytest.raises(ValueError, match=r"but has shape \(3, 3\)\."):
+            jax.jit(lambda a, key=key: make(**{key: a}).material.emission)(jnp.ones((3, 3)))
     with pytest.raises(ValueError, match=r"`specular` must be one number, .* shape \(4,\)\.$"):
         make(specular=np.zeros(4))
 

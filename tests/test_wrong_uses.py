@@ -51,10 +51,6 @@ INSIDE = (
     "arrives."
 )
 MANY = "Argument `at` must be one receiver, but holds (4,) of them: ask for each by jax.vmap."
-COLOUR = (
-    "must be one number, but has shape (3,): light has one channel, so make a scene for each "
-    "colour."
-)
 RAY = (
     "must be one ray, the 2 coordinates x, theta, but has shape (): for many rays call the field "
     "itself, or `jets`."
@@ -280,20 +276,25 @@ WRONG = {
         ValueError,
         "Argument `origins` must have shape (rays, 2), but has (2,): a single ray is one row.",
     ),
-    "a colour for a sky": (
-        lambda: space.Scene.of(space.primitive(PANEL), environment=(1.0, 0.5, 0.2)),
+    "a sky of other bands": (
+        lambda: space.Scene.of(
+            space.primitive(PANEL, emission=(1.0, 0.5, 0.2)), environment=np.ones(4)
+        ),
         ValueError,
-        f"Argument `environment` {COLOUR}",
+        "All that has bands must have equally many, but there are things of 3 and 4.",
     ),
-    "a colour for a constant sky": (
-        lambda: flatland.ConstantSky((1.0, 0.5, 0.2)),
+    "bands for a field": (
+        lambda: flatland.light_field(
+            flatland.Scene.of(LAMP, environment=flatland.ConstantSky((1.0, 0.5, 0.2))), HERE
+        ),
         ValueError,
-        f"Argument `radiance` {COLOUR}",
+        "Argument `scene` must have no bands here, but has 3: ask for each, scene.band(0) and so "
+        "on.",
     ),
     "a colour for a field": (
         lambda: Constant((1.0, 0.5, 0.2)),
         ValueError,
-        f"Argument `height` {COLOUR}",
+        "Argument `height` must be one number, but has shape (3,).",
     ),
     "text for a field's number": (
         lambda: gaussian("a", (1.0, 1.0)),

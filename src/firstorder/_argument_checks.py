@@ -22,7 +22,6 @@ from jaxtyping import Array, Float
 
 from firstorder._symbols import SymbolicArray
 
-COLOUR = ": light has one channel, so make a scene for each colour"
 # Angles beyond two turns are taken for degrees.
 MOST_TURNS = 2.0
 
@@ -77,11 +76,19 @@ def check_shape(name: str, x: Any, shape: tuple[int, ...]) -> None:
 
 
 def check_one(name: str, x: Any) -> None:
-    """Refuse more than one number, such as three for red, green and blue."""
+    """Refuse more than one number."""
     shape = np.shape(x)
     if shape:
-        colour = COLOUR if shape[-1] == 3 else ""
-        raise ValueError(f"Argument `{name}` must be one number, but has shape {shape}{colour}.")
+        raise ValueError(f"Argument `{name}` must be one number, but has shape {shape}.")
+
+
+def check_one_or_bands(name: str, x: Any) -> None:
+    """Refuse what is neither one number nor a row of them, one for each band."""
+    shape = np.shape(x)
+    if len(shape) > 1 or shape == (0,):
+        raise ValueError(
+            f"Argument `{name}` must be one number, or one for each band, but has shape {shape}."
+        )
 
 
 def check_count(name: str, x: Any) -> None:

@@ -117,7 +117,9 @@ NO_PICTURE = "the file is no Radiance picture in RGBE with rows across."
 @pytest.mark.parametrize(
     ("name", "data", "sentence"),
     [
-        ("a.png", b"", "a picture must be an .hdr or .exr file."),
+        ("a.gif", b"", "a picture must be an .hdr, .exr, .png or .jpg file."),
+        ("a.png", b"no picture", "the file is no PNG picture."),
+        ("a.jpg", b"", "the file is no JPG picture."),
         ("a.hdr", b"", NO_PICTURE),
         ("a.hdr", b"#?RADIANCE\n\n+X 4 -Y 4\n", NO_PICTURE),
         ("a.hdr", hdr(PICTURE).replace(b"rgbe", b"xyze"), NO_PICTURE),
@@ -160,3 +162,47 @@ def test_mutilated_radiance_files_never_crash_the_reader(data):
     at, cut = data.draw(st.integers(0, len(WHOLE))), data.draw(st.integers(0, 40))
     source = WHOLE[:at] + data.draw(st.binary(max_size=8)) + WHOLE[at + cut :]
     refuses_in_one_sentence(images._hdr, source)
+
+
+# --- levels of a screen ---------------------------------------------------------------------------
+
+
+def saved(tmp_path, levels, name, **how):
+    from PIL import Image
+
+    Image.fromarray(levels).save(tmp_path / name, **how)
+    return tmp_path / name
+
+
+def test_levels_become_linear_and_go_back(tmp_path):
+    levels = np.arange(256, dtype=np.uint8).reshape(16, 16)
+    levels = np.stack([levels, levels[::-1], levels.T], -1)
+    linear = read_image(saved(tmp_path, levels, "a.png"))
+    screen = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+    np.testing.assert_allclose(255.0 * screen, levels, atol=1e-4)
+    assert linear[0, 0, 0] == 0.0
+    assert linear.max() == 1.0
+    numbers = read_image(tmp_path / "a.png", srgb=False)
+    np.testing.assert_allclose(numbers, levels / 255.0, rtol=1e-15)
+
+
+def test_grey_transparent_and_deep_pictures_are_read(tmp_path):
+    grey = np.array([[0, 128, 255]], np.uint8)
+    found = read_image(saved(tmp_path, grey, "grey.png"), srgb=False)
+    np.testing.assert_allclose(found, np.repeat(grey[..., None], 3, -1) / 255.0)
+    clear = np.concatenate([np.repeat(grey[..., None], 3, -1), np.full((1, 3, 1), 9, np.uint8)], -1)
+    np.testing.assert_array_equal(read_image(saved(tmp_path, clear, "a.png"), srgb=False), found)
+    deep = np.array([[0, 257 * 128, 65535]], np.uint16)
+    np.testing.assert_allclose(read_image(saved(tmp_path, deep, "b.png"), srgb=False), found)
+
+
+def test_a_jpeg_is_nearly_its_picture(tmp_path):
+    flat = np.full((8, 8, 3), (200, 100, 50), np.uint8)
+    found = read_image(saved(tmp_path, flat, "a.jpg", quality=95), srgb=False)
+    np.testing.assert_allclose(255.0 * found, flat, atol=3.0)
+
+
+def test_without_pillow_the_extra_is_named(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "PIL", None)
+    with pytest.raises(ModuleNotFoundError, match=r"a\.png: .* Pillow, .* the extra `images`"):
+        read_image(written(tmp_path, b"", "a.png"))

@@ -20,8 +20,8 @@ class Scene:
 
     The page shows the scene and, for each receiver, irradiance and its first and second derivative
     by arc length, exact across shadow edges. Beside it come the numbers as CSV, one file for each
-    receiver; a few of them are printed. A TOML file that says `dimensions = 3` is a scene of space:
-    its shapes, meshes, sky and camera are listed.
+    receiver; a few of them are printed. Three bands are drawn in colour. A TOML file that says
+    `dimensions = 3` is a scene of space: its shapes, meshes, sky and camera are listed.
     """
 
     source: Annotated[str, tyro.conf.Positional]
@@ -154,6 +154,8 @@ class Agreements:
 class Render:
     """Render a scene of space: an .exr file with all layers, and a tone-mapped .png beside it.
 
+    Both are in colour if the scene has three bands, red, green and blue.
+
     Direct light of rectangles that emit and of the sky, soft shadows, diffuse and glossy lobes.
     Layers: `value`; its gradient `grad.u`, `grad.v` per unit of the image, of which moving shadows
     make `shadow.u`, `shadow.v`; R07's `SV`, `DV`, `CV`, `CDV` and each by `.diffuse` and `.glossy`;
@@ -244,10 +246,15 @@ def _words(source: str, out: pathlib.Path, tables: list[str]) -> str:
 
 
 def _print_curve(name: str, curve: dict) -> None:
-    """Eleven samples of a curve, from end to end."""
+    """Eleven samples of a curve, from end to end; of several bands E alone."""
+    from firstorder.scene._bands import band_columns
+
     print(f"{name or 'unnamed shapes'}:")
-    print("".join(f"{head:>12}" for head in ("arc", "x", "y", "E", "E'", "E''")))
+    heads = {"arc": "arc", "x": "x", "y": "y", "E": "E", "dE": "E'", "d2E": "E''"}
+    if curve["E"].ndim == 2:
+        heads = {key: key for key in ("arc", "x", "y", *band_columns({"E": curve["E"]}))}
+    columns = band_columns(curve)
+    print("".join(f"{head:>12}" for head in heads.values()))
     count = len(curve["arc"])
     for k in sorted({round(j * (count - 1) / 10) for j in range(11)}):
-        row = (curve[key][k] for key in ("arc", "x", "y", "E", "dE", "d2E"))
-        print("".join(f"{number:12.5g}" for number in row))
+        print("".join(f"{columns[key][k]:12.5g}" for key in heads))

@@ -27,6 +27,7 @@ from firstorder.flatland.visible import Receiver, local_angle, receiver, view
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._planar import cross_2d
 from firstorder.numerics._quadrature import gauss_legendre
+from firstorder.scene._bands import by_band
 from firstorder.scene._geometry_term import geometry_term
 from firstorder.typing import as_float
 
@@ -232,6 +233,7 @@ def _above(w: ArrayLike, o: ArrayLike) -> Array:
 
 
 @compiled
+@by_band()
 def reflected_radiance(
     scene: Scene,
     at: Receiver,
@@ -274,6 +276,7 @@ def reflected_radiance(
 
 
 @compiled
+@by_band()
 def reflected_radiance_over_curves(
     scene: Scene,
     at: Receiver,
@@ -326,6 +329,7 @@ def outgoing_radiance(emitted: ArrayLike, reflected: ArrayLike) -> Values:
 
 
 @compiled
+@by_band()
 def incident_flux(
     scene: Scene, index: int, radiance: Radiance | None = None, nodes: int = 32
 ) -> Array:

@@ -24,6 +24,7 @@ from firstorder.numerics._compiled import compiled, compiled_after
 from firstorder.numerics._planar import dot_2d
 from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.scene._arguments import check_asked_one
+from firstorder.scene._bands import by_band
 from firstorder.scene._derivatives import Derivatives, line_derivatives
 from firstorder.scene._primitives import BACK, FRONT
 from firstorder.scene._questions import check_lit
@@ -35,6 +36,7 @@ Radiance = Callable[
 
 
 @compiled_after(check_lit)
+@by_band()
 def irradiance(
     scene: Scene,
     at: Receiver,
@@ -42,7 +44,7 @@ def irradiance(
     radiance: Radiance | None = None,
     nodes: int = 16,
     cuts: Float[Array, "c 2"] | None = None,
-) -> Float[Array, ""]:
+) -> Float[Array, "*bands"]:
     """Irradiance at a receiver, exact: `E = int L cos(theta) dtheta` [W/m].
 
     Emitters are integrated in closed form. The environment, and `radiance` if given, by
@@ -85,6 +87,7 @@ def irradiance(
 
 
 @compiled_after(check_lit)
+@by_band()
 def weighted_irradiance(
     scene: Scene,
     at: Receiver,
@@ -93,7 +96,7 @@ def weighted_irradiance(
     radiance: Radiance | None = None,
     nodes: int = 16,
     cuts: Float[Array, "c 2"] | None = None,
-) -> Float[Array, ""]:
+) -> Float[Array, "*bands"]:
     """All light that arrives, under a weight of the angle: `int L(theta) weight(theta) dtheta`.
 
     With `weight(theta) = f(theta, theta_out) cos(theta)` it is the radiance reflected by the BRDF f
@@ -132,9 +135,10 @@ def weighted_irradiance(
 
 
 @compiled
+@by_band()
 def point_light_irradiance(
     scene: Scene, at: Receiver, *, weight: Callable[[Array], Array] = jnp.cos
-) -> Float[Array, ""]:
+) -> Float[Array, "*bands"]:
     """Irradiance from the point lights alone: `I cos(theta) / r` where nothing is between."""
     check_asked_one(scene, Scene, at, Receiver)
     count = scene.points.intensity.shape[0]

@@ -20,10 +20,12 @@ from firstorder.flatland.visible import Receiver, view
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.scene._arguments import check_asked_one
+from firstorder.scene._bands import by_band
 from firstorder.scene._primitives import BACK, FRONT
 
 
 @compiled
+@by_band()
 def mirror_irradiance(
     scene: Scene, at: Receiver, *, mirrors: Sequence[int], nodes: int = 16
 ) -> Float[Array, ""]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax
@@ -41,6 +41,7 @@ from firstorder.flatland.shapes.kinds import (
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._planar import cross_2d, dot_2d, left
 from firstorder.scene._arguments import check_kind, check_primitives
+from firstorder.scene._bands import bands_of, by_band, one_band
 from firstorder.scene._intersect import picked
 from firstorder.scene._primitives import checked, each, grouped, joined, named, sides
 from firstorder.scene._sides import facing_point, turned_to
@@ -53,6 +54,8 @@ KINDS = (Segments, Arcs, Circles, Ellipses, Curves)
 class Material(eqx.Module):
     """Emission and reflection of shapes, front and back; one row for each shape.
 
+    Emission and albedo may have a last axis of bands.
+
     Attributes:
         emission: radiance that the front and the back emit, the same in all directions [W/(m rad)].
         albedo: share of the arriving flux that front and back reflect diffusely, BRDF albedo / 2.
@@ -62,8 +65,10 @@ class Material(eqx.Module):
         ior: index of refraction behind the front over that before it; 0 for what is opaque.
     """
 
-    emission: Float[Array, "n 2"]
-    albedo: Float[Array, "n 2"]
+    BANDED: ClassVar = {"emission": 2, "albedo": 2}
+
+    emission: Float[Array, "n 2 ..."]
+    albedo: Float[Array, "n 2 ..."]
     mirror: Float[Array, " n"]
     specular: Float[Array, " n"]
     exponent: Float[Array, " n"]
@@ -75,11 +80,13 @@ class PointLights(eqx.Module):
 
     Args:
         position: shape (p, 2) or (2,) [m].
-        intensity: shape (p,) or a number, not negative [W/rad].
+        intensity: shape (p,) or a number, or (p, bands), not negative [W/rad].
     """
 
+    BANDED: ClassVar = {"intensity": 1}
+
     position: Float[Array, "p 2"] = eqx.field(converter=lambda p: rows(p))
-    intensity: Float[Array, " p"] = eqx.field(converter=lambda i: column(i))
+    intensity: Float[Array, "p *bands"] = eqx.field(converter=lambda i: column(i))
 
     def __check_init__(self):
         """Refuse light that is no light."""
@@ -139,8 +146,9 @@ def primitive(
         shape: one shape or many of a kind.
         name: by which `Scene.named` finds them.
         emission: radiance of the front; or two numbers, front and back; for n > 2 shapes also a
-            vector of n, the front of each [W/(m rad)].
-        albedo: of both sides; or two numbers, front and back.
+            vector of n, the front of each [W/(m rad)]. Each number may be three or more, bands: of
+            one, two or n rows; any number of them, 1 and 2 too, in shape (n, 2, bands).
+        albedo: of both sides; or two numbers, front and back; bands likewise.
         two_sided: whether a single emission holds for the back too.
         facing: a point towards which the front must look; shapes that show it their back are
             turned round (an arc is judged at its middle). Left out, they stay as they are [m].
@@ -268,10 +276,12 @@ class Scene(eqx.Module):
         if crossings is None:
             crossings = find_crossings(groups)
             if not is_concrete(groups):
-                shines = jnp.any(joined(materials).emission != 0.0, -1)
+                shines = jnp.any(joined(materials).emission.reshape(len(names), -1) != 0.0, -1)
                 unsound = any_crossing(groups, shines) | ~_sized(groups)
                 groups = jax.tree.map(lambda a: jnp.where(unsound, jnp.nan, a), groups)
-        return Scene(tuple(groups), joined(materials), points, environment, crossings, names)
+        made = Scene(tuple(groups), joined(materials), points, environment, crossings, names)
+        bands_of(made)  # refuses those that disagree
+        return made
 
     _repr_html_ = as_picture
 
@@ -306,6 +316,22 @@ class Scene(eqx.Module):
     def count(self) -> int:
         """Number of shapes."""
         return len(self.names)
+
+    @property
+    def bands(self) -> int | None:
+        """Number of bands of its light and its materials; None for one without an axis."""
+        return bands_of(self)
+
+    def band(self, number: int) -> Scene:
+        """The scene as one of its bands sees it.
+
+        Args:
+            number: of the band, from 0.
+
+        Raises:
+            ValueError: if there is no such band.
+        """
+        return one_band(self, number)
 
     def named(self, name: str) -> tuple[int, ...]:
         """The numbers of the shapes of that name.
@@ -419,7 +445,8 @@ class Scene(eqx.Module):
         """Mask of the shapes that have no ends."""
         return jnp.concatenate([jnp.full(g.count, g.closed) for g in self.groups])
 
-    def sky(self, angle: Float[Array, ""]) -> Float[Array, ""]:
+    @by_band()
+    def sky(self, angle: Float[Array, ""]) -> Float[Array, "*bands"]:
         """Radiance of the environment at an angle in [-pi, pi]; zero without one."""
         if self.environment is None:
             return jnp.zeros_like(angle)

@@ -7,7 +7,7 @@ are the angles at which they are not smooth, and quadrature has to cut there.
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from typing import ClassVar, TypeAlias
 
 import equinox as eqx
 import jax
@@ -15,7 +15,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder._argument_checks import check_finite, check_not_negative, check_one, check_positive
+from firstorder._argument_checks import (
+    check_finite,
+    check_not_negative,
+    check_one_or_bands,
+    check_positive,
+)
+from firstorder.scene._bands import by_band
 from firstorder.typing import as_float
 
 _FULL = 2.0 * np.pi
@@ -25,7 +31,7 @@ class ConstantSky(eqx.Module):
     """A sky of one radiance in every direction.
 
     Args:
-        radiance: in W/(m rad), not negative.
+        radiance: in W/(m rad), not negative; or one for each band.
 
     Raises:
         ValueError: if the radiance is negative or not finite.
@@ -36,13 +42,16 @@ class ConstantSky(eqx.Module):
         2.0
     """
 
-    radiance: Float[Array, ""] = eqx.field(converter=as_float, default=1.0)
+    BANDED: ClassVar = {"radiance": 0}
+
+    radiance: Float[Array, "*bands"] = eqx.field(converter=as_float, default=1.0)
 
     def __check_init__(self):
         """Refuse darkness below zero."""
-        check_one("radiance", self.radiance)
+        check_one_or_bands("radiance", self.radiance)
         check_not_negative("radiance", self.radiance)
 
+    @by_band()
     def __call__(self, angle: ArrayLike) -> Float[Array, "..."]:
         """Radiance from a world angle, counter-clockwise from +y [rad]."""
         return jnp.broadcast_to(self.radiance, jnp.shape(angle))
@@ -66,7 +75,7 @@ class GaussianSky(eqx.Module):
     Args:
         center: world angle of the maximum, counter-clockwise from +y [rad].
         sigma: standard deviation, positive [rad].
-        radiance: at the maximum, not negative [W/(m rad)].
+        radiance: at the maximum, not negative [W/(m rad)]; or one for each band.
 
     Raises:
         ValueError: if sigma is not positive, or a number is not finite.
@@ -80,16 +89,20 @@ class GaussianSky(eqx.Module):
         0.606531 0.606531
     """
 
+    BANDED: ClassVar = {"radiance": 0}
+
     center: Float[Array, ""] = eqx.field(converter=as_float, default=0.0)
     sigma: Float[Array, ""] = eqx.field(converter=as_float, default=0.5)
-    radiance: Float[Array, ""] = eqx.field(converter=as_float, default=1.0)
+    radiance: Float[Array, "*bands"] = eqx.field(converter=as_float, default=1.0)
 
     def __check_init__(self):
         """Refuse what is no Gaussian."""
         check_finite("center", self.center)
         check_positive("sigma", self.sigma)
+        check_one_or_bands("radiance", self.radiance)
         check_not_negative("radiance", self.radiance)
 
+    @by_band()
     def __call__(self, angle: ArrayLike) -> Float[Array, "..."]:
         """Radiance from a world angle, counter-clockwise from +y [rad]."""
         d = as_float(angle) - self.center
@@ -115,7 +128,7 @@ class PanoramaSky(eqx.Module):
     the first and the last column are neighbours.
 
     Args:
-        values: n >= 4 radiances, differentiable leaves [W/(m rad)].
+        values: n >= 4 radiances, differentiable leaves; or shape (n, bands) [W/(m rad)].
         smooth: cubics instead of lines.
 
     Raises:
@@ -129,16 +142,19 @@ class PanoramaSky(eqx.Module):
         2.0 2.5 2.5
     """
 
-    values: Float[Array, " n"] = eqx.field(converter=as_float)
+    BANDED: ClassVar = {"values": 1}
+
+    values: Float[Array, "n *bands"] = eqx.field(converter=as_float)
     smooth: bool = eqx.field(static=True, default=False)
 
     def __check_init__(self):
         """Refuse what is too short to go around."""
         shape = jnp.shape(self.values)
-        if len(shape) != 1 or shape[0] < 4:
+        if len(shape) not in (1, 2) or shape[0] < 4:
             raise ValueError(f"Argument `values` must be four or more numbers, but has {shape}.")
         check_finite("values", self.values)
 
+    @by_band()
     def __call__(self, angle: ArrayLike) -> Float[Array, "..."]:
         """Radiance from a world angle, counter-clockwise from +y [rad]."""
         n = self.values.shape[0]
@@ -160,6 +176,7 @@ class PanoramaSky(eqx.Module):
         n = self.values.shape[0]
         return np.pi - _FULL * (jnp.arange(n, dtype=self.values.dtype) + 0.5) / n
 
+    @by_band()
     def coarser(self, columns: int) -> PanoramaSky:
         """A row of fewer columns with the same mean: each the average of what it covers.
 

@@ -240,7 +240,7 @@ def view(scene: Scene, at: Receiver, *, cuts: Float[Array, "c 2"] | None = None)
         >>> (seen.angles / jnp.pi).round(2).tolist(), seen.seen.tolist()
         ([-0.5, -0.25, 0.25, 0.5], [-1, 0, -1])
     """
-    check_asked_one(scene, Scene, at, Receiver)
+    check_asked_one(scene, Scene, at, Receiver, bands=True)
     points, valid = scene.silhouettes(at.position, at.on)
     if cuts is not None:
         cuts = as_float(cuts)

@@ -24,7 +24,7 @@ are the business of `shadow_edge_terms`.
 
 from __future__ import annotations
 
-from typing import Protocol, runtime_checkable
+from typing import ClassVar, Protocol, runtime_checkable
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -87,7 +87,7 @@ class Lamp(eqx.Module):
         center: shape (3,) [m].
         u: half of an edge, shape (3,) [m].
         v: half of the other edge [m].
-        radiance: emitted, the same everywhere [W/(m^2 sr)].
+        radiance: emitted, the same everywhere; or one for each band [W/(m^2 sr)].
         count: nodes along each edge.
         even: whether nodes stand in the middles of equal cells, as shadows want it; if not, they
             are those of Gauss and Legendre, which smooth light wants.
@@ -103,10 +103,12 @@ class Lamp(eqx.Module):
         ((16, 3), 4.0)
     """
 
+    BANDED: ClassVar = {"radiance": 0}
+
     center: Direction = eqx.field(converter=as_float)
     u: Direction = eqx.field(converter=as_float)
     v: Direction = eqx.field(converter=as_float)
-    radiance: Scalar = eqx.field(converter=as_float, default=1.0)
+    radiance: Float[Array, "*bands"] = eqx.field(converter=as_float, default=1.0)
     count: int = eqx.field(static=True, default=8)
     even: bool = eqx.field(static=True, default=False)
     shift: Float[Array, "2"] = eqx.field(converter=as_float, default=(0.0, 0.0))

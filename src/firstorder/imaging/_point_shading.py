@@ -25,6 +25,8 @@ from firstorder.numerics._vectors import dot
 class ShadedPixels(eqx.Module):
     """Radiance of pixels, its gradient, and the sizes of R07's terms; lobes apart: diffuse, glossy.
 
+    Bands have an axis behind that of pixels, in all but CV, distance, cosine and curvature.
+
     Attributes:
         value: radiance, without what the surface itself emits [W/(m^2 sr)].
         gradient: along px and py; shadows scale it and do not move.
@@ -38,16 +40,20 @@ class ShadedPixels(eqx.Module):
         curvature: of the base surface (Frobenius norm), without bumps [1/m].
     """
 
-    value: Float[Array, "*n"]
-    gradient: Float[Array, "*n 2"]
-    edges: Float[Array, "*n 2"]
-    SV: Float[Array, "*n 2"]
-    DV: Float[Array, "*n 2"]
+    value: Float[Array, "*n_bands"]
+    gradient: Float[Array, "*n_bands 2"]
+    edges: Float[Array, "*n_bands 2"]
+    SV: Float[Array, "*n_bands 2"]
+    DV: Float[Array, "*n_bands 2"]
     CV: Float[Array, "*n 2"]
-    CDV: Float[Array, "*n 2"]
+    CDV: Float[Array, "*n_bands 2"]
     distance: Float[Array, "*n"]
     cosine: Float[Array, "*n"]
     curvature: Float[Array, "*n"]
+
+
+# Where the leaves of `ShadedPixels` have bands, for `scene._bands.by_band`.
+OF_SHADED = (-1, -2, -2, -2, -2, None, -2, None, None, None)
 
 
 def node_occlusion(t: Array, far: Array, near: bool) -> tuple[Array, Array]:
@@ -127,6 +133,7 @@ def shade_rows(
     given: tuple[np.ndarray, ...],
     rows: np.ndarray,
     block: int,
+    bands: int | None = None,
 ) -> ShadedPixels:
     """Some of many pixels, shaded in blocks of one size; the others are zeros.
 
@@ -135,11 +142,15 @@ def shade_rows(
         given: arrays of all pixels.
         rows: which of them to shade.
         block: pixels at a time.
+        bands: of what is seen, if it has any.
     """
     count = len(given[0])
     if not len(rows):
-        one, two = np.zeros(count), np.zeros((count, 2))
-        return ShadedPixels(one, two, two, two, two, two, two, one, one, one)  # pyright: ignore
+        more = () if bands is None else (bands,)
+        L, D = jnp.zeros((count, *more)), jnp.zeros((count, *more, 2))
+        one, two = jnp.zeros(count), jnp.zeros((count, 2))
+        dark = ShadedPixels(L, D, D, D, D, two, D, one, one, one)
+        return jax.tree.map(np.array, dark)
 
     def back(some):
         out = np.zeros((count, *some.shape[1:]))

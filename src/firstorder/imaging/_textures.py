@@ -21,7 +21,7 @@ and a normal (m_1, m_2, m_3) in (t, b, n) leans as slopes `-(m_1 t + m_2 b) / m_
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax
@@ -35,6 +35,7 @@ from firstorder.fields.spectrum import Grid
 from firstorder.fields.spline import Spline
 from firstorder.imaging._bumps import NormalMap
 from firstorder.numerics._vectors import cross, dot, unit
+from firstorder.scene._bands import by_band
 from firstorder.space.shapes.kinds import Boxes, Cylinders, Ellipsoids, Planes, Shape, Triangles
 from firstorder.typing import Scalar, as_float
 
@@ -107,13 +108,13 @@ class SolidSlopes(eqx.Module):
 
 
 class ImageTexture(eqx.Module):
-    """A picture of one channel over u and v, bilinear between the middles of its pixels.
+    """A picture over u and v, bilinear between the middles of its pixels; perhaps of several bands.
 
     Differentiable in `values` too. In u and v it is, but on lines through middles of pixels, where
     the derivative is that of the side of larger u and smaller v.
 
     Args:
-        values: rows from the top, shape (rows, columns).
+        values: rows from the top, shape (rows, columns) or (rows, columns, bands).
         repeat: times that it lies side by side in one unit of u, and of v.
         hold: whether the border's values go on outside the picture, which then lies once, between 0
             and 1 / `repeat`. On a ball, a picture that does not hold blends its top and bottom rows
@@ -132,20 +133,24 @@ class ImageTexture(eqx.Module):
         1.0
     """
 
-    values: Float[Array, "r c"] = eqx.field(converter=as_float)
+    BANDED: ClassVar = {"values": 2}
+
+    values: Float[Array, "r c *bands"] = eqx.field(converter=as_float)
     repeat: Float[Array, "2"] = eqx.field(converter=as_float, default=(1.0, 1.0))
     hold: bool = eqx.field(static=True, default=False)
 
     def __check_init__(self):
         """Refuse what is no picture."""
-        if self.values.ndim != 2 or not self.values.size:
+        if self.values.ndim not in (2, 3) or not self.values.size:
             raise ValueError(
-                f"Argument `values` must have shape (rows, columns), but has {self.values.shape}."
+                "Argument `values` must have shape (rows, columns) or (rows, columns, bands), but "
+                f"has {self.values.shape}."
             )
         check_finite("values", self.values)
         check_positive("repeat", self.repeat)
 
-    def __call__(self, uv: UV) -> Scalar:
+    @by_band()
+    def __call__(self, uv: UV) -> Float[Array, "*bands"]:
         """Value at a place of the surface."""
         rows, columns = self.values.shape
         u, v = uv * self.repeat

@@ -28,6 +28,7 @@ from firstorder.conventions import cylindrical
 from firstorder.imaging.camera import Pinhole
 from firstorder.numerics._batching import host_blocks
 from firstorder.numerics._vectors import dot, matvec, orthonormal_frame, unit
+from firstorder.scene._bands import by_band
 from firstorder.scene._intersect import MISS
 from firstorder.scene._primitives import BACK, FRONT
 from firstorder.space.direct_lighting import boundary_gradient, irradiance
@@ -49,21 +50,22 @@ class RenderedImage(eqx.Module):
 
     Attributes:
         px, py: image coordinates of the columns and of the rows, both rising.
-        value: radiance, first axis px, second py [W/(m^2 sr)].
-        gradient: dI/dpx and dI/dpy in the last axis.
+        value: radiance, first axis px, second py, and last that of bands, if there are any
+            [W/(m^2 sr)].
+        gradient: dI/dpx and dI/dpy in the last axis, behind that of bands.
         label: what each pixel shows: `faces` per shape, -1 for the sky.
     """
 
     px: Float[np.ndarray, " c"]
     py: Float[np.ndarray, " r"]
-    value: Float[np.ndarray, "c r"]
-    gradient: Float[np.ndarray, "c r 2"]
+    value: Float[np.ndarray, "c r *bands"]
+    gradient: Float[np.ndarray, "c r *bands 2"]
     label: Int[np.ndarray, "c r"]
 
     @property
-    def picture(self) -> Float[np.ndarray, "r c"]:
+    def picture(self) -> Float[np.ndarray, "r c *bands"]:
         """Values in the layout of pictures: rows from the top."""
-        return self.value.T[::-1]
+        return self.value.swapaxes(0, 1)[::-1]
 
     def to_xarray(self) -> Dataset:
         """The image as a data set over px and py, its gradient over `along` too.
@@ -292,7 +294,7 @@ def _render_pixels(
         gradients: whether they are wanted; zeros if not.
 
     Returns:
-        Radiance (n,) and its derivatives in px and py (n, 2).
+        Radiance (n, bands) and its derivatives in px and py (n, bands, 2); without bands, no axis.
     """
     p, index = np.asarray(p), np.asarray(index)
     run = _with_gradients if gradients else _values
@@ -305,6 +307,7 @@ def _pixel(scene, camera, p, index, rays: int, gloss: bool):
 
 
 @eqx.filter_jit
+@by_band((-1, -2))
 def _with_gradients(scene, camera, p, index, rays: int, gloss: bool):
     return jax.vmap(jax.value_and_grad(lambda p, i: _pixel(scene, camera, p, i, rays, gloss)))(
         p, index
@@ -312,6 +315,7 @@ def _with_gradients(scene, camera, p, index, rays: int, gloss: bool):
 
 
 @eqx.filter_jit
+@by_band((-1, -2))
 def _values(scene, camera, p, index, rays: int, gloss: bool):
     value = jax.vmap(lambda p, i: _pixel(scene, camera, p, i, rays, gloss))(p, index)
     return value, jnp.zeros_like(p)
@@ -351,7 +355,7 @@ def render(
     index, label = pixel_labels(scene, camera, jnp.asarray(p))
     value, gradient = _render_pixels(scene, camera, p, index, rays, gradients)
     shape = (columns, rows)
-    value, gradient = value.reshape(shape), gradient.reshape(*shape, 2)
+    value, gradient = (a.reshape(*shape, *a.shape[1:]) for a in (value, gradient))
     return RenderedImage(px, py, value, gradient, np.asarray(label).reshape(shape))
 
 

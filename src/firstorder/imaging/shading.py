@@ -26,6 +26,7 @@ from jaxtyping import Array, Bool, Float, Int
 from firstorder.imaging._area_lights import SampledLight
 from firstorder.imaging._interaction import surface_interaction
 from firstorder.imaging._point_shading import (
+    OF_SHADED,
     ShadedPixels,
     node_occlusion,
     oriented_light,
@@ -36,6 +37,7 @@ from firstorder.imaging.camera import Pinhole
 from firstorder.imaging.sky_lights import CosineSkyLight
 from firstorder.imaging.surface_maps import SurfaceMaps
 from firstorder.numerics._vectors import dot, unit
+from firstorder.scene._bands import bands_of, by_band
 from firstorder.space.intersect import nearest
 from firstorder.space.scene import Scene
 
@@ -124,10 +126,12 @@ def shade_pixels(
         (p, index),
         met,
         BLOCK,
+        bands_of(scene, tuple(lamps), finish),
     )
 
 
 @eqx.filter_jit
+@by_band(OF_SHADED)
 def _block(scene, camera, lamps, p, index, finish, shadows: bool) -> ShadedPixels:
     return jax.vmap(lambda p, i: _shade_pixel(scene, camera, lamps, p, i, finish, shadows))(
         p, index

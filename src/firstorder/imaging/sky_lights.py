@@ -11,6 +11,7 @@ surface's own normal, none below it and more where light counts more.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import ClassVar
 
 import equinox as eqx
 import jax
@@ -35,16 +36,18 @@ class DistantLight(eqx.Module):
     Attributes:
         way: to the nodes, the same from every point [m].
         area: vectors of the nodes' pieces, along the side that emits [m^2].
-        radiance: of each node [W/(m^2 sr)].
+        radiance: of each node; bands last [W/(m^2 sr)].
         shape: rows and columns of nodes.
         even: whether they are the middles of cells in `axis . w` and the azimuth, all around.
         axis: unit vector about which even nodes stand.
         steep: rows of even nodes per unit of `axis . w`, of each or of all.
     """
 
+    BANDED: ClassVar = {"radiance": 1}
+
     way: Float[Array, "k 3"]
     area: Float[Array, "k 3"]
-    radiance: Float[Array, " k"]
+    radiance: Float[Array, "k *bands"]
     shape: tuple[int, int] = eqx.field(static=True)
     even: bool = eqx.field(static=True)
     axis: Direction = eqx.field(converter=as_float, default=(0.0, 0.0, 1.0))
@@ -134,7 +137,7 @@ def _by_luminance(
     """
     check_positive("rows", rows)
     table = _dome(sky, FINE)
-    L = np.asarray(table.radiance, float).reshape(FINE, 2 * FINE)
+    L = np.asarray(table.radiance, float).reshape(FINE, 2 * FINE, -1).mean(-1)  # of all bands
     if not L.sum() > 0.0:
         raise ValueError("Argument `sky` must send light, but is dark.")
     density = (1.0 - floor) * L / L.mean() + floor  # over that of even directions
@@ -287,5 +290,5 @@ def distant_lamp(lamp: Lamp, place: Direction) -> DistantLight:
         ([[0.0, 0.0, 9.0]], False)
     """
     way, area = lamp.toward(place)
-    radiance = jnp.broadcast_to(lamp.radiance, (way.shape[0],))
+    radiance = jnp.broadcast_to(lamp.radiance, (way.shape[0], *lamp.radiance.shape))
     return DistantLight(way, area, radiance, lamp.shape, False)

@@ -2,7 +2,7 @@
 
 from firstorder.io.exr import read_layers, write_layers
 from firstorder.io.files import atomic_write, write_csv, write_json, write_npz, write_text
-from firstorder.io.images import read_image, read_panorama_row
+from firstorder.io.images import linear_from_srgb, read_image, read_panorama_row
 from firstorder.io.labelled import curve_to_pandas, layers_to_xarray
 from firstorder.io.meshes import Embree, MeshHits, read_mesh, read_mesh_uv
 from firstorder.io.radiance_ambient import (
@@ -60,6 +60,7 @@ __all__ = [
     "Embree",
     "MeshHits",
     "read_image",
+    "linear_from_srgb",
     "read_panorama_row",
     "read_panorama",
     "write_layers",

@@ -1,7 +1,8 @@
-"""Channels of an OpenEXR file."""
+"""Channels of an OpenEXR file, and levels of .png and .jpg files."""
 
 from __future__ import annotations
 
+import io
 import os
 import pathlib
 from typing import Any
@@ -19,6 +20,27 @@ def read_channels(path: pathlib.Path) -> dict[str, np.ndarray]:
     except Exception as error:  # whatever the library thinks of the bytes
         words = " ".join(str(error).split()).rstrip(".")
         raise ValueError(f"{path.name}: the file is no OpenEXR picture ({words}).") from None
+
+
+def read_levels(path: pathlib.Path) -> np.ndarray:
+    """Levels of a .png or .jpg file from 0 to 1, shape (rows from the top, columns, RGB)."""
+    try:
+        from PIL import Image
+    except ModuleNotFoundError:
+        raise ModuleNotFoundError(
+            f"{path.name}: .png and .jpg files need the package Pillow, which comes with the extra "
+            '`images`: pip install "firstorder[images]".'
+        ) from None
+    data = path.read_bytes()
+    try:
+        with Image.open(io.BytesIO(data)) as image:
+            if image.mode.startswith("I"):  # grey, of 16 bits
+                grey = np.asarray(image, float) / 65535.0
+                return np.repeat(grey[..., None], 3, -1)
+            return np.asarray(image.convert("RGB"), float) / 255.0
+    except Exception:  # whatever the library thinks of the bytes
+        kind = path.suffix[1:].upper()
+        raise ValueError(f"{path.name}: the file is no {kind} picture.") from None
 
 
 def openexr(name: str) -> Any:

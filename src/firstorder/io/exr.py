@@ -1,5 +1,8 @@
 """OpenEXR files: images with named layers, such as `value`, `grad.u` and `SV`.
 
+A layer of three bands is three channels, `grad.u.R`, `grad.u.G` and `grad.u.B`; those of `value`
+are R, G and B alone, which every program shows in colour.
+
 The package OpenEXR comes with `pip install "firstorder[images]"`. Layers are single precision, rows
 from the top, as other programs expect them; here their first axis is across, their second upwards.
 """
@@ -8,13 +11,14 @@ from __future__ import annotations
 
 import os
 import pathlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from jaxtyping import Float
 
 from firstorder.io._channels import openexr, read_channels
 from firstorder.io.files import atomic_write
+from firstorder.scene._bands import band_names
 
 
 def write_layers(path: str | os.PathLike[str], layers: Mapping[str, np.ndarray]) -> None:
@@ -22,7 +26,7 @@ def write_layers(path: str | os.PathLike[str], layers: Mapping[str, np.ndarray])
 
     Args:
         path: ends in .exr.
-        layers: by name, all of one shape (w, h).
+        layers: by name, all of one shape (w, h), or (w, h, bands).
 
     Raises:
         ValueError: without layers, for layers of different shapes, or for another kind of file.
@@ -41,10 +45,12 @@ def write_layers(path: str | os.PathLike[str], layers: Mapping[str, np.ndarray])
     if path.suffix.lower() != ".exr":
         raise ValueError(f"{path.name}: layers are written to .exr files.")
     shapes = {np.shape(a) for a in layers.values()}
-    if len(shapes) != 1 or len(next(iter(shapes))) != 2:
+    if len({s[:2] for s in shapes}) != 1 or not {len(s) for s in shapes} <= {2, 3}:
         raise ValueError(
-            f"Argument `layers` must hold arrays of one shape (w, h), but has {sorted(shapes)}."
+            "Argument `layers` must hold arrays of one shape (w, h) or (w, h, bands), but has "
+            f"{sorted(shapes)}."
         )
+    layers = {name: a for layer in layers.items() for name, a in _channels(*layer)}
     OpenEXR = openexr(path.name)
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
     rows = {
@@ -54,8 +60,18 @@ def write_layers(path: str | os.PathLike[str], layers: Mapping[str, np.ndarray])
         OpenEXR.File(header, rows).write(os.fspath(part))
 
 
+def _channels(name: str, layer: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
+    """A layer as channels: itself, or one for each band."""
+    if np.ndim(layer) == 2:
+        yield name, layer
+        return
+    bands = band_names(layer.shape[-1])
+    for k, band in enumerate(bands):
+        yield (band if name == "value" and len(bands) == 3 else f"{name}.{band}"), layer[..., k]
+
+
 def read_layers(path: str | os.PathLike[str]) -> dict[str, Float[np.ndarray, "w h"]]:
-    """Reads all layers of an .exr file.
+    """Reads all layers of an .exr file, each band by itself.
 
     Raises:
         ValueError: one sentence that names the file, if it is broken.

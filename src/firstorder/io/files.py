@@ -18,6 +18,8 @@ from typing import Any
 
 import numpy as np
 
+from firstorder.scene._bands import band_columns
+
 
 @contextlib.contextmanager
 def atomic_write(path: str | os.PathLike[str]) -> Iterator[pathlib.Path]:
@@ -70,10 +72,12 @@ def write_npz(path: str | os.PathLike[str], arrays: Mapping[str, Any]) -> None:
 def write_csv(path: str | os.PathLike[str], columns: Mapping[str, Any]) -> None:
     """Writes columns of equal length under their names, whole or not at all.
 
+    One with a second axis of bands is a column for each, `E.R`, `E.G` and `E.B`.
+
     Raises:
         ValueError: if a column is no vector, or the lengths differ.
     """
-    vectors = {name: np.asarray(column) for name, column in columns.items()}
+    vectors = band_columns(columns)
     shapes = {v.shape for v in vectors.values()}
     if len(shapes) != 1 or len(next(iter(shapes))) != 1:
         listed = ", ".join(f"{name} {v.shape}" for name, v in vectors.items())

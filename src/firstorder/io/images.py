@@ -1,7 +1,7 @@
-"""Panoramas: a row of an HDR or EXR picture as light that arrives from all around.
+"""Pictures with linear values, and rows of them as light that arrives from all around.
 
-Radiance's .hdr files are read here; OpenEXR's .exr files by the package OpenEXR, which comes with
-`pip install "firstorder[images]"`.
+Radiance's .hdr files are read here; OpenEXR's .exr files by the package OpenEXR and .png and .jpg
+files by Pillow, which come with `pip install "firstorder[images]"`.
 """
 
 from __future__ import annotations
@@ -12,35 +12,41 @@ import re
 from typing import TypeAlias
 
 import numpy as np
+from jaxtyping import Float
 
 from firstorder.flatland.skies import PanoramaSky
-from firstorder.io._channels import read_channels
+from firstorder.io._channels import read_channels, read_levels
 
 Picture: TypeAlias = np.ndarray
 
 # Rec. 709 luminance of linear red, green and blue.
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+RADIANCE_FILES = (".hdr", ".pic", ".rgbe")
 _MOST_PIXELS = 2**27
 
 
 def read_panorama_row(
-    path: str | os.PathLike[str], row: int | None = None, columns: int | None = None
+    path: str | os.PathLike[str],
+    row: int | None = None,
+    columns: int | None = None,
+    colour: bool = False,
 ) -> PanoramaSky:
     r"""Reads one row of a panorama as the sky of flatland.
 
     The picture goes once around; flatland is the plane of that row. Its radiance is the Rec. 709
-    luminance `0.2126 R + 0.7152 G + 0.0722 B`, in the picture's own unit. The middle of the row is
-    straight up (+y), the right of it +x (`PanoramaSky`).
+    luminance `0.2126 R + 0.7152 G + 0.0722 B`, in the picture's own unit, or has the bands red,
+    green and blue. The middle of the row is straight up (+y), the right of it +x (`PanoramaSky`).
 
     Args:
-        path: a .hdr (or .pic) or .exr file.
+        path: a picture that `read_image` reads.
         row: from the top, 0 first; the middle one, if left out: the horizon.
         columns: how many to keep, each the average of those it covers; all, if left out. Every
             column is a break at which quadrature cuts, so a few hundred at most are wise.
+        colour: whether the picture's three bands are kept.
 
     Raises:
         ValueError: one sentence that names the file, if it cannot be read or has no such row.
-        ModuleNotFoundError: if an .exr file is asked for without the extra `images`.
+        ModuleNotFoundError: without the extra `images`, for all files but .hdr.
 
     Example:
         >>> import pathlib, tempfile
@@ -55,7 +61,8 @@ def read_panorama_row(
     chosen = height // 2 if row is None else row
     if not 0 <= chosen < height:
         raise ValueError(f"{name}: `row` must lie in [0, {height - 1}], but is {chosen}.")
-    values = picture[chosen].astype(float) @ LUMINANCE
+    values = picture[chosen].astype(float)
+    values = values if colour else values @ LUMINANCE
     if not np.all(np.isfinite(values)):
         raise ValueError(f"{name}: row {chosen} holds numbers that are not finite.")
     try:
@@ -65,23 +72,46 @@ def read_panorama_row(
         raise ValueError(f"{name}: {str(error).removeprefix('Argument ')}") from None
 
 
-def read_image(path: str | os.PathLike[str]) -> Picture:
+def read_image(path: str | os.PathLike[str], srgb: bool = True) -> Picture:
     """Reads a picture with linear values, shape (rows from the top, columns, RGB).
 
     Args:
-        path: a .hdr (or .pic) or .exr file.
+        path: a .hdr (or .pic), .exr, .png or .jpg file. A grey one has three equal bands; how
+            transparent pixels are is left out.
+        srgb: whether levels of .png and .jpg files are those of a screen, and are made linear by
+            the curve of sRGB; if not, they are numbers from 0 to 1, as in normal maps.
 
     Raises:
-        ValueError: one sentence that names the file, if it is neither, or broken.
-        ModuleNotFoundError: if an .exr file is asked for without the extra `images`.
+        ValueError: one sentence that names the file, if it is none of these, or broken.
+        ModuleNotFoundError: without the extra `images`, for all files but .hdr.
     """
     path = pathlib.Path(path)
     match path.suffix.lower():
-        case ".hdr" | ".pic" | ".rgbe":
+        case suffix if suffix in RADIANCE_FILES:
             return _hdr(path.read_bytes(), path.name)
         case ".exr":
             return _exr(path)
-    raise ValueError(f"{path.name}: a picture must be an .hdr or .exr file.")
+        case ".png" | ".jpg" | ".jpeg":
+            levels = read_levels(path)
+            return linear_from_srgb(levels) if srgb else levels
+    raise ValueError(f"{path.name}: a picture must be an .hdr, .exr, .png or .jpg file.")
+
+
+def linear_from_srgb(levels: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
+    """Linear light from levels of a screen, both from 0 to 1: the inverse of the curve of sRGB.
+
+    `c / 12.92` up to 0.04045, and `((c + 0.055) / 1.055)^2.4` above.
+
+    Reference: IEC 61966-2-1.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.io.images import linear_from_srgb
+        >>> linear_from_srgb(np.array([0.0, 0.5, 1.0])).round(6).tolist()
+        [0.0, 0.214041, 1.0]
+    """
+    c = np.asarray(levels, float)
+    return np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
 
 
 # --- OpenEXR -------------------------------------------------------------------------------------

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -18,12 +19,13 @@ from firstorder.conventions import direction
 from firstorder.flatland import Scene, Segments, derivatives_on_shape, irradiance
 from firstorder.numerics._batching import in_batches
 from firstorder.plotting.scenes import map_axes as as_map
-from firstorder.plotting.style import RADIANCE
+from firstorder.plotting.style import COLOURS, RADIANCE
 
 _INK, _LAMP, _MIRROR, _GLASS = "0.15", "#e0a526", "#2563eb", "#7dc4d8"
 # J12's colours: irradiance red, its derivatives green and blue.
 _CURVES = (("E", "$E$ (W/m)", "#b91c1c"), ("dE", "$E'$ (W/m$^2$)", "#15803d"),
            ("d2E", "$E''$ (W/m$^3$)", "#1d4ed8"))  # fmt: skip
+_BANDS = tuple(color for *_, color in _CURVES)  # red, green and blue
 
 # A scene so many times as wide as high has its map above the curves, else beside them.
 WIDE = 2.2
@@ -52,9 +54,10 @@ def draw_scene(
 ) -> None:
     """Draws a scene as a map with equal axes.
 
-    The colour of a line is its albedo, black to white within a dark outline; yellow is what emits,
-    drawn on the side that does; blue a mirror, light blue what refracts. Short ticks are normals,
-    stars lights without size, and the ring around it all is the sky.
+    The colour of a line is its albedo, black to white or that of three bands, within a dark
+    outline; yellow, or its light's own colour, is what emits, drawn on the side that does; blue a
+    mirror, light blue what refracts. Short ticks are normals, stars lights without size, and the
+    ring around it all is the sky.
 
     Args:
         ax: where to draw.
@@ -109,7 +112,8 @@ def receiver_curve(scene: Scene, name: str, samples: int = 201) -> dict[str, np.
 
     Returns:
         Columns by name: `shape` (its number), `s` (parameter), `arc` (length from the first end),
-        `x`, `y` [m], `E` [W/m], `dE` [W/m^2], `d2E` [W/m^3].
+        `x`, `y` [m], `E` [W/m], `dE` [W/m^2], `d2E` [W/m^3], these with a last axis of bands, if
+        there are any.
 
     Raises:
         ValueError: if there is no shape of that name.
@@ -160,6 +164,8 @@ def curve_of(scene: Scene, name: str, light, samples: int = 201) -> dict[str, np
 def draw_curves(axes: Iterable[Axes], curve: dict[str, Any], across: str = "arc") -> None:
     """Draws E, E' and E'' along a receiver into three axes, broken where the shape changes.
 
+    Three bands are red, green and blue.
+
     Args:
         axes: three of them.
         curve: as `receiver_curve` returns it.
@@ -167,10 +173,13 @@ def draw_curves(axes: Iterable[Axes], curve: dict[str, Any], across: str = "arc"
     """
     gap = np.flatnonzero(np.diff(curve["shape"]) != 0) + 1
     for ax, (key, words, color) in zip(axes, _CURVES, strict=True):
-        x, y = np.insert(curve[across], gap, np.nan), np.insert(curve[key], gap, np.nan)
+        x, y = np.insert(curve[across], gap, np.nan), np.insert(curve[key], gap, np.nan, axis=0)
         if len(gap) > 8:  # a polyline: one surface
             x, y = curve[across], curve[key]
-        ax.plot(x, y, color=color, linestyle="-", linewidth=1.2)
+        bands = y.reshape(len(y), -1).T
+        colours = [color] if y.ndim == 1 else _BANDS if len(bands) == 3 else COLOURS
+        for band, shade in zip(bands, itertools.cycle(colours)):
+            ax.plot(x, band, color=shade, linestyle="-", linewidth=1.2)
         ax.axhline(0.0, color="0.8", linewidth=0.6, linestyle="-", zorder=0)
         ax.set_ylabel(words)
         ax.set_xlabel("arc length (m)" if across == "arc" else f"${across}$ (m)")
@@ -246,8 +255,7 @@ def _outlines(scene: Scene, samples: int) -> list[tuple[np.ndarray, np.ndarray]]
 
 def _draw_shape(ax, scene: Scene, index: int, points, left, size: float, received: bool) -> None:
     material = jax.tree.map(lambda a: np.asarray(a)[index], scene.material)
-    albedo = float(np.clip(np.max(material.albedo), 0.0, 1.0))
-    color, outline = str(albedo), _INK
+    color, outline = _albedo_colour(material.albedo), _INK
     if material.mirror > 0.0:
         color = _MIRROR
     if material.ior > 0.0:
@@ -260,9 +268,26 @@ def _draw_shape(ax, scene: Scene, index: int, points, left, size: float, receive
     (line,) = ax.plot(*points.T, color=color, linestyle="-", linewidth=wide, path_effects=edge)
     line.set_solid_capstyle("butt")
     for side, away in ((0, 1.0), (1, -1.0)):
-        if material.emission[side] > 0.0:
+        if np.any(material.emission[side] > 0.0):
             shifted = points + away * 0.012 * size * left
-            ax.plot(*shifted.T, color=_LAMP, linestyle="-", linewidth=3.0, solid_capstyle="butt")
+            ax.plot(
+                *shifted.T,
+                color=_lamp_colour(material.emission[side]),
+                linestyle="-",
+                linewidth=3.0,
+                solid_capstyle="butt",
+            )
+
+
+def _albedo_colour(albedo: np.ndarray) -> Any:
+    """Grey of the brighter side; of three bands red, green and blue."""
+    most = np.clip(np.max(albedo, 0), 0.0, 1.0)
+    return tuple(most.tolist()) if most.shape == (3,) else str(float(np.max(most)))
+
+
+def _lamp_colour(emission: np.ndarray) -> Any:
+    """Yellow; of three bands the light's own colour, as bright as can be."""
+    return tuple((emission / emission.max()).tolist()) if emission.shape == (3,) else _LAMP
 
 
 def _write_name(ax, name: str, points: np.ndarray, left: np.ndarray) -> None:
@@ -282,8 +307,12 @@ def _draw_sky(ax: Axes, sky, center: np.ndarray, radius: float) -> None:
     middle = jnp.asarray(0.5 * (angle[1:] + angle[:-1]))
     radiance = np.asarray(jax.vmap(sky)(middle))
     pieces = LineCollection(list(np.stack([ring[:-1], ring[1:]], 1)), cmap=RADIANCE, linewidth=3.5)
-    pieces.set_array(radiance)
-    pieces.set_clim(0.0, max(float(radiance.max()), 1e-300))
+    most = max(float(radiance.max()), 1e-300)
+    if radiance.shape[1:] == (3,):
+        pieces.set_color(list(radiance / most))
+    else:
+        pieces.set_array(radiance.reshape(len(radiance), -1).max(-1))
+        pieces.set_clim(0.0, most)
     ax.add_collection(pieces)
     ax.set_xlim(center[0] - 1.06 * radius, center[0] + 1.06 * radius)
     ax.set_ylim(center[1] - 1.06 * radius, center[1] + 1.06 * radius)

@@ -14,17 +14,21 @@ WHITE = 0.995  # the share of pixels that are not burnt out
 
 
 def tone_map(
-    values: Float[np.ndarray, "w h"], white: float | None = None
-) -> UInt8[np.ndarray, "h w"]:
-    """Radiance as grey levels of a screen: linear up to white, and then the sRGB curve.
+    values: Float[np.ndarray, "w h *bands"], white: float | None = None
+) -> UInt8[np.ndarray, "h w *bands"]:
+    """Radiance as levels of a screen: linear up to white, and then the sRGB curve.
 
     Args:
-        values: radiance, first axis across, second upwards. NaN is shown black, infinity white.
+        values: radiance, first axis across, second upwards; and perhaps red, green and blue in a
+            last one. NaN is shown black, infinity white.
         white: radiance that becomes white; if left out, what half a percent of the finite pixels
             exceed.
 
     Returns:
-        Grey levels, rows from the top.
+        Levels of grey, or of red, green and blue, rows from the top.
+
+    Raises:
+        ValueError: if there are bands, but not three.
 
     Example:
         >>> import numpy as np
@@ -33,16 +37,23 @@ def tone_map(
         [[0, 126, 255]]
     """
     values = np.asarray(values, float)
+    if values.ndim == 3 and values.shape[-1] != 3:
+        raise ValueError(
+            "Argument `values` must have three bands to be a picture in colour, but has "
+            f"{values.shape[-1]}."
+        )
     if white is None:
         known = values[np.isfinite(values)]
         white = float(np.quantile(known, WHITE)) if known.size else 1.0
     x = np.clip(np.nan_to_num(values / (white if white > 0.0 else 1.0)), 0.0, 1.0)
     curve = np.where(x <= 0.0031308, 12.92 * x, 1.055 * np.maximum(x, 1e-9) ** (1.0 / 2.4) - 0.055)
-    return np.rint(255.0 * curve).astype(np.uint8).T[::-1]
+    return np.rint(255.0 * curve).astype(np.uint8).swapaxes(0, 1)[::-1]
 
 
 def write_png(
-    path: str | os.PathLike[str], values: Float[np.ndarray, "w h"], white: float | None = None
+    path: str | os.PathLike[str],
+    values: Float[np.ndarray, "w h *bands"],
+    white: float | None = None,
 ) -> None:
     """Writes radiance as a tone-mapped picture, whole or not at all.
 

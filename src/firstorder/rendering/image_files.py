@@ -39,7 +39,7 @@ def render_to_files(
     key: str = "",
     out: str | os.PathLike[str] | None = None,
     quiet: bool | None = None,
-) -> dict[str, Float[np.ndarray, "w h"]]:
+) -> dict[str, Float[np.ndarray, "w h *bands"]]:
     """Render a whole image by tiles that are kept: killed at any time, the same call goes on.
 
     After every pass the picture so far is written.
@@ -52,11 +52,12 @@ def render_to_files(
         passes: over the image, each with other nodes of the light.
         side: of a tile [pixels].
         key: what the world is, in words: a folder of another key is refused.
-        out: an .exr file for all layers; a tone-mapped .png is written beside it.
+        out: an .exr file for all layers; a tone-mapped .png is written beside it, in colour if
+            there are three bands, and none if there is another number of them.
         quiet: as in `rendering.tiles.render_tiles`.
 
     Returns:
-        Layers by name (`Renderer.layers`), the mean over passes.
+        Layers by name (`Renderer.layers`), the mean over passes; bands, if any, in a last axis.
 
     Raises:
         ValueError: if the folder holds tiles of another image.
@@ -83,12 +84,14 @@ def _write_image(path: str | os.PathLike[str], layers: Mapping[str, np.ndarray])
 
     Args:
         path: ends in .exr.
-        layers: by name, first axis across; `value` among them.
+        layers: by name, first axis across; `value` among them. Without three bands that are red,
+            green and blue, or a single one, there is no picture.
     """
     from firstorder.plotting.pictures import write_png
 
     write_layers(path, layers)
-    write_png(pathlib.Path(path).with_suffix(".png"), layers["value"])
+    if layers["value"].shape[2:] in ((), (3,)):
+        write_png(pathlib.Path(path).with_suffix(".png"), layers["value"])
 
 
 def world_from_scene(
@@ -132,7 +135,7 @@ def world_from_scene(
         raise ValueError("Argument `space` must have meshes that do not emit, but one does.")
     sky = space.sky
     if not callable(sky):
-        sky = ConstantSky(sky) if float(sky) > 0.0 else None
+        sky = ConstantSky(sky) if np.any(np.asarray(sky) > 0.0) else None
     scene = Scene.of(*things) if things else None
     own = _numbers([thing.shape for thing in things], len(space.models))
     finish = surface_maps_of(list(zip(own, [*worn, *coats[len(space.things) :]], strict=True)))

@@ -25,6 +25,7 @@ from jaxtyping import Float, Int
 from firstorder.imaging._area_lights import Lamp, SampledLight
 from firstorder.imaging._interaction import facet_interaction, surface_interaction
 from firstorder.imaging._point_shading import (
+    OF_SHADED,
     ShadedPixels,
     node_occlusion,
     oriented_light,
@@ -39,6 +40,7 @@ from firstorder.io.meshes import Embree
 from firstorder.io.scenes.space_toml import MeshModel
 from firstorder.numerics._batching import host_blocks
 from firstorder.rendering._blocks import beside_seen
+from firstorder.scene._bands import bands_of, by_band
 from firstorder.scene._primitives import joined
 from firstorder.space.intersect import nearest
 from firstorder.space.meshes.triangle_mesh import mesh
@@ -101,11 +103,13 @@ class TileHits:
 class Renderer:
     """Renderer of a world: shades pixels, a few or all.
 
+    Of several bands shadow rays are traced once.
+
     Args:
         world: what is seen.
 
     Raises:
-        ValueError: if there is nothing to see, or no light.
+        ValueError: if there is nothing to see, or no light, or numbers of bands differ.
         ModuleNotFoundError: for models, without the extra `mesh`.
 
     Example:
@@ -135,8 +139,9 @@ class Renderer:
             self._add_models()
             rows += [primitive(sphere((0, 0, 0), 1.0), **m.material).material for m in world.models]
         self._material: Material = joined(rows)
-        lamps = [primitive(_shade_of(lamp), emission=lamp.radiance) for lamp in world.lamps]
+        lamps = [primitive(_shade_of(lamp)) for lamp in world.lamps]
         self._lamps = Scene.of(*lamps) if lamps else None
+        self.bands = bands_of(world.scene, self._material, self.lights, world.finish)
 
     def _add_models(self) -> None:
         """Build one Embree tree over all faces, and their corners as JAX arrays."""
@@ -230,6 +235,7 @@ class Renderer:
             (p, seen.index, seen.face),
             lit,
             BLOCK,
+            self.bands,
         )
         return found, seen.index
 
@@ -288,7 +294,8 @@ class Renderer:
 
         `value` and `grad.u`, `grad.v` (per unit of the image), `shadow.u`, `shadow.v` (the part of
         the gradient that moving shadows make), R07's `SV`, `DV`, `CV`, `CDV` of both lobes and,
-        with `.diffuse` and `.glossy`, apart; `index` and `distance`.
+        with `.diffuse` and `.glossy`, apart; `index` and `distance`. What depends on light has a
+        last axis of bands, if there are any.
 
         Args:
             p: image coordinates.
@@ -303,19 +310,21 @@ class Renderer:
             value[lamps] = self._emitted(p[lamps], index[lamps])
         sky = index < 0
         if np.any(sky) and self.world.sky is not None:
-            value[sky], gradient[sky] = host_blocks(
+            L, slope = host_blocks(
                 lambda q: _sky(self.world.sky, self.world.camera, q), p[sky], RAYS
             )
+            alone = L.ndim < value.ndim  # a sky without bands is the same in all
+            value[sky], gradient[sky] = (L[:, None], slope[:, None]) if alone else (L, slope)
         layers: dict[str, np.ndarray] = {
             "value": value,
-            "grad.u": gradient[:, 0],
-            "grad.v": gradient[:, 1],
+            "grad.u": gradient[..., 0],
+            "grad.v": gradient[..., 1],
         }
-        layers |= {"shadow.u": shadow[:, 0], "shadow.v": shadow[:, 1]}
+        layers |= {"shadow.u": shadow[..., 0], "shadow.v": shadow[..., 1]}
         for name in ("SV", "DV", "CV", "CDV"):
             both = np.asarray(getattr(found, name))
             layers |= {name: both.max(-1) if name == "CV" else both.sum(-1)}
-            layers |= {f"{name}.diffuse": both[:, 0], f"{name}.glossy": both[:, 1]}
+            layers |= {f"{name}.diffuse": both[..., 0], f"{name}.glossy": both[..., 1]}
         far = np.where(np.isfinite(seen.distance), seen.distance, 0.0)
         layers |= {"cosine": np.asarray(found.cosine), "curvature": np.asarray(found.curvature)}
         return layers | {"index": index.astype(float), "distance": far}
@@ -326,8 +335,10 @@ class Renderer:
         d = host_blocks(lambda q: _directions(self.world.camera, q), p, RAYS)
         lamps = self.world.lamps
         normal = np.array([np.cross(lamp.u, lamp.v) for lamp in lamps])[index - first]
-        radiance = np.array([float(lamp.radiance) for lamp in lamps])[index - first]
-        return np.where(np.sum(d * normal, -1) < 0.0, radiance, 0.0)
+        shape = () if self.bands is None else (self.bands,)
+        radiance = np.array([np.broadcast_to(lamp.radiance, shape) for lamp in lamps])
+        front = np.sum(d * normal, -1) < 0.0
+        return np.where(front.reshape(-1, *(1,) * len(shape)), radiance[index - first], 0.0)
 
 
 # --- compiled parts ------------------------------------------------------------------------------
@@ -345,6 +356,7 @@ def _met(scene: Scene, origins, along, on=-1):
 
 
 @eqx.filter_jit
+@by_band((-1, -2))
 def _sky(sky, camera: Pinhole, p):
     return jax.vmap(jax.value_and_grad(lambda p: sky(camera.direction(p))))(p)
 
@@ -391,6 +403,7 @@ def _starts(given, lights):
 
 
 @eqx.filter_jit
+@by_band(OF_SHADED)
 def _pixels(given, lights, hidden) -> ShadedPixels:
     return jax.vmap(lambda at, hidden: shade_point(at, lights, hidden))(_looked(given), hidden)
 

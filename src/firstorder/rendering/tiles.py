@@ -23,7 +23,7 @@ from tqdm import tqdm
 from firstorder._argument_checks import check_positive
 from firstorder.io.files import write_json, write_npz
 
-Layers = dict[str, Float[np.ndarray, "w h"]]
+Layers = dict[str, Float[np.ndarray, "w h *bands"]]
 Shade = Callable[[Float[np.ndarray, "n 2"], int], Mapping[str, np.ndarray]]
 
 JOB = "job.json"
@@ -78,7 +78,8 @@ def render_tiles(
     """Mean over passes of an image, resumed where an earlier call was ended.
 
     Args:
-        shade: from centres of pixels and the number of the pass to numbers by layer, one a place.
+        shade: from centres of pixels and the number of the pass to numbers by layer, one a place,
+            or a row of bands.
             It must depend on nothing else: random numbers come from the pass.
         width: of the image [pixels].
         height: of the image [pixels].
@@ -114,7 +115,7 @@ def render_tiles(
             for k, tile in enumerate(parts):
                 found = _made(folder / f"pass{number:04d}_tile{k:05d}.npz", shade, tile, number)
                 for name, values in found.items():
-                    whole = sums.setdefault(name, np.zeros((width, height)))
+                    whole = sums.setdefault(name, np.zeros((width, height, *values.shape[2:])))
                     whole[tile.left : tile.right, tile.low : tile.high] += values
                 progress.update()
             if after_pass is not None:
@@ -146,6 +147,7 @@ def _made(file: pathlib.Path, shade: Shade, tile: _Tile, number: int) -> dict[st
     """A tile from its file, or made and kept."""
     if not file.exists():
         found = shade(tile.places, number)
-        write_npz(file, {k: np.asarray(v, float).reshape(tile.shape) for k, v in found.items()})
+        found = {k: np.asarray(v, float) for k, v in found.items()}
+        write_npz(file, {k: v.reshape(*tile.shape, *v.shape[1:]) for k, v in found.items()})
     with np.load(file) as kept:
         return {name: kept[name] for name in kept.files}

@@ -13,6 +13,7 @@ from jaxtyping import Array
 
 from firstorder._argument_checks import check_real
 from firstorder.numerics._host import spread
+from firstorder.scene._bands import check_one_band
 from firstorder.typing import as_array, as_float
 
 WORLDS = ("flatland", "space")
@@ -54,8 +55,13 @@ def check_kind(name: str, x: Any, kind: type) -> None:
         raise TypeError(f"Argument `{name}` must be {_asked(x, kind)}{_hint(x, kind)}.")
 
 
-def check_asked(scene: Any, kind: type, at: Any, receiver: type, name: str = "at") -> None:
+def check_asked(
+    scene: Any, kind: type, at: Any, receiver: type, name: str = "at", bands: bool = False
+) -> None:
     """Refuses a scene and a receiver that are none of one world; every public call asks this.
+
+    A scene of several bands is refused too: functions that map themselves over bands (`by_band`)
+    see one at a time, and those that look at shapes alone say that bands may be there.
 
     Args:
         scene: what was given as one.
@@ -63,22 +69,26 @@ def check_asked(scene: Any, kind: type, at: Any, receiver: type, name: str = "at
         at: what was given as a receiver.
         receiver: the class of that world's receivers.
         name: of the argument that is the receiver.
+        bands: whether the scene may have bands.
 
     Raises:
         TypeError: if one is something else, or of the other world.
+        ValueError: if the scene has bands and may not.
     """
     check_kind("scene", scene, kind)
     check_kind(name, at, receiver)
+    if not bands:
+        check_one_band("scene", scene)
 
 
-def check_asked_one(scene: Any, kind: type, at: Any, receiver: type) -> None:
+def check_asked_one(scene: Any, kind: type, at: Any, receiver: type, bands: bool = False) -> None:
     """`check_asked`, and refuses several receivers, for calls that answer one.
 
     Raises:
         TypeError: if one is something else, or of the other world.
-        ValueError: if there are several receivers.
+        ValueError: if there are several receivers, or the scene has bands and may not.
     """
-    check_asked(scene, kind, at, receiver)
+    check_asked(scene, kind, at, receiver, bands=bands)
     if at.position.ndim != 1:
         raise ValueError(
             f"Argument `at` must be one receiver, but holds {at.position.shape[:-1]} of them: "

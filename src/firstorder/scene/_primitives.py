@@ -15,7 +15,6 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from firstorder._argument_checks import (
-    COLOUR,
     check_known,
     check_not_negative,
     is_concrete,
@@ -23,6 +22,7 @@ from firstorder._argument_checks import (
 )
 from firstorder.numerics._host import hosted, joined_arrays
 from firstorder.scene._arguments import numbers
+from firstorder.scene._bands import bands_of
 from firstorder.typing import as_array
 
 FRONT, BACK = 0, 1
@@ -46,26 +46,35 @@ def each(value: Any, shape: Any, name: str = "value") -> Float[Array, " n"]:
     return as_array(xp.broadcast_to(value, (n,)))
 
 
-def sides(value: Any, shape: Any, both: bool, name: str = "value") -> Float[Array, "n 2"]:
-    """Front and back of each of the n shapes of a kind.
+def sides(value: Any, shape: Any, both: bool, name: str = "value") -> Float[Array, "n 2 *bands"]:
+    """Front and back of each of the n shapes of a kind, with a last axis if there are bands.
 
-    A single number is the front's, and perhaps both's.
+    A single number, or a single row of bands, is the front's, and perhaps both's. Three numbers or
+    more are bands, unless there are as many shapes: then they are one number for each.
 
     Raises:
         TypeError: if it is no number.
-        ValueError: if there are more or fewer, such as three for red, green and blue.
+        ValueError: if there are more or fewer.
     """
     xp, value = _of_shape(name, value, shape)
     n = shape.count
-    if value.shape not in ((), (1,), (n,), (2,), (1, 2), (n, 2)):
-        raise ValueError(
-            f"Argument `{name}` must be one number, two (front and back), or those of each shape "
-            f"(here {n}), but has shape {value.shape}{COLOUR if value.shape == (3,) else ''}."
-        )
-    if value.ndim and value.shape[-1] == 2:
+    if value.shape in ((1, 2), (2,), (n, 2)):
         return as_array(xp.broadcast_to(value, (n, 2)))
-    front = xp.broadcast_to(value, (n,))
-    return as_array(xp.stack([front, front if both else xp.zeros_like(front)], -1))
+    if value.shape in ((), (1,), (n,)):
+        front = xp.broadcast_to(value, (n,))
+    elif value.ndim and value.shape[-1] > 2 and value.shape[:-1] in ((), (1,), (n,), (2,)):
+        if value.shape[:-1] == (2,):
+            return as_array(xp.broadcast_to(value, (n, *value.shape)))
+        front = xp.broadcast_to(value, (n, value.shape[-1]))
+    elif value.ndim == 3 and value.shape[:-1] in ((1, 2), (n, 2)):
+        return as_array(xp.broadcast_to(value, (n, *value.shape[1:])))
+    else:
+        raise ValueError(
+            f"Argument `{name}` must be one number, two (front and back), those of each shape "
+            f"(here {n}), or three or more bands in place of each number, but has shape "
+            f"{value.shape}."
+        )
+    return as_array(xp.stack([front, front if both else xp.zeros_like(front)], 1))
 
 
 def _of_shape(name: str, value: Any, shape: Any) -> tuple[Any, Any]:
@@ -108,8 +117,8 @@ def checked(given: Mapping[str, Array], shares: Sequence[str]) -> dict[str, Arra
 
 
 def _worse(value: np.ndarray) -> np.ndarray:
-    """The larger of two sides."""
-    return value if value.ndim == 1 else np.max(value, -1)
+    """The larger of two sides, in any band."""
+    return np.max(value.reshape(len(value), -1), -1)
 
 
 def grouped(
@@ -142,10 +151,26 @@ def grouped(
 
 
 def joined(parts: list) -> Any:
-    """Several modules of one kind, shapes or materials, as one, along the leading axis."""
+    """Several modules of one kind, shapes or materials, as one, along the leading axis.
+
+    Raises:
+        ValueError: if those that have bands have not equally many.
+    """
     if len(parts) == 1:
         return parts[0]
-    return jax.tree.map(lambda *leaves: joined_arrays(list(leaves)), *parts)
+    bands = bands_of(parts)
+
+    def join(*leaves: Array) -> Array:
+        most = max(leaf.ndim for leaf in leaves)
+        return joined_arrays([a if a.ndim == most else _spread(a, bands) for a in leaves])
+
+    return jax.tree.map(join, *parts)
+
+
+def _spread(a: Array, bands: int | None) -> Array:
+    """Numbers that are the same in all bands, in each of them."""
+    xp, a = hosted(a)
+    return as_array(xp.broadcast_to(a[..., None], (*a.shape, bands)))
 
 
 def named(names: Sequence[str], name: str) -> tuple[int, ...]:

@@ -7,10 +7,12 @@ Python shows it once for each line of the caller.
 
 from __future__ import annotations
 
+import functools
 import math
 import warnings
 import weakref
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple, ParamSpec, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -20,6 +22,9 @@ from firstorder._argument_checks import check_count, check_index, is_concrete
 from firstorder.errors import NoLight
 from firstorder.scene._primitives import BACK, FRONT
 from firstorder.session import warn_of_single_precision
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 # From the warning to the caller of a public function.
 _LEVEL = 4
@@ -74,11 +79,22 @@ def check_shines(scene: Any) -> None:
 
     Called by functions that are plain Python outside and compile what is inside of them.
     """
-    if not is_concrete(scene):
-        return
+    if getattr(scene, "material", None) is None or not is_concrete(scene):
+        return  # what is no scene is refused by the function itself
     warn_of_single_precision(_LEVEL - 1)
     if not _lights(scene).any:
         _warn(_DARK)
+
+
+def warns_if_dark(function: Callable[P, R]) -> Callable[P, R]:
+    """A function of a scene that asks `check_shines` first, of all bands at once."""
+
+    @functools.wraps(function)
+    def warning(*args: P.args, **kwargs: P.kwargs) -> R:
+        check_shines(args[0] if args else kwargs.get("scene"))
+        return function(*args, **kwargs)
+
+    return warning
 
 
 def _check_sides(scene: Any, known: _Lights, position: np.ndarray, on: int) -> None:
@@ -156,6 +172,8 @@ def _lights(scene: Any) -> _Lights:
     groups = jax.tree.map(np.asarray, scene.groups)
     closed = np.repeat([g.closed for g in groups], [g.count for g in groups])
     emission, far = np.asarray(scene.material.emission), _shines_from_afar(scene)
+    if emission.ndim == 3:  # what shines in any band shines
+        emission = emission.max(-1)
     found = _Lights(far, emission, closed, not far or bool(closed.any()), groups)
     _kept[key] = weakref.ref(scene, lambda _: _kept.pop(key, None)), found
     return found

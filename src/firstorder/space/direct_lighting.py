@@ -24,6 +24,7 @@ from firstorder._argument_checks import nan_unless
 from firstorder.numerics._compiled import compiled_after
 from firstorder.numerics._vectors import unit
 from firstorder.scene._arguments import check_asked_one
+from firstorder.scene._bands import by_band
 from firstorder.scene._questions import check_lit, check_question
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import BACK, FRONT, Scene
@@ -75,7 +76,7 @@ def net_visibility(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[Arra
         >>> print(round(float(blocked / (2.0 * jnp.pi)), 6))  # 1 - cos(30 degrees)
         0.133975
     """
-    check_asked_one(scene, Scene, at, Receiver)
+    check_asked_one(scene, Scene, at, Receiver, bands=True)
     found = _outlines_from(scene, at)
     seen = jnp.zeros(scene.count + 1, at.position.dtype).at[-1].set(1.0)
     edges, sides, level, above = _contours(found, at.axes, segment_angle, arc_angle, nodes)
@@ -87,7 +88,8 @@ def net_visibility(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[Arra
 
 
 @compiled_after(check_lit)
-def irradiance(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[Array, ""]:
+@by_band()
+def irradiance(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[Array, "*bands"]:
     """Irradiance from shapes of constant radiance and a constant sky [W/m^2].
 
         E = integral over the hemisphere of L(w) cos(theta) dw
@@ -125,7 +127,8 @@ def irradiance(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[Array, "
 
 
 @compiled_after(check_lit)
-def vector_irradiance(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[Array, "3"]:
+@by_band()
+def vector_irradiance(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[Array, "3 *bands"]:
     """The vector of light in the receiver's frame: `integral of L(w) w dw` [W/m^2].
 
     Its z is the irradiance; turning the receiver's normal by `tilt` changes that by x and y.
@@ -163,6 +166,7 @@ def _shown(scene: Scene, at: Receiver, found: _Outlines) -> Float[Array, " n_1"]
 
 
 @compiled_after(check_question)
+@by_band()
 def boundary_gradient(
     scene: Scene,
     at: Receiver,
@@ -170,7 +174,7 @@ def boundary_gradient(
     weight: Callable[[Array], Array] = lambda w: w[..., 2],
     radiance: Radiance | None = None,
     nodes: int = 16,
-) -> Float[Array, "3"]:
+) -> Float[Array, "3 *bands"]:
     """Contribution of moving edges to the gradient of `integral L(w) weight(w) dw`, in local axes.
 
         grad B = sum over edges of the contour integral of

@@ -12,18 +12,19 @@ silhouettes are wrong there, rays are right.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float
 
-from firstorder._argument_checks import check_index, check_not_negative, check_one
+from firstorder._argument_checks import check_index, check_not_negative, check_one_or_bands
 from firstorder._display import Axes, as_picture, drawn
 from firstorder.numerics._vectors import dot
 from firstorder.scene._arguments import check_kind, check_names, check_primitives, numbers
+from firstorder.scene._bands import bands_of, by_band, one_band
 from firstorder.scene._intersect import picked
 from firstorder.scene._primitives import BACK, FRONT, checked, each, grouped, joined, named, sides
 from firstorder.scene._sides import facing_point, turned_to
@@ -35,6 +36,8 @@ from firstorder.space.shapes.kinds import KINDS, Point, Shape
 class Material(eqx.Module):
     """Emission and reflectance of shapes, front and back; one row for each shape.
 
+    Emission and albedo may have a last axis of bands.
+
     Attributes:
         emission: radiance that front and back emit, the same in all directions [W/(m^2 sr)].
         albedo: share of the arriving flux that front and back reflect diffusely, BRDF albedo / pi.
@@ -42,8 +45,10 @@ class Material(eqx.Module):
         exponent: of that lobe, `cos^exponent`.
     """
 
-    emission: Float[Array, "n 2"]
-    albedo: Float[Array, "n 2"]
+    BANDED: ClassVar = {"emission": 2, "albedo": 2}
+
+    emission: Float[Array, "n 2 ..."]
+    albedo: Float[Array, "n 2 ..."]
     specular: Float[Array, " n"]
     exponent: Float[Array, " n"]
 
@@ -77,8 +82,10 @@ def primitive(
     Args:
         shape: one shape or many of a kind.
         name: by which `Scene.named` finds them.
-        emission: radiance of the front, or two numbers, front and back [W/(m^2 sr)].
-        albedo: of both sides; or two numbers, front and back.
+        emission: radiance of the front, or two numbers, front and back [W/(m^2 sr)]. Each number
+            may be three or more, bands: of one, two or n rows; any number of them, 1 and 2 too, in
+            shape (n, 2, bands).
+        albedo: of both sides; or two numbers, front and back; bands likewise.
         two_sided: whether a single emission holds for the back too.
         facing: a point towards which the front must look; shapes that show it their back are
             turned round. Left out, they stay as they are [m].
@@ -123,7 +130,7 @@ class Scene(eqx.Module):
         groups: the shapes, at most one group a kind.
         material: one row for each shape.
         environment: radiance of the sky as a function of the world direction to where light comes
-            from, or a number, the same from everywhere.
+            from, or a number, the same from everywhere; or one number for each band.
 
     Example:
         >>> from firstorder.space import Scene, plane, sphere, primitive
@@ -136,6 +143,8 @@ class Scene(eqx.Module):
         (2, (1,))
     """
 
+    BANDED: ClassVar = {"environment": 0}
+
     groups: tuple[Shape, ...]
     material: Material
     environment: Callable[[Array], Array] | Array
@@ -144,15 +153,15 @@ class Scene(eqx.Module):
     @staticmethod
     def of(
         *things: Primitive,
-        environment: Callable[[Array], Array] | ArrayLike | None = None,
+        environment: Callable[[Array], Array] | ArrayLike | Sequence[float] | None = None,
         **others: Any,
     ) -> Scene:
         """Puts things together.
 
         Args:
             things: shapes with materials, in any order.
-            environment: radiance from beyond all shapes: a number, or a function of the unit
-                direction.
+            environment: radiance from beyond all shapes: a number, three or more for bands, or a
+                function of the unit direction.
             others: none; the environment's old name `sky` is answered with its new one.
 
         Raises:
@@ -170,9 +179,11 @@ class Scene(eqx.Module):
                 environment = jax.tree_util.Partial(environment)
         else:
             environment = numbers("environment", environment)
-            check_one("environment", environment)
+            check_one_or_bands("environment", environment)
             check_not_negative("environment", environment)
-        return Scene(tuple(groups), joined(materials), environment, names)
+        made = Scene(tuple(groups), joined(materials), environment, names)
+        bands_of(made)  # refuses those that disagree
+        return made
 
     _repr_html_ = as_picture
 
@@ -211,6 +222,22 @@ class Scene(eqx.Module):
     def count(self) -> int:
         """Number of shapes."""
         return len(self.names)
+
+    @property
+    def bands(self) -> int | None:
+        """Number of bands of its light and its materials; None for one without an axis."""
+        return bands_of(self)
+
+    def band(self, number: int) -> Scene:
+        """The scene as one of its bands sees it.
+
+        Args:
+            number: of the band, from 0.
+
+        Raises:
+            ValueError: if there is no such band.
+        """
+        return one_band(self, number)
 
     def named(self, name: str) -> tuple[int, ...]:
         """The numbers of the shapes of that name.
@@ -264,13 +291,15 @@ class Scene(eqx.Module):
         point = origin + jnp.where(jnp.isfinite(t), t, 0.0) * along
         return point, self.normal(index, point), t
 
-    def emitted(self, index: ArrayLike, point: Point, along: Point) -> Float[Array, ""]:
+    @by_band()
+    def emitted(self, index: ArrayLike, point: Point, along: Point) -> Float[Array, "*bands"]:
         """Radiance that a shape emits at a point against the ray that arrives there."""
         front = dot(self.normal(index, point), along) < 0.0
         sides = self.material.emission[jnp.asarray(index)]
         return jnp.where(front, sides[FRONT], sides[BACK])
 
-    def sky(self, along: Point) -> Float[Array, ""]:
+    @by_band()
+    def sky(self, along: Point) -> Float[Array, "*bands"]:
         """Radiance of the sky from a world direction."""
         if callable(self.environment):
             return self.environment(along)

@@ -16,7 +16,7 @@ with u from left to right and v from top to bottom in [0, 1]. Its horizon is fla
 from __future__ import annotations
 
 import math
-from typing import TypeAlias
+from typing import ClassVar, TypeAlias
 
 import equinox as eqx
 import jax
@@ -27,11 +27,12 @@ from jaxtyping import Array, Float
 from firstorder._argument_checks import (
     check_finite,
     check_not_negative,
-    check_one,
+    check_one_or_bands,
     check_positive,
     is_concrete,
 )
 from firstorder.numerics._vectors import dot, norm, unit
+from firstorder.scene._bands import by_band
 from firstorder.typing import as_float
 
 _FULL = 2.0 * np.pi
@@ -43,7 +44,7 @@ class ConstantSky(eqx.Module):
     """A sky of one radiance in every direction.
 
     Args:
-        radiance: not negative [W/(m^2 sr)].
+        radiance: not negative [W/(m^2 sr)]; or one for each band.
 
     Raises:
         ValueError: if the radiance is negative or not finite.
@@ -55,13 +56,16 @@ class ConstantSky(eqx.Module):
         2.0
     """
 
-    radiance: Float[Array, ""] = eqx.field(converter=as_float, default=1.0)
+    BANDED: ClassVar = {"radiance": 0}
+
+    radiance: Float[Array, "*bands"] = eqx.field(converter=as_float, default=1.0)
 
     def __check_init__(self):
         """Refuse darkness below zero."""
-        check_one("radiance", self.radiance)
+        check_one_or_bands("radiance", self.radiance)
         check_not_negative("radiance", self.radiance)
 
+    @by_band()
     def __call__(self, w: Directions) -> Numbers:
         """Radiance from a world direction."""
         return jnp.broadcast_to(self.radiance, w.shape[:-1])
@@ -77,7 +81,7 @@ class GaussianSky(eqx.Module):
     Args:
         center: direction of the maximum, of any length but zero.
         sigma: its standard deviation, positive [rad].
-        radiance: at the maximum, not negative [W/(m^2 sr)].
+        radiance: at the maximum, not negative [W/(m^2 sr)]; or one for each band.
 
     Raises:
         ValueError: if sigma is not positive, the centre has no direction, or a number is not
@@ -93,9 +97,11 @@ class GaussianSky(eqx.Module):
         0.449329
     """
 
+    BANDED: ClassVar = {"radiance": 0}
+
     center: Float[Array, "3"] = eqx.field(converter=as_float, default=(0.0, 0.0, 1.0))
     sigma: Float[Array, ""] = eqx.field(converter=as_float, default=0.5)
-    radiance: Float[Array, ""] = eqx.field(converter=as_float, default=1.0)
+    radiance: Float[Array, "*bands"] = eqx.field(converter=as_float, default=1.0)
 
     def __check_init__(self):
         """Refuse what is no Gaussian."""
@@ -107,13 +113,16 @@ class GaussianSky(eqx.Module):
         if is_concrete(self.center) and not float(norm(self.center)) > 0.0:
             raise ValueError("Argument `center` must have a direction, but is the zero vector.")
         check_positive("sigma", self.sigma)
+        check_one_or_bands("radiance", self.radiance)
         check_not_negative("radiance", self.radiance)
 
+    @by_band()
     def __call__(self, w: Directions) -> Numbers:
         """Radiance from a world direction, a unit vector."""
         return self.radiance * jnp.exp((dot(w, unit(self.center)) - 1.0) / self.sigma**2)
 
-    def gradient(self, w: Directions) -> Directions:
+    @by_band(-2)
+    def gradient(self, w: Directions) -> Float[Array, "*n 3"]:
         """The gradient on the sphere, along which the radiance grows most; tangential to w.
 
         `grad L = L (m - (w . m) w) / sigma^2`, in W/(m^2 sr rad).
@@ -134,8 +143,8 @@ class PanoramaSky(eqx.Module):
     The mean over the sphere is close to the pixels' mean weighted by `sin(pi v)`, not equal to it.
 
     Args:
-        values: shape (rows >= 2, columns >= 4), from the zenith down and from left to right;
-            differentiable leaves [W/(m^2 sr)].
+        values: shape (rows >= 2, columns >= 4), from the zenith down and from left to right, and
+            perhaps a last axis of bands; differentiable leaves [W/(m^2 sr)].
 
     Raises:
         ValueError: if there are fewer values, or one is not finite.
@@ -148,17 +157,20 @@ class PanoramaSky(eqx.Module):
         1.0 1.0
     """
 
-    values: Float[Array, "rows columns"] = eqx.field(converter=as_float)
+    BANDED: ClassVar = {"values": 2}
+
+    values: Float[Array, "rows columns *bands"] = eqx.field(converter=as_float)
 
     def __check_init__(self):
         """Refuse what is too small to go around."""
         shape = jnp.shape(self.values)
-        if len(shape) != 2 or shape[0] < 2 or shape[1] < 4:
+        if len(shape) not in (2, 3) or shape[0] < 2 or shape[1] < 4:
             raise ValueError(
                 f"Argument `values` must have shape (rows >= 2, columns >= 4), but has {shape}."
             )
         check_finite("values", self.values)
 
+    @by_band()
     def __call__(self, w: Directions) -> Numbers:
         """Radiance from a world direction, of any length but zero."""
         rows, columns = self.values.shape
@@ -183,6 +195,7 @@ class PanoramaSky(eqx.Module):
         lower = jnp.where(bottom, poles[1], along(row + 1))
         return upper + fv * (lower - upper)
 
+    @by_band()
     def harmonic(self, degree: int) -> HarmonicSky:
         """The panorama without spherical harmonics above a degree: smooth, poles included.
 
@@ -215,7 +228,8 @@ class HarmonicSky(eqx.Module):
     """A sum of real spherical harmonics, polynomials of the direction: smooth to any order.
 
     Args:
-        coefficients: (degree + 1)^2 of them, in the order of `_harmonics` [W/(m^2 sr)].
+        coefficients: (degree + 1)^2 of them, in the order of `_harmonics`; or shape (.., bands)
+            [W/(m^2 sr)].
 
     Raises:
         ValueError: if their number is no square, or one is not finite.
@@ -228,12 +242,14 @@ class HarmonicSky(eqx.Module):
         0.8
     """
 
-    coefficients: Float[Array, " k"] = eqx.field(converter=as_float)
+    BANDED: ClassVar = {"coefficients": 1}
+
+    coefficients: Float[Array, "k *bands"] = eqx.field(converter=as_float)
 
     def __check_init__(self):
         """Refuse what is no full set."""
         shape = jnp.shape(self.coefficients)
-        if len(shape) != 1 or not shape[0] or round(shape[0] ** 0.5) ** 2 != shape[0]:
+        if len(shape) not in (1, 2) or not shape[0] or round(shape[0] ** 0.5) ** 2 != shape[0]:
             raise ValueError(
                 f"Argument `coefficients` must be 1, 4, 9, ... numbers, but has {shape}."
             )
@@ -244,6 +260,7 @@ class HarmonicSky(eqx.Module):
         """The highest degree."""
         return round(self.coefficients.shape[0] ** 0.5) - 1
 
+    @by_band()
     def __call__(self, w: Directions) -> Numbers:
         """Radiance from a world direction, a unit vector."""
         return _harmonics(w, self.degree) @ self.coefficients

@@ -177,7 +177,12 @@ SENTENCES = [
     ),
     (LAMP.replace('"circle"', "7"), 10, SECOND, "`kind` must be text in quotes, but is 7."),
     (with_line("intensity", "-3"), 17, "light 1", "`intensity` must not be negative, but is -3.0."),
-    (with_line("intensity", "true"), 17, "light 1", "`intensity` must be a number, but is True."),
+    (
+        with_line("intensity", "true"),
+        17,
+        "light 1",
+        "`intensity` must be a number, or one for each band, but is True.",
+    ),
     (with_line("sigma", "0"), 21, SKY, "`sigma` must be positive, but is 0.0."),
     (
         LAMP.replace('"gaussian"', '"sunny"'),
@@ -255,7 +260,7 @@ def test_a_row_is_read_from_the_file_that_is_named_beside_the_scene(tmp_path):
             text + "columns = 9",
             "line 23, environment: sky.hdr: `columns` must lie in [4, 8], but is 9.",
         ),
-        (text.replace("sky.hdr", "sky.png"), "line 21, environment: sky.png: a picture must be"),
+        (text.replace("sky.hdr", "sky.gif"), "line 21, environment: sky.gif: a picture must be"),
         (
             text.replace("sky.hdr", "no.hdr"),
             "line 21, environment: no.hdr: the file cannot be opened",

@@ -175,9 +175,9 @@ SENTENCES = [
         "bump: `values` must be finite, but is inf.",
     ),
     (
-        "[shape.texture]\nkind = 'picture'\nfile = 'wood.png'",
+        "[shape.texture]\nkind = 'picture'\nfile = 'wood.gif'",
         10,
-        "texture: wood.png: a picture must be an .hdr or .exr file.",
+        "texture: wood.gif: a picture must be an .hdr, .exr, .png or .jpg file.",
     ),
     (
         "[shape.normal_map]\nkind = 'picture'\nvalues = [[[1, 1, 0.2]]]",

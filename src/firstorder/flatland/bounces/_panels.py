@@ -29,6 +29,7 @@ from firstorder.flatland.intersect import nearest
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.shapes.kinds import Segments
 from firstorder.numerics._quadrature import gauss_legendre
+from firstorder.scene._bands import merged_bands
 
 GRADING = 0.35  # a panel beside a corner is cut here, seen from the corner
 CLOSE = 1.2  # longest panel, in distances to the nearest surface it does not touch
@@ -127,6 +128,7 @@ def cut_into_panels(
         The panels, and the visual events.
     """
     fineness = fineness or Discretization()
+    scene = merged_bands(scene)
     lit = visual_events(scene)
     # Shadow edges of point lights, and kinks of their light on curves: events make more events.
     lit = lit.take(np.isin(lit.kind, ("shadow", "dusk")))

@@ -49,7 +49,8 @@ from firstorder.sampling._paths import (
 )
 from firstorder.sampling.estimates import Estimate, Moments
 from firstorder.scene._arguments import check_asked, check_kind
-from firstorder.scene._questions import check_shines
+from firstorder.scene._bands import OF_AN_ESTIMATE, band_after_band
+from firstorder.scene._questions import warns_if_dark
 
 NUMBERS = 5  # uniform numbers in a step: roulette and lobe, two for a direction, two for a light
 
@@ -57,6 +58,8 @@ NUMBERS = 5  # uniform numbers in a step: roulette and lobe, two for a direction
 # --- what the public asks for --------------------------------------------------------------------
 
 
+@warns_if_dark
+@band_after_band(OF_AN_ESTIMATE)
 def path_irradiance(
     scene: Scene,
     at: Receiver,
@@ -88,7 +91,7 @@ def path_irradiance(
         lanes: for each receiver; more is faster until the cache is full.
 
     Returns:
-        Mean, standard error and number of paths, for each receiver [W/m].
+        Mean, standard error and number of paths, for each receiver, bands last [W/m].
 
     Raises:
         ValueError: if there are fewer than two paths or `survival` is not in (0, 1).
@@ -107,7 +110,6 @@ def path_irradiance(
         True
     """
     check_asked(scene, Scene, at, Receiver)
-    check_shines(scene)
     # The receiver reflects twice what arrives: its BRDF is 1, and its radiance the irradiance.
     surface = _sensor(at.n, albedo=2.0)
     start = Vertex(
@@ -117,6 +119,8 @@ def path_irradiance(
     return _paths(scene, start, key, paths, lanes, plan)
 
 
+@warns_if_dark
+@band_after_band(OF_AN_ESTIMATE)
 def path_radiance(
     scene: Scene,
     origin: Float[ArrayLike, "*r 2"],
@@ -147,12 +151,11 @@ def path_radiance(
         lanes: for each ray.
 
     Returns:
-        Mean, standard error and number of paths, for each ray [W/(m rad)].
+        Mean, standard error and number of paths, for each ray, bands last [W/(m rad)].
 
     Reference: J12 §4.3, eq. 29.
     """
     check_kind("scene", scene, Scene)
-    check_shines(scene)
     origin, along = jnp.asarray(origin), jnp.asarray(along)
     one = jnp.ones(along.shape[:-1], along.dtype)
     # A mirror across the ray sends it straight on.
@@ -163,6 +166,8 @@ def path_radiance(
     return _paths(scene, start, key, paths, lanes, plan)
 
 
+@warns_if_dark
+@band_after_band(OF_AN_ESTIMATE)
 def tree_irradiance(
     scene: Scene,
     at: Receiver,
@@ -191,7 +196,6 @@ def tree_irradiance(
     Reference: J12 §4.2, eq. 28.
     """
     check_asked(scene, Scene, at, Receiver)
-    check_shines(scene)
     if not branches or min(branches) < 1:
         raise ValueError(f"Argument `branches` must hold positive numbers, but is {branches}.")
     check_many("runs", runs)

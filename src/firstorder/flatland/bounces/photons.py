@@ -17,6 +17,7 @@ from firstorder.flatland.scene import Scene
 from firstorder.numerics._planar import dot_2d, left
 from firstorder.sampling._distributions import CosineDirections
 from firstorder.sampling._paths import SURVIVAL, path_lengths
+from firstorder.scene._bands import check_one_band
 from firstorder.scene._primitives import BACK, FRONT
 from firstorder.scene._questions import check_shines
 
@@ -76,6 +77,7 @@ def trace_photons(
         6.283185
     """
     check_positive("count", count)
+    check_one_band("scene", scene)
     check_shines(scene)
     plan = Plan(path_lengths(bounces, survival), jnp.array(0.0), has_gloss(scene), scatter)
     return _thrown(scene, key, count, bounces, plan)

@@ -11,6 +11,7 @@ with the exact view. The same functional then gives E anywhere, with two derivat
 from __future__ import annotations
 
 import math
+from typing import ClassVar
 
 import equinox as eqx
 import jax
@@ -25,13 +26,14 @@ from firstorder.flatland.discontinuities.events import VisualEvents
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver
 from firstorder.numerics._batching import in_batches
+from firstorder.scene._bands import by_band
 from firstorder.scene._questions import check_shines
 
 BLOCK = 64  # receivers worked on at a time
 
 
 class RadiositySolution(eqx.Module):
-    """The irradiance of all surfaces after any number of bounces.
+    """The irradiance of all surfaces after any number of bounces; bands are the last axis.
 
     Call it as the `radiance` of `firstorder.flatland.irradiance`, or ask `irradiance`, which knows
     where its panels end and is exact to the solution's own error.
@@ -46,47 +48,54 @@ class RadiositySolution(eqx.Module):
         glows: whether there is light other than from points.
     """
 
+    BANDED: ClassVar = {"E": 2, "direct": 2}
+
     scene: Scene
     panels: Panels
-    E: Float[Array, "p k"]
-    direct: Float[Array, "p k"]
+    E: Float[Array, "p k ..."]
+    direct: Float[Array, "p k ..."]
     gather: Float[Array, "m m"]
     events: VisualEvents = eqx.field(static=True)
     glows: bool = eqx.field(static=True, default=True)
 
     @property
-    def reflected(self) -> Float[Array, "p k"]:
+    @by_band()
+    def reflected(self) -> Float[Array, "p k *bands"]:
         """Reflected radiance at the nodes, `rho E / 2` [W/(m rad)]."""
         return 0.5 * _albedo(self.scene, self.panels)[:, None] * self.E
 
+    @by_band()
     def __call__(
         self,
         index: Int[Array, ""],
         s: Float[Array, ""],
         front: Bool[Array, ""],
         toward: Float[Array, "2"],
-    ) -> Float[Array, ""]:
+    ) -> Float[Array, "*bands"]:
         """Radiance that a surface sends out, its own emission included [W/(m rad)]."""
         side = jnp.where(front, 0, 1)
         panel, there = self.panels.holding(2 * index + side, s)
         L = jnp.sum(self.panels.basis(panel, s)[0] * self.reflected[panel])
         return self.scene.material.emission[index, side] + jnp.where(there, L, 0.0)
 
-    def irradiance(self, at: Receiver) -> Float[Array, ""]:
+    @by_band()
+    def irradiance(self, at: Receiver) -> Float[Array, "*bands"]:
         """Irradiance at a receiver, direct and indirect [W/m]; differentiable in the receiver."""
         return _direct(self.scene, at, self.glows) + self.indirect(at)
 
-    def indirect(self, at: Receiver) -> Float[Array, ""]:
+    @by_band()
+    def indirect(self, at: Receiver) -> Float[Array, "*bands"]:
         """Irradiance at a receiver of light that was reflected at least once [W/m]."""
         return panel_irradiance(self.scene, self.panels, self.reflected, at)
 
-    def relit(self, albedo: Float[Array, "n 2"]) -> RadiositySolution:
+    def relit(self, albedo: Float[Array, "n 2 ..."]) -> RadiositySolution:
         """The solution for other albedos, one row for each shape; differentiable in them."""
         scene = eqx.tree_at(lambda s: s.material.albedo, self.scene, albedo)
-        E = _balance(self.gather, self.direct, _albedo(scene, self.panels))
+        E = _balanced(scene, self.panels, self.gather, _Direct(self.direct))
         return eqx.tree_at(lambda s: (s.scene, s.E), self, (scene, E))
 
-    def flux(self) -> tuple[Float[Array, ""], Float[Array, ""]]:
+    @by_band()
+    def flux(self) -> tuple[Float[Array, "*bands"], Float[Array, "*bands"]]:
         """Flux that lights and surfaces emit, and flux that surfaces absorb [W].
 
         In a closed scene the two are equal; of an open one the difference escapes.
@@ -105,6 +114,9 @@ def solve_radiosity(scene: Scene, *, fineness: Discretization | None = None) -> 
     `E` is then smooth between the visual events of `RadiositySolution.events`, across which E' (at
     shadow edges of point lights, E itself) jumps; at corners E' does not exist: E behaves as `a + b
     x^alpha`, `rho m(alpha) = 1`, with alpha = 0.90 at right angles between walls of albedo 0.2.
+
+    Of several bands the panels, which side light reaches and what nodes gather from each other are
+    found once.
 
     Args:
         scene: concrete shapes that emit and reflect diffusely, on either side.
@@ -136,8 +148,8 @@ def solve_radiosity(scene: Scene, *, fineness: Discretization | None = None) -> 
     panels, events = cut_into_panels(scene, fineness)
     glows = bool(jnp.any(scene.material.emission != 0.0)) or scene.environment is not None
     direct, gather = _system(scene, panels, glows)
-    direct = direct.reshape(panels.shape.shape[0], -1)
-    E = _balance(gather, direct, _albedo(scene, panels))
+    direct = direct.reshape(panels.shape.shape[0], -1, *direct.shape[1:])
+    E = _balanced(scene, panels, gather, _Direct(direct))
     return RadiositySolution(scene, panels, E, direct, gather, events, glows)
 
 
@@ -172,6 +184,22 @@ def corner_exponent(albedo: float) -> float:
     return 0.5 * (low + high)
 
 
+class _Direct(eqx.Module):
+    """Direct light at the nodes of panels."""
+
+    BANDED: ClassVar = {"E": 2}
+
+    E: Float[Array, "p k ..."]
+
+
+@by_band()
+def _balanced(
+    scene: Scene, panels: Panels, gather: Float[Array, "m m"], direct: _Direct
+) -> Float[Array, "p k"]:
+    """Light at the nodes after any number of bounces."""
+    return _balance(gather, direct.E, _albedo(scene, panels))
+
+
 @eqx.filter_jit
 def _balance(
     gather: Float[Array, "m m"], direct: Float[Array, "p k"], albedo: Float[Array, " p"]
@@ -198,7 +226,7 @@ def _system(scene, panels, glows):
     return in_batches(lambda a: row(*a), (number, s.ravel()), BLOCK)
 
 
-def _direct(scene: Scene, at: Receiver, glows: bool) -> Float[Array, ""]:
+def _direct(scene: Scene, at: Receiver, glows: bool) -> Float[Array, "*bands"]:
     """Light from lights and emitters; without emitters no view is needed."""
     return irradiance(scene, at) if glows else point_light_irradiance(scene, at)
 

@@ -39,6 +39,7 @@ from firstorder.flatland.discontinuities._queries import (
     trace,
 )
 from firstorder.flatland.scene import Scene
+from firstorder.scene._bands import check_one_band
 
 
 def visual_events(
@@ -76,6 +77,7 @@ def visual_events(
     near, far = LineEnds.stack([a, b]), LineEnds.stack([b, a])
     ordered = near.shape != LIGHT
     near, far = near.take(ordered), far.take(ordered)
+    check_one_band("scene", scene)
     ask = radiance_on_host(scene, radiance)
     parts = [_aligned(scene, near, far, ask), _rising(scene, near, far, ask)]
     table = joined(parts)

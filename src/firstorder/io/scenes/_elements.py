@@ -27,6 +27,7 @@ SHAPES: Mapping[str, Callable[..., Shape]] = {
 }
 # What `primitive` takes besides a shape and its name.
 MATERIAL = ("emission", "albedo", "mirror", "specular", "exponent", "ior")
+SIDED = ("emission", "albedo")  # of these there are two, front and back, and perhaps bands
 
 
 @dataclasses.dataclass(frozen=True)
@@ -56,7 +57,8 @@ class Element:
     Attributes:
         kind: key of `SHAPES`.
         geometry: its arguments, as arrays with a leading axis of shapes.
-        material: of all of them: numbers, or pairs (front, back) for emission and albedo.
+        material: of all of them: numbers, or pairs (front, back) for emission and albedo, of
+            numbers or of rows of bands.
         name: for `Scene.named`.
         at: where in the file a key of it stands; the element itself for a key that does not.
     """
@@ -73,7 +75,7 @@ class LightElement:
     """A light without size."""
 
     position: Sequence[float]
-    intensity: float
+    intensity: float | Sequence[float]
     at: Callable[[str], Place]
 
 
@@ -90,6 +92,24 @@ def nearest_known(word: str, known: Iterable[str], cutoff: float = 0.6) -> str:
     return f"did you mean `{close[0]}`?" if close else f"known are {', '.join(known)}."
 
 
+def both_sides(value: Any, both: bool) -> Any:
+    """Front and back of what a file says: two already, or a single number or row of bands.
+
+    Args:
+        value: a number, or a list as `_toml_tables.sided` reads it.
+        both: whether a single one holds for the back too.
+
+    Example:
+        >>> from firstorder.io.scenes._elements import both_sides
+        >>> both_sides(1.0, False), both_sides([0.2, 0.4, 0.6], True), both_sides([1.0, 0.5], True)
+        ([1.0, 0.0], [[0.2, 0.4, 0.6], [0.2, 0.4, 0.6]], [1.0, 0.5])
+    """
+    if isinstance(value, list) and len(value) == 2:
+        return value
+    dark = [0.0] * len(value) if isinstance(value, list) else 0.0
+    return [value, value if both else dark]
+
+
 def assemble(elements: Sequence[Element], lights: Sequence[LightElement], sky, file: str) -> Scene:
     """The scene of elements; a refusal is reported at the first element that is refused by itself.
 
@@ -98,7 +118,7 @@ def assemble(elements: Sequence[Element], lights: Sequence[LightElement], sky, f
     """
     if not elements:
         raise Place(file).error("a scene must have at least one shape, but there is none.")
-    runs = itertools.groupby(elements, lambda e: (e.kind, e.name, tuple(sorted(e.geometry))))
+    runs = itertools.groupby(elements, _alike)
     things = [_thing(list(run)) for _, run in runs]
     points = None
     if lights:
@@ -106,6 +126,12 @@ def assemble(elements: Sequence[Element], lights: Sequence[LightElement], sky, f
             refused_at(light.at, lambda light=light: _points([light]))
         points = _points(lights)
     return Scene.of(*things, points=points, environment=sky)
+
+
+def _alike(e: Element) -> tuple[Any, ...]:
+    """Equal for elements that one primitive can hold."""
+    bands = (np.shape(both_sides(e.material.get(key, 0.0), True))[1:] for key in SIDED)
+    return e.kind, e.name, tuple(sorted(e.geometry)), *bands
 
 
 def _thing(run: list[Element]):
@@ -143,16 +169,19 @@ def _built(run: list[Element]):
 def _column(key: str, run: list[Element], counts: list[int]) -> np.ndarray:
     """One row for each shape of all elements; front and back for what has sides."""
     rows = [np.asarray(e.material.get(key, 0.0), float) for e in run]
-    if key in ("emission", "albedo"):
-        back = 0.0 if key == "emission" else 1.0
-        rows = [r if r.ndim else np.array([r, back * r]) for r in rows]
+    if key in SIDED:
+        rows = [np.asarray(both_sides(r.tolist(), key == "albedo"), float) for r in rows]
     return np.concatenate(
         [np.repeat(r[None], n, axis=0) for r, n in zip(rows, counts, strict=True)]
     )
 
 
 def _points(lights: Sequence[LightElement]) -> PointLights:
-    return PointLights(
-        np.array([light.position for light in lights], float),
-        np.array([light.intensity for light in lights], float),
-    )
+    each = [np.asarray(light.intensity, float) for light in lights]
+    bands = max(a.shape for a in each)
+    if any(a.shape not in ((), bands) for a in each):
+        raise ValueError(
+            "Argument `intensity` must have equally many bands in all lights, but has not."
+        )
+    each = [a if a.shape == bands else np.full(bands, a) for a in each]
+    return PointLights(np.array([light.position for light in lights], float), np.array(each))

@@ -10,7 +10,17 @@ import numpy as np
 
 from firstorder.io.images import LUMINANCE, read_image
 from firstorder.io.scenes._elements import nearest_known, refused_at
-from firstorder.io.scenes._toml_tables import TomlTable, number, numbers, rows, vector, whole, word
+from firstorder.io.scenes._toml_tables import (
+    TomlTable,
+    banded,
+    number,
+    picture,
+    row,
+    vector,
+    whole,
+    word,
+    yes,
+)
 from firstorder.space.skies import ConstantSky, GaussianSky, HarmonicSky, PanoramaSky
 
 
@@ -27,36 +37,39 @@ def sky_of(table: TomlTable, folder: str | os.PathLike[str]) -> Any:
     kind = table.take("kind", word)
     match kind:
         case "constant":
-            radiance = table.take("radiance", number)
+            radiance = table.take("radiance", banded)
             refused_at(table.at, lambda: ConstantSky(radiance))
             return radiance
         case "gaussian":
             center = table.take("center", vector, [0.0, 0.0, 1.0])
-            rest = [table.take("sigma", number, 0.5), table.take("radiance", number, 1.0)]
+            rest = [table.take("sigma", number, 0.5), table.take("radiance", banded, 1.0)]
             return refused_at(table.at, lambda: GaussianSky(np.array(center), *rest))
         case "panorama":
             degree = table.take("degree", whole, None)
             if "file" in table.values:
                 path = pathlib.Path(folder, table.take("file", word))
-                sky = refused_at(lambda key: table.at("file"), lambda: read_panorama(path))
+                colour = table.take("colour", yes, False)
+                sky = refused_at(lambda key: table.at("file"), lambda: read_panorama(path, colour))
             else:
-                values = table.take("values", rows)
+                values = table.take("values", picture)
                 sky = refused_at(table.at, lambda: PanoramaSky(np.array(values)))
             return sky if degree is None else sky.harmonic(degree)
         case "harmonic":
-            coefficients = table.take("coefficients", numbers)
+            coefficients = table.take("coefficients", row)
             return refused_at(table.at, lambda: HarmonicSky(np.array(coefficients)))
     known = nearest_known(kind, ("constant", "gaussian", "panorama", "harmonic"))
     raise table.at("kind").error(f'kind "{kind}" is not known: {known}')
 
 
-def read_panorama(path: str | os.PathLike[str]) -> PanoramaSky:
+def read_panorama(path: str | os.PathLike[str], colour: bool = False) -> PanoramaSky:
     """Reads a panorama as the sky of space; `space.skies` says which way it looks.
 
-    Its radiance is the Rec. 709 luminance, in the picture's own unit.
+    Its radiance is the Rec. 709 luminance, in the picture's own unit, or has the bands red, green
+    and blue.
 
     Args:
-        path: a .hdr (or .pic) or .exr file, once around and from pole to pole.
+        path: a picture that `read_image` reads, once around and from pole to pole.
+        colour: whether its three bands are kept.
 
     Raises:
         ValueError: one sentence that names the file, if it cannot be read or holds no numbers.
@@ -64,7 +77,8 @@ def read_panorama(path: str | os.PathLike[str]) -> PanoramaSky:
     """
     path = pathlib.Path(path)
     try:
-        return PanoramaSky(read_image(path).astype(float) @ LUMINANCE)
+        pixels = read_image(path).astype(float)
+        return PanoramaSky(pixels if colour else pixels @ LUMINANCE)
     except OSError as error:
         why = (error.strerror or "unknown reason").lower()
         raise ValueError(f"{path.name}: the file cannot be opened ({why}).") from None

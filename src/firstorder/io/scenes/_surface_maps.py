@@ -2,8 +2,9 @@
 
     [shape.texture]           # factor of the albedo, from 0 to 1
     kind = "picture"          # over (u, v), bilinear
-    file = "wood.exr"         # .exr or .hdr beside this file, its luminance; or `values`:
-    values = [[0.2, 0.8]]     # rows from the top
+    file = "wood.exr"         # a picture beside this file, its luminance; or `values`:
+    colour = false            # whether the bands of that file, red, green and blue, are kept
+    values = [[0.2, 0.8]]     # rows from the top, of numbers or of bands
     repeat = [4.0, 4.0]       # optional: times in one unit of u, and of v
     hold = false              # whether the border goes on outside the picture, which lies once
 
@@ -19,7 +20,7 @@
 
 | table | kind | keys |
 |---|---|---|
-| texture | picture | `file` or `values`, `repeat`, `hold` |
+| texture | picture | `file`, with `colour`, or `values`; `repeat`, `hold` |
 | texture | waves | `waves`, `origin`; `mean` (1/2) and `size` (1/2) |
 | bump | picture | `file` or `values`, `repeat`; `size`: metres for a value of 1 |
 | bump | waves | `waves`, `origin`, `size` |
@@ -29,6 +30,9 @@
 Bumps and normal maps from pictures are cubic splines of at least 4 x 4 pixels, and repeat. What
 (u, v) of a shape are `imaging._textures.shape_uv` says; a mesh has them from its file (`vt` of
 .obj), or as `uv = [[[0, 0], [1, 0], [0, 1]], ...]`, three pairs for each of its `faces`.
+
+Pictures are .exr, .hdr, .png and .jpg files. The levels of .png and .jpg are those of a screen
+(sRGB) in a texture, and are made linear; in bumps and normal maps they are numbers from 0 to 1.
 
 An .hdr file tells numbers by the middles of steps, 1 as 1 + 1/256: that is white here. Its steps
 lean a flat normal map by 0.6 degrees; .exr files do not.
@@ -55,11 +59,12 @@ from firstorder.imaging._textures import (
     image_normal_map,
 )
 from firstorder.imaging.surface_maps import PerPrimitive, SurfaceMaps, UVMaps
-from firstorder.io.images import LUMINANCE, read_image
+from firstorder.io.images import LUMINANCE, RADIANCE_FILES, read_image
 from firstorder.io.scenes._elements import nearest_known, refused_at
 from firstorder.io.scenes._toml_tables import (
     TomlTable,
     number,
+    picture,
     point,
     rows,
     vector,
@@ -158,8 +163,9 @@ def map_set_of(table: TomlTable, folder: str | os.PathLike[str], has_uv: bool = 
 
 
 def _texture_picture(table: TomlTable, folder) -> ImageTexture:
-    pixels, repeat = _white(table, _pixels(table, folder)), table.take("repeat", point, [1.0, 1.0])
-    hold = table.take("hold", yes, False)
+    colour = "file" in table.values and table.take("colour", yes, False)
+    pixels = _white(table, _pixels(table, folder, colour, picture))
+    repeat, hold = table.take("repeat", point, [1.0, 1.0]), table.take("hold", yes, False)
     made = refused_at(table.at, lambda: ImageTexture(pixels, repeat, hold))
     key = "file" if "file" in table.values else "values"
     _check_share(table, key, float(pixels.min()), float(pixels.max()))
@@ -175,7 +181,7 @@ def _texture_waves(table: TomlTable, folder) -> SolidWaves:
 
 def _white(table: TomlTable, pixels: np.ndarray) -> np.ndarray:
     """Pixels in which the value that an .hdr file tells for white is 1."""
-    if pathlib.Path(table.values.get("file", "inline.exr")).suffix.lower() == ".exr":
+    if pathlib.Path(table.values.get("file", "")).suffix.lower() not in RADIANCE_FILES:
         return pixels
     return np.where(pixels < _WHITE, np.minimum(pixels, 1.0), pixels)
 
@@ -225,15 +231,24 @@ def _waves(table: TomlTable, size: float, mean: float) -> SolidWaves:
     return SolidWaves(waves, size, mean, origin)
 
 
-def _pixels(table: TomlTable, folder, colours: bool = False) -> np.ndarray:
-    """Pixels from a file or from the table: rows of numbers, or of triples."""
+def _pixels(
+    table: TomlTable, folder, colours: bool = False, read_rows: Callable[[Any], Any] | None = None
+) -> np.ndarray:
+    """Pixels from a file or from the table: rows of numbers, or of triples.
+
+    Args:
+        table: of the map.
+        folder: where its file lies.
+        colours: whether there are three in each pixel; else it is their luminance.
+        read_rows: reads the table's rows, of a texture; what else lies in pictures is no light.
+    """
     if "file" not in table.values:
-        return np.array(table.take("values", _triples if colours else rows))
+        return np.array(table.take("values", read_rows or (_triples if colours else rows)))
     path = pathlib.Path(folder, table.take("file", word))
 
     def read() -> np.ndarray:
         try:
-            found = read_image(path).astype(float)
+            found = read_image(path, srgb=read_rows is not None).astype(float)
         except OSError as error:
             why = (error.strerror or "unknown reason").lower()
             raise ValueError(f"{path.name}: the file cannot be opened ({why}).") from None

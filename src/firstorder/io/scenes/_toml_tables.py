@@ -185,12 +185,49 @@ def numbers(value: Any) -> list[float]:
         raise ValueError("a list of finite numbers") from None
 
 
-def sided(value: Any) -> float | list[float]:
-    """A number, or two for front and back."""
+def sided(value: Any) -> float | list[Any]:
+    """A number, or three or more for bands; or two such, for front and back."""
     try:
-        return point(value) if isinstance(value, list) else number(value)
+        if not isinstance(value, list):
+            return number(value)
+        if len(value) != 2 or not isinstance(value[0], list):
+            return point(value) if len(value) < 3 else numbers(value)
+        if len(value[0]) > 2:
+            return rows(value)
+        raise ValueError
     except ValueError:
-        raise ValueError("a number, or two for front and back") from None
+        raise ValueError(
+            "a number, or three or more for bands; or two such for front and back"
+        ) from None
+
+
+def banded(value: Any) -> float | list[float]:
+    """A number, or a list of them, one for each band."""
+    try:
+        found = numbers(value) if isinstance(value, list) else number(value)
+    except ValueError:
+        found = []
+    if found == []:
+        raise ValueError("a number, or one for each band")
+    return found
+
+
+def row(value: Any) -> list[Any]:
+    """A list of finite numbers, or of rows of bands."""
+    nested = isinstance(value, list) and value and isinstance(value[0], list)
+    return rows(value) if nested else numbers(value)
+
+
+def picture(value: Any) -> list[Any]:
+    """Rows of numbers, or of rows of bands; all as long as the first."""
+    if not isinstance(value, list) or not value or not isinstance(value[0], list):
+        raise ValueError("rows of numbers")
+    if not value[0] or not isinstance(value[0][0], list):
+        return rows(value)
+    found = [rows(v) for v in value]
+    if len({(len(v), len(v[0])) for v in found}) != 1:
+        raise ValueError("rows of equally many bands")
+    return found
 
 
 def yes(value: Any) -> bool:

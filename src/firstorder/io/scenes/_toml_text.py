@@ -23,12 +23,21 @@ def exact_text(value: Any) -> str:
 
 
 def material_lines(given: Mapping[str, Any]) -> Iterator[str]:
-    """Lines of TOML for the numbers of a material that differ from the defaults."""
+    """Lines of TOML for the numbers of a material that differ from the defaults.
+
+    Raises:
+        ValueError: if there are bands, but fewer than three, which a file has no words for.
+    """
     for key, value in given.items():
         value = np.asarray(value)
+        if value.ndim > 1 and value.shape[1] < 3:
+            raise ValueError(
+                "Argument `scene` must have three bands or more to be written, or none, but has "
+                f"{value.shape[1]}."
+            )
         if value.ndim:
             front, back = (exact_text(v) for v in value)
-            alike = "0.0" if key == "emission" else front
+            alike = exact_text(np.zeros_like(value[0])) if key == "emission" else front
             words = front if back == alike else f"[{front}, {back}]"
         else:
             words = exact_text(value)

@@ -5,7 +5,7 @@
     start = [0.5, 1.0]        # metres; travel leaves the normal to the left
     end = [-0.5, 1.0]
     name = "lamp"             # optional, as everything below
-    emission = 1.0            # W/(m rad); or [front, back]
+    emission = 1.0            # W/(m rad); or [front, back]; each may be [red, green, blue]
     two_sided = false         # whether a single emission holds for the back too
     albedo = [0.5, 0.0]       # of both sides, or [front, back]
     mirror = 0.0
@@ -15,7 +15,7 @@
 
     [[light]]                 # a point light
     position = [0.0, 2.0]
-    intensity = 1.0           # W/rad
+    intensity = 1.0           # W/rad; or one for each band
 
     [environment]             # distant light
     kind = "gaussian"         # constant (radiance), gaussian (center, sigma, radiance), row
@@ -30,7 +30,7 @@
 | curve | `cosines`, `sines`: K + 1 pairs each, from the mean up; and `samples` |
 | polyline | `points`, and `closed` |
 | box | `low`, `high`: the corners; normals outward |
-| row | `values` from +pi to -pi; or `file` (beside this file) with `row` and `columns`; `smooth` |
+| row | `values` from +pi to -pi, or `file` with `row`, `columns`, `colour`; `smooth` |
 """
 
 from __future__ import annotations
@@ -54,18 +54,20 @@ from firstorder.io.scenes._elements import (
     LightElement,
     Place,
     assemble,
+    both_sides,
     nearest_known,
     refused_at,
 )
 from firstorder.io.scenes._toml_tables import (
     TomlTable,
+    banded,
     lines_of,
     number,
-    numbers,
     parsed,
     place_of,
     point,
     points,
+    row,
     sided,
     whole,
     word,
@@ -150,7 +152,7 @@ def _check_key(key: str, value: Any, place: Place) -> None:
 
 
 def _light(table: TomlTable) -> LightElement:
-    light = LightElement(table.take("position", point), table.take("intensity", number), table.at)
+    light = LightElement(table.take("position", point), table.take("intensity", banded), table.at)
     table.done()
     return light
 
@@ -163,8 +165,7 @@ def _element(table: TomlTable) -> Element:
     material = {
         k: table.take(k, sided if k in ("emission", "albedo") else number, 0.0) for k in MATERIAL
     }
-    if two_sided and not isinstance(material["emission"], list):
-        material["emission"] = [material["emission"]] * 2
+    material["emission"] = both_sides(material["emission"], two_sided)
     if kind not in _GEOMETRY:
         raise table.at("kind").error(
             f'kind "{kind}" is not known: {nearest_known(kind, _GEOMETRY)}'
@@ -230,11 +231,11 @@ def _sky(table: TomlTable, folder: str | os.PathLike[str]):
     kind = table.take("kind", word)
     match kind:
         case "constant":
-            radiance = table.take("radiance", number)
+            radiance = table.take("radiance", banded)
             sky = refused_at(table.at, lambda: ConstantSky(radiance))
         case "gaussian":
             given = {
-                k: table.take(k, number, d)
+                k: table.take(k, banded if k == "radiance" else number, d)
                 for k, d in (("center", 0.0), ("sigma", 0.5), ("radiance", 1.0))
             }
             sky = refused_at(table.at, lambda: GaussianSky(**given))
@@ -242,14 +243,16 @@ def _sky(table: TomlTable, folder: str | os.PathLike[str]):
             smooth = table.take("smooth", yes, False)
             if "file" in table.values:
                 file = pathlib.Path(folder, table.take("file", word))
-                row = table.take("row", whole, None)
+                number_ = table.take("row", whole, None)
                 columns = table.take("columns", whole, None)
+                colour = table.take("colour", yes, False)
                 sky = refused_at(
-                    lambda key: table.at(key or "file"), lambda: _row(file, row, columns)
+                    lambda key: table.at(key or "file"),
+                    lambda: _row(file, number_, columns, colour),
                 )
                 sky = PanoramaSky(sky.values, smooth)
             else:
-                values = table.take("values", numbers)
+                values = table.take("values", row)
                 sky = refused_at(table.at, lambda: PanoramaSky(np.array(values), smooth))
         case _:
             known = nearest_known(kind, ("constant", "gaussian", "row"))
@@ -258,9 +261,9 @@ def _sky(table: TomlTable, folder: str | os.PathLike[str]):
     return sky
 
 
-def _row(file: pathlib.Path, row: int | None, columns: int | None) -> PanoramaSky:
+def _row(file: pathlib.Path, number: int | None, columns: int | None, colour: bool) -> PanoramaSky:
     try:
-        return read_panorama_row(file, row, columns)
+        return read_panorama_row(file, number, columns, colour)
     except OSError as error:
         why = (error.strerror or "unknown reason").lower()
         raise ValueError(f"{file.name}: the file cannot be opened ({why}).") from None

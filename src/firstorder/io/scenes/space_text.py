@@ -123,7 +123,7 @@ def _sky_text(sky: Any) -> str:
                 f"PanoramaSky or HarmonicSky), but has {type(sky).__name__}."
             )
         case _:
-            if sky is None or float(sky) == 0.0:
+            if sky is None or not np.any(np.asarray(sky)):
                 return ""
             kind, keys = "constant", {"radiance": sky}
     return "\n".join([f'kind = "{kind}"', *(f"{k} = {exact_text(v)}" for k, v in keys.items())])
@@ -182,7 +182,9 @@ def _is_round(axes: np.ndarray) -> bool:
 
 
 def _numbers(x: Any) -> str:
-    return "(" + ", ".join(f"{v:.4g}" for v in np.round(np.asarray(x), 9) + 0.0) + ")"
+    rounded = np.round(np.asarray(x), 9) + 0.0
+    words = (_numbers(v) if np.ndim(v) else f"{v:.4g}" for v in rounded)
+    return f"({', '.join(words)})"
 
 
 def _light(material: Any, i: int) -> str:

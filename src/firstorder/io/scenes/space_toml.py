@@ -7,9 +7,9 @@
     center = [0.0, 0.0, 1.0]  # metres
     radius = 0.5
     name = "ball"             # optional, as everything below
-    emission = 0.0            # W/(m^2 sr); or [front, back]
+    emission = 0.0            # W/(m^2 sr); or [front, back]; each may be [red, green, blue]
     two_sided = false         # whether a single emission holds for the back too
-    albedo = 0.5              # of both sides, or [front, back]
+    albedo = 0.5              # of both sides, or [front, back]; bands likewise
     specular = 0.0            # share of a glossy lobe cos^exponent
     exponent = 0.0
 
@@ -41,7 +41,7 @@
 | polygon | `vertices`, likewise |
 | plane | `point`, `normal` |
 | all but sphere and polygon | `center`, `axes`: three vectors, as `space.shapes.kinds` has them |
-| panorama | `file` (.hdr, .exr) or `values`, rows from the zenith; `degree` of harmonics kept |
+| panorama | `file`, with `colour`, or `values`: rows from the zenith; `degree` of harmonics |
 | harmonic | `coefficients`, as `space.skies._harmonics` orders them |
 
 What a shape or mesh has on it stands in tables within its own, `[shape.texture]`, `[shape.bump]`
@@ -63,7 +63,7 @@ import numpy as np
 from firstorder.imaging.camera import Pinhole
 from firstorder.io._faces import valid_faces
 from firstorder.io.meshes import read_mesh_uv
-from firstorder.io.scenes._elements import Place, nearest_known, refused_at
+from firstorder.io.scenes._elements import Place, both_sides, nearest_known, refused_at
 from firstorder.io.scenes._skies import sky_of
 from firstorder.io.scenes._surface_maps import MapSet, corner_uv, map_set_of
 from firstorder.io.scenes._toml_tables import (
@@ -260,8 +260,8 @@ def _material(table: TomlTable) -> dict[str, Any]:
     found = {
         k: table.take(k, sided if k in ("emission", "albedo") else number, 0.0) for k in MATERIAL
     }
-    if not isinstance(found["emission"], list):
-        found["emission"] = [found["emission"], found["emission"] if two_sided else 0.0]
+    found["emission"] = both_sides(found["emission"], two_sided)
+    found["albedo"] = both_sides(found["albedo"], True)
     return found
 
 

@@ -98,7 +98,7 @@ def visibility_by_azimuth(
         >>> print(round(float(1.0 - B.value / (2.0 * jnp.pi)), 6))  # 1 - cos(30 degrees)
         0.133975
     """
-    check_asked_one(scene, Scene, at, Receiver)
+    check_asked_one(scene, Scene, at, Receiver, bands=True)
     return _integrated(scene, at, Uniform(), nodes, most)
 
 
@@ -118,7 +118,7 @@ def irradiance_by_azimuth(
         >>> print(round(float(E.value), 4))  # pi (1 - sin(30 degrees)^2)
         2.3562
     """
-    check_asked_one(scene, Scene, at, Receiver)
+    check_asked_one(scene, Scene, at, Receiver, bands=True)
     return _integrated(scene, at, Cosine(), nodes, most)
 
 
@@ -164,7 +164,7 @@ def transport_by_azimuth(
         >>> print(round(float(B.value), 4), round(float(B.gradient.interior[0]), 4))
         2.3562 2.3562
     """
-    check_asked_one(scene, Scene, at, Receiver)
+    check_asked_one(scene, Scene, at, Receiver, bands=True)
     check_positive("inner", inner)
     return _integrated(scene, at, Varying(transport, at, inner), nodes, most)
 

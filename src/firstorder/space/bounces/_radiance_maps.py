@@ -13,7 +13,7 @@ search: it asks each shape in turn and keeps, where it is nearer, distance, face
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import equinox as eqx
 import jax
@@ -22,6 +22,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from firstorder.numerics._vectors import inverse_3x3, unit
+from firstorder.scene._bands import by_band
 from firstorder.space.scene import Scene
 from firstorder.space.shapes.kinds import Shape
 
@@ -68,32 +69,38 @@ class RadianceMaps(eqx.Module):
 
     Attributes:
         scene: whose faces these are.
-        L: for each face a value in each cell, rows along its second coordinate [W/(m^2 sr)].
+        L: for each face a value in each cell, rows along its second coordinate; bands last
+            [W/(m^2 sr)].
     """
 
+    BANDED: ClassVar = {"L": 3}
+
     scene: Scene
-    L: Float[Array, "f k k"]
+    L: Float[Array, "f k k *bands"]
 
 
 class MapHits(eqx.Module):
     """First hits of rays, with the radiance of the maps there; coordinates in separate arrays.
 
     Attributes:
-        radiance: from the maps, 0 for a miss [W/(m^2 sr)].
+        radiance: from the maps, 0 for a miss; bands last [W/(m^2 sr)].
         distance: infinite for a miss [m].
         normal: of the side that is seen, three arrays; zero for a miss.
         index: number of the shape, -1 for a miss.
     """
 
-    radiance: Float[Array, "*r"]
+    radiance: Float[Array, "*r_bands"]
     distance: Float[Array, "*r"]
     normal: tuple[Array, Array, Array]
     index: Int[Array, "*r"]
 
 
 Coordinates = tuple[Array, Array, Array]
+# Where the leaves of `MapHits` have bands: radiance has, and what is met is the same in all.
+_OF_HITS = (-1, *(None,) * 5)
 
 
+@by_band(_OF_HITS)
 def trace_maps(
     maps: RadianceMaps, origin: Coordinates, along: Coordinates, on: Int[Array, "..."] | int
 ) -> MapHits:
@@ -215,7 +222,7 @@ def refine_maps(maps: RadianceMaps, cells: int) -> RadianceMaps:
         maps: of any number of cells, at least 2.
         cells: along each side of each face.
     """
-    k = maps.L.shape[-1]
+    k = maps.L.shape[1]
     u = (np.arange(cells) + 0.5) / cells * k - 0.5
     low = np.clip(np.floor(u), 0, k - 2).astype(int)
     part = u - low
@@ -223,7 +230,9 @@ def refine_maps(maps: RadianceMaps, cells: int) -> RadianceMaps:
     np.add.at(weights, (np.arange(cells), low), 1.0 - part)
     np.add.at(weights, (np.arange(cells), low + 1), part)
     W = jnp.asarray(weights, maps.L.dtype)
-    return RadianceMaps(maps.scene, jnp.maximum(jnp.einsum("ai,bj,fij->fab", W, W, maps.L), 0.0))
+    return RadianceMaps(
+        maps.scene, jnp.maximum(jnp.einsum("ai,bj,fij...->fab...", W, W, maps.L), 0.0)
+    )
 
 
 def cell_centers(scene: Scene, cells: int) -> tuple[Array, Array]:

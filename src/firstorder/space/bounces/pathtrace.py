@@ -38,7 +38,8 @@ from firstorder.sampling._paths import (
 )
 from firstorder.sampling.estimates import Estimate
 from firstorder.scene._arguments import check_asked, check_kind
-from firstorder.scene._questions import check_shines
+from firstorder.scene._bands import OF_AN_ESTIMATE, band_after_band
+from firstorder.scene._questions import warns_if_dark
 from firstorder.space.intersect import nearest, occluded
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import BACK, FRONT, Scene
@@ -73,6 +74,8 @@ class _Vertex(NamedTuple):
 # --- what the public asks for --------------------------------------------------------------------
 
 
+@warns_if_dark
+@band_after_band(OF_AN_ESTIMATE)
 def path_irradiance(
     scene: Scene,
     at: Receiver,
@@ -101,7 +104,7 @@ def path_irradiance(
         lanes: for each receiver; more is faster until the cache is full.
 
     Returns:
-        Mean, standard error and number of paths, for each receiver [W/m^2].
+        Mean, standard error and number of paths, for each receiver, bands last [W/m^2].
 
     Raises:
         ValueError: if there are fewer than two paths, bounces are negative or `survival` is not in
@@ -121,7 +124,6 @@ def path_irradiance(
         True
     """
     check_asked(scene, Scene, at, Receiver)
-    check_shines(scene)
     shape = at.on.shape
     position, normal = at.position.reshape(-1, 3), at.normal.reshape(-1, 3)
     one = jnp.ones(position.shape[0], position.dtype)
@@ -133,6 +135,8 @@ def path_irradiance(
     return Estimate(mean.reshape(shape), error.reshape(shape), paths)
 
 
+@warns_if_dark
+@band_after_band(OF_AN_ESTIMATE)
 def path_radiance(
     scene: Scene,
     origin: Float[ArrayLike, "*r 3"],
@@ -159,7 +163,7 @@ def path_radiance(
         lanes: for each ray.
 
     Returns:
-        Mean, standard error and number of paths, for each ray [W/(m^2 sr)].
+        Mean, standard error and number of paths, for each ray, bands last [W/(m^2 sr)].
 
     Raises:
         ValueError: as in `path_irradiance`.
@@ -167,7 +171,6 @@ def path_radiance(
     Reference: J12 §4.3, eq. 29, in space.
     """
     check_kind("scene", scene, Scene)
-    check_shines(scene)
     origin, along = (jnp.asarray(a, dtype=jnp.result_type(float)) for a in (origin, along))
     shape = along.shape[:-1]
     origin = jnp.broadcast_to(origin, along.shape).reshape(-1, 3)

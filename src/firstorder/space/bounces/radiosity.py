@@ -19,6 +19,7 @@ from jaxtyping import Array, Float, Int
 from firstorder._argument_checks import check_positive
 from firstorder.conventions import cylindrical
 from firstorder.numerics._vectors import cross, dot, matvec, norm, orthonormal_frame, unit
+from firstorder.scene._bands import by_band
 from firstorder.scene._primitives import FRONT
 from firstorder.scene._questions import check_shines
 from firstorder.space.bounces._radiance_maps import (
@@ -114,6 +115,7 @@ def _rectangle_lights(
 
 
 @eqx.filter_jit
+@by_band()
 def _direct(scene, point, normal, own, shadow: int, lights: tuple[int, ...]) -> Array:
     E = jnp.zeros(point.shape[0], point.dtype)
     for light in lights:
@@ -149,6 +151,7 @@ def _share(scene, point, normal, own, shape, light: int, shadow: int) -> Array:
 def _lights(scene: Scene) -> tuple[int, ...]:
     """Shapes whose fronts emit."""
     emission = np.asarray(scene.material.emission)
+    emission = emission.reshape(len(emission), 2, -1).max(-1)  # in any band
     found = tuple(int(i) for i in np.flatnonzero(np.any(emission > 0.0, axis=1)))
     for i in found:
         if not isinstance(_group(scene, i)[0], Rectangles) or emission[i, 1] > 0.0:
@@ -180,7 +183,8 @@ def solve_radiosity(
     """Radiance maps of every face after one and more reflections.
 
     `L_1 = albedo / pi * E_direct`, `L_(k+1) = albedo / pi * E(L_k)`, and the maps hold the sum of
-    the first `bounces` of these. What lights emit is not in it.
+    the first `bounces` of these. What lights emit is not in it. Of several bands rays are traced
+    once.
 
     Args:
         scene: with rectangles as lights.
@@ -204,16 +208,18 @@ def solve_radiosity(
     lights, plan = _lights(scene), face_layout(scene)
     point, normal = cell_centers(scene, cells)
     albedo = scene.material.albedo[plan.shape, FRONT]
-    bright = np.flatnonzero(np.asarray(albedo) > 0.0)
-    empty = jnp.zeros((len(plan.shape), cells, cells), point.dtype)
+    bright = np.flatnonzero(np.asarray(albedo).reshape(len(albedo), -1).max(-1) > 0.0)
+    bands = () if scene.bands is None else (scene.bands,)
+    empty = jnp.zeros((len(plan.shape), cells, cells, *bands), point.dtype)
     if not len(bright):
         return RadianceMaps(scene, empty)
     own = jnp.repeat(jnp.asarray(plan.shape[bright]), cells**2)
     point, normal = point[bright].reshape(-1, 3), normal[bright].reshape(-1, 3)
     factor = albedo[bright][:, None, None] / math.pi
+    factor = factor.reshape(*factor.shape, *(1,) * (empty.ndim - factor.ndim))
 
     def sent(E):
-        return empty.at[bright].set(factor * E.reshape(-1, cells, cells))
+        return empty.at[bright].set(factor * E.reshape(-1, *empty.shape[1:]))
 
     latest = total = sent(_direct(scene, point, normal, own, shadow, lights))
     for _ in range(bounces - 1):
@@ -223,6 +229,7 @@ def solve_radiosity(
 
 
 @eqx.filter_jit
+@by_band()
 def _gathered(maps: RadianceMaps, point: Array, normal: Array, own: Array, rays: int) -> Array:
     """Irradiance from maps by `rays` directions of a rank-1 lattice, shifted from point to point.
 

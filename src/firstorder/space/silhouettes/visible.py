@@ -129,7 +129,7 @@ def visible_silhouettes(scene: Scene, at: Receiver) -> VisibleSilhouettes:
     Returns:
         Pieces of all silhouettes, those that are not seen among them, marked so.
     """
-    check_asked_one(scene, Scene, at, Receiver)
+    check_asked_one(scene, Scene, at, Receiver, bands=True)
     found = _outlines_from(scene, at)
     cut = _cut_outlines(found, at.axes, lambda a: a)
     middle = cut.low.shape[0]
