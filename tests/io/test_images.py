@@ -200,9 +200,3 @@ def test_a_jpeg_is_nearly_its_picture(tmp_path):
     flat = np.full((8, 8, 3), (200, 100, 50), np.uint8)
     found = read_image(saved(tmp_path, flat, "a.jpg", quality=95), srgb=False)
     np.testing.assert_allclose(255.0 * found, flat, atol=3.0)
-
-
-def test_without_pillow_the_extra_is_named(tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "PIL", None)
-    with pytest.raises(ModuleNotFoundError, match=r"a\.png: .* Pillow, .* the extra `images`"):
-        read_image(written(tmp_path, b"", "a.png"))

@@ -191,3 +191,18 @@ def test_a_scene_that_cannot_be_drawn_is_refused_in_a_sentence(flat, room):
             jax.jit(lambda scene: [scene.plot(), 0.0][1])(scene)
     with pytest.raises(ValueError, match=r"`view` must be one of top, front, side, but is 'back'"):
         room.plot(view="back")
+
+
+def test_three_bands_of_albedo_are_a_colour(ax):
+    red, lamp = (0.8, 0.2, 0.0), (1.2, 1.0, 0.8)
+    ball = space.primitive(space.sphere((0.0, 0.0, 1.0), 0.5), albedo=red)
+    shining = space.primitive(space.sphere((0.0, 2.0, 1.0), 0.5), emission=lamp)
+    space.Scene.of(ball, shining).plot(ax, view="side")
+    (shapes,) = [c for c in ax.collections if isinstance(c, PolyCollection)]
+    colours = shapes.get_facecolors()[:, :3]
+    np.testing.assert_allclose(colours[0], 0.35 + 0.55 * np.array(red))
+    flat = flatland.primitive(Segments((0.0, 0.0), (1.0, 0.0)), albedo=red)
+    sky = ConstantSky(lamp)
+    drawn = flatland.Scene.of(flat, environment=sky).plot()
+    assert drawn.lines[0].get_color() == red
+    drawn.figure.draw_without_rendering()

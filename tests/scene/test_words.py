@@ -94,3 +94,15 @@ def test_a_batch_of_places_alone_is_a_batch():
     one = flatland.Scene.of(flatland.primitive(at(jnp.array(0.0))))
     many = eqx.tree_at(lambda s: s.groups, one, (jax.vmap(at)(jnp.arange(3.0)),))
     assert repr(many) == "Scene of flatland: 1 shape, in a batch of (3,)"
+
+
+def test_bands_are_told_each_and_are_no_batch():
+    ball = space.primitive(space.sphere((0.0, 0.0, 1.0), 0.5), name="ball", albedo=(0.8, 0.2, 0.1))
+    assert repr(space.Scene.of(ball, environment=(1.0, 0.5, 0.25))).splitlines() == [
+        "Scene of space: 1 shape, x -0.5 to 0.5 m, y -0.5 to 0.5 m, z 0.5 to 1.5 m",
+        "  ball  1 ellipsoid  x -0.5 to 0.5, y -0.5 to 0.5, z 0.5 to 1.5  albedo (0.8, 0.2, 0.1)",
+        "  sky: (1, 0.5, 0.25) from everywhere",
+    ]
+    walls = flatland.box((0.0, 0.0), (1.0, 1.0), inward=True)
+    room = flatland.Scene.of(flatland.primitive(walls, name="room", emission=(1.0, 0.5)))
+    assert repr(room).splitlines()[1].endswith("emits (1, 0.5)")

@@ -24,13 +24,8 @@ def read_channels(path: pathlib.Path) -> dict[str, np.ndarray]:
 
 def read_levels(path: pathlib.Path) -> np.ndarray:
     """Levels of a .png or .jpg file from 0 to 1, shape (rows from the top, columns, RGB)."""
-    try:
-        from PIL import Image
-    except ModuleNotFoundError:
-        raise ModuleNotFoundError(
-            f"{path.name}: .png and .jpg files need the package Pillow, which comes with the extra "
-            '`images`: pip install "firstorder[images]".'
-        ) from None
+    from PIL import Image
+
     data = path.read_bytes()
     try:
         with Image.open(io.BytesIO(data)) as image:

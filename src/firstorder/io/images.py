@@ -1,7 +1,7 @@
 """Pictures with linear values, and rows of them as light that arrives from all around.
 
-Radiance's .hdr files are read here; OpenEXR's .exr files by the package OpenEXR and .png and .jpg
-files by Pillow, which come with `pip install "firstorder[images]"`.
+Radiance's .hdr files are read here, .png and .jpg files by Pillow, and OpenEXR's .exr files by the
+package OpenEXR, which comes with `pip install "firstorder[images]"`.
 """
 
 from __future__ import annotations

@@ -71,6 +71,12 @@ def plot_flatland(
     ])  # fmt: skip
 
 
+def _ink(albedo: Any) -> Any:
+    """Grey, lighter where more is reflected; a colour if there are three bands."""
+    light = 0.35 + 0.55 * np.asarray(albedo)
+    return tuple(light.tolist()) if light.shape == (3,) else str(float(np.max(light)))
+
+
 def _make_room(ax: Axes) -> None:
     """Room for names on all sides, also around what is long and low."""
     (left, right), (bottom, top) = ax.get_xlim(), ax.get_ylim()
@@ -90,9 +96,9 @@ def plot_space(ax: Axes, scene: space.Scene, *, view: str = "front", names: bool
     centers, normals = _middles(scene)
     shown = [k for k, kind in enumerate(_kinds(scene)) if kind is not Planes]
     order = np.argsort(sign * centers[shown, deep], kind="stable")
-    bright = np.max(np.asarray(scene.material.emission), -1) > 0.0
-    albedo = np.clip(np.max(np.asarray(scene.material.albedo), -1), 0.0, 1.0)
-    inks = [_LAMP if bright[k] else str(0.35 + 0.55 * albedo[k]) for k in shown]
+    bright = np.asarray(scene.material.emission).reshape(len(scene.names), -1).max(-1) > 0.0
+    albedo = np.clip(np.max(np.asarray(scene.material.albedo), 1), 0.0, 1.0)
+    inks = [_LAMP if bright[k] else _ink(albedo[k]) for k in shown]
     away = sign * normals[shown, deep] < 0.0  # the wall of a room on our side: we look through it
     thin = 0.8 if len(order) < 500 else 0.2
     shapes = PolyCollection(

@@ -272,7 +272,7 @@ def _draw_shape(ax, scene: Scene, index: int, points, left, size: float, receive
             shifted = points + away * 0.012 * size * left
             ax.plot(
                 *shifted.T,
-                color=_lamp_colour(material.emission[side]),
+                color=_lamp_colour(np.asarray(material.emission[side])),
                 linestyle="-",
                 linewidth=3.0,
                 solid_capstyle="butt",

@@ -52,9 +52,9 @@ def told(scene: Any, world: str, bounds: Bounds) -> str:
 
 def batch_of(scene: Any) -> tuple[int, ...]:
     """How many scenes a scene holds that `jax.vmap` made; () for one."""
-    emission = tuple(np.shape(scene.material.emission))
-    if len(emission) > 2:
-        return emission[:-2]
+    *batch, _ = np.shape(scene.material.specular)  # emission may have bands
+    if batch:
+        return tuple(batch)
     counts = [np.shape(jax.tree.leaves(group)[0])[0] for group in scene.groups]
     return () if sum(counts) == len(scene.names) else (counts[0],)
 
@@ -74,7 +74,7 @@ def _counted(count: int, kind: str) -> str:
 def _rows(scene: Any, low: np.ndarray, high: np.ndarray) -> list[tuple[str, str, str, str]]:
     """Name, count and kind, place and light of neighbours that share a name and a kind."""
     material = {
-        word: np.asarray(getattr(scene.material, field)).reshape(len(scene.names), -1)
+        word: np.asarray(getattr(scene.material, field))
         for word, field in LIGHT.items()
         if hasattr(scene.material, field)
     }
@@ -83,7 +83,7 @@ def _rows(scene: Any, low: np.ndarray, high: np.ndarray) -> list[tuple[str, str,
     for (name, kind), run in itertools.groupby(range(len(labels)), key=labels.__getitem__):
         k = list(run)
         light = [
-            f"{word} {_between(values[k].max(-1))}"
+            f"{word} {_brightness(values[k])}"
             for word, values in material.items()
             if values[k].any()
         ]
@@ -91,6 +91,14 @@ def _rows(scene: Any, low: np.ndarray, high: np.ndarray) -> list[tuple[str, str,
             (name or "(no name)", _counted(len(k), kind), _place(low[k], high[k]), ", ".join(light))
         )
     return found
+
+
+def _brightness(values: np.ndarray) -> str:
+    """Of the brighter sides of shapes: one number, least and largest, or these for each band."""
+    most = values if values.ndim == 1 else values.max(1)
+    if most.ndim == 2:
+        return f"({', '.join(_between(band) for band in most.T)})"
+    return _between(most)
 
 
 def _table(rows: list[tuple[str, str, str, str]]) -> list[str]:
@@ -115,7 +123,7 @@ def _lights(scene: Any) -> list[str]:
     if callable(sky):
         found.append(f"sky: {_name(sky)}")
     elif sky is not None and is_concrete(sky) and np.any(np.asarray(sky)):
-        found.append(f"sky: {float(np.asarray(sky)):.3g} from everywhere")
+        found.append(f"sky: {_brightness(np.asarray(sky)[None, None])} from everywhere")
     return found
 
 
