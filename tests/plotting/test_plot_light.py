@@ -235,6 +235,13 @@ def test_what_cannot_be_drawn_is_refused_in_a_sentence():
         jax.jit(lambda light: [light.plot(), 0.0][1])(LIGHT)
     with pytest.raises(ValueError, match="must hold numbers to be drawn, but is traced"):
         jax.jit(lambda light: [light.spectrum().plot(), 0.0][1])(LIGHT)
+    many = jax.vmap(lambda x: gaussian((x, 0.0), (0.5, 0.3)))(jnp.arange(3.0))
+    heights = jax.vmap(Constant)(jnp.arange(3.0))
+    for batch, word in ((many, "field"), (heights, "field"), (many.spectrum(), "spectrum")):
+        with pytest.raises(
+            ValueError, match=f"must be one {word} to be drawn, but is a batch of 3"
+        ):
+            batch.plot()
     for nothing in (UnknownField("L", frame=FLATLAND), Function(lambda x, theta: x * jnp.nan)):
         with pytest.raises(ValueError, match="must have a value in the window, but has none"):
             nothing.plot(window=Grid((4, 4), (1.0, 1.0)))

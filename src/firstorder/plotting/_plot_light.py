@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from matplotlib.axes import Axes
@@ -99,8 +100,8 @@ def _checked(name: str, portrait: Field | Spectrum, window: Grid | None) -> Grid
     """Refuse what cannot be drawn.
 
     Raises:
-        ValueError: if the portrait has more than two coordinates or holds no numbers, or the window
-            has other coordinates than it.
+        ValueError: if the portrait has more than two coordinates, holds no numbers or is a batch,
+            or if the window has other coordinates than it.
     """
     dims, names = portrait.frame.dims, ", ".join(portrait.frame.coordinates)
     if dims not in SIZES:
@@ -112,12 +113,34 @@ def _checked(name: str, portrait: Field | Spectrum, window: Grid | None) -> Grid
         raise ValueError(
             f"Argument `{name}` must hold numbers to be drawn, but is traced or made of symbols."
         )
+    if batch := _batch_of(portrait):
+        raise ValueError(
+            f"Argument `{name}` must be one {name} to be drawn, but is a batch of {batch}: "
+            f"draw jax.tree.map(lambda leaf: leaf[0], {name}), or another of them."
+        )
     if window is not None and len(window.size) != dims:
         raise ValueError(
             f"Argument `window` must be over the {dims} coordinates {names}, "
             f"but has {len(window.size)}."
         )
     return window
+
+
+def _batch_of(portrait: Field | Spectrum) -> int:
+    """How many portraits `jax.vmap` put into one, which answers for no ray; 0 for one alone."""
+    sizes = {np.shape(leaf)[0] if np.ndim(leaf) else 0 for leaf in jax.tree.leaves(portrait)}
+    if len(sizes) != 1 or 0 in sizes or _answers(portrait):
+        return 0
+    return sizes.pop() if _answers(jax.tree.map(lambda leaf: leaf[0], portrait)) else 0
+
+
+def _answers(portrait: Field | Spectrum) -> bool:
+    """Whether it gives one number for one ray."""
+    ray = jax.ShapeDtypeStruct((portrait.frame.dims,), jnp.result_type(float))
+    try:
+        return jax.eval_shape(portrait.at, ray).shape == ()
+    except (ValueError, TypeError, IndexError):  # its parts do not fit one ray
+        return False
 
 
 def _check_some(name: str, values: np.ndarray) -> None:
