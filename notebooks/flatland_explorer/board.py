@@ -64,24 +64,35 @@ class Part:
         """Whether it is a mirror."""
         return self.material.get("mirror", 0.0) > 0.0
 
-    def outline(self, chords: int = OUTLINE) -> np.ndarray:
-        """Points along it in the order of its travel, (m, 2) [m]; by NumPy alone."""
-        at = {key: np.asarray(value, float) for key, value in self.numbers.items() if key != "name"}
-        s = np.linspace(0.0, 1.0, chords + 1)[:, None]
+    def motion(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Points at parameters of it, and their velocities, (m, 2) each; by NumPy alone."""
+        at = {key: np.asarray(value, float) for key, value in self.numbers.items()}
+        turn, s = -2.0 * np.pi, np.asarray(s, float)
         if self.kind == "segment":
-            return np.stack([at["start"], at["end"]])
-        if self.kind == POINT:
-            return at["position"][None]
+            way = at["end"] - at["start"]
+            return at["start"] + s[:, None] * way, np.broadcast_to(way, (len(s), 2))
         if self.kind == "arc":
-            return at["center"] + at["radius"] * directions(at["start"] + s[:, 0] * at["sweep"])
+            angle, r = at["start"] + s * at["sweep"], at["radius"]
+            return at["center"] + r * directions(angle), r * at["sweep"] * _left(angle)
         if self.kind == "circle":
-            return at["center"] + at["radius"] * directions(-2.0 * np.pi * s[:, 0])
+            r = at["radius"]
+            return at["center"] + r * directions(turn * s), r * turn * _left(turn * s)
         if self.kind == "ellipse":
             c, t = np.cos(at["tilt"]), np.sin(at["tilt"])
-            turned = np.array([[c, -t], [t, c]])
-            return at["center"] + (directions(-2.0 * np.pi * s[:, 0]) * at["semi"]) @ turned.T
-        waves = 2.0 * np.pi * s * np.arange(len(at["cosines"]))
-        return np.cos(waves) @ at["cosines"] + np.sin(waves) @ at["sines"]
+            turned = np.array([[c, t], [-t, c]])
+            points, ways = directions(turn * s) * at["semi"], turn * _left(turn * s) * at["semi"]
+            return at["center"] + points @ turned, ways @ turned
+        k = np.arange(len(at["cosines"]))
+        wave, rate = -turn * s[:, None] * k, -turn * k
+        points = np.cos(wave) @ at["cosines"] + np.sin(wave) @ at["sines"]
+        ways = (-rate * np.sin(wave)) @ at["cosines"] + (rate * np.cos(wave)) @ at["sines"]
+        return points, ways
+
+    def outline(self, chords: int = OUTLINE) -> np.ndarray:
+        """Points along it in the order of its travel, (m, 2) [m]."""
+        if self.kind == POINT:
+            return np.asarray(self.numbers["position"], float)[None]
+        return self.motion(np.linspace(0.0, 1.0, 2 if self.kind == "segment" else chords + 1))[0]
 
     def arc_length(self, s: np.ndarray) -> np.ndarray:
         """Arc length from its start to parameters of it [m]; of what is neither straight nor an
@@ -102,7 +113,7 @@ class Part:
         if self.kind == "segment":
             return 0.5 * (np.asarray(self.numbers["start"]) + np.asarray(self.numbers["end"]))
         if self.kind == "arc":
-            return directions_at(self, 0.5)
+            return self.motion(np.array([0.5]))[0][0]
         if self.kind == "curve":
             return np.asarray(self.numbers["cosines"], float)[0]
         return np.asarray(self.numbers["position" if self.kind == POINT else "center"], float)
@@ -258,12 +269,9 @@ def directions(angle: np.ndarray) -> np.ndarray:
     return np.stack([-np.sin(angle), np.cos(angle)], -1)
 
 
-def directions_at(arc: Part, s: float) -> np.ndarray:
-    """A point of an arc."""
-    n = arc.numbers
-    return np.asarray(n["center"]) + n["radius"] * directions(
-        np.asarray(n["start"] + s * n["sweep"])
-    )
+def _left(angle: np.ndarray) -> np.ndarray:
+    """The derivative of `directions`."""
+    return np.stack([-np.cos(angle), -np.sin(angle)], -1)
 
 
 def plain(value: Any) -> Any:

@@ -21,7 +21,6 @@ from .board import (
     Part,
     bent,
     directions,
-    directions_at,
     sorted_board,
 )
 
@@ -146,20 +145,8 @@ def received_by(board: Board, index: int) -> Board:
 
 def probe_frame(board: Board) -> tuple[np.ndarray, float]:
     """Place of the probe and the angle of the receiver's normal there."""
-    part, s = board.parts[board.receiver], board.probe
-    n = part.numbers
-    if part.kind == "segment":
-        a, b = np.asarray(n["start"], float), np.asarray(n["end"], float)
-        return a + s * (b - a), float(np.arctan2((b - a)[1], (b - a)[0]))
-    if part.kind == "arc":
-        angle = n["start"] + s * n["sweep"]
-        turned = angle if n["sweep"] < 0.0 else angle + np.pi
-        return directions_at(part, s), float(np.arctan2(np.sin(turned), np.cos(turned)))
-    line = part.outline()
-    t = s * (len(line) - 1)
-    k = min(int(t), len(line) - 2)
-    e = line[k + 1] - line[k]
-    return line[k] + (t - k) * e, float(np.arctan2(e[1], e[0]))
+    points, ways = board.parts[board.receiver].motion(np.array([board.probe]))
+    return points[0], float(np.arctan2(ways[0, 1], ways[0, 0]))
 
 
 def _probe_moved(board: Board, role: str, to: np.ndarray) -> Board:
@@ -218,7 +205,7 @@ def _segment_moved(part: Part, role: str, to: np.ndarray, least: float) -> Part:
 
 
 def _arc_ends(part: Part) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    start, middle, end = (directions_at(part, s) for s in (0.0, 0.5, 1.0))
+    start, middle, end = part.outline(2)
     return start, end, middle
 
 

@@ -25,10 +25,9 @@ from firstorder.caching import (
 )
 
 from . import paths, programs
-from .board import Board
+from .board import Board, Part
 from .handles import handles, probe_frame
 
-STEPS = 192  # places along the receiver
 JUMPS = 32  # places at which the view changes that are told apart
 ROUNDS, PARTS = 9, 6  # by which such a place is narrowed: to 6^-9 of a step, 1e-7
 RAYS = 6144  # traced at a time
@@ -43,9 +42,15 @@ SIGNIFICANT = 6
 
 @dataclasses.dataclass
 class Asked:
-    """A board with its scene, and what several panels share."""
+    """A board with its scene, and what several panels share.
+
+    Attributes:
+        board: as it is.
+        count: places along the receiver.
+    """
 
     board: Board
+    count: int = 192
 
     @cached_property
     def world(self) -> programs.Movable:
@@ -57,17 +62,27 @@ class Asked:
         """Number of the receiver."""
         return jnp.asarray(self.board.receiver)
 
+    @property
+    def grid(self) -> np.ndarray:
+        """Parameters of the places along the receiver: the middles of equal steps."""
+        return (np.arange(self.count) + 0.5) / self.count
+
+    @property
+    def receiver(self) -> Part:
+        """The shape along which light is asked for."""
+        return self.board.parts[self.board.receiver]
+
     @cached_property
     def steps(self) -> dict[str, np.ndarray]:
-        """What `STEPS` places of the receiver see."""
-        return self.looked((np.arange(STEPS) + 0.5) / STEPS)
+        """What those places see."""
+        return self.looked(self.grid)
 
     def looked(self, s: np.ndarray, tilt: float = 0.0) -> dict[str, np.ndarray]:
-        """What any places of the receiver see, `STEPS` at a time: one program does for all."""
+        """What any places of the receiver see, `count` at a time: one program does for all."""
         found = []
-        for k in range(0, len(s), STEPS):
-            rows = np.resize(s[k : k + STEPS], STEPS)
-            seen = programs.looked(self.world, self.index, rows, np.full(STEPS, tilt))
+        for k in range(0, len(s), self.count):
+            rows = np.resize(s[k : k + self.count], self.count)
+            seen = programs.looked(self.world, self.index, rows, np.full(self.count, tilt))
             found.append({n: np.asarray(a)[: len(s) - k] for n, a in seen.items()})
         return {name: np.concatenate([part[name] for part in found]) for name in found[0]}
 
@@ -149,12 +164,12 @@ def curve_panel(asked: Asked) -> dict[str, Any]:
         its own tilted tangent.
     """
     board = asked.board
-    grid = (np.arange(STEPS) + 0.5) / STEPS
+    grid = asked.grid
     low, high = changes(asked)
     unused = np.full(2 * (JUMPS - len(low)), 0.5)
     s = np.concatenate([grid, low, high, unused, [board.probe]])
     tilt = np.append(np.zeros(len(s) - 1), board.tilt)
-    straight = board.parts[board.receiver].kind == "segment"
+    straight = asked.receiver.kind == "segment"
     E = np.array(programs.lighting(asked.world, asked.index, s, tilt, straight))
     E[: len(grid)][asked.steps["inside"]] = np.nan
     if len(low):
@@ -165,7 +180,7 @@ def curve_panel(asked: Asked) -> dict[str, Any]:
     jump = np.zeros(kept, bool)
     jump[len(grid) : len(grid) + len(low)] = True
     order = np.argsort(s[:kept], kind="stable")
-    part = board.parts[board.receiver]
+    part = asked.receiver
     return {
         "x": listed(part.arc_length(s[order])),
         "E": listed(E[order, 0]),
@@ -186,7 +201,7 @@ def changes(asked: Asked) -> tuple[np.ndarray, np.ndarray]:
     The view is the order of the shapes that are seen, with the point lights, and whether the place
     lies in a body. Of more than `JUMPS` changes the first are told.
     """
-    grid = (np.arange(STEPS) + 0.5) / STEPS
+    grid = asked.grid
     found = _order_of_view(asked.steps)
     cells = np.flatnonzero(np.any(found[1:] != found[:-1], -1))[:JUMPS]
     if not len(cells):
@@ -239,17 +254,17 @@ def field_panel(asked: Asked) -> dict[str, Any]:
     mirrors = np.array([part.reflects for part in board.shapes] + [board.environment is not None])
     varies = mirrors[numbers]  # -1 is the last: the sky
     strips = np.stack([i, low, high, numbers, seen["L"][i, k]], -1)
-    part = board.parts[board.receiver]
-    found = {"length": float(part.arc_length(np.array(1.0))), "steps": STEPS}
-    E = np.zeros(STEPS)
+    part = asked.receiver
+    found = {"length": float(part.arc_length(np.array(1.0))), "steps": asked.count}
+    E = np.zeros(asked.count)
     if varies.any():
         finer = _varying(asked, strips[varies])
         strips = np.concatenate([strips[~varies], finer])
         by_mirror = finer[finer[:, 3] >= 0]
         each = by_mirror[:, 4] * (np.sin(by_mirror[:, 2]) - np.sin(by_mirror[:, 1]))
-        E = np.bincount(by_mirror[:, 0].astype(int), weights=each, minlength=STEPS)
+        E = np.bincount(by_mirror[:, 0].astype(int), weights=each, minlength=asked.count)
     E[seen["inside"]] = np.nan
-    x = part.arc_length((np.arange(STEPS) + 0.5) / STEPS)
+    x = part.arc_length(asked.grid)
     some = any(part.reflects for part in board.shapes)
     return found | {
         "strips": listed(strips),
@@ -349,7 +364,7 @@ def record_panel(asked: Asked, curve: dict[str, Any]) -> dict[str, Any]:
     """
     x = np.array([np.nan if v is None else v for v in curve["x"]])
     E = np.array([[np.nan if v is None else v for v in curve[key]] for key in ("E", "E1", "E2")])
-    grid = asked.board.parts[asked.board.receiver].arc_length((np.arange(STEPS) + 0.5) / STEPS)
+    grid = asked.receiver.arc_length(asked.grid)
     rows = np.clip(np.searchsorted(x, grid - 1e-6 * curve["length"]), 0, len(x) - 1)
     E = E[:, rows]
     known = np.all(np.isfinite(E), 0)
@@ -364,10 +379,10 @@ def record_panel(asked: Asked, curve: dict[str, Any]) -> dict[str, Any]:
     E2 = np.asarray(table.hessian).ravel()
     radius = radius_for(E2, asked.board.tolerance * top, definition="largest")
     region = circular_regions(radius, REACH[0] * length, REACH[1] * length)
-    visits = random_orders(STEPS, 1)[0]
+    visits = random_orders(asked.count, 1)[0]
     chosen = fill(table, region, visits[known[visits]], RECORDS)
     rows = np.flatnonzero(chosen)
-    chosen[STEPS : STEPS + RECORDS - len(rows)] = True
+    chosen[asked.count : asked.count + RECORDS - len(rows)] = True
     cache = Cache.of(table, region, chosen)
     answer = np.asarray(cache(grid[:, None]).value)
     error = np.where(known, answer - E[0], np.nan)

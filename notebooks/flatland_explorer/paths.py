@@ -13,7 +13,7 @@ from firstorder.conventions import FLATLAND
 from firstorder.fields import gaussian
 from firstorder.transport import Arrival, Curvature, Incidence, Mirror, Outgoing, Path, Travel
 
-from .board import Board, Part, directions_at
+from .board import Board, Part
 from .handles import probe_frame
 
 SPREAD = 0.3  # of the Gaussian that stands for the lamp, in angle [rad]
@@ -109,13 +109,8 @@ def _reflection(part: Part, lamp: np.ndarray, probe: np.ndarray):
         return None
 
     def at(s):
-        if part.kind == "segment":
-            a, b = (np.asarray(part.numbers[key], float) for key in ("start", "end"))
-            e = (b - a) / np.hypot(*(b - a))
-            return a + s * (b - a), e
-        p = directions_at(part, s)
-        out = (p - np.asarray(part.numbers["center"])) / part.numbers["radius"]
-        return p, np.sign(part.numbers["sweep"]) * np.array([-out[1], out[0]])
+        (p,), (way,) = part.motion(np.array([s]))
+        return p, way / np.hypot(*way)
 
     def lean(s):
         p, e = at(s)

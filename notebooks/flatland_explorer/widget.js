@@ -148,7 +148,7 @@ function drawScene(shown, ui) {
     }
     drawn.push(dot(q, owner === "probe" ? 5 : chosen ? 4.5 : 3, owner === "probe" ? RED : "#ffffff", owner === "probe" ? "#ffffff" : INK));
   }
-  const bar = ticks(0, (scene.window[1] - scene.window[0]) / 4, 1).pop(), left = box.x + 12, low = box.y + box.h - 12;
+  const bar = ticks(0, (scene.window[1] - scene.window[0]) / 3, 2).pop(), left = box.x + 12, low = box.y + box.h - 12;
   drawn.push(line([[left, low], [left + bar * map.scale, low]], INK, 2));
   drawn.push(text(left + bar * map.scale + 6, low + 4, `${shortly(bar)} m`));
   if (view && view.inside) drawn.push(text(place[0], place[1] - 12, "within a body: no value", { align: "center", fill: RED }));
@@ -258,7 +258,7 @@ function drawSpectrum(shown) {
   if (spectrum.words) return missing(box, spectrum.words);
   const n = spectrum.Omega.length, step = spectrum.Omega[1] - spectrum.Omega[0];
   const end = spectrum.Omega[n - 1] + 0.5 * step, w = box.w / n, inner = [];
-  const ax = axes(box, [-end, end], [-end, end], ["Ωx on the receiver (cycles/m)", "Ωy on the lamp’s line (cycles/m)"], { title: "spectrum of the shadow field, wedge of depths" });
+  const ax = axes(box, [-end, end], [-end, end], ["Ωx on the receiver (cycles/m)", "Ωy on the lamp’s line (cycles/m)"], { title: "spectrum of the lamp’s shadow" });
   spectrum.cells.forEach((row, i) => row.forEach((v, j) => inner.push(rect(box.x + i * w, box.y + box.h - (j + 1) * w, w + 0.35, w + 0.35, shade(v)))));
   for (const slope of spectrum.slopes || []) {
     const x = slope > 1 ? end / slope : end, y = slope > 1 ? end : end * slope;
@@ -303,7 +303,7 @@ function drawPath(shown) {
     drawn.push(text(box.x - 8, y + 0.5 * h, `${up}, ±${Y.toPrecision(2)}`, { align: "center", turn: -90, size: 10 }));
   });
   const bend = path.kappa === null ? "" : `, mirror ${path.kappa.toPrecision(2)} rad/m at ${path.incidence.toPrecision(2)} rad`;
-  drawn.push(text(box.x, box.y - 8, `path from the lamp${bend}`, { size: 12 }));
+  drawn.push(text(box.x, box.y - 8, `path of the dashed ray${bend}`, { size: 12 }));
   return drawn;
 }
 
@@ -365,7 +365,10 @@ function render({ model, el }) {
   let drag = null, waiting = null, busy = 0, count = 0;
   const shown = () => model.get("shown");
   const send = (order) => { busy = ++count; model.set("asked", { n: count, ...order }); model.save_changes(); };
-  const soon = (order) => { if (busy) waiting = order; else send(order); };
+  const soon = (order) => {
+    if (!busy) return send(order);
+    waiting = { ...order, first: order.first || (waiting !== null && waiting.first) };
+  };
   const draw = () => {
     if (!shown().scene) return;
     const ratio = Math.max(2, window.devicePixelRatio || 1), ctx = canvas.getContext("2d");
