@@ -158,7 +158,8 @@ class Board:
         points = None
         if lights:
             points = PointLights(
-                np.array([n["position"] for n in lights]), np.array([n["intensity"] for n in lights])
+                np.array([n["position"] for n in lights]),
+                np.array([n["intensity"] for n in lights]),
             )
         return Scene.of(*things, points=points, environment=self.environment)
 
@@ -188,7 +189,7 @@ def board_of(scene: Scene, receiver: int | None = None) -> Board:
         kind = next(k for k, (cls, _) in KINDS.items() if isinstance(group, cls))
         for i in range(group.count):
             numbers = {key: plain(getattr(group, key)[i]) for key in KINDS[kind][1]}
-            if kind == "curve":
+            if isinstance(group, Curves):
                 numbers["samples"] = group.samples
             parts.append(Part(kind, numbers, scene.names[index], _material(scene, index)))
             index += 1

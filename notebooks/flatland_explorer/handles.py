@@ -261,7 +261,7 @@ _ROLES: dict[str, Callable[[Part, float], dict[str, np.ndarray]]] = {
     "segment": _segment_roles,
     "arc": _arc_roles,
     "circle": lambda part, reach: {
-        "rim": np.asarray(part.numbers["center"], float) + [part.numbers["radius"], 0.0]
+        "rim": np.asarray(part.numbers["center"], float) + np.array([part.numbers["radius"], 0.0])
     },
     "ellipse": _ellipse_roles,
     "curve": _none,

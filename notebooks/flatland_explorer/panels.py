@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -76,6 +76,11 @@ class Asked:
     def steps(self) -> dict[str, np.ndarray]:
         """What those places see."""
         return self.looked(self.grid)
+
+    @cached_property
+    def lit(self) -> Lit:
+        """What light falls on the receiver."""
+        return lit(self)
 
     def looked(self, s: np.ndarray, tilt: float = 0.0) -> dict[str, np.ndarray]:
         """What any places of the receiver see, `count` at a time: one program does for all."""
@@ -155,6 +160,44 @@ def view_panel(asked: Asked) -> dict[str, Any]:
 # --- E, E', E'' ----------------------------------------------------------------------------------
 
 
+class Lit(NamedTuple):
+    """E and its derivatives along the receiver.
+
+    Attributes:
+        s: parameters, in order: `Asked.grid`, and both sides of every place where the view changes.
+        E: E, E' and E'' (m, 3); NaN within bodies.
+        jump: whether a row is the last before such a place.
+        on_grid: the rows of the grid's places.
+        probe: the same three at the probe, by its tilted tangent.
+    """
+
+    s: Float[np.ndarray, " m"]
+    E: Float[np.ndarray, "m 3"]
+    jump: Bool[np.ndarray, " m"]
+    on_grid: Int[np.ndarray, " n"]
+    probe: Float[np.ndarray, "3"]
+
+
+def lit(asked: Asked) -> Lit:
+    """E and its derivatives along the receiver, with both sides of every jump."""
+    board, grid = asked.board, asked.grid
+    low, high = changes(asked)
+    spare = np.full(2 * (JUMPS - len(low)), 0.5)  # one size of program
+    s = np.concatenate([grid, low, high, spare, [board.probe]])
+    tilt = np.append(np.zeros(len(s) - 1), board.tilt)
+    straight = asked.receiver.kind == "segment"
+    E = np.array(programs.lighting(asked.world, asked.index, s, tilt, straight))
+    kept = len(grid) + 2 * len(low)
+    inside = asked.looked(np.append(s[len(grid) : kept], board.probe))["inside"]
+    E[np.concatenate([asked.steps["inside"], inside[:-1]]).nonzero()] = np.nan
+    probe = np.where(inside[-1], np.nan, E[-1])
+    order = np.argsort(s[:kept], kind="stable")
+    jump = np.zeros(kept, bool)
+    jump[len(grid) : len(grid) + len(low)] = True
+    on_grid = np.flatnonzero(order < len(grid))
+    return Lit(s[order], E[order], jump[order], on_grid, probe)
+
+
 def curve_panel(asked: Asked) -> dict[str, Any]:
     """E and its derivatives along the receiver, with both sides of every jump.
 
@@ -163,34 +206,15 @@ def curve_panel(asked: Asked) -> dict[str, Any]:
         changes: what is on its two sides is not to be joined; `probe`: the same at the probe, by
         its own tilted tangent.
     """
-    board = asked.board
-    grid = asked.grid
-    low, high = changes(asked)
-    unused = np.full(2 * (JUMPS - len(low)), 0.5)
-    s = np.concatenate([grid, low, high, unused, [board.probe]])
-    tilt = np.append(np.zeros(len(s) - 1), board.tilt)
-    straight = asked.receiver.kind == "segment"
-    E = np.array(programs.lighting(asked.world, asked.index, s, tilt, straight))
-    E[: len(grid)][asked.steps["inside"]] = np.nan
-    if len(low):
-        sides = asked.looked(np.concatenate([low, high]))["inside"]
-        E[len(grid) : len(grid) + 2 * len(low)][sides] = np.nan
-    probe, inside = E[-1], asked.looked(np.array([board.probe]))["inside"][0]
-    kept = len(grid) + 2 * len(low)
-    jump = np.zeros(kept, bool)
-    jump[len(grid) : len(grid) + len(low)] = True
-    order = np.argsort(s[:kept], kind="stable")
-    part = asked.receiver
+    found, part = asked.lit, asked.receiver
     return {
-        "x": listed(part.arc_length(s[order])),
-        "E": listed(E[order, 0]),
-        "E1": listed(E[order, 1]),
-        "E2": listed(E[order, 2]),
-        "jump": jump[order].tolist(),
+        "x": listed(part.arc_length(found.s)),
+        **{key: listed(found.E[:, k]) for k, key in enumerate(("E", "E1", "E2"))},
+        "jump": found.jump.tolist(),
         "length": float(part.arc_length(np.array(1.0))),
         "probe": {
-            "x": float(part.arc_length(np.array(board.probe))),
-            "values": [None] * 3 if inside else listed(probe),
+            "x": float(part.arc_length(np.array(asked.board.probe))),
+            "values": listed(found.probe),
         },
     }
 
@@ -241,7 +265,7 @@ def field_panel(asked: Asked) -> dict[str, Any]:
     """The light field along the receiver: strips between edges of one column each.
 
     Edges of shapes are exact. What a mirror shows, and a sky, is asked for by rays: `CELLS` in each
-    gap, and `FINER` more between two that meet different shapes.
+    gap, and `FINER` more where it jumps between two of them.
 
     Returns:
         `strips`: rows (column, from, to, shape, L), with shape -1 for nothing; `inside`: columns
@@ -278,7 +302,7 @@ def _varying(asked: Asked, strips: Float[np.ndarray, "m 5"]) -> Float[np.ndarray
     columns = strips[:, 0].astype(int)
 
     def sent(row, theta):
-        """Radiance along rays of strips, and the shape that it comes from."""
+        """Radiance along rays of strips, and what jumps where it does."""
         at, origins = asked.steps["n"][columns[row]], asked.steps["place"][columns[row]]
         return _bounced(asked, origins, _directions(at + theta))
 
@@ -287,7 +311,7 @@ def _varying(asked: Asked, strips: Float[np.ndarray, "m 5"]) -> Float[np.ndarray
     middle = 0.5 * (ends[:, 1:] + ends[:, :-1])
     row = np.repeat(np.arange(len(strips)), CELLS)
     L, source = (a.reshape(len(strips), CELLS) for a in sent(row, middle.ravel()))
-    # Between the middles of two cells that meet different shapes the edge is looked for.
+    # Between the middles of two cells that differ the edge is looked for.
     r, c = np.nonzero(source[:, 1:] != source[:, :-1])
     if len(r):
         share = np.arange(1, FINER + 1) / (FINER + 1)
@@ -308,7 +332,7 @@ def _varying(asked: Asked, strips: Float[np.ndarray, "m 5"]) -> Float[np.ndarray
 
 
 def _bounced(asked: Asked, origins: np.ndarray, along: np.ndarray):
-    """Radiance of the sky, or by way of one mirror, and the number of the shape it is from."""
+    """Radiance of the sky or by way of one mirror, and what jumps where it does: -1 for any sky."""
     first = asked.traced(origins, along, np.full(len(along), asked.board.receiver))
     met = first["mirror"] > 0.0
     start = origins + np.where(met, first["t"], 0.0)[:, None] * along
@@ -316,7 +340,8 @@ def _bounced(asked: Asked, origins: np.ndarray, along: np.ndarray):
     turned = along - 2.0 * np.sum(along * normal, -1, keepdims=True) * normal
     second = asked.traced(start, turned, np.where(met, first["hit"], -1))
     L = np.where(met, first["mirror"] * second["L"], np.where(first["hit"] < 0, first["L"], 0.0))
-    return L, np.where(met, second["hit"], -2)
+    sky = (np.where(met, second["hit"], -1) < 0) & (asked.board.environment is not None)
+    return L, np.where(sky, -1.0, L)
 
 
 # --- the shadow's spectrum -----------------------------------------------------------------------
@@ -352,27 +377,19 @@ def spectrum_panel(asked: Asked) -> dict[str, Any]:
 # --- the cache -----------------------------------------------------------------------------------
 
 
-def record_panel(asked: Asked, curve: dict[str, Any]) -> dict[str, Any]:
+def record_panel(asked: Asked) -> dict[str, Any]:
     """Records that a cache would keep along the receiver, and what it answers.
 
     Radii from E'' for the largest error within reach, `tolerance` of the largest E; candidates are
     visited in one random order. Of E' jumps the records know nothing, as J12's do not.
-
-    Args:
-        asked: the board.
-        curve: what `curve_panel` gave.
     """
-    x = np.array([np.nan if v is None else v for v in curve["x"]])
-    E = np.array([[np.nan if v is None else v for v in curve[key]] for key in ("E", "E1", "E2")])
-    grid = asked.receiver.arc_length(asked.grid)
-    rows = np.clip(np.searchsorted(x, grid - 1e-6 * curve["length"]), 0, len(x) - 1)
-    E = E[:, rows]
+    grid, length = (asked.receiver.arc_length(s) for s in (asked.grid, np.array(1.0)))
+    E = asked.lit.E[asked.lit.on_grid].T
     known = np.all(np.isfinite(E), 0)
     top = float(np.max(np.abs(E[0][known]), initial=0.0))
     if top == 0.0:
         return {"words": "No light arrives: there is nothing to keep."}
     E = np.where(known, E, 0.0)
-    length = curve["length"]
     # One size of cache for any number of records: another size would be another program.
     spare = 1e3 * length * np.arange(1, RECORDS + 1)
     table = Candidates.on_line(np.append(grid, spare), np.pad(E.T, ((0, RECORDS), (0, 0))))

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from firstorder.conventions import FLATLAND
-from firstorder.fields import gaussian
+from firstorder.fields import Covariance, gaussian
 from firstorder.transport import Arrival, Curvature, Incidence, Mirror, Outgoing, Path, Travel
 
 from .board import Board, Part
@@ -163,4 +163,5 @@ def path_of(numbers: Float[Array, "6"], mirrored: bool) -> Path:
 @eqx.filter_jit
 def covariances(numbers: Float[Array, "6"], mirrored: bool) -> Float[Array, "steps 2 2"]:
     """Second moments of the power spectrum after each step of the path [cycles/m, cycles/rad]."""
-    return jnp.stack([step.matrix for step in path_of(numbers, mirrored).covariances])
+    found = path_of(numbers, mirrored).covariances  # a Gaussian's moves refuse nothing
+    return jnp.stack([step.matrix for step in found if isinstance(step, Covariance)])

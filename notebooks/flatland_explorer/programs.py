@@ -316,5 +316,3 @@ def _without(scene: Scene, index) -> Scene:
             group = eqx.tree_at(lambda g: g.cosines, group, moved)
         groups.append(group)
     return eqx.tree_at(lambda scene: scene.groups, scene, tuple(groups))
-
-

@@ -67,12 +67,12 @@ export function ticks(low, high, count) {
 }
 
 /** A limit that holds nearly all values: spikes of a derivative do not flatten its curve. */
-export function limit(values) {
+export function limit(values, share = 0.97) {
   const sizes = values.filter((v) => v !== null).map(Math.abs).sort((a, b) => a - b);
   if (!sizes.length) return 1;
-  const most = Math.max(sizes[Math.floor(0.97 * (sizes.length - 1))] * 1.25, 1e-12);
+  const most = Math.max(sizes[Math.ceil(share * (sizes.length - 1))] * 1.25, 1e-12);
   const power = 10 ** Math.floor(Math.log10(most));
-  return [1, 1.5, 2, 3, 4, 5, 7, 10].map((k) => k * power).find((v) => v >= most);
+  return Number(([1, 1.5, 2, 3, 4, 5, 7].find((k) => k * power >= most) ?? 10) * power).toPrecision(6) * 1;
 }
 
 // --- drawing commands -----------------------------------------------------------------------------
@@ -184,7 +184,7 @@ function drawCurves(shown) {
   [["E", "E (W/m)", RED], ["E1", "E′ (W/m²)", GREEN], ["E2", "E″ (W/m³)", BLUE]].forEach(([key, name, colour], row) => {
     const one = { x: box.x, y: box.y + row * (h + gap), w: box.w, h }, top = limit(curve[key]);
     const more = row === 0 && field ? field.mirrored.E : [];
-    const most = row === 0 ? Math.max(top, limit([...curve.E, ...more])) : top;
+    const most = row === 0 ? limit([...curve.E, ...more], 1) : top;
     const low = row === 0 ? 0 : -most;
     const ax = axes(one, [0, curve.length], [low, most], ["along the receiver (m)", name], { below: row === 2, count: 3 });
     const inner = [];

@@ -22,18 +22,14 @@ from .panels import Asked
 UNDONE = 50  # boards that are kept
 
 
-def _records(asked: Asked, shown: dict[str, Any]) -> dict[str, Any]:
-    return panels.record_panel(asked, shown["curve"])
-
-
 # What is drawn after the scene, in the order in which it is compiled, and in words.
-PICTURES: dict[str, tuple[str, Callable[[Asked, dict[str, Any]], dict[str, Any]]]] = {
-    "view": ("what the probe sees", lambda asked, _: panels.view_panel(asked)),
-    "field": ("the light field", lambda asked, _: panels.field_panel(asked)),
-    "curve": ("E, E′ and E″ with their jumps", lambda asked, _: panels.curve_panel(asked)),
-    "spectrum": ("the shadow’s spectrum", lambda asked, _: panels.spectrum_panel(asked)),
-    "path": ("the path’s portraits", lambda asked, _: panels.path_panel(asked)),
-    "records": ("the cache", _records),
+PICTURES: dict[str, tuple[str, Callable[[Asked], dict[str, Any]]]] = {
+    "view": ("what the probe sees", panels.view_panel),
+    "field": ("the light field", panels.field_panel),
+    "curve": ("E, E′ and E″ with their jumps", panels.curve_panel),
+    "spectrum": ("the shadow’s spectrum", panels.spectrum_panel),
+    "path": ("the path’s portraits", panels.path_panel),
+    "records": ("the cache", panels.record_panel),
 }
 
 
@@ -132,7 +128,7 @@ class Explorer(anywidget.AnyWidget):
             self._compiled.add((form, waiting.pop(0)))
         for name, (_, draw) in PICTURES.items():
             if name not in waiting:
-                shown[name] = draw(asked, shown)
+                shown[name] = draw(asked)
         seconds = time.perf_counter() - begin
         words = f"Redrawn in {1000.0 * seconds:.0f} ms."
         if waiting:

@@ -37,7 +37,7 @@ BOUND = ("bend", "normal", "rim")
 @pytest.mark.parametrize("name", NAMES)
 def test_a_handle_changes_its_part_alone(name):
     before = np.asarray(handles.handles(BOARD)[name])
-    after = handles.move(BOARD, name, before + [0.03, -0.02])
+    after = handles.move(BOARD, name, before + np.array([0.03, -0.02]))
     own = int(name.split(".")[0])
     assert after.parts[own] != BOARD.parts[own]
     assert [a is b for a, b in zip(after.parts, BOARD.parts, strict=True)] == [
@@ -49,7 +49,7 @@ def test_a_handle_changes_its_part_alone(name):
 
 @pytest.mark.parametrize("name", [n for n in NAMES if n.split(".")[1] not in BOUND])
 def test_a_free_handle_is_where_it_was_moved(name):
-    to = np.asarray(handles.handles(BOARD)[name]) + [0.03, -0.02]
+    to = np.asarray(handles.handles(BOARD)[name]) + np.array([0.03, -0.02])
     after = handles.move(BOARD, name, to)
     np.testing.assert_allclose(handles.handles(after)[name], to, atol=1e-12)
 
@@ -63,8 +63,10 @@ def test_a_handle_moved_nowhere_changes_nothing_that_is_seen(name):
 
 def test_a_body_keeps_its_shape():
     for k, part in enumerate(BOARD.parts):
-        after = handles.move(BOARD, f"{k}.body", part.middle + [0.1, 0.2]).parts[k]
-        np.testing.assert_allclose(after.outline() - part.outline(), 0.0 * part.outline() + [0.1, 0.2])
+        after = handles.move(BOARD, f"{k}.body", part.middle + np.array([0.1, 0.2])).parts[k]
+        np.testing.assert_allclose(
+            after.outline() - part.outline(), 0.0 * part.outline() + np.array([0.1, 0.2])
+        )
 
 
 def index(name):
@@ -74,7 +76,7 @@ def index(name):
 def test_a_normal_turns_a_segment_about_its_middle_towards_the_mouse():
     k = index("lamp")
     before = BOARD.parts[k]
-    after = handles.move(BOARD, f"{k}.normal", before.middle + [3.0, -4.0]).parts[k]
+    after = handles.move(BOARD, f"{k}.normal", before.middle + np.array([3.0, -4.0])).parts[k]
     a, b = np.asarray(after.numbers["start"]), np.asarray(after.numbers["end"])
     np.testing.assert_allclose(after.middle, before.middle)
     np.testing.assert_allclose(np.hypot(*(b - a)), 1.0)
@@ -84,8 +86,8 @@ def test_a_normal_turns_a_segment_about_its_middle_towards_the_mouse():
 
 def test_a_bend_keeps_both_ends_and_passes_the_mouse_by_its_height():
     k = index("mirror")
-    start, middle, end = BOARD.parts[k].outline(2)
-    along, across = (end - start) / np.hypot(*(end - start)), None
+    start, _, end = BOARD.parts[k].outline(2)
+    along = (end - start) / np.hypot(*(end - start))
     across = np.array([-along[1], along[0]])
     for height in (0.2, -0.1, 0.004, -1e-9, 0.0):
         to = 0.5 * (start + end) + height * across + 0.05 * along
@@ -132,7 +134,7 @@ def test_the_probe_slides_along_the_receiver_and_tilts():
     assert after.probe == pytest.approx(0.75)
     assert after.parts == BOARD.parts
     place, n = handles.probe_frame(after)
-    tilted = handles.move(after, "probe.normal", place + [-1.0, 1.0])
+    tilted = handles.move(after, "probe.normal", place + np.array([-1.0, 1.0]))
     assert (n, tilted.tilt) == pytest.approx((0.0, 0.25 * np.pi))
     assert abs(handles.move(after, "probe.normal", place - [0.1, 1.0]).tilt) == 1.4
     assert 0.0 < handles.move(BOARD, "probe.place", (-9.0, 0.0)).probe < 0.01
@@ -152,7 +154,7 @@ def test_a_press_takes_the_nearest_handle_or_else_a_line():
     k, end = index("strip"), np.asarray(BOARD.parts[index("strip")].numbers["end"])
     assert handles.grabbed(BOARD, end + 0.01, 0.02) == f"{k}.end"
     between = 0.6 * end + 0.4 * np.asarray(BOARD.parts[k].numbers["start"])
-    assert handles.grabbed(BOARD, between + [0.0, 0.005], 0.02) == f"{k}.body"
+    assert handles.grabbed(BOARD, between + np.array([0.0, 0.005]), 0.02) == f"{k}.body"
     assert handles.grabbed(BOARD, (0.6, 0.3), 0.02) is None
 
 
@@ -186,7 +188,9 @@ def test_a_scene_becomes_a_board_and_a_scene_again():
         for a, b in zip(again.groups, scene.groups, strict=True):
             assert all(
                 np.array_equal(getattr(a, key), getattr(b, key))
-                for key in boards.KINDS[next(k for k, v in boards.KINDS.items() if v[0] is type(a))][1]
+                for key in boards.KINDS[
+                    next(k for k, v in boards.KINDS.items() if v[0] is type(a))
+                ][1]
             )
 
 
