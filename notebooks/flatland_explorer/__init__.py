@@ -5,6 +5,7 @@
 - `files`: TOML, SVG and Python;
 - `programs`: compiled functions of a scene, whose sizes do not depend on where its parts are;
 - `paths`: the light from the lamp to the probe as a path of events;
+- `asked`: what falls on the receiver and what it sees, with the jumps;
 - `panels`: the numbers of each picture, as dictionaries;
-- `widget`: the page; `widget.js` draws the numbers and listens to the mouse.
+- `widget`: the page; `pictures.js` draws the numbers and `page.js` listens to the mouse.
 """

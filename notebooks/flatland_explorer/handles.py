@@ -77,7 +77,7 @@ def move(board: Board, handle: str, to: Any) -> Board:
 def grabbed(board: Board, at: Any, reach: float) -> str | None:
     """The handle that a press at a place takes: the nearest within reach, or else a body.
 
-    `widget.js` has the same rule for the mouse; the tests hold them together.
+    `pictures.js` has the same rule for the mouse; the tests hold them together.
 
     Args:
         board: as it is.

@@ -16,10 +16,15 @@ import anywidget
 import traitlets
 
 from . import files, handles, panels
+from .asked import Asked
 from .board import KINDS, Board, first_board, fitted
-from .panels import Asked
 
 UNDONE = 50  # boards that are kept
+# One module: the pictures, and the page that shows them.
+SCRIPT = "\n".join(
+    pathlib.Path(__file__).with_name(name).read_text(encoding="utf-8")
+    for name in ("pictures.js", "page.js")
+)
 
 
 # What is drawn after the scene, in the order in which it is compiled, and in words.
@@ -42,7 +47,7 @@ class Explorer(anywidget.AnyWidget):
         text: a scene as a file, for the page to save.
     """
 
-    _esm = pathlib.Path(__file__).with_name("widget.js")
+    _esm = SCRIPT
     shown = traitlets.Dict().tag(sync=True)
     asked = traitlets.Dict().tag(sync=True)
     text = traitlets.Dict().tag(sync=True)

@@ -9,6 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from flatland_explorer import handles, panels, paths, programs
+from flatland_explorer.asked import Asked, Lit
+from flatland_explorer.asked import lit as light_on
 from flatland_explorer.board import LAMP, Board, Part, first_board, sorted_board
 
 from firstorder.caching import Cache, Candidates, circular_regions, radius_for
@@ -40,7 +42,7 @@ def crossed():
 
 
 def asked(board):
-    return panels.Asked(board, COUNT)
+    return Asked(board, COUNT)
 
 
 def filled(values):
@@ -49,7 +51,7 @@ def filled(values):
 
 @pytest.fixture(scope="module")
 def lit():
-    return panels.lit(asked(crossed()))
+    return light_on(asked(crossed()))
 
 
 def test_the_curves_are_the_exact_derivatives(lit):
@@ -89,7 +91,7 @@ def test_what_is_sent_is_what_was_found(lit):
 
 def test_within_a_body_there_is_no_value():
     board = handles.move(first_board(), "4.body", (0.0, 0.05))
-    found = panels.lit(asked(board))
+    found = light_on(asked(board))
     x, E = 2.0 * found.s - 1.0, found.E[:, 0]
     reach = (0.13**2 - 0.05**2) ** 0.5
     inside = np.abs(x) < reach - 1e-7
@@ -145,7 +147,7 @@ def test_the_probe_sees_what_the_library_sees():
     E = sum(g["L"] * (np.sin(g["to"]) - np.sin(g["from"])) for g in found)
     exact = irradiance(scene, Receiver(on.position, on.n + 0.3, on.on))
     np.testing.assert_allclose(E, exact, rtol=1e-5)
-    np.testing.assert_allclose(panels.lit(asked(board)).probe[0], exact, rtol=1e-9)
+    np.testing.assert_allclose(light_on(asked(board)).probe[0], exact, rtol=1e-9)
 
 
 def test_the_light_field_is_the_scenes():
@@ -251,7 +253,7 @@ def test_the_records_answer_as_a_cache_of_them_alone(lit):
 
 def test_a_cache_without_light_says_so():
     one = asked(crossed())
-    nothing = panels.Lit(one.grid, np.zeros((COUNT, 3)), *[np.arange(COUNT)] * 2, np.zeros(3))
+    nothing = Lit(one.grid, np.zeros((COUNT, 3)), *[np.arange(COUNT)] * 2, np.zeros(3))
     one.__dict__["lit"] = nothing
     assert "No light" in panels.record_panel(one)["words"]
 
@@ -324,7 +326,7 @@ def test_a_path_that_is_none_says_so():
 
 
 def everything(board):
-    one = panels.Asked(board)
+    one = Asked(board)
     return [panel(one) for panel in PANELS]
 
 

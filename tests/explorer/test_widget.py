@@ -3,7 +3,7 @@
 import warnings
 
 import pytest
-from flatland_explorer import panels, widget
+from flatland_explorer import programs, widget
 from flatland_explorer.board import first_board
 from flatland_explorer.handles import handles
 from flatland_explorer.widget import PICTURES, Explorer
@@ -35,7 +35,7 @@ def test_the_first_picture_needs_no_program(monkeypatch):
     def never(*_):
         raise AssertionError("a program was asked for")
 
-    monkeypatch.setattr(panels.programs, "movable", never)
+    monkeypatch.setattr(programs, "movable", never)
     shown = Explorer().shown
     assert len(shown["scene"]["parts"]) == 5
     assert shown["todo"] == list(PICTURES)
