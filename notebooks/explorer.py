@@ -9,7 +9,7 @@ with app.setup:
 
     from firstorder import session
 
-    session.start()
+    _ = session.start()
 
 
 @app.cell
@@ -34,7 +34,7 @@ def _():
 @app.cell
 def _(size):
     # On a page the pictures come one by one, each as soon as its program is compiled.
-    on_page = mo.app_meta().mode in ("edit", "run")
+    on_page = mo.app_meta().request is not None
     explorer = Explorer(count=size) if on_page else Explorer(count=size).draw()
     page = mo.ui.anywidget(explorer)
     page

@@ -139,7 +139,7 @@ class Explorer(anywidget.AnyWidget):
         if waiting:
             done = len(PICTURES) - len(waiting)
             what = PICTURES[waiting[0]][0]
-            words = f"Compiling {what}, {done + 1} of {len(PICTURES)}: a second or two, once."
+            words = f"Compiling {what}, {done + 1} of {len(PICTURES)}: some seconds, once."
         self.shown = shown | {"todo": waiting, "words": said or words, "seconds": seconds}
 
     def draw(self) -> Explorer:

@@ -1,5 +1,8 @@
 """The page takes orders, says what it waits for, and refuses in words."""
 
+import pathlib
+import subprocess
+import sys
 import warnings
 
 import pytest
@@ -116,3 +119,16 @@ def test_a_whole_page_is_drawn_without_a_warning():
         page = Explorer(first_board(), count=16).draw()
     assert page.shown["todo"] == []
     assert set(PICTURES) <= set(page.shown)
+
+
+def test_the_notebook_is_exported_with_all_pictures_and_no_error(tmp_path):
+    page = tmp_path / "explorer.html"
+    notebook = pathlib.Path(widget.__file__).parents[1] / "explorer.py"
+    command = [sys.executable, "-m", "marimo", "export", "html", str(notebook), "-o", str(page)]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert "Traceback" not in done.stderr
+    text = page.read_text(encoding="utf-8")
+    assert "application/vnd.marimo+error" not in text
+    assert "Redrawn in" in text
+    assert "Compiling" not in text.split("Redrawn in")[1][:200]
