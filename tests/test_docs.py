@@ -1,7 +1,9 @@
 """The site: pages that the code writes, and links that lead somewhere."""
 
 import collections
+import fcntl
 import importlib.util
+import json
 import os
 import pathlib
 import re
@@ -14,6 +16,7 @@ import pytest
 
 from docs import generate, links
 from docs.generate import api, equations, steps
+from firstorder import io
 from firstorder.checks.cases import FREQUENCIES, GRID, RAYS, bell, light
 from firstorder.checks.registry import all_cases
 from firstorder.checks.squares import Case
@@ -26,16 +29,30 @@ SPHINX = ("sphinx", "myst_parser", "furo", "latex2mathml")
 slow = pytest.mark.slow
 
 
+@pytest.fixture(scope="session")
+def pages_file(tmp_path_factory):
+    """Every generated page, as JSON: the formulas take a minute, once for all processes."""
+    folder = tmp_path_factory.getbasetemp()
+    if os.environ.get("PYTEST_XDIST_WORKER"):
+        folder = folder.parent  # that of the run, in which each process has one
+    file = folder / "site_pages.json"
+    with (folder / "site_pages.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)  # until it is closed
+        if not file.exists():
+            io.write_json(file, generate.pages())
+    return file
+
+
 @pytest.fixture(scope="module")
-def pages():
-    """Every generated page; the formulas take a minute."""
-    return generate.pages()
+def pages(pages_file):
+    return json.loads(pages_file.read_text(encoding="utf-8"))
 
 
 @pytest.fixture(scope="module")
 def site(pages):
     """All pages by their path below docs, those written by hand too."""
-    by_hand = {path.name: path.read_text(encoding="utf-8") for path in DOCS.glob("*.md")}
+    files = [*DOCS.glob("*.md"), *DOCS.glob("tasks/*.md")]
+    by_hand = {p.relative_to(DOCS).as_posix(): p.read_text(encoding="utf-8") for p in files}
     return by_hand | {f"_generated/{path}": text for path, text in pages.items()}
 
 
@@ -194,10 +211,9 @@ def test_a_built_site_with_a_broken_link_is_seen(tmp_path):
     any(importlib.util.find_spec(name) is None for name in SPHINX),
     reason="the site is built only where Sphinx is: `make docs` installs it, builds and walks it",
 )
-def test_the_site_builds_without_a_warning_and_no_link_is_broken(tmp_path):
+def test_the_site_builds_without_a_warning_and_no_link_is_broken(tmp_path, pages_file):
     command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "--quiet", "-b", "html"]
-    built = subprocess.run(
-        [*command, str(DOCS), str(tmp_path)], capture_output=True, text=True, cwd=DOCS.parent
-    )
+    given = ["-D", f"pages={pages_file}", str(DOCS), str(tmp_path)]
+    built = subprocess.run([*command, *given], capture_output=True, text=True, cwd=DOCS.parent)
     assert built.returncode == 0, built.stderr
     assert links.broken(tmp_path) == []

@@ -1,7 +1,8 @@
 """The papers' equations: every row of the ledger, and the errata of each paper.
 
 Rows are shown as they stand in `derivations`. Proofs and numeric routes are judged by `make check`,
-which takes minutes; only the counterexamples, which take seconds, are evaluated here.
+which takes minutes: their verdicts are kept (`docs.generate.kept`). Only the counterexamples, which
+take seconds, are evaluated here.
 """
 
 from __future__ import annotations
@@ -13,10 +14,10 @@ from typing import Any
 import numpy as np
 
 import derivations
-from docs.generate import api
+from docs.generate import api, kept
 from docs.generate import markdown as md
 from firstorder.ledger import Check, Entry, Ledger, NotApplicable, Row
-from firstorder.ledger.rows import EXTRA, REASONS, ROUTES
+from firstorder.ledger.rows import EXTRA, REASONS, ROUTES, Route
 
 PAPERS = {
     "R07": "Ramamoorthi, Mahajan, Belhumeur 2007, A first-order analysis of lighting, shading, and "
@@ -83,11 +84,23 @@ def cited(docstring: str) -> list[str]:
     return found
 
 
-def line(equation: str) -> tuple[str, str, str, str]:
-    """A row in a table: a link, what it says, its kind, and the correction."""
+def line(equation: str) -> tuple[str, str, str, str, str]:
+    """A row in a table: a link, what it says, its kind, its verdict, and the correction."""
     entry, row = ledger()[equation]
-    words = (md.escaped(entry.statement, cell=True), row.kind, _code(row.corrected, cell=True))
-    return (f"[{equation}](#{anchor(equation)})", *words)
+    link, said = f"[{equation}](#{anchor(equation)})", md.escaped(entry.statement, cell=True)
+    return (link, said, row.kind, _judged(equation), _code(row.corrected, cell=True))
+
+
+def _judged(equation: str) -> str:
+    """How the row was judged: its verdict, and the error of each route that passed."""
+    found = kept.ledger().get(equation)
+    if found is None:
+        return "not yet"
+    errors = [
+        _ROUTES[route] + ("" if error is None else f" {error:.0e}")
+        for route, error in found["errors"].items()
+    ]
+    return ": ".join(filter(None, (found["status"], ", ".join(errors))))
 
 
 def _rows(paper: str) -> list[tuple[Entry, Row]]:
@@ -180,17 +193,27 @@ def _number(value: Any) -> str:
 
 
 def _judges(row: Row) -> str:
-    """By which routes a row is judged, and why not by the others."""
+    """The verdict, by which routes and with which errors, and why not by the others."""
     by, without = [], []
+    found = kept.ledger().get(row.equation, {"status": "not yet", "errors": {}})
     for name in (*ROUTES, EXTRA):
         route = getattr(row, name)
         if isinstance(route, NotApplicable):
             without.append(f"{_ROUTES[name]} ({REASONS[route.reason]})")
         elif route is not None:
-            bound = f" to {route.bound:.2g}" if isinstance(route, Check) else ""
-            by.append(f"{_ROUTES[name]}{bound}")
-    judged = f"Judged by {', '.join(by)}." if by else "Not judged yet."
+            by.append(f"{_ROUTES[name]}{_errors(route, found['errors'].get(name))}")
+    judged = f"Verdict: **{found['status']}**, by {', '.join(by)}." if by else "Not judged yet."
+    if not by and found["status"] == "stated":
+        judged = "Verdict: **stated**, a definition with nothing to judge."
     return f"{judged} Left out: {'; '.join(without)}." if without else judged
+
+
+def _errors(route: Route, error: float | None) -> str:
+    """The measured error of a numeric route, and the largest that passes."""
+    if not isinstance(route, Check):
+        return ""
+    measured = "" if error is None else f" (error {error:.0e}, passes to {route.bound:.2g})"
+    return measured or f" (passes to {route.bound:.2g})"
 
 
 def _code(text: str, cell: bool = False) -> str:
