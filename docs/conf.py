@@ -15,7 +15,7 @@ project = "firstorder"
 author = "the authors of firstorder"
 release = __version__
 
-extensions = ["myst_parser", "docs.mathml"]
+extensions = ["myst_parser", "docs.mathml", "docs.navigation"]
 myst_enable_extensions = ["colon_fence", "dollarmath"]
 html_math_renderer = "mathml"
 # Every link to a name must lead to one that is described.

@@ -15,7 +15,9 @@ import numpy as np
 import pytest
 
 from docs import generate, links
-from docs.generate import api, equations, steps
+from docs.generate import api, claims, drawn, equations, own_words, steps
+from docs.generate import markdown as md
+from figures import claims as figure_claims
 from firstorder import io
 from firstorder.checks.cases import FREQUENCIES, GRID, RAYS, bell, light
 from firstorder.checks.registry import all_cases
@@ -153,6 +155,63 @@ def test_errata_are_the_misprints_and_over_claims_with_a_counterexample_each():
         assert listed == (row.kind in equations.WRONG), equation
     counted = sum(text.count("Counterexample: at") for p, text in written.items() if "errata" in p)
     assert counted == sum(row.kind in equations.WRONG for _, row in equations.ledger().values())
+
+
+def test_the_errata_are_there_as_plain_text_to_send():
+    text = equations.letter("D05")
+    assert max(map(len, text.splitlines()[1:])) <= 78
+    for equation, (_, row) in equations.ledger().items():
+        listed = bool(
+            re.search(rf"^{re.escape(equation)}( \(|$)", equations.letter(row.paper), re.M)
+        )
+        assert listed == (row.kind in equations.WRONG), equation
+    assert text.count("\n  Correct: ") == text.count("\n  At ") > 5
+
+
+def test_every_figure_is_in_the_gallery_and_says_where_its_claims_are(monkeypatch):
+    shown = claims.gallery()
+    kept = figure_claims.kept()
+    assert [n for n in figure_claims.names() if f"## {n}\n" not in shown] == []
+    judged = {record["figure"] for record in kept}
+    assert {n for n in judged if f"](#figure-{n.replace('_', '-')})" not in shown} == set()
+    wrong = {record["figure"] for record in kept if record["holds"] is False}
+    assert shown.count(" not, for the reasons given there") == len(wrong)
+    assert [g for g in figure_claims.GALLERY if f"../gallery/{g}.png" not in shown] == []
+
+
+def test_all_claims_stand_in_one_table_with_a_field_to_filter_them():
+    page = claims.pages()["claims/all.md"]
+    assert len(re.findall(r"^\| \[", page, re.M)) == len(figure_claims.kept())
+    assert '<input type="search" class="filter"' in page
+    assert "input.filter" in (DOCS / "_static" / "filter.js").read_text(encoding="utf-8")
+
+
+def test_what_the_papers_call_an_event_is_in_the_glossary():
+    called = {thing.__name__: words for thing, words in own_words.papers_words()}
+    assert called["Mirror"] == "mirror reparameterization (R07 step 2, D05 step 4)."
+    page = own_words.pages()["glossary.md"]
+    assert all(md.escaped(words, cell=True) in page for words in called.values())
+    assert "silhouette: all of it" in page
+
+
+def test_how_to_add_something_stands_on_one_page_only():
+    written = own_words.pages()
+    assert "## An event" in written["adding.md"]
+    assert "Attack it: units" in written["adding.md"]
+    assert "Attack it: units" not in written["contributing.md"]
+
+
+def test_the_picture_of_the_conventions_has_the_codes_directions():
+    panels = drawn.figure().axes
+    assert len(panels) == 6
+    tips = [line.get_xydata()[-1] for line in panels[0].lines if line.get_alpha() == 0.0]
+    expected = [(0.0, 1.0), (-np.sin(0.6), np.cos(0.6)), (1.0, 0.0)]
+    np.testing.assert_allclose(tips, expected, atol=1e-12)
+    lamp = max(panels[5].lines, key=lambda line: len(line.get_xdata())).get_xydata()
+    np.testing.assert_allclose(lamp[[0, -1]], [(3.0, 2.0), (1.0, 2.0)], atol=1e-12)
+    text = drawn.pages()["sides.svg"]
+    assert text == drawn.pages()["sides.svg"]
+    assert "l'(x, v) = l(x - v d, v)" in text
 
 
 def test_a_counterexample_on_the_page_is_what_its_functions_say():

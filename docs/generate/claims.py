@@ -138,10 +138,13 @@ def _kept_pictures() -> list[pathlib.Path]:
 
 
 def _judged(figure: str) -> str:
-    """How many of its claims hold, with a link to them and to the reasons."""
+    """How many of its claims hold, with a link to them and to the reasons of the others."""
     held = [record["holds"] for record in claims.kept() if record["figure"] == figure]
     if not held:
         return ""
     link = _figure_link(figure, "its claims")
-    against = f", {held.count(False)} do not, for the reasons given there" if False in held else ""
-    return f"Of {link} {held.count(True)} of {len(held)} hold{against}."
+    hold, against, open_ = (held.count(verdict) for verdict in (True, False, None))
+    told = [f"{hold} of {len(held)} hold"]
+    told += [f"{against} not, for the reasons given there"] if against else []
+    told += [f"{open_} without a verdict"] if open_ else []
+    return f"Of {link} {', '.join(told)}."

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 
 import jax
+import jax.numpy as jnp
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
@@ -41,11 +42,11 @@ def angles(axis: Axes) -> None:
     axis.set_title("angle 0: the normal; left is positive")
     axis.plot([-1, 1], [0, 0], color=INK, lw=2)
     theta = 0.6
-    _arrow(axis, (0, 0), direction(np.array(0.0)), INK, "normal, theta = 0")
-    _arrow(axis, (0, 0), direction(np.array(theta)), RED, "theta = 0.6")
-    _arrow(axis, (0, 0), direction(np.array(-np.pi / 2)), BLUE)
+    _arrow(axis, (0, 0), direction(jnp.array(0.0)), INK, "normal, theta = 0")
+    _arrow(axis, (0, 0), direction(jnp.array(theta)), RED, "theta = 0.6")
+    _arrow(axis, (0, 0), direction(jnp.array(-np.pi / 2)), BLUE)
     axis.text(0.9, -0.2, "+x, theta = -pi/2", color=BLUE, ha="right", fontsize=8)
-    arc = 0.5 * np.asarray(direction(np.linspace(0.0, theta, 20)))
+    arc = 0.5 * np.asarray(direction(jnp.linspace(0.0, theta, 20)))
     axis.plot(arc[:, 0], arc[:, 1], color=RED, lw=1)
 
 
@@ -98,11 +99,11 @@ def valley(axis: Axes) -> None:
     x = np.linspace(-1.0, 1.0, 81)
     kappa = 0.7
     n = kappa * x
-    tangent = np.asarray(direction(n - np.pi / 2))
+    tangent = np.asarray(direction(jnp.asarray(n - np.pi / 2)))
     y = np.concatenate([[0.0], np.cumsum(np.diff(x) * (tangent[:-1, 1] / tangent[:-1, 0]))])
     axis.plot(x, y - y[40], color=INK, lw=2)
     for k in range(8, 81, 16):
-        _arrow(axis, (x[k], y[k] - y[40]), 0.35 * np.asarray(direction(n[k])), RED)
+        _arrow(axis, (x[k], y[k] - y[40]), 0.35 * np.asarray(direction(jnp.asarray(n[k]))), RED)
     axis.text(0.0, -0.25, "normals lean together: n(x) = kappa x", ha="center", fontsize=8)
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import functools
 import re
+import textwrap
 from typing import Any
 
 import numpy as np
@@ -47,7 +48,8 @@ def pages() -> dict[str, str]:
         found[f"equations/{md.label(paper)}.md"] = _paper(paper)
         if _wrong(paper):
             found[f"equations/{md.label(paper, 'errata')}.md"] = _errata(paper)
-    listed = [path.partition("/")[2].removesuffix(".md") for path in found]
+            found[f"equations/{_letter_name(paper)}"] = letter(paper)
+    listed = [path.partition("/")[2].removesuffix(".md") for path in found if path.endswith(".md")]
     head = ("paper", "rows", *WRONG, "errata")
     counts = md.table(head, [_counts(paper) for paper in PAPERS])
     words = (
@@ -97,7 +99,7 @@ def _judged(equation: str) -> str:
     if found is None:
         return "not yet"
     errors = [
-        _ROUTES[route] + ("" if error is None else f" {error:.0e}")
+        _ROUTES[route] + ("" if error is None else f" {kept.size(error)}")
         for route, error in found["errors"].items()
     ]
     return ": ".join(filter(None, (found["status"], ", ".join(errors))))
@@ -148,12 +150,51 @@ def _errata(paper: str) -> str:
         "and the truth differ, the truth found by quadrature, tracing or sampling and not from the "
         "corrected formula."
     )
-    parts = [words]
+    parts = [words, f"The same as plain text: {{download}}`{_letter_name(paper)}`."]
     for kind, title in WRONG.items():
-        rows = [(entry, row) for entry, row in _wrong(paper) if row.kind == kind]
+        rows = _of_kind(paper, kind)
         parts += [f"## {title}"] if rows else []
         parts += [_erratum(entry, row) for entry, row in rows]
     return md.page(f"Errata of {paper}", *parts)
+
+
+def _of_kind(paper: str, kind: str) -> list[tuple[Entry, Row]]:
+    return [(entry, row) for entry, row in _wrong(paper) if row.kind == kind]
+
+
+def _letter_name(paper: str) -> str:
+    return f"{md.label(paper, 'errata')}.txt"
+
+
+def letter(paper: str) -> str:
+    """The errata of a paper as plain text: number, print, correction, counterexample."""
+    parts = [f"Errata of {PAPERS[paper]}"]
+    for kind, title in WRONG.items():
+        rows = _of_kind(paper, kind)
+        parts += [f"{title}\n{'=' * len(title)}"] if rows else []
+        parts += [_in_letter(entry, row) for entry, row in rows]
+    return "\n\n".join(parts) + "\n"
+
+
+def _in_letter(entry: Entry, row: Row) -> str:
+    """One erratum as plain text."""
+    where = f" (section {entry.section})" if entry.section else ""
+    lines = [
+        f"{row.equation}{where}",
+        _indented("", entry.statement),
+        _indented("Printed: ", entry.formula),
+        _indented("Correct: ", row.corrected),
+    ]
+    if example := _example(row.equation):
+        lines.append(_indented("", "At {}: printed {}, true {}.".format(*example)))
+    return "\n".join(line for line in lines if line)
+
+
+def _indented(head: str, text: str) -> str:
+    """A paragraph of a letter; nothing for no text."""
+    words = " ".join(text.split())
+    made = textwrap.fill(f"{head}{words}", 78, initial_indent="  ", subsequent_indent="    ")
+    return made if words else ""
 
 
 def _erratum(entry: Entry, row: Row) -> str:
@@ -170,14 +211,24 @@ def _erratum(entry: Entry, row: Row) -> str:
 def _correction(row: Row) -> str:
     """The right formula, and where the printed one fails."""
     parts = [f"Corrected:\n\n{md.fence(row.corrected)}"] if row.corrected else []
-    if example := row.counterexample:
-        printed, true = example.printed(**example.inputs), example.true(**example.inputs)
-        inputs = ", ".join(f"{name} = {_number(value)}" for name, value in example.inputs.items())
+    if example := _example(row.equation):
+        inputs, printed, true = example
         parts.append(
             f"Counterexample: at `{inputs}` the printed statement gives "
-            f"**{_number(printed)}**, and the truth is **{_number(true)}**."
+            f"**{printed}**, and the truth is **{true}**."
         )
     return "\n\n".join(parts)
+
+
+@functools.cache
+def _example(equation: str) -> tuple[str, str, str] | None:
+    """The inputs of a counterexample, what the printed statement gives there, and the truth."""
+    example = ledger()[equation][1].counterexample
+    if example is None:
+        return None
+    printed, true = example.printed(**example.inputs), example.true(**example.inputs)
+    inputs = ", ".join(f"{name} = {_number(value)}" for name, value in example.inputs.items())
+    return inputs, _number(printed), _number(true)
 
 
 def _number(value: Any) -> str:
@@ -212,7 +263,7 @@ def _errors(route: Route, error: float | None) -> str:
     """The measured error of a numeric route, and the largest that passes."""
     if not isinstance(route, Check):
         return ""
-    measured = "" if error is None else f" (error {error:.0e}, passes to {route.bound:.2g})"
+    measured = "" if error is None else f" (error {kept.size(error)}, passes to {route.bound:.2g})"
     return measured or f" (passes to {route.bound:.2g})"
 
 

@@ -63,7 +63,18 @@ def words(kept: dict[str, Any]) -> str:
         'refused'
     """
     error = kept["error"]
-    return kept["verdict"] + ("" if error is None else f", measured error {error:.0e}")
+    return kept["verdict"] + ("" if error is None else f", measured error {size(error)}")
+
+
+def size(error: float) -> str:
+    """An error in one digit.
+
+    Example:
+        >>> from docs.generate.kept import size
+        >>> size(0.0), size(3.2e-16)
+        ('0', '3e-16')
+    """
+    return f"{error:.0e}" if error else "0"
 
 
 def _measured_squares() -> Measured:
