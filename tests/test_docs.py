@@ -97,8 +97,9 @@ def dead(site, names):
                 found.append(f"{path}: {target}")
         for role, target in re.findall(r"\{(py:\w+|download)\}`(?:[^`<]*<)?([^`>]+)>?`", plain):
             # By name: the folders of generated pages may not be there yet.
-            file = pathlib.Path(os.path.normpath(DOCS / os.path.dirname(path) / target))
-            if not (file.is_file() if role == "download" else target in names):
+            file = os.path.normpath(os.path.join(os.path.dirname(path), target))
+            there = file in site or pathlib.Path(os.path.normpath(DOCS / file)).is_file()
+            if not (there if role == "download" else target in names):
                 found.append(f"{path}: {role} {target}")
     return found
 
@@ -230,7 +231,7 @@ def test_links_between_pages_lead_somewhere(site):
 
 def test_a_link_that_leads_nowhere_is_seen():
     good = "(here)=\n# A\n\n[b](b.md), [b](#here), {py:obj}`x <a.b>`, {download}`x <conf.py>`"
-    assert dead({"a.md": good, "b.md": "# B"}, {"a.b"}) == []
+    assert dead({"a.md": f"{good}, {{download}}`c.txt`", "b.md": "# B", "c.txt": ""}, {"a.b"}) == []
     for wrong in ("[b](c.md)", "[b](#there)", "{py:obj}`x <a.c>`", "{download}`x <gone.py>`"):
         assert len(dead({"a.md": f"{good}, {wrong}", "b.md": "# B"}, {"a.b"})) == 1
 
