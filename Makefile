@@ -56,9 +56,12 @@ figures: check
 figures-quick: $(READY)
 	$(BIN)/python -m figures --quick --jobs 2
 
-# The claims of a full run are kept beside the figures and shown in CLAIMS.md, the README and docs/.
+# The claims of a full run are kept beside the figures and shown in CLAIMS.md, the README and docs/;
+# what the site shows and a build would take too long to measure is kept in docs/kept.
 readme: figures
 	$(BIN)/python -m figures.claims
+	$(BIN)/python -m docs.generate.kept
+	$(BIN)/python -m docs.generate.notebook_pictures
 
 check: $(READY)
 	$(BIN)/python -m derivations

@@ -8,7 +8,8 @@ import pytest
 from firstorder.cli import main
 
 ROOT = pathlib.Path(__file__).parents[1]
-PAGES = [ROOT / "README.md", *(ROOT / "docs").glob("*.md")]
+DOCS = ROOT / "docs"
+PAGES = [ROOT / "README.md", *DOCS.glob("*.md"), *DOCS.glob("tasks/*.md")]
 SCENES = [f for f in (ROOT / "examples").iterdir() if f.suffix in (".toml", ".svg")]
 # At full size a render takes minutes.
 SMALL = {

@@ -1,7 +1,9 @@
 """The site: pages that the code writes, and links that lead somewhere."""
 
 import collections
+import fcntl
 import importlib.util
+import json
 import os
 import pathlib
 import re
@@ -13,7 +15,10 @@ import numpy as np
 import pytest
 
 from docs import generate, links
-from docs.generate import api, equations, steps
+from docs.generate import api, claims, drawn, equations, own_words, steps
+from docs.generate import markdown as md
+from figures import claims as figure_claims
+from firstorder import io
 from firstorder.checks.cases import FREQUENCIES, GRID, RAYS, bell, light
 from firstorder.checks.registry import all_cases
 from firstorder.checks.squares import Case
@@ -26,16 +31,30 @@ SPHINX = ("sphinx", "myst_parser", "furo", "latex2mathml")
 slow = pytest.mark.slow
 
 
+@pytest.fixture(scope="session")
+def pages_file(tmp_path_factory):
+    """Every generated page, as JSON: the formulas take a minute, once for all processes."""
+    folder = tmp_path_factory.getbasetemp()
+    if os.environ.get("PYTEST_XDIST_WORKER"):
+        folder = folder.parent  # that of the run, in which each process has one
+    file = folder / "site_pages.json"
+    with (folder / "site_pages.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)  # until it is closed
+        if not file.exists():
+            io.write_json(file, generate.pages())
+    return file
+
+
 @pytest.fixture(scope="module")
-def pages():
-    """Every generated page; the formulas take a minute."""
-    return generate.pages()
+def pages(pages_file):
+    return json.loads(pages_file.read_text(encoding="utf-8"))
 
 
 @pytest.fixture(scope="module")
 def site(pages):
     """All pages by their path below docs, those written by hand too."""
-    by_hand = {path.name: path.read_text(encoding="utf-8") for path in DOCS.glob("*.md")}
+    files = [*DOCS.glob("*.md"), *DOCS.glob("tasks/*.md")]
+    by_hand = {p.relative_to(DOCS).as_posix(): p.read_text(encoding="utf-8") for p in files}
     return by_hand | {f"_generated/{path}": text for path, text in pages.items()}
 
 
@@ -78,8 +97,9 @@ def dead(site, names):
                 found.append(f"{path}: {target}")
         for role, target in re.findall(r"\{(py:\w+|download)\}`(?:[^`<]*<)?([^`>]+)>?`", plain):
             # By name: the folders of generated pages may not be there yet.
-            file = pathlib.Path(os.path.normpath(DOCS / os.path.dirname(path) / target))
-            if not (file.is_file() if role == "download" else target in names):
+            file = os.path.normpath(os.path.join(os.path.dirname(path), target))
+            there = file in site or pathlib.Path(os.path.normpath(DOCS / file)).is_file()
+            if not (there if role == "download" else target in names):
                 found.append(f"{path}: {role} {target}")
     return found
 
@@ -138,6 +158,63 @@ def test_errata_are_the_misprints_and_over_claims_with_a_counterexample_each():
     assert counted == sum(row.kind in equations.WRONG for _, row in equations.ledger().values())
 
 
+def test_the_errata_are_there_as_plain_text_to_send():
+    text = equations.letter("D05")
+    assert max(map(len, text.splitlines()[1:])) <= 78
+    for equation, (_, row) in equations.ledger().items():
+        listed = bool(
+            re.search(rf"^{re.escape(equation)}( \(|$)", equations.letter(row.paper), re.M)
+        )
+        assert listed == (row.kind in equations.WRONG), equation
+    assert text.count("\n  Correct: ") == text.count("\n  At ") > 5
+
+
+def test_every_figure_is_in_the_gallery_and_says_where_its_claims_are(monkeypatch):
+    shown = claims.gallery()
+    kept = figure_claims.kept()
+    assert [n for n in figure_claims.names() if f"## {n}\n" not in shown] == []
+    judged = {record["figure"] for record in kept}
+    assert {n for n in judged if f"](#figure-{n.replace('_', '-')})" not in shown} == set()
+    wrong = {record["figure"] for record in kept if record["holds"] is False}
+    assert shown.count(" not, for the reasons given there") == len(wrong)
+    assert [g for g in figure_claims.GALLERY if f"../gallery/{g}.png" not in shown] == []
+
+
+def test_all_claims_stand_in_one_table_with_a_field_to_filter_them():
+    page = claims.pages()["claims/all.md"]
+    assert len(re.findall(r"^\| \[", page, re.M)) == len(figure_claims.kept())
+    assert '<input type="search" class="filter"' in page
+    assert "input.filter" in (DOCS / "_static" / "filter.js").read_text(encoding="utf-8")
+
+
+def test_what_the_papers_call_an_event_is_in_the_glossary():
+    called = {thing.__name__: words for thing, words in own_words.papers_words()}
+    assert called["Mirror"] == "mirror reparameterization (R07 step 2, D05 step 4)."
+    page = own_words.pages()["glossary.md"]
+    assert all(md.escaped(words, cell=True) in page for words in called.values())
+    assert "silhouette: all of it" in page
+
+
+def test_how_to_add_something_stands_on_one_page_only():
+    written = own_words.pages()
+    assert "## An event" in written["adding.md"]
+    assert "Attack it: units" in written["adding.md"]
+    assert "Attack it: units" not in written["contributing.md"]
+
+
+def test_the_picture_of_the_conventions_has_the_codes_directions():
+    panels = drawn.figure().axes
+    assert len(panels) == 6
+    tips = [line.get_xydata()[-1] for line in panels[0].lines if line.get_alpha() == 0.0]
+    expected = [(0.0, 1.0), (-np.sin(0.6), np.cos(0.6)), (1.0, 0.0)]
+    np.testing.assert_allclose(tips, expected, atol=1e-12)
+    lamp = max(panels[5].lines, key=lambda line: len(line.get_xdata())).get_xydata()
+    np.testing.assert_allclose(lamp[[0, -1]], [(3.0, 2.0), (1.0, 2.0)], atol=1e-12)
+    text = drawn.pages()["sides.svg"]
+    assert text == drawn.pages()["sides.svg"]
+    assert "l'(x, v) = l(x - v d, v)" in text
+
+
 def test_a_counterexample_on_the_page_is_what_its_functions_say():
     row = equations.ledger()["R07.fig2.integrate.wavelet"][1]
     said = re.findall(r"\*\*([-\d.e+]+)\*\*", equations._correction(row))
@@ -154,7 +231,7 @@ def test_links_between_pages_lead_somewhere(site):
 
 def test_a_link_that_leads_nowhere_is_seen():
     good = "(here)=\n# A\n\n[b](b.md), [b](#here), {py:obj}`x <a.b>`, {download}`x <conf.py>`"
-    assert dead({"a.md": good, "b.md": "# B"}, {"a.b"}) == []
+    assert dead({"a.md": f"{good}, {{download}}`c.txt`", "b.md": "# B", "c.txt": ""}, {"a.b"}) == []
     for wrong in ("[b](c.md)", "[b](#there)", "{py:obj}`x <a.c>`", "{download}`x <gone.py>`"):
         assert len(dead({"a.md": f"{good}, {wrong}", "b.md": "# B"}, {"a.b"})) == 1
 
@@ -194,10 +271,9 @@ def test_a_built_site_with_a_broken_link_is_seen(tmp_path):
     any(importlib.util.find_spec(name) is None for name in SPHINX),
     reason="the site is built only where Sphinx is: `make docs` installs it, builds and walks it",
 )
-def test_the_site_builds_without_a_warning_and_no_link_is_broken(tmp_path):
+def test_the_site_builds_without_a_warning_and_no_link_is_broken(tmp_path, pages_file):
     command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "--quiet", "-b", "html"]
-    built = subprocess.run(
-        [*command, str(DOCS), str(tmp_path)], capture_output=True, text=True, cwd=DOCS.parent
-    )
+    given = ["-D", f"pages={pages_file}", str(DOCS), str(tmp_path)]
+    built = subprocess.run([*command, *given], capture_output=True, text=True, cwd=DOCS.parent)
     assert built.returncode == 0, built.stderr
     assert links.broken(tmp_path) == []

@@ -16,7 +16,7 @@ from firstorder.io import flatland_from_toml, read_layers
 ROOT = pathlib.Path(__file__).parents[1]
 README = ROOT / "README.md"
 DOCS = ROOT / "docs"
-PAGES = [README, *sorted(DOCS.glob("*.md"))]
+PAGES = [README, *sorted(DOCS.glob("*.md")), *sorted(DOCS.glob("tasks/*.md"))]
 
 
 def examples(page):
@@ -34,7 +34,7 @@ def test_the_readme_is_short():
     assert len(README.read_text(encoding="utf-8").splitlines()) <= 150
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
 def test_links_and_pictures_lead_to_files(page):
     """Those to generated pages: `tests/test_docs.py`."""
     text = page.read_text(encoding="utf-8")
@@ -161,7 +161,8 @@ def test_the_lamp_of_mitsuba_is_ours():
 
 
 def test_every_page_with_an_example_is_among_those_tested():
-    assert {p.name for p in PAGES if examples(p)} == {
+    """Those of the tasks: `tests/test_tasks.py`."""
+    assert {p.name for p in PAGES if examples(p) and p.parent.name != "tasks"} == {
         "README.md", "colour.md", "other_tools.md", "pictures.md", "portraits.md", "scenes.md",
         "space.md", "symbolic.md",
     }  # fmt: skip

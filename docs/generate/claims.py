@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import itertools
+import pathlib
 import re
 
 from docs.generate import markdown as md
@@ -13,6 +14,10 @@ from figures import claims
 
 FOLDER = "claims"
 HEAD = ("claim", "paper", "measured", "holds")
+# `_static/filter.js` gives it life; without scripts the table is whole.
+_FIELD = """```{raw} html
+<input type="search" class="filter" placeholder="words" aria-label="Words that a row must have">
+```"""
 
 
 def pages() -> dict[str, str]:
@@ -25,9 +30,21 @@ def pages() -> dict[str, str]:
         "stay, with the reason in the figure's script. `make figures` measures them again."
     )
     table = md.table(("figures of", "claims", "hold", "do not", "measured only"), rows)
-    found[f"{FOLDER}/index.md"] = md.page("Claims", words, table, md.toctree(papers))
-    found["gallery.md"] = _gallery()
+    listed = md.toctree([*papers, "all"])
+    found[f"{FOLDER}/index.md"] = md.page("Claims", words, table, listed)
+    found[f"{FOLDER}/all.md"] = _all_claims()
+    found["gallery.md"] = gallery()
     return found
+
+
+def _all_claims() -> str:
+    """Every claim in one table, with a field that hides rows without the words typed into it."""
+    rows = [(_figure_link(record["figure"]), *_row(record)) for record in claims.kept()]
+    words = (
+        "Type words to see the rows that have them all: a figure, a quantity, `NO`. A claim that "
+        "does not hold links to its figure, whose script's words say why."
+    )
+    return md.page("All claims", words, _FIELD, md.table(("figure", *HEAD), rows))
 
 
 def _paper(record: claims.Record) -> str:
@@ -61,15 +78,7 @@ def _figure(figure: str, records: list[claims.Record]) -> str:
     """One figure: its script's words, and its table."""
     script = claims.scripts()[figure]
     said = ast.get_docstring(ast.parse(script.read_text(encoding="utf-8"))) or ""
-    rows = [
-        (
-            md.escaped(record["claim"], cell=True),
-            md.escaped(claims.quantity(record["paper"], record["unit"]), cell=True),
-            md.escaped(claims.quantity(record["measured"], record["unit"]), cell=True),
-            claims.HOLDS[record["holds"]],
-        )
-        for record in records
-    ]
+    rows = [_row(record) for record in records]
     sizes = "; ".join(dict.fromkeys(str(r["size"]) for r in records if r.get("size")))
     parts = [
         f"({md.label('figure', figure)})=\n## {figure}",
@@ -81,22 +90,61 @@ def _figure(figure: str, records: list[claims.Record]) -> str:
     return "\n\n".join(part for part in parts if part)
 
 
-def _gallery() -> str:
-    """The pictures that are kept, with the first words of the script that draws each."""
-    parts = []
-    for picture in sorted((md.ROOT / "gallery").glob("*.png")):
-        script = claims.scripts()[picture.stem]
-        said = ast.get_docstring(ast.parse(script.read_text(encoding="utf-8"))) or ""
-        first = re.sub(r"\s+", " ", said.partition("\n\n")[0])
-        link = f"[its claims](#{md.label('figure', picture.stem)})"
-        judged = f", with {link}" if _has_claims(picture.stem) else ""
-        parts += [
-            f"## {picture.stem}",
-            f"![{md.escaped(first)}](../../gallery/{picture.name})",
-            f"{md.escaped(first)} Drawn by {md.file_link(script)}{judged}.",
-        ]
-    return md.page("Gallery", *parts)
+def _figure_link(figure: str, words: str = "") -> str:
+    """A link to the claims of a figure."""
+    return f"[{words or figure}](#{md.label('figure', figure)})"
 
 
-def _has_claims(figure: str) -> bool:
-    return any(record["figure"] == figure for record in claims.kept())
+def _row(record: claims.Record) -> tuple[str, ...]:
+    """A claim, what the paper has, what was measured, and whether it holds."""
+    quantities = (claims.quantity(record[k], record["unit"]) for k in ("paper", "measured"))
+    words = (md.escaped(text, cell=True) for text in (record["claim"], *quantities))
+    return (*words, claims.HOLDS[record["holds"]])
+
+
+def gallery() -> str:
+    """Every figure: its picture where there is one, the first words of its script, its claims."""
+    words = (
+        "Every figure that a script draws. The first are kept with the library; other pictures are "
+        "those of the last `make figures` or `make figures-quick` in the checkout from which this "
+        "site was built, and missing where there was none."
+    )
+    kept = [name for name in claims.scripts() if _picture(name) in _kept_pictures()]
+    others = [name for name in claims.scripts() if name not in kept]
+    return md.page("Gallery", words, *map(_in_gallery, [*kept, *others]))
+
+
+def _in_gallery(figure: str) -> str:
+    """One figure."""
+    script, picture = claims.scripts()[figure], _picture(figure)
+    said = ast.get_docstring(ast.parse(script.read_text(encoding="utf-8"))) or ""
+    first = md.escaped(re.sub(r"\s+", " ", said.partition("\n\n")[0]))
+    shown = (
+        "" if picture is None else f"![{first}](../../{picture.relative_to(md.ROOT).as_posix()})"
+    )
+    drawn = f"Drawn by {md.file_link(script)}: `python -m figures {figure}`."
+    parts = (f"## {figure}", shown, f"{first} {drawn} {_judged(figure)}".strip())
+    return "\n\n".join(part for part in parts if part)
+
+
+def _picture(figure: str) -> pathlib.Path | None:
+    """The kept picture of a figure, or that of the last run here."""
+    files = (md.ROOT / "gallery" / f"{figure}.png", md.ROOT / "figures" / "out" / f"{figure}.png")
+    return next((file for file in files if file.is_file()), None)
+
+
+def _kept_pictures() -> list[pathlib.Path]:
+    return list((md.ROOT / "gallery").glob("*.png"))
+
+
+def _judged(figure: str) -> str:
+    """How many of its claims hold, with a link to them and to the reasons of the others."""
+    held = [record["holds"] for record in claims.kept() if record["figure"] == figure]
+    if not held:
+        return ""
+    link = _figure_link(figure, "its claims")
+    hold, against, open_ = (held.count(verdict) for verdict in (True, False, None))
+    told = [f"{hold} of {len(held)} hold"]
+    told += [f"{against} not, for the reasons given there"] if against else []
+    told += [f"{open_} without a verdict"] if open_ else []
+    return f"Of {link} {', '.join(told)}."

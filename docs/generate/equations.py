@@ -1,22 +1,24 @@
 """The papers' equations: every row of the ledger, and the errata of each paper.
 
 Rows are shown as they stand in `derivations`. Proofs and numeric routes are judged by `make check`,
-which takes minutes; only the counterexamples, which take seconds, are evaluated here.
+which takes minutes: their verdicts are kept (`docs.generate.kept`). Only the counterexamples, which
+take seconds, are evaluated here.
 """
 
 from __future__ import annotations
 
 import functools
 import re
+import textwrap
 from typing import Any
 
 import numpy as np
 
 import derivations
-from docs.generate import api
+from docs.generate import api, kept
 from docs.generate import markdown as md
 from firstorder.ledger import Check, Entry, Ledger, NotApplicable, Row
-from firstorder.ledger.rows import EXTRA, REASONS, ROUTES
+from firstorder.ledger.rows import EXTRA, REASONS, ROUTES, Route
 
 PAPERS = {
     "R07": "Ramamoorthi, Mahajan, Belhumeur 2007, A first-order analysis of lighting, shading, and "
@@ -46,7 +48,8 @@ def pages() -> dict[str, str]:
         found[f"equations/{md.label(paper)}.md"] = _paper(paper)
         if _wrong(paper):
             found[f"equations/{md.label(paper, 'errata')}.md"] = _errata(paper)
-    listed = [path.partition("/")[2].removesuffix(".md") for path in found]
+            found[f"equations/{_letter_name(paper)}"] = letter(paper)
+    listed = [path.partition("/")[2].removesuffix(".md") for path in found if path.endswith(".md")]
     head = ("paper", "rows", *WRONG, "errata")
     counts = md.table(head, [_counts(paper) for paper in PAPERS])
     words = (
@@ -83,11 +86,23 @@ def cited(docstring: str) -> list[str]:
     return found
 
 
-def line(equation: str) -> tuple[str, str, str, str]:
-    """A row in a table: a link, what it says, its kind, and the correction."""
+def line(equation: str) -> tuple[str, str, str, str, str]:
+    """A row in a table: a link, what it says, its kind, its verdict, and the correction."""
     entry, row = ledger()[equation]
-    words = (md.escaped(entry.statement, cell=True), row.kind, _code(row.corrected, cell=True))
-    return (f"[{equation}](#{anchor(equation)})", *words)
+    link, said = f"[{equation}](#{anchor(equation)})", md.escaped(entry.statement, cell=True)
+    return (link, said, row.kind, _judged(equation), _code(row.corrected, cell=True))
+
+
+def _judged(equation: str) -> str:
+    """How the row was judged: its verdict, and the error of each route that passed."""
+    found = kept.ledger().get(equation)
+    if found is None:
+        return "not yet"
+    errors = [
+        _ROUTES[route] + ("" if error is None else f" {kept.size(error)}")
+        for route, error in found["errors"].items()
+    ]
+    return ": ".join(filter(None, (found["status"], ", ".join(errors))))
 
 
 def _rows(paper: str) -> list[tuple[Entry, Row]]:
@@ -135,12 +150,51 @@ def _errata(paper: str) -> str:
         "and the truth differ, the truth found by quadrature, tracing or sampling and not from the "
         "corrected formula."
     )
-    parts = [words]
+    parts = [words, f"The same as plain text: {{download}}`{_letter_name(paper)}`."]
     for kind, title in WRONG.items():
-        rows = [(entry, row) for entry, row in _wrong(paper) if row.kind == kind]
+        rows = _of_kind(paper, kind)
         parts += [f"## {title}"] if rows else []
         parts += [_erratum(entry, row) for entry, row in rows]
     return md.page(f"Errata of {paper}", *parts)
+
+
+def _of_kind(paper: str, kind: str) -> list[tuple[Entry, Row]]:
+    return [(entry, row) for entry, row in _wrong(paper) if row.kind == kind]
+
+
+def _letter_name(paper: str) -> str:
+    return f"{md.label(paper, 'errata')}.txt"
+
+
+def letter(paper: str) -> str:
+    """The errata of a paper as plain text: number, print, correction, counterexample."""
+    parts = [f"Errata of {PAPERS[paper]}"]
+    for kind, title in WRONG.items():
+        rows = _of_kind(paper, kind)
+        parts += [f"{title}\n{'=' * len(title)}"] if rows else []
+        parts += [_in_letter(entry, row) for entry, row in rows]
+    return "\n\n".join(parts) + "\n"
+
+
+def _in_letter(entry: Entry, row: Row) -> str:
+    """One erratum as plain text."""
+    where = f" (section {entry.section})" if entry.section else ""
+    lines = [
+        f"{row.equation}{where}",
+        _indented("", entry.statement),
+        _indented("Printed: ", entry.formula),
+        _indented("Correct: ", row.corrected),
+    ]
+    if example := _example(row.equation):
+        lines.append(_indented("", "At {}: printed {}, true {}.".format(*example)))
+    return "\n".join(line for line in lines if line)
+
+
+def _indented(head: str, text: str) -> str:
+    """A paragraph of a letter; nothing for no text."""
+    words = " ".join(text.split())
+    made = textwrap.fill(f"{head}{words}", 78, initial_indent="  ", subsequent_indent="    ")
+    return made if words else ""
 
 
 def _erratum(entry: Entry, row: Row) -> str:
@@ -157,14 +211,24 @@ def _erratum(entry: Entry, row: Row) -> str:
 def _correction(row: Row) -> str:
     """The right formula, and where the printed one fails."""
     parts = [f"Corrected:\n\n{md.fence(row.corrected)}"] if row.corrected else []
-    if example := row.counterexample:
-        printed, true = example.printed(**example.inputs), example.true(**example.inputs)
-        inputs = ", ".join(f"{name} = {_number(value)}" for name, value in example.inputs.items())
+    if example := _example(row.equation):
+        inputs, printed, true = example
         parts.append(
             f"Counterexample: at `{inputs}` the printed statement gives "
-            f"**{_number(printed)}**, and the truth is **{_number(true)}**."
+            f"**{printed}**, and the truth is **{true}**."
         )
     return "\n\n".join(parts)
+
+
+@functools.cache
+def _example(equation: str) -> tuple[str, str, str] | None:
+    """The inputs of a counterexample, what the printed statement gives there, and the truth."""
+    example = ledger()[equation][1].counterexample
+    if example is None:
+        return None
+    printed, true = example.printed(**example.inputs), example.true(**example.inputs)
+    inputs = ", ".join(f"{name} = {_number(value)}" for name, value in example.inputs.items())
+    return inputs, _number(printed), _number(true)
 
 
 def _number(value: Any) -> str:
@@ -180,17 +244,27 @@ def _number(value: Any) -> str:
 
 
 def _judges(row: Row) -> str:
-    """By which routes a row is judged, and why not by the others."""
+    """The verdict, by which routes and with which errors, and why not by the others."""
     by, without = [], []
+    found = kept.ledger().get(row.equation, {"status": "not yet", "errors": {}})
     for name in (*ROUTES, EXTRA):
         route = getattr(row, name)
         if isinstance(route, NotApplicable):
             without.append(f"{_ROUTES[name]} ({REASONS[route.reason]})")
         elif route is not None:
-            bound = f" to {route.bound:.2g}" if isinstance(route, Check) else ""
-            by.append(f"{_ROUTES[name]}{bound}")
-    judged = f"Judged by {', '.join(by)}." if by else "Not judged yet."
+            by.append(f"{_ROUTES[name]}{_errors(route, found['errors'].get(name))}")
+    judged = f"Verdict: **{found['status']}**, by {', '.join(by)}." if by else "Not judged yet."
+    if not by and found["status"] == "stated":
+        judged = "Verdict: **stated**, a definition with nothing to judge."
     return f"{judged} Left out: {'; '.join(without)}." if without else judged
+
+
+def _errors(route: Route, error: float | None) -> str:
+    """The measured error of a numeric route, and the largest that passes."""
+    if not isinstance(route, Check):
+        return ""
+    measured = "" if error is None else f" (error {kept.size(error)}, passes to {route.bound:.2g})"
+    return measured or f" (passes to {route.bound:.2g})"
 
 
 def _code(text: str, cell: bool = False) -> str:

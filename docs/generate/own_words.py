@@ -7,12 +7,14 @@ import inspect
 import pathlib
 import re
 import textwrap
+from typing import Any
 
-from docs.generate import api
+from docs.generate import api, notebook_pictures
 from docs.generate import markdown as md
 from firstorder import conventions
 
-GLOSSARY = "Words we use"
+GLOSSARY, ADDING = "Words we use", "Adding ..."
+_CALLED = re.compile(r"^Called: (.*?)(?:\n\n|\Z)", re.S | re.M)
 
 
 def pages() -> dict[str, str]:
@@ -20,6 +22,7 @@ def pages() -> dict[str, str]:
     return {
         "conventions.md": _conventions(),
         "glossary.md": _glossary(),
+        "adding.md": _adding(),
         "contributing.md": _contributing(),
         "not_built.md": (md.ROOT / "NOT_BUILT.md").read_text(encoding="utf-8"),
         "examples.md": _examples(),
@@ -75,13 +78,43 @@ def _sections() -> dict[str, str]:
 
 
 def _glossary() -> str:
-    return md.page("Glossary", api.linked(_sections()[GLOSSARY]))
+    """The field's words beside ours, from CONTRIBUTING.md, and the papers', from the code."""
+    rows = [
+        (md.escaped(words, cell=True), api.reference(thing), api.home(id(thing)).rpartition(".")[0])
+        for thing, words in papers_words()
+    ]
+    table = md.table(("the papers say", "we say", "where"), rows)
+    words = "What the docstrings of laws and events say under *Called*:"
+    ours = api.linked(_sections()[GLOSSARY])
+    return md.page("Glossary", ours, f"## The papers' words\n\n{words}", table)
+
+
+def papers_words() -> list[tuple[Any, str]]:
+    """What the papers call a public function or class, wherever its docstring says so."""
+    things = {id(thing): thing for thing in api.public_names().values()}
+    said = ((thing, _CALLED.search(inspect.getdoc(thing) or "")) for thing in things.values())
+    return [(thing, " ".join(found[1].split())) for thing, found in said if found]
+
+
+def _adding() -> str:
+    """How to add an event, a law, a row, a figure: that section of CONTRIBUTING.md."""
+    text = api.linked(_sections()[ADDING])
+    headed = re.sub(r"^\*\*(.+?)\.?\*\*\.? *", r"## \1\n\n", text, flags=re.M)
+    words = (
+        "What a new part of the library has with it. Files that must lie beside each other, and in "
+        "which order imports run: [contributing](contributing.md)."
+    )
+    return md.page("How to add an event, a law, a lobe, a row, a figure", words, headed)
 
 
 def _contributing() -> str:
-    """CONTRIBUTING.md but for the glossary, which has its page."""
-    sections = [f"## {h}\n\n{words}" for h, words in _sections().items() if h != GLOSSARY]
-    words = "How to add an event, a law, a row of the ledger, a figure. Our words: [](glossary.md)."
+    """CONTRIBUTING.md but for the glossary and what is added how, which have their pages."""
+    elsewhere = (GLOSSARY, ADDING)
+    sections = [f"## {h}\n\n{words}" for h, words in _sections().items() if h not in elsewhere]
+    words = (
+        "Commands, the layout, honesty and style. [How to add](adding.md) an event, a law, a row "
+        "of the ledger, a figure. Our words: [glossary](glossary.md)."
+    )
     return md.page("Contributing", words, *map(api.linked, sections))
 
 
@@ -102,15 +135,23 @@ def _examples() -> str:
 def _notebooks() -> str:
     """Every notebook by its title, with what its first words say and how it is run."""
     words = (
-        "Notebooks with sliders, for [marimo](https://marimo.io), which `make venv` installs. "
-        "`make notebooks` writes copies for Jupyter into `notebooks/ipynb`."
+        "Notebooks with sliders, for [marimo](https://marimo.io): `make venv` installs it, and so "
+        "does `pip install 'firstorder[notebooks]'`. `marimo run FILE` opens one in the browser "
+        "with its sliders, `marimo edit FILE` with its code; `make notebooks` writes copies for "
+        "Jupyter into `notebooks/ipynb`. The pictures are what each draws when it is opened."
     )
     parts = []
     for file in sorted((md.ROOT / "notebooks").glob("*.py")):
         title, said = _told(file)
         name = file.relative_to(md.ROOT).as_posix()
-        parts += [f"## {title}", said, md.fence(f"marimo run {name}", "bash"), md.file_link(file)]
+        shown = [_picture(title, picture) for picture in notebook_pictures.of(file.stem)]
+        command = md.fence(f"marimo run {name}", "bash")
+        parts += [f"## {title}", said, *shown, command, md.file_link(file)]
     return md.page("Notebooks", words, *(part for part in parts if part))
+
+
+def _picture(title: str, picture: pathlib.Path) -> str:
+    return f"![{md.escaped(title)}](../{picture.relative_to(md.ROOT / 'docs').as_posix()})"
 
 
 def _told(file: pathlib.Path) -> tuple[str, str]:

@@ -1,16 +1,19 @@
 """Laws and events: a page for each, and for each path in the registry of squares.
 
-A page has what the docstring says, what becomes of every portrait, which equations of the papers
-are cited and what the ledger says of them, and where it is written, tested and derived.
+A page has what the docstring says, what becomes of every portrait with the error that its square
+was measured to have, which equations of the papers are cited and how the ledger judges them, and
+where it is written, tested, derived and drawn.
 """
 
 from __future__ import annotations
 
+import ast
+import functools
 import inspect
 import pathlib
 import re
 
-from docs.generate import api, equations, formulas
+from docs.generate import api, equations, formulas, kept
 from docs.generate import markdown as md
 from docs.generate.docstrings import told
 from figures import claims
@@ -30,7 +33,9 @@ _SPOKEN = {
 
 _SQUARES = (
     "A portrait's square: the step's own rule on the portrait, against the portrait of what the "
-    "step makes of light. What it must be stands beside each, with the largest error that passes."
+    "step makes of light, drawn by something that knows nothing of the step: brute force for "
+    "values, autodiff for gradient and Hessian, transforms of samples for the others. "
+    "Each has its verdict, its largest error over the largest magnitude, and what still passes."
 )
 
 
@@ -144,9 +149,12 @@ def _case(case: Case) -> str:
 
 
 def _verdict(case: Case, portrait: str) -> str:
-    """What the square of a portrait must be, as the registry says it."""
-    verdict = case.expected.get(portrait, "equal")
-    return verdict if verdict == "refused" else f"{verdict} to {case.bound(portrait):.0e}"
+    """What the square of a portrait was measured to be, and the largest error that passes."""
+    said = kept.squares().get(case.name, {}).get(portrait)
+    bound = f"at most {case.bound(portrait):.0e} passes"
+    if said is None:
+        return f"not measured yet, {bound}"
+    return kept.words(said) if said["verdict"] == "refused" else f"{kept.words(said)}, {bound}"
 
 
 def _in_paths(step: type) -> str:
@@ -165,7 +173,7 @@ def _cited(step: type) -> str:
     rows = [equations.line(equation) for equation in ids if equation in equations.ledger()]
     if not rows:
         return ""
-    head = ("equation", "what it says", "kind", "corrected")
+    head = ("equation", "what it says", "kind", "verdict, errors by route", "corrected")
     return f"## Equations\n\n{md.table(head, rows)}"
 
 
@@ -188,7 +196,24 @@ def _files(step: type, folder: str) -> str:
         ]
     rows += [("cases and faults", file) for file in _registered(step)]
     found = [(what, md.file_link(file, folder)) for what, file in rows if file.exists()]
+    found += [("figure", link) for link in _figures(step)]
     return f"## Where it is written\n\n{md.table(('what', 'file'), found)}"
+
+
+def _figures(step: type) -> list[str]:
+    """Links to the claims of figures whose scripts use a step."""
+    used = [n for n, file in claims.scripts().items() if step.__name__ in _names(file)]
+    judged = {record["figure"] for record in claims.kept()}
+    return [f"[{name}](#{md.label('figure', name)})" for name in used if name in judged]
+
+
+@functools.cache
+def _names(script: pathlib.Path) -> frozenset[str]:
+    """Names that a script imports from the library."""
+    tree = ast.parse(script.read_text(encoding="utf-8"))
+    froms = [n for n in ast.walk(tree) if isinstance(n, ast.ImportFrom)]
+    ours = [n for n in froms if (n.module or "").startswith("firstorder")]
+    return frozenset(alias.name for node in ours for alias in node.names)
 
 
 def _registered(step: type) -> list[pathlib.Path]:

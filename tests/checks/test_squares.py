@@ -1,9 +1,11 @@
+import dataclasses
 import functools
 
 import pytest
 
+from docs.generate import kept
 from firstorder.checks.registry import all_cases, all_faults
-from firstorder.checks.squares import PORTRAITS, goes_red, square
+from firstorder.checks.squares import PORTRAITS, Square, goes_red, square
 
 SQUARES = [(name, portrait) for name in all_cases() for portrait in PORTRAITS]
 RULED = [s for s in SQUARES if all_cases()[s[0]].expected.get(s[1]) != "refused"]
@@ -20,6 +22,15 @@ def test_apply_then_convert_is_convert_then_apply(name, portrait):
     case = all_cases()[name]
     found = square(case, portrait)
     assert found.verdict == case.expected.get(portrait, "equal"), found
+    assert kept.is_current(found), f"{found}: python -m docs.generate.kept"
+
+
+def test_a_kept_square_that_is_no_longer_so_is_seen():
+    error = kept.squares()["tabulate"]["value"]["error"]
+    found = Square("tabulate", "value", "approximate", error)
+    assert kept.is_current(found)
+    for other in ({"verdict": "equal"}, {"error": 1.1 * error}, {"error": None}, {"name": "new"}):
+        assert not kept.is_current(dataclasses.replace(found, **other))
 
 
 @functools.lru_cache(maxsize=4)

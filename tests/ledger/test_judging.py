@@ -117,6 +117,7 @@ def test_a_derived_proof_is_judged_like_a_symbolic_one():
     right = judge(ENTRY, row(**OUT, derived=nothing))
     assert right.status == "pass"
     assert right.as_json()["derived"]["verdict"] == "pass"
+    assert right.as_json()["status"] == right.status
     assert judge(ENTRY, row(**OUT, derived=lambda: x - 1)).status == "fail"
     assert judge(ENTRY, row(**OUT, derived=lambda: 0)).status == "fail"
 

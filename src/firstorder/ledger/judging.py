@@ -70,6 +70,7 @@ class Result:
             "equation": self.row.equation,
             "statement": self.entry.statement,
             "kind": self.row.kind,
+            "status": self.status,
             "printed": self.entry.formula,
             "corrected": self.row.corrected,
             "counterexample": self.example,

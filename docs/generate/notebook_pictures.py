@@ -1,0 +1,65 @@
+"""The pictures that the notebooks draw, kept beside the site, which does not run them.
+
+`python -m docs.generate.notebook_pictures` runs each at its own size and keeps what it draws before
+a slider is moved (`make readme`).
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import pathlib
+import re
+import subprocess
+import sys
+
+from docs.generate import kept
+from docs.generate import markdown as md
+
+FOLDER = kept.FOLDER / "notebooks"
+NOTEBOOKS = md.ROOT / "notebooks"
+# In a process of its own: a notebook decides about precision for itself.
+_RUN = """
+import importlib, json, sys
+sys.path.insert(0, sys.argv[1])
+outputs, _ = importlib.import_module(sys.argv[2]).app.run()
+print(json.dumps([getattr(output, "text", "") for output in outputs]))
+"""
+
+
+def of(name: str) -> list[pathlib.Path]:
+    """The kept pictures of a notebook, in the order in which it shows them."""
+    return sorted(FOLDER.glob(f"{name}-*.png"))
+
+
+def pictures(page: str) -> list[bytes]:
+    r"""The PNG pictures that a page of HTML holds.
+
+    Example:
+        >>> from docs.generate.notebook_pictures import pictures
+        >>> pictures("<img src='data:image/png;base64,iVBORw0KGgo='>")
+        [b'\x89PNG\r\n\x1a\n']
+    """
+    found = re.findall(r"data:image/png;base64,([A-Za-z0-9+/=]+)", page)
+    return [base64.b64decode(text) for text in dict.fromkeys(found)]
+
+
+def _drawn(name: str) -> list[bytes]:
+    """What a notebook draws when it is opened."""
+    command = [sys.executable, "-c", _RUN, str(NOTEBOOKS), name]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    return pictures("".join(json.loads(done.stdout.splitlines()[-1])))
+
+
+def keep() -> None:
+    """Draw and keep the pictures of all notebooks."""
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    for file in sorted(NOTEBOOKS.glob("*.py")):
+        for old in of(file.stem):
+            old.unlink()
+        for k, picture in enumerate(_drawn(file.stem), 1):
+            (FOLDER / f"{file.stem}-{k}.png").write_bytes(picture)
+
+
+if __name__ == "__main__":
+    keep()
