@@ -7,16 +7,20 @@ a slider is moved (`make readme`).
 from __future__ import annotations
 
 import base64
+import io
 import json
 import pathlib
 import re
 import subprocess
 import sys
 
+from PIL import Image
+
 from docs.generate import kept
 from docs.generate import markdown as md
 
 FOLDER = kept.FOLDER / "notebooks"
+COLOURS = 64
 NOTEBOOKS = md.ROOT / "notebooks"
 # In a process of its own: a notebook decides about precision for itself.
 _RUN = """
@@ -44,6 +48,15 @@ def pictures(page: str) -> list[bytes]:
     return [base64.b64decode(text) for text in dict.fromkeys(found)]
 
 
+def _small(picture: bytes) -> bytes:
+    """The picture in few colours: some 25 kB."""
+    found = io.BytesIO()
+    with Image.open(io.BytesIO(picture)) as image:
+        few = image.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
+        few.save(found, "png", optimize=True)
+    return found.getvalue()
+
+
 def _drawn(name: str) -> list[bytes]:
     """What a notebook draws when it is opened."""
     command = [sys.executable, "-c", _RUN, str(NOTEBOOKS), name]
@@ -58,7 +71,7 @@ def keep() -> None:
         for old in of(file.stem):
             old.unlink()
         for k, picture in enumerate(_drawn(file.stem), 1):
-            (FOLDER / f"{file.stem}-{k}.png").write_bytes(picture)
+            (FOLDER / f"{file.stem}-{k}.png").write_bytes(_small(picture))
 
 
 if __name__ == "__main__":
