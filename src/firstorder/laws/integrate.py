@@ -52,6 +52,10 @@ class Integrate(Law):
             peaks, and where the field bends but does not jump. Those outside the interval do
             nothing.
 
+    Raises:
+        ValueError: if `nodes` is not positive.
+        TypeError: if an end is neither a number nor a field.
+
     Example:
         >>> from firstorder.fields import gaussian
         >>> from firstorder.laws import Integrate
