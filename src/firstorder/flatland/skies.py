@@ -25,7 +25,7 @@ class ConstantSky(eqx.Module):
     """A sky of one radiance in every direction.
 
     Args:
-        radiance: in W/(m rad), not negative.
+        radiance: one number, not negative [W/(m rad)].
 
     Raises:
         ValueError: if the radiance is negative or not finite.

@@ -40,6 +40,8 @@ class Elevation(eqx.Module):
         alpha_v: derivative for a step along e_phi [rad/m].
         distance: D, to the touched point [m].
         phi: azimuth of the slice [rad].
+
+    Reference: R07 §7, eqs. 39-41.
     """
 
     value: Float[Array, "*b"]

@@ -101,7 +101,15 @@ def spectrum_in(light: LightField, window: Grid) -> StraightEdges:
 
 
 def series_in(light: LightField, window: Grid) -> Series:
-    """The Fourier series of a light field on a box, from `spectrum_in` at its harmonics."""
+    """The Fourier series of a light field on a box, from `spectrum_in` at its harmonics.
+
+    Args:
+        light: over slopes, of a scene of straight shapes.
+        window: the box, and how many waves.
+
+    Raises:
+        Refused: if the silhouettes or the light have no closed form: round shapes, angles, skies.
+    """
     F = spectrum_in(light, window)
     axes = [jnp.asarray(window.frequencies(i)) for i in range(2)]
     nodes = jnp.stack(jnp.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 2)
