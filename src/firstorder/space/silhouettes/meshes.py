@@ -294,6 +294,15 @@ def mesh_net_visibility(mesh: Mesh, rim: MeshSilhouettes, at: Receiver) -> Float
         In sr, between 0 and 2 pi.
 
     Reference: R07 §7, (47); Van Oosterom and Strackee 1983 for the triangle.
+
+    Example:
+        >>> from firstorder.space import receiver
+        >>> from firstorder.space.meshes import mesh
+        >>> from firstorder.space.silhouettes import mesh_net_visibility, visible_mesh_silhouettes
+        >>> one, at = mesh([[0, 0, 1], [1, 0, 1], [0, 1, 1]], [[0, 1, 2]]), receiver((0.2, 0.3, 0.0))
+        >>> rim = visible_mesh_silhouettes(one, at.position)
+        >>> round(mesh_net_visibility(one, rim, at).item(), 4)  # 2 pi less the triangle's solid angle
+        5.8587
     """
     a, b, live, through = _above(mesh, rim, at)
     pieces = jnp.sum(jnp.where(live, segment_solid_angle(a, b), 0.0))
