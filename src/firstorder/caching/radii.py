@@ -303,6 +303,9 @@ def largest_radiance(radiances: Any, quantile: float = 1.0) -> Float[Array, ""]:
         radiances: samples, of any shape, not negative [W/(m^2 sr)].
         quantile: share of samples that it exceeds, 1 for the maximum.
 
+    Returns:
+        A number, in the unit of the samples [W/(m^2 sr)].
+
     Raises:
         ValueError: if a radiance is negative, or the quantile is not within (0, 1].
 
