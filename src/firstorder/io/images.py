@@ -66,7 +66,7 @@ def read_panorama_row(
 
 
 def read_image(path: str | os.PathLike[str]) -> Picture:
-    """Reads a picture with linear values, shape (rows from the top, columns, RGB).
+    r"""Reads a picture with linear values, shape (rows from the top, columns, RGB).
 
     Args:
         path: a .hdr (or .pic) or .exr file.
@@ -74,6 +74,14 @@ def read_image(path: str | os.PathLike[str]) -> Picture:
     Raises:
         ValueError: one sentence that names the file, if it is neither, or broken.
         ModuleNotFoundError: if an .exr file is asked for without the extra `images`.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> from firstorder.io import read_image
+        >>> file = pathlib.Path(tempfile.mkdtemp(), "sky.hdr")
+        >>> _ = file.write_bytes(b"#?RADIANCE\n\n-Y 1 +X 4\n" + bytes([128, 128, 128, 129]) * 4)
+        >>> read_image(file).shape
+        (1, 4, 3)
     """
     path = pathlib.Path(path)
     match path.suffix.lower():

@@ -82,7 +82,7 @@ class GridInterpolant(eqx.Module):
     no label shows.
 
     Args:
-        x, y: positions of the nodes, in rising order.
+        x, y: positions of the nodes, in rising order [any units].
         data: for each node (first axis x, second y) the value, then df/dx and df/dy, then
             d2f/dxdy: one, three or four columns.
         scheme: one of `SCHEMES`.
@@ -149,9 +149,18 @@ class GridInterpolant(eqx.Module):
         Args:
             function: of arrays x and y; returns what is known: the value, or the value, df/dx and
                 df/dy, or those and d2f/dxdy.
-            x: positions of the nodes.
+            x: positions of the nodes [any unit].
             y: theirs along the other axis.
             scheme: one of `SCHEMES`.
+
+        Raises:
+            ValueError: as `GridInterpolant` does.
+
+        Example:
+            >>> from firstorder.reconstruction import GridInterpolant
+            >>> f = GridInterpolant.of(lambda x, y: (x * y, y, x), [0.0, 1.0, 2.0], [0.0, 1.0, 2.0])
+            >>> round(f(0.5, 1.5).item(), 9)
+            0.75
         """
         x, y = as_float(x), as_float(y)
         known = function(*jnp.meshgrid(x, y, indexing="ij"))
