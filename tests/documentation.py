@@ -216,7 +216,7 @@ QUANTITIES = frozenset(f"{LENGTHS} {ANGLES} {LIGHT} {FREQUENCIES}".split())
 PURE = {"numerics", "laws", "symbolic", "ledger", "checks", "sampling", "typing", "errors"}
 UNIT = re.compile(
     r"\[[^\]\n]*\b(m|rad|sr|W|Hz|s|unit|units|pixels?|cycles|degrees|nm|1)\b[^\]\n]*\]|\bradians?\b"
-    r"|\bcycles per\b|\bmet(re|er)s?\b|\bunits? of\b|\bpixels?\b|\bno unit\b|\bdegrees\b"
+    r"|\bcycles per\b|\bmet(re|er)s?\b|\binch(es)?\b|\bunits? of\b|\bpixels?\b|\bno unit\b|\bdegrees\b"
 )
 NUMBERS = re.compile(r"\b(Array|ArrayLike|RealLike|float|ndarray|Scalar|Vector|Ray|Frequency)\b")
 

@@ -58,8 +58,8 @@ def glossy_bandwidth_map(
     `|J + d s| cutoff + d s light`, J as the module has it.
 
     Valid to first order, pointwise, for blockers in the mirrored direction; a bound for light whose
-    spectrum ends at `light`, and without blockers (`slope` 0) the exact reach. Numbers, or one for
-    each pixel.
+    spectrum ends at `light`, and without blockers (`slope` 0) the exact reach. Numbers, or
+    arrays with one for each pixel.
 
     Args:
         cutoff: where the lobe's spectrum ends, or that of the light if it ends before; infinity if
@@ -99,8 +99,8 @@ def diffuse_bandwidth_map(
 ) -> Float[Array, "*n"]:
     """Angular bandwidth at the eye of light reflected about the normal: irradiance.
 
-    `|N| cutoff + (d s / c) (cutoff + light)`, N as the module has it. Numbers, or one for
-    each pixel.
+    `|N| cutoff + (d s / c) (cutoff + light)`, N as the module has it. Numbers, or
+    arrays with one for each pixel.
 
     Args:
         cutoff: where the spectrum of the cosine ends [1/rad].

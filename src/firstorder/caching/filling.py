@@ -60,6 +60,9 @@ def fill(
         An array of m truth values, true for records. Every visited candidate is a record or covered
         by one, unless there would be more than `most` of them.
 
+    Raises:
+        ValueError: if regions and candidates are not as many.
+
     Example:
         >>> import jax.numpy as jnp
         >>> from firstorder.caching import Candidates, circular_regions, fill

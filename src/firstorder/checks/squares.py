@@ -51,6 +51,12 @@ class Case:
         bounds: largest accepted error per portrait, where it is not the default: the stated grid
             error, or the measured error of an approximation.
         expected: verdict per portrait, where it is not "equal".
+
+    Example:
+        >>> from firstorder.checks.registry import all_cases
+        >>> from firstorder.checks.squares import Case
+        >>> isinstance(all_cases()["travel"], Case)
+        True
     """
 
     name: str
@@ -82,7 +88,13 @@ DEFAULT_BOUNDS = {
 
 @dataclasses.dataclass(frozen=True)
 class Square:
-    """Outcome of one square: verdict, error, and the reason of a refusal."""
+    """Outcome of one square: verdict, error, and the reason of a refusal.
+
+    Example:
+        >>> from firstorder.checks.squares import Square
+        >>> Square("travel", "wavelet", "refused", None, "it shears the grid").verdict
+        'refused'
+    """
 
     name: str
     portrait: str

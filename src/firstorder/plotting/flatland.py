@@ -163,6 +163,14 @@ def draw_curves(axes: Iterable[Axes], curve: dict[str, Any], across: str = "arc"
         axes: three of them.
         curve: as `receiver_curve` returns it.
         across: the column to draw over: `arc`, `x` or `y`.
+
+    Example:
+        >>> from firstorder.flatland.library import scene_a
+        >>> from firstorder.plotting import draw_curves, panels, receiver_curve
+        >>> figure, axes = panels(1, 3)
+        >>> draw_curves(axes[0], receiver_curve(scene_a(), "floor", 5))
+        >>> axes[0, 0].get_xlabel()
+        'arc length (m)'
     """
     gap = np.flatnonzero(np.diff(curve["shape"]) != 0) + 1
     for ax, (key, words, color) in zip(axes, _CURVES, strict=True):

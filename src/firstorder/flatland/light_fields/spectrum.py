@@ -81,6 +81,17 @@ def spectrum_in(light: LightField, window: Grid) -> StraightEdges:
     Raises:
         Refused: where there is no closed form, with the reason; among them a shape that the line
             passes through inside the box (NaN if traced).
+
+    Example:
+        >>> from firstorder.conventions import FLATLAND_SLOPE
+        >>> from firstorder.fields import Grid
+        >>> from firstorder.flatland import Receiver, Scene, Segments, light_field, primitive
+        >>> from firstorder.flatland.light_fields import spectrum_in
+        >>> lamp = Scene.of(primitive(Segments((1.0, 2.0), (-1.0, 2.0)), emission=1.0))
+        >>> L = light_field(lamp, Receiver((0.0, 0.0), 0.0), frame=FLATLAND_SLOPE)
+        >>> F = spectrum_in(L, Grid.spanning((8, 8), (5.0, 1.0)))
+        >>> round(F(0.0, 0.0).real.item(), 6)  # a strip of width 2 and height 2
+        4.0
     """
     _refuse(light, window)
     low, high = _corners(window, light.line.position.dtype)
@@ -99,17 +110,6 @@ def series_in(light: LightField, window: Grid) -> Series:
 
     Raises:
         Refused: if the silhouettes or the light have no closed form: round shapes, angles, skies.
-
-    Example:
-        >>> from firstorder.conventions import FLATLAND_SLOPE
-        >>> from firstorder.fields import Grid
-        >>> from firstorder.flatland import Receiver, Scene, Segments, light_field, primitive
-        >>> from firstorder.flatland.light_fields import series_in
-        >>> scene = Scene.of(primitive(Segments((9.0, 1.0), (-9.0, 1.0)), emission=2.0))
-        >>> light = light_field(scene, Receiver((0.0, 0.0), 0.0), frame=FLATLAND_SLOPE)
-        >>> series = series_in(light, Grid.spanning((3, 3), (1.0, 1.0)))
-        >>> round(series.coefficients[4].real.item(), 6)  # the mean
-        2.0
     """
     F = spectrum_in(light, window)
     axes = [jnp.asarray(window.frequencies(i)) for i in range(2)]
