@@ -15,9 +15,9 @@ method by which a class of these is made (`Scene.of`). The rules, for each kind 
   `Raises:`.
 - **source**: a row of the ledger says that it implements an equation of a paper. Said by the
   paper's name and a number or a section beside it.
-- **example**: every function, and every class that is made by hand; not protocols, abstract classes,
-  exceptions, and records that only functions make (nothing outside the library calls them). Said
-  by an example, run as a doctest, in which the name stands.
+- **example**: every function, and every class that is made by hand; not protocols, abstract
+  classes, exceptions, and records that only functions make (nothing outside the library calls
+  them). Said by an example, run as a doctest, in which the name stands.
 """
 
 from __future__ import annotations
@@ -135,10 +135,11 @@ def entries(doc: str) -> dict[str, str]:
 
 # --- shapes --------------------------------------------------------------------------------------
 
-# Words for a shape: of a loosely annotated argument, in its description or before all of them.
+# Words for a shape before the list of arguments, for all of them, and in the description of one.
+SHAPES = re.compile(r"\bshapes?\b|\barrays?\b|\bbroadcast|\bnumbers, or\b", re.I)
 SHAPE = re.compile(
-    r"\bshapes?\b|\([\w.*]+,[\w ,.*]*\)|\bnumbers?\b|\bscalars?\b|\bvectors?\b|\bmatri\w+|\barrays?\b"
-    r"|\bbroadcast|\b(two|three|four) (numbers|components)|\bone (per|of each|for each)|\bgrid\b"
+    rf"{SHAPES.pattern}|\([\w.*]+,[\w ,.*]*\)|\bnumbers?\b|\bscalars?\b|\bvectors?\b|\bmatri\w+",
+    re.I,
 )
 LOOSE = ("Array", "ArrayLike", "RealLike", "ndarray")
 
@@ -197,7 +198,7 @@ def without_shape(of: Public) -> list[str]:
     told, before = entries(of.doc), prose(of.doc)
     told["return"] = section(of.doc, "Returns")
     loose = [n for n, a in arguments(of).items() if array_kinds(of, a) == {"loose"}]
-    return [n for n in loose if not SHAPE.search(told.get(n, "") + before)]
+    return [n for n in loose if not (SHAPE.search(told.get(n, "")) or SHAPES.search(before))]
 
 
 # --- units ---------------------------------------------------------------------------------------
@@ -216,7 +217,7 @@ QUANTITIES = frozenset(f"{LENGTHS} {ANGLES} {LIGHT} {FREQUENCIES}".split())
 PURE = {"numerics", "laws", "symbolic", "ledger", "checks", "sampling", "typing", "errors"}
 UNIT = re.compile(
     r"\[[^\]\n]*\b(m|rad|sr|W|Hz|s|unit|units|pixels?|cycles|degrees|nm|1)\b[^\]\n]*\]|\bradians?\b"
-    r"|\bcycles per\b|\bmet(re|er)s?\b|\binch(es)?\b|\bunits? of\b|\bpixels?\b|\bno unit\b|\bdegrees\b"
+    r"|\bcycles per\b|\bmetres?\b|\binch(es)?\b|\bunits? of\b|\bpixels?\b|\bno unit\b|\bdegrees\b"
 )
 NUMBERS = re.compile(r"\b(Array|ArrayLike|RealLike|float|ndarray|Scalar|Vector|Ray|Frequency)\b")
 
@@ -247,11 +248,12 @@ def without_unit(of: Public) -> list[str]:
 RAISED = {"ValueError", "TypeError", "Refused"}
 # Whose own call gives what it calls no reason to refuse.
 NEVER = {
-    "checks.squares.by_conversion": "the samples that it transforms fill their grid",
-    "checks.statistics.sampler_p_value": "the counts that it compares have one sum",
+    "checks.by_conversion": "the samples that it transforms fill their grid",
+    "checks.sampler_p_value": "the counts that it compares have one sum",
     "flatland.bounces.final_gather": "it asks for one receiver at a time",
     "imaging.facet_gbuffer": "its blocks have a size",
     "imaging.gbuffer": "its blocks have a size",
+    "shadowfield.scene_blockers": "its blocks have a size",
     "shadowfield.visible_lengths": "it asks for one receiver at a time",
 }
 

@@ -137,9 +137,10 @@ def direction(a: Float[Array, "..."]) -> Float[Array, "... 2"]:
         a: angles [rad], of any shape.
 
     Example:
+        >>> import jax.numpy as jnp
         >>> from firstorder.conventions import direction
-        >>> direction(0.0).tolist()
-        [-0.0, 1.0]
+        >>> direction(jnp.array(-jnp.pi / 2)).round(9).tolist()  # to the right
+        [1.0, 0.0]
     """
     return jnp.stack([-jnp.sin(a), jnp.cos(a)], axis=-1)
 
@@ -155,8 +156,9 @@ def cylindrical(
         z: heights [m].
 
     Example:
+        >>> import jax.numpy as jnp
         >>> from firstorder.conventions import cylindrical
-        >>> cylindrical(2.0, 0.0, 1.0).tolist()
+        >>> cylindrical(jnp.array(2.0), jnp.array(0.0), jnp.array(1.0)).tolist()
         [2.0, 0.0, 1.0]
     """
     return jnp.stack(jnp.broadcast_arrays(rho * jnp.cos(phi), rho * jnp.sin(phi), z), axis=-1)
@@ -170,8 +172,9 @@ def polar(theta: Float[Array, "..."], phi: Float[Array, "..."]) -> Float[Array, 
         phi: azimuths from +x towards +y [rad].
 
     Example:
+        >>> import jax.numpy as jnp
         >>> from firstorder.conventions import polar
-        >>> polar(0.0, 0.3).tolist()
+        >>> polar(jnp.array(0.0), jnp.array(0.3)).tolist()
         [0.0, 0.0, 1.0]
     """
     return cylindrical(jnp.sin(theta), phi, jnp.cos(theta))

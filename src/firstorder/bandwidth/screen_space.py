@@ -97,7 +97,7 @@ def screen_glossy_bandwidth(
     """Glossy bandwidth from differences: `|r_p + s x_p| cutoff + s |x_p| light` [cycles/pixel].
 
     x_p is what moves across the mirrored direction r. Arguments are those of
-    `glossy_bandwidth_map`, numbers or one for each pixel.
+    `glossy_bandwidth_map`, numbers, or arrays with one for each pixel.
 
     Valid where a pixel's neighbours show the same smooth surface; errs as the square of a pixel
     inside of it, as a pixel at its border.

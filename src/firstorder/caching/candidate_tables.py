@@ -137,8 +137,8 @@ def tabulate_candidates(
         >>> from firstorder.caching import gather_directions, tabulate_candidates
         >>> from firstorder.space.bounces import RadianceMaps
         >>> from firstorder.space.library import j12_box
-        >>> maps = RadianceMaps(j12_box(), jnp.ones((4, 2, 2)))
-        >>> table = tabulate_candidates(maps, [[0.5, 0.5]], gather_directions(4, 8), on=0)
+        >>> maps, place = RadianceMaps(j12_box(), jnp.ones((4, 2, 2))), jnp.array([[0.5, 0.5]])
+        >>> table = tabulate_candidates(maps, place, gather_directions(4, 8), on=0)
         >>> table.E.shape, table.hessian.shape
         ((1,), (1, 2, 2))
     """

@@ -169,7 +169,7 @@ class Candidates(eqx.Module):
         Args:
             x: arc lengths, shape (m,) [m].
             columns: E and its derivatives by arc length, shape (m, k) [W/m, W/m^2, ...].
-            tilt: of the normals, as `of` takes it [rad].
+            tilt: of the normals, an array as `of` takes it [rad].
             minimum: lengths of the shortest rays, one or m numbers [m].
             harmonic: harmonic means of the lengths of rays, one or m numbers [m].
 

@@ -296,9 +296,10 @@ def rms(estimate: ArrayLike, truth: ArrayLike) -> np.ndarray:
         One number for each row.
 
     Example:
+        >>> import numpy as np
         >>> from firstorder.caching import rms
-        >>> rms([3.0, 1.0], [0.0, 1.0 - 4.0]).round(6).item()  # sqrt((9 + 16) / 2)
-        3.535534
+        >>> rms(np.array([[3.0, 1.0, 4.0, 1.0]]), 1.0).round(6).tolist()  # sqrt((4 + 9) / 4)
+        [1.802776]
     """
     return np.sqrt(np.mean((np.asarray(estimate) - np.asarray(truth)) ** 2, axis=-1))
 

@@ -148,12 +148,12 @@ class Fit(NamedTuple):
     """Choices of about a wanted number of records, one for each order of insertion.
 
     Attributes:
-        threshold: what was found, one for each order.
-        size: records that it gives.
+        threshold: what was found, an array with one for each order.
+        size: numbers of records that it gives, likewise.
         records: which candidates they are, (o, m).
         region: of each candidate, at that threshold, with a leading axis of orders.
-        exact: whether the count is the wanted one. Where it is not, it was within the slack, or
-            the count jumped over it, and the nearest that was met is given.
+        exact: whether the count is the wanted one, an array likewise. Where it is not, it was
+            within the slack, or the count jumped over it, and the nearest that was met is given.
     """
 
     threshold: np.ndarray

@@ -159,7 +159,7 @@ class Edge(eqx.Module):
         >>> import jax.numpy as jnp
         >>> from firstorder.fields import Affine, Constant, Edge
         >>> edge = Edge(Affine([1.0, -2.0], 0.0), Constant(1.0))  # x = 2 theta
-        >>> edge.crossing(jnp.array([0.0, 0.5]), 0, -9.0, 9.0).value.item()
+        >>> edge.crossing(jnp.array([0.0, 0.5]), 0, jnp.array(-9.0), jnp.array(9.0)).value.item()
         1.0
     """
 

@@ -189,8 +189,9 @@ def phong_brdf(share: ArrayLike, exponent: ArrayLike) -> Brdf:
     is largest in their middle.
 
     Args:
-        share: of the flux reflected at normal incidence.
-        exponent: m, not negative; 0 is a half plane about the mirror direction, and not diffuse.
+        share: of the flux reflected at normal incidence, a number.
+        exponent: m, a number, not negative; 0 is a half plane about the mirror direction, and not
+            diffuse.
 
     Raises:
         ValueError: if one is negative.
@@ -256,7 +257,7 @@ def reflected_radiance(
     Args:
         scene: shapes and environment.
         at: the reflecting point.
-        out: local angle to which light goes [rad].
+        out: local angle to which light goes, one number [rad].
         brdf: `f(w, o)`.
         radiance: what shapes send out in place of their emission (see `irradiance`).
         nodes: in each gap between silhouettes.

@@ -47,8 +47,9 @@ class PointSource(eqx.Module):
         ValueError: if a number is not finite or the power is negative.
 
     Example:
+        >>> import jax.numpy as jnp
         >>> from firstorder.flatland import PointSource
-        >>> origin, along = PointSource((0.0, 1.0)).ray(0.0)
+        >>> origin, along = PointSource((0.0, 1.0)).ray(jnp.array(0.0))
         >>> along.tolist()
         [-0.0, 1.0]
     """
@@ -122,7 +123,7 @@ def fresnel_reflectance(eta: ArrayLike, cosine: ArrayLike) -> Array:
 
     Args:
         eta: index behind the interface over that before it, a number or an array.
-        cosine: of the angle of incidence, positive, likewise.
+        cosine: of the angle of incidence, positive, a number or an array.
 
     Returns:
         In [0, 1], of the shape to which both broadcast.

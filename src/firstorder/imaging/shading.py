@@ -116,16 +116,6 @@ def shade_pixels(
 
     Returns:
         Arrays of NumPy.
-
-    Example:
-        >>> import numpy as np
-        >>> from firstorder.imaging import Lamp, pinhole, shade_pixels
-        >>> from firstorder.space.library import sphere_over_plane
-        >>> camera = pinhole((0.0, 0.0, 4.0), (0.0, 0.0, 0.0), up=(0.0, 1.0, 0.0))
-        >>> lamps = [Lamp((3, 0, 3), (0, 1, 0), (1, 0, 0), count=4)]
-        >>> nothing = np.zeros((2, 2)), np.array([-1, -1])
-        >>> shade_pixels(sphere_over_plane(), camera, lamps, *nothing).value.tolist()
-        [0.0, 0.0]
     """
     p, index = np.asarray(p, float), np.asarray(index)
     met = np.flatnonzero(index >= 0)

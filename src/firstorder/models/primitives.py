@@ -248,7 +248,10 @@ def quad_triangles(a: Any, b: Any, c: Any, d: Any) -> Int[np.ndarray, "f 3"]:
     """Two triangles for each quadrangle, whose corners follow each other counter-clockwise.
 
     Args:
-        a, b, c, d: numbers of the four corners, arrays of n entries each.
+        a: numbers of the first corners, shape (n,).
+        b: of the second ones, likewise.
+        c: of the third ones, likewise.
+        d: of the last ones, likewise.
 
     Returns:
         Corners of triangles, shape (2 n, 3).

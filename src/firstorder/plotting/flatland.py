@@ -165,10 +165,12 @@ def draw_curves(axes: Iterable[Axes], curve: dict[str, Any], across: str = "arc"
         across: the column to draw over: `arc`, `x` or `y`.
 
     Example:
-        >>> from firstorder.flatland.library import scene_a
-        >>> from firstorder.plotting import draw_curves, panels, receiver_curve
+        >>> import numpy as np
+        >>> from firstorder.plotting import draw_curves, panels
+        >>> x = np.linspace(0.0, 1.0, 5)
+        >>> curve = {"shape": 0 * x, "arc": x, "E": x**2, "dE": 2 * x, "d2E": 0 * x + 2}
         >>> figure, axes = panels(1, 3)
-        >>> draw_curves(axes[0], receiver_curve(scene_a(), "floor", 5))
+        >>> draw_curves(axes[0], curve)
         >>> axes[0, 0].get_xlabel()
         'arc length (m)'
     """

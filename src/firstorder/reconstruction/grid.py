@@ -149,17 +149,19 @@ class GridInterpolant(eqx.Module):
         Args:
             function: of arrays x and y; returns what is known: the value, or the value, df/dx and
                 df/dy, or those and d2f/dxdy.
-            x: positions of the nodes [any unit].
-            y: theirs along the other axis.
+            x: positions of the nodes, shape (n,) [any unit].
+            y: theirs along the other axis, shape (m,).
             scheme: one of `SCHEMES`.
 
         Raises:
             ValueError: as `GridInterpolant` does.
 
         Example:
+            >>> import jax.numpy as jnp
             >>> from firstorder.reconstruction import GridInterpolant
-            >>> f = GridInterpolant.of(lambda x, y: (x * y, y, x), [0.0, 1.0, 2.0], [0.0, 1.0, 2.0])
-            >>> round(f(0.5, 1.5).item(), 9)
+            >>> x = jnp.arange(3.0)
+            >>> f = GridInterpolant.of(lambda x, y: (x * y,), x, x, "bilinear")
+            >>> f(0.5, 1.5).item()
             0.75
         """
         x, y = as_float(x), as_float(y)

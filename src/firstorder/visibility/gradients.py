@@ -198,7 +198,7 @@ def shading_derivatives(
         edges: as jets in p.
         horizon: between which light arrives; it must not move with p.
         nodes: Gauss-Legendre nodes between neighbouring edges.
-        breaks: angles at which T is not smooth.
+        breaks: angles at which T is not smooth, numbers or arrays of them.
 
     Returns:
         B, B_p and B_pq.
@@ -237,8 +237,8 @@ def shading(
 
     Args:
         T: transport of place, outgoing angle and incoming angle.
-        x: place of the receiver [m].
-        theta: outgoing angle [rad].
+        x: place of the receiver, a number [m].
+        theta: outgoing angle, a number [rad].
         edges: as jets in (x, theta), from `visible_edges`.
         options: those of `shading_derivatives`.
 
@@ -279,8 +279,8 @@ def angular_derivative_by_parts(
     Args:
         L: light of place and angle [radiance of any unit].
         rho: the BRDF, times the cosine if it is to count.
-        x: place of the receiver [m].
-        theta: outgoing angle [rad].
+        x: place of the receiver, a number [m].
+        theta: outgoing angle, a number [rad].
         edges: of visibility.
         horizon: between which light arrives.
         nodes: Gauss-Legendre nodes between neighbouring edges.

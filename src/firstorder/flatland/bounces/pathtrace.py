@@ -154,10 +154,11 @@ def path_radiance(
 
     Example:
         >>> import jax
+        >>> import jax.numpy as jnp
         >>> from firstorder.flatland.bounces import path_radiance
         >>> from firstorder.flatland.library import scene_a
-        >>> up = path_radiance(scene_a(), (0.0, 0.5), (0.0, 1.0), key=jax.random.key(0), paths=2)
-        >>> up.mean.item()  # the lamp's own radiance
+        >>> ray = jnp.array([0.0, 0.5]), jnp.array([0.0, 1.0])
+        >>> path_radiance(scene_a(), *ray, key=jax.random.key(0), paths=2).mean.item()  # the lamp's
         1.0
     """
     check_kind("scene", scene, Scene)

@@ -209,7 +209,7 @@ def r07_fig09(sigma: ArrayLike = 0.5) -> Scene:
     Shapes: `floor`, four named `box`, `circle`.
 
     Args:
-        sigma: of the sky [rad].
+        sigma: of the sky, a number [rad].
 
     Raises:
         ValueError: if `sigma` is not positive.

@@ -39,7 +39,8 @@ def box(low: Any, high: Any, inward: bool = False) -> Segments:
     An inward box is travelled counter-clockwise: bottom, right, top, left.
 
     Args:
-        low, high: opposite corners, shape (2,) [m].
+        low: the lower left corner, shape (2,) [m].
+        high: the upper right one, shape (2,) [m].
         inward: whether normals point inward.
 
     Raises:

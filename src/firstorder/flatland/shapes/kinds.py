@@ -336,7 +336,7 @@ class Ellipses(Shape):
     Example:
         >>> import jax.numpy as jnp
         >>> from firstorder.flatland import Ellipses
-        >>> c, _, _ = Ellipses((0.0, 0.0), (2.0, 1.0)).motion(jnp.array(0.25))
+        >>> c, _, _ = Ellipses((0.0, 0.0), (2.0, 1.0)).motion(jnp.array([0.25]))
         >>> c[0, 0].item()
         2.0
     """

@@ -91,8 +91,8 @@ def ray_visibility_by_slope(
 
     Args:
         scene: the shapes, in metres.
-        y: positions on the light [m].
-        v: offsets for each metre down.
+        y: positions on the light, broadcast with v [m].
+        v: offsets for each metre down, broadcast with y.
         light_height: of the light's line in the world [m].
         d1: distance of the receiver's line below it [m].
 
@@ -100,10 +100,11 @@ def ray_visibility_by_slope(
         ValueError: if `d1` is not positive.
 
     Example:
+        >>> import jax.numpy as jnp
         >>> from firstorder.flatland import Scene, Segments, primitive
         >>> from firstorder.shadowfield import ray_visibility_by_slope
         >>> scene = Scene.of(primitive(Segments((0.0, 0.5), (1.0, 0.5))))
-        >>> ray_visibility_by_slope(scene, [0.25, -0.25], 0.0).tolist()
+        >>> ray_visibility_by_slope(scene, jnp.array([0.25, -0.25]), 0.0).tolist()
         [0.0, 1.0]
     """
     y, v = jnp.broadcast_arrays(as_float(y), as_float(v))
@@ -148,15 +149,6 @@ def visible_lengths(
         x: positions on the receiver [m].
         light_height: of the light's line in the world [m].
         d1: distance of the receiver's line below it [m].
-
-    Example:
-        >>> import numpy as np
-        >>> from firstorder.flatland import Scene, Segments, primitive
-        >>> from firstorder.shadowfield import visible_lengths
-        >>> light = primitive(Segments((0.5, 1.0), (-0.5, 1.0)), emission=1.0, name="light")
-        >>> scene = Scene.of(light, primitive(Segments((0.0, 0.5), (1.0, 0.5))))
-        >>> visible_lengths(scene, np.array([0.0])).tolist()
-        [0.5]
     """
     return jax.vmap(lambda x: _visible_length(scene, x, light_height, d1))(as_float(x))
 

@@ -256,7 +256,7 @@ def power_spectrum(
     """Spectral energy of samples on the grid's own frequencies: `|F|^2`, whose sum is the energy.
 
     Args:
-        samples: values on `grid`.
+        samples: values on `grid`, shape `grid.size`.
         grid: where they lie.
         tapered: under a Hann window, which smears each frequency over two neighbours on each side
             and hides that the samples end; without it the ends of the grid add a bright cross.
@@ -309,8 +309,8 @@ def zero_outside(samples: Array | np.ndarray, inside: Array) -> Float[Array, "nx
     """The samples with all frequencies set to zero that are not `inside` (E11 Fig. 7 (d), (e)).
 
     Args:
-        samples: values on a grid, taken periodic.
-        inside: at `grid.frequencies(i)`, symmetric about zero.
+        samples: values on a grid, shape (nx, ny), taken periodic.
+        inside: truth values at `grid.frequencies(i)`, of that shape and symmetric about zero.
 
     Raises:
         ValueError: if both do not have one shape.

@@ -166,9 +166,10 @@ def path_radiance(
 
     Example:
         >>> import jax
+        >>> import jax.numpy as jnp
         >>> from firstorder.space.bounces import path_radiance
         >>> from firstorder.space.library import j12_box
-        >>> up, key = ((0.5, 0.5, 0.5), (0.0, 0.0, 1.0)), jax.random.key(0)
+        >>> up, key = (jnp.full(3, 0.5), jnp.array([0.0, 0.0, 1.0])), jax.random.key(0)
         >>> path_radiance(j12_box(), *up, key=key, paths=2, bounces=0).mean.item()  # the light
         1.0
     """

@@ -118,8 +118,8 @@ def clutter(albedo: ArrayLike = 0.5, radiance: ArrayLike = 1.0, seed: int = 4) -
     Shapes: `floor`, `wall` (4), `ceiling`, `light`, `primitive` (9 boxes and 3 balls).
 
     Args:
-        albedo: of everything but the light.
-        radiance: of the light [W/(m^2 sr)].
+        albedo: of everything but the light, a number.
+        radiance: of the light, a number [W/(m^2 sr)].
         seed: of sizes and turns.
 
     Raises:

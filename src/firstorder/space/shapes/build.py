@@ -151,7 +151,9 @@ def triangle(a: Any, b: Any, c: Any) -> Triangles:
     """A triangle; seen from its front the corners follow each other counter-clockwise [m].
 
     Args:
-        a, b, c: corners, shape (3,) [m].
+        a: a corner, shape (3,) [m].
+        b: the next one, likewise [m].
+        c: the last one, likewise [m].
 
     Raises:
         ValueError: if the corners lie on a line.

@@ -69,7 +69,7 @@ class PlanarBlockers(Event):
 
     Args:
         transparencies: one field for each layer, over the light's coordinates.
-        depths: distance of each layer from the plane, along the light.
+        depths: distance of each layer from the plane, along the light, an array [m].
         window: box and number of waves for the spectrum; left out, it holds the light (see
             `Multiply`).
 
