@@ -149,13 +149,12 @@ class Cache(eqx.Module):
         Args:
             candidates: to choose from.
             region: one for each candidate, as `circular_regions` and `elliptic_regions` give them.
-            chosen: which candidates are records, as `fill` gives it: an array of m truth values, or
-                their numbers.
+            chosen: which candidates are records, as `fill` gives it: an array of m truth values.
             order: of the expansions.
             fade: whether the weights end at zero.
 
         Raises:
-            ValueError: if `chosen` does not fit the candidates, or for another order.
+            ValueError: for another order than 0, 1 or 2, or a Hessian that is missing.
         """
         rows = kept(chosen, candidates.count)
         if candidates.dims == 1:
