@@ -61,3 +61,7 @@ def test_what_is_taken_out_of_a_docstring_is_missed(kind, name, pattern, lacks):
     assert wants(of)
     assert without(of) == []
     assert without(retold(of, (pattern, ""))) == lacks
+
+
+def test_what_is_said_never_to_raise_would_have_to_say_so_otherwise():
+    assert [name for name in docs.NEVER if not docs.exceptions(named(name))] == []
