@@ -131,37 +131,107 @@ def frame_with(axis: str, frame: Frame) -> Frame:
 
 
 def direction(a: Float[Array, "..."]) -> Float[Array, "... 2"]:
-    """Unit vector at angle `a`, counter-clockwise from the normal +y."""
+    """Unit vector at angle `a`, counter-clockwise from the normal +y.
+
+    Args:
+        a: angles [rad], of any shape.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.conventions import direction
+        >>> direction(jnp.array(-jnp.pi / 2)).round(9).tolist()  # to the right
+        [1.0, 0.0]
+    """
     return jnp.stack([-jnp.sin(a), jnp.cos(a)], axis=-1)
 
 
 def cylindrical(
     rho: Float[Array, "..."], phi: Float[Array, "..."], z: Float[Array, "..."]
 ) -> Float[Array, "... 3"]:
-    """The point of space at the distance rho from the normal, azimuth phi and height z."""
+    """The point of space at the distance rho from the normal, azimuth phi and height z.
+
+    Args:
+        rho: distances from the normal [m].
+        phi: azimuths from +x towards +y [rad].
+        z: heights [m].
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.conventions import cylindrical
+        >>> cylindrical(jnp.array(2.0), jnp.array(0.0), jnp.array(1.0)).tolist()
+        [2.0, 0.0, 1.0]
+    """
     return jnp.stack(jnp.broadcast_arrays(rho * jnp.cos(phi), rho * jnp.sin(phi), z), axis=-1)
 
 
 def polar(theta: Float[Array, "..."], phi: Float[Array, "..."]) -> Float[Array, "... 3"]:
-    """Unit vector of space at the polar angle theta from the normal +z and the azimuth phi."""
+    """Unit vector of space at the polar angle theta from the normal +z and the azimuth phi.
+
+    Args:
+        theta: polar angles [rad].
+        phi: azimuths from +x towards +y [rad].
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.conventions import polar
+        >>> polar(jnp.array(0.0), jnp.array(0.3)).tolist()
+        [0.0, 0.0, 1.0]
+    """
     return cylindrical(jnp.sin(theta), phi, jnp.cos(theta))
 
 
 def azimuth_axes(
     phi: Float[Array, "..."],
 ) -> tuple[Float[Array, "... 3"], Float[Array, "... 3"]]:
-    """Horizontal axes along an azimuth and across it: `e_rho` and `e_phi = d e_rho / d phi`."""
+    """Horizontal axes along an azimuth and across it: `e_rho` and `e_phi = d e_rho / d phi`.
+
+    Args:
+        phi: azimuths from +x towards +y [rad].
+
+    Returns:
+        Unit vectors, which have no unit.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.conventions import azimuth_axes
+        >>> azimuth_axes(jnp.array(0.0))[0].tolist()
+        [1.0, 0.0, 0.0]
+    """
     cos, sin, zero = jnp.cos(phi), jnp.sin(phi), jnp.zeros_like(phi)
     return jnp.stack([cos, sin, zero], axis=-1), jnp.stack([-sin, cos, zero], axis=-1)
 
 
 def normal_rate(S: Float[Array, "2 2"], x: Float[Array, "2"]) -> Float[Array, "2"]:
-    """`dn = -S x`: how the normal moves on a walk of x along the tangents."""
+    """`dn = -S x`: how the normal moves on a walk of x along the tangents.
+
+    Args:
+        S: shape operator in the tangents [1/m].
+        x: the walk [m].
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.conventions import normal_rate
+        >>> S = -jnp.eye(2) / 2.0  # a sphere of radius 2
+        >>> normal_rate(S, jnp.array([1.0, 2.0])).tolist()
+        [0.5, 1.0]
+    """
     return -(S @ x)
 
 
 def shape_operator(tangents: Float[Array, "3 2"], n_D: Float[Array, "3 2"]) -> Float[Array, "2 2"]:
-    """`S = -T^T dn` from how the normal moves along each tangent: the columns of `n_D`."""
+    """`S = -T^T dn` from how the normal moves along each tangent: the columns of `n_D`.
+
+    Args:
+        tangents: two unit vectors, as columns.
+        n_D: derivatives of the normal along them, as columns [1/m].
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.conventions import shape_operator
+        >>> T = jnp.eye(3)[:, :2]
+        >>> shape_operator(T, T / 2.0)[0, 0].item()  # on a sphere of radius 2
+        -0.5
+    """
     return -(tangents.T @ n_D)
 
 
@@ -169,32 +239,89 @@ def slope(theta: Float[Array, "..."]) -> Float[Array, "..."]:
     """`v = tan(theta)` for rays from above the line; NaN for the others, which have no slope.
 
     The tangent itself repeats there: it would take light from below for light from above.
+
+    Args:
+        theta: angles from the normal [rad].
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.conventions import slope
+        >>> slope(jnp.array([0.0, 2.0])).tolist()
+        [0.0, nan]
     """
     return jnp.where(jnp.cos(theta) > 0, jnp.tan(theta), jnp.nan)
 
 
 def travel_sign(sense: Sense) -> float:
-    """Sign s in `l'(x, v) = l(x + s v d, v)`: -1 for incoming, +1 for outgoing light."""
+    """Sign s in `l'(x, v) = l(x + s v d, v)`: -1 for incoming, +1 for outgoing light.
+
+    Example:
+        >>> from firstorder.conventions import travel_sign
+        >>> travel_sign("incoming"), travel_sign("outgoing")
+        (-1.0, 1.0)
+    """
     return -1.0 if sense == "incoming" else 1.0
 
 
 def to_local(theta, n):
-    """Angle in the frame of a normal at angle `n`."""
+    """Angle in the frame of a normal at angle `n`.
+
+    Args:
+        theta: global angle, a number or an array [rad].
+        n: angle of the normal [rad].
+
+    Example:
+        >>> from firstorder.conventions import to_local
+        >>> to_local(0.75, 0.5)
+        0.25
+    """
     return theta - n
 
 
 def to_global(theta, n):
-    """Inverse of `to_local`."""
+    """Inverse of `to_local`.
+
+    Args:
+        theta: local angle, a number or an array [rad].
+        n: angle of the normal [rad].
+
+    Example:
+        >>> from firstorder.conventions import to_global
+        >>> to_global(0.25, 0.5)
+        0.75
+    """
     return theta + n
 
 
 def mirror_direction(theta, n):
-    """Angle `2 n - theta` of the mirror image of `theta` about the normal (R07 eq. 23)."""
+    """Angle `2 n - theta` of the mirror image of `theta` about the normal (R07 eq. 23).
+
+    Args:
+        theta: angle of the light, a number or an array [rad].
+        n: angle of the normal [rad].
+
+    Example:
+        >>> from firstorder.conventions import mirror_direction
+        >>> mirror_direction(0.25, 0.5)
+        0.75
+    """
     return 2.0 * n - theta
 
 
 def fourier_kernel(
     Omega: Float[Array | np.ndarray, "*#b n"], u: Float[Array | np.ndarray, "*#b n"]
 ) -> Complex[Array, "..."]:
-    """`exp(-2 pi i Omega . u)`: the one place where the Fourier sign and scale are written."""
+    """`exp(-2 pi i Omega . u)`: the one place where the Fourier sign and scale are written.
+
+    Args:
+        Omega: frequencies, one per coordinate [cycles per unit].
+        u: rays.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.conventions import fourier_kernel
+        >>> kernel = fourier_kernel(jnp.array([0.25, 0.0]), jnp.array([1.0, 7.0]))
+        >>> round(kernel.imag.item(), 12)  # a quarter of a cycle, backwards
+        -1.0
+    """
     return jnp.exp(-2j * jnp.pi * jnp.sum(Omega * u, axis=-1))

@@ -30,6 +30,11 @@ def as_float(x: Any) -> Array:
 
     Raises:
         TypeError: if it holds no numbers.
+
+    Example:
+        >>> from firstorder.typing import as_float
+        >>> as_float([1, 2]).tolist()
+        [1.0, 2.0]
     """
     if isinstance(x, SymbolicArray):
         return x
@@ -52,6 +57,12 @@ def as_array(a: Any) -> Array:
     """JAX's array of NumPy's or of an integer, which must not be written to afterwards.
 
     With its type stated it is handed over; otherwise JAX compiles a program that copies it.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.typing import as_array
+        >>> as_array(np.arange(3)).tolist()
+        [0, 1, 2]
     """
     if isinstance(a, (int, np.generic)):
         a = np.asarray(a)

@@ -87,7 +87,19 @@ class BandLimit(eqx.Module):
 
     @classmethod
     def spanned(cls, generators, bounds, frame: Frame = FLATLAND) -> BandLimit:
-        """The zonotope of the given columns: one column is a segment, two a parallelogram."""
+        """The zonotope of the given columns: one column is a segment, two a parallelogram.
+
+        Args:
+            generators: columns, shape (n, k) [cycles per unit].
+            bounds: how far each reaches to both sides, shape (k,).
+            frame: names of the n coordinates.
+
+        Example:
+            >>> from firstorder.bandwidth import BandLimit
+            >>> segment = BandLimit.spanned([[1.0], [2.0]], [3.0])
+            >>> segment.extent("x").item(), segment.extent("theta").item()
+            (3.0, 6.0)
+        """
         G, bounds = as_float(generators), as_float(bounds)
         return cls(G, bounds, jnp.zeros((0, G.shape[1]), G.dtype), jnp.zeros(0, G.dtype), frame)
 
@@ -206,6 +218,8 @@ def band_limit_after(law: Law, band: BandLimit, level: float = LEVEL) -> BandLim
 
     Raises:
         Refused: if the law, its factor or its kernel has no band limit.
+
+    Reference: D05 §6.2, whose bounds follow from these rules.
 
     Example:
         >>> from firstorder.fields import GaussianProfile

@@ -36,7 +36,7 @@ def glossy_bandwidth(
     Valid pointwise and exactly, off any smooth mirror, with the curvature, distance and angle of
     the point that is seen; over a pixel take the largest. For a curvature of unknown sign pass
     `-abs(kappa)`, which is the larger of the two. Wrong for near light (see `occluded_bandwidth`
-    for blockers).
+    for blockers). Arguments are numbers, or arrays that broadcast.
 
     Args:
         cutoff: angular frequency at which the lobe, or the environment if it ends before, stops; in
@@ -85,7 +85,8 @@ def occluded_bandwidth(
     `B' = |1 - (2 kappa - s) d / (n.v)| cutoff + (s light + |s - kappa| factor) d / (n.v)` with
     `s = cos_edge / depth`, by which angle the edge wanders per metre of mirror. In the mirror
     direction `cos_edge = n.v`, and the edge adds `d / depth`. The term in `light` is no blur:
-    a sharp shadow of a small lamp stays sharp on the dullest surface.
+    a sharp shadow of a small lamp stays sharp on the dullest surface. Arguments are numbers, or
+    arrays that broadcast.
 
     Args:
         cutoff: as in `glossy_bandwidth`.
@@ -136,10 +137,10 @@ def glossy_bandwidth_in_space(
     `B <= (1 + 2 d max|curvature| / (n.v)) cutoff`.
 
     Args:
-        cutoff: as in `glossy_bandwidth`.
-        d: as in `glossy_bandwidth`.
+        cutoff: a number, as in `glossy_bandwidth` [cycles/rad].
+        d: a number, as in `glossy_bandwidth` [m].
         S: shape operator -dn in the tangent plane (conventions, Space: a sphere has -1/R).
-        cos_view: `n.v`, in (0, 1].
+        cos_view: `n.v`, a number in (0, 1].
 
     Returns:
         Largest frequency in cycles per radian, over all directions of the image.
@@ -172,9 +173,13 @@ def glossy_criterion(
     `B = d (2 |k| / n.v) cutoff`. Wrong when the eye's own turn matters: it is smaller than
     `glossy_bandwidth` for every convex mirror, and within 10 % of it only where
     `2 |k| d / n.v >= 9` (convex) or `>= 11` (concave); `d` itself being large, in whatever unit,
-    says nothing. Arguments are those of `glossy_bandwidth`.
+    says nothing. Arguments are those of `glossy_bandwidth`: numbers, or arrays that broadcast, in
+    cycles per radian, metres and radians per metre.
 
-    Reference: D05 §6.2, eq. 20.
+    Raises:
+        ValueError: if an argument lies outside its range; traced ones give NaN.
+
+    Reference: D05 §6.2, eq. 20; R07 §9.1, which takes it over.
 
     Example:
         >>> from firstorder.bandwidth import glossy_criterion
@@ -193,7 +198,11 @@ def occluded_criterion(
 
     `B' = d / (n.v) (1 / depth + 2 |k|) cutoff`. Wrong as eq. 20 is, and when the light that the
     edge cuts is itself sharp; at grazing angles it overestimates, for in the mirror direction the
-    edge's term has no `1 / (n.v)`. Arguments are those of `occluded_bandwidth`.
+    edge's term has no `1 / (n.v)`. Arguments are those of `occluded_bandwidth`: numbers, or arrays
+    that broadcast, in cycles per radian, metres and radians per metre.
+
+    Raises:
+        ValueError: if an argument lies outside its range; traced ones give NaN.
 
     Reference: D05 §6.2, eq. 21.
 

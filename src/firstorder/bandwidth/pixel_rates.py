@@ -58,7 +58,8 @@ def glossy_bandwidth_map(
     `|J + d s| cutoff + d s light`, J as the module has it.
 
     Valid to first order, pointwise, for blockers in the mirrored direction; a bound for light whose
-    spectrum ends at `light`, and without blockers (`slope` 0) the exact reach.
+    spectrum ends at `light`, and without blockers (`slope` 0) the exact reach. Numbers, or
+    arrays with one for each pixel.
 
     Args:
         cutoff: where the lobe's spectrum ends, or that of the light if it ends before; infinity if
@@ -98,7 +99,8 @@ def diffuse_bandwidth_map(
 ) -> Float[Array, "*n"]:
     """Angular bandwidth at the eye of light reflected about the normal: irradiance.
 
-    `|N| cutoff + (d s / c) (cutoff + light)`, N as the module has it.
+    `|N| cutoff + (d s / c) (cutoff + light)`, N as the module has it. Numbers, or
+    arrays with one for each pixel.
 
     Args:
         cutoff: where the spectrum of the cosine ends [1/rad].
@@ -165,7 +167,7 @@ def rms_cutoff(exponent: RealLike) -> Float[Array, "..."]:
     `1 / sqrt(s)`. Infinite for s <= 1/2, where the end at the horizon is too steep.
 
     Args:
-        exponent: s.
+        exponent: s, a number or an array.
 
     Example:
         >>> from firstorder.bandwidth.pixel_rates import rms_cutoff
@@ -266,7 +268,7 @@ def radians_per_pixel(
     Args:
         camera: the eye.
         p: image coordinates.
-        side: of a pixel [unit of the image].
+        side: of a pixel, a number [unit of the image].
 
     Example:
         >>> import numpy as np

@@ -26,6 +26,13 @@ class PixelDifferences(NamedTuple):
         normal: direction [per pixel].
         moved: position across the mirrored direction [m per pixel].
         position: [m per pixel].
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.bandwidth import PixelDifferences
+        >>> none = np.zeros((1, 1, 3, 2))
+        >>> PixelDifferences(none, none, none, none).moved.shape
+        (1, 1, 3, 2)
     """
 
     mirrored: Float[np.ndarray | Array, "w h 3 2"]
@@ -90,7 +97,7 @@ def screen_glossy_bandwidth(
     """Glossy bandwidth from differences: `|r_p + s x_p| cutoff + s |x_p| light` [cycles/pixel].
 
     x_p is what moves across the mirrored direction r. Arguments are those of
-    `glossy_bandwidth_map`.
+    `glossy_bandwidth_map`, numbers, or arrays with one for each pixel.
 
     Valid where a pixel's neighbours show the same smooth surface; errs as the square of a pixel
     inside of it, as a pixel at its border.
@@ -124,7 +131,11 @@ def screen_diffuse_bandwidth(
     """Diffuse bandwidth from differences: `|n_p| cutoff + s |x_p| (cutoff + light)` [cycles/pixel].
 
     x_p is the whole of the motion here. Arguments are those of `diffuse_bandwidth_map`, errors
-    and validity those of `screen_glossy_bandwidth`.
+    and validity those of `screen_glossy_bandwidth`; numbers, or one for each pixel.
+
+    Raises:
+        ValueError: for an argument outside its range; traced ones, and turns that are not finite,
+            give NaN.
 
     Example:
         >>> import numpy as np

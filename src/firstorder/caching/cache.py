@@ -151,9 +151,12 @@ class Cache(eqx.Module):
         Args:
             candidates: to choose from.
             region: one for each candidate, as `circular_regions` and `elliptic_regions` give them.
-            chosen: which candidates are records, as `fill` gives it.
+            chosen: which candidates are records, as `fill` gives it: an array of m truth values.
             order: of the expansions.
             fade: whether the weights end at zero.
+
+        Raises:
+            ValueError: for another order than 0, 1 or 2, or a Hessian that is missing.
         """
         rows = kept(chosen, candidates.count)
         if candidates.dims == 1:
@@ -270,8 +273,21 @@ class Cache(eqx.Module):
     ) -> Cache:
         """A cache from a table that `columns` gave, read from where it was written.
 
+        Args:
+            columns: one array for each name that `columns` gives, of one length.
+            order: of the expansions.
+            fade: whether the weights end at zero.
+
         Raises:
             ValueError: if a column is missing.
+
+        Example:
+            >>> import jax.numpy as jnp
+            >>> from firstorder.caching import Cache, Candidates, circular_regions
+            >>> line = Candidates.from_function(jnp.cos, jnp.linspace(0.0, 1.0, 3))
+            >>> cache = Cache.of(line, circular_regions(jnp.full(3, 0.5), 0.1, 1.0))
+            >>> Cache.from_columns(cache.columns()).records.count
+            3
         """
         d = 2 if {"y", "shorter", "angle"} & set(columns) else 1
         sizes = ("radius", "shorter", "angle")[: 2 * d - 1]

@@ -91,6 +91,9 @@ def gather_directions(
         seed: of the random numbers.
         noise: whether each ray's radiance gets a factor, uniform in [0, 2], as in J12 Fig. 21.
 
+    Raises:
+        ValueError: if a count is not positive.
+
     Example:
         >>> from firstorder.caching.candidate_tables import gather_directions
         >>> gather_directions(2, 4, sets=3).directions.shape
@@ -128,6 +131,16 @@ def tabulate_candidates(
         ValueError: for a scene with shapes of another kind.
 
     Reference: J12 §7-8: eqs. 58, 61, 64, 66 and 71.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.caching import gather_directions, tabulate_candidates
+        >>> from firstorder.space.bounces import RadianceMaps
+        >>> from firstorder.space.library import j12_box
+        >>> maps, place = RadianceMaps(j12_box(), jnp.ones((4, 2, 2))), jnp.array([[0.5, 0.5]])
+        >>> table = tabulate_candidates(maps, place, gather_directions(4, 8), on=0)
+        >>> table.E.shape, table.hessian.shape
+        ((1,), (1, 2, 2))
     """
     x = np.asarray(position, float)
     solids = _solids(maps, on)

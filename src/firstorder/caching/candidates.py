@@ -60,7 +60,7 @@ class Candidates(eqx.Module):
         """Candidates from arrays that were computed or gathered.
 
         Args:
-            position: (m, 1) or (m, 2); (m,) for arc lengths along a line.
+            position: (m, 1) or (m, 2); (m,) for arc lengths along a line [m].
             value: (m,).
             gradient: (m, d).
             hessian: (m, d, d).
@@ -118,12 +118,12 @@ class Candidates(eqx.Module):
         """Candidates for any irradiance that is a function of a place, by nested forward autodiff.
 
         Args:
-            E: jittable function of a place (d,), which gives one number.
+            E: jittable function of a place (d,), which gives one number [W/m^d].
             position: (m, 1) or (m, 2); (m,) for arc lengths along a line [m].
             derivatives: order of the highest derivative that is kept, 1 to 3.
-            tilt: of the normals, as `of` takes it [rad].
-            minimum: lengths of the shortest rays [m].
-            harmonic: harmonic means of the lengths of rays [m].
+            tilt: of the normals, an array as `of` takes it [rad].
+            minimum: lengths of the shortest rays, one or m numbers [m].
+            harmonic: harmonic means of the lengths of rays, one or m numbers [m].
 
         Raises:
             ValueError: for another order, or an E that gives more than one number.
@@ -165,6 +165,13 @@ class Candidates(eqx.Module):
         harmonic: ArrayLike = math.inf,
     ) -> Candidates:
         """Candidates along a line from arc lengths (m,) and E, E', E'', ... as columns (m, k).
+
+        Args:
+            x: arc lengths, shape (m,) [m].
+            columns: E and its derivatives by arc length, shape (m, k) [W/m, W/m^2, ...].
+            tilt: of the normals, an array as `of` takes it [rad].
+            minimum: lengths of the shortest rays, one or m numbers [m].
+            harmonic: harmonic means of the lengths of rays, one or m numbers [m].
 
         Raises:
             ValueError: if there are not 2 to 4 columns, or shapes do not fit.

@@ -42,7 +42,8 @@ def expected_error_with_events(
         2 sum_k |E^(k)| R^(k+1) / (k+1)! + sum_j |J_j| (R - d_j)_+^2 / 2 + sum_j |S_j| (R - d_j)_+
 
     with k from `order + 1` on, and S the jumps of E itself (under point lights). Signs are dropped:
-    an upper bound where the terms compensate, exact for one term or one kink.
+    an upper bound where the terms compensate, exact for one term or one kink. All are numbers, or
+    arrays that broadcast.
 
     Args:
         radius: R [m].
@@ -89,7 +90,7 @@ def radius_with_events(
     """The radius at which `expected_error_with_events` reaches the tolerance.
 
     The error grows with the radius, so the root is bracketed and halved, and polished by one Newton
-    step, which also carries its derivatives.
+    step, which also carries its derivatives. All are numbers, or arrays that broadcast.
 
     Args:
         derivatives: `E^(order+1)`, and as many after it as are known [W/m^(k+1)].

@@ -49,7 +49,7 @@ def split_error(
     the other side of a sheet; here it stays at 1.
 
     An upper bound in the split circle and sphere only (see the module). Elsewhere a heuristic:
-    neither the change nor its share of E is bounded by it.
+    neither the change nor its share of E is bounded by it. Numbers, or arrays that broadcast.
 
     Args:
         dx: distance from the record, of either sign [m].
@@ -85,7 +85,8 @@ def split_change(
     With `a = atan(|dx| / R)`: in the circle `sin(a + |dn|)` for a step and a turn that work the
     same way, up to a right angle and 1 beyond it; in the sphere `(2 / pi) (a + sin a cos a)` for a
     step alone: seen from there and projected onto the floor, the edge of the bright half is the
-    chord `x = sin a` of the unit disc. `split_error` is their bound.
+    chord `x = sin a` of the unit disc. `split_error` is their bound. Numbers, or
+    arrays that broadcast.
 
     Args:
         dx: step, within the circle or sphere [m].
@@ -121,10 +122,19 @@ def minimum_distance(lengths: Float[Array, "... k"]) -> Float[Array, "..."]:
     Args:
         lengths: of the rays, along the last axis; infinite for a miss [m].
 
+    Returns:
+        One length for each row of rays [m].
+
     Raises:
         ValueError: if a length is negative. A traced one gives NaN.
 
     Reference: Tabellion and Lamorlette 2004, as J12 §4.5 uses it.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.caching import minimum_distance
+        >>> minimum_distance(jnp.array([[1.0, 0.5, jnp.inf], [jnp.inf, jnp.inf, jnp.inf]])).tolist()
+        [0.5, inf]
     """
     lengths = _lengths(lengths)
     return jnp.min(lengths, axis=-1)
@@ -136,9 +146,13 @@ def harmonic_mean_distance(
     """Harmonic mean of the lengths of rays, `sum w / sum (w / D)`; infinite where all miss.
 
     Args:
-        lengths: of the rays, along the last axis; infinite for a miss [m].
-        weights: solid angle times cosine, or whatever each ray stands for, not negative; rays that
-            are sampled by the cosine count alike, as they do if these are left out.
+        lengths: of the rays, an array with these along the last axis; infinite for a miss [m].
+        weights: an array of that shape: solid angle times cosine, or whatever each ray stands for,
+            not negative; rays that are sampled by the cosine count alike, as they do if these are
+            left out.
+
+    Returns:
+        One length for each row of rays [m].
 
     Raises:
         ValueError: if a length or a weight is negative. A traced length gives NaN.
@@ -182,7 +196,7 @@ def neighbour_clamping(position: ArrayLike, length: ArrayLike) -> np.ndarray:
 
     Args:
         position: places (m, 1), (m, 2) or (m, 3) [m].
-        length: of each, may be infinite [m].
+        length: of each, (m,), may be infinite [m].
 
     Returns:
         The lengths, as a NumPy array. Time and memory are those of m x 1024 distances at a time.

@@ -37,9 +37,9 @@ def semi_axes(
 
     Args:
         H: Hessian of irradiance in the tangent plane [W/m^4].
-        tolerance: the error that is accepted, positive.
+        tolerance: the error that is accepted, positive; a number, or one for each Hessian.
         definition: what is meant by error, one of `DEFINITIONS`.
-        value: E at the record, for "relative".
+        value: E at the record, for "relative"; likewise a number or an array.
         most: largest ratio of the axes, at least 1.
         printed: whether to use J12's axes (the total error only; `most` does not act).
 
@@ -101,11 +101,11 @@ def elliptic_regions(
 
     Args:
         H: Hessian of irradiance in the tangent plane [W/m^4].
-        tolerance: the error that is accepted, positive.
-        low: shortest semi-axis, positive [m].
-        high: longest, finite [m].
+        tolerance: the error that is accepted, positive; a number, or one for each Hessian.
+        low: shortest semi-axis, a positive number [m].
+        high: longest, a finite number [m].
         definition: what is meant by error, one of `DEFINITIONS`.
-        value: E at the record, for "relative".
+        value: E at the record, for "relative"; a number, or one for each Hessian.
         most: largest ratio of the axes, before the limits act.
         printed: whether to use J12's axes.
 
@@ -116,6 +116,13 @@ def elliptic_regions(
         ValueError: as `semi_axes` and `circular_regions` do.
 
     Reference: J12 eq. 73, corrected.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.caching import elliptic_regions
+        >>> region = elliptic_regions(jnp.diag(jnp.array([16.0, 1.0])), jnp.pi, 0.1, 1.0)
+        >>> region.matrix.tolist(), region.clamp.item()  # 0.5 m, and 2 m cut at 1 m
+        ([[2.0, 0.0], [0.0, 1.0]], 1)
     """
     lengths, axes = semi_axes(
         H, tolerance, definition=definition, value=value, most=most, printed=printed

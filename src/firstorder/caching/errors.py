@@ -44,12 +44,12 @@ def true_error(
     some `1 / directions^2`.
 
     Args:
-        E: the true irradiance, a jittable function of a place (d,), which gives one number.
+        E: the true irradiance, a jittable function of a place (d,), which gives one number [W/m^d].
         records: places, values and derivatives.
         region: of each.
         order: of the extrapolation, 0, 1 or 2.
         definition: one of `DEFINITIONS`; "largest" is taken over the nodes.
-        breaks: arc lengths of the kinks of E, along a line.
+        breaks: arc lengths of the kinks of E, along a line, one number or an array each [m].
         nodes: per panel, or along the radius.
         directions: around, on a plane.
 
@@ -147,7 +147,7 @@ def ideal_region(
     not by necessity. The search over shapes finds one of possibly several maxima.
 
     Args:
-        E: the true irradiance, a jittable function of a place (d,), which gives one number.
+        E: the true irradiance, a jittable function of a place (d,), which gives one number [W/m^d].
         records: places, values and derivatives.
         tolerance: the error that is accepted, positive.
         low: smallest radius to look for, of an ellipse that of the circle of its area [m]; the
@@ -286,7 +286,21 @@ def largest_set(
 
 
 def rms(estimate: ArrayLike, truth: ArrayLike) -> np.ndarray:
-    """Root mean square of the difference, along the last axis."""
+    """Root mean square of the difference, along the last axis.
+
+    Args:
+        estimate: an array.
+        truth: an array that broadcasts with it.
+
+    Returns:
+        One number for each row.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.caching import rms
+        >>> rms(np.array([[3.0, 1.0, 4.0, 1.0]]), 1.0).round(6).tolist()  # sqrt((4 + 9) / 4)
+        [1.802776]
+    """
     return np.sqrt(np.mean((np.asarray(estimate) - np.asarray(truth)) ** 2, axis=-1))
 
 
@@ -298,7 +312,7 @@ def ssim(a: ArrayLike, b: ArrayLike, span: float, *, sigma: float = 1.5) -> floa
     `C1 = (0.01 span)^2`, `C2 = (0.03 span)^2`; averaged over the pixels whose window lies inside.
 
     Args:
-        a: an image, at least 11 x 11 pixels for the usual window.
+        a: an image, an array of at least 11 x 11 pixels for the usual window.
         b: another, of the same shape.
         span: of the values, positive: what white is above black.
         sigma: of the window, which is cut at 3.5 sigma [pixels].
@@ -347,6 +361,9 @@ def floats_per_record(order: int = 1, *, ellipse: bool = False, plane: bool = Fa
         order: of the expansion: 0 stores no gradient, 2 a Hessian.
         ellipse: whether the reach is one.
         plane: whether the plane is known.
+
+    Raises:
+        ValueError: for another order than 0, 1 or 2.
 
     Reference: J12 §8.1.
 

@@ -30,7 +30,13 @@ Indices: TypeAlias = ArrayLike | Sequence
 
 
 def random_orders(count: int, orders: int, seed: int = 0) -> np.ndarray:
-    """Random orders of insertion: an array (orders, count) of indices."""
+    """Random orders of insertion: an array (orders, count) of indices.
+
+    Example:
+        >>> from firstorder.caching import random_orders
+        >>> sorted(random_orders(4, 2)[0].tolist())
+        [0, 1, 2, 3]
+    """
     rng = np.random.default_rng(seed)
     return np.stack([rng.permutation(count) for _ in range(orders)])
 
@@ -51,8 +57,11 @@ def fill(
         most: give up after so many records; none if not given.
 
     Returns:
-        True for records. Every visited candidate is a record or covered by one, unless there would
-        be more than `most` of them.
+        An array of m truth values, true for records. Every visited candidate is a record or covered
+        by one, unless there would be more than `most` of them.
+
+    Raises:
+        ValueError: if regions and candidates are not as many.
 
     Example:
         >>> import jax.numpy as jnp
@@ -139,12 +148,12 @@ class Fit(NamedTuple):
     """Choices of about a wanted number of records, one for each order of insertion.
 
     Attributes:
-        threshold: what was found, one for each order.
-        size: records that it gives.
+        threshold: what was found, an array with one for each order.
+        size: numbers of records that it gives, likewise.
         records: which candidates they are, (o, m).
         region: of each candidate, at that threshold, with a leading axis of orders.
-        exact: whether the count is the wanted one. Where it is not, it was within the slack, or
-            the count jumped over it, and the nearest that was met is given.
+        exact: whether the count is the wanted one, an array likewise. Where it is not, it was
+            within the slack, or the count jumped over it, and the nearest that was met is given.
     """
 
     threshold: np.ndarray
@@ -217,6 +226,15 @@ def fit(
 
     Raises:
         ValueError: if `low` gives fewer records than wanted, or `high` more, in some order.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.caching import Candidates, circular_regions, fit, random_orders
+        >>> line = Candidates.from_function(jnp.cos, jnp.linspace(0.0, 1.0, 65))
+        >>> regions = lambda radius: circular_regions(jnp.full(65, radius), 1e-3, 2.0)
+        >>> found = fit(line, regions, random_orders(65, 2), 8, low=0.01, high=1.0)
+        >>> found.records.shape
+        (2, 65)
     """
 
     def make(threshold, visit):

@@ -42,9 +42,9 @@ def scene_candidates(
     Args:
         scene: shapes and lights.
         index: number of the receiving shape.
-        s: parameters of the candidates on it, in [0, 1].
-        E: irradiance of a receiver, if it is not that of the emitters alone: `irradiance` with a
-            radiance, or that of a radiosity `RadiositySolution` (exact up to E'', so
+        s: parameters of the candidates on it, shape (m,), in [0, 1].
+        E: irradiance of a receiver, if it is not that of the emitters alone [W/m]: `irradiance`
+            with a radiance, or that of a radiosity `RadiositySolution` (exact up to E'', so
             `derivatives=2`).
         derivatives: order of the highest derivative, 1 to 3.
         rays: of the split circle, one in the middle of each of that many strata of equal cosine
@@ -141,8 +141,21 @@ def gradient_discontinuities(
         breaks: places (shape, parameter) at which that radiance jumps.
 
     Returns:
-        Positions, jumps of E' and jumps of E, as `radius_with_events` takes them once the
-        candidate's own position is subtracted.
+        Arrays of positions [m], jumps of E' and jumps of E, as `radius_with_events` takes them once
+        the candidate's own position is subtracted.
+
+    Raises:
+        ValueError: if the scene is traced.
+
+    Example:
+        >>> from firstorder.caching import gradient_discontinuities
+        >>> from firstorder.flatland import PointLights, Scene, Segments, primitive
+        >>> floor = primitive(Segments((-1.0, 0.0), (1.0, 0.0)))
+        >>> blocker = primitive(Segments((0.0, 0.5), (-2.0, 0.5)))
+        >>> scene = Scene.of(floor, blocker, points=PointLights((0.0, 1.0), 1.0))
+        >>> x, _, steps = gradient_discontinuities(scene, 0)
+        >>> x.round(9).tolist(), steps.tolist()  # the shadow ends in the middle of the floor
+        ([1.0], [1.0])
     """
     jumps = events.jumps_on(scene, index, radiance, breaks)
     x = np.asarray(_arc_length(scene, index, jumps.s)) if len(jumps.s) else np.zeros(0)

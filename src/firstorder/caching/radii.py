@@ -173,7 +173,7 @@ def expected_error(
         region: of each record.
         order: of the extrapolation, 0, 1 or 2.
         definition: what is meant by error, one of `DEFINITIONS`.
-        value: E at the record, positive; for "relative" only.
+        value: E at the record, positive, a number or an array; for "relative" only.
 
     Raises:
         ValueError: for another order or definition, derivatives and regions of different
@@ -247,12 +247,12 @@ def radius_for(
     respect to it is given as zero: `circular_regions` holds it within limits.
 
     Args:
-        derivative: `E^(order+1)` at the record: exact, or from the arc-length or stratified form;
-            on a plane its `derivative_norm`.
-        tolerance: the error that is accepted, positive, in the unit of the definition.
+        derivative: `E^(order+1)` at the records, an array: exact, or from the arc-length or
+            stratified form; on a plane its `derivative_norm`.
+        tolerance: the error that is accepted, a positive number, in the unit of the definition.
         order: of the extrapolation, 0, 1 or 2.
         definition: what is meant by error, one of `DEFINITIONS`.
-        value: E at the record, positive; for "relative" only [W/m].
+        value: E at the records, an array, positive; for "relative" only [W/m].
         dims: 1 for a line, 2 for a surface.
 
     Returns:
@@ -303,6 +303,9 @@ def largest_radiance(radiances: Any, quantile: float = 1.0) -> Float[Array, ""]:
         radiances: samples, of any shape, not negative [W/(m^2 sr)].
         quantile: share of samples that it exceeds, 1 for the maximum.
 
+    Returns:
+        A number, in the unit of the samples [W/(m^2 sr)].
+
     Raises:
         ValueError: if a radiance is negative, or the quantile is not within (0, 1].
 
@@ -333,7 +336,7 @@ def geometric_bound(
 
     Args:
         hessians: of the geometry term, one for each ray or piece of surface [1/m^4 times area].
-        weights: of the pieces, not negative.
+        weights: of the pieces, an array, not negative.
 
     Returns:
         B, to be used as a Hessian after scaling by the largest radiance.

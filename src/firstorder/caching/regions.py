@@ -25,6 +25,12 @@ class ValidityRegion(NamedTuple):
     Attributes:
         matrix: one over the radius along a line, identity over the radius for a circle [1/m].
         clamp: what acted on it: `FREE`, `RAISED` or `CUT`.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.caching import ValidityRegion
+        >>> ValidityRegion(jnp.array([[[2.0]]])).radius.tolist()
+        [0.5]
     """
 
     matrix: Float[Array, "... d d"]
@@ -80,9 +86,9 @@ def circular_regions(
     Hessian vanishes at an inflection, where the radius is infinite.
 
     Args:
-        radius: not negative, may be infinite [m].
-        low: smallest, positive [m].
-        high: largest, at least `low` and finite [m].
+        radius: an array, not negative, may be infinite [m].
+        low: smallest, a positive number [m].
+        high: largest, a number, at least `low` and finite [m].
         dims: 1 along a line, 2 on a plane.
 
     Returns:

@@ -20,6 +20,9 @@ def checked(function: Callable) -> Callable:
     Returns:
         A function of the same arguments that raises `ValueError` where a NaN first appears.
 
+    Raises:
+        ValueError: by what it returns, where a NaN first appears.
+
     Example:
         >>> import jax.numpy as jnp
         >>> from firstorder.checks.checked_mode import checked

@@ -34,6 +34,18 @@ def twin(step, **rules):
 
     A rule is called like the method it replaces, with the twin itself as `self`; the right method
     is still there as `Move.spectrum(self, ...)`.
+
+    Args:
+        step: a law or an event.
+        rules: methods by their names.
+
+    Example:
+        >>> from firstorder.checks.faults import twin
+        >>> from firstorder.fields import Affine
+        >>> from firstorder.laws import Move
+        >>> wrong = twin(Move([[1.0, -2.0], [0.0, 1.0]]), value=lambda self, f, u: f.at(u))
+        >>> wrong(Affine([1.0, 0.0], 0.0))(5.0, 1.0).item()  # and not 3
+        5.0
     """
     # A plain subclass that shares the state; equinox modules are frozen dataclasses.
     cls = type(f"Wrong{type(step).__name__}", (type(step),), rules)
@@ -45,6 +57,20 @@ def twin(step, **rules):
 
 
 def twin_law(event, change: Callable):
-    """A copy of an event whose law is `change(right law)`."""
+    """A copy of an event whose law is `change(right law)`.
+
+    Args:
+        event: whose law is wrong.
+        change: from the right law to a wrong one.
+
+    Example:
+        >>> from firstorder.checks.faults import twin_law
+        >>> from firstorder.conventions import FLATLAND_SLOPE
+        >>> from firstorder.laws import Move
+        >>> from firstorder.transport import Travel
+        >>> back = twin_law(Travel(2.0), lambda law: Move(-law.M))
+        >>> back.law(FLATLAND_SLOPE).M.tolist()
+        [[-1.0, 2.0], [-0.0, -1.0]]
+    """
     right = type(event).law
     return twin(event, law=lambda self, frame: change(right(self, frame)))

@@ -39,7 +39,13 @@ DARK = 1e-13
 
 @dataclasses.dataclass(frozen=True)
 class FaultVerdict:
-    """A fault that was made, and whether the square saw it."""
+    """A fault that was made, and whether the square saw it.
+
+    Example:
+        >>> from firstorder.checks import FaultVerdict
+        >>> FaultVerdict("a sign", "spectrum", killed=True).killed
+        True
+    """
 
     name: str
     portrait: str

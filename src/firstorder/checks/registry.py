@@ -13,7 +13,13 @@ from firstorder.checks.squares import Case
 
 @functools.cache
 def all_cases() -> dict[str, Case]:
-    """Cases by name, laws before events, in the order of the files' names."""
+    """Cases by name, laws before events, in the order of the files' names.
+
+    Example:
+        >>> from firstorder.checks.registry import all_cases
+        >>> list(all_cases())[0]
+        'convolve'
+    """
     found = {}
     for module in _modules():
         for case in module.CASES:
@@ -25,7 +31,13 @@ def all_cases() -> dict[str, Case]:
 
 @functools.cache
 def all_faults() -> dict[str, tuple[Fault, ...]]:
-    """Faults by the name of the case that they must turn red."""
+    """Faults by the name of the case that they must turn red.
+
+    Example:
+        >>> from firstorder.checks.registry import all_faults
+        >>> [fault.name for fault in all_faults()["move"]][:2]
+        ['rows for columns', 'invert M']
+    """
     return {case.name: module.FAULTS for module in _modules() for case in module.CASES}
 
 

@@ -45,12 +45,18 @@ class Case:
         field: off-centre, correlated light.
         grid: samples of the *result*: wide and fine enough for its spectrum.
         frequencies: one array per coordinate of the result.
-        rays: rays at which jets are compared.
+        rays: rays at which jets are compared, an array with one in each row.
         wavelet_grid: grid with sizes 2^k for the *operand*, or None if the step has no rule.
         brute: the result by brute force: a callable of a ray that shares no code with the step.
         bounds: largest accepted error per portrait, where it is not the default: the stated grid
             error, or the measured error of an approximation.
         expected: verdict per portrait, where it is not "equal".
+
+    Example:
+        >>> from firstorder.checks.registry import all_cases
+        >>> from firstorder.checks.squares import Case
+        >>> isinstance(all_cases()["travel"], Case)
+        True
     """
 
     name: str
@@ -82,7 +88,13 @@ DEFAULT_BOUNDS = {
 
 @dataclasses.dataclass(frozen=True)
 class Square:
-    """Outcome of one square: verdict, error, and the reason of a refusal."""
+    """Outcome of one square: verdict, error, and the reason of a refusal.
+
+    Example:
+        >>> from firstorder.checks.squares import Square
+        >>> Square("travel", "wavelet", "refused", None, "it shears the grid").verdict
+        'refused'
+    """
 
     name: str
     portrait: str
@@ -92,7 +104,18 @@ class Square:
 
 
 def by_conversion(case: Case, portrait: str):
-    """The portrait of the result, drawn from its radiance alone: the way round by conversion."""
+    """The portrait of the result, drawn from its radiance alone: the way round by conversion.
+
+    Args:
+        case: the step, and the light it acts on.
+        portrait: one of `PORTRAITS`.
+
+    Example:
+        >>> from firstorder.checks.registry import all_cases
+        >>> from firstorder.checks.squares import by_conversion
+        >>> by_conversion(all_cases()["mirror"], "value").ndim  # one number for each ray
+        1
+    """
     result = case.step(case.field)
     rays = jnp.asarray(case.rays)
     if portrait == "value":
@@ -160,7 +183,19 @@ def _spectra(spectrum, *frequencies):
 
 
 def by_rule(case: Case, portrait: str, step: Step | None = None):
-    """The portrait of the result by the step's own rule, from the portrait of the source."""
+    """The portrait of the result by the step's own rule, from the portrait of the source.
+
+    Args:
+        case: the step, and the light it acts on.
+        portrait: one of `PORTRAITS`.
+        step: in place of the case's own.
+
+    Example:
+        >>> from firstorder.checks.registry import all_cases
+        >>> from firstorder.checks.squares import by_rule
+        >>> by_rule(all_cases()["mirror"], "value").ndim  # one number for each ray
+        1
+    """
     step = case.step if step is None else step
     if portrait == "value":
         return _values(step(case.field), jnp.asarray(case.rays))
@@ -190,6 +225,19 @@ def square(case: Case, portrait: str) -> Square:
 
     An error within the bound is *equal*, unless the case declares the cell an approximation;
     then it is *approximate* with its measured error. Outside the bound it is *unequal*.
+
+    Args:
+        case: the step, and the light it acts on.
+        portrait: one of `PORTRAITS`.
+
+    Raises:
+        ValueError: if the rule gives numbers of another shape.
+
+    Example:
+        >>> from firstorder.checks.registry import all_cases
+        >>> from firstorder.checks.squares import square
+        >>> square(all_cases()["mirror"], "value").verdict
+        'equal'
     """
     try:
         rule = by_rule(case, portrait)
@@ -206,6 +254,23 @@ def goes_red(case: Case, portrait: str, wrong: Step) -> bool:
     """Whether the square goes red for a wrong twin of the step (see `faults`).
 
     A twin must give wrong numbers: one that raises has not tested the check, so it raises here too.
+
+    Args:
+        case: the step, and the light it acts on.
+        portrait: one of `PORTRAITS`.
+        wrong: a wrong twin of the step.
+
+    Raises:
+        ValueError: if the twin gives NaN, infinity or another shape.
+
+    Example:
+        >>> from firstorder.checks.faults import twin_law
+        >>> from firstorder.checks.registry import all_cases
+        >>> from firstorder.checks.squares import goes_red
+        >>> from firstorder.laws import Move
+        >>> case = all_cases()["mirror"]
+        >>> goes_red(case, "value", twin_law(case.step, lambda law: Move(1.1 * law.M)))
+        True
     """
     numbers = np.asarray(by_rule(case, portrait, wrong))
     if not np.all(np.isfinite(numbers)):

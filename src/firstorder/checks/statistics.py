@@ -24,7 +24,7 @@ class ZTest:
     """Means against known values.
 
     Attributes:
-        z: deviations in standard errors.
+        z: deviations in standard errors, an array of the means' shape.
         threshold: the largest that passes, corrected for the number of comparisons.
     """
 
@@ -49,6 +49,14 @@ def z_threshold(
     """The deviation that the largest of several independent ones exceeds with chance `level`.
 
     Šidák's correction; with `freedom` for Student's t, where errors come from few samples.
+
+    Args:
+        comparisons: how many are made.
+        level: chance that the largest of them exceeds it.
+        freedom: degrees of freedom behind the errors; None for many.
+
+    Raises:
+        ValueError: if `level` is no chance.
 
     Example:
         >>> from firstorder.checks.statistics import z_threshold
@@ -81,6 +89,9 @@ def z_test(
         truth_error: bound on the error of `truth`, taken off each deviation.
         freedom: degrees of freedom behind `error`; None for many.
 
+    Raises:
+        ValueError: if `level` is no chance.
+
     Example:
         >>> from firstorder.checks.statistics import z_test
         >>> z_test([1.1, 0.9], [0.1, 0.1], 1.0).passed, z_test(1.6, 0.1, 1.0).passed
@@ -95,7 +106,14 @@ def z_test(
 
 
 def z_test_of(estimate: Any, truth: Any, level: float = LEVEL, truth_error: Any = 0.0) -> ZTest:
-    """`z_test` of an `Estimate`."""
+    """`z_test` of an `Estimate`.
+
+    Example:
+        >>> from firstorder.checks.statistics import z_test_of
+        >>> from firstorder.sampling import Estimate
+        >>> z_test_of(Estimate(1.1, 0.1, 100.0), 1.0).passed
+        True
+    """
     return z_test(estimate.mean, estimate.error, truth, level, truth_error)
 
 
@@ -165,6 +183,15 @@ def sampler_p_value(
 
     Returns:
         The probability of a deviation so large by chance; 0 for a density of the wrong integral.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.checks.statistics import sampler_p_value
+        >>> x = np.random.default_rng(0).uniform(size=4096)
+        >>> sampler_p_value(x, np.ones_like, 0.0, 1.0) > 0.01
+        True
+        >>> sampler_p_value(x, lambda x: 2.0 * x, 0.0, 1.0) < 1e-6
+        True
     """
     x = np.asarray(samples, float).ravel()
     edges = np.linspace(low, high, bins + 1)
@@ -216,6 +243,17 @@ def spread_test(measured: Any, predicted: Any, runs: int, level: float = LEVEL) 
 
     The logarithm of a standard deviation of `runs` nearly normal values has the standard error
     `1 / sqrt(2 (runs - 1))`.
+
+    Args:
+        measured: standard deviations over the runs.
+        predicted: what they should be.
+        runs: how many.
+        level: chance of a false alarm, of all comparisons together.
+
+    Example:
+        >>> from firstorder.checks.statistics import spread_test
+        >>> spread_test([1.1, 0.9], 1.0, 100).passed, spread_test(2.0, 1.0, 100).passed
+        (True, False)
     """
     off = np.log(np.asarray(measured, float) / np.asarray(predicted, float))
     return z_test(off, 1.0 / np.sqrt(2.0 * (runs - 1.0)), 0.0, level)

@@ -15,6 +15,16 @@ def rounding(operations: int = 1, condition: float = 1.0, dtype=None) -> float:
     """Bound on relative rounding error: `8 sqrt(operations) condition eps`.
 
     The square root is for errors of random sign; 8 is the one safety factor of the library.
+
+    Args:
+        operations: that round, one after the other.
+        condition: by how much the result multiplies a relative error.
+        dtype: of the numbers; the default precision, if left out.
+
+    Example:
+        >>> from firstorder.checks.tolerance import rounding
+        >>> rounding(4, dtype="float64") < 1e-14
+        True
     """
     return 8.0 * float(np.sqrt(max(operations, 1))) * max(condition, 1.0) * _epsilon(dtype)
 
@@ -24,6 +34,14 @@ def normwise(a, b) -> float:
 
     If b is zero everywhere, the absolute difference. NaN anywhere gives infinity, so that it
     can never pass.
+
+    Raises:
+        ValueError: if both do not have one shape.
+
+    Example:
+        >>> from firstorder.checks.tolerance import normwise
+        >>> normwise([1.0, 4.0], [2.0, 4.0])
+        0.25
     """
     a, b = np.asarray(a), np.asarray(b)
     if a.shape != b.shape:
@@ -35,5 +53,15 @@ def normwise(a, b) -> float:
 
 
 def fitted_order(sizes, errors) -> float:
-    """Slope of log error against log size: the order of an approximation."""
+    """Slope of log error against log size: the order of an approximation.
+
+    Args:
+        sizes: of steps, positive.
+        errors: at each, positive.
+
+    Example:
+        >>> from firstorder.checks.tolerance import fitted_order
+        >>> round(fitted_order([0.1, 0.2, 0.4], [0.01, 0.04, 0.16]), 9)
+        2.0
+    """
     return float(np.polyfit(np.log(np.asarray(sizes)), np.log(np.asarray(errors)), 1)[0])

@@ -196,7 +196,7 @@ class SoftSlit(Field):
 
     Args:
         level: the linear form s; the slit is centred at level 0.
-        width: distance w between the blurred edges.
+        width: distance w between the blurred edges [unit of the level].
         blur: standard deviation b of the blur.
 
     Raises:

@@ -28,6 +28,7 @@ class Covariance(eqx.Module):
 
     Example:
         >>> from firstorder.fields import gaussian
+        >>> from firstorder.fields import Covariance
         >>> S = gaussian(center=(0.3, 0.0), sigma=(1.0, 0.5)).covariance()
         >>> round(float(S.matrix[0, 0] * 8 * 3.141592653589793**2), 6)  # 1 / sigma_x^2
         1.0
@@ -43,6 +44,17 @@ def covariance_of(field: Field, grid: Grid) -> Covariance:
     """Covariance of a field from its gradients on a grid, `int grad grad^T / (4 pi^2 int f^2)`.
 
     Spectrally accurate for a smooth field that fits in the grid.
+
+    Args:
+        field: smooth, with a jet.
+        grid: holds the field.
+
+    Example:
+        >>> from firstorder.fields import Grid, covariance_of, gaussian
+        >>> bell = gaussian((0.0, 0.0), (1.0, 0.5))
+        >>> S = covariance_of(bell, Grid.spanning((32, 32), (6.0, 3.0)))
+        >>> round(float(S.matrix[0, 0] / bell.covariance().matrix[0, 0]), 9)
+        1.0
     """
     jets = batched(field.jet)(jnp.asarray(grid.points()))
     g = jets.gradient.reshape(-1, len(grid.size))
@@ -51,7 +63,20 @@ def covariance_of(field: Field, grid: Grid) -> Covariance:
 
 
 def covariance_of_samples(samples, grid: Grid, frame: Frame) -> Covariance:
-    """Covariance from samples alone, by the FFT: shares nothing with `covariance_of`."""
+    """Covariance from samples alone, by the FFT: shares nothing with `covariance_of`.
+
+    Args:
+        samples: values on the grid, shape `grid.size`.
+        grid: where they lie.
+        frame: names of the coordinates.
+
+    Example:
+        >>> from firstorder.fields import Grid, covariance_of_samples, gaussian
+        >>> bell, grid = gaussian((0.0, 0.0), (1.0, 0.5)), Grid.spanning((32, 32), (6.0, 3.0))
+        >>> S = covariance_of_samples(grid.sample(bell), grid, bell.frame)
+        >>> round(float(S.matrix[0, 0] / bell.covariance().matrix[0, 0]), 6)
+        1.0
+    """
     power = jnp.abs(jnp.fft.fftshift(jnp.fft.fftn(samples))) ** 2
     Omega = jnp.meshgrid(
         *(jnp.asarray(grid.frequencies(i)) for i in range(samples.ndim)), indexing="ij"

@@ -58,6 +58,17 @@ class Harmonics(Field):
         Args:
             field: light over one angle.
             samples: how many; the error falls faster than any power for smooth light.
+
+        Raises:
+            ValueError: if there is no sample.
+
+        Example:
+            >>> import jax.numpy as jnp
+            >>> from firstorder.conventions import Frame
+            >>> from firstorder.fields import Function, Harmonics
+            >>> light = Function(lambda theta: 1.0 + 0.5 * jnp.cos(theta), Frame(("theta",)))
+            >>> Harmonics.of(light, 5).cosines.round(12).tolist()
+            [1.0, 0.5, -0.0]
         """
         if samples < 1:
             raise ValueError(f"Argument `samples` must be positive, but is {samples}.")

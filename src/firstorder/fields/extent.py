@@ -20,7 +20,7 @@ class Extent(eqx.Module):
     smaller.
 
     Args:
-        center: one row per part.
+        center: one row per part [units of the coordinates].
         spread: one covariance matrix per part, zero for light with an end.
         sides: segments of each part, one per row, zeros for a bell.
 
@@ -37,12 +37,35 @@ class Extent(eqx.Module):
 
     @classmethod
     def bell(cls, center: Float[Array, " n"], spread: Float[Array, "n n"]) -> Extent:
-        """Light about a centre, without an end."""
+        """Light about a centre, without an end.
+
+        Args:
+            center: where [units of the coordinates].
+            spread: its covariance, of the coordinates themselves.
+
+        Example:
+            >>> import jax.numpy as jnp
+            >>> from firstorder.fields import Extent
+            >>> low, high = Extent.bell(jnp.zeros(2), jnp.eye(2)).along([1.0, 0.0], 3.0)
+            >>> low.item(), high.item()
+            (-3.0, 3.0)
+        """
         return cls(center[None], spread[None], jnp.zeros((1, 0, center.size)))
 
     @classmethod
     def box(cls, center, half_widths) -> Extent:
-        """Light inside a box."""
+        """Light inside a box.
+
+        Args:
+            center: n numbers.
+            half_widths: n numbers.
+
+        Example:
+            >>> from firstorder.fields import Extent
+            >>> low, high = Extent.box((0.0, 0.0), (1.0, 0.5)).along([1.0, 2.0])
+            >>> low.item(), high.item()
+            (-2.0, 2.0)
+        """
         sides = jnp.diag(jnp.stack([as_float(w) for w in half_widths]))[None]
         middle = jnp.stack([as_float(c) for c in center])[None]
         return cls(middle, jnp.zeros_like(sides), sides)

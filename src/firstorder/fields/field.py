@@ -180,6 +180,17 @@ class Edge(eqx.Module):
     the value on the other. Both are smooth fields in the coordinates of the field, so an edge
     moves, warps and multiplies like one. Solving `level = 0` for one coordinate gives the edge
     as a differentiable function of the others.
+
+    Args:
+        level: zero on the edge.
+        jump: radiance where the level is positive less that on the other side.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.fields import Affine, Constant, Edge
+        >>> edge = Edge(Affine([1.0, -2.0], 0.0), Constant(1.0))  # x = 2 theta
+        >>> edge.crossing(jnp.array([0.0, 0.5]), 0, jnp.array(-9.0), jnp.array(9.0)).value.item()
+        1.0
     """
 
     level: Field
@@ -252,7 +263,20 @@ class Edge(eqx.Module):
 
 
 class Constant(Field):
-    """A field of one radiance along every ray (an overcast sky, or a jump of fixed height)."""
+    """A field of one radiance along every ray (an overcast sky, or a jump of fixed height).
+
+    Args:
+        height: one number [unit of radiance].
+        frame: names of the coordinates.
+
+    Raises:
+        ValueError: if `height` is more than one number.
+
+    Example:
+        >>> from firstorder.fields import Constant
+        >>> Constant(2.0)(0.0, 0.3).item()
+        2.0
+    """
 
     height: Scalar = eqx.field(converter=as_float)
     frame: Frame = eqx.field(static=True, default=UNSTATED)
@@ -272,7 +296,18 @@ class Constant(Field):
 
 
 class Affine(Field):
-    """`normal . u + offset`: the level of every straight edge."""
+    """`normal . u + offset`: the level of every straight edge.
+
+    Args:
+        normal: n numbers, the gradient.
+        offset: the value at the origin.
+        frame: names of the coordinates.
+
+    Example:
+        >>> from firstorder.fields import Affine
+        >>> Affine([1.0, -2.0], 0.5)(3.0, 1.0).item()
+        1.5
+    """
 
     normal: Vector = eqx.field(converter=as_float)
     offset: Scalar = eqx.field(converter=as_float)
@@ -311,7 +346,21 @@ class Function(Field):
 
 
 class Sum(Field):
-    """Weighted superposition; every portrait but the covariance is linear in it."""
+    """Weighted superposition; every portrait but the covariance is linear in it.
+
+    Args:
+        fields: m of them.
+        weights: one number for each.
+
+    Raises:
+        ValueError: if the fields do not share one frame.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.fields import Constant, Sum
+        >>> Sum((Constant(2.0), Constant(1.0)), jnp.array([1.0, -0.5]))(0.0, 0.0).item()
+        1.5
+    """
 
     fields: tuple[Field, ...]
     weights: Float[Array, " m"]

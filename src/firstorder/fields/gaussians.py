@@ -31,10 +31,10 @@ class Gaussian(Field):
     one hides the sign of a shear.
 
     Args:
-        center: n coordinates of the peak.
+        center: n coordinates of the peak [units of the coordinates].
         precision: symmetric positive definite n x n matrix, the inverse of the covariance in
             primal space.
-        amplitude: radiance at the peak.
+        amplitude: radiance at the peak [any units].
         frame: names of the coordinates.
 
     Raises:

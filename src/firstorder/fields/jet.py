@@ -87,6 +87,14 @@ def autodiff_jet(function, u: Float[Array, " n"], frame: Frame) -> Jet:
         function: maps a ray `u` to a scalar.
         u: the ray.
         frame: names of the coordinates of `u`.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.conventions import FLATLAND
+        >>> from firstorder.fields import autodiff_jet
+        >>> jet = autodiff_jet(lambda u: u[0] ** 2 * u[1], jnp.array([1.0, 3.0]), FLATLAND)
+        >>> jet.gradient.tolist()
+        [6.0, 1.0]
     """
     value, gradient = jax.value_and_grad(function)(u)
     return Jet(value, gradient, jax.hessian(function)(u), frame)

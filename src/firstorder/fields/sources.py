@@ -71,7 +71,7 @@ class UniformProfile(Profile):
     Args:
         axis: name of the coordinate.
         frame: names of all coordinates; left out, those that `axis` names, or of the light.
-        height: the value.
+        height: the value [unit of radiance].
 
     Example:
         >>> from firstorder.fields import UniformProfile
@@ -114,7 +114,7 @@ class BoxProfile(Profile):
         width: half of its size w, in the unit of the axis.
         axis: name of the coordinate.
         frame: names of all coordinates; left out, those that `axis` names, or of the light.
-        height: value inside.
+        height: value inside [unit of radiance].
 
     Raises:
         ValueError: if `width` is not positive.
@@ -171,7 +171,7 @@ class Separable(Field):
     Covariance: diagonal.
 
     Args:
-        center: where the profiles are centred.
+        center: where the profiles are centred [units of the coordinates].
         factors: one profile for each coordinate, in their order.
 
     Raises:
@@ -299,6 +299,9 @@ def point_light(x, falloff: Profile, weight=1.0) -> Separable:
         x: where it stands, in metres.
         falloff: profile along the direction coordinate.
         weight: strength.
+
+    Raises:
+        ValueError: if `falloff` is no profile of the last of two coordinates, or `x` is not finite.
 
     Reference: D05 Fig. 4 (a), (b).
 

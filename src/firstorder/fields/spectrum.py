@@ -81,7 +81,20 @@ class Spectrum(Held):
 
 
 class SumSpectrum(Spectrum):
-    """Weighted sum of spectra."""
+    """Weighted sum of spectra.
+
+    Args:
+        spectra: m of them, over one frame.
+        weights: one number for each.
+
+    Example:
+        >>> from firstorder.fields import SumSpectrum, gaussian
+        >>> import jax.numpy as jnp
+        >>> F = gaussian((0.0, 0.0), (1.0, 1.0)).spectrum()
+        >>> total = SumSpectrum((F, F), jnp.array([1.0, 2.0]))
+        >>> (total(0.0, 0.1) / F(0.0, 0.1)).real.round(9).item()
+        3.0
+    """
 
     spectra: tuple[Spectrum, ...]
     weights: Float[Array, " m"]
@@ -115,6 +128,14 @@ class Grid(eqx.Module):
     Sample k of an axis lies at `center + (k - (size - 1) / 2) * step`: symmetric for every size,
     the one place where a grid's origin is written. No sample sits at the centre of an even grid.
 
+    Args:
+        size: how many samples along each coordinate.
+        step: between them [units of the coordinates].
+        center: of the grid, the origin if left out [units of the coordinates].
+
+    Raises:
+        ValueError: if a size or a step is not positive, or not each coordinate has its own.
+
     Example:
         >>> from firstorder.fields import Grid
         >>> Grid((4, 5), (0.5, 1.0)).axis(0).tolist()
@@ -143,7 +164,13 @@ class Grid(eqx.Module):
 
     @classmethod
     def spanning(cls, size: tuple[int, ...], half_width: tuple[float, ...], center=()) -> "Grid":
-        """Cells of equal width that fill `center +- half_width`."""
+        """Cells of equal width that fill `center +- half_width`.
+
+        Example:
+            >>> from firstorder.fields import Grid
+            >>> Grid.spanning((4,), (1.0,)).axis(0).tolist()
+            [-0.75, -0.25, 0.25, 0.75]
+        """
         return cls(size, tuple(2.0 * w / s for w, s in zip(half_width, size, strict=True)), center)
 
     @property
@@ -221,6 +248,18 @@ def discrete_transform(
 
     Raises:
         ValueError: if the samples do not fit the grid.
+
+    Reference: R07 eq. 52 and D05 eq. 1, as a sum.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.conventions import Frame
+        >>> from firstorder.fields import Gaussian, Grid, discrete_transform
+        >>> grid = Grid.spanning((32,), (6.0,))
+        >>> bell = Gaussian([0.0], [[1.0]], frame=Frame(("x",)))
+        >>> F = discrete_transform(grid.sample(bell), grid, np.array([0.0, 0.25]))
+        >>> bool(np.allclose(F, bell.spectrum()(np.array([0.0, 0.25])), atol=1e-6))
+        True
     """
     check_shape("samples", samples, grid.size)
     result = jnp.asarray(samples) * grid.cell
@@ -231,7 +270,23 @@ def discrete_transform(
 
 
 class SampledSpectrum(Spectrum):
-    """Spectrum of samples at one arbitrary frequency: the discrete transform, as a portrait."""
+    """Spectrum of samples at one arbitrary frequency: the discrete transform, as a portrait.
+
+    Args:
+        samples: values on the grid, shape `grid.size`.
+        grid: where they lie.
+        frame: names of the coordinates.
+
+    Raises:
+        ValueError: if the samples do not fit the grid.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.fields import Grid, SampledSpectrum
+        >>> F = SampledSpectrum(jnp.ones((4, 2)), Grid((4, 2), (0.5, 1.0)))
+        >>> F(0.0, 0.0).real.item()  # the integral
+        4.0
+    """
 
     samples: Array
     grid: Grid
@@ -247,7 +302,13 @@ class SampledSpectrum(Spectrum):
 
     @classmethod
     def of(cls, field: "Field", grid: Grid) -> "SampledSpectrum":
-        """Sample a field and transform it when asked."""
+        """Sample a field and transform it when asked.
+
+        Example:
+            >>> from firstorder.fields import Constant, Grid, SampledSpectrum
+            >>> SampledSpectrum.of(Constant(3.0), Grid((4, 2), (0.5, 1.0)))(0.0, 0.0).real.item()
+            12.0
+        """
         return cls(grid.sample(field), grid, field.frame)
 
     def at(self, Omega: Frequency) -> ComplexScalar:

@@ -98,7 +98,14 @@ class Spline(Field):
 
     @classmethod
     def of(cls, field: Field, grid: Grid, boundary: str | tuple[str, ...] = "zero") -> Spline:
-        """The spline through a field's values on a grid."""
+        """The spline through a field's values on a grid.
+
+        Example:
+            >>> from firstorder.fields import Affine, Grid, Spline
+            >>> soft = Spline.of(Affine([2.0, 0.0], 1.0), Grid((8, 8), (0.25, 0.25)))
+            >>> round(soft(0.125, 0.125).item(), 6)
+            1.25
+        """
         return cls(grid.sample(field), grid, field.frame, boundary)
 
     @property

@@ -25,12 +25,33 @@ class Wavelet(eqx.Module):
 
     @classmethod
     def of(cls, field: Field, grid: Grid) -> Wavelet:
-        """Coefficients of the piecewise constant field that takes the samples' values."""
+        """Coefficients of the piecewise constant field that takes the samples' values.
+
+        Example:
+            >>> from firstorder.fields import Affine, Grid, Wavelet
+            >>> ramp = Wavelet.of(Affine([1.0, 0.0], 0.0), Grid((4, 4), (0.5, 0.5)))
+            >>> ramp.samples()[:, 0].round(12).tolist()
+            [-0.75, -0.25, 0.25, 0.75]
+        """
         return cls.of_samples(grid.sample(field), grid, field.frame)
 
     @classmethod
     def of_samples(cls, samples: Array, grid: Grid, frame: Frame) -> Wavelet:
-        """Forward transform, one matrix product per axis."""
+        """Forward transform, one matrix product per axis.
+
+        Args:
+            samples: cell averages on the grid, shape `grid.size`; each size a power of two.
+            grid: where they lie.
+            frame: names of the coordinates.
+
+        Example:
+            >>> import jax.numpy as jnp
+            >>> from firstorder.conventions import Frame
+            >>> from firstorder.fields import Grid, Wavelet
+            >>> light = Wavelet.of_samples(jnp.ones(4), Grid((4,), (1.0,)), Frame(("x",)))
+            >>> light.coefficients.tolist()  # all in the constant
+            [1.9999999999999998, 0.0, 0.0, 0.0]
+        """
         return cls(_along_axes(samples, haar_matrix) * np.sqrt(grid.cell), grid, frame)
 
     def samples(self) -> Float[Array, "..."]:

@@ -163,7 +163,8 @@ def diffuse_brdf(albedo: ArrayLike) -> Brdf:
     """The diffuse BRDF of flatland, `albedo / 2`.
 
     Args:
-        albedo: share of the flux that is reflected, in [0, 1] if energy is to be conserved.
+        albedo: share of the flux that is reflected, a number; in [0, 1] if energy is to be
+            conserved.
 
     Raises:
         ValueError: if it is negative.
@@ -189,13 +190,20 @@ def phong_brdf(share: ArrayLike, exponent: ArrayLike) -> Brdf:
     is largest in their middle.
 
     Args:
-        share: of the flux reflected at normal incidence.
-        exponent: m, not negative; 0 is a half plane about the mirror direction, and not diffuse.
+        share: of the flux reflected at normal incidence, a number.
+        exponent: m, a number, not negative; 0 is a half plane about the mirror direction, and not
+            diffuse.
 
     Raises:
         ValueError: if one is negative.
 
     Reference: J12 §3.2, eqs. 20 and 22.
+
+    Example:
+        >>> from firstorder.flatland import phong_brdf
+        >>> mirrorlike = phong_brdf(0.5, 1.0)
+        >>> round(mirrorlike(0.3, -0.3).item(), 6)  # 0.5 / int cos^2 = 1 / pi
+        0.31831
     """
     check_not_negative("share", share)
     check_not_negative("exponent", exponent)
@@ -251,10 +259,16 @@ def reflected_radiance(
     Args:
         scene: shapes and environment.
         at: the reflecting point.
-        out: local angle to which light goes [rad].
+        out: local angle to which light goes, one number [rad].
         brdf: `f(w, o)`.
         radiance: what shapes send out in place of their emission (see `irradiance`).
         nodes: in each gap between silhouettes.
+
+    Returns:
+        In the direction asked for [W/(m rad)].
+
+    Raises:
+        ValueError: for a row of receivers, or if `nodes` is not positive.
 
     Reference: J12 §3.2, eq. 24.
 
@@ -337,7 +351,23 @@ def incident_flux(
 
     Valid where the irradiance is smooth; before occluders it has kinks, and `nodes` decides.
 
+    Args:
+        scene: shapes and lights.
+        index: number of the shape.
+        radiance: what shapes send out in place of their emission (see `irradiance`).
+        nodes: along the shape.
+
+    Raises:
+        ValueError: if there is no shape of that number, or `nodes` is not positive.
+
     Reference: J12 §3.1, eqs. 8, 14 and 16.
+
+    Example:
+        >>> from firstorder.flatland import PointLights, Scene, Segments, incident_flux, primitive
+        >>> floor = primitive(Segments((-1.0, 0.0), (1.0, 0.0)))
+        >>> scene = Scene.of(floor, points=PointLights((0.0, 1.0), 1.0))
+        >>> round(incident_flux(scene, 0).item(), 6)  # a quarter of a turn of 1 W/rad
+        1.570796
     """
     t, w = (jnp.asarray(a) for a in gauss_legendre(nodes))
 

@@ -66,6 +66,9 @@ def irradiance(
     Returns:
         Irradiance [W/m]; NaN at a receiver or in a scene that is none.
 
+    Raises:
+        ValueError: for a row of receivers, or if `nodes` is not positive.
+
     Reference: J12 eqs. 16, 26, 40-43; R07 eqs. 32, 37 for its gradient.
 
     Example:
@@ -113,6 +116,9 @@ def weighted_irradiance(
     Returns:
         The integral, in units of radiance times the weight's [W/m for the cosine].
 
+    Raises:
+        ValueError: for a row of receivers, or if `nodes` is not positive.
+
     Example:
         >>> import jax.numpy as jnp
         >>> from firstorder.flatland import Receiver, Scene, Segments, weighted_irradiance
@@ -139,7 +145,26 @@ def weighted_irradiance(
 def point_light_irradiance(
     scene: Scene, at: Receiver, *, weight: Callable[[Array], Array] = jnp.cos
 ) -> Float[Array, "*bands"]:
-    """Irradiance from the point lights alone: `I cos(theta) / r` where nothing is between."""
+    """Irradiance from the point lights alone: `I cos(theta) / r` where nothing is between.
+
+    Args:
+        scene: shapes and point lights.
+        at: one receiver.
+        weight: of the local angle; its cosine, if left out.
+
+    Returns:
+        Irradiance [W/m], in each band if there are any.
+
+    Raises:
+        ValueError: for a row of receivers.
+
+    Example:
+        >>> from firstorder.flatland import Receiver, point_light_irradiance
+        >>> from firstorder.flatland.library import scene_c
+        >>> below = Receiver((0.5, 0.0), 0.0)  # by half a metre
+        >>> point_light_irradiance(scene_c(), below).item()
+        2.0
+    """
     check_asked_one(scene, Scene, at, Receiver)
     count = scene.points.intensity.shape[0]
     if not count:
@@ -216,6 +241,13 @@ def derivatives_on_shape(
         scene: the shapes.
         index: number of the shape.
         s: where on it, in [0, 1].
+
+    Example:
+        >>> from firstorder.flatland import derivatives_on_shape, point_light_irradiance
+        >>> from firstorder.flatland.library import scene_c
+        >>> E = lambda at: point_light_irradiance(scene_c(), at)
+        >>> round(derivatives_on_shape(E, scene_c(), 0, 0.5).second.item(), 6)  # of h / (h^2 + x^2)
+        -16.0
     """
     d = line_derivatives(lambda s: f(receiver(scene, index, s)), s)
     speed = line_derivatives(lambda s: scene.frame(index, s).speed, s)

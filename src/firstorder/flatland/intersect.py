@@ -41,6 +41,14 @@ def first_shape(
         origins: where the rays start [m].
         along: unit directions.
         on: the shape on which each ray starts, or -1.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.flatland import first_shape
+        >>> from firstorder.flatland.library import scene_a
+        >>> up = jnp.array([[0.0, 1.0], [1.0, 0.0]])
+        >>> first_shape(scene_a(), jnp.full((2, 2), 0.25), up).tolist()  # the lamp, and nothing
+        [1, -1]
     """
     on = jnp.broadcast_to(jnp.asarray(on), origins.shape[:1])
     few = 0 if _has_curves(scene) else None
@@ -70,6 +78,9 @@ def nearest(
 
     Returns:
         Distance, shape and parameter for each ray.
+
+    Raises:
+        ValueError: if rays are not rows of two coordinates.
 
     Example:
         >>> import jax.numpy as jnp
@@ -107,5 +118,13 @@ def occluded(
         on_a: the shape on which each ray starts, or -1.
         on_b: the shape on which each ray ends, or -1. It does not count near the end of the ray,
             within 32 sqrt(eps) of its length; all others count up to 8 eps of it.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.flatland import occluded
+        >>> from firstorder.flatland.library import scene_b
+        >>> low, high = jnp.array([[0.0, 0.25], [0.5, 0.25]]), jnp.array([[0.0, 0.75], [0.5, 0.75]])
+        >>> occluded(scene_b(), low, high).tolist()
+        [True, False]
     """
     return intersect.occluded(scene.groups, a, b, on_a, on_b, _block(scene))

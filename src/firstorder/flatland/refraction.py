@@ -42,6 +42,16 @@ class PointSource(eqx.Module):
     Args:
         position: [m].
         power: intensity [W/rad].
+
+    Raises:
+        ValueError: if a number is not finite or the power is negative.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.flatland import PointSource
+        >>> origin, along = PointSource((0.0, 1.0)).ray(jnp.array(0.0))
+        >>> along.tolist()
+        [-0.0, 1.0]
     """
 
     position: Float[Array, "2"] = eqx.field(converter=as_float)
@@ -64,6 +74,15 @@ class Beam(eqx.Module):
         position: where the middle ray starts [m].
         angle: where all go, counter-clockwise from +y [rad].
         power: power in each metre across [W/m].
+
+    Raises:
+        ValueError: if a number is not finite or the power is negative.
+
+    Example:
+        >>> from firstorder.flatland import Beam
+        >>> origin, along = Beam((0.0, 1.0), 0.0).ray(0.5)
+        >>> origin.tolist()
+        [0.5, 1.0]
     """
 
     position: Float[Array, "2"] = eqx.field(converter=as_float)
@@ -103,8 +122,11 @@ def fresnel_reflectance(eta: ArrayLike, cosine: ArrayLike) -> Array:
     """Fresnel's reflectance for unpolarised light, 1 beyond the critical angle.
 
     Args:
-        eta: index behind the interface over that before it.
-        cosine: of the angle of incidence, positive.
+        eta: index behind the interface over that before it, a number or an array.
+        cosine: of the angle of incidence, positive, a number or an array.
+
+    Returns:
+        In [0, 1], of the shape to which both broadcast.
 
     Example:
         >>> from firstorder.flatland.refraction import fresnel_reflectance
@@ -154,6 +176,16 @@ def trace_path(
 
     Raises:
         ValueError: if a step is neither `THROUGH` nor `BACK`.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.flatland import Circles, Scene, Segments, primitive, trace_path
+        >>> floor = primitive(Segments((-1.0, 0.0), (1.0, 0.0)))
+        >>> scene = Scene.of(floor, primitive(Circles((0.0, 2.0), 1.0), ior=1.5))
+        >>> through = ((1, "through"), (1, "through"))
+        >>> end = trace_path(scene, through, jnp.array([0.0, 4.0]), jnp.array([0.0, -1.0]), 0)
+        >>> round(end.share.item(), 4)  # 0.96 at each surface
+        0.9216
     """
     for _, kind in path:
         if kind not in (THROUGH, BACK):

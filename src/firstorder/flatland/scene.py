@@ -81,6 +81,14 @@ class PointLights(eqx.Module):
     Args:
         position: shape (p, 2) or (2,) [m].
         intensity: shape (p,) or a number, or (p, bands), not negative [W/rad].
+
+    Raises:
+        ValueError: if a number is not finite, an intensity negative, or not each light has its own.
+
+    Example:
+        >>> from firstorder.flatland import PointLights
+        >>> PointLights((0.5, 0.5), 1.0).position.shape
+        (1, 2)
     """
 
     BANDED: ClassVar = {"intensity": 1}

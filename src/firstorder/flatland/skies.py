@@ -31,7 +31,7 @@ class ConstantSky(eqx.Module):
     """A sky of one radiance in every direction.
 
     Args:
-        radiance: in W/(m rad), not negative; or one for each band.
+        radiance: one number, or one for each band, not negative [W/(m rad)].
 
     Raises:
         ValueError: if the radiance is negative or not finite.

@@ -56,6 +56,14 @@ class Receiver(eqx.Module):
         position: [m].
         n: angle of the normal, counter-clockwise from +y [rad].
         on: number of the shape on which it lies, -1 for none.
+
+    Raises:
+        ValueError: if positions do not have two coordinates, or a number is complex.
+
+    Example:
+        >>> from firstorder.flatland import Receiver
+        >>> Receiver((0.0, 0.0), 0.0).normal.tolist()
+        [-0.0, 1.0]
     """
 
     position: Float[Array, "*r 2"] = eqx.field(converter=lambda p: numbers("position", p))
@@ -213,7 +221,19 @@ def _check_coordinates(name: str, vector: Array) -> None:
 
 
 def local_angle(receiver: Receiver, point: Float[Array, "2"]) -> Float[Array, ""]:
-    """Angle of a point, counter-clockwise from the normal; pi/2 for the receiver itself [rad]."""
+    """Angle of a point, counter-clockwise from the normal; pi/2 for the receiver itself [rad].
+
+    Args:
+        receiver: where it is seen from.
+        point: what is seen [m].
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.flatland import Receiver, local_angle
+        >>> left = local_angle(Receiver((0.0, 0.0), 0.0), jnp.array([-1.0, 1.0]))
+        >>> round(left.item(), 6)  # pi / 4
+        0.785398
+    """
     u = point - receiver.position
     away = jnp.sum(jnp.abs(u)) != 0.0  # NaN is somewhere, and stays NaN
     up, side = dot_2d(receiver.normal, u), cross_2d(receiver.normal, u)
@@ -232,6 +252,9 @@ def view(scene: Scene, at: Receiver, *, cuts: Float[Array, "c 2"] | None = None)
 
     Returns:
         The gaps, in order; differentiable angles.
+
+    Raises:
+        ValueError: for a row of receivers.
 
     Example:
         >>> from firstorder.flatland import Receiver, Scene, Segments, primitive, view

@@ -176,6 +176,11 @@ class SurfaceReflectance(eqx.Module):
         specular: reflected about the mirrored direction, at normal incidence.
         exponent: s, of the cosine to the mirrored direction; not negative.
         slope: gradient in space of the albedo, where that is a texture [1/m].
+
+    Example:
+        >>> from firstorder.imaging import SurfaceReflectance
+        >>> SurfaceReflectance(0.5, specular=0.25, exponent=20.0).albedo.item()
+        0.5
     """
 
     albedo: Scalar = eqx.field(converter=as_float)

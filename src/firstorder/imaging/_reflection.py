@@ -42,6 +42,13 @@ class SurfacePoint(eqx.Module):
             derivatives are taken. `t x b` is the base's own normal.
         normal: unit normal used for shading; a bump map's may differ from `t x b`.
         turning: columns dn/dt, dn/db: how the shading normal turns [1/m].
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.imaging import SurfacePoint
+        >>> x, y, z = jnp.eye(3)
+        >>> SurfacePoint(0.0 * x, jnp.stack([x, y], -1), z, jnp.zeros((3, 2))).base_normal.tolist()
+        [0.0, 0.0, 1.0]
     """
 
     position: Direction
@@ -174,6 +181,8 @@ class ReflectedRadiance(eqx.Module):
         DV: gradient of the convolved light at the lobe's argument; tangent there.
         argument_D_x: how the lobe's argument turns along t and b [1/m].
         argument_D_to_eye: how it turns with the eye.
+
+    Reference: R07 §7; footnote 6 for partial derivatives along unit vectors.
     """
 
     value: Scalar

@@ -56,6 +56,9 @@ class SolidWaves(eqx.Module):
         mean: what it is added to.
         origin: where all sines are zero [m].
 
+    Raises:
+        ValueError: if a number is not finite.
+
     Example:
         >>> import jax.numpy as jnp
         >>> from firstorder.imaging._textures import SolidWaves
@@ -84,6 +87,9 @@ class SolidSlopes(eqx.Module):
     Args:
         lean: what `_bumps.solid_tilted` takes; the normal leans against it.
         waves: by which it is multiplied, or None.
+
+    Raises:
+        ValueError: if a number is not finite.
 
     Example:
         >>> import jax.numpy as jnp

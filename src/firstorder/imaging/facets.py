@@ -33,6 +33,13 @@ class Facets(eqx.Module):
         normals: unit normals at them.
         part: number of the primitive to which each face belongs.
         uv: of a picture, at the corners; None for none.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.imaging import Facets
+        >>> up = jnp.broadcast_to(jnp.array([0.0, 0.0, 1.0]), (1, 3, 3))
+        >>> Facets(jnp.eye(3)[None], up, jnp.array([0])).corners.shape
+        (1, 3, 3)
     """
 
     corners: Float[Array, "f 3 3"]
@@ -104,6 +111,13 @@ def mesh_facets(mesh: Mesh, normals: Any = None, part: Any = None, uv: Any = Non
 
     Raises:
         ValueError: if there is not one normal for each vertex, or uv for each corner.
+
+    Example:
+        >>> from firstorder.imaging import mesh_facets
+        >>> from firstorder.space.meshes import mesh
+        >>> one = mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+        >>> mesh_facets(one).normals[0, 0].tolist()
+        [0.0, 0.0, 1.0]
     """
     n = vertex_normals(mesh) if normals is None else jnp.asarray(normals)
     check_shape("normals", n, mesh.vertices.shape)

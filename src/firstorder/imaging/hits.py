@@ -43,6 +43,14 @@ class GBuffer(eqx.Module):
         distance: from the eye [m].
         cosine: between normal and `to_eye`, positive.
         S: shape operator, first axis in the plane of view, second across it [1/m].
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.imaging import GBuffer
+        >>> up, one = jnp.array([0.0, 0.0, 1.0]), jnp.ones(())
+        >>> floor = GBuffer(0.0 * up, up, up, 3.0 * one, one, jnp.zeros((2, 2)))
+        >>> floor.distance.item()
+        3.0
     """
 
     position: Float[Numbers, "*n 3"]

@@ -99,6 +99,9 @@ class RenderedImage(eqx.Module):
 def pixel_grid(columns: int, rows: int, half_width: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
     """Centres of square pixels that fill [-half_width, half_width] across.
 
+    Returns:
+        Coordinates across, shape (columns,), and upwards, shape (rows,).
+
     Raises:
         ValueError: if a number is not positive.
 
@@ -247,6 +250,18 @@ def pixel_labels(scene: Scene, camera: Pinhole, p: Float[Array, "n 2"]) -> tuple
         scene: the shapes.
         camera: the eye.
         p: image coordinates.
+
+    Returns:
+        Two arrays of integers, shape (n,).
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.imaging import pinhole, pixel_labels
+        >>> from firstorder.space.library import sphere_over_plane
+        >>> camera = pinhole((0.0, 0.0, 4.0), (0.0, 0.0, 0.0), up=(0.0, 1.0, 0.0))
+        >>> p = jnp.array([[0.0, 0.0], [9.0, 9.0]])
+        >>> pixel_labels(sphere_over_plane(), camera, p)[0].tolist()  # the ball, the floor
+        [0, 1]
     """
     return _labels(scene, camera, p)
 
@@ -342,6 +357,9 @@ def render(
         rays: gathered for glossy lobes and for a sky that is a function.
         gradients: whether the image's gradients are wanted.
 
+    Raises:
+        ValueError: if `columns`, `rows` or `half_width` is not positive.
+
     Example:
         >>> from firstorder.imaging.camera import pinhole
         >>> from firstorder.space.library._scenes import sphere_over_plane
@@ -360,5 +378,16 @@ def render(
 
 
 def pixel_positions(px: np.ndarray, py: np.ndarray) -> np.ndarray:
-    """Image coordinates of all pixels, shape (columns times rows, 2)."""
+    """Image coordinates of all pixels, shape (columns times rows, 2).
+
+    Args:
+        px: image coordinates across, shape (columns,).
+        py: image coordinates upwards, shape (rows,).
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.imaging import pixel_positions
+        >>> pixel_positions(np.array([-0.5, 0.5]), np.array([0.0])).tolist()
+        [[-0.5, 0.0], [0.5, 0.0]]
+    """
     return np.stack(np.meshgrid(px, py, indexing="ij"), -1).reshape(-1, 2)

@@ -27,6 +27,13 @@ class UVMaps(eqx.Module):
         height: of bumps [m]; twice differentiable.
         normals: of a tangent-space normal map, as `_textures.normal_map_slopes` takes them.
         albedo: factor of the diffuse albedo, not negative.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.imaging import UVMaps
+        >>> halves = UVMaps(albedo=lambda index, uv: jnp.where(uv[0] > 0.5, 1.0, 0.25))
+        >>> halves.albedo(0, jnp.array([0.75, 0.0])).item()
+        1.0
     """
 
     height: Height | None = None
@@ -43,6 +50,13 @@ class SurfaceMaps(eqx.Module):
             same normals are seen from the other side, as those of bumps are.
         albedo: factor of the diffuse albedo, a texture; not negative.
         wrapped: pictures over (u, v), which add to these; factors multiply.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.imaging import SurfaceMaps
+        >>> waves = SurfaceMaps(height=lambda index, x: 0.01 * jnp.sin(6.0 * x[0]))
+        >>> waves.height(0, jnp.zeros(3)).item()
+        0.0
     """
 
     height: Height | None = None

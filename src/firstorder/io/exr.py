@@ -73,8 +73,23 @@ def _channels(name: str, layer: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
 def read_layers(path: str | os.PathLike[str]) -> dict[str, Float[np.ndarray, "w h"]]:
     """Reads all layers of an .exr file, each band by itself.
 
+    Args:
+        path: of the file.
+
+    Returns:
+        Layers by name, first axis across.
+
     Raises:
         ValueError: one sentence that names the file, if it is broken.
         ModuleNotFoundError: without the extra `images`.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> import numpy as np
+        >>> from firstorder.io import read_layers, write_layers
+        >>> file = pathlib.Path(tempfile.mkdtemp(), "a.exr")
+        >>> write_layers(file, {"value": np.ones((3, 2))})
+        >>> read_layers(file)["value"].shape
+        (3, 2)
     """
     return {name: a[::-1].T for name, a in read_channels(pathlib.Path(path)).items()}

@@ -52,19 +52,59 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[pathlib.Path]:
 
 
 def write_text(path: str | os.PathLike[str], text: str) -> None:
-    """Writes a text file, whole or not at all."""
+    """Writes a text file, whole or not at all.
+
+    Args:
+        path: of the file.
+        text: what it will hold.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> from firstorder.io import write_text
+        >>> file = pathlib.Path(tempfile.mkdtemp(), "a.txt")
+        >>> write_text(file, "light")
+        >>> file.read_text()
+        'light'
+    """
     with atomic_write(path) as part:
         part.write_text(text, encoding="utf-8")
 
 
 def write_json(path: str | os.PathLike[str], value: Any) -> None:
-    """Writes a value as JSON, whole or not at all; NaN and infinity, which it lacks, as null."""
+    """Writes a value as JSON, whole or not at all; NaN and infinity, which it lacks, as null.
+
+    Args:
+        path: of the file.
+        value: of numbers, words, lists and dictionaries.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> from firstorder.io import write_json
+        >>> file = pathlib.Path(tempfile.mkdtemp(), "a.json")
+        >>> write_json(file, {"E": [1.5, float("nan")]})
+        >>> "".join(file.read_text().split())
+        '{"E":[1.5,null]}'
+    """
     words = json.dumps(_finite(value), indent=1, ensure_ascii=False, allow_nan=False)
     write_text(path, words + "\n")
 
 
 def write_npz(path: str | os.PathLike[str], arrays: Mapping[str, Any]) -> None:
-    """Writes arrays by name as a compressed NPZ file, whole or not at all."""
+    """Writes arrays by name as a compressed NPZ file, whole or not at all.
+
+    Args:
+        path: of the file.
+        arrays: by name.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> import numpy as np
+        >>> from firstorder.io import write_npz
+        >>> file = pathlib.Path(tempfile.mkdtemp(), "a.npz")
+        >>> write_npz(file, {"E": [1.0, 2.0]})
+        >>> np.load(file)["E"].tolist()
+        [1.0, 2.0]
+    """
     with atomic_write(path) as part:
         np.savez_compressed(part, **{k: np.asarray(v) for k, v in arrays.items()})
 
@@ -74,8 +114,20 @@ def write_csv(path: str | os.PathLike[str], columns: Mapping[str, Any]) -> None:
 
     One with a second axis of bands is a column for each, `E.R`, `E.G` and `E.B`.
 
+    Args:
+        path: of the file.
+        columns: vectors by name.
+
     Raises:
         ValueError: if a column is no vector, or the lengths differ.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> from firstorder.io import write_csv
+        >>> file = pathlib.Path(tempfile.mkdtemp(), "a.csv")
+        >>> write_csv(file, {"x": [0.0, 0.5], "E": [1.0, 2.0]})
+        >>> file.read_text().split()
+        ['x,E', '0.0,1.0', '0.5,2.0']
     """
     vectors = band_columns(columns)
     shapes = {v.shape for v in vectors.values()}

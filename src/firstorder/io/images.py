@@ -73,7 +73,7 @@ def read_panorama_row(
 
 
 def read_image(path: str | os.PathLike[str], srgb: bool = True) -> Picture:
-    """Reads a picture with linear values, shape (rows from the top, columns, RGB).
+    r"""Reads a picture with linear values, shape (rows from the top, columns, RGB).
 
     Args:
         path: a .hdr (or .pic), .exr, .png or .jpg file. A grey one has three equal bands; how
@@ -83,7 +83,15 @@ def read_image(path: str | os.PathLike[str], srgb: bool = True) -> Picture:
 
     Raises:
         ValueError: one sentence that names the file, if it is none of these, or broken.
-        ModuleNotFoundError: without the extra `images`, for all files but .hdr.
+                ModuleNotFoundError: if an .exr file is asked for without the extra `images`.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> from firstorder.io import read_image
+        >>> file = pathlib.Path(tempfile.mkdtemp(), "sky.hdr")
+        >>> _ = file.write_bytes(b"#?RADIANCE\n\n-Y 1 +X 4\n" + bytes([128, 128, 128, 129]) * 4)
+        >>> read_image(file).shape
+        (1, 4, 3)
     """
     path = pathlib.Path(path)
     match path.suffix.lower():

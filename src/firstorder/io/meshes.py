@@ -146,8 +146,8 @@ class MeshHits(NamedTuple):
     """First hits of rays on a mesh, in double precision.
 
     Attributes:
-        t: distance in lengths of the ray's direction, infinity for none.
-        face: number of the face, -1 for none.
+        t: distance in lengths of the ray's direction, infinity for none, shape (r,).
+        face: number of the face, -1 for none, shape (r,).
         weights: barycentric, one for each corner; zeros for none, shape (r, 3).
     """
 

@@ -44,7 +44,8 @@ class AmbientRecords:
         u: (r, 3), of length one and in the tangent plane: direction of the first radius.
         level: (r,), how many bounces before this one.
         weight: (r,), of the ray that asked for it, in (0, 1].
-        radii: (r, 2), along u and v, before the accuracy; the first is not the longer.
+        radii: (r, 2), along u and v, before the accuracy; the first is not the longer [unit of the
+            scene].
         value: (r, 3), irradiance over pi in red, green and blue.
         gradient: (r, 2), along u and v, as a share of the value per unit of length.
         turning: (r, 2), about u and v, as a share of the value per radian.
@@ -71,8 +72,19 @@ class AmbientRecords:
 def read_ambient(path: str | os.PathLike[str]) -> AmbientRecords:
     """Reads the text that `lookamb -d` wrote, of either release, with or without a header.
 
+    Args:
+        path: of the text.
+
     Raises:
         ValueError: in one sentence with the line, if the file is none.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> from firstorder.io import read_ambient
+        >>> file = pathlib.Path(tempfile.mkdtemp(), "a.txt")
+        >>> _ = file.write_text("0 0 0 0 0 1 1 0 0 0 1.0 0.5 0.8 1e-1 1e-1 1e-1 0.25 0 0 0 0")
+        >>> read_ambient(file).radii.tolist()
+        [[0.5, 0.8]]
     """
     path = pathlib.Path(path)
     try:
@@ -222,7 +234,22 @@ def _digits(number: float) -> str:
 def write_ambient(
     path: str | os.PathLike[str], records: AmbientRecords, *, header: bool = True
 ) -> None:
-    """Writes `_ambient_to_text`, whole or not at all."""
+    """Writes `_ambient_to_text`, whole or not at all.
+
+    Args:
+        path: of the file.
+        records: what is written.
+        header: whether the lines that Radiance asks for come first.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> from firstorder.io import read_ambient, write_ambient
+        >>> a, b = (pathlib.Path(tempfile.mkdtemp(), name) for name in ("a.txt", "b.txt"))
+        >>> _ = a.write_text("0 0 0 0 0 1 1 0 0 0 1.0 0.5 0.8 1e-1 1e-1 1e-1 0.25 0 0 0 0")
+        >>> write_ambient(b, read_ambient(a))
+        >>> read_ambient(b).count
+        1
+    """
     write_text(path, _ambient_to_text(records, header=header))
 
 
@@ -233,12 +260,22 @@ def ambient_from_cache(
 
     Args:
         cache: on the plane through the origin, in coordinates along the first two axes.
-        origin: (3,), where the plane's coordinates are zero.
+        origin: (3,), where the plane's coordinates are zero [m].
         axes: (3, 3), columns t, b and normal.
         accuracy: the `-aa` with which it will be used: radii are the reaches over it.
 
     Raises:
         ValueError: if the accuracy is not positive.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> import numpy as np
+        >>> from firstorder.caching import Cache, Candidates, circular_regions
+        >>> from firstorder.io import ambient_from_cache
+        >>> one = Candidates.of(jnp.zeros((1, 2)), jnp.ones(1), jnp.zeros((1, 2)))
+        >>> cache = Cache.of(one, circular_regions(jnp.array([0.5]), 0.1, 1.0, dims=2))
+        >>> ambient_from_cache(cache, np.zeros(3), np.eye(3)).radii.tolist()
+        [[0.5, 0.5]]
     """
     check_positive("accuracy", accuracy)
     t, b, n = np.asarray(axes, float).T
@@ -279,14 +316,25 @@ def cache_from_ambient(
 
     Args:
         records: of all surfaces.
-        origin: (3,), a point of the plane.
+        origin: (3,), a point of the plane [m].
         axes: (3, 3), columns t, b and normal.
         accuracy: the `-aa` with which they were made: reaches are the radii times it.
-        thickness: how far from the plane a record may be.
+        thickness: how far from the plane a record may be [m].
         level: of the records to take.
 
     Raises:
         ValueError: if no record is there, or the accuracy is not positive.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> import numpy as np
+        >>> from firstorder.caching import Cache, Candidates, circular_regions
+        >>> from firstorder.io import ambient_from_cache, cache_from_ambient
+        >>> one = Candidates.of(jnp.zeros((1, 2)), jnp.ones(1), jnp.zeros((1, 2)))
+        >>> cache = Cache.of(one, circular_regions(jnp.array([0.5]), 0.1, 1.0, dims=2))
+        >>> records = ambient_from_cache(cache, np.zeros(3), np.eye(3))
+        >>> round(cache_from_ambient(records, np.zeros(3), np.eye(3)).records.value[0].item(), 6)
+        1.0
     """
     check_positive("accuracy", accuracy)
     t, b, n = np.asarray(axes, float).T

@@ -68,10 +68,25 @@ def write_rays(path: str | os.PathLike[str], lamp: LampFrame, table: RayTable) -
 def read_rays(path: str | os.PathLike[str]) -> tuple[LampFrame, RayTable]:
     """Reads a lamp and its rays, to the bit as they were written.
 
+    Args:
+        path: ends in .rays.
+
     Raises:
         ValueError: one sentence that names the file, if it is none of these, of the first edition,
             or not whole.
         FileNotFoundError: if there is none.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> import numpy as np
+        >>> from firstorder.io import read_rays, write_rays
+        >>> from firstorder.shadowfield import lamp_frame, trace_shadow_rays
+        >>> lamp = lamp_frame((0, 0, 1), (0, 1, 0), (1, 0, 0))
+        >>> free = lambda a, b: (np.full(len(a), np.inf), np.full(len(a), -np.inf))
+        >>> file = pathlib.Path(tempfile.mkdtemp(), "a.rays")
+        >>> write_rays(file, lamp, trace_shadow_rays(lamp, np.zeros((1, 3)), 8, free)[0])
+        >>> len(read_rays(file)[1].near)
+        8
     """
     path = pathlib.Path(path)
     _check_ending(path)

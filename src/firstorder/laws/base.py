@@ -107,7 +107,18 @@ def _name(law: Law) -> str:
 
 
 class FieldImage(Field):
-    """The field that a law makes of a field."""
+    """The field that a law makes of a field.
+
+    Args:
+        law: what happens to the light.
+        operand: the light before.
+
+    Example:
+        >>> from firstorder.fields import Affine
+        >>> from firstorder.laws import FieldImage, Move
+        >>> FieldImage(Move([[1.0, -2.0], [0.0, 1.0]]), Affine([1.0, 0.0], 0.0))(5.0, 1.0).item()
+        3.0
+    """
 
     law: Law
     operand: Field

@@ -42,7 +42,16 @@ class Domain(eqx.Module):
 
 
 class Line(Domain):
-    """The whole real line: as far as the kernel reaches."""
+    """The whole real line: as far as the kernel reaches.
+
+    Example:
+        >>> from firstorder.fields import GaussianProfile, gaussian
+        >>> from firstorder.laws import Convolve, Line
+        >>> blur = Convolve(GaussianProfile(0.75), domain=Line())
+        >>> F = blur(gaussian((0.0, 0.0), (1.0, 1.0))).spectrum()
+        >>> round(F(0.0, 0.0).real.item(), 6)  # 2 pi, as before: the blur keeps the light
+        6.283185
+    """
 
     def ends(self, kernel: Kernel, wide: Frame) -> tuple[Field, Field]:
         """`u_axis -+ half_width`."""
@@ -56,6 +65,14 @@ class Circle(Domain):
 
     The spectrum rule then holds at the frequencies m / (2 pi), where a period's transform is
     2 pi times the Fourier coefficient.
+
+    Example:
+        >>> from firstorder.conventions import Frame
+        >>> from firstorder.fields import GaussianProfile, Harmonics
+        >>> from firstorder.laws import Circle, Convolve
+        >>> blur = Convolve(GaussianProfile(0.3, "theta", Frame(("theta",))), domain=Circle())
+        >>> round(blur(Harmonics([1.0, 0.0], [0.0, 0.0]))(0.2).item(), 6)
+        1.0
     """
 
     def ends(self, kernel: Kernel, wide: Frame) -> tuple[Field, Field]:
@@ -69,6 +86,12 @@ class Hemisphere(Domain):
 
     Args:
         normal: n as a field over the coordinates (its direction coordinate ignored).
+
+    Example:
+        >>> from firstorder.fields import Affine
+        >>> from firstorder.laws import Hemisphere
+        >>> Hemisphere(Affine([2.0, 0.0], 0.0)).normal(0.25, 0.0).item()  # a valley of curvature 2
+        0.5
     """
 
     normal: Field

@@ -46,11 +46,15 @@ class Integrate(Law):
     Args:
         axis: name of the coordinate.
         lower: lower end: a number, or a field over all coordinates that ignores `axis`.
-        upper: upper end, likewise. Below `lower` the integral is negative.
+        upper: upper end, a number or a field likewise. Below `lower` the integral is negative.
         nodes: Gauss-Legendre nodes per smooth piece.
         breaks: where else to cut, as fields over all coordinates that ignore `axis`: at narrow
             peaks, and where the field bends but does not jump. Those outside the interval do
             nothing.
+
+    Raises:
+        ValueError: if `nodes` is not positive.
+        TypeError: if an end is neither a number nor a field.
 
     Example:
         >>> from firstorder.fields import gaussian

@@ -36,7 +36,7 @@ class Move(Law):
     Args:
         M: matrix, rows in the operand's coordinates. A matrix that is not square (a projection)
             is allowed for values and jets; spectra then refuse.
-        c: shift, zero if left out.
+        c: shift, a vector, zero if left out.
         to: frame of the result, the operand's if left out.
 
     Raises:

@@ -59,6 +59,11 @@ class Warp(Law):
     Args:
         map: the map T with its derivatives.
         to: frame of the result, the operand's if left out.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.fields import gaussian
+        >>> from firstorder.laws import Map, Warp
     """
 
     map: Map

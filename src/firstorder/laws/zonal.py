@@ -46,6 +46,13 @@ class VonMisesFisher(ZonalKernel):
 
     Raises:
         ValueError: if `sharpness` is not positive.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.laws import VonMisesFisher
+        >>> value, slope, _ = VonMisesFisher(5.0).derivatives(jnp.array(1.0))
+        >>> round((slope / value).item(), 6)  # the sharpness
+        5.0
     """
 
     sharpness: Scalar = eqx.field(converter=as_float)
@@ -67,7 +74,15 @@ class VonMisesFisher(ZonalKernel):
 
 
 class ZonalCosine(ZonalKernel):
-    """`max(t, 0) / pi`: diffuse shading, with a kink at the horizon."""
+    """`max(t, 0) / pi`: diffuse shading, with a kink at the horizon.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.laws import Zonal, ZonalCosine
+        >>> w = jnp.array([0.0, 0.0, 1.0])
+        >>> round(Zonal(ZonalCosine())(lambda w: 1.0 + 0.0 * w[2])(w).item(), 9)
+        1.0
+    """
 
     def derivatives(self, t: Cosines) -> tuple[Cosines, Cosines, Cosines]:
         """Value, a step for its slope, and zero; the kink on the horizon is left to `breaks`."""
@@ -96,6 +111,9 @@ class Zonal(eqx.Module):
         kernel: rho.
         nodes: Gauss-Legendre nodes per smooth piece of the kernel.
         turns: nodes of the azimuth.
+
+    Raises:
+        ValueError: if `nodes` or `turns` is not positive.
 
     Example:
         >>> import jax.numpy as jnp

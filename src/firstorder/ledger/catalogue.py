@@ -21,6 +21,11 @@ class Entry:
         kind: a first guess; the ledger's rows have the last word.
         section: section of the paper.
         suspect: why it may be misprinted or claim too much; "" if it is not suspected.
+
+    Example:
+        >>> from firstorder.ledger import Entry
+        >>> Entry("P.1", "Light is linear.", "L(a + b) = L(a) + L(b)").kind
+        'identity'
     """
 
     equation: str
@@ -70,6 +75,11 @@ def own_entry(row: Row) -> Entry:
 
     Raises:
         ValueError: if it says nothing.
+
+    Example:
+        >>> from firstorder.ledger import Row, own_entry
+        >>> own_entry(Row("P.1", "definition", statement="Light is linear.")).statement
+        'Light is linear.'
     """
     if not row.statement:
         raise ValueError(f"Row {row.equation} is in no catalogue and has no `statement`.")

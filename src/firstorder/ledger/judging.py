@@ -145,7 +145,17 @@ def results_to_pandas(results: Sequence[Result]) -> DataFrame:
 
 
 def judge_route(route: str, check: Route) -> Verdict:
-    """One route of a row; one that raises has failed, and the rows after it are still judged."""
+    """One route of a row; one that raises has failed, and the rows after it are still judged.
+
+    Args:
+        route: its name, one of `ROUTES`.
+        check: how it is judged.
+
+    Example:
+        >>> from firstorder.ledger import Check, judge_route
+        >>> judge_route("brute_force", Check(lambda: 1e-3, bound=1e-9)).verdict
+        'fail'
+    """
     try:
         return _verdict(route, check)
     except Exception as failure:

@@ -33,6 +33,11 @@ class Judged:
         status: fail, not yet, stated or pass.
         row: what `Result.as_json` says.
         seconds: that it took.
+
+    Example:
+        >>> from firstorder.ledger import Judged
+        >>> Judged("R07.25", "pass", {}, 0.1).status
+        'pass'
     """
 
     equation: str

@@ -47,7 +47,11 @@ class Check:
 
 @dataclasses.dataclass(frozen=True)
 class NotApplicable:
-    """A route left out for one of `REASONS`."""
+    """A route left out for one of `REASONS`.
+
+    Raises:
+        ValueError: if the reason is none of them.
+    """
 
     reason: str
 

@@ -90,6 +90,9 @@ def rotation_about(axis: Any, angle: float | int) -> Float[np.ndarray, "3 3"]:
         axis: of any length but zero, shape (3,).
         angle: [rad].
 
+    Raises:
+        ValueError: if the axis has no length.
+
     Example:
         >>> import math
         >>> from firstorder.models.primitives import rotation_about
@@ -116,6 +119,9 @@ def ripples(
 
     Returns:
         From places, shape (n, 2) or (n, 3), to heights [m].
+
+    Raises:
+        ValueError: if the amplitude is negative, or the wavelength or `waves` is not positive.
 
     Example:
         >>> import numpy as np
@@ -239,7 +245,22 @@ def displaced_ground(
 
 
 def quad_triangles(a: Any, b: Any, c: Any, d: Any) -> Int[np.ndarray, "f 3"]:
-    """Two triangles for each quadrangle, whose corners follow each other counter-clockwise."""
+    """Two triangles for each quadrangle, whose corners follow each other counter-clockwise.
+
+    Args:
+        a: numbers of the first corners, shape (n,).
+        b: of the second ones, likewise.
+        c: of the third ones, likewise.
+        d: of the last ones, likewise.
+
+    Returns:
+        Corners of triangles, shape (2 n, 3).
+
+    Example:
+        >>> from firstorder.models import quad_triangles
+        >>> quad_triangles(0, 1, 2, 3).tolist()
+        [[0, 1, 2], [0, 2, 3]]
+    """
     a, b, c, d = (np.ravel(n) for n in (a, b, c, d))
     return np.concatenate([np.stack([a, b, c], -1), np.stack([a, c, d], -1)])
 

@@ -31,6 +31,9 @@ def in_batches(f: Callable[[X], Y], rows: X, most: int) -> Y:
     Returns:
         What f returns, with the rows along a new leading axis.
 
+    Raises:
+        ValueError: if `most` is not positive.
+
     Example:
         >>> import jax.numpy as jnp
         >>> from firstorder.numerics._batching import in_batches
@@ -181,7 +184,17 @@ def host_rows(f: Callable[[X], Any], rows: X, least: int = 64) -> Any:
 
 
 def batched(function: Callable) -> Callable:
-    """Map a function of one ray over any leading axes."""
+    """Map a function of one ray over any leading axes.
+
+    Args:
+        function: of one ray, shape (n,).
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.numerics import batched
+        >>> batched(jnp.sum)(jnp.ones((4, 3, 2))).shape
+        (4, 3)
+    """
 
     def mapped(u: Float[Array, "*b n"]):
         flat = jax.vmap(function)(u.reshape(-1, u.shape[-1]))

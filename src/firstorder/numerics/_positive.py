@@ -21,7 +21,7 @@ def positive(free: ArrayLike, scale: float = 1.0) -> Float[Array, "..."]:
     where that is below the smallest number of its precision, beyond `free = -87 scale` in float32.
 
     Args:
-        free: what the optimiser changes; `free_of` finds where to start.
+        free: what the optimiser changes, a number or an array; `free_of` finds where to start.
         scale: below which the number is held back from zero, positive, in its own unit.
 
     Raises:
@@ -51,7 +51,7 @@ def free_of(x: ArrayLike, scale: float = 1.0) -> Float[Array, "..."]:
     """The number of which `positive` makes x: `x + scale log(1 - exp(-x / scale))`.
 
     Args:
-        x: positive.
+        x: a positive number, or an array of them.
         scale: as for `positive`.
 
     Returns:

@@ -18,7 +18,23 @@ from firstorder.numerics._order import order_of
 
 @functools.cache
 def gauss_legendre(n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes and weights of the n-point Gauss-Legendre rule on [-1, 1]."""
+    """Nodes and weights of the n-point Gauss-Legendre rule on [-1, 1].
+
+    Args:
+        n: number of nodes; exact for polynomials up to the degree 2 n - 1.
+
+    Returns:
+        Nodes and weights, shape (n,) each.
+
+    Raises:
+        ValueError: if there is no node.
+
+    Example:
+        >>> from firstorder.numerics import gauss_legendre
+        >>> t, w = gauss_legendre(2)
+        >>> round(float(w @ t**2), 12)  # 2 / 3
+        0.666666666667
+    """
     if n < 1:
         raise ValueError(f"Argument `nodes` must be positive, but is {n}.")
     return np.polynomial.legendre.leggauss(n)

@@ -28,7 +28,14 @@ def settled(tree: Tree) -> Tree:
 
 
 def dot(a: Vectors, b: Vectors) -> Numbers:
-    """The scalar product."""
+    """The scalar product.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.numerics import dot
+        >>> dot(jnp.array([1.0, 2.0, 3.0]), jnp.array([1.0, 0.0, 1.0])).item()
+        4.0
+    """
     return jnp.sum(a * b, -1)
 
 
@@ -36,6 +43,13 @@ def cross(a: Vectors, b: Vectors) -> Vectors:
     """The vector product, right-handed.
 
     In whole vectors: written out by coordinates it compiles five times as long.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.numerics import cross
+        >>> x, y, z = jnp.eye(3)
+        >>> cross(x, y).tolist()
+        [0.0, 0.0, 1.0]
     """
     return _next(a * _next(b) - _next(a) * b)
 
@@ -66,14 +80,28 @@ def cross_apart(a: Coordinates, b: Coordinates) -> Coordinates:
 
 
 def norm(a: Vectors) -> Numbers:
-    """Length; zero, with zero derivative, for the zero vector."""
+    """Length; zero, with zero derivative, for the zero vector.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.numerics import norm
+        >>> norm(jnp.array([[3.0, 4.0, 0.0], [0.0, 0.0, 0.0]])).tolist()
+        [5.0, 0.0]
+    """
     square = dot(a, a)
     there = square > 0.0
     return jnp.where(there, jnp.sqrt(jnp.where(there, square, 1.0)), 0.0)
 
 
 def unit(a: Vectors) -> Vectors:
-    """The vector of length one along a; the zero vector stays what it is."""
+    """The vector of length one along a; the zero vector stays what it is.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.numerics import unit
+        >>> unit(jnp.array([0.0, 0.0, 4.0])).tolist()
+        [0.0, 0.0, 1.0]
+    """
     length = norm(a)
     return a / jnp.where(length > 0.0, length, 1.0)[..., None]
 
@@ -104,7 +132,14 @@ def frame_along(a: Vectors) -> Float[Array, "*n 3 3"]:
 
 
 def inverse_3x3(axes: Float[Array, "*n 3 3"]) -> Float[Array, "*n 3 3"]:
-    """The inverse of a matrix: the vector products of its columns are its rows."""
+    """The inverse of a matrix: the vector products of its columns are its rows.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.numerics import inverse_3x3
+        >>> jnp.diag(inverse_3x3(jnp.diag(jnp.array([1.0, 2.0, 4.0])))).tolist()
+        [1.0, 0.5, 0.25]
+    """
     return inverse_and_det(axes)[0]
 
 
@@ -128,6 +163,12 @@ def matvec(matrix: Float[Array, "*#n 3 3"], a: Vectors) -> Vectors:
 
     As sums over rows rays run four times slower, and jaxlib 0.10 to 0.12 compile some of those
     wrongly for CPUs (tests/numerics/test_vectors.py).
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.numerics import matvec
+        >>> matvec(jnp.diag(jnp.array([1.0, 2.0, 4.0])), jnp.ones(3)).tolist()
+        [1.0, 2.0, 4.0]
     """
     x, y, z = (matrix[..., i] for i in range(3))
     return x * a[..., :1] + y * a[..., 1:2] + z * a[..., 2:]

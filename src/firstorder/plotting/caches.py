@@ -58,6 +58,20 @@ def draw_expansions(ax: Axes, cache: Cache, *, order: int | None = None, color: 
         cache: the records.
         order: of the expansions; that of the cache if not given.
         color: of the curves; the house style's third if not given.
+
+    Raises:
+        ValueError: for another order than 0, 1 or 2, or a Hessian that is missing.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.caching import Cache, Candidates, circular_regions
+        >>> from firstorder.plotting import draw_expansions, panels
+        >>> some = Candidates.from_function(jnp.cos, jnp.array([0.0, 1.0]))
+        >>> cache = Cache.of(some, circular_regions(jnp.array([0.8, 9.0]), 0.1, 1.0))
+        >>> figure, axes = panels()
+        >>> draw_expansions(axes[0, 0], cache)
+        >>> len(axes[0, 0].lines)
+        2
     """
     order = cache.order if order is None else order
     for i, R in enumerate(np.asarray(cache.region.radius)):
@@ -134,6 +148,17 @@ def show_cache(
 
     Returns:
         The image, for a colour bar.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> import numpy as np
+        >>> from firstorder.caching import Cache, Candidates, circular_regions
+        >>> from firstorder.plotting import panels, show_cache
+        >>> some = Candidates.of(jnp.zeros((1, 2)), jnp.ones(1), jnp.zeros((1, 2)))
+        >>> cache = Cache.of(some, circular_regions(jnp.array([0.5]), 0.1, 1.0, dims=2))
+        >>> figure, axes = panels()
+        >>> show_cache(axes[0, 0], cache, np.eye(4), top=2.0).get_clim()
+        (0.0, 2.0)
     """
     image = ax.imshow(
         np.asarray(error), extent=extent, origin="lower", vmin=0.0, vmax=top, cmap=cmap

@@ -170,6 +170,16 @@ def draw_curves(axes: Iterable[Axes], curve: dict[str, Any], across: str = "arc"
         axes: three of them.
         curve: as `receiver_curve` returns it.
         across: the column to draw over: `arc`, `x` or `y`.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.plotting import draw_curves, panels
+        >>> x = np.linspace(0.0, 1.0, 5)
+        >>> curve = {"shape": 0 * x, "arc": x, "E": x**2, "dE": 2 * x, "d2E": 0 * x + 2}
+        >>> figure, axes = panels(1, 3)
+        >>> draw_curves(axes[0], curve)
+        >>> axes[0, 0].get_xlabel()
+        'arc length (m)'
     """
     gap = np.flatnonzero(np.diff(curve["shape"]) != 0) + 1
     for ax, (key, words, color) in zip(axes, _CURVES, strict=True):

@@ -44,6 +44,9 @@ def show_light_field(
     Returns:
         The image; its `set_data(values.T)` redraws it.
 
+    Raises:
+        ValueError: if the samples do not have that shape.
+
     Example:
         >>> import numpy as np
         >>> from firstorder.plotting import panels, show_light_field
@@ -96,6 +99,17 @@ def show_spectrum(
 
     Returns:
         The image, in powers of ten of the reference.
+
+    Raises:
+        ValueError: if the spectral densities do not have that shape.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.plotting import panels, show_spectrum
+        >>> figure, axes = panels()
+        >>> image = show_spectrum(axes[0, 0], np.eye(3), np.arange(3), np.arange(3), decades=4.0)
+        >>> image.get_clim()
+        (-4.0, 0.0)
     """
     magnitude = np.abs(_checked(F, Omega_x, Omega_theta))
     known = magnitude[np.isfinite(magnitude)]
@@ -112,7 +126,22 @@ def show_spectrum(
 
 
 def log_magnitude(F, reference: float, decades: float) -> np.ndarray:
-    """Decimal logarithm of |F| / reference, cut off below `-decades`."""
+    """Decimal logarithm of |F| / reference, cut off below `-decades`.
+
+    Args:
+        F: an array, complex or of magnitudes.
+        reference: magnitude of which the logarithm is 0.
+        decades: below which it is cut off.
+
+    Returns:
+        An array of the shape of F.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.plotting import log_magnitude
+        >>> log_magnitude(np.array([10.0, 0.1, 0.0]), 10.0, 6.0).tolist()
+        [0.0, -2.0, -6.0]
+    """
     return np.log10(np.maximum(np.abs(F) / reference, 10.0**-decades))
 
 

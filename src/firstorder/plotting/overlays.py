@@ -12,7 +12,18 @@ _HALO = [patheffects.withStroke(linewidth=2.4, foreground="black")]
 
 
 def print_scale(ax: Axes, words: str) -> Text:
-    """Prints the scale of a picture at its upper right, outside the data."""
+    """Prints the scale of a picture at its upper right, outside the data.
+
+    Args:
+        ax: with the picture.
+        words: what is printed.
+
+    Example:
+        >>> from firstorder.plotting import panels, print_scale
+        >>> figure, axes = panels()
+        >>> print_scale(axes[0, 0], "0 to 2").get_text()
+        '0 to 2'
+    """
     return ax.set_title(words, loc="right", fontsize=7, color="0.35")
 
 
@@ -47,7 +58,21 @@ def covariance_ellipse(ax: Axes, matrix, *, sigmas: float = 1.0, center=(0.0, 0.
 
 
 def set_covariance(ellipse: Ellipse, matrix, *, sigmas: float = 1.0) -> None:
-    """Gives an ellipse that `covariance_ellipse` drew another covariance."""
+    """Gives an ellipse that `covariance_ellipse` drew another covariance.
+
+    Args:
+        ellipse: that is changed.
+        matrix: symmetric, shape (2, 2).
+        sigmas: how many standard deviations it shows.
+
+    Example:
+        >>> from firstorder.plotting import covariance_ellipse, panels, set_covariance
+        >>> figure, axes = panels()
+        >>> ellipse = covariance_ellipse(axes[0, 0], [[4.0, 0.0], [0.0, 1.0]])
+        >>> set_covariance(ellipse, [[16.0, 0.0], [0.0, 1.0]])
+        >>> max(ellipse.width, ellipse.height)
+        8.0
+    """
     squares, axes = np.linalg.eigh(np.asarray(matrix, dtype=float))
     width, height = 2.0 * sigmas * np.sqrt(np.maximum(squares, 0.0))
     angle = float(np.degrees(np.arctan2(axes[1, 0], axes[0, 0])))

@@ -27,8 +27,8 @@ class Portraits:
     Attributes:
         title: what the step is called.
         names: names of its coordinates.
-        x: sample positions.
-        theta: sample directions.
+        x: sample positions [m].
+        theta: sample directions [rad, or slopes].
         Omega_x: frequencies of the spectrum.
         Omega_theta: frequencies of the spectrum.
         value: radiance, shape (len(x), len(theta)).
@@ -107,6 +107,18 @@ def portraits(title: str, field: Field, grid: Grid, Omega_x, Omega_theta) -> Por
         grid: where radiance and gradient are shown.
         Omega_x: frequencies of the spectrum across.
         Omega_theta: frequencies of the spectrum up.
+
+    Raises:
+        ValueError: if the field is not over two coordinates.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.fields import Grid, gaussian
+        >>> from firstorder.plotting import portraits
+        >>> light = gaussian((0.0, 0.0), (1.0, 1.0))
+        >>> step = portraits("source", light, Grid((4, 4), (0.5, 0.5)), np.arange(3), np.arange(3))
+        >>> step.gradient.shape, step.sampled
+        ((4, 4, 2), False)
     """
     value, gradient = _jets(field, jnp.asarray(grid.points()))
     Omega_x, Omega_theta = np.asarray(Omega_x), np.asarray(Omega_theta)
@@ -146,6 +158,19 @@ def portrait_strip(
         common: every row has one scale.
         width: of one panel, in inches.
         height: of one panel, in inches.
+
+    Raises:
+        ValueError: if a row is none of these.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.conventions import FLATLAND_SLOPE
+        >>> from firstorder.fields import Grid, gaussian
+        >>> from firstorder.plotting import portrait_strip, portraits
+        >>> light = gaussian((0.0, 0.0), (1.0, 1.0), frame=FLATLAND_SLOPE)
+        >>> step = portraits("source", light, Grid((4, 4), (0.5, 0.5)), np.arange(3), np.arange(3))
+        >>> len(portrait_strip([step], ("value", "spectrum")).axes)
+        2
     """
     rows = [r for row in rows for r in (("dx", "dtheta") if row == "gradient" else (row,))]
     figure, axes = panels(len(rows), len(steps), width, height)

@@ -61,6 +61,15 @@ def write_png(
         path: ends in .png.
         values: as in `tone_map`.
         white: as in `tone_map`.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> import numpy as np
+        >>> from firstorder.plotting import write_png
+        >>> file = pathlib.Path(tempfile.mkdtemp(), "a.png")
+        >>> write_png(file, np.ones((4, 3)))
+        >>> file.read_bytes()[1:4]
+        b'PNG'
     """
     with atomic_write(path) as part:
         matplotlib.image.imsave(part, tone_map(values, white), cmap="gray", vmin=0, vmax=255)

@@ -13,7 +13,18 @@ _INK = "0.15"
 
 
 def map_axes(ax: Axes, title: str = "") -> Axes:
-    """Turns axes into a map: equal units, no frame."""
+    """Turns axes into a map: equal units, no frame.
+
+    Args:
+        ax: that becomes a map.
+        title: written above.
+
+    Example:
+        >>> from firstorder.plotting import map_axes, panels
+        >>> figure, axes = panels()
+        >>> map_axes(axes[0, 0]).get_aspect()
+        1.0
+    """
     ax.set_aspect("equal")
     ax.set_axis_off()
     ax.set_title(title, loc="left")
@@ -21,7 +32,20 @@ def map_axes(ax: Axes, title: str = "") -> Axes:
 
 
 def draw_surface(ax: Axes, points, *, depth: float = 0.06) -> None:
-    """Draws a receiver through `points` (n, 2), from left to right, hatched below."""
+    """Draws a receiver through `points` (n, 2), from left to right, hatched below.
+
+    Args:
+        ax: where to draw.
+        points: shape (n, 2) [m].
+        depth: of the hatching [m].
+
+    Example:
+        >>> from firstorder.plotting import draw_surface, panels
+        >>> figure, axes = panels()
+        >>> draw_surface(axes[0, 0], [(0.0, 0.0), (0.5, 0.1), (1.0, 0.0)])
+        >>> len(axes[0, 0].lines)
+        1
+    """
     points = np.asarray(points, dtype=float)
     across = np.gradient(points, axis=0)
     down = np.stack([across[:, 1], -across[:, 0]], -1)
@@ -41,6 +65,13 @@ def draw_rays(ax: Axes, origins, angles, lengths, *, color="#c2410c", arrows: bo
         lengths: how far they are drawn, in metres.
         color: of the lines.
         arrows: a head at the far end, the way the angle points.
+
+    Example:
+        >>> from firstorder.plotting import draw_rays, panels
+        >>> figure, axes = panels()
+        >>> draw_rays(axes[0, 0], (0.0, 0.0), [-0.5, 0.0, 0.5], 1.0)
+        >>> len(axes[0, 0].lines)
+        3
     """
     along = np.asarray(direction(jnp.atleast_1d(as_float(angles))))
     origins = np.broadcast_to(np.asarray(origins, dtype=float), along.shape)

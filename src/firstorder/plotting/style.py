@@ -84,6 +84,12 @@ def panels(
 
     Returns:
         The figure and its axes, always as an array of shape (rows, columns).
+
+    Example:
+        >>> from firstorder.plotting import panels
+        >>> figure, axes = panels(1, 2)
+        >>> axes.shape
+        (1, 2)
     """
     figure = Figure(figsize=(width * columns, height * rows), layout="constrained")
     return figure, figure.subplots(rows, columns, squeeze=False, **options)
@@ -129,6 +135,15 @@ def share_labels(axes: np.ndarray) -> None:
 
     Args:
         axes: panels of shape (rows, columns), as `panels` returns them.
+
+    Example:
+        >>> from firstorder.plotting import panels, share_labels
+        >>> figure, axes = panels(1, 2)
+        >>> for ax in axes[0]:
+        ...     _ = ax.set_ylabel("E (W/m)")
+        >>> share_labels(axes)
+        >>> [ax.yaxis.label.get_visible() for ax in axes[0]]
+        [True, False]
     """
     for column in axes.T:
         for upper, lower in itertools.pairwise(column):

@@ -39,6 +39,13 @@ def draw_table(
         verdicts: "equal", "approximate", "refused", "unequal" or "" for each cell.
         wrap: longest line of a cell, in letters.
         title: written above.
+
+    Example:
+        >>> from firstorder.plotting import draw_table, panels
+        >>> figure, axes = panels()
+        >>> draw_table(axes[0, 0], ["spectrum"], ["travel"], [["equal"]], [["equal"]])
+        >>> sorted(text.get_text() for text in axes[0, 0].texts)
+        ['equal', 'spectrum', 'travel']
     """
     ax.set_axis_off()
     ax.set_title(title, loc="left", fontweight="bold")

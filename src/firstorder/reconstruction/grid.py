@@ -82,7 +82,7 @@ class GridInterpolant(eqx.Module):
     no label shows.
 
     Args:
-        x, y: positions of the nodes, in rising order.
+        x, y: positions of the nodes, in rising order [any units].
         data: for each node (first axis x, second y) the value, then df/dx and df/dy, then
             d2f/dxdy: one, three or four columns.
         scheme: one of `SCHEMES`.
@@ -149,9 +149,20 @@ class GridInterpolant(eqx.Module):
         Args:
             function: of arrays x and y; returns what is known: the value, or the value, df/dx and
                 df/dy, or those and d2f/dxdy.
-            x: positions of the nodes.
-            y: theirs along the other axis.
+            x: positions of the nodes, shape (n,) [any unit].
+            y: theirs along the other axis, shape (m,).
             scheme: one of `SCHEMES`.
+
+        Raises:
+            ValueError: as `GridInterpolant` does.
+
+        Example:
+            >>> import jax.numpy as jnp
+            >>> from firstorder.reconstruction import GridInterpolant
+            >>> x = jnp.arange(3.0)
+            >>> f = GridInterpolant.of(lambda x, y: (x * y,), x, x, "bilinear")
+            >>> f(0.5, 1.5).item()
+            0.75
         """
         x, y = as_float(x), as_float(y)
         known = function(*jnp.meshgrid(x, y, indexing="ij"))

@@ -157,6 +157,9 @@ def interpolation_error(h, derivative, data: int, norm: str = "largest") -> Arra
         data: numbers known at each node: 1, 2 or 3.
         norm: "largest" or "rms".
 
+    Returns:
+        In the function's unit; an array of the shape to which `h` and `derivative` broadcast.
+
     Raises:
         ValueError: if `h` is negative, `data` not 1, 2 or 3, or `norm` another word.
 

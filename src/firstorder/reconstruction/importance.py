@@ -26,7 +26,13 @@ class ShadedSamples(NamedTuple):
     Attributes:
         value: radiance [W/(m^2 sr)].
         gradient: per pixel, or None if it is not computed.
-        more: anything else that a metric wants, a row per place.
+        more: anything else that a metric wants, an array with a row per place.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.reconstruction import ShadedSamples
+        >>> ShadedSamples(np.array([0.5, 1.0])).gradient is None
+        True
     """
 
     value: Numbers
@@ -46,6 +52,13 @@ class QuadtreeCells(NamedTuple):
             with one derivative, made symmetric, per pixel^2.
         variance: of the values of those four, unbiased; in the first grid the mean over the up to
             four such fours that hold a square.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.reconstruction import QuadtreeCells, ShadedSamples, by_area
+        >>> cells = QuadtreeCells(np.array([4.0, 2.0]), ShadedSamples(np.ones(2)), np.zeros((2, 2)))
+        >>> by_area(cells).tolist()
+        [16.0, 4.0]
     """
 
     size: Numbers

@@ -30,6 +30,13 @@ class LineCell(NamedTuple):
     Attributes:
         length: in the unit of x.
         left, right: value, slope and second derivative, as many as the function returns.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.reconstruction import LineCell
+        >>> cell = LineCell(jnp.array(1.0), jnp.array([0.0, 0.0, 2.0]), jnp.array([1.0, 2.0, 4.0]))
+        >>> cell.mean(2).item()
+        3.0
     """
 
     length: Float[Array, ""]
@@ -96,6 +103,15 @@ def line_by_gradient(cell: LineCell) -> Scalar:
 def line_by_curvature(cell: LineCell) -> Scalar:
     """`h^2 / 8` times the mean of |f''| at the ends: the error of linear interpolation.
 
+    Args:
+        cell: with second derivatives.
+
+    Returns:
+        A number [unit of the function].
+
+    Raises:
+        ValueError: if the cell holds no second derivatives.
+
     Reference: R07 §9.3 asks for it; the constant is `interpolation_error`'s.
 
     Example:
@@ -118,6 +134,9 @@ def line_by_disagreement(data: int) -> Driver:
 
     Args:
         data: of the interpolant whose error is wanted; fewer than the function returns.
+
+    Raises:
+        ValueError: from the driver, if the function returns no more than `data` numbers.
 
     Example:
         >>> import jax.numpy as jnp
@@ -151,14 +170,15 @@ class LineSamples(eqx.Module):
     """Samples of a function along a line, in rising order; a break is there twice.
 
     Attributes:
-        x: positions.
+        x: positions [any unit].
         data: value, slope, second derivative at each, in columns, as many as are known.
         order: when each was taken; those that it began with come first.
 
     Example:
-        >>> import jax.numpy as jnp
-        >>> from firstorder.reconstruction import sample_line
+        >>> from firstorder.reconstruction import LineSamples, sample_line
         >>> line = sample_line(lambda x: (x**2, 2.0 * x), 0.0, 1.0, budget=4, initial=3)
+        >>> isinstance(line, LineSamples)
+        True
         >>> print(line)
            x   value  slope  order
          0.0     0.0    0.0      0

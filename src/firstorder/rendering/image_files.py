@@ -24,7 +24,19 @@ from firstorder.space.skies import ConstantSky
 
 
 def image_coordinates(p: Float[np.ndarray, "n 2"], width: int, height: int):
-    """Image coordinates of places in pixels: u from -1 to 1 across, v as long a unit upwards."""
+    """Image coordinates of places in pixels: u from -1 to 1 across, v as long a unit upwards.
+
+    Args:
+        p: places, the first pixel's corner at zero [pixels].
+        width: of the image [pixels].
+        height: of the image [pixels].
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.rendering import image_coordinates
+        >>> image_coordinates(np.array([[0.0, 0.0], [4.0, 2.0]]), 4, 2).tolist()
+        [[-1.0, -0.5], [1.0, 0.5]]
+    """
     return (2.0 * np.asarray(p, float) - (width, height)) / width
 
 
@@ -108,6 +120,14 @@ def world_from_scene(
     Raises:
         ValueError: if there is no camera, or something emits that is no rectangle or has surface
             maps.
+
+    Example:
+        >>> from firstorder.imaging import pinhole
+        >>> from firstorder.io import SpaceFile
+        >>> from firstorder.rendering import world_from_scene
+        >>> camera = pinhole((0.0, -2.0, 2.0), (0.0, 0.0, 0.0))
+        >>> world_from_scene(SpaceFile((), sky=0.5, camera=camera)).sky_rows
+        12
     """
     if space.camera is None:
         raise ValueError("Argument `space` must have a camera to be rendered, but has none.")

@@ -67,6 +67,13 @@ class World(NamedTuple):
         sky_nodes: "even", "cosine" or "luminance" (`imaging.sky_light`); shadows move over two.
         finish: bumps and textures, by number of the primitive.
         normals: of each model, at its vertices; None for `vertex_normals`.
+
+    Example:
+        >>> from firstorder.imaging import pinhole
+        >>> from firstorder.rendering import World
+        >>> from firstorder.space.library import sphere_over_plane
+        >>> World(pinhole((0.0, -2.0, 2.0), (0.0, 0.0, 0.0)), sphere_over_plane()).shapes
+        2
     """
 
     camera: Pinhole

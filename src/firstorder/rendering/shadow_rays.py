@@ -32,6 +32,9 @@ def mesh_blockers(tracers: Embree | Sequence[Embree]) -> Blockers:
         The last one is met first from the receiver. Free rays are told by single precision, the
         others from both ends in double.
 
+    Raises:
+        ValueError: if there is no tracer.
+
     Example:
         >>> import numpy as np
         >>> from firstorder.io import Embree
@@ -69,6 +72,9 @@ def is_visible(
         tracers: one, or several whose meshes hide together.
         receivers: one end of each ray [m].
         lamp: the other one [m].
+
+    Raises:
+        ValueError: if there is no tracer.
 
     Example:
         >>> import numpy as np

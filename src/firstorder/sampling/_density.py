@@ -103,8 +103,8 @@ class ExpectedDensity(NamedTuple):
     """Mean and standard deviation of an estimate.
 
     Attributes:
-        mean: of the density estimate.
-        spread: standard deviation of one run.
+        mean: of the density estimate, an array with an entry for each place.
+        spread: standard deviation of one run, an array of that shape.
     """
 
     mean: np.ndarray
@@ -129,6 +129,14 @@ def expected_fixed_radius(cumulative: Cumulative, x, radius: float, count: int) 
 
     Returns:
         Mean and spread of `points inside / (2 r count)`.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.sampling import expected_fixed_radius
+        >>> even = lambda x: np.clip(x, 0.0, 1.0)
+        >>> mean, spread = expected_fixed_radius(even, [0.5, 0.0], 0.125, 1000)
+        >>> mean.tolist()  # half of it at the end
+        [1.0, 0.5]
     """
     x = np.asarray(x, float)
     p = cumulative(x + radius) - cumulative(x - radius)
@@ -152,6 +160,16 @@ def expected_k_nearest(
         count: number of points, wherever they fall.
         kept: how many of them count; k if not given.
         nodes: of the quadrature over p.
+
+    Returns:
+        Mean and spread of `kept / (2 R count)`.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.sampling import expected_k_nearest
+        >>> even = lambda x: np.clip(x, 0.0, 1.0)
+        >>> round(expected_k_nearest(even, [0.5], 11, 1000).mean[0].item(), 6)  # 11 / 10
+        1.1
     """
     x = np.atleast_1d(np.asarray(x, float))
     kept = k if kept is None else kept

@@ -243,6 +243,10 @@ def derivatives(
 def line_derivatives(f: Callable[[Array], Array], x: ArrayLike) -> Derivatives:
     """Derivatives of a function of one coordinate, which is called x.
 
+    Args:
+        f: of one number, with any result.
+        x: where to differentiate, a number; derivatives are per unit of it.
+
     Example:
         >>> from firstorder.scene._derivatives import line_derivatives
         >>> d = line_derivatives(lambda x: x**3, 2.0)

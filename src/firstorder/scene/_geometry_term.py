@@ -174,6 +174,14 @@ def geometry_jet(x: Points, normal_x: Points, y: Points, normal_y: Points) -> Ge
         Results of `geometry_term`, `geometry_gradient` and `geometry_hessian`.
 
     Reference: J12 eqs. 26, 38 and 49 (d = 2), 56, 58 and 66 (d = 3).
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.space import geometry_jet
+        >>> up = jnp.array([0.0, 0.0, 1.0])
+        >>> jet = geometry_jet(0.0 * up, up, 2.0 * up, -up)
+        >>> jet.value.item(), jet.gradient[2].item()  # 1 / r^2, and 2 / r^3 as it comes nearer
+        (0.25, 0.25)
     """
     f = facing(x, normal_x, y, normal_y)
     jet = linear_jet(f.r, f.u, normal_x, normal_y, f.cos_x, f.cos_y)

@@ -66,6 +66,9 @@ def net_visibility(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[Arra
         at: the receiver.
         nodes: on each arc.
 
+    Raises:
+        ValueError: for a row of receivers, or if `nodes` is not positive.
+
     Reference: R07 §7.2, eq. 47.
 
     Example:
@@ -133,10 +136,22 @@ def vector_irradiance(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[A
 
     Its z is the irradiance; turning the receiver's normal by `tilt` changes that by x and y.
 
+    Args:
+        scene: shapes and lights.
+        at: one receiver.
+        nodes: on each piece between two cuts.
+
     Raises:
         ValueError: if the sky is a function of direction.
 
     Reference: J12 §7; Lambert.
+
+    Example:
+        >>> from firstorder.space import Scene, primitive, receiver, rectangle, vector_irradiance
+        >>> lamp = rectangle((0.0, 0.0, 1.0), (0.0, 0.5, 0.0), (0.5, 0.0, 0.0))
+        >>> scene = Scene.of(primitive(lamp, emission=1.0))
+        >>> [round(a, 4) for a in vector_irradiance(scene, receiver((0.0, 0.0, 0.0))).tolist()]
+        [0.0, 0.0, 0.7523]
     """
     check_asked_one(scene, Scene, at, Receiver)
     return jnp.stack(_light(scene, at, segment_light, arc_light, nodes))
@@ -196,7 +211,18 @@ def boundary_gradient(
     Returns:
         Rates of change along t, b and n.
 
+    Raises:
+        ValueError: for a row of receivers.
+
     Reference: R07 §7, eq. 48, 49; design §6.
+
+    Example:
+        >>> from firstorder.space import Scene, boundary_gradient, primitive, receiver, rectangle
+        >>> lamp = rectangle((0.5, 0.0, 1.0), (0.0, 0.5, 0.0), (0.5, 0.0, 0.0))
+        >>> scene = Scene.of(primitive(lamp, emission=1.0))
+        >>> rates = boundary_gradient(scene, receiver((0.0, 0.0, 0.0)))
+        >>> bool(rates[0] > 0.0)  # brighter towards the lamp
+        True
     """
     check_asked_one(scene, Scene, at, Receiver)
     found = visible_silhouettes(scene, at)

@@ -37,6 +37,14 @@ def first_shape(
         origins: where the rays start [m].
         along: unit directions.
         on: the shape on which each ray starts, or -1; shapes are convex, so it is not met again.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.space import first_shape
+        >>> from firstorder.space.library import j12_box
+        >>> up = jnp.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])
+        >>> first_shape(j12_box(), jnp.full((2, 3), 0.5), up).tolist()  # the light, and nothing
+        [2, -1]
     """
     on = jnp.broadcast_to(jnp.asarray(on), origins.shape[:1])
     return intersect.first_shape(scene.groups, (origins, along, on))
@@ -56,6 +64,9 @@ def nearest(
 
     Returns:
         Distance and shape for each ray.
+
+    Raises:
+        ValueError: if rays are not rows of three coordinates.
 
     Example:
         >>> import jax.numpy as jnp

@@ -27,6 +27,14 @@ class Receiver(eqx.Module):
         axes: the frame: tangents t and b and the normal n as columns, local to global.
         S: shape operator -dn in (t, b); a sphere's with outward normals is -1/R [1/m].
         on: number of the shape on which it lies, -1 for none.
+
+    Raises:
+        ValueError: if a position is complex.
+
+    Example:
+        >>> from firstorder.space import Receiver
+        >>> Receiver.at((0.0, 0.0, 0.0), (0.0, 0.0, 2.0)).normal.tolist()
+        [0.0, 0.0, 1.0]
     """
 
     position: Float[Array, "*r 3"]
@@ -125,6 +133,12 @@ class Receiver(eqx.Module):
 def receiver(position: Any, normal: Any = (0.0, 0.0, 1.0), S: Any = None, on: ArrayLike = -1):
     """A receiver with the frame that its normal is given: `Receiver.at`.
 
+    Args:
+        position: shape (3,) or rows of it [m].
+        normal: of any length but zero, likewise.
+        S: shape operator, shape (2, 2); left out, the surface is flat [1/m].
+        on: number of the shape on which it lies, an integer; -1 for none.
+
     Example:
         >>> from firstorder.space import receiver
         >>> receiver((0.0, 0.0, 0.0)).axes.tolist()
@@ -159,5 +173,17 @@ def _turned(axes: Float[Array, "3 3"], tilt: Float[Array, "2"]) -> Float[Array, 
 
 
 def in_receiver_frame(receiver: Receiver, w: Float[Array, "*k 3"]) -> Float[Array, "*k 3"]:
-    """A world vector in the receiver's frame."""
+    """A world vector in the receiver's frame.
+
+    Args:
+        receiver: whose frame it is.
+        w: vectors of the world.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.space import in_receiver_frame, receiver
+        >>> wall = receiver((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
+        >>> in_receiver_frame(wall, jnp.array([2.0, 0.0, 0.0])).tolist()  # along its normal
+        [0.0, 0.0, 2.0]
+    """
     return w @ receiver.axes

@@ -79,7 +79,7 @@ class GaussianSky(eqx.Module):
     opposite to m included. All around it gives `2 pi radiance sigma^2 (1 - exp(-2 / sigma^2))`.
 
     Args:
-        center: direction of the maximum, of any length but zero.
+        center: direction of the maximum, of any length but zero [no unit].
         sigma: its standard deviation, positive [rad].
         radiance: at the maximum, not negative [W/(m^2 sr)]; or one for each band.
 

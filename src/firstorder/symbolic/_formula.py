@@ -27,7 +27,17 @@ def coordinates_of(frame: Frame) -> tuple[sympy.Symbol, ...]:
 
 
 def frequencies_of(frame: Frame) -> tuple[sympy.Symbol, ...]:
-    """The frequencies that belong to the coordinates, in cycles per unit, as real symbols."""
+    """The frequencies that belong to the coordinates, in cycles per unit, as real symbols.
+
+    Args:
+        frame: whose coordinates these are.
+
+    Example:
+        >>> from firstorder.conventions import FLATLAND_SLOPE
+        >>> from firstorder.symbolic import frequencies_of
+        >>> frequencies_of(FLATLAND_SLOPE)
+        (Omega_x, Omega_v)
+    """
     return tuple(sympy.Symbol(f"Omega_{name}", real=True) for name in frame.coordinates)
 
 

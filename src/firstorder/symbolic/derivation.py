@@ -56,6 +56,7 @@ def derive(path: Any, frame: Frame = FLATLAND) -> Derivation:
 
     Raises:
         Refused: when a portrait is asked that the path has not, with the reason of the event.
+        TypeError: if `path` is none of these.
 
     Reference: what comes out so, each held to the printed one (`derivations.derived`):
     R07 eqs. 1-37, 44-46, 50, 52-55, 68-69, 72; J12 eqs. 16, 24, 26, 31-32, 38, 40, 43, 46, 49, 51,
@@ -105,6 +106,13 @@ class Derivation:
     Attributes:
         source: the light.
         events: what it meets, in order.
+
+    Example:
+        >>> from firstorder.symbolic import Derivation, UnknownField
+        >>> from firstorder.conventions import FLATLAND_SLOPE
+        >>> from firstorder.transport import Travel
+        >>> Derivation(UnknownField("L", frame=FLATLAND_SLOPE), (Travel(2.0),)).value.expression
+        L(-2*v + x, v)
     """
 
     def __init__(self, source: Field, events: tuple[Any, ...]):

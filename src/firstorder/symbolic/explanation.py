@@ -97,6 +97,7 @@ def explain(path: Any, ray: Any = None) -> Explanation:
 
     Raises:
         TypeError: if it is no path.
+        ValueError: if the ray has not the coordinates of the light.
 
     Example:
         >>> from firstorder.conventions import FLATLAND_SLOPE

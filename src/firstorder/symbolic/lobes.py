@@ -104,6 +104,9 @@ class ExpressionLobe(Profile):
         end: the half width.
         closed: its transform in closed form, or None.
         axis: the coordinate that it acts along.
+
+    Raises:
+        ValueError: if the half width is not positive.
     """
 
     expressions: Expressions

@@ -63,9 +63,10 @@ class Chain(eqx.Module):
     """Events in the order in which light meets them, without light yet.
 
     Example:
-        >>> from firstorder.transport import Curvature, Mirror
-        >>> len((Curvature(0.1) >> Mirror() >> Curvature(0.1, back=True)).events)
-        3
+        >>> from firstorder.transport import Chain, Curvature, Mirror
+        >>> chain = Curvature(0.1) >> Mirror() >> Curvature(0.1, back=True)
+        >>> isinstance(chain, Chain), len(chain.events)
+        (True, 3)
     """
 
     events: tuple[Event, ...]
@@ -93,6 +94,11 @@ class Linearised(Event):
 
     Everything passes through it, with an error of second order in the distance from that ray,
     measured by `error`.
+
+    Attributes:
+        event: whose law is a warp.
+        ray: where the move touches it.
+        radius: at which `error` is measured [units of the coordinates].
     """
 
     event: Event
@@ -121,7 +127,22 @@ def _numbered(k: int, event: Event):
 
 
 def require_frame(condition: bool, event: Event, frame: Frame, need: str) -> None:
-    """Refuse a frame that the event does not know how to act on."""
+    """Refuse a frame that the event does not know how to act on.
+
+    Args:
+        condition: whether the event knows the frame.
+        event: that asks.
+        frame: of the light.
+        need: what the event needs, in words.
+
+    Raises:
+        ValueError: if it does not.
+
+    Example:
+        >>> from firstorder.conventions import FLATLAND
+        >>> from firstorder.transport import Mirror, require_frame
+        >>> require_frame(FLATLAND.sense == "incoming", Mirror(), FLATLAND, "incoming light")
+    """
     if not condition:
         name = type(event).__name__
         raise ValueError(
@@ -137,8 +158,8 @@ class Path(eqx.Module):
     Example:
         >>> from firstorder.conventions import FLATLAND_SLOPE
         >>> from firstorder.fields import gaussian
-        >>> from firstorder.transport import Travel
-        >>> path = gaussian((0.0, 0.0), (1.0, 0.1), frame=FLATLAND_SLOPE) >> Travel(2.0)
+        >>> from firstorder.transport import Path, Travel
+        >>> path = Path(gaussian((0.0, 0.0), (1.0, 0.1), frame=FLATLAND_SLOPE)) >> Travel(2.0)
         >>> path.light(2.0, 1.0).item() == path.steps[0](0.0, 1.0).item()
         True
     """

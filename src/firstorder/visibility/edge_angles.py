@@ -37,6 +37,13 @@ class EdgeAngle(eqx.Module):
         hessian: its second derivatives by them.
         jump: of what is seen, below less above the edge. Of visibility that is R07's sign: +1 if
             the blocker covers the angles above, -1 if those below, 0 for an edge that is hidden.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.visibility import EdgeAngle
+        >>> edge = EdgeAngle(jnp.array(0.2), jnp.array([0.5]), jnp.zeros((1, 1)), jnp.array(1.0))
+        >>> edge.first.item()
+        0.5
     """
 
     value: Float[Array, "*b"]
@@ -101,7 +108,7 @@ def edge_at(
 
         gradient = (w e, -1),   hessian by the steps = w^2 (e u^T + u e^T) + bend e e^T,
 
-    and nothing more by the turn.
+    and nothing more by the turn. All are numbers, or arrays that broadcast.
 
     Args:
         angle: local, counter-clockwise [rad].

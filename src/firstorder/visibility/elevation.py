@@ -40,6 +40,8 @@ class Elevation(eqx.Module):
         alpha_v: derivative for a step along e_phi [rad/m].
         distance: D, to the touched point [m].
         phi: azimuth of the slice [rad].
+
+    Reference: R07 §7, eqs. 39-41.
     """
 
     value: Float[Array, "*b"]
@@ -124,7 +126,7 @@ def crease_elevation(
     Args:
         point: p, where the slice meets the edge, in the receiver's frame [m].
         tangent: k, along the edge, of either sign and any length.
-        phi: azimuth of the slice; left out, that of the point [rad].
+        phi: azimuth of the slice, a number or an array; left out, that of the point [rad].
         S: shape operator of the receiver (2, 2); left out, it is flat [1/m].
 
     Raises:
@@ -169,7 +171,7 @@ def contour_elevation_hessian(
         point: the touched point in the receiver's frame [m].
         normal: unit normal there.
         curvature: H; `(I - n n^T) / R` on a sphere of radius R about which n points out [1/m].
-        phi: azimuth of the slice; left out, that of the point [rad].
+        phi: azimuth of the slice, a number or an array; left out, that of the point [rad].
 
     Returns:
         [[alpha_xx, alpha_xy], [alpha_xy, alpha_yy]] [rad/m^2].
@@ -227,7 +229,7 @@ def crease_elevation_hessian(
         point: where the slice meets the edge, in the receiver's frame [m].
         tangent: k, its unit tangent.
         curvature: K, zero for a straight edge [1/m].
-        phi: azimuth of the slice; left out, that of the point [rad].
+        phi: azimuth of the slice, a number or an array; left out, that of the point [rad].
 
     Returns:
         [[alpha_xx, alpha_xy], [alpha_xy, alpha_yy]] [rad/m^2].

@@ -43,6 +43,8 @@ class SplitDerivative(eqx.Module):
     Attributes:
         interior: from transport that changes where it is visible.
         boundary: from edges that move.
+
+    Reference: R07 §6, eq. 31.
     """
 
     interior: Float[Array, "*s"]
@@ -76,6 +78,15 @@ class VisibilityEdges(eqx.Module):
             visible to blocked as angles grow, -1 back, 0 for one that is hidden (whose other
             entries are then of no account, NaN included).
         start: visibility just above the lower end of the horizon, 0 or 1.
+
+    Reference: R07 §6, eqs. 33 and 34.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.visibility import VisibilityEdges, edge_at
+        >>> step = VisibilityEdges(edge_at(jnp.array([0.0]), 0.5, 1.0), jnp.array(1.0))
+        >>> step.visibility(jnp.array([-0.5, 0.5])).tolist()
+        [1.0, 0.0]
     """
 
     edges: EdgeAngle
@@ -115,6 +126,8 @@ def visible_edges(
         horizon: between which light arrives.
         others: how many parameters follow x, on which no edge depends (theta: one).
 
+    Reference: R07 §6.2, and eq. 37 for its signs.
+
     Example:
         >>> import jax.numpy as jnp
         >>> from firstorder.visibility import visible_edges, point_edge_angle
@@ -148,6 +161,13 @@ def autodiff_edges(
             `interval_between`.
         p: where to differentiate.
         horizon: between which light arrives.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.visibility import autodiff_edges
+        >>> ends = lambda p: (jnp.array([-0.25]) - p[0], jnp.array([0.25]) - p[0])
+        >>> autodiff_edges(ends, jnp.zeros(1)).edges.gradient.tolist()
+        [[-1.0], [-1.0]]
     """
     low, high = ends(p)
     angle, sign = signed_edges(low, high, horizon)
@@ -178,7 +198,7 @@ def shading_derivatives(
         edges: as jets in p.
         horizon: between which light arrives; it must not move with p.
         nodes: Gauss-Legendre nodes between neighbouring edges.
-        breaks: angles at which T is not smooth.
+        breaks: angles at which T is not smooth, numbers or arrays of them.
 
     Returns:
         B, B_p and B_pq.
@@ -217,12 +237,21 @@ def shading(
 
     Args:
         T: transport of place, outgoing angle and incoming angle.
-        x: place of the receiver [m].
-        theta: outgoing angle [rad].
+        x: place of the receiver, a number [m].
+        theta: outgoing angle, a number [rad].
         edges: as jets in (x, theta), from `visible_edges`.
         options: those of `shading_derivatives`.
 
     Reference: R07 eqs. 32 and 37; for (35) see `angular_derivative_by_parts`.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.visibility import autodiff_edges, shading
+        >>> ends = lambda p: (jnp.array([-0.5]) - p[0], jnp.array([0.5]) - p[0])
+        >>> edges = autodiff_edges(ends, jnp.zeros(2))
+        >>> B = shading(lambda x, theta, w: jnp.cos(w), 0.0, 0.0, edges)
+        >>> round(B.value.item(), 6)  # 2 (1 - sin 0.5)
+        1.041149
     """
     p = jnp.stack([as_float(x), as_float(theta)])
     return shading_derivatives(lambda p, w: T(p[0], p[1], w), p, edges, **options)
@@ -248,15 +277,25 @@ def angular_derivative_by_parts(
     Valid when: rho depends on theta - omega alone.
 
     Args:
-        L: light of place and angle.
+        L: light of place and angle [radiance of any unit].
         rho: the BRDF, times the cosine if it is to count.
-        x: place of the receiver [m].
-        theta: outgoing angle [rad].
+        x: place of the receiver, a number [m].
+        theta: outgoing angle, a number [rad].
         edges: of visibility.
         horizon: between which light arrives.
         nodes: Gauss-Legendre nodes between neighbouring edges.
 
     Reference: R07 eqs. 32 and 35, which are printed for any T.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.visibility import angular_derivative_by_parts, autodiff_edges
+        >>> ends = lambda p: (jnp.array([-0.5]) - p[0], jnp.array([0.5]) - p[0])
+        >>> edges = autodiff_edges(ends, jnp.zeros(2))
+        >>> L, rho = lambda x, w: 1.0 + 0.0 * w, lambda a: jnp.cos(a)
+        >>> split = angular_derivative_by_parts(L, rho, 0.0, 0.0, edges)
+        >>> abs(split.total.item()) < 1e-9  # the blocker stands in the middle
+        True
     """
     x, theta = as_float(x), as_float(theta)
     edges = edges.known()

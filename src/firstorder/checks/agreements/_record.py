@@ -31,6 +31,11 @@ class Found:
         bound: the largest error that its own arithmetic and step explain; with a standard error,
             the part of it that is not random.
         spread: standard error of a random estimate, 0 for what is not random.
+
+    Example:
+        >>> from firstorder.checks.agreements import Found
+        >>> Found(0.894, bound=1e-3).spread
+        0.0
     """
 
     value: float
@@ -140,6 +145,12 @@ def judged(
 
     Raises:
         ValueError: if the reference is no way that applies.
+
+    Example:
+        >>> from firstorder.checks.agreements import Found, judged
+        >>> ways = {"exact": Found(1.0, 1e-12), "sampled": Found(1.2, 0.0, 0.1), "series": "edges"}
+        >>> [row.verdict for row in judged("E", ways, "exact")]
+        ['reference', 'agrees', 'refused']
     """
     standard = ways.get(reference)
     if not isinstance(standard, Found):

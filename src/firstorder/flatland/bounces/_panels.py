@@ -44,6 +44,11 @@ class Discretization:
         nodes: on each panel.
         smallest: of a panel beside a corner, over the size of its shape.
         halvings: every panel is halved so many times.
+
+    Example:
+        >>> from firstorder.flatland.bounces import Discretization
+        >>> Discretization().finer().nodes
+        10
     """
 
     nodes: int = 8

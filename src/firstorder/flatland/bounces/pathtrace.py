@@ -153,7 +153,19 @@ def path_radiance(
     Returns:
         Mean, standard error and number of paths, for each ray, bands last [W/(m rad)].
 
+    Raises:
+        ValueError: if there are fewer than two paths, or a number is out of its range.
+
     Reference: J12 §4.3, eq. 29.
+
+    Example:
+        >>> import jax
+        >>> import jax.numpy as jnp
+        >>> from firstorder.flatland.bounces import path_radiance
+        >>> from firstorder.flatland.library import scene_a
+        >>> ray = jnp.array([0.0, 0.5]), jnp.array([0.0, 1.0])
+        >>> path_radiance(scene_a(), *ray, key=jax.random.key(0), paths=2).mean.item()  # the lamp's
+        1.0
     """
     check_kind("scene", scene, Scene)
     origin, along = jnp.asarray(origin), jnp.asarray(along)
@@ -190,10 +202,23 @@ def tree_irradiance(
         branches: rays at each vertex, from the receiver on.
         runs: independent trees for each receiver; they give the error bar.
 
+    Returns:
+        Mean, standard error and number of runs, for each receiver [W/m].
+
     Raises:
         ValueError: if there is no branch or there are fewer than two runs.
 
     Reference: J12 §4.2, eq. 28.
+
+    Example:
+        >>> import jax
+        >>> from firstorder.flatland import irradiance, receiver
+        >>> from firstorder.flatland.bounces import tree_irradiance
+        >>> from firstorder.flatland.library import scene_a
+        >>> floor = receiver(scene_a(), 0, 0.5)
+        >>> E = tree_irradiance(scene_a(), floor, key=jax.random.key(0), branches=(64,), runs=16)
+        >>> bool(abs(E.z(irradiance(scene_a(), floor))) < 4.0)
+        True
     """
     check_asked(scene, Scene, at, Receiver)
     if not branches or min(branches) < 1:

@@ -73,6 +73,14 @@ def photon_map(scene: Scene, photons: Photons) -> PhotonMap:
     Args:
         scene: in which they were traced.
         photons: of `trace_photons`, or a part of them.
+
+    Example:
+        >>> import jax
+        >>> from firstorder.flatland.bounces import photon_map, trace_photons
+        >>> from firstorder.flatland.library import scene_c
+        >>> photons = photon_map(scene_c(), trace_photons(scene_c(), jax.random.key(0), 1000, 2))
+        >>> photons.start.shape  # four walls, two sides each
+        (8,)
     """
     table = np.asarray(_arc_tables(scene))
     closed = np.concatenate([np.full(g.count, g.closed) for g in scene.groups])
@@ -204,7 +212,22 @@ def photon_irradiance(
         front: which side.
         s: parameter on it.
 
+    Returns:
+        For each place [W/m].
+
     Reference: J12 §4.4, eq. 30 for a diffuse surface, `L' = f E`.
+
+    Example:
+        >>> import jax
+        >>> import jax.numpy as jnp
+        >>> from firstorder.flatland.bounces import DensityEstimator, photon_irradiance, photon_map
+        >>> from firstorder.flatland.bounces import trace_photons
+        >>> from firstorder.flatland.library import scene_c
+        >>> photons = photon_map(scene_c(), trace_photons(scene_c(), jax.random.key(0), 1000, 2))
+        >>> floor, up, middle = jnp.array([0]), jnp.array([True]), jnp.array([0.5])
+        >>> E = photon_irradiance(photons, DensityEstimator(k=100), floor, up, middle)
+        >>> bool(2.0 < E[0] < 3.0)  # 2 W/m of direct light, and that of the walls
+        True
     """
     curve = 2 * index + jnp.where(front, FRONT, BACK)
     arc = _arc(photons.table[index], s)
@@ -247,7 +270,24 @@ def photon_radiance(
         out: sine and cosine of the direction asked for.
         most: the most photons in a window; more give NaN.
 
+    Returns:
+        For each place, in the direction asked for [W/(m rad)].
+
     Reference: J12 §4.4, eq. 30.
+
+    Example:
+        >>> import jax
+        >>> import jax.numpy as jnp
+        >>> from firstorder.flatland.bounces import DensityEstimator, photon_map, photon_radiance
+        >>> from firstorder.flatland.bounces import trace_photons
+        >>> from firstorder.flatland.library import scene_c
+        >>> photons = photon_map(scene_c(), trace_photons(scene_c(), jax.random.key(0), 1000, 2))
+        >>> half, k = jnp.array([0.5]), DensityEstimator(k=100)
+        >>> grey = lambda out, into: 0.1 + 0.0 * into[0]
+        >>> floor, up, out = jnp.array([0]), jnp.array([True]), (jnp.array([0.0]), jnp.array([1.0]))
+        >>> L = photon_radiance(photons, k, grey, floor, up, half, out)
+        >>> bool(0.2 < L[0] < 0.3)  # a tenth of the irradiance
+        True
     """
     curve = 2 * index + jnp.where(front, FRONT, BACK)
     x = photons.start[curve] + _arc(photons.table[index], s)
@@ -287,7 +327,22 @@ def final_gather(
         rays: from each, in strata of equal cosine.
         key: for a random ray in each; None takes the middle.
 
+    Returns:
+        Irradiance of each receiver [W/m].
+
     Reference: J12 §4.4, Fig. 5.
+
+    Example:
+        >>> import jax
+        >>> from firstorder.flatland import Receiver
+        >>> from firstorder.flatland.bounces import DensityEstimator, final_gather, photon_map
+        >>> from firstorder.flatland.bounces import trace_photons
+        >>> from firstorder.flatland.library import scene_c
+        >>> room, k = scene_c(), DensityEstimator(k=100)
+        >>> photons = photon_map(room, trace_photons(room, jax.random.key(0), 1000, 2))
+        >>> floor = Receiver([(0.5, 0.0)], [0.0], [0])
+        >>> bool(2.2 < final_gather(room, floor, photons=photons, how=k, rays=64)[0] < 2.8)
+        True
     """
     check_asked(scene, Scene, at, Receiver)
     albedo = scene.material.albedo

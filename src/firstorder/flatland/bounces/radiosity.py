@@ -162,6 +162,9 @@ def corner_exponent(albedo: float) -> float:
     Args:
         albedo: of both walls, in (0, 1].
 
+    Returns:
+        A number without unit, [1] for black walls.
+
     Raises:
         ValueError: if the albedo lies outside (0, 1].
 

@@ -35,10 +35,10 @@ class VisualEvents:
 
     Attributes:
         receiver, s, front: the receiver's shape, the parameter on it, and which of its sides.
-        kind: one of `KINDS`.
+        kind: of each, one of `KINDS`, shape (n,).
         near, far: the two edges; of a horizon and of dusk the near one is the receiver itself.
-        visible: whether nothing stands between the receiver and the far edge. Of hidden ones, which
-            `visual_events` gives only if asked to, all jumps are zero.
+        visible: of each, shape (n,), whether nothing stands between the receiver and the far edge.
+            Of hidden ones, which `visual_events` gives only if asked to, all jumps are zero.
         jump_E, jump_E1, jump_E2: as in `IrradianceJumps`.
     """
 

@@ -102,6 +102,9 @@ def jumps_on(
         breaks: places (shape, parameter) at which that radiance jumps.
         front: which side of the shape receives.
 
+    Raises:
+        ValueError: if the scene is traced.
+
     Example:
         >>> from firstorder.flatland import PointLights, Scene, Segments, primitive
         >>> from firstorder.flatland.discontinuities.events import jumps_on

@@ -52,6 +52,15 @@ def arc_length_estimate(samples: Samples) -> Derivatives:
         samples: of `trace_strata`.
 
     Reference: J12 §5.1-5.2, eqs. 37, 39, 48 (the measure of 37 is misprinted).
+
+    Example:
+        >>> from firstorder.flatland import Receiver
+        >>> from firstorder.flatland.estimators import arc_length_estimate, hemicircle_strata
+        >>> from firstorder.flatland.estimators import trace_strata
+        >>> from firstorder.flatland.library import scene_a
+        >>> rays = trace_strata(scene_a(), Receiver((0.0, 0.0), 0.0), where=hemicircle_strata(64))
+        >>> round(arc_length_estimate(rays).value.item(), 2)  # 2 sin(atan 0.5) is 0.89
+        0.86
     """
     a, b = samples.strata.angles, samples.cosine
     met = jnp.isfinite(samples.distance)
@@ -74,6 +83,9 @@ def arc_length_integral(
         at: one receiver.
         radiance: what shapes send out in place of their emission (see `irradiance`).
         nodes: in each gap between silhouettes.
+
+    Raises:
+        ValueError: for a row of receivers, or if `nodes` is not positive.
 
     Example:
         >>> import jax
@@ -139,6 +151,16 @@ def arc_length_sum(
         s: parameters of the points on each shape.
         weights: of the points, one over the density in s.
         radiance: what shapes send out in place of their emission (see `irradiance`).
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.flatland import Receiver
+        >>> from firstorder.flatland.estimators import arc_length_sum
+        >>> from firstorder.flatland.library import scene_a
+        >>> s = jnp.broadcast_to((jnp.arange(16) + 0.5) / 16, (2, 16))
+        >>> at, weights = Receiver((0.0, 0.0), 0.0), jnp.full((2, 16), 1 / 16)
+        >>> round(arc_length_sum(scene_a(), at, s=s, weights=weights).value.item(), 3)
+        0.895
     """
     number = jnp.broadcast_to(jnp.arange(scene.count)[:, None], s.shape).ravel()
     frames = jax.vmap(scene.frame)(number, s.ravel())

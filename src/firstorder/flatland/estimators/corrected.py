@@ -65,7 +65,21 @@ def corrected_estimate(
         halvings: of the angle between two samples, to find an edge.
         sliding: False leaves the two terms out, and gives the limit of `stratified_estimate`.
 
+    Raises:
+        ValueError: for a row of receivers.
+
     Reference: J12 §5, eqs. 47 and 51, corrected.
+
+    Example:
+        >>> from firstorder.flatland import Receiver
+        >>> from firstorder.flatland.estimators import corrected_estimate, hemicircle_strata
+        >>> from firstorder.flatland.estimators import trace_strata
+        >>> from firstorder.flatland.library import scene_a
+        >>> at = Receiver((0.25, 0.0), 0.0)
+        >>> rays = trace_strata(scene_a(), at, where=hemicircle_strata(64))
+        >>> E = corrected_estimate(scene_a(), at, samples=rays, breaks=4)
+        >>> round(E.translation().first.item(), 3)  # the truth, too
+        -0.401
     """
     check_asked_one(scene, Scene, at, Receiver)
     w = 1.0 / samples.distance

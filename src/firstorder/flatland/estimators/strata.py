@@ -33,6 +33,13 @@ class Strata(eqx.Module):
         angles: one direction in each sector [rad].
         weights: inverse density of that direction, so that `sum(weights f(angles))` estimates
             `int f dtheta` [rad].
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.flatland.estimators import Strata
+        >>> whole = Strata(jnp.array([-1.57, 1.57]), jnp.array([0.0]), jnp.array([3.14]))
+        >>> whole.angles.shape
+        (1,)
     """
 
     borders: Float[Array, " n_1"]
@@ -121,6 +128,16 @@ def gap_quadrature(ends: Float[Array, " m_1"], nodes: int) -> Strata:
     Args:
         ends: ends of the gaps, `view(scene, receiver).angles` [rad].
         nodes: in each gap.
+
+    Raises:
+        ValueError: if `nodes` is not positive.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.flatland.estimators import gap_quadrature
+        >>> strata = gap_quadrature(jnp.array([-0.5, 0.0, 0.5]), 8)
+        >>> round(jnp.sum(strata.weights * jnp.cos(strata.angles)).item(), 6)  # 2 sin 0.5
+        0.958851
     """
     t, w = (jnp.asarray(a, ends.dtype) for a in gauss_legendre(nodes))
     half, middle = 0.5 * (ends[1:] - ends[:-1])[:, None], 0.5 * (ends[1:] + ends[:-1])[:, None]
@@ -144,6 +161,17 @@ def trace_strata(
         at: one receiver.
         where: directions.
         radiance: what shapes send out in place of their emission (see `irradiance`).
+
+    Raises:
+        ValueError: for a row of receivers.
+
+    Example:
+        >>> from firstorder.flatland import Receiver
+        >>> from firstorder.flatland.estimators import hemicircle_strata, trace_strata
+        >>> from firstorder.flatland.library import scene_a
+        >>> rays = trace_strata(scene_a(), Receiver((0.0, 0.0), 0.0), where=hemicircle_strata(5))
+        >>> rays.radiance.tolist()  # the lamp is straight above
+        [0.0, 0.0, 1.0, 0.0, 0.0]
     """
     check_asked_one(scene, Scene, at, Receiver)
     along = direction(at.n + where.angles)

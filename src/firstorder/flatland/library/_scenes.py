@@ -32,7 +32,10 @@ def scene_a(radiance: ArrayLike = 1.0) -> Scene:
     Shapes: `floor`, `lamp`.
 
     Args:
-        radiance: of the lamp [W/(m rad)].
+        radiance: of the lamp, a number [W/(m rad)].
+
+    Raises:
+        ValueError: if the radiance is negative.
 
     Reference: J12 §4.1, Fig. 2 (A).
 
@@ -54,9 +57,17 @@ def scene_b(radiance: ArrayLike = 1.0) -> Scene:
     Shapes: `floor`, `lamp`, `blocker`.
 
     Args:
-        radiance: of the lamp [W/(m rad)].
+        radiance: of the lamp, a number [W/(m rad)].
+
+    Raises:
+        ValueError: if the radiance is negative.
 
     Reference: J12 §4.1, Fig. 2 (B).
+
+    Example:
+        >>> from firstorder.flatland.library import scene_b
+        >>> scene_b().named("blocker")
+        (2,)
     """
     blocker = primitive(Segments((-0.2, 0.5), (0.2, 0.5)), name="blocker")
     return Scene.of(_floor(-1.0, 1.0), _lamp(-0.5, 0.5, 1.0, radiance), blocker)
@@ -70,10 +81,18 @@ def scene_c(albedo: ArrayLike = 0.2, intensity: ArrayLike = 1.0) -> Scene:
     Shapes: `floor`, `right`, `ceiling`, `left`, normals inward.
 
     Args:
-        albedo: of the walls.
-        intensity: of the light [W/rad].
+        albedo: of the walls, a number.
+        intensity: of the light, a number [W/rad].
+
+    Raises:
+        ValueError: if a number is negative or the albedo above 1.
 
     Reference: J12 §4.1, Fig. 2 (C).
+
+    Example:
+        >>> from firstorder.flatland.library import scene_c
+        >>> scene_c().points.position.tolist()
+        [[0.5, 0.5]]
     """
     return Scene.of(*_room(albedo), points=PointLights((0.5, 0.5), intensity))
 
@@ -87,11 +106,19 @@ def scene_d(albedo: ArrayLike = 0.2, intensity: ArrayLike = 1.0, radius: ArrayLi
     Shapes: `floor`, `right`, `ceiling`, `left`, and four named `occluder`.
 
     Args:
-        albedo: of walls and occluders.
-        intensity: of the light [W/rad].
-        radius: of the occluders [m].
+        albedo: of walls and occluders, a number.
+        intensity: of the light, a number [W/rad].
+        radius: of the occluders, a number [m].
+
+    Raises:
+        ValueError: if a number is negative, the radius zero or the albedo above 1.
 
     Reference: J12 §4.1, Fig. 2 (D).
+
+    Example:
+        >>> from firstorder.flatland.library import scene_d
+        >>> scene_d().named("occluder")
+        (4, 5, 6, 7)
     """
     centers = as_float([(x, y) for y in (0.25, 0.75) for x in (0.25, 0.75)])
     round_ones = Circles(centers, spread(radius, (4,)))
@@ -119,6 +146,11 @@ def fig14(wall: str = "white") -> Scene:
         ValueError: if it is another word.
 
     Reference: J12 §6.3, Fig. 14.
+
+    Example:
+        >>> from firstorder.flatland.library import fig14
+        >>> [fig14(wall).count for wall in ("white", "black", "none")]
+        [3, 3, 2]
     """
     if wall not in ("white", "black", "none"):
         raise ValueError(f"Argument `wall` must be white, black or none, but is {wall!r}.")
@@ -139,9 +171,17 @@ def fig15(albedo: ArrayLike = 0.5) -> Scene:
     Shapes: `floor`, `right`, two named `ceiling`, `lamp`, `left`, and four named `block`.
 
     Args:
-        albedo: of every surface, the lamp's too.
+        albedo: of every surface, the lamp's too, a number.
+
+    Raises:
+        ValueError: if the albedo is not in [0, 1].
 
     Reference: J12 §6.3, Fig. 15.
+
+    Example:
+        >>> from firstorder.flatland.library import fig15
+        >>> fig15().named("block")
+        (6, 7, 8, 9)
     """
     floor, right, _, left = _room(albedo)
     ceiling = Segments([(1.0, 1.0), (0.4, 1.0)], [(0.6, 1.0), (0.0, 1.0)])
@@ -169,9 +209,17 @@ def r07_fig09(sigma: ArrayLike = 0.5) -> Scene:
     Shapes: `floor`, four named `box`, `circle`.
 
     Args:
-        sigma: of the sky [rad].
+        sigma: of the sky, a number [rad].
+
+    Raises:
+        ValueError: if `sigma` is not positive.
 
     Reference: R07 §6.3, Fig. 9.
+
+    Example:
+        >>> from firstorder.flatland.library import r07_fig09
+        >>> r07_fig09().named("circle")
+        (5,)
     """
     return Scene.of(
         _floor(-3.0, 3.0, 1.0),
@@ -193,7 +241,15 @@ def r07_fig16(pieces: int = 96) -> Scene:
     Args:
         pieces: of the polyline.
 
+    Raises:
+        ValueError: if `pieces` is not positive.
+
     Reference: R07 §9.2, Fig. 16.
+
+    Example:
+        >>> from firstorder.flatland.library import r07_fig16
+        >>> r07_fig16(24).count
+        24
     """
     return _bumpy(bumpy_ground(SineBumps(), -1.0, 1.0, pieces))
 
@@ -210,7 +266,15 @@ def r07_fig17(pieces: int = 160) -> Scene:
     Args:
         pieces: of the polyline.
 
+    Raises:
+        ValueError: if `pieces` is not positive.
+
     Reference: R07 §9.2, Fig. 17.
+
+    Example:
+        >>> from firstorder.flatland.library import r07_fig17
+        >>> r07_fig17(24).count
+        24
     """
     return _bumpy(bumpy_ground(ChirpBumps(), 0.0, 2.0, pieces))
 
@@ -250,6 +314,11 @@ def describe_scene(name: str) -> str:
 
     Raises:
         ValueError: if there is none of that name.
+
+    Example:
+        >>> from firstorder.flatland.library import describe_scene
+        >>> describe_scene("scene_a")
+        'A line light over a line receiver, nothing between them.'
     """
     check_known("name", name, _scenes())
     made = fig14 if name.startswith("fig14_") else _scenes()[name]

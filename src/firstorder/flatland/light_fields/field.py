@@ -263,5 +263,12 @@ class LightField(Field):
 
 
 def facing(frame: Frame) -> float:
-    """+1 if the eye looks along the label of a ray, -1 if against it (outgoing light)."""
+    """+1 if the eye looks along the label of a ray, -1 if against it (outgoing light).
+
+    Example:
+        >>> from firstorder.conventions import FLATLAND
+        >>> from firstorder.flatland.light_fields import facing
+        >>> facing(FLATLAND), facing(FLATLAND.turned())
+        (1.0, -1.0)
+    """
     return 1.0 if frame.sense == "incoming" else -1.0

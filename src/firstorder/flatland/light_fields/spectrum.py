@@ -86,9 +86,10 @@ def spectrum_in(light: LightField, window: Grid) -> StraightEdges:
         >>> from firstorder.conventions import FLATLAND_SLOPE
         >>> from firstorder.fields import Grid
         >>> from firstorder.flatland import Receiver, Scene, Segments, light_field, primitive
+        >>> from firstorder.flatland.light_fields import spectrum_in
         >>> lamp = Scene.of(primitive(Segments((1.0, 2.0), (-1.0, 2.0)), emission=1.0))
         >>> L = light_field(lamp, Receiver((0.0, 0.0), 0.0), frame=FLATLAND_SLOPE)
-        >>> F = L.spectrum_in(Grid.spanning((8, 8), (5.0, 1.0)))
+        >>> F = spectrum_in(L, Grid.spanning((8, 8), (5.0, 1.0)))
         >>> round(F(0.0, 0.0).real.item(), 6)  # a strip of width 2 and height 2
         4.0
     """
@@ -101,7 +102,15 @@ def spectrum_in(light: LightField, window: Grid) -> StraightEdges:
 
 
 def series_in(light: LightField, window: Grid) -> Series:
-    """The Fourier series of a light field on a box, from `spectrum_in` at its harmonics."""
+    """The Fourier series of a light field on a box, from `spectrum_in` at its harmonics.
+
+    Args:
+        light: over slopes, of a scene of straight shapes.
+        window: the box, and how many waves.
+
+    Raises:
+        Refused: if the silhouettes or the light have no closed form: round shapes, angles, skies.
+    """
     F = spectrum_in(light, window)
     axes = [jnp.asarray(window.frequencies(i)) for i in range(2)]
     nodes = jnp.stack(jnp.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 2)

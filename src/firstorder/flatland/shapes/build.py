@@ -37,6 +37,19 @@ def box(low: Any, high: Any, inward: bool = False) -> Segments:
     """Four segments around a rectangle: left, top, right, bottom; a room if normals are `inward`.
 
     An inward box is travelled counter-clockwise: bottom, right, top, left.
+
+    Args:
+        low: the lower left corner, shape (2,) [m].
+        high: the upper right one, shape (2,) [m].
+        inward: whether normals point inward.
+
+    Raises:
+        ValueError: if a side has no length.
+
+    Example:
+        >>> from firstorder.flatland import box
+        >>> box((0.0, 0.0), (2.0, 1.0)).count
+        4
     """
     xp, low, high = hosted(as_float(low), as_float(high))
     (x0, y0), (x1, y1) = low, high

@@ -332,6 +332,13 @@ class Ellipses(Shape):
 
     Raises:
         ValueError: if a semi-axis is not positive or a number is not finite.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.flatland import Ellipses
+        >>> c, _, _ = Ellipses((0.0, 0.0), (2.0, 1.0)).motion(jnp.array([0.25]))
+        >>> c[0, 0].item()
+        2.0
     """
 
     center: Float[Array, "n 2"] = eqx.field(converter=lambda p: rows(p))
@@ -413,6 +420,17 @@ class Curves(Shape):
         cosines: shape (n, K, 2) or (K, 2), from the mean (k = 0) up [m].
         sines: the same shape; sines[0] does nothing [m].
         samples: pieces in which roots are bracketed.
+
+    Raises:
+        ValueError: if both do not have one shape, or a number is not finite.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.flatland import Curves
+        >>> ring = Curves([(0.0, 0.0), (0.0, 1.0)], [(0.0, 0.0), (1.0, 0.0)])
+        >>> c, _, _ = ring.motion(jnp.array(0.0))
+        >>> c.tolist()
+        [[0.0, 1.0]]
     """
 
     cosines: Float[Array, "n k 2"] = eqx.field(converter=lambda c: stack(c))

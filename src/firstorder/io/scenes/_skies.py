@@ -62,7 +62,7 @@ def sky_of(table: TomlTable, folder: str | os.PathLike[str]) -> Any:
 
 
 def read_panorama(path: str | os.PathLike[str], colour: bool = False) -> PanoramaSky:
-    """Reads a panorama as the sky of space; `space.skies` says which way it looks.
+    r"""Reads a panorama as the sky of space; `space.skies` says which way it looks.
 
     Its radiance is the Rec. 709 luminance, in the picture's own unit, or has the bands red, green
     and blue.
@@ -74,6 +74,16 @@ def read_panorama(path: str | os.PathLike[str], colour: bool = False) -> Panoram
     Raises:
         ValueError: one sentence that names the file, if it cannot be read or holds no numbers.
         ModuleNotFoundError: if an .exr file is asked for without the extra `images`.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> import jax.numpy as jnp
+        >>> from firstorder.io import read_panorama
+        >>> file = pathlib.Path(tempfile.mkdtemp(), "sky.hdr")
+        >>> row = bytes([128, 128, 128, 129]) * 4
+        >>> _ = file.write_bytes(b"#?RADIANCE\n\n-Y 2 +X 4\n" + row * 2)
+        >>> round(read_panorama(file)(jnp.array([0.0, 0.6, 0.8])).item(), 2)
+        1.0
     """
     path = pathlib.Path(path)
     try:

@@ -102,6 +102,12 @@ class MapSet(eqx.Module):
 
     Raises:
         ValueError: if the texture leaves [0, 1] by more than rounding.
+
+    Example:
+        >>> from firstorder.imaging import SolidWaves
+        >>> from firstorder.io import MapSet
+        >>> MapSet(texture=SolidWaves([[3.0, 0.0, 0.0]], size=0.25, mean=0.5)).names
+        ('texture',)
     """
 
     texture: ImageTexture | SolidWaves | None = None
@@ -335,6 +341,17 @@ def surface_maps_of(worn: Sequence[tuple[tuple[int, ...], MapSet]]) -> SurfaceMa
 
     Args:
         worn: numbers of primitives, and their maps.
+
+    Raises:
+        ValueError: if a picture of normals or of heights is none that can be used.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.imaging import SolidWaves
+        >>> from firstorder.io import MapSet, surface_maps_of
+        >>> grey = MapSet(texture=SolidWaves([[3.0, 0.0, 0.0]], size=0.25, mean=0.5))
+        >>> surface_maps_of([((0,), grey)]).albedo(jnp.array(0), jnp.zeros(3)).item()
+        0.5
     """
 
     def by_number(name: str, kinds: Any, plain: tuple[float, ...], make: Callable) -> Any:

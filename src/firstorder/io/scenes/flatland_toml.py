@@ -282,12 +282,24 @@ def write_flatland(path: str | os.PathLike[str], scene: Scene) -> None:
 
     Raises:
         ValueError: if the environment is another function.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> from firstorder.flatland.library import scene_b
+        >>> from firstorder.io import read_flatland, write_flatland
+        >>> file = pathlib.Path(tempfile.mkdtemp(), "b.toml")
+        >>> write_flatland(file, scene_b())
+        >>> read_flatland(file).named("blocker")
+        (2,)
     """
     write_text(path, flatland_to_toml(scene))
 
 
 def flatland_to_toml(scene: Scene) -> str:
     """The text that `write_flatland` writes.
+
+    Raises:
+        ValueError: if the environment is one that a file cannot name.
 
     Example:
         >>> from firstorder.flatland import Circles, Scene, primitive

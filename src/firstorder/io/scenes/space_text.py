@@ -25,12 +25,24 @@ def write_space(path: str | os.PathLike[str], space: SpaceFile | Scene) -> None:
 
     Raises:
         ValueError: if the sky is a function that a file cannot name.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> from firstorder.io import read_space, write_space
+        >>> from firstorder.space.library import j12_occluder
+        >>> file = pathlib.Path(tempfile.mkdtemp(), "b.toml")
+        >>> write_space(file, j12_occluder())
+        >>> read_space(file).scene.named("block")
+        (0,)
     """
     write_text(path, space_to_toml(space))
 
 
 def space_to_toml(space: SpaceFile | Scene) -> str:
     """The text that `write_space` writes.
+
+    Raises:
+        ValueError: if the sky is a function that a file cannot name.
 
     Example:
         >>> from firstorder.io import space_to_toml
@@ -134,6 +146,9 @@ def _sky_text(sky: Any) -> str:
 
 def describe_space(space: SpaceFile) -> str:
     r"""Contents of a scene of space: one line for each shape and mesh, the sky and the camera.
+
+    Raises:
+        ValueError: if the sky is a function that a file cannot name.
 
     Example:
         >>> from firstorder.io import describe_space, space_from_toml

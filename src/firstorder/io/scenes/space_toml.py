@@ -107,6 +107,13 @@ class MeshModel:
         name: for `Scene.named`.
         material: arguments of `primitive`, by name.
         uv: at the corners of each face, for pictures, shape (f, 3, 2); or None.
+
+    Example:
+        >>> from firstorder.io import MeshModel
+        >>> from firstorder.space.meshes import mesh
+        >>> one = mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+        >>> MeshModel(one, "leaf", {"albedo": 0.5}).name
+        'leaf'
     """
 
     mesh: Mesh
@@ -183,8 +190,19 @@ def read_space(path: str | os.PathLike[str]) -> SpaceFile:
 def is_space(path: str | os.PathLike[str]) -> bool:
     """Whether a file is a TOML scene that says `dimensions = 3`.
 
+    Args:
+        path: of the file.
+
     Raises:
         ValueError: one sentence, if a .toml file cannot be opened or is no TOML.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> from firstorder.io import is_space, write_text
+        >>> file = pathlib.Path(tempfile.mkdtemp(), "a.toml")
+        >>> write_text(file, "dimensions = 3")
+        >>> is_space(file)
+        True
     """
     path = pathlib.Path(path)
     if path.suffix.lower() != ".toml":
@@ -203,7 +221,7 @@ def _bytes_of(path: pathlib.Path) -> bytes:
 def space_from_toml(
     source: str | bytes, file: str = "scene", folder: str | os.PathLike[str] = "."
 ) -> SpaceFile:
-    """Reads a scene of space from the text of a TOML file.
+    r"""Reads a scene of space from the text of a TOML file.
 
     Args:
         source: the text, or its bytes in UTF-8.
@@ -212,6 +230,12 @@ def space_from_toml(
 
     Raises:
         ValueError: one sentence that names the line and the element.
+
+    Example:
+        >>> from firstorder.io import space_from_toml
+        >>> text = "dimensions = 3\n[[shape]]\nkind = 'sphere'\ncenter = [0, 0, 1]\nradius = 0.5"
+        >>> space_from_toml(text).scene.count
+        1
     """
     text, tables = parsed(source, file)
     lines = lines_of(text)

@@ -33,6 +33,13 @@ class RayFilter(eqx.Module):
         Omega_pix: band limit of the receiver's pixels [cycles/m].
         margin: width of the soft edge on either side of `width`: all of `width` passes, what is
             farther outside than twice the margin does not; 0 for a sharp edge [cycles/m].
+
+    Reference: E11 §4, eq. 10 for the shear.
+
+    Example:
+        >>> from firstorder.shadowfield import RayFilter
+        >>> RayFilter(2.0, 0.5, 4.0, 8.0).contains(2.0, 4.0).item()  # on the middle line
+        True
     """
 
     width: Scalar = eqx.field(converter=as_float)
@@ -156,7 +163,20 @@ def sheared_filter(d1, d2_min, d2_max, Omega_y_max, Omega_pix, margin=0.0) -> Ra
 def axis_aligned_filter(Omega_y_max, Omega_pix, margin=0.0) -> RayFilter:
     """The axis-aligned filter: all frequencies that light and pixels can show.
 
+    Args:
+        Omega_y_max: band limit of the light [cycles/m].
+        Omega_pix: band limit of the receiver's pixels [cycles/m].
+        margin: width of the soft edge [cycles/m].
+
+    Raises:
+        ValueError: if a band limit is not positive.
+
     Reference: E11 Fig. 5 (a).
+
+    Example:
+        >>> from firstorder.shadowfield import axis_aligned_filter
+        >>> axis_aligned_filter(2.0, 8.0).width.item()
+        16.0
     """
     for name, value in (("Omega_y_max", Omega_y_max), ("Omega_pix", Omega_pix)):
         check_positive(name, value)
@@ -183,14 +203,30 @@ def reconstruct_irradiance(
         filter: sheared or simple.
         light: intensity l over `PLANE`; its spectrum ends below `Omega_y_max`.
         x: where on the receiver [m].
-        samples: x_i, y_i and the visibility f_i of the rays, one axis each. Rays to points beyond
-            the ends of the light count: a sheared filter reads them.
+        samples: x_i, y_i and the visibility f_i of the rays, an array of one axis each. Rays to
+            points beyond the ends of the light count: a sheared filter reads them.
         cell: area that one sample of a regular grid stands for [m^2]. Left out, for scattered
             samples, the weights are normalised, as E11 §5 does, and the result is
             `sum w f / sum w`, the share of the light that arrives: h divided by int l.
         block: receivers that are done at once.
 
+    Returns:
+        h, or its share of the light [intensity times m, or no unit].
+
+    Raises:
+        ValueError: if `block` is not positive.
+
     Reference: E11 §4-5, Figs. 6, 8.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.fields import Constant
+        >>> from firstorder.shadowfield import PLANE, axis_aligned_filter, reconstruct_irradiance
+        >>> x, y = (a.ravel() for a in np.meshgrid(np.linspace(-1, 1, 33), np.linspace(-1, 1, 9)))
+        >>> k, even = axis_aligned_filter(1.0, 4.0), Constant(1.0, PLANE)
+        >>> h = reconstruct_irradiance(k, even, np.zeros(1), (x, y, np.ones(x.size)))
+        >>> round(h[0].item(), 9)  # nothing is hidden
+        1.0
     """
     xi, yi, fi = (as_float(s) for s in samples)
     weighed = jax.vmap(light.at)

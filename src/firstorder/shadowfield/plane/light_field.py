@@ -103,6 +103,9 @@ def to_two_planes(d1) -> Move:
     Args:
         d1: distance of the receiver from the light, positive [m].
 
+    Raises:
+        ValueError: if `d1` is not positive.
+
     Reference: E11 §3 and eqs. 11-12 (its inverse is a shear of -1 and a scale of 1 / d1).
 
     Example:
@@ -126,6 +129,11 @@ class FormFactor(Field):
         d1: distance between light and receiver [m].
 
     Reference: E11 eq. 2, whose r(x) is its mean over the light.
+
+    Example:
+        >>> from firstorder.shadowfield import FormFactor
+        >>> FormFactor(2.0)(0.5, 0.5).item()  # straight below: 1 / d1
+        0.5
     """
 
     d1: Scalar = eqx.field(converter=as_float)
@@ -198,7 +206,24 @@ def shadow_irradiance(
 def mean_form_factor(light: Field, d1, lower, upper, nodes: int = 32) -> Field:
     """`r(x) = int K(x, y) l(y) dy / int l(y) dy`: the form factor without its blockers.
 
+    Args:
+        light: intensity over `PLANE`.
+        d1: distance between light and receiver [m].
+        lower: where the light begins [m].
+        upper: where it ends [m].
+        nodes: of the quadrature.
+
+    Raises:
+        ValueError: if `nodes` is not positive.
+
     Reference: E11 eq. 2.
+
+    Example:
+        >>> from firstorder.fields import Constant
+        >>> from firstorder.shadowfield import PLANE, mean_form_factor
+        >>> r = mean_form_factor(Constant(1.0, PLANE), 1.0, -0.75, 0.75)
+        >>> round(r(0.0).item(), 6)  # 2 sin(atan(3/4)) / 1.5
+        0.8
     """
     lit, over = _over_both(light), Integrate("y", lower, upper, nodes)
     total = over(lit).at(jnp.zeros(1))
@@ -221,6 +246,14 @@ def factoring_bound(light: Field, d1, lower, upper, x, nodes: int = 256) -> Floa
         nodes: of the midpoint rule, which the kink where K = r leaves at order 2.
 
     Reference: E11 §3 ("a common approximation"); the bound is ours.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.fields import Constant
+        >>> from firstorder.shadowfield import PLANE, factoring_bound
+        >>> bound = lambda a: factoring_bound(Constant(1.0, PLANE), 1.0, -a, a, np.zeros(1))[0]
+        >>> bool(bound(0.1) / 0.1 < 0.1 * bound(1.0))  # as the square of the light's size
+        True
     """
     x = as_float(x)
     r = mean_form_factor(light, d1, lower, upper)(x)

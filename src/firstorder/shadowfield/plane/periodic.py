@@ -39,6 +39,9 @@ def shadow_harmonic(harmonic, period, open, light: Spectrum, d1, d2) -> Array:
         d1: distance of the receiver from the light [m].
         d2: distance of the bars from the light, less than d1 [m].
 
+    Returns:
+        One complex number.
+
     Raises:
         ValueError: if a length is not positive, `d2 < d1` does not hold or `open` is outside
             [0, 1].
@@ -100,8 +103,23 @@ def coarsest_average_period(tolerance, open, width, d1, d2) -> Scalar:
 
     `p = tolerance (1 - d2/d1) w / (1 - open)`, from `average_occlusion_bound`.
 
+    Args:
+        tolerance: of the irradiance, as a share of the average.
+        open: fraction of a period that is open.
+        width: w of the light [m].
+        d1: distance of the receiver from the light [m].
+        d2: distance of the bars from the light, less than d1 [m].
+
+    Returns:
+        A length on the bars' own plane [m].
+
     Raises:
         ValueError: if `tolerance` is not positive.
+
+    Example:
+        >>> from firstorder.shadowfield import coarsest_average_period
+        >>> round(coarsest_average_period(0.1, 0.5, 1.0, 1.0, 0.5).item(), 9)
+        0.1
     """
     check_positive("tolerance", tolerance)
     return as_float(tolerance) / average_occlusion_bound(1.0, open, width, d1, d2)
@@ -142,7 +160,22 @@ def moire(x, period, d1, d2, other) -> Float[Array, "*n"]:
 
 
 def moire_frequency(period, d1, d2, other) -> Scalar:
-    """Frequency of `moire` along the receiver [cycles/m]: grows without limit for fine bars."""
+    """Frequency of `moire` along the receiver [cycles/m]: grows without limit for fine bars.
+
+    Args:
+        period: of the bars [m].
+        d1: distance of the receiver from the light [m].
+        d2: distance of the bars from the light [m].
+        other: distance that is taken for d2 [m].
+
+    Raises:
+        ValueError: if a length is not positive, or a distance not less than `d1`.
+
+    Example:
+        >>> from firstorder.shadowfield import moire_frequency
+        >>> [moire_frequency(p, 1.0, 0.5, 0.75).item() for p in (0.5, 0.25)]
+        [2.0, 4.0]
+    """
     _check(period, d1, d2, other)
     d1 = as_float(d1)
     slide = jnp.abs(other / (d1 - other) - d2 / (d1 - d2))

@@ -20,7 +20,17 @@ from firstorder.typing import Scalar, as_float
 
 
 class SamplingRates(eqx.Module):
-    """Samples for each metre along the receiver (x) and along the light (y)."""
+    """Samples for each metre along the receiver (x) and along the light (y).
+
+    Attributes:
+        x: [1/m].
+        y: [1/m].
+
+    Example:
+        >>> from firstorder.shadowfield import SamplingRates
+        >>> SamplingRates(6.0, 4.0).x.item()
+        6.0
+    """
 
     x: Scalar = eqx.field(converter=as_float)
     y: Scalar = eqx.field(converter=as_float)
@@ -38,8 +48,18 @@ def wedge_corners(d1, d2_min, d2_max, Omega_g) -> Float[Array, "3 2"]:
         d2_max: distance of the farthest one [m].
         Omega_g: band limit of the blockers on their own planes [cycles/m].
 
+    Returns:
+        Zero and the two other corners, (Omega_x, Omega_y) each [cycles/m].
+
     Raises:
         ValueError: if a distance or the band limit is not positive.
+
+    Reference: E11 App. B.
+
+    Example:
+        >>> from firstorder.shadowfield import wedge_corners
+        >>> wedge_corners(1.0, 0.25, 0.5, 8.0).tolist()
+        [[0.0, 0.0], [2.0, 6.0], [4.0, 4.0]]
     """
     check_positive("Omega_g", Omega_g)
     wedge = Wedge(d2_min, d2_max)
@@ -55,7 +75,7 @@ def receiver_rate(filter: RayFilter, corners: Float[ArrayLike, "3 2"]) -> Scalar
 
     Args:
         filter: sheared or simple.
-        corners: of the wedge (`wedge_corners`).
+        corners: of the wedge (`wedge_corners`) [cycles/m].
 
     Reference: E11 eq. 17, where `Omega_x_max = Omega_g d2_max / d1`, `a = d1 / d2_max - 1`.
 
@@ -76,9 +96,15 @@ def light_rate(filter: RayFilter, corners: Float[ArrayLike, "3 2"]) -> Scalar:
 
     Args:
         filter: sheared or simple.
-        corners: of the wedge (`wedge_corners`).
+        corners: of the wedge (`wedge_corners`) [cycles/m].
 
     Reference: E11 eq. 18, corrected: see `light_rate_of_endless_wedge`.
+
+    Example:
+        >>> from firstorder.shadowfield import light_rate, sheared_filter, wedge_corners
+        >>> k = sheared_filter(1.0, 0.25, 0.5, Omega_y_max=2.0, Omega_pix=16.0)
+        >>> round(light_rate(k, wedge_corners(1.0, 0.25, 0.5, 8.0)).item(), 9)
+        4.0
     """
     return jnp.maximum(*(_height(filter.corners(), s * as_float(corners)) for s in (1.0, -1.0)))
 
@@ -90,6 +116,9 @@ def light_rate_of_endless_wedge(d1, d2_min, d2_max, Omega_y_max) -> Scalar:
     replica's lower edge has slope b where Omega_x < 0, and must pass above the filter's corner
     (-Omega_y_max / a, -Omega_y_max). E11 has a in front of the bracket: `Omega_y_max (1 - a/b)`
     clears the corner on the other side only.
+
+    Raises:
+        ValueError: if a distance or the band limit is not positive.
 
     Reference: E11 eq. 18, corrected.
 
@@ -109,7 +138,17 @@ def sampling_rates(filter: RayFilter, corners: Float[ArrayLike, "3 2"]) -> Sampl
     Replicas shifted along Omega_x miss it by the first rate, whatever their shift along Omega_y;
     the others by the second.
 
+    Args:
+        filter: sheared or simple.
+        corners: of the wedge (`wedge_corners`) [cycles/m].
+
     Reference: E11 App. B.
+
+    Example:
+        >>> from firstorder.shadowfield import sampling_rates, sheared_filter, wedge_corners
+        >>> k = sheared_filter(1.0, 0.25, 0.5, Omega_y_max=2.0, Omega_pix=16.0)
+        >>> round(sampling_rates(k, wedge_corners(1.0, 0.25, 0.5, 8.0)).x.item(), 9)
+        6.0
     """
     return SamplingRates(receiver_rate(filter, corners), light_rate(filter, corners))
 
@@ -122,6 +161,13 @@ def samples_per_receiver(filter: RayFilter, rates: SamplingRates) -> Scalar:
     frequency. In space, with two coordinates each, the count is the square.
 
     Reference: E11 App. B.
+
+    Example:
+        >>> from firstorder.shadowfield import SamplingRates, axis_aligned_filter
+        >>> from firstorder.shadowfield import samples_per_receiver
+        >>> k = axis_aligned_filter(2.0, 8.0)  # 16 by 4 cycles/m
+        >>> samples_per_receiver(k, SamplingRates(32.0, 8.0)).item()
+        4.0
     """
     return rates.x * rates.y / filter.area
 
@@ -136,6 +182,15 @@ def replicas_overlap(filter: RayFilter, corners, rates: SamplingRates, reach: in
         corners: of the wedge (`wedge_corners`).
         rates: of the samples.
         reach: replicas in each direction that are looked at.
+
+    Example:
+        >>> from firstorder.shadowfield import SamplingRates, replicas_overlap, sampling_rates
+        >>> from firstorder.shadowfield import sheared_filter, wedge_corners
+        >>> k = sheared_filter(1.0, 0.25, 0.5, Omega_y_max=2.0, Omega_pix=16.0)
+        >>> wedge = wedge_corners(1.0, 0.25, 0.5, 8.0)
+        >>> enough, few = sampling_rates(k, wedge), SamplingRates(1.0, 1.0)
+        >>> [replicas_overlap(k, wedge, rates, 3) for rates in (enough, few)]
+        [False, True]
     """
     body = np.asarray(filter.corners())
     half = np.asarray(corners)

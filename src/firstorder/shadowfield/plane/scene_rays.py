@@ -31,7 +31,7 @@ def ray_visibility(
     Args:
         scene: the shapes, in metres.
         x: positions on the receiver, broadcast with y [m].
-        y: positions on the light [m].
+        y: positions on the light, broadcast with x [m].
         light_height: of the light's line in the world [m].
         d1: distance of the receiver's line below it [m].
 
@@ -61,7 +61,25 @@ def ray_visibility(
 
 
 def grid_visibility(scene: Scene, grid: Grid, light_height=1.0, d1=1.0) -> Float[Array, "nx ny"]:
-    """Visibility of rays between receiver and light on a grid over (x, y), 0 or 1."""
+    """Visibility of rays between receiver and light on a grid over (x, y), 0 or 1.
+
+    Args:
+        scene: the shapes, in metres.
+        grid: over (x, y).
+        light_height: of the light's line in the world [m].
+        d1: distance of the receiver's line below it [m].
+
+    Raises:
+        ValueError: if `d1` is not positive.
+
+    Example:
+        >>> from firstorder.fields import Grid
+        >>> from firstorder.flatland import Scene, Segments, primitive
+        >>> from firstorder.shadowfield import grid_visibility
+        >>> scene = Scene.of(primitive(Segments((0.0, 0.5), (1.0, 0.5))))
+        >>> grid_visibility(scene, Grid((2, 2), (0.5, 0.5))).tolist()
+        [[1.0, 0.0], [0.0, 0.0]]
+    """
     x, y = (jnp.asarray(grid.axis(i)) for i in range(2))
     return ray_visibility(scene, x[:, None], y, light_height, d1)
 
@@ -69,7 +87,26 @@ def grid_visibility(scene: Scene, grid: Grid, light_height=1.0, d1=1.0) -> Float
 def ray_visibility_by_slope(
     scene: Scene, y: ArrayLike, v: ArrayLike, light_height=1.0, d1=1.0
 ) -> Float[Array, "*r"]:
-    """Visibility of rays by (y, v): position on the light, and offset for each metre down."""
+    """Visibility of rays by (y, v): position on the light, and offset for each metre down.
+
+    Args:
+        scene: the shapes, in metres.
+        y: positions on the light, broadcast with v [m].
+        v: offsets for each metre down, broadcast with y.
+        light_height: of the light's line in the world [m].
+        d1: distance of the receiver's line below it [m].
+
+    Raises:
+        ValueError: if `d1` is not positive.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.flatland import Scene, Segments, primitive
+        >>> from firstorder.shadowfield import ray_visibility_by_slope
+        >>> scene = Scene.of(primitive(Segments((0.0, 0.5), (1.0, 0.5))))
+        >>> ray_visibility_by_slope(scene, jnp.array([0.25, -0.25]), 0.0).tolist()
+        [0.0, 1.0]
+    """
     y, v = jnp.broadcast_arrays(as_float(y), as_float(v))
     return ray_visibility(scene, y + d1 * v, y, light_height, d1)
 
@@ -105,7 +142,14 @@ def _visible_length(scene: Scene, x, light_height=1.0, d1=1.0) -> Float[Array, "
 def visible_lengths(
     scene: Scene, x: Float[ArrayLike, " n"], light_height=1.0, d1=1.0
 ) -> Float[Array, " n"]:
-    """Length of the light that each of many receivers sees [m]."""
+    """Length of the light that each of many receivers sees [m].
+
+    Args:
+        scene: the shapes, of which one is named "light", along +x.
+        x: positions on the receiver [m].
+        light_height: of the light's line in the world [m].
+        d1: distance of the receiver's line below it [m].
+    """
     return jax.vmap(lambda x: _visible_length(scene, x, light_height, d1))(as_float(x))
 
 
@@ -116,6 +160,15 @@ def depth_range(scene: Scene, light_height=1.0, samples: int = 65) -> tuple[floa
         scene: concrete shapes.
         light_height: of the light in the world [m].
         samples: points on each shape; ends are among them.
+
+    Returns:
+        The least and the largest one [m].
+
+    Example:
+        >>> from firstorder.flatland import Scene, Segments, primitive
+        >>> from firstorder.shadowfield import depth_range
+        >>> depth_range(Scene.of(primitive(Segments((0.0, 0.25), (1.0, 0.75)))))
+        (0.25, 0.75)
     """
     own = [_only(scene, name) for name in ("floor", "light")]
     others = [i for i in range(scene.count) if i not in own]

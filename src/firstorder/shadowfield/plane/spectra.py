@@ -45,6 +45,9 @@ def blocker_spectrum(G: Spectrum, d2, window: Spectrum) -> Spectrum:
         d2: distance of that plane from the light [m].
         window: spectrum W of the window over v.
 
+    Raises:
+        ValueError: if `d2` is not positive.
+
     Reference: E11 eqs. 3, 13, 14.
 
     Example:
@@ -74,7 +77,19 @@ def two_plane_spectrum(F: Spectrum, d1) -> Spectrum:
         F: spectrum of the shadow light field over (y, v).
         d1: distance of the receiver from the light [m].
 
+    Raises:
+        ValueError: if `d1` is not positive.
+
     Reference: E11 eqs. 4, 15, 16 (there F stands in the order (v, y)).
+
+    Example:
+        >>> from firstorder.conventions import Frame
+        >>> from firstorder.fields import gaussian
+        >>> from firstorder.shadowfield import two_plane_spectrum
+        >>> F = gaussian((0.0, 0.0), (1.0, 1.0), frame=Frame(("y", "v"))).spectrum()
+        >>> H = two_plane_spectrum(F, 2.0)
+        >>> bool(abs(H(0.1, 0.2) - 2.0 * F(0.3, 0.2)) < 1e-6)
+        True
     """
     return to_two_planes(d1)(F)
 
@@ -91,6 +106,14 @@ class ShadowSpectrum(Spectrum):
         nodes: of the rule.
 
     Reference: E11 eq. 5.
+
+    Example:
+        >>> from firstorder.fields import GaussianProfile, Separable, gaussian
+        >>> from firstorder.shadowfield import PLANE, TWO_PLANES, ShadowSpectrum
+        >>> F = gaussian((0.0, 0.0), (0.5, 0.5), frame=TWO_PLANES).spectrum()
+        >>> light = Separable([0.0], (GaussianProfile(0.5, "y", PLANE),)).spectrum()
+        >>> bool(abs(ShadowSpectrum(F, light, 4.0)(0.0)) > 0.5)
+        True
     """
 
     F: Spectrum
@@ -119,6 +142,9 @@ class PlanarShadowSpectrum(Spectrum):
         d2: distance of the blockers from the light, positive [m].
 
     Valid when: blockers and receiver are parallel to the light, the form factor is left out.
+
+    Raises:
+        ValueError: if a distance is not positive.
 
     Reference: E11 eqs. 6-8 (after Soler and Sillion 1998).
 
@@ -230,7 +256,7 @@ def power_spectrum(
     """Spectral energy of samples on the grid's own frequencies: `|F|^2`, whose sum is the energy.
 
     Args:
-        samples: values on `grid`.
+        samples: values on `grid`, shape `grid.size`.
         grid: where they lie.
         tapered: under a Hann window, which smears each frequency over two neighbours on each side
             and hides that the samples end; without it the ends of the grid add a bright cross.
@@ -238,6 +264,17 @@ def power_spectrum(
 
     Returns:
         Energies at `grid.frequencies(i)`; their sum is the energy of the (tapered) samples.
+
+    Raises:
+        ValueError: if the samples do not fit the grid.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.fields import Grid
+        >>> from firstorder.shadowfield import power_spectrum
+        >>> wave = np.cos(2.0 * np.pi * np.arange(8) / 8)
+        >>> power_spectrum(wave, Grid((8,), (0.5,)), tapered=False).round(9).tolist()
+        [0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0]
     """
     check_shape("samples", samples, grid.size)
     f, weight = jnp.asarray(samples), jnp.ones(())
@@ -253,7 +290,18 @@ def power_spectrum(
 
 
 def energy_outside(energy: Array, inside: Array) -> Scalar:
-    """Share of spectral energy at frequencies that are not `inside`."""
+    """Share of spectral energy at frequencies that are not `inside`.
+
+    Args:
+        energy: as `power_spectrum` gives it, an array.
+        inside: truth values, an array of the same shape.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.shadowfield import energy_outside
+        >>> energy_outside(jnp.array([1.0, 2.0, 1.0]), jnp.array([False, True, True])).item()
+        0.25
+    """
     return jnp.sum(jnp.where(inside, 0.0, energy)) / jnp.sum(energy)
 
 
@@ -261,8 +309,18 @@ def zero_outside(samples: Array | np.ndarray, inside: Array) -> Float[Array, "nx
     """The samples with all frequencies set to zero that are not `inside` (E11 Fig. 7 (d), (e)).
 
     Args:
-        samples: values on a grid, taken periodic.
-        inside: at `grid.frequencies(i)`, symmetric about zero.
+        samples: values on a grid, shape (nx, ny), taken periodic.
+        inside: truth values at `grid.frequencies(i)`, of that shape and symmetric about zero.
+
+    Raises:
+        ValueError: if both do not have one shape.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.shadowfield import zero_outside
+        >>> mean = jnp.zeros((2, 2), bool).at[1, 1].set(True)  # frequency zero alone
+        >>> zero_outside(jnp.array([[1.0, 0.0], [0.0, 1.0]]), mean).tolist()
+        [[0.5, 0.5], [0.5, 0.5]]
     """
     check_shape("samples", samples, inside.shape)
     F = jnp.fft.fftshift(jnp.fft.fftn(jnp.asarray(samples)))

@@ -43,6 +43,16 @@ def blocker_depths(
         below the lamp.
 
     Reference: E11 §5 and §7.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.shadowfield import blocker_depths, lamp_frame, trace_shadow_rays
+        >>> def half(a, b):  # a sheet half way up hides all
+        ...     return np.full(len(a), 0.5), np.full(len(a), 0.5)
+        >>> lamp, floor = lamp_frame((0, 0, 2), (0, 0.5, 0), (0.5, 0, 0)), np.zeros((1, 3))
+        >>> table, _ = trace_shadow_rays(lamp, floor, 4, half)
+        >>> [depth.tolist() for depth in blocker_depths(lamp, table, floor, 0.1)]
+        [[1.0], [1.0]]
     """
     places = _places(table)
     return where_below(
@@ -121,7 +131,17 @@ def smooth_depths(
         far: of last ones, minus infinity for none [m].
         radius: in pixels.
 
+    Raises:
+        ValueError: if `radius` is not positive.
+
     Reference: E11 §7 names the ringing and this cure.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.shadowfield import smooth_depths
+        >>> near, far = smooth_depths(np.full((3, 3), 0.5), np.full((3, 3), 0.75), 1)
+        >>> near[1, 1].item(), far[1, 1].item()
+        (0.5, 0.75)
     """
     check_positive("radius", radius)
     size = 2 * radius + 1

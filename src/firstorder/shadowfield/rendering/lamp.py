@@ -16,6 +16,14 @@ def below(lamp: LampFrame, receivers: Float[np.ndarray, "m 3"]) -> Bool[np.ndarr
     Args:
         lamp: the lamp.
         receivers: in the world [m].
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.shadowfield import lamp_frame
+        >>> from firstorder.shadowfield.rendering import below
+        >>> lamp = lamp_frame((0, 0, 2), (0, 0.5, 0), (0.5, 0, 0))
+        >>> below(lamp, np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 3.0]])).tolist()
+        [True, False]
     """
     some = np.all(np.isfinite(receivers), 1)
     return some & (lamp.local(np.where(some[:, None], receivers, lamp.center))[:, 2] > 0.0)

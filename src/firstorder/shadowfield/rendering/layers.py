@@ -114,6 +114,16 @@ def layered_shadow(
         ValueError: if `rule` is none of the three.
 
     Reference: E11 §8 proposes several light fields and leaves open how they go together.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.shadowfield import lamp_frame, layered_shadow, trace_shadow_rays
+        >>> def free(a, b):
+        ...     return np.full(len(a), np.inf), np.full(len(a), -np.inf)
+        >>> lamp, floor = lamp_frame((0, 0, 2), (0, 0.5, 0), (0.5, 0, 0)), np.zeros((1, 3))
+        >>> table, _ = trace_shadow_rays(lamp, floor, 4, free)
+        >>> layered_shadow(lamp, table, floor, 1.0, 1.0, 0.1).tolist()
+        [1.0]
     """
     if rule not in ("covariance", "product", "minimum"):
         raise ValueError(

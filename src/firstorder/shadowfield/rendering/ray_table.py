@@ -40,6 +40,13 @@ class RayTable(NamedTuple):
         near: depth below the lamp of the first surface that hides it, infinity for a free ray [m].
         far: of the last one, minus infinity for a free ray [m].
         start: depth below the lamp of the receiver that it was traced from [m].
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.shadowfield import RayTable
+        >>> far, none = np.full(1, -np.inf), np.full(1, np.inf)
+        >>> RayTable(np.zeros((1, 2)), np.zeros((1, 2)), none, far, np.ones(1)).free.tolist()
+        [True]
     """
 
     y: Float[np.ndarray, "n 2"]
@@ -85,6 +92,16 @@ def trace_shadow_rays(
 
     Raises:
         ValueError: if receivers that rays are asked for are nowhere or not below the lamp.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.shadowfield import lamp_frame, trace_shadow_rays
+        >>> def free(a, b):
+        ...     return np.full(len(a), np.inf), np.full(len(a), -np.inf)
+        >>> lamp = lamp_frame((0, 0, 2), (0, 0.5, 0), (0.5, 0, 0))
+        >>> table, whose = trace_shadow_rays(lamp, np.zeros((1, 3)), 4, free)
+        >>> table.start.tolist(), whose.tolist()
+        ([2.0, 2.0, 2.0, 2.0], [0, 0, 0, 0])
     """
     rng = np.random.default_rng(seed)
     m = len(receivers)

@@ -45,6 +45,9 @@ def rays_per_pixel(
         half: half edges of the lamp [m].
         margin: blockers nearer to the receiver than this share of d1 count as that near.
 
+    Raises:
+        ValueError: if `Omega_y` or `pixel` is not positive.
+
     Reference: E11 App. B, eqs. 17-18 (the latter corrected, see `rates`).
 
     Example:

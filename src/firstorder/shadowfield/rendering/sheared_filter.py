@@ -97,6 +97,9 @@ def depths_under_filter(
     Returns:
         As `blocker_depths`, for `sheared_shadow`.
 
+    Raises:
+        ValueError: if `widest` is not positive.
+
     Reference: ours; E11 §5 and §7 take the pixel's frustum, and name artifacts of its bounds.
 
     Example:
@@ -187,7 +190,20 @@ def sheared_shadow(
             better where rays are many, or `smooth_depths`; by default those of `blocker_depths`.
         weights: of the rays: what each stands for where they are not equally dense; None for 1.
 
+    Raises:
+        ValueError: if `cells` is not positive.
+
     Reference: E11 §5; the cells, and bounds from first and last blockers, are ours.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.shadowfield import lamp_frame, sheared_shadow, trace_shadow_rays
+        >>> def free(a, b):
+        ...     return np.full(len(a), np.inf), np.full(len(a), -np.inf)
+        >>> lamp, floor = lamp_frame((0, 0, 2), (0, 0.5, 0), (0.5, 0, 0)), np.zeros((1, 3))
+        >>> table, _ = trace_shadow_rays(lamp, floor, 4, free)
+        >>> sheared_shadow(lamp, table, floor, 1.0, 0.1, np.ones(1)).visible.tolist()
+        [1.0]
     """
     check_positive("cells", cells)
     share = cell_shares(cells, falloff)

@@ -108,7 +108,10 @@ def irradiance_by_azimuth(
 ) -> AzimuthalIntegral:
     """Irradiance from a sky of radiance one behind blockers, with its gradient.
 
-    The same as `visibility_by_azimuth` with the cosine; arguments and errors are its own.
+    The same as `visibility_by_azimuth` with the cosine; its arguments mean the same.
+
+    Raises:
+        ValueError: for a row of receivers, and as `visibility_by_azimuth`.
 
     Example:
         >>> from firstorder.space import Scene, receiver, sphere, primitive

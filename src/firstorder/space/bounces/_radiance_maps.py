@@ -71,6 +71,13 @@ class RadianceMaps(eqx.Module):
         scene: whose faces these are.
         L: for each face a value in each cell, rows along its second coordinate; bands last
             [W/(m^2 sr)].
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.space.bounces import RadianceMaps
+        >>> from firstorder.space.library import j12_box
+        >>> RadianceMaps(j12_box(), jnp.ones((4, 2, 2))).L.shape
+        (4, 2, 2)
     """
 
     BANDED: ClassVar = {"L": 3}
@@ -221,6 +228,14 @@ def refine_maps(maps: RadianceMaps, cells: int) -> RadianceMaps:
     Args:
         maps: of any number of cells, at least 2.
         cells: along each side of each face.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.space.bounces import RadianceMaps, refine_maps
+        >>> from firstorder.space.library import j12_box
+        >>> coarse = RadianceMaps(j12_box(), jnp.ones((4, 2, 2)))
+        >>> refine_maps(coarse, 8).L.shape
+        (4, 8, 8)
     """
     k = maps.L.shape[1]
     u = (np.arange(cells) + 0.5) / cells * k - 0.5

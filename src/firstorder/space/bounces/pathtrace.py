@@ -169,6 +169,15 @@ def path_radiance(
         ValueError: as in `path_irradiance`.
 
     Reference: J12 §4.3, eq. 29, in space.
+
+    Example:
+        >>> import jax
+        >>> import jax.numpy as jnp
+        >>> from firstorder.space.bounces import path_radiance
+        >>> from firstorder.space.library import j12_box
+        >>> up, key = (jnp.full(3, 0.5), jnp.array([0.0, 0.0, 1.0])), jax.random.key(0)
+        >>> path_radiance(j12_box(), *up, key=key, paths=2, bounces=0).mean.item()  # the light
+        1.0
     """
     check_kind("scene", scene, Scene)
     origin, along = (jnp.asarray(a, dtype=jnp.result_type(float)) for a in (origin, along))

@@ -37,6 +37,14 @@ class Samples(eqx.Module):
         normal: of the seen side; opposite to the direction where nothing is seen.
         cosine: between that normal and the way back, positive.
         index: number of what is seen, -1 for nothing.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.space.estimators import Samples, hemisphere_strata
+        >>> cells, one = hemisphere_strata(2, 4), jnp.ones((2, 4))
+        >>> sky = Samples(cells, one, jnp.inf * one, -cells.directions, one, -jnp.ones((2, 4), int))
+        >>> round(jnp.sum(sky.radiance * cells.projected).item(), 6)  # pi
+        3.141593
     """
 
     strata: Strata
@@ -174,6 +182,16 @@ def surface_area_estimate(samples: Samples) -> Derivatives:
         samples: of `gather_samples`.
 
     Reference: J12 §7.1-7.2, eqs. 56-58, 65, 66.
+
+    Example:
+        >>> from firstorder.space import receiver
+        >>> from firstorder.space.estimators import hemisphere_strata, surface_area_estimate
+        >>> from firstorder.space.estimators import trace_strata
+        >>> from firstorder.space.library import j12_box
+        >>> at = receiver((0.5, 0.5, 0.0), on=0)
+        >>> rays = trace_strata(j12_box(), at, where=hemisphere_strata(16, 32))
+        >>> round(surface_area_estimate(rays).value.item(), 2)
+        0.2
     """
     b, where = samples.cosine, samples.strata
     faces = b > 0.0
@@ -240,6 +258,16 @@ def stratified_estimate(samples: Samples) -> Derivatives:
         E with derivatives. The value is that of constant radiance in each cell (J12 61).
 
     Reference: J12 §7.1, eqs. 59-64 (62-64 are misprinted).
+
+    Example:
+        >>> from firstorder.space import receiver
+        >>> from firstorder.space.estimators import hemisphere_strata, stratified_estimate
+        >>> from firstorder.space.estimators import trace_strata
+        >>> from firstorder.space.library import j12_box
+        >>> at = receiver((0.5, 0.5, 0.0), on=0)
+        >>> rays = trace_strata(j12_box(), at, where=hemisphere_strata(16, 32))
+        >>> round(stratified_estimate(rays).value.item(), 2)
+        0.2
     """
     value, turn, twice = _turning(samples)
     step, mixed = _swept(samples)

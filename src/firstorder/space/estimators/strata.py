@@ -29,6 +29,16 @@ class Strata(eqx.Module):
         directions: one in each cell, in the receiver's frame; leading axes are receivers.
         weights: inverse density of that direction, so that `sum(weights f(directions))` estimates
             `int f dw` [sr].
+
+    Reference: J12 §7.1, eq. 61 for `projected`.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.space.estimators import Strata
+        >>> theta, phi = jnp.array([0.0, 1.5707963]), jnp.array([0.0, 6.2831853])
+        >>> up = jnp.array([[[0.0, 0.0, 1.0]]])
+        >>> round(Strata(theta, phi, up, jnp.ones((1, 1))).projected[0, 0].item(), 4)  # pi
+        3.1416
     """
 
     theta: Float[Array, " m_1"]

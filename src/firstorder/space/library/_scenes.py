@@ -36,7 +36,7 @@ def j12_box(wall: str = "black", radiance: ArrayLike = 1.0) -> Scene:
 
     Args:
         wall: "black", or "none" for no right wall.
-        radiance: of the light [W/(m^2 sr)].
+        radiance: of the light, a number [W/(m^2 sr)].
 
     Raises:
         ValueError: for another wall.
@@ -61,10 +61,18 @@ def j12_occluder(wall: str = "black", albedo: ArrayLike = 0.5, radiance: ArrayLi
 
     Args:
         wall: "black", or "none" for no right wall.
-        albedo: of the block.
-        radiance: of the light [W/(m^2 sr)].
+        albedo: of the block, a number.
+        radiance: of the light, a number [W/(m^2 sr)].
+
+    Raises:
+        ValueError: for another wall, or if a number is out of its range.
 
     Reference: J12 §8, Figs. 17 (right), 19 and 20.
+
+    Example:
+        >>> from firstorder.space.library import j12_occluder
+        >>> j12_occluder().named("block")
+        (0,)
     """
     block = box((0.35, 0.35, 0.0), (0.55, 0.65, 0.25))
     return Scene.of(*_box(wall, radiance), primitive(block, name="block", albedo=albedo))
@@ -110,11 +118,19 @@ def clutter(albedo: ArrayLike = 0.5, radiance: ArrayLike = 1.0, seed: int = 4) -
     Shapes: `floor`, `wall` (4), `ceiling`, `light`, `primitive` (9 boxes and 3 balls).
 
     Args:
-        albedo: of everything but the light.
-        radiance: of the light [W/(m^2 sr)].
+        albedo: of everything but the light, a number.
+        radiance: of the light, a number [W/(m^2 sr)].
         seed: of sizes and turns.
 
+    Raises:
+        ValueError: if the radiance is negative, or the albedo not in [0, 1].
+
     Reference: none; J12 §8 names scenes of moderate complexity as future work.
+
+    Example:
+        >>> from firstorder.space.library import clutter
+        >>> clutter().count
+        19
     """
     rng = np.random.default_rng(seed)
     things = [_floor(albedo), *_walls(albedo), _lamp((0.5, 0.5, 0.99), 0.2, radiance)]
@@ -140,10 +156,18 @@ def tables(albedo: ArrayLike = 0.6, radiance: ArrayLike = 1.0) -> Scene:
     Shapes: `floor`, `wall` (4), `ceiling`, `light`, `table` (15 boxes).
 
     Args:
-        albedo: of everything but the lamp.
-        radiance: of the lamp [W/(m^2 sr)].
+        albedo: of everything but the lamp, a number.
+        radiance: of the lamp, a number [W/(m^2 sr)].
+
+    Raises:
+        ValueError: if the radiance is negative, or the albedo not in [0, 1].
 
     Reference: none; J12 §8 names scenes of moderate complexity as future work.
+
+    Example:
+        >>> from firstorder.space.library import tables
+        >>> len(tables().named("table"))
+        15
     """
     up = rectangle((0.5, 0.5, 0.5), (0.1, 0.0, 0.0), (0.0, 0.1, 0.0))
     things = [_floor(albedo), *_walls(albedo), primitive(up, name="light", emission=radiance)]
@@ -183,11 +207,19 @@ def sphere_over_plane(height: ArrayLike = 1.0, radius: ArrayLike = 0.5, sky: Any
     Shapes: `floor` (the plane z = 0), `sphere` (its centre above the origin).
 
     Args:
-        height: of the centre [m].
-        radius: [m].
+        height: of the centre, a number [m].
+        radius: a number [m].
         sky: radiance of the environment [W/(m^2 sr)], a number or a function of direction.
 
+    Raises:
+        ValueError: if the radius is not positive, or the sky's radiance negative.
+
     Reference: R07 §7, Fig. 12.
+
+    Example:
+        >>> from firstorder.space.library import sphere_over_plane
+        >>> sphere_over_plane().count
+        2
     """
     up = as_float(height)
     ball = sphere(jnp.stack([0.0 * up, 0.0 * up, up]), radius)
@@ -205,7 +237,15 @@ def three_spheres(sky: Any = 1.0) -> Scene:
     Args:
         sky: radiance of the environment [W/(m^2 sr)], a number or a function of direction.
 
+    Raises:
+        ValueError: if the sky's radiance is negative.
+
     Reference: R07 §8, Fig. 13.
+
+    Example:
+        >>> from firstorder.space.library import three_spheres
+        >>> len(three_spheres().named("sphere"))
+        3
     """
     places = (((-0.45, 0.1, 0.5), 0.5), ((0.45, -0.35, 0.6), 0.35), ((0.35, 0.55, 0.35), 0.25))
     balls = [primitive(sphere(center, r), name="sphere") for center, r in places]
@@ -220,7 +260,13 @@ def _ground() -> Primitive:
 
 
 def scene_names() -> tuple[str, ...]:
-    """Names of all scenes."""
+    """Names of all scenes.
+
+    Example:
+        >>> from firstorder.space.library import scene_names
+        >>> scene_names()[:2]
+        ('j12_box', 'j12_occluder')
+    """
     return tuple(_makers())
 
 
@@ -229,6 +275,11 @@ def describe_scene(name: str) -> str:
 
     Raises:
         ValueError: if there is no such scene.
+
+    Example:
+        >>> from firstorder.space.library import describe_scene
+        >>> describe_scene("sphere_over_plane")
+        'A sphere over a plane, under the sky: the scene whose net visibility has a closed form.'
     """
     return (_maker(name).__doc__ or "").partition("\n")[0]
 

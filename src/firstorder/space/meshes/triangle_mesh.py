@@ -92,6 +92,12 @@ def mesh(vertices: Any, faces: Any) -> Mesh:
 
     Raises:
         ValueError: if a face names a vertex that is not there, or nothing is left.
+
+    Example:
+        >>> from firstorder.space.meshes import mesh
+        >>> square = mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+        >>> square.count, square.area.item()
+        (2, 1.0)
     """
     v, f = as_float(vertices), np.asarray(faces)
     if v.ndim != 2 or v.shape[1] != 3 or not v.shape[0]:

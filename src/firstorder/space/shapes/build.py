@@ -29,7 +29,7 @@ def sphere(center: Any, radius: ArrayLike) -> Ellipsoids:
 
     Args:
         center: shape (3,) [m].
-        radius: positive [m].
+        radius: a positive number [m].
 
     Raises:
         ValueError: if the radius is not positive.
@@ -45,7 +45,18 @@ def sphere(center: Any, radius: ArrayLike) -> Ellipsoids:
 
 
 def ellipsoid(center: Any, axes: Any) -> Ellipsoids:
-    """An ellipsoid from its three semi-axes, the columns of `axes` [m]."""
+    """An ellipsoid from its three semi-axes, the columns of `axes` [m].
+
+    Args:
+        center: shape (3,) [m].
+        axes: shape (3, 3) [m].
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.space import ellipsoid
+        >>> ellipsoid((0.0, 0.0, 2.0), jnp.diag(jnp.array([1.0, 2.0, 0.5]))).count
+        1
+    """
     return Ellipsoids(center, axes)
 
 
@@ -69,7 +80,21 @@ def box(low: Any, high: Any) -> Boxes:
 
 
 def cylinder(base: Any, top: Any, radius: ArrayLike) -> Cylinders:
-    """A round cylinder with caps from the middle of its base to that of its top [m]."""
+    """A round cylinder with caps from the middle of its base to that of its top [m].
+
+    Args:
+        base: shape (3,) [m].
+        top: shape (3,) [m].
+        radius: a positive number [m].
+
+    Raises:
+        ValueError: if the radius or the length is not positive.
+
+    Example:
+        >>> from firstorder.space import cylinder
+        >>> cylinder((0.0, 0.0, 0.0), (0.0, 0.0, 2.0), 0.5).center.tolist()
+        [[0.0, 0.0, 1.0]]
+    """
     check_positive("radius", radius)
     _, base, top, r = hosted(as_float(base), as_float(top), as_float(radius))
     r = nan_unless(r > 0.0, r)
@@ -81,7 +106,21 @@ def cylinder(base: Any, top: Any, radius: ArrayLike) -> Cylinders:
 
 
 def disc(center: Any, normal: Any, radius: ArrayLike) -> Discs:
-    """A round disc whose front looks along `normal` [m]."""
+    """A round disc whose front looks along `normal` [m].
+
+    Args:
+        center: shape (3,) [m].
+        normal: of any length but zero, shape (3,).
+        radius: a positive number [m].
+
+    Raises:
+        ValueError: if the radius is not positive or the normal has no length.
+
+    Example:
+        >>> from firstorder.space import disc
+        >>> disc((0.0, 0.0, 1.0), (0.0, 0.0, -1.0), 0.5).count
+        1
+    """
     check_positive("radius", radius)
     normal = as_float(normal)
     _check_long("normal", normal)
@@ -109,13 +148,40 @@ def rectangle(center: Any, u: Any, v: Any) -> Rectangles:
 
 
 def triangle(a: Any, b: Any, c: Any) -> Triangles:
-    """A triangle; seen from its front the corners follow each other counter-clockwise [m]."""
+    """A triangle; seen from its front the corners follow each other counter-clockwise [m].
+
+    Args:
+        a: a corner, shape (3,) [m].
+        b: the next one, likewise [m].
+        c: the last one, likewise [m].
+
+    Raises:
+        ValueError: if the corners lie on a line.
+
+    Example:
+        >>> from firstorder.space import triangle
+        >>> triangle((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)).count
+        1
+    """
     a = as_float(a)
     return Triangles(a, _spanned(as_float(b) - a, as_float(c) - a))
 
 
 def plane(point: Any, normal: Any) -> Planes:
-    """A plane through a point, whose front looks along `normal`."""
+    """A plane through a point, whose front looks along `normal`.
+
+    Args:
+        point: any of it, shape (3,) [m].
+        normal: of any length but zero, shape (3,).
+
+    Raises:
+        ValueError: if the normal has no length.
+
+    Example:
+        >>> from firstorder.space import plane
+        >>> plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)).count
+        1
+    """
     normal = as_float(normal)
     _check_long("normal", normal)
     return Planes(point, frame_along(normal))
@@ -132,6 +198,11 @@ def polygon(vertices: Any) -> Triangles:
 
     Raises:
         ValueError: if there are fewer than three, or they do not lie in a plane.
+
+    Example:
+        >>> from firstorder.space import polygon
+        >>> polygon([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 1.0, 0.0), (0.0, 1.0, 0.0)]).count
+        2
     """
     v = as_float(vertices)
     if v.ndim != 2 or v.shape[0] < 3 or v.shape[1] != 3:

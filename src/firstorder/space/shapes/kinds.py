@@ -32,7 +32,15 @@ Distance = Float[Array, ""]
 
 
 class Shape(eqx.Module):
-    """Shapes of one kind, as affine images of the canonical one."""
+    """Shapes of one kind, as affine images of the canonical one.
+
+    Args:
+        center: where the canonical shape's origin goes [m].
+        axes: columns, where its axes go [m].
+
+    Raises:
+        ValueError: if a number is not finite, or the axes do not span space.
+    """
 
     center: Float[Array, "*n 3"]
     axes: Float[Array, "*n 3 3"]
@@ -132,7 +140,14 @@ class Shape(eqx.Module):
 
 
 class Ellipsoids(Shape):
-    """Ellipsoids; the columns of `axes` are their semi-axes, or any conjugate radii."""
+    """Ellipsoids; the columns of `axes` are their semi-axes, or any conjugate radii.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.space import Ellipsoids
+        >>> Ellipsoids(jnp.zeros((2, 3)), jnp.stack([jnp.eye(3)] * 2)).count
+        2
+    """
 
     @property
     def closed(self) -> bool:
@@ -162,7 +177,15 @@ class Ellipsoids(Shape):
 
 
 class Boxes(Shape):
-    """Parallelepipeds; the columns of `axes` run from the centre to the centres of faces."""
+    """Parallelepipeds; the columns of `axes` run from the centre to the centres of faces.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.space import Boxes
+        >>> cube = Boxes(jnp.zeros(3), jnp.eye(3))  # two metres wide
+        >>> cube.count, cube.closed
+        (1, True)
+    """
 
     @property
     def closed(self) -> bool:
@@ -189,7 +212,14 @@ class Boxes(Shape):
 
 
 class Cylinders(Shape):
-    """Cylinders with caps; the first two columns of `axes` span the cross section."""
+    """Cylinders with caps; the first two columns of `axes` span the cross section.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.space import Cylinders
+        >>> Cylinders(jnp.zeros(3), jnp.eye(3)).closed
+        True
+    """
 
     @property
     def closed(self) -> bool:
@@ -265,7 +295,14 @@ class _Flat(Shape):
 
 
 class Discs(_Flat):
-    """Elliptic discs; the first two columns of `axes` are conjugate radii."""
+    """Elliptic discs; the first two columns of `axes` are conjugate radii.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.space import Discs
+        >>> Discs(jnp.zeros(3), jnp.eye(3)).closed
+        False
+    """
 
     @classmethod
     def holds(cls, x, y):
@@ -274,7 +311,14 @@ class Discs(_Flat):
 
 
 class Rectangles(_Flat):
-    """Parallelograms; the first two columns of `axes` run from the centre to edges' middles."""
+    """Parallelograms; the first two columns of `axes` run from the centre to edges' middles.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.space import Rectangles
+        >>> Rectangles(jnp.zeros(3), jnp.eye(3)).count
+        1
+    """
 
     @classmethod
     def holds(cls, x, y):
@@ -283,7 +327,14 @@ class Rectangles(_Flat):
 
 
 class Triangles(_Flat):
-    """Triangles; `center` is a corner, the first two columns of `axes` are the edges from it."""
+    """Triangles; `center` is a corner, the first two columns of `axes` are the edges from it.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.space import Triangles
+        >>> Triangles(jnp.zeros(3), jnp.eye(3)).count
+        1
+    """
 
     @classmethod
     def holds(cls, x, y):
@@ -296,7 +347,14 @@ class Triangles(_Flat):
 
 
 class Planes(_Flat):
-    """Planes without end."""
+    """Planes without end.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.space import Planes
+        >>> Planes(jnp.zeros(3), jnp.eye(3)).count
+        1
+    """
 
     @classmethod
     def holds(cls, x, y):

@@ -117,6 +117,14 @@ def silhouette(scene: Scene, eye: Point, on: ArrayLike = -1) -> Silhouette:
     Returns:
         Segments and arcs of all shapes, owners numbered as in the scene. An eye inside a closed
         shape, or in the plane of a flat one, sees no silhouette of it.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.space.library import sphere_over_plane
+        >>> from firstorder.space.silhouettes import silhouette
+        >>> seen = silhouette(sphere_over_plane(), jnp.array([0.0, 0.0, 0.1]))
+        >>> seen.curved.owner.tolist()  # the ball's outline, and the plane's horizon
+        [0, 1]
     """
     found = _outlines(scene, eye, on, jnp.zeros_like(eye))
     lines, arcs = (jnp.asarray(owner) for owner in found.owners)

@@ -161,6 +161,13 @@ def visible_mesh_silhouettes(
 
     Raises:
         ValueError: if the eye is not concrete.
+
+    Example:
+        >>> from firstorder.space.meshes import mesh
+        >>> from firstorder.space.silhouettes import visible_mesh_silhouettes
+        >>> one = mesh([[0, 0, 1], [1, 0, 1], [0, 1, 1]], [[0, 1, 2]])
+        >>> visible_mesh_silhouettes(one, (0.2, 0.3, 0.0)).visible.tolist()  # its three sides
+        [True, True, True]
     """
     if not is_concrete((mesh.vertices, eye)):
         raise ValueError("Arguments `mesh` and `eye` must be concrete, but are traced.")
@@ -240,6 +247,15 @@ class BruteForceTracer:
     Args:
         mesh: whose faces are tested.
         block: rays at a time, times faces.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.space.meshes import mesh
+        >>> from firstorder.space.silhouettes import BruteForceTracer
+        >>> one = mesh([[0, 0, 1], [1, 0, 1], [0, 1, 1]], [[0, 1, 2]])
+        >>> up, none = np.array([[0.0, 0.0, 1.0]]), np.full((1, 2), -1)
+        >>> BruteForceTracer(one).first_face((0.2, 0.3, 0.0), up, 0.0, np.inf, none).tolist()
+        [0]
     """
 
     def __init__(self, mesh: Mesh, block: int = 4_000_000):
@@ -294,6 +310,15 @@ def mesh_net_visibility(mesh: Mesh, rim: MeshSilhouettes, at: Receiver) -> Float
         In sr, between 0 and 2 pi.
 
     Reference: R07 §7, (47); Van Oosterom and Strackee 1983 for the triangle.
+
+    Example:
+        >>> from firstorder.space import receiver
+        >>> from firstorder.space.meshes import mesh
+        >>> from firstorder.space.silhouettes import mesh_net_visibility, visible_mesh_silhouettes
+        >>> one, at = mesh([[0, 0, 1], [1, 0, 1], [0, 1, 1]], [[0, 1, 2]]), receiver((0.2, 0.3, 0))
+        >>> rim = visible_mesh_silhouettes(one, at.position)
+        >>> round(mesh_net_visibility(one, rim, at).item(), 4)  # 2 pi less that of the triangle
+        5.8587
     """
     a, b, live, through = _above(mesh, rim, at)
     pieces = jnp.sum(jnp.where(live, segment_solid_angle(a, b), 0.0))

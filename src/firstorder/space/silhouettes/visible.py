@@ -128,6 +128,17 @@ def visible_silhouettes(scene: Scene, at: Receiver) -> VisibleSilhouettes:
 
     Returns:
         Pieces of all silhouettes, those that are not seen among them, marked so.
+
+    Raises:
+        ValueError: for a row of receivers.
+
+    Example:
+        >>> from firstorder.space import receiver
+        >>> from firstorder.space.library import sphere_over_plane
+        >>> from firstorder.space.silhouettes import visible_silhouettes
+        >>> seen = visible_silhouettes(sphere_over_plane(), receiver((0.0, 0.0, 0.1)))
+        >>> seen.sound.item()  # the receiver is outside of the ball
+        True
     """
     check_asked_one(scene, Scene, at, Receiver, bands=True)
     found = _outlines_from(scene, at)

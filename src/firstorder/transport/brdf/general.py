@@ -53,6 +53,12 @@ class LobeBrdf(Brdf):
 
     Raises:
         ValueError: if the lobe varies over the surface.
+
+    Example:
+        >>> from firstorder.transport import LobeBrdf, glossy
+        >>> mirrorlike = LobeBrdf(glossy(0.2))
+        >>> bool(mirrorlike(0.3, -0.3) > mirrorlike(0.3, 0.0))
+        True
     """
 
     lobe: Lobe

@@ -34,8 +34,13 @@ class LobeArgument:
     `look = 1 - turn`.
 
     Attributes:
-        turn: how far the lobe turns when the normal turns by one.
+        turn: how far the lobe turns when the normal turns by one [rad/rad].
         words: the angle, for tables.
+
+    Example:
+        >>> from firstorder.transport import LobeArgument
+        >>> LobeArgument(2.0, "2 n - theta - omega").look
+        -1.0
     """
 
     turn: float
@@ -61,8 +66,10 @@ class Lobe(eqx.Module):
         cosine: multiply by `cos+(omega - n)`, the clamped cosine of the incoming local angle.
 
     Example:
-        >>> from firstorder.transport.brdf.lobes import glossy
-        >>> glossy(0.1).argument.words
+        >>> from firstorder.fields import GaussianProfile
+        >>> from firstorder.transport import Lobe
+        >>> from firstorder.transport.brdf.lobes import MIRROR
+        >>> Lobe(GaussianProfile(0.1), MIRROR).argument.words
         '2 n - theta - omega'
     """
 
@@ -163,7 +170,7 @@ class TabulatedProfile(Profile):
     Args:
         values: at `center + (j - (size - 1) / 2) step`.
         step: distance of the nodes, in the unit of the axis.
-        center: middle of the table.
+        center: middle of the table [unit of the axis].
         weight: what the integral shall be; left out, that of the spline itself.
         axis: name of the coordinate it acts along.
         frame: names of all coordinates.
@@ -277,7 +284,21 @@ def glossy(sigma, weight=1.0, cosine: bool = False) -> Lobe:
 
 
 def phong(s, weight=1.0, cosine: bool = False) -> Lobe:
-    """`CosinePowerProfile` about the mirror direction, of argument `2 n - theta - omega`."""
+    """`CosinePowerProfile` about the mirror direction, of argument `2 n - theta - omega`.
+
+    Args:
+        s: the exponent, positive.
+        weight: integral of the lobe.
+        cosine: whether light is weighed by the cosine of incidence.
+
+    Raises:
+        ValueError: if `s` is not positive.
+
+    Example:
+        >>> from firstorder.transport import phong
+        >>> phong(20.0).argument.words
+        '2 n - theta - omega'
+    """
     return Lobe(CosinePowerProfile(s, weight=weight), MIRROR, cosine)
 
 
@@ -292,6 +313,8 @@ def lambert(albedo=1.0) -> Lobe:
     Raises:
         ValueError: if `albedo` lies outside [0, 1].
 
+    Reference: R07 §5.2, which has it smooth wherever the light is.
+
     Example:
         >>> from firstorder.transport.brdf.lobes import lambert
         >>> lambert(0.5).argument.words
@@ -304,5 +327,18 @@ def lambert(albedo=1.0) -> Lobe:
 
 
 def retro(sigma, weight=1.0) -> Lobe:
-    """Gaussian lobe back to where the light came from, argument `theta - omega`."""
+    """Gaussian lobe back to where the light came from, argument `theta - omega`.
+
+    Args:
+        sigma: standard deviation of the lobe [rad].
+        weight: integral of the lobe.
+
+    Raises:
+        ValueError: if `sigma` is not positive.
+
+    Example:
+        >>> from firstorder.transport import retro
+        >>> retro(0.1).argument.words
+        'theta - omega'
+    """
     return Lobe(GaussianProfile(sigma, weight=weight), RETRO)

@@ -53,8 +53,8 @@ class GlossyPatch(eqx.Module):
             Phong exponent s. None for a mirror.
         theta1: longitude of the central outgoing ray in its own plane; `-theta0`, the mirror
             direction, if left out.
-        azimuth: of the outgoing plane about the normal, from the plane of incidence; None if they
-            are one and the same, which spares three rotations.
+        azimuth: of the outgoing plane about the normal, from the plane of incidence [rad]; None if
+            they are one and the same, which spares three rotations.
         roll: by which the axes across the incoming ray must turn about it to have their first one
             in the plane of incidence.
         cosine: whether light is weighed by the cosine of incidence.

@@ -88,7 +88,10 @@ def clamped_cosine_transform(Omega_theta) -> Array:
     `sinc(s) = sin(pi s) / (pi s)`, which is smooth through the singularity, as are its derivatives.
 
     Args:
-        Omega_theta: frequency in cycles per radian.
+        Omega_theta: frequencies in cycles per radian, a number or an array.
+
+    Returns:
+        An array of that shape.
 
     Reference: D05 eq. 13, whose printed cosine and denominator follow different conventions.
 

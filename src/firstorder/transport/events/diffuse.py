@@ -35,6 +35,9 @@ class SlopeWeight(Field):
         frame: names of the coordinates; directions must be slopes.
         scale: constant factor.
 
+    Raises:
+        ValueError: if a direction of the frame is no slope.
+
     Reference: D05 §3.3 (g and its transform), §5.1 (G), Fig. 5.
 
     Example:
@@ -135,10 +138,10 @@ def bessel_zk1(z2: Array) -> Array:
     square of z, so that no absolute value stands in the way of a derivative.
 
     Args:
-        z2: squares, not negative.
+        z2: squares, an array, not negative.
 
     Returns:
-        The product, between 1 and 0.
+        The product, between 1 and 0; an array of that shape.
 
     Reference: D05 §3.3.
 
@@ -255,6 +258,9 @@ def diffuse(rho=1.0, reach=8.0, window: Grid | None = None, nodes: int = 64, axe
 
     Returns:
         The chain of events, whose light depends on position alone.
+
+    Raises:
+        ValueError: if `rho` is negative or `reach` is not positive.
 
     Reference: D05 eqs. 6-7.
 

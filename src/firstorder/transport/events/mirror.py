@@ -19,6 +19,13 @@ class Mirror(Event):
     Called: mirror reparameterization (R07 step 2, D05 step 4).
 
     Reference: R07 eqs. 12-13; D05 eq. 14.
+
+    Example:
+        >>> from firstorder.fields import gaussian
+        >>> from firstorder.transport import Mirror
+        >>> L = gaussian((0.0, 0.5), (1.0, 1.0))
+        >>> Mirror()(L)(0.0, -0.5).item()  # the peak is on the other side
+        1.0
     """
 
     def law(self, frame: Frame) -> Law:

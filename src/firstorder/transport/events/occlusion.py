@@ -39,6 +39,13 @@ class Occlusion(Event):
     Called: visibility (D05 §3.2, R07 §6).
 
     Reference: D05 eqs. 4-5.
+
+    Example:
+        >>> from firstorder.fields import gaussian
+        >>> from firstorder.transport import Occlusion
+        >>> veil = Occlusion(lambda x: 0.5 + 0.0 * x)
+        >>> veil(gaussian((0.0, 0.0), (1.0, 1.0)))(0.0, 0.0).item()
+        0.5
     """
 
     transparency: Field = eqx.field(converter=field_of("transparency"))
@@ -62,7 +69,7 @@ class PlanarBlockers(Event):
 
     Args:
         transparencies: one field for each layer, over the light's coordinates.
-        depths: distance of each layer from the plane, along the light.
+        depths: distance of each layer from the plane, along the light, an array [m].
         window: box and number of waves for the spectrum; left out, it holds the light (see
             `Multiply`).
 
@@ -113,6 +120,8 @@ def half_plane_blocker(
 
     Raises:
         ValueError: if `transparency` lies outside [0, 1].
+
+    Reference: D05 §3.2, eqs. 4-5, which hold for partly transparent blockers too.
 
     Example:
         >>> from firstorder.conventions import FLATLAND_SLOPE
@@ -177,6 +186,8 @@ def comb_blocker(
     Raises:
         ValueError: if `count` is not positive or a fraction lies outside its interval.
 
+    Reference: D05 §3.2 for a blocker in a plane; §3.4 for periodic ones.
+
     Example:
         >>> from firstorder.conventions import FLATLAND_SLOPE
         >>> from firstorder.fields import gaussian
@@ -207,6 +218,8 @@ def grating_blocker(
 
     Raises:
         ValueError: if `transparency` lies outside [0, 1], or see `Grating`.
+
+    Reference: D05 §3.4.
 
     Example:
         >>> from firstorder.conventions import FLATLAND_SLOPE

@@ -37,6 +37,13 @@ class Reflection(Event):
     Called: BRDF convolution (R07 step 3, D05 step 5).
 
     Reference: R07 eqs. 14-16, 18-19; D05 eqs. 15-16 and §4.5.
+
+    Example:
+        >>> from firstorder.fields import GaussianProfile, gaussian
+        >>> from firstorder.transport import Mirror, Reflection
+        >>> light = gaussian((0.0, 0.0), (1.0, 0.3)) >> Mirror() >> Reflection(GaussianProfile(0.4))
+        >>> round(light.light(0.0, 0.0).item(), 6)  # 0.3 / 0.5: variances add
+        0.6
     """
 
     lobe: Kernel

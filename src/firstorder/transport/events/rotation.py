@@ -29,6 +29,9 @@ class Curvature(Event):
             matrix (directions x positions).
         back: from the local frame to the global one instead.
 
+    Raises:
+        ValueError: if `kappa` is not finite.
+
     Called: per-point rotation (R07 step 1, D05 step 2), and back (R07 step 4, D05 step 6).
 
     Reference: R07 eqs. 9-11, 17, 50; D05 eqs. 11, 19 (their kappa has the other sign).

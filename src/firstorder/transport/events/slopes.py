@@ -16,6 +16,12 @@ from firstorder.typing import Array, Ray
 def v_D_theta(theta: Array) -> Array:
     """`dv / d theta = 1 + tan(theta)^2`.
 
+    Args:
+        theta: angles, an array of any shape [rad].
+
+    Returns:
+        An array of that shape [1/rad].
+
     Reference: D05 §2.1, §3.3.
 
     Example:
@@ -29,6 +35,12 @@ def v_D_theta(theta: Array) -> Array:
 
 def theta_D_v(v: Array) -> Array:
     """`d theta / dv = 1 / (1 + v^2)`.
+
+    Args:
+        v: slopes, an array of any shape.
+
+    Returns:
+        An array of that shape [rad].
 
     Reference: D05 §2.1, §3.3.
 

@@ -29,6 +29,9 @@ class Wave(Field):
         mean: level about which it swings.
         frame: names of the coordinates.
 
+    Raises:
+        ValueError: if the frequency is not finite or does not fit the frame.
+
     Example:
         >>> from firstorder.transport import Wave
         >>> Wave([0.5, 0.0], amplitude=0.2, mean=1.0)(1.0, 0.3).item()
@@ -72,6 +75,17 @@ def wave(
     frequency, amplitude=1.0, phase=0.0, mean=0.0, axis: str = "x", frame: Frame = UNSTATED
 ) -> Wave:
     """A wave along one coordinate.
+
+    Args:
+        frequency: in cycles per unit of the coordinate.
+        amplitude: height of the wave.
+        phase: in radians.
+        mean: level about which it swings.
+        axis: name of the coordinate.
+        frame: names of all; left out, those that `axis` names.
+
+    Raises:
+        ValueError: if there is no such coordinate, or the frequency is not finite.
 
     Example:
         >>> from firstorder.transport import wave

@@ -30,7 +30,7 @@ class Travel(Event):
     `surface.reflect(light, above=True)`). The linearised angle is wrong by `d theta^3 / 3`.
 
     Args:
-        d: distance along the normal of the reference line, not negative. Zero is the identity.
+        d: distance along the normal of the reference line, not negative [m]. Zero is the identity.
 
     Raises:
         ValueError: if `d` is negative or not finite. A traced `d < 0` gives NaN.

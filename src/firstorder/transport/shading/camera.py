@@ -171,9 +171,10 @@ class CameraRay(eqx.Module):
     """A camera ray: arc length and direction, and their derivatives in px.
 
     Attributes:
-        x, theta: the ray of the light field, in metres and radians.
-        dx, dtheta: R07 (27).
-        ddx, ddtheta: the second derivatives.
+        x, theta: the ray of the light field, in metres and radians; all entries are numbers, or
+            arrays of one shape.
+        dx, dtheta: first derivatives by the image coordinate, numbers or arrays likewise: R07 (27).
+        ddx, ddtheta: the second derivatives, numbers or arrays likewise.
     """
 
     x: Array

@@ -48,6 +48,8 @@ _WIDE = Frame(("x", "theta", "omega"))
 class DerivativeTerms(NamedTuple):
     """Terms of the spatial derivative of reflected light: `B_x = SV + CDV + MV`.
 
+    Numbers, or arrays of one shape.
+
     Attributes:
         SV: spatial variation of the light, `L_x (*) rho`.
         DV: its directional variation, `L_theta (*) rho`; for a mirror lobe `B_theta = -DV`.
