@@ -83,7 +83,7 @@ def read_image(path: str | os.PathLike[str], srgb: bool = True) -> Picture:
 
     Raises:
         ValueError: one sentence that names the file, if it is none of these, or broken.
-                ModuleNotFoundError: if an .exr file is asked for without the extra `images`.
+        ModuleNotFoundError: if an .exr file is asked for without the extra `images`.
 
     Example:
         >>> import pathlib, tempfile
