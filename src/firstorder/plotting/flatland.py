@@ -295,7 +295,7 @@ def _albedo_colour(albedo: np.ndarray) -> Any:
     return tuple(most.tolist()) if most.shape == (3,) else str(float(np.max(most)))
 
 
-def _lamp_colour(emission: np.ndarray) -> Any:
+def _lamp_colour(emission: Any) -> Any:
     """Yellow; of three bands the light's own colour, as bright as can be."""
     return tuple((emission / emission.max()).tolist()) if emission.shape == (3,) else _LAMP
 
