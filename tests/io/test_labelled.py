@@ -96,6 +96,9 @@ def test_portraits_are_over_coordinates_and_frequencies(frame):
     for name in ("value", "gradient", "spectrum", "covariance"):
         np.testing.assert_array_equal(labelled[name], getattr(found, name))
     np.testing.assert_array_equal(labelled[direction], grid.axis(1))
+    np.testing.assert_array_equal(labelled[x], grid.axis(0))
+    assert labelled[f"Omega_{x}"].values.tolist() == [-1.0, 0.0, 2.0]
+    assert labelled[f"Omega_{direction}"].values.tolist() == [0.0, 0.5]
     assert labelled[f"Omega_{x}"].attrs["units"] == "cycle/m"
     assert labelled[direction].attrs["units"] == {"theta": "rad", "v": "1"}[direction]
     assert labelled.attrs == {"title": "light", "sampled": False}

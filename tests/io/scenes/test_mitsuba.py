@@ -165,6 +165,15 @@ def test_meshes_come_back_from_files_beside_the_scene(tmp_path):
     assert (again.models[0].name, again.models[0].material) == ("leaf", leaf)
 
 
+def test_a_mesh_is_turned_and_then_moved(tmp_path):
+    (tmp_path / "one.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    leaf = {"type": "obj", "filename": "one.obj", "to_world": world(TURN, (5.0, 0.0, 1.0))}
+    found = space_from_mitsuba({"type": "scene", "leaf": leaf}, tmp_path).models[0].mesh
+    corners = {tuple(p) for p in np.asarray(found.vertices).tolist()}
+    # A quarter turn about z sends x to y, and y to -x.
+    assert corners == {(5.0, 0.0, 1.0), (5.0, 1.0, 1.0), (4.0, 0.0, 1.0)}
+
+
 # --- what it means -------------------------------------------------------------------------------
 
 
