@@ -193,6 +193,7 @@ class Render:
             scene_fingerprint,
             world_from_scene,
         )
+        from firstorder.scene._bands import bands_of
 
         for name in ("width", "height", "passes", "nodes", "sky_rows"):
             check_positive(name, getattr(self, name))
@@ -214,7 +215,10 @@ class Render:
         render_to_files(
             world, self.width, self.height, folder, passes=self.passes, key=key, out=self.out
         )
-        print(f"{self.out} and {self.out.with_suffix('.png').name} are written.")
+        if bands_of(world) in (None, 3):
+            print(f"{self.out} and {self.out.with_suffix('.png').name} are written.")
+        else:
+            print(f"{self.out} is written; a picture has one band or three, and no .png is made.")
         return 0
 
 
