@@ -79,15 +79,19 @@ def test_words_and_a_small_picture_are_shown(name):
     assert matplotlib.get_backend() == backend
 
 
-def test_a_picture_full_of_noise_is_small_too():
+def test_a_picture_full_of_noise_is_small_too_or_has_fewer_colours(monkeypatch):
     noise = jnp.asarray(np.random.default_rng(0).normal(size=(64, 64)))
 
     def at(x, theta):
         return noise[jnp.int32(32.0 * (x + 1.0)), jnp.int32(64.0 / jnp.pi * (theta + jnp.pi / 2))]
 
     text = shown(Function(at, FLATLAND))
-    assert len(pictures(text)) == 1
+    ((_, picture),) = pictures(text)
     assert len(text) < 31_000
+    assert len(np.unique(np.asarray(picture))) > 16
+    monkeypatch.setattr(_notebooks, "MOST", 1)
+    ((_, least),) = pictures(shown(Function(at, FLATLAND)))
+    assert len(np.unique(np.asarray(least))) <= 16
 
 
 @pytest.mark.parametrize("name", THINGS)
