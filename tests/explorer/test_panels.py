@@ -285,11 +285,17 @@ def through(board, ray, u):
     return jnp.stack([x, jnp.arctan2(jnp.sin(leaves), jnp.cos(leaves))])
 
 
-@pytest.mark.parametrize("case", ["bent", "bent the other way", "straight", "tilted"])
+@pytest.mark.parametrize(
+    "case", ["bent", "bent the other way", "from behind", "straight", "tilted"]
+)
 def test_the_path_is_the_first_order_of_real_rays(case):
     board = first_board()
     if case == "bent the other way":
         board = handles.move(board, "3.bend", (1.23, 0.74))
+    if case == "from behind":
+        arc = board.parts[3]
+        start, sweep = arc.numbers["start"], arc.numbers["sweep"]
+        board = board.replaced(3, arc.with_numbers(start=start + sweep, sweep=-sweep))
     if case == "straight":
         board = Board(board.parts[:2], probe=0.42)
     if case == "tilted":
