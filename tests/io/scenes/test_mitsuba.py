@@ -286,7 +286,31 @@ def test_a_constant_sky_is_a_number():
     assert space_from_mitsuba(made).sky == 2.0
 
 
-BENT = {"type": "diffuse", "reflectance": {"type": "rgb", "value": [0.1, 0.2, 0.3]}}
+def test_three_bands_are_rgb_and_come_back_to_the_bit(tmp_path):
+    """A warm lamp, a wall that is red on one side, a sky, and a ball of one band."""
+    wall = rectangle((-1.0, 0.0, 1.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    scene = Scene.of(
+        primitive(sphere((0.0, 0.0, 2.0), 0.5), name="lamp", emission=[(1.2, 1.0, 0.8), (0,) * 3]),
+        primitive(wall, name="wall", albedo=[(0.8, 0.1, 0.1), (0.2, 0.3, 0.4)]),
+        primitive(sphere((0.5, 0.0, 0.5), 0.2), name="ball", albedo=(0.3, 0.0)),
+        environment=(0.1, 0.2, 0.3),
+    )
+    made = space_to_mitsuba(scene)
+    assert made["lamp"]["emitter"]["radiance"] == {"type": "rgb", "value": [1.2, 1.0, 0.8]}
+    assert made["ball"]["bsdf"]["reflectance"] == {"type": "rgb", "value": [0.3, 0.3, 0.3]}
+    write_mitsuba(tmp_path / "a.xml", scene)
+    for again in (space_from_mitsuba(made), read_mitsuba(tmp_path / "a.xml")):
+        assert again.scene.bands == 3
+        assert eqx.tree_equal(again.scene, scene)
+
+
+def test_four_bands_are_not_those_of_mitsuba():
+    sides = [(0.1, 0.2, 0.3, 0.4), (0.0,) * 4]
+    with pytest.raises(ValueError, match="Mitsuba has three bands, but here are 4"):
+        space_to_mitsuba(Scene.of(primitive(sphere((0, 0, 0), 1.0), albedo=sides)))
+
+
+BENT = {"type": "diffuse", "reflectance": {"type": "spectrum", "value": [(400, 0.1), (700, 0.2)]}}
 
 
 @pytest.mark.parametrize(
@@ -303,7 +327,7 @@ BENT = {"type": "diffuse", "reflectance": {"type": "rgb", "value": [0.1, 0.2, 0.
         (one(bsdf={"type": "roughconductor"}), '`bsdf` of type "roughconductor" is not known'),
         (one(bsdf={"type": "ref", "id": "paint"}), "`bsdf` must name a diffuse or twosided BSDF"),
         (one(a=GREY, b=GREY), "a shape has one BSDF, but there are two."),
-        (one(bsdf=BENT), "`reflectance` must be the same in all bands, as there is one here"),
+        (one(bsdf=BENT), "`reflectance` must be the same at all wavelengths, or rgb"),
         (one(bsdf={"type": "diffuse", "reflectance": {"type": "bitmap"}}), 'but is "bitmap".'),
         (one(bsdf={"type": "diffuse", "reflectance": "red"}), "`reflectance` must be a number in"),
         (one(bsdf={"type": "diffuse", "reflectance": 1.5}), "must add up to at most 1"),

@@ -12,9 +12,10 @@
 | constant emitter: `radiance` | environment |
 | integrators, sensors and what is in them | left out, with a warning that names them |
 
-A number, `rgb`, `spectrum` or `uniform` must be the same in all bands: there is one here. All else
-is refused in one sentence, since without it the light would be another. Mitsuba computes in single
-precision; what is written here is whole, and is read again to the bit.
+Three unlike numbers of an `rgb` are three bands. Those of a `spectrum` must be the same at all
+wavelengths, of which there is none here. All else is refused in one sentence, since without it the
+light would be another. Mitsuba computes in single precision; what is written here is whole, and is
+read again to the bit.
 """
 
 from __future__ import annotations
@@ -218,6 +219,7 @@ def _has_normals(path: pathlib.Path) -> bool:
 
 # --- materials and light -------------------------------------------------------------------------
 
+Light = float | tuple[float, ...]
 BANDS = ("rgb", "spectrum", "uniform", "d65", "bitmap", "checkerboard", "mesh_attribute", "srgb")
 
 
@@ -234,7 +236,7 @@ def _material(element: _Element, materials: Mapping[str, Any]) -> dict[str, Any]
                                   f'is "{name}": {known}')  # fmt: skip
             inner = materials[name]
         if inner["type"] == "area":
-            emission = _band(inner, "radiance", 1.0, place)
+            emission = _light(inner, "radiance", 1.0, place)
         elif inner["type"] in BSDFS and albedo is None:
             albedo = _albedo(inner, place)
         elif inner["type"] in BSDFS:
@@ -244,32 +246,41 @@ def _material(element: _Element, materials: Mapping[str, Any]) -> dict[str, Any]
             raise place.error(f'`{key}` of type "{inner["type"]}" is not known here: {known}')
     if albedo is None:
         albedo = _albedo(_UNSPECIFIED, element.place)
-    return {"emission": [emission, 0.0], "albedo": albedo, "specular": 0.0, "exponent": 0.0}
+    light = {"emission": _sides(emission, 0.0), "albedo": albedo}
+    return {**light, "specular": 0.0, "exponent": 0.0}
 
 
-def _albedo(bsdf: Mapping[str, Any], place: Place) -> list[float]:
+def _sides(front: Light, back: Light) -> list[Any]:
+    """Front and back, in bands if either has them."""
+    bands = max(np.size(front), np.size(back))
+    if bands == 1:
+        return [front, back]
+    return [np.broadcast_to(side, bands).tolist() for side in (front, back)]
+
+
+def _albedo(bsdf: Mapping[str, Any], place: Place) -> list[Any]:
     """Albedo of front and back."""
     if bsdf["type"] == "diffuse":
-        return [_band(bsdf, "reflectance", 0.5, place), 0.0]
+        return _sides(_light(bsdf, "reflectance", 0.5, place), 0.0)
     within = [v for v in bsdf.values() if isinstance(v, dict)]
     if not 1 <= len(within) <= 2 or any(v.get("type") != "diffuse" for v in within):
         raise place.error("`twosided` must hold one diffuse BSDF, or two, but does not.")
-    sides = [_band(v, "reflectance", 0.5, place) for v in within]
-    return [sides[0], sides[-1]]
+    sides = [_light(v, "reflectance", 0.5, place) for v in within]
+    return _sides(sides[0], sides[-1])
 
 
-def _sky(element: _Element) -> float:
+def _sky(element: _Element) -> Light:
     if element.inner:
         raise element.place.error(f"`{next(iter(element.inner))}` is not known here.")
-    return _band(element.values, "radiance", 1.0, element.place)
+    return _light(element.values, "radiance", 1.0, element.place)
 
 
-def _band(values: Mapping[str, Any], key: str, default: float, place: Place) -> float:
-    """A number that is the same in all bands; nothing else may stand beside it."""
+def _light(values: Mapping[str, Any], key: str, default: float, place: Place) -> Light:
+    """A number, or three bands of unlike ones; nothing else may stand beside it."""
     for other in values:
         if other not in (key, "type", "id"):
             raise place.error(f"`{other}` is not known here: known is {key}.")
-    given = values.get(key, default)
+    given, kind = values.get(key, default), "number"
     if isinstance(given, dict):
         kind = given.get("type")
         if kind not in ("rgb", "spectrum", "uniform") or set(given) - {"type", "id", "value"}:
@@ -281,10 +292,11 @@ def _band(values: Mapping[str, Any], key: str, default: float, place: Place) -> 
     if bands and all(isinstance(b, list) and len(b) == 2 for b in bands):  # (wavelength, value)
         bands = [b[1] for b in bands]
     try:
-        found = {number(b) for b in bands}
+        found = tuple(number(b) for b in bands)
     except ValueError as error:
         raise place.error(f"`{key}` must be {error} in each band, but is {given!r:.40}.") from None
-    if len(found) != 1:
-        raise place.error(f"`{key}` must be the same in all bands, as there is one here, but is "
-                          f"{given}.")  # fmt: skip
-    return found.pop()
+    if len(set(found)) == 1:
+        return found[0]
+    if kind == "rgb" and len(found) == 3:
+        return found
+    raise place.error(f"`{key}` must be the same at all wavelengths, or rgb, but is {given}.")

@@ -89,7 +89,7 @@ def space_to_mitsuba(
     if callable(sky):
         raise ValueError("Argument `space` must have a sky that is a number, but has "
                          f"{type(sky).__name__}.")  # fmt: skip
-    if sky is not None and float(sky) != 0.0:
+    if sky is not None and np.any(np.asarray(sky)):
         found[keys.new("sky")] = {"type": "constant", "radiance": _rgb(sky)}
     return found
 
@@ -162,27 +162,30 @@ def _material_dict(material: Any, row: int) -> dict[str, Any]:
     )
     if specular != 0.0:
         raise ValueError("glossy lobes are not written for Mitsuba.")
-    if emission[1] != 0.0:
+    if np.any(emission[1]):
         raise ValueError("Mitsuba's area emitters shine from the front alone, and this one also or "
                          "only from the back.")  # fmt: skip
     found: dict[str, Any] = {"bsdf": _bsdf(*albedo)}
-    if emission[0] != 0.0:
+    if np.any(emission[0]):
         found["emitter"] = {"type": "area", "radiance": _rgb(emission[0])}
     return found
 
 
-def _bsdf(front: float, back: float) -> dict[str, Any]:
+def _bsdf(front: Any, back: Any) -> dict[str, Any]:
     one = {"type": "diffuse", "reflectance": _rgb(front)}
-    if back == 0.0:
+    if not np.any(back):
         return one
-    if back == front:
+    if np.array_equal(back, front):
         return {"type": "twosided", "front": one}
     return {"type": "twosided", "front": one,
             "back": {"type": "diffuse", "reflectance": _rgb(back)}}  # fmt: skip
 
 
 def _rgb(value: Any) -> dict[str, Any]:
-    return {"type": "rgb", "value": [float(value)] * 3}
+    """One band, which is all three of Mitsuba's, or three."""
+    if np.size(value) not in (1, 3):
+        raise ValueError(f"Mitsuba has three bands, but here are {np.size(value)}.")
+    return {"type": "rgb", "value": np.broadcast_to(np.asarray(value, float), 3).tolist()}
 
 
 def _models_dict(
