@@ -32,9 +32,10 @@ def _():
     # A sphere and a box over a plane
 
     Under a white sky, a sphere hangs over a floor beside an upright box. Below: the irradiance $E$ on
-    the floor; its gradient, exact and soft shadows included, as $|\nabla E|$ with arrows; what a
-    receiver (the cross) sees of the silhouettes, in the disc of directions above it; and cache
-    records, whose ellipses say how far each may be extrapolated with its gradient.
+    the floor, grey under the box, where there is no value; its derivative along $x$, exact and soft
+    shadows included, and the gradient as arrows; what a receiver (the cross) sees of the silhouettes,
+    in the disc of directions above it; and cache records, whose ellipses say how far each may be
+    extrapolated with its gradient.
 
     Things to try:
 
@@ -121,9 +122,9 @@ def portraits(shown, sliders):
 
     places = jnp.stack(jnp.meshgrid(x, x, indexing="ij"), -1).reshape(-1, 2)
     E, dE = jax.lax.map(jax.value_and_grad(light), places, batch_size=64)
-    # Under the box nothing is seen: no number there, and black here.
-    E, dE = (jnp.where(jnp.isfinite(a), a, 0.0) for a in (E, dE))
     E, dE = (a.reshape(shown.size, shown.size, *a.shape[1:]) for a in (E, dE))
+    slope = jnp.where(jnp.isfinite(E), dE[..., 0], jnp.nan)  # no value under the box, as of E
+    dE = jnp.where(jnp.isfinite(dE), dE, 0.0)
     # Exact gradients, so one difference is enough for a Hessian.
     step = 2.0 * HALF / shown.size
     H = jnp.stack(jnp.gradient(dE, step, axis=(0, 1)), -1)
@@ -134,7 +135,7 @@ def portraits(shown, sliders):
     t = jnp.linspace(0.0, 2.0 * jnp.pi, 49)
     around = jnp.linalg.solve(reach.matrix, jnp.stack([jnp.cos(t), jnp.sin(t)]))
     middle = jnp.stack(jnp.meshgrid(x[at], x[at], indexing="ij"), -1).reshape(-1, 2, 1)
-    return {"E": E, "dE": dE, "records": middle + around}
+    return {"E": E, "dE": dE, "slope": slope, "records": middle + around}
 
 
 @app.function
@@ -214,7 +215,7 @@ def _(every, live, moving, shown):
         now = jax.tree.map(np.asarray, portraits(shown, jnp.array(sliders)))
         moving["E"].set_data(now["E"].T)
         moving["below"].set_data(now["E"].T)
-        moving["slope"].set_data(now["dE"][..., 0].T)
+        moving["slope"].set_data(now["slope"].T)
         moving["arrows"].set_UVC(*np.moveaxis(now["dE"][::every, ::every], -1, 0))
         moving["eye"].set_data([sliders[4]], [0.0])
         for k, ring in enumerate(now["records"]):

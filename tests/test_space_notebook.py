@@ -26,6 +26,12 @@ for k, step in enumerate((0.3, 0.2, -0.3, -0.3, 0.4, 0.4)):
 assert len(set(pictures)) == 7, "a slider changes nothing"
 assert all(p[1:4] == b"PNG" for p in pictures)
 
+# There is no value under the box, and only there.
+shown = notebook.Shown(16)
+found = notebook.portraits(shown, jnp.array(start))
+under = np.abs(np.stack(np.meshgrid(shown.x - start[2], shown.x), -1)).max(-1) < 0.15
+assert under.any() and all((np.isnan(found[k]).T == under).all() for k in ("E", "slope"))
+
 # The box far away: what is left is the sphere, whose light has a closed form.
 found = notebook.portraits(notebook.Shown(16), jnp.array([0.2, 0.7, 60.0, 0.3, 0.0, 0.2]))
 print(json.dumps([np.asarray(found[k], float).tolist() for k in ("E", "dE")]))

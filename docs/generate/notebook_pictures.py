@@ -20,7 +20,7 @@ from docs.generate import kept
 from docs.generate import markdown as md
 
 FOLDER = kept.FOLDER / "notebooks"
-COLOURS = 64
+COLOURS = 256
 NOTEBOOKS = md.ROOT / "notebooks"
 # In a process of its own: a notebook decides about precision for itself.
 _RUN = """
@@ -49,10 +49,12 @@ def pictures(page: str) -> list[bytes]:
 
 
 def _small(picture: bytes) -> bytes:
-    """The picture in few colours: some 25 kB."""
+    """The picture in few colours: some 40 kB."""
     found = io.BytesIO()
     with Image.open(io.BytesIO(picture)) as image:
-        few = image.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
+        few = image.convert("RGB").quantize(
+            COLOURS, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE
+        )
         few.save(found, "png", optimize=True)
     return found.getvalue()
 

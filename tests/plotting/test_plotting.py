@@ -231,6 +231,15 @@ def test_a_live_figure_shows_what_was_set_as_matplotlib_would():
     assert np.mean(other) < 0.03
 
 
+def test_a_cell_without_a_value_is_grey_in_a_live_figure():
+    figure, axes = plotting.panels()
+    image = axes[0, 0].imshow(np.array([[1.0, np.nan]]), vmin=0.0, vmax=1.0, cmap="gray")
+    pixels = np.asarray(Image.open(io.BytesIO(plotting.LiveFigure(figure, [image]).png())))
+    share = np.mean(np.all(pixels == [205, 209, 214], -1))
+    box = axes[0, 0].get_window_extent()
+    np.testing.assert_allclose(share, 0.5 * box.width * box.height / pixels[..., 0].size, rtol=0.03)
+
+
 def test_labels_carry_symbols_and_units():
     assert plotting.label("kappa") == r"$\kappa$ (rad/m)"
     assert plotting.label("v") == "$v$"

@@ -18,6 +18,8 @@ from PIL import Image
 from firstorder.plotting.style import house_style
 from firstorder.plotting.style import panels as make_panels
 
+NO_VALUE = np.array([205, 209, 214, 255], np.uint8)  # cells that are NaN: no colour of any map
+
 
 class LiveFigure:
     """A figure with moving parts, for sliders.
@@ -140,11 +142,12 @@ class _Pixels:
         ny, nx = np.shape(image.get_array())
         self._rows = np.arange(top - bottom)[::-1, None] * ny // (top - bottom)
         self._columns = np.arange(right - left) * nx // (right - left)
-        self._colours = image.get_cmap()(np.arange(256), bytes=True)
+        self._colours = np.append(image.get_cmap()(np.arange(256), bytes=True), [NO_VALUE], 0)
 
     def paint(self, pixels: np.ndarray) -> None:
-        """Each pixel takes the colour of the cell that it lies in."""
+        """Each pixel takes the colour of the cell that it lies in, grey where that is NaN."""
         low, high = self.image.get_clim()
-        shade = (np.asarray(self.image.get_array()) - low) * (255.99 / (high - low))
-        colours = self._colours[np.clip(shade, 0, 255).astype(np.uint8)]
+        values = np.asarray(self.image.get_array())
+        shade = np.clip((values - low) * (255.99 / (high - low)), 0, 255)
+        colours = self._colours[np.where(np.isnan(values), 256, shade).astype(int)]
         pixels[self._window] = colours[self._rows, self._columns]
