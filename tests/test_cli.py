@@ -7,6 +7,8 @@ import pytest
 
 import firstorder
 from firstorder.cli import Jet, main
+from firstorder.flatland import Scene, box, primitive
+from firstorder.io import write_flatland
 
 
 def test_a_jet_is_printed_for_every_step_and_equals_differences(capsys):
@@ -100,6 +102,18 @@ def test_a_scene_is_drawn_with_its_numbers_beside_it(capsys, tmp_path):
     # ... and what was written is the same scene
     assert main(["scene", str(toml), "--samples", "21"]) == 0
     assert capsys.readouterr().out.splitlines() == [name, head, *rows]
+
+
+def test_all_bounces_of_a_furnace_are_waited_for_in_words(capsys, tmp_path):
+    walls = box((0.0, 0.0), (1.0, 1.0), inward=True)
+    furnace = Scene.of(primitive(walls, name="walls", emission=0.5, albedo=0.5))
+    write_flatland(tmp_path / "furnace.toml", furnace)
+    command = ["scene", str(tmp_path / "furnace.toml"), "--indirect"]
+    assert main([*command, "--samples", "8", "--receivers", "walls"]) == 0
+    shown = capsys.readouterr()
+    assert shown.err == "Solving for the light of all bounces between 4 shapes ...\n"
+    E = [float(line.split()[3]) for line in shown.out.splitlines()[2:]]
+    np.testing.assert_allclose(E, 2.0, rtol=1e-5)  # L = 1 everywhere
 
 
 def test_a_drawing_is_a_scene_and_its_dark_shapes_are_receivers(capsys, tmp_path):

@@ -69,7 +69,7 @@ class Scene:
                 write_csv(self.out.with_name(tables[-1]), curve)
         if self.out is not None:
             self._draw(scene, curves)
-            print(_words(self.source, self.out, tables), file=sys.stderr)
+            _tell(_words(self.source, self.out, tables))
         return 0
 
     def _space(self) -> int:
@@ -98,6 +98,8 @@ class Scene:
         if self.indirect:
             from firstorder.flatland.bounces.radiosity import solve_radiosity
 
+            shapes = f"{scene.count} shape{'s' * (scene.count > 1)}"
+            _tell(f"Solving for the light of all bounces between {shapes} ...")
             light = solve_radiosity(scene).irradiance
         names = self.receivers or _receivers(scene)
         return {name: curve_of(scene, name, light, self.samples) for name in names}
@@ -247,6 +249,11 @@ def _words(source: str, out: pathlib.Path, tables: list[str]) -> str:
             *(f"  firstorder {words:{width}}  {about}" for words, about in next_.items()),
         )
     )
+
+
+def _tell(words: str) -> None:
+    """What is waited for, at once and where it does not stand among the numbers."""
+    print(words, file=sys.stderr, flush=True)
 
 
 def _print_curve(name: str, curve: dict) -> None:
