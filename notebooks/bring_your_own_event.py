@@ -73,6 +73,8 @@ def _():
     Names are $x$ and $\theta$, or $x$ and the slope $v$; the lobe's is $t$; all others are numbers, given
     as *low .. start .. high*. What is typed is never run: text is taken apart by `parse_expression`,
     which knows numbers, these names, `+ - * / **` and common functions, and nothing else.
+
+    Next: [light through a whole path](light_field_path.py), [a scene under the mouse](explorer.py).
     """)
     return
 
@@ -125,6 +127,8 @@ def _(built):
             "ray_angle": mo.ui.slider(-0.9, 0.9, 0.02, value=-0.2, label="its direction"),
         }
     )
+    # Apart from the picture, which they need not wait for.
+    mo.hstack(list(sliders.values()), justify="start", wrap=True)
     return (sliders,)
 
 
@@ -139,7 +143,7 @@ def _(built, png, shown, sliders):
         _seen.append(mo.md(_jet._repr_markdown_()))
     except ValueError as _error:  # a lobe whose numbers make it none
         _seen = [mo.callout(str(_error), kind="danger")]
-    mo.vstack([mo.hstack(list(sliders.values()), justify="start", wrap=True), *_seen])
+    mo.vstack(_seen)
     return
 
 
@@ -363,7 +367,8 @@ def _(size):
 def _(built, shown):
     # Drawn once for an event: axes, labels, scales (those of the light before, so changes show).
     _light = built.light
-    _first = portraits(shown, _light, built.moved(built.start), jnp.zeros(2))
+    with mo.status.spinner("Compiling the light before and after, its jet and its spectra ..."):
+        _first = portraits(shown, _light, built.moved(built.start), jnp.zeros(2))
     _first = jax.tree.map(np.asarray, _first)
     _names = built.frame.coordinates
     top = float(np.max(_first["before"]))

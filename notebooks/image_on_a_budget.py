@@ -51,6 +51,8 @@ def _():
       the light* does not know that shadows move, *gradient with shadows* does.
     - Raise the **band limit**: the penumbra below the card sharpens, and noise appears. Lower it: both
       blur. The best one depends on the number of **shared rays**.
+
+    Next: [where the filter comes from](shadow_light_field.py), [a sphere and a box](sphere_and_box.py).
     """)
     return
 
@@ -62,11 +64,25 @@ def _():
 
 
 @app.cell
+def _(size):
+    # Apart from the picture, which they need not wait for.
+    _few, _steps, _start = (size // 8) ** 2, 50 if size > 32 else 4, START[0] * size**2 // 96**2
+    _bands, _rays = [0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0], [0.25, 0.5, 1.0, 2.0, 4.0]
+    sliders = [
+        mo.ui.slider(_few, size**2 // 2, _steps, value=_start, label="samples"),
+        mo.ui.dropdown(METRICS.keys(), value=START[1], label="metric"),
+        mo.ui.slider(steps=_bands, value=START[2], label="band limit (cycles over the lamp)"),
+        mo.ui.slider(steps=_rays, value=START[3], label="shared rays per pixel"),
+    ]
+    mo.hstack(sliders, justify="start", wrap=True)
+    return (sliders,)
+
+
+@app.cell
 def _(png, sliders):
     _picture, _seconds = png(*(s.value for s in sliders))
     _picture = mo.image(_picture, alt="image, its error, its samples and the error expected")
-    _said = mo.md(f"Redrawn in {_seconds:.1f} s.")
-    mo.vstack([mo.hstack(sliders, justify="start", wrap=True), _picture, _said])
+    mo.vstack([_picture, mo.md(f"Redrawn in {_seconds:.1f} s.")])
     return
 
 
@@ -88,17 +104,10 @@ def painted(hits, sliders):
 
 @app.cell
 def _(size):
-    # Once: sliders, every pixel with rays of its own, axes and scales.
-    _few, _steps, _start = (size // 8) ** 2, 50 if size > 32 else 4, START[0] * size**2 // 96**2
-    _bands, _rays = [0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0], [0.25, 0.5, 1.0, 2.0, 4.0]
-    sliders = [
-        mo.ui.slider(_few, size**2 // 2, _steps, value=_start, label="samples"),
-        mo.ui.dropdown(METRICS.keys(), value=START[1], label="metric"),
-        mo.ui.slider(steps=_bands, value=START[2], label="band limit (cycles over the lamp)"),
-        mo.ui.slider(steps=_rays, value=START[3], label="shared rays per pixel"),
-    ]
-    hits = imaging.primary_hits(SCENE, CAMERA, size)
-    truth = shared(hits, *START[2:]).reference(16, 1)
+    # Once: every pixel with rays of its own, axes and scales.
+    with mo.status.spinner(f"Shading {size**2} pixels with 256 shadow rays each, to compare ..."):
+        hits = imaging.primary_hits(SCENE, CAMERA, size)
+        truth = shared(hits, *START[2:]).reference(16, 1)
     _top = float(np.quantile(truth, 0.99))  # but for highlights
     _panels = {"image (W/(m$^2$ sr))": (RADIANCE, _top), "its error": (RADIANCE, 0.2 * _top)}
     _panels |= {"samples": ("gray", _top), "error expected": _panels["its error"]}
@@ -112,7 +121,7 @@ def _(size):
         notes = {k: f"RMS {np.sqrt(np.mean(shown[k] ** 2)):.4f}" for k in (1, 3)}
         return live.png(shown, notes, {2: p}), time.perf_counter() - begin
 
-    return hits, png, sliders, truth
+    return hits, png, truth
 
 
 if __name__ == "__main__":

@@ -59,6 +59,9 @@ def _():
       $\Omega_\theta$, and at some curvature that takes the detail in space with it.
     - Move the **edge**: a shadow has energy at all frequencies, so from there on the covariance is
       infinite and the ellipse is gone.
+
+    Next: [a shadow and its light field](shadow_light_field.py), [an event of your
+    own](bring_your_own_event.py), [a scene under the mouse](explorer.py).
     """)
     return
 
@@ -80,13 +83,20 @@ def _():
 
 
 @app.cell
-def _(distance, edge, kappa, png, roughness, shown):
-    _sliders = [distance, edge, kappa, roughness]
-    _picture, _seconds = png(*(s.value for s in _sliders))
+def _(distance, edge, kappa, roughness):
+    # Apart from the picture, which they need not wait for.
+    sliders = [distance, edge, kappa, roughness]
+    mo.hstack(sliders, justify="start", wrap=True)
+    return (sliders,)
+
+
+@app.cell
+def _(png, shown, sliders):
+    _picture, _seconds = png(*(s.value for s in sliders))
+    _picture = mo.image(_picture, alt="portraits of the light at every step")
     mo.vstack(
         [
-            mo.hstack(_sliders, justify="start", wrap=True),
-            mo.image(_picture, alt="portraits of the light at every step"),
+            _picture,
             mo.md(f"Redrawn in {1000 * _seconds:.0f} ms; {shown.size} samples along each axis."),
         ]
     )
@@ -161,7 +171,8 @@ def portraits(shown, sliders):
 @app.cell
 def _(shown):
     # Drawn once: axes, labels, scales (those of the first portraits, so that changes show).
-    _start = jax.tree.map(np.asarray, portraits(shown, jnp.array([1.0, 0.2, 0.4, 0.2])))
+    with mo.status.spinner("Compiling the light of every step, its derivatives and spectra ..."):
+        _start = jax.tree.map(np.asarray, portraits(shown, jnp.array([1.0, 0.2, 0.4, 0.2])))
     _rows = ("value", "dx", "dtheta", "spectrum")
     images, ellipses = {row: [] for row in _rows}, []
     with house_style():

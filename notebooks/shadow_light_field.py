@@ -67,6 +67,9 @@ def _():
     - Make the **light** narrower: the kinks of $E$ sharpen, and the filter grows.
     - Let the disc's shadow meet the strip's: where bands cross, $E'$ jumps, and energy leaves the
       wedge.
+
+    Next: [an image from few samples and few rays](image_on_a_budget.py), [a scene under the
+    mouse](explorer.py).
     """)
     return
 
@@ -89,13 +92,20 @@ def _():
 
 
 @app.cell
-def _(height, lamp, place, png, radius, shown, width):
-    _sliders = [place, height, radius, lamp, width]
-    _picture, _seconds = png(*(s.value for s in _sliders))
+def _(height, lamp, place, radius, width):
+    # Apart from the picture, which they need not wait for.
+    sliders = [place, height, radius, lamp, width]
+    mo.hstack(sliders, justify="start", wrap=True)
+    return (sliders,)
+
+
+@app.cell
+def _(png, shown, sliders):
+    _picture, _seconds = png(*(s.value for s in sliders))
+    _picture = mo.image(_picture, alt="the scene, its irradiance, its light field and its spectrum")
     mo.vstack(
         [
-            mo.hstack(_sliders, justify="start", wrap=True),
-            mo.image(_picture, alt="the scene, its irradiance, its light field and its spectrum"),
+            _picture,
             mo.md(f"Redrawn in {1000 * _seconds:.0f} ms; {shown.size} receivers, rays squared."),
         ]
     )
@@ -172,7 +182,9 @@ def portraits(shown, sliders):
 @app.cell
 def _(shown):
     # Drawn once: axes, labels, scales (those of the first portraits, so that changes show).
-    _start = jax.tree.map(np.asarray, portraits(shown, jnp.array([0.35, 0.75, 0.06, 0.5, 0.4])))
+    with mo.status.spinner("Compiling the irradiance, its derivatives and the light field ..."):
+        _first = portraits(shown, jnp.array([0.35, 0.75, 0.06, 0.5, 0.4]))
+        _start = jax.tree.map(np.asarray, _first)
     x, Omega = np.asarray(shown.grid.axis(0)), shown.Omega
     reference = float(np.max(_start["F"]))
     moving = {}
@@ -240,7 +252,8 @@ def _(Omega, live, moving, reference, shown, x):
 @app.cell
 def _():
     # The first scene in independent ways, in double precision; see `agreements` for more of them.
-    with jax.enable_x64(True):
+    _wait = mo.status.spinner("Asking for the light in other ways ...")
+    with _wait, jax.enable_x64(True):
         _table = agreements(
             blocked(0.35, 0.75, 0.06, 0.5, 0.4),
             Receiver((0.42, 0.0), 0.0),

@@ -43,6 +43,9 @@ def _():
     - Move the **box** into the sphere's shadow: silhouettes overlap in the receiver's sky.
     - Walk the **receiver** under the sphere: its silhouette closes around the zenith.
     - Allow more **error**: ellipses grow with its fourth root.
+
+    Next: [an image from few samples and few rays](image_on_a_budget.py), [a scene of flatland under
+    the mouse](explorer.py).
     """)
     return
 
@@ -66,16 +69,19 @@ def _():
 
 
 @app.cell
-def _(ball, error, eye, height, place, png, shown, top):
-    _sliders = [ball, height, place, top, eye, error]
-    _picture, _seconds = png(*(s.value for s in _sliders))
-    mo.vstack(
-        [
-            mo.hstack(_sliders, justify="start", wrap=True),
-            mo.image(_picture, alt="irradiance, gradient, silhouettes and cache records"),
-            mo.md(f"Redrawn in {1000 * _seconds:.0f} ms; {shown.size} x {shown.size} receivers."),
-        ]
-    )
+def _(ball, error, eye, height, place, top):
+    # Apart from the picture, which they need not wait for.
+    sliders = [ball, height, place, top, eye, error]
+    mo.hstack(sliders, justify="start", wrap=True)
+    return (sliders,)
+
+
+@app.cell
+def _(png, shown, sliders):
+    _picture, _seconds = png(*(s.value for s in sliders))
+    _picture = mo.image(_picture, alt="irradiance, gradient, silhouettes and cache records")
+    _said = f"Redrawn in {1000 * _seconds:.0f} ms; {shown.size} x {shown.size} receivers."
+    mo.vstack([_picture, mo.md(_said)])
     return
 
 
@@ -158,7 +164,10 @@ def _(shown):
     # Drawn once: axes, labels, scales.
     from firstorder.plotting import RADIANCE, SIGNED
 
-    start = jax.tree.map(np.asarray, portraits(shown, jnp.array(START)))
+    with mo.status.spinner(
+        f"Compiling the light of {shown.size**2} receivers, and its gradient ..."
+    ):
+        start = jax.tree.map(np.asarray, portraits(shown, jnp.array(START)))
     extent = (-HALF, HALF, -HALF, HALF)
     moving = {}
     with house_style():
