@@ -113,6 +113,7 @@ $(DOCS_READY): $(READY)
 docs: $(DOCS_READY)
 	$(BIN)/python -m sphinx -W --keep-going --quiet -E -b html docs docs/_build
 	$(BIN)/python -m docs.links docs/_build
+	$(BIN)/python -m docs.browser docs/_build
 
 clean:
 	rm -rf .venv .venv313 .venv-lowest .cache .pytest_cache .ruff_cache .benchmarks .hypothesis

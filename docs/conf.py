@@ -32,6 +32,8 @@ html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_js_files = ["filter.js"]
 html_copy_source = False
+# A search from files may not read other files for their first lines.
+html_show_search_summary = False
 
 
 def setup(app):

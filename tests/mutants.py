@@ -132,9 +132,9 @@ def _changes(node: ast.AST, source: str, span) -> Iterator[tuple[int, int, str]]
                 yield at, at + len(TOKENS[type(op)]), SWAPPED[type(op)]
             if isinstance(op, (ast.Add, ast.Sub)):
                 yield begin, end, source[slice(*span(left))]
-        case ast.UnaryOp(ast.USub() | ast.Not(), operand):
+        case ast.UnaryOp(ast.USub() | ast.Not() as op):
             start, _ = span(node)
-            yield start, span(operand)[0], ""
+            yield start, start + len("-" if isinstance(op, ast.USub) else "not"), ""
         case ast.Constant(int() | float() as value) if _is_number(node):
             yield *span(node), repr(type(value)(2 * value or 1))
         case ast.Compare(left, [op], [right]) if type(op) in COMPARED:

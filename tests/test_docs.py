@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from docs import generate, links
+from docs import browser, generate, links
 from docs.generate import api, claims, drawn, equations, own_words, steps
 from docs.generate import markdown as md
 from figures import claims as figure_claims
@@ -267,6 +267,29 @@ def test_a_built_site_with_a_broken_link_is_seen(tmp_path):
     (tmp_path / "b.html").write_text('<p id="elsewhere"><img src="gone.png">')
     assert links.broken(tmp_path) == ["a.html: b.html#there", "b.html: gone.png"]
     assert links.main(str(tmp_path)) == 1
+
+
+@pytest.mark.skipif(browser.browser() is None, reason="there is no browser here")
+def test_a_page_that_fails_in_a_browser_is_seen(tmp_path):
+    found = '<h1>A</h1><ul class="search"><li>here</li></ul>'
+    for name in ("index", "search"):
+        (tmp_path / f"{name}.html").write_text(found)
+    assert browser.main(str(tmp_path)) == 0
+    (tmp_path / "index.html").write_text("<p><script>throw new Error('gone')</script>")
+    (tmp_path / "search.html").write_text(found.replace("li>", "p>"))
+    words = browser.wrong(tmp_path)
+    assert ["Uncaught" in words[0], *words[1:]] == [
+        True,
+        "index.html: no heading is shown",
+        "search: nothing is found for irradiance",
+    ]
+    assert browser.main(str(tmp_path)) == 1
+
+
+def test_where_there_is_no_browser_that_is_said(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(browser, "browser", lambda: None)
+    assert browser.main(str(tmp_path)) == 0
+    assert "no browser" in capsys.readouterr().out
 
 
 @slow

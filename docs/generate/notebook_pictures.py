@@ -1,7 +1,7 @@
 """The pictures that the notebooks draw, kept beside the site, which does not run them.
 
 `python -m docs.generate.notebook_pictures` runs each at its own size and keeps what it draws before
-a slider is moved (`make readme`).
+a slider is moved (`make readme`). The explorer draws on its page: its picture needs a browser.
 """
 
 from __future__ import annotations
@@ -13,9 +13,11 @@ import pathlib
 import re
 import subprocess
 import sys
+from typing import Any
 
 from PIL import Image
 
+from docs import browser
 from docs.generate import kept
 from docs.generate import markdown as md
 
@@ -28,6 +30,15 @@ import importlib, json, sys
 sys.path.insert(0, sys.argv[1])
 outputs, _ = importlib.import_module(sys.argv[2]).app.run()
 print(json.dumps([getattr(output, "text", "") for output in outputs]))
+"""
+
+_PAGE = """
+import json, sys
+sys.path.insert(0, sys.argv[1])
+from firstorder import session
+session.start()
+from flatland_explorer import widget
+print(json.dumps([widget.SCRIPT, dict(widget.Explorer().draw().shown)]))
 """
 
 
@@ -61,9 +72,26 @@ def _small(picture: bytes) -> bytes:
 
 def _drawn(name: str) -> list[bytes]:
     """What a notebook draws when it is opened."""
-    command = [sys.executable, "-c", _RUN, str(NOTEBOOKS), name]
+    if name == "explorer":
+        return [_explorer()]
+    return pictures("".join(_run(_RUN, name)))
+
+
+def _explorer() -> bytes:
+    """The page of the explorer, by its own drawing commands."""
+    script, shown = _run(_PAGE)
+    size = re.search(r"SIZE = \{ width: (\d+), height: (\d+) \}", script)
+    assert size, "pictures.js says how large the page is"
+    drawing = f"document.body.innerHTML = svg(commands({json.dumps(shown)}));"
+    page = f'<body style="margin: 0"></body><script type="module">{script}\n{drawing}</script>'
+    return browser.photographed(page, int(size[1]), int(size[2]))
+
+
+def _run(program: str, *arguments: str) -> Any:
+    """What a program says in JSON in its last line."""
+    command = [sys.executable, "-c", program, str(NOTEBOOKS), *arguments]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
-    return pictures("".join(json.loads(done.stdout.splitlines()[-1])))
+    return json.loads(done.stdout.splitlines()[-1])
 
 
 def keep() -> None:

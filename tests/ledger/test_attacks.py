@@ -3,8 +3,11 @@ import functools
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 import pytest
 
+from firstorder.checks.registry import all_cases
+from firstorder.checks.squares import _converted_once
 from firstorder.fields import gaussian
 from firstorder.ledger import FACTORS, Check, Row, attack, functions_of, put_out
 from firstorder.numerics._compiled import compiled
@@ -194,3 +197,15 @@ def test_private_methods_are_not_attacked_on_their_own():
 def test_what_cannot_be_attacked_is_one_sentence(name, words):
     with pytest.raises(ValueError, match=words):
         functions_of(name)
+
+
+def test_a_truth_of_a_square_that_was_found_under_attack_is_forgotten():
+    case = all_cases()["travel"]
+    right = np.array(_converted_once(case, "gradient"))
+
+    def error():
+        return float(np.max(np.abs(_converted_once(case, "gradient") - right)))
+
+    row = Row("T.9", "definition", "firstorder.transport.Travel", brute_force=Check(error, 1e-9))
+    assert attack([row])[0].noticed == {1.001: "brute_force", -1.0: "brute_force"}
+    assert error() == 0.0

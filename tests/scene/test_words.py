@@ -104,5 +104,5 @@ def test_bands_are_told_each_and_are_no_batch():
         "  sky: (1, 0.5, 0.25) from everywhere",
     ]
     walls = flatland.box((0.0, 0.0), (1.0, 1.0), inward=True)
-    room = flatland.Scene.of(flatland.primitive(walls, name="room", emission=(1.0, 0.5)))
-    assert repr(room).splitlines()[1].endswith("emits (1, 0.5)")
+    room = flatland.Scene.of(flatland.primitive(walls, name="room", emission=[(1.0, 0.5, 0.2)]))
+    assert repr(room).splitlines()[1].endswith("emits (1, 0.5, 0.2)")

@@ -9,6 +9,7 @@ for wavelets. Along the other way the step's own rule acts on the portrait of th
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Callable
 from typing import Any, Literal
 
@@ -142,26 +143,38 @@ def _in_blocks(at: Callable, grid: Grid):
     return sample(points).reshape(grid.size)
 
 
-# Truths of cases, and the jets of a step by its own rule: what they are of keeps its id alive.
-_CONVERTED: dict[tuple[int, str], Any] = {}
-_RULED: dict[tuple[int, int], Any] = {}
+class _Itself:
+    """A case or step as the key of what is remembered of it: no other is equal, and it lives on."""
+
+    def __init__(self, thing: Any):
+        self.thing = thing
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Itself) and other.thing is self.thing
+
+    def __hash__(self) -> int:
+        return id(self.thing)
+
+
+# Caches of `functools`, which `ledger.attacks` knows how to make forget.
+@functools.cache
+def _converted(case: _Itself, portrait: str):
+    return jax.tree.map(np.asarray, by_conversion(case.thing, portrait))
 
 
 def _converted_once(case: Case, portrait: str):
     """`by_conversion`, remembered: every fault of a cell is compared with the same truth."""
-    key = (id(case), portrait)
-    if key not in _CONVERTED:
-        _CONVERTED[key] = (case, jax.tree.map(np.asarray, by_conversion(case, portrait)))
-    return _CONVERTED[key][1]
+    return _converted(_Itself(case), portrait)
+
+
+@functools.lru_cache(maxsize=1)
+def _ruled(case: _Itself, step: _Itself):
+    return _jets(step.thing(case.thing.field), jnp.asarray(case.thing.rays))
 
 
 def _ruled_once(case: Case, step: Step):
     """Jets by the rule of a step, remembered until the next step: gradient and Hessian are both."""
-    key = (id(case), id(step))
-    if key not in _RULED:
-        _RULED.clear()
-        _RULED[key] = (case, step, _jets(step(case.field), jnp.asarray(case.rays)))
-    return _RULED[key][2]
+    return _ruled(_Itself(case), _Itself(step))
 
 
 # Compiled once for all steps that differ in numbers alone, as many faults do.

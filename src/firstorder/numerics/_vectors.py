@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+import inspect
 from typing import TypeVar
 
 import jax
@@ -154,8 +156,17 @@ def inverse_and_det(axes: Float[Array, "*n 3 3"]) -> tuple[Float[Array, "*n 3 3"
 
 def rows(a: Shaped[Array, "n *k"], which: Int[Array | np.ndarray, "*m"]) -> Shaped[Array, "..."]:
     """Rows by numbers of which none is negative or too large: one copy and no questions."""
-    # JAX turns no unsigned number into one from the end.
+    there = a.at[which.astype(np.int32)]
+    if _may_wrap(type(there)):
+        return there.get(mode="promise_in_bounds", wrap_negative_indices=False)
+    # An older JAX turns no unsigned number into one from the end, but converts each time.
     return a.at[which.astype(np.uint32)].get(mode="promise_in_bounds")
+
+
+@functools.cache
+def _may_wrap(reference: type) -> bool:
+    """Whether this JAX can be told that no number counts from the end."""
+    return "wrap_negative_indices" in inspect.signature(reference.get).parameters
 
 
 def matvec(matrix: Float[Array, "*#n 3 3"], a: Vectors) -> Vectors:

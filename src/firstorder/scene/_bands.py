@@ -72,7 +72,7 @@ def band_columns(columns: Mapping[str, Any]) -> dict[str, np.ndarray]:
     found = {}
     for name, column in columns.items():
         column = np.asarray(column)
-        if column.ndim == 2:
+        if column.ndim == 2 and column.shape[1] > 1:
             each = zip(band_names(column.shape[1]), column.T, strict=True)
             found |= {f"{name}.{band}": values for band, values in each}
         else:
