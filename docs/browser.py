@@ -68,7 +68,7 @@ def wrong(folder: pathlib.Path) -> list[str]:
             found.append(f"{name}: no heading is shown")
     shown, errors = opened(f"{(folder / 'search.html').resolve().as_uri()}?q={SOUGHT}")
     found += [f"search: {words}" for words in errors]
-    if not re.search(r'<ul class="search">.*?<li', shown, re.S):
+    if not re.search(r'<ul[^>]*class="search"[^>]*>\s*<li', shown):
         found.append(f"search: nothing is found for {SOUGHT}")
     return found
 

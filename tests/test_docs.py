@@ -271,7 +271,7 @@ def test_a_built_site_with_a_broken_link_is_seen(tmp_path):
 
 @pytest.mark.skipif(browser.browser() is None, reason="there is no browser here")
 def test_a_page_that_fails_in_a_browser_is_seen(tmp_path):
-    found = '<h1>A</h1><ul class="search"><li>here</li></ul>'
+    found = '<h1>A</h1><ul role="list" class="search"><li>here</li></ul>'
     for name in ("index", "search"):
         (tmp_path / f"{name}.html").write_text(found)
     assert browser.main(str(tmp_path)) == 0
