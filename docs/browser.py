@@ -20,7 +20,7 @@ SOUGHT = "irradiance"  # a word that many pages have
 
 
 def browser() -> str | None:
-    """Where a browser is."""
+    """Path of a browser; None if there is none."""
     return next(filter(None, map(shutil.which, NAMES)), None)
 
 
@@ -58,7 +58,7 @@ def chosen(folder: pathlib.Path) -> list[pathlib.Path]:
 
 
 def wrong(folder: pathlib.Path) -> list[str]:
-    """What is wrong with the pages that are opened."""
+    """Sentences about the pages that do not open as they should."""
     found = []
     for page in chosen(folder):
         shown, errors = opened(page.resolve().as_uri())

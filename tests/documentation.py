@@ -116,13 +116,13 @@ def definitions(module: str) -> dict[str, Any]:
 
 
 def section(doc: str, head: str) -> str:
-    """What stands under a head, or beside it."""
+    """Text under a head, or beside it."""
     found = re.search(rf"^{head}:(.*?)(?=^{SECTIONS}:|\Z)", doc, re.S | re.M)
     return found[1] if found else ""
 
 
 def prose(doc: str) -> str:
-    """What comes before the first head."""
+    """Text before the first head."""
     return re.split(rf"^{SECTIONS}:", doc, maxsplit=1, flags=re.M)[0]
 
 
@@ -259,7 +259,7 @@ NEVER = {
 
 
 def bodies(of: Public) -> list[ast.AST]:
-    """What runs when a name is called: a function; of a class what makes and checks one.
+    """Functions that run when a name is called: itself; of a class those that make and check one.
 
     Without arguments there is nothing to refuse.
     """
@@ -293,7 +293,7 @@ def passing(node: ast.AST) -> Iterator[ast.AST]:
 
 
 def raised_by(module: str, called: Any, depth: int, seen: frozenset[Any]) -> set[str]:
-    """The same of a call of one of the library's own functions or classes."""
+    """Errors of a call of one of the library's own functions or classes."""
     if called in seen or not (inspect.isroutine(called) or inspect.isclass(called)):
         return set()
     there = called.__module__ or ""
@@ -367,13 +367,13 @@ FOLDERS = ("tests", "figures", "docs", "examples", "notebooks", "benchmarks", "g
 
 @functools.cache
 def called_outside() -> frozenset[int]:
-    """What anybody outside the library calls by its name, each by its id."""
+    """Things that are called by name outside the library, each by its id."""
     files = [f for folder in FOLDERS for f in (ROOT / folder).rglob("*.py")]
     return frozenset(i for f in files for i in called_in(ast.parse(f.read_text("utf-8"))))
 
 
 def called_in(tree: ast.Module) -> Iterator[int]:
-    """What a file calls of the library: a name that it imports, or one of a chapter's."""
+    """Things of the library that a file calls: a name that it imports, or one of a chapter's."""
     ours = {}
     nodes = list(ast.walk(tree))
     for node in nodes:

@@ -121,7 +121,7 @@ def _below(node: ast.AST) -> Iterator[ast.AST]:
 
 
 def _changes(node: ast.AST, source: str, span) -> Iterator[tuple[int, int, str]]:
-    """What can be changed at a node: start, end, and the text instead."""
+    """Changes that a node allows: start, end, and the text instead."""
     match node:
         case ast.BinOp(left, op, right) if type(op) in TOKENS:
             if isinstance(left, (ast.Constant, ast.JoinedStr)) and not _is_number(left):

@@ -595,7 +595,7 @@ SINGLE = (
 
 
 def said(program, **flags):
-    """What a fresh process prints, without the flags of this one."""
+    """Output of a fresh process, without the flags of this one."""
     environment = {k: v for k, v in os.environ.items() if k != "XLA_FLAGS"} | flags
     command = [sys.executable, "-c", program]
     done = subprocess.run(command, capture_output=True, text=True, env=environment)

@@ -98,7 +98,7 @@ def _measured_ledger() -> Measured:
 
 
 def _judged(row: dict[str, Any]) -> dict[str, Any]:
-    """What is kept of a row: its status, and of each route that passed the error."""
+    """Record of a row that is kept: its status, and of each route that passed the error."""
     routes = {name: row[name] for name in (*ROUTES, EXTRA) if name in row}
     passed = {k: _rounded(v["error"]) for k, v in routes.items() if v["verdict"] == "pass"}
     return {"status": row["status"], "errors": passed}

@@ -71,7 +71,7 @@ def _small(picture: bytes) -> bytes:
 
 
 def _drawn(name: str) -> list[bytes]:
-    """What a notebook draws when it is opened."""
+    """Pictures that a notebook draws when it is opened."""
     if name == "explorer":
         return [_explorer()]
     return pictures("".join(_run(_RUN, name)))
@@ -88,7 +88,7 @@ def _explorer() -> bytes:
 
 
 def _run(program: str, *arguments: str) -> Any:
-    """What a program says in JSON in its last line."""
+    """Object that a program writes as JSON in its last line."""
     command = [sys.executable, "-c", program, str(NOTEBOOKS), *arguments]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     return json.loads(done.stdout.splitlines()[-1])

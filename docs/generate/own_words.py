@@ -90,7 +90,7 @@ def _glossary() -> str:
 
 
 def papers_words() -> list[tuple[Any, str]]:
-    """What the papers call a public function or class, wherever its docstring says so."""
+    """Names of public functions and classes in the papers, as their docstrings say them."""
     things = {id(thing): thing for thing in api.public_names().values()}
     said = ((thing, _CALLED.search(inspect.getdoc(thing) or "")) for thing in things.values())
     return [(thing, " ".join(found[1].split())) for thing, found in said if found]

@@ -149,7 +149,7 @@ def _case(case: Case) -> str:
 
 
 def _verdict(case: Case, portrait: str) -> str:
-    """What the square of a portrait was measured to be, and the largest error that passes."""
+    """Words for a square: its measured error, and the largest that passes."""
     said = kept.squares().get(case.name, {}).get(portrait)
     bound = f"at most {case.bound(portrait):.0e} passes"
     if said is None:

@@ -58,16 +58,16 @@ class Asked:
 
     @cached_property
     def steps(self) -> dict[str, np.ndarray]:
-        """What those places see."""
+        """Views of those places."""
         return self.looked(self.grid)
 
     @cached_property
     def lit(self) -> Lit:
-        """What light falls on the receiver."""
+        """Curve of the light on the receiver."""
         return lit(self)
 
     def looked(self, s: np.ndarray, tilt: float = 0.0) -> dict[str, np.ndarray]:
-        """What any places of the receiver see, `count` at a time: one program does for all."""
+        """Views of any places of the receiver, `count` at a time: one program does for all."""
         found = []
         for k in range(0, len(s), self.count):
             rows = np.resize(s[k : k + self.count], self.count)

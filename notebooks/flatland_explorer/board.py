@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from firstorder.conventions import direction
 from firstorder.flatland import (
     Arcs,
     Circles,
@@ -73,14 +74,14 @@ class Part:
             return at["start"] + s[:, None] * way, np.broadcast_to(way, (len(s), 2))
         if self.kind == "arc":
             angle, r = at["start"] + s * at["sweep"], at["radius"]
-            return at["center"] + r * directions(angle), r * at["sweep"] * _left(angle)
+            return at["center"] + r * direction(angle), r * at["sweep"] * _left(angle)
         if self.kind == "circle":
             r = at["radius"]
-            return at["center"] + r * directions(turn * s), r * turn * _left(turn * s)
+            return at["center"] + r * direction(turn * s), r * turn * _left(turn * s)
         if self.kind == "ellipse":
             c, t = np.cos(at["tilt"]), np.sin(at["tilt"])
             turned = np.array([[c, t], [-t, c]])
-            points, ways = directions(turn * s) * at["semi"], turn * _left(turn * s) * at["semi"]
+            points, ways = direction(turn * s) * at["semi"], turn * _left(turn * s) * at["semi"]
             return at["center"] + points @ turned, ways @ turned
         k = np.arange(len(at["cosines"]))
         wave, rate = -turn * s[:, None] * k, -turn * k
@@ -121,7 +122,7 @@ class Part:
 
 @dataclasses.dataclass(frozen=True)
 class Board:
-    """What is edited: the parts in the order of the scene's numbers, and who receives.
+    """Scene that is edited: its parts in the order of their numbers, and who receives.
 
     Attributes:
         parts: shapes sorted as a `Scene` numbers them; point lights last.
@@ -265,14 +266,15 @@ def bent(start: Any, end: Any, through: Any) -> dict[str, Any]:
     }
 
 
-def directions(angle: np.ndarray) -> np.ndarray:
-    """Unit vectors at angles counter-clockwise from +y."""
-    return np.stack([-np.sin(angle), np.cos(angle)], -1)
+def angle_from(n: float, way: np.ndarray) -> float:
+    """Angle of a vector from a normal at angle n, between -pi and pi."""
+    angle = np.arctan2(-way[0], way[1]) - n
+    return float(np.arctan2(np.sin(angle), np.cos(angle)))
 
 
 def _left(angle: np.ndarray) -> np.ndarray:
-    """The derivative of `directions`."""
-    return np.stack([-np.cos(angle), -np.sin(angle)], -1)
+    """The derivative of `direction`: the unit vector a quarter of a turn further."""
+    return direction(angle + 0.5 * np.pi)
 
 
 def plain(value: Any) -> Any:

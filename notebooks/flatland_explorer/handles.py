@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from firstorder.conventions import direction
+
 from .board import (
     FLATTEST,
     LAMP,
@@ -19,8 +21,8 @@ from .board import (
     POINT,
     Board,
     Part,
+    angle_from,
     bent,
-    directions,
     sorted_board,
 )
 
@@ -41,7 +43,7 @@ def handles(board: Board) -> dict[str, tuple[float, float]]:
             found[f"{k}.{role}"] = tuple(float(v) for v in place)
         found[f"{k}.body"] = tuple(float(v) for v in part.middle)
     place, n = probe_frame(board)
-    tip = place + 1.6 * stem(board) * directions(np.asarray(n + board.tilt))
+    tip = place + 1.6 * stem(board) * direction(np.asarray(n + board.tilt))
     found["probe.place"] = tuple(float(v) for v in place)
     found["probe.normal"] = tuple(float(v) for v in tip)
     return found
@@ -152,10 +154,8 @@ def probe_frame(board: Board) -> tuple[np.ndarray, float]:
 def _probe_moved(board: Board, role: str, to: np.ndarray) -> Board:
     place, n = probe_frame(board)
     if role == "normal":
-        w = to - place
-        angle = np.arctan2(-w[0], w[1]) - n
-        tilt = np.arctan2(np.sin(angle), np.cos(angle))
-        return dataclasses.replace(board, tilt=float(np.clip(tilt, -1.4, 1.4)))
+        tilt = float(np.clip(angle_from(n, to - place), -1.4, 1.4))
+        return dataclasses.replace(board, tilt=tilt)
     line = board.parts[board.receiver].outline()
     a, e = line[:-1], np.diff(line, axis=0)
     t = np.clip(np.sum((to - a) * e, -1) / np.maximum(np.sum(e * e, -1), 1e-30), 0.0, 1.0)

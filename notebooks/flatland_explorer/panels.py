@@ -19,6 +19,7 @@ from firstorder.caching import (
     radius_for,
     random_orders,
 )
+from firstorder.conventions import direction
 
 from . import paths, programs
 from .asked import EMPTY, Asked
@@ -71,7 +72,7 @@ def view_panel(asked: Asked) -> dict[str, Any]:
     there = np.flatnonzero(b - a > EMPTY)
     share = np.array([1e-6, 0.25, 0.5, 0.75, 1.0 - 1e-6])
     theta = a[there, None] + (b - a)[there, None] * share
-    along = _directions(seen["n"][0] + theta).reshape(-1, 2)
+    along = direction(seen["n"][0] + theta).reshape(-1, 2)
     origins = np.broadcast_to(seen["place"][0], along.shape)
     t = asked.traced(origins, along, np.full(len(along), board.receiver))["t"]
     far = FAR * (board.window[1] - board.window[0])
@@ -159,7 +160,7 @@ def _varying(asked: Asked, strips: Float[np.ndarray, "m 5"]) -> Float[np.ndarray
     def sent(row, theta):
         """Radiance along rays of strips, and what jumps where it does."""
         at, origins = asked.steps["n"][columns[row]], asked.steps["place"][columns[row]]
-        return _bounced(asked, origins, _directions(at + theta))
+        return _bounced(asked, origins, direction(at + theta))
 
     width = (strips[:, 2] - strips[:, 1])[:, None]
     ends = strips[:, 1:2] + width * np.arange(CELLS + 1) / CELLS
@@ -319,7 +320,3 @@ def listed(values: Any) -> list:
     if np.all(np.isfinite(a)):
         return a.tolist()
     return np.where(np.isfinite(a), a.astype(object), None).tolist()
-
-
-def _directions(angle: Float[np.ndarray, "*m"]) -> Float[np.ndarray, "*m 2"]:
-    return np.stack([-np.sin(angle), np.cos(angle)], -1)

@@ -13,7 +13,7 @@ from firstorder.conventions import FLATLAND
 from firstorder.fields import Covariance, gaussian
 from firstorder.transport import Arrival, Curvature, Incidence, Mirror, Outgoing, Path, Travel
 
-from .board import Board, Part
+from .board import Board, Part, angle_from
 from .handles import probe_frame
 
 SPREAD = 0.3  # of the Gaussian that stands for the lamp, in angle [rad]
@@ -75,22 +75,17 @@ def central_ray(board: Board) -> CentralRay | None:
         found = _reflection(part, lamp, probe) if part.reflects else None
         if found is not None:
             place, normal, kappa = found
-            received = _angle_from(n, place - probe)
+            received = angle_from(n, place - probe)
             if abs(received) < 0.49 * np.pi:
                 facing = np.arctan2(-normal[0], normal[1])
                 points = tuple(tuple(float(v) for v in p) for p in (lamp, place, probe))
                 sigma = _across(lamps[0], place - lamp)
-                return CentralRay(points, sigma, received, _angle_from(facing, lamp - place), kappa)
-    received = _angle_from(n, lamp - probe)
+                return CentralRay(points, sigma, received, angle_from(facing, lamp - place), kappa)
+    received = angle_from(n, lamp - probe)
     if abs(received) > 0.49 * np.pi:
         return None
     points = tuple(tuple(float(v) for v in p) for p in (lamp, probe))
     return CentralRay(points, _across(lamps[0], probe - lamp), received)
-
-
-def _angle_from(n: float, way: np.ndarray) -> float:
-    angle = np.arctan2(-way[0], way[1]) - n
-    return float(np.arctan2(np.sin(angle), np.cos(angle)))
 
 
 def _across(lamp: Part, way: np.ndarray) -> float:

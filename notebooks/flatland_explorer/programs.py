@@ -6,6 +6,7 @@ compiled program. `movable` makes arrays of it, so that a shape may be dragged a
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import equinox as eqx
@@ -93,7 +94,7 @@ def _crossed(scene: Scene, pairs: Int[Array, "c 2"], near: Float[Array, "c 2"]) 
 
 @eqx.filter_jit
 def looked(world: Movable, index: Int[Array, ""], s: Float[Array, " m"], tilt: Float[Array, " m"]):
-    """What places of the receiver see: gaps between edges, exact, and what shines in each.
+    """Views of places of the receiver: gaps between edges, exact, and what shines in each.
 
     Args:
         world: the scene.
@@ -160,7 +161,7 @@ def lighting(
         return jnp.stack([d.value, d.first, d.second])
 
     def on_curve(s, _):
-        E = lambda at: irradiance(scene, at, cuts=world.cuts)  # noqa: E731
+        E = functools.partial(irradiance, scene, cuts=world.cuts)
         d = derivatives_on_shape(E, scene, index, s)
         return jnp.stack([d.value, d.first, d.second])
 

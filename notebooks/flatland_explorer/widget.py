@@ -150,7 +150,7 @@ class Explorer(anywidget.AnyWidget):
 
 
 def _form(board: Board) -> tuple:
-    """What programs depend on: how many parts of each kind there are, and who receives."""
+    """Key of a program: how many parts of each kind there are, and who receives."""
     kinds = [part.kind for part in board.parts]
     counts = tuple(kinds.count(kind) for kind in (*KINDS, "point"))
     straight = board.parts[board.receiver].kind == "segment"

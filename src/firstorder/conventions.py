@@ -30,7 +30,7 @@ Time
 from __future__ import annotations
 
 import dataclasses
-from typing import Literal
+from typing import Literal, overload
 
 import jax.numpy as jnp
 import numpy as np
@@ -130,11 +130,15 @@ def frame_with(axis: str, frame: Frame) -> Frame:
     return stated.get(axis, frame) if frame.implied else frame
 
 
-def direction(a: Float[Array, "..."]) -> Float[Array, "... 2"]:
+@overload
+def direction(a: Float[np.ndarray, "..."]) -> Float[np.ndarray, "... 2"]: ...
+@overload
+def direction(a: Float[Array, "..."]) -> Float[Array, "... 2"]: ...
+def direction(a: Float[Array | np.ndarray, "..."]) -> Float[Array | np.ndarray, "... 2"]:
     """Unit vector at angle `a`, counter-clockwise from the normal +y.
 
     Args:
-        a: angles [rad], of any shape.
+        a: angles [rad], of any shape; by NumPy if they are an array of it, which compiles nothing.
 
     Example:
         >>> import jax.numpy as jnp
@@ -142,7 +146,8 @@ def direction(a: Float[Array, "..."]) -> Float[Array, "... 2"]:
         >>> direction(jnp.array(-jnp.pi / 2)).round(9).tolist()  # to the right
         [1.0, 0.0]
     """
-    return jnp.stack([-jnp.sin(a), jnp.cos(a)], axis=-1)
+    xp = np if isinstance(a, np.ndarray) else jnp
+    return xp.stack([-xp.sin(a), xp.cos(a)], axis=-1)
 
 
 def cylindrical(

@@ -233,7 +233,7 @@ def _receivers(scene) -> tuple[str, ...]:
 
 
 def _words(source: str, out: pathlib.Path, tables: list[str]) -> str:
-    """What was written, and what to try next."""
+    """Words about the files that were written, and commands to try next."""
     next_ = {
         "scene list": "other scenes",
         f"scene {source} --toml mine.toml": "this scene, as a file to edit",
@@ -252,7 +252,7 @@ def _words(source: str, out: pathlib.Path, tables: list[str]) -> str:
 
 
 def _tell(words: str) -> None:
-    """What is waited for, at once and where it does not stand among the numbers."""
+    """Prints words at once, where they do not stand among the numbers."""
     print(words, file=sys.stderr, flush=True)
 
 

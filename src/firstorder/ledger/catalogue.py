@@ -71,7 +71,7 @@ def _entry(file: str, equation: str, table: Any) -> Entry:
 
 
 def own_entry(row: Row) -> Entry:
-    """What a row without a catalogue says of itself.
+    """Entry of a row without a catalogue, by what the row says of itself.
 
     Raises:
         ValueError: if it says nothing.

@@ -23,7 +23,7 @@ DIFFERENT = 1e-3
 
 @dataclasses.dataclass(frozen=True)
 class Verdict:
-    """What one route says: pass, fail, not applicable or not yet."""
+    """Verdict of one route: pass, fail, not applicable or not yet."""
 
     verdict: str
     error: float | None = None
@@ -51,7 +51,7 @@ class Result:
 
     @property
     def status(self) -> str:
-        """What the row may be counted as: fail, not yet, stated or pass.
+        """Verdict by which the row is counted: fail, not yet, stated or pass.
 
         One failed route fails the row, and so does a kind that is not so; a route that nobody has
         written leaves it at "not yet"; a definition with nothing to judge is "stated", which is not

@@ -155,7 +155,7 @@ class Row:
 
     @property
     def paper(self) -> str:
-        """What the id says before its first dot."""
+        """Name of the paper: the part of the id before its first dot."""
         return self.equation.partition(".")[0]
 
 

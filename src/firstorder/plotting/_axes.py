@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from matplotlib.axes import Axes
 
+from firstorder._argument_checks import is_concrete
 from firstorder.plotting.style import label
 
 
@@ -14,6 +16,30 @@ def label_axes(ax: Axes, names: tuple[str, str], spectrum: bool = False) -> None
     across, up = (f"Omega_{n}" if spectrum else n for n in names)
     ax.set_xlabel(label(across))
     ax.set_ylabel(label(up))
+
+
+def check_one_of_numbers(name: str, thing: Any, kind: str, batch: Callable[[Any], Any]) -> None:
+    """Refuses to draw what is not one thing of numbers.
+
+    Args:
+        name: of the argument.
+        thing: to be drawn.
+        kind: of thing, in a word.
+        batch: says how many of them a thing of numbers holds; nothing for one alone.
+
+    Raises:
+        ValueError: if it is traced, or a batch.
+    """
+    if not is_concrete(thing):
+        raise ValueError(
+            f"Argument `{name}` must hold numbers to be drawn, but is traced or made of symbols: "
+            "draw it outside of jit, grad and vmap."
+        )
+    if several := batch(thing):
+        raise ValueError(
+            f"Argument `{name}` must be one {kind} to be drawn, but is a batch of {several}: "
+            f"draw jax.tree.map(lambda leaf: leaf[0], {name}), or another of them."
+        )
 
 
 def colour_bar(ax: Axes, colours: Any, words: str, height: float = 1.0) -> None:

@@ -106,7 +106,7 @@ def _png(pixels: Image.Image) -> bytes:
 
 
 def told(thing: Any) -> str:
-    """What a thing is, in a line or a few."""
+    """Words for a thing, in a line or a few."""
     match thing:
         case Field() | Spectrum():
             names = ", ".join(thing.frame.coordinates)

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 
-from firstorder._argument_checks import is_concrete
 from firstorder.caching import Cache
 from firstorder.caching.regions import CLAMPS
-from firstorder.plotting._axes import colour_bar, label_axes
+from firstorder.plotting._axes import check_one_of_numbers, colour_bar, label_axes
 from firstorder.plotting._plot_light import show_no_value
 from firstorder.plotting.caches import _INK, _MARKS, _draw_ellipses
 from firstorder.plotting.light import show_light_field
@@ -25,16 +24,7 @@ def check_cache(cache: Cache) -> None:
     Raises:
         ValueError: if it is traced, or a batch of caches.
     """
-    if not is_concrete(cache):
-        raise ValueError(
-            "Argument `cache` must hold numbers to be drawn, but is traced: "
-            "draw it outside of jit, grad and vmap."
-        )
-    if batch := tuple(cache.records.position.shape[:-2]):
-        raise ValueError(
-            f"Argument `cache` must be one cache to be drawn, but is a batch of {batch}: "
-            "draw jax.tree.map(lambda leaf: leaf[0], cache), or another of them."
-        )
+    check_one_of_numbers("cache", cache, "cache", lambda c: c.records.position.shape[:-2])
 
 
 def plot_cache(ax: Axes, cache: Cache, size: int = 0) -> None:

@@ -8,7 +8,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.path import Path
 
-from firstorder._argument_checks import is_concrete
 from firstorder.fields import (
     Edge,
     Field,
@@ -20,7 +19,7 @@ from firstorder.fields import (
 from firstorder.flatland import LightField
 from firstorder.laws import Integrate, Multiply
 from firstorder.laws.base import FieldImage
-from firstorder.plotting._axes import colour_bar
+from firstorder.plotting._axes import check_one_of_numbers, colour_bar
 from firstorder.plotting._windows import frequencies_of, source_of, window_of
 from firstorder.plotting.flatland import _outlines
 from firstorder.plotting.light import log_magnitude, show_light_field, show_spectrum
@@ -89,7 +88,7 @@ def _transformed(F: Spectrum, window: Grid) -> np.ndarray:
 
 
 def quantity(field: Field) -> str:
-    """What the values of a field are, with their unit where that is known."""
+    """Label of the values of a field, with their unit where that is known."""
     if not field.frame.directions:
         return "light $L$"  # some direction is integrated out, perhaps under a weight
     unit = isinstance(field, LightField) and field.radiance is None
@@ -109,15 +108,7 @@ def _checked(name: str, portrait: Field | Spectrum, window: Grid | None) -> Grid
             f"Argument `{name}` must be over one or two coordinates to be drawn, but is over "
             f"({names}): draw a section, Function(lambda x, v: L(x, 0.0, v, 0.0), frame) of light."
         )
-    if not is_concrete(portrait):
-        raise ValueError(
-            f"Argument `{name}` must hold numbers to be drawn, but is traced or made of symbols."
-        )
-    if batch := _batch_of(portrait):
-        raise ValueError(
-            f"Argument `{name}` must be one {name} to be drawn, but is a batch of {batch}: "
-            f"draw jax.tree.map(lambda leaf: leaf[0], {name}), or another of them."
-        )
+    check_one_of_numbers(name, portrait, name, _batch_of)
     if window is not None and len(window.size) != dims:
         raise ValueError(
             f"Argument `window` must be over the {dims} coordinates {names}, "

@@ -12,8 +12,8 @@ from matplotlib.collections import PolyCollection
 from matplotlib.lines import Line2D
 
 from firstorder import flatland, space
-from firstorder._argument_checks import check_known, is_concrete
-from firstorder.plotting._axes import colour_bar, label_axes
+from firstorder._argument_checks import check_known
+from firstorder.plotting._axes import check_one_of_numbers, colour_bar, label_axes
 from firstorder.plotting.flatland import _GLASS, _LAMP, _MIRROR, draw_scene
 from firstorder.scene._words import batch_of
 from firstorder.space import Boxes, Discs, Ellipsoids, Planes, Rectangles, Triangles
@@ -36,16 +36,7 @@ def check_scene(scene: Any) -> None:
     Raises:
         ValueError: if it is traced, or a batch of scenes.
     """
-    if not is_concrete(scene):
-        raise ValueError(
-            "Argument `scene` must hold numbers to be drawn, but is traced: "
-            "draw it outside of jit, grad and vmap."
-        )
-    if batch := batch_of(scene):
-        raise ValueError(
-            f"Argument `scene` must be one scene to be drawn, but is a batch of {batch}: "
-            "draw jax.tree.map(lambda leaf: leaf[0], scene), or another of them."
-        )
+    check_one_of_numbers("scene", scene, "scene", batch_of)
 
 
 def plot_flatland(
@@ -122,7 +113,7 @@ def plot_space(ax: Axes, scene: space.Scene, *, view: str = "front", names: bool
 
 
 def outlines(group: space.Shape, columns: tuple[int, int]) -> list[np.ndarray]:
-    """What each shape of a kind covers of a coordinate plane: corners of a convex polygon, (m, 2).
+    """Outline of each shape of a kind on a coordinate plane: corners of a convex polygon, (m, 2).
 
     A ball's is an ellipse, found from the singular values of its flattened axes; 64 corners.
     """
@@ -217,7 +208,7 @@ def _write_names(ax: Axes, scene: space.Scene, numbers: Sequence[int], polygons)
 
 
 def _key(ax: Axes, entries: Sequence[tuple[str, str, str, Any]]) -> None:
-    """What the colours mean, beside the picture, for those that are in it."""
+    """Draws a legend beside the picture, of the colours that are in it."""
     lines = [
         Line2D([], [], color=color, label=words, linestyle="-" if mark == "-" else "none",
                marker="" if mark == "-" else mark, linewidth=3.0, markersize=8)

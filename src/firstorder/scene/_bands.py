@@ -56,7 +56,7 @@ def bands_of(*things: Any) -> int | None:
 
 
 def band_names(bands: int) -> tuple[str, ...]:
-    """What bands are called in files: R, G and B if there are three, else their numbers from 1."""
+    """Names of bands in files: R, G and B if there are three, else their numbers from 1."""
     return ("R", "G", "B") if bands == 3 else tuple(str(k + 1) for k in range(bands))
 
 
@@ -81,7 +81,7 @@ def band_columns(columns: Mapping[str, Any]) -> dict[str, np.ndarray]:
 
 
 def one_band(thing: Any, number: int) -> Any:
-    """The same thing with one of its bands, and without their axis.
+    """A copy with one of the bands, and without their axis.
 
     Args:
         thing: of any kind; what has no bands in it stays.
@@ -99,7 +99,7 @@ def one_band(thing: Any, number: int) -> Any:
 
 
 def merged_bands(thing: Any) -> Any:
-    """The same thing with one band in which whatever differs in any of its own differs.
+    """A copy with one band, in which whatever differs in any of its own bands differs.
 
     A sum with weights that no scene is likely to cancel: to find where light breaks in some band.
     """
@@ -200,7 +200,7 @@ def _parts(thing: Any) -> list[Any]:
 
 
 def _filled(thing: Any, make: Callable[[Any], Any]) -> Any:
-    """The same tree with others in place of the leaves that have bands."""
+    """A copy of a tree with others in place of the leaves that have bands."""
     leaves, tree = jax.tree.flatten(thing)
     marks = _banded(thing)
     pairs = zip(leaves, marks, strict=True)

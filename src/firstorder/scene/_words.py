@@ -114,7 +114,7 @@ def _table(rows: list[tuple[str, str, str, str]]) -> list[str]:
 
 
 def _lights(scene: Any) -> list[str]:
-    """What shines and has no shape."""
+    """Lines about lights that have no shape."""
     found, points = [], getattr(scene, "points", None)
     if points is not None and is_concrete(points) and (count := np.shape(points.position)[0]):
         at = np.asarray(points.position)
@@ -128,7 +128,7 @@ def _lights(scene: Any) -> list[str]:
 
 
 def _name(sky: Any) -> str:
-    """What a sky is called; a plain function by its own name."""
+    """Name of a sky; a plain function by its own."""
     inner = getattr(sky, "radiance", sky)
     function = getattr(inner, "func", None)
     return getattr(function, "__name__", "") or type(sky).__name__.lstrip("_")

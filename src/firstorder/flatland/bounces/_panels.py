@@ -18,6 +18,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
+from firstorder.conventions import direction
 from firstorder.flatland.discontinuities._critical_lines import (
     open_shapes,
     parameter,
@@ -195,7 +196,7 @@ def _sheets(scene, origins, along, on):
 
 @eqx.filter_jit
 def _fan(scene, place, angles):
-    along = jnp.stack([-jnp.sin(angles), jnp.cos(angles)], -1)
+    along = direction(angles)
     return _sheets(scene, jnp.broadcast_to(place, along.shape), along, -1)
 
 
@@ -207,7 +208,7 @@ def _fans(scene, points, rays):
     def one(index, s, side):
         frame = scene.frame(index, s)
         a = frame.n + side * jnp.pi + theta
-        along = jnp.stack([-jnp.sin(a), jnp.cos(a)], -1)
+        along = direction(a)
         return _sheets(scene, jnp.broadcast_to(frame.position, along.shape), along, index)
 
     def sheet(k):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from firstorder.conventions import direction
 from firstorder.flatland.shapes.kinds import Arcs, Circles, Curves, Ellipses, Segments, Shape
 
 SAMPLES = 257  # along arcs and curves, whose highest points lie between two of them
@@ -33,8 +34,8 @@ def bounds(group: Shape) -> tuple[np.ndarray, np.ndarray]:
         case Arcs():
             start, sweep = np.asarray(group.start), np.asarray(group.sweep)
             angle = start[:, None] + sweep[:, None] * np.linspace(0.0, 1.0, SAMPLES)
-            around = np.stack([-np.sin(angle), np.cos(angle)], -1)
-            points = np.asarray(group.center)[:, None] + group.radius[:, None, None] * around
+            around = group.radius[:, None, None] * direction(angle)
+            points = np.asarray(group.center)[:, None] + around
         case _:
             assert isinstance(group, Curves)
             k = np.arange(group.cosines.shape[1])

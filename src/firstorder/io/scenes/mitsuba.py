@@ -162,7 +162,7 @@ class _Element:
         }
 
     def table(self) -> TomlTable:
-        """What says where the element is and how large."""
+        """Table of the values that say where the element is and how large."""
         left = {k: v for k, v in self.values.items() if k not in (*self.inner, "type", "id")}
         return TomlTable(left, self.place, {}, self.id, 0)
 
