@@ -31,6 +31,9 @@ from figures import claims
 from figures.style import Drawing
 from firstorder import io, plotting, session
 
+# What every figure is made with, beside the modules that those of one paper share.
+_SHARED = ("style.py", "verdicts.py", "timing.py")
+
 
 @dataclass(frozen=True)
 class Options:
@@ -75,11 +78,7 @@ def main(options: Options) -> int:
     io.write_json(options.out / "claims.json", [r for n in records for r in records[n]])
     shown = [r for n in chosen for r in records.get(n, [])]
     print("\n" + claims.table(shown, max(100, shutil.get_terminal_size().columns)))
-    holding = [r["holds"] for r in shown]
-    print(
-        f"\n{len(shown)} claims of {len(chosen)} figures: {holding.count(True)} hold, "
-        f"{holding.count(False)} do not, {holding.count(None)} are undecided."
-    )
+    print(f"\n{claims.summary(shown)}")
     news = claims.differences(shown, claims.kept())
     if news:
         print("Not as in figures/claims.json (`make readme` renews it):\n  " + "\n  ".join(news))
@@ -195,7 +194,7 @@ def _key(name: str, quick: bool) -> str:
 @functools.cache
 def _common_key() -> bytes:
     package = pathlib.Path(firstorder.__file__).parent
-    shared = [claims.FOLDER / "style.py", *sorted(claims.FOLDER.glob("*/*/*.py"))]
+    shared = [*map(claims.FOLDER.joinpath, _SHARED), *sorted(claims.FOLDER.glob("*/*/*.py"))]
     digest = hashlib.sha256()
     for file in [*shared, *sorted(package.rglob("*.py"))]:
         digest.update(file.name.encode() + file.read_bytes())

@@ -1,9 +1,10 @@
 """The table of claims: what the papers say beside what we measure.
 
-A record is one object of `claims.json`: `figure`, `claim`, `paper`, `measured`, `unit`, `holds`,
-`seconds`, `size`, `seed`. Those of the last full run are kept in `figures/claims.json`, without the
-seconds, which are in `figures/seconds.json` and decide what is drawn first; `make readme` renews
-both, `CLAIMS.md`, the README and `docs/portraits.md` (`python -m figures.claims`).
+A record is one object of `claims.json`: `figure`, what `figures.verdicts` tells of a statement or a
+measurement (`claim`, `source`, `paper`, `measured`, `error`, `unit`, `rule`, `scanned`, `verdict`,
+`reason`), `seconds`, `size`, `seed`. Those of the last full run are kept in `figures/claims.json`,
+without the seconds, which are in `figures/seconds.json` and decide what is drawn first; `make readme`
+renews both, `CLAIMS.md`, the README and `docs/portraits.md` (`python -m figures.claims`).
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import shutil
 import textwrap
 from typing import Any
 
+from figures.verdicts import HOLDS, MEASURED, REFUTED, UNDECIDED
 from firstorder import io, session
 from firstorder.checks import table as laws
 
@@ -31,7 +33,6 @@ _BEGIN, _END = "<!-- begin: {} -->", "<!-- end: {} -->"
 GALLERY = (
     "autodiff_fails", "path", "flatland_scenes", "r07_fig13", "e11_fig01", "d05_fig17_meshes",
 )  # fmt: skip
-HOLDS = {True: "yes", False: "NO", None: "-"}
 
 
 def scripts() -> dict[str, pathlib.Path]:
@@ -71,26 +72,28 @@ def longest_first(figures: list[str]) -> list[str]:
     return sorted(figures, key=lambda name: -known.get(name, float("inf")))
 
 
-def quantity(value: float | str | None, unit: str) -> str:
-    """A number in three digits with its unit, or words as they are."""
+def quantity(value: float | str | None, unit: str, error: float | None = None) -> str:
+    """A number in three digits with its unit and standard error, or words as they are.
+
+    Example:
+        >>> quantity(0.51234, "m", 0.0123), quantity("below 1", ""), quantity(None, "m")
+        ('0.512 ± 0.012 m', 'below 1', '-')
+    """
     if value is None or isinstance(value, str):
         return value or "-"
-    return f"{value:.3g} {unit}".strip()
+    spread = f" ± {error:.2g}" if error else ""
+    return f"{value:.3g}{spread} {unit}".strip()
+
+
+def statements(records: list[Record]) -> list[Record]:
+    """What is judged: all but the plain measurements."""
+    return [r for r in records if r["verdict"] != MEASURED]
 
 
 def table(records: list[Record], width: int = 100) -> str:
-    """The claims for a terminal: claim beside measured, and whether it holds."""
-    rows = [("figure", "holds", "paper", "measured", "claim")]
-    rows += [
-        (
-            r["figure"],
-            HOLDS[r["holds"]],
-            quantity(r["paper"], r["unit"]),
-            quantity(r["measured"], r["unit"]),
-            r["claim"],
-        )
-        for r in records
-    ]
+    """The claims for a terminal: claim beside measured, and the verdict."""
+    rows = [("figure", "verdict", "paper", "measured", "claim")]
+    rows += [(r["figure"], r["verdict"], *_quantities(r), r["claim"]) for r in records]
     widths = [min(20, max(len(row[i]) for row in rows)) for i in range(4)]
     widths.append(max(30, width - sum(widths) - 2 * len(widths)))
     lines: list[str] = []
@@ -106,27 +109,57 @@ def table(records: list[Record], width: int = 100) -> str:
 
 
 def markdown(records: list[Record]) -> str:
-    """The claims for `CLAIMS.md`: names, claims and verdicts, and no timings."""
-    rows = [
+    """The claims for `CLAIMS.md`: what is refuted and why, every statement, every measurement."""
+    refuted = [
+        f"- **{r['source']}** (`{r['figure']}`): {r['claim']}. Paper: {_quantities(r)[0]}; "
+        f"measured: {_quantities(r)[1]}. {r['reason']}".rstrip()
+        for r in records
+        if r["verdict"] == REFUTED
+    ]
+    said = [
         [
             r["figure"],
+            r["source"],
             r["claim"],
-            quantity(r["paper"], r["unit"]),
-            quantity(r["measured"], r["unit"]),
-            HOLDS[r["holds"]],
+            *_quantities(r),
+            "; ".join(filter(None, (r["rule"], r["scanned"]))),
+            r["verdict"],
         ]
-        for r in records
+        for r in statements(records)
     ]
-    return markdown_table(["figure", "claim", "paper", "measured", "holds"], rows)
+    numbers = [
+        [r["figure"], r["claim"], _quantities(r)[1]] for r in records if r["verdict"] == MEASURED
+    ]
+    head = ["figure", "says", "claim", "paper", "measured", "read as", "verdict"]
+    parts = (
+        ("What is refuted, and why", "\n".join(refuted)),
+        ("Statements", markdown_table(head, said)),
+        ("Measurements", markdown_table(["figure", "what", "measured"], numbers)),
+    )
+    return "\n\n".join(f"## {title}\n\n{text}" for title, text in parts)
 
 
 def summary(records: list[Record]) -> str:
     """How many claims hold, in one sentence."""
-    yes, no, open_ = ([r["holds"] for r in records].count(v) for v in (True, False, None))
+    found = [r["verdict"] for r in records]
+    hold, refuted, undecided, plain = map(found.count, (HOLDS, REFUTED, UNDECIDED, MEASURED))
+    told = [f"{hold} hold", f"{refuted} are refuted"]
+    told += [f"{undecided} lie within their error bar"] if undecided else []
     return (
-        f"The figures print {len(records)} claims beside what we measure: {yes} hold, {no} do not, "
-        f"{open_} are measured without a verdict."
+        f"The figures judge {len(found) - plain} statements by what we measure: "
+        f"{_listed(told)}. {plain} further numbers are measured and state nothing."
     )
+
+
+def _listed(words: list[str]) -> str:
+    """Words as an English list."""
+    return ", ".join(words[:-1]) + f" and {words[-1]}"
+
+
+def _quantities(record: Record) -> tuple[str, str]:
+    """The paper's value and ours, in words."""
+    paper = quantity(record["paper"], record["unit"])
+    return paper, quantity(record["measured"], record["unit"], record["error"])
 
 
 def markdown_table(head: list[str], rows: list[list[str]]) -> str:
@@ -151,14 +184,14 @@ def with_section(page: str, name: str, text: str) -> str:
 
 def differences(records: list[Record], others: list[Record]) -> list[str]:
     """Which claims two runs do not share, or judge differently; in sentences."""
-    one, other = ({(r["figure"], r["claim"]): r["holds"] for r in rs} for rs in (records, others))
+    one, other = ({(r["figure"], r["claim"]): r["verdict"] for r in rs} for rs in (records, others))
     known = {figure for figure, _ in other}
     figures = {figure for figure, _ in one}
     told = [f"{f} is new." for f in sorted(figures - known)]
     told += [f"{f}: {c!r} is new." for f, c in one if f in known and (f, c) not in other]
     told += [f"{f}: {c!r} is gone." for f, c in other if f in figures and (f, c) not in one]
     return told + [
-        f"{f}: {c!r} was {HOLDS[other[f, c]]} and is {HOLDS[one[f, c]]}."
+        f"{f}: {c!r} was {other[f, c]} and is {one[f, c]}."
         for f, c in one
         if (f, c) in other and other[f, c] != one[f, c]
     ]

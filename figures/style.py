@@ -9,25 +9,17 @@ name begins with an underscore are shared by several figures and are none themse
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
 from matplotlib.figure import Figure
 
-Quantity = float | str | None
+from figures.verdicts import Measurement, Quantity, Statement, met
 
 
 @dataclasses.dataclass(frozen=True)
 class Claim:
-    """Something that the paper says, beside what we measure.
-
-    Attributes:
-        claim: one line, the same at every size (numbers that depend on a run are `measured`).
-        paper: the paper's value, or its words, or None where it gives none.
-        measured: ours.
-        unit: of both.
-        holds: whether it is so; None where there is nothing to decide.
-    """
+    """A claim whose verdict is typed; each is to become a `Statement` or a `Measurement`."""
 
     claim: str
     paper: Quantity
@@ -37,13 +29,11 @@ class Claim:
 
     def as_json(self) -> dict[str, Any]:
         """Plain values; numbers stay numbers."""
-        return {
-            "claim": self.claim,
-            "paper": _plain(self.paper),
-            "measured": _plain(self.measured),
-            "unit": self.unit,
-            "holds": None if self.holds is None else bool(self.holds),
-        }
+        if self.holds is None:
+            return Measurement(self.claim, self.measured, self.unit).as_json()
+        rule = met(self.holds, "")
+        told = Statement(self.claim, self.paper, self.measured, rule, "", self.unit)
+        return told.as_json()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -53,7 +43,7 @@ class Drawing:
     Attributes:
         figure: the picture (see `firstorder.plotting.panels`; it need not be pyplot's).
         arrays: what is shown, by name; written as NPZ.
-        claims: what the paper says, beside what we measure.
+        claims: what the paper says, beside what we measure (`figures.verdicts`).
         curves: sets of columns of equal length, by name; each is also written as CSV.
         size: what decides accuracy and cost, in words: "96 x 97 samples, 64 nodes".
         seed: of the random numbers, if there are any.
@@ -61,19 +51,7 @@ class Drawing:
 
     figure: Figure
     arrays: dict[str, Any]
-    claims: list[Claim]
+    claims: Sequence[Statement | Measurement | Claim]
     curves: dict[str, dict[str, Any]] = dataclasses.field(default_factory=dict)
     size: str = ""
     seed: int | None = None
-
-
-def _plain(quantity: Any) -> Quantity:
-    """A number that JSON can hold; NumPy's and JAX's scalars are neither `int` nor `float`."""
-    if quantity is None or isinstance(quantity, str):
-        return quantity
-    value = np.asarray(quantity)
-    if value.ndim:
-        raise ValueError(f"A claim's value must be one number, but has shape {value.shape}.")
-    if not np.isfinite(value):
-        raise ValueError(f"A claim's value must be finite, but is {value}.")
-    return float(value)

@@ -35,7 +35,8 @@ def folder(tmp_path, monkeypatch):
     monkeypatch.setattr(claims, "FOLDER", root)
     monkeypatch.setattr(claims, "KEPT", root / "claims.json")
     monkeypatch.setattr(figures, "__path__", [*figures.__path__, str(root)])
-    (root / "style.py").write_text("")
+    for shared in ("style.py", "verdicts.py", "timing.py"):
+        (root / shared).write_text("")
     yield scripts
     for name in [n for n in sys.modules if n.startswith("figures.fake")]:
         del sys.modules[name]
