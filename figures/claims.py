@@ -3,8 +3,8 @@
 A record is one object of `claims.json`: `figure`, what `figures.verdicts` tells of a statement or a
 measurement (`claim`, `source`, `paper`, `measured`, `error`, `unit`, `rule`, `scanned`, `verdict`,
 `reason`), `seconds`, `size`, `seed`. Those of the last full run are kept in `figures/claims.json`,
-without the seconds, which are in `figures/seconds.json` and decide what is drawn first; `make readme`
-renews both, `CLAIMS.md`, the README and `docs/portraits.md` (`python -m figures.claims`).
+without the seconds, which are in `figures/seconds.json` and decide what is drawn first; `make
+readme` renews both, `CLAIMS.md`, the README and `docs/portraits.md` (`python -m figures.claims`).
 """
 
 from __future__ import annotations

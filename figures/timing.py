@@ -1,4 +1,4 @@
-"""Ratios of processor times, interleaved, with their spread: what a loaded machine does not flip."""
+"""Ratios of processor times, taken in turns, with their spread: a loaded machine flips none."""
 
 from __future__ import annotations
 
