@@ -93,7 +93,7 @@ def statements(records: list[Record]) -> list[Record]:
 def table(records: list[Record], width: int = 100) -> str:
     """The claims for a terminal: claim beside measured, and the verdict."""
     rows = [("figure", "verdict", "paper", "measured", "claim")]
-    rows += [(r["figure"], r["verdict"], *_quantities(r), r["claim"]) for r in records]
+    rows += [(r["figure"], r["verdict"], *quantities(r), r["claim"]) for r in records]
     widths = [min(20, max(len(row[i]) for row in rows)) for i in range(4)]
     widths.append(max(30, width - sum(widths) - 2 * len(widths)))
     lines: list[str] = []
@@ -111,8 +111,8 @@ def table(records: list[Record], width: int = 100) -> str:
 def markdown(records: list[Record]) -> str:
     """The claims for `CLAIMS.md`: what is refuted and why, every statement, every measurement."""
     refuted = [
-        f"- **{r['source']}** (`{r['figure']}`): {r['claim']}. Paper: {_quantities(r)[0]}; "
-        f"measured: {_quantities(r)[1]}. {r['reason']}".rstrip()
+        f"- **{r['source']}** (`{r['figure']}`): {r['claim']}. Paper: {quantities(r)[0]}; "
+        f"measured: {quantities(r)[1]}. {r['reason']}".rstrip()
         for r in records
         if r["verdict"] == REFUTED
     ]
@@ -121,14 +121,14 @@ def markdown(records: list[Record]) -> str:
             r["figure"],
             r["source"],
             r["claim"],
-            *_quantities(r),
+            *quantities(r),
             "; ".join(filter(None, (r["rule"], r["scanned"]))),
             r["verdict"],
         ]
         for r in statements(records)
     ]
     numbers = [
-        [r["figure"], r["claim"], _quantities(r)[1]] for r in records if r["verdict"] == MEASURED
+        [r["figure"], r["claim"], quantities(r)[1]] for r in records if r["verdict"] == MEASURED
     ]
     head = ["figure", "says", "claim", "paper", "measured", "read as", "verdict"]
     parts = (
@@ -156,7 +156,7 @@ def _listed(words: list[str]) -> str:
     return ", ".join(words[:-1]) + f" and {words[-1]}"
 
 
-def _quantities(record: Record) -> tuple[str, str]:
+def quantities(record: Record) -> tuple[str, str]:
     """The paper's value and ours, in words."""
     paper = quantity(record["paper"], record["unit"])
     return paper, quantity(record["measured"], record["unit"], record["error"])

@@ -363,12 +363,13 @@ def without_source(of: Public) -> list[str]:
 
 
 FOLDERS = ("tests", "figures", "docs", "examples", "notebooks", "benchmarks", "gallery")
+BUILT = "_build"  # the site, which carries copies of scripts
 
 
 @functools.cache
 def called_outside() -> frozenset[int]:
     """Things that are called by name outside the library, each by its id."""
-    files = [f for folder in FOLDERS for f in (ROOT / folder).rglob("*.py")]
+    files = [f for folder in FOLDERS for f in (ROOT / folder).rglob("*.py") if BUILT not in f.parts]
     return frozenset(i for f in files for i in called_in(ast.parse(f.read_text("utf-8"))))
 
 

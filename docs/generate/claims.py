@@ -11,9 +11,12 @@ from docs.generate import markdown as md
 from docs.generate.docstrings import told
 from docs.generate.equations import PAPERS
 from figures import claims
+from figures.verdicts import HOLDS, MEASURED, REFUTED, UNDECIDED
 
 FOLDER = "claims"
-HEAD = ("claim", "paper", "measured", "holds")
+HEAD = ("claim", "said in", "paper", "measured", "read as", "verdict")
+JUDGED = (HOLDS, REFUTED, UNDECIDED)
+_TOLD = {HOLDS: "hold", REFUTED: "are refuted", UNDECIDED: "lie within their error bar"}
 # `_static/filter.js` gives it life; without scripts the table is whole.
 _FIELD = """```{raw} html
 <input type="search" class="filter" placeholder="words" aria-label="Words that a row must have">
@@ -26,10 +29,12 @@ def pages() -> dict[str, str]:
     found = {f"{FOLDER}/{paper}.md": _claims(paper) for paper in papers}
     rows = [_counts(paper) for paper in papers]
     words = (
-        "Every figure prints the paper's claim beside the measured number; those that do not hold "
-        "stay, with the reason in the figure's script. `make figures` measures them again."
+        "Every figure prints what its paper says beside what was measured. A rule that was written "
+        "down before the run decides whether it **holds** or is **refuted**; what lies within two "
+        "standard errors of the threshold is **undecided**; numbers beside which nobody says "
+        "anything are **measured** and not counted. `make figures` measures all again."
     )
-    table = md.table(("figures of", "claims", "hold", "do not", "measured only"), rows)
+    table = md.table(("figures of", "statements", *JUDGED, MEASURED), rows)
     listed = md.toctree([*papers, "all"])
     found[f"{FOLDER}/index.md"] = md.page("Claims", words, table, listed)
     found[f"{FOLDER}/all.md"] = _all_claims()
@@ -41,8 +46,8 @@ def _all_claims() -> str:
     """Every claim in one table, with a field that hides rows without the words typed into it."""
     rows = [(_figure_link(record["figure"]), *_row(record)) for record in claims.kept()]
     words = (
-        "Type words to see the rows that have them all: a figure, a quantity, `NO`. A claim that "
-        "does not hold links to its figure, whose script's words say why."
+        "Type words to see the rows that have them all: a figure, a quantity, `refuted`. The page "
+        "of a figure's paper says why a statement is refuted."
     )
     return md.page("All claims", words, _FIELD, md.table(("figure", *HEAD), rows))
 
@@ -57,8 +62,8 @@ def _records(paper: str) -> list[claims.Record]:
 
 
 def _counts(paper: str) -> tuple[str, ...]:
-    held = [record["holds"] for record in _records(paper)]
-    counts = (len(held), held.count(True), held.count(False), held.count(None))
+    found = [record["verdict"] for record in _records(paper)]
+    counts = (len(found) - found.count(MEASURED), *map(found.count, (*JUDGED, MEASURED)))
     return (f"[{_title(paper)}]({paper}.md)", *map(str, counts))
 
 
@@ -69,9 +74,21 @@ def _title(paper: str) -> str:
 def _claims(paper: str) -> str:
     """One paper's claims, a section for each figure."""
     parts = [f"{PAPERS[paper.upper()]}."] if paper.upper() in PAPERS else []
+    parts += [_refuted(paper)]
     for figure, records in itertools.groupby(_records(paper), key=lambda r: r["figure"]):
         parts.append(_figure(figure, list(records)))
     return md.page(_title(paper), *parts)
+
+
+def _refuted(paper: str) -> str:
+    """What is refuted, by which number and why."""
+    lines = [
+        f"- {_figure_link(r['figure'])}, {md.escaped(r['source'])}: {md.escaped(r['claim'])}. "
+        f"Measured: {md.escaped(claims.quantities(r)[1])}. {md.escaped(r['reason'])}".rstrip()
+        for r in _records(paper)
+        if r["verdict"] == REFUTED
+    ]
+    return "\n".join(["## Refuted, and why", "", *lines]) if lines else ""
 
 
 def _figure(figure: str, records: list[claims.Record]) -> str:
@@ -96,10 +113,10 @@ def _figure_link(figure: str, words: str = "") -> str:
 
 
 def _row(record: claims.Record) -> tuple[str, ...]:
-    """A claim, what the paper has, what was measured, and whether it holds."""
-    quantities = (claims.quantity(record[k], record["unit"]) for k in ("paper", "measured"))
-    words = (md.escaped(text, cell=True) for text in (record["claim"], *quantities))
-    return (*words, claims.HOLDS[record["holds"]])
+    """A claim, where it stands, the paper's value and ours, how it was read, the verdict."""
+    read = "; ".join(filter(None, (record["rule"], record["scanned"])))
+    words = (record["claim"], record["source"], *claims.quantities(record), read, record["verdict"])
+    return tuple(md.escaped(text, cell=True) for text in words)
 
 
 def gallery() -> str:
@@ -139,12 +156,9 @@ def _kept_pictures() -> list[pathlib.Path]:
 
 def _judged(figure: str) -> str:
     """How many of its claims hold, with a link to them and to the reasons of the others."""
-    held = [record["holds"] for record in claims.kept() if record["figure"] == figure]
-    if not held:
+    found = [r["verdict"] for r in claims.statements(claims.kept()) if r["figure"] == figure]
+    if not found:
         return ""
-    link = _figure_link(figure, "its claims")
-    hold, against, open_ = (held.count(verdict) for verdict in (True, False, None))
-    told = [f"{hold} of {len(held)} hold"]
-    told += [f"{against} not, for the reasons given there"] if against else []
-    told += [f"{open_} without a verdict"] if open_ else []
-    return f"Of {link} {', '.join(told)}."
+    link = _figure_link(figure, "its statements")
+    told = [f"{found.count(v)} {words}" for v, words in _TOLD.items() if v in found]
+    return f"Of {len(found)} of {link} {', '.join(told)}."

@@ -9,7 +9,8 @@ from figures import claims
 from figures.__main__ import Options, main
 
 GOOD = '''"""A straight line."""
-from figures.style import Claim, Drawing
+from figures.style import Drawing
+from figures.verdicts import OURS, Statement, at_least, met
 from firstorder import plotting
 
 DRAWN = []
@@ -18,7 +19,11 @@ def draw(quick):
     DRAWN.append(quick)
     figure, axes = plotting.panels()
     axes[0, 0].plot([0, 1], [0, 1])
-    told = [Claim("rises", 1.0, 1.0, "m", True), Claim("falls", None, "no", holds=False)]
+    rule = at_least(0.5, "half")
+    told = [
+        Statement("rises", 1.0, 1.0, rule, "R07 §1", "m", error=0.1, scanned="2 lines"),
+        Statement("falls", None, "no", met(False, "goes down"), OURS, reason="It rises."),
+    ]
     curves = {"line": {"x": [0.0, 1.0], "y": [0.0, 1.0]}}
     return Drawing(figure, {"y": [0.0, 1.0]}, told, curves, "2 points", 7)
 '''
@@ -59,17 +64,23 @@ def test_a_figure_is_written_with_its_arrays_curves_and_claims(folder, tmp_path,
     assert first == {
         "figure": "fake_good",
         "claim": "rises",
+        "source": "R07 §1",
         "paper": 1.0,
         "measured": 1.0,
+        "error": 0.1,
         "unit": "m",
-        "holds": True,
+        "rule": "at least 0.5: half",
+        "scanned": "2 lines",
+        "verdict": "holds",
+        "reason": "",
         "size": "2 points",
         "seed": 7,
     }
-    assert (second["paper"], second["measured"], second["holds"]) == (None, "no", False)
+    assert (second["paper"], second["measured"]) == (None, "no")
+    assert (second["verdict"], second["reason"]) == ("refuted", "It rises.")
     shown = capsys.readouterr().out
-    assert "1 hold, 1 do not" in shown
-    assert "NO" in shown
+    assert "judge 2 statements by what we measure: 1 hold and 1 are refuted" in shown
+    assert "fake_good  refuted" in shown
 
 
 def test_a_finished_figure_is_drawn_again_only_when_something_changed(folder, tmp_path, capsys):
