@@ -196,7 +196,7 @@ def judges_of(path: str, root: pathlib.Path = ROOT) -> list[str]:
     wanted = (f"from {module} import", f"from {chapter} import {stem}\n")
     files = (root / "src" / "firstorder").rglob("*.py")
     users = [f for f in files if any(w in f.read_text(encoding="utf-8") for w in wanted)]
-    theirs = {mirrored(str(user.relative_to(ROOT))) for user in users}
+    theirs = {mirrored(str(user.relative_to(root))) for user in users}
     return [path, *sorted(str(test) for test in theirs if (root / test).exists())]
 
 

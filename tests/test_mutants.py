@@ -68,6 +68,16 @@ def test_a_file_without_a_mirrored_test_is_that_of_who_imports_it():
     assert "tests/flatland/test_direct_lighting.py" in judges_of(questions)
 
 
+def test_who_imports_a_file_is_found_in_a_copy_of_the_tree(tmp_path):
+    for name in ("src/firstorder/a/_b.py", "src/firstorder/a/c.py", "tests/a/test_c.py"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text("from firstorder.a._b import f\n")
+    assert judges_of("src/firstorder/a/_b.py", tmp_path) == [
+        "src/firstorder/a/_b.py",
+        "tests/a/test_c.py",
+    ]
+
+
 @pytest.mark.parametrize(("test", "seen"), [("f(2.0) == 4.0", True), ("f(2.0) > 0.0", False)])
 def test_a_change_is_seen_by_a_test_that_bites(tmp_path, test, seen):
     path = "src/package/thing.py"
