@@ -7,7 +7,16 @@ import numpy as np
 import pytest
 
 from derivations.flatland.bounces import radiosity as oracle
-from firstorder.flatland import Circles, PointLights, Scene, Segments, box, irradiance, primitive
+from firstorder.flatland import (
+    Circles,
+    PointLights,
+    Scene,
+    Segments,
+    box,
+    derivatives,
+    irradiance,
+    primitive,
+)
 from firstorder.flatland.bounces import _panels as cutting
 from firstorder.flatland.bounces import _transfer as transfer
 from firstorder.flatland.bounces._panels import Discretization
@@ -52,6 +61,16 @@ def three(solution, index, s):
         return jnp.stack([value, slope, bend])
 
     return jax.vmap(both)(s).T
+
+
+def test_two_solutions_go_through_one_compiled_function():
+    index, s = jnp.asarray(0), jnp.asarray([0.3])  # the floor, on which s is x
+    for albedo in (0.2, 0.4):
+        solution = solve_radiosity(room(albedo), fineness=Discretization(2, 0.5))
+        E, slope, _ = three(solution, index, s)
+        jet = derivatives(solution.irradiance, receiver(solution.scene, index, s[0]))
+        assert jet.value == pytest.approx(float(E[0]), rel=1e-12)
+        assert jet.gradient[0] == pytest.approx(float(slope[0]), rel=1e-12)
 
 
 def test_scene_c_is_that_of_an_independent_solution_with_both_derivatives(scene_c):

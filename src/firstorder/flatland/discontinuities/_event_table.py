@@ -29,9 +29,9 @@ class IrradianceJumps(NamedTuple):
     jump_E2: Float[np.ndarray, " n"]
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, eq=False)
 class VisualEvents:
-    """A table of visual events, one row for each.
+    """A table of visual events, one row for each. Two tables are equal only if they are one.
 
     Attributes:
         receiver, s, front: the receiver's shape, the parameter on it, and which of its sides.
