@@ -36,6 +36,20 @@ def test_branches_are_closed_and_every_leaf_is_there(made, branches, leaves):
     assert np.all(np.linalg.norm(np.asarray(piece.area_vectors), axis=1) > 0.0)
 
 
+@pytest.mark.parametrize("made", [lambda: tree(40, 1, forks=()), lambda: fern(3, 4)])
+def test_a_leaf_is_two_triangles_folded_along_its_rib(made):
+    piece, part = made()
+    faces, areas = np.asarray(piece.faces)[part == 1], np.asarray(piece.area_vectors)[part == 1]
+    points = np.asarray(piece.vertices)
+    for first in np.unique(faces.min(1)):
+        (one, other), (n, m) = faces[faces.min(1) == first], areas[faces.min(1) == first]
+        base, tip = set(one) & set(other)
+        wing, far = (*set(one) - {base, tip}, *set(other) - {base, tip})
+        rib = np.linalg.norm(points[tip] - points[base])
+        assert rib > np.linalg.norm(points[wing] - points[far])
+        assert n @ m > 0.5 * np.linalg.norm(n) * np.linalg.norm(m)  # one leaf, with one front
+
+
 def test_each_branch_faces_outwards():
     piece, part = tree(0, 3, forks=(5, 4))
     faces = np.asarray(piece.faces)[part == 0]

@@ -97,6 +97,20 @@ def test_a_power_has_a_transform_that_its_numbers_agree_with():
         np.testing.assert_allclose(found.at(s), true, atol=1e-9)
 
 
+def test_a_bell_in_two_coordinates_convolves_over_both_frequencies():
+    """Held to the bell that the product of two bells is."""
+    light = gaussian((0.2, 0.1), (0.5, 0.3), 0.3, frame=FLATLAND_SLOPE)
+    bell = gaussian((-0.1, 0.3), (0.4, 0.6), -0.2, frame=FLATLAND_SLOPE)
+    found = derive(Multiply(bell)(light)).spectrum.expression
+    at = dict(zip((Ox, Ov), (sympy.Rational(1, 3), sympy.Rational(-1, 5)), strict=True))
+    value = complex(found.subs(at).doit().evalf())
+    places = np.linspace(-4.0, 4.0, 801)
+    waves = [np.exp(-2j * np.pi * float(Omega) * places) for Omega in at.values()]
+    product = np.asarray(light(places[:, None], places) * bell(places[:, None], places))
+    true = waves[0] @ product @ waves[1] * (places[1] - places[0]) ** 2
+    assert abs(value - true) < 1e-9
+
+
 def test_a_factor_of_two_coordinates_has_no_line_of_frequencies():
     """`theta T(x)` and `x theta`: neither is a function of one linear form."""
     T = UnknownField("T", ("x",))

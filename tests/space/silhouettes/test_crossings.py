@@ -83,6 +83,34 @@ def test_segments_are_cut_by_planes_and_by_cones():
     assert segment_on_cone(away, through).tolist() == [0.0, 0.0]
 
 
+def test_many_segments_are_cut_as_each_is_alone():
+    ends = [((-1.0, 0.3, 1.0), (1.0, 0.4, 2.0)), ((0.2, -1.5, 1.0), (0.1, 1.0, 1.3))]
+    arcs = [((0.0, 0.0, 2.0), (1.0, 0.0, 0.1), (0.0, 0.7, 0.2)), ((0.3, 0.1, 1.5), (0.2, 0.4, 0.0),
+            (-0.3, 0.3, 0.4)), ((5.0, 5.0, 1.0), (0.1, 0.0, 0.0), (0.0, 0.1, 0.0))]  # fmt: skip
+    lines = [line(*pair) for pair in ends]
+    normals = jnp.stack([jnp.cross(one.start, one.end) for one in lines])
+    t = jnp.stack([jnp.stack([on_plane(arc(*e), n) for n in normals]) for e in arcs])
+    found = crossings.lines_on_cones(jnp.array(ends), normals, jnp.array(arcs), t)
+    alone = [[segment_on_cone(one, arc(*e)) for e in arcs] for one in lines]
+    np.testing.assert_allclose(found, alone, atol=1e-12)
+    assert np.count_nonzero(np.asarray(found)) >= 4
+    planes = jnp.array([[0.3, 1.0, -0.1], [1.0, 0.1, 0.2], [0.0, 0.0, 1.0]])
+    found = crossings.lines_on_planes(jnp.array(ends), planes)
+    alone = [[along_segment(one, n) for n in planes] for one in lines]
+    np.testing.assert_allclose(found, alone, atol=1e-15)
+
+
+def test_the_parts_of_segments_end_where_shapes_other_than_their_own_are_in_line():
+    rng = np.random.default_rng(1)
+    lines, rims = np.array([0, 0, 1]), np.array([0, 2, 3, 1])
+    on_planes, on_cones = rng.uniform(0.01, 0.99, (3, 4)), rng.uniform(0.01, 0.99, (3, 4, 2))
+    ends = crossings.line_ends(jnp.array(on_planes), jnp.array(on_cones), (lines, rims))
+    for row, owner in enumerate(lines):
+        others = on_planes[row, 1:][lines != owner], on_cones[row][rims != owner].ravel()
+        wanted = {0.0, 1.0, on_planes[row, 0], *np.concatenate(others)}
+        np.testing.assert_allclose(np.unique(ends[row]), sorted(wanted))
+
+
 @pytest.mark.parametrize("flat", [True, False])
 def test_an_arc_seen_edge_on_cuts_nothing_and_breaks_nothing(flat):
     edge = arc((0.0, 0.0, 2.0), (1.0, 0.0, 0.0), (0.0, 0.0, 0.5) if flat else (0.0, 0.5, 0.0))
