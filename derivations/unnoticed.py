@@ -1,4 +1,4 @@
-"""Rows that cannot notice a tenth of a per cent in what they name, each with the reason.
+"""Rows that cannot notice a tenth of a per cent too much or too little in what they name, and why.
 
 `python -m derivations --attack` puts every function that a row names out of true. A row that stands
 here and does notice is reported too.
