@@ -95,10 +95,10 @@ def general_integral():
     """
     w, theta = sp.symbols("omega theta", real=True)
     L, rho = sp.Function("L")(w), sp.Function("rho")(w, theta)
-    apart = L.diff(w) * rho + L * rho.diff(theta)
+    apart = L * rho.diff(theta) - L.diff(w) * rho
     difference = sp.Function("f")(w - theta)
     return [
-        sp.simplify(apart - (L * rho).diff(w) - L * (rho.diff(theta) - rho.diff(w))),
+        sp.simplify(apart + (L * rho).diff(w) - L * (rho.diff(w) + rho.diff(theta))),
         sp.simplify((difference.diff(w) + difference.diff(theta)).doit()),
     ]
 
