@@ -357,7 +357,6 @@ ROWS = [
     Row(
         "D05.s6a",
         "identity",
-        implements="firstorder.fields.gaussian",
         symbolic=uncertainty,
         fourier=Check(windows, 1e-12),
         brute_force=Check(never_narrower, 1e-6),
