@@ -1,4 +1,4 @@
-"""Rows that cannot notice a tenth of a per cent in what they name, each with the reason.
+"""Rows that cannot notice a tenth of a per cent too much or too little in what they name, and why.
 
 `python -m derivations --attack` puts every function that a row names out of true. A row that stands
 here and does notice is reported too.
@@ -19,6 +19,7 @@ UNNOTICED = {
     "R07.fig2.warp.wavelet": _REFUSAL,
     # Orders of errors.
     "R07.fn4": _ORDER,
+    "R07.s5.2d": "an order is fitted, to a tenth: what is too little stays within that",
     "D05.s2.1a": _ORDER,
     "D05.s4.1a": _ORDER,
     "C.warp.linearise": _ORDER,

@@ -295,7 +295,7 @@ ROWS = [
     ),
     Row(
         "D05.s6.2i",
-        "over-claim",
+        "approximation",
         implements="firstorder.bandwidth.curved_mirror.glossy_bandwidth_in_space",
         symbolic=mirror_in_space,
         autodiff=na("one route"),
@@ -310,8 +310,8 @@ ROWS = [
                 d, np.diag([0.0, -across]), theta
             ),
         ),
-        note="Across the plane of incidence the footprint is not stretched and the mirror turns "
-        "light by 2 cos: seen aslant a cylinder gives c, not 1 / c. With the 1 the larger "
-        "curvature does bound.",
+        note="A practice, and said to be one. Across the plane of incidence the footprint is not "
+        "stretched and the mirror turns light by 2 cos: seen aslant a cylinder gives c, not 1 / c. "
+        "With the 1 the larger curvature does bound.",
     ),
 ]

@@ -292,22 +292,17 @@ ROWS = [
     ),
     Row(
         "J12.69",
-        "misprint",
+        "identity",
         implements="firstorder.caching.expected_error",
         symbolic=printed_bound,
         autodiff=Check(slope_of_the_radius, 1e-12),
         fourier=na("no spectrum"),
         brute_force=Check(bound_is_kept, 1e-6),
-        corrected="eps_t <= (pi / 4) |lambda_1| R^4; exact with the mean of |x^T H x| at r = 1",
-        counterexample=Counterexample(
-            {"size": -2.0},
-            printed=lambda size: 0.25 * np.pi * size,
-            true=lambda size: integrated(size * np.eye(2), np.eye(2)),
-        ),
         note=(
-            "The factor pi / 4 is right, the modulus is lost in the last form. A bound of (68), "
-            "not of (67). Reached if both eigenvalues are one; else up to 2.13 times too large "
-            "(lambda_2 = -0.195 lambda_1), which costs the radius a factor of up to 1.21."
+            "lambda_1 is the largest absolute eigenvalue, as the text calls it; the modulus stands "
+            "in the integral alone. A bound of (68), not of (67). Reached if both eigenvalues are "
+            "one; else up to 2.13 times too large (lambda_2 = -0.195 lambda_1), which "
+            "costs the radius a factor of up to 1.21."
         ),
     ),
     Row(

@@ -179,18 +179,29 @@ ROWS = [
     ),
     Row(
         "R07.fn6",
+        "identity",
+        implements=f"{MODULE}.ReflectedRadiance",
+        symbolic=proofs.tangents_are_not_orthogonal,
+        autodiff=Check(lambda: reflected_autodiff("angular"), 1e-10),
+        fourier=FLAT,
+        brute_force=Check(lambda: reflected_differences("angular"), 1e-9),
+        note="Of orthonormal tangents; the l and m of (63) are no such pair: R07.sBb. The "
+        "library's angular gradient is a vector, and asks for no frame.",
+    ),
+    Row(
+        "R07.sBb",
         "over-claim",
         implements=f"{MODULE}.ReflectedRadiance",
         symbolic=proofs.tangents_are_not_orthogonal,
         autodiff=Check(lambda: reflected_autodiff("angular"), 1e-10),
         fourier=FLAT,
         brute_force=Check(lambda: reflected_differences("angular"), 1e-9),
-        corrected="so it is for orthonormal tangents; App. B's own l and m have "
-        "l.m = w_1 w_2 / (mu_1 mu_2), and need their Gram matrix",
+        corrected="l.m = w_1 w_2 / (mu_1 mu_2): the two are orthonormal only where one of the "
+        "principal directions is across the ray; elsewhere the gradient needs their Gram matrix",
         counterexample=Counterexample(
             {"w_1": 0.5, "w_2": 0.6}, printed=printed.length_from_l_and_m, true=printed.steepest
         ),
-        note="The library's angular gradient is a vector, and asks for no frame.",
+        note="Printed and true are lengths of one angular gradient. (63) is right as it stands.",
     ),
     Row(
         "R07.sBa",

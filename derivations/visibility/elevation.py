@@ -32,6 +32,8 @@ ROWS = [
         autodiff=na("no derivative"),
         brute_force=Check(checks.traced_visibility, 0.0),
         **NONE,
+        note="One angle for each azimuth. A silhouette that runs along a meridian has none: "
+        "R07.48. theta is the polar angle: R07.s7.1a.",
     ),
     Row(
         "R07.39",
@@ -41,7 +43,8 @@ ROWS = [
         autodiff=Check(lambda: checks.weighed("autodiff"), 1e-12),
         brute_force=Check(lambda: checks.weighed("brute"), 1e-12),
         **NONE,
-        note="In the sense of distributions.",
+        note="In the sense of distributions, and of the steps of (38): upright edges, which step "
+        "in phi, have a delta there and not in theta (R07.48).",
     ),
     Row(
         "R07.40",

@@ -291,7 +291,8 @@ ROWS = [
         implements=f"{GRADIENTS}.angular_derivative_by_parts",
         symbolic=proofs.by_parts,
         corrected="for T = L(x, omega) rho(theta - omega): B_theta = int L_omega rho V domega + "
-        "sum_j -sgn_j T(alpha_j) - [T V] between the horizon's ends; otherwise no such term",
+        "sum_j -sgn_j T(alpha_j) - [T V] between the horizon's ends; for the reflected lobe of "
+        "(23) all three change sign (R07.s6.1b); for a T of no such difference no such term",
         counterexample=Counterexample(
             {"x": 0.12, "theta": 0.3}, printed=printed_angular, true=convolved_slope
         ),

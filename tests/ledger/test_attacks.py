@@ -9,7 +9,7 @@ import pytest
 from firstorder.checks.registry import all_cases
 from firstorder.checks.squares import _converted_once
 from firstorder.fields import gaussian
-from firstorder.ledger import FACTORS, Check, Row, attack, functions_of, put_out
+from firstorder.ledger import FACTORS, REQUIRED, Check, Row, attack, functions_of, put_out
 from firstorder.numerics._compiled import compiled
 
 HERE = __name__
@@ -133,7 +133,7 @@ def test_a_spectrum_is_off_in_its_values():
 
 def test_a_wrong_sign_is_told_and_does_not_count():
     (found,) = attack([row("half", lambda: abs(abs(half(2.0)) - 1.0))])
-    assert found.noticed == {1.001: "brute_force", -1.0: ""}
+    assert found.noticed == dict.fromkeys(REQUIRED, "brute_force") | {-1.0: ""}
     assert found.sound
 
 
@@ -145,10 +145,25 @@ def test_a_row_that_calls_something_else_is_told():
 
 def test_a_row_with_too_wide_a_bound_is_told():
     (found,) = attack([row("half", off(lambda: half(2.0), 1.0), bound=0.01)])
-    assert found.noticed == {1.001: "", -1.0: "brute_force"}
+    assert found.noticed == dict.fromkeys(REQUIRED, "") | {-1.0: "brute_force"}
     assert not found.sound
     assert found.status == "does not notice"
     assert "does not notice" in str(found)
+
+
+def test_a_row_that_notices_one_direction_only_is_told():
+    """A bound from above lets pass what is too small."""
+    (found,) = attack([row("half", lambda: max(0.0, half(2.0) - 1.0))])
+    assert found.noticed == {1.001: "brute_force", 0.999: "", -1.0: ""}
+    assert found.status == "notices in part"
+    assert not found.sound
+    (excepted,) = attack([row("half", lambda: max(0.0, half(2.0) - 1.0), unnoticed="a bound")])
+    assert excepted.status == "excepted"
+
+
+def test_factors_of_ones_own_all_count():
+    (found,) = attack([row("half", off(lambda: half(2.0), 1.0), bound=0.01)], (1.005, 1.1))
+    assert found.status == "notices in part"
 
 
 def test_whole_numbers_are_not_put_out():
@@ -207,5 +222,5 @@ def test_a_truth_of_a_square_that_was_found_under_attack_is_forgotten():
         return float(np.max(np.abs(_converted_once(case, "gradient") - right)))
 
     row = Row("T.9", "definition", "firstorder.transport.Travel", brute_force=Check(error, 1e-9))
-    assert attack([row])[0].noticed == {1.001: "brute_force", -1.0: "brute_force"}
+    assert attack([row])[0].noticed == dict.fromkeys(FACTORS, "brute_force")
     assert error() == 0.0

@@ -111,6 +111,7 @@ def test_attacks_are_printed_and_written(folder, tmp_path, capsys):
     assert counts == "1 notices, 1 does not call it"
     assert json.loads(out.read_text())[0]["noticed"] == {
         "1.001": "brute_force",
+        "0.999": "brute_force",
         "-1": "brute_force",
     }
     assert judged(folder, "P", attacked=True) == 0

@@ -2,7 +2,8 @@
 
 V is a step, so nothing is differentiated but integrals over visible pieces, whose derivative is
 Leibniz's rule. The numbers are those of a ball over a floor, against the area of its cap by Gauss
-and Bonnet, and against light summed over the cap about the ball's own axis.
+and Bonnet, and against light summed over the cap about the ball's own axis; and those of a box that
+stands beside the receiver, whose upright edges the formulas leave out (`_upright_box`).
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import mpmath as mp
 import numpy as np
 import sympy as sp
 
+from derivations.space.azimuthal import _upright_box as upright
 from firstorder.ledger import Check, Counterexample, Row, na
 
 x, theta = sp.symbols("x theta", real=True)
@@ -22,7 +24,8 @@ alpha = sp.Function("alpha")(x)
 def gradient_of_net_visibility():
     """(48): d/dx of int_0^alpha sin(theta) dtheta, a visible piece below an edge (sign +1).
 
-    A piece above an edge is minus this, sign -1, and any visibility is a sum of such pieces.
+    A piece above an edge is minus this, sign -1, and any visibility is a sum of such pieces, slice
+    by slice; an edge that lies in one slice, whole, is in none of them.
     """
     piece = sp.integrate(sp.sin(theta), (theta, 0, alpha)).diff(x)
     return sp.simplify(piece - sp.sin(alpha) * alpha.diff(x))
@@ -196,24 +199,41 @@ ROWS = [
     ),
     Row(
         "R07.48",
-        "identity",
+        "over-claim",
         implements=f"{SLICES}.visibility_by_azimuth",
-        symbolic=gradient_of_net_visibility,
+        symbolic=lambda: [gradient_of_net_visibility(), upright.moving_ends()],
         autodiff=Check(lambda: visibility_gradient("autodiff"), 1e-11),
-        brute_force=Check(lambda: visibility_gradient("brute"), 1e-11),
+        brute_force=Check(
+            lambda: max(visibility_gradient("brute"), upright.error("visibility")), 1e-11
+        ),
         **NONE,
-        note="What meets the horizon has no edge there. On a curved receiver alpha_x holds the "
-        "turn of its frame.",
+        corrected="as printed if no silhouette runs along a meridian; else, for each that does, at "
+        "the azimuth phi_e, + dphi_e/dx times the jump of int V sin(theta) dtheta there",
+        counterexample=Counterexample(
+            {"light": "visibility", "x": 0.1, "y": 0.2, "axis": 0},
+            printed=upright.printed_slope,
+            true=upright.true_slope,
+        ),
+        note="The edges of boxes, walls and pillars that stand upright; the library adds them on a "
+        "flat receiver. What meets the horizon has no edge there. On a curved receiver alpha_x "
+        "holds the turn of its frame.",
     ),
     Row(
         "R07.49",
-        "identity",
+        "over-claim",
         implements=f"{SLICES}.transport_by_azimuth",
-        symbolic=gradient_under_light,
+        symbolic=lambda: [*gradient_under_light(), upright.moving_ends()],
         autodiff=Check(lambda: light_gradient("autodiff"), 1e-10),
-        brute_force=Check(lambda: light_gradient("brute"), 1e-9),
+        brute_force=Check(lambda: max(light_gradient("brute"), upright.error("cosine")), 1e-9),
         **NONE,
-        note="Light that varies in space adds the integral of its own derivative where it is "
-        "seen: the interior part.",
+        corrected="as printed if no silhouette runs along a meridian; else, for each that does, at "
+        "the azimuth phi_e, + dphi_e/dx times the jump of int L V sin(theta) dtheta there",
+        counterexample=Counterexample(
+            {"light": "cosine", "x": 0.1, "y": 0.2, "axis": 0},
+            printed=upright.printed_slope,
+            true=upright.true_slope,
+        ),
+        note="Upright edges: R07.48. Light that varies in space adds the integral of its own "
+        "derivative where it is seen: the interior part.",
     ),
 ]

@@ -303,17 +303,13 @@ ROWS = [
     ),
     Row(
         "D05.s3.4d",
-        "over-claim",
+        "identity",
         implements="firstorder.laws.multiply.Multiply",
         symbolic=proofs.supports_add,
         autodiff=na("spectral"),
         fourier=Check(sum_is_reached, 1e-9),
         brute_force=Check(sum_by_quadrature, 1e-10),
-        corrected="the sum of the maximal frequencies bounds that of the product; the larger of "
-        "the two does not",
-        counterexample=Counterexample(
-            {"f1": 5.0, "f2": 5.0}, printed=lambda f1, f2: max(f1, f2), true=highest_frequency
-        ),
-        note="True if bandwidths are added at every blocker. D05 (21) takes one blocker distance.",
+        note="Of bandwidths that are added at every blocker; the larger of two bounds nothing (5 "
+        "and 5 cycles make 10), and (21), with one distance for all, underestimates: D05.s6.2h.",
     ),
 ]

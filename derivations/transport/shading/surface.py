@@ -43,7 +43,7 @@ from derivations.transport.shading._shading import (
     turn,
 )
 from firstorder.fields import GaussianProfile
-from firstorder.ledger import Check, Counterexample, Row, na
+from firstorder.ledger import Check, Row, na
 from firstorder.transport.brdf.general import Ggx
 from firstorder.transport.brdf.lobes import Lobe
 from firstorder.transport.shading.surface import Surface
@@ -255,7 +255,7 @@ ROWS = [
     ),
     Row(
         "R07.fn2",
-        "over-claim",
+        "identity",
         implements=f"{MODULE}.ReflectedField",
         symbolic=even_lobes,
         autodiff=na("no derivative"),
@@ -267,13 +267,8 @@ ROWS = [
             ),
             1e-12,
         ),
-        corrected="rho(w - theta) = rho(theta - w) for even lobes only; (23) needs no symmetry",
-        counterexample=Counterexample(
-            {"theta": 0.1},
-            printed=lambda theta: off_specular(theta, -1.0),
-            true=lambda theta: off_specular(theta, 1.0),
-        ),
-        note="An off-specular lobe is not even. We use (23), a true convolution, as it stands.",
+        note="Of the symmetric BRDF that the footnote speaks of. An off-specular lobe is not even; "
+        "for it the sign matters, and (23), a true convolution, is used as it stands.",
     ),
     identity(
         "R07.15",
@@ -308,7 +303,8 @@ ROWS = [
         "glossy",
         "gradient",
         wave_route=fourier("gradient"),
-        note="For a lobe in theta_r without a separate cosine; see R07.s4.1f, R07.fig4.*.",
+        note="For a lobe in theta_r without a separate cosine; see R07.s4.1f, R07.fig4.*. L_x is "
+        "at a direction that stands still: R07.s4.3e.",
     ),
     identity("R07.29", hessian, "glossy", "hessian", wave_route=fourier("hessian")),
     identity(

@@ -3,7 +3,14 @@
 A folder of Python files lists its rows; `firstorder ledger FOLDER` gathers and judges them.
 """
 
-from firstorder.ledger.attacks import FACTORS, Attacked, attack, functions_of, put_out
+from firstorder.ledger.attacks import (
+    FACTORS,
+    REQUIRED,
+    Attacked,
+    attack,
+    functions_of,
+    put_out,
+)
 from firstorder.ledger.catalogue import Entry, own_entry, read_catalogue
 from firstorder.ledger.gathering import Ledger, gather
 from firstorder.ledger.judging import (
@@ -55,6 +62,7 @@ __all__ = [
     "attack",
     "Attacked",
     "FACTORS",
+    "REQUIRED",
     "functions_of",
     "put_out",
 ]

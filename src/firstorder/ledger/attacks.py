@@ -30,9 +30,11 @@ from firstorder.ledger.judging import judge_route
 from firstorder.ledger.rows import NUMERIC, Check, Row
 from firstorder.numerics._compiled import own_programs
 
-# Factors by which a result is off. A row must notice the first, a tenth of a per cent. Of the
-# second, a wrong sign, it is only told whether it does: many a statement holds of either sign.
-FACTORS = (1.001, -1.0)
+# Factors by which a result is off. A row must notice these two, a tenth of a per cent too much and
+# too little: a bound from above that is far too wide lets one of them pass.
+REQUIRED = (1.001, 0.999)
+# Of a wrong sign it is only told whether a row notices: many a statement holds of either sign.
+FACTORS = (*REQUIRED, -1.0)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -53,13 +55,20 @@ class Attacked:
 
     @property
     def status(self) -> str:
-        """Whether the row notices the first factor, and if not why."""
+        """Whether the row notices the factors that count, and if not why.
+
+        Those of `REQUIRED` count; if none of them was tried, all that were.
+        """
         if self.refused:
             return "cannot be attacked"
-        if next(iter(self.noticed.values())):
+        counted = [route for factor, route in self.noticed.items() if factor in REQUIRED]
+        counted = counted or list(self.noticed.values())
+        if all(counted):
             return "notices, against its exception" if self.row.unnoticed else "notices"
         if self.row.unnoticed:
             return "excepted"
+        if any(counted):
+            return "notices in part"
         return "does not notice" if self.called else "does not call it"
 
     @property
@@ -95,7 +104,8 @@ def attack(rows: Sequence[Row], factors: Sequence[float] = FACTORS) -> list[Atta
     Args:
         rows: of one `implements`, with numeric routes; `judge` them first, for one that fails as it
             is seems to notice.
-        factors: by which results are multiplied, one after the other; the first counts.
+        factors: by which results are multiplied, one after the other; of a row that notices, those
+            of `REQUIRED` must all be noticed.
 
     Raises:
         ValueError: one sentence, if what the rows name does not exist or is no function or class.
@@ -108,7 +118,7 @@ def attack(rows: Sequence[Row], factors: Sequence[float] = FACTORS) -> list[Atta
         >>> name = "firstorder.conventions.mirror_direction"
         >>> row = Row("T.3", "definition", name, brute_force=Check(error, 1e-9))
         >>> attack([row])[0].noticed
-        {1.001: 'brute_force', -1.0: 'brute_force'}
+        {1.001: 'brute_force', 0.999: 'brute_force', -1.0: 'brute_force'}
     """
     functions = functions_of(rows[0].implements)
     folders = _folders(functions, rows)

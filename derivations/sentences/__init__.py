@@ -1,0 +1,1 @@
+"""What the papers say about their equations in words: captions, footnotes, terms and signs."""
