@@ -16,7 +16,7 @@ SHARE = st.floats(0.05, 0.95)
 BRIGHT = st.floats(0.0, 5.0)
 
 LIGHTS = 3  # a lamp, a ball that shines, and the sky
-BELOW = jnp.array([0.0, 0.0, -3.0])  # where nothing is seen, and nothing hides
+BELOW = (0.0, 0.0, -300.0)  # where nothing is seen, and nothing hides
 
 
 class Change(NamedTuple):
@@ -67,7 +67,7 @@ def halves(center, u, v, share):
     center, u, v = (jnp.asarray(a) for a in (center, u, v))
     whole, rest = share >= 1.0, jnp.where(share >= 1.0, 0.5, 1.0 - share)
     first = jnp.where(whole, center, center - rest * v), jnp.where(whole, v, (1.0 - rest) * v)
-    second = jnp.where(whole, BELOW, center + (1.0 - rest) * v), rest * v
+    second = jnp.where(whole, jnp.asarray(BELOW), center + (1.0 - rest) * v), rest * v
     return [rectangle(middle, u, half) for middle, half in (first, second)]
 
 
@@ -84,11 +84,16 @@ def lit(change):
     lamps = halves((0.1, -0.05, 1.3), (0.02, 0.41, 0.1), (0.52, 0.01, 0.05), change.lamp)
     screens = halves((0.31, 0.17, 0.62), (0.01, -0.23, 0.03), (0.19, 0.02, 0.08), change.screen)
     balls = sphere((-0.63, 0.42, 0.93), 0.27), sphere((-0.33, -0.21, 0.57), 0.13)
+    shown = lamp, jnp.where(change.lamp < 1.0, lamp, 0.0)
+
+    def put(shape, emission=0.0):
+        return primitive(changed(change, shape), emission=emission, albedo=0.5, two_sided=True)
+
     return Scene.of(
-        *(primitive(changed(change, piece), emission=lamp, two_sided=True) for piece in lamps),
-        *(primitive(changed(change, piece)) for piece in screens),
-        primitive(changed(change, balls[0]), emission=glow),
-        primitive(changed(change, balls[1])),
+        *map(put, lamps, shown),
+        *map(put, screens),
+        put(balls[0], glow),
+        put(balls[1]),
         environment=sky,
     )
 
