@@ -57,7 +57,8 @@ def gathered(s):
 
 def traced(s):
     """Paths, which are drawn and have no derivative, and maps of a room that moves."""
-    room, key = library.j12_box(), jax.random.key(0)
+    with jax.ensure_compile_time_eval():  # which shapes are lights is asked before paths start
+        room, key = library.j12_box(), jax.random.key(0)
     at = receiver(jnp.stack([jnp.stack([0.3 + 0.2 * s, 0.5, 0.0])]), on=0)
     rays = jnp.stack([jnp.stack([s, 0.5, 0.5])]), jnp.array([[0.0, 0.0, 1.0]]) + 0.0 * s
     corners = jnp.stack([
@@ -89,8 +90,9 @@ def facets(s):
         jnp.stack([0.0, 0.0, 1.0 + s]), jnp.stack([1.0, s, 1.0]), jnp.stack([0.0, 1.0, 1.0]),
     ])  # fmt: skip
     one, at = meshes.mesh(corners, [[0, 1, 2]]), receiver(jnp.stack([0.2, 0.3 * s, 0.0]))
-    still = meshes.mesh([[0.0, 0.0, 1.5], [1.0, 0.5, 1.0], [0.0, 1.0, 1.0]], [[0, 1, 2]])
-    rim = silhouettes.visible_mesh_silhouettes(still, (0.2, 0.15, 0.0))
+    with jax.ensure_compile_time_eval():  # what is seen of a mesh is found on the host
+        still = meshes.mesh([[0.0, 0.0, 1.5], [1.0, 0.5, 1.0], [0.0, 1.0, 1.0]], [[0, 1, 2]])
+        rim = silhouettes.visible_mesh_silhouettes(still, (0.2, 0.15, 0.0))
     outline = silhouettes.mesh_silhouette(one, at.position)
     return {
         "space.meshes.Mesh": one.area,
