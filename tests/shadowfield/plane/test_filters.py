@@ -202,7 +202,7 @@ def test_where_there_is_no_sheared_filter_it_says_so():
 MANY = np.random.default_rng(12)
 FEET = MANY.uniform(-1.0, 1.0, 200), MANY.uniform(-1.0, 1.0, 200)
 SEEN = MANY.random((2, 200))
-X = st.floats(-0.5, 0.5)
+NEARBY = st.floats(-0.5, 0.5)
 MIXED = st.tuples(st.floats(0.0, 5.0), st.floats(0.0, 5.0))
 
 
@@ -214,8 +214,9 @@ def _filtered(normalised, x, feet, seen, scale, L):
     )
     light = GaussianProfile(scale * SIGMA, "y", PLANE, weight=L * scale)  # as high in any unit
     samples = scale * feet[0], scale * feet[1], seen
-    cell = None if normalised else 1e-2 * scale**2
-    return reconstruct_irradiance(k, light, scale * x[None], samples, cell)[0]
+    area = 1.0 if normalised else 1e-2 * scale**2
+    cell = None if normalised else 1.0
+    return area * reconstruct_irradiance(k, light, scale * x[None], samples, cell)[0]
 
 
 def answer(x, seen, shift=0.0, scale=1.0, L=1.0, normalised=False):
@@ -224,19 +225,19 @@ def answer(x, seen, shift=0.0, scale=1.0, L=1.0, normalised=False):
     return float(_filtered(normalised, *jax.tree.map(jnp.asarray, given)))
 
 
-@given(X, MIXED)
+@given(NEARBY, MIXED)
 def test_the_filter_is_linear_in_what_is_seen(x, weights):
     parts = [answer(x, seen) for seen in SEEN]
     np.testing.assert_allclose(answer(x, weights @ SEEN), weights @ np.array(parts), atol=1e-12)
 
 
-@given(X, st.floats(-2.0, 2.0))
+@given(NEARBY, st.floats(-2.0, 2.0))
 def test_what_is_seen_alike_everywhere_passes(x, value):
     """Its share of the light, however the samples lie."""
     assert abs(answer(x, np.full(200, value), normalised=True) - value) < 1e-12
 
 
-@given(X, st.floats(-3.0, 3.0), st.floats(0.1, 10.0), st.floats(0.1, 10.0))
+@given(NEARBY, st.floats(-3.0, 3.0), st.floats(0.1, 10.0), st.floats(0.1, 10.0))
 def test_the_filter_knows_no_place_no_unit_and_no_brightness(x, shift, scale, L):
     """Moved along the receiver nothing changes; h has the unit of light times a length."""
     rest, share = answer(x, SEEN[0]), answer(x, SEEN[0], normalised=True)
