@@ -157,4 +157,6 @@ def test_gather_directions_come_by_their_cosine():
     for row in range(2):
         assert uniform_p_value(np.clip(places[:, row, 0], 0.0, 1.0)) > LEVEL / 2
     assert uniform_p_value(np.sqrt(places[:, 0, 0])) < LEVEL
-    assert uniform_p_value(0.5 * given.noise[:, 0, 0]) > LEVEL
+    noise = given.noise
+    assert noise is not None
+    assert uniform_p_value(0.5 * noise[:, 0, 0]) > LEVEL

@@ -36,10 +36,10 @@ def maps(s):
     """Textures and bumps at a place."""
     x, uv = jnp.stack([0.2, s, 0.1]), jnp.stack([0.3 + 0.2 * s, 0.1 + 0.1 * s])
     waves = imaging.SolidWaves(jnp.stack([jnp.stack([s, 1.0, 0.0])]), 0.2 * s, 0.5)
-    worn = imaging.SurfaceMaps(
-        height=lambda i, x: s * x[0],
-        wrapped=imaging.UVMaps(albedo=lambda i, uv: s * uv[0]),
-    )
+    wrapped = imaging.UVMaps(albedo=lambda i, uv: s * uv[0])
+    worn = imaging.SurfaceMaps(height=lambda i, x: s * x[0], wrapped=wrapped)
+    assert worn.height
+    assert wrapped.albedo
     pixels = jnp.full((4, 4, 3), 0.4 + 0.1 * s).at[..., 2].set(1.0)
     return {
         "imaging.SolidWaves": waves(x),
@@ -52,7 +52,7 @@ def maps(s):
             jnp.array(0), x
         ),
         "imaging.SurfaceMaps": worn.height(0, x),
-        "imaging.UVMaps": worn.wrapped.albedo(0, uv),
+        "imaging.UVMaps": wrapped.albedo(0, uv),
         "imaging.SurfaceReflectance": imaging.SurfaceReflectance(0.5 * s).albedo,
     }
 

@@ -1,6 +1,6 @@
 """A lit scene of space that can be moved, scaled, split and dimmed: what properties speak of."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 from hypothesis import strategies as st
@@ -32,13 +32,13 @@ class Change(NamedTuple):
         screen: share at which the screen is cut in two; 1 for one piece.
     """
 
-    turn: object = (0.0, 0.0, 0.0)
-    shift: object = (0.0, 0.0, 0.0)
-    scale: object = 1.0
-    spin: object = 0.0
-    light: object = (1.0, 0.7, 0.3)
-    lamp: object = 1.0
-    screen: object = 1.0
+    turn: Any = (0.0, 0.0, 0.0)
+    shift: Any = (0.0, 0.0, 0.0)
+    scale: Any = 1.0
+    spin: Any = 0.0
+    light: Any = (1.0, 0.7, 0.3)
+    lamp: Any = 1.0
+    screen: Any = 1.0
 
     @property
     def arrays(self):
