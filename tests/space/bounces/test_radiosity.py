@@ -157,7 +157,6 @@ WHERE = st.tuples(
 
 @given(WHERE, worlds.TURN, worlds.SHIFT, worlds.SIZE, worlds.SHARE)
 def test_a_rectangle_moved_scaled_or_cut_gives_the_same(where, turn, shift, scale, cut):
-    """Also where the horizon cuts it."""
     where = tuple(np.asarray(a) for a in where)
     whole, parts = lambert(where, cut, turn=turn, shift=shift, scale=scale)
     np.testing.assert_allclose([whole, parts], lambert(where)[0], atol=1e-12)
