@@ -11,11 +11,13 @@ from firstorder.conventions import (
     FLATLAND_SLOPE,
     SPACE,
     SPACE_SLOPE,
+    UNSTATED,
     Frame,
     azimuth_axes,
     cylindrical,
     direction,
     fourier_kernel,
+    frame_with,
     mirror_direction,
     normal_rate,
     polar,
@@ -32,6 +34,14 @@ def test_angles_turn_counter_clockwise_from_the_normal():
     np.testing.assert_allclose(direction(jnp.array(0.5 * np.pi)), [-1.0, 0.0], atol=1e-15)
     d = direction(jnp.linspace(-1.0, 1.0, 5))
     assert np.all(np.diff(np.arctan2(d[:, 1], d[:, 0])) > 0)
+
+
+def test_an_axis_states_the_frame_that_nobody_stated():
+    assert frame_with("theta", UNSTATED) == FLATLAND
+    assert frame_with("v", UNSTATED) == FLATLAND_SLOPE
+    assert frame_with("x", UNSTATED) == UNSTATED
+    assert frame_with("v", FLATLAND) == FLATLAND
+    assert frame_with("theta", SPACE) == SPACE
 
 
 def test_directions_of_space_by_their_angles():

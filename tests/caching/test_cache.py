@@ -1,11 +1,14 @@
 """Caches along a line and on a plane: their answers by hand and by loops, and their tables."""
 
 import csv
+import functools
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from derivations.caching._light import lamp, scene_a_columns
 from firstorder import io
@@ -373,3 +376,82 @@ ONE = Candidates.of(np.zeros(1), np.zeros(1), np.zeros((1, 1)))
 def test_bad_input_is_one_sentence(call, words):
     with pytest.raises(ValueError, match=words):
         call()
+
+
+# --- properties ----------------------------------------------------------------------------------
+
+COUNT = 7
+DRAWN = np.random.default_rng(6)
+POSITIONS = DRAWN.uniform(-1.0, 1.0, (COUNT, 2))
+HELD = [DRAWN.normal(size=(2, COUNT, *shape)) for shape in ((), (2,), (2, 2))]
+SHAPES = DRAWN.normal(size=(COUNT, 2, 2)) * 0.4 + 1.4 * np.eye(2)
+STILL = np.eye(2)
+SPOT = st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
+ORDERS = st.tuples(st.sampled_from([0, 1, 2]), st.booleans())
+
+
+@functools.partial(jax.jit, static_argnums=3)
+def _answers_at(records, matrix, x, how):
+    answer = Cache(records, ValidityRegion(matrix), *how)(x)
+    return answer.value, answer.covered
+
+
+def on_plane(x, how, light=(1.0, 0.0), turn=STILL, shift=(0.0, 0.0), scale=1.0, order=None):
+    """What a cache of seven records says at a place, when all is moved, scaled or put in order.
+
+    Args:
+        x: the place, moved with the rest.
+        how: order of the expansions, and whether weights fade.
+        light: weights of two radiances, whose values and derivatives the records hold.
+        turn: matrix by which everything is turned.
+        shift: by which it is moved then.
+        scale: by which it is stretched first.
+        order: of the records.
+    """
+    E, g, H = (np.tensordot(light, held, 1) for held in HELD)
+    g, H = g @ turn.T / scale, turn @ (H + H.swapaxes(1, 2)) @ turn.T / scale**2
+    rows = np.arange(COUNT) if order is None else np.asarray(order)
+    at = scale * POSITIONS @ turn.T + np.asarray(shift)
+    records = Candidates.of(*(a[rows] for a in (at, E, g, H)))
+    matrix = jnp.asarray((SHAPES @ turn.T / scale)[rows])
+    place = scale * turn @ np.asarray(x) + np.asarray(shift)
+    return [np.asarray(a) for a in _answers_at(records, matrix, jnp.asarray(place), how)]
+
+
+def assert_same_answer(ours, expected):
+    """Values to rounding, which a place far from all records makes larger; and the same cover."""
+    np.testing.assert_allclose(ours[0], expected[0], rtol=1e-9, atol=1e-9)
+    assert ours[1] == expected[1]
+
+
+def turning(angle):
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s], [s, c]])
+
+
+@given(SPOT, ORDERS, st.floats(-3.0, 3.0), SPOT, st.floats(0.1, 10.0))
+def test_a_cache_moved_turned_and_in_another_unit_answers_the_same(x, how, angle, shift, scale):
+    moved = on_plane(x, how, turn=turning(angle), shift=shift, scale=scale)
+    assert_same_answer(moved, on_plane(x, how))
+
+
+@given(SPOT, ORDERS, st.permutations(range(COUNT)))
+def test_the_order_of_records_does_not_matter(x, how, order):
+    assert_same_answer(on_plane(x, how, order=order), on_plane(x, how))
+
+
+@given(SPOT, ORDERS, st.tuples(st.floats(0.0, 5.0), st.floats(0.0, 5.0)))
+def test_radiances_add_in_what_is_extrapolated(x, how, light):
+    """Regions held, the answer is linear in what the records hold."""
+    one, two = (on_plane(x, how, light=a)[0] for a in np.eye(2))
+    found = on_plane(x, how, light=light)[0]
+    np.testing.assert_allclose(found, light[0] * one + light[1] * two, rtol=1e-9, atol=1e-9)
+
+
+@given(SPOT, st.floats(-2.0, 2.0), st.tuples(st.floats(-2.0, 2.0), st.floats(-2.0, 2.0)))
+def test_records_of_a_plane_answer_with_that_plane(x, height, slope):
+    """First order is exact for light that is linear, whatever the regions are."""
+    slope = np.asarray(slope)
+    records = Candidates.of(POSITIONS, height + POSITIONS @ slope, np.tile(slope, (COUNT, 1)))
+    found, _ = _answers_at(records, jnp.asarray(SHAPES), jnp.asarray(x), (1, False))
+    np.testing.assert_allclose(found, height + x @ slope, atol=1e-12)

@@ -5,6 +5,7 @@ import pytest
 
 from firstorder.caching import candidate_tables
 from firstorder.caching.candidate_tables import gather_directions, tabulate_candidates
+from firstorder.checks.statistics import LEVEL
 from firstorder.space import Scene, plane, primitive
 from firstorder.space.bounces._radiance_maps import RadianceMaps, face_layout, trace_maps
 from firstorder.space.estimators._irradiance_forms import (
@@ -16,6 +17,7 @@ from firstorder.space.estimators._irradiance_forms import (
 from firstorder.space.estimators.strata import Strata
 from firstorder.space.library import _scenes
 from firstorder.space.receiver import receiver
+from tests.samplers import disc_place, uniform_p_value
 
 PLACES = np.array([[0.333, 0.333], [0.667, 0.3], [0.667, 0.55]])  # between the boxes
 
@@ -144,3 +146,17 @@ def test_noise_keeps_the_mean_and_other_shapes_are_refused():
     with pytest.raises(ValueError, match="`rows` must be positive"):
         gather_directions(0, 4)
     assert jax.tree.leaves(gather_directions(2, 2, sets=1))[0].dtype == np.float32
+
+
+def test_gather_directions_come_by_their_cosine():
+    """Projected to the disc they are uniform in every cell; the noise is uniform in [0, 2]."""
+    given = gather_directions(2, 3, sets=6000, seed=3, noise=True)
+    w = np.moveaxis(np.asarray(given.directions, float), 1, -1)
+    places = disc_place(w[..., :2].reshape(-1, 2)).reshape(*w.shape[:-1], 2)
+    places = np.mod(places * (2, 3), 1.0)
+    for row in range(2):
+        assert uniform_p_value(np.clip(places[:, row, 0], 0.0, 1.0)) > LEVEL / 2
+    assert uniform_p_value(np.sqrt(places[:, 0, 0])) < LEVEL
+    noise = given.noise
+    assert noise is not None
+    assert uniform_p_value(0.5 * noise[:, 0, 0]) > LEVEL

@@ -21,6 +21,7 @@ from firstorder.caching import (
     rms,
 )
 from firstorder.caching.filling import _fill_with_neighbours, _fit_with
+from firstorder.checks.statistics import LEVEL, chi_square
 
 M, ORDERS, TARGET = 120, 40, 14
 X = np.linspace(-1.0, 1.0, M)
@@ -309,3 +310,14 @@ def test_bad_input_is_one_sentence(dims):
         fit(flat(places), regions, visits, 0, low=0.1, high=1.0)
     with pytest.raises(ValueError, match=r"^Argument `region` must have shape"):
         fill(flat(places), circular_regions(np.ones(3), 0.1, 2.0, dims), visits[0])
+
+
+def test_every_order_comes_as_often():
+    """All 24 orders of four, and the first of many."""
+    orders = random_orders(4, 24 * 400)
+    counts = np.unique(orders @ (64, 16, 4, 1), return_counts=True)[1]
+    assert len(counts) == 24
+    assert chi_square(counts, np.full(24, 400.0)) > LEVEL
+    sometimes_sorted = np.where(np.arange(len(orders))[:, None] % 10, orders, np.arange(4))
+    counts = np.unique(sometimes_sorted @ (64, 16, 4, 1), return_counts=True)[1]
+    assert chi_square(counts, np.full(24, 400.0)) < LEVEL

@@ -5,6 +5,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from derivations.caching._forms import integrated, matrices
@@ -357,3 +359,25 @@ def test_the_estimate_is_what_the_sums_are():
     ours = np.asarray(jax.jit(lambda H, M: expected_error(H, ValidityRegion(M)))(H, M))
     true = [integrated(h, m, 2000) for h, m in zip(np.asarray(H), np.asarray(M), strict=True)]
     np.testing.assert_allclose(ours, true, rtol=1e-5, atol=1e-12)
+
+
+# --- properties ----------------------------------------------------------------------------------
+
+
+@given(st.floats(0.1, 10.0), st.floats(0.1, 10.0), st.sampled_from([0, 1, 2]))
+def test_errors_and_radii_scale_with_light_and_with_the_unit_of_length(scale, L, order):
+    """The derivative of order k + 1 falls as s^-(k + 1); the total error on a line gains s."""
+    D, R, tolerance = 3.7, 0.6, 0.21
+    other = L * D / scale ** (order + 1)
+
+    def error(derivative, radius):
+        tensor = jnp.full((1,) * (order + 1), derivative)
+        region = ValidityRegion(jnp.full((1, 1), 1.0 / radius))
+        return float(expected_error(tensor, region, order=order))
+
+    np.testing.assert_allclose(error(other, scale * R), L * scale * error(D, R), rtol=1e-12)
+    np.testing.assert_allclose(
+        radius_for(other, L * scale * tolerance, order=order),
+        scale * radius_for(D, tolerance, order=order),
+        rtol=1e-12,
+    )

@@ -8,11 +8,13 @@ from firstorder.flatland import (
     Arcs,
     Circles,
     Ellipses,
+    PointLights,
     Scene,
     Segments,
     closed_curve,
     primitive,
 )
+from firstorder.flatland.skies import GaussianSky
 
 
 def bean(x=0.0, y=0.0, size=1.0):
@@ -40,6 +42,17 @@ def everything(dtype=None, curve=True):
         None,
         _cast(scene.crossings, dtype),
         scene.names,
+    )
+
+
+def all_lights():
+    """A lamp that shines down, a bright circle, a dark floor, a point light and a sky."""
+    return Scene.of(
+        primitive(Segments((0.5, 1.0), (-0.5, 1.0)), emission=1.0),
+        primitive(Circles((1.5, 0.5), 0.2), emission=0.8),
+        primitive(Segments((-1.0, 0.0), (1.0, 0.0))),
+        points=PointLights((-1.0, 0.4), 0.2),
+        environment=GaussianSky(0.3, 0.4),
     )
 
 

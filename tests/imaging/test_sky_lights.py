@@ -1,11 +1,14 @@
 """Distant light: irradiance by quadrature, terms against autodiff, shadows that cross a sky."""
 
+import functools
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from firstorder.checks.statistics import LEVEL, chi_square
 from firstorder.checks.tolerance import fitted_order
 from firstorder.imaging._area_lights import (
     Lamp,
@@ -248,3 +251,40 @@ def test_bad_skies_are_refused():
         _dome(SKY, 0)
     with pytest.raises(ValueError, match="`sky` must send light, but is dark"):
         _by_luminance(lambda w: 0.0 * w[0], 4)
+
+
+@functools.cache
+def bright_nodes():
+    return np.asarray(_by_luminance(SKY, 32).way)
+
+
+@functools.cache
+def sky_table(width):
+    """A sky like `SKY`, of some width: directions, and the radiance from there."""
+    fine = _dome(GaussianSky((0.3, 0.2, 1.0), width, 2.0), 64)
+    return np.asarray(fine.way), np.asarray(fine.radiance)
+
+
+def luminance_p_value(width, floor):
+    """Chi-square of the nodes of a bright sky, in cells of height and azimuth, by a density.
+
+    Args:
+        width: of the sky that the nodes should follow.
+        floor: share of them that should be spread evenly.
+    """
+    nodes = bright_nodes()
+    azimuth = np.arctan2(nodes[:, 1], nodes[:, 0])
+    counts = np.histogram2d(nodes[:, 2], azimuth, (8, 8), ((-1, 1), (-np.pi, np.pi)))[0]
+    w, L = sky_table(width)
+    sums = np.histogram2d(
+        w[:, 2], np.arctan2(w[:, 1], w[:, 0]), (8, 8), ((-1, 1), (-np.pi, np.pi)), weights=L
+    )[0]
+    share = (1.0 - floor) * sums / sums.sum() + floor / sums.size
+    return chi_square(counts, counts.sum() * share)
+
+
+def test_directions_of_a_bright_sky_come_by_its_luminance():
+    """Nodes of a lattice are more even than chance, never less."""
+    assert luminance_p_value(0.4, 0.02) > LEVEL
+    assert luminance_p_value(0.45, 0.02) < LEVEL
+    assert luminance_p_value(0.4, 0.2) < LEVEL

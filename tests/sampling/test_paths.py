@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.checks.statistics import z_test
+from firstorder.checks.statistics import LEVEL, chi_square, z_test
 from firstorder.sampling._paths import (
     ANY,
     Gathered,
@@ -77,3 +77,35 @@ def test_paths_of_a_given_length_are_followed_to_their_end():
 def test_bad_input_is_one_sentence(make, words):
     with pytest.raises(ValueError, match=words):
         make()
+
+
+@jax.jit
+def _rolled(u, depth, length):
+    return roulette(u, survival_chance(jnp.full_like(u, SHARE), depth, length))
+
+
+def lengths(survival, count=30_000, most=12):
+    """How many of many paths end after 0, 1, 2, ... steps; the last ones are longer.
+
+    The number that is left of one step decides about the next: it must be uniform anew.
+    """
+    u = np.random.default_rng(5).random(count)
+    alive, left = np.ones(count, bool), [count]
+    for depth in range(most):
+        on, _, again = _rolled(u, depth, path_lengths(None, survival))
+        alive, u = alive & np.asarray(on), np.asarray(again)
+        left.append(int(alive.sum()))
+    return [*-np.diff(left), left[-1]]
+
+
+def geometric(chance, count, most=12):
+    """The same by theory: the first step is always taken."""
+    law = np.append(0.0, (1.0 - chance) * chance ** np.arange(most - 1))
+    return count * np.append(law, 1.0 - law.sum())
+
+
+@pytest.mark.parametrize("survival", [0.5, 0.95])
+def test_paths_are_as_long_as_their_chance_says(survival):
+    seen, chance = lengths(survival), min(SHARE, survival)
+    assert chi_square(seen, geometric(chance, sum(seen))) > LEVEL
+    assert chi_square(seen, geometric(chance + 0.02, sum(seen))) < LEVEL

@@ -8,12 +8,15 @@ import jax.numpy as jnp
 import mpmath as mp
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from firstorder.space import (
     Scene,
     boundary_gradient,
     box,
     cylinder,
+    derivatives,
     ellipsoid,
     irradiance,
     net_visibility,
@@ -27,7 +30,7 @@ from firstorder.space import (
 from firstorder.space.azimuthal.transport import transport_by_azimuth
 from firstorder.space.silhouettes import _edge_integrals as edge_integrals
 from firstorder.visibility import _contour as contour
-from tests.space import hemispheres
+from tests.space import hemispheres, worlds
 
 # The issue's bounds: one ball with 16 nodes, and everything else.
 ONE, OTHERS = 1e-13, 1e-10
@@ -323,6 +326,80 @@ def test_a_screen_in_two_halves_is_the_screen():
     both = jax.jit(lambda scene: (irradiance(scene, at), boundary_gradient(scene, at)))
     for one_piece, two in zip(both(whole), both(halves), strict=True):
         np.testing.assert_allclose(one_piece, two, atol=1e-10)
+
+
+# --- properties: the whole moved, measured in another unit, dimmed, cut in two -------------------
+
+
+@jax.jit
+def _jets(change, x, y):
+    """Irradiance with gradient and Hessian by all five freedoms, in a scene that may change."""
+    found = derivatives(irradiance, worlds.lit(change), worlds.below(change, x, y))
+    return found.value, found.gradient, found.hessian
+
+
+def jets_at(place, **change):
+    """The same in NumPy; compiled once for all changes."""
+    return [np.asarray(a) for a in _jets(worlds.Change(**change).arrays, *map(float, place))]
+
+
+def assert_alike(ours, expected):
+    """To rounding, each of value, gradient and Hessian by its largest entry."""
+    for a, b in zip(ours, expected, strict=True):
+        assert np.all(np.isfinite(b))
+        np.testing.assert_allclose(a, b, rtol=0.0, atol=1e-11 * (1.0 + np.abs(b).max()))
+
+
+GROUND = st.tuples(worlds.PLACE, worlds.PLACE)
+
+
+@given(GROUND, worlds.TURN, worlds.SHIFT, worlds.TURN.map(lambda turn: turn[0]))
+def test_rigid_motion_keeps_the_light_and_turns_its_derivatives(place, turn, shift, spin):
+    """In the receiver's own axes nothing changes; where they spin, gradient and Hessian turn."""
+    value, gradient, hessian = jets_at(place)
+    T = np.asarray(worlds.about_normal(spin))
+    expected = value, gradient @ T, T.T @ hessian @ T
+    assert_alike(jets_at(place, turn=turn, shift=shift, spin=spin), expected)
+
+
+@given(GROUND, worlds.SIZE)
+def test_in_another_unit_of_length_each_step_is_worth_another(place, scale):
+    """E and tilts have no length, a step divides by it."""
+    value, gradient, hessian = jets_at(place)
+    first, second = (np.asarray(worlds.as_measured(scale, order)) for order in (1, 2))
+    found = jets_at(place, scale=scale)
+    assert_alike(
+        (found[0], found[1] / first, found[2] / second),
+        (value, gradient, hessian),
+    )
+
+
+@given(GROUND, st.tuples(*[worlds.BRIGHT] * worlds.LIGHTS))
+def test_lights_add_and_their_derivatives_too(place, light):
+    alone = [jets_at(place, light=one) for one in np.eye(worlds.LIGHTS)]
+    expected = [
+        sum(L * a for L, a in zip(light, parts, strict=True)) for parts in zip(*alone, strict=True)
+    ]
+    assert_alike(jets_at(place, light=light), expected)
+
+
+@given(GROUND, worlds.SHARE, worlds.SHARE)
+def test_a_lamp_or_a_screen_in_two_pieces_is_the_same(place, lamp, screen):
+    assert_alike(jets_at(place, lamp=lamp, screen=screen), jets_at(place))
+
+
+@given(GROUND)
+def test_more_nodes_change_nothing_that_counts(place):
+    """Arcs are integrated to rounding: twice the nodes give the same."""
+    same = worlds.Change().arrays
+    at, scene = worlds.below(same, *map(jnp.asarray, place)), worlds.lit(same)
+    coarse, fine = _vectors(scene, at)
+    np.testing.assert_allclose(coarse, fine, atol=1e-11)
+
+
+@jax.jit
+def _vectors(scene, at):
+    return tuple(vector_irradiance(scene, at, nodes=nodes) for nodes in (16, 32))
 
 
 def test_the_floor_that_a_receiver_lies_on_hides_nothing():

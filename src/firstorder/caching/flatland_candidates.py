@@ -123,8 +123,8 @@ def _ray_lengths(scene: Scene, index: int, s: ArrayLike, rays: int = 256) -> Flo
 
 def _arc_length(scene: Scene, index: int, s: ArrayLike) -> Float[Array, " m"]:
     """Arc length from the start of a shape to the parameters s [m]."""
-    t, w = gauss_legendre(32)
     s = as_float(s)
+    t, w = (jnp.asarray(a, s.dtype) for a in gauss_legendre(32))
     speed = jax.vmap(jax.vmap(lambda s: scene.frame(index, s).speed))
     return jnp.sum(0.5 * s[:, None] * w * speed(0.5 * s[:, None] * (1.0 + t)), axis=-1)
 

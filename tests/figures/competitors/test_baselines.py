@@ -14,9 +14,10 @@ from figures.e11.competitors.baselines import (
     strata,
     stratified,
 )
-from firstorder.checks.statistics import error_slope, z_test
+from firstorder.checks.statistics import LEVEL, chi_square, error_slope, z_test
 from firstorder.shadowfield.rendering.lamp import lamp_frame
 from firstorder.shadowfield.rendering.ray_table import RayTable, trace_shadow_rays
+from tests.samplers import COUNT, biased, uniform_p_value
 
 HIGH, HALF = 4.0, 0.8
 LAMP = lamp_frame((0.0, 0.0, HIGH), (0.0, HALF, 0.0), (HALF, 0.0, 0.0))
@@ -294,3 +295,38 @@ def test_faults_are_noticed(monkeypatch, fault):
     monkeypatch.setattr(baselines, "_pass", wrong)
     with pytest.raises(AssertionError):
         test_two_passes_are_the_double_sum_on_a_level_floor((12, 9))
+
+
+def lopsided(p):
+    return (1.5 + p[:, 0]) * np.exp(-((p[:, 1] - 0.2) ** 2))
+
+
+def lamp_p_value(places, falloff):
+    """Chi-square of places in [-1, 1]^2 by the light there, in 16 x 16 cells."""
+    x = (2.0 * np.arange(256) + 1.0) / 256 - 1.0
+    fine = np.stack(np.meshgrid(x, x, indexing="ij"), -1).reshape(-1, 2)
+    light = falloff(fine).reshape(16, 16, 16, 16).sum((1, 3))
+    counts = np.histogram2d(*places.T, 16, ((-1, 1), (-1, 1)))[0]
+    return chi_square(counts, counts.sum() * light / light.sum())
+
+
+def test_places_come_by_the_light_of_the_lamp():
+    """Of uniform numbers, and of one ray of `stratified` and of `own_rays` in many runs."""
+    even = lambda p: np.ones(len(p))  # noqa: E731
+    u = np.random.default_rng(8).random((COUNT, 2))
+    assert lamp_p_value(on_lamp(u, lopsided), lopsided) > LEVEL
+    assert lamp_p_value(on_lamp(u, lopsided), even) < LEVEL
+    assert lamp_p_value(on_lamp(biased(u, 1), lopsided), lopsided) < LEVEL
+    seen = []
+
+    def record(a, b):
+        seen.append(LAMP.local(b)[:, :2] / HALF)
+        return np.full(len(a), np.inf), np.full(len(a), -np.inf)
+
+    points = np.zeros((8000, 3))
+    stratified(LAMP, points, 4, record)
+    own_rays(LAMP, points, record)(np.arange(8000), np.full(8000, 5))
+    first, own = np.concatenate(seen[:-1])[::4], seen[-1]
+    assert uniform_p_value(first + 1.0) > LEVEL  # the stratum at the lower corner
+    assert uniform_p_value(0.5 * (own + 1.0)) > LEVEL
+    assert uniform_p_value((0.5 * (own + 1.0)) ** 1.1) < LEVEL

@@ -1,7 +1,11 @@
+import functools
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from firstorder.fields import GaussianProfile
 from firstorder.shadowfield import (
@@ -191,3 +195,53 @@ def test_where_there_is_no_sheared_filter_it_says_so():
     slope = jax.grad(lambda d1: filters.sheared_filter(d1, NEAR, FAR, HIGH, PIX).width)(1.0)
     assert slope < 0.0
     assert jnp.isfinite(slope)
+
+
+# --- properties ----------------------------------------------------------------------------------
+
+MANY = np.random.default_rng(12)
+FEET = MANY.uniform(-1.0, 1.0, 200), MANY.uniform(-1.0, 1.0, 200)
+SEEN = MANY.random((2, 200))
+NEARBY = st.floats(-0.5, 0.5)
+MIXED = st.tuples(st.floats(0.0, 5.0), st.floats(0.0, 5.0))
+
+
+@functools.partial(jax.jit, static_argnums=0)
+def _filtered(normalised, x, feet, seen, scale, L):
+    """The filter's answer at a place, all lengths in another unit, the light L times as bright."""
+    k = sheared_filter(
+        scale * D1, scale * NEAR, scale * FAR, HIGH / scale, PIX / scale, 0.6 / scale
+    )
+    light = GaussianProfile(scale * SIGMA, "y", PLANE, weight=L * scale)  # as high in any unit
+    samples = scale * feet[0], scale * feet[1], seen
+    area = 1.0 if normalised else 1e-2 * scale**2
+    cell = None if normalised else 1.0
+    return area * reconstruct_irradiance(k, light, scale * x[None], samples, cell)[0]
+
+
+def answer(x, seen, shift=0.0, scale=1.0, L=1.0, normalised=False):
+    feet = FEET[0] + shift, FEET[1]
+    given = (x + shift, feet, seen, scale, L)
+    return float(_filtered(normalised, *jax.tree.map(jnp.asarray, given)))
+
+
+@given(NEARBY, MIXED)
+def test_the_filter_is_linear_in_what_is_seen(x, weights):
+    parts = [answer(x, seen) for seen in SEEN]
+    np.testing.assert_allclose(answer(x, weights @ SEEN), weights @ np.array(parts), atol=1e-12)
+
+
+@given(NEARBY, st.floats(-2.0, 2.0))
+def test_what_is_seen_alike_everywhere_passes(x, value):
+    """Its share of the light, however the samples lie."""
+    assert abs(answer(x, np.full(200, value), normalised=True) - value) < 1e-12
+
+
+@given(NEARBY, st.floats(-3.0, 3.0), st.floats(0.1, 10.0), st.floats(0.1, 10.0))
+def test_the_filter_knows_no_place_no_unit_and_no_brightness(x, shift, scale, L):
+    """Moved along the receiver nothing changes; h has the unit of light times a length."""
+    rest, share = answer(x, SEEN[0]), answer(x, SEEN[0], normalised=True)
+    moved = answer(x, SEEN[0], shift=shift, scale=scale, L=L)
+    np.testing.assert_allclose(moved, L * scale * rest, rtol=1e-9, atol=1e-10 * L * scale)
+    again = answer(x, SEEN[0], shift=shift, scale=scale, L=L, normalised=True)
+    np.testing.assert_allclose(again, share, rtol=1e-7, atol=1e-9)

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
+from firstorder.checks.statistics import LEVEL, chi_square
 from firstorder.shadowfield.rendering._below import where_below
 from firstorder.shadowfield.rendering.lamp import below, lamp_frame
 from firstorder.shadowfield.rendering.ray_table import trace_shadow_rays
+from tests.samplers import uniform_p_value
 
 LAMP = lamp_frame((0.0, 0.0, 4.0), (0.0, 0.8, 0.0), (0.4, 0.0, 0.0))
 FLOOR = np.stack(np.meshgrid(np.linspace(-1, 1, 20), np.linspace(-1, 1, 20), [0.0]), -1).reshape(
@@ -108,3 +110,23 @@ def test_answers_are_nan_for_receivers_that_no_lamp_can_light():
 def test_edges_must_be_orthogonal():
     with pytest.raises(ValueError, match="must be orthogonal"):
         lamp_frame((0, 0, 1), (1, 0, 0), (1, 1, 0))
+
+
+def drawn(runs=1000, **how):
+    """Of many runs: the foot of one ray on the lamp, and its receiver."""
+    some, feet, owners = FLOOR[:8], [], []
+    for seed in range(runs):
+        table, owner = trace_shadow_rays(LAMP, some, how.get("rays", 1), layers(), seed)
+        feet.append(table.y[-1] / LAMP.half)
+        owners.append(owner[0])
+    return 0.5 * (np.array(feet) + 1.0), np.bincount(owners, minlength=8)
+
+
+def test_feet_and_receivers_come_evenly():
+    """Any ray of the sequence by itself; and any receiver, where one of eight has a ray."""
+    feet, _ = drawn()
+    assert uniform_p_value(feet) > LEVEL
+    assert uniform_p_value(feet**1.4) < LEVEL
+    few, owners = drawn(rays=0.125)
+    assert uniform_p_value(few) > LEVEL
+    assert chi_square(owners, np.full(8, owners.sum() / 8)) > LEVEL

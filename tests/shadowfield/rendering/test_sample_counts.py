@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from firstorder.checks.statistics import z_test
 from firstorder.shadowfield import light_rate_of_endless_wedge, sheared_filter
 from firstorder.shadowfield.rendering import sheared_filter as space
 from firstorder.shadowfield.rendering.ray_table import trace_shadow_rays
@@ -77,3 +78,19 @@ def test_a_fault_is_noticed(monkeypatch):
 def test_shares_are_numbers_that_add_up(share, words):
     with pytest.raises(ValueError, match=words):
         distribute_rays(np.array(share, float), 12)
+
+
+def rounded(share, total=7, runs=4000):
+    """Mean counts of many runs, and their standard errors."""
+    counts = np.array([distribute_rays(share, total, seed, least=0.0) for seed in range(runs)])
+    assert np.all(counts.sum(1) == total)
+    return counts.mean(0), counts.std(0) / np.sqrt(runs)
+
+
+def test_shares_of_a_ray_are_rounded_evenly():
+    """Each pixel has its share on average; counts of one run are within one of it."""
+    share = np.array([0.13, 0.4, 0.02, 0.25, 0.2])
+    mean, error = rounded(share)
+    assert z_test(mean, error, 7 * share).passed
+    assert not z_test(mean, error, 7 * np.roll(share, 1)).passed
+    assert not z_test(mean, error, np.round(7 * share)).passed

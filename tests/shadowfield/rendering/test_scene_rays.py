@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 
+from firstorder.checks.statistics import LEVEL
 from firstorder.shadowfield import lamp_frame, own_visibility, scene_blockers
+from firstorder.shadowfield.rendering import scene_rays
 from firstorder.space import Scene, irradiance, plane, primitive, receiver, rectangle, sphere
+from tests.samplers import uniform_p_value
 
 FLOOR = primitive(plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), name="floor")
 BALL = primitive(sphere((0.1, 0.0, 1.0), 0.3), name="ball")
@@ -68,3 +71,22 @@ def test_none_and_wrong_numbers():
     assert own_visibility(scene, LAMP, np.zeros((0, 3)), np.zeros(0, int), 4).shape == (0,)
     with pytest.raises(ValueError, match="strata"):
         own_visibility(scene, LAMP, np.zeros((1, 3)), np.zeros(1, int), 0)
+
+
+def test_own_rays_come_evenly(monkeypatch):
+    """One in each stratum of the lamp, anywhere in it."""
+    seen = []
+
+    def recorded(function, rays, block):
+        seen.append(LAMP.local(rays[1])[:, :2] / LAMP.half)
+        return np.zeros(len(rays[1]), bool)
+
+    monkeypatch.setattr(scene_rays, "host_blocks", recorded)
+    points, strata = np.zeros((4000, 3)), 2
+    own_visibility(Scene.of(BALL), LAMP, points, np.full(4000, -1), strata)
+    place = 0.5 * (seen[0] + 1.0) * strata
+    cell = place.astype(int)
+    number = (cell @ (strata, 1)).reshape(4000, strata**2)
+    np.testing.assert_array_equal(number, np.tile(np.arange(strata**2), (4000, 1)))
+    assert uniform_p_value(place - cell) > LEVEL
+    assert uniform_p_value((place - cell) ** 1.1) < LEVEL

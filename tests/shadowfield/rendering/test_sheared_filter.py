@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 import scipy.integrate
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from firstorder.shadowfield.rendering import sheared_filter
 from firstorder.shadowfield.rendering._filter_shape import filter_shape
@@ -178,8 +180,8 @@ def test_receivers_that_no_lamp_can_light_are_nan_and_alone():
     receivers, bad = bad_receivers(floor())
     more = np.insert(own, bad - np.arange(3), np.nan)
     wide = tuple(np.insert(b, bad - np.arange(3), np.nan) for b in bounds)
-    for given in (None, wide):
-        found = sheared_shadow(LAMP, table, receivers, 4.0, PIXEL, more, bounds=given)
+    for depths in (None, wide):
+        found = sheared_shadow(LAMP, table, receivers, 4.0, PIXEL, more, bounds=depths)
         for a, b in zip(found, right, strict=True):
             assert np.all(np.isnan(a[bad]))
             np.testing.assert_array_equal(np.delete(a, bad), b)
@@ -284,3 +286,80 @@ def test_bounds_under_the_filter_lower_what_rays_do_not():
     few, many = (beside_error(rays, plain) for rays in (4, 16))
     assert many > 0.95 * few
     assert beside_error(16, depths_under_filter) < 0.3 * many
+
+
+# --- properties ----------------------------------------------------------------------------------
+
+SPOTS = floor(6, 0.2)
+
+
+def fenced(hidden=True, scale=1.0, turn=0.0, falloff=None, order=None):
+    """The share that a few receivers see past the fence, of rays of the whole floor.
+
+    Args:
+        hidden: whether the bars hide, or what is beside them does.
+        scale: of all lengths.
+        turn: of lamp and receivers about the vertical [rad]; rays are traced in their frame.
+        falloff: of the light.
+        order: seed of another order of the rays.
+    """
+    c, s = np.cos(turn), np.sin(turn)
+    R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    u, v = (scale * R @ np.array(e) for e in ((0.0, 0.8, 0.0), (0.8, 0.0, 0.0)))
+    lamp = lamp_frame((0.0, 0.0, scale * HIGH), u, v)
+    bars = cards(*FENCE)
+
+    def blockers(a, b):
+        first, last = bars(a @ R / scale, b @ R / scale)
+        free, nearest, farthest = np.isinf(first), 1.7 / HIGH, 2.0 / HIGH
+        if hidden:
+            return first, last
+        return np.where(free, nearest, np.inf), np.where(free, farthest, -np.inf)
+
+    table, _ = trace_shadow_rays(lamp, scale * floor() @ R.T, 1, blockers)
+    if order is not None:
+        rows = np.random.default_rng(order).permutation(len(table.y))
+        table = type(table)(*(a[rows] for a in table))
+    near, far = (np.full(len(SPOTS), scale * z) for z in (1.7, 2.0))
+    return sheared_shadow(
+        lamp, table, scale * SPOTS @ R.T, 1.5 / scale, scale * PIXEL, np.ones(len(SPOTS)),
+        falloff=falloff, bounds=(near, far),
+    ).visible  # fmt: skip
+
+
+SINGLE = 2e-4  # rays are kept in single precision: some pass the rim of a cell or of the reach
+
+
+@settings(max_examples=5)
+@given(st.floats(0.2, 5.0), st.floats(-3.0, 3.0))
+def test_shadows_know_no_unit_of_length_and_no_compass(scale, turn):
+    assert np.ptp(fenced()) > 0.1
+    np.testing.assert_allclose(fenced(scale=scale, turn=turn), fenced(), atol=SINGLE)
+
+
+def test_what_is_seen_and_what_is_hidden_add_up_to_the_lamp():
+    np.testing.assert_allclose(fenced() + fenced(hidden=False), 1.0, atol=SINGLE)
+
+
+@settings(max_examples=5)
+@given(st.integers(0, 1000))
+def test_the_order_of_rays_does_not_matter(seed):
+    np.testing.assert_allclose(fenced(order=seed), fenced(), atol=SINGLE)
+
+
+def one_side(p):
+    return 1.0 + p[:, 0]
+
+
+def both_ways(p):
+    return 2.0 + p[:, 1] ** 2
+
+
+@settings(max_examples=5)
+@given(st.floats(0.1, 5.0), st.floats(0.1, 5.0))
+def test_lights_on_the_lamp_add(a, b):
+    """Each by what it sends: its mean over the lamp."""
+    whole = a * 1.0 + b * (2.0 + 1.0 / 3.0)
+    parts = a * fenced(falloff=one_side) + b * (2.0 + 1.0 / 3.0) * fenced(falloff=both_ways)
+    found = fenced(falloff=lambda p: a * one_side(p) + b * both_ways(p))
+    np.testing.assert_allclose(found, parts / whole, atol=1e-3)

@@ -6,13 +6,26 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.checks.statistics import error_slope, z_test_of
+from firstorder.checks.statistics import LEVEL, chi_square, error_slope, z_test, z_test_of
 from firstorder.checks.tolerance import normwise, rounding
-from firstorder.space import Scene, ellipsoid, plane, primitive, receiver
+from firstorder.numerics._vectors import orthonormal_frame
+from firstorder.sampling import estimate
+from firstorder.space import (
+    Discs,
+    Rectangles,
+    Scene,
+    Triangles,
+    ellipsoid,
+    plane,
+    primitive,
+    receiver,
+)
 from firstorder.space.bounces import pathtrace
 from firstorder.space.bounces.pathtrace import path_irradiance, path_radiance
 from firstorder.space.direct_lighting import irradiance
 from firstorder.space.library._scenes import _floor, _lamp, _walls, j12_box
+from tests.samplers import COUNT, biased, disc_place, turn_share, uniform_p_value
+from tests.space import worlds
 
 ALBEDO, PATHS = 0.6, 8192
 PLACES = np.array([(0.3, 0.4, 0.0), (0.8, 0.1, 0.0)])
@@ -173,6 +186,165 @@ def test_under_a_white_sky_a_floor_shows_its_albedo(specular, exponent, albedo, 
     up = path_radiance(scene, eye, -down, key=key, paths=4, bounces=1)
     assert up.mean.tolist() == [1.0]
     assert path_radiance(scene, eye, down, key=key, paths=4, bounces=0).mean.tolist() == [0.0]
+
+
+# --- samplers ------------------------------------------------------------------------------------
+
+SURFACES = {"diffuse": (0.7, 0.0, 1.0), "glossy": (0.2, 0.5, 12.0), "gloss alone": (0.0, 0.6, 3.0)}
+
+
+def vertices(surface, count):
+    """Copies of a vertex on a slanted surface, seen from aside."""
+    albedo, specular, exponent = surface
+    normal = np.array([0.3, -0.2, 0.9])
+    back = np.array([-0.4, 0.5, 0.8])
+    one = [v / np.linalg.norm(v) for v in (normal, back)]
+    normal, back = (jnp.asarray(np.tile(v, (count, 1))) for v in one)
+    number = lambda a: jnp.full(count, float(a))  # noqa: E731
+    return pathtrace._Vertex(
+        0.0 * normal, normal, jnp.full(count, -1), back, *map(number, (albedo, specular, exponent))
+    )
+
+
+def in_frame(along):
+    """Height and share of the turn of directions about the normal of `vertices`."""
+    frame = np.asarray(orthonormal_frame(vertices((0, 0, 0), 1).normal))[0]
+    x, y, z = (np.asarray(along) @ frame).T
+    return np.stack([z, turn_share(np.arctan2(y, x))], -1)
+
+
+def expected_shares(surface, bins, nodes=6):
+    """Share of directions in bins of height and turn above the surface, by the density."""
+    t, w = np.polynomial.legendre.leggauss(nodes)
+    middle = (np.arange(bins)[:, None] + 0.5 + 0.5 * t) / bins
+    weight = np.tile(w, bins) / (2.0 * bins)
+    z, turn = (a.ravel() for a in np.meshgrid(middle.ravel(), middle.ravel(), indexing="ij"))
+    rho, phi = np.sqrt(1.0 - z**2), 2.0 * np.pi * turn
+    local = np.stack([rho * np.cos(phi), rho * np.sin(phi), z], -1)
+    here = vertices(surface, len(z))
+    along = local @ np.asarray(orthonormal_frame(here.normal[:1]))[0].T
+    density = np.asarray(eqx.filter_jit(pathtrace._brdf)(here, jnp.asarray(along))[1])
+    each = 2.0 * np.pi * density.reshape(bins * nodes, -1) * np.outer(weight, weight)
+    return each.reshape(bins, nodes, bins, nodes).sum((1, 3))
+
+
+def directions_p_value(surface, law, u, bins=10):
+    """Chi-square of scattered directions against the density of a surface; below is one bin."""
+    along = eqx.filter_jit(pathtrace._scattered)(vertices(surface, len(u)), jnp.asarray(u))[0]
+    above = np.histogramdd(in_frame(along), bins, ((0, 1), (0, 1)))[0]
+    share = expected_shares(law, bins)
+    seen = np.append(above, len(u) - above.sum())
+    return chi_square(seen, len(u) * np.append(share, 1.0 - share.sum()))
+
+
+@pytest.mark.parametrize("name", SURFACES)
+def test_directions_follow_their_density(name, key):
+    u, surface = np.asarray(jax.random.uniform(key, (COUNT, 3))), SURFACES[name]
+    assert directions_p_value(surface, surface, u) > LEVEL
+    albedo, specular, exponent = surface
+    wrong = (albedo, specular, exponent + 1.0) if specular else (albedo, 0.1, 1.0)
+    assert directions_p_value(surface, wrong, u) < LEVEL
+    assert directions_p_value(surface, surface, biased(u, 1, 1.2)) < LEVEL
+
+
+LEAN = np.array([[0.4, 0.1, 0.0], [0.0, 0.25, 0.1], [0.1, 0.0, 0.3]])
+SHAPES = {
+    "ellipsoid": ellipsoid((0.2, 0.1, 1.5), LEAN),
+    "disc": Discs((0.2, 0.1, 1.5), LEAN),
+    "rectangle": Rectangles((0.2, 0.1, 1.5), LEAN),
+    "triangle": Triangles((0.2, 0.1, 1.5), LEAN),
+}
+
+
+def undone(name, point):
+    """Numbers that are uniform where points are even by area on the canonical shape."""
+    x, y, z = ((np.asarray(point) - (0.2, 0.1, 1.5)) @ np.linalg.inv(LEAN).T).T
+    match name:
+        case "ellipsoid":
+            return np.stack([0.5 * (z + 1.0), turn_share(np.arctan2(y, x))], -1)
+        case "disc":
+            return disc_place(np.stack([x, y], -1))
+        case "triangle":
+            return np.stack([(x + y) ** 2, x / (x + y)], -1)
+    return 0.5 * (np.stack([x, y], -1) + 1.0)
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_points_of_a_light_are_even_by_area(name, key):
+    """Flat ones in the world, an ellipsoid's on the unit ball, and the density knows: it adds up
+    to the area."""
+    shape = jax.tree.map(lambda a: a[0], SHAPES[name])
+    u = jax.random.uniform(key, (COUNT, 2))
+
+    @jax.jit
+    def drawn(u):
+        scene = Scene.of(primitive(SHAPES[name], emission=1.0))
+        point, normal = jax.vmap(lambda u: pathtrace._point_on(shape, u))(u)
+        index = jnp.zeros(len(point), jnp.int32)
+        return point, pathtrace._area_density(scene, index, normal)
+
+    point, density = drawn(u)
+    assert uniform_p_value(undone(name, point)) > LEVEL
+    assert uniform_p_value(undone(name, drawn(jnp.asarray(biased(u, 1, 1.3)))[0])) < LEVEL
+    area = estimate(1.0 / density)
+    assert z_test_of(area, area_of(name), truth_error=1e-12).passed
+    assert not z_test_of(area, 1.03 * area_of(name)).passed
+
+
+def area_of(name):
+    """In the world; of the ellipsoid by a product rule over the unit ball."""
+    flat = np.linalg.norm(np.cross(LEAN[:, 0], LEAN[:, 1]))
+    if name != "ellipsoid":
+        return {"disc": np.pi, "rectangle": 4.0, "triangle": 0.5}[name] * flat
+    z, w = np.polynomial.legendre.leggauss(40)
+    phi = 2.0 * np.pi * np.arange(80) / 80
+    rho = np.sqrt(1.0 - z**2)[:, None]
+    q = np.stack([rho * np.cos(phi), rho * np.sin(phi), z[:, None] + 0.0 * phi], -1)
+    stretch = np.linalg.norm(q @ np.linalg.inv(LEAN), axis=-1) * abs(np.linalg.det(LEAN))
+    return np.sum(w[:, None] * stretch) * 2.0 * np.pi / 80
+
+
+# --- properties ----------------------------------------------------------------------------------
+
+
+def path_light(key, paths=2048, **how):
+    """Light at two places of a scene that may change, after up to two reflections."""
+    options = {"next_event": how.pop("next_event", True), "bounces": how.pop("bounces", 2)}
+    change = worlds.Change(**how).arrays
+    scene = worlds.lit(change)
+    each = [worlds.below(change, *map(jnp.asarray, place)) for place in ((0.1, 0.2), (-0.4, 0.3))]
+    at = jax.tree.map(lambda *a: jnp.stack(a), *each)
+    return path_irradiance(scene, at, key=key, paths=paths, lanes=512, **options)
+
+
+def test_with_the_same_numbers_another_unit_and_place_change_nothing(key):
+    rest = path_light(key)
+    for how in ({"scale": 4.0}, {"scale": 0.3, "shift": (1.0, -2.0, 0.5)}):
+        found = path_light(key, **how)
+        np.testing.assert_allclose(found.mean, rest.mean, rtol=1e-9)
+        np.testing.assert_allclose(found.error, rest.error, rtol=1e-9)
+
+
+def test_with_the_same_numbers_lights_add(key):
+    """Where lights are met by chance, which of them shine decides about no number."""
+    light = np.array([0.5, 2.0, 0.25])
+    alone = [path_light(key, light=one, next_event=False).mean for one in np.eye(3)]
+    both = path_light(key, light=light, next_event=False).mean
+    np.testing.assert_allclose(both, light @ np.array(alone), rtol=1e-12)
+
+
+def apart(one, two):
+    """The difference of two independent estimates, tested against none."""
+    return z_test(one.mean, np.hypot(one.error, two.error), two.mean)
+
+
+def test_a_turned_scene_and_lights_in_pieces_send_as_much(key):
+    """In distribution: frames of shapes and which light is sampled do change."""
+    keys = jax.random.split(key, 3)
+    rest = path_light(keys[0], 8192)
+    assert apart(path_light(keys[1], 8192, turn=(0.5, -0.8, 1.1), spin=0.7), rest).passed
+    assert apart(path_light(keys[2], 8192, lamp=0.3, screen=0.6), rest).passed
+    assert not apart(path_light(keys[1], 8192, light=(1.05, 0.735, 0.315)), rest).passed
 
 
 # --- faults --------------------------------------------------------------------------------------

@@ -1,6 +1,12 @@
+import functools
+
+import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from firstorder.space import Scene, primitive, rectangle, sphere
 from firstorder.space.bounces import radiosity as indirect
@@ -11,6 +17,7 @@ from firstorder.space.bounces.radiosity import (
     solve_radiosity,
 )
 from firstorder.space.library import _scenes
+from tests.space import worlds
 
 CORNERS = np.array([(0.3, 0.3, 1.0), (0.3, 0.7, 1.0), (0.7, 0.7, 1.0), (0.7, 0.3, 1.0)])
 
@@ -111,3 +118,74 @@ def test_other_lights_are_refused_in_one_sentence():
     with pytest.raises(ValueError, match="`bounces` must be positive"):
         solve_radiosity(_scenes.j12_box(), bounces=0)
     assert indirect.FRONT == 0
+
+
+# --- properties ----------------------------------------------------------------------------------
+
+
+@jax.jit
+def _lambert(change, where, cut):
+    """A rectangle's irradiance at a place of any normal, whole, and by the sum of two pieces."""
+    position, normal = where
+    R = worlds.rotation(change.turn)
+
+    def moved(p):
+        return change.scale * p @ R.T + change.shift
+
+    ends = jnp.asarray(CORNERS)
+    middle = ends[jnp.array([3, 2])] + cut * (ends[jnp.array([0, 1])] - ends[jnp.array([3, 2])])
+    parts = (
+        ends,
+        jnp.concatenate([ends[:2], middle[::-1]]),
+        jnp.concatenate([middle, ends[2:]]),
+    )
+    n = R @ (normal / jnp.linalg.norm(normal))
+    whole, one, two = (rectangle_irradiance(moved(position), n, moved(p)) for p in parts)
+    return whole, one + two
+
+
+def lambert(where, cut=0.5, **change):
+    found = _lambert(worlds.Change(**change).arrays, *jax.tree.map(jnp.asarray, (where, cut)))
+    return np.array(found)
+
+
+WHERE = st.tuples(
+    st.tuples(worlds.PLACE, worlds.PLACE, st.floats(-0.5, 0.9)),
+    st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(0.1, 1.0)),
+)
+
+
+@given(WHERE, worlds.TURN, worlds.SHIFT, worlds.SIZE, worlds.SHARE)
+def test_a_rectangle_moved_scaled_or_cut_gives_the_same(where, turn, shift, scale, cut):
+    where = tuple(np.asarray(a) for a in where)
+    whole, parts = lambert(where, cut, turn=turn, shift=shift, scale=scale)
+    np.testing.assert_allclose([whole, parts], lambert(where)[0], atol=1e-12)
+
+
+@functools.cache
+def solved(radiance=1.0, share=1.0, power=0):
+    """Maps of the box with the block after one and two bounces.
+
+    Args:
+        radiance: of the light.
+        share: by which all albedos are multiplied.
+        power: of two, by which all lengths are multiplied: that rounds nothing.
+    """
+    scene = _scenes.j12_occluder(radiance=radiance)
+    longer = jax.tree.map(lambda a: a * 2.0**power, scene.groups)
+    darker = eqx.tree_at(lambda m: m.albedo, scene.material, share * scene.material.albedo)
+    scene = Scene(longer, darker, scene.environment, scene.names)
+    return [
+        np.asarray(solve_radiosity(scene, cells=3, bounces=k, rays=16, shadow=2).L) for k in (1, 2)
+    ]
+
+
+def test_radiosity_is_linear_in_light_and_knows_no_unit_of_length():
+    """Each bounce falls by the albedo once more."""
+    first, both = solved()
+    assert np.max(both - first) > 0.0
+    np.testing.assert_allclose(solved(radiance=3.7), 3.7 * np.array(solved()), rtol=1e-12)
+    np.testing.assert_array_equal(solved(power=3), solved())
+    darker = solved(share=0.4)
+    np.testing.assert_allclose(darker[0], 0.4 * first, rtol=1e-12)
+    np.testing.assert_allclose(darker[1] - darker[0], 0.16 * (both - first), rtol=1e-9, atol=1e-15)

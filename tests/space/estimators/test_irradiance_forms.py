@@ -1,3 +1,4 @@
+import dataclasses
 import functools
 
 import equinox as eqx
@@ -5,20 +6,26 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from derivations.space import _lights as lights
+from firstorder.checks.statistics import z_test
 from firstorder.checks.tolerance import fitted_order, normwise
 from firstorder.scene._derivatives import SPACE, Derivatives
 from firstorder.scene._geometry_term import linear_jet
+from firstorder.space import Scene, derivatives, irradiance, primitive, receiver, rectangle
 from firstorder.space.estimators._irradiance_forms import (
     Samples,
     TracedRays,
     gather_samples,
     stratified_estimate,
     surface_area_estimate,
+    trace_strata,
 )
 from firstorder.space.estimators.strata import Strata, hemisphere_strata
 from firstorder.space.receiver import Receiver
+from tests.space import worlds
 
 SIZES = (8, 16, 32, 64)  # rows; four times as many columns
 
@@ -264,3 +271,137 @@ def test_faults_of_the_surface_area_form_are_noticed(fault):
     wrong = forms(on_device(AREA_FAULTS[fault](lights.jittered(64, False))))["area"]
     assert error(found(64, False)["area"], False, "gradient") < 1e-2
     assert error(wrong, False, "gradient") > 3e-2
+
+
+# --- properties: the same directions in the receiver's frame ----------------------------------
+
+
+@jax.jit
+def _both_forms(change, x, y):
+    """Both forms over one ray in each of 6 x 24 cells, in a scene that may change."""
+    where = hemisphere_strata(6, 24, jax.random.key(5))
+    samples = trace_strata(worlds.lit(change), worlds.below(change, x, y), where=where)
+    found = surface_area_estimate(samples), stratified_estimate(samples)
+    return tuple(jnp.stack(parts) for parts in zip(*map(jets_of, found), strict=True))
+
+
+def jets_of(d):
+    return d.value, d.gradient, d.hessian
+
+
+def forms_at(place, **change):
+    found = _both_forms(worlds.Change(**change).arrays, *map(float, place))
+    return [np.asarray(a) for a in found]
+
+
+def assert_alike(ours, expected):
+    """To rounding, by the largest entry of each: value, gradient and Hessian of both forms."""
+    for a, b in zip(ours, expected, strict=True):
+        assert np.all(np.isfinite(b))
+        np.testing.assert_allclose(a, b, rtol=0.0, atol=1e-10 * (1.0 + np.abs(b).max()))
+
+
+GROUND = st.tuples(worlds.PLACE, worlds.PLACE)
+
+
+@given(GROUND, worlds.TURN, worlds.SHIFT)
+def test_rigid_motion_of_scene_and_receiver_changes_no_form(place, turn, shift):
+    assert_alike(forms_at(place, turn=turn, shift=shift), forms_at(place))
+
+
+@given(GROUND, worlds.SIZE)
+def test_forms_scale_with_the_unit_of_length(place, scale):
+    value, gradient, hessian = forms_at(place, scale=scale)
+    first, second = (np.asarray(worlds.as_measured(scale, order)) for order in (1, 2))
+    assert_alike((value, gradient / first, hessian / second), forms_at(place))
+
+
+@given(GROUND, st.tuples(*[worlds.BRIGHT] * worlds.LIGHTS))
+def test_forms_add_lights(place, light):
+    alone = [forms_at(place, light=one) for one in np.eye(worlds.LIGHTS)]
+    parts = zip(*alone, strict=True)
+    expected = [sum(L * a for L, a in zip(light, each, strict=True)) for each in parts]
+    assert_alike(forms_at(place, light=light), expected)
+
+
+@given(GROUND, worlds.SHARE, worlds.SHARE)
+def test_forms_do_not_see_in_how_many_pieces_a_shape_is(place, lamp, screen):
+    assert_alike(forms_at(place, lamp=lamp, screen=screen), forms_at(place))
+
+
+# --- z on every derivative ----------------------------------------------------------------------
+
+SETS, ROWS, COLUMNS = 2048, 3, 12
+LAMP = rectangle((0.2, -0.1, 1.2), (0.05, 0.45, 0.1), (0.5, -0.05, 0.15))
+AT = (0.1, 0.15, 0.0)
+RISE = {"even": 0.0, "varied": 1.0}  # of the logarithm of the lamp's radiance [1/m]
+
+
+def brightness(rise, y):
+    return jnp.exp(rise * (y[..., 0] - y[..., 1]))
+
+
+def truth(name):
+    """E and its derivatives: of an even lamp in closed form, of any by a product rule over it."""
+    at = receiver(AT)
+    if name == "even":
+        scene = Scene.of(primitive(LAMP, emission=1.0, two_sided=True))
+        return derivatives(irradiance, scene, at)
+    t, w = np.polynomial.legendre.leggauss(24)
+    s = np.stack(np.meshgrid(t, t, [0.0], indexing="ij"), -1).reshape(-1, 3)
+    axes = np.asarray(LAMP.axes[0])
+    y, normal = s @ axes.T + np.asarray(LAMP.center[0]), np.cross(axes[:, 0], axes[:, 1])
+    weights = np.outer(w, w).ravel() * brightness(RISE[name], y)
+
+    def E(at):
+        way = y - at.position
+        up, facing = way @ at.normal, jnp.abs(way @ normal)
+        return jnp.sum(weights * up * facing / jnp.sum(way**2, -1) ** 2)
+
+    return derivatives(E, at)
+
+
+@jax.jit
+def _gathered(key, rise):
+    where = hemisphere_strata(ROWS, COLUMNS, key, shape=(SETS,))
+    at = receiver(jnp.broadcast_to(jnp.array(AT), (SETS, 3)))
+    scene = Scene.of(primitive(LAMP, emission=1.0, two_sided=True))
+    return trace_strata(scene, at, where=where, radiance=lambda i, p, n, d: brightness(rise, p))
+
+
+@functools.cache
+def gathered(name):
+    """Many independent sets of a few rays each."""
+    return _gathered(jax.random.key(9), RISE[name])
+
+
+def every_derivative(d):
+    """Value, five first and fifteen second derivatives, last axis."""
+    i, j = np.triu_indices(5)
+    parts = d.value[..., None], d.gradient, d.hessian[..., i, j]
+    return np.concatenate([np.asarray(a) for a in parts], -1)
+
+
+def against_the_truth(name, samples):
+    """One test of 21 means, corrected for their number."""
+    seen = every_derivative(surface_area_estimate(samples))
+    error = seen.std(0, ddof=1) / np.sqrt(SETS)
+    return z_test(seen.mean(0), error, every_derivative(truth(name)), truth_error=1e-12)
+
+
+@pytest.mark.parametrize("name", RISE)
+def test_gathered_gradients_and_hessians_are_free_of_bias(name):
+    assert against_the_truth(name, gathered(name)).passed
+
+
+BIASES = {
+    "light a little too bright": lambda s: dataclasses.replace(s, radiance=1.05 * s.radiance),
+    "distances a little too long": lambda s: dataclasses.replace(s, distance=1.05 * s.distance),
+    "cosines that are forgotten": lambda s: dataclasses.replace(s, cosine=1.0 + 0.0 * s.cosine),
+    "normals that look the other way": lambda s: dataclasses.replace(s, normal=-s.normal),
+}
+
+
+@pytest.mark.parametrize("name", BIASES)
+def test_a_bias_of_gathered_derivatives_is_noticed(name):
+    assert not against_the_truth("even", BIASES[name](gathered("even"))).passed

@@ -3,7 +3,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from firstorder.checks.statistics import LEVEL
 from firstorder.space.estimators.strata import MEASURES, hemisphere_strata
+from tests.samplers import uniform_p_value
 
 
 def made(*args, **options):
@@ -82,3 +84,24 @@ def test_bad_input_is_one_sentence():
         hemisphere_strata(4, np.array([0.0, 1.0, 0.5]))
     with pytest.raises(ValueError, match="`measure` must be one of"):
         hemisphere_strata(4, 4, measure="area")
+
+
+def heights(where, measure):
+    """Where in their cells directions lie, by the rows' measure and by azimuth: (n, 2) each."""
+    w = np.asarray(where.directions)
+    theta, (low, high) = np.arccos(w[..., 2]), (where.theta[:-1, None], where.theta[1:, None])
+    by = {"cosine": lambda a: np.sin(a) ** 2, "solid angle": np.cos, "angle": lambda a: a}[measure]
+    up = (by(theta) - by(low)) / (by(high) - by(low))
+    phi = where.phi[0] + np.mod(np.arctan2(w[..., 1], w[..., 0]) - where.phi[0], 2 * np.pi)
+    return np.stack([up, (phi - where.phi[:-1]) / np.diff(where.phi)], -1)
+
+
+@pytest.mark.parametrize("measure", MEASURES)
+def test_directions_in_a_cell_follow_its_measure(measure):
+    """Of all cells: uneven rows and columns too."""
+    where = made(*UNEVEN, jax.random.key(4), measure, shape=(4000,))
+    places = heights(where, measure).reshape(4000, -1, 2)
+    worst = min(uniform_p_value(np.clip(places[:, k], 0, 1)) for k in range(places.shape[1]))
+    assert worst > LEVEL / places.shape[1]
+    other = heights(where, MEASURES[MEASURES.index(measure) - 1])
+    assert min(uniform_p_value(other[:, row, 0]) for row in range(3)) < LEVEL

@@ -2,11 +2,14 @@ import jax
 import numpy as np
 import pytest
 
+from firstorder.checks.statistics import LEVEL
 from firstorder.space.estimators._triangulation import (
+    _directions,
     hemisphere_triangulation,
     strata_triangulation,
 )
 from firstorder.space.estimators.strata import hemisphere_strata
+from tests.samplers import disc_place, uniform_p_value
 
 
 def solid(w, triangles):
@@ -64,3 +67,13 @@ def test_too_few_rays_are_refused():
         hemisphere_triangulation(3)
     with pytest.raises(ValueError, match="at least 1 and 3"):
         strata_triangulation(2, 2)
+
+
+def test_directions_come_by_their_cosine():
+    """Projected to the disc all of them together are uniform; each is in a cell of its own."""
+    keys = jax.random.split(jax.random.key(6), 600)
+    w = np.asarray(jax.jit(jax.vmap(lambda k: _directions(6, k)))(keys))
+    assert uniform_p_value(disc_place(w[..., :2].reshape(-1, 2)), 6) > LEVEL
+    assert (
+        uniform_p_value(disc_place(w[..., :2].reshape(-1, 2) * w[..., 2:].reshape(-1, 1))) < LEVEL
+    )

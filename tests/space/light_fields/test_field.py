@@ -5,6 +5,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.special import erf
 
 from firstorder.checks.cases.space import travel_scene as painted
@@ -42,6 +44,7 @@ from firstorder.space import (
 )
 from firstorder.space.light_fields._edges import RoundLevel, StraightLevel
 from firstorder.transport import Arrival, Travel
+from tests.space import worlds
 
 LEAVING = SPACE_SLOPE.turned()
 AT = receiver((0.2, 0.1, 0.0), (0.1, 0.2, 1.0))
@@ -488,3 +491,34 @@ def test_arguments_that_are_wrong_are_named():
         light_field(LAMP, receiver(np.zeros((2, 3))))
     with pytest.raises(ValueError, match="Argument `plane` must lie on no shape"):
         light_field(LAMP, receiver((0.0, 0.0, 0.0), on=0), frame=LEAVING)
+
+
+# --- properties ----------------------------------------------------------------------------------
+
+
+@jax.jit
+def _seen_along(change, u):
+    """Radiance along a ray, on the ground of a scene that may change; lengths in its unit."""
+    plane = worlds.below(change, jnp.zeros(()), jnp.zeros(()))
+    light = light_field(worlds.lit(change), plane)
+    return light.at(u * jnp.stack([change.scale, change.scale, 1.0, 1.0]))
+
+
+def seen_along(u, **change):
+    return float(_seen_along(worlds.Change(**change).arrays, jnp.asarray(u)))
+
+
+RAYS = st.tuples(*[worlds.PLACE] * 4)
+
+
+@given(RAYS, worlds.TURN, worlds.SHIFT, worlds.SIZE)
+def test_a_ray_brings_the_same_wherever_the_scene_is(u, turn, shift, scale):
+    assert seen_along(u, turn=turn, shift=shift, scale=scale) == seen_along(u)
+
+
+@given(RAYS, st.tuples(*[worlds.BRIGHT] * worlds.LIGHTS), worlds.SHARE, worlds.SHARE)
+def test_along_a_ray_lights_add_and_pieces_do_not_count(u, light, lamp, screen):
+    alone = [seen_along(u, light=one) for one in np.eye(worlds.LIGHTS)]
+    assert sorted(alone) == [0.0, 0.0, 1.0] or max(alone) < 1.0  # one light, or an edge
+    found = seen_along(u, light=light, lamp=lamp, screen=screen)
+    np.testing.assert_allclose(found, light @ np.array(alone), rtol=1e-12)

@@ -7,6 +7,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from firstorder.io import Embree
 from firstorder.space.meshes.triangle_mesh import mesh
@@ -18,6 +20,7 @@ from firstorder.space.silhouettes.meshes import (
     mesh_silhouette,
     visible_mesh_silhouettes,
 )
+from tests.space import worlds
 from tests.space.meshes.test_triangle_mesh import icosphere
 
 HERE = receiver((0.0, 0.0, 0.0))
@@ -256,3 +259,54 @@ def test_fault_of_a_wrong_power_is_noticed(monkeypatch):
     wrong = _net_visibility_gradient(m, rim, HERE)
     true = slope_of(lambda x: caps(x, BALLS[:1]), np.zeros(3))
     assert np.linalg.norm(wrong - true) > 3.0 * np.abs(errors(BALLS[:1])[0, 1])
+
+
+# --- properties ----------------------------------------------------------------------------------
+
+CORNERS = np.array([(0.1, 0.0, 0.8), (0.9, 0.2, 1.1), (0.2, 0.8, 1.3), (0.4, 0.3, 1.9)])
+FACES = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])
+SECOND = CORNERS * (-0.7, 0.6, 1.4) + (0.2, 0.1, 0.2)
+
+
+def refined(vertices, faces):
+    """Each triangle in four, by the middles of its sides."""
+    sides = np.stack([faces, np.roll(faces, -1, 1)], -1)
+    pairs, which = np.unique(np.sort(sides, -1).reshape(-1, 2), axis=0, return_inverse=True)
+    m = len(vertices) + which.reshape(-1, 3)
+    a, b, c = faces.T
+    p, q, r = m.T
+    new = [(a, p, r), (p, b, q), (r, q, c), (p, q, r)]
+    return np.concatenate([vertices, vertices[pairs].mean(1)]), np.concatenate(
+        [np.stack(t, 1) for t in new]
+    )
+
+
+def freed(place, turn=(0.0, 0.0, 0.0), shift=(0.0, 0.0, 0.0), scale=1.0, fine=False):
+    """Net visibility below two tetrahedra and its gradient in the receiver's axes, moved."""
+    v = np.concatenate([CORNERS, SECOND])
+    f = np.concatenate([FACES, FACES[:, ::-1] + len(CORNERS)])  # the second one is a mirror image
+    v, f = refined(v, f) if fine else (v, f)
+    change = worlds.Change(turn=turn, shift=shift, scale=scale).arrays
+    at = worlds.below(change, *map(jnp.asarray, place))
+    m = mesh(np.asarray(scale * v @ worlds.rotation(change.turn).T + change.shift), f)
+    rim = visible_mesh_silhouettes(m, at.position)
+    return [np.asarray(a) for a in both(m, rim, at)]
+
+
+SPOT = st.tuples(worlds.PLACE, worlds.PLACE)
+
+
+@settings(max_examples=10)
+@given(SPOT, worlds.TURN, worlds.SHIFT, worlds.SIZE)
+def test_meshes_hide_the_same_wherever_they_are(place, turn, shift, scale):
+    (value, slope), (rest, steep) = freed(place, turn, shift, scale), freed(place)
+    assert rest < 2.0 * np.pi - 0.05
+    np.testing.assert_allclose(value, rest, atol=1e-9)
+    np.testing.assert_allclose(scale * slope, steep, atol=1e-9 * (1.0 + np.abs(steep).max()))
+
+
+@settings(max_examples=10)
+@given(SPOT)
+def test_meshes_of_smaller_triangles_hide_the_same(place):
+    for fine, coarse in zip(freed(place, fine=True), freed(place), strict=True):
+        np.testing.assert_allclose(fine, coarse, atol=1e-9 * (1.0 + np.abs(coarse).max()))

@@ -10,6 +10,7 @@ fine they are.
 from __future__ import annotations
 
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_between, check_positive, is_concrete, nan_unless
@@ -188,5 +189,5 @@ def _check(period, d1, *planes) -> None:
     check_positive("d1", d1)
     for name, d in zip(("d2", "other"), planes, strict=False):
         check_positive(name, d)
-        if is_concrete((d, d1)) and bool(jnp.any(as_float(d) >= d1)):
+        if is_concrete((d, d1)) and np.any(np.asarray(d) >= np.asarray(d1)):
             raise ValueError(f"Argument `{name}` must be less than `d1` = {d1}, but is {d}.")

@@ -25,6 +25,7 @@ from firstorder.numerics._vectors import cross, dot, inverse_3x3, matvec, rows, 
 from firstorder.space.silhouettes._curves import SilhouetteArcs, SilhouetteSegments
 
 Vector = Float[Array, "3"]
+ROUNDINGS = 16.0  # in a height over a plane, whose normal is a product of two vectors
 SAMPLES, MOST = 16, 4  # of a trigonometric polynomial of degree two, which has four roots
 
 
@@ -103,15 +104,30 @@ def along_segment(line: SilhouetteSegments, normal: Vector) -> Float[Array, ""]:
 
 
 def lines_on_planes(
-    lines: Float[Array, "m 2 3"], normals: Float[Array, "k 3"]
+    lines: Float[Array, "m 2 3"], normals: Float[Array, "k 3"], size: Float[Array, " k"]
 ) -> Float[Array, "m k"]:
-    """`along_segment` of every segment, given by its ends, with every plane."""
-    return _between(*jnp.unstack(jnp.einsum("mei,ki->emk", lines, normals)))
+    """`along_segment` of every segment, given by its ends, with every plane.
+
+    A segment that continues another one lies in its plane, where its heights are rounding alone.
+    It is not cut: such a cut is anywhere and its derivatives are anything, and if it falls on the
+    end of the segment nothing takes them off again.
+
+    Args:
+        lines: ends of the segments.
+        normals: of the planes, of any length.
+        size: of the numbers that each normal was made of, of which its rounding is a share.
+    """
+    heights = jnp.unstack(jnp.einsum("mei,ki->emk", lines, normals))
+    most = jnp.max(jnp.abs(lines), (1, 2))[:, None] * size
+    return _between(*heights, ROUNDINGS * jnp.finfo(lines.dtype).eps * most)
 
 
-def _between(a, b):
-    """Where the line through two heights is level, if they have unlike signs."""
-    crosses = (a > 0.0) != (b > 0.0)
+def _between(a, b, rounding=0.0):
+    """Where the line through two heights is level, if they have unlike signs.
+
+    Not if both are no more than rounding.
+    """
+    crosses = ((a > 0.0) != (b > 0.0)) & (jnp.maximum(jnp.abs(a), jnp.abs(b)) > rounding)
     return jnp.where(crosses, a / jnp.where(crosses, a - b, 1.0), 0.0)
 
 

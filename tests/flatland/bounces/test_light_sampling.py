@@ -1,0 +1,67 @@
+"""Lights as a place samples them: by flux, evenly in the parameter, with the density they say."""
+
+import functools
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from firstorder.checks.statistics import LEVEL, chi_square, sampler_p_value, z_test_of
+from firstorder.flatland.bounces._light_sampling import lights, sample_light
+from firstorder.sampling import estimate
+from tests.flatland.worlds import all_lights
+from tests.samplers import COUNT, biased, turn_share, uniform_p_value
+
+HERE = np.array([0.1, 0.05])
+
+
+@functools.cache
+def drawn(bias=None):
+    """Many samples from one place, with the lights; numbers may have a biased column."""
+    scene = all_lights()
+    where = eqx.filter_jit(lights)(scene)
+    u = np.asarray(jax.random.uniform(jax.random.key(12), (2 * COUNT, 2)))
+    u = u if bias is None else biased(u, bias)
+    place = jnp.broadcast_to(HERE, u.shape)
+    return where, eqx.filter_jit(sample_light)(scene, where, place, jnp.asarray(u))
+
+
+def p_values(where, found):
+    """Of picks, of places on the lamp and on the circle, and of directions of the sky."""
+    on, end = np.asarray(found.on), np.asarray(found.end)
+    point = np.asarray(found.point)
+    sky = (on < 0) & ~point
+    counts = [point.sum(), (on == 0).sum(), (on == 2).sum(), sky.sum()]
+    chance = np.asarray(where.pick.probability)[[0, 1, 3, -1]]
+    around = end[on == 2] - (1.5, 0.5)
+    along = np.asarray(found.along)[sky]
+    return {
+        "pick": chi_square(counts, len(on) * chance),
+        "lamp": uniform_p_value(end[on == 0][:, 0] + 0.5),
+        "circle": uniform_p_value(turn_share(np.arctan2(around[:, 1], around[:, 0]))),
+        "sky": sampler_p_value(
+            np.arctan2(-along[:, 0], along[:, 1]), where.sky.density, -np.pi, np.pi
+        ),
+    }
+
+
+def test_lights_and_places_on_them_follow_their_law():
+    found = p_values(*drawn())
+    assert min(found.values()) > LEVEL / len(found), found
+    for bias, seen in ((0, {"pick"}), (1, {"lamp", "circle"})):
+        assert {name for name, p in p_values(*drawn(bias)).items() if p < LEVEL} >= seen
+
+
+def test_inverse_densities_add_up_to_the_angle_that_a_light_fills():
+    """The lamp from its ends, the circle by its tangents, the sky all around."""
+    _, found = drawn()
+    on, shines = np.asarray(found.on), np.asarray(found.value) > 0.0
+    inverse = 1.0 / np.asarray(found.density)
+    lamp = np.sum(np.arctan((0.5 + np.array([-1.0, 1.0]) * HERE[0]) / (1.0 - HERE[1])))
+    circle = 2.0 * np.arcsin(0.2 / np.hypot(*(HERE - (1.5, 0.5))))
+    sky = (on < 0) & ~np.asarray(found.point)
+    for mask, angle in ((on == 0, lamp), (on == 2, circle), (sky, 2.0 * np.pi)):
+        seen = estimate(jnp.asarray(np.where(mask & shines, inverse, 0.0)))
+        assert z_test_of(seen, angle).passed
+        assert not z_test_of(seen, 1.3 * angle).passed

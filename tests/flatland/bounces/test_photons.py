@@ -1,0 +1,93 @@
+"""Photons as they are sent: which light, where on it, and which way."""
+
+import functools
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from firstorder.checks.statistics import LEVEL, chi_square, sampler_p_value
+from firstorder.flatland.bounces import photons
+from firstorder.flatland.bounces._light_sampling import lights
+from firstorder.sampling import UniformDirections
+from tests.flatland.worlds import all_lights
+from tests.samplers import COUNT, biased, turn_share, uniform_p_value
+
+
+@functools.cache
+def scene_and_lights():
+    scene = all_lights()
+    return scene, eqx.filter_jit(lights)(scene)
+
+
+def numbers():
+    return np.asarray(jax.random.uniform(jax.random.key(11), (2 * COUNT, 4)))
+
+
+def sent(u):
+    """Places, directions and own shapes of photons, and which of the lights each is from."""
+    scene, where = scene_and_lights()
+    place, along, _, on = eqx.filter_jit(photons._sent)(scene, where, jnp.asarray(u))
+    at_point = np.all(np.asarray(place) == np.asarray(scene.points.position[0]), -1)
+    light = np.where(at_point, "point", np.array(["lamp", "floor", "circle", "sky"])[on])
+    return *(np.asarray(a) for a in (place, along)), light
+
+
+def across(along, normal):
+    """The sine of directions about a normal as a share: uniform where they come by the cosine."""
+    return 0.5 * (1.0 + normal[..., 0] * along[:, 1] - normal[..., 1] * along[:, 0])
+
+
+def p_values(u):
+    """Chances of what is seen, by the light that sends it and by which of the lights are taken."""
+    _, where = scene_and_lights()
+    place, along, light = sent(u)
+    order = {"point": 0, "lamp": 1, "circle": 3, "sky": -1}
+    counts = np.array([np.sum(light == name) for name in order])
+    chance = np.asarray(where.pick.probability)[list(order.values())]
+    of = {name: (place[light == name], along[light == name]) for name in order}
+    x, down = of["lamp"][0], np.array([0.0, -1.0])
+    out = (of["circle"][0] - (1.5, 0.5)) / 0.2
+    far, away = of["sky"]
+    beside = far - np.asarray(where.center)
+    offset = (beside[:, 1] * away[:, 0] - beside[:, 0] * away[:, 1]) / float(where.radius)
+    angle = np.arctan2(away[:, 0], -away[:, 1])
+    return {
+        "pick": chi_square(counts, len(u) * chance),
+        "lamp": uniform_p_value(np.stack([x[:, 0] + 0.5, across(of["lamp"][1], down)], -1)),
+        "circle": uniform_p_value(
+            np.stack(
+                [turn_share(np.arctan2(out[:, 1], out[:, 0])), across(of["circle"][1], out)], -1
+            )
+        ),
+        "point": uniform_p_value(turn_share(np.arctan2(*of["point"][1].T))),
+        "sky": uniform_p_value(0.5 * (offset + 1.0)),
+        "sky's angle": sampler_p_value(angle, where.sky.density, -np.pi, np.pi),
+    }
+
+
+def test_what_is_sent():
+    found = p_values(numbers())
+    assert min(found.values()) > LEVEL / len(found), found
+
+
+@pytest.mark.parametrize(
+    ("column", "seen"),
+    [
+        (0, {"pick"}),
+        (1, {"lamp", "circle", "sky"}),
+        (2, {"lamp", "circle", "point"}),
+    ],
+)
+def test_numbers_that_are_not_uniform_are_noticed(column, seen):
+    found = p_values(biased(numbers(), column))
+    assert {name for name, p in found.items() if p < LEVEL} >= seen
+
+
+def test_light_that_leaves_all_ways_alike_is_noticed(monkeypatch):
+    monkeypatch.setattr(photons, "CosineDirections", UniformDirections)
+    monkeypatch.setattr(photons, "_sent", functools.partial(photons._sent))  # traced again
+    found = p_values(numbers())
+    assert {name for name, p in found.items() if p < LEVEL} == {"lamp", "circle"}

@@ -1,0 +1,31 @@
+"""Random directions in the sectors of a hemicircle."""
+
+import jax
+import numpy as np
+import pytest
+
+from firstorder.checks.statistics import LEVEL
+from firstorder.flatland.estimators.strata import hemicircle_strata
+from tests.samplers import uniform_p_value
+
+BORDERS = np.array([-0.5 * np.pi, -0.7, 0.4, 0.5 * np.pi])
+
+
+def places(key, cosine):
+    """Where in its sector each of many directions lies, by angle or by sine: (n, 3)."""
+    keys = jax.random.split(key, 8000)
+    angles = jax.jit(jax.vmap(lambda k: hemicircle_strata(BORDERS, k, cosine).angles))(keys)
+    low, high = (np.sin(b) if cosine else b for b in (BORDERS[:-1], BORDERS[1:]))
+    return ((np.sin(angles) if cosine else np.asarray(angles)) - low) / (high - low)
+
+
+@pytest.mark.parametrize("cosine", [False, True])
+def test_directions_in_a_sector_follow_its_measure(cosine, key):
+    """And those of one sector do not know of the others'."""
+    assert uniform_p_value(places(key, cosine)) > LEVEL
+
+
+def test_the_wrong_measure_is_noticed(key):
+    angles = BORDERS[0] + places(key, False)[:, 0] * (BORDERS[1] - BORDERS[0])
+    low, high = np.sin(BORDERS[:2])
+    assert uniform_p_value((np.sin(angles) - low) / (high - low)) < LEVEL
