@@ -32,7 +32,7 @@ from firstorder.caching.distances import (
     split_change,
     split_error,
 )
-from firstorder.caching.ellipses import elliptic_regions, semi_axes
+from firstorder.caching.ellipses import elliptic_regions, gradient_regions, semi_axes
 from firstorder.caching.errors import (
     floats_per_record,
     ideal_region,
@@ -52,7 +52,7 @@ from firstorder.caching.radii import (
     largest_radiance,
     radius_for,
 )
-from firstorder.caching.regions import CLAMPS, ValidityRegion, circular_regions
+from firstorder.caching.regions import CLAMPS, ValidityRegion, circular_regions, screen_limits
 from firstorder.caching.surface_cache import (
     SurfaceCache,
     displacement,
@@ -81,8 +81,10 @@ __all__ = [
     "CLAMPS",
     "ValidityRegion",
     "circular_regions",
+    "screen_limits",
     "semi_axes",
     "elliptic_regions",
+    "gradient_regions",
     "split_error",
     "split_change",
     "minimum_distance",
