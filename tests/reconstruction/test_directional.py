@@ -105,6 +105,25 @@ def test_constants_stay_and_a_single_sample_fills_the_image(stretch):
     np.testing.assert_allclose(alone, 1.0)
 
 
+def test_without_a_stretch_the_direction_does_not_matter():
+    p = scattered()
+    value, gradient = penumbra(p)
+    some = np.random.default_rng(4).normal(size=p.shape)
+    one, other = (coherent_image(p, value, g, (40, 40), stretch=1.0) for g in (gradient, some))
+    np.testing.assert_allclose(one, other, rtol=1e-9)
+
+
+def test_a_turned_picture_is_reconstructed_turned():
+    """By an eighth, so that no axis stays one: the same numbers at the turned place."""
+    turn = np.array([[1.0, -1.0], [1.0, 1.0]]) / np.sqrt(2.0)
+    p = scattered() - 0.5 * SIZE
+    value, gradient = penumbra(p + 0.5 * SIZE)
+    middle = coherent_image(p + 0.5, value, gradient, (1, 1))
+    np.testing.assert_allclose(
+        coherent_image(p @ turn.T + 0.5, value, gradient @ turn.T, (1, 1)), middle, rtol=1e-9
+    )
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [
