@@ -106,6 +106,19 @@ def test_a_displacement_leads_from_one_receiver_to_the_other(seed):
     np.testing.assert_allclose(there.normal, end.normal, atol=1e-12)
 
 
+def test_weights_are_one_over_the_distance_and_the_sine_of_the_turn():
+    """Two records of values 1 and 3, on the spot and aside, turned by 30 and by 45 degrees."""
+    at = Receiver.at(np.zeros((2, 3)), [(0.5, 0.0, np.sqrt(0.75)), (0.0, 1.0, 1.0)])
+    d = jax.tree.map(jnp.zeros_like, known(at))
+    d = eqx.tree_at(lambda d: d.value, d, jnp.array([1.0, 3.0]))
+    cache = SurfaceCache(at, d, jnp.array([1.0, 0.5]), order=0)
+    near, far = Receiver.at((0.1, 0.0, 0.0)), Receiver.at((0.6, 0.0, 0.0))
+    first, second = 1.0 / (0.1 + 0.5), 1.0 / (0.2 + np.sqrt(0.5))
+    np.testing.assert_allclose(cache(near).value, (first + 3.0 * second) / (first + second))
+    assert cache(near).covered
+    assert not cache(far).covered  # 0.6 + 0.5, though within the radius
+
+
 def test_half_a_turn_is_a_turn():
     up, down = (Receiver.at((0.0, 0.0, 0.0), (0.0, 0.0, z)) for z in (1.0, -1.0))
     assert abs(np.linalg.norm(displacement(up, down)) - np.pi) < 1e-12

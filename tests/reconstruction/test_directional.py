@@ -3,7 +3,11 @@
 import numpy as np
 import pytest
 
-from firstorder.reconstruction import coherent_image, directional_coherence
+from firstorder.reconstruction import (
+    DirectionalCoherence,
+    coherent_image,
+    directional_coherence,
+)
 
 SIZE = 96
 X = np.stack(np.meshgrid(*2 * [np.arange(SIZE) + 0.5], indexing="ij"), -1)
@@ -84,6 +88,7 @@ def test_the_direction_of_an_edge_is_found_and_that_of_a_corner_is_not():
     many = directional_coherence(where, noise, np.array([[0.5, 0.5]]), neighbours=4000)
     assert many.coherence[0] < 0.06  # two deviations over the root of 4000
     nothing = directional_coherence(p, 0.0 * p, at)
+    assert isinstance(nothing, DirectionalCoherence)
     assert nothing.coherence.tolist() == [0.0, 0.0]
 
 
