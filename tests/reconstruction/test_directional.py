@@ -67,13 +67,13 @@ def test_gradients_turned_by_a_right_angle_make_it_worse():
         assert error(turned, 4.0, seed) > 1.1 * error(penumbra, 1.0, seed)
 
 
-def test_a_wide_stretch_pays_less_on_a_circle():
-    """Edges that bend are the price: what is gained on a line is partly lost on a circle."""
+def test_around_a_small_disc_the_stretch_is_a_loss():
+    """Edges that bend are the price: a radius of three times the samples' distance is too small."""
     gain = {}
     for image in (penumbra, disc):
         pairs = np.array([[error(image, k, seed) for k in (4.0, 1.0)] for seed in range(5)])
         gain[image] = np.mean(pairs[:, 0] / pairs[:, 1])
-    assert gain[penumbra] < gain[disc]
+    assert gain[penumbra] < 0.8 < 1.0 < gain[disc]
 
 
 def test_the_direction_of_an_edge_is_found_and_that_of_a_corner_is_not():

@@ -86,8 +86,9 @@ def coherent_image(
 ) -> Float[np.ndarray, "w h"]:
     """Values at the middles of all pixels from samples at some, blurred along edges.
 
-    Wrong where edges bend within the width of the filter: `stretch` is the price of an edge's
-    sharpness in its curvature. With a stretch of 1 the filter is isotropic.
+    Worse than the isotropic filter, which is that of a stretch of 1, where edges bend: around a
+    disc whose radius is three times the distance of the samples it errs by 15 % more, where along a
+    straight penumbra it errs by half.
 
     Args:
         p: places of the samples [pixels].
