@@ -301,6 +301,26 @@ def test_radiance_ambient_file_is_a_cache_that_covers_the_floor(capsys):
     assert 0.0 < worst < 0.02 * most
 
 
+def test_cache_over_photons_errs_by_a_few_per_cent_with_a_thirtieth_of_the_places(capsys):
+    found = shown("cache_over_photons", capsys)
+    kept, places = found["records"]
+    assert places == 2304
+    assert kept < places / 20
+    error, mean = found["rms error"]
+    assert 0.0 < error < 0.05 * mean
+    # Lambert's sum over the lamp's edges at the brightest places of the wall, halved by its albedo.
+    lamp = np.array([(0.3, 0.3, 1.0), (0.3, 0.7, 1.0), (0.7, 0.7, 1.0), (0.7, 0.3, 1.0)])
+    heights = [wall_irradiance(lamp, z) for z in np.linspace(0.5, 0.999, 200)]
+    most = 0.5 / np.pi * max(heights)
+    assert most < found["brightest"][0] < most * (1.0 + 4.0 / np.sqrt(300))
+
+
+def wall_irradiance(lamp, z):
+    """Irradiance of the wall x = 0 in the middle of its depth, at a height."""
+    turned = lamp[:, [1, 2, 0]] - np.array([0.5, z, 0.0])  # the wall's normal comes last
+    return lambert(turned, np.zeros(3), np.array([0.0, 0.0, 1.0]))
+
+
 def test_a_wrong_number_is_noticed():
     """The oracle of the two worlds tells another lamp apart."""
     E, gradient, _ = differences(moved_in_flatland, 3)

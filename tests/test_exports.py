@@ -182,6 +182,9 @@ HOST = {
     # Images from scattered samples, with SciPy's trees and triangulations, or void and cluster.
     "reconstruction.bilateral_widths",
     "reconstruction.blue_noise_samples",
+    "reconstruction.coherent_image",
+    "reconstruction.directional_coherence",
+    "reconstruction.DirectionalCoherence",
     "reconstruction.cross_bilateral",
     "reconstruction.delaunay_image",
     # Oracles for estimators, by SciPy's incomplete beta function and bisection.

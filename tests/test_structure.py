@@ -213,6 +213,8 @@ TWINS = {
     "LightField",
     "Material",
     "PanoramaSky",
+    "PhotonMap",
+    "Photons",
     "Primitive",
     "Receiver",
     "Scene",

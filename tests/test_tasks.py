@@ -175,3 +175,40 @@ def test_receivers_spread_over_devices_get_the_same_light(ran):
 def test_later_calls_do_not_compile(ran):
     first, *later = ran("compilation")["seconds"]
     assert max(later) < 0.1 * first
+
+
+def test_a_slice_of_an_endless_scene_is_flatland_times_half_pi(ran):
+    names = ran("slice")
+    flat = 2.0 * 0.5 / np.hypot(0.5, 1.0)  # twice the sine of half the lamp's angle
+    np.testing.assert_allclose(names["flat"], flat, rtol=1e-12)
+    for depth, found in zip((0.5, 5.0, 50.0), np.asarray(names["slices"]), strict=True):
+        corners = np.array([(a, b, 1.0) for a, b in ((-0.5, -depth), (0.5, -depth),
+                            (0.5, depth), (-0.5, depth))])  # fmt: skip
+        np.testing.assert_allclose(found, lambert(corners, np.zeros(3)), rtol=1e-10)
+    assert abs(names["slices"][-1] / flat / (0.5 * np.pi) - 1.0) < 1e-3
+    np.testing.assert_allclose(names["fall"], 0.5, rtol=1e-4)
+    np.testing.assert_allclose(names["steeper"], 0.25, rtol=1e-4)
+
+
+def test_the_light_that_leaves_the_slice_goes_through_its_front_and_back(ran):
+    """The lamp's irradiance of the two open sides of the box, integrated by Gauss's rule."""
+    t, w = np.polynomial.legendre.leggauss(24)
+    x, z = 0.5 * (t[:, None] + 1.0), 0.5 * (t + 1.0)
+    lamp = np.array([(0.3, 0.3, 1.0), (0.7, 0.3, 1.0), (0.7, 0.7, 1.0), (0.3, 0.7, 1.0)])
+    turned = lamp[:, [0, 2, 1]]  # the open side's normal comes last
+    E = [[lambert(turned, np.array([a, b, 0.0])) for b in z] for a in x[:, 0]]
+    through = 2.0 * 0.25 * w @ np.array(E) @ w / (np.pi * 0.16)
+    spread = np.sqrt(through * (1.0 - through) / 100_000)
+    assert abs(ran("slice")["left"] - through) < 4.0 * spread
+
+
+def test_three_meanings_of_locality_are_measured(ran):
+    names, disc = ran("locality"), (0.1, 0.5, 0.1)
+    x, h = -1.0, 1e-3
+    bend = (closed(x + h, disc) - 2.0 * closed(x, disc) + closed(x - h, disc)) / h**2
+    np.testing.assert_allclose(names["at"].hessian[0, 0, 0], bend, rtol=1e-4)
+    share = names["error"] / (0.5 * bend * names["h"] ** 2)
+    assert np.all(np.abs(share - 1.0) < 0.1)
+    assert np.all(np.diff(np.abs(share - 1.0)) > 0.0)  # the next term, which grows with h
+    np.testing.assert_allclose(names["product"], 1.0 / (4.0 * np.pi), rtol=1e-12)
+    assert names["inside"] > 2.0 * names["bend"].mean() > 4.0 * names["outside"]

@@ -18,7 +18,7 @@ from figures.j12.shared.scenes import floor, reference, runs, viewed
 from figures.style import Claim, Drawing
 from firstorder import plotting
 from firstorder.checks.statistics import spread_test
-from firstorder.flatland.bounces.photonmap import DensityEstimator, final_gather
+from firstorder.flatland.bounces import DensityEstimator, final_gather
 from firstorder.flatland.library._scenes import scene_c, scene_d
 
 SEED, RADIUS, RAYS, BOUNCES = 5, 0.04, 256, 8

@@ -15,7 +15,7 @@ from figures.j12.shared.scenes import FLUX, arrived, line_light, runs, viewed
 from figures.style import Claim, Drawing
 from firstorder import plotting
 from firstorder.checks.statistics import z_test, z_threshold
-from firstorder.flatland.bounces.photonmap import DensityEstimator
+from firstorder.flatland.bounces import DensityEstimator
 from firstorder.flatland.library._scenes import scene_b
 from firstorder.sampling._density import expected_k_nearest
 

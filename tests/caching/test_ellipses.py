@@ -4,7 +4,15 @@ import numpy as np
 import pytest
 
 from derivations.caching._forms import integrated, matrices
-from firstorder.caching import derivative_norm, ellipses, elliptic_regions, radius_for, semi_axes
+from firstorder.caching import (
+    derivative_norm,
+    ellipses,
+    elliptic_regions,
+    expected_error,
+    gradient_regions,
+    radius_for,
+    semi_axes,
+)
 from firstorder.caching.ellipses import _principal
 
 # Random ones of all signs, and the degenerate: round, flat one way, balanced, zero.
@@ -159,3 +167,46 @@ def test_a_fault_is_noticed_by_the_error_of_the_ellipse(fault, monkeypatch):
 def test_bad_input_is_one_sentence(call, words):
     with pytest.raises(ValueError, match=words):
         call()
+
+
+# --- along the gradient --------------------------------------------------------------------------
+
+
+def test_the_shorter_axis_lies_along_the_gradient():
+    angle = np.linspace(0.1, 6.0, 7)
+    g = 3.0 * jnp.stack([jnp.cos(angle), jnp.sin(angle)], -1)
+    region = gradient_regions(g, jnp.linspace(0.2, 0.8, 7), 0.01, 10.0, ratio=4.0)
+    lengths, longer = region.axes()
+    np.testing.assert_allclose(lengths[:, 0], np.linspace(0.2, 0.8, 7))
+    np.testing.assert_allclose(lengths[:, 1], np.linspace(0.05, 0.2, 7))
+    np.testing.assert_allclose(np.cos(longer - angle), 0.0, atol=1e-12)
+
+
+def test_without_a_gradient_the_region_is_a_disc():
+    region = gradient_regions(jnp.zeros((1, 2)), jnp.inf, 0.01, 2.0, ratio=4.0)
+    assert region.matrix.tolist() == [[[0.5, 0.0], [0.0, 0.5]]]
+    slope = jax.jacfwd(lambda g: gradient_regions(g, 0.5, 0.01, 2.0).matrix)(jnp.zeros(2))
+    assert np.all(np.isfinite(slope))
+
+
+def test_limits_hold_each_axis():
+    region = gradient_regions(jnp.array([[1.0, 0.0]]), 0.4, 0.2, 0.3, ratio=4.0)
+    np.testing.assert_allclose(region.axes()[0], [[0.3, 0.2]])
+    assert region.clamp.tolist() == [-1]
+
+
+@pytest.mark.parametrize("across", [False, True])
+def test_the_hessian_knows_the_eccentricity_that_a_user_guesses(across):
+    """At equal area the guess errs more, and most where light bends across the gradient."""
+    bend = jnp.diag(jnp.array([1.0, 16.0] if across else [16.0, 1.0]))
+    best = elliptic_regions(bend, 0.01, 1e-6, 1e6)
+    guess = gradient_regions(jnp.array([1.0, 0.0]), 1.0, 1e-6, 1e6, ratio=2.0)
+    same = ellipses.ValidityRegion(guess.matrix * guess.radius / best.radius)
+    more = expected_error(bend, same) / expected_error(bend, best)
+    # Axes (a, b) of equal area: the mean of 16 x^2 + y^2 over the ellipse is 10 or 32.5 to 8.
+    assert abs(more - ((1.0 / 2.0 * 1.0 + 2.0 * 16.0) / 8.0 if across else 10.0 / 8.0)) < 1e-6
+
+
+def test_a_ratio_below_one_is_refused():
+    with pytest.raises(ValueError, match="`ratio` must be at least 1"):
+        gradient_regions(jnp.ones(2), 1.0, 0.1, 1.0, ratio=0.5)

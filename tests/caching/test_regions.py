@@ -2,7 +2,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.caching import CLAMPS, ValidityRegion, circular_regions
+from firstorder.caching import CLAMPS, ValidityRegion, circular_regions, screen_limits
+from firstorder.imaging import pinhole
 
 
 @pytest.mark.smoke
@@ -50,3 +51,66 @@ def test_bad_input_is_one_sentence(given, words, dims):
 def test_another_number_of_dimensions_is_refused():
     with pytest.raises(ValueError, match=r"^Argument `dims` must be 1 or 2, but is 3.$"):
         circular_regions(1.0, 0.1, 1.0, 3)
+
+
+# --- limits on screen ----------------------------------------------------------------------------
+
+CAMERA = pinhole((2.0, -1.0, 3.0), (0.2, 0.1, 0.0), gamma=1.3)
+PLACES = np.random.default_rng(0).uniform(-1.0, 1.0, (5, 3))
+
+
+def on_screen(point):
+    """Image coordinates, by similar triangles."""
+    right, up, back = np.asarray(CAMERA.axes).T
+    away = point - np.asarray(CAMERA.eye)
+    return 1.3 / -(away @ back)[..., None] * np.stack([away @ right, away @ up], -1)
+
+
+def test_a_disc_towards_the_camera_has_as_many_pixels_as_asked_for():
+    """Anywhere on the image, off its middle too."""
+    low, high = screen_limits(CAMERA, PLACES, 0.005, pixels=(2.0, 40.0))
+    right, up, _ = np.asarray(CAMERA.axes).T
+    for aside in (right, 0.6 * right + 0.8 * up):
+        for radius, pixels in ((low, 2.0), (high, 40.0)):
+            rim = on_screen(PLACES + np.asarray(radius)[:, None] * aside)
+            seen = np.linalg.norm(rim - on_screen(PLACES), axis=-1) / 0.005
+            np.testing.assert_allclose(seen, pixels, rtol=1e-12)
+
+
+def test_the_distance_in_the_place_of_the_depth_is_noticed():
+    low, _ = screen_limits(CAMERA, PLACES, 0.005)
+    away = np.linalg.norm(PLACES - np.asarray(CAMERA.eye), axis=1) * 1.5 * 0.005 / 1.3
+    assert np.max(np.abs(low / away - 1.0)) > 0.01
+
+
+@pytest.mark.parametrize("dims", [1, 2])
+def test_each_record_has_limits_of_its_own(dims):
+    low, high = screen_limits(CAMERA, PLACES, 0.005, pixels=(2.0, 40.0), world=(0.0, 0.5))
+    found = circular_regions(jnp.array([0.0, 1e3, 0.05, 0.0, 1e3]), low, high, dims)
+    np.testing.assert_allclose(found.radius, [low[0], high[1], 0.05, low[3], high[4]])
+    assert found.clamp.tolist() == [-1, 1, 0, -1, 1]
+
+
+def test_metres_hold_where_pixels_disagree():
+    low, high = screen_limits(CAMERA, PLACES, 0.005, pixels=(2.0, 40.0), world=(0.3, 0.35))
+    assert np.all((low == 0.3) & (high == 0.35))
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"position": CAMERA.eye + CAMERA.axes[:, 2]}, "`position` must be positive"),
+        ({"pixel": 0.0}, "`pixel` must be positive"),
+        ({"pixels": (3.0, 2.0)}, r"`pixels` must be a range, but is \(3, 2\)"),
+        ({"world": (-1.0, 2.0)}, "`world` must be a range"),
+    ],
+)
+def test_limits_that_no_camera_has_are_refused(change, words):
+    options = {"camera": CAMERA, "position": PLACES, "pixel": 0.01} | change
+    with pytest.raises(ValueError, match=words):
+        screen_limits(**options)
+
+
+def test_limits_in_the_wrong_order_name_the_first():
+    with pytest.raises(ValueError, match=r"^Argument `high` must be at least 3, but is 2.$"):
+        circular_regions(np.ones(2), np.array([1.0, 3.0]), 2.0)

@@ -7,8 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from firstorder.flatland import Receiver, Scene, irradiance, receiver
+from firstorder.flatland.bounces import DensityEstimator, photon_irradiance, photon_map
 from firstorder.flatland.bounces._panels import Discretization
-from firstorder.flatland.bounces.photonmap import DensityEstimator, photon_irradiance, photon_map
 from firstorder.flatland.bounces.photons import split_photons, trace_photons
 from firstorder.flatland.bounces.radiosity import solve_radiosity
 

@@ -1,4 +1,4 @@
-"""Irradiance caching along lines and on planes: records, regions, interpolation, errors.
+"""Irradiance caching along lines, on planes and on surfaces: records, regions, errors.
 
 A place has d coordinates: d = 1 along a line of flatland, d = 2 on a plane in space. Everything is
 written once for both, and reads d off the arrays.
@@ -12,6 +12,7 @@ Parts:
 - `caching.discontinuities`: radii from several derivatives and visual events, along a line;
 - `caching.filling`: which candidates become records;
 - `caching.cache`: records, and irradiance interpolated between them;
+- `caching.surface_cache`: records with normals, on curved and tilted surfaces;
 - `caching.errors`: true errors, the best regions, and errors of images.
 """
 
@@ -31,7 +32,7 @@ from firstorder.caching.distances import (
     split_change,
     split_error,
 )
-from firstorder.caching.ellipses import elliptic_regions, semi_axes
+from firstorder.caching.ellipses import elliptic_regions, gradient_regions, semi_axes
 from firstorder.caching.errors import (
     floats_per_record,
     ideal_region,
@@ -51,7 +52,13 @@ from firstorder.caching.radii import (
     largest_radiance,
     radius_for,
 )
-from firstorder.caching.regions import CLAMPS, ValidityRegion, circular_regions
+from firstorder.caching.regions import CLAMPS, ValidityRegion, circular_regions, screen_limits
+from firstorder.caching.surface_cache import (
+    SurfaceCache,
+    displacement,
+    fill_surface,
+    hessian_along,
+)
 
 __all__ = [
     "Candidates",
@@ -74,8 +81,10 @@ __all__ = [
     "CLAMPS",
     "ValidityRegion",
     "circular_regions",
+    "screen_limits",
     "semi_axes",
     "elliptic_regions",
+    "gradient_regions",
     "split_error",
     "split_change",
     "minimum_distance",
@@ -88,6 +97,10 @@ __all__ = [
     "taylor",
     "Cache",
     "Lookup",
+    "SurfaceCache",
+    "displacement",
+    "fill_surface",
+    "hessian_along",
     "true_error",
     "ideal_region",
     "largest_set",

@@ -127,12 +127,66 @@ def elliptic_regions(
     lengths, axes = semi_axes(
         H, tolerance, definition=definition, value=value, most=most, printed=printed
     )
+    return _ellipses(lengths, axes, low, high)
+
+
+def _ellipses(lengths: Array, axes: Array, low: ArrayLike, high: ArrayLike) -> ValidityRegion:
+    """Ellipses with each semi-axis held within limits, and what acted on them."""
+    low, high = as_float(low)[..., None], as_float(high)[..., None]
     held, codes = _clamped(lengths, low, high)
     raised = jnp.any(codes == RAISED, axis=-1)
     cut = jnp.any(codes == CUT, axis=-1)
     code = jnp.where(raised, RAISED, jnp.where(cut, CUT, FREE))
     # Symmetric, so that a circle is a multiple of the identity.
     return ValidityRegion((axes / held[..., None, :]) @ jnp.swapaxes(axes, -1, -2), code)
+
+
+def gradient_regions(
+    gradient: Float[Array, "... 2"],
+    radius: ArrayLike,
+    low: ArrayLike,
+    high: ArrayLike,
+    *,
+    ratio: float = 2.0,
+) -> ValidityRegion:
+    """Ellipses of one eccentricity, the shorter axis along the gradient.
+
+    The longer semi-axis is the radius that other metrics give, such as a split sphere's, and
+    `radius / ratio` is the one along the gradient. The eccentricity is the user's guess:
+    `elliptic_regions` takes it from the Hessian, which alone says how the expansion errs. Where the
+    gradient vanishes there is no direction, and the region is a disc.
+
+    Args:
+        gradient: of irradiance in the tangent plane [W/m^3].
+        radius: across the gradient, an array, not negative, may be infinite [m].
+        low: shortest semi-axis, a positive number, or one for each [m].
+        high: longest, likewise [m].
+        ratio: of the axes, at least 1.
+
+    Returns:
+        Their matrices, and what acted: raised if the shorter axis was, else cut if the longer was.
+
+    Raises:
+        ValueError: for a ratio below 1, and as `circular_regions` does.
+
+    Reference: Herzog et al. 2009, as J12 §8.4 tells it.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.caching import gradient_regions
+        >>> gradient_regions(jnp.array([0.0, 3.0]), 0.5, 0.01, 1.0, ratio=4.0).matrix.tolist()
+        [[2.0, 0.0], [0.0, 8.0]]
+    """
+    if not ratio >= 1.0:
+        raise ValueError(f"Argument `ratio` must be at least 1, but is {ratio!r}.")
+    gx, gy = gradient[..., 0], gradient[..., 1]
+    size = _length(gx, gy)
+    none = size == 0.0
+    c, s = (jnp.where(none, rest, a / jnp.where(none, 1.0, size)) for a, rest in ((gx, 1), (gy, 0)))
+    axes = jnp.stack([jnp.stack([c, s], -1), jnp.stack([-s, c], -1)], -1)
+    long = jnp.broadcast_to(as_float(radius).astype(size.dtype), size.shape)
+    short = jnp.where(none, long, long / ratio)
+    return _ellipses(jnp.stack([short, long], -1), axes, low, high)
 
 
 def _principal(H: Float[Array, "... 2 2"]) -> tuple[Float[Array, "... 2"], Float[Array, "... 2 2"]]:

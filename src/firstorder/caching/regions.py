@@ -5,6 +5,7 @@ A region holds the steps dx with `|M dx| < 1`. A circle's M is the identity over
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
@@ -12,6 +13,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
 from firstorder._argument_checks import check_not_negative, check_positive, is_concrete
+from firstorder.imaging import Pinhole
 from firstorder.typing import as_float
 
 # What acted on a radius.
@@ -70,9 +72,9 @@ def _clamped(radius: ArrayLike, low: ArrayLike, high: ArrayLike) -> tuple[Array,
     radius, low, high = as_float(radius), as_float(low), as_float(high)
     check_not_negative("radius", jnp.where(jnp.isposinf(radius) | jnp.isnan(radius), 0.0, radius))
     if is_concrete((low, high)) and bool(jnp.any(low > high)):
-        raise ValueError(
-            f"Argument `high` must be at least {float(low):g}, but is {float(high):g}."
-        )
+        first = np.argmax(low > high)
+        least, most = (np.broadcast_arrays(low, high)[i].flat[first] for i in (0, 1))
+        raise ValueError(f"Argument `high` must be at least {least:g}, but is {most:g}.")
     code = jnp.where(radius < low, RAISED, jnp.where(radius > high, CUT, FREE))
     return jnp.where(code == RAISED, low, jnp.where(code == CUT, high, radius)), code
 
@@ -87,8 +89,8 @@ def circular_regions(
 
     Args:
         radius: an array, not negative, may be infinite [m].
-        low: smallest, a positive number [m].
-        high: largest, a number, at least `low` and finite [m].
+        low: smallest, a positive number, or one for each radius (`screen_limits`) [m].
+        high: largest, likewise, at least `low` and finite [m].
         dims: 1 along a line, 2 on a plane.
 
     Returns:
@@ -119,3 +121,57 @@ def _checked_dims(dims: int) -> int:
     if dims not in (1, 2):
         raise ValueError(f"Argument `dims` must be 1 or 2, but is {dims!r}.")
     return dims
+
+
+def screen_limits(
+    camera: Pinhole,
+    position: Float[ArrayLike, "*r 3"],
+    pixel: float,
+    *,
+    pixels: tuple[float, float] = (1.5, 30.0),
+    world: tuple[float, float] = (0.0, math.inf),
+) -> tuple[Float[Array, "*r"], Float[Array, "*r"]]:
+    """Smallest and largest radii of records that a camera sees, by pixels and by metres.
+
+    A length across the line of sight to the image plane, at depth z before the camera, is seen as
+    `gamma / z` of it. So n pixels of width `pixel` are `n pixel z / gamma` there: records far away
+    may be large where near ones must not, and none is smaller than what a pixel shows. A surface
+    seen aslant has more of its length in a pixel; that is left out, so that a disc may look
+    thinner.
+
+    Where the limits in pixels and in metres disagree, those in metres hold.
+
+    Args:
+        camera: that looks at the records.
+        position: of the records [m].
+        pixel: width of a pixel, in units of the camera's image.
+        pixels: smallest and largest radius on screen [pixels].
+        world: smallest and largest radius [m].
+
+    Returns:
+        `low` and `high` for `circular_regions` and `elliptic_regions` [m].
+
+    Raises:
+        ValueError: if a record is not before the camera, `pixel` is not positive, or limits are not
+            in order.
+
+    Reference: J12 §2.2 and §8.2; Tabellion and Lamorlette 2004.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.caching import screen_limits
+        >>> from firstorder.imaging import pinhole
+        >>> camera = pinhole((0.0, 0.0, 4.0), (0.0, 0.0, 0.0), up=(0.0, 1.0, 0.0), gamma=2.0)
+        >>> places = jnp.array([[0.0, 0.0, 0.0], [0.3, 0.0, -4.0]])
+        >>> low, high = screen_limits(camera, places, 0.01, pixels=(2.0, 20.0), world=(0.0, 0.5))
+        >>> low.tolist(), high.tolist()  # twice as far, twice as large; cut at half a metre
+        ([0.04, 0.08], [0.4, 0.5])
+    """
+    check_positive("pixel", pixel)
+    for name, (least, most) in (("pixels", pixels), ("world", world)):
+        if not 0.0 <= least <= most or most == 0.0:
+            raise ValueError(f"Argument `{name}` must be a range, but is ({least:g}, {most:g}).")
+    depth = (camera.eye - as_float(position)) @ camera.axes[:, 2]
+    check_positive("position", depth)
+    seen = depth * pixel / camera.gamma
+    return jnp.clip(pixels[0] * seen, *world), jnp.clip(pixels[1] * seen, *world)

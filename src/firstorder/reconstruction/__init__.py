@@ -3,6 +3,11 @@
 from firstorder.reconstruction.bilateral import bilateral_widths, cross_bilateral
 from firstorder.reconstruction.blue_noise import blue_noise_samples
 from firstorder.reconstruction.delaunay import delaunay_image
+from firstorder.reconstruction.directional import (
+    DirectionalCoherence,
+    coherent_image,
+    directional_coherence,
+)
 from firstorder.reconstruction.grid import GridInterpolant
 from firstorder.reconstruction.hermite import HermiteInterpolant, hermite_basis, interpolation_error
 from firstorder.reconstruction.importance import (
@@ -60,4 +65,7 @@ __all__ = [
     "delaunay_image",
     "bilateral_widths",
     "cross_bilateral",
+    "DirectionalCoherence",
+    "directional_coherence",
+    "coherent_image",
 ]

@@ -11,11 +11,51 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 from scipy.special import betaincinv
+
+
+class DensityEstimator(eqx.Module):
+    """An estimator of irradiance from a photon map: `k` nearest photons, or a fixed `radius`.
+
+    One of both worlds: in flatland photons count within a length, in space within a disc.
+
+    Args:
+        k: how many photons; 0 for a fixed radius.
+        radius: the width to each side; 0 for k nearest [m].
+        keep_farthest: whether the k-th photon counts, as J12 (30) has it: `k / (k - 1)` too bright.
+        cut: whether the width is cut at the ends of a curve or the edges of a face, which removes
+            the bias there.
+
+    Raises:
+        ValueError: unless just one of `k` and `radius` is positive.
+
+    Example:
+        >>> from firstorder.flatland.bounces import DensityEstimator
+        >>> DensityEstimator(k=50).excess
+        1.0
+    """
+
+    k: int = eqx.field(default=0, static=True)
+    radius: float = eqx.field(default=0.0, static=True)
+    keep_farthest: bool = eqx.field(default=False, static=True)
+    cut: bool = eqx.field(default=False, static=True)
+
+    def __check_init__(self):
+        """Refuse what is neither, or both; a single photon has no width without itself."""
+        if (self.k > 0) == (self.radius > 0.0):
+            raise ValueError("Just one of the arguments `k` and `radius` must be positive.")
+        if self.k == 1:
+            raise ValueError("Argument `k` must be at least 2, but is 1.")
+
+    @property
+    def excess(self) -> float:
+        """The factor by which a uniform density is overestimated on average."""
+        return self.k / (self.k - 1.0) if self.k and self.keep_farthest else 1.0
 
 
 class Window(NamedTuple):

@@ -114,6 +114,62 @@ def roulette(u: Array, chance: Array) -> tuple[Array, Array, Array]:
     return u < chance, 1.0 / safe, u / safe
 
 
+class Arrived(NamedTuple):
+    """Events of photons at one surface each. Leading axis: photons.
+
+    Attributes:
+        vertex: where they are; what the next direction is drawn from.
+        landing: what is written down of it.
+        there: whether anything was met.
+        share: of their flux that the surface reflects.
+    """
+
+    vertex: Any
+    landing: Any
+    there: Bool[Array, " n"]
+    share: Float[Array, " n"]
+
+
+def follow_photons(
+    rays: Any,
+    flux: Float[Array, " n"],
+    keys: Array,
+    numbers: int,
+    survival: Float[Array, ""],
+    meet: Callable[[Any], Arrived],
+    reflect: Callable[[Any, Array], tuple[Any, Array]],
+) -> tuple[Any, Bool[Array, "b n"], Float[Array, "b n"]]:
+    """Photons from surface to surface until roulette ends them: one in each lane.
+
+    They are absorbed with the share that a surface does not reflect, so that each keeps its flux.
+
+    Args:
+        rays: of the new photons.
+        flux: of each [W].
+        keys: one for each surface on the way, the first included.
+        numbers: uniform numbers at each, the first of them for roulette and uniform again after it.
+        survival: the most that roulette lets go on.
+        meet: where rays arrive.
+        reflect: the next rays from (vertex, uniform numbers), and BRDF times cosine over density.
+
+    Returns:
+        Landings in the order of reflections, which of them are photons, and the flux of each.
+    """
+
+    def bounce(state, key):
+        rays, flux = state
+        met = meet(rays)
+        landed = met.there & (flux > 0.0)
+        flux = jnp.where(landed, flux, 0.0)
+        u = jax.random.uniform(key, (flux.shape[0], numbers), flux.dtype)
+        alive, heavier, again = roulette(u[:, 0], jnp.minimum(met.share, survival))
+        rays, weight = reflect(met.vertex, u.at[:, 0].set(again))
+        after = jnp.where(alive, flux * weight * heavier, 0.0)
+        return (rays, after), (met.landing, landed, flux)
+
+    return jax.lax.scan(bounce, (rays, flux), keys)[1]
+
+
 def walk(
     first: Any,
     key: Array,

@@ -9,7 +9,7 @@ Parts:
 - `space.azimuthal`: integrals over azimuth, slice by slice;
 - `space.light_fields`: a scene as a field over a plane;
 - `space.estimators`: irradiance and its derivatives from rays;
-- `space.bounces`: radiosity, radiance maps, path tracing.
+- `space.bounces`: radiosity, radiance maps, path tracing, photon maps.
 """
 
 from firstorder.scene._derivatives import Derivatives, derivatives

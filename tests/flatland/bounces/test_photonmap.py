@@ -8,8 +8,8 @@ import pytest
 
 from firstorder.checks.statistics import spread_test, z_test, z_test_of
 from firstorder.flatland import Arcs, Circles, PointLights, Receiver, Scene, box, primitive
+from firstorder.flatland.bounces import DensityEstimator
 from firstorder.flatland.bounces.photonmap import (
-    DensityEstimator,
     final_gather,
     photon_irradiance,
     photon_map,

@@ -368,8 +368,8 @@ def _twice(right):
 
 FAULTS = {
     "light is counted twice: sampled and met": ("_light_density", lambda _: _none),
-    "the lamp's area is that of the unit ball": ("_area_density", lambda _: _canonical),
-    "reflected light twice": ("_scattered", _twice),
+    "the lamp's area is that of the unit ball": ("area_density", lambda _: _canonical),
+    "reflected light twice": ("scattered", _twice),
 }
 
 

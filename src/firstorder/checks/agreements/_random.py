@@ -18,8 +18,8 @@ from firstorder.checks.agreements._exact import OPERATIONS, on_straight
 from firstorder.checks.agreements._record import Found
 from firstorder.checks.tolerance import rounding
 from firstorder.errors import Refused
+from firstorder.flatland.bounces import DensityEstimator, photon_irradiance, photon_map
 from firstorder.flatland.bounces.pathtrace import path_irradiance
-from firstorder.flatland.bounces.photonmap import DensityEstimator, photon_irradiance, photon_map
 from firstorder.flatland.bounces.photons import split_photons, trace_photons
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver

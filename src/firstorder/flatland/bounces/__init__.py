@@ -3,7 +3,6 @@
 from firstorder.flatland.bounces._panels import Discretization
 from firstorder.flatland.bounces.pathtrace import path_irradiance, path_radiance, tree_irradiance
 from firstorder.flatland.bounces.photonmap import (
-    DensityEstimator,
     PhotonMap,
     final_gather,
     photon_irradiance,
@@ -16,6 +15,7 @@ from firstorder.flatland.bounces.radiosity import (
     corner_exponent,
     solve_radiosity,
 )
+from firstorder.sampling._density import DensityEstimator
 
 __all__ = [
     "Discretization",

@@ -29,7 +29,12 @@ from firstorder.flatland.estimators.strata import hemicircle_strata, trace_strat
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver
 from firstorder.numerics._quadrature import gauss_legendre
-from firstorder.sampling._density import Window, fixed_window, nearest_window
+from firstorder.sampling._density import (
+    DensityEstimator,
+    Window,
+    fixed_window,
+    nearest_window,
+)
 from firstorder.scene._arguments import check_asked
 from firstorder.scene._primitives import BACK, FRONT
 
@@ -152,47 +157,12 @@ def _arc(table, s):
 # --- asking it -----------------------------------------------------------------------------------
 
 
-class DensityEstimator(eqx.Module):
-    """An estimator of irradiance from a photon map: `k` nearest photons, or a fixed `radius`.
-
-    Args:
-        k: how many photons; 0 for a fixed radius.
-        radius: the width to each side; 0 for k nearest [m].
-        keep_farthest: whether the k-th photon counts, as J12 (30) has it: `k / (k - 1)` too bright.
-        cut: whether the width is cut at the ends of a curve, which removes the bias there.
-
-    Raises:
-        ValueError: unless just one of `k` and `radius` is positive.
-
-    Example:
-        >>> from firstorder.flatland.bounces.photonmap import DensityEstimator
-        >>> DensityEstimator(k=50).excess
-        1.0
-    """
-
-    k: int = eqx.field(default=0, static=True)
-    radius: float = eqx.field(default=0.0, static=True)
-    keep_farthest: bool = eqx.field(default=False, static=True)
-    cut: bool = eqx.field(default=False, static=True)
-
-    def __check_init__(self):
-        """Refuse what is neither, or both; a single photon has no width without itself."""
-        if (self.k > 0) == (self.radius > 0.0):
-            raise ValueError("Just one of the arguments `k` and `radius` must be positive.")
-        if self.k == 1:
-            raise ValueError("Argument `k` must be at least 2, but is 1.")
-
-    @property
-    def excess(self) -> float:
-        """The factor by which a uniform density is overestimated on average."""
-        return self.k / (self.k - 1.0) if self.k and self.keep_farthest else 1.0
-
-    def window(self, photons: PhotonMap, x, curve) -> Window:
-        """The photons that count and half the width."""
-        low, high = photons.low[curve], photons.low[curve + 1]
-        if not self.k:
-            return fixed_window(photons.at, x, jnp.full_like(x, self.radius), low, high)
-        return nearest_window(photons.at, x, self.k, low, high)
+def _window(photons: PhotonMap, how: DensityEstimator, x, curve) -> Window:
+    """The photons that count and half the width."""
+    low, high = photons.low[curve], photons.low[curve + 1]
+    if not how.k:
+        return fixed_window(photons.at, x, jnp.full_like(x, how.radius), low, high)
+    return nearest_window(photons.at, x, how.k, low, high)
 
 
 @eqx.filter_jit
@@ -232,7 +202,7 @@ def photon_irradiance(
     curve = 2 * index + jnp.where(front, FRONT, BACK)
     arc = _arc(photons.table[index], s)
     x = photons.start[curve] + arc
-    window = how.window(photons, x, curve)
+    window = _window(photons, how, x, curve)
     flux = photons.sums[window.last] - photons.sums[window.first]
     if how.k and not how.keep_farthest:
         end = jnp.maximum(window.last - 1, 0)
@@ -291,7 +261,7 @@ def photon_radiance(
     """
     curve = 2 * index + jnp.where(front, FRONT, BACK)
     x = photons.start[curve] + _arc(photons.table[index], s)
-    window = how.window(photons, x, curve)
+    window = _window(photons, how, x, curve)
     row = window.first[:, None] + jnp.arange(how.k or most)
     inside = row < window.last[:, None]
     row = jnp.minimum(row, photons.at.shape[0] - 1)

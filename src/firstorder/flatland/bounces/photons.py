@@ -12,11 +12,18 @@ from firstorder._argument_checks import check_positive
 from firstorder.conventions import direction
 from firstorder.flatland.bounces import _scatter as scattering
 from firstorder.flatland.bounces._light_sampling import Lights, lengths, lights
-from firstorder.flatland.bounces._vertices import Plan, Scatter, has_gloss, meet, plane_direction
+from firstorder.flatland.bounces._vertices import (
+    Plan,
+    Scatter,
+    Vertex,
+    has_gloss,
+    meet,
+    plane_direction,
+)
 from firstorder.flatland.scene import Scene
 from firstorder.numerics._planar import dot_2d, left
 from firstorder.sampling._distributions import CosineDirections
-from firstorder.sampling._paths import SURVIVAL, path_lengths
+from firstorder.sampling._paths import SURVIVAL, Arrived, follow_photons, path_lengths
 from firstorder.scene._bands import check_one_band
 from firstorder.scene._primitives import BACK, FRONT
 from firstorder.scene._questions import check_shines
@@ -119,31 +126,21 @@ def _thrown(scene: Scene, key, count: int, bounces: int, plan: Plan) -> Photons:
     dtype = where.radius.dtype
     place, along, flux, on = _sent(scene, where, jax.random.uniform(first, (count, 4), dtype))
 
-    def bounce(state, key):
-        place, along, flux, on = state
-        met = meet(scene, where, place, on, along, plan)
+    def arrive(ray) -> Arrived:
+        met = meet(scene, where, *ray, plan)
         v = met.vertex
-        landed = met.there & (flux > 0.0)
-        photons = Photons(
-            jnp.where(landed, v.on, -1),
-            met.front,
-            met.s,
-            jnp.where(landed, flux, 0.0),
-            v.sine,
-            v.cosine,
-        )
-        u = jax.random.uniform(key, (count, 3), dtype)
-        survive = jnp.minimum(v.surface.total, plan.length.survival)
-        chance = jnp.where(survive > 0.0, survive, 1.0)
-        alive = landed & (u[:, 0] < survive)
-        u = u.at[:, 0].divide(chance)
+        return Arrived(v, (v.on, met.front, met.s, v.sine, v.cosine), met.there, v.surface.total)
+
+    def go_on(v: Vertex, u):
         turned = plan.scatter(v.surface, (v.sine, v.cosine), u, plan.glossy)
-        flux = jnp.where(alive, flux * turned.weight / chance, 0.0)
-        return (v.position, plane_direction(v, turned), flux, v.on), photons
+        return (v.position, v.on, plane_direction(v, turned)), turned.weight
 
     keys = jax.random.split(later, bounces + 1)
-    _, photons = jax.lax.scan(bounce, (place, along, flux, on), keys)
-    return photons
+    (index, *rest), landed, flux = follow_photons(
+        (place, on, along), flux, keys, 3, plan.length.survival, arrive, go_on
+    )
+    front, s, sine, cosine = rest
+    return Photons(jnp.where(landed, index, -1), front, s, flux, sine, cosine)
 
 
 def _sent(scene: Scene, where: Lights, u: Array):

@@ -1,5 +1,6 @@
-"""Indirect light in space: radiosity, radiance maps, path tracing."""
+"""Indirect light in space: radiosity, radiance maps, path tracing, photon maps."""
 
+from firstorder.sampling._density import DensityEstimator
 from firstorder.space.bounces._radiance_maps import (
     RadianceMaps,
     face_layout,
@@ -7,6 +8,16 @@ from firstorder.space.bounces._radiance_maps import (
     trace_maps,
 )
 from firstorder.space.bounces.pathtrace import path_irradiance, path_radiance
+from firstorder.space.bounces.photonmap import (
+    FacePhotons,
+    PhotonMap,
+    final_gather,
+    photon_irradiance,
+    photon_map,
+    photon_radiance_maps,
+    photon_radiances,
+)
+from firstorder.space.bounces.photons import Photons, trace_photons
 from firstorder.space.bounces.radiosity import rectangle_irradiance, solve_radiosity
 
 __all__ = [
@@ -18,4 +29,14 @@ __all__ = [
     "face_layout",
     "trace_maps",
     "refine_maps",
+    "Photons",
+    "trace_photons",
+    "FacePhotons",
+    "PhotonMap",
+    "photon_map",
+    "DensityEstimator",
+    "photon_irradiance",
+    "photon_radiances",
+    "photon_radiance_maps",
+    "final_gather",
 ]

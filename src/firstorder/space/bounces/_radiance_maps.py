@@ -168,7 +168,7 @@ def _asked(shape: Shape, kind: str, first: Array, origin: Coordinates, along: Co
     t = over(*(jnp.stack(jnp.broadcast_arrays(*v)).reshape(3, -1) for v in (o, d))).reshape(size)
     hit = jnp.isfinite(t) & (t > 0.0)
     x, y, z = (a + jnp.where(hit, t, 0.0) * b for a, b in zip(o, d, strict=True))
-    s, up, face, n = _place(kind, x, y, z)
+    s, up, face, n = place_on_face(kind, x, y, z)
     if kind in FLAT:
         front = d[2] < 0.0
         face = jnp.where(front, face, -1)
@@ -181,7 +181,7 @@ def _asked(shape: Shape, kind: str, first: Array, origin: Coordinates, along: Co
     return t, (s, up, *world, face)
 
 
-def _place(kind: str, x: Array, y: Array, z: Array):
+def place_on_face(kind: str, x: Array, y: Array, z: Array):
     """Place on the square, face, and a vector along the normal, at canonical points."""
     none = jnp.zeros_like(x)
     if kind == "Boxes":

@@ -3,8 +3,8 @@ r"""Path tracing in space: light after any number of bounces, the brute-force re
     E ~ (1/N) sum over paths of prod_j f cos / pdf  L_e                           (J12 eqs. 28, 29)
 
 At every vertex one light is sampled (next-event estimation), and the path's own direction meets
-lights by chance; both are weighted by their densities (balance heuristic). Boxes, cylinders and
-planes that shine, and the sky, are met by chance only. A path of any number of bounces ends by
+lights by chance; both are weighted by their densities (balance heuristic). Planes that shine, and
+the sky, are met by chance only. A path of any number of bounces ends by
 Russian roulette; where `bounces` is given there is none, so that every path is followed to the
 same depth. Lanes, random numbers and how receivers spread over devices are flatland's
 (`firstorder.flatland.bounces.pathtrace`).
@@ -15,16 +15,13 @@ gradients: paths jump.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
-
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, ArrayLike, Float, Int, PRNGKeyArray
+from jaxtyping import Array, ArrayLike, Float, PRNGKeyArray
 
-from firstorder.conventions import cylindrical
-from firstorder.numerics._vectors import cross, dot, matvec, norm, orthonormal_frame
+from firstorder.numerics._vectors import dot, norm
 from firstorder.sampling._paths import (
     LANES,
     SURVIVAL,
@@ -40,36 +37,14 @@ from firstorder.sampling.estimates import Estimate
 from firstorder.scene._arguments import check_asked, check_kind
 from firstorder.scene._bands import OF_AN_ESTIMATE, band_after_band
 from firstorder.scene._questions import warns_if_dark
-from firstorder.space.intersect import nearest, occluded
+from firstorder.space.bounces._surface_points import area_density, point_on
+from firstorder.space.bounces._vertices import Rows, Vertex, brdf, meet, scattered
+from firstorder.space.intersect import occluded
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import BACK, FRONT, Scene
-from firstorder.space.shapes.kinds import Discs, Ellipsoids, Rectangles, Triangles
+from firstorder.space.shapes.kinds import Planes
 
 NUMBERS = 6  # uniform numbers in a step: roulette and lobe, two for a direction, three for a light
-
-Rows = Float[Array, "n 3"]
-
-
-class _Vertex(NamedTuple):
-    """Current vertices of paths: leading axis n.
-
-    Attributes:
-        position: [m].
-        normal: on the side from which the path came.
-        on: number of the shape, -1 for none.
-        back: unit vector to where the path came from; zero at a receiver.
-        albedo, specular, exponent: of the surface; a receiver's albedo is pi, so that its radiance
-            is its irradiance.
-    """
-
-    position: Rows
-    normal: Rows
-    on: Int[Array, " n"]
-    back: Rows
-    albedo: Float[Array, " n"]
-    specular: Float[Array, " n"]
-    exponent: Float[Array, " n"]
-
 
 # --- what the public asks for --------------------------------------------------------------------
 
@@ -127,7 +102,7 @@ def path_irradiance(
     shape = at.on.shape
     position, normal = at.position.reshape(-1, 3), at.normal.reshape(-1, 3)
     one = jnp.ones(position.shape[0], position.dtype)
-    start = _Vertex(position, normal, jnp.asarray(at.on).reshape(-1), 0.0 * position, jnp.pi * one,
+    start = Vertex(position, normal, jnp.asarray(at.on).reshape(-1), 0.0 * position, jnp.pi * one,
                    0.0 * one, 0.0 * one)  # fmt: skip
     mean, error = _paths(
         scene, start, key, paths, lanes, path_lengths(bounces, survival), next_event
@@ -196,14 +171,14 @@ def path_radiance(
 
 
 @eqx.filter_jit
-def _first(scene: Scene, origin: Rows, along: Rows) -> tuple[_Vertex, Array]:
+def _first(scene: Scene, origin: Rows, along: Rows) -> tuple[Vertex, Array]:
     """Where rays arrive, and what is emitted there; a ray that meets nothing reflects nothing."""
-    vertex, there, L = _met(scene, origin, along, jnp.full(along.shape[0], -1))
+    vertex, there, L = meet(scene, origin, along, jnp.full(along.shape[0], -1))
     albedo, specular = (jnp.where(there, a, 0.0) for a in (vertex.albedo, vertex.specular))
     return vertex._replace(albedo=albedo, specular=specular), L
 
 
-def _paths(scene, start: _Vertex, key, paths: int, lanes: int | None, length: Lengths, next_event):
+def _paths(scene, start: Vertex, key, paths: int, lanes: int | None, length: Lengths, next_event):
     """Checks, and one row of first vertices."""
     check_many("paths", paths)
     lanes = min(paths, lanes or max(LANES // start.on.shape[0], 1))
@@ -213,24 +188,24 @@ def _paths(scene, start: _Vertex, key, paths: int, lanes: int | None, length: Le
 
 
 @eqx.filter_jit
-def _traced(scene: Scene, start: _Vertex, key, paths, lanes: int, length: Lengths, lights):
+def _traced(scene: Scene, start: Vertex, key, paths, lanes: int, length: Lengths, lights):
     """All paths of all rows."""
     scene, start = jax.lax.stop_gradient((scene, start))
 
-    def advance(here: _Vertex, weight, depth, u) -> Gathered:
+    def advance(here: Vertex, weight, depth, u) -> Gathered:
         return _advance(scene, lights, length, here, weight, depth, u)
 
     return walk(start, key, paths, lanes, NUMBERS, advance)
 
 
-def _advance(scene, lights, length: Lengths, here: _Vertex, weight, depth, u) -> Gathered:
+def _advance(scene, lights, length: Lengths, here: Vertex, weight, depth, u) -> Gathered:
     """One vertex of every path: sample a light, go on, and add what the ray meets."""
     chance = survival_chance(here.albedo + here.specular, depth, length)
     # The chance belongs to the density with which the path's own direction is drawn.
     value = weight * _sampled(scene, here, u[:, 3:], chance, lights)
     on, heavier, again = roulette(u[:, 0], chance)
-    along, factor, density = _scattered(here, u.at[:, 0].set(again)[:, :3])
-    met, there, L = _met(scene, here.position, along, here.on)
+    along, factor, density = scattered(here, u.at[:, 0].set(again)[:, :3])
+    met, there, L = meet(scene, here.position, along, here.on)
     other = _light_density(scene, here.position, met, there, lights)
     drawn = density * chance
     share = drawn / jnp.where(drawn > 0.0, drawn + other, 1.0)
@@ -241,96 +216,17 @@ def _advance(scene, lights, length: Lengths, here: _Vertex, weight, depth, u) ->
     return Gathered(met, weight, value, on)
 
 
-def _met(scene: Scene, origin: Rows, along: Rows, on) -> tuple[_Vertex, Array, Array]:
-    """Hits of rays, whether there is one, and the emission there (of the sky, if there is none)."""
-    hits = nearest(scene, origin, along, on)
-    there = hits.index >= 0
-    index = jnp.maximum(hits.index, 0)
-    point = origin + jnp.where(there, hits.t, 0.0)[:, None] * along
-    normal = jax.vmap(scene.normal)(index, point)
-    back = dot(normal, along) > 0.0
-    side = jnp.where(back, BACK, FRONT)
-    sky = jax.vmap(scene.sky)(along)
-    L = jnp.where(there, scene.material.emission[index, side], sky)
-    m = scene.material
-    vertex = _Vertex(point, jnp.where(back[:, None], -normal, normal), hits.index, -along,
-                    m.albedo[index, side], m.specular[index], m.exponent[index])  # fmt: skip
-    return vertex, there, L
-
-
-# --- surfaces ------------------------------------------------------------------------------------
-
-
-def _mirrored(here: _Vertex) -> Rows:
-    return 2.0 * dot(here.normal, here.back)[:, None] * here.normal - here.back
-
-
-def _brdf(here: _Vertex, along: Rows) -> tuple[Array, Array]:
-    """`f cos` of directions, and the density with which they are drawn."""
-    up = jnp.maximum(dot(along, here.normal), 0.0)
-    across = jnp.maximum(dot(along, _mirrored(here)), 0.0)
-    e = here.exponent
-    gloss = here.specular > 0.0
-    power = jnp.where(gloss, across ** jnp.maximum(e, 1e-6), 0.0)
-    f = here.albedo / jnp.pi + here.specular * (e + 2.0) / (2.0 * jnp.pi) * power
-    p = _glossy_share(here)
-    density = (1.0 - p) * up / jnp.pi + p * (e + 1.0) / (2.0 * jnp.pi) * power
-    return f * up, density
-
-
-def _glossy_share(here: _Vertex) -> Array:
-    total = here.albedo + here.specular
-    return here.specular / jnp.where(total > 0.0, total, 1.0)
-
-
-def _scattered(here: _Vertex, u: Float[Array, "n 3"]) -> tuple[Rows, Array, Array]:
-    """Random direction, `f cos / density`, and the density."""
-    gloss = u[:, 0] < _glossy_share(here)
-    e = jnp.where(gloss, here.exponent, 1.0)
-    height = u[:, 1] ** (1.0 / (e + 1.0))
-    rho, phi = jnp.sqrt(jnp.maximum(1.0 - height**2, 0.0)), 2.0 * jnp.pi * u[:, 2]
-    axis = jnp.where(gloss[:, None], _mirrored(here), here.normal)
-    local = cylindrical(rho, phi, height)
-    along = matvec(orthonormal_frame(axis), local)
-    value, density = _brdf(here, along)
-    return (
-        along,
-        jnp.where(density > 0.0, value / jnp.where(density > 0.0, density, 1.0), 0.0),
-        density,
-    )
-
-
 # --- lights --------------------------------------------------------------------------------------
 
 
 def _lights(scene: Scene) -> tuple[int, ...]:
-    """Shapes that shine and whose surface can be sampled."""
+    """Shapes that shine and whose surface can be sampled: all but planes."""
     bright = np.any(np.asarray(scene.material.emission) > 0.0, -1)
-    kinds = [type(group) for group in scene.groups for _ in range(group.count)]
-    fit = (Ellipsoids, Discs, Rectangles, Triangles)
-    return tuple(i for i, kind in enumerate(kinds) if bright[i] and kind in fit)
+    endless = [isinstance(group, Planes) for group in scene.groups for _ in range(group.count)]
+    return tuple(i for i, without_end in enumerate(endless) if bright[i] and not without_end)
 
 
-def _area_density(scene: Scene, index: Int[Array, " n"], normal: Rows) -> Array:
-    """Density of a light's points by area, where its unit normal is known [1/m^2]."""
-
-    def one(index, normal):
-        def ask(shape):
-            # dA = |det A| |A^-T n| dA' on the canonical surface; A^-T n is along the normal.
-            det = jnp.abs(dot(shape.axes[:, 0], cross(shape.axes[:, 1], shape.axes[:, 2])))
-            if isinstance(shape, Ellipsoids):
-                # n = A^-T q / |A^-T q|, so |A^-T q| = 1 / |A^T n|.
-                stretch = det / norm(shape.axes.T @ normal)
-                return 1.0 / (4.0 * jnp.pi * stretch)
-            canonical = {Discs: jnp.pi, Rectangles: 4.0, Triangles: 0.5}.get(type(shape), 1.0)
-            return 1.0 / (canonical * norm(cross(shape.axes[:, 0], shape.axes[:, 1])))
-
-        return scene.ask(index, ask)
-
-    return jax.vmap(one)(index, normal)
-
-
-def _light_density(scene, origin: Rows, met: _Vertex, there, lights) -> Array:
+def _light_density(scene, origin: Rows, met: Vertex, there, lights) -> Array:
     """Density by solid angle with which light sampling draws the direction of a hit."""
     if not lights:
         return jnp.zeros_like(met.albedo)
@@ -338,25 +234,25 @@ def _light_density(scene, origin: Rows, met: _Vertex, there, lights) -> Array:
     way = met.position - origin
     square = jnp.maximum(dot(way, way), jnp.finfo(way.dtype).tiny)
     cosine = jnp.abs(dot(met.normal, met.back))
-    area = _area_density(scene, jnp.maximum(met.on, 0), met.normal) / len(lights)
+    area = area_density(scene, jnp.maximum(met.on, 0), met.normal) / len(lights)
     return jnp.where(sampled, area * square / jnp.where(cosine > 0.0, cosine, 1.0), 0.0)
 
 
-def _sampled(scene: Scene, here: _Vertex, u: Float[Array, "n 3"], survival, lights) -> Array:
+def _sampled(scene: Scene, here: Vertex, u: Float[Array, "n 3"], survival, lights) -> Array:
     """Light from one sampled point of one light, weighted against meeting it by chance."""
     if not lights:
         return jnp.zeros_like(here.albedo)
     pick = jnp.minimum((u[:, 0] * len(lights)).astype(jnp.int32), len(lights) - 1)
     index = jnp.asarray(lights, jnp.int32)[pick]
-    point, normal = jax.vmap(lambda i, u: scene.ask(i, lambda s: _point_on(s, u)))(index, u[:, 1:])
+    point, normal = jax.vmap(lambda i, u: scene.ask(i, lambda s: point_on(s, u)))(index, u[:, 1:])
     way = point - here.position
     length = norm(way)
     along = way / jnp.where(length > 0.0, length, 1.0)[:, None]
-    value, chance = _brdf(here, along)
+    value, chance = brdf(here, along)
     cosine = -dot(normal, along)
     side = jnp.where(cosine > 0.0, FRONT, BACK)
     L = scene.material.emission[index, side]
-    area = _area_density(scene, index, normal) / len(lights)
+    area = area_density(scene, index, normal) / len(lights)
     cosine = jnp.abs(cosine)
     density = area * length**2 / jnp.where(cosine > 0.0, cosine, 1.0)
     hidden = occluded(scene, here.position, point, here.on, index)
@@ -364,22 +260,3 @@ def _sampled(scene: Scene, here: _Vertex, u: Float[Array, "n 3"], survival, ligh
     total = density + survival * chance
     good = ~hidden & (cosine > 0.0) & (total > 0.0) & (index != here.on)
     return jnp.where(good, value * L / jnp.where(total > 0.0, total, 1.0), 0.0)
-
-
-def _point_on(shape: Any, u: Float[Array, "2"]) -> tuple[Array, Array]:
-    """A point of a surface, uniform on the canonical shape, and the unit normal there."""
-    if isinstance(shape, Ellipsoids):
-        z, phi = 1.0 - 2.0 * u[0], 2.0 * jnp.pi * u[1]
-        rho = jnp.sqrt(jnp.maximum(1.0 - z * z, 0.0))
-        q = cylindrical(rho, phi, z)
-    elif isinstance(shape, Discs):
-        rho, phi = jnp.sqrt(u[0]), 2.0 * jnp.pi * u[1]
-        q = cylindrical(rho, phi, 0.0 * rho)
-    elif isinstance(shape, Triangles):
-        fold = u[0] + u[1] > 1.0
-        s, t = jnp.where(fold, 1.0 - u[0], u[0]), jnp.where(fold, 1.0 - u[1], u[1])
-        q = jnp.stack([s, t, 0.0 * s])
-    else:
-        q = jnp.stack([2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0, 0.0 * u[0]])
-    point = shape.world(q)
-    return point, shape.normal(point)

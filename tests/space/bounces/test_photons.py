@@ -1,0 +1,188 @@
+"""Photons of space: where flux goes, by closed forms and by exact irradiance."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from firstorder.checks.statistics import z_test, z_test_of
+from firstorder.errors import NoLight
+from firstorder.sampling import estimate
+from firstorder.space import (
+    Scene,
+    box,
+    cylinder,
+    disc,
+    ellipsoid,
+    irradiance,
+    plane,
+    primitive,
+    receiver,
+    rectangle,
+    sphere,
+    triangle,
+)
+from firstorder.space.bounces import path_irradiance, photons, trace_photons
+
+COUNT = 40_000
+LAMPS = {
+    "ball": (sphere((0.0, 0.0, 1.0), 0.2), 4.0 * np.pi * 0.04),
+    "box": (box((-0.2, -0.1, 0.8), (0.2, 0.1, 1.2)), 2 * (0.16 + 0.08 + 0.08)),
+    "can": (cylinder((0, 0, 0.8), (0, 0, 1.2), 0.2), 2 * np.pi * 0.2 * (0.4 + 0.2)),
+    "disc": (disc((0.0, 0.0, 1.0), (0.0, 0.0, -1.0), 0.3), np.pi * 0.09),
+    "rectangle": (rectangle((0, 0, 1), (0, 0.2, 0), (0.3, 0, 0)), 0.24),
+    "triangle": (triangle((0, 0, 1), (0, 0.4, 1), (0.4, 0, 1)), 0.08),
+}
+
+
+def room(lamp, albedo=0.0, **more):
+    """A lamp of radiance 2 in a large box that nothing leaves."""
+    return Scene.of(
+        primitive(lamp, emission=2.0, name="lamp"),
+        primitive(box((-3.0, -3.0, 0.0), (3.0, 3.0, 4.0)), albedo=(0.0, albedo), name="room"),
+        **more,
+    )
+
+
+@pytest.mark.smoke
+@pytest.mark.parametrize("name", LAMPS)
+def test_a_lamp_sends_pi_times_radiance_times_area(name, key):
+    lamp, area = LAMPS[name]
+    found = trace_photons(room(lamp), key, COUNT, 0)
+    (inside,) = room(lamp).named("room")
+    assert np.all(found.index[0] == inside)
+    assert not np.any(found.front)
+    sent = estimate(found.flux[0] * COUNT)
+    assert z_test_of(sent, 2.0 * np.pi * area, truth_error=1e-12).passed
+
+
+@pytest.mark.parametrize("name", LAMPS)
+def test_the_floor_of_the_room_gets_its_exact_irradiance(name, key):
+    """Flux through squares of the floor against closed forms that know no photon."""
+    lamp, _ = LAMPS[name]
+    scene, half = room(lamp), 0.25
+    found = trace_photons(scene, key, COUNT, 0)
+    middle = np.array([[0.0, 0.0], [0.6, 0.0], [0.0, -0.8], [-0.9, 0.7]])
+    t, w = np.polynomial.legendre.leggauss(4)
+    x = middle[:, None, None] + half * np.stack(np.meshgrid(t, t), -1)
+    at = receiver(np.append(x.reshape(-1, 2), np.zeros((x.size // 2, 1)), 1))
+    open_ = Scene.of(primitive(lamp, emission=2.0))
+    E = np.asarray(jax.jit(jax.vmap(lambda a: irradiance(open_, a)))(at)).reshape(x.shape[:-1])
+    truth = half**2 * np.einsum("i,j,kij->k", w, w, E)
+    p, flux = np.asarray(found.position[0]), np.asarray(found.flux[0]) * COUNT
+    inside = np.all(np.abs(p[None, :, :2] - middle[:, None]) < half, -1) & (p[:, 2] < 1e-9)
+    sums = [estimate(jnp.asarray(np.where(row, flux, 0.0))) for row in inside]
+    mean, error = (np.array([getattr(s, a) for s in sums]) for a in ("mean", "error"))
+    assert z_test(mean, error, truth).passed
+    assert not z_test(mean, error, 1.5 * truth).passed
+
+
+def closed_room(rho):
+    """Six walls of the unit cube that look inwards; the ceiling's middle is a black lamp."""
+    middle, axes = np.full(3, 0.5), 0.5 * np.eye(3)
+    walls = [
+        primitive(rectangle(middle + s * axes[i], axes[j], axes[k]), albedo=rho, facing=middle)
+        for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1))
+        for s in (-1.0, 1.0)
+    ]
+    lamp = disc((0.5, 0.5, 1.0 - 1e-3), (0.0, 0.0, -1.0), 0.1)
+    return Scene.of(*walls, primitive(lamp, emission=2.0, name="lamp"))
+
+
+def test_all_flux_of_a_closed_room_is_absorbed(key):
+    """Landed flux is that of a geometric series: each photon lands `1 / (1 - rho)` times."""
+    rho, scene = 0.5, closed_room(0.5)
+    found = trace_photons(scene, key, COUNT, 24)
+    on_lamp = np.asarray(found.index) == scene.named("lamp")[0]
+    # What the black lamp takes is out of the series: it counts as if it had gone on.
+    each = np.where(on_lamp, 1.0 / (1.0 - rho), 1.0) * np.asarray(found.flux)
+    landed = estimate(jnp.asarray(each.sum(0)) * COUNT)
+    sent = 2.0 * np.pi * np.pi * 0.01
+    assert z_test_of(landed, sent / (1.0 - rho), truth_error=sent * rho**24).passed
+    assert not z_test_of(landed, 0.97 * sent / (1.0 - rho)).passed
+    assert np.any(on_lamp)
+
+
+def lobe_share(e, cosine, size=200):
+    """Share of light from one direction that the lobe of share 1 sends up, by quadrature."""
+    t, w = np.polynomial.legendre.leggauss(size)
+    z, phi = 0.5 * (t[:, None] + 1.0), np.pi * (np.arange(size) + 0.5) * 2.0 / size
+    x = np.sqrt(1.0 - z**2) * np.cos(phi)
+    across = np.maximum(x * np.sqrt(1.0 - cosine**2) + z * cosine, 0.0)
+    f = (e + 2.0) / (2.0 * np.pi) * across**e * z
+    return np.sum(0.5 * w[:, None] * f) * 2.0 * np.pi / size
+
+
+def test_a_glossy_floor_reflects_the_share_of_its_lobe(key):
+    """Photons that land again, on a ball around all, carry what quadrature says."""
+    floor = primitive(plane((0, 0, 0), (0, 0, 1)), specular=0.6, exponent=40.0)
+    lamp = primitive(disc((0.0, 0.0, 1.0), (0.0, 0.0, -1.0), 0.1), emission=1.0)
+    scene = Scene.of(floor, lamp, primitive(sphere((0.0, 0.0, 0.0), 5e3)))
+    found = trace_photons(scene, key, COUNT, 1)
+    assert np.mean(np.asarray(found.index[0]) == scene.count - 1) > 0.999  # all on the floor
+    t, w = np.polynomial.legendre.leggauss(24)
+    square = 0.5 * (t + 1.0)  # light of the lamp is even in the squared cosine
+    shares = [lobe_share(40.0, np.sqrt(a)) for a in square]
+    truth = 0.6 * np.sum(0.5 * w * shares) * np.sum(found.flux[0])
+    again = jnp.where(found.index[1] >= 0, found.flux[1], 0.0) * COUNT
+    assert z_test_of(estimate(again), truth).passed
+    assert not z_test_of(estimate(again), 1.05 * truth).passed
+
+
+def test_a_lamp_that_is_a_box_is_sampled_by_paths(key):
+    """Light sampling of boxes and cylinders, against paths that meet them by chance."""
+    for name in ("box", "can"):
+        scene, at = room(LAMPS[name][0]), receiver((0.4, 0.2, 0.0))
+        sampled = path_irradiance(scene, at, key=key, paths=COUNT, bounces=0)
+        chance = path_irradiance(scene, at, key=key, paths=COUNT, bounces=0, next_event=False)
+        truth = irradiance(Scene.of(primitive(LAMPS[name][0], emission=2.0)), at)
+        assert z_test_of(sampled, truth).passed
+        assert z_test_of(chance, truth).passed
+        assert sampled.error < 0.5 * chance.error
+
+
+def test_photons_of_even_directions_are_noticed(key, monkeypatch):
+    """Directions even in solid angle, not by the cosine."""
+    right = photons.cylindrical
+
+    def even(rho, phi, z):
+        return right(jnp.sqrt(1.0 - (1.0 - rho**2) ** 2), phi, 1.0 - rho**2)
+
+    monkeypatch.setattr(photons, "cylindrical", even)
+    plain = photons._thrown.__wrapped__  # pyright: ignore[reportFunctionMemberAccess]
+    monkeypatch.setattr(photons, "_thrown", plain)
+    with pytest.raises(AssertionError):
+        test_the_floor_of_the_room_gets_its_exact_irradiance("disc", key)
+
+
+@pytest.mark.parametrize(
+    ("scene", "words"),
+    [
+        (lambda: room(LAMPS["disc"][0], environment=1.0), "a sky sends no photons"),
+        (lambda: Scene.of(primitive(plane((0, 0, 2), (0, 0, -1)), emission=1.0)), "a plane shines"),
+    ],
+)
+def test_light_that_no_photon_carries_is_refused(scene, words, key):
+    with pytest.raises(ValueError, match=words):
+        trace_photons(scene(), key, 10)
+
+
+def test_photons_of_a_dark_room_are_none(key):
+    scene = Scene.of(primitive(ellipsoid((0, 0, 0), np.eye(3))))
+    with pytest.warns(NoLight, match="Nothing in the scene shines"):
+        found = trace_photons(scene, key, 10, 1)
+    assert np.all(found.index == -1)
+    assert np.all(found.flux == 0.0)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"count": 0}, "`count`"),
+        ({"bounces": -1}, "not be negative"),
+        ({"survival": 1.0}, "`survival`"),
+    ],
+)
+def test_bad_input_is_one_sentence(options, words, key):
+    with pytest.raises(ValueError, match=words):
+        trace_photons(room(LAMPS["disc"][0]), key, **({"count": 10} | options))
