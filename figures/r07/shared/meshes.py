@@ -43,7 +43,7 @@ from firstorder.rendering.image_files import image_coordinates
 from firstorder.rendering.renderer import Renderer, World
 from firstorder.rendering.tiles import render_tiles
 
-FOLDER = pathlib.Path(__file__).parent / "out" / "references"
+FOLDER = pathlib.Path(__file__).parents[2] / "out" / "references"
 NODES = 12
 VERSION = 3  # of what the references depend on
 BUMP, WAVE = 0.012, 2.0 * np.pi / 0.25
