@@ -7,13 +7,13 @@ runs from 1 to 2; the picture shows the first. Images are put together by lines 
 as in the paper, and by cubics that know the gradients at them as well.
 
 Refined by analytic gradients the error is a third of that by numeric differences, as the paper has
-it. But it is not "fairly accurate" (taken for a tenth of the contrast): the gradient leaves cells
-alone that have an extremum near both ends, spends samples on straight flanks, and stays behind an
-even grid. The error sits in few cells that are never split, so that cubics through the same samples
-do not mend it. What is wrong is the driver: by how far a cell's line is from its cubic
-("disagreement", from the same values and gradients), or by second derivatives, fewer samples do.
-The bumps are equally high everywhere, and an even grid of 65 has still six samples to the shortest
-wave: none is far ahead of it.
+it. Lines through these samples are not "fairly accurate" (taken for a tenth of the contrast): the
+gradient leaves cells alone that have an extremum near both ends, spends samples on straight flanks,
+and stays behind an even grid. Cubics through the same samples are, over all grids; from coarse ones
+even they are not. What is wrong is the driver: by how far a cell's line is from its cubic
+("disagreement", from the same values and gradients) lines are accurate. The bumps are equally high
+everywhere, and an even grid of 65 has still six samples to the shortest wave: none is far ahead of
+it.
 """
 
 from __future__ import annotations
@@ -135,9 +135,9 @@ def _claims(errors, grids, contrast) -> list[Statement | Measurement]:
                   "of the contrast", large.error, scanned),
     ]  # fmt: skip
     reason = (
-        "|f'| at a cell's ends is blind to what lies between two extrema. The error sits in few "
-        "cells that are never split, wherever the first grid has about one or two samples a wave; "
-        "an even grid of as many samples does better."
+        "|f'| at a cell's ends is blind to what lies between two extrema: cells that begin with "
+        "one near both ends are never split, wherever the first grid has about one or two samples "
+        "a wave, and straight flanks get samples that lines do not need."
     )
     for kind in shared.INTERPOLANTS:
         got = shared.factor(shares("gradient", kind))
