@@ -84,7 +84,7 @@ def draw(quick: bool) -> Drawing:
     rmse = {n: {s: _rms(i - true) for s, i in each.items()} for n, each in images.items()}
     shares = SHARES[1::2] + SHARES[-1:] if quick else SHARES
     sweep = {n: _sweep(known, n, shares) for n in SWEPT}
-    count, small, few = (3, 96, 6) if quick else (12, 192, 8)
+    count, small, few = (2, 160, 4) if quick else (12, 256, 6)
     scan = [
         _ratios(shared.lattices(small, few, light, f"_lamp{k}"))
         for k, light in enumerate(shared.lamps(count, few))

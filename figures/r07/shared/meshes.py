@@ -101,7 +101,7 @@ def lamps(count: int, nodes: int, seed: int = 15) -> list[Lamp]:
         u = np.cross(toward, (0.0, 0.0, 1.0))
         u *= half / np.linalg.norm(u)
         middle = np.array([0.0, 0.0, 0.4]) + 3.0 * toward
-        found.append(Lamp(middle, u, np.cross(toward, u), 2.0 / half**2, nodes, even=True))
+        found.append(Lamp(middle, np.cross(toward, u), u, 2.0 / half**2, nodes, even=True))
     return found
 
 
