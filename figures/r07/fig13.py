@@ -42,7 +42,7 @@ from firstorder.space.library._scenes import three_spheres
 
 HALF, NODES, STORED = 1.5, 20, 35
 RAYS = 100 * 100  # of the paper, at each node
-SIDES = np.array([16, 32, 64, 96, 112])  # of the squares of rays a pixel
+SIDES = np.array([16, 32, 64, 112])  # of the squares of rays a pixel
 SOURCE = "R07 §8.1, Fig. 13"
 SHOWN = ("bilinear", "bicubic", "extrapolated", "bezier", "serendipity", "hermite")
 GREY = 1.0 / 255.0

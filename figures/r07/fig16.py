@@ -38,7 +38,7 @@ def draw(quick: bool) -> Drawing:
     errors, needed, images = shared.over_grids(_waves, phases, x, grids, BUDGETS, ENOUGH)
     at = np.linspace(-1.0, 1.0, INITIAL)
     numeric, analytic = _gradients(images, x, at)
-    true = np.array([shared.rms(image[1]) for image in images])
+    true = np.array([shared.rms(slope) for slope in images[:, 1]])
 
     figure, axes = plotting.panels(1, 4, 3.5, 2.9)
     a, b, c, d = axes[0]

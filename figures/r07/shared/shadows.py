@@ -331,7 +331,8 @@ def shown_needs(ax, needed, grids, most: int, title: str) -> None:
     ax.set(title=title, xlabel="initial samples", ylabel="samples needed")
     ax.set_yticks([9, 17, 33, 65, most], ["9", "17", "33", "65", str(most)])
     ax.minorticks_off()
-    ax.legend(fontsize=6, title="lines; dashed: cubics", title_fontsize=6)
+    ax.legend(fontsize=6, title="lines; dashed: cubics", title_fontsize=6, loc="upper left",
+              bbox_to_anchor=(1.0, 1.0))  # fmt: skip
 
 
 # --- the gradient by R07 (37) -------------------------------------------------------------------
