@@ -21,9 +21,9 @@ neighbours, which sees jumps that no gradient knows of, is the more even one.
 Times are processor time of whole runs in turns, not of the clock on the wall. "Full image" is a
 value at every pixel; all runs include the primary rays of all pixels, by which silhouettes are
 found. The paper's ratios do not come out, because its shadow rays are dear: a value takes it 17 ms
-and a gradient 0.3 ms more; here 144 rays of Embree's and their sum take 30 to 40 us, and a gradient,
-with the moving shadows that the paper leaves out, some 15 us more; small batches are filled up
-besides. So 17 % of the samples cost half of the time. With free gradients and no overhead it would
+and a gradient 0.3 ms more; here 144 rays of Embree's and their sum take 30 to 40 us, and a
+gradient, with the moving shadows that the paper leaves out, some 15 us more; small batches are
+filled up besides. So 17 % of the samples cost half of the time. With free gradients and no overhead it would
 be 1/0.17 = 5.9 times; the paper's 6.6 is more, "slightly superlinear" by its own words, because the
 samples that it leaves out are dearer than those that it takes. What the same run would gain if a
 value took the paper's 17.4 ms is worked out from these times.
