@@ -23,10 +23,10 @@ value at every pixel; all runs include the primary rays of all pixels, by which 
 found. The paper's ratios do not come out, because its shadow rays are dear: a value takes it 17 ms
 and a gradient 0.3 ms more; here 144 rays of Embree's and their sum take 30 to 40 us, and a
 gradient, with the moving shadows that the paper leaves out, some 15 us more; small batches are
-filled up besides. So 17 % of the samples cost half of the time. With free gradients and no overhead it would
-be 1/0.17 = 5.9 times; the paper's 6.6 is more, "slightly superlinear" by its own words, because the
-samples that it leaves out are dearer than those that it takes. What the same run would gain if a
-value took the paper's 17.4 ms is worked out from these times.
+filled up besides. So 17 % of the samples cost half of the time. With free gradients and no overhead
+it would be 1/0.17 = 5.9 times; the paper's 6.6 is more, "slightly superlinear" by its own words,
+because the samples that it leaves out are dearer than those that it takes. What the same run would
+gain if a value took the paper's 17.4 ms is worked out from these times.
 """
 
 from __future__ import annotations
