@@ -15,7 +15,9 @@ claimed of errors is judged over lamps (`r07.shared.meshes.lamps`), by geometric
 
 In the scene that is shown second order has the smallest error of all: it sees that linear
 interpolation needs few samples on even slopes (R07 §9.3 says so). Its Hessians are differences of
-the gradients that are there. Over lamps its gain varies, and that by the variance of four
+the gradients that are there. Over
+twelve lamps it is ahead in ten (0.43 to 0.95 of the gradient's error) and far behind in two, both
+from the right (2.4 times), so that its mean decides nothing; the gain by the variance of four
 neighbours, which sees jumps that no gradient knows of, is the more even one.
 
 Times are processor time of whole runs in turns, not of the clock on the wall. "Full image" is a
