@@ -12,7 +12,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from figures.style import Claim, Drawing
+from figures.style import Drawing
+from figures.verdicts import OURS, Statement, at_most, near
 from firstorder import plotting
 from firstorder.checks.tolerance import normwise
 from firstorder.conventions import FLATLAND
@@ -61,7 +62,7 @@ def draw(quick: bool) -> Drawing:
     return Drawing(figure, arrays, _claims(path, jets, x, theta), size=f"{n} x {n} rays, 64 nodes")
 
 
-def _claims(path, jets, x, theta) -> list[Claim]:
+def _claims(path, jets, x, theta) -> list[Statement]:
     source, rotated = path.steps[0], jets[1]
     there = source.jets(x[:, None], theta[None, :] + KAPPA * x[:, None])
     sheared = there.gradient[..., 0] + KAPPA * there.gradient[..., 1]
@@ -78,26 +79,29 @@ def _claims(path, jets, x, theta) -> list[Claim]:
     formula = jnp.stack([g[:, 0] - 2.0 * KAPPA * g[:, 1], g[:, 1]], -1)
     against_autodiff, against_formula = normwise(closed, oracle), normwise(closed, formula)
     return [
-        _small("Rotation: L^s_x = L_x + k L_theta at the sheared ray", shear),
-        _small("Mirror: the angular gradient is flipped and negated", flipped),
-        Claim(
-            "The BRDF adds its own width along the angle",
-            SIGMA,
+        _identity("Rotation: L^s_x = L_x + k L_theta at the sheared ray", shear, "R07 (11)"),
+        _identity("Mirror: the angular gradient is reflected and negated", flipped, "R07 (12)"),
+        Statement(
+            "Convolving with the BRDF blurs along the angle, by the BRDF's own width",
+            "some blurring",
             blur,
+            near(SIGMA, 1e-9, "widths of Gaussians add by squares"),
+            "R07 §4.1, Fig. 3(d)",
             "rad",
-            abs(blur / SIGMA - 1.0) < 1e-9,
         ),
-        _small("Gradients of the final light field are those of autodiff", against_autodiff),
-        _small(
-            "B_x = L_x (*) rho + 2 k L_theta (*) rho at the reflected direction (eq. 25)",
+        _identity("Gradients of the final light field are those of autodiff", against_autodiff),
+        _identity(
+            "B_x = L_x (*) rho + 2 k L_theta (*) rho at the reflected direction",
             against_formula,
+            "R07 (25)",
         ),
     ]
 
 
-def _small(words: str, error: float) -> Claim:
-    """An identity, to the precision of the ledger."""
-    return Claim(words, 0.0, error, "normwise", error < 1e-10)
+def _identity(words: str, error: float, source: str = OURS) -> Statement:
+    """An identity, to the precision of the ledger; normwise."""
+    rule = at_most(1e-10, "an identity, to the ledger's precision")
+    return Statement(words, "exact" if source != OURS else None, error, rule, source)
 
 
 def _spread(field) -> float:

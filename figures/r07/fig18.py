@@ -1,51 +1,72 @@
 """R07 Fig. 18: the bumpy sphere from near, sampled by analytic gradients and by differences.
 
 The scene of Fig. 5 (`r07.shared.table`), the camera on the bumpy sphere; no shadows. Both trees
-begin with 8 x 8 blocks and end with as many samples. The paper gives pictures; we take three
-budgets, images linear over the samples' triangulation as in the paper. "Underestimates": the mean
-size of differences between the first grid's samples against that of the true gradients at them.
-
-Seen from here the bumps repeat every 107 pixels, 13 of the first grid's steps: differences know
-nearly as much as gradients do, and lose little.
+begin with 8 x 8 blocks and end with as many samples, images are linear over the samples'
+triangulation as in the paper. Its bumps repeat with the first grid or nearly so (the three wave
+lengths of Fig. 5 are one); here they are three incommensurate ones. What is claimed is judged over
+lay-outs of wave lengths and phases, materials and lamps (`r07.shared.table.layouts`), in images of
+two sizes: bumps are 4 to 11 steps of the first grid long in the larger one, and 2 to 5 in the
+smaller one. "Underestimates": the mean size of differences between the first grid's samples against
+that of the true gradients at them.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from figures.r07.shared import table as shared
-from figures.style import Claim, Drawing
+from figures.style import Drawing
+from figures.verdicts import OURS, Statement, at_least, at_most
 from firstorder import plotting
 from firstorder.imaging.camera import pinhole
 from firstorder.reconstruction.delaunay import delaunay_image
 from firstorder.reconstruction.importance import QuadtreeCells, by_area, by_differences, by_gradient
 from firstorder.reconstruction.quadtree import sample_image
 
-SHARES = (0.05, 0.1, 0.17)
+SHARES, SHOWN = (0.05, 0.1, 0.17), (0.1,)
 WAYS = {"gradient": by_gradient, "differences": by_differences, "even": by_area}
+
+
+CAMERA = pinhole((1.0, -5.0, 2.4), (1.2, 0.0, 0.5), gamma=9.0)
+LENGTHS, PHASES = (0.25, 0.19, 0.31), (0.0, 1.0, 2.0)  # of the bumps that are shown [m], [rad]
+SOURCE = "R07 §9.2, Fig. 18"
+# Of the images of the lay-outs, and what bumps have there in steps of the first grid.
+SIDES, BUMPS = (128, 256), ("2 to 5", "4 to 11")
+
+
+class Refined(NamedTuple):
+    """One scene sampled in several ways.
+
+    Attributes:
+        true: the image.
+        bumpy: whether a pixel shows the sphere.
+        slopes: size of differences over that of gradients, on the first grid.
+        rmse: on the sphere, by way, for each share of samples.
+        pictures: put together from a tenth of the samples.
+        samples: these, by way.
+    """
+
+    true: np.ndarray
+    bumpy: np.ndarray
+    slopes: float
+    rmse: dict[str, np.ndarray]
+    pictures: dict[str, np.ndarray]
+    samples: dict[str, np.ndarray]
 
 
 def draw(quick: bool) -> Drawing:
     side = 160 if quick else 512
-    world = shared.table()._replace(camera=pinhole((1.0, -5.0, 2.4), (1.2, 0.0, 0.5), gamma=9.0))
-    light = [shared.lamp()]
-    p = shared.grid(side)
-    truth, index = shared.shaded(world, light, shared.coordinates(p, side), shadows=False)
-    true, labels = truth.value.reshape(side, side), index.reshape(side, side)
-    bumpy = labels == world.bumpy
-    shade = shared.seen_by_tree(world, light, side, shadows=False)
-    slopes = _first_slopes(shade, side, labels)
-
-    rmse, pictures, samples = {}, {}, {}
-    for name, metric in WAYS.items():
-        rmse[name] = []
-        for share in SHARES:
-            got = sample_image(shade, side, side, int(share * side**2), metric, labels=labels)
-            at = shared.shown(world, shared.coordinates(got.p, side))
-            picture = delaunay_image(got.p, got.value, side, side, label=at, labels=labels)
-            rmse[name].append(float(np.sqrt(np.mean((picture - true)[bumpy] ** 2))))
-            if share == SHARES[1]:
-                pictures[name], samples[name] = picture, got.p
+    waves = tuple(2.0 * np.pi / length for length in LENGTHS)
+    shown = _refined(shared.table(waves=waves, phases=PHASES), shared.lamp(), side, SHARES)
+    true, bumpy, rmse = shown.true, shown.bumpy, shown.rmse
+    pictures, samples = shown.pictures, shown.samples
+    count = 3 if quick else 24
+    scan = {
+        small: [_refined(o.world, o.lamp(), small, SHOWN) for o in shared.layouts(count)]
+        for small in SIDES
+    }
 
     figure, axes = plotting.panels(2, 4, 3.0, 3.0)
     options = dict(cmap=plotting.RADIANCE, vmin=0.0, vmax=np.quantile(true[bumpy], 0.998))
@@ -66,8 +87,31 @@ def draw(quick: bool) -> Drawing:
 
     curves = {"rmse": {"share": np.array(SHARES), **{k: np.array(v) for k, v in rmse.items()}}}
     arrays = {"true": true, **{f"p {k}": v for k, v in samples.items()}, **pictures}
-    claims = _claims(rmse, slopes)
-    return Drawing(figure, arrays, claims, curves, f"{side} x {side} pixels, 64 light nodes")
+    claims = _claims(scan, f"{count} bumps, materials and lamps")
+    size = f"{side} x {side} pixels, 64 light nodes; lay-outs {SIDES[0]} and {SIDES[1]} across"
+    return Drawing(figure, arrays, claims, curves, size)
+
+
+def _refined(world, lamp, side: int, shares) -> Refined:
+    """The sphere from near, sampled in three ways."""
+    world, light = world._replace(camera=CAMERA), [lamp]
+    p = shared.grid(side)
+    truth, index = shared.shaded(world, light, shared.coordinates(p, side), shadows=False)
+    true, labels = truth.value.reshape(side, side), index.reshape(side, side)
+    bumpy = labels == world.bumpy
+    shade = shared.seen_by_tree(world, light, side, shadows=False)
+    rmse, pictures, samples = {}, {}, {}
+    for name, metric in WAYS.items():
+        errors = []
+        for share in shares:
+            got = sample_image(shade, side, side, int(share * side**2), metric, labels=labels)
+            at = shared.shown(world, shared.coordinates(got.p, side))
+            picture = delaunay_image(got.p, got.value, side, side, label=at, labels=labels)
+            errors.append(float(np.sqrt(np.mean((picture - true)[bumpy] ** 2))))
+            if share in SHOWN:
+                pictures[name], samples[name] = picture, got.p
+        rmse[name] = np.array(errors)
+    return Refined(true, bumpy, _first_slopes(shade, side, labels), rmse, pictures, samples)
 
 
 def _first_slopes(shade, side: int, labels) -> float:
@@ -92,30 +136,33 @@ def _first_slopes(shade, side: int, labels) -> float:
     return float(np.mean(numeric) / np.mean(np.linalg.norm(gradient, axis=1)[inner.ravel()]))
 
 
-def _claims(rmse, slopes) -> list[Claim]:
-    claims = [
-        Claim(
-            "Differences on the first grid underestimate gradients: mean size, of the true one's",
-            "somewhat",
-            slopes,
-            "",
-            bool(slopes < 1.0),
-        )
-    ]
-    for k, share in enumerate(SHARES):
-        ratio = rmse["differences"][k] / rmse["gradient"][k]
-        claims.append(
-            Claim(
-                f"RMSE by differences over that by gradients, {100 * share:.0f} % samples",
-                "somewhat sharper",
-                ratio,
-                "times",
-                bool(ratio > 1.0),
-            )
-        )
-    even = rmse["even"][1] / rmse["gradient"][1]
-    claims.append(
-        Claim("RMSE of an even tree over that by gradients, 10 % samples", None, even, "times",
-              bool(even > 1.0))
+def _claims(scan, scanned: str) -> list[Statement]:
+    """Over lay-outs: geometric means with their standard errors."""
+    told = []
+    for (_, rows), bumps in zip(scan.items(), BUMPS, strict=True):
+        slopes = shared.spread([row.slopes for row in rows])
+        better = shared.spread([_over(row, "differences") for row in rows])
+        told += [
+            Statement(f"Differences on the first grid underestimate gradients: mean size of the "
+                      f"true one's, bumps of {bumps} steps", "somewhat", slopes.mean,
+                      at_most(1.0, "'underestimates'"), SOURCE, "", slopes.error, scanned,
+                      "Differences over a few steps see long bumps as gradients do."),
+            Statement(f"Sampling by gradients preserves the bumps somewhat better: rms error by "
+                      f"differences over its own, 10 % of samples, bumps of {bumps} steps",
+                      "somewhat better", better.mean, at_least(1.0, "'better': smaller error"),
+                      SOURCE, "times", better.error, scanned,
+                      "Differences over a few steps see these bumps as well as gradients do."),
+        ]  # fmt: skip
+    rows = [row for each in scan.values() for row in each]
+    even = shared.spread([_over(row, "even") for row in rows])
+    told.append(
+        Statement("Rms error of an even tree over that by gradients, 10 % of samples", None,
+                  even.mean, at_least(1.0, "smaller error by gradients"), OURS, "times",
+                  even.error, scanned)
     )  # fmt: skip
-    return claims
+    return told
+
+
+def _over(row: Refined, way: str) -> float:
+    """Error of one way over that by gradients."""
+    return float((row.rmse[way] / row.rmse["gradient"])[0])

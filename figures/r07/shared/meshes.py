@@ -8,6 +8,9 @@ before them; 12 x 12 shadow rays a sample. Nothing else lights the scene.
 Silhouettes are where labels change. An object may hide itself, so labels are finer than objects:
 each leaf has its own, and so has each sixteenth of the knot's tube.
 
+The paper shows one scene; what is claimed of samples is judged over `lamps`: in any azimuth, 35 to
+70 degrees above the table, 3 m from the middle of the objects, 0.5 to 1.5 m wide.
+
 Squares of the quad-tree are left whole at one pixel, so that all samples of all trees lie on four
 lattices, 8, 4, 2 and 1 pixels apart. Those are rendered once (`rendering.tiles`, under
 `figures/out/references`) and looked up; the finest one is the reference. What is timed is rendered.
@@ -26,6 +29,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from figures.r07.shared import table
+from firstorder.imaging._area_lights import Lamp
 from firstorder.imaging.camera import pinhole
 from firstorder.imaging.shading import SurfaceMaps
 from firstorder.io.scenes.space_toml import MeshModel
@@ -43,7 +47,7 @@ from firstorder.rendering.image_files import image_coordinates
 from firstorder.rendering.renderer import Renderer, World
 from firstorder.rendering.tiles import render_tiles
 
-FOLDER = pathlib.Path(__file__).parent / "out" / "references"
+FOLDER = pathlib.Path(__file__).parents[2] / "out" / "references"
 NODES = 12
 VERSION = 3  # of what the references depend on
 BUMP, WAVE = 0.012, 2.0 * np.pi / 0.25
@@ -85,6 +89,20 @@ def world() -> World:
 def lamp(count: int = NODES):
     """Its nodes are even, so that shadows move."""
     return table.lamp(1.0, count, even=True)
+
+
+def lamps(count: int, nodes: int, seed: int = 15) -> list[Lamp]:
+    """Lamps at random, in the ranges that stand above, as bright as keeps the irradiance."""
+    random, found = np.random.default_rng(seed), []
+    for _ in range(count):
+        up, turn = np.radians(random.uniform((35.0, 0.0), (70.0, 360.0)))
+        toward = np.array([np.cos(up) * np.cos(turn), np.cos(up) * np.sin(turn), np.sin(up)])
+        half = random.uniform(0.25, 0.75)
+        u = np.cross(toward, (0.0, 0.0, 1.0))
+        u *= half / np.linalg.norm(u)
+        middle = np.array([0.0, 0.0, 0.4]) + 3.0 * toward
+        found.append(Lamp(middle, np.cross(toward, u), u, 2.0 / half**2, nodes, even=True))
+    return found
 
 
 @functools.cache
@@ -157,17 +175,19 @@ class Lattices(NamedTuple):
         return look
 
 
-def lattices(side: int, nodes: int = NODES) -> Lattices:
+def lattices(side: int, nodes: int = NODES, light: Lamp | None = None, name: str = "") -> Lattices:
     """Rendered, or taken from where an earlier call has left them.
 
     Args:
         side: of the image [pixels].
         nodes: of the lamp, along each edge.
+        light: another lamp.
+        name: of that, to tell its files by.
     """
-    made, layers = Renderer(world()._replace(lamps=(lamp(nodes),))), {}
+    made, layers = Renderer(world()._replace(lamps=(light or lamp(nodes),))), {}
     for step in (8, 4, 2, 1):
         count = side // step
-        folder = FOLDER / f"r07_meshes_{VERSION}_{side}_{nodes}" / f"step{step}"
+        folder = FOLDER / f"r07_meshes_{VERSION}_{side}_{nodes}{name}" / f"step{step}"
 
         def shade(places, number, step=step):
             return made.layers(image_coordinates(places * step, side, side), number)

@@ -1,20 +1,40 @@
-"""What R07 Figs. 9, 10, 16 and 17 share: functions along a line, samplers, and R07 (37)."""
+"""What R07 Figs. 9, 10, 16 and 17 share: functions along a line, samplers, and R07 (37).
+
+The paper gives no sizes of its flatland scene, so what is claimed of it is judged over `rooms`: the
+box 0.4 to 1.0 m wide and 0.2 to 0.6 m high, 0.15 to 0.5 m over the floor, in its left half; the
+circle of radius 0.2 to 0.4 m, 0.5 to 1.0 m over the floor, in its right half; the sky as it is.
+"""
 
 from __future__ import annotations
 
 import heapq
+from collections.abc import Iterator
+from typing import NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 
-from firstorder import reconstruction
+from figures.verdicts import Measurement
+from firstorder import plotting, reconstruction
+from firstorder.caching import harmonic_mean_distance
 from firstorder.conventions import direction
 from firstorder.fields import Environment, Function, Gaussian
 from firstorder.fields.environment import ANGLE
-from firstorder.flatland import Circles, Receiver, Scene, irradiance, nearest
+from firstorder.flatland import (
+    Circles,
+    Receiver,
+    Scene,
+    Segments,
+    box,
+    irradiance,
+    nearest,
+    primitive,
+)
 from firstorder.flatland.intersect import first_shape
+from firstorder.flatland.library._scenes import r07_fig09
 from firstorder.flatland.library.bumps import Bumps
 from firstorder.scene._derivatives import line_derivatives
 from firstorder.transport import Camera, Surface, image_jet, lambert
@@ -62,12 +82,60 @@ def along(function, x):
     return jnp.stack(jax.vmap(function)(x))
 
 
+# --- rooms --------------------------------------------------------------------------------------
+
+
+def rooms(count: int, seed: int = 9) -> Iterator[Scene]:
+    """Scenes like that of Fig. 9, at random in the ranges that stand above."""
+    random = np.random.default_rng(seed)
+    floor = primitive(Segments((-3.0, 0.0), (3.0, 0.0)), name="floor", albedo=1.0)
+    sky = r07_fig09().environment
+    for _ in range(count):
+        left, low, wide, high = random.uniform((-2.2, 0.15, 0.4, 0.2), (-1.2, 0.5, 1.0, 0.6))
+        x, y, radius = random.uniform((0.2, 0.5, 0.2), (1.2, 1.0, 0.4))
+        yield Scene.of(
+            floor,
+            primitive(box((left, low), (left + wide, low + high)), name="box"),
+            primitive(Circles((x, y), radius), name="circle"),
+            environment=sky,
+        )
+
+
+class Spread(NamedTuple):
+    """A mean, and its standard error."""
+
+    mean: float
+    error: float
+
+
+def spread(values) -> Spread:
+    """The arithmetic mean."""
+    return Spread(float(np.mean(values)), float(np.std(values, ddof=1) / len(values) ** 0.5))
+
+
+def factor(values) -> Spread:
+    """The geometric mean of what differs by factors."""
+    mean, error = spread(np.log(values))
+    return Spread(float(np.exp(mean)), float(np.exp(mean) * error))
+
+
 # --- samplers -----------------------------------------------------------------------------------
+
+LINEAR, CUBIC = 1, 2  # numbers of each sample that an interpolant takes
+INTERPOLANTS = {"lines": LINEAR, "cubics": CUBIC}
+
+
+def disagreement(cell: reconstruction.LineCell):
+    """How far a cell's line is from its cubic: the error of lines, by values and slopes alone."""
+    first = reconstruction.LineCell(cell.length, cell.left[:CUBIC], cell.right[:CUBIC])
+    return reconstruction.line_by_disagreement(LINEAR)(first)
+
 
 DRIVERS = {
     "uniform": reconstruction.line_by_length,
     "numeric": reconstruction.line_by_differences,
     "gradient": reconstruction.line_by_gradient,
+    "disagreement": disagreement,
     "second order": reconstruction.line_by_curvature,
     "for cubics": reconstruction.line_by_disagreement(2),
 }
@@ -136,26 +204,68 @@ def swept(make, phases, x, budget: int, initial: int):
     return jax.vmap(one)(phases)
 
 
-def errors_over(lines, images, x, budgets) -> dict[str, np.ndarray]:
-    """Rms errors of the lines through the samples: by driver, an array (phases, budgets).
+def errors_over(lines, images, x, budgets, data: int = LINEAR) -> dict[str, np.ndarray]:
+    """Rms errors of the lines or cubics through the samples: by driver, an array (phases, budgets).
 
-    "uniform" is a truly even grid of as many samples, which x must hold.
+    "uniform" is a truly even grid of as many samples.
     """
-    lines, values = jax.tree.map(np.asarray, lines), np.asarray(images)[:, 0]
+    lines, images = jax.tree.map(np.asarray, lines), np.asarray(images)
 
     def error(name, i, budget):
         if name == "uniform":
-            step = (x.size - 1) // (budget - 1)
-            assert step * (budget - 1) == x.size - 1
-            at, known = x[::step], values[i, ::step]
+            at = np.linspace(x[0], x[-1], budget)
+            known = np.stack([np.interp(at, x, row) for row in images[i, :CUBIC]], 1)
         else:
             line = one_of(phase_of(lines, i), name)
             kept = line.order < budget
-            at, known = line.x[kept], line.data[kept, 0]
-        return rms(np.interp(x, at, known) - values[i])
+            at, known = line.x[kept], line.data[kept]
+        return rms(_through(at, known, data, x) - images[i, 0])
 
-    every = range(len(values))
+    every = range(len(images))
     return {k: np.array([[error(k, i, b) for b in budgets] for i in every]) for k in DRIVERS}
+
+
+def _through(at, known, data: int, x) -> np.ndarray:
+    if data == LINEAR:
+        return np.interp(x, at, known[:, 0])
+    return CubicHermiteSpline(at, known[:, 0], known[:, 1])(x)
+
+
+def over_grids(make, phases, x, grids, budgets, enough: float):
+    """Images sampled from several initial grids.
+
+    Args:
+        make: makes the bumps of one phase.
+        phases: one for each image.
+        x: places at which errors are taken.
+        grids: initial samples.
+        budgets: of which errors are wanted, in rising order.
+        enough: the error that is aimed at, of the images' contrast.
+
+    Returns:
+        Errors by grid and interpolant, and then by driver, arrays (phases, budgets); the samples
+        that are needed for `enough`, by driver and interpolant, one for each grid; the images.
+    """
+    errors, needed, images = {}, {}, np.zeros(0)
+    for initial in grids:
+        run = swept(make, jnp.asarray(phases), jnp.asarray(x), int(budgets[-1]), initial)
+        images = np.asarray(run[1])
+        contrast = np.std(images[:, 0], axis=1)[:, None]
+        for kind, data in INTERPOLANTS.items():
+            found = errors_over(*run, x, budgets, data)
+            errors[initial, kind] = found
+            for name, error in found.items():
+                short = (budgets < initial) & (name != "uniform")
+                fair = np.where(short, np.inf, error / contrast)
+                needed.setdefault((name, kind), []).append(samples_needed(fair, budgets, enough))
+    return errors, needed, images
+
+
+def samples_needed(errors, budgets, enough: float) -> float:
+    """How many samples the median image needs for an error; twice the most if none is enough."""
+    few = np.append(budgets, 2 * budgets[-1])
+    met = np.concatenate([errors <= enough, np.ones((len(errors), 1), bool)], 1)
+    return float(np.median(few[np.argmax(met, 1)]))
 
 
 def error_by_middles(image, x, cells: int, budget: int) -> float:
@@ -190,6 +300,41 @@ def geometric_mean(a, axis=None):
     return np.exp(np.mean(np.log(a), axis))
 
 
+def need_claims(needed, most: int) -> list[Measurement]:
+    """Samples for a tenth of the contrast, on the best grid to the worst, by driver.
+
+    Args:
+        needed: by driver and interpolant, for each initial grid.
+        most: that were tried.
+    """
+
+    def words(counts) -> str:
+        ends = sorted({min(counts), max(counts)})
+        return " to ".join(f"> {most}" if c > most else f"{c:.0f}" for c in ends)
+
+    return [
+        Measurement(f"Samples for a tenth of the contrast, {kind}: median image, on the best and "
+                    "the worst of the initial grids",
+                    ", ".join(f"{k} {words(needed[k, kind])}" for k in DRIVERS))
+        for kind in INTERPOLANTS
+    ]  # fmt: skip
+
+
+def shown_needs(ax, needed, grids, most: int, title: str) -> None:
+    """Samples that are needed, by driver and interpolant, over the initial grids."""
+    for k, name in enumerate(DRIVERS):
+        for kind, style in zip(INTERPOLANTS, ("-", "--"), strict=True):
+            label = name if kind == "lines" else None
+            ax.semilogy(grids, needed[name, kind], style, color=plotting.COLOURS[k], marker="o",
+                        markersize=3, label=label)  # fmt: skip
+    ax.axhline(most, color="0.6", linewidth=0.8, linestyle=":")
+    ax.set(title=title, xlabel="initial samples", ylabel="samples needed")
+    ax.set_yticks([9, 17, 33, 65, most], ["9", "17", "33", "65", str(most)])
+    ax.minorticks_off()
+    ax.legend(fontsize=6, title="lines; dashed: cubics", title_fontsize=6, loc="upper left",
+              bbox_to_anchor=(1.0, 1.0))  # fmt: skip
+
+
 # --- the gradient by R07 (37) -------------------------------------------------------------------
 
 # The box and the sky of `library.r07_fig09`.
@@ -198,15 +343,21 @@ MOST = 512  # rays: fewer are padded to as many, so that all counts compile as o
 EDGES = 4  # two blockers have no more
 
 
-def traced(scene: Scene, x, rays: int):
+def traced(scene: Scene, x, rays: int, shift: float = 0.5):
     """Irradiance and its gradient at (x, 0) from rays in even directions (image space).
+
+    Args:
+        scene: of one box and one circle.
+        x: receivers.
+        rays: of each.
+        shift: of all rays, in steps between them.
 
     Returns:
         E as the sum over the rays; R07 (37) with edges half-way between neighbouring rays and the
         first hit's distance; (37) with each edge bisected and the distance taken to the tangent
         point.
     """
-    omega = np.pi * ((np.arange(rays) + 0.5) / rays - 0.5)
+    omega = np.pi * ((np.arange(rays) + shift) / rays - 0.5)
     omega = np.concatenate([omega, np.full(MOST - rays, omega[-1])])
     weight = np.where(np.arange(MOST) < rays, np.pi / rays, 0.0)
     return tuple(np.asarray(a) for a in _traced(scene, jnp.asarray(x), omega, weight))
@@ -283,6 +434,23 @@ def circle(scene: Scene):
     """Centre, radius and number of the one circle."""
     (group,) = (g for g in scene.groups if isinstance(g, Circles))
     return group.center[0], group.radius[0], scene.named("circle")[0]
+
+
+def inverse_distance(scene: Scene, x, rays: int = 256) -> np.ndarray:
+    """One over the harmonic mean of blockers' distances at (x, 0) [1/m], over even directions."""
+    omega = jnp.asarray(np.pi * ((np.arange(rays) + 0.5) / rays - 0.5))
+    return np.asarray(_inverse_distance(scene, jnp.asarray(x), omega))
+
+
+@eqx.filter_jit
+def _inverse_distance(scene: Scene, x, omega):
+    def one(x):
+        at = jnp.broadcast_to(jnp.stack([x, jnp.zeros_like(x)]), (omega.size, 2))
+        hits = nearest(scene, at, direction(omega), 0)
+        lengths = jnp.where(hits.index >= 0, hits.t, jnp.inf)
+        return 1.0 / harmonic_mean_distance(lengths)
+
+    return jax.vmap(one)(x)
 
 
 # --- where the gradient jumps -------------------------------------------------------------------

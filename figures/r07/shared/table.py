@@ -3,12 +3,20 @@
 The paper gives no numbers. Ours: three spheres of radius 0.5 m on a table that is nearly flat (a
 sphere of radius 40 m), a lamp of 1.0 m x 1.0 m some 2.5 m above, left of and before them; bumps of
 12 mm that repeat every 0.25 m in x, y and z. The table and the bumpy sphere are a little glossy.
+
+What the paper leaves open is scanned by `layouts`. Each is drawn at random: albedos from 0.2 to
+0.8; of the rest 0.2 to 0.8 is gloss, with exponents from 10 to 100 (the diffuse sphere has none);
+the lamp in any azimuth, 35 to 70 degrees above the table, 3 m away, 0.5 to 1.5 m wide; bumps with
+slopes of 0.3 whose wave lengths along x, y and z are three numbers from 0.15 to 0.4 m.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
+import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -34,24 +42,50 @@ NAMES = tuple(SCENE)
 FLOOR = -4.0  # decades: what is darker is drawn as this
 
 
+class Bumps(eqx.Module):
+    """Waves in space on one shape: a product of three sines.
+
+    Attributes:
+        index: of the shape.
+        height: of the waves [m].
+        waves: wave numbers along x, y and z [rad/m].
+        phases: of the three [rad].
+    """
+
+    index: int
+    height: jax.Array
+    waves: jax.Array
+    phases: jax.Array
+
+    def __call__(self, index, x):
+        """Height [m] of what stands on shape `index` at x."""
+        waves = jnp.prod(jnp.sin(self.waves * x + self.phases))
+        return jnp.where(index == self.index, self.height * waves, 0.0)
+
+
 class Table(NamedTuple):
     """The scene, where it is looked at from, and which shape has bumps."""
 
     scene: Scene
     camera: object
     bumpy: int
-
-    def height(self, index, x):
-        """Of the bumps [m]."""
-        waves = jnp.sin(WAVE * x[0]) * jnp.sin(WAVE * x[1]) * jnp.sin(WAVE * x[2])
-        return jnp.where(index == self.bumpy, BUMP * waves, 0.0)
+    height: Bumps
 
 
-def table() -> Table:
-    """The three spheres on their table."""
-    scene = Scene.of(*(primitive(s, name=name, **how) for name, (s, how) in SCENE.items()))
+def table(material=None, waves=(WAVE, WAVE, WAVE), phases=(0.0, 0.0, 0.0)) -> Table:
+    """The three spheres on their table.
+
+    Args:
+        material: of each object, by name; those of `SCENE` if left out.
+        waves: wave numbers of the bumps along x, y and z; their slope is that of `SCENE`'s.
+        phases: of the bumps.
+    """
+    of = material or {name: how for name, (_, how) in SCENE.items()}
+    scene = Scene.of(*(primitive(s, name=name, **of[name]) for name, (s, _) in SCENE.items()))
     camera = pinhole((0.0, -5.0, 2.4), (0.0, 0.0, 0.35), gamma=2.6)
-    return Table(scene, camera, scene.named("bumpy")[0])
+    bumpy = scene.named("bumpy")[0]
+    height = jnp.asarray(BUMP * WAVE / np.mean(waves))
+    return Table(scene, camera, bumpy, Bumps(bumpy, height, *map(jnp.asarray, (waves, phases))))
 
 
 def lamp(distance: float = 1.0, count: int = 8, even: bool = False) -> Lamp:
@@ -61,6 +95,64 @@ def lamp(distance: float = 1.0, count: int = 8, even: bool = False) -> Lamp:
     u = np.array([0.5, 0.0, 0.0])
     v = 0.5 * np.cross(way, u) / np.linalg.norm(np.cross(way, u))
     return Lamp(middle + way, v, u, 8.0 * distance**2, count, even)
+
+
+class Layout(NamedTuple):
+    """One choice of all that the paper leaves open.
+
+    Attributes:
+        world: the scene.
+        toward: where the lamp is from the middle of the spheres, a unit vector.
+        half: half of the lamp's edge [m].
+    """
+
+    world: Table
+    toward: np.ndarray
+    half: float
+
+    def lamp(self, distance: float = 1.0) -> Lamp:
+        """The lamp, `distance` times 3 m away, with the irradiance that it has at 3 m."""
+        u = np.cross(self.toward, (0.0, 0.0, 1.0))
+        u *= self.half / np.linalg.norm(u)
+        v = np.cross(self.toward, u)
+        middle = np.array([0.0, 0.0, 0.4]) + 3.0 * distance * self.toward
+        return Lamp(middle, v, u, 2.0 * (distance / self.half) ** 2, 8)
+
+
+def layouts(count: int, seed: int = 5) -> Iterator[Layout]:
+    """Lay-outs at random, in the ranges that stand above.
+
+    Args:
+        count: how many.
+        seed: of the random numbers.
+    """
+    random = np.random.default_rng(seed)
+    for _ in range(count):
+        materials = {name: _material(random, name != "diffuse") for name in NAMES}
+        waves, phases = 2.0 * np.pi / random.uniform(0.15, 0.4, 3), random.uniform(0.0, 6.28, 3)
+        up, turn = np.radians(random.uniform((35.0, 0.0), (70.0, 360.0)))
+        toward = np.array([np.cos(up) * np.cos(turn), np.cos(up) * np.sin(turn), np.sin(up)])
+        yield Layout(table(materials, waves, phases), toward, random.uniform(0.25, 0.75))
+
+
+def _material(random: np.random.Generator, glossy: bool) -> dict[str, float]:
+    albedo, share, decades = random.uniform((0.2, 0.2, 1.0), (0.8, 0.8, 2.0))
+    gloss = dict(specular=(1.0 - albedo) * share, exponent=10.0**decades)
+    return dict(albedo=albedo, **(gloss if glossy else {}))
+
+
+class Spread(NamedTuple):
+    """Of positive numbers: their geometric mean, and its standard error."""
+
+    mean: float
+    error: float
+
+
+def spread(values) -> Spread:
+    """The geometric mean over lay-outs, and its standard error."""
+    logarithms = np.log(np.asarray(values))
+    mean = float(np.exp(np.mean(logarithms)))
+    return Spread(mean, mean * float(np.std(logarithms, ddof=1)) / len(logarithms) ** 0.5)
 
 
 def coordinates(p: np.ndarray, side: int) -> np.ndarray:
