@@ -89,13 +89,14 @@ def draw(quick: bool) -> Drawing:
         for i, room in enumerate(rooms)
     ]
     widths = np.array([room.width for room in rooms])
-    figure, axes = plotting.panels(2, 5, 2.5, 2.3)
+    figure, axes = plotting.panels(2, 5, 2.8, 2.3)
     _light(axes[0, 0], candidates, hessians, events)
     for ax, name in zip([*axes[0, 1:4], *axes[1, :3]], SHOWN, strict=True):
         _records(ax, found[name], name)
     _bars(axes[1, 3], found)
-    _scatter(axes[0, 4], scan, widths, "arc-length", SPLIT, "arc-length over split circle")
-    _scatter(axes[1, 4], scan, widths, "more strata", ("arc-length",), "stratified over arc-length")
+    _scatter(axes[0, 4], scan, widths, "arc-length", SPLIT, "i) arc-length over split circle")
+    words = "j) stratified over arc-length"
+    _scatter(axes[1, 4], scan, widths, "more strata", ("arc-length",), words)
     x = candidates.position[:, 0]
     arrays = {"x": x, "derivatives": columns(candidates), "kinks": events[0]}
     arrays |= {"jumps": events[1]} | {f"hessian_{_key(k)}": h for k, h in hessians.items()}
@@ -184,18 +185,19 @@ def _records(ax, outcome: Outcome, name: str) -> None:
 
 
 def _scatter(ax, scan: list[Judged], widths, over: str, under, words: str) -> None:
-    """A ratio of errors in every room, by the width of its lamp."""
+    """A ratio of errors in every room, by the width of its lamp; the share of rooms below 1."""
     ratio = [j.errors[over] / min(j.errors[name] for name in under) for j in scan]
     for k, width in enumerate(WIDTHS):
         own = np.array(ratio)[widths == width]
         ax.plot(k + np.linspace(-0.3, 0.3, own.size), np.sort(own), ".", color=COLOURS[0])
         below = f"{100.0 * np.mean(own < 1.0):.0f} %"
-        ax.text(k, 0.03, below, transform=ax.get_xaxis_transform(), ha="center", fontsize=7)
+        ax.text(k, 0.93, below, transform=ax.get_xaxis_transform(), ha="center", fontsize=7)
     ax.axhline(1.0, color=COLOURS[1], linestyle="-", linewidth=0.8)
     ax.set(yscale="log", xticks=range(len(WIDTHS)), xlabel="width of the lamp (m)")
     ax.set_xticklabels([f"{w:g}" for w in WIDTHS])
     ax.yaxis.set_minor_formatter(NullFormatter())
-    ax.set_title(words, loc="left", fontsize=7.5)
+    ax.margins(y=0.15)
+    ax.set_title(words, loc="left", fontsize=9)
 
 
 def _bars(ax, found: dict[str, Outcome]) -> None:

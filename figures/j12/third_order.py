@@ -45,7 +45,7 @@ COST = 1.5  # J12 §8: time with the Hessian over time without it
 
 
 def draw(quick: bool) -> Drawing:
-    s = Size(24, 0, 0, 40, 2) if quick else Size(64, 0, 0, 100, 8)
+    s = Size(24, 0, 0, 40, 2) if quick else Size(48, 0, 0, 56, 4)
     counts = (s.records, 3 * s.records)
     names = tuple(FIELDS) if quick else ("lamp", *PLATES)
     found = {name: _compared(name, s, counts) for name in names}

@@ -75,7 +75,7 @@ class Floor(NamedTuple):
 
 
 def draw(quick: bool) -> Drawing:
-    s = Size(24, 16, 48, 60, 2) if quick else Size(64, 40, 120, 256, 4)
+    s = Size(24, 16, 48, 60, 2) if quick else Size(48, 40, 120, 144, 4)
     names = tuple(SCENES) if quick else tuple(dict.fromkeys((*SCENES, *OPEN, *PLATES)))
     floors = {name: _floor(name, s, quick) for name in names}
     figure, axes = plotting.panels(1, 4, 2.4, 2.6)
