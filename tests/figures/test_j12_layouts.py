@@ -10,6 +10,7 @@ from figures.j12.shared import rooms, walls
 from figures.j12.shared.caching import by_the_wall
 from figures.j12.shared.spread import geometric, ratio_of_means, share, spread
 from firstorder.flatland import irradiance, receiver
+from firstorder.flatland.bounces._panels import Discretization
 from firstorder.flatland.bounces.radiosity import solve_radiosity
 from firstorder.flatland.library import _scenes as scenes
 from firstorder.space import receiver as receiver_in_space
@@ -35,7 +36,8 @@ def test_light_and_rays_of_a_layout_are_those_of_the_scene_of_fig_14(wall):
 
 def test_light_that_a_room_reflects_is_the_radiosity_solution():
     scene = scenes.fig15()
-    solution, sent = solve_radiosity(scene), rooms._reflected(scene)
+    coarse = Discretization(4, 1e-2)
+    solution, sent = solve_radiosity(scene, fineness=coarse), rooms._reflected(scene)
     at = jax.vmap(lambda s: receiver(scene, rooms.FLOOR, s))(jnp.array([0.1, 0.3, 0.5]))
     found = jax.vmap(lambda at: irradiance(scene, at, radiance=sent, nodes=rooms.NODES))(at)
     np.testing.assert_allclose(found, jax.vmap(solution.irradiance)(at), rtol=5e-3)
