@@ -6,7 +6,8 @@ the estimate is (55). Panel c shows both along the whole floor, for several tole
 
 The second-order oracle holds to second order in R. It fails where E'' vanishes, at the two
 inflections near |x| = 0.65 m: there it says "as far as you like", and a radius is only had from a
-clamp, or from the next derivative (dotted), which the paper leaves as future work.
+clamp, or from the next derivative (dotted), which the paper leaves as future work. What is judged
+is the total error within a radius, over the one that was tolerated.
 """
 
 from __future__ import annotations
@@ -16,7 +17,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from figures.j12.shared.caching import line_light
-from figures.style import Claim, Drawing
+from figures.style import Drawing
+from figures.verdicts import OURS, Measurement, Statement, at_most, near
 from firstorder import plotting
 from firstorder.caching import (
     Candidates,
@@ -35,6 +37,7 @@ from firstorder.plotting.style import COLOURS
 AT, TOLERANCE = 0.2, 2e-2
 TOLERANCES = (2e-2, 2e-3, 2e-4)
 LIMITS = (1e-3, 1.5)
+SCANNED = "the floor from -1.2 to 1.2 m, three tolerances"
 
 
 def draw(quick: bool) -> Drawing:
@@ -110,53 +113,81 @@ def _along(ax, x, ideal, estimate, guarded) -> None:
     ax.legend(loc="lower right", fontsize=7)
 
 
-def _claims(own, one, along, ideal, estimate, guarded) -> list[Claim]:
+def _claims(own, one, along, ideal, estimate, guarded) -> list[Statement | Measurement]:
+    free = (ideal < 0.99 * LIMITS[1]) & (estimate < 0.99 * LIMITS[1])
+    spent = _spent(along, estimate)
+    x = np.broadcast_to(np.abs(np.asarray(along.position[:, 0])), spent.shape)
+    return [
+        Statement(
+            "The second-order expansion serves as an oracle of the true irradiance: radius over "
+            "the ideal one, at the record shown",
+            paper=1.0,
+            measured=own[1] / own[0],
+            rule=near(1.0, 0.1, "an approximation: within a tenth"),
+            source="J12 §6.4, Fig. 13",
+        ),
+        Statement(
+            "A way to enforce a user-specified error bound: how far the total error is off the "
+            "tolerated one, median",
+            paper="approximate bound",
+            measured=float(np.median(np.abs(spent - 1.0)[free])),
+            rule=at_most(0.1, "an approximation: within a tenth"),
+            source="J12 §6.4",
+            scanned=SCANNED,
+        ),
+        Statement(
+            "A way to enforce a user-specified error bound: largest total error over the tolerated "
+            "one, as far as no clamp acts",
+            paper="approximate bound",
+            measured=float(np.max(spent[free])),
+            rule=at_most(1.1, "an approximation: within a tenth"),
+            source="J12 §6.4",
+            scanned=SCANNED,
+            reason=_where(x[free], spent[free] > 1.1),
+        ),
+        Statement(
+            "Estimated total error tends to the true one with the second power of the radius",
+            paper=None,
+            measured=_order(one),
+            rule=near(2.0, 0.05, "of what (54) leaves out, odd powers cancel"),
+            source=OURS,
+        ),
+        Statement(
+            "With the third derivative in the metric the bound is enforced: largest total error "
+            "over the tolerated one",
+            paper=None,
+            measured=float(np.max(_spent(along, guarded)[guarded < 0.99 * LIMITS[1]])),
+            rule=at_most(1.1, "within a tenth, as without it"),
+            source=OURS,
+            scanned=SCANNED,
+        ),
+    ]
+
+
+def _spent(along: Candidates, radii: np.ndarray) -> np.ndarray:
+    """True total error within radii over the tolerated one, a row for each tolerance."""
+    regions = [circular_regions(r, *LIMITS) for r in radii]
+    found = np.stack([np.asarray(true_error(line_light, along, r)) for r in regions])
+    return found / np.asarray(TOLERANCES)[:, None]
+
+
+def _order(one: Candidates) -> float:
+    """Power of the radius with which the estimated total error tends to the true one."""
     sizes = np.array([0.04, 0.08, 0.16])
     reach = circular_regions(sizes[:, None], *LIMITS)
     misses = [
         abs(float((expected_error(one.derivative(2), r) / true_error(line_light, one, r))[0]) - 1.0)
         for r in (reach.at(i) for i in range(len(sizes)))
     ]
-    free = (ideal < 0.99 * LIMITS[1]) & (estimate < 0.99 * LIMITS[1])
-    ratio = np.where(free, estimate / ideal, 1.0)
-    flat = int(np.argmin(derivative_norm(along.derivative(2), 2)))
-    order = fitted_order(sizes, misses)
-    typical = float(np.median(np.abs(ratio - 1.0)[free]))
-    return [
-        Claim(
-            "Second order stands in for the true irradiance: radius over the ideal one, at the "
-            "record shown",
-            1.0,
-            own[1] / own[0],
-            "",
-            abs(own[1] / own[0] - 1.0) < 0.1,
-        ),
-        Claim(
-            "Estimated total error tends to the true one with the power of the radius",
-            None,
-            order,
-            "",
-            abs(order - 2.0) < 0.1,
-        ),
-        Claim(
-            "Estimated over ideal radius along the floor: median departure from 1",
-            None,
-            typical,
-        ),
-        Claim(
-            "The error bound is enforced everywhere: largest estimated over ideal radius, next to "
-            "an inflection, as far as no clamp acts",
-            "bounded",
-            float(ratio.max()),
-            "",
-            bool(ratio.max() < 1.2),
-        ),
-        Claim(
-            "With the next derivative, radius at the inflection over the ideal one, "
-            "smallest tolerance",
-            None,
-            float(guarded[-1, flat] / ideal[-1, flat]),
-            "",
-            bool(guarded[-1, flat] < 1.05 * ideal[-1, flat]),
-        ),
-    ]
+    return fitted_order(sizes, misses)
+
+
+def _where(x: np.ndarray, bad: np.ndarray) -> str:
+    """The mechanism, and the part of the floor in which it acts."""
+    if not bad.any():
+        return ""
+    return (
+        "E'' vanishes at the inflections near |x| = 0.65 m and says 'as far as you like': so at "
+        f"{100.0 * np.mean(bad):.0f} % of places and tolerances, all of them between |x| = "
+        f"{x[bad].min():.2f} and {x[bad].max():.2f} m."
+    )

@@ -27,6 +27,13 @@ from firstorder.space import Boxes, Primitive, Scene, irradiance, primitive, rec
 from firstorder.space.bounces._radiance_maps import RadianceMaps, face_layout
 
 TURN = 0.5  # of the plate [rad]
+# Centre and half sizes [m], turn [rad]: the plate, and others for scans.
+PLATES = {
+    "plate": ((0.45, 0.48, 0.29), (0.1, 0.125, 0.04), TURN),
+    "thin plate": ((0.55, 0.4, 0.25), (0.07, 0.15, 0.02), 0.9),
+    "high plate": ((0.4, 0.6, 0.5), (0.15, 0.12, 0.03), 0.3),
+    "small plate": ((0.6, 0.55, 0.2), (0.06, 0.07, 0.03), 0.7),
+}
 BLOCK = 1024  # places
 
 
@@ -38,7 +45,7 @@ class Shadow(NamedTuple):
 
 
 def soft(name: str) -> Scene:
-    """The scene: "plate", or "lamp" for nothing before the lamp."""
+    """The scene: one of the plates, or "lamp" for nothing before the lamp."""
     level = rectangle((0.5, 0.5, 0.0), (0.5, 0.0, 0.0), (0.0, 0.5, 0.0))
     return Scene.of(primitive(level, name="floor"), *_things(name))
 
@@ -46,10 +53,11 @@ def soft(name: str) -> Scene:
 def _things(name: str) -> list[Primitive]:
     lamp = rectangle((0.5, 0.5, 1.0), (0.0, 0.45, 0.0), (0.45, 0.0, 0.0))
     things = [primitive(lamp, name="light", emission=1.0)]
-    if name == "plate":
-        c, s = np.cos(TURN), np.sin(TURN)
+    if name in PLATES:
+        center, half, turn = PLATES[name]
+        c, s = np.cos(turn), np.sin(turn)
         frame = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-        plate = Boxes((0.45, 0.48, 0.29), frame * np.array([0.1, 0.125, 0.04]))
+        plate = Boxes(center, frame * np.array(half))
         things.append(primitive(plate, name="plate"))
     return things
 

@@ -65,6 +65,15 @@ def test_the_room_is_closed():
         np.testing.assert_allclose(sum(scene.length(i) for i in walls), 4.0, rtol=1e-13)
 
 
+def test_the_lamp_and_the_block_of_fig_15_are_where_they_are_put():
+    scene = scenes.fig15(lamp=(0.1, 0.9), low=(0.2, 0.3), high=(0.5, 0.7))
+    (lamp,) = scene.named("lamp")
+    block = np.asarray(scene.groups[0].start)[list(scene.named("block"))]
+    np.testing.assert_allclose(scene.length(lamp), 0.8, rtol=1e-13)
+    np.testing.assert_allclose(np.min(block, axis=0), (0.2, 0.3), rtol=1e-13)
+    np.testing.assert_allclose(np.max(block, axis=0), (0.5, 0.7), rtol=1e-13)
+
+
 def test_the_wall_of_fig_14_throws_no_shadow():
     s = np.linspace(0.01, 0.99, 8)
     white, black, none = (floor_irradiance(scenes.fig14(w), s) for w in ("white", "black", "none"))

@@ -161,20 +161,28 @@ def fig14(wall: str = "white") -> Scene:
     return Scene.of(*things)
 
 
-def fig15(albedo: ArrayLike = 0.5) -> Scene:
+def fig15(
+    albedo: ArrayLike = 0.5,
+    *,
+    lamp: tuple[float, float] = (0.4, 0.6),
+    low: tuple[float, float] = (0.35, 0.4),
+    high: tuple[float, float] = (0.65, 0.6),
+) -> Scene:
     """A closed room with a lamp in its ceiling and a block in its centre.
 
     The paper gives the albedo of all surfaces, 0.5. Open: every size, and the light. Here: the unit
-    square; the lamp is the ceiling from x = 0.4 to 0.6, of radiance 1; the block spans 0.35 to 0.65
-    across and 0.4 to 0.6 upward.
+    square; the lamp is a part of the ceiling, of radiance 1.
 
     Shapes: `floor`, `right`, two named `ceiling`, `lamp`, `left`, and four named `block`.
 
     Args:
         albedo: of every surface, the lamp's too, a number.
+        lamp: from where to where along the ceiling [m].
+        low: lower left corner of the block [m].
+        high: upper right corner of the block [m].
 
     Raises:
-        ValueError: if the albedo is not in [0, 1].
+        ValueError: if the albedo is not in [0, 1], or something has no length.
 
     Reference: J12 §6.3, Fig. 15.
 
@@ -184,15 +192,16 @@ def fig15(albedo: ArrayLike = 0.5) -> Scene:
         (6, 7, 8, 9)
     """
     floor, right, _, left = _room(albedo)
-    ceiling = Segments([(1.0, 1.0), (0.4, 1.0)], [(0.6, 1.0), (0.0, 1.0)])
-    lamp = Segments((0.6, 1.0), (0.4, 1.0))
+    left_end, right_end = lamp
+    ceiling = Segments([(1.0, 1.0), (left_end, 1.0)], [(right_end, 1.0), (0.0, 1.0)])
+    shining = Segments((right_end, 1.0), (left_end, 1.0))
     return Scene.of(
         floor,
         right,
         primitive(ceiling, name="ceiling", albedo=albedo),
-        primitive(lamp, name="lamp", albedo=albedo, emission=1.0),
+        primitive(shining, name="lamp", albedo=albedo, emission=1.0),
         left,
-        primitive(box((0.35, 0.4), (0.65, 0.6)), name="block", albedo=albedo),
+        primitive(box(low, high), name="block", albedo=albedo),
     )
 
 

@@ -1,0 +1,80 @@
+"""What figures of J12 scan: their light is that of the library, their errors are true."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from figures.j12 import occlusion_hessian
+from figures.j12.shared import rooms, walls
+from figures.j12.shared.caching import by_the_wall
+from figures.j12.shared.spread import geometric, ratio_of_means, share, spread
+from firstorder.flatland import irradiance, receiver
+from firstorder.flatland.bounces._panels import Discretization
+from firstorder.flatland.bounces.radiosity import solve_radiosity
+from firstorder.flatland.library import _scenes as scenes
+from firstorder.space import receiver as receiver_in_space
+from firstorder.space.estimators import hemisphere_strata, surface_area_estimate, trace_strata
+from firstorder.space.library import j12_box
+
+SHOWN = walls.Layout(0.8, 1.2, 1.0, 1.0)  # Fig. 14 itself
+
+
+@pytest.mark.parametrize("wall", walls.WALLS)
+def test_light_and_rays_of_a_layout_are_those_of_the_scene_of_fig_14(wall):
+    scene = scenes.fig14(wall)
+    (floor,) = scene.named("floor")
+    E = by_the_wall(scene) if wall == "white" else (lambda at: irradiance(scene, at))
+    s = jnp.array([0.02, 0.3, 0.8])
+    expected = jax.vmap(lambda s: E(receiver(scene, floor, s)))(s)
+    share_of_wall = 1.0 if wall == "white" else 0.0
+    found = walls._jet(SHOWN, share_of_wall, 2.0 * s)[0]
+    np.testing.assert_allclose(found, expected, rtol=1e-6)
+    t = walls._lengths(SHOWN, wall != "none", np.array([0.04]))
+    assert (np.min(t) < 0.05) == (wall != "none")  # the wall is 4 cm away
+
+
+def test_light_that_a_room_reflects_is_the_radiosity_solution():
+    scene = scenes.fig15()
+    coarse = Discretization(4, 1e-2)
+    solution, sent = solve_radiosity(scene, fineness=coarse), rooms._reflected(scene)
+    at = jax.vmap(lambda s: receiver(scene, rooms.FLOOR, s))(jnp.array([0.1, 0.3, 0.5]))
+    found = jax.vmap(lambda at: irradiance(scene, at, radiance=sent, nodes=rooms.NODES))(at)
+    np.testing.assert_allclose(found, jax.vmap(solution.irradiance)(at), rtol=5e-3)
+
+
+def test_random_rooms_hold_a_block_clear_of_the_walls_and_lamps_of_all_widths():
+    found = rooms.random_rooms(8, 3)
+    assert [room.width for room in found] == [*rooms.WIDTHS, *rooms.WIDTHS]
+    for room in found:
+        (lamp,) = room.scene.named("lamp")
+        np.testing.assert_allclose(room.scene.length(lamp), room.width, rtol=1e-6)
+        block = np.asarray(room.scene.groups[0].start)[list(room.scene.named("block"))]
+        assert np.min(block) > 0.05
+        assert np.max(block) < 0.95
+
+
+def test_the_hessian_whose_time_is_taken_is_that_of_the_surface_area_form():
+    at = receiver_in_space((0.4, 0.3, 0.0), on=0)
+    seen = trace_strata(j12_box(), at, where=hemisphere_strata(8, 24))
+    expected = surface_area_estimate(seen).translation().hessian[:2, :2]
+    np.testing.assert_allclose(occlusion_hessian._hessian(seen), expected, rtol=1e-4, atol=1e-5)
+
+
+def test_standard_errors_are_those_of_many_repetitions():
+    """Each error against the scatter of its mean over 4000 draws."""
+    rng = np.random.default_rng(5)
+    a = rng.normal(2.0, 0.3, (4000, 20))
+    b = a * rng.normal(0.5, 0.05, a.shape)
+    hits = rng.random(a.shape) < 0.7
+    for function, draws in (
+        (lambda i: spread(a[i]), "mean"),
+        (lambda i: ratio_of_means(b[i], a[i]), "ratio"),
+        (lambda i: geometric(b[i] / a[i]), "geometric"),
+        (lambda i: share(hits[i]), "share"),
+    ):
+        found = np.array([function(i) for i in range(len(a))])
+        np.testing.assert_allclose(
+            np.mean(found[:, 1]), np.std(found[:, 0]), rtol=0.06, err_msg=draws
+        )
+    assert share([True] * 10).error > 0.05  # ten of ten leave room for one in twenty
