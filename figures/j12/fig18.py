@@ -35,14 +35,15 @@ def draw(quick: bool) -> Drawing:
     figure, axes = plotting.panels(2, 4, 2.1, 2.5)
     light, asked = rooms.empty_case(Room(), *sizes["box"][:2])
     _show(axes[0], "box", asked, _orders(light, asked, sizes["box"][2]))
-    block, beside = rooms.blocked_case(Room(), 20 if quick else 100)
-    records = 60 if quick else 1000
+    block, beside = rooms.blocked_case(Room(), 20 if quick else 60)
+    records = 60 if quick else 400
     _show(axes[1], "box with a block", beside, _orders(block, beside, records))
     empty, blocked = [], []
     for room in some:
         light, asked = rooms.empty_case(room, *sizes["box"][:2])
         empty.append({str(k): o.mean for k, o in enumerate(_orders(light, asked, sizes["box"][2]))})
-        block, beside = rooms.blocked_case(room, 20 if quick else 100)
+    for room in rooms.rooms_with_block(len(some)):
+        block, beside = rooms.blocked_case(room, 20 if quick else 60)
         blocked.append(_by_region(beside, _orders(block, beside, records)))
     arrays = {f"box_{k}": np.array([here[k] for here in empty]) for k in empty[0]}
     arrays |= {f"block_{k}": np.array([here[k] for here in blocked]) for k in blocked[0]}

@@ -53,7 +53,8 @@ def draw(quick: bool) -> Drawing:
     counts = (64, 128) if quick else (64, 250, 1000, 4000)
     swept = [_errors(race(light, asked, _without_bound(light), n)) for n in counts]
     _draw_sweep(axes[0, 5], counts, swept)
-    empty, blocked = _scan_empty(some, quick), _scan_blocked(some, quick)
+    empty = _scan_empty(some, quick)
+    blocked = _scan_blocked(rooms.rooms_with_block(len(some)), quick)
     _draw_scan(axes[1, 5], empty, blocked)
     claims = [
         *_claims("box", empty, rooms.SCANNED),
@@ -119,7 +120,7 @@ def _clamped(light: Light, coarse: int = 48) -> np.ndarray:
 
 def _scan_blocked(some: list[Room], quick: bool) -> list[dict[str, float]]:
     """RMS errors by method in each room with its block, with and without the row at its foot."""
-    cells, records = (20, 60) if quick else (100, 1000)
+    cells, records = (20, 60) if quick else (60, 400)
     found = []
     for room in some:
         light, asked = rooms.blocked_case(room, cells)

@@ -28,7 +28,7 @@ METHODS = ("minimum", "harmonic", "radiometric", "geometric")
 
 
 def draw(quick: bool) -> Drawing:
-    cells, records = (40, 200) if quick else (200, 1000)
+    cells, records = (40, 200) if quick else (120, 1000)
     by = {a: rooms.blocked_case(Room(albedo=a), cells) for a in ALBEDOS}
     light, asked = by[0.01]
     here = rooms.race(light, asked, _methods(light), records)
@@ -60,9 +60,9 @@ def _radius(H: np.ndarray, tolerance: float) -> np.ndarray:
 
 def _scan(quick: bool) -> list[dict[str, float]]:
     """Errors with a block of the paper's albedo in rooms of random sizes."""
-    cells, records = (20, 60) if quick else (80, 700)
+    cells, records = (20, 60) if quick else (60, 400)
     found = []
-    for room in rooms.some_rooms(3 if quick else 20):
+    for room in rooms.rooms_with_block(3 if quick else 20):
         light, asked = rooms.blocked_case(room._replace(albedo=0.01), cells)
         outcomes = rooms.race(light, asked, _methods(light), records)
         found.append({m: o.mean for m, o in outcomes.items()})

@@ -90,7 +90,7 @@ def test_many_noisy_rays_have_the_light_and_the_hessians_for_their_mean(alone):
 
 
 def test_no_block_shades_the_wall_from_the_lamp():
-    for room in rooms.some_rooms(20):
+    for room in rooms.rooms_with_block(20):
         edge = room.across + room.lamp
         # The ray from the lamp's far edge to the wall's foot passes above the block's near face.
         assert room.block <= room.height * rooms.BLOCK[0, 0] / edge + 1e-12

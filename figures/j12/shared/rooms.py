@@ -394,18 +394,36 @@ def _read(room: Room, E, geometric, bound, harmonic, x: np.ndarray) -> Light:
 
 
 def some_rooms(count: int, seed: int = 5) -> list[Room]:
-    """Rooms of random sizes, in which the block nowhere shades the wall from the lamp."""
-    rng = np.random.default_rng(seed)
+    """Rooms of random sizes."""
     found = []
-    for lamp, across, height, block in rng.random((count, 4)):
-        lamp, across, height = 0.05 + 0.25 * lamp, 0.4 + 0.2 * across, 0.7 + 0.7 * height
+    for lamp, across, height, _ in _draws(count, seed):
+        found.append(Room(0.05 + 0.25 * lamp, 0.4 + 0.2 * across, 0.7 + 0.7 * height))
+    return found
+
+
+def rooms_with_block(count: int, seed: int = 5) -> list[Room]:
+    """Rooms with blocks of random sizes, all of whose sides the lamp lights.
+
+    So that no place is without light, where the radiometric Hessian has no radius (Fig. 20). The
+    block nowhere shades the left wall from the lamp.
+    """
+    found = []
+    for lamp, across, height, block in _draws(count, seed):
+        lamp, across, height = 0.2 + 0.15 * lamp, 0.45 + 0.05 * across, 0.7 + 0.7 * height
         highest = min(0.35, height * BLOCK[0, 0] / (across + lamp))
         found.append(Room(lamp, across, height, block=0.08 + (highest - 0.08) * block))
     return found
 
 
+def _draws(count: int, seed: int) -> np.ndarray:
+    """For each room what decides its lamp, the lamp's place, its height and its block."""
+    return np.random.default_rng(seed).random((count, 4))
+
+
 SCANNED = "lamps of 0.1 to 0.6 m from x = 0.4 to 0.6, heights of 0.7 to 1.4 m"
-SCANNED_BLOCK = f"{SCANNED}, blocks of 0.08 to 0.35 m"
+SCANNED_BLOCK = (
+    "lamps of 0.4 to 0.7 m from x = 0.45 to 0.5, heights of 0.7 to 1.4 m, blocks of 0.08 to 0.35 m"
+)
 
 
 def empty_case(room: Room, cells: int, judged: int) -> tuple[Light, Asked]:
