@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from figures.j12.shared.box import Case, case, exact, show_light, size
+from figures.j12.shared.box import Case, Size, case, exact, show_light, size
 from figures.j12.shared.rooms import Room, blocked_light, empty_light
 from figures.style import Drawing
 from figures.verdicts import Measurement
@@ -25,7 +25,7 @@ SCENES = {"j12_box": "box", "j12_occluder": "box with a block"}
 
 
 def draw(quick: bool) -> Drawing:
-    s = size(quick)
+    s = size(quick) if quick else Size(48, 100, 300, 1000, 3)
     figure, axes = plotting.panels(2, 3, 2.6, 2.4)
     claims, arrays = [], {}
     for row, (name, words) in enumerate(SCENES.items()):
@@ -43,7 +43,9 @@ def draw(quick: bool) -> Drawing:
         arrays |= {f"{name}_truth": c.image(c.truth), f"{name}_table": c.image(c.table.E)}
         finer = exact(c.maps, c.table.position[::7], 48, 32)
         claims += _claims(words, c, finer, _closed(name, c.table.position))
-    return Drawing(figure, arrays, claims, size=s.words(), seed=0)
+    return Drawing(
+        figure, arrays, claims, size=f"{s.pixels}^2 places, {s.rows * s.columns} rays", seed=0
+    )
 
 
 def _closed(name: str, x: np.ndarray) -> np.ndarray:

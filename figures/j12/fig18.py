@@ -18,7 +18,7 @@ import numpy as np
 
 from figures.j12.shared import rooms
 from figures.j12.shared.caching import Asked, Outcome, answered
-from figures.j12.shared.rooms import BLOCK, Light, Room, factor
+from figures.j12.shared.rooms import BLOCK, Light, Room, factor, image
 from figures.style import Drawing
 from figures.verdicts import Statement, at_least
 from firstorder import plotting
@@ -152,13 +152,14 @@ def _claims(empty, blocked) -> list[Statement]:
 
 
 def _show(axes, words: str, asked: Asked, found: list[Outcome]) -> None:
-    axes[0].scatter(*asked.x.T, c=asked.truth, s=2.0, marker="s", cmap="magma", vmin=0.0)
+    how = {"extent": (0, 1, 0, 1), "interpolation": "nearest"}
+    axes[0].imshow(image(asked.x, asked.truth), cmap="magma", vmin=0.0, **how)
     axes[0].set_title(words, fontsize=8)
     axes[0].set_xlabel(f"max {np.max(asked.truth):.3g} W/m²", fontsize=7.5)
     most = 3.0 * found[1].mean
     for k, outcome in enumerate(found):
         ax, miss = axes[k + 1], outcome.values[0] - asked.truth
-        ax.scatter(*asked.x.T, c=miss, s=2.0, marker="s", cmap="RdBu_r", vmin=-most, vmax=most)
+        ax.imshow(image(asked.x, miss), cmap="RdBu_r", vmin=-most, vmax=most, **how)
         ax.set_title(ORDERS[k], fontsize=8)
         ax.set_xlabel(f"RMS {outcome.mean:.2e} W/m²", fontsize=7.5)
         if k == 0:

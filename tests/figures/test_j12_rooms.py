@@ -2,7 +2,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from figures.j12 import fig21
+from figures.j12 import fig18, fig21
 from figures.j12.shared import box, rooms
 from figures.j12.shared.rooms import Room
 from firstorder.caching.candidate_tables import gather_directions, tabulate_candidates
@@ -94,3 +94,21 @@ def test_no_block_shades_the_wall_from_the_lamp():
         edge = room.across + room.lamp
         # The ray from the lamp's far edge to the wall's foot passes above the block's near face.
         assert room.block <= room.height * rooms.BLOCK[0, 0] / edge + 1e-12
+
+
+def test_an_image_has_rows_along_y_and_nothing_under_the_block():
+    x = rooms.middles(20)
+    x = x[rooms.is_open(x)]
+    found = rooms.image(x, x[:, 0] + 10.0 * x[:, 1])
+    assert found.shape == (20, 20)
+    assert found[0, 1] == pytest.approx(0.075 + 0.25)
+    assert np.isnan(found[7:13, 7:11]).all()
+    assert np.isnan(found).sum() == 24
+
+
+def test_regions_hidden_by_the_block_are_those_whose_light_it_changes():
+    x = rooms.middles(20)
+    x = x[rooms.is_open(x)]
+    room = Room(albedo=0.0)
+    lost = rooms.blocked_light(room, x).E < rooms.empty_light(room, 40)(x).E * (1.0 - 1e-3)
+    assert np.array_equal(fig18._hidden(x), lost)

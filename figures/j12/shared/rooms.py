@@ -454,9 +454,9 @@ def factor(found: list[dict[str, float]], one: str, other: str) -> Ratio:
     return of_rounds([(here[one], here[other]) for here in found])
 
 
-def image(light: Light, cells: int, values) -> np.ndarray:
-    """Numbers at places as an image of the floor, NaN under the block."""
-    found = np.full((cells, cells), np.nan)
-    i, j = (np.floor(light.position * cells).astype(int)).T
+def image(x: np.ndarray, values) -> np.ndarray:
+    """Numbers at places in the middles of equal cells as an image, NaN under the block."""
+    (columns, i), (rows, j) = (np.unique(a, return_inverse=True) for a in np.round(x.T, 12))
+    found = np.full((len(rows), len(columns)), np.nan)
     found[j, i] = values
     return found
