@@ -33,6 +33,7 @@ from firstorder.plotting.style import COLOURS
 
 RECORDS = (64, 256, 1024)
 ECCENTRIC = (2.0, 4.0)
+BOTH = "geometric circles", "geometric ellipses"
 
 
 def draw(quick: bool) -> Drawing:
@@ -55,7 +56,9 @@ def draw(quick: bool) -> Drawing:
         light, asked = rooms.empty_case(room, cells, judged)
         unlike.append(_anisotropy(light.geometric))
         for n in counts:
-            outcomes = rooms.race(light, asked, _methods(light), n)
+            methods = _methods(light)
+            wanted = methods if n == paper else {m: methods[m] for m in BOTH}
+            outcomes = rooms.race(light, asked, wanted, n)
             every[n].append({m: o.mean for m, o in outcomes.items()})
     _draw_gain(axes[0, 4], every, unlike)
     _reaches(axes[1, 4], found["gradient ellipses of 2"].cache(0))
