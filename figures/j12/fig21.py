@@ -9,10 +9,11 @@ own noise.
 
 Where none of the 16 rays meets light the radiometric Hessian is zero and its radius infinite, at
 any tolerance: the first such record ends the cache. The geometric one is infinite only where all
-rays miss everything, one place in ten thousand; these are left out where records are compared. Radii come
-out smaller than the exact ones beside the walls: one close hit decides there, and nothing cancels
-it. Records crowd along both walls, which no light asks for at the black one; beside the bright one
-it suits the light, and exact records at these places err less than at those of exact radii.
+rays miss everything, one place in ten thousand; these are left out where records are compared.
+Radii come out smaller than the exact ones beside the walls: one close hit decides there, and
+nothing cancels it. Records crowd along both walls, which no light asks for at the black one; beside
+the bright one it suits the light, and exact records at these places err less than at those of exact
+radii.
 """
 
 from __future__ import annotations

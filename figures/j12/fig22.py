@@ -11,8 +11,8 @@ shortened along the gradient by a factor that the user sets for all.
 Forty per cent are not found in any room. What ellipses gain depends on how unlike the eigenvalues
 of the geometric Hessian are, and on this floor they are alike nearly everywhere: it is the
 floor between two walls that fixes them, not the light, so that no lamp changes it. The ellipses of
-the radiometric Hessian are long, and lose: where one eigenvalue crosses zero the ellipse reaches
-far along it, to where that Hessian no longer holds.
+the radiometric Hessian are longer and gain some in the mean of the rooms, not in the one shown:
+where one eigenvalue crosses zero they reach far along it, to where that Hessian no longer holds.
 """
 
 from __future__ import annotations
