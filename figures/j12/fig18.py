@@ -8,8 +8,7 @@ limits.
 
 With exact records second order errs less by more than the paper's factor of 2 in the empty box.
 Beside the block it gains less, as the paper has it, and mostly where the whole wall is seen. In the
-penumbra a quadric that does not know the edge of the shadow is no better than a plane, and by its
-larger reach may be worse.
+penumbra a quadric that does not know the edge of the shadow gains little over a plane.
 """
 
 from __future__ import annotations
