@@ -4,7 +4,7 @@ The paper gives albedos (0.5 on the left, 0 on the right) and no size: sizes are
 `space.library._scenes.j12_box` and `j12_occluder`, the block's albedo is 0.5. The floor is black
 and one reflection is followed, so that the light on walls and block is known in closed form, and
 that on the floor by quadrature cut at every edge: once from maps of what surfaces send
-(`shared.box`), once from the closed form (`shared.exact_box`, which the figures after this one use).
+(`shared.box`), once from the closed form (`shared.exact_box`, which later figures use).
 Beside it stands what 30,000 stratified rays from every cell find, the number that the paper
 uses: their difference is the noise below which no cache of such records can be judged.
 """

@@ -17,7 +17,7 @@ import numpy as np
 
 from figures.j12.shared import exact_box
 from figures.j12.shared.caching import Asked, Outcome, answered
-from figures.j12.shared.exact_box import BLOCK, Light, Room, factor, image
+from figures.j12.shared.exact_box import BLOCK, Light, Room, factor, image, race
 from figures.style import Drawing
 from figures.verdicts import Statement, at_least
 from firstorder import plotting
@@ -52,9 +52,7 @@ def draw(quick: bool) -> Drawing:
 
 def _orders(light: Light, asked: Asked, records: int) -> list[Outcome]:
     """The same records, expanded to order 0, 1 and 2."""
-    first = exact_box.race(light, asked, {"minimum": light.metrics()["minimum"]}, records)[
-        "minimum"
-    ]
+    first = race(light, asked, {"minimum": light.metrics()["minimum"]}, records)["minimum"]
     return [answered(first.candidates, first.fit, asked, order=k) for k in (0, 1, 2)]
 
 

@@ -2,8 +2,8 @@
 
 Sizes of the box are not printed: above is the library's, and all is scanned over 20 rooms with
 lamp, walls and block of random sizes. Records hold the exact light and its exact gradient (no ray
-is cast, `shared.exact_box`), radii have no lower limit and none above but the floor itself; candidates
-are the middles of equal cells. The block's faces lie on borders of cells.
+is cast, `shared.exact_box`), radii have no lower limit and none above but the floor itself;
+candidates are the middles of equal cells. The block's faces lie on borders of cells.
 
 In the empty box the paper's 2 to 20 times is found, and on small cells more: without a lower limit
 split spheres spend what they have along the two walls, ever more of it the smaller the cells are

@@ -1,8 +1,8 @@
 """J12 Fig. 20: where a block is nearly black, the radiometric Hessian sees nothing to sample.
 
 The box with the block of albedo 0.01 (the paper's), 0.001 and 0; above are the library's sizes, and
-errors are scanned over 20 rooms. Records hold the exact light (`shared.exact_box`), first order, and no
-radius has a limit but the floor.
+errors are scanned over 20 rooms. Records hold the exact light (`shared.exact_box`), first order,
+and no radius has a limit but the floor.
 
 Behind the block no light of the wall arrives, only the block's own. There the Hessian is as small
 as the albedo, and radii go as its power -1/4: at 0.01 the longest radiometric radius is no more

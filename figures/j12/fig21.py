@@ -2,8 +2,8 @@
 
 The library's box. Each place casts 4 x 4 stratified rays of its own and multiplies what each sees
 by a uniform number in [0, 2], as in the paper; 20 seeds. The places of about a thousand records are
-judged by what noise leaves of the radii (their scatter against the exact ones, `shared.exact_box`), by
-where the records go (their density against that of exact radii, on a grid of 8 x 8), and by
+judged by what noise leaves of the radii (their scatter against the exact ones,
+`shared.exact_box`), by where the records go (their density against that of exact radii, on a grid of 8 x 8), and by
 the error that exact records at these places make, since the noisy values themselves err by their
 own noise.
 
@@ -22,7 +22,7 @@ import numpy as np
 
 from figures.j12.shared import exact_box
 from figures.j12.shared.caching import Asked, Outcome, pointwise
-from figures.j12.shared.exact_box import FREE, Light, Room, lit
+from figures.j12.shared.exact_box import FREE, Light, Room, lit, race
 from figures.style import Drawing
 from figures.verdicts import Measurement, Statement, at_least, at_most
 from firstorder import plotting
@@ -37,7 +37,7 @@ RAYS = 4, 4
 def draw(quick: bool) -> Drawing:
     cells, judged, records, seeds = (40, 20, 110, 3) if quick else (128, 64, 1000, 20)
     light, asked = exact_box.empty_case(Room(), cells, judged)
-    clean = exact_box.race(light, asked, light.metrics(), records)
+    clean = race(light, asked, light.metrics(), records)
     runs = [_run(light, asked, clean, records, seed) for seed in range(21, 21 + seeds)]
     figure, axes = plotting.panels(1, 5, 2.1, 2.3)
     _draw(axes[0], light, clean, *_last(light, asked, records))
@@ -89,7 +89,7 @@ def _records(light: Light, asked: Asked, H: np.ndarray, records: int) -> Outcome
     """Exact records at places by a Hessian; those without a radius are left out."""
     there = ~_infinite(H)
     held = Light(*(a[there] for a in light))
-    return exact_box.race(held, asked, {"x": pointwise(H[there], FREE)}, records)["x"]
+    return race(held, asked, {"x": pointwise(H[there], FREE)}, records)["x"]
 
 
 def _last(light: Light, asked: Asked, records: int):
@@ -125,9 +125,7 @@ def _run(light: Light, asked: Asked, clean, records: int, seed: int) -> dict[str
 def _spoiled(light: Light, asked: Asked, H: np.ndarray, records: int) -> float:
     """1 if no cache of so many records is found, or one of them reaches everywhere; else 0."""
     try:
-        chosen = exact_box.race(light, asked, {"x": pointwise(H, FREE)}, records)["x"].fit.records[
-            0
-        ]
+        chosen = race(light, asked, {"x": pointwise(H, FREE)}, records)["x"].fit.records[0]
     except ValueError:
         return 1.0
     return float(np.any(chosen & _infinite(H)))
