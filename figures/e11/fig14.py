@@ -8,7 +8,7 @@ of its own, drawn anew, for stratified rays too. The scenes are those of Figs. 9
 degrees a frame, one either way.
 
 The paper's images are of some 1,000 x 1,000 pixels. Ours are closeups of 96 x 96 of 1,024 x 1,024
-pixels; the ground up to 48 pixels beside them traces shared rays, too. Every sixth pixel both ways
+pixels; the ground up to 32 pixels beside them traces shared rays, too. Every sixth pixel both ways
 is judged, and every second one drawn. Light band limits and cells of the lamp are those of
 `methods` for 16 times the rays, since a pixel of 256 x 256 holds 16 of these; pixels among blockers
 have 64 rays of their own.
@@ -33,7 +33,7 @@ from figures.verdicts import Measurement, Statement, at_least, at_most
 from firstorder import plotting
 
 FRAMES, QUICK_FRAMES = 21, 4
-CLOSEUP, EDGE, QUICK_CLOSEUP, QUICK_EDGE = 96, 48, 24, 8  # pixels, and pixels around them
+CLOSEUP, EDGE, QUICK_CLOSEUP, QUICK_EDGE = 96, 32, 24, 8  # pixels, and pixels around them
 JUDGED, DRAWN = 6, 2  # every so manieth pixel, both ways
 RAYS, QUICK_RAYS = 2048, 256
 CORNERS = {"grids": (0.66, 0.26), "trees": (0.55, 0.45)}  # of closeups, in widths of the image

@@ -255,7 +255,7 @@ def equal_stratified(plain: Stratified, some: Repeated, where: np.ndarray) -> tu
 
 
 def speedup(
-    scene: space.Scene, equal: tuple[float, float], rays: float, band: float, rounds: int = 5
+    scene: space.Scene, equal: tuple[float, float], rays: float, band: float, rounds: int = 4
 ) -> timing.Ratio:
     """Time of `equal` stratified rays a pixel of the ground over that of shared ones.
 
