@@ -10,18 +10,18 @@ the lamp are 4 x 4 up to 4 rays for each of those, 8 x 8 to 16, 16 x 16 above: w
 for all figures. Pixels of the ground among blockers get 64 rays besides; they are counted.
 
 The plant is shown at 256 x 256. Its "spotting" is what differs between 20 seeds, judged on every
-eighth pixel both ways: the error without what all of them have in common.
+eighth pixel both ways: the error without what all of them have in common, at the same band limit
+for few rays and for more.
 
 The last panel has all methods against their budget, on the grids at 256 x 256 pixels, against 2,048
 stratified rays. A filter of the same size on the ground holds a sixteenth of the closeup's rays, so
-that errors are larger there, and largest in the pixels at the grids' feet, where it is as narrow as
-a pixel. Sheared filtering is judged with its band limit held too: what it cuts off stays, however
-many rays there are. Here that is little, for to 16 rays the lamp's extent and not the limit decides
-the width. What holds the error up is taken apart in `e11_floors`, on another scene. The
-axis-aligned filter converges as its width shrinks. Photons take k ~ N^(2/3), which is best where
-light is smooth and would give N^(-1/3); here the ends of penumbrae are in view, where N^(-1/4) is
-the best to be had for many photons. Wavelets take no fewer than two samples a pixel. The
-reference's own error is continued from the stratified rays' slope and drawn as a line.
+that errors are larger there, and largest in the pixels at the grids' feet, which the closeup does
+not show: there the filter is as narrow as a pixel. What holds the error up is taken apart in
+`e11_floors`, on another scene. The axis-aligned filter converges as its width shrinks. Photons take
+k ~ N^(2/3), which is best where light is smooth and would give N^(-1/3); here the ends of penumbrae
+are in view, where N^(-1/4) is the best to be had for many photons. Wavelets take no fewer than two
+samples a pixel. The reference's own error is continued from the stratified rays' slope and drawn as
+a line.
 """
 
 from __future__ import annotations
@@ -162,9 +162,8 @@ def _dense(quick: bool) -> Dense:
 def _spots(scene, true, quick: bool) -> tuple[np.ndarray, np.ndarray]:
     """Of the plant, at 0.25 rays and at 1, what differs between seeds."""
     where, image = scene.every(4 if quick else 8), scene.picture(true)
-    band = methods.BAND
     runs = [
-        compared.repeated(scene, image, n, band * n**methods.GROWTH, 3 if quick else 20, where,
+        compared.repeated(scene, image, n, methods.BAND, 3 if quick else 20, where,
                           own=(methods.OWN, 0))
         for n in (0.25, 1)
     ]  # fmt: skip
@@ -273,8 +272,7 @@ def _statements(dense: Dense, spots) -> list[Statement | Measurement]:
             "times",
             removed[1],
             f"{len(spots[0])} seeds",
-            "Four times the rays leave half of the noise at the same filter; the band limit that "
-            "grows with the rays makes filters narrower besides, and leaves more than half.",
+            "Four times the rays in the same filter leave half of the noise of independent rays.",
         ),
         Measurement("Noise of the plant at 0.25 rays", *_percent(100.0 * spots[0])),
         Measurement("RMS error at 1 ray in the closeup, grids", *_percent(100.0 * one[0])),
