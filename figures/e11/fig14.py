@@ -8,10 +8,10 @@ of its own, drawn anew, for stratified rays too. The scenes are those of Figs. 9
 degrees a frame, one either way.
 
 The paper's images are of some 1,000 x 1,000 pixels. Ours are closeups of 96 x 96 of 1,024 x 1,024
-pixels; the ground up to 32 pixels beside them traces shared rays, too. Every sixth pixel both ways
-is judged, and every second one drawn. Light band limits and cells of the lamp are those of
-`methods` for 16 times the rays, since a pixel of 256 x 256 holds 16 of these; pixels among blockers
-have 64 rays of their own.
+pixels, those with most penumbra in the middle frame; the ground up to 32 pixels beside them traces
+shared rays, too. Every sixth pixel both ways is judged, and every second one drawn. Light band
+limits and cells of the lamp are those of `methods` for 16 times the rays, since a pixel of 256 x
+256 holds 16 of these; pixels among blockers have 64 rays of their own.
 
 What flicker is visible? The paper says that 2,048 stratified rays a pixel leave a small amount of
 noise which is still visible in the animation. So that flicker is the threshold: what flickers more
@@ -22,11 +22,12 @@ either are free of the references' noise.
 
 from __future__ import annotations
 
+import functools
 from typing import NamedTuple
 
 import numpy as np
 
-from figures.e11.shared import methods, space
+from figures.e11.shared import limits, methods, space
 from figures.e11.shared.measures import spread
 from figures.style import Drawing
 from figures.verdicts import Measurement, Statement, at_least, at_most
@@ -36,7 +37,7 @@ FRAMES, QUICK_FRAMES = 21, 4
 CLOSEUP, EDGE, QUICK_CLOSEUP, QUICK_EDGE = 96, 32, 24, 8  # pixels, and pixels around them
 JUDGED, DRAWN = 6, 2  # every so manieth pixel, both ways
 RAYS, QUICK_RAYS = 2048, 256
-CORNERS = {"grids": (0.66, 0.26), "trees": (0.55, 0.45)}  # of closeups, in widths of the image
+COARSE = 64  # pixels of the view in which closeups are found
 BUDGETS = {"grids": (0.3, 3.0), "trees": (3.0, 10.0)}
 SHOWN = {"grids": 3.0, "trees": 10.0}  # as the paper's stills
 STRATIFIED = "2,048 stratified"
@@ -46,12 +47,25 @@ def frame(name: str, k: int, quick: bool) -> space.Scene:
     """One frame of an animation, in a closeup."""
     side = 4 * space.QUICK_SIDE if quick else space.PAPER_SIDE
     size, edge = (QUICK_CLOSEUP, QUICK_EDGE) if quick else (CLOSEUP, EDGE)
-    i, j = (round(c * side) - edge for c in CORNERS[name])
-    window = (i, j, size + 2 * edge)
+    i, j = (round(c * side) - edge for c in _corner(name, quick))
+    return _scene(name, k, side, quick, (i, j, size + 2 * edge))
+
+
+def _scene(name: str, k: int, side: int, quick: bool, window=None) -> space.Scene:
     if name == "grids":
         return space.grids(side, 0.6 - 0.5 * k / (FRAMES - 1), window)
     leaves = 1500 if quick else 20_000
     return space.trees(side, angle=np.deg2rad(2.0 * k), leaves=leaves, window=window)
+
+
+@functools.cache
+def _corner(name: str, quick: bool) -> tuple[float, float]:
+    """Where the closeup is, in widths of the image: most penumbra, in the middle of the frames."""
+    scene = _scene(name, FRAMES // 2, COARSE, quick)
+    seen = scene.picture(space.own_rays(scene, scene.floor, 64, 5), scene.floor)
+    size = round(COARSE * (CLOSEUP / space.PAPER_SIDE))
+    i, j = limits.window(seen, size)
+    return i.start / COARSE, j.start / COARSE
 
 
 class Flicker(NamedTuple):
