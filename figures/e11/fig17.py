@@ -11,10 +11,10 @@ in them; what counts is the error at pixels beside which the filter's width jump
 
 Below: errors as rays are added, at a fixed band limit, at the automatic one, and by the pixels' own
 stratified rays, with what the reference itself may be off by. What does not fall with the shared
-rays, and is drawn: where the ground lies among the blockers, the pixel's own 16 rays stay 16; the
-reference has noise of its own; and what a low limit blurs stays blurred. The high limit has none of
-that bias and is noisier for as long as rays are few. That frusta of pixels do not know what filters
-look at beside them is shown in `e11_floors`.
+rays, and is drawn: where the ground lies among the blockers, which it does not in this window, the
+pixel's own 16 rays stay 16; the reference has noise of its own; and what a low limit blurs stays
+blurred. The high limit has none of that bias and is noisier for as long as rays are few. That
+frusta of pixels do not know what filters look at beside them is shown in `e11_floors`.
 """
 
 from __future__ import annotations
