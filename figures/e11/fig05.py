@@ -5,7 +5,10 @@ The paper gives no numbers. Ours: d1 = 1 m, blockers between 0.25 and 0.5 m belo
 on their own planes. (a) the filter that takes all that can be displayed; (b) the sheared one; (c)
 the replicas of the wedge at the rates that Appendix B prints, where they cut the filter's
 corners; (d) at the corrected rate along the light, `Omega_y_max b (1/a - 1/b)`: (18) has a in
-place of b, and the claims that it is enough do not hold for that reason.
+place of b, and that it is enough does not hold for that reason.
+
+All is asked of many lay-outs: depths, light and pixels at random, the wedge below the light's band
+limit being no wider than what pixels show, and blockers of at least the light's band limit.
 """
 
 from __future__ import annotations
@@ -13,13 +16,13 @@ from __future__ import annotations
 import numpy as np
 
 from figures.e11.shared import scenes as e11
-from figures.style import Claim, Drawing
+from figures.style import Drawing
+from figures.verdicts import OURS, Measurement, Statement, at_least, at_most
 from firstorder import plotting
 from firstorder.shadowfield import (
     SamplingRates,
     Wedge,
     axis_aligned_filter,
-    light_rate,
     light_rate_of_endless_wedge,
     receiver_rate,
     replicas_overlap,
@@ -30,6 +33,7 @@ from firstorder.shadowfield import (
 )
 
 D1, DEPTHS, HIGH, PIX, BAND = 1.0, (0.25, 0.5), 2.0, 16.0, 24.0
+LAYOUTS = 40
 
 
 def draw(quick: bool) -> Drawing:
@@ -53,7 +57,7 @@ def draw(quick: bool) -> Drawing:
         _frame(ax, title, 3.2, 5.2)
     arrays = {"sheared": k.corners(), "simple": box.corners(), "wedge": corners}
     arrays |= {"rates_printed": [printed.x, printed.y], "rates": [right.x, right.y]}
-    claims = _claims(k, box, corners, printed, right)
+    claims = _claims(k, right, printed)
     return Drawing(figure, arrays, claims, size="closed form")
 
 
@@ -72,30 +76,64 @@ def _frame(ax, title, x, y) -> None:
     ax.set_ylabel(plotting.label("Omega_y"))
 
 
-def _claims(k, box, corners, printed, right) -> list[Claim]:
-    t = np.linspace(-1.0, 1.0, 201) * 0.999999 * HIGH
-    slopes = [1.0 / (D1 / d - 1.0) for d in np.linspace(*DEPTHS, 41)]
-    missed = 1.0 - np.mean([np.asarray(k.contains(s * t, t)) for s in slopes])
-    ratio = float(box.area / k.area)
-    plain = sampling_rates(box, corners)
-    counts = [float(r.x * r.y) for r in (right, plain)]
-    shown = replicas_overlap(k, corners, printed, 8), replicas_overlap(k, corners, right, 8)
-    endless = float(light_rate_of_endless_wedge(D1, *DEPTHS, HIGH))
+def _claims(k, right, printed) -> list[Statement | Measurement]:
+    found = np.array([_layout(seed) for seed in range(LAYOUTS)])
+    missed, area, rays, kept, kept_right, rate = found.T
+    scanned = f"{LAYOUTS} lay-outs at random: depths, band limits, pixels"
     return [
-        Claim("wedge below the light's band limit that the sheared filter misses", 0.0, missed,
-              "share", missed == 0.0),
-        Claim("area of the simple filter over that of the sheared one", "more than 1", ratio, "",
-              ratio > 1.0),
-        Claim("rays per square metre, sheared filter over simple", "less than 1",
-              counts[0] / counts[1], "", counts[0] < counts[1]),
-        Claim("rays under the sheared filter at these rates", None,
-              float(samples_per_receiver(k, right)), "rays"),
-        Claim("at the printed rates (17), (18) replicas stay off the filter", "they do",
-              "they overlap" if shown[0] else "they do", "", not shown[0]),
-        Claim("at the corrected rate along the light they do", None,
-              "they overlap" if shown[1] else "they do", "", not shown[1]),
-        Claim("rate along the light (18)", float(printed.y), float(light_rate(k, corners)),
-              "1/m", abs(float(light_rate(k, corners)) / float(printed.y) - 1.0) < 1e-9),
-        Claim("... and if the blockers had no band limit", float(printed.y), endless, "1/m",
-              abs(endless / float(printed.y) - 1.0) < 1e-9),
+        Statement("The sheared filter covers the frequencies that the simple one does: largest "
+                  "share of a wedge below the light's band limit that it misses", "the same",
+                  missed.max(), at_most(0.0, "'covers the same nonzero frequencies'"),
+                  "E11 Fig. 5", "share", scanned=scanned),
+        Statement("It is compact: least area of the simple filter over that of the sheared one",
+                  "compact", area.min(), at_least(1.0, "'compactly covers'"), "E11 Fig. 5",
+                  "times", scanned=scanned),
+        Statement("It enables sparser sampling: largest ratio of rays per square metre, sheared "
+                  "over simple, at the least rates that keep replicas apart", "much sparser",
+                  rays.max(), at_most(1.0, "'sparser'"), "E11 §4, App. B", "times",
+                  scanned=scanned),
+        Statement("At the rates (17) and (18) replicas stay off the filter: share of lay-outs",
+                  "prevent overlap", kept.mean(), at_least(1.0, "in each lay-out"),
+                  "E11 (17), (18)", scanned=scanned,
+                  reason="(18) has d1 / d2_max - 1 where d1 / d2_min - 1 belongs. The "
+                  "printed rate is "
+                         "enough only where blockers have hardly more frequencies than the light."),
+        Statement("At the corrected rate along the light they do: share of lay-outs", None,
+                  kept_right.mean(), at_least(1.0, "in each lay-out"), OURS, scanned=scanned),
+        Statement("The rate (18) is the least that keeps replicas apart, for blockers without a "
+                  "band limit: largest ratio of (18) to that rate", 1.0, rate.max(),
+                  at_least(1.0, "'the lowest possible rate', of which (18) knows no band limit"),
+                  "E11 (18)", "times", scanned=scanned,
+                  reason="The ratio is (d1 / d2_max - 1) over (d1 / d2_min - 1): below 1 for any "
+                         "two depths that differ."),
+        Measurement("Rays under the sheared filter at the rates that are shown",
+                    float(samples_per_receiver(k, right)), "rays"),
+        Measurement("Rate along the light by (18) over the corrected one, as shown",
+                    float(printed.y) / float(right.y), "times"),
     ]  # fmt: skip
+
+
+def _layout(seed: int) -> list[float]:
+    """Of a lay-out: share missed, ratio of areas and of rays, whether replicas stay off, rates."""
+    rng = np.random.default_rng(seed)
+    near, far = np.sort(rng.uniform(0.1, 0.8, 2) * D1)
+    far = max(far, 1.05 * near)
+    a, b = D1 / far - 1.0, D1 / near - 1.0
+    high = rng.uniform(1.0, 8.0)
+    pixels = high / a * rng.uniform(1.0, 8.0)
+    k, box = sheared_filter(D1, near, far, high, pixels), axis_aligned_filter(high, pixels)
+    # Its own plane is seen magnified: on the receiver the wedge is no wider than what is shown.
+    corners = np.asarray(wedge_corners(D1, near, far, max(rng.uniform(0.5, 1.5) * pixels, high)))
+    right, plain = sampling_rates(k, corners), sampling_rates(box, corners)
+    printed = SamplingRates(receiver_rate(k, corners), high * a * (1.0 / a - 1.0 / b))
+    t = np.linspace(-1.0, 1.0, 201) * 0.999999 * high
+    slopes = [1.0 / (D1 / d - 1.0) for d in np.linspace(near, far, 41)]
+    missed = 1.0 - np.mean([np.asarray(k.contains(s * t, t)) for s in slopes])
+    return [
+        float(missed),
+        float(box.area / k.area),
+        float(right.x * right.y) / float(plain.x * plain.y),
+        not replicas_overlap(k, corners, printed, 8),
+        not replicas_overlap(k, corners, right, 8),
+        float(printed.y) / float(light_rate_of_endless_wedge(D1, near, far, high)),
+    ]

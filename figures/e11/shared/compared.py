@@ -11,13 +11,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from figures import timing
 from figures.e11.shared import space
-from figures.e11.shared.measures import EqualRays, Errors, effective, equal_rays, errors
-from figures.style import Claim
+from figures.e11.shared.measures import EqualRays, Errors, effective, equal_rays, errors, spread
+from figures.verdicts import Measurement
 from firstorder.shadowfield.rendering._filter_shape import filter_shape
 from firstorder.shadowfield.rendering.depth_bounds import blocker_depths
 from firstorder.shadowfield.rendering.ray_table import RayTable, trace_shadow_rays
-from firstorder.shadowfield.rendering.sheared_filter import sheared_shadow
+from firstorder.shadowfield.rendering.sheared_filter import depths_under_filter, sheared_shadow
 
 COUNTS = (1, 4, 16, 64, 256)  # stratified rays of the curve
 PAPER_RAYS = 637_000  # in the table of the paper's Fig. 1
@@ -32,8 +33,7 @@ class Shared(NamedTuple):
         near, far: bounds of the blockers' depths [m].
         own: share of own rays in the result.
         table: the shared rays.
-        rays: of all kinds, for each pixel that shows something.
-        floor_rays: the same, of the ground's pixels alone.
+        floor_rays: of all kinds, for each pixel of the ground.
         tracing, filtering: processor time [s].
     """
 
@@ -43,7 +43,6 @@ class Shared(NamedTuple):
     far: np.ndarray
     own: np.ndarray
     table: RayTable
-    rays: float
     floor_rays: float
     tracing: float
     filtering: float
@@ -57,6 +56,8 @@ def shared(
     seed: int = 0,
     radius: int = 0,
     cells: int = 4,
+    judged: np.ndarray | None = None,
+    under: bool = False,
 ) -> Shared:
     """Shadows from few rays that all pixels of the ground share, as E11 §6.2 has it.
 
@@ -72,20 +73,27 @@ def shared(
         seed: of the random numbers.
         radius: over which bounds are smoothed [pixels]; 0 for not.
         cells: along each edge of the lamp.
+        judged: mask of the pixels of the ground that are answered, all by default; where it is
+            given no object is.
+        under: whether bounds are those under the filter (`depths_under_filter`), ours, in place of
+            those of the pixel.
     """
-    floor, lamp = scene.floor, scene.lamp
+    lamp, floor = scene.lamp, scene.floor if judged is None else scene.floor & judged
     points, extent = scene.receivers[floor], float(np.max(lamp.half))
     Omega_y = 0.5 * band / extent
     clock = [time.process_time()]
-    table, _ = trace_shadow_rays(lamp, points, rays, scene.blockers, seed)
+    table, _ = trace_shadow_rays(lamp, scene.receivers[scene.floor], rays, scene.blockers, seed)
     clock.append(time.process_time())
-    near, far = blocker_depths(lamp, table, points, scene.pixel)
+    if under:
+        near, far = depths_under_filter(lamp, table, points, Omega_y, scene.pixel)
+    else:
+        near, far = blocker_depths(lamp, table, points, scene.pixel)
     if radius:
         near, far = space.smoothed_bounds(scene, floor, (near, far), radius)
     shape = filter_shape(lamp.local(points)[:, 2], near, far, Omega_y, scene.pixel, extent)
     clock.append(time.process_time())
     by_own = np.full(scene.side**2, np.nan)
-    objects = scene.shown & ~floor
+    objects = scene.shown & ~scene.floor & (judged is None)
     among = np.flatnonzero(floor)[shape.touched > 0.0]
     by_own[among] = space.own_rays(scene, among, own[0], [seed, 1])
     if own[1]:
@@ -102,14 +110,13 @@ def shared(
     visible = by_own.copy()
     visible[floor] = np.where(found.own == 1.0, by_own[floor], found.visible)
     spent = np.diff(clock)
-    count = len(table.near) + (len(among) + len(none)) * own[0] + objects.sum() * own[1]
+    own_ones = (len(among) + len(none)) * own[0]
     images = (found.samples, found.near, found.far, found.own)
     return Shared(
         scene.picture(visible),
         *(scene.picture(a, floor) for a in images),
         table,
-        float(count / scene.shown.sum()),
-        float(len(table.near) + (len(among) + len(none)) * own[0]) / floor.sum(),
+        float(len(table.near) / scene.floor.sum() + own_ones / floor.sum()),
         float(spent[0] + spent[2] + spent[4]),
         float(spent[1] + spent[3]),
     )
@@ -159,14 +166,12 @@ class Judged(NamedTuple):
         off: errors on the ground.
         effective: mean number of rays in the ground's penumbra.
         equal: stratified rays of the same root mean square.
-        speedup: time of those over that of the shared rays.
     """
 
     found: Shared
     off: Errors
     effective: float
     equal: EqualRays
-    speedup: float
 
 
 def judged(
@@ -178,8 +183,98 @@ def judged(
     off = errors(found.visible, true, floor)
     equal = equal_rays(COUNTS, plain.rms, off.rms)
     mean = effective(np.nan_to_num(found.samples), np.where(floor, true, 0.0))
-    spent = found.tracing + found.filtering
-    return Judged(found, off, mean, equal, equal.rays * plain.seconds / spent)
+    return Judged(found, off, mean, equal)
+
+
+class Repeated(NamedTuple):
+    """Shared rays with one seed after the other.
+
+    Attributes:
+        visible: of each seed, at the pixels that are judged.
+        true: the reference there.
+        effective: mean number of rays in the penumbra, of each seed.
+    """
+
+    visible: np.ndarray
+    true: np.ndarray
+    effective: np.ndarray
+
+    @property
+    def rms(self) -> np.ndarray:
+        """Of each seed."""
+        return np.sqrt(np.mean((self.visible - self.true) ** 2, 1))
+
+    @property
+    def largest(self) -> np.ndarray:
+        """Error of each seed."""
+        return np.max(abs(self.visible - self.true), 1)
+
+    @property
+    def noise(self) -> np.ndarray:
+        """Of each seed: how far it is from the mean of all, which has what is common to them."""
+        many = len(self.visible)
+        off = self.visible - np.mean(self.visible, 0)
+        return np.sqrt(np.mean(off**2, 1) * many / (many - 1))
+
+
+def repeated(
+    scene: space.Scene,
+    true: np.ndarray,
+    rays: float,
+    band: float,
+    seeds: int,
+    where: np.ndarray,
+    **options,
+) -> Repeated:
+    """Renders some pixels of the ground with several seeds, the first of which is 1.
+
+    Args:
+        scene: the scene, whose whole ground traces rays.
+        true: the reference, an image.
+        rays: shared ones for each pixel of the ground.
+        band: light band limit [wavelengths per side of the lamp].
+        seeds: how many.
+        where: mask of the pixels that are judged, as far as they show the ground.
+        **options: of `shared`.
+    """
+    some = scene.floor & where
+    at = true.ravel()[some]
+    answers, counts = [], []
+    for seed in range(1, seeds + 1):
+        found = shared(scene, rays, band, seed=seed, judged=some, **options)
+        answers.append(found.visible.ravel()[some])
+        counts.append(effective(found.samples.ravel()[some], at))
+    return Repeated(np.array(answers), at, np.array(counts))
+
+
+def equal_stratified(plain: Stratified, some: Repeated, where: np.ndarray) -> tuple[float, float]:
+    """Stratified rays of the error of shared ones at the same pixels, and their standard error."""
+    mask = np.isfinite(plain.images[0]) & where.reshape(plain.images[0].shape)
+    rms = [float(np.sqrt(np.mean((i[mask] - some.true) ** 2))) for i in plain.images]
+    return spread([equal_rays(COUNTS, rms, e).rays for e in some.rms])
+
+
+def speedup(
+    scene: space.Scene, equal: tuple[float, float], rays: float, band: float, rounds: int = 4
+) -> timing.Ratio:
+    """Time of `equal` stratified rays a pixel of the ground over that of shared ones.
+
+    Both are called in turns. Stratified rays take their time one by one, so that 16 are timed.
+
+    Args:
+        scene: the scene.
+        equal: stratified rays of equal error, and the standard error of their number.
+        rays: shared ones for each pixel of the ground.
+        band: light band limit [wavelengths per side of the lamp].
+        rounds: how often.
+    """
+    found = timing.ratio(
+        lambda: space.own_rays(scene, scene.floor, 16, 98),
+        lambda: shared(scene, rays, band, (64, 0)).visible,
+        rounds,
+    )
+    mean = found.mean * equal[0] / 16.0
+    return timing.Ratio(mean, mean * float(np.hypot(found.error / found.mean, equal[1] / equal[0])))
 
 
 def warm() -> None:
@@ -188,31 +283,20 @@ def warm() -> None:
     shared(scene, 1.0, 1.0, own=(4, 0))
 
 
-def error_claims(rays: float, one: Judged, largest: str | None = None) -> list[Claim]:
+def error_measurements(rays: float, one: Judged) -> list[Measurement]:
     """RMS, 99th percentile and maximum, and stratified rays of equal RMS.
 
     Args:
         rays: shared ones for each pixel.
         one: by these.
-        largest: the paper's word on the largest error, "6" for "below 6 %".
     """
     at = f"at {rays:g} shared ray{'s' if rays != 1 else ''} a pixel"
-    most = 100.0 * one.off.largest
+    parts = (("RMS error", one.off.rms), ("99th percentile of the error", one.off.percentile99))
     return [
-        Claim(f"RMS error {at}", None, 100.0 * one.off.rms, "% of light"),
-        Claim(
-            f"99th percentile of the error {at}", None, 100.0 * one.off.percentile99, "% of light"
-        ),
-        Claim(
-            f"Largest error {at}",
-            None if largest is None else f"below {largest}",
-            most,
-            "% of light",
-            None if largest is None else most < float(largest),
-        ),
-        Claim(
+        *(Measurement(f"{name} {at}", 100.0 * e, "% of light") for name, e in parts),
+        Measurement(f"Largest error {at}", 100.0 * one.off.largest, "% of light"),
+        Measurement(
             f"Stratified rays of equal RMS {at}, and rays of all kinds it took",
-            None,
             f"{one.equal.text} and {one.found.floor_rays:.3g}",
             "rays a pixel",
         ),

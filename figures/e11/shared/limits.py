@@ -32,7 +32,7 @@ class Ground(NamedTuple):
         scene: all of it.
         where: numbers of the pixels.
         true: what they see of the lamp, by the reference.
-        own: the same by 16 stratified rays.
+        own: the same by few stratified rays, 16 of them by default.
         rays: of the reference.
     """
 
@@ -95,6 +95,14 @@ class Ground(NamedTuple):
         """As an image, NaN where something else is seen."""
         return self.scene.picture(values, self.where)
 
+    def part(self, window: tuple[slice, slice], edge: int = 0) -> Ground:
+        """That in a window of the image and `edge` pixels around it."""
+        inside = np.zeros((self.scene.side, self.scene.side), bool)
+        i, j = (slice(max(s.start - edge, 0), s.stop + edge) for s in window)
+        inside[i, j] = True
+        some = inside.ravel()[self.where]
+        return self._replace(where=self.where[some], true=self.true[some], own=self.own[some])
+
     @property
     def own_error(self) -> float:
         """Of the reference: of as many tosses of a coin, which stratified rays do not reach."""
@@ -104,9 +112,14 @@ class Ground(NamedTuple):
 def ground(scene: scenes.Scene, quick: bool) -> Ground:
     """Of a scene, with a reference of 2,048 rays; of 256 if quick."""
     rays = scenes.QUICK_RAYS if quick else scenes.RAYS
+    return ground_of(scene, scenes.reference(scene, rays), rays, OWN)
+
+
+def ground_of(scene: scenes.Scene, true: np.ndarray, rays: int, own: int) -> Ground:
+    """Of a scene whose reference, an image, is known; `own` rays of each pixel's own."""
     where = np.flatnonzero(scene.floor)
-    true = scenes.reference(scene, rays).ravel()[where]
-    return Ground(scene, where, true, scenes.own_rays(scene, where, OWN, 7), rays)
+    at = scenes.own_rays(scene, where, own, 7)
+    return Ground(scene, where, true.ravel()[where], at, rays)
 
 
 def window(true: np.ndarray, size: int) -> tuple[slice, slice]:

@@ -65,14 +65,31 @@ def warm() -> None:
     ours(e11.grids(16), 1)
 
 
-def ours(scene: e11.Scene, rays: float, seed: int = 0, Omega_y: float | None = None) -> Answer:
-    """Sheared filtering; receivers among the blockers get `OWN` rays besides."""
-    limit, own = band_of(scene, rays) if Omega_y is None else Omega_y, max(OWN, round(rays))
+def ours(
+    scene: e11.Scene,
+    rays: float,
+    seed: int = 0,
+    Omega_y: float | None = None,
+    judged: np.ndarray | None = None,
+    dense: float = 1.0,
+) -> Answer:
+    """Sheared filtering; receivers among the blockers get `OWN` rays besides.
+
+    Args:
+        scene: the scene.
+        rays: shared ones for each pixel of the ground.
+        seed: of the random numbers.
+        Omega_y: band limit on the lamp; by default that of `band_of` [cycles/m].
+        judged: mask of the pixels that are answered where they show the ground; all by default.
+        dense: pixels of the image to a pixel of 256 x 256 of the same view, for which `band_of` and
+            `cells_of` are made.
+    """
+    known, own = rays * dense, max(OWN, round(rays))
+    limit = band_of(scene, known) if Omega_y is None else Omega_y
     band = 2.0 * float(np.max(scene.lamp.half)) * limit
-    found = compared.shared(scene, rays, band, (own, 0), seed, cells=cells_of(rays))
-    visible, samples, share = (
-        a.ravel()[scene.floor] for a in (found.visible, found.samples, found.own)
-    )
+    found = compared.shared(scene, rays, band, (own, 0), seed, cells=cells_of(known), judged=judged)
+    some = scene.floor if judged is None else scene.floor & judged
+    visible, samples, share = (a.ravel()[some] for a in (found.visible, found.samples, found.own))
     return Answer(visible, samples + share * own, found.floor_rays, found.tracing, found.filtering)
 
 

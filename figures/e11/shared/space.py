@@ -31,6 +31,7 @@ from typing import NamedTuple
 
 import jax
 import numpy as np
+import scipy.ndimage
 
 from figures.e11.competitors.baselines import stratified
 from firstorder.imaging.camera import pinhole
@@ -55,8 +56,11 @@ from firstorder.shadowfield.rendering.ray_table import Blockers
 from firstorder.space.meshes.triangle_mesh import Mesh
 
 SIDE, QUICK_SIDE = 256, 48
+PAPER_SIDE = 1024  # of the paper's images, whose pixels closeups have
+DENSE = (PAPER_SIDE / SIDE) ** 2  # pixels of these to one of ours
+Window = tuple[int, int, int]
 RAYS, QUICK_RAYS = 2048, 256  # of the reference
-OUT = pathlib.Path(__file__).parent / "out" / "references"
+OUT = pathlib.Path(__file__).parents[2] / "out" / "references"
 _HAIR = 1e-4  # receivers are this far off their surface [m]
 _VERSION = 1  # of what a reference's rays are, beside what its key tells anyway
 
@@ -118,6 +122,13 @@ class Scene(NamedTuple):
         whole = np.full(self.side**2, np.nan)
         whole[slice(None) if where is None else where] = values
         return whole.reshape(self.side, self.side)
+
+    def every(self, n: int, edge: int = 0) -> np.ndarray:
+        """Mask of every n-th pixel of every n-th column, `edge` pixels off the image's edges."""
+        inside = np.zeros((self.side, self.side), bool)
+        part = slice(edge, self.side - edge, n)
+        inside[part, part] = True
+        return inside.ravel()
 
     def light(self) -> np.ndarray:
         """Unshadowed light of pixels for a picture to look at: cosines and distance of the lamp."""
@@ -198,6 +209,18 @@ def reference(
     ]
 
 
+def penumbra_reference(scene: Scene, rays: int = RAYS, reach: int = 2) -> np.ndarray:
+    """The reference on the ground where it is needed, shape (side, side); NaN off the ground.
+
+    That is where 64 pilot rays of a pixel, or of one no farther than `reach` pixels, do not all
+    agree; elsewhere the pilots' 0 or 1 stand.
+    """
+    pilot = scene.picture(own_rays(scene, scene.floor, 64, 7), scene.floor)
+    partly = (pilot > 0.0) & (pilot < 1.0)
+    partly = scipy.ndimage.binary_dilation(partly, iterations=reach) & np.isfinite(pilot)
+    return np.where(partly, reference(scene, rays, partly.ravel(), quiet=True), pilot)
+
+
 def _digest(*arrays) -> str:
     """Of numbers, as hexadecimal digits."""
     digest = hashlib.sha256()
@@ -214,6 +237,24 @@ def smoothed_bounds(
     off = np.isnan(near)
     found = smooth_depths(np.where(off, np.inf, near), np.where(off, -np.inf, far), radius)
     return found[0].ravel()[where], found[1].ravel()[where]
+
+
+def blended_bounds(
+    scene: Scene, where: np.ndarray, bounds: tuple[np.ndarray, np.ndarray], radius: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Bounds of depths at pixels `where`, blurred by a Gaussian of so many pixels.
+
+    Where `smoothed_bounds` widens, this is E11's own word, "blurring": means of those neighbours
+    that have bounds. They do not hold every blocker any more. Pixels without stay without.
+    """
+    found = []
+    for a in bounds:
+        image = scene.picture(a, where)
+        some = np.isfinite(image)
+        weight = scipy.ndimage.gaussian_filter(some.astype(float), radius)
+        spread = scipy.ndimage.gaussian_filter(np.where(some, image, 0.0), radius)
+        found.append(np.where(some, spread / np.where(some, weight, 1.0), image).ravel()[where])
+    return found[0], found[1]
 
 
 # --- making scenes -------------------------------------------------------------------------------
@@ -239,20 +280,21 @@ def _double(make):
     return made
 
 
-def _scene(name, side, lamp, parts, eye, target, gamma) -> Scene:
-    """Parts, the ground first, seen by a camera."""
+def _scene(name, side, lamp, parts, eye, target, gamma, window=None) -> Scene:
+    """Parts, the ground first, seen by a camera; a `window` alone: first pixels and a side."""
+    i, j, size = (0, 0, side) if window is None else window
     whole, part = join_meshes(parts)
     tracer = Embree(whole)
     camera = pinhole(eye, target, gamma=gamma)
-    x = (2.0 * np.arange(side) + 1.0) / side - 1.0
-    p = np.stack(np.meshgrid(x, x, indexing="ij"), -1).reshape(-1, 2)
+    x, y = ((2.0 * np.arange(k, k + size) + 1.0) / side - 1.0 for k in (i, j))
+    p = np.stack(np.meshgrid(x, y, indexing="ij"), -1).reshape(-1, 2)
     found = camera_hits(tracer, camera, p, part)
     points = found.position + _HAIR * found.normal
     # What lies beside or behind the lamp has no shadow to speak of.
     dark = np.isfinite(points[:, 0]) & (lamp.local(points)[:, 2] < 0.2 * abs(lamp.center[2]))
     points[dark], found.part[dark] = np.nan, -1
     middle = np.linalg.norm(np.subtract(target, eye)) * 2.0 / (gamma * side)
-    return Scene(name, side, lamp, tracer, points, found.normal, found.part, float(middle))
+    return Scene(name, size, lamp, tracer, points, found.normal, found.part, float(middle))
 
 
 @_double
@@ -267,12 +309,13 @@ def plant(side: int = SIDE, quick: bool = False) -> Scene:
 
 
 @_double
-def grids(side: int = SIDE, height: float = 0.15) -> Scene:
+def grids(side: int = SIDE, height: float = 0.15, window: Window | None = None) -> Scene:
     """Figs. 9, 14: two grids that lean over a flat ground: shadows from sharp to wide.
 
     Args:
         side: of the image [pixels].
         height: of the grids' lower edges above the ground [m]; they descend in Fig. 14.
+        window: a part of the image that is all that is made: first pixels and a side.
     """
     plate = bar_lattice((6, 6), (0.75, 0.75), 0.08, 0.02)
     lamp = lamp_towards((0.0, 0.0, 4.0), (0.0, 0.0, 0.0), 0.35)
@@ -283,11 +326,17 @@ def grids(side: int = SIDE, height: float = 0.15) -> Scene:
         plate, (0.95, -0.1, height + 0.3 + rise), lean @ rotation_about((0, 0, 1), -0.4)
     )
     parts = [displaced_ground(6.0, cells=1), one, two]
-    return _scene("grids", side, lamp, parts, (0.0, -4.4, 4.4), (0.0, 0.0, 0.2), 3.1)
+    return _scene("grids", side, lamp, parts, (0.0, -4.4, 4.4), (0.0, 0.0, 0.2), 3.1, window)
 
 
 @_double
-def trees(side: int = SIDE, half: float = 0.35, angle: float = 0.0, leaves: int = 20_000) -> Scene:
+def trees(
+    side: int = SIDE,
+    half: float = 0.35,
+    angle: float = 0.0,
+    leaves: int = 20_000,
+    window: Window | None = None,
+) -> Scene:
     """Figs. 11, 14: two trees over a curved ground, under a medium or a large lamp.
 
     Args:
@@ -295,6 +344,7 @@ def trees(side: int = SIDE, half: float = 0.35, angle: float = 0.0, leaves: int 
         half: of the lamp's side [m]; 1.05 for the large lamp.
         angle: by which each tree is turned about its trunk, one either way [rad].
         leaves: of each tree.
+        window: as of `grids`.
     """
     parts: list[Mesh] = [displaced_ground(12.0, lambda p: 0.12 * np.cos(0.9 * p[:, 0]), 256)]
     for k, (x, y) in enumerate(((-1.0, 0.4), (0.5, -0.2))):
@@ -302,7 +352,8 @@ def trees(side: int = SIDE, half: float = 0.35, angle: float = 0.0, leaves: int 
         turn = rotation_about((0, 0, 1), angle if k else -angle)
         parts.append(place_mesh(grown, (x, y, 0.12 * np.cos(0.9 * x) - 0.02), turn))
     lamp = lamp_towards((-1.3, 0.8, 4.4), (0.0, 0.0, 0.2), half)
-    return _scene("trees", side, lamp, parts, (0.2, -4.6, 4.6), (0.2, 0.05, 0.5), 3.4)
+    eye, target = (0.2, -4.6, 4.6), (0.2, 0.05, 0.5)
+    return _scene("trees", side, lamp, parts, eye, target, 3.4, window)
 
 
 MIRROR_EYE = (0.0, -4.0, 4.0)
