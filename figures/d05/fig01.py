@@ -9,12 +9,15 @@ angular frequency. Lower row: the prediction of the same path in four coordinate
 `GlossyPatch`, D05's §5.2 with the cosine that it leaves out. Aliasing is there, as in the paper's.
 
 What is drawn passes opaque balls. Moments are compared past soft ones, jittered anew in every
-lay-out: behind a sharp rim the second moment of a spectrum has no value (`d05.shared.space`).
+lay-out: behind a sharp rim the second moment of a spectrum has no value (`d05.shared.space`). Their
+window is narrower, so that rays stand 0.08 m apart and resolve the balls.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import functools
+import math
 
 import jax.numpy as jnp
 import numpy as np
@@ -25,7 +28,7 @@ from figures.style import Drawing
 from figures.verdicts import Measurement, Statement
 from firstorder import plotting
 
-RADIUS, ASLANT, SIGMA, ON = 2.0, np.deg2rad(40.0), 0.08, 0.5
+RADIUS, ASLANT, SIGMA, ON = 2.0, math.radians(40.0), 0.08, 0.5
 SHAPE = -np.eye(2) / RADIUS
 PERIOD = 0.4
 TITLES = (
@@ -42,9 +45,11 @@ def draw(quick: bool) -> Drawing:
     n, tried, nodes = (12, 12, 3) if quick else (24, 20, 5)
     balls = space.Balls.jittered(PERIOD)
     series = balls.series(24 if quick else 44)
-    steps = [receiver.step(p, series) for p in _places(balls, n, nodes, 1.5)]
+    wide = space.Window(0.35, 0.3, n)
+    steps = [receiver.step(p, series) for p in _places(balls, wide, nodes)]
+    narrow = space.Window(0.25, 0.2, tried, 1.0)
     scanned = receiver.layouts(
-        functools.partial(_places, n=tried, nodes=nodes, pad=1.0), PERIOD, quick
+        functools.partial(_places, window=narrow, nodes=nodes), PERIOD, quick
     )
     figure, axes = plotting.panels(2, 6, 2.3, 2.3)
     receiver.draw_steps(axes, steps)
@@ -57,7 +62,7 @@ def draw(quick: bool) -> Drawing:
     return Drawing(figure, arrays, claims, size=size, seed=7)
 
 
-def _places(balls, n: int, nodes: int, pad: float) -> list[receiver.Place]:
+def _places(balls, window: space.Window, nodes: int) -> list[receiver.Place]:
     """Light, balls, glossy ball, and on."""
     p = [space.source()]
     p.append(space.travelled(p[0], space.FIRST))
@@ -74,7 +79,7 @@ def _places(balls, n: int, nodes: int, pad: float) -> list[receiver.Place]:
         off(),
         off(on=ON),
     )
-    windows = [space.Window(0.4, 0.5, n, pad)] + [space.Window(0.35, 0.3, n, pad)] * 5
+    windows = [dataclasses.replace(window, x=0.4, v=0.5)] + [window] * 5
     rows = zip(TITLES, windows, lights, p, strict=True)
     return [receiver.Place(*row, behind=k > 1) for k, row in enumerate(rows)]
 

@@ -135,7 +135,7 @@ def _bandwidths(degrees, spread, packet) -> list[Statement | Measurement]:
                          "D05 §4", reason=reason)  # fmt: skip
 
     whole = ("A slope's derivative by the angle is 1 / cos^2, 1.33 at 30 and 2 at 45 degrees: 99 % "
-             "of the energy reaches a tenth farther beyond 26 degrees.")  # fmt: skip
+             "of the energy reaches a tenth farther beyond 27 degrees.")  # fmt: skip
     local = ("A frequency grows as the slope's derivative by the angle, 1 / cos^2: a tenth is "
              "exceeded beyond 17 degrees from the central ray.")  # fmt: skip
     exact = float(np.max(np.abs(packet * np.cos(np.radians(degrees)) ** 2 - 1.0)))

@@ -20,6 +20,7 @@ import functools
 import operator
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -160,18 +161,22 @@ class Glossed(eqx.Module):
         second = jnp.cross(d, first)
         t, weight = np.polynomial.hermite_e.hermegauss(self.nodes)
         weight = weight / np.sqrt(2.0 * np.pi)
-        into, total = _tilted(self.theta0), 0.0
-        for ta, wa in zip(t, weight, strict=True):
-            for tb, wb in zip(t, weight, strict=True):
-                m = d + self.sigma * (ta * first + tb * second)
-                m /= jnp.linalg.norm(m, axis=-1, keepdims=True)
-                r = (2.0 * jnp.sum(n * m, -1)[..., None] * n - m) @ into
-                ql = q @ into
-                step = ql[..., 2] / r[..., 2]
-                place = ql[..., 0] - r[..., 0] * step, ql[..., 1] - r[..., 1] * step
-                slopes = -r[..., 0] / r[..., 2], -r[..., 1] / r[..., 2]
-                total += wa * wb * arrived(*place, *slopes, self.balls)
-        return total
+        into = _tilted(self.theta0)
+        ql = q @ into
+
+        def node(total, tw):
+            ta, tb, w = tw
+            m = d + self.sigma * (ta * first + tb * second)
+            m /= jnp.linalg.norm(m, axis=-1, keepdims=True)
+            r = (2.0 * jnp.sum(n * m, -1)[..., None] * n - m) @ into
+            step = ql[..., 2] / r[..., 2]
+            place = ql[..., 0] - r[..., 0] * step, ql[..., 1] - r[..., 1] * step
+            slopes = -r[..., 0] / r[..., 2], -r[..., 1] / r[..., 2]
+            return total + w * arrived(*place, *slopes, self.balls), None
+
+        grid = [a.ravel() for a in np.meshgrid(t, t)]
+        nodes = jnp.stack([*grid, np.outer(weight, weight).ravel()], -1)
+        return jax.lax.scan(node, jnp.zeros(x.shape), nodes)[0]
 
     def _met(self, x, y, v, w):
         """Directions of rays across the mirrored one, where they meet the surface, and normals."""
