@@ -123,7 +123,7 @@ def draw(quick: bool) -> Drawing:
     panels = bottom.subplots(1, 3, sharey=True)
     _draw_slopes(panels, x, slope, pixel, (autodiff, still, noisy), truth)
 
-    claims = _claims(autodiff, _layouts(steps, 3 if quick else 20), errors[dense], truth)
+    claims = _claims(autodiff, _layouts(steps, 3 if quick else 100), errors[dense], truth)
     arrays = {"x": x, "E": E, "first": slope, "second": bend, "steps": steps}
     arrays |= {
         "judged": truth["x"],

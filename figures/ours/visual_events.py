@@ -58,7 +58,7 @@ def draw(quick: bool) -> Drawing:
     x = np.linspace(-1.9791, 1.9803, 397 if quick else 1585)
     reach = np.linspace(0.02, REACH, 59)
     shift = 4e-7
-    places = np.append(RECORD, np.linspace(-1.3713, 1.1717, 6 if quick else 41))
+    places = np.append(RECORD, np.linspace(-1.3713, 1.1717, 6 if quick else 401))
     all_ = jets(scene, np.concatenate([x, at + shift, at - shift, places]))
     curve, above, below, records = np.split(all_, np.cumsum([len(x), len(at), len(at)]), axis=1)
     measured = above[1] - below[1]

@@ -203,6 +203,8 @@ def _curves(ax, found: Compared) -> None:
                   linewidth=1.0, label=label)  # fmt: skip
     ax.set(title="i) error by budget", xlabel="samples",
            ylabel="RMSE (W/(m$^2$ sr))")  # fmt: skip
+    ax.set_xticks(found.budgets, [f"{n:,}" for n in found.budgets])
+    ax.minorticks_off()
     ax.legend(fontsize=5.5)
 
 

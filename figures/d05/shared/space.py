@@ -238,7 +238,7 @@ class Window:
         for axis, g in enumerate((gx, gx, gv, gv)):
             values *= g.reshape([-1 if k == axis else 1 for k in range(4)])
         size = (round(self.pad * self.n),) * 4
-        F = np.fft.fftshift(np.abs(np.fft.fftn(values.astype(np.complex64), size)) ** 2)
+        F = np.fft.fftshift(np.abs(np.fft.fftn(values.astype(np.complex64), size, range(4))) ** 2)
         return F / F.sum()
 
 
