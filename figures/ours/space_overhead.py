@@ -100,7 +100,6 @@ def draw(quick: bool) -> Drawing:
     axes[0, 0].set_ylabel("microseconds")
     further = [asked["boundary"] - asked["value"], 0.0, SIDE**2 * extra.mean()]
     axes[0, 1].bar(["object space", "as traced", "bisected"], 100.0 * np.array(further) / SIDE**2)
-    axes[0, 1].axhline(30.0, color="0.6", linewidth=0.8, linestyle="--")
     axes[0, 1].set_title("further rays for a gradient", loc="left")
     axes[0, 1].set_ylabel("% of the value's")
 
