@@ -12,7 +12,9 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from figures.style import Claim, Drawing
+from figures.d05.shared.readings import equal
+from figures.style import Drawing
+from figures.verdicts import Statement
 from firstorder import plotting
 from firstorder.checks.tolerance import normwise
 from firstorder.fields import Function, Grid, gaussian
@@ -65,7 +67,7 @@ def draw(quick: bool) -> Drawing:
     return Drawing(figure, arrays, _claims(E, blurred), curves, size=f"{n} x {n} frequencies")
 
 
-def _claims(E, blurred) -> list[Claim]:
+def _claims(E, blurred) -> list[Statement]:
     same = normwise(E, blurred)
     # The 2D transform of dE' = e(theta + k x) cos+(theta) at one frequency, by plain sums.
     Ox, Ot = 0.2, 0.3
@@ -77,17 +79,17 @@ def _claims(E, blurred) -> list[Claim]:
     truth = np.sum(dE * phase) * 0.01
     printed = _sky_transform(Ox / KAPPA) * float(clamped_cosine_transform(Ox / KAPPA - Ot))
     without, corrected = abs(printed / truth - 1), abs(printed / abs(KAPPA) / truth - 1)
-    words = "dE' is the product of two 1D spectra"
+    words = "The spectrum of dE' is the pairwise product of two 1D spectra"
     return [
-        _small("Irradiance is the sky blurred by the cosine, read at k x", same, "normwise"),
-        _small(f"{words}, as printed", without, "relative"),
-        _small(f"{words} over |k|, as corrected", corrected, "relative"),
-    ]
-
-
-def _small(words: str, error: float, unit: str) -> Claim:
-    """An identity, to the precision of the ledger."""
-    return Claim(words, 0.0, error, unit, error < 1e-9)
+        Statement("Irradiance is the sky convolved with the cosine, read at k x", 0.0, same,
+                  equal(), "D05 §6.1", "normwise"),
+        Statement(f"{words}, as printed: off by", 0.0, without, equal(), "D05 §6.1", "relative",
+                  reason="A sky that is read at k x has its spectrum at Omega_x / k, over |k|: the "
+                  "printed product lacks that factor and is off by |k| - 1 at all curvatures but "
+                  "1 and -1."),
+        Statement(f"{words} over |k|, as corrected: off by", 0.0, corrected, equal(), "D05 §6.1",
+                  "relative"),
+    ]  # fmt: skip
 
 
 def _sky(theta):

@@ -13,7 +13,8 @@ from __future__ import annotations
 import jax
 import numpy as np
 
-from figures.style import Claim, Drawing
+from figures.style import Drawing
+from figures.verdicts import OURS, Statement, at_least
 from firstorder import plotting
 from firstorder.flatland.library import _scenes as scenes
 from firstorder.io import flatland_from_toml, flatland_to_toml
@@ -37,10 +38,8 @@ def draw(quick: bool) -> Drawing:
     for ax in axes.flat[len(names) :]:
         ax.set_axis_off()
     counts = {"shapes": np.array([scenes.named_scene(name).count for name in names])}
-    claim = Claim(
-        "every scene that ships by name comes back from its TOML file to the bit",
-        None,
-        f"{back} of {len(names)}",
-        holds=back == len(names),
-    )
+    claim = Statement(
+        "Share of the scenes that ship by name that come back from their TOML file to the bit",
+        None, back / len(names), at_least(1.0, "all"), OURS,
+    )  # fmt: skip
     return Drawing(figure, counts, [claim], size=f"{len(names)} scenes")

@@ -29,7 +29,8 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 from scipy.optimize import least_squares
 
-from figures.style import Claim, Drawing
+from figures.style import Drawing
+from figures.verdicts import OURS, Measurement, Statement, at_least, at_most, between, near
 from firstorder import plotting
 from firstorder.flatland import Circles, Receiver, Scene, Segments, irradiance, nearest, primitive
 
@@ -113,7 +114,7 @@ def draw(quick: bool) -> Drawing:
         "differences": _fit(sampled, noisy, STEP),
     }
     ideal = _fit(exact, clean)
-    spread, predicted = _trials(clean, sigma, trials, rng)
+    tried = _trials(clean, sigma, trials, rng)
     reached = _starts(clean, count, rng)
     jacobian = np.asarray(_compiled(sampled)[1](jnp.asarray(START)))
 
@@ -121,10 +122,10 @@ def draw(quick: bool) -> Drawing:
     _draw_scene(axes[0, 0], fits)
     _draw_profiles(axes[0, 1], clean, noisy, fits)
     _draw_misfit(axes[0, 2], fits, ideal, sigma)
-    claims = _claims(fits, ideal, sigma, spread, predicted, jacobian, reached)
+    claims = _claims(fits, ideal, sigma, tried, jacobian, reached)
     arrays = {"true": TRUE, "start": START, "clean": clean, "noisy": noisy, "x": FLOOR}
     arrays |= {f"visited_{k}": v for k, (v, _) in fits.items()} | {"visited_ideal": ideal[0]}
-    arrays |= {"standard_errors": predicted, "spread": spread}
+    arrays |= {"standard_errors": tried[1], "spread": np.sqrt(np.mean(tried[0] ** 2, 0))}
     ends = {k: np.asarray(_compiled(exact)[0](jnp.asarray(v[-1]))) for k, (v, _) in fits.items()}
     curves = {"profiles": {"x": FLOOR, "measured": noisy, "true": clean, **ends}}
     size = f"{RECEIVERS} receivers, {RAYS} rays, {trials} repetitions, {count} starts"
@@ -132,15 +133,16 @@ def draw(quick: bool) -> Drawing:
 
 
 def _trials(clean, sigma, count, rng):
-    """Errors of fits to fresh noise, and the standard errors that the Jacobian predicts."""
+    """Errors of fits to fresh noise, what the Jacobian predicts of them, and misfits."""
     J = np.asarray(_compiled(exact)[1](jnp.asarray(TRUE)))
     predicted = np.sqrt(np.diag(np.linalg.inv(J.T @ J))) * sigma
-    ends = [_fit(exact, clean + sigma * rng.normal(size=RECEIVERS))[0][-1] for _ in range(count)]
-    return np.sqrt(np.mean((np.array(ends) - TRUE) ** 2, 0)), predicted
+    fits = [_fit(exact, clean + sigma * rng.normal(size=RECEIVERS)) for _ in range(count)]
+    misfit = np.array([m[-1] for _, m in fits]) / sigma
+    return np.array([visited[-1] for visited, _ in fits]) - TRUE, predicted, misfit
 
 
-def _starts(clean, count, rng) -> tuple[float, float]:
-    """Share of other starts from which the truth is found: exactly, and by sampled differences.
+def _starts(clean, count, rng) -> tuple[np.ndarray, np.ndarray]:
+    """From which other starts the truth is found: exactly, and by sampled differences.
 
     For samples the truth counts as found within 0.05 of every number.
     """
@@ -149,57 +151,72 @@ def _starts(clean, count, rng) -> tuple[float, float]:
     exactly = [_fit(exact, clean, start=s)[0][-1] for s in starts]
     roughly = [_fit(sampled, clean, STEP, s)[0][-1] for s in starts]
     near = [np.max(np.abs(np.array(e) - TRUE), 1) for e in (exactly, roughly)]
-    return float(np.mean(near[0] < 1e-8)), float(np.mean(near[1] < 0.05))
+    return near[0] < 1e-8, near[1] < 0.05
 
 
-def _claims(fits, ideal, sigma, spread, predicted, jacobian, reached) -> list[Claim]:
-    visited, misfit = fits["exact"]
-    error = np.max(np.abs(ideal[0][-1] - TRUE))
-    stuck = np.max(np.abs(fits["autodiff"][0][-1] - START)[:5])
-    ratio = spread / predicted
+def _over(values) -> tuple[float, float]:
+    """Mean and standard error."""
+    return float(np.mean(values)), float(np.std(values, ddof=1) / np.sqrt(len(values)))
+
+
+def _claims(fits, ideal, sigma, trials, jacobian, reached) -> list[Statement | Measurement]:
     return [
-        Claim(
-            "Without noise exact gradients recover all six numbers",
-            None, float(error), "largest error (m, or W/(m rad))", error < 1e-9,
-        ),
-        Claim(
-            "With 0.5 % of noise the misfit of the exact fit is the noise",
-            1.0, float(misfit[-1] / sigma), "of the noise, rms", 0.75 < misfit[-1] / sigma < 1.25,
-        ),
-        Claim(
-            "Over fresh noise its errors are those that the exact Jacobian predicts",
-            1.0, float(np.exp(np.mean(np.log(ratio)))), "geometric mean of six ratios",
-            bool(np.all(np.abs(np.log(ratio)) < np.log(1.5))),
-        ),
-        Claim(
-            "Iterations of the exact fit", None, len(visited) - 1, "Jacobians", len(visited) < 40
-        ),
-        Claim(
-            "Autodiff of sampled visibility: derivatives by place, size and width are zero",
-            None, float(np.max(np.abs(jacobian[:, :5]))), "largest", not np.any(jacobian[:, :5]),
-        ),
-        Claim(
-            "Autodiff of sampled visibility moves nothing but the radiance",
-            None, float(stuck), "largest motion (m)", stuck < 1e-3,
-        ),
-        Claim(
-            "Its misfit stays far above the noise",
-            None, float(fits["autodiff"][1][-1] / sigma), "of the noise, rms",
-            fits["autodiff"][1][-1] > 5.0 * sigma,
-        ),
-        Claim(
-            "Starts about the truth from which exact gradients find it to 1e-8",
-            None, reached[0], "share", reached[0] > 0.75,
-        ),
-        Claim(
-            "The same starts, differences of sampled visibility: found to 0.05",
-            None, reached[1], "share", reached[1] < reached[0],
-        ),
-        Claim(
-            "Differences of sampled visibility end at a larger misfit than exact gradients",
-            None, float(fits["differences"][1][-1] / misfit[-1]), "ratio",
-            fits["differences"][1][-1] > misfit[-1],
-        ),
+        *_noisy(ideal, *trials),
+        *_wrong(fits, sigma, jacobian),
+        *_found(*reached),
+        Measurement("Jacobians of the exact fit", len(fits["exact"][0]) - 1),
+        Measurement("Differences of sampled visibility: misfit over that of exact gradients",
+                    float(fits["differences"][1][-1] / fits["exact"][1][-1]), "times"),
+    ]  # fmt: skip
+
+
+def _noisy(ideal, errors, predicted, misfit) -> list[Statement]:
+    """What exact gradients find, with noise and without."""
+    left = float(np.sqrt(1.0 - TRUE.size / RECEIVERS))  # of the noise: six numbers are fitted
+    ratio = np.sqrt(np.mean(errors**2, 0)) / predicted
+    # Of a root mean square of n normal numbers: a share 1 / sqrt(2 n); the six are not independent.
+    spread = float(np.exp(np.mean(np.log(ratio))) / np.sqrt(2.0 * len(errors)))
+    mean, error = _over(misfit)
+    fresh = f"{len(errors)} draws of the noise"
+    return [
+        Statement("Without noise exact gradients recover all six numbers: largest error", None,
+                  float(np.max(np.abs(ideal[0][-1] - TRUE))), at_most(1e-9, "rounding"), OURS,
+                  "m, W/(m rad)"),
+        Statement("With 0.5 % of noise the misfit of the exact fit is what least squares leave of "
+                  "the noise", None, mean, near(left, 0.05, "sqrt(1 - 6 / 61)"), OURS,
+                  "of the noise", error, fresh),
+        Statement("Its errors are those that the exact Jacobian predicts: geometric mean of six "
+                  "ratios", None, float(np.exp(np.mean(np.log(ratio)))),
+                  between(1.0 / 1.5, 1.5, "to first order, a factor of 1.5"), OURS, "", spread,
+                  fresh),
+    ]  # fmt: skip
+
+
+def _wrong(fits, sigma, jacobian) -> list[Statement]:
+    """What autodiff of sampled visibility does."""
+    stuck = np.max(np.abs(fits["autodiff"][0][-1] - START)[:5])
+    return [
+        Statement("Autodiff of sampled visibility: derivatives by place, size and width are zero: "
+                  "largest", None, float(np.max(np.abs(jacobian[:, :5]))),
+                  at_most(0.0, "zero"), OURS),
+        Statement("It moves nothing but the radiance: largest motion", None, float(stuck),
+                  at_most(1e-3, "rounding of the trust region"), OURS, "m"),
+        Statement("Its misfit stays far above the noise", None,
+                  float(fits["autodiff"][1][-1] / sigma), at_least(5.0, "far: five times"), OURS,
+                  "of the noise"),
+    ]  # fmt: skip
+
+
+def _found(exactly, roughly) -> list[Statement]:
+    """From which starts the truth is found."""
+    (mean, error), (gain, gain_error) = _over(exactly), _over(exactly * 1.0 - roughly)
+    scanned = f"{len(exactly)} starts"
+    return [
+        Statement("Starts about the truth from which exact gradients find it to 1e-8", None, mean,
+                  at_least(0.5, "most"), OURS, "of all", error, scanned),
+        Statement("... more than those from which differences of sampled visibility find it to "
+                  "0.05, by", None, gain, at_least(0.0, "more"), OURS, "of all", gain_error,
+                  scanned),
     ]  # fmt: skip
 
 

@@ -16,7 +16,8 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from figures.style import Claim, Drawing
+from figures.style import Drawing
+from figures.verdicts import OURS, Statement, at_most
 from firstorder.checks.tolerance import normwise
 from firstorder.conventions import FLATLAND_SLOPE
 from firstorder.fields import GaussianProfile, Grid, autodiff_jet, discrete_transform, gaussian
@@ -59,7 +60,7 @@ def draw(quick: bool) -> Drawing:
     return Drawing(figure, arrays, _claims(path), size=f"{n} x {n} rays", seed=None)
 
 
-def _claims(path: Path) -> list[Claim]:
+def _claims(path: Path) -> list[Statement]:
     """What the closed forms at the end of the path are worth."""
     light = path.light
     u = jnp.asarray(RAY)
@@ -72,9 +73,10 @@ def _claims(path: Path) -> list[Claim]:
     sampled = discrete_transform(grid.sample(light), grid, *Omega)
     closed = path.spectra[-1](*np.meshgrid(*Omega, indexing="ij"))
     spectral = normwise(closed, sampled)
+    rounding = at_most(1e-9, "rounding")
     return [
-        Claim("gradient and Hessian behind the edge equal autodiff", "equal", max(errors), "",
-              max(errors) < 1e-10),
-        Claim("spectrum behind the edge equals the transform of samples", "equal", spectral, "",
-              spectral < 1e-9),
+        Statement("Gradient and Hessian behind the edge equal autodiff: error", None, max(errors),
+                  rounding, OURS, "normwise"),
+        Statement("Spectrum behind the edge equals the transform of samples: error", None, spectral,
+                  rounding, OURS, "normwise"),
     ]  # fmt: skip

@@ -200,8 +200,7 @@ def test_errors_know_the_same_image_and_a_darker_one():
     assert rms == pytest.approx(0.5 * np.sqrt(np.mean(a**2)))
     assert screen > 0.0
     assert like < 1.0
-    assert compared.better((1.0, 1.0, 0.9), (2.0, 2.0, 0.8))
-    assert not compared.better((1.0, 1.0, 0.7), (2.0, 2.0, 0.8))
+    assert compared.lacks((2.0, 1.0, 0.75)) == (2.0, 1.0, 0.25)
 
 
 def test_four_samples_a_pixel_are_shaded_where_their_labels_differ(shapes, tmp_path, monkeypatch):

@@ -1,7 +1,9 @@
 """D05 Fig. 17 on any scene of `shared.shading`: few samples, spread evenly or by bandwidth.
 
 What both scenes are asked (`d05_fig17`, `d05_fig17_meshes`): RMSE, RMSE on screen and SSIM at equal
-samples, at equal rays and at equal processor time, by the filter and over triangulations.
+samples, at equal rays and at equal processor time, by the filter and over triangulations. All are
+told as ratios, the uniform image's error over the adaptive one's (of SSIM: what it lacks of 1),
+over the seeds of the blue noise that places the samples.
 """
 
 from __future__ import annotations
@@ -10,18 +12,21 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from figures import timing
 from figures.d05.shared import sampling as shared
 from figures.d05.shared import shading
 from figures.d05.shared.shading import World
 from figures.r07.shared.table import show
-from figures.style import Claim
+from figures.timing import Ratio
+from figures.verdicts import OURS, Measurement, Statement, at_least, at_most
 from firstorder import plotting
 from firstorder.reconstruction.bilateral import bilateral_widths
 
 WAYS = ("bilateral", "delaunay")
-STEPS = (0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0)  # times the paper's samples
+STEPS = (0.25, 1.0, 4.0)  # times the paper's samples
 NAMES = {"even": "uniform", **shared.WORDS}
 COMPARED = ("even", "plain", "light")  # over budgets
+MEASURES = ("RMSE", "RMSE on screen", "1 - SSIM")
 
 Errors = tuple[float, float, float]
 Crops = dict[str, tuple[float, float, float, float]]
@@ -51,24 +56,50 @@ class Run:
 
     def errors(self, density: np.ndarray, count: int, way: str = "bilateral") -> Errors:
         """RMSE, RMSE on screen and SSIM of an image of that many samples."""
-        made = shared.image(self.view, self.truth, density, count, way)[1]
+        made = shared.image(self.view, self.truth, density, count, way)
         return shared.errors(made, self.truth, self.white)
 
-    def shading(self) -> float:
-        """Processor time of a shaded pixel [s]."""
-        rows = np.random.default_rng(1).permutation(self.truth.size)[: 4 * shading.BLOCK]
-        points = shading.some(self.view.points, rows)
-        shading.shade(self.world, shading.some(points, np.arange(shading.BLOCK)))  # compiled
-        return shared.timed(lambda: shading.shade(self.world, points))[0] / len(rows)
+    def seeds(self, crops: Crops, count: int) -> dict[str, np.ndarray]:
+        """Errors by density at each seed of the samples: the three, then on screen at each crop."""
+        true, found = shared.shown(self.truth, self.white), {"even": [], "plain": []}
+        for seed in range(count):
+            for name, rows in found.items():
+                made = shared.image(
+                    self.view, self.truth, self.density[name], self.count, seed=seed
+                )
+                miss = shared.shown(made, self.white) - true
+                at = [miss[_crop(true, box)] for box in crops.values()]
+                own = lacks(shared.errors(made, self.truth, self.white))
+                rows.append([*own, *(float(np.sqrt(np.mean(m**2))) for m in at)])
+        return {name: np.array(rows) for name, rows in found.items()}
 
-    def costs(self) -> dict[str, int]:
-        """Samples of a uniform image that costs what the paper's adaptive one does."""
-        took, each = self.found.seconds, self.shading()
-        blockers = took["plain"] + took["plain filter"]
-        return {
-            "rays": int(self.count * (1.0 + shared.RAYS / shading.PER_SAMPLE)),
-            "time": int(self.count + (blockers + took["differences"]) / each),
-            "mirror": int(self.count + took["differences"] / each),
+    def costs(self, rounds: int) -> dict[str, Ratio]:
+        """What a criterion costs over the shading of all samples, measured in turns.
+
+        Blockers' rays and shading are timed for some of the points; their filter and differences
+        for the whole image.
+        """
+        even = self.density["even"]
+        at = shared.chosen(even, self.count)
+        some, width = at[: 4 * shading.BLOCK], bilateral_widths(even, len(at))
+        points = shading.some(self.view.points, some @ (self.truth.shape[1], 1))
+        value, share = self.found.plain[tuple(at.T)], self.count / len(some)
+
+        def blockers():
+            return shared.slopes_at(shared.plain_rays, self.world, self.view, some)
+
+        spent = []
+        for _ in range(rounds + 1):
+            rays = share * timing.seconds(blockers)
+            shaded = share * timing.seconds(lambda: shading.shade(self.world, points))
+            filters = timing.seconds(lambda: shared.filtered(self.view, at, value, width))
+            turns = timing.seconds(lambda: shared.criterion(self.world, self.view))
+            spent.append((rays + filters + turns, turns, shaded))
+        found = {"time": 0, "mirror": 1}  # the first round compiles
+        rays = Ratio(shared.RAYS / shading.PER_SAMPLE, 0.0)
+        return {"rays": rays} | {
+            name: timing.of_rounds([(one[k], one[2]) for one in spent[1:]])
+            for name, k in found.items()
         }
 
     def finely(self) -> tuple[np.ndarray, dict[str, np.ndarray]]:
@@ -86,37 +117,49 @@ class Compared(NamedTuple):
     """Errors of images, and the images of four visibility samples.
 
     Attributes:
+        seeds: errors by density, (seeds, three measures and a crop each).
         table: errors by density and way, at equal samples.
-        cost: samples of uniform images, by what is equal.
-        equal: their errors, by what is equal and way.
+        cost: of a criterion over the shading of all samples, by what is counted.
+        equal: errors of uniform images that cost as much, by what is counted and way.
         budgets: of samples.
-        curves: RMSE at them, by density and way.
+        curves: the three errors at them by density and way, (budgets, 3).
         true: the truth with four visibility samples a pixel.
         images: the same of few samples, uniform and with blockers.
     """
 
-    table: dict[tuple[str, str], Errors]
-    cost: dict[str, int]
-    equal: dict[tuple[str, str], Errors]
+    seeds: dict[str, np.ndarray]
+    table: dict[tuple[str, str], np.ndarray]
+    cost: dict[str, Ratio]
+    equal: dict[tuple[str, str], np.ndarray]
     budgets: np.ndarray
     curves: dict[tuple[str, str], np.ndarray]
     true: np.ndarray
     images: dict[str, np.ndarray]
 
 
-def compared(run: Run, quick: bool) -> Compared:
+def lacks(e: Errors) -> Errors:
+    """Errors of which all are best at nothing: 1 - SSIM in place of SSIM."""
+    return e[0], e[1], 1.0 - e[2]
+
+
+def compared(run: Run, crops: Crops, quick: bool) -> Compared:
     """All that both scenes are asked."""
     density, N = run.density, run.count
-    table = {(k, w): run.errors(d, N, w) for k, d in density.items() for w in WAYS}
-    cost = run.costs()
-    equal = {(k, w): run.errors(density["even"], n, w) for k, n in cost.items() for w in WAYS}
-    budgets = np.array([int(N * s) for s in STEPS[:: 3 if quick else 1]] + [run.truth.size])
+    budgets = np.array([int(N * s) for s in STEPS])
     curves = {
-        (k, w): np.array([run.errors(density[k], n, w)[0] for n in budgets])
+        (k, w): np.array([lacks(run.errors(density[k], n, w)) for n in budgets])
         for k in COMPARED
         for w in WAYS
     }
-    return Compared(table, cost, equal, budgets, curves, *run.finely())
+    table = {key: curve[STEPS.index(1.0)] for key, curve in curves.items()}
+    table |= {("mirror", w): np.array(lacks(run.errors(density["mirror"], N, w))) for w in WAYS}
+    seeds, cost = run.seeds(crops, 3 if quick else 20), run.costs(2 if quick else 5)
+    equal = {
+        (k, w): np.array(lacks(run.errors(density["even"], int(N * (1.0 + c.mean)), w)))
+        for k, c in cost.items()
+        for w in WAYS
+    }
+    return Compared(seeds, table, cost, equal, budgets, curves, *run.finely())
 
 
 # --- pictures ------------------------------------------------------------------------------------
@@ -152,79 +195,82 @@ def _error(ax, miss, title: str) -> None:
 
 
 def _curves(ax, found: Compared) -> None:
-    for (name, way), rmse in found.curves.items():
+    for (name, way), errors in found.curves.items():
         style = "o-" if way == "bilateral" else "^--"
         label = f"{NAMES[name]}, {'filter' if way == 'bilateral' else 'triangles'}"
         colour = plotting.COLOURS[COMPARED.index(name)]
-        ax.loglog(found.budgets[:-1], rmse[:-1], style, color=colour, markersize=3,
+        ax.loglog(found.budgets, errors[:, 0], style, color=colour, markersize=3,
                   linewidth=1.0, label=label)  # fmt: skip
-    ax.set(title="i) error by budget; 0 when all are shaded", xlabel="samples",
+    ax.set(title="i) error by budget", xlabel="samples",
            ylabel="RMSE (W/(m$^2$ sr))")  # fmt: skip
+    ax.set_xticks(found.budgets, [f"{n:,}" for n in found.budgets])
+    ax.minorticks_off()
     ax.legend(fontsize=5.5)
 
 
 def kept(run: Run, found: Compared) -> tuple[dict, dict, str]:
     """Arrays, curves and the size in words, as a `Drawing` has them."""
     arrays = {"truth": found.true, **{f"image {k}": v for k, v in found.images.items()}}
-    columns = {f"{NAMES[k]}, {w}": v for (k, w), v in found.curves.items()}
+    arrays |= {f"seeds {k}": v for k, v in found.seeds.items()}
+    columns = {f"{NAMES[k]}, {w}": v[:, 0] for (k, w), v in found.curves.items()}
     size = f"{run.world.columns} x {run.world.rows} pixels, {run.count} samples"
     return arrays, {"rmse": {"samples": found.budgets, **columns}}, size
 
 
 # --- claims --------------------------------------------------------------------------------------
 
+WHY = {
+    "rays": "As many samples more as the rays to find blockers would shade buy more than these do.",
+    "time": "A ray that is asked for a distance costs two to three times one that is only asked "
+    "whether it is hidden, and the filter that spreads what they find is counted too: what "
+    "blockers cost would shade as many samples again, and more.",
+    "mirror": "What the criterion costs would shade more than it saves.",
+}
 
-def triple(e: Errors) -> str:
+
+def triple(e) -> str:
     """The three measures in words."""
-    return f"{e[0]:.4f}, {e[1]:.4f}, {e[2]:.4f}"
+    return ", ".join(f"{a:.4f}" for a in e)
 
 
-def better(e: Errors, other: Errors) -> bool:
-    """In all three measures."""
-    return e[0] < other[0] and e[1] < other[1] and e[2] > other[2]
+def over(values) -> tuple[float, float]:
+    """Mean and standard error."""
+    return float(np.mean(values)), float(np.std(values, ddof=1) / np.sqrt(len(values)))
 
 
-def claims(run: Run, found: Compared, crops: Crops) -> list[Claim]:
+def smaller(words: str = "better"):
+    """The rule for a ratio of errors."""
+    return at_least(1.0, f"'{words}': smaller error")
+
+
+def claims(run: Run, found: Compared, crops: Crops) -> list[Statement | Measurement]:
     """What holds of both scenes, or does not."""
     return [
-        *_equal_samples(found.table),
-        *_with_four(run, found, crops),
-        *_equal_cost(run, found),
-        *_triangulated(found.table),
+        *_equal_samples(found, crops),
+        *_equal_cost(found),
+        *_measured(run, found),
         _falling(found.curves),
     ]
 
 
-def _equal_samples(table) -> list[Claim]:
-    even = table["even", "bilateral"]
-    about = "RMSE (W/(m^2 sr)), RMSE on screen, SSIM at 20,000 samples"
-    claims = [Claim(f"{about}: uniform", None, triple(even))]
-    for name, words in shared.WORDS.items():
-        e = table[name, "bilateral"]
-        paper = "better than uniform" if name == "plain" else None
-        claims.append(Claim(f"{about}: {words}", paper, triple(e), "", better(e, even)))
+def _equal_samples(found: Compared, crops: Crops) -> list[Statement]:
+    """Uniform over adaptive by seeds; the adaptive one's density is the bandwidth itself."""
+    ratio = found.seeds["even"] / found.seeds["plain"]
+    scanned = f"{len(ratio)} seeds of the samples"
+    claims = []
+    for k, words in enumerate(MEASURES):
+        mean, error = over(ratio[:, k])
+        claims.append(Statement(f"Uniform over adaptive at 20,000 samples: {words}", "better", mean,
+                                smaller(), "D05 Fig. 17", "times", error, scanned))  # fmt: skip
+    for k, words in enumerate(crops, start=len(MEASURES)):
+        mean, error = over(ratio[:, k])
+        claims.append(Statement(f"Uniform over adaptive, error on screen at {words}",
+                                "better captures", mean, smaller("better captures"), "D05 Fig. 17",
+                                "times", error, scanned))  # fmt: skip
     return claims
 
 
-def _with_four(run: Run, found: Compared, crops: Crops) -> list[Claim]:
-    four = {k: shared.errors(v, found.true, run.white) for k, v in found.images.items()}
-    claims = [
-        Claim("The same with four visibility samples a pixel: uniform, then with blockers",
-              "better than uniform", f"{triple(four['even'])}; {triple(four['plain'])}", "",
-              better(four["plain"], four["even"]))
-    ]  # fmt: skip
-    true = shared.shown(found.true, run.white)
-    miss = {k: shared.shown(v, run.white) - true for k, v in found.images.items()}
-    for words, box in crops.items():
-        crop = _crop(true, box)
-        even, own = (float(np.sqrt(np.mean(miss[k][crop] ** 2))) for k in ("even", "plain"))
-        text = f"Error on screen at {words}, uniform over adaptive"
-        paper = "sharp detail better captured"
-        claims.append(Claim(text, paper, even / own, "times", even > own))
-    return claims
-
-
-def _equal_cost(run: Run, found: Compared) -> list[Claim]:
+def _equal_cost(found: Compared) -> list[Statement | Measurement]:
     words = {
         "rays": ("plain", "equal rays, those to find blockers counted"),
         "time": ("plain", "equal processor time, all that a criterion costs counted"),
@@ -232,27 +278,63 @@ def _equal_cost(run: Run, found: Compared) -> list[Claim]:
     }
     claims = []
     for kind, (name, how) in words.items():
-        claims.append(Claim(f"Uniform samples at {how}, over adaptive ones", None,
-                            found.cost[kind] / run.count, "times"))  # fmt: skip
+        cost = found.cost[kind]
+        claims.append(Measurement(f"Uniform samples at {how}, over adaptive ones", 1.0 + cost.mean,
+                                  "times", cost.error or None))  # fmt: skip
         for way, other in (("bilateral", ""), ("delaunay", ", both over triangulations")):
-            e, even = found.table[name, way], found.equal[kind, way]
-            text = f"Uniform image's RMSE, RMSE on screen, SSIM at {how}{other}"
-            paper = "adaptive is better (at equal samples)" if name == "plain" else None
-            claims.append(Claim(text, paper, triple(even), "", better(e, even)))
+            least, error = _least(found, kind, name, way)
+            claims.append(Statement(
+                f"Uniform over adaptive at {how}{other}: least of the three measures", None, least,
+                smaller(), OURS, "times", error, f"{len(found.seeds['even'])} seeds of the samples",
+                WHY[kind],
+            ))  # fmt: skip
     return claims
 
 
-def _triangulated(table) -> list[Claim]:
-    claims = []
-    for name, words in NAMES.items():
-        e, other = table[name, "delaunay"], table[name, "bilateral"]
-        claims.append(Claim(f"Over a triangulation in place of the filter: {words}", None,
-                            triple(e), "", better(e, other)))  # fmt: skip
-    return claims
+def _least(found: Compared, kind: str, name: str, way: str) -> tuple[float, float]:
+    """The least ratio where a uniform image costs as much as an adaptive one, and its error.
+
+    At equal samples the filter's ratio with blockers is the mean over seeds; without blockers and
+    over triangulations there is one seed. What more samples gain is measured at one seed; the cost
+    is known to its own error.
+    """
+    cost, count = found.cost[kind], len(found.seeds["even"])
+    each = {k: np.log(v[:, : len(MEASURES)]) for k, v in found.seeds.items()}
+    spread = np.std(each["even"] - each["plain"], 0, ddof=1)
+    ratio = np.log(found.table["even", way] / found.table[name, way])
+    if (name, way) == ("plain", "bilateral"):
+        ratio, spread = np.mean(each["even"] - each["plain"], 0), spread / np.sqrt(count)
+    gain = np.log(found.equal[kind, way] / found.table["even", way])
+    by_cost = gain / np.log1p(cost.mean) * cost.error / (1.0 + cost.mean)
+    by_gain = np.std(each["even"], 0, ddof=1) * np.sqrt(2.0)
+    k = int(np.argmin(ratio + gain))
+    least = float(np.exp(ratio[k] + gain[k]))
+    return least, least * float(np.sqrt(spread[k] ** 2 + by_cost[k] ** 2 + by_gain[k] ** 2))
 
 
-def _falling(curves) -> Claim:
-    falls = all(np.all(np.diff(rmse) < 0.0) for rmse in curves.values())
-    least = max(float(rmse[-1]) for rmse in curves.values())
-    words = "Every error falls from each budget to the next, and is nothing when all are shaded"
-    return Claim(words, None, f"{'yes' if falls else 'no'}, {least:.1e}", "", falls and not least)
+def _measured(run: Run, found: Compared) -> list[Measurement]:
+    """Errors themselves, and what the filter costs beside a triangulation."""
+    rows = [
+        Measurement(f"{', '.join(MEASURES)} at 20,000 samples, first seed: {words}",
+                    triple(found.table[name, "bilateral"]))
+        for name, words in NAMES.items()
+    ]  # fmt: skip
+    rows += [
+        Measurement(f"The filter over a triangulation, RMSE: {words}",
+                    float(found.table[name, "bilateral"][0] / found.table[name, "delaunay"][0]),
+                    "times")
+        for name, words in NAMES.items()
+    ]  # fmt: skip
+    four = {k: lacks(shared.errors(v, found.true, run.white)) for k, v in found.images.items()}
+    return [
+        *rows,
+        Measurement("Uniform over adaptive with four visibility samples a pixel, the three "
+                    "measures", triple(np.array(four["even"]) / np.array(four["plain"]))),
+    ]  # fmt: skip
+
+
+def _falling(curves) -> Statement:
+    most = max(float(np.max(e[1:, 0] / e[:-1, 0])) for e in curves.values())
+    words = "RMSE falls from each budget to the next, four times as large: largest ratio"
+    return Statement(words, None, most, at_most(1.0, "falls"), OURS,
+                     scanned="three densities, by the filter and over triangulations")  # fmt: skip

@@ -9,7 +9,6 @@ each lobe.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -37,9 +36,9 @@ def budget(quick: bool) -> int:
     return 288 if quick else 20000
 
 
-def chosen(density: np.ndarray, count: int) -> np.ndarray:
-    """Pixels to look at, shape (count, 2)."""
-    return np.argwhere(blue_noise_samples(density, count, exactly=True))
+def chosen(density: np.ndarray, count: int, seed: int = 0) -> np.ndarray:
+    """Pixels to look at, shape (count, 2); the seed is that of the blue noise."""
+    return np.argwhere(blue_noise_samples(density, count, seed=seed, exactly=True))
 
 
 # --- blockers ------------------------------------------------------------------------------------
@@ -200,13 +199,20 @@ def spread(bandwidth: np.ndarray, power: float = POWER, even: float = EVEN) -> n
     return maps.sampling_density(bandwidth, power=power, even=even)
 
 
-def image(view: View, truth: np.ndarray, density: np.ndarray, count: int, way: str = "bilateral"):
-    """Samples placed at a density, and what is made of them."""
-    at = chosen(density, count)
+def image(
+    view: View,
+    truth: np.ndarray,
+    density: np.ndarray,
+    count: int,
+    way: str = "bilateral",
+    seed: int = 0,
+) -> np.ndarray:
+    """What is made of samples that are placed at a density."""
+    at = chosen(density, count, seed)
     value = truth[tuple(at.T)]
     if way == "delaunay":
-        return at, triangulated(view, at, value)
-    return at, filtered(view, at, value, bilateral_widths(density, len(at)))
+        return triangulated(view, at, value)
+    return filtered(view, at, value, bilateral_widths(density, len(at)))
 
 
 def shown(value: np.ndarray, white: float) -> np.ndarray:
@@ -237,34 +243,20 @@ class Found(NamedTuple):
         maps: bandwidths by name [cycles per pixel].
         plain: mean slope of blockers, the paper's [1/m].
         criterion: what they were made of.
-        seconds: processor time by step.
     """
 
     maps: dict[str, np.ndarray]
     plain: np.ndarray
     criterion: Criterion
-    seconds: dict[str, float]
 
 
 def criteria(world: World, view: View, count: int) -> Found:
     """All criteria of an image, with slopes from `count` points."""
     even = np.ones(view.label.shape)
     at = chosen(even, count)
-    took, slopes = {}, []
-    width = bilateral_widths(even, len(at))
-    for name, kind in (("plain", plain_rays), ("light", lit_rays)):
-        slopes_at(kind, world, view, at[:1])  # compiled before it is timed
-        took[name], found = timed(lambda kind=kind: slopes_at(kind, world, view, at))
-        over = timed(lambda found=found: [filtered(view, at, each, width) for each in found])
-        took[f"{name} filter"] = over[0]
-        slopes += over[1]
-    took["differences"], c = timed(lambda: criterion(world, view))
+    width, slopes = bilateral_widths(even, len(at)), []
+    for kind in (plain_rays, lit_rays):
+        slopes += [filtered(view, at, a, width) for a in slopes_at(kind, world, view, at)]
+    c = criterion(world, view)
     made = {"mirror": mirror(c), "plain": plain(c, slopes[0]), "light": lobes(c, *slopes[1:])}
-    return Found(made, slopes[0], c, took)
-
-
-def timed(run):
-    """Processor time of a call, and what it gives."""
-    start = time.process_time()
-    found = run()
-    return time.process_time() - start, found
+    return Found(made, slopes[0], c)

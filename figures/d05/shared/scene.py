@@ -21,18 +21,23 @@ PERIOD, BARS, OPEN = 0.25, 7, 0.5
 RHO, HALF, REACH = 0.5, 5.0, 2.6
 
 
-def source() -> Gaussian:
+def source(sigma_v: float = SIGMA_V) -> Gaussian:
     """The area light: small, and brightest along its normal."""
-    return Gaussian([0.05, 0.02], np.diag([SIGMA_X**-2.0, SIGMA_V**-2.0]), 1.0, LEAVING)
+    return Gaussian([0.05, 0.02], np.diag([SIGMA_X**-2.0, sigma_v**-2.0]), 1.0, LEAVING)
 
 
-def path(harmonics: tuple[int, int] = (224, 136), period: float = PERIOD, bars: int = BARS) -> Path:
+def path(
+    harmonics: tuple[int, int] = (224, 136),
+    period: float = PERIOD,
+    bars: int = BARS,
+    sigma_v: float = SIGMA_V,
+) -> Path:
     """Source, travel, blockers, travel, arrival, differential irradiance, gathering."""
     box = Grid.spanning(harmonics, (HALF, REACH))  # holds the light at every step
     comb = comb_blocker(period, bars, LEAVING, OPEN, 0.0, 0.0, box)
     receiver = diffuse(RHO, REACH, box, nodes=80)
     chain: Chain = Travel(FIRST) >> comb >> Travel(SECOND) >> Arrival() >> receiver
-    return source() >> chain
+    return source(sigma_v) >> chain
 
 
 @eqx.filter_jit

@@ -1,18 +1,29 @@
 """The scene in space of D05 Figs. 1, 6 and 9: its light by rays, and the 4D prediction beside it.
 
-A round area light, a layer of opaque balls, one jittered in each cell of a square grid, a receiver
-that faces the light: coordinates of every step are positions and slopes across the central ray.
-Rays are traced against the balls. The prediction takes the balls for discs in their middle plane:
-a Gaussian light times a sum of plane waves stays one under every linear law, and factors into
-(x, v) and (y, w), so its 4D spectrum is a product of three matrices. Both are seen through the same
-Gaussian window.
+A round area light, a layer of balls, one jittered in each cell of a square grid, a receiver that
+faces the light: coordinates of every step are positions and slopes across the central ray. Rays are
+traced against the balls. The prediction takes the balls for discs in their middle plane: a Gaussian
+light times a sum of plane waves stays one under every linear law, and factors into (x, v) and
+(y, w), so its 4D spectrum is a product of three matrices. Both are seen through the same Gaussian
+window.
+
+Balls are opaque, as in the paper, or soft: `1 - exp(-(b / r)^2)` gets by at the distance b from the
+middle, a share of the light for each ball that a ray passes. Moments are asked of soft ones alone:
+behind a sharp rim the power falls as the third power of frequency, so its second moment grows with
+the band that is looked at and is no property of the light.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import functools
+import operator
 
+import equinox as eqx
+import jax
+import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float
 from scipy.special import j1
 
 from firstorder.conventions import SPACE_SLOPE
@@ -26,44 +37,54 @@ BOX = 4.8  # period of the prediction's plane waves: the light at the balls fits
 LEAVING = SPACE_SLOPE.turned()
 
 
-@dataclasses.dataclass(frozen=True)
-class Balls:
+class Balls(eqx.Module):
     """One ball in each square cell of side `period`, jittered so that it stays in there."""
 
-    period: float
-    centers: np.ndarray  # (cells, cells, 2)
-    radius: float
+    centers: Float[Array, "cells cells 2"]
+    period: float = eqx.field(static=True)
+    radius: float = eqx.field(static=True)
+    soft: bool = eqx.field(static=True)
 
     @classmethod
-    def jittered(cls, period: float, seed: int = 7, fill: float = 0.3) -> Balls:
-        """Radius `fill` of the period: a share pi fill^2 of the layer is blocked."""
+    def jittered(cls, period: float, seed: int = 7, fill: float = 0.3, soft: bool = False) -> Balls:
+        """Radius `fill` of the period: opaque ones block a share pi fill^2 of the layer."""
         cells = round(BOX / period)
         rng = np.random.default_rng(seed)
         middles = (np.arange(cells) + 0.5) * period - 0.5 * BOX
         grid = np.stack(np.meshgrid(middles, middles, indexing="ij"), -1)
         room = 0.8 * (0.5 - fill) * period
-        return cls(period, grid + rng.uniform(-room, room, grid.shape), fill * period)
+        centers = jnp.asarray(grid + rng.uniform(-room, room, grid.shape))
+        return cls(centers, period, fill * period, soft)
 
-    def visible(self, x, y, v, w) -> np.ndarray:
-        """Whether the ray through (x, y) of their middle plane with these slopes gets by."""
+    def through(self, x, y, v, w):
+        """Share of the light that gets by, of the ray through (x, y) of their middle plane."""
+        i, j = (jnp.floor((a + 0.5 * BOX) / self.period).astype(int) for a in (x, y))
+        near = (-1, 0, 1) if self.soft else (0,)
+        parts = [1.0 - self._hidden(i + a, j + b, x, y, v, w) for a in near for b in near]
+        return functools.reduce(operator.mul, parts)
+
+    def _hidden(self, i, j, x, y, v, w):
+        """What the ball of a cell hides."""
         cells = len(self.centers)
-        i, j = (np.floor((a + 0.5 * BOX) / self.period).astype(int) for a in (x, y))
         inside = (i >= 0) & (i < cells) & (j >= 0) & (j < cells)
-        c = self.centers[np.clip(i, 0, cells - 1), np.clip(j, 0, cells - 1)]
+        c = self.centers[jnp.clip(i, 0, cells - 1), jnp.clip(j, 0, cells - 1)]
         px, py = x - c[..., 0], y - c[..., 1]
         along = (px * v + py * w) ** 2 / (1.0 + v * v + w * w)
-        return ~(inside & (px * px + py * py - along < self.radius**2))
+        distance = (px * px + py * py - along) / self.radius**2
+        return inside * (jnp.exp(-distance) if self.soft else distance < 1.0)
 
     def series(self, harmonics: int) -> tuple[np.ndarray, np.ndarray]:
         """Frequencies along an axis, and Fourier coefficients of the discs' transparency."""
         k = np.arange(-harmonics, harmonics + 1)
         s = k / BOX
+        if self.soft:
+            return s, _sampled_series(self, k)
         q = np.hypot(s[:, None], s[None, :])
         safe = np.where(q > 0, q, 1.0)
         disc = np.where(
             q > 0, self.radius * j1(2 * np.pi * self.radius * safe) / safe, np.pi * self.radius**2
         )
-        c = self.centers.reshape(-1, 2)
+        c = np.asarray(self.centers).reshape(-1, 2)
         waves = np.exp(-2j * np.pi * np.outer(s, c[:, 0])) @ np.exp(
             -2j * np.pi * np.outer(c[:, 1], s)
         )
@@ -72,26 +93,47 @@ class Balls:
         return s, coefficients
 
 
+def _sampled_series(balls: Balls, k: np.ndarray, n: int = 240) -> np.ndarray:
+    """Coefficients of waves k of the transparency in the middle plane, from n^2 samples."""
+    x = (np.arange(n) + 0.5) * BOX / n - 0.5 * BOX
+    X, Y = np.meshgrid(x, x, indexing="ij")
+    waves = np.exp(-2j * np.pi * np.outer(k, x) / BOX) / n
+    return waves @ np.asarray(balls.through(X, Y, 0.0, 0.0)) @ waves.T
+
+
 # --- by rays -------------------------------------------------------------------------------------
 
 
-def emitted(x, y, v, w) -> np.ndarray:
+def emitted(x, y, v, w):
     """The light at its source."""
-    return np.exp(-0.5 * ((x * x + y * y) / SIGMA_X**2 + (v * v + w * w) / SIGMA_V**2))
+    return jnp.exp(-0.5 * ((x * x + y * y) / SIGMA_X**2 + (v * v + w * w) / SIGMA_V**2))
 
 
-def outgoing(x, y, v, w, balls: Balls | None, at: float) -> np.ndarray:
+def outgoing(x, y, v, w, balls: Balls | None, at: float):
     """Light `at` metres from the source, going away from it; balls stand at FIRST."""
     light = emitted(x + at * v, y + at * w, v, w)
     if balls is None:
         return light
     back = at - FIRST
-    return light * balls.visible(x + back * v, y + back * w, v, w)
+    return light * balls.through(x + back * v, y + back * w, v, w)
 
 
-def arrived(x, y, v, w, balls: Balls | None) -> np.ndarray:
+def arrived(x, y, v, w, balls: Balls | None):
     """Light on the receiver's side: the frame makes half a turn about the second axis."""
     return outgoing(-x, y, v, -w, balls, FIRST + SECOND)
+
+
+class Light(eqx.Module):
+    """Light on its way: `at` metres from the source, or arrived at the receiver."""
+
+    balls: Balls | None
+    at: float = eqx.field(static=True)
+    arriving: bool = eqx.field(static=True, default=False)
+
+    def __call__(self, x, y, v, w):
+        if self.arriving:
+            return arrived(x, y, v, w, self.balls)
+        return outgoing(x, y, v, w, self.balls, self.at)
 
 
 def _tilted(angle) -> np.ndarray:
@@ -99,40 +141,64 @@ def _tilted(angle) -> np.ndarray:
     return np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
 
 
-def reflected(x, y, v, w, balls, S, theta0, sigma, nodes=6) -> np.ndarray:
-    """Light off a glossy paraboloid `z = x.S x / 2`, across the mirrored ray: rays, exactly.
+class Glossed(eqx.Module):
+    """Light off a glossy paraboloid `z = -|x|^2 / (2 R)`, across the mirrored ray: rays, exactly.
 
     The lobe is a Gaussian in the plane across the outgoing ray, by Gauss-Hermite quadrature.
     """
-    frame = _tilted(-theta0)
-    p = x[..., None] * frame[:, 0] + y[..., None] * frame[:, 1]
-    d = -v[..., None] * frame[:, 0] - w[..., None] * frame[:, 1] + frame[:, 2]
-    d /= np.linalg.norm(d, axis=-1, keepdims=True)
-    Sd, Sp = d[..., :2] @ S, p[..., :2] @ S
-    a = 0.5 * np.sum(d[..., :2] * Sd, -1)
-    b = np.sum(p[..., :2] * Sd, -1) - d[..., 2]
-    c = 0.5 * np.sum(p[..., :2] * Sp, -1) - p[..., 2]
-    root = np.sqrt(np.maximum(b * b - 4.0 * a * c, 0.0))
-    q = p - (2.0 * c / (b - root))[..., None] * d
-    n = np.concatenate([-q[..., :2] @ S, np.ones_like(q[..., :1])], -1)
-    n /= np.linalg.norm(n, axis=-1, keepdims=True)
-    first = np.cross(d, [0.0, 1.0, 0.0])
-    first /= np.linalg.norm(first, axis=-1, keepdims=True)
-    second = np.cross(d, first)
-    t, weight = np.polynomial.hermite_e.hermegauss(nodes)
-    weight = weight / np.sqrt(2.0 * np.pi)
-    into, total = _tilted(theta0), np.zeros(x.shape)
-    for ta, wa in zip(t, weight, strict=True):
-        for tb, wb in zip(t, weight, strict=True):
-            m = d + sigma * (ta * first + tb * second)
-            m /= np.linalg.norm(m, axis=-1, keepdims=True)
-            r = (2.0 * np.sum(n * m, -1)[..., None] * n - m) @ into
-            ql = q @ into
+
+    balls: Balls
+    radius: float = eqx.field(static=True)
+    theta0: float = eqx.field(static=True)
+    sigma: float = eqx.field(static=True)
+    nodes: int = eqx.field(static=True)
+    on: float = eqx.field(static=True, default=0.0)
+
+    def __call__(self, x, y, v, w):
+        d, q, n = self._met(x + self.on * v, y + self.on * w, v, w)
+        first = jnp.cross(d, np.array([0.0, 1.0, 0.0]))
+        first /= jnp.linalg.norm(first, axis=-1, keepdims=True)
+        second = jnp.cross(d, first)
+        t, weight = np.polynomial.hermite_e.hermegauss(self.nodes)
+        weight = weight / np.sqrt(2.0 * np.pi)
+        into = _tilted(self.theta0)
+        ql = q @ into
+
+        def node(total, tw):
+            ta, tb, w = tw
+            m = d + self.sigma * (ta * first + tb * second)
+            m /= jnp.linalg.norm(m, axis=-1, keepdims=True)
+            r = (2.0 * jnp.sum(n * m, -1)[..., None] * n - m) @ into
             step = ql[..., 2] / r[..., 2]
-            coordinates = ql[..., 0] - r[..., 0] * step, ql[..., 1] - r[..., 1] * step
+            place = ql[..., 0] - r[..., 0] * step, ql[..., 1] - r[..., 1] * step
             slopes = -r[..., 0] / r[..., 2], -r[..., 1] / r[..., 2]
-            total += wa * wb * arrived(*coordinates, *slopes, balls)
-    return total
+            return total + w * arrived(*place, *slopes, self.balls), None
+
+        grid = [a.ravel() for a in np.meshgrid(t, t)]
+        nodes = jnp.stack([*grid, np.outer(weight, weight).ravel()], -1)
+        return jax.lax.scan(node, jnp.zeros(x.shape), nodes)[0]
+
+    def _met(self, x, y, v, w):
+        """Directions of rays across the mirrored one, where they meet the surface, and normals."""
+        frame, S = _tilted(-self.theta0), -np.eye(2) / self.radius
+        p = x[..., None] * frame[:, 0] + y[..., None] * frame[:, 1]
+        d = -v[..., None] * frame[:, 0] - w[..., None] * frame[:, 1] + frame[:, 2]
+        d /= jnp.linalg.norm(d, axis=-1, keepdims=True)
+        Sd, Sp = d[..., :2] @ S, p[..., :2] @ S
+        a = 0.5 * jnp.sum(d[..., :2] * Sd, -1)
+        b = jnp.sum(p[..., :2] * Sd, -1) - d[..., 2]
+        c = 0.5 * jnp.sum(p[..., :2] * Sp, -1) - p[..., 2]
+        root = jnp.sqrt(jnp.maximum(b * b - 4.0 * a * c, 0.0))
+        q = p - (2.0 * c / (b - root))[..., None] * d
+        n = jnp.concatenate([-q[..., :2] @ S, jnp.ones_like(q[..., :1])], -1)
+        return d, q, n / jnp.linalg.norm(n, axis=-1, keepdims=True)
+
+
+@eqx.filter_jit
+def _row(light, x, y, v):
+    """A light over (y, v, w) at one x."""
+    X, Y, V, W = jnp.meshgrid(x[None], y, v, v, indexing="ij")
+    return light(X, Y, V, W)[0]
 
 
 # --- windows and transforms ----------------------------------------------------------------------
@@ -163,16 +229,16 @@ class Window:
 
     def power(self, light) -> np.ndarray:
         """Power of the windowed, padded transform: axes (x, y, v, w)."""
-        x, v = self.axes
+        x, v = (jnp.asarray(a) for a in self.axes)
         values = np.empty((self.n,) * 4)
         for i in range(self.n):  # a slab at a time: memory
-            X, Y, V, W = np.meshgrid(x[i : i + 1], x, v, v, indexing="ij")
-            values[i] = light(X, Y, V, W)[0]
+            values[i] = _row(light, x[i], x, v)
+        x, v = self.axes
         gx, gv = (np.exp(-0.5 * (a / s) ** 2) for a, s in ((x, self.x), (v, self.v)))
         for axis, g in enumerate((gx, gx, gv, gv)):
             values *= g.reshape([-1 if k == axis else 1 for k in range(4)])
         size = (round(self.pad * self.n),) * 4
-        F = np.fft.fftshift(np.abs(np.fft.fftn(values.astype(np.complex64), size)) ** 2)
+        F = np.fft.fftshift(np.abs(np.fft.fftn(values.astype(np.complex64), size, range(4))) ** 2)
         return F / F.sum()
 
 
