@@ -14,26 +14,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from figures.verdicts import Measurement, Quantity, Statement, met
-
-
-@dataclasses.dataclass(frozen=True)
-class Claim:
-    """A claim whose verdict is typed; each is to become a `Statement` or a `Measurement`."""
-
-    claim: str
-    paper: Quantity
-    measured: Quantity
-    unit: str = ""
-    holds: bool | None = None
-
-    def as_json(self) -> dict[str, Any]:
-        """Plain values; numbers stay numbers."""
-        if self.holds is None:
-            return Measurement(self.claim, self.measured, self.unit).as_json()
-        rule = met(self.holds, "")
-        told = Statement(self.claim, self.paper, self.measured, rule, "", self.unit)
-        return told.as_json()
+from figures.verdicts import Measurement, Statement
 
 
 @dataclasses.dataclass(frozen=True)
@@ -51,7 +32,7 @@ class Drawing:
 
     figure: Figure
     arrays: dict[str, Any]
-    claims: Sequence[Statement | Measurement | Claim]
+    claims: Sequence[Statement | Measurement]
     curves: dict[str, dict[str, Any]] = dataclasses.field(default_factory=dict)
     size: str = ""
     seed: int | None = None

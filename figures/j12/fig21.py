@@ -4,8 +4,8 @@ The library's box. Each place casts 4 x 4 stratified rays of its own and multipl
 by a uniform number in [0, 2], as in the paper; 20 seeds. The places of about a thousand records are
 judged by what noise leaves of the radii (their scatter against the exact ones,
 `shared.exact_box`), by where the records go (their density against that of exact radii, on a grid
-of 8 x 8), and by the error that exact records at these places make, since the noisy values themselves err by their
-own noise.
+of 8 x 8), and by the error that exact records at these places make, since the noisy values
+themselves err by their own noise.
 
 Where none of the 16 rays meets light the radiometric Hessian is zero and its radius infinite, at
 any tolerance: the first such record ends the cache. The geometric one is infinite only where all

@@ -3,9 +3,9 @@
 Above is the library's box; the gain is scanned over 20 rooms with lamp and walls of random sizes
 and over 64, 256 and 1,024 records. Records hold the exact light (`shared.exact_box`), and no radius
 has a limit. Circles are J12's (70); ellipses are drawn by the corrected (73), whose axes keep the
-total error, and by the printed axes. As in the paper, reaches are drawn at half their size. Ratios of the
-axes are held at 8 in the corrected form, since an eigenvalue may vanish. Beside them stand the
-ellipses of Herzog et al. 2009, of which J12 §8.4 tells: harmonic means of the rays' lengths,
+total error, and by the printed axes. As in the paper, reaches are drawn at half their size. Ratios
+of the axes are held at 8 in the corrected form, since an eigenvalue may vanish. Beside them stand
+the ellipses of Herzog et al. 2009, of which J12 §8.4 tells: harmonic means of the rays' lengths,
 shortened along the gradient by a factor that the user sets for all.
 
 Forty per cent are not found in any room. What ellipses gain depends on how unlike the eigenvalues
