@@ -36,7 +36,6 @@ UNNOTICED = {
     # Statistics, searches and bounds.
     "J12.28": _STATISTICS,
     "J12.29": _STATISTICS,
-    "J12.30": "judged by the window it is made of, and as wide as the error bars",
     "J12.47": "two per cent are left of 16384 strata before a curved limb",
     "J12.71": "a bound from above holds of what is a little larger",
     "J12.fn2": _STATISTICS,

@@ -97,6 +97,7 @@ HOST = {
     "conventions.travel_sign",
     "flatland.light_fields.facing",
     # What makes or measures tables and images, in NumPy.
+    "caching.fill_surface",
     "caching.floats_per_record",
     "caching.gradient_discontinuities",
     "caching.ideal_region",
@@ -129,6 +130,13 @@ HOST = {
     "shadowfield.visible_lengths",
     "space.bounces.face_layout",
     "space.bounces.solve_radiosity",
+    # Photons in space are asked for by trees of SciPy.
+    "space.bounces.PhotonMap",
+    "space.bounces.final_gather",
+    "space.bounces.photon_irradiance",
+    "space.bounces.photon_map",
+    "space.bounces.photon_radiance_maps",
+    "space.bounces.photon_radiances",
     # Which edges of a mesh are seen: numbers of edges and faces, by a tracer on the host.
     "space.silhouettes.BruteForceTracer",
     "space.silhouettes.MeshSilhouettes",

@@ -47,6 +47,11 @@ def test_a_term_is_dropped_and_text_is_left_alone():
         'return g(a, "π" + "%s" % a)',
         'return g("π" + "%s" % a, a + b)',
     }
+    (dropped,) = [
+        fault for fault in faults_in("a.py", "def f(a, b):\n    return (a) - (b + 1)\n")
+        if fault.text == "(a)"
+    ]  # fmt: skip
+    assert dropped.applied("def f(a, b):\n    return (a) - (b + 1)\n").endswith("return (a)\n")
 
 
 @pytest.fixture(scope="module")

@@ -41,6 +41,9 @@ TESTED = {
         "caching/test_candidate_tables.py::test_gather_directions_come_by_their_cosine"
     ),
     "caching.filling.random_orders": "caching/test_filling.py::test_every_order_comes_as_often",
+    "space.bounces.photons._thrown": (
+        "space/bounces/test_photons.py::test_photons_of_even_directions_are_noticed"
+    ),
 }
 
 # What is given uniform numbers and turns them into directions, places and choices.
@@ -56,10 +59,10 @@ GIVEN = {
     "flatland.bounces._light_sampling.sample_light": (
         "flatland/bounces/test_light_sampling.py::test_lights_and_places_on_them_follow_their_law"
     ),
-    "space.bounces.pathtrace._scattered": (
+    "space.bounces._vertices.scattered": (
         "space/bounces/test_pathtrace.py::test_directions_follow_their_density"
     ),
-    "space.bounces.pathtrace._point_on": (
+    "space.bounces._surface_points.point_on": (
         "space/bounces/test_pathtrace.py::test_points_of_a_light_are_even_by_area"
     ),
     "imaging.sky_lights._by_luminance": (
@@ -72,6 +75,7 @@ GIVEN = {
 
 # What draws, but no samples of a density.
 OTHERS = {
+    "sampling._paths.follow_photons": "roulette and scattering are tested by themselves",
     "flatland.bounces.pathtrace._trees": "its lobes and lights are tested by themselves",
     "flatland._radiometry.reflected_radiance_over_curves": "one number in each equal piece",
     "flatland.estimators._irradiance_forms.arc_length_estimate_on_curves": (

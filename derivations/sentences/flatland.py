@@ -1,4 +1,4 @@
-"""J12 §3 to §5 in words: radiosity, normalisations, falloff, corners, photons, ends of sums."""
+"""J12 §3 to §5 in words: radiosity, normalisations, falloff, corners, ends of sums."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import itertools
 import numpy as np
 import sympy as sp
 
-from derivations.flatland.bounces.photonmap import counted, distances, excess
 from derivations.flatland.bounces.radiosity import (
     corner_kernel,
     eigenvalue,
@@ -115,41 +114,6 @@ def drawn_evenly() -> float:
     return float(max(np.max(np.abs(density * rate - 1.0)), np.max(np.abs(density * np.pi - 1.0))))
 
 
-# --- §4.4: photons -------------------------------------------------------------------------------
-
-
-def summed_over_all(k, n):
-    """(30) with its sum to N, all photons there are, over the arc of the k-th."""
-    return float(np.mean(n / (2.0 * distances(n)[:, int(k) - 1] * n)))
-
-
-def kept_nearest(k, n):
-    """The printed estimate of an even density 1 with k of n photons, as n grows: its mean."""
-    return float(np.mean(k / (2.0 * distances(n)[:, int(k) - 1] * n)))
-
-
-def _even(x):
-    """Chance that a point thrown evenly on [0, 1] lies to the left."""
-    return np.clip(x, 0.0, 1.0)
-
-
-def nearest_means() -> float:
-    """The library's excess of k nearest photons, against the mean over all even throws.
-
-    With the k-th left out, too: then there is none.
-    """
-    from firstorder.flatland.bounces.photonmap import DensityEstimator
-    from firstorder.sampling._density import expected_k_nearest
-
-    worst = 0.0
-    for k in (2, 5, 40):
-        for kept in (k, k - 1):
-            mean = expected_k_nearest(_even, 0.5, k, 4000, kept, nodes=1000).mean[0]
-            ours = DensityEstimator(k=k, keep_farthest=kept == k).excess
-            worst = max(worst, abs(ours / float(mean) - 1.0))
-    return worst
-
-
 # --- §5.1: the ends of the sum -------------------------------------------------------------------
 
 
@@ -187,7 +151,6 @@ def ends_of_strata() -> float:
 
 
 NONE = {"fourier": na("no spectrum")}
-PHOTONS = "firstorder.flatland.bounces.photonmap.DensityEstimator.excess"
 ROWS = [
     Row(
         "J12.s3.1a",
@@ -239,35 +202,6 @@ ROWS = [
         autodiff=Check(drawn_evenly, 1e-12),
         brute_force=na("one route"),
         **NONE,
-    ),
-    Row(
-        "J12.s4.4a",
-        "misprint",
-        implements=PHOTONS,
-        symbolic=excess,
-        autodiff=na("no derivative"),
-        brute_force=Check(nearest_means, 1e-9),
-        **NONE,
-        corrected="the sum is over the photons of P, the k nearest or those within r",
-        counterexample=Counterexample(
-            {"k": 5.0, "n": 200.0}, printed=summed_over_all, true=counted
-        ),
-        note="N is not explained there; it is the number of samples in (28) and of paths in (29).",
-    ),
-    Row(
-        "J12.s4.4b",
-        "over-claim",
-        implements=PHOTONS,
-        symbolic=excess,
-        autodiff=na("no derivative"),
-        brute_force=Check(nearest_means, 1e-9),
-        **NONE,
-        corrected="k nearest photons are k / (k - 1) too bright however many there are: consistent "
-        "only if k grows without limit and k / N falls to zero, and a fixed width only if it "
-        "falls to zero while N times it grows",
-        counterexample=Counterexample({"k": 5.0, "n": 4000.0}, printed=counted, true=kept_nearest),
-        note="Printed is the density itself, to which the caption lets it converge. The library "
-        "leaves the k-th photon out.",
     ),
     Row(
         "J12.s5.1a",

@@ -24,6 +24,7 @@ def everything(s):
         "harmonic_mean_distance": caching.harmonic_mean_distance(jnp.stack([s, 2.0 * s])),
         "_weighted": caching.harmonic_mean_distance(jnp.stack([s, 3.0 * s]), jnp.stack([s, 1.0])),
         "elliptic_regions": caching.elliptic_regions(H, 0.02 * s, 0.05, 0.9).matrix,
+        "gradient_regions": caching.gradient_regions(near, 0.2 * s, 0.05, 0.9).matrix,
         "semi_axes": caching.semi_axes(H, 0.02 * s)[0],
         "_principal": ellipses._principal(H)[0],
         "_positive_part": radii._positive_part(H),
@@ -67,6 +68,9 @@ OTHERS = {
     "Fit", "fit", "random_orders", "ideal_region", "rms", "radius_for", "floats_per_record",
     "largest_set", "ssim", "neighbour_clamping", "OcclusionTable", "occlusion_table",
     "CandidateTable", "tabulate_candidates", "GatherDirections", "gather_directions",
+    "fill_surface",
+    # On surfaces in space: with the walk over all packages.
+    "SurfaceCache", "displacement", "hessian_along", "screen_limits",
 }  # fmt: skip
 
 

@@ -1,8 +1,10 @@
 """Probes of caches: what records hold, how far they reach, and what they say."""
 
+import jax
 import jax.numpy as jnp
 
-from firstorder import caching, flatland
+from firstorder import caching, flatland, space
+from firstorder.imaging import pinhole
 
 
 def held(s):
@@ -60,6 +62,26 @@ def lengths(s):
     }
 
 
+def on_surfaces(s):
+    """A record below a lamp, asked beside it, and the radii that a camera allows."""
+    lamp = space.sphere((0.0, 0.0, 3.0), 1.0)
+    scene = space.Scene.of(space.primitive(lamp, emission=s))
+    at = space.Receiver.at(jnp.stack([jnp.stack([0.1 * s, 0.0, 1.0])]))
+    beside = space.Receiver.at(jnp.stack([0.1 * s, 0.2, 0.95]), jnp.stack([0.1 * s, 0.1, 1.0]))
+    found = jax.vmap(lambda at: space.derivatives(space.irradiance, scene, at))(at)
+    with jax.ensure_compile_time_eval():
+        camera = pinhole((0.0, 0.0, 4.0), (0.0, 0.0, 0.0), up=(0.0, 1.0, 0.0), gamma=2.0)
+    return {
+        "caching.SurfaceCache": caching.SurfaceCache(at, found, jnp.stack([s]), order=2)(beside),
+        "caching.displacement": caching.displacement(at, beside),
+        "caching.hessian_along": caching.hessian_along(found, s * jnp.eye(2)),
+        "caching.screen_limits": caching.screen_limits(camera, at.position, 0.01),
+        "caching.gradient_regions": caching.gradient_regions(
+            found.gradient[:, :2], s, 0.05, 1.5
+        ).matrix,
+    }
+
+
 def below(s):
     """Records on a floor below a lamp."""
     floor = flatland.primitive(flatland.Segments((-1.0, 0.0), (1.0, 0.0)))
@@ -88,6 +110,13 @@ PROBES = {
             "caching.radius_with_events",
         ),
         lengths,
+    ),
+    **dict.fromkeys(
+        (
+            "caching.SurfaceCache", "caching.displacement", "caching.hessian_along",
+            "caching.screen_limits", "caching.gradient_regions",
+        ),
+        on_surfaces,
     ),
     "caching.scene_candidates": below,
 }  # fmt: skip

@@ -68,7 +68,10 @@ def traced(s):
     maps = bounces.RadianceMaps(room, s * jnp.ones((4, 2, 2)))
     place = tuple(jnp.stack([a]) for a in (0.5 + 0.1 * s, 0.5 + 0.0 * s, 0.0 * s))
     up = tuple(jnp.zeros(1) + a for a in (0.0 * s, 0.0, 1.0))
+    photons = bounces.trace_photons(room, key, 32, 1)
     return {
+        "space.bounces.Photons": s * photons.flux,
+        "space.bounces.trace_photons": s * photons.position,
         "space.bounces.path_irradiance": bounces.path_irradiance(
             room, at, key=key, paths=4, bounces=1, lanes=4
         ).mean,
@@ -142,7 +145,8 @@ PROBES = {
         "hemisphere_triangulation", "occlusion_aware_estimate",
     ),
     **named(
-        "bounces", traced, "path_irradiance", "path_radiance", "rectangle_irradiance",
+        "bounces", traced, "Photons", "trace_photons", "path_irradiance", "path_radiance",
+        "rectangle_irradiance",
         "RadianceMaps", "trace_maps", "refine_maps",
     ),
     **named("meshes", facets, "Mesh", "mesh", "vertex_normals"),

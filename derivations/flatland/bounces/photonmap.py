@@ -9,32 +9,9 @@ from __future__ import annotations
 import numpy as np
 import sympy as sp
 
+from derivations.sampling.density import counted, excess, nearest
 from firstorder.checks.tolerance import fitted_order
 from firstorder.ledger import Check, Counterexample, Row, na
-
-
-def excess():
-    """K nearest points of a line of even density f: `E[k / (2 r)] = f k / (k - 1)`.
-
-    In a Poisson process the count in a window of half-width r has the mean 2 f r, so that the
-    chance of fewer than k is `sum_{j<k} exp(-2 f r) (2 f r)^j / j!`; its derivative is the law of
-    the k-th distance. For N points thrown evenly on [0, 1] the window's share p = 2 r has the law
-    `k C(N, k) p^(k-1) (1-p)^(N-k)`. Leaving the farthest out gives f in both.
-    """
-    f, r, p = sp.symbols("f r p", positive=True)
-    out = []
-    for k in (2, 5):
-        fewer = sum(sp.exp(-2 * f * r) * (2 * f * r) ** j / sp.factorial(j) for j in range(k))
-        law = sp.simplify(-sp.diff(fewer, r))
-        out.append(sp.integrate(law, (r, 0, sp.oo)) - 1)
-        mean = sp.integrate(sp.expand(law / (2 * r)), (r, 0, sp.oo))
-        out += [k * mean - f * sp.Rational(k, k - 1), (k - 1) * mean - f]
-        for n in (k + 1,):
-            thrown = k * sp.binomial(n, k) * p ** (k - 1) * (1 - p) ** (n - k)
-            share = sp.integrate(sp.expand(thrown / p), (p, 0, 1)) / n
-            out += [sp.integrate(sp.expand(thrown), (p, 0, 1)) - 1]
-            out += [k * share - sp.Rational(k, k - 1), (k - 1) * share - 1]
-    return out
 
 
 def boundary():
@@ -65,22 +42,6 @@ def order_of_the_width() -> float:
     return abs(fitted_order(radii, errors) - 2.0)
 
 
-def distances(n, runs=4000):
-    """From the middle of [0, 1] to n points thrown evenly, sorted; one seed."""
-    x = np.random.default_rng(30).random((runs, int(n)))
-    return np.sort(np.abs(x - 0.5), axis=1)
-
-
-def nearest(k, n):
-    """Mean of the printed estimate, k / (2 r n)."""
-    return float(np.mean(k / (2.0 * distances(n)[:, int(k) - 1] * n)))
-
-
-def counted(k, n):
-    """The density of the same points, by how many fall into a window of fixed width."""
-    return float(np.mean(distances(n) < 0.1) / 0.2)
-
-
 def library_measured() -> float:
     """The library's map on thrown photons: k - 1 of the k nearest; worst z over its threshold."""
     import jax
@@ -95,7 +56,30 @@ def library_measured() -> float:
     w = jax.jit(jax.vmap(lambda a: nearest_window(a, jnp.array([0.5]), k, none, all_)))(at)
     seen = (k - 1) / (2.0 * np.asarray(w.radius)[:, 0] * n)
     z = z_test(seen.mean(), seen.std(ddof=1) / np.sqrt(runs), 1.0)
-    return max(z.worst / z.threshold, order_of_the_width() / 0.05)
+    return max(z.worst / z.threshold, order_of_the_width() / 0.05, of_the_nearest() / 1e-9)
+
+
+def of_the_nearest() -> float:
+    """The library's irradiance on a floor, over the flux of k - 1 of its k nearest by `2 r`."""
+    import jax
+    import jax.numpy as jnp
+
+    from firstorder.flatland import receiver
+    from firstorder.flatland.bounces import photonmap, trace_photons
+    from firstorder.flatland.library import scene_c
+
+    k, scene = 20, scene_c()
+    (floor,) = scene.named("floor")
+    photons = trace_photons(scene, jax.random.key(4), 2000, 1)
+    here = np.asarray((photons.index == floor) & photons.front)
+    ends = [np.asarray(receiver(scene, floor, s).position) for s in (0.0, 1.0)]
+    away = np.linalg.norm(ends[1] - ends[0]) * np.abs(np.asarray(photons.s)[here] - 0.5)
+    order = np.argsort(away)[:k]
+    true = np.asarray(photons.flux)[here][order[:-1]].sum() / (2.0 * away[order[-1]])
+    mapped = photonmap.photon_map(scene, photons)
+    where = jnp.array([floor]), jnp.array([True]), jnp.array([0.5])
+    found = photonmap.photon_irradiance(mapped, photonmap.DensityEstimator(k=k), *where)
+    return abs(float(found[0]) / true - 1.0)
 
 
 ROWS = [

@@ -42,13 +42,17 @@ class Attacked:
     """What became of a row under attack.
 
     Attributes:
-        row: that was judged.
+        equation: of the row that was judged.
+        implements: the name that was put out of true.
+        reason: why the row is excepted; "" if it is not.
         noticed: by factor, the route that failed; "" if none did.
         called: whether any route called what the row names.
         refused: why it cannot be attacked; "" if it can.
     """
 
-    row: Row
+    equation: str
+    implements: str
+    reason: str
     noticed: dict[float, str]
     called: bool
     refused: str = ""
@@ -64,8 +68,8 @@ class Attacked:
         counted = [route for factor, route in self.noticed.items() if factor in REQUIRED]
         counted = counted or list(self.noticed.values())
         if all(counted):
-            return "notices, against its exception" if self.row.unnoticed else "notices"
-        if self.row.unnoticed:
+            return "notices, against its exception" if self.reason else "notices"
+        if self.reason:
             return "excepted"
         if any(counted):
             return "notices in part"
@@ -79,18 +83,18 @@ class Attacked:
     def as_json(self) -> dict[str, Any]:
         """The object that `firstorder ledger --attack --json` writes."""
         return {
-            "equation": self.row.equation,
-            "implements": self.row.implements,
+            "equation": self.equation,
+            "implements": self.implements,
             "status": self.status,
             "noticed": {f"{factor:g}": route for factor, route in self.noticed.items()},
-            "reason": self.row.unnoticed,
+            "reason": self.reason,
         }
 
     def __str__(self) -> str:
         """One line: id, status, the routes that noticed, the name, the reason of an exception."""
         routes = "  ".join(f"{f:g}:{route or '-':11}" for f, route in self.noticed.items())
-        line = f"{self.row.equation:26} {self.status:16} {routes}  {self.row.implements}"
-        return f"{line}  {self.refused or self.row.unnoticed}".rstrip()
+        line = f"{self.equation:26} {self.status:16} {routes}  {self.implements}"
+        return f"{line}  {self.refused or self.reason}".rstrip()
 
 
 def attack(rows: Sequence[Row], factors: Sequence[float] = FACTORS) -> list[Attacked]:
@@ -134,7 +138,10 @@ def attack(rows: Sequence[Row], factors: Sequence[float] = FACTORS) -> list[Atta
                     route = _first_to_notice(row)
                 noticed[row.equation][factor] = route
                 called[row.equation] |= bool(calls)
-    return [Attacked(r, noticed[r.equation], called[r.equation]) for r in rows]
+    return [
+        Attacked(r.equation, r.implements, r.unnoticed, noticed[r.equation], called[r.equation])
+        for r in rows
+    ]
 
 
 def _first_to_notice(row: Row) -> str:

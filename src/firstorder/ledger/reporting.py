@@ -189,7 +189,7 @@ def _attack(
             groups[row.implements].append(equation)
     work = functools.partial(_attack_group, gathered)
     found: list[Attacked] = [a for g in _each(work, list(groups.values()), jobs) for a in g]
-    found.sort(key=lambda a: list(ledger).index(a.row.equation))
+    found.sort(key=lambda a: list(ledger).index(a.equation))
     print(*found, sep="\n")
     counts = collections.Counter(a.status for a in found)
     print("\n" + ", ".join(f"{n} {status}" for status, n in counts.items()))
@@ -204,4 +204,5 @@ def _attack_group(gathered: Gather, equations: Sequence[str]) -> list[Attacked]:
     try:
         return attack(rows)
     except ValueError as refused:
-        return [Attacked(row, {}, called=False, refused=str(refused)) for row in rows]
+        told = {"noticed": {}, "called": False, "refused": str(refused)}
+        return [Attacked(r.equation, r.implements, r.unnoticed, **told) for r in rows]

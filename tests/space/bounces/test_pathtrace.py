@@ -21,6 +21,8 @@ from firstorder.space import (
     receiver,
 )
 from firstorder.space.bounces import pathtrace
+from firstorder.space.bounces._surface_points import area_density, point_on
+from firstorder.space.bounces._vertices import Vertex, brdf, scattered
 from firstorder.space.bounces.pathtrace import path_irradiance, path_radiance
 from firstorder.space.direct_lighting import irradiance
 from firstorder.space.library._scenes import _floor, _lamp, _walls, j12_box
@@ -201,7 +203,7 @@ def vertices(surface, count):
     one = [v / np.linalg.norm(v) for v in (normal, back)]
     normal, back = (jnp.asarray(np.tile(v, (count, 1))) for v in one)
     number = lambda a: jnp.full(count, float(a))  # noqa: E731
-    return pathtrace._Vertex(
+    return Vertex(
         0.0 * normal, normal, jnp.full(count, -1), back, *map(number, (albedo, specular, exponent))
     )
 
@@ -223,14 +225,14 @@ def expected_shares(surface, bins, nodes=6):
     local = np.stack([rho * np.cos(phi), rho * np.sin(phi), z], -1)
     here = vertices(surface, len(z))
     along = local @ np.asarray(orthonormal_frame(here.normal[:1]))[0].T
-    density = np.asarray(eqx.filter_jit(pathtrace._brdf)(here, jnp.asarray(along))[1])
+    density = np.asarray(eqx.filter_jit(brdf)(here, jnp.asarray(along))[1])
     each = 2.0 * np.pi * density.reshape(bins * nodes, -1) * np.outer(weight, weight)
     return each.reshape(bins, nodes, bins, nodes).sum((1, 3))
 
 
 def directions_p_value(surface, law, u, bins=10):
     """Chi-square of scattered directions against the density of a surface; below is one bin."""
-    along = eqx.filter_jit(pathtrace._scattered)(vertices(surface, len(u)), jnp.asarray(u))[0]
+    along = eqx.filter_jit(scattered)(vertices(surface, len(u)), jnp.asarray(u))[0]
     above = np.histogramdd(in_frame(along), bins, ((0, 1), (0, 1)))[0]
     share = expected_shares(law, bins)
     seen = np.append(above, len(u) - above.sum())
@@ -279,9 +281,9 @@ def test_points_of_a_light_are_even_by_area(name, key):
     @jax.jit
     def drawn(u):
         scene = Scene.of(primitive(SHAPES[name], emission=1.0))
-        point, normal = jax.vmap(lambda u: pathtrace._point_on(shape, u))(u)
+        point, normal = jax.vmap(lambda u: point_on(shape, u))(u)
         index = jnp.zeros(len(point), jnp.int32)
-        return point, pathtrace._area_density(scene, index, normal)
+        return point, area_density(scene, index, normal)
 
     point, density = drawn(u)
     assert uniform_p_value(undone(name, point)) > LEVEL

@@ -95,7 +95,7 @@ def test_many_segments_are_cut_as_each_is_alone():
     np.testing.assert_allclose(found, alone, atol=1e-12)
     assert np.count_nonzero(np.asarray(found)) >= 4
     planes = jnp.array([[0.3, 1.0, -0.1], [1.0, 0.1, 0.2], [0.0, 0.0, 1.0]])
-    found = crossings.lines_on_planes(jnp.array(ends), planes)
+    found = crossings.lines_on_planes(jnp.array(ends), planes, jnp.ones(3))
     alone = [[along_segment(one, n) for n in planes] for one in lines]
     np.testing.assert_allclose(found, alone, atol=1e-15)
 

@@ -9,7 +9,6 @@ from firstorder.space.bounces._radiance_maps import (
 )
 from firstorder.space.bounces.pathtrace import path_irradiance, path_radiance
 from firstorder.space.bounces.photonmap import (
-    FacePhotons,
     PhotonMap,
     final_gather,
     photon_irradiance,
@@ -31,7 +30,6 @@ __all__ = [
     "refine_maps",
     "Photons",
     "trace_photons",
-    "FacePhotons",
     "PhotonMap",
     "photon_map",
     "DensityEstimator",

@@ -46,7 +46,7 @@ LATTICE = 256  # points of a disc by which it is told how much of it lies on the
 MOST_FACES = 6
 
 
-class FacePhotons(NamedTuple):
+class _FacePhotons(NamedTuple):
     """Photons on one side of one face.
 
     Attributes:
@@ -69,7 +69,7 @@ class PhotonMap:
     """
 
     scene: Scene
-    faces: dict[int, FacePhotons]
+    faces: dict[int, _FacePhotons]
     photons: Photons
 
 
@@ -88,8 +88,9 @@ def photon_map(scene: Scene, photons: Photons) -> PhotonMap:
         >>> from firstorder.space.bounces import photonmap, photons
         >>> from firstorder.space.library import j12_box
         >>> found = photons.trace_photons(j12_box(), jax.random.key(0), 1000, 2)
-        >>> sorted(photonmap.photon_map(j12_box(), found).faces)  # fronts of floor and two walls
-        [0, 12, 36]
+        >>> found = photonmap.photon_map(j12_box(), found)
+        >>> sorted(found.faces)  # fronts of floor, left wall, lamp and right wall
+        [0, 12, 24, 36]
     """
     there = np.asarray(photons.index).ravel() >= 0
     rows = photons.index.ndim
@@ -98,7 +99,7 @@ def photon_map(scene: Scene, photons: Photons) -> PhotonMap:
     faces = {}
     for number in np.unique(side):
         which = side == number
-        faces[int(number)] = FacePhotons(KDTree(landed.position[which]), landed.flux[which])
+        faces[int(number)] = _FacePhotons(KDTree(landed.position[which]), landed.flux[which])
     return PhotonMap(scene, faces, landed)
 
 
@@ -154,7 +155,7 @@ def photon_irradiance(
         >>> found = photonmap.photon_map(j12_box(), traced)
         >>> floor = Receiver.at((0.5, 0.5, 0.0), on=0)
         >>> k = photonmap.DensityEstimator(k=200)
-        >>> bool(0.2 < photonmap.photon_irradiance(found, k, floor) < 0.4)
+        >>> bool(0.12 < photonmap.photon_irradiance(found, k, floor) < 0.21)
         True
     """
     if np.any(np.asarray(at.on) < 0):
@@ -179,7 +180,7 @@ def _in_a_row(at: Receiver) -> Receiver:
     return Receiver(position, axes, S.reshape(-1, 2, 2), jnp.asarray(at.on).reshape(-1))
 
 
-def _near(found: FacePhotons, how: DensityEstimator, place: np.ndarray):
+def _near(found: _FacePhotons, how: DensityEstimator, place: np.ndarray):
     """Flux within a disc, and its radius; zero where it holds too little to have one."""
     if not how.k:
         rows = found.tree.query_ball_point(place, how.radius)
@@ -267,7 +268,7 @@ def photon_radiances(
         >>> traced = photons.trace_photons(j12_box(), jax.random.key(0), 20_000)
         >>> k = photonmap.DensityEstimator(k=200, cut=True)
         >>> L = photonmap.photon_radiances(photonmap.photon_map(j12_box(), traced), k)
-        >>> bool(0.1 < largest_radiance(L) < 1.0)  # no more than the lamp's
+        >>> bool(0.02 < largest_radiance(L) < 0.05)  # of the left wall; the lamp's is 1
         True
     """
     check_positive("every", every)
@@ -353,8 +354,8 @@ def final_gather(
         >>> from firstorder.space.library import j12_box
         >>> box, k = j12_box(), photonmap.DensityEstimator(k=100)
         >>> found = photonmap.photon_map(box, photons.trace_photons(box, jax.random.key(0), 5000))
-        >>> at, where = Receiver.at((0.5, 0.5, 0.0), on=0), hemisphere_strata(8, 32)
-        >>> bool(0.2 < photonmap.final_gather(box, at, where=where, photons=found, how=k) < 0.4)
+        >>> at, where = Receiver.at((0.5, 0.5, 0.0), on=0), hemisphere_strata(32, 128)
+        >>> bool(0.14 < photonmap.final_gather(box, at, where=where, photons=found, how=k) < 0.18)
         True
     """
     check_asked(scene, Scene, at, Receiver)
