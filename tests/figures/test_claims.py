@@ -50,16 +50,20 @@ def test_the_readme_counts_the_claims_that_are_kept():
 
 
 # What the README tells of claims that do not hold: figure, how the claim begins, its words for it.
-MINIMUM = "RMS error of the minimum split sphere over the radiometric Hessian, box with a block"
 TOLD = [
     ("d05_fig15", "(20) bounds what the eye sees in a valley", "up to {:,.0f} times"),
     ("d05_fig15", "(21) bounds what the eye sees behind an edge", "{:,.0f} times"),
-    ("j12_fig19", MINIMUM, "{:.2f} of its"),
-    ("j12_fig22", "RMS error of ellipses below that of circles, geometric", "gain {:.0f} %"),
+    (
+        "j12_fig22",
+        "RMS error of ellipses below that of circles, geometric",
+        "{:.0f} % of the error",
+    ),
+    ("j12_fig13", "A way to enforce a user-specified error bound: largest", "{:.0f} times"),
     ("r07_fig15", "Time of the full image over that of 17 % by gradient", "{:.1f} times as fast"),
     ("r07_fig15", "What gradients add to the time of values", "add {:.0f} %"),
-    ("r07_fig04", "wide scene, Lambertian, far: B_x is SV+CDV", "{:.2f} of the derivative"),
-    ("e11_fig01", "Largest error at 1 shared ray a pixel", "{:.1f} % of the light"),
+    ("r07_fig04", "Lambertian, far: B_x is SV+CDV", "{:.2f} of the derivative"),
+    ("e11_fig01", "Time of stratified rays over that of 1 shared", "are {:.1f} times as fast"),
+    ("e11_fig05", "At the rates (17) and (18) replicas stay off", "in {:.0%} of lay-outs"),
 ]
 
 
@@ -67,8 +71,36 @@ TOLD = [
 def test_what_the_readme_tells_of_a_claim_is_what_was_measured(figure, claim, words):
     found = [r for r in claims.kept() if r["figure"] == figure and r["claim"].startswith(claim)]
     assert [r["verdict"] for r in found] == [REFUTED]
-    assert words.format(found[0]["measured"]) in " ".join(README.split())
+    told = words.format(found[0]["measured"]).replace("%", " %").replace("  %", " %")
+    assert told in " ".join(README.split())
     assert f"`{figure}`" in README
+
+
+# Statements within their error bar: what was scanned does not tell.
+OPEN = {
+    ("d05_fig17", "Uniform over adaptive at equal processor time, all that a criterion costs"),
+    (
+        "d05_fig17_meshes",
+        "Uniform over adaptive at equal processor time, all that a criterion costs",
+    ),
+    ("e11_fig14", "These artifacts go away using 3.0 rays a pixel, grids"),
+    ("e11_fig15", "10 rays and a higher limit capture more shadow frequencies"),
+    ("j12_occlusion_hessian", "Computing the Hessian too results in roughly 50 % more time"),
+    ("r07_fig15", "A second-order analysis should guide sampling"),
+}
+
+
+def test_every_statement_says_where_it_stands_how_it_was_read_and_why_it_is_refuted():
+    kept = claims.statements(claims.kept())
+    assert [r["claim"] for r in kept if not (r["source"] and r["rule"])] == []
+    refuted = [r for r in kept if r["verdict"] == REFUTED]
+    assert [r["claim"] for r in refuted if not r["reason"].endswith(".")] == []
+
+
+def test_no_statement_is_without_a_verdict_but_those_named_here():
+    undecided = [r for r in claims.kept() if r["verdict"] == UNDECIDED]
+    named = [any(r["figure"] == f and r["claim"].startswith(c) for f, c in OPEN) for r in undecided]
+    assert all(named)
 
 
 def test_a_section_is_replaced_and_found_again():
