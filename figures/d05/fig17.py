@@ -23,7 +23,7 @@ What loses. The filter loses most: over a triangulation that does not cross labe
 everywhere. It blurs what is curved or slanted, where its normals admit little, and fails where it
 looks at the nearest samples alone: beside a densely sampled shape they all lie on the shape
 (`reconstruction.bilateral` looks farther). Blockers matter on screen; without them the criterion
-costs a tenth of the time, and radiance alone gains as much.
+costs less than a tenth of the time, and radiance alone gains as much.
 """
 
 from __future__ import annotations

@@ -6,9 +6,9 @@ four visibility samples a pixel and of costs holds here too (`d05.shared.compare
 processor times of one run, over that of its own shading; only their ratio counts.
 
 At equal samples and at equal rays the adaptive image is better in all measures, by the filter and
-over triangles. At equal time it is not: a ray that is asked for a distance, in double, takes three
-times as long as one that is only asked whether it is hidden. Without blockers the criterion costs a
-tenth of the time, and the adaptive image wins by all measures whatever is equal.
+over triangles. At equal time it is not: a ray that is asked for a distance takes two to three times
+as long as one that is only asked whether it is hidden. Without blockers the criterion costs less
+than a tenth of the time, and the adaptive image wins by all measures whatever is equal.
 """
 
 from __future__ import annotations
