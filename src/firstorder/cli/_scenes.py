@@ -36,6 +36,8 @@ class Scene:
     """Samples along each receiver."""
     indirect: bool = False
     """All bounces between diffuse surfaces, and not direct light alone."""
+    outside: bool = False
+    """Read files that the scene names outside of its folder, too."""
 
     def run(self) -> int:
         """Read, measure, write."""
@@ -57,7 +59,11 @@ class Scene:
                 f"Argument `out` must end in {' or '.join(PICTURES)}, but is {self.out.name}."
             )
         known = self.source in scenes.scene_names()
-        scene = scenes.named_scene(self.source) if known else read_scene(self.source)
+        scene = (
+            scenes.named_scene(self.source)
+            if known
+            else read_scene(self.source, outside=self.outside)
+        )
         if self.toml is not None:
             write_flatland(self.toml, scene)
         curves, tables = self._curves(scene), []
@@ -81,7 +87,7 @@ class Scene:
                 "Arguments `out`, `receivers` and `indirect` are for scenes of flatland, "
                 f"but {pathlib.Path(self.source).name} is one of space."
             )
-        space = read_space(self.source)
+        space = read_space(self.source, outside=self.outside)
         if self.toml is not None:
             write_space(self.toml, space)
         print(describe_space(space))
@@ -132,6 +138,8 @@ class Agreements:
     """Few rays, paths and photons."""
     seed: int = 0
     """Of the random numbers."""
+    outside: bool = False
+    """Read files that the scene names outside of its folder, too."""
 
     def run(self) -> int:
         """Measure and print."""
@@ -143,7 +151,11 @@ class Agreements:
 
         check_between("s", self.s, 0.0, 1.0)
         known = self.source in scenes.scene_names()
-        scene = scenes.named_scene(self.source) if known else read_scene(self.source)
+        scene = (
+            scenes.named_scene(self.source)
+            if known
+            else read_scene(self.source, outside=self.outside)
+        )
         number = scene.named(self.receiver or _receivers(scene)[0])[0]
         at = receiver(scene, number, self.s)
         sizes = QUICK if self.quick else FULL
@@ -182,6 +194,8 @@ class Render:
     """Where these go: evenly all around, by the cosine to each surface, or to the bright parts."""
     tiles: pathlib.Path | None = None
     """Folder of the finished tiles; beside the .exr file, if left out."""
+    outside: bool = False
+    """Read files that the scene names outside of its folder, too."""
 
     def run(self) -> int:
         """Render, or go on."""
@@ -207,7 +221,7 @@ class Render:
                 f"but is {pathlib.Path(self.source).name}."
             )
         openexr(self.out.name)  # what is missing is said before the work and not after it
-        space = read_space(self.source)
+        space = read_space(self.source, outside=self.outside)
         world = world_from_scene(space, self.nodes, self.sky_rows, self.sky_nodes)
         words = hashlib.sha256(pathlib.Path(self.source).read_bytes()).hexdigest()[:16]
         # Meshes and pictures lie in files of their own; another version may shade otherwise.

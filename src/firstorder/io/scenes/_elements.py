@@ -25,6 +25,7 @@ SHAPES: Mapping[str, Callable[..., Shape]] = {
     "ellipse": Ellipses,
     "curve": Curves,
 }
+MOST_SHAPES = 50_000
 # What `primitive` takes besides a shape and its name.
 MATERIAL = ("emission", "albedo", "mirror", "specular", "exponent", "ior")
 SIDED = ("emission", "albedo")  # of these there are two, front and back, and perhaps bands
@@ -47,7 +48,7 @@ class Place:
         words = str(reason)
         for start in ("Argument ", "Arguments "):
             words = words.removeprefix(start)
-        return ValueError(f"{self}: {words}")
+        return ValueError(" ".join(f"{self}: {words}".splitlines()))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -118,6 +119,8 @@ def assemble(elements: Sequence[Element], lights: Sequence[LightElement], sky, f
     """
     if not elements:
         raise Place(file).error("a scene must have at least one shape, but there is none.")
+    if sum(len(next(iter(e.geometry.values()))) for e in elements) > MOST_SHAPES:
+        raise Place(file).error(f"a scene must have at most {MOST_SHAPES} shapes, but has more.")
     runs = itertools.groupby(elements, _alike)
     things = [_thing(list(run)) for _, run in runs]
     points = None
@@ -125,7 +128,10 @@ def assemble(elements: Sequence[Element], lights: Sequence[LightElement], sky, f
         for light in lights:
             refused_at(light.at, lambda light=light: _points([light]))
         points = _points(lights)
-    return Scene.of(*things, points=points, environment=sky)
+    try:
+        return Scene.of(*things, points=points, environment=sky)
+    except ValueError as error:  # of all together: too much overlaps, or bands disagree
+        raise Place(file).error(error) from None
 
 
 def _alike(e: Element) -> tuple[Any, ...]:

@@ -157,34 +157,47 @@ def closed_tubes(things: Sequence[Primitive]) -> tuple[list[Primitive], list[int
         The rest in its order, and the numbers of the tubes that are open.
     """
     caps, bare = set(), []
+    discs = _Discs([k for k, thing in enumerate(things) if isinstance(thing.shape, Discs)], things)
     for number_, tube in enumerate(things):
         if isinstance(tube.shape, Cylinders):
-            found = [_cap(things, tube, side) for side in (-1.0, 1.0)]
+            found = [discs.cap(tube, side) for side in (-1.0, 1.0)]
             if None in found:
                 bare.append(number_)
             caps.update(found)
     return [thing for k, thing in enumerate(things) if k not in caps], bare
 
 
-def _cap(things: Sequence[Primitive], tube: Primitive, side: float) -> int | None:
-    """The number of the disc that closes one end of a tube."""
-    center, axes = (np.asarray(a, float)[0] for a in (tube.shape.center, tube.shape.axes))
-    end, size = center + side * axes[:, 2], np.max(np.abs(axes))
-    for k, thing in enumerate(things):
-        if not isinstance(thing.shape, Discs):
-            continue
-        at, own = (np.asarray(a, float)[0] for a in (thing.shape.center, thing.shape.axes))
-        rims = own[:, :2] @ own[:, :2].T, axes[:, :2] @ axes[:, :2].T
-        same = np.max(np.abs(at - end)) <= SINGLE * (size + np.max(np.abs(end)))
-        same = same and np.max(np.abs(rims[0] - rims[1])) <= SINGLE * size**2
-        if same and side * np.dot(own[:, 2], axes[:, 2]) > 0.0 and _fronts(thing) == _fronts(tube):
-            return k
-    return None
+class _Discs:
+    """All discs side by side, so that each tube is compared with them at once."""
+
+    def __init__(self, numbers: Sequence[int], things: Sequence[Primitive]):
+        self.numbers, own = numbers, [things[k] for k in numbers]
+        self.center = np.array([np.asarray(t.shape.center, float)[0] for t in own]).reshape(-1, 3)
+        axes = np.array([np.asarray(t.shape.axes, float)[0] for t in own]).reshape(-1, 3, 3)
+        self.rim, self.normal = _rim(axes), axes[..., 2]
+        self.known: dict[Any, int] = {}
+        self.front = np.array([self.known.setdefault(_front(t), len(self.known)) for t in own])
+
+    def cap(self, tube: Primitive, side: float) -> int | None:
+        """The number of the disc that closes one end of a tube."""
+        center, axes = (np.asarray(a, float)[0] for a in (tube.shape.center, tube.shape.axes))
+        end, size = center + side * axes[:, 2], np.max(np.abs(axes))
+        near = np.max(np.abs(self.center - end), -1) <= SINGLE * (size + np.max(np.abs(end)))
+        alike = np.max(np.abs(self.rim - _rim(axes)), (-2, -1)) <= SINGLE * size**2
+        outward = side * (self.normal @ axes[:, 2]) > 0.0
+        same = near & alike & outward & (self.front == self.known.get(_front(tube), -1))
+        return self.numbers[np.argmax(same)] if same.any() else None
 
 
-def _fronts(thing: Primitive) -> tuple[float, float]:
-    """Emission and albedo of the front."""
-    return float(thing.material.emission[0, 0]), float(thing.material.albedo[0, 0])
+def _rim(axes: np.ndarray) -> np.ndarray:
+    """A circle or an ellipse, however its two half-axes are chosen: their outer products' sum."""
+    return axes[..., :2] @ np.swapaxes(axes[..., :2], -1, -2)
+
+
+def _front(thing: Primitive) -> tuple[tuple[float, ...], ...]:
+    """Emission and albedo of the front, in bands if there are any."""
+    both = thing.material.emission, thing.material.albedo
+    return tuple(tuple(np.ravel(np.asarray(a)[0, 0]).tolist()) for a in both)
 
 
 # --- writing -------------------------------------------------------------------------------------

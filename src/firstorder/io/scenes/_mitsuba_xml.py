@@ -17,6 +17,7 @@ Matrix = Float[np.ndarray, "4 4"]
 OBJECTS = ("shape", "bsdf", "emitter", "texture", "integrator", "sensor", "sampler", "film",
            "rfilter", "medium", "volume", "phase", "subsurface")  # fmt: skip
 VERSION = "3.0.0"
+MOST_FILLED = 100_000  # a <default> may hold others, and two of each double with every line
 
 
 # --- reading -------------------------------------------------------------------------------------
@@ -53,9 +54,15 @@ def _fill_in(node: Node, defaults: Mapping[str, str], file: str) -> None:
     """Replaces `$name` by what a <default> says, everywhere below an element."""
     for each in node.walk():
         for key, value in each.attributes.items():
-            for name in re.findall(r"\$(\w+)", value):
+            names = re.findall(r"\$(\w+)", value)
+            for name in names:
                 if name not in defaults:
                     raise Place(file, each.line).error(f"`${name}` has no <default>.")
+            if names and len(value) + sum(len(defaults[name]) for name in names) > MOST_FILLED:
+                raise Place(file, each.line).error(
+                    f"`{key}` must have at most {MOST_FILLED} letters with every <default> filled "
+                    "in, but has more."
+                )
             each.attributes[key] = re.sub(r"\$(\w+)", lambda m: defaults[m[1]], value)
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from firstorder.io.images import LUMINANCE, read_image
+from firstorder.io.scenes._beside import Beside
 from firstorder.io.scenes._elements import nearest_known, refused_at
 from firstorder.io.scenes._toml_tables import (
     TomlTable,
@@ -24,12 +25,12 @@ from firstorder.io.scenes._toml_tables import (
 from firstorder.space.skies import ConstantSky, GaussianSky, HarmonicSky, PanoramaSky
 
 
-def sky_of(table: TomlTable, folder: str | os.PathLike[str]) -> Any:
+def sky_of(table: TomlTable, beside: Beside) -> Any:
     """The sky that an [environment] describes: a number, or a function of the direction.
 
     Args:
         table: of the environment.
-        folder: where panoramas lie.
+        beside: which panoramas it may name.
 
     Raises:
         ValueError: one sentence that names the line and the key.
@@ -47,7 +48,7 @@ def sky_of(table: TomlTable, folder: str | os.PathLike[str]) -> Any:
         case "panorama":
             degree = table.take("degree", whole, None)
             if "file" in table.values:
-                path = pathlib.Path(folder, table.take("file", word))
+                path = table.file(beside)
                 colour = table.take("colour", yes, False)
                 sky = refused_at(lambda key: table.at("file"), lambda: read_panorama(path, colour))
             else:

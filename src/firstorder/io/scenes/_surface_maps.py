@@ -40,7 +40,6 @@ lean a flat normal map by 0.6 degrees; .exr files do not.
 
 from __future__ import annotations
 
-import os
 import pathlib
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -60,6 +59,7 @@ from firstorder.imaging._textures import (
 )
 from firstorder.imaging.surface_maps import PerPrimitive, SurfaceMaps, UVMaps
 from firstorder.io.images import LUMINANCE, RADIANCE_FILES, read_image
+from firstorder.io.scenes._beside import Beside
 from firstorder.io.scenes._elements import nearest_known, refused_at
 from firstorder.io.scenes._toml_tables import (
     TomlTable,
@@ -136,12 +136,12 @@ class MapSet(eqx.Module):
         return tuple(n for n in self.names if isinstance(getattr(self, n), Picture | ImageTexture))
 
 
-def map_set_of(table: TomlTable, folder: str | os.PathLike[str], has_uv: bool = True) -> MapSet:
+def map_set_of(table: TomlTable, beside: Beside, has_uv: bool = True) -> MapSet:
     """Surface maps described by a [[shape]] or [[mesh]].
 
     Args:
         table: of the shape or mesh.
-        folder: where pictures lie.
+        beside: which pictures it may name.
         has_uv: whether its places have (u, v).
 
     Raises:
@@ -156,7 +156,7 @@ def map_set_of(table: TomlTable, folder: str | os.PathLike[str], has_uv: bool = 
         if kind not in KINDS:
             known = nearest_known(kind, KINDS)
             raise inner.at("kind").error(f'kind "{kind}" is not known: {known}')
-        found[name] = reads[kind](inner, folder)
+        found[name] = reads[kind](inner, beside)
         inner.done()
     coat = MapSet(**found)
     if coat.pictures and not has_uv:
@@ -168,9 +168,9 @@ def map_set_of(table: TomlTable, folder: str | os.PathLike[str], has_uv: bool = 
 # --- tables --------------------------------------------------------------------------------------
 
 
-def _texture_picture(table: TomlTable, folder) -> ImageTexture:
+def _texture_picture(table: TomlTable, beside: Beside) -> ImageTexture:
     colour = "file" in table.values and table.take("colour", yes, False)
-    pixels = _white(table, _pixels(table, folder, colour, picture))
+    pixels = _white(table, _pixels(table, beside, colour, picture))
     repeat, hold = table.take("repeat", point, [1.0, 1.0]), table.take("hold", yes, False)
     made = refused_at(table.at, lambda: ImageTexture(pixels, repeat, hold))
     key = "file" if "file" in table.values else "values"
@@ -178,7 +178,7 @@ def _texture_picture(table: TomlTable, folder) -> ImageTexture:
     return made
 
 
-def _texture_waves(table: TomlTable, folder) -> SolidWaves:
+def _texture_waves(table: TomlTable, beside: Beside) -> SolidWaves:
     size, mean = table.take("size", number, 0.5), table.take("mean", number, 0.5)
     made = _waves(table, size, mean)
     _check_share(table, "size", mean - abs(size), mean + abs(size))
@@ -199,27 +199,27 @@ def _check_share(table: TomlTable, key: str, low: float, high: float) -> None:
         )
 
 
-def _bump_picture(table: TomlTable, folder) -> Picture:
-    pixels, repeat = _pixels(table, folder), table.take("repeat", point, [1.0, 1.0])
+def _bump_picture(table: TomlTable, beside: Beside) -> Picture:
+    pixels, repeat = _pixels(table, beside), table.take("repeat", point, [1.0, 1.0])
     with np.errstate(over="ignore"):  # it is refused below
         made = Picture(table.take("size", number, 1.0) * pixels, repeat)
     refused_at(table.at, lambda: HeightMap.of(made.values, tuple(repeat)))
     return made
 
 
-def _bump_waves(table: TomlTable, folder) -> SolidWaves:
+def _bump_waves(table: TomlTable, beside: Beside) -> SolidWaves:
     return _waves(table, table.take("size", number), 0.0)
 
 
-def _normals_picture(table: TomlTable, folder) -> Picture:
+def _normals_picture(table: TomlTable, beside: Beside) -> Picture:
     made = Picture(
-        _white(table, _pixels(table, folder, True)), table.take("repeat", point, [1.0, 1.0])
+        _white(table, _pixels(table, beside, True)), table.take("repeat", point, [1.0, 1.0])
     )
     refused_at(table.at, lambda: image_normal_map(made.values, tuple(made.repeat.tolist())))
     return made
 
 
-def _normals_waves(table: TomlTable, folder) -> SolidSlopes:
+def _normals_waves(table: TomlTable, beside: Beside) -> SolidSlopes:
     lean = table.take("lean", vector)
     if "waves" not in table.values:
         return SolidSlopes(lean)
@@ -238,19 +238,22 @@ def _waves(table: TomlTable, size: float, mean: float) -> SolidWaves:
 
 
 def _pixels(
-    table: TomlTable, folder, colours: bool = False, read_rows: Callable[[Any], Any] | None = None
+    table: TomlTable,
+    beside: Beside,
+    colours: bool = False,
+    read_rows: Callable[[Any], Any] | None = None,
 ) -> np.ndarray:
     """Pixels from a file or from the table: rows of numbers, or of triples.
 
     Args:
         table: of the map.
-        folder: where its file lies.
+        beside: which files it may name.
         colours: whether there are three in each pixel; else it is their luminance.
         read_rows: reads the table's rows, of a texture; what else lies in pictures is no light.
     """
     if "file" not in table.values:
         return np.array(table.take("values", read_rows or (_triples if colours else rows)))
-    path = pathlib.Path(folder, table.take("file", word))
+    path = table.file(beside)
 
     def read() -> np.ndarray:
         try:

@@ -9,11 +9,13 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import math
+import pathlib
 import re
 import tomllib
 from collections.abc import Callable, Mapping
 from typing import Any, TypeAlias
 
+from firstorder.io.scenes._beside import Beside
 from firstorder.io.scenes._elements import Place, nearest_known
 
 # Texts, of one line or the first of several, and comments.
@@ -29,6 +31,7 @@ def parsed(source: str | bytes, file: str) -> tuple[str, dict[str, Any]]:
         line = source[: error.start].count(b"\n") + 1
         raise Place(file, line).error("the text must be UTF-8, but is not.") from None
     text = text.replace("\r\n", "\n")
+    _check_dots(text, file)
     try:
         return text, tomllib.loads(text)
     except RecursionError:
@@ -39,6 +42,30 @@ def parsed(source: str | bytes, file: str) -> tuple[str, dict[str, Any]]:
             words, line = found[1], int(found[2] or text.count("\n") + 1)
         words = " ".join(words.split())
         raise Place(file, line).error(f"{words[:1].lower()}{words[1:].rstrip('.')}.") from None
+
+
+# Texts and comments: quotes that nobody closes go to the end, so that one pass is enough.
+_TEXT = re.compile(
+    r'"""(?:[^"\\]|\\.|"(?!""))*+(?:"{3,5}+)?+'
+    r"|'''(?:[^']|'(?!''))*+(?:'{3,5}+)?+"
+    r'|"(?:[^"\\\n]|\\[^\n])*+"?+'
+    r"|'[^'\n]*+'?+"
+    r"|(\#[^\n]*+)",
+    re.S,
+)
+MOST_DOTS = 16  # in a key: tomllib takes quadratic time for more
+_DOTTED = re.compile(rf"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{MOST_DOTS + 1}}}")
+
+
+def _check_dots(text: str, file: str) -> None:
+    """Refuses keys of very many parts, `a.b.c...`, wherever they stand outside of texts.
+
+    No number or date has more than one dot, so whatever is joined by many is a key.
+    """
+    bare = _TEXT.sub(lambda t: "" if t[1] else "q" + "\n" * t[0].count("\n"), text)
+    if found := _DOTTED.search(bare):
+        line = bare.count("\n", 0, found.start()) + 1
+        raise Place(file, line).error(f"a key must have at most {MOST_DOTS} dots, but has more.")
 
 
 def lines_of(text: str) -> dict[tuple[str, int, str], int]:
@@ -104,6 +131,14 @@ class TomlTable:
         except ValueError as error:
             shown = _shown(self.values[key])
             raise self.at(key).error(f"`{key}` must be {error}, but is {shown}.") from None
+
+    def file(self, beside: Beside, key: str = "file") -> pathlib.Path:
+        """The path of a file that the table names."""
+        name = self.take(key, word)
+        try:
+            return beside.file(name)
+        except ValueError as error:
+            raise self.at(key).error(str(error).replace("`file`", f"`{key}`")) from None
 
     def inner(self, key: str) -> TomlTable | None:
         """A table within this one, or None if it is not there."""

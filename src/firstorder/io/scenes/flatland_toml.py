@@ -46,8 +46,10 @@ from firstorder.flatland.scene import Scene
 from firstorder.flatland.shapes.build import box, polyline
 from firstorder.flatland.shapes.kinds import Arcs, Circles, Curves, Ellipses, Segments
 from firstorder.flatland.skies import ConstantSky, GaussianSky, PanoramaSky
+from firstorder.io._regular import MOST_TEXT_BYTES, read_regular_file
 from firstorder.io.files import write_text
 from firstorder.io.images import read_panorama_row
+from firstorder.io.scenes._beside import Beside
 from firstorder.io.scenes._elements import (
     MATERIAL,
     Element,
@@ -78,11 +80,12 @@ from firstorder.io.scenes._toml_text import exact_text, material_lines, quoted
 # --- reading -------------------------------------------------------------------------------------
 
 
-def read_flatland(path: str | os.PathLike[str]) -> Scene:
+def read_flatland(path: str | os.PathLike[str], *, outside: bool = False) -> Scene:
     r"""Reads a scene from a TOML file (the schema stands at the top of this module).
 
     Args:
         path: the file.
+        outside: whether files that it names may lie outside of its folder.
 
     Raises:
         ValueError: one sentence that names the file, the line and the element, if it is no scene.
@@ -98,11 +101,16 @@ def read_flatland(path: str | os.PathLike[str]) -> Scene:
         ValueError: dish.toml, line 4, shape 1: `radius` must be positive, but is -1.0.
     """
     path = pathlib.Path(path)
-    return flatland_from_toml(path.read_bytes(), path.name, path.parent)
+    source = read_regular_file(path, MOST_TEXT_BYTES)
+    return flatland_from_toml(source, path.name, path.parent, outside=outside)
 
 
 def flatland_from_toml(
-    source: str | bytes, file: str = "scene", folder: str | os.PathLike[str] = "."
+    source: str | bytes,
+    file: str = "scene",
+    folder: str | os.PathLike[str] = ".",
+    *,
+    outside: bool = False,
 ) -> Scene:
     r"""Reads a scene from the text of a TOML file.
 
@@ -110,6 +118,7 @@ def flatland_from_toml(
         source: the text, or its bytes in UTF-8.
         file: how sentences about errors call it.
         folder: where the panoramas that it names lie.
+        outside: whether files that it names may lie outside of that folder.
 
     Raises:
         ValueError: one sentence that names the line and the element.
@@ -134,7 +143,8 @@ def flatland_from_toml(
     sky = None
     if "environment" in tables:
         place = Place(file, lines.get(("environment", 0, "")), "environment")
-        sky = _sky(TomlTable(tables["environment"], place, lines, "environment", 0), folder)
+        table = TomlTable(tables["environment"], place, lines, "environment", 0)
+        sky = _sky(table, Beside(folder, outside))
     return assemble(elements, lights, sky, file)
 
 
@@ -227,7 +237,7 @@ _GEOMETRY: dict[str, Callable[[TomlTable], tuple[str, dict[str, Any]]]] = {
 }
 
 
-def _sky(table: TomlTable, folder: str | os.PathLike[str]):
+def _sky(table: TomlTable, beside: Beside):
     kind = table.take("kind", word)
     match kind:
         case "constant":
@@ -242,7 +252,7 @@ def _sky(table: TomlTable, folder: str | os.PathLike[str]):
         case "row":
             smooth = table.take("smooth", yes, False)
             if "file" in table.values:
-                file = pathlib.Path(folder, table.take("file", word))
+                file = table.file(beside)
                 number_ = table.take("row", whole, None)
                 columns = table.take("columns", whole, None)
                 colour = table.take("colour", yes, False)

@@ -29,11 +29,13 @@ from typing import Any
 
 import numpy as np
 
+from firstorder.io._regular import MOST_TEXT_BYTES, read_regular_file
 from firstorder.io.meshes import read_mesh_uv
+from firstorder.io.scenes._beside import Beside
 from firstorder.io.scenes._elements import Place, nearest_known, refused_at
 from firstorder.io.scenes._mitsuba_shapes import READERS, closed_tubes, placed
 from firstorder.io.scenes._mitsuba_xml import dict_of_xml
-from firstorder.io.scenes._toml_tables import TomlTable, number, word, yes
+from firstorder.io.scenes._toml_tables import TomlTable, number, yes
 from firstorder.io.scenes.space_toml import MeshModel, SpaceFile
 from firstorder.space.scene import Primitive, primitive
 from firstorder.space.shapes import build
@@ -55,11 +57,12 @@ _UNSPECIFIED = {"type": "diffuse", "reflectance": 0.5}
 # --- reading -------------------------------------------------------------------------------------
 
 
-def read_mitsuba(path: str | os.PathLike[str]) -> SpaceFile:
+def read_mitsuba(path: str | os.PathLike[str], *, outside: bool = False) -> SpaceFile:
     """Reads a scene of Mitsuba 3 from an XML file (what is read stands at the top of this module).
 
     Args:
         path: the file; meshes lie beside it.
+        outside: whether files that it names may lie outside of its folder.
 
     Raises:
         ValueError: one sentence that names the file, the line and the element.
@@ -67,16 +70,20 @@ def read_mitsuba(path: str | os.PathLike[str]) -> SpaceFile:
     """
     path = pathlib.Path(path)
     try:
-        source = path.read_bytes()
+        source = read_regular_file(path, MOST_TEXT_BYTES)
     except OSError as error:
         why = (error.strerror or "unknown reason").lower()
         raise ValueError(f"{path.name}: the file cannot be opened ({why}).") from None
     scene, lines = dict_of_xml(source, path.name)
-    return _read(scene, path.parent, path.name, lines)
+    return _read(scene, Beside(path.parent, outside), path.name, lines)
 
 
 def space_from_mitsuba(
-    scene: Mapping[str, Any], folder: str | os.PathLike[str] = ".", file: str = "scene"
+    scene: Mapping[str, Any],
+    folder: str | os.PathLike[str] = ".",
+    file: str = "scene",
+    *,
+    outside: bool = False,
 ) -> SpaceFile:
     """Reads a scene from the dict that `mitsuba.load_dict` takes.
 
@@ -84,6 +91,7 @@ def space_from_mitsuba(
         scene: with `"type": "scene"`. A transform is a 4 x 4 array, or has one as `.matrix`.
         folder: where the meshes lie that it names.
         file: how sentences about errors call it.
+        outside: whether files that it names may lie outside of that folder.
 
     Raises:
         ValueError: one sentence that names the element.
@@ -100,27 +108,27 @@ def space_from_mitsuba(
         Traceback (most recent call last):
         ValueError: scene, "lamp": the type "bsphere" is not known here: did you mean `sphere`?
     """
-    return _read(scene, folder, file, {})
+    return _read(scene, Beside(folder, outside), file, {})
 
 
 def _read(
-    scene: Mapping[str, Any], folder: str | os.PathLike[str], file: str, lines: Mapping[str, int]
+    scene: Mapping[str, Any], beside: Beside, file: str, lines: Mapping[str, int]
 ) -> SpaceFile:
     found = {k: _plain(v) for k, v in scene.items()}
     if found.pop("type", None) != "scene":
         raise Place(file).error('a scene of Mitsuba must say `"type": "scene"`.')
     elements = {k: _Element(k, v, Place(file, lines.get(k), f'"{k}"')) for k, v in found.items()}
     materials = {e.id: e.values for e in elements.values() if e.type in BSDFS}
-    things, models, skies, beside = [], [], [], []
+    things, models, skies, left_out = [], [], [], []
     for element in elements.values():
         if element.type in READERS:
             things.append(_thing(element, materials))
         elif element.type in MESHES:
-            models.append(_model(element, materials, folder))
+            models.append(_model(element, materials, beside))
         elif element.type == "constant":
             skies.append(element)
         elif element.type in BESIDE:
-            beside.append(f"{element.id} ({element.type})")
+            left_out.append(f"{element.id} ({element.type})")
         elif element.type not in BSDFS and element.type not in _OTHER_BSDFS:
             known = nearest_known(element.type, (*READERS, *MESHES, *BSDFS, "constant"))
             raise element.place.error(f'the type "{element.type}" is not known here: {known}')
@@ -134,8 +142,8 @@ def _read(
     if len(skies) > 1:
         raise skies[1].place.error("a scene has one constant emitter at most, and this is another.")
     sky = _sky(skies[0]) if skies else 0.0
-    if beside:
-        warnings.warn(f"{file}: {', '.join(beside)} left out: only shapes, materials and lights "
+    if left_out:
+        warnings.warn(f"{file}: {', '.join(left_out)} left out: only shapes, materials and lights "
                       "are read.", stacklevel=3)  # fmt: skip
     return SpaceFile(tuple(closed), tuple(models), sky)
 
@@ -186,9 +194,9 @@ def _thing(element: _Element, materials: Mapping[str, Any]) -> Primitive:
     return refused_at(table.at, lambda: primitive(shape, name=element.name, **material))
 
 
-def _model(element: _Element, materials: Mapping[str, Any], folder: Any) -> MeshModel:
+def _model(element: _Element, materials: Mapping[str, Any], beside: Beside) -> MeshModel:
     table, material = element.table(), _material(element, materials)
-    path = pathlib.Path(folder, table.take("filename", word))
+    path = table.file(beside, "filename")
     axes, shift = placed(table)
     turned = table.take("flip_normals", yes, False)
     flat = table.take("face_normals", yes, False)

@@ -11,11 +11,12 @@ from firstorder.io.scenes.space_toml import is_space
 from firstorder.io.svg.reader import read_svg
 
 
-def read_scene(path: str | os.PathLike[str]) -> Scene:
+def read_scene(path: str | os.PathLike[str], *, outside: bool = False) -> Scene:
     """Reads a scene of flatland from a .toml or .svg file; `read_space` reads one of space.
 
     Args:
         path: the file; its ending says what it is.
+        outside: whether files that it names may lie outside of its folder.
 
     Raises:
         ValueError: one sentence that names the file, the line and the element, if it is no scene,
@@ -29,15 +30,15 @@ def read_scene(path: str | os.PathLike[str]) -> Scene:
         ValueError: scene.png: a scene must be a .toml or .svg file.
     """
     path = pathlib.Path(path)
-    readers = {".toml": read_flatland, ".svg": read_svg}
-    if path.suffix.lower() not in readers:
+    kind = path.suffix.lower()
+    if kind not in (".toml", ".svg"):
         raise ValueError(f"{path.name}: a scene must be a .toml or .svg file.")
     try:
         if is_space(path):
             raise ValueError(
                 f"{path.name}: the scene is one of space (`dimensions = 3`): read it by read_space."
             )
-        return readers[path.suffix.lower()](path)
+        return read_svg(path) if kind == ".svg" else read_flatland(path, outside=outside)
     except OSError as error:
         why = (error.strerror or "unknown reason").lower()
         raise ValueError(f"{path.name}: the file cannot be opened ({why}).") from None

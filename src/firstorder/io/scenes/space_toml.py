@@ -62,7 +62,9 @@ import numpy as np
 
 from firstorder.imaging.camera import Pinhole
 from firstorder.io._faces import valid_faces
+from firstorder.io._regular import MOST_TEXT_BYTES, read_regular_file
 from firstorder.io.meshes import read_mesh_uv
+from firstorder.io.scenes._beside import Beside
 from firstorder.io.scenes._elements import Place, both_sides, nearest_known, refused_at
 from firstorder.io.scenes._skies import sky_of
 from firstorder.io.scenes._surface_maps import MapSet, corner_uv, map_set_of
@@ -160,11 +162,12 @@ class SpaceFile:
 # --- reading -------------------------------------------------------------------------------------
 
 
-def read_space(path: str | os.PathLike[str]) -> SpaceFile:
+def read_space(path: str | os.PathLike[str], *, outside: bool = False) -> SpaceFile:
     r"""Reads a scene of space from a TOML file (the schema stands at the top of this module).
 
     Args:
         path: the file.
+        outside: whether files that it names may lie outside of its folder.
 
     Raises:
         ValueError: one sentence that names the file, the line and the element, if it is no scene.
@@ -184,7 +187,7 @@ def read_space(path: str | os.PathLike[str]) -> SpaceFile:
         ValueError: ball.toml, line 5, shape 1: `radius` must be positive, but is -1.0.
     """
     path = pathlib.Path(path)
-    return space_from_toml(_bytes_of(path), path.name, path.parent)
+    return space_from_toml(_bytes_of(path), path.name, path.parent, outside=outside)
 
 
 def is_space(path: str | os.PathLike[str]) -> bool:
@@ -212,14 +215,18 @@ def is_space(path: str | os.PathLike[str]) -> bool:
 
 def _bytes_of(path: pathlib.Path) -> bytes:
     try:
-        return path.read_bytes()
+        return read_regular_file(path, MOST_TEXT_BYTES)
     except OSError as error:
         why = (error.strerror or "unknown reason").lower()
         raise ValueError(f"{path.name}: the file cannot be opened ({why}).") from None
 
 
 def space_from_toml(
-    source: str | bytes, file: str = "scene", folder: str | os.PathLike[str] = "."
+    source: str | bytes,
+    file: str = "scene",
+    folder: str | os.PathLike[str] = ".",
+    *,
+    outside: bool = False,
 ) -> SpaceFile:
     r"""Reads a scene of space from the text of a TOML file.
 
@@ -227,6 +234,7 @@ def space_from_toml(
         source: the text, or its bytes in UTF-8.
         file: how sentences about errors call it.
         folder: where the meshes and panoramas that it names lie.
+        outside: whether files that it names may lie outside of that folder.
 
     Raises:
         ValueError: one sentence that names the line and the element.
@@ -238,7 +246,7 @@ def space_from_toml(
         1
     """
     text, tables = parsed(source, file)
-    lines = lines_of(text)
+    lines, beside = lines_of(text), Beside(folder, outside)
     for key, value in tables.items():
         _check_key(key, value, Place(file, lines.get((key, 0, ""))))
     if tables.get("dimensions") != 3:
@@ -256,11 +264,11 @@ def space_from_toml(
         table.done()
         return found
 
-    things = [_thing(table, folder) for table in each("shape")]
-    models = [_model(table, folder) for table in each("mesh")]
+    things = [_thing(table, beside) for table in each("shape")]
+    models = [_model(table, beside) for table in each("mesh")]
     if not things and not models:
         raise Place(file).error("a scene must have at least one shape or mesh, but there is none.")
-    sky = one("environment", lambda table: sky_of(table, folder), 0.0)
+    sky = one("environment", lambda table: sky_of(table, beside), 0.0)
     coats = tuple(coat for _, coat in (*things, *models))
     shapes_, meshes_ = (tuple(made for made, _ in a) for a in (things, models))
     return SpaceFile(shapes_, meshes_, sky, one("camera", _camera, None), coats)
@@ -289,7 +297,7 @@ def _material(table: TomlTable) -> dict[str, Any]:
     return found
 
 
-def _thing(table: TomlTable, folder: str | os.PathLike[str]) -> tuple[Primitive, MapSet]:
+def _thing(table: TomlTable, beside: Beside) -> tuple[Primitive, MapSet]:
     kind, name, material = table.take("kind", word), table.take("name", word, ""), _material(table)
     if kind not in _GEOMETRY:
         known = nearest_known(kind, _GEOMETRY)
@@ -304,7 +312,7 @@ def _thing(table: TomlTable, folder: str | os.PathLike[str]) -> tuple[Primitive,
         given = {key: table.take(key, read) for key, read in reads.items()}
         arrays = {k: np.array(v, float) for k, v in given.items()}
         made = refused_at(table.at, lambda: make(**arrays))
-    coat = map_set_of(table, folder, kind != "polygon")
+    coat = map_set_of(table, beside, kind != "polygon")
     table.done()
     return refused_at(table.at, lambda: primitive(made, name=name, **material)), coat
 
@@ -337,10 +345,10 @@ _GEOMETRY: dict[str, tuple[Callable[..., Any], dict[str, Callable[[Any], Any]]]]
 }
 
 
-def _model(table: TomlTable, folder: str | os.PathLike[str]) -> tuple[MeshModel, MapSet]:
+def _model(table: TomlTable, beside: Beside) -> tuple[MeshModel, MapSet]:
     name, material = table.take("name", word, ""), _material(table)
     if "file" in table.values:
-        path = pathlib.Path(folder, table.take("file", word))
+        path = table.file(beside)
         scale, move = table.take("scale", number, 1.0), table.take("move", vector, [0.0] * 3)
         if not scale > 0.0:
             raise table.at("scale").error(f"`scale` must be positive, but is {scale}.")
@@ -356,7 +364,7 @@ def _model(table: TomlTable, folder: str | os.PathLike[str]) -> tuple[MeshModel,
                     f"`uv` must be three pairs for each of {len(faces)} faces, but is of {len(uv)}."
                 )
             uv = np.array(uv)[valid_faces(np.array(faces))]
-    coat = map_set_of(table, folder, uv is not None)
+    coat = map_set_of(table, beside, uv is not None)
     table.done()
     refused_at(table.at, lambda: primitive(build.sphere((0, 0, 0), 1.0), **material))
     return MeshModel(found, name, material, None if uv is None else np.array(uv, float)), coat

@@ -8,6 +8,7 @@ from typing import Any
 
 from firstorder.io.svg._shapes import svgelements
 
+_LONGEST = 200  # longer words are no colour, and the library takes quadratic time to say so
 _PATTERNS = r"#[0-9a-f]{3}|#[0-9a-f]{6}|(rgb|hsl)a?\([-+0-9.%,/ deg]*\)"
 
 
@@ -37,7 +38,7 @@ def albedo_of(paint: str, strict: bool = True) -> float | None:
             raise ValueError("a gradient or a pattern has no albedo: `data-albedo` has to say it.")
         return 0.0
     color: Any = None
-    if re.fullmatch(_PATTERNS, paint) or paint.isalpha():
+    if len(paint) <= _LONGEST and (re.fullmatch(_PATTERNS, paint) or paint.isalpha()):
         package = svgelements()
         with contextlib.suppress(Exception):  # whatever the library thinks of it
             color = package.Color(paint)

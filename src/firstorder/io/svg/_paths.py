@@ -177,21 +177,24 @@ def shapes(path: Subpath, tolerance: float) -> list[tuple[str, dict[str, Any]]]:
         ValueError: if a curve takes too many chords.
     """
     found: list[tuple[str, dict[str, Any]]] = []
+    chords: list[np.ndarray] = []
+
+    def finish() -> None:
+        if chords:
+            ends = np.concatenate(chords)
+            found.append(("segment", {"start": ends[:, 0], "end": ends[:, 1]}))
+            chords.clear()
+
     for piece in path.pieces:
         if isinstance(piece, Conic) and (round_one := _round(piece)) is not None:
+            finish()
             found.append(round_one)
             continue
         p = piece.within(tolerance)
-        start, end = p[:-1], p[1:]
-        long = np.any(start != end, axis=1)
-        start, end = start[long], end[long]
-        if not len(start):
-            continue
-        if found and found[-1][0] == "segment":
-            before = found.pop()[1]
-            start = np.concatenate([before["start"], start])
-            end = np.concatenate([before["end"], end])
-        found.append(("segment", {"start": start, "end": end}))
+        long = np.any(p[:-1] != p[1:], axis=1)
+        if long.any():
+            chords.append(np.stack([p[:-1], p[1:]], 1)[long])
+    finish()
     return found
 
 

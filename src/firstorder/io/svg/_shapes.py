@@ -15,7 +15,10 @@ import numpy as np
 
 from firstorder.io.svg._paths import Bezier, Conic, Piece, Subpath
 
-_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+# Nothing that is matched is given back (++, *+, ?+), so that no text takes more than one pass.
+_NUMBER = r"[-+]?+(?:\d++\.?+\d*+|\.\d++)(?:[eE][-+]?+\d++)?+"
+_NUMBERS = re.compile(rf"\s*+(?:{_NUMBER}(?:\s*+,\s*+|\s++|(?=[-+])|\Z))*+")
+_STEP = re.compile(r"(?<!\w)(\w++)\s*+\(([^()]*+)\)\s*+,?+\s*+")
 # CSS: an inch is 96 px.
 _UNITS = {"": 1.0, "px": 1.0, "in": 96.0, "cm": 96.0 / 2.54, "mm": 96.0 / 25.4, "pt": 96.0 / 72.0,
           "pc": 16.0, "q": 96.0 / 101.6}  # fmt: skip
@@ -48,7 +51,7 @@ def floats(key: str, words: str, count: int | None = None) -> list[float]:
     Raises:
         ValueError: if they are no numbers, or not as many as they should be.
     """
-    if not re.fullmatch(rf"\s*(?:{_NUMBER}(?:\s*,\s*|\s+|(?=[-+])|\s*$))*\s*", words):
+    if not _NUMBERS.fullmatch(words):
         raise ValueError(f"`{key}` must be numbers, but is {words[:40]!r}.")
     numbers = [float(n) for n in re.findall(_NUMBER, words)]
     if not all(math.isfinite(n) for n in numbers):
@@ -65,7 +68,7 @@ def length(key: str, words: str) -> float:
     Raises:
         ValueError: if it is none, or relative to something (%, em).
     """
-    found = re.fullmatch(rf"\s*({_NUMBER})\s*([a-zA-Z]*)\s*", words)
+    found = re.fullmatch(rf"\s*+({_NUMBER})\s*+([a-zA-Z]*+)\s*+", words)
     if found is None or found[2].lower() not in _UNITS or not math.isfinite(float(found[1])):
         raise ValueError(f"`{key}` must be a length, but is {words[:40]!r}.")
     return float(found[1]) * _UNITS[found[2].lower()]
@@ -79,10 +82,10 @@ def affine(words: str) -> np.ndarray:
     """
     counts = {"matrix": (6,), "translate": (1, 2), "scale": (1, 2), "rotate": (1, 3),
               "skewx": (1,), "skewy": (1,)}  # fmt: skip
-    matrix, rest = np.eye(2, 3), re.sub(r"(\w+)\s*\(([^()]*)\)\s*,?\s*", "", words)
+    matrix, rest = np.eye(2, 3), _STEP.sub("", words)
     if rest.strip():
         raise ValueError(f"`transform` is not understood: {words[:40]!r}.")
-    for name, numbers in re.findall(r"(\w+)\s*\(([^()]*)\)", words):
+    for name, numbers in _STEP.findall(words):
         given = floats("transform", re.sub(r"px|deg", "", numbers))
         if len(given) not in counts.get(name.lower(), ()):
             raise ValueError(f"`transform` is not understood: {words[:40]!r}.")
@@ -191,9 +194,9 @@ def _path(a: Attributes) -> list[Subpath]:
     d = a.get("d", "").strip()
     if d in ("", "none"):
         return []
-    _check_path(d)
+    words = _checked_path(d)
     try:
-        segments = list(svgelements().Path(d))
+        segments = list(svgelements().Path(words))
         return _pieces(segments)
     except ModuleNotFoundError:
         raise
@@ -201,8 +204,12 @@ def _path(a: Attributes) -> list[Subpath]:
         raise ValueError(f"`d` is no path: {_short(d)!r}.") from None
 
 
-def _check_path(d: str) -> None:
-    """Refuses what svgelements would skip."""
+def _checked_path(d: str) -> str:
+    """The data of a path in which every piece behind a z begins with a move.
+
+    svgelements looks for the last move at each z, which takes quadratic time if there is none; and
+    it skips what it does not know, which is refused.
+    """
     parts = re.findall(r"([A-Za-df-z])([^A-Za-df-z]*)", d)
     if not re.match(r"[Mm]", d) or "".join(c + n for c, n in parts) != d:
         raise ValueError(f"`d` must begin with a move, but is {_short(d)!r}.")
@@ -216,6 +223,7 @@ def _check_path(d: str) -> None:
             ok = False
         if not ok:
             raise ValueError(f"`d` has a wrong part: {_short((command + numbers).strip())!r}.")
+    return "".join(c + n + "m0 0" * (c in "zZ") for c, n in parts)
 
 
 def _short(words: str) -> str:

@@ -1,4 +1,7 @@
-"""XML trees that know their lines, with style sheets; entities are refused."""
+"""XML trees that know their lines, with style sheets; entities are refused.
+
+The time of everything here grows as the length of the text, whatever the text is.
+"""
 
 from __future__ import annotations
 
@@ -39,12 +42,14 @@ def tree(source: bytes, file: str) -> Node:
     """The root element.
 
     Raises:
-        ValueError: one sentence with the line, if the text is no XML, nests more than 200 deep, or
-            declares entities (a few lines of which can unfold to gigabytes).
+        ValueError: one sentence with the line, if the text is no XML, nests more than 200 deep, has
+            an encoding that is not known, or declares entities (a few lines of which can unfold to
+            gigabytes).
     """
     parser = expat.ParserCreate(namespace_separator=" ")
+    parser.buffer_text = True
     top = Node("", {}, 0)
-    stack = [top]
+    stack, words_of = [top], [[""]]
 
     def start(name: str, attributes: dict[str, str]) -> None:
         line = parser.CurrentLineNumber
@@ -57,12 +62,13 @@ def tree(source: bytes, file: str) -> Node:
         node = Node(tag, local, line, foreign=space not in ("", SVG))
         stack[-1].children.append(node)
         stack.append(node)
+        words_of.append([])
 
     def end(name: str) -> None:
-        stack.pop()
+        stack.pop().text = "".join(words_of.pop())
 
     def text(words: str) -> None:
-        stack[-1].text += words
+        words_of[-1].append(words)
 
     def entity(*_) -> None:
         raise Place(file, parser.CurrentLineNumber).error("entities are not read here.")
@@ -74,6 +80,10 @@ def tree(source: bytes, file: str) -> Node:
     except expat.ExpatError as error:
         words = expat.ErrorString(error.code)
         raise Place(file, error.lineno).error(f"the text is no XML: {words}.") from None
+    except (LookupError, ValueError) as error:
+        if str(error).startswith(str(Place(file))):
+            raise
+        raise Place(file, 1).error("the encoding of the text is not known here.") from None
     return top.children[0]
 
 
@@ -91,12 +101,12 @@ class StyleSheet:
                 self._read(node, Place(file, node.line, "<style>"))
 
     def _read(self, node: Node, place: Place) -> None:
-        text = re.sub(r"/\*.*?\*/|<!--|-->|@import[^;]*;|@charset[^;]*;", "", node.text, flags=re.S)
-        for selectors, declarations in re.findall(r"([^{}]*)\{([^{}]*)\}", text):
+        for selectors, declarations in _rules(node.text):
+            declared = _declared(declarations)
             for selector in (" ".join(s.split()) for s in selectors.split(",")):
-                if not re.fullmatch(r"[.#]?[\w-]+|\*", selector):
+                if not _SELECTOR.fullmatch(selector):
                     raise place.error(f"the selector `{selector[:40]}` is not understood here.")
-                self._rules.setdefault(selector, {}).update(_declared(declarations))
+                self._rules.setdefault(selector, {}).update(declared)
 
     def knows(self, selector: str) -> bool:
         """Whether there is a rule for a selector."""
@@ -112,7 +122,26 @@ class StyleSheet:
         return style
 
 
+# What is no rule. A comment that nobody closes goes to the end, as in CSS.
+_BESIDE = re.compile(r"/\*.*?(?:\*/|\Z)|<!--|-->|@(?:import|charset)[^;]*+;?", re.S)
+_SELECTOR = re.compile(r"[.#]?[\w-]+|\*")
+# What the reader asks of a style.
+_READ = frozenset(("stroke", "fill", "visibility", "color", "display", "transform"))
+
+
+def _rules(text: str) -> Iterator[tuple[str, str]]:
+    """Selectors and declarations of the rules `selectors { declarations }`.
+
+    Of braces within braces it is the innermost; a brace that nobody closes makes no rule.
+    """
+    *closed, _ = _BESIDE.sub("", text).split("}")
+    for part in closed:
+        before, opened, declarations = part.rpartition("{")
+        if opened:
+            yield before.rpartition("{")[2], declarations
+
+
 def _declared(text: str) -> dict[str, str]:
-    """The declarations `key: value; ...` of a style."""
+    """The declarations `key: value; ...` of a style, of what is read here."""
     pairs = (part.split(":", 1) for part in text.split(";") if ":" in part)
-    return {k.strip(): v.replace("!important", "").strip() for k, v in pairs}
+    return {k.strip(): v.replace("!important", "").strip() for k, v in pairs if k.strip() in _READ}

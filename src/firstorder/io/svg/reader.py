@@ -42,6 +42,7 @@ import numpy as np
 
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.skies import ConstantSky, GaussianSky
+from firstorder.io._regular import MOST_TEXT_BYTES, read_regular_file
 from firstorder.io.scenes._elements import (
     MATERIAL,
     Element,
@@ -73,7 +74,8 @@ CLASSES: dict[str, dict[str, Any]] = {
 DRAWN = ("point-light", "ignore", "inward", "drawn")
 CLOSE = 0.75  # how like one of ours a foreign class is taken for a slip
 DATA = (*MATERIAL, "intensity", "scale", "sky", "name")
-_MOST = 200_000
+# How much one file may ask for; docs/files.md tells users.
+MOST_USED, MOST_PIECES = 20_000, 50_000
 _FARTHEST = 1e60
 
 
@@ -102,7 +104,8 @@ def read_svg(
         [[1.0, 2.0]]
     """
     path = pathlib.Path(path)
-    return _scene_from_svg(path.read_bytes(), path.name, scale, tolerance)
+    source = read_regular_file(path, MOST_TEXT_BYTES)
+    return _scene_from_svg(source, path.name, scale, tolerance)
 
 
 def _scene_from_svg(
@@ -174,11 +177,52 @@ class _Drawn:
 _INHERITED = ("stroke", "fill", "visibility", "color")
 
 
+@dataclasses.dataclass(frozen=True)
+class _Own:
+    """Properties that an element has of its own, read once however often it is used."""
+
+    matrix: np.ndarray | None
+    style: dict[str, str]
+    data: dict[str, str]
+    classes: frozenset[str]
+    name: str | None
+    hidden: bool
+
+
+class _Work:
+    """Counts what is done for a file, so that a short file cannot ask for much.
+
+    A <use> draws its element again, and one in another one doubles the work with every line.
+    """
+
+    def __init__(self, elements: int):
+        self._visits, self._pieces = elements + MOST_USED, MOST_PIECES
+
+    def visit(self) -> None:
+        """Count an element, each time that it is come by, whether it draws or not."""
+        self._visits -= 1
+        if self._visits < 0:
+            raise ValueError(f"`href` must repeat at most {MOST_USED} elements, but repeats more.")
+
+    def draw(self, pieces: int) -> None:
+        """Count pieces of paths."""
+        self._pieces -= pieces
+        if self._pieces < 0:
+            raise ValueError(_TOO_MANY)
+
+
+_TOO_MANY = f"the drawing must be of at most {MOST_PIECES} pieces, but is of more."
+
+
 class _Reader:
     """Walks the tree; point lights are collected on the way."""
 
     def __init__(self, root: Node, file: str, scale: float | None):
         self.root, self.file, self.lights = root, file, []
+        self.work = _Work(sum(1 for _ in root.walk()))
+        # by id(); the tree lives as long as its reader
+        self._owns: dict[int, _Own] = {}
+        self._paths: dict[int, list[Subpath]] = {}
         self.sheet = StyleSheet(root, file)
         self.by_id = {n.attributes["id"]: n for n in root.walk() if "id" in n.attributes}
         place = self._place(root)
@@ -208,9 +252,10 @@ class _Reader:
         if depth > 200:
             raise place.error("`href` leads back to the element itself.")
         try:
-            style = self.sheet.of(node)
-            inner = self._inner(node, style, context)
-            hidden = style.get("display") == "none" or "ignore" in inner.classes
+            self.work.visit()
+            own = self._owns.get(id(node)) or self._own(node)
+            inner = _inner(own, context)
+            hidden = own.hidden or "ignore" in inner.classes
             if node.tag not in GROUPS and node.tag not in SHAPES:
                 known = nearest_known(node.tag, (*GROUPS, *SHAPES))
                 raise ValueError(f"<{node.tag[:40]}> is not known here: {known}")
@@ -225,37 +270,36 @@ class _Reader:
         for child in children:
             yield from self.walk(child, inner, depth + 1)
 
-    def _inner(self, node: Node, style: dict[str, str], context: _Context) -> _Context:
-        """The context with what the element itself says."""
-        if (transform := style.get("transform")) not in (None, "none"):
-            context = context.mapped(affine(transform))
-        data = {}
-        for key, value in node.attributes.items():
+    def _own(self, node: Node) -> _Own:
+        """What the element itself says."""
+        style, data, own = self.sheet.of(node), {}, node.attributes
+        transform = style.get("transform", "none")
+        for key, value in own.items():
             if key.startswith("data-"):
                 word = key.removeprefix("data-")
                 if word in DATA:
                     data[word] = value
                 elif "did you mean" in (meant := nearest_known(word, DATA)):
                     raise ValueError(f"`{key}` is not known here: {meant}")
-        inherited = {k: style[k] for k in _INHERITED if style.get(k, "inherit") != "inherit"}
-        own = node.attributes
-        self._check_classes(own.get("class", "").split())
-        return dataclasses.replace(
-            context,
-            style={**context.style, **inherited},
-            data={**context.data, **data},
-            classes=context.classes | frozenset(own.get("class", "").split()),
-            name=own.get("id") or own.get("label") or data.get("name") or context.name,
+        self._owns[id(node)] = found = _Own(
+            matrix=None if transform == "none" else affine(transform),
+            style={k: style[k] for k in _INHERITED if style.get(k, "inherit") != "inherit"},
+            data=data,
+            classes=self._known_classes(own.get("class", "").split()),
+            name=own.get("id") or own.get("label") or data.get("name"),
+            hidden=style.get("display") == "none",
         )
+        return found
 
-    def _check_classes(self, words: list[str]) -> None:
-        """Refuse a class that is almost one of ours, unless a style sheet has a rule for it."""
+    def _known_classes(self, words: list[str]) -> frozenset[str]:
+        """Those of our classes; one that is almost ours and in no style sheet is refused."""
         known = (*CLASSES, *DRAWN)
         for word in words:
             if word in known or self.sheet.knows(f".{word}"):
                 continue
             if "did you mean" in (meant := nearest_known(word, known, CLOSE)):
                 raise ValueError(f"the class `{word[:40]}` is not known here: {meant}")
+        return frozenset(known).intersection(words)
 
     def _children(self, node: Node, context: _Context) -> tuple[list[Node], _Context]:
         """Children of a group; the target of a <use>; none of a symbol that is not used."""
@@ -273,7 +317,10 @@ class _Reader:
 
     def _shape(self, node: Node, context: _Context, place: Place) -> Iterator[_Drawn]:
         """Shapes drawn by one element."""
-        drawn = subpaths(node.tag, node.attributes)
+        if id(node) not in self._paths:
+            self._paths[id(node)] = subpaths(node.tag, node.attributes)
+        drawn = self._paths[id(node)]
+        self.work.draw(sum(len(path.pieces) for path in drawn))
         if not drawn or context.style.get("visibility") in ("hidden", "collapse"):
             return
         with np.errstate(over="ignore", invalid="ignore"):
@@ -296,6 +343,19 @@ class _Reader:
         for path in paths:
             whole = path.shut() if filled and not path.closed else path
             yield _Drawn(_sided(whole, context.classes), material, context.name, place)
+
+
+def _inner(own: _Own, context: _Context) -> _Context:
+    """The context with what an element itself says."""
+    if own.matrix is not None:
+        context = context.mapped(own.matrix)
+    return dataclasses.replace(
+        context,
+        style={**context.style, **own.style},
+        data={**context.data, **own.data},
+        classes=context.classes | own.classes,
+        name=own.name or context.name,
+    )
 
 
 def _flip(attributes: dict[str, str]) -> float:
@@ -367,6 +427,6 @@ def _elements(drawn: list[_Drawn], tolerance: float | None, file: str) -> list[E
         for kind, geometry in found:
             elements.append(Element(kind, geometry, d.material, d.name, at))
             count += len(next(iter(geometry.values())))
-        if count > _MOST:
-            raise d.place.error(f"the drawing has more than {_MOST} pieces.")
+        if count > MOST_PIECES:
+            raise d.place.error(_TOO_MANY)
     return elements
