@@ -24,7 +24,7 @@ from firstorder.numerics._compiled import compiled
 from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.numerics._vectors import cross, dot, rows
 from firstorder.scene._arguments import check_asked_one
-from firstorder.scene._intersect import MISS
+from firstorder.scene._intersect import MISS, highest
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
 from firstorder.space.silhouettes._crossings import (
@@ -311,5 +311,4 @@ def _ask(found: _Outlines, eye: Array, turn: Array, w: Float[Array, "r 3"]):
     ]
     t = jnp.concatenate(distances)
     t = jnp.where((t > 0.0) & ~found.own[:, None], t, jnp.inf)
-    nearest = jnp.argmin(t, 0).astype(jnp.int32)
-    return t, jnp.where(jnp.min(t, 0) < jnp.inf, nearest, MISS)
+    return t, highest(t, found.rank[:, None], t.shape[0])
