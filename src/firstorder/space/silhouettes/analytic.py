@@ -26,7 +26,6 @@ from jaxtyping import Array, ArrayLike, Bool, Float, Int
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._order import order_of
 from firstorder.numerics._vectors import dot, inverse_and_det, orthonormal_frame, rows, unit
-from firstorder.scene._intersect import ranks
 from firstorder.space.scene import Scene
 from firstorder.space.shapes.kinds import (
     Boxes,
@@ -63,8 +62,8 @@ class _Outlines(eqx.Module):
         eye: in canonical coordinates, for each shape.
         inside: whether the eye is on or in a shape, or in the plane of a flat one.
         own: whether it is said to lie on that shape.
-        rank: which shape counts, where several are in the same place.
         kinds: class and number of the shapes, kind by kind.
+        rank: which shape counts, where several are in the same place; None where nobody asks.
     """
 
     lines: Float[Array, "m 2 3"]
@@ -77,8 +76,8 @@ class _Outlines(eqx.Module):
     eye: Float[Array, "n 3"]
     inside: Bool[Array, " n"]
     own: Bool[Array, " n"]
-    rank: Int[Array, " n"]
     kinds: tuple[tuple[type[Shape], int], ...] = eqx.field(static=True)
+    rank: Int[Array, " n"] | None = None
 
     @property
     def owners(self) -> tuple[np.ndarray, np.ndarray]:
@@ -201,8 +200,7 @@ def _outlines(
         points = points + CENTER[:, None] * rows(base, owners[1])[:, None]
         first, last = jnp.where(back, -last, first), jnp.where(back, -first, last)
         arcs_live = live & rows(alive, owners[1])
-    live, rank = (lines_live, arcs_live), ranks(scene.material.emission)
-    return _Outlines(ends, points, first, last, *live, turn, e, inside, own, rank, kinds)
+    return _Outlines(ends, points, first, last, lines_live, arcs_live, turn, e, inside, own, kinds)
 
 
 CENTER = np.array([1.0, 0.0, 0.0])

@@ -24,7 +24,7 @@ from firstorder.numerics._compiled import compiled
 from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.numerics._vectors import cross, dot, rows
 from firstorder.scene._arguments import check_asked_one
-from firstorder.scene._intersect import MISS, highest
+from firstorder.scene._intersect import MISS, highest, ranks
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
 from firstorder.space.silhouettes._crossings import (
@@ -163,7 +163,9 @@ def visible_silhouettes(scene: Scene, at: Receiver) -> VisibleSilhouettes:
 
 def _outlines_from(scene: Scene, at: Receiver) -> _Outlines:
     """All silhouettes relative to a receiver and in its frame."""
-    return _outlines(scene, at.position, at.on, at.position, at.axes)
+    found = _outlines(scene, at.position, at.on, at.position, at.axes)
+    rank = ranks(scene.material.emission)
+    return eqx.tree_at(lambda o: o.rank, found, rank, is_leaf=lambda leaf: leaf is None)
 
 
 def _is_outside(scene: Scene, found: _Outlines) -> Bool[Array, ""]:
