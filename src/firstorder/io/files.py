@@ -2,6 +2,10 @@
 
 A program that is interrupted, or a disk that is full, leaves the old file or none, never half of
 a new one. Renaming within one folder is a single step of the file system.
+
+A program that is killed leaves a hidden part, `.a.k3_x9q0b.part.png` for `a.png`. The next writer of
+the same file removes it once nothing has been written to it for ten minutes (`ABANDONED`). Younger
+parts may be another program's work and stay.
 """
 
 from __future__ import annotations
@@ -12,7 +16,9 @@ import json
 import math
 import os
 import pathlib
+import re
 import tempfile
+import time
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -20,10 +26,15 @@ import numpy as np
 
 from firstorder.scene._bands import band_columns
 
+ABANDONED = 600.0  # seconds without a byte written after which a part is a killed program's
+
 
 @contextlib.contextmanager
 def atomic_write(path: str | os.PathLike[str]) -> Iterator[pathlib.Path]:
     """Lends a name in the same folder to write to, and renames it to `path` if all went well.
+
+    Parts of the same file that killed programs left are removed first, ten minutes after their last
+    byte; several programs may write one file at once, and the last one's stays.
 
     Args:
         path: the file's final name; folders on the way are made.
@@ -39,8 +50,9 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[pathlib.Path]:
     """
     path = pathlib.Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
+    sweep_parts(path.parent, re.escape(path.stem), path.suffix)
     # The suffix stays last: writers of pictures choose the format by it.
-    handle, name = tempfile.mkstemp(path.suffix, f".{path.stem}.", path.parent)
+    handle, name = tempfile.mkstemp(f".part{path.suffix}", f".{path.stem}.", path.parent)
     os.close(handle)
     part = pathlib.Path(name)
     try:
@@ -49,6 +61,35 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[pathlib.Path]:
         part.replace(path)
     finally:
         part.unlink(missing_ok=True)
+
+
+def sweep_parts(folder: pathlib.Path, stems: str, suffix: str) -> None:
+    """Removes what programs that were killed had begun to write, `ABANDONED` seconds after.
+
+    Args:
+        folder: of the files.
+        stems: a regular expression for their names without suffix; parts of others stay.
+        suffix: of the files, with its dot.
+
+    Example:
+        >>> import os, pathlib, tempfile
+        >>> from firstorder.io.files import sweep_parts
+        >>> folder = pathlib.Path(tempfile.mkdtemp())
+        >>> part = folder / ".a.k3_x9q0b.part.png"
+        >>> part.touch()
+        >>> sweep_parts(folder, "a", ".png"), part.exists()  # young: another may be writing it
+        (None, True)
+        >>> os.utime(part, (0, 0))
+        >>> sweep_parts(folder, "a", ".png"), part.exists()
+        (None, False)
+    """
+    parts = re.compile(rf"\.(?:{stems})\.[a-z0-9_]{{8}}\.part{re.escape(suffix)}")
+    with os.scandir(folder) as entries:
+        for entry in entries:
+            if parts.fullmatch(entry.name):
+                with contextlib.suppress(OSError):  # another program was quicker
+                    if time.time() - entry.stat().st_mtime > ABANDONED:
+                        os.unlink(entry)
 
 
 def write_text(path: str | os.PathLike[str], text: str) -> None:
