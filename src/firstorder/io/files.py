@@ -3,9 +3,9 @@
 A program that is interrupted, or a disk that is full, leaves the old file or none, never half of
 a new one. Renaming within one folder is a single step of the file system.
 
-A program that is killed leaves a hidden part, `.a.k3_x9q0b.part.png` for `a.png`. The next writer of
-the same file removes it once nothing has been written to it for ten minutes (`ABANDONED`). Younger
-parts may be another program's work and stay.
+A program that is killed leaves a hidden part, `.a.k3_x9q0b.part.png` for `a.png`. The next writer
+of the same file removes it once nothing was written to it for ten minutes (`ABANDONED`);
+younger parts may be another program's work and stay.
 """
 
 from __future__ import annotations
