@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from firstorder import io
-from firstorder.io.files import ABANDONED
+from firstorder.io._parts import ABANDONED
 
 
 def test_a_file_that_fails_half_way_leaves_the_old_one_and_nothing_else(tmp_path):

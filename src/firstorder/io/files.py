@@ -4,8 +4,8 @@ A program that is interrupted, or a disk that is full, leaves the old file or no
 a new one. Renaming within one folder is a single step of the file system.
 
 A program that is killed leaves a hidden part, `.a.k3_x9q0b.part.png` for `a.png`. The next writer
-of the same file removes it once nothing was written to it for ten minutes (`ABANDONED`);
-younger parts may be another program's work and stay.
+of the same file removes it once nothing was written to it for ten minutes; younger parts may be
+another program's work and stay.
 """
 
 from __future__ import annotations
@@ -18,15 +18,13 @@ import os
 import pathlib
 import re
 import tempfile
-import time
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
+from firstorder.io._parts import sweep_parts
 from firstorder.scene._bands import band_columns
-
-ABANDONED = 600.0  # seconds without a byte written after which a part is a killed program's
 
 
 @contextlib.contextmanager
@@ -61,35 +59,6 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[pathlib.Path]:
         part.replace(path)
     finally:
         part.unlink(missing_ok=True)
-
-
-def sweep_parts(folder: pathlib.Path, stems: str, suffix: str) -> None:
-    """Removes what programs that were killed had begun to write, `ABANDONED` seconds after.
-
-    Args:
-        folder: of the files.
-        stems: a regular expression for their names without suffix; parts of others stay.
-        suffix: of the files, with its dot.
-
-    Example:
-        >>> import os, pathlib, tempfile
-        >>> from firstorder.io.files import sweep_parts
-        >>> folder = pathlib.Path(tempfile.mkdtemp())
-        >>> part = folder / ".a.k3_x9q0b.part.png"
-        >>> part.touch()
-        >>> sweep_parts(folder, "a", ".png"), part.exists()  # young: another may be writing it
-        (None, True)
-        >>> os.utime(part, (0, 0))
-        >>> sweep_parts(folder, "a", ".png"), part.exists()
-        (None, False)
-    """
-    parts = re.compile(rf"\.(?:{stems})\.[a-z0-9_]{{8}}\.part{re.escape(suffix)}")
-    with os.scandir(folder) as entries:
-        for entry in entries:
-            if parts.fullmatch(entry.name):
-                with contextlib.suppress(OSError):  # another program was quicker
-                    if time.time() - entry.stat().st_mtime > ABANDONED:
-                        os.unlink(entry)
 
 
 def write_text(path: str | os.PathLike[str], text: str) -> None:

@@ -29,7 +29,8 @@ from firstorder import session
 from firstorder._argument_checks import check_positive
 from firstorder.io._damage import set_aside
 from firstorder.io._locks import at_work
-from firstorder.io.files import sweep_parts, write_json, write_npz
+from firstorder.io._parts import sweep_parts
+from firstorder.io.files import write_json, write_npz
 
 Layers = dict[str, Float[np.ndarray, "w h *bands"]]
 Shade = Callable[[Float[np.ndarray, "n 2"], int], Mapping[str, np.ndarray]]
