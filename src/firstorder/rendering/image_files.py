@@ -57,7 +57,8 @@ def render_to_files(
     """Render a whole image by tiles that are kept: killed at any time, the same call goes on.
 
     After every pass the picture so far is written. Several programs may render the same image at
-    once and share the work.
+    once and share the work. The image is the same to the bit with the same settings of the
+    compiler (`session.settings`), which the folder's `job.json` keeps.
 
     Args:
         world: what is seen.
