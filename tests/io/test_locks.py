@@ -30,6 +30,7 @@ def holder(file):
     """Another program that is at work on the file."""
     command = [sys.executable, "-c", HOLDER, str(file)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
         assert process.stdout.readline() == "at work\n"
         yield process
         process.kill()

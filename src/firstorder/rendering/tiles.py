@@ -146,7 +146,7 @@ def _claim(folder: pathlib.Path, job: dict[str, Any]) -> str:
         In which settings of the compiler the tiles differ from what would be made now, in words.
     """
     now = {**session.settings(), "device": jax.default_backend()}
-    with at_work(folder / JOB, job):  # of two that begin at once, one records its job first
+    with at_work(folder / JOB, {**job, **now}):  # of two that begin at once, one is the first
         known = _known(folder)
         if known is None:
             write_json(folder / JOB, {**job, "made_with": now})
@@ -185,9 +185,9 @@ def _known(folder: pathlib.Path) -> dict[str, Any] | None:
 def _refuse_other_settings(folder: pathlib.Path, differing: str) -> None:
     if differing:
         raise ValueError(
-            f"Argument `folder` must hold tiles made with today's settings, of which the last bits "
-            f"depend, or all of them, but some are missing in {folder.name} and in the others "
-            f"differ: {differing}. Set them as they were, or choose another folder."
+            "Argument `folder` must hold all tiles, or tiles made with the same settings of the "
+            f"compiler, but some are missing in {folder.name} and the others differ ({differing}): "
+            "set these as they were, or choose another folder."
         )
 
 
@@ -198,7 +198,7 @@ def _kept(file: pathlib.Path, tile: _Tile) -> dict[str, np.ndarray] | None:
             found = {name: kept[name] for name in kept.files}
     except FileNotFoundError:
         return None
-    except OSError:  # the system's trouble, and not the file's
+    except (OSError, MemoryError):  # the system's trouble, and not the file's
         raise
     except Exception:  # what zipfile, zlib and NumPy say of broken files is of many kinds
         reason = "it is no whole NPZ file"
