@@ -313,4 +313,5 @@ def _ask(found: _Outlines, eye: Array, turn: Array, w: Float[Array, "r 3"]):
     ]
     t = jnp.concatenate(distances)
     t = jnp.where((t > 0.0) & ~found.own[:, None], t, jnp.inf)
+    assert found.rank is not None  # `_outlines_from` gives it
     return t, highest(t, found.rank[:, None], t.shape[0])
