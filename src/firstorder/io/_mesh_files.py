@@ -144,9 +144,7 @@ def most_coordinate() -> float:
     width is 2 sqrt(3) = 3.5 of it, and twice the area of a triangle on such edges below its square.
 
     Example:
-        >>> from firstorder import session
         >>> from firstorder.io._mesh_files import most_coordinate
-        >>> session.start()
         >>> print(f"{most_coordinate():.0e}")
         3e+76
     """
