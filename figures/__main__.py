@@ -1,7 +1,8 @@
 """Draw the figures: `python -m figures [NAME ...] [--quick] [--list] [--out DIR]`.
 
 Each picture comes with the arrays behind it, and all with one table of claims. What is finished is
-not drawn again unless the code has changed. Exit code 1 if a figure could not be drawn; a claim
+not drawn again unless code, versions, flags of the compiler or the files themselves have changed
+(`figures/records.py`). Exit code 1 if a figure could not be drawn; a claim
 that does not hold is reported and is no error.
 """
 
@@ -13,7 +14,6 @@ import functools
 import hashlib
 import importlib
 import importlib.metadata
-import json
 import multiprocessing
 import pathlib
 import shutil
@@ -21,13 +21,13 @@ import sys
 import time
 import traceback
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import tyro
 from tqdm import tqdm
 
 import firstorder
-from figures import claims
+from figures import claims, records
 from figures.style import Drawing
 from firstorder import io, plotting, session
 
@@ -65,18 +65,20 @@ def main(options: Options) -> int:
     if options.list:
         print("\n".join(f"{name:12} {_title(name)}" for name in chosen))
         return 0
-    waiting = [n for n in chosen if options.force or not _finished(n, options)]
-    for name in sorted(set(chosen) - set(waiting)):
-        print(f"{name:12} finished before")
+    session.start()
+    reasons = {n: "drawn again: as asked." if options.force else _why(n, options) for n in chosen}
+    waiting = [name for name in chosen if reasons[name]]
+    for name in sorted(n for n in reasons if records.path_of(n, options.out).exists()):
+        print(f"{name:12} {reasons[name] or 'finished before'}")
     interrupted, failures = False, []
     try:
         failures = _draw_all(waiting, options)
     except KeyboardInterrupt:
         interrupted = True
         print("Interrupted: what is finished is kept, and the next run goes on from here.")
-    records = {n: _record(n, options.out)["claims"] for n in claims.names() if _has(n, options.out)}
-    io.write_json(options.out / "claims.json", [r for n in records for r in records[n]])
-    shown = [r for n in chosen for r in records.get(n, [])]
+    told = _claims(options.out)
+    io.write_json(options.out / "claims.json", [r for n in told for r in told[n]])
+    shown = [r for n in chosen for r in told.get(n, [])]
     print("\n" + claims.table(shown, max(100, shutil.get_terminal_size().columns)))
     print(f"\n{claims.summary(shown)}")
     news = claims.differences(shown, claims.kept())
@@ -134,8 +136,7 @@ def _draw(name: str, options: Options) -> tuple[str, float, str | None]:
         return name, time.perf_counter() - begin, failure
     about = {"seconds": round(seconds, 2), "size": drawing.size, "seed": drawing.seed}
     rows = [{"figure": name, **claim, **about} for claim in told]
-    record = {"key": _key(name, options.quick), "files": files, "claims": rows}
-    io.write_json(_record_path(name, options.out), record)
+    records.write(name, options.out, _key(name, options.quick), files, rows)
     return name, seconds, None
 
 
@@ -153,34 +154,33 @@ def _write(name: str, drawing: Drawing, options: Options) -> list[str]:
     return [*files, f"{name}.npz"]
 
 
-def _record_path(name: str, out: pathlib.Path) -> pathlib.Path:
-    return out / f"{name}.json"
-
-
-def _has(name: str, out: pathlib.Path) -> bool:
-    return _record_path(name, out).exists()
-
-
-def _record(name: str, out: pathlib.Path) -> dict[str, Any]:
-    return json.loads(_record_path(name, out).read_text(encoding="utf-8"))
-
-
-def _finished(name: str, options: Options) -> bool:
-    """Whether all files are there, from the same code at the same size."""
-    if not _has(name, options.out):
-        return False
-    record = _record(name, options.out)
+def _why(name: str, options: Options) -> str:
+    """Why a figure is to be drawn; none if all files are there, from the same code and size."""
     asked = {f"{name}.png"} | ({f"{name}.{options.vector}"} if options.vector else set())
-    return (
-        record["key"] == _key(name, options.quick)
-        and asked <= set(record["files"])
-        and all((options.out / f).exists() for f in record["files"])
-    )
+    return records.why_drawn(name, options.out, _key(name, options.quick), asked)
+
+
+def _claims(out: pathlib.Path) -> dict[str, list[claims.Record]]:
+    """Claims of all figures that have records; one that cannot be read is named and left out."""
+    found = {}
+    for name in claims.names():
+        try:
+            record = records.read(name, out)
+        except ValueError as error:
+            print(f"{error}: its claims are left out until {name} is drawn again.")
+            continue
+        if record is not None:
+            found[name] = record["claims"]
+    return found
 
 
 def _forget(name: str, out: pathlib.Path) -> None:
     """Remove what an earlier run left of a figure, its record first."""
-    stale = _record(name, out)["files"] if _has(name, out) else []
+    try:
+        record = records.read(name, out)
+    except ValueError:  # files that it alone named stay
+        record = None
+    stale = [file["name"] for file in record["files"]] if record else []
     for file in (f"{name}.json", f"{name}.log", *stale):
         (out / file).unlink(missing_ok=True)
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import jax
 import jax.numpy as jnp
+import jaxlib
 import pytest
 
 from firstorder import session
@@ -30,6 +31,19 @@ def flags():
 def test_precision_is_the_one_asked_for(tmp_path, x64, dtype):
     session.start(x64=x64, cache=tmp_path)
     assert jnp.asarray(1.0).dtype == dtype
+
+
+def test_settings_are_those_that_change_bits(tmp_path, monkeypatch):
+    monkeypatch.setenv("XLA_FLAGS", "--xla_b=1 --xla_a --xla_dump_to=/tmp --xla_b=2")
+    before = session.settings()
+    assert before["XLA_FLAGS"] == "--xla_a= --xla_b=2"
+    assert before["jaxlib"] == jaxlib.__version__
+    monkeypatch.setenv("XLA_FLAGS", "--xla_dump_hlo_as_text --xla_b=2 --xla_a=")
+    assert session.differing(before, session.settings()) == ""
+    monkeypatch.setenv("XLA_FLAGS", "")
+    with jax.enable_x64(False):
+        words = session.differing(before, session.settings())
+    assert words == "x64 True, now False; XLA_FLAGS --xla_a= --xla_b=2, now none"
 
 
 def test_an_argument_wins_over_the_environment(tmp_path, monkeypatch):

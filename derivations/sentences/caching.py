@@ -199,11 +199,13 @@ def eigen_of_a_multiple():
 
 def larger_light() -> float:
     """The library's bound against eigenvalues; under twice the radiance R falls by 2^-1/4."""
+    import jax.numpy as jnp
+
     from firstorder.caching import geometric_bound, radius_for
 
     rng = np.random.default_rng(83)
     A = rng.normal(size=(40, 2, 2))
-    B = np.asarray(geometric_bound(A + np.swapaxes(A, 1, 2), np.full(40, 0.1)))
+    B = np.asarray(geometric_bound(jnp.asarray(A + np.swapaxes(A, 1, 2)), jnp.full(40, 0.1)))
     true = _bound_by_hand(A + np.swapaxes(A, 1, 2)) * 0.1
     off = np.max(np.abs(B - true)) / np.max(np.abs(true))
     R = [float(radius_for(np.array(L * 3.0), 0.01, dims=2)) for L in (1.0, 2.0)]
@@ -230,9 +232,11 @@ def curvature_along(angle):
 
 def principal_axes() -> float:
     """The library's directions of an ellipse: H is diagonal in them, largest size first."""
+    import jax.numpy as jnp
+
     from firstorder.caching import semi_axes
 
-    lengths, axes = (np.asarray(a) for a in semi_axes(H, 0.01, most=1e6))
+    lengths, axes = (np.asarray(a) for a in semi_axes(jnp.asarray(H), 0.01, most=1e6))
     D = axes.T @ H @ axes
     ratio = lengths[0] / lengths[1] - np.sqrt(abs(D[1, 1] / D[0, 0]))
     # The area: (4 eps / pi)^(1/2) over |lambda_1 lambda_2|^(1/4), times (pi/2)^(1/2) for a saddle.

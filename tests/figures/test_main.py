@@ -1,4 +1,6 @@
 import json
+import os
+import re
 import sys
 
 import numpy as np
@@ -7,6 +9,7 @@ import pytest
 import figures
 from figures import claims
 from figures.__main__ import Options, main
+from firstorder import session
 
 GOOD = '''"""A straight line."""
 from figures.style import Drawing
@@ -100,6 +103,78 @@ def test_a_finished_figure_is_drawn_again_only_when_something_changed(folder, tm
     (folder / "good.py").write_text(GOOD + "\n")
     main(Options(out=out))
     assert len(drawn()) == 6
+
+
+def cut(out):
+    (out / "fake_good.png").write_bytes((out / "fake_good.png").read_bytes()[:500])
+    return r"fake_good.png has 500 bytes and not \d+"
+
+
+def changed_in_one_byte(out):
+    data = bytearray((out / "fake_good.npz").read_bytes())
+    data[len(data) // 2] ^= 1
+    (out / "fake_good.npz").write_bytes(data)
+    return "fake_good.npz has another content"
+
+
+def lost(out):
+    (out / "fake_good.line.csv").unlink()
+    return "fake_good.line.csv is missing"
+
+
+@pytest.mark.parametrize("damage", [cut, changed_in_one_byte, lost])
+def test_a_finished_figure_whose_files_are_not_as_written_is_drawn_again(
+    folder, tmp_path, capsys, damage
+):
+    out = tmp_path / "out"
+    main(Options(quick=True, out=out))
+    right = {f.name: f.read_bytes() for f in out.iterdir() if f.suffix in (".png", ".csv")}
+    words = damage(out)
+    capsys.readouterr()
+    main(Options(quick=True, out=out))
+    assert re.search(f"^fake_good    drawn again: {words}.$", capsys.readouterr().out, re.M)
+    assert drawn() == [True] * 2
+    assert {name: (out / name).read_bytes() for name in right} == right
+    main(Options(quick=True, out=out))
+    assert "fake_good    finished before" in capsys.readouterr().out
+
+
+BROKEN = ["", '{"key": "a", "fi', "[]", "null", '{"key": "a"}', "\udc80"]
+
+
+@pytest.mark.parametrize("words", BROKEN)
+def test_a_broken_record_is_named_and_the_figure_drawn_again(folder, tmp_path, capsys, words):
+    out = tmp_path / "out"
+    main(Options(quick=True, out=out))
+    record = out / "fake_good.json"
+    record.write_bytes(words.encode("utf-8", "surrogateescape"))
+    (folder / "later.py").write_text(GOOD)
+    capsys.readouterr()
+    assert main(Options(("fake_later",), quick=True, out=out)) == 0
+    told = f"{record} is damaged or another version's"
+    assert (
+        f"{told}: its claims are left out until fake_good is drawn again."
+        in capsys.readouterr().out.splitlines()
+    )
+    assert main(Options(quick=True, out=out)) == 0
+    assert f"fake_good    drawn again: {told}.\n" in capsys.readouterr().out
+    assert drawn() == [True] * 2
+    assert json.loads(record.read_text())["claims"][0]["verdict"] == "holds"
+
+
+def test_a_figure_is_drawn_again_with_other_settings_that_change_bits(
+    folder, tmp_path, capsys, monkeypatch
+):
+    out, flags = tmp_path / "out", os.environ.get("XLA_FLAGS", "")
+    main(Options(quick=True, out=out))
+    assert json.loads((out / "fake_good.json").read_text())["made_with"] == session.settings()
+    monkeypatch.setenv("XLA_FLAGS", f"--xla_dump_to=/nowhere {flags}")
+    main(Options(quick=True, out=out))
+    assert drawn() == [True]
+    monkeypatch.setenv("XLA_FLAGS", f"{flags} --xla_cpu_multi_thread_eigen=false")
+    main(Options(quick=True, out=out))
+    assert drawn() == [True] * 2
+    assert "the compiler's settings differ (XLA_FLAGS " in capsys.readouterr().out
 
 
 def test_a_failing_figure_is_one_sentence_and_a_log_and_the_others_go_on(folder, tmp_path, capsys):

@@ -79,7 +79,7 @@ def test_between_two_points():
     b = jnp.array([[0.0, 2.0], [0.0, 0.9], [0.5, 1.0]])
     assert occluded(scene, a, b).tolist() == [True, False, False]
     # Beyond the last point by rounding: only what lies on a shape may end there.
-    past = b.at[2, 1].add(1e-12)
+    past = b.at[2, 1].add(1e-11)
     assert occluded(scene, a, past).tolist() == [True, False, True]
     ends = jnp.array([-1, -1, 0])
     assert occluded(scene, a, past, -1, ends).tolist() == [True, False, False]

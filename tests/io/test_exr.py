@@ -47,7 +47,7 @@ def test_bad_layers_get_one_sentence(tmp_path, name, layers, sentence):
 
 def test_a_broken_file_gets_one_sentence(tmp_path):
     (tmp_path / "a.exr").write_bytes(b"no picture")
-    with pytest.raises(ValueError, match=r"a\.exr: the file is no OpenEXR picture"):
+    with pytest.raises(ValueError, match=r"a\.exr: the file is damaged or is no OpenEXR picture"):
         read_layers(tmp_path / "a.exr")
 
 

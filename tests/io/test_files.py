@@ -1,10 +1,15 @@
 import json
+import os
 import stat
+import subprocess
+import sys
+import time
 
 import numpy as np
 import pytest
 
 from firstorder import io
+from firstorder.io._parts import ABANDONED
 
 
 def test_a_file_that_fails_half_way_leaves_the_old_one_and_nothing_else(tmp_path):
@@ -30,6 +35,59 @@ def test_the_lent_name_ends_like_the_final_one_and_others_may_read_the_file(tmp_
     plain = tmp_path / "plain"
     plain.touch()
     assert (tmp_path / "a.png").stat().st_mode == plain.stat().st_mode
+
+
+KILLED = """
+import os, pathlib, signal, sys
+from firstorder.io.files import atomic_write
+with atomic_write(sys.argv[1]) as part:
+    part.write_bytes(b"half")
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_what_a_killed_writer_left_is_swept_by_the_next_one_of_the_same_file(tmp_path):
+    target = tmp_path / "a.exr"
+    subprocess.run([sys.executable, "-c", KILLED, str(target)], check=False)
+    (part,) = tmp_path.iterdir()
+    io.write_text(target, "young parts may be another program's")
+    assert part.read_bytes() == b"half"
+    when = time.time() - ABANDONED - 1.0
+    os.utime(part, (when, when))
+    io.write_text(tmp_path / "a.b.exr", "another file")
+    io.write_text(tmp_path / "a.png", "another format")
+    assert part.exists()
+    io.write_text(target, "the same file")
+    assert {f.name for f in tmp_path.iterdir()} == {"a.exr", "a.b.exr", "a.png"}
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        ".a.settings.exr",  # somebody's hidden file
+        ".a.k3_x9q0b.part.exr.txt",
+        ".axb.k3_x9q0b.part.exr",  # of axb.exr
+        ".a.b.k3_x9q0b.part.exr",  # of a.b.exr
+        ".a.k3_x9q0b.part",  # of a
+        ".a.k3_x9q0b.part.npz",
+    ],
+)
+def test_what_is_not_a_part_of_the_file_is_left_however_old(tmp_path, name):
+    other = tmp_path / name
+    other.touch()
+    os.utime(other, (0, 0))
+    io.write_text(tmp_path / "a.exr", "light")
+    assert other.exists()
+
+
+def test_two_writers_of_one_file_at_once_leave_the_whole_file_of_the_last(tmp_path):
+    with io.atomic_write(tmp_path / "a.txt") as one:
+        with io.atomic_write(tmp_path / "a.txt") as other:
+            one.write_text("one")
+            other.write_text("other")
+        assert (tmp_path / "a.txt").read_text() == "other"
+    assert (tmp_path / "a.txt").read_text() == "one"
+    assert len(list(tmp_path.iterdir())) == 1
 
 
 def test_json_comes_back_and_has_null_where_it_has_no_word(tmp_path):

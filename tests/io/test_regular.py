@@ -1,4 +1,4 @@
-"""Only regular files are read, and none that is too large: the others are refused."""
+"""Only regular files are read, and none that is too large: every reader refuses the others."""
 
 import os
 import pathlib
@@ -6,6 +6,7 @@ import socket
 
 import pytest
 
+from firstorder.io import read_image, read_layers, read_mesh, read_rays
 from firstorder.io._regular import check_regular_file, read_regular_file
 
 
@@ -32,7 +33,16 @@ def unix_socket(path):
 
 
 KINDS = [(folder, "directory"), (pipe, "pipe"), (device, "device"), (unix_socket, "socket")]
-READERS = {"a.bin": read_regular_file}
+READERS = {
+    "a.bin": read_regular_file,
+    "a.hdr": read_image,
+    "a.png": read_image,
+    "a.jpg": read_image,
+    "a.exr": read_layers,
+    "a.obj": read_mesh,
+    "a.glb": read_mesh,
+    "a.rays": read_rays,
+}
 
 
 @pytest.mark.parametrize("name", READERS)
@@ -44,7 +54,7 @@ def test_what_is_no_regular_file_is_refused_before_it_is_opened(tmp_path, name, 
     assert str(caught.value) == f"{name}: the file cannot be opened (is a {word})."
 
 
-@pytest.mark.parametrize("name", READERS)
+@pytest.mark.parametrize("name", [name for name in READERS if name[-3:] not in ("obj", "glb")])
 def test_what_is_not_there_stays_an_error_of_the_system(tmp_path, name):
     with pytest.raises(FileNotFoundError):
         READERS[name](tmp_path / name)
@@ -61,6 +71,14 @@ def test_a_file_may_have_so_many_bytes_and_no_more(tmp_path):
     check_regular_file(tmp_path / "a.txt", 5)
     with pytest.raises(ValueError, match=r"^a\.txt: the file has 5 bytes, but at most 4 are read"):
         read_regular_file(tmp_path / "a.txt", 4)
+
+
+@pytest.mark.parametrize("name", ["a.hdr", "a.exr", "a.png", "a.obj"])
+def test_a_file_of_too_many_bytes_is_refused_before_it_is_read(tmp_path, name):
+    with (tmp_path / name).open("wb") as file:
+        file.truncate(2**40)  # it holds nothing, and takes no place
+    with pytest.raises(ValueError, match="but at most 1073741824 are read"):
+        READERS[name](tmp_path / name)
 
 
 def test_a_name_with_a_zero_byte_is_one_sentence(tmp_path):

@@ -20,6 +20,7 @@ from firstorder.rendering.image_files import (
     scene_fingerprint,
     world_from_scene,
 )
+from firstorder.rendering.renderer import Renderer
 from tests.io.scenes.coated import INLINE, PICTURES, REST, START, TEXELS, WAVES
 
 SCENE = """dimensions = 3
@@ -87,6 +88,31 @@ def test_a_killed_image_goes_on_to_the_bit(file, tmp_path):
     again = start("a", 0.0).communicate()[0]
     assert again == start("b", 0.0).communicate()[0] != ""
     assert {f: f.stat().st_mtime_ns for f in kept} == kept
+
+
+def test_two_programs_share_an_image_and_one_with_other_passes_is_told(file, tmp_path, monkeypatch):
+    """The second starts while the first is at work, here between two of its tiles."""
+    pytest.importorskip("fcntl")
+    pytest.importorskip("OpenEXR")
+    world, plain, seen = world_from_scene(read_space(file), nodes=3), Renderer.layers, []
+
+    def render(passes, name="a.exr"):
+        about = dict(passes=passes, side=8, quiet=True, out=tmp_path / name)
+        return render_to_files(world, 16, 8, tmp_path / "tiles", **about)
+
+    def meanwhile(self, p, number=0):
+        if not seen:
+            seen.append(None)
+            with pytest.raises(ValueError, match=r"a.exr: process .* \(passes 2 and not 1\)"):
+                render(1)
+            seen.append(render(1, "b.exr")["value"])
+            seen.append(render(2)["value"])
+        return plain(self, p, number)
+
+    monkeypatch.setattr(Renderer, "layers", meanwhile)
+    np.testing.assert_array_equal(render(2)["value"], seen[2])
+    np.testing.assert_array_equal(render(1)["value"], seen[1])
+    assert not list(tmp_path.glob(".*"))
 
 
 def test_layers_and_a_picture_are_written(file, tmp_path):

@@ -1,14 +1,18 @@
 """Tiles that survive: the same image to the bit, whatever happened on the way."""
 
+import io
+import json
 import os
 import signal
 import subprocess
 import sys
 import time
 
+import jax
 import numpy as np
 import pytest
 
+from firstorder import session
 from firstorder.rendering.tiles import _tiles, render_tiles
 
 WIDTH, HEIGHT, SIDE, PASSES = 50, 34, 16, 3
@@ -44,7 +48,7 @@ def test_the_mean_over_passes(tmp_path):
 def test_what_a_killed_program_was_writing_is_swept_up(tmp_path):
     """Not what another one may still be writing, and not another's tiles."""
     made(tmp_path)
-    mine, fresh = (tmp_path / f".pass0000_tile0000{k}.{k}.npz" for k in (0, 1))
+    mine, fresh = (tmp_path / f".pass0000_tile0000{k}.k3_x9q0{k}.part.npz" for k in (0, 1))
     for part in (mine, fresh):
         part.write_bytes(b"half")
     os.utime(mine, (0, 0))
@@ -95,24 +99,161 @@ print(found["value"].tobytes().hex())
 """
 
 
-def test_a_killed_program_is_resumed_to_the_bit(tmp_path):
+def test_a_program_killed_again_and_again_is_resumed_to_the_bit(tmp_path):
+    """At random moments of every tile, its writing included."""
+    wait = np.random.default_rng(0)
+
     def start(folder, wait):
         command = [sys.executable, "-c", PROGRAM, str(folder), str(wait)]
         return subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
 
-    first = start(tmp_path / "a", 0.05)
-    while len(list((tmp_path / "a").glob("pass*"))) < 5:
-        assert first.poll() is None
-        time.sleep(0.01)
-    os.kill(first.pid, signal.SIGKILL)
-    first.communicate()
-    kept = {f: f.stat().st_mtime_ns for f in (tmp_path / "a").glob("pass*")}
-    assert 5 <= len(kept) < PASSES * 12
+    def tiles():
+        return {f: f.stat().st_mtime_ns for f in (tmp_path / "a").glob("pass*")}
+
+    for count in (4, 20):
+        process = start(tmp_path / "a", 0.03)
+        while len(tiles()) < count:
+            assert process.poll() is None
+            time.sleep(0.01)
+        time.sleep(wait.uniform(0.0, 0.06))
+        os.kill(process.pid, signal.SIGKILL)
+        process.communicate()
+    kept = tiles()
+    assert 20 <= len(kept) < PASSES * 12
     resumed, whole = start(tmp_path / "a", 0.0), start(tmp_path / "b", 0.0)
     answers = [p.communicate()[0] for p in (resumed, whole)]
     assert answers[0] == answers[1] != ""
     for file, when in kept.items():
         assert file.stat().st_mtime_ns == when
+
+
+def truncated(data):
+    return data[: len(data) // 2]
+
+
+def empty(data):
+    return b""
+
+
+def without_its_end(data):
+    return data[:-30]
+
+
+def with_a_number_that_is_nan(data):
+    """Unpacked, a number made NaN and packed without compression, under the old checksum."""
+    with np.load(io.BytesIO(data)) as kept:
+        arrays = {name: kept[name] for name in kept.files}
+    plain = io.BytesIO()
+    np.savez(plain, **arrays)
+    number = arrays["value"][0, 0].tobytes()
+    changed = plain.getvalue().replace(number, np.array(np.nan).tobytes(), 1)
+    assert changed != plain.getvalue()
+    return changed
+
+
+def of_another_shape(data):
+    file = io.BytesIO()
+    np.savez_compressed(file, value=np.zeros((SIDE, SIDE + 1)), half=np.zeros((SIDE, SIDE + 1)))
+    return file.getvalue()
+
+
+def of_words(data):
+    file = io.BytesIO()
+    np.savez_compressed(file, value=np.full((SIDE, SIDE), "a"), half=np.full((SIDE, SIDE), "b"))
+    return file.getvalue()
+
+
+def without_arrays(data):
+    file = io.BytesIO()
+    np.savez_compressed(file)
+    return file.getvalue()
+
+
+def no_npz(data):
+    return b"hello"
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [truncated, empty, without_its_end, with_a_number_that_is_nan, of_another_shape, of_words,
+     without_arrays, no_npz],
+)  # fmt: skip
+def test_a_damaged_tile_is_named_kept_aside_and_made_anew(tmp_path, damage):
+    whole, tile = made(tmp_path), tmp_path / "pass0001_tile00004.npz"
+    right, others = tile.read_bytes(), {f: f.stat().st_mtime_ns for f in tmp_path.iterdir()}
+    tile.write_bytes(damage(right))
+    broken = tile.read_bytes()
+    told = r"^pass0001_tile00004.npz is damaged \(.*\): it is kept as .*npz.damaged and made anew.$"
+    with pytest.warns(UserWarning, match=told) as warned:
+        again = made(tmp_path)
+    assert len(warned) == 1
+    for name, values in whole.items():
+        assert again[name].tobytes() == values.tobytes()
+    aside = tile.with_name(f"{tile.name}.damaged")
+    assert aside.read_bytes() == broken
+    assert np.load(tile)["value"].tobytes() == np.load(io.BytesIO(right))["value"].tobytes()
+    assert set(tmp_path.iterdir()) == {*others, aside}
+    assert all(f.stat().st_mtime_ns == when for f, when in others.items() if f != tile)
+    made(tmp_path)  # no warning: it is whole again
+
+
+def test_numbers_that_are_not_finite_may_be_answers(tmp_path):
+    """As the distance of the sky is."""
+    for _ in range(2):
+        found = made(tmp_path, lambda p, _: {"distance": np.where(p[:, 0] < 9.0, np.inf, np.nan)})
+        assert np.isinf(found["distance"][0, 0])
+        assert np.isnan(found["distance"][-1, 0])
+
+
+BROKEN = ["", '{"width": 50, "hei', "[]", "null", '{"made_with": 3}', "\0"]
+
+
+@pytest.mark.parametrize("words", [None, *BROKEN])
+def test_tiles_without_a_readable_job_are_nobodys(tmp_path, words):
+    folder = tmp_path / "a_tiles"
+    made(folder)
+    job = folder / "job.json"
+    job.unlink() if words is None else job.write_text(words)
+    before = set(folder.iterdir())
+    with pytest.raises(ValueError, match="nothing tells whose") as told:
+        made(folder)
+    assert str(told.value) == (
+        f"{job} is {'missing' if words is None else 'damaged'}, so nothing tells whose tiles these "
+        "are: delete the folder a_tiles and render again, or choose another one."
+    )
+    assert set(folder.iterdir()) == before
+
+
+@pytest.mark.parametrize("words", BROKEN)
+def test_a_broken_job_without_tiles_is_set_aside_and_written_anew(tmp_path, words):
+    (tmp_path / "job.json").write_text(words)
+    with pytest.warns(UserWarning, match=r"^job.json is damaged .*kept as job.json.damaged"):
+        found = made(tmp_path)
+    assert (tmp_path / "job.json.damaged").read_text() == words
+    np.testing.assert_array_equal(found["half"], made(tmp_path)["half"])
+
+
+def test_what_lacks_is_not_made_with_other_settings_of_the_compiler(tmp_path, monkeypatch):
+    whole = made(tmp_path)
+    flags = os.environ.get("XLA_FLAGS", "")
+    monkeypatch.setenv("XLA_FLAGS", f"{flags} --xla_cpu_multi_thread_eigen=false")
+    np.testing.assert_array_equal(made(tmp_path)["value"], whole["value"])  # all are there
+    lost = tmp_path / "pass0002_tile00011.npz"
+    lost.unlink()
+    with pytest.raises(ValueError, match=r"differ \(XLA_FLAGS .*, now .*eigen=false.*\): set"):
+        made(tmp_path)
+    monkeypatch.setenv("XLA_FLAGS", f"--xla_dump_to=/nowhere {flags}")  # writes, and changes no bit
+    assert made(tmp_path)["value"].tobytes() == whole["value"].tobytes()
+    assert lost.exists()
+
+
+def test_a_job_of_before_says_nothing_of_settings_and_is_taken(tmp_path):
+    whole, job = made(tmp_path), tmp_path / "job.json"
+    words = json.loads(job.read_text())
+    assert words.pop("made_with") == {**session.settings(), "device": jax.default_backend()}
+    job.write_text(json.dumps(words))
+    (tmp_path / "pass0002_tile00011.npz").unlink()
+    np.testing.assert_array_equal(made(tmp_path)["value"], whole["value"])
 
 
 def test_progress_can_be_looked_at(tmp_path):

@@ -17,6 +17,7 @@ GROUPS = (
 ORIGINS = jnp.asarray(rng.uniform(-4.0, 4.0, (70, 3)))
 ALONG = rng.normal(size=(70, 3))
 ALONG = jnp.asarray(ALONG / np.linalg.norm(ALONG, axis=1, keepdims=True))
+RANK = jnp.arange(11, dtype=jnp.int32)
 NOWHERE = jnp.full(70, intersect.MISS)
 
 
@@ -43,13 +44,13 @@ def test_the_nearest_shape_is_found(find):
     t = by_hand()
     true = np.where(np.isfinite(t.min(1)), t.argmin(1), intersect.MISS)
     assert {9, 10, intersect.MISS} < set(true)
-    np.testing.assert_array_equal(find(GROUPS, (ORIGINS, ALONG, NOWHERE)), true)
+    np.testing.assert_array_equal(find(GROUPS, RANK, (ORIGINS, ALONG, NOWHERE)), true)
 
 
 def test_blocks_do_not_change_the_answer():
     rays = ORIGINS, ALONG, NOWHERE
-    whole = intersect.first_by_scan(GROUPS, rays)
-    cut = in_blocks(lambda r: intersect.first_by_scan(GROUPS, r), rays, 32)
+    whole = intersect.first_by_scan(GROUPS, RANK, rays)
+    cut = in_blocks(lambda r: intersect.first_by_scan(GROUPS, RANK, r), rays, 32)
     np.testing.assert_array_equal(whole, cut)
 
 
@@ -58,7 +59,7 @@ def test_a_shape_does_not_meet_its_own_rays():
     true = t.argmin(1)
     t[np.arange(70), true] = np.inf
     second = np.where(np.isfinite(t.min(1)), t.argmin(1), intersect.MISS)
-    found = intersect.first_by_scan(GROUPS, (ORIGINS, ALONG, jnp.asarray(true)))
+    found = intersect.first_by_scan(GROUPS, RANK, (ORIGINS, ALONG, jnp.asarray(true)))
     hit = np.isfinite(by_hand().min(1))
     np.testing.assert_array_equal(np.asarray(found)[hit], second[hit])
 

@@ -173,7 +173,8 @@ class Render:
     Direct light of rectangles that emit and of the sky, soft shadows, diffuse and glossy lobes.
     Layers: `value`; its gradient `grad.u`, `grad.v` per unit of the image, of which moving shadows
     make `shadow.u`, `shadow.v`; R07's `SV`, `DV`, `CV`, `CDV` and each by `.diffuse` and `.glossy`;
-    `index`, `distance`, `cosine`, `curvature`. Killed at any time, the same command goes on.
+    `index`, `distance`, `cosine`, `curvature`. Killed at any time, the same command goes on,
+    to the same bytes if versions and flags of the compiler are the same.
     """
 
     source: Annotated[str, tyro.conf.Positional]

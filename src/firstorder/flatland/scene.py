@@ -256,6 +256,10 @@ class Scene(eqx.Module):
     ) -> Scene:
         """A scene of primitives, point lights and an environment.
 
+        Of surfaces in the same place, such as a lamp drawn on a wall, the one that shines is seen,
+        and of two that do the later one: of all that a ray meets within a share `eps^(3/4)` of the
+        distance to the first.
+
         Args:
             things: primitives, shapes with materials, in any order.
             points: lights without size.

@@ -82,5 +82,4 @@ def read_regular_file(path: str | os.PathLike[str], most_bytes: int = MOST_BYTES
         b'light'
     """
     check_regular_file(path, most_bytes)
-    with pathlib.Path(path).open("rb") as file:
-        return file.read(most_bytes)
+    return pathlib.Path(path).read_bytes()

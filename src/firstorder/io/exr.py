@@ -80,7 +80,9 @@ def read_layers(path: str | os.PathLike[str]) -> dict[str, Float[np.ndarray, "w 
         Layers by name, first axis across.
 
     Raises:
-        ValueError: one sentence that names the file, if it is broken.
+        ValueError: one sentence that names the file, if it is damaged or too large. Layers may
+            hold what is not finite, such as the distance of nothing.
+        FileNotFoundError: if there is none.
         ModuleNotFoundError: without the extra `images`.
 
     Example:

@@ -2,6 +2,10 @@
 
 A program that is interrupted, or a disk that is full, leaves the old file or none, never half of
 a new one. Renaming within one folder is a single step of the file system.
+
+A program that is killed leaves a hidden part, `.a.k3_x9q0b.part.png` for `a.png`. The next writer
+of the same file removes it once nothing was written to it for ten minutes; younger parts may be
+another program's work and stay.
 """
 
 from __future__ import annotations
@@ -12,18 +16,23 @@ import json
 import math
 import os
 import pathlib
+import re
 import tempfile
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
+from firstorder.io._parts import sweep_parts
 from firstorder.scene._bands import band_columns
 
 
 @contextlib.contextmanager
 def atomic_write(path: str | os.PathLike[str]) -> Iterator[pathlib.Path]:
     """Lends a name in the same folder to write to, and renames it to `path` if all went well.
+
+    Parts of the same file that killed programs left are removed first, ten minutes after their last
+    byte; several programs may write one file at once, and the last one's stays.
 
     Args:
         path: the file's final name; folders on the way are made.
@@ -39,8 +48,9 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[pathlib.Path]:
     """
     path = pathlib.Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
+    sweep_parts(path.parent, re.escape(path.stem), path.suffix)
     # The suffix stays last: writers of pictures choose the format by it.
-    handle, name = tempfile.mkstemp(path.suffix, f".{path.stem}.", path.parent)
+    handle, name = tempfile.mkstemp(f".part{path.suffix}", f".{path.stem}.", path.parent)
     os.close(handle)
     part = pathlib.Path(name)
     try:

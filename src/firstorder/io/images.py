@@ -15,14 +15,14 @@ import numpy as np
 from jaxtyping import Float
 
 from firstorder.flatland.skies import PanoramaSky
-from firstorder.io._channels import read_channels, read_levels
+from firstorder.io._channels import check_pixels, check_radiances, read_channels, read_levels
+from firstorder.io._regular import read_regular_file
 
 Picture: TypeAlias = np.ndarray
 
 # Rec. 709 luminance of linear red, green and blue.
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 RADIANCE_FILES = (".hdr", ".pic", ".rgbe")
-_MOST_PIXELS = 2**27
 
 
 def read_panorama_row(
@@ -45,7 +45,9 @@ def read_panorama_row(
         colour: whether the picture's three bands are kept.
 
     Raises:
-        ValueError: one sentence that names the file, if it cannot be read or has no such row.
+        ValueError: one sentence that names the file, if it cannot be read or has no such row, or
+            if a radiance in that row is negative.
+        FileNotFoundError: if there is none.
         ModuleNotFoundError: without the extra `images`, for all files but .hdr.
 
     Example:
@@ -62,9 +64,8 @@ def read_panorama_row(
     if not 0 <= chosen < height:
         raise ValueError(f"{name}: `row` must lie in [0, {height - 1}], but is {chosen}.")
     values = picture[chosen].astype(float)
+    check_radiances(name, values)
     values = values if colour else values @ LUMINANCE
-    if not np.all(np.isfinite(values)):
-        raise ValueError(f"{name}: row {chosen} holds numbers that are not finite.")
     try:
         sky = PanoramaSky(values)
         return sky if columns is None else sky.coarser(columns)
@@ -82,7 +83,9 @@ def read_image(path: str | os.PathLike[str], srgb: bool = True) -> Picture:
             the curve of sRGB; if not, they are numbers from 0 to 1, as in normal maps.
 
     Raises:
-        ValueError: one sentence that names the file, if it is none of these, or broken.
+        ValueError: one sentence that names the file, if it is none of these, damaged, too large
+            (`docs/files.md`), or holds a number that is not finite.
+        FileNotFoundError: if there is none.
         ModuleNotFoundError: if an .exr file is asked for without the extra `images`.
 
     Example:
@@ -96,12 +99,14 @@ def read_image(path: str | os.PathLike[str], srgb: bool = True) -> Picture:
     path = pathlib.Path(path)
     match path.suffix.lower():
         case suffix if suffix in RADIANCE_FILES:
-            return _hdr(path.read_bytes(), path.name)
+            return _hdr(read_regular_file(path), path.name)
         case ".exr":
             return _exr(path)
         case ".png" | ".jpg" | ".jpeg":
             levels = read_levels(path)
-            return linear_from_srgb(levels) if srgb else levels
+            for row in levels if srgb else ():  # in its place: pictures may be large
+                row[:] = linear_from_srgb(row)
+            return levels
     raise ValueError(f"{path.name}: a picture must be an .hdr, .exr, .png or .jpg file.")
 
 
@@ -132,7 +137,10 @@ def _exr(path: pathlib.Path) -> Picture:
     if len(picture) < 3 or any(c.ndim != 2 or c.shape != picture[0].shape for c in picture):
         listed = ", ".join(sorted(found)) or "none"
         raise ValueError(f"{path.name}: the channels must be R, G, B or Y, but are {listed}.")
-    return np.stack(picture, -1)
+    picture = np.stack(picture, -1)
+    if not np.all(np.isfinite(picture)):
+        raise ValueError(f"{path.name}: the picture holds numbers that are not finite.")
+    return picture
 
 
 # --- Radiance ------------------------------------------------------------------------------------
@@ -140,23 +148,23 @@ def _exr(path: pathlib.Path) -> Picture:
 
 def _hdr(data: bytes, name: str) -> Picture:
     """The shared-exponent format of Radiance: a header in lines, then rows, packed or not."""
-    head = re.match(rb"#\?[^\n]*\n(?:[^\n]+\n)*?\s*\n([-+]Y) (\d{1,9}) ([-+]X) (\d{1,9})\n", data)
+    head = re.match(
+        rb"#\?[^\n]*\n(?:[^\n]*\n)*?[^\S\n]*\n([-+]Y) (\d{1,9}) ([-+]X) (\d{1,9})\n", data
+    )
     if head is None or b"xyze" in data[: head.end()]:
         raise ValueError(f"{name}: the file is no Radiance picture in RGBE with rows across.")
     height, width = int(head[2]), int(head[4])
-    if not 0 < height * width <= _MOST_PIXELS:
-        raise ValueError(f"{name}: a picture of {width} x {height} pixels is not read here.")
-    rows, at = [], head.end()
+    check_pixels(name, width, height, len(data))
+    picture, at = np.empty((height, width, 3)), head.end()
     for i in range(height):
         try:
             row, at = _packed_row(data, at, width)
         except IndexError:
             raise ValueError(f"{name}: the file ends in row {i} of {height}.") from None
-        rows.append(row)
-    rgbe = np.stack(rows)[:: 1 if head[1] == b"-Y" else -1, :: 1 if head[3] == b"+X" else -1]
-    # As Radiance has it: the middle of what was truncated; an exponent of 0 is black.
-    scale = np.where(rgbe[..., 3:] > 0, np.ldexp(1.0, rgbe[..., 3:].astype(int) - 136), 0.0)
-    return (rgbe[..., :3] + 0.5) * scale
+        # As Radiance has it: the middle of what was truncated; an exponent of 0 is black.
+        scale = np.where(row[:, 3:] > 0, np.ldexp(1.0, row[:, 3:].astype(int) - 136), 0.0)
+        picture[i] = (row[:, :3] + 0.5) * scale
+    return picture[:: 1 if head[1] == b"-Y" else -1, :: 1 if head[3] == b"+X" else -1]
 
 
 def _packed_row(data: bytes, at: int, width: int) -> tuple[np.ndarray, int]:

@@ -1,4 +1,4 @@
-"""Meshes from files, and rays through them: the only place that imports trimesh and embreex.
+"""Meshes from files by trimesh, and rays through them by embreex, both imported here alone.
 
 Both come with `pip install "firstorder[mesh]"`. Embree finds faces in single precision, on the
 host. What leaves this module is in double: every face that it proposes is met again, and refused
@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from firstorder.io._faces import valid_faces
+from firstorder.io._mesh_files import read_parts
 from firstorder.space.meshes.triangle_mesh import NO_FACE, Mesh, mesh
 from firstorder.space.silhouettes.meshes import BruteForceTracer
 
@@ -35,7 +36,9 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
         path: the file; its ending says what it is.
 
     Raises:
-        ValueError: one sentence that names the file, if it is no mesh or cannot be opened.
+        ValueError: one sentence that names the file, if it is no mesh, damaged, too large
+            (`docs/files.md`), or cannot be opened; or if a coordinate is not finite, or so large
+            that the square of an area is not.
         ModuleNotFoundError: without the extra `mesh`.
 
     Example:
@@ -76,22 +79,11 @@ def read_mesh_uv(path: str | os.PathLike[str]) -> tuple[Mesh, np.ndarray | None]
         raise ValueError(f"{path.name}: a mesh must be an .obj, .ply, .gltf or .glb file.")
     trimesh = _needs("trimesh", path.name)
     try:
-        path.open("rb").close()
+        parts = read_parts(path, trimesh)
     except OSError as error:
         why = (error.strerror or "unknown reason").lower()
         raise ValueError(f"{path.name}: the file cannot be opened ({why}).") from None
     try:
-        # Joined by trimesh, pictures of all parts would become one, and (u, v) move with them.
-        found = trimesh.load_scene(path, process=False).dump(concatenate=False)
-        parts = [_part(m) for m in found if isinstance(m, trimesh.Trimesh) and len(m.faces)]
-    except Exception as error:  # whatever the library thinks of the bytes
-        words = " ".join(str(error).split()).rstrip(".")[:120] or type(error).__name__
-        raise ValueError(f"{path.name}: the file is no mesh ({words}).") from None
-    if not parts:
-        raise ValueError(f"{path.name}: the file holds no triangle.")
-    try:
-        for one in parts:
-            _check_numbers(one.faces, len(one.vertices))
         first = np.cumsum([0, *(len(one.vertices) for one in parts)])
         vertices = np.concatenate([one.vertices for one in parts])
         same, number = np.unique(vertices + 0.0, axis=0, return_inverse=True)
@@ -103,30 +95,6 @@ def read_mesh_uv(path: str | os.PathLike[str]) -> tuple[Mesh, np.ndarray | None]
         raise ValueError(f"{path.name}: {words}") from None
     uv = [one.uv for one in parts if one.uv is not None]
     return made, np.concatenate(uv)[faces][valid_faces(merged)] if len(uv) == len(parts) else None
-
-
-class _Part(NamedTuple):
-    """One mesh of a file, in the file's place; (u, v) at the vertices, None for none."""
-
-    vertices: np.ndarray
-    faces: np.ndarray
-    uv: np.ndarray | None
-
-
-def _part(found: Any) -> _Part:
-    """A mesh of a file, from trimesh."""
-    vertices = np.asarray(found.vertices, float).reshape(-1, 3)
-    uv = getattr(found.visual, "uv", None)
-    if np.shape(uv)[:1] != (len(vertices),):
-        uv = None
-    faces = np.asarray(found.faces, np.int64).reshape(-1, 3)
-    return _Part(vertices, faces, None if uv is None else np.asarray(uv, float)[:, :2])
-
-
-def _check_numbers(faces: np.ndarray, count: int) -> None:
-    wrong = faces[(faces < 0) | (faces >= count)]
-    if wrong.size:
-        raise ValueError(f"a face names vertex {wrong[0]}, but there are {count}.")
 
 
 def _needs(package: str, what: str) -> Any:

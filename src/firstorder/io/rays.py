@@ -22,12 +22,14 @@ import struct
 
 import numpy as np
 
+from firstorder.io._regular import check_regular_file
 from firstorder.io.files import atomic_write
 from firstorder.shadowfield.rendering.lamp import LampFrame
 from firstorder.shadowfield.rendering.ray_table import RayTable
 
 MAGIC, FORMER = b"1storay2", b"1storay1"
 BYTES_A_RAY = 28
+_MOST_BYTES = 2**40  # as many as there is memory for
 _HEAD = struct.Struct("<8sQ15d")
 
 
@@ -90,6 +92,7 @@ def read_rays(path: str | os.PathLike[str]) -> tuple[LampFrame, RayTable]:
     """
     path = pathlib.Path(path)
     _check_ending(path)
+    check_regular_file(path, _MOST_BYTES)
     data = path.read_bytes()
     if data[:8] == FORMER:
         raise ValueError(

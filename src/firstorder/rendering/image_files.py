@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import os
 import pathlib
@@ -13,6 +14,7 @@ from jaxtyping import Float
 
 from firstorder._argument_checks import check_positive
 from firstorder.imaging._area_lights import Lamp
+from firstorder.io._locks import at_work
 from firstorder.io.exr import write_layers
 from firstorder.io.scenes._surface_maps import MapSet, surface_maps_of
 from firstorder.io.scenes.space_toml import SpaceFile
@@ -54,7 +56,9 @@ def render_to_files(
 ) -> dict[str, Float[np.ndarray, "w h *bands"]]:
     """Render a whole image by tiles that are kept: killed at any time, the same call goes on.
 
-    After every pass the picture so far is written.
+    After every pass the picture so far is written. Several programs may render the same image at
+    once and share the work. The image is the same to the bit with the same settings of the
+    compiler (`session.settings`), which the folder's `job.json` keeps.
 
     Args:
         world: what is seen.
@@ -72,7 +76,8 @@ def render_to_files(
         Layers by name (`Renderer.layers`), the mean over passes; bands, if any, in a last axis.
 
     Raises:
-        ValueError: if the folder holds tiles of another image.
+        ValueError: if the folder holds tiles of another image (`rendering.render_tiles`), or
+            another program is rendering to `out` with other settings.
     """
     for name, number in (("width", width), ("height", height)):
         check_positive(name, number)
@@ -85,10 +90,12 @@ def render_to_files(
         if out is not None:
             _write_image(out, layers)
 
-    return render_tiles(
-        shade, width, height, folder, side=side, passes=passes, key=key, after_pass=show,
-        quiet=quiet,
-    )  # fmt: skip
+    about = dict(width=width, height=height, side=side, passes=passes, key=key)
+    with contextlib.nullcontext() if out is None else at_work(out, about):
+        return render_tiles(
+            shade, width, height, folder, side=side, passes=passes, key=key, after_pass=show,
+            quiet=quiet,
+        )  # fmt: skip
 
 
 def _write_image(path: str | os.PathLike[str], layers: Mapping[str, np.ndarray]) -> None:

@@ -2,32 +2,40 @@
 
 Each tile of each pass is a file that is there whole or not at all. The same call with the same
 folder takes what it finds and makes the rest; since every tile is made from its places and the
-number of its pass alone, the image is the same to the bit, interrupted or not.
+number of its pass alone, the image is the same to the bit, interrupted or not, with the same
+settings of the compiler (`session.settings`). These stand in the folder's `job.json`; tiles are
+taken as they are, but none is added with other settings.
+
+A tile that a full disk or a power cut has damaged is renamed to `....npz.damaged` and made anew.
+Damage is what the file itself tells, by its checksums and shapes: NaN and infinity may be answers.
 """
 
 from __future__ import annotations
 
-import contextlib
 import json
 import os
 import pathlib
 import sys
-import time
+import warnings
 from collections.abc import Callable, Iterator, Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+import jax
 import numpy as np
 from jaxtyping import Float
 from tqdm import tqdm
 
+from firstorder import session
 from firstorder._argument_checks import check_positive
+from firstorder.io._damage import set_aside
+from firstorder.io._locks import at_work
+from firstorder.io._parts import sweep_parts
 from firstorder.io.files import write_json, write_npz
 
 Layers = dict[str, Float[np.ndarray, "w h *bands"]]
 Shade = Callable[[Float[np.ndarray, "n 2"], int], Mapping[str, np.ndarray]]
 
 JOB = "job.json"
-ABANDONED = 60.0  # seconds after which nobody is still writing a tile
 
 
 class _Tile(NamedTuple):
@@ -94,7 +102,9 @@ def render_tiles(
         Layers by name, first axis across.
 
     Raises:
-        ValueError: if the folder holds tiles of another image.
+        ValueError: if the folder holds tiles of another image, or of one that its `job.json` does
+            not tell, or if some are missing and the others were made with other settings of the
+            compiler.
 
     Example:
         >>> import tempfile
@@ -106,14 +116,18 @@ def render_tiles(
     for name, number in (("width", width), ("height", height), ("side", side), ("passes", passes)):
         check_positive(name, number)
     folder = pathlib.Path(folder)
-    _claim(folder, dict(width=width, height=height, side=side, key=key))
+    differing = _claim(folder, dict(width=width, height=height, side=side, key=key))
     parts = list(_tiles(width, height, side))
     quiet = not sys.stderr.isatty() if quiet is None else quiet
     sums: Layers = {}
     with tqdm(total=passes * len(parts), unit="tile", disable=quiet) as progress:
         for number in range(passes):
             for k, tile in enumerate(parts):
-                found = _made(folder / f"pass{number:04d}_tile{k:05d}.npz", shade, tile, number)
+                file = folder / f"pass{number:04d}_tile{k:05d}.npz"
+                found = _kept(file, tile)
+                if found is None:
+                    _refuse_other_settings(folder, differing)
+                    found = _made(file, shade, tile, number)
                 for name, values in found.items():
                     whole = sums.setdefault(name, np.zeros((width, height, *values.shape[2:])))
                     whole[tile.left : tile.right, tile.low : tile.high] += values
@@ -123,31 +137,82 @@ def render_tiles(
     return {name: a / passes for name, a in sums.items()}
 
 
-def _claim(folder: pathlib.Path, job: dict) -> None:
+def _claim(folder: pathlib.Path, job: dict[str, Any]) -> str:
     """Record whose tiles these are, or check that they are this image's.
 
-    Removes what a killed program was writing; another one may be at work in the folder right now.
+    Removes what killed programs were writing; another one may be at work in the folder right now.
+
+    Returns:
+        In which settings of the compiler the tiles differ from what would be made now, in words.
     """
-    file = folder / JOB
-    if not file.exists():
-        write_json(file, job)
-    elif (known := json.loads(file.read_text(encoding="utf-8"))) != job:
-        other = ", ".join(k for k in job if known.get(k) != job[k])
+    now = {**session.settings(), "device": jax.default_backend()}
+    with at_work(folder / JOB, {**job, **now}):  # of two that begin at once, one is the first
+        known = _known(folder)
+        if known is None:
+            write_json(folder / JOB, {**job, "made_with": now})
+            return ""
+    if other := ", ".join(k for k in job if known.get(k) != job[k]):
         raise ValueError(
-            f"Argument `folder` must be empty or hold tiles of this image, but {file.parent.name} "
+            f"Argument `folder` must be empty or hold tiles of this image, but {folder.name} "
             f"holds those of another one ({other} differ)."
         )
-    for part in folder.glob(".pass*.npz"):
-        with contextlib.suppress(FileNotFoundError):
-            if time.time() - part.stat().st_mtime > ABANDONED:
-                part.unlink()
+    sweep_parts(folder, r"pass\d+_tile\d+", ".npz")
+    return session.differing(known.get("made_with", now), now)  # older ones do not say
+
+
+def _known(folder: pathlib.Path) -> dict[str, Any] | None:
+    """The job whose tiles lie in a folder; None where there are no tiles, or no folder."""
+    file = folder / JOB
+    try:
+        known = json.loads(file.read_text(encoding="utf-8"))
+        if isinstance(known, dict) and isinstance(known.get("made_with", {}), dict):
+            return known
+        reason = "damaged"
+    except FileNotFoundError:
+        reason = "missing"
+    except ValueError:  # no JSON, or not even text
+        reason = "damaged"
+    if any(folder.glob("pass*_tile*.npz")):
+        raise ValueError(
+            f"{file} is {reason}, so nothing tells whose tiles these are: delete the folder "
+            f"{folder.name} and render again, or choose another one."
+        )
+    if reason == "damaged":
+        warnings.warn(set_aside(file, "it is no JSON object"), stacklevel=4)
+    return None
+
+
+def _refuse_other_settings(folder: pathlib.Path, differing: str) -> None:
+    if differing:
+        raise ValueError(
+            "Argument `folder` must hold all tiles, or tiles made with the same settings of the "
+            f"compiler, but some are missing in {folder.name} and the others differ ({differing}): "
+            "set these as they were, or choose another folder."
+        )
+
+
+def _kept(file: pathlib.Path, tile: _Tile) -> dict[str, np.ndarray] | None:
+    """A tile from its file; None where there is none, or a damaged one that is set aside."""
+    try:
+        with file.open("rb") as opened, np.load(opened) as kept:
+            found = {name: kept[name] for name in kept.files}
+    except FileNotFoundError:
+        return None
+    except (OSError, MemoryError):  # the system's trouble, and not the file's
+        raise
+    except Exception:  # what zipfile, zlib and NumPy say of broken files is of many kinds
+        reason = "it is no whole NPZ file"
+    else:
+        if found and all(v.dtype == float and v.shape[:2] == tile.shape for v in found.values()):
+            return found
+        reason = f"it does not hold numbers of {tile.shape[0]} by {tile.shape[1]} pixels"
+    warnings.warn(set_aside(file, reason), stacklevel=3)
+    return None
 
 
 def _made(file: pathlib.Path, shade: Shade, tile: _Tile, number: int) -> dict[str, np.ndarray]:
-    """A tile from its file, or made and kept."""
-    if not file.exists():
-        found = shade(tile.places, number)
-        found = {k: np.asarray(v, float) for k, v in found.items()}
-        write_npz(file, {k: v.reshape(*tile.shape, *v.shape[1:]) for k, v in found.items()})
-    with np.load(file) as kept:
-        return {name: kept[name] for name in kept.files}
+    """A tile, made and kept."""
+    found = {k: np.asarray(v, float) for k, v in shade(tile.places, number).items()}
+    found = {k: v.reshape(*tile.shape, *v.shape[1:]) for k, v in found.items()}
+    write_npz(file, found)
+    return found

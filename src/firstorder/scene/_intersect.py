@@ -5,6 +5,10 @@ Rays times shapes are never kept in memory. A few shapes are compared in one red
 nearest distance and its shape's number. The search is not differentiated: the one hit that it finds
 is computed again by the caller, so that value and gradient cost about as much as the value.
 
+Surfaces in the same place, such as a lamp drawn on a wall, are told apart by their ranks and not
+by rounding: of all that lie within a share `eps^(3/4)` of the distance behind the nearest hit, or
+within rounding of the coordinates, the highest counts.
+
 A group is a module that holds shapes of one kind along the leading axis of its leaves; it has
 `count` and, for one row, `distance(origin, along, own)`.
 """
@@ -31,6 +35,52 @@ BLOCK = 2048  # rays whose state stays in the cache
 
 # Origins, unit directions, and the number of the shape on which each ray starts.
 Rays = tuple[Float[Array, "r d"], Float[Array, "r d"], Int[Array, " r"]]
+
+
+def ranks(emission: Float[Array, "n 2 ..."]) -> Int[Array, " n"]:
+    """What shines before what does not, and of equals the later: a number for each shape.
+
+    That of a shape that shines is its number and n.
+
+    Args:
+        emission: of both sides, in bands or not.
+    """
+    n = emission.shape[0]
+    shines = jnp.any(jax.lax.stop_gradient(emission).reshape(n, -1) > 0.0, 1)
+    return jnp.arange(n, dtype=jnp.int32) + n * shines.astype(jnp.int32)
+
+
+def tie(dtype: Any) -> float:
+    """The share of a distance within which surfaces are in the same place."""
+    return float(jnp.finfo(dtype).eps) ** 0.75
+
+
+def _rounding(origins: Float[Array, "r d"]) -> Float[Array, " r"]:
+    """Of distances, from the coordinates of places."""
+    return 8.0 * jnp.finfo(origins.dtype).eps * jnp.max(jnp.abs(origins), -1)
+
+
+def highest(t: Float[Array, "m r"], rank: Int[Array, "m #r"], n: int) -> Int[Array, " r"]:
+    """Number of the nearest shape, -1 for none; in the same place the one of the highest rank.
+
+    Args:
+        t: distances, infinite for a miss.
+        rank: `ranks` of what is that far.
+        n: number of all shapes.
+    """
+    share = tie(t.dtype)
+
+    def nearer(one, other):
+        (s, k), (t, m) = one, other
+        least = jnp.minimum(s, t)
+        within = least * (1.0 + share)
+        both = (s <= within) & (t <= within)
+        return least, jnp.where(both, jnp.maximum(k, m), jnp.where(s < t, k, m))
+
+    met = jnp.where(t < jnp.inf, rank, MISS)
+    nothing = jnp.asarray(jnp.inf, t.dtype), jnp.asarray(MISS, jnp.int32)
+    most = jax.lax.reduce((t, met), nothing, nearer, (0,))[1]
+    return jnp.where(most < n, most, most - n)
 
 
 def numbered(groups: Sequence[Any]) -> Iterator[tuple[Any, Int[Array, " n"]]]:
@@ -83,56 +133,69 @@ def _beside(f, rays):
     return jax.vmap(f, in_axes=(1, 1, 0))(*rays)
 
 
-def first_by_reduction(groups: Sequence[Any], rays: Rays) -> Int[Array, " r"]:
-    """All distances to a group at once, reduced by the compiler as they arise."""
+def first_by_reduction(groups: Sequence[Any], rank: Array, rays: Rays) -> Int[Array, " r"]:
+    """All distances at once, reduced by the compiler as they arise."""
     apart = _apart(rays)
-    nearest = jnp.full(apart[2].shape, jnp.inf, apart[0].dtype)
-    index = jnp.full(apart[2].shape, MISS, jnp.int32)
-    for group, numbers in numbered(groups):
 
-        def meet(o, d, on, group=group, numbers=numbers):
-            return jax.vmap(lambda shape, k: shape.distance(o, d, on == k))(group, numbers)
+    def meet(o, d, on):
+        found = [
+            jax.vmap(lambda shape, k: shape.distance(o, d, on == k))(group, numbers)
+            for group, numbers in numbered(groups)
+        ]
+        return jnp.concatenate(found)
 
-        t = _beside(meet, apart)
-        least, which = jnp.min(t, 1), numbers[0] + jnp.argmin(t, 1).astype(jnp.int32)
-        closer = least < nearest
-        nearest, index = jnp.where(closer, least, nearest), jnp.where(closer, which, index)
-    return index
+    t = jax.vmap(meet, in_axes=(1, 1, 0), out_axes=1)(*apart)
+    # So much longer that a share of them is above rounding.
+    t = t + _rounding(rays[0]) / tie(t.dtype)
+    return highest(t, rank[:, None], rank.shape[0])
 
 
-def first_by_scan(groups: Sequence[Any], rays: Rays) -> Int[Array, " r"]:
+def first_by_scan(groups: Sequence[Any], rank: Array, rays: Rays) -> Int[Array, " r"]:
     """Shape after shape against all rays."""
     apart = _apart(rays)
+    share, slack, count = 1.0 + tie(apart[0].dtype), _rounding(rays[0]), apart[2].shape
 
     def meet(carry, here):
-        (nearest, index), (shape, k) = carry, here
+        (reach, most), (shape, k, rank) = carry, here
         t = _beside(lambda o, d, on: shape.distance(o, d, on == k), apart)
-        closer = t < nearest
-        return (jnp.where(closer, t, nearest), jnp.where(closer, k, index)), None
+        return (jnp.minimum(reach, share * t + slack), jnp.where(t <= reach, rank, most)), None
 
-    count = apart[2].shape
-    carry = jnp.full(count, jnp.inf, apart[0].dtype), jnp.full(count, MISS, jnp.int32)
-    for pair in numbered(groups):
-        carry, _ = jax.lax.scan(meet, carry, pair)
-    return carry[1]
+    found = []
+    for group, numbers in numbered(groups):
+        # The highest come last and take what is in the same place.
+        order = jnp.argsort(rank[numbers])
+        each = jax.tree.map(lambda a, order=order: a[order], (group, numbers, rank[numbers]))
+        # No miss is as near as this.
+        reach = jnp.full(count, jnp.finfo(apart[0].dtype).max, apart[0].dtype)
+        found.append(jax.lax.scan(meet, (reach, jnp.full(count, MISS, jnp.int32)), each)[0])
+    reach, most = (jnp.stack(a) for a in zip(*found, strict=True))
+    return highest(jnp.where(most == MISS, jnp.inf, reach), most, rank.shape[0])
 
 
 def first_shape(
-    groups: Sequence[Any], rays: Rays, block: int = BLOCK, few: int | None = None
+    groups: Sequence[Any],
+    rank: Int[Array, " n"],
+    rays: Rays,
+    block: int = BLOCK,
+    few: int | None = None,
 ) -> Int[Array, " r"]:
     """Number of the shape that each ray meets first, -1 for none. It has no derivative.
 
     Args:
         groups: the shapes.
+        rank: which of them counts, where several are in the same place: `ranks`.
         rays: with their leading axis.
         block: rays at a time, where shapes are many.
         few: so many shapes are compared in one reduction; `FEW`, if left out.
     """
     groups, rays = jax.lax.stop_gradient((tuple(groups), rays))
     if sum(group.count for group in groups) <= (FEW if few is None else few):
-        return first_by_reduction(groups, rays)
-    search = one_list(lambda groups, rays: in_blocks(partial(first_by_scan, groups), rays, block))
-    return search(groups, rays)
+        return first_by_reduction(groups, rank, rays)
+
+    def search(groups, rank, rays):
+        return in_blocks(partial(first_by_scan, groups, rank), rays, block)
+
+    return one_list(lambda fixed, rays: search(*fixed, rays))((groups, rank), rays)
 
 
 def any_hit(
@@ -178,7 +241,7 @@ def occluded(
     """Whether something stands between two points. It has no derivative.
 
     The shape on which a ray ends does not count within 32 sqrt(eps) of its length before the end;
-    all others count up to 8 eps of it.
+    all others count up to `eps^(3/4)` of it.
     """
     groups, a, b = jax.lax.stop_gradient((groups, a, b))
     way = b - a
@@ -186,7 +249,7 @@ def occluded(
     along = way / jnp.where(length == 0.0, 1.0, length)[:, None]
     on_a, on_b = (jnp.broadcast_to(jnp.asarray(on), length.shape) for on in (on_a, on_b))
     eps = float(jnp.finfo(length.dtype).eps)
-    near_end = 32.0 * eps**0.5, 8.0 * eps
+    near_end = 32.0 * eps**0.5, tie(length.dtype)
 
     def find(groups, rays):
         start, along, on_a, on_b, length = rays

@@ -47,7 +47,8 @@ def first_shape(
         [2, -1]
     """
     on = jnp.broadcast_to(jnp.asarray(on), origins.shape[:1])
-    return intersect.first_shape(scene.groups, (origins, along, on))
+    rank = intersect.ranks(scene.material.emission)
+    return intersect.first_shape(scene.groups, rank, (origins, along, on))
 
 
 @compiled
@@ -99,7 +100,7 @@ def occluded(
         b: where they end [m].
         on_a: the shape on which each ray starts, or -1.
         on_b: the shape on which each ray ends, or -1. It does not count near the end of the ray,
-            within 32 sqrt(eps) of its length; all others count up to 8 eps of it.
+            within 32 sqrt(eps) of its length; all others count up to `eps^(3/4)` of it.
 
     Example:
         >>> import jax.numpy as jnp

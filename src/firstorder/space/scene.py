@@ -158,6 +158,10 @@ class Scene(eqx.Module):
     ) -> Scene:
         """Puts things together.
 
+        Of surfaces in the same place, such as a lamp drawn on a wall, the one that shines is seen,
+        and of two that do the later one: of all that a ray meets within a share `eps^(3/4)` of the
+        distance to the first.
+
         Args:
             things: shapes with materials, in any order.
             environment: radiance from beyond all shapes: a number, three or more for bands, or a

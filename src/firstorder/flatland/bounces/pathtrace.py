@@ -13,7 +13,8 @@ receivers are added behind it, or spread over devices. Pass receivers placed on 
 `jax.sharding.Mesh` (`jax.device_put(at, NamedSharding(mesh, P("x")))`) and the same functions run
 on all of its devices, and under `jax.distributed` on several hosts; so do `irradiance` and its
 derivatives under `jax.vmap`. What is computed for one receiver is the same arithmetic wherever it
-runs; only sums over lanes are ordered by the compiler.
+runs; only sums over lanes are ordered by the compiler, so the same key gives the same bytes with
+the same versions and flags of it (`session.settings`).
 """
 
 from __future__ import annotations

@@ -19,6 +19,7 @@ from jaxtyping import Array, Bool, Float, Int
 from firstorder._argument_checks import is_concrete
 from firstorder.flatland.shapes._base import Shape
 from firstorder.numerics._planar import cross_2d, dot_2d
+from firstorder.scene._intersect import tie
 from firstorder.typing import as_array
 
 PIECES = 128  # chords by which a curve is searched
@@ -101,9 +102,21 @@ def _segments_cross(lines, lit) -> Bool[Array, ""]:
     q = a[None] - a[:, None]
     one, other = jnp.broadcast_to(e[:, None], q.shape), jnp.broadcast_to(e[None], q.shape)
     det = cross_2d(one, other)
-    safe = jnp.where(det == 0.0, 1.0, det)
+    slant = jnp.abs(det) > _parallel(lines, e)
+    safe = jnp.where(slant, det, 1.0)
     s, t = cross_2d(q, other) / safe, cross_2d(q, one) / safe
-    return jnp.any((lit[None] | lit[:, None]) & (det != 0.0) & _inside(s) & _inside(t))
+    return jnp.any((lit[None] | lit[:, None]) & slant & _inside(s) & _inside(t))
+
+
+def _parallel(lines, e: Float[Array, "n 2"]) -> Float[Array, "n n"]:
+    """The product of two segments up to which they are parallel, by share and by rounding [m^2].
+
+    One that lies on another crosses it nowhere: which of them is seen is `_intersect.highest`'s.
+    """
+    length, eps = jnp.sqrt(dot_2d(e, e)), jnp.finfo(e.dtype).eps
+    size = jnp.maximum(jnp.max(jnp.abs(lines.start)), jnp.max(jnp.abs(lines.end)))
+    rounding = 8.0 * eps * size * (length[:, None] + length[None])
+    return tie(e.dtype) * length[:, None] * length[None] + rounding
 
 
 def _circles_cross(rings, lit) -> Bool[Array, ""]:
@@ -118,9 +131,12 @@ def _circles_cross(rings, lit) -> Bool[Array, ""]:
 def _segments_cross_circles(lines, lit, rings, glow) -> Bool[Array, ""]:
     w = lines.start[:, None] - rings.center[None]
     e = jnp.broadcast_to((lines.end - lines.start)[:, None], w.shape)
-    square, b, c = dot_2d(e, e), dot_2d(w, e), dot_2d(w, w) - rings.radius[None] ** 2
-    real = b**2 > square * c
-    root = jnp.sqrt(jnp.where(real, b**2 - square * c, 0.0))
+    square, b = dot_2d(e, e), dot_2d(w, e)
+    # b^2 - e.e (w.w - r^2), without its cancellation far from the middle of a long segment.
+    height = cross_2d(w, e)
+    inner = square * rings.radius[None] ** 2 - height**2
+    real = inner > 0.0
+    root = jnp.sqrt(jnp.where(real, inner, 0.0))
     safe = jnp.where(square == 0.0, 1.0, square)
     met = _inside((-b - root) / safe) | _inside((-b + root) / safe)
     return jnp.any((lit[:, None] | glow[None]) & real & met)

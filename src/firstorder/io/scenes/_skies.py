@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from firstorder.io._channels import check_radiances
 from firstorder.io.images import LUMINANCE, read_image
 from firstorder.io.scenes._beside import Beside
 from firstorder.io.scenes._elements import nearest_known, refused_at
@@ -73,7 +74,8 @@ def read_panorama(path: str | os.PathLike[str], colour: bool = False) -> Panoram
         colour: whether its three bands are kept.
 
     Raises:
-        ValueError: one sentence that names the file, if it cannot be read or holds no numbers.
+        ValueError: one sentence that names the file, if it cannot be read, or if a radiance is
+            negative or not finite.
         ModuleNotFoundError: if an .exr file is asked for without the extra `images`.
 
     Example:
@@ -89,6 +91,7 @@ def read_panorama(path: str | os.PathLike[str], colour: bool = False) -> Panoram
     path = pathlib.Path(path)
     try:
         pixels = read_image(path).astype(float)
+        check_radiances(path.name, pixels)
         return PanoramaSky(pixels if colour else pixels @ LUMINANCE)
     except OSError as error:
         why = (error.strerror or "unknown reason").lower()

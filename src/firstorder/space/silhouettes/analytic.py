@@ -21,7 +21,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, ArrayLike, Bool, Float
+from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._order import order_of
@@ -63,6 +63,7 @@ class _Outlines(eqx.Module):
         inside: whether the eye is on or in a shape, or in the plane of a flat one.
         own: whether it is said to lie on that shape.
         kinds: class and number of the shapes, kind by kind.
+        rank: which shape counts, where several are in the same place; None where nobody asks.
     """
 
     lines: Float[Array, "m 2 3"]
@@ -76,6 +77,7 @@ class _Outlines(eqx.Module):
     inside: Bool[Array, " n"]
     own: Bool[Array, " n"]
     kinds: tuple[tuple[type[Shape], int], ...] = eqx.field(static=True)
+    rank: Int[Array, " n"] | None = None
 
     @property
     def owners(self) -> tuple[np.ndarray, np.ndarray]:

@@ -24,7 +24,7 @@ from firstorder.numerics._compiled import compiled
 from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.numerics._vectors import cross, dot, rows
 from firstorder.scene._arguments import check_asked_one
-from firstorder.scene._intersect import MISS
+from firstorder.scene._intersect import MISS, highest, ranks
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
 from firstorder.space.silhouettes._crossings import (
@@ -163,7 +163,9 @@ def visible_silhouettes(scene: Scene, at: Receiver) -> VisibleSilhouettes:
 
 def _outlines_from(scene: Scene, at: Receiver) -> _Outlines:
     """All silhouettes relative to a receiver and in its frame."""
-    return _outlines(scene, at.position, at.on, at.position, at.axes)
+    found = _outlines(scene, at.position, at.on, at.position, at.axes)
+    rank = ranks(scene.material.emission)
+    return eqx.tree_at(lambda o: o.rank, found, rank, is_leaf=lambda leaf: leaf is None)
 
 
 def _is_outside(scene: Scene, found: _Outlines) -> Bool[Array, ""]:
@@ -311,5 +313,5 @@ def _ask(found: _Outlines, eye: Array, turn: Array, w: Float[Array, "r 3"]):
     ]
     t = jnp.concatenate(distances)
     t = jnp.where((t > 0.0) & ~found.own[:, None], t, jnp.inf)
-    nearest = jnp.argmin(t, 0).astype(jnp.int32)
-    return t, jnp.where(jnp.min(t, 0) < jnp.inf, nearest, MISS)
+    assert found.rank is not None  # `_outlines_from` gives it
+    return t, highest(t, found.rank[:, None], t.shape[0])
