@@ -18,7 +18,7 @@ from firstorder.io import (
 )
 from firstorder.io.scenes._beside import Beside
 
-PIXEL = b"#?RADIANCE\n\n-Y 1 +X 2\n" + bytes([128, 128, 128, 129]) * 2
+SKY = b"#?RADIANCE\n\n-Y 2 +X 4\n" + bytes([128, 128, 128, 129]) * 8
 LEAF = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 BALL = 'dimensions = 3\n[[shape]]\nkind = "sphere"\ncenter = [0, 0, 1]\nradius = 0.5\n'
 LINE = '[[shape]]\nkind = "segment"\nstart = [-1, 0]\nend = [1, 0]\n'
@@ -47,7 +47,7 @@ NAMING = {
 def a_file(path: pathlib.Path) -> pathlib.Path:
     """A picture or a mesh, by its ending."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(PIXEL if path.suffix == ".hdr" else LEAF.encode())
+    path.write_bytes(SKY if path.suffix == ".hdr" else LEAF.encode())
     return path
 
 
@@ -173,4 +173,4 @@ def test_scenes_and_drawings_are_regular_files(tmp_path):
 def test_a_name_is_asked_for_from_the_folder_on(tmp_path):
     a_file(tmp_path / "in.hdr")
     assert Beside(tmp_path).file("in.hdr") == tmp_path / "in.hdr"
-    np.testing.assert_array_equal(Beside(tmp_path).file("in.hdr").read_bytes(), PIXEL)
+    np.testing.assert_array_equal(Beside(tmp_path).file("in.hdr").read_bytes(), SKY)
