@@ -256,11 +256,11 @@ def test_one_grey_all_over_is_read(tmp_path):
 
 def test_a_header_of_empty_lines_takes_no_time(tmp_path):
     """Lines that may belong to two parts of a pattern are tried in all ways."""
-    file = written(tmp_path, b"#?RADIANCE\n" + b" \n" * 10000)
+    file = written(tmp_path, b"#?RADIANCE\n" + b" \n" * 30000)
     start = time.process_time()
     with pytest.raises(ValueError, match=NO_PICTURE):
         read_image(file)
-    assert time.process_time() - start < 0.2
+    assert time.process_time() - start < 1.0
 
 
 def test_deep_pictures_are_refused(tmp_path):

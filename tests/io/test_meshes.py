@@ -1,5 +1,10 @@
+import json
+import os
+import struct
 import sys
+import tracemalloc
 
+import jax
 import numpy as np
 import pytest
 import trimesh
@@ -7,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstorder.io import Embree, read_mesh
+from firstorder.io._mesh_files import most_coordinate
 from firstorder.io.meshes import read_mesh_uv
 from firstorder.space.meshes.triangle_mesh import mesh
 from firstorder.space.silhouettes.meshes import BruteForceTracer
@@ -124,6 +130,161 @@ def test_what_is_no_mesh_is_one_sentence(tmp_path, name, data, sentence):
     assert words.startswith(sentence)
     assert words.endswith(".")
     assert "\n" not in words
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "latin-1"])
+def test_text_is_read_in_utf_8_or_else_in_latin_1(tmp_path, encoding):
+    """Its first line is a vertex: a byte order mark before it is no part of it."""
+    (tmp_path / "a.obj").write_bytes(f"{SQUARE}o café\n# à côté\n".encode(encoding))
+    np.testing.assert_allclose(read_mesh(tmp_path / "a.obj").area, 1.0)
+    ball = trimesh.creation.icosahedron()
+    for text in ("ascii", "binary"):
+        head, end, rest = ball.export(file_type="ply", encoding=text).partition(b"end_header")
+        comment = "comment café\n".encode(encoding.removesuffix("-sig"))
+        (tmp_path / "a.ply").write_bytes(head + comment + end + rest)
+        np.testing.assert_allclose(read_mesh(tmp_path / "a.ply").area, ball.area, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("lines", "sentence"),
+    [
+        ("vt 0 nan", "a texture coordinate must be finite, but is nan."),
+        ("vt 1e400 0", "a texture coordinate must be finite, but is inf."),
+        ("v nan 0 0", "a coordinate of a vertex must be finite, but is nan."),
+        ("v 1e400 0 0", "a coordinate of a vertex must be finite, but is inf."),
+        ("v -1e308 0 0", r"a coordinate of a vertex must lie within .* of 0, but is -1e\+308."),
+        ("vt 0 1e308", r"a texture coordinate must lie within .* of 0, but is 1e\+308."),
+    ],
+)
+def test_what_is_not_finite_or_too_far_away_is_one_sentence(tmp_path, lines, sentence):
+    """The last vertex, or the last (u, v), of a triangle."""
+    first = "v 0 0 0\nv 1 0 0\n" + (lines if lines[1] == " " else "v 0 1 0")
+    second = "vt 0 0\nvt 1 0\n" + (lines if lines[1] == "t" else "vt 0 1")
+    (tmp_path / "a.obj").write_text(f"{first}\n{second}\nf 1/1 2/2 3/3\n")
+    with pytest.raises(ValueError, match=rf"^a\.obj: {sentence}$"):
+        read_mesh(tmp_path / "a.obj")
+
+
+@pytest.mark.parametrize("bits", [32, 64])
+def test_a_mesh_as_large_as_allowed_has_an_area(tmp_path, bits):
+    """And one of twice that size is refused, in each precision."""
+    with jax.enable_x64(bits == 64):
+        far = most_coordinate()
+        corners = far * np.array([[-1, -1, -1], [1, 1, 1], [-1, 1, -1], [1, -1, -1]])
+        lines = "f 1 2 3\nf 2 3 4\nf 1 3 4\nf 1 2 4\n"
+        (tmp_path / "a.obj").write_text(
+            "".join(f"v {x!r} {y!r} {z!r}\n" for x, y, z in corners.tolist()) + lines
+        )
+        found = read_mesh(tmp_path / "a.obj")
+        sides = np.linalg.norm(np.cross(corners[1] - corners[0], corners[2] - corners[0])) / far**2
+        assert found.vertices.dtype == f"float{bits}"
+        assert found.area > 0.5 * sides * float(far) ** 2
+        assert np.isfinite(found.area)
+        (tmp_path / "b.obj").write_text(f"v {2 * far!r} 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+        with pytest.raises(ValueError, match=r"b\.obj: a coordinate of a vertex must lie within"):
+            read_mesh(tmp_path / "b.obj")
+
+
+def gltf(**changes):
+    """A triangle whose three vertices are zeros without bytes, changed."""
+    tree = {
+        "asset": {"version": "2.0"},
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "accessors": [{"componentType": 5126, "type": "VEC3", "count": 3}],
+        "bufferViews": [],
+    }
+    return json.dumps(tree | changes)
+
+
+def zeros(count):
+    return [{"componentType": 5126, "type": "VEC3", "count": count}]
+
+
+MANY = [{"attributes": {"POSITION": 0}}] * 50
+
+
+@pytest.mark.parametrize(
+    ("tree", "sentence"),
+    [
+        (
+            gltf(accessors=zeros(10**9)),
+            "3000000000 numbers without bytes behind them are more than 1048576.",
+        ),
+        (
+            gltf(accessors=zeros(3 * 10**5) * 2),
+            "1800000 numbers without bytes behind them are more than 1048576.",
+        ),
+        (
+            gltf(accessors=[zeros(5 * 10**7)[0] | {"bufferView": 0}]),
+            "arrays of 150000000 numbers are not read here: at most 134217728.",
+        ),
+        (gltf(accessors=zeros(-3)), "the file is damaged or is no mesh."),
+        (gltf(accessors=zeros(3.0)), "the file is damaged or is no mesh."),
+        (
+            gltf(accessors=zeros(3 * 10**5), meshes=[{"primitives": MANY * 4}]),
+            "20000000 triangles are not read here: at most 16777216.",
+        ),
+        (
+            gltf(
+                accessors=zeros(3 * 10**5),
+                meshes=[{"primitives": MANY}],
+                nodes=[{"mesh": 0, "children": [1]}] + 3 * [{"mesh": 0}],
+            ),
+            "20000000 triangles are not read here: at most 16777216.",
+        ),
+        (gltf(buffers=[{"uri": "../b.bin"}]), "the file names another that does not lie beside"),
+        (
+            gltf(buffers=[{"uri": "no.bin"}]),
+            r"no\.bin, which it names: the file cannot be opened \(no such file or directory\).",
+        ),
+        (
+            gltf(buffers=[{"uri": "pipe.bin"}]),
+            r"pipe\.bin, which it names: the file cannot be opened \(is a pipe\).",
+        ),
+        (gltf(buffers=[{"uri": "a\nb\0"}]), "the file is damaged or is no mesh."),
+        (gltf(), "`faces` must hold a triangle, but holds none."),
+    ],
+    ids=lambda value: "" if value.startswith("{") else value,
+)
+def test_what_a_gltf_file_promises_is_looked_at_first(tmp_path, tree, sentence):
+    (tmp_path / "x").mkdir()
+    os.mkfifo(tmp_path / "x" / "pipe.bin")
+    (tmp_path / "b.bin").write_bytes(b"")
+    for name, data in (("a.gltf", tree.encode()), ("a.glb", glb(tree.encode()))):
+        (tmp_path / "x" / name).write_bytes(data)
+        tracemalloc.start()
+        try:
+            with pytest.raises(ValueError, match=rf"^{name}: {sentence}"):
+                read_mesh(tmp_path / "x" / name)
+            most = tracemalloc.get_traced_memory()[1]
+        finally:
+            tracemalloc.stop()
+        assert most < 2e6
+
+
+def glb(tree):
+    tree += b" " * (-len(tree) % 4)
+    return b"glTF" + struct.pack("<III", 2, 20 + len(tree), len(tree)) + b"JSON" + tree
+
+
+def test_materials_and_pictures_beside_a_mesh_do_no_harm(tmp_path):
+    """A pipe in the place of the materials; a picture that would unpack to a large one."""
+    os.mkfifo(tmp_path / "two.mtl")
+    (tmp_path / "two.obj").write_text(TWO.format("f 1/1 3/3 4/4"))
+    assert read_mesh_uv(tmp_path / "two.obj")[1] is not None
+    tree = json.loads(gltf())
+    (tmp_path / "b.bin").write_bytes(np.eye(3, dtype="<f4").tobytes())
+    os.mkfifo(tmp_path / "b.png")
+    tree["accessors"][0]["bufferView"] = 0
+    tree["bufferViews"] = [{"buffer": 0, "byteLength": 36}]
+    tree["buffers"] = [{"uri": "b.bin", "byteLength": 36}]
+    tree |= {"images": [{"uri": "b.png"}], "textures": [{"source": 0}]}
+    tree["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}]
+    tree["meshes"][0]["primitives"][0]["material"] = 0
+    (tmp_path / "a.gltf").write_text(json.dumps(tree))
+    np.testing.assert_allclose(read_mesh(tmp_path / "a.gltf").area, np.sqrt(0.75))
 
 
 @pytest.mark.parametrize("package", ["trimesh", "embreex.rtcore_scene"])

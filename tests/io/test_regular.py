@@ -6,7 +6,7 @@ import socket
 
 import pytest
 
-from firstorder.io import read_image, read_layers, read_mesh, read_rays
+from firstorder.io import read_ambient, read_image, read_layers, read_mesh, read_rays
 from firstorder.io._regular import check_regular_file, read_regular_file
 
 
@@ -42,6 +42,7 @@ READERS = {
     "a.obj": read_mesh,
     "a.glb": read_mesh,
     "a.rays": read_rays,
+    "a.txt": read_ambient,
 }
 
 
@@ -54,7 +55,9 @@ def test_what_is_no_regular_file_is_refused_before_it_is_opened(tmp_path, name, 
     assert str(caught.value) == f"{name}: the file cannot be opened (is a {word})."
 
 
-@pytest.mark.parametrize("name", [name for name in READERS if name[-3:] not in ("obj", "glb")])
+@pytest.mark.parametrize(
+    "name", [name for name in READERS if name[-3:] not in ("obj", "glb", "txt")]
+)
 def test_what_is_not_there_stays_an_error_of_the_system(tmp_path, name):
     with pytest.raises(FileNotFoundError):
         READERS[name](tmp_path / name)

@@ -201,7 +201,9 @@ def _light_tree(data: bytes) -> bytes:
     arrays = tree.get("accessors", [])
     sizes = [_count(a) * _NUMBERS[a["type"]] for a in arrays]
     zeros = sum(n for n, a in zip(sizes, arrays, strict=True) if "bufferView" not in a)
-    if sum(sizes) > MOST_NUMBERS or zeros > MOST_ZEROS:
+    if zeros > MOST_ZEROS:
+        raise _Refused(f"{zeros} numbers without bytes behind them are more than {MOST_ZEROS}.")
+    if sum(sizes) > MOST_NUMBERS:
         raise _Refused(f"arrays of {sum(sizes)} numbers are not read here: at most {MOST_NUMBERS}.")
     faces = [sum(_faces(p, arrays) for p in m["primitives"]) for m in tree.get("meshes", [])]
     nodes = tree.get("nodes", [])

@@ -25,6 +25,7 @@ import numpy as np
 
 from firstorder._argument_checks import check_positive
 from firstorder.caching import Cache, Candidates, ValidityRegion
+from firstorder.io._regular import read_regular_file
 from firstorder.io.files import write_text
 from firstorder.io.scenes._elements import Place
 
@@ -88,7 +89,7 @@ def read_ambient(path: str | os.PathLike[str]) -> AmbientRecords:
     """
     path = pathlib.Path(path)
     try:
-        text = path.read_text(encoding="utf-8")
+        text = read_regular_file(path).decode("utf-8")
     except UnicodeDecodeError:
         raise Place(path.name).error(
             "the text form of an ambient file is expected (`lookamb -d`), but this is binary."
