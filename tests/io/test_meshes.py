@@ -139,7 +139,9 @@ def test_text_is_read_in_utf_8_or_else_in_latin_1(tmp_path, encoding):
     np.testing.assert_allclose(read_mesh(tmp_path / "a.obj").area, 1.0)
     ball = trimesh.creation.icosahedron()
     for text in ("ascii", "binary"):
-        head, end, rest = ball.export(file_type="ply", encoding=text).partition(b"end_header")
+        written = ball.export(file_type="ply", encoding=text)
+        assert isinstance(written, bytes)
+        head, end, rest = written.partition(b"end_header")
         comment = "comment café\n".encode(encoding.removesuffix("-sig"))
         (tmp_path / "a.ply").write_bytes(head + comment + end + rest)
         np.testing.assert_allclose(read_mesh(tmp_path / "a.ply").area, ball.area, rtol=1e-6)
