@@ -270,7 +270,10 @@ class Scene(eqx.Module):
                 into NaN; all others are taken not to cross.
 
         Raises:
-            ValueError: if there is nothing in the scene.
+            ValueError: if there is nothing in the scene; or if so much overlaps that crossings
+                would be looked for in more than 10 million pairs of shapes, or in more than 500
+                million pairs of chords (128 for a round shape), or are more than a million. With
+                `crossings` given, nothing is looked for.
             TypeError: if something in it is no primitive of flatland, or the environment is no
                 function.
         """

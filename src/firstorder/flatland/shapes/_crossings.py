@@ -23,6 +23,9 @@ from firstorder.scene._intersect import tie
 from firstorder.typing import as_array
 
 PIECES = 128  # chords by which a curve is searched
+# How many pairs are compared, of shapes whose boxes overlap and of their chords, and may cross.
+MOST_PAIRS, MOST_CHORD_PAIRS, MOST_CROSSINGS = 10_000_000, 500_000_000, 1_000_000
+_AT_ONCE = 2**20
 
 
 class Crossings(eqx.Module):
@@ -55,8 +58,11 @@ def find_crossings(groups: list) -> Crossings:
     Ends that merely touch are no crossings: an end is an event of its own. Round shapes that
     overlap by less than a chord's height, (pi / 128)^2 / 2 of the radius, may be missed, and a
     curve is not looked at for crossing itself.
+
+    Raises:
+        ValueError: if more pairs overlap than can be compared in seconds, or too many cross.
     """
-    pairs, near = [], []
+    pairs, near = np.zeros((0, 2), int), np.zeros((0, 2))
     if is_concrete(groups):
         with jax.ensure_compile_time_eval():  # a jitted function may build concrete shapes
             pairs, near = _crossed(*_chords(groups))
@@ -167,38 +173,87 @@ def _points(group: Shape, s: Float[Array, " k"]) -> Float[Array, "n k 2"]:
 
 
 def _crossed(start, end, shape, ends, s0, s1):
-    """Pairs of chords of different shapes that cross in their interiors.
+    """Pairs of chords of different shapes that cross in their interiors, in order.
 
     Only the chords of shapes whose boxes overlap are compared.
     """
     edge = end - start
     low, high = np.minimum(start, end), np.maximum(start, end)
-    count = int(shape[-1]) + 1
-    first = np.searchsorted(shape, np.arange(count + 1))
-    box_low = np.minimum.reduceat(low, first[:-1])
-    box_high = np.maximum.reduceat(high, first[:-1])
-    pairs, near = [], []
-    for i in range(count - 1):
-        close = np.all(box_low <= box_high[i], axis=1) & np.all(box_high >= box_low[i], axis=1)
-        close[: i + 1] = False
-        if not close.any():
-            continue
-        own, others = np.arange(first[i], first[i + 1]), np.flatnonzero(close[shape])
-        touching = np.all(low[others] <= high[own, None], axis=-1)
-        touching &= np.all(high[others] >= low[own, None], axis=-1)
-        a, b = np.nonzero(touching)
-        a, b = own[a], others[b]
+    first = np.searchsorted(shape, np.arange(int(shape[-1]) + 2))
+    boxes = np.minimum.reduceat(low, first[:-1]), np.maximum.reduceat(high, first[:-1])
+    found, count = [np.zeros((0, 4))], 0
+    for a, b in _touching(_overlapping(*boxes), first, low, high):
         e, f, q = edge[a], edge[b], start[b] - start[a]
         det = e[:, 0] * f[:, 1] - e[:, 1] * f[:, 0]
         with np.errstate(divide="ignore", invalid="ignore"):
             u = (q[:, 0] * f[:, 1] - q[:, 1] * f[:, 0]) / det
             v = (q[:, 0] * e[:, 1] - q[:, 1] * e[:, 0]) / det
-        sa, sb = s0[a] + u * (s1[a] - s0[a]), s0[b] + v * (s1[b] - s0[b])
         inside = (u >= 0.0) & (u < 1.0) & (v >= 0.0) & (v < 1.0)
-        inside &= ~(_is_end(sa, ends[a]) | _is_end(sb, ends[b]))
-        pairs.extend(zip(shape[a[inside]], shape[b[inside]], strict=True))
-        near.extend(zip(sa[inside], sb[inside], strict=True))
-    return pairs, near
+        a, b, u, v = a[inside], b[inside], u[inside], v[inside]
+        sa, sb = s0[a] + u * (s1[a] - s0[a]), s0[b] + v * (s1[b] - s0[b])
+        inner = ~(_is_end(sa, ends[a]) | _is_end(sb, ends[b]))
+        found.append(np.stack([a, b, sa, sb], 1)[inner])
+        count += len(found[-1])
+        _check_most(count, MOST_CROSSINGS, "crossings of shapes")
+    a, b, sa, sb = np.concatenate(found).T
+    order = np.lexsort((b, a))
+    pairs = shape[np.stack([a, b], 1).astype(int)[order]]
+    return pairs, np.stack([sa, sb], 1)[order]
+
+
+def _overlapping(low, high):
+    """Pairs of boxes that overlap: for each, those that begin before it ends, from left to right.
+
+    Args:
+        low: corners of the boxes, shape (n, 2).
+        high: the opposite ones.
+
+    Returns:
+        Numbers of the boxes, the smaller first, shape (m, 2).
+    """
+    order = np.argsort(low[:, 0], kind="stable")
+    (x0, y0), (x1, y1) = np.ascontiguousarray(low[order].T), np.ascontiguousarray(high[order].T)
+    stop = np.searchsorted(x0, x1, "right")
+    found, count = [np.zeros((0, 2), int)], 0
+    for k in np.flatnonzero(stop > np.arange(len(order)) + 1):
+        others = slice(k + 1, stop[k])
+        close = order[others][(y0[others] <= y1[k]) & (y1[others] >= y0[k])]
+        if len(close):
+            found.append(np.stack([np.full(len(close), order[k]), close], 1))
+            count += len(close)
+            _check_most(count, MOST_PAIRS, "pairs of shapes whose boxes overlap")
+    return np.sort(np.concatenate(found), axis=1)
+
+
+def _touching(pairs, first, low, high):
+    """Pairs of chords whose boxes overlap, of given pairs of shapes, some at a time.
+
+    Args:
+        pairs: numbers of shapes, shape (m, 2).
+        first: number of the first chord of each shape, and at last that of all chords.
+        low: corners of the chords' boxes, shape (c, 2).
+        high: the opposite ones.
+    """
+    sizes = np.diff(first)[pairs]
+    chords = int(np.sum(sizes[:, 0] * sizes[:, 1]))
+    _check_most(chords, MOST_CHORD_PAIRS, "pairs of chords, 128 for a round shape, to compare")
+    for own, other in np.unique(sizes, axis=0):
+        alike = pairs[(sizes[:, 0] == own) & (sizes[:, 1] == other)]
+        for some in np.array_split(alike, -(-len(alike) * own * other // _AT_ONCE)):
+            a = first[some[:, :1]] + np.arange(own)
+            b = first[some[:, 1:]] + np.arange(other)
+            met = np.ones((len(some), own, other), bool)
+            for axis in range(2):
+                met &= low[b, axis][:, None] <= high[a, axis][..., None]
+                met &= high[b, axis][:, None] >= low[a, axis][..., None]
+            pair, i, j = np.nonzero(met)
+            yield a[pair, i], b[pair, j]
+
+
+def _check_most(count: int, most: int, what: str) -> None:
+    """Refuses what would take minutes."""
+    if count > most:
+        raise ValueError(f"a scene must have at most {most} {what}, but has more.")
 
 
 def _is_end(s: np.ndarray, has_ends: np.ndarray) -> np.ndarray:
