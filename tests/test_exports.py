@@ -52,6 +52,7 @@ ON_THE_HOST = {
     "rendering": "images, tile by tile into files",
     "session": "flags of JAX",
     "shadowfield.rendering": "tables of shadow rays in NumPy, as many as there are",
+    "space.discontinuities._event_table": "tables of visual events",
     "symbolic": "formulas by SymPy",
 }
 
@@ -129,6 +130,9 @@ HOST = {
     "shadowfield.replicas_overlap",
     "shadowfield.visible_lengths",
     "space.bounces.face_layout",
+    "space.discontinuities.DiscontinuityMesh",
+    "space.discontinuities.discontinuity_mesh",
+    "space.discontinuities.visual_events_along",
     "space.bounces.solve_radiosity",
     # Photons in space are asked for by trees of SciPy.
     "space.bounces.PhotonMap",

@@ -6,6 +6,7 @@ Parts:
 - `space.meshes`: triangle meshes and their curvature;
 - `space.library`: scenes by name;
 - `space.silhouettes`: silhouettes, their visible parts, integrals along them;
+- `space.discontinuities`: visual events, where derivatives of irradiance jump;
 - `space.azimuthal`: integrals over azimuth, slice by slice;
 - `space.light_fields`: a scene as a field over a plane;
 - `space.estimators`: irradiance and its derivatives from rays;

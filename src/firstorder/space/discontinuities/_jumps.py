@@ -1,0 +1,254 @@
+"""Jumps of derivatives of irradiance where edges line up.
+
+Let `m` be the unit normal of the plane through a receiver and an edge, `r` the distance to it along
+the line of sight `u`. For a receiver that moves with `d` the image of the edge moves with
+`-(d . m) / r`. What the images do to each other makes the jump:
+
+Two edges in a plane with normal m. Where they overlap, a strip opens between them. With `q / r` the
+light along the plane that goes over one part of it and under the other, E' jumps by
+
+    |d . m| integral cos(theta) (L_down + L_up - L_over - L_under) d(1/r) d(omega)
+
+over the angle in the plane: `L_down(r)` is seen by a ray that goes over the plane to the distance r
+and under it from there, `L_up(r)` by its reverse, `L_over` and `L_under` by rays on one side.
+
+A vertex and an edge. The image of the edge moves against that of the vertex with `s' = g . d`,
+`g = -m (1/r_edge - 1/r_vertex)`. Edges leave the vertex along `e_i`, as seen by the receiver, and
+E'' jumps by
+
+    sgn(s') s'^2 cos(theta) sum over i of K_i (e_i . tau) / |e_i . m|,      tau = u x m
+
+Three edges, with `lambda_i` the sines between the other two, enclose a triangle of the area
+`D^2 / (2 |lambda_1 lambda_2 lambda_3|)`, where `D' = g . d` with `g = -sum lambda_i m_i / r_i`, and
+E'' jumps by
+
+    sgn(D') D'^2 cos(theta) sgn(lambda_3) (K_after - K_before) / (lambda_1 lambda_2 lambda_3)
+
+`K` is the alternating sum of radiance about a crossing (`_queries.crossing_sum`), of the edge with
+that of the vertex, and of the first two of the three.
+"""
+
+from __future__ import annotations
+
+import itertools
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from firstorder.space.discontinuities._edges import Edges, dot, fans, unit
+from firstorder.space.discontinuities._lines_of_sight import ThreeEdges, VertexEdges, meeting
+from firstorder.space.discontinuities._queries import crossing_sum, light, steps, tangential
+from firstorder.space.receiver import Receiver
+from firstorder.space.scene import Scene
+
+
+class Bends(NamedTuple):
+    """Jumps of E'' by the direction in which a receiver moves: `sgn(g . d) (g . d)^2 C`.
+
+    Attributes:
+        rate: g, of the images against each other, in the plane of the receivers [1/m].
+        strength: C [W/m^2].
+    """
+
+    rate: Float[np.ndarray, "n 3"]
+    strength: Float[np.ndarray, " n"]
+
+    def along(self, d) -> Float[np.ndarray, " n"]:
+        """Jumps for unit directions, one or as many as rows [W/m^4]."""
+        moves = dot(self.rate, d)
+        return np.sign(moves) * moves**2 * self.strength
+
+
+def vertex_edge_bends(
+    scene: Scene, at: Receiver, edges: Edges, rows: VertexEdges, leaving=None
+) -> Bends:
+    """Jumps of E'' where a vertex and an edge line up.
+
+    Args:
+        scene: of one band.
+        at: gives the normal and the shape on which receivers lie.
+        edges: of the scene.
+        rows: lines of sight.
+        leaving: `fans(edges)`, which are found if it is left out.
+    """
+    vertex, edge = edges.vertices[rows.vertex], rows.edge
+    start, along = edges.start[edge], edges.along[edge]
+    u = unit(vertex - rows.place)
+    m = unit(np.cross(start - vertex, along))
+    rate = tangential(at, -m * (1.0 / rows.r_edge - 1.0 / rows.r_vertex)[:, None])
+    of, _, way = fans(edges) if leaving is None else leaving
+    row, fan = np.nonzero(rows.vertex[:, None] == of)
+    way, u_, m_ = way[fan], u[row], m[row]
+    tau = np.cross(u_, m_)
+    across, beside = dot(way, m_), dot(way, tau)
+    step, share = steps(at, edges.size)
+    moved = np.linalg.norm(rate, axis=-1)
+    eye = rows.place[row] + np.sign(across)[:, None] * step * unit(rate)[row]
+    planes = np.cross(start[row] - eye, along[row]), np.cross(vertex[row] - eye, way)
+    K, _ = crossing_sum(scene, at, eye, planes, (m_, tau, u_), share * step * moved[row])
+    parts = K * beside / np.abs(across)
+    total = np.bincount(row, weights=parts, minlength=len(u))
+    return Bends(rate, dot(u, np.asarray(at.normal)) * total)
+
+
+def three_edges_bends(scene: Scene, at: Receiver, edges: Edges, rows: ThreeEdges) -> Bends:
+    """Jumps of E'' where three edges line up.
+
+    Args:
+        scene: of one band.
+        at: gives the normal and the shape on which receivers lie.
+        edges: of the scene.
+        rows: lines of sight.
+    """
+    start, along = edges.start[rows.edges], edges.along[rows.edges]
+    m, r = unit(np.cross(start - rows.place[:, None], along)), rows.r
+    sines = _sines(m, rows.u)
+    # The two edges whose crossing is looked at are those that cross at the largest angle.
+    last = np.argmax(np.abs(sines), axis=1)
+    order = (last[:, None] + np.array([1, 2, 3])) % 3
+    m, start, along = (np.take_along_axis(a, order[..., None], 1) for a in (m, start, along))
+    r, sines = (np.take_along_axis(a, order, 1) for a in (r, sines))
+    rate = tangential(at, -np.sum((sines / r)[..., None] * m, axis=1))
+    step, share = steps(at, edges.size)
+    hair = share * step * np.linalg.norm(rate, axis=-1)
+    K = []
+    for side in (1.0, -1.0):
+        eye = rows.place + side * step * unit(rate)
+        planes = tuple(np.cross(start[:, i] - eye, along[:, i]) for i in (0, 1))
+        K.append(crossing_sum(scene, at, eye, planes, (m[:, 0], m[:, 1], rows.u), hair)[0])
+    change = np.sign(sines[:, 2]) * (K[0] - K[1]) / np.prod(sines, axis=1)
+    return Bends(rate, dot(rows.u, np.asarray(at.normal)) * change)
+
+
+def _sines(m, u) -> Float[np.ndarray, "n 3"]:
+    """Of each edge the sine, about the line of sight, between the other two."""
+    pairs = [np.cross(m[:, i - 2], m[:, i - 1]) for i in range(3)]
+    return np.stack([dot(u, p) for p in pairs], -1)
+
+
+# --- two edges in a plane ------------------------------------------------------------------------
+
+
+class Strips(NamedTuple):
+    """Angles in a plane at which a receiver sees one edge of the plane behind another.
+
+    Attributes:
+        row: number of the plane.
+        u: a direction in the middle of the angle.
+        r: a distance between the two edges along it [m].
+        weight: the integral of `cos(theta) (1/r_near - 1/r_far)` over the angle [1/m].
+    """
+
+    row: Int[np.ndarray, " k"]
+    u: Float[np.ndarray, "k 3"]
+    r: Float[np.ndarray, " k"]
+    weight: Float[np.ndarray, " k"]
+
+
+def strips(edges: Edges, at: Receiver, places, normals) -> Strips:
+    """All strips of the planes through receivers, whether or not anything stands in the way.
+
+    Args:
+        edges: of the scene.
+        at: gives the normal of the receivers.
+        places: of a receiver on each plane, shape (n, 3) [m].
+        normals: of the planes, unit vectors, likewise.
+    """
+    found = [Strips(np.zeros(0, int), np.zeros((0, 3)), np.zeros(0), np.zeros(0))]
+    for row, (place, m) in enumerate(zip(places, normals, strict=True)):
+        found += _strips_of(edges, at, row, place, m)
+    return Strips(*(np.concatenate(a) for a in zip(*found, strict=True)))
+
+
+def _strips_of(edges: Edges, at: Receiver, row: int, place, m) -> list[Strips]:
+    """The strips of one plane."""
+    up = np.asarray(at.normal) - (np.asarray(at.normal) @ m) * m
+    slope = np.linalg.norm(up)
+    frame = np.stack([np.cross(m, up / slope), up / slope])
+    height = (edges.vertices - place) @ m
+    flat = (edges.vertices - place) @ frame.T
+    on = np.abs(height) <= edges.near
+    inside = edges.ends[np.all(on[edges.ends], axis=1)]
+    if len(inside) < 2:
+        return []
+    start, end = flat[inside[:, 0]], flat[inside[:, 1]]
+    q = _inverse_distances(start, end)
+    angles = _break_angles(edges, flat, height, on)
+    found = []
+    for low, high in itertools.pairwise(angles):
+        middle = 0.5 * (low + high)
+        u = np.array([np.cos(middle), np.sin(middle)])
+        r, share = _meeting_flat(u, start, end)
+        seen = np.flatnonzero((r > edges.near) & (share > 0.0) & (share < 1.0))
+        seen = seen[np.argsort(r[seen])]
+        seen = seen[np.append(True, np.diff(r[seen]) > edges.near)] if len(seen) else seen
+        if len(seen) < 2:
+            continue
+        gap = q[seen[:-1]] - q[seen[1:]]
+        weight = slope * gap @ (_sine_integral(high) - _sine_integral(low))
+        between = 0.5 * (r[seen[:-1]] + r[seen[1:]])
+        n = len(between)
+        found.append(Strips(np.full(n, row), np.tile(u @ frame, (n, 1)), between, weight))
+    return found
+
+
+def _inverse_distances(start, end) -> Float[np.ndarray, "n 2"]:
+    """Vectors q with `1 / r = q . u` along the lines through pairs of points of the plane."""
+    way = end - start
+    normal = np.stack([way[:, 1], -way[:, 0]], -1)
+    offset = dot(normal, start)
+    safe = np.where(offset == 0.0, 1.0, offset)  # a line through the eye: no direction meets it
+    return np.where(offset == 0.0, 0.0, 1.0 / safe)[:, None] * normal
+
+
+def _meeting_flat(u, start, end) -> tuple[np.ndarray, np.ndarray]:
+    """`meeting`, in the plane."""
+
+    def lifted(a):
+        return np.concatenate([a, np.zeros((*a.shape[:-1], 1))], -1)
+
+    u, start, end = lifted(u), lifted(start), lifted(end)
+    return meeting(np.zeros(3), np.broadcast_to(u, start.shape), start, end - start)
+
+
+def _break_angles(edges: Edges, flat, height, on) -> Float[np.ndarray, " k"]:
+    """Angles above the horizon at which something begins or ends in the plane, in order."""
+    a, b = edges.ends.T
+    pierce = (height[a] * height[b] < 0.0) & ~(on[a] | on[b])
+    a, b = a[pierce], b[pierce]
+    share = (height[a] / (height[a] - height[b]))[:, None]
+    points = np.concatenate([flat[on], flat[a] + share * (flat[b] - flat[a])])
+    points = points[points[:, 1] > 0.0]
+    angles = np.arctan2(points[:, 1], points[:, 0])
+    return np.unique(np.concatenate([[0.0, np.pi], angles]))
+
+
+def _sine_integral(omega) -> Float[np.ndarray, "2"]:
+    """Antiderivative of `sin(omega) (cos(omega), sin(omega))`."""
+    sine, cosine = np.sin(omega), np.cos(omega)
+    return 0.5 * np.array([sine * sine, omega - sine * cosine])
+
+
+def plane_slopes(
+    scene: Scene, at: Receiver, edges: Edges, places, normals, found: Strips
+) -> Float[np.ndarray, " n"]:
+    """Jumps of E' for steps along the normals of planes, each of one metre a unit [W/m^3].
+
+    Args:
+        scene: of one band.
+        at: gives the normal and the shape on which receivers lie.
+        edges: of the scene.
+        places: of a receiver on each plane [m].
+        normals: of the planes.
+        found: their strips.
+    """
+    step, _ = steps(at, edges.size)
+    place, u = places[found.row], found.u
+    aside = step * unit(tangential(at, normals))[found.row]
+    far = found.r[:, None] * u
+    over, under = place + aside, place - aside
+    origins = np.stack([over, under, over, under])
+    L = light(scene, at, origins, np.stack([far - aside, far + aside, u, u]))
+    shown = found.weight * (L[0] + L[1] - L[2] - L[3])
+    return np.bincount(found.row, weights=shown, minlength=len(places))

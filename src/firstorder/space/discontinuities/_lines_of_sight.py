@@ -1,0 +1,269 @@
+"""Lines of sight through a vertex and an edge, or through three edges.
+
+A receiver lies on an event where one of its lines of sight does. `VertexEdges` and `ThreeEdges` are
+rows of such lines that have been found geometrically, whether or not anything stands in the way.
+"""
+
+from __future__ import annotations
+
+import itertools
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from firstorder.space.discontinuities._edges import Edges, dot, unit
+from firstorder.space.receiver import Receiver
+
+CHUNK = 1 << 16  # triples of edges at a time
+GRAZING = 1e-6  # cosine to the receiver's normal below which a line is in the receiver's plane
+
+
+class VertexEdges(NamedTuple):
+    """Lines of sight through a vertex and an edge.
+
+    Attributes:
+        place: of the receivers [m].
+        vertex, edge: numbers.
+        r_vertex, r_edge: distances from the receiver [m].
+    """
+
+    place: Float[np.ndarray, "n 3"]
+    vertex: Int[np.ndarray, " n"]
+    edge: Int[np.ndarray, " n"]
+    r_vertex: Float[np.ndarray, " n"]
+    r_edge: Float[np.ndarray, " n"]
+
+
+class ThreeEdges(NamedTuple):
+    """Lines of sight through three edges.
+
+    Attributes:
+        place: of the receivers [m].
+        edges: numbers.
+        u: direction of the line, away from the receiver.
+        r: distances from the receiver to the edges [m].
+    """
+
+    place: Float[np.ndarray, "n 3"]
+    edges: Int[np.ndarray, "n 3"]
+    u: Float[np.ndarray, "n 3"]
+    r: Float[np.ndarray, "n 3"]
+
+
+def taken(rows, which):
+    """Some rows of a table."""
+    return type(rows)(*(a[which] for a in rows))
+
+
+def meeting(place, u, start, along) -> tuple[np.ndarray, np.ndarray]:
+    """Where lines of sight pass lines: distance along them, and share of the way along the lines.
+
+    Args:
+        place: of the eye [m].
+        u: direction.
+        start: of the segment [m].
+        along: from its start to its end [m].
+    """
+    n, w = np.cross(u, along), start - place
+    square = dot(n, n)
+    level = square <= 0.0
+    square = np.where(level, 1.0, square)
+    r, share = dot(np.cross(w, along), n) / square, dot(np.cross(w, u), n) / square
+    return np.where(level, -1.0, r), np.where(level, -1.0, share)
+
+
+# --- a vertex and an edge ------------------------------------------------------------------------
+
+
+def vertex_edge_pairs(edges: Edges) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices and edges that no plane holds together with an edge of that vertex.
+
+    Where one does, the plane is that of two edges.
+    """
+    flat = (edges.touch.astype(float) @ edges.coplanar) > 0.0
+    vertex, edge = np.nonzero(~flat & ~edges.touch)
+    return vertex, edge
+
+
+def vertex_edge_at(
+    edges: Edges, at: Receiver, place, vertex, edge
+) -> tuple[VertexEdges, np.ndarray]:
+    """Lines of sight from places in the planes of vertices and edges, and which there are."""
+    way = edges.vertices[vertex] - place
+    r_vertex = np.linalg.norm(way, axis=-1)
+    u = unit(way)
+    r_edge, share = meeting(place, u, edges.start[edge], edges.along[edge])
+    there = (share > 0.0) & (share < 1.0) & (dot(u, np.asarray(at.normal)) > GRAZING)
+    there &= (np.minimum(r_vertex, r_edge) > edges.near) & (np.abs(r_vertex - r_edge) > edges.near)
+    return VertexEdges(place, vertex, edge, r_vertex, r_edge), there
+
+
+def vertex_edges_along(edges: Edges, at: Receiver, along, reach) -> tuple[np.ndarray, VertexEdges]:
+    """Places on a line of receivers that see a vertex and an edge in line, and how far along."""
+    vertex, edge = vertex_edge_pairs(edges)
+    start = edges.start[edge]
+    n = np.cross(start - edges.vertices[vertex], edges.along[edge])
+    t = _crossed(n, edges.vertices[vertex], at, along)
+    on = (t > 0.0) & (t < reach)
+    t, vertex, edge = t[on], vertex[on], edge[on]
+    place = np.asarray(at.position) + t[:, None] * along
+    rows, there = vertex_edge_at(edges, at, place, vertex, edge)
+    return t[there], taken(rows, there)
+
+
+def _crossed(n, point, at: Receiver, along) -> np.ndarray:
+    """How far along a line planes are met; -1 for planes along it."""
+    rate = n @ along
+    level = np.abs(rate) <= 1e-12 * np.linalg.norm(n, axis=-1)
+    t = dot(point - np.asarray(at.position), n) / np.where(level, 1.0, rate)
+    return np.where(level, -1.0, t)
+
+
+# --- three edges ---------------------------------------------------------------------------------
+
+
+def edge_triples(edges: Edges, most: int = CHUNK):
+    """Triples of edges no two of which lie in a plane, in chunks of so many rows."""
+    k = len(edges.ends)
+    skew = ~edges.coplanar
+    triples = (
+        (i, j, m)
+        for i in range(k)
+        for j in np.flatnonzero(skew[i, i:]) + i
+        for m in np.flatnonzero(skew[i, j:] & skew[j, j:]) + j
+    )
+    while chunk := list(itertools.islice(triples, most)):
+        yield np.array(chunk)
+
+
+def three_edges_at(edges: Edges, at: Receiver, place, triples) -> tuple[ThreeEdges, np.ndarray]:
+    """Lines of sight from places on the quadrics of three edges, and which there are."""
+    start, along = edges.start[triples], edges.along[triples]
+    n = unit(np.cross(start - place[:, None], along))
+    products = np.stack([np.cross(n[:, i - 1], n[:, i]) for i in range(3)])
+    best = np.argmax(np.linalg.norm(products, axis=-1), axis=0)
+    u = unit(products[best, np.arange(len(best))])
+    u = u * np.where(dot(u, np.asarray(at.normal)) > 0.0, 1.0, -1.0)[:, None]
+    r, share = meeting(place[:, None], u[:, None], start, along)
+    there = np.all((share > 0.0) & (share < 1.0) & (r > edges.near), axis=1)
+    there &= dot(u, np.asarray(at.normal)) > GRAZING
+    there &= np.min(np.abs(r - np.roll(r, 1, axis=1)), axis=1) > edges.near
+    return ThreeEdges(place, triples, u, r), there
+
+
+def three_edges_along(edges: Edges, at: Receiver, along, reach) -> tuple[np.ndarray, ThreeEdges]:
+    """Places on a line of receivers that see three edges in line, and how far along.
+
+    The determinant of the normals of the planes through the receiver and each edge vanishes there:
+    a polynomial of degree two, for the cubic terms cancel.
+    """
+    found = [(np.zeros(0), _no_triples())]
+    for triples in edge_triples(edges):
+        t, row = _quadratic_roots(_determinants(edges, at, along, reach, triples))
+        t = t * reach
+        on = (t > 0.0) & (t < reach)
+        t, row = t[on], row[on]
+        place = np.asarray(at.position) + t[:, None] * along
+        rows, there = three_edges_at(edges, at, place, triples[row])
+        found.append((t[there], taken(rows, there)))
+    t = np.concatenate([f[0] for f in found])
+    return t, ThreeEdges(*(np.concatenate(a) for a in zip(*(f[1] for f in found), strict=True)))
+
+
+def _no_triples() -> ThreeEdges:
+    none = np.zeros((0, 3))
+    return ThreeEdges(none, none.astype(int), none, none)
+
+
+def _determinants(edges: Edges, at: Receiver, along, reach, triples) -> np.ndarray:
+    """Determinants at the start, in the middle and at the end of the line, shape (3, n)."""
+    start, way = edges.start[triples], unit(edges.along[triples])
+    places = np.asarray(at.position) + np.array([0.0, 0.5, 1.0])[:, None] * reach * along
+    n = np.cross(start - places[:, None, None], way)
+    return dot(n[:, :, 0], np.cross(n[:, :, 1], n[:, :, 2]))
+
+
+def _quadratic_roots(values: Float[np.ndarray, "3 n"]) -> tuple[np.ndarray, np.ndarray]:
+    """Real roots of parabolas by their values at 0, 1/2 and 1, and the rows they belong to."""
+    c = values[0]
+    b = 4.0 * values[1] - 3.0 * values[0] - values[2]
+    a = 2.0 * (values[0] + values[2]) - 4.0 * values[1]
+    square = b * b - 4.0 * a * c
+    q = -0.5 * (b + np.where(b >= 0.0, 1.0, -1.0) * np.sqrt(np.maximum(square, 0.0)))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        roots = np.stack([q / a, c / q])
+    real = (square > 0.0) & np.isfinite(roots)
+    _, row = np.nonzero(real)
+    return roots[real], row
+
+
+def contacts(edges: Edges, at: Receiver, along, reach) -> Float[np.ndarray, " c"]:
+    """How far along a line of receivers it runs into faces, or out of them."""
+    corner, spans, triangular = edges.faces
+    normal = np.cross(spans[:, 0], spans[:, 1])
+    t = _crossed(normal, corner, at, along)
+    w = np.asarray(at.position) + t[:, None] * along - corner
+    square = dot(normal, normal)
+    x = dot(np.cross(w, spans[:, 1]), normal) / square
+    y = dot(np.cross(spans[:, 0], w), normal) / square
+    slack = edges.near / np.min(np.linalg.norm(spans, axis=-1), axis=1, initial=np.inf)
+    most = np.where(triangular, x + y, np.maximum(x, y))
+    on: Bool[np.ndarray, " f"] = (np.minimum(x, y) >= -slack) & (most <= 1.0 + slack)
+    return np.unique(t[on & (t > 0.0) & (t < reach)])
+
+
+def transversals(edges: Edges, at: Receiver, triples, share) -> np.ndarray:
+    """Where the lines through three edges meet the plane of the receivers.
+
+    Args:
+        edges: of the scene.
+        at: a receiver of the plane.
+        triples: numbers of edges, shape (n, 3).
+        share: of the way along the first edge at which the lines pass it, shape (n, k).
+
+    Returns:
+        Places, shape (n, k, 3); not finite for lines along the plane [m].
+    """
+    start, along = edges.start[triples][:, None], edges.along[triples][:, None]
+    point = start[..., 0, :] + share[..., None] * along[..., 0, :]
+    n = np.cross(start[..., 1:, :] - point[..., None, :], along[..., 1:, :])
+    u, normal = np.cross(n[..., 0, :], n[..., 1, :]), np.asarray(at.normal)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        far = (np.asarray(at.position) - point) @ normal / (u @ normal)
+        return point + far[..., None] * u
+
+
+# --- two edges in a plane ------------------------------------------------------------------------
+
+
+def planes_of(edges: Edges) -> tuple[np.ndarray, np.ndarray]:
+    """Planes that hold two edges or more, each once: points [m] and unit normals."""
+    i, j = np.nonzero(np.triu(edges.coplanar, 1))
+    way = unit(edges.along)
+    start = edges.start
+    # Of the ends of one edge that which is farther from the line of the other.
+    ends = np.stack([start[j], start[j] + edges.along[j]]) - start[i]
+    beside = np.cross(way[i], ends)
+    far = np.argmax(np.linalg.norm(beside, axis=-1), axis=0)
+    normal = beside[far, np.arange(len(i))]
+    apart = np.linalg.norm(normal, axis=-1) > edges.near
+    return _each_once(start[i][apart], unit(normal[apart]), edges.size)
+
+
+def _each_once(point, normal, size) -> tuple[np.ndarray, np.ndarray]:
+    kept: list[int] = []
+    for row in range(len(point)):
+        same = np.abs(normal[kept] @ normal[row]) > 1.0 - 1e-10
+        same &= np.abs((point[kept] - point[row]) @ normal[row]) < 1e-6 * size
+        if not np.any(same):
+            kept.append(row)
+    return point[kept], normal[kept]
+
+
+def planes_along(edges: Edges, at: Receiver, along, reach) -> tuple[np.ndarray, np.ndarray]:
+    """Where a line of receivers meets planes that hold edges: how far along, and their normals."""
+    point, normal = planes_of(edges)
+    t = _crossed(normal, point, at, along)
+    on = (t > 0.0) & (t < reach)
+    return t[on], normal[on]
