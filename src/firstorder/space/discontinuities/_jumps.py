@@ -30,7 +30,6 @@ that of the vertex, and of the first two of the three.
 
 from __future__ import annotations
 
-import itertools
 from typing import NamedTuple
 
 import numpy as np
@@ -88,7 +87,7 @@ def vertex_edge_bends(
     planes = np.cross(start[row] - eye, along[row]), np.cross(vertex[row] - eye, way)
     K, _ = crossing_sum(scene, at, eye, planes, (m_, tau, u_), share * step * moved[row])
     parts = K * beside / np.abs(across)
-    total = np.bincount(row, weights=parts, minlength=len(u))
+    total = _sums(row, parts, len(u))
     return Bends(rate, dot(u, np.asarray(at.normal)) * total)
 
 
@@ -175,21 +174,22 @@ def _strips_of(edges: Edges, at: Receiver, row: int, place, m) -> list[Strips]:
     start, end = flat[inside[:, 0]], flat[inside[:, 1]]
     q = _inverse_distances(start, end)
     angles = _break_angles(edges, flat, height, on)
+    middles = 0.5 * (angles[1:] + angles[:-1])
+    ways = np.stack([np.cos(middles), np.sin(middles)], -1)
+    r, share = _meeting_flat(ways[:, None], start, end)
+    there = (r > edges.near) & (share > 0.0) & (share < 1.0)
+    areas = np.diff(_sine_integral(angles), axis=0)
     found = []
-    for low, high in itertools.pairwise(angles):
-        middle = 0.5 * (low + high)
-        u = np.array([np.cos(middle), np.sin(middle)])
-        r, share = _meeting_flat(u, start, end)
-        seen = np.flatnonzero((r > edges.near) & (share > 0.0) & (share < 1.0))
-        seen = seen[np.argsort(r[seen])]
-        seen = seen[np.append(True, np.diff(r[seen]) > edges.near)] if len(seen) else seen
-        if len(seen) < 2:
-            continue
-        gap = q[seen[:-1]] - q[seen[1:]]
-        weight = slope * gap @ (_sine_integral(high) - _sine_integral(low))
-        between = 0.5 * (r[seen[:-1]] + r[seen[1:]])
-        n = len(between)
-        found.append(Strips(np.full(n, row), np.tile(u @ frame, (n, 1)), between, weight))
+    for cell in np.flatnonzero(np.sum(there, axis=1) > 1):
+        seen = np.flatnonzero(there[cell])
+        seen = seen[np.argsort(r[cell, seen])]
+        far = r[cell, seen]
+        apart = np.append(True, np.diff(far) > edges.near)  # edges that share their line are one
+        seen, far = seen[apart], far[apart]
+        weight = slope * (q[seen[:-1]] - q[seen[1:]]) @ areas[cell]
+        n = len(weight)
+        u = np.tile(ways[cell] @ frame, (n, 1))
+        found.append(Strips(np.full(n, row), u, 0.5 * (far[:-1] + far[1:]), weight))
     return found
 
 
@@ -209,7 +209,7 @@ def _meeting_flat(u, start, end) -> tuple[np.ndarray, np.ndarray]:
         return np.concatenate([a, np.zeros((*a.shape[:-1], 1))], -1)
 
     u, start, end = lifted(u), lifted(start), lifted(end)
-    return meeting(np.zeros(3), np.broadcast_to(u, start.shape), start, end - start)
+    return meeting(np.zeros(3), u, start, end - start)
 
 
 def _break_angles(edges: Edges, flat, height, on) -> Float[np.ndarray, " k"]:
@@ -224,10 +224,10 @@ def _break_angles(edges: Edges, flat, height, on) -> Float[np.ndarray, " k"]:
     return np.unique(np.concatenate([[0.0, np.pi], angles]))
 
 
-def _sine_integral(omega) -> Float[np.ndarray, "2"]:
+def _sine_integral(omega) -> Float[np.ndarray, "k 2"]:
     """Antiderivative of `sin(omega) (cos(omega), sin(omega))`."""
     sine, cosine = np.sin(omega), np.cos(omega)
-    return 0.5 * np.array([sine * sine, omega - sine * cosine])
+    return 0.5 * np.stack([sine * sine, omega - sine * cosine], -1)
 
 
 def plane_slopes(
@@ -251,4 +251,11 @@ def plane_slopes(
     origins = np.stack([over, under, over, under])
     L = light(scene, at, origins, np.stack([far - aside, far + aside, u, u]))
     shown = found.weight * (L[0] + L[1] - L[2] - L[3])
-    return np.bincount(found.row, weights=shown, minlength=len(places))
+    return _sums(found.row, shown, len(places))
+
+
+def _sums(row, parts, count: int) -> Float[np.ndarray, " n"]:
+    """Sums of parts by the row that they belong to."""
+    total = np.zeros(count)
+    np.add.at(total, row, parts)
+    return total

@@ -178,5 +178,6 @@ def _bent(scene: Scene, at: Receiver, way, kind, x, u, r, bends: Bends) -> Event
 
 def is_seen(scene: Scene, strength) -> np.ndarray:
     """Whether sums of differences of radiance are more than rounding."""
-    most = max(np.max(scene.material.emission), np.max(scene.environment))
-    return np.abs(strength) > 1e3 * np.finfo(scene.material.emission.dtype).eps * most
+    emission = np.asarray(scene.material.emission)
+    most = max(np.max(emission), np.max(np.asarray(scene.environment)))
+    return np.abs(strength) > 1e3 * np.finfo(emission.dtype).eps * most

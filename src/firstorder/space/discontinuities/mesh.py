@@ -52,8 +52,8 @@ class DiscontinuityMesh:
         order: of that derivative.
     """
 
-    lines: tuple[Float[np.ndarray, "k 3"], ...]
-    jumps: tuple[Float[np.ndarray, " k"], ...]
+    lines: tuple[np.ndarray, ...]
+    jumps: tuple[np.ndarray, ...]
     kind: np.ndarray
     order: Int[np.ndarray, " n"]
 

@@ -1,0 +1,268 @@
+"""Visual events on a line of receivers, against polygons that are clipped, and by symmetries.
+
+The brute force is that of `derivations/space/discontinuities/events.py`; it shares nothing with the
+library.
+"""
+
+import functools
+
+import jax
+import numpy as np
+import pytest
+
+from derivations.flatland.discontinuities.events import brute_jump
+from derivations.space.discontinuities import events as brute
+from firstorder.space import (
+    GaussianSky,
+    Receiver,
+    Scene,
+    box,
+    plane,
+    polygon,
+    primitive,
+    rectangle,
+    sphere,
+)
+from firstorder.space.discontinuities import _jumps, visual_events_along
+
+START = Receiver.at((-2.0, 0.53, 0.0))
+WAY = (1.0, -0.07, 0.0)
+LAMP = primitive(rectangle((0.0, 0.0, 2.0), (0.0, 0.5, 0.0), (0.6, 0.0, 0.0)), emission=1.0)
+LOW, HIGH = np.array([-0.2, -0.3, 0.5]), np.array([0.25, 0.2, 0.9])
+
+
+def found(*things, at=START, along=WAY, reach=4.0, **options):
+    return visual_events_along(Scene.of(*things), at, along=along, reach=reach, **options)
+
+
+def same(a, b, atol=1e-9):
+    np.testing.assert_allclose(a.x, b.x, atol=atol)
+    np.testing.assert_allclose(a.jump_E1, b.jump_E1, atol=1e-6)
+    np.testing.assert_allclose(a.jump_E2, b.jump_E2, atol=1e-6)
+
+
+# --- against clipped polygons --------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", ["two edges in a plane", "vertex and edge", "three edges"])
+def test_jumps_are_those_of_clipped_polygons(kind):
+    assert brute.brute_error(kind) < 1e-5
+
+
+STEP = 2e-3
+SHOWN = 0.1  # jumps of E'' above this are not missed; the largest are 1.7, 3.1 and 2.0 W/m^4
+
+
+@functools.cache
+def sampled(seed):
+    t = np.arange(0.0, brute.REACH, STEP)
+    return t, np.array([brute.on_line(seed)(s) for s in t])
+
+
+def left_over(seed, table):
+    """The largest change, from sample to sample, of E'' without the jumps of a table.
+
+    A jump that the table does not have changes it by at least half of itself.
+    """
+    t, E = sampled(seed)
+    smooth = E - 0.5 * np.maximum(t[:, None] - table.x, 0.0) ** 2 @ table.jump_E2
+    return np.max(np.abs(np.diff(smooth, 3))) / STEP**2
+
+
+@pytest.mark.parametrize("seed", [1, 3, 5])
+def test_no_event_with_a_large_jump_is_missed(seed):
+    assert left_over(seed, brute.predicted(seed)) < 0.5 * SHOWN
+
+
+def test_an_event_that_is_left_out_is_seen():
+    table = brute.predicted(1)
+    for row in np.flatnonzero(np.abs(table.jump_E2) > SHOWN):
+        assert left_over(1, table.take(np.arange(len(table)) != row)) > 0.5 * SHOWN
+
+
+@pytest.fixture
+def searched_again():
+    """The search runs anew, and nothing that it finds is kept."""
+    brute.predicted.cache_clear()
+    yield
+    brute.predicted.cache_clear()
+
+
+def test_images_that_move_too_fast_are_seen(monkeypatch, searched_again):
+    monkeypatch.setattr(_jumps, "tangential", lambda at, m: 1.01 * np.asarray(m))
+    assert brute.brute_error("vertex and edge") > 1e-3
+
+
+def test_triangles_with_two_sines_exchanged_are_seen(monkeypatch, searched_again):
+    right = _jumps._sines
+    monkeypatch.setattr(_jumps, "_sines", lambda m, u: right(m, u)[:, [1, 0, 2]])
+    assert brute.brute_error("three edges") > 1e-3
+
+
+def test_a_lamp_that_is_seen_edge_on_appears_on_one_side():
+    """Its front alone shines: E' jumps from zero to what Lambert's polygon says."""
+    shape = (0.3, 0.1, 1.0), (0.0, 0.3, 0.0), (0.0, 0.0, 0.2)  # its front looks along x
+    lamp = primitive(rectangle(*shape), emission=1.0)
+    table = found(lamp, at=Receiver.at((0.0, 0.0, 0.0)), along=(1.0, 0.2, 0.0), reach=1.0)
+    way = np.array([1.0, 0.2, 0.0]) / np.sqrt(1.04)
+
+    def E(t):
+        place = t * way
+        return brute.lambert(brute.corners(*shape) - place) if place[0] > 0.3 else 0.0
+
+    assert table.kind.tolist() == ["two edges in a plane"]
+    np.testing.assert_allclose(table.x, 0.3 * np.sqrt(1.04), rtol=1e-12)
+    np.testing.assert_allclose(table.jump_E1, brute_jump(E, table.x[0], 1), rtol=1e-7)
+
+
+# --- by symmetries -------------------------------------------------------------------------------
+
+
+def test_a_box_has_the_events_of_its_faces():
+    middle, half = 0.5 * (LOW + HIGH), 0.5 * (HIGH - LOW)
+    faces = []
+    for i in range(3):
+        u, v, w = np.roll(np.diag(half), -i, axis=0)
+        faces += [primitive(rectangle(middle + side * w, u, v)) for side in (1.0, -1.0)]
+    whole = found(LAMP, primitive(box(LOW, HIGH)))
+    same(found(LAMP, *faces), whole)
+    assert len(whole) == 6
+
+
+def test_a_cut_between_triangles_is_no_edge():
+    center, u, v = np.array([0.1, 0.2, 2.0]), np.array([0.5, 0.1, 0.0]), np.array([0.1, -0.4, 0.1])
+    lamp = primitive(rectangle(center, u, v), emission=1.0)
+    cut = primitive(polygon(brute.corners(center, u, v)), emission=1.0)
+    blocker = primitive(box(LOW, HIGH))
+    whole = found(lamp, blocker)
+    same(found(cut, blocker), whole)
+    assert len(whole) > 5
+
+
+def test_a_line_that_is_walked_back_has_its_events_in_reverse():
+    scene = brute.scene_of(brute.skew(1))
+    there = brute.predicted(1)
+    end = Receiver.at(brute.START + brute.REACH * brute.WAY / np.linalg.norm(brute.WAY))
+    back = visual_events_along(scene, end, along=-brute.WAY, reach=brute.REACH)
+    np.testing.assert_allclose(brute.REACH - back.x[::-1], there.x, atol=1e-9)
+    np.testing.assert_allclose(-back.jump_E2[::-1], there.jump_E2, rtol=1e-6)
+
+
+def test_jumps_shrink_as_space_grows():
+    """E' is radiance over length and E'' over its square."""
+    small = found(LAMP, primitive(box(LOW, HIGH)))
+    lamp = rectangle((0.0, 0.0, 4.0), (0.0, 1.0, 0.0), (1.2, 0.0, 0.0))
+    large = found(
+        primitive(lamp, emission=1.0),
+        primitive(box(2.0 * LOW, 2.0 * HIGH)),
+        at=Receiver.at((-4.0, 1.06, 0.0)),
+        reach=8.0,
+    )
+    np.testing.assert_allclose(large.x, 2.0 * small.x, rtol=1e-9)
+    np.testing.assert_allclose(2.0 * large.jump_E1, small.jump_E1, rtol=1e-6)
+
+
+def test_a_sky_is_light_like_any_other():
+    """A blocker before a sky of radiance one is a lamp of minus one."""
+    things = [primitive(rectangle((0.1, 0.0, 1.5), (0.0, 0.4, 0.1), (0.5, 0.0, 0.0)))]
+    things += [primitive(box(LOW, HIGH))]
+    scene = Scene.of(*things, environment=1.0)
+    dark = visual_events_along(scene, START, along=WAY, reach=4.0)
+    shining = [
+        primitive(rectangle((0.1, 0.0, 1.5), (0.0, 0.4, 0.1), (0.5, 0.0, 0.0)), emission=(1, 1)),
+        primitive(box(LOW, HIGH), emission=1.0),
+    ]
+    lit = found(*shining)
+    np.testing.assert_allclose(lit.x, dark.x, atol=1e-9)
+    np.testing.assert_allclose(lit.jump_E1, -dark.jump_E1, atol=1e-6)
+    np.testing.assert_allclose(lit.jump_E2, -dark.jump_E2, atol=1e-6)
+    assert len(lit) > 5
+
+
+# --- what is seen, and what is not ---------------------------------------------------------------
+
+
+def test_hidden_events_are_given_if_asked_for_and_make_no_jump():
+    table = found(LAMP, primitive(box(LOW, HIGH)), hidden=True)
+    hidden = table.take(~table.visible)
+    assert len(hidden)
+    assert not np.any([hidden.jump_E1, hidden.jump_E2])
+    assert len(table) - len(hidden) == len(found(LAMP, primitive(box(LOW, HIGH))))
+
+
+def test_a_lid_under_the_lamp_hides_all_events_of_what_is_above_it():
+    lid = primitive(rectangle((0.0, 0.0, 0.1), (9.0, 0.0, 0.0), (0.0, 9.0, 0.0)))
+    assert len(found(LAMP, primitive(box(LOW, HIGH)), lid)) == 0
+
+
+def test_a_line_that_runs_into_a_wall_tells_so():
+    wall = primitive(rectangle((0.5, 0.0, 0.5), (0.0, 1.0, 0.0), (0.0, 0.0, 0.5)))
+    table = found(LAMP, wall, along=(1.0, 0.0, 0.0))
+    row = table.take(table.kind == "contact")
+    np.testing.assert_allclose(row.x, [2.5])
+    assert row.order.tolist() == [0]
+
+
+def test_a_line_of_sight_touches_what_the_table_says():
+    table = brute.predicted(1)
+    vertices = np.concatenate([brute.corners(*shape) for shape in brute.skew(1)])
+    for row in np.flatnonzero(table.kind == "vertex and edge"):
+        ends = table.position[row] + np.outer(
+            [table.near[row], table.far[row]], table.direction[row]
+        )
+        away = np.linalg.norm(ends[:, None] - vertices, axis=-1)
+        assert np.min(away) < 1e-9
+
+
+def test_receivers_may_lie_on_the_floor_of_the_scene():
+    blocker = primitive(box(LOW, HIGH))
+    on_it = Receiver.at((-2.0, 0.53, 0.0), on=2)
+    floor = primitive(rectangle((0.0, 0.0, 0.0), (3.0, 0.0, 0.0), (0.0, 3.0, 0.0)))
+    ground = primitive(plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)))
+    alone = found(LAMP, blocker)
+    same(found(LAMP, blocker, floor, at=on_it), alone)
+    same(found(LAMP, blocker, ground, at=on_it), alone)
+
+
+# --- what is refused -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("things", "words"),
+    [
+        ([LAMP, primitive(sphere((0.0, 0.0, 1.0), 0.1))], "holds Ellipsoids"),
+        ([LAMP, primitive(plane((0.0, 0.0, 3.0), (0.0, 0.0, 1.0)))], "a plane without end"),
+    ],
+)
+def test_round_shapes_and_far_planes_are_refused(things, words):
+    with pytest.raises(ValueError, match=words):
+        found(*things)
+
+
+@pytest.mark.parametrize(
+    ("along", "words"),
+    [
+        ((0.0, 0.0, 0.0), "the zero vector"),
+        ((1.0, 0.0, 0.2), "perpendicular"),
+        ((1.0, 0.0), "shape"),
+        ((np.nan, 0.0, 0.0), "finite"),
+    ],
+)
+def test_a_line_that_is_none_is_refused(along, words):
+    with pytest.raises(ValueError, match=words):
+        found(LAMP, along=along)
+
+
+def test_a_sky_that_varies_a_length_of_zero_and_a_traced_scene_are_refused():
+    sky = GaussianSky((0.0, 0.0, 1.0), 1.0, 0.3)
+    with pytest.raises(ValueError, match="one radiance"):
+        visual_events_along(Scene.of(LAMP, environment=sky), START, along=WAY, reach=1.0)
+    with pytest.raises(ValueError, match="reach"):
+        found(LAMP, reach=0.0)
+
+    def traced(z):
+        lamp = primitive(rectangle((0.0, 0.0, z), (0.0, 0.5, 0.0), (0.5, 0.0, 0.0)), emission=1.0)
+        return found(lamp).x.sum()
+
+    with pytest.raises(ValueError, match="traced"):
+        jax.jit(traced)(2.0)
