@@ -8,11 +8,24 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
+from firstorder._argument_checks import is_concrete
 from firstorder.numerics._batching import host_rows
+from firstorder.scene._bands import check_one_band
 from firstorder.space.discontinuities._edges import dot, unit
 from firstorder.space.intersect import first_shape
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
+
+
+def check_concrete(scene: Scene, at: Receiver) -> None:
+    """Refuse what cannot be looked at on the host."""
+    if not is_concrete((scene, at)):
+        raise ValueError("Arguments `scene` and `at` must be concrete, but are traced.")
+    check_one_band("scene", scene)
+    if callable(scene.environment):
+        raise ValueError(
+            "Argument `scene` must have a sky of one radiance here, but it is a function."
+        )
 
 
 def light(scene: Scene, at: Receiver, origins, along) -> np.ndarray:
@@ -89,3 +102,10 @@ def tangential(at: Receiver, m: Float[np.ndarray, "*n 3"]) -> Float[np.ndarray, 
     """The part of vectors in the plane of the receivers."""
     normal = np.asarray(at.normal)
     return m - dot(m, normal)[..., None] * normal
+
+
+def is_seen(scene: Scene, strength) -> np.ndarray:
+    """Whether sums of differences of radiance are more than rounding."""
+    emission = np.asarray(scene.material.emission)
+    most = max(np.max(emission), np.max(np.asarray(scene.environment)))
+    return np.abs(strength) > 1e3 * np.finfo(emission.dtype).eps * most

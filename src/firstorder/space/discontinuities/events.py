@@ -19,9 +19,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import ArrayLike, Float
 
-from firstorder._argument_checks import check_finite, check_positive, is_concrete
+from firstorder._argument_checks import check_finite, check_positive
 from firstorder.scene._arguments import check_asked_one, numbers
-from firstorder.scene._bands import check_one_band
 from firstorder.space.discontinuities._edges import Edges, edges_of, unit
 from firstorder.space.discontinuities._event_table import ORDERS, EventsAlong, joined
 from firstorder.space.discontinuities._jumps import (
@@ -37,6 +36,7 @@ from firstorder.space.discontinuities._lines_of_sight import (
     three_edges_along,
     vertex_edges_along,
 )
+from firstorder.space.discontinuities._queries import check_concrete, is_seen
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
 
@@ -96,17 +96,6 @@ def visual_events_along(
     ]
     table = joined(parts)
     return table if hidden else table.take(table.visible)
-
-
-def check_concrete(scene: Scene, at: Receiver) -> None:
-    """Refuse what cannot be looked at on the host."""
-    if not is_concrete((scene, at)):
-        raise ValueError("Arguments `scene` and `at` must be concrete, but are traced.")
-    check_one_band("scene", scene)
-    if callable(scene.environment):
-        raise ValueError(
-            "Argument `scene` must have a sky of one radiance here, but it is a function."
-        )
 
 
 def _direction(at: Receiver, along: Any) -> Float[np.ndarray, "3"]:
@@ -174,10 +163,3 @@ def _bent(scene: Scene, at: Receiver, way, kind, x, u, r, bends: Bends) -> Event
     ends = np.min(r, axis=0), np.max(r, axis=0)
     seen = is_seen(scene, bends.strength)
     return _table(at, way, kind, x, u, *ends, (0.0 * jump, jump), seen)
-
-
-def is_seen(scene: Scene, strength) -> np.ndarray:
-    """Whether sums of differences of radiance are more than rounding."""
-    emission = np.asarray(scene.material.emission)
-    most = max(np.max(emission), np.max(np.asarray(scene.environment)))
-    return np.abs(strength) > 1e3 * np.finfo(emission.dtype).eps * most

@@ -31,8 +31,7 @@ from firstorder.space.discontinuities._lines_of_sight import (
     vertex_edge_at,
     vertex_edge_pairs,
 )
-from firstorder.space.discontinuities._queries import tangential
-from firstorder.space.discontinuities.events import check_concrete, is_seen
+from firstorder.space.discontinuities._queries import check_concrete, is_seen, tangential
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
 
