@@ -199,6 +199,16 @@ def test_what_is_out_of_range_is_one_sentence_or_nan():
     assert jnp.isnan(jax.jit(relief_transfer)(1.0, 0.9, 1.0))
 
 
+def test_gradients_are_finite_where_a_pixel_leaves_nothing_and_where_there_are_no_waves():
+    def error(a, f):
+        return brdf_relief_error(a, f, 1.0, 0.5, width=1.0, view=0.3, reach=0.4)
+
+    slopes = jax.jit(jax.vmap(jax.grad(error, (0, 1))))(
+        jnp.array([1e-4, 0.0]), jnp.array([90.0, 1.0])
+    )
+    assert np.all(np.isfinite(slopes))
+
+
 def test_nothing_limits_waves_under_light_that_is_the_same_everywhere():
     found = relief_cutoffs(0.1, 1.0, 0.0, 0.0, width=1.0, view=0.3, reach=0.0)
     assert isinstance(found, ReliefCutoffs)

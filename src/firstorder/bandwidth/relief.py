@@ -307,8 +307,9 @@ class _Waves:
         self.frequency, self.cutoff, self.cutoff_x, self.view, self.reach = f, B, Bx, view, reach
         self.slope = 2.0 * np.pi * f * a
         self.parallax = 2.0 * np.pi * Bx * a * (jnp.abs(jnp.tan(view)) + jnp.tan(reach))
-        turn = 4.0 * np.pi * B * self.slope
-        self.modulation = jnp.sqrt(0.5) * jnp.hypot(turn, self.parallax)  # RMS of all phases
+        square = 0.5 * ((4.0 * np.pi * B * self.slope) ** 2 + self.parallax**2)
+        some = square > 0.0  # a root has no slope at zero
+        self.modulation = jnp.where(some, jnp.sqrt(jnp.where(some, square, 1.0)), 0.0)
         self.valid = (a >= 0) & (f > 0) & (B >= 0) & (Bx >= 0)
         self.valid &= (jnp.abs(view) < 0.5 * np.pi) & (reach >= 0) & (reach < 0.5 * np.pi)
 
@@ -320,9 +321,9 @@ class _Waves:
     def left(self, width: Array) -> Array:
         """`sqrt(2 / (1 - q^6)) q`: what a pixel leaves of waves that are all modulation."""
         apart = jnp.maximum(self.frequency - self.cutoff_x, 0.0)
-        square = jnp.exp(-4.0 * (np.pi * width * apart) ** 2)
-        safe = jnp.where(square < 1.0, square, 0.5)
-        return jnp.where(square < 1.0, jnp.sqrt(2.0 * safe / (1.0 - safe**3)), jnp.inf)
+        q = jnp.exp(-2.0 * (np.pi * width * apart) ** 2)
+        safe = jnp.where(q < 1.0, q, 0.5)
+        return jnp.where(q < 1.0, safe * jnp.sqrt(2.0 / (1.0 - safe**6)), jnp.inf)
 
 
 def _averaged(share: Array) -> Array:
