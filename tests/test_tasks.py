@@ -107,6 +107,43 @@ def test_a_free_radius_ends_where_the_light_is_as_wanted(ran):
     np.testing.assert_allclose(radius, (1.0 / np.hypot(0.5, 1.0) - 0.8) / 4.0, rtol=1e-4)
 
 
+def lamp_light(x, y, n, distance, material, eye=0.4):
+    """What an eye sees of a floor by each of albedo, gloss and the width, by Gauss's rule."""
+    albedo, gloss, width = material
+    ends = [np.arctan2(x - side * distance, distance - y) for side in (0.4, 0.2)]
+    t, w = np.polynomial.legendre.leggauss(48)
+    half = 0.5 * (ends[1] - ends[0])[:, None]
+    theta = 0.5 * (ends[1] + ends[0])[:, None] + half * t  # in the world, counter-clockwise
+    off = (theta - n[:, None]) + (eye - n[:, None])
+    lobe, cos = np.exp(-0.5 * (off / width) ** 2), np.cos(theta - n[:, None])
+    columns = 0.5 * albedo * cos, gloss * lobe * cos, gloss * lobe * (off / width) ** 2 * cos
+    return np.stack([np.sum(half * w * column, 1) for column in columns], -1)
+
+
+def test_near_light_tells_a_material_on_a_flat_floor_and_distant_light_does_not(ran):
+    names = ran("inverse", 2)
+    x, true = names["x"], np.asarray(names["true"])
+    flat, bent = (x, 0.0 * x, 0.0 * x), (np.sin(x), np.cos(x) - 1.0, -x)
+    for d, row in zip(names["distances"], names["table"], strict=True):
+        for shape, (condition, off) in zip((flat, bent), (row[:2], row[2:]), strict=True):
+            J = lamp_light(*shape, d, true)  # relative derivatives by the material
+            light, steps = (J[:, 0] + J[:, 1]), (1e-3 * d, -1e-3 * d)
+            further, nearer = (lamp_light(*shape, d + h, true)[:, :2].sum(1) for h in steps)
+            both = np.column_stack([J, (further - nearer) / 2e-3])
+            spread = np.linalg.norm(np.linalg.pinv(both)[3]) * 0.01 * np.sqrt(np.mean(light**2))
+            np.testing.assert_allclose(condition, np.linalg.cond(J), rtol=1e-5)
+            np.testing.assert_allclose(off, spread, rtol=1e-3)
+    one, off, other, bent_off = names["table"].T
+    assert abs(np.log(one[-1] / one[-2]) / np.log(4.0) - 2.0) < 0.01
+    assert max(other) < 1.1 * min(other)
+    assert list(off < bent_off) == [True, True, False, False]
+    far = np.linalg.svd(lamp_light(*flat, 1e6, true), compute_uv=False)
+    assert far[1] < 1e-5 * far[0]
+    J = lamp_light(*flat, 0.5, true)
+    spread = np.linalg.pinv(J) * 0.01 * (J[:, 0] + J[:, 1])
+    assert np.all(np.abs(names["found"].x / true - 1.0) < 3.0 * np.sqrt(np.sum(spread**2, 1)))
+
+
 def test_a_drawing_in_centimetres_is_a_scene_in_metres(ran):
     names = ran("drawing")
     found = names["irradiance"](names["scene"], names["Receiver"].at((2.0, 0.0)))

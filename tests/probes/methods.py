@@ -117,6 +117,20 @@ PROBES = {
     "bandwidth.glossy_bandwidth_in_space": lambda s: bandwidth.glossy_bandwidth_in_space(
         s, s, jnp.eye(2) * s, s
     ),
+    "bandwidth.ReliefCutoffs": lambda s: bandwidth.ReliefCutoffs(s, s, s, s).bumps,
+    "bandwidth.relief_cutoffs": lambda s: tuple(
+        bandwidth.relief_cutoffs(0.1 * s, 9.0, s, s, width=s, view=0.1 * s, reach=0.5)
+    ),
+    "bandwidth.flat_relief_error": lambda s: bandwidth.flat_relief_error(
+        0.01 * s, s, s, s, view=s, reach=s
+    ),
+    "bandwidth.bump_relief_error": lambda s: bandwidth.bump_relief_error(
+        0.01 * s, s, s, s, view=s, reach=s
+    ),
+    "bandwidth.brdf_relief_error": lambda s: bandwidth.brdf_relief_error(
+        0.01 * s, 9.0, s, s, width=0.1 * s, view=s, reach=s
+    ),
+    "bandwidth.relief_transfer": lambda s: jnp.abs(bandwidth.relief_transfer(s, 0.1 * s, s)),
     "bandwidth.glossy_criterion": lambda s: bandwidth.glossy_criterion(s, s, s, s),
     "reconstruction.hermite_basis": lambda s: reconstruction.hermite_basis(s, 3),
     "reconstruction.interpolation_error": lambda s: reconstruction.interpolation_error(s, s, 2),

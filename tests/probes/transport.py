@@ -120,6 +120,7 @@ PROBES = {
     "transport.grating_blocker": lambda s: on(transport.grating_blocker(s, SLOPE), s, SLOPE),
     "transport.half_plane_blocker": lambda s: on(transport.half_plane_blocker(s, SLOPE), s, SLOPE),
     "transport.line_light": lambda s: jet(transport.line_light(light(s, SLOPE), s)),
+    "transport.pit_blockers": lambda s: on(transport.pit_blockers(s, s, 2, SLOPE), s, SLOPE),
     "transport.refraction": lambda s: value_on(transport.refraction(1.0 + s), s),
     "transport.separable": lambda s: value_on(transport.separable(lobe(s), nodes=8), s),
     "transport.slit_blocker": lambda s: on(transport.slit_blocker(-1.0, s, SLOPE), s, SLOPE),

@@ -22,6 +22,14 @@ from firstorder.bandwidth.pixel_rates import (
     rms_cutoff,
     sampling_density,
 )
+from firstorder.bandwidth.relief import (
+    ReliefCutoffs,
+    brdf_relief_error,
+    bump_relief_error,
+    flat_relief_error,
+    relief_cutoffs,
+    relief_transfer,
+)
 from firstorder.bandwidth.screen_space import (
     PixelDifferences,
     pixel_differences,
@@ -50,4 +58,10 @@ __all__ = [
     "pixel_differences",
     "screen_glossy_bandwidth",
     "screen_diffuse_bandwidth",
+    "ReliefCutoffs",
+    "relief_cutoffs",
+    "flat_relief_error",
+    "bump_relief_error",
+    "brdf_relief_error",
+    "relief_transfer",
 ]

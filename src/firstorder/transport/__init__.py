@@ -38,6 +38,7 @@ from firstorder.transport.events.occlusion import (
     comb_blocker,
     grating_blocker,
     half_plane_blocker,
+    pit_blockers,
     slit_blocker,
 )
 from firstorder.transport.events.reflection import Blend, Reflection, VaryingGaussian
@@ -89,6 +90,7 @@ __all__ = [
     "slit_blocker",
     "comb_blocker",
     "grating_blocker",
+    "pit_blockers",
     "Texture",
     "Wave",
     "wave",

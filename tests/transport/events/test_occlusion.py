@@ -14,14 +14,16 @@ from firstorder.checks.squares import square
 from firstorder.checks.tolerance import fitted_order
 from firstorder.conventions import FLATLAND, FLATLAND_SLOPE, Frame
 from firstorder.errors import Refused
-from firstorder.fields import Affine, Grid, covariance_of, gaussian, half_plane
+from firstorder.fields import Affine, Constant, Grid, covariance_of, gaussian, half_plane
 from firstorder.fields.apertures import SoftSlit
+from firstorder.flatland import ConstantSky, Receiver, Scene, Segments, irradiance, primitive
 from firstorder.transport import Travel, half_plane_blocker
 from firstorder.transport.events.occlusion import (
     Occlusion,
     PlanarBlockers,
     comb_blocker,
     grating_blocker,
+    pit_blockers,
     slit_blocker,
 )
 
@@ -140,8 +142,60 @@ def test_without_a_window_the_spectrum_takes_one_that_holds_the_light():
     assert abs(ours - wide) < 1e-13
 
 
+@pytest.mark.parametrize("sheets", [1, 2, 5])
+def test_pits_are_exact_up_to_the_slope_at_which_rays_step_over_a_wall(sheets):
+    period, depth, share = 0.8, 0.6, 0.7
+    wall = (1.0 - share) * period
+    rng = np.random.default_rng(sheets)
+    x = 0.5 * share * period * rng.uniform(-1.0, 1.0, 4000)
+    v = rng.uniform(-1.5, 1.5, 4000) * sheets * wall / depth
+    V = pit_blockers(period, depth, sheets, FRAME, share)(Constant(1.0, FRAME))
+    leaks = np.asarray(V(x, v)) != (np.abs(x - v * depth) < 0.5 * share * period)
+    slow = np.abs(v) <= sheets * wall / depth
+    assert not np.any(leaks & slow)
+    assert np.any(leaks & ~slow)
+
+
+def test_pits_get_the_skys_light_and_at_most_what_leaks():
+    """Between two walls, exact, against the event's light in slopes: dtheta is dv / (1 + v^2)."""
+    period, depth, share = 0.8, 0.6, 0.7
+    half = 0.5 * share * period
+    walls = [primitive(Segments((s * half, 0.0), (s * half, depth))) for s in (-1.0, 1.0)]
+    scene = Scene.of(*walls, environment=ConstantSky())
+    x = half * np.array([-0.9, -0.2, 0.5])
+    exact = jax.vmap(lambda at: irradiance(scene, at))(Receiver.at(np.stack([x, 0.0 * x], -1)))
+    theta = (np.arange(40_000) + 0.5) * np.pi / 40_000 - 0.5 * np.pi
+    for sheets in (1, 4):
+        V = pit_blockers(period, depth, sheets, FRAME, share)(Constant(1.0, FRAME))
+        found = np.asarray(V(x[:, None], np.tan(theta))) @ np.cos(theta) * np.pi / 40_000
+        steep = sheets * (1.0 - share) * period / depth
+        most = 2.0 * (1.0 - steep / np.hypot(1.0, steep))
+        assert np.all(found > exact - 2e-4)
+        assert np.all(found < exact + most + 2e-4)
+        assert np.max(found - exact) > 0.02 * most
+
+
+def test_the_spectrum_behind_pits_is_that_of_their_light():
+    L, W = gaussian((0.1, 0.0), (0.5, 0.4), 0.0, 1.0, FRAME), (0.9, -0.4)
+    window = Grid.spanning((256, 256), (3.0, 2.6))
+    pits = pit_blockers(1.0, 0.6, 2, FRAME, 0.6, window)
+    n = 3000
+    x, v = (reach * ((np.arange(n) + 0.5) * 2.0 / n - 1.0) for reach in (3.0, 2.6))
+    light = np.exp(-0.5 * (((x[:, None] - 0.1) / 0.5) ** 2 + (v / 0.4) ** 2))
+    for depth in (0.3, 0.6):
+        away = x[:, None] - depth * v
+        light = light * (np.abs(away - np.round(away)) < 0.3)
+    waves = [np.exp(-2j * np.pi * o * a) for o, a in zip(W, (x, v), strict=True)]
+    expected = waves[0] @ light @ waves[1] * (6.0 / n) * (5.2 / n)
+    assert abs(complex(pits(L.spectrum())(*W)) - expected) < 2e-3 * abs(L.spectrum()(0.0, 0.0))
+
+
 @pytest.mark.smoke
 def test_bad_blockers_are_one_sentence():
+    with pytest.raises(ValueError, match="Argument `sheets` must be a positive integer"):
+        pit_blockers(1.0, 0.5, 0, FRAME)
+    with pytest.raises(ValueError, match="Argument `depth` must not be negative"):
+        pit_blockers(1.0, -0.5, 2, FRAME)
     with pytest.raises(
         ValueError, match=r"^Argument `transparency` must lie in \[0, 1\], but is 2"
     ):

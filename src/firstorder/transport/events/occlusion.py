@@ -6,7 +6,13 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from firstorder._argument_checks import check_between, check_positive, nan_unless
+from firstorder._argument_checks import (
+    check_between,
+    check_count,
+    check_not_negative,
+    check_positive,
+    nan_unless,
+)
 from firstorder.conventions import Frame
 from firstorder.fields._coerce import field_of, fields_of
 from firstorder.fields.apertures import Bars, Grating
@@ -231,6 +237,51 @@ def grating_blocker(
     """
     t = _fraction("transparency", transparency)
     return Occlusion(Grating(_along(frame), period, open, t, 1.0), depth, window)
+
+
+def pit_blockers(
+    period, depth, sheets: int, frame: Frame, open=0.5, window: Grid | None = None
+) -> PlanarBlockers:
+    """A row of pits with upright walls, as light sees it on its way to their bottom.
+
+    The walls are gratings at the depths `k depth / sheets`, k = 1 ... sheets, the last of them the
+    rim: `V(x, v) = prod_k G(x - k v depth / sheets)` for incoming light, x on the bottom, x = 0 the
+    middle of a pit.
+
+    Exact at the bottom, in (-open / 2, open / 2) periods, for slopes `|v| <= sheets (1 - open)
+    period / depth`: such a ray moves by less than a wall from sheet to sheet and cannot step over
+    one. A steeper ray may leak into a neighbour. Under a uniform sky leaks add at most
+    `2 (1 - V / sqrt(1 + V^2))` to the irradiance, V that slope, about `V^-2`. One sheet alone is a
+    floor below a perforated screen. What the walls reflect is left out: it is a bounce.
+
+    Args:
+        period: from pit to pit [m].
+        depth: from the bottom to the rim [m].
+        sheets: how many gratings stand for the walls.
+        frame: names of the light's coordinates.
+        open: fraction of a period that is a pit, in (0, 1).
+        window: box and number of waves for the spectrum; left out, it holds the light (see
+            `Multiply`).
+
+    Raises:
+        ValueError: if `sheets` is not a positive integer, `depth` is negative, or see `Grating`.
+
+    Reference: D05 §3.2 for blockers one behind the other, §7 for pits.
+
+    Example:
+        >>> from firstorder.conventions import FLATLAND_SLOPE
+        >>> from firstorder.fields import gaussian
+        >>> from firstorder.transport.events.occlusion import pit_blockers
+        >>> L = gaussian((0.0, 0.0), (1.0, 1.0), frame=FLATLAND_SLOPE)
+        >>> pits = [pit_blockers(1.0, 1.0, n, L.frame)(L) for n in (1, 2)]
+        >>> pits[0](0.0, 1.0).item() > 0.0, pits[1](0.0, 1.0).item()  # through the wall, or not
+        (True, 0.0)
+    """
+    check_count("sheets", sheets)
+    check_not_negative("depth", depth)
+    grating = Grating(_along(frame), period, open)
+    depths = as_float(depth) * np.arange(1.0, sheets + 1.0) / sheets
+    return PlanarBlockers((grating,) * sheets, depths, window)
 
 
 def _fraction(name: str, x) -> Scalar:
