@@ -19,6 +19,7 @@ from jaxtyping import Array, ArrayLike, Float
 
 from firstorder._labelled import DataFrame, Dataset, derivatives_frame, derivatives_set
 from firstorder.numerics._compiled import compiled, compiled_after
+from firstorder.numerics._refinement import approximated, counts_of, finer
 from firstorder.typing import as_float
 
 FLATLAND = ("x", "y", "n")
@@ -185,7 +186,13 @@ def _operator(S: Array, d: int) -> Array:
     return S * jnp.eye(d, dtype=S.dtype) if S.ndim == 0 else S
 
 
-def _check_first(f: Callable[..., Array], *args: Any, freedoms: Any = None, **options: Any) -> None:
+def _check_first(
+    f: Callable[..., Array],
+    *args: Any,
+    freedoms: Any = None,
+    with_error: bool = False,
+    **options: Any,
+) -> None:
     """The check of a function that has one, before the numbers are traced."""
     check = getattr(f, "check", None)
     if check is not None:
@@ -194,7 +201,11 @@ def _check_first(f: Callable[..., Array], *args: Any, freedoms: Any = None, **op
 
 @compiled_after(_check_first)
 def derivatives(
-    f: Callable[..., Array], *args: Any, freedoms: tuple[str, ...] | None = None, **options: Any
+    f: Callable[..., Array],
+    *args: Any,
+    freedoms: tuple[str, ...] | None = None,
+    with_error: bool = False,
+    **options: Any,
 ) -> Derivatives:
     """Exact derivatives of a function of a receiver as the receiver moves and turns.
 
@@ -205,11 +216,13 @@ def derivatives(
         f: a function whose last positional argument is a receiver, such as `irradiance`.
         args: its arguments, the receiver last.
         freedoms: by which to differentiate; all of the receiver's if left out.
+        with_error: whether to give an `Approximation`: the answer, and a bound of the error of each
+            number in it. For an f that takes `with_error` itself.
         options: keyword arguments for f.
 
     Raises:
         ValueError: if the receiver has no such freedom.
-        TypeError: if the last argument is no receiver.
+        TypeError: if the last argument is no receiver, or f does not tell its error.
 
     Example:
         >>> from firstorder import flatland as world
@@ -219,6 +232,8 @@ def derivatives(
         >>> round(float(d.value), 4), round(float(d.gradient[0]), 4)
         (1.2794, -0.5449)
     """
+    if with_error:
+        return _with_errors(f, args, freedoms, options)
     *others, at = args
     if not hasattr(at, "freedoms"):
         raise TypeError(
@@ -238,6 +253,17 @@ def derivatives(
 
     value_, gradient, hessian = _twice(value, jnp.zeros(len(names), at.position.dtype))
     return Derivatives(value_, gradient, hessian, names)
+
+
+def _with_errors(f: Callable[..., Array], args: tuple, freedoms: Any, options: dict) -> Any:
+    """Derivatives and their errors, from those of finer answers of f."""
+    counts = counts_of(f, options)
+
+    def answer(step: int) -> Derivatives:
+        finer_ones = {name: finer(n, step) for name, n in counts.items()}
+        return derivatives(f, *args, freedoms=freedoms, **options | finer_ones)
+
+    return approximated(answer)
 
 
 def line_derivatives(f: Callable[[Array], Array], x: ArrayLike) -> Derivatives:

@@ -28,6 +28,7 @@ from firstorder.fields.jet import Jet, autodiff_jet
 from firstorder.laws.integrate import Integrate
 from firstorder.laws.move import Move
 from firstorder.laws.multiply import Multiply
+from firstorder.numerics._refinement import with_errors
 from firstorder.typing import Ray, Scalar, as_float
 
 ON_LIGHT = Frame(("y", "v"))
@@ -230,7 +231,10 @@ def mean_form_factor(light: Field, d1, lower, upper, nodes: int = 32) -> Field:
     return (1.0 / total) * over(Multiply(FormFactor(d1))(lit))
 
 
-def factoring_bound(light: Field, d1, lower, upper, x, nodes: int = 256) -> Float[Array, "*n"]:
+@with_errors("nodes")
+def factoring_bound(
+    light: Field, d1, lower, upper, x, nodes: int = 256, with_error: bool = False
+) -> Float[Array, "*n"]:
     """Largest error of pulling r(x) out of (2), over all blockers: `(1/2) int |K - r| l dy`.
 
     `h - r int f l = int (K - r) f l`, and `int (K - r) l = 0`: with 0 <= f <= 1 the worst blocker
@@ -244,6 +248,7 @@ def factoring_bound(light: Field, d1, lower, upper, x, nodes: int = 256) -> Floa
         upper: where it ends [m].
         x: positions on the receiver [m].
         nodes: of the midpoint rule, which the kink where K = r leaves at order 2.
+        with_error: whether to give an `Approximation`: the answer, and a bound of its error.
 
     Reference: E11 §3 ("a common approximation"); the bound is ours.
 
