@@ -295,7 +295,7 @@ OPTIONS = (
     "frame", "out", "brdf", "mirrors", "transport", "where", "samples", "photons", "how", "weight",
     "s", "weights", "radiance", "axis", "nodes", "inner", "most", "cuts", "breaks", "halvings",
     "sliding", "azimuths", "rays", "size", "steps", "points", "reach", "count", "key", "paths",
-    "branches", "runs", "bounces", "next_event", "survival", "scatter", "lanes",
+    "branches", "runs", "bounces", "next_event", "survival", "scatter", "lanes", "with_error",
 )  # fmt: skip
 # Options of one name whose defaults differ, and the reason.
 OWN_DEFAULTS = {

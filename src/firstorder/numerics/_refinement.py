@@ -16,6 +16,10 @@ sign: `|I_m - I_n| = |e_n - e_m| >= |e_n| - |e_m|`. What that asks for:
   the size by some 4 and 9, or 2 and 3. Their counts are no multiples of n: a break that lies
   well for n nodes would lie as well for 2 n, and a small error of a coarse rule would hide in its
   agreement with the finer ones.
+- A break between the end of a piece and the outermost node of every rule is seen by none. That node
+  lies `j^2 / (2 (k + 1/2)^2)` from the end of [-1, 1], j = 2.405 the first zero of the Bessel
+  function J_0, so a break at a random place hides in `2.9 / (3 n + 1.5)^2` of the cases: 0.8 % at 6
+  nodes, 0.1 % at 16, 3 % at 3.
 
 The last term is rounding. The error has no derivative (`stop_gradient`).
 """
@@ -157,7 +161,7 @@ def with_errors_of_self(method: Callable[P, R]) -> Callable[P, R]:
     return asked
 
 
-def counts_of(function: Callable, options: Mapping[str, Any]) -> dict[str, int]:
+def counts_of(function: Any, options: Mapping[str, Any]) -> dict[str, int]:
     """The counts by which a function computes, as it would be called with some options.
 
     Raises:

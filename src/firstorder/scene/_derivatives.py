@@ -9,8 +9,9 @@ result.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ParamSpec, TypeVar
 
 import equinox as eqx
 import jax
@@ -21,6 +22,9 @@ from firstorder._labelled import DataFrame, Dataset, derivatives_frame, derivati
 from firstorder.numerics._compiled import compiled, compiled_after
 from firstorder.numerics._refinement import approximated, counts_of, finer
 from firstorder.typing import as_float
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 FLATLAND = ("x", "y", "n")
 SPACE = ("x", "y", "z", "tilt_x", "tilt_y")
@@ -199,7 +203,29 @@ def _check_first(
         check(*args, **options)
 
 
+def _with_errors(function: Callable[P, R]) -> Callable[P, R]:
+    """`with_error` for the derivatives of an f, by finer answers of that f."""
+
+    @functools.wraps(function)
+    def asked(*args: P.args, **kwargs: P.kwargs) -> R:
+        if not kwargs.pop("with_error", False):
+            return function(*args, **kwargs)
+        ask: Any = function
+        f, *rest = args
+        counts = counts_of(f, kwargs)
+
+        def answer(step: int) -> Derivatives:
+            more = {name: finer(n, step) for name, n in counts.items()}
+            return ask(f, *rest, **kwargs | more)
+
+        found: Any = approximated(answer)
+        return found
+
+    return asked
+
+
 @compiled_after(_check_first)
+@_with_errors
 def derivatives(
     f: Callable[..., Array],
     *args: Any,
@@ -232,8 +258,6 @@ def derivatives(
         >>> round(float(d.value), 4), round(float(d.gradient[0]), 4)
         (1.2794, -0.5449)
     """
-    if with_error:
-        return _with_errors(f, args, freedoms, options)
     *others, at = args
     if not hasattr(at, "freedoms"):
         raise TypeError(
@@ -253,17 +277,6 @@ def derivatives(
 
     value_, gradient, hessian = _twice(value, jnp.zeros(len(names), at.position.dtype))
     return Derivatives(value_, gradient, hessian, names)
-
-
-def _with_errors(f: Callable[..., Array], args: tuple, freedoms: Any, options: dict) -> Any:
-    """Derivatives and their errors, from those of finer answers of f."""
-    counts = counts_of(f, options)
-
-    def answer(step: int) -> Derivatives:
-        finer_ones = {name: finer(n, step) for name, n in counts.items()}
-        return derivatives(f, *args, freedoms=freedoms, **options | finer_ones)
-
-    return approximated(answer)
 
 
 def line_derivatives(f: Callable[[Array], Array], x: ArrayLike) -> Derivatives:

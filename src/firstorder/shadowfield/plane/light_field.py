@@ -23,12 +23,12 @@ from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_positive, nan_unless
 from firstorder.conventions import Frame
-from firstorder.fields.field import Field
+from firstorder.fields.field import Field, Sum
 from firstorder.fields.jet import Jet, autodiff_jet
 from firstorder.laws.integrate import Integrate
 from firstorder.laws.move import Move
 from firstorder.laws.multiply import Multiply
-from firstorder.numerics._refinement import with_errors
+from firstorder.numerics._refinement import finer, refined, with_errors
 from firstorder.typing import Ray, Scalar, as_float
 
 ON_LIGHT = Frame(("y", "v"))
@@ -228,7 +228,9 @@ def mean_form_factor(light: Field, d1, lower, upper, nodes: int = 32) -> Field:
     """
     lit, over = _over_both(light), Integrate("y", lower, upper, nodes)
     total = over(lit).at(jnp.zeros(1))
-    return (1.0 / total) * over(Multiply(FormFactor(d1))(lit))
+    mean = (1.0 / total) * over(Multiply(FormFactor(d1))(lit))
+    ends = map(as_float, (d1, lower, upper))
+    return _MeanFormFactor(mean.fields, mean.weights, light, *ends, nodes)
 
 
 @with_errors("nodes")
@@ -266,6 +268,21 @@ def factoring_bound(
     y = lower + step * (jnp.arange(nodes) + 0.5)
     K = FormFactor(d1)(x[..., None], y)
     return 0.5 * step * jnp.sum(jnp.abs(K - r[..., None]) * light(y), axis=-1)
+
+
+class _MeanFormFactor(Sum):
+    """A mean form factor with what it was made of: a finer rule is one for its norm, too."""
+
+    light: Field
+    d1: Scalar
+    lower: Scalar
+    upper: Scalar
+    nodes: int = eqx.field(static=True)
+
+    def _finer(self, step: int) -> Field:
+        """The mean by more nodes."""
+        light = refined(self.light, step)
+        return mean_form_factor(light, self.d1, self.lower, self.upper, finer(self.nodes, step))
 
 
 def _over_both(light: Field) -> Field:
