@@ -6,7 +6,7 @@ import inspect
 import numpy as np
 import pytest
 
-from tests.approximations import CASES, judged, measured
+from tests.approximations import CASES, hessians_behind_kinks, judged, measured
 from tests.documentation import names
 
 
@@ -17,6 +17,11 @@ def test_the_error_is_a_bound_and_not_far_above_the_true_one(name):
     assert found.clear > 0.2
     assert found.bound >= 0.99
     assert 1.0 < found.ratio <= 10.0
+
+
+def test_a_second_derivative_behind_a_kink_that_nobody_declared_has_no_bound():
+    """As the docstring of `Approximation` warns: it lacks a Dirac, for any number of nodes."""
+    assert judged(*hessians_behind_kinks(np.random.default_rng(0))).bound < 0.95
 
 
 def test_an_error_that_is_too_small_or_too_large_is_seen():

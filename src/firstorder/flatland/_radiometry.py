@@ -364,7 +364,7 @@ def incident_flux(
         scene: shapes and lights.
         index: number of the shape.
         radiance: what shapes send out in place of their emission (see `irradiance`).
-        nodes: along the shape.
+        nodes: along the shape. An error is theirs alone: irradiance at each has nodes of its own.
         with_error: whether to give an `Approximation`: the answer, and a bound of its error.
 
     Raises:

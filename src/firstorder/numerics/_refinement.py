@@ -49,12 +49,29 @@ STEPS = (0, 1, 2)  # as asked, and two refinements
 class Approximation(NamedTuple):
     """An answer and a bound of its error, each of the same form and unit.
 
-    The bound is an estimate, measured to hold in 99 of 100 cases; no theorem stands behind a finite
-    sample. An `Estimate` of drawn samples has a standard error instead.
+    What counts is the error that nodes, waves or panels leave; where the question itself cuts light
+    off (`reach`, the ends of an integral), that is no error. The bound is the larger difference to
+    the answers of 2 n + 1 and 3 n + 1 nodes, four times, plus rounding. It holds if one of these is
+    at most three quarters as wrong as the answer: for integrands that are analytic between the
+    breaks, where errors fall geometrically, and behind kinks, where they fall as n^-2. No theorem
+    stands behind a finite sample: it is measured to hold in 99 of 100 random cases. An `Estimate`
+    of drawn samples has a standard error instead.
+
+    Wrong when: nothing is resolved, as a peak between all nodes; for derivatives of light whose
+    breaks nobody declared. Behind a kink a second derivative, and behind a jump a first one, lacks
+    a Dirac for any number of nodes (give `cuts`, or a sky with `breaks`).
 
     Attributes:
         value: the answer, the same as without its error.
-        error: of each number of it, not negative.
+        error: of each number of it, not negative; without derivative.
+
+    Example:
+        >>> from firstorder.fields import gaussian
+        >>> from firstorder.laws import Integrate
+        >>> E = Integrate("theta", -9.0, 9.0, nodes=12)(gaussian((0.0, 0.0), (1.0, 1.0)))
+        >>> value, error = E(0.0, with_error=True)
+        >>> round(value.item(), 4), round(error.item(), 4), bool(abs(value - 2.5066) < error)
+        (2.3937, 0.4518, True)
     """
 
     value: Any

@@ -243,7 +243,8 @@ def derivatives(
         args: its arguments, the receiver last.
         freedoms: by which to differentiate; all of the receiver's if left out.
         with_error: whether to give an `Approximation`: the answer, and a bound of the error of each
-            number in it. For an f that takes `with_error` itself.
+            number in it. For an f that takes `with_error` itself; second derivatives behind a kink
+            that nobody declared are wrong by more (see there).
         options: keyword arguments for f.
 
     Raises:
