@@ -139,11 +139,6 @@ def _asked(f, *args, nodes, fine, **options):
 
 @case
 def flatland_irradiance(u, kinked):
-    return _asked(flatland.irradiance, *room(u, kinked), nodes=5, fine=120)
-
-
-@case
-def flatland_irradiance_of_radiance(u, kinked):
     sent = lambda index, s, front, along: 1.0 + jnp.sin(8.0 * s + u[6])  # noqa: E731
     return _asked(flatland.irradiance, *room(u, kinked), nodes=5, fine=120, radiance=sent)
 
