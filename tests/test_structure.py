@@ -296,6 +296,7 @@ OPTIONS = (
     "s", "weights", "radiance", "axis", "nodes", "inner", "most", "cuts", "breaks", "halvings",
     "sliding", "azimuths", "rays", "size", "steps", "along", "points", "reach", "hidden", "count",
     "key", "paths", "branches", "runs", "bounces", "next_event", "survival", "scatter", "lanes",
+    "with_error",
 )  # fmt: skip
 # Options of one name whose defaults differ, and the reason.
 OWN_DEFAULTS = {

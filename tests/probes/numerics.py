@@ -4,7 +4,7 @@ import jax.numpy as jnp
 
 from firstorder import numerics, scene
 from firstorder.flatland import Receiver
-from firstorder.numerics import _batching, _quadrature, _small_matrices
+from firstorder.numerics import _batching, _quadrature, _refinement, _small_matrices
 
 
 def vectors(s):
@@ -26,6 +26,7 @@ PROBES = {
     "numerics._quadrature.composite_gauss_legendre": lambda s: _quadrature.composite_gauss_legendre(
         *cut(s), 3
     ),
+    "numerics.Approximation": lambda s: _refinement.approximated(lambda step: (1.0 + step) * s),
     "numerics.cross": lambda s: numerics.cross(vectors(s), bent(s)[:2]),
     "numerics.dot": lambda s: numerics.dot(vectors(s), bent(s)[:2]),
     "numerics.in_batches": lambda s: numerics.in_batches(jnp.sin, s * jnp.arange(3.0), 2),

@@ -22,9 +22,11 @@ from firstorder.caching.candidates import Candidates, _as_number
 from firstorder.caching.radii import DEFINITIONS
 from firstorder.caching.regions import CUT, FREE, RAISED, ValidityRegion
 from firstorder.numerics._quadrature import composite_gauss_legendre, gauss_legendre
+from firstorder.numerics._refinement import with_errors
 from firstorder.typing import as_float
 
 
+@with_errors("nodes", "directions")
 def true_error(
     E: Callable[[Array], Array],
     records: Candidates,
@@ -35,6 +37,7 @@ def true_error(
     breaks: tuple[ArrayLike, ...] = (),
     nodes: int = 32,
     directions: int = 64,
+    with_error: bool = False,
 ) -> Float[Array, " m"]:
     """The error of each record's extrapolation over its region, by quadrature of the definition.
 
@@ -52,6 +55,7 @@ def true_error(
         breaks: arc lengths of the kinks of E, along a line, one number or an array each [m].
         nodes: per panel, or along the radius.
         directions: around, on a plane.
+        with_error: whether to give an `Approximation`: the answer, and a bound of its error.
 
     Raises:
         ValueError: for another definition, breaks on a plane, or a Hessian that is missing.

@@ -3,6 +3,7 @@
 import abc
 import dataclasses
 from collections.abc import Callable
+from typing import Any, Literal, overload
 
 import equinox as eqx
 import jax
@@ -21,6 +22,7 @@ from firstorder.fields.jet import Jet, autodiff_jet
 from firstorder.fields.spectrum import Grid, Spectrum, SumSpectrum
 from firstorder.numerics._batching import batched
 from firstorder.numerics._compiled import compiled
+from firstorder.numerics._refinement import Approximation, approximated, refined
 from firstorder.numerics._small_matrices import inner
 from firstorder.typing import Ray, Scalar, Vector, as_float
 
@@ -102,13 +104,39 @@ class Field(Held):
             f"but is over {self.frame.coordinates}."
         )
 
-    def __call__(self, *coordinates) -> Float[Array, "..."]:
-        """Radiance at broadcast coordinates, in the order of `frame.coordinates`."""
-        return _values(self, stack(self.frame, coordinates, type(self).__name__))
+    @overload
+    def __call__(
+        self, *coordinates: Any, with_error: Literal[False] = False
+    ) -> Float[Array, "..."]: ...
 
-    def jets(self, *coordinates) -> Jet:
-        """Jets at broadcast coordinates."""
-        return _jets(self, stack(self.frame, coordinates, type(self).__name__))
+    @overload
+    def __call__(self, *coordinates: Any, with_error: Literal[True]) -> Approximation: ...
+
+    def __call__(
+        self, *coordinates: Any, with_error: bool = False
+    ) -> Float[Array, "..."] | Approximation:
+        """Radiance at broadcast coordinates, in the order of `frame.coordinates`.
+
+        With its error it is an `Approximation`: every law on the light's way that integrates does
+        so by finer rules, too. What is hidden in a plain function counts as exact.
+        """
+        rays = stack(self.frame, coordinates, type(self).__name__)
+        if with_error:
+            return approximated(lambda step: _values(refined(self, step), rays))
+        return _values(self, rays)
+
+    @overload
+    def jets(self, *coordinates: Any, with_error: Literal[False] = False) -> Jet: ...
+
+    @overload
+    def jets(self, *coordinates: Any, with_error: Literal[True]) -> Approximation: ...
+
+    def jets(self, *coordinates: Any, with_error: bool = False) -> Jet | Approximation:
+        """Jets at broadcast coordinates; with their errors as for values, each in a jet's place."""
+        rays = stack(self.frame, coordinates, type(self).__name__)
+        if with_error:
+            return approximated(lambda step: _jets(refined(self, step), rays))
+        return _jets(self, rays)
 
     def plot(self, ax: Axes | None = None, *, window: Grid | None = None) -> Axes:
         """Draws radiance over one coordinate as a curve, over two as an image, with its units.

@@ -4,7 +4,7 @@
 """
 
 import abc
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -14,10 +14,12 @@ from jaxtyping import Array, Complex, Float
 from firstorder._argument_checks import check_positive, check_shape
 from firstorder._display import Axes, drawn, in_notebook_with_picture
 from firstorder.conventions import Frame, fourier_kernel
+from firstorder.errors import Refused
 from firstorder.fields._held import Held
 from firstorder.fields._ray import stack
 from firstorder.fields.extent import Extent
 from firstorder.numerics._batching import batched
+from firstorder.numerics._refinement import Approximation, approximated, finer, refined
 from firstorder.typing import ComplexScalar, Frequency
 
 if TYPE_CHECKING:
@@ -46,9 +48,26 @@ class Spectrum(Held):
         """Extent of the light itself, for windows that must hold it; None if it is not known."""
         return None
 
-    def __call__(self, *frequencies) -> Complex[Array, "..."]:
-        """Spectral density at broadcast frequencies, in the order of `frame.coordinates`."""
-        return batched(self.at)(stack(self.frame, frequencies, type(self).__name__.lstrip("_")))
+    @overload
+    def __call__(
+        self, *frequencies: Any, with_error: Literal[False] = False
+    ) -> Complex[Array, "..."]: ...
+
+    @overload
+    def __call__(self, *frequencies: Any, with_error: Literal[True]) -> Approximation: ...
+
+    def __call__(
+        self, *frequencies: Any, with_error: bool = False
+    ) -> Complex[Array, "..."] | Approximation:
+        """Spectral density at broadcast frequencies, in the order of `frame.coordinates`.
+
+        With its error it is an `Approximation`: windows are made larger, with more waves or more
+        samples, and rules finer (`Grid.finer`). The error is of the modulus.
+        """
+        Omega = stack(self.frame, frequencies, type(self).__name__.lstrip("_"))
+        if with_error:
+            return approximated(lambda step: batched(refined(self, step).at)(Omega))
+        return batched(self.at)(Omega)
 
     def plot(
         self, ax: Axes | None = None, *, window: "Grid | None" = None, decades: float = 6.0
@@ -173,6 +192,28 @@ class Grid(eqx.Module):
         """
         return cls(size, tuple(2.0 * w / s for w, s in zip(half_width, size, strict=True)), center)
 
+    def finer(self, step: int) -> "Grid":
+        """The grid after a refinement: the box doubled after one, the samples closer after two.
+
+        Twice as many samples on twice the box show what sticks out of this one; three times as many
+        and one in this box show what they miss. An axis of one sample stays: nothing varies there.
+
+        Args:
+            step: of refinement; 0 is the grid itself.
+
+        Example:
+            >>> from firstorder.fields import Grid
+            >>> [Grid((4,), (0.5,)).finer(step).extent for step in (0, 1, 2)]
+            [(2.0,), (4.0,), (2.0,)]
+        """
+        wide = step == 1
+        size = tuple(n if n == 1 else 2 * n if wide else finer(n, step) for n in self.size)
+        steps = tuple(
+            h if wide else h * (n / more)
+            for h, n, more in zip(self.step, self.size, size, strict=True)
+        )
+        return type(self)(size, steps, self.center)
+
     @property
     def extent(self) -> tuple[Any, ...]:
         """Length of each axis, one period of its discrete transform."""
@@ -276,9 +317,11 @@ class SampledSpectrum(Spectrum):
         samples: values on the grid, shape `grid.size`.
         grid: where they lie.
         frame: names of the coordinates.
+        source: the field that was sampled; asked again where an error is wanted.
 
     Raises:
         ValueError: if the samples do not fit the grid.
+        Refused: if an error is asked for, and there are samples alone.
 
     Example:
         >>> import jax.numpy as jnp
@@ -291,6 +334,7 @@ class SampledSpectrum(Spectrum):
     samples: Array
     grid: Grid
     frame: Frame = eqx.field(static=True, default=Frame())
+    source: "Field | None" = None
 
     def __check_init__(self):
         """Refuse samples that do not fit the grid."""
@@ -309,7 +353,15 @@ class SampledSpectrum(Spectrum):
             >>> SampledSpectrum.of(Constant(3.0), Grid((4, 2), (0.5, 1.0)))(0.0, 0.0).real.item()
             12.0
         """
-        return cls(grid.sample(field), grid, field.frame)
+        return cls(grid.sample(field), grid, field.frame, field)
+
+    def _finer(self, step: int) -> "SampledSpectrum":
+        """The spectrum of more samples of the field, on a larger box or closer."""
+        if self.source is None:
+            raise Refused(
+                "samples alone do not tell their spectrum's error: make it by `SampledSpectrum.of`"
+            )
+        return type(self).of(refined(self.source, step), self.grid.finer(step))
 
     def at(self, Omega: Frequency) -> ComplexScalar:
         """`cell * sum f exp(-2 pi i Omega . u)`, axis after axis."""

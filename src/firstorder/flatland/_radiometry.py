@@ -27,6 +27,7 @@ from firstorder.flatland.visible import Receiver, local_angle, receiver, view
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._planar import cross_2d
 from firstorder.numerics._quadrature import gauss_legendre
+from firstorder.numerics._refinement import with_errors
 from firstorder.scene._bands import by_band
 from firstorder.scene._geometry_term import geometry_term
 from firstorder.typing import as_float
@@ -241,6 +242,7 @@ def _above(w: ArrayLike, o: ArrayLike) -> Array:
 
 
 @compiled
+@with_errors("nodes")
 @by_band()
 def reflected_radiance(
     scene: Scene,
@@ -250,6 +252,7 @@ def reflected_radiance(
     brdf: Brdf,
     radiance: Radiance | None = None,
     nodes: int = 32,
+    with_error: bool = False,
 ) -> Float[Array, ""]:
     """Reflected radiance, the hemicircular form: `L'(o) = int f(w, o) L(w) cos(w) dw`.
 
@@ -263,6 +266,7 @@ def reflected_radiance(
         brdf: `f(w, o)`.
         radiance: what shapes send out in place of their emission (see `irradiance`).
         nodes: in each gap between silhouettes.
+        with_error: whether to give an `Approximation`: the answer, and a bound of its error.
 
     Returns:
         In the direction asked for [W/(m rad)].
@@ -343,9 +347,14 @@ def outgoing_radiance(emitted: ArrayLike, reflected: ArrayLike) -> Values:
 
 
 @compiled
+@with_errors("nodes")
 @by_band()
 def incident_flux(
-    scene: Scene, index: int, radiance: Radiance | None = None, nodes: int = 32
+    scene: Scene,
+    index: int,
+    radiance: Radiance | None = None,
+    nodes: int = 32,
+    with_error: bool = False,
 ) -> Array:
     """Flux that arrives on the front of a shape, `int E dl` [W], by Gauss-Legendre along it.
 
@@ -355,7 +364,8 @@ def incident_flux(
         scene: shapes and lights.
         index: number of the shape.
         radiance: what shapes send out in place of their emission (see `irradiance`).
-        nodes: along the shape.
+        nodes: along the shape. An error is theirs alone: irradiance at each has nodes of its own.
+        with_error: whether to give an `Approximation`: the answer, and a bound of its error.
 
     Raises:
         ValueError: if there is no shape of that number, or `nodes` is not positive.

@@ -23,6 +23,7 @@ from firstorder.flatland.visible import Receiver, View, receiver, view
 from firstorder.numerics._compiled import compiled, compiled_after
 from firstorder.numerics._planar import dot_2d
 from firstorder.numerics._quadrature import gauss_legendre
+from firstorder.numerics._refinement import with_errors
 from firstorder.scene._arguments import check_asked_one
 from firstorder.scene._bands import by_band
 from firstorder.scene._derivatives import Derivatives, line_derivatives
@@ -36,6 +37,7 @@ Radiance = Callable[
 
 
 @compiled_after(check_lit)
+@with_errors("nodes")
 @by_band()
 def irradiance(
     scene: Scene,
@@ -44,6 +46,7 @@ def irradiance(
     radiance: Radiance | None = None,
     nodes: int = 16,
     cuts: Float[Array, "c 2"] | None = None,
+    with_error: bool = False,
 ) -> Float[Array, "*bands"]:
     """Irradiance at a receiver, exact: `E = int L cos(theta) dtheta` [W/m].
 
@@ -62,6 +65,7 @@ def irradiance(
             Point lights and the environment still count.
         nodes: nodes in each gap.
         cuts: further points in whose directions `radiance` may have breaks.
+        with_error: whether to give an `Approximation`: the answer, and a bound of its error.
 
     Returns:
         Irradiance [W/m]; NaN at a receiver or in a scene that is none.
@@ -90,6 +94,7 @@ def irradiance(
 
 
 @compiled_after(check_lit)
+@with_errors("nodes")
 @by_band()
 def weighted_irradiance(
     scene: Scene,
@@ -99,6 +104,7 @@ def weighted_irradiance(
     radiance: Radiance | None = None,
     nodes: int = 16,
     cuts: Float[Array, "c 2"] | None = None,
+    with_error: bool = False,
 ) -> Float[Array, "*bands"]:
     """All light that arrives, under a weight of the angle: `int L(theta) weight(theta) dtheta`.
 
@@ -112,6 +118,7 @@ def weighted_irradiance(
         radiance: what the shapes send out; their emission if left out.
         nodes: nodes in each gap between silhouettes; a narrow weight needs many.
         cuts: further points in whose directions the integrand may have breaks.
+        with_error: whether to give an `Approximation`: the answer, and a bound of its error.
 
     Returns:
         The integral, in units of radiance times the weight's [W/m for the cosine].

@@ -19,15 +19,17 @@ from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver, view
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._quadrature import gauss_legendre
+from firstorder.numerics._refinement import with_errors
 from firstorder.scene._arguments import check_asked_one
 from firstorder.scene._bands import by_band
 from firstorder.scene._primitives import BACK, FRONT
 
 
 @compiled
+@with_errors("nodes")
 @by_band()
 def mirror_irradiance(
-    scene: Scene, at: Receiver, *, mirrors: Sequence[int], nodes: int = 16
+    scene: Scene, at: Receiver, *, mirrors: Sequence[int], nodes: int = 16, with_error: bool = False
 ) -> Float[Array, ""]:
     """Irradiance by way of one reflection in flat mirrors [W/m]; add it to `irradiance`.
 
@@ -39,6 +41,7 @@ def mirror_irradiance(
         at: one receiver.
         mirrors: numbers of the shapes that are mirrors; both sides reflect.
         nodes: nodes in each gap in which the environment is reflected.
+        with_error: whether to give an `Approximation`: the answer, and a bound of its error.
 
     Raises:
         ValueError: if a mirror is no segment of the scene, or none is named.

@@ -8,6 +8,7 @@ their own.
 from __future__ import annotations
 
 import abc
+from typing import ClassVar
 
 import equinox as eqx
 import jax
@@ -125,6 +126,8 @@ class Convolve(Law):
         >>> round(blur(gaussian((0.0, 0.0), (1.0, 1.0)))(0.0, 0.0).item(), 12)  # 1 / sqrt(2)
         0.707106781187
     """
+
+    REFINED: ClassVar = ("nodes", "window")
 
     kernel: Kernel
     domain: Domain = Line()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax
@@ -47,7 +47,8 @@ class Integrate(Law):
         axis: name of the coordinate.
         lower: lower end: a number, or a field over all coordinates that ignores `axis`.
         upper: upper end, a number or a field likewise. Below `lower` the integral is negative.
-        nodes: Gauss-Legendre nodes per smooth piece.
+        nodes: Gauss-Legendre nodes per smooth piece. The integral's `with_error` (`Field`) says
+            what they are worth; ends that cut light off are part of the question.
         breaks: where else to cut, as fields over all coordinates that ignore `axis`: at narrow
             peaks, and where the field bends but does not jump. Those outside the interval do
             nothing.
@@ -63,6 +64,8 @@ class Integrate(Law):
         >>> round(E(0.0).item(), 12)  # sqrt(2 pi)
         2.506628274631
     """
+
+    REFINED: ClassVar = ("nodes",)
 
     axis: str = eqx.field(static=True)
     lower: Array | Field

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -50,7 +52,8 @@ class Multiply(Law):
 
     Without a window the box is taken from the light: as far as its spectrum says that it reaches
     (`Spectrum.extent`), 256 waves along each coordinate. Give a window for light without a known
-    extent, or to trade waves for time.
+    extent, or to trade waves for time. What box and waves are worth, `with_error` of the product's
+    spectrum says.
     Covariance: sums add, exact for Gaussians only.
     Wavelet: triple products, `H_i = C_ijk F_j G_k`.
 
@@ -60,6 +63,7 @@ class Multiply(Law):
             are kept along each coordinate: 1 is right along one that the factor ignores. Left out,
             a box that holds the light.
         name: what refusals call the multiplication: the event that it belongs to.
+        waves: how many are kept along each coordinate of a box that is taken from the light.
 
     Raises:
         Refused: without a window, for the spectrum of light whose extent is not known, or if more
@@ -73,9 +77,12 @@ class Multiply(Law):
         True
     """
 
+    REFINED: ClassVar = ("window", "waves")
+
     factor: Field = eqx.field(converter=field_of("factor"))
     window: Grid | None = None
     name: str = eqx.field(static=True, default="multiply")
+    waves: int = eqx.field(static=True, default=WAVES)
 
     def __call__(self, portrait: Portrait) -> Portrait:
         """The product as a portrait of the same kind; warns if the window does not hold light."""
@@ -152,7 +159,7 @@ class Multiply(Law):
         if self.window is not None:
             return *level_range(level, self.window), max(self.window.size) // 2
         low, high = (end + level.offset for end in self._extent(F).along(level.normal))
-        return low, high, WAVES // 2
+        return low, high, self.waves // 2
 
     def _series(self, factor: Field, F: Spectrum) -> Series:
         """The series of the rest of the factor, on the window or on one that holds the light."""
@@ -160,7 +167,7 @@ class Multiply(Law):
 
     def _held(self, factor: Field, F: Spectrum) -> Grid:
         """A window that holds the light."""
-        window = holding(self._extent(F), WAVES)
+        window = holding(self._extent(F), self.waves)
         count = jax.eval_shape(lambda: factor.series(window).coefficients).size
         if count > MOST:
             raise Refused(
@@ -213,7 +220,7 @@ def _lifted(F: Spectrum) -> tuple[list[Stair], Spectrum]:
         others, bare = _lifted(F.operand)
         if rest is not None:
             window = law.window or law._held(rest, F.operand)
-            bare = SpectrumImage(Multiply(rest, window, law.name), bare)
+            bare = SpectrumImage(Multiply(rest, window, law.name, law.waves), bare)
         return [*mine, *others], bare
     if type(law) is Move and law.M.shape[0] == law.M.shape[1]:
         stairs, bare = _lifted(F.operand)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import abc
 from collections.abc import Callable
+from typing import ClassVar
 
 import equinox as eqx
 import jax
@@ -19,6 +20,7 @@ from firstorder._argument_checks import check_positive, check_unit
 from firstorder.conventions import Frame
 from firstorder.fields.jet import Jet
 from firstorder.numerics._quadrature import composite_gauss_legendre, periodic_trapezoid
+from firstorder.numerics._refinement import with_errors_of_self
 from firstorder.typing import Scalar, as_float
 
 Direction = Float[Array, " 3"]
@@ -123,6 +125,8 @@ class Zonal(eqx.Module):
         1.0
     """
 
+    REFINED: ClassVar = ("nodes", "turns")
+
     kernel: ZonalKernel
     nodes: int = eqx.field(static=True, default=24)
     turns: int = eqx.field(static=True, default=48)
@@ -151,12 +155,14 @@ class Zonal(eqx.Module):
         sine = jnp.where(square > 0, jnp.sqrt(jnp.where(square > 0, square, 1.0)), 0.0)
         return t[:, None, None] * w + sine[:, None, None] * ring, weight
 
-    def value(self, f: Callable, w: Direction) -> Scalar:
+    @with_errors_of_self
+    def value(self, f: Callable, w: Direction, *, with_error: bool = False) -> Scalar:
         """`int f(w') rho(w . w') dw'`.
 
         Args:
             f: jittable function of a unit vector.
             w: unit vector.
+            with_error: whether to give an `Approximation`: the answer, and a bound of its error.
         """
         check_unit("w", w)
         t, weights = self._cosines()
@@ -164,7 +170,8 @@ class Zonal(eqx.Module):
         light = weight * jnp.sum(jax.vmap(jax.vmap(f))(away), axis=1)
         return jnp.sum(weights * self.kernel.derivatives(t)[0] * light)
 
-    def jet(self, f: Callable, w: Direction) -> Jet:
+    @with_errors_of_self
+    def jet(self, f: Callable, w: Direction, *, with_error: bool = False) -> Jet:
         """Value, gradient (a vector tangent at w) and covariant Hessian (3 x 3, tangent).
 
         Along the great circle `w cos s + e sin s` the value is
@@ -173,6 +180,7 @@ class Zonal(eqx.Module):
         Args:
             f: jittable function of a unit vector; its derivatives are not needed.
             w: unit vector.
+            with_error: whether to give an `Approximation`: the answer, and a bound of its error.
         """
         check_unit("w", w)
         t, weights = self._cosines()
@@ -192,8 +200,13 @@ class Zonal(eqx.Module):
         hessian = outer - jnp.sum(weights * slope * t * mean) * P
         return Jet(jnp.sum(weights * rho * mean), gradient, hessian, SPHERE)
 
-    def multipliers(self, order: int) -> Float[Array, " l"]:
+    @with_errors_of_self
+    def multipliers(self, order: int, *, with_error: bool = False) -> Float[Array, " l"]:
         """`2 pi int rho(t) P_l(t) dt` for l = 0 ... order: the kernel's spectrum.
+
+        Args:
+            order: the last l.
+            with_error: whether to give an `Approximation`: the answer, and a bound of its error.
 
         Reference: Funk and Hecke; Ramamoorthi and Hanrahan 2001.
         """

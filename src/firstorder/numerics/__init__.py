@@ -1,8 +1,9 @@
-"""Numerical tools: quadrature, roots, batches, vectors, numbers that stay positive."""
+"""Numerical tools: quadrature and its errors, roots, batches, vectors, positive numbers."""
 
 from firstorder.numerics._batching import batched, host_blocks, in_batches
 from firstorder.numerics._positive import free_of, positive
 from firstorder.numerics._quadrature import gauss_legendre
+from firstorder.numerics._refinement import Approximation
 from firstorder.numerics._vectors import (
     cross,
     dot,
@@ -17,6 +18,7 @@ __all__ = [
     "host_blocks",
     "batched",
     "gauss_legendre",
+    "Approximation",
     "dot",
     "cross",
     "norm",

@@ -18,6 +18,8 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 from scipy.special import betaincinv
 
+from firstorder.numerics._refinement import with_errors
+
 
 class DensityEstimator(eqx.Module):
     """An estimator of irradiance from a photon map: `k` nearest photons, or a fixed `radius`.
@@ -183,8 +185,15 @@ def expected_fixed_radius(cumulative: Cumulative, x, radius: float, count: int) 
     return ExpectedDensity(p / (2 * radius), np.sqrt(p * (1 - p) / count) / (2 * radius))
 
 
+@with_errors("nodes")
 def expected_k_nearest(
-    cumulative: Cumulative, x, k: int, count: int, kept: int | None = None, nodes: int = 200
+    cumulative: Cumulative,
+    x,
+    k: int,
+    count: int,
+    kept: int | None = None,
+    nodes: int = 200,
+    with_error: bool = False,
 ) -> ExpectedDensity:
     """Mean and spread of the k-nearest estimate of a density, exactly for independent points.
 
@@ -200,6 +209,7 @@ def expected_k_nearest(
         count: number of points, wherever they fall.
         kept: how many of them count; k if not given.
         nodes: of the quadrature over p.
+        with_error: whether to give an `Approximation`: the answer, and a bound of its error.
 
     Returns:
         Mean and spread of `kept / (2 R count)`.

@@ -9,8 +9,9 @@ result.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ParamSpec, TypeVar
 
 import equinox as eqx
 import jax
@@ -19,7 +20,11 @@ from jaxtyping import Array, ArrayLike, Float
 
 from firstorder._labelled import DataFrame, Dataset, derivatives_frame, derivatives_set
 from firstorder.numerics._compiled import compiled, compiled_after
+from firstorder.numerics._refinement import approximated, counts_of, finer
 from firstorder.typing import as_float
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 FLATLAND = ("x", "y", "n")
 SPACE = ("x", "y", "z", "tilt_x", "tilt_y")
@@ -185,16 +190,48 @@ def _operator(S: Array, d: int) -> Array:
     return S * jnp.eye(d, dtype=S.dtype) if S.ndim == 0 else S
 
 
-def _check_first(f: Callable[..., Array], *args: Any, freedoms: Any = None, **options: Any) -> None:
+def _check_first(
+    f: Callable[..., Array],
+    *args: Any,
+    freedoms: Any = None,
+    with_error: bool = False,
+    **options: Any,
+) -> None:
     """The check of a function that has one, before the numbers are traced."""
     check = getattr(f, "check", None)
     if check is not None:
         check(*args, **options)
 
 
+def _with_errors(function: Callable[P, R]) -> Callable[P, R]:
+    """`with_error` for the derivatives of an f, by finer answers of that f."""
+
+    @functools.wraps(function)
+    def asked(*args: P.args, **kwargs: P.kwargs) -> R:
+        if not kwargs.pop("with_error", False):
+            return function(*args, **kwargs)
+        ask: Any = function
+        f, *rest = args
+        counts = counts_of(f, kwargs)
+
+        def answer(step: int) -> Derivatives:
+            more = {name: finer(n, step) for name, n in counts.items()}
+            return ask(f, *rest, **kwargs | more)
+
+        found: Any = approximated(answer)
+        return found
+
+    return asked
+
+
 @compiled_after(_check_first)
+@_with_errors
 def derivatives(
-    f: Callable[..., Array], *args: Any, freedoms: tuple[str, ...] | None = None, **options: Any
+    f: Callable[..., Array],
+    *args: Any,
+    freedoms: tuple[str, ...] | None = None,
+    with_error: bool = False,
+    **options: Any,
 ) -> Derivatives:
     """Exact derivatives of a function of a receiver as the receiver moves and turns.
 
@@ -205,11 +242,14 @@ def derivatives(
         f: a function whose last positional argument is a receiver, such as `irradiance`.
         args: its arguments, the receiver last.
         freedoms: by which to differentiate; all of the receiver's if left out.
+        with_error: whether to give an `Approximation`: the answer, and a bound of the error of each
+            number in it. For an f that takes `with_error` itself; second derivatives behind a kink
+            that nobody declared are wrong by more (see there).
         options: keyword arguments for f.
 
     Raises:
         ValueError: if the receiver has no such freedom.
-        TypeError: if the last argument is no receiver.
+        TypeError: if the last argument is no receiver, or f does not tell its error.
 
     Example:
         >>> from firstorder import flatland as world

@@ -22,6 +22,7 @@ from jaxtyping import Array, Float
 
 from firstorder._argument_checks import nan_unless
 from firstorder.numerics._compiled import compiled_after
+from firstorder.numerics._refinement import with_errors
 from firstorder.numerics._vectors import unit
 from firstorder.scene._arguments import check_asked_one
 from firstorder.scene._bands import by_band
@@ -53,7 +54,10 @@ Radiance = Callable[[Array, Array], Array]
 
 
 @compiled_after(check_question)
-def net_visibility(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[Array, ""]:
+@with_errors("nodes")
+def net_visibility(
+    scene: Scene, at: Receiver, *, nodes: int = 16, with_error: bool = False
+) -> Float[Array, ""]:
     """The solid angle of the sky that a receiver sees [sr].
 
         B = integral over the hemisphere of V(w) dw
@@ -65,6 +69,7 @@ def net_visibility(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[Arra
         scene: the blockers; what they emit does not count.
         at: the receiver.
         nodes: on each arc.
+        with_error: whether to give an `Approximation`: the answer, and a bound of its error.
 
     Raises:
         ValueError: for a row of receivers, or if `nodes` is not positive.
@@ -91,8 +96,11 @@ def net_visibility(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[Arra
 
 
 @compiled_after(check_lit)
+@with_errors("nodes")
 @by_band()
-def irradiance(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[Array, "*bands"]:
+def irradiance(
+    scene: Scene, at: Receiver, *, nodes: int = 16, with_error: bool = False
+) -> Float[Array, "*bands"]:
     """Irradiance from shapes of constant radiance and a constant sky [W/m^2].
 
         E = integral over the hemisphere of L(w) cos(theta) dw
@@ -109,6 +117,7 @@ def irradiance(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[Array, "
         scene: shapes and sky.
         at: the receiver.
         nodes: on each arc between two cuts.
+        with_error: whether to give an `Approximation`: the answer, and a bound of its error.
 
     Raises:
         ValueError: if the sky is a function of direction.
@@ -130,8 +139,11 @@ def irradiance(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[Array, "
 
 
 @compiled_after(check_lit)
+@with_errors("nodes")
 @by_band()
-def vector_irradiance(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[Array, "3 *bands"]:
+def vector_irradiance(
+    scene: Scene, at: Receiver, *, nodes: int = 16, with_error: bool = False
+) -> Float[Array, "3 *bands"]:
     """The vector of light in the receiver's frame: `integral of L(w) w dw` [W/m^2].
 
     Its z is the irradiance; turning the receiver's normal by `tilt` changes that by x and y.
@@ -140,6 +152,7 @@ def vector_irradiance(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[A
         scene: shapes and lights.
         at: one receiver.
         nodes: on each piece between two cuts.
+        with_error: whether to give an `Approximation`: the answer, and a bound of its error.
 
     Raises:
         ValueError: if the sky is a function of direction.
@@ -181,6 +194,7 @@ def _shown(scene: Scene, at: Receiver, found: _Outlines) -> Float[Array, " n_1"]
 
 
 @compiled_after(check_question)
+@with_errors("nodes")
 @by_band()
 def boundary_gradient(
     scene: Scene,
@@ -189,6 +203,7 @@ def boundary_gradient(
     weight: Callable[[Array], Array] = lambda w: w[..., 2],
     radiance: Radiance | None = None,
     nodes: int = 16,
+    with_error: bool = False,
 ) -> Float[Array, "3 *bands"]:
     """Contribution of moving edges to the gradient of `integral L(w) weight(w) dw`, in local axes.
 
@@ -207,6 +222,7 @@ def boundary_gradient(
         radiance: of shape `index` (-1: the sky) in direction w of the world; if left out, what the
             scene emits.
         nodes: on each piece between two cuts.
+        with_error: whether to give an `Approximation`: the answer, and a bound of its error.
 
     Returns:
         Rates of change along t, b and n.

@@ -29,6 +29,7 @@ from jaxtyping import Array, ArrayLike, Float
 
 from firstorder._argument_checks import nan_unless
 from firstorder.numerics._quadrature import composite_gauss_legendre
+from firstorder.numerics._refinement import with_errors
 from firstorder.typing import Scalar, Vector, as_float
 from firstorder.visibility._intervals import HORIZON, clip_intervals, signed_edges, whole_turns
 from firstorder.visibility.edge_angles import EdgeAngle
@@ -176,6 +177,7 @@ def autodiff_edges(
     return VisibilityEdges(EdgeAngle(angle, gradient, hessian, sign), _start(low, high, horizon))
 
 
+@with_errors("nodes")
 def shading_derivatives(
     T: Transport,
     p: Float[ArrayLike, " k"],
@@ -184,6 +186,7 @@ def shading_derivatives(
     horizon: tuple[float, float] = HORIZON,
     nodes: int = 24,
     breaks: Sequence[ArrayLike] = (),
+    with_error: bool = False,
 ) -> Shading:
     """Shading behind blockers with its gradient and Hessian (see the module for the formulas).
 
@@ -199,6 +202,7 @@ def shading_derivatives(
         horizon: between which light arrives; it must not move with p.
         nodes: Gauss-Legendre nodes between neighbouring edges.
         breaks: angles at which T is not smooth, numbers or arrays of them.
+        with_error: whether to give an `Approximation`: the answer, and a bound of its error.
 
     Returns:
         B, B_p and B_pq.
@@ -257,6 +261,7 @@ def shading(
     return shading_derivatives(lambda p, w: T(p[0], p[1], w), p, edges, **options)
 
 
+@with_errors("nodes")
 def angular_derivative_by_parts(
     L: Callable[[Scalar, Scalar], Scalar],
     rho: Callable[[Scalar], Scalar],
@@ -266,6 +271,7 @@ def angular_derivative_by_parts(
     *,
     horizon: tuple[float, float] = HORIZON,
     nodes: int = 24,
+    with_error: bool = False,
 ) -> SplitDerivative:
     """B_theta of `T = L(x, omega) rho(theta - omega)`, its derivative moved to light and edges.
 
@@ -284,6 +290,7 @@ def angular_derivative_by_parts(
         edges: of visibility.
         horizon: between which light arrives.
         nodes: Gauss-Legendre nodes between neighbouring edges.
+        with_error: whether to give an `Approximation`: the answer, and a bound of its error.
 
     Reference: R07 eqs. 32 and 35, which are printed for any T.
 

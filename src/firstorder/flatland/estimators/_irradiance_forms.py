@@ -28,6 +28,7 @@ from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver, view
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._planar import cross_2d, dot_2d
+from firstorder.numerics._refinement import with_errors
 from firstorder.scene._derivatives import FLATLAND, Derivatives
 from firstorder.scene._geometry_term import linear_jet
 from firstorder.visibility.edge_angles import EdgeAngle, edge_at
@@ -71,8 +72,14 @@ def arc_length_estimate(samples: Samples) -> Derivatives:
 
 
 @compiled
+@with_errors("nodes")
 def arc_length_integral(
-    scene: Scene, at: Receiver, *, radiance: Radiance | None = None, nodes: int = 16
+    scene: Scene,
+    at: Receiver,
+    *,
+    radiance: Radiance | None = None,
+    nodes: int = 16,
+    with_error: bool = False,
 ) -> Derivatives:
     """The arc-length form as an integral: Gauss-Legendre between silhouettes, no sampling.
 
@@ -83,6 +90,7 @@ def arc_length_integral(
         at: one receiver.
         radiance: what shapes send out in place of their emission (see `irradiance`).
         nodes: in each gap between silhouettes.
+        with_error: whether to give an `Approximation`: the answer, and a bound of its error.
 
     Raises:
         ValueError: for a row of receivers, or if `nodes` is not positive.

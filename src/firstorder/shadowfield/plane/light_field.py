@@ -23,11 +23,12 @@ from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_positive, nan_unless
 from firstorder.conventions import Frame
-from firstorder.fields.field import Field
+from firstorder.fields.field import Field, Sum
 from firstorder.fields.jet import Jet, autodiff_jet
 from firstorder.laws.integrate import Integrate
 from firstorder.laws.move import Move
 from firstorder.laws.multiply import Multiply
+from firstorder.numerics._refinement import finer, refined, with_errors
 from firstorder.typing import Ray, Scalar, as_float
 
 ON_LIGHT = Frame(("y", "v"))
@@ -227,10 +228,15 @@ def mean_form_factor(light: Field, d1, lower, upper, nodes: int = 32) -> Field:
     """
     lit, over = _over_both(light), Integrate("y", lower, upper, nodes)
     total = over(lit).at(jnp.zeros(1))
-    return (1.0 / total) * over(Multiply(FormFactor(d1))(lit))
+    mean = (1.0 / total) * over(Multiply(FormFactor(d1))(lit))
+    ends = map(as_float, (d1, lower, upper))
+    return _MeanFormFactor(mean.fields, mean.weights, light, *ends, nodes)
 
 
-def factoring_bound(light: Field, d1, lower, upper, x, nodes: int = 256) -> Float[Array, "*n"]:
+@with_errors("nodes")
+def factoring_bound(
+    light: Field, d1, lower, upper, x, nodes: int = 256, with_error: bool = False
+) -> Float[Array, "*n"]:
     """Largest error of pulling r(x) out of (2), over all blockers: `(1/2) int |K - r| l dy`.
 
     `h - r int f l = int (K - r) f l`, and `int (K - r) l = 0`: with 0 <= f <= 1 the worst blocker
@@ -244,6 +250,7 @@ def factoring_bound(light: Field, d1, lower, upper, x, nodes: int = 256) -> Floa
         upper: where it ends [m].
         x: positions on the receiver [m].
         nodes: of the midpoint rule, which the kink where K = r leaves at order 2.
+        with_error: whether to give an `Approximation`: the answer, and a bound of its error.
 
     Reference: E11 §3 ("a common approximation"); the bound is ours.
 
@@ -261,6 +268,21 @@ def factoring_bound(light: Field, d1, lower, upper, x, nodes: int = 256) -> Floa
     y = lower + step * (jnp.arange(nodes) + 0.5)
     K = FormFactor(d1)(x[..., None], y)
     return 0.5 * step * jnp.sum(jnp.abs(K - r[..., None]) * light(y), axis=-1)
+
+
+class _MeanFormFactor(Sum):
+    """A mean form factor with what it was made of: a finer rule is one for its norm, too."""
+
+    light: Field
+    d1: Scalar
+    lower: Scalar
+    upper: Scalar
+    nodes: int = eqx.field(static=True)
+
+    def _finer(self, step: int) -> Field:
+        """The mean by more nodes."""
+        light = refined(self.light, step)
+        return mean_form_factor(light, self.d1, self.lower, self.upper, finer(self.nodes, step))
 
 
 def _over_both(light: Field) -> Field:

@@ -7,6 +7,8 @@ transform; the wedge of a traced scene is measured under a Hann window over (x, 
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -115,6 +117,8 @@ class ShadowSpectrum(Spectrum):
         >>> bool(abs(ShadowSpectrum(F, light, 4.0)(0.0)) > 0.5)
         True
     """
+
+    REFINED: ClassVar = ("nodes",)
 
     F: Spectrum
     light: Spectrum

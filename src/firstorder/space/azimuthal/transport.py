@@ -26,6 +26,7 @@ from jaxtyping import Array, Bool, Float
 from firstorder._argument_checks import check_positive, nan_unless
 from firstorder.conventions import azimuth_axes, polar
 from firstorder.numerics._compiled import compiled
+from firstorder.numerics._refinement import with_errors
 from firstorder.numerics._vectors import cross, dot, settled
 from firstorder.scene._arguments import check_asked_one
 from firstorder.space.azimuthal._critical_azimuths import Part, folded, nodes_between, parts
@@ -69,8 +70,9 @@ class _Slice(eqx.Module):
 
 
 @compiled
+@with_errors("nodes")
 def visibility_by_azimuth(
-    scene: Scene, at: Receiver, *, nodes: int = 24, most: int = 64
+    scene: Scene, at: Receiver, *, nodes: int = 24, most: int = 64, with_error: bool = False
 ) -> AzimuthalIntegral:
     """Net visibility, the solid angle of the sky that a receiver sees, with its gradient [sr].
 
@@ -83,6 +85,7 @@ def visibility_by_azimuth(
         at: the receiver, one.
         nodes: Gauss-Legendre nodes between two events.
         most: panels between events; NaN if there are more.
+        with_error: whether to give an `Approximation`: the answer, and a bound of its error.
 
     Raises:
         ValueError: if `nodes` or `most` is not positive.
@@ -103,8 +106,9 @@ def visibility_by_azimuth(
 
 
 @compiled
+@with_errors("nodes")
 def irradiance_by_azimuth(
-    scene: Scene, at: Receiver, *, nodes: int = 24, most: int = 64
+    scene: Scene, at: Receiver, *, nodes: int = 24, most: int = 64, with_error: bool = False
 ) -> AzimuthalIntegral:
     """Irradiance from a sky of radiance one behind blockers, with its gradient.
 
@@ -126,6 +130,7 @@ def irradiance_by_azimuth(
 
 
 @compiled
+@with_errors("nodes", "inner")
 def transport_by_azimuth(
     scene: Scene,
     at: Receiver,
@@ -134,6 +139,7 @@ def transport_by_azimuth(
     nodes: int = 24,
     inner: int = 16,
     most: int = 64,
+    with_error: bool = False,
 ) -> AzimuthalIntegral:
     """Light behind blockers under any transport, with its gradient.
 
@@ -151,6 +157,7 @@ def transport_by_azimuth(
         nodes: in azimuth, between two events.
         inner: in polar angle, on each visible piece, cut at the pole.
         most: panels between events; NaN if there are more.
+        with_error: whether to give an `Approximation`: the answer, and a bound of its error.
 
     Raises:
         ValueError: if a count is not positive.

@@ -8,7 +8,7 @@ is evaluated once per node, and six sums over the light's jet give everything.
 import functools
 import math
 import operator
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import equinox as eqx
 import jax
@@ -165,6 +165,8 @@ class ReflectedField(Field):
         >>> bool(abs(B.jets(0.2, 0.1).gradient[0] - terms.SV - terms.CDV) < 1e-12)
         True
     """
+
+    REFINED: ClassVar = ("nodes",)
 
     light: Field = eqx.field(converter=field_of("light"))
     surface: Surface
