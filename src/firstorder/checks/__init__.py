@@ -19,6 +19,7 @@ _HOME = {
         "error_slope",
         "spread_test",
     ),
+    "certificates": ("certified", "Certificate"),
     "checked_mode": ("checked",),
     "own_events": ("check", "Report", "FaultVerdict"),
 }
