@@ -165,7 +165,7 @@ class SplitSky(eqx.Module):
         return 2.0 * self.u[7:8] - 1.0
 
 
-def _derived(u, kinked):
+def _derived(u, kinked) -> Any:
     """Derivatives and their errors, and the truth, which knows of the kink."""
     scene, at = room(u, kinked)
     split = eqx.tree_at(lambda s: s.environment, scene, SplitSky(u, kinked))
