@@ -122,6 +122,24 @@ def test_the_gradient_of_the_page_of_space_is_that_of_differences():
     np.testing.assert_allclose(d.gradient[0], (ahead - back) / (2.0 * h), rtol=1e-6)
 
 
+def test_the_events_of_the_page_of_space_are_those_of_one_sided_differences():
+    """Those at one place add up."""
+    names = ran("\n".join(examples(DOCS / "space.md")[:2]))
+    world, scene, events, start = (names[n] for n in ("world", "scene", "events", "start"))
+    way, h = jnp.array([1.0, 0.1, 0.0]) / jnp.sqrt(1.01), 1e-3
+    assert len(names["mesh"]) > 5
+
+    def E(x):
+        return world.irradiance(scene, world.Receiver.at(start.position + x * way))
+
+    for x in np.unique(events.x[events.order == 1].round(9)):
+        jump = np.sum(events.jump_E1[np.abs(events.x - x) < 1e-6])
+        before, at, after = (float(E(x + s * h)) for s in (-1.0, 0.0, 1.0))
+        further = float(E(x - 2.0 * h)), float(E(x + 2.0 * h))
+        slopes = 3.0 * at - 4.0 * before + further[0], -3.0 * at + 4.0 * after - further[1]
+        np.testing.assert_allclose((slopes[1] - slopes[0]) / (2.0 * h), jump, atol=1e-4)
+
+
 def test_the_page_of_pictures_shows_what_its_example_draws_and_prints(
     tmp_path, monkeypatch, capsys
 ):

@@ -128,7 +128,7 @@ def clipped(polygon, normals) -> np.ndarray:
         kept = []
         for a, b in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
             i, j = a @ n, b @ n
-            if i > 0.0:
+            if i >= 0.0:
                 kept.append(a)
             if i * j < 0.0:
                 kept.append(a + i / (i - j) * (b - a))

@@ -74,6 +74,24 @@ def test_no_event_with_a_large_jump_is_missed(seed):
     assert left_over(seed, brute.predicted(seed)) < 0.5 * SHOWN
 
 
+def test_corners_whose_edges_share_planes_are_found_too():
+    """Two faces of a box under a lamp: where no strip is seen in a plane E'' jumps all the same."""
+    x, y, z = np.diag([0.2, 0.3, 0.2])
+    shapes = [((0.0, 0.0, 2.0), 2.5 * x, 1.5 * y), ((0.0, 0.0, 1.0), x, y), ((0.2, 0.0, 0.8), y, z)]
+    lamp, *faces = (rectangle(*shape) for shape in shapes)
+    start, way = np.array([1.5, -0.9, 0.0]), np.array([-0.8, 0.6, 0.0])
+    things = [primitive(lamp, emission=(1.0, 1.0)), *map(primitive, faces)]
+    table = found(*things, at=Receiver.at(start), along=way, reach=2.5)
+    rows = np.flatnonzero(table.kind == "vertex and edge")
+
+    def E(t):
+        return brute.brute_irradiance(start + t * way, *(brute.corners(*each) for each in shapes))
+
+    jumps = [brute_jump(E, at, 2, 5e-4) for at in table.x[rows]]
+    assert len(rows) > 1
+    np.testing.assert_allclose(table.jump_E2[rows], jumps, atol=1e-5)
+
+
 def test_an_event_that_is_left_out_is_seen():
     table = brute.predicted(1)
     for row in np.flatnonzero(np.abs(table.jump_E2) > SHOWN):
@@ -126,7 +144,7 @@ def test_a_box_has_the_events_of_its_faces():
         faces += [primitive(rectangle(middle + side * w, u, v)) for side in (1.0, -1.0)]
     whole = found(LAMP, primitive(box(LOW, HIGH)))
     same(found(LAMP, *faces), whole)
-    assert len(whole) == 6
+    assert len(whole) == 8
 
 
 def test_a_cut_between_triangles_is_no_edge():

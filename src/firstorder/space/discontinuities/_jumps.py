@@ -36,8 +36,19 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from firstorder.space.discontinuities._edges import Edges, dot, fans, unit
-from firstorder.space.discontinuities._lines_of_sight import ThreeEdges, VertexEdges, meeting
-from firstorder.space.discontinuities._queries import crossing_sum, light, steps, tangential
+from firstorder.space.discontinuities._lines_of_sight import (
+    ThreeEdges,
+    VertexEdges,
+    in_planes_of_others,
+    meeting,
+)
+from firstorder.space.discontinuities._queries import (
+    crossing_sum,
+    is_seen,
+    light,
+    steps,
+    tangential,
+)
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
 
@@ -76,8 +87,9 @@ def vertex_edge_bends(
     u = unit(vertex - rows.place)
     m = unit(np.cross(start - vertex, along))
     rate = tangential(at, -m * (1.0 / rows.r_edge - 1.0 / rows.r_vertex)[:, None])
-    of, _, way = fans(edges) if leaving is None else leaving
-    row, fan = np.nonzero(rows.vertex[:, None] == of)
+    of, part, way = fans(edges) if leaving is None else leaving
+    # What leaves along the edge's image makes a strip with it, or nothing that is seen.
+    row, fan = np.nonzero((rows.vertex[:, None] == of) & ~edges.coplanar[edge][:, part])
     way, u_, m_ = way[fan], u[row], m[row]
     tau = np.cross(u_, m_)
     across, beside = dot(way, m_), dot(way, tau)
@@ -87,8 +99,18 @@ def vertex_edge_bends(
     planes = np.cross(start[row] - eye, along[row]), np.cross(vertex[row] - eye, way)
     K, _ = crossing_sum(scene, at, eye, planes, (m_, tau, u_), share * step * moved[row])
     parts = K * beside / np.abs(across)
-    total = _sums(row, parts, len(u))
+    total = _sums(row, parts, len(u)) * ~_on_strips(scene, at, edges, rows, m)
     return Bends(rate, dot(u, np.asarray(at.normal)) * total)
+
+
+def _on_strips(scene: Scene, at: Receiver, edges: Edges, rows: VertexEdges, m) -> np.ndarray:
+    """Whether the plane of a vertex and an edge makes E' jump: nobody knows that of E'' there."""
+    flat = np.flatnonzero(in_planes_of_others(edges, rows))
+    planes = rows.place[flat], m[flat]
+    slopes = plane_slopes(scene, at, edges, *planes, strips(edges, at, *planes))
+    jumps = np.zeros(len(m), bool)
+    jumps[flat] = is_seen(scene, slopes)
+    return jumps
 
 
 def three_edges_bends(scene: Scene, at: Receiver, edges: Edges, rows: ThreeEdges) -> Bends:

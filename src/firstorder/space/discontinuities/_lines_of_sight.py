@@ -77,13 +77,17 @@ def meeting(place, u, start, along) -> tuple[np.ndarray, np.ndarray]:
 
 
 def vertex_edge_pairs(edges: Edges) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices and edges that no plane holds together with an edge of that vertex.
-
-    Where one does, the plane is that of two edges.
-    """
-    flat = (edges.touch.astype(float) @ edges.coplanar) > 0.0
-    vertex, edge = np.nonzero(~flat & ~edges.touch)
+    """Vertices and edges that span a plane."""
+    away = np.cross(edges.start - edges.vertices[:, None], edges.along)
+    far = np.linalg.norm(away, axis=-1) > edges.near * np.linalg.norm(edges.along, axis=-1)
+    vertex, edge = np.nonzero(far & ~edges.touch)
     return vertex, edge
+
+
+def in_planes_of_others(edges: Edges, rows: VertexEdges) -> Bool[np.ndarray, " n"]:
+    """Whether the plane of a vertex and an edge holds another edge of that vertex."""
+    flat = (edges.touch.astype(float) @ edges.coplanar) > 0.0
+    return flat[rows.vertex, rows.edge]
 
 
 def vertex_edge_at(

@@ -49,10 +49,9 @@ def visual_events_along(
     Light is what shapes of constant radiance and a constant sky emit, as for `irradiance`.
 
     Valid for: boxes, rectangles and triangles that do not run into each other, and lines along
-    which no two edges of different bodies stay in line. Where a vertex and an edge line up in a
-    plane with another edge of that vertex, the event is one of two edges, and the jump of E'' is
-    left out. Events at one place are rows of their own, and their jumps add. Work grows with the
-    third power of the number of edges: a second or so for a hundred.
+    which no two edges of different bodies stay in line. Where E' jumps at a plane of two edges, the
+    jump of E'' is left out. Events at one place are rows of their own, and their jumps add. Work
+    grows with the third power of the number of edges.
 
     Args:
         scene: concrete shapes of flat faces, and a sky of one radiance.
