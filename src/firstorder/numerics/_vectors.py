@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int, Shaped
 
 from firstorder.numerics._compiled import compiled
+from firstorder.numerics._scale import power_of_two
 
 Vectors = Float[Array, "*#n 3"]
 Numbers = Float[Array, "*#n"]
@@ -129,8 +130,22 @@ def orthonormal_frame(normal: Vectors) -> Float[Array, "*n 3 3"]:
 
 @compiled
 def frame_along(a: Vectors) -> Float[Array, "*n 3 3"]:
-    """The frame whose third axis looks along vectors of any length."""
-    return orthonormal_frame(unit(a))
+    """The frame whose third axis looks along vectors of any length and unit."""
+    return orthonormal_frame(unit(near_one(a)))
+
+
+def near_one(a: Vectors) -> Vectors:
+    """Vectors divided by a power of two so that they are nearly as long as one; zero stays zero.
+
+    For those in metres whose squares may leave the range of the precision.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.numerics._vectors import near_one
+        >>> near_one(jnp.array([0.0, 3e-30, -6e-30])).round(4).tolist()
+        [0.0, 0.5916, -1.1833]
+    """
+    return a / power_of_two(a)[..., None]
 
 
 def inverse_3x3(axes: Float[Array, "*n 3 3"]) -> Float[Array, "*n 3 3"]:

@@ -103,7 +103,7 @@ def irradiance(scene: Scene, at: Receiver, *, nodes: int = 16) -> Float[Array, "
 
     Valid when: the sky is a number; the receiver is outside of all closed shapes (else NaN); shapes
     of different radiance do not run into each other. Where two edges are in line derivatives are
-    one-sided.
+    one-sided. The unit of length does not matter: lengths may be 1e-30 to 1e30 in single precision.
 
     Args:
         scene: shapes and sky.

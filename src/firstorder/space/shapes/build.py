@@ -11,7 +11,7 @@ from jaxtyping import Array, ArrayLike, Float
 from firstorder._argument_checks import check_finite, check_positive, is_concrete, nan_unless
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._host import hosted
-from firstorder.numerics._vectors import cross, dot, frame_along, unit
+from firstorder.numerics._vectors import cross, dot, frame_along, near_one, unit
 from firstorder.space.shapes.kinds import (
     Boxes,
     Cylinders,
@@ -213,7 +213,7 @@ def polygon(vertices: Any) -> Triangles:
     index = np.array(corners)
     a, b, c = v[index[:, 0]], v[index[:, 1]], v[index[:, 2]]
     u, w = b - a, c - a
-    axes = jnp.stack([u, w, unit(cross(u, w))], -1)
+    axes = jnp.stack([u, w, unit(cross(*near_one(jnp.stack([u, w]))))], -1)
     return Triangles(a, axes)
 
 
@@ -231,24 +231,26 @@ def _spanned(u: Any, v: Any) -> Float[Array, "3 3"]:
 @compiled
 def _with_normal(u: Array, v: Array) -> Float[Array, "3 3"]:
     """Two vectors and the unit normal of both as columns; it is NaN if they are parallel."""
-    normal = cross(u, v)
+    normal = cross(*near_one(jnp.stack([u, v])))
     return jnp.stack([u, v, nan_unless(dot(normal, normal) > 0.0, unit(normal))], -1)
 
 
 def _check_long(name: str, a: Array | np.ndarray) -> None:
     check_finite(name, a)
-    if is_concrete(a) and not np.sum(np.square(a)) > 0.0:
+    if is_concrete(a) and not np.any(np.asarray(a) != 0.0):
         raise ValueError(f"Argument `{name}` must have a length, but is the zero vector.")
 
 
 def _ears(v: np.ndarray) -> list[tuple[int, int, int]]:
     """Triangles of a simple polygon: cuts one convex corner that holds no other after another."""
+    v = v - v[0]
+    v = v / (np.max(np.abs(v)) or 1.0)
     normal = np.sum(np.cross(v, np.roll(v, -1, 0)), 0)
     size = np.linalg.norm(normal)
     if not size > 0.0:
         raise ValueError("Argument `vertices` must enclose an area, but does not.")
     normal = normal / size
-    height = (v - v[0]) @ normal
+    height = v @ normal
     if np.max(np.abs(height)) > np.sqrt(np.finfo(v.dtype).eps) * np.sqrt(size):
         raise ValueError("Argument `vertices` must lie in a plane, but does not.")
 
