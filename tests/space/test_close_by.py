@@ -1,11 +1,12 @@
-"""Shapes that touch the receiver almost, that have no area, or that run into each other."""
+"""Shapes that touch the receiver almost, or that have no area."""
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from firstorder.numerics import _roots
-from firstorder.space import Scene, irradiance, primitive, receiver, rectangle, sphere
+from firstorder.space import Scene, irradiance, primitive, receiver, rectangle, sphere, triangle
 
 AT = receiver((0.0, 0.0, 0.0))
 
@@ -40,3 +41,49 @@ def test_fault_two_steps_to_an_extremum_lose_crossings(monkeypatch):
     monkeypatch.setattr(_roots, "STEPS", 2)
     with pytest.raises(AssertionError):
         assert_a_near_ball_hides_half_of_the_sky()
+
+
+# --- without area --------------------------------------------------------------------------------
+
+CORNERS = {
+    "a point": [(0.0, 0.0, 1.0)] * 3,
+    "two corners in one": [(0.0, 0.0, 1.0), (0.0, 0.0, 1.0), (0.3, 0.3, 1.0)],
+    "a line": [(0.25, 0.5, 1.0), (0.5, 0.25, 1.0), (0.75, 0.0, 1.0)],
+    "a line through the receiver": [(0.0, 0.0, 1.0), (0.0, 0.0, 1.5), (0.0, 0.0, 3.0)],
+}
+
+
+def with_flat(shape):
+    """Irradiance from a lamp behind a ball, and perhaps something more that shines."""
+    lamp = rectangle((0.0, 0.0, 2.0), (0.0, 0.5, 0.0), (0.5, 0.0, 0.0))
+    scene = [primitive(lamp, emission=1.0), primitive(sphere((0.1, 0.2, 1.0), 0.2))]
+    more = [] if shape is None else [primitive(shape, emission=(0.5, 0.5))]
+    return irradiance(Scene.of(*scene, *more), AT)
+
+
+@pytest.mark.parametrize("where", CORNERS)
+def test_a_traced_triangle_without_area_is_not_there(where):
+    asked = jax.jit(jax.value_and_grad(lambda c: with_flat(triangle(*c))))
+    value, slope = asked(np.array(CORNERS[where]))
+    np.testing.assert_allclose(value, with_flat(None), rtol=1e-14)
+    assert np.all(np.isfinite(slope))
+
+
+def test_a_traced_rectangle_without_area_is_not_there():
+    found = jax.jit(lambda u: with_flat(rectangle((0.2, 0.1, 1.5), u, 2.0 * u)))
+    np.testing.assert_allclose(found(np.array([0.1, 0.2, 0.0])), with_flat(None), rtol=1e-14)
+
+
+def test_rays_do_not_meet_what_has_no_area():
+    along = jnp.array([0.5, 0.0, 1.0])
+
+    def distance(c):
+        return Scene.of(primitive(triangle(*c))).distance(0, jnp.zeros(3), along)
+
+    assert jax.jit(distance)(jnp.stack([along, 2.0 * along, 3.0 * along])) == np.inf
+
+
+@pytest.mark.parametrize("where", CORNERS)
+def test_a_concrete_triangle_without_area_is_refused(where):
+    with pytest.raises(ValueError, match="must not be parallel"):
+        triangle(*CORNERS[where])

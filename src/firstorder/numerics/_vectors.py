@@ -161,12 +161,17 @@ def inverse_3x3(axes: Float[Array, "*n 3 3"]) -> Float[Array, "*n 3 3"]:
 
 
 def inverse_and_det(axes: Float[Array, "*n 3 3"]) -> tuple[Float[Array, "*n 3 3"], Numbers]:
-    """The inverse of a matrix, and its determinant."""
+    """The inverse of a matrix, and its determinant.
+
+    Zeros for a matrix whose columns all lie on one line, as those of a flat shape without area: its
+    inverse takes no direction anywhere. Infinite for any other that is singular.
+    """
     columns = jnp.swapaxes(axes, -1, -2)
     one, two = jnp.roll(columns, -1, -2), jnp.roll(columns, -2, -2)
     rows = settled(cross(one, two))
     det = jnp.sum(columns[..., 0, :] * rows[..., 0, :], -1)
-    return settled(rows / det[..., None, None]), det
+    on_a_line = jnp.all(rows == 0.0, (-2, -1))
+    return settled(rows / (det + on_a_line)[..., None, None]), det
 
 
 def rows(a: Shaped[Array, "n *k"], which: Int[Array | np.ndarray, "*m"]) -> Shaped[Array, "..."]:
