@@ -1,4 +1,4 @@
-"""Shapes that touch the receiver almost, or that have no area."""
+"""Shapes that touch the receiver almost, that have no area, or that run into each other."""
 
 import jax
 import jax.numpy as jnp
@@ -6,7 +6,24 @@ import numpy as np
 import pytest
 
 from firstorder.numerics import _roots
-from firstorder.space import Scene, irradiance, primitive, receiver, rectangle, sphere, triangle
+from firstorder.space import (
+    Scene,
+    boundary_gradient,
+    box,
+    cylinder,
+    derivatives,
+    disc,
+    irradiance,
+    plane,
+    primitive,
+    receiver,
+    rectangle,
+    sphere,
+    triangle,
+    vector_irradiance,
+)
+from firstorder.space.silhouettes import _collisions
+from firstorder.space.silhouettes._collisions import check_apart, find_collisions
 
 AT = receiver((0.0, 0.0, 0.0))
 
@@ -87,3 +104,99 @@ def test_rays_do_not_meet_what_has_no_area():
 def test_a_concrete_triangle_without_area_is_refused(where):
     with pytest.raises(ValueError, match="must not be parallel"):
         triangle(*CORNERS[where])
+
+
+# --- run into each other -------------------------------------------------------------------------
+
+PANEL = rectangle((0.0, 0.0, 2.0), (0.0, 0.5, 0.0), (0.5, 0.0, 0.0))
+BULB = sphere((0.0, 0.0, 2.0), 0.5)
+MEET = {
+    "a ball through a panel": (PANEL, sphere((0.1, 0.1, 2.1), 0.2)),
+    "a small ball through a panel": (PANEL, sphere((0.13, 0.17, 2.0), 1e-3)),
+    "a panel half in a box": (PANEL, box((0.0, -1.0, 1.5), (1.0, 1.0, 2.5))),
+    "a panel through a wall": (PANEL, rectangle((0.1, 0.0, 2.0), (0.1, 1.0, 0.0), (0.0, 0.1, 0.3))),
+    "a panel through a plane": (PANEL, plane((0.2, 0.0, 0.0), (1.0, 0.0, 0.1))),
+    "a panel through a disc": (PANEL, disc((0.2, 0.1, 2.0), (1.0, 0.3, 0.0), 0.2)),
+    "a triangle through a panel": (PANEL, triangle((0, 0, 1.5), (0.2, 0.0, 2.5), (0.0, 0.2, 1.6))),
+    "a bulb half in a ceiling": (BULB, plane((0.0, 0.0, 2.1), (0.0, 0.0, -1.0))),
+    "a bulb in a cylinder's wall": (BULB, cylinder((0.4, 0.0, 1.0), (0.4, 0.0, 3.0), 0.2)),
+    "two balls": (BULB, sphere((0.0, 0.7, 2.0), 0.3)),
+}
+APART = {
+    "a ball that touches a panel": (PANEL, sphere((0.1, 0.1, 1.8), 0.2)),
+    "a box that stands on a panel": (PANEL, box((0.1, 0.1, 2.0), (0.3, 0.3, 2.4))),
+    "a panel at a wall": (PANEL, rectangle((0.5, 0.0, 2.0), (0.0, 1.0, 0.0), (0.0, 0.0, 0.5))),
+    "a panel on a ceiling": (PANEL, plane((0.0, 0.0, 2.0), (0.0, 0.0, -1.0))),
+    "a panel in a corner of walls": (PANEL, triangle((0.5, 0.5, 2.0), (0.5, 0.5, 3.0), (2, 1, 1))),
+    "a panel inside of a ball": (PANEL, sphere((0.0, 0.0, 2.0), 0.8)),
+    "two balls that touch": (BULB, sphere((0.0, 0.8, 2.0), 0.3)),
+}
+
+
+def between(pair, emission=1.0, at=AT):
+    lamp, body = pair
+    return irradiance(Scene.of(primitive(lamp, emission=emission), primitive(body)), at)
+
+
+@pytest.mark.parametrize("turn", range(3))
+@pytest.mark.parametrize("which", MEET)
+def test_concrete_shapes_that_run_into_each_other_are_refused(which, turn):
+    lamp, body = (turned(shape, turn) for shape in MEET[which])
+    assert len(find_collisions(Scene.of(primitive(lamp, emission=1.0), primitive(body)))) == 1
+    assert len(find_collisions(Scene.of(primitive(lamp), primitive(body, emission=1.0)))) == 1
+    if turn == 0:
+        with pytest.raises(ValueError, match="run into each other"):
+            between(MEET[which], emission=(1.0, 1.0))
+
+
+@pytest.mark.parametrize("turn", range(3))
+@pytest.mark.parametrize("which", APART)
+def test_shapes_that_touch_are_apart(which, turn):
+    lamp, body = (turned(shape, turn) for shape in APART[which])
+    assert find_collisions(Scene.of(primitive(lamp, emission=1.0), primitive(body))) == []
+
+
+def turned(shape, seed):
+    """A shape after a turn and a move of the world; none for the first seed."""
+    if seed == 0:
+        return shape
+    rng = np.random.default_rng(seed)
+    turn, away = np.linalg.qr(rng.normal(size=(3, 3)))[0], rng.uniform(-5.0, 5.0, 3)
+    return type(shape)(np.asarray(shape.center) @ turn.T + away, turn @ np.asarray(shape.axes))
+
+
+def test_what_makes_no_difference_is_not_refused():
+    """Black in black, a lamp's dark back, what lies below the horizon, a light of one's own."""
+    pair = MEET["a panel half in a box"]
+    dark = Scene.of(*(primitive(shape) for shape in pair), environment=1.0)
+    assert irradiance(dark, AT) > 0.0
+    lit = Scene.of(*(primitive(s, emission=e) for s, e in zip(pair, ((0, 1), 0), strict=True)))
+    over = Scene.of(*(primitive(s, emission=1.0) for s in pair), environment=1.0)
+    below = receiver((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
+    for scene, at in ((lit, AT), (over, AT), (lit, below)):
+        check_apart(scene, at)
+    check_apart(over, AT, radiance=lambda index, along: along[2])
+
+
+def test_derivatives_and_the_contour_form_are_refused_too():
+    scene = Scene.of(
+        *(primitive(s, emission=e) for s, e in zip(MEET["two balls"], (1.0, 2.0), strict=True))
+    )
+    for asked in (vector_irradiance, boundary_gradient, lambda *a: derivatives(irradiance, *a)):
+        with pytest.raises(ValueError, match="0 and 1 run into each other"):
+            asked(scene, AT)
+
+
+def test_fault_light_that_passes_through_a_body_unseen(monkeypatch):
+    monkeypatch.setattr(_collisions, "_entered", lambda a, body: np.zeros((0, 3)))
+    with pytest.raises(AssertionError):
+        test_concrete_shapes_that_run_into_each_other_are_refused("a panel half in a box", 1)
+
+
+def test_light_below_zero_is_none():
+    """Of traced shapes that run into each other; the numbers are from a random search."""
+    lamp = (0.59, 0.34, 1.18), (-0.09, 0.45, -0.5), (0.25, 0.35, 0.36)
+    center = 0.45, 0.39, 0.87
+    light = jax.jit(lambda lamp, radius: between((rectangle(*lamp), sphere(center, radius))))
+    assert np.isnan(light(jnp.array(lamp), 0.36))
+    assert light(jnp.array(lamp), 0.01) >= 0.0

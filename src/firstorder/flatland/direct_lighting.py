@@ -22,8 +22,8 @@ from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import (
     Receiver,
     View,
-    cut_hemisphere,
-    in_own_unit,
+    _cut_hemisphere,
+    _in_own_unit,
     receiver,
     view,
 )
@@ -90,8 +90,8 @@ def irradiance(
         (1.414214, -0.544865)
     """
     check_asked_one(scene, Scene, at, Receiver)
-    near, here, cuts = in_own_unit(scene, at, None if cuts is None else as_float(cuts))
-    seen = cut_hemisphere(near, here, cuts)
+    near, here, cuts = _in_own_unit(scene, at, None if cuts is None else as_float(cuts))
+    seen = _cut_hemisphere(near, here, cuts)
     E = point_light_irradiance(scene, at)
     if radiance is None:
         E = E + _emitted(near, here, seen)

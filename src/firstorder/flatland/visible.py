@@ -267,10 +267,10 @@ def view(scene: Scene, at: Receiver, *, cuts: Float[Array, "c 2"] | None = None)
     check_asked_one(scene, Scene, at, Receiver, bands=True)
     if cuts is not None:
         cuts = as_float(cuts)
-    return cut_hemisphere(*in_own_unit(scene, at, cuts))
+    return _cut_hemisphere(*_in_own_unit(scene, at, cuts))
 
 
-def in_own_unit(
+def _in_own_unit(
     scene: Scene, at: Receiver, cuts: Float[Array, "c 2"] | None = None
 ) -> tuple[Scene, Receiver, Float[Array, "c 2"] | None]:
     """Shapes, receiver and cuts in a unit near the scene's size, in which the view is the same.
@@ -284,8 +284,8 @@ def in_own_unit(
     return scene, at, None if cuts is None else cuts / unit
 
 
-def cut_hemisphere(scene: Scene, at: Receiver, cuts: Float[Array, "c 2"] | None) -> View:
-    """`view` in a unit in which squares of lengths keep their digits (`in_own_unit`)."""
+def _cut_hemisphere(scene: Scene, at: Receiver, cuts: Float[Array, "c 2"] | None) -> View:
+    """`view` in a unit in which squares of lengths keep their digits (`_in_own_unit`)."""
     points, valid = scene.silhouettes(at.position, at.on)
     if cuts is not None:
         points = jnp.concatenate([points, cuts])
