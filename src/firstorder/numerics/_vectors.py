@@ -142,8 +142,8 @@ def near_one(a: Vectors) -> Vectors:
     Example:
         >>> import jax.numpy as jnp
         >>> from firstorder.numerics._vectors import near_one
-        >>> near_one(jnp.array([0.0, 3e-30, -6e-30])).round(4).tolist()
-        [0.0, 0.5916, -1.1833]
+        >>> near_one(jnp.array([0.0, 3.0, -6.0])).tolist()
+        [0.0, 0.75, -1.5]
     """
     return a / power_of_two(a)[..., None]
 
