@@ -142,11 +142,13 @@ def warn_of_degrees(name: str, x: Any, stacklevel: int = 3) -> None:
 
 
 def check_invertible(name: str, M: Any) -> None:
-    """Refuse a square matrix that is singular to working precision."""
+    """Refuse a square matrix that is singular to working precision, in any unit of a column."""
     if not is_concrete(M) or not hasattr(M, "ndim") or M.ndim != 2 or M.shape[0] != M.shape[1]:
         return
     check_finite(name, M)
     a = np.asarray(M)
+    most = np.max(np.abs(a), 0)
+    a = a / np.where(most > 0.0, most, 1.0)
     if np.linalg.cond(a) > 1.0 / np.finfo(a.dtype).eps:
         raise ValueError(f"Argument `{name}` must be invertible, but its rank is too low.")
 

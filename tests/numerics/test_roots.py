@@ -44,3 +44,25 @@ def test_steps_carry_two_derivatives():
 
     for g in (jax.grad, lambda f: jax.grad(jax.grad(f))):
         np.testing.assert_allclose(g(root)(0.3), g(true)(0.3), rtol=1e-12)
+
+
+def two_waves(level):
+    """A wave with its half, extremum at s = 0.06: no cosine by which Newton converges faster."""
+
+    def f(s):
+        a = TURN * (s - 0.06)
+        value = jnp.cos(a) + 0.4 * jnp.cos(2.0 * a + 1.2) + 0.8 * jnp.sin(1.2) * jnp.sin(a)
+        first = -jnp.sin(a) - 0.8 * jnp.sin(2.0 * a + 1.2) + 0.8 * jnp.sin(1.2) * jnp.cos(a)
+        second = -jnp.cos(a) - 1.6 * jnp.cos(2.0 * a + 1.2) - 0.8 * jnp.sin(1.2) * jnp.sin(a)
+        return value - level, TURN * first, TURN**2 * second
+
+    return f
+
+
+@pytest.mark.parametrize("below", [1e-3, 1e-8, 1e-13])
+def test_a_pair_is_found_however_close_it_is(below):
+    top = 1.0 + 0.4 * np.cos(1.2)
+    f = two_waves(top - below)
+    low, high, found = roots.brackets(f, 16, jnp.float64)
+    near = np.abs(np.asarray(high + low) / 2.0 - 0.06) < 0.04
+    assert np.sum(np.asarray(found) & near) == 2

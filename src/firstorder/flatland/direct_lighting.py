@@ -19,16 +19,25 @@ from jaxtyping import Array, ArrayLike, Bool, Float, Int
 from firstorder.conventions import direction
 from firstorder.flatland.intersect import occluded
 from firstorder.flatland.scene import Scene
-from firstorder.flatland.visible import Receiver, View, receiver, view
+from firstorder.flatland.visible import (
+    Receiver,
+    View,
+    _cut_hemisphere,
+    _in_own_unit,
+    receiver,
+    view,
+)
 from firstorder.numerics._compiled import compiled, compiled_after
 from firstorder.numerics._planar import dot_2d
 from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.numerics._refinement import with_errors
+from firstorder.numerics._scale import power_of_two
 from firstorder.scene._arguments import check_asked_one
 from firstorder.scene._bands import by_band
 from firstorder.scene._derivatives import Derivatives, line_derivatives
 from firstorder.scene._primitives import BACK, FRONT
 from firstorder.scene._questions import check_lit
+from firstorder.typing import as_float
 
 # Radiance that a shape sends against a direction: (number, parameter, front?, direction) -> L.
 Radiance = Callable[
@@ -55,7 +64,8 @@ def irradiance(
     with an error of order nodes^-3 where `radiance` varies up to the contour of a round shape.
 
     Valid for: any position off the shapes' own edges; where two edges are in line with the
-    receiver the derivatives are one-sided.
+    receiver the derivatives are one-sided. The unit of length does not matter for emitters and the
+    environment: lengths may be 1e-30 to 1e30 in single precision.
 
     Args:
         scene: shapes and lights.
@@ -84,10 +94,11 @@ def irradiance(
         (1.414214, -0.544865)
     """
     check_asked_one(scene, Scene, at, Receiver)
-    seen = view(scene, at, cuts=cuts)
+    near, here, cuts = _in_own_unit(scene, at, None if cuts is None else as_float(cuts))
+    seen = _cut_hemisphere(near, here, cuts)
     E = point_light_irradiance(scene, at)
     if radiance is None:
-        E = E + _emitted(scene, at, seen)
+        E = E + _emitted(near, here, seen)
     if radiance is not None or scene.environment is not None:
         E = E + _integrated(scene, at, seen, radiance, nodes)
     return E
@@ -177,13 +188,15 @@ def point_light_irradiance(
     if not count:
         return jnp.zeros((), at.position.dtype)
     way = scene.points.position - at.position
+    unit = power_of_two(way)
+    way = way / unit[:, None]
     square = dot_2d(way, way)
     origins = jnp.broadcast_to(at.position, way.shape)
     lit = ~occluded(scene, origins, scene.points.position, at.on)
     lit &= (square > 0.0) & (way @ at.normal > 0.0)
     safe = jnp.where(lit[:, None], way, at.normal)
     theta = jnp.arctan2(-(safe @ at.tangent), safe @ at.normal)
-    each = scene.points.intensity * jax.vmap(weight)(theta) / jnp.sqrt(dot_2d(safe, safe))
+    each = scene.points.intensity * jax.vmap(weight)(theta) / jnp.sqrt(dot_2d(safe, safe)) / unit
     return jnp.sum(jnp.where(lit, each, 0.0))
 
 

@@ -31,6 +31,7 @@ from firstorder._argument_checks import (
 from firstorder.conventions import direction
 from firstorder.flatland.intersect import first_shape
 from firstorder.flatland.scene import Scene
+from firstorder.flatland.shapes._base import own_unit
 from firstorder.numerics._compiled import compiled_after
 from firstorder.numerics._host import hosted, spread
 from firstorder.numerics._order import order_of
@@ -264,9 +265,29 @@ def view(scene: Scene, at: Receiver, *, cuts: Float[Array, "c 2"] | None = None)
         ([-0.5, -0.25, 0.25, 0.5], [-1, 0, -1])
     """
     check_asked_one(scene, Scene, at, Receiver, bands=True)
-    points, valid = scene.silhouettes(at.position, at.on)
     if cuts is not None:
         cuts = as_float(cuts)
+    return _cut_hemisphere(*_in_own_unit(scene, at, cuts))
+
+
+def _in_own_unit(
+    scene: Scene, at: Receiver, cuts: Float[Array, "c 2"] | None = None
+) -> tuple[Scene, Receiver, Float[Array, "c 2"] | None]:
+    """Shapes, receiver and cuts in a unit near the scene's size, in which the view is the same.
+
+    Point lights stay where they were: they cut nothing, and what they send depends on the unit.
+    """
+    unit = own_unit(scene.groups)  # without the receiver: many of them share one scene
+    groups = tuple(group.in_unit(unit) for group in scene.groups)
+    scene = eqx.tree_at(lambda s: s.groups, scene, groups)
+    at = eqx.tree_at(lambda r: r.position, at, at.position / unit)
+    return scene, at, None if cuts is None else cuts / unit
+
+
+def _cut_hemisphere(scene: Scene, at: Receiver, cuts: Float[Array, "c 2"] | None) -> View:
+    """`view` in a unit in which squares of lengths keep their digits (`_in_own_unit`)."""
+    points, valid = scene.silhouettes(at.position, at.on)
+    if cuts is not None:
         points = jnp.concatenate([points, cuts])
         valid = jnp.concatenate([valid, jnp.ones(cuts.shape[0], bool)])
     # A point that does not exist is replaced before its angle is asked for: no NaN in gradients.

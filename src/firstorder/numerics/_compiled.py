@@ -29,16 +29,17 @@ _era = [next(_eras)]
 
 
 def compiled_after(
-    check: Callable[..., None],
+    *checks: Callable[..., None],
 ) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """A function as `compiled` makes it, whose numbers are looked at before they go in.
 
-    The check is called with the same arguments, by NumPy and only where all of them are numbers: it
-    costs nothing under a transformation. It is kept as the attribute `check`, by which functions
-    that call this one under a transformation of their own can ask it first (`derivatives`).
+    The checks are called with the same arguments, by NumPy and only where all of them are numbers:
+    they cost nothing under a transformation. They are kept as the attribute `checks`, by which
+    functions that call this one under a transformation of their own can ask them first
+    (`derivatives`).
 
     Args:
-        check: raises or warns.
+        checks: raise or warn.
 
     Example:
         >>> import jax, jax.numpy as jnp
@@ -50,7 +51,7 @@ def compiled_after(
         >>> half(jnp.array(3.0)).item(), jax.vmap(half)(jnp.ones(2)).tolist(), seen
         (1.5, [0.5, 0.5], [3.0])
     """
-    return lambda function: _entry(function, check)
+    return lambda function: _entry(function, checks)
 
 
 def compiled(function: Callable[P, R]) -> Callable[P, R]:
@@ -79,11 +80,11 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
         >>> half(jnp.array(3.0)).item(), half(jnp.array(5.0)).item(), len(traced)
         (1.5, 2.5, 1)
     """
-    return _entry(function, None)
+    return _entry(function, ())
 
 
-def _entry(function: Callable[P, R], check: Callable[..., None] | None) -> Callable[P, R]:
-    """A function that compiles itself, after a check."""
+def _entry(function: Callable[P, R], checks: tuple[Callable[..., None], ...]) -> Callable[P, R]:
+    """A function that compiles itself, after some checks."""
 
     @functools.partial(jax.jit, static_argnums=0)
     def program(form: _Form, numbers: list[Any]):
@@ -97,7 +98,7 @@ def _entry(function: Callable[P, R], check: Callable[..., None] | None) -> Calla
         leaves, tree = jax.tree.flatten((args, kwargs))
         if any(isinstance(leaf, Tracer) for leaf in leaves):
             return function(*args, **kwargs)
-        if check is not None:
+        for check in checks:
             check(*args, **kwargs)
         form = _Form(tree, tuple(None if _number(leaf) else leaf for leaf in leaves), _era[0])
         try:
@@ -109,7 +110,7 @@ def _entry(function: Callable[P, R], check: Callable[..., None] | None) -> Calla
             return function(*args, **kwargs)
         return program(form, [leaf for leaf in leaves if _number(leaf)])
 
-    entry.__dict__["check"] = check
+    entry.__dict__["checks"] = checks
     return entry
 
 

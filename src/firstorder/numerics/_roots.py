@@ -15,6 +15,9 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 BISECTIONS, NEWTON = 8, 12  # beside a double root Newton only halves the error
+# Towards an extremum; each doubles the digits. Two roots on either side of it may be as close as
+# 1e-7 of a period, and are missed if it is not found better than that.
+STEPS = 6
 
 # s to f, f', f'' and perhaps more.
 Function = Callable[[Array], tuple[Array, ...]]
@@ -27,11 +30,13 @@ def brackets(
     edge = jnp.arange(samples + 1, dtype=dtype) / samples
     half = 0.5 / samples
     middle = edge[:-1] + half
-    s = middle
-    for _ in range(2):  # towards the extremum, if the piece holds one
+
+    def towards_extremum(_, s):  # if the piece holds one
         _, first, second, *_ = jax.vmap(f)(s)
         s = s - first / jnp.where(second == 0.0, 1.0, second)
-        s = jnp.clip(s, middle - half, middle + half)
+        return jnp.clip(s, middle - half, middle + half)
+
+    s = jax.lax.fori_loop(0, STEPS, towards_extremum, middle)
     cut = jnp.stack([edge[:-1], s], -1).ravel()
     low = cut
     high = jnp.concatenate([cut[1:], edge[-1:]])

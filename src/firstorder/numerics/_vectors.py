@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int, Shaped
 
 from firstorder.numerics._compiled import compiled
+from firstorder.numerics._scale import power_of_two
 
 Vectors = Float[Array, "*#n 3"]
 Numbers = Float[Array, "*#n"]
@@ -129,8 +130,22 @@ def orthonormal_frame(normal: Vectors) -> Float[Array, "*n 3 3"]:
 
 @compiled
 def frame_along(a: Vectors) -> Float[Array, "*n 3 3"]:
-    """The frame whose third axis looks along vectors of any length."""
-    return orthonormal_frame(unit(a))
+    """The frame whose third axis looks along vectors of any length and unit."""
+    return orthonormal_frame(unit(near_one(a)))
+
+
+def near_one(a: Vectors) -> Vectors:
+    """Vectors divided by a power of two so that they are nearly as long as one; zero stays zero.
+
+    For those in metres whose squares may leave the range of the precision.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.numerics._vectors import near_one
+        >>> near_one(jnp.array([0.0, 3.0, -6.0])).tolist()
+        [0.0, 0.75, -1.5]
+    """
+    return a / power_of_two(a)[..., None]
 
 
 def inverse_3x3(axes: Float[Array, "*n 3 3"]) -> Float[Array, "*n 3 3"]:
@@ -146,12 +161,17 @@ def inverse_3x3(axes: Float[Array, "*n 3 3"]) -> Float[Array, "*n 3 3"]:
 
 
 def inverse_and_det(axes: Float[Array, "*n 3 3"]) -> tuple[Float[Array, "*n 3 3"], Numbers]:
-    """The inverse of a matrix, and its determinant."""
+    """The inverse of a matrix, and its determinant.
+
+    Zeros for a matrix whose columns all lie on one line, as those of a flat shape without area: its
+    inverse takes no direction anywhere. Infinite for any other that is singular.
+    """
     columns = jnp.swapaxes(axes, -1, -2)
     one, two = jnp.roll(columns, -1, -2), jnp.roll(columns, -2, -2)
     rows = settled(cross(one, two))
     det = jnp.sum(columns[..., 0, :] * rows[..., 0, :], -1)
-    return settled(rows / det[..., None, None]), det
+    on_a_line = jnp.all(rows == 0.0, (-2, -1))
+    return settled(rows / (det + on_a_line)[..., None, None]), det
 
 
 def rows(a: Shaped[Array, "n *k"], which: Int[Array | np.ndarray, "*m"]) -> Shaped[Array, "..."]:

@@ -197,9 +197,8 @@ def _check_first(
     with_error: bool = False,
     **options: Any,
 ) -> None:
-    """The check of a function that has one, before the numbers are traced."""
-    check = getattr(f, "check", None)
-    if check is not None:
+    """The checks of a function that has some, before the numbers are traced."""
+    for check in getattr(f, "checks", ()):
         check(*args, **options)
 
 

@@ -29,6 +29,7 @@ from firstorder.scene._bands import by_band
 from firstorder.scene._questions import check_lit, check_question
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import BACK, FRONT, Scene
+from firstorder.space.silhouettes._collisions import check_apart
 from firstorder.space.silhouettes._edge_integrals import (
     arc_angle,
     arc_light,
@@ -95,7 +96,7 @@ def net_visibility(
     return nan_unless(_is_outside(scene, found), total)
 
 
-@compiled_after(check_lit)
+@compiled_after(check_lit, check_apart)
 @with_errors("nodes")
 @by_band()
 def irradiance(
@@ -110,8 +111,10 @@ def irradiance(
     all leaves of the scene.
 
     Valid when: the sky is a number; the receiver is outside of all closed shapes (else NaN); shapes
-    of different radiance do not run into each other. Where two edges are in line derivatives are
-    one-sided.
+    of different radiance do not run into each other: concrete ones that do are refused. Traced ones
+    are not looked at: E is then NaN where it would be negative, and may be wrong where it is not.
+    Where two edges are in line derivatives are one-sided. The unit of length does not matter:
+    lengths may be 1e-30 to 1e30 in single precision.
 
     Args:
         scene: shapes and sky.
@@ -120,7 +123,9 @@ def irradiance(
         with_error: whether to give an `Approximation`: the answer, and a bound of its error.
 
     Raises:
-        ValueError: if the sky is a function of direction.
+        ValueError: if the sky is a function of direction, or concrete shapes that send unlike light
+            to the receiver run into each other above its horizon. A corner or a rim that enters
+            another shape by less than a tenth of its size, and two planes, may be missed.
 
     Reference: J12 §7.1; R07 §7.3.
 
@@ -138,7 +143,7 @@ def irradiance(
     return _light(scene, at, segment_upward, arc_upward, nodes)[0]
 
 
-@compiled_after(check_lit)
+@compiled_after(check_lit, check_apart)
 @with_errors("nodes")
 @by_band()
 def vector_irradiance(
@@ -155,7 +160,7 @@ def vector_irradiance(
         with_error: whether to give an `Approximation`: the answer, and a bound of its error.
 
     Raises:
-        ValueError: if the sky is a function of direction.
+        ValueError: as `irradiance` does.
 
     Reference: J12 §7; Lambert.
 
@@ -182,7 +187,10 @@ def _light(scene: Scene, at: Receiver, segment, arc, nodes: int) -> list[Float[A
     jump = sides.jump(seen)
     total = [jump @ e for e in edges]
     total[-1] = total[-1] + 0.5 * (seen[above] @ level)
-    return [nan_unless(_is_outside(scene, found), e) for e in total]
+    # Less than the least radiance makes, by more than a ray beside an edge costs: one is missing.
+    slack = 8.0 * jnp.finfo(level.dtype).eps ** 0.4 * jnp.max(jnp.abs(seen))
+    sound = _is_outside(scene, found) & (total[-1] >= jnp.pi * jnp.min(seen) - slack)
+    return [nan_unless(sound, e) for e in total]
 
 
 def _shown(scene: Scene, at: Receiver, found: _Outlines) -> Float[Array, " n_1"]:
@@ -193,7 +201,7 @@ def _shown(scene: Scene, at: Receiver, found: _Outlines) -> Float[Array, " n_1"]
     return jnp.append(facing, scene.sky(at.normal))
 
 
-@compiled_after(check_question)
+@compiled_after(check_question, check_apart)
 @with_errors("nodes")
 @by_band()
 def boundary_gradient(

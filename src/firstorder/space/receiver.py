@@ -13,7 +13,7 @@ from firstorder._argument_checks import check_finite, check_real, is_concrete, n
 from firstorder.conventions import normal_rate
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._host import spread
-from firstorder.numerics._vectors import norm, orthonormal_frame, unit
+from firstorder.numerics._vectors import frame_along
 from firstorder.scene._arguments import numbers, shape_number, spread_over
 from firstorder.scene._derivatives import SPACE
 from firstorder.typing import as_float
@@ -154,8 +154,8 @@ TURNS = np.array([[[0, 0, 1], [0, 0, 0], [-1, 0, 0]], [[0, 0, 0], [0, 0, 1], [0,
 @compiled
 def _axes(normal: Float[Array, "*r 3"]) -> Float[Array, "*r 3 3"]:
     """The frame of a normal of any length; NaN for the zero vector."""
-    sized = norm(normal) > 0.0
-    return orthonormal_frame(unit(nan_unless(sized[..., None], normal)))
+    sized = jnp.any(normal != 0.0, -1, keepdims=True)
+    return frame_along(nan_unless(sized, normal))
 
 
 def _turned(axes: Float[Array, "3 3"], tilt: Float[Array, "2"]) -> Float[Array, "3 3"]:

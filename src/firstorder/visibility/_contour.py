@@ -86,8 +86,8 @@ def translation_rate(p: Points, v: Points) -> Points:
 
     Reference: R07 §7, eq. 48, 49; design §6.
     """
-    square = dot(p, p)
-    return cross(p, v) / (square * jnp.sqrt(square))[..., None]
+    square = dot(p, p)[..., None]
+    return cross(p, v) / square / jnp.sqrt(square)  # one by one: cubes leave the range first
 
 
 def segment_solid_angle(a: Points, b: Points) -> Numbers:

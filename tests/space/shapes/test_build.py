@@ -58,8 +58,11 @@ def test_a_polygon_is_cut_into_triangles_that_cover_it_once(outline):
 def test_traced_arguments_that_are_no_shape_give_nan():
     assert np.isnan(jax.jit(lambda r: sphere((0.0, 0.0, 0.0), r).axes)(-1.0)).any()
     assert np.isnan(jax.jit(lambda h: box((0.0, 0.0, 0.0), (1.0, 1.0, h)).axes)(-1.0)).any()
-    bent = jax.jit(lambda v: rectangle((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), v).axes)
-    assert np.isnan(bent(jnp.array([2.0, 0.0, 0.0]))).any()
+
+
+def test_traced_half_edges_that_are_parallel_have_no_normal():
+    bent = jax.jit(lambda v: rectangle((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), v).axes[0, :, 2])
+    assert bent(jnp.array([2.0, 0.0, 0.0])).tolist() == [0.0, 0.0, 0.0]
 
 
 @pytest.mark.parametrize(

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import abc
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, ClassVar
 
 import equinox as eqx
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from firstorder.numerics._host import hosted
 from firstorder.numerics._planar import cross_2d
+from firstorder.numerics._scale import power_of_two
 from firstorder.scene._sides import closed_front
 from firstorder.typing import as_array, as_float
 
@@ -21,6 +24,19 @@ class Shape(eqx.Module):
     """A kind of shape, many of which lie in one object. All methods are those of one shape."""
 
     closed = False
+    lengths: ClassVar[tuple[str, ...]] = ()  # names of the leaves in metres; others are angles
+
+    def in_unit(self, unit: Float[Array, ""]) -> Shape:
+        """The shapes with their lengths in another unit.
+
+        Args:
+            unit: of length, one number [m].
+        """
+        return eqx.tree_at(
+            lambda shape: [getattr(shape, name) for name in self.lengths],
+            self,
+            [getattr(self, name) / unit for name in self.lengths],
+        )
 
     def turned(self, which: Bool[Array, " n"]) -> Shape:
         """The shapes, those of `which` with front and back exchanged.
@@ -67,6 +83,15 @@ class Shape(eqx.Module):
     @abc.abstractmethod
     def silhouettes(self, p: Point, on: Bool[Array, ""]) -> tuple[Array, Array]:
         """Points at which the shape may begin or end for an eye at p, and which of them exist."""
+
+
+def own_unit(groups: Sequence[Shape]) -> Float[Array, ""]:
+    """The power of two near the largest length of some shapes, without derivative [m].
+
+    In it no square of a length leaves the range of the precision. Directions do not depend on it.
+    """
+    leaves = [getattr(group, name) for group in groups for name in group.lengths]
+    return power_of_two(jnp.concatenate([jnp.ravel(a) for a in leaves]))
 
 
 def rows(p: Any) -> Array:

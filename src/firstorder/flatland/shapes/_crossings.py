@@ -17,7 +17,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from firstorder._argument_checks import is_concrete
-from firstorder.flatland.shapes._base import Shape
+from firstorder.flatland.shapes._base import Shape, own_unit
 from firstorder.numerics._planar import cross_2d, dot_2d
 from firstorder.scene._intersect import tie
 from firstorder.typing import as_array
@@ -83,6 +83,8 @@ def any_crossing(groups: list, shines: Bool[Array, " n"]) -> Bool[Array, ""]:
         groups: the shapes.
         shines: which of them emit light.
     """
+    unit = own_unit(groups)
+    groups = [group.in_unit(unit) for group in groups]
     first = np.cumsum([0, *(g.count for g in groups)])
     kinds = [(g, shines[a:b]) for g, (a, b) in zip(groups, itertools.pairwise(first), strict=True)]
     lines = [(g, lit) for g, lit in kinds if hasattr(g, "end")]

@@ -53,6 +53,8 @@ class Segments(Shape):
         1
     """
 
+    lengths = ("start", "end")
+
     start: Float[Array, "n 2"] = eqx.field(converter=lambda p: rows(p))
     end: Float[Array, "n 2"] = eqx.field(converter=lambda p: rows(p))
 
@@ -177,6 +179,8 @@ class Circles(Shape):
         2.0
     """
 
+    lengths = ("center", "radius")
+
     center: Float[Array, "n 2"] = eqx.field(converter=lambda p: rows(p))
     radius: Float[Array, " n"] = eqx.field(converter=lambda r: column(r))
 
@@ -262,6 +266,8 @@ class Arcs(Shape):
         1
     """
 
+    lengths = ("center", "radius")
+
     center: Float[Array, "n 2"] = eqx.field(converter=lambda p: rows(p))
     radius: Float[Array, " n"] = eqx.field(converter=lambda r: column(r))
     start: Float[Array, " n"] = eqx.field(converter=lambda r: column(r))
@@ -340,6 +346,8 @@ class Ellipses(Shape):
         >>> c[0, 0].item()
         2.0
     """
+
+    lengths = ("center", "semi")
 
     center: Float[Array, "n 2"] = eqx.field(converter=lambda p: rows(p))
     semi: Float[Array, "n 2"] = eqx.field(converter=lambda p: rows(p))
@@ -432,6 +440,8 @@ class Curves(Shape):
         >>> c.tolist()
         [[0.0, 1.0]]
     """
+
+    lengths = ("cosines", "sines")
 
     cosines: Float[Array, "n k 2"] = eqx.field(converter=lambda c: stack(c))
     sines: Float[Array, "n k 2"] = eqx.field(converter=lambda c: stack(c))

@@ -11,7 +11,7 @@ from jaxtyping import Array, ArrayLike, Float
 from firstorder._argument_checks import check_finite, check_positive, is_concrete, nan_unless
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._host import hosted
-from firstorder.numerics._vectors import cross, dot, frame_along, unit
+from firstorder.numerics._vectors import cross, frame_along, near_one, unit
 from firstorder.space.shapes.kinds import (
     Boxes,
     Cylinders,
@@ -135,6 +135,9 @@ def rectangle(center: Any, u: Any, v: Any) -> Rectangles:
     The front is the side from which it shines, and towards which `u x v` points by the right-hand
     rule: exchange u and v, or say `primitive(..., facing=point)`, to turn it round.
 
+    Returns:
+        The rectangle; of traced half-edges that are parallel one that nothing meets.
+
     Raises:
         ValueError: if the half-edges are parallel.
 
@@ -154,6 +157,9 @@ def triangle(a: Any, b: Any, c: Any) -> Triangles:
         a: a corner, shape (3,) [m].
         b: the next one, likewise [m].
         c: the last one, likewise [m].
+
+    Returns:
+        The triangle; of traced corners on a line one that nothing meets.
 
     Raises:
         ValueError: if the corners lie on a line.
@@ -213,7 +219,7 @@ def polygon(vertices: Any) -> Triangles:
     index = np.array(corners)
     a, b, c = v[index[:, 0]], v[index[:, 1]], v[index[:, 2]]
     u, w = b - a, c - a
-    axes = jnp.stack([u, w, unit(cross(u, w))], -1)
+    axes = jnp.stack([u, w, unit(cross(*near_one(jnp.stack([u, w]))))], -1)
     return Triangles(a, axes)
 
 
@@ -223,32 +229,37 @@ def _spanned(u: Any, v: Any) -> Float[Array, "3 3"]:
     if is_concrete((u, v)):
         check_finite("u", u)
         check_finite("v", v)
-        if np.any(np.isnan(np.asarray(axes))):
+        if not np.any(np.asarray(axes)[:, 2]):
             raise ValueError("Arguments `u` and `v` must not be parallel, but are.")
     return axes
 
 
 @compiled
 def _with_normal(u: Array, v: Array) -> Float[Array, "3 3"]:
-    """Two vectors and the unit normal of both as columns; it is NaN if they are parallel."""
-    normal = cross(u, v)
-    return jnp.stack([u, v, nan_unless(dot(normal, normal) > 0.0, unit(normal))], -1)
+    """Two vectors and the unit normal of both as columns; it is zero if they are parallel.
+
+    Axes of which one is zero have no inverse, and no ray and no eye finds the shape.
+    """
+    normal = cross(*near_one(jnp.stack([u, v])))
+    return jnp.stack([u, v, unit(normal)], -1)
 
 
 def _check_long(name: str, a: Array | np.ndarray) -> None:
     check_finite(name, a)
-    if is_concrete(a) and not np.sum(np.square(a)) > 0.0:
+    if is_concrete(a) and not np.any(np.asarray(a) != 0.0):
         raise ValueError(f"Argument `{name}` must have a length, but is the zero vector.")
 
 
 def _ears(v: np.ndarray) -> list[tuple[int, int, int]]:
     """Triangles of a simple polygon: cuts one convex corner that holds no other after another."""
+    v = v - v[0]
+    v = v / (np.max(np.abs(v)) or 1.0)
     normal = np.sum(np.cross(v, np.roll(v, -1, 0)), 0)
     size = np.linalg.norm(normal)
     if not size > 0.0:
         raise ValueError("Argument `vertices` must enclose an area, but does not.")
     normal = normal / size
-    height = (v - v[0]) @ normal
+    height = v @ normal
     if np.max(np.abs(height)) > np.sqrt(np.finfo(v.dtype).eps) * np.sqrt(size):
         raise ValueError("Argument `vertices` must lie in a plane, but does not.")
 

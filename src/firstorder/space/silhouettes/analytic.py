@@ -9,8 +9,12 @@ affine map keeps both:
     disc, rectangle, triangle     their edges
     plane            its horizon, a circle at an (almost) infinite distance
 
-Pieces are given as points of the world, differentiable in the eye and in the shape to any order.
-They run so that `(p - x) x dp` points to the side on which the shape is.
+Pieces are differentiable in the eye and in the shape to any order. They run so that `(p - x) x dp`
+points to the side on which the shape is.
+
+Inside the library each shape is seen in a unit of its own, a power of two near its distance or its
+size: directions stay what they are, and no product of coordinates leaves the range of the
+precision, whatever the unit of the scene is.
 """
 
 from __future__ import annotations
@@ -25,6 +29,7 @@ from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._order import order_of
+from firstorder.numerics._scale import power_of_two
 from firstorder.numerics._vectors import dot, inverse_and_det, orthonormal_frame, rows, unit
 from firstorder.space.scene import Scene
 from firstorder.space.shapes.kinds import (
@@ -54,11 +59,12 @@ class _Outlines(eqx.Module):
     """Silhouettes of all shapes, and where the eye is to each canonical shape.
 
     Attributes:
-        lines: start and end of segments, shape (m, 2, 3) [m].
-        arcs: centre and both conjugate radii of arcs, shape (c, 3, 3) [m].
+        lines: start and end of segments, relative to the eye, shape (m, 2, 3) [unit of the owner].
+        arcs: centre and both conjugate radii of arcs, shape (c, 3, 3) [unit of the owner].
         first, last: where arcs start and end [rad].
         lines_live, arcs_live: which are silhouettes from here; others mean nothing.
-        turn: world to canonical coordinates, for each shape.
+        unit: of each shape, a power of two without derivative [m].
+        turn: world to canonical coordinates, for each shape [1/unit].
         eye: in canonical coordinates, for each shape.
         inside: whether the eye is on or in a shape, or in the plane of a flat one.
         own: whether it is said to lie on that shape.
@@ -72,6 +78,7 @@ class _Outlines(eqx.Module):
     last: Float[Array, " c"]
     lines_live: Bool[Array, " m"]
     arcs_live: Bool[Array, " c"]
+    unit: Float[Array, " n"]
     turn: Float[Array, "n 3 3"]
     eye: Float[Array, "n 3"]
     inside: Bool[Array, " n"]
@@ -83,6 +90,12 @@ class _Outlines(eqx.Module):
     def owners(self) -> tuple[np.ndarray, np.ndarray]:
         """Owner of every segment and of every arc, known without an eye."""
         return _owners(self.kinds)
+
+    @property
+    def in_metres(self) -> tuple[Float[Array, "m 2 3"], Float[Array, "c 3 3"]]:
+        """Segments and arcs, relative to the eye [m]."""
+        lines, arcs = (rows(self.unit, owner)[:, None, None] for owner in self.owners)
+        return lines * self.lines, arcs * self.arcs
 
     def apart(self, a: Array) -> list[Array]:
         """Of an array with a row for each shape the rows of each kind."""
@@ -128,11 +141,12 @@ def silhouette(scene: Scene, eye: Point, on: ArrayLike = -1) -> Silhouette:
         >>> seen.curved.owner.tolist()  # the ball's outline, and the plane's horizon
         [0, 1]
     """
-    found = _outlines(scene, eye, on, jnp.zeros_like(eye))
+    found = _outlines(scene, eye, on)
+    straight, curved = found.in_metres
     lines, arcs = (jnp.asarray(owner) for owner in found.owners)
     return Silhouette(
-        _segments_of(found.lines, lines, found.lines_live),
-        _arcs_of(found.arcs, found.first, found.last, arcs, found.arcs_live),
+        _segments_of(straight + eye, lines, found.lines_live),
+        _arcs_of(curved + CENTER[:, None] * eye, found.first, found.last, arcs, found.arcs_live),
     )
 
 
@@ -150,7 +164,6 @@ def _outlines(
     scene: Scene,
     eye: Point,
     on: ArrayLike,
-    origin: Point,
     frame: Float[Array, "3 3"] | None = None,
 ) -> _Outlines:
     """The silhouettes of all shapes, all at once.
@@ -162,19 +175,19 @@ def _outlines(
         scene: the shapes.
         eye: where they are seen from [m].
         on: the shape on which the eye lies, or -1.
-        origin: that points are relative to [m].
         frame: the axes along which to give them, as columns; left out, the world's.
     """
     kinds = tuple((type(group), group.count) for group in scene.groups)
     center, axes = (_joined([getattr(g, a) for g in scene.groups]) for a in ("center", "axes"))
+    away, axes, unit_of = _in_own_units(center - eye, axes, kinds)
     turn, det = inverse_and_det(axes)
-    e = jnp.einsum("nij,nj->ni", turn, eye - center)
+    e = -jnp.einsum("nij,nj->ni", turn, away)
     eyes, still = _split(e, kinds), _split(jax.lax.stop_gradient(e), kinds)
     inside = _joined(
         [jax.vmap(k.canonical_inside)(c) for (k, _), c in zip(kinds, still, strict=True)]
     )
     own = np.arange(len(center)) == jnp.asarray(on)
-    base, spread = _places(scene.groups, center, axes, eye, origin)
+    base, spread = _places(kinds, away, axes)
     if frame is not None:
         base, spread = base @ frame, jnp.einsum("ji,njk->nik", frame, spread)
     found = [jax.vmap(OUTLINES[k])(c, d) for (k, _), c, d in zip(kinds, eyes, still, strict=True)]
@@ -200,7 +213,8 @@ def _outlines(
         points = points + CENTER[:, None] * rows(base, owners[1])[:, None]
         first, last = jnp.where(back, -last, first), jnp.where(back, -first, last)
         arcs_live = live & rows(alive, owners[1])
-    return _Outlines(ends, points, first, last, lines_live, arcs_live, turn, e, inside, own, kinds)
+    live = lines_live, arcs_live
+    return _Outlines(ends, points, first, last, *live, unit_of, turn, e, inside, own, kinds)
 
 
 CENTER = np.array([1.0, 0.0, 0.0])
@@ -221,20 +235,38 @@ def _split(a: Array, kinds) -> list[Array]:
     return jnp.split(a, ends[:-1]) if len(kinds) > 1 else [a]
 
 
-def _places(groups, center, axes, eye: Point, origin: Point) -> tuple[Array, Array]:
-    """Of every shape's silhouette the middle, relative to the origin, and the axes.
+def _in_own_units(away: Float[Array, "n 3"], axes: Float[Array, "n 3 3"], kinds):
+    """Centres and axes of shapes in a unit of each, near the larger of distance and size.
+
+    Columns of `axes` that only point stay as they are: what they measure is in the unit too.
+
+    Args:
+        away: from the eye to each centre [m].
+        axes: of the shapes [m].
+        kinds: class and number of the shapes.
+
+    Returns:
+        Both in the units, and the units, powers of two [m].
+    """
+    sized = np.array([LENGTHS[kind] for kind, count in kinds for _ in range(count)])
+    lengths = (axes * sized[:, None].astype(axes.dtype)).reshape(-1, 9)
+    one = power_of_two(jnp.concatenate([away, lengths], -1))[:, None]
+    return away / one, axes / jnp.where(sized, one, 1.0)[:, None], one[:, 0]
+
+
+def _places(kinds, away: Array, axes: Array) -> tuple[Array, Array]:
+    """Of every shape's silhouette the middle, relative to the eye, and the axes.
 
     A plane's horizon is so far away that it does not move against the eye.
     """
-    base = center - origin
     first = 0
-    for group in groups:
-        here, first = slice(first, first + group.count), first + group.count
-        if isinstance(group, Planes):
-            far = jnp.asarray(1.0 / jnp.finfo(eye.dtype).eps, eye.dtype)
-            along = jnp.swapaxes(unit(jnp.swapaxes(group.axes, -1, -2)), -1, -2)
-            base, axes = base.at[here].set(eye - origin), axes.at[here].set(far * along)
-    return base, axes
+    for kind, count in kinds:
+        here, first = slice(first, first + count), first + count
+        if kind is Planes:
+            far = jnp.asarray(1.0 / jnp.finfo(away.dtype).eps, away.dtype)
+            along = jnp.swapaxes(unit(jnp.swapaxes(axes[here], -1, -2)), -1, -2)
+            away, axes = away.at[here].set(0.0), axes.at[here].set(far * along)
+    return away, axes
 
 
 def _flattened(parts: list) -> list[Array]:
@@ -361,4 +393,15 @@ PIECES = {
     Rectangles: (4, 0),
     Triangles: (3, 0),
     Planes: (0, 1),
+}
+
+# Which columns of the axes of each kind are lengths; the others only point.
+LENGTHS = {
+    Ellipsoids: (True, True, True),
+    Boxes: (True, True, True),
+    Cylinders: (True, True, True),
+    Discs: (True, True, False),
+    Rectangles: (True, True, False),
+    Triangles: (True, True, False),
+    Planes: (False, False, False),
 }

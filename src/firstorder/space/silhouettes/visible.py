@@ -98,9 +98,9 @@ class _Pieces(eqx.Module):
     """Parts of silhouettes between cuts, relative to a receiver and in its frame.
 
     Attributes:
-        lines: start and end of the segments that straight parts belong to.
+        lines: start and end of the segments that straight parts belong to [unit of the owner].
         low, high: from where to where on those, in [0, 1].
-        arcs: centre and conjugate radii of the arcs that curved parts belong to.
+        arcs: centre and conjugate radii of the arcs that curved parts belong to, likewise.
         first, last: from where to where on those [rad].
         sides: what lies on either side of the parts, the straight ones first.
         azimuths: ends of the parts of the horizon [rad].
@@ -144,16 +144,18 @@ def visible_silhouettes(scene: Scene, at: Receiver) -> VisibleSilhouettes:
     found = _outlines_from(scene, at)
     cut = _cut_outlines(found, at.axes, lambda a: a)
     middle = cut.low.shape[0]
+    metres = rows(found.unit, cut.sides.owner)[:, None, None]
+    straight, curved = metres[:middle] * cut.lines, metres[middle:] * cut.arcs
     lines, rims = (
         jax.tree.map(lambda a, here=here: a[here], cut.sides)
         for here in (slice(None, middle), slice(middle, None))
     )
     return VisibleSilhouettes(
-        _segments_of(cut.lines, lines.owner, lines.seen),
+        _segments_of(straight, lines.owner, lines.seen),
         cut.low,
         cut.high,
         lines,
-        _arcs_of(cut.arcs, cut.first, cut.last, rims.owner, rims.seen),
+        _arcs_of(curved, cut.first, cut.last, rims.owner, rims.seen),
         rims,
         cut.azimuths,
         cut.above,
@@ -163,7 +165,7 @@ def visible_silhouettes(scene: Scene, at: Receiver) -> VisibleSilhouettes:
 
 def _outlines_from(scene: Scene, at: Receiver) -> _Outlines:
     """All silhouettes relative to a receiver and in its frame."""
-    found = _outlines(scene, at.position, at.on, at.position, at.axes)
+    found = _outlines(scene, at.position, at.on, at.axes)
     rank = ranks(scene.material.emission)
     return eqx.tree_at(lambda o: o.rank, found, rank, is_leaf=lambda leaf: leaf is None)
 
@@ -311,7 +313,7 @@ def _ask(found: _Outlines, eye: Array, turn: Array, w: Float[Array, "r 3"]):
         jax.vmap(jax.vmap(kind.canonical_distance, (None, 0)))(e, d)
         for (kind, _), e, d in zip(found.kinds, found.apart(eye), found.apart(along), strict=True)
     ]
-    t = jnp.concatenate(distances)
+    t = found.unit[:, None] * jnp.concatenate(distances)
     t = jnp.where((t > 0.0) & ~found.own[:, None], t, jnp.inf)
     assert found.rank is not None  # `_outlines_from` gives it
     return t, highest(t, found.rank[:, None], t.shape[0])

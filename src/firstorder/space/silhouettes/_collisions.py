@@ -1,0 +1,227 @@
+"""Concrete shapes that run into each other, found on the host by points of their surfaces.
+
+Where a surface enters a body, or two flat shapes cut each other, they meet in a line that is
+nobody's silhouette. Exact integrals along silhouettes do not know it, and are wrong if light
+differs across it. A pair is found if
+
+    of points of one surface some lie in the other body and some outside, or
+    an edge of one flat shape passes through another one.
+
+Every pair that is found does meet, by more than rounding. A corner or a rim that dips in between
+two points may be missed, and two planes are not looked at.
+"""
+
+from __future__ import annotations
+
+import weakref
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from firstorder._argument_checks import is_concrete
+from firstorder.scene._primitives import BACK, FRONT
+from firstorder.space.shapes._bounds import bounds
+from firstorder.space.shapes.kinds import (
+    Boxes,
+    Cylinders,
+    Discs,
+    Ellipsoids,
+    Planes,
+    Rectangles,
+    Shape,
+    Triangles,
+)
+
+_Pairs = list[tuple[int, int, np.ndarray]]
+
+
+def check_apart(scene: Any, at: Any, *, radiance: Any = None, **_: Any) -> None:
+    """Refuses shapes that run into each other and send unlike light to the receiver.
+
+    Args:
+        scene: of concrete shapes; a traced one is not looked at.
+        at: one receiver; what lies below its horizon does not count.
+        radiance: given, it is the light, and nothing is known of it.
+
+    Raises:
+        ValueError: if there is such a pair.
+    """
+    if radiance is not None or np.ndim(getattr(at, "on", ())) or not is_concrete((scene, at)):
+        return
+    place, up = np.asarray(at.position), np.asarray(at.axes)[:, 2]
+    pairs = _collisions(scene)
+    if not pairs:
+        return
+    heights = np.concatenate([type(g).height(g, place) for g in scene.groups])
+    closed = np.repeat([g.closed for g in scene.groups], [g.count for g in scene.groups])
+    side = np.where(closed | (heights > 0.0), FRONT, BACK)
+    shown = np.asarray(scene.material.emission)[np.arange(len(side)), side]
+    for i, j, where in pairs:
+        if np.any(shown[i] != shown[j]) and np.any((where - place) @ up > 0.0):
+            one, other = (f"{k} (`{scene.names[k]}`)" if scene.names[k] else k for k in (i, j))
+            raise ValueError(
+                f"Shapes {one} and {other} run into each other and send unlike light: exact "
+                "integrals do not know the line in which they meet. Move them apart."
+            )
+
+
+# By the scene's identity, for as long as it lives: a module has no hash.
+_kept: dict[int, tuple[weakref.ref, _Pairs]] = {}
+
+
+def _collisions(scene: Any) -> _Pairs:
+    """`find_collisions`, looked for once."""
+    key = id(scene)
+    kept = _kept.get(key)
+    if kept is not None and kept[0]() is scene:
+        return kept[1]
+    found = find_collisions(scene)
+    _kept[key] = weakref.ref(scene, lambda _: _kept.pop(key, None)), found
+    return found
+
+
+def find_collisions(scene: Any) -> _Pairs:
+    """Pairs of shapes that run into each other, where light may differ between the two.
+
+    Args:
+        scene: of concrete shapes.
+
+    Returns:
+        Numbers of both, and points near the line in which they meet [m].
+    """
+    ends = [bounds(group) for group in scene.groups]
+    low, high = (np.concatenate(a) for a in zip(*ends, strict=True))
+    center, axes = (
+        np.concatenate([np.asarray(getattr(g, a)) for g in scene.groups])
+        for a in ("center", "axes")
+    )
+    kinds = [type(g) for g in scene.groups for _ in range(g.count)]
+    shines = np.any(np.asarray(scene.material.emission).reshape(len(low), -1) != 0.0, 1)
+    found = []
+    for i in np.flatnonzero(shines):
+        near = np.all((low <= high[i]) & (high >= low[i]), 1)
+        near &= ~(shines & (np.arange(len(low)) <= i))  # that pair has been looked at
+        for j in np.flatnonzero(near):
+            where = _meeting(*(_One(kinds[k], center[k], axes[k]) for k in (i, j)))
+            if where is not None:
+                found.append((int(i), int(j), where))
+    return found
+
+
+class _One(NamedTuple):
+    """One shape, in NumPy's numbers."""
+
+    kind: type[Shape]
+    center: np.ndarray
+    axes: np.ndarray
+
+    @property
+    def closed(self) -> bool:
+        """Whether it is a body."""
+        return self.kind in (Ellipsoids, Boxes, Cylinders)
+
+    def local(self, p: np.ndarray) -> np.ndarray:
+        """World to canonical coordinates."""
+        return np.linalg.solve(self.axes, (p - self.center).T).T
+
+    def world(self, q: np.ndarray) -> np.ndarray:
+        """Canonical to world coordinates."""
+        return self.center + q @ self.axes.T
+
+    def surface(self, other: _One) -> np.ndarray:
+        """Points of it; of a flat shape also the foot of the other's centre."""
+        points = SURFACES[self.kind]
+        if not self.closed:
+            foot = self.local(other.center[None]) * [1.0, 1.0, 0.0]
+            points = np.concatenate([points, foot[_gauge(self.kind, foot) < 1.0]])
+        return self.world(points)
+
+
+def _meeting(one: _One, other: _One) -> np.ndarray | None:
+    """Points near the line in which two shapes meet, or None."""
+    for a, b in ((one, other), (other, one)):
+        where = _entered(a, b) if b.closed else _cut(a, b)
+        if len(where):
+            return where
+    return None
+
+
+def _entered(a: _One, body: _One) -> np.ndarray:
+    """Points of a surface in a body, if it has others outside."""
+    p = a.surface(body)
+    gauge, slack = _gauge(body.kind, body.local(p)), _slack(p)
+    leaves = a.kind is Planes or np.any(gauge > 1.0 + slack)
+    return p[(gauge < 1.0 - slack) & leaves]
+
+
+def _cut(a: _One, b: _One) -> np.ndarray:
+    """Points in which edges of a flat shape pass through another one."""
+    if a.kind not in EDGES:
+        return np.zeros((0, 3))
+    start, end = (b.local(a.world(q)) for q in EDGES[a.kind])
+    z, w = start[:, 2:], end[:, 2:]
+    slack = _slack(z)
+    crosses = (z * w < 0.0) & (np.minimum(abs(z), abs(w)) > slack * np.max(abs(start - end)))
+    q = start + np.where(crosses, z / np.where(crosses, z - w, 1.0), 0.0) * (end - start)
+    return b.world(q[crosses[:, 0] & (_gauge(b.kind, q) < 1.0 - slack)])
+
+
+def _slack(a: np.ndarray) -> float:
+    """The share of a shape up to which it touches another one and does not enter it."""
+    return float(np.finfo(a.dtype).eps ** 0.5)
+
+
+# --- canonical shapes ----------------------------------------------------------------------------
+
+
+def _gauge(kind: type[Shape], q: np.ndarray) -> np.ndarray:
+    """A number less than one in a shape and more outside; of a flat one by x and y alone."""
+    x, y, z = np.moveaxis(q, -1, 0)
+    across = np.hypot(x, y)
+    return {
+        Ellipsoids: np.hypot(across, z),
+        Boxes: np.max(abs(q), -1),
+        Cylinders: np.maximum(across, abs(z)),
+        Discs: across,
+        Rectangles: np.maximum(abs(x), abs(y)),
+        Triangles: 1.0 - 3.0 * np.minimum(np.minimum(x, y), 1.0 - x - y),
+        Planes: 0.0 * x,
+    }[kind]
+
+
+def _surfaces() -> dict[type[Shape], np.ndarray]:
+    """Points of canonical surfaces, evenly to a tenth of their size or so."""
+    line, turn = np.linspace(-1.0, 1.0, 17), np.linspace(0.0, 2.0 * np.pi, 32, endpoint=False)
+    rim = np.stack([np.cos(turn), np.sin(turn), 0.0 * turn], -1)
+    up = np.array([0.0, 0.0, 1.0])
+    cube = np.stack(np.meshgrid(*[line[::2]] * 3), -1).reshape(-1, 3)
+    square = np.stack([*np.meshgrid(line, line), np.zeros((17, 17))], -1).reshape(-1, 3)
+    disc = np.concatenate([r * rim for r in line[8:]])
+    ball = [np.cos(a) * rim + np.sin(a) * up for a in 0.5 * np.pi * line]
+    wall = [rim + z * up for z in line]
+    corner = 0.5 * (square + np.array([1.0, 1.0, 0.0]))
+    return {
+        Ellipsoids: np.concatenate(ball),
+        Boxes: cube[np.max(abs(cube), -1) == 1.0],
+        Cylinders: np.concatenate([*wall, disc - up, disc + up]),
+        Discs: disc,
+        Rectangles: square,
+        Triangles: corner[corner.sum(-1) <= 1.0],
+        Planes: np.zeros((0, 3)),
+    }
+
+
+def _edges() -> dict[type[Shape], tuple[np.ndarray, np.ndarray]]:
+    """Starts and ends of the edges of flat shapes; of a disc chords along its rim."""
+    corners = {
+        Rectangles: np.array(
+            [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]]
+        ),
+        Triangles: np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]),
+        Discs: SURFACES[Discs][-32:],
+    }
+    return {kind: (p, np.roll(p, -1, 0)) for kind, p in corners.items()}
+
+
+SURFACES = _surfaces()
+EDGES = _edges()
