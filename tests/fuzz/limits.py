@@ -36,6 +36,7 @@ BODIES = "a lamp that runs into a body: `irradiance` says that it is not valid"
 NO_AREA = "a triangle without area is NaN, or not, by rounding"
 BALL = "a receiver within 1e-9 of a ball whose middle is on its horizon"
 PLANE = "a receiver within 1e-12 of a triangle may see what is behind it"
+BESIDE = "beside a box digits are lost: a lamp in two shines otherwise by 1e-10"
 THIN = "a lamp or a triangle a million times as long as wide loses digits of the light"
 TIES = "where three edges coincide, or two at one distance, the derivatives by their things mix"
 SQUARES = "in float32 Hessians overflow where lengths are below 1e-8"
@@ -60,6 +61,7 @@ LIMITS = (
         for kind in ("bounds", "mirror", "turn", "shift", "split", "power_of_ten")
     ),
     Limit("space", "float64", "near_a_ball", "*", BALL),
+    Limit("space", "float64", "near_a_box", "split", BESIDE),
     Limit("space", "float64", "near_a_triangle", "*", PLANE),
     Limit("space", "*", "sliver", "*", THIN),
     Limit("space", "float64", "tiny", "power_of_*", SMALL),
