@@ -6,6 +6,7 @@
 #   make test           every test, shapes checked on every call
 #   make check          the ledger of equations, proved or corrected
 #   make docs           the site, in docs/_build/index.html
+#   make fuzz N=100000  nasty scenes, damaged files, killed programs; CASE=... does one again
 #
 #   make smoke PYTHON=python3.13 VENV=.venv313      the same library on another Python
 #   make smoke-lowest                               ... and on the lowest versions that it allows
@@ -28,7 +29,7 @@ NOTEBOOKS := $(patsubst notebooks/%.py,notebooks/ipynb/%.ipynb,$(wildcard notebo
 export PYTHONNOUSERSITE := 1
 unexport PYTHONPATH
 
-.PHONY: help venv first figures figures-quick readme check test smoke smoke-lowest bench mutants lint format notebooks docs clean
+.PHONY: help venv first figures figures-quick readme check test smoke smoke-lowest bench mutants fuzz lint format notebooks docs clean
 .DEFAULT_GOAL := help
 
 help:
@@ -83,6 +84,10 @@ smoke-lowest:
 # Random faults of one token, each tried on the test that mirrors its file (N of them, by SEED).
 mutants: $(READY)
 	$(BIN)/python -m tests.mutants $(or $(N),60) --seed $(or $(SEED),0)
+
+# Nasty scenes, damaged files and killed programs (N scenes of flatland, by SEED), or one CASE again.
+fuzz: $(READY)
+	$(BIN)/python -m tests.fuzz $(or $(N),10000) --seed $(or $(SEED),0) $(if $(CASE),--case $(CASE))
 
 # One process, no import hook, and no compilation cache: a first call that is timed must compile.
 bench: $(READY)
