@@ -31,6 +31,9 @@ SMALL = "in space float64 is wrong for lengths below 1e-13, as a tiny scene in a
 ROUNDED = "in space float32 errs, here by up to 0.02, where edges are within rounding of each other"
 NEAR = "in float32 a receiver within rounding of a shape is on either side of it"
 GRID = "edges on a grid that coincide, and triangles without area, under a change that rounds"
+HAIR = "in float32 a receiver within some roundings of an end has few digits of its gradient"
+SPAN = "in float32 lengths from 1e-5 to 1e8 in one scene leave the range of a Hessian's products"
+FLAT = "a traced triangle whose area is rounding may have no gradient"
 SPECK = "in space float32 loses the gradient by a ball a millionth as large as far"
 BODIES = "a traced lamp that runs into a body: light is NaN where it would be negative, else wrong"
 PLANE = "a receiver within 1e-12 of a triangle may see what is behind it"
@@ -44,6 +47,10 @@ LIMITS = (
     Limit("flatland", "float32", "without_length", "hessian", SQUARES),
     Limit("flatland", "float32", "near_an_end", "hessian", SQUARES),
     Limit("flatland", "float32", "tiny", "hessian", SQUARES),
+    Limit("flatland", "float32", "near_an_end", "scaled gradient", HAIR),
+    Limit("flatland", "float32", "near_an_end", "shifted gradient", HAIR),
+    Limit("flatland", "float32", "mixed_sizes", "hessian", SPAN),
+    Limit("flatland", "float32", "mixed_sizes", "shifted gradient", SPAN),
     Limit("flatland", "float64", "without_length", "second digits", POINTS),
     *(
         Limit("flatland", "float64", name, kind, TIES)
@@ -57,6 +64,7 @@ LIMITS = (
     ),
     Limit("space", "*", "lamp_in_a_body", "*", BODIES),
     Limit("space", "float32", "quarters", "nan", GRID),
+    Limit("space", "float64", "without_area", "gradient", FLAT),
     *(Limit("space", "float32", "mixed_sizes", k, SPECK) for k in ("gradient", "shifted gradient")),
     Limit("space", "float64", "near_a_box", "split", BESIDE),
     Limit("space", "float64", "near_a_triangle", "*", PLANE),

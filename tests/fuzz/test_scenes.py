@@ -130,6 +130,6 @@ def test_references_know_a_lamp_above_a_receiver(right):
 def test_what_is_known_is_listed_with_its_reason():
     assert all(limit.reason for limit in LIMITS)
     assert known("flatland", "float64", "random", "rays") is None
-    limit = known("space", "float32", "huge", "bounds")
+    limit = known("space", "float32", "horizon", "bounds")
     assert limit is not None
     assert limit.reason.startswith("in space float32")
