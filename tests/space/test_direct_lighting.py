@@ -17,6 +17,7 @@ from firstorder.space import (
     box,
     cylinder,
     derivatives,
+    disc,
     ellipsoid,
     irradiance,
     net_visibility,
@@ -159,6 +160,42 @@ def test_an_ellipsoid():
 
 
 # --- lights --------------------------------------------------------------------------------------
+
+
+def below_a_disc(xy, height):
+    """E of a plane that looks up at a parallel disc of unit radius and radiance: Lambert's."""
+    rho = np.sum(xy**2, -1)
+    h = height * height
+    return 0.5 * np.pi * (1.0 - (h + rho - 1.0) / np.sqrt((h + rho + 1.0) ** 2 - 4.0 * rho))
+
+
+@functools.cache
+def under_a_disc(nodes):
+    """The same by the rim, at many places."""
+
+    def E(xy, height):
+        lit = primitive(disc(jnp.stack([0.0, 0.0, height]), (0.0, 0.0, -1.0), 1.0), emission=1.0)
+        return irradiance(Scene.of(lit), receiver(jnp.append(xy, 0.0)), nodes=nodes)
+
+    return jax.jit(jax.vmap(E, (0, None)))
+
+
+@pytest.mark.parametrize(
+    ("height", "nodes", "error"),
+    [
+        (3.0, 16, 4e-8),
+        (3.0, 32, 1e-14),
+        (1.0, 16, 3e-4),
+        (1.0, 32, 4e-8),
+        (0.3, 16, 0.1),
+        (0.3, 32, 3e-3),
+    ],
+)
+def test_a_rim_takes_as_many_nodes_as_it_is_near(height, nodes, error):
+    """By as much as the docstring says, and not by a hundredth of it."""
+    xy = np.random.default_rng(0).uniform(-3.0, 3.0, (2000, 2))
+    wrong = np.abs(under_a_disc(nodes)(xy, height) - below_a_disc(xy, height))
+    assert 0.01 * error < wrong.max() < error
 
 
 def lambert(corners, x):
