@@ -123,9 +123,12 @@ def test_attributes_are_refused_in_linear_time(inside):
     assert refused(lambda: svg(inside)).startswith("d.svg, line 1, <")
 
 
-@pytest.mark.parametrize("piece", ["z", "M0 0", "h1v1", "c1 1 1 0 1 1"])
-def test_paths_are_read_in_linear_time(piece):
-    d = "M0 0h1v1" + piece * 15_000
+@pytest.mark.parametrize(
+    ("piece", "times"), [("z", 15_000), ("M0 0", 15_000), ("h1v1", 5_000), ("c1 1 1 0 1 1", 5_000)]
+)
+def test_paths_are_read_in_linear_time(piece, times):
+    """Those that draw are fewer: each piece is a shape, for which there is a price."""
+    d = "M0 0h1v1" + piece * times
     assert soon(lambda: svg(f'<path stroke="red" d="{d}"/>')).count >= 2
 
 
