@@ -44,8 +44,8 @@ UNTOLD = {
         "transport.DifferentialIrradiance", "transport.Occlusion", "transport.PlanarBlockers",
         "transport.Reflection", "transport.Texture", "transport.comb_blocker", "transport.diffuse",
         "transport.fresnel_reflection", "transport.grating_blocker",
-        "transport.half_plane_blocker", "transport.refraction", "transport.separable",
-        "transport.slit_blocker",
+        "transport.half_plane_blocker", "transport.pit_blockers", "transport.refraction",
+        "transport.separable", "transport.slit_blocker",
     ),
     "exact: the window is part of the question": (
         "flatland.light_fields.series_in", "flatland.light_fields.spectrum_in",

@@ -184,7 +184,8 @@ def _spectrum(F: Spectrum) -> str:
     if any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves(F)):
         return f"{_heading(F, F.frame)}, traced"
     if size_of(F) > MANY:
-        return f"{_heading(F, F.frame)}\n\na transform of {size_of(F)} numbers, and no formula"
+        table = max(size_of(leaf) for leaf in jax.tree.leaves(F))  # without the light it came from
+        return f"{_heading(F, F.frame)}\n\na transform of {table} numbers, and no formula"
     try:
         said = of_spectrum(F)
     except Refused as refusal:

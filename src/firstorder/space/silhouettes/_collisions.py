@@ -20,6 +20,8 @@ import numpy as np
 
 from firstorder._argument_checks import is_concrete
 from firstorder.scene._primitives import BACK, FRONT
+from firstorder.space.receiver import Receiver
+from firstorder.space.scene import Scene
 from firstorder.space.shapes._bounds import bounds
 from firstorder.space.shapes.kinds import (
     Boxes,
@@ -46,7 +48,9 @@ def check_apart(scene: Any, at: Any, *, radiance: Any = None, **_: Any) -> None:
     Raises:
         ValueError: if there is such a pair.
     """
-    if radiance is not None or np.ndim(getattr(at, "on", ())) or not is_concrete((scene, at)):
+    if not (isinstance(scene, Scene) and isinstance(at, Receiver)):
+        return  # the question itself refuses what is of another world
+    if radiance is not None or np.ndim(at.on) or not is_concrete((scene, at)):
         return
     place, up = np.asarray(at.position), np.asarray(at.axes)[:, 2]
     pairs = _collisions(scene)
