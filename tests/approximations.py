@@ -139,13 +139,17 @@ def _asked(f, *args, nodes, fine, **options):
 
 @case
 def flatland_irradiance(u, kinked):
-    sent = lambda index, s, front, along: 1.0 + jnp.sin(8.0 * s + u[6])  # noqa: E731
+    def sent(index, s, front, along):
+        return 1.0 + jnp.sin(8.0 * s + u[6])
+
     return _asked(flatland.irradiance, *room(u, kinked), nodes=5, fine=120, radiance=sent)
 
 
 @case
 def flatland_weighted_irradiance(u, kinked):
-    weight = lambda a: jnp.exp(-0.5 * ((a - u[7]) / 0.3) ** 2)  # noqa: E731
+    def weight(a):
+        return jnp.exp(-0.5 * ((a - u[7]) / 0.3) ** 2)
+
     return _asked(flatland.weighted_irradiance, *room(u, kinked), nodes=5, fine=120, weight=weight)
 
 
@@ -203,7 +207,9 @@ def flatland_mirror_irradiance(u, kinked):
 
 @case
 def flatland_reflected_radiance(u, kinked):
-    lobe = lambda w, o: jnp.exp(-0.5 * ((w + o) / 0.3) ** 2)  # noqa: E731
+    def lobe(w, o):
+        return jnp.exp(-0.5 * ((w + o) / 0.3) ** 2)
+
     return _asked(
         flatland.reflected_radiance, *room(u, kinked), nodes=5, fine=120, out=u[7], brdf=lobe
     )
@@ -284,7 +290,9 @@ def space_irradiance_by_azimuth(u, kinked):
 
 @case
 def space_transport_by_azimuth(u, kinked):
-    lit = lambda at, w: w[2] * light(u, kinked)(w[0])  # noqa: E731
+    def lit(at, w):
+        return w[2] * light(u, kinked)(w[0])
+
     found = transport_by_azimuth(
         *balls(u), transport=lit, nodes=4, inner=4, most=16, with_error=True
     )
@@ -307,33 +315,45 @@ def _pair(make, coarse, fine, *where, jets=False):
 
 @case
 def integrate(u, kinked):
-    make = lambda n: Integrate("theta", -1.0 - u[1], 1.0, n)(field(u, kinked))  # noqa: E731
+    def make(n):
+        return Integrate("theta", -1.0 - u[1], 1.0, n)(field(u, kinked))
+
     return _pair(make, 7, 500, u[2])
 
 
 @case
 def integrate_jet(u, kinked):
-    make = lambda n: Integrate("theta", -1.0, 1.0, n)(field(u, 0.0 * kinked))  # noqa: E731
+    def make(n):
+        return Integrate("theta", -1.0, 1.0, n)(field(u, 0.0 * kinked))
+
     return _pair(make, 4, 60, u[2], jets=True)
 
 
 @case
 def convolve(u, kinked):
     lobe = GaussianProfile(0.1 + 0.2 * u[1], "theta", FLATLAND)
-    make = lambda n: Convolve(lobe, nodes=n)(field(u, kinked))  # noqa: E731
+
+    def make(n):
+        return Convolve(lobe, nodes=n)(field(u, kinked))
+
     return _pair(make, 15, 300, u[2], u[3])
 
 
 @case
 def reflected_field(u, kinked):
     surface = Surface(Function(lambda x, theta: u[1] * x, FLATLAND), (glossy(0.1 + 0.1 * u[2]),))
-    make = lambda n: surface.reflect(field(u, kinked), nodes=n)  # noqa: E731
+
+    def make(n):
+        return surface.reflect(field(u, kinked), nodes=n)
+
     return _pair(make, 15, 300, u[3], u[4])
 
 
 @case
 def zonal(u, kinked):
-    f = lambda w: light(u, kinked)(w[0])  # noqa: E731
+    def f(w):
+        return light(u, kinked)(w[0])
+
     w = jnp.stack([jnp.cos(u[0]), jnp.sin(u[0]), 0.0 * u[0]])
     kernel = VonMisesFisher(2.0 + 6.0 * u[1])
     return Zonal(kernel, 6, 8).value(f, w, with_error=True), Zonal(kernel, 60, 90).value(f, w)
@@ -344,15 +364,20 @@ def spectrum_by_a_window(u, kinked):
     X = Frame(("x",))
     bell = Separable([0.2 * u[0]], (GaussianProfile(0.3 + 0.2 * u[1], "x", X),)).spectrum()
     factor = Function(lambda x: light(u, 0.0)(2.0 * x), X)
-    make = lambda n: Multiply(factor, Grid.spanning((n,), (1.5,)))(bell)  # noqa: E731
-    exact = lambda Omega: sum(  # noqa: E731
-        a * bell(Omega - b)
-        for a, b in (
-            (1.5, 0.0),
-            (0.5 * jnp.exp(6.0j * u[6]), (1.0 + 3.0 * u[5]) / jnp.pi),
-            (0.5 * jnp.exp(-6.0j * u[6]), -(1.0 + 3.0 * u[5]) / jnp.pi),
+
+    def make(n):
+        return Multiply(factor, Grid.spanning((n,), (1.5,)))(bell)
+
+    def exact(Omega):
+        return sum(
+            a * bell(Omega - b)
+            for a, b in (
+                (1.5, 0.0),
+                (0.5 * jnp.exp(6.0j * u[6]), (1.0 + 3.0 * u[5]) / jnp.pi),
+                (0.5 * jnp.exp(-6.0j * u[6]), -(1.0 + 3.0 * u[5]) / jnp.pi),
+            )
         )
-    )
+
     return make(24)(u[2], with_error=True), exact(u[2])
 
 
@@ -368,7 +393,10 @@ def spectrum_of_samples(u, kinked):
 def shadow_spectrum(u, kinked):
     F = gaussian((0.1 * u[0], 0.0), (0.5, 0.2 + u[1]), frame=TWO_PLANES).spectrum()
     lamp = Separable([u[2]], (GaussianProfile(0.3 + u[3], "y", PLANE),)).spectrum()
-    make = lambda n: ShadowSpectrum(F, lamp, 6.0, n)  # noqa: E731
+
+    def make(n):
+        return ShadowSpectrum(F, lamp, 6.0, n)
+
     return _pair(make, 12, 400, u[4])
 
 
@@ -386,7 +414,9 @@ def blocked(u):
 
 @case
 def shading(u, kinked):
-    T = lambda p, w: jnp.cos(w) * light(u, kinked)(w) * jnp.exp(-((w - p[1]) ** 2))  # noqa: E731
+    def T(p, w):
+        return jnp.cos(w) * light(u, kinked)(w) * jnp.exp(-((w - p[1]) ** 2))
+
     ask = partial(shading_derivatives, T, jnp.zeros(2), blocked(u))
     return ask(nodes=6, with_error=True), ask(nodes=150)
 
@@ -405,14 +435,20 @@ def irradiance_behind_a_plane(u, kinked):
     )
     f = planar_blocker(veil, 0.5)
     lamp = BoxProfile(0.5, "y", PLANE)
-    make = lambda n: shadow_irradiance(f, lamp, 1.0, -0.5, 0.5, "exact", n)  # noqa: E731
+
+    def make(n):
+        return shadow_irradiance(f, lamp, 1.0, -0.5, 0.5, "exact", n)
+
     return _pair(make, 4, 300, u[2])
 
 
 @case
 def factored_form_factor(u, kinked):
     lamp = Function(lambda y: 1.1 + jnp.sin(9.0 * y + u[0]) + kinked * jnp.abs(y - u[1]), PLANE)
-    make = lambda n: mean_form_factor(lamp, 0.5 + u[3], -0.5, 0.5, n)  # noqa: E731
+
+    def make(n):
+        return mean_form_factor(lamp, 0.5 + u[3], -0.5, 0.5, n)
+
     return _pair(make, 4, 300, u[2])
 
 
@@ -424,7 +460,9 @@ def bound_of_factoring(u, kinked):
 
 @case
 def true_error_of_records(u, kinked):
-    E = lambda x: jnp.sin(4.0 * x[0] + u[0]) + kinked * jnp.abs(x[0] - 0.1 * u[1])  # noqa: E731
+    def E(x):
+        return jnp.sin(4.0 * x[0] + u[0]) + kinked * jnp.abs(x[0] - 0.1 * u[1])
+
     record = Candidates.on_line(u[2:3], jnp.stack([jnp.stack([E(u[2:3]), u[3]])]))
     ask = partial(true_error, E, record, circular_regions(0.1 + u[4:5], 0.01, 2.0))
     return ask(nodes=6, with_error=True), ask(nodes=500)
@@ -434,7 +472,10 @@ def k_nearest(rng):
     found = []
     for _ in range(10):
         a, k = rng.uniform(0.2, 3.0), int(rng.integers(3, 30))
-        even = lambda x, a=a: np.clip(x, 0.0, 1.0) ** a  # noqa: E731
+
+        def even(x, a=a):
+            return np.clip(x, 0.0, 1.0) ** a
+
         ask = partial(expected_k_nearest, even, rng.uniform(size=10), k, 1000)
         found.append((*ask(nodes=12, with_error=True), ask(nodes=200)))
     return tuple(zip(*found, strict=True))

@@ -97,7 +97,7 @@ def flat_relief_error(
         0.079
     """
     waves = _Waves(amplitude, frequency, cutoff, cutoff_x, view, reach)
-    return waves.limited(waves.parallax + 4.0 * np.pi * waves.cutoff * waves.slope)
+    return waves.limited(waves.parallax + waves.turn)
 
 
 def bump_relief_error(
@@ -128,8 +128,7 @@ def bump_relief_error(
         0.0
     """
     waves = _Waves(amplitude, frequency, cutoff, cutoff_x, view, reach)
-    shifted = 4.0 * np.pi * waves.cutoff * waves.slope**2 * jnp.abs(jnp.tan(waves.view))
-    return waves.limited(waves.parallax + shifted)
+    return waves.limited(waves.parallax + waves.shifted)
 
 
 def brdf_relief_error(
@@ -190,7 +189,7 @@ def brdf_relief_error(
 def relief_transfer(
     Omega: RealLike, slope: RealLike, view: RealLike = 0.0
 ) -> Complex[Array, "..."]:
-    """What the BRDF of fine waves leaves of light of one angular frequency.
+    """Transfer of the BRDF of fine waves: the share of each angular frequency that it keeps.
 
     `T(Omega) = mean of exp(4 pi i Omega n) (1 + h' tan view)` over a wave, with `h' = m cos(phase)`
     and `n = arctan h'`: the transform of the mirrored normals' distribution, each by the area that
@@ -276,7 +275,6 @@ def relief_cutoffs(
     check_between("share", share, 0.0, 1.0)
     waves = _Waves(1.0, frequency, cutoff, cutoff_x, view, reach)  # per metre of amplitude
     e, w = as_float(share), as_float(width)
-    shifted = 4.0 * np.pi * waves.cutoff * waves.slope**2 * jnp.abs(jnp.tan(waves.view))
     left, pixel = waves.left(w), _averaged(e) / w
     apart = waves.frequency > waves.cutoff_x
     steep = jnp.maximum(jnp.tan(waves.reach), jnp.abs(jnp.tan(waves.view)))
@@ -284,8 +282,8 @@ def relief_cutoffs(
     seen = _over(1.0, waves.slope * steep)
     valid = waves.valid & (w > 0) & (e > 0) & (e < 1)
     found = ReliefCutoffs(
-        jnp.minimum(_over(e, waves.parallax + 4.0 * np.pi * waves.cutoff * waves.slope), lit),
-        jnp.minimum(_root(waves.parallax, shifted, e), lit),
+        jnp.minimum(_over(e, waves.parallax + waves.turn), lit),
+        jnp.minimum(_root(waves.parallax, waves.shifted, e), lit),
         jnp.minimum(jnp.where(apart, _broken_root(waves, left, e), 0.0), seen),
         waves.cutoff_x + pixel + 0.0 * waves.slope,
     )
@@ -304,10 +302,12 @@ class _Waves:
         check_between("reach", reach, 0.0, 0.5 * np.pi)
         given = (amplitude, frequency, cutoff, cutoff_x, view, reach)
         a, f, B, Bx, view, reach = (as_float(g) for g in given)
-        self.frequency, self.cutoff, self.cutoff_x, self.view, self.reach = f, B, Bx, view, reach
+        self.frequency, self.cutoff_x, self.view, self.reach = f, Bx, view, reach
         self.slope = 2.0 * np.pi * f * a
         self.parallax = 2.0 * np.pi * Bx * a * (jnp.abs(jnp.tan(view)) + jnp.tan(reach))
-        square = 0.5 * ((4.0 * np.pi * B * self.slope) ** 2 + self.parallax**2)
+        self.turn = 4.0 * np.pi * B * self.slope  # of the mirrored normal
+        self.shifted = self.turn * self.slope * jnp.abs(jnp.tan(view))  # by the eye's parallax
+        square = 0.5 * (self.turn**2 + self.parallax**2)
         some = square > 0.0  # a root has no slope at zero
         self.modulation = jnp.where(some, jnp.sqrt(jnp.where(some, square, 1.0)), 0.0)
         self.valid = (a >= 0) & (f > 0) & (B >= 0) & (Bx >= 0)

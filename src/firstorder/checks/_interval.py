@@ -80,7 +80,7 @@ class Interval(eqx.Module):
         return Interval(jnp.maximum(found.lo, 0.0), found.hi)
 
     def within(self, low: ArrayLike, high: ArrayLike) -> Interval:
-        """What is known to lie between two numbers besides."""
+        """The interval cut to one that is known to hold the number, too."""
         return Interval(jnp.clip(self.lo, low, high), jnp.clip(self.hi, low, high))
 
 

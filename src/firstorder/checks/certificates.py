@@ -50,7 +50,7 @@ from firstorder.scene._primitives import BACK, FRONT
 
 
 class Certificate(NamedTuple):
-    """What is proved of irradiance at a receiver.
+    """A proved bound on the error of irradiance at a receiver.
 
     Attributes:
         error: bound on its absolute error, in each band if there are any [W/m]; infinity if
@@ -158,7 +158,7 @@ def _meetings(scene: Scene) -> Meetings:
 
 
 class _World(NamedTuple):
-    """What every ray of a receiver needs, in one precision.
+    """Shapes, receiver and light as the rays of one receiver need them, in one precision.
 
     Attributes:
         emission: front and back of each shape [W/(m rad)].

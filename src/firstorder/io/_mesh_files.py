@@ -36,7 +36,7 @@ class Part(NamedTuple):
 
 
 class _Refused(ValueError):
-    """What is wrong with a file, in words of ours."""
+    """A fault of a mesh file, in words of ours."""
 
 
 def read_parts(path: pathlib.Path, trimesh: Any) -> list[Part]:

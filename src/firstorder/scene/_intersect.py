@@ -38,7 +38,7 @@ Rays = tuple[Float[Array, "r d"], Float[Array, "r d"], Int[Array, " r"]]
 
 
 def ranks(emission: Float[Array, "n 2 ..."]) -> Int[Array, " n"]:
-    """What shines before what does not, and of equals the later: a number for each shape.
+    """Rank of each shape among those in one place: higher if it shines, and then if it is later.
 
     That of a shape that shines is its number and n.
 

@@ -4,14 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from tests.fuzz.changes import Rng, copied, power_of_ten, power_of_two, shift
 from tests.fuzz.flatland.layout import CIRCLE, FIRST, LAMP, SPARE, Flat
-
-Rng = np.random.Generator
-
-
-def copied(s: Flat) -> Flat:
-    """The same numbers in arrays of their own, in double precision."""
-    return Flat(*(np.array(a, float) for a in s))
 
 
 def order(s: Flat, rng: Rng) -> Flat:
@@ -48,32 +42,6 @@ def turn(s: Flat, rng: Rng) -> Flat:
     s.arc[:, 3] += angle
     s.at[:, 2] += angle
     return s
-
-
-def shift(s: Flat, rng: Rng) -> Flat:
-    """By up to ten times its size."""
-    s = copied(s)
-    step = rng.uniform(-10.0, 10.0, (len(s.at), 2)) * s.size[:, None]
-    for places in s.places:
-        places += step.reshape(len(step), *(1,) * (places.ndim - 2), 2)
-    return s
-
-
-def _in_unit(s: Flat, unit: float) -> Flat:
-    s = copied(s)
-    for lengths in s.lengths:
-        lengths *= unit
-    return s
-
-
-def power_of_two(s: Flat, rng: Rng) -> Flat:
-    """In another unit of length, without rounding."""
-    return _in_unit(s, 2.0 ** rng.integers(-20, 21))
-
-
-def power_of_ten(s: Flat, rng: Rng) -> Flat:
-    """In another unit of length."""
-    return _in_unit(s, 10.0 ** rng.integers(-6, 7))
 
 
 def split(s: Flat, rng: Rng) -> Flat:

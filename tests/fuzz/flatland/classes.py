@@ -5,10 +5,9 @@ A class takes scenes and a generator of random numbers, and puts what is nasty i
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
+from tests.fuzz.classes import Classes
 from tests.fuzz.flatland.layout import (
     ARC,
     BACK,
@@ -23,13 +22,8 @@ from tests.fuzz.flatland.layout import (
 )
 
 Rng = np.random.Generator
-CLASSES: dict[str, Callable[[Flat, Rng], None]] = {}
-
-
-def nasty(make: Callable[[Flat, Rng], None]) -> Callable[[Flat, Rng], None]:
-    """Lists a class under the name of its function."""
-    CLASSES[make.__name__] = make
-    return make
+CLASSES = Classes()
+nasty = CLASSES.nasty
 
 
 def drawn(name: str, rng: Rng, count: int) -> Flat:

@@ -4,14 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from tests.fuzz.changes import Rng, copied, power_of_ten, power_of_two, shift
 from tests.fuzz.space.layout import LAMP, SPARE, Space
-
-Rng = np.random.Generator
-
-
-def copied(s: Space) -> Space:
-    """The same numbers in arrays of their own, in double precision."""
-    return Space(*(np.array(a, float) for a in s))
 
 
 def order(s: Space, rng: Rng) -> Space:
@@ -41,32 +35,6 @@ def turn(s: Space, rng: Rng) -> Space:
     for a in (*s.places, *s.edges):
         a[:] = a @ R.T
     return s
-
-
-def shift(s: Space, rng: Rng) -> Space:
-    """By up to ten times its size."""
-    s = copied(s)
-    step = rng.uniform(-10.0, 10.0, (len(s.at), 3)) * s.size[:, None]
-    for a in s.places:
-        a += step.reshape(len(step), *(1,) * (a.ndim - 2), 3)
-    return s
-
-
-def _in_unit(s: Space, unit: float) -> Space:
-    s = copied(s)
-    for lengths in s.lengths:
-        lengths *= unit
-    return s
-
-
-def power_of_two(s: Space, rng: Rng) -> Space:
-    """In another unit of length, without rounding."""
-    return _in_unit(s, 2.0 ** rng.integers(-20, 21))
-
-
-def power_of_ten(s: Space, rng: Rng) -> Space:
-    """In another unit of length."""
-    return _in_unit(s, 10.0 ** rng.integers(-6, 7))
 
 
 def split(s: Space, rng: Rng) -> Space:

@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
+from tests.fuzz.classes import Classes
 from tests.fuzz.space.layout import BACK, BALL, FRONT, LAMP, TRIANGLE, Space, spared, unit
 
 Rng = np.random.Generator
-CLASSES: dict[str, Callable[[Space, Rng], None]] = {}
-
-
-def nasty(make: Callable[[Space, Rng], None]) -> Callable[[Space, Rng], None]:
-    """Lists a class under the name of its function."""
-    CLASSES[make.__name__] = make
-    return make
+CLASSES = Classes()
+nasty = CLASSES.nasty
 
 
 def drawn(name: str, rng: Rng, count: int) -> Space:

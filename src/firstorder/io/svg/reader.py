@@ -271,7 +271,7 @@ class _Reader:
             yield from self.walk(child, inner, depth + 1)
 
     def _own(self, node: Node) -> _Own:
-        """What the element itself says."""
+        """Style, material and transform of an element itself, without those it inherits."""
         style, data, own = self.sheet.of(node), {}, node.attributes
         transform = style.get("transform", "none")
         for key, value in own.items():

@@ -36,7 +36,7 @@ class Faces(NamedTuple):
 
 
 class Edges(NamedTuple):
-    """What the outlines of a scene are made of.
+    """Vertices and edges of all flat faces of a scene, and which of them touch.
 
     Attributes:
         vertices: [m].
