@@ -75,7 +75,7 @@ test: $(READY)
 
 # The import hook off: what a user runs.
 smoke: $(READY)
-	$(PYTEST) -n $(WORKERS) --maxprocesses 8 --jaxtyping-packages= -m smoke $(PYTEST_ARGS)
+	SHAPE_CHECKS=off $(PYTEST) -n $(WORKERS) --maxprocesses 8 -m smoke $(PYTEST_ARGS)
 
 # The lowest versions that pyproject.toml allows, in an environment of their own.
 smoke-lowest:
@@ -91,7 +91,7 @@ fuzz: $(READY)
 
 # One process, no import hook, and no compilation cache: a first call that is timed must compile.
 bench: $(READY)
-	FIRSTORDER_CACHE=off $(PYTEST) benchmarks -p no:xdist --jaxtyping-packages= \
+	FIRSTORDER_CACHE=off SHAPE_CHECKS=off $(PYTEST) benchmarks -p no:xdist \
 	    --benchmark-enable $(PYTEST_ARGS)
 
 lint: $(READY)

@@ -25,6 +25,12 @@ for _info in pkgutil.walk_packages(firstorder.__path__, "firstorder."):
     if not _info.name.endswith("__main__") and ".checks.cases." not in _info.name:
         importlib.import_module(_info.name)
 
+# What is imported stays; and JAX makes so many objects that the collector, at Python's thresholds,
+# takes a tenth of the processor time of the suite.
+gc.collect()
+gc.freeze()
+gc.set_threshold(100_000, 20, 50)
+
 
 def pytest_collection_modifyitems(items):
     for item in items:

@@ -26,6 +26,8 @@ import tempfile
 from collections.abc import Iterator
 from typing import NamedTuple
 
+from tests.shape_checks import SWITCH
+
 ROOT = pathlib.Path(__file__).parent.parent
 # Seconds of processor time, so that a busy machine decides nothing; a fault that runs on is seen.
 LIMIT = 600
@@ -209,8 +211,8 @@ def is_seen(fault: Fault, tree: pathlib.Path, limit: int = LIMIT) -> bool:
     file.write_text(fault.applied(source), encoding="utf-8")
     flags = "--xla_backend_optimization_level=0"
     environment = os.environ | {"PYTHONPATH": str(tree / "src"), "XLA_FLAGS": flags}
-    # Types are judged by their own tool: without the import hook a process starts in a tenth.
-    options = ["-n", "0", "-q", "-x", "--jaxtyping-packages=", "-p", "no:cacheprovider"]
+    environment[SWITCH] = "off"  # types are judged by their own tool, and this starts sooner
+    options = ["-n", "0", "-q", "-x", "-p", "no:cacheprovider"]
     # The shell bounds the time: between fork and exec Python must not, as JAX has threads.
     bound = ["sh", "-c", f'ulimit -t {limit} && exec "$@"', "sh"]
     command = [*bound, sys.executable, "-m", "pytest", *options, *judges_of(fault.path, tree)]
