@@ -19,6 +19,7 @@ import importlib.machinery
 import inspect
 import os
 import sys
+from typing import ParamSpecArgs, ParamSpecKwargs
 
 import pytest
 from beartype import BeartypeConf, beartype
@@ -38,19 +39,46 @@ def checked(thing):
             thing.__init__ = checked(thing.__init__)
             setattr(thing.__init__, _NAME, True)
         return thing
-    hints = getattr(thing, "__annotations__", {})
-    # `*args: P.args` says what another function takes, and that one is checked itself.
-    if not hints or any(str(hint).endswith("P.args") for hint in hints.values()):
+    if not getattr(thing, "__annotations__", None):
         return thing
-    asked = _by_beartype(thing)
+    if inspect.isgeneratorfunction(thing):  # beartype would ask when its first item is asked for
+        return jaxtyped(thing, typechecker=_by_beartype)
 
     @functools.wraps(thing)
     def call(*args, **kwargs):
         __tracebackhide__ = True
+        nonlocal asked
+        asked = asked or _asked(thing)
         with jaxtyped("context"):
             return asked(*args, **kwargs)
 
+    asked = None
     return call
+
+
+def _asked(thing):
+    """A function under beartype, when it is first called: by then its module knows all names."""
+    hints = thing.__annotations__
+    known = {name: _evaluated(hint, thing.__globals__) for name, hint in hints.items()}
+    try:
+        thing.__annotations__ = {name: hint for name, hint in known.items() if hint is not None}
+        return _by_beartype(thing)
+    finally:
+        thing.__annotations__ = hints
+
+
+def _evaluated(hint, names):
+    """What an annotation stands for; None for one that names what only type checkers import.
+
+    `*args: P.args` says what another function takes, and that one is checked itself.
+    """
+    if not isinstance(hint, str):
+        return hint
+    try:
+        hint = eval(hint, names)
+    except (NameError, AttributeError):
+        return None
+    return None if isinstance(hint, ParamSpecArgs | ParamSpecKwargs) else hint
 
 
 # --- as modules are imported ---------------------------------------------------------------------
