@@ -3,8 +3,8 @@
 The scene is `d05.shared.creatures`, shaded as `d05.shared.shading` says; criteria are
 `d05.shared.sampling`'s. The density is the bandwidth itself, as the paper has "a set of image
 samples given a bandwidth map" (Fig. 17 scans its powers), and a tenth of the samples anywhere. The
-mean distance of blockers is found as in the paper from 100 rays at 20,000 points and spread over
-the image by the filter of Fig. 17. Beside the paper's criterion stands what it asks for at its end,
+mean distance of blockers is found as in the paper from 100 rays at 20,000 points, between which
+slopes are linear over triangles. Beside the paper's criterion stands what it asks for at its end,
 slopes weighted by the light, which also counts the diffuse lobe and the band of the light.
 
 "Increased in areas of ...": median density in the upper quarter of that quantity over the rest,
@@ -35,7 +35,7 @@ def draw(quick: bool) -> Drawing:
     world, count = creatures.world(quick), shared.budget(quick)
     view = shading.view(world)
     truth = shading.reference(world).sum(-1)
-    found = shared.criteria(world, view, count)
+    found = shared.criteria(world, view, count, share=1.0)
     density = {name: shared.spread(B) for name, B in found.maps.items()}
     samples = {name: shared.chosen(d, count) for name, d in density.items()}
 

@@ -35,7 +35,6 @@ from figures.d05.shared import sampling as shared
 from figures.d05.shared.readings import most
 from figures.style import Drawing
 from figures.verdicts import Measurement, Statement
-from firstorder.reconstruction.bilateral import bilateral_widths
 
 POWERS = (0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0)
 CROPS = {
@@ -55,7 +54,7 @@ def draw(quick: bool) -> Drawing:
 
 def _powers(run: compared.Run, found: compared.Compared) -> list[Statement | Measurement]:
     """The density as powers of the bandwidth with blockers."""
-    even, least = found.table["even", "bilateral"], {}
+    even, least = found.table["even", compared.WAYS[0]], {}
     for power in POWERS:
         e = run.errors(shared.spread(run.found.maps["plain"], power), run.count)
         least[power] = float(np.min(even / compared.lacks(e)))
@@ -75,8 +74,7 @@ def _without_blue(run: compared.Run, found: compared.Compared) -> Measurement:
     rng = np.random.default_rng(2)
     key = rng.exponential(size=density.shape) / density  # the smallest: drawn without replacement
     at = np.argwhere(key <= np.partition(key.ravel(), run.count - 1)[run.count - 1])
-    width = bilateral_widths(density, len(at))
-    made = shared.filtered(run.view, at, run.truth[tuple(at.T)], width)
+    made = shared.triangulated(run.view, at, run.truth[tuple(at.T)])
     e = np.array(compared.lacks(shared.errors(made, run.truth, run.white)))
     words = "Independent samples over blue noise, with blockers, the three measures"
-    return Measurement(words, compared.triple(e / found.table["plain", "bilateral"]))
+    return Measurement(words, compared.triple(e / found.table["plain", compared.WAYS[0]]))

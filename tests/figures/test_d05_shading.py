@@ -207,15 +207,17 @@ def test_four_samples_a_pixel_are_shaded_where_their_labels_differ(shapes, tmp_p
     """Against all of them shaded: inside of one label a pixel's own value stands for its four."""
     monkeypatch.setattr(shading, "FOLDER", tmp_path)
     view, truth = shading.view(shapes), shading.reference(shapes).sum(-1)
-    found = shading.finer(shapes, truth, view.label)
+    found = shading.finer(shapes, truth, view.label, 1.0)
     double = shapes._replace(columns=80, rows=50)
     fine = shading.view(double)
     four = shading.shade(double, fine.points).sum(-1).reshape(80, 50)
     edge = sampling.averaged((fine.label != np.kron(view.label, np.ones((2, 2), int))) * 1.0) > 0.0
     assert 10 < np.sum(edge) < 40
-    assert np.all(found[~edge] == truth[~edge])
+    np.testing.assert_allclose(found[~edge], shading.shown(truth, 1.0)[~edge], rtol=1e-14)
     own = np.kron(truth, np.ones((2, 2)))
     wide = np.kron(edge, np.ones((2, 2), bool))
     np.testing.assert_allclose(
-        found[edge], sampling.averaged(np.where(wide, four, own))[edge], rtol=1e-12
+        found[edge],
+        sampling.averaged(shading.shown(np.where(wide, four, own), 1.0))[edge],
+        rtol=1e-12,
     )

@@ -66,6 +66,20 @@ def test_blocks_on_the_host_keep_rows_and_are_compiled_once(count):
     assert traced[0][0].shape == (7, 3)
 
 
+def test_blocks_abreast_are_the_same_blocks():
+    """The first is done alone, so that what it compiles is there for the others."""
+    done = []
+
+    def f(x):
+        done.append(len(done))
+        return jnp.cumsum(x)
+
+    x = np.arange(64.0)
+    one, several = (host_blocks(f, x, 5, abreast) for abreast in (1, 3))
+    np.testing.assert_array_equal(one, several)
+    assert len(done) == 2 * 13
+
+
 @pytest.mark.parametrize("count", [0, 1, 7, 8, 9, 64, 65])
 def test_rows_on_the_host_are_filled_up_to_a_power_of_two(count):
     seen = []

@@ -84,11 +84,11 @@ def test_lamps_and_skies_of_one_number_are_the_same_in_all_bands():
 
 
 def test_shadow_rays_are_traced_once_for_all_bands(monkeypatch):
-    traced, hidden = [], Renderer._hidden
-    monkeypatch.setattr(Renderer, "_hidden", lambda *a: traced.append(1) or hidden(*a))
+    traced, shares = [], programs.shares
+    monkeypatch.setattr(programs, "shares", lambda *a: traced.append(1) or shares(*a))
     for made in (world_of("colour"), one_band(world_of("colour"), 0)):
         Renderer(made).pixels(places())
-    assert len(traced) == 2  # there is one lamp, and one block of pixels
+    assert len(traced) == 2  # there is one block of pixels
 
 
 def test_what_shows_nothing_still_has_bands():

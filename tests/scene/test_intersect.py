@@ -1,5 +1,6 @@
 """The search for the first hit: few shapes, many shapes, blocks that do not come out even."""
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -68,3 +69,25 @@ def test_each_shape_answers_for_itself():
     first = intersect.picked(GROUPS, jnp.asarray(9), lambda shape: shape.center)
     np.testing.assert_allclose(first, [0.0, 0.0, -3.0])
     assert [len(numbers) for _, numbers in intersect.numbered(GROUPS)] == [9, 2]
+
+
+@pytest.mark.parametrize("directions", [1, 70])
+def test_free_ways_end_at_the_nearest_shape(directions):
+    """Of all places in all directions, which may be the same everywhere, and of any length."""
+    rays = 3.0 * ALONG[None] if directions == 1 else jnp.stack([jnp.roll(ALONG, k, 0) for k in
+                                                                range(70)])  # fmt: skip
+    on = jnp.where(jnp.arange(70) % 3 == 0, 4, intersect.MISS)
+    found = intersect.free_ways(GROUPS, ORIGINS, list(jnp.moveaxis(rays, -1, 0)), on)
+    rays = jnp.broadcast_to(rays, (70, 70, 3))
+    true = jnp.stack([
+        jax.vmap(shape.distance, (0, 0, 0))(
+            jnp.repeat(ORIGINS, 70, 0), rays.reshape(-1, 3), jnp.repeat(on == k, 70)
+        )
+        for k, shape in enumerate(each for g in GROUPS for each in rows(g))
+    ])  # fmt: skip
+    np.testing.assert_allclose(found, true.min(0).reshape(70, 70), rtol=1e-12)
+
+
+def rows(group):
+    """The shapes of a group one by one."""
+    return [jax.tree.map(lambda a, k=k: a[k], group) for k in range(group.count)]

@@ -20,13 +20,15 @@ from figures.r07.shared.table import show
 from figures.timing import Ratio
 from figures.verdicts import OURS, Measurement, Statement, at_least, at_most
 from firstorder import plotting
-from firstorder.reconstruction.bilateral import bilateral_widths
+from firstorder.caching import ssim
 
-WAYS = ("bilateral", "delaunay")
+WAYS = ("delaunay", "bilateral")  # the default, and the paper's
 STEPS = (0.25, 1.0, 4.0)  # times the paper's samples
 NAMES = {"even": "uniform", **shared.WORDS}
 COMPARED = ("even", "plain", "light")  # over budgets
 MEASURES = ("RMSE", "RMSE on screen", "1 - SSIM")
+COSTS = ("rays", "time", "mirror")
+BY = {"delaunay": "", "bilateral": ", both by the filter"}
 
 Errors = tuple[float, float, float]
 Crops = dict[str, tuple[float, float, float, float]]
@@ -54,19 +56,19 @@ class Run:
         self.density = {"even": np.ones(self.truth.shape)}
         self.density |= {k: shared.spread(B) for k, B in self.found.maps.items()}
 
-    def errors(self, density: np.ndarray, count: int, way: str = "bilateral") -> Errors:
+    def errors(self, density: np.ndarray, count: int, way: str = WAYS[0]) -> Errors:
         """RMSE, RMSE on screen and SSIM of an image of that many samples."""
         made = shared.image(self.view, self.truth, density, count, way)
         return shared.errors(made, self.truth, self.white)
 
-    def seeds(self, crops: Crops, count: int) -> dict[str, np.ndarray]:
-        """Errors by density at each seed of the samples: the three, then on screen at each crop."""
-        true, found = shared.shown(self.truth, self.white), {"even": [], "plain": []}
+    def seeds(self, crops: Crops, count: int) -> dict[tuple[str, str], np.ndarray]:
+        """Errors by density and way at each seed: the three, then on screen at each crop."""
+        true = shared.shown(self.truth, self.white)
+        found = {(name, way): [] for name in ("even", "plain") for way in WAYS}
         for seed in range(count):
-            for name, rows in found.items():
-                made = shared.image(
-                    self.view, self.truth, self.density[name], self.count, seed=seed
-                )
+            for (name, way), rows in found.items():
+                density = self.density[name]
+                made = shared.image(self.view, self.truth, density, self.count, way, seed)
                 miss = shared.shown(made, self.white) - true
                 at = [miss[_crop(true, box)] for box in crops.values()]
                 own = lacks(shared.errors(made, self.truth, self.white))
@@ -76,58 +78,59 @@ class Run:
     def costs(self, rounds: int) -> dict[str, Ratio]:
         """What a criterion costs over the shading of all samples, measured in turns.
 
-        Blockers' rays and shading are timed for some of the points; their filter and differences
-        for the whole image.
+        Rays to find blockers, their triangles and differences are timed as they are used; shading
+        for some of the samples.
         """
-        even = self.density["even"]
-        at = shared.chosen(even, self.count)
-        some, width = at[: 4 * shading.BLOCK], bilateral_widths(even, len(at))
+        at = shared.chosen(self.density["even"], self.count)
+        first = shared.chosen(self.density["even"], self.found.asked)
+        some = at[: 4 * shading.BLOCK]
         points = shading.some(self.view.points, some @ (self.truth.shape[1], 1))
-        value, share = self.found.plain[tuple(at.T)], self.count / len(some)
+        value, share = self.found.plain[tuple(first.T)], self.count / len(some)
 
         def blockers():
-            return shared.slopes_at(shared.plain_rays, self.world, self.view, some)
+            return shared.slopes_at(shared.plain_rays, self.world, self.view, first)
 
         spent = []
         for _ in range(rounds + 1):
-            rays = share * timing.seconds(blockers)
+            rays = timing.seconds(blockers)
             shaded = share * timing.seconds(lambda: shading.shade(self.world, points))
-            filters = timing.seconds(lambda: shared.filtered(self.view, at, value, width))
+            over = timing.seconds(lambda: shared.triangulated(self.view, first, value))
             turns = timing.seconds(lambda: shared.criterion(self.world, self.view))
-            spent.append((rays + filters + turns, turns, shaded))
-        found = {"time": 0, "mirror": 1}  # the first round compiles
-        rays = Ratio(shared.RAYS / shading.PER_SAMPLE, 0.0)
+            spent.append((rays + over + turns, turns, shaded, rays, over))
+        found = {"time": 0, "mirror": 1, "rays alone": 3, "triangles": 4}  # round 0 compiles
+        asked = self.found.asked / self.count * shared.RAYS / shading.PER_SAMPLE
+        rays = Ratio(asked, 0.0)
         return {"rays": rays} | {
             name: timing.of_rounds([(one[k], one[2]) for one in spent[1:]])
             for name, k in found.items()
         }
 
     def finely(self) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-        """The truth and the images with four visibility samples a pixel."""
+        """The truth and the images with four visibility samples a pixel, on a screen."""
         fine = self.world._replace(columns=2 * self.world.columns, rows=2 * self.world.rows)
         seen, images = shading.view(fine), {}
         for name in ("even", "plain"):
             at = shared.chosen(self.density[name], self.count)
-            width = bilateral_widths(self.density[name], len(at))
-            images[name] = shared.finely(self.view, seen, at, self.truth[tuple(at.T)], width)
-        return shading.finer(self.world, self.truth, self.view.label), images
+            value = self.truth[tuple(at.T)]
+            images[name] = shared.finely(self.view, seen, at, value, self.white)
+        return shading.finer(self.world, self.truth, self.view.label, self.white), images
 
 
 class Compared(NamedTuple):
     """Errors of images, and the images of four visibility samples.
 
     Attributes:
-        seeds: errors by density, (seeds, three measures and a crop each).
+        seeds: errors by density and way, (seeds, three measures and a crop each).
         table: errors by density and way, at equal samples.
         cost: of a criterion over the shading of all samples, by what is counted.
         equal: errors of uniform images that cost as much, by what is counted and way.
         budgets: of samples.
         curves: the three errors at them by density and way, (budgets, 3).
-        true: the truth with four visibility samples a pixel.
+        true: the truth with four visibility samples a pixel, as a screen shows it.
         images: the same of few samples, uniform and with blockers.
     """
 
-    seeds: dict[str, np.ndarray]
+    seeds: dict[tuple[str, str], np.ndarray]
     table: dict[tuple[str, str], np.ndarray]
     cost: dict[str, Ratio]
     equal: dict[tuple[str, str], np.ndarray]
@@ -157,6 +160,7 @@ def compared(run: Run, crops: Crops, quick: bool) -> Compared:
     equal = {
         (k, w): np.array(lacks(run.errors(density["even"], int(N * (1.0 + c.mean)), w)))
         for k, c in cost.items()
+        if k in COSTS
         for w in WAYS
     }
     return Compared(seeds, table, cost, equal, budgets, curves, *run.finely())
@@ -172,10 +176,9 @@ def drawn(run: Run, found: Compared, crops: Crops) -> Any:
     words = next(iter(crops))
     looks = {"reference": found.true, "uniform": even, "adaptive": plain}
     for k, (name, values) in enumerate(looks.items()):
-        screen = shared.shown(values, run.white)
-        part = screen[_crop(screen, crops[words])]
+        part = values[_crop(values, _as_wide(crops[words]))]
         options = dict(cmap="gray", vmin=0.0, vmax=1.0)
-        show(axes[0, k], screen, f"{'abc'[k]}) {name}", **options)
+        show(axes[0, k], values, f"{'abc'[k]}) {name}", **options)
         show(axes[1, k], part, f"{'def'[k]}) {name}, the {words.split()[-1]}", **options)
     _error(axes[2, 0], even - found.true, "g) error, uniform")
     _error(axes[2, 1], plain - found.true, "h) error, adaptive")
@@ -190,13 +193,23 @@ def _crop(values: np.ndarray, box: tuple[float, float, float, float]) -> tuple[s
     return slice(int(left * w), int(right * w)), slice(int(low * h), int(high * h))
 
 
+def _as_wide(box: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
+    """The part about a box that has the image's proportions, so that all panels are alike."""
+    left, low, right, high = box
+    side = max(right - left, high - low)
+    x, y = (
+        min(max(0.5 * (a + b - side), 0.0), 1.0 - side) for a, b in ((left, right), (low, high))
+    )
+    return x, y, x + side, y + side
+
+
 def _error(ax, miss, title: str) -> None:
-    show(ax, abs(miss), f"{title} (white: 0.1 W/(m$^2$ sr))", cmap="gray", vmin=0.0, vmax=0.1)
+    show(ax, abs(miss), f"{title} (on screen, white: 0.1)", cmap="gray", vmin=0.0, vmax=0.1)
 
 
 def _curves(ax, found: Compared) -> None:
     for (name, way), errors in found.curves.items():
-        style = "o-" if way == "bilateral" else "^--"
+        style = "o-" if way == "delaunay" else "^--"
         label = f"{NAMES[name]}, {'filter' if way == 'bilateral' else 'triangles'}"
         colour = plotting.COLOURS[COMPARED.index(name)]
         ax.loglog(found.budgets, errors[:, 0], style, color=colour, markersize=3,
@@ -204,6 +217,7 @@ def _curves(ax, found: Compared) -> None:
     ax.set(title="i) error by budget", xlabel="samples",
            ylabel="RMSE (W/(m$^2$ sr))")  # fmt: skip
     ax.set_xticks(found.budgets, [f"{n:,}" for n in found.budgets])
+    ax.set_box_aspect(found.true.shape[1] / found.true.shape[0])
     ax.minorticks_off()
     ax.legend(fontsize=5.5)
 
@@ -211,7 +225,7 @@ def _curves(ax, found: Compared) -> None:
 def kept(run: Run, found: Compared) -> tuple[dict, dict, str]:
     """Arrays, curves and the size in words, as a `Drawing` has them."""
     arrays = {"truth": found.true, **{f"image {k}": v for k, v in found.images.items()}}
-    arrays |= {f"seeds {k}": v for k, v in found.seeds.items()}
+    arrays |= {f"seeds {k}, {w}": v for (k, w), v in found.seeds.items()}
     columns = {f"{NAMES[k]}, {w}": v[:, 0] for (k, w), v in found.curves.items()}
     size = f"{run.world.columns} x {run.world.rows} pixels, {run.count} samples"
     return arrays, {"rmse": {"samples": found.budgets, **columns}}, size
@@ -221,9 +235,7 @@ def kept(run: Run, found: Compared) -> tuple[dict, dict, str]:
 
 WHY = {
     "rays": "As many samples more as the rays to find blockers would shade buy more than these do.",
-    "time": "A ray that is asked for a distance costs two to three times one that is only asked "
-    "whether it is hidden, and the filter that spreads what they find is counted too: what "
-    "blockers cost would shade as many samples again, and more.",
+    "time": "What finding blockers costs would shade more than it saves.",
     "mirror": "What the criterion costs would shade more than it saves.",
 }
 
@@ -255,13 +267,15 @@ def claims(run: Run, found: Compared, crops: Crops) -> list[Statement | Measurem
 
 def _equal_samples(found: Compared, crops: Crops) -> list[Statement]:
     """Uniform over adaptive by seeds; the adaptive one's density is the bandwidth itself."""
-    ratio = found.seeds["even"] / found.seeds["plain"]
+    ratio, claims = found.seeds["even", WAYS[0]] / found.seeds["plain", WAYS[0]], []
     scanned = f"{len(ratio)} seeds of the samples"
-    claims = []
-    for k, words in enumerate(MEASURES):
-        mean, error = over(ratio[:, k])
-        claims.append(Statement(f"Uniform over adaptive at 20,000 samples: {words}", "better", mean,
-                                smaller(), "D05 Fig. 17", "times", error, scanned))  # fmt: skip
+    for way in WAYS:
+        each = found.seeds["even", way] / found.seeds["plain", way]
+        for k, words in enumerate(MEASURES):
+            mean, error = over(each[:, k])
+            claims.append(Statement(f"Uniform over adaptive at 20,000 samples{BY[way]}: {words}",
+                                    "better", mean, smaller(), "D05 Fig. 17", "times", error,
+                                    scanned))  # fmt: skip
     for k, words in enumerate(crops, start=len(MEASURES)):
         mean, error = over(ratio[:, k])
         claims.append(Statement(f"Uniform over adaptive, error on screen at {words}",
@@ -281,28 +295,35 @@ def _equal_cost(found: Compared) -> list[Statement | Measurement]:
         cost = found.cost[kind]
         claims.append(Measurement(f"Uniform samples at {how}, over adaptive ones", 1.0 + cost.mean,
                                   "times", cost.error or None))  # fmt: skip
-        for way, other in (("bilateral", ""), ("delaunay", ", both over triangulations")):
+        for way in WAYS:
             least, error = _least(found, kind, name, way)
+            count = len(found.seeds["even", way])
             claims.append(Statement(
-                f"Uniform over adaptive at {how}{other}: least of the three measures", None, least,
-                smaller(), OURS, "times", error, f"{len(found.seeds['even'])} seeds of the samples",
-                WHY[kind],
+                f"Uniform over adaptive at {how}{BY[way]}: least of the three measures", None,
+                least, smaller(), OURS, "times", error, f"{count} seeds of the samples", WHY[kind],
             ))  # fmt: skip
+    cost = found.cost["time"]
+    claims.append(Statement("Finding blockers over the shading of 20,000 samples, processor time",
+                            None, cost.mean, at_most(0.2, "a fifth"), OURS, "times", cost.error,
+                            "rounds in turns"))  # fmt: skip
+    parts = (("rays alone", "rays"), ("triangles", "triangles"), ("mirror", "differences"))
+    for kind, words in parts:
+        cost = found.cost[kind]
+        claims.append(Measurement(f"... of that {words}", cost.mean, "times", cost.error))
     return claims
 
 
 def _least(found: Compared, kind: str, name: str, way: str) -> tuple[float, float]:
     """The least ratio where a uniform image costs as much as an adaptive one, and its error.
 
-    At equal samples the filter's ratio with blockers is the mean over seeds; without blockers and
-    over triangulations there is one seed. What more samples gain is measured at one seed; the cost
-    is known to its own error.
+    At equal samples the ratio with blockers is the mean over seeds; without blockers there is one
+    seed. What more samples gain is measured at one seed; the cost is known to its own error.
     """
-    cost, count = found.cost[kind], len(found.seeds["even"])
-    each = {k: np.log(v[:, : len(MEASURES)]) for k, v in found.seeds.items()}
+    cost, count = found.cost[kind], len(found.seeds["even", way])
+    each = {k: np.log(found.seeds[k, way][:, : len(MEASURES)]) for k in ("even", "plain")}
     spread = np.std(each["even"] - each["plain"], 0, ddof=1)
     ratio = np.log(found.table["even", way] / found.table[name, way])
-    if (name, way) == ("plain", "bilateral"):
+    if name == "plain":
         ratio, spread = np.mean(each["even"] - each["plain"], 0), spread / np.sqrt(count)
     gain = np.log(found.equal[kind, way] / found.table["even", way])
     by_cost = gain / np.log1p(cost.mean) * cost.error / (1.0 + cost.mean)
@@ -316,7 +337,7 @@ def _measured(run: Run, found: Compared) -> list[Measurement]:
     """Errors themselves, and what the filter costs beside a triangulation."""
     rows = [
         Measurement(f"{', '.join(MEASURES)} at 20,000 samples, first seed: {words}",
-                    triple(found.table[name, "bilateral"]))
+                    triple(found.table[name, WAYS[0]]))
         for name, words in NAMES.items()
     ]  # fmt: skip
     rows += [
@@ -325,12 +346,17 @@ def _measured(run: Run, found: Compared) -> list[Measurement]:
                     "times")
         for name, words in NAMES.items()
     ]  # fmt: skip
-    four = {k: lacks(shared.errors(v, found.true, run.white)) for k, v in found.images.items()}
+    four = {k: np.array(_on_screen(v, found.true)) for k, v in found.images.items()}
     return [
         *rows,
-        Measurement("Uniform over adaptive with four visibility samples a pixel, the three "
-                    "measures", triple(np.array(four["even"]) / np.array(four["plain"]))),
+        Measurement("Uniform over adaptive with four visibility samples a pixel, RMSE on screen "
+                    "and 1 - SSIM", triple(four["even"] / four["plain"])),
     ]  # fmt: skip
+
+
+def _on_screen(found: np.ndarray, true: np.ndarray) -> tuple[float, float]:
+    """RMSE of what a screen shows, and what SSIM lacks of 1."""
+    return float(np.sqrt(np.mean((found - true) ** 2))), 1.0 - ssim(found, true, 1.0)
 
 
 def _falling(curves) -> Statement:

@@ -23,14 +23,15 @@ from figures.d05.shared.shading import (
     Points,
     World,
 )
-from firstorder.bandwidth.pixel_rates import blocker_distance
 from firstorder.imaging.camera import Pinhole, pinhole
 from firstorder.imaging.hits import gbuffer
 from firstorder.imaging.images import pixel_labels
-from firstorder.numerics._batching import host_blocks
-from firstorder.space import Scene, box, ellipsoid, first_shape, plane, primitive, sphere
+from firstorder.numerics._batching import host_blocks, in_blocks
+from firstorder.scene._intersect import free_ways
+from firstorder.space import Scene, box, ellipsoid, plane, primitive, sphere
 
 LOOKED = 4096  # primary rays at a time
+TOGETHER = 64  # points whose rays fit the second cache
 
 # Centre (forward, left, up) and half-axes of a creature's parts, in its own frame [m].
 PARTS = (
@@ -64,15 +65,17 @@ class Shapes(eqx.Module):
     @eqx.filter_jit
     def free(self, points: Points, w):
         """See `Tracer`."""
-        x, on = points.at.position[:, None], points.thing[:, None]
-        x, on = jnp.broadcast_to(x, w.shape), jnp.broadcast_to(on, w.shape[:2])
-        met = first_shape(self.scene, x.reshape(-1, 3), w.reshape(-1, 3), on.ravel())
-        return (met < 0).reshape(w.shape[:2]).astype(w.dtype)
+        return jnp.isinf(self.distance(points, w)).astype(w.dtype)
 
     @eqx.filter_jit
     def distance(self, points: Points, w):
         """See `Tracer`."""
-        return blocker_distance(self.scene, points.at.position, w, points.thing)
+
+        def some(rows):
+            x, w, on = rows
+            return free_ways(self.scene.groups, x, [w[..., k] for k in range(3)], on)
+
+        return in_blocks(some, (points.at.position, w, points.thing), TOGETHER)
 
 
 def world(quick: bool) -> World:

@@ -17,7 +17,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from figures.d05.shared import shading
-from figures.d05.shared.shading import Points, View, World, about, mirrored
+from figures.d05.shared.shading import Points, View, World, about, mirrored, shown
 from firstorder.bandwidth import pixel_rates as maps
 from firstorder.bandwidth import screen_space as screen
 from firstorder.caching import ssim
@@ -26,7 +26,7 @@ from firstorder.reconstruction.bilateral import bilateral_widths, cross_bilatera
 from firstorder.reconstruction.blue_noise import blue_noise_samples
 from firstorder.reconstruction.delaunay import delaunay_image
 
-RAYS = 100  # to find blockers, at as many points as there are samples
+RAYS = 100  # to find blockers, at some of the samples
 OF_SKY = dict(lamp=30, fill=10, ambient=10)  # of them, where slopes are weighted by light
 LIGHT = float(maps.rms_cutoff(1.0 / shading.WIDE**2))
 
@@ -171,12 +171,11 @@ def filtered(view: View, at: np.ndarray, value: np.ndarray, width: np.ndarray):
     return found
 
 
-def finely(view: View, fine: View, at: np.ndarray, value: np.ndarray, width: np.ndarray):
-    """The same at four visibility samples a pixel, and their mean."""
-    shows = view.depth[tuple(at.T)], view.normal[tuple(at.T)]
-    wide = 2.0 * np.repeat(np.repeat(width, 2, 0), 2, 1)
-    found = cross_bilateral(2.0 * at + 1.0, value, wide, fine.depth, fine.normal, shows=shows)
-    return averaged(found)
+def finely(view: View, fine: View, at: np.ndarray, value: np.ndarray, white: float):
+    """Values over the image at four visibility samples a pixel, by triangles: means on a screen."""
+    label = view.label[tuple(at.T)]
+    found = delaunay_image(2.0 * at + 1.0, value, *fine.label.shape, label=label, labels=fine.label)
+    return averaged(shown(found, white))
 
 
 def averaged(fine: np.ndarray) -> np.ndarray:
@@ -186,9 +185,10 @@ def averaged(fine: np.ndarray) -> np.ndarray:
 
 
 def triangulated(view: View, at: np.ndarray, value: np.ndarray) -> np.ndarray:
-    """Linear over a triangulation, not across labels."""
+    """Linear over a triangulation, not across labels; no value is negative."""
     label = view.label[tuple(at.T)]
-    return delaunay_image(at + 0.5, value, *view.label.shape, label=label, labels=view.label)
+    found = delaunay_image(at + 0.5, value, *view.label.shape, label=label, labels=view.label)
+    return np.maximum(found, 0.0)
 
 
 POWER, EVEN = 1.0, 0.1  # of densities: the bandwidth itself, and a tenth of the samples anywhere
@@ -204,7 +204,7 @@ def image(
     truth: np.ndarray,
     density: np.ndarray,
     count: int,
-    way: str = "bilateral",
+    way: str = "delaunay",
     seed: int = 0,
 ) -> np.ndarray:
     """What is made of samples that are placed at a density."""
@@ -213,11 +213,6 @@ def image(
     if way == "delaunay":
         return triangulated(view, at, value)
     return filtered(view, at, value, bilateral_widths(density, len(at)))
-
-
-def shown(value: np.ndarray, white: float) -> np.ndarray:
-    """As on a screen, in [0, 1]."""
-    return np.clip(value / white, 0.0, 1.0) ** (1.0 / 2.2)
 
 
 def errors(found: np.ndarray, truth: np.ndarray, white: float) -> tuple[float, float, float]:
@@ -243,20 +238,28 @@ class Found(NamedTuple):
         maps: bandwidths by name [cycles per pixel].
         plain: mean slope of blockers, the paper's [1/m].
         criterion: what they were made of.
+        asked: number of points from which blockers were looked for.
     """
 
     maps: dict[str, np.ndarray]
     plain: np.ndarray
     criterion: Criterion
+    asked: int
 
 
-def criteria(world: World, view: View, count: int) -> Found:
-    """All criteria of an image, with slopes from `count` points."""
-    even = np.ones(view.label.shape)
-    at = chosen(even, count)
-    width, slopes = bilateral_widths(even, len(at)), []
+def criteria(world: World, view: View, count: int, share: float = EVEN) -> Found:
+    """All criteria of an image of `count` samples, with slopes from a share of as many points.
+
+    Args:
+        world: the scene.
+        view: its pixels.
+        count: of samples.
+        share: of which blockers are found. `EVEN` of the samples lie evenly in every density and
+            are among the first of the blue noise: they are samples of the image as well.
+    """
+    at, slopes = chosen(np.ones(view.label.shape), max(int(share * count), 64)), []
     for kind in (plain_rays, lit_rays):
-        slopes += [filtered(view, at, a, width) for a in slopes_at(kind, world, view, at)]
+        slopes += [triangulated(view, at, a) for a in slopes_at(kind, world, view, at)]
     c = criterion(world, view)
     made = {"mirror": mirror(c), "plain": plain(c, slopes[0]), "light": lobes(c, *slopes[1:])}
-    return Found(made, slopes[0], c)
+    return Found(made, slopes[0], c, len(at))

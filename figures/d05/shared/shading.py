@@ -257,6 +257,11 @@ def _gathered(points: Points, lobes: Lobes, w, free):
     return jnp.where((points.thing >= 0)[:, None], value, 0.0)
 
 
+def shown(value: np.ndarray, white: float) -> np.ndarray:
+    """As on a screen, in [0, 1]."""
+    return np.clip(value / white, 0.0, 1.0) ** (1.0 / 2.2)
+
+
 # --- references ----------------------------------------------------------------------------------
 
 
@@ -271,14 +276,16 @@ def reference(world: World) -> np.ndarray:
     return np.stack([made["diffuse"], made["gloss"]], -1)
 
 
-def finer(world: World, truth: np.ndarray, label: np.ndarray) -> np.ndarray:
-    """The image with four visibility samples a pixel, kept as well.
+def finer(world: World, truth: np.ndarray, label: np.ndarray, white: float) -> np.ndarray:
+    """The image on a screen, means of four visibility samples a pixel, kept as well.
 
     Args:
         world: the scene.
         truth: radiance of all pixels.
         label: theirs; where a visibility sample's is another one it is shaded, elsewhere it takes
             its pixel's radiance.
+        white: radiance that a screen shows as white. Means are taken on the screen, so that edges
+            of what is brighter are smooth too.
     """
 
     def tile(p, _):
@@ -290,7 +297,8 @@ def finer(world: World, truth: np.ndarray, label: np.ndarray) -> np.ndarray:
         rows = np.flatnonzero(np.repeat(edge, 4))
         if len(rows):
             value[rows] = shade(world, some(fine.points, rows)).sum(-1)
-        return {"four": value.reshape(-1, 4).mean(1)}
+        return {"four": shown(value, white).reshape(-1, 4).mean(1)}
 
-    folder = world.folder.with_name(world.folder.name + "_four")
-    return render_tiles(tile, world.columns, world.rows, folder, side=100, key=world.key)["four"]
+    folder = world.folder.with_name(world.folder.name + "_screen")
+    key = f"{world.key} {white!r}"
+    return render_tiles(tile, world.columns, world.rows, folder, side=100, key=key)["four"]

@@ -258,7 +258,7 @@ def lobe_radiance(
     n, r = point.normal, mirrored(to_eye, point.normal)
     f, f_x, f_n, _ = _summed(_sent(lamp, point.position, n, r, None), seen)
     g, g_x, g_n, g_r = _summed(_sent(lamp, point.position, n, r, lobe.exponent), seen)
-    spread, polished = _scales(lobe)
+    spread, polished = lobe_factors(lobe)
     T, zero = point.tangents, jnp.zeros(3, f.dtype)
     grain = f / jnp.pi * lobe.slope @ T
     diffuse = LobeRadiance(
@@ -316,7 +316,7 @@ def shadow_edge_terms(
     slide = lamp.slide(point.position)
     n, r = point.normal, mirrored(to_eye, point.normal)
     found = []
-    for scale, exponent in zip(_scales(lobe), (None, lobe.exponent), strict=True):
+    for scale, exponent in zip(lobe_factors(lobe), (None, lobe.exponent), strict=True):
         f = _sent(lamp, point.position, n, r, exponent).f
         moved = _jumps(lamp, f[:, None, None] * slide, depth, seen)
         found.append(scale * moved @ point.tangents)
@@ -406,6 +406,6 @@ def _summed(sent: _Sent, seen: Shares) -> tuple[Scalar, Direction, Direction, Di
     return jnp.sum(f), f_x + ((4.0 + sent.s) * f * sent.inverse) @ sent.d, f_n, f_r
 
 
-def _scales(lobe: SurfaceReflectance) -> tuple[Scalar, Scalar]:
-    """Factors of the sums of the diffuse and of the glossy lobe."""
+def lobe_factors(lobe: SurfaceReflectance) -> tuple[Scalar, Scalar]:
+    """Factors `albedo / pi` and `specular (s + 2) / (2 pi)` of the sums of the two lobes."""
     return lobe.albedo / jnp.pi, lobe.specular * (lobe.exponent + 2.0) / (2.0 * jnp.pi)

@@ -86,10 +86,7 @@ def shade_point(
 
     Reference: R07 §5.2-5.3, eqs. 25-27, in space.
     """
-    dtype = at.point.position.dtype
-    value, gradient, edges = jnp.zeros((), dtype), jnp.zeros(2, dtype), jnp.zeros(2, dtype)
-    sizes = []
-    to_eye, footprint = at.view.to_eye, at.view.surface_D_p(at.point)
+    dtype, to_eye, found = at.point.position.dtype, at.view.to_eye, []
     for k, lamp in enumerate(lamps):
         lamp = oriented_light(lamp, at.point.base_normal)
         count = lamp.shape[0] * lamp.shape[1]
@@ -101,17 +98,31 @@ def shade_point(
                 for a, b in zip(shadows[k], (0, 1), strict=True)
             )
         terms = lobe_radiance(lamp, seen, at.point, to_eye, at.lobe)
-        value = value + sum(t.value for t in terms)
-        gradient = gradient + sum(t.image_gradient(at.view, at.point) for t in terms)
+        moved = jnp.zeros((2, 2), dtype)
         if shadows is not None and lamp.even:
-            moved = shadow_edge_terms(lamp, seen, depth, at.point, to_eye, at.lobe)
-            edges = edges + sum(moved) @ footprint
-        sizes.append(_parts(terms))
-    SV, DV, CDV = (sum(part) for part in zip(*sizes, strict=True))
+            moved = jnp.stack(shadow_edge_terms(lamp, seen, depth, at.point, to_eye, at.lobe))
+        found.append((terms, moved))
+    return shaded_pixel(at, found)
+
+
+def shaded_pixel(
+    at: SurfaceInteraction,
+    found: Sequence[tuple[tuple[LobeRadiance, LobeRadiance], Float[Array, "2 2"]]],
+) -> ShadedPixels:
+    """Pixel under all lights, from the terms of each, and from what moving shadows add to them.
+
+    Args:
+        at: as in `shade_point`.
+        found: for each light the terms of both lobes, and along t and b what shadows add to each.
+    """
+    value = sum(t.value for terms, _ in found for t in terms)
+    gradient = sum(t.image_gradient(at.view, at.point) for terms, _ in found for t in terms)
+    edges = sum(jnp.sum(moved, 0) for _, moved in found) @ at.view.surface_D_p(at.point)
+    SV, DV, CDV = (sum(part) for part in zip(*(_parts(terms) for terms, _ in found), strict=True))
     CV = jnp.stack([_size(at.point.spin), 2.0 * _size(at.point.spin)])
     return ShadedPixels(
         value, gradient, edges, _sizes(SV), _sizes(DV), CV, _sizes(CDV),
-        at.view.distance, dot(at.point.base_normal, to_eye), _size(at.S),
+        at.view.distance, dot(at.point.base_normal, at.view.to_eye), _size(at.S),
     )  # fmt: skip
 
 
@@ -134,6 +145,7 @@ def shade_rows(
     rows: np.ndarray,
     block: int,
     bands: int | None = None,
+    abreast: int = 1,
 ) -> ShadedPixels:
     """Some of many pixels, shaded in blocks of one size; the others are zeros.
 
@@ -143,6 +155,7 @@ def shade_rows(
         rows: which of them to shade.
         block: pixels at a time.
         bands: of what is seen, if it has any.
+        abreast: blocks that are shaded at a time, by threads.
     """
     count = len(given[0])
     if not len(rows):
@@ -157,7 +170,7 @@ def shade_rows(
         out[rows] = some
         return out
 
-    found = host_blocks(lambda block: shade(*block), tuple(a[rows] for a in given), block)
+    found = host_blocks(lambda block: shade(*block), tuple(a[rows] for a in given), block, abreast)
     return jax.tree.map(back, found)
 
 

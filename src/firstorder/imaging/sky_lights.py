@@ -229,14 +229,22 @@ class CosineSkyLight(eqx.Module):
 
     def about(self, n: Direction) -> DistantLight:
         """Light with its nodes above a surface of unit normal n."""
+        local, frame = self.local, orthonormal_frame(n)
+        w, area = local.way @ frame.T, local.area @ frame.T
+        L = jax.vmap(self.sky)(w)
+        return DistantLight(w, area, L, self.shape, True, n, local.steep)
+
+    @property
+    def local(self) -> DistantLight:
+        """The nodes of every surface in its own frame (`orthonormal_frame`), with radiance 1."""
         rows, columns = self.shape
         ends = np.sqrt(np.arange(rows + 1) / rows)
         width = np.repeat(np.diff(ends), columns)
         z = np.repeat(0.5 * (ends[1:] + ends[:-1]), columns) + self.shift[0] * width
         phi = _FULL / columns * (jnp.tile(jnp.arange(columns) + 0.5, rows) + self.shift[1])
-        w = cylindrical(jnp.sqrt(jnp.maximum(1.0 - z * z, 0.0)), phi, z) @ orthonormal_frame(n).T
+        w = cylindrical(jnp.sqrt(jnp.maximum(1.0 - z * z, 0.0)), phi, z)
         area = -w * (_FULL / columns * width)[:, None]
-        return DistantLight(w, area, jax.vmap(self.sky)(w), self.shape, True, n, 1.0 / width)
+        return DistantLight(w, area, jnp.ones(len(w), w.dtype), self.shape, True, steep=1.0 / width)
 
 
 def sky_light(

@@ -1,6 +1,7 @@
 """Maps over many rows, as many at a time as the memory nearest to the processor holds."""
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any, TypeVar
 
 import jax
@@ -115,22 +116,24 @@ def one_list(f: Callable[[S, X], Y]) -> Callable[[S, X], Y]:
     return listed
 
 
-def host_blocks(f: Callable[[X], Any], rows: X, block: int) -> Any:
+def host_blocks(f: Callable[[X], Any], rows: X, block: int, abreast: int = 1) -> Any:
     """Calls f on blocks of one size, one after another, and keeps what it returns on the host.
 
     A compiled f is compiled once, however many rows there are; copies of the first row, or zeros
-    if there is none, fill the last block up.
+    if there is none, fill the last block up. What f does on the host may go on beside what it has
+    compiled, if several blocks are at work; the first is done alone, so that it compiles once.
 
     Args:
         f: of one block.
         rows: an array, or a tree of arrays, with the rows along the leading axis.
         block: rows in a block.
+        abreast: blocks that are at work at a time, in threads.
 
     Returns:
         What f returns, as arrays of NumPy with the rows along their leading axis.
 
     Raises:
-        ValueError: if `block` is not positive.
+        ValueError: if `block` or `abreast` is not positive.
 
     Example:
         >>> import jax.numpy as jnp
@@ -140,6 +143,7 @@ def host_blocks(f: Callable[[X], Any], rows: X, block: int) -> Any:
         [0.0, 1.0, 4.0, 9.0, 16.0]
     """
     check_positive("block", block)
+    check_positive("abreast", abreast)
     rows = jax.tree.map(np.asarray, rows)
     count = jax.tree.leaves(rows)[0].shape[0]
     blocks = max(1, -(-count // block))
@@ -150,8 +154,18 @@ def host_blocks(f: Callable[[X], Any], rows: X, block: int) -> Any:
         return a.reshape(blocks, block, *a.shape[1:])
 
     leaves, tree = jax.tree.flatten(jax.tree.map(filled, rows))
-    parts = [f(tree.unflatten([jnp.asarray(a) for a in b])) for b in zip(*leaves, strict=True)]
-    return jax.tree.map(lambda *a: np.concatenate([np.asarray(x) for x in a])[:count], *parts)
+
+    def done(cut):
+        return jax.tree.map(np.asarray, f(tree.unflatten([jnp.asarray(a) for a in cut])))
+
+    first, *rest = zip(*leaves, strict=True)
+    parts = [done(first)]
+    if abreast == 1 or not rest:
+        parts += map(done, rest)
+    else:
+        with ThreadPoolExecutor(abreast) as pool:
+            parts += pool.map(done, rest)
+    return jax.tree.map(lambda *a: np.concatenate(a)[:count], *parts)
 
 
 def host_rows(f: Callable[[X], Any], rows: X, least: int = 64) -> Any:

@@ -4,7 +4,8 @@ Meshes and analytic shapes, one bounce of near lamps and of a sky with soft shad
 glossy lobes, bumps, normal maps and textures (`imaging.SurfaceMaps`); every pixel comes
 with its gradient, with what moving shadows add, and with R07's terms. Meshes are met by Embree,
 analytic shapes in JAX; what is found is shaded by the one code there is
-(`imaging._point_shading.shade_point`).
+(`imaging._light_terms`). Blocks of pixels are independent, and `ABREAST` of them are at work at a
+time: while Embree traces the shadow rays of one, another is shaded.
 
 Primitives are numbered: shapes of the scene, then models, then lamps. Light that was reflected
 before does not arrive; lamps hide nothing and are seen as they are.
@@ -22,33 +23,27 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, Int
 
-from firstorder.imaging._area_lights import Lamp, SampledLight
-from firstorder.imaging._interaction import facet_interaction, surface_interaction
-from firstorder.imaging._point_shading import (
-    OF_SHADED,
-    ShadedPixels,
-    node_occlusion,
-    oriented_light,
-    shade_point,
-    shade_rows,
-)
+from firstorder.imaging._area_lights import Lamp
+from firstorder.imaging._light_terms import Light
+from firstorder.imaging._point_shading import ShadedPixels, shade_rows
 from firstorder.imaging.camera import Pinhole
 from firstorder.imaging.facets import mesh_facets
 from firstorder.imaging.shading import SurfaceMaps
-from firstorder.imaging.sky_lights import CosineSkyLight, sky_light
+from firstorder.imaging.sky_lights import sky_light
 from firstorder.io.meshes import Embree
 from firstorder.io.scenes.space_toml import MeshModel
 from firstorder.numerics._batching import host_blocks
+from firstorder.rendering import _programs as programs
 from firstorder.rendering._blocks import beside_seen
-from firstorder.scene._bands import bands_of, by_band
+from firstorder.scene._bands import bands_of
 from firstorder.scene._primitives import joined
-from firstorder.space.intersect import nearest
 from firstorder.space.meshes.triangle_mesh import mesh
 from firstorder.space.scene import Material, Scene, primitive
 from firstorder.space.shapes.build import sphere
 from firstorder.space.shapes.kinds import Rectangles
 
-BLOCK = 256  # pixels of one compiled size: nodes of all lamps are kept for each
+BLOCK = 256  # pixels of one compiled size: numbers of all nodes then fit the second cache
+ABREAST = 2  # blocks at a time
 RAYS = 4096  # primary rays at a time
 # A shadow ray starts this far in front of a face, in sizes of all meshes: single precision.
 OFF = 1e-5
@@ -168,7 +163,7 @@ class Renderer:
         self._middle = 0.5 * (ends.min(0) + ends.max(0))
         self._part = np.asarray(self._facets.part)
 
-    def lights_of(self, number: int) -> tuple[SampledLight | CosineSkyLight, ...]:
+    def lights_of(self, number: int) -> tuple[Light, ...]:
         """The light as a pass of the image sees it: even nodes, moved within their cells.
 
         Args:
@@ -193,10 +188,10 @@ class Renderer:
         index, face = np.full(len(p), -1), np.full(len(p), -1)
         t = np.full(len(p), np.inf)
         eye = np.asarray(world.camera.eye)
-        d = host_blocks(lambda q: _directions(world.camera, q), p, RAYS)
+        d = host_blocks(lambda q: programs.directions(world.camera, q), p, RAYS)
 
         def closer(scene, first):
-            far, number = host_blocks(lambda w: _met(scene, eye, w), d, RAYS)
+            far, number = host_blocks(lambda w: programs.met(scene, eye, w), d, RAYS)
             here = far < t
             index[here], t[here] = number[here] + first, far[here]
 
@@ -222,7 +217,7 @@ class Renderer:
         seen: TileHits | None = None,
         shadows: bool = True,
         gradients: bool = True,
-        lights: Sequence[SampledLight | CosineSkyLight] | None = None,
+        lights: Sequence[Light] | None = None,
     ) -> tuple[ShadedPixels, Int[np.ndarray, " n"]]:
         """Pixels at image coordinates, and what each shows; zeros for lamps and for the sky.
 
@@ -243,6 +238,7 @@ class Renderer:
             lit,
             BLOCK,
             self.bands,
+            ABREAST,
         )
         return found, seen.index
 
@@ -253,48 +249,55 @@ class Renderer:
     def _shaded(self, p, index, face, lights, shadows: bool, gradients: bool) -> ShadedPixels:
         """Shading of one block."""
         world = self.world
-        given = (world.scene, self._facets, self._material, world.camera, world.finish)
-        given = (*given, p, index, face)
+        at = programs.looked_at(
+            (world.scene, self._facets, self._material, world.camera, world.finish, p, index, face)
+        )
         hidden = None
         if shadows:
-            x, up, ways = (jax.tree.map(np.asarray, a) for a in _starts(given, lights))
-            hidden = [
-                self._hidden(x, up, *way, light, gradients)
-                for light, way in zip(lights, ways, strict=True)
-            ]
-        run = _pixels if gradients else _values
-        return run(given, lights, hidden)
+            hidden = [None] * len(lights)
+            if world.scene is not None:
+                hidden = programs.shares(at, world.scene, lights)
+            if self._embree is not None:
+                hidden = self._hidden(at, lights, hidden, gradients)
+        run = programs.pixels if gradients else programs.values
+        return run(at, lights, hidden)
 
-    def _hidden(self, x, up, way, area, t, light: SampledLight | CosineSkyLight, depths: bool):
-        """Visibility of nodes from a block of points, and where the others are hidden.
+    def _hidden(self, at: programs.LookedAt, lights: Sequence[Light], by_shapes, depths: bool):
+        """Share of the way at which something hides nodes, infinity where nothing does."""
+        x, up = np.asarray(at.point.position), np.asarray(at.up)
+        ways, found = programs.ways(at, lights), []
+        for light, (way, lit), share in zip(lights, ways, by_shapes, strict=True):
+            lit = np.asarray(lit)
+            share = np.full(lit.shape, np.inf) if share is None else np.array(share)
+            found.append(self._by_models(x, up, np.asarray(way), lit, share, light, depths))
+        return found
+
+    def _by_models(self, x, up, way, lit, share, light: Light, depths: bool):
+        """The same with what models hide, from a block of points.
 
         Visibility is traced in single precision. The distance of a blocker only counts beside its
         edge, and is traced for two nodes there, in double.
         """
-        far = np.sqrt(np.sum(way * way, -1))
-        if self._embree is not None:
-            # What comes from below a surface, or leaves a lamp backwards, is no light.
-            some = (np.einsum("nki,ni->nk", way, up) > 0.0) & (np.sum(area * way, -1) < 0.0)
-            row, node = np.nonzero(some)
-            start, along = x[row] + OFF * self._size * up[row], way[row, node]
-            if not light.near:
-                beyond = np.linalg.norm(x - self._middle, axis=1) + self._size
-                along = along * (beyond[row] / far[row, node])[:, None]
-            met = self._embree.between(start, start + along)
-            row, node, start, along = row[met], node[met], start[met], along[met]
-            at = 0.5 * far[row, node]  # somewhere on the way
-            if depths:
-                whole = t < (far if light.near else np.inf)  # what is behind a lamp hides nothing
-                whole[row, node] = True
-                edge = beside_seen(whole.reshape(-1, *light.shape), light.wraps).reshape(t.shape)
-                edge = edge[row, node]
-                share = self._embree.nearest(start[edge], along[edge]).t
-                length = np.sqrt(np.sum(along[edge] ** 2, -1))
-                at[edge] = np.where(np.isfinite(share), share * length, at[edge])
-            t = t.copy()
-            t[row, node] = np.minimum(t[row, node], at)
-        seen, depth = node_occlusion(jnp.asarray(t), jnp.asarray(far), light.near)
-        return np.asarray(seen), np.asarray(depth)
+        assert self._embree is not None
+        row, node = np.nonzero(lit)
+        start, along = x[row] + OFF * self._size * up[row], way[row, node]
+        far = np.sqrt(np.sum(along**2, -1))
+        if not light.near:
+            beyond = np.linalg.norm(x - self._middle, axis=1) + self._size
+            along = along * (beyond[row] / far)[:, None]
+        met = self._embree.between(start, start + along)
+        row, node, start, along, far = row[met], node[met], start[met], along[met], far[met]
+        at = np.full(len(far), 0.5)  # somewhere on the way
+        if depths:
+            whole = share < (1.0 if light.near else np.inf)  # what is behind a lamp hides nothing
+            whole[row, node] = True
+            edge = beside_seen(whole.reshape(-1, *light.shape), light.wraps)
+            edge = edge.reshape(whole.shape)[row, node]
+            way_to = self._embree.nearest(start[edge], along[edge]).t
+            way_to = way_to * np.sqrt(np.sum(along[edge] ** 2, -1)) / far[edge]
+            at[edge] = np.where(np.isfinite(way_to), way_to, at[edge])
+        share[row, node] = np.minimum(share[row, node], at)
+        return share
 
     def layers(self, p: Float[np.ndarray, "n 2"], number: int = 0) -> dict[str, np.ndarray]:
         """All quantities of pixels by name, as an EXR file has them.
@@ -318,7 +321,7 @@ class Renderer:
         sky = index < 0
         if np.any(sky) and self.world.sky is not None:
             L, slope = host_blocks(
-                lambda q: _sky(self.world.sky, self.world.camera, q), p[sky], RAYS
+                lambda q: programs.sky_of(self.world.sky, self.world.camera, q), p[sky], RAYS
             )
             alone = L.ndim < value.ndim  # a sky without bands is the same in all
             value[sky], gradient[sky] = (L[:, None], slope[:, None]) if alone else (L, slope)
@@ -339,88 +342,13 @@ class Renderer:
     def _emitted(self, p, index) -> np.ndarray:
         """Emission of lamps, from their fronts."""
         first = self.world.shapes + self._models
-        d = host_blocks(lambda q: _directions(self.world.camera, q), p, RAYS)
+        d = host_blocks(lambda q: programs.directions(self.world.camera, q), p, RAYS)
         lamps = self.world.lamps
         normal = np.array([np.cross(lamp.u, lamp.v) for lamp in lamps])[index - first]
         shape = () if self.bands is None else (self.bands,)
         radiance = np.array([np.broadcast_to(lamp.radiance, shape) for lamp in lamps])
         front = np.sum(d * normal, -1) < 0.0
         return np.where(front.reshape(-1, *(1,) * len(shape)), radiance[index - first], 0.0)
-
-
-# --- compiled parts ------------------------------------------------------------------------------
-
-
-@eqx.filter_jit
-def _directions(camera: Pinhole, p):
-    return jax.vmap(camera.direction)(p)
-
-
-@eqx.filter_jit
-def _met(scene: Scene, origins, along, on=-1):
-    hits = nearest(scene, jnp.broadcast_to(origins, along.shape), along, on)
-    return hits.t, hits.index
-
-
-@eqx.filter_jit
-@by_band((-1, -2))
-def _sky(sky, camera: Pinhole, p):
-    return jax.vmap(jax.value_and_grad(lambda p: sky(camera.direction(p))))(p)
-
-
-def _looked(given):
-    """Surface interactions of shapes and of models; both are made, and the right one is kept."""
-    scene, known, material, camera, finish, p, index, face = given
-
-    def one(p, i, f):
-        if scene is None:
-            return facet_interaction(known, material, camera, p, f, finish)
-        if known is None:
-            return surface_interaction(scene, camera, p, i, finish)
-        shape = surface_interaction(scene, camera, p, jnp.where(f < 0, i, 0), finish)
-        facet = facet_interaction(known, material, camera, p, jnp.maximum(f, 0), finish)
-        return jax.tree.map(lambda a, b: jnp.where(f < 0, a, b), shape, facet)
-
-    return jax.vmap(one)(p, index, face)
-
-
-@eqx.filter_jit
-def _starts(given, lights):
-    """Origins of shadow rays, the side on which they leave, and what is known of all nodes.
-
-    That is for each light: ways, area vectors, and where a shape is met [m], infinity for none.
-    """
-    scene, index, face = given[0], *given[-2:]
-    at = _looked(given)
-    x = at.point.position
-    up = jax.vmap(lambda point: point.base_normal)(at.point)
-
-    def ways(light):
-        way, area = jax.vmap(lambda x, n: oriented_light(light, n).toward(x))(x, up)
-        way, area = (jnp.broadcast_to(a, (len(x), *a.shape[-2:])) for a in (way, area))
-        if scene is None:
-            return way, area, jnp.full(way.shape[:2], jnp.inf)
-        flat = way.reshape(-1, 3)
-        on = jnp.repeat(jnp.where(face < 0, index, -1), way.shape[1])
-        start = jnp.repeat(x, way.shape[1], 0)
-        along = flat / jnp.sqrt(jnp.sum(flat**2, -1, keepdims=True))
-        return way, area, nearest(scene, start, along, on).t.reshape(way.shape[:2])
-
-    return x, up, [ways(light) for light in lights]
-
-
-@eqx.filter_jit
-@by_band(OF_SHADED)
-def _pixels(given, lights, hidden) -> ShadedPixels:
-    return jax.vmap(lambda at, hidden: shade_point(at, lights, hidden))(_looked(given), hidden)
-
-
-@eqx.filter_jit
-def _values(given, lights, hidden) -> ShadedPixels:
-    """Values alone: gradients are not computed."""
-    found = _pixels(given, lights, hidden)
-    zeros = jax.tree.map(jnp.zeros_like, found)
-    return eqx.tree_at(lambda a: a.value, zeros, found.value)
 
 
 def _shade_of(lamp: Lamp) -> Rectangles:
