@@ -34,6 +34,7 @@ from firstorder.reconstruction.line import (
     sample_line,
 )
 from firstorder.reconstruction.quadtree import ImageSamples, sample_image
+from firstorder.reconstruction.quadtree_mesh import quadtree_image
 
 __all__ = [
     "LineCell",
@@ -63,6 +64,7 @@ __all__ = [
     "interpolation_error",
     "GridInterpolant",
     "delaunay_image",
+    "quadtree_image",
     "bilateral_widths",
     "cross_bilateral",
     "DirectionalCoherence",

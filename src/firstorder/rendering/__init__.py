@@ -6,6 +6,7 @@ from firstorder.rendering.image_files import (
     scene_fingerprint,
     world_from_scene,
 )
+from firstorder.rendering._pixel_radiance import PixelRadiance
 from firstorder.rendering.renderer import Renderer, TileHits, World
 from firstorder.rendering.shadow_rays import CameraHits, camera_hits, is_visible, mesh_blockers
 from firstorder.rendering.shared_shadows import ExpectedImage, SharedShadows, share_shadow_rays
@@ -14,6 +15,7 @@ from firstorder.rendering.tiles import render_tiles
 __all__ = [
     "World",
     "Renderer",
+    "PixelRadiance",
     "TileHits",
     "image_coordinates",
     "world_from_scene",
