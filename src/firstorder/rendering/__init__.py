@@ -1,12 +1,12 @@
 """Whole images: to files in tiles and passes, through meshes, or on a budget of shadow rays."""
 
+from firstorder.rendering._pixel_radiance import PixelRadiance
 from firstorder.rendering.image_files import (
     image_coordinates,
     render_to_files,
     scene_fingerprint,
     world_from_scene,
 )
-from firstorder.rendering._pixel_radiance import PixelRadiance
 from firstorder.rendering.renderer import Renderer, TileHits, World
 from firstorder.rendering.shadow_rays import CameraHits, camera_hits, is_visible, mesh_blockers
 from firstorder.rendering.shared_shadows import ExpectedImage, SharedShadows, share_shadow_rays
