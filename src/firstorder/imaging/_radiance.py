@@ -218,7 +218,8 @@ def edge_radiance(
     Returns:
         For unit factors of the diffuse and of the glossy lobe, along px and py.
     """
-    return 0.5 * sum(_slid(light, nodes[i], axis, point, moved) for i in (0, 1))
+    before, after = (_slid(light, node, axis, point, moved) for node in nodes)
+    return 0.5 * (before + after)
 
 
 def _slid(light, node, axis, point: ShadingPoint, moved: Moved) -> Float[Array, "2 2"]:

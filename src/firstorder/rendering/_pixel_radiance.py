@@ -7,6 +7,7 @@ a blocker's depth asked (`_shadow_edges`). Blocks have a few sizes, so that few 
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
@@ -39,7 +40,8 @@ STRETCH = 1 << 24  # nodes of all pixels for whose shadows' edges are kept
 OFF = 1e-5
 
 
-class PixelRadiance(NamedTuple):
+@dataclasses.dataclass(frozen=True)
+class PixelRadiance:
     """Radiance of pixels, its image gradient, and what they show.
 
     Attributes:
