@@ -187,6 +187,7 @@ HOST = {
     "reconstruction.by_gradient",
     "reconstruction.by_hessian",
     "reconstruction.by_hessian_differences",
+    "reconstruction.by_tangent_planes",
     "reconstruction.by_variance",
     "reconstruction.importance_product",
     "reconstruction.is_far_light",
@@ -199,6 +200,7 @@ HOST = {
     "reconstruction.DirectionalCoherence",
     "reconstruction.cross_bilateral",
     "reconstruction.delaunay_image",
+    "reconstruction.quadtree_image",
     # Oracles for estimators, by SciPy's incomplete beta function and bisection.
     "sampling.ExpectedDensity",
     "sampling.expected_fixed_radius",

@@ -16,7 +16,7 @@ those of the receiver's motion in its plane. Silhouettes, cuts and what is seen 
 found once. The derivative of a sum over closed edges is one integral along them at fixed cuts
 (`space.silhouettes._edge_integrals`), so that a gradient differentiates no cut and a Hessian each
 cut once. R07's ratio of rays to shading, "less than 2%" (§9.2), is measured on its own image in
-`r07_fig15`; J12's half of the time is of its own scenes: here both are plain numbers.
+`r07_cost_of_a_pixel`; J12's half of the time is of its own scenes: here both are plain numbers.
 """
 
 from __future__ import annotations

@@ -11,6 +11,7 @@ from firstorder.reconstruction.importance import (
     by_gradient,
     by_hessian,
     by_hessian_differences,
+    by_tangent_planes,
     by_variance,
     importance_product,
     is_far_light,
@@ -64,6 +65,35 @@ def test_bending_sees_a_penumbra_that_begins_beside_the_middles():
     np.testing.assert_allclose(hessian, [0.0, 2.0, 2.0, 2.0])
     # differences of the slopes 0, 6, 22 and 38: one-sided, over two squares, ...
     np.testing.assert_allclose(bending, [6.0 / 8, 22.0 / 16, 2.0, 2.0])
+
+
+def test_tangent_planes_miss_a_quadratic_by_its_hessian():
+    """Siblings h apart: differences less the gradient are H times half a step, of length h."""
+    for squares in seen(quadratic, by_tangent_planes)[1:]:
+        h = squares.size
+        missed = by_tangent_planes(squares) - np.linalg.norm(H) * h**3
+        # along each axis the neighbour stands on one side or the other: half a column of H
+        sides = [0.5 * np.hypot(*(H[0, 0] * s, H[1, 1] * t)) for s in (-1, 1) for t in (-1, 1)]
+        np.testing.assert_allclose(missed, h**3 * sides[0])
+        assert np.allclose(sides, sides[0])
+
+
+def test_tangent_planes_see_a_step_between_flat_squares():
+    """Dark on the left and lit on the right: no gradient and no Hessian knows of it."""
+
+    def step(p):
+        return ShadedSamples(1.0 * (p[:, 0] > 16.0), np.zeros_like(p))
+
+    first = seen(step, by_tangent_planes, 16)[0]
+    assert np.all(by_hessian_differences(first) == 0.0)
+    split = by_tangent_planes(first).reshape(4, 4)
+    assert np.all(split[1:3] > 0.0)
+    assert np.all(split[[0, 3]] == 0.0)
+
+
+def test_tangent_planes_need_gradients():
+    with pytest.raises(ValueError, match="needs gradients, but `shade` returns none"):
+        sample_image(lambda p: ShadedSamples(p[:, 0]), 16, 16, 40, by_tangent_planes)
 
 
 def test_on_a_plane_variance_is_differences_squared():

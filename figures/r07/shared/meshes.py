@@ -217,7 +217,7 @@ def _bands(index: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return share[index], np.stack([np.full(len(rows), 2.0), gloss], -1)[index]
 
 
-def _criterion(index, curvature, distance, cosine) -> np.ndarray:
+def criterion(index, curvature, distance, cosine) -> np.ndarray:
     """D05's criterion as R07 §9 has it (`table.d05_density`): no bumps, the sharpest lobe."""
     band = np.max(_bands(np.maximum(index, 0))[1], -1)
     k = curvature / np.sqrt(2.0)
@@ -227,7 +227,7 @@ def _criterion(index, curvature, distance, cosine) -> np.ndarray:
 def d05(known: Lattices, p: np.ndarray) -> np.ndarray:
     """D05's criterion at places of a tree [pixels]."""
     index = known.at(p, "index").astype(int)
-    return _criterion(index, *(known.at(p, name) for name in ("curvature", "distance", "cosine")))
+    return criterion(index, *(known.at(p, name) for name in ("curvature", "distance", "cosine")))
 
 
 def heuristic(known: Lattices, p: np.ndarray) -> np.ndarray:
@@ -261,22 +261,3 @@ def timed(run) -> Timed:
     start = time.process_time()
     found = run()
     return Timed(time.process_time() - start, found)
-
-
-def renders(side: int, nodes: int):
-    """A renderer, and functions for `sample_image` with and without gradients, compiled."""
-    made = Renderer(world()._replace(lamps=(lamp(nodes),)))
-    clock = {"shading": 0.0}
-
-    def look(p, gradients=True):
-        got = timed(lambda: made.pixels(image_coordinates(p, side, side), gradients=gradients))
-        clock["shading"] += got.seconds
-        found, index = got.found  # pyright: ignore
-        slope = (found.gradient + found.edges) * 2.0 / side
-        density = _criterion(index, found.curvature, found.distance, found.cosine)
-        return ShadedSamples(found.value, slope, density)
-
-    look(np.full((8, 2), 0.5 * side))
-    look(np.full((8, 2), 0.5 * side), False)
-    clock["shading"] = 0.0
-    return made, look, clock

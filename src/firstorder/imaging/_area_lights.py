@@ -24,7 +24,7 @@ are the business of `shadow_edge_terms`.
 
 from __future__ import annotations
 
-from typing import ClassVar, Protocol, runtime_checkable
+from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -75,8 +75,8 @@ class SampledLight(Protocol):
         """Vectors from a point to the nodes [m], and each node's area vector [m^2]."""
         ...
 
-    def slide(self, x: Direction) -> Float[Array, "k 2 3"]:
-        """Rate at which shadows of blockers half-way move, in cells along rows and columns."""
+    def slide(self, x: Direction, nodes: Any = slice(None)) -> Float[Array, "k 2 3"]:
+        """Rate at which half-way shadows move over nodes, in cells along rows and columns."""
         ...
 
 
@@ -143,7 +143,7 @@ class Lamp(eqx.Module):
     def position(self) -> Float[Array, "k 3"]:
         """Positions of the nodes; `v` varies fastest [m]."""
         x = self._rule[0]
-        s, t = (jnp.asarray(a.ravel()) for a in np.meshgrid(x, x, indexing="ij"))
+        s, t = (jnp.asarray(a.ravel(), self.center.dtype) for a in np.meshgrid(x, x, indexing="ij"))
         if self.even:
             s, t = (a + 2.0 / self.count * k for a, k in zip((s, t), self.shift, strict=True))
         return self.center + s[:, None] * self.u + t[:, None] * self.v
@@ -152,17 +152,17 @@ class Lamp(eqx.Module):
     def area(self) -> Float[Array, "k 3"]:
         """Area vectors of the nodes' cells, along the side that emits [m^2]."""
         w = self._rule[1]
-        return jnp.asarray(np.outer(w, w).ravel())[:, None] * cross(self.u, self.v)
+        return jnp.asarray(np.outer(w, w).ravel(), self.u.dtype)[:, None] * cross(self.u, self.v)
 
     def toward(self, x: Direction) -> tuple[Float[Array, "k 3"], Float[Array, "k 3"]]:
         """Vectors from a point to the nodes [m], and their area vectors [m^2]."""
         return self.position - x, self.area
 
-    def slide(self, x: Direction) -> Float[Array, "k 2 3"]:
+    def slide(self, x: Direction, nodes: Any = slice(None)) -> Float[Array, "k 2 3"]:
         """Rate of half-way shadows, `(I - d m^T / (m . d)) dx` in u and v, m the lamp's normal."""
         m = cross(self.u, self.v)
         dual = jnp.stack([cross(self.v, m), cross(m, self.u)]) / dot(m, m)  # a step's share of u, v
-        d = self.position - x
+        d = self.position[nodes] - x
         reach = d @ m
         along = (d @ dual.T) / jnp.where(reach == 0.0, jnp.inf, reach)[:, None]
         return 0.5 * self.count * (dual - along[..., None] * m)
@@ -356,9 +356,19 @@ def _at_edge(
     before, hidden = jnp.roll(tau, side, 0), jnp.roll(V, side, 0) == 0.0
     first = jnp.arange(tau.shape[0])[:, None] == (0 if side == 1 else tau.shape[0] - 1)
     first &= not round_
-    change = jnp.where(hidden & ~first, TO_LIMB * (tau - before), 0.0)
-    same = jnp.abs(change) < 0.25 * tau  # another blocker, if not
-    return jnp.minimum(tau + jnp.where(same, change, 0.0), 1.0)
+    return jnp.minimum(at_limb(tau, before, hidden & ~first), 1.0)
+
+
+def at_limb(tau: Any, before: Any, hidden: Any) -> Any:
+    """Depth of a blocker at its edge, from those of the last hidden node and of the one before.
+
+    Args:
+        tau: share of the way at which the last hidden node is hidden.
+        before: of the node before it.
+        hidden: whether there is one, and it is hidden. Arrays of NumPy or of JAX.
+    """
+    change = TO_LIMB * (tau - before) * hidden
+    return tau + change * (abs(change) < 0.25 * tau)  # another blocker, if more
 
 
 # --- nodes ---------------------------------------------------------------------------------------

@@ -11,7 +11,7 @@ surface's own normal, none below it and more where light counts more.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax
@@ -67,10 +67,11 @@ class DistantLight(eqx.Module):
         """Directions to the nodes, and their area vectors, the same from every point."""
         return self.way, self.area
 
-    def slide(self, x: Direction) -> Float[Array, "k 2 3"]:
+    def slide(self, x: Direction, nodes: Any = slice(None)) -> Float[Array, "k 2 3"]:
         """Derivatives of the cell coordinates: of even nodes, `d(axis . w)` and `dphi`."""
-        w, n = self.way, self.axis
-        up = self.steep[..., None] * (n - (w @ n)[:, None] * w)
+        w, n = self.way[nodes], self.axis
+        steep = self.steep[nodes] if self.steep.ndim else self.steep
+        up = steep[..., None] * (n - (w @ n)[:, None] * w)
         across = cross(jnp.broadcast_to(n, w.shape), w)
         flat = jnp.maximum(jnp.sum(across**2, -1, keepdims=True), 1e-12)
         return jnp.stack([up, across / flat * (self.shape[1] / _FULL)], 1)

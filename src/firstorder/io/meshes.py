@@ -7,6 +7,7 @@ if the ray does not meet it after all.
 
 from __future__ import annotations
 
+import math
 import os
 import pathlib
 from typing import Any, NamedTuple
@@ -23,6 +24,7 @@ ENDINGS = (".obj", ".ply", ".gltf", ".glb")
 _ROUNDS = 8
 # Rounding of single precision over the size of the mesh, with a reserve.
 _SINGLE = 4e-6
+_FAN = 8192  # rays made at a time: origins and directions fit the second cache
 
 
 def read_mesh(path: str | os.PathLike[str]) -> Mesh:
@@ -159,6 +161,7 @@ class Embree:
         inside = ((vertices - self._middle) / self._size).astype(np.float32)
         self._scene = scenes.EmbreeScene(robust=True)
         build.TriangleMesh(self._scene, inside, np.ascontiguousarray(faces, np.int32))
+        self._planes = np.asarray(mesh.area_vectors, float)
         self._every = BruteForceTracer(mesh)
 
     def nearest(self, origins: Any, directions: Any) -> MeshHits:
@@ -219,6 +222,107 @@ class Embree:
             query="OCCLUDED",
         )
         return answer != NO_FACE
+
+    def fan_occluded(self, starts: Any, ways: Any, reach: float = 1.0) -> np.ndarray:
+        """Whether the mesh comes between each of n points and each of k others, as `between` does.
+
+        Rays are made in single precision, as many at a time as the cache holds: from everywhere to
+        the same k places, that takes a third of the time of `between`.
+
+        Args:
+            starts: shape (n, 3); off the mesh by more than 4e-6 of its size, or they hide all [m].
+            ways: the k places, shape (k, 3) [m]; if `reach` is infinite, directions of any length.
+            reach: 1, or infinity for what is far beyond the mesh.
+
+        Returns:
+            Mask of shape (n, k).
+
+        Example:
+            >>> import numpy as np
+            >>> from firstorder.io import Embree
+            >>> from firstorder.space.meshes.triangle_mesh import mesh
+            >>> tracer = Embree(mesh([[0, 0, 2], [1, 0, 2], [0, 1, 2]], [[0, 1, 2]]))
+            >>> ends = np.array([[0.3, 0.3, 3.0], [2.0, 2.0, 3.0]])
+            >>> tracer.fan_occluded(np.array([[0.3, 0.3, 0.0]]), ends).tolist()
+            [[True, False]]
+        """
+        far = math.isinf(reach)
+        a, b = self._single(starts), self._single(ways, along=far).ravel()
+        most = max(_FAN * 3 // len(b), 1)
+        hidden = np.empty((len(a), len(b) // 3), bool)
+        dists = np.full(most * hidden.shape[1], 1e30 if far else 1.0, np.float32)
+        for first in range(0, len(a), most):
+            some = a[first : first + most]
+            origins = np.repeat(some, hidden.shape[1], 0)
+            along = np.broadcast_to(b, (len(some), len(b)))
+            along = np.ascontiguousarray(along) if far else along - origins.reshape(len(some), -1)
+            face = self._scene.run(
+                origins, along.reshape(-1, 3), dists=dists[: len(origins)], query="OCCLUDED"
+            )
+            np.not_equal(face.reshape(len(some), -1), NO_FACE, hidden[first : first + most])
+        return hidden
+
+    def first_share(self, starts: Any, ways: Any, reach: float = 1.0) -> np.ndarray:
+        """Share of the way at which the mesh is met first, in single precision: for pictures.
+
+        Args:
+            starts: shape (r, 3), as in `fan_occluded` [m].
+            ways: a place for each, shape (r, 3) [m]; or directions, whose lengths are then counted.
+            reach: as in `fan_occluded`.
+
+        Returns:
+            Shares, infinity where nothing is met; shape (r,).
+        """
+        far = math.isinf(reach)
+        a, b = self._single(starts), self._single(ways, along=far)
+        dists = np.full(len(a), 1e30 if far else 1.0, np.float32)
+        found = self._scene.run(a, b if far else b - a, dists=dists, output=1)
+        return np.where(found["primID"] == NO_FACE, np.inf, found["tfar"].astype(float))
+
+    def _single(self, x: Any, along: bool = False) -> np.ndarray:
+        """Places or directions as Embree counts them: in single precision, in sizes of the mesh."""
+        x = np.asarray(x, float) if along else np.asarray(x, float) - self._middle
+        return np.ascontiguousarray(x / self._size, np.float32)
+
+    def seen_from(self, eye: Any, directions: Any) -> tuple[np.ndarray, np.ndarray]:
+        """The face that each ray from one point meets first, found in single precision; how far.
+
+        A quarter of the time of `nearest`: a ray that passes an edge as closely as single precision
+        tells may get the face beside it. Distances are in double, to the plane of that face.
+
+        Args:
+            eye: off the mesh [m].
+            directions: shape (r, 3), of any length but zero.
+
+        Returns:
+            Distances in lengths of the directions, infinity for none, and numbers of faces, -1 for
+            none; shape (r,).
+
+        Example:
+            >>> from firstorder.io import Embree
+            >>> from firstorder.space.meshes.triangle_mesh import mesh
+            >>> tracer = Embree(mesh([[0, 0, 2], [1, 0, 2], [0, 1, 2]], [[0, 1, 2]]))
+            >>> t, face = tracer.seen_from([0.25, 0.25, 0.0], [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
+            >>> t.tolist(), face.tolist()
+            ([2.0, inf], [0, -1])
+        """
+        eye, d = np.asarray(eye, float), np.asarray(directions, float)
+        start = np.broadcast_to(self._single(eye), d.shape)
+        along = self._single(d, along=True)
+        far = np.full(len(d), 1e30, np.float32)
+        face = self._scene.run(np.ascontiguousarray(start), along, dists=far).astype(np.int64)
+        met = np.flatnonzero(face != NO_FACE)
+        normal, corner = self._planes[face[met]], self._corners[face[met], 0]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            there = np.einsum("ij,ij->i", corner - eye, normal)
+            there /= np.einsum("ij,ij->i", d[met], normal)
+        t = np.full(len(d), np.inf)
+        t[met] = there
+        odd = met[~(np.isfinite(there) & (there > 0.0))]  # along a face, or behind its edge
+        if len(odd):
+            exact = self.nearest(np.broadcast_to(eye, (len(odd), 3)), d[odd])
+            t[odd], face[odd] = exact.t, exact.face
+        return t, face
 
     def first_face(self, eye, directions, low, high, skip):
         """First face along each ray, as `space.silhouettes.meshes.FaceTracer` asks."""

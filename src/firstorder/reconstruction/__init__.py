@@ -19,6 +19,7 @@ from firstorder.reconstruction.importance import (
     by_gradient,
     by_hessian,
     by_hessian_differences,
+    by_tangent_planes,
     by_variance,
     importance_product,
     is_far_light,
@@ -34,6 +35,7 @@ from firstorder.reconstruction.line import (
     sample_line,
 )
 from firstorder.reconstruction.quadtree import ImageSamples, sample_image
+from firstorder.reconstruction.quadtree_mesh import quadtree_image
 
 __all__ = [
     "LineCell",
@@ -53,6 +55,7 @@ __all__ = [
     "by_differences",
     "by_hessian",
     "by_hessian_differences",
+    "by_tangent_planes",
     "by_variance",
     "by_density",
     "importance_product",
@@ -63,6 +66,7 @@ __all__ = [
     "interpolation_error",
     "GridInterpolant",
     "delaunay_image",
+    "quadtree_image",
     "bilateral_widths",
     "cross_bilateral",
     "DirectionalCoherence",

@@ -14,13 +14,17 @@ the tangent plane there; without gradients, of a plane through the nearest sampl
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import scipy.spatial
 from jaxtyping import Array, Float, Int
 
-SCHEMES = ("linear", "gradient")
+from firstorder.reconstruction._triangles import (
+    Vertices,
+    blended,
+    check_scheme,
+    mirror_across,
+    planes,
+)
 
 
 def delaunay_image(
@@ -62,128 +66,30 @@ def delaunay_image(
         >>> delaunay_image(p, p[:, 0], 4, 1).ravel().tolist()
         [0.5, 1.5, 2.5, 3.5]
     """
-    _check(scheme, gradient, label, labels)
-    if label is not None:
-        label = np.asarray(label)
-    ends = (float(width), float(height))
-    p, value, slope, label = _mirrored(p, value, gradient, label, ends)
-    x, y = np.arange(width) + 0.5, np.arange(height) + 0.5
-    at = np.stack(np.meshgrid(x, y, indexing="ij"), -1).reshape(-1, 2)
-    corner, weight = _barycentric(p, width, height)
-    if label is not None and labels is not None:
-        wanted = np.asarray(labels).ravel()
-        weight = np.where(label[corner] == wanted[:, None], weight, 0.0)
-    else:
-        wanted = None
-    total = weight.sum(1)
-    alone = total <= 1e-9
-    corner[alone, 0] = _nearest(p, label, at[alone], None if wanted is None else wanted[alone])
-    weight[alone] = (1.0, 0.0, 0.0)
-    partial = alone | (total < 1.0 - 1e-9)
-    weight /= weight.sum(1, keepdims=True)
-    out = value[corner]
-    if gradient is not None:
-        s = np.where(partial, 1.0, 0.5 if scheme == "gradient" else 0.0)
-        out = out + s[:, None] * np.sum(slope[corner] * (at[:, None] - p[corner]), -1)
-    return np.sum(weight * out, 1).reshape(width, height)
+    check_scheme(scheme, gradient, label, labels)
+    at = Vertices(p, value, gradient, None if label is None else np.asarray(label))
+    at = _mirrored(at, (float(width), float(height)))
+    triangle = scipy.spatial.Delaunay(at.p).simplices
+    return blended(at, triangle, width, height, labels, scheme, gradient is not None)
 
 
-def _check(scheme, gradient, label, labels) -> None:
-    if scheme not in SCHEMES:
-        raise ValueError(f"Argument `scheme` must be one of {SCHEMES}, but is {scheme!r}.")
-    if scheme == "gradient" and gradient is None:
-        raise ValueError("Argument `gradient` is needed by the scheme 'gradient', but is None.")
-    if (label is None) != (labels is None):
-        raise ValueError("Arguments `label` and `labels` must come together, but one is None.")
-
-
-def _mirrored(p, value, gradient, label, ends):
+def _mirrored(at: Vertices, ends) -> Vertices:
     """The samples with those near the border mirrored in it, across each side in turn."""
     border = np.concatenate([_side(ends, k, end) for k in (0, 1) for end in (0.0, ends[k])])
-    tree = scipy.spatial.KDTree(p)
-    reach = 2.0 * np.max(tree.query(border)[0])
-    if gradient is None:
-        near = np.flatnonzero(np.any((p <= reach) | (p >= ends - np.float64(reach)), 1))
-        gradient = np.zeros_like(p)
-        gradient[near] = _planes(tree, value, label, near)
+    reach = 2.0 * np.max(scipy.spatial.KDTree(at.p).query(border)[0])
+    if at.gradient is None:
+        near = np.flatnonzero(np.any((at.p <= reach) | (at.p >= ends - np.float64(reach)), 1))
+        at = at._replace(gradient=np.zeros_like(at.p))
+        at.gradient[near] = planes(at, near)
     for axis in (0, 1):
         for end in (0.0, ends[axis]):
-            near = np.flatnonzero((abs(p[:, axis] - end) <= reach) & (p[:, axis] != end))
-            image = p[near]
-            image[:, axis] = 2.0 * end - image[:, axis]
-            there = value[near] + np.sum(gradient[near] * (image - p[near]), -1)
-            p, value = np.concatenate([p, image]), np.concatenate([value, there])
-            gradient = np.concatenate([gradient, gradient[near]])
-            label = None if label is None else np.concatenate([label, label[near]])
-    return p, value, gradient, label
-
-
-NEIGHBOURS = 8
-
-
-def _planes(tree: scipy.spatial.KDTree, value, label, rows) -> Float[np.ndarray, "k 2"]:
-    """Gradients of planes through samples, by least squares over their nearest neighbours."""
-    p = tree.data
-    _, others = tree.query(p[rows], min(NEIGHBOURS + 1, len(p)))
-    d, change = p[others] - p[rows, None], value[others] - value[rows, None]
-    same = 1.0 if label is None else (label[others] == label[rows, None]).astype(float)
-    w = same / np.maximum(np.sum(d * d, -1), 1e-12)
-    xx, xy, yy = (np.sum(w * d[..., i] * d[..., j], 1) for i, j in ((0, 0), (0, 1), (1, 1)))
-    x, y = (np.sum(w * d[..., i] * change, 1) for i in (0, 1))
-    det = xx * yy - xy * xy
-    sound = det > 1e-6 * (xx + yy) ** 2  # neighbours that are not in line
-    det = np.where(sound, det, np.inf)
-    return np.stack([(yy * x - xy * y) / det, (xx * y - xy * x) / det], -1)
+            here = at.p[:, axis]
+            near = np.flatnonzero((abs(here - end) <= reach) & (here != end))
+            at = mirror_across(at, near, axis, end)
+    return at
 
 
 def _side(ends, axis: int, end: float) -> np.ndarray:
     """Places along one side of the image, a pixel apart."""
     along = np.arange(ends[1 - axis] + 1.0)
     return np.stack([np.full_like(along, end), along][:: 1 if axis == 0 else -1], -1)
-
-
-def _barycentric(p: np.ndarray, width: int, height: int) -> tuple[np.ndarray, np.ndarray]:
-    """Corners of the triangle around each pixel's centre and weights; all 0 outside of the hull.
-
-    Each triangle is drawn over the pixels of its bounding box. That needs no search, and costs a
-    tenth of the affine maps that SciPy inverts one by one for its own.
-    """
-    triangle = scipy.spatial.Delaunay(p).simplices
-    A, B, C = p[triangle].transpose(1, 0, 2)
-    flat = _area(A, B, C) == 0.0  # along the hull, where samples lie in line
-    triangle, A, B, C = triangle[~flat], A[~flat], B[~flat], C[~flat]
-    low = np.ceil(np.minimum(np.minimum(A, B), C) - 0.5).astype(int).clip(0)
-    high = np.floor(np.maximum(np.maximum(A, B), C) - 0.5).astype(int)
-    side = np.maximum(np.minimum(high, (width - 1, height - 1)) - low + 1, 0)
-    count = side[:, 0] * side[:, 1]
-    which = np.repeat(np.arange(len(triangle)), count)
-    number = np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)
-    i, j = low[which].T + np.divmod(number, side[which, 1])
-    at = np.stack([i, j], -1) + 0.5
-    area = _area(A, B, C)[which]
-    u = _area(at, B[which], C[which]) / area
-    v = _area(A[which], at, C[which]) / area
-    weight = np.stack([u, v, 1.0 - u - v], -1)
-    inside = np.min(weight, 1) >= -1e-9
-    pixel = (i * height + j)[inside]
-    corners, weights = np.zeros((width * height, 3), int), np.zeros((width * height, 3))
-    corners[pixel], weights[pixel] = triangle[which[inside]], np.maximum(weight[inside], 0.0)
-    return corners, weights
-
-
-def _area(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
-    """Twice the signed area of triangles."""
-    u, v = b - a, c - a
-    return u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
-
-
-def _nearest(p, label, at, wanted) -> Any:
-    """The nearest sample, of the label that is wanted where one is."""
-    found = np.asarray(scipy.spatial.KDTree(p).query(at)[1] if len(at) else [], int)
-    if wanted is not None:
-        for one in np.unique(wanted):
-            own = np.flatnonzero(label == one)
-            if own.size:
-                here = wanted == one
-                found[here] = own[scipy.spatial.KDTree(p[own]).query(at[here])[1]]
-    return found

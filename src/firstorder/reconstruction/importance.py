@@ -180,6 +180,32 @@ def by_hessian_differences(squares: QuadtreeCells) -> Numbers:
     return np.sqrt(np.sum(squares.bending**2, axis=(1, 2))) * squares.size**3
 
 
+def by_tangent_planes(squares: QuadtreeCells) -> Numbers:
+    """`(|Hess I| h + |differences - grad I|) h^2`: how far tangent planes miss what is beside them.
+
+    The first is `by_hessian_differences`. The second compares values with gradients: on a smooth
+    image it is of the same order, half of the Hessian's step; but where a square is all dark and
+    the next one all lit, gradients of both are zero, and values alone know that a shadow's edge
+    lies between. R07's scene of meshes under twelve lamps, 17 % of samples, put together linearly:
+    0.40 to 0.99 of the error by `by_gradient`; without the second 0.44 to 0.94 under ten of them,
+    and 2.4 and 2.6 under two.
+
+    Raises:
+        ValueError: if the shading function computes no gradients.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.reconstruction import QuadtreeCells, ShadedSamples, by_tangent_planes
+        >>> flat = ShadedSamples(np.ones(1), np.zeros((1, 2)))
+        >>> edge = np.array([[3.0, 4.0]])
+        >>> squares = QuadtreeCells(np.array([2.0]), flat, edge, np.zeros((1, 2, 2)))
+        >>> by_tangent_planes(squares).tolist()
+        [20.0]
+    """
+    missed = by_hessian_differences(squares)
+    return missed + _norm(squares.differences - squares.shaded.gradient) * squares.size**2
+
+
 def by_variance(squares: QuadtreeCells) -> Numbers:
     """`h^2 V`, V the variance of a square's value and its neighbours': the usual way to refine.
 

@@ -1,5 +1,6 @@
 """Whole images: to files in tiles and passes, through meshes, or on a budget of shadow rays."""
 
+from firstorder.rendering._pixel_radiance import PixelRadiance
 from firstorder.rendering.image_files import (
     image_coordinates,
     render_to_files,
@@ -14,6 +15,7 @@ from firstorder.rendering.tiles import render_tiles
 __all__ = [
     "World",
     "Renderer",
+    "PixelRadiance",
     "TileHits",
     "image_coordinates",
     "world_from_scene",

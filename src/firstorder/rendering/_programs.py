@@ -84,9 +84,7 @@ class LookedAt(eqx.Module):
         return jax.vmap(one)(self.point, self.view, self.S, *lobe)
 
 
-@eqx.filter_jit
-@by_band((None,) * 14 + (-1, -1))
-def looked_at(given) -> LookedAt:
+def interactions(given) -> SurfaceInteraction:
     """Surface interactions of shapes and of models; both are made, and the right one is kept.
 
     Args:
@@ -103,7 +101,15 @@ def looked_at(given) -> LookedAt:
         facet = facet_interaction(known, material, camera, p, jnp.maximum(f, 0), finish)
         return jax.tree.map(lambda a, b: jnp.where(f < 0, a, b), shape, facet)
 
-    at, on = jax.vmap(one)(p, index, face), jnp.where(face < 0, index, -1)
+    return jax.vmap(one)(p, index, face)
+
+
+@eqx.filter_jit
+@by_band((None,) * 14 + (-1, -1))
+def looked_at(given) -> LookedAt:
+    """Surface interactions of a block, as `interactions` takes it, and what else shadows ask."""
+    *_, p, index, face = given
+    at, on = interactions(given), jnp.where(face < 0, index, -1)
     up = jax.vmap(lambda point: point.base_normal)(at.point)
     lobe = at.lobe
     slope = jnp.broadcast_to(lobe.slope, (len(p), 3))

@@ -29,12 +29,13 @@ from firstorder.imaging._point_shading import ShadedPixels, shade_rows
 from firstorder.imaging.camera import Pinhole
 from firstorder.imaging.facets import mesh_facets
 from firstorder.imaging.shading import SurfaceMaps
-from firstorder.imaging.sky_lights import sky_light
+from firstorder.imaging.sky_lights import CosineSkyLight, sky_light
 from firstorder.io.meshes import Embree
 from firstorder.io.scenes.space_toml import MeshModel
 from firstorder.numerics._batching import host_blocks
 from firstorder.rendering import _programs as programs
 from firstorder.rendering._blocks import beside_seen
+from firstorder.rendering._pixel_radiance import OFF, MeshLight, PixelRadiance
 from firstorder.scene._bands import bands_of
 from firstorder.scene._primitives import joined
 from firstorder.space.meshes.triangle_mesh import mesh
@@ -45,8 +46,6 @@ from firstorder.space.shapes.kinds import Rectangles
 BLOCK = 256  # pixels of one compiled size: numbers of all nodes then fit the second cache
 ABREAST = 2  # blocks at a time
 RAYS = 4096  # primary rays at a time
-# A shadow ray starts this far in front of a face, in sizes of all meshes: single precision.
-OFF = 1e-5
 
 
 class World(NamedTuple):
@@ -162,6 +161,9 @@ class Renderer:
         ends = np.asarray(whole.vertices)
         self._middle = 0.5 * (ends.min(0) + ends.max(0))
         self._part = np.asarray(self._facets.part)
+        up = np.array(whole.area_vectors)
+        size = np.linalg.norm(up, axis=1, keepdims=True)
+        self._up = up / np.where(size > 0.0, size, 1.0)
 
     def lights_of(self, number: int) -> tuple[Light, ...]:
         """The light as a pass of the image sees it: even nodes, moved within their cells.
@@ -198,10 +200,10 @@ class Renderer:
         if world.scene is not None:
             closer(world.scene, 0)
         if self._embree is not None:
-            hits = self._embree.nearest(np.broadcast_to(eye, d.shape), d)
-            here = hits.t < t
-            face[here], t[here] = hits.face[here], hits.t[here]
-            index[here] = self._part[hits.face[here]]
+            far, met = self._embree.seen_from(eye, d)
+            here = far < t
+            face[here], t[here] = met[here], far[here]
+            index[here] = self._part[met[here]]
         if self._lamps is not None:
             before = index.copy()
             closer(self._lamps, world.shapes + len(world.models))
@@ -241,6 +243,53 @@ class Renderer:
             ABREAST,
         )
         return found, seen.index
+
+    def radiance(
+        self,
+        p: Float[np.ndarray, "n 2"],
+        *,
+        seen: TileHits | None = None,
+        gradients: bool = True,
+        lights: Sequence[Light] | None = None,
+    ) -> PixelRadiance:
+        """Radiance of pixels and its image gradient, shadows in motion, and no terms of it.
+
+        What `value` and `gradient + edges` of `pixels` are, for meshes under lamps at a fraction
+        of the time; depths of blockers are in single precision. Where there are analytic shapes or
+        a sky whose nodes turn with the surface, `pixels` is asked.
+
+        Args:
+            p: image coordinates.
+            seen: what they show, if that is known.
+            gradients: whether the gradient is wanted.
+            lights: those of pass 0, if left out.
+        """
+        p = np.asarray(p, float)
+        seen = self.seen(p) if seen is None else seen
+        lights = self.lights if lights is None else tuple(lights)
+        if self.world.shapes or any(isinstance(one, CosineSkyLight) for one in lights):
+            found, _ = self.pixels(p, seen=seen, gradients=gradients, lights=lights)
+            slope = np.asarray(found.gradient + found.edges) if gradients else None
+            return PixelRadiance(np.asarray(found.value), slope, seen.index)
+        rows = np.flatnonzero(seen.face >= 0)
+        shape = (len(p),) if self.bands is None else (len(p), self.bands)
+        value, slope = np.zeros(shape), np.zeros((*shape, 2)) if gradients else None
+        if len(rows):
+            value[rows], *more = self._radiance(p[rows], seen, rows, lights, gradients)
+            if slope is not None:
+                (slope[rows],) = more
+        return PixelRadiance(value, slope, seen.index)
+
+    def _radiance(self, p, seen: TileHits, rows, lights, gradients: bool) -> tuple:
+        """Radiance of pixels of models, and its gradient."""
+        world, face = self.world, seen.face[rows]
+        d = host_blocks(lambda q: programs.directions(world.camera, q), p, RAYS)
+        x = np.asarray(world.camera.eye) + seen.distance[rows, None] * d
+        up = self._up[face]
+        up = np.where(np.einsum("ij,ij->i", up, d)[:, None] > 0.0, -up, up)
+        light = MeshLight(programs.interactions, self._embree, lights)
+        fixed = (world.scene, self._facets, self._material, world.camera, world.finish)
+        return light.pixels(fixed, (p, seen.index[rows], face), x, up, gradients)
 
     @property
     def _models(self) -> int:

@@ -1,0 +1,108 @@
+"""Shadow edges among the nodes of lamps, from shadow rays that are there, as sparse lists.
+
+What they add to a gradient is `imaging._area_lights.shadow_edge_terms`: a sum over pairs of
+neighbouring nodes of which one is seen. Few pixels have any, and those have few. Here each pair is
+a row.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from firstorder.imaging._area_lights import at_limb
+
+Rows = Int[np.ndarray, " e"]
+
+
+class ShadowEdges(NamedTuple):
+    """Pairs of neighbouring nodes of which one is seen.
+
+    Attributes:
+        row: the point from which they are looked at.
+        axis: along which they are neighbours: 0 for rows, 1 for columns.
+        before: number of the first of the two nodes.
+        after: number of the second.
+        hidden: the one of them that is not seen.
+        behind: the next node on the side of the hidden one, -1 for none.
+        jump: visibility of the second less that of the first.
+    """
+
+    row: Rows
+    axis: Rows
+    before: Rows
+    after: Rows
+    hidden: Rows
+    behind: Rows
+    jump: Float[np.ndarray, " e"]
+
+
+def shadow_edges(seen: Bool[np.ndarray, "n r c"], wraps: bool) -> ShadowEdges:
+    """All edges of the shadows on the lattices of n points.
+
+    Args:
+        seen: which nodes are seen, and above the surface.
+        wraps: whether the last column is a neighbour of the first.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.rendering._shadow_edges import shadow_edges
+        >>> found = shadow_edges(np.array([[[True, False, False]]]), False)
+        >>> [int(a[0]) for a in found]  # along columns, from node 0 to 1, and 2 is behind
+        [0, 1, 0, 1, 1, 2, -1]
+    """
+    parts = [_along(seen, axis, wraps and axis == 1) for axis in (0, 1)]
+    return ShadowEdges(*(np.concatenate(a) for a in zip(*parts, strict=True)))
+
+
+def _along(seen: Bool[np.ndarray, "n r c"], axis: int, round_: bool) -> ShadowEdges:
+    lines = seen if axis == 1 else seen.swapaxes(1, 2)  # [point, line, place on it]
+    count = lines.shape[2]
+    after = np.roll(lines, -1, 2) if round_ else lines[:, :, 1:]
+    row, line, place = np.nonzero(after != (lines if round_ else lines[:, :, :-1]))
+    jump = np.where(lines[row, line, place], -1.0, 1.0)
+    ahead = (place + 1) % count
+    next_ = np.where(jump < 0.0, place + 2, place - 1)
+    if round_:
+        next_ %= count
+    else:
+        next_[next_ >= count] = -1
+
+    def number(place):
+        return line * count + place if axis == 1 else place * lines.shape[1] + line
+
+    before, then = number(place), number(ahead)
+    hidden = np.where(jump < 0.0, then, before)
+    behind = np.where(next_ < 0, -1, number(next_))
+    return ShadowEdges(row, np.full(len(row), axis), before, then, hidden, behind, jump)
+
+
+def edge_weights(
+    edges: ShadowEdges,
+    seen: Bool[np.ndarray, "n k"],
+    above: Bool[np.ndarray, "n k"],
+    depth: Callable[[Rows, Rows], Float[np.ndarray, " m"]],
+) -> Float[np.ndarray, " e"]:
+    """Jump of each edge times the blocker's `(1 - tau) / tau`.
+
+    Args:
+        edges: from `shadow_edges`.
+        seen: which nodes are seen.
+        above: which are above the surface; others are hidden by its horizon, which stands still.
+        depth: share of the way at which nodes are hidden, by the numbers of points and nodes.
+    """
+    row, hidden = edges.row, edges.hidden
+    behind = np.maximum(edges.behind, 0)
+    first, second = above[row, hidden], (edges.behind >= 0) & ~seen[row, behind]
+    asked = np.zeros(seen.shape, bool)
+    asked[row[first], hidden[first]] = asked[row[second], behind[second]] = True
+    at = np.nonzero(asked & above)  # each node once
+    tau = np.empty(seen.shape)
+    tau[at] = depth(*at)
+    last = np.where(first, tau[row, hidden], 1.0)
+    before = np.where(second & above[row, behind], tau[row, behind], 1.0)
+    edge = np.minimum(at_limb(last, before, second), 1.0)
+    return edges.jump * (1.0 - edge) / np.where(edge > 0.0, edge, np.inf)
