@@ -21,6 +21,7 @@ from firstorder.numerics._native import native
 
 F = np.float32
 BLOCK = 2048  # rays that are weighed at once
+COPIES = 4  # of the bins, a power of two
 
 
 @native
@@ -41,7 +42,7 @@ def sum_rows(rays, first, low, step, at, half, reach, cells, mass, free, square)
         square: of squares of weights.
     """
     far, code = np.empty(BLOCK, rays.dtype), np.empty(BLOCK, np.int32)
-    bins, last = np.zeros(2 * cells * cells), first.size - 2
+    bins, last = np.zeros((COPIES, 2 * cells * cells)), first.size - 2
     y0, y1, p0, p1 = rays[0], rays[1], rays[2], rays[3]  # one by one, or lanes stay empty
     near, start, heavy = rays[4], rays[5], rays[6]
     for k in range(at.shape[0]):
@@ -70,8 +71,9 @@ def sum_rows(rays, first, low, step, at, half, reach, cells, mass, free, square)
                 a = e
         square[k] = total
         for c in range(cells * cells):
-            mass[k, c], free[k, c] = bins[2 * c] + bins[2 * c + 1], bins[2 * c + 1]
-        bins[:] = 0.0
+            free[k, c] = bins[:, 2 * c + 1].sum()
+            mass[k, c] = bins[:, 2 * c].sum() + free[k, c]
+        bins[:, :] = 0.0
 
 
 @native
@@ -136,6 +138,6 @@ def _cells(y0, y1, p0, p1, near, at, half, cells, code):
 
 @native
 def _add(weights, code, bins):
-    """Adds each weight to its bin."""
+    """Adds each weight to its bin, in turns to copies that need not wait for each other."""
     for r in range(weights.size):
-        bins[code[r]] += weights[r]
+        bins[r & (COPIES - 1), code[r]] += weights[r]
