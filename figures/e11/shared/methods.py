@@ -20,6 +20,7 @@ from firstorder.shadowfield.rendering.ray_table import trace_shadow_rays
 
 OWN = 64  # rays of receivers among blockers, as E11 §6.2 has it
 BAND, GROWTH = 2.0, 0.25  # cycles across the lamp at one ray a pixel; as this power of the rays
+UNDER = 16  # rays a pixel from which bounds of depths look where filters look
 NEAREST = 0.015  # k of photons over N^(2/3): the shadows of bars are narrow
 MARGIN = 0.15  # by which photons reach farther than what is seen [m]
 
@@ -87,7 +88,8 @@ def ours(
     known, own = rays * dense, max(OWN, round(rays))
     limit = band_of(scene, known) if Omega_y is None else Omega_y
     band = 2.0 * float(np.max(scene.lamp.half)) * limit
-    found = compared.shared(scene, rays, band, (own, 0), seed, cells=cells_of(known), judged=judged)
+    options = dict(cells=cells_of(known), judged=judged, under=known >= UNDER)
+    found = compared.shared(scene, rays, band, (own, 0), seed, **options)
     some = scene.floor if judged is None else scene.floor & judged
     visible, samples, share = (a.ravel()[some] for a in (found.visible, found.samples, found.own))
     return Answer(visible, samples + share * own, found.floor_rays, found.tracing, found.filtering)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from firstorder.numerics._native import HAVE_NATIVE
 from firstorder.shadowfield.rendering import depth_bounds as depths
 from firstorder.shadowfield.rendering.depth_bounds import blocker_depths, smooth_depths
 from firstorder.shadowfield.rendering.lamp import lamp_frame
@@ -54,9 +55,17 @@ def search_error(receivers, pixel=PIXEL):
     return np.mean(found != true)
 
 
+WAYS = [
+    pytest.param(False, id="groups"),
+    pytest.param(True, id="tree", marks=pytest.mark.skipif(not HAVE_NATIVE, reason="no numba")),
+]
+
+
 @pytest.mark.smoke
+@pytest.mark.parametrize("tree", WAYS)
 @pytest.mark.parametrize("pixel", [PIXEL, 0.4])
-def test_the_search_finds_what_every_place_says(pixel):
+def test_the_search_finds_what_every_place_says(monkeypatch, pixel, tree):
+    monkeypatch.setattr(depths, "HAVE_NATIVE", tree)
     assert search_error(rough_floor(150), pixel) == 0.0
 
 
@@ -65,6 +74,7 @@ FAULTS = ("point frustum", "half the places", "only the first few", "own surface
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_faults_are_noticed(monkeypatch, fault):
+    monkeypatch.setattr(depths, "HAVE_NATIVE", False)
     first, groups, places = depths._first, depths.narrowed, depths._places
 
     def reached(table):

@@ -1,8 +1,9 @@
-"""Sums under the filter, against a loop over receivers that looks at every ray."""
+"""Sums under the filter in both ways, against a loop over receivers that looks at every ray."""
 
 import numpy as np
 import pytest
 
+from firstorder.numerics._native import HAVE_NATIVE
 from firstorder.shadowfield.rendering import _weighted_sums as module
 from firstorder.shadowfield.rendering._weighted_sums import gather
 from firstorder.shadowfield.rendering.lamp import lamp_frame
@@ -52,11 +53,19 @@ def largest_error():
     return max(np.max(abs(a - b)) for a, b in zip(found, true, strict=True)) / true[0].max()
 
 
+WAYS = [
+    pytest.param(False, id="groups"),
+    pytest.param(True, id="rows", marks=pytest.mark.skipif(not HAVE_NATIVE, reason="no numba")),
+]
+
+
 @pytest.mark.smoke
-def test_the_grouped_sums_are_the_direct_ones(monkeypatch):
-    """To rounding in double precision; in single, but for rays on the border of a cell."""
+@pytest.mark.parametrize("rows", WAYS)
+def test_both_ways_give_the_direct_sums(monkeypatch, rows):
+    """To rounding in double precision, by rows to the exponential's; in single, but for borders."""
+    monkeypatch.setattr(module, "HAVE_NATIVE", rows)
     monkeypatch.setattr(module, "PRECISION", np.float64)
-    assert largest_error() < 1e-13
+    assert largest_error() < (5e-8 if rows else 1e-13)
     monkeypatch.setattr(module, "PRECISION", np.float32)
     table, local, sigma, shear, weights = problem()
     found = gather(LAMP, table, local, sigma, shear, CELLS, weights)
@@ -67,7 +76,18 @@ def test_the_grouped_sums_are_the_direct_ones(monkeypatch):
         assert np.max(off) < 0.2  # one ray's weight changed cells
 
 
+@pytest.mark.skipif(not HAVE_NATIVE, reason="no numba")
+@pytest.mark.parametrize(("rows", "slab"), [(1, 1.3), (3, 1.01), (4096, 9.0)])
+def test_rows_and_slabs_change_nothing(monkeypatch, rows, slab):
+    """Runs of all rays, longer than a block, and depths far apart that share rows."""
+    monkeypatch.setattr(module, "PRECISION", np.float64)
+    monkeypatch.setattr(module, "ROWS", rows)
+    monkeypatch.setattr(module, "SLAB", slab)
+    assert largest_error() < 5e-8
+
+
 def test_chunks_and_groups_change_nothing(monkeypatch):
+    monkeypatch.setattr(module, "HAVE_NATIVE", False)
     monkeypatch.setattr(module, "PRECISION", np.float64)
     monkeypatch.setattr(module, "GROUP", 8)
     monkeypatch.setattr(module, "CHUNK", 96)
@@ -79,6 +99,7 @@ FAULTS = ("short reach", "lost chunk", "half the candidates", "no level", "start
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_faults_are_noticed(monkeypatch, fault):
+    monkeypatch.setattr(module, "HAVE_NATIVE", False)
     monkeypatch.setattr(module, "PRECISION", np.float64)
     right = module.narrowed
     if fault == "short reach":

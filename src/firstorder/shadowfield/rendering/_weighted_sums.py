@@ -1,7 +1,10 @@
 """Weighted sums over the rays under each receiver's sheared filter, by cell of the lamp.
 
-Groups of receivers and chunks of rays of one size, each pair weighed in one compiled function; in
-single precision, counted from the middle of the group, since rays are kept in single precision.
+In two ways that give the same: `_by_rows`, where numba is there, and `_by_groups`, which does
+without. In single precision, counted from a place among the receivers, since rays are kept in that.
+
+    by groups   groups of receivers, each with the rays near any of them, all pairs weighed by JAX
+    by rows     runs of sorted rays that are near one receiver (`_row_sums`): 10 to 17 times as fast
 
 A ray counts for receivers at the level where it starts and above (`ray_table.LEVEL`), not for those
 below, of which it does not know what hides them; and it is free there if what hides it lies deeper.
@@ -10,6 +13,7 @@ below, of which it does not know what hides them; and it is free there if what h
 from __future__ import annotations
 
 import functools
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import jax
@@ -17,12 +21,15 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from firstorder.numerics._native import HAVE_NATIVE
 from firstorder.shadowfield.rendering._culling import narrowed
 from firstorder.shadowfield.rendering.lamp import LampFrame
 from firstorder.shadowfield.rendering.ray_table import LEVEL, RayTable
 
 REACH = 3.0  # standard deviations of the Gaussian that count
-GROUP, CHUNK = 64, 1024  # receivers and rays that are weighed at once
+GROUP, CHUNK = 64, 1024  # receivers and rays that are weighed at once by groups
+ROWS = 4096  # of rays, at most
+SLAB = 1.3  # largest of the depths of receivers that share rows over the least
 PRECISION: type = np.float32
 
 Numbers = Float[np.ndarray, " n"]
@@ -93,7 +100,67 @@ def gather(
         8
     """
     use = np.flatnonzero(np.isfinite(sigma))
-    at, wide = local[use], REACH * sigma[use]
+    heavy = np.ones(len(table.y)) if weights is None else np.asarray(weights, float)
+    parts = (local[use], sigma[use], shear[use], cells, heavy)
+    some = (_by_rows if HAVE_NATIVE else _by_groups)(lamp, table, *parts)
+    found = Sums(
+        np.zeros((len(local), cells**2)), np.zeros((len(local), cells**2)), np.zeros(len(local))
+    )
+    for a, b in zip(found, some, strict=True):
+        a[use] = b
+    return found
+
+
+# --- in machine code -----------------------------------------------------------------------------
+
+
+def _by_rows(
+    lamp: LampFrame, table: RayTable, at: np.ndarray, sigma, shear, cells: int, heavy: np.ndarray
+) -> Sums:
+    """The sums from rays in rows, those of receivers at about the same depth together."""
+    from firstorder.shadowfield.rendering._row_sums import sum_rows  # half a second for numba
+
+    found = Sums(np.zeros((len(at), cells**2)), np.zeros((len(at), cells**2)), np.zeros(len(at)))
+    for some in _slabs(at[:, 2]):
+        middle = 0.5 * (at[some].min(0) + at[some].max(0))
+        depth, step = middle[2], 1.5 * float(np.median(sigma[some]))
+        y = table.y.astype(float)
+        p = y + table.v * depth - middle[:2]
+        low, high = p[:, 0].min(), p[:, 0].max()
+        step = max(step, (high - low) / ROWS)
+        row = ((p[:, 0] - low) / step).astype(np.int32)
+        order = np.lexsort((p[:, 1], row))
+        first = np.searchsorted(row[order], np.arange(row.max() + 2))
+        parts = (*y.T, *p.T, table.near, table.start, heavy)
+        rays = np.stack([a[order].astype(PRECISION) for a in parts])
+        t, level = at[some, 2] / depth, (1.0 - LEVEL) * at[some, 2]
+        x = at[some, :2] - middle[:2] * t[:, None]
+        here = np.column_stack([x, t, sigma[some], shear[some], level]).astype(PRECISION)
+        sums = [np.zeros((len(some), *a.shape[1:])) for a in found]
+        half, reach = lamp.half.astype(PRECISION), PRECISION(REACH)
+        sum_rows(rays, first, low, step, here, half, reach, cells, *sums)
+        for a, b in zip(found, sums, strict=True):
+            a[some] = b
+    return found
+
+
+def _slabs(depth: Numbers) -> Iterator[np.ndarray]:
+    """Numbers of receivers of which the deepest is at most `SLAB` times as deep as the first."""
+    order = np.argsort(depth, kind="stable")
+    while len(order):
+        count = int(np.searchsorted(depth[order], SLAB * depth[order[0]], side="right"))
+        yield order[:count]
+        order = order[count:]
+
+
+# --- without -------------------------------------------------------------------------------------
+
+
+def _by_groups(
+    lamp: LampFrame, table: RayTable, at: np.ndarray, sigma, shear, cells: int, heavy: np.ndarray
+) -> Sums:
+    """The sums over all pairs of a group of receivers and the rays near any of them."""
+    wide = REACH * sigma
     y, v = table.y.astype(float), table.v.astype(float)
 
     columns = [(y[:, axis].copy(), v[:, axis].copy()) for axis in range(2)]
@@ -111,17 +178,13 @@ def gather(
             away += np.maximum(beside, 0.0) ** 2
         return away <= np.max(wide[rows]) ** 2 * (1.0 + 1e-9)
 
-    found = Sums(
-        np.zeros((len(local), cells**2)), np.zeros((len(local), cells**2)), np.zeros(len(local))
-    )
-    heavy = np.ones(len(y)) if weights is None else np.asarray(weights, float)
+    found = Sums(np.zeros((len(at), cells**2)), np.zeros((len(at), cells**2)), np.zeros(len(at)))
     half = lamp.half.astype(PRECISION)
-    for rows, some in narrowed(at, len(y), keep, GROUP):
-        mine = use[rows]
-        middle = local[mine].mean(0)
+    for mine, some in narrowed(at, len(y), keep, GROUP):
+        middle = at[mine].mean(0)
         k = np.resize(np.arange(len(mine)), GROUP)  # the rest of the group is thrown away
-        level = (1.0 - LEVEL) * local[mine, 2]
-        here = np.column_stack([local[mine] - middle, sigma[mine], shear[mine], level])[k]
+        level = (1.0 - LEVEL) * at[mine, 2]
+        here = np.column_stack([at[mine] - middle, sigma[mine], shear[mine], level])[k]
         place = y[some] + v[some] * middle[2] - middle[:2]
         parts = [y[some], v[some], place, table.near[some], table.start[some], heavy[some]]
         rays = np.column_stack(parts)

@@ -13,6 +13,7 @@ import scipy.ndimage
 from jaxtyping import Float
 
 from firstorder._argument_checks import check_positive
+from firstorder.numerics._native import HAVE_NATIVE
 from firstorder.shadowfield.rendering._below import where_below
 from firstorder.shadowfield.rendering._culling import narrowed
 from firstorder.shadowfield.rendering.lamp import LampFrame
@@ -61,7 +62,16 @@ def blocker_depths(
 
 
 def _bounds(lamp: LampFrame, places, local, pixel: float) -> tuple[Numbers, Numbers]:
-    """First and last places before receivers in the lamp's frame, in groups of neighbours."""
+    """First and last places before receivers in the lamp's frame."""
+    if HAVE_NATIVE:
+        from firstorder.shadowfield.rendering._blocker_tree import first_and_last  # takes numba
+
+        return first_and_last(places, local, lamp.half, pixel)
+    return _by_groups(lamp, places, local, pixel)
+
+
+def _by_groups(lamp: LampFrame, places, local, pixel: float) -> tuple[Numbers, Numbers]:
+    """The same without numba, in groups of neighbours."""
     columns = [np.ascontiguousarray(column) for column in places.T]  # one axis each: faster
 
     def keep(rows, some):
