@@ -1,0 +1,80 @@
+"""A scheduler and workers of `dask.distributed`: real processes on loopback, to be killed."""
+
+from __future__ import annotations
+
+import os
+import pathlib
+import signal
+import socket
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).parents[2]
+
+
+def free_port() -> int:
+    with socket.socket() as s:
+        s.bind(("127.0.0.1", 0))
+        return s.getsockname()[1]
+
+
+class Cluster:
+    """A scheduler and some workers, that begin with it and end with it.
+
+    Args:
+        workers: how many.
+        folder: for what they say, and for compiled functions if the environment names no folder.
+        environment: of the workers, beside ours.
+    """
+
+    def __init__(self, workers: int, folder: pathlib.Path, **environment: str):
+        self.folder, self.port = folder, free_port()
+        self.address = f"tcp://127.0.0.1:{self.port}"
+        self.environment, self._begun = environment, 0
+        self.scheduler = self._scheduler()
+        self.workers = [self._worker() for _ in range(workers)]
+
+    def __enter__(self) -> Cluster:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for process in (self.scheduler, *self.workers):
+            _killed(process)
+
+    def kill_worker(self, number: int = 0) -> None:
+        """Kills a worker, and begins another."""
+        _killed(self.workers.pop(number))
+        self.workers.append(self._worker())
+
+    def kill_scheduler(self) -> None:
+        """Kills the scheduler, without which workers end, and begins all anew at its address."""
+        count = len(self.workers)
+        for process in (self.scheduler, *self.workers):
+            _killed(process)
+        self.scheduler = self._scheduler()
+        self.workers = [self._worker() for _ in range(count)]
+
+    def _scheduler(self) -> subprocess.Popen[bytes]:
+        given = ("--host", "127.0.0.1", "--port", str(self.port))
+        return self._begin("scheduler", *given)
+
+    def _worker(self) -> subprocess.Popen[bytes]:
+        return self._begin(
+            "worker", self.address, "--no-nanny", "--nthreads", "1", "--host", "127.0.0.1"
+        )
+
+    def _begin(self, kind: str, *given: str) -> subprocess.Popen[bytes]:
+        paths = os.pathsep.join([str(ROOT / "src"), str(ROOT)])
+        environment = os.environ | {"PYTHONPATH": paths} | self.environment
+        command = (sys.executable, "-m", f"distributed.cli.dask_{kind}", *given, "--no-dashboard")
+        self._begun += 1
+        with (self.folder / f"{kind}{self._begun}.log").open("wb") as log:
+            return subprocess.Popen(
+                command, env=environment, cwd=self.folder, stdout=log, stderr=log
+            )
+
+
+def _killed(process: subprocess.Popen[bytes]) -> None:
+    if process.poll() is None:
+        os.kill(process.pid, signal.SIGKILL)
+    process.wait()
