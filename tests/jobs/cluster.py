@@ -32,36 +32,51 @@ class Cluster:
         self.address = f"tcp://127.0.0.1:{self.port}"
         self.environment, self._begun = environment, 0
         self.scheduler = self._scheduler()
-        self.workers = [self._worker() for _ in range(workers)]
+        self.workers: list[subprocess.Popen[bytes]] = []
+        for _ in range(workers):
+            self.start_worker()
+        self.wait_for_workers(workers)
 
     def __enter__(self) -> Cluster:
         return self
 
     def __exit__(self, *_: object) -> None:
+        self.stop()
+
+    def stop(self) -> None:
+        """Kills all of it."""
         for process in (self.scheduler, *self.workers):
             _killed(process)
+
+    def start_worker(self) -> None:
+        """Begins another worker."""
+        given = ("--no-nanny", "--nthreads", "1", "--host", "127.0.0.1")
+        self.workers.append(self._begin("worker", self.address, *given))
+
+    def wait_for_workers(self, count: int) -> None:
+        """Until the scheduler is there, and knows some workers."""
+        from distributed import Client
+
+        with Client(self.address, set_as_default=False, timeout=60) as client:
+            if count:
+                client.wait_for_workers(count, timeout=60)
 
     def kill_worker(self, number: int = 0) -> None:
         """Kills a worker, and begins another."""
         _killed(self.workers.pop(number))
-        self.workers.append(self._worker())
+        self.start_worker()
 
     def kill_scheduler(self) -> None:
         """Kills the scheduler, without which workers end, and begins all anew at its address."""
         count = len(self.workers)
-        for process in (self.scheduler, *self.workers):
-            _killed(process)
-        self.scheduler = self._scheduler()
-        self.workers = [self._worker() for _ in range(count)]
+        self.stop()
+        self.scheduler, self.workers = self._scheduler(), []
+        for _ in range(count):
+            self.start_worker()
 
     def _scheduler(self) -> subprocess.Popen[bytes]:
         given = ("--host", "127.0.0.1", "--port", str(self.port))
         return self._begin("scheduler", *given)
-
-    def _worker(self) -> subprocess.Popen[bytes]:
-        return self._begin(
-            "worker", self.address, "--no-nanny", "--nthreads", "1", "--host", "127.0.0.1"
-        )
 
     def _begin(self, kind: str, *given: str) -> subprocess.Popen[bytes]:
         paths = os.pathsep.join([str(ROOT / "src"), str(ROOT)])

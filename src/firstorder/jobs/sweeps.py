@@ -14,6 +14,7 @@ from jaxtyping import Shaped
 from tqdm import tqdm
 
 from firstorder._argument_checks import check_positive
+from firstorder._labelled import DataFrame
 from firstorder.jobs.running import run_jobs
 
 Table = dict[str, Shaped[np.ndarray, "rows ..."]]
@@ -21,7 +22,7 @@ Table = dict[str, Shaped[np.ndarray, "rows ..."]]
 
 def sweep(
     function: Callable[..., Any],
-    table: Mapping[str, Any],
+    table: Mapping[str, Any] | DataFrame,
     scheduler: str | None = None,
     *,
     batch: int = 256,
@@ -82,13 +83,13 @@ def sweep(
     }
 
 
-def _length(columns: Table) -> int:
+def _length(columns: dict[str, np.ndarray]) -> int:
     """Number of rows of all columns."""
     lengths = {a.shape[:1] for a in columns.values()}
     if len(lengths) != 1 or lengths <= {(), (0,)}:
         listed = ", ".join(f"{name} {a.shape}" for name, a in columns.items()) or "nothing"
         raise ValueError(
-            f"Argument `table` must hold columns of one length and a row at least, but has {listed}."
+            f"Argument `table` must hold columns of one length, with rows, but has {listed}."
         )
     return lengths.pop()[0]
 
