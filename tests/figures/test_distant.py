@@ -10,12 +10,17 @@ from figures.__main__ import Options, key, main
 from firstorder.jobs import _dask
 from tests.jobs.cluster import Cluster
 
-NAMES = ("d05_average_occlusion", "d05_fig05")
+NAMES = ("d05_fig04", "d05_fig05")
 
 
 @pytest.fixture(autouse=True)
 def no_kept_claims(tmp_path, monkeypatch):
     monkeypatch.setattr(claims, "KEPT", tmp_path / "none.json")
+
+
+def claims_of(files, name):
+    told = json.loads(files[f"{name}.json"])["claims"]
+    return [{k: v for k, v in claim.items() if k != "seconds"} for claim in told]
 
 
 def test_workers_draw_the_same_files_and_one_that_is_killed_costs_nothing(tmp_path, monkeypatch):
@@ -38,14 +43,7 @@ def test_workers_draw_the_same_files_and_one_that_is_killed_costs_nothing(tmp_pa
     for name in NAMES:
         asked = {f"{name}.png"}
         assert records.why_drawn(name, there, key(name, True), asked) == ""
-        kept = [
-            {k: v for k, v in c.items() if k != "seconds"}
-            for c in json.loads(theirs[f"{name}.json"])["claims"]
-        ]
-        assert kept == [
-            {k: v for k, v in c.items() if k != "seconds"}
-            for c in json.loads(ours[f"{name}.json"])["claims"]
-        ]
+        assert claims_of(theirs, name) == claims_of(ours, name) != []
 
 
 def test_other_code_there_is_refused(tmp_path):

@@ -25,7 +25,7 @@ from tests.jobs.cluster import Cluster
 SCENE = "examples/coats.toml"
 SIZE = ("--width", "128", "--height", "128", "--passes", "8", "--nodes", "4", "--sky-rows", "4")
 TILES = 4 * 8  # of 64 by 64 pixels, in each pass
-PAUSE = 3.0, 9.0  # seconds from kill to kill; a worker needs some five to begin
+PAUSE = 3.0, 15.0  # seconds from kill to kill; a worker needs five to ten to begin
 LIMIT = 600.0  # seconds for an image
 
 

@@ -16,6 +16,7 @@ import importlib
 import logging
 import platform
 import threading
+import time
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
@@ -114,6 +115,7 @@ def results(
     while left:
         before = len(left)
         with client:
+            _look_around(client, address)
             for number, answer in _round(client, left, packed, failures):
                 _check(answer)
                 del left[number]
@@ -204,34 +206,27 @@ def _packed(thing: Any) -> bytes:
 
 
 def _connected(address: str, patience: float) -> Any:
-    """A connection to the scheduler whose workers have this package; tells if there are none."""
+    """A connection to the scheduler, which is tried for some seconds."""
     distributed = _package("distributed")
     # What dask logs of a lost connection is said by us, or mended.
     for name in ("client", "core", "comm", "utils"):
         logging.getLogger(f"distributed.{name}").setLevel(logging.CRITICAL + 1)
-    try:
-        client = distributed.Client(address, timeout=patience, set_as_default=False)
-    except OSError:
-        raise ValueError(
-            "Argument `scheduler` must be the address of a scheduler of dask.distributed, but none "
-            f"answers at {address} within {patience:.0f} s."
-        ) from None
-    except (ValueError, TypeError) as error:
-        raise ValueError(
-            "Argument `scheduler` must be an address such as tcp://host:8786, but is "
-            f"{address!r} ({error})."
-        ) from None
-    there = client.run(processor, on_error="return")
-    for worker, said in there.items():
-        if isinstance(said, Exception) and not isinstance(said, OSError):  # that has ended by now
-            client.close()
+    end = time.monotonic() + patience
+    while True:
+        try:
+            return distributed.Client(address, timeout=patience, set_as_default=False)
+        except OSError:
+            if time.monotonic() < end:  # it ended while it answered
+                continue
             raise ValueError(
-                "Argument `scheduler` must lead to workers with the packages of this program, but "
-                f"that at {worker} says {said}."
-            )
-    if not there:
-        warnings.warn(f"The scheduler at {address} has no workers yet: waiting.", stacklevel=4)
-    return client
+                "Argument `scheduler` must be the address of a scheduler of dask.distributed, but "
+                f"none answers at {address} within {patience:.0f} s."
+            ) from None
+        except (ValueError, TypeError) as error:
+            raise ValueError(
+                "Argument `scheduler` must be an address such as tcp://host:8786, but is "
+                f"{address!r} ({error})."
+            ) from None
 
 
 def _connected_again(address: str) -> Any:
@@ -242,6 +237,25 @@ def _connected_again(address: str) -> Any:
         raise ConnectionError(
             f"The scheduler at {address} was lost, and what is finished is kept. {error}"
         ) from None
+
+
+def _look_around(client: Any, address: str) -> None:
+    """Refuses workers without this package, which would end without a word; tells if there are none.
+
+    Such a worker that comes later ends, and says why in its own log.
+    """
+    try:
+        there = client.run(processor, on_error="return")
+    except OSError:  # the scheduler was lost: the round will find nothing
+        return
+    for worker, said in there.items():
+        if isinstance(said, Exception) and not isinstance(said, OSError):  # that has ended by now
+            raise ValueError(
+                "Argument `scheduler` must lead to workers with the packages of this program, but "
+                f"that at {worker} says {said}."
+            )
+    if not there:
+        warnings.warn(f"The scheduler at {address} has no workers yet: waiting.", stacklevel=4)
 
 
 def _package(name: str) -> Any:
