@@ -1,5 +1,8 @@
 """A table's rows, each once and in order, the same here and on workers that are killed."""
 
+import pathlib
+import re
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -36,6 +39,17 @@ def test_the_table_comes_back_with_the_closed_form_of_a_disc_beside_it():
     D = np.hypot(FLOOR[0] - 0.1, table["height"])
     np.testing.assert_array_equal(found["radius"], table["radius"])
     np.testing.assert_allclose(found["dE"], -2.0 * (table["height"] / D) / D, rtol=1e-9)
+
+
+def test_the_script_of_the_page_sweeps_a_floor(capsys):
+    page = pathlib.Path(__file__).parents[2] / "docs" / "many_machines.md"
+    names = {}
+    exec(re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.S)[0], names)
+    assert capsys.readouterr().out == "['radius', 'x', 'E'] (100,)\n"
+    x = names["found"]["x"]
+    clear = (0.5 - x) / np.hypot(0.5 - x, 1.0) + (0.5 + x) / np.hypot(0.5 + x, 1.0)
+    assert np.all(names["found"]["E"] <= clear + 1e-12)
+    np.testing.assert_allclose(names["found"]["E"][0], clear[0], rtol=1e-12)  # beside the shadow
 
 
 def test_rows_may_be_arrays_and_so_may_results():

@@ -240,7 +240,7 @@ def _connected_again(address: str) -> Any:
 
 
 def _look_around(client: Any, address: str) -> None:
-    """Refuses workers without this package, which would end without a word; tells if there are none.
+    """Refuses workers without this package, which would end unheard; tells if none are there.
 
     Such a worker that comes later ends, and says why in its own log.
     """
