@@ -24,12 +24,15 @@ class Cluster:
     Args:
         workers: how many.
         folder: for what they say, and for compiled functions if the environment names no folder.
-        environment: of the workers, beside ours.
+        protocol: tcp, or tls with certificates that the environment names.
+        environment: of the processes, beside ours.
     """
 
-    def __init__(self, workers: int, folder: pathlib.Path, **environment: str):
+    def __init__(
+        self, workers: int, folder: pathlib.Path, *, protocol: str = "tcp", **environment: str
+    ):
         self.folder, self.port = folder, free_port()
-        self.address = f"tcp://127.0.0.1:{self.port}"
+        self.address = f"{protocol}://127.0.0.1:{self.port}"
         self.environment, self._begun = environment, 0
         self.scheduler = self._scheduler()
         self.workers: list[subprocess.Popen[bytes]] = []
@@ -75,7 +78,8 @@ class Cluster:
             self.start_worker()
 
     def _scheduler(self) -> subprocess.Popen[bytes]:
-        given = ("--host", "127.0.0.1", "--port", str(self.port))
+        host, _, port = self.address.rpartition(":")
+        given = ("--host", host, "--port", port)
         return self._begin("scheduler", *given)
 
     def _begin(self, kind: str, *given: str) -> subprocess.Popen[bytes]:

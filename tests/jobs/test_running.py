@@ -1,6 +1,8 @@
 """Jobs on real workers: each comes once, whatever ends; what is wrong is one sentence."""
 
 import os
+import shutil
+import subprocess
 import sys
 import threading
 import time
@@ -187,3 +189,43 @@ def test_a_job_that_ends_every_worker_is_given_up(tmp_path, monkeypatch):
     settings = {"DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "0"}
     with Cluster(1, tmp_path, **settings) as fragile, given_up:
         asked(fragile, [1], function=lambda job: os._exit(1))
+
+
+# What dask says of a client of its own that it could not connect.
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_by_tls_a_client_without_the_certificate_is_not_let_in(tmp_path, monkeypatch):
+    dask = pytest.importorskip("dask")
+    openssl = shutil.which("openssl")
+    if openssl is None:
+        pytest.skip("no openssl to make a certificate with")
+    key, certificate = (str(tmp_path / name) for name in ("key.pem", "cert.pem"))
+    made = [
+        "req",
+        "-x509",
+        "-newkey",
+        "rsa:2048",
+        "-nodes",
+        "-days",
+        "1",
+        "-subj",
+        "/CN=firstorder",
+    ]
+    subprocess.run(
+        [openssl, *made, "-keyout", key, "-out", certificate], check=True, capture_output=True
+    )
+    where = "distributed.comm.tls"
+    tls = {f"{where}.ca-file": certificate, f"{where}.client.cert": certificate}
+    tls[f"{where}.client.key"] = key
+    settings = {"DASK_DISTRIBUTED__COMM__TLS__CA_FILE": certificate}
+    for role in ("CLIENT", "SCHEDULER", "WORKER"):
+        settings[f"DASK_DISTRIBUTED__COMM__TLS__{role}__CERT"] = certificate
+        settings[f"DASK_DISTRIBUTED__COMM__TLS__{role}__KEY"] = key
+    monkeypatch.setattr(_dask, "FIRST", 3.0)
+    known = dask.config.set(tls)
+    with known, Cluster(1, tmp_path, protocol="tls", **settings) as secret:
+        assert asked(secret, [3]) == {0: 9}
+        with pytest.raises(ValueError, match="none answers"):
+            list(run_jobs(square, [3], scheduler=secret.address.replace("tls", "tcp")))
+        unknown = dask.config.set(dict.fromkeys(tls))
+        with unknown, pytest.raises(ValueError, match=r"none answers|such as tcp"):
+            asked(secret, [3])

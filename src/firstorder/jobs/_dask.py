@@ -217,6 +217,7 @@ def _connected(address: str, patience: float) -> Any:
             return distributed.Client(address, timeout=patience, set_as_default=False)
         except OSError:
             if time.monotonic() < end:  # it ended while it answered
+                time.sleep(0.5)
                 continue
             raise ValueError(
                 "Argument `scheduler` must be the address of a scheduler of dask.distributed, but "
