@@ -144,8 +144,10 @@ def timed(function: Any, jobs: Sequence[Any], cluster: Cluster) -> list[tuple[fl
 def clusters(folder: pathlib.Path) -> Iterator[Callable[[int], Cluster]]:
     """Makes clusters that share one cache of compiled functions, empty at first."""
     with contextlib.ExitStack() as stack:
-        cache = {"FIRSTORDER_CACHE": str(folder / "cache"), "OMP_NUM_THREADS": "1"}
-        yield lambda count: stack.enter_context(Cluster(count, folder, **cache))
+        cache = str(folder / "cache")
+        yield lambda count: stack.enter_context(
+            Cluster(count, folder, pinned=True, FIRSTORDER_CACHE=cache)
+        )
 
 
 def measured(name: str, total: int, function: Any, jobs: Sequence[Any], way: Any) -> Costs:
@@ -269,7 +271,7 @@ def ball(radius, height):
     return {"E": E(x), "dE": jax.grad(E)(x), "d2E": jax.hessian(E)(x)}
 
 
-def rows(function: Any, batch: int) -> Costs:
+def rows(world: str, function: Any, batch: int) -> Costs:
     """Batches of a sweep of a million scenes."""
     rng = np.random.default_rng(0)
     jobs = [
@@ -283,8 +285,8 @@ def rows(function: Any, batch: int) -> Costs:
 
         return for_a_job(run, cluster, 100)
 
-    name = f"{function.__doc__.split(',')[0].lower().replace('irradiance of a floor ', 'scenes, ')}"
-    return measured(f"{name} by {batch:,}", math.ceil(ROWS / batch), _Batches(function), jobs, way)
+    name = f"batches of {batch:,} scenes of {world}"
+    return measured(name, math.ceil(ROWS / batch), _Batches(function), jobs, way)
 
 
 # --- what follows --------------------------------------------------------------------------------
@@ -329,7 +331,7 @@ def report(costs: Sequence[Costs]) -> str:
     second += [("stops to fall at", *(f"{max(1.0, c.limit[0]):,.0f}: {c.limit[1]}" for c in costs))]
     about = (
         f"Measured on {os.cpu_count()} cores ({platform.machine()}, load "
-        f"{os.getloadavg()[0]:.0f}), jax {jax.__version__}, one thread a worker; seconds of the "
+        f"{os.getloadavg()[0]:.0f}), jax {jax.__version__}, a core for each worker; seconds of the "
         f"processor. Network: {NETWORK / 1e6:.0f} MB/s (assumed)."
     )
     return "\n\n".join((table(first[0], first[1:]), table(second[0], second[1:]), about)) + "\n"
@@ -343,7 +345,7 @@ def main() -> None:
     given = parser.parse_args()
     session.start()
     sizes = (256, 16) if given.quick else (16384, 4096)
-    costs = [image(given.quick), rows(disc, sizes[0]), rows(ball, sizes[1])]
+    costs = [image(given.quick), rows("flatland", disc, sizes[0]), rows("space", ball, sizes[1])]
     text = report(costs)
     print(text)
     if given.out:

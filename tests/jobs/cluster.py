@@ -25,13 +25,20 @@ class Cluster:
         workers: how many.
         folder: for what they say, and for compiled functions if the environment names no folder.
         protocol: tcp, or tls with certificates that the environment names.
+        pinned: whether each worker keeps to one core, in turn.
         environment: of the processes, beside ours.
     """
 
     def __init__(
-        self, workers: int, folder: pathlib.Path, *, protocol: str = "tcp", **environment: str
+        self,
+        workers: int,
+        folder: pathlib.Path,
+        *,
+        protocol: str = "tcp",
+        pinned: bool = False,
+        **environment: str,
     ):
-        self.folder, self.port = folder, free_port()
+        self.folder, self.port, self.pinned = folder, free_port(), pinned
         self.address = f"{protocol}://127.0.0.1:{self.port}"
         self.environment, self._begun = environment, 0
         self.scheduler = self._scheduler()
@@ -54,7 +61,11 @@ class Cluster:
     def start_worker(self) -> None:
         """Begins another worker."""
         given = ("--no-nanny", "--nthreads", "1", "--host", "127.0.0.1")
-        self.workers.append(self._begin("worker", self.address, *given))
+        worker = self._begin("worker", self.address, *given)
+        if self.pinned:
+            cores = sorted(os.sched_getaffinity(0))
+            os.sched_setaffinity(worker.pid, {cores[len(self.workers) % len(cores)]})
+        self.workers.append(worker)
 
     def wait_for_workers(self, count: int) -> None:
         """Until the scheduler is there, and knows some workers."""
