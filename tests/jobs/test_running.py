@@ -174,6 +174,14 @@ def test_another_kind_of_processor_is_warned_of():
         _dask._check(answer)
 
 
+def test_a_scheduler_that_is_lost_while_it_is_asked_for_its_workers_is_asked_again():
+    class Lost:
+        def run(self, *_, **__):
+            raise OSError("in <TCP (closed)>: Stream is closed")
+
+    assert _dask._look_around(Lost(), "tcp://a:1") is None
+
+
 def test_a_scheduler_that_is_lost_for_good(tmp_path, monkeypatch):
     pytest.importorskip("distributed")
     monkeypatch.setattr(_dask, "AGAIN", 1.0)

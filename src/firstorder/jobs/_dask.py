@@ -146,7 +146,7 @@ def _round(
     )
     for future, answer in coming:
         number = numbers.pop(future)
-        if future.status == "finished":
+        if isinstance(answer, Answer):
             yield number, answer
         elif future.status == "error":
             _count(failures, number, future.exception())
