@@ -6,7 +6,7 @@
 #   make test           every test, shapes checked on every call
 #   make check          the ledger of equations, proved or corrected
 #   make docs           the site, in docs/_build/index.html
-#   make fuzz N=100000  nasty scenes, damaged files, killed programs; CASE=... does one again
+#   make fuzz N=100000  nasty scenes, damaged files, killed programs and workers; CASE=... does one again
 #
 #   make smoke PYTHON=python3.13 VENV=.venv313      the same library on another Python
 #   make smoke-lowest                               ... and on the lowest versions that it allows
@@ -85,7 +85,7 @@ smoke-lowest:
 mutants: $(READY)
 	$(BIN)/python -m tests.mutants $(or $(N),60) --seed $(or $(SEED),0)
 
-# Nasty scenes, damaged files and killed programs (N scenes of flatland, by SEED), or one CASE again.
+# Nasty scenes, damaged files, killed programs and workers (N scenes of flatland, by SEED), or one CASE again.
 fuzz: $(READY)
 	$(BIN)/python -m tests.fuzz $(or $(N),10000) --seed $(or $(SEED),0) $(if $(CASE),--case $(CASE))
 

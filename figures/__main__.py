@@ -1,4 +1,4 @@
-"""Draw the figures: `python -m figures [NAME ...] [--quick] [--list] [--out DIR]`.
+"""Draw the figures: `python -m figures [NAME ...] [--quick] [--list] [--out DIR] [--scheduler A]`.
 
 Each picture comes with the arrays behind it, and all with one table of claims. What is finished is
 not drawn again unless code, versions, flags of the compiler or the files themselves have changed
@@ -27,7 +27,7 @@ import tyro
 from tqdm import tqdm
 
 import firstorder
-from figures import claims, records
+from figures import claims, distant, records
 from figures.style import Drawing
 from firstorder import io, plotting, session
 
@@ -53,6 +53,8 @@ class Options:
     """Draw again what is finished."""
     jobs: int = 1
     """Figures drawn side by side, each in a process of its own."""
+    scheduler: str | None = None
+    """Address of a scheduler of dask.distributed, tcp://host:8786, whose workers draw instead."""
 
 
 def main(options: Options) -> int:
@@ -100,15 +102,25 @@ def _draw_all(names: list[str], options: Options) -> list[str]:
         failures.extend([failure] if failure else [])
 
     with progress:
+        if options.scheduler is not None:
+            keys = {name: key(name, options.quick) for name in claims.longest_first(names)}
+            try:
+                for drawn in distant.drawn(keys, options):
+                    _forget(drawn.name, options.out)
+                    distant.write(drawn, options.out)
+                    done(drawn.name, drawn.seconds, drawn.failure)
+            except (ValueError, ModuleNotFoundError, ConnectionError) as error:
+                failures.append(str(error))
+            return failures
         if options.jobs == 1:
             for name in names:
                 progress.set_postfix_str(name)
-                done(*_draw(name, options))
+                done(*draw(name, options))
             return failures
         context = multiprocessing.get_context("spawn")
         with concurrent.futures.ProcessPoolExecutor(options.jobs, context) as pool:
             try:
-                drawn = [pool.submit(_draw, name, options) for name in claims.longest_first(names)]
+                drawn = [pool.submit(draw, name, options) for name in claims.longest_first(names)]
                 for future in concurrent.futures.as_completed(drawn):
                     done(*future.result())
             except KeyboardInterrupt:
@@ -117,7 +129,7 @@ def _draw_all(names: list[str], options: Options) -> list[str]:
     return failures
 
 
-def _draw(name: str, options: Options) -> tuple[str, float, str | None]:
+def draw(name: str, options: Options) -> tuple[str, float, str | None]:
     """Draw one figure and write all that belongs to it, its record last."""
     session.start()
     begin = time.perf_counter()
@@ -136,7 +148,7 @@ def _draw(name: str, options: Options) -> tuple[str, float, str | None]:
         return name, time.perf_counter() - begin, failure
     about = {"seconds": round(seconds, 2), "size": drawing.size, "seed": drawing.seed}
     rows = [{"figure": name, **claim, **about} for claim in told]
-    records.write(name, options.out, _key(name, options.quick), files, rows)
+    records.write(name, options.out, key(name, options.quick), files, rows)
     return name, seconds, None
 
 
@@ -157,7 +169,7 @@ def _write(name: str, drawing: Drawing, options: Options) -> list[str]:
 def _why(name: str, options: Options) -> str:
     """Why a figure is to be drawn; none if all files are there, from the same code and size."""
     asked = {f"{name}.png"} | ({f"{name}.{options.vector}"} if options.vector else set())
-    return records.why_drawn(name, options.out, _key(name, options.quick), asked)
+    return records.why_drawn(name, options.out, key(name, options.quick), asked)
 
 
 def _claims(out: pathlib.Path) -> dict[str, list[claims.Record]]:
@@ -185,7 +197,7 @@ def _forget(name: str, out: pathlib.Path) -> None:
         (out / file).unlink(missing_ok=True)
 
 
-def _key(name: str, quick: bool) -> str:
+def key(name: str, quick: bool) -> str:
     """Digest of all that a figure depends on: size, script, shared modules, package, versions."""
     script = claims.scripts()[name].read_bytes()
     return hashlib.sha256(script + _common_key() + bytes([quick])).hexdigest()[:32]

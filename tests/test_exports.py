@@ -47,6 +47,7 @@ ON_THE_HOST = {
     "cli": "the command line",
     "flatland.discontinuities._event_table": "tables of visual events",
     "io": "files",
+    "jobs": "jobs for this program or for workers, which compile what they are given",
     "ledger": "gathers and judges rows",
     "plotting": "pictures by matplotlib",
     "rendering": "images, tile by tile into files",

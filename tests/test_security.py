@@ -17,6 +17,7 @@ DANGEROUS = (
     {"pickle", "cPickle", "dill", "cloudpickle", "marshal", "shelve", "joblib"}
     | {"socket", "ssl", "http", "urllib", "ftplib", "smtplib", "xmlrpc", "requests", "webbrowser"}
     | {"subprocess", "multiprocessing", "ctypes", "cffi", "pty", "code", "codeop"}
+    | {"dask", "distributed"}
 )
 # Calls that run what a text says.
 RUNNING = {"eval", "exec", "compile", "__import__", "parse_expr", "execfile"}
@@ -25,6 +26,10 @@ STARTING = {"system", "popen", "startfile", "fork", "forkpty"}
 OF_THE_LEDGER = {
     ("src/firstorder/ledger/attacks.py", "compile"),  # a constant text, with names of variables
     ("src/firstorder/ledger/reporting.py", "multiprocessing"),  # rows are checked side by side
+}
+# One module speaks to a scheduler whose address the caller gives, and to no other: pickles travel.
+OF_A_SCHEDULER = {
+    ("src/firstorder/jobs/_dask.py", name) for name in ("cloudpickle", "dask", "distributed")
 }
 
 
@@ -43,6 +48,11 @@ def dangers(tree):
 
 def _calls(node):
     called = node.func
+    name = called.attr if isinstance(called, ast.Attribute) else getattr(called, "id", "")
+    if name in ("import_module", "_package", "find_spec") and node.args:
+        asked = getattr(node.args[0], "value", "")
+        if str(asked).partition(".")[0] in DANGEROUS:
+            yield node.lineno, asked
     if isinstance(called, ast.Name) and called.id in RUNNING:
         yield node.lineno, called.id
     if isinstance(called, ast.Attribute):
@@ -62,7 +72,7 @@ def test_no_module_can_run_fetch_or_start_anything():
         for path in SOURCES
         for line, name in dangers(ast.parse(path.read_text()))
     }
-    assert set(found) == OF_THE_LEDGER, found
+    assert set(found) == OF_THE_LEDGER | OF_A_SCHEDULER, found
 
 
 @pytest.mark.parametrize(
@@ -71,6 +81,9 @@ def test_no_module_can_run_fetch_or_start_anything():
         "import pickle",
         "from urllib.request import urlopen",
         "import http.client as h",
+        "importlib.import_module('distributed')",
+        "import_module('pickle')",
+        "_package('cloudpickle')",
         "eval('1')",
         "exec(text)",
         "os.system('ls')",
@@ -81,6 +94,22 @@ def test_no_module_can_run_fetch_or_start_anything():
 )
 def test_a_line_that_could_is_seen(line):
     assert list(dangers(ast.parse(line)))
+
+
+def test_without_an_address_nothing_of_the_network_is_even_imported():
+    """Jobs, a sweep and tiles that run here."""
+    program = """
+import sys, tempfile
+from firstorder.jobs import run_jobs, sweep
+from firstorder.rendering import render_tiles
+before = {"dask", "distributed", "cloudpickle", "socket"} & set(sys.modules)
+sweep(lambda k: k, {"k": [1.0]})
+list(run_jobs(abs, [-1]))
+render_tiles(lambda p, k: {"value": p[:, 0]}, 3, 1, tempfile.mkdtemp())
+print(sorted({"dask", "distributed", "cloudpickle"} & set(sys.modules) - before))
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (0, "[]\n"), done.stderr
 
 
 def test_a_line_that_could_not_is_passed():

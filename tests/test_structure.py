@@ -39,7 +39,7 @@ LAYERS = (
     ("caching", "shadowfield", "bandwidth", "reconstruction"),
 )
 # These may import any of the above and each other; none of the above imports them.
-ABOVE = ("checks", "ledger", "plotting", "io", "rendering", "cli")
+ABOVE = ("checks", "ledger", "plotting", "io", "jobs", "rendering", "cli")
 RANK = {name: rank for rank, layer in enumerate(LAYERS) for name in layer}
 
 # Imports inside a function that run against the order or around a circle, each with its reason.
@@ -131,6 +131,13 @@ def test_only_io_imports_what_reads_files():
 def test_only_plotting_imports_matplotlib():
     found = {a for a, b in all_imports() if b.split(".")[0] == "matplotlib"}
     assert {a for a in found if a.split(".")[0] not in ("plotting", "cli")} == set()
+
+
+def test_one_module_knows_dask():
+    """By name, in functions: the package is the extra `cluster`."""
+    packages = r"(import_module\(.|_package\(.|import |from )(dask|distributed|cloudpickle)\b"
+    found = {p for p in SOURCE.rglob("*.py") if re.search(packages, p.read_text("utf-8"))}
+    assert found == {SOURCE / "jobs" / "_dask.py"}
 
 
 # --- the stem law ------------------------------------------------------------------------------

@@ -26,6 +26,7 @@ beside which stand
 
 - `checks`: verification (squares, faults, tolerances, statistics);
 - `ledger`: ledgers of equations (rows, proofs, numeric routes, attacks);
+- `jobs`: many independent jobs, here or on other machines (sweeps of a table);
 - `io`: files (scenes, drawings, meshes, images, records);
 - `plotting`: pictures (import it yourself: it brings matplotlib).
 
@@ -54,6 +55,7 @@ if TYPE_CHECKING:
     from firstorder import rendering as rendering
     from firstorder import checks as checks
     from firstorder import ledger as ledger
+    from firstorder import jobs as jobs
     from firstorder import io as io
 
 __version__ = "0.1.0"
@@ -77,6 +79,7 @@ __all__ = [
     "rendering",
     "checks",
     "ledger",
+    "jobs",
     "io",
 ]
 

@@ -111,12 +111,13 @@ def settings() -> dict[str, str | bool]:
     }
 
 
-def differing(made: Mapping[str, object], now: Mapping[str, object]) -> str:
+def differing(made: Mapping[str, object], now: Mapping[str, object], word: str = "now") -> str:
     """Words about settings that are not as they were, such as "jaxlib 0.9.0, now 0.10.2".
 
     Args:
         made: settings with which something was made.
-        now: those of today; what is in one of them alone counts.
+        now: those of today, or of another program; what is in one of them alone counts.
+        word: for that.
 
     Example:
         >>> from firstorder.session import differing
@@ -124,7 +125,7 @@ def differing(made: Mapping[str, object], now: Mapping[str, object]) -> str:
         'jaxlib 0.9.0, now 0.10.2'
     """
     return "; ".join(
-        f"{name} {_said(made.get(name))}, now {_said(now.get(name))}"
+        f"{name} {_said(made.get(name))}, {word} {_said(now.get(name))}"
         for name in (*now, *(made.keys() - now.keys()))
         if made.get(name) != now.get(name)
     )

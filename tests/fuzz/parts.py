@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from tests.fuzz import files, kills, mutants, scenes, worlds
+from tests.fuzz import files, kills, mutants, scenes, workers, worlds
 from tests.fuzz.limits import known
 from tests.fuzz.report import Tally
 
@@ -66,6 +66,20 @@ def fuzz_kills(tally: Tally, name: str, seed: int, numbers: Sequence[int]) -> It
             yield f"{name}: killed after {moment:.1f} of {whole.seconds:.1f} s: {words}"
 
 
+def fuzz_workers(tally: Tally, seed: int, count: int) -> Iterator[str]:
+    """Kills so many workers, schedulers and clients of renders; tells of each image."""
+    with tempfile.TemporaryDirectory() as folder:
+        for found in workers.renders(pathlib.Path(folder), seed, count):
+            tally.asked["kills of a cluster"] += found.kills.total()
+            case = f"workers/{seed}/{count}"
+            lost = [f"{found.lost} tiles lost"] if found.lost else []
+            lost += [f"{found.twice} tiles written twice"] if found.twice else []
+            for words in (*lost, *found.wrong):
+                tally.add("workers", words, np.nan, case, None)
+            words = ", ".join(f"{n} of {what}" for what, n in found.kills.items()) or "no kill"
+            yield f"workers: {words}: {found.lost} tiles lost, {found.twice} written twice"
+
+
 def repeat(tally: Tally, case: str) -> Iterator[str]:
     """Does a case again, and tells what it is about.
 
@@ -78,6 +92,8 @@ def repeat(tally: Tally, case: str) -> Iterator[str]:
             yield repr(mutants.mutant(name, mutants.whole(name), int(seed), int(number)))
         case "kills", name, seed, number:
             yield from fuzz_kills(tally, name, int(seed), [int(number)])
+        case "workers", seed, count:
+            yield from fuzz_workers(tally, int(seed), int(count))
         case world, precision, name, seed, number if world in worlds.WORLDS:
             here = worlds.WORLDS[world]
             batch, row = divmod(int(number), here.batch)

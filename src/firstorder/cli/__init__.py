@@ -44,6 +44,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     session.start()
     try:
         return command.run()
-    except (ValueError, ModuleNotFoundError, Refused) as error:
+    except (ValueError, ModuleNotFoundError, ConnectionError, Refused) as error:
         print(error, file=sys.stderr)
         return 2

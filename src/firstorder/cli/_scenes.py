@@ -195,6 +195,8 @@ class Render:
     """Where these go: evenly all around, by the cosine to each surface, or to the bright parts."""
     tiles: pathlib.Path | None = None
     """Folder of the finished tiles; beside the .exr file, if left out."""
+    scheduler: str | None = None
+    """Address of a scheduler of dask.distributed, tcp://host:8786, whose workers make the tiles."""
     outside: bool = False
     """Read files that the scene names outside of its folder, too."""
 
@@ -230,8 +232,9 @@ class Render:
         key = f"{words} {self.nodes} {self.sky_rows} {self.sky_nodes}"
         folder = self.tiles or self.out.with_name(f"{self.out.stem}_tiles")
         render_to_files(
-            world, self.width, self.height, folder, passes=self.passes, key=key, out=self.out
-        )
+            world, self.width, self.height, folder, passes=self.passes, key=key, out=self.out,
+            scheduler=self.scheduler,
+        )  # fmt: skip
         if bands_of(world) in (None, 3):
             print(f"{self.out} and {self.out.with_suffix('.png').name} are written.")
         else:

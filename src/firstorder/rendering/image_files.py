@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
+import functools
 import hashlib
 import os
 import pathlib
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import jax
 import numpy as np
@@ -53,6 +56,7 @@ def render_to_files(
     key: str = "",
     out: str | os.PathLike[str] | None = None,
     quiet: bool | None = None,
+    scheduler: str | None = None,
 ) -> dict[str, Float[np.ndarray, "w h *bands"]]:
     """Render a whole image by tiles that are kept: killed at any time, the same call goes on.
 
@@ -71,6 +75,7 @@ def render_to_files(
         out: an .exr file for all layers; a tone-mapped .png is written beside it, in colour if
             there are three bands, and none if there is another number of them.
         quiet: as in `rendering.tiles.render_tiles`.
+        scheduler: the same; the world travels, so workers need no files of the scene.
 
     Returns:
         Layers by name (`Renderer.layers`), the mean over passes; bands, if any, in a last axis.
@@ -81,10 +86,9 @@ def render_to_files(
     """
     for name, number in (("width", width), ("height", height)):
         check_positive(name, number)
-    made = Renderer(world)
-
-    def shade(places, number):
-        return made.layers(image_coordinates(places, width, height), number)
+    shade = _Shade(world, width, height)
+    if scheduler is None:
+        shade.renderer  # noqa: B018 (what is wrong with the world is said before a folder is made)
 
     def show(layers, number):
         if out is not None:
@@ -94,8 +98,30 @@ def render_to_files(
     with contextlib.nullcontext() if out is None else at_work(out, about):
         return render_tiles(
             shade, width, height, folder, side=side, passes=passes, key=key, after_pass=show,
-            quiet=quiet,
+            quiet=quiet, scheduler=scheduler,
         )  # fmt: skip
+
+
+@dataclasses.dataclass(frozen=True)
+class _Shade:
+    """Layers of an image's pixels, here or on a worker, where the renderer is built anew."""
+
+    world: World
+    width: int
+    height: int
+
+    @functools.cached_property
+    def renderer(self) -> Renderer:
+        return Renderer(self.world)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in self.__dict__.items() if name != "renderer"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+
+    def __call__(self, places: Float[np.ndarray, "n 2"], number: int) -> dict[str, np.ndarray]:
+        return self.renderer.layers(image_coordinates(places, self.width, self.height), number)
 
 
 def _write_image(path: str | os.PathLike[str], layers: Mapping[str, np.ndarray]) -> None:

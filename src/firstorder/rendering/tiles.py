@@ -12,6 +12,7 @@ Damage is what the file itself tells, by its checksums and shapes: NaN and infin
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import pathlib
@@ -31,6 +32,7 @@ from firstorder.io._damage import set_aside
 from firstorder.io._locks import at_work
 from firstorder.io._parts import sweep_parts
 from firstorder.io.files import write_json, write_npz
+from firstorder.rendering._distant import tiles_by_workers
 
 Layers = dict[str, Float[np.ndarray, "w h *bands"]]
 Shade = Callable[[Float[np.ndarray, "n 2"], int], Mapping[str, np.ndarray]]
@@ -82,6 +84,7 @@ def render_tiles(
     key: str = "",
     after_pass: Callable[[Layers, int], None] | None = None,
     quiet: bool | None = None,
+    scheduler: str | None = None,
 ) -> Layers:
     """Mean over passes of an image, resumed where an earlier call was ended.
 
@@ -97,6 +100,8 @@ def render_tiles(
         key: what else the image depends on, in words; a folder of another key is refused.
         after_pass: called with the mean so far when a pass is finished, to look at.
         quiet: whether to show no progress; by default it is shown on a terminal.
+        scheduler: address of a scheduler of `dask.distributed` whose workers make the tiles, as in
+            `jobs.run_jobs`; `shade` travels to them, and tiles come back and are written here.
 
     Returns:
         Layers by name, first axis across.
@@ -104,7 +109,7 @@ def render_tiles(
     Raises:
         ValueError: if the folder holds tiles of another image, or of one that its `job.json` does
             not tell, or if some are missing and the others were made with other settings of the
-            compiler.
+            compiler; with a scheduler, as `jobs.run_jobs`.
 
     Example:
         >>> import tempfile
@@ -118,21 +123,31 @@ def render_tiles(
     folder = pathlib.Path(folder)
     differing = _claim(folder, dict(width=width, height=height, side=side, key=key))
     parts = list(_tiles(width, height, side))
+    jobs = {
+        folder / f"pass{number:04d}_tile{k:05d}.npz": (tile, number)
+        for number in range(passes)
+        for k, tile in enumerate(parts)
+    }
+    elsewhere = {f: job for f, job in jobs.items() if scheduler and not f.exists()}
+    if elsewhere:
+        _refuse_other_settings(folder, differing)
+    arriving = tiles_by_workers(_layers, shade, elsewhere, scheduler)
     quiet = not sys.stderr.isatty() if quiet is None else quiet
     sums: Layers = {}
-    with tqdm(total=passes * len(parts), unit="tile", disable=quiet) as progress:
-        for number in range(passes):
-            for k, tile in enumerate(parts):
-                file = folder / f"pass{number:04d}_tile{k:05d}.npz"
-                found = _kept(file, tile)
-                if found is None:
-                    _refuse_other_settings(folder, differing)
-                    found = _made(file, shade, tile, number)
-                for name, values in found.items():
-                    whole = sums.setdefault(name, np.zeros((width, height, *values.shape[2:])))
-                    whole[tile.left : tile.right, tile.low : tile.high] += values
-                progress.update()
-            if after_pass is not None:
+    progress = tqdm(total=passes * len(parts), unit="tile", disable=quiet)
+    with progress, contextlib.closing(arriving):
+        for file, (tile, number) in jobs.items():
+            while not file.exists() and next(arriving, None) is not None:
+                pass
+            found = _kept(file, tile)
+            if found is None:
+                _refuse_other_settings(folder, differing)
+                found = _made(file, shade, tile, number)
+            for name, values in found.items():
+                whole = sums.setdefault(name, np.zeros((width, height, *values.shape[2:])))
+                whole[tile.left : tile.right, tile.low : tile.high] += values
+            progress.update()
+            if after_pass is not None and tile is parts[-1]:
                 after_pass({name: a / (number + 1) for name, a in sums.items()}, number)
     return {name: a / passes for name, a in sums.items()}
 
@@ -212,7 +227,12 @@ def _kept(file: pathlib.Path, tile: _Tile) -> dict[str, np.ndarray] | None:
 
 def _made(file: pathlib.Path, shade: Shade, tile: _Tile, number: int) -> dict[str, np.ndarray]:
     """A tile, made and kept."""
-    found = {k: np.asarray(v, float) for k, v in shade(tile.places, number).items()}
-    found = {k: v.reshape(*tile.shape, *v.shape[1:]) for k, v in found.items()}
+    found = _layers(shade, tile, number)
     write_npz(file, found)
     return found
+
+
+def _layers(shade: Shade, tile: _Tile, number: int) -> dict[str, np.ndarray]:
+    """A tile, made."""
+    found = {k: np.asarray(v, float) for k, v in shade(tile.places, number).items()}
+    return {k: v.reshape(*tile.shape, *v.shape[1:]) for k, v in found.items()}
