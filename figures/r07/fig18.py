@@ -33,7 +33,6 @@ WAYS = {"gradient": by_gradient, "differences": by_differences, "even": by_area}
 CAMERA = pinhole((1.0, -5.0, 2.4), (1.2, 0.0, 0.5), gamma=9.0)
 LENGTHS, PHASES = (0.25, 0.19, 0.31), (0.0, 1.0, 2.0)  # of the bumps that are shown [m], [rad]
 SOURCE = "R07 §9.2, Fig. 18"
-CLOSEUPS = (look.Closeup((0.60, 0.80), (0.58, 0.78), (0.02, 0.02, 0.42, 0.42)),)
 # Of the images of the lay-outs, and what bumps have there in steps of the first grid.
 SIDES, BUMPS = (128, 256), ("2 to 5", "4 to 11")
 
@@ -74,13 +73,16 @@ def draw(quick: bool) -> Drawing:
 
     figure, axes = plotting.panels(2, 4, 3.2, 3.2)
     world = shared.table()
-    seen = look.look(true, shown.labels, shared.tints(world), CLOSEUPS)
+    seen = look.look(true, shown.labels, shared.tints(world))
     seen.show(axes[0, 0], true, "a) every pixel")
     faint = seen.levels(true)
     for k, name in enumerate(WAYS):
         look.show_samples(axes[0, k + 1], samples[name], side, f"{'bcd'[k]}) samples, {name}",
                           faint)  # fmt: skip
-        seen.show(axes[1, k + 1], pictures[name], f"{'fgh'[k]}) 10 %, {name}")
+        error = np.where(shown.bumpy, abs(pictures[name] - true), 0.0)
+        drawn = shared.show_decades(axes[1, k + 1], error, f"{'fgh'[k]}) error with 10 %, {name}",
+                                    -5.0, -2.0)  # fmt: skip
+    figure.colorbar(drawn, ax=axes[1, 1:], shrink=0.85, label="log$_{10}$ W/(m$^2$ sr)")
     for name, errors in rmse.items():
         axes[1, 0].loglog(100.0 * np.array(SHARES), errors, "o-", markersize=3, label=name)
     axes[1, 0].set(title="e) error on the sphere", xlabel="samples (% of pixels)",

@@ -29,7 +29,7 @@ def scene() -> Scene:
     rosette = [
         board(0.72 * np.cos(a), 0.62 * np.sin(a), z, a + 1.05, 0.62, 0.17, tilt)
         for a, z, tilt in ((0.1, 0.45, 0.3), (1.36, 0.8, 0.0), (2.62, 0.5, -0.35),
-                           (3.87, 0.9, 0.2), (5.13, 0.55, 0.0))
+                           (3.87, 0.9, 0.2), (2.0 * np.pi - 1.05, 0.55, 0.0))
     ]  # fmt: skip
     return Scene.of(primitive(lamp, emission=4.0), *rosette)
 

@@ -24,7 +24,7 @@ def scene() -> Scene:
     return Scene.of(
         primitive(Segments((17.6, 20.2), (16.9, 20.6)), name="sun", emission=SUN),
         primitive(Segments((60.0, 25.0), (0.0, 55.0)), name="sky", emission=SKY),
-        primitive(Segments((-6.7, -3.5), (-6.7, -2.9)), name="ember", emission=EMBER),
+        primitive(Segments((-8.3, -2.9), (-8.1, -3.5)), name="ember", emission=EMBER),
         slats,
         primitive(Segments((-30.0, 3.2), (-1.9, 3.95))),
         primitive(Segments((6.75, 3.45), (7.6, -6.0))),

@@ -134,12 +134,13 @@ def growth(scanned: list[list[Step]], axis: int, after: int, before: int) -> tup
 
 def draw_steps(axes, steps: list[Step]) -> None:
     """Two rows: measured above predicted, in powers of ten below the largest."""
+    drawn = None
     for column, step in zip(axes.T, steps, strict=True):
         x, v = step.axes
         for ax, rings, name in zip(column, step.rings, ("measured", "predicted"), strict=True):
             top = rings.max()
-            ax.pcolormesh(
-                x, v, np.maximum(rings, 1e-6 * top).T, norm=LogNorm(1e-5 * top, top),
+            drawn = ax.pcolormesh(
+                x, v, np.maximum(rings / top, 1e-6).T, norm=LogNorm(1e-5, 1.0),
                 cmap="magma", rasterized=True,
             )  # fmt: skip
             ax.set_title(f"{step.place.title}\n{name}", loc="left")
@@ -147,6 +148,7 @@ def draw_steps(axes, steps: list[Step]) -> None:
         ax.set_xlabel("$|\\Omega_{xy}|$  [cycles/m]")
     for ax in axes[:, 0]:
         ax.set_ylabel("$|\\Omega_{vw}|$  [cycles]")
+    axes[0, 0].figure.colorbar(drawn, ax=axes, label="energy, of the largest", shrink=0.7)
 
 
 # --- the diffuse receiver ------------------------------------------------------------------------
