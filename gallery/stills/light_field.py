@@ -51,7 +51,8 @@ def still(frame: Frame):
 
     ax = frame.canvas(None, (0.0, 1.0, 0.0, 1.0), "#05070d")
     left = ax.figure.add_axes((0.0, 0.0, share, 1.0))
-    left.imshow(picture, extent=(-half_x, half_x, -half_v, half_v), aspect="auto")
+    left.imshow(picture, extent=(-half_x, half_x, -half_v, half_v), aspect="auto", origin="upper",
+                interpolation="bilinear")  # fmt: skip
     left.set_axis_off()
     right = ax.figure.add_axes((share + 0.012, 0.0, 1.0 - share - 0.012, 1.0))
     right.imshow(spectrum, cmap="magma", extent=(-1, 1, -1, 1), aspect="auto", origin="lower",

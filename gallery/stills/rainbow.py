@@ -118,6 +118,6 @@ def light(frame: Frame, extent) -> np.ndarray:
 
 def still(frame: Frame):
     extent = frame.extent((0.4, -0.4), 15.0)
-    ax = frame.canvas(developed(light(frame, extent), 0.4), extent)
+    ax = frame.canvas(developed(light(frame, extent), 0.75), extent)
     draw_shapes(ax, scene(1.5), 1.2 * frame.fine, dark="none", rim="#dbe7ff")
     return drawn(ax)
