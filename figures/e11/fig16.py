@@ -49,7 +49,7 @@ def draw(quick: bool = False) -> Drawing:
     own, picked = (np.empty(len(rates)) for _ in range(2))
     predicted = np.empty_like(rms)
     arrays = {"reference": ground.picture(ground.true)}
-    last = None
+    last = shown = None
     for i, rate in enumerate(rates):
         rungs = ground.answers(ground.traced(rate), CYCLES)
         chosen = ground.chosen(rungs)

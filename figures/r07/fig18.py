@@ -75,7 +75,7 @@ def draw(quick: bool) -> Drawing:
     world = shared.table()
     seen = look.look(true, shown.labels, shared.tints(world))
     seen.show(axes[0, 0], true, "a) every pixel")
-    faint = seen.levels(true)
+    faint, drawn = seen.levels(true), None
     for k, name in enumerate(WAYS):
         look.show_samples(axes[0, k + 1], samples[name], side, f"{'bcd'[k]}) samples, {name}",
                           faint)  # fmt: skip

@@ -139,8 +139,9 @@ def draw_steps(axes, steps: list[Step]) -> None:
         x, v = step.axes
         for ax, rings, name in zip(column, step.rings, ("measured", "predicted"), strict=True):
             top = rings.max()
+            some = rings.any(1), rings.any(0)  # rings that no frequency of the grid falls into
             drawn = ax.pcolormesh(
-                x, v, np.maximum(rings / top, 1e-6).T, norm=LogNorm(1e-5, 1.0),
+                x[some[0]], v[some[1]], np.maximum(rings[np.ix_(*some)] / top, 1e-6).T, norm=LogNorm(1e-5, 1.0),
                 cmap="magma", rasterized=True,
             )  # fmt: skip
             ax.set_title(f"{step.place.title}\n{name}", loc="left")

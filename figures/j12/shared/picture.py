@@ -69,7 +69,8 @@ def _floor(c: Case):
         return jax.vmap(lambda p: irradiance(scene, Receiver.at(jnp.append(p, 0.0))))(x)
 
     indirect = c.image(c.truth)
-    row, column = distance_transform_edt(np.isnan(indirect), return_indices=True)[1]
+    known = distance_transform_edt(np.isnan(indirect), return_distances=False, return_indices=True)
+    row, column = np.asarray(known)
     parts = []
     for n, E in ((few, indirect[row, column]), (many, direct(jnp.asarray(places(many))))):
         s = (np.arange(n) + 0.5) / n
