@@ -3,6 +3,7 @@
 #
 #   make first          the environment and one figure with its claims, in a minute or two
 #   make figures        the environment, the ledger, every figure at full size, the claims table
+#   make gallery        a dozen stills of our own at 1920 x 1080, in gallery/out
 #   make test           every test, shapes checked on every call
 #   make check          the ledger of equations, proved or corrected
 #   make docs           the site, in docs/_build/index.html
@@ -29,7 +30,7 @@ NOTEBOOKS := $(patsubst notebooks/%.py,notebooks/ipynb/%.ipynb,$(wildcard notebo
 export PYTHONNOUSERSITE := 1
 unexport PYTHONPATH
 
-.PHONY: help venv first figures figures-quick readme check test smoke smoke-lowest bench mutants fuzz lint format notebooks docs clean
+.PHONY: help venv first figures figures-quick gallery readme check test smoke smoke-lowest bench mutants fuzz lint format notebooks docs clean
 .DEFAULT_GOAL := help
 
 help:
@@ -56,6 +57,10 @@ figures: check
 
 figures-quick: $(READY)
 	$(BIN)/python -m figures --quick --jobs 2
+
+# Stills of our own for a talk. A killed run goes on where it was.
+gallery: $(READY)
+	$(BIN)/python -m gallery
 
 # The claims of a full run are kept beside the figures and shown in CLAIMS.md, the README and docs/;
 # what the site shows and a build would take too long to measure is kept in docs/kept.

@@ -155,6 +155,13 @@ def test_the_page_of_pictures_shows_what_its_example_draws_and_prints(
     assert "#e0a526" in lines, "the lamp"
 
 
+def test_the_page_of_pictures_renders_a_still(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    image = ran(examples(DOCS / "pictures.md")[1])["image"]
+    assert plt.imread("ball.png").shape[:2] == (18, 32)
+    assert 0.0 < np.max(image.error) < 0.5 * np.max(image.value)
+
+
 def test_the_equations_of_a_travel_are_those_of_a_shear(capsys):
     far = ran(examples(DOCS / "symbolic.md")[0])["far"]
     x, v, d = sympy.symbols("x v d")

@@ -31,7 +31,7 @@ def draw(quick: bool) -> Drawing:
     places = np.linspace(-1.8, 1.8, 24 if quick else 64)
     nodes = 40 if quick else 144
     f = np.linspace(-3.0, 3.0, 61)
-    figure, axes = plotting.panels(3, 3, 2.9, 2.3)
+    figure, axes = plotting.panels(3, 3, 3.6, 2.7)
     arrays: dict[str, np.ndarray] = {"x": places, "Omega": f}
     apart, modes = [], []
     open_light = receiver.spectrum_of(receiver.irradiance(None, places, nodes), places, WIDTH, f)
@@ -86,11 +86,13 @@ def _high(F, f) -> float:
 
 
 def _panels(column, title, places, light, power, Ox, Ov, f, measured, predicted) -> None:
-    column[0].pcolormesh(places, places, light.T, cmap="gray", rasterized=True)
+    drawn = column[0].pcolormesh(places, places, light.T, cmap="gray", vmin=0.0, rasterized=True,
+                                 shading="gouraud")  # fmt: skip
+    column[0].figure.colorbar(drawn, ax=column[0], label="W/m$^2$")
     column[0].set(aspect="equal", xlabel="$x$  [m]", ylabel="$y$  [m]")
     column[0].set_title(title, loc="left")
     near = [np.abs(o) < 12.0 for o in (Ox, Ov)]
-    column[1].pcolormesh(
+    drawn = column[1].pcolormesh(
         Ox[near[0]],
         Ov[near[1]],
         np.maximum(power[np.ix_(*near)], 1e-7).T,
@@ -98,6 +100,7 @@ def _panels(column, title, places, light, power, Ox, Ov, f, measured, predicted)
         cmap="magma",
         rasterized=True,
     )
+    column[1].figure.colorbar(drawn, ax=column[1], label="energy, of the largest")
     column[1].set(xlabel="$\\Omega_x$  [cycles/m]", ylabel="$\\Omega_v$  [cycles]")
     column[1].set_title("arriving light", loc="left")
     for F, name, style in ((measured, "rays", "-"), (predicted, "predicted", "--")):

@@ -21,6 +21,7 @@ from scipy.stats import spearmanr
 from figures.d05.shared import compared, creatures, shading
 from figures.d05.shared import sampling as shared
 from figures.d05.shared.readings import ALIKE
+from figures.r07.shared.look import BRASS, CLAY, SLATE, WOOD, look, show_levels
 from figures.r07.shared.table import show
 from figures.style import Drawing
 from figures.verdicts import OURS, Measurement, Statement, at_least, at_most
@@ -28,6 +29,7 @@ from firstorder import plotting
 from firstorder.bandwidth import pixel_rates as maps
 from firstorder.imaging.camera import pinhole
 
+TINTS = {"floor": WOOD, "creature": SLATE, "ball": BRASS, "box": CLAY}
 SIDE = 10  # of the blocks over which a criterion is compared with errors [pixels]
 
 
@@ -39,17 +41,23 @@ def draw(quick: bool) -> Drawing:
     density = {name: shared.spread(B) for name, B in found.maps.items()}
     samples = {name: shared.chosen(d, count) for name, d in density.items()}
 
-    figure, axes = plotting.panels(2, 3, 4.4, 2.9)
-    _criterion(axes[0, 0], found.maps["mirror"], "a) without blockers (cycles per pixel)")
+    figure, axes = plotting.panels(2, 4, 4.3, 2.8)
+    picture = _picture(world, view, truth)
+    show_levels(axes[0, 0], picture, "a) the scene")
+    _criterion(axes[1, 0], found.maps["mirror"], "e) without blockers (cycles per pixel)")
     distance = 1.0 / np.maximum(found.plain, 1e-3)
-    drawn = show(axes[0, 1], np.where(view.shows >= 0, np.log10(distance), np.nan),
+    met = view.shows >= 0
+    drawn = show(axes[0, 1], np.where(met, np.log10(distance), np.nan),
                  "b) harmonic mean distance of blockers (m)", vmin=-0.5, vmax=1.5)  # fmt: skip
     _decades(figure, axes[0, 1], drawn, (-0.5, 0.0, 0.5, 1.0, 1.5))
     _criterion(axes[0, 2], found.maps["plain"], "c) with blockers, as the paper has it")
-    _criterion(axes[1, 0], found.maps["light"], "d) with blockers, weighted by light")
-    for ax, name, title in ((axes[1, 1], "plain", "e) samples for c"),
-                            (axes[1, 2], "light", "f) samples for d")):  # fmt: skip
-        ax.plot(*(samples[name] + 0.5).T, ",", color="0.1", alpha=0.8)
+    _criterion(axes[1, 2], found.maps["light"], "g) with blockers, weighted by light")
+    for ax, name, title in ((axes[0, 3], "plain", "d) samples for c"),
+                            (axes[1, 3], "light", "h) samples for g"),
+                            (axes[1, 1], "mirror", "f) samples for e")):  # fmt: skip
+        faint = (0.35 * picture + 0.65 * 255.0).astype(np.uint8)
+        ax.imshow(faint, extent=(0, world.columns, 0, world.rows), origin="upper")
+        ax.plot(*(samples[name] + 0.5).T, ",", color="0.05", alpha=0.8)
         ax.set(title=f"{title}: {len(samples[name]):,}", xticks=[], yticks=[],
                xlim=(0, world.columns), ylim=(0, world.rows), aspect="equal")  # fmt: skip
     claims = [
@@ -63,9 +71,18 @@ def draw(quick: bool) -> Drawing:
     return Drawing(figure, arrays, claims, {}, size, 0)
 
 
+def _picture(world, view, truth) -> np.ndarray:
+    """The scene in tints, levels of a screen."""
+    names = world.rays.scene.names
+    tints = np.array([TINTS.get(name, (1.0, 1.0, 1.0)) for name in names])
+    return look(truth, np.asarray(view.shows), tints).levels(truth)
+
+
 def _criterion(ax, values, title: str) -> None:
     with np.errstate(divide="ignore"):
-        drawn = show(ax, np.log10(values), title, cmap=plotting.RADIANCE, vmin=-3.0, vmax=-0.3)
+        shown = np.where(values > 0.0, np.maximum(np.log10(values), -3.0), np.nan)
+    drawn = show(ax, shown, title, cmap=plotting.MAGNITUDE, vmin=-3.0, vmax=-0.3)
+    ax.set_facecolor("0.92")  # where there is nothing, or nothing varies
     _decades(ax.figure, ax, drawn, (-3.0, -2.0, -1.0))
 
 

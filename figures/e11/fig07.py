@@ -76,20 +76,27 @@ def draw(quick: bool) -> Drawing:
         (few[PERCENT], ":", "0.5 % outside"),
     ):
         axes[1, 0].plot(x, values, style, label=label)
-    axes[1, 0].set(xlabel=plotting.label("x"))
+    axes[1, 0].set(xlabel=plotting.label("x"), ylabel="light that is seen")
     axes[1, 0].set_title("e) h(x)", loc="left")
     axes[1, 0].legend()
     axes[1, 1].loglog(limits, outside)
     axes[1, 1].axhline(0.005, color="0.6", linestyle=":")
-    axes[1, 1].set(xlabel=r"$\Omega_y^{max}$ (cycles/m)")
+    axes[1, 1].set(xlabel=r"$\Omega_y^{max}$ (cycles/m)", ylabel="share")
     axes[1, 1].set_title("f) energy outside", loc="left")
     middle, spread = density.mean(axis=1), density.std(axis=1)
     axes[1, 2].errorbar(COUNTS, middle, spread, linestyle="-", capsize=2.0)
-    axes[1, 2].set(xscale="log", xlabel="blockers", ylim=(0.0, None))
+    axes[1, 2].set(xscale="log", xlabel="blockers", ylabel="share", ylim=(0.0, None))
     axes[1, 2].set_xticks(COUNTS, [str(c) for c in COUNTS])
     axes[1, 2].minorticks_off()
     axes[1, 2].set_title("g) outside the wedge", loc="left")
-    axes[1, 3].set_axis_off()
+    cut = few[SHOWN] - h, few[PERCENT] - h
+    for values, style, label in zip(cut, ("--", ":"), (f"{SHOWN:g} cycles/m", "0.5 % outside"),
+                                    strict=True):  # fmt: skip
+        axes[1, 3].plot(x, 100.0 * values, style, label=label)
+    axes[1, 3].set(xlabel=plotting.label("x"), ylabel="% of the light")
+    axes[1, 3].set_title("h) change of h(x)", loc="left")
+    axes[1, 3].margins(y=0.3)
+    axes[1, 3].legend(loc="upper right")
     arrays = {"f": f.astype(np.uint8), "limits": limits, "outside": outside, "density": density}
     curves = {
         "outside": {"Omega_y_max": limits, "outside": outside},

@@ -37,7 +37,7 @@ LADDER = np.array([1.0, 2.0, 4.0, 8.0, 16.0])  # cycles
 
 
 def draw(quick: bool = False) -> Drawing:
-    """Four insets and the image they are from."""
+    """Four insets, the detail in them, and the image they are from."""
     side = scenes.QUICK_SIDE if quick else scenes.SIDE
     image = limits.ground(scenes.plant(side, quick), quick)
     whole = image.picture(image.true)
@@ -52,21 +52,56 @@ def draw(quick: bool = False) -> Drawing:
         f"{MANY} rays, automatic": chosen,
         f"{ground.rays} rays of its own": ground.true,
     }
-    figure, axes = plotting.panels(1, 5, width=2.3, height=2.9)
-    scenes.show(axes[0, 0], whole, "the image", cmap="gray", vmin=0, vmax=1)
-    i, j = inset
-    x, y = [i.start, i.stop, i.stop, i.start, i.start], [j.start, j.start, j.stop, j.stop, j.start]
-    axes[0, 0].plot(x, y, color=plotting.COLOURS[1], lw=1.0)
+    figure, axes = plotting.panels(2, 5, width=2.5, height=2.6)
+    _image(axes[0, 0], whole, inset)
     part = whole[inset]
     middle = float(np.nanmedian(part[(part > 0.02) & (part < 0.9)]))
-    ends = dict(vmin=middle - 0.5 / CONTRAST, vmax=middle + 0.5 / CONTRAST)
-    for ax, (title, values) in zip(axes[0, 1:], shown.items(), strict=True):
-        error = "" if values is ground.true else f"\nRMS {100 * ground.rms(values):.2f} %"
-        scenes.show(ax, ground.picture(values)[inset], title + error, cmap="gray", **ends)
+    ends = dict(vmin=max(middle - 0.5 / CONTRAST, 0.0), vmax=middle + 0.5 / CONTRAST)
+    detail = _detail(ground.picture(ground.true))[inset]
+    most = float(np.quantile(abs(detail), 0.99))
+    lowest = {}
+    for k, (title, values) in enumerate(shown.items(), start=1):
+        error = (
+            "the reference" if values is ground.true else f"RMS {100 * ground.rms(values):.2f} %"
+        )
+        picture = ground.picture(values)
+        for row, found, options in (
+            (0, picture[inset], dict(cmap="gray", **ends)),
+            (1, _detail(picture)[inset], dict(cmap=plotting.SIGNED, vmin=-most, vmax=most)),
+        ):
+            ax = axes[row, k]
+            words = f"{'bcde'[k - 1]}) {title}\n{error}" if row == 0 else f"{'ghij'[k - 1]}) detail"
+            lowest[row] = scenes.show(ax, found, words, **options)
+            ax.set_facecolor("#5b7fa6")  # what is no ground
+    _detail_seen(axes[1, 0], ground, inset, rungs)
+    for row, words in ((0, "light that is seen"), (1, "detail")):
+        figure.colorbar(lowest[row], ax=axes[row, 1:], label=words, shrink=0.85)
     arrays = {title: ground.picture(values) for title, values in shown.items()}
     claims = _claims(ground, inset, chosen, 3 if quick else 20)
     size = f"{side} x {side} pixels, {ground.scene.triangles} triangles, {ground.rays} rays"
     return Drawing(figure, arrays, claims, {}, size, limits.SEED)
+
+
+def _image(ax, whole, inset) -> None:
+    """The image, and where the inset is."""
+    scenes.show(ax, whole, "a) the image", cmap="gray", vmin=0, vmax=1)
+    ax.set_facecolor("#5b7fa6")
+    i, j = inset
+    x, y = [i.start, i.stop, i.stop, i.start, i.start], [j.start, j.start, j.stop, j.stop, j.start]
+    ax.plot(x, y, "-", color=plotting.COLOURS[1], lw=1.2)
+
+
+def _detail_seen(ax, ground, inset, rungs) -> None:
+    """How much of the reference's detail each limit shows."""
+    true = _detail(ground.picture(ground.true))[inset]
+    share = [np.sum(_detail(ground.picture(v))[inset] * true) / np.sum(true**2)
+             for v in rungs.visible]  # fmt: skip
+    ax.semilogx(LADDER, share, "o-", markersize=3)
+    ax.axhline(1.0, color="0.6", linestyle=":")
+    ax.set(title=f"f) detail seen with {MANY} rays", xlabel="band limit (cycles)", ylim=(0.0, 1.1),
+           ylabel="of the reference's")  # fmt: skip
+    ax.set_xticks(LADDER, [f"{c:g}" for c in LADDER])
+    ax.minorticks_off()
 
 
 def _detail(image: np.ndarray) -> np.ndarray:

@@ -42,12 +42,14 @@ def draw(quick: bool = False) -> Drawing:
     image = limits.ground(scene, quick)
     inset = limits.window(image.picture(image.true), side // 4)
     ground = image.part(inset, EDGE)
-    figure, axes = plotting.panels(len(rates) + 1, len(CYCLES) + 1, width=1.5, height=1.6)
+    figure, axes = plotting.panels(len(rates) + 1, len(CYCLES) + 1, width=1.8, height=1.9)
+    part = image.picture(image.true)[inset]
+    ends = [float(e) for e in np.nanquantile(part, (0.01, 0.99))]
     rms = np.empty((len(rates), len(CYCLES)))
     own, picked = (np.empty(len(rates)) for _ in range(2))
     predicted = np.empty_like(rms)
     arrays = {"reference": ground.picture(ground.true)}
-    last = None
+    last = shown = None
     for i, rate in enumerate(rates):
         rungs = ground.answers(ground.traced(rate), CYCLES)
         chosen = ground.chosen(rungs)
@@ -59,12 +61,14 @@ def draw(quick: bool = False) -> Drawing:
             error = rms[i, k] if k < len(CYCLES) else own[i]
             ax = axes[len(rates) - 1 - i, k]
             best = k == int(np.argmin(rms[i]))
-            _inset(ax, ground.picture(values)[inset], f"{100 * error:.2f} %", best)
-        axes[len(rates) - 1 - i, 0].set_ylabel(f"{rate:g} rays")
+            shown = _inset(ax, ground.picture(values)[inset], f"{100 * error:.2f} %", ends, best)
+        axes[len(rates) - 1 - i, 0].set_ylabel(f"{rate:g} {'ray' if rate == 1 else 'rays'} a pixel")
         arrays |= {f"visible {rate:g}": rungs.visible, f"chosen {rate:g}": chosen.visible}
         arrays |= {f"limit {rate:g}": chosen.limit * ground.diameter}
         last = chosen
-    _below(axes[-1], ground, image, last, inset, figure)
+    figure.colorbar(shown, ax=axes[:-1], label="light that is seen", shrink=0.5, aspect=40)
+    _below(axes[-1], ground, image, last, inset, figure, ends)
+    _errors_drawn(axes[-1, -2:], rates, rms, own)
     for k, c in enumerate(CYCLES):
         axes[0, k].set_title(f"{c:g} cycles\n" + axes[0, k].get_title())
     axes[0, -1].set_title("automatic\n" + axes[0, -1].get_title())
@@ -78,18 +82,37 @@ def draw(quick: bool = False) -> Drawing:
     return Drawing(figure, arrays, claims, {"rms": columns}, size, limits.SEED)
 
 
-def _inset(ax, values, title: str, best: bool = False) -> None:
-    """A part of the image; a frame around the best limit of its row."""
-    scenes.show(ax, values, title, cmap="gray", vmin=0.0, vmax=1.0)
+def _inset(ax, values, title: str, ends, best: bool = False):
+    """A part of the image, from its darkest to its brightest; the best limit of a row is framed."""
+    drawn = scenes.show(ax, values, title, cmap="gray", vmin=ends[0], vmax=ends[1])
+    ax.set_facecolor("#5b7fa6")  # what is no ground
     for spine in ax.spines.values():
-        spine.set(visible=best, color=plotting.COLOURS[1] if best else "none", linewidth=2.5)
+        spine.set(color=plotting.COLOURS[1] if best else "0.3", linewidth=2.5 if best else 0.6)
+    return drawn
 
 
-def _below(axes, ground, image, chosen, inset, figure) -> None:
+def _errors_drawn(axes, rates, rms, own) -> None:
+    """RMS errors over the limits, and of the automatic one as marks, in place of two panels."""
+    grid = axes[0].get_subplotspec().get_gridspec()
+    figure = axes[0].figure
+    for ax in axes:
+        ax.remove()
+    ax = figure.add_subplot(grid[-1, -2:])
+    for rate, row, chosen, color in zip(rates, rms, own, plotting.COLOURS, strict=False):
+        ax.loglog(CYCLES, 100.0 * row, "-", color=color)
+        ax.annotate(
+            f"{rate:g} {'ray' if rate == 1 else 'rays'}", (CYCLES[0], 107.0 * row[0]), fontsize=6
+        )
+        ax.plot(CYCLES[-1] * 1.6, 100.0 * chosen, "o", color=color, markersize=4)
+    ax.set(title="RMS error (%), dots: automatic", xlabel="limit (cycles)")
+    ax.set_xticks(CYCLES, [f"{c:g}" for c in CYCLES])
+    ax.minorticks_off()
+    ax.set_ylim(None, 150.0 * np.max(rms))
+
+
+def _below(axes, ground, image, chosen, inset, figure, ends) -> None:
     """The reference, and what the choice looks like at the highest rate."""
-    scenes.show(
-        axes[0], ground.picture(ground.true)[inset], "reference", cmap="gray", vmin=0, vmax=1
-    )
+    _inset(axes[0], ground.picture(ground.true)[inset], "reference", ends)
     whole = image.picture(image.true)
     scenes.show(axes[1], whole, "the image", cmap="gray", vmin=0, vmax=1)
     i, j = inset
@@ -106,8 +129,6 @@ def _below(axes, ground, image, chosen, inset, figure) -> None:
     drawn = scenes.show(axes[4], off, "error", vmin=0, vmax=top)
     for ax, shown in ((axes[3], expected), (axes[4], drawn)):
         figure.colorbar(shown, ax=ax, location="bottom")
-    for ax in axes[5:]:
-        ax.set_visible(False)
 
 
 def _errors(ground, inset, rates, seed: int) -> np.ndarray:

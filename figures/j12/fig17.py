@@ -6,7 +6,8 @@ and one reflection is followed, so that the light on walls and block is known in
 that on the floor by quadrature cut at every edge: once from maps of what surfaces send
 (`shared.box`), once from the closed form (`shared.exact_box`, which later figures use).
 Beside it stands what 30,000 stratified rays from every cell find, the number that the paper
-uses: their difference is the noise below which no cache of such records can be judged.
+uses: their difference is the noise below which no cache of such records can be judged. The box is
+rendered by the same maps; in the picture alone the floor is drawn as if of albedo 0.5.
 """
 
 from __future__ import annotations
@@ -15,31 +16,37 @@ import numpy as np
 
 from figures.j12.shared.box import Case, Size, case, exact, show_light, size
 from figures.j12.shared.exact_box import Room, blocked_light, empty_light
+from figures.j12.shared.picture import rendered
 from figures.style import Drawing
 from figures.verdicts import Measurement
 from firstorder import plotting
-from firstorder.plotting.style import COLOURS
-from firstorder.space import Scene
 
 SCENES = {"j12_box": "box", "j12_occluder": "box with a block"}
 
 
 def draw(quick: bool) -> Drawing:
     s = size(quick) if quick else Size(48, 100, 300, 1000, 3)
-    figure, axes = plotting.panels(2, 3, 2.6, 2.4)
+    figure, axes = plotting.panels(2, 3, 3.3, 2.9, width_ratios=(1.15, 1.0, 1.0))
+    width = 150 if quick else 600
     claims, arrays = [], {}
     for row, (name, words) in enumerate(SCENES.items()):
         c = case(name, s)
         view, light, noise = axes[row]
-        _view(view, c.maps.scene)
-        view.set_title(words, fontsize=8)
-        show_light(light, c, "indirect irradiance, exact")
+        view.imshow(rendered(c, width, width * 9 // 10), origin="upper")
+        view.set(xticks=[], yticks=[], title=f"{'ad'[row]}) {words}, rendered")
+        drawn = show_light(light, c, f"{'be'[row]}) indirect irradiance, exact")
+        light.set_xlabel("")
+        figure.colorbar(drawn, ax=light, label="W/m$^2$", shrink=0.9)
         miss = c.image(c.table.E - c.truth)
         most = 3.0 * c.noise
-        noise.imshow(miss, cmap="RdBu_r", vmin=-most, vmax=most, extent=(0, 1, 0, 1))
-        noise.set(xticks=[], yticks=[])
-        noise.set_title("table minus exact", fontsize=8)
-        noise.set_xlabel(f"RMS {c.noise:.1e} W/m²", fontsize=7.5)
+        drawn = noise.imshow(1e3 * miss, cmap=plotting.SIGNED, vmin=-1e3 * most, vmax=1e3 * most,
+                             extent=(0, 1, 0, 1), origin="lower")  # fmt: skip
+        noise.set(
+            xticks=[], yticks=[], title=f"{'cf'[row]}) {s.rows * s.columns:,} rays minus exact"
+        )
+        figure.colorbar(drawn, ax=noise, label="mW/m$^2$", shrink=0.9)
+        for ax in (light, noise):
+            ax.set_facecolor("0.92")  # under the block
         arrays |= {f"{name}_truth": c.image(c.truth), f"{name}_table": c.image(c.table.E)}
         finer = exact(c.maps, c.table.position[::7], 48, 32)
         claims += _claims(words, c, finer, _closed(name, c.table.position))
@@ -69,30 +76,3 @@ def _claims(words: str, c: Case, finer: np.ndarray, closed: np.ndarray) -> list[
             np.sqrt(np.mean((c.truth - closed) ** 2)) / mean,
         ),
     ]
-
-
-def _view(ax, scene: Scene) -> None:
-    """Faces as a pinhole before the box sees them, the farthest first; lamps are yellow."""
-    eye, target = np.array([0.72, -1.7, 0.95]), np.array([0.5, 0.5, 0.45])
-    ahead = (target - eye) / np.linalg.norm(target - eye)
-    right = np.cross(ahead, [0.0, 0.0, 1.0]) / np.hypot(*ahead[:2])
-    frame = np.stack([right, np.cross(right, ahead), ahead])
-    square = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
-    faces, index = [], 0
-    for group in scene.groups:
-        cube = type(group).__name__ == "Boxes"
-        for center, axes in zip(np.asarray(group.center), np.asarray(group.axes), strict=True):
-            for a, sign in [(a, b) for a in range(3) for b in (-1, 1)] if cube else [(2, 0)]:
-                q = np.roll(np.insert(square, 0, sign, axis=1), a, axis=1)
-                faces.append((center + q @ axes.T, index))
-            index += 1
-    faces.sort(key=lambda face: -np.linalg.norm(face[0].mean(axis=0) - eye))
-    for corners, index in faces:
-        p = (corners - eye) @ frame.T
-        lamp = float(scene.material.emission[index, 0]) > 0.0
-        grey = str(0.3 + 0.9 * float(scene.material.albedo[index, 0]))
-        color = COLOURS[3] if lamp else grey
-        ax.fill(
-            p[:, 0] / p[:, 2], p[:, 1] / p[:, 2], facecolor=color, edgecolor="black", lw=0.7, ls="-"
-        )
-    ax.set(aspect="equal", xticks=[], yticks=[])

@@ -21,6 +21,7 @@ from firstorder.flatland import Arcs, Circles, Scene, Segments, primitive
 from firstorder.flatland.refraction import Beam, Caustic, PointSource, through_body, trace_path
 
 INDEX = 1.5
+NEAR = 0.12  # half of what is shown of the floor [m]
 RAYS = 33  # that are drawn
 RUNS = 20  # into which photons are split
 
@@ -82,14 +83,16 @@ def draw(quick: bool) -> Drawing:
     arrays, claims = {}, []
     rng = np.random.default_rng(3)
     for column, (name, made) in enumerate((("disc", disc()), ("lens", lens()))):
-        x, bins = np.linspace(-0.6, 0.6, places), np.linspace(-0.6, 0.6, 61)
+        x = np.sort(np.append(np.linspace(-0.6, 0.6, places), np.linspace(-NEAR, NEAR, places)))
+        bins = np.linspace(-0.6, 0.6, 61)
+        narrow = np.linspace(-NEAR, NEAR, 31 if quick else 193)  # finer than the caustic, to see it
         inner = bins[:-1, None] + (bins[1] - bins[0]) * (np.arange(8) + 0.5) / 8
         # At once: compiling it takes longer than all that it computes.
         both, turned, folds, real = map(
             np.asarray, exact(made, jnp.asarray(0.5 * np.append(x, inner) + 0.5))
         )
         folds = 2.0 * folds[real] - 1.0
-        E, mean = both[:places], both[places:].reshape(inner.shape).mean(1)
+        E, mean = both[: len(x)], both[len(x) :].reshape(inner.shape).mean(1)
         q = np.append(np.linspace(made.low, made.high, 401), turned)
         edge, t = map(np.asarray, caustic(made, jnp.asarray(q)))
         edge, t, at_folds = edge[:401], t[:401], edge[401:]
@@ -101,13 +104,16 @@ def draw(quick: bool) -> Drawing:
         counts, _ = np.histogram(2.0 * shot.s - 1.0, bins, weights=share)
         scale = (made.high - made.low) / photons / (bins[1] - bins[0])
         counted = scale * counts
+        fine, _ = np.histogram(2.0 * shot.s - 1.0, narrow, weights=share)
+        fine = fine * (made.high - made.low) / photons / (narrow[1] - narrow[0])
         lines = np.append(bends(made, jnp.asarray(fan)), ends.position[None, :RAYS], axis=0)
         runs = _runs(2.0 * shot.s - 1.0, share, bins, made.high - made.low)
         _draw_rays(axes[0, column], made, f"{'ab'[column]}) {name}", lines, edge, t)
-        _draw_light(axes[1, column], x, E, folds, bins, counted, "cd"[column])
+        _draw_light(axes[1, column], x, E, folds, narrow, fine, "cd"[column])
         claims += _claims(name, folds, at_folds, bins, mean, runs)
         arrays |= {f"{name}_x": x, f"{name}_E": E, f"{name}_folds": folds,
-                   f"{name}_counted": counted, f"{name}_caustic": edge}  # fmt: skip
+                   f"{name}_counted": counted, f"{name}_narrow": fine,
+                   f"{name}_caustic": edge}  # fmt: skip
     return Drawing(figure, arrays, claims, size=f"{places} receivers, {photons} photons", seed=3)
 
 
@@ -126,7 +132,8 @@ def _draw_light(ax, x, E, folds, bins, counted, letter):
     ax.plot(x, E, color="#b91c1c", linestyle="-", linewidth=1.1, label="exact")
     for fold in folds:
         ax.axvline(fold, color="#2563eb", linestyle=":", linewidth=0.8)
-    ax.set_ylim(0.0, 1.6 * counted.max())
+    ax.set_xlim(-NEAR, NEAR)
+    ax.set_ylim(0.0, 4.0 * np.interp(0.0, x, E))
     ax.set_title(f"{letter}) irradiance of the floor (W/m)", loc="left")
     ax.set_xlabel("$x$ (m)")
     ax.legend()

@@ -14,8 +14,8 @@ from __future__ import annotations
 import jax
 import numpy as np
 
+from figures.r07.shared import look, spheres, table
 from figures.r07.shared import meshes as shared
-from figures.r07.shared import spheres, table
 from figures.style import Drawing
 from figures.verdicts import Measurement, Statement, at_least, at_most
 from firstorder import plotting
@@ -26,6 +26,11 @@ from firstorder.reconstruction.quadtree import sample_image
 from firstorder.space.library._scenes import three_spheres
 
 SHARE, HALF, NODES = 0.17, 1.5, 20
+CLOSEUPS = (
+    look.Closeup((0.72, 0.88), (0.46, 0.62), (0.60, 0.67, 0.38, 0.31)),
+    look.Closeup((0.62, 0.78), (0.24, 0.40), (0.02, 0.67, 0.38, 0.31), look.FRAMES[1]),
+)
+SHADOWS = (look.Closeup((0.36, 0.60), (0.36, 0.60), (0.66, 0.02, 0.32, 0.32)),)
 
 
 def draw(quick: bool) -> Drawing:
@@ -42,21 +47,18 @@ def draw(quick: bool) -> Drawing:
     shadow, soft, fine = _shadows(pixels)
 
     white = np.quantile(true, 0.998)
-    figure, axes = plotting.panels(2, 4, 3.0, 3.0)
-    options = dict(cmap=plotting.RADIANCE, vmin=0.0, vmax=white)
-    table.show(axes[0, 0], true, "a) every pixel", **options)
-    table.show(axes[0, 1], image, "b) 17 %, where the gradient says", **options)
-    table.show(axes[0, 2], even, "c) 17 %, evenly", **options)
-    ax = axes[0, 3]
-    ax.plot(*got.p.T, ",", color="0.1")
-    ax.set(title="d) samples of b", xticks=[], yticks=[], xlim=(0, side), ylim=(0, side),
-           aspect="equal")  # fmt: skip
-    options = dict(cmap=plotting.RADIANCE, vmin=0.0, vmax=1.0)
-    table.show(axes[1, 0], shadow, "e) soft shadows, every pixel", **options)
-    table.show(axes[1, 1], soft, "f) 1 % of pixels, with gradients", **options)
-    table.show(axes[1, 2], fine, "g) 1 %, bilinear", **options)
+    figure, axes = plotting.panels(2, 4, 3.4, 3.4)
+    seen = look.look(true, known.reference["index"].astype(int), shared.TINTS, CLOSEUPS)
+    seen.show(axes[0, 0], true, "a) every pixel")
+    seen.show(axes[0, 1], image, "b) 17 %, where the gradient says")
+    seen.show(axes[0, 2], even, "c) 17 %, evenly")
+    look.show_samples(axes[0, 3], got.p, side, "d) samples of b", seen.levels(true))
+    ground = look.Look(np.zeros(shadow.shape, int), np.array([look.WOOD]), 0.30, SHADOWS)
+    ground.show(axes[1, 0], shadow, "e) soft shadows, every pixel")
+    ground.show(axes[1, 1], soft, "f) 1 % of pixels, with gradients")
+    ground.show(axes[1, 2], fine, "g) 1 %, bilinear")
     drawn = table.show_decades(axes[1, 3], abs(soft - shadow), "h) error of f", -4.0, -1.0)
-    figure.colorbar(drawn, ax=axes[1, 3], label="log$_{10}$ of open light")
+    figure.colorbar(drawn, ax=axes[1, 3], shrink=0.8, label="log$_{10}$ of open light")
 
     rms = {n: _rms(a - true) / white for n, a in (("gradient", image), ("even", even))}
     dark = {n: _rms(a - shadow) for n, a in (("gradient", soft), ("bilinear", fine))}

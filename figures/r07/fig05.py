@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from figures.r07.shared import look
 from figures.r07.shared import table as shared
 from figures.style import Drawing
 from figures.verdicts import OURS, Measurement, Statement, at_least, at_most
@@ -35,16 +36,17 @@ def draw(quick: bool) -> Drawing:
     varied = [_medians(o.world, o.lamp(), small) for o in shared.layouts(count)]
 
     square = (side, side)
-    figure, axes = plotting.panels(2, 3, 3.3, 3.0)
-    first = shared.show(axes[0, 0], found.value.reshape(square), "a) image", cmap=plotting.RADIANCE,
-                        vmin=0.0, vmax=np.quantile(found.value, 0.998))  # fmt: skip
-    figure.colorbar(first, ax=axes[0, 0], label="W/(m$^2$ sr)")
+    figure, axes = plotting.panels(2, 3, 3.5, 3.0)
+    value, labels = found.value.reshape(square), index.reshape(square)
+    look.look(value, labels, shared.tints(world)).show(axes[0, 0], value, "a) image")
+    bar = figure.colorbar(axes[0, 0].images[0], ax=axes[0, 0], label=" ")
+    bar.ax.set_visible(False)  # it keeps the panels in line
     panels = (
         (axes[0, 1], SV, "b) spatial variation, SV", "log$_{10}$ W/(m$^3$ sr)", -3.0),
         (axes[0, 2], DV, "c) directional variation, DV", "log$_{10}$ W/(m$^2$ sr rad)", -3.0),
         (axes[1, 0], found.CV[:, 0], "d) curvature, CV", "log$_{10}$ 1/m", -2.0),
-        (axes[1, 1], CDV, "e) CDV = CV x DV", "log$_{10}$ W/(m$^3$ sr)", -3.0),
-        (axes[1, 2], ratio, "f) CDV / SV", "log$_{10}$", -2.0),
+        (axes[1, 1], CDV, "e) CDV = CV x DV", "log$_{10}$ W/(m$^3$ sr)", -4.0),
+        (axes[1, 2], ratio, "f) CDV / SV", "log$_{10}$", -3.0),
     )
     for ax, values, title, unit, low in panels:
         drawn = shared.show_decades(ax, np.reshape(values, square), title, low)

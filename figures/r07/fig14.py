@@ -21,6 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from figures.r07.shared import look
 from figures.r07.shared import table as shared
 from figures.style import Drawing
 from figures.verdicts import OURS, Measurement, Statement, at_least
@@ -35,6 +36,10 @@ SHARE = 0.1
 JUDGED = ("gradient", "D05", "even")  # over lay-outs; differences are in Fig. 18
 
 SOURCE = "R07 §9.1, Fig. 14"
+CLOSEUPS = (
+    look.Closeup((0.72, 0.88), (0.46, 0.62), (0.58, 0.66, 0.40, 0.33)),
+    look.Closeup((0.40, 0.56), (0.48, 0.64), (0.04, 0.66, 0.40, 0.33), look.FRAMES[1]),
+)
 BAND = (
     "D05's criterion counts gloss, sqrt(6 s), and so puts samples on every glossy sphere, bumps "
     "or not, most of them at its rim. Gradients put more on the bumpy one only where its lobe is "
@@ -50,17 +55,22 @@ def draw(quick: bool) -> Drawing:
     count, small = (3, 128) if quick else (24, 256)
     scan = [_compared(o.world, o.lamp(), small, JUDGED) for o in shared.layouts(count)]
 
-    figure, axes = plotting.panels(2, 4, 3.0, 3.0)
-    options = dict(cmap=plotting.RADIANCE, vmin=0.0, vmax=np.quantile(true, 0.998))
-    shared.show(axes[0, 0], true, "a) every pixel", **options)
-    shared.show(axes[1, 0], images["gradient"]["gradient"], "e) 10 %, by gradient", **options)
+    figure, axes = plotting.panels(2, 4, 3.2, 3.2)
+    seen = look.look(true, got.labels, shared.tints(world), CLOSEUPS)
+    seen.show(axes[0, 0], true, "a) every pixel")
+    faint = seen.levels(true)
     shown = []
+    for k, name in enumerate(("gradient", "D05")):
+        title = f"{'ef'[k]}) 10 %, {name}"
+        seen.show(axes[1, k], images[name]["linear"], f"{title}, linear")
     for k, name in enumerate(("gradient", "D05", "differences")):
-        _samples(axes[0, k + 1], found[name], side, f"{'bcd'[k]}) samples, {name}")
-        error = abs(images[name]["gradient"] - true)
-        title = f"{'fgh'[k]}) error, {name}"
-        shown.append(shared.show_decades(axes[1, k + 1], error, title, -5.0, -1.0))
-    figure.colorbar(shown[0], ax=axes[1, 1:], shrink=0.8, label="log$_{10}$ W/(m$^2$ sr)")
+        look.show_samples(axes[0, k + 1], found[name].p, side, f"{'bcd'[k]}) samples, {name}",
+                          faint)  # fmt: skip
+    for k, name in enumerate(("gradient", "D05")):
+        error = abs(images[name]["linear"] - true)
+        title = f"{'gh'[k]}) error of {'ef'[k]}"
+        shown.append(shared.show_decades(axes[1, k + 2], error, title, -5.0, -1.0))
+    figure.colorbar(shown[0], ax=axes[1, 2:], shrink=0.8, label="log$_{10}$ W/(m$^2$ sr)")
 
     curves = {
         "samples": {o: np.array([got.counts[n][o] for n in WAYS]) for o in shared.NAMES},
@@ -78,6 +88,7 @@ class Compared(NamedTuple):
     Attributes:
         true: the image.
         pixels: of it, by the object that they show.
+        labels: which object each pixel shows.
         bumpy: whether a pixel shows the bumpy sphere.
         found: samples, by way.
         counts: of the samples, by way and object.
@@ -86,6 +97,7 @@ class Compared(NamedTuple):
 
     true: np.ndarray
     pixels: dict[str, int]
+    labels: np.ndarray
     bumpy: np.ndarray
     found: dict[str, ImageSamples]
     counts: dict[str, dict[str, int]]
@@ -125,12 +137,7 @@ def _compared(world, lamp, side: int, ways) -> Compared:
         counts[way] = {o: int(np.sum(at == k)) for o, k in number.items()}
     pixels = {o: int(np.sum(index == k)) for o, k in number.items()}
     true = truth.value.reshape(side, side)
-    return Compared(true, pixels, labels == world.bumpy, found, counts, images)
-
-
-def _samples(ax, found, side: int, title: str) -> None:
-    ax.plot(*found.p.T, ",", color="0.1")
-    ax.set(title=title, xticks=[], yticks=[], xlim=(0, side), ylim=(0, side), aspect="equal")
+    return Compared(true, pixels, labels, labels == world.bumpy, found, counts, images)
 
 
 def _claims(scan, scanned: str) -> list[Statement]:

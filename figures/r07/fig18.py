@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from figures.r07.shared import look
 from figures.r07.shared import table as shared
 from figures.style import Drawing
 from figures.verdicts import OURS, Statement, at_least, at_most
@@ -41,6 +42,7 @@ class Refined(NamedTuple):
 
     Attributes:
         true: the image.
+        labels: which object each pixel shows.
         bumpy: whether a pixel shows the sphere.
         slopes: size of differences over that of gradients, on the first grid.
         rmse: on the sphere, by way, for each share of samples.
@@ -49,6 +51,7 @@ class Refined(NamedTuple):
     """
 
     true: np.ndarray
+    labels: np.ndarray
     bumpy: np.ndarray
     slopes: float
     rmse: dict[str, np.ndarray]
@@ -60,7 +63,7 @@ def draw(quick: bool) -> Drawing:
     side = 160 if quick else 512
     waves = tuple(2.0 * np.pi / length for length in LENGTHS)
     shown = _refined(shared.table(waves=waves, phases=PHASES), shared.lamp(), side, SHARES)
-    true, bumpy, rmse = shown.true, shown.bumpy, shown.rmse
+    true, rmse = shown.true, shown.rmse
     pictures, samples = shown.pictures, shown.samples
     count = 3 if quick else 24
     scan = {
@@ -68,15 +71,18 @@ def draw(quick: bool) -> Drawing:
         for small in SIDES
     }
 
-    figure, axes = plotting.panels(2, 4, 3.0, 3.0)
-    options = dict(cmap=plotting.RADIANCE, vmin=0.0, vmax=np.quantile(true[bumpy], 0.998))
-    shared.show(axes[0, 0], true, "a) every pixel", **options)
+    figure, axes = plotting.panels(2, 4, 3.2, 3.2)
+    world = shared.table()
+    seen = look.look(true, shown.labels, shared.tints(world))
+    seen.show(axes[0, 0], true, "a) every pixel")
+    faint, drawn = seen.levels(true), None
     for k, name in enumerate(WAYS):
-        ax = axes[0, k + 1]
-        ax.plot(*samples[name].T, ",", color="0.1")
-        ax.set(title=f"{'bcd'[k]}) samples, {name}", xticks=[], yticks=[], xlim=(0, side),
-               ylim=(0, side), aspect="equal")  # fmt: skip
-        shared.show(axes[1, k + 1], pictures[name], f"{'fgh'[k]}) 10 %, {name}", **options)
+        look.show_samples(axes[0, k + 1], samples[name], side, f"{'bcd'[k]}) samples, {name}",
+                          faint)  # fmt: skip
+        error = np.where(shown.bumpy, abs(pictures[name] - true), 0.0)
+        drawn = shared.show_decades(axes[1, k + 1], error, f"{'fgh'[k]}) error with 10 %, {name}",
+                                    -5.0, -2.0)  # fmt: skip
+    figure.colorbar(drawn, ax=axes[1, 1:], shrink=0.85, label="log$_{10}$ W/(m$^2$ sr)")
     for name, errors in rmse.items():
         axes[1, 0].loglog(100.0 * np.array(SHARES), errors, "o-", markersize=3, label=name)
     axes[1, 0].set(title="e) error on the sphere", xlabel="samples (% of pixels)",
@@ -111,7 +117,7 @@ def _refined(world, lamp, side: int, shares) -> Refined:
             if share in SHOWN:
                 pictures[name], samples[name] = picture, got.p
         rmse[name] = np.array(errors)
-    return Refined(true, bumpy, _first_slopes(shade, side, labels), rmse, pictures, samples)
+    return Refined(true, labels, bumpy, _first_slopes(shade, side, labels), rmse, pictures, samples)
 
 
 def _first_slopes(shade, side: int, labels) -> float:

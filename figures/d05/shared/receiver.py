@@ -134,12 +134,14 @@ def growth(scanned: list[list[Step]], axis: int, after: int, before: int) -> tup
 
 def draw_steps(axes, steps: list[Step]) -> None:
     """Two rows: measured above predicted, in powers of ten below the largest."""
+    drawn = None
     for column, step in zip(axes.T, steps, strict=True):
         x, v = step.axes
         for ax, rings, name in zip(column, step.rings, ("measured", "predicted"), strict=True):
             top = rings.max()
-            ax.pcolormesh(
-                x, v, np.maximum(rings, 1e-6 * top).T, norm=LogNorm(1e-5 * top, top),
+            some = rings.any(1), rings.any(0)  # rings that no frequency of the grid falls into
+            drawn = ax.pcolormesh(
+                x[some[0]], v[some[1]], np.maximum(rings[np.ix_(*some)] / top, 1e-6).T, norm=LogNorm(1e-5, 1.0),
                 cmap="magma", rasterized=True,
             )  # fmt: skip
             ax.set_title(f"{step.place.title}\n{name}", loc="left")
@@ -147,6 +149,7 @@ def draw_steps(axes, steps: list[Step]) -> None:
         ax.set_xlabel("$|\\Omega_{xy}|$  [cycles/m]")
     for ax in axes[:, 0]:
         ax.set_ylabel("$|\\Omega_{vw}|$  [cycles]")
+    axes[0, 0].figure.colorbar(drawn, ax=axes, label="energy, of the largest", shrink=0.7)
 
 
 # --- the diffuse receiver ------------------------------------------------------------------------

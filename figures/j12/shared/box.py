@@ -309,7 +309,8 @@ def show_error(ax, c: Case, outcome: Outcome, most: float, title: str, dots: boo
 
 def show_light(ax, c: Case, title: str):
     """The true irradiance of the floor."""
-    ax.imshow(c.image(c.truth), cmap="magma", vmin=0.0, extent=EXTENT)
+    drawn = ax.imshow(c.image(c.truth), cmap="magma", vmin=0.0, extent=EXTENT)
     ax.set(xticks=[], yticks=[])
     ax.set_title(title, fontsize=8)
     ax.set_xlabel(f"max {np.max(c.truth):.3g} W/m²", fontsize=7.5)
+    return drawn

@@ -28,7 +28,7 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
-from figures.r07.shared import table
+from figures.r07.shared import look, table
 from firstorder.imaging._area_lights import Lamp
 from firstorder.imaging.camera import pinhole
 from firstorder.imaging.shading import SurfaceMaps
@@ -59,6 +59,7 @@ MATERIAL = {
     "knot": dict(albedo=0.3, specular=0.4, exponent=40.0),
     "fern": dict(albedo=0.6),
 }
+TINTS = np.array([look.WOOD, look.SLATE, look.CLAY, look.BRASS, look.LEAF])  # in pictures
 BLOCK, FINEST = 8, 1
 
 

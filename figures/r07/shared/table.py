@@ -20,6 +20,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from figures.r07.shared import look
 from firstorder import plotting
 from firstorder.imaging._area_lights import Lamp
 from firstorder.imaging._point_shading import ShadedPixels
@@ -39,6 +40,7 @@ SCENE = {
     "bumpy": (sphere((1.2, 0.0, RADIUS), RADIUS), dict(albedo=0.5, specular=0.2, exponent=20.0)),
 }
 NAMES = tuple(SCENE)
+TINTS = {"table": look.WOOD, "diffuse": look.CLAY, "glossy": look.BRASS, "bumpy": look.SLATE}
 FLOOR = -4.0  # decades: what is darker is drawn as this
 
 
@@ -166,6 +168,14 @@ def grid(side: int) -> np.ndarray:
     return np.stack(np.meshgrid(x, x, indexing="ij"), -1).reshape(-1, 2)
 
 
+def tints(world: Table) -> np.ndarray:
+    """Of each shape, for pictures."""
+    found = np.ones((world.scene.count, 3))
+    for name, tint in TINTS.items():
+        found[world.scene.named(name)[0]] = tint
+    return found
+
+
 def shown(world: Table, p: np.ndarray) -> np.ndarray:
     """Which shape each image coordinate shows, in blocks of one compiled size."""
     return host_blocks(lambda q: pixel_labels(world.scene, world.camera, q), p, 4096)[0]
@@ -223,7 +233,9 @@ def show(ax, values, title: str, **options):
 
 
 def show_decades(ax, values, title: str, low: float = FLOOR, high: float | None = None):
-    """An image of magnitudes on a scale of decades."""
-    with np.errstate(divide="ignore"):
-        shown = np.maximum(np.log10(np.asarray(values)), low)
-    return show(ax, shown, title, cmap=plotting.RADIANCE, vmin=low, vmax=high)
+    """An image of magnitudes on a scale of decades; zeros, as where nothing is, stay blank."""
+    values = np.asarray(values)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        shown = np.where(values > 0.0, np.maximum(np.log10(values), low), np.nan)
+    ax.set_facecolor("0.92")
+    return show(ax, shown, title, cmap=plotting.MAGNITUDE, vmin=low, vmax=high)

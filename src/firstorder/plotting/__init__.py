@@ -5,6 +5,7 @@ no setting; `house_style()` is a context. Nothing here needs pyplot, so no windo
 """
 
 from firstorder.plotting.caches import draw_expansions, draw_records, show_cache
+from firstorder.plotting.film import develop, exposure_of, filmic, tinted, write_still
 from firstorder.plotting.flatland import (
     curve_of,
     draw_curves,
@@ -74,6 +75,11 @@ __all__ = [
     "draw_table",
     "tone_map",
     "write_png",
+    "develop",
+    "exposure_of",
+    "filmic",
+    "tinted",
+    "write_still",
     "LiveFigure",
     "LiveImages",
 ]

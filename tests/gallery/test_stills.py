@@ -1,0 +1,74 @@
+"""Every still draws at quick size, goes on where it was ended, and is not drawn twice."""
+
+import dataclasses
+
+import jax.numpy as jnp
+import matplotlib.image
+import numpy as np
+import pytest
+
+from docs.generate import stills as page
+from gallery.__main__ import Options, draw, main, names, title
+from gallery.frame import Frame
+from gallery.stills import rainbow
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", names())
+def test_a_still_is_drawn_and_shows_something(name, tmp_path, capsys):
+    file = draw(name, Options(quick=True, out=tmp_path))
+    picture = matplotlib.image.imread(file)[..., :3]
+    assert picture.shape == (108, 192, 3)
+    assert picture.std() > 0.02
+    assert np.mean(np.ptp(picture, axis=-1)) > 0.005  # in colour
+    capsys.readouterr()
+    draw(name, Options(quick=True, out=tmp_path))
+    assert "finished before" in capsys.readouterr().out
+
+
+def test_a_field_is_the_same_when_it_goes_on(tmp_path):
+    frame = Frame(32, 18, tmp_path / "a", "key")
+    asked = []
+
+    def at(p):
+        asked.append(1)
+        return p[0] * p[1]
+
+    whole = frame.field(at, (0.0, 2.0, 0.0, 1.0))
+    sorted((tmp_path / "a").glob("*.npz"))[1].unlink()
+    np.testing.assert_array_equal(frame.field(at, (0.0, 2.0, 0.0, 1.0)), whole)
+    # Means over pixels of a bilinear function are its values in their middles.
+    x, y = np.meshgrid((np.arange(32) + 0.5) / 16, (np.arange(18) + 0.5) / 18, indexing="ij")
+    np.testing.assert_allclose(whole, x * y, atol=1e-3)
+    # A cubic spline errs by about (k h)^4 / 384 of a wave of wave number k.
+    fine = dataclasses.replace(frame, folder=tmp_path / "b").field(
+        lambda p: jnp.cos(jnp.pi * p[0]), (0.0, 2.0, 0.0, 1.0), rows=1, every=2
+    )
+    np.testing.assert_allclose(fine, np.cos(np.pi * x), atol=(np.pi / 8) ** 4 / 384)
+
+
+def test_a_tube_keeps_its_flux():
+    """Straight and through a fold: width times fluence is what it carries, in each row."""
+    extent = (0.0, 16.0, 0.0, 9.0)
+    start = np.array([[3.0, 10.0], [4.37, 10.0], [5.0, 10.0]])
+    for end in ([[3.0, -1.0], [4.37, -1.0], [5.0, -1.0]], [[8.0, -1.0], [7.0, -1.0], [9.5, -1.0]]):
+        image = np.zeros((90, 160))
+        p = np.stack([start, np.array(end)])
+        rainbow.spread(image, p, np.array([1.0, 2.0]), extent)
+        way = p[1] - p[0]
+        slant = np.abs(way[:-1, 1]) / np.hypot(*way[:-1].T)
+        for row in (0, 44, 89):
+            assert image[row].sum() * 0.1 == pytest.approx(np.sum([1.0, 2.0] / slant), rel=1e-9)
+
+
+def test_unknown_stills_are_refused_and_all_are_listed(capsys, tmp_path):
+    assert main(Options(names=("nothing",))) == 2
+    assert "no still called 'nothing'" in capsys.readouterr().err
+    assert main(Options(list=True, out=tmp_path)) == 0
+    out = capsys.readouterr().out
+    assert [n for n in names() if n not in out or not title(n)] == []
+
+
+def test_the_page_shows_every_still():
+    text = page.pages()["stills.md"]
+    assert [n for n in names() if f"python -m gallery {n}`" not in text] == []
