@@ -109,15 +109,21 @@ def numba_form():
     def search(p, e, o, d):
         best_t = np.full(len(o), np.inf, o.dtype)
         best_k = np.full(len(o), -1)
+        # Numbers of the arrays' own precision: a plain 0.0 would make every test one in double.
+        zero = o.dtype.type(0.0)
+        one = o.dtype.type(1.0)
         for r in numba.prange(len(o)):
+            ox, oy, dx, dy = o[r, 0], o[r, 1], d[r, 0], d[r, 1]
+            near, which = best_t[r], -1
             for k in range(len(p)):
-                qx, qy = p[k, 0] - o[r, 0], p[k, 1] - o[r, 1]
-                det = d[r, 0] * e[k, 1] - d[r, 1] * e[k, 0]
-                if det != 0.0:
+                qx, qy = p[k, 0] - ox, p[k, 1] - oy
+                det = dx * e[k, 1] - dy * e[k, 0]
+                if det != zero:
                     t = (qx * e[k, 1] - qy * e[k, 0]) / det
-                    s = (qx * d[r, 1] - qy * d[r, 0]) / det
-                    if t > 0.0 and s >= 0.0 and s <= 1.0 and t < best_t[r]:
-                        best_t[r], best_k[r] = t, k
+                    s = (qx * dy - qy * dx) / det
+                    if t > zero and s >= zero and s <= one and t < near:
+                        near, which = t, k
+            best_t[r], best_k[r] = near, which
         return best_t, best_k
 
     return search
