@@ -7,6 +7,7 @@
 #   make test           every test, shapes checked on every call
 #   make check          the ledger of equations, proved or corrected
 #   make docs           the site, in docs/_build/index.html
+#   make compare        the same scenes through Radiance, Mitsuba and this, in docs/kept/peers
 #   make fuzz N=100000  nasty scenes, damaged files, killed programs and workers; CASE=... does one again
 #
 #   make smoke PYTHON=python3.13 VENV=.venv313      the same library on another Python
@@ -22,6 +23,7 @@ EXTRAS ?= test,lint,notebooks
 
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
+PEERS_READY := $(VENV)/.ready-peers
 DOCS_READY := $(VENV)/.ready-docs
 PYTEST := $(BIN)/python -m pytest
 NOTEBOOKS := $(patsubst notebooks/%.py,notebooks/ipynb/%.ipynb,$(wildcard notebooks/*.py))
@@ -30,7 +32,7 @@ NOTEBOOKS := $(patsubst notebooks/%.py,notebooks/ipynb/%.ipynb,$(wildcard notebo
 export PYTHONNOUSERSITE := 1
 unexport PYTHONPATH
 
-.PHONY: help venv first figures figures-quick gallery readme check test smoke smoke-lowest bench mutants fuzz lint format notebooks docs clean
+.PHONY: help venv first figures figures-quick gallery readme check test smoke smoke-lowest bench compare mutants fuzz lint format notebooks docs clean
 .DEFAULT_GOAL := help
 
 help:
@@ -98,6 +100,16 @@ fuzz: $(READY)
 bench: $(READY)
 	FIRSTORDER_CACHE=off SHAPE_CHECKS=off $(PYTEST) benchmarks -p no:xdist \
 	    --benchmark-enable $(PYTEST_ARGS)
+
+# Other people's programs go in when they are first compared with. COMPARE="gradients --quick" does a
+# part, or all at small sizes.
+$(PEERS_READY): $(READY)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c $(CONSTRAINTS) \
+	    --no-build-isolation -e '.[peers]'
+	touch $@
+
+compare: $(PEERS_READY)
+	$(BIN)/python -m benchmarks.peers $(COMPARE)
 
 lint: $(READY)
 	$(BIN)/ruff format --check .

@@ -5,6 +5,7 @@ itself before JAX starts. NumPy's and numba's forms are written as one would wri
 left out, and said to be, where it is not installed (`pip install numba`).
 """
 
+import functools
 import json
 import os
 import sys
@@ -22,13 +23,13 @@ RECEIVERS, SHAPES = 10_000, 64
 RMS = 1e-3
 
 
-def scattered(count, dtype, seed=0):
+def scattered(count, dtype, seed=0, rays=RAYS):
     """Short segments all over a square, and rays from everywhere to everywhere."""
     rng = np.random.default_rng(seed)
     start = rng.uniform(-1.0, 1.0, (count, 2))
     edge = 0.1 * rng.normal(size=(count, 2))
-    angle = rng.uniform(0.0, 2.0 * np.pi, RAYS)
-    origin = rng.uniform(-1.0, 1.0, (RAYS, 2))
+    angle = rng.uniform(0.0, 2.0 * np.pi, rays)
+    origin = rng.uniform(-1.0, 1.0, (rays, 2))
     arrays = start, edge, origin, np.stack([np.cos(angle), np.sin(angle)], -1)
     return [a.astype(dtype) for a in arrays]
 
@@ -108,15 +109,21 @@ def numba_form():
     def search(p, e, o, d):
         best_t = np.full(len(o), np.inf, o.dtype)
         best_k = np.full(len(o), -1)
+        # Numbers of the arrays' own precision: a plain 0.0 would make every test one in double.
+        zero = o.dtype.type(0.0)
+        one = o.dtype.type(1.0)
         for r in numba.prange(len(o)):
+            ox, oy, dx, dy = o[r, 0], o[r, 1], d[r, 0], d[r, 1]
+            near, which = best_t[r], -1
             for k in range(len(p)):
-                qx, qy = p[k, 0] - o[r, 0], p[k, 1] - o[r, 1]
-                det = d[r, 0] * e[k, 1] - d[r, 1] * e[k, 0]
-                if det != 0.0:
+                qx, qy = p[k, 0] - ox, p[k, 1] - oy
+                det = dx * e[k, 1] - dy * e[k, 0]
+                if det != zero:
                     t = (qx * e[k, 1] - qy * e[k, 0]) / det
-                    s = (qx * d[r, 1] - qy * d[r, 0]) / det
-                    if t > 0.0 and s >= 0.0 and s <= 1.0 and t < best_t[r]:
-                        best_t[r], best_k[r] = t, k
+                    s = (qx * dy - qy * dx) / det
+                    if t > zero and s >= zero and s <= one and t < near:
+                        near, which = t, k
+            best_t[r], best_k[r] = near, which
         return best_t, best_k
 
     return search
@@ -134,26 +141,32 @@ def arithmetic_peak(dtype):
     return 2.0 * n**3 / best(jax.jit(jnp.dot), jnp.ones((n, n), dtype), jnp.ones((n, n), dtype))
 
 
-def nearest_hits(dtype, count):
-    """Seconds of every contender."""
+def contenders(dtype, count, rays=RAYS):
+    """What each contender does, as calls without arguments."""
     import jax
 
     from firstorder.flatland import Scene, Segments, primitive
     from firstorder.flatland.intersect import first_shape
     from firstorder.flatland.shapes._crossings import find_crossings
 
-    arrays = scattered(count, dtype)
+    arrays = scattered(count, dtype, rays=rays)
     p, e, o, d = map(jax.numpy.asarray, arrays)
     none = find_crossings([Segments(p[:1], p[:1] + e[:1])])
     scene = Scene.of(primitive(Segments(p, p + e)), crossings=none)
-    times = {"ours": best(jax.jit(first_shape), scene, o, d)}
+    calls = {"ours": functools.partial(jax.jit(first_shape), scene, o, d)}
     for form in (vmap_argmin, all_pairs, blocked_scan):
-        times[form.__name__] = best(jax.jit(form), p, e, o, d)
-    times["numpy"] = best(numpy_form, *arrays, repeats=2)
+        calls[form.__name__] = functools.partial(jax.jit(form), p, e, o, d)
+    calls["numpy"] = functools.partial(numpy_form, *arrays)
     compiled = numba_form()
     if compiled is not None:
-        times["numba"] = best(compiled, *arrays)
-    return times
+        calls["numba"] = functools.partial(compiled, *arrays)
+    return calls
+
+
+def nearest_hits(dtype, count):
+    """Seconds of every contender."""
+    calls = contenders(dtype, count).items()
+    return {name: best(call, repeats=2 if name == "numpy" else 5) for name, call in calls}
 
 
 def main(cores):
