@@ -2,28 +2,32 @@
 
 Scene, criteria and samples are those of Fig. 16. All errors are against the image of which every
 pixel is shaded; "on screen" means clipped at the 99 % quantile of radiance, gamma 2.2, and so is
-SSIM. The pictures have four visibility samples a pixel, as the paper's: depth and normals of each
-guide the filter, and 2 x 2 values are averaged; their truth shades all four where their labels
-differ. Elsewhere one sample a pixel is reconstructed.
+SSIM. The pictures have four visibility samples a pixel, as the paper's, averaged on the screen: the
+label of each says which samples count there; their truth shades all four where labels differ.
+Elsewhere one sample a pixel is reconstructed.
+
+Images are linear over triangles that do not cross labels. The paper's cross-bilateral filter stands
+beside that: its errors are larger everywhere. It blurs what is curved or slanted, where its normals
+admit little, and leaves pale blotches beside a densely sampled shape.
 
 A shaded pixel keeps its value. So every error falls to nothing when all are shaded; a filter that
 blurs its samples too would keep what it blurs.
 
-Cost. Primary rays (4 a pixel) and the filter serve both ways. Only the adaptive way needs 100 rays
-at 20,000 points to find blockers, 26 % of the 384 rays a shaded pixel takes here. Equal rays: the
-uniform image gets as many samples more as these rays would shade. Equal time: as many as processor
-time of blockers, their filter and differences would shade, measured in turns in this run. The paper
-counts neither, and gives no numbers: "better captures the sharp detail in the shiny dinosaur's head
-and feet" is judged there, over 20 seeds of the blue noise.
+Cost. Primary rays (4 a pixel) and triangles serve both ways. Only the adaptive way needs rays to
+find blockers. The paper asks 100 at as many points as there are samples; a tenth of the points does
+as well. That is the tenth of the samples which lies evenly in every density: the blue noise nests
+it, so that it can be shaded first. These rays are 2.6 % of all, and their slopes are made linear
+over triangles at every second pixel. Equal rays: the uniform image gets as many samples more as
+these rays would shade. Equal time: as many as processor time of blockers, their triangles and
+differences would shade, measured in turns in this run. The paper counts neither, and gives no
+numbers: "better captures the sharp detail in the shiny dinosaur's head and feet" is judged there,
+over 20 seeds of the blue noise.
 
 The density is the bandwidth map itself: "a set of image samples given a bandwidth map". Other
 powers of it are scanned. Nyquist's rate, the square, is the worst: it spends what it has on slants.
 
-What loses. The filter loses most: over a triangulation that does not cross labels errors are lower
-everywhere. It blurs what is curved or slanted, where its normals admit little, and fails where it
-looks at the nearest samples alone: beside a densely sampled shape they all lie on the shape
-(`reconstruction.bilateral` looks farther). Blockers matter on screen; without them the criterion
-costs less than a tenth of the time, and radiance alone gains as much.
+What loses. Soft shadows on the floor: the criterion is that of gloss alone, and the floor has
+little of it. Weighted by light, it counts the diffuse lobe as well.
 """
 
 from __future__ import annotations

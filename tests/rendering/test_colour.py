@@ -11,6 +11,7 @@ from firstorder.io import read_layers, read_space, space_from_toml
 from firstorder.io.images import linear_from_srgb, read_image
 from firstorder.plotting.pictures import tone_map, write_png
 from firstorder.rendering import Renderer, World, render_to_files, world_from_scene
+from firstorder.rendering import _programs as programs
 from firstorder.scene._bands import one_band
 from firstorder.space import GaussianSky, Scene, primitive, rectangle, sphere
 

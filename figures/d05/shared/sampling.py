@@ -191,6 +191,15 @@ def triangulated(view: View, at: np.ndarray, value: np.ndarray) -> np.ndarray:
     return np.maximum(found, 0.0)
 
 
+def between(view: View, at: np.ndarray, slope: np.ndarray) -> np.ndarray:
+    """Slopes of blockers over the image, as `triangulated`, at every second pixel each way."""
+    coarse = view.label[::2, ::2]
+    label = view.label[tuple(at.T)]
+    found = delaunay_image(0.5 * (at + 0.5), slope, *coarse.shape, label=label, labels=coarse)
+    w, h = view.label.shape
+    return np.repeat(np.repeat(np.maximum(found, 0.0), 2, 0), 2, 1)[:w, :h]
+
+
 POWER, EVEN = 1.0, 0.1  # of densities: the bandwidth itself, and a tenth of the samples anywhere
 
 
@@ -259,7 +268,7 @@ def criteria(world: World, view: View, count: int, share: float = EVEN) -> Found
     """
     at, slopes = chosen(np.ones(view.label.shape), max(int(share * count), 64)), []
     for kind in (plain_rays, lit_rays):
-        slopes += [triangulated(view, at, a) for a in slopes_at(kind, world, view, at)]
+        slopes += [between(view, at, a) for a in slopes_at(kind, world, view, at)]
     c = criterion(world, view)
     made = {"mirror": mirror(c), "plain": plain(c, slopes[0]), "light": lobes(c, *slopes[1:])}
     return Found(made, slopes[0], c, len(at))
