@@ -9,7 +9,7 @@ from docs.generate import kept
 from docs.generate import markdown as md
 
 FOLDER = kept.FOLDER / "peers"
-GOALS = {"ball": 1000.0, "overlapping": 100.0, "box": 100.0}
+SHADOWS = ("ball", "overlapping", "box")
 NEVER = "not reached"
 
 
@@ -93,6 +93,8 @@ def _gradients(found: dict[str, Any]) -> str:
         f"{seconds[-1]:.0f} µs a place, called place by place, and its first call "
         f"{first[0]:.1f} to {first[-1]:.1f} s."
     )
+    unseen = [name for name in SHADOWS if name not in found["shadows"]]
+    words += f" Not measured yet: {', '.join(unseen)}." if unseen else ""
     return "\n\n".join([
         "## Gradient of a soft shadow", words,
         _picture("Error over time of every way, for three shadows", "gradients"),
