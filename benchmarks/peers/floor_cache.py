@@ -36,7 +36,7 @@ from firstorder.space.library import clutter
 
 RADIANCE = "Radiance, Hessian cache"
 LARGEST = 1.3  # radius [m]; Radiance has 64 times its smallest
-LOW, HIGH, HALVINGS = 0.05, 0.4, 3  # between which Radiance's accuracy is sought
+LOW, HIGH, HALVINGS = 0.03, 1.0, 6  # between which Radiance's accuracy is sought
 LIGHT = ("-dj", 0, "-ds", 0.02, "-dt", 0, "-dc", 1)
 
 
@@ -51,7 +51,7 @@ class Size(NamedTuple):
     truth: int
 
 
-FULL, QUICK = Size(40, 1024, 150, 2, 48, 96), Size(10, 64, 12, 1, 8, 16)
+FULL, QUICK = Size(40, 1024, 200, 2, 64, 160), Size(10, 64, 12, 1, 8, 16)
 
 
 def run(quick: bool) -> dict[str, Any]:

@@ -60,7 +60,8 @@ def _gradients(found: dict[str, Any]) -> Figure:
             axes[row, column].set_title(f"{name}: gradient for the {question}", fontsize=8)
     handles = {line.get_label(): line for ax in axes[1:].ravel() for line in ax.get_lines()}
     shown = [handles[name] for name in LOOKS if name in handles]
-    figure.legend(handles=shown, loc="outside lower center", ncols=4, fontsize=7)
+    figure.legend(handles=shown, loc="outside lower center", ncols=max(1, 4 * len(names) // 3),
+                  fontsize=7)  # fmt: skip
     return figure
 
 

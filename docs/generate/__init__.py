@@ -11,7 +11,7 @@ import pathlib
 import shutil
 from collections.abc import Mapping
 
-from docs.generate import api, claims, drawn, equations, own_words, steps, stills
+from docs.generate import api, claims, drawn, equations, own_words, peers, steps, stills
 
 FOLDER = pathlib.Path(__file__).parents[1] / "_generated"
 
@@ -21,7 +21,7 @@ Pages = dict[str, str]
 def pages() -> Pages:
     """All generated pages: Markdown by the path below `docs/_generated`."""
     found: Pages = {}
-    for chapter in (steps, equations, claims, api, own_words, drawn, stills):
+    for chapter in (steps, equations, claims, api, own_words, drawn, stills, peers):
         for path, text in chapter.pages().items():
             if path in found:
                 raise ValueError(f"Two pages are called {path}.")
