@@ -14,8 +14,8 @@ SCRIPTS = md.ROOT / "gallery" / "stills"
 def pages() -> dict[str, str]:
     """All stills on one page, those first of which there is a picture."""
     words = (
-        "Pictures of our own, without claims and without noise: fields that are exact in every "
-        "pixel, lines where light breaks, scenes in one light and one film. `make gallery` draws "
+        "Pictures of our own, without claims: fields that are exact where they are asked, lines "
+        "where light breaks, scenes in one light and one film. `make gallery` draws "
         "them at 1920 x 1080 in `gallery/out`; small ones of a few are kept with the library."
     )
     files = sorted(SCRIPTS.glob("[!_]*.py"), key=lambda f: (picture(f.stem) is None, f.stem))

@@ -1,4 +1,4 @@
-"""A fern, a knot and metaballs in warm light: soft shadows of 150,000 triangles, in colour.
+"""A fern, a knot and metaballs in warm light: soft shadows of meshes, in colour.
 
 Meshes of `firstorder.models` by `rendering.Renderer`, direct light of a lamp and a sky, four
 places a pixel, each with other nodes of the lamps: exposed by the log-average and bent by the curve

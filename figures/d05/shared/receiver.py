@@ -140,9 +140,10 @@ def draw_steps(axes, steps: list[Step]) -> None:
         for ax, rings, name in zip(column, step.rings, ("measured", "predicted"), strict=True):
             top = rings.max()
             some = rings.any(1), rings.any(0)  # rings that no frequency of the grid falls into
+            share = np.maximum(rings[np.ix_(*some)] / top, 1e-6)
             drawn = ax.pcolormesh(
-                x[some[0]], v[some[1]], np.maximum(rings[np.ix_(*some)] / top, 1e-6).T, norm=LogNorm(1e-5, 1.0),
-                cmap="magma", rasterized=True,
+                x[some[0]], v[some[1]], share.T, norm=LogNorm(1e-5, 1.0), cmap="magma",
+                rasterized=True,
             )  # fmt: skip
             ax.set_title(f"{step.place.title}\n{name}", loc="left")
     for ax in axes[-1]:
