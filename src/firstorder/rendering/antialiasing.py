@@ -10,8 +10,9 @@ from jaxtyping import Float
 
 from firstorder._argument_checks import check_positive
 from firstorder.numerics._batching import host_blocks
+from firstorder.rendering._programs import sky_of
 from firstorder.rendering.image_files import image_coordinates
-from firstorder.rendering.renderer import RAYS, Renderer, _sky
+from firstorder.rendering.renderer import RAYS, Renderer
 from firstorder.rendering.tiles import render_tiles
 
 
@@ -117,6 +118,6 @@ def _seen_radiance(made: Renderer, p, number: int) -> np.ndarray:
     if np.any(lamps):
         value[lamps] = made._emitted(p[lamps], index[lamps])
     if np.any(sky) and world.sky is not None:
-        L = host_blocks(lambda q: _sky(world.sky, world.camera, q), p[sky], RAYS)[0]
+        L = host_blocks(lambda q: sky_of(world.sky, world.camera, q), p[sky], RAYS)[0]
         value[sky] = L[:, None] if L.ndim < value.ndim else L
     return value
