@@ -53,7 +53,7 @@ def made():
     return Renderer(world())
 
 
-def off(made, **options) -> float:
+def off(made, **options):
     """Mean difference of values from `pixels`, over their mean; of gradients, over the edges'."""
     (whole, _), found = made.pixels(P, **options), made.radiance(P, **options)
     edges, slope = np.asarray(whole.edges), np.asarray(whole.gradient + whole.edges)
