@@ -285,8 +285,8 @@ def _claims(ratios, share: float) -> list[Statement | Measurement]:
               "A pixel takes 8 us, so that primary rays, triangles and what a round of few samples "
               "costs count, beside samples that are dearer than the mean pixel."),
         _gain("our aim at 32 x 32 shadow rays", ratios[last]["gain"], at_least(5.3, "our aim"),
-              None, OURS, "Samples stand in penumbras, where edges of shadows are; with primary rays of "
-              "all pixels that leaves less than the ceiling."),
+              None, OURS, "Samples stand in penumbras, where edges of shadows are; with primary "
+              "rays of all pixels that leaves less than the ceiling."),
         Statement("Time of the full image over that by second order with the error of R07's way, "
                   "32 x 32 shadow rays", None, ratios[last]["gain, equal"].mean,
                   at_least(10.0, "our aim"), OURS, "times", ratios[last]["gain, equal"].error,
