@@ -59,7 +59,7 @@ def test_the_least_ratio_at_equal_cost_is_that_of_the_seeds_times_what_more_samp
     way = "bilateral"
     table = {("even", way): even[0], ("plain", way): plain[0]}
     found = compared.Compared(
-        seeds={"even": even, "plain": plain},
+        seeds={("even", way): even, ("plain", way): plain},
         table=table,
         cost={"time": Ratio(1.0, 0.1)},
         equal={("time", way): 0.9 * even[0]},

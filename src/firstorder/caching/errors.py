@@ -289,7 +289,7 @@ def largest_set(
     return chosen, float(chosen.sum() * cell)
 
 
-def rms(estimate: ArrayLike, truth: ArrayLike) -> np.ndarray:
+def rms(estimate: ArrayLike, truth: ArrayLike) -> np.ndarray | np.floating:
     """Root mean square of the difference, along the last axis.
 
     Args:
@@ -297,7 +297,7 @@ def rms(estimate: ArrayLike, truth: ArrayLike) -> np.ndarray:
         truth: an array that broadcasts with it.
 
     Returns:
-        One number for each row.
+        One number for each row, a scalar of NumPy where there is one row.
 
     Example:
         >>> import numpy as np
