@@ -122,7 +122,7 @@ def light_frame(light: Light, x: Float[Array, "n 3"], up: Float[Array, "n 3"]) -
 
 
 class _Weights(NamedTuple):
-    """What each node sends to each point, without blockers, over the node's constants.
+    """Light of each node at each point, without blockers, over the node's constants.
 
     Attributes:
         plain: F, zero where a node does not light the point.
@@ -243,7 +243,7 @@ def _lobes(found: _Sums, point: SurfacePoint, r, lobe: SurfaceReflectance):
 
 
 def _moved(at: LightFrame, w: _Weights, seen: Many, depth: Many) -> tuple[Array, Array]:
-    """What shadows that move uncover, for the diffuse and for the glossy lobe, as gradients."""
+    """Gradients by shadows that move, for the diffuse and for the glossy lobe."""
     light = at.light
     zero = jnp.zeros((len(seen), 3), seen.dtype)
     if not light.even:

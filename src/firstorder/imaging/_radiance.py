@@ -76,7 +76,7 @@ class PointMotion(eqx.Module):
 
 
 def shading_point(at: SurfaceInteraction) -> tuple[ShadingPoint, Factors]:
-    """What light needs of a surface interaction, and the factors D and G of its lobes."""
+    """The surface point as light needs it, and the factors D and G of its lobes."""
     n, lobe = at.point.normal, at.lobe
     r = mirrored(at.view.to_eye, n)
     point = ShadingPoint(at.point.position, at.point.base_normal, n, r, lobe.exponent)

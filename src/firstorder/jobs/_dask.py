@@ -36,7 +36,7 @@ Asked = dict[str, Any]
 
 
 class Answer(NamedTuple):
-    """What a worker says to a job.
+    """A worker's answer to a job.
 
     Attributes:
         result: of the job; None if the worker refuses it.
@@ -83,7 +83,7 @@ def _start(x64: bool) -> None:
 
 
 def settings() -> Asked:
-    """What has to be the same here and there for a job to have the same result, to the bit."""
+    """Versions and settings that must be the same here and there for the same bits."""
     return {
         "firstorder": firstorder.__version__,
         "python": ".".join(platform.python_version_tuple()[:2]),  # in which code is pickled

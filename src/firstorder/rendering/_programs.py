@@ -75,7 +75,7 @@ class LookedAt(eqx.Module):
 
     @property
     def interaction(self) -> SurfaceInteraction:
-        """The same of one band."""
+        """Surface interactions of one band."""
 
         def one(point, view, S, *lobe):
             return SurfaceInteraction(point, view, SurfaceReflectance(*lobe), S)

@@ -322,7 +322,7 @@ class Renderer:
         return found
 
     def _by_models(self, x, up, way, lit, share, light: Light, depths: bool):
-        """The same with what models hide, from a block of points.
+        """Shares of the way at which nodes are hidden, models included, from a block of points.
 
         Visibility is traced in single precision. The distance of a blocker only counts beside its
         edge, and is traced for two nodes there, in double.
