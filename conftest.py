@@ -25,10 +25,8 @@ for _info in pkgutil.walk_packages(firstorder.__path__, "firstorder."):
     if not _info.name.endswith("__main__") and ".checks.cases." not in _info.name:
         importlib.import_module(_info.name)
 
-# What is imported stays; and JAX makes so many objects that the collector, at Python's thresholds,
-# takes a tenth of the processor time of the suite.
-gc.collect()
-gc.freeze()
+# JAX makes so many objects that the collector, at Python's thresholds, takes a tenth of the
+# processor time of the suite. (No `gc.freeze`: what is frozen, `firstorder.ledger` does not find.)
 gc.set_threshold(100_000, 20, 50)
 
 

@@ -99,6 +99,6 @@ def _outside(frame) -> int:
 
 
 def _package(frame) -> str:
-    """The package of a frame; wrappers that were generated belong to jaxtyping or beartype."""
-    generated = frame.f_code.co_filename.startswith("<@")
-    return "jaxtyping" if generated else frame.f_globals.get("__name__", "").split(".")[0]
+    """The package of a frame; wrappers that are generated, or hide themselves, are beartype's."""
+    wraps = frame.f_code.co_filename.startswith("<@") or "__tracebackhide__" in frame.f_locals
+    return "beartype" if wraps else frame.f_globals.get("__name__", "").split(".")[0]

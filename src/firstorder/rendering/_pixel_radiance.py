@@ -72,7 +72,7 @@ def blocks_of(count: int, nodes: int, largest: int = LARGEST) -> Iterator[tuple[
     Example:
         >>> from firstorder.rendering._pixel_radiance import blocks_of
         >>> [(s.stop - s.start, size) for s, size in blocks_of(1300, 64)]
-        [(1024, 1024), (256, 256), (20, 64)]
+        [(1024, 1024), (256, 256), (16, 16), (4, 16)]
     """
     most = 1 << int(np.log2(max(NODES // max(nodes, 1), 1)))
     sizes = [min(max(most, SMALLEST), largest)]
