@@ -53,7 +53,8 @@ UNTOLD = {
     ),
     "of samples that are given: nothing finer is known": (
         "fields.SampledSpectrum", "fields.covariance_of_samples", "fields.discrete_transform",
-        "reconstruction.HermiteInterpolant", "shadowfield.power_spectrum",
+        "reconstruction.HermiteInterpolant", "reconstruction.quadtree_image",
+        "shadowfield.power_spectrum",
         "shadowfield.reconstruct_irradiance", "shadowfield.zero_outside",
     ),
     "of samples: an `Estimate`, or one sample of a `RepeatedEstimate`": (
@@ -76,7 +77,7 @@ UNTOLD = {
     "its error is the filter's, not the nodes'": ("shadowfield.sheared_reflection",),
     "pictures, tables and commands": (
         "checks.agreements.Sizes", "cli.Render", "cli.Scene", "plotting.curve_of",
-        "plotting.receiver_curve", "rendering.world_from_scene",
+        "plotting.receiver_curve", "rendering.light_rig", "rendering.world_from_scene",
     ),
 }  # fmt: skip
 

@@ -188,9 +188,15 @@ def test_the_lamp_of_mitsuba_is_ours():
 def test_every_page_with_an_example_is_among_those_tested():
     """Those of the tasks: `tests/test_tasks.py`."""
     assert {p.name for p in PAGES if examples(p) and p.parent.name != "tasks"} == {
-        "README.md", "colour.md", "other_tools.md", "pictures.md", "portraits.md", "scenes.md",
-        "space.md", "symbolic.md",
+        "README.md", "colour.md", "many_machines.md", "other_tools.md", "pictures.md",
+        "portraits.md", "scenes.md", "space.md", "symbolic.md",
     }  # fmt: skip
+
+
+def test_the_page_of_many_machines_sweeps_a_table():
+    names = ran(examples(DOCS / "many_machines.md")[0])
+    assert list(names["found"]) == ["radius", "x", "E"]
+    assert np.all(names["found"]["E"] > 0.0)
 
 
 def test_the_page_of_colour_prints_what_it_shows(capsys):
