@@ -396,7 +396,8 @@ def test_shapes_are_known_under_jit_too(name):
             FLAT, flatland.Receiver(jnp.zeros((4, 2)), jnp.full(4, x))
         ),
     }[name]
-    with pytest.raises((ValueError, TypeError), match=re.escape(WRONG[name][2]) + "|violates type hint"):
+    words = re.escape(WRONG[name][2]) + "|violates type hint"
+    with pytest.raises((ValueError, TypeError), match=words):
         jax.jit(use)(0.3)
 
 
