@@ -223,7 +223,7 @@ def edge_radiance(
 
 
 def _slid(light, node, axis, point: ShadingPoint, moved: Moved) -> Float[Array, "2 2"]:
-    """What one node sends by each lobe, times how half-way shadows slide over it."""
+    """Light of one node by each lobe, times how half-way shadows slide over it."""
     at = _nodes(light, jnp.ones(1, moved.dtype), point, node[None])
     slide = light.slide(point.position, node[None])[0, axis] @ moved
     sent = (at.weight * at.height)[0]

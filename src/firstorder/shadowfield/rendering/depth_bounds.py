@@ -71,7 +71,7 @@ def _bounds(lamp: LampFrame, places, local, pixel: float) -> tuple[Numbers, Numb
 
 
 def _by_groups(lamp: LampFrame, places, local, pixel: float) -> tuple[Numbers, Numbers]:
-    """The same without numba, in groups of neighbours."""
+    """Depth bounds without numba, in groups of neighbours."""
     columns = [np.ascontiguousarray(column) for column in places.T]  # one axis each: faster
 
     def keep(rows, some):
