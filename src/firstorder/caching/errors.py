@@ -7,6 +7,7 @@ judge the regions that are made from derivatives.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -289,7 +290,7 @@ def largest_set(
     return chosen, float(chosen.sum() * cell)
 
 
-def rms(estimate: ArrayLike, truth: ArrayLike) -> np.ndarray | np.floating:
+def rms(estimate: ArrayLike, truth: ArrayLike) -> Any:
     """Root mean square of the difference, along the last axis.
 
     Args:
