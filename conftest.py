@@ -1,14 +1,17 @@
 """What the tests and the doctests in src share; pytest reads it after the import hook is in."""
 
 import ctypes
+import functools
 import gc
 import importlib
 import os
 import pathlib
 import pkgutil
+import threading
 
 import jax
 import pytest
+from jax._src.interpreters import mlir
 
 # No test opens a window, whatever the machine has.
 os.environ.setdefault("MPLBACKEND", "Agg")
@@ -28,6 +31,30 @@ for _info in pkgutil.walk_packages(firstorder.__path__, "firstorder."):
 # JAX makes so many objects that the collector, at Python's thresholds, takes a tenth of the
 # processor time of the suite. (No `gc.freeze`: what is frozen, `firstorder.ledger` does not find.)
 gc.set_threshold(100_000, 20, 50)
+
+# Nor does anybody read where in our code an operation of a compiled program stands.
+jax.config.update("jax_traceback_in_locations_limit", 0)
+
+
+def _lend_contexts(most: int = 500) -> None:
+    """Let programs share what they are written down in, which JAX makes anew for each, in 2 ms.
+
+    Most programs of a test are a single operation. A context keeps all constants that were written
+    in it, so after some programs there is another one.
+    """
+    make, held = mlir.make_ir_context, threading.local()
+
+    @functools.wraps(make)
+    def lent():
+        if not getattr(held, "left", 0):
+            held.context, held.left = make(), most
+        held.left -= 1
+        return held.context
+
+    mlir.make_ir_context = lent
+
+
+_lend_contexts()
 
 
 def pytest_collection_modifyitems(items):

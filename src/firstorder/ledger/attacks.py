@@ -11,7 +11,6 @@ import contextlib
 import copy
 import dataclasses
 import functools
-import gc
 import importlib
 import inspect
 import math
@@ -26,9 +25,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from firstorder.fields.spectrum import Spectrum, SumSpectrum
+from firstorder.ledger._remembered import forget, forgotten, layers
 from firstorder.ledger.judging import judge_route
 from firstorder.ledger.rows import NUMERIC, Check, Row
-from firstorder.numerics._compiled import own_programs
 
 # Factors by which a result is off. A row must notice these two, a tenth of a per cent too much and
 # too little: a bound from above that is far too wide lets one of them pass.
@@ -129,12 +128,12 @@ def attack(rows: Sequence[Row], factors: Sequence[float] = FACTORS) -> list[Atta
     called, noticed = {r.equation: False for r in rows}, {r.equation: {} for r in rows}
     for factor in factors:
         calls: list[None] = []
-        with put_out(functions, factor, functools.partial(calls.append, None)), _forgotten(folders):
+        with put_out(functions, factor, functools.partial(calls.append, None)), forgotten(folders):
             for row in rows:
                 calls.clear()
                 route = _first_to_notice(row)
                 if not route and not calls:  # what an earlier row has called may be remembered
-                    _forget(folders)
+                    forget(folders)
                     route = _first_to_notice(row)
                 noticed[row.equation][factor] = route
                 called[row.equation] |= bool(calls)
@@ -204,14 +203,7 @@ def _of_class(cls: type) -> list[types.FunctionType]:
 
 def _plain(member: Any) -> list[types.FunctionType]:
     """The plain function inside a property, a class method, a cached or a compiled function."""
-    while not inspect.isfunction(member):
-        for inner in ("fget", "func", "__func__", "method", "__wrapped__"):
-            if callable(getattr(member, inner, None)) and not inspect.isclass(member):
-                member = getattr(member, inner)
-                break
-        else:
-            return []
-    return [member]
+    return next(([layer] for layer in layers(member) if inspect.isfunction(layer)), [])
 
 
 # --- out of true, for a while --------------------------------------------------------------------
@@ -329,30 +321,7 @@ def _scale_fields(x: Any, factor: float) -> None:
             object.__setattr__(x, field.name, _scaled(getattr(x, field.name), factor))
 
 
-# --- what is remembered --------------------------------------------------------------------------
-
-
-@contextlib.contextmanager
-def _forgotten(folders: Sequence[pathlib.Path]) -> Iterator[None]:
-    """What was compiled before, or computed by cached functions of some folders, does not count."""
-    _forget(folders)
-    try:
-        with own_programs():
-            yield
-    finally:
-        _forget(folders)
-
-
-def _forget(folders: Sequence[pathlib.Path]) -> None:
-    jax.clear_caches()
-    for cached in gc.get_objects():
-        if type(cached) is _CACHED:
-            code = getattr(inspect.unwrap(cached), "__code__", None)
-            if code and any(pathlib.Path(code.co_filename).is_relative_to(f) for f in folders):
-                cached.cache_clear()
-
-
-_CACHED = type(functools.lru_cache(_forget))
+# --- where it lies -------------------------------------------------------------------------------
 
 
 def _folders(functions: Sequence[types.FunctionType], rows: Sequence[Row]) -> list[pathlib.Path]:

@@ -1,0 +1,95 @@
+"""What a program remembers, forgotten for an attack: programs, and what cached functions found."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import inspect
+import os
+import pathlib
+import sys
+import types
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import jax
+
+from firstorder.numerics._compiled import own_programs
+
+
+@contextlib.contextmanager
+def forgotten(folders: Sequence[pathlib.Path]) -> Iterator[None]:
+    """What was compiled before, or computed by cached functions of some folders, does not count."""
+    forget(folders)
+    try:
+        with own_programs():
+            yield
+    finally:
+        forget(folders)
+
+
+def forget(folders: Sequence[pathlib.Path]) -> None:
+    jax.clear_caches()
+    for cached in cached_functions(folders):
+        cached.cache_clear()
+
+
+def cached_functions(folders: Sequence[pathlib.Path]) -> list[Any]:
+    """What is under `functools.cache` and has a name in a module, or a class, of some folders.
+
+    (All objects of the process could be asked instead; that takes a second in a large one.)
+
+    Args:
+        folders: of the modules, with the folders below them.
+
+    Example:
+        >>> import pathlib
+        >>> import firstorder
+        >>> from firstorder.ledger._remembered import cached_functions
+        >>> folder = pathlib.Path(firstorder.__file__).parent / "numerics"
+        >>> sorted(f.__name__ for f in cached_functions([folder]))
+        ['_may_wrap', 'gauss_legendre']
+    """
+    below = tuple(f"{folder}{os.sep}" for folder in folders)
+    held: dict[int, Any] = {}
+    for module in list(sys.modules.values()):
+        if (getattr(module, "__file__", None) or "").startswith(below):
+            held |= {id(cached): cached for cached in _cached_in(vars(module), module.__name__)}
+    return list(held.values())
+
+
+def _cached_in(names: Mapping[str, Any], module: str) -> list[Any]:
+    found: list[Any] = []
+    for value in list(names.values()):
+        if inspect.isclass(value) and value.__module__ == module:
+            found += _cached_in(vars(value), module)
+        else:
+            found += [layer for layer in layers(value) if type(layer) is _CACHED]
+    return found
+
+
+_CACHED = type(functools.lru_cache(forget))
+
+
+def layers(member: Any) -> list[Any]:
+    """What a name stands for, then what that wraps, and so on."""
+    layers: list[Any] = []
+    while len(layers) < 20:  # a mock has whatever it is asked for, without end
+        if not isinstance(member, _WRAPPERS) and (not callable(member) or inspect.isclass(member)):
+            break
+        layers.append(member)
+        inner = (getattr(member, name, None) for name in _INNER.get(type(member), _OTHERS))
+        member = next((found for found in inner if callable(found)), None)
+    return layers
+
+
+_INNER = {
+    types.FunctionType: ("__wrapped__",),
+    property: ("fget",),
+    functools.cached_property: ("func",),
+    functools.partial: ("func",),
+    classmethod: ("__func__",),
+    staticmethod: ("__func__",),
+}
+_WRAPPERS = (property, functools.cached_property, classmethod)  # that are not callable themselves
+_OTHERS = ("__wrapped__", "method", "__func__")
