@@ -11,7 +11,8 @@ def test_three_kills_lose_nothing(tmp_path):
     for package in ("distributed", "OpenEXR"):
         pytest.importorskip(package)
     kills = 0
-    for found in workers.renders(tmp_path, 0, 3):
+    # A scene whose programs are soon traced: each worker that begins must do so.
+    for found in workers.renders(tmp_path, 0, 3, "examples/colour.toml", (1.0, 5.0)):
         assert (found.lost, found.twice, found.wrong) == (0, 0, [])
         kills += found.kills.total()
     assert kills == 3

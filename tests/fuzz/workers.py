@@ -25,7 +25,8 @@ from tests.jobs.cluster import Cluster
 SCENE = "examples/coats.toml"
 SIZE = ("--width", "128", "--height", "128", "--passes", "8", "--nodes", "4", "--sky-rows", "4")
 TILES = 4 * 8  # of 64 by 64 pixels, in each pass
-PAUSE = 3.0, 15.0  # seconds from kill to kill; a worker needs five to ten to begin
+Pause = tuple[float, float]
+PAUSE: Pause = 3.0, 15.0  # seconds from kill to kill; a worker needs five to ten to begin
 LIMIT = 600.0  # seconds for an image
 
 
@@ -45,27 +46,35 @@ class Render(NamedTuple):
     wrong: list[str]
 
 
-def renders(folder: pathlib.Path, seed: int, kills: int) -> Iterator[Render]:
-    """Images, until so much was killed."""
-    whole = _finished(_client(folder / "whole.exr"), folder / "whole.exr")
+def renders(
+    folder: pathlib.Path, seed: int, kills: int, scene: str = SCENE, pause: Pause = PAUSE
+) -> Iterator[Render]:
+    """Images of a scene, until so much was killed, with pauses between."""
+    whole = _finished(_client(scene, folder / "whole.exr"), folder / "whole.exr")
     rng, count = np.random.default_rng(seed), 0
     with Cluster(2, folder) as cluster:
         while count < kills:
             out = folder / f"image{count}.exr"
-            found = _disturbed(out, cluster, rng, kills - count, whole)
+            found = _disturbed(out, cluster, rng, kills - count, whole, scene, pause)
             count += found.kills.total()
             yield found
 
 
 def _disturbed(
-    out: pathlib.Path, cluster: Cluster, rng: np.random.Generator, most: int, whole: list[bytes]
+    out: pathlib.Path,
+    cluster: Cluster,
+    rng: np.random.Generator,
+    most: int,
+    whole: list[bytes],
+    scene: str = SCENE,
+    pause: Pause = PAUSE,
 ) -> Render:
     """One image, and what was killed meanwhile."""
     tiles = out.with_name(f"{out.stem}_tiles")
     kills, seen, changed = Counter[str](), dict[str, int](), set[str]()
-    client, begin = _client(out, cluster.address), time.monotonic()
+    client, begin = _client(scene, out, cluster.address), time.monotonic()
     while kills.total() < most and time.monotonic() - begin < LIMIT:
-        if _ended(client, rng.uniform(*PAUSE)):
+        if _ended(client, rng.uniform(*pause)):
             break
         match what := rng.choice(["worker", "scheduler", "client"], p=[0.8, 0.1, 0.1]):
             case "worker":
@@ -75,7 +84,7 @@ def _disturbed(
             case _:
                 os.kill(client.pid, signal.SIGKILL)
                 client.communicate()
-                client = _client(out, cluster.address)
+                client = _client(scene, out, cluster.address)
         kills[str(what)] += 1
         now = {f.name: f.stat().st_mtime_ns for f in tiles.glob("pass*.npz")}
         changed |= {name for name in seen if now.get(name) != seen[name]}
@@ -88,11 +97,11 @@ def _disturbed(
     return Render(kills, TILES - len(now), len(changed), wrong)
 
 
-def _client(out: pathlib.Path, scheduler: str | None = None) -> subprocess.Popen[bytes]:
+def _client(scene: str, out: pathlib.Path, scheduler: str | None = None) -> subprocess.Popen[bytes]:
     given = ["--scheduler", scheduler] if scheduler else []
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT / "src"), str(ROOT)])}
     return subprocess.Popen(
-        [*COMMAND, "render", SCENE, *SIZE, "--out", str(out), *given],
+        [*COMMAND, "render", scene, *SIZE, "--out", str(out), *given],
         cwd=ROOT, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
     )  # fmt: skip
 
