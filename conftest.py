@@ -65,16 +65,19 @@ def pytest_collection_modifyitems(items):
 
 # XLA keeps what it has compiled until the process ends: some 10 GB at the end of the suite.
 MOST = 2.5e9  # bytes in memory beyond which compiled functions are forgotten between modules
+ROOM = 1e9  # bytes at least from then on until they are forgotten again
+_limit = [MOST]
 
 
 def pytest_runtest_teardown(item, nextitem):
     """Forget compiled functions when a module is done; most of them will not be called again."""
     if nextitem is not None and nextitem.path == item.path:
         return
-    if _resident() > MOST:
+    if _resident() > _limit[0]:
         jax.clear_caches()
         gc.collect()
         ctypes.CDLL(None).malloc_trim(0)  # without it the system gets nothing back
+        _limit[0] = max(MOST, _resident() + ROOM)
 
 
 def _resident() -> int:
