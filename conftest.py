@@ -29,7 +29,7 @@ for _info in pkgutil.walk_packages(firstorder.__path__, "firstorder."):
         importlib.import_module(_info.name)
 
 # JAX makes so many objects that the collector, at Python's thresholds, takes a tenth of the
-# processor time of the suite. (No `gc.freeze`: what is frozen, `firstorder.ledger` does not find.)
+# processor time of the suite.
 gc.set_threshold(100_000, 20, 50)
 
 # Nor does anybody read where in our code an operation of a compiled program stands.

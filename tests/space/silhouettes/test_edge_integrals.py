@@ -136,6 +136,45 @@ def test_nodes_are_those_of_gauss_and_legendre(nodes):
     np.testing.assert_allclose(w, half * weight, atol=1e-15)
 
 
+def test_crowded_nodes_are_on_the_arc_and_measure_it():
+    first, last = jnp.array([0.3, -1.0, 0.0]), jnp.array([2.0, 5.0, 2.0 * np.pi])
+    crowded = jnp.array([0.0, 0.3, -0.4]), jnp.array([0.0, -0.2, 0.5])
+    cos, sin, w = edge_integrals.arc_nodes(first, last, 60, crowded)
+    np.testing.assert_allclose(cos**2 + sin**2, 1.0, atol=1e-14)
+    np.testing.assert_allclose(jnp.sum(w, -1), last - first, atol=1e-12)
+    np.testing.assert_allclose(jnp.sum(w * cos, -1), jnp.sin(last) - jnp.sin(first), atol=1e-12)
+    np.testing.assert_allclose(jnp.sum(w * sin, -1), jnp.cos(first) - jnp.cos(last), atol=1e-12)
+
+
+def under_a_disc(x):
+    """Irradiance of a plane 1 m below a disc of that radius, x beside its axis."""
+    center, turn = jnp.array([1.0, 0.0, 0.0]) * x + jnp.array([0.0, 0.0, 1.0]), 0.7
+    a = jnp.array([np.cos(turn), np.sin(turn), 0.0])
+    b = jnp.array([-np.sin(turn), np.cos(turn), 0.0])
+    whole = jnp.zeros(()), jnp.asarray(2.0 * jnp.pi)
+    return edge_integrals.arc_upward(center, a, b, *whole, 16)[0]
+
+
+def under_a_disc_in_closed_form(x):
+    far = x**2 + 2.0
+    return 0.5 * jnp.pi * (1.0 - (far - 2.0) / jnp.sqrt(far**2 - 4.0 * x**2))
+
+
+def test_crowded_nodes_gain_three_digits_by_a_near_rim(monkeypatch):
+    def errors():
+        slope = jax.grad(under_a_disc)
+        found = jax.jit(jax.vmap(lambda x: (under_a_disc(x), slope(x), jax.grad(slope)(x))))(x)
+        return np.array([np.max(np.abs(a - b)) for a, b in zip(found, truth, strict=True)])
+
+    x = jnp.linspace(0.0, 2.0, 41)
+    closed = under_a_disc_in_closed_form
+    truth = [jax.vmap(f)(x) for f in (closed, jax.grad(closed), jax.grad(jax.grad(closed)))]
+    crowded = errors()
+    assert np.all(crowded < (4e-7, 3e-6, 2e-5))
+    monkeypatch.setattr(edge_integrals, "_crowd", lambda *_: None)
+    assert np.all(errors() > 300.0 * crowded)
+
+
 @pytest.mark.parametrize("dtype", [jnp.float32, jnp.float64])
 def test_precision_is_kept(dtype):
     def value(x):

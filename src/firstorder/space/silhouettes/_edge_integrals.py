@@ -151,11 +151,40 @@ _segment_angle = _straight(angle_between, _angle_form)
 # --- elliptic arcs -------------------------------------------------------------------------------
 
 
-def arc_nodes(first: Numbers, last: Numbers, nodes: int) -> tuple[Array, Array, Array]:
-    """Cosines, sines and weights of Gauss-Legendre nodes between two angles: shape (..., nodes).
+def arc_nodes(
+    first: Numbers, last: Numbers, nodes: int, crowd: tuple[Numbers, Numbers] | None = None
+) -> tuple[Array, Array, Array]:
+    """Cosines, sines and weights of nodes between two angles t: shape (..., nodes).
 
-    Nodes lie evenly about the middle, so that half of them need angles of their own.
+    Gauss-Legendre in t, or in the angle s that a Möbius map of the circle makes of it:
+
+        exp(is) = (exp(it) - k) / (1 - k* exp(it))
+
+    Args:
+        first: angle at which it begins [rad].
+        last: angle at which it stops [rad].
+        nodes: how many.
+        crowd: parts of the complex k, in whose direction nodes crowd; |k| < 1.
     """
+    if crowd is None:
+        return _even_nodes(first, last, nodes)
+    x, y = crowd
+    t = jnp.stack([first, last])
+    cos, sin = jnp.cos(t), jnp.sin(t)
+    s = t + 2.0 * jnp.arctan2(x * sin - y * cos, 1.0 - (x * cos + y * sin))
+    cos, sin, w = _even_nodes(s[0], s[1], nodes)
+    x, y = x[..., None], y[..., None]
+    # exp(it) = exp(is) (v*)^2 / |v|^2 with v = 1 + k* exp(is)
+    re, im = 1.0 + (x * cos + y * sin), x * sin - y * cos
+    rr, ii = re * re, im * im
+    share = 1.0 / settled(rr + ii)
+    turn, across = share * (rr - ii), share * (2.0 * re * im)
+    w = (1.0 - (x * x + y * y)) * share * w
+    return *settled((turn * cos + across * sin, turn * sin - across * cos)), w
+
+
+def _even_nodes(first: Numbers, last: Numbers, nodes: int) -> tuple[Array, Array, Array]:
+    """Of Gauss and Legendre, evenly about the middle, so that half of them need angles."""
     x, w = (jnp.asarray(a, first.dtype) for a in gauss_legendre(nodes))
     middle, half = 0.5 * (first + last)[..., None], 0.5 * (last - first)[..., None]
     up = half * x[nodes // 2 :]
@@ -166,11 +195,32 @@ def arc_nodes(first: Numbers, last: Numbers, nodes: int) -> tuple[Array, Array, 
     return *settled((c * cos - s * sin, s * cos + c * sin)), half * w
 
 
+def _crowd(center: Points, a: Points, b: Points) -> tuple[Numbers, Numbers]:
+    """The k of `arc_nodes` that suits arcs: towards where each is nearest to the eye.
+
+    Integrands are rational in exp(it). They have poles where |p|^2 = 0, which lie the closer to the
+    arc the nearer that is, and at 0 and infinity. The map with
+
+        (1 - |k|) / (1 + |k|) = sqrt(nearest / farthest distance)
+
+    puts both kinds equally far away from it. For circles; an ellipse is taken for a circle.
+    """
+    center, a, b = jax.lax.stop_gradient((center, a, b))
+    x, y = jnp.sum(center * a, -1), jnp.sum(center * b, -1)
+    mean = jnp.sum(center * center + 0.5 * (a * a + b * b), -1)
+    half = jnp.sqrt(x * x + y * y)
+    swing = 2.0 * half
+    # An arc through the eye has no such map.
+    m = jnp.sqrt(jnp.sqrt(jnp.maximum((mean - swing) / (mean + swing), 1e-6)))
+    k = (m - 1.0) / ((m + 1.0) * jnp.maximum(half, jnp.finfo(half.dtype).tiny))
+    return k * x, k * y
+
+
 def arc_points(
     center: Points, a: Points, b: Points, first: Numbers, last: Numbers, nodes: int
 ) -> tuple[Array, Array, Array]:
     """Points, their derivatives in the angle and quadrature weights on arcs."""
-    cos, sin, w = arc_nodes(first, last, nodes)
+    cos, sin, w = arc_nodes(first, last, nodes, _crowd(center, a, b))
     p, v = _points((center, a, b), cos, sin)
     return jnp.stack(p, -1), jnp.stack(v, -1), w
 
@@ -230,14 +280,14 @@ def _curved(value, swept):
 
     @partial(jax.custom_jvp, nondiff_argnums=(5,))
     def integral(center, a, b, first, last, nodes):
-        cos, sin, w = arc_nodes(first, last, nodes)
+        cos, sin, w = arc_nodes(first, last, nodes, _crowd(center, a, b))
         p, v = _points((center, a, b), cos, sin)
         return value(p, cross_apart(p, v), w, (center, a, b, first, last))
 
     @integral.defjvp
     def rule(nodes, primals, tangents):
         *arc, first, last = primals
-        cos, sin, w = arc_nodes(first, last, nodes)
+        cos, sin, w = arc_nodes(first, last, nodes, _crowd(*arc))
         p, v = _points(arc, cos, sin)
         level = cross_apart(p, v)
         dp, _ = _points(tangents[:3], cos, sin)
