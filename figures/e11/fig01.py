@@ -89,7 +89,7 @@ def draw(quick: bool) -> Drawing:
 def _draw_pictures(axes, quick: bool) -> None:
     """The plant by shared and by stratified rays, as it is looked at."""
     places = picture.interleaved(space.plant(2 * (96 if quick else PICTURE), quick))
-    many = 4 * (4 if quick else 64)
+    many = 4 * (4 if quick else 49)
 
     def stratified(rays: int) -> list[np.ndarray]:
         return [s.picture(space.own_rays(s, s.shown, rays, [k, rays]), s.shown)
