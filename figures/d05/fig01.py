@@ -3,6 +3,8 @@
 The paper shows its 3D scene without numbers. Ours goes on from that of Fig. 6 (3D): a round light
 (Gaussian, 0.15 m and 0.3 in slopes), balls of radius 0.12 m a metre away, a metre more to a glossy
 ball of radius 2 m that the central ray meets at 40 degrees (lobe of 0.08 rad), and half a metre on.
+On the left the scene, rendered: the glossy ball has a lobe of 0.08 rad there too, and reflects a
+little diffusely, so that shadows on it can be seen; numbers are those of the places.
 Upper row: n^4 rays traced against the balls and off the curved, glossy surface (a paraboloid with
 the ball's curvature), windowed, transformed with padding, and averaged over rings of spatial and of
 angular frequency. Lower row: the prediction of the same path in four coordinates, its last steps by
@@ -21,16 +23,18 @@ import math
 
 import jax.numpy as jnp
 import numpy as np
+from matplotlib.figure import Figure
 
-from figures.d05.shared import receiver, space
+from figures.d05.shared import picture, receiver, space
 from figures.d05.shared.readings import ALIKE, alike, less, more
 from figures.style import Drawing
 from figures.verdicts import Measurement, Statement
-from firstorder import plotting
+from firstorder.imaging.camera import pinhole
 
 RADIUS, ASLANT, SIGMA, ON = 2.0, math.radians(40.0), 0.08, 0.5
 SHAPE = -np.eye(2) / RADIUS
 PERIOD = 0.4
+NUMBER = dict(boxstyle="circle,pad=0.15", facecolor="white", edgecolor="0.3", linewidth=0.6)
 TITLES = (
     "1 at the light",
     "2 before the blockers",
@@ -51,8 +55,11 @@ def draw(quick: bool) -> Drawing:
     scanned = receiver.layouts(
         functools.partial(_places, window=narrow, nodes=nodes), PERIOD, quick
     )
-    figure, axes = plotting.panels(2, 6, 2.3, 2.3)
+    figure = Figure(figsize=(18.6, 4.7), layout="constrained")
+    grid = figure.add_gridspec(2, 8)
+    axes = np.array([[figure.add_subplot(grid[i, 2 + k]) for k in range(6)] for i in (0, 1)])
     receiver.draw_steps(axes, steps)
+    _draw_scene(figure.add_subplot(grid[:, :2]), balls, quick)
     arrays = {}
     for k, step in enumerate(steps, start=1):
         arrays |= {f"measured_{k}": step.rings[0], f"predicted_{k}": step.rings[1]}
@@ -82,6 +89,31 @@ def _places(balls, window: space.Window, nodes: int) -> list[receiver.Place]:
     windows = [dataclasses.replace(window, x=0.4, v=0.5)] + [window] * 5
     rows = zip(TITLES, windows, lights, p, strict=True)
     return [receiver.Place(*row, behind=k > 1) for k, row in enumerate(rows)]
+
+
+def _draw_scene(ax, balls, quick: bool) -> None:
+    """Light, balls and glossy ball, with the central ray and the places along it."""
+    normal = np.array([-np.sin(ASLANT), 0.0, np.cos(ASLANT)])
+    middle = -RADIUS * normal
+
+    def shade(points, way):
+        n = (points - middle) / RADIUS
+        mirrored = way - 2.0 * np.sum(way * n, 1)[:, None] * n
+        diffuse = picture.source_light(points, n, balls, 14) + picture.faint_light(n)
+        lobe = jnp.asarray(mirrored), SIGMA
+        return 0.25 / np.pi * diffuse + 0.3 * picture.source_light(points, n, balls, 14, lobe)
+
+    camera = pinhole((-2.2, -7.5, 1.9), (0.2, 0.0, 0.8), gamma=4.6)
+    ball = picture.sphere(middle, RADIUS)
+    shape = (180, 180) if quick else (560, 560)
+    view = picture.View(camera, ball, shade, picture.GLOSSY, 1.3, shape)
+    picture.show(ax, view, balls, "the scene, and the places of the spectra")
+    off = np.array([-np.sin(2.0 * ASLANT), 0.0, np.cos(2.0 * ASLANT)])
+    picture.draw_path(ax, view, [(0.0, 0.0, 0.0), 1.6 * ON * off])
+    top = space.FIRST + space.SECOND
+    for k, point in enumerate(((0, 0, top), (0, 0, top - 0.8), (0, 0, 0.8), (0, 0, 0.16),
+                               0.12 * off, ON * off), start=1):  # fmt: skip
+        picture.name(ax, view, point, str(k), ha="center", bbox=NUMBER)
 
 
 def _on(pairs, shape, theta0=ASLANT) -> space.Pairs:

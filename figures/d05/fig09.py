@@ -2,7 +2,8 @@
 
 The three scenes differ in the period of the balls alone: 1.2 m, 0.48 m and 0.12 m (radius 0.3 of
 it, one jittered in each cell, so that the same share of light is blocked); light and distances are
-those of Fig. 6 (3D). Above: the light on the receiver, by rays. Middle: the spectrum over (x, v)
+those of Fig. 6 (3D). On top: the scene, rendered, with the light that was measured on its receiver.
+Below: that light, by rays; the spectrum over (x, v)
 of the light that arrives there, in angles and positions at once, as the paper draws it: a slice of
 the light field at w = 0 along a row of balls. Below: the spectrum of what the receiver keeps, by
 rays and predicted from the balls' spectrum. "High" are frequencies above 0.75 cycles per metre (the
@@ -15,15 +16,18 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.colors import LogNorm
+from scipy.interpolate import RegularGridInterpolator
 
-from figures.d05.shared import receiver, space
+from figures.d05.shared import picture, receiver, space
 from figures.d05.shared.readings import ALIKE, alike
 from figures.style import Drawing
 from figures.verdicts import Measurement, Statement, at_least, at_most
 from firstorder import plotting
+from firstorder.imaging.camera import pinhole
 
 PERIODS = (1.2, 0.48, 0.12)
 WIDTH, CUT = 0.6, 0.75  # of the window [m], and where high frequencies begin [cycles/m]
+NAMES = (((-0.42, 0.0, 2.0), "light"), ((-1.2, 0.0, 1.02), "balls"), ((-1.5, 1.8, 0.1), "receiver"))
 TITLES = ("(a) large blockers", "(b) smaller", "(c) very small")
 
 
@@ -31,7 +35,7 @@ def draw(quick: bool) -> Drawing:
     places = np.linspace(-1.8, 1.8, 24 if quick else 64)
     nodes = 40 if quick else 144
     f = np.linspace(-3.0, 3.0, 61)
-    figure, axes = plotting.panels(3, 3, 3.6, 2.7)
+    figure, axes = plotting.panels(4, 3, 3.6, 2.5, height_ratios=(0.66, 1.0, 1.0, 1.0))
     arrays: dict[str, np.ndarray] = {"x": places, "Omega": f}
     apart, modes = [], []
     open_light = receiver.spectrum_of(receiver.irradiance(None, places, nodes), places, WIDTH, f)
@@ -42,12 +46,16 @@ def draw(quick: bool) -> Drawing:
         harmonics = 16 if quick else 30
         predicted = receiver.predicted_irradiance(balls, f, WIDTH, 40, harmonics)
         power, Ox, Ov = _slice(balls, 128 if quick else 384)
-        _panels(column, title, places, light, power, Ox, Ov, f, measured, predicted)
+        picture.show(column[0], _view(places, light, quick), balls, title)
+        _panels(column[1:], places, light, power, Ox, Ov, f, measured, predicted)
         modes.append(_spatial(power, Ox))
         apart.append(float(np.linalg.norm(measured - predicted) / np.linalg.norm(measured)))
         arrays |= {f"light_{period}": light, f"measured_{period}": measured}
         arrays |= {f"predicted_{period}": predicted, f"arriving_{period}": power}
-    plotting.share_labels(axes[:1])
+    plotting.share_labels(axes[1:2])
+    for point, words in NAMES:
+        seen = _view(places, arrays[f"light_{PERIODS[0]}"], quick)
+        picture.name(axes[0, 0], seen, point, words, ha="right")
     return Drawing(
         figure,
         arrays,
@@ -59,6 +67,19 @@ def draw(quick: bool) -> Drawing:
         size=f"{places.size}^2 points, {nodes}^2 rays each",
         seed=7,
     )
+
+
+def _view(places, light, quick: bool) -> picture.View:
+    """The receiver with the light that is on it, from the side."""
+    read = RegularGridInterpolator((places, places), light, "linear", False, None)
+    shape = (180, 112) if quick else (540, 336)
+    camera = pinhole((1.0, -7.5, 1.8), (0.03, 0.0, 0.85), gamma=3.0)
+
+    def shade(points, _):
+        return 0.5 / np.pi * (read(points[:, :2]) + picture.faint_light((0.0, 0.0, 1.0)))
+
+    half = float(places[-1])
+    return picture.View(camera, picture.floor(half), shade, picture.RECEIVER, half, shape)
 
 
 def _slice(balls, n: int):
@@ -85,12 +106,12 @@ def _high(F, f) -> float:
     return float(power[r > CUT].sum() / power.sum())
 
 
-def _panels(column, title, places, light, power, Ox, Ov, f, measured, predicted) -> None:
+def _panels(column, places, light, power, Ox, Ov, f, measured, predicted) -> None:
     drawn = column[0].pcolormesh(places, places, light.T, cmap="gray", vmin=0.0, rasterized=True,
                                  shading="gouraud")  # fmt: skip
     column[0].figure.colorbar(drawn, ax=column[0], label="W/m$^2$")
     column[0].set(aspect="equal", xlabel="$x$  [m]", ylabel="$y$  [m]")
-    column[0].set_title(title, loc="left")
+    column[0].set_title("light on the receiver", loc="left")
     near = [np.abs(o) < 12.0 for o in (Ox, Ov)]
     drawn = column[1].pcolormesh(
         Ox[near[0]],

@@ -6,6 +6,10 @@ lamp; neither the paper's lamp nor its band limit is known. Pixels of the ground
 have 64 rays of their own, and all of the plant's 4, as in the paper; errors and effective rays are
 those of the ground. Adaptive wavelets on the same data are in Fig. 9.
 
+The pictures have 768 x 768 pixels, which is the paper's number of rays where a pixel shares one,
+and four places in each, of which each has a quarter of the pixel's rays. All that is measured, and
+shown in (d) to (h), is of 256 x 256 pixels, with one place in each.
+
 What is judged are 20 seeds, on every fourth pixel both ways. Effective rays grow with the density
 of rays, and the paper's picture has ten times as many pixels: the rays for its number are 637,000
 over the same view, as it says, on every sixteenth pixel.
@@ -19,15 +23,22 @@ renderer, so that most of our time goes to the filter, which weighs a thousand r
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.figure import Figure
 
-from figures.e11.shared import compared, space
+from figures.e11.shared import compared, picture, space
 from figures.e11.shared.measures import spread
+from figures.r07.shared.look import show_levels
 from figures.style import Drawing
 from figures.verdicts import Measurement, Statement, at_least, near
 from firstorder import plotting
 
 BAND = 1.0
 SHARE = 77.0 / 318.0  # of the paper's time that is tracing
+PICTURE = 768  # pixels of the pictures along a side
+CLOSEUPS = picture.closeups(
+    ((0.52, 0.68), (0.12, 0.28), (0.69, 0.69, 0.3, 0.3)),
+    ((0.33, 0.47), (0.33, 0.47), (0.01, 0.01, 0.28, 0.28)),
+)
 
 
 def draw(quick: bool) -> Drawing:
@@ -41,28 +52,26 @@ def draw(quick: bool) -> Drawing:
     objects = scene.picture(space.own_rays(scene, scene.shown & ~scene.floor, 64), ~scene.floor)
     sixty_four = np.where(floor, plain.of(64), objects)
 
-    figure, axes = plotting.panels(2, 4, 3.0, 3.0)
-    light = np.sqrt(scene.picture(scene.light()))  # as it is looked at
-    for ax, image, title in (
-        (axes[0, 0], one.found.visible, "a) 1 shared ray a pixel"),
-        (axes[0, 1], sixty_four, "b) 64 stratified rays"),
-        (axes[0, 2], true, f"c) {rays} stratified rays"),
-    ):
-        space.show(ax, light * np.sqrt(image), title, cmap="gray", vmin=0.0, vmax=1.0)
-    drawn = space.show(axes[0, 3], one.found.samples, "d) effective rays", cmap="viridis")
-    figure.colorbar(drawn, ax=axes[0, 3], shrink=0.75)
+    figure = Figure(figsize=(13.2, 7.88))  # laid out by hand: pictures above, measured panels below
+    edges = dict(left=0.01, right=0.99)
+    above = figure.add_gridspec(1, 3, top=0.962, bottom=0.425, wspace=0.03, **edges)
+    below = figure.add_gridspec(1, 5, top=0.38, bottom=0.101, wspace=0.2, **edges)
+    _draw_pictures([figure.add_subplot(part) for part in above], quick)
+    axes = [figure.add_subplot(part) for part in below]
     signed = dict(cmap=plotting.SIGNED, vmin=-0.15, vmax=0.15)
-    for ax, image, title in (
-        (axes[1, 0], one.found.visible, "e) error of a)"),
-        (axes[1, 1], plain.of(64), "f) error of b)"),
+    share = dict(cmap="viridis", vmin=0.0, vmax=1.0)
+    for ax, image, title, words, options in (
+        (axes[0], one.found.samples, "d) effective rays of a)", "rays", dict(cmap="viridis")),
+        (axes[1], one.found.visible - true, "e) error of a)", "share of the light", signed),
+        (axes[2], plain.of(64) - true, "f) error of b)", "share of the light", signed),
+        (axes[3], one.found.own, "g) own rays in a)", "share", share),
     ):
-        drawn = space.show(ax, np.where(floor, image - true, np.nan), title, **signed)
-    figure.colorbar(drawn, ax=axes[1, 1], shrink=0.75)
-    space.show(axes[1, 2], one.found.own, "g) share of own rays", cmap="viridis", vmin=0, vmax=1)
-    ax = axes[1, 3]
+        drawn = space.show(ax, np.where(floor, image, np.nan), title, **options)
+        picture.scale_below(ax, drawn, words)
+    ax = axes[4]
     ax.loglog(compared.COUNTS, plain.rms, "s--", label="stratified")
     ax.loglog([one.found.floor_rays], [one.off.rms], "o", label="shared")
-    ax.set(title="h) RMS error on the ground", xlabel="rays for each pixel")
+    ax.set(title="h) RMS error on the ground", xlabel="rays for each pixel", box_aspect=1.0)
     ax.legend()
 
     arrays = {
@@ -75,6 +84,28 @@ def draw(quick: bool) -> Drawing:
     curves = {"stratified": {"rays": np.array(compared.COUNTS), "rms": plain.rms}}
     size = f"{side} x {side} pixels, {scene.triangles} triangles, reference of {rays} rays"
     return Drawing(figure, arrays, _claims(scene, true, one, plain, quick), curves, size, 0)
+
+
+def _draw_pictures(axes, quick: bool) -> None:
+    """The plant by shared and by stratified rays, as it is looked at."""
+    places = picture.interleaved(space.plant(2 * (96 if quick else PICTURE), quick))
+    many = 4 * (4 if quick else 49)
+
+    def stratified(rays: int) -> list[np.ndarray]:
+        return [s.picture(space.own_rays(s, s.shown, rays, [k, rays]), s.shown)
+                for k, s in enumerate(places)]  # fmt: skip
+
+    shared = [
+        compared.shared(s, 0.25, BAND, own=(16, 1), seed=k).visible for k, s in enumerate(places)
+    ]
+    reference = stratified(many // 4)
+    film = picture.Film.of(places, reference)
+    for ax, seen, title in (
+        (axes[0], shared, "a) 1 shared ray a pixel"),
+        (axes[1], stratified(16), "b) 64 stratified rays"),
+        (axes[2], reference, f"c) {many} stratified rays"),
+    ):
+        show_levels(ax, film.levels(seen), title, CLOSEUPS)
 
 
 def _claims(scene, true, one: compared.Judged, plain, quick) -> list[Statement | Measurement]:

@@ -25,8 +25,9 @@ are measured and none is judged. Times are judged in Figs. 1 and 11, for which t
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.figure import Figure
 
-from figures.e11.shared import compared, space
+from figures.e11.shared import compared, picture, space
 from figures.style import Drawing
 from figures.verdicts import Measurement
 from firstorder import plotting
@@ -54,7 +55,10 @@ def draw(quick: bool) -> Drawing:
         ]
         bands[f"{band:g}"] = np.array([some.rms[0] for some in more])
 
-    figure, axes = plotting.panels(2, 4, 3.0, 3.0)
+    edges = dict(left=0.015, right=0.985, top=0.96, bottom=0.1)
+    figure = Figure(figsize=(12.8, 7.5))  # laid out by hand, so that all gaps are alike
+    gaps = dict(wspace=0.22, hspace=0.42)
+    axes = figure.subplots(2, 4, squeeze=False, gridspec_kw=edges | gaps)
     light = np.sqrt(scene.picture(scene.light()))  # as it is looked at
     grey = dict(cmap="gray", vmin=0.0, vmax=1.0)
     space.show(axes[0, 0], light * np.sqrt(true), f"a) {rays} stratified rays", **grey)
@@ -65,9 +69,10 @@ def draw(quick: bool) -> Drawing:
     ):
         off = np.where(floor, one.found.visible - true, np.nan)
         drawn = space.show(ax, off, f"{letter}) error, {budget:g} shared", **signed)
+        picture.scale_below(ax, drawn, "share of the light")
     off = np.where(floor, plain.of(16) - true, np.nan)
     drawn = space.show(axes[1, 1], off, "f) error, 16 stratified", **signed)
-    figure.colorbar(drawn, ax=axes[1, 1], shrink=0.75)
+    picture.scale_below(axes[1, 1], drawn, "share of the light")
     _errors(axes[1, 2], plain, bands)
     _times(axes[1, 3], each)
 
@@ -96,7 +101,7 @@ def _errors(ax, plain: compared.Stratified, bands: dict[str, np.ndarray]) -> Non
     ax.loglog(compared.COUNTS, plain.rms, "s--", label="stratified")
     for band, rms in bands.items():
         ax.loglog([*BUDGETS, MOST], rms, "o-", label=f"band limit {band}")
-    ax.set(title="g) RMS error on the ground", xlabel="rays for each pixel")
+    ax.set(title="g) RMS error on the ground", xlabel="rays for each pixel", box_aspect=1.0)
     ax.legend()
 
 
@@ -107,7 +112,7 @@ def _times(ax, each: list[compared.Judged]) -> None:
     ax.bar(x, tracing, label="tracing")
     ax.bar(x, filtering, bottom=tracing, label="filtering")
     ax.set_xticks(x, [f"{b:g}" for b in BUDGETS])
-    ax.set(title="h) processor time [s]", xlabel="shared rays for each pixel")
+    ax.set(title="h) processor time [s]", xlabel="shared rays for each pixel", box_aspect=1.0)
     ax.legend()
 
 

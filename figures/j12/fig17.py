@@ -7,7 +7,8 @@ that on the floor by quadrature cut at every edge: once from maps of what surfac
 (`shared.box`), once from the closed form (`shared.exact_box`, which later figures use).
 Beside it stands what 30,000 stratified rays from every cell find, the number that the paper
 uses: their difference is the noise below which no cache of such records can be judged. The box is
-rendered by the same maps; in the picture alone the floor is drawn as if of albedo 0.5.
+rendered in closed form (`shared.picture`); in the picture alone the floor is drawn as if of albedo
+0.5.
 """
 
 from __future__ import annotations
@@ -32,7 +33,8 @@ def draw(quick: bool) -> Drawing:
     for row, (name, words) in enumerate(SCENES.items()):
         c = case(name, s)
         view, light, noise = axes[row]
-        view.imshow(rendered(c, width, width * 9 // 10), origin="upper")
+        image = rendered(Room(), c.image(c.truth), name != "j12_box", (width, width))
+        view.imshow(image, origin="upper")
         view.set(xticks=[], yticks=[], title=f"{'ad'[row]}) {words}, rendered")
         drawn = show_light(light, c, f"{'be'[row]}) indirect irradiance, exact")
         light.set_xlabel("")

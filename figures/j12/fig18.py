@@ -18,11 +18,12 @@ import numpy as np
 from figures.j12.shared import exact_box
 from figures.j12.shared.caching import Asked, Outcome, answered
 from figures.j12.shared.exact_box import BLOCK, Light, Room, factor, image, race
+from figures.j12.shared.floor import letter, records_of, scale, show_error, show_map
+from figures.j12.shared.picture import show_box
 from figures.style import Drawing
 from figures.verdicts import Statement, at_least
 from firstorder import plotting
 from firstorder.caching import rms
-from firstorder.plotting.style import COLOURS
 
 ORDERS = ("constant", "gradient", "Hessian")
 REGION = {"lit": "where the whole wall is seen", "penumbra": "where the block hides some of it"}
@@ -31,12 +32,13 @@ REGION = {"lit": "where the whole wall is seen", "penumbra": "where the block hi
 def draw(quick: bool) -> Drawing:
     some = exact_box.some_rooms(3 if quick else 20)
     sizes = {"box": (40, 20, 110) if quick else (160, 64, 1000)}
-    figure, axes = plotting.panels(2, 4, 2.1, 2.5)
+    figure, axes = plotting.panels(2, 5, 2.2, 2.5)
     light, asked = exact_box.empty_case(Room(), *sizes["box"][:2])
     _show(axes[0], "box", asked, _orders(light, asked, sizes["box"][2]))
     block, beside = exact_box.blocked_case(Room(), 20 if quick else 60)
     records = 60 if quick else 400
     _show(axes[1], "box with a block", beside, _orders(block, beside, records))
+    letter(axes)
     empty, blocked = [], []
     for room in some:
         light, asked = exact_box.empty_case(room, *sizes["box"][:2])
@@ -151,18 +153,14 @@ def _claims(empty, blocked) -> list[Statement]:
 
 
 def _show(axes, words: str, asked: Asked, found: list[Outcome]) -> None:
-    how = {"extent": (0, 1, 0, 1), "interpolation": "nearest"}
-    axes[0].imshow(image(asked.x, asked.truth), cmap="magma", vmin=0.0, **how)
-    axes[0].set_title(words, fontsize=8)
-    axes[0].set_xlabel(f"max {np.max(asked.truth):.3g} W/m²", fontsize=7.5)
+    """The box with its records, the light on its floor, and the errors of every order."""
+    light, blocked = image(asked.x, asked.truth), words != "box"
+    options = dict(records=records_of(found[0]), blocked=blocked)
+    show_box(axes[0], Room(), light, f"{words}, records", **options)
+    below = f"0 to {np.max(asked.truth):.3g} W/m²"
+    show_map(axes[1], asked.x, asked.truth, "indirect light", below, cmap="magma", vmin=0.0)
     most = 3.0 * found[1].mean
     for k, outcome in enumerate(found):
-        ax, miss = axes[k + 1], outcome.values[0] - asked.truth
-        ax.imshow(image(asked.x, miss), cmap="RdBu_r", vmin=-most, vmax=most, **how)
-        ax.set_title(ORDERS[k], fontsize=8)
-        ax.set_xlabel(f"RMS {outcome.mean:.2e} W/m²", fontsize=7.5)
-        if k == 0:
-            x = np.asarray(outcome.cache(0).records.position)
-            ax.plot(*x.T, ".", color=COLOURS[0], markersize=1.8, markeredgewidth=0.0)
-    for ax in axes:
-        ax.set(xticks=[], yticks=[], xlim=(0, 1), ylim=(0, 1), aspect="equal")
+        title = f"error, {ORDERS[k]}"
+        show_error(axes[k + 2], asked, outcome, most, title, records=k == 0)
+    scale(axes[2:])

@@ -29,7 +29,9 @@ from scipy import interpolate
 
 from figures.j12.shared import exact_box
 from figures.j12.shared.caching import Asked, Limits, split
-from figures.j12.shared.exact_box import BLOCK, Light, Room, factor, race
+from figures.j12.shared.exact_box import BLOCK, Light, Room, factor, image, race
+from figures.j12.shared.floor import letter, records_of, scale, show_error
+from figures.j12.shared.picture import show_box
 from figures.style import Drawing
 from figures.verdicts import Measurement, Statement, at_least, at_most
 from firstorder import plotting
@@ -48,17 +50,16 @@ def draw(quick: bool) -> Drawing:
     shown = race(light, asked, light.metrics(), records)
     block, beside = exact_box.blocked_case(Room(), 40 if quick else 200)
     hidden = race(block, beside, block.metrics(), records)
-    figure, axes = plotting.panels(2, 6, 2.0, 2.2, width_ratios=[1, 1, 1, 1, 1, 1.1])
+    figure, axes = plotting.panels(2, 7, 2.1, 2.3, width_ratios=[1, 1, 1, 1, 1, 1, 1.1])
     for row, (found, truth) in enumerate(((shown, asked), (hidden, beside))):
-        _show(axes[row], found, truth)
-    axes[0, 0].set_ylabel("box", fontsize=8)
-    axes[1, 0].set_ylabel("box with a block", fontsize=8)
+        _show(axes[row], found, truth, blocked=row == 1)
     counts = (64, 128) if quick else (64, 250, 1000, 4000)
     swept = [_errors(race(light, asked, _without_bound(light), n)) for n in counts]
-    _draw_sweep(axes[0, 5], counts, swept)
+    _draw_sweep(axes[0, 6], counts, swept)
     empty = _scan_empty(some, quick)
     blocked = _scan_blocked(exact_box.rooms_with_block(len(some)), quick)
-    _draw_scan(axes[1, 5], empty, blocked)
+    _draw_scan(axes[1, 6], empty, blocked)
+    letter(axes)
     claims = [
         *_claims("box", empty, exact_box.SCANNED),
         *_claims("block", blocked, exact_box.SCANNED_BLOCK),
@@ -295,24 +296,23 @@ def _without_wall(empty) -> list:
 # --- pictures ------------------------------------------------------------------------------------
 
 
-def _show(axes, found, asked: Asked) -> None:
-    """Signed errors over the floor, and the records; one scale in a row."""
+def _show(axes, found, asked: Asked, blocked: bool) -> None:
+    """The box with its records, and signed errors over the floor; one scale in a row."""
+    records = records_of(found["radiometric"])
+    title = "box with a block, records of k)" if blocked else "box, records of d)"
+    light = image(asked.x, asked.truth)
+    show_box(axes[0], Room(), light, title, records=records, blocked=blocked)
     most = 4.0 * found["radiometric"].mean
-    for ax, m in zip(axes, SHOWN, strict=False):
-        outcome = found[m]
-        miss = outcome.values[0] - asked.truth
-        ax.scatter(*asked.x.T, c=miss, s=1.0, marker="s", cmap="RdBu_r", vmin=-most, vmax=most)
-        x = np.asarray(outcome.cache(0).records.position)
-        ax.plot(*x.T, ".", color=COLOURS[0], markersize=1.8, markeredgewidth=0.0)
-        ax.set(xticks=[], yticks=[], xlim=(0, 1), ylim=(0, 1), aspect="equal")
-        ax.set_title(m, fontsize=8)
-        ax.set_xlabel(f"RMS {outcome.mean:.1e} W/m²", fontsize=7.5)
+    for ax, m in zip(axes[1:], SHOWN, strict=False):
+        show_error(ax, asked, found[m], most, m)
+    scale(axes[1:6])
 
 
 def _draw_sweep(ax, counts, swept) -> None:
     for k, m in enumerate(m for m in SHOWN if m != "bound"):
         ax.loglog(counts, [here[m] for here in swept], "o-", color=COLOURS[k], ms=3, label=m)
     ax.legend(fontsize=6)
+    ax.set_box_aspect(1.0)
     ax.set_xlabel("records", fontsize=7.5)
     ax.set_title("RMS error, box (W/m²)", fontsize=8)
 
@@ -326,3 +326,4 @@ def _draw_scan(ax, empty, blocked) -> None:
     ax.legend(fontsize=6)
     ax.set_xlabel("rooms, in order", fontsize=7.5)
     ax.set_title("minimum over radiometric", fontsize=8)
+    ax.set_box_aspect(1.0)

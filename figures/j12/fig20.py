@@ -16,7 +16,16 @@ from __future__ import annotations
 import numpy as np
 
 from figures.j12.shared import exact_box
-from figures.j12.shared.exact_box import Light, Room, factor
+from figures.j12.shared.exact_box import Light, Room, factor, image
+from figures.j12.shared.floor import (
+    letter,
+    records_of,
+    scale,
+    show_error,
+    show_map,
+    show_records,
+)
+from figures.j12.shared.picture import show_box
 from figures.style import Drawing
 from figures.verdicts import OURS, Measurement, Statement, at_least, at_most, near
 from firstorder import plotting
@@ -35,13 +44,19 @@ def draw(quick: bool) -> Drawing:
     tolerance = float(here["radiometric"].fit.threshold[0])
     radii = {a: _radius(by[a][0].hessian, tolerance) for a in ALBEDOS}
     radii["geometric"] = _radius(light.geometric, float(here["geometric"].fit.threshold[0]))
-    figure, axes = plotting.panels(2, 4, 2.1, 2.5)
-    _show_light(axes[0, 0], light)
-    for ax, m in zip(axes[0, 1:], ("radiometric", "geometric", "minimum"), strict=True):
-        _show_error(ax, asked, here[m], 4.0 * here["geometric"].mean, m)
-    for ax, key in zip(axes[1], radii, strict=True):
+    figure, axes = plotting.panels(2, 5, 2.2, 2.5)
+    records_shown = records_of(here["geometric"])
+    show_box(axes[0, 0], Room(albedo=0.01), image(asked.x, asked.truth), "box, records of c)",
+             records=records_shown, blocked=True)  # fmt: skip
+    _show_light(axes[1, 0], light)
+    for ax, m in zip(axes[0, 1:], METHODS[2:] + METHODS[:2], strict=True):
+        show_error(ax, asked, here[m], 4.0 * here["geometric"].mean, f"error, {m}")
+    scale(axes[0, 1:])
+    for ax, key in zip(axes[1, 1:], radii, strict=True):
         name = key if key == "geometric" else f"radiometric, albedo {key:g}"
         _show_radii(ax, light, radii[key], name)
+    scale(axes[1, 1:], "log$_{10}$ of the radius (m)")
+    letter(axes)
     found = _scan(quick)
     arrays = {f"rms_{m}": np.array([h[m] for h in found]) for m in METHODS}
     arrays |= {f"radii_{key}": R for key, R in radii.items()}
@@ -146,34 +161,16 @@ def _errors(found) -> list:
 # --- pictures ------------------------------------------------------------------------------------
 
 
-def _plain(ax, title: str) -> None:
-    ax.set(xticks=[], yticks=[], xlim=(0, 1), ylim=(0, 1), aspect="equal")
-    ax.set_title(title, fontsize=8)
-
-
 def _show_light(ax, light: Light) -> None:
-    x, y = light.position.T
-    ax.scatter(x, y, c=np.log10(np.maximum(light.E, 1e-7)), s=1.0, marker="s", cmap="viridis")
-    _plain(ax, "log10 E, block of albedo 0.01")
+    E = np.maximum(light.E, 1e-7)
+    words = f"{np.min(E):.1e} to {np.max(E):.1e} W/m²"
+    show_map(ax, light.position, np.log10(E), "logarithm of E, albedo 0.01", words, cmap="viridis")
 
 
-def _show_error(ax, asked, outcome, most: float, name: str) -> None:
-    miss = outcome.values[0] - asked.truth
-    ax.scatter(*asked.x.T, c=miss, s=1.0, marker="s", cmap="RdBu_r", vmin=-most, vmax=most)
-    x = np.asarray(outcome.cache(0).records.position)
-    ax.plot(*x.T, ".", color=COLOURS[0], markersize=1.8, markeredgewidth=0.0)
-    _plain(ax, name)
-    ax.set_xlabel(f"RMS {outcome.mean:.2e} W/m²", fontsize=7.5)
-
-
-def _show_radii(ax, light: Light, R: np.ndarray, name: str) -> None:
-    """Radii on a scale of logarithms; red where they are infinite."""
-    x, y = light.position.T
+def _show_radii(ax, light: Light, R: np.ndarray, name: str):
+    """Radii on a scale of logarithms; orange where they are infinite."""
     finite = np.isfinite(R)
-    shown = np.log10(np.where(finite, R, 1.0))
-    ax.scatter(x, y, c=shown, s=1.0, marker="s", cmap="Greys_r", vmin=-2.0, vmax=0.0)
-    ax.plot(x[~finite], y[~finite], "s", color=COLOURS[1], markersize=1.0)
-    _plain(ax, name)
-    longest = np.max(R[finite])
-    words = "and infinite" if not finite.all() else ""
-    ax.set_xlabel(f"radius up to {longest:.2f} m {words}", fontsize=7.5)
+    words = f"up to {np.max(R[finite]):.2f} m" + ("" if finite.all() else "; orange: infinite")
+    shown = np.log10(np.where(finite, R, np.nan))
+    show_map(ax, light.position, shown, name, words, cmap="Greys_r", vmin=-2.0, vmax=0.0)
+    show_records(ax, light.position[~finite], color=COLOURS[1], markersize=1.6)

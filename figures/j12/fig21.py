@@ -22,7 +22,9 @@ import numpy as np
 
 from figures.j12.shared import exact_box
 from figures.j12.shared.caching import Asked, Outcome, pointwise
-from figures.j12.shared.exact_box import FREE, Light, Room, lit, race
+from figures.j12.shared.exact_box import FREE, Light, Room, image, lit, race
+from figures.j12.shared.floor import letter, plain, scale, show_map, show_records
+from figures.j12.shared.picture import show_box
 from figures.style import Drawing
 from figures.verdicts import Measurement, Statement, at_least, at_most
 from firstorder import plotting
@@ -39,8 +41,9 @@ def draw(quick: bool) -> Drawing:
     light, asked = exact_box.empty_case(Room(), cells, judged)
     clean = race(light, asked, light.metrics(), records)
     runs = [_run(light, asked, clean, records, seed) for seed in range(21, 21 + seeds)]
-    figure, axes = plotting.panels(1, 5, 2.1, 2.3)
-    _draw(axes[0], light, clean, *_last(light, asked, records))
+    figure, axes = plotting.panels(1, 6, 2.2, 2.6)
+    _draw(axes[0], light, asked, clean, *_last(light, asked, records))
+    letter(axes)
     arrays = {k: np.array([run[k] for run in runs]) for k in runs[0]}
     size = f"{cells}^2 places, {records} records, 16 noisy rays, {seeds} seeds"
     claims = _claims(arrays, light, clean)
@@ -240,30 +243,26 @@ def _told(found: tuple[float, float], source: str):
 # --- pictures ------------------------------------------------------------------------------------
 
 
-def _draw(axes, light: Light, clean, E, geometric, noisy: Outcome) -> None:
-    x, y = light.position.T
-    axes[0].scatter(x, y, c=E, s=1.0, marker="s", cmap="magma", vmin=0.0)
+def _draw(axes, light: Light, asked: Asked, clean, E, geometric, noisy: Outcome) -> None:
+    records = noisy.positions()
+    show_box(axes[0], Room(), image(asked.x, asked.truth), "box, records of d)", records=records)
     error = 100.0 * np.sqrt(np.mean((E - light.E) ** 2)) / np.mean(light.E)
-    _plain(axes[0], "E of 16 noisy rays", f"RMS error {error:.0f} % of mean")
+    words = f"0 to {np.max(E):.2g} W/m², RMS error {error:.0f} %"
+    show_map(axes[1], light.position, E, "E of 16 noisy rays", words, cmap="magma", vmin=0.0)
     for ax, outcome, title in (
-        (axes[1], clean["geometric"], "geometric, exact"),
-        (axes[2], noisy, "geometric, 16 rays"),
+        (axes[2], clean["geometric"], "geometric, exact"),
+        (axes[3], noisy, "geometric, 16 rays"),
     ):
-        at = outcome.positions().T
-        ax.plot(*at, ".", color="black", markersize=2.0, markeredgewidth=0.0)
-        _plain(ax, title, f"exact records: RMS {outcome.mean:.1e}")
+        show_records(ax, outcome.positions(), color=COLOURS[0], markersize=2.0)
+        plain(ax, title, f"exact records: RMS {outcome.mean:.1e}")
     there = ~_infinite(geometric)
     k, right = (np.asarray(derivative_norm(a[there], 2)) for a in (geometric, light.geometric))
-    ratio = -0.25 * np.log2(k / right)
-    axes[3].scatter(x[there], y[there], c=ratio, s=1.0, marker="s", cmap="RdBu", vmin=-2, vmax=2)
-    axes[3].plot(x[~there], y[~there], "o", color=COLOURS[1], markersize=3)
-    _plain(axes[3], "log2 of R over exact R", "blue: too large; dots: infinite")
-    axes[4].hist(ratio, 40, (-3, 3), histtype="step")
-    axes[4].set(yticks=[])
-    axes[4].set_xlabel("log2 of R over exact R", fontsize=7.5)
-
-
-def _plain(ax, title: str, words: str) -> None:
-    ax.set(xticks=[], yticks=[], xlim=(0, 1), ylim=(0, 1), aspect="equal")
-    ax.set_title(title, fontsize=8)
-    ax.set_xlabel(words, fontsize=7.5)
+    ratio = np.full(len(there), np.nan)
+    ratio[there] = -0.25 * np.log2(k / right)
+    signed = dict(cmap="RdBu", vmin=-2.0, vmax=2.0)
+    show_map(axes[4], light.position, ratio, "R over exact R", "dots: infinite", **signed)
+    scale([axes[4]], "log$_2$")
+    show_records(axes[4], light.position[~there], color=COLOURS[1], markersize=6)
+    axes[5].hist(ratio[there], 40, (-3, 3), histtype="step")
+    axes[5].set(yticks=[], title="R over exact R, all places", box_aspect=1.0)
+    axes[5].set_xlabel("log$_2$", fontsize=7.5)

@@ -23,7 +23,16 @@ from matplotlib.patches import Ellipse
 from figures.j12.shared import exact_box
 from figures.j12.shared.box import ellipse
 from figures.j12.shared.caching import pointwise, split
-from figures.j12.shared.exact_box import FREE, Light, Room, factor
+from figures.j12.shared.exact_box import FREE, Light, Room, factor, image
+from figures.j12.shared.floor import (
+    letter,
+    plain,
+    records_of,
+    scale,
+    show_error,
+    show_map,
+)
+from figures.j12.shared.picture import show_box
 from figures.style import Drawing
 from figures.verdicts import Measurement, Statement, at_least
 from firstorder import plotting
@@ -41,14 +50,16 @@ def draw(quick: bool) -> Drawing:
     paper = counts[len(counts) // 2]
     light, asked = exact_box.empty_case(Room(), cells, judged)
     found = exact_box.race(light, asked, _methods(light), paper)
-    figure, axes = plotting.panels(2, 5, 2.2, 2.6)
+    figure, axes = plotting.panels(2, 6, 2.2, 2.5)
+    _show_scene(axes[:, 0], asked, found["geometric circles"])
     for row, kind in enumerate(("geometric", "radiometric")):
         most = 3.0 * found[f"{kind} circles"].mean
         for k, shape in enumerate(("circles", "ellipses")):
             outcome = found[f"{kind} {shape}"]
-            _reaches(axes[row, 2 * k], outcome.cache(0))
-            axes[row, 2 * k].set_title(f"{kind}, {shape}", fontsize=8)
-            _show_error(axes[row, 2 * k + 1], asked, outcome, most)
+            _reaches(axes[row, 2 * k + 1], outcome.cache(0), f"{kind}, {shape}")
+            ax = axes[row, 2 * k + 2]
+            show_error(ax, asked, outcome, most, "their error", records=False)
+        scale(axes[row, 4:5])
     some = exact_box.some_rooms(3 if quick else 20)
     every = {n: [] for n in counts}
     unlike = []
@@ -60,9 +71,9 @@ def draw(quick: bool) -> Drawing:
             wanted = methods if n == paper else {m: methods[m] for m in BOTH}
             outcomes = exact_box.race(light, asked, wanted, n)
             every[n].append({m: o.mean for m, o in outcomes.items()})
-    _draw_gain(axes[0, 4], every, unlike)
-    _reaches(axes[1, 4], found["gradient ellipses of 2"].cache(0))
-    axes[1, 4].set_title("along the gradient, 2 : 1", fontsize=8)
+    _draw_gain(axes[0, 5], every, unlike)
+    _reaches(axes[1, 5], found["gradient ellipses of 2"].cache(0), "along the gradient, 2 : 1")
+    letter(axes)
     curves = {
         f"{kind}_ellipses": found[f"{kind} ellipses"].cache(0).columns()
         for kind in ("geometric", "radiometric")
@@ -187,25 +198,26 @@ def _draw_gain(ax, every, unlike) -> None:
     for k, (n, found) in enumerate(every.items()):
         gain = [100.0 * (1.0 - h["geometric ellipses"] / h["geometric circles"]) for h in found]
         ax.plot(unlike, gain, "o", color=COLOURS[k], ms=3, label=f"{n} records")
-    ax.axhline(40.0, color="0.6", linewidth=0.8)
+    ax.axhline(40.0, color="0.6", linewidth=0.8, label="the paper's")
+    ax.set_box_aspect(1.0)
     ax.legend(fontsize=6)
-    ax.set_title("gain of ellipses (%), paper's: 40", fontsize=8)
+    ax.set_title("gain of ellipses in %", fontsize=8)
     ax.set_xlabel("ratio of eigenvalues, median", fontsize=7.5)
 
 
-def _show_error(ax, asked, outcome, most: float) -> None:
-    miss = outcome.values[0] - asked.truth
-    ax.scatter(*asked.x.T, c=miss, s=3.0, marker="s", cmap="RdBu_r", vmin=-most, vmax=most)
-    ax.set(xticks=[], yticks=[], xlim=(0, 1), ylim=(0, 1), aspect="equal")
-    ax.set_title("error", fontsize=8)
-    ax.set_xlabel(f"RMS {outcome.mean:.2e} W/m²", fontsize=7.5)
+def _show_scene(axes, asked, outcome) -> None:
+    """The box with records, and the light on its floor."""
+    records, light = records_of(outcome), image(asked.x, asked.truth)
+    show_box(axes[0], Room(), light, "box, records of b)", records=records)
+    below = f"0 to {np.max(asked.truth):.3g} W/m²"
+    show_map(axes[1], asked.x, asked.truth, "indirect light", below, cmap="magma", vmin=0.0)
 
 
-def _reaches(ax, cache) -> None:
+def _reaches(ax, cache, title: str) -> None:
     """Ellipses at half their size."""
     lengths, angle = cache.region.axes()
     x = np.asarray(cache.records.position)
     for (a, b), at, turn in zip(lengths, x, np.degrees(angle), strict=True):
         ax.add_patch(Ellipse(at, a, b, angle=turn, fill=False, linewidth=0.5))
     ax.plot(x[:, 0], x[:, 1], ".", color="black", markersize=1.5, markeredgewidth=0.0)
-    ax.set(xlim=(0, 1), ylim=(0, 1), aspect="equal", xticks=[], yticks=[])
+    plain(ax, title, f"{len(x)} records, half their reach")

@@ -30,12 +30,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from figures.r07.shared import look, table
 from figures.r07.shared import meshes as shared
-from figures.r07.shared import table
 from figures.style import Drawing
 from figures.verdicts import OURS, Measurement, Statement, at_least, at_most, met, near
 from firstorder import plotting
-from firstorder.plotting.pictures import tone_map
 from firstorder.reconstruction.delaunay import delaunay_image
 from firstorder.reconstruction.importance import (
     by_area,
@@ -95,22 +94,21 @@ def draw(quick: bool) -> Drawing:
     ]
 
     figure, axes = plotting.panels(4, 5, 2.9, 2.9)
-    white = float(np.quantile(true, 0.995))
-    _picture(axes[0, 0], true, "a) every pixel", white)
+    seen = look.look(true, known.reference["index"].astype(int), shared.TINTS)
+    _picture(axes[0, 0], seen.levels(true), "a) every pixel")
     shown = None
     for k, (name, scheme) in enumerate(SHOWN):
         image = images[name][scheme]
         words = name if scheme == "linear" else f"{name}, with gradients"
-        _picture(axes[0, k + 1], image, f"{'bcde'[k]}) {words}", white)
-        _closeup(
-            axes[1, k + 1], image, white, f"{'ghij'[k]}) rms {1e3 * _rms(image - true):.2f}e-3"
-        )
-        _map(axes[2, k + 1], samples[name], side, f"{'lmno'[k]}) samples, {name}")
+        levels = seen.levels(image)
+        _picture(axes[0, k + 1], levels, f"{'bcde'[k]}) {words}")
+        _closeup(axes[1, k + 1], levels, f"{'ghij'[k]}) rms {1e3 * _rms(image - true):.2f}e-3")
+        look.show_samples(axes[2, k + 1], samples[name].p, side, f"{'lmno'[k]}) samples, {name}")
         title = f"{'qrst'[k]}) error, {words}"
         shown = table.show_decades(axes[3, k + 1], abs(image - true), title, -4.0, -0.5)
-    _closeup(axes[1, 0], true, white, "f) every pixel")
+    _closeup(axes[1, 0], seen.levels(true), "f) every pixel")
     figure.colorbar(shown, ax=axes[3, 1:], shrink=0.8, label="log$_{10}$ W/(m$^2$ sr)")
-    _map(axes[2, 0], samples["variance"], side, "k) samples, variance")
+    look.show_samples(axes[2, 0], samples["variance"].p, side, "k) samples, variance")
     _errors(axes[3, 0], np.array(shares), sweep)
 
     curves = {
@@ -189,32 +187,22 @@ def _rms(a) -> float:
     return float(np.sqrt(np.mean(np.square(a))))
 
 
-def _picture(ax, values, title: str, white: float) -> None:
+def _picture(ax, levels, title: str) -> None:
     """A picture as it is looked at, with a frame where the closeup is."""
-    side = len(values)
-    ax.imshow(
-        tone_map(values, white),
-        cmap="gray",
-        vmin=0,
-        vmax=255,
-        extent=(0, side, 0, side),
-        origin="upper",
-    )
-    low, high = (side * np.array(ends) for ends in zip(*CLOSEUP, strict=True))
-    ax.plot(*zip(low, (high[0], low[1]), high, (low[0], high[1]), low, strict=True), "C1", lw=0.8)
-    ax.set(title=title, xticks=[], yticks=[], xlim=(0, side), ylim=(0, side))
+    look.show_levels(ax, levels, title)
+    low, high = (len(levels) * np.array(ends) for ends in zip(*CLOSEUP, strict=True))
+    corners = low, (high[0], low[1]), high, (low[0], high[1]), low
+    ax.plot(*zip(*corners, strict=True), "-", color=look.FRAMES[0], lw=0.9)
 
 
-def _closeup(ax, values, white: float, title: str) -> None:
-    (x0, x1), (y0, y1) = (np.rint(len(values) * np.array(ends)).astype(int) for ends in CLOSEUP)
-    levels = tone_map(values[x0:x1, y0:y1], white)
-    ax.imshow(levels, cmap="gray", vmin=0, vmax=255, interpolation="nearest", origin="upper")
+def _closeup(ax, levels, title: str) -> None:
+    """The part of a picture in the frame, pixel by pixel."""
+    (x0, x1), (y0, y1) = (np.rint(len(levels) * np.array(ends)).astype(int) for ends in CLOSEUP)
+    part = levels[len(levels) - y1 : len(levels) - y0, x0:x1]
+    ax.imshow(part, interpolation="nearest", origin="upper")
     ax.set(title=title, xticks=[], yticks=[])
-
-
-def _map(ax, got, side: int, title: str) -> None:
-    ax.plot(*got.p.T, ",", color="0.1")
-    ax.set(title=title, xticks=[], yticks=[], xlim=(0, side), ylim=(0, side), aspect="equal")
+    for edge in ax.spines.values():
+        edge.set(color=look.FRAMES[0], linewidth=1.4)
 
 
 def _errors(ax, shares, sweep) -> None:

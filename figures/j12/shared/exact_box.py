@@ -213,19 +213,29 @@ def _wall(room: Room, p, block, light, nodes: Nodes) -> Seen:
     return _upright(p[0], p[1], borders, room.height, lowest, light, nodes)
 
 
-def _side(room: Room, p, axis: int, sign: float, nodes: Nodes) -> Seen:
-    """One side of the block, whose normal is `sign` along an axis; nothing from behind it."""
-    plane = BLOCK[int(sign > 0.0), axis]
-    away = sign * (p[axis] - plane)
+def wall_light(room: Room, y, z):
+    """What the left wall sends."""
+    return 0.5 / jnp.pi * lit(room, room.across - room.lamp, room.across + room.lamp, y, z)
+
+
+def side_light(room: Room, axis: int, sign: float):
+    """What a side of the block sends, whose normal is `sign` along an axis: of y and z on it."""
     middle = jnp.array([room.across, 0.5])
-    before = sign * (middle[axis] - plane)
-    # `lit` has the lamp's middle at 1/2 along the plane.
-    shift = 0.5 - middle[1 - axis]
+    before = sign * (middle[axis] - BLOCK[int(sign > 0.0), axis])
+    shift = 0.5 - middle[1 - axis]  # `lit` has the lamp's middle at 1/2 along the plane
 
     def light(y, z):
         light = lit(room, before - room.lamp, before + room.lamp, y + shift, z)
         return room.albedo / jnp.pi * light
 
+    return light
+
+
+def _side(room: Room, p, axis: int, sign: float, nodes: Nodes) -> Seen:
+    """One side of the block, whose normal is `sign` along an axis; nothing from behind it."""
+    plane = BLOCK[int(sign > 0.0), axis]
+    away = sign * (p[axis] - plane)
+    light = side_light(room, axis, sign)
     seen = away > 0.0
     found = _upright(
         *(jnp.where(seen, away, 1.0), p[1 - axis], jnp.asarray(BLOCK[:, 1 - axis])),
@@ -237,7 +247,7 @@ def _side(room: Room, p, axis: int, sign: float, nodes: Nodes) -> Seen:
     return found._replace(weight=weight, toward=toward, normal=normal)
 
 
-def _lamp(room: Room, p, block, count: int = 12) -> Seen:
+def lamp_seen(room: Room, p, block, count: int = 12) -> Seen:
     """The lamp; it sends nothing, since the floor's indirect light is asked for."""
     t, w = (room.lamp * jnp.asarray(a) for a in np.polynomial.legendre.leggauss(count))
     step = jnp.stack(jnp.meshgrid(room.across + t - p[0], 0.5 + t - p[1])).reshape(2, -1)
@@ -252,11 +262,7 @@ def _lamp(room: Room, p, block, count: int = 12) -> Seen:
 
 def _bright(room: Room, p, blocked: bool, nodes: Nodes) -> Seen:
     """Surfaces that send light to a place."""
-    before, after = room.across - room.lamp, room.across + room.lamp
-
-    def light(y, z):
-        return 0.5 / jnp.pi * lit(room, before, after, y, z)
-
+    light = functools.partial(wall_light, room)
     found = [_wall(room, p, BLOCK if blocked else None, light, nodes)]
     if blocked:
         found += [_side(room, p, axis, sign, nodes) for axis in (0, 1) for sign in (-1.0, 1.0)]
@@ -270,7 +276,7 @@ def _black(room: Room, p, blocked: bool, nodes: Nodes) -> Seen:
     wall = wall._replace(
         weight=room.wall * wall.weight, toward=flip * wall.toward, normal=flip * wall.normal
     )
-    return _joined([wall, _lamp(room, p, BLOCK if blocked else None)])
+    return _joined([wall, lamp_seen(room, p, BLOCK if blocked else None)])
 
 
 def _joined(parts: list[Seen]) -> Seen:
