@@ -10,7 +10,7 @@ import pytest
 from docs.generate import stills as page
 from gallery.__main__ import Options, draw, main, names, title
 from gallery.frame import Frame
-from gallery.stills import rainbow
+from gallery.stills._tubes import spread
 
 
 @pytest.mark.slow
@@ -54,7 +54,7 @@ def test_a_tube_keeps_its_flux():
     for end in ([[3.0, -1.0], [4.37, -1.0], [5.0, -1.0]], [[8.0, -1.0], [7.0, -1.0], [9.5, -1.0]]):
         image = np.zeros((90, 160))
         p = np.stack([start, np.array(end)])
-        rainbow.spread(image, p, np.array([1.0, 2.0]), extent)
+        spread(image, p, np.array([1.0, 2.0]), extent)
         way = p[1] - p[0]
         slant = np.abs(way[:-1, 1]) / np.hypot(*way[:-1].T)
         for row in (0, 44, 89):
