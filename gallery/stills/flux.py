@@ -44,16 +44,14 @@ def scene(tints=TINTS) -> Scene:
     )
 
 
-def starts(world: Scene, tubes: int) -> np.ndarray:
-    """Places on the lamps between which equal power leaves, shape (n, 2)."""
+def starts(world: Scene, share: float) -> np.ndarray:
+    """Places on the lamps between which a share of power leaves [W], shape (n, 2)."""
     found, s = [], (np.arange(256) + 0.5) / 256
     back = jax.jit(jax.vmap(lambda k, s: irradiance(world, Receiver.on_shape(world, k, s))))
     for lamp, (a, b) in enumerate(np.array(LAMPS)):
         out = 2.0 - np.asarray(back(jnp.full(s.shape, lamp), jnp.asarray(s)))
         power = np.append(0.0, np.cumsum(out)) * np.hypot(*(b - a)) / s.size
-        share = 4.0 / tubes  # of about 4 W/m that both send
-        even = np.interp(np.arange(0.5 * share, power[-1], share), power,
-                         np.linspace(0.0, 1.0, s.size + 1))  # fmt: skip
+        even = np.interp(np.arange(0.5 * share, power[-1], share), power, np.arange(257) / 256)
         found.append(a + even[:, None] * (b - a) + 1e-6 * np.array([a[1] - b[1], b[0] - a[0]]))
     return np.concatenate(found)
 
@@ -62,19 +60,21 @@ def lines(world: Scene, p: np.ndarray) -> np.ndarray:
     """Places along the net flux from places p, shape (n, steps, 2), by the midpoint rule."""
     angles = jnp.pi * jnp.array([-0.5, 0.5, 0.0, 1.0])
 
-    def way(p):
+    def way(p, before):
         E = jax.vmap(lambda n: irradiance(world, Receiver(p, n)))(angles)
         flux = jnp.stack([E[1] - E[0], E[3] - E[2]])  # from where it is bright to where it is not
         size = jnp.sqrt(jnp.sum(flux**2))
-        return flux / jnp.where(size > 0.0, size, 1.0)
+        return jnp.where(size > 0.0, flux / jnp.where(size > 0.0, size, 1.0), before)
 
     def step(places, whole):
-        start, at = places  # half a step to the middle, then a whole one as light goes there
-        at = start + jnp.where(whole, STEP, 0.5 * STEP) * way(at)
-        return (jnp.where(whole, at, start), at), at
+        start, at, along = places  # half a step to the middle, then a whole one as light goes there
+        along = way(at, along)  # inside what it meets it goes on as before
+        at = start + jnp.where(whole, STEP, 0.5 * STEP) * along
+        return (jnp.where(whole, at, start), at, along), at
 
     def line(p):
-        return jax.lax.scan(step, (p, p), jnp.arange(2 * STEPS) % 2 == 1)[1][1::2]
+        whole = jnp.arange(2 * STEPS) % 2 == 1
+        return jax.lax.scan(step, (p, p, jnp.zeros(2)), whole)[1][1::2]
 
     followed = jax.jit(jax.vmap(line))(jnp.asarray(p))
     return np.concatenate([p[:, None], followed], 1)
@@ -89,10 +89,9 @@ def cut(world: Scene, path: np.ndarray) -> np.ndarray:
 
 def still(frame: Frame):
     world, extent = scene(), frame.extent((0.2, -0.1), 14.0)
-    light = frame.field(fluence(world), extent, rows=1)
-    ax = frame.canvas(developed(light, 0.2), extent)
+    ax = frame.canvas(developed(frame.field(fluence(world), extent, rows=1), 0.2), extent)
     grey = scene((1.0, 1.0))
-    found = lines(grey, starts(grey, 20 if frame.width < 400 else 140))
+    found = lines(grey, starts(grey, 0.2 if frame.width < 400 else 0.0285))
     ax.add_collection(LineCollection(
         [cut(grey, line) for line in found], colors="#fff3d6", alpha=0.8,
         linewidths=1.1 * frame.fine))  # fmt: skip
