@@ -94,6 +94,6 @@ def still(frame: Frame):
     found = lines(grey, starts(grey, 0.2 if frame.width < 400 else 0.0285))
     ax.add_collection(LineCollection(
         [cut(grey, line) for line in found], colors="#fff3d6", alpha=0.8,
-        linewidths=1.1 * frame.fine))  # fmt: skip
+        linewidths=1.1 * frame.fine, zorder=0.5))  # fmt: skip
     draw_shapes(ax, world, 1.6 * frame.fine)
     return drawn(ax)
