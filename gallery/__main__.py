@@ -75,7 +75,7 @@ def draw(name: str, options: Options) -> pathlib.Path:
     if not options.force and _made_of(file) == made_of:
         print(f"{name:12} finished before")
         return file
-    begin = time.perf_counter()
+    begin, spent = time.perf_counter(), time.process_time()
     tiles = options.out / "tiles" / f"{name}_{width}_{made_of}"
     frame = Frame(width, width * 9 // 16, tiles, made_of)
     with plotting.house_style():
@@ -83,7 +83,8 @@ def draw(name: str, options: Options) -> pathlib.Path:
     with atomic_write(file) as part:
         matplotlib.image.imsave(part, levels, metadata={"Source": made_of, "Title": title(name)})
     shutil.rmtree(tiles, ignore_errors=True)
-    print(f"{name:12} {time.perf_counter() - begin:6.1f} s")
+    took, spent = time.perf_counter() - begin, time.process_time() - spent
+    print(f"{name:12} {took:6.1f} s, of processors {spent:6.1f} s", flush=True)
     return file
 
 

@@ -1,4 +1,4 @@
-"""A fern, a knot and metaballs in warm light: soft shadows of meshes, in colour.
+"""A fern, a knot and a pebble in warm light: soft shadows of meshes, in colour.
 
 Meshes of `firstorder.models` by `rendering.Renderer`, direct light of a lamp and a sky, four
 places a pixel, each with other nodes of the lamps: exposed by the log-average and bent by the curve
@@ -11,10 +11,15 @@ import numpy as np
 
 from firstorder.imaging import pinhole
 from firstorder.io import MeshModel
-from firstorder.models.blobs import metaballs
 from firstorder.models.knots import torus_knot
 from firstorder.models.plants import fern
-from firstorder.models.primitives import displaced_ground, place_mesh, rotation_about
+from firstorder.models.primitives import (
+    bumpy_sphere,
+    displaced_ground,
+    place_mesh,
+    ripples,
+    rotation_about,
+)
 from firstorder.rendering import World, light_rig
 from gallery.frame import Frame, developed
 
@@ -26,18 +31,17 @@ GLAZE = dict(albedo=(0.06, 0.17, 0.40), specular=0.25, exponent=50.0)
 
 def world() -> World:
     """On a floor that bends up behind."""
-    plant, _ = fern(26, 44, seed=2, height=1.15, leaf=0.17)
+    plant, _ = fern(26, 44, seed=2, height=1.0, leaf=0.15)
     knot = torus_knot(2, 3, 0.16, 900, 48, 0.62)
-    centers = [[0, 0, 0.0], [0.42, 0.1, 0.12], [0.1, 0.36, 0.3], [-0.3, 0.1, 0.05], [0.2, 0, 0.55]]
-    blob = metaballs(centers, [0.34, 0.24, 0.25, 0.22, 0.2], 90)
-    low = float(np.asarray(blob.vertices)[:, 2].min())
+    pebble = bumpy_sphere(0.58, ripples(0.085, 1.3, 3), 6)
+    low = float(np.asarray(pebble.vertices)[:, 2].min())
     turn = rotation_about((0.9, 0.2, 0.1), 1.15)
     high = float(np.asarray(place_mesh(knot, turn=turn).vertices)[:, 2].min())
     models = (
         MeshModel(displaced_ground(12.0, _bend, 160), "floor", CLAY),
-        MeshModel(place_mesh(plant, (-1.7, 0.25, 0.0)), "fern", LEAF),
-        MeshModel(place_mesh(knot, (0.15, 0.0, -high), turn), "knot", BRASS),
-        MeshModel(place_mesh(blob, (1.75, -0.1, -low)), "blobs", GLAZE),
+        MeshModel(place_mesh(plant, (-1.72, 0.1, 0.0)), "fern", LEAF),
+        MeshModel(place_mesh(knot, (0.2, 0.0, -high), turn), "knot", BRASS),
+        MeshModel(place_mesh(pebble, (1.75, -0.1, -low)), "pebble", GLAZE),
     )
     rig = light_rig(
         (0.0, 0.0, 0.4), 1.4, (0.0, -1.0, 0.3), nodes=8, fill=0.16, rim=0.0, softness=0.13

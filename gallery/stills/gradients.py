@@ -59,7 +59,8 @@ def still(frame: Frame):
 def _draw_derivatives(ax, world: Scene, extent, frame: Frame) -> None:
     left, right, low, high = extent
     step = (right - left) / COLUMNS
-    x, y = (np.arange(a + 0.5 * step, b, step) for a, b in ((left, right), (low, high)))
+    sides = (left, right, COLUMNS), (low, high, COLUMNS * 9 // 16)
+    x, y = (0.5 * (a + b) + step * (np.arange(n) - 0.5 * (n - 1)) for a, b, n in sides)
     p = np.stack(np.meshgrid(x, y, indexing="ij"), -1).reshape(-1, 2)
 
     def jet(p):

@@ -62,7 +62,8 @@ def still(frame: Frame):
     right.set(xlim=(-1, 1), ylim=(-1, 1))
     right.set_axis_off()
     words = dict(color="white", fontsize=15 * frame.fine / 0.6, alpha=0.9)
-    left.text(0.015, 0.03, "light field: place →, slope ↑", transform=left.transAxes, **words)
+    left.text(0.975, 0.03, "light field: place →, slope ↑", transform=left.transAxes, ha="right",
+              **words)  # fmt: skip
     right.text(0.03, 0.03, "its spectrum, and the wedge", transform=right.transAxes, **words)
     return drawn(ax)
 

@@ -29,14 +29,14 @@ def scene() -> Scene:
     lamp = rectangle((0.15, 0.1, 2.3), (0.0, 0.45, 0.0), (0.45, 0.0, 0.0))
     rosette = [
         board(0.72 * np.cos(a), 0.62 * np.sin(a), z, a + 1.05, 0.62, 0.17, tilt)
-        for a, z, tilt in ((0.1, 0.45, 0.3), (1.36, 0.8, 0.0), (2.62, 0.5, -0.35),
-                           (3.87, 0.9, 0.2), (2.0 * np.pi - 1.05, 0.55, 0.0))
+        for a, z, tilt in ((0.1, 0.33, 0.3), (1.36, 0.58, 0.0), (2.62, 0.38, -0.35),
+                           (3.87, 0.64, 0.2), (2.0 * np.pi - 1.05, 0.42, 0.0))
     ]  # fmt: skip
     return Scene.of(primitive(lamp, emission=4.0), *rosette)
 
 
 def still(frame: Frame):
-    world, extent = scene(), frame.extent((0.0, 0.0), 5.6)
+    world, extent = scene(), frame.extent((-0.15, -0.05), 6.2)
 
     def at(p):
         return irradiance(world, Receiver.at(jnp.append(p, 0.0)))
@@ -44,7 +44,7 @@ def still(frame: Frame):
     light = frame.field(at, extent, rows=1, block=512, every=3)
     warm = light[..., None] * np.array([1.12, 0.98, 0.80])
     ax = frame.canvas(developed(warm, 0.13 / np.median(light)), extent)
-    found = discontinuity_mesh(world, Receiver.at((0.0, 0.0, 0.0)), points=129, reach=2.8)
+    found = discontinuity_mesh(world, Receiver.at((0.0, 0.0, 0.0)), points=257, reach=3.2)
     for order, color in ((2, "#2f9bff"), (1, "#ff7a2e")):
         rows = np.flatnonzero(found.order == order)
         if not rows.size:

@@ -1,7 +1,7 @@
 """Rainbows and caustics of glass in flatland, by tubes between neighbouring rays.
 
-Slanted beams as wide as three discs of strongly dispersive glass (index 1.44 to 1.60). Each of 13
-wavelengths sends 4,000 rays through each body by the library's `trace_path`, straight through and
+Slanted beams as wide as three discs of strongly dispersive glass (index 1.44 to 1.60). Each of 61
+wavelengths sends 1,200 rays through each body by the library's `trace_path`, straight through and
 once and twice reflected inside, with Fresnel's shares. Two neighbours bound a tube whose flux is
 known, and spread it evenly over its width in each row of pixels that it crosses: folds, where the
 width goes through zero, are as sharp as a pixel, and nothing is random.
@@ -20,10 +20,11 @@ from firstorder.flatland import Circles, Scene, primitive
 from firstorder.flatland.refraction import Beam, through_body, trace_path
 from gallery.frame import Frame, developed, drawn
 from gallery.stills._flatland import draw_shapes
+from gallery.stills._tubes import spread
 
 TURN = np.pi + 0.42  # direction of the beam: down, a little to the right
 BODIES = (((-2.6, 1.0), 1.7), ((3.4, -0.4), 0.9), ((6.6, 1.6), 0.5))
-INDICES = np.linspace(1.44, 1.60, 13)  # red to violet
+INDICES = np.linspace(1.44, 1.60, 61)  # red to violet
 INSIDE = (0, 1, 2)  # reflections
 
 
@@ -32,9 +33,9 @@ def scene(index: float) -> Scene:
     return Scene.of(*(primitive(Circles(c, r), ior=index) for c, r in BODIES))
 
 
-def colours() -> np.ndarray:
+def colours(count: int) -> np.ndarray:
     """Red, green and blue of each wavelength; the sum is white."""
-    t = np.linspace(0.0, 1.0, len(INDICES))[:, None]
+    t = np.linspace(0.0, 1.0, count)[:, None]
     bells = np.exp(-(((t - [0.12, 0.5, 0.85]) / [0.2, 0.17, 0.2]) ** 2))
     return bells / bells.sum(0)
 
@@ -55,54 +56,11 @@ def paths(index, center, q, inside: int):
     return jnp.stack(places), jnp.stack([end.share for end in ends])
 
 
-def spread(image, p, flux, extent) -> None:
-    """Add to an image, rows from below, the tubes between rays p of shape (2, n, 2)."""
-    left, right, low, _ = extent
-    scale = image.shape[1] / (right - left)
-    a, b = (p - (left, low)) * scale - 0.5
-    steep = np.abs((b - a)[:-1, 1]) > np.abs((b - a)[:-1, 0])
-    for chosen, axis, target in ((steep, 1, image), (~steep, 0, image.T)):
-        pairs = np.flatnonzero(chosen)
-        if not pairs.size:
-            continue
-        for row in range(target.shape[0]):
-            t = _shares(a[:, axis], b[:, axis], row)
-            there = pairs[np.isfinite(t[pairs]) & np.isfinite(t[pairs + 1])]
-            if not there.size:
-                continue
-            x = a[:, 1 - axis] + t * (b - a)[:, 1 - axis]
-            ends = np.sort(np.stack([x[there], x[there + 1]]), 0)
-            way = (b - a)[there]
-            slant = np.abs(way[:, axis]) / np.hypot(*way.T)
-            # A width below a hundredth of a pixel is taken for that.
-            ends[1] = np.maximum(ends[1], ends[0] + 0.01)
-            density = flux[there] * scale / (ends[1] - ends[0]) / slant
-            target[row] += _boxes(ends, density, target.shape[1])
-
-
-def _shares(a, b, row):
-    """Where ways meet a row, as shares of them; NaN where they do not."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        t = (row - a) / (b - a)
-    return np.where((t >= 0.0) & (t <= 1.0), t, np.nan)
-
-
-def _boxes(ends, density, count: int) -> np.ndarray:
-    """Means over pixels, whose middles are whole numbers, of a sum of boxes."""
-    total = np.zeros(count + 2)
-    for x, d in ((ends[0], density), (ends[1], -density)):
-        x = np.clip(x + 0.5, 0.0, count)
-        j = np.floor(x).astype(int)
-        total += np.bincount(j, d * (j + 1.0 - x), count + 2)
-        total += np.cumsum(np.bincount(j + 1, d, count + 2))
-    return total[:count]
-
-
 def light(frame: Frame, extent) -> np.ndarray:
     """Fluence of the beam and of all that glass does to it, shape (width, height, 3)."""
-    rays = 400 if frame.width < 400 else 4000
+    rays, indices = (200, INDICES[::5]) if frame.width < 400 else (1200, INDICES)
     image = np.zeros((frame.height, frame.width, 3))
-    for n, colour in zip(INDICES, colours(), strict=True):
+    for n, colour in zip(indices, colours(len(indices)), strict=True):
         one = np.zeros((frame.height, frame.width))
         for center, r in BODIES:
             q = r * np.sin(np.linspace(-1.0, 1.0, rays) * 0.49999 * np.pi)
