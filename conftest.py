@@ -12,6 +12,7 @@ import threading
 import jax
 import pytest
 from jax._src.interpreters import mlir
+from jax._src.lib.mlir import ir
 
 # No test opens a window, whatever the machine has.
 os.environ.setdefault("MPLBACKEND", "Agg")
@@ -40,18 +41,29 @@ def _lend_contexts(most: int = 500) -> None:
     """Let programs share what they are written down in, which JAX makes anew for each, in 2 ms.
 
     Most programs of a test are a single operation. A context keeps all constants that were written
-    in it, so after some programs there is another one.
+    in it, so after some programs there is another one. A program that is compiled while another one
+    is written gets its own: it would be written into that.
     """
     make, held = mlir.make_ir_context, threading.local()
 
     @functools.wraps(make)
     def lent():
+        if _is_writing():
+            return make()
         if not getattr(held, "left", 0):
             held.context, held.left = make(), most
         held.left -= 1
         return held.context
 
     mlir.make_ir_context = lent
+
+
+def _is_writing() -> bool:
+    """Whether a program is being written down."""
+    try:
+        return ir.Context.current is not None
+    except ValueError:
+        return False
 
 
 _lend_contexts()
