@@ -43,7 +43,8 @@ def scene() -> Scene:
 def surface(x) -> tuple[np.ndarray, np.ndarray]:
     """Height [m] and slope."""
     waves = [SineBumps(*wave).heights(jnp.asarray(x)) for wave in WAVES]
-    return sum(np.asarray(w[0]) for w in waves), sum(np.asarray(w[1]) for w in waves)
+    height, slope = (np.sum([w[k] for w in waves], axis=0) for k in (0, 1))
+    return height, slope
 
 
 def rays(world: Scene, x, index: float):
