@@ -38,6 +38,13 @@ from tests.probes import (
     visibility,
 )
 
+
+@pytest.fixture(scope="module", autouse=True)
+def _nothing_traced_before():
+    """What other tests have traced in one precision, JAX would give to the other one."""
+    jax.clear_caches()
+
+
 # Chapters, and modules below them, that work on the host by design, and what they are.
 ON_THE_HOST = {
     "caching.candidate_tables": "tables in NumPy, ray by ray",
