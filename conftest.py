@@ -33,22 +33,22 @@ for _info in pkgutil.walk_packages(firstorder.__path__, "firstorder."):
 # processor time of the suite.
 gc.set_threshold(100_000, 20, 50)
 
-# Nor does anybody read where in our code an operation of a compiled program stands.
+# No test reads from which line of ours an operation of a compiled program comes.
 jax.config.update("jax_traceback_in_locations_limit", 0)
 
 
 def _lend_contexts(most: int = 500) -> None:
-    """Let programs share what they are written down in, which JAX makes anew for each, in 2 ms.
+    """Let JAX lower programs in a shared MLIR context; to make one for each takes 2 ms.
 
-    Most programs of a test are a single operation. A context keeps all constants that were written
-    in it, so after some programs there is another one. A program that is compiled while another one
-    is written gets its own: it would be written into that.
+    Most programs of a test are a single operation. A context keeps the constants of all its
+    programs, so after some of them there is another one. A program that is lowered while another
+    one is being lowered gets a context of its own, or it would be put into that other program.
     """
     make, held = mlir.make_ir_context, threading.local()
 
     @functools.wraps(make)
     def lent():
-        if _is_writing():
+        if _is_lowering():
             return make()
         if not getattr(held, "left", 0):
             held.context, held.left = make(), most
@@ -58,8 +58,8 @@ def _lend_contexts(most: int = 500) -> None:
     mlir.make_ir_context = lent
 
 
-def _is_writing() -> bool:
-    """Whether a program is being written down."""
+def _is_lowering() -> bool:
+    """Whether a program is being lowered."""
     try:
         return ir.Context.current is not None
     except ValueError:

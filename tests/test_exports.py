@@ -41,7 +41,7 @@ from tests.probes import (
 
 @pytest.fixture(scope="module", autouse=True)
 def _nothing_traced_before():
-    """What other tests have traced in one precision, JAX would give to the other one."""
+    """Forgets what other tests have traced: JAX may use a trace of one precision in the other."""
     jax.clear_caches()
 
 

@@ -51,7 +51,7 @@ def scale(axes, label: str = "error (W/m²)") -> None:
     """One colour scale beside a row of panels, all of whose images have that of the last."""
     bar = axes[-1].figure.colorbar(axes[-1].images[0], ax=list(axes), shrink=0.8, pad=0.01)
     bar.set_label(label, fontsize=7.5)
-    bar.formatter.set_powerlimits((-2, 2))  # type: ignore[attr-defined]
+    bar.ax.ticklabel_format(axis="y", scilimits=(-2, 2))
     bar.ax.tick_params(labelsize=7)
 
 

@@ -1,4 +1,4 @@
-"""What a program remembers, forgotten for an attack: programs, and what cached functions found."""
+"""Memory of a process, cleared for an attack: compiled programs and results of cached functions."""
 
 from __future__ import annotations
 
@@ -19,7 +19,11 @@ from firstorder.numerics._compiled import own_programs
 
 @contextlib.contextmanager
 def forgotten(folders: Sequence[pathlib.Path]) -> Iterator[None]:
-    """What was compiled before, or computed by cached functions of some folders, does not count."""
+    """A context in which nothing computed before counts, and nothing of which counts afterwards.
+
+    Args:
+        folders: of the modules whose cached functions forget, with the folders below them.
+    """
     forget(folders)
     try:
         with own_programs():
@@ -29,15 +33,16 @@ def forgotten(folders: Sequence[pathlib.Path]) -> Iterator[None]:
 
 
 def forget(folders: Sequence[pathlib.Path]) -> None:
+    """Clears JAX's caches, and those of all cached functions of some folders."""
     jax.clear_caches()
     for cached in cached_functions(folders):
         cached.cache_clear()
 
 
 def cached_functions(folders: Sequence[pathlib.Path]) -> list[Any]:
-    """What is under `functools.cache` and has a name in a module, or a class, of some folders.
+    """The functions under `functools.cache` that modules of some folders, or their classes, name.
 
-    (All objects of the process could be asked instead; that takes a second in a large one.)
+    To look through all objects of the process instead takes a second in a large one.
 
     Args:
         folders: of the modules, with the folders below them.
@@ -72,15 +77,15 @@ _CACHED = type(functools.lru_cache(forget))
 
 
 def layers(member: Any) -> list[Any]:
-    """What a name stands for, then what that wraps, and so on."""
-    layers: list[Any] = []
-    while len(layers) < 20:  # a mock has whatever it is asked for, without end
+    """A function or property, then the one that it wraps, and so on inwards."""
+    found: list[Any] = []
+    while len(found) < 20:  # a mock has whatever it is asked for, without end
         if not isinstance(member, _WRAPPERS) and (not callable(member) or inspect.isclass(member)):
             break
-        layers.append(member)
+        found.append(member)
         inner = (getattr(member, name, None) for name in _INNER.get(type(member), _OTHERS))
-        member = next((found for found in inner if callable(found)), None)
-    return layers
+        member = next((wrapped for wrapped in inner if callable(wrapped)), None)
+    return found
 
 
 _INNER = {

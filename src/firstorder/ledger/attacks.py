@@ -38,7 +38,7 @@ FACTORS = (*REQUIRED, -1.0)
 
 @dataclasses.dataclass(frozen=True)
 class Attacked:
-    """What became of a row under attack.
+    """The outcome of an attack on a row.
 
     Attributes:
         equation: of the row that was judged.

@@ -184,7 +184,7 @@ def arc_nodes(
 
 
 def _even_nodes(first: Numbers, last: Numbers, nodes: int) -> tuple[Array, Array, Array]:
-    """Of Gauss and Legendre, evenly about the middle, so that half of them need angles."""
+    """Gauss-Legendre nodes, which lie evenly about the middle: half of them need angles."""
     x, w = (jnp.asarray(a, first.dtype) for a in gauss_legendre(nodes))
     middle, half = 0.5 * (first + last)[..., None], 0.5 * (last - first)[..., None]
     up = half * x[nodes // 2 :]
@@ -196,7 +196,7 @@ def _even_nodes(first: Numbers, last: Numbers, nodes: int) -> tuple[Array, Array
 
 
 def _crowd(center: Points, a: Points, b: Points) -> tuple[Numbers, Numbers]:
-    """The k of `arc_nodes` that suits arcs: towards where each is nearest to the eye.
+    """The complex k of `arc_nodes` for arcs, in the direction in which each is nearest to the eye.
 
     Integrands are rational in exp(it). They have poles where |p|^2 = 0, which lie the closer to the
     arc the nearer that is, and at 0 and infinity. The map with
