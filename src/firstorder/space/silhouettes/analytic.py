@@ -146,7 +146,7 @@ def silhouette(scene: Scene, eye: Point, on: ArrayLike = -1) -> Silhouette:
     lines, arcs = (jnp.asarray(owner) for owner in found.owners)
     return Silhouette(
         _segments_of(straight + eye, lines, found.lines_live),
-        _arcs_of(curved + CENTER[:, None] * eye, found.first, found.last, arcs, found.arcs_live),
+        _arcs_of(curved + _of_center(eye), found.first, found.last, arcs, found.arcs_live),
     )
 
 
@@ -208,18 +208,23 @@ def _outlines(
         points, first, last, back, live = arcs
         # An arc is turned round by going through it with t -> -t.
         back = back ^ rows(mirrored, owners[1])
-        turned = jnp.where(back, -1.0, 1.0).astype(e.dtype)[:, None] * ONLY_B + NOT_B
+        turned = jnp.where(back[:, None] & IS_B, -1.0, 1.0).astype(e.dtype)
         points = jnp.einsum("mij,mkj->mki", rows(spread, owners[1]), points * turned[..., None])
-        points = points + CENTER[:, None] * rows(base, owners[1])[:, None]
+        points = points + _of_center(rows(base, owners[1])[:, None])
         first, last = jnp.where(back, -last, first), jnp.where(back, -first, last)
         arcs_live = live & rows(alive, owners[1])
     live = lines_live, arcs_live
     return _Outlines(ends, points, first, last, *live, unit_of, turn, e, inside, own, kinds)
 
 
-CENTER = np.array([1.0, 0.0, 0.0])
-ONLY_B = np.array([0.0, 0.0, 1.0])
-NOT_B = 1.0 - ONLY_B
+# Which row of an arc, center, a and b, is which.
+IS_CENTER, IS_B = np.array([True, False, False]), np.array([False, False, True])
+
+
+def _of_center(shift: Float[Array, "*#m 3"]) -> Float[Array, "*#m 3 3"]:
+    """A shift of arcs: of their centers, and not of their radii."""
+    return jnp.where(IS_CENTER[:, None], shift, 0.0)
+
 
 
 def _owners(kinds) -> tuple[np.ndarray, np.ndarray]:

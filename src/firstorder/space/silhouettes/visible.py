@@ -189,12 +189,13 @@ def _cut_outlines(
         horizon: of what the azimuths are made from, before they are; by default it loses its
             derivatives.
     """
-    lines = jnp.where(found.lines_live[:, None, None], found.lines, SOME_LINE)
-    arcs = jnp.where(found.arcs_live[:, None, None], found.arcs, SOME_ARC)
+    dtype = found.lines.dtype
+    lines = jnp.where(found.lines_live[:, None, None], found.lines, jnp.asarray(SOME_LINE, dtype))
+    arcs = jnp.where(found.arcs_live[:, None, None], found.arcs, jnp.asarray(SOME_ARC, dtype))
     begin = jnp.where(found.arcs_live, found.first, SOME_ENDS[0])
     end = jnp.where(found.arcs_live, found.last, SOME_ENDS[1])
     normals = cross(lines[:, 0], lines[:, 1])
-    planes = jnp.concatenate([jnp.asarray(UP, lines.dtype)[None], normals])
+    planes = jnp.concatenate([jnp.asarray(UP, dtype)[None], normals])
     reach = jnp.max(jnp.abs(lines), -1)
     size = jnp.concatenate([jnp.ones(1, lines.dtype), reach[:, 0] * reach[:, 1]])
     on_lines = lines_on_planes(lines, planes, size)
@@ -227,7 +228,7 @@ def _harmless_parts(
     for pieces, one, live in zip((lines, arcs), (SOME_LINE, SOME_ARC), _at(seen, n), strict=True):
         if len(pieces):
             whose = np.repeat(np.arange(len(pieces)), len(live) // len(pieces))
-            pieces = jnp.where(live[:, None, None], rows(pieces, whose), one)
+            pieces = jnp.where(live[:, None, None], rows(pieces, whose), jnp.asarray(one, pieces.dtype))
         found.append(pieces)
     return found[0], found[1]
 
