@@ -38,7 +38,6 @@ from tests.probes import (
     visibility,
 )
 
-
 # Chapters, and modules below them, that work on the host by design, and what they are.
 ON_THE_HOST = {
     "caching.candidate_tables": "tables in NumPy, ray by ray",

@@ -1,5 +1,7 @@
 """The radiosity reference: an independent solution, furnaces, energy, derivatives."""
 
+import itertools
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -10,6 +12,7 @@ from derivations.flatland.bounces import radiosity as oracle
 from firstorder.flatland import (
     Circles,
     PointLights,
+    Receiver,
     Scene,
     Segments,
     box,
@@ -177,6 +180,46 @@ def test_a_scene_may_be_open_and_shapes_may_have_two_sides():
     dark = solution.indirect(receiver(scene, 0, 0.4))  # and behind the screen
     assert float(lit) > 0.02
     assert 0.0 <= float(dark) < 1e-3
+
+
+def _room(*more):
+    """A lamp under a ceiling, and other things."""
+    lamp = primitive(Segments((2.3, 2.9), (1.7, 2.9)), emission=1.0)
+    return Scene.of(lamp, *(primitive(shape, albedo=0.5) for shape in more))
+
+
+def test_a_box_on_a_floor_is_a_floor_with_that_outline():
+    corners = [(0, 0), (0.7, 0), (0.7, 1), (1.3, 1), (1.3, 0), (4, 0), (4, 3), (0, 3)]
+    outline = [Segments(a, b) for a, b in itertools.pairwise([*corners, corners[0]])]
+    scenes = (
+        _room(box((0, 0), (4, 3), inward=True), box((0.7, 0), (1.3, 1))),
+        _room(*outline),
+    )
+    fineness = Discretization(4, 0.01)
+    stands, bends = (solve_radiosity(scene, fineness=fineness) for scene in scenes)
+    x = jnp.array([(2.0, 1.5), (0.3, 0.2), (0.65, 0.02), (3.9, 0.1)])
+    found = [
+        jax.jit(jax.vmap(lambda p, s=s: s.irradiance(Receiver(p, 0.3))))(x) for s in (stands, bends)
+    ]
+    np.testing.assert_allclose(found[0], found[1], rtol=3e-4)
+
+
+def test_a_gap_too_thin_for_its_length_is_refused():
+    hovers = _room(box((0, 0), (4, 3), inward=True), box((0.7, 1e-7), (1.3, 1)))
+    with pytest.raises(ValueError, match="at most 20000 nodes"):
+        solve_radiosity(hovers, fineness=Discretization(40, 1e-7))
+
+
+def test_panels_do_not_depend_on_the_unit_of_length():
+    numbers = []
+    for unit in (2.0**-40, 1.0):
+        room, body = (
+            box((0, 0), (4 * unit, 3 * unit), inward=True),
+            Circles((unit, unit), 0.5 * unit),
+        )
+        scene = Scene.of(primitive(room, emission=1.0), primitive(body))
+        numbers.append(len(cutting.cut_into_panels(scene, Discretization(4, 0.01))[0].shape))
+    assert numbers[0] == numbers[1]
 
 
 def test_what_is_not_diffuse_is_refused():

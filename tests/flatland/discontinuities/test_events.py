@@ -5,7 +5,15 @@ import numpy as np
 import pytest
 
 from derivations.flatland.discontinuities import events as brute
-from firstorder.flatland import Circles, PointLights, Scene, Segments, box, primitive
+from firstorder.flatland import (
+    Circles,
+    PointLights,
+    Scene,
+    Segments,
+    box,
+    closed_curve,
+    primitive,
+)
 from firstorder.flatland.discontinuities import events
 from firstorder.flatland.discontinuities.events import extrapolation_error, jumps_on, visual_events
 
@@ -54,6 +62,25 @@ def test_events_of_the_four_discs_have_the_symmetry_of_the_square():
         np.testing.assert_allclose(wall.jump_E1, walls[0].jump_E1, atol=1e-9)
     np.testing.assert_allclose(1.0 - walls[0].s[::-1], walls[0].s, atol=1e-12)
     np.testing.assert_allclose(walls[0].jump_E1[::-1], walls[0].jump_E1, atol=1e-9)
+
+
+def test_events_do_not_depend_on_the_unit_of_length():
+    angle = 2.0 * np.pi * np.arange(64) / 64
+    bean = np.stack(
+        [2.8 + 0.4 * np.cos(angle), 1.4 + 0.2 * np.sin(angle) + 0.1 * np.cos(2.0 * angle)], -1
+    )
+
+    def events_in(unit):
+        room = box((0.0, 0.0), (4.0 * unit, 3.0 * unit), inward=True)
+        bodies = Circles((unit, unit), 0.5 * unit), closed_curve(unit * bean, 4)
+        shapes = [primitive(room, emission=1.0), *(primitive(body) for body in bodies)]
+        table = visual_events(Scene.of(*shapes))
+        return [table.receiver, table.kind, np.round(table.s, 12)]
+
+    table, metres = events_in(2.0**-40), events_in(1.0)
+    assert len(metres[0]) > 40
+    for here, there in zip(table, metres, strict=True):
+        np.testing.assert_array_equal(here, there)
 
 
 def test_a_hidden_line_makes_no_jump():

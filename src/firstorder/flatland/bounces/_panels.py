@@ -28,6 +28,7 @@ from firstorder.flatland.discontinuities._critical_lines import (
 from firstorder.flatland.discontinuities.events import VisualEvents, visual_events
 from firstorder.flatland.intersect import nearest
 from firstorder.flatland.scene import Scene
+from firstorder.flatland.shapes._base import own_unit
 from firstorder.flatland.shapes.kinds import Segments
 from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.scene._bands import merged_bands
@@ -35,6 +36,8 @@ from firstorder.scene._bands import merged_bands
 GRADING = 0.35  # a panel beside a corner is cut here, seen from the corner
 CLOSE = 1.2  # longest panel, in distances to the nearest surface it does not touch
 TURN = 0.9  # longest panel on a curve, in radians that the normal turns
+TOUCHING = 1e-9  # shapes that are nearer than this share of their size touch
+MOST = 20_000  # nodes, each of which gathers from all others: 3.2 GB
 
 
 @dataclasses.dataclass(frozen=True)
@@ -43,7 +46,8 @@ class Discretization:
 
     Attributes:
         nodes: on each panel.
-        smallest: of a panel beside a corner, over the size of its shape.
+        smallest: of a panel beside a corner, or in a gap between two shapes, over the size of its
+            shape.
         halvings: every panel is halved so many times.
 
     Example:
@@ -145,7 +149,8 @@ def cut_into_panels(
     for i, j in reached_sides(scene) or [(0, 0)]:  # a dark scene has one dark panel
         here = (events.receiver == i) & (events.front == (j == 0))
         inner = [*events.s[here], *(s for k, s in touches if k == i)]
-        pieces = _pieces(scene, i, np.array(inner), fineness)
+        most = MOST // fineness.nodes - len(shape)
+        pieces = _pieces(scene, i, np.array(inner), fineness, most)
         shape += [i] * len(pieces)
         side += [j] * len(pieces)
         ends += pieces
@@ -228,7 +233,7 @@ def _touching(scene: Scene) -> list[tuple[int, float]]:
         for p, t in zip(pairs, near, strict=True)
         for i, s in zip(p, t, strict=True)
     ]
-    shapes, size = singles(scene), 1e-9
+    shapes, size = singles(scene), TOUCHING * float(own_unit(scene.groups))
     for i in open_shapes(scene):
         for end in (0.0, 1.0):
             place = positions(scene, [i], [end])[0]
@@ -249,8 +254,10 @@ def _nearest(scene, shapes, j, place) -> float:
     return float(np.clip(parameter(scene, j, place), 0.0, 1.0))
 
 
-def _pieces(scene: Scene, i: int, inner, fineness: Discretization) -> list[tuple[float, float]]:
-    """The panels of one side of one shape."""
+def _pieces(
+    scene: Scene, i: int, inner, fineness: Discretization, most: int
+) -> list[tuple[float, float]]:
+    """The panels of one side of one shape; an error if they are more than `most`."""
     knots = np.unique(np.concatenate([[0.0, 1.0], np.clip(inner, 0.0, 1.0)]))
     knots = knots[np.concatenate([[True], np.diff(knots) > 1e-10])]
     knots[-1] = 1.0
@@ -261,8 +268,15 @@ def _pieces(scene: Scene, i: int, inner, fineness: Discretization) -> list[tuple
     todo = list(itertools.pairwise(knots))[::-1]
     while todo:
         a, b = todo.pop()
-        here = near(np.linspace(a, b, 7))
-        touching = 1e-9 * length
+        if (len(out) + len(todo)) << fineness.halvings >= most:
+            raise ValueError(
+                f"Argument `fineness` must leave at most {MOST} nodes on all surfaces of the scene,"
+                f" but shape {i} alone has too many: take fewer `nodes` or a larger `smallest`."
+            )
+        touching = TOUCHING * length
+        apart = near(np.linspace(a, b, 7))
+        # A shape along which the panel lies, such as a box on a floor, has no light for it.
+        here = np.min(apart[np.any(apart > touching, 1)], 0, initial=np.inf)
         first, last = here[0] <= touching, here[-1] <= touching
         gap = float(here.min())
         ratio = (1.0 - GRADING) / GRADING * (1.0 + 1e-6) if near.touches else CLOSE
@@ -280,11 +294,11 @@ def _pieces(scene: Scene, i: int, inner, fineness: Discretization) -> list[tuple
 
 
 class _Distance:
-    """Distance of points of a shape to all other shapes."""
+    """Distances of points of a shape to each other shape."""
 
     def __init__(self, scene: Scene, i: int):
         self.scene, self.i = scene, i
-        self.segments, self.points = [], [np.zeros((0, 2))]
+        self.segments, self.clouds = [], []
         for j, shape in enumerate(singles(scene)):
             if j == i:
                 continue
@@ -292,21 +306,21 @@ class _Distance:
                 self.segments.append((np.asarray(shape.start), np.asarray(shape.end)))
             else:
                 s = np.linspace(0.0, 1.0, 257)
-                self.points.append(positions(scene, np.full(len(s), j), s))
-        self.cloud = np.concatenate(self.points)
-        self.touches = bool(np.any(self(np.array([0.0, 1.0])) < 1e-9))
+                self.clouds.append(positions(scene, np.full(len(s), j), s))
+        length = float(_length(scene, jnp.asarray(i)))
+        self.touches = bool(np.any(self(np.array([0.0, 1.0])) < TOUCHING * length))
 
     def __call__(self, s: np.ndarray) -> np.ndarray:
+        """Shape (other shapes, points) [m]."""
         p = positions(self.scene, np.full(len(s), self.i), s)
-        out = np.full(len(s), np.inf)
+        found = [np.zeros((0, len(s)))]
         for a, b in self.segments:
             e = b - a
             t = np.clip((p - a) @ e / (e @ e), 0.0, 1.0)
-            out = np.minimum(out, np.linalg.norm(a + t[:, None] * e - p, axis=1))
-        if len(self.cloud):
-            to = np.linalg.norm(self.cloud[None] - p[:, None], axis=-1).min(axis=1)
-            out = np.minimum(out, to)
-        return out
+            found.append(np.linalg.norm(a + t[:, None] * e - p, axis=1)[None])
+        for cloud in self.clouds:
+            found.append(np.linalg.norm(cloud[None] - p[:, None], axis=-1).min(axis=1)[None])
+        return np.concatenate(found)
 
 
 def _distance_to_others(scene: Scene, i: int) -> _Distance:

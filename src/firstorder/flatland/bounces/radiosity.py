@@ -142,7 +142,8 @@ def solve_radiosity(
             hundred times smaller, so that little of the error is left in them.
 
     Raises:
-        ValueError: if the scene is traced, or something in it mirrors, shines or refracts.
+        ValueError: if the scene is traced, something in it mirrors, shines or refracts, or its
+            panels have more than 20,000 nodes, as in a gap that is far thinner than it is long.
 
     Reference: J12 §3.3, eqs. 25-26; §4.1 for scenes C and D.
 

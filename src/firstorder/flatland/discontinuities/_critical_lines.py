@@ -99,7 +99,7 @@ def point_edges(scene: Scene, breaks: Breaks = ()) -> LineEnds:
     point = np.concatenate([point, lights])
     shape = np.concatenate([shape, np.full(len(lights), LIGHT)])
     s = np.concatenate([s, np.arange(len(lights))])
-    keep, size = [], 1e-9 * (1.0 + np.abs(point).max(initial=0.0))
+    keep, size = [], 1e-9 * np.abs(point).max(initial=0.0)
     for row in range(len(point)):  # the common end of two segments is one edge
         if all(np.abs(point[row] - point[k]).max() > size for k in keep):
             keep.append(row)
@@ -273,7 +273,8 @@ def _of_curves(scene: Scene, i: int, j: int) -> tuple[np.ndarray, np.ndarray]:
         return np.zeros((0, 2)), np.zeros((0, 2))
     roots, left, a, b = host_rows(lambda start: _newton(scene, *pair, start), start)
     near = np.abs(roots - start).max(axis=1) < 2.0 / GRID
-    apart = np.linalg.norm(a - b, axis=1) > 1e-3 * np.ptp(a, axis=0).max(initial=1e-3)
+    size = np.ptp(np.concatenate([a, b]), axis=0).max()
+    apart = np.linalg.norm(a - b, axis=1) > 1e-3 * size
     keep = []
     for k in np.flatnonzero(near & (left < 1e-9) & apart):
         ends = np.concatenate([a[k], b[k]])
@@ -283,7 +284,7 @@ def _of_curves(scene: Scene, i: int, j: int) -> tuple[np.ndarray, np.ndarray]:
             min(np.abs(ends - q).max(), np.abs(swapped - q).max() if i == j else np.inf)
             for q in known
         ]
-        if all(distance > 1e-6 for distance in same):
+        if all(distance > 1e-6 * size for distance in same):
             keep.append(k)
     return a[keep], b[keep]
 

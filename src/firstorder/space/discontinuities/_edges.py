@@ -153,7 +153,7 @@ def _box_parts(center, u, v, w) -> tuple[np.ndarray, np.ndarray, Faces]:
 def _check_below(point, normal, at: Receiver) -> None:
     """Receivers must lie in a plane without end: its horizon does not move for them then."""
     n, offset = unit(normal), np.asarray(at.position) - point
-    small = 1e-6 * (1.0 + np.linalg.norm(offset))
+    small = 1e-6 * (np.linalg.norm(point) + np.linalg.norm(offset))
     if np.max(np.abs(np.cross(n, np.asarray(at.normal)))) > 1e-6 or abs(offset @ n) > small:
         raise ValueError(
             "Argument `scene` must not hold a plane without end, but for the receivers' own."

@@ -226,7 +226,6 @@ def _of_center(shift: Float[Array, "*#m 3"]) -> Float[Array, "*#m 3 3"]:
     return jnp.where(IS_CENTER[:, None], shift, 0.0)
 
 
-
 def _owners(kinds) -> tuple[np.ndarray, np.ndarray]:
     """Owner of every segment and of every arc of the shapes."""
     each = np.array([PIECES[kind] for kind, count in kinds for _ in range(count)])

@@ -228,7 +228,9 @@ def _harmless_parts(
     for pieces, one, live in zip((lines, arcs), (SOME_LINE, SOME_ARC), _at(seen, n), strict=True):
         if len(pieces):
             whose = np.repeat(np.arange(len(pieces)), len(live) // len(pieces))
-            pieces = jnp.where(live[:, None, None], rows(pieces, whose), jnp.asarray(one, pieces.dtype))
+            pieces = jnp.where(
+                live[:, None, None], rows(pieces, whose), jnp.asarray(one, pieces.dtype)
+            )
         found.append(pieces)
     return found[0], found[1]
 
