@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from firstorder.numerics._morton import morton
 from firstorder.numerics._native import native
 
 LEAF = 8  # places
-BITS = 10  # of a place's cell along each axis
 
 # What a box holds of its places: least and largest of p (two axes) and depth, least of the depths
 # that receivers must exceed.
@@ -30,21 +30,9 @@ def first_and_last(places, at, half, pixel: float) -> tuple[np.ndarray, np.ndarr
     """
     near, far = np.full(len(at), np.inf), np.full(len(at), -np.inf)
     if len(places):
-        sorted_places = np.ascontiguousarray(places[np.argsort(_morton(places[:, :3]))])
+        sorted_places = np.ascontiguousarray(places[np.argsort(morton(places[:, :3]))])
         _search(sorted_places, _boxes(sorted_places), at, half, 0.5 * pixel, near, far)
     return near, far
-
-
-def _morton(points: np.ndarray) -> np.ndarray:
-    """Numbers of points along the curve: the bits of their cells in turns."""
-    low = points.min(0)
-    wide = np.maximum(points.max(0) - low, 1e-300)
-    cells = np.minimum((points - low) / wide * 2**BITS, 2**BITS - 1).astype(np.int64)
-    found = np.zeros(len(points), np.int64)
-    for bit in range(BITS):
-        for axis in range(3):
-            found |= ((cells[:, axis] >> bit) & 1) << (3 * bit + axis)
-    return found
 
 
 def _boxes(places: np.ndarray) -> np.ndarray:
