@@ -12,7 +12,7 @@ from firstorder.imaging.facets import Facets, mesh_facets
 from firstorder.imaging.hits import GBuffer, facet_gbuffer, gbuffer, primary_hits
 from firstorder.models.primitives import bumpy_sphere
 from firstorder.space import Scene, box, plane, primitive, sphere
-from firstorder.space.silhouettes.meshes import BruteForceTracer
+from firstorder.space.silhouettes.face_tracers import BruteForceTracer
 
 CAMERA = pinhole((0.0, -3.0, 0.4), (0.0, 0.0, 0.0), gamma=2.0)
 

@@ -15,7 +15,7 @@ from firstorder.io import Embree, read_mesh
 from firstorder.io._mesh_files import most_coordinate
 from firstorder.io.meshes import read_mesh_uv
 from firstorder.space.meshes.triangle_mesh import mesh
-from firstorder.space.silhouettes.meshes import BruteForceTracer
+from firstorder.space.silhouettes.face_tracers import BruteForceTracer
 
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n"
 

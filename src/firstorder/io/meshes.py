@@ -17,7 +17,7 @@ import numpy as np
 from firstorder.io._faces import valid_faces
 from firstorder.io._mesh_files import read_parts
 from firstorder.space.meshes.triangle_mesh import NO_FACE, Mesh, mesh
-from firstorder.space.silhouettes.meshes import BruteForceTracer
+from firstorder.space.silhouettes.face_tracers import BruteForceTracer
 
 ENDINGS = (".obj", ".ply", ".gltf", ".glb")
 # How often a ray is sent on behind a face that it does not count, before all faces are tested.
@@ -127,7 +127,7 @@ class MeshHits(NamedTuple):
 
 
 class Embree:
-    """Rays through a mesh, by Embree on the host; implements `space.silhouettes.meshes.FaceTracer`.
+    """Rays through a mesh, by Embree on the host; implements `space.silhouettes.FaceTracer`.
 
     Embree proposes a face in single precision; distance and barycentric weights are then computed
     from its corners in double. Where the ray misses the proposed face in double, having passed its
@@ -325,7 +325,7 @@ class Embree:
         return t, face
 
     def first_face(self, eye, directions, low, high, skip):
-        """First face along each ray, as `space.silhouettes.meshes.FaceTracer` asks."""
+        """First face along each ray, as `space.silhouettes.FaceTracer` asks."""
         eye = np.asarray(eye, float)
         origins = np.broadcast_to(eye, directions.shape)
         return self._search(origins, directions, low, high, skip).face

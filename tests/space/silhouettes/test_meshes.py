@@ -15,7 +15,6 @@ from firstorder.space.meshes.triangle_mesh import mesh
 from firstorder.space.receiver import receiver
 from firstorder.space.silhouettes import meshes
 from firstorder.space.silhouettes.meshes import (
-    BruteForceTracer,
     _net_visibility_gradient,
     mesh_net_visibility,
     mesh_silhouette,
@@ -172,40 +171,6 @@ def test_all_faces_in_double_and_embree_agree_on_what_is_seen():
         np.testing.assert_array_equal(a, b)
     assert 0.1 < np.mean(np.asarray(one.visible)) < 0.9
     assert np.any((np.asarray(one.behind) >= 0) & one.visible)
-
-
-def _first_faces_one_by_one(seed=0):
-    """First faces of rays to vertices of a shuffled ball: one after the other, and all at once."""
-    rng = np.random.default_rng(seed)
-    vertices, faces = icosphere(4)
-    tracer = BruteForceTracer(mesh(vertices, rng.permutation(faces)))
-    eye = np.array([0.3, -0.2, 3.0])
-    rays = vertices[rng.integers(0, len(vertices), 300)] * rng.choice([1.0, 1.3], (300, 1)) - eye
-    skip = np.full((300, 2), -1)
-    everywhere = tracer.first_face(eye, rays, 0.0, np.inf, skip)
-    skip[::2, 1] = everywhere[::2]
-    together = tracer.first_face(eye, rays, 0.0, np.inf, skip)
-    each = (slice(k, k + 1) for k in range(len(rays)))
-    alone = [tracer.first_face(eye, rays[k], 0.0, np.inf, skip[k])[0] for k in each]
-    return np.array(alone), together
-
-
-def test_a_single_ray_finds_what_many_find():
-    alone, together = _first_faces_one_by_one()
-    np.testing.assert_array_equal(alone, together)
-    assert 0.2 < np.mean(together >= 0) < 1.0
-
-
-def test_fault_spheres_too_small_for_their_faces_is_noticed(monkeypatch):
-    right = BruteForceTracer._runs.func
-
-    def smaller(tracer):
-        order, middle, radius = right(tracer)
-        return order, middle, 0.7 * radius
-
-    monkeypatch.setattr(BruteForceTracer, "_runs", property(smaller))
-    alone, together = _first_faces_one_by_one()
-    assert np.any(alone != together)
 
 
 @pytest.mark.smoke

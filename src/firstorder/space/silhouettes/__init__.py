@@ -1,9 +1,8 @@
 """Silhouettes of shapes and meshes, their visible parts, and integrals along them."""
 
 from firstorder.space.silhouettes.analytic import Silhouette, silhouette
+from firstorder.space.silhouettes.face_tracers import BruteForceTracer, FaceTracer
 from firstorder.space.silhouettes.meshes import (
-    BruteForceTracer,
-    FaceTracer,
     MeshSilhouettes,
     mesh_net_visibility,
     mesh_silhouette,

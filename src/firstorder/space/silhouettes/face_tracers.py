@@ -1,0 +1,127 @@
+"""Which face of a mesh a ray meets first: what is asked of a tracer, and one that tests all."""
+
+from __future__ import annotations
+
+import functools
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from firstorder.numerics._morton import morton
+from firstorder.space.meshes.triangle_mesh import NO_FACE, Mesh
+
+_RUN = 64  # faces that lie together, which are tested for one ray, or none of them
+
+
+@runtime_checkable
+class FaceTracer(Protocol):
+    """Protocol of tracers that find the first face along a ray."""
+
+    def first_face(
+        self,
+        eye: np.ndarray,
+        directions: np.ndarray,
+        low: float,
+        high: float,
+        skip: np.ndarray,
+    ) -> np.ndarray:
+        """The first face with `low < t < high` along `eye + t direction`, or -1.
+
+        Args:
+            eye: shape (3,) [m].
+            directions: shape (r, 3), of any length; t counts in that length.
+            low: t is above.
+            high: t is below.
+            skip: shape (r, 2), faces that a ray does not meet; -1 for none.
+        """
+        ...
+
+
+class BruteForceTracer:
+    """A tracer that tests every face, in double precision.
+
+    For a single ray it tests those in runs of 64 whose bounding spheres the ray's line meets: the
+    same answer in a hundredth of the time.
+
+    All rays leave one eye, so that three products with each direction tell which faces it passes:
+    with the corners A, B, C relative to the eye, a direction d is inside if d . (B x C),
+    d . (C x A) and d . (A x B) have one sign, and then `t = A . (B x C) / (their sum)`.
+
+    Args:
+        mesh: whose faces are tested.
+        block: rays at a time, times faces.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.space.meshes import mesh
+        >>> from firstorder.space.silhouettes import BruteForceTracer
+        >>> one = mesh([[0, 0, 1], [1, 0, 1], [0, 1, 1]], [[0, 1, 2]])
+        >>> up, none = np.array([[0.0, 0.0, 1.0]]), np.full((1, 2), -1)
+        >>> BruteForceTracer(one).first_face((0.2, 0.3, 0.0), up, 0.0, np.inf, none).tolist()
+        [0]
+    """
+
+    def __init__(self, mesh: Mesh, block: int = 4_000_000):
+        self._corners = np.asarray(mesh.vertices, float)[np.asarray(mesh.faces)]
+        self._rows = max(1, block // len(self._corners))
+
+    def first_face(self, eye, directions, low, high, skip):
+        """First face along each ray, as `FaceTracer` asks."""
+        eye = np.asarray(eye, float)
+        if len(directions) == 1:
+            near = self._near(eye, directions[0])
+            near = near[~np.isin(near, skip)]
+            found = _first_of(_planes(self._corners[near], eye), directions, low, high, skip[:, :0])
+            return np.append(near, NO_FACE)[found]
+        planes, found = _planes(self._corners, eye), np.full(len(directions), NO_FACE)
+        for first in range(0, len(directions), self._rows):
+            part = slice(first, first + self._rows)
+            found[part] = _first_of(planes, directions[part], low, high, skip[part])
+        return found
+
+    def _near(self, eye, direction) -> np.ndarray:
+        """Numbers of the faces in those runs whose spheres a ray's line meets."""
+        order, middle, radius = self._runs
+        away = middle - eye
+        reach = radius + 1e-9 * np.linalg.norm(away, axis=-1)  # more than is rounded
+        by = np.linalg.norm(np.cross(away, direction), axis=-1)
+        met = np.flatnonzero(by <= reach * np.linalg.norm(direction))
+        places = (_RUN * met[:, None] + np.arange(_RUN)).ravel()
+        return np.sort(order[places[places < len(order)]])
+
+    @functools.cached_property
+    def _runs(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Faces in an order in which they lie together; spheres about each run of them."""
+        order = np.argsort(morton(self._corners.mean(1)))
+        corners, starts = self._corners[order], np.arange(0, len(order), _RUN)
+        low = np.minimum.reduceat(corners.min(1), starts)
+        high = np.maximum.reduceat(corners.max(1), starts)
+        return order, 0.5 * (low + high), 0.5 * np.linalg.norm(high - low, axis=-1)
+
+
+def _planes(corners, eye):
+    """Normals of the planes through an eye and the sides of faces, and volumes of their corners."""
+    A, B, C = (corners[:, k] - eye for k in range(3))
+    sides = np.cross(B, C), np.cross(C, A), np.cross(A, B)
+    return sides, np.sum(A * sides[0], -1)
+
+
+def _first_of(planes, directions, low, high, skip) -> np.ndarray:
+    """The first of some faces along each ray: its place among them, or `NO_FACE`."""
+    sides, volume = planes
+    # Written out and not as matrix products, which may fuse and round: faces that share an edge
+    # get the very same number for it but for its sign, and no ray slips between them.
+    x, y, z = (directions[:, k, None] for k in range(3))
+    u, v, w = (x * s[:, 0] + y * s[:, 1] + z * s[:, 2] for s in sides)
+    total = u + v + w
+    inside = ((u >= 0.0) & (v >= 0.0) & (w >= 0.0)) | ((u <= 0.0) & (v <= 0.0) & (w <= 0.0))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t = np.where(inside & (total != 0.0), volume / total, np.inf)
+    t = np.where((t > low) & (t < high), t, np.inf)
+    for k in range(skip.shape[1]):
+        rows = np.flatnonzero(skip[:, k] != NO_FACE)
+        t[rows, skip[rows, k]] = np.inf
+    if not t.size:
+        return np.full(len(t), NO_FACE)
+    best = np.argmin(t, -1)
+    return np.where(np.isfinite(t[np.arange(len(t)), best]), best, NO_FACE)
