@@ -382,6 +382,17 @@ def test_occlusion_is_a_hit_before_the_other_end_and_not_at_the_ends():
     assert np.all(again.face != face[some])
 
 
+def test_in_single_precision_what_lies_behind_the_end_hides_nothing():
+    m = bumpy()
+    o, d = rays(m, 1000)
+    face, t = brute(m, o, d)
+    some = face >= 0
+    o, way = o[some], t[some, None] * d[some]
+    tracer = Embree(m)
+    assert not np.any(tracer.between(o, o + 0.9 * way))
+    assert np.all(tracer.between(o, o + way + 0.01 * d[some]))
+
+
 def test_rays_through_edges_and_corners_of_a_closed_mesh_do_not_slip_through():
     ball = trimesh.creation.icosphere(2)
     m = mesh(ball.vertices, ball.faces)

@@ -5,8 +5,6 @@ import time
 import numpy as np
 import pytest
 
-from firstorder.models.blobs import isosurface, metaballs
-from firstorder.models.knots import torus_knot
 from firstorder.models.primitives import (
     bar_lattice,
     bumpy_sphere,
@@ -37,12 +35,16 @@ def volume(piece):
     return np.sum(np.linalg.det(np.asarray(piece.corners, float))) / 6.0
 
 
+def check_closed(piece, characteristic):
+    assert is_closed(piece)
+    assert piece.closed
+    assert euler(piece) == characteristic
+    assert volume(piece) > 0.0
+
+
 def mean_square_edge(piece):
     c = np.asarray(piece.corners, float)
     return np.mean(np.sum((c - np.roll(c, 1, 1)) ** 2, -1))
-
-
-TWO = ([[0.0, 0, 0], [1.1, 0, 0]], [0.6, 0.6])
 
 
 @pytest.mark.parametrize(
@@ -52,18 +54,10 @@ TWO = ([[0.0, 0, 0], [1.1, 0, 0]], [0.6, 0.6])
         (lambda: bar_lattice((3, 2)), 2 - 2 * 6),
         (lambda: bar_lattice((0, 0)), 2),
         (lambda: bar_lattice((2, 0), (1.0, 0.3), 0.1), 6),  # three slats that do not meet
-        (lambda: torus_knot(2, 3, rings=60, sides=7), 0),
-        (lambda: torus_knot(3, 5, 0.09, rings=200, sides=5), 0),
-        (lambda: metaballs(*TWO, 20), 2),
-        (lambda: metaballs([[0.0, 0, 0], [3.0, 0, 0]], [0.6, 0.6], 30), 4),  # two
     ],
 )
 def test_closed_pieces_are_closed_and_face_outwards(piece, characteristic):
-    piece = piece()
-    assert is_closed(piece)
-    assert piece.closed
-    assert euler(piece) == characteristic
-    assert volume(piece) > 0.0
+    check_closed(piece(), characteristic)
 
 
 def test_a_missing_face_is_noticed():
@@ -87,47 +81,6 @@ def test_volumes_are_those_of_the_shapes():
     assert volume(bar_lattice((3, 2), (2.0, 1.0), 0.1, 0.05)) == pytest.approx(
         0.05 * full, rel=1e-5
     )
-    # Pappus: the area of the section times the way of its middle
-    t = np.linspace(0.0, 2.0 * np.pi, 20001)
-    far = 2.0 + np.cos(3 * t)
-    line = np.stack([far * np.cos(2 * t), far * np.sin(2 * t), np.sin(3 * t)], -1) / 3.0
-    length = np.linalg.norm(np.diff(line, axis=0), axis=1).sum()
-    tube = torus_knot(2, 3, 0.05, rings=600, sides=24)
-    section = 0.5 * 24 * np.sin(2.0 * np.pi / 24) * 0.05**2
-    assert volume(tube) == pytest.approx(section * length, rel=2e-3)
-    # A level set's corners are found linearly, and err by h^2 too: in all less than e^2 / R^2, and
-    # a quarter in cells of half the size.
-    true = 4.0 / 3.0 * np.pi * 0.125
-    coarse, one = (metaballs([[1.0, 2.0, 3.0]], [0.5], n) for n in (20, 40))
-    assert abs(volume(one) / true - 1.0) < mean_square_edge(one) / 0.5**2
-    assert (volume(coarse) - true) / (volume(one) - true) == pytest.approx(4.0, rel=0.05)
-    out = np.asarray(one.vertices) - [1.0, 2.0, 3.0]
-    np.testing.assert_allclose(np.linalg.norm(out, axis=1), 0.5, atol=2e-3)
-
-
-def test_a_knot_does_not_twist():
-    """A vector across the tube turns from ring to ring by what closing it takes, and no more."""
-    rings, sides = 400, 8
-    v = np.asarray(torus_knot(3, 2, 0.1, rings, sides).vertices, float).reshape(rings, sides, 3)
-    middle = v.mean(1)
-    along = np.roll(middle, -1, 0) - np.roll(middle, 1, 0)
-    along /= np.linalg.norm(along, axis=1)[:, None]
-    across = (v[:, 0] - middle) / np.linalg.norm(v[:, 0] - middle, axis=1)[:, None]
-    step = np.roll(across, -1, 0) - across
-    spin = np.sum(step * np.cross(along, across), 1)
-    assert np.max(abs(spin)) <= np.pi / rings + 1e-3  # at most half a turn over all of it
-
-
-def test_any_set_of_lattice_points_has_a_closed_surface():
-    """Noise makes every one of the 16 cases of a tetrahedron, next to every other."""
-    values = np.full((7, 6, 8), -1.0)
-    values[1:-1, 1:-1, 1:-1] = np.random.default_rng(0).normal(size=(5, 4, 6))
-    found = isosurface(values, [0, 0, 0], 1.0)
-    assert is_closed(found)
-    # it faces outwards: along each axis, lines through the lattice enter before they leave
-    np.testing.assert_allclose(np.sum(np.asarray(found.area_vectors), 0), 0.0, atol=1e-4)
-    assert volume(found) > 0.0
-    assert volume(isosurface(np.where(values > 0, 3.0, values), [0, 0, 0], 1.0)) > volume(found)
 
 
 def test_ground_follows_its_height_and_looks_up():
@@ -217,13 +170,6 @@ def test_placed_scales_then_turns_then_shifts():
         ),
         (lambda: bar_lattice((8, 8), width=0.3), "`width` must leave room for 8 holes"),
         (lambda: bar_lattice(thickness=0.0), "`thickness` must be positive"),
-        (lambda: torus_knot(2, 4), "`p` and `q` must have no divisor in common"),
-        (lambda: torus_knot(radius=0.4), "`radius` must be below"),
-        (lambda: torus_knot(rings=4), "`rings` and `sides` must be at least"),
-        (lambda: metaballs([[0, 0, 0]], [1.0, 2.0]), "`centers` and `radii` must have shapes"),
-        (lambda: metaballs([[0, 0, 0]], [0.0]), "`radii` must be positive"),
-        (lambda: isosurface(np.ones((3, 3, 3)), [0, 0, 0], 1.0), "`values` must be positive"),
-        (lambda: isosurface(-np.ones((3, 3, 3)), [0, 0, 0], 1.0), "`values` must be positive"),
         (lambda: ripples(-1.0, 1.0), "`amplitude`"),
     ],
 )

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from derivations.visibility.edge_angles import CASES, bisected
 from firstorder.conventions import direction
 from firstorder.visibility import (
+    EdgeAngle,
     circle_edge_angle,
     edge_at,
     point_edge_angle,
@@ -110,6 +111,22 @@ def test_they_give_every_motion():
     np.testing.assert_allclose(
         along.second, step @ a.hessian @ step + a.gradient @ bent, rtol=1e-14
     )
+
+
+def test_along_a_curve_any_derivatives_go():
+    """Of a direction the second by the turn alone is zero; the formula does not count on it."""
+    rng = np.random.default_rng(0)
+    g, H = rng.normal(size=3), rng.normal(size=(3, 3))
+    H = H + H.T
+    kappa, change = 0.7, -0.3
+
+    def followed(x):
+        u = jnp.stack([x, 0.5 * kappa * x**2, kappa * x + 0.5 * change * x**2])
+        return g @ u + 0.5 * u @ H @ u
+
+    edge = EdgeAngle(*(jnp.asarray(a) for a in (0.2, g, H, 1.0))).along(kappa, change)
+    np.testing.assert_allclose(edge.first, jax.grad(followed)(0.0), rtol=1e-14)
+    np.testing.assert_allclose(edge.second, jax.hessian(followed)(0.0), rtol=1e-14)
 
 
 def test_a_known_angle_and_distance_are_a_point():

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from firstorder.checks.statistics import LEVEL, chi_square, sampler_p_value, z_test_of
+from firstorder.flatland import PointLights, Scene, Segments, primitive
 from firstorder.flatland.bounces._light_sampling import lights, sample_light
 from firstorder.sampling import estimate
 from tests.flatland.worlds import all_lights
@@ -65,3 +66,19 @@ def test_inverse_densities_add_up_to_the_angle_that_a_light_fills():
         seen = estimate(jnp.asarray(np.where(mask & shines, inverse, 0.0)))
         assert z_test_of(seen, angle).passed
         assert not z_test_of(seen, 1.3 * angle).passed
+
+
+def test_each_point_light_is_where_it_is_and_as_bright():
+    position, intensity = np.array([(-1.0, 0.4), (0.3, 0.9), (0.8, 0.2)]), np.array([0.2, 1.0, 0.5])
+    floor = primitive(Segments((-1.0, 0.0), (1.0, 0.0)))
+    scene = Scene.of(floor, points=PointLights(position, intensity))
+    u = (np.cumsum(intensity) - 0.5 * intensity) / intensity.sum()  # in the middle of each share
+    place = jnp.broadcast_to(HERE, (3, 2))
+    found = sample_light(scene, lights(scene), place, jnp.stack([u, u], -1))
+    way = position - HERE
+    far = np.linalg.norm(way, axis=1)
+    assert np.all(found.point)
+    np.testing.assert_allclose(found.end, position)
+    np.testing.assert_allclose(found.along, way / far[:, None], rtol=1e-14)
+    np.testing.assert_allclose(found.value, intensity / far, rtol=1e-14)
+    np.testing.assert_allclose(found.density, intensity / intensity.sum(), rtol=1e-14)

@@ -13,8 +13,8 @@ LAMP = lamp_frame((0.0, 0.0, 4.0), (0.0, 0.8, 0.0), (0.5, 0.0, 0.0))
 CELLS = 3
 
 
-def problem(count=300, rays=5000):
-    """Receivers at many depths with filters of many widths, some with none; weights that differ."""
+def problem(count=300, rays=5000, without=0.2):
+    """Receivers at many depths with filters of many widths, a share without; unlike weights."""
     rng = np.random.default_rng(3)
     local = np.column_stack([rng.uniform(-1, 1, (count, 2)), rng.uniform(3.0, 4.5, count)])
     y = rng.uniform(-1, 1, (rays, 2)) * LAMP.half
@@ -22,7 +22,7 @@ def problem(count=300, rays=5000):
     near = np.where(rng.random(rays) < 0.5, rng.uniform(2.0, 4.5, rays), np.inf)
     start = rng.uniform(3.0, 5.0, rays)
     table = RayTable(*(a.astype(np.float32) for a in (y, v, near, -near, start)))
-    sigma = np.where(rng.random(count) < 0.2, np.inf, rng.uniform(0.03, 0.3, count))
+    sigma = np.where(rng.random(count) < without, np.inf, rng.uniform(0.03, 0.3, count))
     return table, local, sigma, rng.uniform(0.2, 1.5, count), rng.uniform(0.5, 2.0, rays)
 
 
@@ -45,8 +45,8 @@ def direct(table, local, sigma, shear, weights):
     return mass, free, square
 
 
-def largest_error():
-    table, local, sigma, shear, weights = problem()
+def largest_error(without=0.2):
+    table, local, sigma, shear, weights = problem(without=without)
     found = module.gather(LAMP, table, local, sigma, shear, CELLS, weights)
     true = direct(table, local, sigma, shear, weights)
     assert np.median(true[0].sum(1)) > 5.0
@@ -89,9 +89,11 @@ def test_rows_and_slabs_change_nothing(monkeypatch, rows, slab):
 def test_chunks_and_groups_change_nothing(monkeypatch):
     monkeypatch.setattr(module, "HAVE_NATIVE", False)
     monkeypatch.setattr(module, "PRECISION", np.float64)
-    monkeypatch.setattr(module, "GROUP", 8)
     monkeypatch.setattr(module, "CHUNK", 96)
-    assert largest_error() < 1e-13
+    for group in (8, 32):
+        monkeypatch.setattr(module, "GROUP", group)
+        assert largest_error() < 1e-13
+        assert largest_error(without=0.0) < 1e-13  # so that rays are left out
 
 
 FAULTS = ("short reach", "lost chunk", "half the candidates", "no level", "starts anywhere")

@@ -56,6 +56,16 @@ def test_hits_lie_on_the_shape_and_nothing_is_met_before(traced):
         np.testing.assert_allclose(implicit(kind, q[hit]), 0.0, atol=1e-9)
 
 
+@pytest.mark.parametrize("kind", kinds.KINDS)
+def test_inside_is_where_the_definition_says(kind):
+    q = np.random.default_rng(6).uniform(-1.2, 1.2, (2000, 3))
+    inside = np.asarray(jax.vmap(kind.canonical_inside)(jnp.asarray(q)))
+    if kind in FLATS:
+        assert not np.any(inside)
+    else:
+        np.testing.assert_array_equal(inside, implicit(kind, q) < 0.0)
+
+
 def test_misses_are_misses(traced):
     kind, _, along, t, _ = traced
     s = np.linspace(0.0, 8.0, 4001)[1:-1]
