@@ -40,6 +40,24 @@ def test_a_series_through_samples_is_exact_below_the_nyquist_limit(samples):
     np.testing.assert_allclose(Harmonics.of(f, samples)(theta), f(theta), atol=1e-14)
 
 
+def test_the_spectrum_of_one_period_is_its_integral():
+    f = Harmonics([0.5, 0.3, -0.2, 0.1], [0.0, 0.4, 0.1, -0.3])
+    x, weight = np.polynomial.legendre.leggauss(60)
+    theta, weight = np.pi * x, np.pi * weight
+    for Omega in (0.0, 0.5 / np.pi, -0.37, 1.2):
+        truth = np.sum(weight * f(theta) * np.exp(-2j * np.pi * Omega * theta))
+        np.testing.assert_allclose(f.spectrum()(Omega), truth, atol=1e-13)
+
+
+def test_the_covariance_of_a_series_is_that_of_its_lines():
+    """By Parseval: the mean square of the derivative over that of the light, over (2 pi)^2."""
+    f = Harmonics([0.5, 0.3, -0.2, 0.1], [0.0, 0.4, 0.1, -0.3])
+    theta = jnp.asarray(2.0 * np.pi * np.arange(32) / 32)
+    steep = jax.vmap(jax.grad(lambda t: f(t)))(theta)
+    truth = np.mean(steep**2) / np.mean(f(theta) ** 2) / (2.0 * np.pi) ** 2
+    np.testing.assert_allclose(f.covariance().matrix, [[truth]], rtol=1e-12)
+
+
 def test_smooth_light_converges_faster_than_any_power():
     f = Function(lambda t: jnp.exp(jnp.cos(t - 0.3)), ANGLE)
     theta = np.linspace(0.0, 6.0, 31)

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstorder.checks.tolerance import fitted_order, normwise
+from firstorder.conventions import FLATLAND, FLATLAND_SLOPE, SPACE, SPACE_SLOPE
 from firstorder.fields import Constant, GaussianProfile, autodiff_jet, gaussian
 from firstorder.laws import Move
 from firstorder.transport import (
@@ -149,3 +150,10 @@ def test_bad_indices_are_one_sentence(make):
         make(-1.0)
     with pytest.raises(ValueError, match=r"`R0` must lie in \[0, 1\]"):
         Schlick(1.5)
+
+
+@pytest.mark.parametrize("frame", [FLATLAND_SLOPE, SPACE, SPACE_SLOPE])
+def test_light_refracts_by_angles_in_flatland_alone(frame):
+    with pytest.raises(ValueError, match="a position and an angle"):
+        Snell(1.5).law(frame)
+    assert Snell(1.5).law(FLATLAND)
