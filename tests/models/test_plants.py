@@ -77,6 +77,12 @@ def test_a_tree_stands_up_and_is_as_high_as_was_asked_for():
     assert 1.2 < frond[:, 2].max() < 2.4
 
 
+@pytest.mark.parametrize("plant", [tree, fern])
+def test_a_plant_of_twice_the_height_and_leaves_is_twice_the_plant(plant):
+    one, two = (np.asarray(plant(height=h, leaf=0.1 * h)[0].vertices) for h in (1.0, 2.0))
+    np.testing.assert_allclose(two, 2.0 * one, rtol=1e-5, atol=1e-5)
+
+
 def test_a_million_triangles_take_seconds():
     start = time.process_time()
     piece, _ = tree(leaves=470_000)
