@@ -155,10 +155,79 @@ def test_photons_of_even_directions_are_noticed(key, monkeypatch):
         test_the_floor_of_the_room_gets_its_exact_irradiance("disc", key)
 
 
+def _open(environment):
+    """A floor, a card above it and a lamp beside, under a sky."""
+    lamp = rectangle((0.9, 0.0, 1.2), (0.0, 0.1, 0.0), (0.2, 0.0, 0.0))
+    return Scene.of(
+        primitive(rectangle((0, 0, 0), (1, 0, 0), (0, 1, 0)), name="floor"),
+        primitive(rectangle((-0.3, 0.1, 0.5), (0.3, 0, 0), (0, 0.4, 0))),
+        primitive(lamp, emission=1.0),
+        environment=environment,
+    )
+
+
+def _sun(along):
+    """A wide lobe about a direction aside; below the horizon dark."""
+    toward = jnp.array([0.48, 0.36, 0.8])
+    return 2.0 * jnp.exp(6.0 * (along @ toward - 1.0)) * (along[2] > 0.0)
+
+
+def _small_sun(along):
+    """A disc of 4 degrees' radius."""
+    return jnp.where(along @ jnp.array([0.0, 0.6, 0.8]) > 0.9975, 300.0, 0.0)
+
+
+def _floor_under(environment, key, count=4 * COUNT):
+    """Flux on four squares of the floor by photons and by paths to the sky, with their errors."""
+    scene, half = _open(environment), 0.12
+    middle = np.array([[0.0, 0.0], [-0.3, 0.1], [0.6, -0.5], [-0.7, 0.7]])
+    found = trace_photons(scene, key, count, 0)
+    p, flux = np.asarray(found.position[0]), np.asarray(found.flux[0]) * count
+    inside = np.all(np.abs(p[None, :, :2] - middle[:, None]) < half, -1)
+    inside &= (np.asarray(found.index[0]) == 0) & np.asarray(found.front[0])
+    sums = [estimate(jnp.asarray(np.where(row, flux, 0.0))) for row in inside]
+    return scene, middle, half, sums
+
+
+@pytest.mark.parametrize("sky", [0.4, _sun])
+def test_the_sky_sends_what_paths_find(sky, key):
+    scene, middle, half, sums = _floor_under(sky, key)
+    t, w = np.polynomial.legendre.leggauss(8)
+    x = middle[:, None, None] + half * np.stack(np.meshgrid(t, t), -1)
+    at = receiver(np.append(x.reshape(-1, 2), np.zeros((x.size // 2, 1)), 1), on=0)
+    keys = jax.random.split(key, x.size // 2)
+    E = jax.vmap(lambda a, k: path_irradiance(scene, a, key=k, paths=2000, bounces=0))(at, keys)
+    weight = half**2 * np.outer(w, w)
+    each = np.asarray(E.mean).reshape(x.shape[:-1]), np.asarray(E.error).reshape(x.shape[:-1])
+    truth = np.einsum("ij,kij->k", weight, each[0])
+    off = np.sqrt(np.einsum("ij,kij->k", weight**2, each[1] ** 2))
+    mean, error = (np.array([getattr(s, a) for s in sums]) for a in ("mean", "error"))
+    assert z_test(mean, np.hypot(error, off), truth).passed
+    assert not z_test(mean, np.hypot(error, off), 1.4 * truth).passed
+
+
+def test_a_small_sun_is_found(key):
+    found, half = _floor_under(_small_sun, key)[3][3], 0.12  # in the open
+    truth = 300.0 * 2.0 * np.pi * (1.0 - 0.9975) * 0.8 * (2.0 * half) ** 2
+    lamp = _floor_under(0.0, key)[3][3]
+    assert abs(found.mean - lamp.mean - truth) < 4.0 * np.hypot(found.error, lamp.error)
+    assert found.error < 0.15 * truth  # of directions even over the sky it would be half
+
+
+def test_every_part_of_a_sky_of_unknown_light_sends_photons():
+    scene = _open(lambda along: jnp.where(along[0] > 0.999999, 1e6, 0.0))
+    fluxes = photons._sky_fluxes(scene, jnp.asarray(1.0), jnp.asarray(2.0))
+    assert jnp.all(fluxes > 0.0)
+    np.testing.assert_allclose(jnp.sum(fluxes), 0.2, rtol=1e-12)
+
+
 @pytest.mark.parametrize(
     ("scene", "words"),
     [
-        (lambda: room(LAMPS["disc"][0], environment=1.0), "a sky sends no photons"),
+        (
+            lambda: Scene.of(primitive(plane((0, 0, 0), (0, 0, 1))), environment=1.0),
+            "no plane under a sky",
+        ),
         (lambda: Scene.of(primitive(plane((0, 0, 2), (0, 0, -1)), emission=1.0)), "a plane shines"),
     ],
 )

@@ -1,4 +1,4 @@
-"""Photons of space: flux sent from the lamps and followed until it is absorbed."""
+"""Photons of space: flux sent from lamps and sky and followed until it is absorbed."""
 
 from __future__ import annotations
 
@@ -10,17 +10,19 @@ from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
 from firstorder._argument_checks import check_positive, is_concrete
 from firstorder.conventions import cylindrical
-from firstorder.numerics._vectors import matvec, orthonormal_frame
-from firstorder.sampling._distributions import Discrete
+from firstorder.numerics._vectors import matvec, norm, orthonormal_frame
+from firstorder.sampling._distributions import Discrete, safe_sqrt
 from firstorder.sampling._paths import SURVIVAL, Arrived, follow_photons, path_lengths
 from firstorder.scene._bands import check_one_band
 from firstorder.scene._questions import check_shines
 from firstorder.space.bounces._surface_points import area_density, point_on
 from firstorder.space.bounces._vertices import Vertex, meet, scattered
 from firstorder.space.scene import BACK, FRONT, Scene
-from firstorder.space.shapes.kinds import Planes
+from firstorder.space.shapes.kinds import Discs, Planes, Rectangles, Triangles
 
+FLAT = (Discs, Rectangles, Triangles)
 LATTICE = 8  # points along each side of the square by which a lamp's area is found
+SKY_CELLS = 32  # along each side of the sky, of which the brighter send more photons
 
 
 class Photons(eqx.Module):
@@ -49,13 +51,16 @@ def trace_photons(
     *,
     survival: float = SURVIVAL,
 ) -> Photons:
-    """Sends photons from all lamps, each lamp by its flux, and follows them.
+    """Sends photons from all lamps and from the sky, each by its flux, and follows them.
 
-    A side of radiance L sends `pi L` from each square metre, by the cosine. Photons are reflected
-    by Russian roulette, so that each keeps its flux. Light that would go on after `bounces`
-    reflections is lost: a share of `survival^bounces` at most.
+    A side of radiance L sends `pi L` from each square metre, by the cosine. The sky sends `L pi
+    R^2` from each solid angle, over the disc that a ball of radius R around all shapes shows to it;
+    most of that may miss them. Photons are reflected by Russian roulette, so that each keeps its
+    flux. Light that would go on after `bounces` reflections is lost: a share of `survival^bounces`
+    at most.
 
-    Valid for lamps of finite size: neither the sky nor a plane that shines sends photons.
+    Valid for lamps of finite size: no plane that shines sends photons, and the sky sends none into
+    a scene that holds a plane, which no ball surrounds.
 
     Args:
         scene: what shines and reflects.
@@ -65,8 +70,8 @@ def trace_photons(
         survival: the most that roulette lets go on.
 
     Raises:
-        ValueError: if there is no photon, bounces are negative, `survival` is not in (0, 1), or
-            light comes from a sky or a plane.
+        ValueError: if there is no photon, bounces are negative, `survival` is not in (0, 1), a
+            plane shines, or the sky shines on a plane.
 
     Reference: Jensen 2001; J12 §4.4.
 
@@ -90,16 +95,19 @@ def _check_lamps(scene: Scene) -> None:
     """Refuses light that no photon can carry; a traced scene is not looked at.
 
     Raises:
-        ValueError: if a sky or a plane shines.
+        ValueError: if a plane shines, or a sky over a plane.
     """
-    shines = callable(scene.environment) or (
-        is_concrete(scene.environment) and np.any(np.asarray(scene.environment) > 0.0)
-    )
-    if shines:
-        raise ValueError("Argument `scene` must be lit by its shapes: a sky sends no photons.")
     bright, endless = scene.material.emission, _endless(scene)
     if is_concrete(bright) and np.any(np.asarray(bright)[endless] > 0.0):
         raise ValueError("Argument `scene` must have lamps with an end, but a plane shines.")
+    shines = callable(scene.environment) or (
+        is_concrete(scene.environment) and np.any(np.asarray(scene.environment) > 0.0)
+    )
+    if shines and np.any(endless):
+        raise ValueError(
+            "Argument `scene` must hold no plane under a sky, for photons start around all shapes: "
+            "a large rectangle does."
+        )
 
 
 def _endless(scene: Scene) -> np.ndarray:
@@ -135,18 +143,88 @@ def _thrown(scene: Scene, key, count: int, bounces: int, survival) -> Photons:
 def _sent(scene: Scene, u: Float[Array, "n 5"]):
     """Places, directions, own shapes and fluxes of new photons."""
     emission = scene.material.emission.T.ravel()  # all fronts, then all backs
-    power = emission * jnp.tile(_areas(scene), 2)
-    pick = Discrete(power)
+    ball = _ball(scene)
+    lamps = jnp.pi * emission * jnp.tile(_areas(scene), 2)
+    pick = Discrete(jnp.concatenate([lamps, _sky_fluxes(scene, ball[1], jnp.sum(lamps))]))
     number, _ = pick.sample(u[:, 0])
+    chance, of_sky = pick.probability[number], number >= len(lamps)
+    place, along, flux = _from_shapes(scene, jnp.minimum(number, len(lamps) - 1), u[:, 1:])
+    beyond, down, light = _from_sky(scene, ball, jnp.maximum(number - len(lamps), 0), u[:, 1:])
+    place = jnp.where(of_sky[:, None], beyond, place)
+    along = jnp.where(of_sky[:, None], down, along)
+    sent = jnp.where(of_sky, light, flux) / jnp.where(chance > 0.0, chance, 1.0) / u.shape[0]
+    on = jnp.where(of_sky, -1, number % scene.count).astype(jnp.int32)
+    return place, along, on, jnp.where(chance > 0.0, sent, 0.0)
+
+
+def _from_shapes(scene: Scene, number: Int[Array, " n"], u: Float[Array, "n 4"]):
+    """Places on the sides of these numbers, directions by the cosine, and flux over density."""
+    emission = scene.material.emission.T.ravel()
     on, side = number % scene.count, jnp.where(number < scene.count, FRONT, BACK)
-    place, normal = jax.vmap(lambda i, u: scene.ask(i, lambda s: point_on(s, u)))(on, u[:, 1:3])
-    density = area_density(scene, on, normal) * pick.probability[number]
+    place, normal = jax.vmap(lambda i, u: scene.ask(i, lambda s: point_on(s, u)))(on, u[:, :2])
+    density = area_density(scene, on, normal)
     outward = jnp.where(side == FRONT, 1.0, -1.0)[:, None] * normal
-    rho = jnp.sqrt(u[:, 3])
-    local = cylindrical(rho, 2.0 * jnp.pi * u[:, 4], jnp.sqrt(1.0 - u[:, 3]))
+    rho = jnp.sqrt(u[:, 2])
+    local = cylindrical(rho, 2.0 * jnp.pi * u[:, 3], jnp.sqrt(1.0 - u[:, 2]))
     along = matvec(orthonormal_frame(outward), local)
-    sent = jnp.pi * emission[number] / jnp.where(density > 0.0, density, 1.0) / u.shape[0]
-    return place, along, on.astype(jnp.int32), jnp.where(density > 0.0, sent, 0.0)
+    sent = jnp.pi * emission[number] / jnp.where(density > 0.0, density, 1.0)
+    return place, along, jnp.where(density > 0.0, sent, 0.0)
+
+
+def _from_sky(scene: Scene, ball: tuple[Array, Array], cell: Int[Array, " n"], u):
+    """Places on the discs that a ball shows to directions of these cells of the sky; the same."""
+    (middle, radius), side = ball, _cells(scene)
+    row = jnp.stack([cell // side, cell % side], -1)
+    sky = _direction((row + u[:, 2:]) / side)
+    across = cylindrical(jnp.sqrt(u[:, 0]), 2.0 * jnp.pi * u[:, 1], jnp.ones_like(u[:, 0]))
+    place = middle + radius * matvec(orthonormal_frame(sky), across)
+    return place, -sky, 4.0 * jnp.pi**2 * radius**2 / side**2 * jax.vmap(scene.sky)(sky)
+
+
+def _cells(scene: Scene) -> int:
+    """Cells along each side of the sky: a number is as bright everywhere."""
+    return SKY_CELLS if callable(scene.environment) else 1
+
+
+def _direction(u: Float[Array, "n 2"]) -> Float[Array, "n 3"]:
+    """Directions, even over the sphere as u is over the unit square."""
+    z = 1.0 - 2.0 * u[:, 0]
+    return cylindrical(safe_sqrt(1.0 - z * z), 2.0 * jnp.pi * u[:, 1], z)
+
+
+def _sky_fluxes(scene: Scene, radius: Float[Array, ""], others: Float[Array, ""]) -> Array:
+    """Flux from each cell of the sky, by the radiance in its middle and in those around.
+
+    A sun that no middle meets must not be lost: a tenth of a function's photons go to all cells,
+    and of all photons a tenth to the sky.
+    """
+    side = _cells(scene)
+    L = jax.vmap(scene.sky)(_direction(_lattice(scene, side)))
+    whole = 4.0 * jnp.pi**2 * radius**2
+    if not callable(scene.environment):
+        return whole * L
+    # A cell that the rim of a sun passes has more light than its middle.
+    rows = jnp.pad(L.reshape(side, side), ((1, 1), (0, 0)), mode="edge")
+    around = [jnp.roll(rows[i : i + side], k, 1) for i in (0, 1, 2) for k in (-1, 0, 1)]
+    flux = whole / side**2 * (0.5 * L + 0.5 * jnp.mean(jnp.stack(around), 0).ravel())
+    least = jnp.maximum(0.1 * jnp.sum(flux), 0.1 * others) + jnp.finfo(flux.dtype).tiny
+    return flux + least / side**2
+
+
+def _ball(scene: Scene) -> tuple[Float[Array, "3"], Float[Array, ""]]:
+    """Middle and radius of a ball around all shapes but planes, not the smallest."""
+    center, reach = [], []
+    for group in scene.groups:
+        if not isinstance(group, Planes):
+            axes = jnp.asarray(group.axes)[..., : 2 if isinstance(group, FLAT) else 3]
+            center.append(jnp.asarray(group.center))
+            reach.append(jnp.sum(norm(jnp.swapaxes(axes, -1, -2)), -1))  # canonically in a cube
+    if not center:
+        return jnp.zeros(3), jnp.zeros(())
+    center, reach = jnp.concatenate(center), jnp.concatenate(reach)
+    low, high = center - reach[:, None], center + reach[:, None]
+    middle = 0.5 * (jnp.min(low, 0) + jnp.max(high, 0))
+    return middle, jnp.max(norm(center - middle) + reach)
 
 
 def _areas(scene: Scene) -> Float[Array, " n"]:
@@ -154,9 +232,7 @@ def _areas(scene: Scene) -> Float[Array, " n"]:
 
     What the pick is off by is made up for by the flux of each photon.
     """
-    middles = (np.arange(LATTICE) + 0.5) / LATTICE
-    u = jnp.asarray(np.stack(np.meshgrid(middles, middles), -1).reshape(-1, 2))
-    u = u.astype(scene.material.emission.dtype)
+    u = _lattice(scene, LATTICE)
 
     def area(index):
         _, normal = jax.vmap(lambda u: scene.ask(index, lambda s: point_on(s, u)))(u)
@@ -165,3 +241,10 @@ def _areas(scene: Scene) -> Float[Array, " n"]:
 
     areas = jax.vmap(area)(jnp.arange(scene.count))
     return jnp.where(jnp.asarray(_endless(scene)), 0.0, areas)
+
+
+def _lattice(scene: Scene, side: int) -> Float[Array, "n 2"]:
+    """Middles of the cells of the unit square in rows, in the scene's precision."""
+    middles = (np.arange(side) + 0.5) / side
+    u = np.stack(np.meshgrid(middles, middles, indexing="ij"), -1).reshape(-1, 2)
+    return jnp.asarray(u, scene.material.emission.dtype)
