@@ -11,9 +11,10 @@ from __future__ import annotations
 
 import json
 import pathlib
-import shutil
 import textwrap
 from typing import Any
+
+from PIL import Image
 
 from figures.verdicts import HOLDS, MEASURED, REFUTED, UNDECIDED
 from firstorder import io, session
@@ -28,6 +29,7 @@ README = FOLDER.parent / "README.md"
 PAGE = FOLDER.parent / "CLAIMS.md"
 LAWS = FOLDER.parent / "docs" / "portraits.md"
 OURS = "ours"
+WIDE = 1200  # pixels of a picture that is kept
 _BEGIN, _END = "<!-- begin: {} -->", "<!-- end: {} -->"
 # Pictures that the README and the documentation show.
 GALLERY = (
@@ -197,6 +199,14 @@ def differences(records: list[Record], others: list[Record]) -> list[str]:
     ]
 
 
+def _small(picture: pathlib.Path) -> Image.Image:
+    """A picture as wide as a page shows it, so that the repository stays small."""
+    with Image.open(picture) as image:
+        small = image.convert("RGB")
+    small.thumbnail((WIDE, small.height))
+    return small
+
+
 def keep() -> None:
     """Keep the claims of the last full run; renew the pages and pictures that show them."""
     records = json.loads((FOLDER / "out" / "claims.json").read_text(encoding="utf-8"))
@@ -205,7 +215,7 @@ def keep() -> None:
         raise SystemExit(f"The last run lacks {', '.join(sorted(missing))}: run `make figures`.")
     for name in GALLERY:
         with io.atomic_write(README.parent / "gallery" / f"{name}.png") as part:
-            shutil.copyfile(FOLDER / "out" / f"{name}.png", part)
+            _small(FOLDER / "out" / f"{name}.png").save(part, format="png", optimize=True)
     io.write_json(KEPT, [{k: v for k, v in r.items() if k != "seconds"} for r in records])
     io.write_json(SECONDS, {r["figure"]: round(r["seconds"], 1) for r in records})
     for page, name, text in (

@@ -24,6 +24,7 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 
 from figures.e11.shared import compared, picture, space
 from figures.e11.shared.measures import spread
@@ -72,6 +73,7 @@ def draw(quick: bool) -> Drawing:
     ax.loglog(compared.COUNTS, plain.rms, "s--", label="stratified")
     ax.loglog([one.found.floor_rays], [one.off.rms], "o", label="shared")
     ax.set(title="h) RMS error on the ground", xlabel="rays for each pixel", box_aspect=1.0)
+    ax.yaxis.set_minor_formatter(NullFormatter())  # there is no room beside (g)
     ax.legend()
 
     arrays = {
