@@ -10,6 +10,8 @@ import sys
 
 import pytest
 
+from tests.machine import slower
+
 FOLDER = pathlib.Path(__file__).parents[1] / "notebooks"
 NOTEBOOKS = sorted(f.stem for f in FOLDER.glob("*.py"))
 
@@ -68,5 +70,5 @@ def test_a_notebook_runs_at_quick_size(name):
 def test_the_path_has_converged_and_redraws_in_a_tenth_of_a_second_once_compiled():
     (seconds, elapsed), errors = run("light_field_path", 64, REDRAW + ACCURACY)
     # Processor time, summed over threads: other processes on the machine do not enter.
-    assert seconds < 0.1, f"{seconds:.3f} s of processor time, {elapsed:.3f} s in all"
+    assert seconds < 0.1 * slower(), f"{seconds:.3f} s of processor time, {elapsed:.3f} s in all"
     assert max(map(max, errors)) < 1e-3  # below a shade out of 256, in radiance and in |F|

@@ -8,6 +8,8 @@ import pathlib
 import subprocess
 import sys
 
+from tests.machine import slower
+
 FOLDER = pathlib.Path(__file__).parents[1] / "notebooks"
 
 PROGRAM = """
@@ -62,7 +64,7 @@ def test_sliders_move_the_picture_within_a_tenth_of_a_second():
     assert done.returncode == 0, done.stderr
     (seconds, elapsed), (E, first, second) = map(json.loads, done.stdout.splitlines())
     # Processor time, summed over threads: other processes on the machine do not enter.
-    assert seconds < 0.1, f"{seconds:.3f} s of processor time, {elapsed:.3f} s in all"
+    assert seconds < 0.1 * slower(), f"{seconds:.3f} s of processor time, {elapsed:.3f} s in all"
     x = (np.arange(64) + 0.5) / 64
     truth = np.array([irradiance(t) for t in x])
     np.testing.assert_allclose(E, truth, atol=2e-6)  # single precision
