@@ -208,7 +208,8 @@ def _outlines(
         points, first, last, back, live = arcs
         # An arc is turned round by going through it with t -> -t.
         back = back ^ rows(mirrored, owners[1])
-        turned = jnp.where(back[:, None] & IS_B, -1.0, 1.0).astype(e.dtype)
+        only_b = IS_B.astype(e.dtype)
+        turned = jnp.where(back, -1.0, 1.0).astype(e.dtype)[:, None] * only_b + (1.0 - only_b)
         points = jnp.einsum("mij,mkj->mki", rows(spread, owners[1]), points * turned[..., None])
         points = points + _of_center(rows(base, owners[1])[:, None])
         first, last = jnp.where(back, -last, first), jnp.where(back, -first, last)
@@ -223,7 +224,7 @@ IS_CENTER, IS_B = np.array([True, False, False]), np.array([False, False, True])
 
 def _of_center(shift: Float[Array, "*#m 3"]) -> Float[Array, "*#m 3 3"]:
     """A shift of arcs: of their centers, and not of their radii."""
-    return jnp.where(IS_CENTER[:, None], shift, 0.0)
+    return IS_CENTER[:, None].astype(shift.dtype) * shift  # anew, or JAX keeps its precision
 
 
 def _owners(kinds) -> tuple[np.ndarray, np.ndarray]:

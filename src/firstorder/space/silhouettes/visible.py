@@ -190,8 +190,8 @@ def _cut_outlines(
             derivatives.
     """
     dtype = found.lines.dtype
-    lines = jnp.where(found.lines_live[:, None, None], found.lines, jnp.asarray(SOME_LINE, dtype))
-    arcs = jnp.where(found.arcs_live[:, None, None], found.arcs, jnp.asarray(SOME_ARC, dtype))
+    lines = jnp.where(found.lines_live[:, None, None], found.lines, SOME_LINE.astype(dtype))
+    arcs = jnp.where(found.arcs_live[:, None, None], found.arcs, SOME_ARC.astype(dtype))
     begin = jnp.where(found.arcs_live, found.first, SOME_ENDS[0])
     end = jnp.where(found.arcs_live, found.last, SOME_ENDS[1])
     normals = cross(lines[:, 0], lines[:, 1])
@@ -228,9 +228,7 @@ def _harmless_parts(
     for pieces, one, live in zip((lines, arcs), (SOME_LINE, SOME_ARC), _at(seen, n), strict=True):
         if len(pieces):
             whose = np.repeat(np.arange(len(pieces)), len(live) // len(pieces))
-            pieces = jnp.where(
-                live[:, None, None], rows(pieces, whose), jnp.asarray(one, pieces.dtype)
-            )
+            pieces = jnp.where(live[:, None, None], rows(pieces, whose), one.astype(pieces.dtype))
         found.append(pieces)
     return found[0], found[1]
 
