@@ -391,4 +391,4 @@ def test_a_redraw_takes_less_than_a_tenth_of_a_second():
         return time.process_time() - begin
 
     # Processor time, summed over threads: other processes on the machine do not enter.
-    assert min(cost(k) / slower() for k in range(12)) < 0.1
+    assert min(map(cost, range(12))) < 0.1 * slower()

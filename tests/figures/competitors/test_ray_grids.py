@@ -5,21 +5,14 @@ import pytest
 
 from figures.e11.competitors.ray_grids import query, ray_grid
 from firstorder.shadowfield.rendering._weighted_sums import gather
-from firstorder.shadowfield.rendering.lamp import lamp_frame
-from firstorder.shadowfield.rendering.ray_table import RayTable
-
-LAMP = lamp_frame((0.0, 0.0, 4.0), (0.0, 0.8, 0.0), (0.5, 0.0, 0.0))
+from tests.shadowfield.rendering.test_weighted_sums import LAMP
+from tests.shadowfield.rendering.test_weighted_sums import problem as weighed
 
 
-def problem(rays=4000, count=100):
-    rng = np.random.default_rng(4)
-    local = np.column_stack([rng.uniform(-1, 1, (count, 2)), rng.uniform(3.0, 4.5, count)])
-    y = rng.uniform(-1, 1, (rays, 2)) * LAMP.half
-    v = (rng.uniform(-1, 1, (rays, 2)) - y) / 4.0
-    near = np.where(rng.random(rays) < 0.5, rng.uniform(2.0, 4.5, rays), np.inf)
-    start = rng.uniform(3.0, 5.0, rays)
-    table = RayTable(*(a.astype(np.float32) for a in (y, v, near, -near, start)))
-    return table, local, rng.uniform(0.03, 0.3, count), rng.uniform(0.2, 1.5, count)
+def problem():
+    """Rays and narrow filters, without weights."""
+    *found, _ = weighed(count=100, rays=4000, without=0.0)
+    return found
 
 
 def all_pairs(table, local, sigma, shear):
@@ -63,7 +56,7 @@ def test_finer_grids_weigh_fewer_rays_in_more_cells():
 
 
 @pytest.mark.parametrize("fault", ["short reach", "lamp too small"])
-def test_fault_is_noticed(fault, monkeypatch):
+def test_fault_is_noticed(fault):
     table, local, sigma, shear = problem()
     true, lamp = all_pairs(table, local, sigma, shear), LAMP
     if fault == "short reach":

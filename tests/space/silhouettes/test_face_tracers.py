@@ -7,9 +7,9 @@ from firstorder.space.silhouettes.face_tracers import BruteForceTracer
 from tests.space.meshes.test_triangle_mesh import icosphere
 
 
-def _first_faces_one_by_one(seed=0):
+def _first_faces_one_by_one():
     """First faces of rays to vertices of a shuffled ball: one after the other, and all at once."""
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     vertices, faces = icosphere(4)
     tracer = BruteForceTracer(mesh(vertices, rng.permutation(faces)))
     eye = np.array([0.3, -0.2, 3.0])

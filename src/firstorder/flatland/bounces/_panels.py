@@ -271,7 +271,7 @@ def _pieces(
         if (len(out) + len(todo)) << fineness.halvings >= most:
             raise ValueError(
                 f"Argument `fineness` must leave at most {MOST} nodes on all surfaces of the scene,"
-                f" but shape {i} alone has too many: take fewer `nodes` or a larger `smallest`."
+                f" but shape {i} takes them beyond: take fewer `nodes` or a larger `smallest`."
             )
         touching = TOUCHING * length
         apart = near(np.linspace(a, b, 7))

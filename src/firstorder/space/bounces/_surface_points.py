@@ -80,7 +80,7 @@ def _canonical(shape: Shape, u: Float[Array, "2"]) -> Float[Array, "3"]:
     """A uniform point on the canonical shape."""
     match shape:
         case Ellipsoids():
-            return _on_ball(u)
+            return on_ball(u)
         case Boxes():
             return _on_cube(u)
         case Cylinders():
@@ -95,8 +95,8 @@ def _canonical(shape: Shape, u: Float[Array, "2"]) -> Float[Array, "3"]:
     return jnp.stack([s, t, 0.0 * s])
 
 
-def _on_ball(u):
-    """Even in height and azimuth."""
+def on_ball(u):
+    """Even over the ball, as two rows of numbers are over the square: in height and azimuth."""
     z, phi = 1.0 - 2.0 * u[0], 2.0 * jnp.pi * u[1]
     return cylindrical(jnp.sqrt(jnp.maximum(1.0 - z * z, 0.0)), phi, z)
 

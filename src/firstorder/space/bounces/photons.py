@@ -11,16 +11,15 @@ from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 from firstorder._argument_checks import check_positive, is_concrete
 from firstorder.conventions import cylindrical
 from firstorder.numerics._vectors import matvec, norm, orthonormal_frame
-from firstorder.sampling._distributions import Discrete, safe_sqrt
+from firstorder.sampling._distributions import Discrete
 from firstorder.sampling._paths import SURVIVAL, Arrived, follow_photons, path_lengths
 from firstorder.scene._bands import check_one_band
 from firstorder.scene._questions import check_shines
-from firstorder.space.bounces._surface_points import area_density, point_on
+from firstorder.space.bounces._surface_points import area_density, on_ball, point_on
 from firstorder.space.bounces._vertices import Vertex, meet, scattered
 from firstorder.space.scene import BACK, FRONT, Scene
-from firstorder.space.shapes.kinds import Discs, Planes, Rectangles, Triangles
+from firstorder.space.shapes.kinds import Planes
 
-FLAT = (Discs, Rectangles, Triangles)
 LATTICE = 8  # points along each side of the square by which a lamp's area is found
 SKY_CELLS = 32  # along each side of the sky, of which the brighter send more photons
 
@@ -175,7 +174,7 @@ def _from_sky(scene: Scene, ball: tuple[Array, Array], cell: Int[Array, " n"], u
     """Places on the discs that a ball shows to directions of these cells of the sky; the same."""
     (middle, radius), side = ball, _cells(scene)
     row = jnp.stack([cell // side, cell % side], -1)
-    sky = _direction((row + u[:, 2:]) / side)
+    sky = on_ball(((row + u[:, 2:]) / side).T)
     across = cylindrical(jnp.sqrt(u[:, 0]), 2.0 * jnp.pi * u[:, 1], jnp.ones_like(u[:, 0]))
     place = middle + radius * matvec(orthonormal_frame(sky), across)
     return place, -sky, 4.0 * jnp.pi**2 * radius**2 / side**2 * jax.vmap(scene.sky)(sky)
@@ -186,12 +185,6 @@ def _cells(scene: Scene) -> int:
     return SKY_CELLS if callable(scene.environment) else 1
 
 
-def _direction(u: Float[Array, "n 2"]) -> Float[Array, "n 3"]:
-    """Directions, even over the sphere as u is over the unit square."""
-    z = 1.0 - 2.0 * u[:, 0]
-    return cylindrical(safe_sqrt(1.0 - z * z), 2.0 * jnp.pi * u[:, 1], z)
-
-
 def _sky_fluxes(scene: Scene, radius: Float[Array, ""], others: Float[Array, ""]) -> Array:
     """Flux from each cell of the sky, by the radiance in its middle and in those around.
 
@@ -199,7 +192,7 @@ def _sky_fluxes(scene: Scene, radius: Float[Array, ""], others: Float[Array, ""]
     and of all photons a tenth to the sky.
     """
     side = _cells(scene)
-    L = jax.vmap(scene.sky)(_direction(_lattice(scene, side)))
+    L = jax.vmap(scene.sky)(on_ball(_lattice(scene, side).T))
     whole = 4.0 * jnp.pi**2 * radius**2
     if not callable(scene.environment):
         return whole * L
@@ -216,8 +209,8 @@ def _ball(scene: Scene) -> tuple[Float[Array, "3"], Float[Array, ""]]:
     center, reach = [], []
     for group in scene.groups:
         if not isinstance(group, Planes):
-            axes = jnp.asarray(group.axes)[..., : 2 if isinstance(group, FLAT) else 3]
-            center.append(jnp.asarray(group.center))
+            axes = group.axes[..., : 3 if group.closed else 2]
+            center.append(group.center)
             reach.append(jnp.sum(norm(jnp.swapaxes(axes, -1, -2)), -1))  # canonically in a cube
     if not center:
         return jnp.zeros(3), jnp.zeros(())

@@ -42,6 +42,7 @@ from firstorder.space.silhouettes.analytic import _arcs_of, _Outlines, _outlines
 
 UP = np.array([0.0, 0.0, 1.0])
 # A segment and an arc above the horizon, in place of those that do not live.
+# Given their precision anew where they are used: JAX keeps that of an array which it captures.
 SOME_LINE = np.array([[1.0, 0.0, 1.0], [0.0, 1.0, 1.0]])
 SOME_ARC, SOME_ENDS = np.eye(3)[[2, 0, 1]], (0.0, 1.0)
 
