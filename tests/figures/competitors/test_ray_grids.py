@@ -11,8 +11,8 @@ from tests.shadowfield.rendering.test_weighted_sums import problem as weighed
 
 def problem():
     """Rays and narrow filters, without weights."""
-    *found, _ = weighed(count=100, rays=4000, without=0.0)
-    return found
+    table, local, sigma, shear, _ = weighed(count=100, rays=4000, without=0.0)
+    return table, local, sigma, shear
 
 
 def all_pairs(table, local, sigma, shear):

@@ -224,7 +224,8 @@ IS_CENTER, IS_B = np.array([True, False, False]), np.array([False, False, True])
 
 def _of_center(shift: Float[Array, "*#m 3"]) -> Float[Array, "*#m 3 3"]:
     """A shift of arcs: of their centers, and not of their radii."""
-    return IS_CENTER[:, None].astype(shift.dtype) * shift  # anew, or JAX keeps its precision
+    only = jnp.asarray(IS_CENTER[:, None], shift.dtype)  # anew, or JAX keeps its precision
+    return only * shift
 
 
 def _owners(kinds) -> tuple[np.ndarray, np.ndarray]:
