@@ -252,6 +252,58 @@ def test_an_exact_view_beside_rays(capsys):
     assert rays >= 10.0 * seen
 
 
+def under_a_lamp(count):
+    """Discs of one size that do not overlap, and a lamp above them."""
+    from firstorder.flatland import Circles, Scene, Segments, primitive
+
+    rng, radius, centers = np.random.default_rng(0), 0.35 / count**0.5, np.zeros((0, 2))
+    while len(centers) < count:
+        c = rng.uniform((-1.0, 0.4), (1.0, 1.6))
+        if np.all(np.linalg.norm(centers - c, axis=1) > 2.05 * radius):
+            centers = np.vstack([centers, c])
+    lamp = Segments((1.0, 2.0), (-1.0, 2.0))
+    return Scene.of(primitive(Circles(centers, radius)), primitive(lamp, emission=1.0))
+
+
+def test_many_discs_by_depth_beside_rays(capsys, monkeypatch):
+    """E, E' and E'' of discs under a lamp: in order of their depth, and by a ray in each gap."""
+    import jax
+    import jax.numpy as jnp
+
+    from firstorder import session
+    from firstorder.flatland import Receiver, _depth_order, irradiance
+    from firstorder.scene._derivatives import line_derivatives
+
+    session.start(cache="off")
+    x = jnp.linspace(-1.0, 1.0, 1024)
+
+    def jets(scene):
+        def one(x):
+            at = lambda x: Receiver(jnp.stack([x, 0.0 * x]), 0.0 * x)  # noqa: E731
+            d = line_derivatives(lambda x: irradiance(scene, at(x)), x)
+            return d.value, d.gradient, d.hessian
+
+        return best(jax.jit(lambda x: jax.lax.map(one, x, batch_size=16)), x) / x.size
+
+    ratios = []
+    for count in (64, 256):
+        scene = under_a_lamp(count)
+        by_depth = jets(scene)
+        with monkeypatch.context() as patch:
+            patch.setattr(_depth_order, "MANY", count + 1)
+            jax.clear_caches()
+            by_rays = jets(scene)
+        jax.clear_caches()
+        ratios.append(by_rays / by_depth)
+        with capsys.disabled():
+            print(
+                f"\n{count} discs, E, E' and E'' of a receiver: {1e6 * by_depth:.1f} us, "
+                f"{ratios[-1]:.1f} times as long by rays"
+            )
+    assert ratios[0] > 1.2
+    assert ratios[1] > 2.5
+
+
 def _radiance(scene, hits, d):
     import jax
     import jax.numpy as jnp

@@ -198,6 +198,28 @@ def first_shape(
     return one_list(lambda fixed, rays: search(*fixed, rays))((groups, rank), rays)
 
 
+def first_of(
+    groups: Sequence[Any], rank: Int[Array, " n"], numbers: Int[Array, "k r"], rays: Rays
+) -> Int[Array, " r"]:
+    """Number of the one that each ray meets first among k shapes of its own, -1 for none.
+
+    Args:
+        groups: the shapes.
+        rank: `ranks` of all of them.
+        numbers: of those that each ray is asked about, -1 for none.
+        rays: with their leading axis.
+    """
+
+    def meet(number, origin, along, on):
+        known = jnp.maximum(number, 0)
+        t = picked(groups, known, lambda shape: shape.distance(origin, along, on == number))
+        return jnp.where(number == MISS, jnp.inf, t)
+
+    t = jax.vmap(lambda row: jax.vmap(meet)(row, *rays))(numbers)
+    t = t + _rounding(rays[0]) / tie(t.dtype)
+    return highest(t, rank[numbers], rank.shape[0])
+
+
 def free_ways(
     groups: Sequence[Any],
     origins: Float[Array, "n d"],

@@ -25,6 +25,7 @@ class Shape(eqx.Module):
 
     closed = False
     lengths: ClassVar[tuple[str, ...]] = ()  # names of the leaves in metres; others are angles
+    silhouette_count: ClassVar[int]  # how many points `silhouettes` gives
 
     def in_unit(self, unit: Float[Array, ""]) -> Shape:
         """The shapes with their lengths in another unit.

@@ -28,7 +28,7 @@ from firstorder._argument_checks import (
 )
 from firstorder.conventions import direction
 from firstorder.flatland.shapes._base import Point, Shape, column, rows, same, spread, stack
-from firstorder.flatland.shapes._fourier import CurveRoots
+from firstorder.flatland.shapes._fourier import MOST_TANGENTS, CurveRoots
 from firstorder.numerics._planar import cross_2d, dot_2d, left
 
 # --- straight ------------------------------------------------------------------------------------
@@ -54,6 +54,7 @@ class Segments(Shape):
     """
 
     lengths = ("start", "end")
+    silhouette_count = 2
 
     start: Float[Array, "n 2"] = eqx.field(converter=lambda p: rows(p))
     end: Float[Array, "n 2"] = eqx.field(converter=lambda p: rows(p))
@@ -180,6 +181,7 @@ class Circles(Shape):
     """
 
     lengths = ("center", "radius")
+    silhouette_count = 2
 
     center: Float[Array, "n 2"] = eqx.field(converter=lambda p: rows(p))
     radius: Float[Array, " n"] = eqx.field(converter=lambda r: column(r))
@@ -267,6 +269,7 @@ class Arcs(Shape):
     """
 
     lengths = ("center", "radius")
+    silhouette_count = 4
 
     center: Float[Array, "n 2"] = eqx.field(converter=lambda p: rows(p))
     radius: Float[Array, " n"] = eqx.field(converter=lambda r: column(r))
@@ -348,6 +351,7 @@ class Ellipses(Shape):
     """
 
     lengths = ("center", "semi")
+    silhouette_count = 2
 
     center: Float[Array, "n 2"] = eqx.field(converter=lambda p: rows(p))
     semi: Float[Array, "n 2"] = eqx.field(converter=lambda p: rows(p))
@@ -442,6 +446,7 @@ class Curves(Shape):
     """
 
     lengths = ("cosines", "sines")
+    silhouette_count = MOST_TANGENTS
 
     cosines: Float[Array, "n k 2"] = eqx.field(converter=lambda c: stack(c))
     sines: Float[Array, "n k 2"] = eqx.field(converter=lambda c: stack(c))
