@@ -274,15 +274,15 @@ def test_gradient_and_hessian_in_every_leaf(place):
 def twisted(speed, p):
     """E and its gradient with edges that move `speed` times as fast; compiled for all faults."""
     view = importlib.import_module("firstorder.flatland.visible")
-    true_sine = view._sine_of
+    true_angle = view.local_angle
 
     def wrong(*at):
-        sine = true_sine(*at)
-        still = jax.lax.stop_gradient(sine)
-        return still + speed * (sine - still)
+        angle = true_angle(*at)
+        still = jax.lax.stop_gradient(angle)
+        return still + speed * (angle - still)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(view, "_sine_of", wrong)
+        patch.setattr(view, "local_angle", wrong)
         return jax.value_and_grad(lambda p: exact_E(p))(p)
 
 

@@ -95,12 +95,11 @@ def irradiance(
     """
     check_asked_one(scene, Scene, at, Receiver)
     near, here, cuts = _in_own_unit(scene, at, None if cuts is None else as_float(cuts))
-    by_nodes = radiance is not None or scene.environment is not None
-    seen, sines = _cut_hemisphere(near, here, cuts, by_sines=not by_nodes)
+    seen = _cut_hemisphere(near, here, cuts)
     E = point_light_irradiance(scene, at)
     if radiance is None:
-        E = E + _emitted(near, here, seen, sines)
-    if by_nodes:
+        E = E + _emitted(near, here, seen)
+    if radiance is not None or scene.environment is not None:
         E = E + _integrated(scene, at, seen, radiance, nodes)
     return E
 
@@ -201,17 +200,15 @@ def point_light_irradiance(
     return jnp.sum(jnp.where(lit, each, 0.0))
 
 
-def _emitted(
-    scene: Scene, at: Receiver, seen: View, sines: Float[Array, " m_1"] | None
-) -> Float[Array, ""]:
-    """Emission of the shapes: differences of sines, of the angles if they are not known."""
+def _emitted(scene: Scene, at: Receiver, seen: View) -> Float[Array, ""]:
+    """Emission of the shapes: differences of sines."""
     fixed, here = jax.lax.stop_gradient((scene, at))
     ends = jax.lax.stop_gradient(seen.angles)
     along = direction(here.n + 0.5 * (ends[1:] + ends[:-1]))
     number = jnp.maximum(seen.seen, 0)
     front = jax.vmap(lambda i, d: fixed.front(i, here.position, d, here.on))(number, along)
     L = scene.material.emission[number, jnp.where(front, FRONT, BACK)]
-    sines = jnp.sin(seen.angles) if sines is None else sines
+    sines = jnp.sin(seen.angles)
     return jnp.sum(jnp.where(seen.seen >= 0, L, 0.0) * (sines[1:] - sines[:-1]))
 
 

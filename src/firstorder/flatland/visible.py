@@ -236,29 +236,11 @@ def local_angle(receiver: Receiver, point: Float[Array, "2"]) -> Float[Array, ""
         >>> round(left.item(), 6)  # pi / 4
         0.785398
     """
-    return _angle_of(*_sideways_and_up(receiver, point))
-
-
-def _sideways_and_up(receiver: Receiver, point: Float[Array, "2"]):
-    """Where a point lies, counter-clockwise of the normal and along it [m]."""
     u = point - receiver.position
     away = jnp.sum(jnp.abs(u)) != 0.0  # NaN is somewhere, and stays NaN
     up, side = dot_2d(receiver.normal, u), cross_2d(receiver.normal, u)
-    return jnp.where(away, side, 1.0), jnp.where(away, up, 0.0)
-
-
-def _angle_of(side: Float[Array, "*n"], up: Float[Array, "*n"]) -> Float[Array, "*n"]:
-    return jnp.clip(jnp.arctan2(side, up), -HORIZON, HORIZON)
-
-
-def _sine_of(side: Float[Array, "*n"], up: Float[Array, "*n"]) -> Float[Array, "*n"]:
-    """Sine of `_angle_of`, by lengths."""
-    # In a unit of its own: the squares of what is very near would vanish.
-    unit = jax.lax.stop_gradient(jnp.maximum(jnp.abs(side), jnp.abs(up)))
-    side, up = side / unit, up / unit
-    below = up <= 0.0  # NaN is not, and stays NaN
-    sine = side / jnp.sqrt(side * side + jnp.where(below, 1.0, up) ** 2)
-    return jnp.where(below, jnp.where(side < 0.0, -1.0, 1.0), sine)
+    angle = jnp.arctan2(jnp.where(away, side, 1.0), jnp.where(away, up, 0.0))
+    return jnp.clip(angle, -HORIZON, HORIZON)
 
 
 @compiled_after(check_question)
@@ -286,7 +268,7 @@ def view(scene: Scene, at: Receiver, *, cuts: Float[Array, "c 2"] | None = None)
     check_asked_one(scene, Scene, at, Receiver, bands=True)
     if cuts is not None:
         cuts = as_float(cuts)
-    return _cut_hemisphere(*_in_own_unit(scene, at, cuts))[0]
+    return _cut_hemisphere(*_in_own_unit(scene, at, cuts))
 
 
 def _in_own_unit(
@@ -303,50 +285,30 @@ def _in_own_unit(
     return scene, at, None if cuts is None else cuts / unit
 
 
-def _cut_hemisphere(
-    scene: Scene, at: Receiver, cuts: Float[Array, "c 2"] | None, *, by_sines: bool = False
-) -> tuple[View, Float[Array, " m_1"] | None]:
-    """`view` in a unit in which squares of lengths keep their digits (`_in_own_unit`).
-
-    Args:
-        scene: the shapes; with `by_sines` without an environment.
-        at: the receiver.
-        cuts: further points in whose directions to cut.
-        by_sines: whether only the sines of the angles have derivatives. They are computed from the
-            points by lengths, in less time than angles, and their derivatives still more so.
-
-    Returns:
-        The view, and the sines if they were asked for.
-    """
+def _cut_hemisphere(scene: Scene, at: Receiver, cuts: Float[Array, "c 2"] | None) -> View:
+    """`view` in a unit in which squares of lengths keep their digits (`_in_own_unit`)."""
     points, valid = scene.silhouettes(at.position, at.on)
     if cuts is not None:
         points = jnp.concatenate([points, cuts])
         valid = jnp.concatenate([valid, jnp.ones(cuts.shape[0], bool)])
     # A point that does not exist is replaced before its angle is asked for: no NaN in gradients.
     points = jnp.where(valid[:, None], points, at.position + at.normal)
-    side, up = jax.vmap(lambda p: _sideways_and_up(at, p))(points)
-    known = jnp.isfinite(at.n) & jnp.all(jnp.isfinite(at.position)) & ~scene.unsound
-    sines = None
-    if by_sines:
-        sines = nan_unless(known, jnp.where(valid, _sine_of(side, up), 1.0))
-        side, up = jax.lax.stop_gradient((side, up))
-    angles = jnp.where(valid, _angle_of(side, up), HORIZON)
+    angles = jax.vmap(lambda p: local_angle(at, p))(points)
+    angles = jnp.where(valid, angles, HORIZON)
     far = jnp.where(valid, jnp.sum((points - at.position) ** 2, -1), jnp.inf)
     breaks = getattr(scene.environment, "breaks", None)
     if breaks is not None:
         turned = jnp.mod(breaks - at.n + jnp.pi, 2.0 * jnp.pi) - jnp.pi
         angles = jnp.concatenate([angles, jnp.clip(turned, -HORIZON, HORIZON)])
         far = jnp.concatenate([far, jnp.full_like(turned, jnp.inf)])
-    angles = nan_unless(known, angles)
+    known = jnp.isfinite(at.n) & jnp.all(jnp.isfinite(at.position))
+    angles = nan_unless(known & ~scene.unsound, angles)
     order = order_of(angles)
     edge = jnp.full((1,), HORIZON, angles.dtype)
     angles = jnp.concatenate([-edge, angles[order], edge])
     far = jnp.concatenate([edge, far[order], edge])
     fixed = jax.lax.stop_gradient((angles, far))
-    seen = View(angles, _in_line(_seen(scene, at, angles, order), *fixed))
-    if sines is None:
-        return seen, None
-    return seen, jnp.concatenate([-jnp.ones_like(edge), sines[order], jnp.ones_like(edge)])
+    return View(angles, _in_line(_seen(scene, at, angles, order), *fixed))
 
 
 def _in_line(seen: Int[Array, " m"], angles: Float[Array, " m_1"], far: Float[Array, " m_1"]):
