@@ -278,9 +278,11 @@ def test_many_discs_by_depth_beside_rays(capsys, monkeypatch):
     x = jnp.linspace(-1.0, 1.0, 1024)
 
     def jets(scene):
+        def E(x):
+            return irradiance(scene, Receiver(jnp.stack([x, 0.0 * x]), 0.0 * x))
+
         def one(x):
-            at = lambda x: Receiver(jnp.stack([x, 0.0 * x]), 0.0 * x)  # noqa: E731
-            d = line_derivatives(lambda x: irradiance(scene, at(x)), x)
+            d = line_derivatives(E, x)
             return d.value, d.gradient, d.hessian
 
         return best(jax.jit(lambda x: jax.lax.map(one, x, batch_size=16)), x) / x.size

@@ -9,6 +9,8 @@ Discs that do not overlap meet a ray in intervals that do not overlap either, so
 nearer has the smaller power, on every ray that meets both. One sort by power is their order from
 front to back for a receiver, and no ray is needed. (From inside a circle the power is negative: it
 comes first, as it hides all others.)
+
+Whether discs overlap is asked of all pairs, once for a scene and not for each receiver.
 """
 
 from __future__ import annotations
