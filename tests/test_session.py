@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 import jaxlib
 import pytest
+from jax._src.lru_cache import LRUCache
 
 from firstorder import session
 
@@ -16,6 +17,7 @@ def flags():
     """Puts back the flags that a test changes: they are global to the process."""
     names = (
         "jax_enable_x64",
+        "jax_default_matmul_precision",
         "jax_compilation_cache_dir",
         "jax_persistent_cache_min_compile_time_secs",
         "jax_persistent_cache_min_entry_size_bytes",
@@ -31,6 +33,13 @@ def flags():
 def test_precision_is_the_one_asked_for(tmp_path, x64, dtype):
     session.start(x64=x64, cache=tmp_path)
     assert jnp.asarray(1.0).dtype == dtype
+
+
+@pytest.mark.parametrize("product", [jnp.dot, lambda a, b: jnp.einsum("ij,jk->ik", a, b)])
+def test_products_keep_all_bits_of_their_factors_on_any_device(tmp_path, product):
+    session.start(cache=tmp_path)
+    ones = jnp.ones((2, 2), jnp.float32)
+    assert "precision = [HIGHEST, HIGHEST]" in jax.jit(product).lower(ones, ones).as_text()
 
 
 def test_settings_are_those_that_change_bits(tmp_path, monkeypatch):
@@ -103,8 +112,11 @@ def test_what_is_half_written_is_never_read(tmp_path, monkeypatch):
         path.write_text("half")
         raise OSError("killed")
 
+    kind = type(
+        LRUCache(str(tmp_path), max_size=-1).path
+    )  # etils's own paths, where that is installed
     with monkeypatch.context() as patch:
-        patch.setattr(Path, "write_bytes", dies)
+        patch.setattr(kind, "write_bytes", dies)
         with pytest.warns(UserWarning, match="Error writing"):
             assert double() == 6.0
     assert list(tmp_path.iterdir())

@@ -188,9 +188,10 @@ def _dual(A: Array, target: Array, weights: Array, chosen: Array) -> Scalar:
         square = A[chosen]
         size = jnp.prod(jnp.sqrt(jnp.sum(square**2, axis=1)))
         regular = jnp.abs(jnp.linalg.det(square)) > eps * size
-        y = jnp.linalg.solve(
-            jnp.where(regular, square, jnp.eye(len(square), dtype=square.dtype)), target[chosen]
-        )
+        # (On a GPU jaxlib 0.11.2 solved many small systems rightly, but not the transposed ones of
+        # their derivatives, which an inverse needs not.)
+        inverse = jnp.linalg.inv(jnp.where(regular, square, jnp.eye(len(square), dtype=A.dtype)))
+        y = jnp.sum(inverse * target[chosen], axis=1)
     terms = A * y
     rest = target - jnp.sum(terms, axis=1)
     scale = jnp.abs(target) + jnp.sum(jnp.abs(terms), axis=1)

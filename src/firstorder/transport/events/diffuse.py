@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
@@ -108,7 +110,7 @@ class SlopeWeight(Field):
             jnp.stack([jnp.broadcast_to(n, c.shape).ravel() for n in nodes], -1), c.ravel()
         )
 
-    def _placed(self, along: list[Array]) -> list:
+    def _placed(self, along: Sequence[Array]) -> list:
         """One entry per coordinate: those given on the directions, zero on positions."""
         given = dict(zip(self.frame.directions, along, strict=True))
         return [given.get(i, 0.0) for i in range(self.frame.dims)]
