@@ -7,6 +7,7 @@ import pytest
 
 from firstorder import flatland, space
 from firstorder.checks.tolerance import normwise
+from firstorder.numerics._compiled import own_programs
 from firstorder.scene import _intersect
 
 TURNS = 60
@@ -83,7 +84,7 @@ def test_a_lamp_on_a_wall_shines_as_if_there_were_no_wall(world):
 @pytest.mark.parametrize("world", WORLDS)
 def test_a_search_by_rounding_alone_loses_lamps(world, monkeypatch):
     monkeypatch.setattr(_intersect, "tie", lambda dtype: 0.0)
-    with pytest.raises(AssertionError), jax.disable_jit():
+    with own_programs(), pytest.raises(AssertionError):
         test_a_lamp_on_a_wall_shines_as_if_there_were_no_wall(world)
 
 

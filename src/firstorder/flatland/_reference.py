@@ -6,11 +6,14 @@ is the smallest of a list. The tests hold the fast tracer to it; so can a reader
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+import jax
 import numpy as np
 from scipy.optimize import brentq
 
 from firstorder.flatland.scene import Scene
-from firstorder.flatland.shapes.kinds import Arcs, Circles, Curves, Ellipses, Segments
+from firstorder.flatland.shapes.kinds import Arcs, Circles, Curves, Ellipses, Segments, Shape
 
 # A ray does not meet the point that it starts from; how near is that point still?
 OWN = 1e-7
@@ -35,10 +38,12 @@ def reference_nearest(
         >>> reference_nearest(scene, np.array([[0.0, 0.0]]), np.array([[0.0, 1.0]]))[0].item()
         2.0
     """
+    # (NumPy's numbers once: to take them out of JAX one by one takes longer than the search.)
+    groups = jax.tree.map(lambda a: np.asarray(a, np.float64), scene.groups)
     t, index = [], []
     for origin, direction in zip(np.asarray(origins), np.asarray(along), strict=True):
         best, which = np.inf, -1
-        for number, hits in enumerate(_all_hits(scene, origin, direction)):
+        for number, hits in enumerate(_all_hits(groups, origin, direction)):
             least = OWN if number == on else 0.0
             ahead = [hit for hit in hits if hit > least]
             if ahead and min(ahead) < best:
@@ -48,23 +53,23 @@ def reference_nearest(
     return np.array(t), np.array(index)
 
 
-def _all_hits(scene: Scene, o: np.ndarray, d: np.ndarray):
+def _all_hits(groups: Sequence[Shape], o: np.ndarray, d: np.ndarray):
     """For each shape, all distances at which the line meets it."""
-    for group in scene.groups:
+    for group in groups:
         for i in range(group.count):
             match group:
                 case Segments():
-                    yield _segment(np.asarray(group.start[i]), np.asarray(group.end[i]), o, d)
+                    yield _segment(group.start[i], group.end[i], o, d)
                 case Circles():
-                    axes = np.eye(2) / float(group.radius[i])
-                    yield _conic(np.asarray(group.center[i]), axes, o, d)
+                    axes = np.eye(2) / group.radius[i]
+                    yield _conic(group.center[i], axes, o, d)
                 case Arcs():
                     yield _arc(group, i, o, d)
                 case Ellipses():
-                    tilt, semi = float(group.tilt[i]), np.asarray(group.semi[i])
+                    tilt, semi = group.tilt[i], group.semi[i]
                     turn = np.array([[np.cos(tilt), np.sin(tilt)], [-np.sin(tilt), np.cos(tilt)]])
                     axes = turn / semi[:, None]
-                    yield _conic(np.asarray(group.center[i]), axes, o, d)
+                    yield _conic(group.center[i], axes, o, d)
                 case Curves():
                     yield _curve(group, i, o, d)
 
@@ -79,17 +84,21 @@ def _segment(a, b, o, d) -> list[float]:
 
 
 def _conic(center, axes, o, d) -> list[float]:
-    """`|A (o + t d - c)|^2 = 1`, a polynomial in t."""
+    """`|A (o + t d - c)|^2 = 1`: the roots of `a t^2 + 2 b t + c`, by the larger of them."""
     w, u = axes @ (o - center), axes @ d
-    roots = np.roots([u @ u, 2.0 * w @ u, w @ w - 1.0])
-    return [float(t.real) for t in roots if abs(t.imag) == 0.0]
+    a, b, c = u @ u, w @ u, w @ w - 1.0
+    square = b * b - a * c
+    if square < 0.0:
+        return []
+    q = -(b + np.copysign(np.sqrt(square), b))
+    return [float(q / a), float(c / q)] if q else [0.0]
 
 
 def _arc(group: Arcs, i: int, o, d) -> list[float]:
     """The hits of the whole circle whose angle is swept."""
-    center, start, sweep = np.asarray(group.center[i]), float(group.start[i]), float(group.sweep[i])
+    center, start, sweep = group.center[i], group.start[i], group.sweep[i]
     found = []
-    for t in _conic(center, np.eye(2) / float(group.radius[i]), o, d):
+    for t in _conic(center, np.eye(2) / group.radius[i], o, d):
         h = o + t * d - center
         turned = (np.arctan2(-h[0], h[1]) - start) * np.sign(sweep)
         if turned % (2.0 * np.pi) <= abs(sweep):
@@ -99,7 +108,7 @@ def _arc(group: Arcs, i: int, o, d) -> list[float]:
 
 def _curve(group: Curves, i: int, o, d) -> list[float]:
     """Changes of side along the curve, on many pieces, each narrowed by Brent's method."""
-    a, b = np.asarray(group.cosines[i]), np.asarray(group.sines[i])
+    a, b = group.cosines[i], group.sines[i]
     k = 2.0 * np.pi * np.arange(a.shape[0])
 
     def point(s):

@@ -252,7 +252,7 @@ def _at(a: Array, n: int) -> tuple[Array, Array]:
 def _hair(length: Float[Array, "*m"]) -> Float[Array, "*m"]:
     """Angular offset beside an edge of that angular length, at which to trace a ray [rad]."""
     eps = jnp.finfo(length.dtype).eps
-    return jnp.clip(0.01 * length, eps**0.6, eps**0.4)
+    return jnp.clip(0.01 * length, eps**0.6, eps**0.5)
 
 
 def _seen(found: _Outlines, axes, lines, straight, arcs, curved, azimuths):
