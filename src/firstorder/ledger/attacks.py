@@ -131,10 +131,13 @@ def attack(rows: Sequence[Row], factors: Sequence[float] = FACTORS) -> list[Atta
         with put_out(functions, factor, functools.partial(calls.append, None)), forgotten(folders):
             for row in rows:
                 calls.clear()
-                route = _first_to_notice(row)
+                routes = sorted(
+                    NUMERIC, key=lambda route: route not in noticed[row.equation].values()
+                )
+                route = _first_to_notice(row, routes)
                 if not route and not calls:  # what an earlier row has called may be remembered
                     forget(folders)
-                    route = _first_to_notice(row)
+                    route = _first_to_notice(row, routes)
                 noticed[row.equation][factor] = route
                 called[row.equation] |= bool(calls)
     return [
@@ -143,9 +146,9 @@ def attack(rows: Sequence[Row], factors: Sequence[float] = FACTORS) -> list[Atta
     ]
 
 
-def _first_to_notice(row: Row) -> str:
-    """The first numeric route that fails with a number; "" if none does."""
-    for route in NUMERIC:
+def _first_to_notice(row: Row, routes: Sequence[str]) -> str:
+    """The first of some numeric routes that fails with a number; "" if none does."""
+    for route in routes:
         check = getattr(row, route)
         if isinstance(check, Check):
             verdict = judge_route(route, check)
