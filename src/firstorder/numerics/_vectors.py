@@ -122,7 +122,8 @@ def orthonormal_frame(normal: Vectors) -> Float[Array, "*n 3 3"]:
     """
     across, z = normal[..., :2], normal[..., 2:]
     sign = jnp.where(z >= 0.0, 1.0, -1.0).astype(normal.dtype)
-    flat = np.eye(2) - across[..., :, None] * (across / (1.0 + sign * z))[..., None, :]
+    turned = across[..., :, None] * (across / (1.0 + sign * z))[..., None, :]
+    flat = np.eye(2, dtype=normal.dtype) - turned
     tangents = jnp.concatenate([flat, -(sign * across)[..., None, :]], -2)
     hand = jnp.concatenate([jnp.ones_like(sign), sign], -1)[..., None, :]
     return settled(jnp.concatenate([tangents * hand, normal[..., :, None]], -1))

@@ -328,7 +328,8 @@ BOX_ENDS, BOX_FACES = _box_edges()
 
 def _box(e: Point, still: Point):
     """Silhouette of a box: edges between a visible face and a hidden one, six at most."""
-    seen = rows(still, BOX_FACES[:, :, 0].astype(int)) * BOX_FACES[:, :, 1] > 1.0
+    signs = BOX_FACES[:, :, 1].astype(still.dtype)
+    seen = rows(still, BOX_FACES[:, :, 0].astype(int)) * signs > 1.0
     between = seen[:, 0] != seen[:, 1]
     which = order_of(~between)[: PIECES[Boxes][0]]
     back = seen[:, 0] == (BOX_FACES[:, 0, 1] == BOX_FACES[:, 1, 1])

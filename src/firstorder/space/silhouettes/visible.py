@@ -249,10 +249,14 @@ def _at(a: Array, n: int) -> tuple[Array, Array]:
 # --- what is seen --------------------------------------------------------------------------------
 
 
-def _hair(length: Float[Array, "*m"]) -> Float[Array, "*m"]:
-    """Angular offset beside an edge of that angular length, at which to trace a ray [rad]."""
-    eps = jnp.finfo(length.dtype).eps
-    return jnp.clip(0.01 * length, eps**0.6, eps**0.5)
+def _hair(length: Float[Array, "*m"], eps: float) -> Float[Array, "*m"]:
+    """Angular offset beside an edge of that angular length, at which to trace a ray [rad].
+
+    What lies nearer to the edge than this is mistaken. What is less than rounding (eps) lets a
+    ball's own contour be missed: a ray in it by h meets the ball by a root of about h - eps.
+    """
+    least, most = np.array([eps**0.6, eps**0.5], length.dtype)
+    return jnp.clip(0.01 * length, least, most)
 
 
 def _seen(found: _Outlines, axes, lines, straight, arcs, curved, azimuths):
@@ -275,10 +279,12 @@ def _seen(found: _Outlines, axes, lines, straight, arcs, curved, azimuths):
     )
     side = cross(p, v)
     pp, vv, wide = dot(p, p), dot(v, v), dot(side, side)
-    hair = _hair(jnp.sqrt(vv / pp)) * jnp.sqrt(pp / jnp.where(wide > 0.0, wide, 1.0))
+    # Of scenes in both precisions, the rounding is that of the lower one.
+    eps = max(float(jnp.finfo(a.dtype).eps) for a in (found.eye, found.turn, axes, lines, arcs))
+    hair = _hair(jnp.sqrt(vv / pp), eps) * jnp.sqrt(pp / jnp.where(wide > 0.0, wide, 1.0))
     hair = hair[:, None] * side
     middle = 0.5 * (azimuths[1:] + azimuths[:-1])
-    low = jnp.stack([jnp.cos(middle), jnp.sin(middle), _hair(jnp.diff(azimuths))], -1)
+    low = jnp.stack([jnp.cos(middle), jnp.sin(middle), _hair(jnp.diff(azimuths), eps)], -1)
     t, first = _ask(found, eye, turn, jnp.concatenate([p + hair, p - hair, low]))
     m = len(owner)
     behind = first[m : 2 * m]
