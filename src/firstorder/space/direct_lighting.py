@@ -23,6 +23,7 @@ from jaxtyping import Array, Float
 from firstorder._argument_checks import nan_unless
 from firstorder.numerics._compiled import compiled_after
 from firstorder.numerics._refinement import with_errors
+from firstorder.numerics._scale import power_of_two
 from firstorder.numerics._vectors import unit
 from firstorder.scene._arguments import check_asked_one
 from firstorder.scene._bands import by_band
@@ -275,7 +276,10 @@ def _jump(on, sides: SilhouetteSides, at: Receiver, radiance: Radiance) -> Float
 def _moving(on, jump: Float[Array, "m #k"], weight) -> Float[Array, "3"]:
     """The contour integral over some pieces."""
     p, v, w = on
-    return jnp.sum(translation_rate(p, v) * (jump * w * weight(unit(p)))[..., None], (0, 1))
+    one = power_of_two(p)[..., None]  # or squares of lengths leave the range of single precision
+    p, v = p / one, v / one
+    rate = translation_rate(p, v) * (jump * w * weight(unit(p)))[..., None]
+    return jnp.sum(rate / one, (0, 1))
 
 
 def _radiance(scene: Scene, at: Receiver) -> Radiance:

@@ -26,6 +26,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from firstorder.numerics._quadrature import gauss_legendre
+from firstorder.numerics._scale import power_of_two
 from firstorder.numerics._vectors import (
     Coordinates,
     apart,
@@ -220,7 +221,9 @@ def arc_points(
     center: Points, a: Points, b: Points, first: Numbers, last: Numbers, nodes: int
 ) -> tuple[Array, Array, Array]:
     """Points, their derivatives in the angle and quadrature weights on arcs."""
-    cos, sin, w = arc_nodes(first, last, nodes, _crowd(center, a, b))
+    one = power_of_two(jnp.concatenate([center, a, b], -1))[..., None]  # these are metres
+    crowd = _crowd(*(e / one for e in (center, a, b)))
+    cos, sin, w = arc_nodes(first, last, nodes, crowd)
     p, v = _points((center, a, b), cos, sin)
     return jnp.stack(p, -1), jnp.stack(v, -1), w
 
