@@ -180,7 +180,7 @@ def one(bits, items, file):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--out", type=pathlib.Path, help="a Markdown file for the tables")
     parser.add_argument("--quick", action="store_true", help="small batches")
     options = parser.parse_args()
