@@ -16,14 +16,14 @@ import itertools
 import json
 import os
 import pathlib
-import platform
-import subprocess
+import platform as host
 import sys
 import tempfile
 
 import numpy as np
 
-from benchmarks.one_core import best
+from benchmarks.one_core import answer, best
+from figures.claims import markdown_table
 
 ITEMS, QUICK = 1 << 16, 1 << 8
 HEAVY = 16  # the dearest calls have batches that much smaller
@@ -115,18 +115,10 @@ def runs(kinds, items):
     with tempfile.TemporaryDirectory() as folder:
         for kind, bits in itertools.product(kinds, PRECISIONS):
             name, file = f"{kind} float{bits}", f"{folder}/{kind}{bits}.npz"
-            times[name] = in_process(PLATFORMS.get(kind, kind), bits, items, file)
+            platform = PLATFORMS.get(kind, kind)
+            times[name] = answer(__file__, ONE, bits, items, file, JAX_PLATFORMS=platform)
             answers[name] = dict(np.load(file))
     return times, answers
-
-
-def in_process(platform, *words):
-    """Times of one device and precision."""
-    command = [sys.executable, "-m", "benchmarks.devices", ONE, *map(str, words)]
-    environment = {**os.environ, "JAX_PLATFORMS": platform}
-    root = pathlib.Path(__file__).parent.parent
-    out = subprocess.run(command, cwd=root, env=environment, stdout=subprocess.PIPE, check=True)
-    return json.loads(out.stdout.splitlines()[-1])
 
 
 def errors(answer, reference):
@@ -136,28 +128,20 @@ def errors(answer, reference):
     return f"{np.quantile(off, 0.99):.0e}, {np.max(off):.0e}"
 
 
-def markdown(rows):
-    """A table of words, by row and column."""
-    heads = next(iter(rows.values()))
-    lines = ["| | " + " | ".join(heads) + " |", "|---|" + "--:|" * len(heads)]
-    return "\n".join(lines + [f"| {a} | " + " | ".join(r.values()) + " |" for a, r in rows.items()])
-
-
 def report(kinds, items):
     """Both tables as Markdown."""
     times, answers = runs(kinds, items)
     reference, *others = answers
+    quick, exact = [], []
+    for name, true in answers[reference].items():
+        quick.append([name, *(f"{times[run][name]:.3g}" for run in times)])
+        exact.append([name, *(errors(answers[run][name], true) for run in others)])
     return "\n\n".join(
         [
             "Microseconds an item:",
-            markdown({a: {r: f"{times[r][a]:.3g}" for r in times} for a in times[reference]}),
+            markdown_table(["", *times], quick),
             f"Error beside {reference}, at ninety-nine items in a hundred and the worst:",
-            markdown(
-                {
-                    a: {r: errors(answers[r][a], e) for r in others}
-                    for a, e in answers[reference].items()
-                }
-            ),
+            markdown_table(["", *others], exact),
         ]
     )
 
@@ -167,7 +151,7 @@ def machine(kinds):
     import jax
 
     names = [f"{len(jax.devices(k))} x {jax.devices(k)[0].device_kind}" for k in kinds]
-    cores = f"{os.cpu_count()} cores of {platform.machine()}"
+    cores = f"{os.cpu_count()} cores of {host.machine()}"
     return f"jax {jax.__version__}; {', '.join(names)}; {cores}."
 
 

@@ -29,10 +29,16 @@ def pinned(cores, cache="off"):
     session.start(cache=cache)
 
 
-def answer(file, *words):
-    """What a benchmark's file prints last, as JSON, when it is run with these words."""
+def answer(file, *words, **environment):
+    """What a benchmark's file prints last, as JSON, when it is run with these words.
+
+    Args:
+        file: of the benchmark.
+        words: for its command line.
+        environment: variables that this process has otherwise, or not at all.
+    """
     path = pathlib.Path(file)
     command = [sys.executable, "-m", f"benchmarks.{path.stem}", *map(str, words)]
-    root = path.parent.parent
-    out = subprocess.run(command, cwd=root, capture_output=True, text=True, check=True).stdout
+    how = {"cwd": path.parent.parent, "env": {**os.environ, **environment}}
+    out = subprocess.run(command, **how, capture_output=True, text=True, check=True).stdout
     return json.loads(out.splitlines()[-1])

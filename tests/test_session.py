@@ -112,9 +112,8 @@ def test_what_is_half_written_is_never_read(tmp_path, monkeypatch):
         path.write_text("half")
         raise OSError("killed")
 
-    kind = type(
-        LRUCache(str(tmp_path), max_size=-1).path
-    )  # etils's own paths, where that is installed
+    # (JAX takes paths of etils where that is installed.)
+    kind = type(LRUCache(str(tmp_path), max_size=-1).path)
     with monkeypatch.context() as patch:
         patch.setattr(kind, "write_bytes", dies)
         with pytest.warns(UserWarning, match="Error writing"):

@@ -1,7 +1,5 @@
 """Scenes that several tests of flatland look at."""
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 
 from firstorder.flatland import (
@@ -15,6 +13,7 @@ from firstorder.flatland import (
     primitive,
 )
 from firstorder.flatland.skies import GaussianSky
+from tests.precision import as_dtype
 
 
 def bean(x=0.0, y=0.0, size=1.0):
@@ -38,9 +37,9 @@ def everything(dtype=None, curve=True):
     if dtype is None:
         return scene
     return Scene(
-        *(_cast(part, dtype) for part in (scene.groups, scene.material, scene.points)),
+        *(as_dtype(part, dtype) for part in (scene.groups, scene.material, scene.points)),
         None,
-        _cast(scene.crossings, dtype),
+        as_dtype(scene.crossings, dtype),
         scene.names,
     )
 
@@ -53,10 +52,4 @@ def all_lights():
         primitive(Segments((-1.0, 0.0), (1.0, 0.0))),
         points=PointLights((-1.0, 0.4), 0.2),
         environment=GaussianSky(0.3, 0.4),
-    )
-
-
-def _cast(tree, dtype):
-    return jax.tree.map(
-        lambda a: a.astype(dtype) if jnp.issubdtype(a.dtype, jnp.floating) else a, tree
     )

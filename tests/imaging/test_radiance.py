@@ -17,6 +17,7 @@ from firstorder.imaging.shading import SurfaceMaps
 from firstorder.imaging.sky_lights import sky_light
 from firstorder.space import Scene, primitive, sphere
 from firstorder.space.skies import GaussianSky
+from tests.precision import as_dtype
 
 SCENE = Scene.of(primitive(sphere((0.0, 0.0, 0.5), 0.5), albedo=0.6, specular=0.3, exponent=12.0))
 CAMERA = pinhole((0.0, -4.0, 2.0), (0.0, 0.0, 0.4), gamma=2.4)
@@ -37,12 +38,6 @@ def texture(index, x):
 
 
 FINISH = SurfaceMaps(bumps, albedo=texture)
-
-
-def as_dtype(tree, dtype):
-    """A copy whose floating numbers are of one precision."""
-    floats = eqx.is_inexact_array
-    return jax.tree.map(lambda a: a.astype(dtype) if floats(a) else a, tree)
 
 
 def places(dtype="float64") -> SurfaceInteraction:

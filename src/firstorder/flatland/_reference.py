@@ -84,7 +84,10 @@ def _segment(a, b, o, d) -> list[float]:
 
 
 def _conic(center, axes, o, d) -> list[float]:
-    """`|A (o + t d - c)|^2 = 1`: the roots of `a t^2 + 2 b t + c`, by the larger of them."""
+    """`|A (o + t d - c)|^2 = 1`: both roots of `a t^2 + 2 b t + c`.
+
+    The larger by size comes first, and from it the other: their product is `c / a`.
+    """
     w, u = axes @ (o - center), axes @ d
     a, b, c = u @ u, w @ u, w @ w - 1.0
     square = b * b - a * c

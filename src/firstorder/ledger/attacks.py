@@ -131,9 +131,8 @@ def attack(rows: Sequence[Row], factors: Sequence[float] = FACTORS) -> list[Atta
         with put_out(functions, factor, functools.partial(calls.append, None)), forgotten(folders):
             for row in rows:
                 calls.clear()
-                routes = sorted(
-                    NUMERIC, key=lambda route: route not in noticed[row.equation].values()
-                )
+                before = noticed[row.equation].values()  # a route that noticed once goes first
+                routes = sorted(NUMERIC, key=lambda route: route not in before)
                 route = _first_to_notice(row, routes)
                 if not route and not calls:  # what an earlier row has called may be remembered
                     forget(folders)

@@ -17,6 +17,7 @@ from firstorder.flatland.bounces.pathtrace import path_irradiance, path_radiance
 from firstorder.flatland.library._scenes import scene_b, scene_d
 from firstorder.flatland.skies import GaussianSky
 from firstorder.sampling import estimate
+from tests.precision import as_dtype
 
 X = np.array([-0.9, -0.35, 0.0, 0.13, 0.6])
 FLOOR = Receiver(np.stack([X, 0 * X], -1), 0 * X, jnp.zeros(5, int))
@@ -300,10 +301,7 @@ def test_a_mirror_shows_the_lamp_and_a_gloss_its_blur(key):
 
 
 def test_single_precision(key):
-    scene = jax.tree.map(
-        lambda a: a.astype(jnp.float32) if jnp.issubdtype(a.dtype, jnp.floating) else a,
-        line_light(True),
-    )
+    scene = as_dtype(line_light(True), jnp.float32)
     at = Receiver(
         jnp.asarray(FLOOR.position, jnp.float32), jnp.asarray(FLOOR.n, jnp.float32), FLOOR.on
     )

@@ -30,6 +30,7 @@ from firstorder.flatland.estimators.corrected import corrected_estimate
 from firstorder.flatland.estimators.strata import Strata, hemicircle_strata, trace_strata
 from firstorder.scene._derivatives import FLATLAND, Derivatives
 from firstorder.visibility import edge_at
+from tests.precision import as_dtype
 
 # Receivers in no special position: tilted; in B in the penumbra, clear of visual events.
 PLACES = {"A": ((0.35, 0.0), 0.2), "B": ((0.35, 0.0), 0.2), "disc": ((0.35, 0.02), 0.2)}
@@ -335,9 +336,6 @@ def test_nothing_to_see_a_single_stratum_and_a_receiver_on_a_shape():
 def test_single_precision():
     scene, radiance = built("disc")
 
-    def single(tree):
-        return jax.tree.map(lambda a: a.astype(jnp.float32) if eqx.is_inexact_array(a) else a, tree)
-
     @jax.jit
     def run(scene, at, where):
         seen = trace_strata(scene, at, where=where, radiance=radiance)
@@ -345,7 +343,7 @@ def test_single_precision():
             scene, at, samples=seen, radiance=radiance, breaks=4
         ), stratified_estimate(seen)
 
-    best, plain = run(*single((scene, at("disc"), hemicircle_strata(512))))
+    best, plain = run(*as_dtype((scene, at("disc"), hemicircle_strata(512)), jnp.float32))
     assert best.gradient.dtype == plain.hessian.dtype == jnp.float32
     assert max(errors(jax.tree.map(lambda a: np.asarray(a, float), best), "disc")) < 2e-2
     assert max(errors(jax.tree.map(lambda a: np.asarray(a, float), plain), "disc")[:2]) < 0.5

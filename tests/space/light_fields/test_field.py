@@ -44,6 +44,7 @@ from firstorder.space import (
 )
 from firstorder.space.light_fields._edges import RoundLevel, StraightLevel
 from firstorder.transport import Arrival, Travel
+from tests.precision import as_dtype
 from tests.space import worlds
 
 LEAVING = SPACE_SLOPE.turned()
@@ -187,8 +188,7 @@ def test_no_ray_gives_nan(dtype):
     L = light_field(scene, receiver((0.0, 0.0, 0.0)), radiance=painted.paint)
     u = [[1, 0, 0, 0], [0, -1, 0, 0], [2.5, 0.5, 0, 0], [1.5, 0, 0, 0], [-2, 0, 0, 0], [0, 0, 1, 0]]
     u = np.concatenate([u, np.array(u) + 1e-7, [[0.0, 0.0, 3.0**-0.5, 0.0]], rays(20)])
-    cast = lambda a: a.astype(dtype) if eqx.is_inexact_array(a) else a  # noqa: E731
-    found = jax.jit(jax.vmap(jax.tree.map(cast, L).jet))(jnp.asarray(u, dtype))
+    found = jax.jit(jax.vmap(as_dtype(L, dtype).jet))(jnp.asarray(u, dtype))
     assert found.hessian.dtype == dtype
     assert all(np.all(np.isfinite(leaf)) for leaf in jax.tree.leaves(found))
 

@@ -252,8 +252,8 @@ def _at(a: Array, n: int) -> tuple[Array, Array]:
 def _hair(length: Float[Array, "*m"], eps: float) -> Float[Array, "*m"]:
     """Angular offset beside an edge of that angular length, at which to trace a ray [rad].
 
-    What lies nearer to the edge than this is mistaken. What is less than rounding (eps) lets a
-    ball's own contour be missed: a ray in it by h meets the ball by a root of about h - eps.
+    An edge of another shape that lies nearer than this is overlooked. An offset that is not far
+    above rounding (eps) is too small: the ray beside a ball's contour may miss the ball.
     """
     least, most = np.array([eps**0.6, eps**0.5], length.dtype)
     return jnp.clip(0.01 * length, least, most)
