@@ -8,6 +8,8 @@ from __future__ import annotations
 import fnmatch
 from typing import NamedTuple
 
+import numpy as np
+
 
 class Limit(NamedTuple):
     """Something that is known to fail; patterns as a shell has them.
@@ -18,6 +20,7 @@ class Limit(NamedTuple):
         name: of the class of scenes.
         kind: of the finding.
         reason: why.
+        most: by how much it may be wrong for this reason.
     """
 
     world: str
@@ -25,10 +28,12 @@ class Limit(NamedTuple):
     name: str
     kind: str
     reason: str
+    most: float = np.inf
 
 
 SMALL = "in space float64 is wrong for lengths below 1e-13, as a tiny scene in another unit has"
-ROUNDED = "in space float32 errs, here by up to 0.02, where edges are within rounding of each other"
+HAIRS = "in space edges within 1e-11 of each other, as a share of their distance, are taken for one"
+SINGLE = "in space float32 takes edges within 1e-5 of each other for one: light is off, or NaN"
 NEAR = "in float32 a receiver within rounding of a shape is on either side of it"
 GRID = "edges on a grid that coincide, and triangles without area, under a change that rounds"
 HAIR = "in float32 a receiver within some roundings of an end has few digits of its gradient"
@@ -43,6 +48,7 @@ TIES = "where three edges coincide, or two at one distance, the derivatives by t
 SQUARES = "in float32 Hessians overflow where lengths are below 1e-8"
 POINTS = "a circle of 1e-10 loses digits of its Hessian"
 
+CHANGES = "order", "mirror", "turn", "shift", "split", "power_of_*"
 LIMITS = (
     Limit("flatland", "float32", "without_length", "hessian", SQUARES),
     Limit("flatland", "float32", "near_an_end", "hessian", SQUARES),
@@ -63,7 +69,7 @@ LIMITS = (
         for kind in ("bounds", "mirror", "turn", "shift", "split", "power_of_ten")
     ),
     Limit("space", "*", "lamp_in_a_body", "*", BODIES),
-    Limit("space", "float32", "quarters", "nan", GRID),
+    Limit("space", "*", "quarters", "nan", GRID),
     Limit("space", "float64", "without_area", "gradient", FLAT),
     *(Limit("space", "float32", "mixed_sizes", k, SPECK) for k in ("gradient", "shifted gradient")),
     Limit("space", "float64", "near_a_box", "split", BESIDE),
@@ -72,17 +78,19 @@ LIMITS = (
     Limit("space", "float64", "tiny", "power_of_*", SMALL),
     Limit("space", "float32", "near_*", "*", NEAR),
     *(
-        Limit("space", "float32", name, kind, ROUNDED)
-        for name in ("horizon", "in_line", "edges_in_line", "mixed_sizes")
-        for kind in ("bounds", "split", "rays")
+        Limit("space", "float32", name, kind, SINGLE)
+        for name in ("edge_on", "edges_in_line", "equal", "horizon", "in_line", "lamp_on_a_wall")
+        for kind in ("bounds", "rays", *CHANGES)
     ),
+    *(Limit("space", "float64", "*", kind, HAIRS, 2e-11) for kind in ("rays", *CHANGES)),
 )
 
 
-def known(world: str, precision: str, name: str, kind: str) -> Limit | None:
+def known(world: str, precision: str, name: str, kind: str, amount: float) -> Limit | None:
     """The limit that a finding is known by; None if it is news."""
     for limit in LIMITS:
         pairs = zip(limit[:4], (world, precision, name, kind), strict=True)
-        if all(fnmatch.fnmatchcase(given, pattern) for pattern, given in pairs):
+        within = not amount > limit.most  # NaN where there is no such number
+        if within and all(fnmatch.fnmatchcase(given, pattern) for pattern, given in pairs):
             return limit
     return None

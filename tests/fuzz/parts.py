@@ -34,7 +34,7 @@ def fuzz_scenes(
         rows = range(batch % 7, here.batch, here.batch // LOOKED_AT)
         for found in scenes.judged(here, precision, name, seed, batch, rows):
             case = f"{world}/{precision}/{name}/{seed}/{batch * here.batch + found.row}"
-            limit = known(world, precision, name, found.kind)
+            limit = known(world, precision, name, found.kind, found.amount)
             tally.add(where, found.kind, found.amount, case, limit)
         tally.asked[f"{world} {precision}"] += here.batch
 
@@ -105,7 +105,7 @@ def repeat(tally: Tally, case: str) -> Iterator[str]:
             yield f"irradiance = {asked.E[row]}; by rays {by_rays}, up to {bound:.1g}"
             for found in scenes.judged(here, precision, name, int(seed), batch, [row]):
                 if found.row == row:
-                    limit = known(world, precision, name, found.kind)
+                    limit = known(world, precision, name, found.kind, found.amount)
                     tally.add(case.rpartition("/")[0], found.kind, found.amount, case, limit)
         case _:
             raise ValueError(f"There is no case {case}.")

@@ -19,8 +19,7 @@ class Tally:
 
     def __init__(self) -> None:
         self.asked: collections.Counter[str] = collections.Counter()
-        self._found: dict[tuple[str, str], list[tuple[float, str]]] = {}
-        self._known: dict[tuple[str, str], Limit] = {}
+        self._found: dict[tuple[str, str, Limit | None], list[tuple[float, str]]] = {}
 
     def add(self, where: str, kind: str, amount: float, case: str, limit: Limit | None) -> None:
         """Counts something that is wrong.
@@ -33,21 +32,20 @@ class Tally:
             limit: by which it is known, if it is.
         """
         worst = -math.inf if math.isnan(amount) else amount
-        self._found.setdefault((where, kind), []).append((worst, case))
-        if limit is not None:
-            self._known[where, kind] = limit
+        self._found.setdefault((where, kind, limit), []).append((worst, case))
 
     @property
     def failures(self) -> int:
         """How many things are wrong that are not known."""
-        return sum(len(f) for key, f in self._found.items() if key not in self._known)
+        return sum(len(cases) for (*_, limit), cases in self._found.items() if limit is None)
 
     @property
     def lines(self) -> list[str]:
         """All of it in words."""
         said = [f"asked: {count} of {part}" for part, count in sorted(self.asked.items())]
-        for (where, kind), cases in sorted(self._found.items()):
-            limit = self._known.get((where, kind))
+        for (where, kind, limit), cases in sorted(
+            self._found.items(), key=lambda item: item[0][:2]
+        ):
             worst = sorted(cases, reverse=True)[:SHOWN]
             by = f", by {worst[0][0]:.2g} at most" if math.isfinite(worst[0][0]) else ""
             mark = "known" if limit else "WRONG"

@@ -22,7 +22,8 @@ OPERATIONS = 100  # that round, one after the other
 NEIGHBOURS = 12  # scenes a few roundings away whose truth is asked for
 ROUNDINGS = 4.0
 LOST = 1e-6  # digits of second derivatives
-STEP = 1e-5  # of differences in float64, as a share of the size
+# Of differences in float64, as shares of the size: in a large one light may break off twice.
+STEPS = 1e-5, 1e-6, 1e-7
 # Of these something is smaller than that step, or runs into another thing within it.
 FINE = ("near_", "hardly_", "without_", "sliver", "mixed_", "on_a_", "quarters", "far_off", "lamp_")
 
@@ -133,7 +134,8 @@ def judged(
 
 def _not_finite(a: Asked) -> Iterator[Finding]:
     """NaN that nothing explains, and derivatives that are not finite where the value is."""
-    yield from _rows("nan", ~np.isfinite(a.E) & ~a.world.refused(a.scenes, a.eps))
+    if np.any(lost := ~np.isfinite(a.E)):
+        yield from _rows("nan", lost & ~a.world.refused(a.scenes, a.eps))
     for kind, tree in (("gradient", a.gradient), ("hessian", a.turned)):
         if tree is not None:
             whole = np.all([np.all(np.isfinite(_flat(b)), -1) for b in tree], 0)
@@ -182,23 +184,30 @@ def _not_invariant(a: Asked, change: Callable[..., Any], rng: np.random.Generato
     doubtful &= apart > share * (a.tolerance + other.tolerance)
     doubtful &= ~(a.world.unanswered(a.scenes, a.eps) | a.world.unanswered(s, a.eps))
     for row in np.flatnonzero(doubtful):
-        named = known(a.world.name, a.precision, a.name, kind) is not None
+        named = known(a.world.name, a.precision, a.name, kind, apart[row]) is not None
         if named or not (_is_right(a, row, apart[row]) and _is_right(other, row, apart[row])):
             yield Finding(kind, int(row), float(apart[row]))
 
 
 def _against_differences(a: Asked) -> Iterator[Finding]:
-    """Gradients outside of what differences to either side leave open.
+    """Gradients outside of what differences to either side leave open, for steps of every size.
 
     By how far the difference of half the step is off the other, it may be off the derivative.
     """
-    ends = []
-    for sign in (-STEP, STEP):
-        wide, half = ((_moved(a, h) - a.E) / h for h in (sign, 0.5 * sign))
-        ends += [half - 2.0 * np.abs(half - wide), half + 2.0 * np.abs(half - wide)]
-    along, noise = _along(a.gradient, a.steps), 4.0 * a.tolerance / STEP
-    over = np.maximum(np.min(ends, 0) - along, along - np.max(ends, 0))
-    yield from _rows("differences", np.isfinite(over) & (over > noise), over)
+    along, outside = _along(a.gradient, a.steps), np.full(len(a.E), np.inf)
+    doubtful = np.ones(len(a.E), bool)
+    for step in STEPS:
+        ends = []
+        for h in (-step, step):
+            wide, half = ((_moved(a, way) - a.E) / way for way in (h, 0.5 * h))
+            ends += [half - 2.0 * np.abs(half - wide), half + 2.0 * np.abs(half - wide)]
+        over = np.maximum(np.min(ends, 0) - along, along - np.max(ends, 0))
+        doubtful &= np.isfinite(over) & (over > 4.0 * a.tolerance / step)
+        outside = np.fmin(outside, over)
+        if not np.any(doubtful):
+            return
+    doubtful &= ~a.world.unanswered(a.scenes, a.eps)
+    yield from _rows("differences", doubtful, outside)
 
 
 def _moved(a: Asked, h: float) -> np.ndarray:

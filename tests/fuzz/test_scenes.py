@@ -129,7 +129,13 @@ def test_references_know_a_lamp_above_a_receiver(right):
 
 def test_what_is_known_is_listed_with_its_reason():
     assert all(limit.reason for limit in LIMITS)
-    assert known("flatland", "float64", "random", "rays") is None
-    limit = known("space", "float32", "horizon", "bounds")
+    assert known("flatland", "float64", "random", "rays", 1.0) is None
+    limit = known("space", "float64", "near_a_box", "split", 1e-11)
     assert limit is not None
-    assert limit.reason.startswith("in space float32")
+    assert limit.reason.startswith("beside a box")
+
+
+def test_what_is_wrong_by_more_than_its_limit_is_news():
+    asked = "space", "float64", "in_line", "turn"
+    assert known(*asked, 1e-12) is not None
+    assert known(*asked, 1e-3) is None

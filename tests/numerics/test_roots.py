@@ -23,7 +23,7 @@ def wave(level):
 @pytest.mark.parametrize("level", [0.3, -0.9, 1.0 - 1e-10])
 def test_both_roots_are_found(level):
     f = wave(level)
-    low, high, found = roots.brackets(f, 8, jnp.float64)
+    low, high, found = roots.brackets(f, roots.even(8, jnp.float64))
     assert int(jnp.sum(found)) == 2
     s = [roots.bracketed_root(f, a, b) for a, b in zip(low[found], high[found], strict=True)]
     true = np.arccos(level) / TURN
@@ -31,7 +31,7 @@ def test_both_roots_are_found(level):
 
 
 def test_none_where_there_is_none():
-    assert not bool(jnp.any(roots.brackets(wave(1.0 + 1e-10), 8, jnp.float64)[2]))
+    assert not bool(jnp.any(roots.brackets(wave(1.0 + 1e-10), roots.even(8, jnp.float64))[2]))
 
 
 def test_steps_carry_two_derivatives():
@@ -63,6 +63,6 @@ def two_waves(level):
 def test_a_pair_is_found_however_close_it_is(below):
     top = 1.0 + 0.4 * np.cos(1.2)
     f = two_waves(top - below)
-    low, high, found = roots.brackets(f, 16, jnp.float64)
+    low, high, found = roots.brackets(f, roots.even(16, jnp.float64))
     near = np.abs(np.asarray(high + low) / 2.0 - 0.06) < 0.04
     assert np.sum(np.asarray(found) & near) == 2

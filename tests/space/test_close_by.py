@@ -5,7 +5,6 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.numerics import _roots
 from firstorder.space import (
     Scene,
     boundary_gradient,
@@ -52,12 +51,6 @@ def assert_a_near_ball_hides_half_of_the_sky():
 
 def test_a_ball_as_near_as_rounding_hides_half_of_the_sky():
     assert_a_near_ball_hides_half_of_the_sky()
-
-
-def test_fault_two_steps_to_an_extremum_lose_crossings(monkeypatch):
-    monkeypatch.setattr(_roots, "STEPS", 2)
-    with pytest.raises(AssertionError):
-        assert_a_near_ball_hides_half_of_the_sky()
 
 
 # --- without area --------------------------------------------------------------------------------

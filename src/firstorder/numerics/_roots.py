@@ -23,12 +23,22 @@ STEPS = 6
 Function = Callable[[Array], tuple[Array, ...]]
 
 
+def even(samples: int, dtype) -> Float[Array, " samples_1"]:
+    """Ends of so many equal pieces of [0, 1]."""
+    return jnp.arange(samples + 1, dtype=dtype) / samples
+
+
 def brackets(
-    f: Function, samples: int, dtype
+    f: Function, edge: Float[Array, " n_1"]
 ) -> tuple[Float[Array, " m"], Float[Array, " m"], Bool[Array, " m"]]:
-    """Ends of the pieces of [0, 1] and whether f changes sign there; f(s) gives f, f', f''."""
-    edge = jnp.arange(samples + 1, dtype=dtype) / samples
-    half = 0.5 / samples
+    """Ends of pieces and whether f changes sign there.
+
+    Args:
+        f: f(s) gives f, f', f''.
+        edge: between which each piece is cut at its extremum; f has the same sign at the first and
+            the last, as at the ends of a period.
+    """
+    half = 0.5 * jnp.diff(edge)
     middle = edge[:-1] + half
 
     def towards_extremum(_, s):  # if the piece holds one

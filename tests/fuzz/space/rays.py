@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ LONG = np.longdouble
 BLOCK = 1 << 16  # strata at once
 SIGMAS = 6.0  # of 10^5 scenes hardly one is off by more
 MISSED = 8.0  # strata
+CORNERS = (-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)
 
 
 def by_rays(s: Space, row: int, eps: float, rays: int) -> tuple[float, float]:
@@ -33,12 +35,16 @@ def by_rays(s: Space, row: int, eps: float, rays: int) -> tuple[float, float]:
     total, variance, unseen = 0.0, 0.0, 0.0
     side, rng = int(np.sqrt(rays / 2)), np.random.default_rng([row, rays])
     for number in range(2):
-        for first in range(0, side * side if np.any(one.emission[number]) else 0, BLOCK):
+        lit = np.any(one.emission[number])
+        for first in range(0, side * side if lit else 0, BLOCK):
             cells = np.arange(first, min(first + BLOCK, side * side))
             a, b = (_strata(one, number, cells, side, rng, eps) for _ in range(2))
             total += float(np.sum(a[0] + b[0])) / 2.0
             variance += float(np.sum((a[0] - b[0]) ** 2)) / 4.0
             unseen = max(unseen, float(np.max(a[1])), float(np.max(b[1])))
+        if lit:  # a corner may be all that is above the horizon
+            _, _, corners = _free(one, number, np.array(CORNERS, LONG), side)
+            unseen = max(unseen, float(np.max(corners)))
     return total, SIGMAS * np.sqrt(variance) + MISSED * unseen
 
 
@@ -60,17 +66,22 @@ def truth(s: Space, row: int, eps: float, apart: float) -> tuple[float, float]:
 
 def _strata(one: Space, number: int, cells, side: int, rng, eps: float) -> tuple[Any, Any]:
     """What points of a lamp in some strata give, and what they would if nothing were between."""
-    middle, u, v = one.rectangles[number]
     places = (np.stack([cells // side, cells % side], -1) + rng.random((len(cells), 2))) / side
-    points = middle + (2.0 * places[:, :1] - 1.0) * u + (2.0 * places[:, 1:] - 1.0) * v
-    way = points - one.at
+    d, far, free = _free(one, number, 2.0 * places - 1.0, side)
+    return np.where(_between(one, d, eps) < far * (1.0 - eps**0.75), 0.0, free), free
+
+
+def _free(one: Space, number: int, places, side: int) -> tuple[Any, Any, Any]:
+    """Directions and distances of places on a lamp, and what their strata give if they are seen."""
+    middle, u, v = one.rectangles[number]
+    way = middle + places[:, :1] * u + places[:, 1:] * v - one.at
     far = np.sqrt(np.sum(way**2, -1))
     d = way / far[:, None]
     area, up = 4.0 * np.cross(u, v), one.normal / np.sqrt(np.sum(one.normal**2))
     facing, height = -(d @ area), d @ up
     radiance = np.where(facing > 0.0, *one.emission[number])
     free = radiance * np.abs(facing) * np.where(height > 0.0, height, 0.0) / far**2 / side**2
-    return np.where(_between(one, d, eps) < far * (1.0 - eps**0.75), 0.0, free), free
+    return d, far, free
 
 
 def _between(one: Space, d: np.ndarray, eps: float) -> np.ndarray:
@@ -123,7 +134,9 @@ def _triangle(start, u, v, origin, d, own: bool) -> np.ndarray:
 
 
 def refused(s: Space, eps: float) -> np.ndarray:
-    """Scenes that may be NaN: the receiver is in a ball or a box, or on one it does not name."""
+    """Scenes that may be NaN: the receiver is in a ball or a box, or on one it does not name; or a
+    lamp runs into one, where light is NaN in place of less than none.
+    """
     slack = 16.0 * eps * s.size
     found = np.zeros(len(s.at), bool)
     for k in range(2):
@@ -132,7 +145,21 @@ def refused(s: Space, eps: float) -> np.ndarray:
     inverse = np.linalg.inv(np.swapaxes(s.box[:, 1:], 1, 2))
     w = np.einsum("bij,bj->bi", inverse, s.at - s.box[:, 0])
     thin = np.min(np.linalg.norm(s.box[:, 1:], axis=-1), -1)
-    return found | ((np.max(np.abs(w), -1) <= 1.0 + slack / thin) & (s.on != BOX))
+    found |= (np.max(np.abs(w), -1) <= 1.0 + slack / thin) & (s.on != BOX)
+    for points in _lit_points(s, 33):
+        far = np.linalg.norm(points[:, :, None] - s.spheres[:, None, :, :3], axis=-1)
+        w = np.einsum("bij,bpj->bpi", inverse, points - s.box[:, None, 0])
+        found |= np.any((far < s.spheres[:, None, :, 3]).any(-1) | (np.abs(w) < 1.0).all(-1), 1)
+    return found
+
+
+def _lit_points(s: Space, side: int) -> Iterator[np.ndarray]:
+    """Of each rectangle a grid of points, those of dark ones far off: shape (b, side^2, 3)."""
+    x, y = (a.reshape(-1, 1) for a in np.meshgrid(*[np.linspace(-1.0, 1.0, side)] * 2))
+    for k in range(2):
+        middle, u, v = np.moveaxis(s.rectangles[:, k, :, None], 1, 0)
+        lit = np.any(s.emission[:, k] > 0.0, -1)[:, None, None]
+        yield np.where(lit, middle + x * u + y * v, np.inf)
 
 
 def unanswered(s: Space, eps: float) -> np.ndarray:
@@ -143,20 +170,16 @@ def unanswered(s: Space, eps: float) -> np.ndarray:
     on a shape says so by `Receiver.on`.
     """
     found = _in_the_triangle(s, eps)
-    shares = np.linspace(-1.0, 1.0, 9)
     reach = 2.0 * np.linalg.norm(s.box[:, 1:].sum(1), axis=-1)
-    bodies = [
-        (s.box[:, 0], reach),
-        *((b[:, :3], b[:, 3]) for b in (s.spheres[:, 0], s.spheres[:, 1])),
-    ]
-    for k in range(2):
-        lit = np.any(s.emission[:, k] > 0.0, -1)
-        middle, u, v = np.moveaxis(s.rectangles[:, k], 1, 0)
-        points = middle + shares[:, None, None, None] * u + shares[:, None, None] * v
-        step = 0.25 * (np.linalg.norm(u, axis=-1) + np.linalg.norm(v, axis=-1))
+    balls = ((s.spheres[:, k, :3], s.spheres[:, k, 3]) for k in range(2))
+    bodies = [(s.box[:, 0], reach), *balls]
+    for points, edges in zip(
+        _lit_points(s, 9), np.moveaxis(s.rectangles[:, :, 1:], 1, 0), strict=True
+    ):
+        step = 0.25 * np.linalg.norm(edges, axis=-1).sum(-1)
         for center, radius in bodies:
-            far = np.min(np.linalg.norm(points - center, axis=-1), (0, 1))
-            found |= lit & (far <= radius + step)
+            far = np.min(np.linalg.norm(points - center[:, None], axis=-1), 1)
+            found |= far <= radius + step
     return found
 
 

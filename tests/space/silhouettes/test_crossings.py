@@ -5,6 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from firstorder.numerics._roots import even
 from firstorder.space.silhouettes import _crossings as crossings
 from firstorder.space.silhouettes._curves import SilhouetteArcs, SilhouetteSegments
 
@@ -70,6 +71,58 @@ def test_crossings_of_arcs_have_two_derivatives():
     low, mid, high = cut(-h), cut(0.0), cut(h)
     np.testing.assert_allclose(slope, (high - low) / (2 * h), rtol=1e-6)
     np.testing.assert_allclose(bend, (high - 2 * mid + low) / h**2, rtol=1e-5)
+
+
+def contours(center, turn, sine):
+    """Contours of balls, given the sines of their angular radii, with axes and cosines."""
+    far = np.linalg.norm(center, axis=-1, keepdims=True)
+    n = center / far
+    u = np.cross(n, np.eye(3)[np.argmin(abs(n), -1)])
+    u /= np.linalg.norm(u, axis=-1, keepdims=True)
+    v, cosine = np.cross(n, u), np.sqrt(1.0 - sine[:, None] ** 2)
+    cos, sin = np.cos(turn)[:, None], np.sin(turn)[:, None]
+    radius = far * sine[:, None] * cosine
+    radii = radius * (cos * u + sin * v), radius * (cos * v - sin * u)
+    return np.stack([center * cosine**2, *radii], 1), n, cosine[:, 0]
+
+
+def missed_pairs(count=20_000):
+    """Of crossings of a contour with that of a ball that all but touches the eye, those missed.
+
+    On the sphere of directions they are where two circles meet: w . n = cos, for both.
+    """
+    rng = np.random.default_rng(0)
+    places, turns = rng.normal(size=(2, count, 3)), rng.uniform(0.0, 6.28, (2, count))
+    near = 1.0 - 10.0 ** rng.uniform(-14.0, -3.0, count)
+    one, n, c = contours(places[0], turns[0], np.sin(rng.uniform(0.02, 1.5, count)))
+    other, m, d = contours(places[1], turns[1], near)
+    k = np.sum(n * m, -1)
+    share = 1.0 - k * k
+    foot = ((c - k * d) / share)[:, None] * n + ((d - k * c) / share)[:, None] * m
+    square = (1.0 - np.sum(foot**2, -1)) / share
+    meet = square > 1e-12
+    aside = np.sqrt(np.where(meet, square, 0.0))[:, None] * np.cross(n, m)
+
+    def crossed(one, other):
+        return crossings.on_cone(arc(*one), arc(*other))
+
+    found = np.asarray(jax.jit(jax.vmap(crossed))(jnp.asarray(one), jnp.asarray(other)))
+    missed = 0
+    for w in (foot - aside, foot + aside):
+        t = np.arctan2(np.sum(w * one[:, 2], -1), np.sum(w * one[:, 1], -1))
+        off = np.abs((found - t[:, None] + np.pi) % (2.0 * np.pi) - np.pi).min(-1)
+        missed += np.sum(meet & (off > 1e-5))
+    assert np.sum(meet) > 0.1 * count
+    return missed
+
+
+def test_a_contour_crosses_that_of_a_ball_that_all_but_touches_the_eye():
+    assert missed_pairs() == 0
+
+
+def test_fault_samples_all_around_lose_such_crossings(monkeypatch):
+    monkeypatch.setattr(crossings, "_before", lambda c, a, b: even(crossings.SAMPLES, c.dtype))
+    assert missed_pairs() > 0
 
 
 def test_segments_are_cut_by_planes_and_by_cones():

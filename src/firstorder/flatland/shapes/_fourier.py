@@ -13,7 +13,7 @@ from jaxtyping import Array, Bool, Float
 
 from firstorder._argument_checks import nan_unless
 from firstorder.numerics._order import order_of
-from firstorder.numerics._roots import bracketed_root, brackets, newton
+from firstorder.numerics._roots import bracketed_root, brackets, even, newton
 
 MOST_TANGENTS = 8
 
@@ -61,7 +61,7 @@ class CurveRoots(eqx.Module):
                 for i, m in enumerate(curve.motion(s))
             )
 
-        low, high, crossed = brackets(fixed, self.samples, self.cosines.dtype)
+        low, high, crossed = brackets(fixed, even(self.samples, self.cosines.dtype))
         s = jax.vmap(lambda a, b: _found(fixed, a, b))(low, high)
         t = jax.vmap(lambda s: jnp.dot(to, curve.motion(s)[0] - from_here))(s)
         # A point of the curve itself is met again at a distance of rounding.
@@ -92,7 +92,7 @@ class CurveRoots(eqx.Module):
 
         curve, eye = jax.lax.stop_gradient((self, p))
         fixed, f = of(curve, eye), of(self, p)
-        low, high, found = brackets(fixed, self.samples, self.cosines.dtype)
+        low, high, found = brackets(fixed, even(self.samples, self.cosines.dtype))
         first = order_of(~found)[:MOST_TANGENTS]
         s = jax.vmap(lambda a, b: _found(fixed, a, b))(low[first], high[first])
         apart = jax.vmap(lambda s: jnp.linalg.norm(curve.motion(s)[0] - eye))(s)

@@ -20,12 +20,13 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from firstorder.numerics._order import order_of
-from firstorder.numerics._roots import bracketed_root, brackets, newton
+from firstorder.numerics._roots import bracketed_root, brackets, even, newton
 from firstorder.numerics._vectors import cross, dot, inverse_3x3, matvec, rows, unit
 from firstorder.space.silhouettes._curves import SilhouetteArcs, SilhouetteSegments
 
 Vector = Float[Array, "3"]
 ROUNDINGS = 16.0  # in a height over a plane, whose normal is a product of two vectors
+TURN = 2.0 * np.pi
 SAMPLES, MOST = 16, 4  # of a trigonometric polynomial of degree two, which has four roots
 
 
@@ -50,45 +51,72 @@ def arcs_on_planes(
 
 
 def _on_plane(A, B, C, first, last):
-    scale = B * B + C * C
-    square = scale - A * A
-    crosses = (square > 0.0) & (scale > 0.0)
-    root = jnp.sqrt(jnp.where(crosses, square, 1.0))
-    A, B, C = (jnp.where(crosses, *parts) for parts in ((-A, 0.0), (B, 1.0), (C, 0.0)))
-    middle, half = jnp.arctan2(C, B), jnp.arctan2(root, A)
+    crosses, middle, half = _level(A, B, C)
     t = jnp.stack([middle - half, middle + half], -1)
     first, last = first[..., None], last[..., None]
     return jnp.where(crosses[..., None], _wrapped(first, last, t), first)
 
 
+def _level(A, B, C):
+    """Whether `A + B cos t + C sin t` has both signs; the middle and half the range above zero."""
+    scale = B * B + C * C
+    square = scale - A * A
+    crosses = (square > 0.0) & (scale > 0.0)
+    root = jnp.sqrt(jnp.where(crosses, square, 1.0))
+    A, B, C = (jnp.where(crosses, *parts) for parts in ((-A, 0.0), (B, 1.0), (C, 0.0)))
+    return crosses, jnp.arctan2(C, B), jnp.arctan2(root, A)
+
+
 def on_cone(arc: SilhouetteArcs, other: SilhouetteArcs) -> Float[Array, "4"]:
-    """Parameters at which an arc crosses the cone of another; `arc.first` for missing roots."""
-    f, fixed = _cone(arc, other), _cone(*jax.lax.stop_gradient((arc, other)))
-    low, high, found = brackets(fixed, SAMPLES, arc.a.dtype)
+    """Parameters at which an arc crosses the cone of another; `arc.first` for missing roots.
+
+    Of an arc that runs before and behind the eye, as the other's axis points, only the part before
+    it is looked at: behind it the cone is nobody's silhouette. The cone of a ball that all but
+    touches the eye is almost a plane, which an arc crosses from a root on one side to a root on the
+    other, closer to each other than samples all around could tell.
+    """
+    seen = _seen_along(arc, other)
+    f, fixed = _cone(*seen), _cone(*jax.lax.stop_gradient(seen))
+    low, high, found = brackets(fixed, _before(*(y[2] for y in jax.lax.stop_gradient(seen))))
     which = order_of(~found)[:MOST]
     s = jax.vmap(lambda a, b: bracketed_root(fixed, a, b))(low[which], high[which])
     s = jax.vmap(lambda s: newton(f, newton(f, s)))(s)
-    return jnp.where(found[which], _wrapped(arc.first, arc.last, 2.0 * np.pi * s), arc.first)
+    return jnp.where(found[which], _wrapped(arc.first, arc.last, TURN * s), arc.first)
 
 
-def _cone(arc: SilhouetteArcs, other: SilhouetteArcs):
-    """`y_1^2 + y_2^2 - y_3^2` along an arc, with y the coordinates in (a, b, center) of the other.
-
-    In those coordinates the arc is a trigonometric polynomial too.
-    """
+def _seen_along(arc: SilhouetteArcs, other: SilhouetteArcs) -> tuple[Vector, Vector, Vector]:
+    """Centre and conjugate radii of an arc, in the coordinates (a, b, center) of another one."""
     axes = jnp.stack([other.a, other.b, other.center], -1)
     flat = jnp.abs(dot(cross(other.a, other.b), other.center)) <= 0.0
     axes = jnp.where(flat, jnp.eye(3, dtype=axes.dtype), axes)  # seen edge-on: no cone
     turn = inverse_3x3(axes)
-    c, a, b = (matvec(turn, v) for v in (arc.center, arc.a, arc.b))
+    return matvec(turn, arc.center), matvec(turn, arc.a), matvec(turn, arc.b)
+
+
+def _before(c: Array, a: Array, b: Array) -> Float[Array, " samples_1"]:
+    """Ends of even pieces [turns] of the range where `c + a cos t + b sin t` is positive.
+
+    Of the whole turn if the sign does not change.
+    """
+    crosses, middle, half = _level(c, a, b)
+    start = jnp.where(crosses, middle - half, 0.0) / TURN
+    length = jnp.where(crosses, 2.0 * half, TURN) / TURN
+    return start + length * even(SAMPLES, c.dtype)
+
+
+def _cone(c: Vector, a: Vector, b: Vector):
+    """`y_1^2 + y_2^2 - y_3^2` along an arc, with y its coordinates in those of another one.
+
+    It is a trigonometric polynomial too.
+    """
     sign = jnp.array([1.0, 1.0, -1.0], c.dtype)
 
     def f(s):
-        t = 2.0 * np.pi * s
+        t = TURN * s
         cos, sin = jnp.cos(t), jnp.sin(t)
         y = c + a * cos + b * sin
-        v = (b * cos - a * sin) * (2.0 * np.pi)
-        w = (c - y) * (2.0 * np.pi) ** 2
+        v = (b * cos - a * sin) * TURN
+        w = (c - y) * TURN**2
         return (
             jnp.sum(sign * y * y),
             2.0 * jnp.sum(sign * y * v),
@@ -166,8 +194,7 @@ def lines_on_cones(
 
 def _wrapped(first: Array, last: Array, t: Array) -> Array:
     """Angles by whole turns to where the arc is; at its start if it does not come there."""
-    turn = 2.0 * np.pi
-    t = t - turn * jax.lax.stop_gradient(jnp.floor((t - first) / turn))
+    t = t - TURN * jax.lax.stop_gradient(jnp.floor((t - first) / TURN))
     return jnp.where(t < last, t, first)
 
 

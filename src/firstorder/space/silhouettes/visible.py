@@ -22,7 +22,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._quadrature import gauss_legendre
-from firstorder.numerics._vectors import cross, dot, rows
+from firstorder.numerics._vectors import cross, dot, norm, rows
 from firstorder.scene._arguments import check_asked_one
 from firstorder.scene._intersect import MISS, highest, ranks
 from firstorder.space.receiver import Receiver
@@ -249,14 +249,20 @@ def _at(a: Array, n: int) -> tuple[Array, Array]:
 # --- what is seen --------------------------------------------------------------------------------
 
 
-def _hair(length: Float[Array, "*m"], eps: float) -> Float[Array, "*m"]:
-    """Angular offset beside an edge of that angular length, at which to trace a ray [rad].
+def _hair(distance: Float[Array, "*m"], eps: float) -> Float[Array, "*m"]:
+    """How far beside a point of an edge to trace a ray [unit of the shape].
 
-    An edge of another shape that lies nearer than this is overlooked. An offset that is not far
-    above rounding (eps) is too small: the ray beside a ball's contour may miss the ball.
+    An edge of another shape that passes between the point and the ray is overlooked, so this is
+    small. It is far above rounding: two edges that are one by design differ by some dozens of eps,
+    and each must overlook the other. In the unit of a shape its place and its size are near one,
+    and so is their rounding eps, however close the point is: a contour close by, where a ball all
+    but touches the eye, asks for a large angle.
+
+    Args:
+        distance: of the point from the eye [unit of the shape].
+        eps: of the precision.
     """
-    least, most = np.array([eps**0.6, eps**0.5], length.dtype)
-    return jnp.clip(0.01 * length, least, most)
+    return eps**0.7 * jnp.maximum(distance, 1.0)
 
 
 def _seen(found: _Outlines, axes, lines, straight, arcs, curved, azimuths):
@@ -278,13 +284,14 @@ def _seen(found: _Outlines, axes, lines, straight, arcs, curved, azimuths):
         ]
     )
     side = cross(p, v)
-    pp, vv, wide = dot(p, p), dot(v, v), dot(side, side)
+    wide = dot(side, side)
     # Of scenes in both precisions, the rounding is that of the lower one.
     eps = max(float(jnp.finfo(a.dtype).eps) for a in (found.eye, found.turn, axes, lines, arcs))
-    hair = _hair(jnp.sqrt(vv / pp), eps) * jnp.sqrt(pp / jnp.where(wide > 0.0, wide, 1.0))
+    hair = _hair(norm(p), eps) / jnp.sqrt(jnp.where(wide > 0.0, wide, 1.0))
     hair = hair[:, None] * side
     middle = 0.5 * (azimuths[1:] + azimuths[:-1])
-    low = jnp.stack([jnp.cos(middle), jnp.sin(middle), _hair(jnp.diff(azimuths), eps)], -1)
+    level = jnp.ones_like(middle)
+    low = jnp.stack([jnp.cos(middle), jnp.sin(middle), _hair(level, eps)], -1)
     t, first = _ask(found, eye, turn, jnp.concatenate([p + hair, p - hair, low]))
     m = len(owner)
     behind = first[m : 2 * m]
