@@ -164,6 +164,50 @@ def test_the_parts_of_segments_end_where_shapes_other_than_their_own_are_in_line
         np.testing.assert_allclose(np.unique(ends[row]), sorted(wanted))
 
 
+def test_the_parts_of_arcs_end_where_shapes_other_than_their_own_are_in_line():
+    rng = np.random.default_rng(2)
+    arcs = jnp.array(
+        [[(x, 0.1 * x, 2.0), (0.8, 0.0, 0.1), (0.0, 0.7, 0.2)] for x in (0.0, 0.3, 0.5)]
+    )
+    first, last = jnp.array([0.0, 0.5, 0.0]), jnp.array([6.0, 4.5, 2.0 * np.pi])
+    lines, rims = np.array([0, 1, 3]), np.array([0, 1, 2])
+    on_planes = rng.uniform(0.6, 4.0, (3, 4, 2))
+    ends = crossings.arc_ends(arcs, first, last, jnp.array(on_planes), (lines, rims))
+    assert np.all(np.diff(ends) >= 0.0)
+    for row, owner in enumerate(rims):
+        mine = arc(*arcs[row], first[row], last[row])
+        others = [on_cone(mine, arc(*arcs[k])) for k in range(3) if k != row]
+        assert np.count_nonzero(np.stack(others) > first[row]) > 1
+        others += [first[row][None], last[row][None], on_planes[row, 0]]
+        others += [on_planes[row, 1:][lines != owner].ravel()]
+        wanted = np.unique(np.concatenate(others).round(9))
+        np.testing.assert_allclose(np.unique(ends[row].round(9)), wanted, atol=1e-8)
+
+
+def test_one_arc_is_cut_by_the_horizon_alone():
+    arcs, ends = jnp.array([ROUND.center, ROUND.a, ROUND.b])[None], jnp.array([0.0])
+    found = crossings.arc_ends(
+        arcs, ends, ends + 6.0, jnp.array([[[2.0, 1.0]]]), (np.array([]), np.array([0]))
+    )
+    assert found.tolist() == [[0.0, 1.0, 2.0, 6.0]]
+
+
+def test_the_horizon_ends_where_silhouettes_cross_it():
+    lines = jnp.array([[(1.0, 1.0, -1.0), (1.0, 1.0, 1.0)], [(0.0, -1.0, -1.0), (2.0, -1.0, 3.0)]])
+    arcs = jnp.array([[(-2.0, 0.0, 0.0), (0.0, 2.0, 0.0), (0.0, 0.0, 1.0)]])
+    s, t = jnp.array([0.5, 0.25]), jnp.array([[0.0, np.pi]])
+    found = crossings.horizon_ends(lines, s, arcs, t)
+    right, left = np.arctan2(-1.0, 0.5), 0.75 * np.pi
+    np.testing.assert_allclose(found, [-np.pi, -left, right, 0.25 * np.pi, left, np.pi], atol=1e-12)
+
+
+def test_the_height_over_a_cone_has_two_derivatives():
+    f = crossings._cone(*jnp.array([(0.3, -0.2, 1.0), (0.5, 0.1, 0.4), (-0.2, 0.6, 0.3)]))
+    value = jax.grad(lambda s: f(s)[0])
+    for s in (0.1, 0.45, 0.8):
+        np.testing.assert_allclose(f(s)[1:], [value(s), jax.grad(value)(s)], rtol=1e-12)
+
+
 @pytest.mark.parametrize("flat", [True, False])
 def test_an_arc_seen_edge_on_cuts_nothing_and_breaks_nothing(flat):
     edge = arc((0.0, 0.0, 2.0), (1.0, 0.0, 0.0), (0.0, 0.0, 0.5) if flat else (0.0, 0.5, 0.0))
