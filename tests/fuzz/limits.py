@@ -39,7 +39,6 @@ GRID = "edges on a grid that coincide, and triangles without area, under a chang
 HAIR = "in float32 a receiver within some roundings of an end has few digits of its gradient"
 SPAN = "in float32 lengths from 1e-5 to 1e8 in one scene leave the range of a Hessian's products"
 FLAT = "a traced triangle whose area is rounding may have no gradient"
-SPECK = "in space float32 loses the gradient by a ball a millionth as large as far"
 BODIES = "a traced lamp that runs into a body: light is NaN where it would be negative, else wrong"
 PLANE = "a receiver within 1e-12 of a triangle may see what is behind it"
 BESIDE = "beside a box digits are lost: a lamp in two shines otherwise by 1e-10"
@@ -71,7 +70,6 @@ LIMITS = (
     Limit("space", "*", "lamp_in_a_body", "*", BODIES),
     Limit("space", "*", "quarters", "nan", GRID),
     Limit("space", "float64", "without_area", "gradient", FLAT),
-    *(Limit("space", "float32", "mixed_sizes", k, SPECK) for k in ("gradient", "shifted gradient")),
     Limit("space", "float64", "near_a_box", "split", BESIDE),
     Limit("space", "float64", "near_a_triangle", "*", PLANE),
     Limit("space", "*", "sliver", "*", THIN),

@@ -53,6 +53,21 @@ def test_a_ray_farther_from_the_silhouette_mistakes_more(monkeypatch):
         assert share_that_is_off() > 4e-4
 
 
+def test_a_ball_a_millionth_as_large_as_far_has_a_gradient():
+    def light(radius):
+        lamp = rectangle((0.0, 0.0, 2.0), (0.0, 0.5, 0.0), (0.5, 0.0, 0.0))
+        scene = Scene.of(primitive(lamp, emission=1.0), primitive(sphere((0.0, 0.0, 1.0), radius)))
+        scene, at = (as_dtype(a, radius.dtype) for a in (scene, receiver((0.1, 0.0, 0.0))))
+        return irradiance(scene, at)
+
+    for radius in (1e-3, 1e-4, 1e-6, 1e-9, 1e-12):
+        slope = jax.grad(light)(jnp.asarray(radius, jnp.float32))
+        # It hides L pi r^2 / d^2 of the lamp, under the cosine of 5.7 degrees; less than a ray's
+        # distance from the silhouette is not seen.
+        wanted = -2.0 * np.pi * radius / 1.01**1.5
+        np.testing.assert_allclose(slope, wanted if radius > 1e-5 else 0.0, rtol=0.02, atol=1e-30)
+
+
 SHAPES = {
     "rectangle": lambda: rectangle((0.1, 0.0, 1.0), (0.3, 0.0, 0.0), (0.0, 0.3, 0.1)),
     "sphere": lambda: sphere((0.1, 0.0, 1.0), 0.3),

@@ -161,8 +161,9 @@ def inverse_3x3(axes: Float[Array, "*n 3 3"]) -> Float[Array, "*n 3 3"]:
     return inverse_and_det(axes)[0]
 
 
+@jax.custom_jvp
 def inverse_and_det(axes: Float[Array, "*n 3 3"]) -> tuple[Float[Array, "*n 3 3"], Numbers]:
-    """The inverse of a matrix, and its determinant.
+    """The inverse of a matrix, and its determinant, of which only the inverse has derivatives.
 
     Zeros for a matrix whose columns all lie on one line, as those of a flat shape without area: its
     inverse takes no direction anywhere. Infinite for any other that is singular.
@@ -173,6 +174,14 @@ def inverse_and_det(axes: Float[Array, "*n 3 3"]) -> tuple[Float[Array, "*n 3 3"
     det = jnp.sum(columns[..., 0, :] * rows[..., 0, :], -1)
     on_a_line = jnp.all(rows == 0.0, (-2, -1))
     return settled(rows / (det + on_a_line)[..., None, None]), det
+
+
+@inverse_and_det.defjvp
+def _inverse_rule(primals, tangents):
+    """d(1/A) = -(1/A) dA (1/A): the square of a determinant would leave the range of float32."""
+    turn, det = inverse_and_det(*primals)
+    change = jnp.einsum("...ij,...jk,...kl->...il", turn, tangents[0], turn)
+    return (turn, det), (-settled(change), jnp.zeros_like(det))
 
 
 def rows(a: Shaped[Array, "n *k"], which: Int[Array | np.ndarray, "*m"]) -> Shaped[Array, "..."]:
