@@ -208,6 +208,12 @@ def test_the_height_over_a_cone_has_two_derivatives():
         np.testing.assert_allclose(f(s)[1:], [value(s), jax.grad(value)(s)], rtol=1e-12)
 
 
+def test_one_segment_is_cut_by_the_horizon_alone():
+    owners = np.array([0]), np.array([], int)
+    found = crossings.line_ends(jnp.array([[0.25]]), jnp.zeros((1, 0, 2)), owners)
+    assert np.unique(found).tolist() == [0.0, 0.25, 1.0]
+
+
 @pytest.mark.parametrize("flat", [True, False])
 def test_an_arc_seen_edge_on_cuts_nothing_and_breaks_nothing(flat):
     edge = arc((0.0, 0.0, 2.0), (1.0, 0.0, 0.0), (0.0, 0.0, 0.5) if flat else (0.0, 0.5, 0.0))

@@ -88,6 +88,76 @@ def test_a_box_on_the_floor_cuts_the_floor_off():
     assert np.asarray(lines.cut)[against].all()
 
 
+WALLS = [  # centre and half edges; both stand through the horizon, the first before the second
+    ((2.0, 0.1, 0.2), (0.2, 0.8, 0.3), (0.1, -0.2, 0.7)),
+    ((4.0, 0.9, 0.5), (0.3, 1.5, -0.2), (-0.2, 0.1, 1.1)),
+]
+
+
+def walls(scale):
+    return Scene.of(*(primitive(rectangle(*scale * np.array(wall))) for wall in WALLS))
+
+
+def seen_by_rays(wall, other):
+    """Of each edge of a wall the share that is above the horizon and not behind the other wall."""
+    (middle, u, v), (center, *sides) = np.array(WALLS[wall]), np.array(WALLS[other])
+    corners = np.array([middle + a * u + b * v for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
+    s = (np.arange(10_000) + 0.5)[:, None] / 10_000
+    p = corners[:, None] + s * (np.roll(corners, -1, 0) - corners)[:, None]
+    # t p = center + x side + y side', for each point.
+    planes = np.stack([p, *(np.broadcast_to(-side, p.shape) for side in sides)], -1)
+    t, x, y = np.moveaxis(
+        np.linalg.solve(planes, np.broadcast_to(center, p.shape)[..., None])[..., 0], -1, 0
+    )
+    hidden = (t > 0.0) & (t < 1.0) & (np.abs(x) < 1.0) & (np.abs(y) < 1.0)
+    return np.mean((p[..., 2] > 0.0) & ~hidden, -1)
+
+
+@pytest.mark.parametrize("scale", [1.0, 8.0])
+def test_edges_are_seen_as_far_as_rays_see_them(scale):
+    found = _pieces(walls(scale), receiver((0.0, 0.0, 0.0)))
+    for wall, other in ((0, 1), (1, 0)):
+        mine = np.asarray(found.lines.seen & (found.lines.owner == wall))
+        middle, u, v = scale * np.array(WALLS[wall])
+        start, end = np.asarray(found.start)[mine] - middle, np.asarray(found.end)[mine] - middle
+        length = np.linalg.norm(end - start, axis=-1)
+        # Ends lie on the edges, where one coordinate along a side is one.
+        sides = np.linalg.lstsq(np.stack([u, v], 1), np.concatenate([start, end]).T)[0]
+        np.testing.assert_allclose(np.max(np.abs(sides), 0), 1.0)
+        whole = 2.0 * np.array([np.linalg.norm(side) for side in (u, v, u, v)])
+        np.testing.assert_allclose(length.sum(), seen_by_rays(wall, other) @ whole, rtol=1e-3)
+    farther = seen_by_rays(1, 0)
+    assert np.count_nonzero((0.0 < farther) & (farther < 1.0)) == 3
+
+
+def on_horizon(wall):
+    """The azimuths between which a wall stands on the horizon."""
+    middle, u, v = np.array(WALLS[wall])
+    x = np.linspace(-1.0, 1.0, 100_001)[:, None]
+    y = -(middle[2] + x * u[2]) / v[2]
+    p = (middle + x * u + y * v)[np.abs(y[:, 0]) <= 1.0]
+    azimuth = np.arctan2(p[:, 1], p[:, 0])
+    return azimuth.min(), azimuth.max()
+
+
+def test_walls_stand_on_the_horizon_as_wide_as_they_are():
+    found = _pieces(walls(1.0), receiver((0.0, 0.0, 0.0)))
+    parts, above = np.diff(found.azimuths), np.asarray(found.above)
+    (low, high), (start, end) = on_horizon(0), on_horizon(1)
+    assert low < start < high < end
+    np.testing.assert_allclose(parts[above == 0].sum(), high - low, atol=1e-4)
+    np.testing.assert_allclose(parts[above == 1].sum(), end - high, atol=1e-4)
+
+
+@pytest.mark.parametrize("nodes", [1, 4])
+def test_nodes_on_straight_pieces_integrate_along_them(nodes):
+    found = _pieces(walls(1.0), receiver((0.0, 0.0, 0.0)))
+    p, v, w = (np.asarray(a) for a in found.on_lines(nodes))
+    start, end = np.asarray(found.start), np.asarray(found.end)
+    np.testing.assert_allclose(np.sum(w[..., None] * v, 1), end - start, atol=1e-15)
+    np.testing.assert_allclose(np.sum(w[..., None] * p, 1), 0.5 * (start + end), atol=1e-15)
+
+
 def test_inside_a_closed_shape_nothing_is_sound():
     found = _pieces(balls((0.0, 0.0, 0.1), (0.0, 0.0, -9.0)), receiver((0.0, 0.0, 0.0)))
     assert not bool(found.sound)
