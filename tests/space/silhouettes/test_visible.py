@@ -127,7 +127,7 @@ def test_edges_are_seen_as_far_as_rays_see_them(scale):
         whole = 2.0 * np.array([np.linalg.norm(side) for side in (u, v, u, v)])
         np.testing.assert_allclose(length.sum(), seen_by_rays(wall, other) @ whole, rtol=1e-3)
     farther = seen_by_rays(1, 0)
-    assert np.count_nonzero((0.0 < farther) & (farther < 1.0)) == 3
+    assert np.count_nonzero((farther > 0.0) & (farther < 1.0)) == 3
 
 
 def on_horizon(wall):
