@@ -21,8 +21,17 @@ from firstorder.space.shapes import kinds
 
 CENTER = np.array([0.3, -0.2, 0.4])
 AXES = np.array([[0.9, 0.2, 0.1], [-0.1, 0.7, 0.2], [0.2, -0.3, 0.8]])
+# The last two stand beside the shape, below its upper end and above its lower one.
+BESIDE = CENTER + np.array([[2.5, 0.5, 0.8], [-1.0, 2.0, -0.7]]) @ AXES.T
 EYES = np.array(
-    [[3.0, 1.0, -2.0], [0.2, 0.1, 3.0], [-2.0, 0.3, 0.5], [0.5, -1.4, 0.1], [1.0, 1.0, 1.6]]
+    [
+        [3.0, 1.0, -2.0],
+        [0.2, 0.1, 3.0],
+        [-2.0, 0.3, 0.5],
+        [0.5, -1.4, 0.1],
+        [1.0, 1.0, 1.6],
+        *BESIDE,
+    ]
 )
 
 

@@ -40,6 +40,18 @@ def test_a_ball_alone_is_seen_all_round():
     assert np.all(np.asarray(found.above) == -1)
 
 
+def test_contours_are_in_metres():
+    """That of a ball of 4 m, 16 m up, is a circle at 15 m with a radius of 4 cos(beta)."""
+    scene = Scene.of(primitive(sphere((0.0, 0.0, 16.0), 4.0)))
+    found = _pieces(scene, receiver((0.0, 0.0, 0.0)))
+    p, v, w = (np.asarray(a)[found.rims.seen] for a in found.on_arcs(8))
+    radius = 4.0 * np.sqrt(1.0 - 1.0 / 16.0)
+    np.testing.assert_allclose(p[..., 2], 15.0)
+    np.testing.assert_allclose(np.hypot(p[..., 0], p[..., 1]), radius)
+    length = np.sum(w * np.linalg.norm(v, axis=-1))
+    np.testing.assert_allclose(length, 2.0 * np.pi * radius)
+
+
 def test_a_ball_behind_another_is_not_seen():
     found = _pieces(balls((0.0, 0.0, 2.0), (0.0, 0.0, 6.0)), receiver((0.0, 0.0, 0.0)))
     np.testing.assert_allclose(arcs(found, 0), 2.0 * np.pi)
