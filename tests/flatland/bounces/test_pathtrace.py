@@ -15,7 +15,7 @@ from firstorder.flatland.bounces import pathtrace
 from firstorder.flatland.bounces._scatter import Surface, reflect, scatter
 from firstorder.flatland.bounces.pathtrace import path_irradiance, path_radiance, tree_irradiance
 from firstorder.flatland.library._scenes import scene_b, scene_d
-from firstorder.flatland.skies import GaussianSky
+from firstorder.flatland.skies import ConstantSky, GaussianSky
 from firstorder.sampling import estimate
 from tests.precision import as_dtype
 
@@ -111,6 +111,13 @@ def test_a_tree_is_the_same_light_cut_off(key):
     # In a furnace every ray finds the same: no noise at all (the ledger has a noisy tree).
     np.testing.assert_allclose(E.mean, 2.0 * E0 * (1.0 + RHO), rtol=1e-12)
     assert float(jnp.max(E.error)) < 1e-12
+
+
+def test_a_tree_counts_the_sky_once(key):
+    floor = primitive(Segments((-1.0, 0.0), (1.0, 0.0)), albedo=RHO)
+    scene = Scene.of(floor, environment=ConstantSky(0.5))
+    E = tree_irradiance(scene, Receiver((0.3, 0.0), 0.0, on=0), key=key, branches=(4, 2), runs=9)
+    np.testing.assert_allclose(E.mean, 2.0 * 0.5, rtol=1e-12)
 
 
 def wrong(change):
