@@ -38,6 +38,18 @@ def test_a_soft_edge_is_the_blurred_hard_one():
     assert float(soft(*u)) == pytest.approx(np.sum(hard * blur) * 1e-4, abs=1e-4)
 
 
+def test_a_soft_edge_has_the_coefficients_that_sums_give():
+    """c_k = integral over a period of the edge exp(-2 pi i k s / period) ds / period."""
+    soft = SoftEdge(Affine([1.0, 0.0], 0.0), 0.05, 0.2, 0.9)
+    series = soft.series(Grid((16, 16), (0.5, 0.5)))
+    frequencies = np.asarray(series.frequencies[:, 0])
+    period = 1.0 / (frequencies[1] - frequencies[0])
+    s = ((np.arange(20_000) + 0.5) / 20_000 - 0.5) * period  # the window's middle is the edge
+    waves = np.exp(-2j * np.pi * frequencies[:, None] * s)
+    wanted = np.mean(np.asarray(soft(s, 0.0)) * waves, 1)
+    np.testing.assert_allclose(series.coefficients, wanted, atol=1e-6)
+
+
 @pytest.mark.parametrize(
     ("make", "words"),
     [
