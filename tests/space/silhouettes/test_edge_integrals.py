@@ -102,6 +102,14 @@ def test_a_cut_limb_has_the_solid_angle_of_a_ball():
         np.testing.assert_allclose(a, b, atol=1e-12)
 
 
+def test_a_horizon_has_the_solid_angle_of_half_of_all_directions():
+    """A circle about the eye, as a plane's horizon is, has no centre to point along."""
+    tilted = jnp.array([[0.6, 0.0, 0.8]]), jnp.array([[0.0, 1.0, 0.0]])
+    ends = jnp.array([0.0]), jnp.array([2.0 * np.pi])
+    found = edge_integrals.arc_angle(jnp.zeros((1, 3)), *tilted, *ends, 8)
+    np.testing.assert_allclose(found, [2.0 * np.pi], rtol=1e-12)
+
+
 def test_an_edge_that_slides_along_itself_or_its_rays_sweeps_nothing():
     p, v = jnp.array(CORNERS), jnp.array(MOVES)
     np.testing.assert_allclose(edge_integrals.swept_rate(p, v, 2.0 * v - 3.0 * p), 0.0, atol=1e-15)
