@@ -94,6 +94,17 @@ def test_short_segments_and_segments_towards_the_eye_have_derivatives():
             assert np.isfinite(jax.hessian(all_of)(s, b))
 
 
+@pytest.mark.parametrize("share", [1.0, 1e-6])
+def test_half_an_angle_has_the_derivatives_of_its_definition(share):
+    """h = atan2(s, k) / (2 s), of s^2 and k, for a wide angle and for a narrow one."""
+    s, k = share * 0.7, 0.6
+    by_square = (k / (s * s + k * k) - np.arctan2(s, k) / s) / (4.0 * s * s)
+    if share < 1.0:
+        by_square = -1.0 / (6.0 * k**3)  # the difference above has lost its digits
+    found = jax.grad(contour._half_angle_by_sine, (0, 1))(jnp.array(s * s), jnp.array(k))
+    np.testing.assert_allclose(found, [by_square, -0.5 / (s * s + k * k)], rtol=1e-9)
+
+
 def test_short_segments_keep_their_digits():
     a = jnp.array([0.3, 0.4, 0.5])
     for s in (1e-2, 1e-4, 1e-6):

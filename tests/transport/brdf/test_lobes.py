@@ -1,3 +1,5 @@
+import itertools
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -134,6 +136,21 @@ def test_a_table_is_met_at_its_nodes_and_smooth_between():
     before, after = (lobe.derivatives(jnp.asarray(0.25 + e)) for e in (-1e-9, 1e-9))
     np.testing.assert_allclose(before, after, atol=1e-5)
     assert lobe.derivatives(jnp.asarray(3.0))[0] == 0.0
+
+
+def test_a_table_bends_at_its_knots_alone():
+    """Its second derivative is straight between knots, and zero before the first and behind."""
+    lobe = TabulatedProfile(TABLE, 0.1, center=0.05)
+    knots = np.asarray(lobe.knots())
+
+    def bend(t):
+        return float(lobe.derivatives(jnp.asarray(t))[2])
+
+    assert bend(knots[0] - 0.01) == bend(knots[-1] + 0.01) == 0.0
+    for start, end in itertools.pairwise(knots):
+        first, middle, last = (bend(start + x * (end - start)) for x in (0.1, 0.5, 0.9))
+        np.testing.assert_allclose(middle, 0.5 * (first + last), atol=1e-9)
+        assert abs(first) + abs(last) > 0.0
 
 
 def test_a_table_can_be_given_its_energy():
