@@ -137,3 +137,11 @@ def test_smoothed_bounds_of_images_with_holes():
     np.testing.assert_allclose(np.delete(high, 105), 3.0)
     assert np.isnan(low[5, 5])
     assert np.isnan(high[5, 5])
+
+
+def test_smooth_depths_look_as_far_to_either_side():
+    near, far = np.full((11, 13), np.inf), np.full((11, 13), -np.inf)
+    near[5, 6], far[5, 6] = 0.5, 0.75
+    for found in smooth_depths(near, far, 2):
+        rows, columns = np.nonzero(np.isfinite(found))
+        assert (rows.min(), rows.max(), columns.min(), columns.max()) == (3, 7, 4, 8)
