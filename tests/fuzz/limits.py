@@ -32,7 +32,7 @@ class Limit(NamedTuple):
 
 
 SMALL = "in space float64 is wrong for lengths below 1e-13, as a tiny scene in another unit has"
-HAIRS = "in space edges within 1e-11 of each other, as a share of their distance, are taken for one"
+EDGES = "in space edges within 1e-11 of each other, as a share of their distance, are taken for one"
 SINGLE = "in space float32 takes edges within 1e-5 of each other for one: light is off, or NaN"
 NEAR = "in float32 a receiver within rounding of a shape is on either side of it"
 GRID = "edges on a grid that coincide, and triangles without area, under a change that rounds"
@@ -80,7 +80,7 @@ LIMITS = (
         for name in ("edge_on", "edges_in_line", "equal", "horizon", "in_line", "lamp_on_a_wall")
         for kind in ("bounds", "rays", *CHANGES)
     ),
-    *(Limit("space", "float64", "*", kind, HAIRS, 2e-11) for kind in ("rays", *CHANGES)),
+    *(Limit("space", "float64", "*", kind, EDGES, 2e-11) for kind in ("rays", *CHANGES)),
 )
 
 

@@ -24,7 +24,7 @@ ROUNDINGS = 4.0
 LOST = 1e-6  # digits of second derivatives
 # Of differences in float64, as shares of the size: in a large one light may break off twice.
 STEPS = 1e-5, 1e-6, 1e-7
-# Of these something is smaller than that step, or runs into another thing within it.
+# Of these something is smaller than the largest step, or runs into another thing within it.
 FINE = ("near_", "hardly_", "without_", "sliver", "mixed_", "on_a_", "quarters", "far_off", "lamp_")
 
 

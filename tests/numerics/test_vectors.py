@@ -20,6 +20,17 @@ def test_products():
     np.testing.assert_allclose(vectors.inverse_3x3(jnp.asarray(M)), np.linalg.inv(M))
 
 
+def test_an_inverse_has_two_derivatives():
+    """Those of JAX's own inverse; none for a matrix whose columns lie on one line."""
+    found, wanted = (
+        [f(jnp.asarray(M[0])) for f in (jax.jacrev(inverse), jax.hessian(inverse))]
+        for inverse in (vectors.inverse_3x3, jnp.linalg.inv)
+    )
+    for a, b in zip(found, wanted, strict=True):
+        np.testing.assert_allclose(a, b, rtol=1e-9, atol=1e-9)
+    assert np.all(jax.jacrev(vectors.inverse_3x3)(jnp.ones((3, 3))) == 0.0)
+
+
 def test_lengths_have_derivatives_at_zero():
     zero = jnp.zeros(3)
     assert vectors.norm(zero) == 0.0

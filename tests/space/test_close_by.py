@@ -5,6 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from firstorder.numerics import _roots
 from firstorder.space import (
     Scene,
     boundary_gradient,
@@ -21,7 +22,7 @@ from firstorder.space import (
     triangle,
     vector_irradiance,
 )
-from firstorder.space.silhouettes import _collisions
+from firstorder.space.silhouettes import _collisions, _crossings
 from firstorder.space.silhouettes._collisions import check_apart, find_collisions
 
 AT = receiver((0.0, 0.0, 0.0))
@@ -51,6 +52,16 @@ def assert_a_near_ball_hides_half_of_the_sky():
 
 def test_a_ball_as_near_as_rounding_hides_half_of_the_sky():
     assert_a_near_ball_hides_half_of_the_sky()
+
+
+def test_fault_two_steps_to_an_extremum_all_around_lose_crossings(monkeypatch):
+    def all_around(c, a, b):
+        return _roots.even(_crossings.SAMPLES, c.dtype)
+
+    monkeypatch.setattr(_roots, "STEPS", 2)
+    monkeypatch.setattr(_crossings, "_in_front", all_around)
+    with pytest.raises(AssertionError):
+        assert_a_near_ball_hides_half_of_the_sky()
 
 
 # --- without area --------------------------------------------------------------------------------

@@ -180,8 +180,7 @@ def inverse_and_det(axes: Float[Array, "*n 3 3"]) -> tuple[Float[Array, "*n 3 3"
 def _inverse_rule(primals, tangents):
     """d(1/A) = -(1/A) dA (1/A): the square of a determinant would leave the range of float32."""
     turn, det = inverse_and_det(*primals)
-    change = jnp.einsum("...ij,...jk,...kl->...il", turn, tangents[0], turn)
-    return (turn, det), (-settled(change), jnp.zeros_like(det))
+    return (turn, det), (-settled(turn @ tangents[0] @ turn), jnp.zeros_like(det))
 
 
 def rows(a: Shaped[Array, "n *k"], which: Int[Array | np.ndarray, "*m"]) -> Shaped[Array, "..."]:

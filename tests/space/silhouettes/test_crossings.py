@@ -121,7 +121,7 @@ def test_a_contour_crosses_that_of_a_ball_that_all_but_touches_the_eye():
 
 
 def test_fault_samples_all_around_lose_such_crossings(monkeypatch):
-    monkeypatch.setattr(crossings, "_before", lambda c, a, b: even(crossings.SAMPLES, c.dtype))
+    monkeypatch.setattr(crossings, "_in_front", lambda c, a, b: even(crossings.SAMPLES, c.dtype))
     assert missed_pairs() > 0
 
 

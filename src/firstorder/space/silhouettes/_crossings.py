@@ -22,11 +22,10 @@ from jaxtyping import Array, Float
 from firstorder.numerics._order import order_of
 from firstorder.numerics._roots import bracketed_root, brackets, even, newton
 from firstorder.numerics._vectors import cross, dot, inverse_3x3, matvec, rows, unit
-from firstorder.space.silhouettes._curves import SilhouetteArcs, SilhouetteSegments
+from firstorder.space.silhouettes._curves import TURN, SilhouetteArcs, SilhouetteSegments
 
 Vector = Float[Array, "3"]
 ROUNDINGS = 16.0  # in a height over a plane, whose normal is a product of two vectors
-TURN = 2.0 * np.pi
 SAMPLES, MOST = 16, 4  # of a trigonometric polynomial of degree two, which has four roots
 
 
@@ -51,14 +50,18 @@ def arcs_on_planes(
 
 
 def _on_plane(A, B, C, first, last):
-    crosses, middle, half = _level(A, B, C)
+    crosses, middle, half = _positive(A, B, C)
     t = jnp.stack([middle - half, middle + half], -1)
     first, last = first[..., None], last[..., None]
     return jnp.where(crosses[..., None], _wrapped(first, last, t), first)
 
 
-def _level(A, B, C):
-    """Whether `A + B cos t + C sin t` has both signs; the middle and half the range above zero."""
+def _positive(A, B, C):
+    """Whether `A + B cos t + C sin t` has both signs, and where it is positive.
+
+    Returns:
+        Whether it has, the middle of that range of t, and half its length [rad].
+    """
     scale = B * B + C * C
     square = scale - A * A
     crosses = (square > 0.0) & (scale > 0.0)
@@ -70,21 +73,24 @@ def _level(A, B, C):
 def on_cone(arc: SilhouetteArcs, other: SilhouetteArcs) -> Float[Array, "4"]:
     """Parameters at which an arc crosses the cone of another; `arc.first` for missing roots.
 
-    Of an arc that runs before and behind the eye, as the other's axis points, only the part before
-    it is looked at: behind it the cone is nobody's silhouette. The cone of a ball that all but
-    touches the eye is almost a plane, which an arc crosses from a root on one side to a root on the
-    other, closer to each other than samples all around could tell.
+    The cone's axis points from the eye to the other arc's centre. Of an arc that comes in front of
+    the eye and behind it, only the part in front is searched: behind it the cone is nobody's
+    silhouette. The cone of a ball that all but touches the eye is almost a plane, with a root on
+    either side of where the arc goes through it. Samples all around miss such a pair; the part in
+    front starts and ends between the two.
     """
-    seen = _seen_along(arc, other)
-    f, fixed = _cone(*seen), _cone(*jax.lax.stop_gradient(seen))
-    low, high, found = brackets(fixed, _before(*(y[2] for y in jax.lax.stop_gradient(seen))))
+    mine = _in_coordinates_of(other, arc)
+    fixed = jax.lax.stop_gradient(mine)
+    pieces = _in_front(*(y[2] for y in fixed))
+    f, fixed = _cone(*mine), _cone(*fixed)
+    low, high, found = brackets(fixed, pieces)
     which = order_of(~found)[:MOST]
     s = jax.vmap(lambda a, b: bracketed_root(fixed, a, b))(low[which], high[which])
     s = jax.vmap(lambda s: newton(f, newton(f, s)))(s)
     return jnp.where(found[which], _wrapped(arc.first, arc.last, TURN * s), arc.first)
 
 
-def _seen_along(arc: SilhouetteArcs, other: SilhouetteArcs) -> tuple[Vector, Vector, Vector]:
+def _in_coordinates_of(other: SilhouetteArcs, arc: SilhouetteArcs) -> tuple[Vector, Vector, Vector]:
     """Centre and conjugate radii of an arc, in the coordinates (a, b, center) of another one."""
     axes = jnp.stack([other.a, other.b, other.center], -1)
     flat = jnp.abs(dot(cross(other.a, other.b), other.center)) <= 0.0
@@ -93,12 +99,12 @@ def _seen_along(arc: SilhouetteArcs, other: SilhouetteArcs) -> tuple[Vector, Vec
     return matvec(turn, arc.center), matvec(turn, arc.a), matvec(turn, arc.b)
 
 
-def _before(c: Array, a: Array, b: Array) -> Float[Array, " samples_1"]:
+def _in_front(c: Array, a: Array, b: Array) -> Float[Array, " samples_1"]:
     """Ends of even pieces [turns] of the range where `c + a cos t + b sin t` is positive.
 
     Of the whole turn if the sign does not change.
     """
-    crosses, middle, half = _level(c, a, b)
+    crosses, middle, half = _positive(c, a, b)
     start = jnp.where(crosses, middle - half, 0.0) / TURN
     length = jnp.where(crosses, 2.0 * half, TURN) / TURN
     return start + length * even(SAMPLES, c.dtype)

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Bool, Float, Int
+
+TURN = 2.0 * np.pi  # of the parameter of a closed arc [rad]
 
 
 class SilhouetteSegments(eqx.Module):

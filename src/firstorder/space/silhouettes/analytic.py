@@ -43,9 +43,7 @@ from firstorder.space.shapes.kinds import (
     Shape,
     Triangles,
 )
-from firstorder.space.silhouettes._curves import SilhouetteArcs, SilhouetteSegments
-
-TURN = 2.0 * np.pi
+from firstorder.space.silhouettes._curves import TURN, SilhouetteArcs, SilhouetteSegments
 
 
 class Silhouette(eqx.Module):
