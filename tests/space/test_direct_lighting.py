@@ -183,12 +183,13 @@ def under_a_disc(nodes):
 @pytest.mark.parametrize(
     ("height", "nodes", "error"),
     [
-        (3.0, 16, 1e-10),
-        (3.0, 32, 1e-14),
-        (1.0, 16, 6e-7),
-        (1.0, 32, 2e-13),
-        (0.3, 16, 5e-4),
-        (0.3, 32, 2e-7),
+        (3.0, 8, 7e-9),
+        (3.0, 16, 1e-15),
+        (1.0, 8, 2e-5),
+        (1.0, 16, 2e-10),
+        (1.0, 32, 2e-15),
+        (0.3, 16, 3e-5),
+        (0.3, 32, 5e-10),
     ],
 )
 def test_a_rim_takes_as_many_nodes_as_it_is_near(height, nodes, error):

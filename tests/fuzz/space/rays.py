@@ -134,11 +134,11 @@ def _triangle(start, u, v, origin, d, own: bool) -> np.ndarray:
 
 
 def refused(s: Space, eps: float) -> np.ndarray:
-    """Scenes that may be NaN: the receiver is in a ball or a box, or on one it does not name; or a
-    lamp runs into one, where light is NaN in place of less than none.
+    """Scenes that may be NaN: the receiver is in a ball or a box, or on one or on the triangle and
+    does not name it; or a lamp runs into one, where light is NaN in place of less than none.
     """
     slack = 16.0 * eps * s.size
-    found = np.zeros(len(s.at), bool)
+    found = _in_the_triangle(s, eps)
     for k in range(2):
         far = np.linalg.norm(s.spheres[:, k, :3] - s.at, axis=-1)
         found |= (far <= s.spheres[:, k, 3] + slack) & (s.on != BALL + k)
@@ -194,4 +194,4 @@ def _in_the_triangle(s: Space, eps: float) -> np.ndarray:
     y = np.sum(np.cross(b - a, way) * normal, -1) / square
     slack = 1e-6  # about its edges
     within = (x >= -slack) & (y >= -slack) & (x + y <= 1.0 + slack)
-    return within & (np.abs(height) <= eps * s.size) & (s.on != TRIANGLE)
+    return within & (np.abs(height) <= 16.0 * eps * s.size) & (s.on != TRIANGLE)

@@ -65,6 +65,16 @@ def test_traced_half_edges_that_are_parallel_have_no_normal():
     assert bent(jnp.array([2.0, 0.0, 0.0])).tolist() == [0.0, 0.0, 0.0]
 
 
+def test_vectors_that_are_parallel_but_for_rounding_span_nothing():
+    along = (
+        np.random.default_rng(0).normal(size=(1000, 3)) * 10.0 ** np.arange(-20, 20, 0.04)[:, None]
+    )
+    span = jax.jit(jax.vmap(lambda u, v: rectangle((0.0, 0.0, 0.0), u, v).axes[0, :, 2]))
+    assert not np.any(span(along, 3.3 * along))
+    aside = np.roll(along, 1, -1) * 1e-12
+    np.testing.assert_allclose(np.linalg.norm(span(along, along + aside), axis=-1), 1.0)
+
+
 @pytest.mark.parametrize(
     ("make", "words"),
     [

@@ -38,6 +38,49 @@ def test_an_arc_that_does_not_cross_gives_its_start():
     assert found.tolist() == [0.0, 0.0]
 
 
+def planes_on(arc, normals):
+    """`arcs_on_planes` of one arc."""
+    points = jnp.stack([arc.center, arc.a, arc.b])[None]
+    return crossings.arcs_on_planes(points, arc.first[None], arc.last[None], normals)[0]
+
+
+def test_among_planes_an_arc_that_does_not_cross_is_cut_where_it_is_nearest():
+    normals = np.array([(1.0, 0.0, 5.0), (-1.0, 0.0, -5.0), (0.0, 0.3, 2.0)])
+    t = np.linspace(0.0, 2.0 * np.pi, 10_001)
+    heights = np.abs(np.asarray(ROUND.point(jnp.asarray(t))) @ normals.T)
+    wanted = np.repeat(t[np.argmin(heights, 0)][:, None], 2, 1)
+    np.testing.assert_allclose(planes_on(ROUND, jnp.asarray(normals)), wanted, atol=t[1])
+
+
+def test_an_arc_that_touches_a_plane_is_cut_there_once_however_it_rounds():
+    """A circle of radius one about a point one above the plane, turned in it."""
+    turn = np.random.default_rng(0).uniform(0.0, 2.0 * np.pi, 1000)
+    zero = np.zeros_like(turn)
+    c, a, b = (
+        np.stack(x, -1)
+        for x in (
+            (zero, zero, zero + 1.0),
+            (np.cos(turn), zero, np.sin(turn)),
+            (-np.sin(turn), zero, np.cos(turn)),
+        )
+    )
+    arcs = jnp.asarray(np.stack([c, a, b], 1))
+    ends = jnp.asarray(np.stack([zero, zero + 2.0 * np.pi]))
+    found = crossings.arcs_on_planes(arcs, *ends, jnp.array([(0.0, 0.0, 1.0)]))[:, 0]
+    lowest = np.mod(1.5 * np.pi - turn, 2.0 * np.pi)
+    np.testing.assert_allclose(found, np.stack([lowest, lowest], -1), atol=1e-14)
+
+
+def test_a_circle_whose_plane_is_level_is_cut_anywhere_and_breaks_nothing():
+    flat = arc((0.3, 0.2, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+
+    def cut(z):
+        return planes_on(flat, jnp.stack([0.0 * z, 0.0 * z, z])[None])
+
+    for f in (cut, jax.jacfwd(cut), jax.jacfwd(jax.jacfwd(cut))):
+        assert np.all(np.isfinite(f(jnp.asarray(1.0))))
+
+
 def test_roots_outside_of_an_arc_are_its_start():
     p, q = ROUND.point(jnp.asarray(0.4)), ROUND.point(jnp.asarray(2.9))
     part = arc(ROUND.center, ROUND.a, ROUND.b, 2.0 * np.pi + 2.0, 2.0 * np.pi + 4.0)

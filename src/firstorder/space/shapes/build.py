@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
@@ -11,7 +12,7 @@ from jaxtyping import Array, ArrayLike, Float
 from firstorder._argument_checks import check_finite, check_positive, is_concrete, nan_unless
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._host import hosted
-from firstorder.numerics._vectors import cross, frame_along, near_one, unit
+from firstorder.numerics._vectors import cross, frame_along, near_one, norm, unit
 from firstorder.space.shapes.kinds import (
     Boxes,
     Cylinders,
@@ -218,9 +219,7 @@ def polygon(vertices: Any) -> Triangles:
     corners = _ears(np.asarray(v)) if is_concrete(v) else [(0, i, i + 1) for i in range(1, k - 1)]
     index = np.array(corners)
     a, b, c = v[index[:, 0]], v[index[:, 1]], v[index[:, 2]]
-    u, w = b - a, c - a
-    axes = jnp.stack([u, w, unit(cross(*near_one(jnp.stack([u, w]))))], -1)
-    return Triangles(a, axes)
+    return Triangles(a, jax.vmap(_with_normal)(b - a, c - a))
 
 
 def _spanned(u: Any, v: Any) -> Float[Array, "3 3"]:
@@ -236,11 +235,16 @@ def _spanned(u: Any, v: Any) -> Float[Array, "3 3"]:
 
 @compiled
 def _with_normal(u: Array, v: Array) -> Float[Array, "3 3"]:
-    """Two vectors and the unit normal of both as columns; it is zero if they are parallel.
+    """Two vectors and the unit normal of both as columns; of parallel ones the first alone.
 
-    Axes of which one is zero have no inverse, and no ray and no eye finds the shape.
+    Parallel is what spans no more than rounding: even of a vector with itself a compiler's product
+    need not be zero. Columns on a line have zeros for an inverse (`inverse_and_det`), and no ray
+    and no eye finds the shape.
     """
-    normal = cross(*near_one(jnp.stack([u, v])))
+    near = near_one(jnp.stack([u, v]))
+    normal = cross(*near)
+    spans = norm(normal) > 4.0 * jnp.finfo(normal.dtype).eps * jnp.prod(norm(near))
+    v, normal = (jnp.where(spans, a, 0.0) for a in (v, normal))
     return jnp.stack([u, v, unit(normal)], -1)
 
 

@@ -35,7 +35,8 @@ def on_plane(arc: SilhouetteArcs, normal: Vector) -> Float[Array, "2"]:
     `A + B cos t + C sin t = 0` gives `t = atan2(C, B) +- acos(-A / sqrt(B^2 + C^2))`.
     """
     products = dot(normal, arc.center), dot(normal, arc.a), dot(normal, arc.b)
-    return _on_plane(*products, arc.first, arc.last)
+    crosses, t = _on_plane(*products, arc.first, arc.last)
+    return jnp.where(crosses, t, arc.first)
 
 
 def arcs_on_planes(
@@ -44,27 +45,37 @@ def arcs_on_planes(
     last: Float[Array, " c"],
     normals: Float[Array, "k 3"],
 ) -> Float[Array, "c k 2"]:
-    """`on_plane` of every arc with every plane; an arc is its centre and its conjugate radii."""
-    products = jnp.unstack(jnp.einsum("cei,ki->eck", arcs, normals))
-    return _on_plane(*products, first[:, None], last[:, None])
+    """`on_plane` of every arc with every plane; an arc is its centre and its conjugate radii.
+
+    Where it does not cross, it is cut where it is nearest to the plane: a ball on the floor touches
+    the horizon of a receiver on the floor, and no part of either may have its middle there.
+    """
+    A, B, C = jnp.unstack(jnp.einsum("cei,ki->eck", arcs, normals))
+    crosses, t = _on_plane(A, B, C, first[:, None], last[:, None])
+    A, B, C = jax.lax.stop_gradient((A, B, C))
+    nearest = _wrapped(first[:, None], last[:, None], jnp.arctan2(-A * C, -A * B))
+    return jnp.where(crosses, t, nearest[..., None])
 
 
 def _on_plane(A, B, C, first, last):
+    """Whether an arc crosses a plane, and where."""
     crosses, middle, half = _positive(A, B, C)
     t = jnp.stack([middle - half, middle + half], -1)
-    first, last = first[..., None], last[..., None]
-    return jnp.where(crosses[..., None], _wrapped(first, last, t), first)
+    return crosses[..., None], _wrapped(first[..., None], last[..., None], t)
 
 
 def _positive(A, B, C):
     """Whether `A + B cos t + C sin t` has both signs, and where it is positive.
+
+    It has not where it touches zero up to rounding: a compiler may round one sum in two ways in one
+    program, and what stands on the floor would cross it for one use and not for another.
 
     Returns:
         Whether it has, the middle of that range of t, and half its length [rad].
     """
     scale = B * B + C * C
     square = scale - A * A
-    crosses = (square > 0.0) & (scale > 0.0)
+    crosses = square > ROUNDINGS * jnp.finfo(scale.dtype).eps * scale
     root = jnp.sqrt(jnp.where(crosses, square, 1.0))
     A, B, C = (jnp.where(crosses, *parts) for parts in ((-A, 0.0), (B, 1.0), (C, 0.0)))
     return crosses, jnp.arctan2(C, B), jnp.arctan2(root, A)

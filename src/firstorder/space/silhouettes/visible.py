@@ -265,28 +265,45 @@ def _hair(distance: Float[Array, "*m"], eps: float) -> Float[Array, "*m"]:
     return eps**0.7 * jnp.maximum(distance, 1.0)
 
 
+def _rise(lines: Array, arcs: Array, eps: float) -> tuple[Array, Array]:
+    """Which silhouettes rise above the rays along the horizon.
+
+    One that lies in the horizon, like the lower edge of a lamp on the floor, is the horizon's: the
+    rays just above that see the lamp, and an edge above or below it by rounding would count twice.
+    """
+    level = eps**0.7
+    straight = jnp.any(lines[..., 2] > level * jnp.max(jnp.abs(lines), -1), -1)
+    bent = jnp.abs(arcs)
+    highest_point = arcs[:, 0, 2] + bent[:, 1, 2] + bent[:, 2, 2]
+    return straight, highest_point > level * jnp.max(bent, (1, 2))
+
+
 def _seen(found: _Outlines, axes, lines, straight, arcs, curved, azimuths):
     """Shapes on either side of the middle of each part, and above each part of the horizon."""
     eye, turn, lines, straight, arcs, curved, azimuths = jax.lax.stop_gradient(
         (found.eye, found.turn @ axes, lines, straight, arcs, curved, azimuths)
     )
     p, v = _middles(lines, straight, arcs, curved)
+    # Of scenes in both precisions, the rounding is that of the lower one.
+    eps = max(float(jnp.finfo(a.dtype).eps) for a in (found.eye, found.turn, axes, lines, arcs))
     owner = np.concatenate(
         [
             np.repeat(a, e.shape[1] - 1)
             for a, e in zip(found.owners, (straight, curved), strict=True)
         ]
     )
+    rises = _rise(lines, arcs, eps)
     live = jnp.concatenate(
         [
             (alive[:, None] & (ends[:, 1:] > ends[:, :-1])).ravel()
-            for alive, ends in ((found.lines_live, straight), (found.arcs_live, curved))
+            for alive, ends in (
+                (found.lines_live & rises[0], straight),
+                (found.arcs_live & rises[1], curved),
+            )
         ]
     )
     side = cross(p, v)
     wide = dot(side, side)
-    # Of scenes in both precisions, the rounding is that of the lower one.
-    eps = max(float(jnp.finfo(a.dtype).eps) for a in (found.eye, found.turn, axes, lines, arcs))
     hair = _hair(norm(p), eps) / jnp.sqrt(jnp.where(wide > 0.0, wide, 1.0))
     hair = hair[:, None] * side
     middle = 0.5 * (azimuths[1:] + azimuths[:-1])
