@@ -5,9 +5,9 @@
 
 A fault is a sign, a factor of two, an exponent, a comparison, a name for its twin (`min` for
 `max`), two arguments or two branches of `where` changed over, or a term dropped. For each the
-doctests of the file run, and its mirrored test, or those of the modules that import it where it has
-none. A fault that they do not see is printed: the test is weak there, or the fault changes nothing.
-Nothing is written into this tree.
+doctests of the file run, and its mirrored test, or where it has none the tests that import it and
+those of the modules that do. A fault that they do not see is printed: the test is weak there, or
+the fault changes nothing. Nothing is written into this tree.
 """
 
 from __future__ import annotations
@@ -188,17 +188,35 @@ def mirrored(path: str) -> pathlib.Path:
 
 
 def judges_of(path: str, root: pathlib.Path = ROOT) -> list[str]:
-    """The file's own doctests and its mirrored test, or those of the modules that import it."""
+    """The file's own doctests and its mirrored test.
+
+    Where it has none, the tests that import it and those of the modules that do; where there is no
+    such test either, those of its chapter.
+    """
     own = mirrored(path)
     if (root / own).exists():
         return [path, str(own)]
     module = ".".join(pathlib.Path(path).with_suffix("").parts[1:])
-    chapter, _, stem = module.rpartition(".")
-    wanted = (f"from {module} import", f"from {chapter} import {stem}\n")
-    files = (root / "src" / "firstorder").rglob("*.py")
-    users = [f for f in files if any(w in f.read_text(encoding="utf-8") for w in wanted)]
+    users = [f for f in (root / "src" / "firstorder").rglob("*.py") if _imports(f, module)]
     theirs = {mirrored(str(user.relative_to(root))) for user in users}
-    return [path, *sorted(str(test) for test in theirs if (root / test).exists())]
+    theirs = {test for test in theirs if (root / test).exists()}
+    direct = (f for f in (root / "tests").rglob("test_*.py") if _imports(f, module))
+    theirs |= {test.relative_to(root) for test in direct}
+    chapter = (test.relative_to(root) for test in (root / own).parent.glob("test_*.py"))
+    return [path, *sorted(map(str, theirs or chapter))]
+
+
+def _imports(file: pathlib.Path, module: str) -> bool:
+    """Whether a file imports a module by name, or something from it."""
+    chapter, _, stem = module.rpartition(".")
+    if stem not in (source := file.read_text(encoding="utf-8")):
+        return False
+    return any(
+        node.module == module
+        or (node.module == chapter and any(name.name == stem for name in node.names))
+        for node in ast.walk(ast.parse(source))
+        if isinstance(node, ast.ImportFrom)
+    )
 
 
 # --- trying them ---------------------------------------------------------------------------------

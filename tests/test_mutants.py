@@ -74,13 +74,27 @@ def test_a_file_without_a_mirrored_test_is_that_of_who_imports_it():
 
 
 def test_who_imports_a_file_is_found_in_a_copy_of_the_tree(tmp_path):
-    for name in ("src/firstorder/a/_b.py", "src/firstorder/a/c.py", "tests/a/test_c.py"):
+    files = {
+        "src/firstorder/a/_b.py": "",
+        "src/firstorder/a/c.py": "from firstorder.a import _b, d\n",
+        "src/firstorder/a/d.py": "from firstorder.a.c import f\n",
+        "tests/a/test_c.py": "",
+        "tests/a/test_d.py": "",
+        "tests/a/test_other.py": "from firstorder.a._b import f\n",
+    }
+    for name, text in files.items():
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / name).write_text("from firstorder.a._b import f\n")
-    assert judges_of("src/firstorder/a/_b.py", tmp_path) == [
-        "src/firstorder/a/_b.py",
-        "tests/a/test_c.py",
-    ]
+        (tmp_path / name).write_text(text)
+    asked = "src/firstorder/a/_b.py"
+    assert judges_of(asked, tmp_path) == [asked, "tests/a/test_c.py", "tests/a/test_other.py"]
+
+
+def test_a_file_that_nobody_imports_is_judged_by_its_chapter(tmp_path):
+    for name in ("src/firstorder/a/_b.py", "tests/a/test_c.py", "tests/test_d.py"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text("")
+    asked = "src/firstorder/a/_b.py"
+    assert judges_of(asked, tmp_path) == [asked, "tests/a/test_c.py"]
 
 
 @pytest.mark.parametrize(("test", "seen"), [("f(2.0) == 4.0", True), ("f(2.0) > 0.0", False)])
