@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.caching._records import kept, printed, weights
+from firstorder.caching._records import distance, kept, printed, turning, weights
 
 ALL = jnp.ones(3, bool)
 
@@ -43,6 +43,18 @@ def test_what_is_no_record_does_not_count():
     share, found = shares([0.1, 0.5, 2.0], jnp.array([False, True, True]))
     assert share.tolist() == [0.0, 1.0, 0.0]
     assert found.used.tolist() == [False, True, False]
+
+
+def test_steps_and_turns_in_a_plane_are_measured_by_their_lengths():
+    rng = np.random.default_rng(1)
+    matrix, step = rng.normal(size=(3, 2, 2)), rng.normal(size=(3, 2))
+    found = distance(jnp.asarray(matrix), jnp.asarray(step))
+    truth = np.linalg.norm(np.einsum("rab,rb->ra", matrix, step), axis=1)
+    np.testing.assert_allclose(found, truth, rtol=1e-14)
+    turn = jnp.array([[0.3, 0.4], [-0.6, 0.8], [3.0, -4.0]])
+    np.testing.assert_allclose(turning(turn), [np.sin(0.5), np.sin(1.0), 1.0], rtol=1e-14)
+    for measured in (lambda x: distance(jnp.asarray(matrix), x), turning):
+        assert not np.any(jax.jacobian(measured)(jnp.zeros((3, 2))))
 
 
 def test_choice_and_print():

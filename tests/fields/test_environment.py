@@ -15,6 +15,7 @@ from firstorder.fields import (
     Grid,
     Harmonics,
     NearLight,
+    autodiff_jet,
     discrete_transform,
     gaussian,
 )
@@ -113,6 +114,16 @@ def test_a_ray_sees_the_disk_that_it_hits(frame):
     label = np.tan(theta) if frame.uses_slopes else theta
     assert np.array_equal(np.asarray(NearLight([0.3, 1.2], disk(0.4), frame)(x, label)), hit)
     assert 100 < np.sum(hit) < 1900
+
+
+@pytest.mark.parametrize("frame", [FLATLAND, FLATLAND_SLOPE])
+def test_jets_of_a_near_light_are_derivatives_of_its_value(frame):
+    ball = NearLight([0.3, 1.2], Gaussian([0.1], [[2.0]], frame=OFFSET), frame)
+    rays = jnp.array([[-0.5, 0.4], [0.9, -0.7], [0.2, 2.5]])  # away from it, the last angle
+    found = jax.jit(jax.vmap(ball.jet))(rays)
+    true = jax.jit(jax.vmap(lambda u: autodiff_jet(ball.at, u, frame)))(rays)
+    np.testing.assert_allclose(found.gradient, true.gradient, rtol=1e-13)
+    np.testing.assert_allclose(found.hessian, true.hessian, rtol=1e-12)
 
 
 def test_a_near_light_far_away_is_an_environment():

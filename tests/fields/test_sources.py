@@ -45,6 +45,13 @@ def test_an_isotropic_point_is_a_dirac_in_direction():
         point_light(0.2, UniformProfile(*FALLOFF)).spectrum()
 
 
+def test_uniform_light_along_no_ray_is_no_number():
+    u = jnp.array([0.0, jnp.nan])
+    jet = UniformProfile(*FALLOFF, 2.0).jet(u)
+    assert np.isnan(jet.value)
+    assert np.all(np.isnan(jet.gradient[1]))
+
+
 def test_a_point_that_travels_becomes_a_line_in_frequency():
     F = Travel(2.0)(point_light(0.0, bell()).spectrum())
     # All that is left of Omega_v = b is sheared to Omega_v + d Omega_x = b.

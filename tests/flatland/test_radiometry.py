@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from derivations.flatland import radiometry as derived
 from derivations.flatland._scenes import built
-from firstorder.flatland import Receiver
+from firstorder.flatland import Receiver, Scene, Segments, primitive
 from firstorder.flatland import _radiometry as radiometry
 from firstorder.flatland._radiometry import (
     TABLE_I,
@@ -117,6 +117,20 @@ def test_both_forms_agree_before_a_curved_blocker_and_a_wall_that_varies():
     for x in (-0.2, 0.35):
         fine, coarse = both(Receiver((x, 0.0), 0.1))
         assert abs(coarse / fine - 1.0) < 4.0 / 4000
+
+
+def test_a_brdf_is_told_where_light_comes_from_and_then_where_it_goes():
+    """`int (2 + sin w) cos w dw` over a lamp from 0 to 45 degrees, times the angle of the way."""
+    scene = Scene.of(primitive(Segments((0.0, 1.0), (-1.0, 1.0)), emission=1.0))
+
+    def uneven(w, o):
+        return (2.0 + jnp.sin(w)) * o
+
+    at, truth = Receiver((0.0, 0.0), 0.0), 0.3 * (np.sqrt(2.0) + 0.25)
+    fine = reflected_radiance(scene, at, out=0.3, brdf=uneven)
+    coarse = reflected_radiance_over_curves(scene, at, out=0.3, brdf=uneven, count=100)
+    assert abs(fine / truth - 1.0) < 1e-14
+    assert abs(coarse / truth - 1.0) < 1e-5
 
 
 @pytest.mark.smoke

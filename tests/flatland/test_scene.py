@@ -6,6 +6,7 @@ import pytest
 from firstorder.flatland import (
     Arcs,
     Circles,
+    Ellipses,
     PointLights,
     Receiver,
     Scene,
@@ -70,6 +71,7 @@ def test_a_traced_radius_that_is_none_gives_nan():
         scene = Scene.of(
             primitive(Segments((1.0, 2.0), (-1.0, 2.0)), emission=1.0),
             primitive(Circles((0.2, 1.0), radius)),
+            primitive(Ellipses((-0.6, 1.0), (0.2, 0.1))),  # which is one
         )
         return irradiance(scene, Receiver((0.0, 0.0), 0.0))
 

@@ -124,3 +124,17 @@ def test_a_receiver_on_a_shape_is_the_one_of_the_old_name():
     scene = Scene.of(primitive(Circles((0.3, 0.1), 0.5)))
     new, old = Receiver.on_shape(scene, 0, 0.2), receiver(scene, 0, 0.2)
     assert [a.tolist() for a in jax.tree.leaves(new)] == [b.tolist() for b in jax.tree.leaves(old)]
+
+
+def test_a_receiver_steps_along_its_own_axes():
+    at, turn = Receiver.at((0.3, 0.1), 0.5, on=2), np.exp(0.5j)  # local axes as complex numbers
+    for there, step, angle in (
+        (at.displaced(jnp.array([0.4, -0.2, 0.7])), turn * (0.4 - 0.2j), 1.2),
+        (at.moved(0.4), turn * 0.4, 0.5),
+        (at.tilted(0.7), 0.0, 1.2),
+    ):
+        np.testing.assert_allclose(
+            there.position @ np.array([1.0, 1.0j]), 0.3 + 0.1j + step, rtol=1e-14
+        )
+        np.testing.assert_allclose(there.n, angle, rtol=1e-14)
+        assert int(there.on) == 2

@@ -128,6 +128,8 @@ def test_places_are_seen_as_pixels_are_and_faces_are_told_apart():
     some = primary_hits(scene, CAMERA, p=places)
     for a, b in zip(jax.tree.leaves(some), jax.tree.leaves(image), strict=True):
         np.testing.assert_array_equal(a, b.reshape(1600, *b.shape[2:])[::7])
+    table = some.to_xarray()
+    np.testing.assert_array_equal(np.stack([table.px, table.py], -1), places)
     (cube,) = scene.named("cube")
     seen = image.index == cube
     faces = {int(k): image.normal[seen & (image.label == k)] for k in np.unique(image.label[seen])}

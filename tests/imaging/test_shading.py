@@ -8,10 +8,12 @@ import pytest
 
 from firstorder.imaging._area_lights import Lamp
 from firstorder.imaging._interaction import surface_interaction
+from firstorder.imaging._point_shading import shade_point
 from firstorder.imaging.camera import pinhole
 from firstorder.imaging.images import pixel_labels
 from firstorder.imaging.shading import SurfaceMaps, _shade_pixel, _shadow_rays, shade_pixels
-from firstorder.space import Scene, plane, primitive, sphere
+from firstorder.imaging.sky_lights import sky_light
+from firstorder.space import ConstantSky, Scene, plane, primitive, sphere
 
 SCENE = Scene.of(
     primitive(
@@ -87,6 +89,19 @@ def test_the_gradient_is_the_images(still):
         ) / h  # fmt: skip
         np.testing.assert_allclose(still.gradient[:, axis], slope, atol=2e-9 * np.ptp(slope))
     assert np.all(np.linalg.norm(still.gradient[:5], axis=1) > 1e-3)
+
+
+def test_without_shadow_rays_all_of_a_sky_is_seen():
+    """Its rows and columns are not equally many."""
+    at = surface_interaction(SCENE, CAMERA, jnp.asarray(PLACES[4]), jnp.array(FLOOR))
+    dome = sky_light(ConstantSky(0.7), "even", 4)
+    assert dome.shape == (4, 8)
+    free, seen = eqx.filter_jit(
+        lambda: [shade_point(at, [dome], s) for s in (None, [(jnp.ones(32), jnp.ones(32))])]
+    )()
+    assert free.value > 0.1
+    np.testing.assert_allclose(free.value, seen.value, rtol=1e-14)
+    np.testing.assert_allclose(free.gradient, seen.gradient, rtol=1e-12)
 
 
 def test_the_sky_is_zeros(still):

@@ -27,14 +27,15 @@ def test_a_window_that_cuts_the_light_warns_in_one_sentence():
     assert caught[0].filename == __file__  # where the user stands
 
 
-def test_the_warning_is_right():
+@pytest.mark.parametrize("x", [0.0, 6.0])
+def test_the_warning_is_right(x):
     """Where it warns the spectrum is wrong, and where it does not it is not."""
-    F = gaussian((0.0, 0.0), (0.5, 0.4)).spectrum()
-    exact = Multiply(half_plane(0.1))(F)(0.3, 0.2)
+    F, edge = gaussian((x, 0.0), (0.5, 0.4)).spectrum(), half_plane(x + 0.1)
+    exact = Multiply(edge)(F)(0.3, 0.2)
     for half, wrong in ((0.8, True), (4.5, False)):
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            ours = Multiply(half_plane(0.1), Grid.spanning((256, 1), (half, 1.0)))(F)(0.3, 0.2)
+            ours = Multiply(edge, Grid.spanning((256, 1), (half, 1.0), (x, 0.0)))(F)(0.3, 0.2)
         assert bool(caught) is wrong
         assert bool(abs(ours - exact) > 1e-3) is wrong
 

@@ -59,6 +59,18 @@ def test_each_branch_faces_outwards():
     assert np.all(each > 0.0)
 
 
+def test_branches_leave_a_trunk_on_all_sides():
+    """Each about a golden angle on from the one below, as leaves of most plants do."""
+    v = np.asarray(tree(0, 1, forks=(300,))[0].vertices).reshape(301, 5 * 6 + 2, 3)[1:]
+    way = v[:, -8:-2].mean(1) - v[:, :6].mean(1)
+    azimuth = np.arctan2(way[:, 1], way[:, 0])
+    assert abs(np.mean(np.exp(1j * azimuth))) < 0.1
+    on = np.mean(np.exp(1j * np.diff(azimuth)))
+    golden = np.pi * (3.0 - np.sqrt(5.0))
+    assert np.angle(on) == pytest.approx(golden, abs=0.15)
+    assert abs(on) > 0.5
+
+
 def test_a_seed_gives_a_tree():
     a, b, other = (tree(300, s, forks=(4, 3))[0] for s in (5, 5, 6))
     assert np.asarray(a.vertices).tobytes() == np.asarray(b.vertices).tobytes()

@@ -126,3 +126,9 @@ def test_rows_of_batches_in_batches_are_one_list():
     found = jax.vmap(jax.vmap(lambda x: one_list(f)(2.0, x)))(x)
     np.testing.assert_array_equal(found, 2.0 * x)
     assert seen[-1] == (24,)
+
+
+def test_rows_that_all_batches_share_are_given_to_each():
+    x, y = jnp.arange(12.0).reshape(3, 4), jnp.array([1.0, 5.0, 2.0, 7.0])
+    f = one_list(lambda s, rows: s * rows[0] + rows[1])
+    np.testing.assert_array_equal(jax.vmap(lambda x: f(2.0, (x, y)))(x), 2.0 * x + y)

@@ -249,8 +249,14 @@ def test_one_side_of_a_break_taken_for_both_is_noticed(monkeypatch):
     assert normwise(value(line, None, x), jumping(x)[0]) > 0.1
 
 
-def test_a_cell_that_cannot_be_judged_is_split_last():
-    line = sample_line(lambda x: (jnp.sqrt(x), 0.5 / jnp.sqrt(x)), 0.0, 1.0, 65)
+@pytest.mark.parametrize("scale", [lambda w: w, jnp.log])
+def test_a_cell_that_cannot_be_judged_is_split_last(scale):
+    """Whatever numbers the others have: those of a logarithm are negative."""
+
+    def root(x):
+        return jnp.sqrt(x), 0.5 / jnp.sqrt(x)
+
+    line = sample_line(root, 0.0, 1.0, 65, lambda cell: scale(line_by_gradient(cell)))
     assert np.isinf(line.data[0, 1])
     assert float(line.x[1]) == 0.125
 

@@ -55,6 +55,22 @@ def test_blocks_do_not_change_the_answer():
     np.testing.assert_array_equal(whole, cut)
 
 
+@pytest.mark.parametrize("find", [intersect.first_by_reduction, intersect.first_by_scan])
+def test_far_surfaces_in_the_same_place_are_so_whatever_rounding_says(find):
+    """Squares of one plane 1 km away, which lie in it otherwise: the highest rank counts."""
+    turn = np.linalg.qr(np.random.default_rng(4).normal(size=(3, 3)))[0]
+    middle = 1000.0 * turn[:, 2]
+    shifts = 3.0 * np.random.default_rng(5).normal(size=(4, 2)) @ turn[:, :2].T
+    sizes = np.array([40.0, 50.0, 60.0, 70.0])
+    walls = (Rectangles(middle + shifts, sizes[:, None, None] * turn),)
+    ends = middle + np.random.default_rng(6).uniform(-20.0, 20.0, (70, 2)) @ turn[:, :2].T
+    along = jnp.asarray(ends / np.linalg.norm(ends, axis=1, keepdims=True))
+    rays = jnp.zeros((70, 3)), along, NOWHERE
+    t = jax.vmap(lambda d: jax.vmap(lambda wall: wall.distance(rays[0][0], d, False))(walls[0]))
+    assert np.any(np.ptp(np.asarray(t(along)), 1) > 0.0)  # rounding does tell them apart
+    np.testing.assert_array_equal(find(walls, jnp.arange(4, dtype=jnp.int32), rays), 3)
+
+
 def test_a_shape_does_not_meet_its_own_rays():
     t = by_hand()
     true = t.argmin(1)

@@ -33,6 +33,17 @@ def test_sides_of_every_form():
     np.testing.assert_array_equal(primitives.each(2, shapes(3)), [2.0, 2.0, 2.0])
 
 
+def test_sides_of_bands():
+    red, blue = [0.3, 0.2, 0.1, 0.0], [0.0, 0.1, 0.2, 0.3]
+    front = primitives.sides(red, shapes(3), False)
+    np.testing.assert_array_equal(front, [[red, [0.0] * 4]] * 3)
+    np.testing.assert_array_equal(primitives.sides([red, blue], shapes(3), True), [[red, blue]] * 3)
+    three = np.outer([1.0, 2.0, 3.0], red)
+    np.testing.assert_array_equal(
+        primitives.sides(three, shapes(3), True), np.stack([three, three], 1)
+    )
+
+
 def shares(albedo, mirror, specular=0.0):
     return {
         "albedo": primitives.sides(albedo, shapes(2), True),

@@ -134,6 +134,7 @@ APART = {
     "a panel in a corner of walls": (PANEL, triangle((0.5, 0.5, 2.0), (0.5, 0.5, 3.0), (2, 1, 1))),
     "a panel inside of a ball": (PANEL, sphere((0.0, 0.0, 2.0), 0.8)),
     "two balls that touch": (BULB, sphere((0.0, 0.8, 2.0), 0.3)),
+    "a bulb on a slanted rod's axis": (BULB, cylinder((0.6, 0.0, 2.6), (1.6, 0.0, 3.6), 0.3)),
 }
 
 

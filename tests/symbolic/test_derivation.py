@@ -24,7 +24,7 @@ from firstorder.conventions import FLATLAND, FLATLAND_SLOPE, SPACE_SLOPE, Frame
 from firstorder.errors import Refused
 from firstorder.fields import GaussianProfile, gaussian
 from firstorder.laws import Integrate, Multiply
-from firstorder.symbolic import UnknownField, UnknownLobe, derive
+from firstorder.symbolic import UnknownField, UnknownLobe, derive, event
 from firstorder.transport import (
     Bump,
     Curvature,
@@ -97,6 +97,16 @@ def test_a_power_has_a_transform_that_its_numbers_agree_with():
         np.testing.assert_allclose(found.at(s), true, atol=1e-9)
 
 
+def test_a_wave_moves_the_light_to_both_sides_with_its_phase():
+    """`sin(2 pi f x + p)` is two waves, that of the frequency f before that of -f."""
+    light = gaussian((0.2, 0.1), (0.5, 0.3), 0.3, frame=FLATLAND_SLOPE)
+    found = derive(Multiply(lambda x, v: jnp.sin(2.0 * x - v + 0.3))(light)).spectrum
+    F, f = light.spectrum(), np.array([2.0, -1.0]) / (2.0 * np.pi)
+    at, turn = np.array([0.2, -0.4]), np.exp(0.3j)
+    true = (turn * F(*(at - f)) - F(*(at + f)) / turn) / 2j
+    np.testing.assert_allclose(found.at(*at), true, rtol=1e-12)
+
+
 def test_a_bell_in_two_coordinates_convolves_over_both_frequencies():
     """Held to the bell that the product of two bells is."""
     light = gaussian((0.2, 0.1), (0.5, 0.3), 0.3, frame=FLATLAND_SLOPE)
@@ -120,6 +130,14 @@ def test_a_factor_of_two_coordinates_has_no_line_of_frequencies():
     for factor in (Multiply(lambda x, theta: theta)(T), lambda x, theta: x * theta):
         with pytest.raises(Refused):
             _ = derive(Multiply(factor)).spectrum
+
+
+def test_a_factor_has_a_line_of_frequencies_only_if_it_has_for_all_numbers():
+    """`cos(x + theta + (a - b) x theta)` is a function of one linear form where a is b."""
+    place, angle, a, b = sympy.symbols("x theta a b")
+    factor = sympy.cos(place + angle + (a - b) * place * angle)
+    with pytest.raises(Refused):
+        _ = derive(event(factor=factor, parameters={a: a, b: b}), FLATLAND).spectrum
 
 
 def test_covariances_of_unknown_light():

@@ -153,6 +153,11 @@ def test_a_transform_that_is_wrong_is_not_trusted(monkeypatch):
         assert skewed.resolved() == 12.0 / skewed.half_width()
 
 
+@pytest.mark.parametrize("unit", [10**-6, 10**6])
+def test_a_closed_transform_is_trusted_in_any_unit(unit):
+    assert lobe(unit * sympy.exp(-(t**2)), t, axis="v").closed is not None
+
+
 def test_a_closed_transform_is_trusted_in_single_precision_too():
     with jax.enable_x64(False):
         single = closed("satin")

@@ -6,11 +6,19 @@ import pytest
 from firstorder.checks.cases import light
 from firstorder.conventions import FLATLAND, FLATLAND_SLOPE, Frame
 from firstorder.errors import Refused
-from firstorder.fields import Covariance, Grid, Spectrum, discrete_transform
+from firstorder.fields import (
+    Covariance,
+    Function,
+    Grid,
+    Spectrum,
+    discrete_transform,
+    half_plane,
+)
 from firstorder.transport import (
     Chain,
     Curvature,
     Mirror,
+    Occlusion,
     Path,
     Travel,
     half_plane_blocker,
@@ -79,6 +87,25 @@ def test_a_warp_stops_the_spectrum_and_not_the_light():
     assert np.isfinite(path.light(*U))
     linear = light(FLATLAND) >> Travel(0.5).linearised(U) >> Incidence(0.4)
     assert isinstance(linear.spectra[2], Spectrum)
+
+
+@pytest.mark.smoke
+def test_the_event_of_the_path_is_named():
+    blocker = Occlusion(half_plane(0.2, axis="theta"))
+    path = light(FLATLAND_SLOPE) >> Travel(1.0) >> blocker >> Curvature(0.1)
+    with pytest.raises(ValueError, match="transparency") as caught:
+        _ = path.light
+    assert caught.value.__notes__ == ["This is event 2 of the path, Occlusion."]
+    with pytest.raises(ValueError, match="transparency") as caught:
+        path.chain(light(FLATLAND_SLOPE))
+    assert caught.value.__notes__ == ["This is event 2 of the path, Occlusion."]
+
+
+def test_a_refused_spectrum_names_the_event_of_the_path():
+    path = light(FLATLAND) >> Curvature(0.2) >> Occlusion(Function(lambda x, t: x * t))
+    reason = path.spectra[2].reason
+    assert reason.startswith("event 2 of the path, Occlusion convolves spectra")
+    assert "give it one" in reason
 
 
 def test_a_source_without_a_spectrum_says_so():

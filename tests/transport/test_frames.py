@@ -26,7 +26,6 @@ from firstorder.fields import (
 )
 from firstorder.transport import (
     AngularFactor,
-    Curvature,
     Mirror,
     Occlusion,
     PlanarBlockers,
@@ -155,21 +154,3 @@ def test_an_unstated_frame_of_two_coordinates_does_not_fit_four():
 
 def gaussian_in_space():
     return Gaussian(jnp.zeros(4), jnp.eye(4), 1.0, SPACE)
-
-
-@pytest.mark.smoke
-def test_the_event_of_the_path_is_named():
-    path = light(SLOPE) >> Travel(1.0) >> Occlusion(half_plane(0.2, axis="theta")) >> Curvature(0.1)
-    with pytest.raises(ValueError, match="transparency") as caught:
-        _ = path.light
-    assert caught.value.__notes__ == ["This is event 2 of the path, Occlusion."]
-    with pytest.raises(ValueError, match="transparency") as caught:
-        path.chain(light(SLOPE))
-    assert caught.value.__notes__ == ["This is event 2 of the path, Occlusion."]
-
-
-def test_a_refused_spectrum_names_the_event_of_the_path():
-    path = light() >> Curvature(0.2) >> Occlusion(Function(lambda x, t: x * t))
-    reason = path.spectra[2].reason
-    assert reason.startswith("event 2 of the path, Occlusion convolves spectra")
-    assert "give it one" in reason

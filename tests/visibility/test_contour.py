@@ -77,6 +77,18 @@ def test_an_octant():
     np.testing.assert_allclose(light, np.full(3, 0.25 * np.pi), rtol=1e-14)
 
 
+def test_what_is_closed_for_a_segment_is_the_integral_of_its_rate():
+    a, b = jnp.array([0.3, -0.4, 0.5]), jnp.array([-0.2, 0.7, 1.1])
+    t, w = np.polynomial.legendre.leggauss(40)
+    p, w, up = a + 0.5 * (1.0 + t)[:, None] * (b - a), 0.5 * w, jnp.array([0.0, 0.0, 1.0])
+    for closed, rate in (
+        (contour.segment_solid_angle, contour.solid_angle_rate(p, b - a, up)),
+        (contour.segment_vector_irradiance, contour.vector_irradiance_rate(p, b - a)),
+        (contour.segment_translation_rate, contour.translation_rate(p, b - a)),
+    ):
+        np.testing.assert_allclose(closed(a, b), w @ rate, rtol=1e-13)
+
+
 def test_short_segments_and_segments_towards_the_eye_have_derivatives():
     a = jnp.array([0.3, 0.4, 0.5])
 

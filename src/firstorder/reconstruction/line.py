@@ -335,7 +335,8 @@ def _run(function, driver, ends, initial: int, budget: int, sizes, widest: int):
     def importance(x, data, a, b):
         length = x[b] - x[a]
         w = jax.vmap(driver)(LineCell(length, data[a], data[b]))
-        return jnp.where(jnp.isfinite(w) & (length > 2.0 * hair), w, -1.0)
+        last = jnp.finfo(data.dtype).min  # below all that a driver says, above what is no cell
+        return jnp.where(jnp.isfinite(w) & (length > 2.0 * hair), w, last)
 
     def known(x):
         return jax.vmap(lambda s: jnp.stack([as_float(v) for v in function(s)]))(x)

@@ -9,7 +9,7 @@ The Fourier kernel is read out of `conventions` wherever it stands.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import equinox as eqx
@@ -166,10 +166,13 @@ def _share(rate: Expr, lead: Expr, coordinates: tuple[sympy.Symbol, ...]) -> Exp
         {c: sympy.Rational(k + i, 7 + 4 * k) for i, c in enumerate(coordinates)} for k in (1, 2)
     )
     first, second = (share.subs(ray) for ray in rays)
-    others = (first - second).free_symbols
-    trial = {s: sympy.Rational(5 + i, 9) for i, s in enumerate(sorted(others, key=str))}
-    gap = sympy.N((first - second).subs(trial))
+    gap = sympy.N((first - second).subs(_trial((first - second).free_symbols)))
     return sympy.cancel(first) if gap.is_finite and abs(gap) < 1e-12 else None
+
+
+def _trial(symbols: Iterable[Any]) -> dict[Any, Any]:
+    """A number for each symbol, no two alike."""
+    return {s: sympy.Rational(5 + i, 9) for i, s in enumerate(sorted(symbols, key=str))}
 
 
 def _along(g: Formula, a: list[Expr], b: Expr, t: sympy.Symbol) -> Expr:
@@ -185,8 +188,7 @@ def _agree(g: Formula, profile: Expr, a: list[Expr], b: Expr, t: sympy.Symbol) -
     """Whether the profile is the factor, at rays far and near; an unknown one is so by its form."""
     if g.expression.has(Unknown):
         return True
-    others = sorted(g.expression.free_symbols - set(g.coordinates), key=str)
-    trial = {s: sympy.Rational(5 + i, 9) for i, s in enumerate(others)}
+    trial = _trial(g.expression.free_symbols - set(g.coordinates))
     for k in range(-3, 4):
         ray = [sympy.Rational(k * (3 + 2 * i) + 1, 4 + i) for i in range(len(a))]
         form = sum((x * y for x, y in zip(a, ray, strict=True)), b)

@@ -265,10 +265,10 @@ def _probed(expression: Expr, parameters: dict[str, Any]) -> tuple[dict[str, Any
     """
     symbols = sorted(expression.free_symbols, key=lambda s: s.name)
     free = [s for s in symbols if s.name not in parameters]
-    rays = np.array(list(itertools.product(PROBES, repeat=len(free)))).reshape(-1, len(free) or 1)
+    rays = np.array(list(itertools.product(PROBES, repeat=len(free))))
     places = {s.name: rays[:, i] for i, s in enumerate(free)}
     known = {k: float(v) if is_concrete(v) else 1.0 for k, v in parameters.items()}
     run = compiled_expressions((expression,), tuple(symbols))
     given = (places[s.name] if s in free else known[s.name] for s in symbols)
     (values,) = run(*map(jnp.asarray, given))
-    return places, np.broadcast_to(np.asarray(values, float), (len(rays) if free else 1,))
+    return places, np.broadcast_to(np.asarray(values, float), (len(rays),))

@@ -6,6 +6,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from scipy.integrate import quad
 
 from firstorder.checks.statistics import LEVEL, chi_square, sampler_p_value, z_test_of
 from firstorder.flatland import PointLights, Scene, Segments, primitive
@@ -45,6 +46,16 @@ def p_values(where, found):
             np.arctan2(-along[:, 0], along[:, 1]), where.sky.density, -np.pi, np.pi
         ),
     }
+
+
+def test_every_light_is_picked_by_the_flux_that_it_sends():
+    """`2 pi I` of a point, `2 L length` of a side, `2 R int L` of the sky; backs are dark."""
+    where, _ = drawn()
+    sky, _ = quad(all_lights().environment, -np.pi, np.pi)
+    lit = [2.0 * np.pi * 0.2, 2.0 * 1.0 * 1.0, 0.0, 2.0 * 0.8 * 2.0 * np.pi * 0.2]
+    truth = np.array([*lit, 0.0, 0.0, 0.0, 2.0 * where.radius * sky])
+    np.testing.assert_allclose(where.flux, truth, rtol=1e-12)
+    np.testing.assert_allclose(where.pick.probability, truth / truth.sum(), rtol=1e-12)
 
 
 def test_lights_and_places_on_them_follow_their_law():

@@ -2,6 +2,13 @@ import numpy as np
 import pytest
 
 from firstorder.checks.tolerance import normwise
+from firstorder.flatland import Circles, Receiver, Scene, Segments, primitive
+from firstorder.flatland.estimators import (
+    corrected_estimate,
+    hemicircle_strata,
+    stratified_estimate,
+    trace_strata,
+)
 from tests.flatland.estimators.test_irradiance_forms import MOST, errors, orders, sampled, truth
 
 
@@ -16,6 +23,22 @@ def test_its_hessian_has_another_limit_than_the_truth():
         for n in (128, 8192)
     ]
     assert gaps[1] < 0.35 * gaps[0]
+
+
+def test_with_no_edge_looked_for_it_is_the_plain_form():
+    """Before uniform lights, as then nothing jumps but at edges."""
+    scene = Scene.of(
+        primitive(Segments((0.5, 1.0), (-0.5, 1.0)), emission=1.0),
+        primitive(Circles((-0.2, 0.5), 0.15), emission=0.3),
+    )
+    at = Receiver((0.25, 0.0), 0.2)
+    samples = trace_strata(scene, at, where=hemicircle_strata(64))
+    ours, plain = (
+        corrected_estimate(scene, at, samples=samples, breaks=0),
+        stratified_estimate(samples),
+    )
+    np.testing.assert_allclose(ours.gradient, plain.gradient, rtol=1e-12)
+    np.testing.assert_allclose(ours.hessian, plain.hessian, rtol=1e-12)
 
 
 def test_mended_it_tends_to_the_truth():

@@ -11,6 +11,11 @@ from tests.samplers import uniform_p_value
 BORDERS = np.array([-0.5 * np.pi, -0.7, 0.4, 0.5 * np.pi])
 
 
+def test_borders_out_of_order_are_refused():
+    with pytest.raises(ValueError, match="must ascend from -pi/2 to pi/2"):
+        hemicircle_strata(BORDERS[[0, 2, 1, 3]])
+
+
 def places(key, cosine):
     """Where in its sector each of many directions lies, by angle or by sine: (n, 3)."""
     keys = jax.random.split(key, 8000)

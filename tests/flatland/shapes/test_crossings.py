@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from firstorder.flatland import Circles, Receiver, Scene, Segments, irradiance, polyline, primitive
+from firstorder.flatland.shapes._crossings import any_crossing
 
 
 def cross_of(x):
@@ -111,3 +112,28 @@ def test_a_crossing_goes_on_past_the_top_of_a_circle():
         points, valid = Scene.of(*build(x), crossings=start.crossings).silhouettes(jnp.zeros(2) - 3)
         assert valid[-1]
         assert jnp.max(jnp.abs(points[-1] - jnp.array([x, np.sqrt(1.0 - x**2)]))) < 1e-12
+
+
+def test_far_from_the_origin_rounding_makes_no_crossing_and_hides_none():
+    """Pieces of one line, that overlap: their ends are off it by what their numbers hold."""
+    rng = np.random.default_rng(0)
+    angle = rng.uniform(0.0, np.pi, (200, 1))
+    along = np.stack([np.cos(angle), np.sin(angle)], -1)
+    across = np.stack([-np.sin(angle), np.cos(angle)], -1)
+    place = rng.uniform(-1e6, 1e6, (200, 1, 2))
+
+    @jax.jit
+    @jax.vmap
+    def crosses(start, end):
+        return any_crossing([Segments(start, end)], jnp.ones(2, bool))
+
+    start, end = (place + s[:, None] * along for s in (np.array([0.0, 0.3]), np.array([1.0, 1.5])))
+    aside = np.array([[0.0], [0.3]]) * across
+    assert not jnp.any(crosses(start, end))
+    assert jnp.all(crosses(start - aside, end + aside))
+
+
+def test_a_small_cross_beside_a_large_circle_is_one():
+    ends = 1e-3 * np.array([[-0.4, -0.3], [-0.4, 0.3], [0.4, 0.3], [0.4, -0.3]], np.float32)
+    groups = [Segments(ends[:2], ends[2:]), Circles(np.float32([3.0, 0.0]), np.float32(1.0))]
+    assert jax.jit(lambda g: any_crossing(g, jnp.ones(3, bool)))(groups)

@@ -36,6 +36,17 @@ def test_a_circle_as_a_series_is_met_like_a_circle():
         assert abs(jax.jit(f)(-0.5) - g(-0.5)) < 1e-10
 
 
+def test_a_curve_does_not_meet_its_own_point_but_the_far_side():
+    curve, n = as_circle(0.5, 2.0, 0.7), 64
+    at = 2.0 * np.pi * (np.arange(n) + 0.3) / n
+    inward = at + np.pi + np.linspace(-1.2, 1.2, n)
+    place, along = (np.stack([np.cos(a), np.sin(a)], -1) for a in (at, inward))
+    t, _ = jax.jit(jax.vmap(lambda o, d: curve.hit(o, d, jnp.array(True))))(
+        np.array([0.5, 2.0]) + 0.7 * place, along
+    )
+    np.testing.assert_allclose(t, 1.4 * np.cos(np.linspace(-1.2, 1.2, n)), rtol=1e-12)
+
+
 def test_tangents_of_a_circle_as_a_series_carry_two_derivatives():
     def side(p):
         points, valid = as_circle(0.0, 0.0, 0.5).silhouettes(jnp.array([p, 2.0]), OFF)

@@ -310,6 +310,9 @@ def test_four_bands_are_not_those_of_mitsuba():
         space_to_mitsuba(Scene.of(primitive(sphere((0, 0, 0), 1.0), albedo=sides)))
 
 
+TUBE = {"type": "cylinder", "p0": [0, 0, -1]}
+LID = {"type": "disk", "to_world": world(np.eye(3), (0, 0, 1))}
+FOOT = {"type": "disk", "to_world": world(np.diag([1.0, -1.0, -1.0]), (0, 0, -1))}
 BENT = {"type": "diffuse", "reflectance": {"type": "spectrum", "value": [(400, 0.1), (700, 0.2)]}}
 
 
@@ -339,6 +342,7 @@ BENT = {"type": "diffuse", "reflectance": {"type": "spectrum", "value": [(400, 0
         ({"type": "scene", "it": {"type": "sphere", "radius": -1.0}}, "`radius` must be positive"),
         ({"type": "scene", "it": {"type": "cube", "flip_normals": True}}, "`flip_normals` must be"),
         ({"type": "scene", "it": {"type": "cylinder"}}, "a cylinder is a tube in Mitsuba"),
+        ({"type": "scene", "it": TUBE, "a": LID, "b": FOOT | {"bsdf": GREY}}, "a cylinder is a"),
         ({"type": "scene", "it": {"type": "cylinder", "p1": [0, 0, 0]}}, "`p1` must not be `p0`"),
         (one() | {"a": {"type": "constant"}, "b": {"type": "constant"}}, "one constant emitter at"),
         ({"type": "scene", "it": {"type": "ply"}}, "`filename` is missing."),

@@ -13,6 +13,7 @@ from firstorder.space import (
     cylinder,
     ellipsoid,
     net_visibility,
+    plane,
     primitive,
     receiver,
     sphere,
@@ -226,6 +227,27 @@ def test_an_upright_box_an_upright_cylinder_and_a_slanted_edge(x, town):
 def town():
     scene = Scene.of(primitive(box(*BOX)), primitive(cylinder(*POLE)), primitive(triangle(*SLANT)))
     return jax.jit(lambda x: visibility_by_azimuth(scene, receiver(jnp.append(x, 0.0)), nodes=24))
+
+
+@pytest.mark.parametrize("up", [1.0, 0.6, 0.0, -0.8, -1.0])
+def test_a_plane_leaves_a_lune_between_its_horizon_and_the_receivers(up, beside_a_plane):
+    """A floor leaves all, a ceiling nothing; and it is the same from everywhere."""
+    B = beside_a_plane(up)
+    assert abs(B.value - 2.0 * (np.pi - np.arccos(up))) < 1e-13
+    np.testing.assert_allclose(B.gradient.total, 0.0, atol=1e-13)
+
+
+@pytest.fixture(scope="module")
+def beside_a_plane():
+    """Before a plane at a distance of 1, by the height of its unit normal."""
+
+    def found(up):
+        flat = jnp.sqrt(1.0 - up * up)
+        normal = jnp.stack([0.8 * flat, -0.6 * flat, up])
+        scene = Scene.of(primitive(plane(-normal, normal)))
+        return visibility_by_azimuth(scene, receiver((0.0, 0.0, 0.0)), nodes=64)
+
+    return jax.jit(found)
 
 
 def test_by_azimuth_and_along_contours():

@@ -90,6 +90,35 @@ def test_nothing_changes_under_a_sky_or_a_plane():
     assert np.abs(np.asarray(H)).max() < rounding(4000, dtype=w.dtype)
 
 
+def test_an_edge_uncovers_a_sky_that_brightens_towards_it():
+    """A roof begins overhead at z = 1, x = 0, under a sky of radiance 1 + x / 2.
+
+    With a the angle of its edge from the normal the sky's light is, as the integral over a lune,
+    `E = pi (1 + sin a) / 2 - cos^2(a) / 3`, and a falls by 1 a metre: E_xx = 2 / 3 at a = 0.
+    """
+    net = hemisphere_triangulation(256)
+    w = net.directions
+    roof = w[:, 0] > 0.0
+    L, r = jnp.where(roof, 0.0, 1.0 + 0.5 * w[:, 0]), jnp.where(roof, 1.0 / w[:, 2], jnp.inf)
+    E, g, H = jax.jit(occlusion_aware_estimate)(L, w, r, net.triangles, net.neighbours)
+    pitch = 2.0 / 16.0  # of the rays in the projected disc, between which the edge is known
+    np.testing.assert_allclose(E, 0.5 * np.pi - 1.0 / 3.0, atol=pitch**2)
+    np.testing.assert_allclose(g, [-0.5 * np.pi, 0.0], atol=2.0 * pitch**2)
+    np.testing.assert_allclose(H, [[2.0 / 3.0, 0.0], [0.0, 0.0]], atol=pitch)
+
+
+def test_the_order_of_triangles_and_their_corners_does_not_matter():
+    """Nor does rounding: of random distances many rays are nearer than all around them."""
+    net, rng = hemisphere_triangulation(64), np.random.default_rng(0)
+    seen = rng.uniform(0.0, 1.0, 64), net.directions, np.exp(rng.normal(size=64))
+    run = jax.jit(occlusion_aware_estimate)
+    turned = np.roll(rng.permutation(net.triangles), 1, 1)
+    for ours, other in zip(
+        run(*seen, net.triangles, net.neighbours), run(*seen, turned, net.neighbours), strict=True
+    ):
+        np.testing.assert_allclose(other, ours, rtol=1e-9)
+
+
 def test_slopes_over_radiance_and_distance_are_finite_at_many_receivers():
     net = hemisphere_triangulation(16)
     seen = [gathered(x, net.directions) for x in PLACES[:2]]

@@ -5,6 +5,7 @@ import pytest
 
 from firstorder._argument_checks import is_concrete
 from firstorder.space.library import _scenes
+from firstorder.space.shapes._bounds import bounds
 
 
 @pytest.mark.parametrize("name", _scenes.scene_names())
@@ -26,6 +27,31 @@ def test_the_box_of_j12_faces_inwards_and_loses_its_wall():
     assert normals["left"].tolist() == [1.0, 0.0, 0.0]
     assert normals["right"].tolist() == [-1.0, 0.0, 0.0]
     assert "right" not in _scenes.j12_box("none").names
+
+
+def extents(scene):
+    """Lowest and highest coordinates of all shapes."""
+    return [np.concatenate(a) for a in zip(*map(bounds, scene.groups), strict=True)]
+
+
+@pytest.mark.parametrize("name", ["j12_box", "j12_occluder", "clutter", "tables"])
+def test_a_room_is_the_unit_cube_with_the_unit_square_for_a_floor(name):
+    scene = _scenes.named_scene(name)
+    low, high = extents(scene)
+    np.testing.assert_allclose([low.min(0), high.max(0)], [[0, 0, 0], [1, 1, 1]], atol=1e-15)
+    (floor,) = scene.named("floor")
+    assert [*low[floor], *high[floor]] == [0.0, 0.0, 0.0, 1.0, 1.0, 0.0]
+
+
+def test_three_spheres_stand_apart_on_two_metres_of_the_plane():
+    scene = _scenes.three_spheres()
+    low, high = (a[list(scene.named("sphere"))] for a in extents(scene))
+    center, radius = 0.5 * (low + high), 0.5 * (high - low)[:, 0]
+    apart = np.linalg.norm(center[:, None] - center, axis=-1) + 9.0 * np.eye(3)
+    assert np.all(apart > radius[:, None] + radius)
+    assert np.all(low[:, :2] >= -1.0)
+    assert np.all(high[:, :2] <= 1.0)
+    np.testing.assert_allclose(low[:, 2].min(), 0.0, atol=1e-15)  # the first rests on the plane
 
 
 def test_the_clutter_does_not_touch_itself_nor_the_walls():

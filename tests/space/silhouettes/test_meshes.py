@@ -189,15 +189,30 @@ def test_silhouettes_run_round_the_front_and_the_traced_ones_are_the_same():
     np.testing.assert_array_equal(np.sort(again.start, 0), np.sort(p, 0))
 
 
+def triangle(corners):
+    """The solid angle of a triangle, by Eriksson's formula."""
+    a, b, c = corners / np.linalg.norm(corners, axis=1)[:, None]
+    return 2.0 * np.arctan(abs(np.linalg.det([a, b, c])) / (1 + a @ b + b @ c + c @ a))
+
+
 def test_a_lone_triangle_covers_as_much_from_behind():
     corners = np.array([[0.1, 0.2, 1.0], [1.0, 0.1, 1.4], [0.2, 1.1, 0.9]])
     for faces in ([[0, 1, 2]], [[0, 2, 1]]):
         m = mesh(corners, faces)
-        a, b, c = corners / np.linalg.norm(corners, axis=1)[:, None]
-        # Eriksson's formula
-        omega = 2.0 * np.arctan(abs(np.linalg.det([a, b, c])) / (1 + a @ b + b @ c + c @ a))
         value, _ = both(m, visible_mesh_silhouettes(m, np.zeros(3)), HERE)
-        np.testing.assert_allclose(value, 2.0 * np.pi - omega, rtol=1e-13)
+        np.testing.assert_allclose(value, 2.0 * np.pi - triangle(corners), rtol=1e-13)
+
+
+@pytest.mark.parametrize("size", [1e-3, 1e-2])
+def test_a_tiny_hole_overhead_is_all_that_is_free(size):
+    """A funnel whose wide end lies below the horizon."""
+    turn = 2.0 * np.pi / 3.0 * np.arange(3)
+    ring = np.stack([np.cos(turn), np.sin(turn), 0.0 * turn], 1)
+    hole = size * ring + [0.0, 0.0, 1.0]
+    faces = [f for i, j in ((0, 1), (1, 2), (2, 0)) for f in ((i, j, 3 + j), (i, 3 + j, 3 + i))]
+    m = mesh(np.concatenate([hole, 9.0 * ring - [0.0, 0.0, 1.0]]), faces)
+    value, _ = both(m, visible_mesh_silhouettes(m, np.zeros(3)), HERE)
+    np.testing.assert_allclose(value, triangle(hole), atol=1e-14)
 
 
 def test_nothing_above_the_horizon_blocks_nothing():

@@ -75,6 +75,14 @@ def test_a_cosine_power_is_normalised(name):
         np.testing.assert_allclose(p, TRUTH[name](t), rtol=1e-11)
 
 
+@pytest.mark.parametrize(
+    ("s", "peak"), [(1.0, 1 / 2), (2.0, 2 / np.pi), (3.0, 3 / 4), (5.0, 15 / 16)]
+)
+def test_peaks_of_whole_powers_are_known_to_rounding(s, peak):
+    found = CosinePowerProfile(s).derivatives(jnp.asarray(0.0))[0]
+    np.testing.assert_allclose(found, peak, rtol=1e-14)
+
+
 @pytest.mark.parametrize("name", PROFILES)
 def test_transforms_are_fourier_integrals(name):
     profile, reach = PROFILES[name]

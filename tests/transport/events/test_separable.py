@@ -56,6 +56,18 @@ def test_reflected_light_is_differentiable_in_index_and_roughness():
         )
 
 
+@pytest.mark.parametrize(
+    ("factor", "number"), [(ClampedCosine, ()), (Fresnel, (1.5,)), (Schlick, (0.04,))]
+)
+def test_a_factor_on_the_circle_repeats_every_turn(factor, number):
+    line, circle = factor(*number), factor(*number, periodic=True)
+    theta = np.array([-2.5, -0.9, 0.4, 1.3])
+    for turns in (0, 1, -2):
+        found, true = circle.jets(0.3, theta + 2.0 * np.pi * turns), line.jets(0.3, theta)
+        for part in ("value", "gradient", "hessian"):
+            np.testing.assert_allclose(getattr(found, part), getattr(true, part), 1e-13, 1e-13)
+
+
 def test_a_factor_of_other_coordinates_is_refused():
     with pytest.raises(ValueError, match="AngularFactor needs"):
         AngularFactor(Fresnel(1.5))(gaussian((0.0, 0.0), (1.0, 1.0), frame=FLATLAND_SLOPE))

@@ -167,13 +167,12 @@ def _aligned(scene: Scene, near: LineEnds, far: LineEnds, ask) -> VisualEvents:
     # One side of the near edge must be open and the other blocked.
     before = near.point - step * u
     probe = [trace(scene, before + side * aside * up, u).t for side in (1.0, -1.0)]
-    reach = step + length
     shut = [t < 2.0 * step for t in probe]
     silhouette = shut[0] != shut[1]
     open_t = np.where(shut[0], probe[1], probe[0])
     sigma = np.where(shut[0], 1.0, -1.0)
-    # The open side reaches the far edge: it may graze a curve there a little early.
-    clear = silhouette & (open_t > reach - 4.0 * np.sqrt(size * aside) - step)
+    # The open side reaches the far edge, or grazes a curve there early, by less than the step.
+    clear = silhouette & (open_t > length)
     edge_on = (near.shape == far.shape) & ~near.tangent & ~far.tangent & _straight(scene, near)
     # Backwards from the near edge, on the open side, to the receiver.
     back = trace(scene, before - sigma[:, None] * aside * up, -u)

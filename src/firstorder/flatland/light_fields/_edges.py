@@ -68,10 +68,9 @@ def _levels(light: LightField, shape: Shape, own: Bool[Array, ""]):
     if isinstance(shape, Segments):
         return [(False, None)] * 2
     if isinstance(shape, Curves):
-        count = shape.silhouettes(light.line.position, own)[0].shape[0]
         return [
             (True, CurveLevel(light.line, shape, own, jnp.array(j), light.frame))
-            for j in range(count)
+            for j in range(shape.silhouette_count)
         ]
     sides = (1.0, -1.0)  # as `silhouettes` lists them
     limbs = [(True, limb_level(light, shape, own, side)) for side in sides]

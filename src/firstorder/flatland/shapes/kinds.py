@@ -217,7 +217,7 @@ class Circles(Shape):
         over, under, there = self._root(origin, along, on)
         t = jnp.where(there, over, 0.0) / under
         h = (origin + t * along - self.center) / self.radius
-        return jnp.where(there, t, jnp.inf), jnp.where(there, _turns(h, there), 0.0)
+        return jnp.where(there, t, jnp.inf), _turns(h, there)
 
     def distance(self, origin, along, on):
         """The distance of `hit`, with one division (as in `Segments`)."""
@@ -401,7 +401,7 @@ class Ellipses(Shape):
         t = jnp.minimum(near, far)
         there = jnp.isfinite(t)
         h = w + jnp.where(there, t, 0.0) * d
-        return t, jnp.where(there, _turns(h, there), 0.0)
+        return t, _turns(h, there)
 
     def front(self, origin, along, on):
         """From outside."""
@@ -483,6 +483,6 @@ class Curves(Shape):
 
 
 def _turns(h: Point, there: Bool[Array, ""]) -> Float[Array, ""]:
-    """Clockwise turns from the top to a point of the unit circle, in [0, 1)."""
+    """Clockwise turns from the top to a point of the unit circle, in [0, 1); 0 for a miss."""
     h = jnp.where(there, h, jnp.array([0.0, 1.0], h.dtype))
     return jnp.mod(jnp.arctan2(h[0], h[1]) / (2.0 * jnp.pi), 1.0)

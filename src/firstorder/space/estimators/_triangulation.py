@@ -137,5 +137,5 @@ def _window(grid, down, across, wrap) -> np.ndarray:
             if wrap:
                 x = x % columns
             inside = (y >= 0) & (y < rows) & (x >= 0) & (x < columns)
-            found.append(np.where(inside, grid[np.clip(y, 0, rows - 1), x % columns], own))
+            found.append(np.where(inside, columns * y + x, own))
     return np.stack(found, -1)

@@ -163,7 +163,8 @@ def _uncovered(points, c: _Parts, corners, neighbours, step) -> Float[Array, "2 
     total, _ = jax.lax.scan(gather, begin, jnp.asarray(neighbours).T)
     some = total[6] > 0.0
     smooth = jnp.where(some, total[4:6] / jnp.where(some, total[6], 1.0), 0.0)
-    normal, other = _unit(total[:2]), _unit(total[2:4])
+    # The cuts around a lone ray close: what their sum is then is rounding, and no direction.
+    normal, other = _unit(total[:2], float(jnp.finfo(u.dtype).eps)), _unit(total[2:4])
     along = -_turned(normal)
     across, ahead = jnp.sum(other * normal, 0), jnp.sum(other * along, 0)
     slide = across * ahead / (ahead**2 + SLANT**2)
@@ -187,7 +188,8 @@ def _carried(points, c: _Parts, corners) -> Float[Array, "8 n"]:
     """
     s = c.at[3]
     nearer = s > jnp.roll(s, -1, 0)
-    normal = _turned(jnp.mean(c.middle[:2], 1, keepdims=True) - c.middle[:2])
+    # From the middle of one triangle to that of the next: the point between them cancels.
+    normal = _turned(jnp.mean(c.middle[:2], 1, keepdims=True))
     normal = jnp.where(c.cut, jnp.where(nearer, normal, -normal), 0.0)
     owner = jnp.where(nearer, corners, jnp.roll(corners, -1, 0))
     opposite = jnp.roll(c.at[:2], 1, 1) - jnp.roll(c.at[:2], -1, 1)
@@ -210,10 +212,10 @@ def _carried(points, c: _Parts, corners) -> Float[Array, "8 n"]:
     return fields.at[:2, owner].add(normal).at[2:, first].add(jnp.stack(rows))
 
 
-def _unit(v):
-    """Vectors of length one, or zero."""
+def _unit(v, least=0.0):
+    """Vectors of length one; zero where their square is no more than the least."""
     size = jnp.sum(v**2, 0)
-    there = size > 0.0
+    there = size > least
     return jnp.where(there, v / jnp.sqrt(jnp.where(there, size, 1.0)), 0.0)
 
 

@@ -252,8 +252,9 @@ def mesh_net_visibility(mesh: Mesh, rim: MeshSilhouettes, at: Receiver) -> Float
     foot = jnp.where((through > 0)[:, None], a, b)
     foot = jnp.where((through != 0)[:, None], foot, jnp.zeros_like(foot).at[:, 0].set(1.0))
     blocked = pieces + jnp.sum(through * jnp.arctan2(foot[:, 1], foot[:, 0]))
-    # The azimuths are known up to whole turns, the blocked solid angle lies in one.
-    slack = 1e-3
+    # The azimuths are known up to whole turns, the blocked solid angle lies in one, but for
+    # rounding: more than that would take a sky that is almost hidden for an open one.
+    slack = float(jnp.finfo(blocked.dtype).eps) ** 0.5
     turn = 2.0 * np.pi
     return turn - (jnp.mod(blocked + slack, turn) - slack)
 
