@@ -351,4 +351,4 @@ def _cost(scene: Scene, quick: bool) -> Ratio:
     with_it, without = (
         jax.jit(lambda at, h=h: jax.lax.map(lambda a: gather(a, h), at)) for h in (True, False)
     )
-    return ratio(lambda: with_it(at), lambda: without(at), 3 if quick else 15)
+    return ratio(lambda: with_it(at), lambda: without(at), 3 if quick else 75)

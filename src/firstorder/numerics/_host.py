@@ -6,8 +6,12 @@ a path would be a hundred of them before any light is computed. NumPy compiles n
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Iterator
 from typing import Any
 
+import jax
+import jax.experimental
 import jax.numpy as jnp
 import numpy as np
 
@@ -43,6 +47,32 @@ def spread(a: Any, shape: tuple[int, ...]) -> Any:
     """An array broadcast to a shape."""
     xp, a = hosted(a)
     return as_array(xp.broadcast_to(a, shape))
+
+
+@contextlib.contextmanager
+def doubled() -> Iterator[None]:
+    """Inside, JAX computes in double precision, whatever it does outside."""
+    # Older versions have it among the experiments, newer ones only here.
+    home = jax if hasattr(jax, "enable_x64") else jax.experimental
+    with home.enable_x64(True):
+        yield
+
+
+def with_floats(tree: Any, dtype: Any) -> Any:
+    """A tree of concrete arrays whose floating numbers have a given type.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.numerics._host import with_floats
+        >>> number, index = with_floats((np.float32(0.5), np.int32(1)), np.float64)
+        >>> number.dtype.name, index.dtype.name
+        ('float64', 'int32')
+    """
+
+    def one(a):
+        return a.astype(dtype) if jnp.issubdtype(a.dtype, jnp.floating) else a
+
+    return jax.tree.map(lambda a: one(a) if hasattr(a, "dtype") else a, tree)
 
 
 def _weak(a: Any) -> bool:

@@ -1,6 +1,7 @@
 """Visual events: predicted jumps against independent brute force; what is missed; faults."""
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -16,6 +17,7 @@ from firstorder.flatland import (
 )
 from firstorder.flatland.discontinuities import events
 from firstorder.flatland.discontinuities.events import extrapolation_error, jumps_on, visual_events
+from tests.flatland import worlds
 
 # One-sided seven-point differences of order k with steps h of 1e-4 to 1e-3 m: rounding 1e3 eps /
 # h^k, and truncation (h / R)^(7 - k) on a curve of radius R = 0.13 m.
@@ -199,3 +201,21 @@ def test_fault_is_noticed(name, kinds, order, monkeypatch):
         brute.predicted.cache_clear()
     assert np.isfinite(error)
     assert error > 1e2 * BOUND[order]
+
+
+@pytest.mark.parametrize("x64", [True, False])
+def test_a_scene_in_single_precision_has_the_events_of_its_numbers(x64):
+    single = worlds.everything(jnp.float32)
+    double = jax.tree.map(
+        lambda a: np.asarray(a, np.float64 if np.issubdtype(a.dtype, np.floating) else a.dtype),
+        single,
+    )
+    wanted = visual_events(double)
+    with jax.enable_x64(x64):
+        found = visual_events(single)
+    assert len(found) > 50
+    assert found.s.dtype == np.float32
+    for name in ("receiver", "front", "kind", "visible"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(wanted, name))
+    for name in ("s", "jump_E", "jump_E1", "jump_E2"):
+        np.testing.assert_allclose(getattr(found, name), getattr(wanted, name), rtol=1e-6)

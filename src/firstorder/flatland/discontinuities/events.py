@@ -39,6 +39,7 @@ from firstorder.flatland.discontinuities._queries import (
     trace,
 )
 from firstorder.flatland.scene import Scene
+from firstorder.numerics._host import doubled, with_floats
 from firstorder.scene._bands import check_one_band
 
 
@@ -49,7 +50,8 @@ def visual_events(
 
     Valid for: opaque shapes with both sides diffuse or emitting; light of the environment is not
     counted in `dL`. Two events that coincide are two rows, and their jumps add; an edge exactly
-    behind two others in one line is judged by the nearer pair.
+    behind two others in one line is judged by the nearer pair. All is found in double precision and
+    told in the scene's.
 
     Args:
         scene: concrete shapes and lights.
@@ -73,6 +75,14 @@ def visual_events(
     """
     if not is_concrete(scene):
         raise ValueError("Argument `scene` must be concrete, but is traced.")
+    with doubled():
+        table = _events(with_floats(scene, np.float64), radiance, breaks)
+    table = table if hidden else table.take(table.visible)
+    return VisualEvents(**with_floats(vars(table), scene.material.emission.dtype))
+
+
+def _events(scene: Scene, radiance: Radiance | None, breaks: Breaks) -> VisualEvents:
+    """All visual events, the hidden ones too, by receiver and place."""
     a, b = critical_lines(scene, breaks)
     near, far = LineEnds.stack([a, b]), LineEnds.stack([b, a])
     ordered = near.shape != LIGHT
@@ -81,9 +91,7 @@ def visual_events(
     ask = radiance_on_host(scene, radiance)
     parts = [_aligned(scene, near, far, ask), _rising(scene, near, far, ask)]
     table = joined(parts)
-    rows = np.lexsort((table.s, table.receiver))
-    table = table.take(rows)
-    return table if hidden else table.take(table.visible)
+    return table.take(np.lexsort((table.s, table.receiver)))
 
 
 def jumps_on(
