@@ -1,5 +1,7 @@
 """One compilation whatever the number of rows, and the rows' answers in their order."""
 
+from typing import Any
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -130,5 +132,9 @@ def test_rows_of_batches_in_batches_are_one_list():
 
 def test_rows_that_all_batches_share_are_given_to_each():
     x, y = jnp.arange(12.0).reshape(3, 4), jnp.array([1.0, 5.0, 2.0, 7.0])
-    f = one_list(lambda s, rows: s * rows[0] + rows[1])
+
+    def line(s: Any, rows: Any) -> Any:
+        return s * rows[0] + rows[1]
+
+    f = one_list(line)
     np.testing.assert_array_equal(jax.vmap(lambda x: f(2.0, (x, y)))(x), 2.0 * x + y)

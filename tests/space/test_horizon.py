@@ -10,25 +10,33 @@ from firstorder.space import Boxes, Receiver, Scene, irradiance, primitive, rect
 
 TURNS = np.concatenate([np.eye(3)[None], Rotation.random(24, random_state=0).as_matrix()])
 LAMPS = {"stands on it": (0.0, 1.0), "goes through it": (-1.0, 1.0)}  # from which height to which
-BLOCKERS = {
-    "nothing": lambda lift, turn: (),
-    "a box": lambda lift, turn: (
-        Boxes(turn @ jnp.array([0.2, 1.0, 0.25 + lift]), turn @ jnp.diag(jnp.full(3, 0.25))),
-    ),
-    "a ball": lambda lift, turn: (sphere(turn @ jnp.array([0.0, 1.0, 0.25 + lift]), 0.25),),
-}
+
+
+def _box(lift, place):
+    return (Boxes(place(0.2, 1.0, 0.25 + lift), 0.25 * place(*np.eye(3))),)
+
+
+def _ball(lift, place):
+    return (sphere(place(0.0, 1.0, 0.25 + lift), 0.25),)
+
+
+BLOCKERS = {"nothing": lambda lift, place: (), "a box": _box, "a ball": _ball}
 
 
 def _light(blocker, heights, turn, step=(0.0, 0.0), lift=0.0):
     """A lamp before a receiver in the origin, which makes a step, behind what stands between."""
+
+    def place(x, y, z):
+        return turn @ jnp.stack([jnp.asarray(a, turn.dtype) for a in (x, y, z)])
+
     low, high = heights
     lamp = rectangle(
-        turn @ jnp.array([0.0, 2.0, 0.5 * (low + high) + lift]),
-        turn @ jnp.array([1.0, 0.0, 0.0]),
-        turn @ jnp.array([0.0, 0.0, 0.5 * (high - low)]),
+        place(0.0, 2.0, 0.5 * (low + high) + lift),
+        place(1.0, 0.0, 0.0),
+        place(0.0, 0.0, 0.5 * (high - low)),
     )
-    between = [primitive(shape) for shape in BLOCKERS[blocker](lift, turn)]
-    at = Receiver.at(turn @ jnp.array([*step, 0.0]), turn @ jnp.array([0.0, 0.0, 1.0]))
+    between = [primitive(shape) for shape in BLOCKERS[blocker](lift, place)]
+    at = Receiver.at(place(*step, 0.0), place(0.0, 0.0, 1.0))
     return irradiance(Scene.of(primitive(lamp, emission=1.0), *between), at)
 
 

@@ -53,7 +53,7 @@ def spread(a: Any, shape: tuple[int, ...]) -> Any:
 def doubled() -> Iterator[None]:
     """Inside, JAX computes in double precision, whatever it does outside."""
     # Older versions have it among the experiments, newer ones only here.
-    home = jax if hasattr(jax, "enable_x64") else jax.experimental
+    home: Any = jax if hasattr(jax, "enable_x64") else jax.experimental
     with home.enable_x64(True):
         yield
 
