@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from firstorder.space import Boxes, Receiver, Scene, irradiance, primitive, rectangle, sphere
+from firstorder.space.azimuthal.transport import visibility_by_azimuth
 
 TURNS = np.concatenate([np.eye(3)[None], Rotation.random(24, random_state=0).as_matrix()])
 LAMPS = {"stands on it": (0.0, 1.0), "goes through it": (-1.0, 1.0)}  # from which height to which
@@ -23,7 +24,7 @@ def _ball(lift, place):
 BLOCKERS = {"nothing": lambda lift, place: (), "a box": _box, "a ball": _ball}
 
 
-def _light(blocker, heights, turn, step=(0.0, 0.0), lift=0.0):
+def _scene(blocker, heights, turn, step=(0.0, 0.0), lift=0.0):
     """A lamp before a receiver in the origin, which makes a step, behind what stands between."""
 
     def place(x, y, z):
@@ -37,7 +38,7 @@ def _light(blocker, heights, turn, step=(0.0, 0.0), lift=0.0):
     )
     between = [primitive(shape) for shape in BLOCKERS[blocker](lift, place)]
     at = Receiver.at(place(*step, 0.0), place(0.0, 0.0, 1.0))
-    return irradiance(Scene.of(primitive(lamp, emission=1.0), *between), at)
+    return Scene.of(primitive(lamp, emission=1.0), *between), at
 
 
 def _lambert(corners) -> float:
@@ -54,7 +55,7 @@ def _jet(blocker, heights):
 
     def jet(turn, lift):
         def light(step):
-            return _light(blocker, heights, turn, step, lift)
+            return irradiance(*_scene(blocker, heights, turn, step, lift))
 
         return jax.value_and_grad(light)(jnp.zeros(2, turn.dtype))
 
@@ -84,3 +85,19 @@ def test_so_it_does_in_single_precision(blocker):
     found = _jet(blocker, LAMPS["stands on it"])(turns, jnp.float32(0.0))
     for a in found:
         np.testing.assert_allclose(a, np.broadcast_to(a[0], a.shape), rtol=1e-5, atol=1e-6)
+
+
+@pytest.mark.parametrize("blocker", BLOCKERS)
+def test_upright_edges_count_once_in_azimuth_however_they_are_turned(blocker):
+    """The boundary term has them apart, and none of what their two ends are off by rounding."""
+
+    @jax.jit
+    def seen(turn):
+        scene, at = _scene(blocker, LAMPS["stands on it"], turn)
+        B = visibility_by_azimuth(scene, at, nodes=16)
+        return B.value, turn.T @ (at.axes[:, :2] @ B.gradient.total)
+
+    value, gradient = (np.stack(a) for a in zip(*map(seen, jnp.asarray(TURNS)), strict=True))
+    np.testing.assert_allclose(value, value[0] + 0.0 * value, rtol=1e-12)
+    np.testing.assert_allclose(gradient, gradient[0] + 0.0 * gradient, atol=1e-9)
+    assert gradient[0, 1] < -0.1  # towards what hides the sky

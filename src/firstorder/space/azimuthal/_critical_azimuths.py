@@ -38,6 +38,8 @@ from firstorder.space.silhouettes._curves import SilhouetteArcs, SilhouetteSegme
 from firstorder.space.silhouettes.analytic import silhouette
 
 UP = np.array([0.0, 0.0, 1.0])
+ROUNDINGS = 64.0  # in a coordinate of a corner, as a share of the largest one
+STEEP = 16.0  # that largest one over its distance from the normal
 
 
 class Part(eqx.Module):
@@ -66,11 +68,14 @@ class Nodes(eqx.Module):
     Attributes:
         base, lag: [rad].
         weight: sums to pi.
+        edge_weight: likewise, but zero on panels as long as a rounding. An edge along the normal
+            crosses one of those at any speed; it is counted apart.
     """
 
     base: Float[Array, " k"]
     lag: Float[Array, " k"]
     weight: Float[Array, " k"]
+    edge_weight: Float[Array, " k"]
 
 
 def parts(scene: Scene, at: Receiver) -> list[Part]:
@@ -147,9 +152,11 @@ def nodes_between(found: list[Part], count: int, most: int, dtype) -> Nodes:
     ends = jnp.append(jnp.where(used, ends, first + np.pi), first + np.pi)
     phi = nan_unless(number <= most, ends)
     base, lag, weight = inverse_sqrt_panels(phi, count)
+    long = jnp.diff(phi) > STEEP * ROUNDINGS * jnp.finfo(phi.dtype).eps
+    edge_weight = jnp.where(long[:, None], weight.reshape(long.size, -1), 0.0)
     # The last event is the first one half a turn on, which is the same slice.
     base = jnp.where(base == phi[-1], phi[0], base)
-    return Nodes(base.ravel(), lag.ravel(), weight.ravel())
+    return Nodes(base.ravel(), lag.ravel(), weight.ravel(), edge_weight.ravel())
 
 
 def events(found: list[Part], dtype) -> tuple[Float[Array, " m"], Bool[Array, " m"]]:

@@ -29,7 +29,13 @@ from firstorder.numerics._compiled import compiled
 from firstorder.numerics._refinement import with_errors
 from firstorder.numerics._vectors import cross, dot, settled
 from firstorder.scene._arguments import check_asked_one
-from firstorder.space.azimuthal._critical_azimuths import Part, folded, nodes_between, parts
+from firstorder.space.azimuthal._critical_azimuths import (
+    ROUNDINGS,
+    Part,
+    folded,
+    nodes_between,
+    parts,
+)
 from firstorder.space.azimuthal._integrands import Cosine, Transport, Uniform, Varying
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
@@ -216,7 +222,12 @@ def _integrated(scene: Scene, at: Receiver, T, nodes: int, most: int) -> Azimuth
     values, inside, moving = jax.vmap(one)(where.base, where.lag)
     sound = ~scene.inside(at.position, at.on)
     value, interior, boundary = (
-        nan_unless(sound, where.weight @ a) for a in (values, inside, moving)
+        nan_unless(sound, w @ a)
+        for w, a in (
+            (where.weight, values),
+            (where.weight, inside),
+            (where.edge_weight, moving),
+        )
     )
     return AzimuthalIntegral(value, SplitDerivative(interior, boundary + _upright(found, T)))
 
@@ -257,7 +268,7 @@ def _upright(found: list[Part], T) -> Float[Array, "2"]:
 def _turned(found: list[Part], T, p, q, live, row) -> Float[Array, "2"]:
     """The share of one edge from p to q, of the shape in a row of the slices."""
     k = q - p
-    near = 64.0 * jnp.finfo(p.dtype).eps * jnp.max(jnp.abs(p))
+    near = ROUNDINGS * jnp.finfo(p.dtype).eps * jnp.max(jnp.abs(p))
     there = live & (jnp.max(jnp.abs(k[:2])) <= near) & (jnp.max(jnp.abs(p[:2])) > near)
     x, y = jnp.where(there, p[0], 1.0), jnp.where(there, p[1], 0.0)
     phi = folded(jnp.arctan2(y, x))[0]
