@@ -249,9 +249,11 @@ def _times(ratios: dict[str, Ratio], s) -> list[Statement | Measurement]:
     bent = s["hessian"] - s["value"]
     return [
         Statement("Exact E with its gradient over E alone: time", None, gradient,
-                  at_most(3.0, "differences need three values"), OURS, "times", error),
+                  at_most(2.0, "at most twice"), OURS, "times", error),
         Statement("E with gradient and Hessian over E alone: time", None, hessian,
-                  at_most(6.0, "differences need six values"), OURS, "times", error_2),
+                  at_most(4.0, "at most four times"), OURS, "times", error_2,
+                  reason="A Hessian finds the derivatives of every cut as well; differences "
+                  "would take six values of E."),
         *(Measurement(f"A gradient in object space beside 10,000 rays, by {name}",
                       s["edges"] / value, "of the value's time", source="R07 §8.1")
           for name, value in beside.items()),

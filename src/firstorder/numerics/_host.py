@@ -50,7 +50,7 @@ def spread(a: Any, shape: tuple[int, ...]) -> Any:
 
 
 @contextlib.contextmanager
-def doubled() -> Iterator[None]:
+def double_precision() -> Iterator[None]:
     """Inside, JAX computes in double precision, whatever it does outside."""
     # Older versions have it among the experiments, newer ones only here.
     home: Any = jax if hasattr(jax, "enable_x64") else jax.experimental

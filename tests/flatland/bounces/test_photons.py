@@ -96,13 +96,13 @@ def test_light_that_leaves_all_ways_alike_is_noticed(monkeypatch):
 
 
 def test_a_photon_is_on_a_shape_where_it_lands_and_on_none_where_it_does_not():
-    """One lamp over a floor that all of its photons in a cone meet, and no others."""
+    """A lamp over a floor, and nothing else that a photon could meet."""
     lamp, floor = Segments((0.5, 1.0), (-0.5, 1.0)), Segments((-1.0, 0.0), (1.0, 0.0))
     scene = Scene.of(primitive(lamp, emission=1.0), primitive(floor))
     found = trace_photons(scene, jax.random.key(0), 4096, 0)
     index, flux = np.asarray(found.index).ravel(), np.asarray(found.flux).ravel()
-    # Lengths of strings, crossed less uncrossed, over twice the length of the lamp.
-    share = (np.hypot(1.5, 1.0) - np.hypot(0.5, 1.0)) / 1.0
+    # Hottel: crossed strings less uncrossed ones, two of each, over twice the lamp's length of one.
+    share = np.hypot(1.5, 1.0) - np.hypot(0.5, 1.0)
     assert set(index) == {-1, 1}
     assert abs(np.mean(index == 1) - share) < 4.0 * np.sqrt(share * (1.0 - share) / len(index))
     assert np.all(flux[index == 1] > 0.0)

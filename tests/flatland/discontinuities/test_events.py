@@ -17,6 +17,7 @@ from firstorder.flatland import (
 )
 from firstorder.flatland.discontinuities import events
 from firstorder.flatland.discontinuities.events import extrapolation_error, jumps_on, visual_events
+from firstorder.numerics._host import with_floats
 from tests.flatland import worlds
 
 # One-sided seven-point differences of order k with steps h of 1e-4 to 1e-3 m: rounding 1e3 eps /
@@ -206,11 +207,7 @@ def test_fault_is_noticed(name, kinds, order, monkeypatch):
 @pytest.mark.parametrize("x64", [True, False])
 def test_a_scene_in_single_precision_has_the_events_of_its_numbers(x64):
     single = worlds.everything(jnp.float32)
-    double = jax.tree.map(
-        lambda a: np.asarray(a, np.float64 if np.issubdtype(a.dtype, np.floating) else a.dtype),
-        single,
-    )
-    wanted = visual_events(double)
+    wanted = visual_events(with_floats(single, np.float64))
     with jax.enable_x64(x64):
         found = visual_events(single)
     assert len(found) > 50

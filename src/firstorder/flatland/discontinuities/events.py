@@ -39,7 +39,7 @@ from firstorder.flatland.discontinuities._queries import (
     trace,
 )
 from firstorder.flatland.scene import Scene
-from firstorder.numerics._host import doubled, with_floats
+from firstorder.numerics._host import double_precision, with_floats
 from firstorder.scene._bands import check_one_band
 
 
@@ -75,7 +75,7 @@ def visual_events(
     """
     if not is_concrete(scene):
         raise ValueError("Argument `scene` must be concrete, but is traced.")
-    with doubled():
+    with double_precision():
         table = _events(with_floats(scene, np.float64), radiance, breaks)
     table = table if hidden else table.take(table.visible)
     return VisualEvents(**with_floats(vars(table), scene.material.emission.dtype))

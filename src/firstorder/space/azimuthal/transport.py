@@ -221,14 +221,8 @@ def _integrated(scene: Scene, at: Receiver, T, nodes: int, most: int) -> Azimuth
 
     values, inside, moving = jax.vmap(one)(where.base, where.lag)
     sound = ~scene.inside(at.position, at.on)
-    value, interior, boundary = (
-        nan_unless(sound, w @ a)
-        for w, a in (
-            (where.weight, values),
-            (where.weight, inside),
-            (where.edge_weight, moving),
-        )
-    )
+    value, interior = (nan_unless(sound, where.weight @ a) for a in (values, inside))
+    boundary = nan_unless(sound, where.edge_weight @ moving)
     return AzimuthalIntegral(value, SplitDerivative(interior, boundary + _upright(found, T)))
 
 

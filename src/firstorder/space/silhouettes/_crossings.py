@@ -25,7 +25,7 @@ from firstorder.numerics._vectors import cross, dot, inverse_3x3, matvec, rows, 
 from firstorder.space.silhouettes._curves import TURN, SilhouetteArcs, SilhouetteSegments
 
 Vector = Float[Array, "3"]
-ROUNDINGS = 16.0  # in a height over a plane, whose normal is a product of two vectors
+ROUNDINGS = 16.0  # in a height over a plane, whose normal is a product, and in its square
 SAMPLES, MOST = 16, 4  # of a trigonometric polynomial of degree two, which has four roots
 
 
