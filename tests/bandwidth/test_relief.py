@@ -192,11 +192,18 @@ def test_what_is_out_of_range_is_one_sentence_or_nan():
         flat_relief_error(0.1, 0.0, 1.0, 0.0, view=0.0, reach=0.1)
     with pytest.raises(ValueError, match=r"Argument `share` must lie in \[0, 1\]"):
         relief_cutoffs(2.0, 1.0, 1.0, 0.0, width=1.0, view=0.0, reach=0.1)
+    assert abs(relief_transfer(34.3, 0.5)) < 1.0  # 4 pi Omega arctan(m) = 199.8
     with pytest.raises(ValueError, match=r"4 pi Omega arctan\(slope\)"):
-        relief_transfer(1e4, 0.5)
+        relief_transfer(34.4, 0.5)
+    with pytest.raises(ValueError, match=r"slope \* \|tan\(view\)\|"):
+        relief_transfer(1.0, 0.9, 1.0)
     traced = jax.jit(lambda w: brdf_relief_error(0.1, 1.0, 1.0, 0.0, width=w, view=0.0, reach=0.1))
     assert jnp.isnan(traced(-1.0))
     assert jnp.isnan(jax.jit(relief_transfer)(1.0, 0.9, 1.0))
+    for below in (-1.7, 1.7):  # the base's horizon
+        with pytest.raises(ValueError, match=r"Argument `view` must lie in \[-1.5708, 1.5708\]"):
+            relief_transfer(1.0, 0.01, below)
+        assert jnp.isnan(jax.jit(relief_transfer)(1.0, 0.01, below))
 
 
 def test_gradients_are_finite_where_a_pixel_leaves_nothing_and_where_there_are_no_waves():

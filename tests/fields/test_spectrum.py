@@ -41,6 +41,17 @@ def test_one_frequency_at_a_time_is_the_same():
     assert normwise(F(*np.meshgrid(*Omega, indexing="ij")), table) < 1e-14
 
 
+def test_samples_that_are_too_few_tell_their_error():
+    """Of a bell that is wider than the box, and of one that is narrower than a step."""
+    grid = Grid((24, 24), (0.25, 0.25))
+    for sigma in ((1.5, 0.5), (0.5, 0.1)):
+        f = gaussian((0.2, -0.1), sigma)
+        value, error = SampledSpectrum.of(f, grid)(0.1, 0.2, with_error=True)
+        true = f.spectrum()(0.1, 0.2)
+        assert 1e-6 < abs(value - true) < error
+        assert error < abs(true)
+
+
 def test_spectra_add():
     f, g = gaussian((0.2, -0.1), (0.5, 0.4)), gaussian((0.0, 0.3), (0.3, 0.4), 0.2)
     both = f.spectrum() + g.spectrum()

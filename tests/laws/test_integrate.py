@@ -158,6 +158,13 @@ def test_ends_that_move_across_an_edge():
         np.testing.assert_allclose(value, truth, atol=1e-11)
 
 
+def test_an_end_may_be_a_plain_function():
+    """The area under a line over the interval from x to 2 + x^2."""
+    h = Integrate("theta", lambda x: x, lambda x, theta: 2.0 + x * x + 0.0 * theta, 8)
+    found = h(Function(lambda x, theta: theta + 0.0 * x))(0.7)
+    np.testing.assert_allclose(found, 0.5 * (2.49**2 - 0.7**2), rtol=1e-13)
+
+
 def test_an_empty_interval_has_no_light_but_a_gradient():
     """int_0^x f dt at x = 0: the value vanishes, its derivative is f."""
     upper = Affine([1.0, 0.0], 0.0)

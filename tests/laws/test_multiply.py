@@ -6,7 +6,7 @@ from scipy.special import erf
 
 from firstorder.checks.cases import light
 from firstorder.errors import Refused
-from firstorder.fields import Function, Grid, Spectrum, gaussian, half_plane
+from firstorder.fields import Function, Grid, SampledSpectrum, Spectrum, gaussian, half_plane
 from firstorder.laws import Multiply
 
 WINDOW = Grid.spanning((256, 256), (6.0, 6.0))
@@ -66,6 +66,15 @@ def test_a_factor_of_all_coordinates_needs_a_window_of_its_own():
 def test_light_of_unknown_extent_needs_a_window():
     with pytest.raises(Refused, match="the extent of this light is not known: give it one"):
         Multiply(half_plane(0.0))(Dim(light().spectrum()))
+
+
+def test_on_a_window_light_of_unknown_extent_is_multiplied_too():
+    F, g = light().spectrum(), gaussian((-0.3, 0.2), (0.7, 0.9), -0.4)
+    window = Grid.spanning((96, 96), (6.0, 6.0))
+    dim, whole = (Multiply(g, window)(f)(0.4, -0.2) for f in (Dim(F), F))
+    np.testing.assert_allclose(dim, 0.5 * whole, rtol=1e-13)
+    truth = SampledSpectrum.of(Multiply(g)(light()), window)(0.4, -0.2)
+    np.testing.assert_allclose(whole, truth, rtol=1e-10)
 
 
 def test_an_edge_has_no_covariance():

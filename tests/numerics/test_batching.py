@@ -117,6 +117,17 @@ def test_one_list_answers_as_if_each_batch_were_alone(over):
         np.testing.assert_allclose(a, np.stack(b), rtol=1e-14)
 
 
+def test_of_what_rows_share_a_part_may_be_of_one_batch():
+    rng = np.random.default_rng(1)
+    own, common, x = (jnp.asarray(rng.normal(size=size)) for size in ((3, 5), (5,), (3, 4)))
+
+    def f(shared, x):
+        return x * (shared[0] @ shared[1])
+
+    found = jax.vmap(lambda own, x: one_list(f)((own, common), x))(own, x)
+    np.testing.assert_allclose(found, x * (own @ common)[:, None], rtol=1e-14)
+
+
 def test_rows_of_batches_in_batches_are_one_list():
     seen = []
 

@@ -114,6 +114,18 @@ def test_the_nearest_are_the_nearest(points):
             assert abs(float(w.radius[i]) - d[-1]) < 1e-12
 
 
+def test_the_nearest_are_sought_among_a_row_s_own(points):
+    """Other curves' points lie right before and behind, nearer than some of these."""
+    at, low, high = np.asarray(points[0])[:90], 20, 50
+    x = np.append(np.linspace(at[10], at[60], 41), at[[low, high - 1]])
+    ends = jnp.full(x.size, low), jnp.full(x.size, high)
+    for k in (1, 7, 30, 40):
+        w = nearest_window(jnp.asarray(at), jnp.asarray(x), k, *ends)
+        d = np.sort(abs(at[low:high] - x[:, None]), axis=1)[:, :k]
+        np.testing.assert_array_equal(w.last - w.first, d.shape[1])
+        np.testing.assert_allclose(w.radius, d[:, -1], rtol=1e-12)
+
+
 def test_no_points_have_no_density():
     w = nearest_window(jnp.full(4, jnp.inf), jnp.array([0.5]), 3, jnp.array([0]), jnp.array([0]))
     assert w.radius.item() == np.inf

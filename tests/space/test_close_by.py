@@ -124,6 +124,7 @@ MEET = {
     "a triangle through a panel": (PANEL, triangle((0, 0, 1.5), (0.2, 0.0, 2.5), (0.0, 0.2, 1.6))),
     "a bulb half in a ceiling": (BULB, plane((0.0, 0.0, 2.1), (0.0, 0.0, -1.0))),
     "a bulb in a cylinder's wall": (BULB, cylinder((0.4, 0.0, 1.0), (0.4, 0.0, 3.0), 0.2)),
+    "a bulb's top in a great box": (BULB, box((-18.0, -17.0, 2.4), (22.0, 23.0, 42.0))),
     "two balls": (BULB, sphere((0.0, 0.7, 2.0), 0.3)),
 }
 APART = {

@@ -227,7 +227,8 @@ def relief_transfer(
     turned = 4.0 * np.pi * Omega[..., None] * jnp.arctan(rise)
     seen = 1.0 + rise * jnp.tan(view)[..., None]
     mean = jnp.mean(seen * jnp.cos(turned), -1) + 1j * jnp.mean(seen * jnp.sin(turned), -1)
-    valid = (slope >= 0) & (shown < 1) & (jnp.abs(turns) <= _MOST_TURNS)
+    valid = (slope >= 0) & (shown < 1) & (jnp.abs(view) < 0.5 * np.pi)
+    valid &= jnp.abs(turns) <= _MOST_TURNS
     return mean * nan_unless(valid, jnp.ones_like(slope))
 
 

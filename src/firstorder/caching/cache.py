@@ -349,12 +349,11 @@ def _derivative_names(order: int, dims: int) -> dict[str, tuple[int, ...]]:
     return found
 
 
-def _matrices(
-    radius: np.ndarray, shorter: np.ndarray | None = None, angle: np.ndarray | None = None
-) -> np.ndarray:
-    """Matrices of regions from their semi-axes."""
-    if shorter is None or angle is None:
+def _matrices(radius: np.ndarray, *ellipse: np.ndarray) -> np.ndarray:
+    """Matrices of regions from their semi-axes: one, or the longer, the shorter and an angle."""
+    if not ellipse:
         return 1.0 / radius[:, None, None]
+    shorter, angle = ellipse
     u = np.stack([np.cos(angle), np.sin(angle)], -1)
     outer = u[:, :, None] * u[:, None, :]
     return outer / radius[:, None, None] + (np.eye(2) - outer) / shorter[:, None, None]

@@ -281,7 +281,7 @@ class NearLight(Field):
         """Chain rule through the miss distance."""
         q, g, H = self._miss(u)
         j = self.emission.jet(q[None])
-        first, second = j.gradient[0], j.hessian[0, 0]
+        first, second = jnp.squeeze(j.gradient), jnp.squeeze(j.hessian)
         return Jet(j.value, first * g, second * g[:, None] * g + first * H, self.frame)
 
     def edges(self) -> tuple[Edge, ...]:

@@ -45,8 +45,9 @@ class Integrate(Law):
 
     Args:
         axis: name of the coordinate.
-        lower: lower end: a number, or a field over all coordinates that ignores `axis`.
-        upper: upper end, a number or a field likewise. Below `lower` the integral is negative.
+        lower: lower end: a number, or a field over all coordinates that ignores `axis`, or a plain
+            function of them.
+        upper: upper end, likewise. Below `lower` the integral is negative.
         nodes: Gauss-Legendre nodes per smooth piece. The integral's `with_error` (`Field`) says
             what they are worth; ends that cut light off are part of the question.
         breaks: where else to cut, as fields over all coordinates that ignore `axis`: at narrow
@@ -200,7 +201,7 @@ class Integrate(Law):
 
 def _end(name: str, end) -> Array | Field:
     """An end of the interval: a field that moves it, or a number."""
-    if isinstance(end, Field) or callable(end):
+    if callable(end):  # as a field is
         return as_field(end, name)
     try:
         return as_float(end)

@@ -180,6 +180,9 @@ def test_a_scene_may_be_open_and_shapes_may_have_two_sides():
     dark = solution.indirect(receiver(scene, 0, 0.4))  # and behind the screen
     assert float(lit) > 0.02
     assert 0.0 <= float(dark) < 1e-3
+    turned = primitive(Segments((0.0, 1.0), (0.0, 0.1)), albedo=(0.8, 0.0))  # the other way round
+    other = solve_radiosity(Scene.of(floor, turned, points=scene.points), fineness=COARSE)
+    np.testing.assert_allclose(other.indirect(receiver(scene, 0, 0.75)), lit, rtol=1e-9)
 
 
 def _room(*more):

@@ -2,7 +2,16 @@ import numpy as np
 import pytest
 
 from firstorder.checks.tolerance import normwise
-from firstorder.flatland import Circles, Receiver, Scene, Segments, primitive
+from firstorder.flatland import (
+    Arcs,
+    Circles,
+    Receiver,
+    Scene,
+    Segments,
+    derivatives,
+    irradiance,
+    primitive,
+)
 from firstorder.flatland.estimators import (
     corrected_estimate,
     hemicircle_strata,
@@ -45,6 +54,18 @@ def test_mended_it_tends_to_the_truth():
     found, last = orders("disc", "mended", (128, 1024, 8192))
     assert all(order < -1.2 for order in found)
     assert max(last) < 5e-5
+
+
+def test_the_inside_of_an_open_ring_is_told_from_its_outside():
+    """Beside an end of the ring a receiver sees both; before even lights all edges are exact."""
+    ring = Arcs((0.0, 1.5), 0.5, 1.5 * np.pi, 1.5 * np.pi)
+    scene = Scene.of(primitive(ring, emission=(1.0, 0.4)))
+    at = Receiver((0.05, 0.0), 0.1)
+    samples = trace_strata(scene, at, where=hemicircle_strata(64))
+    ours = corrected_estimate(scene, at, samples=samples, breaks=4)
+    true = derivatives(irradiance, scene, at)
+    np.testing.assert_allclose(ours.gradient, true.gradient, atol=1e-6)
+    np.testing.assert_allclose(ours.hessian, true.hessian, atol=1e-5)
 
 
 @pytest.mark.parametrize(

@@ -191,6 +191,12 @@ SENTENCES = [
         'kind "sunny" is not known: known are constant, gaussian, row.',
     ),
     ("shape = 3", 1, "", "`shape` must be written [[shape]], each with its own keys."),
+    (
+        'shape = [{kind = "segment", start = [0, 0], end = [1, 0]}, 3]',
+        1,
+        "",
+        "`shape` must be written [[shape]], each with its own keys.",
+    ),
     ("[shape]\na = 1", 1, "", "`shape` must be written [[shape]], each with its own keys."),
     ("\nshapes = 3", 2, "", "`shapes` is not known here: did you mean `shape`?"),
     ("environment = 3", 1, "", "`environment` must be written [environment], with its own keys."),

@@ -173,6 +173,17 @@ def test_energies_are_those_of_the_samples():
     assert without < 1e-12 * with_mean
 
 
+def test_the_energies_of_a_product_are_products_of_energies():
+    """Under windows too, on grids that are not square."""
+    rng = np.random.default_rng(6)
+    grids = [Grid((n,), (step,)) for n, step in ((8, 0.5), (5, 0.3), (6, 0.2))]
+    factors = [rng.normal(size=grid.size) for grid in grids]
+    grid = Grid(*(tuple(getattr(g, a)[0] for g in grids) for a in ("size", "step")))
+    found = power_spectrum(np.einsum("i,j,k->ijk", *factors), grid, mean=True)
+    each = [power_spectrum(f, g, mean=True) for f, g in zip(factors, grids, strict=True)]
+    np.testing.assert_allclose(found, np.einsum("i,j,k->ijk", *each), rtol=1e-12)
+
+
 def test_what_is_cut_and_what_is_left_share_the_energy():
     f = np.random.default_rng(5).normal(size=GRID.size)
     inside = Wedge(0.3, 0.6).contains(*MESH, D1)

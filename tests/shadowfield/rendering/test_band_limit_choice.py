@@ -55,6 +55,13 @@ def test_a_single_frequency_is_lost_in_full():
     np.testing.assert_allclose(found[:4, 0], 0.1 * (1.0 - T[:4]), atol=1e-4)
 
 
+def test_steps_that_shrink_as_expected_add_up_to_all_that_is_left():
+    """Beyond the last rung too: a geometric series, by its sum."""
+    left = 0.3 * STEP ** np.arange(5)[:, None] * np.ones(SIDE**2)
+    found = module._bias(np.stack([1.0 - left, 1.0 - left], 1), ALL, 4.0)
+    np.testing.assert_allclose(found, left, rtol=1e-12)
+
+
 def test_the_noise_is_that_of_coins():
     """Many trials of weighed coins in four cells of different odds and shares."""
     rng, trials = np.random.default_rng(0), 4000

@@ -3,8 +3,9 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 
-from firstorder.space import Scene, primitive, receiver, sphere
+from firstorder.space import Scene, plane, primitive, receiver, sphere
 from firstorder.space.azimuthal._critical_azimuths import (
     events,
     folded,
@@ -46,6 +47,21 @@ def test_folding_takes_off_half_turns():
     phi, turns = folded(jnp.array([-0.1, 0.0, 3.0, 3.2]))
     np.testing.assert_allclose(phi, [np.pi - 0.1, 0.0, 3.0, 3.2 - np.pi], rtol=1e-15)
     np.testing.assert_array_equal(turns, [-1, 0, 0, 1])
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_slanted_plane_has_an_event_where_it_meets_the_horizon(side):
+    """Its normal (0.3, -0.5, 1), turned to the receiver, is that of a level line along (5, 3)."""
+    normal = np.array([0.3, -0.5, 1.0])
+
+    def found():
+        slope = plane((0.0, 0.0, 2.0), side * normal)
+        seen = parts(Scene.of(primitive(slope)), receiver((0.0, 0.0, 0.0)))
+        return seen[0].normal, *events(seen, jnp.zeros(()).dtype)
+
+    down, phi, there = jax.jit(found)()
+    np.testing.assert_allclose(down, [-normal / np.linalg.norm(normal)], rtol=1e-14)
+    np.testing.assert_allclose(folded(phi[there])[0], np.arctan2(3.0, 5.0), rtol=1e-14)
 
 
 def test_a_ball_above_the_horizon_has_two_events_and_its_nodes_cover_half_a_turn():

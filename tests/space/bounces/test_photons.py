@@ -56,6 +56,18 @@ def test_a_lamp_sends_pi_times_radiance_times_area(name, key):
     assert z_test_of(sent, 2.0 * np.pi * area, truth_error=1e-12).passed
 
 
+@pytest.mark.parametrize(("emission", "hit"), [((2.0, 0.0), 1), ((0.0, 2.0), 2)])
+def test_a_panel_sends_light_from_the_side_that_shines(emission, hit, key):
+    """One that faces down, between a floor and a ceiling without end."""
+    panel, area = LAMPS["rectangle"]
+    floor, ceiling = plane((0, 0, 0), (0, 0, 1)), plane((0, 0, 2), (0, 0, -1))
+    scene = Scene.of(primitive(panel, emission=emission), primitive(floor), primitive(ceiling))
+    found = trace_photons(scene, key, 1000, 0)
+    assert np.all(found.index[0] == hit)
+    assert np.all(found.front)
+    np.testing.assert_allclose(jnp.sum(found.flux), 2.0 * np.pi * area, rtol=1e-12)
+
+
 @pytest.mark.parametrize("name", LAMPS)
 def test_the_floor_of_the_room_gets_its_exact_irradiance(name, key):
     """Flux through squares of the floor against closed forms that know no photon."""

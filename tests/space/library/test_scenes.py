@@ -68,6 +68,18 @@ def test_the_clutter_does_not_touch_itself_nor_the_walls():
     np.testing.assert_allclose(center[:, 2], axes[:, 2, 2])  # they stand on the floor
 
 
+def test_each_table_stands_on_four_legs_under_its_top():
+    scene = _scenes.tables()
+    low, high = (a[list(scene.named("table"))].reshape(3, 5, 3) for a in extents(scene))
+    top, legs = (low[:, :1], high[:, :1]), (low[:, 1:], high[:, 1:])
+    np.testing.assert_allclose(legs[0][..., 2], 0.0, atol=1e-15)
+    np.testing.assert_allclose(legs[1][..., 2], top[0][..., 2] + np.zeros((3, 4)), atol=1e-15)
+    np.testing.assert_allclose((legs[1] - legs[0])[..., :2], 0.02, atol=1e-15)
+    # They stand as far from one end as from the other, within the top.
+    gaps = [np.min((legs[0] - top[0])[..., :2], 1), np.min((top[1] - legs[1])[..., :2], 1)]
+    np.testing.assert_allclose(gaps, 0.01, atol=1e-15)
+
+
 def test_an_unknown_name_is_one_sentence():
     with pytest.raises(ValueError, match="Argument `name` must be one of"):
         _scenes.named_scene("cornell")

@@ -7,6 +7,7 @@ import pytest
 
 from firstorder.checks.tolerance import normwise, rounding
 from firstorder.fields import GaussianProfile
+from firstorder.transport.brdf.general import Ggx
 from firstorder.transport.brdf.lobes import MIRROR, NORMAL, Lobe
 from firstorder.transport.shading._flat_jets import Normal
 from firstorder.transport.shading._quadrature import center_of, has_cosine, local_center, weigh
@@ -52,6 +53,12 @@ def test_the_weight_of_a_lobe_with_and_without_its_cosine(cosine):
         return lobe.kernel.at(jnp.stack([x, T])) * (jnp.cos(incoming) if cosine else 1.0)
 
     assert normwise(jnp.stack(weight(T)), six(truth)) < rounding(100)
+
+
+def test_the_weight_of_a_brdf_is_what_it_reflects_times_the_cosine():
+    *_, weight = weigh(rho := Ggx(0.4), NORMAL_HERE, X, THETA, 16)
+    truth = six(lambda x, theta: rho(-T, theta - n(x)) * jnp.cos(T))
+    assert normwise(jnp.stack(weight(T)), truth) < rounding(100)
 
 
 def test_nodes_end_where_the_cosine_or_the_lobe_does():

@@ -173,15 +173,15 @@ def _sine(at: Receiver, place):
 def _turned(scene: Scene, shape, side, s):
     """Points of sides of shapes, their normals and speeds."""
     frame = jax.vmap(lambda i, row: jax.vmap(lambda t: scene.frame(i, t))(row))(shape, s)
-    sign = jnp.where(side == 0, 1.0, -1.0)[:, None]
-    return frame.position, sign[..., None] * frame.normal, frame.speed, sign
+    sign = jnp.where(side == 0, 1.0, -1.0)
+    return frame.position, sign[:, None, None] * frame.normal, frame.speed, sign
 
 
 def _panel_light(scene, panels: Panels, at: Receiver, s, w, L, whole):
     """Irradiance from whole panels; the mean of L by differences of sines, the rest by the rule."""
     place, normal, speed, sign = _turned(scene, panels.shape, panels.side, s)
     ends, *_ = _turned(scene, panels.shape, panels.side, panels.ends)
-    return jnp.where(whole, _piece(at, place, normal, speed * w, ends, sign[:, 0], L), 0.0)
+    return jnp.where(whole, _piece(at, place, normal, speed * w, ends, sign, L), 0.0)
 
 
 def _piece(at, place, normal, weight, ends, sign, L):
@@ -208,7 +208,7 @@ def _parts(scene, panels: Panels, at: Receiver, gaps: _Gaps, L):
     place, normal, speed, sign = _turned(scene, panels.shape[k], panels.side[k], s)
     ends, *_ = _turned(scene, panels.shape[k], panels.side[k], jnp.stack([a, b], -1))
     values = _interpolated(panels, k, s, L)
-    light = _piece(at, place, normal, speed * half * w, ends, sign[:, 0], values)
+    light = _piece(at, place, normal, speed * half * w, ends, sign, values)
     return jnp.sum(jnp.where(use, light, 0.0))
 
 

@@ -205,8 +205,7 @@ def photon_irradiance(
     window = _window(photons, how, x, curve)
     flux = photons.sums[window.last] - photons.sums[window.first]
     if how.k and not how.keep_farthest:
-        end = jnp.maximum(window.last - 1, 0)
-        a, b = jnp.minimum(window.first, photons.at.shape[0] - 1), end
+        a, b = window.first, window.last - 1  # of an empty window they are not asked for
         farthest = jnp.where(x - photons.at[a] > photons.at[b] - x, a, b)
         flux = flux - jnp.where(window.last > window.first, photons.flux[farthest], 0.0)
     width = 2.0 * window.radius

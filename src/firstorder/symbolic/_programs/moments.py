@@ -24,7 +24,7 @@ def moment(m: int, w: Any, xp: Any = jnp) -> Any:
     terms = 12 + 6 * small  # the next one is below rounding
     near = xp.abs(w) < small
     inside, outside = xp.where(near, w, 0.0), xp.where(near, small, w)
-    series = 1.0 / (m + terms + 1) + 0.0 * inside
+    series = 1.0 / (m + terms + 1)
     for k in range(terms, 0, -1):  # sum of w^k / (k! (m + k + 1))
         series = 1.0 / (m + k) + inside / k * series
     last = xp.exp(outside)
