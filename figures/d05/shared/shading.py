@@ -32,7 +32,7 @@ BLOCK = 1024  # pixels of one compiled size
 GOLDEN = 0.5 * (5.0**0.5 - 1.0)
 RAYS = dict(lamp=128, fill=32, ambient=96, gloss=128)
 PER_SAMPLE = sum(RAYS.values())
-FOLDER = pathlib.Path(__file__).parent / "out" / "references"
+FOLDER = pathlib.Path(__file__).parents[2] / "out" / "references"
 
 WIDE = 0.12
 LAMP: dict[str, Any] = dict(center=(0.7, -0.5, 0.75), sigma=WIDE, radiance=24.0)
