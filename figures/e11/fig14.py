@@ -7,6 +7,9 @@ of its own, drawn anew, for stratified rays too. The scenes are those of Figs. 9
 (`e11.shared.space`), whose models are ours; grids descend from 0.6 m to 0.1 m, trees turn by 2
 degrees a frame, one either way.
 
+Chance is in the rays, not in the frames: an animation is measured with four seeds of shared rays,
+and errors are those of its mean over them. Frames differ by much more, since grids come near.
+
 The paper's images are of some 1,000 x 1,000 pixels. Ours are closeups of 96 x 96 of 1,024 x 1,024
 pixels, those with most penumbra in the middle frame; the ground up to 32 pixels beside them traces
 shared rays, too. Every sixth pixel both ways is judged, and every second one drawn. Light band
@@ -37,6 +40,7 @@ FRAMES, QUICK_FRAMES = 21, 4
 CLOSEUP, EDGE, QUICK_CLOSEUP, QUICK_EDGE = 96, 32, 24, 8  # pixels, and pixels around them
 JUDGED, DRAWN = 6, 2  # every so manieth pixel, both ways
 RAYS, QUICK_RAYS = 2048, 256
+SEEDS, QUICK_SEEDS = 4, 2  # of shared rays
 COARSE = 64  # pixels of the view in which closeups are found
 BUDGETS = {"grids": (0.3, 3.0), "trees": (3.0, 10.0)}
 SHOWN = {"grids": 3.0, "trees": 10.0}  # as the paper's stills
@@ -72,7 +76,7 @@ class Flicker(NamedTuple):
     """An animation, measured.
 
     Attributes:
-        squares: mean square of how the error changes, by way and pair of frames.
+        squares: mean square of how the error changes, by way, pair of frames and seed.
         stills: images of the last frame.
         steps: images of how errors changed to the last frame.
     """
@@ -81,18 +85,24 @@ class Flicker(NamedTuple):
     stills: dict[str, np.ndarray]
     steps: dict[str, np.ndarray]
 
+    def by_pair(self, way: str) -> np.ndarray:
+        """Flicker over the mean one of 2,048 stratified rays, by pair of frames and seed."""
+        squares = np.maximum(self.squares[way], 0.0)
+        return np.sqrt(squares / np.mean(self.squares[STRATIFIED]))
+
     def ratio(self, way: str) -> tuple[float, float]:
-        """Flicker over that of 2,048 stratified rays, and its standard error over pairs."""
-        by = self.squares[STRATIFIED]
-        return spread(np.sqrt(np.maximum(self.squares[way], 0.0) / np.mean(by)))
+        """Flicker over that of 2,048 stratified rays, and its standard error over seeds."""
+        mean, error = spread(np.mean(self.by_pair(way), 0))
+        base, noise = spread(self.squares[STRATIFIED])
+        return mean, float(np.hypot(error, mean * 0.5 * noise / base))
 
     def percent(self, way: str) -> float:
         """Flicker in % of the light."""
         return 100.0 * float(np.sqrt(max(np.mean(self.squares[way]), 0.0)))
 
 
-def errors(name: str, k: int, quick: bool, step: int) -> dict[str, np.ndarray]:
-    """Of a frame's pixels, NaN off the ground: what each way sees, and two references."""
+def errors(name: str, k: int, quick: bool, step: int, seeds: int = 1) -> dict[str, np.ndarray]:
+    """Of a frame's pixels, NaN off the ground: what each way sees, by seed, and two references."""
     scene, edge = frame(name, k, quick), QUICK_EDGE if quick else EDGE
     some = scene.floor & scene.every(step, edge)
     part = slice(edge, scene.side - edge, step)
@@ -101,36 +111,47 @@ def errors(name: str, k: int, quick: bool, step: int) -> dict[str, np.ndarray]:
     def image(values) -> np.ndarray:
         return scene.picture(values, some)[part, part]
 
+    def shared(budget: float, seed: int) -> np.ndarray:
+        answer = methods.ours(scene, budget, k + FRAMES * seed, judged=some, dense=space.DENSE)
+        return image(answer.visible)
+
     found = {
-        f"{b:g} shared": image(methods.ours(scene, b, k, judged=some, dense=space.DENSE).visible)
-        for b in BUDGETS[name]
+        f"{b:g} shared": np.stack([shared(b, seed) for seed in range(seeds)]) for b in BUDGETS[name]
     }
     few = round(SHOWN[name])
-    found[f"{few} stratified"] = image(space.own_rays(scene, some, few, [k, few]))
+    found[f"{few} stratified"] = image(space.own_rays(scene, some, few, [k, few]))[None]
     for half in "ab":
-        found[half] = image(space.own_rays(scene, some, rays, [k, ord(half)]))
+        found[half] = image(space.own_rays(scene, some, rays, [k, ord(half)]))[None]
     return found
 
 
 def measured(name: str, frames: int, quick: bool) -> Flicker:
     """Renders an animation in every way."""
-    squares: dict[str, list[float]] = {}
+    squares: dict[str, list[np.ndarray]] = {}
     before: dict[str, np.ndarray] = {}
     for k in range(frames):
-        now = errors(name, k, quick, JUDGED)
+        now = errors(name, k, quick, JUDGED, QUICK_SEEDS if quick else SEEDS)
         for key in () if not before else (key for key in now if key not in "ab"):
             one, other = ((now[key] - now[r]) - (before[key] - before[r]) for r in "ab")
-            squares.setdefault(key, []).append(float(np.nanmean(one * other)))
+            squares.setdefault(key, []).append(_over_pixels(one * other))
         if before:
             # Both references flicker: their difference has twice the square of either.
             both = (now["a"] - now["b"]) - (before["a"] - before["b"])
-            squares.setdefault(STRATIFIED, []).append(0.5 * float(np.nanmean(both**2)))
+            squares.setdefault(STRATIFIED, []).append(0.5 * _over_pixels(both**2))
         before = now
-    last, one = (errors(name, frames - n, quick, DRAWN) for n in (1, 2))
+    last, one = (
+        {key: images[0] for key, images in errors(name, frames - n, quick, DRAWN).items()}
+        for n in (1, 2)
+    )
     steps = {
         key: (last[key] - last["a"]) - (one[key] - one["a"]) for key in last if key not in "ab"
     }
     return Flicker({key: np.array(v) for key, v in squares.items()}, last, steps)
+
+
+def _over_pixels(squares: np.ndarray) -> np.ndarray:
+    """Means over the ground, by seed."""
+    return np.nanmean(squares, axis=(-2, -1))
 
 
 def draw(quick: bool) -> Drawing:
@@ -144,7 +165,7 @@ def draw(quick: bool) -> Drawing:
     }
     curves = {
         f"{name}_flicker": {"pair": np.arange(1, frames)}
-        | {key: np.sqrt(np.maximum(v, 0.0)) for key, v in run.squares.items()}
+        | {key: np.sqrt(np.maximum(np.mean(v, -1), 0.0)) for key, v in run.squares.items()}
         for name, run in runs.items()
     }
     rays = QUICK_RAYS if quick else RAYS
@@ -163,7 +184,8 @@ def _draw_row(row, letters: str, name: str, run: Flicker) -> None:
     row[3].figure.colorbar(drawn, ax=row[3], shrink=0.75)
     ax = row[4]
     for key, values in run.squares.items():
-        ax.semilogy(np.arange(1, len(values) + 1), np.sqrt(np.maximum(values, 1e-9)), label=key)
+        mean = np.maximum(np.mean(values, -1), 1e-9)
+        ax.semilogy(np.arange(1, len(mean) + 1), np.sqrt(mean), label=key)
     ax.set(title=f"{letters[4]}) flicker", xlabel="frame", ylabel="RMS change")
     ax.legend(fontsize=6)
 

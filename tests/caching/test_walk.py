@@ -16,10 +16,14 @@ FLOOR = Segments((-1.0, 0.0), (1.0, 0.0))
 def everything(s):
     """Results of every traceable export, by name; each depends on s."""
     near = jnp.stack([0.2 * s, -0.3 * s])
+    lines = caching.EventLines(near[None], 2.0 * near[None] + 1.0, near[:1], near[1:])
     H = s * jnp.array([[2.0, 0.3], [0.3, -1.0]], jnp.asarray(s).dtype)
     return {
         "expected_error_with_events": caching.expected_error_with_events(s, [s], near, near),
         "radius_with_events": caching.radius_with_events([s], 0.1 * s, 0.01, 5.0, near, near),
+        "EventLines": lines.end,
+        "expected_error_with_lines": caching.expected_error_with_lines(s, s, near, lines),
+        "radius_with_lines": caching.radius_with_lines(s, 0.1 * s, 0.01, 5.0, near, lines),
         "minimum_distance": caching.minimum_distance(jnp.stack([s, 2.0 * s])),
         "harmonic_mean_distance": caching.harmonic_mean_distance(jnp.stack([s, 2.0 * s])),
         "_weighted": caching.harmonic_mean_distance(jnp.stack([s, 3.0 * s]), jnp.stack([s, 1.0])),

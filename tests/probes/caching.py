@@ -48,8 +48,10 @@ def records(s):
 
 
 def lengths(s):
-    """Regions from the lengths of rays, and from events along a line."""
+    """Regions from the lengths of rays, from events along a line, and from lines on a plane."""
     rays, at, jumps = jnp.stack([s, 1.0, 2.0 * s]), jnp.stack([0.1 - s]), jnp.stack([1.0 + s])
+    place, start = jnp.stack([0.2 * s, 0.1]), jnp.stack([0.3 * s, -1.0])[None]
+    lines = caching.EventLines(start, start + jnp.array([0.1, 2.0]), jumps, 0.5 * jumps)
     return {
         "caching.minimum_distance": caching.minimum_distance(rays),
         "caching.harmonic_mean_distance": caching.harmonic_mean_distance(rays),
@@ -59,6 +61,11 @@ def lengths(s):
             1.0 + s, [s], at, jumps
         ),
         "caching.radius_with_events": caching.radius_with_events([s], 0.2, 0.01, 2.0, at, jumps),
+        "caching.EventLines": lines,
+        "caching.expected_error_with_lines": caching.expected_error_with_lines(
+            1.0 + s, s, place, lines
+        ),
+        "caching.radius_with_lines": caching.radius_with_lines(s, 0.2, 0.01, 2.0, place, lines),
     }
 
 
@@ -107,7 +114,8 @@ PROBES = {
         (
             "caching.minimum_distance", "caching.harmonic_mean_distance", "caching.split_error",
             "caching.split_change", "caching.expected_error_with_events",
-            "caching.radius_with_events",
+            "caching.radius_with_events", "caching.EventLines",
+            "caching.expected_error_with_lines", "caching.radius_with_lines",
         ),
         lengths,
     ),

@@ -34,6 +34,11 @@ PLATES = {
     "high plate": ((0.4, 0.6, 0.5), (0.15, 0.12, 0.03), 0.3),
     "small plate": ((0.6, 0.55, 0.2), (0.06, 0.07, 0.03), 0.7),
 }
+# The same and others, whose edges are parallel to the lamp's.
+ALIGNED = {f"aligned {name}": (*box[:2], 0.0) for name, box in PLATES.items()} | {
+    "bar": ((0.5, 0.5, 0.3), (0.02, 0.3, 0.02), 0.0),
+    "shelf": ((0.3, 0.5, 0.35), (0.15, 0.3, 0.015), 0.0),
+}
 BLOCK = 1024  # places
 
 
@@ -50,11 +55,17 @@ def soft(name: str) -> Scene:
     return Scene.of(primitive(level, name="floor"), *_things(name))
 
 
+def above(name: str) -> Scene:
+    """What hangs over the floor."""
+    return Scene.of(*_things(name))
+
+
 def _things(name: str) -> list[Primitive]:
     lamp = rectangle((0.5, 0.5, 1.0), (0.0, 0.45, 0.0), (0.45, 0.0, 0.0))
     things = [primitive(lamp, name="light", emission=1.0)]
-    if name in PLATES:
-        center, half, turn = PLATES[name]
+    boxes = PLATES | ALIGNED
+    if name in boxes:
+        center, half, turn = boxes[name]
         c, s = np.cos(turn), np.sin(turn)
         frame = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
         plate = Boxes(center, frame * np.array(half))
@@ -65,8 +76,8 @@ def _things(name: str) -> list[Primitive]:
 @functools.cache
 def light(name: str):
     """The exact irradiance at a place (2,) of the floor: a function."""
-    above = Scene.of(*_things(name))
-    return lambda x: irradiance(above, receiver((0.0, 0.0, 0.0)).moved(x))
+    scene = above(name)
+    return lambda x: irradiance(scene, receiver((0.0, 0.0, 0.0)).moved(x))
 
 
 class Jet(NamedTuple):

@@ -201,28 +201,41 @@ def lattices(side: int, nodes: int = NODES, light: Lamp | None = None, name: str
 
 
 def label_of(made: Renderer, p: np.ndarray, side: int) -> np.ndarray:
-    """The patches that places show [pixels], -1 for none."""
-    face = made.seen(image_coordinates(p, side, side)).face
-    return np.where(face >= 0, patches()[face], -1)
+    """The patches that places show [pixels]: -1 for the sky, -2 for a lamp."""
+    seen = made.seen(image_coordinates(p, side, side))
+    elsewhere = np.where(seen.index < 0, -1, -2)
+    return np.where(seen.face >= 0, patches()[seen.face], elsewhere)
 
 
 # --- densities -----------------------------------------------------------------------------------
 
 
 def _bands(index: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Shares and band limits of the diffuse and the glossy lobe, by what is shown."""
+    """Shares and band limits of the diffuse and the glossy lobe, by what is shown.
+
+    Sky and lamp have none.
+    """
     rows = [MATERIAL[n] for n in NAMES]
     specular = np.array([m.get("specular", 0.0) for m in rows])
     gloss = np.sqrt(6.0 * np.array([m.get("exponent", 0.0) for m in rows]))
     share = np.stack([np.array([m["albedo"] for m in rows]), specular], -1)
-    return share[index], np.stack([np.full(len(rows), 2.0), gloss], -1)[index]
+    band = np.stack([np.full(len(rows), 2.0), gloss], -1)
+    here = _is_surface(index)
+    number = np.where(here, index, 0)
+    return here[:, None] * share[number], here[:, None] * band[number]
+
+
+def _is_surface(index: np.ndarray) -> np.ndarray:
+    """Where an object is seen, and not the sky or a lamp."""
+    return (index >= 0) & (index < len(NAMES))
 
 
 def criterion(index, curvature, distance, cosine) -> np.ndarray:
     """D05's criterion as R07 §9 has it (`table.d05_density`): no bumps, the sharpest lobe."""
-    band = np.max(_bands(np.maximum(index, 0))[1], -1)
+    band = np.max(_bands(index)[1], -1)
     k = curvature / np.sqrt(2.0)
-    return np.where(index >= 0, 2.0 * k * distance / np.maximum(cosine, 1e-3) * band, 0.0)
+    found = 2.0 * k * distance / np.maximum(cosine, 1e-3) * band
+    return np.where(_is_surface(index), found, 0.0)
 
 
 def d05(known: Lattices, p: np.ndarray) -> np.ndarray:
@@ -234,7 +247,7 @@ def d05(known: Lattices, p: np.ndarray) -> np.ndarray:
 def heuristic(known: Lattices, p: np.ndarray) -> np.ndarray:
     """The cheap product of R07 §9: curvature with bumps, grazing view, gloss, lamp's distance."""
     index = known.at(p, "index").astype(int)
-    share, band = _bands(np.maximum(index, 0))
+    share, band = _bands(index)
     turning = np.stack([known.at(p, f"CV.{lobe}") for lobe in ("diffuse", "glossy")], -1)
     q = image_coordinates(p, known.side, known.side)
     camera = world().camera
@@ -244,7 +257,7 @@ def heuristic(known: Lattices, p: np.ndarray) -> np.ndarray:
     x = np.asarray(camera.eye) + distance[:, None] * d
     away = np.linalg.norm(x - np.asarray(lamp().center), axis=1)
     found = importance_product(turning, share, band, distance, known.at(p, "cosine"), away)
-    return np.where(index >= 0, found, 0.0)
+    return np.where(_is_surface(index), found, 0.0)
 
 
 # --- what takes how long -------------------------------------------------------------------------

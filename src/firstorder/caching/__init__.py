@@ -10,6 +10,7 @@ Parts:
 - `caching.distances`: split circle and split sphere, radii from distances alone;
 - `caching.radii`, `caching.regions`, `caching.ellipses`: regions from derivatives;
 - `caching.discontinuities`: radii from several derivatives and visual events, along a line;
+- `caching.event_lines`: the same on a plane, from the lines of visual events there;
 - `caching.filling`: which candidates become records;
 - `caching.cache`: records, and irradiance interpolated between them;
 - `caching.surface_cache`: records with normals, on curved and tilted surfaces;
@@ -40,6 +41,11 @@ from firstorder.caching.errors import (
     rms,
     ssim,
     true_error,
+)
+from firstorder.caching.event_lines import (
+    EventLines,
+    expected_error_with_lines,
+    radius_with_lines,
 )
 from firstorder.caching.filling import Fit, fill, fit, random_orders
 from firstorder.caching.flatland_candidates import gradient_discontinuities, scene_candidates
@@ -78,6 +84,9 @@ __all__ = [
     "largest_radiance",
     "expected_error_with_events",
     "radius_with_events",
+    "EventLines",
+    "expected_error_with_lines",
+    "radius_with_lines",
     "CLAMPS",
     "ValidityRegion",
     "circular_regions",

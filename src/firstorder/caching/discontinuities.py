@@ -8,7 +8,8 @@ inflection. Both are finite sums in closed form, so the metric that includes the
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -130,7 +131,25 @@ def radius_with_events(
         terms, d, J, S, value = given
         return _error(R, terms, d, J, S, definition, value)
 
-    given = (terms, d, J, S, value)
+    return _radius_of_error(error, (terms, d, J, S, value), tolerance, low, high)
+
+
+def _radius_of_error(
+    error: Callable[[Array, Any], Array], given: Any, tolerance: Array, low: Array, high: Array
+) -> Array:
+    """The radius at which an error that grows with it reaches the tolerance.
+
+    Args:
+        error: of a radius and of what else is given.
+        given: that, any tree of arrays; derivatives with respect to it are those of the root.
+        tolerance: the error that is accepted.
+        low: a smaller radius is not looked for.
+        high: nor a larger one.
+
+    Returns:
+        0 where the error at `low` exceeds the tolerance, infinity where that at `high` does not
+        reach it; NaN for a tolerance that is not positive.
+    """
     fixed = jax.lax.stop_gradient(given)
     least, most = error(low, fixed), error(high, fixed)
     shape = jnp.broadcast_shapes(least.shape, most.shape, tolerance.shape)
