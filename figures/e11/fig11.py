@@ -36,7 +36,7 @@ WORDS = {"medium lamp": "16:19 over 6:50", "large lamp": "3:34:00 over 13:02"}
 PAPER_SPLIT = {"medium lamp": 325.0 / 410.0, "large lamp": 392.0 / 782.0}  # tracing's share
 SHARED, COUNTS, QUICK = (1, 4), (4, 16, 64, 128), (4, 16, 64)
 RAYS = 1024  # of the reference
-ROUNDS, QUICK_ROUNDS = 12, 3  # of times
+ROUNDS, QUICK_ROUNDS = 30, 3  # of times
 
 
 class Case(NamedTuple):

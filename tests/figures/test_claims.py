@@ -83,11 +83,7 @@ def test_what_the_readme_tells_of_a_claim_is_what_was_measured(figure, claim, wo
 # Statements within their error bar: what was scanned does not tell.
 OPEN = {
     ("e11_fig11", "The wider light produces more significant speedups"),
-    ("e11_fig14", "These artifacts go away using 3.0 rays a pixel, grids"),
     ("e11_fig15", "10 rays and a higher limit capture more shadow frequencies"),
-    ("j12_occlusion_hessian", "That share decreases with the scene"),
-    ("r07_fig15", "A second-order analysis should guide sampling"),
-    ("space_overhead", "E with gradient and Hessian over E alone: time"),
 }
 
 
