@@ -15,11 +15,11 @@ import pytest
 from tests.first_calls import calls, equations
 
 MOST = {
-    "flatland E": 1210,
-    "flatland gradient": 1410,
-    "flatland Hessian": 2080,
-    "scene_d E": 1710,
-    "scene_d E''": 3080,
+    "flatland E": 1000,
+    "flatland gradient": 1200,
+    "flatland Hessian": 1890,
+    "scene_d E": 1430,
+    "scene_d E''": 2200,
     "flatland radiosity": 2970,
     "space E": 1310,
     "space gradient": 1709,

@@ -196,9 +196,9 @@ def _claims(runs: dict[str, Flicker]) -> list[Statement | Measurement]:
     more, less = at_least(1.0, visible), at_most(1.0, visible)
     pairs = f"{len(grids.squares[STRATIFIED])} pairs of frames"
     too_much = (
-        "Grids that hang 0.4 m and more above the ground flicker less than that, and up to twice as "
-        "much from there down to 0.15 m, where filters at their feet hold few rays and each frame "
-        "has rays of its own."
+        "Grids that hang 0.4 m and more above the ground flicker less than that, and up to twice "
+        "as much from there down to 0.15 m, where filters at their feet hold few rays and each "
+        "frame has rays of its own."
     )
     rows = (
         (grids, "0.3 shared", "With 0.3 rays a pixel there are noticeable artifacts, grids",
