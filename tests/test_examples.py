@@ -315,6 +315,11 @@ def test_cache_over_photons_errs_by_a_few_per_cent_with_a_thirtieth_of_the_place
     assert most < found["brightest"][0] < most * (1.0 + 4.0 / np.sqrt(300))
 
 
+def test_cache_with_shadow_lines_errs_less_at_as_many_records(capsys):
+    blind, knowing = shown("cache_with_shadow_lines", capsys)["rms error of"][1::2]
+    assert 0.0 < knowing < 0.8 * blind < 0.01  # of an irradiance of some 0.5
+
+
 def wall_irradiance(lamp, z):
     """Irradiance of the wall x = 0 in the middle of its depth, at a height."""
     turned = lamp[:, [1, 2, 0]] - np.array([0.5, z, 0.0])  # the wall's normal comes last

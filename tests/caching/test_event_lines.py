@@ -189,6 +189,10 @@ def test_lines_of_a_mesh_know_how_far_the_dark_reaches():
     [
         (lambda e: EventLines([[0, 0]], [[1, 1]], [1.0], [1.0, 2.0]), r"`bend` must have shape"),
         (lambda e: expected_error_with_lines(-1.0, 1.0, jnp.zeros(2), e), r"`radius`"),
+        (
+            lambda e: expected_error_with_lines(1.0, 1.0, jnp.zeros(3), e),
+            r"`position` must have shape \(..., 2\), but has \(3,\)",
+        ),
         (lambda e: radius_with_lines(1.0, 0.0, 0.1, 1.0, jnp.zeros(2), e), r"`tolerance`"),
         (
             lambda e: radius_with_lines(1.0, 0.1, 0.1, 1.0, jnp.zeros(2), e, definition="largest"),

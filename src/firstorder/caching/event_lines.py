@@ -90,7 +90,7 @@ class EventLines(eqx.Module):
 def expected_error_with_lines(
     radius: ArrayLike,
     derivative: ArrayLike,
-    position: Float[Array, "... 2"],
+    position: ArrayLike,
     lines: EventLines,
     *,
     order: int = 1,
@@ -117,14 +117,15 @@ def expected_error_with_lines(
         radius: R [m].
         derivative: size of the derivative of order `order + 1` at the record, one number for all
             directions (`derivative_norm`; its mean around is exact at order 1) [W/m^4 at order 1].
-        position: of the record, in the coordinates of the lines [m].
+        position: of the record, in the coordinates of the lines, shape (..., 2) [m].
         lines: where derivatives jump, and by how much.
         order: of the extrapolation, 0, 1 or 2.
         definition: "total", "average" or "relative". The squared ones do not add.
         value: E at the record, for "relative".
 
     Raises:
-        ValueError: for another order or definition, or a negative radius.
+        ValueError: for another order or definition, a negative radius, or a position of another
+            number of coordinates.
 
     Reference: derived here; J12 eq. 68 is the Taylor term at order 1.
 
@@ -138,7 +139,7 @@ def expected_error_with_lines(
     check_not_negative("radius", radius)
     R = as_float(radius)
     kind, (size, power) = _checked(definition), _term(derivative, order)
-    given = size, as_float(position), lines, as_float(value)
+    given = size, _place(position), lines, as_float(value)
     return _error(nan_unless(R >= 0, R), given, power, kind)
 
 
@@ -147,7 +148,7 @@ def radius_with_lines(
     tolerance: ArrayLike,
     low: ArrayLike,
     high: ArrayLike,
-    position: Float[Array, "... 2"],
+    position: ArrayLike,
     lines: EventLines,
     *,
     order: int = 1,
@@ -156,15 +157,15 @@ def radius_with_lines(
 ) -> Float[Array, "..."]:
     """The radius at which `expected_error_with_lines` reaches the tolerance.
 
-    As `radius_with_events` along a line: bracketed, halved, and polished by one Newton step, which
-    also carries its derivatives.
+    As `radius_with_events` along a line: bracketed, halved, and polished by Newton's method, whose
+    last step carries its derivatives.
 
     Args:
         derivative: size of the derivative of order `order + 1` at each record.
         tolerance: the error that is accepted, positive.
         low: a smaller radius is not looked for [m].
         high: nor a larger one [m].
-        position: of each record, in the coordinates of the lines [m].
+        position: of each record, in the coordinates of the lines, shape (..., 2) [m].
         lines: where derivatives jump, and by how much.
         order: of the extrapolation, 0, 1 or 2.
         definition: "total", "average" or "relative".
@@ -175,7 +176,8 @@ def radius_with_lines(
         `high` does not reach it, for `circular_regions` to hold and to report.
 
     Raises:
-        ValueError: for another order or definition, or a tolerance that is not positive.
+        ValueError: for another order or definition, a tolerance that is not positive, or positions
+            of another number of coordinates.
 
     Reference: derived here; J12 eq. 70 without lines.
 
@@ -189,9 +191,13 @@ def radius_with_lines(
     for name, number in (("tolerance", tolerance), ("low", low), ("high", high), ("value", value)):
         check_positive(name, number)
     kind, (size, power) = _checked(definition), _term(derivative, order)
-    given = size, as_float(position), lines, as_float(value)
+    given = size, _place(position), lines, as_float(value)
     limits = as_float(tolerance), as_float(low), as_float(high)
-    return _radius_of_error(lambda R, given: _error(R, given, power, kind), given, *limits)
+
+    def error(R: Array, given: Any) -> Array:
+        return _error(R, given, power, kind)
+
+    return _radius_of_error(error, given, *limits, halvings=27)
 
 
 def _checked(definition: str) -> str:
@@ -200,6 +206,13 @@ def _checked(definition: str) -> str:
             f"Argument `definition` must be one of {list(_KINDS)}, but is {definition!r}."
         )
     return definition
+
+
+def _place(position: ArrayLike) -> Float[Array, "... 2"]:
+    x = as_float(position)
+    if x.shape[-1:] != (2,):
+        raise ValueError(f"Argument `position` must have shape (..., 2), but has {x.shape}.")
+    return x
 
 
 def _term(derivative: ArrayLike, order: int) -> tuple[Array, int]:
