@@ -142,3 +142,9 @@ def test_bad_input_is_one_sentence():
     with pytest.raises(ValueError, match="Argument `derivatives` must hold at least one"):
         expected_error_with_events(1.0, [])
     assert np.isnan(jax.jit(lambda e: radius_with_events([1.0], e, 0.1, 2.0))(-1.0))
+
+
+def test_the_largest_error_has_the_step_in_it():
+    d, J, S = (np.array([a]) for a in (0.3, 0.5, 0.2))
+    found = expected_error_with_events(1.0, [0.0], d, J, S, definition="largest")
+    np.testing.assert_allclose(found, 0.5 * 0.7 + 0.2, rtol=1e-14)
