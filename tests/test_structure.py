@@ -481,17 +481,3 @@ def test_importing_costs_little_on_top_of_jax(tmp_path):
     own = {"PYTHONPYCACHEPREFIX": str(tmp_path), "PYTHONDONTWRITEBYTECODE": ""}
     _, *costs = (in_a_fresh_process(COST, **own) for _ in range(4))
     assert statistics.median(costs) <= 0.3
-
-
-# --- what is kept --------------------------------------------------------------------------------
-
-
-def test_nothing_that_is_generated_is_kept():
-    """Arrays and what figures write can be made again; only small pictures are kept."""
-    if not (ROOT / ".git").exists():
-        pytest.skip("no repository around")
-    listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, check=True)
-    files = [pathlib.Path(name) for name in listed.stdout.decode().split("\0") if name]
-    assert "pyproject.toml" in map(str, files)
-    made = {".npz", ".npy", ".exr", ".hdr", ".ipynb"}
-    assert [f for f in files if f.suffix in made or "out" in f.parts] == []

@@ -122,7 +122,7 @@ def _case(scene, rays, counts, seeds) -> Case:
 
 
 def _in_turns(cases: dict[str, Case], rounds: int) -> dict[str, list[tuple[float, float]]]:
-    """Times of stratified and of shared rays under each lamp, all in turns [s]."""
+    """Times of stratified and of shared rays under each lamp, after one unmeasured turn [s]."""
     ways = {n: compared.both_ways(case.scene, 1.0, methods.BAND) for n, case in cases.items()}
     turns = [
         {n: (timing.seconds(slow), timing.seconds(fast)) for n, (slow, fast) in ways.items()}

@@ -51,12 +51,10 @@ def draw(quick: bool) -> Drawing:
     s = Size(40, 8, 16, 60, 2) if quick else Size(80, 8, 16, 100, 5)
     counts = (60, 120) if quick else (100, 390)
     names = ("plate", SHOWN) if quick else (*PLATES, *ALIGNED)
-    found, meshes = {}, {}
-    for name in names:
-        lit, meshes[name] = shadow(name, s), _mesh(name)
-        lines = EventLines.of(meshes[name], MIDDLE)
-        radii = _metrics(lit, lines)
-        found[name] = [compare(lit.case, radii, count) for count in counts]
+    meshes = {name: discontinuity_mesh(above(name), MIDDLE, points=17, reach=0.5) for name in names}
+    radii = {n: _metrics(shadow(n, s), EventLines.of(mesh, MIDDLE)) for n, mesh in meshes.items()}
+    found = {n: [compare(shadow(n, s).case, of, count) for count in counts]
+             for n, of in radii.items()}  # fmt: skip
 
     figure, axes = plotting.panels(2, 3, 2.9, 2.7)
     lit, (here, *_) = shadow(SHOWN, s), found[SHOWN]
@@ -67,17 +65,12 @@ def draw(quick: bool) -> Drawing:
         show_error(ax, lit.case, here[method], most, f"{letter}) {method}")
     _gains(axes[0, 2], found, counts)
     budgets = COUNTS[:2] if quick else COUNTS
-    curve = {n: compare(lit.case, _metrics(lit, EventLines.of(meshes[SHOWN], MIDDLE)), n)
-             for n in budgets}  # fmt: skip
+    curve = {n: compare(lit.case, radii[SHOWN], n) for n in budgets}
     _by_records(axes[1, 2], curve)
     arrays = {f"{n}_{c}_{m}".replace(" ", "_"): o.errors for n, of in found.items()
               for c, by in zip(counts, of, strict=True) for m, o in by.items()}  # fmt: skip
     size = f"{s.pixels}^2 places, {counts[0]} and {counts[1]} records, {s.orders} orders"
     return Drawing(figure, arrays, _claims(found), size=f"{size}, {len(names)} floors", seed=12)
-
-
-def _mesh(name: str) -> DiscontinuityMesh:
-    return discontinuity_mesh(above(name), MIDDLE, points=17, reach=0.5)
 
 
 # --- radii ---------------------------------------------------------------------------------------

@@ -90,8 +90,8 @@ def radius_with_events(
 ) -> Float[Array, "..."]:
     """The radius at which `expected_error_with_events` reaches the tolerance.
 
-    The error grows with the radius, so the root is bracketed and halved, and polished by Newton's
-    method, whose last step carries its derivatives. All are numbers, or arrays that broadcast.
+    The error grows with the radius, so the root is bracketed and halved, and polished by one Newton
+    step, which also carries its derivatives. All are numbers, or arrays that broadcast.
 
     Args:
         derivatives: `E^(order+1)`, and as many after it as are known [W/m^(k+1)].
@@ -150,8 +150,8 @@ def _radius_of_error(
         tolerance: the error that is accepted.
         low: a smaller radius is not looked for.
         high: nor a larger one.
-        halvings: of the bracket. Where the error has a slope throughout, half of them do: Newton's
-            steps after them double the digits.
+        halvings: of the bracket. Where the error has a slope throughout, fewer do: the step by
+            Newton's method doubles the digits of the radius, and its derivatives have theirs.
 
     Returns:
         0 where the error at `low` exceeds the tolerance, infinity where that at `high` does not
@@ -171,15 +171,11 @@ def _radius_of_error(
 
     ends = (jnp.broadcast_to(low, shape), jnp.broadcast_to(high, shape))
     a, b = jax.lax.stop_gradient(jax.lax.fori_loop(0, halvings, halve, ends))
-
-    def newton(root, given, goal):
-        slope = jax.jvp(lambda R: error(R, fixed), (root,), (jnp.ones_like(root),))[1]
-        step = (error(root, given) - goal) / jnp.where(slope > 0.0, slope, 1.0)
-        # Where E itself jumps over the tolerance, the radius is the distance of that jump.
-        return jnp.where(jnp.abs(step) <= b - a + 1e-6 * root, root - step, root)
-
-    root = jax.lax.stop_gradient(newton(0.5 * (a + b), fixed, aim))
-    polished = newton(root, given, goal)
+    root = 0.5 * (a + b)
+    slope = jax.jvp(lambda R: error(R, fixed), (root,), (jnp.ones_like(root),))[1]
+    step = (error(root, given) - goal) / jnp.where(slope > 0.0, slope, 1.0)
+    # Where E itself jumps over the tolerance, the radius is the distance of that jump.
+    polished = jnp.where(jnp.abs(step) <= b - a + 1e-6 * root, root - step, root)
     inside = jnp.where(least >= aim, 0.0, jnp.where(most <= aim, jnp.inf, polished))
     return jnp.where(jnp.isnan(goal), jnp.nan, inside)
 
@@ -204,10 +200,10 @@ def _events(distances, kinks, steps) -> tuple[Array, Array, Array]:
     return d, J, S
 
 
-def _checked(definition: str) -> str:
-    if definition not in _KINDS:
+def _checked(definition: str, known: tuple[str, ...] = _KINDS) -> str:
+    if definition not in known:
         raise ValueError(
-            f"Argument `definition` must be one of {list(_KINDS)}, but is {definition!r}."
+            f"Argument `definition` must be one of {list(known)}, but is {definition!r}."
         )
     return definition
 

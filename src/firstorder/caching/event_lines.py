@@ -16,8 +16,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder._argument_checks import check_not_negative, check_positive, nan_unless
-from firstorder.caching.discontinuities import _radius_of_error
+from firstorder._argument_checks import check_not_negative, check_positive, is_concrete, nan_unless
+from firstorder.caching.discontinuities import _checked, _radius_of_error
 from firstorder.caching.radii import _coefficient, _law
 from firstorder.space.discontinuities import DiscontinuityMesh
 from firstorder.space.receiver import Receiver
@@ -66,6 +66,9 @@ class EventLines(eqx.Module):
             mesh: lines on the plane of the receiver.
             at: the receiver, whose position is the origin.
 
+        Raises:
+            ValueError: if the receiver is traced, or not one.
+
         Example:
             >>> from firstorder.caching import EventLines
             >>> from firstorder.space import Receiver, Scene, primitive, rectangle
@@ -78,6 +81,8 @@ class EventLines(eqx.Module):
             >>> bool((lines.kink > 0.0).all()), bool((lines.bend == 0.0).all())
             (True, True)
         """
+        if not is_concrete(at) or at.position.shape != (3,):
+            raise ValueError("Argument `at` must be one concrete receiver, but is not.")
         frame, origin = np.asarray(at.axes)[:, :2], np.asarray(at.position)
         none = np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), np.zeros(0)
         pieces: list[tuple[np.ndarray, ...]] = [none]
@@ -138,7 +143,7 @@ def expected_error_with_lines(
     """
     check_not_negative("radius", radius)
     R = as_float(radius)
-    kind, (size, power) = _checked(definition), _term(derivative, order)
+    kind, (size, power) = _checked(definition, _KINDS), _term(derivative, order)
     given = size, _place(position), lines, as_float(value)
     return _error(nan_unless(R >= 0, R), given, power, kind)
 
@@ -157,8 +162,8 @@ def radius_with_lines(
 ) -> Float[Array, "..."]:
     """The radius at which `expected_error_with_lines` reaches the tolerance.
 
-    As `radius_with_events` along a line: bracketed, halved, and polished by Newton's method, whose
-    last step carries its derivatives.
+    As `radius_with_events` along a line: bracketed, halved, and polished by one Newton step, which
+    also carries its derivatives.
 
     Args:
         derivative: size of the derivative of order `order + 1` at each record.
@@ -190,22 +195,14 @@ def radius_with_lines(
     """
     for name, number in (("tolerance", tolerance), ("low", low), ("high", high), ("value", value)):
         check_positive(name, number)
-    kind, (size, power) = _checked(definition), _term(derivative, order)
+    kind, (size, power) = _checked(definition, _KINDS), _term(derivative, order)
     given = size, _place(position), lines, as_float(value)
     limits = as_float(tolerance), as_float(low), as_float(high)
 
     def error(R: Array, given: Any) -> Array:
         return _error(R, given, power, kind)
 
-    return _radius_of_error(error, given, *limits, halvings=27)
-
-
-def _checked(definition: str) -> str:
-    if definition not in _KINDS:
-        raise ValueError(
-            f"Argument `definition` must be one of {list(_KINDS)}, but is {definition!r}."
-        )
-    return definition
+    return _radius_of_error(error, given, *limits, halvings=40)
 
 
 def _place(position: ArrayLike) -> Float[Array, "... 2"]:
