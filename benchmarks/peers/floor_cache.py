@@ -3,9 +3,11 @@
 The scene is `library.clutter`, once reflected light alone. Both visit the same places of the floor
 in the same random orders, gather equal numbers of rays where nothing covers a place, derive value,
 gradient and radius from these, and have as many records: ours as many as Radiance found. Radii lie
-between a cell and 1.3 m. Errors are RMS over the places. Truth is a gather of many more rays on our
-radiance maps; how far records of Radiance with 16 times the rays are from it says how well it is
-known.
+between a cell and 1.3 m. Ours of second order extrapolates with the Hessian of the same rays, not
+farther than three times the shortest of them: beyond that the next term is what counts. Weights of
+ours end at zero on the rim of a record. Errors are RMS over the places. Truth is a gather of many
+more rays on our radiance maps; how far records of Radiance with 16 times the rays are from it says
+how well it is known.
 """
 
 from __future__ import annotations
@@ -28,7 +30,7 @@ from firstorder.caching import (
     rms,
     tabulate_candidates,
 )
-from firstorder.caching.occlusion import occlusion_table
+from firstorder.caching.occlusion import OcclusionTable, occlusion_table
 from firstorder.caching.regions import circular_regions
 from firstorder.io import AmbientRecords
 from firstorder.space.bounces import RadianceMaps, refine_maps, solve_radiosity
@@ -36,6 +38,7 @@ from firstorder.space.library import clutter
 
 RADIANCE = "Radiance, Hessian cache"
 LARGEST = 1.3  # radius [m]; Radiance has 64 times its smallest
+LENGTHS = 3.0  # of the shortest ray, within which second order is trusted
 LOW, HIGH, HALVINGS = 0.03, 1.0, 6  # between which Radiance's accuracy is sought
 LIGHT = ("-dj", 0, "-ds", 0.02, "-dt", 0, "-dc", 1)
 
@@ -51,7 +54,7 @@ class Size(NamedTuple):
     truth: int
 
 
-FULL, QUICK = Size(40, 1024, 200, 2, 64, 160), Size(10, 64, 12, 1, 8, 16)
+FULL, QUICK = Size(40, 1024, 200, 4, 64, 160), Size(10, 64, 30, 1, 8, 16)
 
 
 def run(quick: bool) -> dict[str, Any]:
@@ -62,13 +65,17 @@ def run(quick: bool) -> dict[str, Any]:
     x, open_ = _places(scene, size.pixels)
     (floor,) = scene.named("floor")
     dense = gather_directions(size.truth, 2 * size.truth, seed=1)
-    truth = tabulate_candidates(maps, x, dense, floor).E
+    known_well = tabulate_candidates(maps, x, dense, floor)
+    truth = known_well.E
     orders = random_orders(len(x), size.orders, seed=19)
     theirs, known, left = {}, None, [measure.missing("pyradiance")]
     if measure.is_there("pyradiance"):
         theirs[RADIANCE], known = _theirs(scene, x, truth, orders, size)
         size, left = size._replace(records=round(theirs[RADIANCE].records)), []
-    found = _ours(maps, x, truth, orders, size, floor) | theirs
+    aware = occlusion_table(maps, x, floor, rays=size.rays)
+    found = _ours(maps, aware, truth, orders, size, floor) | theirs
+    exact = known_well.candidates(aware.hessian)
+    limit = _filled(exact, aware.hessian, 2, truth, orders, size, aware.minimum)
     mean = float(np.mean(truth))
     rows = {
         name: {
@@ -82,7 +89,8 @@ def run(quick: bool) -> dict[str, Any]:
     images = {name: _image((c.values - truth) / mean, open_) for name, c in found.items()}
     images["truth"] = _image(truth, open_)
     return {"rows": rows, "images": images, "truth known to": known and known / mean,
-            "size": size._asdict(), "left out": left}  # fmt: skip
+            "limit": float(np.mean(limit.errors)) / mean, "size": size._asdict(),
+            "left out": left}  # fmt: skip
 
 
 class Filled(NamedTuple):
@@ -119,27 +127,36 @@ def _image(values: np.ndarray, open_: np.ndarray) -> list[list[float | None]]:
 # --- ours ----------------------------------------------------------------------------------------
 
 
-def _ours(maps: RadianceMaps, x, truth, orders, size: Size, floor: int) -> dict[str, Filled]:
-    """Caches of the two kinds of record that need one gather each."""
-    aware = occlusion_table(maps, x, floor, rays=size.rays)
+def _ours(maps: RadianceMaps, aware: OcclusionTable, truth, orders, size: Size, floor: int):
+    """Caches of records that need one gather each, by name."""
+    x = aware.position
     rows = round((size.rays / 3.0) ** 0.5)
     table = tabulate_candidates(maps, x, gather_directions(rows, size.rays // rows), floor)
     kinds = {
-        "firstorder, occlusion-aware": (Candidates.of(x, aware.E, aware.gradient), aware.hessian),
-        "firstorder, radiometric": (table.candidates(), table.hessian),
-        "firstorder, geometric": (table.candidates(), table.geometric),
+        "firstorder, second order": (aware.candidates(), aware.hessian, 2),
+        "firstorder, occlusion-aware": (aware.candidates(), aware.hessian, 1),
+        "firstorder, radiometric": (table.candidates(), table.hessian, 1),
+        "firstorder, geometric": (table.candidates(), table.geometric, 1),
     }
-    return {n: _filled(c, H, x, truth, orders, size) for n, (c, H) in kinds.items()}
+    return {
+        name: _filled(candidates, hessian, order, truth, orders, size, candidates.minimum)
+        for name, (candidates, hessian, order) in kinds.items()
+    }
 
 
-def _filled(candidates: Candidates, hessian, x, truth, orders, size: Size) -> Filled:
+def _filled(
+    candidates: Candidates, hessian, order: int, truth, orders, size: Size, shortest
+) -> Filled:
+    x = np.asarray(candidates.position)
     radius = np.asarray(radius_for(derivative_norm(jnp.asarray(hessian), 2), 1.0, dims=2))
+    most = LENGTHS * np.asarray(shortest) if order == 2 else LARGEST
 
     def regions(tolerance: float):
-        return circular_regions(radius * tolerance**0.25, 1.0 / size.pixels, LARGEST, dims=2)
+        reach = np.minimum(radius * tolerance**0.25, most)
+        return circular_regions(reach, 1.0 / size.pixels, LARGEST, dims=2)
 
     fitted = fit(candidates, regions, orders, size.records, low=1e-14, high=1e9)
-    values = np.asarray(fitted.lookup(candidates, x, order=1).value)
+    values = np.asarray(fitted.lookup(candidates, x, order=order, fade=True).value)
     own = float(rms(np.asarray(candidates.value), truth))
     return Filled(np.asarray(rms(values, truth)), float(np.mean(fitted.size)), own, values[0])
 

@@ -52,6 +52,17 @@ def test_the_series_has_the_integrals_of_its_waves(name):
         assert abs(series.coefficients[middle + k] - truth) < 1e-8
 
 
+@pytest.mark.parametrize("side", [-3.0, 3.0])
+def test_a_slit_beside_the_window_has_no_image_in_it(side):
+    """A period holds the slit and the window: the series is the slit's tail, next to nothing."""
+    slit = SoftSlit(Affine([0.8, -0.5], side), 0.8, 0.2)
+    series = slit.series(Grid.spanning((192, 144), (2.0, 1.5), (0.2, -0.1)))
+    waves, sizes = np.asarray(series.frequencies), np.asarray(series.coefficients)
+    for u in ((-0.7, 0.5), (0.1, -0.4), (1.1, -0.8)):
+        total = np.sum(sizes * np.exp(2j * np.pi * waves @ u))
+        np.testing.assert_allclose(total, slit.at(jnp.array(u)), atol=1e-9)
+
+
 @pytest.mark.parametrize("name", APERTURES)
 def test_jets(name):
     field, u = APERTURES[name], jnp.array([0.1, 0.25])

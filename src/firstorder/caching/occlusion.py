@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
 from firstorder._argument_checks import check_positive, check_shape
+from firstorder.caching.candidates import Candidates
 from firstorder.numerics._batching import in_batches
 from firstorder.space.bounces._radiance_maps import RadianceMaps, trace_maps
 from firstorder.space.estimators._triangulation import (
@@ -31,14 +32,24 @@ class OcclusionTable(NamedTuple):
     """Irradiance at places of a plane, with derivatives that include the motion of shadow edges.
 
     Attributes:
+        position: [m].
         E: irradiance [W/m^2].
         gradient: [W/m^3].
         hessian: symmetric [W/m^4].
+        minimum: shortest ray; infinite if none meets anything [m].
     """
 
+    position: Float[np.ndarray, "m 2"]
     E: Float[np.ndarray, " m"]
     gradient: Float[np.ndarray, "m 2"]
     hessian: Float[np.ndarray, "m 2 2"]
+    minimum: Float[np.ndarray, " m"]
+
+    def candidates(self) -> Candidates:
+        """The rows as candidates for records."""
+        return Candidates.of(
+            self.position, self.E, self.gradient, self.hessian, minimum=self.minimum
+        )
 
 
 def occlusion_table(
@@ -83,8 +94,10 @@ def occlusion_table(
         some = x[start : start + BLOCK]
         padded = jnp.concatenate([some, jnp.broadcast_to(some[-1:], (BLOCK - len(some), 2))])
         seen = _cast(single, net.directions, padded, jnp.asarray(on), jnp.float32(height))
-        parts.append([np.asarray(a, float)[: len(some)] for a in _derived(net, *seen)])
-    return OcclusionTable(*(np.concatenate(p) for p in zip(*parts, strict=True)))
+        found = (*_derived(net, *seen), jnp.min(seen[1], axis=-1))
+        parts.append([np.asarray(a, float)[: len(some)] for a in found])
+    columns = (np.concatenate(p) for p in zip(*parts, strict=True))
+    return OcclusionTable(np.asarray(position, float), *columns)
 
 
 def _single(net: HemisphereTriangulation) -> HemisphereTriangulation:

@@ -69,6 +69,16 @@ def test_a_minimum_takes_crossed_bars_for_nested_ones():
     assert error("minimum", True, 4) > 3.0 * error("covariance", True, 4)
 
 
+@pytest.mark.parametrize("depth", [0.5, 3.5])
+def test_where_all_blockers_are_in_one_layer_there_is_one_filter(depth):
+    """Bars at two heights, so that the nearest and the farthest differ; the other layer is free."""
+    R = floor(SIDE)
+    table, _ = trace_shadow_rays(LAMP, R, 2, cards(*bars(1.0, 0), *bars(2.8, 1)))
+    found = layered_shadow(LAMP, table, R, depth, 1.5, PIXEL)
+    one = sheared_shadow(LAMP, table, R, 1.5, PIXEL, np.zeros(len(R))).visible
+    np.testing.assert_allclose(found[INNER.ravel()], one[INNER.ravel()], rtol=1e-12)
+
+
 @pytest.mark.parametrize("rule", ["covariance", "product", "minimum"])
 def test_receivers_that_no_lamp_can_light_are_nan_and_alone(rule):
     table, _ = trace_shadow_rays(LAMP, floor(SIDE), 1, cards(*PARALLEL))

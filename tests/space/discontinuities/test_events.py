@@ -92,6 +92,27 @@ def test_corners_whose_edges_share_planes_are_found_too():
     np.testing.assert_allclose(table.jump_E2[rows], jumps, atol=1e-5)
 
 
+def test_a_strip_ends_where_a_third_face_crosses_its_plane():
+    """A tilted card hides four fifths of one strip; its sides cross the plane off their middles."""
+    x, y = np.diag([0.5, 0.4, 0.0])[:2]
+    card = (0.1, 0.15, 0.7), np.array([0.3, 0.05, 0.1]), np.array([0.03, 0.2, -0.02])
+    shapes = [((0.0, 0.0, 2.0), y, x), ((0.05, 0.0, 1.0), 0.4 * x, 0.5 * y), card]
+    start, way = np.array([-1.0, 0.11, 0.0]), np.array([1.0, 0.0, 0.0])
+    lamp, *faces = (rectangle(*shape) for shape in shapes)
+    things = [primitive(lamp, emission=1.0), *map(primitive, faces)]
+    table = found(*things, at=Receiver.at(start), along=way, reach=1.5)
+    table = table.take(table.kind == "two edges in a plane")
+
+    def E(t, shapes=shapes):
+        return brute.brute_irradiance(start + t * way, *(brute.corners(*each) for each in shapes))
+
+    np.testing.assert_allclose(table.x, [0.2, 1.0], atol=1e-9)
+    jumps = [brute_jump(E, at, 1) for at in table.x]
+    np.testing.assert_allclose(table.jump_E1, jumps, atol=1e-6)
+    free = brute_jump(lambda t: E(t, shapes[:2] + shapes[1:2]), 1.0, 1)
+    assert 0.1 < jumps[1] / free < 0.3
+
+
 def test_an_event_that_is_left_out_is_seen():
     table = brute.predicted(1)
     for row in np.flatnonzero(np.abs(table.jump_E2) > SHOWN):
