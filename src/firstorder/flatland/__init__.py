@@ -26,6 +26,8 @@ from firstorder.flatland.intersect import Hits, first_shape, nearest, occluded
 from firstorder.flatland.light_fields.field import LightField, light_field
 from firstorder.flatland.light_fields.spectrum import StraightEdges
 from firstorder.flatland.mirrors import mirror_irradiance
+from firstorder.flatland.point_lights import PointLights
+from firstorder.flatland.primitives import Material, Primitive, primitive
 from firstorder.flatland.refraction import (
     Beam,
     Caustic,
@@ -36,7 +38,7 @@ from firstorder.flatland.refraction import (
     through_body,
     trace_path,
 )
-from firstorder.flatland.scene import Frenet, Material, PointLights, Primitive, Scene, primitive
+from firstorder.flatland.scene import Frenet, Scene
 from firstorder.flatland.shapes.build import box, closed_curve, polyline
 from firstorder.flatland.shapes.kinds import Arcs, Circles, Curves, Ellipses, Segments
 from firstorder.flatland.skies import ConstantSky, GaussianSky, PanoramaSky

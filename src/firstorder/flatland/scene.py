@@ -8,9 +8,8 @@ ellipses, curves.
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -20,13 +19,12 @@ from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from firstorder._argument_checks import (
     check_between,
-    check_finite,
     check_index,
-    check_not_negative,
     is_concrete,
 )
 from firstorder._display import Axes, as_picture, drawn
-from firstorder.flatland.shapes._base import column, rows
+from firstorder.flatland.point_lights import PointLights
+from firstorder.flatland.primitives import Material, Primitive
 from firstorder.flatland.shapes._bounds import bounds
 from firstorder.flatland.shapes._crossings import Crossings, any_crossing, find_crossings
 from firstorder.flatland.shapes.kinds import (
@@ -39,72 +37,15 @@ from firstorder.flatland.shapes.kinds import (
     Shape,
 )
 from firstorder.numerics._compiled import compiled
-from firstorder.numerics._planar import cross_2d, dot_2d, left
-from firstorder.scene._arguments import check_kind, check_primitives
+from firstorder.numerics._planar import cross_2d, left
+from firstorder.scene._arguments import check_primitives
 from firstorder.scene._bands import bands_of, by_band, one_band
 from firstorder.scene._intersect import picked
-from firstorder.scene._primitives import checked, each, grouped, joined, named, sides
-from firstorder.scene._sides import facing_point, turned_to
+from firstorder.scene._primitives import grouped, joined, named
 from firstorder.scene._words import told
 from firstorder.typing import as_float
 
 KINDS = (Segments, Arcs, Circles, Ellipses, Curves)
-
-
-class Material(eqx.Module):
-    """Emission and reflection of shapes, front and back; one row for each shape.
-
-    Emission and albedo may have a last axis of bands.
-
-    Attributes:
-        emission: radiance that the front and the back emit, the same in all directions [W/(m rad)].
-        albedo: share of the arriving flux that front and back reflect diffusely, BRDF albedo / 2.
-        mirror: share that is reflected as by a mirror.
-        specular: share that goes into a glossy lobe about the mirrored direction.
-        exponent: of that lobe, `cos^exponent`.
-        ior: index of refraction behind the front over that before it; 0 for what is opaque.
-    """
-
-    BANDED: ClassVar = {"emission": 2, "albedo": 2}
-
-    emission: Float[Array, "n 2 ..."]
-    albedo: Float[Array, "n 2 ..."]
-    mirror: Float[Array, " n"]
-    specular: Float[Array, " n"]
-    exponent: Float[Array, " n"]
-    ior: Float[Array, " n"]
-
-
-class PointLights(eqx.Module):
-    """Lights without size, of the same intensity in all directions: `E = I cos(theta) / r`.
-
-    Args:
-        position: shape (p, 2) or (2,) [m].
-        intensity: shape (p,) or a number, or (p, bands), not negative [W/rad].
-
-    Raises:
-        ValueError: if a number is not finite, an intensity negative, or not each light has its own.
-
-    Example:
-        >>> from firstorder.flatland import PointLights
-        >>> PointLights((0.5, 0.5), 1.0).position.shape
-        (1, 2)
-    """
-
-    BANDED: ClassVar = {"intensity": 1}
-
-    position: Float[Array, "p 2"] = eqx.field(converter=lambda p: rows(p))
-    intensity: Float[Array, "p *bands"] = eqx.field(converter=lambda i: column(i))
-
-    def __check_init__(self):
-        """Refuse light that is no light."""
-        check_finite("position", self.position)
-        check_not_negative("intensity", self.intensity)
-        if self.position.shape[0] != self.intensity.shape[0]:
-            raise ValueError(
-                f"Argument `intensity` must hold {self.position.shape[0]} lights, "
-                f"but holds {self.intensity.shape[0]}."
-            )
 
 
 class _FunctionSky(eqx.Module):
@@ -121,79 +62,6 @@ class _FunctionSky(eqx.Module):
 def _breaks_of(environment: Any) -> Array | None:
     breaks = getattr(environment, "breaks", None)
     return None if breaks is None else as_float(breaks)
-
-
-@dataclasses.dataclass(frozen=True)
-class Primitive:
-    """Shapes of one kind with one material and one name, before they enter a scene."""
-
-    shape: Shape
-    name: str
-    material: Material
-
-
-def primitive(
-    shape: Shape,
-    *,
-    name: str = "",
-    emission: Any = 0.0,
-    albedo: Any = 0.0,
-    two_sided: bool = False,
-    facing: Any = None,
-    mirror: ArrayLike = 0.0,
-    specular: ArrayLike = 0.0,
-    exponent: ArrayLike = 0.0,
-    ior: ArrayLike = 0.0,
-) -> Primitive:
-    """Shapes with a material.
-
-    A single emission is the front's. The front is the side of the normal: to the left of the
-    travel from start to end of segments and arcs, the outside of closed shapes.
-
-    Args:
-        shape: one shape or many of a kind.
-        name: by which `Scene.named` finds them.
-        emission: radiance of the front; or two numbers, front and back; for n > 2 shapes also a
-            vector of n, the front of each [W/(m rad)]. Each number may be three or more, bands: of
-            one, two or n rows; any number of them, 1 and 2 too, in shape (n, 2, bands).
-        albedo: of both sides; or two numbers, front and back; bands likewise.
-        two_sided: whether a single emission holds for the back too.
-        facing: a point towards which the front must look; shapes that show it their back are
-            turned round (an arc is judged at its middle). Left out, they stay as they are [m].
-        mirror: share reflected as by a mirror.
-        specular: share reflected into a glossy lobe.
-        exponent: of the glossy lobe.
-        ior: index of refraction behind the front, relative; 0 if opaque.
-
-    Raises:
-        TypeError: if `shape` is no shape of this world, or something else is no number.
-        ValueError: if a number is negative or not finite, if there is not one for each shape, or a
-            side would reflect more than all; if `facing` is given for closed shapes, or lies in
-            the plane of a shape.
-
-    Example:
-        >>> from firstorder.flatland import Segments, primitive
-        >>> lamp = primitive(Segments((0.5, 1.0), (-0.5, 1.0)), name="lamp", emission=1.0)
-        >>> lamp.material.emission.tolist()
-        [[1.0, 0.0]]
-        >>> turned = primitive(Segments((-0.5, 1.0), (0.5, 1.0)), emission=1.0, facing=(0.0, 0.0))
-        >>> turned.shape.start.tolist()
-        [[0.5, 1.0]]
-    """
-    check_kind("shape", shape, Shape)
-    if facing is not None:
-        point = facing_point(facing, 2)
-        start, along, _ = jax.vmap(lambda one: one.motion(jnp.asarray(0.5)))(shape)
-        shape = turned_to(shape, dot_2d(left(along), point - start))
-    given = {
-        "emission": sides(emission, shape, two_sided, "emission"),
-        "albedo": sides(albedo, shape, True, "albedo"),
-        "mirror": each(mirror, shape, "mirror"),
-        "specular": each(specular, shape, "specular"),
-        "exponent": each(exponent, shape, "exponent"),
-        "ior": each(ior, shape, "ior"),
-    }
-    return Primitive(shape, name, Material(**checked(given, ("albedo", "mirror", "specular"))))
 
 
 class Frenet(eqx.Module):

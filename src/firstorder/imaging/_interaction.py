@@ -19,7 +19,8 @@ from firstorder.imaging.facets import Facets
 from firstorder.imaging.surface_maps import SurfaceMaps
 from firstorder.numerics._vectors import cross, dot, orthonormal_frame, unit
 from firstorder.scene._primitives import BACK, FRONT
-from firstorder.space.scene import Material, Scene
+from firstorder.space.primitives import Material
+from firstorder.space.scene import Scene
 
 
 class SurfaceInteraction(eqx.Module):

@@ -25,7 +25,8 @@ from firstorder.imaging.facets import Facets
 from firstorder.imaging.images import pixel_grid, pixel_labels, pixel_positions
 from firstorder.numerics._batching import host_blocks
 from firstorder.numerics._vectors import dot
-from firstorder.space.scene import Material, Scene
+from firstorder.space.primitives import Material
+from firstorder.space.scene import Scene
 
 BLOCK = 1024  # pixels at a time
 Numbers = Array | np.ndarray

@@ -39,7 +39,8 @@ from firstorder.rendering._pixel_radiance import OFF, MeshLight, PixelRadiance
 from firstorder.scene._bands import bands_of
 from firstorder.scene._primitives import joined
 from firstorder.space.meshes.triangle_mesh import mesh
-from firstorder.space.scene import Material, Scene, primitive
+from firstorder.space.primitives import Material, primitive
+from firstorder.space.scene import Scene
 from firstorder.space.shapes.build import sphere
 from firstorder.space.shapes.kinds import Rectangles
 

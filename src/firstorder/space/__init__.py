@@ -23,8 +23,9 @@ from firstorder.space.direct_lighting import (
 )
 from firstorder.space.intersect import Hits, first_shape, nearest, occluded
 from firstorder.space.light_fields.field import light_field
+from firstorder.space.primitives import Material, Primitive, primitive
 from firstorder.space.receiver import Receiver, in_receiver_frame, receiver
-from firstorder.space.scene import Material, Primitive, Scene, primitive
+from firstorder.space.scene import Scene
 from firstorder.space.shapes.build import (
     box,
     cylinder,

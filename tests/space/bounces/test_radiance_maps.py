@@ -84,3 +84,12 @@ def test_finer_maps_keep_a_linear_radiance():
     fine = refine_maps(RadianceMaps(scene, L), 8).L
     t = (np.arange(8) + 0.5) / 8
     np.testing.assert_allclose(fine[1], 1.0 + t + 2.0 * t[:, None], rtol=1e-5)
+
+
+def test_cells_of_a_ball_lie_on_it_and_face_outward():
+    scene = everything()
+    point, normal = cell_centers(scene, 4)
+    (ball,) = (k for k, kind in enumerate(face_layout(scene).kind) if kind == "Ellipsoids")
+    away = point[ball] - jnp.array([0.0, 0.0, 1.0])
+    np.testing.assert_allclose(jnp.linalg.norm(away, axis=-1), 0.3, rtol=1e-12)
+    np.testing.assert_allclose(normal[ball], away / 0.3, rtol=1e-12)

@@ -212,3 +212,16 @@ def test_a_wrong_rate_is_seen(name, monkeypatch):
     assert error() < 1e-12
     monkeypatch.setattr(edge_integrals, "_swept", FAULTS[name])
     assert error() > 1e-2
+
+
+def test_points_on_an_arc_have_its_radius_its_chord_and_its_length():
+    """An arc of 1.7 rad of a tilted circle of radius 0.6, from an eye in the origin."""
+    center = jnp.array([0.4, -0.3, 1.1])
+    a, b = 0.6 * jnp.array([0.6, 0.8, 0.0]), 0.6 * jnp.array([0.0, 0.0, 1.0])
+    first, last = jnp.array(0.4), jnp.array(2.1)
+    p, v, w = edge_integrals.arc_points(center, a, b, first, last, 24)
+    np.testing.assert_allclose(jnp.linalg.norm(p - center, axis=-1), 0.6, rtol=1e-12)
+    np.testing.assert_allclose(jnp.sum((p - center) * v, -1), 0.0, atol=1e-12)
+    ends = [center + a * jnp.cos(t) + b * jnp.sin(t) for t in (first, last)]
+    np.testing.assert_allclose(w @ v, ends[1] - ends[0], atol=1e-12)
+    np.testing.assert_allclose(w @ jnp.linalg.norm(v, axis=-1), 0.6 * 1.7, rtol=1e-12)

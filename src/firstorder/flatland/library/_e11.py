@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from firstorder.flatland.scene import Primitive, Scene, primitive
+from firstorder.flatland.primitives import Primitive, primitive
+from firstorder.flatland.scene import Scene
 from firstorder.flatland.shapes.kinds import Circles, Segments
 
 # Depths below the light between which the blockers of each figure stand [m].

@@ -13,7 +13,9 @@ from jaxtyping import ArrayLike
 from firstorder._argument_checks import check_known
 from firstorder.flatland.library._e11 import e11_fig03, e11_fig07, e11_fig18a, e11_fig18b
 from firstorder.flatland.library.bumps import ChirpBumps, SineBumps, bumpy_ground
-from firstorder.flatland.scene import PointLights, Primitive, Scene, primitive
+from firstorder.flatland.point_lights import PointLights
+from firstorder.flatland.primitives import Primitive, primitive
+from firstorder.flatland.scene import Scene
 from firstorder.flatland.shapes.build import box
 from firstorder.flatland.shapes.kinds import Circles, Segments
 from firstorder.flatland.skies import GaussianSky

@@ -15,7 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from firstorder.flatland.scene import PointLights, Scene, primitive
+from firstorder.flatland.point_lights import PointLights
+from firstorder.flatland.primitives import primitive
+from firstorder.flatland.scene import Scene
 from firstorder.flatland.shapes.kinds import Arcs, Circles, Curves, Ellipses, Segments, Shape
 
 SHAPES: Mapping[str, Callable[..., Shape]] = {

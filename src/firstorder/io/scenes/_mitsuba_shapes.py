@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Float
 
 from firstorder.io.scenes._toml_tables import TomlTable, number, vector, yes
-from firstorder.space.scene import Primitive
+from firstorder.space.primitives import Primitive
 from firstorder.space.shapes import build
 from firstorder.space.shapes.kinds import (
     Boxes,

@@ -37,7 +37,7 @@ from firstorder.io.scenes._mitsuba_shapes import READERS, closed_tubes, placed
 from firstorder.io.scenes._mitsuba_xml import dict_of_xml
 from firstorder.io.scenes._toml_tables import TomlTable, number, yes
 from firstorder.io.scenes.space_toml import MeshModel, SpaceFile
-from firstorder.space.scene import Primitive, primitive
+from firstorder.space.primitives import Primitive, primitive
 from firstorder.space.shapes import build
 
 MESHES = ("obj", "ply")

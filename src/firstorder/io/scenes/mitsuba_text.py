@@ -16,7 +16,8 @@ from firstorder.io.scenes._mitsuba_shapes import written
 from firstorder.io.scenes._mitsuba_xml import xml_of_dict
 from firstorder.io.scenes.mitsuba import NUMBERED
 from firstorder.io.scenes.space_toml import MeshModel, SpaceFile
-from firstorder.space.scene import Scene, primitive
+from firstorder.space.primitives import primitive
+from firstorder.space.scene import Scene
 from firstorder.space.shapes import build
 from firstorder.space.skies import ConstantSky
 

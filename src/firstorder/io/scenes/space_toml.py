@@ -84,7 +84,8 @@ from firstorder.io.scenes._toml_tables import (
 )
 from firstorder.numerics._vectors import cross, unit
 from firstorder.space.meshes.triangle_mesh import Mesh, mesh
-from firstorder.space.scene import Primitive, Scene, primitive
+from firstorder.space.primitives import Primitive, primitive
+from firstorder.space.scene import Scene
 from firstorder.space.shapes import build, kinds
 
 MATERIAL = ("emission", "albedo", "specular", "exponent")

@@ -14,7 +14,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import ArrayLike
 
-from firstorder.space.scene import Primitive, Scene, primitive
+from firstorder.space.primitives import Primitive, primitive
+from firstorder.space.scene import Scene
 from firstorder.space.shapes.build import box, plane, rectangle, sphere
 from firstorder.space.shapes.kinds import Boxes
 from firstorder.typing import as_float

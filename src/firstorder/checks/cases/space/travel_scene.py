@@ -13,8 +13,9 @@ from firstorder.conventions import SPACE_SLOPE
 from firstorder.fields import Grid, Jet
 from firstorder.laws import Move
 from firstorder.space.light_fields.field import light_field
+from firstorder.space.primitives import primitive
 from firstorder.space.receiver import Receiver, receiver
-from firstorder.space.scene import Scene, primitive
+from firstorder.space.scene import Scene
 from firstorder.space.shapes.build import rectangle, sphere
 from firstorder.transport import Travel
 
