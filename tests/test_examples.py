@@ -320,6 +320,12 @@ def test_cache_with_shadow_lines_errs_less_at_as_many_records(capsys):
     assert 0.0 < knowing < 0.8 * blind < 0.01  # of an irradiance of some 0.5
 
 
+def test_cache_of_second_order_errs_less_at_as_many_records(capsys):
+    found = shown("cache_of_second_order", capsys)
+    first, second = found["rms error of"][2::3]
+    assert 0.0 < second < 0.92 * first < 0.04 * found["mean irradiance"][0]
+
+
 def wall_irradiance(lamp, z):
     """Irradiance of the wall x = 0 in the middle of its depth, at a height."""
     turned = lamp[:, [1, 2, 0]] - np.array([0.5, z, 0.0])  # the wall's normal comes last

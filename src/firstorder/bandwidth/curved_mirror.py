@@ -10,7 +10,7 @@ import functools
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, ArrayLike, Float
 
 from firstorder._argument_checks import (
     check_between,
@@ -126,7 +126,7 @@ def occluded_bandwidth(
 
 
 def glossy_bandwidth_in_space(
-    cutoff: RealLike, d: RealLike, S: Float[Array | np.ndarray, "2 2"], cos_view: RealLike
+    cutoff: RealLike, d: RealLike, S: ArrayLike, cos_view: RealLike
 ) -> Scalar:
     """Angular bandwidth, at the eye, of a distant environment in a curved mirror in space.
 
@@ -139,7 +139,8 @@ def glossy_bandwidth_in_space(
     Args:
         cutoff: a number, as in `glossy_bandwidth` [cycles/rad].
         d: a number, as in `glossy_bandwidth` [m].
-        S: shape operator -dn in the tangent plane (conventions, Space: a sphere has -1/R).
+        S: shape operator -dn in the tangent plane, shape (2, 2) (conventions, Space: a sphere has
+            -1/R).
         cos_view: `n.v`, a number in (0, 1].
 
     Returns:

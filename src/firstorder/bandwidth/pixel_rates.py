@@ -26,7 +26,7 @@ from __future__ import annotations
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, ArrayLike, Float
 
 from firstorder._argument_checks import (
     check_between,
@@ -38,6 +38,7 @@ from firstorder._argument_checks import (
 from firstorder.bandwidth._spectral_norm import spectral_norm
 from firstorder.imaging.camera import Pinhole
 from firstorder.imaging.hits import GBuffer
+from firstorder.scene._arguments import numbers
 from firstorder.space.intersect import nearest
 from firstorder.space.scene import Scene
 from firstorder.typing import RealLike, as_float
@@ -185,8 +186,8 @@ def rms_cutoff(exponent: RealLike) -> Float[Array, "..."]:
 
 
 def mean_inverse_distance(
-    distance: Float[Array | np.ndarray, "*n k"],
-    weight: Float[Array | np.ndarray, "*n k"] | None = None,
+    distance: ArrayLike,
+    weight: ArrayLike | None = None,
 ) -> Float[Array, "*n"]:
     """Mean of `1 / d'` over rays: the inverse of the harmonic mean of blockers' distances [1/m].
 
@@ -195,8 +196,9 @@ def mean_inverse_distance(
     (`C.bandwidth.slope`). It does not bound: the nearest blocker's slope is larger.
 
     Args:
-        distance: to what each ray meets, infinity where it meets nothing [m].
-        weight: light that a ray would carry, unblocked; the same for all, if left out.
+        distance: to what each ray meets, shape (..., k), infinity where it meets nothing [m].
+        weight: light that a ray would carry, unblocked, shape (..., k); the same for all, if left
+            out.
 
     Returns:
         0 where nothing is met, or no ray carries light.
@@ -228,15 +230,15 @@ def mean_inverse_distance(
 
 
 def blocker_distance(
-    scene: Scene, x: Float[Array, "n 3"], along: Float[Array, "n k 3"], on: Int[Array, " n"]
+    scene: Scene, x: ArrayLike, along: ArrayLike, on: ArrayLike
 ) -> Float[Array, "n k"]:
     """Distance along rays from points to the next surface; infinite for a miss [m].
 
     Args:
         scene: shapes.
-        x: points on surfaces [m].
-        along: unit vectors.
-        on: number of the shape on which each point lies.
+        x: points on surfaces, shape (n, 3) [m].
+        along: unit vectors, k from each, shape (n, k, 3).
+        on: number of the shape on which each point lies, shape (n,).
 
     Example:
         >>> import jax.numpy as jnp
@@ -247,8 +249,9 @@ def blocker_distance(
         >>> blocker_distance(scene, jnp.array([[0.0, 0.0, 9.0]]), up, none).tolist()
         [[inf, 7.5]]
     """
+    x, along = numbers("x", x), numbers("along", along)
     start = jnp.broadcast_to(x[:, None], along.shape)
-    whose = jnp.broadcast_to(on[:, None], along.shape[:2])
+    whose = jnp.broadcast_to(jnp.asarray(on)[:, None], along.shape[:2])
     return nearest(scene, start.reshape(-1, 3), along.reshape(-1, 3), whose.ravel()).t.reshape(
         along.shape[:2]
     )
@@ -257,9 +260,7 @@ def blocker_distance(
 # --- densities -----------------------------------------------------------------------------------
 
 
-def radians_per_pixel(
-    camera: Pinhole, p: Float[Array | np.ndarray, "*n 2"], side: RealLike
-) -> Float[Array, "*n"]:
+def radians_per_pixel(camera: Pinhole, p: ArrayLike, side: RealLike) -> Float[Array, "*n"]:
     """Square root of a pixel's solid angle: `side gamma^(1/2) / (gamma^2 + p^2)^(3/4)` [rad].
 
     Times cycles per radian it gives cycles per pixel; off the axis a pixel is wider along the
@@ -267,7 +268,7 @@ def radians_per_pixel(
 
     Args:
         camera: the eye.
-        p: image coordinates.
+        p: image coordinates, shape (..., 2).
         side: of a pixel, a number [unit of the image].
 
     Example:

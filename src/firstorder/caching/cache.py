@@ -29,18 +29,18 @@ PAD = 128  # records are padded to multiples of it (few: of an eighth), to compi
 
 
 def taylor(
-    value: Float[Array, "..."],
-    gradient: Float[Array, "... d"],
-    hessian: Float[Array, "... d d"] | None,
+    value: ArrayLike,
+    gradient: ArrayLike,
+    hessian: ArrayLike | None,
     dx: ArrayLike,
     order: int = 1,
 ) -> Float[Array, "..."]:
     """Expansion of the given order about a record: `E + g . dx + dx^T H dx / 2`.
 
     Args:
-        value: E at the record.
-        gradient: there; not used at order 0.
-        hessian: there; used at order 2 only.
+        value: E at the record, shape (...).
+        gradient: there, shape (..., d); not used at order 0.
+        hessian: there, shape (..., d, d); used at order 2 only.
         dx: steps from the record (..., d), along a line of length 1 in the last axis [m].
         order: 0, 1 or 2.
 
@@ -57,7 +57,7 @@ def taylor(
         2.5
     """
     checked_order(order)
-    dx = as_float(dx)
+    value, gradient, dx = as_float(value), as_float(gradient), as_float(dx)
     steps = [dx[..., i] for i in range(gradient.shape[-1])]
     total = jnp.broadcast_to(value, jnp.broadcast_shapes(value.shape, steps[0].shape))
     if order == 0:
@@ -68,7 +68,7 @@ def taylor(
         return total
     if hessian is None:
         raise ValueError("Argument `hessian` must be given for order 2, but is missing.")
-    square = 0.0
+    square, hessian = 0.0, as_float(hessian)
     for i, j in itertools.combinations_with_replacement(range(len(steps)), 2):
         both = hessian[..., i, j] + (hessian[..., j, i] if i < j else 0.0)
         square = square + both * steps[i] * steps[j]

@@ -116,11 +116,11 @@ def split_change(
     return (2.0 / math.pi) * (a + jnp.sin(a) * jnp.cos(a))
 
 
-def minimum_distance(lengths: Float[Array, "... k"]) -> Float[Array, "..."]:
+def minimum_distance(lengths: ArrayLike) -> Float[Array, "..."]:
     """Length of the shortest ray; infinite where all miss.
 
     Args:
-        lengths: of the rays, along the last axis; infinite for a miss [m].
+        lengths: of the rays, shape (..., k); infinite for a miss [m].
 
     Returns:
         One length for each row of rays [m].
@@ -167,7 +167,7 @@ def harmonic_mean_distance(
         >>> harmonic_mean_distance(jnp.array([1.0, jnp.inf]), jnp.array([1.0, 3.0])).item()
         4.0
     """
-    lengths = _lengths(as_float(lengths))
+    lengths = _lengths(lengths)
     touches = jnp.any(lengths == 0.0, axis=-1)
     free = ~jnp.isfinite(lengths)
     inverse = jnp.where(free, 0.0, 1.0 / jnp.where(free | (lengths == 0.0), 1.0, lengths))
@@ -182,7 +182,8 @@ def harmonic_mean_distance(
     return jnp.where(touches, 0.0, jnp.where(empty, jnp.inf, 1.0 / jnp.where(empty, 1.0, mean)))
 
 
-def _lengths(lengths: Array) -> Array:
+def _lengths(lengths: ArrayLike) -> Array:
+    lengths = as_float(lengths)
     check_not_negative("lengths", jnp.where(jnp.isposinf(lengths), 0.0, lengths))
     return nan_unless(lengths >= 0, lengths)
 

@@ -17,7 +17,7 @@ from firstorder.typing import as_float
 
 
 def semi_axes(
-    H: Float[Array, "... d d"],
+    H: ArrayLike,
     tolerance: ArrayLike,
     *,
     definition: str = "total",
@@ -36,7 +36,7 @@ def semi_axes(
     tolerance, `(q + 1/q) / 2` times for `q = |lambda_1 / lambda_2|^(1/4)`.
 
     Args:
-        H: Hessian of irradiance in the tangent plane [W/m^4].
+        H: Hessian of irradiance in the tangent plane, shape (..., 2, 2) [W/m^4].
         tolerance: the error that is accepted, positive; a number, or one for each Hessian.
         definition: what is meant by error, one of `DEFINITIONS`.
         value: E at the record, for "relative"; likewise a number or an array.
@@ -87,7 +87,7 @@ def semi_axes(
 
 
 def elliptic_regions(
-    H: Float[Array, "... d d"],
+    H: ArrayLike,
     tolerance: ArrayLike,
     low: ArrayLike,
     high: ArrayLike,
@@ -100,7 +100,7 @@ def elliptic_regions(
     """Ellipses of `semi_axes`, with each axis held within [low, high].
 
     Args:
-        H: Hessian of irradiance in the tangent plane [W/m^4].
+        H: Hessian of irradiance in the tangent plane, shape (..., 2, 2) [W/m^4].
         tolerance: the error that is accepted, positive; a number, or one for each Hessian.
         low: shortest semi-axis, a positive number [m].
         high: longest, a finite number [m].
@@ -142,7 +142,7 @@ def _ellipses(lengths: Array, axes: Array, low: ArrayLike, high: ArrayLike) -> V
 
 
 def gradient_regions(
-    gradient: Float[Array, "... 2"],
+    gradient: ArrayLike,
     radius: ArrayLike,
     low: ArrayLike,
     high: ArrayLike,
@@ -157,10 +157,10 @@ def gradient_regions(
     gradient vanishes there is no direction, and the region is a disc.
 
     Args:
-        gradient: of irradiance in the tangent plane [W/m^3].
+        gradient: of irradiance in the tangent plane, shape (..., 2) [W/m^3].
         radius: across the gradient, an array, not negative, may be infinite [m].
         low: shortest semi-axis, a positive number, or one for each [m].
-        high: longest, likewise [m].
+        high: longest, a positive number, or one for each [m].
         ratio: of the axes, at least 1.
 
     Returns:
@@ -179,7 +179,7 @@ def gradient_regions(
     """
     if not ratio >= 1.0:
         raise ValueError(f"Argument `ratio` must be at least 1, but is {ratio!r}.")
-    gx, gy = gradient[..., 0], gradient[..., 1]
+    gx, gy = jnp.moveaxis(as_float(gradient), -1, 0)
     size = _length(gx, gy)
     none = size == 0.0
     c, s = (jnp.where(none, rest, a / jnp.where(none, 1.0, size)) for a, rest in ((gx, 1), (gy, 0)))

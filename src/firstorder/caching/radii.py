@@ -56,7 +56,7 @@ def _law(definition: str, order: int, dims: int = 1) -> _Law:
 
 
 def derivative_norm(
-    derivative: Float[Array, "..."], order: int, kind: str = "largest", directions: int = 96
+    derivative: ArrayLike, order: int, kind: str = "largest", directions: int = 96
 ) -> Float[Array, "..."]:
     """One number for derivatives of one order: a norm of `|T[x, ..., x]|` over unit steps x.
 
@@ -323,9 +323,7 @@ def largest_radiance(radiances: Any, quantile: float = 1.0) -> Float[Array, ""]:
     return jnp.quantile(jnp.ravel(samples), quantile)
 
 
-def geometric_bound(
-    hessians: Float[Array, "... k 2 2"], weights: ArrayLike = 1.0
-) -> Float[Array, "... 2 2"]:
+def geometric_bound(hessians: ArrayLike, weights: ArrayLike = 1.0) -> Float[Array, "... 2 2"]:
     """A matrix B with `|x^T H x| <= L x^T B x` for all light with radiances between 0 and L.
 
     The printed bound replaces every radiance by its maximum. But the geometry term curves both
@@ -335,7 +333,8 @@ def geometric_bound(
     Visibility is held fixed, as there.
 
     Args:
-        hessians: of the geometry term, one for each ray or piece of surface [1/m^4 times area].
+        hessians: of the geometry term, one for each ray or piece of surface, shape (..., k, 2, 2)
+            [1/m^4 times area].
         weights: of the pieces, an array, not negative.
 
     Returns:
@@ -353,9 +352,10 @@ def geometric_bound(
         [[1.0, 0.0], [0.0, 1.0]]
     """
     check_not_negative("weights", weights)
-    w = jnp.broadcast_to(as_float(weights), hessians.shape[:-2])[..., None, None]
-    up = jnp.sum(w * _positive_part(hessians), axis=-3)
-    down = jnp.sum(w * _positive_part(-hessians), axis=-3)
+    H = as_float(hessians)
+    w = jnp.broadcast_to(as_float(weights), H.shape[:-2])[..., None, None]
+    up = jnp.sum(w * _positive_part(H), axis=-3)
+    down = jnp.sum(w * _positive_part(-H), axis=-3)
     difference = up - down
     size = _positive_part(difference) + _positive_part(-difference)
     return 0.5 * (up + down + size)

@@ -5,11 +5,12 @@ from __future__ import annotations
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, ArrayLike, Float
 
 from firstorder._display import in_notebook
 from firstorder._labelled import DataFrame, Dataset, derivatives_frame, derivatives_set
 from firstorder.conventions import Frame
+from firstorder.typing import as_float
 
 
 class Jet(eqx.Module):
@@ -80,12 +81,12 @@ class Jet(eqx.Module):
         return derivatives_set(*parts, names, unit, "coordinate", "ray")
 
 
-def autodiff_jet(function, u: Float[Array, " n"], frame: Frame) -> Jet:
+def autodiff_jet(function, u: ArrayLike, frame: Frame) -> Jet:
     """Jet of any callable of a ray by `jax.grad` and `jax.hessian`: the oracle, or a fallback.
 
     Args:
         function: maps a ray `u` to a scalar.
-        u: the ray.
+        u: the ray, shape (n,).
         frame: names of the coordinates of `u`.
 
     Example:
@@ -96,5 +97,6 @@ def autodiff_jet(function, u: Float[Array, " n"], frame: Frame) -> Jet:
         >>> jet.gradient.tolist()
         [6.0, 1.0]
     """
+    u = as_float(u)
     value, gradient = jax.value_and_grad(function)(u)
     return Jet(value, gradient, jax.hessian(function)(u), frame)

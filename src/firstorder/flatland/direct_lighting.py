@@ -54,7 +54,7 @@ def irradiance(
     *,
     radiance: Radiance | None = None,
     nodes: int = 16,
-    cuts: Float[Array, "c 2"] | None = None,
+    cuts: ArrayLike | None = None,
     with_error: bool = False,
 ) -> Float[Array, "*bands"]:
     """Irradiance at a receiver, exact: `E = int L cos(theta) dtheta` [W/m].
@@ -114,7 +114,7 @@ def weighted_irradiance(
     weight: Callable[[Float[Array, ""]], Float[Array, ""]],
     radiance: Radiance | None = None,
     nodes: int = 16,
-    cuts: Float[Array, "c 2"] | None = None,
+    cuts: ArrayLike | None = None,
     with_error: bool = False,
 ) -> Float[Array, "*bands"]:
     """All light that arrives, under a weight of the angle: `int L(theta) weight(theta) dtheta`.

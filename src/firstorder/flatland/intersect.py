@@ -32,15 +32,18 @@ class Hits(eqx.Module):
 
 @compiled
 def first_shape(
-    scene: Scene, origins: Float[Array, "r 2"], along: Float[Array, "r 2"], on: ArrayLike = MISS
+    scene: Scene, origins: ArrayLike, along: ArrayLike, on: ArrayLike = MISS
 ) -> Int[Array, " r"]:
     """Number of the shape that each ray meets first, -1 for none. It has no derivative.
 
     Args:
         scene: the shapes.
-        origins: where the rays start [m].
-        along: unit directions.
+        origins: where the rays start, one row for each, shape (r, 2) [m].
+        along: unit directions, likewise.
         on: the shape on which each ray starts, or -1.
+
+    Raises:
+        ValueError: if rays are not rows of two coordinates.
 
     Example:
         >>> import jax.numpy as jnp
@@ -50,6 +53,7 @@ def first_shape(
         >>> first_shape(scene_a(), jnp.full((2, 2), 0.25), up).tolist()  # the lamp, and nothing
         [1, -1]
     """
+    origins, along = rays_of(origins, along, 2)
     on = jnp.broadcast_to(jnp.asarray(on), origins.shape[:1])
     few = 0 if _has_curves(scene) else None
     rank = intersect.ranks(scene.material.emission)
@@ -66,15 +70,13 @@ def _block(scene: Scene) -> int:
 
 
 @compiled
-def nearest(
-    scene: Scene, origins: Float[Array, "r 2"], along: Float[Array, "r 2"], on: ArrayLike = MISS
-) -> Hits:
+def nearest(scene: Scene, origins: ArrayLike, along: ArrayLike, on: ArrayLike = MISS) -> Hits:
     """The first hit of every ray, differentiable in rays and shapes.
 
     Args:
         scene: the shapes.
-        origins: where the rays start [m].
-        along: unit directions.
+        origins: where the rays start, one row for each, shape (r, 2) [m].
+        along: unit directions, likewise.
         on: the shape on which each ray starts, or -1; a ray does not meet its own start.
 
     Returns:
@@ -105,8 +107,8 @@ def nearest(
 @compiled
 def occluded(
     scene: Scene,
-    a: Float[Array, "r 2"],
-    b: Float[Array, "r 2"],
+    a: ArrayLike,
+    b: ArrayLike,
     on_a: ArrayLike = MISS,
     on_b: ArrayLike = MISS,
 ) -> Bool[Array, " r"]:
@@ -114,11 +116,14 @@ def occluded(
 
     Args:
         scene: the shapes.
-        a: where the rays start [m].
-        b: where they end [m].
+        a: where the rays start, one row for each, shape (r, 2) [m].
+        b: where they end, shape (r, 2) [m].
         on_a: the shape on which each ray starts, or -1.
         on_b: the shape on which each ray ends, or -1. It does not count near the end of the ray,
             within 32 sqrt(eps) of its length; all others count up to `eps^(3/4)` of it.
+
+    Raises:
+        ValueError: if rays are not rows of two coordinates.
 
     Example:
         >>> import jax.numpy as jnp
@@ -128,4 +133,5 @@ def occluded(
         >>> occluded(scene_b(), low, high).tolist()
         [True, False]
     """
+    a, b = rays_of(a, b, 2, ("a", "b"))
     return intersect.occluded(scene.groups, a, b, on_a, on_b, _block(scene))

@@ -26,6 +26,7 @@ from firstorder.conventions import direction
 from firstorder.flatland.intersect import first_shape
 from firstorder.flatland.scene import Scene
 from firstorder.numerics._order import order_of
+from firstorder.scene._arguments import numbers
 from firstorder.transport.events.interface import _dielectric
 from firstorder.typing import as_float
 
@@ -159,8 +160,8 @@ def _refracted(
 def trace_path(
     scene: Scene,
     path: Path,
-    origin: Float[Array, "2"],
-    along: Float[Array, "2"],
+    origin: ArrayLike,
+    along: ArrayLike,
     receiver: int | None = None,
 ) -> RayEnd:
     """Follows one ray along a path: refracted and reflected where the path says so.
@@ -170,7 +171,7 @@ def trace_path(
     Args:
         scene: shapes; `ior` is the index behind a front over that before it.
         path: steps (shape, `THROUGH` or `BACK`), in order.
-        origin: where the ray starts [m].
+        origin: where the ray starts, two coordinates [m].
         along: its direction, a unit vector.
         receiver: the shape on which it should end; None to stop after the last step.
 
@@ -190,12 +191,13 @@ def trace_path(
     for _, kind in path:
         if kind not in (THROUGH, BACK):
             raise ValueError(f"Argument `path` must say 'through' or 'back', but says {kind!r}.")
+    origin, along = numbers("origin", origin), numbers("along", along)
     # A loop carries one precision from step to step: that which scene and ray make together.
     known = jax.tree.leaves(eqx.filter(scene, eqx.is_inexact_array))
     dtype = jnp.result_type(origin, along, *known)
     origin, along = jnp.asarray(origin, dtype), jnp.asarray(along, dtype)
     steps = [*path, *([] if receiver is None else [(receiver, END)])]
-    numbers = jnp.asarray([number for number, _ in steps], jnp.int32)
+    shapes = jnp.asarray([number for number, _ in steps], jnp.int32)
     kinds = jnp.asarray([KINDS.index(kind) for _, kind in steps], jnp.int32)
 
     def go(ray, step):
@@ -220,7 +222,7 @@ def trace_path(
     # A loop and not one copy a step: to compile each takes longer than to follow many rays.
     zero, one = jnp.zeros((), dtype), jnp.ones((), dtype)
     start = origin, along, one, jnp.asarray(True), jnp.asarray(-1, jnp.int32), zero
-    (origin, along, share, ok, _, s), _ = jax.lax.scan(go, start, (numbers, kinds))
+    (origin, along, share, ok, _, s), _ = jax.lax.scan(go, start, (shapes, kinds))
     return RayEnd(origin, along, s, jnp.where(ok, share, 0.0), ok)
 
 

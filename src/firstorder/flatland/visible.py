@@ -222,12 +222,12 @@ def _check_coordinates(name: str, vector: Array) -> None:
         )
 
 
-def local_angle(receiver: Receiver, point: Float[Array, "2"]) -> Float[Array, ""]:
+def local_angle(receiver: Receiver, point: ArrayLike) -> Float[Array, ""]:
     """Angle of a point, counter-clockwise from the normal; pi/2 for the receiver itself [rad].
 
     Args:
         receiver: where it is seen from.
-        point: what is seen [m].
+        point: what is seen, shape (2,) [m].
 
     Example:
         >>> import jax.numpy as jnp
@@ -236,7 +236,7 @@ def local_angle(receiver: Receiver, point: Float[Array, "2"]) -> Float[Array, ""
         >>> round(left.item(), 6)  # pi / 4
         0.785398
     """
-    u = point - receiver.position
+    u = as_float(point) - receiver.position
     away = jnp.sum(jnp.abs(u)) != 0.0  # NaN is somewhere, and stays NaN
     up, side = dot_2d(receiver.normal, u), cross_2d(receiver.normal, u)
     angle = jnp.arctan2(jnp.where(away, side, 1.0), jnp.where(away, up, 0.0))
@@ -244,7 +244,7 @@ def local_angle(receiver: Receiver, point: Float[Array, "2"]) -> Float[Array, ""
 
 
 @compiled_after(check_question)
-def view(scene: Scene, at: Receiver, *, cuts: Float[Array, "c 2"] | None = None) -> View:
+def view(scene: Scene, at: Receiver, *, cuts: ArrayLike | None = None) -> View:
     """Cuts the hemicircle above a receiver at all silhouettes and names the shape in each gap.
 
     Args:

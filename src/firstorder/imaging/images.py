@@ -20,7 +20,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, ArrayLike, Float, Int
 
 from firstorder._argument_checks import check_positive
 from firstorder._labelled import Dataset, data_set
@@ -28,6 +28,7 @@ from firstorder.conventions import cylindrical
 from firstorder.imaging.camera import Pinhole
 from firstorder.numerics._batching import host_blocks
 from firstorder.numerics._vectors import dot, matvec, orthonormal_frame, unit
+from firstorder.scene._arguments import numbers
 from firstorder.scene._bands import by_band
 from firstorder.scene._intersect import MISS
 from firstorder.scene._primitives import BACK, FRONT
@@ -243,7 +244,7 @@ def _has_gloss(scene: Scene) -> bool:
 # --- pixels --------------------------------------------------------------------------------------
 
 
-def pixel_labels(scene: Scene, camera: Pinhole, p: Float[Array, "n 2"]) -> tuple[Array, Array]:
+def pixel_labels(scene: Scene, camera: Pinhole, p: ArrayLike) -> tuple[Array, Array]:
     """Number of the shape that each pixel shows, -1 for none, and a label that separates faces too.
 
     Args:
@@ -263,7 +264,7 @@ def pixel_labels(scene: Scene, camera: Pinhole, p: Float[Array, "n 2"]) -> tuple
         >>> pixel_labels(sphere_over_plane(), camera, p)[0].tolist()  # the ball, the floor
         [0, 1]
     """
-    return _labels(scene, camera, p)
+    return _labels(scene, camera, numbers("p", p))
 
 
 FACES = 6

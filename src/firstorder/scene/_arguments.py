@@ -151,15 +151,17 @@ def shape_number(name: str, x: Any) -> Array:
     return number
 
 
-def rays_of(origins: Any, along: Any, dims: int) -> tuple[Array, Array]:
-    """Starts and directions of rays, as arrays of one row for each.
+def rays_of(
+    origins: Any, along: Any, dims: int, names: tuple[str, str] = ("origins", "along")
+) -> tuple[Array, Array]:
+    """Starts and directions of rays, or starts and ends, as arrays of one row for each.
 
     Raises:
         TypeError: if they hold no numbers.
         ValueError: if one has another shape.
     """
-    rays = numbers("origins", origins), numbers("along", along)
-    for name, a in zip(("origins", "along"), rays, strict=True):
+    rays = numbers(names[0], origins), numbers(names[1], along)
+    for name, a in zip(names, rays, strict=True):
         if a.ndim != 2 or a.shape[-1] != dims:
             raise ValueError(
                 f"Argument `{name}` must have shape (rays, {dims}), but has {a.shape}: "

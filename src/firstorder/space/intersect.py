@@ -28,15 +28,18 @@ class Hits(eqx.Module):
 
 @compiled
 def first_shape(
-    scene: Scene, origins: Float[Array, "r 3"], along: Float[Array, "r 3"], on: ArrayLike = MISS
+    scene: Scene, origins: ArrayLike, along: ArrayLike, on: ArrayLike = MISS
 ) -> Int[Array, " r"]:
     """Number of the shape that each ray meets first, -1 for none. It has no derivative.
 
     Args:
         scene: the shapes.
-        origins: where the rays start [m].
-        along: unit directions.
+        origins: where the rays start, one row for each, shape (r, 3) [m].
+        along: unit directions, likewise.
         on: the shape on which each ray starts, or -1; shapes are convex, so it is not met again.
+
+    Raises:
+        ValueError: if rays are not rows of three coordinates.
 
     Example:
         >>> import jax.numpy as jnp
@@ -46,21 +49,20 @@ def first_shape(
         >>> first_shape(j12_box(), jnp.full((2, 3), 0.5), up).tolist()  # the light, and nothing
         [2, -1]
     """
+    origins, along = rays_of(origins, along, 3)
     on = jnp.broadcast_to(jnp.asarray(on), origins.shape[:1])
     rank = intersect.ranks(scene.material.emission)
     return intersect.first_shape(scene.groups, rank, (origins, along, on))
 
 
 @compiled
-def nearest(
-    scene: Scene, origins: Float[Array, "r 3"], along: Float[Array, "r 3"], on: ArrayLike = MISS
-) -> Hits:
+def nearest(scene: Scene, origins: ArrayLike, along: ArrayLike, on: ArrayLike = MISS) -> Hits:
     """The first hit of every ray, differentiable in rays and shapes.
 
     Args:
         scene: the shapes.
-        origins: where the rays start [m].
-        along: unit directions.
+        origins: where the rays start, one row for each, shape (r, 3) [m].
+        along: unit directions, likewise.
         on: the shape on which each ray starts, or -1.
 
     Returns:
@@ -87,8 +89,8 @@ def nearest(
 @compiled
 def occluded(
     scene: Scene,
-    a: Float[Array, "r 3"],
-    b: Float[Array, "r 3"],
+    a: ArrayLike,
+    b: ArrayLike,
     on_a: ArrayLike = MISS,
     on_b: ArrayLike = MISS,
 ) -> Bool[Array, " r"]:
@@ -96,11 +98,14 @@ def occluded(
 
     Args:
         scene: the shapes.
-        a: where the rays start [m].
-        b: where they end [m].
+        a: where the rays start, one row for each, shape (r, 3) [m].
+        b: where they end, shape (r, 3) [m].
         on_a: the shape on which each ray starts, or -1.
         on_b: the shape on which each ray ends, or -1. It does not count near the end of the ray,
             within 32 sqrt(eps) of its length; all others count up to `eps^(3/4)` of it.
+
+    Raises:
+        ValueError: if rays are not rows of three coordinates.
 
     Example:
         >>> import jax.numpy as jnp
@@ -109,4 +114,5 @@ def occluded(
         >>> occluded(scene, jnp.zeros((1, 3)), jnp.array([[0.0, 0.0, 9.0]])).item()
         True
     """
+    a, b = rays_of(a, b, 3, ("a", "b"))
     return intersect.occluded(scene.groups, a, b, on_a, on_b)

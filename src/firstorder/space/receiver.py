@@ -172,12 +172,12 @@ def _turned(axes: Float[Array, "3 3"], tilt: Float[Array, "2"]) -> Float[Array, 
     return axes + axes @ (s * K + (0.5 * half * half) * (K @ K))
 
 
-def in_receiver_frame(receiver: Receiver, w: Float[Array, "*k 3"]) -> Float[Array, "*k 3"]:
+def in_receiver_frame(receiver: Receiver, w: ArrayLike) -> Float[Array, "*k 3"]:
     """A world vector in the receiver's frame.
 
     Args:
         receiver: whose frame it is.
-        w: vectors of the world.
+        w: vectors of the world, shape (..., 3).
 
     Example:
         >>> import jax.numpy as jnp
@@ -186,4 +186,4 @@ def in_receiver_frame(receiver: Receiver, w: Float[Array, "*k 3"]) -> Float[Arra
         >>> in_receiver_frame(wall, jnp.array([2.0, 0.0, 0.0])).tolist()  # along its normal
         [0.0, 0.0, 2.0]
     """
-    return w @ receiver.axes
+    return numbers("w", w) @ receiver.axes

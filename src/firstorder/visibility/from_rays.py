@@ -19,9 +19,10 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from firstorder._argument_checks import check_positive, nan_unless
+from firstorder.typing import as_float
 from firstorder.visibility.edge_angles import EdgeAngle, edge_at
 
 # Angles of any shape, to whether the ray is blocked; or to the distance of its first hit.
@@ -81,7 +82,7 @@ class TangentPoints(eqx.Module):
 
 
 def bracket_edges(
-    blocked: Blocked, angles: Float[Array, " n"], size: int = 16, steps: int | None = None
+    blocked: Blocked, angles: ArrayLike, size: int = 16, steps: int | None = None
 ) -> BracketedEdges:
     """Edges between sampled angles, bisected all at once.
 
@@ -89,7 +90,7 @@ def bracket_edges(
 
     Args:
         blocked: whether rays are blocked, elementwise on arrays of angles.
-        angles: where to sample, growing [rad].
+        angles: where to sample, growing, shape (n,) [rad].
         size: slots for edges.
         steps: bisections; left out, as many as the precision has bits.
 
@@ -106,7 +107,7 @@ def bracket_edges(
         ([-0.3, 0.3], [1.0, -1.0])
     """
     check_positive("size", size)
-    angles = jax.lax.stop_gradient(angles)
+    angles = jax.lax.stop_gradient(as_float(angles))
     seen: Bool[Array, " n"] = blocked(angles)
     changes = seen[1:] != seen[:-1]
     count = jnp.sum(changes)

@@ -21,7 +21,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
+from jaxtyping import Array, ArrayLike, Bool, Float, Int, PRNGKeyArray
 
 from firstorder.flatland.bounces.photons import Photons
 from firstorder.flatland.direct_lighting import point_light_irradiance
@@ -35,7 +35,7 @@ from firstorder.sampling._density import (
     fixed_window,
     nearest_window,
 )
-from firstorder.scene._arguments import check_asked
+from firstorder.scene._arguments import check_asked, numbers
 from firstorder.scene._primitives import BACK, FRONT
 
 PIECES = 128  # of the table from parameter to arc length
@@ -169,18 +169,18 @@ def _window(photons: PhotonMap, how: DensityEstimator, x, curve) -> Window:
 def photon_irradiance(
     photons: PhotonMap,
     how: DensityEstimator,
-    index: Int[Array, " q"],
-    front: Bool[Array, " q"],
-    s: Float[Array, " q"],
+    index: ArrayLike,
+    front: ArrayLike,
+    s: ArrayLike,
 ) -> Float[Array, " q"]:
     """Irradiance at places of the curves, from the density of photons: direct and all other light.
 
     Args:
         photons: the map.
         how: nearest or fixed.
-        index: number of the shape.
-        front: which side.
-        s: parameter on it.
+        index: number of the shape at each place, shape (q,).
+        front: which side, shape (q,).
+        s: parameter on it, shape (q,).
 
     Returns:
         For each place [W/m].
@@ -199,7 +199,8 @@ def photon_irradiance(
         >>> bool(2.0 < E[0] < 3.0)  # 2 W/m of direct light, and that of the walls
         True
     """
-    curve = 2 * index + jnp.where(front, FRONT, BACK)
+    index, s = jnp.asarray(index), numbers("s", s)
+    curve = 2 * index + jnp.where(jnp.asarray(front), FRONT, BACK)
     arc = _arc(photons.table[index], s)
     x = photons.start[curve] + arc
     window = _window(photons, how, x, curve)
@@ -221,10 +222,10 @@ def photon_radiance(
     photons: PhotonMap,
     how: DensityEstimator,
     brdf: Callable[[tuple[Array, Array], tuple[Array, Array]], Array],
-    index: Int[Array, " q"],
-    front: Bool[Array, " q"],
-    s: Float[Array, " q"],
-    out: tuple[Float[Array, " q"], Float[Array, " q"]],
+    index: ArrayLike,
+    front: ArrayLike,
+    s: ArrayLike,
+    out: tuple[ArrayLike, ArrayLike],
     most: int = 256,
 ) -> Float[Array, " q"]:
     """Reflected radiance for any BRDF: each photon is weighted by it.
@@ -233,10 +234,10 @@ def photon_radiance(
         photons: the map.
         how: nearest or fixed.
         brdf: of (sine, cosine) out and (sine, cosine) in.
-        index: number of the shape.
-        front: which side.
-        s: parameter on it.
-        out: sine and cosine of the direction asked for.
+        index: number of the shape at each place, shape (q,).
+        front: which side, shape (q,).
+        s: parameter on it, shape (q,).
+        out: sine and cosine of the direction asked for, shape (q,) each.
         most: the most photons in a window; more give NaN.
 
     Returns:
@@ -258,7 +259,8 @@ def photon_radiance(
         >>> bool(0.2 < L[0] < 0.3)  # a tenth of the irradiance
         True
     """
-    curve = 2 * index + jnp.where(front, FRONT, BACK)
+    index, s = jnp.asarray(index), numbers("s", s)
+    curve = 2 * index + jnp.where(jnp.asarray(front), FRONT, BACK)
     x = photons.start[curve] + _arc(photons.table[index], s)
     window = _window(photons, how, x, curve)
     row = window.first[:, None] + jnp.arange(how.k or most)
@@ -266,7 +268,8 @@ def photon_radiance(
     row = jnp.minimum(row, photons.at.shape[0] - 1)
     if how.k and not how.keep_farthest:
         inside = inside & (jnp.abs(photons.at[row] - x[:, None]) < window.radius[:, None])
-    f = brdf((out[0][:, None], out[1][:, None]), (photons.sine[row], photons.cosine[row]))
+    sine, cosine = (numbers("out", part)[:, None] for part in out)
+    f = brdf((sine, cosine), (photons.sine[row], photons.cosine[row]))
     sum_ = jnp.sum(jnp.where(inside, f * photons.flux[row], 0.0), -1)
     fits = window.last - window.first <= row.shape[1]
     return jnp.where(fits, sum_ / (2.0 * window.radius), jnp.nan)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, ArrayLike, Float, Int
 
 from firstorder.conventions import direction
 from firstorder.flatland.direct_lighting import Radiance
@@ -36,7 +36,7 @@ def corrected_estimate(
     radiance: Radiance | None = None,
     breaks: int = 64,
     halvings: int = 44,
-    sliding: bool | Bool[Array, ""] = True,
+    sliding: ArrayLike = True,
 ) -> Derivatives:
     """The stratified form, corrected so that its gradient and its Hessian tend to the truth.
 
@@ -63,7 +63,8 @@ def corrected_estimate(
         radiance: as given to `trace_strata`.
         breaks: most edges that are looked for.
         halvings: of the angle between two samples, to find an edge.
-        sliding: False leaves the two terms out, and gives the limit of `stratified_estimate`.
+        sliding: one truth value; False leaves the two terms out, and gives the limit of
+            `stratified_estimate`.
 
     Raises:
         ValueError: for a row of receivers.

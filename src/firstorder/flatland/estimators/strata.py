@@ -21,7 +21,7 @@ from firstorder.flatland.visible import HORIZON, Receiver
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._planar import cross_2d, dot_2d
 from firstorder.numerics._quadrature import gauss_legendre
-from firstorder.scene._arguments import check_asked_one
+from firstorder.scene._arguments import check_asked_one, numbers
 from firstorder.typing import as_float
 
 
@@ -119,7 +119,7 @@ def _borders(borders, cosine: bool) -> Array:
     return edges
 
 
-def gap_quadrature(ends: Float[Array, " m_1"], nodes: int) -> Strata:
+def gap_quadrature(ends: ArrayLike, nodes: int) -> Strata:
     """A quadrature over gaps between silhouettes, as strata of which each node is one.
 
     The sine of a new variable takes the place of the angle in each gap, so that integrands that
@@ -139,6 +139,7 @@ def gap_quadrature(ends: Float[Array, " m_1"], nodes: int) -> Strata:
         >>> round(jnp.sum(strata.weights * jnp.cos(strata.angles)).item(), 6)  # 2 sin 0.5
         0.958851
     """
+    ends = numbers("ends", ends)
     t, w = (jnp.asarray(a, ends.dtype) for a in gauss_legendre(nodes))
     half, middle = 0.5 * (ends[1:] - ends[:-1])[:, None], 0.5 * (ends[1:] + ends[:-1])[:, None]
     angles = (middle + half * jnp.sin(HORIZON * t)).ravel()

@@ -14,11 +14,12 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, ArrayLike, Float, Int
 
 from firstorder._argument_checks import check_positive
 from firstorder.conventions import cylindrical
 from firstorder.numerics._vectors import cross, dot, matvec, norm, orthonormal_frame, unit
+from firstorder.scene._arguments import numbers
 from firstorder.scene._bands import by_band
 from firstorder.scene._primitives import FRONT
 from firstorder.scene._questions import check_shines
@@ -36,7 +37,7 @@ from firstorder.space.shapes.kinds import Rectangles
 
 
 def rectangle_irradiance(
-    point: Float[Array, "3"], normal: Float[Array, "3"], corners: Float[Array, "4 3"]
+    point: ArrayLike, normal: ArrayLike, corners: ArrayLike
 ) -> Float[Array, ""]:
     """Irradiance from an unoccluded rectangle of radiance 1 (Lambert's polygon formula).
 
@@ -47,9 +48,9 @@ def rectangle_irradiance(
     Valid for any plane convex polygon. Zero in the polygon's plane.
 
     Args:
-        point: of the receiver [m].
-        normal: unit vector.
-        corners: counter-clockwise as seen from the front, which emits [m].
+        point: of the receiver, shape (3,) [m].
+        normal: unit vector, shape (3,).
+        corners: four, shape (4, 3), counter-clockwise as seen from the front, which emits [m].
 
     Returns:
         Irradiance [W/m^2], not negative.
@@ -64,7 +65,8 @@ def rectangle_irradiance(
         >>> round(rectangle_irradiance(jnp.zeros(3), up, sky).item(), 3)  # all of the sky: pi
         3.142
     """
-    p = corners - point
+    normal = numbers("normal", normal)
+    p = numbers("corners", corners) - numbers("point", point)
     q = jnp.roll(p, -1, axis=0)
     facing = dot(cross(p[1] - p[0], p[2] - p[0]), p[0]) < 0.0
     hp, hq = p @ normal, q @ normal

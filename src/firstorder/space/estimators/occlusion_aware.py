@@ -11,10 +11,10 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, ArrayLike, Float
 
 from firstorder.space.silhouettes._lambert_edge_term import lambert_edge
+from firstorder.typing import as_array, as_float
 
 # Neighbours whose inverse distances differ by more than this fraction lie on two surfaces.
 STEP = 0.3
@@ -25,11 +25,11 @@ SLANT = 0.55
 
 
 def occlusion_aware_estimate(
-    radiance: Float[Array, " m"],
-    directions: Float[Array, "m 3"],
-    distances: Float[Array, " m"],
-    triangles: Int[Array | np.ndarray, "k 3"],
-    neighbours: Int[Array | np.ndarray, "m q"] | None = None,
+    radiance: ArrayLike,
+    directions: ArrayLike,
+    distances: ArrayLike,
+    triangles: ArrayLike,
+    neighbours: ArrayLike | None = None,
     step: float = STEP,
 ) -> tuple[Float[Array, ""], Float[Array, "2"], Float[Array, "2 2"]]:
     """Irradiance of a receiver, its gradient and its Hessian along the receiver's plane.
@@ -47,15 +47,15 @@ def occlusion_aware_estimate(
     then off by about its radius of curvature over its distance. Light below the horizon is none.
 
     Args:
-        radiance: of each gather ray [W/(m^2 sr)].
-        directions: unit vectors in the receiver's frame, z > 0.
-        distances: to what each ray meets [m]; `inf` for a ray that meets nothing. An environment
-            is at infinity and does not move.
-        triangles: neighbours on the hemisphere, counter-clockwise as x turns to y; i + m is the
-            foot of ray i on the horizon. They must cover the hemisphere once:
+        radiance: of each gather ray, shape (m,) [W/(m^2 sr)].
+        directions: shape (m, 3), unit vectors in the receiver's frame, z > 0.
+        distances: to what each ray meets, shape (m,) [m]; `inf` for a ray that meets nothing. An
+            environment is at infinity and does not move.
+        triangles: shape (k, 3), neighbours on the hemisphere, counter-clockwise as x turns to y;
+            i + m is the foot of ray i on the horizon. They must cover the hemisphere once:
             `hemisphere_triangulation`.
-        neighbours: of each ray, as many as there are within some steps; a ray itself stands for
-            none. Without them the varying light behind an edge is left out.
+        neighbours: shape (m, q), of each ray, as many as there are within some steps; a ray itself
+            stands for none. Without them the varying light behind an edge is left out.
         step: fraction by which inverse distances differ across an edge.
 
     Returns:
@@ -74,12 +74,14 @@ def occlusion_aware_estimate(
         >>> round(float(E), 5), float(abs(hessian).max())
         (3.14159, 0.0)
     """
-    points, L = _points(directions, distances), jnp.concatenate([radiance, radiance])
+    L, w, r = as_float(radiance), as_float(directions), as_float(distances)
+    triangles = as_array(triangles)
+    points, L = _points(w, r), jnp.concatenate([L, L])
     parts = _cut(points[:, triangles.T], L[triangles.T], step)
     E, gx, gy, xx, xy, yy = _contours(parts)
     hessian = jnp.stack([jnp.stack([xx, xy]), jnp.stack([xy, yy])])
     if neighbours is not None:
-        hessian = hessian + _uncovered(points, parts, jnp.asarray(triangles).T, neighbours, step)
+        hessian = hessian + _uncovered(points, parts, triangles.T, as_array(neighbours), step)
     return E, jnp.stack([gx, gy]), hessian
 
 

@@ -19,10 +19,11 @@ from typing import Any
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from firstorder._argument_checks import is_concrete
 from firstorder.numerics._vectors import cross, dot
+from firstorder.scene._arguments import numbers
 from firstorder.space.meshes.triangle_mesh import NO_FACE, Mesh
 from firstorder.space.receiver import Receiver, in_receiver_frame
 from firstorder.space.silhouettes._curves import SilhouetteSegments
@@ -34,12 +35,12 @@ NOT_CUT = -1
 _CLOSE = 1e-9
 
 
-def mesh_silhouette(mesh: Mesh, eye: Float[Array, "3"]) -> SilhouetteSegments:
+def mesh_silhouette(mesh: Mesh, eye: ArrayLike) -> SilhouetteSegments:
     """All silhouette edges of a mesh, hidden ones too; may be traced.
 
     Args:
         mesh: any.
-        eye: where it is seen from [m].
+        eye: where it is seen from, shape (3,) [m].
 
     Returns:
         As many segments as the mesh has edges; `live` says which are silhouettes from here, and
@@ -54,7 +55,7 @@ def mesh_silhouette(mesh: Mesh, eye: Float[Array, "3"]) -> SilhouetteSegments:
     """
     v = mesh.vertices
     corner = v[mesh.faces[:, 0]]
-    front = dot(eye - corner, mesh.area_vectors) > 0.0
+    front = dot(numbers("eye", eye) - corner, mesh.area_vectors) > 0.0
     live, owner, forward = _turned(jnp, front, mesh.sides)
     first, second = v[mesh.edges[:, 0]], v[mesh.edges[:, 1]]
     start = jnp.where(forward[:, None], first, second)
