@@ -117,6 +117,15 @@ def test_integers_are_numbers(name):
             np.testing.assert_array_equal(one, other)
 
 
+@pytest.mark.parametrize(("world", "scene", "dims"), [(flatland, ROOM, 2), (space, BALL, 3)])
+def test_a_single_ray_is_refused_by_the_name_of_its_argument(world, scene, dims):
+    one, row = np.ones(dims), np.ones((1, dims))
+    with pytest.raises(ValueError, match="`origins` must have shape"):
+        world.first_shape(scene, one, row)
+    with pytest.raises(ValueError, match="`b` must have shape"):
+        world.occluded(scene, row, one)
+
+
 SRC = pathlib.Path(__file__).parents[1] / "src" / "firstorder"
 BARE = "[Array"  # in an annotation: JAX's arrays alone
 # The conventions' formulas stand in the middle of others, which have arrays.

@@ -74,8 +74,8 @@ def run(quick: bool) -> dict[str, Any]:
         size, left = size._replace(records=round(theirs[RADIANCE].records)), []
     aware = occlusion_table(maps, x, floor, rays=size.rays)
     found = _ours(maps, aware, truth, orders, size, floor) | theirs
-    exact = known_well.candidates(aware.hessian)
-    limit = _filled(exact, aware.hessian, 2, truth, orders, size, aware.minimum)
+    exact = aware._replace(E=truth, gradient=known_well.gradient).candidates()
+    limit = _filled(exact, aware.hessian, 2, truth, orders, size)
     mean = float(np.mean(truth))
     rows = {
         name: {
@@ -127,7 +127,9 @@ def _image(values: np.ndarray, open_: np.ndarray) -> list[list[float | None]]:
 # --- ours ----------------------------------------------------------------------------------------
 
 
-def _ours(maps: RadianceMaps, aware: OcclusionTable, truth, orders, size: Size, floor: int):
+def _ours(
+    maps: RadianceMaps, aware: OcclusionTable, truth, orders, size: Size, floor: int
+) -> dict[str, Filled]:
     """Caches of records that need one gather each, by name."""
     x = aware.position
     rows = round((size.rays / 3.0) ** 0.5)
@@ -138,18 +140,13 @@ def _ours(maps: RadianceMaps, aware: OcclusionTable, truth, orders, size: Size, 
         "firstorder, radiometric": (table.candidates(), table.hessian, 1),
         "firstorder, geometric": (table.candidates(), table.geometric, 1),
     }
-    return {
-        name: _filled(candidates, hessian, order, truth, orders, size, candidates.minimum)
-        for name, (candidates, hessian, order) in kinds.items()
-    }
+    return {name: _filled(*kind, truth, orders, size) for name, kind in kinds.items()}
 
 
-def _filled(
-    candidates: Candidates, hessian, order: int, truth, orders, size: Size, shortest
-) -> Filled:
+def _filled(candidates: Candidates, hessian, order: int, truth, orders, size: Size) -> Filled:
     x = np.asarray(candidates.position)
     radius = np.asarray(radius_for(derivative_norm(jnp.asarray(hessian), 2), 1.0, dims=2))
-    most = LENGTHS * np.asarray(shortest) if order == 2 else LARGEST
+    most = LENGTHS * np.asarray(candidates.minimum) if order == 2 else LARGEST
 
     def regions(tolerance: float):
         reach = np.minimum(radius * tolerance**0.25, most)

@@ -179,7 +179,8 @@ def gradient_regions(
     """
     if not ratio >= 1.0:
         raise ValueError(f"Argument `ratio` must be at least 1, but is {ratio!r}.")
-    gx, gy = jnp.moveaxis(as_float(gradient), -1, 0)
+    gradient = as_float(gradient)
+    gx, gy = gradient[..., 0], gradient[..., 1]
     size = _length(gx, gy)
     none = size == 0.0
     c, s = (jnp.where(none, rest, a / jnp.where(none, 1.0, size)) for a, rest in ((gx, 1), (gy, 0)))
