@@ -17,11 +17,12 @@ from firstorder.space import (
     Receiver,
     Scene,
     box,
+    cylinder,
+    disc,
     plane,
     polygon,
     primitive,
     rectangle,
-    sphere,
 )
 from firstorder.space.discontinuities import _jumps, visual_events_along
 
@@ -269,11 +270,12 @@ def test_receivers_may_lie_on_the_floor_of_the_scene():
 @pytest.mark.parametrize(
     ("things", "words"),
     [
-        ([LAMP, primitive(sphere((0.0, 0.0, 1.0), 0.1))], "holds Ellipsoids"),
+        ([LAMP, primitive(cylinder((0.0, 0.0, 1.0), (0.0, 0.0, 1.2), 0.1))], "holds Cylinders"),
+        ([primitive(disc((0.0, 0.0, 1.0), WAY, 0.1), emission=1.0)], "cross the plane of a disc"),
         ([LAMP, primitive(plane((0.0, 0.0, 3.0), (0.0, 0.0, 1.0)))], "a plane without end"),
     ],
 )
-def test_round_shapes_and_far_planes_are_refused(things, words):
+def test_tubes_upright_discs_and_far_planes_are_refused(things, words):
     with pytest.raises(ValueError, match=words):
         found(*things)
 

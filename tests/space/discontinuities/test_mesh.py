@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from derivations.space.discontinuities import events as brute
-from firstorder.space import Receiver, Scene, disc, primitive, rectangle
-from firstorder.space.discontinuities import discontinuity_mesh, mesh, visual_events_along
+from firstorder.space import Receiver, Scene, cylinder, disc, primitive, rectangle
+from firstorder.space.discontinuities import _curves, discontinuity_mesh, mesh, visual_events_along
 
 REACH = 1.2
 MIDDLE = Receiver.at((0.0, 0.0, 0.0))
@@ -76,7 +76,7 @@ def test_edges_that_are_parallel_make_a_frame():
 def test_pieces_end_where_nothing_is_seen():
     places = np.arange(15.0).reshape(1, 5, 3)
     sizes = np.array([[0.0, 1.0, 2.0, 0.0, 3.0]])
-    found = mesh._mesh([mesh._Curves("three edges", places, sizes)])
+    found = mesh._mesh([_curves.Curves("three edges", places, sizes)])
     assert [line[:, 0].tolist() for line in found.lines] == [[3.0, 6.0]]
     assert found.jumps[0].tolist() == [1.0, 2.0]
 
@@ -86,6 +86,9 @@ def test_what_cannot_be_drawn_is_refused(scene):
         discontinuity_mesh(scene, MIDDLE, points=0, reach=1.0)
     with pytest.raises(ValueError, match="reach"):
         discontinuity_mesh(scene, MIDDLE, reach=-1.0)
-    round_ = Scene.of(primitive(disc((0.0, 0.0, 1.0), (0.0, 0.0, -1.0), 0.2), emission=1.0))
-    with pytest.raises(ValueError, match="Discs"):
-        discontinuity_mesh(round_, MIDDLE, reach=1.0)
+    tube = Scene.of(primitive(cylinder((0.0, 0.0, 1.0), (0.0, 0.0, 2.0), 0.2)))
+    with pytest.raises(ValueError, match="Cylinders"):
+        discontinuity_mesh(tube, MIDDLE, reach=1.0)
+    upright = Scene.of(primitive(disc((0.3, 0.0, 1.0), (-1.0, 0.0, 0.0), 0.2), emission=1.0))
+    with pytest.raises(ValueError, match="`reach` must not cross the plane of a disc"):
+        discontinuity_mesh(upright, MIDDLE, reach=1.0)

@@ -1,4 +1,4 @@
-"""Vertices, edges and faces of a scene of flat faces, on the host.
+"""Vertices, edges and faces of the flat shapes of a scene, on the host.
 
 Vertices that shapes share are one vertex, and edges that they share one edge. A vertex may lie
 within an edge, where bodies touch; it then ends the edge for an eye, on either side.
@@ -13,7 +13,18 @@ from jaxtyping import Bool, Float, Int
 
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
-from firstorder.space.shapes.kinds import Boxes, Planes, Rectangles, Shape, Triangles
+from firstorder.space.shapes._bounds import bounds
+from firstorder.space.shapes.kinds import (
+    Boxes,
+    Discs,
+    Ellipsoids,
+    Planes,
+    Rectangles,
+    Shape,
+    Triangles,
+)
+
+ROUND = Ellipsoids | Discs  # shapes that have an outline of one piece, and no edges
 
 
 def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -44,7 +55,7 @@ class Edges(NamedTuple):
         touch: whether a vertex lies on an edge.
         coplanar: whether two edges lie in one plane, shape (e, e); an edge does with itself.
         faces: of all shapes.
-        size: extent of all vertices [m].
+        size: extent of all shapes [m].
         near: distance at which points are one [m].
     """
 
@@ -68,14 +79,14 @@ class Edges(NamedTuple):
 
 
 def edges_of(scene: Scene, at: Receiver) -> Edges:
-    """Vertices, edges and faces of all shapes.
+    """Vertices, edges and faces of all flat shapes.
 
     Args:
-        scene: concrete boxes, rectangles and triangles.
+        scene: concrete boxes, rectangles and triangles; ellipsoids and discs, which have none.
         at: the receivers' plane, which may be a plane of the scene.
 
     Raises:
-        ValueError: if a shape is round, or is a plane in which the receivers do not lie.
+        ValueError: if there are others, or a plane in which the receivers do not lie.
 
     Example:
         >>> from firstorder.space import Receiver, Scene, box, primitive
@@ -93,13 +104,20 @@ def edges_of(scene: Scene, at: Receiver) -> Edges:
             points.append(corners)
             faces.append(sides)
     vertices, pairs = np.concatenate(points), np.concatenate(ends)
-    size = float(np.max(np.ptp(vertices, axis=0))) if len(vertices) else 1.0
+    size = _size(scene, vertices)
     near = size * float(np.sqrt(np.finfo(at.position.dtype).eps))
     vertices, pairs = _merged(vertices, pairs, near)
     start, along = vertices[pairs[:, 0]], vertices[pairs[:, 1]] - vertices[pairs[:, 0]]
     sides = Faces(*(np.concatenate(parts) for parts in zip(*faces, strict=True)))
     touch, coplanar = _touching(vertices, start, along, near), _coplanar(start, along, near)
     return Edges(vertices, pairs, touch, coplanar, sides, size, near)
+
+
+def _size(scene: Scene, vertices) -> float:
+    """Extent of vertices and of round shapes."""
+    round_shapes = [bounds(group) for group in scene.groups if isinstance(group, ROUND)]
+    points = np.concatenate([vertices, *(np.concatenate(ends) for ends in round_shapes)])
+    return float(np.max(np.ptp(points, axis=0))) if len(points) else 1.0
 
 
 def _merged(vertices, pairs, near) -> tuple[np.ndarray, np.ndarray]:
@@ -131,8 +149,10 @@ def _parts(group: Shape, center, axes, at: Receiver) -> tuple[np.ndarray, np.nda
     if isinstance(group, Planes):
         _check_below(center, w, at)
         return np.zeros((0, 3)), np.zeros((0, 2), int), _no_faces()
+    if isinstance(group, ROUND):
+        return np.zeros((0, 3)), np.zeros((0, 2), int), _no_faces()
     raise ValueError(
-        "Argument `scene` must be made of boxes, rectangles and triangles, "
+        "Argument `scene` must be made of boxes, rectangles, triangles, ellipsoids and discs, "
         f"but holds {type(group).__name__}."
     )
 

@@ -7,8 +7,15 @@ import dataclasses
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-KINDS = ("contact", "two edges in a plane", "vertex and edge", "three edges")
-ORDERS = {"contact": 0, "two edges in a plane": 1, "vertex and edge": 2, "three edges": 2}
+TOUCH = "outlines that touch"
+ORDERS = {
+    "contact": 0,
+    "two edges in a plane": 1,
+    TOUCH: 2,
+    "vertex and edge": 2,
+    "three edges": 2,
+}
+KINDS = tuple(ORDERS)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -20,13 +27,16 @@ class EventsAlong:
         position: of the receiver [m].
         kind: of each, one of `KINDS`, shape (n,).
         order: of the lowest derivative of irradiance along the line that jumps in general, 0 for
-            its value.
+            its value; where outlines touch the second has no bound on one side.
         direction: of the line of sight, a unit vector; of a contact that of the line itself.
         near, far: distances along it to the nearest and the farthest of the edges [m].
         visible: whether the receiver sees the edges line up. Of events that it does not see, which
             are given only if asked for, all jumps are zero.
         jump_E1: of dE/dx, towards larger x, where a closed form is known (0 elsewhere) [W/m^3].
         jump_E2: of the second derivative, likewise [W/m^4].
+        root_before, root_after: c of `c / sqrt(|x - x_event|)`, by which the second derivative
+            grows towards an event from either side; where outlines touch, one of the two
+            [W/m^3.5].
     """
 
     x: Float[np.ndarray, " n"]
@@ -39,6 +49,8 @@ class EventsAlong:
     visible: Bool[np.ndarray, " n"]
     jump_E1: Float[np.ndarray, " n"]
     jump_E2: Float[np.ndarray, " n"]
+    root_before: Float[np.ndarray, " n"]
+    root_after: Float[np.ndarray, " n"]
 
     def __len__(self) -> int:
         return len(self.x)

@@ -24,8 +24,18 @@ E'' jumps by
 
     sgn(D') D'^2 cos(theta) sgn(lambda_3) (K_after - K_before) / (lambda_1 lambda_2 lambda_3)
 
+Two outlines that touch, with the normal m of the plane that touches both, and k the curvature of
+the one against the other. Their images move by `g . d`, `g = -m (1/r_1 - 1/r_2)`, and overlap, or
+part, in a lens of the area `(4 sqrt(2) / 3) |g . d|^(3/2) / sqrt(|k|)` where `k (g . d) < 0`; E''
+grows there without bound,
+
+    E'' ~ K cos(theta) sqrt(2 / |k|) |g . d|^(3/2) / sqrt(x)
+
+at the distance x, and is smooth on the other side.
+
 `K` is the alternating sum of radiance about a crossing (`_queries.crossing_sum`), of the edge with
-that of the vertex, and of the first two of the three.
+that of the vertex, and of the first two of the three; of outlines that touch it is that of the
+lens, over and under them, and beside the lens.
 """
 
 from __future__ import annotations
@@ -49,6 +59,8 @@ from firstorder.space.discontinuities._queries import (
     steps,
     tangential,
 )
+from firstorder.space.discontinuities._round_lines import Tangents
+from firstorder.space.discontinuities._rounds import rounds_of, tangent_planes
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
 
@@ -70,6 +82,53 @@ class Bends(NamedTuple):
         return np.sign(moves) * moves**2 * self.strength
 
 
+class Roots(NamedTuple):
+    """Where E'' grows like one over a root: by the direction in which a receiver moves.
+
+    Attributes:
+        rate: g, of the images against each other, in the plane of the receivers [1/m].
+        curvature: of one against the other.
+        strength: K cos(theta) sqrt(2 / |k|) [W/m^2].
+    """
+
+    rate: Float[np.ndarray, "n 3"]
+    curvature: Float[np.ndarray, " n"]
+    strength: Float[np.ndarray, " n"]
+
+    def along(self, d) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
+        """Coefficients of `1 / sqrt(x)` in E'' before and after, for a unit direction [W/m^3.5]."""
+        moves = dot(self.rate, d)
+        size = self.strength * np.abs(moves) ** 1.5
+        after = self.curvature * moves < 0.0
+        return np.where(after, 0.0, size), np.where(after, size, 0.0)
+
+
+def tangent_roots(scene: Scene, at: Receiver, edges: Edges, rows: Tangents) -> Roots:
+    """Where E'' grows without bound since two outlines touch.
+
+    Args:
+        scene: of one band.
+        at: gives the normal and the shape on which receivers lie.
+        edges: of the scene.
+        rows: lines of sight.
+    """
+    u, m, k = rows.u, rows.m, rows.curvature[:, None]
+    rate = tangential(at, -m * (1.0 / rows.r[:, :1] - 1.0 / rows.r[:, 1:]))
+    step, _ = steps(at, edges.size)
+    d = -np.sign(k) * step * unit(rate)  # to where the lens is
+    heights = -dot(d, m)[:, None] / rows.r
+    middle, width = np.mean(heights, axis=1, keepdims=True), np.abs(np.diff(heights, axis=1))
+    beside = np.sqrt(6.0 * width / np.abs(k))  # where the outlines are twice as far apart
+    bent = middle + rows.bend[:, None] * beside**2 / 2.0
+    tau = np.cross(u, m)
+    ways = [u + middle * m, u + beside * tau + bent * m]
+    ways += [u + (middle + 1.5 * side * width) * m for side in (1.0, -1.0)]
+    L = light(scene, at, rows.place + d, np.stack(ways))
+    K = L[0] + L[1] - L[2] - L[3]
+    strength = K * dot(u, np.asarray(at.normal)) * np.sqrt(2.0 / np.abs(rows.curvature))
+    return Roots(rate, rows.curvature, strength)
+
+
 def vertex_edge_bends(
     scene: Scene, at: Receiver, edges: Edges, rows: VertexEdges, leaving=None
 ) -> Bends:
@@ -82,22 +141,27 @@ def vertex_edge_bends(
         rows: lines of sight.
         leaving: `fans(edges)`, which are found if it is left out.
     """
-    vertex, edge = edges.vertices[rows.vertex], rows.edge
-    start, along = edges.start[edge], edges.along[edge]
+    vertex, start, along = edges.vertices[rows.vertex], rows.start, rows.along
     u = unit(vertex - rows.place)
     m = unit(np.cross(start - vertex, along))
     rate = tangential(at, -m * (1.0 / rows.r_edge - 1.0 / rows.r_vertex)[:, None])
     of, part, way = fans(edges) if leaving is None else leaving
     # What leaves along the edge's image makes a strip with it, or nothing that is seen.
-    row, fan = np.nonzero((rows.vertex[:, None] == of) & ~edges.coplanar[edge][:, part])
+    straight = rows.edge < len(edges.ends)
+    leaves = rows.vertex[:, None] == of
+    leaves[straight] &= ~edges.coplanar[rows.edge[straight]][:, part]
+    row, fan = np.nonzero(leaves)
     way, u_, m_ = way[fan], u[row], m[row]
     tau = np.cross(u_, m_)
     across, beside = dot(way, m_), dot(way, tau)
     step, share = steps(at, edges.size)
     moved = np.linalg.norm(rate, axis=-1)
     eye = rows.place[row] + np.sign(across)[:, None] * step * unit(rate)[row]
-    planes = np.cross(start[row] - eye, along[row]), np.cross(vertex[row] - eye, way)
-    K, _ = crossing_sum(scene, at, eye, planes, (m_, tau, u_), share * step * moved[row])
+    image, other = np.cross(start[row] - eye, along[row]), np.cross(vertex[row] - eye, way)
+    bent = np.flatnonzero(~straight[row])  # an outline may turn away before the edge crosses it
+    bodies = rounds_of(scene).take(rows.edge[row[bent]] - len(edges.ends))
+    image[bent] = tangent_planes(bodies, eye[bent], u_[bent], other[bent])
+    K, _ = crossing_sum(scene, at, eye, (image, other), (m_, tau, u_), share * step * moved[row])
     parts = K * beside / np.abs(across)
     total = _sums(row, parts, len(u)) * ~_on_strips(scene, at, edges, rows, m)
     return Bends(rate, dot(u, np.asarray(at.normal)) * total)
@@ -122,7 +186,7 @@ def three_edges_bends(scene: Scene, at: Receiver, edges: Edges, rows: ThreeEdges
         edges: of the scene.
         rows: lines of sight.
     """
-    start, along = edges.start[rows.edges], edges.along[rows.edges]
+    start, along = rows.start, rows.along
     m, r = unit(np.cross(start - rows.place[:, None], along)), rows.r
     sines = _sines(m, rows.u)
     # The two edges whose crossing is looked at are those that cross at the largest angle.

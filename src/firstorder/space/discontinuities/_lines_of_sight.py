@@ -2,6 +2,8 @@
 
 A receiver lies on an event where one of its lines of sight does. `VertexEdges` and `ThreeEdges` are
 rows of such lines that have been found geometrically, whether or not anything stands in the way.
+Where an outline of a round body (`_rounds`) is in the place of an edge, the row holds the edge that
+touches it there.
 """
 
 from __future__ import annotations
@@ -24,13 +26,16 @@ class VertexEdges(NamedTuple):
 
     Attributes:
         place: of the receivers [m].
-        vertex, edge: numbers.
+        vertex, edge: numbers, where those of bodies' outlines come after those of edges.
+        start, along: of the edge [m].
         r_vertex, r_edge: distances from the receiver [m].
     """
 
     place: Float[np.ndarray, "n 3"]
     vertex: Int[np.ndarray, " n"]
     edge: Int[np.ndarray, " n"]
+    start: Float[np.ndarray, "n 3"]
+    along: Float[np.ndarray, "n 3"]
     r_vertex: Float[np.ndarray, " n"]
     r_edge: Float[np.ndarray, " n"]
 
@@ -40,13 +45,14 @@ class ThreeEdges(NamedTuple):
 
     Attributes:
         place: of the receivers [m].
-        edges: numbers.
+        start, along: of the edges [m].
         u: direction of the line, away from the receiver.
         r: distances from the receiver to the edges [m].
     """
 
     place: Float[np.ndarray, "n 3"]
-    edges: Int[np.ndarray, "n 3"]
+    start: Float[np.ndarray, "n 3 3"]
+    along: Float[np.ndarray, "n 3 3"]
     u: Float[np.ndarray, "n 3"]
     r: Float[np.ndarray, "n 3"]
 
@@ -54,6 +60,11 @@ class ThreeEdges(NamedTuple):
 def taken(rows, which):
     """Some rows of a table."""
     return type(rows)(*(a[which] for a in rows))
+
+
+def merged(tables):
+    """Several tables as one."""
+    return type(tables[0])(*(np.concatenate(columns) for columns in zip(*tables, strict=True)))
 
 
 def meeting(place, u, start, along) -> tuple[np.ndarray, np.ndarray]:
@@ -87,7 +98,9 @@ def vertex_edge_pairs(edges: Edges) -> tuple[np.ndarray, np.ndarray]:
 def in_planes_of_others(edges: Edges, rows: VertexEdges) -> Bool[np.ndarray, " n"]:
     """Whether the plane of a vertex and an edge holds another edge of that vertex."""
     flat = (edges.touch.astype(float) @ edges.coplanar) > 0.0
-    return flat[rows.vertex, rows.edge]
+    straight = rows.edge < len(edges.ends)
+    straight[straight] = flat[rows.vertex[straight], rows.edge[straight]]
+    return straight
 
 
 def vertex_edge_at(
@@ -97,10 +110,24 @@ def vertex_edge_at(
     way = edges.vertices[vertex] - place
     r_vertex = np.linalg.norm(way, axis=-1)
     u = unit(way)
-    r_edge, share = meeting(place, u, edges.start[edge], edges.along[edge])
-    there = (share > 0.0) & (share < 1.0) & (dot(u, np.asarray(at.normal)) > GRAZING)
-    there &= (np.minimum(r_vertex, r_edge) > edges.near) & (np.abs(r_vertex - r_edge) > edges.near)
-    return VertexEdges(place, vertex, edge, r_vertex, r_edge), there
+    start, along = edges.start[edge], edges.along[edge]
+    r_edge, share = meeting(place, u, start, along)
+    r = np.stack([r_vertex, r_edge], -1)
+    there = (share > 0.0) & (share < 1.0) & apart_above(edges, at, u, r)
+    return VertexEdges(place, vertex, edge, start, along, r_vertex, r_edge), there
+
+
+def apart_above(edges: Edges, at: Receiver, u, r) -> Bool[np.ndarray, " n"]:
+    """Whether what is in line is above the receivers' plane, and not in one place.
+
+    Args:
+        edges: say what one place is.
+        at: gives the normal.
+        u: directions of the lines of sight.
+        r: distances along them, shape (n, k) [m].
+    """
+    gaps = np.diff(np.sort(r, axis=-1), prepend=0.0, axis=-1)
+    return np.all(gaps > edges.near, axis=-1) & (dot(u, np.asarray(at.normal)) > GRAZING)
 
 
 def vertex_edges_along(edges: Edges, at: Receiver, along, reach) -> tuple[np.ndarray, VertexEdges]:
@@ -108,7 +135,7 @@ def vertex_edges_along(edges: Edges, at: Receiver, along, reach) -> tuple[np.nda
     vertex, edge = vertex_edge_pairs(edges)
     start = edges.start[edge]
     n = np.cross(start - edges.vertices[vertex], edges.along[edge])
-    t = _crossed(n, edges.vertices[vertex], at, along)
+    t = crossed(n, edges.vertices[vertex], at, along)
     on = (t > 0.0) & (t < reach)
     t, vertex, edge = t[on], vertex[on], edge[on]
     place = np.asarray(at.position) + t[:, None] * along
@@ -116,7 +143,7 @@ def vertex_edges_along(edges: Edges, at: Receiver, along, reach) -> tuple[np.nda
     return t[there], taken(rows, there)
 
 
-def _crossed(n, point, at: Receiver, along) -> np.ndarray:
+def crossed(n, point, at: Receiver, along) -> np.ndarray:
     """How far along a line planes are met; -1 for planes along it."""
     rate = n @ along
     level = np.abs(rate) <= 1e-12 * np.linalg.norm(n, axis=-1)
@@ -150,10 +177,8 @@ def three_edges_at(edges: Edges, at: Receiver, place, triples) -> tuple[ThreeEdg
     u = unit(products[best, np.arange(len(best))])
     u = u * np.where(dot(u, np.asarray(at.normal)) > 0.0, 1.0, -1.0)[:, None]
     r, share = meeting(place[:, None], u[:, None], start, along)
-    there = np.all((share > 0.0) & (share < 1.0) & (r > edges.near), axis=1)
-    there &= dot(u, np.asarray(at.normal)) > GRAZING
-    there &= np.min(np.abs(r - np.roll(r, 1, axis=1)), axis=1) > edges.near
-    return ThreeEdges(place, triples, u, r), there
+    there = np.all((share > 0.0) & (share < 1.0), axis=1) & apart_above(edges, at, u, r)
+    return ThreeEdges(place, start, along, u, r), there
 
 
 def three_edges_along(edges: Edges, at: Receiver, along, reach) -> tuple[np.ndarray, ThreeEdges]:
@@ -162,22 +187,22 @@ def three_edges_along(edges: Edges, at: Receiver, along, reach) -> tuple[np.ndar
     The determinant of the normals of the planes through the receiver and each edge vanishes there:
     a polynomial of degree two, for the cubic terms cancel.
     """
-    found = [(np.zeros(0), _no_triples())]
+    found = [(np.zeros(0), no_triples())]
     for triples in edge_triples(edges):
-        t, row = _quadratic_roots(_determinants(edges, at, along, reach, triples))
+        t, row = quadratic_roots(_determinants(edges, at, along, reach, triples))
         t = t * reach
         on = (t > 0.0) & (t < reach)
         t, row = t[on], row[on]
         place = np.asarray(at.position) + t[:, None] * along
         rows, there = three_edges_at(edges, at, place, triples[row])
         found.append((t[there], taken(rows, there)))
-    t = np.concatenate([f[0] for f in found])
-    return t, ThreeEdges(*(np.concatenate(a) for a in zip(*(f[1] for f in found), strict=True)))
+    return np.concatenate([t for t, _ in found]), merged([rows for _, rows in found])
 
 
-def _no_triples() -> ThreeEdges:
-    none = np.zeros((0, 3))
-    return ThreeEdges(none, none.astype(int), none, none)
+def no_triples() -> ThreeEdges:
+    """A table without rows."""
+    none, edges = np.zeros((0, 3)), np.zeros((0, 3, 3))
+    return ThreeEdges(none, edges, edges, none, none)
 
 
 def _determinants(edges: Edges, at: Receiver, along, reach, triples) -> np.ndarray:
@@ -188,7 +213,7 @@ def _determinants(edges: Edges, at: Receiver, along, reach, triples) -> np.ndarr
     return dot(n[:, :, 0], np.cross(n[:, :, 1], n[:, :, 2]))
 
 
-def _quadratic_roots(values: Float[np.ndarray, "3 n"]) -> tuple[np.ndarray, np.ndarray]:
+def quadratic_roots(values: Float[np.ndarray, "3 n"]) -> tuple[np.ndarray, np.ndarray]:
     """Real roots of parabolas by their values at 0, 1/2 and 1, and the rows they belong to."""
     c = values[0]
     b = 4.0 * values[1] - 3.0 * values[0] - values[2]
@@ -206,7 +231,7 @@ def contacts(edges: Edges, at: Receiver, along, reach) -> Float[np.ndarray, " c"
     """How far along a line of receivers it runs into faces, or out of them."""
     corner, spans, triangular = edges.faces
     normal = np.cross(spans[:, 0], spans[:, 1])
-    t = _crossed(normal, corner, at, along)
+    t = crossed(normal, corner, at, along)
     w = np.asarray(at.position) + t[:, None] * along - corner
     square = dot(normal, normal)
     x = dot(np.cross(w, spans[:, 1]), normal) / square
@@ -268,6 +293,6 @@ def _each_once(point, normal, size) -> tuple[np.ndarray, np.ndarray]:
 def planes_along(edges: Edges, at: Receiver, along, reach) -> tuple[np.ndarray, np.ndarray]:
     """Where a line of receivers meets planes that hold edges: how far along, and their normals."""
     point, normal = planes_of(edges)
-    t = _crossed(normal, point, at, along)
+    t = crossed(normal, point, at, along)
     on = (t > 0.0) & (t < reach)
     return t[on], normal[on]

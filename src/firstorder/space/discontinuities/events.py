@@ -6,10 +6,12 @@ order in which they cover each other changes, and
     two edges in a plane with the receiver      E' jumps
     a vertex and an edge                        E'' jumps
     three edges                                 E'' jumps
+    outlines that touch, one of them round      E'' grows like 1 / sqrt(x) on one side
     a shape that the line runs into             E jumps
 
-Closed forms are in `_jumps`. Parallel edges lie in a plane, and so do the edges of a face. All of
-it is found on the host, from concrete scenes of flat faces.
+For a vertex and an edge, or three edges, an outline of a round body is an edge as well. Closed
+forms are in `_jumps`. Parallel edges lie in a plane, and so do the edges of a face. All of it is
+found on the host, from concrete scenes.
 """
 
 from __future__ import annotations
@@ -22,11 +24,11 @@ from jaxtyping import ArrayLike, Float
 from firstorder._argument_checks import check_finite, check_positive
 from firstorder.scene._arguments import check_asked_one, numbers
 from firstorder.space.discontinuities._edges import Edges, edges_of, unit
-from firstorder.space.discontinuities._event_table import ORDERS, EventsAlong, joined
+from firstorder.space.discontinuities._event_table import ORDERS, TOUCH, EventsAlong, joined
 from firstorder.space.discontinuities._jumps import (
-    Bends,
     plane_slopes,
     strips,
+    tangent_roots,
     three_edges_bends,
     vertex_edge_bends,
 )
@@ -37,6 +39,15 @@ from firstorder.space.discontinuities._lines_of_sight import (
     vertex_edges_along,
 )
 from firstorder.space.discontinuities._queries import check_concrete, is_seen
+from firstorder.space.discontinuities._round_lines import (
+    body_tangents_along,
+    edge_tangents_along,
+    round_contacts,
+    round_triples_along,
+    three_rounds_along,
+    vertex_rounds_along,
+)
+from firstorder.space.discontinuities._rounds import check_discs, rounds_of
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
 
@@ -48,13 +59,16 @@ def visual_events_along(
 
     Light is what shapes of constant radiance and a constant sky emit, as for `irradiance`.
 
-    Valid for: boxes, rectangles and triangles that do not run into each other, and lines along
-    which no two edges of different bodies stay in line. Where E' jumps at a plane of two edges, the
-    jump of E'' is left out. Events at one place are rows of their own, and their jumps add. Work
-    grows with the third power of the number of edges.
+    Valid for: boxes, rectangles, triangles, ellipsoids and discs that do not run into each other,
+    and lines along which no two outlines of different bodies stay in line. Where E' jumps at a
+    plane of two edges, the jump of E'' is left out. Where two round outlines touch, or three cross,
+    is looked for on a grid, and two such places very close to each other may be missed. Where a
+    vertex lies on a round outline that one of its edges all but touches, the jump is large, holds
+    for a hair's breadth only, and may be wrong. Events at one place are rows of their own, and
+    their jumps add. Work grows with the third power of the number of edges.
 
     Args:
-        scene: concrete shapes of flat faces, and a sky of one radiance.
+        scene: concrete shapes of these kinds, and a sky of one radiance.
         at: the first receiver; say on which shape it lies (`on`) if it lies on one.
         along: direction of the line, of any length, shape (3,); perpendicular to the normal.
         reach: length of the line [m].
@@ -64,8 +78,9 @@ def visual_events_along(
         Places, kinds and jumps, in order of distance.
 
     Raises:
-        ValueError: if the scene is traced, has a round shape, a plane in which the receivers do not
-            lie, bands or a sky of many radiances; if the line has no length or leaves the plane.
+        ValueError: if the scene is traced, has other shapes, a plane in which the receivers do not
+            lie, bands or a sky of many radiances; if the line has no length, leaves the plane, or
+            crosses the plane of a disc.
 
     Reference: J12 §5; R07 §7.
 
@@ -86,12 +101,20 @@ def visual_events_along(
     check_concrete(scene, at)
     way = _direction(at, along)
     check_positive("reach", reach)
-    length, edges = float(np.asarray(reach)), edges_of(scene, at)
+    length, edges, rounds = float(np.asarray(reach)), edges_of(scene, at), rounds_of(scene)
+    line = way, length
+    check_discs(scene, "along", np.asarray(at.position) + np.array([[0.0], [length]]) * way)
     parts = [
-        _contacts(edges, at, way, length),
+        _contacts(at, way, contacts(edges, at, *line)),
+        _contacts(at, way, round_contacts(rounds, at, *line)),
         _planes(scene, edges, at, way, length),
-        _vertices(scene, edges, at, way, length),
-        _triples(scene, edges, at, way, length),
+        _touches(scene, edges, at, way, edge_tangents_along(edges, rounds, at, *line)),
+        _touches(scene, edges, at, way, body_tangents_along(edges, rounds, at, *line)),
+        _vertices(scene, edges, at, way, vertex_edges_along(edges, at, *line)),
+        _vertices(scene, edges, at, way, vertex_rounds_along(edges, rounds, at, *line)),
+        _triples(scene, edges, at, way, three_edges_along(edges, at, *line)),
+        _triples(scene, edges, at, way, round_triples_along(edges, rounds, at, *line)),
+        _triples(scene, edges, at, way, three_rounds_along(edges, rounds, at, *line)),
     ]
     table = joined(parts)
     return table if hidden else table.take(table.visible)
@@ -114,21 +137,21 @@ def _direction(at: Receiver, along: Any) -> Float[np.ndarray, "3"]:
 # --- one kind after the other --------------------------------------------------------------------
 
 
-def _table(at: Receiver, way, kind: str, x, direction, near, far, jumps, visible) -> EventsAlong:
+def _table(
+    at: Receiver, way, kind: str, x, direction, r, seen, slope=0.0, bend=0.0, roots=(0.0, 0.0)
+) -> EventsAlong:
+    """One row for each x, from distances r, shape (n, k), and jumps where something is seen."""
     n = len(x)
     position = np.asarray(at.position) + x[:, None] * way
-    order = np.full(n, ORDERS[kind])
+    order, near, far = np.full(n, ORDERS[kind]), np.min(r, axis=1), np.max(r, axis=1)
     # A jump of irradiance from radiance that cancels to rounding is none.
-    jumps = [np.where(visible, j, 0.0) for j in jumps]
-    return EventsAlong(x, position, np.full(n, kind), order, direction, near, far, visible, *jumps)
+    jumps = [np.where(seen, jump, 0.0) for jump in (slope, bend, *roots)]
+    return EventsAlong(x, position, np.full(n, kind), order, direction, near, far, seen, *jumps)
 
 
-def _contacts(edges: Edges, at: Receiver, way, reach: float) -> EventsAlong:
-    x = contacts(edges, at, way, reach)
-    none = np.zeros(len(x))
-    direction = np.broadcast_to(way, (len(x), 3))
-    seen = np.ones(len(x), bool)
-    return _table(at, way, "contact", x, direction, none, none, (none, none), seen)
+def _contacts(at: Receiver, way, x) -> EventsAlong:
+    direction, none = np.broadcast_to(way, (len(x), 3)), np.zeros((len(x), 1))
+    return _table(at, way, "contact", x, direction, none, np.ones(len(x), bool))
 
 
 def _planes(scene: Scene, edges: Edges, at: Receiver, way, reach: float) -> EventsAlong:
@@ -137,28 +160,29 @@ def _planes(scene: Scene, edges: Edges, at: Receiver, way, reach: float) -> Even
     found = strips(edges, at, places, normals)
     slopes = plane_slopes(scene, at, edges, places, normals, found)
     rows, first = np.unique(found.row, return_index=True)
-    r, u = found.r[first], found.u[first]
-    jump = slopes[rows] * np.abs(normals[rows] @ way)
+    r, u = found.r[first, None], found.u[first]
+    slope = slopes[rows] * np.abs(normals[rows] @ way)
     seen = is_seen(scene, slopes[rows])
-    return _table(at, way, "two edges in a plane", x[rows], u, r, r, (jump, 0.0 * jump), seen)
+    return _table(at, way, "two edges in a plane", x[rows], u, r, seen, slope=slope)
 
 
-def _vertices(scene: Scene, edges: Edges, at: Receiver, way, reach: float) -> EventsAlong:
-    x, rows = vertex_edges_along(edges, at, way, reach)
-    u = unit(edges.vertices[rows.vertex] - rows.place)
-    ends = np.stack([rows.r_vertex, rows.r_edge])
+def _touches(scene: Scene, edges: Edges, at: Receiver, way, found) -> EventsAlong:
+    x, rows = found
+    roots = tangent_roots(scene, at, edges, rows)
+    seen = is_seen(scene, roots.strength)
+    return _table(at, way, TOUCH, x, rows.u, rows.r, seen, roots=roots.along(way))
+
+
+def _vertices(scene: Scene, edges: Edges, at: Receiver, way, found) -> EventsAlong:
+    x, rows = found
     bends = vertex_edge_bends(scene, at, edges, rows)
-    return _bent(scene, at, way, "vertex and edge", x, u, ends, bends)
-
-
-def _triples(scene: Scene, edges: Edges, at: Receiver, way, reach: float) -> EventsAlong:
-    x, rows = three_edges_along(edges, at, way, reach)
-    bends = three_edges_bends(scene, at, edges, rows)
-    return _bent(scene, at, way, "three edges", x, rows.u, rows.r.T, bends)
-
-
-def _bent(scene: Scene, at: Receiver, way, kind, x, u, r, bends: Bends) -> EventsAlong:
-    jump = bends.along(way)
-    ends = np.min(r, axis=0), np.max(r, axis=0)
+    u, r = unit(edges.vertices[rows.vertex] - rows.place), np.stack([rows.r_vertex, rows.r_edge], 1)
     seen = is_seen(scene, bends.strength)
-    return _table(at, way, kind, x, u, *ends, (0.0 * jump, jump), seen)
+    return _table(at, way, "vertex and edge", x, u, r, seen, bend=bends.along(way))
+
+
+def _triples(scene: Scene, edges: Edges, at: Receiver, way, found) -> EventsAlong:
+    x, rows = found
+    bends = three_edges_bends(scene, at, edges, rows)
+    seen = is_seen(scene, bends.strength)
+    return _table(at, way, "three edges", x, rows.u, rows.r, seen, bend=bends.along(way))

@@ -1,0 +1,221 @@
+"""Round outlines, on the host: limbs of ellipsoids and rims of discs.
+
+Seen from a place, a body with the middle c and the half-axes A is the cone of the directions u with
+`F(u) <= 0`,
+
+    F(u) = (w x u) S (w x u) - u adj(S) u,      w = c - place,  S = A A^T.
+
+A plane with the normal n touches it if `n S n = (n . w)^2`. For an eye that moves, a limb moves as
+an edge would that touches it where the line of sight does.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from firstorder.space.discontinuities._edges import dot, unit
+from firstorder.space.scene import Scene
+from firstorder.space.shapes.kinds import Discs, Ellipsoids
+
+
+class Rounds(NamedTuple):
+    """Round bodies of a scene, each by its middle and its quadric.
+
+    Attributes:
+        center: c [m].
+        spread: S, of rank two for a disc [m^2].
+        adjugate: adj(S) [m^4].
+    """
+
+    center: Float[np.ndarray, "*b 3"]
+    spread: Float[np.ndarray, "*b 3 3"]
+    adjugate: Float[np.ndarray, "*b 3 3"]
+
+    def take(self, which) -> Rounds:
+        """Some of them, or some of them again."""
+        return Rounds(*(a[which] for a in self))
+
+
+class Outline(NamedTuple):
+    """An outline about a direction in which it is seen.
+
+    Attributes:
+        touch: the point of the body that is seen there [m].
+        m: unit normal of the plane that touches the body there, outwards.
+        curvature: k of the outline `y = k x^2 / 2` on the plane `direction + x tau + y m`, with
+            `tau = direction x m` (a great circle has none).
+    """
+
+    touch: Float[np.ndarray, "n 3"]
+    m: Float[np.ndarray, "n 3"]
+    curvature: Float[np.ndarray, " n"]
+
+
+def rounds_of(scene: Scene) -> Rounds:
+    """Ellipsoids and discs of a scene.
+
+    Example:
+        >>> from firstorder.space import Scene, primitive, sphere
+        >>> from firstorder.space.discontinuities._rounds import rounds_of
+        >>> ball = Scene.of(primitive(sphere((0, 0, 1), 0.5)))
+        >>> rounds_of(ball).spread[0].diagonal().tolist()
+        [0.25, 0.25, 0.25]
+    """
+    center, axes = [np.zeros((0, 3))], [np.zeros((0, 3, 3))]
+    for group in scene.groups:
+        if isinstance(group, Ellipsoids | Discs):
+            flat = [1.0, 1.0, 0.0 if isinstance(group, Discs) else 1.0]
+            center.append(np.asarray(group.center, float))
+            axes.append(np.asarray(group.axes, float) * flat)
+    A = np.concatenate(axes)
+    S = A @ np.swapaxes(A, -1, -2)
+    adjugate = np.stack([np.cross(S[..., i - 2, :], S[..., i - 1, :]) for i in range(3)], -2)
+    return Rounds(np.concatenate(center), S, adjugate)
+
+
+def check_discs(scene: Scene, name: str, places: Float[np.ndarray, "k 3"]) -> None:
+    """Refuse receivers on both sides of the plane of a disc, which is seen edge-on between."""
+    for group in scene.groups:
+        if isinstance(group, Discs):
+            normals = unit(np.asarray(group.axes)[..., 2])
+            height = np.einsum("kni,ni->kn", places[:, None] - np.asarray(group.center), normals)
+            if np.any(np.min(height, axis=0) * np.max(height, axis=0) < 0.0):
+                raise ValueError(f"Argument `{name}` must not cross the plane of a disc, but does.")
+
+
+def form(S: np.ndarray, a: np.ndarray, b: np.ndarray | None = None) -> Any:
+    """The quadratic form `a S a`, or `a S b`."""
+    return np.einsum("...i,...ij,...j->...", a, S, a if b is None else b)
+
+
+def outside(rounds: Rounds, place, way) -> np.ndarray:
+    """F: zero along outlines, negative within [m^6]."""
+    side = np.cross(rounds.center - place, way)
+    return form(rounds.spread, side) - form(rounds.adjugate, way)
+
+
+def outline_at(rounds: Rounds, place, u) -> Outline:
+    """Outlines in directions in which they are seen.
+
+    Args:
+        rounds: one body for each row.
+        place: of the eye, shape (n, 3) [m].
+        u: unit directions of outlines, likewise.
+    """
+    w = rounds.center - place
+    slope = half_slope(rounds, place, u)
+    m = unit(slope - dot(slope, u)[..., None] * u)
+    tau = np.cross(u, m)
+    bend = form(rounds.spread, np.cross(w, tau)) - form(rounds.adjugate, tau)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        curvature = -bend / np.linalg.norm(slope, axis=-1)
+        return Outline(place + touching(rounds, w, m), m, curvature)
+
+
+def tangent_planes(rounds: Rounds, place, u, across) -> np.ndarray:
+    """Normals of the planes that touch bodies where other planes cross their outlines.
+
+    By Newton's method along those planes.
+
+    Args:
+        rounds: one body for each row.
+        place: of the eye, shape (n, 3) [m].
+        u: directions near to the crossings.
+        across: normals of the planes that cross the outlines.
+    """
+    n = unit(across)
+    for _ in range(8):
+        u = unit(u - dot(u, n)[..., None] * n)
+        slope, along = half_slope(rounds, place, u), np.cross(n, u)
+        u = u - (0.5 * outside(rounds, place, u) / dot(slope, along))[..., None] * along
+    return half_slope(rounds, place, unit(u))
+
+
+def half_slope(rounds: Rounds, place, way) -> np.ndarray:
+    """Half of the gradient of F by the direction [m^6]."""
+    w = rounds.center - place
+    side = np.einsum("...ij,...j->...i", rounds.spread, np.cross(w, way))
+    return np.cross(side, w) - np.einsum("...ij,...j->...i", rounds.adjugate, way)
+
+
+def touching(rounds: Rounds, w, n) -> np.ndarray:
+    """From an eye to where planes through it touch bodies [m].
+
+    Args:
+        rounds: one body for each row.
+        w: from the eye, or any point of the plane, to the middle [m].
+        n: normals of the planes.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return w - np.einsum("...ij,...j->...i", rounds.spread, n) / dot(n, w)[..., None]
+
+
+def null_directions(G: Float[np.ndarray, "*n 2 2"]) -> np.ndarray:
+    """The two unit directions in which a quadratic form of the plane is zero, shape (..., 2, 2).
+
+    Each changes smoothly with the form, but for its sign. Not finite where there are none.
+    """
+    mean, half = 0.5 * (G[..., 0, 0] + G[..., 1, 1]), 0.5 * (G[..., 0, 0] - G[..., 1, 1])
+    with np.errstate(invalid="ignore", divide="ignore"):
+        apart = np.arccos(-mean / np.hypot(half, G[..., 0, 1]))
+    middle = np.arctan2(G[..., 0, 1], half)
+    angle = 0.5 * np.stack([middle + apart, middle - apart], -1)
+    return np.stack([np.cos(angle), np.sin(angle)], -1)
+
+
+def frame_across(way: Float[np.ndarray, "*n 3"]) -> Float[np.ndarray, "*n 2 3"]:
+    """Two unit vectors at right angles to others and to each other."""
+    axis = np.eye(3)[np.argmin(np.abs(way), axis=-1)]
+    first = unit(np.cross(way, axis))
+    return np.stack([first, unit(np.cross(way, first))], -2)
+
+
+def around(one: Rounds, axis, place, angle) -> Float[np.ndarray, "*n 3"]:
+    """Unit directions of the outline of a body, by an angle.
+
+    Planes through the eye touch the body if `n D n = 0`, `D = S - w w`. The plane with the normal
+    `adj(S) w` does not meet it, D is negative there, and positive for what is orthogonal by D.
+
+    Args:
+        one: the body.
+        axis: at right angles to `adj(S) w`, from which the angle is counted.
+        place: of the eye [m].
+        angle: [rad].
+    """
+    w = one.center - place
+    D = one.spread - w[..., :, None] * w[..., None, :]
+    first = between(one, place)
+    frame: list[np.ndarray] = []
+    for vector in (first, axis, np.cross(first, axis)):
+        n = np.broadcast_to(vector, w.shape)
+        for other in frame:  # of length one or minus one by D, and orthogonal
+            n = n - (np.sign(form(D, other)) * form(D, other, n))[..., None] * other
+        with np.errstate(invalid="ignore", divide="ignore"):
+            frame.append(n / np.sqrt(np.abs(form(D, n)))[..., None])
+    cosine, sine = np.cos(angle)[..., None], np.sin(angle)[..., None]
+    return unit(touching(one, w, frame[0] + cosine * frame[1] + sine * frame[2]))
+
+
+def between(one: Rounds, place) -> Float[np.ndarray, "*n 3"]:
+    """Normals `adj(S) w` of planes through places that do not meet a body, of some length."""
+    return np.einsum("...ij,...j->...i", one.adjugate, one.center - place)
+
+
+def touching_planes(rounds: Rounds, point, way) -> Float[np.ndarray, "*n 2 3"]:
+    """Unit normals of the two planes through a line that touch a body.
+
+    Not finite where the line meets the body.
+
+    Args:
+        rounds: one body for each row.
+        point: of the line, shape (n, 3) [m].
+        way: along the line.
+    """
+    e, v = frame_across(way), rounds.center - point
+    G = np.einsum("...ai,...ij,...bj->...ab", e, rounds.spread, e)
+    across = np.einsum("...ai,...i->...a", e, v)
+    normals = null_directions(G - across[..., :, None] * across[..., None, :]) @ e
+    return unit(normals)

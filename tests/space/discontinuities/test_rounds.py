@@ -1,0 +1,237 @@
+"""Visual events of round bodies, by symmetries, against exact derivatives and closed light.
+
+`derivations/space/discontinuities/rounds.py` has a brute force for a ball; here are ellipsoids,
+discs, and bodies that touch each other's images.
+"""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from derivations.space.discontinuities import rounds as brute
+from firstorder.numerics._batching import host_rows
+from firstorder.space import (
+    Receiver,
+    Scene,
+    disc,
+    ellipsoid,
+    irradiance,
+    primitive,
+    rectangle,
+    sphere,
+)
+from firstorder.space.discontinuities import _jumps, _rounds, discontinuity_mesh
+from firstorder.space.discontinuities.events import visual_events_along
+
+START, WAY, REACH = np.array([-2.0, 0.03, 0.0]), np.array([1.0, 0.07, 0.0]), 4.0
+TOUCH = "outlines that touch"
+LAMPS = {
+    "a disc": disc((0.05, -0.1, 2.0), (0.1, -0.05, -1.0), 0.4),
+    "a ball": sphere((0.05, -0.1, 2.0), 0.4),
+}
+PLATE = (0.05, 0.1, 1.05), (0.22, 0.13, -0.05), (-0.1, 0.2, 0.07)
+
+
+def blob(center, seed, size=0.17):
+    axes = size * np.eye(3) + np.random.default_rng(seed).uniform(-0.1, 0.1, (3, 3))
+    return ellipsoid(center, axes)
+
+
+BLOBS = [blob((0.12, 0.05, 1.4), 1), blob((-0.1, -0.06, 0.7), 2)]
+
+
+def scene_of(lamp, *shapes):
+    return Scene.of(primitive(lamp, emission=1.0), *map(primitive, shapes))
+
+
+def found(scene, start=START, way=WAY, reach=REACH, **options):
+    return visual_events_along(scene, Receiver.at(start), along=way, reach=reach, **options)
+
+
+@jax.jit
+def _second(scene, t):
+    way = jnp.asarray(WAY / np.linalg.norm(WAY))
+
+    def E(t):
+        return irradiance(scene, Receiver.at(jnp.asarray(START) + t * way))
+
+    return jax.vmap(jax.grad(jax.grad(E)))(t)
+
+
+def second(scene, t):
+    """Exact second derivatives along the line."""
+    return host_rows(lambda t: _second(scene, t), np.asarray(t))
+
+
+def beside(scene, table, powers):
+    """Leading coefficients of E'' before and after each event, by powers of the distance."""
+    gaps = [np.min(np.abs(np.delete(table.x, i) - x)) for i, x in enumerate(table.x)]
+    # Within a hundredth of the way to the next event.
+    s = np.minimum(2e-6, 0.01 * np.array(gaps))[:, None] * np.array([0.5, 1.0, 2.0, 4.0])
+    sides = []
+    for side in (-1.0, 1.0):
+        values = second(scene, (table.x[:, None] + side * s).ravel()).reshape(s.shape)
+        sides.append(np.linalg.solve(s[..., None] ** powers, values[..., None])[:, 0, 0])
+    return sides
+
+
+SCENES = [(lamp, shapes) for lamp in LAMPS for shapes in (BLOBS, [BLOBS[1], rectangle(*PLATE)])]
+
+
+@pytest.mark.parametrize(("lamp", "shapes"), SCENES)
+def test_jumps_and_roots_are_those_of_exact_derivatives(lamp, shapes):
+    scene = scene_of(LAMPS[lamp], *shapes)
+    table = found(scene)
+    touch = table.kind == TOUCH
+    before, after = beside(scene, table, brute.JUMP)
+    assert np.sum(~touch) > 2
+    np.testing.assert_allclose(table.jump_E2[~touch], (after - before)[~touch], rtol=1e-4)
+    before, after = beside(scene, table, brute.ROOT)
+    assert np.sum(touch) > 2
+    np.testing.assert_allclose(table.root_before[touch], before[touch], atol=2e-5)
+    np.testing.assert_allclose(table.root_after[touch], after[touch], atol=2e-5)
+    assert np.max(np.abs(table.root_before + table.root_after)) > 0.1
+
+
+@pytest.mark.parametrize(("lamp", "shapes"), SCENES)
+def test_no_event_is_missed(lamp, shapes):
+    """Without jumps and roots what is left of E'' changes little from sample to sample."""
+    scene = scene_of(LAMPS[lamp], *shapes)
+    table = found(scene)
+    t = np.arange(0.0, REACH, 5e-4)
+    away = t[:, None] - table.x
+    roots = np.where(away > 0.0, table.root_after, table.root_before)
+    rest = second(scene, t) - np.sum((away > 0.0) * table.jump_E2, axis=1)
+    rest = rest - np.sum(roots / np.sqrt(np.abs(away)), axis=1)
+    bends = np.abs(np.diff(rest, 2))  # a jump that is missed leaves itself here
+    far = np.min(np.abs(t[1:-1, None] - table.x), axis=1) > 1e-2
+    assert np.max(bends[far]) < 0.1
+
+
+@pytest.mark.parametrize("kind", [TOUCH, "vertex and edge", "three edges"])
+def test_the_mesh_has_the_events_of_a_line_that_crosses_it(kind):
+    scene = brute.scene()
+    mesh = discontinuity_mesh(scene, Receiver.at((0.0, 0.0, 0.0)), points=401, reach=2.0)
+    way = WAY[:2] / np.linalg.norm(WAY)
+    across, hits = np.array([-way[1], way[0]]), []
+    for number in np.flatnonzero(mesh.kind == kind):
+        line, jumps = mesh.lines[number], mesh.jumps[number]
+        off, along = ((line[:, :2] - START[:2]) @ v for v in (across, way))
+        for k in np.flatnonzero(off[1:] * off[:-1] < 0.0):
+            x = along[k] + off[k] / (off[k] - off[k + 1]) * (along[k + 1] - along[k])
+            step = line[k + 1, :2] - line[k, :2]
+            sine = abs(step @ across) / np.linalg.norm(step)  # of the line with the piece
+            hits.append((x, np.sqrt(jumps[k] * jumps[k + 1]), sine))
+    table = found(scene)
+    table = table.take(table.kind == kind)
+    x, size, sine = np.array(sorted(hits)).T
+    np.testing.assert_allclose(x, table.x, atol=1e-4)
+    told = np.abs(table.root_before + table.root_after + table.jump_E2)
+    power = 1.5 if kind == TOUCH else 2.0
+    # The mesh has points beside the line, between which jumps grow and shrink.
+    np.testing.assert_allclose(size * sine**power, told, rtol=0.05, atol=1e-4)
+
+
+def test_umbra_and_penumbra_of_discs_are_circles():
+    """Half as high as the lamp: radii 2 r - R and 2 r + R."""
+    scene = scene_of(disc((0, 0, 2.0), (0, 0, -1.0), 0.5), disc((0, 0, 1.0), (0, 0, 1.0), 0.3))
+    mesh = discontinuity_mesh(scene, Receiver.at((0.0, 0.0, 0.0)), points=33, reach=1.2)
+    radii = sorted((np.linalg.norm(line, axis=1) for line in mesh.lines), key=np.mean)
+    assert len(radii) == 2
+    np.testing.assert_allclose(radii[0], 0.1, rtol=1e-9)
+    np.testing.assert_allclose(radii[1], 1.1, rtol=1e-9)
+
+
+def test_what_two_balls_share_is_the_area_of_a_lens():
+    """From far below, discs of the angles of the balls: E'' where they begin to overlap."""
+    R, r, H, h = 0.02, 0.03, 2.0, 1.0
+    scene = scene_of(sphere((0.0, 0.0, H), R), sphere((0.0, 0.0, h), r))
+    table = found(scene, start=(-0.2, 0.0, 0.0), way=(1.0, 0.0, 0.0), reach=0.4)
+    k = H / R + h / r  # of circles of the angles R/H and r/h, one beside the other
+    speed = 1.0 / h - 1.0 / H
+    outer = -np.sqrt(2.0 / k) * speed**1.5
+    assert table.kind.tolist() == [TOUCH] * 4
+    # Up to squares of angles of a tenth.
+    np.testing.assert_allclose(table.root_after[0], outer, rtol=2e-2)
+    np.testing.assert_allclose(table.root_before[3], outer, rtol=2e-2)
+    np.testing.assert_allclose(table.x[0] - 0.2, -(R / H + r / h) / speed, rtol=2e-2)
+
+
+def test_a_body_may_be_drawn_with_other_axes():
+    """A ball is an ellipsoid with axes in any direction."""
+    turn, _ = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))
+    lamp, plate = LAMPS["a disc"], rectangle(*PLATE)
+    one = found(scene_of(lamp, plate, sphere((0.1, 0.0, 0.6), 0.2)))
+    other = found(scene_of(lamp, plate, ellipsoid((0.1, 0.0, 0.6), 0.2 * turn)))
+    assert one.kind.tolist() == other.kind.tolist()
+    np.testing.assert_allclose(one.x, other.x, atol=1e-8)
+    np.testing.assert_allclose(one.root_after, other.root_after, atol=1e-7)
+
+
+def test_a_line_that_is_walked_back_has_its_events_in_reverse():
+    scene = scene_of(LAMPS["a ball"], *BLOBS)
+    there, end = found(scene), START + REACH * WAY / np.linalg.norm(WAY)
+    back = found(scene, start=end, way=-WAY)
+    np.testing.assert_allclose(REACH - back.x[::-1], there.x, atol=1e-7)
+    np.testing.assert_allclose(back.root_after[::-1], there.root_before, atol=1e-6)
+    np.testing.assert_allclose(-back.jump_E2[::-1], there.jump_E2, rtol=1e-4, atol=1e-9)
+
+
+def test_roots_and_jumps_shrink_as_space_grows():
+    def grown(k):
+        lamp, ball = sphere((0.0, 0.1 * k, 2.0 * k), 0.4 * k), sphere((0.0, 0.0, k), 0.2 * k)
+        plate = rectangle(*(k * np.array(a) for a in PLATE))
+        return found(scene_of(lamp, ball, plate), start=k * START, reach=k * REACH)
+
+    one, other = grown(1.0), grown(1e3)
+    np.testing.assert_allclose(other.x, 1e3 * one.x, rtol=1e-7)
+    np.testing.assert_allclose(10.0**4.5 * other.root_after, one.root_after, atol=1e-6)
+    np.testing.assert_allclose(1e6 * other.jump_E2, one.jump_E2, atol=1e-5)
+
+
+def test_a_line_that_runs_into_a_ball_tells_so():
+    table = found(scene_of(LAMPS["a disc"], sphere((0.0, 0.17, 0.0), 0.5)))
+    row = table.take(table.kind == "contact")
+    assert row.order.tolist() == [0, 0]
+    at = row.position - np.array([0.0, 0.17, 0.0])
+    np.testing.assert_allclose(np.linalg.norm(at, axis=1), 0.5)
+
+
+def test_a_ball_on_the_floor_has_events_like_any_other():
+    lamp, balls = LAMPS["a ball"], (sphere((0.1, 0.0, 0.2), 0.2), sphere((-0.3, 0.1, 0.9), 0.25))
+    floor = rectangle((0.0, 0.0, 0.0), (4.0, 0.0, 0.0), (0.0, 4.0, 0.0))
+    start = Receiver.at((-2.0, 0.2, 0.0), on=3)
+    table = visual_events_along(scene_of(lamp, *balls, floor), start, along=WAY, reach=4.0)
+    free = found(scene_of(lamp, *balls), start=(-2.0, 0.2, 0.0), reach=4.0)
+    np.testing.assert_allclose(table.x, free.x, atol=1e-9)
+    np.testing.assert_allclose(table.root_after, free.root_after, atol=1e-9)
+    assert len(table) > 3
+
+
+def test_bodies_that_nothing_parts_have_no_plane_between_them():
+    one, other = sphere((0.0, 0.0, 1.0), 0.2), sphere((0.1, 0.0, 1.0), 0.2)
+    assert len(found(scene_of(one, other))) == 0
+
+
+# --- faults --------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def searched_again():
+    brute.predicted.cache_clear()
+    yield
+    brute.predicted.cache_clear()
+
+
+def test_a_curvature_that_is_wrong_is_seen(monkeypatch, searched_again):
+    right = _rounds.outline_at
+    spoilt = lambda *args: (o := right(*args))._replace(curvature=1.01 * o.curvature)  # noqa: E731
+    monkeypatch.setattr("firstorder.space.discontinuities._round_lines.outline_at", spoilt)
+    assert brute.root_error(brute.by_values) > 1e-3
+
+
+def test_limbs_that_move_too_fast_are_seen(monkeypatch, searched_again):
+    monkeypatch.setattr(_jumps, "tangential", lambda at, m: 1.01 * np.asarray(m))
+    assert brute.root_error(brute.by_values) > 1e-3
+    assert brute.jump_error(brute.by_values) > 1e-3
