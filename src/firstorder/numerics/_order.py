@@ -24,7 +24,7 @@ def order_of(a: Shaped[Array, " n"]) -> Int[Array, " n"]:
     n = a.shape[0]
     index = np.arange(n, dtype=np.int32)
     if a.dtype == bool:
-        return jax.lax.sort(a * n + index, is_stable=False) % n
+        return jax.lax.rem(jax.lax.sort(a * n + index, is_stable=False), np.int32(n))
     a = jax.lax.stop_gradient(a)
     if not jax.config.read("jax_enable_x64"):
         return jnp.argsort(a, stable=True)

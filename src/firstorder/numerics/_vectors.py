@@ -13,6 +13,7 @@ from jaxtyping import Array, Float, Int, Shaped
 
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._scale import power_of_two
+from firstorder.numerics._select import either
 
 Vectors = Float[Array, "*#n 3"]
 Numbers = Float[Array, "*#n"]
@@ -93,7 +94,7 @@ def norm(a: Vectors) -> Numbers:
     """
     square = dot(a, a)
     there = square > 0.0
-    return jnp.where(there, jnp.sqrt(jnp.where(there, square, 1.0)), 0.0)
+    return either(there, jnp.sqrt(either(there, square, 1.0)), 0.0)
 
 
 def unit(a: Vectors) -> Vectors:
@@ -106,7 +107,7 @@ def unit(a: Vectors) -> Vectors:
         [0.0, 0.0, 1.0]
     """
     length = norm(a)
-    return a / jnp.where(length > 0.0, length, 1.0)[..., None]
+    return a / either(length > 0.0, length, 1.0)[..., None]
 
 
 def orthonormal_frame(normal: Vectors) -> Float[Array, "*n 3 3"]:
@@ -121,7 +122,7 @@ def orthonormal_frame(normal: Vectors) -> Float[Array, "*n 3 3"]:
         [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
     """
     across, z = normal[..., :2], normal[..., 2:]
-    sign = jnp.where(z >= 0.0, 1.0, -1.0).astype(normal.dtype)
+    sign = either(z >= 0.0, jnp.ones_like(z), -1.0)
     turned = across[..., :, None] * (across / (1.0 + sign * z))[..., None, :]
     flat = np.eye(2, dtype=normal.dtype) - turned
     tangents = jnp.concatenate([flat, -(sign * across)[..., None, :]], -2)
@@ -171,7 +172,7 @@ def inverse_and_det(axes: Float[Array, "*n 3 3"]) -> tuple[Float[Array, "*n 3 3"
     columns = jnp.swapaxes(axes, -1, -2)
     one, two = jnp.roll(columns, -1, -2), jnp.roll(columns, -2, -2)
     rows = settled(cross(one, two))
-    det = jnp.sum(columns[..., 0, :] * rows[..., 0, :], -1)
+    det = jnp.sum(columns * rows, -1)[..., 0]
     on_a_line = jnp.all(rows == 0.0, (-2, -1))
     return settled(rows / (det + on_a_line)[..., None, None]), det
 

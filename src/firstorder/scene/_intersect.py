@@ -26,6 +26,7 @@ from jaxtyping import Array, ArrayLike, Bool, Float, Int
 from firstorder._argument_checks import is_concrete
 from firstorder.numerics._batching import in_blocks, one_list
 from firstorder.numerics._host import hosted
+from firstorder.numerics._select import either
 from firstorder.typing import as_array
 
 MISS = -1
@@ -75,12 +76,12 @@ def highest(t: Float[Array, "m r"], rank: Int[Array, "m #r"], n: int) -> Int[Arr
         least = jnp.minimum(s, t)
         within = least * (1.0 + share)
         both = (s <= within) & (t <= within)
-        return least, jnp.where(both, jnp.maximum(k, m), jnp.where(s < t, k, m))
+        return least, either(both, jnp.maximum(k, m), either(s < t, k, m))
 
-    met = jnp.where(t < jnp.inf, rank, MISS)
+    met = either(t < jnp.inf, rank, MISS)
     nothing = jnp.asarray(jnp.inf, t.dtype), jnp.asarray(MISS, jnp.int32)
     most = jax.lax.reduce((t, met), nothing, nearer, (0,))[1]
-    return jnp.where(most < n, most, most - n)
+    return either(most < n, most, most - n)
 
 
 def numbered(groups: Sequence[Any]) -> Iterator[tuple[Any, Int[Array, " n"]]]:
@@ -106,7 +107,7 @@ def picked(groups: Sequence[Any], index: ArrayLike, ask: Callable[[Any], Any]) -
             answer = said
         else:
             here = index >= first
-            answer = jax.tree.map(lambda a, b, here=here: jnp.where(here, a, b), said, answer)
+            answer = jax.tree.map(lambda a, b, here=here: either(here, a, b), said, answer)
         first += group.count
     return answer
 
@@ -158,7 +159,7 @@ def first_by_scan(groups: Sequence[Any], rank: Array, rays: Rays) -> Int[Array, 
     def meet(carry, here):
         (reach, most), (shape, k, rank) = carry, here
         t = _beside(lambda o, d, on: shape.distance(o, d, on == k), apart)
-        return (jnp.minimum(reach, share * t + slack), jnp.where(t <= reach, rank, most)), None
+        return (jnp.minimum(reach, share * t + slack), either(t <= reach, rank, most)), None
 
     found = []
     for group, numbers in numbered(groups):
@@ -169,7 +170,7 @@ def first_by_scan(groups: Sequence[Any], rank: Array, rays: Rays) -> Int[Array, 
         reach = jnp.full(count, jnp.finfo(apart[0].dtype).max, apart[0].dtype)
         found.append(jax.lax.scan(meet, (reach, jnp.full(count, MISS, jnp.int32)), each)[0])
     reach, most = (jnp.stack(a) for a in zip(*found, strict=True))
-    return highest(jnp.where(most == MISS, jnp.inf, reach), most, rank.shape[0])
+    return highest(either(most == MISS, jnp.inf, reach), most, rank.shape[0])
 
 
 def first_shape(
@@ -213,7 +214,7 @@ def first_of(
     def meet(number, origin, along, on):
         known = jnp.maximum(number, 0)
         t = picked(groups, known, lambda shape: shape.distance(origin, along, on == number))
-        return jnp.where(number == MISS, jnp.inf, t)
+        return either(number == MISS, jnp.inf, t)
 
     t = jax.vmap(lambda row: jax.vmap(meet)(row, *rays))(numbers)
     t = t + _rounding(rays[0]) / tie(t.dtype)
@@ -279,7 +280,7 @@ def any_hit(
     def meet(blocked, here):
         shape, k = here
         t = _beside(lambda o, d, on: shape.distance(o, d, on == k), apart)
-        at_end = jnp.where(on_end == k, its_own, others)
+        at_end = either(on_end == k, jnp.full_like(length, its_own), others)
         return blocked | (t < length * (1.0 - at_end)), None
 
     blocked = jnp.zeros(length.shape, bool)
@@ -304,7 +305,7 @@ def occluded(
     groups, a, b = jax.lax.stop_gradient((groups, a, b))
     way = b - a
     length = jnp.sqrt(jnp.sum(way * way, -1))
-    along = way / jnp.where(length == 0.0, 1.0, length)[:, None]
+    along = way / either(length == 0.0, 1.0, length)[:, None]
     on_a, on_b = (jnp.broadcast_to(jnp.asarray(on), length.shape) for on in (on_a, on_b))
     eps = float(jnp.finfo(length.dtype).eps)
     near_end = 32.0 * eps**0.5, tie(length.dtype)

@@ -24,6 +24,7 @@ from firstorder._argument_checks import nan_unless
 from firstorder.numerics._compiled import compiled_after
 from firstorder.numerics._refinement import with_errors
 from firstorder.numerics._scale import power_of_two
+from firstorder.numerics._select import either
 from firstorder.numerics._vectors import unit
 from firstorder.scene._arguments import check_asked_one
 from firstorder.scene._bands import by_band
@@ -201,8 +202,8 @@ def _shown(scene: Scene, at: Receiver, found: _Outlines) -> Float[Array, " n_1"]
     """The radiance that each shape turns towards a receiver, and last the sky's."""
     closed = np.repeat([g.closed for g in scene.groups], [g.count for g in scene.groups])
     sides = scene.material.emission
-    facing = jnp.where(closed | (found.eye[:, 2] > 0.0), sides[:, FRONT], sides[:, BACK])
-    return jnp.append(facing, scene.sky(at.normal))
+    facing = either(closed | (found.eye[:, 2] > 0.0), sides[:, FRONT], sides[:, BACK])
+    return jnp.concatenate([facing, scene.sky(at.normal)[None]])
 
 
 @compiled_after(check_question, check_apart)
@@ -270,7 +271,7 @@ def _jump(on, sides: SilhouetteSides, at: Receiver, radiance: Radiance) -> Float
     world = unit(on[0]) @ at.axes.T
     value = jax.vmap(jax.vmap(radiance, (None, 0)))
     left, right = value(sides.owner, world), value(sides.behind, world)
-    return jnp.where(sides.seen[:, None], left - jnp.where(sides.cut[:, None], right, 0.0), 0.0)
+    return either(sides.seen[:, None], left - either(sides.cut[:, None], right, 0.0), 0.0)
 
 
 def _moving(on, jump: Float[Array, "m #k"], weight) -> Float[Array, "3"]:
@@ -286,7 +287,7 @@ def _radiance(scene: Scene, at: Receiver) -> Radiance:
     """Radiance of the scene under a sky that varies."""
     black = Scene(scene.groups, scene.material, jnp.zeros(()), scene.names)
     seen = _shown(black, at, _outlines_from(scene, at))
-    return lambda index, along: jnp.where(index < 0, scene.sky(along), seen[index])
+    return lambda index, along: either(index < 0, scene.sky(along), seen[index])
 
 
 @partial(jax.custom_jvp, nondiff_argnums=(2, 3, 4))
@@ -316,7 +317,7 @@ def _contours_rule(segment, arc, nodes, primals, tangents):
 
     def fixed(lines, arcs):
         seen = cut.sides.seen
-        parts = _harmless_parts(lines, arcs, seen, cut.low.shape[0])
+        parts = _harmless_parts(lines, arcs, seen, cut.straight)
         edges = _integrals(*parts, cut, segment, arc, nodes)
         return edges, cut.sides, jnp.diff(cut.azimuths), cut.above
 
@@ -326,6 +327,7 @@ def _contours_rule(segment, arc, nodes, primals, tangents):
 
 def _integrals(lines: Array, arcs: Array, cut: _Pieces, segment, arc, nodes: int) -> Any:
     """Integrals along straight and curved parts, behind each other."""
-    straight = segment(lines[:, 0], lines[:, 1], cut.low, cut.high)
-    curved = arc(arcs[:, 0], arcs[:, 1], arcs[:, 2], cut.first, cut.last, nodes)
+    (low, first), (high, last) = cut.apart(cut.low), cut.apart(cut.high)
+    straight = segment(*jnp.unstack(lines, axis=1), low, high)
+    curved = arc(*jnp.unstack(arcs, axis=1), first, last, nodes)
     return jax.tree.map(lambda a, b: jnp.concatenate([a, b]), straight, curved)

@@ -13,6 +13,7 @@ from firstorder._argument_checks import check_finite, check_real, is_concrete, n
 from firstorder.conventions import normal_rate
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._host import spread
+from firstorder.numerics._select import either
 from firstorder.numerics._vectors import frame_along
 from firstorder.scene._arguments import numbers, shape_number, spread_over
 from firstorder.scene._derivatives import SPACE
@@ -167,8 +168,8 @@ def _turned(axes: Float[Array, "3 3"], tilt: Float[Array, "2"]) -> Float[Array, 
     square = jnp.dot(tilt, tilt)
     squares = jnp.stack([square, 0.25 * square])
     turns = squares > 1e-12
-    angle = jnp.sqrt(jnp.where(turns, squares, 1.0))
-    s, half = jnp.where(turns, jnp.sin(angle) / angle, 1.0 - squares / 6.0)
+    angle = jnp.sqrt(either(turns, squares, 1.0))
+    s, half = jnp.unstack(either(turns, jnp.sin(angle) / angle, 1.0 - squares / 6.0))
     return axes + axes @ (s * K + (0.5 * half * half) * (K @ K))
 
 

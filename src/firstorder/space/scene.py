@@ -220,11 +220,6 @@ class Scene(eqx.Module):
             return self.environment(along)
         return self.environment
 
-    @property
-    def unsound(self) -> Bool[Array, ""]:
-        """Whether a shape is NaN: a traced scene that would be refused if it were concrete."""
-        return jnp.any(jnp.stack([jnp.any(jnp.isnan(a)) for a in jax.tree.leaves(self.groups)]))
-
     def inside(self, eye: Point, on: ArrayLike = -1) -> Bool[Array, ""]:
         """Whether an eye is in a closed shape or on it, where nothing can be seen.
 

@@ -24,6 +24,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from firstorder.numerics._select import either
 from firstorder.numerics._vectors import (
     Coordinates,
     apart,
@@ -111,7 +112,7 @@ def angle_between(a: Coordinates, b: Coordinates) -> Array:
 
 def _length(a: Coordinates) -> Array:
     square = dot_apart(a, a)
-    return jnp.where(square > 0.0, jnp.sqrt(jnp.where(square > 0.0, square, 1.0)), 0.0)
+    return either(square > 0.0, jnp.sqrt(either(square > 0.0, square, 1.0)), 0.0)
 
 
 def segment_vector_irradiance(a: Points, b: Points) -> Points:
@@ -139,11 +140,11 @@ def light_between(a: Coordinates, b: Coordinates, which=(0, 1, 2)) -> tuple[Arra
 def _half_angle_by_sine(square: Array, cosine: Array) -> Array:
     """`h = atan2(s, k) / (2 s)` of s^2 and k, also where s vanishes: there the ratio is smooth."""
     wide = _is_wide(square, cosine)
-    sine = jnp.sqrt(jnp.where(wide, square, 1.0))
-    far = jnp.where(cosine == 0.0, 1.0, cosine)
+    sine = jnp.sqrt(either(wide, square, 1.0))
+    far = either(cosine == 0.0, 1.0, cosine)
     ratio = square / (far * far)
     small = (1.0 - ratio / 3.0 + ratio * ratio / 5.0) / far
-    return 0.5 * jnp.where(wide, jnp.arctan2(sine, cosine) / sine, small)
+    return 0.5 * either(wide, jnp.arctan2(sine, cosine) / sine, small)
 
 
 @_half_angle_by_sine.defjvp
@@ -152,12 +153,12 @@ def _half_angle_rule(primals, tangents):
     square, cosine = primals
     half, wide = _half_angle_by_sine(square, cosine), _is_wide(square, cosine)
     both = square + cosine * cosine
-    by_cosine = -0.5 / jnp.where(both > 0.0, both, 1.0)
-    far = jnp.where(cosine == 0.0, 1.0, cosine)
+    by_cosine = -0.5 / either(both > 0.0, both, 1.0)
+    far = either(cosine == 0.0, 1.0, cosine)
     cube = far * far * far
     small = (0.2 * square / (far * far) - 1.0 / 6.0) / cube
-    large = (cosine * by_cosine + half) / jnp.where(wide, -2.0 * square, 1.0)
-    return half, jnp.where(wide, large, small) * tangents[0] + by_cosine * tangents[1]
+    large = (cosine * by_cosine + half) / either(wide, -2.0 * square, 1.0)
+    return half, either(wide, large, small) * tangents[0] + by_cosine * tangents[1]
 
 
 def _is_wide(square: Array, cosine: Array) -> Array:

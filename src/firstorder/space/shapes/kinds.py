@@ -23,7 +23,8 @@ from jaxtyping import Array, Bool, Float
 
 from firstorder._argument_checks import check_finite, check_invertible, is_concrete
 from firstorder.numerics._host import hosted
-from firstorder.numerics._vectors import cross, dot, inverse_3x3, matvec, norm, unit
+from firstorder.numerics._select import either
+from firstorder.numerics._vectors import cross, dot, inverse_3x3, matvec, unit
 from firstorder.scene._sides import closed_front
 from firstorder.typing import as_array, as_float
 
@@ -107,7 +108,7 @@ class Shape(eqx.Module):
         """
         turn = inverse_3x3(self.axes)
         t = self.canonical_distance(matvec(turn, origin - self.center), matvec(turn, along))
-        return jnp.where((t > 0.0) & ~jnp.asarray(own), t, jnp.inf)
+        return either((t > 0.0) & ~jnp.asarray(own), t, jnp.inf)
 
     def normal(self, point: Point) -> Point:
         """The unit normal at a point of the surface."""
@@ -161,9 +162,9 @@ class Ellipsoids(Shape):
         side = cross(o, d)
         square = a - dot(side, side)
         hit = square > 0.0
-        root = jnp.sqrt(jnp.where(hit, square, 1.0))
+        root = jnp.sqrt(either(hit, square, 1.0))
         near = (-b - root) / a
-        return jnp.where(hit, jnp.where(near > 0.0, near, (root - b) / a), jnp.inf)
+        return either(hit, either(near > 0.0, near, (root - b) / a), jnp.inf)
 
     @classmethod
     def canonical_normal(cls, q):
@@ -197,13 +198,13 @@ class Boxes(Shape):
         """Distance to the intersection of three slabs."""
         near, far = _slabs(o, d)
         enter, leave = jnp.max(near), jnp.min(far)
-        return jnp.where(enter <= leave, jnp.where(enter > 0.0, enter, leave), jnp.inf)
+        return either(enter <= leave, either(enter > 0.0, enter, leave), jnp.inf)
 
     @classmethod
     def canonical_normal(cls, q):
         """Normal of the face that is nearest."""
         which = jnp.argmax(jnp.abs(q))
-        return jnp.where(jnp.arange(3) == which, jnp.sign(q), 0.0)
+        return either(jnp.arange(3) == which, jnp.sign(q), 0.0)
 
     @classmethod
     def canonical_inside(cls, e):
@@ -231,18 +232,18 @@ class Cylinders(Shape):
         """Distance to the round wall within the slab of the caps."""
         flat = d[0] ** 2 + d[1] ** 2
         upright = flat <= 0.0
-        a = jnp.where(upright, 1.0, flat)
+        a = either(upright, 1.0, flat)
         b = o[0] * d[0] + o[1] * d[1]
         square = a - (o[0] * d[1] - o[1] * d[0]) ** 2
         within = o[0] ** 2 + o[1] ** 2 < 1.0
-        hit = jnp.where(upright, within, square > 0.0)
-        root = jnp.sqrt(jnp.where(hit & ~upright, square, 1.0))
-        low = jnp.where(upright, -jnp.inf, (-b - root) / a)
-        high = jnp.where(upright, jnp.inf, (root - b) / a)
+        hit = either(upright, within, square > 0.0)
+        root = jnp.sqrt(either(hit & ~upright, square, 1.0))
+        low = either(upright, -jnp.inf, (-b - root) / a)
+        high = either(upright, jnp.inf, (root - b) / a)
         near, far = _slabs(o[2:], d[2:])
         enter, leave = jnp.maximum(low, near[0]), jnp.minimum(high, far[0])
         hit = hit & (enter <= leave)
-        return jnp.where(hit, jnp.where(enter > 0.0, enter, leave), jnp.inf)
+        return either(hit, either(enter > 0.0, enter, leave), jnp.inf)
 
     @classmethod
     def canonical_normal(cls, q):
@@ -250,7 +251,7 @@ class Cylinders(Shape):
         rho = jnp.sqrt(q[0] ** 2 + q[1] ** 2)
         cap = jnp.abs(jnp.abs(q[2]) - 1.0) < jnp.abs(rho - 1.0)
         wall = jnp.stack([q[0], q[1], jnp.zeros_like(q[2])])
-        return jnp.where(cap, jnp.stack([0.0 * rho, 0.0 * rho, jnp.sign(q[2])]), wall)
+        return either(cap, jnp.stack([0.0 * rho, 0.0 * rho, jnp.sign(q[2])]), wall)
 
     @classmethod
     def canonical_inside(cls, e):
@@ -273,20 +274,20 @@ class _Flat(Shape):
         """
         u, v, n = (self.axes[..., i] for i in range(3))
         swapped = jnp.stack([v, u, -n], -1)
-        return type(self)(self.center, jnp.where(which[:, None, None], swapped, self.axes))
+        return type(self)(self.center, either(which[:, None, None], swapped, self.axes))
 
     @classmethod
     def canonical_distance(cls, o, d):
         """Distance to the plane z = 0, if the point in it counts."""
         level = d[2] == 0.0
-        t = jnp.where(level, jnp.inf, -o[2] / jnp.where(level, 1.0, d[2]))
-        q = o + jnp.where(level, 0.0, t) * d
-        return jnp.where(cls.holds(q[0], q[1]) & ~level, t, jnp.inf)
+        t = -o[2] / either(level, 1.0, d[2])
+        q = o + t * d
+        return either(cls.holds(q[0], q[1]) & ~level, t, jnp.inf)
 
     @classmethod
     def canonical_inside(cls, e):
         """Whether the eye is in the plane, up to rounding: seen edge-on it covers nothing."""
-        return jnp.abs(e[2]) <= 8.0 * jnp.finfo(e.dtype).eps * jnp.maximum(1.0, norm(e))
+        return jnp.abs(e[2]) <= 8.0 * jnp.finfo(e.dtype).eps * jnp.maximum(1.0, jnp.sqrt(dot(e, e)))
 
     @classmethod
     @abc.abstractmethod
@@ -370,11 +371,11 @@ class Planes(_Flat):
 def _slabs(o: Array, d: Array) -> tuple[Array, Array]:
     """Interval of a ray between -1 and 1, in each coordinate."""
     level = d == 0.0
-    safe = jnp.where(level, 1.0, d)
+    safe = either(level, 1.0, d)
     one, two = (-1.0 - o) / safe, (1.0 - o) / safe
-    between = jnp.where(jnp.abs(o) <= 1.0, -jnp.inf, jnp.inf)
-    near = jnp.where(level, between, jnp.minimum(one, two))
-    return near, jnp.where(level, jnp.inf, jnp.maximum(one, two))
+    between = either(jnp.abs(o) <= 1.0, jnp.full_like(o, -jnp.inf), jnp.inf)
+    near = either(level, between, jnp.minimum(one, two))
+    return near, either(level, jnp.inf, jnp.maximum(one, two))
 
 
 # Scenes keep shapes in this order.

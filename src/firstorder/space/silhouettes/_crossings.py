@@ -21,6 +21,7 @@ from jaxtyping import Array, Float
 
 from firstorder.numerics._order import order_of
 from firstorder.numerics._roots import bracketed_root, brackets, even, newton
+from firstorder.numerics._select import either
 from firstorder.numerics._vectors import cross, dot, inverse_3x3, matvec, rows, unit
 from firstorder.space.silhouettes._curves import TURN, SilhouetteArcs, SilhouetteSegments
 
@@ -35,8 +36,8 @@ def on_plane(arc: SilhouetteArcs, normal: Vector) -> Float[Array, "2"]:
     `A + B cos t + C sin t = 0` gives `t = atan2(C, B) +- acos(-A / sqrt(B^2 + C^2))`.
     """
     products = dot(normal, arc.center), dot(normal, arc.a), dot(normal, arc.b)
-    crosses, t = _on_plane(*products, arc.first, arc.last)
-    return jnp.where(crosses, t, arc.first)
+    crosses, t = _on_plane(*products)
+    return either(crosses, _wrapped(arc.first, arc.last, t), arc.first)
 
 
 def arcs_on_planes(
@@ -51,17 +52,16 @@ def arcs_on_planes(
     the horizon of a receiver on the floor, and no part of either may have its middle there.
     """
     A, B, C = jnp.unstack(jnp.einsum("cei,ki->eck", arcs, normals))
-    crosses, t = _on_plane(A, B, C, first[:, None], last[:, None])
+    crosses, t = _on_plane(A, B, C)
     A, B, C = jax.lax.stop_gradient((A, B, C))
-    nearest = _wrapped(first[:, None], last[:, None], jnp.arctan2(-A * C, -A * B))
-    return jnp.where(crosses, t, nearest[..., None])
+    t = either(crosses, t, jnp.arctan2(-A * C, -A * B)[..., None])
+    return _wrapped(first[:, None, None], last[:, None, None], t)
 
 
-def _on_plane(A, B, C, first, last):
+def _on_plane(A, B, C):
     """Whether an arc crosses a plane, and where."""
     crosses, middle, half = _positive(A, B, C)
-    t = jnp.stack([middle - half, middle + half], -1)
-    return crosses[..., None], _wrapped(first[..., None], last[..., None], t)
+    return crosses[..., None], jnp.stack([middle - half, middle + half], -1)
 
 
 def _positive(A, B, C):
@@ -76,8 +76,8 @@ def _positive(A, B, C):
     scale = B * B + C * C
     square = scale - A * A
     crosses = square > ROUNDINGS * jnp.finfo(scale.dtype).eps * scale
-    root = jnp.sqrt(jnp.where(crosses, square, 1.0))
-    A, B, C = (jnp.where(crosses, *parts) for parts in ((-A, 0.0), (B, 1.0), (C, 0.0)))
+    root = jnp.sqrt(either(crosses, square, 1.0))
+    A, B, C = (either(crosses, *parts) for parts in ((-A, 0.0), (B, 1.0), (C, 0.0)))
     return crosses, jnp.arctan2(C, B), jnp.arctan2(root, A)
 
 
@@ -98,14 +98,14 @@ def on_cone(arc: SilhouetteArcs, other: SilhouetteArcs) -> Float[Array, "4"]:
     which = order_of(~found)[:MOST]
     s = jax.vmap(lambda a, b: bracketed_root(fixed, a, b))(low[which], high[which])
     s = jax.vmap(lambda s: newton(f, newton(f, s)))(s)
-    return jnp.where(found[which], _wrapped(arc.first, arc.last, TURN * s), arc.first)
+    return either(found[which], _wrapped(arc.first, arc.last, TURN * s), arc.first)
 
 
 def _in_coordinates_of(other: SilhouetteArcs, arc: SilhouetteArcs) -> tuple[Vector, Vector, Vector]:
     """Centre and conjugate radii of an arc, in the coordinates (a, b, center) of another one."""
     axes = jnp.stack([other.a, other.b, other.center], -1)
     flat = jnp.abs(dot(cross(other.a, other.b), other.center)) <= 0.0
-    axes = jnp.where(flat, jnp.eye(3, dtype=axes.dtype), axes)  # seen edge-on: no cone
+    axes = either(flat, jnp.eye(3, dtype=axes.dtype), axes)  # seen edge-on: no cone
     turn = inverse_3x3(axes)
     return matvec(turn, arc.center), matvec(turn, arc.a), matvec(turn, arc.b)
 
@@ -116,8 +116,8 @@ def _in_front(c: Array, a: Array, b: Array) -> Float[Array, " samples_1"]:
     Of the whole turn if the sign does not change.
     """
     crosses, middle, half = _positive(c, a, b)
-    start = jnp.where(crosses, middle - half, 0.0) / TURN
-    length = jnp.where(crosses, 2.0 * half, TURN) / TURN
+    start = either(crosses, middle - half, 0.0) / TURN
+    length = either(crosses, 2.0 * half, TURN) / TURN
     return start + length * even(SAMPLES, c.dtype)
 
 
@@ -162,18 +162,16 @@ def lines_on_planes(
         normals: of the planes, of any length.
         size: of the numbers that each normal was made of, of which its rounding is a share.
     """
-    heights = jnp.unstack(jnp.einsum("mei,ki->emk", lines, normals))
-    most = jnp.max(jnp.abs(lines), (1, 2))[:, None] * size
-    return _between(*heights, ROUNDINGS * jnp.finfo(lines.dtype).eps * most)
+    heights = jnp.einsum("mei,ki->emk", lines, normals)
+    most, highest = (jnp.abs(jax.lax.stop_gradient(a)) for a in (lines, heights))
+    rounding = ROUNDINGS * jnp.finfo(lines.dtype).eps * jnp.max(most, (1, 2))[:, None] * size
+    return _between(*jnp.unstack(heights), jnp.max(highest, 0) > rounding)
 
 
-def _between(a, b, rounding=0.0):
-    """Where the line through two heights is level, if they have unlike signs.
-
-    Not if both are no more than rounding.
-    """
-    crosses = ((a > 0.0) != (b > 0.0)) & (jnp.maximum(jnp.abs(a), jnp.abs(b)) > rounding)
-    return jnp.where(crosses, a / jnp.where(crosses, a - b, 1.0), 0.0)
+def _between(a, b, sure=True):
+    """Where the line through two heights is level, if they have unlike signs and are sure."""
+    crosses = ((a > 0.0) != (b > 0.0)) & sure
+    return either(crosses, a / either(crosses, a - b, 1.0), 0.0)
 
 
 def segment_on_cone(line: SilhouetteSegments, other: SilhouetteArcs) -> Float[Array, "2"]:
@@ -212,7 +210,7 @@ def lines_on_cones(
 def _wrapped(first: Array, last: Array, t: Array) -> Array:
     """Angles by whole turns to where the arc is; at its start if it does not come there."""
     t = t - TURN * jax.lax.stop_gradient(jnp.floor((t - first) / TURN))
-    return jnp.where(t < last, t, first)
+    return either(t < last, t, first)
 
 
 # --- parts between cuts --------------------------------------------------------------------------
@@ -266,7 +264,7 @@ def arc_ends(arcs: Array, first: Array, last: Array, on_planes: Array, owners):
             arcs, first, last, rows(arcs, np.maximum(others, 0))
         )
         there = jnp.asarray(others >= 0)[..., None]
-        cuts.append(jnp.where(there, t, first[:, None, None]).reshape(m, -1))
+        cuts.append(either(there, t, first[:, None, None]).reshape(m, -1))
     return _ordered(jnp.concatenate(cuts, -1), first, last)
 
 
@@ -286,13 +284,12 @@ def horizon_ends(lines: Array, s: Array, arcs: Array, t: Array) -> Float[Array, 
 
     What does not cross gives one of its own points, which cuts in vain.
     """
-    flat = lines[..., :2]
-    start, end = flat[:, 0], flat[:, 1]
+    start, end = jnp.unstack(lines[..., :2], axis=1)
     points = [start + s[:, None] * (end - start)]
     around = jnp.stack([jnp.ones_like(t), jnp.cos(t), jnp.sin(t)], -1)
     points.append(jnp.einsum("cki,cit->ckt", around, arcs[..., :2]))
     p = jnp.concatenate([a.reshape(-1, 2) for a in points])
-    there = (p[:, 0] != 0.0) | (p[:, 1] != 0.0)
-    x, y = jnp.where(there, p[:, 0], 1.0), jnp.where(there, p[:, 1], 0.0)
+    there = jnp.any(p != 0.0, -1, keepdims=True)
+    x, y = jnp.unstack(either(there, p, np.array([1.0, 0.0], p.dtype)), axis=-1)
     turn = jnp.full((1,), np.pi, p.dtype)
     return _ordered(jnp.arctan2(y, x)[None], -turn, turn)[0]

@@ -20,23 +20,28 @@ Reference: R07 §7, eq. 48, 49; design §6.
 from __future__ import annotations
 
 from functools import partial
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
+from firstorder.numerics._arc_factor import arc_factor
 from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.numerics._scale import power_of_two
+from firstorder.numerics._select import either
 from firstorder.numerics._vectors import (
     Coordinates,
     apart,
     cross,
     cross_apart,
+    dot,
     dot_apart,
     settled,
     unit,
 )
-from firstorder.visibility._contour import angle_between, angle_rate, light_between
+from firstorder.visibility._contour import angle_between, angle_rate
 
 Points = Float[Array, "*#n 3"]
 Numbers = Float[Array, "*#n"]
@@ -97,91 +102,157 @@ def segment_angle(start: Points, end: Points, low: Numbers, high: Numbers) -> Nu
     return _segment_angle(start, end, low, high)
 
 
-def _straight(value, form):
-    """Closed integral along a segment, and its derivative at fixed ends.
+class _Span(NamedTuple):
+    """How parts of segments are seen.
 
-    The derivative of the closed integral holds the ends' motion too, which is the integrated
-    one-form there: that is taken off again.
+    Attributes:
+        units: directions to both ends, shape (2, n, 3).
+        inverse: of the distances of both, shape (2, n).
+        normal: vector product of the directions.
+        cosine: scalar product of them.
+    """
+
+    units: Array
+    inverse: Array
+    normal: Array
+    cosine: Array
+
+
+def _straight(closed):
+    """Closed integral along a segment, and its derivative at fixed ends, which is closed too.
+
+    What moves along the edge or along the ray sweeps nothing, so of the motion of an end only the
+    part along the plane's normal counts.
+
+    Args:
+        closed: of a span the integral and, if asked for, what a motion of each end along the normal
+            is worth.
     """
 
     @jax.custom_jvp
     def integral(start, end, low, high):
-        return value(*_apart(_ends(start, end, low, high)))
+        return closed(_span(start, end, low, high), False)[0]
 
     @integral.defjvp
     def rule(primals, tangents):
         start, end, low, high = primals
-        ends, moves = (_ends(*both, low, high) for both in ((start, end), tangents[:2]))
-        found, rate = jax.jvp(lambda ends: value(*_apart(ends)), (ends,), (moves,))
-        fixed = form(ends, moves)
-        return found, jax.tree.map(lambda r, f: r - (f[1] - f[0]), rate, fixed)
+        span = _span(start, end, low, high)
+        value, worth = closed(span, True)
+        swept = -span.inverse * dot(span.normal, _ends(*tangents[:2], low, high))
+        return value, jax.tree.map(lambda a: jnp.sum(swept * a, 0), worth)
 
     return integral
 
 
-def _ends(start: Points, end: Points, low, high) -> Coordinates:
-    """Both ends of the part of a segment from `low` to `high` in [0, 1], as rows."""
-    return apart(start + jnp.stack([low, high])[..., None] * (end - start))
+def _ends(start: Points, end: Points, low: Numbers, high: Numbers) -> Float[Array, "2 *n 3"]:
+    """Both ends of the part of a segment from `low` to `high` in [0, 1]."""
+    return start + jnp.stack([low, high])[..., None] * (end - start)
 
 
-def _apart(ends: Coordinates) -> tuple[Coordinates, Coordinates]:
-    """First and last end."""
-    first, last = zip(*(jnp.unstack(a) for a in ends), strict=True)
-    return first, last
+def _span(start: Points, end: Points, low: Numbers, high: Numbers) -> _Span:
+    """How the part of a segment from `low` to `high` in [0, 1] is seen."""
+    ends = _ends(start, end, low, high)
+    inverse = 1.0 / jnp.sqrt(dot(ends, ends))
+    units = inverse[..., None] * ends
+    first, last = jnp.unstack(units)
+    return _Span(units, inverse, cross(first, last), dot(first, last))
 
 
-def _light_form(p, dp):
-    share = 0.5 / dot_apart(p, p)
-    return tuple(share * a for a in cross_apart(p, dp))
+def _light_of(span: _Span, moves: bool, which: slice = slice(None)):
+    """Half the angle along the plane's normal, in the coordinates that are asked for.
+
+    An end's motion is worth `integral of (1 - s) p / |p|^4 ds` along the chord of the directions,
+    where s is the way from that end. `A(k) = integral of 1 / |p|^2 ds` gives that with its slope.
+    """
+    factor, *slope = arc_factor(dot(span.normal, span.normal), span.cosine, int(moves))
+    value = (0.5 * factor)[..., None] * span.normal[..., which]
+    worth = ()
+    if moves:
+        end, k = span.units[..., which], span.cosine[..., None]
+        across = jnp.flip(end, 0) - k * end
+        worth = 0.5 * (factor[..., None] * end - slope[0][..., None] * across)
+        worth = tuple(jnp.unstack(worth, axis=-1))
+    return tuple(jnp.unstack(value, axis=-1)), worth
 
 
-def _upward_form(p, dp):
-    return ((0.5 * (p[0] * dp[1] - p[1] * dp[0])) / dot_apart(p, p),)
+def _angle_of(span: _Span, moves: bool):
+    """Solid angle between the normal and the segment.
+
+    Either end's motion is worth `1 / (1 + k)`, of which a sum of vectors keeps the digits.
+    """
+    first, last = jnp.unstack(span.units[..., 2])
+    value = 2.0 * jnp.arctan2(span.normal[..., 2], 1.0 + first + last + span.cosine)
+    both = jnp.sum(span.units, 0)
+    return value, 2.0 / dot(both, both) if moves else None
 
 
-def _angle_form(p, dp):
-    square = dot_apart(p, p)
-    return cross_apart(p, dp)[2] / (square + jnp.sqrt(square) * p[2])
-
-
-_segment_light = _straight(light_between, _light_form)
-_segment_upward = _straight(partial(light_between, which=(2,)), _upward_form)
-_segment_angle = _straight(angle_between, _angle_form)
+_segment_light = _straight(_light_of)
+_segment_upward = _straight(partial(_light_of, which=slice(2, 3)))
+_segment_angle = _straight(_angle_of)
 
 
 # --- elliptic arcs -------------------------------------------------------------------------------
 
 
+@partial(jax.custom_jvp, nondiff_argnums=(2,))
 def arc_nodes(
-    first: Numbers, last: Numbers, nodes: int, crowd: tuple[Numbers, Numbers] | None = None
+    first: Numbers, last: Numbers, nodes: int, crowd: tuple[Numbers, Numbers]
 ) -> tuple[Array, Array, Array]:
     """Cosines, sines and weights of nodes between two angles t: shape (..., nodes).
 
-    Gauss-Legendre in t, or in the angle s that a Möbius map of the circle makes of it:
+    Gauss-Legendre in the angle s that a Möbius map of the circle makes of t:
 
-        exp(is) = (exp(it) - k) / (1 - k* exp(it))
+        exp(is) = (exp(it) - k) / (1 - k* exp(it)),    dt/ds = |1 - k* exp(it)|^2 / (1 - |k|^2)
 
     Args:
         first: angle at which it begins [rad].
         last: angle at which it stops [rad].
         nodes: how many.
-        crowd: parts of the complex k, in whose direction nodes crowd; |k| < 1.
+        crowd: parts of the complex k, in whose direction nodes crowd; |k| < 1. They count as fixed.
     """
-    if crowd is None:
-        return _even_nodes(first, last, nodes)
-    x, y = crowd
+    return _nodes_and_stretch(first, last, nodes, crowd)[:3]
+
+
+@arc_nodes.defjvp
+def _moving_nodes(nodes, primals, tangents):
+    """Each node moves by dt = dt/ds ds, where ds is linear in the motion of both ends."""
+    first, last, crowd = primals
+    cos, sin, w, stretch = _nodes_and_stretch(first, last, nodes, crowd)
     t = jnp.stack([first, last])
-    cos, sin = jnp.cos(t), jnp.sin(t)
-    s = t + 2.0 * jnp.arctan2(x * sin - y * cos, 1.0 - (x * cos + y * sin))
+    re, im = _from_pole(jnp.cos(t), jnp.sin(t), crowd)
+    slack = 1.0 - (crowd[0] * crowd[0] + crowd[1] * crowd[1])
+    ends = slack / (re * re + im * im) * jnp.stack(tangents[:2])
+    x, share = (0.5 * a for a in gauss_legendre(nodes))
+    ds, dw = (
+        jnp.einsum("e...,en->...n", ends, jnp.asarray(np.stack(parts), cos.dtype))
+        for parts in ((0.5 - x, 0.5 + x), (-share, share))
+    )
+    _, im = _from_pole(cos, sin, [k[..., None] for k in crowd])
+    steep = 2.0 / slack[..., None] * im  # the logarithmic derivative of dt/ds in s
+    dt = stretch * ds
+    return (cos, sin, w), (-sin * dt, cos * dt, stretch * dw + steep * w * ds)
+
+
+def _from_pole(cos: Array, sin: Array, crowd) -> tuple[Array, Array]:
+    """The real part of `1 - k* exp(it)`, and the imaginary part of its conjugate."""
+    x, y = crowd
+    return 1.0 - (x * cos + y * sin), x * sin - y * cos
+
+
+def _nodes_and_stretch(first: Numbers, last: Numbers, nodes: int, crowd):
+    """`arc_nodes`, and dt/ds there."""
+    t = jnp.stack([first, last])
+    re, im = _from_pole(jnp.cos(t), jnp.sin(t), crowd)
+    s = t + 2.0 * jnp.arctan2(im, re)
     cos, sin, w = _even_nodes(s[0], s[1], nodes)
-    x, y = x[..., None], y[..., None]
+    x, y = (k[..., None] for k in crowd)
     # exp(it) = exp(is) (v*)^2 / |v|^2 with v = 1 + k* exp(is)
-    re, im = 1.0 + (x * cos + y * sin), x * sin - y * cos
+    re, im = _from_pole(cos, sin, (-x, -y))
     rr, ii = re * re, im * im
     share = 1.0 / settled(rr + ii)
     turn, across = share * (rr - ii), share * (2.0 * re * im)
-    w = (1.0 - (x * x + y * y)) * share * w
-    return *settled((turn * cos + across * sin, turn * sin - across * cos)), w
+    stretch = (1.0 - (x * x + y * y)) * share
+    return *settled((turn * cos - across * sin, turn * sin + across * cos)), stretch * w, stretch
 
 
 def _even_nodes(first: Numbers, last: Numbers, nodes: int) -> tuple[Array, Array, Array]:
@@ -314,7 +385,7 @@ def _angle(p, level, w, ends):
     """Angle integral of an arc about its own axis: a ball's contour has a constant integrand."""
     center, a, b, first, last = ends
     normal = cross(unit(a), unit(b))  # of a horizon, which is about the eye
-    axis = settled(unit(jnp.where(jnp.any(center != 0.0, -1, keepdims=True), center, normal)))
+    axis = settled(unit(either(jnp.any(center != 0.0, -1, keepdims=True), center, normal)))
     about = jnp.sum(w * angle_rate(p, level, apart(axis[..., None, :])), -1)
     axis = apart(axis)
     turn = jnp.stack([first, last], -1)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import equinox as eqx
-import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
+
+from firstorder.numerics._select import either
+from firstorder.numerics._vectors import rows
 
 
 class SilhouetteSides(eqx.Module):
@@ -28,5 +30,5 @@ class SilhouetteSides(eqx.Module):
         Args:
             shown: one number for each shape, and last the sky's.
         """
-        right = jnp.where(self.cut, shown[self.behind], 0.0)
-        return jnp.where(self.seen, shown[self.owner] - right, 0.0)
+        right = either(self.cut, shown[self.behind], 0.0)
+        return either(self.seen, rows(shown, self.owner) - right, 0.0)

@@ -30,6 +30,7 @@ from jaxtyping import Array, ArrayLike, Bool, Float, Int
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._order import order_of
 from firstorder.numerics._scale import power_of_two
+from firstorder.numerics._select import either
 from firstorder.numerics._vectors import dot, inverse_and_det, orthonormal_frame, rows, unit
 from firstorder.space.scene import Scene
 from firstorder.space.shapes.kinds import (
@@ -198,7 +199,7 @@ def _outlines(
     if lines:
         ends, back, live = lines
         back = back ^ rows(mirrored, owners[0])
-        ends = jnp.where(back[:, None, None], ends[:, ::-1], ends)
+        ends = either(back[:, None, None], ends[:, ::-1], ends)
         ends = jnp.einsum("mij,mkj->mki", rows(spread, owners[0]), ends)
         ends = ends + rows(base, owners[0])[:, None]
         lines_live = live & rows(alive, owners[0])
@@ -206,11 +207,10 @@ def _outlines(
         points, first, last, back, live = arcs
         # An arc is turned round by going through it with t -> -t.
         back = back ^ rows(mirrored, owners[1])
-        only_b = IS_B.astype(e.dtype)
-        turned = jnp.where(back, -1.0, 1.0).astype(e.dtype)[:, None] * only_b + (1.0 - only_b)
+        turned = either(back[:, None] & IS_B, jnp.asarray(-1.0, e.dtype), 1.0)
         points = jnp.einsum("mij,mkj->mki", rows(spread, owners[1]), points * turned[..., None])
         points = points + _of_center(rows(base, owners[1])[:, None])
-        first, last = jnp.where(back, -last, first), jnp.where(back, -first, last)
+        first, last = either(back, -last, first), either(back, -first, last)
         arcs_live = live & rows(alive, owners[1])
     live = lines_live, arcs_live
     return _Outlines(ends, points, first, last, *live, unit_of, turn, e, inside, own, kinds)
@@ -255,7 +255,7 @@ def _in_own_units(away: Float[Array, "n 3"], axes: Float[Array, "n 3 3"], kinds)
     sized = np.array([LENGTHS[kind] for kind, count in kinds for _ in range(count)])
     lengths = (axes * sized[:, None].astype(axes.dtype)).reshape(-1, 9)
     one = power_of_two(jnp.concatenate([away, lengths], -1))[:, None]
-    return away / one, axes / jnp.where(sized, one, 1.0)[:, None], one[:, 0]
+    return away / one, axes / either(sized, one, 1.0)[:, None], one[:, 0]
 
 
 def _places(kinds, away: Array, axes: Array) -> tuple[Array, Array]:
@@ -292,7 +292,7 @@ def _joined(parts: list) -> Array:
 def _ellipsoid(e: Point, still: Point):
     """Silhouette of a ball: the polar plane q . e = 1 cuts it."""
     outside = dot(still, still) > 1.0
-    e = jnp.where(outside, e, jnp.array([0.0, 0.0, 2.0], e.dtype))
+    e = either(outside, e, jnp.array([0.0, 0.0, 2.0], e.dtype))
     inverse = 1.0 / dot(e, e)
     around = orthonormal_frame(e * jnp.sqrt(inverse))
     radii = jnp.sqrt(1.0 - inverse) * around[:, :2].T
@@ -328,9 +328,10 @@ def _box(e: Point, still: Point):
     """Silhouette of a box: edges between a visible face and a hidden one, six at most."""
     signs = BOX_FACES[:, :, 1].astype(still.dtype)
     seen = rows(still, BOX_FACES[:, :, 0].astype(int)) * signs > 1.0
-    between = seen[:, 0] != seen[:, 1]
+    one, other = jnp.unstack(seen, axis=1)
+    between = one != other
     which = order_of(~between)[: PIECES[Boxes][0]]
-    back = seen[:, 0] == (BOX_FACES[:, 0, 1] == BOX_FACES[:, 1, 1])
+    back = one == (BOX_FACES[:, 0, 1] == BOX_FACES[:, 1, 1])
     ends = rows(jnp.asarray(BOX_ENDS, e.dtype), which)
     return _Lines(ends, rows(back, which), rows(between, which)), None
 
@@ -339,8 +340,8 @@ def _cylinder(e: Point, still: Point):
     """Two lines along the wall and, of each rim, the arc between cap and wall of unlike sides."""
     square = e[0] ** 2 + e[1] ** 2
     beside = square > 1.0
-    square = jnp.where(beside, square, 4.0)
-    x, y = jnp.where(beside, e[0], 2.0), jnp.where(beside, e[1], 0.0)
+    square = either(beside, square, 4.0)
+    x, y = either(beside, e[0], 2.0), either(beside, e[1], 0.0)
     wide = jnp.sqrt(square - 1.0)
     touch = jnp.stack([x - wide * y, y + wide * x, x + wide * y, y - wide * x]) / square
     touch = touch.reshape(2, 1, 2)
@@ -351,8 +352,8 @@ def _cylinder(e: Point, still: Point):
     azimuth, beta = jnp.arctan2(y, x), jnp.arctan(wide)
     up = jnp.array([-1.0, 1.0], e.dtype)
     cap = up * e[2] > 1.0
-    half = jnp.where(beside, jnp.where(cap, np.pi - beta, beta), np.pi)
-    middle = jnp.where(cap, azimuth + np.pi, azimuth)
+    half = either(beside, either(cap, np.pi - beta, beta), np.pi)
+    middle = either(cap, azimuth + np.pi, azimuth)
     rims = jnp.array([[[0, 0, -1], [1, 0, 0], [0, 1, 0]], [[0, 0, 1], [1, 0, 0], [0, 1, 0]]])
     back = cap == (up > 0.0)
     return lines, _Arcs(rims.astype(e.dtype), middle - half, middle + half, back, beside | cap)

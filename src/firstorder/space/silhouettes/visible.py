@@ -22,7 +22,8 @@ from jaxtyping import Array, Bool, Float, Int
 
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._quadrature import gauss_legendre
-from firstorder.numerics._vectors import cross, dot, norm, rows
+from firstorder.numerics._select import either
+from firstorder.numerics._vectors import cross, dot, rows
 from firstorder.scene._arguments import check_asked_one
 from firstorder.scene._intersect import MISS, highest, ranks
 from firstorder.space.receiver import Receiver
@@ -38,7 +39,13 @@ from firstorder.space.silhouettes._crossings import (
 from firstorder.space.silhouettes._curves import SilhouetteArcs, SilhouetteSegments
 from firstorder.space.silhouettes._edge_integrals import arc_points
 from firstorder.space.silhouettes._sides import SilhouetteSides
-from firstorder.space.silhouettes.analytic import _arcs_of, _Outlines, _outlines, _segments_of
+from firstorder.space.silhouettes.analytic import (
+    IS_CENTER,
+    _arcs_of,
+    _Outlines,
+    _outlines,
+    _segments_of,
+)
 
 UP = np.array([0.0, 0.0, 1.0])
 # A segment and an arc above the horizon, in place of those that do not live.
@@ -100,23 +107,27 @@ class _Pieces(eqx.Module):
 
     Attributes:
         lines: start and end of the segments that straight parts belong to [unit of the owner].
-        low, high: from where to where on those, in [0, 1].
         arcs: centre and conjugate radii of the arcs that curved parts belong to, likewise.
-        first, last: from where to where on those [rad].
-        sides: what lies on either side of the parts, the straight ones first.
+        low, high: from where to where on those, first of the straight parts in [0, 1], then of the
+            curved ones [rad].
+        sides: what lies on either side of the parts, likewise.
         azimuths: ends of the parts of the horizon [rad].
         above: number of the shape seen just above each part of the horizon, -1 for the sky.
+        straight: number of the straight parts.
     """
 
     lines: Float[Array, "s 2 3"]
-    low: Float[Array, " s"]
-    high: Float[Array, " s"]
     arcs: Float[Array, "c 3 3"]
-    first: Float[Array, " c"]
-    last: Float[Array, " c"]
+    low: Float[Array, " s_c"]
+    high: Float[Array, " s_c"]
     sides: SilhouetteSides
     azimuths: Float[Array, " h_1"]
     above: Int[Array, " h"]
+    straight: int = eqx.field(static=True)
+
+    def apart(self, tree: Any) -> tuple[Any, Any]:
+        """Of arrays with a row for each part those of the straight ones, and of the curved ones."""
+        return _at(tree, self.straight)
 
 
 @compiled
@@ -144,19 +155,16 @@ def visible_silhouettes(scene: Scene, at: Receiver) -> VisibleSilhouettes:
     check_asked_one(scene, Scene, at, Receiver, bands=True)
     found = _outlines_from(scene, at)
     cut = _cut_outlines(found, at.axes, lambda a: a)
-    middle = cut.low.shape[0]
-    metres = rows(found.unit, cut.sides.owner)[:, None, None]
-    straight, curved = metres[:middle] * cut.lines, metres[middle:] * cut.arcs
-    lines, rims = (
-        jax.tree.map(lambda a, here=here: a[here], cut.sides)
-        for here in (slice(None, middle), slice(middle, None))
-    )
+    metres = cut.apart(rows(found.unit, cut.sides.owner)[:, None, None])
+    straight, curved = metres[0] * cut.lines, metres[1] * cut.arcs
+    (low, first), (high, last) = cut.apart(cut.low), cut.apart(cut.high)
+    lines, rims = cut.apart(cut.sides)
     return VisibleSilhouettes(
         _segments_of(straight, lines.owner, lines.seen),
-        cut.low,
-        cut.high,
+        low,
+        high,
         lines,
-        _arcs_of(curved, cut.first, cut.last, rims.owner, rims.seen),
+        _arcs_of(curved, first, last, rims.owner, rims.seen),
         rims,
         cut.azimuths,
         cut.above,
@@ -172,9 +180,12 @@ def _outlines_from(scene: Scene, at: Receiver) -> _Outlines:
 
 
 def _is_outside(scene: Scene, found: _Outlines) -> Bool[Array, ""]:
-    """Whether no shape is NaN, and no closed one holds the eye but that on which it lies."""
+    """Whether no shape is NaN, and no closed one holds the eye but that on which it lies.
+
+    The unit of a shape that is NaN, or infinitely far, is infinite.
+    """
     closed = np.repeat([g.closed for g in scene.groups], [g.count for g in scene.groups])
-    return ~(jnp.any(found.inside & ~found.own & closed) | scene.unsound)
+    return ~jnp.any(found.inside & ~found.own & closed | jnp.isinf(found.unit))
 
 
 def _cut_outlines(
@@ -191,27 +202,35 @@ def _cut_outlines(
             derivatives.
     """
     dtype = found.lines.dtype
-    lines = jnp.where(found.lines_live[:, None, None], found.lines, SOME_LINE.astype(dtype))
-    arcs = jnp.where(found.arcs_live[:, None, None], found.arcs, SOME_ARC.astype(dtype))
-    begin = jnp.where(found.arcs_live, found.first, SOME_ENDS[0])
-    end = jnp.where(found.arcs_live, found.last, SOME_ENDS[1])
-    normals = cross(lines[:, 0], lines[:, 1])
+    lines = either(found.lines_live[:, None, None], found.lines, SOME_LINE.astype(dtype))
+    arcs = either(found.arcs_live[:, None, None], found.arcs, SOME_ARC.astype(dtype))
+    begin = either(found.arcs_live, found.first, SOME_ENDS[0])
+    end = either(found.arcs_live, found.last, SOME_ENDS[1])
+    normals = cross(*jnp.unstack(lines, axis=1))
     planes = jnp.concatenate([jnp.asarray(UP, dtype)[None], normals])
-    reach = jnp.max(jnp.abs(lines), -1)
-    size = jnp.concatenate([jnp.ones(1, lines.dtype), reach[:, 0] * reach[:, 1]])
+    reach = jnp.max(jnp.abs(jax.lax.stop_gradient(lines)), -1)
+    size = jnp.concatenate([jnp.ones(1, lines.dtype), jnp.prod(reach, -1)])
     on_lines = lines_on_planes(lines, planes, size)
     on_arcs = arcs_on_planes(arcs, begin, end, planes)
     cones = lines_on_cones(lines, normals, arcs, on_arcs[:, 1:])
     straight = line_ends(on_lines, cones, found.owners)
     curved = arc_ends(arcs, begin, end, on_arcs, found.owners)
     azimuths = horizon_ends(*horizon((lines, on_lines[:, 0], arcs, on_arcs[:, 0])))
-    sides, above = _seen(found, axes, lines, straight, arcs, curved, azimuths)
-    n = straight[:, 1:].size
+    whose = _whose(lines, straight[:, 1:].size), _whose(arcs, curved[:, 1:].size)
+    low, high = (
+        jnp.concatenate([ends[:, part].ravel() for ends in (straight, curved)])
+        for part in (slice(None, -1), slice(1, None))
+    )
+    sides, above = _seen(found, axes, lines, arcs, whose, low, high, azimuths)
     # What is not seen must not spoil sums or derivatives, wherever it is.
-    low = _harmless(straight[:, :-1], 0.0, curved[:, :-1], SOME_ENDS[0], sides.seen)
-    high = _harmless(straight[:, 1:], 1.0, curved[:, 1:], SOME_ENDS[1], sides.seen)
-    lines, arcs = _harmless_parts(found.lines, found.arcs, sides.seen, n)
-    return _Pieces(lines, low[0], high[0], arcs, low[1], high[1], sides, azimuths, above)
+    low, high = (either(sides.seen, a, b) for a, b in zip((low, high), SOME_ENDS, strict=True))
+    lines, arcs = _harmless_parts(found.lines, found.arcs, sides.seen, len(whose[0]))
+    return _Pieces(lines, arcs, low, high, sides, azimuths, above, len(whose[0]))
+
+
+def _whose(pieces: Array, parts: int) -> np.ndarray:
+    """For each part the number of its piece; all pieces have equally many."""
+    return np.repeat(np.arange(len(pieces)), parts // max(len(pieces), 1))
 
 
 def _harmless_parts(
@@ -228,22 +247,15 @@ def _harmless_parts(
     found = []
     for pieces, one, live in zip((lines, arcs), (SOME_LINE, SOME_ARC), _at(seen, n), strict=True):
         if len(pieces):
-            whose = np.repeat(np.arange(len(pieces)), len(live) // len(pieces))
-            pieces = jnp.where(live[:, None, None], rows(pieces, whose), one.astype(pieces.dtype))
+            whose = _whose(pieces, len(live))
+            pieces = either(live[:, None, None], rows(pieces, whose), one.astype(pieces.dtype))
         found.append(pieces)
     return found[0], found[1]
 
 
-def _harmless(straight: Array, one: float, curved: Array, other: float, seen: Array):
-    """Parameters of straight and of curved parts; some others if they are not seen."""
-    of_lines, of_arcs = _at(seen, straight.size)
-    straight = jnp.where(of_lines, straight.ravel(), one)
-    return straight, jnp.where(of_arcs, curved.ravel(), other)
-
-
-def _at(a: Array, n: int) -> tuple[Array, Array]:
-    """The first n rows, and the others."""
-    return a[:n], a[n:]
+def _at(tree: Any, n: int) -> tuple[Any, Any]:
+    """The first n rows of arrays, and the others."""
+    return jax.tree.map(lambda a: a[:n], tree), jax.tree.map(lambda a: a[n:], tree)
 
 
 # --- what is seen --------------------------------------------------------------------------------
@@ -265,7 +277,7 @@ def _hair(distance: Float[Array, "*m"], eps: float) -> Float[Array, "*m"]:
     return eps**0.7 * jnp.maximum(distance, 1.0)
 
 
-def _rise(lines: Array, arcs: Array, eps: float) -> tuple[Array, Array]:
+def _rise(lines: Array, arcs: Array, eps: float) -> Bool[Array, " m_c"]:
     """Which silhouettes rise above the rays along the horizon.
 
     One that lies in the horizon, like the lower edge of a lamp on the floor, is the horizon's: the
@@ -273,43 +285,31 @@ def _rise(lines: Array, arcs: Array, eps: float) -> tuple[Array, Array]:
     """
     level = eps**0.7
     straight = jnp.any(lines[..., 2] > level * jnp.max(jnp.abs(lines), -1), -1)
-    bent = jnp.abs(arcs)
-    highest_point = arcs[:, 0, 2] + bent[:, 1, 2] + bent[:, 2, 2]
-    return straight, highest_point > level * jnp.max(bent, (1, 2))
+    size, heights = jnp.abs(arcs), arcs[..., 2]
+    highest_point = jnp.sum(either(IS_CENTER, heights, size[..., 2]), -1)
+    bent = highest_point > level * jnp.max(size, (1, 2))
+    return jnp.concatenate([straight, bent])
 
 
-def _seen(found: _Outlines, axes, lines, straight, arcs, curved, azimuths):
+def _seen(found: _Outlines, axes, lines, arcs, whose, low, high, azimuths):
     """Shapes on either side of the middle of each part, and above each part of the horizon."""
-    eye, turn, lines, straight, arcs, curved, azimuths = jax.lax.stop_gradient(
-        (found.eye, found.turn @ axes, lines, straight, arcs, curved, azimuths)
+    eye, turn, lines, arcs, low, high, azimuths = jax.lax.stop_gradient(
+        (found.eye, found.turn @ axes, lines, arcs, low, high, azimuths)
     )
-    p, v = _middles(lines, straight, arcs, curved)
+    p, v = _middles(lines, arcs, whose, low, high)
     # Of scenes in both precisions, the rounding is that of the lower one.
     eps = max(float(jnp.finfo(a.dtype).eps) for a in (found.eye, found.turn, axes, lines, arcs))
-    owner = np.concatenate(
-        [
-            np.repeat(a, e.shape[1] - 1)
-            for a, e in zip(found.owners, (straight, curved), strict=True)
-        ]
-    )
-    rises = _rise(lines, arcs, eps)
-    live = jnp.concatenate(
-        [
-            (alive[:, None] & (ends[:, 1:] > ends[:, :-1])).ravel()
-            for alive, ends in (
-                (found.lines_live & rises[0], straight),
-                (found.arcs_live & rises[1], curved),
-            )
-        ]
-    )
+    owner = np.concatenate([a[k] for a, k in zip(found.owners, whose, strict=True)])
+    alive = jnp.concatenate([found.lines_live, found.arcs_live]) & _rise(lines, arcs, eps)
+    live = rows(alive, np.append(whose[0], len(lines) + whose[1])) & (high > low)
     side = cross(p, v)
     wide = dot(side, side)
-    hair = _hair(norm(p), eps) / jnp.sqrt(jnp.where(wide > 0.0, wide, 1.0))
+    hair = _hair(jnp.sqrt(dot(p, p)), eps) / jnp.sqrt(either(wide > 0.0, wide, 1.0))
     hair = hair[:, None] * side
     middle = 0.5 * (azimuths[1:] + azimuths[:-1])
     level = jnp.ones_like(middle)
-    low = jnp.stack([jnp.cos(middle), jnp.sin(middle), _hair(level, eps)], -1)
-    t, first = _ask(found, eye, turn, jnp.concatenate([p + hair, p - hair, low]))
+    around = jnp.stack([jnp.cos(middle), jnp.sin(middle), _hair(level, eps)], -1)
+    t, first = _ask(found, eye, turn, jnp.concatenate([p + hair, p - hair, around]))
     m = len(owner)
     behind = first[m : 2 * m]
     numbers = np.arange(t.shape[0])[:, None]
@@ -319,20 +319,16 @@ def _seen(found: _Outlines, axes, lines, straight, arcs, curved, azimuths):
     return sides, first[2 * m :]
 
 
-def _middles(lines: Array, straight: Array, arcs: Array, curved: Array) -> tuple[Array, Array]:
+def _middles(lines: Array, arcs: Array, whose, low: Array, high: Array) -> tuple[Array, Array]:
     """The middle of every part, and the way along it from end to end."""
-    s, t = (0.5 * (a[:, 1:] + a[:, :-1])[..., None] for a in (straight, curved))
-    start = lines[:, :1]
-    along = lines[:, 1:] - start
-    center, a, b = (arcs[:, i : i + 1] for i in range(3))
+    s, t = _at(0.5 * (low + high)[:, None], len(whose[0]))
+    start, end = jnp.unstack(rows(lines, whose[0]), axis=1)
+    center, a, b = jnp.unstack(rows(arcs, whose[1]), axis=1)
+    along = end - start
     cos, sin = jnp.cos(t), jnp.sin(t)
-    middles = start + s * along, center + a * cos + b * sin
-    ways = (
-        jnp.diff(straight)[..., None] * along,
-        jnp.diff(curved)[..., None] * (b * cos - a * sin),
-    )
-    p, v = (jnp.concatenate([e.reshape(-1, 3) for e in both]) for both in (middles, ways))
-    return p, v
+    p = jnp.concatenate([start + s * along, center + a * cos + b * sin])
+    v = jnp.concatenate([along, b * cos - a * sin])
+    return p, (high - low)[:, None] * v
 
 
 def _ask(found: _Outlines, eye: Array, turn: Array, w: Float[Array, "r 3"]):
@@ -346,6 +342,6 @@ def _ask(found: _Outlines, eye: Array, turn: Array, w: Float[Array, "r 3"]):
         for (kind, _), e, d in zip(found.kinds, found.apart(eye), found.apart(along), strict=True)
     ]
     t = found.unit[:, None] * jnp.concatenate(distances)
-    t = jnp.where((t > 0.0) & ~found.own[:, None], t, jnp.inf)
+    t = either((t > 0.0) & ~found.own[:, None], t, jnp.inf)
     assert found.rank is not None  # `_outlines_from` gives it
     return t, highest(t, found.rank[:, None], t.shape[0])

@@ -1,0 +1,38 @@
+"""One of two, number by number."""
+
+from __future__ import annotations
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, ArrayLike
+
+
+def either(which: ArrayLike, a: ArrayLike, b: ArrayLike) -> Array:
+    """`jnp.where(which, a, b)`, in one equation of the program where that takes four.
+
+    `jnp.where` is a program of its own, which converts and broadcasts on each call, and is
+    transformed and lowered by itself. Here numbers are made arrays of the right kind at once.
+
+    Args:
+        which: true for `a`.
+        a: array, or a number, which takes the precision of the other one.
+        b: likewise; not both are numbers, for those have no precision.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.numerics._select import either
+        >>> either(jnp.array([True, False]), jnp.array([1.0, 2.0]), 0.0).tolist()
+        [1.0, 0.0]
+    """
+    assert hasattr(a, "dtype") or hasattr(b, "dtype")
+    dtype = jnp.result_type(a, b)
+    shape = jnp.broadcast_shapes(jnp.shape(which), jnp.shape(a), jnp.shape(b))
+    a, b = (_filled(c, shape, dtype) for c in (a, b))
+    return jax.lax.select(jnp.broadcast_to(which, shape), a, b)
+
+
+def _filled(c: ArrayLike, shape: tuple[int, ...], dtype) -> Array:
+    """An array of that shape and kind."""
+    if isinstance(c, (bool, int, float)):
+        return jax.lax.full(shape, c, dtype)
+    return jnp.broadcast_to(jnp.asarray(c, dtype), shape)
