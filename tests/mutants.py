@@ -3,11 +3,11 @@
     make mutants                                    60 faults, in a copy of the tree
     python -m tests.mutants 300 --seed 1 --jobs 2   more of them, others
 
-A fault is a sign, a factor of two, an exponent, a comparison, a name for its twin (`min` for
-`max`), two arguments or two branches of `where` changed over, or a term dropped. For each the
-doctests of the file run, and its mirrored test, or where it has none the tests that import it and
-those of the modules that do. A fault that they do not see is printed: the test is weak there, or
-the fault changes nothing. Nothing is written into this tree.
+A fault is a sign, a factor of two, an exponent, a comparison, another index, a name for its twin
+(`min` for `max`), two arguments or two branches of `where` changed over, or a term dropped. For
+each the doctests of the file run, and its mirrored test, or where it has none the tests that import
+it and those of the modules that do. A fault that they do not see is printed: the test is weak
+there, or the fault changes nothing. Nothing is written into this tree.
 """
 
 from __future__ import annotations
@@ -93,9 +93,10 @@ def faults_in(path: str, source: str) -> list[Fault]:
             place(node.end_lineno, node.end_col_offset),
         )
 
-    found = []
-    for node in _computing(ast.parse(source)):
-        for start, end, text in _changes(node, source, span):
+    found, tree = [], ast.parse(source)
+    indices = set(_indices(tree))
+    for node in _computing(tree):
+        for start, end, text in _changes(node, source, span, node in indices):
             if source[start:end] != text:
                 found.append(Fault(path, start, end, text))
     return found
@@ -123,7 +124,14 @@ def _below(node: ast.AST) -> Iterator[ast.AST]:
                 yield from _below(one)
 
 
-def _changes(node: ast.AST, source: str, span) -> Iterator[tuple[int, int, str]]:
+def _indices(tree: ast.Module) -> Iterator[ast.AST]:
+    """What stands alone in brackets, or between their commas."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Subscript):
+            yield from node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
+
+
+def _changes(node: ast.AST, source: str, span, index: bool) -> Iterator[tuple[int, int, str]]:
     """Changes that a node allows: start, end, and the text instead."""
     match node:
         case ast.BinOp(left, op, right) if type(op) in TOKENS:
@@ -139,7 +147,8 @@ def _changes(node: ast.AST, source: str, span) -> Iterator[tuple[int, int, str]]
             start, _ = span(node)
             yield start, start + len("-" if isinstance(op, ast.USub) else "not"), ""
         case ast.Constant(int() | float() as value) if _is_number(node):
-            yield *span(node), repr(type(value)(2 * value or 1))
+            # Past the end JAX reads the last entry, so that a larger index may change nothing.
+            yield *span(node), repr(type(value)(0 if index and value else 2 * value or 1))
         case ast.Compare(left, [op], [right]) if type(op) in COMPARED:
             old, new = COMPARED[type(op)]
             at = source.find(old, span(left)[1], span(right)[0])

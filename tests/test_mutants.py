@@ -54,6 +54,18 @@ def test_a_term_is_dropped_and_text_is_left_alone():
     assert dropped.applied("def f(a, b):\n    return (a) - (b + 1)\n").endswith("return (a)\n")
 
 
+def test_an_index_becomes_one_that_is_there():
+    """JAX reads the last entry for an index past the end, which would be no fault."""
+    source = "def f(a):\n    return a[1], a[0], a[:, 2], a[3:]\n"
+    found = {fault.applied(source).splitlines()[1].strip() for fault in faults_in("a.py", source)}
+    assert found == {
+        "return a[0], a[0], a[:, 2], a[3:]",
+        "return a[1], a[1], a[:, 2], a[3:]",
+        "return a[1], a[0], a[:, 0], a[3:]",
+        "return a[1], a[0], a[:, 2], a[6:]",
+    }
+
+
 @pytest.fixture(scope="module")
 def everywhere():
     return all_faults()

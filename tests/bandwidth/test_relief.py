@@ -173,6 +173,18 @@ def test_from_the_pixels_frequency_on_a_brdf_does_for_any_slope():
     assert near > 0.0999
 
 
+@pytest.mark.parametrize("amplitude", [0.0, 1e-6])
+def test_waves_no_finer_than_the_light_are_no_brdf_however_low(amplitude):
+    """A pixel leaves what waves and light beat together, as slowly as their frequencies differ."""
+    found = [
+        float(brdf_relief_error(amplitude, f, 1.0, 1.0, width=0.01, view=0.2, reach=0.3))
+        for f in (0.5, 1.0, 2.0)
+    ]
+    assert found[:2] == [2.0, 2.0]
+    assert (found[2] > 0.0) == (amplitude > 0.0)
+    assert found[2] < 2e-3
+
+
 def test_light_that_shadows_the_waves_is_refused_by_the_largest_error():
     for error, more in (
         (flat_relief_error, {}),

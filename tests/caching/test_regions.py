@@ -103,12 +103,20 @@ def test_metres_hold_where_pixels_disagree():
         ({"pixel": 0.0}, "`pixel` must be positive"),
         ({"pixels": (3.0, 2.0)}, r"`pixels` must be a range, but is \(3, 2\)"),
         ({"world": (-1.0, 2.0)}, "`world` must be a range"),
+        ({"world": (0.0, 0.0)}, r"`world` must be a range, but is \(0, 0\)"),
     ],
 )
 def test_limits_that_no_camera_has_are_refused(change, words):
     options = {"camera": CAMERA, "position": PLACES, "pixel": 0.01} | change
     with pytest.raises(ValueError, match=words):
         screen_limits(**options)
+
+
+@pytest.mark.parametrize("world", [(0.0, 1.0), (1.0, 1.0)])
+def test_limits_may_start_at_nothing_and_be_one_number(world):
+    low, high = screen_limits(CAMERA, PLACES, 0.005, world=world)
+    for radius in (low, high):
+        assert np.all((radius >= world[0]) & (radius <= world[1]))
 
 
 def test_limits_in_the_wrong_order_name_the_first():

@@ -252,6 +252,20 @@ def test_limbs_are_met_too_early_without_their_roots(monkeypatch):
     assert shadow_errors("ball", 62)[1] < 0.02
 
 
+def test_shifted_nodes_of_a_lamp_are_so_far_out_of_the_middles_of_their_cells():
+    """Cells of a slanted lamp, in shares of both of its edges from the corner where they start."""
+    center, u, v = np.array([(0.5, 0.2, 2.0), (0.0, 0.6, 0.2), (1.0, 0.1, 0.0)])
+    lamp = Lamp(center, u, v, 1.0, 4, even=True, shift=(0.3, -0.1))
+    corner = np.asarray(lamp.position) - (center - u - v)
+    share, rest, *_ = np.linalg.lstsq(2.0 * np.stack([u, v], 1), corner.T)
+    along, across = share.reshape(2, 4, 4)
+    np.testing.assert_allclose(along[:, 0], (np.arange(4) + 0.8) / 4, rtol=1e-12)
+    np.testing.assert_allclose(across[0], (np.arange(4) + 0.4) / 4, rtol=1e-12)
+    np.testing.assert_allclose(np.diff(along, axis=1), 0.0, atol=1e-12)
+    np.testing.assert_allclose(np.diff(across, axis=0), 0.0, atol=1e-12)
+    np.testing.assert_allclose(rest, 0.0, atol=1e-12)
+
+
 def test_shadows_need_an_even_lamp():
     point = surface_point(jnp.zeros(3), jnp.eye(3), jnp.zeros((2, 2)))
     ones = jnp.ones(36)

@@ -29,7 +29,7 @@ from firstorder.imaging.sky_lights import (
 )
 from firstorder.numerics._vectors import orthonormal_frame
 from firstorder.space import Scene, primitive, sphere
-from firstorder.space.skies import GaussianSky, HarmonicSky, _harmonics
+from firstorder.space.skies import ConstantSky, GaussianSky, HarmonicSky, _harmonics
 
 SKY = GaussianSky((0.3, 0.2, 1.0), 0.4, 2.0)
 UP = jnp.array([0.0, 0.0, 1.0])
@@ -99,6 +99,17 @@ def test_shifted_nodes_average_to_the_sky():
         for s in shifts
     ]
     assert abs(np.mean(values) - true) < 0.1 * np.mean(np.abs(np.array(values) - true))
+
+
+@pytest.mark.parametrize("nodes", [_dome, _by_luminance])
+def test_shifted_nodes_of_an_even_sky_are_so_far_out_of_the_middles_of_even_cells(nodes):
+    light = nodes(ConstantSky(2.0), 4, (0.3, -0.2))
+    x, y, z = np.asarray(light.way).T.reshape(3, 4, 8)
+    true = 2.0 * (np.arange(4) + 0.5 + 0.3) / 4 - 1.0
+    np.testing.assert_allclose(z, np.repeat(true[:, None], 8, 1), atol=1e-12)
+    turn = 8 * np.arctan2(y, x) / (2.0 * np.pi) - (np.arange(8) + 0.5 - 0.2)
+    np.testing.assert_allclose(turn - 8 * np.rint(turn / 8), 0.0, atol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(light.area, axis=1), 4.0 * np.pi / 32, rtol=1e-12)
 
 
 def test_a_bent_surface_turns_under_the_sky():
@@ -207,6 +218,26 @@ def test_nodes_by_cosine_are_alike_and_above_the_surface():
     np.testing.assert_allclose(flux, np.pi / 72, rtol=1e-12)
     solid = np.linalg.norm(middle.area, axis=1)
     np.testing.assert_allclose(solid.sum(), 2.0 * np.pi, rtol=1e-12)
+
+
+def test_shifted_nodes_by_cosine_are_so_far_out_of_the_middles_of_their_cells():
+    """Solid angles stay, and what both opposite shifts err in the cosine cancels."""
+    n = np.array([0.48, -0.64, 0.6])
+    lights = [CosineSkyLight(SKY, 5, (s, s / 3.0)).about(jnp.asarray(n)) for s in (0.3, -0.3)]
+    axes = np.asarray(orthonormal_frame(jnp.asarray(n)))
+    for light, shift in zip(lights, (0.3, -0.3), strict=True):
+        x, y, z = (np.asarray(light.way) @ axes).T.reshape(3, 5, 10)
+        ends = np.sqrt(np.arange(6) / 5)
+        share = (z - ends[:-1, None]) / np.diff(ends)[:, None]
+        np.testing.assert_allclose(share, 0.5 + shift, rtol=1e-12)
+        turn = np.arctan2(y, x) / (2.0 * np.pi) * 10 - np.arange(10) - 0.5
+        np.testing.assert_allclose(turn - np.rint(turn / 10) * 10, shift / 3.0, atol=1e-12)
+        np.testing.assert_allclose(
+            np.linalg.norm(light.area, axis=1).sum(), 2.0 * np.pi, rtol=1e-12
+        )
+    flux = [-(np.asarray(light.area) @ n).sum() / np.pi - 1.0 for light in lights]
+    assert abs(flux[0]) > 0.1
+    np.testing.assert_allclose(sum(flux), 0.0, atol=1e-12)
 
 
 def test_less_noise_by_cosine_than_evenly():

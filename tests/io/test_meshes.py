@@ -393,6 +393,55 @@ def test_in_single_precision_what_lies_behind_the_end_hides_nothing():
     assert np.all(tracer.between(o, o + way + 0.01 * d[some]))
 
 
+def test_a_fan_of_places_or_directions_is_hidden_where_a_face_comes_before():
+    m = bumpy()
+    o, d = rays(m, 60)
+    ends, ways = o[:20], d[:20]
+    tracer = Embree(m)
+    start, end = np.repeat(o[20:], 20, 0), np.tile(ends, (40, 1))
+    _, t = brute(m, start, end - start)
+    clear = abs(t - 1.0) > 1e-3  # single precision tells no closer
+    hidden, share = tracer.fan_occluded(o[20:], ends), tracer.first_share(start, end)
+    assert hidden.shape == (40, 20)
+    assert 0.2 < np.mean(hidden) < 0.8
+    np.testing.assert_array_equal(hidden.ravel()[clear], (t < 1.0)[clear])
+    np.testing.assert_allclose(share[t < 0.99], t[t < 0.99], atol=1e-3)
+    assert np.all(np.isinf(share[t > 1.01]))
+    _, t = brute(m, start, np.tile(ways, (40, 1)))
+    np.testing.assert_array_equal(tracer.fan_occluded(o[20:], ways, np.inf).ravel(), np.isfinite(t))
+    share = tracer.first_share(start, np.tile(ways, (40, 1)), np.inf)
+    np.testing.assert_allclose(share, t, atol=1e-3)
+
+
+def test_rays_from_an_eye_meet_the_nearest_face():
+    m = bumpy()
+    eye, (_, d) = np.mean(m.vertices, 0), rays(m, 2000)
+    (t, seen), (face, true) = Embree(m).seen_from(eye, d), brute(m, eye[None] + 0.0 * d, d)
+    assert np.mean(seen == face) > 0.999  # the others pass an edge
+    np.testing.assert_allclose(t[seen == face], true[seen == face], atol=1e-9)
+    assert np.all(t > 0.0)
+
+
+def test_a_face_that_passes_the_eye_more_closely_than_single_precision_tells_is_not_behind_it():
+    """Of rays nearly along it some meet it in single precision that lead away from it in double."""
+    rng = np.random.default_rng(0)
+    n, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    face = np.array([[3.0, 2.0, 0.0], [-2.0, -3.0, 0.0], [-2.0, 2.0, 0.0]])
+    m = mesh(np.concatenate([face, face + np.array([0.0, 0.0, 1.0])]) @ n, [[0, 1, 2], [3, 4, 5]])
+    angle, tilt = rng.uniform(0.0, 2.0 * np.pi, 400), 1e-8 * rng.normal(size=400)
+    d = np.stack([np.cos(angle), np.sin(angle), tilt], 1) @ n
+    tracer = Embree(m)
+    odd = 0
+    for height in 1e-8 * rng.normal(size=10):
+        t, seen = tracer.seen_from((0.1, -0.1, height) @ n, d)
+        assert np.all(t > 0.0)
+        np.testing.assert_array_equal(np.isinf(t), seen < 0)
+        meets = np.isfinite(t) & (seen == 0)
+        np.testing.assert_allclose(t[meets], (-height / tilt)[meets], rtol=1e-6)
+        odd += meets.sum()
+    assert odd > 20
+
+
 def test_rays_through_edges_and_corners_of_a_closed_mesh_do_not_slip_through():
     ball = trimesh.creation.icosphere(2)
     m = mesh(ball.vertices, ball.faces)

@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firstorder.checks.cases import light
+from firstorder.checks.cases import CENTER, CORRELATION, SIGMA, light
 from firstorder.checks.cases.laws.convolve import Leaning
 from firstorder.errors import Refused
-from firstorder.fields import Affine, GaussianProfile, HalfPlane, half_plane
+from firstorder.fields import Affine, GaussianProfile, HalfPlane, gaussian, half_plane
 from firstorder.laws import Circle, Convolve, Hemisphere, Integrate, Move, Multiply
 
 U = jnp.array([0.3, -0.2])
@@ -35,6 +35,25 @@ def test_two_gaussian_blurs_are_one_of_summed_variance():
         Convolve(GaussianProfile(0.3), nodes=48)(light())
     )
     np.testing.assert_allclose(jax.jit(lambda u: chained.at(u))(U), twice.at(U), rtol=1e-10)
+
+
+@pytest.mark.parametrize(("axis", "a"), [("x", 0), ("theta", 1)])
+def test_a_blurred_bell_is_a_wider_bell_in_every_portrait(axis, a):
+    """Its variance along the axis grows by that of the kernel, and it keeps its light."""
+    variance = np.diag(SIGMA) @ [[1.0, CORRELATION], [CORRELATION, 1.0]] @ np.diag(SIGMA)
+    wider = variance + 0.09 * np.outer(np.eye(2)[a], np.eye(2)[a])
+    sigma = np.sqrt(np.diag(wider))
+    height = 1.3 * np.sqrt(np.linalg.det(variance) / np.linalg.det(wider))
+    true = gaussian(CENTER, sigma, wider[0, 1] / np.prod(sigma), height)
+    blur = Convolve(GaussianProfile(0.3, axis))
+    w = np.array([[0.3, -0.2], [-0.1, 0.6], [0.0, 0.4]])
+    F = jax.vmap(blur(light().spectrum()).at)(w)
+    np.testing.assert_allclose(F, jax.vmap(true.spectrum().at)(w), rtol=1e-12)
+    S = blur(light().covariance())
+    np.testing.assert_allclose(S.matrix, true.covariance().matrix, rtol=1e-12)
+    for normal in ([1.0, 0.0], [0.0, 1.0], [0.4, -0.7]):
+        ends = blur(light().spectrum()).extent().along(normal)
+        np.testing.assert_allclose(ends, true.spectrum().extent().along(normal), rtol=1e-12)
 
 
 def test_light_is_conserved_by_a_kernel_of_integral_one():

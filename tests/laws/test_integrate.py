@@ -13,7 +13,16 @@ from firstorder.checks.cases import CENTER, CORRELATION, SIGMA, bell, light
 from firstorder.checks.tolerance import normwise
 from firstorder.conventions import FLATLAND, Frame
 from firstorder.errors import Refused
-from firstorder.fields import Affine, Constant, Function, HalfPlane, autodiff_jet, half_plane
+from firstorder.fields import (
+    Affine,
+    Constant,
+    Function,
+    Grid,
+    HalfPlane,
+    Wavelet,
+    autodiff_jet,
+    half_plane,
+)
 from firstorder.laws import Integrate, Map, Multiply, Warp
 from firstorder.numerics._batching import batched
 from firstorder.transport import Travel
@@ -228,6 +237,35 @@ def _degenerate(x, slope, offset, end):
 def test_the_integral_over_a_number_of_nodes_that_is_none_is_refused():
     with pytest.raises(ValueError, match="Argument `nodes` must be positive, but is 0"):
         Integrate("theta", 0.0, 1.0, 0)
+
+
+@pytest.mark.parametrize(("axis", "a"), [("x", 0), ("theta", 1)])
+def test_a_bell_integrated_is_the_bell_of_what_is_left_in_every_portrait(axis, a):
+    """Its marginal: centre and width stay, and its integral."""
+    law, b = Integrate(axis, -9.0, 9.0), 1 - a
+    w = np.array([[-0.4], [0.0], [0.7]])
+    total = 1.3 * 2.0 * np.pi * np.prod(SIGMA) * np.sqrt(1.0 - CORRELATION**2)
+    true = total * np.exp(
+        -2.0 * (np.pi * SIGMA[b] * w[:, 0]) ** 2 - 2j * np.pi * CENTER[b] * w[:, 0]
+    )
+    F = law(light().spectrum())
+    np.testing.assert_allclose(jax.vmap(F.at)(w), true, rtol=1e-12)
+    ends = np.array(F.extent().along([1.0], 3.0))
+    np.testing.assert_allclose(ends, CENTER[b] + 3.0 * SIGMA[b] * np.array([-1.0, 1.0]), rtol=1e-12)
+    S = law(light().covariance())
+    np.testing.assert_allclose(S.matrix, [[1.0 / (8.0 * np.pi**2 * SIGMA[b] ** 2)]], rtol=1e-12)
+    assert S.frame == F.frame == Frame((FLATLAND.coordinates[b],))
+
+
+@pytest.mark.parametrize(("axis", "a"), [("x", 0), ("theta", 1)])
+def test_wavelets_of_an_integral_are_those_of_the_sums_of_samples(axis, a):
+    grid = Grid.spanning((4, 8), (1.5, 1.0), (0.2, 0.1))
+    h = Integrate(axis, -1.0, 1.0).wavelet(Wavelet.of(light(), grid))
+    true = np.asarray(grid.sample(light())).sum(a) * grid.step[a]
+    np.testing.assert_allclose(h.samples(), true, rtol=1e-12)
+    assert h.grid == Grid(
+        grid.size[1 - a : 2 - a], grid.step[1 - a : 2 - a], (0.2, 0.1)[1 - a : 2 - a]
+    )
 
 
 def test_spectra_and_wavelets_refuse_ends_that_move():

@@ -6,7 +6,15 @@ from scipy.special import erf
 
 from firstorder.checks.cases import light
 from firstorder.errors import Refused
-from firstorder.fields import Function, Grid, SampledSpectrum, Spectrum, gaussian, half_plane
+from firstorder.fields import (
+    Function,
+    Grid,
+    SampledSpectrum,
+    Spectrum,
+    Wavelet,
+    gaussian,
+    half_plane,
+)
 from firstorder.laws import Multiply
 
 WINDOW = Grid.spanning((256, 256), (6.0, 6.0))
@@ -80,3 +88,22 @@ def test_on_a_window_light_of_unknown_extent_is_multiplied_too():
 def test_an_edge_has_no_covariance():
     with pytest.raises(Refused, match="an edge has no finite covariance"):
         Multiply(half_plane(0.0))(light().covariance())
+
+
+@pytest.mark.parametrize("size", [(4, 8), (8, 4)])
+def test_wavelets_of_a_product_are_those_of_the_product_of_samples(size):
+    f, g, grid = light(), gaussian((-0.3, 0.2), (0.7, 0.9), -0.4), Grid.spanning(size, (1.5, 1.0))
+    product = Multiply(g).wavelet(Wavelet.of(f, grid))
+    true = np.asarray(grid.sample(f)) * np.asarray(grid.sample(g))
+    np.testing.assert_allclose(product.samples(), true, atol=1e-12)
+
+
+def test_covariances_add():
+    """Second moments of power spectra: precisions of bells add, over 8 pi^2."""
+    f, g = light(), gaussian((-0.3, 0.2), (0.7, 0.9), -0.4)
+
+    def precision(h):
+        return -jax.hessian(lambda u: jnp.log(h.at(u)))(jnp.zeros(2)) / (8.0 * jnp.pi**2)
+
+    S = Multiply(g).covariance(f.covariance())
+    np.testing.assert_allclose(S.matrix, precision(Multiply(g)(f)), rtol=1e-12)

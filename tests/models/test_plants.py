@@ -50,6 +50,66 @@ def test_a_leaf_is_two_triangles_folded_along_its_rib(made):
         assert n @ m > 0.5 * np.linalg.norm(n) * np.linalg.norm(m)  # one leaf, with one front
 
 
+def leaves_of(piece, count):
+    """Base, tip, and the middle between the wings of each leaf; from wing to wing."""
+    base, wing, tip, far = np.moveaxis(
+        np.asarray(piece.vertices, float)[-4 * count :].reshape(count, 4, 3), 1, 0
+    )
+    return base, tip, 0.5 * (wing + far), far - wing
+
+
+def test_leaves_of_a_tree_are_as_long_as_asked_for_and_half_as_wide():
+    piece, part = tree(4000, 1, forks=(3,), leaf=0.2)
+    base, tip, middle, across = leaves_of(piece, 4000)
+    length = np.linalg.norm(tip - base, axis=1)
+    assert 0.599 * 0.2 < length.min() < 0.61 * 0.2
+    assert 1.39 * 0.2 < length.max() < 1.401 * 0.2
+    np.testing.assert_allclose(np.mean(length), 0.2, rtol=0.02)
+    width = np.linalg.norm(across, axis=1)
+    np.testing.assert_allclose(width, 0.5 * length, rtol=1e-3)
+    # The wings are across the rib, somewhat nearer to its base, and folded away from it.
+    rib = (tip - base) / length[:, None]
+    np.testing.assert_allclose(np.sum(rib * across, 1), 0.0, atol=1e-5)
+    np.testing.assert_allclose(np.sum(rib * (middle - base), 1), 0.45 * length, rtol=1e-3)
+    up = middle - base - 0.45 * (tip - base)
+    np.testing.assert_allclose(np.linalg.norm(up, axis=1), 0.1 * length, rtol=1e-3)
+    # To the side of the front, and more of them show that to the sky than to the ground.
+    front = np.asarray(piece.area_vectors)[part == 1].reshape(2, 4000, 3).sum(0)
+    assert np.all(np.sum(up * front, 1) > 0.0)
+    assert 0.7 < np.mean(front[:, 2] > 0.0) < 0.95
+
+
+def test_leaves_point_more_along_their_twig_than_back():
+    """As normal vectors of unit variance do that are moved along it by 0.8."""
+    base, tip, _, _ = leaves_of(tree(4000, 1, forks=())[0], 4000)
+    way = np.random.default_rng(1).normal(size=(100_000, 3)) + np.array([0.0, 0.0, 0.8])
+    mean = np.mean(way[:, 2] / np.linalg.norm(way, axis=1))
+    rise = (tip - base)[:, 2] / np.linalg.norm(tip - base, axis=1)
+    np.testing.assert_allclose(np.mean(rise), mean, atol=0.03)
+
+
+def test_leaflets_of_a_fern_lie_in_pairs_to_both_sides_and_get_shorter_towards_the_ends():
+    pairs = 50
+    base, tip, _, across = leaves_of(fern(4, pairs, leaf=0.2)[0], 2 * pairs * 4)
+    np.testing.assert_allclose(base[::2], base[1::2], atol=1e-6)
+    length = np.linalg.norm(tip - base, axis=1)
+    share = np.tile(np.repeat((np.arange(pairs) + 0.5) / pairs, 2), 4)
+    part = length / (0.2 * (0.25 + 2.4 * share * (1.0 - share)))
+    assert 0.849 < part.min() < 0.86
+    assert 1.14 < part.max() < 1.151
+    np.testing.assert_allclose(np.linalg.norm(across, axis=1), 0.22 * length, rtol=1e-2)
+    # A pair has one to each side of the upright plane of its stalk, and both lean to its end.
+    out = (base - np.repeat(base[:: 2 * pairs], 2 * pairs, 0)) * (1.0, 1.0, 0.0)
+    out = np.repeat(out[2 * pairs - 1 :: 2 * pairs], 2 * pairs, 0)
+    way = (tip - base) / length[:, None]
+    side = np.sum(np.cross(out, (0.0, 0.0, 1.0)) * way, 1) / np.linalg.norm(out, axis=1)
+    assert np.all(side[::2] < -0.6)
+    assert np.all(side[1::2] > 0.6)
+    ahead = np.roll(base, -2, 0) - base
+    along = (np.sum(ahead * way, 1) / np.linalg.norm(ahead, axis=1)).reshape(4, -1)[:, :-2]
+    np.testing.assert_allclose(np.mean(along), 0.45 / np.hypot(1.0, 0.45), atol=0.02)
+
+
 def test_each_branch_faces_outwards():
     piece, part = tree(0, 3, forks=(5, 4))
     faces = np.asarray(piece.faces)[part == 0]
@@ -69,6 +129,24 @@ def test_branches_leave_a_trunk_on_all_sides():
     golden = np.pi * (3.0 - np.sqrt(5.0))
     assert np.angle(on) == pytest.approx(golden, abs=0.15)
     assert abs(on) > 0.5
+
+
+def test_a_branch_leaves_its_trunk_at_an_angle_and_gets_shorter_towards_the_top():
+    """At 0.6 to 1.1 rad; its line is a parabola, so three points give how it sets out."""
+    v = np.asarray(tree(0, 1, forks=(300,))[0].vertices, float).reshape(301, 5 * 6 + 2, 3)
+    rings = v[:, :30].reshape(301, 5, 6, 3).mean(2)
+    trunk, g = rings[0], rings[1:]
+    start = (-3.0 * g[:, 0] + 4.0 * g[:, 1] - g[:, 2]) / 0.5
+    on = np.searchsorted(trunk[1:-1, 2], g[:, 0, 2])
+    along = np.diff(trunk, axis=0)[on]
+    length, step = np.linalg.norm(start, axis=1), np.linalg.norm(along, axis=1)
+    angle = np.arccos(np.sum(start * along, 1) / (length * step))
+    assert 0.59 < angle.min() < 0.65
+    assert 1.05 < angle.max() < 1.11
+    share = g[:, 0, 2] / trunk[-1, 2]
+    part = length / np.linalg.norm(trunk[-1] - trunk[0]) / (1.15 - 0.55 * share)
+    assert 0.449 < part.min() < 0.47
+    assert 0.73 < part.max() < 0.751
 
 
 def test_a_seed_gives_a_tree():

@@ -108,6 +108,20 @@ def test_ripples_have_the_size_that_was_asked_for(dimension):
         assert slope.std() == pytest.approx(expected, rel=0.35)  # 24 waves only
 
 
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_a_wave_of_ripples_is_from_two_to_four_thirds_as_long_as_asked_for(dimension):
+    """A wave alone bends by `-(2 pi / length)^2` of its height, over all directions."""
+    places = np.random.default_rng(0).uniform(0.0, 5.0, (1, dimension))
+    steps, lengths = 1e-3 * np.eye(dimension), []
+    for seed in range(300):
+        h = ripples(0.2, 0.5, seed, 1)
+        around = h(places + steps) + h(places - steps) - 2.0 * h(places)
+        lengths.append(2.0 * np.pi / np.sqrt(-np.sum(around) / 1e-6 / h(places)[0]))
+    assert 0.333 < min(lengths) < 0.34
+    assert 0.66 < max(lengths) < 0.667
+    assert np.mean(lengths) == pytest.approx(0.5, abs=0.02)
+
+
 @pytest.mark.parametrize(
     "make",
     [

@@ -90,6 +90,26 @@ def test_gradients_of_a_mesh_are_the_images(models):
         np.testing.assert_allclose(found.gradient[:, k], slope, rtol=1e-5)
 
 
+@pytest.mark.parametrize("bands", [None, 3])
+def test_radiance_is_the_value_of_pixels_and_the_sum_of_their_gradients(bands):
+    """Of a mesh and of the empty sky beside it, but for depths in single precision."""
+    matter = MATTER if bands is None else dict(MATTER, albedo=(0.2, 0.5, 0.7))
+    ball = MeshModel(meshed(3).models[0].mesh, "ball", matter)
+    made = Renderer(World(CAMERA, models=(ball,), lamps=(LAMP,)))
+    at = np.array([(-0.15, 0.1), (0.02, 0.05), (0.9, 0.9), (0.1, 0.25)])
+    (whole, index), found = made.pixels(at), made.radiance(at)
+    assert index.tolist() == found.index.tolist() == [0, 0, -1, 0]
+    np.testing.assert_allclose(found.value, whole.value, rtol=1e-3)
+    slope = np.asarray(whole.gradient + whole.edges)
+    assert found.gradient.shape == slope.shape
+    np.testing.assert_allclose(found.gradient, slope, rtol=1e-2, atol=1e-3)
+    np.testing.assert_array_equal(found.value[2], 0.0)
+    np.testing.assert_array_equal(found.gradient[2], 0.0)
+    value = made.radiance(at, gradients=False)
+    assert value.gradient is None
+    np.testing.assert_allclose(value.value, found.value, rtol=1e-12)
+
+
 def test_a_meshs_shadow_moves(models):
     """The floor behind the ball, with many nodes: differences of values."""
     lamp = Lamp(*(LAMP.center, LAMP.u, LAMP.v), 8.0, 32, True)

@@ -144,6 +144,46 @@ def between(pair, emission=1.0, at=AT):
     return irradiance(Scene.of(primitive(lamp, emission=emission), primitive(body)), at)
 
 
+def somewhere_on(kind, u):
+    """Points of a canonical surface, from uniform numbers: a body's on rays from its middle."""
+    p = 2.0 * u - 1.0
+    across, flat = np.hypot(p[:, 0], p[:, 1]), np.array([1.0, 1.0, 0.0])
+    return {
+        "Ellipsoids": p / np.linalg.norm(p, axis=1)[:, None],
+        "Boxes": p / np.max(abs(p), 1)[:, None],
+        "Cylinders": p / np.maximum(across, abs(p[:, 2]))[:, None],
+        "Discs": p * flat / np.maximum(across, 1.0)[:, None],
+        "Rectangles": p * flat,
+        "Triangles": np.where(u[:, :1] + u[:, 1:2] < 1.0, u, 1.0 - u) * flat,
+    }[kind]
+
+
+@pytest.mark.parametrize("kind", [k for k in _collisions.SURFACES if k.__name__ != "Planes"])
+def test_points_by_which_collisions_are_found_are_all_over_each_surface(kind):
+    """Each place has one within a tenth of the shape's size, and none is elsewhere."""
+    points = _collisions.SURFACES[kind]
+    places = somewhere_on(kind.__name__, np.random.default_rng(0).uniform(size=(2000, 3)))
+    apart = np.linalg.norm(places[:, None] - points, axis=2)
+    assert apart.min(1).max() < 0.2
+    on = _collisions._gauge(kind, places)
+    if np.any(points[:, 2]):  # a body
+        np.testing.assert_allclose(on, 1.0, rtol=1e-12)
+        np.testing.assert_allclose(_collisions._gauge(kind, points), 1.0, rtol=1e-12)
+        np.testing.assert_allclose(_collisions._gauge(kind, 0.7 * points), 0.7, rtol=1e-12)
+    else:
+        assert np.all(on <= 1.0 + 1e-12)
+        assert np.all(_collisions._gauge(kind, points) <= 1.0 + 1e-12)
+        np.testing.assert_array_equal(points[:, 2], 0.0)
+        x, y = 2.0 * places[:, :2].T - 0.5
+        inside = {
+            "Discs": x * x + y * y < 1.0,
+            "Rectangles": (abs(x) < 1.0) & (abs(y) < 1.0),
+            "Triangles": (x > 0.0) & (y > 0.0) & (x + y < 1.0),
+        }[kind.__name__]
+        anywhere = np.stack([x, y, 0.0 * x], 1)
+        np.testing.assert_array_equal(_collisions._gauge(kind, anywhere) < 1.0, inside)
+
+
 @pytest.mark.parametrize("turn", range(3))
 @pytest.mark.parametrize("which", MEET)
 def test_concrete_shapes_that_run_into_each_other_are_refused(which, turn):

@@ -239,9 +239,8 @@ def _convolved(series: tuple[Series, ...], F: Spectrum, Omega: Frequency) -> Com
 
 def _triple(F, G):
     """`H_i = sum_jk C_ijk F_j G_k` with the tensor product C, one axis after another."""
-    pairs = F.reshape(-1, 1) * G.reshape(1, -1)  # (j j' ..., k k' ...)
+    pairs = jnp.multiply.outer(F, G)  # (j, j', ..., k, k', ...)
     n = F.ndim
-    pairs = pairs.reshape(F.shape + G.shape)
     for i, size in enumerate(F.shape):
         C = jnp.asarray(triple_products(size), F.dtype)
         # contract axis i of F (always the first left) and its partner of G; append the result

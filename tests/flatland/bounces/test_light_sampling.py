@@ -10,7 +10,12 @@ from scipy.integrate import quad
 
 from firstorder.checks.statistics import LEVEL, chi_square, sampler_p_value, z_test_of
 from firstorder.flatland import PointLights, Scene, Segments, primitive
-from firstorder.flatland.bounces._light_sampling import lights, sample_light
+from firstorder.flatland.bounces._light_sampling import (
+    density_of_shape,
+    density_of_sky,
+    lights,
+    sample_light,
+)
 from firstorder.sampling import estimate
 from tests.flatland.worlds import all_lights
 from tests.samplers import COUNT, biased, turn_share, uniform_p_value
@@ -77,6 +82,40 @@ def test_inverse_densities_add_up_to_the_angle_that_a_light_fills():
         seen = estimate(jnp.asarray(np.where(mask & shines, inverse, 0.0)))
         assert z_test_of(seen, angle).passed
         assert not z_test_of(seen, 1.3 * angle).passed
+
+
+def test_a_direction_met_by_chance_has_the_density_with_which_it_is_sampled():
+    """Of each side its own share of the flux: one board shows its front, the other its back."""
+    boards = np.array([[(0.9, 1.0), (-0.4, 1.3)], [(-1.5, 0.2), (-1.0, 1.2)]])
+    emission, place = np.array([(1.0, 0.3), (0.2, 0.7)]), np.broadcast_to(HERE, (64, 2))
+    scene = Scene.of(
+        *(primitive(Segments(*b), emission=e) for b, e in zip(boards, emission, strict=True)),
+        points=PointLights((0.0, 3.0), 0.4),
+    )
+    where = lights(scene)
+    u = np.random.default_rng(0).uniform(0.0, 1.0, (64, 2))
+    found = eqx.filter_jit(sample_light)(scene, where, place, jnp.asarray(u))
+    met = np.asarray((found.on >= 0) & (found.value > 0.0))
+    on, way = np.asarray(found.on)[met], (np.asarray(found.end) - HERE)[met]
+    front = emission[on, 0] == np.asarray(found.value)[met]
+    assert {*zip(on.tolist(), front.tolist(), strict=True)} == {(0, True), (1, False)}
+    step, r = (boards[:, 1] - boards[:, 0])[on], np.linalg.norm(way, axis=1)
+    seen = abs(way[:, 0] * step[:, 1] - way[:, 1] * step[:, 0]) / r
+    flux = 2.0 * emission * np.linalg.norm(boards[:, 1] - boards[:, 0], axis=1)[:, None]
+    side = np.where(front, 0, 1)
+    true = flux[on, side] / (flux.sum() + 2.0 * np.pi * 0.4) * r / seen
+    np.testing.assert_allclose(np.asarray(found.density)[met], true, rtol=1e-12)
+    chance = density_of_shape(scene, where, *map(jnp.asarray, (on, front, seen, r)))
+    np.testing.assert_allclose(chance, true, rtol=1e-12)
+    none = density_of_shape(scene, where, *map(jnp.asarray, (on - 2, front, 0.0 * seen, r)))
+    np.testing.assert_array_equal(none, 0.0)
+
+
+def test_a_direction_of_the_sky_has_the_density_with_which_it_is_sampled():
+    where, found = drawn()
+    sky = np.asarray((found.on < 0) & ~found.point)
+    chance = density_of_sky(where, found.along[sky])
+    np.testing.assert_allclose(chance, found.density[sky], rtol=1e-9)
 
 
 def test_each_point_light_is_where_it_is_and_as_bright():

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from firstorder.flatland import Receiver, Scene, closed_curve, irradiance, primitive
+from firstorder.flatland.shapes._fourier import CurveRoots
 from tests.flatland.worlds import bean
 
 
@@ -47,6 +48,54 @@ def test_a_curve_does_not_meet_its_own_point_but_the_far_side():
     np.testing.assert_allclose(t, 1.4 * np.cos(np.linspace(-1.2, 1.2, n)), rtol=1e-12)
 
 
+def test_a_curve_is_met_however_near_to_it_a_ray_starts_beside_it():
+    """Towards its middle; from inside as from outside."""
+    curve, d = as_circle(0.5, 2.0, 0.7), jnp.array([0.6, 0.8])
+    gaps = np.array([1e-9, 1e-4, 0.3, 0.65, 2.0])
+    hit = jax.jit(jax.vmap(lambda o: curve.hit(o, d, OFF)[0]))
+    outside = hit(np.array([0.5, 2.0]) - (0.7 + gaps[:, None]) * d)
+    np.testing.assert_allclose(outside, gaps, rtol=1e-12, atol=1e-15)
+    inside = hit(np.array([0.5, 2.0]) + (0.7 - gaps[:4, None]) * d)
+    np.testing.assert_allclose(inside, gaps[:4], rtol=1e-12, atol=1e-15)
+
+
+def test_motion_is_the_series_with_its_derivatives():
+    shape = jax.tree.map(lambda a: a[0], bean())
+    curve = CurveRoots(shape.cosines, shape.sines, shape.samples)
+    s, orders = jnp.array(0.37), [lambda s: curve.motion(s)[0]]
+    for _ in range(3):
+        orders.append(jax.jacfwd(orders[-1]))
+    a = -2.0 * np.pi * (s + 1.0 / 128.0)  # clockwise, from the last of 128 points
+    here = [np.cos(a), 0.7 * np.sin(a) + 0.35 * np.cos(2.0 * a)]
+    np.testing.assert_allclose(curve.motion(s)[0], here, rtol=1e-12)
+    for found, order in zip((*curve.motion(s), curve._third(s)), orders, strict=True):
+        np.testing.assert_allclose(found, order(s), rtol=1e-12)
+
+
+def test_lines_touch_a_curve_where_the_angle_turns_back_at_which_its_places_are_seen():
+    shape = jax.tree.map(lambda a: a[0], bean())
+    a = np.linspace(0.0, 2.0 * np.pi, 200_001)
+    places = np.stack([np.cos(a), 0.7 * np.sin(a) + 0.35 * np.cos(2.0 * a)], 1)
+    # Beside the line that touches it where it bends neither way, two tangents are as good as one.
+    way = np.gradient(places, axis=0)
+    bend = way[:, 0] * np.gradient(way[:, 1]) - way[:, 1] * np.gradient(way[:, 0])
+    k = np.flatnonzero(np.diff(np.sign(bend[2:-2])))[0] + 2
+    t = way[k] / np.linalg.norm(way[k])
+    near = [places[k] - 2.0 * t + e * np.array([-t[1], t[0]]) for e in (1e-6, -1e-6)]
+    eyes = np.array([[0.35, -3.0], [0.0, 0.9], [3.0, 0.9], [0.1, 0.3], [-0.4, 0.6], *near])
+    points, valid = jax.jit(jax.vmap(lambda p: shape.silhouettes(p, OFF)))(eyes)
+    counts = []
+    for eye, at, there in zip(eyes, np.asarray(points), np.asarray(valid), strict=True):
+        x, y = (places - eye).T
+        turns = np.flatnonzero(np.diff(np.sign(np.diff(np.unwrap(np.arctan2(y, x)))))) + 1
+        true, found = places[turns], at[there]
+        np.testing.assert_allclose(
+            found[np.argsort(found[:, 0])], true[np.argsort(true[:, 0])], atol=1e-4
+        )
+        counts.append(len(found))
+    assert {*counts[:5]} == {*counts[5:]} == {2, 4}  # four where the dent is seen from outside
+
+
 def test_tangents_of_a_circle_as_a_series_carry_two_derivatives():
     def side(p):
         points, valid = as_circle(0.0, 0.0, 0.5).silhouettes(jnp.array([p, 2.0]), OFF)
@@ -64,15 +113,6 @@ def test_tangents_of_a_circle_as_a_series_carry_two_derivatives():
         (jax.grad(jax.grad(side)), jax.grad(jax.grad(circle))),
     ):
         assert abs(jax.jit(f)(0.3) - g(0.3)) < 1e-9
-
-
-def test_a_dent_has_four_tangents():
-    shape = jax.tree.map(lambda a: a[0], bean())
-    # Below the dent of the bean two more lines touch it.
-    count = jnp.sum(shape.silhouettes(jnp.array([0.35, -3.0]), OFF)[1])
-    assert count == 2
-    above = [int(jnp.sum(shape.silhouettes(jnp.array([x, 0.9]), OFF)[1])) for x in (0.0, 3.0)]
-    assert set(above) <= {2, 4}
 
 
 @pytest.mark.parametrize("width", [1e-2, 1e-4, 1e-6])

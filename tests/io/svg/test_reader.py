@@ -372,6 +372,13 @@ def test_a_drawing_is_a_scene_like_any_other(tmp_path):
     np.testing.assert_allclose(scene.length(4), 2 * np.pi * 0.03, rtol=1e-12)
 
 
+def test_a_class_of_the_drawing_programs_may_be_anything_unlike_ours_or_in_a_style_sheet():
+    css = "<style>.lights {fill: white}</style>"
+    scene = svg(f'{css}<circle r="1" class="st0"/><circle r="1" class="lights"/>')
+    assert scene.count == 2
+    np.testing.assert_array_equal(scene.material.emission, 0.0)
+
+
 # --- what is wrong -------------------------------------------------------------------------------
 
 PAGE = "d.svg, line 1, <svg>: "
@@ -406,6 +413,10 @@ WRONG = [
     (
         '<circle r="1" data-emision="2"/>',
         "<circle>: `data-emision` is not known here: did you mean `emission`?",
+    ),
+    (
+        '<circle r="1" class="st0 lihgt"/>',
+        "<circle>: the class `lihgt` is not known here: did you mean `light`?",
     ),
     ('<circle r="1" data-ior="1 2"/>', "<circle>: `data-ior` must be one number, but is '1 2'."),
     ('<use href="#no"/>', "<use>: `href` must name an element of this file, but is '#no'."),

@@ -39,6 +39,29 @@ def test_a_ray_meets_the_base_where_it_is_traced(kappa):
     np.testing.assert_allclose(np.stack([views.x, views.theta], -1), truth, atol=1e-13)
 
 
+@pytest.mark.parametrize("kappa", [0.0, -0.5, 0.3])
+def test_a_ray_is_the_same_wherever_camera_and_base_are_put_together(kappa):
+    away = np.array([0.7, -1.1])
+    here = Camera((0.3, 2.0), 1.3, BaseSurface(kappa, 0.2)).derivatives(jnp.asarray(0.3))
+    moved = Camera(away + np.array([0.3, 2.0]), 1.3, BaseSurface(kappa, 0.2, away))
+    there = moved.derivatives(jnp.asarray(0.3))
+    np.testing.assert_allclose(jax.tree.leaves(there), jax.tree.leaves(here), rtol=1e-12)
+
+
+def test_the_front_of_a_hill_is_outside_its_circle_and_of_a_valley_inside():
+    n, point = 0.4, np.array([0.2, -0.3])
+    normal = np.array([-np.sin(n), np.cos(n)])
+    eyes = np.random.default_rng(0).uniform(-4.0, 4.0, (40, 2))
+    for kappa in (-0.6, 0.6):
+        distance = np.linalg.norm(eyes - (point + normal / kappa), axis=1)
+        within = distance < 1.0 / abs(kappa)
+        faces = jax.vmap(BaseSurface(kappa, n, point).faces)(eyes)
+        np.testing.assert_array_equal(faces, within if kappa > 0.0 else ~within)
+        assert 0 < within.sum() < 40
+    above = jax.vmap(BaseSurface(0.0, n, point).faces)(eyes)
+    np.testing.assert_array_equal(above, (eyes - point) @ normal > 0.0)
+
+
 def test_arc_length_and_position_agree():
     base = BaseSurface(-0.7, 0.3, (0.2, -0.4))
     x = jnp.linspace(-1.0, 1.0, 5)

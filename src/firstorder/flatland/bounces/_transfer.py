@@ -74,8 +74,8 @@ def _gaps(scene: Scene, panels: Panels, at: Receiver) -> _Gaps:
     eps = jnp.finfo(seen.angles.dtype).eps
     ends = jax.lax.stop_gradient(seen.angles)
     width = ends[1:] - ends[:-1]
-    # Just inside the gap: on its very end a ray may miss the shape.
-    inside = jnp.minimum(jnp.maximum(512.0 * eps * width, 64.0 * eps), 0.25 * width)
+    # Just inside the gap: on its very end a ray may miss the shape. Gaps too narrow are left out.
+    inside = jnp.maximum(512.0 * eps * width, 64.0 * eps)
     shape = jnp.maximum(seen.seen, 0)
     low, high = seen.angles[:-1] + inside, seen.angles[1:] - inside
 
