@@ -250,7 +250,9 @@ def test_a_bell_integrated_is_the_bell_of_what_is_left_in_every_portrait(axis, a
     )
     F = law(light().spectrum())
     np.testing.assert_allclose(jax.vmap(F.at)(w), true, rtol=1e-12)
-    ends = np.array(F.extent().along([1.0], 3.0))
+    extent = F.extent()
+    assert extent is not None
+    ends = np.array(extent.along([1.0], 3.0))
     np.testing.assert_allclose(ends, CENTER[b] + 3.0 * SIGMA[b] * np.array([-1.0, 1.0]), rtol=1e-12)
     S = law(light().covariance())
     np.testing.assert_allclose(S.matrix, [[1.0 / (8.0 * np.pi**2 * SIGMA[b] ** 2)]], rtol=1e-12)

@@ -101,6 +101,7 @@ def test_radiance_is_the_value_of_pixels_and_the_sum_of_their_gradients(bands):
     assert index.tolist() == found.index.tolist() == [0, 0, -1, 0]
     np.testing.assert_allclose(found.value, whole.value, rtol=1e-3)
     slope = np.asarray(whole.gradient + whole.edges)
+    assert found.gradient is not None
     assert found.gradient.shape == slope.shape
     np.testing.assert_allclose(found.gradient, slope, rtol=1e-2, atol=1e-3)
     np.testing.assert_array_equal(found.value[2], 0.0)

@@ -12,6 +12,7 @@ direction along which the line of sight touches the ball of the y. An eye is r b
 from __future__ import annotations
 
 import functools
+from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -131,7 +132,7 @@ def beside_ball(polygon, center, radius: float, nodes: int = 64) -> float:
     axis, cosine = center / far, np.sqrt(1.0 - (radius / far) ** 2)
     first = unit(np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))]))
     p, q, s = cosine * axis, radius / far * first, radius / far * np.cross(axis, first)
-    hidden = 0.0
+    hidden: Any = 0.0
     for low, high in _arcs(*(pyramid(polygon) @ way for way in (p, q, s))):
         x, weight = np.polynomial.legendre.leggauss(nodes)
         t = (0.5 * (low + high) + 0.5 * (high - low) * x)[:, None]
@@ -145,7 +146,7 @@ def beside_ball(polygon, center, radius: float, nodes: int = 64) -> float:
             one, other = start + low * (end - start), start + high * (end - start)
             n = np.cross(one, other)
             hidden += 0.5 * turn * np.arctan2(np.linalg.norm(n), one @ other) * unit(n)[2]
-    return lambert(polygon) - hidden
+    return lambert(polygon) - float(hidden)
 
 
 def unit(a) -> np.ndarray:

@@ -9,7 +9,7 @@ touches it there.
 from __future__ import annotations
 
 import itertools
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -126,7 +126,8 @@ def apart_above(edges: Edges, at: Receiver, u, r) -> Bool[np.ndarray, " n"]:
         u: directions of the lines of sight.
         r: distances along them, shape (n, k) [m].
     """
-    gaps = np.diff(np.sort(r, axis=-1), prepend=0.0, axis=-1)
+    far: Any = np.sort(r, axis=-1)
+    gaps = np.concatenate([far[..., :1], far[..., 1:] - far[..., :-1]], axis=-1)
     return np.all(gaps > edges.near, axis=-1) & (dot(u, np.asarray(at.normal)) > GRAZING)
 
 
