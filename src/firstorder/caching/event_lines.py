@@ -266,7 +266,7 @@ def _behind(R: Array, position: Array, lines: EventLines) -> Array:
 
 
 def _roots_behind(d: Array, R: Array, ends: tuple[Array, Array]) -> Array:
-    """What E'' of `1 / sqrt(x)` behind a line makes, between two places along it."""
+    """Error behind a line, between two places along it, where E'' is `1 / sqrt(x)` there."""
     low, high = (jnp.arctan2(t, jnp.where(d**2 + t**2 > 0.0, d, 1.0)) for t in ends)
     total = jnp.zeros_like(d)
     for node, weight in zip(*gauss_legendre(8), strict=True):

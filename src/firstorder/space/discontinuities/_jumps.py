@@ -59,8 +59,8 @@ from firstorder.space.discontinuities._queries import (
     steps,
     tangential,
 )
-from firstorder.space.discontinuities._round_lines import Tangents
 from firstorder.space.discontinuities._rounds import rounds_of, tangent_planes
+from firstorder.space.discontinuities._tangents import Tangents
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
 

@@ -14,10 +14,6 @@ from firstorder.space.discontinuities._jumps import (
 )
 from firstorder.space.discontinuities._lines_of_sight import taken
 from firstorder.space.discontinuities._round_lines import (
-    body_tangents_at,
-    common_planes,
-    edge_tangents,
-    edge_tangents_at,
     edge_triples_with_bodies,
     triples_at,
     vertex_rounds_at,
@@ -29,6 +25,12 @@ from firstorder.space.discontinuities._rounds import (
     check_discs,
     frame_across,
     null_directions,
+)
+from firstorder.space.discontinuities._tangents import (
+    body_tangents_at,
+    common_planes,
+    edge_tangents,
+    edge_tangents_at,
 )
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene

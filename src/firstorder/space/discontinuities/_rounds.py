@@ -20,6 +20,9 @@ from firstorder.space.discontinuities._edges import dot, unit
 from firstorder.space.scene import Scene
 from firstorder.space.shapes.kinds import Discs, Ellipsoids
 
+OFF = 1e-6  # angle to an outline above which a line of sight does not touch it [rad]
+ANGLES = 256  # about an axis or an outline, at which places are looked for
+
 
 class Rounds(NamedTuple):
     """Round bodies of a scene, each by its middle and its quadric.

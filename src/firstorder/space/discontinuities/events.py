@@ -40,14 +40,13 @@ from firstorder.space.discontinuities._lines_of_sight import (
 )
 from firstorder.space.discontinuities._queries import check_concrete, is_seen
 from firstorder.space.discontinuities._round_lines import (
-    body_tangents_along,
-    edge_tangents_along,
     round_contacts,
     round_triples_along,
     three_rounds_along,
     vertex_rounds_along,
 )
 from firstorder.space.discontinuities._rounds import check_discs, rounds_of
+from firstorder.space.discontinuities._tangents import body_tangents_along, edge_tangents_along
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
 

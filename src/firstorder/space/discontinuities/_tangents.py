@@ -1,0 +1,213 @@
+"""Lines of sight in which outlines touch each other: an edge and a round body, or two of them.
+
+A plane through the eye touches both there. Planes through an edge that touch a body stand still;
+those that touch two bodies make a family, by an angle.
+"""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any, NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from firstorder.space.discontinuities._edges import Edges, dot, unit
+from firstorder.space.discontinuities._lines_of_sight import (
+    apart_above,
+    crossed,
+    meeting,
+    merged,
+    taken,
+)
+from firstorder.space.discontinuities._rounds import (
+    ANGLES,
+    OFF,
+    Rounds,
+    form,
+    frame_across,
+    outline_at,
+    touching,
+    touching_planes,
+)
+from firstorder.space.receiver import Receiver
+
+HALVINGS = 60
+STEPS = 500  # towards a direction that parts two bodies
+
+
+class Tangents(NamedTuple):
+    """Lines of sight in which two outlines touch each other.
+
+    Attributes:
+        place: of the receivers [m].
+        u: directions.
+        m: unit normals of the planes that touch both.
+        r: distances of the two along the lines [m].
+        curvature: of the first against the second, as in `Outline`, with the normal m.
+        bend: the mean of their curvatures.
+    """
+
+    place: Float[np.ndarray, "n 3"]
+    u: Float[np.ndarray, "n 3"]
+    m: Float[np.ndarray, "n 3"]
+    r: Float[np.ndarray, "n 2"]
+    curvature: Float[np.ndarray, " n"]
+    bend: Float[np.ndarray, " n"]
+
+
+def edge_tangents(edges: Edges, rounds: Rounds) -> tuple[np.ndarray, ...]:
+    """Planes through edges that touch round bodies: numbers of both, and unit normals."""
+    edge, body = (a.ravel() for a in np.indices((len(edges.ends), len(rounds.center))))
+    normal = touching_planes(rounds.take(body), edges.start[edge], edges.along[edge])
+    row, side = np.nonzero(np.all(np.isfinite(normal), axis=-1))
+    return edge[row], body[row], normal[row, side]
+
+
+def edge_tangents_at(
+    edges: Edges, rounds: Rounds, at: Receiver, place, edge, body, normal
+) -> tuple[Tangents, np.ndarray]:
+    """Lines of sight from places in planes through edges that touch bodies, and which there are."""
+    one = rounds.take(body)
+    way = touching(one, one.center - place, normal)
+    u = unit(way)
+    seen = outline_at(one, place, u)
+    r_edge, share = meeting(place, u, edges.start[edge], edges.along[edge])
+    r = np.stack([r_edge, np.linalg.norm(way, axis=-1)], -1)
+    there = (share > 0.0) & (share < 1.0) & apart_above(edges, at, u, r)
+    k = seen.curvature
+    return Tangents(place, u, seen.m, r, -k, 0.5 * k), there & np.isfinite(k)
+
+
+def edge_tangents_along(edges: Edges, rounds: Rounds, at: Receiver, along, reach):
+    """Places on a line of receivers that see an edge touch a body, and how far along."""
+    edge, body, normal = edge_tangents(edges, rounds)
+    t = crossed(normal, edges.start[edge], at, along)
+    on = (t > 0.0) & (t < reach)
+    place = np.asarray(at.position) + t[on, None] * along
+    rows, there = edge_tangents_at(edges, rounds, at, place, edge[on], body[on], normal[on])
+    return t[on][there], taken(rows, there)
+
+
+def body_tangents_at(
+    edges: Edges, rounds: Rounds, at: Receiver, place, bodies, normal
+) -> tuple[Tangents, np.ndarray]:
+    """Lines of sight from places in planes that touch two bodies, and which there are."""
+    pair = [rounds.take(bodies[:, i]) for i in (0, 1)]
+    ways = [touching(one, one.center - place, normal) for one in pair]
+    u = unit(ways[0])
+    first, second = (outline_at(one, place, u) for one in pair)
+    r = np.stack([np.linalg.norm(way, axis=-1) for way in ways], -1)
+    there = np.linalg.norm(unit(ways[1]) - u, axis=-1) < OFF
+    there &= apart_above(edges, at, u, r)
+    k, other = first.curvature, np.sign(dot(first.m, second.m)) * second.curvature
+    there &= np.abs(k - other) > 0.0
+    return Tangents(place, u, first.m, r, k - other, 0.5 * (k + other)), there
+
+
+def body_tangents_along(edges: Edges, rounds: Rounds, at: Receiver, along, reach):
+    """Places on a line of receivers that see two bodies touch, and how far along.
+
+    They are where it crosses the curves of `common_planes`.
+    """
+    none = np.zeros(0), Tangents(*np.zeros((3, 0, 3)), np.zeros((0, 2)), *np.zeros((2, 0)))
+    found, origin = [none], np.asarray(at.position)
+    beside = np.cross(np.asarray(at.normal), along)
+    for numbers, planes in common_planes(rounds):
+
+        def off(angle, side, planes=planes):
+            return dot(planes.places(at, angle, side)[0] - origin, beside)
+
+        angle, side = _crossings(off)
+        place, normal = planes.places(at, angle, side)
+        t = dot(place - origin, along)
+        on = (np.abs(dot(place - origin, beside)) < 1e-6 * reach) & (t > 0.0) & (t < reach)
+        bodies = np.broadcast_to(numbers, (np.sum(on), 2))
+        rows, there = body_tangents_at(edges, rounds, at, place[on], bodies, normal[on])
+        found.append((t[on][there], taken(rows, there)))
+    return np.concatenate([t for t, _ in found]), merged([rows for _, rows in found])
+
+
+def _crossings(off) -> tuple[np.ndarray, np.ndarray]:
+    """Angles, and sides, at which a function changes its sign; or becomes infinite."""
+    angle, side = np.meshgrid(np.linspace(0.0, 2.0 * np.pi, ANGLES + 1), [1.0, -1.0])
+    negative = off(angle, side) < 0.0
+    k, i = np.nonzero(negative[:, 1:] != negative[:, :-1])
+    low, high, side = angle[k, i], angle[k, i + 1], side[k, i]
+    below = negative[k, i]
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        same = (off(middle, side) < 0.0) == below
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    return low, side
+
+
+class CommonPlanes(NamedTuple):
+    """Planes that touch two bodies, by an angle about an axis that parts them.
+
+    Attributes:
+        first, second: the bodies.
+        axis: a direction from the first to the second, in which the first ends before the second
+            begins.
+    """
+
+    first: Rounds
+    second: Rounds
+    axis: Float[np.ndarray, "3"]
+
+    def normals(self, angle, side) -> Float[np.ndarray, "*n 3"]:
+        """Unit normals: of planes with both bodies on one side (1), or one on either (-1)."""
+        b, c = frame_across(self.axis)
+        out = np.cos(angle)[..., None] * b + np.sin(angle)[..., None] * c
+        between = self.second.center - self.first.center
+        low, high = np.zeros(np.shape(angle)), np.full(np.shape(angle), np.pi)
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            n = np.cos(middle)[..., None] * self.axis + np.sin(middle)[..., None] * out
+            apart = n @ between - _half(self.first, n) + side * _half(self.second, n)
+            low, high = np.where(apart > 0.0, middle, low), np.where(apart > 0.0, high, middle)
+        return np.cos(low)[..., None] * self.axis + np.sin(low)[..., None] * out
+
+    def places(self, at: Receiver, angle, side) -> tuple[np.ndarray, np.ndarray]:
+        """Where lines through both touching points meet the receivers' plane, and normals there."""
+        n, up = self.normals(angle, side), np.asarray(at.normal)
+        ends = [_support(self.first, n), _support(self.second, side[..., None] * n)]
+        way = ends[1] - ends[0]
+        rate = np.where(way @ up == 0.0, np.nan, way @ up)
+        share = ((np.asarray(at.position) - ends[0]) @ up) / rate
+        return ends[0] + share[..., None] * way, n
+
+
+def common_planes(rounds: Rounds):
+    """Numbers of two bodies that do not meet, and the planes that touch both."""
+    for i, j in itertools.combinations(range(len(rounds.center)), 2):
+        axis = _parting(rounds.take(i), rounds.take(j))
+        if axis is not None:
+            yield (i, j), CommonPlanes(rounds.take(i), rounds.take(j), axis)
+
+
+def _half(body: Rounds, n) -> Any:
+    """How far a body reaches from its middle along unit vectors [m]."""
+    return np.sqrt(np.maximum(form(body.spread, n), 0.0))
+
+
+def _support(body: Rounds, n) -> np.ndarray:
+    """The point of a body that is farthest along directions [m]."""
+    half = np.asarray(_half(body, n))[..., None]
+    return body.center + (n @ body.spread) / np.where(half > 0.0, half, 1.0)
+
+
+def _parting(first: Rounds, second: Rounds) -> Float[np.ndarray, "3"] | None:
+    """A direction along which one body ends before another begins, if there is one.
+
+    The vector between them shortens towards that between their nearest points (Gilbert's method).
+    """
+    v = second.center - first.center
+    for _ in range(STEPS):
+        n = unit(v)
+        gap = _support(second, -n) - _support(first, n)
+        if n @ gap > 0.0:
+            return n
+        back = v - gap
+        v = v - np.clip((v @ back) / (back @ back), 0.0, 1.0) * back
+    return None
