@@ -17,6 +17,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+import scipy.interpolate
 from jaxtyping import Array
 
 from firstorder import flatland, space
@@ -35,7 +36,6 @@ from firstorder.fields import (
 )
 from firstorder.flatland import Circles, Receiver, Scene, Segments, primitive
 from firstorder.flatland.bounces import Discretization, solve_radiosity
-from firstorder.flatland.bounces.radiosity import _at_nodes
 from firstorder.flatland.estimators import arc_length_integral
 from firstorder.laws import Convolve, Integrate, Multiply, VonMisesFisher, Zonal
 from firstorder.sampling import expected_k_nearest
@@ -236,7 +236,25 @@ def radiosity(rng):
     scene = Scene.of(walls, lamp)
     solution, error = solve_radiosity(scene, fineness=Discretization(5, 1e-3), with_error=True)
     fine = solve_radiosity(scene, fineness=Discretization(11, 1e-8))
-    return solution.E, error, _at_nodes(fine, solution.panels)
+    return solution.E, error, _interpolated(fine, solution.panels)
+
+
+def _interpolated(fine, panels):
+    """What a fine solution says at the Gauss nodes of coarse panels, by its own polynomials."""
+    node, _ = np.polynomial.legendre.leggauss(panels.count)
+    own, _ = np.polynomial.legendre.leggauss(fine.panels.count)
+    shapes, sides, ends = (
+        np.asarray(a) for a in (fine.panels.shape, fine.panels.side, fine.panels.ends)
+    )
+    E, found = np.asarray(fine.E), np.empty((len(panels.ends), panels.count))
+    for k, (a, b) in enumerate(np.asarray(panels.ends)):
+        same = (shapes == int(panels.shape[k])) & (sides == int(panels.side[k]))
+        for j, s in enumerate(0.5 * (a + b + (b - a) * node)):
+            (on,) = np.flatnonzero(same & (ends[:, 0] <= s) & (s < ends[:, 1]))
+            first, last = ends[on]
+            places = 0.5 * (first + last + (last - first) * own)
+            found[k, j] = scipy.interpolate.barycentric_interpolate(places, E[on], s)
+    return found
 
 
 CASES["flatland_radiosity"] = radiosity

@@ -43,15 +43,19 @@ def segments(radius):
     return ValidityRegion(jnp.asarray(1.0 / radius)[:, None, None])
 
 
-def leaning(count=N * N):
-    """Ellipses of every size and direction."""
-    turn, size = RNG.uniform(0, np.pi, count), RNG.uniform(3.0, 25.0, (count, 2))
+def leaning(count=N * N, small=(3.0, 25.0), large=(3.0, 25.0)):
+    """Ellipses of every direction, with the reciprocals of their two radii in two ranges."""
+    turn, size = (
+        RNG.uniform(0, np.pi, count),
+        RNG.uniform(*np.transpose([small, large]), (count, 2)),
+    )
     c, s = np.cos(turn), np.sin(turn)
     Q = np.stack([np.stack([c, s], -1), np.stack([-s, c], -1)], -2)
     return np.swapaxes(Q, 1, 2) @ (size[:, :, None] * Q)
 
 
 LEANING = leaning()
+NEEDLES = leaning(small=(1.5, 2.0), large=(20.0, 40.0))
 
 
 def filled_slowly(places, matrix, visits, tilt=None):
@@ -81,12 +85,13 @@ def test_filling_is_what_plain_loops_do(bent):
         assert ours.tolist() == slowly.tolist()
 
 
+@pytest.mark.parametrize("regions", [LEANING, NEEDLES], ids=["leaning", "needles"])
 @pytest.mark.parametrize("bent", [False, True])
-def test_filling_a_plane_is_what_plain_loops_do(bent):
+def test_filling_a_plane_is_what_plain_loops_do(bent, regions):
     tilt = np.cumsum(RNG.normal(size=(N * N, 2)), axis=0) * 0.02 if bent else None
     for visits in VISITS[:2]:
-        ours = fill(flat(PLANE, tilt), ValidityRegion(jnp.asarray(LEANING)), visits)
-        assert ours.tolist() == filled_slowly(PLANE, LEANING, visits, tilt).tolist()
+        ours = fill(flat(PLANE, tilt), ValidityRegion(jnp.asarray(regions)), visits)
+        assert ours.tolist() == filled_slowly(PLANE, regions, visits, tilt).tolist()
 
 
 def wrong_fills():

@@ -11,7 +11,7 @@ from firstorder.imaging._area_lights import Lamp
 from firstorder.imaging._interaction import facet_interaction
 from firstorder.imaging._point_shading import shade_point
 from firstorder.imaging.camera import pinhole
-from firstorder.imaging.facets import mesh_facets
+from firstorder.imaging.facets import Facets, mesh_facets
 from firstorder.imaging.shading import SurfaceMaps
 from firstorder.space import primitive, sphere
 from firstorder.space.meshes.triangle_mesh import mesh, vertex_normals
@@ -42,6 +42,14 @@ def test_the_normal_turns_as_differences_say():
         t, h = np.asarray(at.tangents[:, k]), 1e-5
         slope = (normal_at(x + h * t) - normal_at(x - h * t)) / (2 * h)
         np.testing.assert_allclose(at.turning[:, k], slope, atol=1e-9)
+
+
+@pytest.mark.parametrize("left_out", [False, True])
+def test_faces_without_a_picture_have_zeros(left_out):
+    known = mesh_facets(ONE, NORMALS)
+    known = Facets(known.corners, known.normals, known.part) if left_out else known
+    at = known.uv_at(jnp.array(0), jnp.asarray(CORNERS.mean(0)))
+    np.testing.assert_array_equal(at, np.zeros(2))
 
 
 def pixel(p, finish=None, face=0, known=None):

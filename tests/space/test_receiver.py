@@ -47,6 +47,17 @@ def test_a_tilt_is_a_turn(tilt):
     np.testing.assert_allclose(turned.normal, np.cos(size) * n + np.sin(size) * way, atol=1e-12)
 
 
+def test_steps_of_a_receiver_are_along_its_axes_and_its_normal_leans_as_a_tilt_says():
+    at, n = on_ball()
+    new = at.displaced(jnp.array([0.3, -0.2, 0.5, 0.1, -0.4]))
+    np.testing.assert_allclose((new.position - at.position) @ n, 0.5, rtol=1e-14)
+    np.testing.assert_allclose(
+        np.linalg.norm(new.position - at.position), np.sqrt(0.38), rtol=1e-14
+    )
+    np.testing.assert_allclose(at.axes[:, 0] @ (new.position - at.position), 0.3, rtol=1e-14)
+    np.testing.assert_allclose(new.axes, at.tilted(jnp.array([0.1, -0.4])).axes, rtol=1e-14)
+
+
 def test_a_flat_receiver_keeps_its_frame():
     at = receiver((1.0, 2.0, 3.0), (0.0, 1.0, 0.0))
     moved = at.moved(jnp.array([0.5, -0.25]))

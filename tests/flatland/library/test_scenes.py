@@ -81,6 +81,11 @@ def test_the_wall_of_fig_14_throws_no_shadow():
     np.testing.assert_array_equal(white, none)
 
 
+def test_the_lamp_of_fig_14_hangs_over_the_middle_of_the_floor():
+    E = floor_irradiance(scenes.fig14("none"), np.linspace(0.0, 1.0, 9))
+    np.testing.assert_allclose(E, E[::-1], rtol=1e-13)
+
+
 def test_the_shadows_of_r07_fig_9_are_deep_under_both():
     scene = scenes.r07_fig09()
     under_box, under_circle, free = floor_irradiance(scene, (np.array([-0.95, 0.6, 3.0]) + 3) / 6)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from firstorder.conventions import direction
-from firstorder.flatland import Arcs, Circles, Ellipses, Segments
+from firstorder.flatland import Arcs, Circles, Ellipses, Scene, Segments, primitive
 from firstorder.flatland.shapes._base import Shape
 from tests.flatland.worlds import bean
 
@@ -20,6 +20,12 @@ EVERY = pytest.mark.parametrize("name", SHAPES)
 
 def only(shape):
     return jax.tree.map(lambda a: a[0], shape)
+
+
+@EVERY
+def test_one_shape_counts_as_one(name):
+    assert SHAPES[name].count == 1
+    assert Scene.of(primitive(SHAPES[name])).count == 1
 
 
 @EVERY

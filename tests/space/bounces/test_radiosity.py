@@ -111,6 +111,22 @@ def test_the_second_bounce_brings_the_wall_to_the_block():
     assert abs(second / (0.5 / np.pi * E) - 1.0) < 4.0 * 4096**-0.75 * 4
 
 
+def test_one_ray_of_each_cell_looks_another_way():
+    """So that all cells of a face together see what each of them sees by many rays."""
+
+    def second(rays):
+        L = [
+            solve_radiosity(_scenes.j12_occluder(), cells=8, bounces=k, rays=rays, shadow=0).L
+            for k in (1, 2)
+        ]
+        return np.mean(L[1] - L[0], axis=(1, 2))
+
+    one, many = second(1), second(256)
+    large = many > 0.05 * np.max(many)
+    assert np.sum(large) >= 5
+    np.testing.assert_allclose(one[large], many[large], rtol=0.0, atol=0.15 * np.max(many))
+
+
 def test_other_lights_are_refused_in_one_sentence():
     lamp = primitive(sphere((0.0, 0.0, 1.0), 0.1), name="lamp", emission=1.0)
     with pytest.raises(ValueError, match="must have rectangles with one bright side as lights"):
