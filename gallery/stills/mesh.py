@@ -8,13 +8,11 @@ is smooth. Brighter lines jump more.
 
 from __future__ import annotations
 
-import jax.numpy as jnp
 import numpy as np
-from matplotlib.collections import LineCollection
 
-from firstorder.space import Receiver, Scene, irradiance, primitive, rectangle
-from firstorder.space.discontinuities import discontinuity_mesh
-from gallery.frame import Frame, developed, drawn
+from firstorder.space import Scene, primitive, rectangle
+from gallery.frame import Frame
+from gallery.stills._mesh_lines import lit_mesh
 
 
 def scene() -> Scene:
@@ -36,22 +34,4 @@ def scene() -> Scene:
 
 
 def still(frame: Frame):
-    world, extent = scene(), frame.extent((-0.15, -0.05), 6.2)
-
-    def at(p):
-        return irradiance(world, Receiver.at(jnp.append(p, 0.0)))
-
-    light = frame.field(at, extent, rows=1, block=512, every=3)
-    warm = light[..., None] * np.array([1.12, 0.98, 0.80])
-    ax = frame.canvas(developed(warm, 0.13 / np.median(light)), extent)
-    found = discontinuity_mesh(world, Receiver.at((0.0, 0.0, 0.0)), points=257, reach=3.2)
-    for order, color in ((2, "#2f9bff"), (1, "#ff7a2e")):
-        rows = np.flatnonzero(found.order == order)
-        if not rows.size:
-            continue
-        sizes = np.array([np.median(found.jumps[k]) for k in rows])
-        strength = np.clip(1.0 + np.log10(sizes / sizes.max() + 1e-9) / 3.0, 0.35, 1.0)
-        ax.add_collection(LineCollection(
-            [found.lines[k][:, :2] for k in rows], colors=color, alpha=strength,
-            linewidths=(1.2 + 1.8 * strength) * frame.fine))  # fmt: skip
-    return drawn(ax)
+    return lit_mesh(frame, scene(), (-0.15, -0.05), width=6.2, reach=3.2)

@@ -1,4 +1,4 @@
-"""Discontinuities of the derivatives of irradiance in space: visual events of flat faces."""
+"""Discontinuities of the derivatives of irradiance in space: visual events."""
 
 from firstorder.space.discontinuities._event_table import EventsAlong
 from firstorder.space.discontinuities.events import visual_events_along

@@ -68,7 +68,7 @@ def discontinuity_mesh(
     the plane are not among them, nor are lines on which two round outlines cross a third outline.
 
     Args:
-        scene: concrete shapes of flat faces, and a sky of one radiance.
+        scene: concrete shapes of these kinds, and a sky of one radiance.
         at: the receiver in the middle of a square of the plane.
         points: along each line.
         reach: from there to the sides of the square, along the receiver's tangents [m].
