@@ -22,7 +22,7 @@ from derivations.derived.compare import (
 )
 from firstorder.conventions import FLATLAND, FLATLAND_SLOPE, SPACE_SLOPE, Frame
 from firstorder.errors import Refused
-from firstorder.fields import GaussianProfile, gaussian
+from firstorder.fields import BoxProfile, GaussianProfile, Separable, gaussian
 from firstorder.laws import Integrate, Multiply
 from firstorder.symbolic import UnknownField, UnknownLobe, derive, event
 from firstorder.transport import (
@@ -121,6 +121,24 @@ def test_a_bell_in_two_coordinates_convolves_over_both_frequencies():
     waves = [np.exp(-2j * np.pi * float(Omega) * places) for Omega in at.values()]
     product = np.asarray(light(places[:, None], places) * bell(places[:, None], places))
     true = waves[0] @ product @ waves[1] * (places[1] - places[0]) ** 2
+    assert abs(value - true) < 1e-9
+
+
+@pytest.mark.parametrize("edge", [0.3, 0.2])
+def test_a_bell_cut_by_a_box_convolves_over_both_frequencies(edge):
+    """Off the edges of the box the factor is a function of x alone; 0.2 is a ray that is tried."""
+    light = gaussian((0.2, 0.1), (0.5, 0.3), 0.3, frame=FLATLAND_SLOPE)
+    cut = Separable([-0.2, edge - 0.4], (GaussianProfile(0.5, "x"), BoxProfile(0.4, "v")))
+    found = derive(Multiply(cut)(light)).spectrum.expression
+    at = dict(zip((Ox, Ov), (sympy.Rational(1, 3), sympy.Rational(-1, 5)), strict=True))
+    integrand = sympy.lambdify(found.variables, found.function.subs(at), "numpy")
+    frequencies = 0.02 * (np.arange(-200, 200) + 0.5)
+    value = integrand(frequencies[:, None], frequencies).sum() * 0.02**2
+    nodes, weights = np.polynomial.legendre.leggauss(40)
+    places, slopes = np.linspace(-4.0, 4.0, 401), edge - 0.4 + 0.4 * nodes
+    wave = np.exp(-2j * np.pi * (places[:, None] / 3.0 - slopes / 5.0))
+    product = light(places[:, None], slopes) * cut(places, edge - 0.4)[:, None] * wave
+    true = product.sum(axis=0) @ weights * 0.4 * (places[1] - places[0])
     assert abs(value - true) < 1e-9
 
 

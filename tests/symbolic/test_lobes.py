@@ -191,6 +191,18 @@ def test_a_closed_transform_has_the_parameters_as_leaves():
     assert jnp.isnan(at(0.3))  # it is cut off where it is alive: the whole line's is not its own
 
 
+def test_a_bell_that_is_moved_onto_either_end_has_no_closed_transform():
+    def moved(to):
+        own = lobe(sympy.exp(-50 * (t - a) ** 2), t, parameters={a: 0.1}, half_width=1.0)
+        own = eqx.tree_at(lambda e: e.expressions.values, own, (to,))
+        return complex(own.transform(jnp.asarray(1.5)))
+
+    true = np.sqrt(np.pi / 50.0) * np.exp(-((1.5 * np.pi) ** 2) / 50.0 + 0.3j * np.pi)
+    np.testing.assert_allclose(moved(-0.1), true, rtol=1e-12)
+    assert np.isnan(moved(0.8))
+    assert np.isnan(moved(-0.8))
+
+
 def test_the_spectrum_after_a_closed_lobe_is_a_formula():
     found = derive(LIGHT >> Reflection(bell(0.1))).spectrum
     assert not found.expression.has(sympy.Sum, sympy.Integral)

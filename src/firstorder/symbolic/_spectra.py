@@ -167,7 +167,8 @@ def _share(rate: Expr, lead: Expr, coordinates: tuple[sympy.Symbol, ...]) -> Exp
     )
     first, second = (share.subs(ray) for ray in rays)
     gap = sympy.N((first - second).subs(_trial((first - second).free_symbols)))
-    return sympy.cancel(first) if gap.is_finite and abs(gap) < 1e-12 else None
+    known = gap.is_finite and abs(gap).is_comparable  # a ray on an edge has an infinite rate
+    return sympy.cancel(first) if known and abs(gap) < 1e-12 else None
 
 
 def _trial(symbols: Iterable[Any]) -> dict[Any, Any]:

@@ -78,6 +78,19 @@ def test_the_wall_of_the_box_reflects_what_its_cells_receive():
     assert not np.any(np.delete(np.asarray(maps.L), left, axis=0))
 
 
+def test_a_wall_that_is_dark_in_one_band_still_sends_the_others():
+    lamp = primitive(rectangle((0.0, 0.0, 1.0), (0.0, 0.2, 0.0), (0.2, 0.0, 0.0)), emission=1.0)
+    wall = rectangle((-0.5, 0.0, 0.5), (0.0, 0.5, 0.0), (0.0, 0.0, 0.5))
+
+    def sent(albedo):
+        scene = Scene.of(lamp, primitive(wall, albedo=albedo))
+        return np.asarray(solve_radiosity(scene, cells=2, shadow=0).L)
+
+    grey = sent(0.5)[..., None]
+    assert np.max(grey) > 0.0
+    np.testing.assert_allclose(sent((0.0, 0.2, 1.0)), grey * [0.0, 0.4, 2.0], rtol=1e-12)
+
+
 def test_half_a_light_behind_a_screen_gives_half():
     lamp = rectangle((0.0, 0.0, 1.0), (0.0, 0.2, 0.0), (0.2, 0.0, 0.0))
     screen = rectangle((0.5, 0.0, 0.5), (0.5, 0.0, 0.0), (0.0, 0.5, 0.0))

@@ -68,6 +68,30 @@ def test_a_factor_on_the_circle_repeats_every_turn(factor, number):
             np.testing.assert_allclose(getattr(found, part), getattr(true, part), 1e-13, 1e-13)
 
 
+def place_on_the_circle(edge):
+    """Where an edge is met in the turn that begins at 0.2."""
+    begin = jnp.array(0.2)
+    return edge.crossing(RAY, 1, begin, begin + 2.0 * np.pi).value
+
+
+@pytest.mark.parametrize(("factor", "number"), [(ClampedCosine, ()), (Schlick, (0.04,))])
+def test_the_slope_of_a_factor_on_the_circle_jumps_at_both_horizons(factor, number):
+    circle, places = factor(*number, periodic=True), []
+    for edge in circle.edges():
+        places.append(place_on_the_circle(edge))
+        before, after = circle.jets(0.3, places[-1] + np.array([-1e-7, 1e-7])).gradient[:, 1]
+        rises = jnp.sign(edge.level(0.3, places[-1] + 1e-7))
+        jump = edge.jump.jets(0.3, places[-1]).gradient[1]
+        assert float(jump) == pytest.approx(float(rises * (after - before)), rel=1e-5)
+    np.testing.assert_allclose(sorted(places), [0.5 * np.pi, 1.5 * np.pi], rtol=1e-12)
+
+
+def test_total_reflection_on_the_circle_begins_at_the_critical_angle():
+    places = map(place_on_the_circle, Fresnel(0.7, periodic=True).edges())
+    ends = np.array([np.arcsin(0.7), 0.5 * np.pi])
+    np.testing.assert_allclose(sorted(places), [*ends, *(2.0 * np.pi - ends)[::-1]], rtol=1e-12)
+
+
 def test_a_factor_of_other_coordinates_is_refused():
     with pytest.raises(ValueError, match="AngularFactor needs"):
         AngularFactor(Fresnel(1.5))(gaussian((0.0, 0.0), (1.0, 1.0), frame=FLATLAND_SLOPE))

@@ -7,6 +7,7 @@ import pytest
 
 from firstorder.checks.tolerance import normwise, rounding
 from firstorder.fields import GaussianProfile
+from firstorder.transport import VaryingGaussian, wave
 from firstorder.transport.brdf.general import Ggx
 from firstorder.transport.brdf.lobes import MIRROR, NORMAL, Lobe
 from firstorder.transport.shading._flat_jets import Normal
@@ -43,8 +44,11 @@ def test_the_centre_seen_from_the_normal(argument):
 
 
 @pytest.mark.parametrize("cosine", [False, True])
-def test_the_weight_of_a_lobe_with_and_without_its_cosine(cosine):
-    lobe = Lobe(GaussianProfile(0.4), MIRROR, cosine)
+@pytest.mark.parametrize(
+    "kernel", [GaussianProfile(0.4), VaryingGaussian(wave(0.5, 0.1, mean=0.4), 0.5)]
+)
+def test_the_weight_of_a_lobe_with_and_without_its_cosine(kernel, cosine):
+    lobe = Lobe(kernel, MIRROR, cosine)
     assert has_cosine(lobe) is cosine
     *_, weight = weigh(lobe, NORMAL_HERE, X, THETA, 16)
 

@@ -245,9 +245,8 @@ class Wedge(eqx.Module):
             margin: half the width of that box: what a window over the samples smears [cycles/m].
         """
         p, q = (self.direction(d2, d1) for d2 in (self.d2_min, self.d2_max))
-        turn = jnp.where(p[0] * q[1] < p[1] * q[0], -1.0, 1.0)  # of one depth, a line
-        beyond_p = turn * (p[0] * second - p[1] * first)
-        before_q = turn * (first * q[1] - second * q[0])
+        beyond_p = p[0] * second - p[1] * first
+        before_q = first * q[1] - second * q[0]
         slack = [margin * jnp.sum(jnp.abs(e)) for e in (p, q)]
         right = (beyond_p >= -slack[0]) & (before_q >= -slack[1])
         left = (beyond_p <= slack[0]) & (before_q <= slack[1])

@@ -150,7 +150,7 @@ def _passing(edges: Edges, rounds: Rounds, at: Receiver, reach: float, triples, 
     u = u * np.where(u @ np.asarray(at.normal) > 0.0, 1.0, -1.0)[..., None]
     places = _met(at, point, u)
     there = _inside(at, reach, places)
-    numbers = np.repeat(triples, share.shape[1], axis=0).reshape(*share.shape, 3)
+    numbers = np.broadcast_to(triples[:, None], (*share.shape, 3))
     rows, on = triples_at(edges, rounds, at, places[there], u[there], numbers[there])
     there[there] = on
     return places, taken(rows, on), there
