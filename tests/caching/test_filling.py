@@ -10,6 +10,7 @@ from firstorder.caching import (
     Candidates,
     ValidityRegion,
     _records,
+    _strips,
     cache,
     circular_regions,
     expected_error,
@@ -175,7 +176,7 @@ def test_a_place_on_the_rim_is_outside_however_it_was_rounded(dims):
 @pytest.mark.parametrize("dims", [1, 2])
 def test_a_rim_that_counts_as_inside_is_noticed(dims, monkeypatch):
     """In the fill, and in the look-up where the fill is right."""
-    for module in (filling, _records):
+    for module in (_strips, _records):
         with monkeypatch.context() as patch:
             patch.setattr(module, "reached", lambda error: error < 1.0)
             patch.setattr(cache, "_answers", cache._answered)  # what is compiled stays

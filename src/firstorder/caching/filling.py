@@ -5,13 +5,14 @@ report mean and spread. The threshold that gives a wanted number of records is f
 since the number falls in steps, and not always, it may be missed, and this is said.
 
 All of it happens on the host, on candidates that were computed once. They are sorted along x, and a
-new record looks at the strip that its region spans: as quick along a line as on a plane.
+new record looks at the strip that its region spans (`_strips`). Many candidates are sorted in rows,
+and filled by machine code, where numba is there to make it (`_fill_rows`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import jax.numpy as jnp
 import numpy as np
@@ -19,11 +20,14 @@ from jaxtyping import ArrayLike
 
 from firstorder._argument_checks import check_positive, check_shape
 from firstorder.caching._records import reached
+from firstorder.caching._strips import Strips
 from firstorder.caching.cache import Cache, Lookup, _answers_of_many, _tabled
 from firstorder.caching.candidates import Candidates
 from firstorder.caching.regions import ValidityRegion, circular_regions
+from firstorder.numerics._native import HAVE_NATIVE
 from firstorder.typing import as_float
 
+MANY = 4096  # candidates from which on machine code is worth loading
 ENOUGH = 4  # times the wanted number of records are too many, however many more there would be
 
 Indices: TypeAlias = ArrayLike | Sequence
@@ -48,7 +52,8 @@ def fill(
 
     A candidate is left out if a record made before covers it: if its error, `|M dx|` plus the sine
     of the turn, is below 1; on the rim of a region it is outside (`e < 1 - 8 eps`, as in `Cache`).
-    A thousand records among 128 x 128 candidates take some 20 ms, twenty among 256 a tenth of one.
+    A thousand records among 384 x 384 candidates take some 5 ms with numba and 80 without, twenty
+    among 256 a tenth of one.
 
     Args:
         candidates: places, with all that a record would hold.
@@ -70,78 +75,29 @@ def fill(
         >>> fill(line, circular_regions(jnp.full(5, 0.3), 0.1, 1.0), [2, 0, 1, 3, 4]).tolist()
         [True, False, True, False, True]
     """
-    strips = _Strips(candidates, region)
-    return strips.filled(np.asarray(visits), np.zeros(candidates.count, bool), most)
+    return _filler(candidates)(region, np.asarray(visits), most)
 
 
-class _Strips:
-    """Candidates sorted along x, and how far the region of each spans there.
+def _filler(candidates: Candidates) -> Callable[[ValidityRegion, np.ndarray, int | None], Any]:
+    """What fills a cache of these candidates, given regions, visits and the most records."""
+    shape = (candidates.count, candidates.dims, candidates.dims)
+    sort = _sorted_rows(candidates) if HAVE_NATIVE and candidates.count >= MANY else None
 
-    Attributes:
-        place: where each candidate stands among the sorted.
-        rank: which candidate stands at each place.
-    """
+    def filled(region, visits, most):
+        check_shape("region", region.matrix, shape)
+        if sort is None:
+            records = np.zeros(candidates.count, bool)
+            return Strips(candidates, region).filled(visits, records, most)
+        return sort.filled(region, visits, candidates.count if most is None else most)
 
-    def __init__(self, candidates: Candidates, region: ValidityRegion):
-        x, M = np.asarray(candidates.position), np.asarray(region.matrix)
-        m, d = x.shape
-        check_shape("region", M, (m, d, d))
-        self.rank = np.argsort(x[:, 0], kind="stable")
-        self.place = np.empty(m, int)
-        self.place[self.rank] = np.arange(m)
-        self.x, self.matrix = np.ascontiguousarray(x[self.rank].T), M[self.rank]
-        self.tilt = None
-        if candidates.tilt is not None:
-            tilt = np.asarray(candidates.tilt)
-            if np.any(tilt != tilt[:1]):
-                self.tilt = np.ascontiguousarray(tilt[self.rank].T)
-        # Half the extent along x, the length of the first row of the inverse, and a little more.
-        if d == 1:
-            span = 1.0 / np.abs(self.matrix[:, 0, 0])
-        else:
-            (a, b), (c, e) = np.moveaxis(self.matrix, 0, -1)
-            span = np.hypot(b, e) / np.abs(a * e - b * c)
-        self.first = np.searchsorted(self.x[0], self.x[0] - 1.0001 * span).tolist()
-        self.last = np.searchsorted(self.x[0], self.x[0] + 1.0001 * span, "right").tolist()
-
-    def covered_by(self, i: int) -> tuple[slice, np.ndarray]:
-        """The strip of the record at a place, and what it covers there."""
-        strip = slice(self.first[i], self.last[i])
-        u = self.matrix[i] @ (self.x[:, strip] - self.x[:, i : i + 1])
-        error = _length(u)
-        if self.tilt is not None:
-            turn = _length(self.tilt[:, strip] - self.tilt[:, i : i + 1])
-            error = error + np.sin(np.minimum(turn, 0.5 * np.pi))
-        return strip, reached(error)
-
-    def filled(self, visits: np.ndarray, records: np.ndarray, most: int | None) -> np.ndarray:
-        """Records with those added for the visited, in their order, `most` of them."""
-        visits, left = self.place[visits], len(records) if most is None else most
-        open_, new = np.zeros(len(records), bool), []
-        open_[visits] = True
-        for i in visits.tolist():
-            if not open_[i]:
-                continue
-            if len(new) == left:
-                break
-            new.append(i)
-            strip, covered = self.covered_by(i)
-            open_[strip] &= ~covered
-        records[self.rank[new]] = True
-        return records
-
-    def covered(self, rows: np.ndarray) -> np.ndarray:
-        """Mask of the candidates that the records of these rows cover."""
-        found = np.zeros(len(self.rank), bool)
-        for i in self.place[rows].tolist():
-            strip, covered = self.covered_by(i)
-            found[strip] |= covered
-        return found[self.place]
+    return filled
 
 
-def _length(u: np.ndarray) -> np.ndarray:
-    """Lengths of vectors given by their components."""
-    return np.abs(u[0]) if len(u) == 1 else np.sqrt(np.sum(u * u, axis=0))
+def _sorted_rows(candidates: Candidates):
+    """Candidates in rows, for machine code."""
+    from firstorder.caching._fill_rows import Rows  # half a second for numba
+
+    return Rows.of(candidates)
 
 
 class Fit(NamedTuple):
@@ -236,10 +192,11 @@ def fit(
         >>> found.records.shape
         (2, 65)
     """
+    filled = _filler(candidates)
 
     def make(threshold, visit):
         region = regions(threshold)
-        return fill(candidates, region, visit, ENOUGH * target), region
+        return filled(region, visit, ENOUGH * target), region
 
     return _fit_with(make, visits, target, low=low, high=high, slack=slack, halvings=halvings)
 
@@ -367,7 +324,7 @@ def _fill_with_neighbours(
             open_[0] = False
             waiting = waiting[open_]
         region = circular_regions(accuracy * R, low, high, candidates.dims)
-        waiting = visits[~_Strips(candidates, region).covered(rows)[visits]]
+        waiting = visits[~Strips(candidates, region).covered(rows)[visits]]
         if len(waiting) == 0:
             return records, region
-    return _Strips(candidates, region).filled(waiting, records, None), region
+    return Strips(candidates, region).filled(waiting, records, None), region

@@ -17,11 +17,12 @@ Function = TypeVar("Function", bound=Callable)
 HAVE_NATIVE = importlib.util.find_spec("numba") is not None
 
 
-def native(function: Function) -> Function:
+def native(function: Function, fastmath: bool = True) -> Function:
     """A loop over NumPy arrays as machine code; as it is, and slow, without numba.
 
-    Sums may be taken in another order, and what is compiled is kept beside the source. A loop that
-    calls others finds them in its own file: numba does not see when those of another one change.
+    Sums may be taken in another order, and what is infinite or NaN may be mistaken for a number,
+    unless `fastmath` is false. What is compiled is kept beside the source. A loop that calls others
+    finds them in its own file: numba does not see when those of another one change.
 
     Example:
         >>> import numpy as np
@@ -40,7 +41,7 @@ def native(function: Function) -> Function:
         return bare  # pyright: ignore[reportReturnType]
     import numba  # half a second: whoever has such loops is imported when they are called
 
-    options: dict[str, Any] = {"fastmath": True, "error_model": "numpy"}
+    options: dict[str, Any] = {"fastmath": fastmath, "error_model": "numpy"}
     try:
         return numba.njit(bare, cache=True, **options)  # pyright: ignore[reportReturnType]
     except RuntimeError:  # no file to keep it beside: a notebook's cell

@@ -1,0 +1,78 @@
+"""Candidates in strips: sorted along x, and how far each region spans there."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from firstorder.caching._records import reached
+from firstorder.caching.candidates import Candidates
+from firstorder.caching.regions import ValidityRegion
+
+
+class Strips:
+    """Candidates sorted along x, and how far the region of each spans there.
+
+    Attributes:
+        place: where each candidate stands among the sorted.
+        rank: which candidate stands at each place.
+    """
+
+    def __init__(self, candidates: Candidates, region: ValidityRegion):
+        x, M = np.asarray(candidates.position), np.asarray(region.matrix)
+        m, d = x.shape
+        self.rank = np.argsort(x[:, 0], kind="stable")
+        self.place = np.empty(m, int)
+        self.place[self.rank] = np.arange(m)
+        self.x, self.matrix = np.ascontiguousarray(x[self.rank].T), M[self.rank]
+        self.tilt = None
+        if candidates.tilt is not None:
+            tilt = np.asarray(candidates.tilt)
+            if np.any(tilt != tilt[:1]):
+                self.tilt = np.ascontiguousarray(tilt[self.rank].T)
+        # Half the extent along x, the length of the first row of the inverse, and a little more.
+        if d == 1:
+            span = 1.0 / np.abs(self.matrix[:, 0, 0])
+        else:
+            (a, b), (c, e) = np.moveaxis(self.matrix, 0, -1)
+            span = np.hypot(b, e) / np.abs(a * e - b * c)
+        self.first = np.searchsorted(self.x[0], self.x[0] - 1.0001 * span).tolist()
+        self.last = np.searchsorted(self.x[0], self.x[0] + 1.0001 * span, "right").tolist()
+
+    def covered_by(self, i: int) -> tuple[slice, np.ndarray]:
+        """The strip of the record at a place, and what it covers there."""
+        strip = slice(self.first[i], self.last[i])
+        u = self.matrix[i] @ (self.x[:, strip] - self.x[:, i : i + 1])
+        error = _length(u)
+        if self.tilt is not None:
+            turn = _length(self.tilt[:, strip] - self.tilt[:, i : i + 1])
+            error = error + np.sin(np.minimum(turn, 0.5 * np.pi))
+        return strip, reached(error)
+
+    def filled(self, visits: np.ndarray, records: np.ndarray, most: int | None) -> np.ndarray:
+        """Records with those added for the visited, in their order, `most` of them."""
+        visits, left = self.place[visits], len(records) if most is None else most
+        open_, new = np.zeros(len(records), bool), []
+        open_[visits] = True
+        for i in visits.tolist():
+            if not open_[i]:
+                continue
+            if len(new) == left:
+                break
+            new.append(i)
+            strip, covered = self.covered_by(i)
+            open_[strip] &= ~covered
+        records[self.rank[new]] = True
+        return records
+
+    def covered(self, rows: np.ndarray) -> np.ndarray:
+        """Mask of the candidates that the records of these rows cover."""
+        found = np.zeros(len(self.rank), bool)
+        for i in self.place[rows].tolist():
+            strip, covered = self.covered_by(i)
+            found[strip] |= covered
+        return found[self.place]
+
+
+def _length(u: np.ndarray) -> np.ndarray:
+    """Lengths of vectors given by their components."""
+    return np.abs(u[0]) if len(u) == 1 else np.sqrt(np.sum(u * u, axis=0))
