@@ -68,9 +68,20 @@ def test_reach_solves_the_linear_program(n, m, q):
         if unlimited:
             band = eqx.tree_at(lambda b: b.bounds, band, band.bounds.at[1].set(jnp.inf))
         W = rng.normal(size=(12, n))
+        if unlimited:  # along x, of which half of the directions see nothing
+            generators = band.generators.at[1:, 1].set(0.0)
+            band = eqx.tree_at(lambda b: b.generators, band, generators)
+            W[6:, 0] = 0.0
         ours = reaches(band, jnp.asarray(W))
         for reach, w in zip(ours, W, strict=True):
             assert reach == pytest.approx(solved(band, w), rel=1e-9, abs=1e-9)
+
+
+def test_an_edge_has_no_frequencies_along_itself():
+    """0.3 - 0.1 * 3.0 is zero but for rounding."""
+    edge = band_limit(half_plane(0.2)).moved([[1.0, -0.1], [0.0, 1.0]])
+    assert edge.reach(np.array([0.3, 3.0])) == 0.0
+    assert edge.reach(np.array([0.3, 3.1])) == jnp.inf
 
 
 def test_the_farthest_point_reaches_farthest_and_lies_in_the_set():

@@ -1,5 +1,7 @@
 """Integrate where it is hard: curved, parallel, crossing and coincident edges, ends that meet."""
 
+from itertools import pairwise
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -148,8 +150,42 @@ def test_an_unmet_level_that_is_infinite_elsewhere_spoils_nothing():
     np.testing.assert_allclose(h.at(X[0]), dim.at(X[0]), rtol=1e-12)
 
 
+def test_two_edges_seen_through_maps_of_plain_numbers_are_both_met():
+    """A map's own number need be no JAX array: edges at theta = (x + 0.5) / 2 and theta = x / 3."""
+
+    class Stretch(Map):
+        by: float
+
+        def __call__(self, u):
+            return jnp.stack([u[0], self.by * u[1]])
+
+    field = light()
+    for by, offset, below in ((2.0, 0.5, 0.2), (3.0, 0.0, 0.5)):
+        mask = HalfPlane(Affine([1.0, -1.0], offset), below, 1.0)
+        field = Multiply(Warp(Stretch(by))(mask))(field)
+    got = jets_agree(Integrate("theta", -4.0, 4.0)(field), X)
+    for x, value in zip(np.asarray(X[:, 0]), got.value, strict=True):
+        ends = np.sort([-4.0, 0.5 * (x + 0.5), x / 3.0, 4.0])
+        pieces = [quad(lambda t, x=x: bell(x, t), *e, epsabs=1e-13)[0] for e in pairwise(ends)]
+        low_first = 0.5 * (x + 0.5) < x / 3.0
+        truth = pieces @ np.array([1.0, 0.2 if low_first else 0.5, 0.1])
+        np.testing.assert_allclose(value, truth, atol=1e-12)
+
+
 # endregion
 # region: degenerate and moving ends
+
+
+@pytest.mark.parametrize("ends", [(-1.0, 2.0), (2.0, -1.0)])
+def test_a_break_where_light_bends_makes_its_integral_exact(ends):
+    """The area under |theta - x| over [-1, 2]: two triangles, or one trapezium beside the bend."""
+    bent = Function(lambda x, theta: jnp.abs(theta - x))
+    h = Integrate("theta", *ends, 2, (Affine([1.0, 0.0], 0.0),))(bent)
+    got = jax.jit(batched(h.jet))(jnp.array([[0.3], [3.0], [-2.0]]))
+    sign = np.sign(ends[1])
+    np.testing.assert_allclose(sign * got.value, [2.29, 7.5, 7.5], rtol=1e-12)
+    np.testing.assert_allclose(sign * got.gradient[:, 0], [-0.4, 3.0, -3.0], rtol=1e-12)
+    np.testing.assert_allclose(sign * got.hessian[:, 0, 0], [2.0, 0.0, 0.0], atol=1e-12)
 
 
 def test_ends_that_move_across_an_edge():

@@ -33,13 +33,16 @@ class Dim(Spectrum):
         return 0.5 * self.whole.at(Omega)
 
 
-def test_the_spectrum_behind_an_edge_is_that_of_the_error_function():
+@pytest.mark.parametrize("far", [0.0, 7.0])
+@pytest.mark.parametrize("windowed", [False, True])
+def test_the_spectrum_behind_an_edge_is_that_of_the_error_function(far, windowed):
     """At Omega = (0, 0): what a half-plane leaves of a bell. Sharper than samples can tell."""
-    f = gaussian((0.21, -0.13), (0.55, 0.4), 0.35, 1.3)
-    dark, edge = 0.3, 0.25
+    f = gaussian((0.21 + far, -0.13), (0.55, 0.4), 0.35, 1.3)
+    dark, edge = 0.3, 0.25 + far
+    window = Grid.spanning((256, 256), (6.0, 6.0), (far, 0.0)) if windowed else None
     total = f.spectrum().at(jnp.zeros(2)).real
-    behind = Multiply(half_plane(edge, dark), WINDOW)(f.spectrum()).at(jnp.zeros(2))
-    below = 0.5 * (1.0 + erf((edge - 0.21) / (0.55 * np.sqrt(2.0))))
+    behind = Multiply(half_plane(edge, dark), window)(f.spectrum()).at(jnp.zeros(2))
+    below = 0.5 * (1.0 + erf((0.25 - 0.21) / (0.55 * np.sqrt(2.0))))
     np.testing.assert_allclose(behind, total * (dark * below + 1.0 - below), rtol=1e-11)
 
 

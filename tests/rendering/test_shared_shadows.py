@@ -86,6 +86,14 @@ def test_gradients_are_those_of_the_image():
     assert np.max(abs(found.more - wanted)) > 0.5 * scale
 
 
+def test_a_pixel_is_as_wide_as_the_step_to_the_next_place_beside_it():
+    place, floor = np.asarray(HITS.position), HITS.index == SCENE.named("floor")[0]
+    both = np.asarray(floor[1:] & floor[:-1])
+    step = np.linalg.norm(place[1:] - place[:-1], axis=-1)[both]
+    # Steps grow towards the sides, where the view is oblique.
+    np.testing.assert_allclose(shared(rays=1.0).pixel, np.median(step), rtol=0.03)
+
+
 def test_shapes_that_do_not_share_have_rays_of_their_own():
     on_ball = HITS.index.ravel() == SCENE.named("ball")[0]
     by_floor, by_ball = (shared(name).shade(centres()) for name in ("floor", "ball"))

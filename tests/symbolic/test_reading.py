@@ -26,6 +26,7 @@ PROGRAMS = {
     "scatter": lambda u: (jnp.zeros(3).at[jnp.array([0, 2, 2])].add(u[0]) * jnp.arange(3.0)).sum(),
     "set": lambda u: jnp.sum(jnp.eye(2).at[0, 1].set(u[0]) @ u),
     "inverse": lambda u: jnp.linalg.inv(jnp.diag(jnp.array([2.0, 1.0])) + jnp.outer(u, u)).sum(),
+    "inverses": lambda u: jnp.linalg.inv(jnp.diag(jnp.array([2.0, 1.0])) + u[:, None, None]).sum(),
     "determinant": lambda u: jnp.linalg.det(jnp.diag(jnp.array([1.0, 2.0, 3.0])) + u[0]),
     "reversed": lambda u: jnp.concatenate([u[::-1], jnp.pad(u, 1)]) @ jnp.arange(6.0),
     "derivative": lambda u: jax.hessian(lambda w: jnp.sin(w[0] * w[1]))(u)[0, 1],
@@ -43,6 +44,31 @@ def test_a_program_read_is_the_program(name):
     found = expression(read(PROGRAMS[name], array(a, b)))
     true = PROGRAMS[name](jnp.array([AT[a], AT[b]]))
     assert abs(complex(found.subs(AT).evalf()) - complex(true)) < 1e-12
+
+
+@pytest.mark.parametrize("left", [True, False])
+@pytest.mark.parametrize("lower", [True, False])
+@pytest.mark.parametrize("turned", [True, False])
+@pytest.mark.parametrize("unit", [True, False])
+def test_of_a_triangular_system_the_other_triangle_is_not_looked_at(left, lower, turned, unit):
+    """By NumPy, with zeros in its place."""
+    start, right = np.array([[2.0, 0.5], [-0.7, 3.0]]), np.array([[1.0, 2.0], [4.0, 7.0]])
+
+    def program(u):
+        return jax.lax.linalg.triangular_solve(
+            start + jnp.outer(u, u), jnp.asarray(right), left_side=left, lower=lower,
+            transpose_a=turned, unit_diagonal=unit,
+        )  # fmt: skip
+
+    part = start + np.outer(list(AT.values()), list(AT.values()))
+    part = np.tril(part) if lower else np.triu(part)
+    if unit:
+        np.fill_diagonal(part, 1.0)
+    inverse = np.linalg.inv(part.T if turned else part)
+    found = matrix(read(program, array(a, b))).subs(AT)
+    np.testing.assert_allclose(
+        np.array(found, float), inverse @ right if left else right @ inverse, rtol=1e-12
+    )
 
 
 def test_an_invalid_choice_is_no_choice():

@@ -146,12 +146,14 @@ class BandLimit(eqx.Module):
         """
         direction = as_float(direction)
         q, m = self.rows.shape
-        target = jnp.sum(self.generators * direction[:, None], axis=0)
+        products = self.generators * direction[:, None]
+        target, size = (
+            jnp.pad(jnp.sum(terms, axis=0), (0, q)) for terms in (products, jnp.abs(products))
+        )
         weights = jnp.concatenate([self.bounds, self.limits])
-        target = jnp.concatenate([target, jnp.zeros(q, target.dtype)])
         A = jnp.concatenate([self.rows.T, jnp.eye(q, dtype=target.dtype)])
         vertices = np.array(list(itertools.combinations(range(m + q), q)), dtype=int)
-        return jnp.min(jax.vmap(lambda chosen: _dual(A, target, weights, chosen))(vertices))
+        return jnp.min(jax.vmap(lambda chosen: _dual(A, target, size, weights, chosen))(vertices))
 
     def farthest(self, direction: RealLike) -> Vector:
         """A corner of the set that reaches farthest along `direction`.
@@ -175,26 +177,27 @@ def _block(A: Array, B: Array) -> Array:
     return jnp.concatenate([upper, lower])
 
 
-def _dual(A: Array, target: Array, weights: Array, chosen: Array) -> Scalar:
+def _dual(A: Array, target: Array, size: Array, weights: Array, chosen: Array) -> Scalar:
     """The dual objective at the vertex where the `chosen` terms vanish; infinite if there is none.
 
     `weights . |target - A y|` with 0 times infinity read as 0: an unlimited generator costs nothing
-    if nothing of it is left.
+    if nothing of it is left but rounding, that of the products of which `target` is the sum (`size`
+    that of their absolute values) too.
     """
     eps = 64.0 * jnp.finfo(target.dtype).eps
     y = jnp.zeros(A.shape[1], target.dtype)
     regular = jnp.array(True)
     if A.shape[1]:
         square = A[chosen]
-        size = jnp.prod(jnp.sqrt(jnp.sum(square**2, axis=1)))
-        regular = jnp.abs(jnp.linalg.det(square)) > eps * size
+        volume = jnp.prod(jnp.sqrt(jnp.sum(square**2, axis=1)))
+        regular = jnp.abs(jnp.linalg.det(square)) > eps * volume
         # (On a GPU jaxlib 0.11.2 solved many small systems rightly, but not the transposed ones of
         # their derivatives, which an inverse needs not.)
         inverse = jnp.linalg.inv(jnp.where(regular, square, jnp.eye(len(square), dtype=A.dtype)))
         y = jnp.sum(inverse * target[chosen], axis=1)
     terms = A * y
     rest = target - jnp.sum(terms, axis=1)
-    scale = jnp.abs(target) + jnp.sum(jnp.abs(terms), axis=1)
+    scale = size + jnp.sum(jnp.abs(terms), axis=1)
     gone = jnp.abs(rest) <= eps * scale
     cost = jnp.where(gone, 0.0, jnp.where(gone, 1.0, weights) * jnp.abs(rest))
     return jnp.where(regular, jnp.sum(cost), jnp.inf)

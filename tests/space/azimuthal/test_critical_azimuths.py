@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.space import Scene, plane, primitive, receiver, sphere
+from firstorder.space import Scene, plane, primitive, receiver, sphere, triangle
 from firstorder.space.azimuthal._critical_azimuths import (
     events,
     folded,
@@ -75,3 +75,22 @@ def test_a_ball_above_the_horizon_has_two_events_and_its_nodes_cover_half_a_turn
     assert np.sum(there) == 2
     np.testing.assert_allclose(np.sum(nodes.weight), np.pi, rtol=1e-14)
     assert np.all(np.isnan(few.weight))  # more events than panels: no answer
+
+
+@jax.jit
+def weights_by_panel(corners):
+    seen = parts(Scene.of(primitive(triangle(*corners))), receiver((0.0, 0.0, 0.0)))
+    nodes = nodes_between(seen, 8, 4, corners.dtype)
+    return nodes.weight.reshape(-1, 8), nodes.edge_weight.reshape(-1, 8)
+
+
+@pytest.mark.parametrize(("lean", "counted"), [(1e-11, True), (1e-13, False)])
+def test_edges_count_on_every_panel_but_one_of_a_rounding(lean, counted):
+    """Between the ends of an edge that leans from the normal by as much."""
+    corners = jnp.array([(1.0, 0.4, 1.0), (1.0, 0.4 + lean, 2.0), (0.5, -0.6, 1.5)])
+    every, edges = weights_by_panel(corners)
+    length = np.sum(every, -1)
+    narrow = (length > 0.5 * lean) & (length < lean)
+    assert np.sum(narrow) == 1
+    np.testing.assert_array_equal(edges[~narrow], every[~narrow])
+    np.testing.assert_array_equal(edges[narrow], counted * every[narrow])

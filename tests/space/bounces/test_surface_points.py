@@ -65,6 +65,37 @@ def test_the_divergence_theorem_gives_the_volume(name, key):
     assert z_test_of(estimate(flux), volume, truth_error=1e-12).passed
 
 
+# Of closed shapes the integral of |x|^2 over the inside, and what is 1 on the surface alone.
+CLOSED = {
+    "ellipsoid": (
+        4.0 / 3.0 * np.pi * 0.5 * (0.25 + 0.25 + 4.0) / 5.0,
+        lambda x: np.linalg.norm(x / [0.5, 0.5, 2.0], axis=-1),
+    ),
+    "box": (
+        6.0 * (1.0 + 4.0 + 9.0) / 3.0,
+        lambda x: np.max(np.abs(x / [0.5, 1.0, 1.5] - 1.0), axis=-1),
+    ),
+    "sheared box": (
+        8.0 * np.linalg.det(SHEAR) * np.sum(SHEAR**2) / 3.0,
+        lambda x: np.max(np.abs(np.linalg.solve(SHEAR, x.T)), axis=0),
+    ),
+    "cylinder": (
+        np.pi * 0.25 * 3.0 * (0.5 * 0.25 + 9.0 / 3.0),
+        lambda x: np.maximum(2.0 * np.hypot(x[:, 0], x[:, 1]), np.abs(x[:, 2] / 1.5 - 1.0)),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", CLOSED)
+def test_points_lie_everywhere_on_a_closed_surface_and_nowhere_else(name, key):
+    """The flux of |x|^2 x / 5 is the integral of |x|^2 over the inside."""
+    inside, surface = CLOSED[name]
+    found, point, normal = areas(AREAS[name][0], key)
+    np.testing.assert_allclose(surface(np.asarray(point)), 1.0, atol=1e-12)
+    flux = found * jnp.sum(point**2, -1) * jnp.sum(point * normal, -1) / 5.0
+    assert z_test_of(estimate(flux), inside, truth_error=1e-12).passed
+
+
 def test_points_of_the_unit_cube_alone_are_noticed(key, monkeypatch):
     """Faces of a box drawn alike by number, as if the density were even by area."""
     monkeypatch.setattr(

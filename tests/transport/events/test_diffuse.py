@@ -45,6 +45,17 @@ def test_bessel_at_zero():
     assert abs(float(single) - k1(1.0)) < 1e-6
 
 
+@pytest.mark.parametrize(("frame", "m"), [(FLATLAND_SLOPE, 1), (SPACE_SLOPE, 2)])
+def test_the_weights_transform_is_the_integral_of_its_waves(frame, m):
+    """In space the sum across the waves comes first, int (1 + v^2 + w^2)^-2 dw."""
+    across, along = {1: (1.0, jnp.ones(1)), 2: (0.5 * np.pi, jnp.array([0.6, -0.8]))}[m]
+    for f in (0.03, 0.3, 1.1):
+        waves = {"weight": "cos", "wvar": 2.0 * np.pi * f, "epsabs": 1e-13}
+        half = across * quad(lambda v: (1.0 + v * v) ** -1.5, 0.0, np.inf, **waves)[0]
+        found = SlopeWeight(frame, 1.7).transform(f * along)
+        np.testing.assert_allclose(found, 1.7 * 2.0 * half, atol=1e-11)
+
+
 @pytest.mark.parametrize("frame", [FLATLAND_SLOPE, SPACE_SLOPE])
 def test_the_weights_jet(frame):
     u = jnp.array([0.3, -0.2, 0.7, -1.1][: frame.dims])

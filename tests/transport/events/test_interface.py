@@ -51,6 +51,13 @@ def test_reflectance_is_reciprocal(eta, t):
         assert float(Fresnel(eta)(0.0, t)) == pytest.approx(back, abs=1e-11)
 
 
+@pytest.mark.parametrize("eta", [1.0, 1.4])
+def test_how_the_reflectance_bends_with_the_index(eta):
+    """At normal incidence it is ((eta - 1) / (eta + 1))^2: 1 / 2 between equal media."""
+    found = jax.grad(jax.grad(lambda e: Fresnel(e)(0.0, 0.0)))(eta)
+    assert float(found) == pytest.approx(8.0 * (2.0 - eta) / (eta + 1.0) ** 4, rel=1e-12)
+
+
 def test_brewster_and_critical_angles():
     eta = 1.5
     s_only = 0.5 * ((1 - eta**2) / (1 + eta**2)) ** 2

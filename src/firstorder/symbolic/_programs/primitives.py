@@ -277,24 +277,36 @@ def cumulated(a: Entries, axis: int, reverse: bool) -> Entries:
 
 
 def factored(a: Entries) -> list[Entries]:
-    """LU factors of a matrix of expressions, without exchanges of rows.
+    """LU factors of matrices of expressions, without exchanges of rows.
 
     Numbers are exchanged for accuracy; expressions are exact, and a pivot is zero for some
     values of its symbols only.
     """
     a = entries(a).copy()
     n = a.shape[-1]
-    for k in range(n):
-        for i in range(k + 1, n):
-            a[i, k] = a[i, k] / a[k, k]
-            for j in range(k + 1, n):
-                a[i, j] = sympy.cancel(a[i, j] - a[i, k] * a[k, j])
-    return [a, np.arange(n, dtype=np.int32), np.arange(n, dtype=np.int32)]
+    for where in np.ndindex(a.shape[:-2]):
+        one = a[where]
+        for k in range(n):
+            for i in range(k + 1, n):
+                one[i, k] = one[i, k] / one[k, k]
+                for j in range(k + 1, n):
+                    one[i, j] = sympy.cancel(one[i, j] - one[i, k] * one[k, j])
+    kept = np.broadcast_to(np.arange(n, dtype=np.int32), a.shape[:-1])
+    return [a, kept, kept]
 
 
 def solved(a: Entries, b: Entries, params: dict) -> Entries:
     """`triangular_solve`: `a x = b`, or `x a = b`, by substitution."""
-    left, right = sympy.Matrix(entries(a)), sympy.Matrix(entries(b))
+    a, b = entries(a), entries(b)
+    out = np.empty(b.shape, dtype=object)
+    for where in np.ndindex(b.shape[:-2]):
+        out[where] = _substituted(a[where], b[where], params)
+    return out
+
+
+def _substituted(a: Entries, b: Entries, params: dict) -> Entries:
+    """`solved` for one matrix."""
+    left, right = sympy.Matrix(a), sympy.Matrix(b)
     n = left.shape[0]
     keep = (lambda i, j: j <= i) if params["lower"] else (lambda i, j: j >= i)
     one = params["unit_diagonal"]

@@ -38,8 +38,9 @@ def _dielectric(eta, c):
     square = a - 1.0 + c**2
     total = square <= 0  # total reflection: no transmitted ray, so no g
     g = jnp.sqrt(jnp.where(total, 1.0, square))
-    # Of two media of one index nothing is reflected; c + g may vanish only there.
-    same = a == 1.0
+    # Of two media of one index nothing is reflected; c + g may vanish only there, at the horizon
+    # and below. Above it the formulas hold, and with them what changes with the index.
+    same = (a == 1.0) & (c <= 0.0)
     sum_s, D = jnp.where(same, 1.0, c + g), jnp.where(same, 1.0, a * c + g)
     s = jnp.where(same, 0.0, (c - g) / sum_s)
     p = jnp.where(same, 0.0, (a * c - g) / D)
