@@ -6,7 +6,7 @@ import pytest
 
 from firstorder.caching import ValidityRegion, fill, filling, random_orders
 from firstorder.caching._fill_rows import Rows
-from tests.caching.test_filling import LEANING, NEEDLES, N, PLANE, filled_slowly, flat
+from tests.caching.test_filling import LEANING, NEEDLES, PLANE, N, filled_slowly, flat
 
 LINE = np.sort(np.random.default_rng(2).uniform(-1.0, 1.0, (150, 1)), axis=0)
 SHORT = 1.0 / np.random.default_rng(3).uniform(0.02, 0.5, (150, 1, 1))

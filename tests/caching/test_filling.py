@@ -15,7 +15,6 @@ from firstorder.caching import (
     circular_regions,
     expected_error,
     fill,
-    filling,
     fit,
     radius_for,
     random_orders,
