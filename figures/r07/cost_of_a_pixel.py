@@ -57,10 +57,13 @@ def draw(quick: bool) -> Drawing:
     fine, few = (12, 64) if quick else (FINE, FEW)
     share = equal_share(shared.lattices(side, 6 if quick else shared.NODES))
     labels = shared.label_of(Renderer(shared.world()), table.grid(side), side).reshape(side, side)
+    others = timing.Others()
     timed = {n: _timed(side, n, labels, share, times) for n, times in rounds.items()}
     last = max(rounds)
     timed[fine] = _extended(side, fine, few, timed[last], 2 if quick else 5)
-    ratios = {n: {k: timing.of_rounds(v) for k, v in t.pairs.items()} for n, t in timed.items()}
+    ratios = {
+        n: {k: timing.of_times(v, others) for k, v in t.pairs.items()} for n, t in timed.items()
+    }
 
     figure, axes = plotting.panels(1, 3, 4.4, 3.6)
     _gains(axes[0, 0], ratios)

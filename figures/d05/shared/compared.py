@@ -93,7 +93,7 @@ class Run:
         def blockers():
             return shared.slopes_at(shared.plain_rays, self.world, self.view, first)
 
-        spent = []
+        others, spent = timing.Others(), []
         for _ in range(rounds + 1):
             rays = timing.seconds(blockers)
             shaded = share * timing.seconds(lambda: shading.shade(self.world, points))
@@ -104,7 +104,7 @@ class Run:
         asked = self.found.asked / self.count * shared.RAYS / shading.PER_SAMPLE
         rays = Ratio(asked, 0.0)
         return {"rays": rays} | {
-            name: timing.of_rounds([(one[k], one[2]) for one in spent[1:]])
+            name: timing.of_times([(one[k], one[2]) for one in spent[1:]], others)
             for name, k in found.items()
         }
 
