@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from firstorder._argument_checks import (
+    check_below,
     check_between,
     check_finite,
+    check_inside,
     check_invertible,
     check_not_negative,
     check_positive,
@@ -84,3 +86,16 @@ def test_a_refusal_carries_its_reason():
     with pytest.raises(Refused) as caught:
         raise Refused("an edge has an infinite covariance")
     assert caught.value.reason == "an edge has an infinite covariance"
+
+
+@pytest.mark.parametrize("x", [0.0, 1.0, np.nan, np.array([0.5, 1.0])])
+def test_an_open_range_has_no_ends(x):
+    check_inside("x", 0.5, 0.0, 1.0)
+    with pytest.raises(ValueError, match=r"Argument `x` must lie in \(0, 1\)"):
+        check_inside("x", x, 0.0, 1.0)
+
+
+def test_a_bound_from_above_is_not_reached():
+    check_below("x", 0.5, 1.0)
+    with pytest.raises(ValueError, match="Argument `x` must be less than 1, but is"):
+        check_below("x", 1.0, 1.0)

@@ -69,6 +69,16 @@ def check_between(name: str, x: Any, low: float, high: float) -> None:
     _all(name, x, lambda a: (a >= low) & (a <= high), f"lie in [{low:g}, {high:g}]")
 
 
+def check_inside(name: str, x: Any, low: float, high: float) -> None:
+    """Refuse what lies outside (low, high), the ends too."""
+    _all(name, x, lambda a: (a > low) & (a < high), f"lie in ({low:g}, {high:g})")
+
+
+def check_below(name: str, x: Any, high: float) -> None:
+    """Refuse what is not less than a bound, and NaN."""
+    _all(name, x, lambda a: a < high, f"be less than {high:g}")
+
+
 def check_shape(name: str, x: Any, shape: tuple[int, ...]) -> None:
     """Refuse an array whose shape is not `shape`."""
     if hasattr(x, "shape") and tuple(x.shape) != tuple(shape):

@@ -309,3 +309,12 @@ def test_a_blocker_in_a_path_has_all_frequencies():
     blocked = path_band_limits(sky >> half_plane_blocker(0.1, FLATLAND_SLOPE) >> Travel(0.5))
     assert not isinstance(blocked[-1], Refused)
     assert blocked[-1].extent("v") == jnp.inf
+
+
+@pytest.mark.parametrize("coordinates", [("theta", "x"), ("x", "theta", "t")])
+@pytest.mark.parametrize("law", [Multiply, Convolve])
+def test_a_profile_of_other_light_is_refused_in_one_sentence(law, coordinates):
+    """As the laws do: its axis would be another one of the light, or none."""
+    light = BandLimit.box(np.arange(1.0, 1.0 + len(coordinates)), Frame(coordinates))
+    with pytest.raises(ValueError, match="like the light that it meets"):
+        band_limit_after(law(GaussianProfile(0.1)), light)

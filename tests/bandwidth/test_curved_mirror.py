@@ -314,3 +314,14 @@ def test_derivatives_are_finite_at_the_focus_and_on_a_flat_mirror():
         assert np.all(np.isfinite(gradient(1.0, 1.0, kappa, 1.0)))
     S = jnp.eye(2) / 2.0
     assert np.all(np.isfinite(jax.grad(lambda S: glossy_bandwidth_in_space(1.0, 1.0, S, 1.0))(S)))
+
+
+def test_nothing_that_turns_shows_nothing_of_an_endless_spectrum():
+    focus = jnp.eye(2) / 6.0
+    assert glossy_bandwidth(jnp.inf, 2.0, 0.25, 1.0) == 0.0
+    assert glossy_bandwidth(1.0, 2.0, 0.0, 1.0, jnp.inf) == 1.0
+    assert occluded_bandwidth(1.0, 0.0, 0.0, 1.0, 1.0, light=jnp.inf, factor=jnp.inf) == 1.0
+    assert glossy_bandwidth_in_space(jnp.inf, 3.0, focus, 1.0) == 0.0
+    assert glossy_criterion(jnp.inf, 3.0, 0.0, 1.0) == 0.0
+    assert occluded_criterion(jnp.inf, 0.0, 0.0, 1.0, 1.0) == 0.0
+    assert glossy_bandwidth(jnp.inf, 2.0, 0.1, 1.0) == jnp.inf

@@ -302,3 +302,22 @@ def test_differences_out_of_range_are_nan():
         assert np.isfinite(own(1.0, turns, 0.5, 0.5)).all()
         assert np.isnan(own(1.0, lost, 0.5, 0.5)).all()
         assert np.isnan(jax.jit(lambda s, own=own: own(1.0, turns, s))(-1.0)).all()
+
+
+def test_a_bandwidth_has_its_slope_where_blockers_begin():
+    """The guard for endless spectra must not flatten finite ones."""
+    at, step = pixel(), 1e-3
+    rate = jax.grad(lambda s: maps.diffuse_bandwidth_map(1.3, at, s, 0.5))(0.0)
+    near = [maps.diffuse_bandwidth_map(1.3, at, s, 0.5).item() for s in (0.0, step)]
+    assert rate.item() == pytest.approx((near[1] - near[0]) / step, rel=1e-9)
+
+
+@pytest.mark.parametrize("size", [1e-11, 1.0, 1e11])
+def test_a_small_or_large_turn_has_its_length_in_single_precision(size):
+    none = np.zeros((1, 1, 3, 2))
+    moved = none.copy()
+    moved[0, 0, 0, 0] = size
+    with jax.enable_x64(False):
+        turns = screen.PixelDifferences(none, none, none, moved)
+        found = screen.screen_diffuse_bandwidth(1.0, turns, slope=1.0)
+    assert found.item() == pytest.approx(size, rel=1e-5)

@@ -202,7 +202,7 @@ def test_light_that_shadows_the_waves_is_refused_by_the_largest_error():
 def test_what_is_out_of_range_is_one_sentence_or_nan():
     with pytest.raises(ValueError, match="Argument `frequency` must be positive"):
         flat_relief_error(0.1, 0.0, 1.0, 0.0, view=0.0, reach=0.1)
-    with pytest.raises(ValueError, match=r"Argument `share` must lie in \[0, 1\]"):
+    with pytest.raises(ValueError, match=r"Argument `share` must lie in \(0, 1\)"):
         relief_cutoffs(2.0, 1.0, 1.0, 0.0, width=1.0, view=0.0, reach=0.1)
     assert abs(relief_transfer(34.3, 0.5)) < 1.0  # 4 pi Omega arctan(m) = 199.8
     with pytest.raises(ValueError, match=r"4 pi Omega arctan\(slope\)"):
@@ -213,7 +213,7 @@ def test_what_is_out_of_range_is_one_sentence_or_nan():
     assert jnp.isnan(traced(-1.0))
     assert jnp.isnan(jax.jit(relief_transfer)(1.0, 0.9, 1.0))
     for below in (-1.7, 1.7):  # the base's horizon
-        with pytest.raises(ValueError, match=r"Argument `view` must lie in \[-1.5708, 1.5708\]"):
+        with pytest.raises(ValueError, match=r"Argument `view` must lie in \(-1.5708, 1.5708\)"):
             relief_transfer(1.0, 0.01, below)
         assert jnp.isnan(jax.jit(relief_transfer)(1.0, 0.01, below))
 
@@ -234,3 +234,18 @@ def test_nothing_limits_waves_under_light_that_is_the_same_everywhere():
     assert np.isposinf(found.flat)
     assert np.isposinf(found.bumps)
     np.testing.assert_allclose(found.brdf, 1.0 / (2.0 * np.pi * np.tan(0.3)))
+
+
+@pytest.mark.parametrize(
+    ("name", "call"),
+    [
+        ("view", lambda: flat_relief_error(0.1, 1.0, 1.0, 0.0, view=0.5 * np.pi, reach=0.1)),
+        ("reach", lambda: flat_relief_error(0.1, 1.0, 1.0, 0.0, view=0.0, reach=0.5 * np.pi)),
+        ("share", lambda: relief_cutoffs(0, 1.0, 1.0, 0.0, width=1.0, view=0.0, reach=0.1)),
+        ("share", lambda: relief_cutoffs(1, 1.0, 1.0, 0.0, width=1.0, view=0.0, reach=0.1)),
+        ("view", lambda: relief_transfer(1.0, 0.1, 0.5 * np.pi)),
+    ],
+)
+def test_the_end_of_an_open_range_is_refused_as_what_is_beyond(name, call):
+    with pytest.raises(ValueError, match=f"Argument `{name}` must"):
+        call()

@@ -36,6 +36,14 @@ def test_it_is_what_plain_loops_do(name, bent):
         assert ours.tolist() == filled_slowly(places, matrix, visits, tilt).tolist()
 
 
+def test_a_normal_that_goes_around_covers_what_it_would_without():
+    turns = np.cumsum(np.random.default_rng(8).normal(size=LINE.shape), axis=0) * 0.1
+    around = turns + 2.0 * np.pi * np.random.default_rng(9).integers(-1, 2, LINE.shape)
+    for visits in random_orders(len(LINE), 3, 6):
+        plain, other = (by_rows(LINE, SHORT, visits, tilt) for tilt in (turns, around))
+        assert plain.tolist() == other.tolist()
+
+
 def test_only_the_visited_become_records_and_no_more_than_asked_for():
     visits = random_orders(N * N, 1, 7)[0][:200]
     all_of_them = by_rows(PLANE, LEANING, visits)

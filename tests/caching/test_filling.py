@@ -253,6 +253,28 @@ def test_many_caches_answer_as_one_does(some, fitted):
         np.testing.assert_allclose(values[o], one(WHERE).value, rtol=1e-12)
 
 
+def test_normals_that_go_around_and_candidates_in_any_order_are_looked_up_as_sorted_ones():
+    """Half a turn of a circle across the place where the angle of its normal jumps."""
+    s = np.linspace(2.0, 4.0, 41)
+    angle = np.arctan2(np.sin(s), np.cos(s))
+    known = {"value": np.sin(3.0 * s), "gradient": 3.0 * np.cos(3.0 * s)[:, None]}
+
+    def found(order, n):
+        some = Candidates.of(s[order], *(a[order] for a in known.values()), tilt=n[order])
+        visits = np.argsort(order)[random_orders(41, 2)]
+        fitted = fit(some, lambda R: segments(np.full(41, R)), visits, 6, low=0.01, high=1.0)
+        return fitted.size, fitted.lookup(some, np.linspace(2.03, 3.97, 30)[:, None])
+
+    plain = np.arange(41)
+    size, smooth = found(plain, s)
+    assert np.all(smooth.covered)
+    for order, n in ((plain, angle), (plain[::-1], s), (random_orders(41, 1, 5)[0], angle)):
+        again, other = found(order, n)
+        assert again.tolist() == size.tolist()
+        assert np.all(other.covered)
+        np.testing.assert_allclose(other.value, smooth.value, atol=1e-12)
+
+
 def test_the_order_of_insertion_matters_and_its_spread_is_seen(some, fitted):
     values = fitted.lookup(some, WHERE).value
     error = rms(values, scene_a_columns(WHERE[:, 0])[:, 0])

@@ -286,6 +286,17 @@ def test_third_derivatives_count_by_their_mean():
     assert derivative_norm(jnp.asarray(T), 3, "mean").item() == pytest.approx(dense, rel=2e-3)
 
 
+def test_where_third_derivatives_vanish_the_squared_error_has_no_slope():
+    disc, none = ValidityRegion(jnp.eye(2)), jnp.zeros((2, 2, 2))
+
+    def error(T):
+        return expected_error(T, disc, order=2, definition="average squared")
+
+    value, slope = jax.value_and_grad(error)(none)
+    assert value.item() == 0.0
+    np.testing.assert_array_equal(slope, none)
+
+
 WRONG_MEANS = {
     "a factor": lambda T, order, kind: 1.1 * derivative_norm(T, order, kind),
     "no modulus": lambda T, order, kind: jnp.abs(T[..., 0, 0, 0] + T[..., 0, 1, 1]),

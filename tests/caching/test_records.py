@@ -57,6 +57,12 @@ def test_steps_and_turns_in_a_plane_are_measured_by_their_lengths():
         assert not np.any(jax.jacobian(measured)(jnp.zeros((3, 2))))
 
 
+def test_along_a_line_a_normal_may_go_around():
+    turn = jnp.array([[0.3], [-0.5], [2.0], [-3.5], [2.0 * np.pi - 0.3], [-2.0 * np.pi]])
+    wanted = [np.sin(0.3), np.sin(0.5), 1.0, 1.0, np.sin(0.3), 0.0]
+    np.testing.assert_allclose(turning(turn), wanted, atol=1e-15)
+
+
 def test_choice_and_print():
     assert kept(None, 3).tolist() == [0, 1, 2]
     assert kept(np.array([False, True, True]), 3).tolist() == [1, 2]

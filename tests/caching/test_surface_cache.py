@@ -106,6 +106,23 @@ def test_a_displacement_leads_from_one_receiver_to_the_other(seed):
     np.testing.assert_allclose(there.normal, end.normal, atol=1e-12)
 
 
+def test_a_displacement_undoes_one_with_both_derivatives_at_no_turn_too():
+    at = Receiver.at((0.1, 0.2, 0.3), (0.3, 0.2, 1.0))
+
+    def back(u):
+        return displacement(at, at.displaced(u))
+
+    @jax.jit
+    @jax.vmap
+    def both(u):
+        return jax.jacfwd(back)(u), jax.hessian(back)(u)
+
+    tilt = np.array([[0.0, 0.0], [1e-13, 0.0], [2e-6, 1e-6], [0.3, -0.2]])
+    slope, bend = both(jnp.asarray(np.pad(tilt, ((0, 0), (3, 0)))))
+    np.testing.assert_allclose(slope, np.broadcast_to(np.eye(5), (4, 5, 5)), atol=1e-9)
+    np.testing.assert_allclose(bend, np.zeros((4, 5, 5, 5)), atol=1e-6)
+
+
 def test_weights_are_one_over_the_distance_and_the_sine_of_the_turn():
     """Two records of values 1 and 3, on the spot and aside, turned by 30 and by 45 degrees."""
     at = Receiver.at(np.zeros((2, 3)), [(0.5, 0.0, np.sqrt(0.75)), (0.0, 1.0, 1.0)])

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from firstorder.conventions import FLATLAND
+from firstorder.conventions import FLATLAND, Frame
 from firstorder.errors import Refused
 from firstorder.fields import Affine, Grid, autodiff_jet
 from firstorder.fields.apertures import Bars, Grating, SoftSlit
@@ -98,6 +98,24 @@ def test_a_sharp_aperture_has_no_covariance_and_a_soft_one_has():
     np.testing.assert_allclose(APERTURES["soft slit"].covariance().matrix, expected, rtol=1e-6)
 
 
+def test_a_thin_slit_has_the_covariance_of_its_blur():
+    n = np.asarray(LEVEL.normal)
+    bell = np.outer(n, n) / (8.0 * np.pi**2 * 0.2**2)
+    for width in (1e-5, 1e-9):
+        found = SoftSlit(LEVEL, width, 0.2).covariance().matrix
+        np.testing.assert_allclose(found, bell, rtol=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("normal", "frame", "size"),
+    [([0.0, 1.0], FLATLAND, (1, 400)), ([1.0], Frame(("theta",)), (400,))],
+)
+def test_the_power_of_a_comb_is_the_share_that_is_open(normal, frame, size):
+    comb = Grating(Affine(normal, 0.0, frame), 0.9, 0.35)
+    waves = comb.series(Grid(size, (0.1,) * len(size))).coefficients
+    assert np.sum(np.abs(waves) ** 2) == pytest.approx(0.35, abs=2e-3)
+
+
 @pytest.mark.smoke
 def test_bad_apertures_are_one_sentence():
     with pytest.raises(ValueError, match="`heights` must have 3 entries, but has 2"):
@@ -117,3 +135,10 @@ def test_parameters_are_differentiable():
         return SoftSlit(LEVEL, width, blur).at(jnp.array([0.1, 0.2]))
 
     assert all(np.isfinite(g) for g in jax.grad(through, argnums=(0, 1))(0.8, 0.2))
+
+
+def test_a_grating_tells_the_edges_of_as_many_teeth_on_both_sides():
+    edges = Grating(Affine([1.0, 0.0], 0.0), 0.9, 0.35, teeth=2).edges()
+    places = np.sort([-float(edge.level.offset) for edge in edges])
+    np.testing.assert_allclose(places, -places[::-1])
+    assert places[-1] == pytest.approx(2 * 0.9 + 0.5 * 0.35 * 0.9)

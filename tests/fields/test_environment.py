@@ -126,6 +126,12 @@ def test_jets_of_a_near_light_are_derivatives_of_its_value(frame):
     np.testing.assert_allclose(found.hessian, true.hessian, rtol=1e-12)
 
 
+def test_a_ball_straight_behind_the_ray_does_not_shine():
+    ball = NearLight([0.0, 1.0], Gaussian([0.0], [[100.0]], frame=OFFSET))
+    x = np.sin(-np.pi) / np.cos(-np.pi)  # to the last bit on the line through the centre
+    assert ball(x, -np.pi).item() < 1e-80
+
+
 def test_a_near_light_far_away_is_an_environment():
     """A soft ball at distance D under the angle a, of width D s: error of first order in 1 / D."""
     a, s = 0.3, 0.2

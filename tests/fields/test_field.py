@@ -18,8 +18,9 @@ from firstorder.fields import (
     Sum,
     gaussian,
 )
-from firstorder.laws import Warp
+from firstorder.laws import Integrate, Warp
 from firstorder.laws.warp import Map
+from firstorder.transport import Wave
 
 
 def two():
@@ -126,3 +127,15 @@ def test_parameters_are_leaves():
 
     assert isinstance(jax.grad(value)(f), Gaussian)
     assert normwise(jax.grad(value)(f).amplitude, value(f)) < 1e-15
+
+
+def test_the_jets_of_an_integral_of_few_nodes_are_off_by_less_than_they_say():
+    E = Integrate("theta", -1.0, 1.0, nodes=3)(Wave([0.1, 0.3]))
+    value, error = E.jets(0.4, with_error=True)
+    k, total = 0.2 * np.pi, np.sin(0.6 * np.pi) / (0.3 * np.pi)
+    c, s = total * np.cos(0.4 * k), total * np.sin(0.4 * k)
+    truth = c, -k * s, -(k**2) * c
+    for found, bound, true in zip(*map(jax.tree.leaves, (value, error)), truth, strict=True):
+        off = np.abs(np.squeeze(found) - true)
+        assert off > 1e-6
+        assert off < np.squeeze(bound) < 10.0 * off

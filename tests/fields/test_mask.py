@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from firstorder.errors import Refused
-from firstorder.fields import Affine, Grid, HalfPlane, SoftEdge, half_plane
+from firstorder.fields import Affine, Grid, HalfPlane, SoftEdge, autodiff_jet, half_plane
 from firstorder.transport import half_plane_blocker
 
 
@@ -36,6 +36,13 @@ def test_a_soft_edge_is_the_blurred_hard_one():
     hard = np.where(s - shifts > 0, 0.9, 0.2)
     blur = np.exp(-0.5 * (shifts / 0.3) ** 2) / (0.3 * np.sqrt(2 * np.pi))
     assert float(soft(*u)) == pytest.approx(np.sum(hard * blur) * 1e-4, abs=1e-4)
+
+
+def test_the_jet_of_a_soft_edge_between_two_transparencies():
+    soft, u = SoftEdge(Affine([0.8, -0.5], -0.1), 0.3, 0.2, 0.9), np.array([0.4, 0.1])
+    jet, oracle = soft.jet(u), autodiff_jet(soft.at, u, soft.frame)
+    np.testing.assert_allclose(jet.gradient, oracle.gradient, rtol=1e-12)
+    np.testing.assert_allclose(jet.hessian, oracle.hessian, rtol=1e-11)
 
 
 def test_a_soft_edge_has_the_coefficients_that_sums_give():

@@ -13,6 +13,7 @@ from firstorder.imaging import _area_lights as module
 from firstorder.imaging._area_lights import Lamp, SurfaceReflectance, shadow_edge_terms
 from firstorder.imaging._reflection import SurfacePoint, surface_point
 from firstorder.imaging.camera import pinhole
+from tests.precision import as_dtype
 
 lit = eqx.filter_jit(module.lobe_radiance)
 LAMP = Lamp((0.5, 0.2, 2.0), (0.0, 0.7, 0.1), (0.6, 0.0, 0.2), 3.0, 6)
@@ -290,3 +291,24 @@ def test_no_nan_in_degenerate_places(x):
 def test_lamps_need_nodes():
     with pytest.raises(ValueError, match="`count` must be positive, but is 0"):
         Lamp((0, 0, 1), (1, 0, 0), (0, 1, 0), count=0)
+
+
+@pytest.mark.parametrize("unit", [1e-10, 1e-9, 1e9])
+@pytest.mark.parametrize("even", [False, True])
+def test_the_unit_of_length_is_of_no_matter_in_single_precision(unit, even):
+    """Radiance is what it was where all lengths are scaled, and what changes per metre scales."""
+
+    def terms(unit):
+        edges = [unit * np.array(a) for a in ((0.5, 0.2, 2.0), (0.0, 0.7, 0.1), (0.6, 0.0, 0.2))]
+        point = surface_point(jnp.zeros(3), jnp.eye(3), jnp.asarray(S / unit))
+        seen, depth = (np.arange(16) % 4 < 2) * 1.0, np.full(16, 0.4)
+        given = Lamp(*edges, 3.0, 4, even), seen, depth, point, TO_EYE, LOBE
+        lamp, seen, depth, *rest = as_dtype(jax.tree.map(jnp.asarray, given), "float32")
+        found = [[a.value, unit * a.spatial] for a in lit(lamp, seen, *rest)]
+        if even:
+            found.append([unit * a for a in shadow_edge_terms(lamp, seen, depth, *rest)])
+        return [np.asarray(a) for a in jax.tree.leaves(found)]
+
+    for a, b in zip(terms(unit), terms(1.0), strict=True):
+        assert a.dtype == np.float32
+        np.testing.assert_allclose(a, b, rtol=1e-4)

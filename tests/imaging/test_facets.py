@@ -10,11 +10,12 @@ from firstorder.checks.tolerance import fitted_order
 from firstorder.imaging._area_lights import Lamp
 from firstorder.imaging._interaction import facet_interaction
 from firstorder.imaging._point_shading import shade_point
-from firstorder.imaging.camera import pinhole
+from firstorder.imaging.camera import Pinhole, pinhole
 from firstorder.imaging.facets import Facets, mesh_facets
 from firstorder.imaging.shading import SurfaceMaps
 from firstorder.space import primitive, sphere
 from firstorder.space.meshes.triangle_mesh import mesh, vertex_normals
+from tests.precision import as_dtype
 
 CORNERS = np.array([(0.1, 0.0, 0.2), (1.2, 0.1, 0.0), (0.2, 0.9, 0.4)])
 NORMALS = np.array([(-0.2, 0.1, 1.0), (0.4, 0.0, 1.0), (0.1, 0.5, 0.8)])
@@ -153,3 +154,20 @@ def test_a_vertex_without_a_normal_takes_the_faces():
 def test_normals_must_be_one_for_each_vertex():
     with pytest.raises(ValueError, match=r"`normals` must have shape \(3, 3\)"):
         mesh_facets(ONE, np.zeros((4, 3)))
+
+
+@pytest.mark.parametrize("unit", [1e-10, 1e-9, 1e9])
+def test_the_unit_of_length_is_of_no_matter_in_single_precision(unit):
+    def shown(unit):
+        x = unit * CORNERS.mean(0)
+        one = as_dtype(mesh(unit * CORNERS, [[0, 1, 2]]), "float32")
+        known, plain = mesh_facets(one, jnp.asarray(NORMALS, "float32")), mesh_facets(one).normals
+        at = known.point(jnp.array(0), jnp.asarray(x, "float32"))
+        camera = Pinhole(unit * CAMERA.eye, CAMERA.axes, CAMERA.gamma)
+        given = as_dtype((known, MATTER, camera, jnp.zeros(2)), "float32")
+        here = facet_interaction(*given, jnp.array(0)).point
+        return [at.normal, unit * at.turning, plain, here.normal, here.position / unit]
+
+    for a, b in zip(shown(unit), shown(1.0), strict=True):
+        assert a.dtype == jnp.float32
+        np.testing.assert_allclose(a, b, rtol=1e-4, atol=1e-5)

@@ -20,6 +20,7 @@ from firstorder.imaging.camera import PixelFootprint
 from firstorder.imaging.sky_lights import distant_lamp, sky_light
 from firstorder.numerics._vectors import orthonormal_frame, unit
 from firstorder.space.skies import GaussianSky
+from tests.precision import as_dtype
 
 SKY = GaussianSky((0.3, 0.2, 1.0), 0.4, 2.0)
 POINTS = 7
@@ -131,3 +132,25 @@ def test_faults_are_seen(monkeypatch, fault):
     name, wrong, light = FAULTS[fault]
     monkeypatch.setattr(module, name, wrong)
     assert apart(LIGHTS[light]) > 1e-4
+
+
+@pytest.mark.parametrize("unit", [1e-10, 1e-9, 1e9])
+def test_the_unit_of_length_is_of_no_matter_in_single_precision(unit):
+    def terms(unit):
+        edges = [unit * np.asarray(a) for a in (LAMP.center, LAMP.u, LAMP.v)]
+        lamp = Lamp(*edges, 3.0, 4, True)
+        at = points()
+        at = eqx.tree_at(
+            lambda a: (a.point.position, a.point.turning, a.lobe.slope),
+            at,
+            (unit * at.point.position, at.point.turning / unit, at.lobe.slope / unit),
+        )
+        seen = jnp.broadcast_to((jnp.arange(16) % 4 < 2) * 1.0, (POINTS, 16))
+        given = as_dtype((lamp, at, seen, jnp.full((POINTS, 16), 0.4)), "float32")
+        both, moved = module.light_terms(*given)
+        spatial = [jax.vmap(lambda t: t.spatial)(t) for t in both]
+        return [*(t.value for t in both), *(unit * a for a in (*spatial, moved))]
+
+    for a, b in zip(terms(unit), terms(1.0), strict=True):
+        assert a.dtype == np.float32
+        np.testing.assert_allclose(a, b, rtol=1e-3, atol=1e-4 * np.max(np.abs(b)))

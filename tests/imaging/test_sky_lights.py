@@ -319,3 +319,13 @@ def test_directions_of_a_bright_sky_come_by_its_luminance():
     assert luminance_p_value(0.4, 0.02) > LEVEL
     assert luminance_p_value(0.45, 0.02) < LEVEL
     assert luminance_p_value(0.4, 0.2) < LEVEL
+
+
+@pytest.mark.parametrize("side", [-0.5, 0.5])
+def test_nodes_shifted_to_the_end_of_their_cells_are_unit_vectors(side):
+    """The sum of all weights may be a rounding short of their last partial sum."""
+    with jax.enable_x64(False):
+        sky = GaussianSky((0.0, 0.0, -1.0), 0.5)
+        for kind in ("even", "luminance"):
+            way = sky_light(sky, kind, 8, (side, side)).way
+            np.testing.assert_allclose(jnp.linalg.norm(way, axis=-1), 1.0, rtol=1e-6)

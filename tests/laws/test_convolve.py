@@ -5,11 +5,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.stats import norm
 
 from firstorder.checks.cases import CENTER, CORRELATION, SIGMA, light
 from firstorder.checks.cases.laws.convolve import Leaning
 from firstorder.errors import Refused
-from firstorder.fields import Affine, GaussianProfile, HalfPlane, gaussian, half_plane
+from firstorder.fields import Affine, Constant, GaussianProfile, HalfPlane, gaussian, half_plane
 from firstorder.laws import Circle, Convolve, Hemisphere, Integrate, Move, Multiply
 
 U = jnp.array([0.3, -0.2])
@@ -35,6 +36,17 @@ def test_two_gaussian_blurs_are_one_of_summed_variance():
         Convolve(GaussianProfile(0.3), nodes=48)(light())
     )
     np.testing.assert_allclose(jax.jit(lambda u: chained.at(u))(U), twice.at(U), rtol=1e-10)
+
+
+def test_a_hemisphere_of_even_light_is_blurred_between_its_two_horizons():
+    """The slope in x of a normal `n(x)` moves both, and each takes a bell of the kernel."""
+    normal, theta, sigma = Affine([0.5, 0.0], 0.1), -0.9, 0.6
+    even = Convolve(GaussianProfile(sigma), Hemisphere(normal))(Constant(1.0))
+    jet = even.jet(jnp.array([0.4, theta]))
+    near, far = ((theta - 0.3 + s * 0.5 * np.pi) / sigma for s in (1.0, -1.0))
+    np.testing.assert_allclose(jet.value, norm.cdf(near) - norm.cdf(far), rtol=1e-12)
+    slope = -0.5 * (norm.pdf(near) - norm.pdf(far)) / sigma
+    np.testing.assert_allclose(jet.gradient[0], slope, rtol=1e-9)
 
 
 @pytest.mark.parametrize(("axis", "a"), [("x", 0), ("theta", 1)])

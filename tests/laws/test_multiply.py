@@ -46,6 +46,16 @@ def test_the_spectrum_behind_an_edge_is_that_of_the_error_function(far, windowed
     np.testing.assert_allclose(behind, total * (dark * below + 1.0 - below), rtol=1e-11)
 
 
+def test_a_window_of_eight_keeps_four_waves_of_an_edge_on_each_side():
+    """Of a step the k-th is `1 / (i pi k)`, k odd."""
+    F = gaussian((0.2, -0.1), (0.5, 0.4), 0.3).spectrum()
+    k = np.array([-3, -1, 1, 3])
+    waves, shifted = np.append(1.0 / (1j * np.pi * k), 0.5), 0.4 - np.append(k, 0) / 12.0
+    behind = Multiply(half_plane(0.0), Grid.spanning((8, 1), (6.0, 6.0)))
+    found, parts = jax.jit(lambda: (behind(F)(0.4, -0.2), F(shifted, -0.2)))()
+    np.testing.assert_allclose(found, waves @ parts, rtol=1e-12)
+
+
 def test_factors_commute():
     f, g = light(), gaussian((-0.3, 0.2), (0.7, 0.9), -0.4)
     u = jnp.array([0.2, 0.1])
@@ -86,6 +96,15 @@ def test_on_a_window_light_of_unknown_extent_is_multiplied_too():
     np.testing.assert_allclose(dim, 0.5 * whole, rtol=1e-13)
     truth = SampledSpectrum.of(Multiply(g)(light()), window)(0.4, -0.2)
     np.testing.assert_allclose(whole, truth, rtol=1e-10)
+
+
+def test_the_waves_of_a_product_add_up_to_it():
+    f = Function(lambda x, theta: 1.0 + jnp.cos(0.5 * np.pi * x))
+    g = Function(lambda x, theta: jnp.sin(0.5 * np.pi * theta) - 0.5 * jnp.sin(np.pi * x))
+    series = jax.jit(lambda: Multiply(g)(f).series(Grid((8, 8), (0.5, 0.5))))()
+    u = jnp.array([0.3, -0.7])
+    waves = jnp.exp(2j * np.pi * series.frequencies @ u)
+    np.testing.assert_allclose(waves @ series.coefficients, f.at(u) * g.at(u), atol=1e-12)
 
 
 def test_an_edge_has_no_covariance():

@@ -135,6 +135,14 @@ def test_products_of_stairs_are_products_of_values():
     np.testing.assert_allclose([product[0].low, product[0].high], [-1.45, 3.05], rtol=1e-14)
 
 
+@pytest.mark.parametrize("scale", [1e-8, 1e8])
+def test_whether_levels_are_parallel_does_not_depend_on_their_units(scale):
+    a = stair(Affine([0.3, 0.7], 0.0, FRAME), [0.0], [0.0, 1.0])
+    for normal, count in (((0.1, 0.7 / 3.0), 1), ((0.3, 0.6), 2)):
+        b = stair(Affine(scale * np.array(normal), 0.0, FRAME), [0.0], [0.0, 1.0])
+        assert len(merged([a, b])) == count
+
+
 def test_traced_levels_give_the_same_product():
     a, b = half_plane(0.2, 0.1, 1.0, "x", FRAME), half_plane(0.5, 1.0, 0.3, "x", FRAME)
     for normal, parallel in (((-3.0, 0.0), True), ((1.0, 0.1), False)):

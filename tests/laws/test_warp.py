@@ -10,7 +10,7 @@ from firstorder.checks.cases.laws.warp import Bend
 from firstorder.checks.tolerance import fitted_order, normwise
 from firstorder.errors import Refused
 from firstorder.fields import Grid, covariance_of, discrete_transform, gaussian
-from firstorder.laws import Warp
+from firstorder.laws import Map, Warp
 from firstorder.transport import Travel
 
 WARP = Warp(Bend(0.4, 0.3))
@@ -31,6 +31,22 @@ def test_the_displacement_falls_as_the_radius_squared(warp):
     radii = np.array([0.1, 0.05, 0.025, 0.0125])
     found = [warp.linearise(AT, r).displacement for r in radii]
     np.testing.assert_allclose(fitted_order(radii, found), 2.0, atol=0.1)
+
+
+class Bowl(Map):
+    """The second coordinate rises by the square of a linear form."""
+
+    form: jax.Array
+
+    def __call__(self, u):
+        return u.at[1].add(jnp.sum(self.form * u) ** 2)
+
+
+@pytest.mark.parametrize("form", [(1.0, 0.0), (0.0, 1.0), (0.6, 0.6), (0.6, -0.6)])
+def test_the_displacement_is_the_largest_of_all_directions(form):
+    """A radius r away along the form it is `|form|^2 r^2`."""
+    found = Warp(Bowl(jnp.array(form))).linearise(AT, 0.2).displacement
+    np.testing.assert_allclose(found, 0.04 * np.sum(np.square(form)), rtol=1e-12)
 
 
 def _images(size: float):

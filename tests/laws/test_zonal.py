@@ -148,6 +148,18 @@ def _jet(w):
     return BELL.jet(light, w), jax.grad(lambda w: BELL.value(light, w))(w)
 
 
+def test_light_that_knows_unit_vectors_alone_bends_under_a_broad_bell():
+    def by_angles(w):
+        return jnp.arccos(w[2]) ** 2
+
+    def by_formula(w):
+        return by_angles(w / jnp.linalg.norm(w))
+
+    broad = Zonal(VonMisesFisher(3.0), 4, 8)
+    bent, expected = jax.jit(lambda w: (broad.jet(by_angles, w), broad.jet(by_formula, w)))(W)
+    np.testing.assert_allclose(bent.hessian, expected.hessian, atol=1e-12)
+
+
 def test_a_sharp_lobe_returns_the_light_itself():
     sharp = Zonal(VonMisesFisher(1e6))
     np.testing.assert_allclose(sharp.value(light, W), light(W), rtol=1e-5)

@@ -97,3 +97,10 @@ def test_the_way_to_the_end_is_exact_however_short():
 def test_a_rule_of_no_nodes_is_refused():
     with pytest.raises(ValueError, match="Argument `nodes` must be positive, but is 0"):
         gauss_legendre(0)
+
+
+def test_a_rule_that_is_kept_cannot_be_changed_by_who_has_it():
+    t, w = gauss_legendre(5)
+    for a in (t, w):
+        with pytest.raises(ValueError, match="read-only"):
+            a += 1.0

@@ -219,3 +219,17 @@ def test_a_zonal_convolution_tells_the_error_of_its_jet_and_of_its_multipliers()
 def test_products_without_a_window_take_more_waves():
     law = Multiply(gaussian((0.0, 0.0), (1.0, 1.0)))
     assert [refined(law, step).waves for step in (0, 1, 2)] == [256, 513, 769]
+
+
+def test_an_error_that_is_asked_for_by_place_is_given():
+    """Where the signature lets `with_error` stand without its name, it is not overlooked."""
+
+    @with_errors("nodes")
+    def bell(width, nodes=4, with_error=False):
+        t, w = gauss_legendre(nodes)
+        return jnp.sum(w * jnp.exp(-((t / width) ** 2)))
+
+    found = bell(1.0, 5, True)
+    assert isinstance(found, Approximation)
+    assert found == bell(1.0, 5, with_error=True)
+    assert bell(1.0, 5, False) == bell(1.0, 5)

@@ -84,3 +84,9 @@ def test_a_sky_shows_its_rim(world, ax):
     draw_sky(ax, world, receiver((0.0, 0.5, 0.0)), "sky")
     assert len(ax.lines) > 5
     assert ax.get_title(loc="left") == "sky"
+
+
+def test_where_a_point_is_drawn_does_not_depend_on_the_others():
+    """A star far away does not push what is near behind the camera."""
+    near, star = [0.3, 0.0, 0.5], [0.0, 1e9, 0.0]
+    np.testing.assert_array_equal(project(CAMERA, [near, star])[0], project(CAMERA, near))

@@ -110,6 +110,22 @@ def test_constants_stay_and_a_single_sample_fills_the_image(stretch):
     np.testing.assert_allclose(alone, 1.0)
 
 
+def test_a_sample_in_the_middle_of_a_pixel_fills_that_pixel_too():
+    """Alone, and four times over: the width is that of samples at no distance."""
+    for count in (1, 4):
+        p, right = np.full((count, 2), 2.5), np.tile((1.0, 0.0), (count, 1))
+        np.testing.assert_array_equal(coherent_image(p, np.full(count, 3.0), right, (4, 4)), 3.0)
+
+
+def test_the_width_is_in_distances_of_the_fourth_sample():
+    """Three samples one pixel away, the fourth two, and others too far to count."""
+    way = np.array([(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -2.0), *4 * [(60.0, 80.0)]])
+    value, flat = np.array([0.0, 0.0, 0.0, 1.0, *4 * [9.0]]), np.tile((1.0, 0.0), (8, 1))
+    found = coherent_image(0.5 + way, value, flat, (1, 1), width=0.5, stretch=1.0)
+    share = np.exp(-(2.0**2 - 1.0**2) / 2.0)
+    np.testing.assert_allclose(found, [[share / (3.0 + share)]], rtol=1e-12)
+
+
 def test_without_a_stretch_the_direction_does_not_matter():
     p = scattered()
     value, gradient = penumbra(p)
@@ -146,3 +162,11 @@ def test_bad_input_is_one_sentence(change, words):
         coherent_image(p[:0], *penumbra(p[:0]), (8, 8))
     with pytest.raises(ValueError, match="`gradient`"):
         directional_coherence(p, np.nan * p, p)
+
+
+@pytest.mark.parametrize("neighbours", [1, 24])
+def test_a_pixel_whose_nearest_samples_lie_in_its_middle_takes_their_value(neighbours):
+    p = np.array([(0.5, 0.5), (5.5, 5.5)] if neighbours == 1 else [(0.5, 0.5)] * 4 + [(5.5, 5.5)])
+    value = np.where(p[:, 0] < 1.0, 2.0, 7.0)
+    image = coherent_image(p, value, np.ones_like(p), (6, 6), neighbours=neighbours)
+    assert image[0, 0] == 2.0

@@ -184,6 +184,23 @@ def test_where_no_corner_has_the_label_nothing_is_known():
     assert np.isnan(found).tolist() == [True, False]
 
 
+@pytest.mark.parametrize("kind", [np.asarray, list, jnp.asarray])
+def test_labels_of_any_kind_work_inside_compiled_code(kind):
+    """`imaging.RenderedImage` has them in NumPy."""
+    labels = kind([[0, 0], [1, 1]])
+    grid = GridInterpolant([0.0, 1.0], [0.0, 1.0], np.ones((2, 2, 1)), "bilinear", labels)
+    found = jax.jit(lambda x: grid(x, 0.5, 1))(0.75)
+    assert found.item() == 1.0
+
+
+def test_corners_of_a_label_are_extended_by_the_gradients_that_are_known():
+    data = np.tile((0.0, 1.0, 0.0), (2, 2, 1))
+    labels = jnp.asarray([[0, 0], [1, 1]])
+    for known, wanted in ((3, 0.5), (1, 0.0)):
+        grid = GridInterpolant([0.0, 1.0], [0.0, 1.0], data[..., :known], "bilinear", labels)
+        np.testing.assert_allclose(grid(0.5, 0.5, 0), wanted, rtol=1e-12)
+
+
 def test_slopes_do_not_reach_across_labels():
     """Values 0, 1, 2 | 90, 91, 92: lines on both sides, whatever the parabolas would have said."""
     f = jnp.asarray(np.repeat(np.array([0.0, 1.0, 2.0, 90.0, 91.0, 92.0])[:, None], 2, 1))

@@ -234,3 +234,16 @@ def test_traced_nodes_out_of_order_give_nan():
 def test_bad_input_is_one_sentence(make, words):
     with pytest.raises(ValueError, match=words):
         make()
+
+
+@pytest.mark.parametrize("data", DATA)
+def test_a_break_at_an_end_has_two_sides_too(data):
+    """At either end of the nodes a break shows the value and the slope of the side asked for."""
+    nodes = [0.0, 0.0, 1.0, 1.0]
+    curve = HermiteInterpolant(nodes, np.arange(1.0, 1.0 + 4 * data).reshape(4, data))
+    for x, left, right in ((0.0, 0, 1), (1.0, 2, 3)):
+        for side, row in (("left", left), ("right", right)):
+            assert curve(x, side).item() == curve.data[row, 0].item()
+            if data > 1:
+                slope = jax.grad(lambda x, side=side: curve(x, side))(x)
+                assert slope.item() == curve.data[row, 1].item()

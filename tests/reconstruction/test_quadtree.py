@@ -197,3 +197,24 @@ def test_bad_input_gets_one_sentence(change, sentence):
 def test_metrics_say_what_they_miss(metric, what):
     with pytest.raises(ValueError, match=f"needs {what}"):
         sample_image(lambda p: ShadedSamples(p[:, 0]), WIDTH, HEIGHT, 900, metric)
+
+
+@pytest.mark.parametrize("name", ["differences", "bending"])
+def test_differences_are_per_pixel_where_the_border_cuts_squares(name):
+    """Of an image whose values and gradients are planes, every one is exact."""
+    A, H, found = np.array([2.0, -1.0]), np.array([[3.0, 0.5], [0.5, -4.0]]), []
+
+    def planes(p):
+        return ShadedSamples(p @ A, p @ H)
+
+    def metric(squares):
+        found.append(getattr(squares, name))
+        return by_area(squares)
+
+    sample_image(planes, 11, 13, 60, metric, batch=0.5)
+    for each in found:
+        wanted = A if name == "differences" else H
+        along = each if name == "differences" else np.diagonal(each, axis1=1, axis2=2)
+        some = np.all(along != 0.0, 1)  # the others have a neighbour on one side, or none
+        assert np.any(some)
+        np.testing.assert_allclose(each[some], np.broadcast_to(wanted, each.shape)[some], 1e-12)

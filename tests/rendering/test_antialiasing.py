@@ -114,3 +114,12 @@ def test_it_goes_on_where_it_was_ended(renderer, tmp_path):
     np.testing.assert_array_equal(whole.value, again.value)
     with pytest.raises(ValueError, match="at least 2"):
         antialiased(renderer, 4, 4, tmp_path / "c", rows=1)
+
+
+@pytest.mark.parametrize("rows", [2, 3])
+def test_where_all_places_send_the_same_there_is_no_error(rows, renderer, tmp_path, monkeypatch):
+    """The difference of two means of squares keeps their rounding."""
+    of_pixel = np.random.default_rng(0).uniform(0.0, 10.0, 48)
+    monkeypatch.setattr(antialiasing, "_seen_radiance", lambda made, p, number: of_pixel)
+    found = antialiased(renderer, 8, 6, tmp_path, rows=rows, quiet=True)
+    np.testing.assert_array_equal(found.error, 0.0)

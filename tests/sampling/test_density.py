@@ -131,3 +131,12 @@ def test_no_points_have_no_density():
     assert w.radius.item() == np.inf
     with pytest.raises(ValueError, match="must be positive, but is 0"):
         nearest_window(jnp.zeros(4), jnp.array([0.5]), 0, jnp.array([0]), jnp.array([4]))
+
+
+@pytest.mark.parametrize("unit", [1e-15, 1e9])
+def test_the_unit_of_length_is_of_no_matter_to_the_nearest(unit):
+    def even(x):
+        return np.clip(x / unit, 0.0, 1.0)
+
+    mean = expected_k_nearest(even, [0.5 * unit], 11, 1000).mean
+    np.testing.assert_allclose(mean * unit, 1.1, rtol=1e-6)

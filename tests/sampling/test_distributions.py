@@ -1,5 +1,6 @@
 import jax
 import jax.numpy as jnp
+import mpmath
 import numpy as np
 import pytest
 
@@ -108,3 +109,30 @@ def test_bad_arguments_are_one_sentence():
         CosinePowerLobe(-1.0)
     with pytest.raises(ValueError, match=r"^Argument `weights` must not be negative, but is -1.0"):
         Discrete([1.0, -1.0])
+
+
+def test_of_weights_that_are_all_zero_the_first_is_taken():
+    pick = Discrete([0.0, 0.0, 0.0])
+    index, _ = pick.sample(jnp.array([0.0, 0.3, 0.9]))
+    assert index.tolist() == [0, 0, 0]
+    assert pick.probability[0].item() == 0.0
+
+
+@pytest.mark.parametrize("e", [0.0, 0.5, 15.9, 16.1, 1e3, 1e4, 1e6])
+def test_sharp_lobes_are_normalised_in_single_precision(e):
+    """Against the beta function: `B(e / 2 + 1 / 2, 1 / 2)`."""
+    with jax.enable_x64(False):
+        single = lobe_area(jnp.asarray(e, jnp.float32)).item()
+    wanted = float(mpmath.beta(0.5 * e + 0.5, 0.5))
+    np.testing.assert_allclose(single, wanted, rtol=2e-6)
+    np.testing.assert_allclose(lobe_area(jnp.asarray(e)), wanted, rtol=1e-12)
+
+
+@pytest.mark.parametrize("e", [0.5, 40.0, 1e3])
+def test_areas_of_lobes_have_two_derivatives(e):
+    def area(e):
+        return mpmath.beta(e / 2 + 0.5, 0.5)
+
+    for order, f in ((1, jax.grad(lobe_area)), (2, jax.grad(jax.grad(lobe_area)))):
+        wanted = float(mpmath.diff(area, e, order))
+        np.testing.assert_allclose(f(jnp.asarray(e)), wanted, rtol=1e-9)

@@ -66,3 +66,9 @@ def test_z_and_scale():
 def test_nothing_cannot_be_combined():
     with pytest.raises(ValueError, match="must hold at least one"):
         combine([])
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_not_even_what_is_no_number_counts_with_weight_zero(value):
+    seen = Moments.none().add(2.0).add(value, 0.0).add(4.0)
+    assert (seen.count.item(), seen.mean.item(), seen.square.item()) == (2.0, 3.0, 2.0)

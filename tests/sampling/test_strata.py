@@ -42,3 +42,11 @@ def test_the_error_falls_as_it_says(f, truth, order, key):
 def test_no_strata_are_refused():
     with pytest.raises(ValueError, match="must be positive, but is 0"):
         midpoints(0)
+
+
+def test_single_precision_stays_in_its_strata(key):
+    """The sum of a number and of that of its stratum may be rounded up to the next stratum."""
+    count = 1 << 20
+    with jax.enable_x64(False):
+        u = np.asarray(jittered(key, count), float)
+    assert np.floor(u * count).astype(int).tolist() == list(range(count))

@@ -79,3 +79,9 @@ def test_steps_of_ones_own():
 def test_a_step_that_takes_no_light_of_flatland_is_refused():
     with pytest.raises(ValueError, match="takes no light of flatland"):
         effects({"two mirrors": Mirror() >> Mirror()})
+
+
+def test_what_moves_nothing_but_the_origin_is_no_flip():
+    rows = effects({"step": event({"x": sympy.Symbol("x") + 1}), "mirror": Mirror()}).rows
+    assert [row.on_light for row in rows] == ["shift", "flip"]
+    assert [row.on_spectrum for row in rows] == ["phase", "flip"]

@@ -5,6 +5,7 @@ import pytest
 import sympy
 
 from firstorder.conventions import FLATLAND_SLOPE, Frame
+from firstorder.errors import Refused
 from firstorder.fields import Gaussian, Grid, gaussian
 from firstorder.laws import Move, Warp
 from firstorder.symbolic import UnknownField, derive, event
@@ -122,3 +123,11 @@ def test_what_is_no_event_is_refused_in_one_sentence(name):
     make, words = REFUSED[name]
     with pytest.raises(ValueError, match=words):
         make()
+
+
+@pytest.mark.parametrize("factor", [sympy.Abs(x), sympy.sign(x), sympy.Heaviside(x)])
+def test_an_expression_with_a_kink_has_values_and_refuses_derivatives(factor):
+    seen = event(factor=factor)(LIGHT)
+    np.testing.assert_allclose(seen(0.3, 0.1), float(factor.subs(x, 0.3)) * LIGHT(0.3, 0.1))
+    with pytest.raises(Refused, match="has a kink"):
+        seen.jet(jnp.array([0.3, 0.1]))

@@ -2,9 +2,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from firstorder.conventions import Frame
 from firstorder.errors import Refused
 from firstorder.fields import GaussianProfile, gaussian
-from firstorder.symbolic import UnknownField, UnknownLobe, explain
+from firstorder.symbolic import UnknownField, UnknownLobe, UnknownVaryingLobe, explain
 from firstorder.transport import Bump, Camera, Chain, Curvature, Mirror, Reflection, Texture
 
 LIGHT = gaussian((0.2, 0.1), (0.5, 0.3))
@@ -84,3 +85,9 @@ def test_a_chain_is_told_in_the_first_frame_that_it_takes():
 def test_what_is_no_path_is_refused():
     with pytest.raises(TypeError, match="must be a path or a chain, but is Gaussian"):
         explain(LIGHT)
+
+
+def test_a_path_with_an_unknown_varying_lobe_has_no_numbers():
+    light = gaussian((0.0, 0.0), (1.0, 1.0), frame=Frame(sense="outgoing"))
+    told = explain(light >> Reflection(UnknownVaryingLobe("rho")), (0.1, 0.2))
+    assert [step.jet for step in told.steps] == [None, None]

@@ -6,7 +6,16 @@ import sympy
 
 from firstorder.conventions import FLATLAND, FLATLAND_SLOPE
 from firstorder.errors import Refused
-from firstorder.fields import Affine, GaussianProfile, HalfPlane, gaussian
+from firstorder.fields import (
+    Affine,
+    BoxProfile,
+    Constant,
+    GaussianProfile,
+    HalfPlane,
+    Separable,
+    UniformProfile,
+    gaussian,
+)
 from firstorder.laws import Integrate, Multiply
 from firstorder.symbolic import UnknownField, coordinates_of, derive, formula, frequencies_of
 from firstorder.transport import Travel
@@ -93,3 +102,40 @@ def test_a_sum_and_a_weight_are_read():
     two = derive(2.0 * LIGHT + LIGHT).value
     np.testing.assert_allclose(two.at(0.1, 0.2), 3.0 * LIGHT(0.1, 0.2), rtol=1e-14)
     assert str(derive(UnknownField("L") + UnknownField("M")).value) == "L(x, theta) + M(x, theta)"
+
+
+def test_a_field_is_read_at_the_coordinates_that_an_unknown_function_names():
+    bell, at = GaussianProfile(0.3), jnp.array([0.7, 0.2])
+    found = derive(UnknownField("f", ("theta",), frame=FLATLAND))
+    np.testing.assert_allclose(found.value.lower(f=bell)(*at), bell.at(at), rtol=1e-14)
+    np.testing.assert_allclose(found.gradient.lower(f=bell)(*at), bell.jet(at).gradient, rtol=1e-14)
+    np.testing.assert_allclose(found.hessian.lower(f=bell)(*at), bell.jet(at).hessian, rtol=1e-14)
+
+
+def test_a_third_derivative_is_that_of_the_field_along_the_named_coordinate():
+    cubic = Affine([0.0, 1.0], 0.5, FLATLAND)
+    product = Multiply(cubic)(Multiply(cubic)(cubic))
+    third = derive(UnknownField("f", ("theta",), frame=FLATLAND)).hessian.mapped(
+        lambda H: sympy.diff(H[1, 1], coordinates_of(FLATLAND)[1])
+    )
+    np.testing.assert_allclose(third.lower(f=product)(0.7, 0.2), 6.0, rtol=1e-12)
+
+
+def test_a_field_over_other_coordinates_is_refused():
+    found = derive(UnknownField("f", ("theta",), frame=FLATLAND)).value
+    with pytest.raises(ValueError, match="must be over theta, but is over x, v"):
+        found.lower(f=LIGHT)(0.7, 0.2)
+
+
+def test_an_integral_is_split_at_both_ends_of_a_box_and_where_extremes_meet():
+    source = Separable([0.0, 0.1], (UniformProfile("x"), BoxProfile(0.5, "theta")))
+    over = derive(Integrate("theta", -1.0, 1.0)(source)).value
+    np.testing.assert_allclose(over.lower()(0.15), 1.0, rtol=1e-12)
+    x, s = sympy.symbols("x s", real=True)
+    bent = over.mapped(lambda _: sympy.Integral(sympy.Max(s - x, 0), (s, 0, 1)))
+    np.testing.assert_allclose(bent.lower()(0.3), 0.5 * 0.7**2, rtol=1e-12)
+
+
+def test_an_integral_without_symbols_is_a_number():
+    over = derive(Integrate("theta", -1.0, 1.0)(Constant(2.0, FLATLAND))).value
+    np.testing.assert_allclose(over.lower()(0.3), 4.0, rtol=1e-12)

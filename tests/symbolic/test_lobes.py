@@ -248,3 +248,16 @@ def test_a_band_limit_that_is_not_there_is_refused():
         box.band_limit(1.0)
     with pytest.raises(ValueError, match="a band limit is measured"):
         jax.jit(lambda width: bell(width, half_width=1.0).band_limit().Omega)(0.1)
+
+
+@pytest.mark.parametrize("width", [1e-9, 1e-6, 1e-3, 1.0])
+def test_a_bell_ends_where_it_has_died_out_however_narrow_it_is(width):
+    mine = bell(width, axis="v")
+    np.testing.assert_allclose(mine.half_width(), width * np.sqrt(-2.0 * np.log(1e-17)), rtol=0.02)
+    np.testing.assert_allclose(mine.spread(), 1.0 / (8.0 * (np.pi * width) ** 2), rtol=1e-9)
+    assert mine.closed is not None
+
+
+def test_a_lobe_of_nothing_is_refused_in_words_of_ours():
+    with pytest.raises(ValueError, match="`profile` must not be zero"):
+        lobe(0 * t, t)

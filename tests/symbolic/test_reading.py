@@ -126,3 +126,19 @@ def test_what_is_no_formula_is_refused(name):
     function, words = REFUSED[name]
     with pytest.raises(Refused, match=words):
         read(function, array(a, b))
+
+
+@pytest.mark.parametrize("at", [-8.3, -0.4, 0.6, 2.5])
+@pytest.mark.parametrize(
+    "program",
+    [
+        lambda u: jax.lax.rem(u[0], 2.0),
+        lambda u: jax.lax.rem(u[0], -2.0),
+        lambda u: jnp.mod(u[0], 2.0),
+        lambda u: jnp.mod(u[0], -2.0),
+        lambda u: jnp.cbrt(u[0]),
+    ],
+)
+def test_remainders_and_roots_of_negative_numbers_are_the_programs(program, at):
+    found = expression(read(program, array(a))).subs(a, sympy.Rational(str(at)))
+    np.testing.assert_allclose(float(found), program(jnp.array([at])), atol=1e-12)

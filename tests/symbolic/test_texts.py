@@ -58,3 +58,9 @@ def test_nothing_that_is_typed_is_run(tmp_path):
     assert not made.exists()
     sympy.parse_expr(text)  # SymPy's own runs it
     assert pathlib.Path(made).exists()
+
+
+@pytest.mark.parametrize("text", ["x**(0/0)", "x**(1/0)", "x**log(0)", "2**(1/0 - 1/0)"])
+def test_a_power_that_is_no_number_is_refused_in_words_of_ours(text):
+    with pytest.raises(ValueError, match="Exponents are at most 64"):
+        parse_expression(text, ["x"])

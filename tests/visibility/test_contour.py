@@ -128,6 +128,24 @@ def test_short_segments_keep_their_digits():
         np.testing.assert_allclose(found, (0.5 * angle * c / size).astype(float), rtol=1e-9)
 
 
+@pytest.mark.parametrize(("dtype", "rtol"), [("float32", 1e-5), ("float64", 1e-12)])
+def test_a_segment_that_runs_close_by_fills_half_a_turn(dtype, rtol):
+    """From above its middle: an angle `2 arctan(1 / h)`, which changes by `2 / (1 + h^2)`."""
+    for h in (1e-2, 1e-4, 1e-6):
+        a, b = (jnp.array([x, 0.0, h], dtype) for x in (1.0, -1.0))
+        light = contour.segment_vector_irradiance(a, b)
+        np.testing.assert_allclose(light, [0.0, -np.arctan(1.0 / h), 0.0], rtol=rtol)
+        rate = contour.segment_translation_rate(a, b)
+        np.testing.assert_allclose(rate, [0.0, -2.0 / h / np.hypot(1.0, h), 0.0], rtol=rtol)
+
+
+def test_half_an_angle_near_two_right_angles_has_the_derivatives_of_its_definition():
+    s, k = 1e-6, -0.6
+    by_square = (k / (s * s + k * k) - np.arctan2(s, k) / s) / (4.0 * s * s)
+    found = jax.grad(contour._half_angle_by_sine, (0, 1))(jnp.array(s * s), jnp.array(k))
+    np.testing.assert_allclose(found, [by_square, -0.5 / (s * s + k * k)], rtol=1e-9)
+
+
 @pytest.mark.parametrize("dtype", ["float32", "float64"])
 def test_precision_is_kept(dtype):
     a, b = jnp.eye(3, dtype=dtype)[:2]

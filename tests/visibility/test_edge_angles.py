@@ -99,6 +99,14 @@ def test_derivatives_by_all_freedoms_are_those_of_autodiff():
     np.testing.assert_allclose(a.hessian, jax.jit(jax.hessian(auto))(zero), rtol=1e-13, atol=1e-15)
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_the_limb_of_a_disc_slides_for_every_step(side):
+    center, position = jnp.array([0.9, 1.2]), jnp.array([-0.3, 0.2])
+    auto = lambda q: circle_edge_angle(center, 0.4, side, position + q).value  # noqa: E731
+    found = circle_edge_angle(center, 0.4, side, position).hessian[:2, :2]
+    np.testing.assert_allclose(found, jax.jit(jax.hessian(auto))(jnp.zeros(2)), rtol=1e-12)
+
+
 def test_they_give_every_motion():
     """Along a curved receiver: q' H q' + g q'' with the turn that goes with it."""
     kappa, change = 0.7, -0.3

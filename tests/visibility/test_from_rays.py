@@ -66,6 +66,12 @@ def found(position):
     return edges, tangent_points(hit, edges)
 
 
+def test_an_edge_between_two_rays_far_apart_is_found_to_rounding():
+    rays, places = jnp.array([-1.0, 1.0]), jnp.asarray(np.sin(np.arange(1.0, 30.0)))
+    found = jax.vmap(lambda e: bracket_edges(lambda a: a < e, rays, size=1).angle[0])(places)
+    np.testing.assert_allclose(found, places, rtol=0.0, atol=1.5 * 2.0**-53)
+
+
 def test_edges_are_bisected_to_rounding():
     edges, _ = found(jnp.zeros(2))
     low, high = exact()

@@ -267,6 +267,16 @@ def test_hidden_edges_may_be_anything():
     assert abs(slope.edges.value[1] - np.cos(0.3)) < 1e-14
 
 
+def test_inside_of_a_round_blocker_there_is_no_shading():
+    @jax.jit
+    def value():
+        around = [circle_edge_angle((0.0, 0.5), 1.0, side) for side in (1.0, -1.0)]
+        edges = visible_edges(*around)
+        return shading_derivatives(lambda p, w: jnp.cos(w), jnp.zeros(2), edges).value
+
+    assert np.isnan(value())
+
+
 def test_all_blocked_is_dark():
     ends = np.array([[1e7, 1e-3]] * 3)
     dark, left = under_cosine(ends, ends * [-1.0, 1.0], 0.0)

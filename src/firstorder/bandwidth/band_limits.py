@@ -222,6 +222,7 @@ def band_limit_after(law: Law, band: BandLimit, level: float = LEVEL) -> BandLim
 
     Raises:
         Refused: if the law, its factor or its kernel has no band limit.
+        ValueError: if its factor or its kernel is over other coordinates than the band.
 
     Reference: D05 §6.2, whose bounds follow from these rules.
 
@@ -248,7 +249,7 @@ def _(law: Move, band: BandLimit, level: float = LEVEL) -> BandLimit:
 
 @band_limit_after.register
 def _(law: Multiply, band: BandLimit, level: float = LEVEL) -> BandLimit:
-    return band + band_limit(law.factor, level)
+    return band + band_limit(law.factor.in_frame(band.frame, "factor"), level)
 
 
 @band_limit_after.register
@@ -260,12 +261,13 @@ def _(law: Integrate, band: BandLimit, level: float = LEVEL) -> BandLimit:
 def _(law: Convolve, band: BandLimit, level: float = LEVEL) -> BandLimit:
     if not isinstance(law.domain, Line | Circle):
         raise Refused("a horizon has no band limit: multiply by it first, then convolve")
-    a, n = band.frame.axis(law.kernel.axis), band.frame.dims
+    kernel = law.kernel.in_frame(band.frame, "kernel")
+    a, n = band.frame.axis(kernel.axis), band.frame.dims
     wide = band.frame.appended("omega")
     source, difference = np.eye(n, n + 1), np.eye(n, n + 1)
     source[a] = np.eye(n + 1)[n]
     difference[a, n] = -1.0
-    lobe = band_limit(law.kernel, level).moved(difference, wide)
+    lobe = band_limit(kernel, level).moved(difference, wide)
     return (band.moved(source, wide) + lobe).sliced("omega")
 
 

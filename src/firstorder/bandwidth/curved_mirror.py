@@ -19,7 +19,7 @@ from firstorder._argument_checks import (
     check_positive,
     nan_unless,
 )
-from firstorder.bandwidth._spectral_norm import spectral_norm
+from firstorder.bandwidth._spectral_norm import reach, spectral_norm
 from firstorder.typing import RealLike, Scalar, as_float
 
 
@@ -66,8 +66,8 @@ def glossy_bandwidth(
     c, shear = _footprint(d, cos_view)
     valid = c & _bands(kappa, cutoff=cutoff, factor=factor)
     bend = 2.0 * as_float(kappa) * shear
-    extra = jnp.abs(as_float(kappa)) * shear * as_float(factor)
-    return nan_unless(valid, jnp.abs(1.0 - bend) * as_float(cutoff) + extra)
+    extra = reach(jnp.abs(as_float(kappa)) * shear, factor)
+    return nan_unless(valid, reach(jnp.abs(1.0 - bend), cutoff) + extra)
 
 
 def occluded_bandwidth(
@@ -120,9 +120,9 @@ def occluded_bandwidth(
     depth, kappa, cos_edge = as_float(depth), as_float(kappa), as_float(cos_edge)
     valid = valid & (depth > 0) & (cos_edge >= 0) & (cos_edge <= 1)
     s = cos_edge / depth
-    blur = jnp.abs(1.0 - (2.0 * kappa - s) * shear) * as_float(cutoff)
-    sharp = s * as_float(light) + jnp.abs(s - kappa) * as_float(factor)
-    return nan_unless(valid, blur + sharp * shear)
+    blur = reach(jnp.abs(1.0 - (2.0 * kappa - s) * shear), cutoff)
+    sharp = reach(s * shear, light) + reach(jnp.abs(s - kappa) * shear, factor)
+    return nan_unless(valid, blur + sharp)
 
 
 def glossy_bandwidth_in_space(
@@ -163,7 +163,7 @@ def glossy_bandwidth_in_space(
     stretch = jnp.stack([jnp.ones_like(cos), cos])
     turn = 2.0 * shear * S * stretch * stretch[:, None]
     J = jnp.eye(2, dtype=turn.dtype) - turn
-    return nan_unless(valid, spectral_norm(J) * as_float(cutoff))
+    return nan_unless(valid, reach(spectral_norm(J), cutoff))
 
 
 def glossy_criterion(
@@ -189,7 +189,7 @@ def glossy_criterion(
     """
     c, shear = _footprint(d, cos_view)
     c = c & _bands(kappa, cutoff=cutoff)
-    return nan_unless(c, 2.0 * jnp.abs(as_float(kappa)) * shear * as_float(cutoff))
+    return nan_unless(c, reach(2.0 * jnp.abs(as_float(kappa)) * shear, cutoff))
 
 
 def occluded_criterion(
@@ -217,7 +217,7 @@ def occluded_criterion(
     c = c & _bands(kappa, cutoff=cutoff)
     depth = as_float(depth)
     slopes = 1.0 / depth + 2.0 * jnp.abs(as_float(kappa))
-    return nan_unless(c & (depth > 0), shear * slopes * as_float(cutoff))
+    return nan_unless(c & (depth > 0), reach(shear * slopes, cutoff))
 
 
 def _footprint(d: RealLike, cos_view: RealLike) -> tuple[Array, Array]:

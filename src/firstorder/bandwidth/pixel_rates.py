@@ -35,7 +35,7 @@ from firstorder._argument_checks import (
     check_positive,
     nan_unless,
 )
-from firstorder.bandwidth._spectral_norm import spectral_norm
+from firstorder.bandwidth._spectral_norm import reach, spectral_norm
 from firstorder.imaging.camera import Pinhole
 from firstorder.imaging.hits import GBuffer
 from firstorder.scene._arguments import numbers
@@ -92,7 +92,7 @@ def glossy_bandwidth_map(
     first = jnp.stack([1.0 - 2.0 * d * S[..., 0, 0] / c + d * s, -2.0 * d * S[..., 0, 1]], -1)
     second = jnp.stack([-2.0 * d * S[..., 1, 0], 1.0 - 2.0 * d * c * S[..., 1, 1] + d * s], -1)
     J = jnp.stack([first, second], -2)
-    return nan_unless(valid, _reach(spectral_norm(J), cutoff) + d * s * as_float(light))
+    return nan_unless(valid, reach(spectral_norm(J), cutoff) + d * s * as_float(light))
 
 
 def diffuse_bandwidth_map(
@@ -130,8 +130,8 @@ def diffuse_bandwidth_map(
     valid, d, s = _checked(cutoff, at, slope, light)
     c, S = as_float(at.cosine), as_float(at.S)
     N = d[..., None, None] * S * jnp.stack([1.0 / c, jnp.ones_like(c)], -1)[..., None, :]
-    reach = as_float(cutoff) + as_float(light)
-    return nan_unless(valid, _reach(spectral_norm(N), cutoff) + _reach(d * s / c, reach))
+    both = as_float(cutoff) + as_float(light)
+    return nan_unless(valid, reach(spectral_norm(N), cutoff) + reach(d * s / c, both))
 
 
 def _checked(cutoff, at: GBuffer, slope, light) -> tuple[Array, Array, Array]:
@@ -153,12 +153,6 @@ def _bands(cutoff, slope, light) -> Array:
     s, L = as_float(slope), as_float(light)
     ends = (s >= 0.0) & (L >= 0.0) & jnp.isfinite(s) & jnp.isfinite(L)
     return ends & (as_float(cutoff) >= 0.0)
-
-
-def _reach(turn: Array, cutoff: RealLike) -> Array:
-    """`turn cutoff`: nothing where nothing turns, for endless spectra too."""
-    turns = turn != 0.0
-    return jnp.where(turns, jnp.where(turns, turn, 1.0) * as_float(cutoff), 0.0)
 
 
 def rms_cutoff(exponent: RealLike) -> Float[Array, "..."]:

@@ -22,8 +22,10 @@ import numpy as np
 from jaxtyping import Array, Complex, Float
 
 from firstorder._argument_checks import (
+    check_below,
     check_between,
     check_finite,
+    check_inside,
     check_not_negative,
     check_positive,
     nan_unless,
@@ -217,10 +219,10 @@ def relief_transfer(
     """
     check_finite("Omega", Omega)
     check_not_negative("slope", slope)
-    check_between("view", view, -0.5 * np.pi, 0.5 * np.pi)
+    check_inside("view", view, -0.5 * np.pi, 0.5 * np.pi)
     Omega, slope, view = jnp.broadcast_arrays(*(as_float(a) for a in (Omega, slope, view)))
     shown, turns = slope * jnp.abs(jnp.tan(view)), 4.0 * np.pi * Omega * jnp.arctan(slope)
-    check_between("slope * |tan(view)|", shown, 0.0, 1.0)
+    check_below("slope * |tan(view)|", shown, 1.0)
     check_between("4 pi Omega arctan(slope)", jnp.abs(turns), 0.0, _MOST_TURNS)
     phase = 2.0 * np.pi * np.arange(_PHASES) / _PHASES
     rise = slope[..., None] * np.cos(phase)
@@ -273,7 +275,7 @@ def relief_cutoffs(
         0.032 0.67 mm, 37 / m
     """
     check_positive("width", width)
-    check_between("share", share, 0.0, 1.0)
+    check_inside("share", share, 0.0, 1.0)
     waves = _Waves(1.0, frequency, cutoff, cutoff_x, view, reach)  # per metre of amplitude
     e, w = as_float(share), as_float(width)
     left, pixel = waves.left(w), _averaged(e) / w
@@ -299,8 +301,9 @@ class _Waves:
         check_positive("frequency", frequency)
         check_not_negative("cutoff", cutoff)
         check_not_negative("cutoff_x", cutoff_x)
-        check_between("view", view, -0.5 * np.pi, 0.5 * np.pi)
-        check_between("reach", reach, 0.0, 0.5 * np.pi)
+        check_inside("view", view, -0.5 * np.pi, 0.5 * np.pi)
+        check_not_negative("reach", reach)
+        check_below("reach", reach, 0.5 * np.pi)
         given = (amplitude, frequency, cutoff, cutoff_x, view, reach)
         a, f, B, Bx, view, reach = (as_float(g) for g in given)
         self.frequency, self.cutoff_x, self.view, self.reach = f, Bx, view, reach

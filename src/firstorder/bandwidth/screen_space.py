@@ -13,8 +13,8 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from firstorder._argument_checks import nan_unless
-from firstorder.bandwidth._spectral_norm import spectral_norm
-from firstorder.bandwidth.pixel_rates import _bands, _reach
+from firstorder.bandwidth._spectral_norm import reach, spectral_norm
+from firstorder.bandwidth.pixel_rates import _bands
 from firstorder.typing import RealLike, as_float
 
 
@@ -122,7 +122,7 @@ def screen_glossy_bandwidth(
     moved = as_float(turns.moved)
     turn = spectral_norm(as_float(turns.mirrored) + s * moved)
     sharp = as_float(slope) * spectral_norm(moved) * as_float(light)
-    return nan_unless(valid, _reach(turn, cutoff) + sharp)
+    return nan_unless(valid, reach(turn, cutoff) + sharp)
 
 
 def screen_diffuse_bandwidth(
@@ -147,10 +147,10 @@ def screen_diffuse_bandwidth(
         [[1.75]]
     """
     valid = _bands(cutoff, slope, light) & _finite(turns.normal) & _finite(turns.position)
-    reach = as_float(cutoff) + as_float(light)
+    both = as_float(cutoff) + as_float(light)
     moved = as_float(slope) * spectral_norm(as_float(turns.position))
     turn = spectral_norm(as_float(turns.normal))
-    return nan_unless(valid, _reach(turn, cutoff) + _reach(moved, reach))
+    return nan_unless(valid, reach(turn, cutoff) + reach(moved, both))
 
 
 def _finite(turn: np.ndarray | Array) -> Array:

@@ -113,7 +113,10 @@ def fill_rows(x, tilt, rank, place, starts, low, step, rim, matrix, visits, most
 
 @exactly
 def _turned(tilt, i, k):
-    """Sine of the angle between two normals, 1 from a right angle on."""
+    """Sine of the angle between two normals, 1 from a right angle on (`_records.turning`)."""
+    if tilt.shape[0] == 1:
+        turn = tilt[0, k] - tilt[0, i]
+        return abs(math.sin(turn)) if math.cos(turn) > 0.0 else 1.0
     square = 0.0
     for a in range(tilt.shape[0]):
         square += (tilt[a, k] - tilt[a, i]) ** 2

@@ -37,9 +37,14 @@ def distance(matrix: Float[Array, "r d d"], dx: Float[Array, "r d"]) -> Float[Ar
 
 
 def turning(turn: Float[Array, "r d"]) -> Float[Array, " r"]:
-    """The share of an error that is due to a turn of the normal: its sine, 1 from a right angle."""
+    """The share of an error that is due to a turn of the normal: its sine, 1 from a right angle.
+
+    Along a line it is the difference of two angles, of which one may have gone around.
+    """
     d = turn.shape[-1]
-    angle = jnp.abs(turn[:, 0]) if d == 1 else _norm(sum(turn[:, a] ** 2 for a in range(d)))
+    if d == 1:
+        return jnp.where(jnp.cos(turn[:, 0]) > 0.0, jnp.abs(jnp.sin(turn[:, 0])), 1.0)
+    angle = _norm(sum(turn[:, a] ** 2 for a in range(d)))
     return jnp.sin(jnp.minimum(angle, 0.5 * np.pi))
 
 

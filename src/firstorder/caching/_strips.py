@@ -44,8 +44,7 @@ class Strips:
         u = self.matrix[i] @ (self.x[:, strip] - self.x[:, i : i + 1])
         error = _length(u)
         if self.tilt is not None:
-            turn = _length(self.tilt[:, strip] - self.tilt[:, i : i + 1])
-            error = error + np.sin(np.minimum(turn, 0.5 * np.pi))
+            error = error + _turned(self.tilt[:, strip] - self.tilt[:, i : i + 1])
         return strip, reached(error)
 
     def filled(self, visits: np.ndarray, records: np.ndarray, most: int | None) -> np.ndarray:
@@ -71,6 +70,13 @@ class Strips:
             strip, covered = self.covered_by(i)
             found[strip] |= covered
         return found[self.place]
+
+
+def _turned(turn: np.ndarray) -> np.ndarray:
+    """The share of errors that is due to turns of the normal, as `_records.turning` has it."""
+    if len(turn) == 1:
+        return np.where(np.cos(turn[0]) > 0.0, np.abs(np.sin(turn[0])), 1.0)
+    return np.sin(np.minimum(_length(turn), 0.5 * np.pi))
 
 
 def _length(u: np.ndarray) -> np.ndarray:

@@ -143,9 +143,9 @@ class Fit(NamedTuple):
         check_shape("x", x, (x.shape[0] if x.ndim else 1, candidates.dims))
         if candidates.tilt is not None:
             if tilt is None and candidates.dims == 1:
-                tilt = jnp.interp(x[:, 0], candidates.position[:, 0], candidates.tilt[:, 0])[
-                    :, None
-                ]
+                rising = jnp.argsort(candidates.position[:, 0])
+                along, angle = (a[rising, 0] for a in (candidates.position, candidates.tilt))
+                tilt = jnp.interp(x[:, 0], along, jnp.unwrap(angle))[:, None]
             tilt = jnp.broadcast_to(as_float(0.0 if tilt is None else tilt), x.shape)
         # Rounded up, so that few sizes are compiled.
         most = min(-(-int(self.size.max()) // 16) * 16, self.records.shape[1])

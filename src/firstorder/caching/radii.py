@@ -132,8 +132,7 @@ def _third_norm(T: Float[Array, "... 2 2 2"], kind: str, directions: int) -> Flo
     x = jnp.asarray(np.stack([np.cos(phi), np.sin(phi)], -1), T.dtype)
     form = jnp.einsum("...abc,ka,kb,kc->...k", T, x, x, x)
     if kind == "rms":
-        square = jnp.mean(form * form, axis=-1)
-        return _length(square**0.5, jnp.zeros_like(square))
+        return _root(jnp.mean(form * form, axis=-1))
     form = jnp.abs(form)
     return jnp.mean(form, axis=-1) if kind == "mean" else jnp.max(form, axis=-1)
 
@@ -384,7 +383,11 @@ def _parts(H: Array) -> tuple[Array, Array, Array]:
 
 
 def _length(d: Array, b: Array) -> Array:
-    """Length of (d, b); its derivative at zero is zero rather than NaN."""
-    square = d * d + b * b
+    """Length of (d, b)."""
+    return _root(d * d + b * b)
+
+
+def _root(square: Array) -> Array:
+    """Square root; its derivative at zero is zero rather than NaN."""
     there = square > 0.0
     return jnp.where(there, jnp.sqrt(jnp.where(there, square, 1.0)), 0.0)

@@ -51,11 +51,16 @@ def displacement(start: Receiver, end: Receiver) -> Float[Array, "*r 5"]:
     """
     step = jnp.sum(start.axes * (end.position - start.position)[..., None], -2)
     n = jnp.sum(start.axes * end.normal[..., None], -2)
-    across = norm(n.at[..., 2].set(0.0))[..., None]
-    turned, angle = across > 0.0, jnp.arctan2(across, n[..., 2:])
+    aside, up = n[..., :2], n[..., 2:]
+    square = jnp.sum(aside * aside, -1, keepdims=True)
+    # The angle over its sine, which has derivatives at no turn too: those of its series.
+    small = (square < 1e-8) & (up > 0.0)
+    sine = jnp.sqrt(jnp.where(small | (square == 0.0), 1.0, square))
+    rate = jnp.where(small, 1.0 + square / 6.0, jnp.arctan2(sine, up) / sine)
     # Half a turn has no axis of its own: any will do.
-    aside = jnp.where(turned, n[..., :2] / jnp.where(turned, across, 1.0), jnp.array([1.0, 0.0]))
-    return jnp.concatenate([step, angle * aside], -1)
+    half = (square == 0.0) & (up < 0.0)
+    tilt = jnp.where(half, jnp.array([np.pi, 0.0], n.dtype), rate * aside)
+    return jnp.concatenate([step, tilt], -1)
 
 
 def hessian_along(derivatives: Derivatives, S: ArrayLike) -> Float[Array, "*r 2 2"]:

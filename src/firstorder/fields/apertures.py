@@ -176,7 +176,7 @@ class Grating(Field):
 
     def series(self, window: Grid) -> Series:
         """A comb under a sinc; the window says how many harmonics are kept."""
-        half = window.size[self.frame.positions[0]] // 2
+        half = max(window.size) // 2
         k = np.arange(-half, half + 1)
         c = self._contrast * self.open * jnp.sinc(k * self.open)
         c = c + jnp.where(k == 0, self.below, 0.0)
@@ -264,7 +264,7 @@ class SoftSlit(Field):
     def covariance(self) -> Covariance:
         """`int V'^2 / (4 pi^2 int V^2)` along the normal, in closed form."""
         w, b = self._sizes
-        lost = 1.0 - jnp.exp(-(w**2) / (4.0 * b**2))
+        lost = -jnp.expm1(-(w**2) / (4.0 * b**2))
         slope2 = lost / (b * np.sqrt(np.pi))
         power = w * erf(0.5 * w / b) - 2.0 * b / np.sqrt(np.pi) * lost
         n = self.level.normal

@@ -317,7 +317,7 @@ class NearLight(Field):
         H = jnp.stack([jnp.stack(row) for row in H])
         # Behind: q = +-2 R - q, with the distance R from the source, which depends on x alone.
         R = jnp.sqrt(x**2 + height**2)
-        side = 2.0 * jnp.sign(q)
+        side = jnp.where(q < 0.0, -2.0, 2.0)
         away = (
             side * R - q,
             side * jnp.stack([x / R, zero]) - g,

@@ -35,7 +35,7 @@ from firstorder._argument_checks import check_positive
 from firstorder.imaging._reflection import SurfacePoint, half_turn, mirrored
 from firstorder.imaging.camera import PixelFootprint
 from firstorder.numerics._quadrature import gauss_legendre
-from firstorder.numerics._vectors import cross, dot
+from firstorder.numerics._vectors import cross, dot, near_one
 from firstorder.typing import Scalar, as_float
 
 Direction = Float[Array, "3"]
@@ -160,8 +160,9 @@ class Lamp(eqx.Module):
 
     def slide(self, x: Direction, nodes: Any = slice(None)) -> Float[Array, "k 2 3"]:
         """Rate of half-way shadows, `(I - d m^T / (m . d)) dx` in u and v, m the lamp's normal."""
-        m = cross(self.u, self.v)
-        dual = jnp.stack([cross(self.v, m), cross(m, self.u)]) / dot(m, m)  # a step's share of u, v
+        area = cross(self.u, self.v)
+        m = near_one(area)  # its length is of no matter
+        dual = jnp.stack([cross(self.v, m), cross(m, self.u)]) / dot(area, m)  # shares of u and v
         d = self.position[nodes] - x
         reach = d @ m
         along = (d @ dual.T) / jnp.where(reach == 0.0, jnp.inf, reach)[:, None]
@@ -346,7 +347,7 @@ def _jumps(
 # A contour s cells away is first met at tau_0 - c sqrt(s). With s anywhere in (0, 1) at the last
 # hidden node and in (1, 2) at the one before, this share of their difference makes up for it on
 # average.
-TO_LIMB = 1.0 / (2.0 * np.sqrt(2.0) - 2.0)
+TO_LIMB = 1.0 / (2.0 * float(np.sqrt(2.0)) - 2.0)
 
 
 def _at_edge(
@@ -399,8 +400,11 @@ def _sent(lamp: SampledLight, x: Direction, n: Direction, r: Direction, exponent
     if exponent is not None:
         lit_up &= across > 0.0
     height, facing, across = (jnp.where(lit_up, a, 1.0) for a in (height, facing, across))
-    lobe = 1.0 if exponent is None else (across * jnp.sqrt(inverse)) ** s
-    f = jnp.where(lit_up, lamp.radiance * height * facing * lobe * inverse**2, 0.0)
+    short = jnp.sqrt(inverse)
+    lobe = 1.0 if exponent is None else (across * short) ** s
+    # Cosine times solid angle: the fourth power of a length would leave the range of float32.
+    f = lamp.radiance * (height * short) * (facing * short * inverse) * lobe
+    f = jnp.where(lit_up, f, 0.0)
     over = f / height, s * f / across, f / facing
     return _Sent(d, area, jnp.stack([n, r]), s, inverse, f, *over, lamp.near)
 

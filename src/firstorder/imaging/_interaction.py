@@ -17,7 +17,7 @@ from firstorder.imaging._textures import shape_uv
 from firstorder.imaging.camera import Pinhole, PixelFootprint
 from firstorder.imaging.facets import Facets
 from firstorder.imaging.surface_maps import SurfaceMaps
-from firstorder.numerics._vectors import cross, dot, orthonormal_frame, unit
+from firstorder.numerics._vectors import cross, dot, near_one, orthonormal_frame, unit
 from firstorder.scene._primitives import BACK, FRONT
 from firstorder.space.primitives import Material
 from firstorder.space.scene import Scene
@@ -130,7 +130,7 @@ def facet_interaction(
     Reference: R07 §9.1, "curvature on meshes".
     """
     d, A = camera.direction(p), known.corners[face, 0]
-    up = unit(cross(known.corners[face, 1] - A, known.corners[face, 2] - A))
+    up = unit(near_one(cross(known.corners[face, 1] - A, known.corners[face, 2] - A)))
     against = dot(up, d)
     distance = dot(A - camera.eye, up) / jnp.where(against == 0.0, jnp.inf, against)
     x = camera.eye + distance * d

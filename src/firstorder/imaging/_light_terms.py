@@ -37,7 +37,7 @@ from firstorder.imaging._area_lights import (
 from firstorder.imaging._interaction import SurfaceInteraction
 from firstorder.imaging._reflection import SurfacePoint, half_turn, mirrored
 from firstorder.imaging.sky_lights import CosineSkyLight, DistantLight
-from firstorder.numerics._vectors import cross, dot, orthonormal_frame, settled
+from firstorder.numerics._vectors import cross, dot, near_one, orthonormal_frame, settled
 
 Light = Lamp | DistantLight | CosineSkyLight
 Many = Float[Array, "n k"]
@@ -104,7 +104,7 @@ def light_frame(light: Light, x: Float[Array, "n 3"], up: Float[Array, "n 3"]) -
     """Nodes of a light as points x with the base normals `up` see them."""
     if isinstance(light, Lamp):
         across = cross(light.u, light.v)
-        share = light.area @ across / dot(across, across)
+        share = light.area @ near_one(across) / dot(across, near_one(across))
         o = light.center - x
         place = light.position - light.center
         return LightFrame(light, place, share, light.radiance, None, o, None, -(o @ across))
@@ -147,9 +147,10 @@ def _weights(at: LightFrame, point: SurfacePoint, up, r, exponent) -> _Weights:
     inverse = 1.0 / jnp.where(squared > 0.0, squared, 1.0)
     height, across = at.along(point.normal), at.along(r)
     lit = (height > 0.0) & (squared > 0.0)
-    plain = inverse * inverse
+    plain = inverse
     if at.facing is not None:
         lit, plain = lit & (at.facing > 0.0)[:, None], plain * at.facing[:, None]
+    plain = plain * inverse  # last: alone its square would leave the range of float32
     if at.own is not None:
         plain = plain * at.own
     ahead = lit & (across > 0.0)
@@ -268,7 +269,8 @@ def _slid(at: LightFrame, weight: Many, axis: int) -> Float[Array, "n 3"]:
         found = weight @ rate
         return found if at.frame is None else jnp.einsum("nij,nj->ni", at.frame, found)
     m = cross(light.u, light.v)
-    dual = (cross(light.v, m), cross(m, light.u))[axis] / dot(m, m)
+    n = near_one(m)
+    dual = (cross(light.v, n), cross(n, light.u))[axis] / dot(m, n)
     total, way = at.total(weight)
     reach = jnp.where(at.facing == 0.0, jnp.inf, -at.facing)
     along = (way @ dual) / reach

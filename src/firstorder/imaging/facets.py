@@ -21,7 +21,7 @@ from jaxtyping import Array, Float, Int
 
 from firstorder._argument_checks import check_shape
 from firstorder.imaging._reflection import SurfacePoint
-from firstorder.numerics._vectors import cross, dot, orthonormal_frame, unit
+from firstorder.numerics._vectors import cross, dot, near_one, orthonormal_frame, unit
 from firstorder.space.meshes.triangle_mesh import Mesh, vertex_normals
 
 
@@ -88,10 +88,11 @@ class Facets(eqx.Module):
         return third + b[0] * (first - third) + b[1] * (second - third)
 
     def _weights(self, face, x):
-        """Along the normal and twice the area long; barycentric coordinates; their gradients."""
+        """Along the normal; barycentric coordinates; their gradients."""
         A, B, C = self.corners[face]
-        up = cross(B - A, C - A)
-        whole = dot(up, up)
+        area = cross(B - A, C - A)
+        up = near_one(area)
+        whole = dot(area, up)
         whole = jnp.where(whole > 0.0, whole, 1.0)
         edges = jnp.stack([C - B, A - C, B - A])
         slopes = cross(up, edges) / whole  # db_i
@@ -121,7 +122,7 @@ def mesh_facets(mesh: Mesh, normals: Any = None, part: Any = None, uv: Any = Non
     """
     n = vertex_normals(mesh) if normals is None else jnp.asarray(normals)
     check_shape("normals", n, mesh.vertices.shape)
-    flat = unit(mesh.area_vectors)
+    flat = unit(near_one(mesh.area_vectors))
     around = n[mesh.faces]
     none = jnp.sum(around**2, -1, keepdims=True) == 0.0
     around = jnp.where(none, flat[:, None], around)

@@ -162,7 +162,7 @@ def _inverted(weights: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarra
     """Cell in which a share u of all weight ends, and the share of that cell."""
     ends = np.concatenate([[0.0], np.cumsum(weights)]) / weights.sum()
     cell = np.clip(np.searchsorted(ends, u, side="right") - 1, 0, len(weights) - 1)
-    return cell, (u - ends[cell]) / (ends[cell + 1] - ends[cell])
+    return cell, np.minimum((u - ends[cell]) / (ends[cell + 1] - ends[cell]), 1.0)
 
 
 class CosineSkyLight(eqx.Module):

@@ -222,7 +222,7 @@ def _lifted(F: Spectrum) -> tuple[list[Stair], Spectrum]:
             window = law.window or law._held(rest, F.operand)
             bare = SpectrumImage(Multiply(rest, window, law.name, law.waves), bare)
         return [*mine, *others], bare
-    if type(law) is Move and law.M.shape[0] == law.M.shape[1]:
+    if type(law) is Move:
         stairs, bare = _lifted(F.operand)
         return [s.moved(law) for s in stairs], SpectrumImage(law, bare)
     return [], F

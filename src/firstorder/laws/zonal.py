@@ -185,7 +185,8 @@ class Zonal(eqx.Module):
         check_unit("w", w)
         t, weights = self._cosines()
         kinks = self.kernel.breaks()
-        edge = jnp.stack([k for k, _ in kinks]) if kinks else jnp.zeros(0)
+        # A broad kernel has breaks beyond the poles, where there is no direction.
+        edge = jnp.clip(jnp.stack([k for k, _ in kinks]), -1.0, 1.0) if kinks else jnp.zeros(0)
         away, weight = self._around(w, jnp.concatenate([t, edge]))
         light = weight * jax.vmap(jax.vmap(f))(away)
         rho, slope, bend = self.kernel.derivatives(t)

@@ -24,7 +24,7 @@ def gauss_legendre(n: int) -> tuple[np.ndarray, np.ndarray]:
         n: number of nodes; exact for polynomials up to the degree 2 n - 1.
 
     Returns:
-        Nodes and weights, shape (n,) each.
+        Nodes and weights, shape (n,) each, not to be written to.
 
     Raises:
         ValueError: if there is no node.
@@ -37,7 +37,10 @@ def gauss_legendre(n: int) -> tuple[np.ndarray, np.ndarray]:
     """
     if n < 1:
         raise ValueError(f"Argument `nodes` must be positive, but is {n}.")
-    return np.polynomial.legendre.leggauss(n)
+    rule = np.polynomial.legendre.leggauss(n)
+    for a in rule:
+        a.flags.writeable = False  # the next caller gets the same arrays
+    return rule
 
 
 def sorted_breaks(

@@ -141,12 +141,14 @@ def with_errors(*counts: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
 
     def added(function: Callable[P, R]) -> Callable[P, R]:
         form = inspect.signature(function)
+        place = list(form.parameters).index("with_error")
 
         @functools.wraps(function)
         def asked(*args: P.args, **kwargs: P.kwargs) -> R:
-            if not kwargs.pop("with_error", False):
+            wanted = kwargs.pop("with_error", False) or any(args[place:])
+            if not wanted:
                 return function(*args, **kwargs)
-            given = form.bind(*args, **kwargs)
+            given = form.bind(*args[:place], **kwargs)
             given.apply_defaults()
             sizes = {name: given.arguments[name] for name in counts}
 

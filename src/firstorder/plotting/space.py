@@ -29,7 +29,7 @@ def project(camera: Pinhole, points: Any) -> np.ndarray:
     """
     way = (np.asarray(points) - np.asarray(camera.eye)) @ np.asarray(camera.axes)
     ahead = -way[..., 2:]
-    near = ahead > 1e-6 * np.max(np.abs(way), initial=1e-300)
+    near = ahead > 1e-6 * np.max(np.abs(way), -1, keepdims=True, initial=1e-300)
     return np.where(near, way[..., :2] / np.where(near, ahead, 1.0), np.nan) * float(camera.gamma)
 
 

@@ -25,6 +25,7 @@ from jaxtyping import Float
 from firstorder._argument_checks import check_finite, check_positive
 
 BLOCK = 16384  # pixels at a time
+LEAST = 1e-100  # distance of samples that stand at the pixel; its square is above 0 [pixels]
 
 
 class DirectionalCoherence(NamedTuple):
@@ -173,6 +174,6 @@ def _weighted(steps: np.ndarray, value: np.ndarray, width: float, neighbours: in
     """Means of the nearest values, by Gaussians as wide as the fourth of them is far."""
     order = np.argsort(steps, 1)[:, :neighbours]
     steps, value = (np.take_along_axis(a, order, 1) for a in (steps, value))
-    h = width * np.maximum(steps[:, [min(3, steps.shape[1] - 1)]], np.finfo(float).tiny)
+    h = width * np.maximum(steps[:, [min(3, steps.shape[1] - 1)]], LEAST)
     w = np.exp(-0.5 * (steps**2 - steps[:, :1] ** 2) / h**2)
     return np.sum(w * value, 1) / np.sum(w, 1)

@@ -75,8 +75,8 @@ class GridInterpolant(eqx.Module):
     - `inverse distance`: the same with weights `1 / |d_i|`, as caches use them.
 
     NaN outside of the grid, and where no corner of the cell has the label that is asked for. Where
-    some corners have it, the weighted mean of their extrapolations (`inverse distance`; of their
-    values, for schemes without gradients).
+    some corners have it, the weighted mean of their extrapolations (`inverse distance`; by the
+    slopes of `bicubic`, and of their values where neither data nor scheme has gradients).
 
     Valid when: the function is smooth between nodes of one label. Wrong when an edge passes that
     no label shows.
@@ -107,7 +107,9 @@ class GridInterpolant(eqx.Module):
     y: Float[Array, " m"] = eqx.field(converter=as_float)
     data: Float[Array, "n m k"] = eqx.field(converter=as_float)
     scheme: str = eqx.field(static=True, default="hermite")
-    labels: Int[Array, "n m"] | None = None
+    labels: Int[Array, "n m"] | None = eqx.field(
+        default=None, converter=lambda a: None if a is None else jnp.asarray(a)
+    )
 
     def __check_init__(self):
         """Refuse a grid that does not rise, and data that do not fit."""

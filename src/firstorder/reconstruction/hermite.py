@@ -121,7 +121,9 @@ class HermiteInterpolant(eqx.Module):
         a, b = self.nodes[i], self.nodes[i + 1]
         h = jnp.where(b > a, b - a, 1.0)
         count = self.data.shape[1]
-        w = hermite_basis((x - a) / h, count)
+        # A break at the last node is a cell of no length, whose other end is its right side.
+        t = (x - a) / h + jnp.where((b > a) | (side == "left"), 0.0, 1.0)
+        w = hermite_basis(t, count)
         scaled = w * jnp.stack([jnp.ones_like(h), h, h * h][:count], -1)[..., None, :]
         both = jnp.stack([self.data[i], self.data[i + 1]], -2)
         rising = jnp.all(jnp.diff(self.nodes) >= 0)

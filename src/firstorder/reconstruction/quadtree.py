@@ -137,13 +137,13 @@ def sample_image(
     size = np.full(len(corner), float(block))
     p = tree.middles(corner, size)
     found = shade(p)
-    tree.add(corner, size, p, found, *_around_grid(found, columns, block))
+    tree.add(corner, size, p, found, *_around_grid(found, p, columns))
     while (chosen := tree.choose(batch)).size:
         corner, size = _quarters(tree.corner[chosen], tree.size[chosen])
         inside = np.all(corner < (width, height), axis=1)
         p = tree.middles(corner[inside], size[inside])
         found = shade(p)
-        around = _around_siblings(found, size, inside)
+        around = _around_siblings(found, p, inside)
         tree.leaf[chosen], tree.importance[chosen] = False, WHOLE
         tree.add(corner[inside], size[inside], p, found, *around)
     return tree.samples()
@@ -174,14 +174,16 @@ def _quarters(
     return (corner[:, None] + half[:, None, None] * step).reshape(-1, 2), np.repeat(half, 4)
 
 
-def _around_grid(found: ShadedSamples, columns: int, block: int) -> tuple:
+def _around_grid(found: ShadedSamples, p: Places, columns: int) -> tuple:
     """Differences, bending and variance of neighbours in the first grid."""
     V = found.value.reshape(columns, -1)
+    at = p.reshape(*V.shape, 2)
+    places = at[:, 0, 0], at[0, :, 1]  # along the border squares are cut, and middles closer
     bending = None
     if found.gradient is not None:
-        both = [_grid_differences(g.reshape(V.shape), block) for g in found.gradient.T]
+        both = [_grid_differences(g.reshape(V.shape), places) for g in found.gradient.T]
         bending = _symmetric(np.stack(both, 1))
-    return _grid_differences(V, block), bending, _grid_variance(V).ravel()
+    return _grid_differences(V, places), bending, _grid_variance(V).ravel()
 
 
 def _grid_variance(V: np.ndarray) -> np.ndarray:
@@ -200,37 +202,35 @@ def _grid_variance(V: np.ndarray) -> np.ndarray:
     return total / count
 
 
-def _grid_differences(V: np.ndarray, block: int) -> Float[np.ndarray, "n 2"]:
-    slope = [
-        np.gradient(V, float(block), axis=k) if n > 1 else 0.0 * V for k, n in enumerate(V.shape)
-    ]
+def _grid_differences(V: np.ndarray, places: tuple) -> Float[np.ndarray, "n 2"]:
+    slope = [np.gradient(V, places[k], axis=k) if n > 1 else 0.0 * V for k, n in enumerate(V.shape)]
     return np.stack(slope, -1).reshape(-1, 2)
 
 
-def _around_siblings(found: ShadedSamples, size, inside) -> tuple:
+def _around_siblings(found: ShadedSamples, p: Places, inside) -> tuple:
     """Differences between the quarters of one square; those outside of the image do not count."""
     bending = None
     if found.gradient is not None:
-        both = [_sibling_differences(g, size, inside) for g in found.gradient.T]
+        both = [_sibling_differences(g, p, inside) for g in found.gradient.T]
         bending = _symmetric(np.stack(both, 1))
-    V = np.full(len(size), np.nan)
+    V = np.full(len(inside), np.nan)
     V[inside] = found.value
     V = V.reshape(-1, 4)
     count = np.maximum(np.sum(~np.isnan(V), 1), 1)
     mean = np.nansum(V, 1) / count
     spread = np.nansum((V - mean[:, None]) ** 2, 1) / np.maximum(count - 1, 1)
-    differences = _sibling_differences(found.value, size, inside)
+    differences = _sibling_differences(found.value, p, inside)
     return differences, bending, np.repeat(spread, 4)[inside]
 
 
-def _sibling_differences(value, size, inside) -> Float[np.ndarray, "n 2"]:
-    V = np.full(len(size), np.nan)
-    V[inside] = value
-    V = V.reshape(-1, 2, 2)
-    slope = np.stack([V[:, 1, :] - V[:, 0, :], V[:, :, 1] - V[:, :, 0]], -1)  # [square, side, axis]
-    across, up = slope[..., 0], slope[..., 1]
+def _sibling_differences(value, p: Places, inside) -> Float[np.ndarray, "n 2"]:
+    V = np.full((len(inside), 3), np.nan)
+    V[inside] = np.column_stack([value, p])  # middles of cut squares are closer than a side
+    V, x, y = np.moveaxis(V.reshape(-1, 2, 2, 3), -1, 0)
+    across = (V[:, 1, :] - V[:, 0, :]) / (x[:, 1, :] - x[:, 0, :])
+    up = (V[:, :, 1] - V[:, :, 0]) / (y[:, :, 1] - y[:, :, 0])
     both = np.stack(np.broadcast_arrays(across[:, None, :], up[:, :, None]), -1).reshape(-1, 2)
-    return np.nan_to_num(both[inside]) / size[inside, None]
+    return np.nan_to_num(both[inside])
 
 
 def _symmetric(H: np.ndarray) -> Float[np.ndarray, "n 2 2"]:

@@ -105,7 +105,9 @@ def antialiased(
     got = render_tiles(
         shade, width, height, folder, side=side, passes=count, key=key, quiet=quiet
     )  # fmt: skip
-    spread = np.maximum(got["square"] - got["value"] ** 2, 0.0)
+    spread = got["square"] - got["value"] ** 2
+    rounding = 4.0 * count * np.finfo(float).eps * got["square"]  # of two sums of so many squares
+    spread = np.where(spread > rounding, spread, 0.0)
     return Antialiased(got["value"], np.sqrt(spread / (count - 1)))
 
 

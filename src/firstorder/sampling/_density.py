@@ -154,6 +154,7 @@ class ExpectedDensity(NamedTuple):
 
 
 Cumulative = Callable[[np.ndarray], np.ndarray]
+WIDEST = np.log(1e100)  # of all radii that are looked for, in any unit
 
 
 def expected_fixed_radius(cumulative: Cumulative, x, radius: float, count: int) -> ExpectedDensity:
@@ -227,11 +228,12 @@ def expected_k_nearest(
     # The substitution u = (3 - v^2) v / 4 + 1/2 flattens the quantile's steep ends.
     u, w = 0.5 + 0.25 * t * (3.0 - t**2), w * 0.75 * (1.0 - t**2)
     p = betaincinv(k, count - k + 1, u)
-    low, high = np.zeros((x.size, nodes)), np.full((x.size, nodes), 1e6)
-    for _ in range(80):  # bisect for the radius at which the window holds p
-        r = 0.5 * (low + high)
+    low, high = np.full((2, x.size, nodes), [[[-WIDEST]], [[WIDEST]]])
+    for _ in range(80):  # bisect for the logarithm of the radius at which the window holds p
+        middle = 0.5 * (low + high)
+        r = np.exp(middle)
         inside = cumulative(x[:, None] + r) - cumulative(x[:, None] - r) < p
-        low, high = np.where(inside, r, low), np.where(inside, high, r)
-    f = kept / (2.0 * 0.5 * (low + high) * count)
+        low, high = np.where(inside, middle, low), np.where(inside, high, middle)
+    f = kept / (2.0 * np.exp(0.5 * (low + high)) * count)
     mean = f @ w
     return ExpectedDensity(mean, np.sqrt(np.maximum((f - mean[:, None]) ** 2 @ w, 0.0)))

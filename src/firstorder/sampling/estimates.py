@@ -39,7 +39,7 @@ class Estimate(eqx.Module):
     count: Float[Array, "*n"] | Float[Array, ""] = eqx.field(converter=lambda c: as_float(c))
 
     def __check_init__(self):
-        """Refuse a negative error."""
+        """Refuse a negative count."""
         check_not_negative("count", self.count)
 
     def z(self, truth: ArrayLike) -> Float[Array, "*n"]:
@@ -83,6 +83,7 @@ class Moments(eqx.Module):
         """Moments with one more sample (Welford); weight 0 leaves it out, 1 takes it."""
         value = jnp.asarray(value, self.mean.dtype)
         weight = jnp.asarray(weight, self.mean.dtype)
+        value = jnp.where(weight == 0.0, self.mean, value)  # zero times infinity would be NaN
         count = self.count + weight
         delta = value - self.mean
         mean = self.mean + weight * delta / jnp.maximum(count, 1.0)

@@ -44,7 +44,10 @@ def jittered(key: PRNGKeyArray, count: int) -> Float[Array, " n"]:
         [0, 1, 2, 3]
     """
     _check(count)
-    return (jnp.arange(count) + jax.random.uniform(key, (count,))) / count
+    k = jnp.arange(count)
+    u = (k + jax.random.uniform(key, (count,))) / count
+    # A sum that was rounded up to the next stratum stays below it.
+    return jnp.minimum(u, jnp.nextafter((k + 1) / count, 0.0))
 
 
 def _check(count: int) -> None:

@@ -185,7 +185,10 @@ def _kinds(law: Law) -> tuple[str, str]:
     """Names of a law: of what it does to light, and to the spectrum."""
     match law:
         case Move():
-            kind = _kind_of_move(matrix(law.M))
+            M = matrix(law.M)
+            if M.is_square and sympy.eye(M.rows) == M:
+                return "shift", "phase"
+            kind = _kind_of_move(M)
             return kind, kind
         case Multiply():
             return "multiplication", "convolution"

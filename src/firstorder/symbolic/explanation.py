@@ -15,7 +15,7 @@ from firstorder.symbolic._display import modules_of, paragraph
 from firstorder.symbolic._formula import Formula
 from firstorder.symbolic._laws import fitting_frame, has_symbols, of_field, of_law
 from firstorder.symbolic.derivation import derive
-from firstorder.symbolic.unknown import UnknownField, UnknownLobe
+from firstorder.symbolic.unknown import UnknownField, UnknownLobe, UnknownVaryingLobe
 from firstorder.transport import Chain, Path
 from firstorder.typing import Ray, as_float
 
@@ -137,7 +137,7 @@ def explain(path: Any, ray: Any = None) -> Explanation:
 
 def _unknown(path: Path) -> bool:
     """Whether some light, mask or lobe of the path has no numbers."""
-    unknown = UnknownField, UnknownLobe
+    unknown = UnknownField, UnknownLobe, UnknownVaryingLobe
     return any(isinstance(module, unknown) for module in modules_of(path))
 
 

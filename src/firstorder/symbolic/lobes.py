@@ -27,6 +27,8 @@ from firstorder.typing import Array, Scalar, as_float
 NODES = 128  # of the quadratures of transform and spread
 DEAD = 1e-17  # share of the peak at which a lobe has died out
 FARTHEST = 64.0  # where it must have
+STEPS = 64 * 512  # in which that is looked for
+FEWEST = 64  # steps that a lobe takes, or it is looked for in smaller ones
 ALIVE = 1e-10  # share of the peak at the end beyond which the whole line's transform is not its own
 FINEST = 12.0  # waves over half a lobe that 128 nodes resolve to rounding
 TRUSTED = 1024.0  # roundings of the lobe's mass by which a closed transform may be off
@@ -61,8 +63,8 @@ def lobe(
         frame: names of all coordinates; left out, those that the axis names.
 
     Raises:
-        ValueError: if a symbol has no number, the lobe has a kink, or neither dies out nor is
-            given an end.
+        ValueError: if a symbol has no number, the lobe has a kink, is zero, or neither dies out
+            nor is given an end.
 
     Example:
         >>> import sympy
@@ -251,13 +253,28 @@ def _end(expressions: Expressions, axis: str) -> float:
     """Where the lobe has died out."""
     if not is_concrete(expressions.values):
         raise ValueError("Argument `half_width` must be given where parameters are not numbers.")
-    t = np.linspace(0.0, FARTHEST, 64 * 512 + 1)
-    t = t[t < 0.5 * np.pi] if axis in ("theta", "phi") else t
-    run = jax.vmap(lambda t: expressions(t[None])[0])
-    size = np.maximum(np.abs(run(jnp.asarray(t))), np.abs(run(jnp.asarray(-t))))
-    alive = np.flatnonzero(~(size <= DEAD * np.max(size)))[-1]
-    if alive + 1 < t.size:
-        return float(t[alive + 1])
+    far, tiny = FARTHEST, float(jnp.finfo(jnp.result_type(float)).tiny)
+    while True:
+        t = np.linspace(0.0, far, STEPS + 1)
+        t = t[t < 0.5 * np.pi] if axis in ("theta", "phi") else t
+        alive = _last_alive(expressions, t)
+        if alive + 1 >= t.size:
+            break
+        far = float(t[alive + 1])
+        if alive >= FEWEST or far <= STEPS * tiny:
+            return far
+    if far < FARTHEST:
+        return far  # alive in smaller steps to where the larger ones saw it dead
     if axis in ("theta", "phi"):
         return 0.5 * np.pi
     raise ValueError(f"Argument `half_width` must be given: the lobe lives on at {FARTHEST:g}.")
+
+
+def _last_alive(expressions: Expressions, t: np.ndarray) -> int:
+    """Number of the last place at which a lobe has not died out, on either side."""
+    run = jax.vmap(lambda t: expressions(t[None])[0])
+    size = np.maximum(np.abs(run(jnp.asarray(t))), np.abs(run(jnp.asarray(-t))))
+    alive = np.flatnonzero(~(size <= DEAD * np.max(size)))
+    if not alive.size:
+        raise ValueError("Argument `profile` must not be zero, but is, wherever it is looked at.")
+    return int(alive[-1])

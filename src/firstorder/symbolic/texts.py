@@ -94,7 +94,8 @@ def _built(node: ast.AST, symbols: dict[str, sympy.Symbol]) -> Expr:
 
 def _allowed(op: ast.AST, left: Expr, right: Expr) -> tuple[Expr, Expr]:
     """Operands, unless they make a power that takes long to write down."""
-    if isinstance(op, ast.Pow) and right.is_number and abs(right) > 64:
+    endless = right.has(sympy.zoo, sympy.nan, sympy.oo)  # which SymPy does not compare
+    if isinstance(op, ast.Pow) and right.is_number and (endless or abs(right) > 64):
         raise ValueError("Exponents are at most 64.")
     return left, right
 

@@ -162,8 +162,8 @@ def _half_angle_rule(primals, tangents):
 
 
 def _is_wide(square: Array, cosine: Array) -> Array:
-    """Whether an angle is so wide that its sine may divide."""
-    return square > 1e-8 * cosine * cosine
+    """Whether an angle is so wide that its sine may divide: near two right angles it must."""
+    return either(cosine < 0.0, square > 0.0, square > 1e-8 * cosine * cosine)
 
 
 def segment_translation_rate(a: Points, b: Points) -> Points:
@@ -177,5 +177,14 @@ def segment_translation_rate(a: Points, b: Points) -> Points:
         >>> segment_translation_rate(a, b).tolist()
         [0.0, 0.0, 2.0]
     """
-    A, B = norm(a), norm(b)
-    return cross(a, b) * ((A + B) / (A * B * (A * B + dot(a, b))))[..., None]
+    A, B, level, cosine = norm(a), norm(b), cross(a, b), dot(a, b)
+    square = dot(level, level)
+    # Seen under nearly two right angles the sum A B + a . b is a difference: (A B)^2 - (a . b)^2
+    # is |a x b|^2.
+    behind = (cosine < 0.0) & (square > 0.0)
+    inverse = jnp.where(
+        behind,
+        (A * B - cosine) / jnp.where(behind, square, 1.0),
+        1.0 / jnp.where(behind, 1.0, A * B + cosine),
+    )
+    return level * ((A + B) / (A * B) * inverse)[..., None]

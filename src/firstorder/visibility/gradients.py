@@ -140,13 +140,14 @@ def visible_edges(
     low, high = _ordered(_along_x(low), _along_x(high))
     angle, sign = signed_edges(low.value, high.value, horizon)
     # A blocker around the receiver has no ends: NaN, where an empty interval would mean full light.
-    angle = nan_unless(jnp.all(jnp.isfinite(low.value) & jnp.isfinite(high.value)), angle)
+    known = jnp.all(jnp.isfinite(low.value) & jnp.isfinite(high.value))
+    angle = nan_unless(known, angle)
     first = jnp.concatenate([low.first, high.first])
     second = jnp.concatenate([low.second, high.second])
     k = 1 + others
     gradient = jnp.zeros((*angle.shape, k), angle.dtype).at[:, 0].set(first)
     hessian = jnp.zeros((*angle.shape, k, k), angle.dtype).at[:, 0, 0].set(second)
-    start = _start(low.value, high.value, horizon)
+    start = nan_unless(known, _start(low.value, high.value, horizon))
     return VisibilityEdges(EdgeAngle(angle, gradient, hessian, sign), start)
 
 

@@ -1,3 +1,5 @@
+import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -19,6 +21,7 @@ from firstorder.flatland.estimators import (
     trace_strata,
 )
 from tests.flatland.estimators.test_irradiance_forms import MOST, errors, orders, sampled, truth
+from tests.precision import as_dtype
 
 
 def test_its_hessian_has_another_limit_than_the_truth():
@@ -66,6 +69,28 @@ def test_the_inside_of_an_open_ring_is_told_from_its_outside():
     true = derivatives(irradiance, scene, at)
     np.testing.assert_allclose(ours.gradient, true.gradient, atol=1e-6)
     np.testing.assert_allclose(ours.hessian, true.hessian, atol=1e-5)
+
+
+def test_in_single_precision_the_contour_of_a_small_disc_is_one():
+    """Ten radii away bisection stops where a ray meets the disc at a cosine of 0.02."""
+    lamp = primitive(Segments((2.0, 3.0), (-2.0, 3.0)), emission=1.0)
+    scene, at = Scene.of(lamp, primitive(Circles((0.1, 1.0), 0.1))), Receiver((0.0, 0.0), 0.1)
+
+    def light(u):
+        """Sines of the ends of the lamp less those of the disc."""
+        here = at.displaced(u)
+        way = jnp.array([[-2.0, 3.0], [2.0, 3.0], [0.1, 1.0]]) - here.position
+        left, right, disc = jnp.arctan2(-way[:, 0], way[:, 1]) - here.n
+        half = jnp.arcsin(0.1 / jnp.linalg.norm(way[2]))
+        dark = jnp.sin(disc + half) - jnp.sin(disc - half)
+        return jnp.sin(left) - jnp.sin(right) - dark
+
+    none = jnp.zeros(3)
+    scene, single, strata = as_dtype((scene, at, hemicircle_strata(64)), np.float32)
+    samples = trace_strata(scene, single, where=strata)
+    ours = corrected_estimate(scene, single, samples=samples, breaks=4)
+    np.testing.assert_allclose(ours.gradient, jax.grad(light)(none), atol=1e-4)
+    np.testing.assert_allclose(ours.hessian, jax.hessian(light)(none), atol=1e-3)
 
 
 @pytest.mark.parametrize(

@@ -219,6 +219,17 @@ def test_levels_of_a_curve_are_angles_and_slopes_past_its_tangents(frame):
     assert met == {2, 4}  # the dent is seen from some places only
 
 
+def test_where_a_board_goes_through_a_disc_each_crossing_is_an_edge():
+    board, disc = Segments((-1.0, 1.5), (1.0, 1.5)), Circles((0.0, 1.5), 0.3)
+    scene, x = Scene.of(primitive(board), primitive(disc, emission=0.7)), 0.1
+    f = light_field(scene, Receiver((0.0, 0.0), 0.0))
+    rays = np.arctan2(x - np.array([-0.3, 0.3]), 1.5)
+    levels = np.array([[e.level(x, angle).item() for angle in rays] for e in f.edges()[-2:]])
+    met = np.abs(levels) < 1e-12
+    assert met.sum(0).tolist() == [1, 1]
+    assert met.sum(1).tolist() == [1, 1]
+
+
 def test_on_an_edge_the_value_is_the_mean_and_a_hidden_edge_does_not_jump():
     lamp, board = (
         primitive(Segments((1.0, 2.0), (-1.0, 2.0)), emission=1.0),

@@ -90,6 +90,22 @@ def test_touching_is_no_crossing_for_traced_shapes_either():
     assert jnp.isfinite(E(0.3))
 
 
+def test_a_post_on_a_slanted_beam_does_not_cross_it_whichever_end_stands_there():
+    rng = np.random.default_rng(1)
+    a, b, top = rng.uniform(-1.0, 1.0, (3, 64, 2))
+    foot = a + rng.uniform(0.2, 0.8, (64, 1)) * (b - a)  # off the beam by its rounding
+
+    @jax.jit
+    @jax.vmap
+    def crosses(*ends):
+        start, end = jnp.stack(ends).reshape(2, 2, 2)
+        return any_crossing([Segments(start, end)], jnp.ones(2, bool))
+
+    assert not jnp.any(crosses(a, foot, b, top))
+    assert not jnp.any(crosses(a, top, b, foot))
+    assert jnp.all(crosses(a, foot + 0.01 * (foot - top), b, top))
+
+
 @pytest.mark.parametrize("shift", [0.0, 5.0, 1000.0])
 @pytest.mark.parametrize("bits", [32, 64])
 def test_a_crossing_is_one_wherever_the_scene_lies(shift, bits):

@@ -332,3 +332,25 @@ def test_mutilated_files_never_crash_the_reader(data):
     refuses_in_one_sentence(
         flatland_from_toml, text[:at] + data.draw(st.binary(max_size=8)) + text[at + cut :]
     )
+
+
+CURVE = """
+[[shape]]
+kind = "curve"
+cosines = {}
+sines = {}
+samples = {}
+"""
+
+
+@pytest.mark.parametrize("harmonics", [1, 2])
+def test_curves_that_follow_each_other_may_have_other_samples_and_harmonics(harmonics):
+    rows = np.array([[0.0, 0.0], [1.0, 0.0], [0.1, 0.0]])[: harmonics + 1]
+    far = [[5.0, 0.0], [1.0, 0.0]], [[0.0, 0.0], [0.0, 1.0]]
+    first, second = Curves(rows, rows[:, ::-1], samples=64), Curves(*far, samples=128)
+    text = CURVE.format(rows.tolist(), rows[:, ::-1].tolist(), 64) + CURVE.format(*far, 128)
+    (found,) = flatland_from_toml(text).groups
+    (wanted,) = Scene.of(primitive(first), primitive(second)).groups
+    assert found.samples == wanted.samples == 128
+    np.testing.assert_array_equal(found.cosines, wanted.cosines)
+    np.testing.assert_array_equal(found.sines, wanted.sines)

@@ -8,6 +8,7 @@ from firstorder.flatland import Circles, Scene, Segments, primitive
 from firstorder.flatland.library._e11 import e11_fig07, e11_fig18b
 from firstorder.shadowfield import (
     PLANE,
+    depth_range,
     grid_visibility,
     planar_blocker,
     ray_visibility,
@@ -82,3 +83,12 @@ def test_where_nothing_is_seen_the_slope_is_zero_and_no_nan():
 def test_a_bad_distance_is_one_sentence():
     with pytest.raises(ValueError, match=r"^Argument `d1` must be positive, but is 0.0.$"):
         ray_visibility(strip(), 0.0, 0.0, HEIGHT, 0.0)
+
+
+def test_a_scene_without_blockers_has_no_depths_and_one_without_a_light_no_lengths():
+    lamp = primitive(Segments((0.8, HEIGHT), (-0.8, HEIGHT)), name="light", emission=1.0)
+    blocker = primitive(Segments((-0.1, 1.5), (0.2, 1.5)), name="blocker")
+    with pytest.raises(ValueError, match="must have shapes besides light and floor"):
+        depth_range(Scene.of(lamp), HEIGHT)
+    with pytest.raises(ValueError, match='must have a shape named "light"'):
+        visible_lengths(Scene.of(blocker), jnp.array([0.0, 0.5]), HEIGHT, D1)

@@ -253,3 +253,11 @@ def test_the_wedge_of_one_depth_is_a_line():
     assert not bool(line.contains(2.0, 1.5))
     assert not bool(line.contains(2.0, -1.0, margin=0.5))
     assert bool(line.contains(-2.0, -1.2, margin=0.2))
+
+
+@pytest.mark.parametrize("kind", [bool, int, np.uint8])
+def test_the_energy_of_truth_values_is_that_of_zeros_and_ones(kind):
+    seen = np.arange(8) % 5 < 2
+    grid = Grid((8,), (0.5,))
+    found = power_spectrum(seen.astype(kind), grid)
+    np.testing.assert_allclose(found, power_spectrum(seen.astype(float), grid), rtol=1e-12)

@@ -3,6 +3,7 @@ import numpy as np
 import pytest
 
 from firstorder.space.meshes.triangle_mesh import _face_normals, mesh, vertex_normals
+from tests.precision import as_dtype
 
 TETRAHEDRON = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
 CORNERS = [[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
@@ -105,3 +106,12 @@ def test_what_is_no_mesh_is_one_sentence(vertices, faces, sentence):
 def test_single_precision_stays_single():
     m = mesh(np.array(CORNERS, np.float32), TETRAHEDRON)
     assert vertex_normals(m).dtype == jnp.float32
+
+
+@pytest.mark.parametrize("unit", [1e-10, 1e-9, 1e9])
+def test_the_unit_of_length_is_of_no_matter_in_single_precision(unit):
+    corners = np.array([(0.1, 0.0, 0.2), (1.2, 0.1, 0.0), (0.2, 0.9, 0.4), (1.1, 1.0, -0.3)])
+    faces = [[0, 1, 2], [2, 1, 3]]
+    plain, scaled = (as_dtype(mesh(k * corners, faces), "float32") for k in (1.0, unit))
+    np.testing.assert_allclose(vertex_normals(scaled), vertex_normals(plain), rtol=1e-4)
+    np.testing.assert_allclose(scaled.area / unit / unit, plain.area, rtol=1e-5)

@@ -10,7 +10,7 @@ from firstorder.checks.cases.moves.incidence import trace
 from firstorder.checks.tolerance import fitted_order
 from firstorder.conventions import FLATLAND, FLATLAND_SLOPE, Frame
 from firstorder.errors import Refused
-from firstorder.fields import Constant, Gaussian
+from firstorder.fields import Constant, Gaussian, autodiff_jet
 from firstorder.transport.events.incidence import Incidence, Outgoing
 from firstorder.transport.events.travel import Arrival
 
@@ -48,6 +48,14 @@ def test_it_leaves_the_warp_in_second_order():
     at = jnp.array([0.0, 0.8])
     errors = [float(exact.linearised(at, r).error(FLATLAND)) for r in radii]
     assert abs(fitted_order(radii, errors) - 2.0) < 0.1
+
+
+@pytest.mark.parametrize(("event", "frame"), [(Incidence, FLATLAND), (Outgoing, LEAVING)])
+def test_the_exact_jet_away_from_the_central_ray(event, frame):
+    seen, u = event(0.7, exact=True)(light(frame)), jnp.array([0.6, 0.3])
+    oracle = autodiff_jet(seen.at, u, frame)
+    np.testing.assert_allclose(seen.jet(u).gradient, oracle.gradient, atol=1e-13)
+    np.testing.assert_allclose(seen.jet(u).hessian, oracle.hessian, atol=1e-12)
 
 
 def test_outgoing_undoes_incidence():

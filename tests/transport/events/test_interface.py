@@ -98,6 +98,17 @@ def test_into_glass_and_out_again_loses_only_what_is_reflected():
         assert through(x, t).item() == pytest.approx(passed**2 * L(x, t).item(), rel=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("eta", "last", "first"),
+    [(1.5, np.arcsin(1 / 1.5), 0.5 * np.pi), (0.7, 0.5 * np.pi, np.arcsin(0.7))],
+)
+def test_beyond_the_last_refracted_angle_the_map_goes_on_with_slope_one(eta, last, first):
+    relabelled = Snell(eta)(L)
+    for side in (-1.0, 1.0):
+        beyond = relabelled(0.2, side * (last + 0.3))
+        np.testing.assert_allclose(beyond, L(0.2, side * (first + 0.3)), rtol=1e-12)
+
+
 def test_power_is_kept_through_the_interface():
     """int L_t cos = int (1 - R) L cos for light from the whole half-plane."""
     eta, n = 1.5, 4000

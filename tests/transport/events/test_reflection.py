@@ -109,6 +109,12 @@ def test_a_constant_width_is_a_gaussian_profile():
     assert normwise(a.hessian, b.hessian) < 1e-14
 
 
+def test_the_jet_of_a_lobe_whose_width_changes():
+    lobe = VaryingGaussian(wave(0.5, 0.1, 0.4, 0.3, frame=OUT), 0.4)
+    u = jnp.array([0.3, 0.2])
+    assert normwise(lobe.jet(u).hessian, autodiff_jet(lobe.at, u, OUT).hessian) < 1e-13
+
+
 def test_lobes_that_vary_need_a_window_for_their_spectrum():
     lobe = GaussianProfile(0.3, frame=OUT)
     for varying in (

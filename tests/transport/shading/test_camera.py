@@ -39,6 +39,21 @@ def test_a_ray_meets_the_base_where_it_is_traced(kappa):
     np.testing.assert_allclose(np.stack([views.x, views.theta], -1), truth, atol=1e-13)
 
 
+def test_how_far_along_the_base_a_point_straight_below_lies_as_it_begins_to_bend():
+    """`sin(kappa x) = kappa e`, so `dx / dkappa = kappa e^3 / 3 + 3 kappa^3 e^5 / 10 + ...`."""
+    e, kappa = 1.1, 8e-4
+    found = jax.grad(lambda k: BaseSurface(k).hit(jnp.array([e, 2.0]), jnp.array(0.0)))(kappa)
+    a = kappa * e
+    assert found == pytest.approx(e**2 * (a / 3.0 + 0.3 * a**3), rel=1e-10)
+
+
+def test_an_eye_at_the_middle_of_a_circle_sees_the_point_across_from_its_start():
+    ring, middle = BaseSurface(1.0, np.pi, (0.0, 1.0)), jnp.zeros(2)
+    theta = jnp.array([-0.3, -2e-4, 0.0, 5e-4, 0.3])
+    seen = ring.position(jax.vmap(lambda t: ring.hit(middle, t))(theta))
+    np.testing.assert_allclose(seen, np.stack([np.sin(theta), -np.cos(theta)], -1), atol=1e-14)
+
+
 @pytest.mark.parametrize("kappa", [0.0, -0.5, 0.3])
 def test_a_ray_is_the_same_wherever_camera_and_base_are_put_together(kappa):
     away = np.array([0.7, -1.1])

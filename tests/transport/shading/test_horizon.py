@@ -7,6 +7,8 @@ import pytest
 
 from firstorder.conventions import FLATLAND_SLOPE
 from firstorder.fields import Affine, Constant, Function, HalfPlane, gaussian
+from firstorder.laws import Integrate
+from firstorder.transport.events.slopes import ToAngle
 from firstorder.transport.shading._horizon import AboveLine
 
 BELOW = jnp.array([[0.2, 1.6], [0.0, -2.0], [0.1, 4.0]])
@@ -39,6 +41,14 @@ def test_the_horizons_are_edges_and_the_lights_own_are_kept():
     assert isinstance(kept.jump, AboveLine)
     for edge, theta in zip(horizons, (0.5 * np.pi, -0.5 * np.pi), strict=True):
         assert edge.level.at(jnp.array([0.7, theta])) == pytest.approx(0.0, abs=1e-14)
+
+
+def test_an_edge_that_came_through_slopes_is_met_by_an_integral_over_all_directions():
+    """A blocker one metre up leaves the sky from the horizon to `arctan(x)`."""
+    shadowed = ToAngle()(HalfPlane(Affine([1.0, -1.0], 0.0, FLATLAND_SLOPE), 0.0, 1.0))
+    lit = Integrate("theta", -3.0, 3.0, 8)(AboveLine(shadowed)).jet(jnp.array([0.3]))
+    assert lit.value == pytest.approx(0.5 * np.pi + np.arctan(0.3), rel=1e-12)
+    assert lit.gradient[0] == pytest.approx(1.0 / (1.0 + 0.3**2), rel=1e-6)
 
 
 def test_other_coordinates_are_refused():

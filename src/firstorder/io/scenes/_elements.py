@@ -139,7 +139,12 @@ def assemble(elements: Sequence[Element], lights: Sequence[LightElement], sky, f
 def _alike(e: Element) -> tuple[Any, ...]:
     """Equal for elements that one primitive can hold."""
     bands = (np.shape(both_sides(e.material.get(key, 0.0), True))[1:] for key in SIDED)
-    return e.kind, e.name, tuple(sorted(e.geometry)), *bands
+    # Of curves, how many harmonics and samples they have.
+    sizes = (
+        (key, value if isinstance(value, int) else np.shape(value)[1:])
+        for key, value in sorted(e.geometry.items())
+    )
+    return e.kind, e.name, tuple(sizes), *bands
 
 
 def _thing(run: list[Element]):

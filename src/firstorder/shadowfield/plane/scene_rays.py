@@ -149,7 +149,12 @@ def visible_lengths(
         x: positions on the receiver [m].
         light_height: of the light's line in the world [m].
         d1: distance of the receiver's line below it [m].
+
+    Raises:
+        ValueError: if no shape is named "light".
     """
+    if "light" not in scene.names:
+        raise ValueError('Argument `scene` must have a shape named "light", but has none.')
     return jax.vmap(lambda x: _visible_length(scene, x, light_height, d1))(as_float(x))
 
 
@@ -164,6 +169,9 @@ def depth_range(scene: Scene, light_height=1.0, samples: int = 65) -> tuple[floa
     Returns:
         The least and the largest one [m].
 
+    Raises:
+        ValueError: if there is nothing else.
+
     Example:
         >>> from firstorder.flatland import Scene, Segments, primitive
         >>> from firstorder.shadowfield import depth_range
@@ -172,6 +180,8 @@ def depth_range(scene: Scene, light_height=1.0, samples: int = 65) -> tuple[floa
     """
     own = [_only(scene, name) for name in ("floor", "light")]
     others = [i for i in range(scene.count) if i not in own]
+    if not others:
+        raise ValueError("Argument `scene` must have shapes besides light and floor, but has none.")
     depths = light_height - np.asarray(_heights(scene.groups, samples))[others]
     return float(np.min(depths)), float(np.max(depths))
 

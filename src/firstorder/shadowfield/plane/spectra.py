@@ -280,7 +280,7 @@ def power_spectrum(
         [0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0]
     """
     check_shape("samples", samples, grid.size)
-    f, weight = jnp.asarray(samples), jnp.ones(())
+    f, weight = 1.0 * jnp.asarray(samples), jnp.ones(())  # truth values count as 0 and 1
     if tapered:
         for i, n in enumerate(grid.size):
             hann = np.sin(np.pi * (np.arange(n) + 0.5) / n) ** 2

@@ -14,7 +14,8 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from firstorder._argument_checks import check_finite
-from firstorder.numerics._vectors import cross, dot, norm, unit
+from firstorder.numerics._scale import power_of_two
+from firstorder.numerics._vectors import cross, dot, near_one, norm, unit
 from firstorder.typing import as_float
 
 NO_FACE = -1
@@ -66,7 +67,8 @@ class Mesh(eqx.Module):
     @property
     def area(self) -> Float[Array, ""]:
         """Area of all faces together [m^2]."""
-        return 0.5 * jnp.sum(norm(self.area_vectors))
+        size = power_of_two(self.area_vectors)
+        return 0.5 * jnp.sum(size * norm(self.area_vectors / size[:, None]))
 
     @property
     def size(self) -> float:
@@ -154,7 +156,7 @@ def _since(fresh: np.ndarray) -> np.ndarray:
 
 def _face_normals(mesh: Mesh) -> Float[Array, "f 3"]:
     """The unit normal of each face; zero for a face without area."""
-    return unit(mesh.area_vectors)
+    return unit(near_one(mesh.area_vectors))
 
 
 def vertex_normals(mesh: Mesh) -> Float[Array, "v 3"]:
@@ -177,7 +179,9 @@ def vertex_normals(mesh: Mesh) -> Float[Array, "v 3"]:
     for k in range(3):
         here, ahead, behind = (mesh.corners[:, (k + i) % 3] for i in range(3))
         a, b = ahead - here, behind - here
+        size_a, size_b = (power_of_two(edge)[:, None] for edge in (a, b))
+        a, b = a / size_a, b / size_b  # fourth powers of lengths would leave the range of float32
         weight = dot(a, a) * dot(b, b)
         weight = jnp.where(weight > 0.0, weight, jnp.inf)
-        total = total.at[mesh.faces[:, k]].add(cross(a, b) / weight[:, None])
-    return unit(total)
+        total = total.at[mesh.faces[:, k]].add(cross(a, b) / weight[:, None] / size_a / size_b)
+    return unit(near_one(total))

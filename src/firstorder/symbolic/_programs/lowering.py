@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -101,24 +102,43 @@ def _numeric(part: Any, unknowns: dict[str, Any]) -> Callable:
         )
     given, orders = unknowns[part.base], part.orders
     axes = [i for i, k in enumerate(orders) for _ in range(k)]
-    if isinstance(given, Field) and len(axes) <= 2:
-        return _from_jets(given, axes)
+    if isinstance(given, Field):
+        places = _places(part, given)
+        if len(axes) <= 2:
+            return _from_jets(given, places, axes)
+        given = _from_jets(given, places, [])
     function = given
     for axis in axes:
         function = _derivative(function, axis)
     return lambda *u: _everywhere(function, *u)
 
 
-def _from_jets(field: Field, axes: list[int]) -> Callable:
-    """A value, or an entry of the gradient or the Hessian, of a field."""
-    dims = field.frame.dims
+def _places(part: Any, field: Field) -> list[int]:
+    """Which coordinates of a field those of an unknown function are: by name, else in order."""
+    own = field.frame.coordinates
+    if set(part.names) <= set(own):
+        return [own.index(name) for name in part.names]
+    if len(part.names) == len(own):
+        return list(range(len(own)))
+    raise ValueError(
+        f"Argument `{part.base}` must be over {', '.join(part.names)}, but is over "
+        f"{', '.join(own)}."
+    )
+
+
+def _from_jets(field: Field, places: list[int], axes: list[int]) -> Callable:
+    """A value, or an entry of the gradient or the Hessian, of a field.
+
+    Coordinates of the field on which the function does not depend are zero.
+    """
+    entries = tuple(places[axis] for axis in axes)
 
     def one(*u):
-        ray = jnp.stack([*u, *[jnp.zeros_like(u[0])] * (dims - len(u))])
-        if not axes:
+        ray = jnp.zeros(field.frame.dims, u[0].dtype).at[np.array(places)].set(jnp.stack(u))
+        if not entries:
             return field.at(ray)
         jet = field.jet(ray)
-        return jet.gradient[axes[0]] if len(axes) == 1 else jet.hessian[axes[0], axes[1]]
+        return jet.gradient[entries] if len(entries) == 1 else jet.hessian[entries]
 
     return lambda *u: _everywhere(one, *u)
 
@@ -136,7 +156,7 @@ def _derivative(function: Callable, axis: int) -> Callable:
 def _everywhere(function: Callable, *u) -> jax.Array:
     """A function of numbers on arrays that broadcast."""
     rays = jnp.broadcast_arrays(*(jnp.asarray(a, jnp.result_type(float)) for a in u))
-    for _ in range(rays[0].ndim):
+    for _ in range(rays[0].ndim if rays else 0):
         function = jax.vmap(function)
     return function(*rays)
 
@@ -216,14 +236,26 @@ def _breaks(integrand, t: sympy.Symbol) -> list[Expr]:
     levels = [part.args[0] for part in integrand.atoms(sympy.sign, sympy.Abs, sympy.Heaviside)]
     relations = integrand.atoms(sympy.core.relational.Relational)
     levels += [relation.lhs - relation.rhs for relation in relations]
+    for part in integrand.atoms(sympy.Max, sympy.Min):
+        levels += [a - b for a, b in itertools.combinations(part.args, 2)]
     found = []
     for level in levels:
         slope = sympy.diff(level, t)
         if slope != 0 and not slope.has(t):
             found.append(-level.subs(t, 0) / slope)
-        elif slope != 0 and isinstance(level, sympy.Expr) and level.func is sympy.Add:
-            bare = [a for a in level.args if a.has(t)]
-            rest = level - sympy.Add(*bare)
-            if len(bare) == 1 and bare[0].func is sympy.Abs and bare[0].args[0] == t:
-                found += [rest, -rest]  # |t| - rest'
+        elif slope != 0 and isinstance(level, sympy.Expr):
+            found += _sides(level, t)
     return found
+
+
+def _sides(level: Expr, t: sympy.Symbol) -> list[Expr]:
+    """Where `a |b t + c| + d` is zero, on both sides."""
+    rest, bent = level.as_independent(t, as_Add=True)
+    weight, side = bent.as_independent(t, as_Add=False)
+    if side.func is not sympy.Abs:
+        return []
+    slope = sympy.diff(side.args[0], t)
+    if slope == 0 or slope.has(t):
+        return []
+    middle = -side.args[0].subs(t, 0) / slope
+    return [middle + rest / weight / slope, middle - rest / weight / slope]

@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import sympy
 
 from firstorder.conventions import UNSTATED, Frame
+from firstorder.errors import Refused
 from firstorder.fields.field import Field
 from firstorder.fields.jet import Jet
 from firstorder.laws.warp import Map
@@ -64,6 +65,10 @@ class Expressions(eqx.Module):
 def _differentiated(entries: tuple, coordinates: Symbols) -> tuple[tuple, tuple]:
     first = tuple(sympy.diff(e, a) for e in entries for a in coordinates)
     second = tuple(sympy.diff(e, a) for e in first for a in coordinates)
+    if any(e.has(sympy.DiracDelta) for e in (*first, *second)):
+        raise Refused(
+            "an expression that jumps or has a kink has Diracs for derivatives: it has values only"
+        )
     return first, second
 
 

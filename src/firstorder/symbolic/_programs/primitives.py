@@ -77,7 +77,7 @@ UNARY: dict[str, Callable] = {
     "log1p": lambda a: sympy.log(1 + a),
     "sqrt": sympy.sqrt,
     "rsqrt": lambda a: 1 / sympy.sqrt(a),
-    "cbrt": sympy.cbrt,
+    "cbrt": lambda a: sympy.sign(a) * sympy.cbrt(sympy.Abs(a)),  # SymPy's own is complex
     "square": lambda a: a**2,
     "abs": sympy.Abs,
     "sign": sympy.sign,
@@ -104,7 +104,8 @@ BINARY: dict[str, Callable] = {
     "mul": operator.mul,
     "div": operator.truediv,
     "pow": operator.pow,
-    "rem": sympy.Mod,
+    # With the sign of the dividend; SymPy's has that of the divisor.
+    "rem": lambda a, b: sympy.sign(a) * sympy.Mod(sympy.Abs(a), sympy.Abs(b)),
     "atan2": sympy.atan2,
     "max": sympy.Max,
     "min": sympy.Min,

@@ -287,12 +287,12 @@ def phong(s, weight=1.0, cosine: bool = False) -> Lobe:
     """`CosinePowerProfile` about the mirror direction, of argument `2 n - theta - omega`.
 
     Args:
-        s: the exponent, positive.
+        s: the exponent, at least 1.
         weight: integral of the lobe.
         cosine: whether light is weighed by the cosine of incidence.
 
     Raises:
-        ValueError: if `s` is not positive.
+        ValueError: if `s` is below 1.
 
     Example:
         >>> from firstorder.transport import phong

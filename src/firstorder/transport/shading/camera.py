@@ -88,7 +88,7 @@ class BaseSurface(eqx.Module):
 def _arc(kappa, along, rest):
     """`atan2(kappa along, rest) / kappa`, and its limit where kappa vanishes."""
     a = kappa * along
-    small = jnp.abs(a) < 1e-3 * jnp.abs(rest)
+    small = jnp.abs(a) < 1e-3 * rest  # near the start, and not across the circle, where rest < 0
     r = along / jnp.where(small, rest, 1.0)
     a2 = (kappa * r) ** 2
     series = r * (1.0 - a2 / 3.0 + a2 * a2 / 5.0 - a2 * a2 * a2 / 7.0)
