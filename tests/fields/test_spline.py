@@ -167,5 +167,7 @@ def test_bad_input(arguments, words):
 
 def test_a_table_reaches_two_steps_beyond_its_samples_and_hardly_farther():
     table = Spline(np.ones((6, 5)), Grid((6, 5), (0.2, 0.3)))
-    _, high = table.spectrum().extent().along([1.0, 0.0])
+    extent = table.spectrum().extent()
+    assert extent is not None
+    _, high = extent.along([1.0, 0.0])
     assert 0.5 + 0.4 <= high < 0.5 + 0.4 + 0.15
