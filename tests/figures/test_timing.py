@@ -44,7 +44,10 @@ def worked(seconds):
 @pytest.mark.parametrize("busy", [0, 1])
 def test_what_this_process_takes_is_not_counted(busy, monkeypatch):
     """The clock of all processors is one of this process and of one that never rests, or none."""
-    clock = lambda: time.process_time() + busy * time.perf_counter()  # noqa: E731
+
+    def clock():
+        return time.process_time() + busy * time.perf_counter()
+
     monkeypatch.setattr(timing, "_busy", clock)
     others = timing.Others()
     worked(0.1)

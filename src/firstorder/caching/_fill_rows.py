@@ -12,11 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from firstorder.caching._records import rim
+from firstorder.caching._strips import BESIDE
 from firstorder.caching.candidates import Candidates
 from firstorder.caching.regions import ValidityRegion
 from firstorder.numerics._native import native
 
-BESIDE = 1.0001  # of what a region spans is looked at
 exactly = functools.partial(native, fastmath=False)  # regions may be infinite, or NaN
 
 
@@ -59,8 +60,7 @@ class Rows(NamedTuple):
         place[rank] = np.arange(m)
         tilt = np.zeros((0, m)) if candidates.tilt is None else np.asarray(candidates.tilt, float).T
         starts = np.searchsorted(row[rank], np.arange(count + 1))
-        rim = 1.0 - 8.0 * float(np.finfo(position.dtype).eps)
-        sizes = float(low), float(step), rim
+        sizes = float(low), float(step), rim(position.dtype)
         return cls(x[:, rank], tilt[:, rank], rank, place, starts, *sizes)
 
     def filled(self, region: ValidityRegion, visits: np.ndarray, most: int) -> np.ndarray:
@@ -100,7 +100,8 @@ def fill_rows(x, tilt, rank, place, starts, low, step, rim, matrix, visits, most
         first = int(min(max((x1 - high - low) / step, 0.0), rows - 1.0))
         last = int(min(max((x1 + high - low) / step, 0.0), rows - 1.0))
         for row in range(first, last + 1):
-            k = _place(x[0], starts[row], starts[row + 1], x0 - wide)
+            k = starts[row]
+            k += np.searchsorted(x[0, k : starts[row + 1]], x0 - wide)
             while k < starts[row + 1] and x[0, k] <= x0 + wide:
                 if open_[k]:
                     d0, d1 = x[0, k] - x0, x[1, k] - x1
@@ -121,15 +122,3 @@ def _turned(tilt, i, k):
     for a in range(tilt.shape[0]):
         square += (tilt[a, k] - tilt[a, i]) ** 2
     return math.sin(min(math.sqrt(square), 0.5 * math.pi))
-
-
-@exactly
-def _place(sorted_values, a, b, value):
-    """Number of the first that is not below the value, among those from a to b."""
-    while a < b:
-        middle = (a + b) >> 1
-        if sorted_values[middle] < value:
-            a = middle + 1
-        else:
-            b = middle
-    return a

@@ -24,7 +24,12 @@ def reached(error: Any) -> Any:
         >>> reached(np.array([0.5, 1.0 - 1e-15, 1.0])).tolist()
         [True, False, False]
     """
-    return error < 1.0 - 8.0 * np.finfo(error.dtype).eps
+    return error < rim(error.dtype)
+
+
+def rim(dtype: Any) -> float:
+    """The rim of a region in a precision: eight roundings within 1."""
+    return 1.0 - 8.0 * float(np.finfo(dtype).eps)
 
 
 def distance(matrix: Float[Array, "r d d"], dx: Float[Array, "r d"]) -> Float[Array, " r"]:

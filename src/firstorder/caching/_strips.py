@@ -8,6 +8,8 @@ from firstorder.caching._records import reached
 from firstorder.caching.candidates import Candidates
 from firstorder.caching.regions import ValidityRegion
 
+BESIDE = 1.0001  # of what a region spans is looked at
+
 
 class Strips:
     """Candidates sorted along x, and how far the region of each spans there.
@@ -35,8 +37,8 @@ class Strips:
         else:
             (a, b), (c, e) = np.moveaxis(self.matrix, 0, -1)
             span = np.hypot(b, e) / np.abs(a * e - b * c)
-        self.first = np.searchsorted(self.x[0], self.x[0] - 1.0001 * span).tolist()
-        self.last = np.searchsorted(self.x[0], self.x[0] + 1.0001 * span, "right").tolist()
+        self.first = np.searchsorted(self.x[0], self.x[0] - BESIDE * span).tolist()
+        self.last = np.searchsorted(self.x[0], self.x[0] + BESIDE * span, "right").tolist()
 
     def covered_by(self, i: int) -> tuple[slice, np.ndarray]:
         """The strip of the record at a place, and what it covers there."""

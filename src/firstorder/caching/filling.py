@@ -79,25 +79,24 @@ def fill(
 
 
 def _filler(candidates: Candidates) -> Callable[[ValidityRegion, np.ndarray, int | None], Any]:
-    """What fills a cache of these candidates, given regions, visits and the most records."""
-    shape = (candidates.count, candidates.dims, candidates.dims)
-    sort = _sorted_rows(candidates) if HAVE_NATIVE and candidates.count >= MANY else None
+    """A function of regions, visits and the most records that does what `fill` tells.
+
+    What does not depend on the regions is prepared once.
+    """
+    m, d = candidates.count, candidates.dims
+    rows = None
+    if HAVE_NATIVE and m >= MANY:
+        from firstorder.caching._fill_rows import Rows  # half a second for numba
+
+        rows = Rows.of(candidates)
 
     def filled(region, visits, most):
-        check_shape("region", region.matrix, shape)
-        if sort is None:
-            records = np.zeros(candidates.count, bool)
-            return Strips(candidates, region).filled(visits, records, most)
-        return sort.filled(region, visits, candidates.count if most is None else most)
+        check_shape("region", region.matrix, (m, d, d))
+        if rows is None:
+            return Strips(candidates, region).filled(visits, np.zeros(m, bool), most)
+        return rows.filled(region, visits, m if most is None else most)
 
     return filled
-
-
-def _sorted_rows(candidates: Candidates):
-    """Candidates in rows, for machine code."""
-    from firstorder.caching._fill_rows import Rows  # half a second for numba
-
-    return Rows.of(candidates)
 
 
 class Fit(NamedTuple):
