@@ -37,6 +37,8 @@ def test_a_bias_of_six_errors_is_red_and_what_is_not_a_number_too():
     assert not z_test([0.1, 0.6], 0.1, 0.0).passed
     assert not z_test([0.1, np.nan], 0.1, 0.0).passed
     assert not z_test([0.1, 0.1], [0.1, np.nan], 0.0).passed
+    assert not z_test([0.0, 0.1], [np.nan, 0.1], 0.0).passed
+    assert not z_test(5.0, np.inf, 0.0).passed  # what is not known has not been seen
     assert not z_test(1.0, 0.0, 0.5).passed
     assert z_test(1.0, 0.0, 1.0).passed
     assert z_test(1.0, 0.0, 0.5, truth_error=0.5).passed
@@ -57,6 +59,19 @@ def test_chi_square_knows_the_impossible():
     assert chi_square([3, 2], [2.5, 2.5]) == 1.0  # too few for any judgement
     with pytest.raises(ValueError, match="must have one sum"):
         chi_square([5, 5], [5, 6])
+    with pytest.raises(ValueError, match="must have one sum"):
+        chi_square([5, 5], [np.nan, 5])
+
+
+def test_a_density_and_samples_that_are_no_numbers_are_failures():
+    x = np.random.default_rng(5).uniform(size=4096)
+    assert sampler_p_value(x, lambda x: np.full_like(x, np.nan), 0.0, 1.0) == 0.0
+    assert sampler_p_value(np.append(x, np.nan), np.ones_like, 0.0, 1.0) == 0.0
+
+
+def test_one_run_has_no_spread():
+    with pytest.raises(ValueError, match="`runs` must be two at least, but is 1"):
+        spread_test(2.0, 1.0, 1)
 
 
 def test_samples_outside_or_a_density_of_the_wrong_integral_fail():

@@ -85,6 +85,20 @@ def test_a_result_of_a_columns_name_is_refused():
         sweep(lambda a: {"a": a}, {"a": [1.0]})
 
 
+@pytest.mark.parametrize(
+    ("function", "kind"),
+    [(lambda a: (a, a), "tuple"), (lambda a: {"b": [a]}, "list"), (lambda a: None, "NoneType")],
+)
+def test_a_result_that_is_no_array_is_refused(function, kind):
+    with pytest.raises(TypeError, match=f"an array, or several by name, but gives a {kind}"):
+        sweep(function, {"a": [1.0, 2.0]})
+
+
+def test_columns_of_words_are_refused():
+    with pytest.raises(ValueError, match="must hold numbers, but its column 'a' holds <U5"):
+        sweep(lambda a: 0.0, {"a": ["floor", "wall"]})
+
+
 @pytest.mark.filterwarnings("ignore:The scheduler at .* has no workers yet")
 def test_on_workers_of_which_some_are_killed_it_is_the_same_to_the_bit(tmp_path, monkeypatch):
     pytest.importorskip("distributed")

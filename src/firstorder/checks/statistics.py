@@ -79,11 +79,11 @@ def z_test(
     """Tests means with standard errors against known values, all at once.
 
     Valid when: each mean is one of enough independent samples to be normal. A mean with no error
-    must be exact: its deviation is infinite otherwise.
+    must be exact: its deviation is infinite otherwise, and always where its error is not known.
 
     Args:
         mean: of any shape.
-        error: its standard error.
+        error: its standard error; infinite or NaN where it is not known.
         truth: what it should be.
         level: chance of a false alarm, of all comparisons together.
         truth_error: bound on the error of `truth`, taken off each deviation.
@@ -101,7 +101,7 @@ def z_test(
     off = np.maximum(off - np.asarray(truth_error, float), 0.0)
     error = np.broadcast_to(np.asarray(error, float), off.shape)
     z = np.where(off == 0.0, 0.0, off / np.where(error > 0.0, error, np.nan))
-    z = np.where(np.isnan(z), np.inf, z)
+    z = np.where(np.isnan(z) | ~np.isfinite(error), np.inf, z)
     return ZTest(z, z_threshold(z.size, level, freedom))
 
 
@@ -121,10 +121,10 @@ def chi_square(counts: Any, expected: Any) -> float:
     """The probability that counts differ from what is expected by at least so much, by chance.
 
     Neighbouring bins that expect fewer than `EXPECTED` are put together. The sum of `expected`
-    must be that of the counts.
+    must be that of the counts. A bin that expects nothing and holds something is impossible: 0.
 
     Raises:
-        ValueError: if the sums differ or a bin that expects nothing holds something.
+        ValueError: if the sums differ, or one is not a number.
 
     Example:
         >>> from firstorder.checks.statistics import chi_square
@@ -132,7 +132,7 @@ def chi_square(counts: Any, expected: Any) -> float:
         (True, True)
     """
     seen, wanted = np.asarray(counts, float).ravel(), np.asarray(expected, float).ravel()
-    if abs(seen.sum() - wanted.sum()) > 1e-6 * max(seen.sum(), 1.0):
+    if not abs(seen.sum() - wanted.sum()) <= 1e-6 * max(seen.sum(), 1.0):
         raise ValueError(
             f"Arguments `counts` and `expected` must have one sum, "
             f"but have {seen.sum():g} and {wanted.sum():g}."
@@ -171,7 +171,8 @@ def sampler_p_value(
 ) -> float:
     """Chi-square of samples in an interval against their own density, integrated bin by bin.
 
-    A density whose integral is not 1, or samples outside the interval, count as failures.
+    A density whose integral is not 1, or samples outside the interval, count as failures; so does
+    what is not a number.
 
     Args:
         samples: drawn.
@@ -199,7 +200,7 @@ def sampler_p_value(
     half = 0.5 * (edges[1:] - edges[:-1])[:, None]
     at = 0.5 * (edges[1:] + edges[:-1])[:, None] + half * t
     share = np.sum(half * w * np.asarray(density(at), float), -1)
-    if abs(share.sum() - 1.0) > 1e-3 or np.any((x < low) | (x > high)):
+    if not (abs(share.sum() - 1.0) <= 1e-3 and np.all((x >= low) & (x <= high))):
         return 0.0
     return chi_square(np.histogram(x, edges)[0], x.size * share / share.sum())
 
@@ -247,14 +248,19 @@ def spread_test(measured: Any, predicted: Any, runs: int, level: float = LEVEL) 
     Args:
         measured: standard deviations over the runs.
         predicted: what they should be.
-        runs: how many.
+        runs: how many, two at least.
         level: chance of a false alarm, of all comparisons together.
+
+    Raises:
+        ValueError: for fewer than two runs.
 
     Example:
         >>> from firstorder.checks.statistics import spread_test
         >>> spread_test([1.1, 0.9], 1.0, 100).passed, spread_test(2.0, 1.0, 100).passed
         (True, False)
     """
+    if runs < 2:
+        raise ValueError(f"Argument `runs` must be two at least, but is {runs}.")
     off = np.log(np.asarray(measured, float) / np.asarray(predicted, float))
     return z_test(off, 1.0 / np.sqrt(2.0 * (runs - 1.0)), 0.0, level)
 

@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Shaped
 from tqdm import tqdm
 
-from firstorder._argument_checks import check_positive
+from firstorder._argument_checks import check_count
 from firstorder._labelled import DataFrame
 from firstorder.jobs.running import run_jobs
 
@@ -49,8 +49,9 @@ def sweep(
         Columns by name, of shapes (rows, ...), in the order of the rows.
 
     Raises:
-        ValueError: if columns are of different lengths, or there are none, or a result has the name
-            of a column; and as `run_jobs`.
+        ValueError: if columns are of different lengths, hold no numbers or are none, or a result
+            has the name of a column; and as `run_jobs`.
+        TypeError: if the function gives anything else, such as a tuple.
         ConnectionError: as in `run_jobs`.
         ModuleNotFoundError: for a scheduler, without the extra `cluster`.
 
@@ -60,7 +61,7 @@ def sweep(
         >>> found["area"].tolist(), list(found)
         ([1.0, 4.0, 9.0], ['side', 'area'])
     """
-    check_positive("batch", batch)
+    check_count("batch", batch)
     columns = {str(name): np.asarray(table[name]) for name in table}
     rows = _length(columns)
     batch = min(batch, rows)
@@ -91,6 +92,11 @@ def _length(columns: dict[str, np.ndarray]) -> int:
         raise ValueError(
             f"Argument `table` must hold columns of one length, with rows, but has {listed}."
         )
+    for name, a in columns.items():
+        if a.dtype.kind not in "biufc":
+            raise ValueError(
+                f"Argument `table` must hold numbers, but its column {name!r} holds {a.dtype}."
+            )
     return lengths.pop()[0]
 
 
@@ -113,4 +119,10 @@ class _Batches:
     def __call__(self, rows: Table) -> Table:
         found = self._compiled(rows)
         named = found if isinstance(found, Mapping) else {"value": found}
+        for one in named.values():
+            if not isinstance(one, jax.Array):
+                raise TypeError(
+                    "Argument `function` must give a number, an array, or several by name, but "
+                    f"gives a {type(one).__name__}."
+                )
         return {str(name): np.asarray(a) for name, a in named.items()}
