@@ -37,6 +37,8 @@ def test_other_programs_see_rows_from_the_top(tmp_path):
         ("a.exr", {}, "`layers` must hold arrays of one shape"),
         ("a.exr", {"a": np.ones((2, 2)), "b": np.ones((3, 2))}, "of one shape"),
         ("a.exr", {"a": np.ones(3)}, "of one shape"),
+        ("a.exr", {"a": np.ones((0, 4))}, "must have pixels, but has"),
+        ("a.exr", {"a": np.ones((4, 3, 0))}, "must have pixels, but has"),
     ],
 )
 def test_bad_layers_get_one_sentence(tmp_path, name, layers, sentence):

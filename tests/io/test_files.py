@@ -5,6 +5,7 @@ import subprocess
 import sys
 import time
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -93,6 +94,14 @@ def test_two_writers_of_one_file_at_once_leave_the_whole_file_of_the_last(tmp_pa
 def test_json_comes_back_and_has_null_where_it_has_no_word(tmp_path):
     io.write_json(tmp_path / "a.json", {"a": [1, 0.1, "Ω"], "b": (float("inf"), float("nan"))})
     assert json.loads((tmp_path / "a.json").read_text()) == {"a": [1, 0.1, "Ω"], "b": [None, None]}
+
+
+def test_numbers_and_arrays_of_numpy_and_jax_are_numbers_and_lists_in_json(tmp_path):
+    given = {"n": np.int64(3), "E": np.float32(0.5), "rows": np.array([[1.0, np.nan]])}
+    io.write_json(tmp_path / "a.json", given | {"y": jnp.array([True])})
+    assert json.loads((tmp_path / "a.json").read_text()) == {
+        "n": 3, "E": 0.5, "rows": [[1.0, None]], "y": [True]
+    }  # fmt: skip
 
 
 def test_arrays_come_back_under_their_names(tmp_path):

@@ -46,6 +46,13 @@ def test_a_program_read_is_the_program(name):
     assert abs(complex(found.subs(AT).evalf()) - complex(true)) < 1e-12
 
 
+def test_what_is_taken_beyond_an_end_is_not_a_number_and_what_fills_is_what_is_asked_for():
+    beyond = read(lambda u: jnp.take(u, jnp.array([1, 5]), mode="fill"), array(a, b))
+    assert [str(one) for one in beyond.entries.ravel()] == ["b", "nan"]
+    filled = read(lambda u: u.at[5].get(mode="fill", fill_value=2.0), array(a, b))
+    assert expression(filled) == 2.0
+
+
 @pytest.mark.parametrize("left", [True, False])
 @pytest.mark.parametrize("lower", [True, False])
 @pytest.mark.parametrize("turned", [True, False])

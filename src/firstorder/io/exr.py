@@ -29,7 +29,8 @@ def write_layers(path: str | os.PathLike[str], layers: Mapping[str, np.ndarray])
         layers: by name, all of one shape (w, h), or (w, h, bands).
 
     Raises:
-        ValueError: without layers, for layers of different shapes, or for another kind of file.
+        ValueError: without layers, for layers of different shapes or without pixels, or for another
+            kind of file.
         ModuleNotFoundError: without the extra `images`.
 
     Example:
@@ -50,6 +51,8 @@ def write_layers(path: str | os.PathLike[str], layers: Mapping[str, np.ndarray])
             "Argument `layers` must hold arrays of one shape (w, h) or (w, h, bands), but has "
             f"{sorted(shapes)}."
         )
+    if any(0 in shape for shape in shapes):
+        raise ValueError(f"Argument `layers` must have pixels, but has {sorted(shapes)}.")
     layers = {name: a for layer in layers.items() for name, a in _channels(*layer)}
     OpenEXR = openexr(path.name)
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}

@@ -21,6 +21,7 @@ import tempfile
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+import jax
 import numpy as np
 
 from firstorder.io._parts import sweep_parts
@@ -85,7 +86,7 @@ def write_json(path: str | os.PathLike[str], value: Any) -> None:
 
     Args:
         path: of the file.
-        value: of numbers, words, lists and dictionaries.
+        value: of numbers, words, lists and dictionaries; arrays are lists.
 
     Example:
         >>> import pathlib, tempfile
@@ -151,6 +152,8 @@ def write_csv(path: str | os.PathLike[str], columns: Mapping[str, Any]) -> None:
 
 
 def _finite(value: Any) -> Any:
+    if isinstance(value, np.generic | np.ndarray | jax.Array):
+        value = np.asarray(value).tolist()
     match value:
         case float():
             return value if math.isfinite(value) else None

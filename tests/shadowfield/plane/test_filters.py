@@ -35,6 +35,13 @@ def test_scale_and_shear_are_those_that_the_paper_prints():
     assert abs(k.primal_shear + 0.5 * (reach[0] + reach[1])) < 1e-14
 
 
+def test_of_blockers_at_a_single_depth_the_footprint_has_no_end_and_the_wedges_shear():
+    k = sheared(near=FAR, margin=0.1)
+    assert k.width == 0.0
+    assert k.primal_scale == np.inf
+    assert abs(k.primal_shear + 1.0) < 1e-14  # their lines are 1 / slope = 1 / (D1 / FAR - 1)
+
+
 def test_the_filter_touches_the_wedge_at_the_lights_band_limit():
     k, wedge = sheared(), Wedge(NEAR, FAR)
     a, b = wedge.slopes(D1)

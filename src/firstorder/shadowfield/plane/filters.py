@@ -59,8 +59,14 @@ class RayFilter(eqx.Module):
 
     @property
     def primal_matrix(self) -> Float[Array, "2 2"]:
-        """`A^-T`: takes the simple filter's footprint over (x, y) to this one's."""
-        return jnp.linalg.inv(self.frequency_matrix).T
+        """`A^-T`: takes the simple filter's footprint over (x, y) to this one's.
+
+        Without end where blockers at a single depth leave no width.
+        """
+        scale = 2.0 * self.Omega_pix / self.width
+        zero, one = jnp.zeros_like(scale), jnp.ones_like(scale)
+        rows = jnp.stack([scale, zero]), jnp.stack([-self.shear * scale, one])
+        return jnp.stack(rows)
 
     @property
     def primal_scale(self) -> Scalar:
@@ -76,7 +82,7 @@ class RayFilter(eqx.Module):
 
         Reference: E11 eq. 10.
         """
-        return self.primal_matrix[1, 0] / self.primal_matrix[0, 0]
+        return -self.shear
 
     def light_matrix(self, d1) -> Float[Array, "2 2"]:
         """Takes the simple filter's footprint over (x, y) to this one's over (y, v).

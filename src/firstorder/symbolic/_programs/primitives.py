@@ -218,12 +218,13 @@ def _where(condition, case: Expr, holds: bool) -> Expr:
 # --- moves and sums ------------------------------------------------------------------------------
 
 
-def moved(run: Callable, *arrays: Entries) -> list[Entries]:
+def moved(run: Callable, *arrays: Entries, beyond: float = np.nan) -> list[Entries]:
     """Expressions, rearranged as an operation rearranges their numbers.
 
     Args:
-        run: the operation on arrays of numbers.
+        run: the operation on arrays of numbers; gives NaN for what lies beyond their ends.
         arrays: those that hold expressions; the others are bound in `run`.
+        beyond: what stands there.
     """
     flat = np.concatenate([entries(a).ravel() for a in arrays])
     first = np.cumsum([0, *(a.size for a in arrays)])
@@ -231,8 +232,8 @@ def moved(run: Callable, *arrays: Entries) -> list[Entries]:
     labels = [
         np.arange(f, f + a.size).reshape(a.shape) + 1.0 for f, a in zip(first, arrays, strict=False)
     ]
-    pool = np.concatenate([np.array([sympy.Integer(0)], dtype=object), flat])
-    found = [pool[np.asarray(out).astype(int)] for out in run(*labels)]
+    pool = np.array([sympy.Integer(0), *flat, sympy.sympify(beyond)], dtype=object)
+    found = [pool[np.nan_to_num(out, nan=len(flat) + 1).astype(int)] for out in run(*labels)]
     return [np.asarray(a, dtype=object) for a in found]
 
 

@@ -189,10 +189,10 @@ def _put_in(name: str, *args: np.ndarray) -> np.ndarray:
     return _NAMED[-1][name](*args)
 
 
-def _with_numbers(equation, args) -> list[np.ndarray]:
-    """Outputs of an operation on numbers alone: JAX carries it out."""
+def _with_numbers(equation, args, **other) -> list[np.ndarray]:
+    """Outputs of an operation on numbers alone: JAX carries it out, perhaps with other settings."""
     with jax.ensure_compile_time_eval():
-        out = equation.primitive.bind(*map(jnp.asarray, args), **equation.params)
+        out = equation.primitive.bind(*map(jnp.asarray, args), **equation.params | other)
     return [np.asarray(a) for a in (out if equation.primitive.multiple_results else [out])]
 
 
@@ -206,9 +206,12 @@ def _rearranged(equation, args) -> list[np.ndarray]:
     def run(*labels):
         given = iter(labels)
         filled = [a if index else next(given) for a, index in zip(args, indices, strict=True)]
-        return _with_numbers(equation, filled)
+        return _with_numbers(equation, filled, **others)
 
-    return rules.moved(run, *moving)
+    # What is read beyond an array's end is filled in, and is no label of an entry: NaN is none.
+    beyond = equation.params.get("fill_value")
+    others = {} if beyond is None else {"fill_value": np.nan}
+    return rules.moved(run, *moving, beyond=np.nan if beyond is None else beyond)
 
 
 def _added(equation, args) -> np.ndarray:
