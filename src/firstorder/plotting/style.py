@@ -115,16 +115,17 @@ _UNITS = {
 
 
 def label(name: str, unit: bool = True) -> str:
-    """Writes a coordinate's name as it stands on an axis, with its unit.
+    r"""Writes a coordinate's name as it stands on an axis, with its unit.
 
     Example:
         >>> from firstorder.plotting import label
-        >>> print(label("v"), label("x"))
-        $v$ $x$ (m)
+        >>> print(label("v"), label("x"), label("Omega_kappa"))
+        $v$ $x$ (m) $\Omega_{\kappa}$ (cycles/(rad/m))
     """
     if name.startswith("Omega_"):
         of = name.removeprefix("Omega_")
-        symbol, per = rf"\Omega_{{{_SYMBOLS.get(of, of)}}}", _UNITS.get(of)
+        symbol, per = rf"\Omega_{{{_SYMBOLS.get(of, of)}}}", _UNITS.get(of, "")
+        per = f"({per})" if "/" in per else per
         return f"${symbol}$" + (f" (cycles{'/' + per if per else ''})" if unit else "")
     symbol, of = _SYMBOLS.get(name, name), _UNITS.get(name)
     return f"${symbol}$" + (f" ({of})" if unit and of else "")
