@@ -7,7 +7,7 @@ counts are numbers are unrolled, and calls are followed (`reading`).
 
 from __future__ import annotations
 
-import functools
+import itertools
 import operator
 from collections.abc import Callable
 
@@ -70,6 +70,9 @@ UNARY: dict[str, Callable] = {
     "sinh": sympy.sinh,
     "cosh": sympy.cosh,
     "tanh": sympy.tanh,
+    "asinh": sympy.asinh,
+    "acosh": sympy.acosh,
+    "atanh": sympy.atanh,
     "exp": sympy.exp,
     "exp2": lambda a: 2**a,
     "expm1": lambda a: sympy.exp(a) - 1,
@@ -118,6 +121,7 @@ BINARY: dict[str, Callable] = {
     "ne": _compared(sympy.Ne),
     "and": _joined(sympy.And),
     "or": _joined(sympy.Or),
+    "xor": _joined(sympy.Xor),
 }
 MOVING = {
     "broadcast_in_dim",
@@ -136,6 +140,7 @@ MOVING = {
     "scatter",
     "split",
     "pad",
+    "tile",
 }
 REDUCING: dict[str, Callable] = {
     "reduce_sum": lambda row: sympy.Add(*row),
@@ -144,6 +149,12 @@ REDUCING: dict[str, Callable] = {
     "reduce_min": lambda row: sympy.Min(*row),
     "reduce_and": lambda row: sympy.And(*row),
     "reduce_or": lambda row: sympy.Or(*row),
+}
+CUMULATING: dict[str, Callable] = {
+    "cumsum": operator.add,
+    "cumprod": operator.mul,
+    "cummax": sympy.Max,
+    "cummin": sympy.Min,
 }
 
 
@@ -266,13 +277,11 @@ def contracted(a: Entries, b: Entries, dimension_numbers) -> Entries:
     return out.reshape((*batch, *(a.shape[i] for i in fa), *(b.shape[i] for i in fb)))
 
 
-def cumulated(a: Entries, axis: int, reverse: bool) -> Entries:
-    """Sums of all entries so far along an axis."""
+def cumulated(join: Callable, a: Entries, axis: int, reverse: bool) -> Entries:
+    """All entries so far along an axis, joined."""
     a = np.moveaxis(entries(a), axis, 0)
-    rows = list(a[::-1] if reverse else a)
-    sums = functools.reduce(lambda done, row: [*done, done[-1] + row], rows[1:], rows[:1])
-    out = np.stack(sums[::-1] if reverse else sums)
-    return np.moveaxis(out, 0, axis)
+    rows = list(itertools.accumulate(a[::-1] if reverse else a, np.frompyfunc(join, 2, 1)))
+    return np.moveaxis(np.stack(rows[::-1] if reverse else rows), 0, axis)
 
 
 # --- matrices ------------------------------------------------------------------------------------

@@ -161,8 +161,9 @@ def _carried_out(equation, args: list[np.ndarray]) -> list[np.ndarray]:
         return _rearranged(equation, args)
     if name in rules.REDUCING:
         return [rules.reduced(rules.REDUCING[name], args[0], tuple(map(int, params["axes"])))]
-    if name == "cumsum":
-        return [rules.cumulated(args[0], params["axis"], params["reverse"])]
+    if name in rules.CUMULATING:
+        join = rules.CUMULATING[name]
+        return [rules.cumulated(join, args[0], params["axis"], params["reverse"])]
     if name == "dot_general":
         return [rules.contracted(*args, params["dimension_numbers"])]
     if name in ("scatter-add", "scatter_add"):
