@@ -41,7 +41,8 @@ def test_the_table_shows_errors_and_refusals(capsys):
     ("arguments", "sentence"),
     [
         (["jet", "--d", "-1"], "Argument `d` must not be negative, but is -1.0."),
-        (["jet", "--roughness", "0"], "Argument `sigma` must be positive, but is 0.0."),
+        (["jet", "--roughness", "0"], "Argument `roughness` must be positive, but is 0.0."),
+        (["jet", "--d-after", "-1"], "Argument `d_after` must not be negative, but is -1.0."),
         (["jet", "--edge", "nan"], "Argument `edge` must be finite, but is nan."),
         (
             ["table", "foo"],

@@ -39,7 +39,7 @@ class Jet:
         """The path in words of the library."""
         import jax.numpy as jnp
 
-        from firstorder._argument_checks import check_finite
+        from firstorder._argument_checks import check_finite, check_not_negative, check_positive
         from firstorder.conventions import FLATLAND, FLATLAND_SLOPE
         from firstorder.fields import Affine, GaussianProfile, gaussian
         from firstorder.laws import Hemisphere
@@ -55,6 +55,8 @@ class Jet:
         for name in ("at", "center", "edge"):
             if getattr(self, name) is not None:
                 check_finite(name, jnp.asarray(getattr(self, name)))
+        check_not_negative("d_after", self.d_after)
+        check_positive("roughness", self.roughness)
         path = gaussian(self.center, self.sigma, frame=FLATLAND_SLOPE) >> Travel(self.d)
         if self.edge is not None:
             path = path >> half_plane_blocker(self.edge, FLATLAND_SLOPE)
