@@ -69,6 +69,27 @@ def test_the_search_finds_what_every_place_says(monkeypatch, pixel, tree):
     assert search_error(rough_floor(150), pixel) == 0.0
 
 
+@pytest.mark.parametrize("tree", WAYS)
+@pytest.mark.parametrize("unit", [2.0**-40, 2.0**40])
+def test_places_on_a_side_of_the_frustum_are_in_it_in_any_unit(monkeypatch, unit, tree):
+    """A side that is half a lamp off rounds one way for one place, and other ways for a bound."""
+    monkeypatch.setattr(depths, "HAVE_NATIVE", tree)
+    rng = np.random.default_rng(4)
+    x, z = rng.uniform(-40.0, 40.0, (400, 2)), rng.uniform(0.5, 2.5, 400)
+    t = z[:, None] / 3.0
+    place = x * t + LAMP.half * (1.0 - t) + 0.5 * PIXEL * t
+    places, at = np.column_stack([place, z, z]), np.column_stack([x, np.full(400, 3.0)])
+
+    def met(unit):
+        up, v, u = (unit * np.array(a) for a in ((0.0, 0.0, 4.0), (0.0, 0.8, 0.0), (0.5, 0.0, 0.0)))
+        lamp, rows = lamp_frame(up, v, u), [slice(k, k + 1) for k in range(400)]
+        alone = [depths._bounds(lamp, unit * places[k], unit * at[k], PIXEL * unit) for k in rows]
+        return np.isfinite([near[0] for near, _ in alone])
+
+    assert 0.2 < np.mean(met(1.0)) < 0.8
+    np.testing.assert_array_equal(met(unit), met(1.0))
+
+
 FAULTS = ("point frustum", "half the places", "only the first few", "own surface", "no contact")
 
 

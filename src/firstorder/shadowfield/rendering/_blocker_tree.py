@@ -11,6 +11,7 @@ import numpy as np
 
 from firstorder.numerics._morton import morton
 from firstorder.numerics._native import native
+from firstorder.shadowfield.rendering._culling import ROUNDING
 
 LEAF = 8  # places
 
@@ -100,7 +101,8 @@ def _meets(box, at, half, hair):
         return False
     a, b = box[Z] / at[2], min(box[DEEP] / at[2], 1.0)
     for axis in range(2):
-        slope, more = hair - half[axis], half[axis] + 1e-9  # a hair for rounding
+        slope = hair - half[axis]
+        more = half[axis] + ROUNDING * (half[axis] + abs(at[axis]))
         left, right = at[axis] - slope, at[axis] + slope
         if box[2 * axis + 1] < min(left * a, left * b) - more:
             return False

@@ -14,6 +14,8 @@ from jaxtyping import Bool, Float, Int
 
 Rows = Int[np.ndarray, " k"]
 
+ROUNDING = 1e-9  # by which share of its coordinates rounding may move a place across a bound
+
 
 def narrowed(
     points: Float[np.ndarray, "m 3"],

@@ -15,12 +15,11 @@ from jaxtyping import Float
 from firstorder._argument_checks import check_positive
 from firstorder.numerics._native import HAVE_NATIVE
 from firstorder.shadowfield.rendering._below import where_below
-from firstorder.shadowfield.rendering._culling import narrowed
+from firstorder.shadowfield.rendering._culling import ROUNDING, narrowed
 from firstorder.shadowfield.rendering.lamp import LampFrame
 from firstorder.shadowfield.rendering.ray_table import LEVEL, RayTable
 
 GROUP = 64  # receivers that are searched at once
-HAIR = 1e-9  # what rounding may move a place on a frustum's side [m]
 
 Numbers = Float[np.ndarray, " n"]
 
@@ -83,8 +82,9 @@ def _by_groups(lamp: LampFrame, places, local, pixel: float) -> tuple[Numbers, N
             p, half = columns[axis][some], lamp.half[axis]
             low = at[:, axis].min() - 0.5 * pixel + half
             high = at[:, axis].max() + 0.5 * pixel - half
-            inside &= p >= low * (deep if low < 0.0 else shallow) - half - HAIR
-            inside &= p <= high * (deep if high > 0.0 else shallow) + half + HAIR
+            hair = ROUNDING * (half + np.max(np.abs(at[:, axis])))
+            inside &= p >= low * (deep if low < 0.0 else shallow) - half - hair
+            inside &= p <= high * (deep if high > 0.0 else shallow) + half + hair
         return inside
 
     near, far = np.full(len(local), np.inf), np.full(len(local), -np.inf)
