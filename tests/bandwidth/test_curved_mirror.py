@@ -324,4 +324,5 @@ def test_nothing_that_turns_shows_nothing_of_an_endless_spectrum():
     assert glossy_bandwidth_in_space(jnp.inf, 3.0, focus, 1.0) == 0.0
     assert glossy_criterion(jnp.inf, 3.0, 0.0, 1.0) == 0.0
     assert occluded_criterion(jnp.inf, 0.0, 0.0, 1.0, 1.0) == 0.0
+    assert occluded_bandwidth(jnp.inf, 1.0, 1.0, 1.0, 1.0) == 0.0  # 1 - (2 kappa - s) d = 0
     assert glossy_bandwidth(jnp.inf, 2.0, 0.1, 1.0) == jnp.inf

@@ -44,6 +44,10 @@ def test_a_sum_keeps_the_edges_of_its_terms():
     assert len(box.edges()) == 2
     u = jnp.array([0.1, 0.2])
     assert [float(e.jump.at(u)) for e in box.edges()] == [3.0, -3.0]
+    alone = (3.0 * BoxProfile(0.5, "theta", f.frame)).edges()  # not a sum of a sum
+    assert [float(e.jump.at(u)) for e in alone] == [3.0, -3.0]
+    ends = [[abs(float(e.level.at(u.at[1].set(t)))) for t in (-0.5, 0.5)] for e in alone]
+    assert sorted(ends) == [[0.0, 1.0], [1.0, 0.0]]
 
 
 def test_a_sums_series_is_the_sum_of_series():

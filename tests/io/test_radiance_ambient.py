@@ -56,6 +56,12 @@ def test_the_form_of_older_releases_is_read_as_circles():
     )
 
 
+def test_radii_that_are_one_but_for_their_digits_are_read():
+    """A radius of 200 m, written in single precision."""
+    row = ROW.replace("0.300000\t0.700000", "200.001\t200.000")
+    np.testing.assert_allclose(_ambient_from_text(row).radii, [[200.0, 200.0]], rtol=1e-5)
+
+
 def test_a_cache_comes_back_as_it_was_in_any_orientation(cache, tmp_path):
     turned, _ = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))
     turned[:, 2] = np.cross(turned[:, 0], turned[:, 1])

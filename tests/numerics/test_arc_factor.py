@@ -14,13 +14,13 @@ SWITCH = float(np.arccos(1.0 - SHORT))
 ANGLES = (1e-9, 1e-4, 0.1, 0.999 * SWITCH, 1.001 * SWITCH, 1.0, 2.0, 3.1)
 
 
-def exact(angle: float) -> list[float]:
-    """A and two derivatives in the cosine."""
+def exact(angle: float, derivatives: int = 2) -> list[float]:
+    """A and its derivatives in the cosine."""
     with mp.workdps(60):
         k = mp.cos(mp.mpf(angle))
         return [
             float(mp.diff(lambda k: mp.acos(k) / mp.sqrt(1 - k * k), k, n, h=mp.mpf("1e-24")))
-            for n in range(3)
+            for n in range(derivatives + 1)
         ]
 
 
@@ -28,6 +28,12 @@ def exact(angle: float) -> list[float]:
 def test_values_and_derivatives(angle):
     found = arc_factor(jnp.sin(angle) ** 2, jnp.cos(angle), 2)
     np.testing.assert_allclose(found, exact(angle), rtol=3e-13)
+
+
+@pytest.mark.parametrize("angle", [1.5, 2.0])
+def test_four_derivatives(angle):
+    found = arc_factor(jnp.sin(angle) ** 2, jnp.cos(angle), 4)
+    np.testing.assert_allclose(found, exact(angle, 4), rtol=1e-9)
 
 
 def test_of_no_angle():

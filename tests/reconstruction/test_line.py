@@ -210,6 +210,11 @@ def test_batches_spend_the_budget_and_stay_close_to_greedy(batch):
     assert error_of(line, 1) < 1.5 * error_of(ramped("gradient"), 1)
 
 
+def test_a_share_of_the_cells_is_split_in_each_step():
+    """Of 4, 6, 9 and 13 cells half; the even ones first, no more than the most of the others."""
+    assert adaptive._sizes(5, 1, 21, 0.5) == [5, 2, 3, 4, 6, 1]
+
+
 def test_a_batch_larger_than_the_cells_splits_them_all():
     line = by_slope(33, initial=3, batch=100)
     assert normwise(line.x, np.linspace(-1.0, 1.0, 33)) < rounding()

@@ -56,6 +56,16 @@ def test_a_motion_of_one_plane_is_that_of_flatland():
     np.testing.assert_allclose(full.hessian[0, 0], flat.second, rtol=1e-14)
 
 
+def test_along_a_valley_the_normal_turns_and_the_place_rises():
+    """Of a polynomial in x, y and n along x = t, y = kappa t^2 / 2, n = kappa t."""
+    d, kappa = quadratic(FLATLAND), 0.7
+    (_, E_y, _), H = np.asarray(d.gradient), np.asarray(d.hessian)
+    found = d.along(kappa)
+    np.testing.assert_allclose(found.first, d.gradient[0] + kappa * d.gradient[2], rtol=1e-12)
+    second = H[0, 0] + 2.0 * kappa * H[0, 2] + kappa**2 * H[2, 2] + kappa * E_y
+    np.testing.assert_allclose(found.second, second, rtol=1e-12)
+
+
 def test_a_number_is_a_curvature_alike_in_all_directions():
     d = quadratic(SPACE)
     one, other = d.along(0.3), d.along(0.3 * jnp.eye(2))

@@ -50,6 +50,13 @@ def test_a_function_of_some_coordinates_has_no_transform_of_all():
         UnknownField("T", ("x",), FLATLAND).spectrum()
 
 
+def test_a_function_of_some_coordinates_varies_along_these_alone():
+    for names, zero in ((("x",), [[0, 1], [1, 1]]), (("x", "theta"), [[0, 0], [0, 0]])):
+        light = UnknownField("T", names, FLATLAND)
+        Sigma = derive(light).covariance.expression
+        assert [[entry == 0 for entry in row] for row in Sigma.tolist()] == zero
+
+
 def test_it_has_no_numbers():
     assert jnp.isnan(UnknownField("L")(0.0, 0.0))
 

@@ -21,6 +21,24 @@ def test_what_crosses_is_found_and_what_touches_is_not():
     assert Scene.of(beam, post).crossings.pairs.size == 0
 
 
+def test_circles_that_touch_up_to_rounding_do_not_cross():
+    """From outside, or one within the other; a ten-thousandth further in, or out, they do."""
+    rng = np.random.default_rng(0)
+    r, turn = rng.uniform(0.1, 1.0, (200, 2)), rng.uniform(0.0, 2.0 * np.pi, (200, 1))
+    way = np.concatenate([np.cos(turn), np.sin(turn)], -1)
+    place = 30.0 * np.stack([way[::-1], way[::-1]], 1)
+    apart = np.stack([0.0 * way, way], 1)
+
+    @jax.jit
+    @jax.vmap
+    def crosses(center, radius):
+        return any_crossing([Circles(center, radius)], jnp.ones(2, bool))
+
+    for far, step in ((r[:, 0] + r[:, 1], -1e-4), (np.abs(r[:, 0] - r[:, 1]), 1e-4)):
+        assert not jnp.any(crosses(place + far[:, None, None] * apart, r))
+        assert jnp.all(crosses(place + (far + step)[:, None, None] * apart, r))
+
+
 def test_light_past_two_crossed_blades():
     lamp = primitive(Segments((3.0, 1.2), (-3.0, 1.2)), emission=1.0)
     bright = primitive(Segments((-0.4, 0.4), (0.4, 1.0)), emission=(0.0, 0.5))

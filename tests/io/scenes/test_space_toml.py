@@ -292,6 +292,19 @@ uv = [[[9, 9], [9, 9], [9, 9]], [[0, 0], [1, 0], [0, 1]]]
 """
 
 
+def test_the_triangles_of_a_mesh_have_the_corners_of_its_faces():
+    text = """
+dimensions = 3
+[[mesh]]
+vertices = [[1, 2, 0], [2, 2, 1], [2, 3, 0], [1, 3, 4]]
+faces = [[0, 1, 2], [0, 2, 3]]
+"""
+    v = np.array([[1, 2, 0], [2, 2, 1], [2, 3, 0], [1, 3, 4]], float)
+    triangles = space_from_toml(text).models[0].thing.shape
+    a, u, w = triangles.center, triangles.axes[..., 0], triangles.axes[..., 1]
+    np.testing.assert_allclose(np.stack([a, a + u, a + w], 1), v[[[0, 1, 2], [0, 2, 3]]])
+
+
 def test_u_and_v_of_a_face_without_area_are_left_out_with_it():
     model = space_from_toml(FLAT).models[0]
     assert model.mesh.count == 1

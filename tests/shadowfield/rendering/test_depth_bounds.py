@@ -137,6 +137,18 @@ def test_free_rays_bound_nothing():
     assert np.all(np.isneginf(far))
 
 
+@pytest.mark.parametrize("tree", WAYS)
+def test_receivers_in_light_have_no_bounds(monkeypatch, tree):
+    """Beside others in shadow."""
+    monkeypatch.setattr(depths, "HAVE_NATIVE", tree)
+    table, receivers = random_table(), rough_floor(60)
+    low = np.flatnonzero((table.near > 1.5) & ~table.free)[:8]
+    few = RayTable(*(a[low] for a in table))
+    true = every_place(few, receivers, PIXEL)
+    assert 0.1 < np.mean(np.isfinite(true[0])) < 0.9
+    np.testing.assert_array_equal(blocker_depths(LAMP, few, receivers, PIXEL), true)
+
+
 def test_smoothed_bounds_are_bounds_without_jumps():
     near, far = np.full((40, 30), np.inf), np.full((40, 30), -np.inf)
     near[:20, :25], far[:20, :25] = 2.0, 3.0

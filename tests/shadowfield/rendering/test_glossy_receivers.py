@@ -94,6 +94,14 @@ def test_without_blockers_it_is_the_direct_sum(exponent):
     np.testing.assert_array_equal(found.radiance, found.unshadowed)
 
 
+def test_close_below_the_lamp_it_is_the_direct_sum_too():
+    close = POINTS[::5] + np.array([0.0, 0.0, HIGH - 0.7])
+    true, off = summed(close, 5.0, 4)
+    found = cell_light(LAMP, close, surface(close, 5.0), 4, bell)
+    assert off < 0.01 * np.max(true)
+    assert np.max(abs(found - true)) < off
+
+
 def hidden_cells_error():
     """A checkered sheet just below the lamp hides some of its 4 x 4 cells from all receivers."""
     hidden = np.random.default_rng(2).random((4, 4)) < 0.5

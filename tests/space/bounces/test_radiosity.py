@@ -107,6 +107,22 @@ def test_half_a_light_behind_a_screen_gives_half():
     assert abs(half / full - 0.5) < 1e-6
 
 
+def test_the_nearer_half_of_a_lamp_behind_a_screen_takes_more_than_half():
+    """Of a long lamp that starts overhead: what is left is the light of the farther half."""
+    at = np.array([2.0, -1.0, 0.5])
+    x, z = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
+    lamp = rectangle(at + x + z, (0.0, 0.1, 0.0), (1.0, 0.0, 0.0))
+    screen = rectangle(at + 0.5 * z, (0.5, 0.0, 0.0), (0.0, 0.5, 0.0))
+    floor = rectangle(at, (3.0, 0.0, 0.0), (0.0, 3.0, 0.0))
+    scene = Scene.of(primitive(lamp, emission=1.0), *map(primitive, (floor, screen)))
+    own, up = jnp.array([1]), jnp.array([[0.0, 0.0, 1.0]])
+    found = _rectangle_lights(scene, jnp.asarray(at)[None], up, own, 32).item()
+    t, w = np.polynomial.legendre.leggauss(40)
+    x, y = np.meshgrid(1.5 + 0.5 * t, 0.1 * t, indexing="ij")
+    left = 0.05 * np.sum(np.outer(w, w) / (x * x + y * y + 1.0) ** 2)
+    np.testing.assert_allclose(found, left, rtol=2.0 / 32**2)
+
+
 def test_the_second_bounce_brings_the_wall_to_the_block():
     """One cell on the left of the block, against the wall's cells summed by their coupling."""
     scene = _scenes.j12_occluder()

@@ -24,7 +24,12 @@ from firstorder.space import (
     primitive,
     rectangle,
 )
-from firstorder.space.discontinuities import _jumps, visual_events_along
+from firstorder.space.discontinuities import (
+    _edges,
+    _jumps,
+    _lines_of_sight,
+    visual_events_along,
+)
 
 START = Receiver.at((-2.0, 0.53, 0.0))
 WAY = (1.0, -0.07, 0.0)
@@ -200,6 +205,15 @@ def test_jumps_shrink_as_space_grows():
     )
     np.testing.assert_allclose(large.x, 2.0 * small.x, rtol=1e-9)
     np.testing.assert_allclose(2.0 * large.jump_E1, small.jump_E1, rtol=1e-6)
+
+
+@pytest.mark.parametrize("k", [1e-6, 1e6])
+def test_vertices_and_edges_of_a_very_small_scene_are_those_of_a_large_one(k):
+    lamp = rectangle((0.0, 0.0, 2.0 * k), (0.0, 0.5 * k, 0.0), (0.6 * k, 0.0, 0.0))
+    scene = Scene.of(primitive(lamp), primitive(box(k * LOW, k * HIGH)))
+    pairs = _lines_of_sight.vertex_edge_pairs(_edges.edges_of(scene, Receiver.at((0.0, 0.0, 0.0))))
+    # Of different shapes any, of one shape those edges that do not end at the vertex.
+    assert len(pairs[0]) == 4 * 12 + 8 * 4 + 4 * 2 + 8 * 9
 
 
 def test_a_sky_is_light_like_any_other():

@@ -59,6 +59,14 @@ def test_a_line_across_a_piece_meets_its_jump(scene, lines):
         np.testing.assert_allclose(abs(table.jump_E2[nearest]), lines.jumps[row][k], rtol=1e-3)
 
 
+def test_a_bit_of_a_conic_in_a_small_square_is_drawn_with_most_of_its_points(scene, lines):
+    row = max(np.flatnonzero(lines.kind == "three edges"), key=lambda n: len(lines.lines[n]))
+    middle = lines.lines[row][len(lines.lines[row]) // 2]
+    found = discontinuity_mesh(scene, Receiver.at(middle), points=30, reach=0.04)
+    pieces = [found.lines[n] for n in np.flatnonzero(found.kind == "three edges")]
+    assert max(map(len, pieces)) > 15
+
+
 def test_edges_that_are_parallel_make_a_frame():
     lamp = primitive(rectangle((0.0, 0.0, 2.0), (0.0, 0.5, 0.0), (0.5, 0.0, 0.0)), emission=1.0)
     plate = primitive(rectangle((0.0, 0.0, 1.0), (0.2, 0.0, 0.0), (0.0, 0.2, 0.0)))

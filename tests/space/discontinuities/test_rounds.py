@@ -21,7 +21,15 @@ from firstorder.space import (
     rectangle,
     sphere,
 )
-from firstorder.space.discontinuities import _jumps, _rounds, discontinuity_mesh
+from firstorder.space.discontinuities import (
+    _edges,
+    _jumps,
+    _round_curves,
+    _round_lines,
+    _rounds,
+    _tangents,
+    discontinuity_mesh,
+)
 from firstorder.space.discontinuities.events import visual_events_along
 
 START, WAY, REACH = np.array([-2.0, 0.03, 0.0]), np.array([1.0, 0.07, 0.0]), 4.0
@@ -144,6 +152,22 @@ def test_umbra_and_penumbra_of_discs_are_circles():
     np.testing.assert_allclose(radii[1], 1.1, rtol=1e-9)
 
 
+def test_a_square_cuts_four_arcs_out_of_the_edge_of_a_penumbra():
+    """A circle of radius 1.1 in a square of half 0.8, whose corners are 1.13 away."""
+    lamp, plate = disc((0, 0, 2.0), (0, 0, -1.0), 0.5), disc((0, 0, 1.0), (0, 0, 1.0), 0.3)
+    scene, at = scene_of(lamp, plate), Receiver.at((0.0, 0.0, 0.0))
+    bodies, edges = _rounds.rounds_of(scene), _edges.edges_of(scene, at)
+    (curves,) = _round_curves.body_curves(scene, edges, bodies, at, 0.8, 401)
+    shown = curves.places[curves.jumps > 0.0]
+    radius, most = np.linalg.norm(shown, axis=1), np.max(np.abs(shown), axis=1)
+    arcs = radius > 0.5
+    np.testing.assert_allclose(radius, np.where(arcs, 1.1, 0.1), rtol=1e-9)
+    assert np.max(most[arcs]) <= 0.8
+    # The share of the circle between the angles at which it crosses the sides.
+    share = (np.pi / 4 - np.arccos(0.8 / 1.1)) / (np.pi / 4)
+    np.testing.assert_allclose(np.sum(arcs) / 401, share, atol=8 / 401)
+
+
 def test_what_two_balls_share_is_the_area_of_a_lens():
     """From far below, discs of the angles of the balls: E'' where they begin to overlap."""
     R, r, H, h = 0.002, 0.003, 2.0, 1.0
@@ -179,6 +203,41 @@ def test_a_line_that_is_walked_back_has_its_events_in_reverse():
     np.testing.assert_allclose(-back.jump_E2[::-1], there.jump_E2, rtol=1e-4, atol=1e-9)
 
 
+def test_a_shorter_line_has_those_events_of_a_longer_one_that_are_on_it():
+    scene = scene_of(LAMPS["a ball"], BLOBS[1], rectangle(*PLATE))
+    whole = found(scene, hidden=True)
+    part = found(scene, reach=1.9, hidden=True)  # others are a little farther on
+    np.testing.assert_allclose(part.x, whole.x[whole.x < 1.9], atol=1e-9)
+    assert len(part) > 5
+
+
+def conics(k):
+    """A circle and a hyperbola by s and t / k: squares add to 0.25, and the product is 0.12."""
+    circle, hyperbola = np.zeros((2, 3, 3))
+    circle[[0, 0, 2], [0, 2, 0]] = -0.25, 1.0, 1.0 / k**2
+    hyperbola[[0, 1], [0, 1]] = -0.12, 1.0 / k
+    return circle, hyperbola
+
+
+def test_a_circle_and_a_hyperbola_meet_in_two_points_of_a_square():
+    t, s = _round_lines._common_roots(*conics(1.0))
+    order = np.argsort(t)
+    np.testing.assert_allclose(t[order], [0.3, 0.4], rtol=1e-9)
+    np.testing.assert_allclose(s[order], [0.4, 0.3], rtol=1e-9)
+    t, _ = _round_lines._common_roots(*conics(5.0))  # at 1.5 and 2
+    assert len(t) == 0
+
+
+def test_two_functions_of_a_radius_and_an_angle_are_zero_at_two_points():
+    def both(t, angle):
+        x, y = t * np.cos(angle), t * np.sin(angle)
+        return np.stack([(x - 0.3) * (y + 0.6), (y - 0.4) * (x + 0.2) + 3.0 * (x - 0.3)])
+
+    t, angle = _round_lines._common_zeros(both)
+    points = np.stack([t * np.cos(angle), t * np.sin(angle)], -1)
+    np.testing.assert_allclose(points[np.argsort(t)], [[0.3, 0.4], [0.55, -0.6]], atol=1e-9)
+
+
 def test_roots_and_jumps_shrink_as_space_grows():
     def grown(k):
         lamp, ball = sphere((0.0, 0.1 * k, 2.0 * k), 0.4 * k), sphere((0.0, 0.0, k), 0.2 * k)
@@ -208,6 +267,16 @@ def test_a_ball_on_the_floor_has_events_like_any_other():
     np.testing.assert_allclose(table.x, free.x, atol=1e-9)
     np.testing.assert_allclose(table.root_after, free.root_after, atol=1e-9)
     assert len(table) > 3
+
+
+def test_what_parts_two_balls_does_not_depend_on_where_the_origin_is():
+    """Along it their middles are farther apart than both radii together."""
+    middles = np.array([[0.0, 0.1, -2.0], [0.2, 0.0, 2.0]])
+    for shift in ([0.0, 0.0, 0.0], [0.0, 0.0, -1.0], [-0.1, 0.0, 1.0], [3.0, -1.0, 2.0]):
+        balls = _rounds.rounds_of(scene_of(*(sphere(c + shift, 1.2) for c in middles)))
+        ((numbers, planes),) = _tangents.common_planes(balls)
+        assert numbers == (0, 1)
+        assert planes.axis @ (middles[1] - middles[0]) > 2.4
 
 
 def test_bodies_that_nothing_parts_have_no_plane_between_them():

@@ -54,6 +54,22 @@ def test_three_spheres_stand_apart_on_two_metres_of_the_plane():
     np.testing.assert_allclose(low[:, 2].min(), 0.0, atol=1e-15)  # the first rests on the plane
 
 
+def test_no_ball_is_higher_than_the_one_that_rests_on_the_plane():
+    scene = _scenes.three_spheres()
+    low, high = (a[list(scene.named("sphere"))] for a in extents(scene))
+    assert np.argmin(low[:, 2]) == np.argmax(high[:, 2]) == 0
+
+
+def test_the_lamp_over_the_tables_hangs_half_way_up_and_shines_at_the_ceiling():
+    """Above the lamp there is nothing but the ceiling, below it the tables."""
+    scene = _scenes.tables()
+    low, high = extents(scene)
+    (lamp,), tables = scene.named("light"), list(scene.named("table"))
+    assert high[tables, 2].max() < low[lamp, 2] == high[lamp, 2] < 1.0
+    np.testing.assert_allclose(0.5 * (low[lamp] + high[lamp]), 0.5)
+    assert scene.normal(lamp, jnp.zeros(3)).tolist() == [0.0, 0.0, 1.0]
+
+
 def test_the_clutter_does_not_touch_itself_nor_the_walls():
     """Boxes by their outer circles; balls over them."""
     scene = _scenes.clutter()

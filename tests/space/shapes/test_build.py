@@ -17,6 +17,26 @@ from firstorder.space import (
 )
 
 
+def test_the_half_axes_of_a_ball_are_its_radius():
+    found = sphere((1.0, 0.0, 3.0), 0.5)
+    np.testing.assert_allclose(found.center, [[1.0, 0.0, 3.0]])
+    np.testing.assert_allclose(found.axes, [0.5 * np.eye(3)])
+
+
+def test_a_box_has_the_precision_of_that_corner_that_has_one():
+    low, high = jnp.broadcast_to(jnp.asarray(0.0), (3,)), jnp.ones(3, jnp.float32)
+    assert low.weak_type
+    assert box(low, high).axes.dtype == jnp.float32
+
+
+def test_a_cylinder_that_leans_has_its_caps_across_its_axis():
+    base, half = np.array([1.0, 0.0, 0.0]), np.array([0.3, -0.4, 1.2])
+    found = cylinder(base, base + 2.0 * half, 0.5)
+    np.testing.assert_allclose(found.center, [base + half])
+    np.testing.assert_allclose(found.axes[0, :, 2], half)
+    np.testing.assert_allclose(half @ found.axes[0, :, :2], 0.0, atol=1e-15)
+
+
 def test_a_cylinder_stands_on_its_base():
     found = cylinder((1.0, 0.0, 0.0), (1.0, 0.0, 3.0), 0.5)
     np.testing.assert_allclose(found.center, [[1.0, 0.0, 1.5]])
@@ -53,6 +73,12 @@ def test_a_polygon_is_cut_into_triangles_that_cover_it_once(outline):
     np.testing.assert_allclose(0.5 * area.sum(0), true, rtol=1e-12)
     normal = true / np.linalg.norm(true)
     assert np.all(area @ normal > 0.0)  # none is turned over: none overlaps
+
+
+@pytest.mark.parametrize("size", [1e-100, 1e100])
+def test_a_polygon_may_have_any_size(size):
+    found = polygon(size * np.array([(x, y, 0.5 * x) for x, y in SAW], float))
+    assert found.count == len(SAW) - 2
 
 
 def test_traced_arguments_that_are_no_shape_give_nan():

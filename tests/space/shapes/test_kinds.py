@@ -66,6 +66,17 @@ def test_inside_is_where_the_definition_says(kind):
         np.testing.assert_array_equal(inside, implicit(kind, q) < 0.0)
 
 
+@pytest.mark.parametrize("kind", FLATS)
+def test_the_side_of_a_flat_shape_on_which_a_point_lies_is_that_of_its_normal(kind):
+    """Along the normal of what its first two axes span; for two that stand differently."""
+    axes, place = np.stack([AXES, np.diag([1.0, 1.0, 1.0])]), np.array([0.7, 1.1, -0.3])
+    shapes = kind(np.stack([CENTER, CENTER]), axes)
+    normal = np.cross(axes[..., 0], axes[..., 1])
+    for p in (place, -place):
+        signs = np.sign(np.sum((p - CENTER) * normal, -1))
+        np.testing.assert_array_equal(np.sign(shapes.height(p)), signs)
+
+
 def test_misses_are_misses(traced):
     kind, _, along, t, _ = traced
     s = np.linspace(0.0, 8.0, 4001)[1:-1]

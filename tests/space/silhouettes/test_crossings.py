@@ -244,6 +244,20 @@ def test_the_horizon_ends_where_silhouettes_cross_it():
     np.testing.assert_allclose(found, [-np.pi, -left, right, 0.25 * np.pi, left, np.pi], atol=1e-12)
 
 
+def test_a_point_straight_above_has_no_azimuth_and_no_slope():
+    """A lamp's corner over the receiver: the azimuths of the others keep their derivatives."""
+    lines = jnp.array([[(0.0, 0.0, 1.0), (1.0, 0.0, 1.0)], [(1.0, 1.0, 1.0), (1.0, -1.0, -1.0)]])
+    s, arcs, t = jnp.array([0.0, 0.5]), jnp.zeros((0, 3, 3)), jnp.zeros((0, 2))
+
+    def ends(shift):
+        return crossings.horizon_ends(lines.at[1].add(shift), s + 0.0 * shift[0], arcs, t)
+
+    at = jnp.zeros(3)
+    np.testing.assert_allclose(ends(at), [-np.pi, 0.0, 0.0, np.pi], atol=1e-15)
+    slopes = jax.jacfwd(ends)(at)
+    np.testing.assert_allclose(slopes.sum(0), [0.0, 1.0, 0.0], atol=1e-15)
+
+
 def test_the_height_over_a_cone_has_two_derivatives():
     f = crossings._cone(*jnp.array([(0.3, -0.2, 1.0), (0.5, 0.1, 0.4), (-0.2, 0.6, 0.3)]))
     value = jax.grad(lambda s: f(s)[0])

@@ -8,6 +8,7 @@ import pytest
 from firstorder.space import (
     Scene,
     box,
+    cylinder,
     plane,
     primitive,
     receiver,
@@ -72,6 +73,26 @@ def test_a_ball_on_the_horizon_is_cut_there():
     parts = np.asarray(found.azimuths[1:] - found.azimuths[:-1])
     width = parts[np.asarray(found.above) == 0].sum()
     np.testing.assert_allclose(width, 2.0 * np.arcsin(0.25))
+
+
+def test_balls_over_a_box_below_the_horizon_are_seen_all_round():
+    middles = [(-3.0, y, z) for y in (-1.5, 0.0, 1.5) for z in (1.0, 2.5)]
+    shapes = [box((1.0, -0.5, -0.9), (1.4, 0.5, -0.5)), *(sphere(c, 0.5) for c in middles)]
+    found = _pieces(Scene.of(*map(primitive, shapes)), receiver((0.0, 0.0, 0.0)))
+    round_ones = np.unique(found.rims.owner)
+    assert len(round_ones) == len(middles)
+    for owner in round_ones:
+        np.testing.assert_allclose(arcs(found, owner), 2.0 * np.pi)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_rim_that_stands_on_the_horizon_is_the_horizons(seed):
+    """However all is turned; of the upper rim the part is seen that looks at the receiver."""
+    turn, _ = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))
+    foot, up = 2.0 * turn[0], turn[2]
+    scene = Scene.of(primitive(cylinder(foot, foot + 1.5 * up, 0.5)))
+    found = _pieces(scene, receiver((0.0, 0.0, 0.0), up))
+    np.testing.assert_allclose(arcs(found, 0), 2.0 * np.arccos(0.25), rtol=1e-9)
 
 
 def test_two_walls_share_an_edge_and_each_answers_for_itself():
@@ -140,6 +161,17 @@ def test_edges_are_seen_as_far_as_rays_see_them(scale):
         np.testing.assert_allclose(length.sum(), seen_by_rays(wall, other) @ whole, rtol=1e-3)
     farther = seen_by_rays(1, 0)
     assert np.count_nonzero((farther > 0.0) & (farther < 1.0)) == 3
+
+
+def test_walls_that_shine_are_seen_like_others():
+    here, dark = receiver((0.0, 0.0, 0.0)), walls(1.0)
+    lit = Scene.of(
+        *(primitive(rectangle(*np.array(wall)), emission=k) for k, wall in enumerate(WALLS, 1))
+    )
+    one, other = _pieces(lit, here), _pieces(dark, here)
+    for name in ("seen", "owner", "behind", "cut"):
+        np.testing.assert_array_equal(getattr(one.lines, name), getattr(other.lines, name))
+    np.testing.assert_array_equal(one.above, other.above)
 
 
 def on_horizon(wall):

@@ -155,6 +155,7 @@ def test_a_table_bends_at_its_knots_alone():
         return float(lobe.derivatives(jnp.asarray(t))[2])
 
     assert bend(knots[0] - 0.01) == bend(knots[-1] + 0.01) == 0.0
+    np.testing.assert_allclose(lobe.half_width(), np.max(np.abs(knots)), rtol=1e-14)
     for start, end in itertools.pairwise(knots):
         first, middle, last = (bend(start + x * (end - start)) for x in (0.1, 0.5, 0.9))
         np.testing.assert_allclose(middle, 0.5 * (first + last), atol=1e-9)

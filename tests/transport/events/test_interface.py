@@ -67,6 +67,12 @@ def test_brewster_and_critical_angles():
     assert float(Fresnel(1 / eta)(0.0, critical - 1e-3)) < 0.8
 
 
+def test_it_breaks_at_both_horizons_and_both_critical_angles():
+    places = sorted(float(at) for at, _ in Fresnel(1 / 1.5).breaks())
+    critical, horizon = np.arcsin(1 / 1.5), 0.5 * np.pi
+    np.testing.assert_allclose(places, [-horizon, -critical, critical, horizon], rtol=1e-12)
+
+
 def test_no_nan_anywhere_on_the_circle():
     angles = jnp.array([0.0, jnp.arcsin(0.7), 0.5 * jnp.pi, -0.5 * jnp.pi, 1.3, 3.0])
     for factor in (Fresnel(0.7), Fresnel(1.0), Fresnel(1.5), Transmission(1.5), Schlick(0.04)):

@@ -170,7 +170,7 @@ def events(found: list[Part], dtype) -> tuple[Float[Array, " m"], Bool[Array, " 
         split.append(jnp.repeat(part.split.ravel(), 2))
         if part.normal is not None:
             level = cross(part.normal, up)
-            points.append(jnp.broadcast_to(level, (level.shape[0], 3)))
+            points.append(level)
             there.append(dot(level, level) > 0.0)
         points.append(lines.start)
         there.append(lines.live)

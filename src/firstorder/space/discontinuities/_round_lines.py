@@ -173,7 +173,8 @@ def _common_roots(f, g) -> tuple[np.ndarray, np.ndarray]:
     s = s.real[(np.abs(s.imag) < 1e-6) & (s.real > 0.0) & (s.real < 1.0)]
     with np.errstate(divide="ignore", invalid="ignore"):
         t = -minor(0, 2)(s) / minor(1, 2)(s)
-    return t, s
+    on = (t > 0.0) & (t < 1.0)
+    return t[on], s[on]
 
 
 # --- three round outlines ------------------------------------------------------------------------
