@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from firstorder.cli import main
 from firstorder.io import (
+    MeshModel,
     SpaceFile,
     is_space,
     read_panorama,
@@ -29,6 +30,7 @@ from firstorder.space import (
     rectangle,
     sphere,
 )
+from firstorder.space.meshes import mesh
 from firstorder.space.shapes.build import triangle
 from firstorder.space.shapes.kinds import Ellipsoids
 from firstorder.space.skies import GaussianSky, HarmonicSky, PanoramaSky
@@ -303,6 +305,14 @@ faces = [[0, 1, 2], [0, 2, 3]]
     triangles = space_from_toml(text).models[0].thing.shape
     a, u, w = triangles.center, triangles.axes[..., 0], triangles.axes[..., 1]
     np.testing.assert_allclose(np.stack([a, a + u, a + w], 1), v[[[0, 1, 2], [0, 2, 3]]])
+
+
+@pytest.mark.parametrize("material", [{}, {"albedo": 0.5}, {"emission": 2.0, "albedo": [0.1, 0.2]}])
+def test_a_mesh_is_written_with_as_much_of_a_material_as_was_said(material):
+    corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+    made = SpaceFile((), (MeshModel(mesh(corners, [[0, 1, 2]]), "leaf", material),))
+    found = space_from_toml(space_to_toml(made)).scene.material
+    jax.tree.map(np.testing.assert_array_equal, found, made.scene.material)
 
 
 def test_u_and_v_of_a_face_without_area_are_left_out_with_it():

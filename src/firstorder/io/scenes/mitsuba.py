@@ -38,7 +38,6 @@ from firstorder.io.scenes._mitsuba_xml import dict_of_xml
 from firstorder.io.scenes._toml_tables import TomlTable, number, yes
 from firstorder.io.scenes.space_toml import MeshModel, SpaceFile
 from firstorder.space.primitives import Primitive, primitive
-from firstorder.space.shapes import build
 
 MESHES = ("obj", "ply")
 BSDFS = ("diffuse", "twosided")
@@ -210,8 +209,9 @@ def _model(element: _Element, materials: Mapping[str, Any], beside: Beside) -> M
     found = found.at(np.asarray(found.vertices) @ axes.T + shift)
     if turned:
         raise element.place.error("`flip_normals` must be false for a mesh: turn its faces round.")
-    refused_at(table.at, lambda: primitive(build.sphere((0, 0, 0), 1.0), **material))
-    return MeshModel(found, element.name, material, uv)
+    model = MeshModel(found, element.name, material, uv)
+    refused_at(table.at, lambda: model.face_material)
+    return model
 
 
 def _has_normals(path: pathlib.Path) -> bool:

@@ -16,9 +16,7 @@ from firstorder.io.scenes._mitsuba_shapes import written
 from firstorder.io.scenes._mitsuba_xml import xml_of_dict
 from firstorder.io.scenes.mitsuba import NUMBERED
 from firstorder.io.scenes.space_toml import MeshModel, SpaceFile
-from firstorder.space.primitives import primitive
 from firstorder.space.scene import Scene
-from firstorder.space.shapes import build
 from firstorder.space.skies import ConstantSky
 
 # What an object is called in XML, by its type.
@@ -198,9 +196,8 @@ def _models_dict(
         if folder is None:
             raise ValueError("Argument `folder` must be given, as Mitsuba reads meshes from files.")
         name = f"{stem}_{k}.ply"
-        thing = primitive(build.sphere((0, 0, 0), 1.0), **model.material)
         try:
-            light = _material_dict(thing.material, 0)
+            light = _material_dict(model.face_material, 0)
         except ValueError as error:
             raise Place("", None, _called("mesh", model.name)).error(error) from None
         write_text(pathlib.Path(folder, name), _ply(model))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from firstorder.io.files import write_text
 from firstorder.io.scenes._surface_maps import MapSet, map_set_text
 from firstorder.io.scenes._toml_text import exact_text, material_lines, quoted
 from firstorder.io.scenes.space_toml import CLASSES, MATERIAL, MeshModel, SpaceFile
+from firstorder.space.primitives import Material
 from firstorder.space.scene import Scene
 from firstorder.space.skies import ConstantSky, GaussianSky, HarmonicSky, PanoramaSky
 
@@ -104,8 +106,7 @@ def _shape_text(group: Any, i: int, name: str, material: Any, row: int) -> str:
     lines += [f"name = {quoted(name)}"] * bool(name)
     lines.append(f"center = {exact_text(center)}")
     lines.append(f"radius = {exact_text(axes[0, 0])}" if round_ else f"axes = {exact_text(axes.T)}")
-    given = {key: np.asarray(getattr(material, key))[row] for key in MATERIAL}
-    return "\n".join(["[[shape]]", *lines, *material_lines(given)])
+    return "\n".join(["[[shape]]", *lines, *_material_lines(material, row)])
 
 
 def _model_text(model: MeshModel) -> str:
@@ -114,8 +115,11 @@ def _model_text(model: MeshModel) -> str:
     lines += [f"vertices = {exact_text(model.mesh.vertices)}", f"faces = [{faces}]"]
     if model.uv is not None:
         lines.append(f"uv = {exact_text(model.uv)}")
-    given = {key: model.material[key] for key in MATERIAL}
-    return "\n".join(["[[mesh]]", *lines, *material_lines(given)])
+    return "\n".join(["[[mesh]]", *lines, *_material_lines(model.face_material, 0)])
+
+
+def _material_lines(material: Material, row: int) -> Iterator[str]:
+    return material_lines({key: np.asarray(getattr(material, key))[row] for key in MATERIAL})
 
 
 def _sky_text(sky: Any) -> str:
@@ -171,7 +175,7 @@ def describe_space(space: SpaceFile) -> str:
         size = f"{model.mesh.count} faces, {len(model.mesh.vertices)} vertices"
         shut = "closed" if model.mesh.closed else "with a boundary"
         lines.append(
-            ("mesh", model.name or "unnamed", f"{size}, {shut}{worn}", model.thing.material, 0)
+            ("mesh", model.name or "unnamed", f"{size}, {shut}{worn}", model.face_material, 0)
         )
     words = [f"{k:10} {n:13} {what}{_light(m, i)}" for k, n, what, m, i in lines]
     sky = _sky_text(space.sky).splitlines()

@@ -84,7 +84,7 @@ from firstorder.io.scenes._toml_tables import (
 )
 from firstorder.numerics._vectors import cross, unit
 from firstorder.space.meshes.triangle_mesh import Mesh, mesh
-from firstorder.space.primitives import Primitive, primitive
+from firstorder.space.primitives import Material, Primitive, primitive
 from firstorder.space.scene import Scene
 from firstorder.space.shapes import build, kinds
 
@@ -123,6 +123,11 @@ class MeshModel:
     name: str
     material: dict[str, Any]
     uv: Any = None
+
+    @property
+    def face_material(self) -> Material:
+        """The material as of one shape, each number for front and back."""
+        return primitive(build.sphere((0.0, 0.0, 0.0), 1.0), **self.material).material
 
     @property
     def thing(self) -> Primitive:
@@ -367,8 +372,9 @@ def _model(table: TomlTable, beside: Beside) -> tuple[MeshModel, MapSet]:
             uv = np.array(uv)[valid_faces(np.array(faces))]
     coat = map_set_of(table, beside, uv is not None)
     table.done()
-    refused_at(table.at, lambda: primitive(build.sphere((0, 0, 0), 1.0), **material))
-    return MeshModel(found, name, material, None if uv is None else np.array(uv, float)), coat
+    model = MeshModel(found, name, material, None if uv is None else np.array(uv, float))
+    refused_at(table.at, lambda: model.face_material)
+    return model, coat
 
 
 def _camera(table: TomlTable) -> Pinhole:
