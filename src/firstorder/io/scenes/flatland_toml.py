@@ -374,5 +374,5 @@ def _environment(sky):
         case _:
             raise ValueError(
                 "Argument `scene` must have an environment that a file can name (ConstantSky, "
-                f"GaussianSky or RowSky), but has {type(sky).__name__}."
+                f"GaussianSky or PanoramaSky), but has {type(sky).__name__}."
             )
