@@ -85,6 +85,13 @@ def check_shape(name: str, x: Any, shape: tuple[int, ...]) -> None:
         raise ValueError(f"Argument `{name}` must have shape {shape}, but has {tuple(x.shape)}.")
 
 
+def check_coordinates(name: str, x: Any) -> None:
+    """Refuse points and vectors that are not of space."""
+    shape = np.shape(x)
+    if shape[-1:] != (3,):
+        raise ValueError(f"Argument `{name}` must have three coordinates, but has shape {shape}.")
+
+
 def check_one(name: str, x: Any) -> None:
     """Refuse more than one number."""
     shape = np.shape(x)

@@ -7,12 +7,14 @@ import pytest
 
 from firstorder.numerics import _roots
 from firstorder.space import (
+    Boxes,
     Scene,
     boundary_gradient,
     box,
     cylinder,
     derivatives,
     disc,
+    ellipsoid,
     irradiance,
     plane,
     primitive,
@@ -114,6 +116,9 @@ def test_a_concrete_triangle_without_area_is_refused(where):
 
 PANEL = rectangle((0.0, 0.0, 2.0), (0.0, 0.5, 0.0), (0.5, 0.0, 0.0))
 BULB = sphere((0.0, 0.0, 2.0), 0.5)
+ROD = cylinder((0.0, 0.0, 0.5), (3.0, 0.0, 2.5), 0.05)
+SLANTED = np.array([[0.01, 0.0, 1.5], [0.0, 0.02, 0.1], [0.0, 0.0, 1.0]])
+NEEDLE, BOARD = ellipsoid((1.5, 0.0, 1.6), SLANTED), Boxes((1.5, 0.0, 1.6), SLANTED)
 MEET = {
     "a ball through a panel": (PANEL, sphere((0.1, 0.1, 2.1), 0.2)),
     "a small ball through a panel": (PANEL, sphere((0.13, 0.17, 2.0), 1e-3)),
@@ -126,6 +131,10 @@ MEET = {
     "a bulb in a cylinder's wall": (BULB, cylinder((0.4, 0.0, 1.0), (0.4, 0.0, 3.0), 0.2)),
     "a bulb's top in a great box": (BULB, box((-18.0, -17.0, 2.4), (22.0, 23.0, 42.0))),
     "two balls": (BULB, sphere((0.0, 0.7, 2.0), 0.3)),
+    "a slanted rod through a plane": (ROD, plane((0.0, 0.0, 1.0), (0.0, 0.0, 1.0))),
+    "a slanted rod through a panel": (ROD, rectangle((1.0, 0.3, 1.0), (3, 0, 0), (0, 4, 0))),
+    "a needle through a panel": (NEEDLE, rectangle((1.0, 0.3, 1.0), (3, 0, 0), (0, 4, 0))),
+    "a board's corner in a plane": (BOARD, plane((0.0, 0.0, 1.0), (0.0, 0.0, 1.0))),
 }
 APART = {
     "a ball that touches a panel": (PANEL, sphere((0.1, 0.1, 1.8), 0.2)),
@@ -135,6 +144,8 @@ APART = {
     "a panel in a corner of walls": (PANEL, triangle((0.5, 0.5, 2.0), (0.5, 0.5, 3.0), (2, 1, 1))),
     "a panel inside of a ball": (PANEL, sphere((0.0, 0.0, 2.0), 0.8)),
     "two balls that touch": (BULB, sphere((0.0, 0.8, 2.0), 0.3)),
+    "a slanted rod over a panel": (ROD, rectangle((1.0, 0.3, 0.45), (3, 0, 0), (0, 4, 0))),
+    "a board on its corner": (BOARD, plane((0.0, 0.0, 0.6), (0.0, 0.0, 1.0))),
     "a bulb on a slanted rod's axis": (BULB, cylinder((0.6, 0.0, 2.6), (1.6, 0.0, 3.6), 0.3)),
 }
 
@@ -222,6 +233,22 @@ def test_what_makes_no_difference_is_not_refused():
     for scene, at in ((lit, AT), (over, AT), (lit, below)):
         check_apart(scene, at)
     check_apart(over, AT, radiance=lambda index, along: along[2])
+
+
+@pytest.mark.parametrize("turn", range(8))
+def test_a_dome_and_the_floor_on_which_the_receiver_lies_meet_in_its_horizon(turn):
+    """However the world is turned: rounding puts the floor's points above and below itself."""
+    dome, floor = sphere((0.0, 0.0, 0.0), 0.3), rectangle((0, 0, 0), (2, 0, 0), (0, 2, 0))
+    where = sphere((1.1, 0.3, 0.0), 1.0)
+    dome, floor, where = (turned(shape, turn) for shape in (dome, floor, where))
+    scene = Scene.of(primitive(dome, emission=1.0), primitive(floor))
+    at = receiver(where.center[0], where.axes[0, :, 2], on=1)
+    # Half of its cap of half-angle a, by rings about the normal.
+    a, n = np.arcsin(0.3 / np.hypot(1.1, 0.3)), 400
+    theta = 0.5 * np.pi - a * (np.arange(n) + 0.5) / n
+    half = np.arccos(np.cos(a) / np.sin(theta))
+    expected = np.sum(2.0 * half * np.cos(theta) * np.sin(theta)) * a / n
+    np.testing.assert_allclose(irradiance(scene, at), expected, rtol=1e-3)
 
 
 def test_derivatives_and_the_contour_form_are_refused_too():

@@ -4,10 +4,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
 from firstorder.space import Receiver, receiver
 
 R = 1.7
+AT = receiver((0.0, 0.0, 0.0))
 
 
 def on_ball():
@@ -47,6 +49,34 @@ def test_a_tilt_is_a_turn(tilt):
     np.testing.assert_allclose(turned.normal, np.cos(size) * n + np.sin(size) * way, atol=1e-12)
 
 
+@pytest.mark.parametrize("size", 10.0 ** -np.arange(1.0, 8.0))
+def test_second_derivatives_of_a_small_turn_in_single_precision(size):
+    """Exactly, at no turn: `d2 n = -n`, and of the tangents what moves along the normal."""
+
+    def bends(dtype):
+        at = receiver(jnp.zeros(3, dtype), jnp.array([0.0, 0.0, 1.0], dtype))
+        tilt = jnp.asarray(size * np.array([1.0, 0.3]), dtype)
+        return jax.jacfwd(jax.jacfwd(lambda tilt: at.tilted(tilt).axes))(tilt)
+
+    np.testing.assert_allclose(bends(jnp.float32), bends(jnp.float64), atol=1e-5)
+    np.testing.assert_allclose(bends(jnp.float64)[:, 2, 0, 0], [0.0, 0.0, -1.0], atol=1.1 * size)
+
+
+@pytest.mark.parametrize("size", [0.0, 1e-6, 1.22e-4, 1.23e-4, 0.03, 0.3])
+def test_a_turn_is_its_exponential_on_either_side_of_its_series(size):
+    tilt, at = size * np.array([0.6, -0.8]), receiver((0.0, 0.0, 0.0))
+    K = np.zeros((3, 3))
+    K[:2, 2], K[2, :2] = tilt, -tilt
+    np.testing.assert_allclose(at.tilted(tilt).axes, expm(K), atol=1e-15)
+    # Of the exponential of [[K, dK], [0, K]] the upper right is the derivative along dK.
+    for i in range(2):
+        dK = np.zeros((3, 3))
+        dK[i, 2], dK[2, i] = 1.0, -1.0
+        both = expm(np.block([[K, dK], [np.zeros((3, 3)), K]]))
+        slope = jax.jacfwd(lambda tilt: at.tilted(tilt).axes)(jnp.asarray(tilt))
+        np.testing.assert_allclose(slope[..., i], both[:3, 3:], atol=1e-14)
+
+
 def test_steps_of_a_receiver_are_along_its_axes_and_its_normal_leans_as_a_tilt_says():
     at, n = on_ball()
     new = at.displaced(jnp.array([0.3, -0.2, 0.5, 0.1, -0.4]))
@@ -72,6 +102,24 @@ def test_bad_receivers_are_refused():
         receiver((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     with pytest.raises(ValueError, match=r"^Argument `position` must be finite, but is inf\.$"):
         receiver((0.0, 0.0, np.inf))
+
+
+@pytest.mark.parametrize(
+    ("ask", "words"),
+    [
+        (lambda: receiver((0, 0, 0), S=2.0), "`S` must have shape (..., 2, 2), but has ()."),
+        (lambda: receiver((0, 0, 0), S=(1, 2)), "`S` must have shape (..., 2, 2), but has (2,)."),
+        (lambda: AT.moved(1.0), "`x` must have shape (2,), but has ()."),
+        (lambda: AT.moved(np.ones(3)), "`x` must have shape (2,), but has (3,)."),
+        (lambda: AT.tilted(np.ones(3)), "`tilt` must have shape (2,), but has (3,)."),
+        (lambda: AT.displaced(np.ones(2)), "`u` must have shape (5,), but has (2,)."),
+    ],
+)
+def test_what_has_another_shape_is_refused_in_one_sentence(ask, words):
+    """A number for S would be broadcast to a matrix of equal entries, which is no ball's."""
+    with pytest.raises(ValueError, match="Argument") as found:
+        ask()
+    assert str(found.value) == f"Argument {words}"
 
 
 def test_a_receiver_by_its_class_is_the_one_of_the_old_name():

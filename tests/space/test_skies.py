@@ -112,6 +112,17 @@ def test_the_gaussians_gradient_is_its_slope_on_the_sphere():
                                np.exp(-0.5), rtol=1e-3)  # fmt: skip
 
 
+@pytest.mark.parametrize("length", [2e-38, 1e-25, 1e25, 1e38])
+def test_the_gaussians_middle_may_have_any_length_in_single_precision(length):
+    w = jnp.array([0.6, 0.0, 0.8], jnp.float32)
+    one, other = (
+        GaussianSky(jnp.array([0.0, 0.0, size], jnp.float32), jnp.float32(0.5))
+        for size in (1.0, length)
+    )
+    assert one(w) == other(w)
+    np.testing.assert_array_equal(one.gradient(w), other.gradient(w))
+
+
 def test_harmonics_are_orthonormal_and_those_of_scipy():
     from scipy.special import sph_harm_y
 

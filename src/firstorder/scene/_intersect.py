@@ -56,7 +56,7 @@ def tie(dtype: Any) -> float:
     return float(jnp.finfo(dtype).eps) ** 0.75
 
 
-def _rounding(origins: Float[Array, "r d"]) -> Float[Array, " r"]:
+def rounding(origins: Float[Array, "r d"]) -> Float[Array, " r"]:
     """Of distances, from the coordinates of places."""
     return 8.0 * jnp.finfo(origins.dtype).eps * jnp.max(jnp.abs(origins), -1)
 
@@ -147,14 +147,14 @@ def first_by_reduction(groups: Sequence[Any], rank: Array, rays: Rays) -> Int[Ar
 
     t = jax.vmap(meet, in_axes=(1, 1, 0), out_axes=1)(*apart)
     # So much longer that a share of them is above rounding.
-    t = t + _rounding(rays[0]) / tie(t.dtype)
+    t = t + rounding(rays[0]) / tie(t.dtype)
     return highest(t, rank[:, None], rank.shape[0])
 
 
 def first_by_scan(groups: Sequence[Any], rank: Array, rays: Rays) -> Int[Array, " r"]:
     """Shape after shape against all rays."""
     apart = _apart(rays)
-    share, slack, count = 1.0 + tie(apart[0].dtype), _rounding(rays[0]), apart[2].shape
+    share, slack, count = 1.0 + tie(apart[0].dtype), rounding(rays[0]), apart[2].shape
 
     def meet(carry, here):
         (reach, most), (shape, k, rank) = carry, here
@@ -217,7 +217,7 @@ def first_of(
         return either(number == MISS, jnp.inf, t)
 
     t = jax.vmap(lambda row: jax.vmap(meet)(row, *rays))(numbers)
-    t = t + _rounding(rays[0]) / tie(t.dtype)
+    t = t + rounding(rays[0]) / tie(t.dtype)
     return highest(t, rank[numbers], rank.shape[0])
 
 

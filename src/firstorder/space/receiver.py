@@ -9,7 +9,14 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
-from firstorder._argument_checks import check_finite, check_real, is_concrete, nan_unless
+from firstorder._argument_checks import (
+    check_coordinates,
+    check_finite,
+    check_real,
+    check_shape,
+    is_concrete,
+    nan_unless,
+)
 from firstorder.conventions import normal_rate
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._host import spread
@@ -17,7 +24,6 @@ from firstorder.numerics._select import either
 from firstorder.numerics._vectors import frame_along
 from firstorder.scene._arguments import numbers, shape_number, spread_over
 from firstorder.scene._derivatives import SPACE
-from firstorder.typing import as_float
 
 
 class Receiver(eqx.Module):
@@ -62,13 +68,14 @@ class Receiver(eqx.Module):
             position: shape (..., 3) [m].
             normal: shape (..., 3), of any length.
             on: number of the shape on which it lies, -1 for none.
-            S: shape operator in that frame, zero if left out [1/m].
+            S: shape operator in that frame, shape (..., 2, 2), zero if left out [1/m].
 
         Returns:
             The receiver; a traced normal without length gives NaN.
 
         Raises:
-            ValueError: if a number is not finite or the normal is zero.
+            ValueError: if a number is not finite, the normal is zero, or something has another
+                shape.
             TypeError: if something is no number.
 
         Example:
@@ -80,15 +87,14 @@ class Receiver(eqx.Module):
         check_finite("position", position)
         check_finite("normal", normal)
         for name, vector in (("position", position), ("normal", normal)):
-            if vector.shape[-1:] != (3,):
-                raise ValueError(
-                    f"Argument `{name}` must have three coordinates, but has shape {vector.shape}."
-                )
+            check_coordinates(name, vector)
         axes = _axes(normal)
         if is_concrete(axes) and np.any(np.isnan(np.asarray(axes))):
             raise ValueError("Argument `normal` must have a length, but is the zero vector.")
         shape = jnp.broadcast_shapes(position.shape, normal.shape)[:-1]
-        S = np.zeros((2, 2), position.dtype) if S is None else as_float(S)
+        S = np.zeros((2, 2), position.dtype) if S is None else numbers("S", S)
+        if S.shape[-2:] != (2, 2):
+            raise ValueError(f"Argument `S` must have shape (..., 2, 2), but has {S.shape}.")
         return cls(
             spread(position, (*shape, 3)),
             spread(axes, (*shape, 3, 3)),
@@ -101,7 +107,7 @@ class Receiver(eqx.Module):
         """The unit normal, local +z."""
         return self.axes[..., 2]
 
-    def moved(self, x: Float[Array, "2"]) -> Receiver:
+    def moved(self, x: ArrayLike) -> Receiver:
         """The receiver after a walk of x along t and b, its normal carried with the surface.
 
         The position follows the osculating paraboloid, the normal turns by S x about the axis
@@ -109,24 +115,43 @@ class Receiver(eqx.Module):
         constant curvature.
 
         Valid for one receiver; use `jax.vmap` for many.
+
+        Args:
+            x: shape (2,) [m].
+
+        Raises:
+            ValueError: if x has another shape.
         """
         x = numbers("x", x)
+        check_shape("x", x, (2,))
         rate = normal_rate(self.S, x)
         step = jnp.append(x, -0.5 * jnp.dot(x, rate))
         return Receiver(self.position + self.axes @ step, _turned(self.axes, rate), self.S, self.on)
 
-    def tilted(self, tilt: Float[Array, "2"]) -> Receiver:
-        """The receiver turned on the spot so that its normal moves along t and b [rad]."""
+    def tilted(self, tilt: ArrayLike) -> Receiver:
+        """The receiver turned on the spot so that its normal moves along t and b.
+
+        Args:
+            tilt: shape (2,) [rad].
+
+        Raises:
+            ValueError: if the tilt has another shape.
+        """
         tilt = numbers("tilt", tilt)
+        check_shape("tilt", tilt, (2,))
         return Receiver(self.position, _turned(self.axes, tilt), self.S, self.on)
 
-    def displaced(self, u: Float[Array, "5"]) -> Receiver:
+    def displaced(self, u: ArrayLike) -> Receiver:
         """The receiver after steps along its axes, and a tilt of its normal.
 
         Args:
-            u: one number for each of `freedoms` [m, m, m, rad, rad].
+            u: one number for each of `freedoms`, shape (5,) [m, m, m, rad, rad].
+
+        Raises:
+            ValueError: if u has another shape.
         """
         u = numbers("u", u)
+        check_shape("u", u, (len(SPACE),))
         position = self.position + self.axes @ u[:3]
         return Receiver(position, _turned(self.axes, u[3:]), self.S, self.on)
 
@@ -167,7 +192,9 @@ def _turned(axes: Float[Array, "3 3"], tilt: Float[Array, "2"]) -> Float[Array, 
     K = jnp.einsum("i,ijk->jk", tilt, jnp.asarray(TURNS, axes.dtype))
     square = jnp.dot(tilt, tilt)
     squares = jnp.stack([square, 0.25 * square])
-    turns = squares > 1e-12
+    # Second derivatives of the ratio lose as many digits as the angle has zeros; below the root of
+    # a rounding two terms of its series are exact.
+    turns = squares > float(jnp.finfo(axes.dtype).eps) ** 0.5
     angle = jnp.sqrt(either(turns, squares, 1.0))
     s, half = jnp.unstack(either(turns, jnp.sin(angle) / angle, 1.0 - squares / 6.0))
     return axes + axes @ (s * K + (0.5 * half * half) * (K @ K))

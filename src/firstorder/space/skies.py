@@ -31,7 +31,7 @@ from firstorder._argument_checks import (
     check_positive,
     is_concrete,
 )
-from firstorder.numerics._vectors import dot, norm, unit
+from firstorder.numerics._vectors import dot, near_one, unit
 from firstorder.scene._bands import by_band
 from firstorder.typing import as_float
 
@@ -110,16 +110,21 @@ class GaussianSky(eqx.Module):
                 f"Argument `center` must have shape (3,), but has {jnp.shape(self.center)}."
             )
         check_finite("center", self.center)
-        if is_concrete(self.center) and not float(norm(self.center)) > 0.0:
+        if is_concrete(self.center) and not np.any(np.asarray(self.center)):
             raise ValueError("Argument `center` must have a direction, but is the zero vector.")
         check_positive("sigma", self.sigma)
         check_one_or_bands("radiance", self.radiance)
         check_not_negative("radiance", self.radiance)
 
+    @property
+    def _middle(self) -> Float[Array, "3"]:
+        """The unit direction m of the maximum."""
+        return unit(near_one(self.center))
+
     @by_band()
     def __call__(self, w: Directions) -> Numbers:
         """Radiance from a world direction, a unit vector."""
-        return self.radiance * jnp.exp((dot(w, unit(self.center)) - 1.0) / self.sigma**2)
+        return self.radiance * jnp.exp((dot(w, self._middle) - 1.0) / self.sigma**2)
 
     @by_band(-2)
     def gradient(self, w: Directions) -> Float[Array, "*n 3"]:
@@ -127,7 +132,7 @@ class GaussianSky(eqx.Module):
 
         `grad L = L (m - (w . m) w) / sigma^2`, in W/(m^2 sr rad).
         """
-        m = unit(self.center)
+        m = self._middle
         toward = m - dot(w, m)[..., None] * w
         return (self(w) / self.sigma**2)[..., None] * toward
 

@@ -377,3 +377,37 @@ def test_a_fault_is_noticed(monkeypatch, name, wrong):
     worst = max(slice_errors())
     assert np.isfinite(worst)
     assert worst > 1e-3
+
+
+# --- single precision ----------------------------------------------------------------------------
+
+
+def in_single_precision(unit, ask):
+    """Behind a ball, a box, a leaning cylinder and a panel, of that unit of length."""
+
+    def of(numbers):
+        return jnp.asarray(unit * np.array(numbers), jnp.float32)
+
+    shapes = (
+        sphere(of((0.5, 0.2, 1.2)), of(0.3)),
+        box(of((0.2, -1.2, 0.0)), of((0.8, -0.6, 0.9))),
+        cylinder(of((-1.0, 0.3, 0.0)), of((-0.8, 0.4, 1.1)), of(0.2)),
+        triangle(of((0.1, 0.1, 1.5)), of((0.4, 0.1, 1.4)), of((0.1, 0.5, 1.6))),
+    )
+    up = jnp.array([0.0, 0.0, 1.0], jnp.float32)
+    return ask(Scene.of(*map(primitive, shapes)), receiver(of((0.0, 0.0, 0.0)), up))
+
+
+@pytest.mark.parametrize("unit", [1e-12, 1e-9, 1e9, 1e12])
+@pytest.mark.parametrize("ask", [visibility_by_azimuth, irradiance_by_azimuth])
+def test_the_unit_of_length_does_not_matter(ask, unit):
+    """Discriminants of arcs hold fourth powers of lengths, and crossings sixth."""
+    found, plain = in_single_precision(unit, ask), in_single_precision(1.0, ask)
+    np.testing.assert_allclose(found.value, plain.value, rtol=1e-6)
+    rate, expected = unit * found.gradient.boundary, plain.gradient.boundary
+    np.testing.assert_allclose(rate, expected, atol=2e-4)
+
+
+def test_what_is_asked_in_single_precision_is_answered_in_it():
+    found = in_single_precision(1.0, visibility_by_azimuth)
+    assert {leaf.dtype.name for leaf in jax.tree.leaves(found)} == {"float32"}

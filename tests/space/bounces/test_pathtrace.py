@@ -19,6 +19,7 @@ from firstorder.space import (
     plane,
     primitive,
     receiver,
+    rectangle,
 )
 from firstorder.space.bounces import pathtrace
 from firstorder.space.bounces._surface_points import area_density, point_on
@@ -433,6 +434,9 @@ def test_the_receiver_may_play_roulette_too(furnace, key, monkeypatch):
     assert furnace_errors(furnace, key).passed
 
 
+UPWARD = np.full(3, 0.5), np.array([0.0, 0.0, 1.0])
+
+
 @pytest.mark.parametrize(
     ("ask", "words"),
     [
@@ -442,11 +446,21 @@ def test_the_receiver_may_play_roulette_too(furnace, key, monkeypatch):
             "not be negative",
         ),
         (lambda s, k: path_irradiance(s, on_floor(s), key=k, paths=4, survival=1.0), "`survival`"),
+        (lambda s, k: path_radiance(s, *UPWARD, key=k, paths=1, bounces=0), "at least 2, but is 1"),
+        (lambda s, k: path_radiance(s, *UPWARD, key=k, paths=4, bounces=-1), "but is -1"),
     ],
 )
 def test_bad_input_is_one_sentence(ask, words, furnace, key):
     with pytest.raises(ValueError, match=words):
         ask(furnace, key)
+
+
+@pytest.mark.parametrize("bounces", [0, 1])
+def test_rays_in_single_precision_are_answered_in_it(bounces, key):
+    x, y, z = jnp.eye(3, dtype=jnp.float32)
+    lamp = primitive(rectangle(z, y, x), emission=jnp.float32(1.0), albedo=jnp.float32(0.5))
+    found = path_radiance(Scene.of(lamp), 0.0 * z, z, key=key, paths=4, bounces=bounces)
+    assert found.mean.dtype == found.error.dtype == jnp.float32
 
 
 def test_the_lamp_of_the_library_is_sampled():

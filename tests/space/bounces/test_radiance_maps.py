@@ -95,3 +95,29 @@ def test_cells_of_a_ball_lie_on_it_and_face_outward():
     away = point[ball] - jnp.array([0.0, 0.0, 1.0])
     np.testing.assert_allclose(jnp.linalg.norm(away, axis=-1), 0.3, rtol=1e-12)
     np.testing.assert_allclose(normal[ball], away / 0.3, rtol=1e-12)
+
+
+@pytest.mark.parametrize("bands", [False, True])
+@pytest.mark.parametrize("turn", range(4))
+def test_a_lamp_drawn_on_a_wall_hides_the_wall(turn, bands):
+    """However the world is turned: by rounding some rays would meet the wall behind it.
+
+    A lamp of one band hides it in all bands.
+    """
+    rng = np.random.default_rng(turn)
+    frame = np.linalg.qr(rng.normal(size=(3, 3)))[0] if turn else np.eye(3)
+    t, b, n = frame.T
+    lit = np.array([0.0, 1.0, 0.0]) if bands else 1.0
+    scene = Scene.of(
+        primitive(rectangle(n, b, t), albedo=0.5),
+        primitive(rectangle(n + 0.3 * t, 0.3 * b, 0.3 * t), emission=lit),
+        primitive(sphere(0.5 * n - 0.3 * t, 0.1)),
+    )
+    maps = RadianceMaps(scene, jnp.ones((3, 2, 2)))
+    across = rng.uniform(-0.25, 0.25, (200, 2)) + np.array([0.3, 0.0])
+    along = (np.column_stack([across, np.ones(200)])) @ frame.T
+    along = along / np.linalg.norm(along, axis=1)[:, None]
+    hits = trace_maps(maps, (jnp.zeros(200),) * 3, tuple(jnp.asarray(along.T)), -1)
+    np.testing.assert_array_equal(hits.index, 2)
+    np.testing.assert_array_equal(nearest(scene, np.zeros((200, 3)), along).index, 2)
+    np.testing.assert_allclose(hits.distance, 1.0 / (along @ n), rtol=1e-12)

@@ -156,12 +156,40 @@ def test_one_ray_of_each_cell_looks_another_way():
     np.testing.assert_allclose(one[large], many[large], rtol=0.0, atol=0.15 * np.max(many))
 
 
+@pytest.mark.parametrize("sky", [0.1, lambda w: 0.1 + 0.0 * w[2]])
+def test_a_sky_is_no_light_of_these_and_is_refused(sky):
+    """It would be left out of the first reflection without a word."""
+    box = _scenes.j12_box()
+    under = Scene.of(
+        primitive(rectangle((0.5, 0.5, 0.0), (0.5, 0.0, 0.0), (0.0, 0.5, 0.0)), albedo=0.5),
+        primitive(rectangle((0.5, 0.5, 1.0), (0.0, 0.2, 0.0), (0.2, 0.0, 0.0)), emission=1.0),
+        environment=sky,
+    )
+    with pytest.raises(ValueError, match=r"^Argument `scene` must have no sky here, but "):
+        solve_radiosity(under, cells=2, shadow=0)
+    assert solve_radiosity(box, cells=2, shadow=0).L.max() > 0.0
+
+
+@pytest.mark.parametrize("unit", [1e-20, 1e-9, 1e9, 1e18])
+def test_the_unit_of_length_does_not_matter_in_single_precision(unit):
+    """A small light, of whose edges the squares of products of coordinates are the least."""
+    corners = np.array([(0.1, 0.1, 1.0), (0.1, 0.12, 1.0), (0.12, 0.12, 1.0), (0.12, 0.1, 1.0)])
+    point, up = np.array([0.05, 0.02, 0.01]), jnp.array([0.0, 0.0, 1.0], jnp.float32)
+    exact = rectangle_irradiance(point, np.array([0.0, 0.0, 1.0]), corners)
+    ours = rectangle_irradiance(
+        jnp.asarray(unit * point, jnp.float32), up, jnp.asarray(unit * corners, jnp.float32)
+    )
+    np.testing.assert_allclose(ours, exact, rtol=2e-3)
+
+
 def test_other_lights_are_refused_in_one_sentence():
     lamp = primitive(sphere((0.0, 0.0, 1.0), 0.1), name="lamp", emission=1.0)
     with pytest.raises(ValueError, match="must have rectangles with one bright side as lights"):
         solve_radiosity(Scene.of(lamp), cells=4)
     with pytest.raises(ValueError, match="`bounces` must be positive"):
         solve_radiosity(_scenes.j12_box(), bounces=0)
+    with pytest.raises(ValueError, match=r"^Argument `cells` must be at least 2, but is 1\.$"):
+        solve_radiosity(_scenes.j12_box(), cells=1)
     assert indirect.FRONT == 0
 
 

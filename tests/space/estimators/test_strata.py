@@ -73,10 +73,15 @@ def test_single_precision_keeps_weights_finite_at_the_horizon(measure):
     assert np.all(where.directions[..., 2] >= 0.0)
 
 
+def test_counts_may_be_numbers_of_numpy():
+    ours, plain = hemisphere_strata(np.int64(3), np.int32(5)), hemisphere_strata(3, 5)
+    np.testing.assert_array_equal(ours.directions, plain.directions)
+
+
 def test_bad_input_is_one_sentence():
-    with pytest.raises(ValueError, match=r"^Argument `theta` must be positive, but is 0.$"):
+    with pytest.raises(ValueError, match=r"^Argument `theta` must be a positive integer, but is 0"):
         hemisphere_strata(0, 4)
-    with pytest.raises(ValueError, match=r"^Argument `phi` must be positive, but is 0.$"):
+    with pytest.raises(ValueError, match=r"^Argument `phi` must be a positive integer, but is 0"):
         hemisphere_strata(4, 0)
     with pytest.raises(ValueError, match="must ascend from 0 to pi/2"):
         hemisphere_strata(np.array([0.1, 1.0]), 4)

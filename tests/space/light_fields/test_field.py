@@ -280,6 +280,27 @@ def test_a_round_outline_is_met_once_along_its_axis():
     assert [int(np.count_nonzero(np.diff(s))) for s in signs] == [1, 1]
 
 
+@pytest.mark.parametrize("axis", ["x", "y", "v", "w"])
+@pytest.mark.parametrize(
+    ("dtype", "unit"),
+    [("float64", 1e-9), ("float64", 1e9), ("float32", 1e-6), ("float32", 1e4), ("float32", 1e6)],
+)
+def test_a_round_outline_is_met_once_in_any_unit_of_length(axis, dtype, unit):
+    """Of a ball of radius 0.5 at a distance of 2: half of it passes 0.49 along the plane."""
+    ball = sphere(jnp.array([0.0, 0.0, 2.0 * unit], dtype), jnp.asarray(0.5 * unit, dtype))
+    at = receiver(jnp.zeros(3, dtype), jnp.array([0.0, 0.0, 1.0], dtype))
+    edges = light_field(Scene.of(primitive(ball, emission=1.0)), at, axis=axis).edges()
+    number = SPACE_SLOPE.axis(axis)
+    one, most = (unit, 0.49) if number < 2 else (1.0, 0.253)
+    # Beside the middle, so that neither half is met end-on.
+    line = np.repeat(np.array([[0.1 * unit, 0.1 * unit, 0.0, 0.0]]), 402, 0)
+    line[:, number] = one * np.linspace(-2.0, 2.0, 402)
+    for edge in edges:
+        sign = np.sign(jax.vmap(edge.level.at)(jnp.asarray(line, dtype)))
+        (met,) = np.flatnonzero(np.diff(sign))
+        np.testing.assert_allclose(abs(line[met, number]) / one, most, atol=0.06)
+
+
 # --- irradiance is one integral of it ------------------------------------------------------------
 
 WEIGHT = Function(lambda x, y, v, w: (1.0 + v * v + w * w) ** -2, SPACE_SLOPE)

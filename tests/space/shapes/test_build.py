@@ -9,6 +9,7 @@ from firstorder.space import (
     box,
     cylinder,
     disc,
+    ellipsoid,
     plane,
     polygon,
     rectangle,
@@ -101,6 +102,9 @@ def test_vectors_that_are_parallel_but_for_rounding_span_nothing():
     np.testing.assert_allclose(np.linalg.norm(span(along, along + aside), axis=-1), 1.0)
 
 
+NOT_OF_SPACE = "must have three coordinates, but has shape (2,)."
+
+
 @pytest.mark.parametrize(
     ("make", "words"),
     [
@@ -129,6 +133,17 @@ def test_vectors_that_are_parallel_but_for_rounding_span_nothing():
             lambda: polygon([(0, 0, 0), (1, 1, 0)]),
             "Argument `vertices` must have shape (k >= 3, 3), but has (2, 3).",
         ),
+        (lambda: sphere((0, 0), 1.0), f"Argument `center` {NOT_OF_SPACE}"),
+        (
+            lambda: ellipsoid((0, 0, 0), np.eye(2)),
+            "Argument `axes` must have shape (..., 3, 3), but has (2, 2).",
+        ),
+        (lambda: box((0, 0), (1, 1)), f"Argument `low` {NOT_OF_SPACE}"),
+        (lambda: cylinder((0, 0, 0), (0, 1), 0.1), f"Argument `top` {NOT_OF_SPACE}"),
+        (lambda: disc((0, 0, 0), (0, 1), 0.1), f"Argument `normal` {NOT_OF_SPACE}"),
+        (lambda: plane((0, 0), (0, 0, 1)), f"Argument `point` {NOT_OF_SPACE}"),
+        (lambda: rectangle((0, 0, 0), (1, 0), (0, 1)), f"Argument `u` {NOT_OF_SPACE}"),
+        (lambda: triangle((0, 0), (1, 0), (0, 1)), f"Argument `a` {NOT_OF_SPACE}"),
     ],
 )
 def test_bad_shapes_are_refused_in_one_sentence(make, words):

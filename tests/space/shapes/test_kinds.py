@@ -132,6 +132,17 @@ def test_distances_have_derivatives(traced):
     np.testing.assert_allclose(along_ray[hit], -1.0, atol=1e-9)
 
 
+def test_normals_have_derivatives_in_the_middle_of_a_cylinders_caps():
+    """The cap is flat, and the distance from the axis has no derivative there."""
+    row = jax.tree.map(lambda a: a[0], Cylinders(np.zeros(3), np.diag([0.5, 0.5, 2.0])))
+    for end in (-2.0, 2.0):
+        for beside in (0.0, 0.1):
+            place = jnp.array([beside, 0.0, end])
+            np.testing.assert_array_equal(jax.jacfwd(row.normal)(place), np.zeros((3, 3)))
+            bend = jax.jacrev(jax.jacfwd(row.normal))(place)
+            np.testing.assert_array_equal(bend, np.zeros((3, 3, 3)))
+
+
 def test_bad_shapes_are_refused_in_one_sentence():
     with pytest.raises(
         ValueError, match=r"^Argument `axes` must be invertible, but its rank .*\.$"

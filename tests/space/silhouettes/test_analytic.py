@@ -16,6 +16,7 @@ from firstorder.space import (
     Triangles,
     primitive,
     silhouette,
+    sphere,
 )
 from firstorder.space.shapes import kinds
 
@@ -135,3 +136,9 @@ def test_the_horizon_of_a_plane_does_not_move():
     scene = Scene.of(primitive(Planes([0.0, 0.0, -1.0], np.eye(3))))
     slope = jax.jacobian(lambda eye: silhouette(scene, eye).curved.center - eye)(jnp.zeros(3))
     assert not np.any(slope)
+
+
+def test_the_eye_may_be_whole_numbers_of_numpy():
+    scene = Scene.of(primitive(sphere((0.0, 0.0, 4.0), 1.0)))
+    whole, plain = silhouette(scene, np.array([0, 0, 1])), silhouette(scene, jnp.array([0.0, 0, 1]))
+    np.testing.assert_array_equal(whole.curved.center, plain.curved.center)

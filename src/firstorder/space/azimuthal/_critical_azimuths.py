@@ -24,6 +24,7 @@ from jaxtyping import Array, Bool, Float
 from firstorder._argument_checks import nan_unless
 from firstorder.numerics._order import order_of
 from firstorder.numerics._quadrature import inverse_sqrt_panels
+from firstorder.numerics._scale import power_of_two
 from firstorder.numerics._vectors import cross, dot, unit
 from firstorder.space.receiver import Receiver, in_receiver_frame
 from firstorder.space.scene import Scene
@@ -45,9 +46,13 @@ STEEP = 16.0  # that largest one over its distance from the normal
 class Part(eqx.Module):
     """The silhouettes of one kind of shape in the receiver's frame, a row for each shape.
 
+    Each piece is in a unit of its own, a power of two near its size or distance: fourth powers of
+    lengths would leave the range of single precision.
+
     Attributes:
         straight: segments, shape (count, s).
         curved: arcs, shape (count, c).
+        units: of segments, shape (count, s), and of arcs, shape (count, c) [m].
         normal: of planes, towards the receiver; None for other shapes.
         tangent: azimuths, folded, of the slices that are tangent to an arc, shape (count, c, 2).
         scale: of the arc's discriminant `scale sin(tangent_1 - phi) sin(phi - tangent_0)`.
@@ -56,6 +61,7 @@ class Part(eqx.Module):
 
     straight: SilhouetteSegments
     curved: SilhouetteArcs
+    units: tuple[Float[Array, "n s"], Float[Array, "n c"]]
     normal: Float[Array, "n 3"] | None
     tangent: Float[Array, "n c 2"]
     scale: Float[Array, "n c"]
@@ -91,8 +97,18 @@ def parts(scene: Scene, at: Receiver) -> list[Part]:
         if isinstance(group, Planes):
             normal = in_receiver_frame(at, _facing(group, at))
             curved = jax.tree.map(lambda a: a[:, :0], curved)
-        found.append(Part(straight, curved, normal, *tangents(curved)))
+        straight, one = _in_own_unit(straight, ("start", "end"))
+        curved, other = _in_own_unit(curved, ("center", "a", "b"))
+        found.append(Part(straight, curved, (one, other), normal, *tangents(curved)))
     return found
+
+
+def _in_own_unit(pieces, names: tuple[str, ...]):
+    """Pieces with those of their vectors in a unit of each, and the units [m]."""
+    vectors = [getattr(pieces, name) for name in names]
+    unit_of = power_of_two(jnp.concatenate(vectors, -1))
+    ours = [vector / unit_of[..., None] for vector in vectors]
+    return eqx.tree_at(lambda p: [getattr(p, name) for name in names], pieces, ours), unit_of
 
 
 def tangents(arc: SilhouetteArcs) -> tuple[Array, Array, Array]:
@@ -104,7 +120,8 @@ def tangents(arc: SilhouetteArcs) -> tuple[Array, Array, Array]:
     """
     fine = arc.live[..., None]
     a, b, c = (
-        jnp.where(fine, v, i) for v, i in zip((arc.a, arc.b, arc.center), _STILL, strict=True)
+        jnp.where(fine, v, jnp.asarray(i, v.dtype))
+        for v, i in zip((arc.a, arc.b, arc.center), _STILL, strict=True)
     )
     xx, xy, yy = (
         a[..., i] * a[..., j] + b[..., i] * b[..., j] - c[..., i] * c[..., j]

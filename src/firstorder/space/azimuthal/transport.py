@@ -254,7 +254,8 @@ def _upright(found: list[Part], T) -> Float[Array, "2"]:
         first += n
         if line.live.size:
             add = jax.vmap(lambda p, q, live, row: _turned(found, T, p, q, live, row))
-            p, q = (a.reshape(-1, 3) for a in (line.start, line.end))
+            one = part.units[0][..., None]
+            p, q = ((one * a).reshape(-1, 3) for a in (line.start, line.end))
             total = total + jnp.sum(add(p, q, line.live.ravel(), rows.ravel()), 0)
     return total
 
@@ -326,7 +327,8 @@ def _line_hits(part: Part, v):
     meets = line.live & ((a > 0.0) != (b > 0.0))
     t = jnp.where(meets, a, 0.0) / jnp.where(meets, a - b, 1.0)
     k = line.end - line.start
-    return line.start + t[..., None] * k, k, meets & (b < a), meets & (b > a)
+    p = part.units[0][..., None] * (line.start + t[..., None] * k)
+    return p, k, meets & (b < a), meets & (b > a)
 
 
 def _arc_hits(part: Part, v, base, lag):
@@ -352,7 +354,7 @@ def _arc_hits(part: Part, v, base, lag):
         inside = meets & (t < jax.lax.stop_gradient(arc.last))
         p = arc.center + arc.a * cos[..., None] + arc.b * sin[..., None]
         k = arc.b * cos[..., None] - arc.a * sin[..., None]
-        hits.append((p, k, inside))
+        hits.append((part.units[1][..., None] * p, k, inside))
     (p, k, low), (q, m, high) = hits
     never = jnp.zeros_like(low)
     return (

@@ -6,8 +6,8 @@ azimuth, of a cylinder by azimuth and height. The backs of flat shapes and plane
 no map and send nothing.
 
 A ray's canonical hit is at once the place on the map, so that `trace_maps` needs no search after
-the
-search: it asks each shape in turn and keeps, where it is nearer, distance, face, place and normal.
+the search: it asks each shape in turn and keeps, where it is nearer, distance, face, place and
+normal.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from jaxtyping import Array, Float, Int
 
 from firstorder.numerics._vectors import inverse_3x3, unit
 from firstorder.scene._bands import by_band
+from firstorder.scene._intersect import MISS, ranks, rounding, tie
 from firstorder.space.scene import Scene
 from firstorder.space.shapes.kinds import Shape
 
@@ -107,11 +108,13 @@ Coordinates = tuple[Array, Array, Array]
 _OF_HITS = (-1, *(None,) * 5)
 
 
-@by_band(_OF_HITS)
 def trace_maps(
     maps: RadianceMaps, origin: Coordinates, along: Coordinates, on: Int[Array, "..."] | int
 ) -> MapHits:
     """First hits of rays, and the radiance that the maps send back along them.
+
+    Of surfaces in the same place, such as a lamp drawn on a wall, the one counts that `Scene.of`
+    says.
 
     Args:
         maps: of the scene.
@@ -129,25 +132,45 @@ def trace_maps(
         >>> trace_maps(maps, at, up, 0).distance.item()
         1.0
     """
+    return _traced(maps, ranks(maps.scene.material.emission), origin, along, on)
+
+
+@by_band(_OF_HITS)
+def _traced(
+    maps: RadianceMaps,
+    rank: Int[Array, " n"],
+    origin: Coordinates,
+    along: Coordinates,
+    on: Int[Array, "..."] | int,
+) -> MapHits:
+    """First hits, where the rank tells which counts of several in one place: one for all bands."""
     scene, number = maps.scene, 0
     first = jnp.asarray(face_layout(scene).first, jnp.int32)
     zero = jnp.zeros_like(along[0])
-    none = jnp.full(zero.shape, -1, jnp.int32)
+    none = jnp.full(zero.shape, MISS, jnp.int32)
     state = (jnp.full_like(zero, jnp.inf), none, (zero, zero, zero, zero, zero, none))
+    places = jnp.stack(jnp.broadcast_arrays(*origin), -1)
+    share, slack = 1.0 + tie(zero.dtype), rounding(places).astype(zero.dtype)
     for group in scene.groups:
         kind, numbers = type(group).__name__, number + jnp.arange(group.count, dtype=jnp.int32)
 
         def visit(state, row, kind=kind):
-            (shape, face, this), (best, index, kept) = row, state
+            (shape, face, this, high), (best, most, kept) = row, state
             t, found = _asked(shape, kind, face, origin, along)
-            t, nearer = t.astype(best.dtype), (t > 0.0) & (t < best) & (jnp.asarray(on) != this)
+            t = t.astype(best.dtype)
+            # In one place with the best the higher rank counts, and else the nearer one.
+            nearer = (t < jnp.inf) & (t <= share * best + slack)
+            nearer &= (high > most) | (share * t + slack < best)
+            nearer &= (t > 0.0) & (jnp.asarray(on) != this)
             pairs = zip(found, kept, strict=True)
             kept = tuple(jnp.where(nearer, a.astype(b.dtype), b) for a, b in pairs)
-            return (jnp.where(nearer, t, best), jnp.where(nearer, this, index), kept), None
+            return (jnp.where(nearer, t, best), jnp.where(nearer, high, most), kept), None
 
-        state, _ = jax.lax.scan(visit, state, (group, first[numbers], numbers))
+        rows = group, first[numbers], numbers, rank[numbers]
+        state, _ = jax.lax.scan(visit, state, rows)
         number += group.count
-    best, index, kept = state
+    best, most, kept = state
+    index = jnp.where(most == MISS, MISS, most % scene.count)
     s, t, *normal, face = kept
     has = face >= 0
     L = jnp.where(has, _looked_up(maps.L, jnp.maximum(face, 0), s, t), 0.0)

@@ -34,7 +34,7 @@ from firstorder.sampling._paths import (
     walk,
 )
 from firstorder.sampling.estimates import Estimate
-from firstorder.scene._arguments import check_asked, check_kind
+from firstorder.scene._arguments import check_asked, check_kind, numbers
 from firstorder.scene._bands import OF_AN_ESTIMATE, band_after_band
 from firstorder.scene._questions import warns_if_dark
 from firstorder.space.bounces._surface_points import area_density, point_on
@@ -155,13 +155,16 @@ def path_radiance(
         1.0
     """
     check_kind("scene", scene, Scene)
-    origin, along = (jnp.asarray(a, dtype=jnp.result_type(float)) for a in (origin, along))
+    check_many("paths", paths)
+    path_lengths(bounces, survival)  # refuses what would be one bounce off below
+    origin, along = numbers("origin", origin), numbers("along", along)
     shape = along.shape[:-1]
     origin = jnp.broadcast_to(origin, along.shape).reshape(-1, 3)
     along = along.reshape(-1, 3)
     start, emitted = _first(scene, origin, along)
     if bounces == 0:
-        return Estimate(emitted.reshape(shape), jnp.zeros(shape), paths)
+        emitted = emitted.reshape(shape)
+        return Estimate(emitted, jnp.zeros_like(emitted), paths)
     length = path_lengths(None if bounces is None else bounces - 1, survival)
     mean, error = _paths(scene, start, key, paths, lanes, length, next_event)
     return Estimate((mean + emitted).reshape(shape), error.reshape(shape), paths)

@@ -18,7 +18,9 @@ from jaxtyping import Array, ArrayLike, Float, Int
 
 from firstorder._argument_checks import check_positive
 from firstorder.conventions import cylindrical
+from firstorder.numerics._scale import power_of_two
 from firstorder.numerics._vectors import cross, dot, matvec, norm, orthonormal_frame, unit
+from firstorder.sampling._paths import check_many
 from firstorder.scene._arguments import numbers
 from firstorder.scene._bands import by_band
 from firstorder.scene._primitives import FRONT
@@ -67,6 +69,8 @@ def rectangle_irradiance(
     """
     normal = numbers("normal", normal)
     p = numbers("corners", corners) - numbers("point", point)
+    # Directions alone count, and squares of lengths leave the range.
+    p = p / power_of_two(p.ravel())
     q = jnp.roll(p, -1, axis=0)
     facing = dot(cross(p[1] - p[0], p[2] - p[0]), p[0]) < 0.0
     hp, hq = p @ normal, q @ normal
@@ -151,7 +155,13 @@ def _share(scene, point, normal, own, shape, light: int, shadow: int) -> Array:
 
 
 def _lights(scene: Scene) -> tuple[int, ...]:
-    """Shapes whose fronts emit."""
+    """Shapes whose fronts emit.
+
+    Raises:
+        ValueError: if something else does.
+    """
+    if callable(scene.environment) or np.any(np.asarray(scene.environment) > 0.0):
+        raise ValueError("Argument `scene` must have no sky here, but rectangles for lights.")
     emission = np.asarray(scene.material.emission)
     emission = emission.reshape(len(emission), 2, -1).max(-1)  # in any band
     found = tuple(int(i) for i in np.flatnonzero(np.any(emission > 0.0, axis=1)))
@@ -190,13 +200,14 @@ def solve_radiosity(
 
     Args:
         scene: with rectangles as lights.
-        cells: along each side of each face.
+        cells: along each side of each face, at least 2.
         bounces: reflections that are followed, at least 1.
         rays: gathered at each cell for each bounce after the first.
         shadow: cells along each side of a light for shadows; 0 for none.
 
     Raises:
-        ValueError: if something else than the front of a rectangle emits, or a back side reflects.
+        ValueError: if something else than the front of a rectangle emits, the sky included, or a
+            number is too small.
 
     Example:
         >>> from firstorder.space import library
@@ -204,7 +215,8 @@ def solve_radiosity(
         >>> solve_radiosity(library.j12_box(), cells=8, shadow=0).L.shape
         (4, 8, 8)
     """
-    for name, number in (("cells", cells - 1), ("bounces", bounces), ("rays", rays)):
+    check_many("cells", cells)
+    for name, number in (("bounces", bounces), ("rays", rays)):
         check_positive(name, number)
     check_shines(scene)
     lights, plan = _lights(scene), face_layout(scene)

@@ -6,13 +6,16 @@ run over theta from the pole to the horizon, columns over phi.
 
 from __future__ import annotations
 
+import operator
+from typing import SupportsIndex
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, PRNGKeyArray
 
-from firstorder._argument_checks import is_concrete
+from firstorder._argument_checks import check_count, is_concrete
 from firstorder.conventions import cylindrical
 from firstorder.typing import as_float
 
@@ -53,8 +56,8 @@ class Strata(eqx.Module):
 
 
 def hemisphere_strata(
-    theta: int | Float[ArrayLike, " m_1"],
-    phi: int | Float[ArrayLike, " n_1"],
+    theta: SupportsIndex | Float[ArrayLike, " m_1"],
+    phi: SupportsIndex | Float[ArrayLike, " n_1"],
     key: PRNGKeyArray | None = None,
     measure: str = "cosine",
     shape: tuple[int, ...] = (),
@@ -70,8 +73,8 @@ def hemisphere_strata(
         shape: leading axes, for as many independent sets of directions in the same cells.
 
     Raises:
-        ValueError: if there is no cell, borders do not ascend over the hemisphere, or the measure
-            is unknown.
+        ValueError: if a number of cells is no positive integer, borders do not ascend over the
+            hemisphere, or the measure is unknown.
 
     Example:
         >>> from firstorder.space.estimators.strata import hemisphere_strata
@@ -114,22 +117,22 @@ def _sine_cosine(height, measure):
 
 
 def _rows(theta, measure) -> Array:
-    if not isinstance(theta, int):
+    if np.ndim(theta):
         return _ascending("theta", as_float(theta), 0.5 * np.pi, "from 0 to pi/2")
-    if theta < 1:
-        raise ValueError(f"Argument `theta` must be positive, but is {theta}.")
-    even = jnp.arange(theta + 1) / theta
+    check_count("theta", theta)
+    count = operator.index(theta)
+    even = jnp.arange(count + 1) / count
     if measure == "angle":
         return 0.5 * jnp.pi * even
     return jnp.arcsin(jnp.sqrt(even)) if measure == "cosine" else jnp.arccos(1.0 - even)
 
 
 def _columns(phi) -> Array:
-    if not isinstance(phi, int):
+    if np.ndim(phi):
         return _ascending("phi", as_float(phi), 2.0 * np.pi, "over 2 pi")
-    if phi < 1:
-        raise ValueError(f"Argument `phi` must be positive, but is {phi}.")
-    return 2.0 * jnp.pi * jnp.arange(phi + 1) / phi
+    check_count("phi", phi)
+    count = operator.index(phi)
+    return 2.0 * jnp.pi * jnp.arange(count + 1) / count
 
 
 def _ascending(name, edges, span, words) -> Array:

@@ -116,7 +116,7 @@ def clutter(albedo: ArrayLike = 0.5, radiance: ArrayLike = 1.0, seed: int = 4) -
     boxes on the floor, turned and of all heights, in a grid of cells that they do not leave, so
     that they do not touch; three balls above them.
 
-    Shapes: `floor`, `wall` (4), `ceiling`, `light`, `primitive` (9 boxes and 3 balls).
+    Shapes: `floor`, `wall` (4), `ceiling`, `light`, `thing` (9 boxes and 3 balls).
 
     Args:
         albedo: of everything but the light, a number.

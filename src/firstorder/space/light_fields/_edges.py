@@ -24,6 +24,7 @@ from jaxtyping import Array, Float
 from firstorder.conventions import SPACE_SLOPE, Frame
 from firstorder.fields.field import Affine, Field
 from firstorder.fields.jet import Jet, autodiff_jet
+from firstorder.numerics._scale import power_of_two
 from firstorder.numerics._vectors import cross, dot, inverse_3x3, matvec
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
@@ -126,13 +127,21 @@ class RoundLevel(Field):
     def at(self, u: Ray) -> Scalar:
         """F or the vertex of its parabola along the axis."""
         F = self.discriminant
-        step = jnp.zeros(4, u.dtype).at[self.axis].set(1.0)
+        step = jnp.zeros(4, u.dtype).at[self.axis].set(self._wide())
         here, after, before = F(u), F(u + step), F(u - step)
         slope, bend = 0.5 * (after - before), 0.5 * (after + before) - here
         straight = bend == 0.0
         vertex = here - slope**2 / (4.0 * jnp.where(straight, 1.0, bend))
         beside = jnp.where(straight, 1.0, vertex)  # a parabola that is none has only one half
         return jnp.where(self.way * slope > 0.0, here, beside)
+
+    def _wide(self) -> Scalar:
+        """A step along the axis as wide as the shape, or as it is far, in any unit of length.
+
+        The parabola's coefficients are differences: of shorter steps they are rounding alone.
+        """
+        reach = jnp.append(self.origin, 1.0) if self.axis < 2 else self.axes.ravel()
+        return power_of_two(reach) / power_of_two(self.axes[:, self.axis % 2])
 
     def jet(self, u: Ray) -> Jet:
         """A polynomial's, by autodiff."""

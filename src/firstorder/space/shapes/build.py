@@ -9,7 +9,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder._argument_checks import check_finite, check_positive, is_concrete, nan_unless
+from firstorder._argument_checks import (
+    check_coordinates,
+    check_finite,
+    check_positive,
+    is_concrete,
+    nan_unless,
+)
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._host import hosted
 from firstorder.numerics._vectors import cross, frame_along, near_one, norm, unit
@@ -73,6 +79,8 @@ def box(low: Any, high: Any) -> Boxes:
         [[0.5, 1.0, 2.0]]
     """
     xp, low, high = hosted(as_float(low), as_float(high))
+    check_coordinates("low", low)
+    check_coordinates("high", high)
     if is_concrete((low, high)) and not np.all(np.asarray(high) > np.asarray(low)):
         raise ValueError("Argument `high` must be above `low` in every coordinate, but is not.")
     half = 0.5 * (high - low)
@@ -98,6 +106,8 @@ def cylinder(base: Any, top: Any, radius: ArrayLike) -> Cylinders:
     """
     check_positive("radius", radius)
     _, base, top, r = hosted(as_float(base), as_float(top), as_float(radius))
+    check_coordinates("base", base)
+    check_coordinates("top", top)
     r = nan_unless(r > 0.0, r)
     half = 0.5 * (top - base)
     _check_long("top", half)
@@ -170,8 +180,10 @@ def triangle(a: Any, b: Any, c: Any) -> Triangles:
         >>> triangle((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)).count
         1
     """
-    a = as_float(a)
-    return Triangles(a, _spanned(as_float(b) - a, as_float(c) - a))
+    a, b, c = as_float(a), as_float(b), as_float(c)
+    for name, corner in (("a", a), ("b", b), ("c", c)):
+        check_coordinates(name, corner)
+    return Triangles(a, _spanned(b - a, c - a))
 
 
 def plane(point: Any, normal: Any) -> Planes:
@@ -189,7 +201,8 @@ def plane(point: Any, normal: Any) -> Planes:
         >>> plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)).count
         1
     """
-    normal = as_float(normal)
+    point, normal = as_float(point), as_float(normal)
+    check_coordinates("point", point)
     _check_long("normal", normal)
     return Planes(point, frame_along(normal))
 
@@ -224,6 +237,8 @@ def polygon(vertices: Any) -> Triangles:
 
 def _spanned(u: Any, v: Any) -> Float[Array, "3 3"]:
     u, v = as_float(u), as_float(v)
+    check_coordinates("u", u)
+    check_coordinates("v", v)
     axes = _with_normal(u, v)
     if is_concrete((u, v)):
         check_finite("u", u)
@@ -249,6 +264,7 @@ def _with_normal(u: Array, v: Array) -> Float[Array, "3 3"]:
 
 
 def _check_long(name: str, a: Array | np.ndarray) -> None:
+    check_coordinates(name, a)
     check_finite(name, a)
     if is_concrete(a) and not np.any(np.asarray(a) != 0.0):
         raise ValueError(f"Argument `{name}` must have a length, but is the zero vector.")

@@ -21,7 +21,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from firstorder._argument_checks import check_finite, check_invertible, is_concrete
+from firstorder._argument_checks import (
+    check_coordinates,
+    check_finite,
+    check_invertible,
+    is_concrete,
+)
 from firstorder.numerics._host import hosted
 from firstorder.numerics._select import either
 from firstorder.numerics._vectors import cross, dot, inverse_3x3, matvec, unit
@@ -40,7 +45,8 @@ class Shape(eqx.Module):
         axes: columns, where its axes go [m].
 
     Raises:
-        ValueError: if a number is not finite, or the axes do not span space.
+        ValueError: if a number is not finite, the axes do not span space, or something has another
+            shape.
     """
 
     center: Float[Array, "*n 3"]
@@ -49,6 +55,11 @@ class Shape(eqx.Module):
     def __init__(self, center, axes):
         """Many shapes, or one, whose leading axis may be left out."""
         xp, center, axes = hosted(as_float(center), as_float(axes))
+        check_coordinates("center", center)
+        if np.shape(axes)[-2:] != (3, 3):
+            raise ValueError(
+                f"Argument `axes` must have shape (..., 3, 3), but has {np.shape(axes)}."
+            )
         self.center = as_array(xp.atleast_2d(center))
         self.axes = as_array(axes[None] if axes.ndim == 2 else axes)
 
@@ -250,8 +261,9 @@ class Cylinders(Shape):
         """Normal of the cap if the point is nearer to it than to the wall."""
         rho = jnp.sqrt(q[0] ** 2 + q[1] ** 2)
         cap = jnp.abs(jnp.abs(q[2]) - 1.0) < jnp.abs(rho - 1.0)
-        wall = jnp.stack([q[0], q[1], jnp.zeros_like(q[2])])
-        return either(cap, jnp.stack([0.0 * rho, 0.0 * rho, jnp.sign(q[2])]), wall)
+        zero = jnp.zeros_like(q[2])
+        wall = jnp.stack([q[0], q[1], zero])
+        return either(cap, jnp.stack([zero, zero, jnp.sign(q[2])]), wall)
 
     @classmethod
     def canonical_inside(cls, e):

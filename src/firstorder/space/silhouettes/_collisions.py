@@ -5,7 +5,7 @@ nobody's silhouette. Exact integrals along silhouettes do not know it, and are w
 differs across it. A pair is found if
 
     of points of one surface some lie in the other body and some outside, or
-    an edge of one flat shape passes through another one.
+    an edge of one shape, or a line along its surface, passes through a flat one.
 
 Every pair that is found does meet, by more than rounding. A corner or a rim that dips in between
 two points may be missed, and two planes are not looked at.
@@ -61,12 +61,17 @@ def check_apart(scene: Any, at: Any, *, radiance: Any = None, **_: Any) -> None:
     side = np.where(closed | (heights > 0.0), FRONT, BACK)
     shown = np.asarray(scene.material.emission)[np.arange(len(side)), side]
     for i, j, where in pairs:
-        if np.any(shown[i] != shown[j]) and np.any((where - place) @ up > 0.0):
+        if np.any(shown[i] != shown[j]) and np.any(_rises(where - place, up)):
             one, other = (f"{k} (`{scene.names[k]}`)" if scene.names[k] else k for k in (i, j))
             raise ValueError(
                 f"Shapes {one} and {other} run into each other and send unlike light: exact "
                 "integrals do not know the line in which they meet. Move them apart."
             )
+
+
+def _rises(way: np.ndarray, up: np.ndarray) -> np.ndarray:
+    """Which points are above the horizon, by more than rounding: a floor is not above itself."""
+    return way @ up > _slack(way) * np.linalg.norm(way, axis=-1)
 
 
 # By the scene's identity, for as long as it lives: a module has no hash.
@@ -159,8 +164,8 @@ def _entered(a: _One, body: _One) -> np.ndarray:
 
 
 def _cut(a: _One, b: _One) -> np.ndarray:
-    """Points in which edges of a flat shape pass through another one."""
-    if a.kind not in EDGES:
+    """Points in which edges of a shape, or lines along its surface, pass through a flat one."""
+    if a.kind is Planes:
         return np.zeros((0, 3))
     start, end = (b.local(a.world(q)) for q in EDGES[a.kind])
     z, w = start[:, 2:], end[:, 2:]
@@ -216,15 +221,27 @@ def _surfaces() -> dict[type[Shape], np.ndarray]:
 
 
 def _edges() -> dict[type[Shape], tuple[np.ndarray, np.ndarray]]:
-    """Starts and ends of the edges of flat shapes; of a disc chords along its rim."""
-    corners = {
-        Rectangles: np.array(
-            [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]]
-        ),
+    """Starts and ends of edges, of round ones chords; of a ball and a wall lines from top to base.
+
+    A thin rod passes through a flat shape between the points of both.
+    """
+    square = np.array([[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]])
+    rim, up = SURFACES[Discs][-32:], np.array([0.0, 0.0, 1.0])
+    outlines = {
+        Rectangles: square,
         Triangles: np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]),
-        Discs: SURFACES[Discs][-32:],
+        Discs: rim,
     }
-    return {kind: (p, np.roll(p, -1, 0)) for kind, p in corners.items()}
+    found = {kind: (p, np.roll(p, -1, 0)) for kind, p in outlines.items()}
+    for kind, base in ((Boxes, square), (Cylinders, rim)):
+        around = np.roll(base, -1, 0)
+        found[kind] = (
+            np.concatenate([base - up, base - up, base + up]),
+            np.concatenate([base + up, around - up, around + up]),
+        )
+    ball = SURFACES[Ellipsoids]
+    found[Ellipsoids] = ball[:-32], ball[32:]
+    return found
 
 
 SURFACES = _surfaces()

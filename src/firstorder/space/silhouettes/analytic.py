@@ -32,6 +32,7 @@ from firstorder.numerics._order import order_of
 from firstorder.numerics._scale import power_of_two
 from firstorder.numerics._select import either
 from firstorder.numerics._vectors import dot, inverse_and_det, orthonormal_frame, rows, unit
+from firstorder.scene._arguments import numbers
 from firstorder.space.scene import Scene
 from firstorder.space.shapes.kinds import (
     Boxes,
@@ -120,12 +121,12 @@ class _Arcs(NamedTuple):
 
 
 @compiled
-def silhouette(scene: Scene, eye: Point, on: ArrayLike = -1) -> Silhouette:
+def silhouette(scene: Scene, eye: ArrayLike, on: ArrayLike = -1) -> Silhouette:
     """The silhouettes of all shapes of a scene.
 
     Args:
         scene: the shapes.
-        eye: where they are seen from [m].
+        eye: where they are seen from, shape (3,) [m].
         on: the shape on which the eye lies, or -1; that one covers nothing above itself.
 
     Returns:
@@ -140,6 +141,7 @@ def silhouette(scene: Scene, eye: Point, on: ArrayLike = -1) -> Silhouette:
         >>> seen.curved.owner.tolist()  # the ball's outline, and the plane's horizon
         [0, 1]
     """
+    eye = numbers("eye", eye)
     found = _outlines(scene, eye, on)
     straight, curved = found.in_metres
     lines, arcs = (jnp.asarray(owner) for owner in found.owners)
