@@ -37,6 +37,12 @@ def test_a_bad_number_is_named(check, bad, words):
         check("d", np.asarray(bad))
 
 
+@pytest.mark.parametrize("bad", [[1.0, -2.0], (1.0, -2.0), [[3.0], [-2.0]], [jnp.array(-2.0)]])
+def test_a_bad_number_in_a_list_is_named(bad):
+    with pytest.raises(ValueError, match=r"^Argument `d` must be positive, but is -2\.0\.$"):
+        check_positive("d", bad)
+
+
 def test_a_good_number_passes():
     check_finite("d", 1.0)
     check_positive("d", np.array([1.0, 2.0]))
@@ -78,6 +84,8 @@ def test_traced_arguments_pass_and_can_be_made_nan():
 def test_placeholders_are_left_alone():
     check_positive("d", None)
     check_positive("d", jax.ShapeDtypeStruct((), jnp.float32))
+    check_positive("d", (object(), None))
+    check_positive("d", [[1.0], [2.0, 3.0]])
     assert is_concrete({"a": 1.0, "b": jnp.zeros(2)})
     assert not jax.eval_shape(lambda x: jnp.array(is_concrete(x)), 1.0).weak_type
 

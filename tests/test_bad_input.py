@@ -15,10 +15,12 @@ from firstorder.conventions import FLATLAND, FLATLAND_SLOPE, SPACE, Frame
 from firstorder.fields import (
     Affine,
     Bars,
+    BoxProfile,
     Gaussian,
     GaussianProfile,
     Grating,
     Grid,
+    NearLight,
     SampledSpectrum,
     SoftEdge,
     SoftSlit,
@@ -27,7 +29,7 @@ from firstorder.fields import (
     half_plane,
 )
 from firstorder.fields._haar import haar_matrix
-from firstorder.laws import Convolve, Integrate, Move
+from firstorder.laws import Convolve, Integrate, Move, VonMisesFisher
 from firstorder.transport import (
     ClampedCosine,
     Curvature,
@@ -52,6 +54,9 @@ from firstorder.transport import (
     slit_blocker,
     wave,
 )
+from firstorder.transport.brdf.lobes import TabulatedProfile
+from firstorder.transport.events.diffuse import Gather
+from firstorder.transport.shading.surface import far_light_ratio
 
 LIGHT = gaussian((0.1, 0.0), (1.0, 0.5), frame=FLATLAND)
 OUT = gaussian((0.1, 0.0), (1.0, 0.5), frame=FLATLAND.turned())
@@ -121,6 +126,7 @@ def test_bad_input_gets_one_sentence(wrong):
 
 FLAT = gaussian((0.1, 0.0), (1.0, 0.5), frame=FLATLAND_SLOPE)
 LEVEL = Affine(np.array([1.0, 0.0]), 0.0, FLATLAND)
+BALL = Gaussian([0.0], [[1.0]], frame=Frame(("x",)))
 T = jnp.array(0.2)
 
 
@@ -184,6 +190,15 @@ RANGES = {
     "retro": (lambda s: profile(retro(s)), -0.5, 0.5),
     "lambert": (lambda albedo: profile(lambert(albedo)), 1.5, 0.5),
     "varying lobe": (lambda m: field(VaryingGaussian(wave(0.5, 0.4, mean=m), 1.0)), -0.3, 0.6),
+    "profile's spread": (lambda s: GaussianProfile(s).spread(), -0.4, 0.4),
+    "phong's spread": (lambda s: phong(s).kernel.spread(), 0.4, 1.5),
+    "table's step": (lambda h: field(TabulatedProfile([0.0, 1.0, 0.0], h)), -0.2, 0.2),
+    "table's integral": (lambda p: field(TabulatedProfile([0.0 * p, p, 0.0], 0.2)), -1.0, 1.0),
+    "box": (lambda w: field(BoxProfile(w)), -1.0, 1.0),
+    "bell on the sphere": (lambda k: VonMisesFisher(k).derivatives(T), -3.0, 3.0),
+    "height of a light": (lambda h: field(NearLight(jnp.stack([0.0 * h, h]), BALL)), -2.0, 2.0),
+    "reach": (lambda r: Gather(reach=r)(FLAT)(0.3), -3.0, 3.0),
+    "far light": (lambda D: far_light_ratio(D, 0.2, 0.25), -2.0, 2.0),
     "widest": (lambda w: VaryingGaussian(wave(0.5, 0.1, mean=0.3), w).half_width(), -0.4, 0.4),
     "cutoff": (lambda W: glossy_bandwidth(W, 2.0, 0.1, 1.0), -3.0, 3.0),
     "factor": (lambda f: glossy_bandwidth(3.0, 2.0, 0.1, 1.0, f), -1.0, 1.0),

@@ -34,13 +34,26 @@ def is_concrete(x: Any) -> bool:
 def _all(name: str, x: Any, ok, words: str) -> None:
     """Raise unless `ok` holds on all of `x`; a tree of placeholders is left alone."""
     check_real(name, x)
-    if not is_concrete(x) or not isinstance(x, (int, float, np.ndarray, np.generic, jax.Array)):
+    a = _numbers(x) if is_concrete(x) else None
+    if a is None:
         return
-    a = np.asarray(x)
     good = ok(a)
     if not np.all(good):
         bad = a[~good].flat[0] if a.ndim else a[()]
         raise ValueError(f"Argument `{name}` must {words}, but is {bad}.")
+
+
+def _numbers(x: Any) -> np.ndarray | None:
+    """What can be looked at: a number, an array or a list of them; None for anything else."""
+    if isinstance(x, (int, float, np.ndarray, np.generic, jax.Array)):
+        return np.asarray(x)
+    if not isinstance(x, (list, tuple)):
+        return None
+    try:
+        a = np.asarray(x)
+    except ValueError:  # rows of several lengths
+        return None
+    return a if a.dtype.kind in "biuf" else None
 
 
 def check_real(name: str, x: Any) -> None:

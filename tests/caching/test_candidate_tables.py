@@ -6,7 +6,7 @@ import pytest
 from firstorder.caching import candidate_tables
 from firstorder.caching.candidate_tables import gather_directions, tabulate_candidates
 from firstorder.checks.statistics import LEVEL
-from firstorder.space import Scene, plane, primitive
+from firstorder.space import Scene, plane, primitive, rectangle
 from firstorder.space.bounces._radiance_maps import RadianceMaps, face_layout, trace_maps
 from firstorder.space.estimators._irradiance_forms import (
     TracedRays,
@@ -160,3 +160,20 @@ def test_gather_directions_come_by_their_cosine():
     noise = given.noise
     assert noise is not None
     assert uniform_p_value(0.5 * noise[:, 0, 0]) > LEVEL
+
+
+@pytest.mark.parametrize("strips", [4, 150])
+def test_a_lamp_of_many_strips_is_a_lamp(strips):
+    """More shapes than a byte can number."""
+    floor = primitive(rectangle((0.0, 0.0, 0.0), (2.0, 0.0, 0.0), (0.0, 2.0, 0.0)))
+    middles = -1.0 + (2.0 * np.arange(strips) + 1.0) / strips
+    lamps = [
+        primitive(rectangle((x, 0.0, 1.0), (0.0, 1.0, 0.0), (1.0 / strips, 0.0, 0.0)), emission=1.0)
+        for x in middles
+    ]
+    scene, given = Scene.of(floor, *lamps), gather_directions(16, 32)
+    maps = RadianceMaps(scene, jnp.ones((len(face_layout(scene).shape), 2, 2)))
+    found = tabulate_candidates(maps, np.array([[0.3, 0.2]]), given, on=0)
+    wx, wy, wz = given.directions[0].astype(float)
+    hit = (np.abs(0.3 + wx / wz) < 1.0) & (np.abs(0.2 + wy / wz) < 1.0)
+    assert found.E[0] == pytest.approx(np.pi * np.mean(hit), rel=1e-6)

@@ -91,3 +91,10 @@ def test_columns_along_a_line_are_tensors():
 def test_bad_input_is_one_sentence(call, words):
     with pytest.raises(ValueError, match=words):
         call()
+
+
+@pytest.mark.parametrize("dims", [1, 2])
+def test_no_places_make_no_candidates(dims):
+    none = Candidates.from_function(lambda x: jnp.sum(x), np.zeros((0, dims)), derivatives=3)
+    assert none.count == 0
+    assert none.third.shape == (0, dims, dims, dims)

@@ -148,3 +148,11 @@ def test_the_largest_error_has_the_step_in_it():
     d, J, S = (np.array([a]) for a in (0.3, 0.5, 0.2))
     found = expected_error_with_events(1.0, [0.0], d, J, S, definition="largest")
     np.testing.assert_allclose(found, 0.5 * 0.7 + 0.2, rtol=1e-14)
+
+
+def test_one_kink_may_be_a_number():
+    found = expected_error_with_events(0.5, [0.0], -0.25, 2.0, 0.1)
+    assert float(found) == pytest.approx(0.5 * 2.0 * 0.25**2 + 0.1 * 0.25, rel=1e-14)
+    assert float(radius_with_events([0.0], float(found), 0.01, 2.0, -0.25, 2.0, 0.1)) == (
+        pytest.approx(0.5, rel=1e-12)
+    )

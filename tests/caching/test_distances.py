@@ -224,5 +224,6 @@ def test_bad_input_is_one_sentence():
         ValueError, match=r"^Argument `turn` must be left out in the split sphere.$"
     ):
         split_change(0.1, 1.0, 0.2, dims=2)
+    assert split_change(0.1, 1.0, 0, dims=2) == split_change(0.1, 1.0, dims=2)
     with pytest.raises(ValueError, match=r"^Argument `dims` must be 1 or 2, but is 3.$"):
         split_error(0.1, 1.0, dims=3)

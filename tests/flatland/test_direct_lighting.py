@@ -12,6 +12,7 @@ from firstorder.flatland import (
     derivatives,
     derivatives_on_shape,
     irradiance,
+    point_light_irradiance,
     primitive,
     receiver,
     weighted_irradiance,
@@ -117,6 +118,19 @@ def test_a_receiver_that_is_nowhere_receives_nan():
     scene = Scene.of(LAMP)
     assert jnp.isnan(jax.jit(irradiance)(scene, Receiver((jnp.nan, 0.0), 0.0)))
     assert jnp.isnan(jax.jit(irradiance)(scene, Receiver((0.0, 0.0), jnp.nan)))
+
+
+def test_from_point_lights_too_and_past_a_shape_that_is_none():
+    def light(x, n, radius):
+        disc = primitive(Circles((0.0, 0.5), radius))
+        scene = Scene.of(disc, points=PointLights((0.0, 1.0), 1.0))
+        return point_light_irradiance(scene, Receiver(jnp.stack([x, 0.0]), n))
+
+    asked = jax.jit(light)
+    assert jnp.isnan(asked(jnp.nan, 0.0, 0.1))
+    assert jnp.isnan(asked(1.0, jnp.nan, 0.1))
+    assert jnp.isnan(asked(1.0, 0.0, -0.1))
+    assert abs(asked(1.0, 0.0, 0.1) - 0.5) < 1e-15
 
 
 def test_the_jump_of_a_plain_sky_is_an_edge_and_angles_come_wrapped():

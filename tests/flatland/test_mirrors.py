@@ -79,6 +79,26 @@ def test_a_mirror_reflects_the_sky():
     assert abs(E - expected) < 1e-12
 
 
+@pytest.mark.parametrize(("unit", "bits"), [(1e9, 64), (1e6, 32), (1e-6, 32)])
+def test_where_the_reflected_sky_breaks_does_not_depend_on_the_unit_of_length(unit, bits):
+    class Halves:
+        breaks = np.array([0.5])
+
+        def __call__(self, angle):
+            return jnp.where(angle > 0.5, 0.0, 1.0)
+
+    def reflected(unit):
+        ends = unit * np.array([[4.0, 2.0], [4.2, 5.0]])
+        scene = Scene.of(primitive(Segments(*ends), mirror=0.8), environment=Halves())
+        at = Receiver(unit * np.array([3.0, 2.0]), 0.1)
+        return float(mirror_irradiance(scene, at, mirrors=(0,)))
+
+    metres = reflected(1.0)
+    assert metres > 0.1
+    with jax.enable_x64(bits == 64):
+        assert abs(reflected(unit) / metres - 1.0) < 32.0 * np.finfo(f"float{bits}").eps
+
+
 def test_only_segments_are_mirrors():
     with pytest.raises(ValueError, match="`mirrors` must hold numbers of segments, but holds 2"):
         mirror_irradiance(Scene.of(LAMP, GLASS), Receiver((0.0, 0.0), 0.0), mirrors=(2,))

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from derivations.flatland import radiometry as derived
 from derivations.flatland._scenes import built
-from firstorder.flatland import Receiver, Scene, Segments, primitive
+from firstorder.flatland import Arcs, Receiver, Scene, Segments, primitive, receiver
 from firstorder.flatland import _radiometry as radiometry
 from firstorder.flatland._radiometry import (
     TABLE_I,
@@ -117,6 +117,14 @@ def test_both_forms_agree_before_a_curved_blocker_and_a_wall_that_varies():
     for x in (-0.2, 0.35):
         fine, coarse = both(Receiver((x, 0.0), 0.1))
         assert abs(coarse / fine - 1.0) < 4.0 / 4000
+
+
+def test_both_forms_agree_in_a_bowl_that_shines_on_itself():
+    bowl = Scene.of(primitive(Arcs((0.0, 1.0), 1.0, 0.5 * np.pi, np.pi), emission=1.0))
+    at, brdf = receiver(bowl, 0, 0.3), diffuse_brdf(0.5)
+    fine = reflected_radiance(bowl, at, out=0.2, brdf=brdf)
+    coarse = reflected_radiance_over_curves(bowl, at, out=0.2, brdf=brdf, count=1000)
+    assert abs(coarse / fine - 1.0) < 1e-5
 
 
 def test_a_brdf_is_told_where_light_comes_from_and_then_where_it_goes():

@@ -19,6 +19,7 @@ from firstorder.fields import (
     Affine,
     Constant,
     Function,
+    Gaussian,
     Grid,
     HalfPlane,
     Wavelet,
@@ -63,6 +64,26 @@ def erf_truth(x, slope, offset):
         e * (-x * G + slope * g),
         e * ((x * x - 1) * G - 2 * x * slope * g - slope**2 * b * g),
     )
+
+
+@pytest.mark.parametrize("unit", [1e-9, 1e9])
+@pytest.mark.parametrize("axis", ["x", "theta"])
+def test_a_unit_of_length_is_only_a_factor(unit, axis):
+    """The steps beside an edge, where its one-sided limits are taken, have no unit of their own."""
+    across, along = (1, 0) if axis == "theta" else (0, 1)
+    sizes = np.array([unit, 1.0])
+    normal = np.zeros(2)
+    normal[across], normal[along] = -1.0, 0.7
+    light = Multiply(HalfPlane(Affine(normal / sizes, 0.2), 0.0, 1.0))(
+        Gaussian([0.0, 0.0], np.diag(sizes**-2.0))
+    )
+    reach = 9.0 * sizes[across]
+    found = Integrate(axis, -reach, reach)(light).jets(0.4 * sizes[along])
+    true = erf_truth(0.4, 0.7, 0.2)
+    for power, part in enumerate((found.value, found.gradient, found.hessian)):
+        scaled = float(np.squeeze(part)) * sizes[along] ** power / sizes[across]
+        expected = true[power]
+        assert scaled == pytest.approx(float(expected), rel=1e-11)
 
 
 def test_boundary_terms_of_gradient_and_hessian_are_those_of_the_error_function():

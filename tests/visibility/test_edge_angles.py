@@ -195,6 +195,19 @@ def test_bad_numbers_are_one_sentence():
         point_edge_angle((0.0, 1.0), radius=-1.0)
     with pytest.raises(ValueError, match=r"^Argument `n` must be finite, but is nan.$"):
         point_edge_angle((0.0, 1.0), n=np.nan)
+    with pytest.raises(ValueError, match=r"^Argument `point` must be finite, but is nan.$"):
+        point_edge_angle((np.nan, 1.0))
+    with pytest.raises(ValueError, match=r"^Argument `center` must be finite, but is inf.$"):
+        circle_edge_angle((np.inf, 1.0), 1.0)
+
+
+def test_a_traced_radius_below_zero_gives_nan():
+    found = jax.jit(lambda radius: point_edge_angle((0.0, 1.0), radius=radius))(
+        jnp.array([-1.0, 1.0])
+    )
+    for leaf in (found.value, found.gradient, found.hessian):
+        assert np.all(np.isnan(leaf[0]))
+        assert np.all(np.isfinite(leaf[1]))
 
 
 def test_single_precision_is_kept():

@@ -219,12 +219,13 @@ class _Look:
         """Row of numbers for one place."""
         count = self.along.shape[1]
         best = np.full(count, np.inf, np.float32)
-        which = np.full(count, -1, np.int8)
+        small = np.min_scalar_type(-len(self.solids) - 1)  # a byte, where solids are few
+        which = np.full(count, -1, small)
         for number, (solid, ready) in enumerate(zip(self.solids, self.ready, strict=True)):
             t = _distance(solid, ready, solid.turn @ (x - solid.center))
             nearer = t < best
             np.copyto(best, t, where=nearer)
-            np.copyto(which, np.int8(number), where=nearer)
+            np.copyto(which, small.type(number), where=nearer)
         L, n = np.zeros(count, np.float32), np.zeros((2, count), np.float32)
         for number, solid in enumerate(self.solids):
             rays = np.flatnonzero(which == number)

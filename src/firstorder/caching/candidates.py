@@ -144,7 +144,8 @@ class Candidates(eqx.Module):
         for _ in range(derivatives):
             columns = _deeper(columns)
         each = eqx.filter_jit(jax.vmap(columns))
-        parts = [each(position[i : i + BLOCK]) for i in range(0, position.shape[0], BLOCK)]
+        starts = range(0, max(position.shape[0], 1), BLOCK)  # one block of nothing, too
+        parts = [each(position[i : i + BLOCK]) for i in starts]
         found = [jnp.concatenate(p) for p in zip(*parts, strict=True)]
         return Candidates.of(
             position,

@@ -191,8 +191,8 @@ def _terms(derivatives: Sequence[ArrayLike], order: int) -> tuple[tuple[int, Arr
 
 
 def _events(distances, kinks, steps) -> tuple[Array, Array, Array]:
-    d, J = jnp.abs(as_float(distances)), jnp.abs(as_float(kinks))
-    S = jnp.zeros_like(J) if steps is None else jnp.abs(as_float(steps))
+    d, J = (jnp.abs(jnp.atleast_1d(as_float(a))) for a in (distances, kinks))
+    S = jnp.zeros_like(J) if steps is None else jnp.abs(jnp.atleast_1d(as_float(steps)))
     if is_concrete((d, J, S)) and not d.shape[-1] == J.shape[-1] == S.shape[-1]:
         raise ValueError(
             f"Argument `kinks` must hold {d.shape[-1]} jumps, but holds {J.shape[-1]}."

@@ -111,7 +111,7 @@ def split_change(
     a = jnp.arctan2(jnp.abs(as_float(dx)), nan_unless(radius > 0, radius))
     if dims == 1:
         return jnp.sin(jnp.minimum(a + jnp.abs(as_float(turn)), 0.5 * np.pi))
-    if not (isinstance(turn, float) and turn == 0.0):
+    if not (isinstance(turn, (int, float)) and turn == 0.0):
         raise ValueError("Argument `turn` must be left out in the split sphere.")
     return (2.0 / math.pi) * (a + jnp.sin(a) * jnp.cos(a))
 

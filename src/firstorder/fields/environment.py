@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from firstorder._argument_checks import check_finite, check_positive, check_shape
+from firstorder._argument_checks import check_finite, check_positive, check_shape, nan_unless
 from firstorder.conventions import FLATLAND, Frame
 from firstorder.errors import Refused
 from firstorder.fields._series import Series
@@ -300,7 +300,7 @@ class NearLight(Field):
 
     def _miss(self, u: Ray) -> tuple[Scalar, Vector, Array]:
         """The miss distance q with its gradient and Hessian."""
-        x, height = u[0] - self.center[0], self.center[1]
+        x, height = u[0] - self.center[0], nan_unless(self.center[1] > 0, self.center[1])
         zero = jnp.zeros_like(x)
         if self.frame.uses_slopes:
             c = 1.0 / jnp.sqrt(1.0 + u[1] ** 2)  # the cosine, and its derivatives by slope

@@ -126,4 +126,4 @@ class GaussianProfile(Profile):
 
     def spread(self) -> Scalar:
         """`1 / (8 pi^2 sigma^2)`."""
-        return 1.0 / (8.0 * np.pi**2 * self.sigma**2)
+        return 1.0 / (8.0 * np.pi**2 * nan_unless(self.sigma > 0, self.sigma) ** 2)

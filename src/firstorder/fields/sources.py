@@ -11,7 +11,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array
 
-from firstorder._argument_checks import check_finite, check_positive, check_shape
+from firstorder._argument_checks import check_finite, check_positive, check_shape, nan_unless
 from firstorder.conventions import UNSTATED_SLOPE, Frame, fourier_kernel
 from firstorder.errors import Refused
 from firstorder.fields.covariance import Covariance
@@ -137,12 +137,12 @@ class BoxProfile(Profile):
         self._state_frame()
 
     def half_width(self) -> Scalar:
-        """Half the width of the box."""
-        return self.width
+        """Half the width of the box; NaN for a traced one without inside."""
+        return nan_unless(self.width > 0, self.width)
 
     def derivatives(self, t: Scalar) -> tuple[Scalar, Scalar, Scalar]:
         """Height and zeros; half the height on an edge."""
-        inside = 0.5 * (1.0 + jnp.sign(self.width - jnp.abs(t)))
+        inside = 0.5 * (1.0 + jnp.sign(self.half_width() - jnp.abs(t)))
         return self.height * inside, 0.0 * t, 0.0 * t
 
     def edges(self) -> tuple[Edge, ...]:

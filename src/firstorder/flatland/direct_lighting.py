@@ -16,6 +16,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
+from firstorder._argument_checks import nan_unless
 from firstorder.conventions import direction
 from firstorder.flatland.intersect import occluded
 from firstorder.flatland.scene import Scene
@@ -171,7 +172,8 @@ def point_light_irradiance(
         weight: of the local angle; its cosine, if left out.
 
     Returns:
-        Irradiance [W/m], in each band if there are any.
+        Irradiance [W/m], in each band if there are any; NaN at a receiver or in a scene that is
+        none.
 
     Raises:
         ValueError: for a row of receivers.
@@ -197,7 +199,8 @@ def point_light_irradiance(
     safe = jnp.where(lit[:, None], way, at.normal)
     theta = jnp.arctan2(-(safe @ at.tangent), safe @ at.normal)
     each = scene.points.intensity * jax.vmap(weight)(theta) / jnp.sqrt(dot_2d(safe, safe)) / unit
-    return jnp.sum(jnp.where(lit, each, 0.0))
+    known = jnp.isfinite(at.n) & jnp.all(jnp.isfinite(at.position)) & ~scene.unsound
+    return nan_unless(known, jnp.sum(jnp.where(lit, each, 0.0)))
 
 
 def _emitted(scene: Scene, at: Receiver, seen: View) -> Float[Array, ""]:

@@ -16,10 +16,12 @@ from jaxtyping import Array, Float
 from firstorder.conventions import direction
 from firstorder.flatland.intersect import first_shape
 from firstorder.flatland.scene import Scene
+from firstorder.flatland.shapes._base import own_unit
 from firstorder.flatland.visible import Receiver, view
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.numerics._refinement import with_errors
+from firstorder.numerics._scale import power_of_two
 from firstorder.scene._arguments import check_asked_one
 from firstorder.scene._bands import by_band
 from firstorder.scene._primitives import BACK, FRONT
@@ -101,7 +103,9 @@ def _edges(scene: Scene, at: Receiver, k: int) -> Float[Array, "m 2"]:
     if breaks is None:
         return edges
     bounced = jax.vmap(lambda a: _bounced(scene, k, direction(a)))(breaks)
-    return jnp.concatenate([edges, at.position + bounced])
+    # So far away that the place of the receiver rounds off no digit of the direction.
+    far = own_unit(scene.groups) + power_of_two(at.position)
+    return jnp.concatenate([edges, at.position + far * bounced])
 
 
 def _bounced(scene: Scene, k, along: Float[Array, "2"]) -> Float[Array, "2"]:

@@ -291,15 +291,25 @@ class Scene(eqx.Module):
             valid.append(found[1].reshape(-1))
             first += group.count
         if self.crossings.pairs.shape[0]:
-            crossed = jax.vmap(lambda pair, s: self._crossing(pair, s))(
+            crossed = jax.vmap(lambda pair, s: self.crossing(pair, s)[1:])(
                 self.crossings.pairs, self.crossings.near
             )
             points.append(crossed[0])
             valid.append(crossed[1])
         return jnp.concatenate(points), jnp.concatenate(valid)
 
-    def _crossing(self, pair: Int[Array, "2"], near: Float[Array, "2"]):
-        """The point in which two shapes cross, from a start near by; by Newton's method."""
+    def crossing(
+        self, pair: Int[Array, "2"], near: Float[Array, "2"]
+    ) -> tuple[Float[Array, "2"], Point, Bool[Array, ""]]:
+        """Where two shapes cross, from a start near by: by Newton's method.
+
+        Args:
+            pair: numbers of the two shapes.
+            near: parameters on both, as `crossings` has them.
+
+        Returns:
+            The parameters, the point, and whether there is a crossing.
+        """
 
         def step(scene, s):
             a, va, _ = scene.motion(pair[0], s[0])
@@ -321,7 +331,8 @@ class Scene(eqx.Module):
         _, point, gap = step(self, s)
         # Judged by the shapes' own size, so that it is the same wherever the scene lies.
         speeds = sum(jnp.sum(jnp.abs(self.motion(k, t)[1])) for k, t in zip(pair, s, strict=True))
-        return point, inside & (jnp.sum(jnp.abs(gap)) < jnp.finfo(s.dtype).eps ** 0.5 * speeds)
+        met = jnp.sum(jnp.abs(gap)) < jnp.finfo(s.dtype).eps ** 0.5 * speeds
+        return s, point, inside & met
 
     @property
     def _closed(self) -> Bool[Array, " n"]:

@@ -16,7 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from firstorder._argument_checks import check_positive, check_unit
+from firstorder._argument_checks import check_positive, check_unit, nan_unless
 from firstorder.conventions import Frame
 from firstorder.fields.jet import Jet
 from firstorder.numerics._quadrature import composite_gauss_legendre, periodic_trapezoid
@@ -65,7 +65,7 @@ class VonMisesFisher(ZonalKernel):
 
     def derivatives(self, t: Cosines) -> tuple[Cosines, Cosines, Cosines]:
         """Each derivative multiplies by k."""
-        k = self.sharpness
+        k = nan_unless(self.sharpness > 0, self.sharpness)
         rho = k / (-2.0 * np.pi * jnp.expm1(-2.0 * k)) * jnp.exp(k * (t - 1.0))
         return rho, k * rho, k**2 * rho
 

@@ -177,11 +177,11 @@ def point_edge_angle(
     """
     _checked(point=point, position=position, n=n)
     check_not_negative("radius", radius)
-    side = as_float(side)
+    side, radius = as_float(side), as_float(radius)
     across, up, D, there = _local(point, position, n)
-    bend = -side * as_float(radius) / D**3
+    bend = -side * radius / D**3
     found = _edge(jnp.arctan2(-across, up), -across / D, up / D, 1.0 / D, bend, side)
-    return _nan_unless(there, found)
+    return _nan_unless(there & (radius >= 0), found)
 
 
 def circle_edge_angle(

@@ -327,6 +327,11 @@ def test_what_one_receiver_finds_does_not_depend_on_the_others(key):
     assert bool(jnp.all(row.mean[1:] != other.mean[1:]))
 
 
+def test_a_ray_may_be_given_in_whole_numbers(key):
+    ray = jnp.array([0, 0]), jnp.array([0, 1])
+    assert path_radiance(line_light(False), *ray, key=key, paths=2).mean == 1.0
+
+
 def test_bad_arguments_are_one_sentence(key):
     scene = line_light(True)
     with pytest.raises(ValueError, match=r"^Argument `paths` must be at least 2, but is 1\.$"):

@@ -202,11 +202,23 @@ def test_radiance_is_the_brdf_times_irradiance_if_it_is_even():
         DensityEstimator(k=20),
         DensityEstimator(k=20, keep_farthest=True),
         DensityEstimator(radius=0.02),
+        DensityEstimator(radius=0.02, cut=True),
     ):
         L = photon_radiance(m, how, diffuse, *FLOOR, S, out)
         np.testing.assert_allclose(L, 0.4 * photon_irradiance(m, how, *FLOOR, S), rtol=1e-9)
     wide = photon_radiance(m, DensityEstimator(radius=0.5), diffuse, *FLOOR, S, out, most=16)
     assert bool(jnp.all(jnp.isnan(wide)))
+
+
+def test_light_is_gathered_at_one_receiver_or_many(key):
+    scene, how = scene_a(), DensityEstimator(k=20)
+    row = Receiver(np.stack([X, 0.0 * X], -1), 0.0 * X, jnp.zeros(18, int))
+    one = jax.tree.map(lambda leaf: leaf[0], row)
+    E, first = (
+        final_gather(scene, at, photons=hundred_maps()[0], how=how, rays=8) for at in (row, one)
+    )
+    assert first.shape == ()
+    assert abs(first - E[0]) < 1e-12
 
 
 # --- manners -------------------------------------------------------------------------------------

@@ -1,5 +1,6 @@
 """The radiosity reference: an independent solution, furnaces, energy, derivatives."""
 
+import functools
 import itertools
 
 import equinox as eqx
@@ -10,6 +11,7 @@ import pytest
 
 from derivations.flatland.bounces import radiosity as oracle
 from firstorder.flatland import (
+    Arcs,
     Circles,
     PointLights,
     Receiver,
@@ -18,6 +20,7 @@ from firstorder.flatland import (
     box,
     derivatives,
     irradiance,
+    polyline,
     primitive,
 )
 from firstorder.flatland.bounces import _panels as cutting
@@ -103,6 +106,48 @@ def test_a_closed_room_of_one_radiance_is_a_furnace():
     assert np.abs(np.asarray(solution.E) - 2.0).max() < 2e-12
     radiance = 0.7 + np.asarray(solution.reflected)
     assert np.abs(radiance - 1.0).max() < 1e-12
+
+
+def tilted(side):
+    """A square room of one radiance, whose corners no number holds exactly."""
+    turn = np.array([[np.cos(0.3), np.sin(0.3)], [-np.sin(0.3), np.cos(0.3)]])
+    corners = side * np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.0, 0.0)]) @ turn
+    return primitive(polyline(corners), albedo=0.3, emission=0.7)
+
+
+def test_a_tilted_room_is_a_furnace_too():
+    """Beside its corners rounding decides what a ray meets."""
+    room = solve_radiosity(Scene.of(tilted(1.0)), fineness=Discretization(4, 1e-4))
+    assert np.abs(np.asarray(room.E) - 2.0).max() < 1e-5
+
+
+# As a user's program is compiled, whatever the tests are: rounding is what this is about.
+@functools.partial(jax.jit, compiler_options={"xla_backend_optimization_level": 3})
+def _gathered(scene, panels, places):
+    """Irradiance at places of the first arc, from panels that all send the same radiance."""
+    even = jnp.ones((panels.shape.shape[0], panels.count))
+
+    def one(s):
+        return transfer.panel_irradiance(scene, panels, even, receiver(scene, 1, s), moving=False)
+
+    return jax.vmap(one)(places)
+
+
+def test_a_hollow_shape_gathers_its_own_light():
+    bowl = primitive(Arcs((0.0, 1.0), 1.0, 0.5 * np.pi, np.pi), emission=1.0)
+    lid = primitive(Segments((1.0, 1.0), (-1.0, 1.0)), emission=1.0)
+    scene = Scene.of(bowl, lid)
+    panels, _ = cutting.cut_into_panels(scene, COARSE)
+    E = _gathered(scene, panels, jnp.linspace(0.01, 0.99, 50))
+    assert np.abs(np.asarray(E) - 2.0).max() < 1e-8
+
+
+@pytest.mark.parametrize("side", [1.0, 1e-9])
+def test_a_furnace_in_single_precision_is_one(side):
+    with jax.enable_x64(False):
+        solution = solve_radiosity(Scene.of(tilted(side)), fineness=Discretization(4))
+        assert solution.E.dtype == jnp.float32
+        assert np.abs(np.asarray(solution.E) - 2.0).max() < 3e-4
 
 
 def test_irradiance_in_scene_d_obeys_the_integral_equation_by_another_route(scene_d):

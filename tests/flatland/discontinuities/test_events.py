@@ -144,6 +144,40 @@ def test_radiance_that_jumps_along_a_surface_makes_events_of_its_own():
     np.testing.assert_allclose(found.jump_E1, truth.jump_E1, rtol=1e-6)
 
 
+def test_where_a_bar_leaves_a_disc_is_an_edge_of_what_is_seen():
+    """The brightness of a wall changes there: of one of a bar and a disc that it goes through."""
+    floor = primitive(Segments((-3.0, 0.0), (3.0, 0.0)))
+    blocker = primitive(Segments((0.0, 0.5), (-1.0, 0.5)))
+    bar = primitive(Segments((2.0, 1.45), (-2.0, 1.45)))
+    disc = primitive(Circles((0.1, 1.5), 0.4), emission=1.0)
+    found = jumps_on(Scene.of(floor, blocker, bar, disc), 0)
+    crossing, edge = np.array([0.1 - np.sqrt(0.4**2 - 0.05**2), 1.45]), np.array([-1.0, 0.5])
+    way = crossing - edge
+    x = edge[0] - way[0] / way[1] * edge[1]
+    k = np.argmin(np.abs(6.0 * found.s - 3.0 - x))
+    assert abs(6.0 * found.s[k] - 3.0 - x) < 1e-12
+    near, far = (np.hypot(p[0] - x, p[1]) for p in (edge, crossing))
+    jump = (way[1] / np.hypot(*way)) ** 2 * (1.0 / near - 1.0 / far)
+    assert abs(found.jump_E1[k] - jump) < 1e-6
+
+
+@pytest.mark.parametrize("through", [0.0, 0.5])
+def test_a_bar_seen_edge_on_is_seen_as_far_as_it_is_not_hidden(through):
+    """E grows on either side of x = 0.4 with the bar's own light in place of the wall's behind it.
+
+    The bar ends on the wall, or goes on through it.
+    """
+    low, met = np.array([0.3, 0.5]), np.array([0.2, 1.0])
+    high = met + through * (met - low)
+    floor = primitive(Segments((-3.0, 0.0), (3.0, 0.0)))
+    bar = primitive(Segments(low, high), emission=(1.0, 0.9))
+    wall = primitive(Segments((-0.8, 0.9), (1.2, 1.1)), emission=(0.2, 0.7))
+    found = jumps_on(Scene.of(floor, bar, wall), 0)
+    (jump,) = found.jump_E1[np.abs(6.0 * found.s - 3.0 - 0.4) < 1e-9]
+    near, far = (np.hypot(p[0] - 0.4, p[1]) for p in (low, met))
+    assert abs(jump - 0.5**2 / near**2 * (1.0 / near - 1.0 / far) * (1.0 + 0.9 - 1.4)) < 1e-9
+
+
 def test_error_of_an_extrapolation_across_a_jump():
     """Against the sum of |E - line| for a function that does what the jumps say."""
     x = np.linspace(0.0, 1.0, 200_001)

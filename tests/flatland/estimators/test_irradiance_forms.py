@@ -9,6 +9,7 @@ import pytest
 from derivations.flatland._scenes import built, motion
 from firstorder.checks.tolerance import fitted_order, normwise
 from firstorder.flatland import (
+    Arcs,
     Ellipses,
     Receiver,
     Scene,
@@ -330,6 +331,22 @@ def test_nothing_to_see_a_single_stratum_and_a_receiver_on_a_shape():
     for n in (1, 2, 64):
         for form in all_forms("disc", top, padded(hemicircle_strata(n))).values():
             assert all(np.all(np.isfinite(leaf)) for leaf in jax.tree.leaves(form))
+
+
+def test_a_bowl_shines_on_itself():
+    """From a point of a half circle of radius R: what is seen of it is the sky of a full turn."""
+    bowl = Scene.of(primitive(Arcs((0.0, 1.0), 1.0, 0.5 * np.pi, np.pi), emission=1.0))
+    at = receiver(bowl, 0, 0.3)
+    rim = np.array([1.0, -1.0]), np.array([1.0, 1.0])
+    ways = np.stack(rim, -1) - np.asarray(at.position)
+    sines = ways @ np.asarray(at.tangent) / np.linalg.norm(ways, axis=1)
+    truth = 2.0 - abs(sines[0] - sines[1])
+    seen = trace_strata(bowl, at, where=hemicircle_strata(2000))
+    assert abs(arc_length_estimate(seen).value - truth) < 1e-5
+    assert abs(arc_length_estimate_on_curves(bowl, at, count=2000).value - truth) < 1e-5
+    flat = Scene.of(primitive(Segments((0.0, 0.0), (1.0, 0.3)), emission=1.0))
+    on_flat = arc_length_estimate_on_curves(flat, receiver(flat, 0, 0.3), count=10)
+    assert on_flat.value == 0.0
 
 
 @pytest.mark.smoke

@@ -16,6 +16,12 @@ def test_borders_out_of_order_are_refused():
         hemicircle_strata(BORDERS[[0, 2, 1, 3]])
 
 
+def test_a_number_of_sectors_is_any_integer():
+    assert hemicircle_strata(np.int64(4)).angles.tolist() == hemicircle_strata(4).angles.tolist()
+    with pytest.raises(ValueError, match="must be how many sectors, or a row of borders"):
+        hemicircle_strata(4.0)
+
+
 def places(key, cosine):
     """Where in its sector each of many directions lies, by angle or by sine: (n, 3)."""
     keys = jax.random.split(key, 8000)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from firstorder.flatland import Circles, Receiver, Scene, Segments, irradiance, polyline, primitive
-from firstorder.flatland.shapes._crossings import any_crossing
+from firstorder.flatland.shapes._crossings import any_crossing, find_crossings
 
 
 def cross_of(x):
@@ -146,6 +146,21 @@ def test_a_crossing_goes_on_past_the_top_of_a_circle():
         points, valid = Scene.of(*build(x), crossings=start.crossings).silhouettes(jnp.zeros(2) - 3)
         assert valid[-1]
         assert jnp.max(jnp.abs(points[-1] - jnp.array([x, np.sqrt(1.0 - x**2)]))) < 1e-12
+
+
+def test_every_crossing_of_a_symmetric_scene_is_found_once():
+    """Through the centre, and of equal circles, at simple fractions of a turn."""
+    rng = np.random.default_rng(1)
+    for turn in np.repeat(np.arange(16), 24):
+        u = np.array([np.cos(np.pi * turn / 8.0), np.sin(np.pi * turn / 8.0)])
+        center, radius = rng.normal(size=2).round(1), round(rng.uniform(0.1, 1.0), 2)
+        bar = Segments(center - (radius + 0.5) * u, center + (radius + 0.5) * u)
+        found = find_crossings([bar, Circles(center, radius)])
+        assert found.numbers == ((0, 1), (0, 1))
+        assert np.all((found.near >= 0.0) & (found.near < 1.0))
+        for apart in (1.0, np.sqrt(2.0)):
+            pair = Circles([center, center + apart * radius * u], radius)
+            assert find_crossings([pair]).numbers == ((0, 1), (0, 1))
 
 
 def test_far_from_the_origin_rounding_makes_no_crossing_and_hides_none():

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from firstorder.checks.tolerance import fitted_order, normwise
-from firstorder.conventions import SPACE
+from firstorder.conventions import SPACE, Frame
 from firstorder.errors import Refused
 from firstorder.fields import Affine, Gaussian, autodiff_jet, discrete_transform, gaussian
 from firstorder.fields.spectrum import Grid
-from firstorder.transport import Bump, Curvature, wave
+from firstorder.transport import Bump, Curvature, Wave, wave
 
 L = gaussian((0.2, -0.1), (0.7, 0.5), 0.4)
 RIPPLES = wave(0.4, amplitude=0.25, phase=0.6)
@@ -34,6 +34,17 @@ def test_base_shape_and_bump_add_up():
 def test_directions_of_the_normal_map_are_ignored():
     tilted = Affine([0.6, 5.0], 0.0)
     assert normwise(Bump(tilted)(L).jet(RAY).gradient, Curvature(0.6)(L).jet(RAY).gradient) < 1e-14
+
+
+def test_bumps_that_move_have_derivatives_in_time():
+    """A wave that runs along the surface, in light that varies in time as well."""
+    moving = Frame(("x", "theta", "t"))
+    light = Gaussian(jnp.array([0.2, -0.1, 0.3]), jnp.diag(jnp.array([1.0, 4.0, 2.0])), 1.0, moving)
+    bumped = Bump(Wave([0.4, 0.0, 0.7], amplitude=0.25, phase=0.6, frame=moving))(light)
+    ray = jnp.array([0.3, 0.1, -0.2])
+    found, true = bumped.jet(ray), autodiff_jet(bumped.at, ray, moving)
+    assert normwise(found.gradient, true.gradient) < 1e-14
+    assert normwise(found.hessian, true.hessian) < 1e-14
 
 
 def test_in_space_each_direction_has_its_own_map():

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstorder.checks.tolerance import fitted_order, normwise
-from firstorder.conventions import FLATLAND, FLATLAND_SLOPE, SPACE, SPACE_SLOPE
+from firstorder.conventions import FLATLAND, FLATLAND_SLOPE, SPACE, SPACE_SLOPE, Frame
 from firstorder.fields import Constant, GaussianProfile, autodiff_jet, gaussian
 from firstorder.laws import Move
 from firstorder.transport import (
@@ -176,7 +176,7 @@ def test_bad_indices_are_one_sentence(make):
         Schlick(1.5)
 
 
-@pytest.mark.parametrize("frame", [FLATLAND_SLOPE, SPACE, SPACE_SLOPE])
+@pytest.mark.parametrize("frame", [FLATLAND_SLOPE, SPACE, SPACE_SLOPE, Frame(("x", "t"))])
 def test_light_refracts_by_angles_in_flatland_alone(frame):
     with pytest.raises(ValueError, match="a position and an angle"):
         Snell(1.5).law(frame)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from firstorder.checks.tolerance import normwise
-from firstorder.conventions import SPACE, SPACE_SLOPE
+from firstorder.conventions import SPACE, SPACE_SLOPE, Frame
 from firstorder.errors import Refused
 from firstorder.fields import (
     Gaussian,
@@ -123,6 +123,14 @@ def test_lobes_that_vary_need_a_window_for_their_spectrum():
     ):
         with pytest.raises(Refused, match="window"):
             Reflection(varying)(L.spectrum())
+
+
+def test_a_width_that_varies_in_time_has_no_series():
+    """Its series is made at one time, and would hold that still."""
+    moving = Frame(("x", "theta", "t"), "outgoing")
+    lobe = VaryingGaussian(wave(0.5, 0.1, mean=0.3, axis="t", frame=moving), 0.4)
+    with pytest.raises(Refused, match="or in time, needs a Blend"):
+        lobe.semi_series(jnp.array(0.5), Grid((8, 8, 8), (0.5, 0.5, 0.5)))
 
 
 def test_bad_lobes_are_one_sentence():

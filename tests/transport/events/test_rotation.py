@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstorder.checks.tolerance import normwise, rounding
-from firstorder.conventions import FLATLAND_SLOPE, SPACE, Frame
+from firstorder.conventions import FLATLAND, FLATLAND_SLOPE, SPACE, Frame
 from firstorder.fields import gaussian
 from firstorder.laws import Integrate, Move
 from firstorder.transport import Curvature, Mirror, Travel
@@ -67,6 +67,15 @@ def test_curvature_in_space_is_minus_the_shape_operator():
     lean = np.arctan2(normal_at[0], normal_at[2])  # angles in space lean towards the axes
     assert lean / h == pytest.approx(-shape, rel=1e-9)
     assert matrix(Curvature(-shape), SPACE)[2, 0] == pytest.approx(lean / h, rel=1e-9)
+
+
+@pytest.mark.parametrize("back", [False, True])
+def test_time_stands_still_on_a_curved_surface(back):
+    shear = matrix(Curvature(0.5, back), Frame(("x", "theta", "t")))
+    plane = matrix(Curvature(0.5, back), FLATLAND)
+    np.testing.assert_array_equal(shear[:2, :2], plane)
+    np.testing.assert_array_equal(shear[2], [0.0, 0.0, 1.0])
+    np.testing.assert_array_equal(shear[:2, 2], [0.0, 0.0])
 
 
 def test_slopes_and_bad_numbers_are_refused_in_a_sentence():

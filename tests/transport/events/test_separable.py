@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from firstorder.checks.tolerance import normwise
-from firstorder.conventions import FLATLAND_SLOPE
+from firstorder.conventions import FLATLAND_SLOPE, Frame
 from firstorder.fields import GaussianProfile, gaussian
 from firstorder.fields.field import Sum
 from firstorder.numerics._quadrature import gauss_legendre
@@ -95,3 +95,9 @@ def test_total_reflection_on_the_circle_begins_at_the_critical_angle():
 def test_a_factor_of_other_coordinates_is_refused():
     with pytest.raises(ValueError, match="AngularFactor needs"):
         AngularFactor(Fresnel(1.5))(gaussian((0.0, 0.0), (1.0, 1.0), frame=FLATLAND_SLOPE))
+
+
+def test_a_function_of_an_angle_is_none_of_time():
+    light = gaussian((0.0, 0.0), (1.0, 1.0), frame=Frame(("x", "t")))
+    with pytest.raises(ValueError, match="AngularFactor needs light in angles"):
+        AngularFactor(jnp.cos)(light)

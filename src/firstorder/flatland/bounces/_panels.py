@@ -20,6 +20,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from firstorder.conventions import direction
 from firstorder.flatland.discontinuities._critical_lines import (
+    crossing_places,
     open_shapes,
     parameter,
     positions,
@@ -37,6 +38,7 @@ GRADING = 0.35  # a panel beside a corner is cut here, seen from the corner
 CLOSE = 1.2  # longest panel, in distances to the nearest surface it does not touch
 TURN = 0.9  # longest panel on a curve, in radians that the normal turns
 TOUCHING = 1e-9  # shapes that are nearer than this share of their size touch
+SHORTEST = 4.0  # panel, in steps in which the ends of what is seen are told apart
 MOST = 20_000  # nodes, each of which gathers from all others: 3.2 GB
 
 
@@ -47,7 +49,7 @@ class Discretization:
     Attributes:
         nodes: on each panel.
         smallest: of a panel beside a corner, or in a gap between two shapes, over the size of its
-            shape.
+            shape; in single precision no panel is shorter than some thousandths of that.
         halvings: every panel is halved so many times.
 
     Example:
@@ -63,6 +65,16 @@ class Discretization:
     def finer(self) -> Discretization:
         """One refinement: two more nodes, corners a hundred times finer."""
         return Discretization(self.nodes + 2, 0.01 * self.smallest, self.halvings)
+
+
+def resolution(dtype: jnp.dtype) -> float:
+    """The step in a parameter below which the end of what is seen and that of a panel are one."""
+    return min(1e5 * float(jnp.finfo(dtype).eps), 1e-3)
+
+
+def _touching_share(scene: Scene) -> float:
+    """`TOUCHING`, or what rounding makes of the common end of two shapes."""
+    return max(TOUCHING, 16.0 * float(jnp.finfo(scene.material.emission.dtype).eps))
 
 
 class Panels(eqx.Module):
@@ -227,13 +239,8 @@ def _fans(scene, points, rays):
 
 def _touching(scene: Scene) -> list[tuple[int, float]]:
     """Contacts and crossings of shapes: (shape, parameter) on both."""
-    pairs, near = np.asarray(scene.crossings.pairs), np.asarray(scene.crossings.near)
-    found = [
-        (int(i), float(s))
-        for p, t in zip(pairs, near, strict=True)
-        for i, s in zip(p, t, strict=True)
-    ]
-    shapes, size = singles(scene), TOUCHING * float(own_unit(scene.groups))
+    found = [place for both in crossing_places(scene) for place in both]
+    shapes, size = singles(scene), _touching_share(scene) * float(own_unit(scene.groups))
     for i in open_shapes(scene):
         for end in (0.0, 1.0):
             place = positions(scene, [i], [end])[0]
@@ -259,7 +266,8 @@ def _pieces(
 ) -> list[tuple[float, float]]:
     """The panels of one side of one shape; an error if they are more than `most`."""
     knots = np.unique(np.concatenate([[0.0, 1.0], np.clip(inner, 0.0, 1.0)]))
-    knots = knots[np.concatenate([[True], np.diff(knots) > 1e-10])]
+    finest = resolution(scene.material.emission.dtype)
+    knots = knots[np.concatenate([[True], np.diff(knots) > max(1e-10, finest)])]
     knots[-1] = 1.0
     length = float(_length(scene, jnp.asarray(i)))
     near = _distance_to_others(scene, i)
@@ -273,14 +281,14 @@ def _pieces(
                 f"Argument `fineness` must leave at most {MOST} nodes on all surfaces of the scene,"
                 f" but shape {i} takes them beyond: take fewer `nodes` or a larger `smallest`."
             )
-        touching = TOUCHING * length
+        touching = _touching_share(scene) * length
         apart = near(np.linspace(a, b, 7))
         # A shape along which the panel lies, such as a box on a floor, has no light for it.
         here = np.min(apart[np.any(apart > touching, 1)], 0, initial=np.inf)
         first, last = here[0] <= touching, here[-1] <= touching
         gap = float(here.min())
         ratio = (1.0 - GRADING) / GRADING * (1.0 + 1e-6) if near.touches else CLOSE
-        small = (b - a) <= fineness.smallest
+        small = (b - a) <= max(fineness.smallest, SHORTEST * finest)
         fits = (b - a) * length <= ratio * gap and (b - a) * bend <= TURN
         if fits or small:
             out.append((a, b))
@@ -308,7 +316,8 @@ class _Distance:
                 s = np.linspace(0.0, 1.0, 257)
                 self.clouds.append(positions(scene, np.full(len(s), j), s))
         length = float(_length(scene, jnp.asarray(i)))
-        self.touches = bool(np.any(self(np.array([0.0, 1.0])) < TOUCHING * length))
+        touching = _touching_share(scene) * length
+        self.touches = bool(np.any(self(np.array([0.0, 1.0])) < touching))
 
     def __call__(self, s: np.ndarray) -> np.ndarray:
         """Shape (other shapes, points) [m]."""
@@ -335,9 +344,9 @@ def _turning(scene: Scene, i: int) -> float:
 
 @eqx.filter_jit
 def _length(scene, i):
-    t, w = gauss_legendre(64)
-    s = jnp.asarray(0.5 + 0.5 * t)
-    return jnp.sum(0.5 * jnp.asarray(w) * jax.vmap(lambda s: scene.frame(i, s).speed)(s))
+    t, w = (jnp.asarray(a, scene.material.emission.dtype) for a in gauss_legendre(64))
+    speed = jax.vmap(lambda s: scene.frame(i, s).speed)(0.5 + 0.5 * t)
+    return jnp.sum(0.5 * w * speed)
 
 
 @eqx.filter_jit

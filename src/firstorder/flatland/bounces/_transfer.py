@@ -17,9 +17,9 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
 from firstorder.conventions import direction
-from firstorder.flatland.bounces._panels import Panels, legendre, to_legendre
+from firstorder.flatland.bounces._panels import Panels, legendre, resolution, to_legendre
 from firstorder.flatland.scene import Scene
-from firstorder.flatland.visible import Receiver, view
+from firstorder.flatland.visible import Receiver, _in_own_unit, view
 from firstorder.numerics._quadrature import gauss_legendre
 
 
@@ -35,6 +35,7 @@ def panel_irradiance(
         at: one receiver.
         moving: whether derivatives by the receiver are asked for.
     """
+    scene, at, _ = _in_own_unit(scene, at)
     scene, here = jax.lax.stop_gradient((scene, at))
     gaps = _gaps(scene, panels, at if moving else here)
     whole = _whole(panels, gaps)
@@ -76,25 +77,30 @@ def _gaps(scene: Scene, panels: Panels, at: Receiver) -> _Gaps:
     width = ends[1:] - ends[:-1]
     # Just inside the gap: on its very end a ray may miss the shape. Gaps too narrow are left out.
     inside = jnp.maximum(512.0 * eps * width, 64.0 * eps)
+    # Beside a corner, or along the receiver's own hollow shape, rounding reaches further.
+    further = jnp.minimum(8.0 * eps**0.5, 0.25 * width)
     shape = jnp.maximum(seen.seen, 0)
-    low, high = seen.angles[:-1] + inside, seen.angles[1:] - inside
 
     def meet(i, angle, eye):
         return scene.hit(i, eye.position, direction(eye.n + angle), eye.on)
 
-    def frozen(i, a, m, b):
-        t, (sa, sm, sb) = jax.vmap(lambda angle: meet(i, angle, fixed))(jnp.stack([a, m, b]))
+    def frozen(i, a, b, inside, further):
+        m = 0.5 * (a + b)
+        angles = jnp.stack([m, a + inside, b - inside, a + further, b - further])
+        t, s = jax.vmap(lambda angle: meet(i, angle, fixed))(angles)
+        met = jnp.isfinite(t)
+        sm, sa, sb = s[0], *jnp.where(met[1:3], s[1:3], s[3:])
         front = jnp.sum(scene.frame(i, sm).normal * direction(fixed.n + m)) < 0.0
         # Seen from the front the parameter grows with the angle. Closed shapes go on past 1.
         sa, sb = jnp.where(front, sa, sb), jnp.where(front, sb, sa)
         span = sm - jnp.mod(sm - sa, 1.0), sm + jnp.mod(sb - sm, 1.0)
-        return *span, front, jnp.all(jnp.isfinite(t))
+        return *span, front, met[0] & jnp.all(met[1:3] | met[3:]), met[1:3]
 
-    fixed_low, fixed_high = jax.lax.stop_gradient((low, high))
-    s0, s1, front, ok = jax.vmap(frozen)(shape, fixed_low, 0.5 * (ends[1:] + ends[:-1]), fixed_high)
+    s0, s1, front, ok, close = jax.vmap(frozen)(shape, ends[:-1], ends[1:], inside, further)
+    low = seen.angles[:-1] + jnp.where(close[:, 0], inside, further)
+    high = seen.angles[1:] - jnp.where(close[:, 1], inside, further)
     sheet = 2 * shape + jnp.where(front, 0, 1)
-    tolerance = 1e5 * eps
-    panel = []
+    tolerance = resolution(seen.angles.dtype)
     span = jnp.clip(jnp.stack([s0, s1], -1), 0.0, 1.0)
     (k0, here0), (k1, here1) = (
         panels.holding(sheet, jnp.clip(s, 0.0, 1.0))

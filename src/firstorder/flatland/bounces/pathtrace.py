@@ -22,7 +22,7 @@ from __future__ import annotations
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, ArrayLike, Float, PRNGKeyArray
+from jaxtyping import Array, ArrayLike, PRNGKeyArray
 
 from firstorder.flatland.bounces import _scatter as scattering
 from firstorder.flatland.bounces._light_sampling import Lights, lights
@@ -49,7 +49,7 @@ from firstorder.sampling._paths import (
     walk,
 )
 from firstorder.sampling.estimates import Estimate, Moments
-from firstorder.scene._arguments import check_asked, check_kind
+from firstorder.scene._arguments import check_asked, check_kind, numbers
 from firstorder.scene._bands import OF_AN_ESTIMATE, band_after_band
 from firstorder.scene._questions import warns_if_dark
 
@@ -124,8 +124,8 @@ def path_irradiance(
 @band_after_band(OF_AN_ESTIMATE)
 def path_radiance(
     scene: Scene,
-    origin: Float[ArrayLike, "*r 2"],
-    along: Float[ArrayLike, "*r 2"],
+    origin: ArrayLike,
+    along: ArrayLike,
     *,
     key: PRNGKeyArray,
     paths: int,
@@ -140,8 +140,8 @@ def path_radiance(
 
     Args:
         scene: what shines and reflects.
-        origin: where the rays start [m].
-        along: unit vectors to where the light comes from.
+        origin: where the rays start, shape (..., 2) [m].
+        along: unit vectors to where the light comes from, of the same shape.
         key: of JAX.
         paths: for each ray, two or more.
         bounces: the most reflections of a path; None for any number.
@@ -169,7 +169,7 @@ def path_radiance(
         1.0
     """
     check_kind("scene", scene, Scene)
-    origin, along = jnp.asarray(origin), jnp.asarray(along)
+    origin, along = numbers("origin", origin), numbers("along", along)
     one = jnp.ones(along.shape[:-1], along.dtype)
     # A mirror across the ray sends it straight on.
     tangent = jnp.stack([along[..., 1], -along[..., 0]], -1)

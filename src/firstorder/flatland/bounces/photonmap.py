@@ -209,6 +209,11 @@ def photon_irradiance(
         a, b = window.first, window.last - 1  # of an empty window they are not asked for
         farthest = jnp.where(x - photons.at[a] > photons.at[b] - x, a, b)
         flux = flux - jnp.where(window.last > window.first, photons.flux[farthest], 0.0)
+    return _per_width(flux, photons, how, index, arc, window)
+
+
+def _per_width(flux, photons: PhotonMap, how: DensityEstimator, index, arc, window: Window):
+    """Flux over the width of a window; 0 for a window that has none."""
     width = 2.0 * window.radius
     if how.cut:
         right = photons.table[index, -1] - arc
@@ -261,7 +266,8 @@ def photon_radiance(
     """
     index, s = jnp.asarray(index), numbers("s", s)
     curve = 2 * index + jnp.where(jnp.asarray(front), FRONT, BACK)
-    x = photons.start[curve] + _arc(photons.table[index], s)
+    arc = _arc(photons.table[index], s)
+    x = photons.start[curve] + arc
     window = _window(photons, how, x, curve)
     row = window.first[:, None] + jnp.arange(how.k or most)
     inside = row < window.last[:, None]
@@ -272,7 +278,7 @@ def photon_radiance(
     f = brdf((sine, cosine), (photons.sine[row], photons.cosine[row]))
     sum_ = jnp.sum(jnp.where(inside, f * photons.flux[row], 0.0), -1)
     fits = window.last - window.first <= row.shape[1]
-    return jnp.where(fits, sum_ / (2.0 * window.radius), jnp.nan)
+    return jnp.where(fits, _per_width(sum_, photons, how, index, arc, window), jnp.nan)
 
 
 @eqx.filter_jit
@@ -284,7 +290,7 @@ def final_gather(
     how: DensityEstimator,
     rays: int,
     key: PRNGKeyArray | None = None,
-) -> Float[Array, " r"]:
+) -> Float[Array, "*r"]:
     """Final gathering: rays from each receiver, and the map's radiance where they end.
 
     Direct light comes from the lights themselves, and the map is asked one reflection away, where
@@ -293,7 +299,7 @@ def final_gather(
 
     Args:
         scene: in which the photons were traced.
-        at: a row of receivers.
+        at: receivers, one or a row of them.
         photons: the map.
         how: nearest or fixed.
         rays: from each, in strata of equal cosine.
@@ -330,6 +336,6 @@ def final_gather(
             scene, here
         )
 
-    if key is None:
-        return jax.vmap(lambda here: one(here, None))(at)
-    return jax.vmap(one)(at, jax.random.split(key, at.n.shape[0]))
+    row = jax.tree.map(lambda a: a.reshape(-1, *a.shape[at.n.ndim :]), at)
+    keys = None if key is None else jax.random.split(key, row.n.shape[0])
+    return jax.vmap(one, (0, None if key is None else 0))(row, keys).reshape(at.n.shape)

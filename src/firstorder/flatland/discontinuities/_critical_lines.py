@@ -86,12 +86,7 @@ def point_edges(scene: Scene, breaks: Breaks = ()) -> LineEnds:
     """Ends of shapes that are not closed, crossings, breaks and point lights; each place once."""
     at = [(i, s) for i in open_shapes(scene) for s in (0.0, 1.0)]
     at += [(int(i), float(s)) for i, s in breaks]
-    pairs, near = np.asarray(scene.crossings.pairs), np.asarray(scene.crossings.near)
-    at += [
-        (int(p), float(s))
-        for row, start in zip(pairs, near, strict=True)
-        for p, s in zip(row[:1], start[:1], strict=True)
-    ]
+    at += [first for first, _ in crossing_places(scene)]
     shape = np.array([i for i, _ in at], dtype=int)
     s = np.array([t for _, t in at])
     point = positions(scene, shape, s)
@@ -104,6 +99,24 @@ def point_edges(scene: Scene, breaks: Breaks = ()) -> LineEnds:
         if all(np.abs(point[row] - point[k]).max() > size for k in keep):
             keep.append(row)
     return LineEnds(point, shape, s, np.zeros(len(point), bool)).take(np.array(keep, dtype=int))
+
+
+def crossing_places(scene: Scene) -> list[tuple[tuple[int, float], tuple[int, float]]]:
+    """Where shapes cross: on both of each pair, the shape's number and the parameter, to rounding.
+
+    (What a scene keeps is where a search begins: on round shapes it lies on a chord.)
+    """
+    pairs, near = np.asarray(scene.crossings.pairs), np.asarray(scene.crossings.near)
+    if not len(pairs):
+        return []
+    s, _, there = batched(_crossings, scene, pairs, near)
+    rows = zip(pairs[there].tolist(), s[there].tolist(), strict=True)
+    return [((i, u), (j, v)) for (i, j), (u, v) in rows]
+
+
+@eqx.filter_jit
+def _crossings(scene, pairs, near):
+    return jax.vmap(scene.crossing)(pairs, near)
 
 
 def open_shapes(scene: Scene) -> list[int]:

@@ -328,16 +328,14 @@ def _edge_on(scene, near: LineEnds, far: LineEnds, u, up, at: _Exact, ask, steps
     """A segment in line with the receiver: each open side shows it in place of what is behind."""
     step, aside = steps
     length = np.linalg.norm(far.point - near.point, axis=1)
-    behind = trace(scene, far.point + step * u, u)
-    beyond = np.where(
-        behind.number >= 0, ask(np.maximum(behind.number, 0), behind.s, behind.front, u), 0.0
-    )
     gap = _closer(at.r, np.linalg.norm(far.point - at.position, axis=1))
     total, clear = np.zeros(len(u)), np.zeros(len(u), bool)
     normal = batched(frames, scene, np.maximum(near.shape, 0), np.full(len(u), 0.5)).normal
     for side in (1.0, -1.0):
-        t = trace(scene, near.point - step * u + side * aside * up, u).t
-        free = t > length + step
+        # Past the segment on this side, to what stands where it ends or crosses, or beyond.
+        met = trace(scene, near.point - step * u + side * aside * up, u)
+        free = met.t > length + 0.5 * step
+        beyond = np.where(met.number >= 0, ask(np.maximum(met.number, 0), met.s, met.front, u), 0.0)
         front = np.sum(side * up * normal, -1) > 0.0
         L = ask(np.maximum(near.shape, 0), np.full(len(u), 0.5), front, u)
         total = total + np.where(free, L - beyond, 0.0)

@@ -21,7 +21,7 @@ from jaxtyping import Array, Float, PRNGKeyArray
 
 from firstorder.conventions import direction
 from firstorder.flatland.direct_lighting import Radiance
-from firstorder.flatland.estimators._incident import incident_radiance
+from firstorder.flatland.estimators._incident import incident_radiance, off_the_receiver
 from firstorder.flatland.estimators.strata import Samples, gap_quadrature, trace_strata
 from firstorder.flatland.intersect import occluded
 from firstorder.flatland.scene import Scene
@@ -183,7 +183,7 @@ def arc_length_sum(
     )
     start = jnp.broadcast_to(at.position, way.shape)
     dark = occluded(scene, start, frames.position, at.on, number)
-    lit = ~dark & (along @ at.normal > 0.0) & (square > 0.0) & (number != at.on)
+    lit = ~dark & (along @ at.normal > 0.0) & (square > 0.0) & off_the_receiver(at, number, frames)
     share = jnp.where(lit, L * frames.speed * weights.ravel(), 0.0)
     local = jnp.stack([normal @ at.tangent, normal @ at.normal], -1)
     u = jnp.stack([along @ at.tangent, along @ at.normal], -1)

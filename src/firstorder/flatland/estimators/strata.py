@@ -9,6 +9,7 @@ from __future__ import annotations
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int, PRNGKeyArray
 
 from firstorder._argument_checks import is_concrete
@@ -74,7 +75,7 @@ class Samples(eqx.Module):
 
 
 def hemicircle_strata(
-    borders: int | Float[ArrayLike, " n_1"],
+    borders: ArrayLike,
     key: PRNGKeyArray | None = None,
     cosine: bool = False,
 ) -> Strata:
@@ -105,12 +106,17 @@ def hemicircle_strata(
 
 
 def _borders(borders, cosine: bool) -> Array:
-    if isinstance(borders, int):
+    if isinstance(borders, (int, np.integer)):
         if borders < 1:
             raise ValueError(f"Argument `borders` must be positive, but is {borders}.")
         even = jnp.linspace(-1.0, 1.0, borders + 1)
         return jnp.arcsin(even) if cosine else HORIZON * even
     edges = as_float(borders)
+    if edges.ndim != 1:
+        raise ValueError(
+            "Argument `borders` must be how many sectors, or a row of borders, but has shape "
+            f"{edges.shape}."
+        )
     if is_concrete(edges):
         ascends = bool(jnp.all(edges[1:] > edges[:-1]))
         spans = bool(jnp.max(jnp.abs(jnp.abs(edges[jnp.array([0, -1])]) - HORIZON)) < 1e-6)

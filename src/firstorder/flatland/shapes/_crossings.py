@@ -23,6 +23,7 @@ from firstorder.scene._intersect import tie
 from firstorder.typing import as_array
 
 PIECES = 128  # chords by which a curve is searched
+SKEW = 0.381966  # of a piece: how far corners stand off the simple fractions of a curve
 # How many pairs are compared, of shapes whose boxes overlap and of their chords, and may cross.
 MOST_PAIRS, MOST_CHORD_PAIRS, MOST_CROSSINGS = 10_000_000, 500_000_000, 1_000_000
 _AT_ONCE = 2**20
@@ -154,8 +155,7 @@ def _chords(groups: list):
     """Starts and ends of all chords, their shape, its being open, and their parameters."""
     start, end, shape, ends, s0, s1, first = [], [], [], [], [], [], 0
     for group in groups:
-        straight = not hasattr(group, "cosines") and hasattr(group, "end")
-        s = np.linspace(0.0, 1.0, 2 if straight else PIECES + 1)
+        s = _corners(group)
         points = np.asarray(_points(group, as_array(s)))
         for i, p in enumerate(points):
             start.append(p[:-1])
@@ -166,6 +166,18 @@ def _chords(groups: list):
             s1.append(s[1:])
         first += group.count
     return tuple(np.concatenate(a) for a in (start, end, shape, ends, s0, s1))
+
+
+def _corners(group: Shape) -> np.ndarray:
+    """Parameters between which there is one chord; of closed shapes from just past the start on.
+
+    In a symmetric scene shapes cross at the simple fractions of their turn. A crossing at a corner
+    lies on either chord or on none, as rounding will have it: so no corner stands there.
+    """
+    if not hasattr(group, "cosines") and hasattr(group, "end"):
+        return np.array([0.0, 1.0])
+    s = np.linspace(0.0, 1.0, PIECES + 1)
+    return s + SKEW / PIECES * (1.0 if group.closed else 4.0 * s * (1.0 - s))
 
 
 @jax.jit
@@ -199,8 +211,8 @@ def _crossed(start, end, shape, ends, s0, s1):
         _check_most(count, MOST_CROSSINGS, "crossings of shapes")
     a, b, sa, sb = np.concatenate(found).T
     order = np.lexsort((b, a))
-    pairs = shape[np.stack([a, b], 1).astype(int)[order]]
-    return pairs, np.stack([sa, sb], 1)[order]
+    chords, s = np.stack([a, b], 1).astype(int)[order], np.stack([sa, sb], 1)[order]
+    return shape[chords], np.where(ends[chords], s, s % 1.0)
 
 
 def _overlapping(low, high):

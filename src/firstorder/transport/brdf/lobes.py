@@ -154,7 +154,8 @@ class CosinePowerProfile(Profile):
 
     def spread(self) -> Scalar:
         """`int p'^2 / (4 pi^2 int p^2) = s^2 / (4 pi^2 (2 s - 1))`; the rule is then not exact."""
-        return self.s**2 / (4.0 * np.pi**2 * (2.0 * self.s - 1.0))
+        s = nan_unless(self.s >= 1, self.s)
+        return s**2 / (4.0 * np.pi**2 * (2.0 * s - 1.0))
 
 
 class TabulatedProfile(Profile):
@@ -211,6 +212,7 @@ class TabulatedProfile(Profile):
             raise ValueError(
                 f"Argument `values` must have a positive integral, but it is {float(integral)}."
             )
+        c = nan_unless((step > 0) & (integral > 0), c)
         self.coefficients = c if weight is None else c * (as_float(weight) / integral)
         self.step, self.center, self.axis, self.frame = (
             step,

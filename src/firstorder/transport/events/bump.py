@@ -72,9 +72,9 @@ class _Tilt(Map):
         return u
 
     def derivatives(self, u: Ray):
-        """`n_x` in the Jacobian, `n_xx` in the second derivatives, directions left out."""
+        """`n_x` in the Jacobian, `n_xx` in the second derivatives: no directions, but time."""
         size, sign = u.size, to_local(0.0, 1.0) if self.back else to_global(0.0, 1.0)
-        place = jnp.array([i in self.frame.positions for i in range(size)])
+        place = jnp.array([i not in self.frame.directions for i in range(size)])
         J, second = jnp.eye(size, dtype=u.dtype), jnp.zeros((size,) * 3, u.dtype)
         for i, n in zip(self.frame.directions, self._normals(u), strict=True):
             J = J.at[i].add(sign * jnp.where(place, n.gradient, 0.0))

@@ -236,7 +236,8 @@ class Gather(Event):
         """Integrate along the slope."""
         fits = frame.sense == "incoming" and self.axis in frame.coordinates
         require_frame(fits, self, frame, f"incoming light with a coordinate {self.axis}")
-        return Integrate(self.axis, -self.reach, self.reach, self.nodes)
+        reach = nan_unless(self.reach > 0, self.reach)
+        return Integrate(self.axis, -reach, reach, self.nodes)
 
 
 def diffuse(rho=1.0, reach=8.0, window: Grid | None = None, nodes: int = 64, axes=("v",)) -> Chain:

@@ -286,9 +286,8 @@ class Snell(Event):
 
     def law(self, frame: Frame) -> Law:
         """The warp."""
-        require_frame(
-            frame.dims == 2 and not frame.uses_slopes, self, frame, "a position and an angle"
-        )
+        fits = frame.dims == 2 and frame.directions == (1,) and not frame.uses_slopes
+        require_frame(fits, self, frame, "a position and an angle")
         return Warp(_Refract(self.eta))
 
 

@@ -190,7 +190,7 @@ def comb_blocker(
             `Multiply`).
 
     Raises:
-        ValueError: if `count` is not positive or a fraction lies outside its interval.
+        ValueError: if `count` is not a positive integer or a fraction lies outside its interval.
 
     Reference: D05 §3.2 for a blocker in a plane; §3.4 for periodic ones.
 
@@ -204,7 +204,7 @@ def comb_blocker(
     """
     t, open = _fraction("transparency", transparency), _fraction("open", open)
     check_positive("period", period)
-    check_positive("count", count)
+    check_count("count", count)
     middles = period * (np.arange(count) - 0.5 * (count - 1))
     half = 0.5 * as_float(period) * (1.0 - open)
     places = jnp.stack([middles - half, middles + half], axis=-1).ravel()

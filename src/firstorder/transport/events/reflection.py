@@ -140,8 +140,10 @@ class VaryingGaussian(Kernel):
     def semi_series(self, Omega_axis: Scalar, window: Grid | None) -> Series:
         """`exp(-2 pi^2 sigma(x)^2 Omega^2)`, sampled over x: its Fourier coefficients."""
         axis = self.frame.positions[0]
-        if len(self.frame.positions) > 1:
-            raise Refused("a width that varies over two positions needs a Blend of lobes")
+        if self.frame.dims - len(self.frame.directions) > 1:
+            raise Refused(
+                "a width that varies over two positions, or in time, needs a Blend of lobes"
+            )
         if window is None:
             raise Refused("a lobe that varies in x needs a window for its Fourier series")
         x, k = window.axis(axis), window.frequencies(axis)

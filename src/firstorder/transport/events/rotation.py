@@ -55,8 +55,8 @@ class Curvature(Event):
         """The shear."""
         fits = len(frame.positions) == len(frame.directions) and not frame.uses_slopes
         require_frame(fits, self, frame, "angles, one for each position")
-        half = frame.dims // 2
+        half = len(frame.positions)
         _, kappa = hosted(self.kappa)
         turn = kappa * np.eye(half, dtype=self.kappa.dtype) if self.kappa.ndim == 0 else kappa
-        lower, left = slice(half, None), slice(None, half)
+        lower, left = slice(half, 2 * half), slice(None, half)  # a time, last, stands still
         return Move(identity_with(frame.dims, lower, left, -turn if self.back else turn))

@@ -135,7 +135,8 @@ class AngularFactor(Event):
 
     def law(self, frame: Frame) -> Law:
         """Multiply."""
-        require_frame(not frame.uses_slopes, self, frame, "light in angles")
+        fits = len(frame.directions) > 0 and not frame.uses_slopes
+        require_frame(fits, self, frame, "light in angles")
         factor = self.factor.in_frame(frame, "factor", type(self).__name__)
         return Multiply(factor, self.window, type(self).__name__)
 

@@ -15,7 +15,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from firstorder._argument_checks import check_positive
+from firstorder._argument_checks import check_positive, nan_unless
 from firstorder.conventions import FLATLAND, Frame
 from firstorder.errors import Refused
 from firstorder.fields._coerce import FieldLike, as_field, field_of, field_or_none, several
@@ -418,4 +418,4 @@ def far_light_ratio(D, local, kappa, turn=2.0) -> Array:
     """
     check_positive("D", D)
     D, local, kappa = map(as_float, (D, local, kappa))
-    return jnp.abs(jnp.cos(local)) / (turn * jnp.abs(kappa) * D)
+    return jnp.abs(jnp.cos(local)) / (turn * jnp.abs(kappa) * nan_unless(D > 0, D))
