@@ -56,3 +56,20 @@ def test_what_makes_no_piece_is_refused(call, sentence):
     with pytest.raises(ValueError, match=r"^Arguments? ") as caught:
         call()
     assert sentence in str(caught.value)
+
+
+def test_differences_beyond_half_precision_are_no_less_exact():
+    numbers = np.pad(np.full((2, 2, 2), 6e4), 1, constant_values=-6e4)
+    made = isosurface(numbers.astype(np.float16), [0, 0, 0], 1.0)
+    truth = isosurface(numbers / 6e4, [0, 0, 0], 1.0)
+    np.testing.assert_allclose(made.vertices, truth.vertices, rtol=1e-12)
+
+
+def test_lattices_that_are_none_are_named():
+    values = np.pad(np.ones((2, 2, 2)), 1)
+    with pytest.raises(ValueError, match=r"^Argument `step` must be positive, but is -1.0.$"):
+        isosurface(values, [0, 0, 0], -1.0)
+    for bad in (np.nan, np.inf):
+        values[1, 1, 1] = bad
+        with pytest.raises(ValueError, match=r"^Argument `values` must be finite"):
+            isosurface(values, [0, 0, 0], 1.0)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from firstorder.models.knots import torus_knot
 from tests.models.test_primitives import check_closed, volume
@@ -73,3 +74,22 @@ def test_what_makes_no_piece_is_refused(call, sentence):
     with pytest.raises(ValueError, match=r"^Arguments? ") as caught:
         call()
     assert sentence in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("p", "q", "radius", "rings"),
+    [(11, 7, 0.05, 50), (5, 8, 0.05, 20), (2, 15, 0.08, 50), (7, 11, 0.0812, 400)],
+)
+def test_a_tube_whose_line_passes_itself_between_two_rings_is_refused(p, q, radius, rings):
+    t = 2.0 * np.pi * np.arange(rings) / rings
+    far = 2.0 + np.cos(q * t)
+    corners = np.stack([far * np.cos(p * t), far * np.sin(p * t), np.sin(q * t)], -1) / 3.0
+    share = np.linspace(0.0, 1.0, 6000 // rings, endpoint=False)[:, None]
+    points = corners[:, None] * (1.0 - share) + np.roll(corners, -1, 0)[:, None] * share
+    points = points.reshape(-1, 3)
+    arc = np.cumsum(np.linalg.norm(np.roll(points, -1, 0) - points, axis=1))
+    pairs = cKDTree(points).query_pairs(1.99 * radius, output_type="ndarray")
+    apart = abs(arc[pairs[:, 0]] - arc[pairs[:, 1]])
+    assert np.any(np.minimum(apart, arc[-1] - apart) > 3.0 * np.pi * radius)
+    with pytest.raises(ValueError, match=r"^Argument `radius` must be below"):
+        torus_knot(p, q, radius, rings)

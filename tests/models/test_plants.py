@@ -188,6 +188,7 @@ def test_a_million_triangles_take_seconds():
         (lambda: tree(sides=2), "`sides` must be at least 3"),
         (lambda: tree(forks=(3, 0)), "`forks` must be positive"),
         (lambda: fern(0), "`fronds` must be positive"),
+        (lambda: fern(pairs=-1), "`pairs` must not be negative"),
         (lambda: fern(leaf=0.0), "`leaf` must be positive"),
     ],
 )

@@ -65,7 +65,8 @@ def isosurface(values: Float[np.ndarray, "a b c"], corner: Any, step: float) -> 
         step: between neighbours [m].
 
     Raises:
-        ValueError: if a value on the border is positive, or none is.
+        ValueError: if a value on the border is positive, or none is, one is not a number or
+            endless, or the step is not positive.
 
     Example:
         >>> import numpy as np
@@ -76,6 +77,9 @@ def isosurface(values: Float[np.ndarray, "a b c"], corner: Any, step: float) -> 
         >>> ball.closed, round(ball.area.item() / (2 * np.pi), 2)
         (True, 0.99)
     """
+    check_positive("step", step)
+    values = np.asarray(values, float)  # differences of half precision overflow
+    check_finite("values", values)
     inside = values > 0.0
     within = np.zeros_like(inside)
     within[1:-1, 1:-1, 1:-1] = True

@@ -72,16 +72,45 @@ def _check_room(line: np.ndarray, radius: float) -> None:
     d2 = np.roll(line, -1, 0) - 2.0 * line + np.roll(line, 1, 0)
     speed = np.linalg.norm(d1, axis=1)
     bend = np.min(speed**3 / np.maximum(np.linalg.norm(np.cross(d1, d2), axis=1), 1e-300))
-    arc = np.cumsum(speed)
-    apart = abs(arc[:, None] - arc)
-    apart = np.minimum(apart, arc[-1] - apart)
-    gap = np.linalg.norm(line[:, None] - line, axis=-1)
-    most = min(bend, 0.5 * np.min(np.where(apart > math.pi * radius, gap, np.inf)))
+    most = min(bend, 0.5 * _least_gap(line, math.pi * radius))
     if radius >= most:
         raise ValueError(
             f"Argument `radius` must be below {most:.3g} for a tube that does not meet itself, "
             f"but is {radius}."
         )
+
+
+def _least_gap(line: np.ndarray, apart: float) -> float:
+    """Least distance between pieces of a closed polygon that lie farther apart than that along it.
+
+    Between pieces, not between corners: where these are far apart, two runs may cross between them.
+    """
+    way = np.roll(line, -1, 0) - line
+    square = np.sum(way**2, 1)
+    length = np.sqrt(square)
+    middle, total = np.cumsum(length) - 0.5 * length, np.sum(length)
+    least = np.inf
+    for k in range(len(line)):
+        along = abs(middle - middle[k])
+        along = np.minimum(along, total - along) - 0.5 * (length + length[k])
+        others = np.flatnonzero(along > apart)
+        if len(others):
+            near = _gaps(line[k], way[k], line[others], way[others])
+            least = min(least, float(np.min(near)))
+    return least
+
+
+def _gaps(p: np.ndarray, u: np.ndarray, q: np.ndarray, w: np.ndarray) -> np.ndarray:
+    """Distances from the piece between p and p + u to those between q and q + w."""
+    from_ = p - q
+    a, b, e = u @ u, w @ u, np.sum(w * w, 1)
+    c, f = from_ @ u, np.sum(w * from_, 1)
+    bent = a * e - b * b
+    some = bent > 1e-12 * a * e  # parallel ones are nearest at an end of one of them
+    s = np.where(some, np.clip((b * f - c * e) / np.where(some, bent, 1.0), 0.0, 1.0), 0.0)
+    t = np.clip((b * s + f) / e, 0.0, 1.0)
+    s = np.clip((b * t - c) / a, 0.0, 1.0)
+    return np.linalg.norm(from_ + s[:, None] * u - t[:, None] * w, axis=1)
 
 
 def _untwisted(line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

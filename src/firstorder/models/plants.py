@@ -49,7 +49,8 @@ def tree(
         >>> oak.count, (part == 1).sum().item()  # 26 branches
         (3560, 2000)
     """
-    _check_plant(height, leaf, leaves, sides)
+    check_not_negative("leaves", leaves)
+    _check_plant(height, leaf, sides)
     rng = np.random.default_rng(seed)
     trunk, thick = _trunk(0.62 * height, rng)
     lines, radii = [trunk], [thick]
@@ -97,7 +98,8 @@ def fern(
         120
     """
     check_positive("fronds", fronds)
-    _check_plant(height, leaf, pairs, sides)
+    check_not_negative("pairs", pairs)
+    _check_plant(height, leaf, sides)
     rng = np.random.default_rng(seed)
     turn = 2.0 * math.pi * (np.arange(fronds) * 0.381966 + 0.1 * rng.random(fronds))
     out = np.stack([np.cos(turn), np.sin(turn), np.zeros(fronds)], -1)
@@ -111,10 +113,9 @@ def fern(
     return join_meshes(parts)
 
 
-def _check_plant(height, leaf, leaves, sides) -> None:
+def _check_plant(height, leaf, sides) -> None:
     check_positive("height", height)
     check_positive("leaf", leaf)
-    check_not_negative("leaves", leaves)
     if sides < 3:
         raise ValueError(f"Argument `sides` must be at least 3, but is {sides}.")
 

@@ -202,6 +202,18 @@ def test_where_there_is_no_sheared_filter_it_says_so():
     slope = jax.grad(lambda d1: filters.sheared_filter(d1, NEAR, FAR, HIGH, PIX).width)(1.0)
     assert slope < 0.0
     assert jnp.isfinite(slope)
+    with pytest.raises(ValueError, match=r"^Argument `margin` must not be negative, but is -1.0.$"):
+        axis_aligned_filter(HIGH, PIX, margin=-1.0)
+
+
+def test_traced_band_limits_and_margins_that_are_refused_make_no_filter():
+    for make in (
+        jax.jit(functools.partial(sheared_filter, D1, NEAR, FAR)),
+        jax.jit(axis_aligned_filter),
+    ):
+        assert np.isfinite(make(HIGH, PIX, 0.5).width)
+        for numbers in ((-HIGH, PIX, 0.5), (HIGH, -PIX, 0.5), (HIGH, PIX, -0.5)):
+            assert np.isnan(make(*numbers).width)
 
 
 # --- properties ----------------------------------------------------------------------------------

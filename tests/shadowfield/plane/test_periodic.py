@@ -1,3 +1,6 @@
+import functools
+
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -145,3 +148,30 @@ def test_bad_input_is_one_sentence():
     ):
         moire(0.0, 0.1, D1, D2, 2.0)
     assert periodic._bars_coefficient(0, 0.3) == 0.3
+
+
+BARS = {"period": 0.1, "d1": D1, "d2": D2}
+AVERAGE = {**BARS, "open": OPEN, "width": W}
+TWO = {**BARS, "other": 0.7}
+
+
+@pytest.mark.parametrize(
+    ("of", "arguments"),
+    [
+        (average_occlusion_bound, AVERAGE),
+        (coarsest_average_period, {"tolerance": 0.1, **AVERAGE}),
+        (moire_frequency, TWO),
+        (functools.partial(moire, 0.03), TWO),
+        (functools.partial(shadow_harmonic, 1, light=UNIFORM), {**BARS, "open": OPEN}),
+    ],
+)
+def test_traced_numbers_that_are_refused_are_no_answer(of, arguments):
+    arguments = {
+        n: a for n, a in arguments.items() if (n, of) != ("period", coarsest_average_period)
+    }
+    traced = jax.jit(lambda numbers: of(**numbers))
+    assert np.isfinite(traced(arguments))
+    for name in arguments:
+        assert np.isnan(traced({**arguments, name: -1.0})), name
+    for name in {"d2", "other", "open"} & set(arguments):
+        assert np.isnan(traced({**arguments, name: 1.5})), name

@@ -104,6 +104,39 @@ def test_bad_input_is_one_sentence():
         light_rate_of_endless_wedge(1.0, 0.3, 0.6, 0.0)
     with pytest.raises(ValueError, match=r"^Argument `Omega_g` must be positive, but is -1.0.$"):
         wedge_corners(1.0, 0.3, 0.6, -1.0)
+    with pytest.raises(
+        ValueError, match=r"^Argument `d1` must be greater than `d2_max` = 0.5, but"
+    ):
+        light_rate_of_endless_wedge(0.4, 0.25, 0.5, 1.0)
+
+
+def test_among_the_blockers_no_traced_rate_is_a_number():
+    rate = jax.jit(light_rate_of_endless_wedge)
+    assert np.isnan(rate(0.4, 0.25, 0.5, 1.0))
+    assert np.isnan(rate(0.5, 0.25, 0.5, 1.0))
+    assert np.isnan(rate(1.0, 0.25, 0.5, -1.0))
+    assert rate(1.0, 0.25, 0.5, 1.0) == light_rate_of_endless_wedge(1.0, 0.25, 0.5, 1.0)
+
+
+def test_a_line_of_energy_overlaps_what_it_runs_through():
+    k, _ = scene()
+    for depth in (0.4, 0.5, 0.6):
+        line, thin = (wedge_corners(1.0, depth, more * depth, 6.0) for more in (1.0, 1.000001))
+        for rates in (SamplingRates(1.0, 1.0), SamplingRates(100.0, 2.0), SamplingRates(1e3, 1e3)):
+            assert replicas_overlap(k, line, rates, 3) == replicas_overlap(k, thin, rates, 3)
+    enough = sampling_rates(k, line)
+    assert not replicas_overlap(k, line, enough, 3)
+    assert replicas_overlap(k, line, SamplingRates(1e6, 0.99 * enough.y), 3)
+
+
+def test_sets_that_touch_do_not_overlap_in_single_precision():
+    depths = np.sort(np.random.default_rng(0).uniform(0.1, 0.9, (20, 2)), 1).tolist()
+    with jax.enable_x64(False):
+        for near, far in depths:
+            k = sheared_filter(1.0, near, far, 2.0, 16.0)
+            corners = wedge_corners(1.0, near, far, 8.0)
+            assert corners.dtype == np.float32
+            assert not replicas_overlap(k, corners, sampling_rates(k, corners), 4)
 
 
 def test_counted_samples_notice_an_area_that_is_doubled(monkeypatch):

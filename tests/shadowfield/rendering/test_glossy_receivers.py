@@ -329,3 +329,17 @@ def test_bad_input_is_refused():
         cell_light(LAMP, np.nan * POINTS, s, 1)
     with pytest.raises(ValueError, match="`seen` must have shape"):
         likely_factoring(LAMP, POINTS, s, np.ones((len(POINTS), 3)))
+
+
+@pytest.mark.parametrize("count", [0, 2])
+def test_where_no_receiver_is_below_the_lamp_nothing_is_reflected(count):
+    def free(a, b):
+        return np.full(len(a), np.inf), np.full(len(a), -np.inf)
+
+    lamp = lamp_frame((0.0, 0.0, 2.0), (0.0, 0.5, 0.0), (0.5, 0.0, 0.0))
+    table, _ = trace_shadow_rays(lamp, np.zeros((1, 3)), 4, free)
+    up, above = np.tile([0.0, 0.0, 1.0], (count, 1)), np.tile([0.0, 0.0, 3.0], (count, 1))
+    surface = glossy_surface(up, up, albedo=0.5)
+    found = sheared_reflection(lamp, table, above, surface, 1.0, 0.1, np.ones(count))
+    assert found.radiance.shape == (count,)
+    assert np.all(np.isnan(found.radiance))

@@ -325,3 +325,43 @@ def test_meshes_hide_the_same_wherever_they_are(place, turn, shift, scale):
 def test_meshes_of_smaller_triangles_hide_the_same(place):
     for fine, coarse in zip(freed(place, fine=True), freed(place), strict=True):
         np.testing.assert_allclose(fine, coarse, atol=1e-9 * (1.0 + np.abs(coarse).max()))
+
+
+# --- a mesh that stands on itself ----------------------------------------------------------------
+
+
+def stood(gap, turn=(0.0, 0.0, 0.0), scale=1.0, traced=None, eye=(0.0, 0.05, 1.0)):
+    """What a tilted table leaves free, and a box that stands on it; where nothing is seen from."""
+    c, u, w = np.array([(2.0, 0.1, 0.3), (0.8, 0.1, 0.0), (-0.1, 0.9, 0.0)])
+    table = [c - u - w, c + u - w, c + u + w, c - u + w]
+    low, high = np.array([(1.8, -0.2, 0.3 + gap), (2.1, 0.25, 0.7 + gap)])
+    box = [np.where(bits, high, low) for bits in np.ndindex(2, 2, 2)]
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    faces = np.array([t for q in quads for t in (q[:3], (q[0], *q[2:]))])
+    faces = np.concatenate([[(0, 1, 2), (0, 2, 3)], faces + 4])
+    rotated = worlds.rotation(turn)
+    m = mesh(scale * np.array(table + box) @ rotated.T, faces)
+    at = receiver(scale * rotated @ np.array(eye), rotated @ np.array((1.0, 0.0, 0.05)))
+    rim = visible_mesh_silhouettes(m, at.position, traced(m) if traced else None)
+    return float(mesh_net_visibility(m, rim, at))
+
+
+@pytest.mark.parametrize("traced", [None, Embree])
+@pytest.mark.parametrize("eye", [(0.0, 0.05, 1.0), (0.0, 0.05, 0.1)])
+@pytest.mark.parametrize("turn", [(0.0, 0.0, 0.0), (0.4, -1.1, 0.7)])
+@pytest.mark.parametrize("scale", [1e-9, 1.0, 1e9])
+def test_a_box_on_a_table_hides_what_one_a_hair_above_it_does(traced, eye, turn, scale):
+    stands, floats = (stood(gap, turn, scale, traced, eye) for gap in (0.0, 1e-6))
+    np.testing.assert_allclose(stands, floats, atol=1e-5)
+
+
+def test_triangles_without_common_vertices_hide_what_one_mesh_does():
+    v, f = refined(*refined(CORNERS, FACES[:1]))  # a flat sheet
+    whole, soup = mesh(v, f), mesh(v[f].reshape(-1, 3), np.arange(f.size).reshape(-1, 3))
+    at = receiver((0.3, 0.2, 0.0))
+    values = [
+        float(mesh_net_visibility(m, visible_mesh_silhouettes(m, at.position, traced(m)), at))
+        for m in (whole, soup)
+        for traced in (lambda _: None, Embree)
+    ]
+    np.testing.assert_allclose(values, values[0], atol=1e-12)

@@ -155,10 +155,16 @@ def sheared_filter(d1, d2_min, d2_max, Omega_y_max, Omega_pix, margin=0.0) -> Ra
     for name, value in (("d1", d1), ("Omega_y_max", Omega_y_max), ("Omega_pix", Omega_pix)):
         check_positive(name, value)
     check_not_negative("margin", margin)
-    _check_beyond(d1, d2_min, d2_max, margin)
-    d1, high = as_float(d1), as_float(Omega_y_max)
+    _check_beyond(
+        d1,
+        d2_max,
+        "a receiver among the blockers has no sheared filter, use `axis_aligned_filter`.",
+    )
+    _check_depths_apart(d2_min, d2_max, margin)
+    d1, high, Omega_pix, margin = (as_float(z) for z in (d1, Omega_y_max, Omega_pix, margin))
     a, b = wedge.slopes(d1)
     ok = (a > 0) & (b >= a) & ((b > a) | (margin > 0))
+    ok &= (high > 0) & (Omega_pix > 0) & (margin >= 0)
     a, b = jnp.where(ok, a, 1.0), jnp.where(ok, b, 2.0)
     width = high * (1.0 / a - 1.0 / b)
     return RayFilter(
@@ -175,7 +181,8 @@ def axis_aligned_filter(Omega_y_max, Omega_pix, margin=0.0) -> RayFilter:
         margin: width of the soft edge [cycles/m].
 
     Raises:
-        ValueError: if a band limit is not positive.
+        ValueError: if a band limit is not positive, or the margin is negative. For traced
+            arguments: a width of NaN.
 
     Reference: E11 Fig. 5 (a).
 
@@ -186,8 +193,10 @@ def axis_aligned_filter(Omega_y_max, Omega_pix, margin=0.0) -> RayFilter:
     """
     for name, value in (("Omega_y_max", Omega_y_max), ("Omega_pix", Omega_pix)):
         check_positive(name, value)
-    Omega_pix = as_float(Omega_pix)
-    return RayFilter(2.0 * Omega_pix, jnp.zeros_like(Omega_pix), Omega_y_max, Omega_pix, margin)
+    check_not_negative("margin", margin)
+    high, Omega_pix, margin = (as_float(z) for z in (Omega_y_max, Omega_pix, margin))
+    width = nan_unless((high > 0) & (Omega_pix > 0) & (margin >= 0), 2.0 * Omega_pix)
+    return RayFilter(width, jnp.zeros_like(Omega_pix), high, Omega_pix, margin)
 
 
 def reconstruct_irradiance(
@@ -245,15 +254,27 @@ def reconstruct_irradiance(
     return in_batches(one, as_float(x), block)
 
 
-def _check_beyond(d1, d2_min, d2_max, margin) -> None:
-    """Sentences for the two places in which there is no sheared filter."""
-    if not is_concrete((d1, d2_min, d2_max, margin)):
-        return
-    if np.any(np.asarray(d1) <= np.asarray(d2_max)):
+def _check_beyond(d1, d2_max, otherwise: str) -> None:
+    """Refuse a receiver that is not beyond the blockers, with a sentence's end that says why.
+
+    Args:
+        d1: distance of the receiver from the light [m].
+        d2_max: distance of the farthest blocker from the light [m].
+        otherwise: what follows where it is not.
+
+    Raises:
+        ValueError: if both are concrete, and it is not.
+    """
+    if is_concrete((d1, d2_max)) and np.any(np.asarray(d1) <= np.asarray(d2_max)):
         raise ValueError(
-            f"Argument `d1` must be greater than `d2_max` = {d2_max}, but is {d1}: a receiver "
-            "among the blockers has no sheared filter, use `axis_aligned_filter`."
+            f"Argument `d1` must be greater than `d2_max` = {d2_max}, but is {d1}: {otherwise}"
         )
+
+
+def _check_depths_apart(d2_min, d2_max, margin) -> None:
+    """Refuse a sharp filter for blockers at a single depth."""
+    if not is_concrete((d2_min, d2_max, margin)):
+        return
     if np.any(np.asarray(d2_min) == np.asarray(d2_max)) and not np.all(np.asarray(margin) > 0):
         raise ValueError(
             "Argument `margin` must be positive for blockers at a single depth, but is 0.0."

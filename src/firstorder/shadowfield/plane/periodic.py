@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from firstorder._argument_checks import check_between, check_positive, is_concrete, nan_unless
 from firstorder.fields.spectrum import Spectrum
@@ -59,8 +59,8 @@ def shadow_harmonic(harmonic, period, open, light: Spectrum, d1, d2) -> Array:
     """
     _check(period, d1, d2)
     check_between("open", open, 0.0, 1.0)
-    n, period, d1, d2 = (as_float(a) for a in (harmonic, period, d1, d2))
-    ok = (period > 0) & (d2 > 0) & (d2 < d1)
+    n, period, open, d1, d2 = (as_float(a) for a in (harmonic, period, open, d1, d2))
+    ok = _in_order(period, d1, d2) & (open >= 0) & (open <= 1)
     Omega = nan_unless(ok, -(1.0 - d2 / d1) * n / period)
     return _bars_coefficient(n, open) * light(Omega)
 
@@ -96,7 +96,8 @@ def average_occlusion_bound(period, open, width, d1, d2) -> Scalar:
     check_between("open", open, 0.0, 1.0)
     period, open, width, d1, d2 = (as_float(a) for a in (period, open, width, d1, d2))
     seen = (1.0 - d2 / d1) * width
-    return nan_unless((seen > 0) & (period > 0), (1.0 - open) * period / seen)
+    ok = _in_order(period, d1, d2) & (width > 0) & (open >= 0) & (open <= 1)
+    return nan_unless(ok, (1.0 - open) * period / seen)
 
 
 def coarsest_average_period(tolerance, open, width, d1, d2) -> Scalar:
@@ -123,7 +124,9 @@ def coarsest_average_period(tolerance, open, width, d1, d2) -> Scalar:
         0.1
     """
     check_positive("tolerance", tolerance)
-    return as_float(tolerance) / average_occlusion_bound(1.0, open, width, d1, d2)
+    tolerance = as_float(tolerance)
+    coarsest = tolerance / average_occlusion_bound(1.0, open, width, d1, d2)
+    return nan_unless(tolerance > 0, coarsest)
 
 
 def moire(x, period, d1, d2, other) -> Float[Array, "*n"]:
@@ -153,8 +156,8 @@ def moire(x, period, d1, d2, other) -> Float[Array, "*n"]:
         [0.5, 0.25, 0.0]
     """
     _check(period, d1, d2, other)
-    x, d1 = as_float(x), as_float(d1)
-    common = as_float(period) * d1 / (d1 - d2)
+    x, period, d1, d2, other = (as_float(a) for a in (x, period, d1, d2, other))
+    common = nan_unless(_in_order(period, d1, d2, other), period * d1 / (d1 - d2))
     slid = x * (other / (d1 - other) - d2 / (d1 - d2)) / common
     away = jnp.abs(slid - jnp.round(slid))
     return 0.5 - away
@@ -178,9 +181,10 @@ def moire_frequency(period, d1, d2, other) -> Scalar:
         [2.0, 4.0]
     """
     _check(period, d1, d2, other)
-    d1 = as_float(d1)
+    period, d1, d2, other = (as_float(a) for a in (period, d1, d2, other))
     slide = jnp.abs(other / (d1 - other) - d2 / (d1 - d2))
-    return slide * (d1 - d2) / (as_float(period) * d1)
+    ok = _in_order(period, d1, d2, other)
+    return nan_unless(ok, slide * (d1 - d2) / (period * d1))
 
 
 def _check(period, d1, *planes) -> None:
@@ -191,3 +195,11 @@ def _check(period, d1, *planes) -> None:
         check_positive(name, d)
         if is_concrete((d, d1)) and np.any(np.asarray(d) >= np.asarray(d1)):
             raise ValueError(f"Argument `{name}` must be less than `d1` = {d1}, but is {d}.")
+
+
+def _in_order(period, d1, *planes) -> Bool[Array, "..."]:
+    """What `_check` asks for, of traced numbers too."""
+    ok = (period > 0) & (d1 > 0)
+    for d in planes:
+        ok &= (d > 0) & (d < d1)
+    return ok

@@ -13,8 +13,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder._argument_checks import check_positive
-from firstorder.shadowfield.plane.filters import RayFilter
+from firstorder._argument_checks import check_positive, nan_unless
+from firstorder.shadowfield.plane.filters import RayFilter, _check_beyond
 from firstorder.shadowfield.plane.spectra import Wedge
 from firstorder.typing import Scalar, as_float
 
@@ -118,7 +118,8 @@ def light_rate_of_endless_wedge(d1, d2_min, d2_max, Omega_y_max) -> Scalar:
     clears the corner on the other side only.
 
     Raises:
-        ValueError: if a distance or the band limit is not positive.
+        ValueError: if a distance or the band limit is not positive, or `d1` not beyond the
+            blockers: there is no sheared filter then. NaN if they are traced.
 
     Reference: E11 eq. 18, corrected.
 
@@ -128,8 +129,13 @@ def light_rate_of_endless_wedge(d1, d2_min, d2_max, Omega_y_max) -> Scalar:
         3.0
     """
     check_positive("Omega_y_max", Omega_y_max)
-    a, b = Wedge(d2_min, d2_max).slopes(d1)
-    return as_float(Omega_y_max) * b * (1.0 / a - 1.0 / b)
+    wedge = Wedge(d2_min, d2_max)
+    _check_beyond(d1, d2_max, "among the blockers there is no sheared filter.")
+    a, b = wedge.slopes(d1)
+    high = as_float(Omega_y_max)
+    ok = (a > 0) & (b >= a) & (high > 0)
+    a, b = jnp.where(ok, a, 1.0), jnp.where(ok, b, 2.0)
+    return nan_unless(ok, high * b * (1.0 / a - 1.0 / b))
 
 
 def sampling_rates(filter: RayFilter, corners: Float[ArrayLike, "3 2"]) -> SamplingRates:
@@ -175,7 +181,8 @@ def samples_per_receiver(filter: RayFilter, rates: SamplingRates) -> Scalar:
 def replicas_overlap(filter: RayFilter, corners, rates: SamplingRates, reach: int = 24) -> bool:
     """Whether some replica of the wedge overlaps the filter: by brute force over all shifts.
 
-    On the host, by separating axes. Sets that touch do not overlap.
+    On the host, by separating axes. Sets that touch do not overlap; the line of energy of blockers
+    at a single depth overlaps what it runs through.
 
     Args:
         filter: sheared or simple.
@@ -193,10 +200,10 @@ def replicas_overlap(filter: RayFilter, corners, rates: SamplingRates, reach: in
         [False, True]
     """
     body = np.asarray(filter.corners())
-    half = np.asarray(corners)
+    half = np.asarray(as_float(corners))
     for m in range(-reach, reach + 1):
         for n in range(-reach, reach + 1):
-            shift = np.array([m * float(rates.x), n * float(rates.y)])
+            shift = np.array([m * float(rates.x), n * float(rates.y)], half.dtype)
             if (m, n) != (0, 0) and any(_meet(body, s * half + shift) for s in (1.0, -1.0)):
                 return True
     return False
@@ -217,14 +224,16 @@ def _height(body: Float[Array, "k 2"], other: Float[Array, "m 2"]) -> Scalar:
     return jnp.max(jnp.where(across, met, -jnp.inf))
 
 
-def _meet(a: np.ndarray, b: np.ndarray, hair: float = 1e-9) -> bool:
-    """Whether two convex polygons share more than their borders."""
+def _meet(a: np.ndarray, b: np.ndarray) -> bool:
+    """Whether two convex polygons share more than their borders; one may be as thin as a line."""
     scale = max(np.abs(a).max(), np.abs(b).max())
+    # Corners and shifts are rounded to their own precision.
+    hair = max(1e-9, 64.0 * float(max(np.finfo(x.dtype).eps for x in (a, b)))) * scale
     for polygon in (a, b):
         sides = np.roll(polygon, -1, 0) - polygon
         for side in sides[np.any(sides != 0.0, axis=1)]:
             normal = np.array([-side[1], side[0]]) / np.linalg.norm(side)
             first, second = a @ normal, b @ normal
-            if min(first.max(), second.max()) - max(first.min(), second.min()) <= hair * scale:
+            if min(first.max() - second.min(), second.max() - first.min()) <= hair:
                 return False
     return True

@@ -143,7 +143,8 @@ def cell_light(
         for k in integrand(lamp, receivers, surface, cells, g, falloff)
     ]
     area = np.prod(lamp.half) / cells**2  # of the place [-1, 1]^2 of a cell
-    return area * np.concatenate(parts).reshape(len(receivers), cells**2)
+    none = np.zeros((0, cells, cells))  # there may be no receivers
+    return area * np.concatenate([none, *parts]).reshape(len(receivers), cells**2)
 
 
 class Integrand(NamedTuple):

@@ -11,6 +11,7 @@ from firstorder.numerics._morton import morton
 from firstorder.space.meshes.triangle_mesh import NO_FACE, Mesh
 
 _RUN = 64  # faces that lie together, which are tested for one ray, or none of them
+_PAIRS = 4_000_000  # of a point and a face, at most looked at together
 
 
 @runtime_checkable
@@ -125,3 +126,72 @@ def _first_of(planes, directions, low, high, skip) -> np.ndarray:
         return np.full(len(t), NO_FACE)
     best = np.argmin(t, -1)
     return np.where(np.isfinite(t[np.arange(len(t)), best]), best, NO_FACE)
+
+
+def _touched_face(corners, eye, ways, aside, near, skip) -> np.ndarray:
+    """The face on which a point lies and that a ray a hair aside of it meets first; or -1.
+
+    A ray through the point itself meets that face or not as rounding has it, and another shape's
+    edge may lie there too.
+
+    Args:
+        corners: of all faces, shape (f, 3, 3) [m].
+        eye: shape (3,) [m].
+        ways: from the eye to the points, shape (r, 3) [m].
+        aside: from the points to the rays, shape (r, 3) [m].
+        near: how close to a face counts as on it, shape (r,) [m].
+        skip: shape (r, 2), faces that do not count; -1 for none.
+    """
+    found = np.full(len(ways), NO_FACE)
+    point, face = _near_boxes(corners, eye + ways, near)
+    counts = ~np.any(face[:, None] == skip[point], 1)
+    point, face = point[counts], face[counts]
+    A, B, C = (corners[face, k] - eye for k in range(3))
+    normal = np.cross(B - A, C - A)
+    height = np.abs(np.sum(normal * (ways[point] - A), -1))
+    ray = (ways + aside)[point]
+    u, v, w = (np.sum(ray * np.cross(p, q), -1) for p, q in ((B, C), (C, A), (A, B)))
+    total = u + v + w
+    met = ((u >= 0.0) & (v >= 0.0) & (w >= 0.0)) | ((u <= 0.0) & (v <= 0.0) & (w <= 0.0))
+    t = np.sum(A * np.cross(B, C), -1) / np.where(total != 0.0, total, np.inf)
+    met &= (t > 0.0) & (height <= near[point] * np.linalg.norm(normal, axis=-1))
+    t, point, face = t[met], point[met], face[met]
+    nearest_last = np.argsort(-t)
+    found[point[nearest_last]] = face[nearest_last]
+    return found
+
+
+def _near_boxes(corners, points, near) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers of points and of the faces whose boxes they lie in, or near to."""
+    if not len(points):
+        return np.zeros(0, int), np.zeros(0, int)
+    axis = np.argmax(np.ptp(points, axis=0))  # along which they are sorted
+    order = np.argsort(points[:, axis])
+    along, most = points[order, axis], near.max()
+    low, high = _bounds(corners[..., axis])
+    first = np.searchsorted(along, low - most)
+    count = np.searchsorted(along, high + most, side="right") - first
+    some = np.flatnonzero(count)
+    rows, pairs = max(1, _PAIRS // len(points)), []
+    for start in range(0, len(some), rows):
+        part = some[start : start + rows]
+        ends = np.cumsum(count[part])
+        whose = np.repeat(np.arange(len(part)), count[part])
+        turn = np.arange(ends[-1]) - (ends - count[part])[whose]
+        point = order[first[part][whose] + turn]
+        for k in range(3):
+            low, high = _bounds(corners[part, :, k])
+            p, slack = points[point, k], near[point]
+            inside = (p >= low[whose] - slack) & (p <= high[whose] + slack)
+            point, whose = point[inside], whose[inside]
+        pairs.append((point, part[whose]))
+    if not pairs:
+        return np.zeros(0, int), np.zeros(0, int)
+    point, face = zip(*pairs, strict=True)
+    return np.concatenate(point), np.concatenate(face)
+
+
+def _bounds(corners) -> tuple[np.ndarray, np.ndarray]:
+    """Least and largest coordinates of each face."""
+    a, b, c = (corners[:, k] for k in range(3))
+    return np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)

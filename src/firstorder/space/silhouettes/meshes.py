@@ -27,12 +27,21 @@ from firstorder.scene._arguments import numbers
 from firstorder.space.meshes.triangle_mesh import NO_FACE, Mesh
 from firstorder.space.receiver import Receiver, in_receiver_frame
 from firstorder.space.silhouettes._curves import SilhouetteSegments
-from firstorder.space.silhouettes.face_tracers import BruteForceTracer, FaceTracer
+from firstorder.space.silhouettes.face_tracers import (
+    BruteForceTracer,
+    FaceTracer,
+    _touched_face,
+)
 from firstorder.visibility._contour import segment_solid_angle, segment_translation_rate
 
 NOT_CUT = -1
 # Distances along a ray to a piece's middle, in units of that distance, below which two are one.
 _CLOSE = 1e-9
+# How far a tracer in single precision may step on behind a face that does not count, in units of
+# the mesh's size, with a reserve.
+_STEP = 1e-5
+# What points are rounded by in double precision, in units of their coordinates, with a reserve.
+_ROUNDED = 1e-13
 
 
 def mesh_silhouette(mesh: Mesh, eye: ArrayLike) -> SilhouetteSegments:
@@ -166,7 +175,25 @@ def visible_mesh_silhouettes(
     seen = before == NO_FACE
     behind = np.full(len(edge), NO_FACE)
     behind[seen] = tracer.first_face(eye, ways[seen], 1.0 + _CLOSE, np.inf, skip[seen])
+    # What the edge stands on begins there: no ray through the edge itself tells whether it is met.
+    near = 2.0 * _CLOSE * np.linalg.norm(ways[seen], axis=1) + _STEP * mesh.size
+    aside = _outwards(ways, (s[:, 1] - s[:, 0])[:, None] * (b - a), eye)
+    touched = _touched_face(p, eye, ways[seen], aside[seen], near, skip[seen])
+    behind[seen] = np.where(touched != NO_FACE, touched, behind[seen])
     return MeshSilhouettes(ends[edge], first, last, owner[edge], seen, behind.astype(np.int32))
+
+
+def _outwards(ways: np.ndarray, along: np.ndarray, eye: np.ndarray) -> np.ndarray:
+    """A hair's breadth from the middles of pieces, away from the faces that they end.
+
+    A small part of a piece and of its distance, and yet far above what its vertices are rounded by.
+    """
+    distance, length = np.linalg.norm(ways, axis=1), np.linalg.norm(along, axis=1)
+    rounded = np.linalg.norm(ways + eye, axis=1) + np.linalg.norm(eye)
+    hair = _CLOSE * np.minimum(distance, length) + _ROUNDED * rounded
+    out = np.cross(along, ways)
+    wide = np.linalg.norm(out, axis=1)
+    return (hair / np.where(wide > 0.0, wide, 1.0))[:, None] * out
 
 
 def _pieces(v: np.ndarray, ends: np.ndarray, block: int = 1024):
