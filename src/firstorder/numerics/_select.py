@@ -31,6 +31,25 @@ def either(which: ArrayLike, a: ArrayLike, b: ArrayLike) -> Array:
     return jax.lax.select(jnp.broadcast_to(which, shape), a, b)
 
 
+def grazing(most: Array) -> Array:
+    """What stands in for a difference that is not positive, where its root is taken.
+
+    Whether it is positive is asked once more where the root is used, and a compiler may round one
+    difference in two ways in one program. What stands in then counts: it is of the size of that
+    rounding, where 1 would move what a grazing ray meets by a radius.
+
+    Args:
+        most: the first of the two terms that are subtracted.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.numerics._select import grazing
+        >>> grazing(jnp.array(4.0, jnp.float32)).item() == 2.0**-21
+        True
+    """
+    return jnp.finfo(most.dtype).eps * most
+
+
 def _filled(c: ArrayLike, shape: tuple[int, ...], dtype) -> Array:
     """An array of that shape and kind."""
     if isinstance(c, (bool, int, float)):

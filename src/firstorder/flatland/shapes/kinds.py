@@ -30,6 +30,7 @@ from firstorder.conventions import direction
 from firstorder.flatland.shapes._base import Point, Shape, column, rows, same, spread, stack
 from firstorder.flatland.shapes._fourier import MOST_TANGENTS, CurveRoots
 from firstorder.numerics._planar import cross_2d, dot_2d, left
+from firstorder.numerics._select import grazing
 
 # --- straight ------------------------------------------------------------------------------------
 
@@ -141,7 +142,7 @@ def _unit_circle_roots(w: Point, d: Point, on: Bool[Array, ""]):
     a, b, c = dot_2d(d, d), dot_2d(w, d), dot_2d(w, w) - 1.0
     root_of = a - cross_2d(w, d) ** 2
     real = root_of > 0.0
-    root = jnp.sqrt(jnp.where(real, root_of, 1.0))
+    root = jnp.sqrt(jnp.where(real, root_of, grazing(a)))
     ahead = b < 0.0
     near = jnp.where(ahead, c, 1.0) / jnp.where(ahead, root - b, 1.0)
     far = jnp.where(ahead, (root - b) / a, -c / jnp.where(ahead, 1.0, root + b))
@@ -228,9 +229,10 @@ class Circles(Shape):
         """The nearest root ahead as a quotient, without cancellation, and whether there is one."""
         w, square = origin - self.center, self.radius * self.radius
         b, c = dot_2d(w, along), jnp.where(on, 0.0, dot_2d(w, w) - square)
-        root_of = square * dot_2d(along, along) - cross_2d(w, along) ** 2
+        most = square * dot_2d(along, along)
+        root_of = most - cross_2d(w, along) ** 2
         real, ahead = root_of > 0.0, b < 0.0
-        sum_of = jnp.sqrt(jnp.where(real, root_of, 1.0)) + jnp.abs(b)
+        sum_of = jnp.sqrt(jnp.where(real, root_of, grazing(most))) + jnp.abs(b)
         # From inside or from the circle itself only the farther of the two roots can lie ahead.
         over = jnp.where(ahead & (c <= 0.0), sum_of * sum_of, jnp.abs(c))
         return over, sum_of, real & (ahead | (c < 0.0))

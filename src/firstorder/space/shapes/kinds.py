@@ -28,7 +28,7 @@ from firstorder._argument_checks import (
     is_concrete,
 )
 from firstorder.numerics._host import hosted
-from firstorder.numerics._select import either
+from firstorder.numerics._select import either, grazing
 from firstorder.numerics._vectors import cross, dot, inverse_3x3, matvec, unit
 from firstorder.scene._sides import closed_front
 from firstorder.typing import as_array, as_float
@@ -173,7 +173,7 @@ class Ellipsoids(Shape):
         side = cross(o, d)
         square = a - dot(side, side)
         hit = square > 0.0
-        root = jnp.sqrt(either(hit, square, 1.0))
+        root = jnp.sqrt(either(hit, square, grazing(a)))
         near = (-b - root) / a
         return either(hit, either(near > 0.0, near, (root - b) / a), jnp.inf)
 
@@ -248,7 +248,7 @@ class Cylinders(Shape):
         square = a - (o[0] * d[1] - o[1] * d[0]) ** 2
         within = o[0] ** 2 + o[1] ** 2 < 1.0
         hit = either(upright, within, square > 0.0)
-        root = jnp.sqrt(either(hit & ~upright, square, 1.0))
+        root = jnp.sqrt(either(hit & ~upright, square, grazing(a)))
         low = either(upright, -jnp.inf, (-b - root) / a)
         high = either(upright, jnp.inf, (root - b) / a)
         near, far = _slabs(o[2:], d[2:])
