@@ -32,6 +32,8 @@ from firstorder.flatland.shapes._fourier import MOST_TANGENTS, CurveRoots
 from firstorder.numerics._planar import cross_2d, dot_2d, left
 from firstorder.numerics._select import grazing
 
+SLACK = 16.0  # roundings by which the square under a grazing ray's root may be off
+
 # --- straight ------------------------------------------------------------------------------------
 
 
@@ -135,21 +137,24 @@ class Segments(Shape):
 
 
 def _unit_circle_roots(w: Point, d: Point, on: Bool[Array, ""]):
-    """Both roots t of `|w + t d| = 1`, infinity where there is none ahead; without cancellation.
+    """Both roots t of `|w + t d| = 1` without cancellation, each with whether it is one and ahead.
 
     With `on`, w lies on the circle to rounding: the root at t = 0 is not one, the other may be.
+
+    Returns:
+        For each its t, finite for a miss too; whether it is a hit; and whether it is one or misses
+        by no more than rounding. Where a hit is, is asked under the latter (see `grazing`).
     """
     a, b, c = dot_2d(d, d), dot_2d(w, d), dot_2d(w, w) - 1.0
     root_of = a - cross_2d(w, d) ** 2
-    real = root_of > 0.0
+    real, nearly = root_of > 0.0, root_of > -SLACK * grazing(a)
     root = jnp.sqrt(jnp.where(real, root_of, grazing(a)))
     ahead = b < 0.0
     near = jnp.where(ahead, c, 1.0) / jnp.where(ahead, root - b, 1.0)
     far = jnp.where(ahead, (root - b) / a, -c / jnp.where(ahead, 1.0, root + b))
     outside = (c > 0.0) & ~on
-    near = jnp.where(real & ahead & outside, near, jnp.inf)
-    far = jnp.where(real & (ahead | ((c < 0.0) & ~on)), far, jnp.inf)
-    return near, far
+    first, last = ahead & outside, ahead | ((c < 0.0) & ~on)
+    return (near, real & first, nearly & first), (far, real & last, nearly & last)
 
 
 def _unit_circle_tangents(w: Point, on: Bool[Array, ""]):
@@ -215,18 +220,18 @@ class Circles(Shape):
 
     def hit(self, origin, along, on):
         """Solution of a quadratic equation."""
-        over, under, there = self._root(origin, along, on)
-        t = jnp.where(there, over, 0.0) / under
+        over, under, there, nearly = self._root(origin, along, on)
+        t = jnp.where(nearly, over, 0.0) / under
         h = (origin + t * along - self.center) / self.radius
-        return jnp.where(there, t, jnp.inf), _turns(h, there)
+        return jnp.where(there, t, jnp.inf), _turns(h, nearly)
 
     def distance(self, origin, along, on):
         """The distance of `hit`, with one division (as in `Segments`)."""
-        over, under, there = self._root(origin, along, on)
+        over, under, there, _ = self._root(origin, along, on)
         return jnp.where(there, over, jnp.inf) / under
 
     def _root(self, origin, along, on):
-        """The nearest root ahead as a quotient, without cancellation, and whether there is one."""
+        """The nearest root ahead as a quotient, without cancellation; the rest as above."""
         w, square = origin - self.center, self.radius * self.radius
         b, c = dot_2d(w, along), jnp.where(on, 0.0, dot_2d(w, w) - square)
         most = square * dot_2d(along, along)
@@ -235,7 +240,8 @@ class Circles(Shape):
         sum_of = jnp.sqrt(jnp.where(real, root_of, grazing(most))) + jnp.abs(b)
         # From inside or from the circle itself only the farther of the two roots can lie ahead.
         over = jnp.where(ahead & (c <= 0.0), sum_of * sum_of, jnp.abs(c))
-        return over, sum_of, real & (ahead | (c < 0.0))
+        nearly, way = root_of > -SLACK * grazing(most), ahead | (c < 0.0)
+        return over, sum_of, real & way, nearly & way
 
     def front(self, origin, along, on):
         """From outside."""
@@ -308,7 +314,7 @@ class Arcs(Shape):
 
     def _parameter(self, h: Point, there: Bool[Array, ""]):
         """Parameter on the arc of a point of its circle; beyond 1 if it is not on the arc."""
-        h = jnp.where(there, h, jnp.array([0.0, 1.0], h.dtype))
+        h = _on_circle(h, there)
         angle = jnp.arctan2(-h[0], h[1])
         turned = (angle - self.start) * jnp.sign(self.sweep)
         return jnp.mod(turned, 2.0 * jnp.pi) / jnp.abs(self.sweep)
@@ -317,9 +323,8 @@ class Arcs(Shape):
         """The nearer root that lies on the arc."""
         w, d = (origin - self.center) / self.radius, along / self.radius
         found, at = jnp.full((), jnp.inf, w.dtype), jnp.zeros((), w.dtype)
-        for t in reversed(_unit_circle_roots(w, d, on)):
-            there = jnp.isfinite(t)
-            s = self._parameter(w + jnp.where(there, t, 0.0) * d, there)
+        for t, there, nearly in reversed(_unit_circle_roots(w, d, on)):
+            s = self._parameter(w + jnp.where(nearly, t, 0.0) * d, nearly)
             take = there & (s <= 1.0)
             found, at = jnp.where(take, t, found), jnp.where(take, s, at)
         return found, at
@@ -399,11 +404,10 @@ class Ellipses(Shape):
     def hit(self, origin, along, on):
         """Solution of a quadratic equation in the frame of the unit circle."""
         w, d = self._inward(origin - self.center), self._inward(along)
-        near, far = _unit_circle_roots(w, d, on)
-        t = jnp.minimum(near, far)
-        there = jnp.isfinite(t)
-        h = w + jnp.where(there, t, 0.0) * d
-        return t, _turns(h, there)
+        (near, first, one), (far, last, other) = _unit_circle_roots(w, d, on)
+        t, nearly = jnp.where(one, near, far), one | other
+        h = w + jnp.where(nearly, t, 0.0) * d
+        return jnp.where(first | last, t, jnp.inf), _turns(h, nearly)
 
     def front(self, origin, along, on):
         """From outside."""
@@ -484,7 +488,12 @@ class Curves(Shape):
         return CurveRoots(self.cosines, self.sines, self.samples).tangents(p)
 
 
+def _on_circle(h: Point, there: Bool[Array, ""]) -> Point:
+    """A point of the unit circle; the top in place of a miss."""
+    return jnp.where(there, h, jnp.array([0.0, 1.0], h.dtype))
+
+
 def _turns(h: Point, there: Bool[Array, ""]) -> Float[Array, ""]:
     """Clockwise turns from the top to a point of the unit circle, in [0, 1); 0 for a miss."""
-    h = jnp.where(there, h, jnp.array([0.0, 1.0], h.dtype))
+    h = _on_circle(h, there)
     return jnp.mod(jnp.arctan2(h[0], h[1]) / (2.0 * jnp.pi), 1.0)
