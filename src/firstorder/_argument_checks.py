@@ -44,7 +44,7 @@ def _all(name: str, x: Any, ok, words: str) -> None:
 
 
 def _numbers(x: Any) -> np.ndarray | None:
-    """What can be looked at: a number, an array or a list of them; None for anything else."""
+    """An array of a concrete number, array or list of numbers; None for anything else."""
     if isinstance(x, (int, float, np.ndarray, np.generic, jax.Array)):
         return np.asarray(x)
     if not isinstance(x, (list, tuple)):

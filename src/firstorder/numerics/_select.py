@@ -32,11 +32,11 @@ def either(which: ArrayLike, a: ArrayLike, b: ArrayLike) -> Array:
 
 
 def grazing(most: Array) -> Array:
-    """What stands in for a difference that is not positive, where its root is taken.
+    """The rounding error of a difference, in place of one that is not positive under a root.
 
-    Whether it is positive is asked once more where the root is used, and a compiler may round one
-    difference in two ways in one program. What stands in then counts: it is of the size of that
-    rounding, where 1 would move what a grazing ray meets by a radius.
+    A compiler may round one difference in two ways in one program: it is not positive where the
+    root is taken, and positive where the root is used. The root then is that of this number, which
+    is off by rounding alone. With 1 in its place what a grazing ray meets would lie a radius off.
 
     Args:
         most: the first of the two terms that are subtracted.

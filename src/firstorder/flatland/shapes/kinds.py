@@ -142,8 +142,9 @@ def _unit_circle_roots(w: Point, d: Point, on: Bool[Array, ""]):
     With `on`, w lies on the circle to rounding: the root at t = 0 is not one, the other may be.
 
     Returns:
-        For each its t, finite for a miss too; whether it is a hit; and whether it is one or misses
-        by no more than rounding. Where a hit is, is asked under the latter (see `grazing`).
+        For each root its t, which is finite for a miss too; whether it is a hit; and whether it is
+        a hit or a miss within rounding. The place of a hit depends on the last condition, since
+        rounding may decide the other one in two ways (see `grazing`).
     """
     a, b, c = dot_2d(d, d), dot_2d(w, d), dot_2d(w, w) - 1.0
     root_of = a - cross_2d(w, d) ** 2
@@ -231,7 +232,7 @@ class Circles(Shape):
         return jnp.where(there, over, jnp.inf) / under
 
     def _root(self, origin, along, on):
-        """The nearest root ahead as a quotient, without cancellation; the rest as above."""
+        """The nearest root ahead as a quotient, and both conditions of `_unit_circle_roots`."""
         w, square = origin - self.center, self.radius * self.radius
         b, c = dot_2d(w, along), jnp.where(on, 0.0, dot_2d(w, w) - square)
         most = square * dot_2d(along, along)

@@ -198,7 +198,7 @@ def _check(period, d1, *planes) -> None:
 
 
 def _in_order(period, d1, *planes) -> Bool[Array, "..."]:
-    """What `_check` asks for, of traced numbers too."""
+    """Whether numbers, traced ones too, are as `_check` asks."""
     ok = (period > 0) & (d1 > 0)
     for d in planes:
         ok &= (d > 0) & (d < d1)

@@ -156,7 +156,7 @@ def path_radiance(
     """
     check_kind("scene", scene, Scene)
     check_many("paths", paths)
-    path_lengths(bounces, survival)  # refuses what would be one bounce off below
+    path_lengths(bounces, survival)  # refuses numbers that would be told less one below
     origin, along = numbers("origin", origin), numbers("along", along)
     shape = along.shape[:-1]
     origin = jnp.broadcast_to(origin, along.shape).reshape(-1, 3)
