@@ -29,10 +29,15 @@ from firstorder._argument_checks import (
 from firstorder.conventions import direction
 from firstorder.flatland.shapes._base import Point, Shape, column, rows, same, spread, stack
 from firstorder.flatland.shapes._fourier import MOST_TANGENTS, CurveRoots
+from firstorder.flatland.shapes._unit_circle import (
+    SLACK,
+    on_circle,
+    turns,
+    unit_circle_roots,
+    unit_circle_tangents,
+)
 from firstorder.numerics._planar import cross_2d, dot_2d, left
 from firstorder.numerics._select import grazing
-
-SLACK = 16.0  # roundings by which the square under a grazing ray's root may be off
 
 # --- straight ------------------------------------------------------------------------------------
 
@@ -136,39 +141,6 @@ class Segments(Shape):
 # --- round ---------------------------------------------------------------------------------------
 
 
-def _unit_circle_roots(w: Point, d: Point, on: Bool[Array, ""]):
-    """Both roots t of `|w + t d| = 1` without cancellation, each with whether it is one and ahead.
-
-    With `on`, w lies on the circle to rounding: the root at t = 0 is not one, the other may be.
-
-    Returns:
-        For each root its t, which is finite for a miss too; whether it is a hit; and whether it is
-        a hit or a miss within rounding. The place of a hit depends on the last condition, since
-        rounding may decide the other one in two ways (see `grazing`).
-    """
-    a, b, c = dot_2d(d, d), dot_2d(w, d), dot_2d(w, w) - 1.0
-    root_of = a - cross_2d(w, d) ** 2
-    real, nearly = root_of > 0.0, root_of > -SLACK * grazing(a)
-    root = jnp.sqrt(jnp.where(real, root_of, grazing(a)))
-    ahead = b < 0.0
-    near = jnp.where(ahead, c, 1.0) / jnp.where(ahead, root - b, 1.0)
-    far = jnp.where(ahead, (root - b) / a, -c / jnp.where(ahead, 1.0, root + b))
-    outside = (c > 0.0) & ~on
-    first, last = ahead & outside, ahead | ((c < 0.0) & ~on)
-    return (near, real & first, nearly & first), (far, real & last, nearly & last)
-
-
-def _unit_circle_tangents(w: Point, on: Bool[Array, ""]):
-    """The two points of the unit circle at which lines from w touch it."""
-    square = dot_2d(w, w)
-    outside = (square > 1.0) & ~on
-    safe = jnp.where(outside, square, 4.0)
-    root = jnp.sqrt(safe - 1.0)
-    foot, side = w / safe, left(w) * (root / safe)
-    points = jnp.stack([foot - side, foot + side])
-    return points, jnp.broadcast_to(outside, (2,))
-
-
 class Circles(Shape):
     """Circles, travelled clockwise from the top: `c(s) = center + radius (sin 2 pi s, cos 2 pi s)`.
 
@@ -224,7 +196,7 @@ class Circles(Shape):
         over, under, there, nearly = self._root(origin, along, on)
         t = jnp.where(nearly, over, 0.0) / under
         h = (origin + t * along - self.center) / self.radius
-        return jnp.where(there, t, jnp.inf), _turns(h, nearly)
+        return jnp.where(there, t, jnp.inf), turns(h, nearly)
 
     def distance(self, origin, along, on):
         """The distance of `hit`, with one division (as in `Segments`)."""
@@ -232,7 +204,7 @@ class Circles(Shape):
         return jnp.where(there, over, jnp.inf) / under
 
     def _root(self, origin, along, on):
-        """The nearest root ahead as a quotient, and both conditions of `_unit_circle_roots`."""
+        """The nearest root ahead as a quotient, and both conditions of `unit_circle_roots`."""
         w, square = origin - self.center, self.radius * self.radius
         b, c = dot_2d(w, along), jnp.where(on, 0.0, dot_2d(w, w) - square)
         most = square * dot_2d(along, along)
@@ -251,7 +223,7 @@ class Circles(Shape):
 
     def silhouettes(self, p, on):
         """The two points of tangency."""
-        points, valid = _unit_circle_tangents((p - self.center) / self.radius, on)
+        points, valid = unit_circle_tangents((p - self.center) / self.radius, on)
         return self.center + self.radius * points, valid
 
 
@@ -315,7 +287,7 @@ class Arcs(Shape):
 
     def _parameter(self, h: Point, there: Bool[Array, ""]):
         """Parameter on the arc of a point of its circle; beyond 1 if it is not on the arc."""
-        h = _on_circle(h, there)
+        h = on_circle(h, there)
         angle = jnp.arctan2(-h[0], h[1])
         turned = (angle - self.start) * jnp.sign(self.sweep)
         return jnp.mod(turned, 2.0 * jnp.pi) / jnp.abs(self.sweep)
@@ -324,7 +296,7 @@ class Arcs(Shape):
         """The nearer root that lies on the arc."""
         w, d = (origin - self.center) / self.radius, along / self.radius
         found, at = jnp.full((), jnp.inf, w.dtype), jnp.zeros((), w.dtype)
-        for t, there, nearly in reversed(_unit_circle_roots(w, d, on)):
+        for t, there, nearly in reversed(unit_circle_roots(w, d, on)):
             s = self._parameter(w + jnp.where(nearly, t, 0.0) * d, nearly)
             take = there & (s <= 1.0)
             found, at = jnp.where(take, t, found), jnp.where(take, s, at)
@@ -332,7 +304,7 @@ class Arcs(Shape):
 
     def silhouettes(self, p, on):
         """The two ends, and those points of tangency that lie on the arc."""
-        points, valid = _unit_circle_tangents((p - self.center) / self.radius, on)
+        points, valid = unit_circle_tangents((p - self.center) / self.radius, on)
         s = jnp.stack([self._parameter(h, v) for h, v in zip(points, valid, strict=True)])
         ends = direction(jnp.stack([self.start, self.start + self.sweep]))
         here = self.center + self.radius * jnp.concatenate([points, ends])
@@ -405,10 +377,10 @@ class Ellipses(Shape):
     def hit(self, origin, along, on):
         """Solution of a quadratic equation in the frame of the unit circle."""
         w, d = self._inward(origin - self.center), self._inward(along)
-        (near, first, one), (far, last, other) = _unit_circle_roots(w, d, on)
+        (near, first, one), (far, last, other) = unit_circle_roots(w, d, on)
         t, nearly = jnp.where(one, near, far), one | other
         h = w + jnp.where(nearly, t, 0.0) * d
-        return jnp.where(first | last, t, jnp.inf), _turns(h, nearly)
+        return jnp.where(first | last, t, jnp.inf), turns(h, nearly)
 
     def front(self, origin, along, on):
         """From outside."""
@@ -417,7 +389,7 @@ class Ellipses(Shape):
 
     def silhouettes(self, p, on):
         """The two points of tangency of the unit circle, which linear maps keep."""
-        points, valid = _unit_circle_tangents(self._inward(p - self.center), on)
+        points, valid = unit_circle_tangents(self._inward(p - self.center), on)
         return self.center + self._outward(points), valid
 
 
@@ -487,14 +459,3 @@ class Curves(Shape):
     def silhouettes(self, p, on):
         """The bracketed points of tangency."""
         return CurveRoots(self.cosines, self.sines, self.samples).tangents(p)
-
-
-def _on_circle(h: Point, there: Bool[Array, ""]) -> Point:
-    """A point of the unit circle; the top in place of a miss."""
-    return jnp.where(there, h, jnp.array([0.0, 1.0], h.dtype))
-
-
-def _turns(h: Point, there: Bool[Array, ""]) -> Float[Array, ""]:
-    """Clockwise turns from the top to a point of the unit circle, in [0, 1); 0 for a miss."""
-    h = _on_circle(h, there)
-    return jnp.mod(jnp.arctan2(h[0], h[1]) / (2.0 * jnp.pi), 1.0)

@@ -1,0 +1,56 @@
+"""A line and the unit circle: the crossings and the tangents that all round shapes share."""
+
+from __future__ import annotations
+
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float
+
+from firstorder.flatland.shapes._base import Point
+from firstorder.numerics._planar import cross_2d, dot_2d, left
+from firstorder.numerics._select import grazing
+
+SLACK = 16.0  # roundings by which the square under a grazing ray's root may be off
+
+
+def unit_circle_roots(w: Point, d: Point, on: Bool[Array, ""]):
+    """Both roots t of `|w + t d| = 1` without cancellation, each with whether it is one and ahead.
+
+    With `on`, w lies on the circle to rounding: the root at t = 0 is not one, the other may be.
+
+    Returns:
+        For each root its t, which is finite for a miss too; whether it is a hit; and whether it is
+        a hit or a miss within rounding. The place of a hit depends on the last condition, since
+        rounding may decide the other one in two ways (see `grazing`).
+    """
+    a, b, c = dot_2d(d, d), dot_2d(w, d), dot_2d(w, w) - 1.0
+    root_of = a - cross_2d(w, d) ** 2
+    real, nearly = root_of > 0.0, root_of > -SLACK * grazing(a)
+    root = jnp.sqrt(jnp.where(real, root_of, grazing(a)))
+    ahead = b < 0.0
+    near = jnp.where(ahead, c, 1.0) / jnp.where(ahead, root - b, 1.0)
+    far = jnp.where(ahead, (root - b) / a, -c / jnp.where(ahead, 1.0, root + b))
+    outside = (c > 0.0) & ~on
+    first, last = ahead & outside, ahead | ((c < 0.0) & ~on)
+    return (near, real & first, nearly & first), (far, real & last, nearly & last)
+
+
+def unit_circle_tangents(w: Point, on: Bool[Array, ""]):
+    """The two points of the unit circle at which lines from w touch it."""
+    square = dot_2d(w, w)
+    outside = (square > 1.0) & ~on
+    safe = jnp.where(outside, square, 4.0)
+    root = jnp.sqrt(safe - 1.0)
+    foot, side = w / safe, left(w) * (root / safe)
+    points = jnp.stack([foot - side, foot + side])
+    return points, jnp.broadcast_to(outside, (2,))
+
+
+def on_circle(h: Point, there: Bool[Array, ""]) -> Point:
+    """A point of the unit circle; the top in place of a miss."""
+    return jnp.where(there, h, jnp.array([0.0, 1.0], h.dtype))
+
+
+def turns(h: Point, there: Bool[Array, ""]) -> Float[Array, ""]:
+    """Clockwise turns from the top to a point of the unit circle, in [0, 1); 0 for a miss."""
+    h = on_circle(h, there)
+    return jnp.mod(jnp.arctan2(h[0], h[1]) / (2.0 * jnp.pi), 1.0)
