@@ -476,6 +476,22 @@ kept = jax.numpy.zeros(3)
 """
 
 
+CONTENTS = """
+import json, pkgutil
+import firstorder
+public = [m.name for m in pkgutil.iter_modules(firstorder.__path__) if m.name[0] != "_"]
+public.remove("cli")  # what is typed, not imported
+shown = dir(firstorder)
+print(json.dumps([[n for n in public if n not in shown or not getattr(firstorder, n)], public]))
+"""
+
+
+def test_every_chapter_is_an_attribute_of_the_package_and_shown_before_it_is_imported():
+    missing, public = in_a_fresh_process(CONTENTS)
+    assert missing == []
+    assert set(public) == set(firstorder.__all__)
+
+
 def test_importing_costs_little_on_top_of_jax(tmp_path):
     """From byte code, as an installed package is; the first run writes it."""
     own = {"PYTHONPYCACHEPREFIX": str(tmp_path), "PYTHONDONTWRITEBYTECODE": ""}

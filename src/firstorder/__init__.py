@@ -28,9 +28,14 @@ beside which stand
 - `ledger`: ledgers of equations (rows, proofs, numeric routes, attacks);
 - `jobs`: many independent jobs, here or on other machines (sweeps of a table);
 - `io`: files (scenes, drawings, meshes, images, records);
-- `plotting`: pictures (import it yourself: it brings matplotlib).
+- `symbolic`: formulas of fields and paths, events from expressions (brings sympy);
+- `plotting`: pictures (brings matplotlib);
+- `session`: float64, and a cache of what was compiled;
+- `numerics`: numerical tools (quadrature, batches, vectors);
+- `errors`, `typing`: exceptions and types.
 
-Importing the package sets no JAX flag; see `firstorder.session` for float64.
+Importing the package sets no JAX flag and loads none of these: each comes when it is first asked
+for, `firstorder.space` as well as `from firstorder import space`.
 """
 
 import importlib
@@ -57,6 +62,12 @@ if TYPE_CHECKING:
     from firstorder import ledger as ledger
     from firstorder import jobs as jobs
     from firstorder import io as io
+    from firstorder import symbolic as symbolic
+    from firstorder import plotting as plotting
+    from firstorder import session as session
+    from firstorder import numerics as numerics
+    from firstorder import errors as errors
+    from firstorder import typing as typing
 
 __version__ = "0.1.0"
 
@@ -81,6 +92,12 @@ __all__ = [
     "ledger",
     "jobs",
     "io",
+    "symbolic",
+    "plotting",
+    "session",
+    "numerics",
+    "errors",
+    "typing",
 ]
 
 
@@ -89,3 +106,8 @@ def __getattr__(name: str):
     if name in __all__:
         return importlib.import_module(f"firstorder.{name}")
     raise AttributeError(f"module 'firstorder' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    """The table of contents too, before any of it is imported."""
+    return sorted({*globals(), *__all__})
