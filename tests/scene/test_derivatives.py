@@ -96,3 +96,9 @@ def test_one_script_works_in_both_worlds(world):
     slope = d.translation().gradient[..., 0]
     assert abs(moved - d.value - 0.05 * slope) < 0.05**2 * np.max(np.abs(d.hessian))
     assert d.along(0.4).gradient.shape == d.translation().gradient.shape
+
+
+@pytest.mark.parametrize(("world", "d"), [(flatland, 2), (space, 3)])
+def test_what_is_no_function_has_no_derivatives(world, d):
+    with pytest.raises(TypeError, match=r"but is a str: write derivatives\(irradiance, scene, at"):
+        world.derivatives("irradiance", world.Receiver.at(jnp.zeros(d)))

@@ -1,4 +1,4 @@
-"""What a scene prints: kinds, counts, places and lights, in both worlds."""
+"""What scenes, receivers and derivatives print, in both worlds."""
 
 import equinox as eqx
 import jax
@@ -6,6 +6,7 @@ import jax.numpy as jnp
 import pytest
 
 from firstorder import flatland, space
+from firstorder.scene._derivatives import Derivatives
 
 
 def test_a_scene_of_flatland_says_what_is_where():
@@ -106,3 +107,41 @@ def test_bands_are_told_each_and_are_no_batch():
     walls = flatland.box((0.0, 0.0), (1.0, 1.0), inward=True)
     room = flatland.Scene.of(flatland.primitive(walls, name="room", emission=[(1.0, 0.5, 0.2)]))
     assert repr(room).splitlines()[1].endswith("emits (1, 0.5, 0.2)")
+
+
+@pytest.mark.parametrize(
+    ("world", "zeros", "ones"),
+    [(flatland, "0, 0", "0.707, 0.707"), (space, "0, 0, 0", "0.577, 0.577, 0.577")],
+)
+def test_a_receiver_says_where_it_is_and_where_it_looks(world, zeros, ones):
+    name, d = world.__name__.rpartition(".")[2], zeros.count("0")
+    at = world.Receiver.at(jnp.zeros(d), jnp.ones(d), on=3)
+    assert repr(at) == f"Receiver of {name} at ({zeros}) m, normal ({ones}), on shape 3"
+    assert repr(world.Receiver.at(1e9 * jnp.ones(d))).count("1e+09") == d
+    row = world.Receiver.at(jnp.stack([jnp.zeros(d), jnp.ones(d)]))
+    assert repr(row).startswith(f"Receiver of {name}, in a batch of (2,): x 0 to 1 m, y 0 to 1 m")
+    assert repr(world.Receiver.at(jnp.zeros((0, d)))) == f"Receiver of {name}, in a batch of (0,)"
+
+
+@pytest.mark.parametrize(("world", "d"), [(flatland, 2), (space, 3)])
+def test_without_numbers_a_receiver_says_so(world, d):
+    at = world.Receiver.at(jnp.zeros(d))
+    traced = []
+    jax.make_jaxpr(lambda r: traced.append(repr(r)))(at)
+    assert traced[0].endswith(", traced")
+    assert repr(jax.tree.map(lambda a: None, at)).endswith(", its numbers taken out")
+    assert repr(jax.eval_shape(lambda r: r, at)).endswith(", without numbers")
+
+
+def test_derivatives_are_a_table():
+    second = jnp.array([[1.0, -0.5], [-0.5, 12.0]])
+    d = Derivatives(jnp.array(0.25), jnp.array([3.0, -4.0]), second, ("x", "tilt"))
+    assert repr(d).splitlines() == [
+        "Value 0.25 and derivatives by x, tilt",
+        "                  x  tilt",
+        "  first           3    -4",
+        "  second x        1  -0.5",
+        "  second tilt  -0.5    12",
+    ]
+    assert repr(jax.vmap(lambda k: d)(jnp.arange(2))).startswith("Derivatives(")
+    assert repr(jax.tree.map(lambda a: None, d)).startswith("Derivatives(")

@@ -46,6 +46,7 @@ from firstorder.scene._arguments import (
 )
 from firstorder.scene._derivatives import FLATLAND
 from firstorder.scene._questions import check_question
+from firstorder.scene._words import told_receiver
 from firstorder.typing import as_array, as_float
 
 HORIZON = 0.5 * jnp.pi
@@ -79,6 +80,9 @@ class Receiver(eqx.Module):
         check_real("position", self.position)
         _check_coordinates("position", self.position)
         spread_over(self, self.position.shape[:-1], "n", "on")
+
+    def __repr__(self) -> str:
+        return told_receiver(self, "flatland")
 
     @classmethod
     def at(cls, position: Any, normal: Any = (0.0, 1.0), *, on: ArrayLike = -1) -> Receiver:

@@ -21,6 +21,7 @@ from jaxtyping import Array, ArrayLike, Float
 from firstorder._labelled import DataFrame, Dataset, derivatives_frame, derivatives_set
 from firstorder.numerics._compiled import compiled, compiled_after
 from firstorder.numerics._refinement import approximated, counts_of, finer
+from firstorder.scene._words import told_derivatives
 from firstorder.typing import as_float
 
 P = ParamSpec("P")
@@ -58,6 +59,9 @@ class Derivatives(eqx.Module):
     gradient: Float[Array, "*k m"]
     hessian: Float[Array, "*k m m"]
     freedoms: tuple[str, ...] = eqx.field(static=True)
+
+    def __repr__(self) -> str:
+        return told_derivatives(self) or super().__repr__()
 
     def by(self, *names: str) -> Derivatives:
         """The derivatives by some of the freedoms, the others held fixed.
@@ -191,13 +195,18 @@ def _operator(S: Array, d: int) -> Array:
 
 
 def _check_first(
-    f: Callable[..., Array],
+    f: Any,
     *args: Any,
     freedoms: Any = None,
     with_error: bool = False,
     **options: Any,
 ) -> None:
     """The checks of a function that has some, before the numbers are traced."""
+    if not callable(f):
+        raise TypeError(
+            f"Argument `f` must be a function of a receiver, but is a {type(f).__name__}: write "
+            "derivatives(irradiance, scene, at)."
+        )
     for check in getattr(f, "checks", ()):
         check(*args, **options)
 
@@ -248,7 +257,8 @@ def derivatives(
 
     Raises:
         ValueError: if the receiver has no such freedom.
-        TypeError: if the last argument is no receiver, or f does not tell its error.
+        TypeError: if f is no function, the last argument is no receiver, or f does not tell its
+            error.
 
     Example:
         >>> from firstorder import flatland as world

@@ -1,9 +1,9 @@
-"""What a scene says of itself in print: how many shapes of which kind, and where they are."""
+"""What scenes, receivers and derivatives say of themselves in print."""
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import jax
@@ -46,8 +46,45 @@ def told(scene: Any, world: str, bounds: Bounds) -> str:
     low, high = (np.concatenate(side) for side in zip(*map(bounds, scene.groups), strict=True))
     ends = np.isfinite(low).all(-1) & np.isfinite(high).all(-1)
     where = f", {_place(low[ends], high[ends], ' m')}" if ends.any() else ""
-    lines = [f"{head}{where}", *_table(_rows(scene, low, high)), *_lights(scene)]
+    lines = [f"{head}{where}", *_few(_rows(scene, low, high)), *_lights(scene)]
     return "\n  ".join(lines)
+
+
+def told_receiver(at: Any, world: str) -> str:
+    """A line about a receiver: its place and its normal; of many, how many and where they are.
+
+    Args:
+        at: of either world; of a traced one or one without numbers less is said.
+        world: what it is called.
+    """
+    head = f"Receiver of {world}"
+    leaves = jax.tree.leaves(at, is_leaf=lambda leaf: leaf is None)
+    if not all(hasattr(leaf, "shape") and hasattr(leaf, "dtype") for leaf in leaves):
+        return f"{head}, its numbers taken out"
+    if not is_concrete(leaves):
+        return f"{head}, traced"
+    if not all(isinstance(leaf, (np.ndarray, jax.Array)) for leaf in leaves):
+        return f"{head}, without numbers"
+    places, on = np.asarray(at.position), np.asarray(at.on)
+    if places.ndim > 1:
+        rows = places.reshape(-1, places.shape[-1])
+        where = f": {_place(rows, rows, ' m')}" if rows.size else ""
+        return f"{head}, in a batch of {places.shape[:-1]}{where}"
+    line = f"{head} at {_tuple(places)} m, normal {_tuple(np.asarray(at.normal))}"
+    return line if on < 0 else f"{line}, on shape {on}"
+
+
+def told_derivatives(d: Any) -> str | None:
+    """A table of one value's derivatives, None where there are others or no numbers."""
+    leaves = jax.tree.leaves(d, is_leaf=lambda leaf: leaf is None)
+    numbers = all(isinstance(leaf, (np.ndarray, jax.Array)) for leaf in leaves)
+    if not numbers or not is_concrete(leaves) or np.ndim(d.value):
+        return None
+    second = [(f"second {name}", row) for name, row in zip(d.freedoms, d.hessian, strict=True)]
+    rows = [("first", d.gradient), *second]
+    digits = [(name, *(f"{float(v) + 0.0:.4g}" for v in row)) for name, row in rows]
+    head = f"Value {float(d.value):.6g} and derivatives by {', '.join(d.freedoms)}"
+    return "\n  ".join([head, *_table([("", *d.freedoms), *digits], str.rjust)])
 
 
 def batch_of(scene: Any) -> tuple[int, ...]:
@@ -101,16 +138,21 @@ def _brightness(values: np.ndarray) -> str:
     return _between(most)
 
 
-def _table(rows: list[tuple[str, str, str, str]]) -> list[str]:
+def _few(rows: list[tuple[str, str, str, str]]) -> list[str]:
     """Rows under each other; more than a few are counted."""
     shown = rows if len(rows) <= ROWS else rows[: ROWS - 1]
-    widths = [max(len(cell) for cell in column) for column in zip(*shown, strict=True)]
-    lines = [
-        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
-        for row in shown
-    ]
+    lines = _table(shown, str.ljust)
     left = len(rows) - len(shown)
     return lines + ([f"... and {left} more names or kinds"] if left else [])
+
+
+def _table(rows: Sequence[tuple[str, ...]], side: Callable[[str, int], str]) -> list[str]:
+    """Rows of cells in columns, all but the first with their text to that side."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return [
+        "  ".join([row[0].ljust(widths[0]), *map(side, row[1:], widths[1:])]).rstrip()
+        for row in rows
+    ]
 
 
 def _lights(scene: Any) -> list[str]:
@@ -145,3 +187,9 @@ def _between(values: np.ndarray) -> str:
     """The one value, or the smallest and the largest, to three digits."""
     low, high = (f"{float(v) + 0.0:.3g}" for v in (values.min(), values.max()))
     return low if low == high else f"{low} to {high}"
+
+
+def _tuple(values: np.ndarray) -> str:
+    """`(0.5, 0, 1)`, to three digits; what is rounding beside the longest is zero."""
+    small = np.abs(values) < 1e-6 * np.max(np.abs(values))
+    return f"({', '.join(_between(np.atleast_1d(v)) for v in np.where(small, 0.0, values))})"

@@ -24,6 +24,7 @@ from firstorder.numerics._select import either
 from firstorder.numerics._vectors import frame_along
 from firstorder.scene._arguments import numbers, shape_number, spread_over
 from firstorder.scene._derivatives import SPACE
+from firstorder.scene._words import told_receiver
 
 
 class Receiver(eqx.Module):
@@ -55,6 +56,9 @@ class Receiver(eqx.Module):
         """Let one number of a shape stand for many positions."""
         check_real("position", self.position)
         spread_over(self, self.position.shape[:-1], "on")
+
+    def __repr__(self) -> str:
+        return told_receiver(self, "space")
 
     @classmethod
     def at(
