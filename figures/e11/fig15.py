@@ -7,10 +7,10 @@ is what lies between Gaussians of 1 and 4 pixels, and is counted as far as it ag
 the reference (its projection on it): noise is none. Contrast is stretched four times about the
 median of the penumbra in the inset. Ground up to 32 pixels beside the inset traces rays, too.
 
-The paper tells neither limit. So what is said of the high one is asked of 2, 4, 8 and 16 cycles, of
-20 seeds each and 100 of the low one, and is judged by the limit at which it does worst. Errors are
-measured at all of them: they grow with the limit, for at 10 rays a pixel noise outweighs what the
-blur takes.
+The paper tells neither limit. So what is said of the high one is asked of 2, 4, 8 and 16 cycles,
+of 20 seeds each and 100 of the low one, and is judged by the limit at which it does worst. Errors
+are measured at all of them: they grow with the limit, for at 10 rays a pixel noise outweighs what
+the blur takes.
 
 The last panel is 10 rays at the limit that each pixel chooses by itself.
 """
@@ -33,6 +33,8 @@ LOW, HIGH = 0, 2  # of the ladder, as shown
 EDGE = 32  # pixels around the inset that trace rays
 FEW, MANY = 1, 10
 CONTRAST = 4.0
+FINE, COARSE = 1.0, 4.0  # standard deviations between which detail lies, in pixels
+REACH = 16  # pixels at which SciPy ends the wider Gaussian
 LADDER = np.array([1.0, 2.0, 4.0, 8.0, 16.0])  # cycles
 
 
@@ -107,7 +109,8 @@ def _detail_seen(ax, ground, inset, rungs) -> None:
 def _detail(image: np.ndarray) -> np.ndarray:
     """What lies between Gaussians of 1 and 4 pixels; what is no ground counts as lit."""
     whole = np.nan_to_num(image, nan=1.0)
-    return scipy.ndimage.gaussian_filter(whole, 1.0) - scipy.ndimage.gaussian_filter(whole, 4.0)
+    fine, coarse = (scipy.ndimage.gaussian_filter(whole, s) for s in (FINE, COARSE))
+    return fine - coarse
 
 
 def _insets(ground: limits.Ground, part: limits.Ground, rays: int, cycles, seed: int):
@@ -125,7 +128,7 @@ def _insets(ground: limits.Ground, part: limits.Ground, rays: int, cycles, seed:
 
 
 def _claims(ground, inset, chosen, seeds: int) -> list[Statement | Measurement]:
-    part = ground.part(inset, 2)  # so that Gaussians of 1 pixel know what is beside
+    part = ground.part(inset, REACH)  # what is beside the inset, or detail were that of its border
     known = ground.scene.picture(part.true, part.where)
     true = _detail(known)[inset]
     low_runs = [_insets(ground, part, FEW, LADDER[:1], k) for k in range(1, 5 * seeds + 1)]

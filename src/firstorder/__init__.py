@@ -38,8 +38,9 @@ Importing the package sets no JAX flag and loads none of these: each comes when 
 for, `firstorder.space` as well as `from firstorder import space`.
 """
 
-import importlib
 from typing import TYPE_CHECKING
+
+from firstorder._on_demand import on_demand
 
 if TYPE_CHECKING:
     from firstorder import conventions as conventions
@@ -100,14 +101,5 @@ __all__ = [
     "typing",
 ]
 
-
-def __getattr__(name: str):
-    """Import a chapter when it is first asked for, so that the table of contents costs nothing."""
-    if name in __all__:
-        return importlib.import_module(f"firstorder.{name}")
-    raise AttributeError(f"module 'firstorder' has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    """The table of contents too, before any of it is imported."""
-    return sorted({*globals(), *__all__})
+# A chapter is imported when it is first asked for, so that the table of contents costs nothing.
+__getattr__, __dir__ = on_demand(__name__, __all__)

@@ -1,4 +1,4 @@
-"""How things show themselves: by their formulas in notebooks, by their pictures where asked.
+"""How things show themselves: in print, by their formulas in notebooks, by pictures where asked.
 
 Jupyter and marimo ask an object for `_repr_html_` or `_repr_markdown_`, and a user for `plot`. What
 the answer is, is found by `firstorder.symbolic`, which brings SymPy, and by `firstorder.plotting`,
@@ -10,10 +10,57 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import equinox as eqx
+import jax
+import numpy as np
+
+from firstorder._argument_checks import is_concrete
+
 if TYPE_CHECKING:
     from firstorder.plotting._axes import Axes
 else:
     Axes = Any
+
+
+FEW = 12  # numbers of an array that are printed; of more its shape
+
+
+def in_print(self: Any) -> str:
+    """A module with the numbers of its small arrays; a class takes it as its `__repr__`.
+
+    Example:
+        >>> from firstorder.transport import Travel
+        >>> Travel(2.0)
+        Travel(d=2)
+    """
+    return eqx.tree_pformat(jax.tree.map(_with_numbers, self))
+
+
+class _Text:
+    """A leaf that prints as it is written."""
+
+    def __init__(self, text: str):
+        self.text = text
+
+    def __repr__(self) -> str:
+        return self.text
+
+
+def _with_numbers(leaf: Any) -> Any:
+    """What to print of a leaf: the numbers of a small array that can be looked at."""
+    if not isinstance(leaf, (np.ndarray, jax.Array)) or not 0 < leaf.size <= FEW:
+        return leaf
+    number = getattr(leaf.dtype, "kind", None) in (*"iufc",)  # keys of random numbers have no kind
+    if not number or not is_concrete(leaf) or getattr(leaf, "is_deleted", bool)():
+        return leaf
+    return _Text(_written(np.asarray(leaf).tolist()))
+
+
+def _written(number: Any) -> str:
+    """A number to six digits, or a list of them."""
+    if isinstance(number, list):
+        return f"[{', '.join(map(_written, number))}]"
+    return str(number) if isinstance(number, int) else f"{number + 0.0:.6g}"
 
 
 def in_notebook(self: Any) -> str:

@@ -143,3 +143,35 @@ def test_the_jets_of_an_integral_of_few_nodes_are_off_by_less_than_they_say():
         off = np.abs(np.squeeze(found) - true)
         assert off > 1e-6
         assert off < np.squeeze(bound) < 10.0 * off
+
+
+TWICE = {
+    "from the left": lambda f: 2 * f,
+    "from the right": lambda f: f * 2,
+    "by a number of NumPy": lambda f: np.float64(2.0) * f,
+    "by an array of one number": lambda f: f * np.array(2.0),
+    "divided": lambda f: f / 0.5,
+    "a difference": lambda f: f - -f,
+}
+
+
+@pytest.mark.parametrize("way", TWICE)
+def test_a_field_is_scaled_by_a_number(way):
+    field = gaussian((0.1, -0.2), (1.0, 0.5))
+    twice = TWICE[way](field)
+    assert twice(0.3, 0.1).item() == 2.0 * field(0.3, 0.1).item()
+
+
+NO_LIGHT = {
+    "a field times a field": (lambda f: f * f, TypeError, "by a field `laws.Multiply` does it"),
+    "a field times numbers": (lambda f: np.ones(3) * f, ValueError, "must be one number"),
+    "a field and a number": (lambda f: f + 1.0, TypeError, "has a float: .* is a `Constant`"),
+    "a field less a number": (lambda f: f - 1.0, TypeError, "has a float: .* is a `Constant`"),
+}
+
+
+@pytest.mark.parametrize("way", NO_LIGHT)
+def test_what_is_no_light_is_not_added(way):
+    ask, error, words = NO_LIGHT[way]
+    with pytest.raises(error, match=f"{words}|violates type hint"):
+        ask(gaussian((0.1, -0.2), (1.0, 0.5)))

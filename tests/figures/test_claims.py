@@ -83,7 +83,6 @@ def test_what_the_readme_tells_of_a_claim_is_what_was_measured(figure, claim, wo
 # Statements within their error bar: what was scanned does not tell.
 OPEN = {
     ("e11_fig11", "The wider light produces more significant speedups"),
-    ("e11_fig15", "10 rays and a higher limit capture more shadow frequencies"),
 }
 
 

@@ -20,6 +20,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_not_negative, check_shape
+from firstorder._display import in_print
 from firstorder.conventions import FLATLAND, Frame
 from firstorder.errors import Refused
 from firstorder.fields.environment import Environment, Harmonics
@@ -72,6 +73,8 @@ class BandLimit(eqx.Module):
     rows: Float[Array, "q m"]
     limits: Float[Array, " q"]
     frame: Frame = eqx.field(static=True, default=FLATLAND)
+
+    __repr__ = in_print
 
     @classmethod
     def box(cls, half_widths, frame: Frame = FLATLAND) -> BandLimit:

@@ -1,6 +1,6 @@
 """Verification: squares, faults, tolerances, statistics, and one scene by all portraits."""
 
-import importlib
+from firstorder._on_demand import on_demand
 
 _HOME = {
     "squares": ("Case", "Square", "square", "by_rule", "by_conversion", "goes_red"),
@@ -25,10 +25,5 @@ _HOME = {
 }
 __all__ = [name for names in _HOME.values() for name in names]  # pyright: ignore
 
-
-def __getattr__(name: str):
-    """Import a name when it is first asked for: the registry builds the light of every case."""
-    for module, names in _HOME.items():
-        if name in names:
-            return getattr(importlib.import_module(f"firstorder.checks.{module}"), name)
-    raise AttributeError(f"module 'firstorder.checks' has no attribute {name!r}")
+# Names are imported when they are first asked for: the registry builds the light of every case.
+__getattr__, __dir__ = on_demand(__name__, (*_HOME, "agreements", "cases"), _HOME)

@@ -13,7 +13,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from firstorder._display import in_notebook
+from firstorder._display import in_notebook, in_print
 from firstorder.conventions import Frame
 from firstorder.fields.spectrum import Grid
 from firstorder.numerics._batching import batched
@@ -37,6 +37,7 @@ class Covariance(eqx.Module):
     matrix: Matrix
     frame: Frame = eqx.field(static=True, default=Frame())
 
+    __repr__ = in_print
     _repr_markdown_ = in_notebook
 
 

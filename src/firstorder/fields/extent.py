@@ -6,6 +6,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from firstorder._display import in_print
 from firstorder.typing import Scalar, as_float
 
 FAR = 8.5  # standard deviations beyond which a bell is below 1e-15 of its height
@@ -34,6 +35,8 @@ class Extent(eqx.Module):
     center: Float[Array, "p n"] = eqx.field(converter=as_float)
     spread: Float[Array, "p n n"] = eqx.field(converter=as_float)
     sides: Float[Array, "p k n"] = eqx.field(converter=as_float)
+
+    __repr__ = in_print
 
     @classmethod
     def bell(cls, center: Float[Array, " n"], spread: Float[Array, "n n"]) -> Extent:

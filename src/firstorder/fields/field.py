@@ -11,7 +11,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_one
-from firstorder._display import Axes, as_picture, drawn
+from firstorder._display import Axes, as_picture, drawn, in_print
 from firstorder.conventions import UNSTATED, Frame
 from firstorder.errors import Refused
 from firstorder.fields._held import Held
@@ -46,6 +46,7 @@ class Field(Held):
 
     frame: eqx.AbstractVar[Frame]
 
+    __repr__ = in_print
     _repr_html_ = as_picture
 
     def __init_subclass__(cls, **named):
@@ -169,9 +170,30 @@ class Field(Held):
         """Superposition of light."""
         return Sum((self, other), jnp.ones(2))
 
-    def __rmul__(self, weight) -> "Sum":
+    def __sub__(self, other: "Field") -> "Sum":
+        """Light less other light."""
+        return self + -1.0 * other
+
+    def __mul__(self, weight) -> "Sum":
         """The field scaled by a constant."""
-        return Sum((self,), jnp.stack([as_float(weight)]))
+        if isinstance(weight, Field):
+            raise TypeError(
+                "A field is multiplied by a number: by a field `laws.Multiply` does it."
+            )
+        weight = as_float(weight)
+        check_one("weight", weight)
+        return Sum((self,), jnp.stack([weight]))
+
+    __rmul__ = __mul__
+    __array_ufunc__ = None  # a number of NumPy asks the field, too
+
+    def __truediv__(self, weight) -> "Sum":
+        """The field divided by a constant."""
+        return self * (1.0 / as_float(weight))
+
+    def __neg__(self) -> "Sum":
+        """The field with its sign turned."""
+        return self * -1.0
 
 
 @compiled
@@ -399,7 +421,13 @@ class Sum(Field):
         return self.fields[0].frame
 
     def __check_init__(self):
-        """Refuse a sum over different coordinates."""
+        """Refuse what is no field, and a sum over different coordinates."""
+        for f in self.fields:
+            if not isinstance(f, Field):
+                raise TypeError(
+                    f"Argument `fields` must be fields, but has a {type(f).__name__}: light that "
+                    "is the same everywhere is a `Constant`."
+                )
         stated = [f.frame for f in self.fields if not f.frame.implied]
         if stated:
             fields = [

@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder._display import in_notebook
+from firstorder._display import in_notebook, in_print
 from firstorder._labelled import DataFrame, Dataset, derivatives_frame, derivatives_set
 from firstorder.conventions import Frame
 from firstorder.typing import as_float
@@ -33,6 +33,7 @@ class Jet(eqx.Module):
     hessian: Float[Array, "*b n n"]
     frame: Frame = eqx.field(static=True, default=Frame())
 
+    __repr__ = in_print
     _repr_markdown_ = in_notebook
 
     def __add__(self, other: Jet) -> Jet:

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Array, Complex, Float
 
 from firstorder._argument_checks import check_positive, check_shape
-from firstorder._display import Axes, drawn, in_notebook_with_picture
+from firstorder._display import Axes, drawn, in_notebook_with_picture, in_print
 from firstorder.conventions import Frame, fourier_kernel
 from firstorder.errors import Refused
 from firstorder.fields._held import Held
@@ -38,6 +38,7 @@ class Spectrum(Held):
 
     frame: eqx.AbstractVar[Frame]
 
+    __repr__ = in_print
     _repr_markdown_ = in_notebook_with_picture
 
     @abc.abstractmethod

@@ -10,6 +10,7 @@ Parts:
 - `flatland.bounces`: radiosity, path tracing, photon maps.
 """
 
+from firstorder._on_demand import on_demand
 from firstorder.flatland._radiometry import (
     diffuse_brdf,
     incident_flux,
@@ -98,3 +99,7 @@ __all__ = [
     "fresnel_reflectance",
     "rainbow_incidence",
 ]
+
+# Parts that are costly to import, or that few ask for.
+_PARTS = ("bounces", "discontinuities", "library")
+__getattr__, __dir__ = on_demand(__name__, _PARTS)

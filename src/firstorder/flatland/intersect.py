@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
+from firstorder._display import in_print
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.shapes.kinds import Curves
 from firstorder.numerics._batching import in_batches
@@ -28,6 +29,8 @@ class Hits(eqx.Module):
     t: Float[Array, "*r"]
     index: Int[Array, "*r"]
     s: Float[Array, "*r"]
+
+    __repr__ = in_print
 
 
 @compiled

@@ -8,6 +8,7 @@ import equinox as eqx
 from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_finite, check_not_negative
+from firstorder._display import in_print
 from firstorder.flatland.shapes._base import column, rows
 
 
@@ -31,6 +32,8 @@ class PointLights(eqx.Module):
 
     position: Float[Array, "p 2"] = eqx.field(converter=lambda p: rows(p))
     intensity: Float[Array, "p *bands"] = eqx.field(converter=lambda i: column(i))
+
+    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse light that is no light."""

@@ -10,6 +10,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
+from firstorder._display import in_print
 from firstorder.flatland.shapes.kinds import Shape
 from firstorder.numerics._planar import dot_2d, left
 from firstorder.scene._arguments import check_kind
@@ -39,6 +40,8 @@ class Material(eqx.Module):
     specular: Float[Array, " n"]
     exponent: Float[Array, " n"]
     ior: Float[Array, " n"]
+
+    __repr__ = in_print
 
 
 @dataclasses.dataclass(frozen=True)

@@ -28,6 +28,7 @@ from firstorder._argument_checks import (
     nan_unless,
     warn_of_degrees,
 )
+from firstorder._display import in_print
 from firstorder.conventions import direction
 from firstorder.flatland import _depth_order
 from firstorder.flatland.intersect import first_shape
@@ -197,6 +198,8 @@ class View(eqx.Module):
 
     angles: Float[Array, " m_1"]
     seen: Int[Array, " m"]
+
+    __repr__ = in_print
 
 
 def receiver(scene: Scene, index: ArrayLike, s: ArrayLike) -> Receiver:

@@ -16,6 +16,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_finite, check_positive, is_concrete
+from firstorder._display import in_print
 from firstorder.imaging._reflection import ReflectedRadiance, SurfacePoint
 from firstorder.typing import Scalar, as_float
 
@@ -70,6 +71,8 @@ class Pinhole(eqx.Module):
     eye: Direction = eqx.field(converter=as_float)
     axes: Float[Array, "3 3"] = eqx.field(converter=as_float)
     gamma: Scalar = eqx.field(converter=as_float)
+
+    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse a camera that sees nothing."""

@@ -15,7 +15,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from firstorder._display import in_notebook
+from firstorder._display import in_notebook, in_print
 from firstorder.conventions import Frame
 from firstorder.errors import Refused
 from firstorder.fields._series import Series, sampled_series
@@ -36,6 +36,7 @@ class Law(eqx.Module):
     `law(portrait)` is the transformed portrait. A jet at one ray needs the ray: use `push`.
     """
 
+    __repr__ = in_print
     _repr_markdown_ = in_notebook
 
     def frame(self, frame: Frame) -> Frame:

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_positive
+from firstorder._display import in_print
 from firstorder.conventions import Frame
 from firstorder.fields.field import Edge, Field
 from firstorder.fields.jet import Jet
@@ -22,6 +23,8 @@ from firstorder.typing import Ray, Scalar, as_float
 
 class Map(eqx.Module):
     """A smooth map T of ray space with its first two derivatives."""
+
+    __repr__ = in_print
 
     @abc.abstractmethod
     def __call__(self, u: Ray) -> Ray:

@@ -14,6 +14,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
 from firstorder._argument_checks import check_not_negative
+from firstorder._display import in_print
 from firstorder.typing import as_float
 
 
@@ -37,6 +38,8 @@ class Estimate(eqx.Module):
     mean: Float[Array, "*n"] = eqx.field(converter=as_float)
     error: Float[Array, "*n"] = eqx.field(converter=as_float)
     count: Float[Array, "*n"] | Float[Array, ""] = eqx.field(converter=lambda c: as_float(c))
+
+    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse a negative count."""

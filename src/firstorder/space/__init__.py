@@ -13,6 +13,7 @@ Parts:
 - `space.bounces`: radiosity, radiance maps, path tracing, photon maps.
 """
 
+from firstorder._on_demand import on_demand
 from firstorder.scene._derivatives import Derivatives, derivatives
 from firstorder.scene._geometry_term import geometry_jet, geometry_term
 from firstorder.space.direct_lighting import (
@@ -98,3 +99,7 @@ __all__ = [
     "vector_irradiance",
     "boundary_gradient",
 ]
+
+# Parts that are costly to import, or that few ask for.
+_PARTS = ("azimuthal", "bounces", "discontinuities", "estimators", "library")
+__getattr__, __dir__ = on_demand(__name__, _PARTS)

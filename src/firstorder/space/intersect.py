@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
+from firstorder._display import in_print
 from firstorder.numerics._compiled import compiled
 from firstorder.scene import _intersect as intersect
 from firstorder.scene._arguments import rays_of
@@ -24,6 +25,8 @@ class Hits(eqx.Module):
 
     t: Float[Array, "*r"]
     index: Int[Array, "*r"]
+
+    __repr__ = in_print
 
 
 @compiled

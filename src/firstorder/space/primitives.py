@@ -9,6 +9,7 @@ import equinox as eqx
 import jax
 from jaxtyping import Array, ArrayLike, Float
 
+from firstorder._display import in_print
 from firstorder.numerics._vectors import dot
 from firstorder.scene._arguments import check_kind
 from firstorder.scene._primitives import checked, each, sides
@@ -34,6 +35,8 @@ class Material(eqx.Module):
     albedo: Float[Array, "n 2 ..."]
     specular: Float[Array, " n"]
     exponent: Float[Array, " n"]
+
+    __repr__ = in_print
 
 
 @dataclasses.dataclass(frozen=True)

@@ -9,7 +9,7 @@ from typing import Any
 
 import equinox as eqx
 
-from firstorder._display import in_notebook
+from firstorder._display import in_notebook, in_print
 from firstorder.conventions import Frame
 from firstorder.errors import Refused
 from firstorder.fields.covariance import Covariance
@@ -25,6 +25,7 @@ from firstorder.typing import Ray
 class Event(eqx.Module):
     """A physical step. `event(portrait)` is the light after it, drawn the same way."""
 
+    __repr__ = in_print
     _repr_markdown_ = in_notebook
 
     @abc.abstractmethod
@@ -71,6 +72,7 @@ class Chain(eqx.Module):
 
     events: tuple[Event, ...]
 
+    __repr__ = in_print
     _repr_markdown_ = in_notebook
 
     def __call__(self, portrait: Portrait) -> Portrait:
@@ -167,7 +169,16 @@ class Path(eqx.Module):
     source: Field
     chain: Chain = Chain(())
 
+    __repr__ = in_print
     _repr_markdown_ = in_notebook
+
+    def __check_init__(self):
+        """Refuse what is no light field, as an event in its place or a list of steps."""
+        if not isinstance(self.source, Field):
+            raise TypeError(
+                f"Argument `source` must be a field, but is a {type(self.source).__name__}: write "
+                "Path(source) >> event >> event."
+            )
 
     def __rshift__(self, other: Event | Chain) -> Path:
         """The path with one more event, or a whole chain of them."""

@@ -27,6 +27,7 @@ from firstorder._argument_checks import (
     check_invertible,
     is_concrete,
 )
+from firstorder._display import in_print
 from firstorder.numerics._host import hosted
 from firstorder.numerics._select import either, grazing
 from firstorder.numerics._vectors import cross, dot, inverse_3x3, matvec, unit
@@ -51,6 +52,8 @@ class Shape(eqx.Module):
 
     center: Float[Array, "*n 3"]
     axes: Float[Array, "*n 3 3"]
+
+    __repr__ = in_print
 
     def __init__(self, center, axes):
         """Many shapes, or one, whose leading axis may be left out."""

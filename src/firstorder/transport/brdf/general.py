@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_finite, check_positive, nan_unless
+from firstorder._display import in_print
 from firstorder.fields.kernel import Profile
 from firstorder.transport.brdf._splines import cubic_b_spline
 from firstorder.transport.brdf.lobes import Lobe
@@ -30,6 +31,8 @@ class Brdf(eqx.Module):
     Angles are counter-clockwise from the normal, w to where the light comes from, o to where it
     goes. The cosine is not part of it.
     """
+
+    __repr__ = in_print
 
     @abc.abstractmethod
     def derivatives(self, w: Scalar, o: Scalar) -> Three:

@@ -20,6 +20,7 @@ from firstorder._argument_checks import (
     is_concrete,
     nan_unless,
 )
+from firstorder._display import in_print
 from firstorder.conventions import UNSTATED, Frame, fourier_kernel, frame_with
 from firstorder.fields.kernel import GaussianProfile, Kernel, Profile
 from firstorder.transport.brdf._splines import cubic_b_spline
@@ -76,6 +77,8 @@ class Lobe(eqx.Module):
     kernel: Kernel
     argument: LobeArgument = eqx.field(static=True, default=MIRROR)
     cosine: bool = eqx.field(static=True, default=False)
+
+    __repr__ = in_print
 
 
 class CosinePowerProfile(Profile):
