@@ -10,8 +10,9 @@ edges alias, as the paper says of its own.
 
 Moments are compared past soft balls, jittered anew in every lay-out: behind a sharp rim the second
 moment of a spectrum has no value (`d05.shared.space`). What the receiver keeps of the blockers'
-lobe is read off the predicted spectrum, for four periods; it meets the lobe at half the frequency,
-as it lies twice as far from the light as the balls.
+lobe is read off the predicted spectrum, for four periods, without the light that balls let through
+evenly; it meets the lobe at half the frequency, as it lies twice as far from the light as the
+balls.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ def draw(quick: bool) -> Drawing:
     places, nodes = np.linspace(-1.6, 1.6, 24 if quick else 72), 40 if quick else 112
     light = receiver.irradiance(balls, places, nodes)
     measured = receiver.spectrum_of(light, places, 0.5, f)
-    predicted = receiver.predicted_irradiance(balls, f, 0.5, 40 if quick else 56, 24)
+    predicted = receiver.predicted_irradiance(balls.series(24), f, 0.5, 40 if quick else 56)
 
     figure, axes = plotting.panels(2, 5, 2.4, 2.3)
     receiver.draw_steps(axes[:, :4], steps)
@@ -98,7 +99,7 @@ def _on_the_receiver(quick: bool) -> Statement:
         balls = space.Balls.jittered(PERIOD, seed)
         light = receiver.irradiance(balls, places, 40 if quick else 80)
         measured = receiver.spectrum_of(light, places, 0.5, f)
-        predicted = receiver.predicted_irradiance(balls, f, 0.5, 40, 20)
+        predicted = receiver.predicted_irradiance(balls.series(20), f, 0.5, 40)
         apart.append(np.linalg.norm(measured - predicted) / np.linalg.norm(measured))
     mean, error = receiver.over(apart)
     return Statement(
@@ -150,8 +151,10 @@ def _lobe(period: float, seed: int) -> float:
     met = 0.5 / period
     f = np.linspace(-1.25 * met, 1.25 * met, 41)
     harmonics = int(1.5 * space.BOX / period)
-    balls = space.Balls.jittered(period, seed)
-    F = receiver.predicted_irradiance(balls, f, 0.5, 40, harmonics)
+    s, V = space.Balls.jittered(period, seed).series(harmonics)
+    mean = np.abs(receiver.predicted_irradiance((s, V), np.zeros(1), 0.5, 40)[0, 0])
+    V[harmonics, harmonics] = 0.0  # light that passes evenly: its own lobe reaches that far
+    F = receiver.predicted_irradiance((s, V), f, 0.5, 40)
     r = np.hypot(*np.meshgrid(f, f, indexing="ij"))
     about = (r > 0.75 * met) & (r < 1.25 * met)
-    return float(np.sqrt(np.mean(np.abs(F[about]) ** 2)) / np.abs(F[20, 20]))
+    return float(np.sqrt(np.mean(np.abs(F[about]) ** 2)) / mean)

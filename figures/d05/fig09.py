@@ -44,7 +44,7 @@ def draw(quick: bool) -> Drawing:
         light = receiver.irradiance(balls, places, nodes)
         measured = receiver.spectrum_of(light, places, WIDTH, f)
         harmonics = 16 if quick else 30
-        predicted = receiver.predicted_irradiance(balls, f, WIDTH, 40, harmonics)
+        predicted = receiver.predicted_irradiance(balls.series(harmonics), f, WIDTH, 40)
         power, Ox, Ov = _slice(balls, 128 if quick else 384)
         picture.show(column[0], _view(places, light, quick), balls, title)
         _panels(column[1:], places, light, power, Ox, Ov, f, measured, predicted)
@@ -157,8 +157,8 @@ def _increase(none: float, f, quick: bool) -> list[Statement | Measurement]:
 
 def _share(period: float, seed: int, f) -> float:
     """Predicted share of the receiver's energy at high frequencies."""
-    balls = space.Balls.jittered(period, seed)
-    return _high(receiver.predicted_irradiance(balls, f, WIDTH, 40, 30), f)
+    series = space.Balls.jittered(period, seed).series(30)
+    return _high(receiver.predicted_irradiance(series, f, WIDTH, 40), f)
 
 
 def _arriving(modes) -> list[Measurement]:

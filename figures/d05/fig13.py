@@ -187,6 +187,7 @@ def _claims(frames, named, rotation, apart, n: int) -> list[Statement | Measurem
 
 
 TRIED = np.random.default_rng(0).uniform(size=(1000, 3))
+POLES = 160_000
 
 
 def _no_equator(limit: float) -> float:
@@ -198,8 +199,8 @@ def _no_equator(limit: float) -> float:
     leaves = np.stack([flat * np.cos(around), flat * np.sin(around), out], -1)
     normal = np.broadcast_to([0.0, 0.0, 1.0], light.shape)
     four = np.stack([light, normal, light * (-1.0, 1.0, 1.0), leaves], 1)
-    k = np.arange(4000) + 0.5  # poles, evenly over the half sphere
-    up, phi = k / 4000, np.pi * (1.0 + 5.0**0.5) * k
+    k = np.arange(POLES) + 0.5  # evenly over the half sphere, 0.006 rad apart
+    up, phi = k / POLES, np.pi * (1.0 + 5.0**0.5) * k
     poles = np.stack([np.sqrt(1 - up**2) * np.cos(phi), np.sqrt(1 - up**2) * np.sin(phi), up])
     best = [np.min(np.max(abs(w @ poles), 0)) for w in four]
     return float(np.mean(np.arcsin(best) > limit))

@@ -85,7 +85,7 @@ def draw(quick: bool) -> Drawing:
     }
     curves = {"stratified": {"rays": np.array(compared.COUNTS), "rms": plain.rms}}
     size = f"{side} x {side} pixels, {scene.triangles} triangles, reference of {rays} rays"
-    return Drawing(figure, arrays, _claims(scene, true, one, plain, quick), curves, size, 0)
+    return Drawing(figure, arrays, _claims(scene, true, one, quick), curves, size, 0)
 
 
 def _draw_pictures(axes, quick: bool) -> None:
@@ -110,15 +110,14 @@ def _draw_pictures(axes, quick: bool) -> None:
         show_levels(ax, film.levels(seen), title, CLOSEUPS)
 
 
-def _claims(scene, true, one: compared.Judged, plain, quick) -> list[Statement | Measurement]:
+def _claims(scene, true, one: compared.Judged, quick) -> list[Statement | Measurement]:
     table, seeds = one.found.table, 3 if quick else 20
     held = sum(np.asarray(a).nbytes for a in table) / len(table.near)
     where = scene.every(4)
     some = compared.repeated(scene, true, 1.0, BAND, seeds, where, own=(64, 0))
-    equal = compared.equal_stratified(plain, some, where)
-    mask = (compared.ground_of(scene).ravel() & where).reshape(true.shape)
-    noise = np.sqrt(np.mean((plain.of(64)[mask] - some.true) ** 2))
-    worse, worse_error = spread(noise / some.rms)
+    rms = compared.stratified_rms(scene, some, where)
+    equal = spread(compared.equal_stratified(some, rms))
+    worse, worse_error = spread(rms[:, compared.COUNTS.index(64)] / some.rms)
     dense = (2000 if quick else compared.PAPER_RAYS) / len(table.near)
     paper = compared.repeated(scene, true, dense, BAND, seeds, scene.every(16 if not quick else 4),
                               own=(64, 0))  # fmt: skip

@@ -170,8 +170,7 @@ def _density(n: int, seeds: int) -> np.ndarray:
         row = []
         for seed in range(seeds):
             scene = e11_fig07(seed, thin=count // 2, round=count // 2)
-            rays = np.asarray(e11.visibility(scene, e11.unit_grid(3 * n)))
-            samples = rays.reshape(n, 3, n, 3).mean(axis=(1, 3))
+            samples = e11.smooth_visibility(scene, n)
             row.append(e11.leak(samples, grid, Wedge(*depth_range(scene))))
         rows.append(row)
     return np.array(rows)

@@ -2,15 +2,15 @@
 
 The paper gives two numbers: at one ray a pixel the largest error is below 6 %, and at four it is
 "almost 0 everywhere", which is read as 2 %. Its image is of some 1,000 x 1,000 pixels. So the
-closeup of the grids is 192 x 192 of 1,024 x 1,024 pixels, of which every third both ways is drawn
-and every sixth is judged with 20 seeds, against 4,096 stratified rays, whose own error is .08 %
-RMS, .3 % the largest (of 1,024 it is .23 and .9 %, near that of 4 shared rays); the ground up to
-64 pixels beside it traces rays, too. From 16 rays for a pixel of 256 x 256 on bounds of depths look
-where filters look (`depths_under_filter`). The light band limit is 2 cycles across the lamp at one
-ray for each pixel of 256 x 256, of which these are 16, and grows with the fourth root of the rays;
-the cells of the lamp are 4 x 4 up to 4 rays for each of those, 8 x 8 to 16, 16 x 16 above: what
-`methods` has for all figures. Pixels of the ground among blockers get 64 rays besides; they are
-counted.
+closeup of the grids is 192 x 192 of 1,024 x 1,024 pixels, all of which are judged with 20 seeds (the
+largest error of every sixth both ways is a third lower), against 4,096 stratified rays, whose own
+error is .08 % RMS, .3 % the largest (of 1,024 it is .23 and .9 %, near that of 4 shared rays); the
+ground up to 64 pixels beside it traces rays, too. From 16 rays for a pixel of 256 x 256 on bounds
+of depths look where filters look (`depths_under_filter`). The light band limit is 2 cycles across
+the lamp at one ray for each pixel of 256 x 256, of which these are 16, and grows with the fourth
+root of the rays; the cells of the lamp are 4 x 4 up to 4 rays for each of those, 8 x 8 to 16, 16 x
+16 above: what `methods` has for all figures. Pixels of the ground among blockers get 64 rays
+besides; they are counted.
 
 The plant is shown at 256 x 256. Its "spotting" is what differs between 20 seeds, judged on every
 eighth pixel both ways: the error without what all of them have in common, at the same band limit
@@ -46,7 +46,6 @@ SHOWN = (0.25, 1, 4)
 # Corners of the closeups and their widths, in widths of the image.
 CLOSEUPS = {"grids": ((0.65, 0.2), 0.1875), "plant": ((0.5, 0.28), 0.25)}
 EDGE, QUICK_EDGE = 64, 8  # pixels around that of the grids that trace rays
-DRAWN, JUDGED = 3, 6  # every so manieth pixel
 BUDGETS = {
     "stratified": (1, 4, 16, 64, 256),
     "shared rays": (0.25, 1, 4, 16),
@@ -145,23 +144,24 @@ class Dense(NamedTuple):
 
 
 def _dense(quick: bool) -> Dense:
-    """Every third pixel with one seed, and every sixth with many."""
+    """All pixels of the closeup, for errors of some of them have a lower largest one."""
     side, edge = (4 * e11.QUICK_SIDE, QUICK_EDGE) if quick else (e11.PAPER_SIDE, EDGE)
     (x, y), size = CLOSEUPS["grids"]
     i, j, size = (round(a * side) for a in (x, y, size))
     scene = e11.grids(side, window=(i - edge, j - edge, size + 2 * edge))
-    drawn, judged = (scene.floor & scene.every(n, edge) for n in (DRAWN, JUDGED))
-    values = e11.own_rays(scene, drawn, e11.QUICK_RAYS if quick else 4096, 3)
-    true = scene.picture(values, drawn)
-    part = slice(edge, edge + size, DRAWN)
+    inside = scene.floor & scene.every(1, edge)
+    true = e11.own_rays(scene, inside, e11.QUICK_RAYS if quick else 4096, 3)
+    part = slice(edge, edge + size)
 
-    def found(rays, seed, where) -> np.ndarray:
-        return methods.ours(scene, rays, seed, judged=where, dense=e11.DENSE).visible
+    def found(rays, seed) -> np.ndarray:
+        return methods.ours(scene, rays, seed, judged=inside, dense=e11.DENSE).visible
 
-    images = [scene.picture(found(n, SEED, drawn), drawn)[part, part] for n in SHOWN]
-    at, seeds = true.ravel()[judged], range(1, 4 if quick else 21)
-    runs = [[measures.errors(found(n, k, judged), at) for k in seeds] for n in (1, 4)]
-    return Dense(true[part, part], images, runs)
+    def image(values) -> np.ndarray:
+        return scene.picture(values, inside)[part, part]
+
+    seeds = range(1, 4 if quick else 21)
+    runs = [[measures.errors(found(n, k), true) for k in seeds] for n in (1, 4)]
+    return Dense(image(true), [image(found(n, SEED)) for n in SHOWN], runs)
 
 
 def _spots(scene, true, quick: bool) -> tuple[np.ndarray, np.ndarray]:
@@ -178,9 +178,9 @@ def _spots(scene, true, quick: bool) -> tuple[np.ndarray, np.ndarray]:
 def _speed(scene, true, quick: bool) -> Statement:
     """Whether shared rays win by time, too."""
     image, where, seeds = scene.picture(true), scene.every(4), 3 if quick else 20
-    plain = compared.stratified(scene, image)
     some = compared.repeated(scene, image, 1, methods.BAND, seeds, where, own=(methods.OWN, 0))
-    equal = compared.equal_stratified(plain, some, where)
+    rms = compared.stratified_rms(scene, some, where)
+    equal = measures.spread(compared.equal_stratified(some, rms))
     speed = compared.speedup(scene, equal, 1, methods.BAND, 9)
     return Statement(
         "Time of stratified rays over that of 1 shared ray a pixel, at equal RMS error, grids",

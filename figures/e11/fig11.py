@@ -121,9 +121,8 @@ def _case(scene, rays, counts, seeds) -> Case:
     )
     where = scene.every(4)
     some = compared.repeated(scene, image, 1.0, methods.BAND, seeds, where, own=(methods.OWN, 0))
-    here = where[floor]
-    rms = [measures.errors(a.visible[here], some.true).rms for a in plain]
-    even = np.array([measures.equal_rays(counts, rms, e).rays for e in some.rms])
+    rms = compared.stratified_rms(scene, some, where, counts)
+    even = compared.equal_stratified(some, rms, counts)
     return Case(scene, true, shared, plain, off, plain_off, even)
 
 

@@ -85,15 +85,14 @@ class Flicker(NamedTuple):
     stills: dict[str, np.ndarray]
     steps: dict[str, np.ndarray]
 
-    def by_pair(self, way: str) -> np.ndarray:
-        """Flicker over the mean one of 2,048 stratified rays, by pair of frames and seed."""
-        squares = np.maximum(self.squares[way], 0.0)
-        return np.sqrt(squares / np.mean(self.squares[STRATIFIED]))
-
     def ratio(self, way: str) -> tuple[float, float]:
-        """Flicker over that of 2,048 stratified rays, and its standard error over seeds."""
-        mean, error = spread(np.mean(self.by_pair(way), 0))
+        """Flicker over that of 2,048 stratified rays, and its standard error over seeds.
+
+        Both are roots of means over all pairs of frames: what flickers as much comes out as 1.
+        """
         base, noise = spread(self.squares[STRATIFIED])
+        squares = np.maximum(np.mean(self.squares[way], 0), 0.0)
+        mean, error = spread(np.sqrt(squares / base))
         return mean, float(np.hypot(error, mean * 0.5 * noise / base))
 
     def percent(self, way: str) -> float:

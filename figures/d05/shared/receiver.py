@@ -73,7 +73,7 @@ def step(place: Place, series) -> Step:
     power = place.window.power(place.light)
     predicted = space.predicted(place.pairs, place.window, series if place.behind else None)
     a, b = np.sqrt(power).ravel(), np.sqrt(predicted).ravel()
-    like = float(a @ b / np.sqrt((a @ a) * (b @ b)))
+    like = float(np.corrcoef(a, b)[0, 1])
     both = power, predicted
     rings = [space.radial(p, *f) for p in both]
     measured, guessed = (space.moments(p, *f) for p in both)
@@ -192,14 +192,15 @@ def spectrum_of(values: np.ndarray, positions: np.ndarray, width: float, f: np.n
     return kernel @ values @ kernel.T
 
 
-def predicted_irradiance(balls, f: np.ndarray, width: float, nodes: int, harmonics: int):
+def predicted_irradiance(series, f: np.ndarray, width: float, nodes: int):
     """The same from the plane waves: `sum_s V_s int int G (x-spectrum at slope v) (y-spectrum)`.
 
-    G is no product; it is one of few terms (its singular values fall fast).
+    `series` is that of the balls. G is no product; it is one of few terms (its singular values fall
+    fast).
     """
     t, h = _slopes(nodes)
     u, size, v = np.linalg.svd(projected_area(*np.meshgrid(t, t, indexing="ij")) * h * h)
-    s, V = balls.series(harmonics)
+    s, V = series
     tables = [_at_slopes(f, s, t, width, sign) for sign in (-1.0, 1.0)]
     total = np.zeros((f.size, f.size), complex)
     for k in range(np.count_nonzero(size > 1e-9 * size[0])):

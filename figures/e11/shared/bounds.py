@@ -72,7 +72,7 @@ def compared(
         kinds = {
             ALL: judged,
             JUMPS: judged & _jumps(width).ravel()[part.where],
-            MISSED: judged & (bounds[MORE][1] > bounds[PLAIN][1] + 1e-3),
+            MISSED: judged & _missed(bounds[PLAIN], bounds[MORE]),
         }
         for way, (near, far) in bounds.items():
             found = sheared_shadow(
@@ -105,6 +105,11 @@ def _bounds(part: limits.Ground, rays: float, seed: int):
     for radius, name in enumerate(BLURRED, 1):
         found[name] = scenes.blended_bounds(part.scene, part.where, plain, radius)
     return table, found
+
+
+def _missed(bounds, more) -> np.ndarray:
+    """Whether better bounds reach further than these, by a millimetre, at either end."""
+    return (more[0] < bounds[0] - 1e-3) | (more[1] > bounds[1] + 1e-3)
 
 
 def _widths(part: limits.Ground, bounds, limit: float) -> np.ndarray:

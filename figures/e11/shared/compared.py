@@ -13,7 +13,7 @@ import numpy as np
 
 from figures import timing
 from figures.e11.shared import space
-from figures.e11.shared.measures import EqualRays, Errors, effective, equal_rays, errors, spread
+from figures.e11.shared.measures import EqualRays, Errors, effective, equal_rays, errors
 from figures.verdicts import Measurement
 from firstorder.shadowfield.rendering._filter_shape import filter_shape
 from firstorder.shadowfield.rendering.depth_bounds import blocker_depths
@@ -247,11 +247,25 @@ def repeated(
     return Repeated(np.array(answers), at, np.array(counts))
 
 
-def equal_stratified(plain: Stratified, some: Repeated, where: np.ndarray) -> tuple[float, float]:
-    """Stratified rays of the error of shared ones at the same pixels, and their standard error."""
-    mask = np.isfinite(plain.images[0]) & where.reshape(plain.images[0].shape)
-    rms = [float(np.sqrt(np.mean((i[mask] - some.true) ** 2))) for i in plain.images]
-    return spread([equal_rays(COUNTS, rms, e).rays for e in some.rms])
+def stratified_rms(
+    scene: space.Scene, some: Repeated, where: np.ndarray, counts: tuple[int, ...] = COUNTS
+) -> np.ndarray:
+    """RMS errors of stratified rays at the same pixels, (seeds, counts): new ones for each seed."""
+    judged = scene.floor & where
+    rows = [
+        [space.own_rays(scene, judged, count, [97, seed, count]) - some.true for count in counts]
+        for seed in range(len(some.visible))
+    ]
+    return np.sqrt(np.mean(np.square(rows), -1))
+
+
+def equal_stratified(some: Repeated, rms: np.ndarray, counts: tuple[int, ...] = COUNTS):
+    """Stratified rays of the error of shared ones at the same pixels, by seed.
+
+    Their errors are those of `stratified_rms`: both ways have chance in them.
+    """
+    pairs = zip(rms, some.rms, strict=True)
+    return np.array([equal_rays(counts, row, e).rays for row, e in pairs])
 
 
 def speedup(

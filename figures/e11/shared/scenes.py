@@ -27,6 +27,12 @@ def visibility(scene: Scene, grid: Grid):
     return _visibility(eqx.tree_at(lambda s: s.crossings, scene, none), grid)
 
 
+def smooth_visibility(scene: Scene, n: int) -> np.ndarray:
+    """f(x, y) on n x n samples, means of 3 x 3 rays, or aliases of edges counted as energy."""
+    rays = np.asarray(visibility(scene, unit_grid(3 * n)))
+    return rays.reshape(n, 3, n, 3).mean(axis=(1, 3))
+
+
 @eqx.filter_jit
 def _visibility(scene: Scene, grid: Grid):
     return grid_visibility(scene, grid)
