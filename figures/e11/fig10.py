@@ -2,15 +2,15 @@
 
 The paper gives two numbers: at one ray a pixel the largest error is below 6 %, and at four it is
 "almost 0 everywhere", which is read as 2 %. Its image is of some 1,000 x 1,000 pixels. So the
-closeup of the grids is 192 x 192 of 1,024 x 1,024 pixels, all of which are judged with 20 seeds (the
-largest error of every sixth both ways is a third lower), against 4,096 stratified rays, whose own
-error is .08 % RMS, .3 % the largest (of 1,024 it is .23 and .9 %, near that of 4 shared rays); the
-ground up to 64 pixels beside it traces rays, too. From 16 rays for a pixel of 256 x 256 on bounds
-of depths look where filters look (`depths_under_filter`). The light band limit is 2 cycles across
-the lamp at one ray for each pixel of 256 x 256, of which these are 16, and grows with the fourth
-root of the rays; the cells of the lamp are 4 x 4 up to 4 rays for each of those, 8 x 8 to 16, 16 x
-16 above: what `methods` has for all figures. Pixels of the ground among blockers get 64 rays
-besides; they are counted.
+closeup of the grids is 192 x 192 of 1,024 x 1,024 pixels, all of which are judged with 20 seeds
+(the largest error of every sixth both ways is a third lower), against 4,096 stratified rays, whose
+own error is .08 % RMS, .3 % the largest (of 1,024 it is .23 and .9 %, near that of 4 shared rays);
+the ground up to 64 pixels beside it traces rays, too. From 16 rays for a pixel of 256 x 256 on
+bounds of depths look where filters look (`depths_under_filter`). The light band limit is 2 cycles
+across the lamp at one ray for each pixel of 256 x 256, of which these are 16, and grows with the
+fourth root of the rays; the cells of the lamp are 4 x 4 up to 4 rays for each of those, 8 x 8 to
+16, 16 x 16 above: what `methods` has for all figures. Pixels of the ground among blockers get 64
+rays besides; they are counted.
 
 The plant is shown at 256 x 256. Its "spotting" is what differs between 20 seeds, judged on every
 eighth pixel both ways: the error without what all of them have in common, at the same band limit
