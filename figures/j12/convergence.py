@@ -149,7 +149,7 @@ def _exact(name):
 
 
 def truth(name, x=None, step: float = 2e-3):
-    """E, E' and E'' by differences of fourth order of the exact irradiance, at places (m,)."""
+    """E, E' and E'' by differences of sixth order of the exact irradiance, at places (m,)."""
     x = np.atleast_1d(PLACES[name] if x is None else x)
     asked = x[:, None] + step * np.arange(-3.0, 4.0)
     f = np.asarray(_exact(name)(jnp.asarray(asked.ravel()))).reshape(asked.shape)

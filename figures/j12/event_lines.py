@@ -26,7 +26,7 @@ from matplotlib.ticker import LogLocator, NullLocator
 from figures.j12.shared.box import Size, compare, floor_limits, show_error, show_light
 from figures.j12.shared.caching import Limits, Outcome, Regions, pointwise, scaled
 from figures.j12.shared.shadows import ALIGNED, PLATES, Shadow, above, shadow
-from figures.j12.shared.spread import Spread, geometric
+from figures.j12.shared.spread import Spread, grouped
 from figures.style import Drawing
 from figures.verdicts import OURS, Measurement, Statement, at_least
 from firstorder import plotting
@@ -146,8 +146,7 @@ def _by_records(ax, curve: dict[int, dict[str, Outcome]]) -> None:
 
 def _claims(found) -> list[Statement | Measurement]:
     every, aligned, turned = (
-        [by for name, of in found.items() if name in some for by in of]
-        for some in (found, ALIGNED, PLATES)
+        [of for name, of in found.items() if name in some] for some in (found, ALIGNED, PLATES)
     )
     saved = _less(BLIND, aligned)
     words = "RMS of the Hessian alone over that with lines"
@@ -161,7 +160,7 @@ def _claims(found) -> list[Statement | Measurement]:
             OURS,
             "times",
             saved.error,
-            f"{len(aligned)} pairs of a floor and a number of records",
+            f"{len(aligned)} floors, few and many records",
         ),
         Measurement(f"{words}, where only second derivatives jump", *_told(_less(BLIND, turned))),
         Measurement(
@@ -172,8 +171,8 @@ def _claims(found) -> list[Statement | Measurement]:
 
 
 def _less(method: str, here) -> Spread:
-    """Error of a method over that with lines, geometric mean."""
-    return geometric([by[method].mean / by[KNOWING].mean for by in here])
+    """Error of a method over that with lines: geometric mean over floors, each of all counts."""
+    return grouped([[by[method].mean / by[KNOWING].mean for by in of] for of in here])
 
 
 def _told(ratio: Spread) -> tuple[float, str, float]:

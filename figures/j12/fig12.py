@@ -108,7 +108,6 @@ def _claims(dx, errors) -> list[Statement | Measurement]:
             measured=over.mean,
             rule=at_least(1.0, "'more closely'"),
             source="J12 §6.3",
-            error=over.error,
             scanned=f"{len(SCAN)} records along the floor",
         ),
         Measurement(

@@ -100,9 +100,11 @@ def _claims(empty, blocked) -> list[Statement]:
             at_least(1.0, "'decreases'"),
             source,
             error=found.error,
-            scanned=scanned,
+            scanned=where,
         )
-        for words, found in zip(("box", "box with a block"), constant, strict=True)
+        for words, found, where in zip(
+            ("box", "box with a block"), constant, (exact_box.SCANNED, scanned), strict=True
+        )
     ]
     return [
         Statement(

@@ -165,12 +165,19 @@ def _claims(every, paper: int, unlike) -> list:
         )
     for ratio in ECCENTRIC:
         name = f"gradient ellipses of {ratio:g}"
-        over = factor(every[paper], name, "geometric ellipses")
+        lost = [
+            {
+                "set": here[name] / here["harmonic circles"],
+                "deduced": here["geometric ellipses"] / here["geometric circles"],
+            }
+            for here in every[paper]
+        ]
+        over = factor(lost, "set", "deduced")
         claims.append(
             Statement(
                 "Deducing the eccentricity by minimizing error betters setting it to "
                 f"{ratio:g} along the gradient: error of the latter over that of ellipses by "
-                "the geometric Hessian",
+                "the geometric Hessian, each over that of its own circles",
                 "> 1",
                 over.mean,
                 at_least(1.0, "'principled': smaller error"),

@@ -47,7 +47,7 @@ SCALED = ("minimum", "harmonic", "geometric")
 
 
 def draw(quick: bool) -> Drawing:
-    side, nodes = (3, 41) if quick else (8, 201)
+    side, nodes = (3, 41) if quick else (20, 201)
     figure, axes = plotting.panels(2, 3, 2.6, 2.4, width_ratios=[1, 1, 1.2])
     claims, arrays = [], {}
     x = _places(side)
@@ -57,9 +57,9 @@ def draw(quick: bool) -> Drawing:
         own = {k: _searched(E, x, jet, order=k) for k in (1, 2)}
         wide, free = _ellipses(E, x, jet, own[1]), _sets(E, x, jet)
         radii = _radii(name, x, jet, quick)
+        for m in SCALED:  # before they are cut: lengths of rays are no radii yet
+            radii[m] = radii[m] / np.median(radii[m] / own[1])
         over = {m: np.minimum(R, MOST) / own[1] for m, R in radii.items()}
-        for m in SCALED:
-            over[m] = over[m] / np.median(over[m])
         third = np.asarray(derivative_norm(jnp.asarray(jet.third), 3, "mean"))
         second = np.asarray(radius_for(third, TOLERANCE, order=2, dims=2))
         over["third order"] = np.minimum(second, MOST) / own[2]

@@ -43,7 +43,7 @@ from figures.j12.shared.box import (
 )
 from figures.j12.shared.caching import Outcome, pointwise, scaled, split
 from figures.j12.shared.shadows import PLATES, shadow, with_hessian
-from figures.j12.shared.spread import Spread, geometric, ratio_of_means
+from figures.j12.shared.spread import Spread, grouped, ratio_of_means
 from figures.style import Drawing
 from figures.timing import Ratio, ratio
 from figures.verdicts import OURS, Measurement, Statement, at_least, at_most
@@ -200,8 +200,8 @@ def _rays_drawn(ax, by_rays, found) -> None:
 
 
 def _claims(found) -> list[Statement | Measurement]:
-    exact = [here for of_counts in found.values() for here in of_counts if "exact" in here]
-    every = [here for of_counts in found.values() for here in of_counts]
+    every = list(found.values())
+    exact = [of_counts for of_counts in every if "exact" in of_counts[0]]
     further = "'further improvements': a smaller error"
     coarse = (
         "Its rays resolve edges too coarsely: of 1,024 the Hessian is off by a third in the "
@@ -228,8 +228,10 @@ def _claims(found) -> list[Statement | Measurement]:
 
 
 def _ratios(method: str, others, here) -> Spread:
-    """Least error of others over that of a method, geometric mean over floors and counts."""
-    return geometric([min(h[m].mean for m in others) / h[method].mean for h in here])
+    """Least error of others over that of a method: over floors, each of all counts."""
+    return grouped(
+        [[min(h[m].mean for m in others) / h[method].mean for h in floor] for floor in here]
+    )
 
 
 def _better(what: str, method: str, others, here, rule, source: str, reason="") -> Statement:
@@ -241,7 +243,7 @@ def _better(what: str, method: str, others, here, rule, source: str, reason="") 
         rule=rule,
         source=source,
         error=r.error,
-        scanned=f"{len(here)} pairs of a floor and a number of records",
+        scanned=f"{len(here)} floors, few and many records",
         reason=reason,
     )
 

@@ -32,7 +32,7 @@ from figures.j12.shared.box import (
 )
 from figures.j12.shared.caching import Outcome, pointwise, scaled
 from figures.j12.shared.shadows import PLATES, exact_jet, lit
-from figures.j12.shared.spread import Spread, geometric, ratio_of_means
+from figures.j12.shared.spread import Spread, grouped, ratio_of_means
 from figures.style import Drawing
 from figures.verdicts import Measurement, Statement, at_least
 from firstorder import plotting
@@ -104,10 +104,8 @@ def _third(T: np.ndarray, within):
 
 def _claims(found) -> list[Statement | Measurement]:
     def over(method: str, under: str, names) -> Spread:
-        """Geometric mean over fields and numbers of records; the scatter over orders is within."""
-        return geometric(
-            [np.mean(h[method].errors) / np.mean(h[under].errors) for n in names for h in found[n]]
-        )
+        """Geometric mean over fields, each of all numbers of records; of one field over these."""
+        return grouped([[h[method].mean / h[under].mean for h in found[n]] for n in names])
 
     plates = [n for n in found if n != "lamp"]
     pays = over("third order", "more records", found)

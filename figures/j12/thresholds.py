@@ -36,7 +36,7 @@ from figures.j12.shared.box import (
 )
 from figures.j12.shared.caching import Outcome, pointwise
 from figures.j12.shared.shadows import PLATES, shadow
-from figures.j12.shared.spread import geometric
+from figures.j12.shared.spread import geometric, grouped
 from figures.style import Drawing
 from figures.verdicts import Measurement, Statement, at_least
 from firstorder import plotting
@@ -127,11 +127,11 @@ def _draw(ax, found, plain, limited, words: str) -> None:
 def _claims(floors: dict[str, Floor]) -> list[Statement | Measurement]:
     soft = [f for name, f in floors.items() if name in ("lamp", *PLATES)]
     boxes = [f for name, f in floors.items() if name not in ("lamp", *PLATES)]
-    grouped = {w: [floors[n] for n in floors if n in group] for w, group in GROUPS.items()}
+    groups = {w: [floors[n] for n in floors if n in group] for w, group in GROUPS.items()}
     return [
         *(_lowest(d, boxes) for d in DEFINITIONS[1:]),
         _lowest_of_all(soft),
-        *(_limits_lose(words, grouped[words]) for words in ("box", "plates")),
+        *(_limits_lose(words, groups[words]) for words in ("box", "plates")),
         *(
             Measurement(
                 f"RMS error of the best split sphere with tuned limits over the {m} Hessian's, "
@@ -143,16 +143,16 @@ def _claims(floors: dict[str, Floor]) -> list[Statement | Measurement]:
                 ("box with a block", "radiometric"),
                 *((words, "geometric") for words in GROUPS),
             )
-            for g in (geometric(_over_limited(m, grouped[words])),)
+            for g in (grouped(_over_limited(m, groups[words])),)
         ),
         *_by_floor(floors),
     ]
 
 
 def _lowest(definition: str, floors: list[Floor]) -> Statement:
-    """The total against another definition: over floors, and orders of insertion in each."""
+    """The total against another definition: over floors, each by the mean of its orders."""
     over = [f.found[definition].errors / f.found["total"].errors for f in floors]
-    g = geometric(np.concatenate(over))
+    g = grouped(over)
     return Statement(
         f"Minimising total error gives the lowest RMS error: that of the {definition} error over "
         "the total's, boxes with reflected light, geometric mean",
@@ -184,20 +184,17 @@ def _lowest_of_all(floors: list[Floor]) -> Statement:
     )
 
 
-def _over_limited(method: str, floors: list[Floor]) -> np.ndarray:
-    """Error of the best split sphere with tuned limits over a Hessian's, in all orders."""
-    return np.concatenate(
-        [
-            min((f.limited[m] for m in LENGTHS), key=lambda o: o.mean).errors
-            / f.plain[method].errors
-            for f in floors
-        ]
-    )
+def _over_limited(method: str, floors: list[Floor]) -> list[np.ndarray]:
+    """Error of the best split sphere with tuned limits over a Hessian's: by floor and order."""
+    return [
+        min((f.limited[m] for m in LENGTHS), key=lambda o: o.mean).errors / f.plain[method].errors
+        for f in floors
+    ]
 
 
 def _limits_lose(words: str, floors: list[Floor]) -> Statement:
     over = _over_limited("radiometric", floors)
-    g = geometric(over)
+    g = grouped(over)
     return Statement(
         "The radiometric Hessian does without tuned limits: RMS error of the best split sphere "
         f"with them over its own, {words}, geometric mean",
@@ -206,7 +203,7 @@ def _limits_lose(words: str, floors: list[Floor]) -> Statement:
         rule=at_least(1.0, "'higher quality': a smaller error"),
         source="J12 §8.2",
         error=g.error,
-        scanned=f"{len(floors)} floors, {len(over) // len(floors)} orders of insertion each",
+        scanned=f"{len(floors)} floors, {len(over[0])} orders of insertion each",
         reason="It leaves out the edges of shadows, which are nearly all there is in a penumbra, "
         "and no radius holds its records back there; with reflected light and no block it wins.",
     )

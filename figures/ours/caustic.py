@@ -110,7 +110,7 @@ def draw(quick: bool) -> Drawing:
         runs = _runs(2.0 * shot.s - 1.0, share, bins, made.high - made.low)
         _draw_rays(axes[0, column], made, f"{'ab'[column]}) {name}", lines, edge, t)
         _draw_light(axes[1, column], x, E, folds, narrow, fine, "cd"[column])
-        claims += _claims(name, folds, at_folds, bins, mean, runs)
+        claims += _claims(name, folds, at_folds, bins, mean, runs, RUNS * scale)
         arrays |= {f"{name}_x": x, f"{name}_E": E, f"{name}_folds": folds,
                    f"{name}_counted": counted, f"{name}_narrow": fine,
                    f"{name}_caustic": edge}  # fmt: skip
@@ -148,11 +148,15 @@ def _runs(place, share, bins, wide) -> np.ndarray:
     return np.array(found)
 
 
-def _claims(name, folds, at_folds, bins, mean, runs) -> list[Statement]:
+def _claims(name, folds, at_folds, bins, mean, runs, one: float) -> list[Statement]:
     away = np.abs(0.5 * (bins[1:] + bins[:-1])[:, None] - folds).min(axis=1) > 1.5 * np.diff(bins)
     counted, sigma = np.moveaxis(runs, 1, 0)
-    lit = away & np.all(counted > 0.0, 0)
-    z = np.sqrt(np.mean(((counted - mean) / np.where(lit, sigma, 1.0))[:, lit] ** 2, axis=1))
+    # Of all runs together: a run's own is small where by chance it has few photons. A bin that no
+    # photon meets is judged as if one had.
+    sigma = np.sqrt(np.mean(sigma**2, 0))
+    sigma = np.where(sigma > 0.0, sigma, one)
+    lit = away & ((mean > 0.0) | np.any(counted > 0.0, 0))
+    z = np.sqrt(np.mean(((counted - mean) / sigma)[:, lit] ** 2, axis=1))
     gap = max(np.abs(at_folds - [fold, 0.0]).sum(axis=1).min() for fold in folds)
     return [
         Statement(f"{name}: photons per bin, in standard deviations from the exact irradiance, "

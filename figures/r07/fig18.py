@@ -159,8 +159,9 @@ def _claims(scan, scanned: str) -> list[Statement]:
                       SOURCE, "times", better.error, scanned,
                       "Differences over a few steps see these bumps as well as gradients do."),
         ]  # fmt: skip
-    rows = [row for each in scan.values() for row in each]
-    even = shared.spread([_over(row, "even") for row in rows])
+    # Both images of a lay-out count once.
+    pairs = zip(*scan.values(), strict=True)
+    even = shared.spread([np.sqrt(_over(a, "even") * _over(b, "even")) for a, b in pairs])
     told.append(
         Statement("Rms error of an even tree over that by gradients, 10 % of samples", None,
                   even.mean, at_least(1.0, "smaller error by gradients"), OURS, "times",

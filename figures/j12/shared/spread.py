@@ -60,3 +60,16 @@ def geometric(ratios: Any) -> Spread:
     log = spread(np.log(np.asarray(ratios, float)))
     mean = float(np.exp(log.mean))
     return Spread(round(mean, 12), mean * log.error)
+
+
+def grouped(ratios: Any) -> Spread:
+    """Geometric mean over groups, each of all its ratios, as those of one floor are alike.
+
+    One group alone is spread by its own ratios.
+
+    Example:
+        >>> grouped([[1.0, 4.0], [8.0, 8.0]]).mean
+        4.0
+    """
+    each = [geometric(group).mean for group in ratios]
+    return geometric(each if len(each) > 1 else ratios[0])
