@@ -157,6 +157,22 @@ def test_a_bad_scene_is_one_sentence_and_exit_code_2(capsys, arguments, sentence
     assert capsys.readouterr().err == sentence + "\n"
 
 
+def test_what_cannot_be_written_is_one_sentence(capsys, tmp_path):
+    (tmp_path / "file").touch()
+    for out in (tmp_path / "file" / "b.toml", tmp_path):
+        assert main(["scene", "scene_a", "--toml", str(out)]) == 2
+        (words,) = capsys.readouterr().err.splitlines()
+        assert words.startswith(str(tmp_path))
+
+
+def test_receivers_of_almost_the_same_name_have_files_of_their_own(capsys, tmp_path):
+    names, file = ("wall 1", "wall.1", "wall_1"), tmp_path / "d.svg"
+    walls = (f'<path id="{n}" stroke="white" d="M 0 {y} H 1"/>' for y, n in enumerate(names))
+    file.write_text(f"<svg>{''.join(walls)}</svg>")
+    assert main(["scene", str(file), "--samples", "3", "--out", str(file.with_suffix(".png"))]) == 0
+    assert len(list(tmp_path.glob("*.csv"))) == 3
+
+
 SPACE = """dimensions = 3
 [[shape]]
 kind = "sphere"
@@ -277,6 +293,15 @@ def test_a_file_without_events_is_one_sentence(capsys, tmp_path, text, name, sen
     file.write_text(text)
     assert main(["explain", str(file)]) == 2
     assert sentence in capsys.readouterr().err
+
+
+def test_a_file_without_anything_to_judge_is_not_sound(capsys, tmp_path):
+    (tmp_path / "own.py").write_text(
+        "from firstorder.fields import gaussian\nfrom firstorder.transport import Mirror\n"
+        "seen = gaussian((0.0, 0.0), (1.0, 1.0)) >> Mirror()"
+    )
+    assert main(["check", str(tmp_path / "own.py")]) == 2
+    assert "own.py has no variable that is an event or a chain." in capsys.readouterr().err
 
 
 ROWS = """

@@ -367,9 +367,18 @@ def test_judging_needs_a_reference_and_takes_no_nan():
 
 
 def test_more_than_one_receiver_is_refused():
-    scene = named_scene("scene_a")
-    with pytest.raises(ValueError, match=r"at\.position"):
-        agreements(scene, Receiver(np.zeros((2, 2)), np.zeros(2)), sizes=QUICK)
+    at = Receiver(jnp.zeros((3, 2)), jnp.zeros(3))
+    with pytest.raises(ValueError, match="`at` must be one receiver"):
+        agreements(named_scene("scene_a"), at)
+
+
+def test_bands_and_a_receiver_at_a_point_light_are_one_sentence():
+    at = Receiver((0.5, 0.5), 0.0)
+    lamp = primitive(Segments((0.5, 1.0), (-0.5, 1.0)), emission=[[1.0, 0.5, 0.2], [0.0, 0.0, 0.0]])
+    with pytest.raises(ValueError, match="`scene` must have no bands here, but has 3"):
+        agreements(Scene.of(lamp), at)
+    with pytest.raises(ValueError, match="`at` must lie beside all point lights"):
+        agreements(named_scene("scene_c"), at, sizes=QUICK)
 
 
 def test_edges_and_laws_give_the_same_three_numbers_without_a_judge():

@@ -4,7 +4,15 @@ import pytest
 import sympy
 
 from firstorder.checks import check
-from firstorder.checks.own_events import FaultVerdict, Report, Square
+from firstorder.checks.own_events import (
+    RULES,
+    FaultVerdict,
+    Report,
+    Square,
+    _case_of,
+    _judged,
+    _with_rules,
+)
 from firstorder.conventions import FLATLAND_SLOPE
 from firstorder.symbolic import event, lobe
 from firstorder.transport import Reflection, Travel
@@ -28,6 +36,8 @@ EVENTS = {
         ),
         3,
     ),
+    "step aside": (lambda: event({x: x + 30}), 5),
+    "loupe": (lambda: event({theta: theta - x / f}, parameters={f: 0.01}), 3),
     "motion": (lambda: event({x: x + w * t}, parameters={w: 1.3}), 5),  # over (x, t)
 }
 
@@ -58,6 +68,18 @@ def test_a_report_says_what_was_not_seen():
     report = Report("lens", (square,), (fault,), 1.0)
     assert not report.sound
     assert "not seen: off by 0.1 %, gradient" in str(report)
+
+
+@pytest.mark.parametrize(("focal", "verdict"), [(0.2, "unequal"), (0.01, "refused")])
+def test_a_wrong_rule_is_seen_where_the_grid_is_fine_enough_to_tell(focal, verdict):
+    lens = event({theta: theta - x / f}, parameters={f: focal})
+    wrong = _with_rules(lens, RULES["spectrum"]["off by 0.1 %"])
+    assert _judged(_case_of(wrong), "spectrum").verdict == verdict
+
+
+def test_light_that_an_event_sends_away_is_one_sentence():
+    with pytest.raises(ValueError, match="`event` must leave light whose ends are found"):
+        check(event({x: 1000 * x + 10**9}))
 
 
 def test_an_event_that_takes_no_light_is_refused():

@@ -53,3 +53,11 @@ def test_every_fault_turns_its_square_red(name, fault, portrait):
 def test_every_cell_that_has_a_rule_has_three_faults(name, portrait):
     killers = [f.name for f in all_faults()[name] if portrait in f.portraits]
     assert len(killers) >= 3, killers
+
+
+@pytest.mark.parametrize("name", ["rays", "frequencies"])
+def test_a_square_that_compares_nothing_is_refused(name):
+    case = all_cases()["mirror"]
+    empty = {"rays": case.rays[:0], "frequencies": (case.frequencies[0], case.frequencies[1][:0])}
+    with pytest.raises(ValueError, match=f"`{name}` must not be empty"):
+        dataclasses.replace(case, **{name: empty[name]})

@@ -69,6 +69,24 @@ def test_a_density_and_samples_that_are_no_numbers_are_failures():
     assert sampler_p_value(np.append(x, np.nan), np.ones_like, 0.0, 1.0) == 0.0
 
 
+@pytest.mark.parametrize(
+    ("ask", "sentence"),
+    [
+        (lambda: z_test([], [], []), "`mean` must hold a number, but holds none."),
+        (lambda: z_test(np.nan, 1.0, 0.0, level=0.0), r"`level` must lie in \(0, 1\)"),
+        (lambda: chi_square([], []), "`counts` must hold samples, but holds none."),
+        (lambda: chi_square([50, 50], [100]), "equally many bins, but have 2 and 1."),
+        (
+            lambda: sampler_p_value([0.1] * 15, np.ones_like, 0.0, 1.0),
+            "`samples` must hold at least 16, but holds 15.",
+        ),
+    ],
+)
+def test_what_could_not_fail_is_refused(ask, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        ask()
+
+
 def test_one_run_has_no_spread():
     with pytest.raises(ValueError, match="`runs` must be two at least, but is 1"):
         spread_test(2.0, 1.0, 1)

@@ -105,6 +105,18 @@ def test_u_and_v_of_placed_parts_are_those_of_the_file(tmp_path):
     assert sorted(x[:, :, 0].min(1)) == [0.0, 2.0]
 
 
+def test_a_part_of_gltf_without_a_material_has_its_u_and_v_too(tmp_path):
+    skin = trimesh.visual.TextureVisuals(HALF)
+    part = trimesh.Trimesh(np.append(HALF, np.zeros((3, 1)), 1), [[0, 1, 2]], visual=skin)
+    for name, data in trimesh.exchange.gltf.export_gltf(trimesh.Scene(part)).items():
+        (tmp_path / name).write_bytes(data)
+    tree = json.loads((tmp_path / "model.gltf").read_text())
+    del tree["materials"], tree["meshes"][0]["primitives"][0]["material"]
+    (tmp_path / "model.gltf").write_text(json.dumps(tree))
+    found, uv = read_mesh_uv(tmp_path / "model.gltf")
+    np.testing.assert_allclose(uv, np.asarray(found.corners)[..., :2], atol=1e-6)
+
+
 BROKEN = "a.{}: the file is damaged or is no mesh."
 
 
@@ -221,6 +233,10 @@ MANY = [{"attributes": {"POSITION": 0}}] * 50
         (
             gltf(accessors=[zeros(5 * 10**7)[0] | {"bufferView": 0}]),
             "arrays of 150000000 numbers are not read here: at most 134217728.",
+        ),
+        (
+            gltf(accessors=[zeros(3)[0] | {"componentType": 5122, "normalized": True}]),
+            "an array whose integers are `normalized` is not read here.",
         ),
         (gltf(accessors=zeros(-3)), "the file is damaged or is no mesh."),
         (gltf(accessors=zeros(3.0)), "the file is damaged or is no mesh."),
@@ -366,6 +382,20 @@ def test_hits_are_those_of_all_faces_in_double_precision():
     assert np.all(hits.weights >= 0.0)
     np.testing.assert_array_equal(hits.weights[~some], 0.0)
     assert np.all(np.isinf(hits.t[~some]))
+
+
+@pytest.mark.parametrize("sizes", [1e3, 1e5])
+def test_hits_of_rays_from_afar_are_as_exact(sizes):
+    m = bumpy()
+    ends, d = rays(m, 2000)
+    d = d / np.linalg.norm(d, axis=1, keepdims=True)
+    o = ends - sizes * m.size * d
+    (face, t), tracer = brute(m, o, d), Embree(m)
+    hits = tracer.nearest(o, d)
+    assert np.mean(face >= 0) > 0.2
+    np.testing.assert_array_equal(hits.face, face)
+    np.testing.assert_allclose(hits.t, t, rtol=1e-14)
+    np.testing.assert_array_equal(tracer.occluded(o, ends), t < sizes * m.size)
 
 
 def test_occlusion_is_a_hit_before_the_other_end_and_not_at_the_ends():

@@ -1,3 +1,4 @@
+import dataclasses
 import io
 import subprocess
 import sys
@@ -185,6 +186,9 @@ def test_a_strip_has_one_scale_for_each_row_unless_told_otherwise():
     own = limits(plotting.portrait_strip(both, ["value"], common=False))
     assert same[0] == same[1]
     assert own[0] > 1.8 * own[1]
+    right = both[0].x[:, None] > 0.0
+    holed = dataclasses.replace(both[0], value=np.where(right, both[0].value, np.nan))
+    assert limits(plotting.portrait_strip([holed, both[1]], ["value"]))[0] == np.nanmax(holed.value)
 
 
 def test_a_table_holds_its_words_and_tints_its_verdicts(ax):

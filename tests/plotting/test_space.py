@@ -70,6 +70,14 @@ def test_a_view_fills_each_silhouette_once(world, ax):
     assert len(ax.lines) >= before + 6
 
 
+def test_a_wall_without_end_is_drawn_where_it_is(ax):
+    wall = Scene.of(primitive(plane((2.0, 1.0, 0.0), (3.0, 0.0, 0.0))))
+    draw_view(ax, wall, pinhole((2.0, -4.0, 0.0), (2.0, 0.0, 0.0)))  # seen edge-on
+    across = np.concatenate([line.get_xdata() for line in ax.lines])
+    np.testing.assert_allclose(across[np.isfinite(across)], 0.0, atol=1e-12)
+    assert np.isfinite(across).sum() > 1000
+
+
 def test_a_box_is_one_polygon_of_six_corners(world, ax):
     draw_view(ax, world, CAMERA)
     (cube,) = world.named("box")

@@ -53,6 +53,9 @@ class Case:
             error, or the measured error of an approximation.
         expected: verdict per portrait, where it is not "equal".
 
+    Raises:
+        ValueError: without a ray or a frequency, where every step would be right.
+
     Example:
         >>> from firstorder.checks.registry import all_cases
         >>> from firstorder.checks.squares import Case
@@ -70,6 +73,12 @@ class Case:
     wavelet_grid: Grid | None = None
     bounds: dict[str, float] = dataclasses.field(default_factory=dict)
     expected: dict[str, str] = dataclasses.field(default_factory=dict)
+
+    def __post_init__(self):
+        """Refuse squares that compare nothing."""
+        for name, numbers in (("rays", [self.rays]), ("frequencies", self.frequencies)):
+            if any(np.size(a) == 0 for a in numbers):
+                raise ValueError(f"Argument `{name}` must not be empty, but is.")
 
     def bound(self, portrait: str) -> float:
         """Largest error that counts as equal."""

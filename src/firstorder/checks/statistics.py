@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from scipy.special import chdtrc, ndtr, ndtri, stdtrit
 
-from firstorder._argument_checks import check_between
+from firstorder._argument_checks import check_inside
 
 LEVEL = 1e-4  # chance of a false alarm of one whole test
 EXPECTED = 8.0  # fewest expected samples in a bin of a chi-square test
@@ -63,7 +63,7 @@ def z_threshold(
         >>> round(z_threshold(1, 0.05), 3), round(z_threshold(100, 0.05), 3)
         (1.96, 3.474)
     """
-    check_between("level", level, 0.0, 1.0)
+    check_inside("level", level, 0.0, 1.0)
     each = -np.expm1(np.log1p(-level) / max(comparisons, 1))
     return float(-ndtri(0.5 * each) if freedom is None else -stdtrit(freedom, 0.5 * each))
 
@@ -90,7 +90,7 @@ def z_test(
         freedom: degrees of freedom behind `error`; None for many.
 
     Raises:
-        ValueError: if `level` is no chance.
+        ValueError: if `level` is no chance, or there is no mean.
 
     Example:
         >>> from firstorder.checks.statistics import z_test
@@ -102,6 +102,8 @@ def z_test(
     error = np.broadcast_to(np.asarray(error, float), off.shape)
     z = np.where(off == 0.0, 0.0, off / np.where(error > 0.0, error, np.nan))
     z = np.where(np.isnan(z) | ~np.isfinite(error), np.inf, z)
+    if not z.size:
+        raise ValueError("Argument `mean` must hold a number, but holds none.")
     return ZTest(z, z_threshold(z.size, level, freedom))
 
 
@@ -124,7 +126,8 @@ def chi_square(counts: Any, expected: Any) -> float:
     must be that of the counts. A bin that expects nothing and holds something is impossible: 0.
 
     Raises:
-        ValueError: if the sums differ, or one is not a number.
+        ValueError: if there are not equally many bins, the sums differ, one is not a number, or
+            nothing is counted.
 
     Example:
         >>> from firstorder.checks.statistics import chi_square
@@ -132,6 +135,13 @@ def chi_square(counts: Any, expected: Any) -> float:
         (True, True)
     """
     seen, wanted = np.asarray(counts, float).ravel(), np.asarray(expected, float).ravel()
+    if seen.size != wanted.size:
+        raise ValueError(
+            f"Arguments `counts` and `expected` must have equally many bins, "
+            f"but have {seen.size} and {wanted.size}."
+        )
+    if not (seen.any() or wanted.any()):
+        raise ValueError("Argument `counts` must hold samples, but holds none.")
     if not abs(seen.sum() - wanted.sum()) <= 1e-6 * max(seen.sum(), 1.0):
         raise ValueError(
             f"Arguments `counts` and `expected` must have one sum, "
@@ -185,6 +195,9 @@ def sampler_p_value(
     Returns:
         The probability of a deviation so large by chance; 0 for a density of the wrong integral.
 
+    Raises:
+        ValueError: for so few samples that no test of them can fail.
+
     Example:
         >>> import numpy as np
         >>> from firstorder.checks.statistics import sampler_p_value
@@ -195,6 +208,10 @@ def sampler_p_value(
         True
     """
     x = np.asarray(samples, float).ravel()
+    if x.size < 2 * EXPECTED:  # all bins would be one, which cannot differ
+        raise ValueError(
+            f"Argument `samples` must hold at least {2 * EXPECTED:g}, but holds {x.size}."
+        )
     edges = np.linspace(low, high, bins + 1)
     t, w = np.polynomial.legendre.leggauss(nodes)
     half = 0.5 * (edges[1:] - edges[:-1])[:, None]

@@ -46,4 +46,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return command.run()
     except (ValueError, ModuleNotFoundError, ConnectionError, Refused) as error:
         print(error, file=sys.stderr)
-        return 2
+    except OSError as error:  # a file that cannot be written, mostly
+        words = (error.strerror or "unknown reason").lower()
+        named = error.filename2 or error.filename
+        print(": ".join(map(str, filter(None, (named, words)))) + ".", file=sys.stderr)
+    return 2

@@ -46,8 +46,10 @@ class Check:
         from firstorder.checks import check
         from firstorder.transport import Path
 
-        found = _events(self.source)
-        reports = [check(e, name=n) for n, e in found.items() if not isinstance(e, Path)]
+        found = {n: e for n, e in _events(self.source).items() if not isinstance(e, Path)}
+        if not found:
+            raise ValueError(f"{self.source.name} has no variable that is an event or a chain.")
+        reports = [check(e, name=n) for n, e in found.items()]
         print(*reports, sep="\n\n")
         return int(not all(report.sound for report in reports))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pathlib
 import sys
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
@@ -67,10 +68,9 @@ class Scene:
         if self.toml is not None:
             write_flatland(self.toml, scene)
         curves, tables = self._curves(scene), []
-        for name, curve in curves.items():
+        for word, (name, curve) in zip(_file_words(curves), curves.items(), strict=True):
             _print_curve(name, curve)
             if self.out is not None:
-                word = "".join(c if c.isalnum() or c in "-_" else "_" for c in name)
                 tables.append(f"{self.out.stem}_{word}.csv")
                 write_csv(self.out.with_name(tables[-1]), curve)
         if self.out is not None:
@@ -248,6 +248,17 @@ def _receivers(scene) -> tuple[str, ...]:
         return ("floor",)
     dark = [n for n, L in zip(scene.names, scene.material.emission, strict=True) if not L.any()]
     return tuple(dict.fromkeys(dark or scene.names))
+
+
+def _file_words(names: Iterable[str]) -> list[str]:
+    """What names become in names of files, no two of them alike."""
+    words: list[str] = []
+    for name in names:
+        word = "".join(c if c.isalnum() or c in "-_" else "_" for c in name)
+        while word in words:
+            word += "_"
+        words.append(word)
+    return words
 
 
 def _words(source: str, out: pathlib.Path, tables: list[str]) -> str:

@@ -205,10 +205,24 @@ def _light_tree(data: bytes) -> bytes:
         raise _Refused(f"{zeros} numbers without bytes behind them are more than {MOST_ZEROS}.")
     if sum(sizes) > MOST_NUMBERS:
         raise _Refused(f"arrays of {sum(sizes)} numbers are not read here: at most {MOST_NUMBERS}.")
+    parts = [p for m in tree.get("meshes", []) for p in m["primitives"]]
+    for part in parts:
+        _check_unscaled(part["attributes"], arrays)
     faces = [sum(_faces(p, arrays) for p in m["primitives"]) for m in tree.get("meshes", [])]
     nodes = tree.get("nodes", [])
     _check_count(max(sum(faces), sum(faces[n["mesh"]] for n in nodes if "mesh" in n)))
+    # trimesh keeps (u, v) of what has a material alone.
+    tree["materials"] = [*tree.get("materials", []), {}]
+    for part in parts:
+        part.setdefault("material", len(tree["materials"]) - 1)
     return json.dumps({key: value for key, value in tree.items() if key != "images"}).encode()
+
+
+def _check_unscaled(attributes: Any, arrays: Any) -> None:
+    """Refuses integers that stand for shares of the largest, which trimesh takes for metres."""
+    read = (attributes[key] for key in ("POSITION", "TEXCOORD_0") if key in attributes)
+    if any(arrays[k].get("normalized") for k in read):
+        raise _Refused("an array whose integers are `normalized` is not read here.")
 
 
 def _count(array: Any) -> int:

@@ -51,7 +51,10 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[pathlib.Path]:
     path.parent.mkdir(parents=True, exist_ok=True)
     sweep_parts(path.parent, re.escape(path.stem), path.suffix)
     # The suffix stays last: writers of pictures choose the format by it.
-    handle, name = tempfile.mkstemp(f".part{path.suffix}", f".{path.stem}.", path.parent)
+    try:
+        handle, name = tempfile.mkstemp(f".part{path.suffix}", f".{path.stem}.", path.parent)
+    except OSError as error:
+        raise type(error)(error.errno, error.strerror, str(path)) from None
     os.close(handle)
     part = pathlib.Path(name)
     try:

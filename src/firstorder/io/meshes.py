@@ -32,7 +32,8 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
 
     All parts of the file become one mesh, placed as the file says; vertices at the very same point
     become one, whatever their texture or normals, so that neighbours know each other. Polygons
-    become triangles. Units and axes are those of the file (GLTF: metres, y up).
+    become fans of triangles, which is right of convex ones alone: cut others beforehand. Units and
+    axes are those of the file (GLTF: metres, y up).
 
     Args:
         path: the file; its ending says what it is.
@@ -194,7 +195,7 @@ class Embree:
 
         Nothing counts within 4e-6 of the mesh's size from either end, so that faces on which the
         ends lie do not, unless the ray grazes them; what a ray passes as closely may be told
-        either way.
+        either way. Both grow with the distance of `a` in sizes of the mesh; `occluded` has none.
 
         Args:
             a: shape (r, 3) [m].
@@ -338,11 +339,14 @@ class Embree:
         weights = np.zeros((len(o), 3))
         # Distances on the surface itself are below this, in lengths of d.
         margin = 1e-12 * (self._size + np.linalg.norm(o, axis=1)) / length
+        ahead = self._ahead(o, d / length[:, None]) / length
+        o = o + ahead[:, None] * d
+        low, high = np.maximum(low - ahead, 0.0), high - ahead
         least, most = low + margin, high - margin
-        start = np.full(len(o), low) - 0.5 * _SINGLE * self._size / length * (low > 0.0)
+        start = low - 0.5 * _SINGLE * self._size / length * (low > 0.0)
         left, ask = np.arange(len(o)), []
         for _ in range(_ROUNDS):
-            proposed, at = self._propose(o[left], d[left], start[left], high)
+            proposed, at = self._propose(o[left], d[left], start[left], high[left])
             exact, w = _meets(self._corners[proposed], o[left], d[left])
             some = proposed != NO_FACE
             passed = np.any(proposed[:, None] == skip[left], 1) | (exact <= least[left])
@@ -363,15 +367,20 @@ class Embree:
             if face[k] != NO_FACE:
                 one = _meets(self._corners[face[k : k + 1]], o[k : k + 1], d[k : k + 1], sure=True)
                 t[k], weights[k] = one[0][0], one[1][0]
-        return MeshHits(t, face, weights)
+        return MeshHits(t + ahead, face, weights)
+
+    def _ahead(self, o: np.ndarray, along: np.ndarray) -> np.ndarray:
+        """How far from its origin the mesh may begin for each ray of unit direction [m].
+
+        From afar all faces are as good as in one place, to single precision and by volumes too.
+        """
+        return np.maximum(np.einsum("ij,ij->i", self._middle - o, along) - self._size, 0.0)
 
     def _propose(self, o, d, start, high) -> tuple[np.ndarray, np.ndarray]:
         """Embree's face for each ray and where it meets it, in lengths of d."""
         length = np.linalg.norm(d, axis=1)
         from_ = (o - self._middle + start[:, None] * d) / self._size
-        reach = np.full(len(o), 1e30)
-        if np.isfinite(high):
-            reach = np.maximum(high - start, 0.0) * length / self._size
+        reach = np.minimum(np.maximum(high - start, 0.0) * length / self._size, 1e30)
         answer = self._scene.run(
             np.ascontiguousarray(from_, np.float32),
             np.ascontiguousarray(d / length[:, None], np.float32),

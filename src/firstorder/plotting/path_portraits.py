@@ -175,13 +175,18 @@ def portrait_strip(
     rows = [r for row in rows for r in (("dx", "dtheta") if row == "gradient" else (row,))]
     figure, axes = panels(len(rows), len(steps), width, height)
     for axs, row in zip(axes, rows, strict=True):
-        top = max(np.max(np.abs(_data(s, row))) for s in steps) if common else None
+        top = max(_most(_data(s, row)) for s in steps) if common else None
         for ax, step in zip(axs, steps, strict=True):
             _panel(ax, step, row, top, decades)
     for ax, step in zip(axes[0], steps, strict=True):
         ax.set_title(step.title, loc="left", fontweight="bold")
     share_labels(axes)
     return figure
+
+
+def _most(data: np.ndarray) -> float:
+    """Largest magnitude of what is a number."""
+    return float(np.max(np.abs(data[np.isfinite(data)]), initial=0.0))
 
 
 def _data(step: Portraits, row: str) -> np.ndarray:

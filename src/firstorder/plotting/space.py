@@ -81,8 +81,8 @@ def draw_view(
 ) -> None:
     """Draws a scene as a camera sees it: filled silhouettes, the farthest first.
 
-    What emits is yellow; the brighter, the higher the albedo. A plane z = const is a grid of lines
-    a metre apart, a quarter of a metre near the origin.
+    What emits is yellow; the brighter, the higher the albedo. A plane is a grid of lines a metre
+    apart, a quarter of a metre near its middle, which of z = const is at x = y = 0.
 
     Valid for shapes that do not cover each other in a circle (painter's order by the middles).
 
@@ -99,8 +99,9 @@ def draw_view(
     ax.grid(False)
     planes = _planes(scene)
     centers = np.concatenate([np.asarray(group.center) for group in scene.groups])
+    axes = np.concatenate([np.asarray(group.axes) for group in scene.groups])
     for k in planes:
-        _draw_plane(ax, camera, float(centers[k, 2]), half_width)
+        _draw_plane(ax, camera, centers[k], axes[k], half_width)
     curves = silhouette_curves(scene, camera.eye)
     far = np.linalg.norm(centers - np.asarray(camera.eye), axis=-1)
     for k in np.argsort(-far):
@@ -138,13 +139,13 @@ def _joined(pieces: list[np.ndarray]) -> np.ndarray:
     return out
 
 
-def _draw_plane(ax: Axes, camera: Pinhole, z: float, half_width: float) -> None:
-    t = np.linspace(-8.0, 8.0, 400)
+def _draw_plane(ax: Axes, camera: Pinhole, center, axes, half_width: float) -> None:
+    u, v, normal = axes.T / np.linalg.norm(axes, axis=0)[:, None]
+    if not np.any(normal[:2]):
+        center, u, v = np.array([0.0, 0.0, center[2]]), np.eye(3)[0], np.eye(3)[1]
+    t = np.linspace(-8.0, 8.0, 400)[:, None]
     for a in np.concatenate([np.arange(-8.0, 8.01, 1.0), np.arange(-2.0, 2.01, 0.25)]):
-        for line in (
-            np.stack([t, 0 * t + a, 0 * t + z], -1),
-            np.stack([0 * t + a, t, 0 * t + z], -1),
-        ):
+        for line in (center + t * u + a * v, center + a * u + t * v):
             p = project(camera, line)
             p[np.max(np.abs(p), -1, initial=0.0, where=np.isfinite(p)) > 3.0 * half_width] = np.nan
             ax.plot(*p.T, color=_FLOOR, linewidth=0.4, linestyle="-", zorder=0)

@@ -16,7 +16,7 @@ from firstorder.io.svg import _paths as paths
 from firstorder.io.svg import reader as svg_module
 from firstorder.io.svg._materials import albedo_of
 from firstorder.io.svg._paths import Bezier, Conic, Subpath, shapes
-from firstorder.io.svg._shapes import affine, floats, length
+from firstorder.io.svg._shapes import affine, floats, length, subpaths
 from firstorder.io.svg._xml import tree
 from firstorder.io.svg.reader import _scene_from_svg
 from tests.io.scenes.sentences import refuses_in_one_sentence
@@ -134,6 +134,31 @@ def test_arcs_of_circles_are_arcs_even_when_they_are_turned_and_mirrored():
         found = np.array([f.position for f in frames])
         np.testing.assert_allclose(found, expected * [1, -1], atol=1e-12)
         assert isinstance(scene.groups[0], Arcs)
+
+
+def test_a_drawing_within_a_drawing_is_moved_to_its_place():
+    scene = svg('<svg x="10" y="20"><svg x="1"><circle r="1"/></svg></svg>')
+    np.testing.assert_allclose(group(scene, Circles).center, [[11.0, -20.0]])
+
+
+@pytest.mark.parametrize(
+    ("d", "control"),
+    [
+        ("M0 0Q1 1 2 0S4 1 5 0", [[2, 0], [2, 0], [4, 1], [5, 0]]),
+        ("M0 0Q1 1 2 0t2 0s2 1 3 0", [[4, 0], [4, 0], [6, 1], [7, 0]]),
+        ("M0 0C1 1 2 1 3 0T5 0", [[3, 0], [3, 0], [5, 0]]),
+        ("M0 0C1 1 2 1 3 0S5 1 6 0", [[3, 0], [4, -1], [5, 1], [6, 0]]),
+        ("M0 0Q1 1 2 0T4 0", [[2, 0], [3, -1], [4, 0]]),
+    ],
+)
+def test_only_a_curve_of_the_same_degree_is_gone_on_from_smoothly(d, control):
+    (path,) = subpaths("path", {"d": d})
+    np.testing.assert_array_equal(path.pieces[-1].control, control)
+
+
+def test_exponents_of_numbers_in_paths_may_be_capitals():
+    found = ends(svg('<path stroke="red" d="M1E0 2L3.0E-1-4e+0"/>'))
+    np.testing.assert_allclose(found, [[[1, -2], [0.3, 4]]])
 
 
 def test_a_rounded_rectangle_is_lines_and_arcs_around_its_area():
@@ -311,6 +336,28 @@ def test_colours_classes_and_data_say_what_is_reflected(attributes, albedo):
     rules = ".half, .other { fill: red; stroke: rgb(50%,50%,50%) } /* */ #third{fill:#4d4d4d}"
     scene = svg(f'<style>{rules}</style><circle r="1" {attributes}/>')
     np.testing.assert_allclose(scene.material.albedo, [[albedo, albedo]], atol=2.1e-3)
+
+
+def test_the_current_colour_is_that_of_the_element_or_of_those_around_it():
+    circle = '<circle r="1" fill="currentColor"'
+    scene = svg(f'<g color="#808080">{circle}/>{circle} style="color: white"/></g>{circle}/>')
+    np.testing.assert_allclose(scene.material.albedo[:, 0], [128 / 255, 1, 0], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("rules", "attributes", "albedo"),
+    [
+        (".a {fill: red} .b {fill: white}", 'class="a b"', 1.0),
+        (".a {fill: red} .b {fill: white}", 'class="b a"', 1.0),
+        (".b {fill: white} .a {fill: red} .b {fill: white}", 'class="b a"', 1.0),
+        (".a {fill: white} circle {fill: red}", 'class="a"', 1.0),
+        (".a {fill: white !important}", 'class="a" style="fill: red"', 1.0),
+        (".a {fill: white !important; fill: red}", 'class="a"', 1.0),
+    ],
+)
+def test_of_several_rules_the_same_holds_as_in_css(rules, attributes, albedo):
+    scene = svg(f'<style>{rules}</style><circle r="1" {attributes}/>')
+    np.testing.assert_allclose(scene.material.albedo[0, 0], albedo, atol=1e-12)
 
 
 def test_what_is_not_drawn_is_not_there():

@@ -6,7 +6,6 @@ gradient, spectrum, cache and brute force have it, and judges each way beside on
 
 from __future__ import annotations
 
-from firstorder._argument_checks import check_shape
 from firstorder.checks.agreements._irradiances import irradiance_rows
 from firstorder.checks.agreements._record import Agreements, Found, Row, judged
 from firstorder.checks.agreements._spectra import spectrum_rows
@@ -14,6 +13,7 @@ from firstorder.checks.agreements._wedge import wedge_rows
 from firstorder.checks.agreements.sizes import FULL, QUICK, Sizes
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver
+from firstorder.scene._arguments import check_asked_one
 
 __all__ = ["agreements", "Agreements", "Row", "Found", "judged", "Sizes", "QUICK", "FULL"]
 
@@ -52,7 +52,7 @@ def agreements(
         The table; print it, or read its rows.
 
     Raises:
-        ValueError: if there is not one receiver.
+        ValueError: if there is not one receiver, it lies at a point light, or the scene has bands.
 
     Reference: J12 §3-6; R07 §6; E11 §3; D05 §5.
 
@@ -65,8 +65,7 @@ def agreements(
         >>> table.agrees, table.row("E'", "visible").verdict
         (True, 'agrees')
     """
-    check_shape("at.position", at.position, (2,))
-    check_shape("at.n", at.n, ())
+    check_asked_one(scene, Scene, at, Receiver)
     rows = irradiance_rows(scene, at, sizes, seed, ways)
     notes = ()
     if spectrum:

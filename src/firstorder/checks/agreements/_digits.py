@@ -251,6 +251,8 @@ def _seen(world: _World, x) -> Seen:
     for k, (p, power) in enumerate(world.points):
         w = _minus(p, origin)
         r = mp.hypot(*w)
+        if r == 0:
+            raise ValueError("Argument `at` must lie beside all point lights, but is at one.")
         nearest = min(nearest, r)
         if w[1] > 0 and not _hidden(world, origin, w):
             value += power * w[1] / r**2

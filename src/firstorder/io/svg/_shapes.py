@@ -187,6 +187,8 @@ def _rect(a: Attributes) -> list[Subpath]:
     return [Subpath(tuple(pieces), True)]
 
 
+# Smooth curves behind curves of another degree.
+_ABRUPT = frozenset(("qs", "ts", "ct", "st"))
 _COMMANDS = {"m": 2, "l": 2, "h": 1, "v": 1, "c": 6, "s": 4, "q": 4, "t": 2, "z": 0}
 
 
@@ -208,9 +210,11 @@ def _checked_path(d: str) -> str:
     """The data of a path in which every piece behind a z begins with a move.
 
     svgelements looks for the last move at each z, which takes quadratic time if there is none; and
-    it skips what it does not know, which is refused.
+    it skips what it does not know, which is refused. It goes on smoothly from curves of any degree;
+    by SVG, only cubics go on from cubics and quadratics from quadratics, so that a line of no
+    length comes between the others.
     """
-    parts = re.findall(r"([A-Za-df-z])([^A-Za-df-z]*)", d)
+    parts = re.findall(r"([A-DF-Za-df-z])([^A-DF-Za-df-z]*)", d)
     if not re.match(r"[Mm]", d) or "".join(c + n for c, n in parts) != d:
         raise ValueError(f"`d` must begin with a move, but is {_short(d)!r}.")
     for command, numbers in parts:
@@ -223,7 +227,11 @@ def _checked_path(d: str) -> str:
             ok = False
         if not ok:
             raise ValueError(f"`d` has a wrong part: {_short((command + numbers).strip())!r}.")
-    return "".join(c + n + "m0 0" * (c in "zZ") for c, n in parts)
+    before = ["", *(c.lower() for c, _ in parts)]
+    return "".join(
+        "l0 0" * (b + c.lower() in _ABRUPT) + c + n + "m0 0" * (c in "zZ")
+        for b, (c, n) in zip(before, parts, strict=False)
+    )
 
 
 def _short(words: str) -> str:

@@ -95,14 +95,16 @@ class StyleSheet:
     """
 
     def __init__(self, root: Node, file: str):
-        self._rules: dict[str, dict[str, str]] = {}
+        self._rules: dict[str, dict[tuple[bool, str], tuple[int, str]]] = {}
+        self._read_so_far = 0
         for node in root.walk():
             if node.tag == "style" and not node.foreign:
                 self._read(node, Place(file, node.line, "<style>"))
 
     def _read(self, node: Node, place: Place) -> None:
         for selectors, declarations in _rules(node.text):
-            declared = _declared(declarations)
+            self._read_so_far += 1
+            declared = {k: (self._read_so_far, v) for k, v in _declared(declarations).items()}
             for selector in (" ".join(s.split()) for s in selectors.split(",")):
                 if not _SELECTOR.fullmatch(selector):
                     raise place.error(f"the selector `{selector[:40]}` is not understood here.")
@@ -113,13 +115,24 @@ class StyleSheet:
         return selector in self._rules
 
     def of(self, node: Node) -> dict[str, str]:
-        """Declarations that hold for an element: attributes, then the rules, then its own style."""
-        style = dict(node.attributes)
-        classes = [f".{c}" for c in node.attributes.get("class", "").split()]
-        for selector in ("*", node.tag, *classes, f"#{node.attributes.get('id', '')}"):
-            style.update(self._rules.get(selector, {}))
-        style.update(_declared(node.attributes.get("style", "")))
-        return style
+        """Declarations that hold for an element: attributes, then the rules, then its own style.
+
+        Of the rules, those of tags come before those of classes and ids; of as many classes, the
+        one that stands last in the sheet holds. What is important comes after all that is not.
+        """
+        words = node.attributes
+        classes = [f".{c}" for c in words.get("class", "").split()]
+        levels = (["*"], [node.tag], classes, [f"#{words.get('id', '')}"])
+        held = [
+            ((important, level, late), key, value)
+            for level, selectors in enumerate(levels)
+            for selector in selectors
+            for (important, key), (late, value) in self._rules.get(selector, {}).items()
+        ]
+        for (important, key), value in _declared(words.get("style", "")).items():
+            held.append(((important, len(levels), 0), key, value))
+        held.sort(key=lambda one: one[0])
+        return {**words, **{key: value for _, key, value in held}}
 
 
 # What is no rule. A comment that nobody closes goes to the end, as in CSS.
@@ -141,7 +154,11 @@ def _rules(text: str) -> Iterator[tuple[str, str]]:
             yield before.rpartition("{")[2], declarations
 
 
-def _declared(text: str) -> dict[str, str]:
-    """The declarations `key: value; ...` of a style, of what is read here."""
+def _declared(text: str) -> dict[tuple[bool, str], str]:
+    """The declarations `key: value; ...` of a style, of what is read here, important or not."""
     pairs = (part.split(":", 1) for part in text.split(";") if ":" in part)
-    return {k.strip(): v.replace("!important", "").strip() for k, v in pairs if k.strip() in _READ}
+    return {
+        ("!important" in v, k.strip()): v.replace("!important", "").strip()
+        for k, v in pairs
+        if k.strip() in _READ
+    }

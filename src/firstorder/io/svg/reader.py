@@ -307,13 +307,12 @@ class _Reader:
         if nested and "viewBox" in node.attributes:
             raise ValueError("`viewBox` is read at the root only.")
         if node.tag != "use":
-            return [c for c in node.children if c.tag != "symbol"], context
+            inner = context.mapped(_shift(node)) if nested else context
+            return [c for c in node.children if c.tag != "symbol"], inner
         href = node.attributes.get("href", "")
         if not href.startswith("#") or href[1:] not in self.by_id:
             raise ValueError(f"`href` must name an element of this file, but is {href[:40]!r}.")
-        x, y = (length(k, node.attributes.get(k, "0")) for k in ("x", "y"))
-        shift = np.array([[1.0, 0.0, x], [0.0, 1.0, y]])
-        return [self.by_id[href[1:]]], context.mapped(shift)
+        return [self.by_id[href[1:]]], context.mapped(_shift(node))
 
     def _shape(self, node: Node, context: _Context, place: Place) -> Iterator[_Drawn]:
         """Shapes drawn by one element."""
@@ -334,8 +333,9 @@ class _Reader:
             self.lights.append(LightElement(middle.tolist(), strength, lambda _: place))
             return
         strict = "albedo" not in context.data
-        stroke = albedo_of(context.style.get("stroke", "none"), strict)
-        fill = None if node.tag == "line" else albedo_of(context.style.get("fill", "black"), strict)
+        stroke = albedo_of(_paint(context.style, "stroke", "none"), strict)
+        inside = "none" if node.tag == "line" else _paint(context.style, "fill", "black")
+        fill = albedo_of(inside, strict)
         material = _material(context, fill if stroke is None else stroke)
         if material is None:
             return
@@ -343,6 +343,18 @@ class _Reader:
         for path in paths:
             whole = path.shut() if filled and not path.closed else path
             yield _Drawn(_sided(whole, context.classes), material, context.name, place)
+
+
+def _shift(node: Node) -> np.ndarray:
+    """The matrix (2, 3) that moves by x and y of an element."""
+    x, y = (length(k, node.attributes.get(k, "0")) for k in ("x", "y"))
+    return np.array([[1.0, 0.0, x], [0.0, 1.0, y]])
+
+
+def _paint(style: dict[str, str], key: str, default: str) -> str:
+    """A paint; that of `color`, black without one, where it says so."""
+    paint = style.get(key, default)
+    return style.get("color", "black") if paint.strip().lower() == "currentcolor" else paint
 
 
 def _inner(own: _Own, context: _Context) -> _Context:
