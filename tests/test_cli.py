@@ -345,3 +345,12 @@ def test_a_bad_ledger_is_one_sentence_and_exit_code_2(capsys, tmp_path, text, ar
     assert main(["ledger", str(tmp_path), *arguments]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith(sentence.format(tmp_path.name))
+
+
+@pytest.mark.parametrize("asked", ["scene list", "--help"])
+def test_a_reader_that_stops_is_no_error(asked):
+    program = f"from firstorder.cli import main; raise SystemExit(main({asked.split()!r}))"
+    words = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    with subprocess.Popen([sys.executable, "-c", program], **words) as done:
+        done.stdout.close()
+        assert done.stderr.read() == ""

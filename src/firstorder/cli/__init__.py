@@ -6,6 +6,7 @@ needs when it runs.
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Sequence
 
@@ -28,7 +29,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         firstorder 0.1.0
         0
     """
-    arguments = sys.argv[1:] if arguments is None else list(arguments)
+    try:
+        return _run(sys.argv[1:] if arguments is None else list(arguments))
+    except BrokenPipeError:  # who reads has read enough, as `head` does
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+
+
+def _run(arguments: list[str]) -> int:
+    """`main`, for somebody who reads to the end."""
     if arguments == ["--version"]:
         print(f"firstorder {firstorder.__version__}")
         return 0
@@ -44,6 +53,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     session.start()
     try:
         return command.run()
+    except BrokenPipeError:
+        raise
     except (ValueError, ModuleNotFoundError, ConnectionError, Refused) as error:
         print(error, file=sys.stderr)
     except OSError as error:  # a file that cannot be written, mostly
