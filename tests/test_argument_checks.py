@@ -10,6 +10,7 @@ from firstorder._argument_checks import (
     check_between,
     check_finite,
     check_inside,
+    check_integer,
     check_invertible,
     check_not_negative,
     check_positive,
@@ -50,6 +51,22 @@ def test_a_good_number_passes():
     check_between("d", jnp.array([0.0, 1.0]), 0.0, 1.0)
     check_shape("d", jnp.zeros((2, 3)), (2, 3))
     check_invertible("M", jnp.eye(3))
+
+
+@pytest.mark.parametrize("bad", [2.5, 2.0, "8", None, np.float64(3.0)])
+def test_what_is_no_integer_is_named(bad):
+    with pytest.raises(ValueError, match=r"^Argument `paths` must be an integer, but is "):
+        check_integer("paths", bad)
+
+
+@pytest.mark.parametrize("good", [8, -1, np.int64(8), jnp.array(8)])
+def test_an_integer_passes(good):
+    check_integer("paths", good)
+
+
+def test_a_traced_number_that_is_no_integer_is_named_by_its_kind():
+    with pytest.raises(ValueError, match="`n` must be an integer, but is float"):
+        jax.jit(lambda n: check_integer("n", n))(2.5)
 
 
 @pytest.mark.parametrize("bad", [-0.1, 1.1, np.nan])

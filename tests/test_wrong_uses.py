@@ -554,6 +554,26 @@ def test_positive_and_its_inverse(x):
         free_of(-x)
 
 
+FLOOR = space.rectangle((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+
+
+@pytest.mark.parametrize(
+    "none", [flatland.Segments(np.zeros((0, 2)), np.zeros((0, 2))),
+             space.Rectangles(np.zeros((0, 3)), np.zeros((0, 3, 3)))],
+)  # fmt: skip
+def test_primitives_of_no_shape_are_refused(none):
+    world = flatland if isinstance(none, flatland.Segments) else space
+    with pytest.raises(ValueError, match=r"^Argument `shape` must hold at least one shape"):
+        world.primitive(none)
+
+
+def test_radiosity_in_space_refuses_glossy_surfaces_that_it_would_leave_out():
+    shiny = space.primitive(FLOOR, albedo=0.3, specular=0.5, exponent=9.0)
+    scene = space.Scene.of(space.primitive(PANEL, emission=1.0), shiny)
+    with pytest.raises(ValueError, match="must be diffuse, but holds a surface with `specular`"):
+        space_bounces.solve_radiosity(scene, cells=2)
+
+
 # --- float32 kept by accident --------------------------------------------------------------------
 
 LATE = """
@@ -602,6 +622,66 @@ def said(program, **flags):
     done = subprocess.run(command, capture_output=True, text=True, env=environment)
     assert done.returncode == 0, done.stderr
     return done.stdout.strip()
+
+
+# In a fresh process, as users call: here wrong types are refused before the library sees them.
+COUNTS = """
+import jax
+import numpy as np
+from firstorder import flatland, io, models, sampling, space
+from firstorder.caching import derivative_norm
+from firstorder.flatland import bounces as b2
+from firstorder.imaging import pixel_grid
+from firstorder.numerics import gauss_legendre
+from firstorder.space import bounces as b3
+from firstorder.space.azimuthal import visibility_by_azimuth
+flat = flatland.Scene.of(
+    flatland.primitive(flatland.Segments((1.0, 1.0), (-1.0, 1.0)), emission=1.0))
+panel = space.rectangle((0.0, 0.0, 1.0), (0.0, 0.5, 0.0), (0.5, 0.0, 0.0))
+deep = space.Scene.of(space.primitive(panel, emission=1.0))
+here, there = flatland.Receiver.at((0.0, 0.0)), space.Receiver.at((0.0, 0.0, 0.0))
+key = jax.random.key(0)
+for name, ask in (
+    ("paths", lambda n: b3.path_irradiance(deep, there, key=key, paths=n)),
+    ("lanes", lambda n: b3.path_irradiance(deep, there, key=key, paths=4, lanes=n)),
+    ("bounces", lambda n: b2.path_irradiance(flat, here, key=key, paths=4, bounces=n)),
+    ("branches", lambda n: b2.tree_irradiance(flat, here, key=key, branches=(n,), runs=2)),
+    ("count", lambda n: b3.trace_photons(deep, key, n, 2)),
+    ("count", lambda n: b2.trace_photons(flat, key, n, 2)),
+    ("bounces", lambda n: b3.trace_photons(deep, key, 4, n)),
+    ("cells", lambda n: b3.solve_radiosity(deep, cells=n)),
+    ("bounces", lambda n: b3.solve_radiosity(deep, cells=2, bounces=n)),
+    ("rays", lambda n: b3.solve_radiosity(deep, cells=2, bounces=2, rays=n)),
+    ("shadow", lambda n: b3.solve_radiosity(deep, cells=2, shadow=n)),
+    ("nodes", lambda n: b2.Discretization(nodes=n)),
+    ("k", lambda n: b2.DensityEstimator(k=n)),
+    ("mirrors", lambda n: flatland.mirror_irradiance(flat, here, mirrors=(n,))),
+    ("nodes", lambda n: visibility_by_azimuth(deep, there, nodes=n)),
+    ("most", lambda n: visibility_by_azimuth(deep, there, most=n)),
+    ("nodes", gauss_legendre),
+    ("count", sampling.midpoints),
+    ("columns", lambda n: pixel_grid(n, 2)),
+    ("p", lambda n: models.torus_knot(n, 3)),
+    ("directions", lambda n: derivative_norm(np.ones((2, 2, 2)), 3, "mean", n)),
+    ("harmonics", lambda n: flatland.closed_curve(np.eye(9, 2), n)),
+):
+    try:
+        print(name, "gives", ask(2.5))
+    except ValueError as error:
+        print(str(error).startswith(f"Argument `{name}` must be "), "integer, but is" in str(error))
+for write, scene in (
+    (io.space_to_toml, flat), (io.space_to_mitsuba, flat), (io.flatland_to_toml, deep),
+    (io.describe_space, flat),
+):
+    try:
+        print(write(scene))
+    except TypeError as error:
+        print(str(error).startswith("Argument `s"), ", but is a Scene" in str(error))
+"""
+
+
+def test_counts_that_are_no_integers_and_scenes_of_the_other_world_are_named():
+    assert set(said(COUNTS).splitlines()) == {"True True"}
 
 
 @pytest.mark.parametrize(("first", "words"), [("early = jnp.ones(3)", [LATE_WORDS]), ("", [])])

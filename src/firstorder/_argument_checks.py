@@ -131,6 +131,15 @@ def check_count(name: str, x: Any) -> None:
         raise ValueError(f"Argument `{name}` must be a positive integer, but is {x!r}.")
 
 
+def check_integer(name: str, x: Any) -> None:
+    """Refuse a number that is no integer; how small it may be is asked apart."""
+    try:
+        operator.index(x)
+    except TypeError:
+        shown = x.dtype if isinstance(x, Tracer) else repr(x)
+        raise ValueError(f"Argument `{name}` must be an integer, but is {shown}.") from None
+
+
 def check_index(name: str, x: Any, count: int) -> None:
     """Refuse what is no number of a shape, and the numbers of shapes that are not there."""
     if isinstance(x, (str, tuple, list)):

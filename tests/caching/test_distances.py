@@ -214,6 +214,9 @@ def test_bad_input_is_one_sentence():
         ValueError, match=r"^Argument `lengths` must not be negative, but is -1.0.$"
     ):
         harmonic_mean_distance(jnp.array([-1.0, 1.0]))
+    for shortest in (minimum_distance, harmonic_mean_distance):
+        with pytest.raises(ValueError, match=r"^Argument `lengths` must hold at least one ray"):
+            shortest(jnp.zeros((3, 0)))
     assert np.isnan(jax.jit(split_error)(0.1, -1.0))
     assert np.isnan(jax.jit(split_change)(0.1, -1.0))
     with pytest.raises(ValueError, match=r"^Argument `radius` must be positive, but is 0.0.$"):

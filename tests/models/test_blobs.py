@@ -48,6 +48,7 @@ def test_any_set_of_lattice_points_has_a_closed_surface():
     [
         (lambda: metaballs([[0, 0, 0]], [1.0, 2.0]), "`centers` and `radii` must have shapes"),
         (lambda: metaballs([[0, 0, 0]], [0.0]), "`radii` must be positive"),
+        (lambda: metaballs([[0, 0, 0]], [1.0], cells=1), "`cells` must be more, but is 1"),
         (lambda: isosurface(np.ones((3, 3, 3)), [0, 0, 0], 1.0), "`values` must be positive"),
         (lambda: isosurface(-np.ones((3, 3, 3)), [0, 0, 0], 1.0), "`values` must be positive"),
     ],

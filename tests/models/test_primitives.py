@@ -169,6 +169,7 @@ def test_placed_scales_then_turns_then_shifts():
     [
         (lambda: join_meshes([]), "`parts` must hold a mesh"),
         (lambda: place_mesh(bar_lattice(), scale=0.0), "`scale` must be positive"),
+        (lambda: place_mesh(bar_lattice(), shift=1.0), "`shift` must have shape (3,)"),
         (
             lambda: place_mesh(bar_lattice(), turn=np.diag([1.0, 1.0, -1.0])),
             "`turn` must be a rotation",

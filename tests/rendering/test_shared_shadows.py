@@ -124,6 +124,13 @@ def test_a_shape_that_no_pixel_shows_is_refused():
         shared("behind the eye")
 
 
+def test_an_image_of_one_column_has_pixels_of_a_size():
+    hits = imaging.primary_hits(SCENE, CAMERA, (1, 4))
+    one = share_shadow_rays(SCENE, CAMERA, LAMP, hits, "floor")
+    assert one.side == 2.0
+    assert np.all(np.isfinite(one.shade(np.array([[0.5, 0.5]])).value))
+
+
 def test_a_band_limit_of_nothing_is_refused():
     with pytest.raises(ValueError, match="`band_limit` must be positive"):
         shared(band_limit=0.0)

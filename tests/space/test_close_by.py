@@ -119,6 +119,7 @@ BULB = sphere((0.0, 0.0, 2.0), 0.5)
 ROD = cylinder((0.0, 0.0, 0.5), (3.0, 0.0, 2.5), 0.05)
 SLANTED = np.array([[0.01, 0.0, 1.5], [0.0, 0.02, 0.1], [0.0, 0.0, 1.0]])
 NEEDLE, BOARD = ellipsoid((1.5, 0.0, 1.6), SLANTED), Boxes((1.5, 0.0, 1.6), SLANTED)
+BEAM = box((-1.0, -0.02, 1.0), (1.0, 0.02, 1.02))
 MEET = {
     "a ball through a panel": (PANEL, sphere((0.1, 0.1, 2.1), 0.2)),
     "a small ball through a panel": (PANEL, sphere((0.13, 0.17, 2.0), 1e-3)),
@@ -134,6 +135,8 @@ MEET = {
     "a slanted rod through a plane": (ROD, plane((0.0, 0.0, 1.0), (0.0, 0.0, 1.0))),
     "a slanted rod through a panel": (ROD, rectangle((1.0, 0.3, 1.0), (3, 0, 0), (0, 4, 0))),
     "a needle through a panel": (NEEDLE, rectangle((1.0, 0.3, 1.0), (3, 0, 0), (0, 4, 0))),
+    "two beams that cross": (BEAM, box((0.31, -1.1, 0.98), (0.35, 0.9, 1.03))),
+    "a rod through a beam": (BEAM, cylinder((0.43, 0.01, 0.1), (0.45, 0.0, 2.1), 0.01)),
     "a board's corner in a plane": (BOARD, plane((0.0, 0.0, 1.0), (0.0, 0.0, 1.0))),
 }
 APART = {
@@ -145,6 +148,9 @@ APART = {
     "a panel inside of a ball": (PANEL, sphere((0.0, 0.0, 2.0), 0.8)),
     "two balls that touch": (BULB, sphere((0.0, 0.8, 2.0), 0.3)),
     "a slanted rod over a panel": (ROD, rectangle((1.0, 0.3, 0.45), (3, 0, 0), (0, 4, 0))),
+    "a beam that lies on another": (BEAM, box((0.31, -1.1, 1.02), (0.35, 0.9, 1.06))),
+    "a rod that passes a beam": (BEAM, cylinder((0.43, 0.04, 0.1), (0.45, 0.04, 2.1), 0.01)),
+    "a bulb in a box": (BULB, box((-1.0, -1.0, 1.0), (1.0, 1.0, 3.0))),
     "a board on its corner": (BOARD, plane((0.0, 0.0, 0.6), (0.0, 0.0, 1.0))),
     "a bulb on a slanted rod's axis": (BULB, cylinder((0.6, 0.0, 2.6), (1.6, 0.0, 3.6), 0.3)),
 }

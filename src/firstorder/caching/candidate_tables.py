@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import ArrayLike, Float
 
-from firstorder._argument_checks import check_positive
+from firstorder._argument_checks import check_integer, check_positive
 from firstorder.caching.candidates import Candidates
 from firstorder.space.bounces._radiance_maps import FLAT, RadianceMaps, face_layout
 from firstorder.space.estimators._gather_sums import WallSweeps, jumps_across, surface_area_sums
@@ -100,6 +100,7 @@ def gather_directions(
         (3, 3, 2, 4)
     """
     for name, number in (("rows", rows), ("columns", columns), ("sets", sets)):
+        check_integer(name, number)
         check_positive(name, number)
     rng = np.random.default_rng(seed)
     up, across = rng.random((2, sets, rows, columns))

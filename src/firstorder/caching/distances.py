@@ -184,6 +184,8 @@ def harmonic_mean_distance(
 
 def _lengths(lengths: ArrayLike) -> Array:
     lengths = as_float(lengths)
+    if lengths.shape[-1:] == (0,):
+        raise ValueError("Argument `lengths` must hold at least one ray, but holds none.")
     check_not_negative("lengths", jnp.where(jnp.isposinf(lengths), 0.0, lengths))
     return nan_unless(lengths >= 0, lengths)
 

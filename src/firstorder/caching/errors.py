@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 from scipy import ndimage, optimize
 
-from firstorder._argument_checks import check_positive
+from firstorder._argument_checks import check_count, check_positive
 from firstorder.caching._records import checked_order
 from firstorder.caching.cache import taylor
 from firstorder.caching.candidates import Candidates, _as_number
@@ -76,6 +76,7 @@ def true_error(
         1.570796
     """
     _checked(definition, records, order, breaks)
+    check_count("directions", directions)
     rule = _Rule(order, definition, nodes, directions)
     cut = tuple(as_float(b) for b in breaks)
     return jax.vmap(lambda record, matrix: rule.error(E, record, matrix, cut))(

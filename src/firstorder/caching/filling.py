@@ -18,7 +18,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import ArrayLike
 
-from firstorder._argument_checks import check_positive, check_shape
+from firstorder._argument_checks import check_integer, check_positive, check_shape
 from firstorder.caching._records import reached
 from firstorder.caching._strips import Strips
 from firstorder.caching.cache import Cache, Lookup, _answers_of_many, _tabled
@@ -41,6 +41,8 @@ def random_orders(count: int, orders: int, seed: int = 0) -> np.ndarray:
         >>> sorted(random_orders(4, 2)[0].tolist())
         [0, 1, 2, 3]
     """
+    check_integer("count", count)
+    check_integer("orders", orders)
     rng = np.random.default_rng(seed)
     return np.stack([rng.permutation(count) for _ in range(orders)])
 
@@ -224,6 +226,8 @@ def _fit_with(
     Raises:
         ValueError: as there.
     """
+    for name, count in (("target", target), ("halvings", halvings)):
+        check_integer(name, count)
     for name, number in (("target", target), ("low", low), ("high", high)):
         check_positive(name, number)
     slack = target // 500 if slack is None else slack

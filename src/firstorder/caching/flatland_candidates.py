@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder._argument_checks import check_between
+from firstorder._argument_checks import check_between, check_count
 from firstorder.caching.candidates import Candidates, _checked_derivatives
 from firstorder.caching.distances import harmonic_mean_distance, minimum_distance
 from firstorder.conventions import direction
@@ -65,6 +65,7 @@ def scene_candidates(
     """
     s = as_float(s)
     check_between("s", s, 0.0, 1.0)
+    check_count("rays", rays)
     count = 1 + _checked_derivatives(derivatives)
     columns = _columns(scene, index, s, E or (lambda at: irradiance(scene, at)), count)
     x, n, shortest, mean = _geometry(scene, index, s, rays)
@@ -98,9 +99,9 @@ def _columns(scene: Scene, index: int, s: Array, E: Callable[[Receiver], Array],
     # A few at a time, on the host: within one compiled loop the last bit would depend on how many
     # gaps there are, and a black wall on whether it is there.
     each = eqx.filter_jit(lambda s: jax.vmap(lambda s: jnp.stack(columns(s)))(s))
-    step = min(BLOCK, s.shape[0])
+    step = max(min(BLOCK, s.shape[0]), 1)
     padded = jnp.concatenate([s, jnp.broadcast_to(s[-1:], (-s.shape[0] % step,))])
-    parts = [each(padded[i : i + step]) for i in range(0, s.shape[0], step)]
+    parts = [each(padded[i : i + step]) for i in range(0, max(s.shape[0], 1), step)]
     return jnp.concatenate(parts)[: s.shape[0]]
 
 

@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
-from firstorder._argument_checks import check_positive, check_shape
+from firstorder._argument_checks import check_integer, check_positive, check_shape
 from firstorder.caching.candidates import Candidates
 from firstorder.numerics._batching import in_batches
 from firstorder.space.bounces._radiance_maps import RadianceMaps, trace_maps
@@ -84,6 +84,7 @@ def occlusion_table(
         >>> occlusion_table(maps, jnp.array([[0.4, 0.3]]), on=0, rays=64).hessian.tolist()
         [[[0.0, 0.0], [0.0, 0.0]]]
     """
+    check_integer("rays", rays)
     check_positive("rays", rays)
     x = as_float(position).astype(jnp.float32)
     check_shape("position", x, (x.shape[0], 2))

@@ -15,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder._argument_checks import check_not_negative, check_positive, nan_unless
+from firstorder._argument_checks import check_count, check_not_negative, check_positive, nan_unless
 from firstorder.caching._records import checked_order
 from firstorder.caching.regions import ValidityRegion, _checked_dims, _determinant
 from firstorder.typing import as_float
@@ -109,6 +109,7 @@ def derivative_norm(
         return {"largest": 1.0, "mean": 2.0 / math.pi, "rms": 0.5**0.5}[kind] * _length(
             T[..., 0], T[..., 1]
         )
+    check_count("directions", directions)
     return _hessian_norm(T, kind) if order == 2 else _third_norm(T, kind, directions)
 
 

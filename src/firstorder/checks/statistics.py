@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from scipy.special import chdtrc, ndtr, ndtri, stdtrit
 
-from firstorder._argument_checks import check_inside
+from firstorder._argument_checks import check_count, check_inside
 
 LEVEL = 1e-4  # chance of a false alarm of one whole test
 EXPECTED = 8.0  # fewest expected samples in a bin of a chi-square test
@@ -213,6 +213,7 @@ def sampler_p_value(
             f"Argument `samples` must hold at least {2 * EXPECTED:g}, but holds {x.size}."
         )
     edges = np.linspace(low, high, bins + 1)
+    check_count("nodes", nodes)
     t, w = np.polynomial.legendre.leggauss(nodes)
     half = 0.5 * (edges[1:] - edges[:-1])[:, None]
     at = 0.5 * (edges[1:] + edges[:-1])[:, None] + half * t

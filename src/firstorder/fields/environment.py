@@ -7,7 +7,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from firstorder._argument_checks import check_finite, check_positive, check_shape, nan_unless
+from firstorder._argument_checks import (
+    check_finite,
+    check_integer,
+    check_positive,
+    check_shape,
+    nan_unless,
+)
 from firstorder.conventions import FLATLAND, Frame
 from firstorder.errors import Refused
 from firstorder.fields._series import Series
@@ -70,6 +76,7 @@ class Harmonics(Field):
             >>> Harmonics.of(light, 5).cosines.round(12).tolist()
             [1.0, 0.5, -0.0]
         """
+        check_integer("samples", samples)
         if samples < 1:
             raise ValueError(f"Argument `samples` must be positive, but is {samples}.")
         theta = 2.0 * np.pi * np.arange(samples) / samples

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex, Float
 
-from firstorder._argument_checks import check_positive, check_shape
+from firstorder._argument_checks import check_integer, check_positive, check_shape
 from firstorder._display import Axes, drawn, in_notebook_with_picture, in_print
 from firstorder.conventions import Frame, fourier_kernel
 from firstorder.errors import Refused
@@ -173,6 +173,8 @@ class Grid(eqx.Module):
 
     def __check_init__(self):
         """Refuse empty grids and steps that are not positive."""
+        for count in self.size:
+            check_integer("size", count)
         if not self.size or min(self.size) < 1:
             raise ValueError(f"Argument `size` must hold at least one sample, but is {self.size}.")
         for name, value in (("step", self.step), ("center", self.center)):

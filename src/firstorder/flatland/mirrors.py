@@ -13,6 +13,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from firstorder._argument_checks import check_integer
 from firstorder.conventions import direction
 from firstorder.flatland.intersect import first_shape
 from firstorder.flatland.scene import Scene
@@ -61,6 +62,7 @@ def mirror_irradiance(
         raise ValueError("Argument `mirrors` must name at least one shape, but is empty.")
     straight = scene.groups[0].count if hasattr(scene.groups[0], "end") else 0
     for k in mirrors:
+        check_integer("mirrors", k)
         if not 0 <= k < straight:
             raise ValueError(f"Argument `mirrors` must hold numbers of segments, but holds {k}.")
     cuts = jnp.concatenate([_edges(scene, at, k) for k in mirrors])

@@ -31,7 +31,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from firstorder._argument_checks import check_positive
+from firstorder._argument_checks import check_integer, check_positive
 from firstorder.imaging._reflection import SurfacePoint, half_turn, mirrored
 from firstorder.imaging.camera import PixelFootprint
 from firstorder.numerics._quadrature import gauss_legendre
@@ -115,6 +115,7 @@ class Lamp(eqx.Module):
 
     def __check_init__(self):
         """Refuse a lamp without nodes."""
+        check_integer("count", self.count)
         check_positive("count", self.count)
 
     @property

@@ -22,7 +22,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
-from firstorder._argument_checks import check_positive
+from firstorder._argument_checks import check_count, check_integer, check_positive
 from firstorder._labelled import Dataset, data_set
 from firstorder.conventions import cylindrical
 from firstorder.imaging.camera import Pinhole
@@ -111,6 +111,8 @@ def pixel_grid(columns: int, rows: int, half_width: float = 1.0) -> tuple[np.nda
         >>> pixel_grid(2, 1)[0].tolist()
         [-0.5, 0.5]
     """
+    check_integer("columns", columns)
+    check_integer("rows", rows)
     for name, number in (("columns", columns), ("rows", rows), ("half_width", half_width)):
         check_positive(name, number)
     side = 2.0 * half_width / columns
@@ -150,6 +152,7 @@ def _gathered(
     flat = exponent == 0.0
     around = orthonormal_frame(jnp.where(flat, held.normal, still))
     power = jax.lax.stop_gradient(jnp.where(flat, 1.0, exponent))
+    check_count("rays", rays)
     k = jnp.arange(rays, dtype=at.position.dtype)
     height = ((k + 0.5) / rays) ** (1.0 / (power + 1.0))
     phi, rho = 2.0 * jnp.pi * k * GOLDEN, jnp.sqrt(jnp.maximum(1.0 - height**2, 0.0))

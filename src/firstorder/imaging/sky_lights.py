@@ -19,7 +19,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from firstorder._argument_checks import check_positive
+from firstorder._argument_checks import check_integer, check_positive
 from firstorder.conventions import cylindrical
 from firstorder.imaging._area_lights import Lamp
 from firstorder.numerics._vectors import cross, orthonormal_frame
@@ -98,6 +98,7 @@ def _dome(sky: Sky, rows: int = 16, shift: tuple[float, float] = (0.0, 0.0)) -> 
         >>> light.shape, round(-(light.area * light.way).sum().item(), 6)  # all around: 4 pi
         ((4, 8), 12.566371)
     """
+    check_integer("rows", rows)
     check_positive("rows", rows)
     columns = 2 * rows
     i, j = np.meshgrid(np.arange(rows) + 0.5, np.arange(columns) + 0.5, indexing="ij")
@@ -136,6 +137,7 @@ def _by_luminance(
         >>> bool((light.way[:, 2] > 0.8).mean() > 0.9)
         True
     """
+    check_integer("rows", rows)
     check_positive("rows", rows)
     table = _dome(sky, FINE)
     L = np.asarray(table.radiance, float).reshape(FINE, 2 * FINE, -1).mean(-1)  # of all bands
@@ -206,6 +208,7 @@ class CosineSkyLight(eqx.Module):
 
     def __check_init__(self):
         """Refuse a sky without nodes."""
+        check_integer("rows", self.rows)
         check_positive("rows", self.rows)
 
     @property

@@ -11,6 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from firstorder._argument_checks import check_integer
 from firstorder.conventions import POSITIONS, TIMES, Frame
 from firstorder.errors import Refused
 from firstorder.fields._coerce import as_field
@@ -79,6 +80,7 @@ class Integrate(Law):
         self.axis = axis
         self.lower, self.upper = _end("lower", lower), _end("upper", upper)
         self.nodes, self.breaks = nodes, breaks
+        check_integer("nodes", nodes)
         if nodes < 1:
             raise ValueError(f"Argument `nodes` must be positive, but is {nodes}.")
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from firstorder._argument_checks import check_finite, check_positive
+from firstorder._argument_checks import check_finite, check_integer, check_positive
 from firstorder.space.meshes.triangle_mesh import Mesh, mesh
 
 
@@ -24,7 +24,8 @@ def metaballs(centers: Any, radii: Any, cells: int = 48) -> Mesh:
         cells: along the longest side.
 
     Raises:
-        ValueError: if centers and radii do not match.
+        ValueError: if centers and radii do not match, or cells are so few that all balls fall
+            between their corners.
 
     Reference: A. Gueziec, R. Hummel, "Exploiting triangulated surface extraction using tetrahedral
     decomposition", TVCG 1(4), 1995.
@@ -43,6 +44,7 @@ def metaballs(centers: Any, radii: Any, cells: int = 48) -> Mesh:
         )
     check_finite("centers", c)
     check_positive("radii", r)
+    check_integer("cells", cells)
     check_positive("cells", cells)
     # Farther than this from all centres the sum is below 1.
     reach = (r * math.sqrt(1.0 + math.log(len(r))))[:, None]
@@ -53,6 +55,10 @@ def metaballs(centers: Any, radii: Any, cells: int = 48) -> Mesh:
     for one, radius in zip(c, r, strict=True):  # a product of three: exponentials of lines alone
         x, y, z = (np.exp(-(((a - m) / radius) ** 2)) for a, m in zip(axes, one, strict=True))
         total += math.e * x[:, None, None] * y[:, None] * z
+    if not np.any(total > 1.0):
+        raise ValueError(
+            f"Argument `cells` must be more, but is {cells}: none of their corners lies in a ball."
+        )
     return isosurface(total - 1.0, np.array([a[0] for a in axes]), step)
 
 

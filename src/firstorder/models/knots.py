@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from firstorder._argument_checks import check_positive
+from firstorder._argument_checks import check_integer, check_positive
 from firstorder.models.primitives import quad_triangles
 from firstorder.space.meshes.triangle_mesh import Mesh, mesh
 
@@ -43,6 +43,8 @@ def torus_knot(
         >>> tube.closed, len(tube.vertices) - len(tube.edges) + tube.count  # a torus
         (True, 0)
     """
+    for name, count in (("p", p), ("q", q), ("rings", rings), ("sides", sides)):
+        check_integer(name, count)
     for name, number in (("p", p), ("q", q), ("radius", radius), ("size", size)):
         check_positive(name, number)
     if math.gcd(p, q) != 1:

@@ -11,7 +11,7 @@ import math
 import numpy as np
 from jaxtyping import Float, Int
 
-from firstorder._argument_checks import check_not_negative, check_positive
+from firstorder._argument_checks import check_integer, check_not_negative, check_positive
 from firstorder.models.primitives import join_meshes, quad_triangles
 from firstorder.space.meshes.triangle_mesh import Mesh, mesh
 
@@ -49,12 +49,14 @@ def tree(
         >>> oak.count, (part == 1).sum().item()  # 26 branches
         (3560, 2000)
     """
+    check_integer("leaves", leaves)
     check_not_negative("leaves", leaves)
     _check_plant(height, leaf, sides)
     rng = np.random.default_rng(seed)
     trunk, thick = _trunk(0.62 * height, rng)
     lines, radii = [trunk], [thick]
     for level, count in enumerate(forks):
+        check_integer("forks", count)
         check_positive("forks", count)
         grown, thick = _forked(lines[-1], radii[-1], count, level, rng)
         lines.append(grown)
@@ -97,7 +99,9 @@ def fern(
         >>> (part == 1).sum().item()
         120
     """
+    check_integer("fronds", fronds)
     check_positive("fronds", fronds)
+    check_integer("pairs", pairs)
     check_not_negative("pairs", pairs)
     _check_plant(height, leaf, sides)
     rng = np.random.default_rng(seed)

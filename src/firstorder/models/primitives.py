@@ -15,7 +15,13 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
-from firstorder._argument_checks import check_finite, check_not_negative, check_positive
+from firstorder._argument_checks import (
+    check_finite,
+    check_integer,
+    check_not_negative,
+    check_positive,
+    check_shape,
+)
 from firstorder.space.meshes.triangle_mesh import NO_FACE, Mesh, mesh
 from firstorder.typing import as_float
 
@@ -67,7 +73,7 @@ def place_mesh(
         scale: of lengths, positive.
 
     Raises:
-        ValueError: if `turn` is no rotation.
+        ValueError: if `turn` is no rotation, or `shift` has not three coordinates.
 
     Example:
         >>> from firstorder.models.primitives import bar_lattice, place_mesh
@@ -77,6 +83,7 @@ def place_mesh(
     """
     check_positive("scale", scale)
     check_finite("shift", shift)
+    check_shape("shift", np.asarray(shift), (3,))
     R = np.eye(3) if turn is None else np.asarray(turn, float)
     if R.shape != (3, 3) or not np.allclose(R @ R.T, np.eye(3), atol=1e-6) or np.linalg.det(R) < 0:
         raise ValueError("Argument `turn` must be a rotation of shape (3, 3), but is not.")
@@ -132,6 +139,7 @@ def ripples(
     """
     check_not_negative("amplitude", amplitude)
     check_positive("wavelength", wavelength)
+    check_integer("waves", waves)
     check_positive("waves", waves)
     rng = np.random.default_rng(seed)
     turns = rng.normal(size=(waves, 3))
@@ -173,6 +181,7 @@ def bumpy_sphere(
         320
     """
     check_positive("radius", radius)
+    check_integer("levels", levels)
     check_not_negative("levels", levels)
     v, f = _icosphere(levels)
     moved = np.asarray((ripples(0.05, 0.5, seed) if height is None else height)(v), float)
@@ -233,6 +242,7 @@ def displaced_ground(
         (128, 16.0)
     """
     check_positive("half", half)
+    check_integer("cells", cells)
     check_positive("cells", cells)
     x = np.linspace(-half, half, cells + 1)
     p = np.stack(np.meshgrid(x, x, indexing="ij"), -1).reshape(-1, 2) + np.asarray(center, float)
@@ -296,6 +306,7 @@ def bar_lattice(
     lines = []
     for n, side in zip(holes, half, strict=True):
         check_positive("half", side)
+        check_integer("holes", n)
         check_not_negative("holes", n)
         if n and not 0.0 < (n + 1) * width < 2.0 * side:
             raise ValueError(f"Argument `width` must leave room for {n} holes, but is {width}.")

@@ -13,10 +13,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from firstorder._argument_checks import check_integer
 from firstorder.numerics._order import order_of
 
 
-@functools.cache
 def gauss_legendre(n: int) -> tuple[np.ndarray, np.ndarray]:
     """Nodes and weights of the n-point Gauss-Legendre rule on [-1, 1].
 
@@ -35,8 +35,15 @@ def gauss_legendre(n: int) -> tuple[np.ndarray, np.ndarray]:
         >>> round(float(w @ t**2), 12)  # 2 / 3
         0.666666666667
     """
+    check_integer("nodes", n)
     if n < 1:
         raise ValueError(f"Argument `nodes` must be positive, but is {n}.")
+    return _rule(n)
+
+
+@functools.cache
+def _rule(n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Found once for each number of nodes."""
     rule = np.polynomial.legendre.leggauss(n)
     for a in rule:
         a.flags.writeable = False  # the next caller gets the same arrays

@@ -18,7 +18,13 @@ import numpy as np
 import scipy.spatial
 from jaxtyping import Array, Float
 
-from firstorder._argument_checks import check_finite, check_not_negative, check_positive
+from firstorder._argument_checks import (
+    check_count,
+    check_finite,
+    check_integer,
+    check_not_negative,
+    check_positive,
+)
 
 BLOCK = 65536  # pixels at a time
 ALIKE = 4.0  # sum of squares of depth and normal, in spreads, within which a sample is like a pixel
@@ -45,6 +51,7 @@ def bilateral_widths(
         >>> bilateral_widths(np.ones((10, 10)), 25, 1.0)[0, 0].item()  # one sample for four pixels
         2.0
     """
+    check_integer("count", count)
     check_positive("count", count)
     check_positive("factor", factor)
     density = np.asarray(density, float)
@@ -99,6 +106,7 @@ def cross_bilateral(
     for name, number in (("depth_share", depth_share), ("normal_spread", normal_spread),
                          ("width", width), ("depth", depth)):  # fmt: skip
         check_positive(name, number)
+    check_count("neighbours", neighbours)
     check_finite("value", value)
     if not len(p):
         raise ValueError("Argument `p` must have at least one sample, but has none.")

@@ -15,7 +15,7 @@ import functools
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from firstorder._argument_checks import check_finite, check_positive
+from firstorder._argument_checks import check_finite, check_integer, check_positive
 
 SPREAD = 1.5  # of the Gaussian, in pixels, as Ulichney has it
 START = 0.1  # share of the pixels that are spread out first
@@ -40,6 +40,7 @@ def _ranks(side: int = 64, seed: int = 0) -> Int[np.ndarray, "s s"]:
         >>> sorted(tile.ravel().tolist()) == list(range(64))
         True
     """
+    check_integer("side", side)
     if side < 4:
         raise ValueError(f"Argument `side` must be at least 4, but is {side}.")
     count = side * side
@@ -133,6 +134,7 @@ def blue_noise_samples(
 def _shares(density: np.ndarray, count: int) -> np.ndarray:
     """Probabilities of pixels: the density's proportions, 1 at most, and the sum that is asked."""
     check_finite("density", density)
+    check_integer("count", count)
     check_positive("count", count)
     if np.any(density < 0.0):
         raise ValueError(f"Argument `density` must not be negative, but is {np.min(density)}.")

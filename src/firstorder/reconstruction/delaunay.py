@@ -18,6 +18,7 @@ import numpy as np
 import scipy.spatial
 from jaxtyping import Array, Float, Int
 
+from firstorder._argument_checks import check_count
 from firstorder.reconstruction._triangles import (
     Vertices,
     blended,
@@ -67,6 +68,8 @@ def delaunay_image(
         [0.5, 1.5, 2.5, 3.5]
     """
     check_scheme(scheme, gradient, label, labels)
+    check_count("width", width)
+    check_count("height", height)
     at = Vertices(p, value, gradient, None if label is None else np.asarray(label))
     at = _mirrored(at, (float(width), float(height)))
     triangle = scipy.spatial.Delaunay(at.p).simplices

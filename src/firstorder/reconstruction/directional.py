@@ -22,7 +22,7 @@ import numpy as np
 import scipy.spatial
 from jaxtyping import Float
 
-from firstorder._argument_checks import check_finite, check_positive
+from firstorder._argument_checks import check_finite, check_integer, check_positive
 
 BLOCK = 16384  # pixels at a time
 LEAST = 1e-100  # distance of samples that stand at the pixel; its square is above 0 [pixels]
@@ -116,6 +116,7 @@ def coherent_image(
         >>> coherent_image(p, 0.0 * p[:, 0] + 2.0, right, (12, 12)).round(6)[0, 0].item()
         2.0
     """
+    check_integer("voters", voters)
     _check_samples(p, min(neighbours, voters))
     check_positive("width", width)
     check_finite("value", value)
@@ -142,6 +143,7 @@ def _check_samples(p: np.ndarray, neighbours: int) -> None:
     """
     if not len(p):
         raise ValueError("Argument `p` must have at least one sample, but has none.")
+    check_integer("neighbours", neighbours)
     check_positive("neighbours", neighbours)
 
 

@@ -17,7 +17,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from firstorder._argument_checks import check_finite, check_positive, is_concrete, nan_unless
+from firstorder._argument_checks import (
+    check_finite,
+    check_integer,
+    check_positive,
+    is_concrete,
+    nan_unless,
+)
 from firstorder.reconstruction.hermite import HermiteInterpolant, hermite_basis, interpolation_error
 from firstorder.typing import Scalar, as_float
 
@@ -287,6 +293,8 @@ def _check(ends, pieces, budget, initial, batch) -> None:
     check_finite("ends", ends)
     if is_concrete(ends) and not bool(jnp.all(jnp.diff(ends) > 0)):
         raise ValueError(f"Arguments `low`, `breaks`, `high` must rise, but are {ends.tolist()}.")
+    check_integer("budget", budget)
+    check_integer("initial", initial)
     check_positive("batch", batch)
     if initial < 2:
         raise ValueError(f"Argument `initial` must be at least 2, but is {initial}.")

@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from firstorder._argument_checks import check_positive
+from firstorder._argument_checks import check_integer, check_positive
 from firstorder._labelled import DataFrame, data_frame
 from firstorder.reconstruction.importance import (
     Metric,
@@ -150,6 +150,8 @@ def sample_image(
 
 
 def _check(width, height, budget, block, batch, smallest) -> None:
+    for name, count in dict(width=width, height=height, budget=budget, block=block).items():
+        check_integer(name, count)
     named = dict(width=width, height=height, budget=budget, block=block, smallest=smallest)
     for name, number in named.items():
         check_positive(name, number)

@@ -15,6 +15,7 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from firstorder._argument_checks import check_count
 from firstorder.reconstruction._triangles import (
     Vertices,
     blended,
@@ -61,6 +62,8 @@ def quadtree_image(
         True
     """
     check_scheme(scheme, samples.gradient, label, labels)
+    check_count("width", width)
+    check_count("height", height)
     at = Vertices(
         samples.p, samples.value, samples.gradient, None if label is None else np.asarray(label)
     )

@@ -15,7 +15,7 @@ import jax
 import numpy as np
 from jaxtyping import Float
 
-from firstorder._argument_checks import check_positive
+from firstorder._argument_checks import check_integer, check_positive
 from firstorder.imaging._area_lights import Lamp
 from firstorder.io._locks import at_work
 from firstorder.io.exr import write_layers
@@ -85,6 +85,7 @@ def render_to_files(
             another program is rendering to `out` with other settings.
     """
     for name, number in (("width", width), ("height", height)):
+        check_integer(name, number)
         check_positive(name, number)
     shade = _Shade(world, width, height)
     if scheduler is None:

@@ -94,7 +94,8 @@ class SharedShadows(NamedTuple):
     @property
     def side(self) -> float:
         """Side of a pixel in image coordinates."""
-        return float(self.hits.p[1, 0, 0] - self.hits.p[0, 0, 0])
+        p = np.asarray(self.hits.p)
+        return float(p[1, 0, 0] - p[0, 0, 0] if len(p) > 1 else p[0, 1, 1] - p[0, 0, 1])
 
     @property
     def pixel(self) -> float:
@@ -263,6 +264,8 @@ def share_shadow_rays(
         True
     """
     check_positive("band_limit", band_limit)
+    if np.size(hits.index) < 2:
+        raise ValueError("Argument `hits` must hold at least two pixels, but holds one.")
     (on,) = scene.named(name)
     points = np.asarray(hits.position)[np.asarray(hits.index) == on]
     if not len(points):

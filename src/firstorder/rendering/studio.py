@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from firstorder._argument_checks import check_positive
+from firstorder._argument_checks import check_integer, check_positive
 from firstorder.imaging._area_lights import Lamp
 from firstorder.space.skies import ConstantSky
 
@@ -54,6 +54,7 @@ def light_rig(
         >>> [round(x, 2) for x in rig.lamps[0].center.tolist()]
         [-1.24, -1.48, 2.8]
     """
+    check_integer("nodes", nodes)
     for name, number in (("size", size), ("nodes", nodes), ("softness", softness)):
         check_positive(name, number)
     middle = np.asarray(center, float)

@@ -18,6 +18,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 from scipy.special import betaincinv
 
+from firstorder._argument_checks import check_count, check_integer
 from firstorder.numerics._refinement import with_errors
 
 
@@ -49,6 +50,7 @@ class DensityEstimator(eqx.Module):
 
     def __check_init__(self):
         """Refuse what is neither, or both; a single photon has no width without itself."""
+        check_integer("k", self.k)
         if (self.k > 0) == (self.radius > 0.0):
             raise ValueError("Just one of the arguments `k` and `radius` must be positive.")
         if self.k == 1:
@@ -224,6 +226,7 @@ def expected_k_nearest(
     """
     x = np.atleast_1d(np.asarray(x, float))
     kept = k if kept is None else kept
+    check_count("nodes", nodes)
     t, w = np.polynomial.legendre.leggauss(nodes)
     # The substitution u = (3 - v^2) v / 4 + 1/2 flattens the quantile's steep ends.
     u, w = 0.5 + 0.25 * t * (3.0 - t**2), w * 0.75 * (1.0 - t**2)

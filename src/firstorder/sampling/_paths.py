@@ -14,7 +14,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
-from firstorder._argument_checks import check_between
+from firstorder._argument_checks import check_between, check_count, check_integer
 from firstorder.sampling.estimates import Moments
 
 LANES = 8192  # paths under way at a time: their state stays in the cache
@@ -78,6 +78,8 @@ def path_lengths(bounces: int | None, survival: float) -> Lengths:
     Raises:
         ValueError: if bounces are negative or `survival` is not in (0, 1).
     """
+    if bounces is not None:
+        check_integer("bounces", bounces)
     if bounces is not None and bounces < 0:
         raise ValueError(f"Argument `bounces` must not be negative, but is {bounces}.")
     check_between("survival", survival, 1e-6, 1.0 - 1e-6)
@@ -91,8 +93,20 @@ def check_many(name: str, count: Any) -> None:
     Raises:
         ValueError: if there are.
     """
+    check_integer(name, count)
     if count < 2:
         raise ValueError(f"Argument `{name}` must be at least 2, but is {count}.")
+
+
+def lanes_for(rows: int, paths: int, lanes: int | None) -> int:
+    """Paths of one row under way at a time: what a user asked for, or what fills the cache.
+
+    Raises:
+        ValueError: if their number is no positive integer.
+    """
+    if lanes is not None:
+        check_count("lanes", lanes)
+    return min(paths, lanes or max(LANES // rows, 1))
 
 
 def survival_chance(total: Array, depth: Array, length: Lengths) -> Array:

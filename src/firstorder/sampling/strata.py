@@ -6,6 +6,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray
 
+from firstorder._argument_checks import check_integer
+
 
 def midpoints(count: int) -> Float[Array, " n"]:
     """The middle of each of `count` equal strata of [0, 1).
@@ -51,5 +53,6 @@ def jittered(key: PRNGKeyArray, count: int) -> Float[Array, " n"]:
 
 
 def _check(count: int) -> None:
+    check_integer("count", count)
     if count < 1:
         raise ValueError(f"Argument `count` must be positive, but is {count}.")

@@ -181,7 +181,7 @@ def spread_over(receiver: Any, shape: tuple[int, ...], *names: str) -> None:
 def _asked(x: Any, kind: type) -> str:
     """Words for the kind asked and the thing that came, with their worlds if these differ."""
     here, there = _world(kind), _world(type(x))
-    if there is None or there == here:
+    if here is None or there is None or there == here:
         return f"{_named(kind)}, but is {_what(x)}"
     return f"{_named(kind)} of {here}, but is {_what(x)} of {there}"
 

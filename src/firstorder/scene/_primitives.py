@@ -58,6 +58,8 @@ def sides(value: Any, shape: Any, both: bool, name: str = "value") -> Float[Arra
     """
     xp, value = _of_shape(name, value, shape)
     n = shape.count
+    if n == 0:
+        raise ValueError("Argument `shape` must hold at least one shape, but holds none.")
     if value.shape in ((1, 2), (2,), (n, 2)):
         return as_array(xp.broadcast_to(value, (n, 2)))
     if value.shape in ((), (1,), (n,)):

@@ -21,7 +21,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
-from firstorder._argument_checks import check_positive, nan_unless
+from firstorder._argument_checks import check_integer, check_positive, nan_unless
 from firstorder.typing import as_float
 from firstorder.visibility.edge_angles import EdgeAngle, edge_at
 
@@ -106,6 +106,7 @@ def bracket_edges(
         >>> found.angle.round(6).tolist(), found.sign.tolist()
         ([-0.3, 0.3], [1.0, -1.0])
     """
+    check_integer("size", size)
     check_positive("size", size)
     angles = jax.lax.stop_gradient(as_float(angles))
     seen: Bool[Array, " n"] = blocked(angles)
@@ -161,6 +162,7 @@ def tangent_points(
         ([1.732051, 1.732051], [1.0, 1.0])
     """
     check_positive("reach", reach)
+    check_integer("points", points)
     check_positive("points", points)
     k = np.arange(1, points + 1)
     dtype = edges.angle.dtype

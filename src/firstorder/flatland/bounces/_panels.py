@@ -18,6 +18,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
+from firstorder._argument_checks import (
+    check_count,
+    check_integer,
+    check_not_negative,
+    check_positive,
+)
 from firstorder.conventions import direction
 from firstorder.flatland.discontinuities._critical_lines import (
     crossing_places,
@@ -61,6 +67,13 @@ class Discretization:
     nodes: int = 8
     smallest: float = 1e-6
     halvings: int = 0
+
+    def __post_init__(self):
+        """Refuse numbers with which no panel can be made."""
+        check_count("nodes", self.nodes)
+        check_positive("smallest", self.smallest)
+        check_integer("halvings", self.halvings)
+        check_not_negative("halvings", self.halvings)
 
     def finer(self) -> Discretization:
         """One refinement: two more nodes, corners a hundred times finer."""

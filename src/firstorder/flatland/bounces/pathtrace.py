@@ -24,6 +24,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, PRNGKeyArray
 
+from firstorder._argument_checks import check_integer
 from firstorder.flatland.bounces import _scatter as scattering
 from firstorder.flatland.bounces._light_sampling import Lights, lights
 from firstorder.flatland.bounces._scatter import Surface
@@ -39,10 +40,10 @@ from firstorder.flatland.bounces._vertices import (
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver
 from firstorder.sampling._paths import (
-    LANES,
     SURVIVAL,
     Gathered,
     check_many,
+    lanes_for,
     path_lengths,
     roulette,
     survival_chance,
@@ -222,6 +223,8 @@ def tree_irradiance(
         True
     """
     check_asked(scene, Scene, at, Receiver)
+    for count in branches:
+        check_integer("branches", count)
     if not branches or min(branches) < 1:
         raise ValueError(f"Argument `branches` must hold positive numbers, but is {branches}.")
     check_many("runs", runs)
@@ -245,7 +248,7 @@ def _paths(scene, start: Vertex, key, paths: int, lanes: int | None, plan: Plan)
     shape = start.sine.shape
     start = jax.tree.map(lambda a: a.reshape(-1, *a.shape[len(shape) :]), start)
     rows = start.sine.shape[0]
-    lanes = min(paths, lanes or max(LANES // rows, 1))
+    lanes = lanes_for(rows, paths, lanes)
     # How many paths is no part of the program: it is compiled once for all numbers.
     mean, error = _traced(scene, start, key, jnp.asarray(paths), lanes, plan)
     return Estimate(mean.reshape(shape), error.reshape(shape), paths)

@@ -23,6 +23,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int, PRNGKeyArray
 
+from firstorder._argument_checks import check_count
 from firstorder.flatland.bounces.photons import Photons
 from firstorder.flatland.direct_lighting import point_light_irradiance
 from firstorder.flatland.estimators.strata import hemicircle_strata, trace_strata
@@ -264,6 +265,7 @@ def photon_radiance(
         >>> bool(0.2 < L[0] < 0.3)  # a tenth of the irradiance
         True
     """
+    check_count("most", most)
     index, s = jnp.asarray(index), numbers("s", s)
     curve = 2 * index + jnp.where(jnp.asarray(front), FRONT, BACK)
     arc = _arc(photons.table[index], s)

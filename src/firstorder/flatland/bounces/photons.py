@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
-from firstorder._argument_checks import check_positive
+from firstorder._argument_checks import check_integer, check_positive
 from firstorder.conventions import direction
 from firstorder.flatland.bounces import _scatter as scattering
 from firstorder.flatland.bounces._light_sampling import Lights, lengths, lights
@@ -83,6 +83,7 @@ def trace_photons(
         >>> round(photons.flux[0].sum().item(), 6)  # all that the light sends arrives
         6.283185
     """
+    check_integer("count", count)
     check_positive("count", count)
     check_one_band("scene", scene)
     check_shines(scene)
@@ -105,6 +106,7 @@ def split_photons(photons: Photons, runs: int) -> list[Photons]:
         ((3, 500), 6.283185)
     """
     count = photons.index.shape[-1]
+    check_integer("runs", runs)
     if runs < 1 or count % runs:
         raise ValueError(f"Argument `runs` must divide {count} photons, but is {runs}.")
     # On the host: a slice of its own for each run would be compiled for each.

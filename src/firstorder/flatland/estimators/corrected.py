@@ -11,6 +11,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float, Int
 
+from firstorder._argument_checks import check_integer
 from firstorder.conventions import direction
 from firstorder.flatland.direct_lighting import Radiance
 from firstorder.flatland.estimators._incident import incident_radiance
@@ -83,6 +84,8 @@ def corrected_estimate(
         -0.401
     """
     check_asked_one(scene, Scene, at, Receiver)
+    for name, count in (("breaks", breaks), ("halvings", halvings)):
+        check_integer(name, count)
     w = 1.0 / samples.distance
     code = 2 * samples.index + samples.front
     apart = code[1:] != code[:-1]

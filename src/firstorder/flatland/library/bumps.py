@@ -13,7 +13,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder._argument_checks import check_finite, check_not_negative, check_positive
+from firstorder._argument_checks import (
+    check_finite,
+    check_integer,
+    check_not_negative,
+    check_positive,
+)
 from firstorder.flatland.shapes.build import polyline
 from firstorder.flatland.shapes.kinds import Segments
 from firstorder.typing import as_float
@@ -143,6 +148,7 @@ def bumpy_ground(bumps: Bumps, low: float, high: float, pieces: int) -> Segments
         >>> bumpy_ground(SineBumps(), -1.0, 1.0, 32).count
         32
     """
+    check_integer("pieces", pieces)
     if pieces < 1:
         raise ValueError(f"Argument `pieces` must be positive, but is {pieces}.")
     check_positive("high - low", high - low)

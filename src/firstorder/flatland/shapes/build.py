@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from firstorder._argument_checks import check_integer
 from firstorder.flatland.shapes.kinds import Curves, Segments
 from firstorder.numerics._host import hosted
 from firstorder.typing import as_float
@@ -78,6 +79,8 @@ def closed_curve(points: Any, harmonics: int = 16, samples: int = 64) -> Curves:
         >>> bean.count
         1
     """
+    check_integer("harmonics", harmonics)
+    check_integer("samples", samples)
     p = np.asarray(points, dtype=float)
     if p.ndim != 2 or p.shape[1] != 2 or p.shape[0] <= 2 * harmonics:
         raise ValueError(

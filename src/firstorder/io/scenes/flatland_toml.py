@@ -76,6 +76,7 @@ from firstorder.io.scenes._toml_tables import (
     yes,
 )
 from firstorder.io.scenes._toml_text import exact_text, material_lines, quoted
+from firstorder.scene._arguments import check_kind
 
 # --- reading -------------------------------------------------------------------------------------
 
@@ -324,6 +325,7 @@ def flatland_to_toml(scene: Scene) -> str:
         albedo = 0.2
         <BLANKLINE>
     """
+    check_kind("scene", scene, Scene)
     tables, index = [], 0
     for group in scene.groups:
         for i in range(group.count):

@@ -16,6 +16,7 @@ from firstorder.io.scenes._mitsuba_shapes import written
 from firstorder.io.scenes._mitsuba_xml import xml_of_dict
 from firstorder.io.scenes.mitsuba import NUMBERED
 from firstorder.io.scenes.space_toml import MeshModel, SpaceFile
+from firstorder.scene._arguments import check_kind
 from firstorder.space.scene import Scene
 from firstorder.space.skies import ConstantSky
 
@@ -71,6 +72,8 @@ def space_to_mitsuba(
         >>> written["lamp"]["center"], written["lamp"]["emitter"]["radiance"]["value"]
         ([0.0, 0.0, 1.0], [2.0, 2.0, 2.0])
     """
+    if not isinstance(space, SpaceFile):
+        check_kind("space", space, Scene)
     found: dict[str, Any] = {"type": "scene"}
     keys = _Keys()
     for row in _rows(space):

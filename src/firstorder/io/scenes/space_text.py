@@ -12,6 +12,7 @@ from firstorder.io.files import write_text
 from firstorder.io.scenes._surface_maps import MapSet, map_set_text
 from firstorder.io.scenes._toml_text import exact_text, material_lines, quoted
 from firstorder.io.scenes.space_toml import CLASSES, MATERIAL, MeshModel, SpaceFile
+from firstorder.scene._arguments import check_kind
 from firstorder.space.primitives import Material
 from firstorder.space.scene import Scene
 from firstorder.space.skies import ConstantSky, GaussianSky, HarmonicSky, PanoramaSky
@@ -65,16 +66,15 @@ def space_to_toml(space: SpaceFile | Scene) -> str:
         radiance = 1.0
         <BLANKLINE>
     """
-    scene = space if isinstance(space, Scene) else None
     tables = ["dimensions = 3"]
-    if scene is not None:
-        sky, first = scene.environment, 0
-        for group in scene.groups:
+    if not isinstance(space, SpaceFile):
+        check_kind("space", space, Scene)
+        sky, first = space.environment, 0
+        for group in space.groups:
             for i in range(group.count):
-                tables.append(_shape_text(group, i, scene.names[first], scene.material, first))
+                tables.append(_shape_text(group, i, space.names[first], space.material, first))
                 first += 1
     else:
-        assert isinstance(space, SpaceFile)
         sky = space.sky
         coats = space.coats or (MapSet(),) * (len(space.things) + len(space.models))
         first = len(space.things)
@@ -151,7 +151,11 @@ def _sky_text(sky: Any) -> str:
 def describe_space(space: SpaceFile) -> str:
     r"""Contents of a scene of space: one line for each shape and mesh, the sky and the camera.
 
+    Args:
+        space: as `read_space` gives it.
+
     Raises:
+        TypeError: if it is something else.
         ValueError: if the sky is a function that a file cannot name.
 
     Example:
@@ -162,6 +166,7 @@ def describe_space(space: SpaceFile) -> str:
         sky        black
         camera     none
     """
+    check_kind("space", space, SpaceFile)
     lines = []
     wear = [", ".join(c.names).replace("_", " ") for c in space.coats]
     wear = [words and f", with {words}" for words in wear]

@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder._argument_checks import check_positive, nan_unless
+from firstorder._argument_checks import check_count, check_positive, nan_unless
 from firstorder.shadowfield.plane.filters import RayFilter, _check_beyond
 from firstorder.shadowfield.plane.spectra import Wedge
 from firstorder.typing import Scalar, as_float
@@ -199,6 +199,7 @@ def replicas_overlap(filter: RayFilter, corners, rates: SamplingRates, reach: in
         >>> [replicas_overlap(k, wedge, rates, 3) for rates in (enough, few)]
         [False, True]
     """
+    check_count("reach", reach)
     body = np.asarray(filter.corners())
     half = np.asarray(as_float(corners))
     for m in range(-reach, reach + 1):

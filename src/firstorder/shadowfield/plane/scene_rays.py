@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder._argument_checks import check_positive
+from firstorder._argument_checks import check_count, check_positive
 from firstorder.fields.spectrum import Grid
 from firstorder.flatland.intersect import occluded
 from firstorder.flatland.scene import Scene
@@ -178,6 +178,7 @@ def depth_range(scene: Scene, light_height=1.0, samples: int = 65) -> tuple[floa
         >>> depth_range(Scene.of(primitive(Segments((0.0, 0.25), (1.0, 0.75)))))
         (0.25, 0.75)
     """
+    check_count("samples", samples)
     own = [_only(scene, name) for name in ("floor", "light")]
     others = [i for i in range(scene.count) if i not in own]
     if not others:

@@ -22,6 +22,7 @@ from jaxtyping import Float
 
 from firstorder._argument_checks import (
     check_finite,
+    check_integer,
     check_not_negative,
     check_positive,
     check_shape,
@@ -136,6 +137,7 @@ def cell_light(
         >>> (1e4 * light).round(2).tolist()
         [[1.0, 1.0, 1.0, 1.0]]
     """
+    check_integer("nodes", nodes)
     check_positive("nodes", nodes)
     g, w = np.polynomial.legendre.leggauss(nodes)
     parts = [
@@ -174,6 +176,7 @@ def integrand(
         places: of nodes along each edge of a cell, in [-1, 1].
         falloff: radiance over the lamp, from places in [-1, 1]^2; None for 1.
     """
+    check_integer("cells", cells)
     check_positive("cells", cells)
     check_finite("receivers", receivers)
     x = ((2.0 * np.arange(cells)[:, None] + 1.0 + places) / cells - 1.0).ravel()
@@ -245,6 +248,7 @@ def cell_visibility(
 
     Reference: E11 §5, before it sums over the lamp.
     """
+    check_integer("cells", cells)
     check_positive("cells", cells)
 
     def answer(points, bounds) -> CellVisibility:

@@ -12,7 +12,7 @@ import numpy as np
 import scipy.ndimage
 from jaxtyping import Float
 
-from firstorder._argument_checks import check_positive
+from firstorder._argument_checks import check_integer, check_positive
 from firstorder.numerics._native import HAVE_NATIVE
 from firstorder.shadowfield.rendering._below import where_below
 from firstorder.shadowfield.rendering._culling import ROUNDING, narrowed
@@ -153,6 +153,7 @@ def smooth_depths(
         >>> near[1, 1].item(), far[1, 1].item()
         (0.5, 0.75)
     """
+    check_integer("radius", radius)
     check_positive("radius", radius)
     size = 2 * radius + 1
     low, high = scipy.ndimage.minimum_filter(near, size), scipy.ndimage.maximum_filter(far, size)

@@ -20,7 +20,12 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float, Int
 
-from firstorder._argument_checks import check_between, check_not_negative, check_positive
+from firstorder._argument_checks import (
+    check_between,
+    check_integer,
+    check_not_negative,
+    check_positive,
+)
 
 Numbers = Float[np.ndarray, " m"]
 
@@ -88,6 +93,7 @@ def distribute_rays(
         >>> distribute_rays(np.array([0.0, 1.0, 1.0]), 12, least=0.25).tolist()
         [1, 6, 5]
     """
+    check_integer("total", total)
     check_positive("total", total)
     check_between("least", least, 0.0, 1.0)
     check_not_negative("share", share)

@@ -43,7 +43,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from firstorder._argument_checks import check_positive
+from firstorder._argument_checks import check_integer, check_positive
 from firstorder.shadowfield.rendering._below import where_below
 from firstorder.shadowfield.rendering._filter_shape import (
     Numbers,
@@ -122,6 +122,7 @@ def depths_under_filter(
         >>> [round(float(b[0]), 3) for b in depths_under_filter(lamp, table, at, 1.0, 0.01, 128)]
         [0.4, 1.0]
     """
+    check_integer("widest", widest)
     check_positive("widest", widest)
     extent = float(np.max(lamp.half))
 
@@ -205,6 +206,7 @@ def sheared_shadow(
         >>> sheared_shadow(lamp, table, floor, 1.0, 0.1, np.ones(1)).visible.tolist()
         [1.0]
     """
+    check_integer("cells", cells)
     check_positive("cells", cells)
     share = cell_shares(cells, falloff)
 

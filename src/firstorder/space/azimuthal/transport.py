@@ -23,7 +23,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from firstorder._argument_checks import check_positive, nan_unless
+from firstorder._argument_checks import check_integer, check_positive, nan_unless
 from firstorder.conventions import azimuth_axes, polar
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._refinement import with_errors
@@ -181,6 +181,7 @@ def transport_by_azimuth(
         2.3562 2.3562
     """
     check_asked_one(scene, Scene, at, Receiver, bands=True)
+    check_integer("inner", inner)
     check_positive("inner", inner)
     return _integrated(scene, at, Varying(transport, at, inner), nodes, most)
 
@@ -208,7 +209,9 @@ def _sliced(found: list[Part], base: Float[Array, ""], lag: Float[Array, ""]) ->
 
 
 def _integrated(scene: Scene, at: Receiver, T, nodes: int, most: int) -> AzimuthalIntegral:
+    check_integer("nodes", nodes)
     check_positive("nodes", nodes)
+    check_integer("most", most)
     check_positive("most", most)
     found = settled(parts(scene, at))
     dtype = at.position.dtype

@@ -21,6 +21,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from firstorder._argument_checks import check_count
 from firstorder.numerics._vectors import inverse_3x3, unit
 from firstorder.scene._bands import by_band
 from firstorder.scene._intersect import MISS, ranks, rounding, tie
@@ -260,6 +261,7 @@ def refine_maps(maps: RadianceMaps, cells: int) -> RadianceMaps:
         >>> refine_maps(coarse, 8).L.shape
         (4, 8, 8)
     """
+    check_count("cells", cells)
     k = maps.L.shape[1]
     u = (np.arange(cells) + 0.5) / cells * k - 0.5
     low = np.clip(np.floor(u), 0, k - 2).astype(int)

@@ -23,11 +23,11 @@ from jaxtyping import Array, ArrayLike, Float, PRNGKeyArray
 
 from firstorder.numerics._vectors import dot, norm
 from firstorder.sampling._paths import (
-    LANES,
     SURVIVAL,
     Gathered,
     Lengths,
     check_many,
+    lanes_for,
     path_lengths,
     roulette,
     survival_chance,
@@ -184,7 +184,7 @@ def _first(scene: Scene, origin: Rows, along: Rows) -> tuple[Vertex, Array]:
 def _paths(scene, start: Vertex, key, paths: int, lanes: int | None, length: Lengths, next_event):
     """Checks, and one row of first vertices."""
     check_many("paths", paths)
-    lanes = min(paths, lanes or max(LANES // start.on.shape[0], 1))
+    lanes = lanes_for(start.on.shape[0], paths, lanes)
     lights = _lights(scene) if next_event else ()
     # How many paths is no part of the program: it is compiled once for all numbers.
     return _traced(scene, start, key, jnp.asarray(paths), lanes, length, lights)

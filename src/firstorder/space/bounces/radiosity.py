@@ -16,7 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
-from firstorder._argument_checks import check_positive
+from firstorder._argument_checks import check_integer, check_not_negative, check_positive
 from firstorder.conventions import cylindrical
 from firstorder.numerics._scale import power_of_two
 from firstorder.numerics._vectors import cross, dot, matvec, norm, orthonormal_frame, unit
@@ -198,6 +198,8 @@ def solve_radiosity(
     the first `bounces` of these. What lights emit is not in it. Of several bands rays are traced
     once.
 
+    Planes, and the backs of flat shapes, have no map: they reflect nothing here.
+
     Args:
         scene: with rectangles as lights.
         cells: along each side of each face, at least 2.
@@ -206,8 +208,8 @@ def solve_radiosity(
         shadow: cells along each side of a light for shadows; 0 for none.
 
     Raises:
-        ValueError: if something else than the front of a rectangle emits, the sky included, or a
-            number is too small.
+        ValueError: if something else than the front of a rectangle emits, the sky included, a
+            surface is glossy, or a number is too small or no integer.
 
     Example:
         >>> from firstorder.space import library
@@ -217,7 +219,15 @@ def solve_radiosity(
     """
     check_many("cells", cells)
     for name, number in (("bounces", bounces), ("rays", rays)):
+        check_integer(name, number)
         check_positive(name, number)
+    check_integer("shadow", shadow)
+    check_not_negative("shadow", shadow)
+    if np.any(np.asarray(scene.material.specular) != 0.0):
+        raise ValueError(
+            "Argument `scene` must be diffuse, but holds a surface with `specular`: "
+            "`path_irradiance` follows glossy reflections."
+        )
     check_shines(scene)
     lights, plan = _lights(scene), face_layout(scene)
     point, normal = cell_centers(scene, cells)

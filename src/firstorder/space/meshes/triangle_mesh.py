@@ -87,6 +87,9 @@ def mesh(vertices: Any, faces: Any) -> Mesh:
     An edge at which two faces disagree about which side is the front, and an edge of more than two
     faces, count as boundaries of some of them. Every other edge has two faces or is a boundary.
 
+    Valid when: vertices in one place are one vertex, as `read_mesh` makes them. Faces that repeat
+    them are not joined: each of their edges is a boundary, and silhouettes count it twice.
+
     Args:
         vertices: shape (v, 3) [m].
         faces: shape (f, 3), numbers of vertices from 0; counter-clockwise as seen from the front.

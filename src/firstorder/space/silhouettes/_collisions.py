@@ -5,10 +5,10 @@ nobody's silhouette. Exact integrals along silhouettes do not know it, and are w
 differs across it. A pair is found if
 
     of points of one surface some lie in the other body and some outside, or
-    an edge of one shape, or a line along its surface, passes through a flat one.
+    an edge of one shape, or a line along its surface, passes through the other one.
 
-Every pair that is found does meet, by more than rounding. A corner or a rim that dips in between
-two points may be missed, and two planes are not looked at.
+Every pair that is found does meet, by more than rounding. A rim or a round side that dips in
+between two points may be missed, and two planes are not looked at.
 """
 
 from __future__ import annotations
@@ -156,11 +156,38 @@ def _meeting(one: _One, other: _One) -> np.ndarray | None:
 
 
 def _entered(a: _One, body: _One) -> np.ndarray:
-    """Points of a surface in a body, if it has others outside."""
+    """Points of a surface, or else of its edges, in a body, if it has others outside."""
     p = a.surface(body)
-    gauge, slack = _gauge(body.kind, body.local(p)), _slack(p)
-    leaves = a.kind is Planes or np.any(gauge > 1.0 + slack)
-    return p[(gauge < 1.0 - slack) & leaves]
+    found = p[_gauge(body.kind, body.local(p)) < 1.0 - _slack(p)]
+    if a.kind is Planes:
+        return found
+    if not _leaves(a, body):
+        return found[:0]
+    if len(found):
+        return found
+    # Thin rods cross between the points of both. Chords of round edges lie in the shape, so that
+    # the body must not lie in it as a whole.
+    start, end = (body.local(a.world(ends)) for ends in EDGES[a.kind])
+    near = np.all((np.minimum(start, end) < 1.0) & (np.maximum(start, end) > -1.0), 1)
+    q = _deepest(body.kind, start[near], end[near])
+    met = _gauge(body.kind, q) < 1.0 - _slack(q)
+    return body.world(q[met & (not a.closed or _leaves(body, a))])
+
+
+def _leaves(a: _One, body: _One) -> bool:
+    """Whether some point of a surface lies outside of a body."""
+    p = body.local(a.surface(body))
+    return bool(np.any(_gauge(body.kind, p) > 1.0 + _slack(p)))
+
+
+def _deepest(kind: type[Shape], start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """The point of each segment that lies deepest in a body: its gauge is convex along it."""
+    low, high = np.zeros((len(start), 1)), np.ones((len(start), 1))
+    for _ in range(48):
+        one, two = low + (high - low) / 3.0, high - (high - low) / 3.0
+        deep, deeper = (_gauge(kind, start + s * (end - start))[:, None] for s in (one, two))
+        low, high = np.where(deep < deeper, low, one), np.where(deep < deeper, two, high)
+    return start + 0.5 * (low + high) * (end - start)
 
 
 def _cut(a: _One, b: _One) -> np.ndarray:

@@ -15,7 +15,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from firstorder._argument_checks import check_positive, nan_unless
+from firstorder._argument_checks import check_integer, check_positive, nan_unless
 from firstorder.conventions import FLATLAND, Frame
 from firstorder.errors import Refused
 from firstorder.fields._coerce import FieldLike, as_field, field_of, field_or_none, several
@@ -174,6 +174,7 @@ class ReflectedField(Field):
 
     def __check_init__(self):
         """Refuse other coordinates."""
+        check_integer("nodes", self.nodes)
         check_positive("nodes", self.nodes)
         if self.light.frame != FLATLAND:
             f = self.light.frame
