@@ -192,6 +192,7 @@ def test_bands_of_the_known_fields():
             ),
             "horizon",
         ),
+        (lambda b: band_limit_after(Integrate("theta", 0.0, lambda x: jnp.sin(x)), b), "ends"),
     ],
 )
 def test_what_has_no_band_limit_says_why(make, reason):

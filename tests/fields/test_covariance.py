@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from firstorder.conventions import FLATLAND
 from firstorder.fields import Grid, covariance_of, covariance_of_samples, gaussian
 from firstorder.laws import Move
 
@@ -34,3 +35,8 @@ def test_units():
 def test_it_is_narrower_where_light_is_wider():
     S = light().covariance().matrix
     assert float(S[0, 0]) == pytest.approx(1 / (8 * np.pi**2 * 0.5**2 * (1 - 0.35**2)))
+
+
+def test_samples_that_do_not_fit_their_grid_are_one_sentence():
+    with pytest.raises(ValueError, match="`samples` must have shape"):
+        covariance_of_samples(np.ones((4, 5)), Grid((4, 4), (1.0, 1.0)), FLATLAND)

@@ -1,8 +1,12 @@
 import jax.numpy as jnp
 import numpy as np
+import pytest
 
 from firstorder.checks.tolerance import fitted_order
+from firstorder.conventions import FLATLAND, FLATLAND_SLOPE
 from firstorder.fields import autodiff_jet, gaussian
+
+FRAMES = FLATLAND, FLATLAND_SLOPE
 
 
 def light():
@@ -35,3 +39,12 @@ def test_the_hessian_is_symmetric():
     np.testing.assert_array_equal(H, H.T)
     oracle = autodiff_jet(light().at, jnp.array([0.3, 0.1]), light().frame)
     np.testing.assert_allclose(H, oracle.hessian, atol=1e-13)
+
+
+def test_jets_over_other_coordinates_do_not_add():
+    one, other = (gaussian((0.0, 0.0), (1.0, 1.0), frame=f).jets(0.0, 0.0) for f in FRAMES)
+    with pytest.raises(ValueError, match="`other` must be a jet over"):
+        one + other
+    with pytest.raises(TypeError):
+        one + 1.0
+    assert (one + one).value == 2.0

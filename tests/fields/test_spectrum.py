@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firstorder.checks.tolerance import normwise
+from firstorder.conventions import FLATLAND, FLATLAND_SLOPE
 from firstorder.fields import Grid, SampledSpectrum, discrete_transform, gaussian
 
 SIZES = st.tuples(st.integers(3, 9), st.integers(3, 9))
@@ -95,3 +96,22 @@ def test_a_moved_grid_may_be_traced():
 def test_bad_input(make, words):
     with pytest.raises(ValueError, match=words):
         make()
+
+
+def test_spectra_over_other_frequencies_do_not_add():
+    F, G = (
+        gaussian((0.0, 0.0), (1.0, 1.0), frame=f).spectrum() for f in (FLATLAND, FLATLAND_SLOPE)
+    )
+    with pytest.raises(ValueError, match="`spectra` must share one frame"):
+        F + G
+    with pytest.raises(TypeError):
+        F + 1.0
+    np.testing.assert_array_equal((F + F)(0.1, 0.2), 2.0 * F(0.1, 0.2))
+
+
+def test_samples_are_transformed_along_all_axes_and_grids_have_whole_sizes():
+    grid = Grid((4, 4), (1.0, 1.0))
+    with pytest.raises(ValueError, match="`frequencies` must be 2 arrays"):
+        discrete_transform(np.ones((4, 4)), grid, np.zeros(1))
+    with pytest.raises((TypeError, ValueError)):
+        Grid((4.5, 4), (1.0, 1.0))

@@ -2,6 +2,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from firstorder.conventions import Frame
 from firstorder.fields import Grid, Wavelet, gaussian
 from firstorder.fields._haar import haar_matrix, triple_products
 from firstorder.laws import Multiply
@@ -70,3 +71,8 @@ def test_triple_products_are_symmetric():
 def test_bad_input(n):
     with pytest.raises(ValueError, match=f"`n` must be a power of two, but is {n}"):
         haar_matrix(n)
+
+
+def test_samples_that_do_not_fit_their_cells_are_one_sentence():
+    with pytest.raises(ValueError, match="`samples` must have shape"):
+        Wavelet.of_samples(jnp.ones(8), Grid((4,), (1.0,)), Frame(("x",)))

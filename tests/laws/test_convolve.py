@@ -10,7 +10,18 @@ from scipy.stats import norm
 from firstorder.checks.cases import CENTER, CORRELATION, SIGMA, light
 from firstorder.checks.cases.laws.convolve import Leaning
 from firstorder.errors import Refused
-from firstorder.fields import Affine, Constant, GaussianProfile, HalfPlane, gaussian, half_plane
+from firstorder.fields import (
+    Affine,
+    Constant,
+    Covariance,
+    Environment,
+    GaussianProfile,
+    HalfPlane,
+    Harmonics,
+    UniformProfile,
+    gaussian,
+    half_plane,
+)
 from firstorder.laws import Circle, Convolve, Hemisphere, Integrate, Move, Multiply
 
 U = jnp.array([0.3, -0.2])
@@ -103,3 +114,26 @@ def test_circle_and_horizon_refuse_what_only_the_line_has():
             Convolve(Leaning(0.3, 0.1), domain)(light().covariance())
     with pytest.raises(Refused, match="not shift-invariant"):
         Convolve(Leaning(0.3, 0.1), Hemisphere(light()))(light().spectrum())
+
+
+@pytest.mark.parametrize("sigma", [0.05, 1e-3])
+@pytest.mark.parametrize("domain", [Circle(), Hemisphere(Affine([0.5, 0.0], 0.1))])
+def test_a_narrow_kernel_sees_the_light_before_it_on_every_domain(domain, sigma):
+    """A wave passes a bell damped by `exp(-sigma^2 / 2)`; the horizon is far away."""
+    sky = Environment(Harmonics([1.0, 0.5], [0.0, 0.0]))
+    jet = Convolve(GaussianProfile(sigma), domain)(sky).jet(jnp.array([0.2, -0.3]))
+    seen = 0.5 * np.exp(-0.5 * sigma**2)
+    np.testing.assert_allclose(jet.value, 1.0 + seen * np.cos(0.3), rtol=1e-9)
+    np.testing.assert_allclose(jet.gradient[1], seen * np.sin(0.3), rtol=1e-7)
+
+
+def test_even_light_under_an_even_kernel_keeps_its_covariance():
+    S = Covariance(jnp.diag(jnp.array([0.3, 0.0])))
+    np.testing.assert_array_equal(Convolve(UniformProfile("theta"))(S).matrix, S.matrix)
+
+
+def test_a_horizon_takes_its_normal_as_a_number_or_function():
+    truth = Convolve(Leaning(0.3, 0.1), Hemisphere(Affine([0.5, 0.0], 0.0)))(light()).jet(U)
+    plain = Convolve(Leaning(0.3, 0.1), Hemisphere(lambda x: 0.5 * x))(light()).jet(U)
+    np.testing.assert_allclose(plain.hessian, truth.hessian, rtol=1e-12)
+    assert Hemisphere(0.2).normal(3.0, 1.0) == 0.2

@@ -18,6 +18,7 @@ from firstorder.errors import Refused
 from firstorder.fields import (
     Affine,
     Constant,
+    Covariance,
     Function,
     Gaussian,
     Grid,
@@ -26,9 +27,9 @@ from firstorder.fields import (
     autodiff_jet,
     half_plane,
 )
-from firstorder.laws import Integrate, Map, Multiply, Warp
+from firstorder.laws import Integrate, Map, Move, Multiply, Warp
 from firstorder.numerics._batching import batched
-from firstorder.transport import Travel
+from firstorder.transport import Mirror, Texture, Travel
 
 LINE = Frame(("x",))
 X = jnp.array([[-0.6], [-0.1], [0.35], [0.8]])
@@ -354,3 +355,22 @@ def test_a_warped_edge_that_runs_along_the_axis_survives_too():
     assert dark > 0.1
     np.testing.assert_allclose(got, lit, atol=1e-9)
     assert h.frame == FLATLAND.without("theta") == LINE
+
+
+def test_light_that_is_the_same_along_an_axis_keeps_its_covariance_across_it():
+    S = Covariance(jnp.diag(jnp.array([0.3, 0.0])))
+    np.testing.assert_allclose(Integrate("theta", -1.0, 1.0)(S).matrix, [[0.3]])
+
+
+def test_an_endless_interval_is_one_sentence():
+    with pytest.raises(ValueError, match="Argument `upper` must be finite, but is inf"):
+        Integrate("theta", 0.0, np.inf)
+
+
+def test_a_pattern_labelled_by_the_sense_before_the_mirror_is_integrated_with_its_edge():
+    """Its edge runs aslant after the move, so that the derivative has a term of it."""
+    mirrored = light() >> Mirror() >> Texture(half_plane(0.2, frame=FLATLAND))
+    seen = Move([[1.0, 0.5], [0.0, 1.0]])(mirrored.light)
+    E, h = Integrate("x", -1.0, 1.0)(seen), 1e-5
+    slope = (E(0.1 + h) - E(0.1 - h)) / (2.0 * h)
+    np.testing.assert_allclose(E.jets(0.1).gradient[0], slope, rtol=1e-6)

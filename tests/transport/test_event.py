@@ -159,3 +159,10 @@ def test_a_source_alone_is_a_path():
     path = Path(light(FLATLAND))
     assert path.light is path.source
     assert len(path.spectra) == 1
+
+
+@pytest.mark.parametrize("other", [3, None, light()])
+def test_a_chain_goes_on_with_events_alone(other):
+    for begun in (Chain((Travel(1.0),)), Path(light(FLATLAND_SLOPE)), Travel(1.0)):
+        with pytest.raises(TypeError):
+            begun >> other

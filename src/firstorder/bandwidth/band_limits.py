@@ -214,8 +214,8 @@ def band_limit_after(law: Law, band: BandLimit, level: float = LEVEL) -> BandLim
     """Band limit of light after a law, from the band limit before it.
 
     Move: every point by `M^T`. Multiply: plus the factor's band. Integrate: the slice
-    `Omega_axis = 0`. Convolve: a product, integrated, which for a lobe of the difference alone
-    cuts the set at the lobe's cutoff. A warp refuses: linearise it.
+    `Omega_axis = 0`, refused where an end moves. Convolve: a product, integrated, which for a lobe
+    of the difference alone cuts the set at the lobe's cutoff. A warp refuses: linearise it.
 
     Args:
         law: what happens to the light.
@@ -257,6 +257,7 @@ def _(law: Multiply, band: BandLimit, level: float = LEVEL) -> BandLimit:
 
 @band_limit_after.register
 def _(law: Integrate, band: BandLimit, level: float = LEVEL) -> BandLimit:
+    law._refuse_moving_ends()
     return band.sliced(law.axis)
 
 

@@ -122,7 +122,7 @@ def several(name: str, kinds: tuple[type, ...], words: str) -> Callable[[Any], t
     return convert
 
 
-def check_kind(name: str, x: Any, kind: type, words: str) -> None:
+def check_kind(name: str, x: Any, kind: type | tuple[type, ...], words: str) -> None:
     """Refuse what is not of a kind, in one sentence."""
     if not isinstance(x, kind):
         raise TypeError(f"Argument `{name}` must be {words}, but is {_what(x)}.")

@@ -13,6 +13,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
+from firstorder._argument_checks import check_shape
 from firstorder._display import in_notebook, in_print
 from firstorder.conventions import Frame
 from firstorder.fields.spectrum import Grid
@@ -78,6 +79,8 @@ def covariance_of_samples(samples, grid: Grid, frame: Frame) -> Covariance:
         >>> round(float(S.matrix[0, 0] / bell.covariance().matrix[0, 0]), 6)
         1.0
     """
+    samples = jnp.asarray(samples)
+    check_shape("samples", samples, grid.size)
     power = jnp.abs(jnp.fft.fftshift(jnp.fft.fftn(samples))) ** 2
     Omega = jnp.meshgrid(
         *(jnp.asarray(grid.frequencies(i)) for i in range(samples.ndim)), indexing="ij"

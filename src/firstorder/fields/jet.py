@@ -38,6 +38,13 @@ class Jet(eqx.Module):
 
     def __add__(self, other: Jet) -> Jet:
         """Sum of two jets at the same ray."""
+        if not isinstance(other, Jet):
+            return NotImplemented
+        if self.frame != other.frame:
+            raise ValueError(
+                f"Argument `other` must be a jet over {self.frame.coordinates}, {self.frame.sense} "
+                f"like this one, but is over {other.frame.coordinates}, {other.frame.sense}."
+            )
         return jax.tree.map(jnp.add, self, other)
 
     def scaled(self, a) -> Jet:

@@ -34,6 +34,10 @@ class Kernel(Field):
         """Points on the axis at which the kernel is less smooth: quadrature splits there."""
         return jnp.zeros(0)
 
+    def parts(self) -> "tuple[Kernel, ...]":
+        """Kernels of which it is the sum: each is integrated as far as it reaches itself."""
+        return (self,)
+
     @abc.abstractmethod
     def semi_series(self, Omega_axis: Scalar, window: Grid | None) -> "Series":
         """Fourier series over the other coordinates of the kernel's transform along its axis.

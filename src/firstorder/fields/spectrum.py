@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex, Float
 
-from firstorder._argument_checks import check_integer, check_positive, check_shape
+from firstorder._argument_checks import check_count, check_integer, check_positive, check_shape
 from firstorder._display import Axes, drawn, in_notebook_with_picture, in_print
 from firstorder.conventions import Frame, fourier_kernel
 from firstorder.errors import Refused
@@ -97,6 +97,8 @@ class Spectrum(Held):
 
     def __add__(self, other: "Spectrum") -> "SumSpectrum":
         """Superposition."""
+        if not isinstance(other, Spectrum):
+            return NotImplemented
         return SumSpectrum((self, other), jnp.ones(2))
 
 
@@ -106,6 +108,9 @@ class SumSpectrum(Spectrum):
     Args:
         spectra: m of them, over one frame.
         weights: one number for each.
+
+    Raises:
+        ValueError: if the spectra do not share one frame.
 
     Example:
         >>> from firstorder.fields import SumSpectrum, gaussian
@@ -118,6 +123,15 @@ class SumSpectrum(Spectrum):
 
     spectra: tuple[Spectrum, ...]
     weights: Float[Array, " m"]
+
+    def __check_init__(self):
+        """Refuse a sum over different coordinates."""
+        frames = {F.frame for F in self.spectra if not F.frame.implied}
+        if len(frames) > 1 or len({F.frame.dims for F in self.spectra}) > 1:
+            raise ValueError(
+                "Argument `spectra` must share one frame, but are over "
+                f"{' and '.join(str(F.frame.coordinates) for F in self.spectra)}."
+            )
 
     @property
     def frame(self) -> Frame:
@@ -181,6 +195,8 @@ class Grid(eqx.Module):
             if len(value) != len(self.size):
                 n = len(self.size)
                 raise ValueError(f"Argument `{name}` must have {n} entries, but has {len(value)}.")
+        for n in self.size:
+            check_count("size", n)
         for step in self.step:
             check_positive("step", step)
 
@@ -291,7 +307,7 @@ def discrete_transform(
         Transform on the product of the frequency arrays.
 
     Raises:
-        ValueError: if the samples do not fit the grid.
+        ValueError: if the samples or the frequencies do not fit the grid.
 
     Reference: R07 eq. 52 and D05 eq. 1, as a sum.
 
@@ -305,8 +321,14 @@ def discrete_transform(
         >>> bool(np.allclose(F, bell.spectrum()(np.array([0.0, 0.25])), atol=1e-6))
         True
     """
+    samples = jnp.asarray(samples)
     check_shape("samples", samples, grid.size)
-    result = jnp.asarray(samples) * grid.cell
+    if len(frequencies) != len(grid.size):
+        raise ValueError(
+            f"Argument `frequencies` must be {len(grid.size)} arrays, one for each axis of the "
+            f"grid, but are {len(frequencies)}."
+        )
+    result = samples * grid.cell
     for i, Omega in enumerate(frequencies):
         kernel = fourier_kernel(jnp.asarray(Omega)[:, None, None], grid.axis(i)[None, :, None])
         result = jnp.moveaxis(jnp.tensordot(kernel, result, axes=(1, i)), 0, i)

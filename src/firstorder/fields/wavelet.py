@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from firstorder._argument_checks import check_shape
 from firstorder.conventions import Frame
 from firstorder.fields._haar import haar_matrix
 from firstorder.fields.field import Field
@@ -52,6 +53,8 @@ class Wavelet(eqx.Module):
             >>> light.coefficients.tolist()  # all in the constant
             [1.9999999999999998, 0.0, 0.0, 0.0]
         """
+        samples = jnp.asarray(samples)
+        check_shape("samples", samples, grid.size)
         return cls(_along_axes(samples, haar_matrix) * np.sqrt(grid.cell), grid, frame)
 
     def samples(self) -> Float[Array, "..."]:

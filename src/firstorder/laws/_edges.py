@@ -1,4 +1,4 @@
-"""Edges that survive an integral."""
+"""Edges that survive an integral, or a convolution."""
 
 from __future__ import annotations
 
@@ -6,10 +6,15 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jax.core import Tracer
+from jaxtyping import Float
 
 from firstorder.conventions import Frame
+from firstorder.errors import Refused
+from firstorder.fields._series import Series
 from firstorder.fields.field import Affine, Edge, Field
 from firstorder.fields.jet import Jet
+from firstorder.fields.kernel import Kernel, Profile
+from firstorder.fields.spectrum import Grid
 from firstorder.typing import Array, Ray, Scalar
 
 
@@ -57,3 +62,55 @@ class _Along(Field):
     def edges(self) -> tuple[Edge, ...]:
         """Edges of the jump."""
         return self.jump.edges()
+
+
+def kernel_jumps(kernel: Kernel) -> tuple[tuple[Field, Kernel], ...]:
+    """Levels at which a kernel jumps at every angle, and the kernels by which it does."""
+    if isinstance(kernel, Profile):  # it varies along its axis alone
+        return ()
+    return tuple(
+        (e.level, _Jump(part, e.jump))
+        for part in kernel.parts()
+        for e in surviving_edges(part.edges(), part.frame.axis(part.axis))
+    )
+
+
+class _Jump(Kernel):
+    """What a kernel jumps by across an edge, as a kernel that reaches as far."""
+
+    kernel: Kernel
+    jump: Field
+
+    @property
+    def axis(self) -> str:
+        """Axis of the kernel."""
+        return self.kernel.axis
+
+    @property
+    def frame(self) -> Frame:
+        """Frame of the kernel."""
+        return self.kernel.frame
+
+    def at(self, u: Ray) -> Scalar:
+        """The jump."""
+        return self.jump.at(u)
+
+    def jet(self, u: Ray) -> Jet:
+        """Jet of the jump."""
+        return self.jump.jet(u)
+
+    def edges(self) -> tuple[Edge, ...]:
+        """Edges of the jump."""
+        return self.jump.edges()
+
+    def half_width(self) -> Scalar:
+        """Reach of the kernel."""
+        return self.kernel.half_width()
+
+    def knots(self) -> Float[Array, " m"]:
+        """Knots of the kernel."""
+        return self.kernel.knots()
+
+    def semi_series(self, Omega_axis: Scalar, window: Grid | None) -> Series:
+        """Refused: a jump is part of a field, and no light is convolved with it alone."""
+        raise Refused("the jump of a kernel has no series of its own")

@@ -17,14 +17,14 @@ import numpy as np
 
 from firstorder.conventions import Frame
 from firstorder.errors import Refused
-from firstorder.fields._coerce import check_kind
+from firstorder.fields._coerce import check_kind, field_of
 from firstorder.fields.covariance import Covariance
 from firstorder.fields.extent import Extent
-from firstorder.fields.field import Affine, Constant, Edge, Field
+from firstorder.fields.field import Affine, Constant, Edge, Field, Sum
 from firstorder.fields.jet import Jet
 from firstorder.fields.kernel import GaussianProfile, Kernel
 from firstorder.fields.spectrum import Grid, Spectrum
-from firstorder.laws._edges import surviving_edges
+from firstorder.laws._edges import kernel_jumps, surviving_edges
 from firstorder.laws.base import Law
 from firstorder.laws.integrate import Integrate
 from firstorder.laws.move import Move
@@ -77,16 +77,18 @@ class Circle(Domain):
     """
 
     def ends(self, kernel: Kernel, wide: Frame) -> tuple[Field, Field]:
-        """One period about `u_axis`."""
+        """One period about `u_axis`, or as far as a narrow kernel reaches."""
         here = np.eye(wide.dims)[wide.axis(kernel.axis)]
-        return Affine(here, -np.pi, wide), Affine(here, np.pi, wide)
+        w = jnp.minimum(np.pi, kernel.half_width())
+        return Affine(here, -w, wide), Affine(here, w, wide)
 
 
 class Hemisphere(Domain):
     """Directions above the horizon of a normal at angle n(x): ends move, and have end terms.
 
     Args:
-        normal: n as a field over the coordinates (its direction coordinate ignored).
+        normal: n as a field over the coordinates (its direction coordinate ignored), or a function
+            of x, or a number.
 
     Example:
         >>> from firstorder.fields import Affine
@@ -95,13 +97,39 @@ class Hemisphere(Domain):
         0.5
     """
 
-    normal: Field
+    normal: Field = eqx.field(converter=field_of("normal"))
 
     def ends(self, kernel: Kernel, wide: Frame) -> tuple[Field, Field]:
-        """`n -+ pi / 2`."""
+        """`n -+ pi / 2`, but no farther from `u_axis` than the kernel reaches."""
         n = Move(np.eye(wide.dims - 1, wide.dims), to=wide)(self.normal)
-        quarter = Constant(0.5 * np.pi, wide)
-        return n + (-1.0) * quarter, n + quarter
+        quarter, reach = Constant(0.5 * np.pi, wide), kernel.half_width()
+        lower, upper = n + (-1.0) * quarter, n + quarter
+        return _Near(lower, kernel.axis, reach), _Near(upper, kernel.axis, reach)
+
+
+class _Near(Field):
+    """An end of an integral, or the nearest place to it within a reach of `u_axis`."""
+
+    end: Field
+    axis: str = eqx.field(static=True)
+    reach: Scalar
+
+    @property
+    def frame(self) -> Frame:
+        """Frame of the end."""
+        return self.end.frame
+
+    def at(self, u: Ray) -> Scalar:
+        """Where the integral ends."""
+        return self.jet(u).value
+
+    def jet(self, u: Ray) -> Jet:
+        """Jet of the end, or of the place that goes with `u_axis`."""
+        end, a = self.end.jet(u), self.frame.axis(self.axis)
+        away = end.value - u[a]
+        here = Affine(jnp.eye(u.size, dtype=u.dtype)[a], jnp.sign(away) * self.reach, self.frame)
+        beyond = jnp.abs(away) > self.reach
+        return jax.tree.map(lambda x, y: jnp.where(beyond, x, y), here.jet(u), end)
 
 
 class Convolve(Law):
@@ -137,9 +165,20 @@ class Convolve(Law):
     def __check_init__(self):
         """Refuse what is no kernel."""
         check_kind("kernel", self.kernel, Kernel, "a kernel, as a `Profile` is")
+        check_kind("domain", self.domain, Domain, "a `Line`, a `Circle` or a `Hemisphere`")
+
+    def _image(self, f: Field) -> Field:
+        """The convolution as a field over u, each part of the kernel over its own reach."""
+        parts = self.kernel.parts()
+        images = tuple(self._with(g)._integral(f) for g in parts) if len(parts) > 1 else ()
+        return Sum(images, jnp.ones(len(images))) if images else self._integral(f)
+
+    def _with(self, kernel: Kernel) -> "Convolve":
+        """The same convolution with another kernel."""
+        return Convolve(kernel, self.domain, self.nodes, self.window)
 
     def _integral(self, f: Field) -> Field:
-        """The convolution as a field over u: `Integrate(Multiply(moved g)(moved f))`."""
+        """`Integrate(Multiply(moved g)(moved f))` with the whole kernel g at once."""
         a = f.frame.axis(self.kernel.axis)
         n = f.frame.dims
         wide = f.frame.appended(_DUMMY)
@@ -157,16 +196,21 @@ class Convolve(Law):
 
     def value(self, f: Field, u: Ray) -> Scalar:
         """The product, integrated."""
-        return self._integral(f).at(u)
+        return self._image(f).at(u)
 
     def jet(self, f: Field, u: Ray) -> Jet:
         """The jet of the product, integrated, with its boundary terms."""
-        return self._integral(f).jet(u)
+        return self._image(f).jet(u)
 
     def edges(self, f: Field) -> tuple[Edge, ...]:
-        """Edges that run along the axis survive, their jump convolved; others are smoothed away."""
+        """Edges that run along the axis survive, their jump convolved; others are smoothed away.
+
+        So do the kernel's own, where one material ends and another begins.
+        """
         a = f.frame.axis(self.kernel.axis)
-        return tuple(Edge(e.level, self(e.jump)) for e in surviving_edges(f.edges(), a))
+        of_light = tuple(Edge(e.level, self(e.jump)) for e in surviving_edges(f.edges(), a))
+        jumps = kernel_jumps(self.kernel)
+        return of_light + tuple(Edge(level, self._with(g)(f)) for level, g in jumps)
 
     def spectrum(self, F: Spectrum, Omega: Frequency) -> ComplexScalar:
         """Multiply along the axis, convolve along what the kernel varies in."""
@@ -191,5 +235,6 @@ class Convolve(Law):
             raise Refused("the covariance rule is for the whole line, not for a circle or horizon")
         a = S.frame.axis(self.kernel.axis)
         column = S.matrix[:, a]
-        matrix = S.matrix - jnp.outer(column, column) / (S.matrix[a, a] + self.kernel.spread())
+        both = S.matrix[a, a] + self.kernel.spread()
+        matrix = S.matrix - jnp.outer(column, column) / jnp.where(both == 0, 1.0, both)
         return Covariance(matrix, S.frame)

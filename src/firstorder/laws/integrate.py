@@ -11,7 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from firstorder._argument_checks import check_integer
+from firstorder._argument_checks import check_finite, check_integer
 from firstorder.conventions import POSITIONS, TIMES, Frame
 from firstorder.errors import Refused
 from firstorder.fields._coerce import as_field
@@ -119,7 +119,9 @@ class Integrate(Law):
         crossings = _crossings(f.edges(), origin, a, lower.value, upper.value)
         others = [_within(b.jet(origin), lower.value, upper.value) for b in self.breaks]
         boundaries = [lower, *crossings, *others, upper]
-        return a, along, jax.tree.map(lambda leaf: leaf.astype(u.dtype), boundaries)
+        # In one frame: a pattern may be labelled by the sense that the light had before.
+        parts = ((b.value, b.gradient, b.hessian) for b in boundaries)
+        return a, along, [Jet(*(p.astype(u.dtype) for p in own), f.frame) for own in parts]
 
     def value(self, f: Field, u: Ray) -> Scalar:
         """Gauss-Legendre on each piece between edges."""
@@ -187,7 +189,9 @@ class Integrate(Law):
         a = S.frame.axis(self.axis)
         keep = np.array([i for i in range(S.frame.dims) if i != a], dtype=int)
         column = S.matrix[keep, a]
-        matrix = S.matrix[keep][:, keep] - jnp.outer(column, column) / S.matrix[a, a]
+        # Light that is the same all along the axis has no energy there to take away.
+        own = jnp.where(S.matrix[a, a] == 0, 1.0, S.matrix[a, a])
+        matrix = S.matrix[keep][:, keep] - jnp.outer(column, column) / own
         return Covariance(matrix, self.frame(S.frame))
 
     def wavelet(self, W: Wavelet) -> Wavelet:
@@ -206,9 +210,11 @@ def _end(name: str, end) -> Array | Field:
     if callable(end):  # as a field is
         return as_field(end, name)
     try:
-        return as_float(end)
+        number = as_float(end)
     except (TypeError, ValueError):
         raise TypeError(f"Argument `{name}` must be a number or a field, but is {end!r}.") from None
+    check_finite(name, number)
+    return number
 
 
 def _crossings(

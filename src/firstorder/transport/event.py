@@ -12,6 +12,7 @@ import equinox as eqx
 from firstorder._display import in_notebook, in_print
 from firstorder.conventions import Frame
 from firstorder.errors import Refused
+from firstorder.fields._coerce import check_kind
 from firstorder.fields.covariance import Covariance
 from firstorder.fields.field import Field
 from firstorder.fields.jet import Jet
@@ -84,6 +85,7 @@ class Chain(eqx.Module):
 
     def __rshift__(self, other: Event | Chain) -> Chain:
         """One more event, or all of another chain's."""
+        check_kind("other", other, (Event, Chain), "an event or a chain of them")
         return Chain(self.events + (other.events if isinstance(other, Chain) else (other,)))
 
     def __rrshift__(self, source: Field):

@@ -17,7 +17,7 @@ from firstorder.errors import Refused
 from firstorder.fields import Affine, Constant, Grid, covariance_of, gaussian, half_plane
 from firstorder.fields.apertures import SoftSlit
 from firstorder.flatland import ConstantSky, Receiver, Scene, Segments, irradiance, primitive
-from firstorder.transport import Travel, half_plane_blocker
+from firstorder.transport import Texture, Travel, half_plane_blocker
 from firstorder.transport.events.occlusion import (
     Occlusion,
     PlanarBlockers,
@@ -281,3 +281,12 @@ def test_a_window_may_be_smaller_than_the_plane():
     W, V = (0.4, -0.2), half_plane(3.4, 0.0, 1.0, "x", FRAME)
     small, large = (eqx.filter_jit(Occlusion(V, 0.5, w)(L.spectrum()))(*W) for w in (near, wide))
     assert abs(small - large) < 1e-12
+
+
+@pytest.mark.smoke
+def test_a_planar_blocker_depends_on_the_position_alone_in_angles_too():
+    """From below the line too, where a glossy lobe looks; a texture of that pattern is the same."""
+    mask = half_plane(0.1, 0.3, 1.0, "x", FLATLAND)
+    blocked, painted = Occlusion(mask)(light(FLATLAND)), Texture(mask)(light(FLATLAND))
+    np.testing.assert_array_equal(blocked(0.4, 1.9), painted(0.4, 1.9))
+    np.testing.assert_allclose(blocked.spectrum()(0.3, 0.2), painted.spectrum()(0.3, 0.2))

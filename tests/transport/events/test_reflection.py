@@ -16,14 +16,16 @@ from firstorder.fields import (
     autodiff_jet,
     discrete_transform,
     gaussian,
+    half_plane,
 )
-from firstorder.laws import Move
+from firstorder.laws import Integrate, Move, Multiply
 from firstorder.transport import (
     Blend,
     Curvature,
     Event,
     Mirror,
     Reflection,
+    Texture,
     Travel,
     VaryingGaussian,
     wave,
@@ -148,3 +150,42 @@ def test_reflection_keeps_power():
     before = L.spectrum()(0.0, 0.0)
     after = Reflection(GaussianProfile(0.3, frame=OUT))(L).spectrum()(0.0, 0.0)
     assert complex(after) == pytest.approx(complex(before))
+
+
+@pytest.mark.smoke
+def test_a_narrow_lobe_beside_a_wide_one_is_as_exact_as_alone():
+    lobes = GaussianProfile(0.02, frame=OUT), GaussianProfile(0.5, frame=OUT)
+    weights = [wave(0.5, a, mean=0.5, frame=OUT) for a in (0.5, -0.5)]
+    both = Reflection(Blend(lobes, tuple(weights)))(L)
+    first, second = (Multiply(w)(Reflection(p)(L)) for w, p in zip(weights, lobes, strict=True))
+    u = jnp.array([0.13, 0.1])
+    np.testing.assert_allclose(both.jet(u).hessian, (first + second).jet(u).hessian, rtol=1e-12)
+
+
+def test_the_edge_between_two_materials_is_an_edge_of_what_they_reflect():
+    lobes = GaussianProfile(0.1, frame=OUT), GaussianProfile(0.5, frame=OUT)
+    left, right = half_plane(0.2, 1.0, 0.0, frame=OUT), half_plane(0.2, frame=OUT)
+    edges = Reflection(Blend(lobes, (left, right)))(L).edges()
+    jump = sum(e.jump(0.2, 0.3) for e in edges)
+    wide, narrow = (Reflection(p)(L)(0.2, 0.3) for p in reversed(lobes))
+    np.testing.assert_allclose(jump, wide - narrow, rtol=1e-12)
+
+
+def test_a_pixel_over_two_materials_sees_their_edge_move():
+    """Its derivative has the edge's own term, against the mean of many points."""
+    lobes = GaussianProfile(0.1, frame=OUT), GaussianProfile(0.5, frame=OUT)
+    weights = half_plane(0.2, 1.0, 0.0, frame=OUT), half_plane(0.2, frame=OUT)
+    seen = Curvature(0.7, back=True)(Texture(wave(0.2, frame=OUT))(L))
+    seen = Curvature(0.7, back=True)(Reflection(Blend(lobes, weights))(seen))
+    pixel = Integrate("x", -1.0, 1.0)(Move([[1.0, 0.5], [0.0, 1.0]])(seen))
+    ends = np.linspace(-1.0, 1.0, 20001)
+    x, v = 0.5 * (ends[1:] + ends[:-1]), np.array([[0.101], [0.099]])
+    sums = 2.0 * jnp.mean(Move([[1.0, 0.5], [0.0, 1.0]])(seen)(x, v), axis=1)
+    np.testing.assert_allclose(pixel.jets(0.1).value, jnp.mean(sums), rtol=1e-6)
+    np.testing.assert_allclose(pixel.jets(0.1).gradient[0], (sums[0] - sums[1]) / 0.002, rtol=0.02)
+
+
+def test_a_blend_turns_about_one_axis():
+    lobes = GaussianProfile(0.1, "theta"), GaussianProfile(0.1, "x")
+    with pytest.raises(ValueError, match="must act along one axis"):
+        Blend(lobes, (0.5, 0.5))

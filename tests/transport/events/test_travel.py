@@ -178,3 +178,9 @@ def test_single_precision_is_enough():
     value = Travel(np.float32(1.0))(L).at(jnp.array([0.4, -0.3], jnp.float32))
     assert value.dtype == jnp.float32
     assert abs(float(value) - np.exp(-0.5 * (0.7**2 + 0.3**2))) < 1e-6
+
+
+@pytest.mark.parametrize("sense", SENSES)
+def test_zero_distance_in_angles_is_the_identity_below_the_line_too(sense):
+    L, below = light(Frame(("x", "theta"), sense)), jnp.array([0.4, 1.9])
+    np.testing.assert_array_equal(Travel(0.0)(L).jet(below).hessian, L.jet(below).hessian)

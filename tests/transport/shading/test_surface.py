@@ -12,8 +12,8 @@ from firstorder.checks.tolerance import normwise
 from firstorder.conventions import FLATLAND_SLOPE
 from firstorder.errors import Refused
 from firstorder.fields import Affine, Constant, GaussianProfile, autodiff_jet, gaussian, half_plane
-from firstorder.laws import Multiply
-from firstorder.transport import Bump, Mirror, Reflection
+from firstorder.laws import Integrate, Move, Multiply
+from firstorder.transport import Blend, Bump, Mirror, Reflection
 from firstorder.transport.brdf.general import Ggx, LobeBrdf, TabulatedBrdf
 from firstorder.transport.brdf.lobes import (
     RETRO,
@@ -523,3 +523,41 @@ def test_materials_have_derivatives():
 def test_bad_surfaces_are_refused_in_one_sentence(make, sentence):
     with pytest.raises(ValueError, match=sentence):
         make()
+
+
+def test_a_blend_of_lobes_reflects_as_they_do_one_by_one():
+    """However narrow one is beside the other: value, Hessian and the terms of the derivative."""
+    lobes, half = (GaussianProfile(0.02), GaussianProfile(0.5)), Constant(0.5)
+    both = Surface(NORMAL, Lobe(Blend(lobes, (half, half)))).reflect(LIGHT)
+    each = Surface(NORMAL, tuple(Lobe(Blend((p,), (half,))) for p in lobes)).reflect(LIGHT)
+    alone = Surface(NORMAL, tuple(glossy(p.sigma, 0.5) for p in lobes)).reflect(LIGHT)
+    together, one_by_one, truth = jets_of(both, each, alone)
+    np.testing.assert_allclose(together.hessian, one_by_one.hessian, rtol=1e-12)
+    np.testing.assert_allclose(together.hessian, truth.hessian, rtol=1e-9)
+    (terms,), separate = both.terms(0.2, 0.1), each.terms(0.2, 0.1)
+    np.testing.assert_allclose(terms.CDV, sum(t.CDV for t in separate), rtol=1e-12)
+    assert terms.CV == separate[0].CV
+
+
+def test_the_edges_of_materials_and_of_shadows_on_the_surface_are_edges_of_what_it_reflects():
+    left, right = half_plane(0.2, 1.0, 0.0), half_plane(0.2)
+    blend = Lobe(Blend((GaussianProfile(0.1), GaussianProfile(0.5)), (left, right)))
+    shadow, paint = Multiply(half_plane(0.1))(LIGHT), half_plane(-0.3, 0.2, 1.0)
+    B = Surface(NORMAL, (blend, glossy(0.2), lambert(0.5)), paint).reflect(shadow)
+    places = sorted({-float(e.level.offset) for e in B.edges()})
+    assert places == [-0.3, 0.1, 0.2]
+    for place in places:
+        here = [e for e in B.edges() if -float(e.level.offset) == place]
+        jump = B(place + 1e-9, 0.1) - B(place - 1e-9, 0.1)
+        np.testing.assert_allclose(sum(e.jump(place, 0.1) for e in here), jump, atol=1e-7)
+
+
+def test_a_pixel_over_a_painted_surface_sees_the_paint_move():
+    """Its derivative has the paint's edge in it, against the mean of many points."""
+    B = Surface(NORMAL, glossy(0.2), half_plane(0.3, 0.2, 1.0)).reflect(LIGHT)
+    seen = Move([[1.0, 0.5], [0.0, 1.0]])(B)
+    pixel = Integrate("x", -1.0, 1.0)(seen)
+    ends = np.linspace(-1.0, 1.0, 20001)
+    x, v = 0.5 * (ends[1:] + ends[:-1]), np.array([[0.101], [0.099]])
+    sums = 2.0 * jnp.mean(seen(x, v), axis=1)
+    np.testing.assert_allclose(pixel.jets(0.1).gradient[0], (sums[0] - sums[1]) / 0.002, rtol=0.01)

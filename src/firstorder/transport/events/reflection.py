@@ -4,6 +4,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_positive, nan_unless
 from firstorder.conventions import Frame, fourier_kernel, frame_with
@@ -164,7 +165,7 @@ class Blend(Kernel):
         weights: fields w_i over the light's coordinates that ignore the directions.
 
     Raises:
-        ValueError: if there is not one weight for each lobe.
+        ValueError: if there is not one weight for each lobe, or they act along several axes.
 
     Reference: D05 §4.5, last paragraph; R07 §4.3.
 
@@ -184,6 +185,9 @@ class Blend(Kernel):
         if not self.lobes or len(self.lobes) != len(self.weights):
             counts = f"{len(self.lobes)} lobes and {len(self.weights)} weights"
             raise ValueError(f"Arguments `lobes` and `weights` must pair up, but are {counts}.")
+        axes = sorted({p.axis for p in self.lobes})
+        if len(axes) > 1:
+            raise ValueError(f"Argument `lobes` must act along one axis, but does on {axes}.")
 
     @property
     def axis(self) -> str:
@@ -206,6 +210,14 @@ class Blend(Kernel):
         # The derivative of `jnp.max` compares the widths with their largest, and is 1 / 0 where
         # the compiler computes a width twice and rounds it in two ways.
         return widths[jnp.argmax(widths)]
+
+    def knots(self) -> Float[Array, " m"]:
+        """Those of all lobes."""
+        return jnp.concatenate([p.knots() for p in self.lobes])
+
+    def parts(self) -> tuple[Kernel, ...]:
+        """Each lobe with its weight: the nodes of a wide one would miss a narrow one."""
+        return tuple(Blend((p,), (w,)) for p, w in zip(self.lobes, self.weights, strict=True))
 
     def at(self, u: Ray) -> Scalar:
         """Weighted sum."""

@@ -6,7 +6,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from firstorder._argument_checks import check_not_negative, nan_unless
+from firstorder._argument_checks import check_not_negative, is_concrete, nan_unless
 from firstorder.conventions import Frame, slope, travel_sign
 from firstorder.fields.field import Field
 from firstorder.laws.base import Law
@@ -60,10 +60,10 @@ class Travel(Event):
         require_frame(fits, self, frame, "one direction for each position")
         _, d = hosted(self.d)
         shear = travel_sign(frame.sense) * nan_unless(d >= 0, d)
-        if frame.uses_slopes:
+        require_frame(frame.uses_slopes or frame.dims == 2, self, frame, "slopes in space")
+        if frame.uses_slopes or (is_concrete(d) and d == 0):  # a planar blocker travels nowhere
             rows, columns = np.array(frame.positions), np.array(frame.directions)
             return Move(identity_with(frame.dims, rows, columns, shear))
-        require_frame(frame.dims == 2, self, frame, "slopes in space")
         return Warp(_AngularTravel(as_float(shear)))
 
 

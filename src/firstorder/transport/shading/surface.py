@@ -19,9 +19,10 @@ from firstorder._argument_checks import check_integer, check_positive, nan_unles
 from firstorder.conventions import FLATLAND, Frame
 from firstorder.errors import Refused
 from firstorder.fields._coerce import FieldLike, as_field, field_of, field_or_none, several
-from firstorder.fields.field import Field, Function
+from firstorder.fields.field import Affine, Edge, Field, Function
 from firstorder.fields.jet import Jet
 from firstorder.fields.kernel import Profile
+from firstorder.laws._edges import kernel_jumps, surviving_edges
 from firstorder.laws.convolve import Convolve
 from firstorder.laws.integrate import Integrate
 from firstorder.laws.move import Move
@@ -192,7 +193,8 @@ class ReflectedField(Field):
         """Sum over the lobes, times the texture."""
         x, theta = u
         n = self.surface.normal_at(x)
-        total = sum((self._value(r, n, x, theta) for r in self.surface.reflectance), 0.0 * x)
+        parts = (part for r in self.surface.reflectance for part in _parts(r))
+        total = sum((self._value(r, n, x, theta) for r in parts), 0.0 * x)
         texture = self.surface.texture
         return total if texture is None else texture.at(u) * total
 
@@ -200,10 +202,38 @@ class ReflectedField(Field):
         """Value, gradient and Hessian in closed form."""
         return self.entries(u[0], u[1]).jet(self.frame)
 
+    def edges(self) -> tuple[Edge, ...]:
+        """Edges of the texture, and those of light and lobes that are straight and ignore theta.
+
+        Others are smoothed away, unless a curved one happens to run along theta.
+        """
+        texture, reflectance = self.surface.texture, self.surface.reflectance
+        of_light = tuple(
+            Edge(e.level, ReflectedField(e.jump, self.surface, self.nodes))
+            for e in surviving_edges(self.light.edges(), 1)
+            if isinstance(e.level, Affine)
+        )
+        of_lobes = tuple(
+            Edge(level, self._on(Lobe(kernel, r.argument, r.cosine), texture))
+            for r in reflectance
+            if isinstance(r, Lobe)
+            for level, kernel in kernel_jumps(r.kernel)
+            if isinstance(level, Affine)
+        )
+        bare = Multiply(self._on(reflectance, None))
+        painted = () if texture is None else texture.edges()
+        return of_light + of_lobes + tuple(Edge(e.level, bare(e.jump)) for e in painted)
+
+    def _on(self, reflectance, texture: Field | None) -> "ReflectedField":
+        """The same light, reflected by another material."""
+        surface = Surface(self.surface.normal, reflectance, texture)
+        return ReflectedField(self.light, surface, self.nodes)
+
     def entries(self, x: Scalar, theta: Scalar) -> Entries:
         """The jet as six numbers."""
         n = self.surface.normal_at(x)
-        first, *rest = (self._entries(r, n, x, theta) for r in self.surface.reflectance)
+        parts = (part for r in self.surface.reflectance for part in _parts(r))
+        first, *rest = (self._entries(r, n, x, theta) for r in parts)
         for more in rest:
             first = first + more
         return first if self.surface.texture is None else self._painted(x).times(first)
@@ -336,7 +366,12 @@ class ReflectedField(Field):
 
     def _terms(self, x: Scalar, theta: Scalar) -> tuple[DerivativeTerms, ...]:
         n = self.surface.normal_at(x)
-        return tuple(self._terms_of(r, n, x, theta) for r in self.surface.reflectance)
+        return tuple(self._terms_of_all(r, n, x, theta) for r in self.surface.reflectance)
+
+    def _terms_of_all(self, r: Lobe | Brdf, n: Normal, x: Scalar, theta: Scalar) -> DerivativeTerms:
+        """Those of a lobe's parts, which turn alike, added."""
+        SV, DV, CV, CDV, MV = zip(*(self._terms_of(p, n, x, theta) for p in _parts(r)), strict=True)
+        return DerivativeTerms(sum(SV), sum(DV), CV[0], sum(CDV), sum(MV))
 
     def _terms_of(self, r: Lobe | Brdf, n: Normal, x: Scalar, theta: Scalar) -> DerivativeTerms:
         """By their definitions, and not from B_x."""
@@ -370,6 +405,13 @@ class ReflectedField(Field):
         e = entries_of(self.surface.texture, x, jnp.zeros_like(x))
         zero = jnp.zeros_like(x)
         return Entries(e.value, e.x, zero, e.xx, zero, zero)
+
+
+def _parts(r: Lobe | Brdf) -> tuple[Lobe | Brdf, ...]:
+    """Lobes of which one is the sum, as its kernel is."""
+    if isinstance(r, Brdf):
+        return (r,)
+    return tuple(Lobe(kernel, r.argument, r.cosine) for kernel in r.kernel.parts())
 
 
 class _Peak(Field):
