@@ -9,7 +9,16 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder import bandwidth, caching, fields, flatland, imaging, space, visibility
+from firstorder import (
+    bandwidth,
+    caching,
+    fields,
+    flatland,
+    imaging,
+    reconstruction,
+    space,
+    visibility,
+)
 from firstorder.bandwidth.pixel_rates import blocker_distance, mean_inverse_distance
 from firstorder.conventions import FLATLAND
 from firstorder.flatland import library
@@ -33,6 +42,7 @@ GLASS = flatland.Scene.of(
 THROUGH = ((1, "through"), (1, "through"))
 MAP = photon_map(ROOM, trace_photons(ROOM, jax.random.key(0), 200, 1))
 CAMERA = imaging.pinhole((0.0, 0.0, 4.0), (0.0, 0.0, 0.0), up=(0.0, 1.0, 0.0))
+PLACES, SLOPES = [[1, 1], [3, 1], [1, 3], [3, 3]], [[1, 2], [3, 4], [-1, 2], [0, 1]]
 SQUARE = [[-1, -1, 1], [-1, 1, 1], [1, 1, 1], [1, -1, 1]]
 FLAT, SOLID = flatland.Receiver((0.0, 0.0), 0.0), space.receiver((0, 0, 0), (1, 0, 0))
 LENS = mesh([[0, 0, 1], [1, 0, 1], [0, 1, 1]], [[0, 1, 2]])
@@ -96,6 +106,27 @@ CALLS = {
         [1, 1],
     ),
     "pixel_labels": (lambda p: imaging.pixel_labels(BALL, CAMERA, p), [[0, 0], [9, 9]]),
+    "delaunay_image": (
+        lambda p, v, g: reconstruction.delaunay_image(p, v, 4, 4, gradient=g, scheme="gradient"),
+        PLACES,
+        [1, 2, 3, 5],
+        SLOPES,
+    ),
+    "coherent_image": (
+        lambda p, v, g: reconstruction.coherent_image(p, v, g, (4, 4)),
+        PLACES,
+        [1, 2, 3, 5],
+        SLOPES,
+    ),
+    "directional_coherence": (reconstruction.directional_coherence, PLACES, SLOPES, [[2, 2]]),
+    "cross_bilateral": (
+        reconstruction.cross_bilateral,
+        PLACES,
+        [1, 2, 3, 5],
+        [[2] * 4] * 4,
+        [[1, 2, 1, 2]] * 4,
+        [[[0, 0, 1]] * 4] * 4,
+    ),
     "autodiff_jet": (lambda u: fields.autodiff_jet(lambda u: u[0] * u[1], u, FLATLAND), [1, 3]),
     "bracket_edges": (
         lambda a: visibility.bracket_edges(lambda a: jnp.abs(a) < 0.5, a, size=2),

@@ -455,3 +455,17 @@ def test_records_of_a_plane_answer_with_that_plane(x, height, slope):
     records = Candidates.of(POSITIONS, height + POSITIONS @ slope, np.tile(slope, (COUNT, 1)))
     found, _ = _answers_at(records, jnp.asarray(SHAPES), jnp.asarray(x), (1, False))
     np.testing.assert_allclose(found, height + x @ slope, atol=1e-12)
+
+
+def test_a_table_with_gaps_for_what_did_not_act_is_read():
+    """As pandas reads the empty words of a file; other words are refused."""
+    line = Candidates.from_function(jnp.cos, jnp.linspace(0.0, 1.0, 3))
+    columns = Cache.of(line, circular_regions(jnp.array([0.3, 0.3, 9.0]), 0.1, 1.0)).columns()
+    gaps = np.array([np.nan, np.nan, "cut"], dtype=object)
+    assert Cache.from_columns(columns | {"clamp": gaps}).columns()["clamp"].tolist() == [
+        "",
+        "",
+        "cut",
+    ]
+    with pytest.raises(ValueError, match="`columns` must hold known clamps, but has 'low'"):
+        Cache.from_columns(columns | {"clamp": np.full(3, "low")})

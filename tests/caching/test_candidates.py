@@ -98,3 +98,11 @@ def test_no_places_make_no_candidates(dims):
     none = Candidates.from_function(lambda x: jnp.sum(x), np.zeros((0, dims)), derivatives=3)
     assert none.count == 0
     assert np.shape(none.third) == (0, dims, dims, dims)
+
+
+def test_rows_are_those_that_are_there():
+    line = Candidates.from_function(jnp.cos, jnp.linspace(0.0, 1.0, 5))
+    np.testing.assert_array_equal(line.at([0, 2]).position[:, 0], [0.0, 0.5])
+    np.testing.assert_array_equal(jax.jit(lambda k: line.at(k).value)(2), line.value[2])
+    with pytest.raises(IndexError, match="out of bounds"):
+        line.at(np.array([7]))

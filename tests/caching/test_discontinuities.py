@@ -156,3 +156,14 @@ def test_one_kink_may_be_a_number():
     assert float(radius_with_events([0.0], float(found), 0.01, 2.0, -0.25, 2.0, 0.1)) == (
         pytest.approx(0.5, rel=1e-12)
     )
+
+
+def test_an_error_that_is_no_number_has_no_radius():
+    """The halving once ended at `high`, as if all radii up to there were tolerated."""
+    assert np.isnan(radius_with_events([np.nan], 0.25, 0.01, 2.0))
+    assert np.isnan(radius_with_events([0.0], 0.25, 0.01, 2.0, np.array([np.nan]), np.ones(1)))
+
+
+def test_limits_of_a_radius_are_in_order():
+    with pytest.raises(ValueError, match=r"`high` must be at least 2, but is 0\.01"):
+        radius_with_events([1.0], 0.25, 2.0, 0.01)

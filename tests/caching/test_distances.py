@@ -230,3 +230,16 @@ def test_bad_input_is_one_sentence():
     assert split_change(0.1, 1.0, 0, dims=2) == split_change(0.1, 1.0, dims=2)
     with pytest.raises(ValueError, match=r"^Argument `dims` must be 1 or 2, but is 3.$"):
         split_error(0.1, 1.0, dims=3)
+
+
+@pytest.mark.parametrize(
+    ("position", "length", "words"),
+    [
+        (np.zeros(3), np.ones(3), r"`position` must have shape \(m, d\)"),
+        (np.zeros((3, 2)), np.ones(1), "`length` must have shape"),
+        (np.zeros((3, 2)), 1.0, "`length` must have shape"),
+    ],
+)
+def test_there_is_a_length_for_each_place(position, length, words):
+    with pytest.raises(ValueError, match=words):
+        neighbour_clamping(position, length)

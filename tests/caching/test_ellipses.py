@@ -210,3 +210,8 @@ def test_the_hessian_knows_the_eccentricity_that_a_user_guesses(across):
 def test_a_ratio_below_one_is_refused():
     with pytest.raises(ValueError, match="`ratio` must be at least 1"):
         gradient_regions(jnp.ones(2), 1.0, 0.1, 1.0, ratio=0.5)
+
+
+def test_a_gradient_that_is_no_number_gives_no_disc():
+    found = gradient_regions(np.array([np.nan, 0.0]), 0.5, 0.01, 1.0)
+    assert np.all(np.isnan(found.matrix))

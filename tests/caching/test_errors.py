@@ -301,3 +301,21 @@ def test_floats_per_record():
 def test_bad_input_is_one_sentence(call, words):
     with pytest.raises(ValueError, match=words):
         call()
+
+
+def test_limits_of_an_ideal_region_are_in_order():
+    flat = Candidates.on_line(jnp.zeros(1), jnp.zeros((1, 2)))
+    with pytest.raises(ValueError, match=r"`high` must be at least 5, but is 0\.1"):
+        ideal_region(jnp.square, flat, 0.5, 5.0, 0.1)
+    with pytest.raises(ValueError, match=r"`most` must be at least 1, but is 0\.5"):
+        ideal_region(jnp.square, flat, 0.5, 0.1, 5.0, most=0.5)
+
+
+def test_a_window_of_one_pixel_compares_values():
+    """Its rim is of no pixel, and a slice that ended there was once empty."""
+    a, C1 = np.linspace(0.0, 1.0, 12).reshape(3, 4), 1e-4
+    b = a**2
+    expected = np.mean((2.0 * a * b + C1) / (a * a + b * b + C1))
+    np.testing.assert_allclose(ssim(a, b, 1.0, sigma=0.05), expected, rtol=1e-12)
+    with pytest.raises(ValueError, match="`sigma` must be positive"):
+        ssim(a, b, 1.0, sigma=0.0)

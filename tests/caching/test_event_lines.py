@@ -241,3 +241,14 @@ def test_bad_input_is_one_sentence(call, words):
     lines = EventLines([[0.0, 0.0]], [[1.0, 1.0]], [1.0], [1.0])
     with pytest.raises(ValueError, match=words):
         call(lines)
+
+
+def test_a_place_that_is_no_number_has_no_radius():
+    line = EventLines([[0.0, -9.0]], [[0.0, 9.0]], [1.5], [0.0])
+    assert np.isnan(radius_with_lines(0.0, 1.0, 0.01, 9.0, np.array([np.nan, 0.0]), line))
+
+
+def test_limits_of_a_radius_are_in_order():
+    line = EventLines([[0.0, -9.0]], [[0.0, 9.0]], [1.5], [0.0])
+    with pytest.raises(ValueError, match=r"`high` must be at least 9, but is 0\.01"):
+        radius_with_lines(0.0, 1.0, 9.0, 0.01, np.zeros(2), line)

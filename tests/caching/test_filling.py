@@ -348,3 +348,85 @@ def test_every_order_comes_as_often():
     sometimes_sorted = np.where(np.arange(len(orders))[:, None] % 10, orders, np.arange(4))
     counts = np.unique(sometimes_sorted @ (64, 16, 4, 1), return_counts=True)[1]
     assert chi_square(counts, np.full(24, 400.0)) < LEVEL
+
+
+# --- what is no choice ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("chosen", "words"),
+    [
+        ([0, 3], "type int64 and shape"),
+        ([True, False], r"type bool and shape \(2,\)"),
+        ([True] * 9, r"type bool and shape \(9,\)"),
+    ],
+)
+def test_numbers_of_records_are_not_taken_for_truth_values(chosen, words):
+    """They once were: of the numbers 0 and 3 the second candidate became the only record."""
+    x = np.linspace(0.0, 1.0, 5)[:, None]
+    region = circular_regions(np.full(5, 0.3), 0.1, 1.0)
+    with pytest.raises(ValueError, match="`chosen` must hold 5 truth values.*" + words):
+        Cache.of(flat(x), region, np.array(chosen))
+
+
+@pytest.mark.parametrize("count", [4, 6])
+def test_a_cache_refuses_regions_of_other_candidates(count):
+    """Of four regions the last one once served the fifth candidate too."""
+    x = np.linspace(0.0, 1.0, 5)[:, None]
+    with pytest.raises(ValueError, match="`region` must have shape"):
+        Cache.of(flat(x), circular_regions(np.full(count, 0.3), 0.1, 1.0))
+
+
+@pytest.mark.parametrize(
+    ("visits", "words"),
+    [
+        ([0, 9], "from 0 to 4, but holds 9"),
+        ([-1, 0], "from 0 to 4, but holds -1"),
+        ([0.0, 1.0], "in a row, but is of type float64"),
+        ([True] * 5, "in a row, but is of type bool"),
+        (random_orders(5, 2), r"in a row, but is of type int64 and shape \(2, 5\)"),
+    ],
+)
+def test_visits_are_numbers_of_candidates(visits, words):
+    x = np.linspace(0.0, 1.0, 5)[:, None]
+    with pytest.raises(ValueError, match="`visits` must hold numbers.*" + words):
+        fill(flat(x), circular_regions(np.full(5, 0.3), 0.1, 1.0), visits)
+
+
+def test_orders_of_a_fit_are_there_and_visit_candidates():
+    x = np.linspace(0.0, 1.0, 5)[:, None]
+
+    def found(visits):
+        return fit(
+            flat(x),
+            lambda R: circular_regions(np.full(5, R), 1e-3, 2.0),
+            visits,
+            3,
+            low=0.01,
+            high=1.0,
+        )
+
+    with pytest.raises(ValueError, match="`visits` must hold at least one order"):
+        found(np.zeros((0, 5), int))
+    with pytest.raises(ValueError, match="from 0 to 4, but holds 5"):
+        found([[0, 1, 2, 3, 5]])
+
+
+def test_nobody_visited_makes_no_record():
+    x = np.linspace(0.0, 1.0, 5)[:, None]
+    assert not np.any(fill(flat(x), circular_regions(np.full(5, 0.3), 0.1, 1.0), []))
+
+
+@pytest.mark.parametrize(
+    ("matrix", "expected"),
+    [
+        (np.zeros((2, 2)), [True, False, False]),
+        (np.diag([0.0, 4.0]), [True, False, True]),
+        (np.diag([4.0, 0.0]), [True, True, False]),
+    ],
+)
+def test_a_region_without_an_end_covers_all_along_it(matrix, expected):
+    """In a plane; a strip's width was once zero over zero, and covered nothing."""
+    x = np.array([(0.0, 0.0), (0.5, 0.0), (0.0, 0.5)])
+    region = ValidityRegion(np.broadcast_to(matrix, (3, 2, 2)))
+    np.testing.assert_array_equal(fill(flat(x), region, [0, 1, 2]), expected)

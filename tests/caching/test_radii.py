@@ -392,3 +392,20 @@ def test_errors_and_radii_scale_with_light_and_with_the_unit_of_length(scale, L,
         scale * radius_for(D, tolerance, order=order),
         rtol=1e-12,
     )
+
+
+# --- what is no number ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", ["largest", "mean", "rms"])
+@pytest.mark.parametrize("place", [(0, 0), (0, 1), (1, 1)])
+def test_a_derivative_that_is_no_number_has_no_size(kind, place):
+    """A root that is guarded at zero once took it for zero, and the radius was without an end."""
+    H = np.eye(2)
+    H[place] = H[place[::-1]] = np.nan
+    assert np.isnan(derivative_norm(H, 2, kind))
+    assert np.isnan(derivative_norm(H[0] + H[1], 1, kind))
+
+
+def test_the_bound_of_what_is_no_number_is_none():
+    assert np.all(np.isnan(geometric_bound(np.full((1, 2, 2), np.nan))))

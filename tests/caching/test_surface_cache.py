@@ -245,3 +245,10 @@ def test_bad_input_is_one_sentence(make, words):
     at = cap(3)
     with pytest.raises(ValueError, match=words):
         make(at, known(at))
+
+
+@pytest.mark.parametrize("visits", [[0, 2], [-1], [[0, 1]]])
+def test_visits_are_numbers_of_receivers(visits):
+    edge = Receiver.at(np.zeros((2, 3)), [(0.0, 0.0, 1.0), (1.0, 0.0, 0.0)])
+    with pytest.raises(ValueError, match="`visits` must hold numbers"):
+        fill_surface(edge, np.ones(2), visits)

@@ -312,3 +312,19 @@ def test_the_unit_of_length_is_of_no_matter_in_single_precision(unit, even):
     for a, b in zip(terms(unit), terms(1.0), strict=True):
         assert a.dtype == np.float32
         np.testing.assert_allclose(a, b, rtol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (dict(center=np.array([0.0, np.nan, 1.0])), "`center` must be finite"),
+        (dict(u=np.array([0.0, np.inf, 1.0])), "`u` must be finite"),
+        (dict(v=np.array([0.0, 1.0])), "`v` must have three coordinates"),
+        (dict(radiance=-1.0), "`radiance` must not be negative"),
+        (dict(count=0), "`count` must be positive"),
+    ],
+)
+def test_what_is_no_lamp_is_one_sentence(change, words):
+    known = dict(center=np.array([0.0, 0.0, 2.0]), u=np.eye(3)[1], v=np.eye(3)[0])
+    with pytest.raises(ValueError, match=words):
+        Lamp(**(known | change))

@@ -106,3 +106,36 @@ def test_a_camera_that_sees_nothing_is_refused():
         pinhole((1.0, 0.0, 0.0), (0.0, 0.0, 0.0), gamma=-1.0)
     with pytest.raises(ValueError, match="`up` must not lie along"):
         pinhole((0.0, 0.0, 1.0), (0.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_a_line_of_sight_along_up_is_refused_however_it_is_rounded(dtype):
+    """The product of these two is some rounding, whose direction once was that of the image."""
+    eye, up = np.array([0.1, 0.2, 0.3], dtype), np.array([1.0, 2.0, 3.0], dtype)
+    with pytest.raises(ValueError, match="`up` must not lie along the line of sight"):
+        pinhole(eye, np.zeros(3, dtype), up)
+
+
+def test_a_line_of_sight_nearly_along_up_is_not():
+    axes = np.asarray(pinhole((1e-9, 0.0, 3.0), (0.0, 0.0, 0.0)).axes)
+    np.testing.assert_allclose(axes, [[0, -1, 0], [1, 0, 0], [0, 0, 1]], atol=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (((0, 1, 3), (0, np.nan, 0)), "`target` must be finite"),
+        (((0, 1, 3), (0, 0, 0), (np.inf, 0, 1)), "`up` must be finite"),
+        (((0, 1), (0, 0)), "`eye` must have three coordinates"),
+    ],
+)
+def test_what_makes_no_camera_is_one_sentence(arguments, words):
+    with pytest.raises(ValueError, match=words):
+        pinhole(*(np.array(a, float) for a in arguments))
+
+
+@pytest.mark.parametrize("axes", [2.0 * np.eye(3), np.ones((3, 3)), np.full((3, 3), np.nan)])
+def test_axes_of_a_camera_are_orthonormal(axes):
+    """With longer ones the footprint was wrong, while directions were right."""
+    with pytest.raises(ValueError, match="`axes` must have orthonormal columns"):
+        Pinhole(np.zeros(3), axes, 1.0)

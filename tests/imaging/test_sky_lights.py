@@ -329,3 +329,14 @@ def test_nodes_shifted_to_the_end_of_their_cells_are_unit_vectors(side):
         for kind in ("even", "luminance"):
             way = sky_light(sky, kind, 8, (side, side)).way
             np.testing.assert_allclose(jnp.linalg.norm(way, axis=-1), 1.0, rtol=1e-6)
+
+
+def test_a_number_is_no_sky_but_a_constant_sky_is():
+    with pytest.raises(ValueError, match="`sky` must be a function of a direction"):
+        sky_light(1.0, "even", 4)
+
+
+@pytest.mark.parametrize("sky", [lambda w: 0.5 + w[2], lambda w: w[2] / 0.0])
+def test_nodes_by_luminance_want_light_that_is_not_negative(sky):
+    with pytest.raises(ValueError, match="`sky` must not be negative"):
+        sky_light(sky, "luminance", 4)

@@ -267,3 +267,16 @@ def test_waves_lean():
 def test_what_is_no_picture_is_refused(make, sentence):
     with pytest.raises(ValueError, match=sentence):
         make()
+
+
+def test_one_number_repeats_a_picture_along_both():
+    rng, place = np.random.default_rng(5), jnp.array([0.3, 0.7])
+    heights, colours = rng.random((5, 4)), 0.5 + 0.5 * rng.random((5, 4, 3))
+    for one in (
+        lambda n: ImageTexture(heights, repeat=n),
+        lambda n: HeightMap.of(heights, n),
+        lambda n: image_normal_map(colours, n),
+    ):
+        np.testing.assert_array_equal(one(2.0)(place), one((2.0, 2.0))(place))
+        with pytest.raises(ValueError, match="`repeat` must be one number or two"):
+            one((1.0, 2.0, 3.0))

@@ -83,6 +83,8 @@ def test_tints_keep_luminance():
     np.testing.assert_allclose(nothing, np.repeat(nothing[:, :1], 3, 1))  # no tint
     with pytest.raises(ValueError, match="row for label 2, but has 2"):
         tinted(grey, labels, tints[:2])
+    with pytest.raises(ValueError, match="`labels` must be -1 or more, but one is -2"):
+        tinted(grey, labels - 1, tints)
 
 
 def test_what_is_no_number_is_black_and_infinity_white():

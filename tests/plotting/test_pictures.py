@@ -2,6 +2,7 @@
 
 import matplotlib.image
 import numpy as np
+import pytest
 
 from firstorder.plotting.pictures import WHITE, tone_map, write_png
 
@@ -37,3 +38,15 @@ def test_what_is_no_number_is_black_and_spoils_nothing_else():
     plain = tone_map(np.array([[0.0, 1.0, 0.0], [1.0, 0.5, 0.0]]), np.quantile([0, 1, 0.5], WHITE))
     np.testing.assert_array_equal(found, plain)
     np.testing.assert_array_equal(tone_map(np.full((2, 2), np.nan)), 0)
+
+
+@pytest.mark.parametrize("white", [0.0, -1.0, np.nan, np.inf])
+def test_white_is_a_positive_radiance(white):
+    """Another was once taken for 1."""
+    with pytest.raises(ValueError, match="`white` must be positive"):
+        tone_map(np.ones((2, 2)), white)
+
+
+def test_a_row_is_no_image():
+    with pytest.raises(ValueError, match="`values` must be an image"):
+        tone_map(np.ones((2, 2, 3, 1)))

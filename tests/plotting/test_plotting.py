@@ -209,6 +209,13 @@ def test_a_scene_is_a_map_with_rays_at_the_angles_of_the_conventions(ax):
     low = np.min(ax.patches[0].get_xy()[:, 1])
     assert low < 0.0  # the hatching is below, on the far side from the normal
     plotting.draw_rays(ax, [0.0, 0.0], [0.0, 0.3], [1.0, 2.0], arrows=True)
+    before = len(ax.lines)
+    plotting.draw_rays(ax, [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]], 0.0, 1.0)  # one angle for all
+    assert [line.get_xydata()[1].tolist() for line in ax.lines[before:]] == [
+        [0.0, 1.0],
+        [1.0, 1.0],
+        [2.0, 1.0],
+    ]
     drawn(ax.figure)
 
 

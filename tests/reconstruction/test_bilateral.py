@@ -95,3 +95,39 @@ def test_what_cannot_be_filtered_is_one_sentence():
         bilateral_widths(-np.ones((4, 4)), 2)
     with pytest.raises(ValueError, match="`p` must have at least one sample, but has none"):
         cross_bilateral(np.zeros((0, 2)), np.zeros(0), np.ones((WIDTH, HEIGHT)), *flat())
+
+
+@pytest.mark.parametrize("place", [(-0.5, 3.0), (3.0, HEIGHT + 1.0)])
+def test_samples_outside_show_no_pixel(place):
+    """A place below zero once took depth and normal from the other side of the image."""
+    with pytest.raises(ValueError, match="`p` must lie inside the image, but has a sample at"):
+        cross_bilateral(np.array([place]), np.ones(1), np.ones((WIDTH, HEIGHT)), *flat())
+    shows = np.full(1, 3.0), np.array([(0.0, 0.0, 1.0)])
+    width = np.ones((WIDTH, HEIGHT))
+    found = cross_bilateral(np.array([place]), np.ones(1), width, *flat(), shows=shows)
+    np.testing.assert_array_equal(found, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (dict(value=np.ones(3)), "`value` must have shape"),
+        (dict(width=np.ones((3, 3))), "`width` must have shape"),
+        (dict(normal=np.full((WIDTH, HEIGHT, 3), np.nan)), "`normal` must be finite"),
+        (dict(shows=(np.ones(3), np.ones((3, 3)))), "`shows` must have shape"),
+        (dict(depth=np.ones(WIDTH)), "`depth` must have shape"),
+    ],
+)
+def test_what_does_not_fit_is_one_sentence(change, words):
+    p, h = samples()
+    depth, normal = flat()
+    known = dict(p=p, value=np.ones(len(p)), width=h, depth=depth, normal=normal)
+    with pytest.raises(ValueError, match=words):
+        cross_bilateral(**(known | change))
+
+
+def test_one_width_is_that_of_all_pixels():
+    p, _ = samples()
+    value, h = p[:, 0], np.full((WIDTH, HEIGHT), 2.0)
+    found = cross_bilateral(p, value, 2.0, *flat())
+    np.testing.assert_array_equal(found, cross_bilateral(p, value, h, *flat()))

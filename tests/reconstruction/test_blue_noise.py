@@ -76,6 +76,7 @@ def test_no_pixel_is_asked_for_more_than_once():
     ("density", "count", "sentence"),
     [
         (-np.ones((8, 8)), 4, "`density` must not be negative"),
+        (np.ones((8, 8, 3)), 4, "`density` must have shape"),
         (np.full((8, 8), np.nan), 4, "`density` must be finite"),
         (np.zeros((8, 8)), 4, "`count` must be at most 0"),
         (np.ones((8, 8)), 65, "`count` must be at most 64"),

@@ -114,8 +114,19 @@ def test_no_long_triangles_join_what_is_far_apart_along_the_border():
         (dict(scheme="cubic"), "`scheme` must be one of"),
         (dict(scheme="gradient"), "`gradient` is needed"),
         (dict(label=np.zeros(64, int)), "must come together"),
+        (dict(gradient=np.zeros((3, 2))), "`gradient` must have shape"),
+        (dict(value=np.zeros(3)), "`value` must have shape"),
+        (dict(p=np.zeros((0, 2))), "`p` must have at least one sample"),
+        (dict(width=0), "`width` must be positive"),
     ],
 )
 def test_bad_input_gets_one_sentence(places, options, sentence):
+    known = dict(p=places, value=np.ones(len(places)), width=WIDTH, height=HEIGHT)
     with pytest.raises(ValueError, match=sentence):
-        delaunay_image(places, np.ones(len(places)), WIDTH, HEIGHT, **options)
+        delaunay_image(**(known | options))
+
+
+def test_labels_of_another_image_are_refused():
+    p = np.array([(1.0, 1.0), (3.0, 2.0)])
+    with pytest.raises(ValueError, match=r"`labels` must have shape \(4, 2\), but has \(2, 4\)"):
+        delaunay_image(p, p[:, 0], 4, 2, label=np.zeros(2, int), labels=np.zeros((2, 4), int))

@@ -149,6 +149,7 @@ def test_a_turned_picture_is_reconstructed_turned():
     ("change", "words"),
     [
         ({"stretch": 0.5}, "`stretch` must be at least 1"),
+        ({"stretch": np.inf}, "`stretch` must be finite"),
         ({"width": 0.0}, "`width`"),
         ({"neighbours": 0}, "`neighbours`"),
         ({"voters": 0}, "`neighbours`"),
@@ -162,6 +163,12 @@ def test_bad_input_is_one_sentence(change, words):
         coherent_image(p[:0], *penumbra(p[:0]), (8, 8))
     with pytest.raises(ValueError, match="`gradient`"):
         directional_coherence(p, np.nan * p, p)
+    with pytest.raises(ValueError, match=r"`p` must have shape \(n, 2\), but has"):
+        directional_coherence(np.zeros((4, 3)), np.zeros((4, 2)), p)
+    with pytest.raises(ValueError, match="`p` must be finite"):
+        directional_coherence(np.nan * p, p, p)
+    with pytest.raises(ValueError, match="`value` must have shape"):
+        coherent_image(p, np.ones(3), p, (8, 8))
 
 
 @pytest.mark.parametrize("neighbours", [1, 24])

@@ -193,6 +193,19 @@ def test_bad_input_gets_one_sentence(change, sentence):
         sample_image(rings, **arguments)
 
 
+@pytest.mark.parametrize(
+    ("shade", "words"),
+    [
+        (lambda p: p[:, 0], "`shade` must return ShadedSamples, but gives a ndarray"),
+        (lambda p: ShadedSamples(p), "`shade` must return one value for each place"),
+        (lambda p: ShadedSamples(p[:, 0], p[:, 0]), "`shade` must return one gradient for each"),
+    ],
+)
+def test_what_shading_returns_fits_the_places(shade, words):
+    with pytest.raises(ValueError, match=words):
+        sample_image(shade, WIDTH, HEIGHT, 900)
+
+
 @pytest.mark.parametrize(("metric", "what"), [(by_gradient, "gradients"), (by_hessian, "Hessians")])
 def test_metrics_say_what_they_miss(metric, what):
     with pytest.raises(ValueError, match=f"needs {what}"):

@@ -132,3 +132,11 @@ def test_bad_input():
         quadtree_image(found._replace(gradient=None), 16, 16, scheme="gradient")
     with pytest.raises(ValueError, match="must come together"):
         quadtree_image(found, 16, 16, label=np.zeros(len(found.p), int))
+
+
+@pytest.mark.parametrize("size", [(12, 20), (32, 20), (20, 13)])
+def test_an_image_of_another_size_is_refused(size):
+    """A larger one was once filled with numbers of one sample."""
+    found = of(plane, 20, 12)
+    with pytest.raises(ValueError, match="must be those of the samples, 20 and 12, but are"):
+        quadtree_image(found, *size)

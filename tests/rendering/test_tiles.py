@@ -277,3 +277,16 @@ def test_a_folder_of_another_image_is_refused(tmp_path, change, what):
 def test_sizes_must_be_positive(tmp_path):
     with pytest.raises(ValueError, match="`side` must be positive, but is 0"):
         render_tiles(noisy, 4, 4, tmp_path, side=0)
+
+
+@pytest.mark.parametrize(
+    ("shade", "error", "words"),
+    [
+        (lambda p, number: p[:, 0], TypeError, "`shade` must give arrays by layer's name"),
+        (lambda p, number: {"value": 3.0}, ValueError, "a row for each of 6 places, but its layer"),
+        (lambda p, number: {"value": p[:2, 0]}, ValueError, r"'value' has shape \(2,\)"),
+    ],
+)
+def test_what_shading_gives_fits_the_tile(tmp_path, shade, error, words):
+    with pytest.raises(error, match=words):
+        render_tiles(shade, 3, 2, tmp_path, quiet=True)

@@ -140,3 +140,17 @@ def test_the_unit_of_length_is_of_no_matter_to_the_nearest(unit):
 
     mean = expected_k_nearest(even, [0.5 * unit], 11, 1000).mean
     np.testing.assert_allclose(mean * unit, 1.1, rtol=1e-6)
+
+
+@pytest.mark.parametrize("radius", [0.0, -0.1, np.nan])
+def test_a_window_has_a_width(radius):
+    """One of a negative width once held as many points as its opposite."""
+    with pytest.raises(ValueError, match="`radius` must be positive"):
+        expected_fixed_radius(lambda x: np.clip(x, 0.0, 1.0), [0.5], radius, 100)
+
+
+@pytest.mark.parametrize("k", [1, 11])
+def test_neither_the_nearest_point_alone_nor_more_points_than_there_are(k):
+    """The mean of one over the distance of the nearest is infinite."""
+    with pytest.raises(ValueError, match=rf"`k` must lie in \[2, 10\], but is {k}"):
+        expected_k_nearest(lambda x: np.clip(x, 0.0, 1.0), [0.5], k, 10)

@@ -136,3 +136,19 @@ def test_areas_of_lobes_have_two_derivatives(e):
     for order, f in ((1, jax.grad(lobe_area)), (2, jax.grad(jax.grad(lobe_area)))):
         wanted = float(mpmath.diff(area, e, order))
         np.testing.assert_allclose(f(jnp.asarray(e)), wanted, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (([1.0, 3.0], 2.0, 0.0), "`high` must be more than 2, but is 0"),
+        (([1.0, 3.0], 2.0, 2.0), "`high` must be more than 2, but is 2"),
+        (([-1.0, 3.0], 0.0, 2.0), "`weights` must not be negative"),
+        (([1.0, 3.0], np.nan, 2.0), "`low` must be finite"),
+    ],
+)
+def test_an_interval_that_runs_backwards_is_refused(arguments, words):
+    """Its density was once negative."""
+    weights, low, high = arguments
+    with pytest.raises(ValueError, match=words):
+        PiecewiseConstant(np.array(weights), low, high)

@@ -72,3 +72,11 @@ def test_nothing_cannot_be_combined():
 def test_not_even_what_is_no_number_counts_with_weight_zero(value):
     seen = Moments.none().add(2.0).add(value, 0.0).add(4.0)
     assert (seen.count.item(), seen.mean.item(), seen.square.item()) == (2.0, 3.0, 2.0)
+
+
+def test_runs_of_a_single_sample_are_combined():
+    """Their errors are infinite, and were once multiplied by zero."""
+    found = combine([estimate(np.array([x])) for x in (1.0, 3.0)])
+    both = estimate(np.array([1.0, 3.0]))
+    np.testing.assert_allclose([found.mean, found.error], [both.mean, both.error], rtol=1e-12)
+    assert np.isinf(combine([estimate(np.array([1.0]))]).error)

@@ -104,8 +104,40 @@ def weights(error: Float[Array, " r"], valid: Bool[Array, " r"], fade: bool = Fa
 
 
 def kept(chosen: ArrayLike | None, count: int) -> Int[np.ndarray, " r"]:
-    """Numbers of the chosen candidates; of all if none are named."""
-    return np.flatnonzero(np.ones(count, bool) if chosen is None else np.asarray(chosen))
+    """Numbers of the chosen candidates; of all if none are named.
+
+    Raises:
+        ValueError: if there is not one truth value for each candidate.
+    """
+    if chosen is None:
+        return np.arange(count)
+    mask = np.asarray(chosen)
+    if mask.dtype != bool or mask.shape != (count,):
+        raise ValueError(
+            f"Argument `chosen` must hold {count} truth values, one for each candidate, but is of "
+            f"type {mask.dtype} and shape {mask.shape}."
+        )
+    return np.flatnonzero(mask)
+
+
+def checked_visits(visits: Any, count: int) -> Int[np.ndarray, " v"]:
+    """Numbers of candidates in the order of the visits.
+
+    Raises:
+        ValueError: if they are no such numbers in a row.
+    """
+    found = np.asarray(visits)
+    if found.ndim != 1 or (found.size and found.dtype.kind not in "iu"):
+        raise ValueError(
+            "Argument `visits` must hold numbers of candidates in a row, but is of type "
+            f"{found.dtype} and shape {found.shape}."
+        )
+    wrong = found[(found < 0) | (found >= count)]
+    if wrong.size:
+        raise ValueError(
+            f"Argument `visits` must hold numbers from 0 to {count - 1}, but holds {wrong[0]}."
+        )
+    return found.astype(int)
 
 
 def printed(columns: Mapping[str, Any]) -> str:

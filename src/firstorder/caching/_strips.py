@@ -33,10 +33,13 @@ class Strips:
                 self.tilt = np.ascontiguousarray(tilt[self.rank].T)
         # Half the extent along x, the length of the first row of the inverse, and a little more.
         if d == 1:
-            span = 1.0 / np.abs(self.matrix[:, 0, 0])
+            size = np.abs(self.matrix[:, 0, 0])
+            span = np.divide(1.0, size, out=np.full_like(size, np.inf), where=size > 0.0)
         else:
             (a, b), (c, e) = np.moveaxis(self.matrix, 0, -1)
-            span = np.hypot(b, e) / np.abs(a * e - b * c)
+            whole, wide = np.abs(a * e - b * c), np.hypot(b, e)
+            # A region without an end spans everything.
+            span = np.divide(wide, whole, out=np.full_like(wide, np.inf), where=whole > 0.0)
         self.first = np.searchsorted(self.x[0], self.x[0] - BESIDE * span).tolist()
         self.last = np.searchsorted(self.x[0], self.x[0] + BESIDE * span, "right").tolist()
 

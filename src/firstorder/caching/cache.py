@@ -7,7 +7,7 @@ read back and drawn.
 from __future__ import annotations
 
 import itertools
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
@@ -156,9 +156,11 @@ class Cache(eqx.Module):
             fade: whether the weights end at zero.
 
         Raises:
-            ValueError: for another order than 0, 1 or 2, or a Hessian that is missing.
+            ValueError: for another order than 0, 1 or 2, a Hessian that is missing, or regions or
+                truth values that are not as many as candidates.
         """
         rows = kept(chosen, candidates.count)
+        check_shape("region", region.matrix, (candidates.count, candidates.dims, candidates.dims))
         if candidates.dims == 1:
             rows = rows[np.argsort(np.asarray(candidates.position)[rows, 0], kind="stable")]
         return Cache(candidates.at(rows), region.at(rows), order, fade)
@@ -279,7 +281,7 @@ class Cache(eqx.Module):
             fade: whether the weights end at zero.
 
         Raises:
-            ValueError: if a column is missing.
+            ValueError: if a column is missing, or a clamp is another word.
 
         Example:
             >>> import jax.numpy as jnp
@@ -313,8 +315,7 @@ class Cache(eqx.Module):
         assert value is not None
         assert gradient is not None
         records = Candidates.of(stacked("xy"[:d]), value, gradient, hessian, third=third, tilt=tilt)
-        codes = {word: code for code, word in CLAMPS.items()}
-        clamp = [codes[str(word)] for word in columns.get("clamp", [""] * records.count)]
+        clamp = [_code(word) for word in columns.get("clamp", [""] * records.count)]
         matrix = _matrices(*(stacked([name])[:, 0] for name in sizes))
         region = ValidityRegion(jnp.asarray(matrix), jnp.asarray(clamp, dtype=jnp.int32))
         return Cache(records, region, order, fade)
@@ -322,6 +323,15 @@ class Cache(eqx.Module):
     def __str__(self) -> str:
         """The table, in print."""
         return printed(self.columns())
+
+
+def _code(word: Any) -> int:
+    """The code of a clamp; where none acted, a table that was read may have a gap."""
+    codes = {word: code for code, word in CLAMPS.items()}
+    word = "" if word != word or word is None else str(word)  # a NaN is not itself
+    if word not in codes:
+        raise ValueError(f"Argument `columns` must hold known clamps, but has {word!r}.")
+    return codes[word]
 
 
 def _asked(x: ArrayLike, dims: int) -> Float[Array, "... d"]:

@@ -12,9 +12,10 @@ from collections.abc import Callable
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder._argument_checks import check_finite, check_shape
+from firstorder._argument_checks import check_finite, check_shape, is_concrete
 from firstorder.typing import as_float
 
 BLOCK = 4096  # places differentiated at a time
@@ -223,6 +224,8 @@ class Candidates(eqx.Module):
 
     def at(self, rows) -> Candidates:
         """Some of them: numbers of rows, a mask or a slice."""
+        if is_concrete(rows):
+            rows = np.arange(self.count)[rows]  # NumPy refuses rows that are not there
         return jax.tree.map(lambda a: a[rows], self)
 
 

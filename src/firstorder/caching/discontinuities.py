@@ -18,6 +18,7 @@ from jaxtyping import Array, ArrayLike, Float
 
 from firstorder._argument_checks import check_not_negative, check_positive, is_concrete, nan_unless
 from firstorder.caching._records import checked_order
+from firstorder.caching.regions import _checked_limits
 from firstorder.typing import as_float
 
 NONE = np.zeros(0)
@@ -110,7 +111,8 @@ def radius_with_events(
         `high` does not reach it, for `circular_regions` to hold and to report.
 
     Raises:
-        ValueError: for another order or definition, or a tolerance that is not positive.
+        ValueError: for another order or definition, a tolerance or limit that is not positive, or
+            limits that are not in order.
 
     Reference: derived here; J12 eq. 55 without kinks and for one derivative.
 
@@ -119,11 +121,11 @@ def radius_with_events(
         >>> round(radius_with_events([-6.0], 0.25, 0.01, 2.0).item(), 12)
         0.5
     """
-    for name, number in (("tolerance", tolerance), ("low", low), ("high", high)):
-        check_positive(name, number)
+    check_positive("tolerance", tolerance)
+    low, high = _checked_limits(low, high)
     terms = _terms(derivatives, order)
     d, J, S = _events(distances, kinks, steps)
-    tolerance, low, high = as_float(tolerance), as_float(low), as_float(high)
+    tolerance = as_float(tolerance)
     definition, value = _checked(definition), as_float(value)
     check_positive("value", value)
 
@@ -155,7 +157,7 @@ def _radius_of_error(
 
     Returns:
         0 where the error at `low` exceeds the tolerance, infinity where that at `high` does not
-        reach it; NaN for a tolerance that is not positive.
+        reach it; NaN for a tolerance that is not positive, or an error that is none.
     """
     fixed = jax.lax.stop_gradient(given)
     least, most = error(low, fixed), error(high, fixed)
@@ -177,7 +179,7 @@ def _radius_of_error(
     # Where E itself jumps over the tolerance, the radius is the distance of that jump.
     polished = jnp.where(jnp.abs(step) <= b - a + 1e-6 * root, root - step, root)
     inside = jnp.where(least >= aim, 0.0, jnp.where(most <= aim, jnp.inf, polished))
-    return jnp.where(jnp.isnan(goal), jnp.nan, inside)
+    return jnp.where(jnp.isnan(goal) | jnp.isnan(least), jnp.nan, inside)
 
 
 def _terms(derivatives: Sequence[ArrayLike], order: int) -> tuple[tuple[int, Array], ...]:
@@ -210,7 +212,7 @@ def _checked(definition: str, known: tuple[str, ...] = _KINDS) -> str:
 
 def _error(R, terms, d, J, S, definition: str, value) -> Array:
     """The sum, in the definition's way; an infinite distance counts for nothing."""
-    there = jnp.isfinite(d)
+    there = ~jnp.isinf(d)
     over = jnp.where(there, jnp.maximum(R[..., None] - jnp.where(there, d, 0.0), 0.0), 0.0)
     if definition == "largest":
         smooth = sum(a * R**k for k, a in terms)

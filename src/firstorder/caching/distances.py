@@ -31,7 +31,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder._argument_checks import check_not_negative, check_positive, nan_unless
+from firstorder._argument_checks import check_not_negative, check_positive, check_shape, nan_unless
 from firstorder.caching.regions import _checked_dims
 from firstorder.typing import as_float
 
@@ -205,7 +205,7 @@ def neighbour_clamping(position: ArrayLike, length: ArrayLike) -> np.ndarray:
         The lengths, as a NumPy array. Time and memory are those of m x 1024 distances at a time.
 
     Raises:
-        ValueError: if a length is negative.
+        ValueError: if a length is negative, or there is not one for each place.
 
     Reference: Krivanek et al. 2006 (neighbour clamping), which J12 §8.2 names.
 
@@ -216,6 +216,9 @@ def neighbour_clamping(position: ArrayLike, length: ArrayLike) -> np.ndarray:
         [0.5, 1.5]
     """
     x, R = np.asarray(position, dtype=float), np.asarray(length, dtype=float)
+    if x.ndim != 2:
+        raise ValueError(f"Argument `position` must have shape (m, d), but has {x.shape}.")
+    check_shape("length", R, x.shape[:1])
     check_not_negative("length", np.where(np.isposinf(R), 0.0, R))
     held = np.empty_like(R)
     for start in range(0, len(R), BLOCK):

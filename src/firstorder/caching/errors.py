@@ -21,7 +21,7 @@ from firstorder.caching._records import checked_order
 from firstorder.caching.cache import taylor
 from firstorder.caching.candidates import Candidates, _as_number
 from firstorder.caching.radii import DEFINITIONS
-from firstorder.caching.regions import CUT, FREE, RAISED, ValidityRegion
+from firstorder.caching.regions import CUT, FREE, RAISED, ValidityRegion, _checked_limits
 from firstorder.numerics._quadrature import composite_gauss_legendre, gauss_legendre
 from firstorder.numerics._refinement import with_errors
 from firstorder.typing import as_float
@@ -170,7 +170,8 @@ def ideal_region(
         The regions, with the codes of `circular_regions` where `low` or `high` is the answer.
 
     Raises:
-        ValueError: if the tolerance or a limit is not positive, and as `true_error`.
+        ValueError: if the tolerance or a limit is not positive, limits are not in order or `most`
+            is below 1, and as `true_error`.
 
     Reference: J12 §6.4 and Fig. 13 (left), there called the ideal setting.
 
@@ -181,8 +182,10 @@ def ideal_region(
         >>> round(ideal_region(jnp.square, flat, 2.0 / 3.0, 0.1, 5.0).radius.item(), 9)
         1.0
     """
-    for name, number in (("tolerance", tolerance), ("low", low), ("high", high)):
-        check_positive(name, number)
+    check_positive("tolerance", tolerance)
+    low, high = _checked_limits(low, high)
+    if not most >= 1.0:
+        raise ValueError(f"Argument `most` must be at least 1, but is {most!r}.")
     _checked(definition, records, order, breaks)
     dtype = records.value.dtype
     limits = [as_float(a).astype(dtype) for a in (tolerance, low, high)]
@@ -287,7 +290,7 @@ def largest_set(
     if near is not None:
         parts = np.zeros(miss.shape, int)
         ndimage.label(chosen, output=parts)
-        chosen = (parts == parts[near]) & chosen
+        chosen = (parts == parts[tuple(near)]) & chosen
     return chosen, float(chosen.sum() * cell)
 
 
@@ -324,8 +327,8 @@ def ssim(a: ArrayLike, b: ArrayLike, span: float, *, sigma: float = 1.5) -> floa
         sigma: of the window, which is cut at 3.5 sigma [pixels].
 
     Raises:
-        ValueError: if shapes differ, images are smaller than the window, or the span is not
-            positive.
+        ValueError: if shapes differ, images are smaller than the window, or the span or sigma is
+            not positive.
 
     Reference: Wang et al. 2004, which J12 §9 names.
 
@@ -337,6 +340,7 @@ def ssim(a: ArrayLike, b: ArrayLike, span: float, *, sigma: float = 1.5) -> floa
         1.0
     """
     check_positive("span", span)
+    check_positive("sigma", sigma)
     a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
     if a.shape != b.shape or a.ndim != 2:
         raise ValueError(f"Arguments must be images of one shape, but have {a.shape}, {b.shape}.")
@@ -347,7 +351,8 @@ def ssim(a: ArrayLike, b: ArrayLike, span: float, *, sigma: float = 1.5) -> floa
         )
 
     def mean(image):
-        return ndimage.gaussian_filter(image, sigma, truncate=3.5)[rim:-rim, rim:-rim]
+        whole = ndimage.gaussian_filter(image, sigma, truncate=3.5)
+        return whole[rim : len(whole) - rim, rim : whole.shape[1] - rim]
 
     ma, mb = mean(a), mean(b)
     va, vb, c = mean(a * a) - ma * ma, mean(b * b) - mb * mb, mean(a * b) - ma * mb

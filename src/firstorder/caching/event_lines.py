@@ -19,6 +19,7 @@ from jaxtyping import Array, ArrayLike, Float
 from firstorder._argument_checks import check_not_negative, check_positive, is_concrete, nan_unless
 from firstorder.caching.discontinuities import _checked, _radius_of_error
 from firstorder.caching.radii import _coefficient, _law
+from firstorder.caching.regions import _checked_limits
 from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.space.discontinuities import DiscontinuityMesh
 from firstorder.space.discontinuities._event_table import TOUCH
@@ -200,8 +201,8 @@ def radius_with_lines(
         `high` does not reach it, for `circular_regions` to hold and to report.
 
     Raises:
-        ValueError: for another order or definition, a tolerance that is not positive, or positions
-            of another number of coordinates.
+        ValueError: for another order or definition, a tolerance or limit that is not positive,
+            limits that are not in order, or positions of another number of coordinates.
 
     Reference: derived here; J12 eq. 70 without lines.
 
@@ -212,16 +213,16 @@ def radius_with_lines(
         >>> round(radius_with_lines(0.0, 1.0, 0.01, 9.0, jnp.zeros(2), line).item(), 9)
         1.0
     """
-    for name, number in (("tolerance", tolerance), ("low", low), ("high", high), ("value", value)):
+    for name, number in (("tolerance", tolerance), ("value", value)):
         check_positive(name, number)
+    limits = _checked_limits(low, high)
     kind, (size, power) = _checked(definition, _KINDS), _term(derivative, order)
     given = size, _place(position), lines, as_float(value)
-    limits = as_float(tolerance), as_float(low), as_float(high)
 
     def error(R: Array, given: Any) -> Array:
         return _error(R, given, power, kind)
 
-    return _radius_of_error(error, given, *limits, halvings=40)
+    return _radius_of_error(error, given, as_float(tolerance), *limits, halvings=40)
 
 
 def _place(position: ArrayLike) -> Float[Array, "... 2"]:
@@ -262,7 +263,7 @@ def _behind(R: Array, position: Array, lines: EventLines) -> Array:
     if lines.root is not None:
         ends = jnp.where(crossed, low, -1.0), jnp.where(crossed, high, 1.0)
         error = error + jnp.abs(lines.root) * _roots_behind(jnp.where(crossed, d, 1.0), R, ends)
-    return jnp.where(crossed, error, 0.0)
+    return jnp.where(crossed, error, jnp.where(jnp.isnan(d), d, 0.0))
 
 
 def _roots_behind(d: Array, R: Array, ends: tuple[Array, Array]) -> Array:

@@ -19,7 +19,7 @@ import numpy as np
 from jaxtyping import ArrayLike
 
 from firstorder._argument_checks import check_integer, check_positive, check_shape
-from firstorder.caching._records import reached
+from firstorder.caching._records import checked_visits, reached
 from firstorder.caching._strips import Strips
 from firstorder.caching.cache import Cache, Lookup, _answers_of_many, _tabled
 from firstorder.caching.candidates import Candidates
@@ -68,7 +68,7 @@ def fill(
         by one, unless there would be more than `most` of them.
 
     Raises:
-        ValueError: if regions and candidates are not as many.
+        ValueError: if regions and candidates are not as many, or a visit is no candidate's number.
 
     Example:
         >>> import jax.numpy as jnp
@@ -77,7 +77,7 @@ def fill(
         >>> fill(line, circular_regions(jnp.full(5, 0.3), 0.1, 1.0), [2, 0, 1, 3, 4]).tolist()
         [True, False, True, False, True]
     """
-    return _filler(candidates)(region, np.asarray(visits), most)
+    return _filler(candidates)(region, checked_visits(visits, candidates.count), most)
 
 
 def _filler(candidates: Candidates) -> Callable[[ValidityRegion, np.ndarray, int | None], Any]:
@@ -182,7 +182,8 @@ def fit(
         halvings: how often the bracket is halved at most.
 
     Raises:
-        ValueError: if `low` gives fewer records than wanted, or `high` more, in some order.
+        ValueError: if `low` gives fewer records than wanted, or `high` more, in some order, or if
+            there is no order, or one visits what is no candidate.
 
     Example:
         >>> import jax.numpy as jnp
@@ -193,7 +194,10 @@ def fit(
         >>> found.records.shape
         (2, 65)
     """
-    filled = _filler(candidates)
+    filled, visits = _filler(candidates), np.atleast_2d(np.asarray(visits))
+    if not len(visits):
+        raise ValueError("Argument `visits` must hold at least one order, but is empty.")
+    visits = np.stack([checked_visits(one, candidates.count) for one in visits])
 
     def make(threshold, visit):
         region = regions(threshold)

@@ -121,7 +121,7 @@ def _hessian_norm(H: Float[Array, "... 2 2"], kind: str) -> Float[Array, "..."]:
         return s + d
     if kind == "rms":
         return _length(s, 0.5**0.5 * d)
-    mixed = d > s
+    mixed = ~(d <= s)  # a NaN stays one
     ratio = jnp.where(mixed, s, 0.0) / jnp.where(mixed, d, 1.0)
     # sqrt(d^2 - s^2) as d sqrt(1 - ratio^2), whose derivative is finite where it is used.
     root = jnp.sqrt(jnp.where(mixed, 1.0 - ratio * ratio, 1.0))
@@ -371,7 +371,7 @@ def _positive_part(H: Float[Array, "... 2 2"]) -> Float[Array, "... 2 2"]:
     safe = jnp.where(mixed, apart, 1.0)
     scale = jnp.where(mixed, high / (2.0 * safe), 0.0)[..., None, None]
     projected = scale * (H - jnp.where(mixed, low, 0.0)[..., None, None] * eye)
-    return jnp.where(mixed[..., None, None], projected, jnp.where(low[..., None, None] >= 0, H, 0))
+    return jnp.where(mixed[..., None, None], projected, jnp.where(low[..., None, None] < 0, 0, H))
 
 
 def _parts(H: Array) -> tuple[Array, Array, Array]:
@@ -390,5 +390,5 @@ def _length(d: Array, b: Array) -> Array:
 
 def _root(square: Array) -> Array:
     """Square root; its derivative at zero is zero rather than NaN."""
-    there = square > 0.0
-    return jnp.where(there, jnp.sqrt(jnp.where(there, square, 1.0)), 0.0)
+    none = square <= 0.0  # a NaN stays one
+    return jnp.where(none, 0.0, jnp.sqrt(jnp.where(none, 1.0, square)))

@@ -47,6 +47,7 @@ class ValidityRegion(NamedTuple):
     def at(self, rows: Any) -> ValidityRegion:
         """Regions of some records: numbers of rows, a mask or a slice."""
         clamp = jnp.broadcast_to(jnp.asarray(self.clamp), self.matrix.shape[:-2])
+        rows = np.asarray(rows) if isinstance(rows, (list, tuple)) else rows
         return ValidityRegion(jnp.asarray(self.matrix)[rows], clamp[rows])
 
     def axes(self) -> tuple[np.ndarray, np.ndarray]:
@@ -65,16 +66,27 @@ def _determinant(matrix: Float[Array, "... d d"]) -> Float[Array, "..."]:
     return matrix[..., 0, 0] * matrix[..., 1, 1] - matrix[..., 0, 1] * matrix[..., 1, 0]
 
 
-def _clamped(radius: ArrayLike, low: ArrayLike, high: ArrayLike) -> tuple[Array, Array]:
-    """Radii held within [low, high], and the limit that acted on each; a NaN stays NaN."""
+def _checked_limits(low: ArrayLike, high: ArrayLike) -> tuple[Array, Array]:
+    """Limits of radii as arrays.
+
+    Raises:
+        ValueError: if one is not positive, or `low` is above `high`.
+    """
     for name, limit in (("low", low), ("high", high)):
         check_positive(name, limit)
-    radius, low, high = as_float(radius), as_float(low), as_float(high)
-    check_not_negative("radius", jnp.where(jnp.isposinf(radius) | jnp.isnan(radius), 0.0, radius))
+    low, high = as_float(low), as_float(high)
     if is_concrete((low, high)) and bool(jnp.any(low > high)):
         first = np.argmax(low > high)
         least, most = (np.broadcast_arrays(low, high)[i].flat[first] for i in (0, 1))
         raise ValueError(f"Argument `high` must be at least {least:g}, but is {most:g}.")
+    return low, high
+
+
+def _clamped(radius: ArrayLike, low: ArrayLike, high: ArrayLike) -> tuple[Array, Array]:
+    """Radii held within [low, high], and the limit that acted on each; a NaN stays NaN."""
+    low, high = _checked_limits(low, high)
+    radius = as_float(radius)
+    check_not_negative("radius", jnp.where(jnp.isposinf(radius) | jnp.isnan(radius), 0.0, radius))
     code = jnp.where(radius < low, RAISED, jnp.where(radius > high, CUT, FREE))
     return jnp.where(code == RAISED, low, jnp.where(code == CUT, high, radius)), code
 

@@ -18,7 +18,14 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float
 
 from firstorder._argument_checks import check_positive, check_shape
-from firstorder.caching._records import checked_order, kept, reached, turning, weights
+from firstorder.caching._records import (
+    checked_order,
+    checked_visits,
+    kept,
+    reached,
+    turning,
+    weights,
+)
 from firstorder.caching.cache import BLOCK, Lookup, taylor
 from firstorder.caching.filling import Indices
 from firstorder.numerics._batching import in_batches
@@ -125,7 +132,8 @@ def fill_surface(at: Receiver, radius: ArrayLike, visits: Indices) -> Bool[np.nd
         True for records.
 
     Raises:
-        ValueError: if a radius is not positive, or there is not one for each receiver.
+        ValueError: if a radius is not positive, there is not one for each receiver, or a visit is
+            no receiver's number.
 
     Reference: J12 eq. 34; Ward et al. 1988.
 
@@ -142,7 +150,7 @@ def fill_surface(at: Receiver, radius: ArrayLike, visits: Indices) -> Bool[np.nd
     check_shape("radius", np.asarray(radius), (len(x),))
     R, records = np.asarray(radius, float), np.zeros(len(x), bool)
     rows: list[int] = []
-    for i in np.asarray(visits).tolist():
+    for i in checked_visits(visits, len(x)).tolist():
         away = np.linalg.norm(x[rows] - x[i], axis=1) / R[rows]
         turn = np.linalg.norm(np.cross(n[rows], n[i]), axis=1)  # its sine, 1 from a right angle
         error = away + np.where(n[rows] @ n[i] > 0.0, turn, 1.0)

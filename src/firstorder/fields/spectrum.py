@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex, Float
 
-from firstorder._argument_checks import check_count, check_integer, check_positive, check_shape
+from firstorder._argument_checks import check_integer, check_positive, check_shape
 from firstorder._display import Axes, drawn, in_notebook_with_picture, in_print
 from firstorder.conventions import Frame, fourier_kernel
 from firstorder.errors import Refused
@@ -195,8 +195,6 @@ class Grid(eqx.Module):
             if len(value) != len(self.size):
                 n = len(self.size)
                 raise ValueError(f"Argument `{name}` must have {n} entries, but has {len(value)}.")
-        for n in self.size:
-            check_count("size", n)
         for step in self.step:
             check_positive("step", step)
 

@@ -31,7 +31,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from firstorder._argument_checks import check_integer, check_positive
+from firstorder._argument_checks import (
+    check_coordinates,
+    check_finite,
+    check_integer,
+    check_not_negative,
+    check_positive,
+)
 from firstorder.imaging._reflection import SurfacePoint, half_turn, mirrored
 from firstorder.imaging.camera import PixelFootprint
 from firstorder.numerics._quadrature import gauss_legendre
@@ -94,7 +100,7 @@ class Lamp(eqx.Module):
         shift: of even nodes out of the middles of their cells, in cells along u and v.
 
     Raises:
-        ValueError: if `count` is not positive.
+        ValueError: if `count` is not positive, a vector not finite or a radiance negative.
 
     Example:
         >>> from firstorder.imaging._area_lights import Lamp
@@ -114,9 +120,13 @@ class Lamp(eqx.Module):
     shift: Float[Array, "2"] = eqx.field(converter=as_float, default=(0.0, 0.0))
 
     def __check_init__(self):
-        """Refuse a lamp without nodes."""
+        """Refuse a lamp without nodes, without a place or with negative light."""
         check_integer("count", self.count)
         check_positive("count", self.count)
+        for name in ("center", "u", "v"):
+            check_coordinates(name, getattr(self, name))
+            check_finite(name, getattr(self, name))
+        check_not_negative("radiance", self.radiance)
 
     @property
     def near(self) -> bool:

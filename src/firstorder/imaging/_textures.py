@@ -121,7 +121,7 @@ class ImageTexture(eqx.Module):
 
     Args:
         values: rows from the top, shape (rows, columns) or (rows, columns, bands).
-        repeat: times that it lies side by side in one unit of u, and of v.
+        repeat: times that it lies side by side in one unit of u, and of v; one number for both.
         hold: whether the border's values go on outside the picture, which then lies once, between 0
             and 1 / `repeat`. On a ball, a picture that does not hold blends its top and bottom rows
             within half a pixel of each pole, and one that holds has a seam where u jumps.
@@ -142,7 +142,9 @@ class ImageTexture(eqx.Module):
     BANDED: ClassVar = {"values": 2}
 
     values: Float[Array, "r c *bands"] = eqx.field(converter=as_float)
-    repeat: Float[Array, "2"] = eqx.field(converter=as_float, default=(1.0, 1.0))
+    repeat: Float[Array, "2"] = eqx.field(
+        converter=lambda a: as_float(_twice(a)), default=(1.0, 1.0)
+    )
     hold: bool = eqx.field(static=True, default=False)
 
     def __check_init__(self):
@@ -159,7 +161,7 @@ class ImageTexture(eqx.Module):
     def __call__(self, uv: UV) -> Float[Array, "*bands"]:
         """Value at a place of the surface."""
         rows, columns = self.values.shape
-        u, v = uv * self.repeat
+        u, v = as_float(uv) * self.repeat
         x, y = u * columns - 0.5, (1.0 - v) * rows - 0.5
         j, i = jax.lax.stop_gradient((jnp.floor(x), jnp.floor(y)))
         s, t = x - j, y - i
@@ -196,12 +198,13 @@ class HeightMap(eqx.Module):
     spline: Spline
 
     @classmethod
-    def of(cls, values: Any, repeat: tuple[float, float] = (1.0, 1.0)) -> HeightMap:
+    def of(cls, values: Any, repeat: Any = (1.0, 1.0)) -> HeightMap:
         """Height map from pixels.
 
         Args:
             values: rows from the top, at least 4 x 4 [m].
-            repeat: times that they lie side by side in one unit of u, and of v.
+            repeat: times that they lie side by side in one unit of u, and of v; one number for
+                both.
 
         Raises:
             ValueError: if they are no such picture or not finite, or `repeat` is not positive.
@@ -213,7 +216,8 @@ class HeightMap(eqx.Module):
             )
         _check_smooth("values", values)
         check_finite("values", values)
-        check_positive("repeat", np.asarray(repeat))
+        repeat = _twice(repeat)
+        check_positive("repeat", repeat)
         half = tuple(0.5 / float(n) for n in repeat)
         grid = Grid.spanning(values.shape[::-1], half, half)
         return cls(Spline(upright(values), grid, Frame(("x", "y")), "periodic"))
@@ -223,12 +227,12 @@ class HeightMap(eqx.Module):
         return self.spline.at(uv)
 
 
-def image_normal_map(pixels: Any, repeat: tuple[float, float] = (1.0, 1.0)) -> NormalMap:
+def image_normal_map(pixels: Any, repeat: Any = (1.0, 1.0)) -> NormalMap:
     """A tangent-space normal map (`_bumps.NormalMap`) from a picture with rows from the top.
 
     Args:
         pixels: colours in [0, 1], shape (rows, columns, 3); blue, along the normal, above 1/2.
-        repeat: times that they lie side by side in one unit of u, and of v.
+        repeat: times that they lie side by side in one unit of u, and of v; one number for both.
 
     Raises:
         ValueError: if they are no such picture, or `repeat` is not positive.
@@ -253,8 +257,22 @@ def image_normal_map(pixels: Any, repeat: tuple[float, float] = (1.0, 1.0)) -> N
             "Argument `pixels` must have blue above 0.5 (normals point outward), but has "
             f"{np.min(np.asarray(pixels[..., 2])):g}."
         )
-    check_positive("repeat", np.asarray(repeat))
+    repeat = _twice(repeat)
+    check_positive("repeat", repeat)
     return NormalMap.of(upright(pixels), (1.0 / float(repeat[0]), 1.0 / float(repeat[1])))
+
+
+def _twice(repeat: Any) -> Any:
+    """Repetitions in u and in v, from two numbers or from one for both.
+
+    Raises:
+        ValueError: if there are more.
+    """
+    if np.shape(repeat) not in ((), (2,)):
+        raise ValueError(
+            f"Argument `repeat` must be one number or two, but has shape {np.shape(repeat)}."
+        )
+    return np.broadcast_to(repeat, 2) if is_concrete(repeat) else repeat
 
 
 def _check_smooth(name: str, pixels: Array) -> None:

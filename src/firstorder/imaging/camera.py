@@ -13,9 +13,16 @@ from __future__ import annotations
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
-from firstorder._argument_checks import check_finite, check_positive, is_concrete
+from firstorder._argument_checks import (
+    check_coordinates,
+    check_finite,
+    check_positive,
+    check_shape,
+    is_concrete,
+)
 from firstorder._display import in_print
 from firstorder.imaging._reflection import ReflectedRadiance, SurfacePoint
 from firstorder.typing import Scalar, as_float
@@ -55,7 +62,7 @@ class Pinhole(eqx.Module):
         gamma: focal length, in units of the image.
 
     Raises:
-        ValueError: if `gamma` is not positive or `eye` not finite.
+        ValueError: if `gamma` is not positive, `eye` not finite, or `axes` are not orthonormal.
 
     Reference: R07 §5.3, in space.
 
@@ -78,6 +85,11 @@ class Pinhole(eqx.Module):
         """Refuse a camera that sees nothing."""
         check_finite("eye", self.eye)
         check_positive("gamma", self.gamma)
+        check_shape("axes", self.axes, (3, 3))
+        if is_concrete(self.axes):
+            axes = np.asarray(self.axes)
+            if not np.allclose(axes.T @ axes, np.eye(3), atol=1e-4):
+                raise ValueError("Argument `axes` must have orthonormal columns, but has not.")
 
     def direction(self, p: Pixel) -> Direction:
         """Unit vector from the eye into the scene, through p."""
@@ -118,7 +130,7 @@ def pinhole(eye, target, up=(0.0, 0.0, 1.0), gamma=1.0) -> Pinhole:
         gamma: focal length, in units of the image.
 
     Raises:
-        ValueError: if the eye is at the target or looks along `up`.
+        ValueError: if the eye is at the target or looks along `up`, or a number is not finite.
 
     Example:
         >>> from firstorder.imaging.camera import pinhole
@@ -126,12 +138,22 @@ def pinhole(eye, target, up=(0.0, 0.0, 1.0), gamma=1.0) -> Pinhole:
         [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]
     """
     eye, target, up = as_float(eye), as_float(target), as_float(up)
+    for name, place in (("eye", eye), ("target", target), ("up", up)):
+        check_coordinates(name, place)
+        check_finite(name, place)
     back = eye - target
     right = jnp.cross(up, back)
-    if is_concrete((back, right)) and not (jnp.any(back != 0) and jnp.any(right != 0)):
+    if is_concrete((back, right)) and _vanishes(right, up, back):
         raise ValueError("Argument `up` must not lie along the line of sight, but does.")
     back, right = (a / jnp.sqrt(jnp.dot(a, a)) for a in (back, right))
     return Pinhole(eye, jnp.stack([right, jnp.cross(back, right), back], 1), gamma)
+
+
+def _vanishes(right: Direction, up: Direction, back: Direction) -> bool:
+    """Whether the product of two vectors is zero but for the rounding of its differences."""
+    right, up, back = (np.asarray(a) for a in (right, up, back))
+    size = np.linalg.norm(up) * np.linalg.norm(back)
+    return not np.linalg.norm(right) > 8.0 * np.finfo(right.dtype).eps * size
 
 
 def image_gradient(view: PixelFootprint, point: SurfacePoint, B: ReflectedRadiance) -> Pixel:

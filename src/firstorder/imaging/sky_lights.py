@@ -19,7 +19,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from firstorder._argument_checks import check_integer, check_positive
+from firstorder._argument_checks import check_integer, check_not_negative, check_positive
 from firstorder.conventions import cylindrical
 from firstorder.imaging._area_lights import Lamp
 from firstorder.numerics._vectors import cross, orthonormal_frame
@@ -128,7 +128,7 @@ def _by_luminance(
         floor: share of directions that are spread evenly, so that none is left out.
 
     Raises:
-        ValueError: if there is no row, or the sky is dark.
+        ValueError: if there is no row, or the sky is dark or negative somewhere.
 
     Example:
         >>> from firstorder.space.skies import GaussianSky
@@ -141,6 +141,7 @@ def _by_luminance(
     check_positive("rows", rows)
     table = _dome(sky, FINE)
     L = np.asarray(table.radiance, float).reshape(FINE, 2 * FINE, -1).mean(-1)  # of all bands
+    check_not_negative("sky", L)
     if not L.sum() > 0.0:
         raise ValueError("Argument `sky` must send light, but is dark.")
     density = (1.0 - floor) * L / L.mean() + floor  # over that of even directions
@@ -252,18 +253,18 @@ class CosineSkyLight(eqx.Module):
 
 
 def sky_light(
-    sky: Sky, kind: str, rows: int, shift: tuple[float, float] = (0.0, 0.0)
+    sky: Any, kind: str, rows: int, shift: tuple[float, float] = (0.0, 0.0)
 ) -> DistantLight | CosineSkyLight:
     """A sky as nodes of some kind.
 
     Args:
-        sky: radiance from unit vectors.
+        sky: a function, radiance from unit vectors.
         kind: "even" (`_dome`), "cosine" (`CosineSkyLight`) or "luminance" (`_by_luminance`).
         rows: of nodes; twice as many columns.
         shift: of the nodes out of the middles of their cells, in cells.
 
     Raises:
-        ValueError: if the kind is not known, or there is no row.
+        ValueError: if the kind is not known, there is no row, or the sky is no function.
 
     Example:
         >>> from firstorder.space.skies import ConstantSky
@@ -271,6 +272,11 @@ def sky_light(
         >>> sky_light(ConstantSky(1.0), "cosine", 4).shape
         (4, 8)
     """
+    if not callable(sky):
+        raise ValueError(
+            "Argument `sky` must be a function of a direction, such as "
+            f"space.skies.ConstantSky(1.0), but is {sky!r}."
+        )
     match kind:
         case "even":
             return _dome(sky, rows, shift)

@@ -147,7 +147,7 @@ def tinted(
         tints: red, green and blue of each label, linear; some of it positive.
 
     Raises:
-        ValueError: if a label has no tint.
+        ValueError: if a label has no tint, or is below -1.
 
     Example:
         >>> import numpy as np
@@ -161,6 +161,8 @@ def tinted(
         raise ValueError(
             f"Argument `tints` must have a row for label {labels.max()}, but has {len(tints)}."
         )
+    if labels.size and labels.min() < -1:
+        raise ValueError(f"Argument `labels` must be -1 or more, but one is {labels.min()}.")
     rows = np.concatenate([tints / (tints @ LUMINANCE)[:, None], np.ones((1, 3))])
     return np.asarray(values, float)[..., None] * rows[labels]
 

@@ -8,6 +8,7 @@ import matplotlib.image
 import numpy as np
 from jaxtyping import Float, UInt8
 
+from firstorder._argument_checks import check_positive
 from firstorder.io.files import atomic_write
 
 WHITE = 0.995  # the share of pixels that are not burnt out
@@ -28,7 +29,7 @@ def tone_map(
         Levels of grey, or of red, green and blue, rows from the top.
 
     Raises:
-        ValueError: if there are bands, but not three.
+        ValueError: if there are bands, but not three, or white is not positive.
 
     Example:
         >>> import numpy as np
@@ -37,6 +38,8 @@ def tone_map(
         [[0, 126, 255]]
     """
     values = np.asarray(values, float)
+    if values.ndim not in (2, 3):
+        raise ValueError(f"Argument `values` must be an image, but has shape {values.shape}.")
     if values.ndim == 3 and values.shape[-1] != 3:
         raise ValueError(
             "Argument `values` must have three bands to be a picture in colour, but has "
@@ -45,7 +48,9 @@ def tone_map(
     if white is None:
         known = values[np.isfinite(values)]
         white = float(np.quantile(known, WHITE)) if known.size else 1.0
-    x = np.clip(np.nan_to_num(values / (white if white > 0.0 else 1.0)), 0.0, 1.0)
+        white = white if white > 0.0 else 1.0
+    check_positive("white", white)
+    x = np.clip(np.nan_to_num(values / white), 0.0, 1.0)
     curve = np.where(x <= 0.0031308, 12.92 * x, 1.055 * np.maximum(x, 1e-9) ** (1.0 / 2.4) - 0.055)
     return np.rint(255.0 * curve).astype(np.uint8).swapaxes(0, 1)[::-1]
 

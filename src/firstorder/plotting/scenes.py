@@ -60,8 +60,8 @@ def draw_rays(ax: Axes, origins, angles, lengths, *, color="#c2410c", arrows: bo
 
     Args:
         ax: where to draw.
-        origins: where the rays begin, in metres.
-        angles: as in `conventions.direction`, in radians.
+        origins: where the rays begin, one or one for each, in metres.
+        angles: as in `conventions.direction`, one or one for each, in radians.
         lengths: how far they are drawn, in metres.
         color: of the lines.
         arrows: a head at the far end, the way the angle points.
@@ -74,7 +74,7 @@ def draw_rays(ax: Axes, origins, angles, lengths, *, color="#c2410c", arrows: bo
         3
     """
     along = np.asarray(direction(jnp.atleast_1d(as_float(angles))))
-    origins = np.broadcast_to(np.asarray(origins, dtype=float), along.shape)
+    origins, along = np.broadcast_arrays(np.asarray(origins, dtype=float), along)
     ends = origins + along * np.reshape(lengths, (-1, 1))
     for a, b in zip(origins, ends, strict=True):
         if arrows:

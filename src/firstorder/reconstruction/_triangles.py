@@ -6,7 +6,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.spatial
-from jaxtyping import Float, Int
+from jaxtyping import ArrayLike, Float, Int
+
+from firstorder._argument_checks import check_shape
+from firstorder.reconstruction._samples import sample_places, sampled
 
 SCHEMES = ("linear", "gradient")
 NEIGHBOURS = 8
@@ -26,6 +29,21 @@ class Vertices(NamedTuple):
     value: Float[np.ndarray, " n"]
     gradient: Any
     label: Any
+
+
+def vertices(p: ArrayLike, value: ArrayLike, gradient: ArrayLike | None, label: Any) -> Vertices:
+    """Samples as corners.
+
+    Raises:
+        ValueError: in one sentence, where they do not fit one another.
+    """
+    p = sample_places(p)
+    value = sampled("value", value, p.shape[:1])
+    gradient = None if gradient is None else sampled("gradient", gradient, p.shape)
+    if label is not None:
+        label = np.asarray(label)
+        check_shape("label", label, p.shape[:1])
+    return Vertices(p, value, gradient, label)
 
 
 def check_scheme(scheme: str, gradient, label, labels) -> None:
@@ -100,8 +118,11 @@ def blended(
         scheme: "linear" or "gradient".
         sloped: whether the samples' gradients are known, and used where corners drop out.
     """
+    wanted = None if labels is None else np.asarray(labels)
+    if wanted is not None:
+        check_shape("labels", wanted, (width, height))
+        wanted = wanted.ravel()
     corner, weight = _rasterised(at.p, triangle, width, height)
-    wanted = None if labels is None else np.asarray(labels).ravel()
     if wanted is not None:
         weight = np.where(at.label[corner] == wanted[:, None], weight, 0.0)
     total = weight.sum(1)

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy.spatial
-from jaxtyping import Array, Float
+from jaxtyping import Array, ArrayLike, Float
 
 from firstorder._argument_checks import (
     check_count,
@@ -25,6 +25,7 @@ from firstorder._argument_checks import (
     check_not_negative,
     check_positive,
 )
+from firstorder.reconstruction._samples import sample_places, sampled
 
 BLOCK = 65536  # pixels at a time
 ALIKE = 4.0  # sum of squares of depth and normal, in spreads, within which a sample is like a pixel
@@ -63,33 +64,34 @@ def bilateral_widths(
 
 
 def cross_bilateral(
-    p: Float[np.ndarray, "n 2"],
-    value: Float[np.ndarray, " n"],
-    width: Float[np.ndarray, "w h"],
-    depth: Float[np.ndarray, "w h"],
-    normal: Float[np.ndarray, "w h 3"],
+    p: ArrayLike,
+    value: ArrayLike,
+    width: ArrayLike,
+    depth: ArrayLike,
+    normal: ArrayLike,
     *,
     depth_share: float = 0.05,
     normal_spread: float = 0.25,
     neighbours: int = 24,
-    shows: tuple[Float[np.ndarray, " n"], Float[np.ndarray, "n 3"]] | None = None,
+    shows: tuple[ArrayLike, ArrayLike] | None = None,
 ) -> Float[np.ndarray, "w h"]:
     """Values at all pixels from samples at some.
 
     Args:
-        p: places of the samples, inside the image [pixels].
-        value: there.
-        width: h at every pixel [pixels].
-        depth: distance from the eye at every pixel; any positive number for the sky.
-        normal: unit vectors, zeros for the sky.
+        p: places of the samples, shape (n, 2), inside the image [pixels].
+        value: there, shape (n,).
+        width: h at every pixel, shape (w, h), or at all [pixels].
+        depth: distance from the eye at every pixel, shape (w, h); any positive number for the sky.
+        normal: unit vectors, shape (w, h, 3), zeros for the sky.
         depth_share: sigma_z.
         normal_spread: sigma_n.
         neighbours: samples that count for a pixel; all, if there are fewer. Up to 64 times as many
             where none of them is alike.
-        shows: depth and normal of the samples; those of their pixels, if left out.
+        shows: depths (n,) and normals (n, 3) of the samples; those of their pixels, if left out.
 
     Raises:
-        ValueError: for widths, depths or spreads that are not positive, or without samples.
+        ValueError: for widths, depths or spreads that are not positive, without samples or with
+            some outside of the image, or for shapes that do not fit.
 
     Reference: D05 §6.2, after Tomasi and Manduchi 1998.
 
@@ -107,18 +109,40 @@ def cross_bilateral(
                          ("width", width), ("depth", depth)):  # fmt: skip
         check_positive(name, number)
     check_count("neighbours", neighbours)
-    check_finite("value", value)
-    if not len(p):
-        raise ValueError("Argument `p` must have at least one sample, but has none.")
+    depth, p = np.asarray(depth, float), sample_places(p)
     shape = depth.shape
-    i, j = np.minimum(p.astype(int), np.array(shape) - 1).T
-    theirs = (depth[i, j], normal[i, j]) if shows is None else shows
+    if len(shape) != 2:
+        raise ValueError(f"Argument `depth` must have shape (w, h), but has {shape}.")
+    normal, value = sampled("normal", normal, (*shape, 3)), sampled("value", value, p.shape[:1])
+    width = sampled("width", width if np.ndim(width) else np.full(shape, width), shape)
+    theirs = _pixels(p, depth, normal) if shows is None else _shown(shows, len(p))
+    for name, number in (("value", value), ("normal", normal)):
+        check_finite(name, number)
     x, y = (np.arange(n) + 0.5 for n in shape)
     at = np.stack(np.meshgrid(x, y, indexing="ij"), -1).reshape(-1, 2)
     own = depth.ravel(), normal.reshape(-1, 3)
     tree, spreads = scipy.spatial.KDTree(p), (depth_share, normal_spread)
     known = _Known(tree, value, theirs, at, own, width.ravel(), spreads)
     return known.image(neighbours).reshape(shape)
+
+
+def _pixels(p: np.ndarray, depth: np.ndarray, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Depths and normals of the pixels in which samples lie."""
+    outside = np.any((p < 0.0) | (p > depth.shape), 1)
+    if np.any(outside):
+        raise ValueError(
+            f"Argument `p` must lie inside the image, but has a sample at {p[outside][0].tolist()}."
+        )
+    i, j = np.minimum(p.astype(int), np.array(depth.shape) - 1).T
+    return depth[i, j], normal[i, j]
+
+
+def _shown(shows: tuple[ArrayLike, ArrayLike], count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Depths and normals that were given with the samples."""
+    theirs = sampled("shows", shows[0], (count,)), sampled("shows", shows[1], (count, 3))
+    check_finite("shows", theirs[0])
+    check_finite("shows", theirs[1])
+    return theirs
 
 
 class _Known(NamedTuple):

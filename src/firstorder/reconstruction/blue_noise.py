@@ -13,7 +13,7 @@ from __future__ import annotations
 import functools
 
 import numpy as np
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import ArrayLike, Bool, Float, Int
 
 from firstorder._argument_checks import check_finite, check_integer, check_positive
 
@@ -86,7 +86,7 @@ def _about(kernel: np.ndarray, k: int) -> Float[np.ndarray, " n"]:
 
 
 def blue_noise_samples(
-    density: Float[np.ndarray | Array, "w h"],
+    density: ArrayLike,
     count: int,
     side: int = 64,
     seed: int = 0,
@@ -99,7 +99,7 @@ def blue_noise_samples(
     proportion. The number found is the number asked but for the tile's rounding.
 
     Args:
-        density: not negative, of any unit.
+        density: shape (w, h), not negative, of any unit.
         count: of pixels to look at.
         side: of the tile.
         seed: of the tile.
@@ -133,6 +133,8 @@ def blue_noise_samples(
 
 def _shares(density: np.ndarray, count: int) -> np.ndarray:
     """Probabilities of pixels: the density's proportions, 1 at most, and the sum that is asked."""
+    if density.ndim != 2:
+        raise ValueError(f"Argument `density` must have shape (w, h), but has {density.shape}.")
     check_finite("density", density)
     check_integer("count", count)
     check_positive("count", count)

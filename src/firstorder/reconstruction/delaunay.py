@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import numpy as np
 import scipy.spatial
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, ArrayLike, Float, Int
 
 from firstorder._argument_checks import check_count
 from firstorder.reconstruction._triangles import (
@@ -25,16 +25,17 @@ from firstorder.reconstruction._triangles import (
     check_scheme,
     mirror_across,
     planes,
+    vertices,
 )
 
 
 def delaunay_image(
-    p: Float[np.ndarray, "n 2"],
-    value: Float[np.ndarray, " n"],
+    p: ArrayLike,
+    value: ArrayLike,
     width: int,
     height: int,
     *,
-    gradient: Float[np.ndarray, "n 2"] | None = None,
+    gradient: ArrayLike | None = None,
     scheme: str = "linear",
     label: Int[np.ndarray | Array, " n"] | None = None,
     labels: Int[np.ndarray | Array, "w h"] | None = None,
@@ -45,18 +46,19 @@ def delaunay_image(
     label (of any, if none has it).
 
     Args:
-        p: places of the samples, at least three and not in one line [pixels].
-        value: radiance there.
+        p: places of the samples, shape (n, 2) [pixels].
+        value: radiance there, shape (n,).
         width: of the image [pixels].
         height: of the image [pixels].
-        gradient: per pixel; needed by the scheme "gradient", used by both where a sample is alone
-            and at the border.
+        gradient: shape (n, 2), per pixel; needed by the scheme "gradient", used by both where a
+            sample is alone and at the border.
         scheme: "linear" or "gradient".
         label: what each sample shows.
         labels: what each pixel shows, first axis across; together with `label`, or not at all.
 
     Raises:
-        ValueError: for an unknown scheme, missing gradients, or labels of one sort only.
+        ValueError: for an unknown scheme, missing gradients, labels of one sort only, no samples,
+            or shapes that do not fit.
 
     Reference: R07 §9.1 (linear, labels ignored).
 
@@ -70,8 +72,7 @@ def delaunay_image(
     check_scheme(scheme, gradient, label, labels)
     check_count("width", width)
     check_count("height", height)
-    at = Vertices(p, value, gradient, None if label is None else np.asarray(label))
-    at = _mirrored(at, (float(width), float(height)))
+    at = _mirrored(vertices(p, value, gradient, label), (float(width), float(height)))
     triangle = scipy.spatial.Delaunay(at.p).simplices
     return blended(at, triangle, width, height, labels, scheme, gradient is not None)
 

@@ -20,9 +20,10 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy.spatial
-from jaxtyping import Float
+from jaxtyping import ArrayLike, Float
 
-from firstorder._argument_checks import check_finite, check_integer, check_positive
+from firstorder._argument_checks import check_count, check_finite, check_integer, check_positive
+from firstorder.reconstruction._samples import sample_places, sampled
 
 BLOCK = 16384  # pixels at a time
 LEAST = 1e-100  # distance of samples that stand at the pixel; its square is above 0 [pixels]
@@ -41,22 +42,23 @@ class DirectionalCoherence(NamedTuple):
 
 
 def directional_coherence(
-    p: Float[np.ndarray, "n 2"],
-    gradient: Float[np.ndarray, "n 2"],
-    at: Float[np.ndarray, "k 2"],
+    p: ArrayLike,
+    gradient: ArrayLike,
+    at: ArrayLike,
     *,
     neighbours: int = 8,
 ) -> DirectionalCoherence:
     """The direction in which an image changes around places, from gradients of samples nearby.
 
     Args:
-        p: places of the samples [pixels].
-        gradient: of the image there, per pixel.
-        at: where it is asked for [pixels].
+        p: places of the samples, shape (n, 2) [pixels].
+        gradient: of the image there, shape (n, 2), per pixel.
+        at: where it is asked for, shape (k, 2) [pixels].
         neighbours: samples that are asked for each place; all, if there are fewer.
 
     Raises:
-        ValueError: without samples, for a gradient that is not finite, or no neighbour.
+        ValueError: without samples, for shapes that do not fit, a gradient that is not finite, or
+            no neighbour.
 
     Reference: Guo 1998; R07 §9.2.
 
@@ -68,16 +70,18 @@ def directional_coherence(
         >>> found.across.round(6).tolist(), found.coherence.round(6).tolist()
         ([[0.6, 0.8]], [1.0])
     """
-    _check_samples(p, neighbours)
+    p = sample_places(p)
+    gradient = sampled("gradient", gradient, p.shape)
+    check_count("neighbours", neighbours)
     check_finite("gradient", gradient)
     near = scipy.spatial.KDTree(p).query(at, _numbers(neighbours, len(p)))[1]
-    return _agreed(np.asarray(gradient)[near])
+    return _agreed(gradient[near])
 
 
 def coherent_image(
-    p: Float[np.ndarray, "n 2"],
-    value: Float[np.ndarray, " n"],
-    gradient: Float[np.ndarray, "n 2"],
+    p: ArrayLike,
+    value: ArrayLike,
+    gradient: ArrayLike,
     shape: tuple[int, int],
     *,
     width: float = 0.7,
@@ -92,9 +96,9 @@ def coherent_image(
     straight penumbra it errs by half.
 
     Args:
-        p: places of the samples [pixels].
-        value: there.
-        gradient: of the image there, per pixel.
+        p: places of the samples, shape (n, 2) [pixels].
+        value: there, shape (n,).
+        gradient: of the image there, shape (n, 2), per pixel.
         shape: width and height [pixels].
         width: h, in units of the distance to the nearest sample but three.
         stretch: by how much more a step across an edge counts than one along it, at least 1.
@@ -103,8 +107,8 @@ def coherent_image(
         voters: samples whose gradients tell the direction.
 
     Raises:
-        ValueError: without samples, for numbers that are not finite, a width that is not positive
-            or a stretch below 1.
+        ValueError: without samples, for shapes that do not fit, numbers that are not finite, a
+            width that is not positive or a stretch below 1.
 
     Reference: Guo 1998; R07 §9.2, whose gradients take the place of his tests.
 
@@ -117,9 +121,12 @@ def coherent_image(
         2.0
     """
     check_integer("voters", voters)
-    _check_samples(p, min(neighbours, voters))
+    p = sample_places(p)
+    value = sampled("value", value, p.shape[:1])
+    check_count("neighbours", min(neighbours, voters))
     check_positive("width", width)
     check_finite("value", value)
+    check_finite("stretch", stretch)
     if not stretch >= 1.0:
         raise ValueError(f"Argument `stretch` must be at least 1, but is {stretch!r}.")
     x, y = (np.arange(n) + 0.5 for n in shape)
@@ -131,20 +138,8 @@ def coherent_image(
         near = tree.query(at[some], _numbers(4 * neighbours, len(p)))[1]
         part = DirectionalCoherence(known.across[some], known.coherence[some])
         steps = _lengths(p[near] - at[some, None], part, stretch)
-        out[some] = _weighted(steps, np.asarray(value)[near], width, neighbours)
+        out[some] = _weighted(steps, value[near], width, neighbours)
     return out.reshape(shape)
-
-
-def _check_samples(p: np.ndarray, neighbours: int) -> None:
-    """Refuses no samples, or none that are asked.
-
-    Raises:
-        ValueError: if so.
-    """
-    if not len(p):
-        raise ValueError("Argument `p` must have at least one sample, but has none.")
-    check_integer("neighbours", neighbours)
-    check_positive("neighbours", neighbours)
 
 
 def _numbers(neighbours: int, count: int) -> np.ndarray:

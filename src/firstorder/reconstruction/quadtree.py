@@ -109,8 +109,8 @@ def sample_image(
             there that no budget removes.
 
     Raises:
-        ValueError: if the first grid needs more than the budget, the block is no power of 2, or the
-            metric gives a number that is none.
+        ValueError: if the first grid needs more than the budget, the block is no power of 2, what
+            `shade` returns does not fit, or the metric gives a number that is none.
 
     Reference: R07 §9.1.
 
@@ -136,13 +136,13 @@ def sample_image(
     tree = _Tree(budget, metric, mixed, smallest, (width, height), thorough)
     size = np.full(len(corner), float(block))
     p = tree.middles(corner, size)
-    found = shade(p)
+    found = _shaded(shade, p)
     tree.add(corner, size, p, found, *_around_grid(found, p, columns))
     while (chosen := tree.choose(batch)).size:
         corner, size = _quarters(tree.corner[chosen], tree.size[chosen])
         inside = np.all(corner < (width, height), axis=1)
         p = tree.middles(corner[inside], size[inside])
-        found = shade(p)
+        found = _shaded(shade, p)
         around = _around_siblings(found, p, inside)
         tree.leaf[chosen], tree.importance[chosen] = False, WHOLE
         tree.add(corner[inside], size[inside], p, found, *around)
@@ -159,6 +159,28 @@ def _check(width, height, budget, block, batch, smallest) -> None:
         raise ValueError(f"Argument `block` must be a power of 2, but is {block}.")
     if not 0.0 <= batch <= 1.0:
         raise ValueError(f"Argument `batch` must be within [0, 1], but is {batch}.")
+
+
+def _shaded(shade: Shade, p: Places) -> ShadedSamples:
+    """What is seen at places, in arrays.
+
+    Raises:
+        ValueError: if there is not one value and gradient for each.
+    """
+    found = shade(p)
+    if not isinstance(found, ShadedSamples):
+        raise ValueError(
+            f"Argument `shade` must return ShadedSamples, but gives a {type(found).__name__}."
+        )
+    value = np.asarray(found.value, float)
+    gradient = None if found.gradient is None else np.asarray(found.gradient, float)
+    for what, x, shape in (("value", value, p.shape[:1]), ("gradient", gradient, p.shape)):
+        if x is not None and x.shape != shape:
+            raise ValueError(
+                f"Argument `shade` must return one {what} for each place, shape {shape}, but gives "
+                f"shape {x.shape}."
+            )
+    return found._replace(value=value, gradient=gradient)
 
 
 def _first(width: int, height: int, block: int) -> tuple[Places, int]:

@@ -22,6 +22,7 @@ from firstorder.reconstruction._triangles import (
     check_scheme,
     mirror_across,
     planes,
+    vertices,
 )
 from firstorder.reconstruction.quadtree import ImageSamples
 
@@ -48,7 +49,8 @@ def quadtree_image(
         labels: what each pixel shows, first axis across; together with `label`, or not at all.
 
     Raises:
-        ValueError: for an unknown scheme, missing gradients, or labels of one sort only.
+        ValueError: for an unknown scheme, missing gradients, labels of one sort only, or samples of
+            an image of another size.
 
     Reference: R07 §9.1, with other triangles.
 
@@ -64,9 +66,8 @@ def quadtree_image(
     check_scheme(scheme, samples.gradient, label, labels)
     check_count("width", width)
     check_count("height", height)
-    at = Vertices(
-        samples.p, samples.value, samples.gradient, None if label is None else np.asarray(label)
-    )
+    _check_size(samples, width, height)
+    at = vertices(samples.p, samples.value, samples.gradient, label)
     cells, side = _cells(samples, width, height)
     if at.gradient is None:
         border = np.unique(np.concatenate([cells[[0, -1]].ravel(), cells[:, [0, -1]].ravel()]))
@@ -77,6 +78,22 @@ def quadtree_image(
     size[: len(samples.size)] = samples.size
     triangle = _triangles(at, cells, _split(samples, side, cells.shape), size > 1.0)
     return blended(at, triangle, width, height, labels, scheme, samples.gradient is not None)
+
+
+def _check_size(samples: ImageSamples, width: int, height: int) -> None:
+    """Refuse an image that is not as large as the one that was sampled.
+
+    Raises:
+        ValueError: if so.
+    """
+    size = samples.size[:, None]
+    begin = np.floor(samples.p / size) * size
+    ends = np.max(2.0 * samples.p - begin, 0)  # samples lie in the middles of what was cut, too
+    if not np.allclose(ends, (width, height), 1e-9):
+        raise ValueError(
+            f"Arguments `width` and `height` must be those of the samples, {ends[0]:g} and "
+            f"{ends[1]:g}, but are {width} and {height}."
+        )
 
 
 def _cells(samples: ImageSamples, width: int, height: int) -> tuple[Cells, float]:

@@ -107,9 +107,11 @@ def render_tiles(
         Layers by name, first axis across.
 
     Raises:
-        ValueError: if the folder holds tiles of another image, or of one that its `job.json` does
-            not tell, or if some are missing and the others were made with other settings of the
-            compiler; with a scheduler, as `jobs.run_jobs`.
+        TypeError: if `shade` gives no arrays by name.
+        ValueError: if one of these has not one row a place; if the folder holds tiles of another
+            image, or of one that its `job.json` does not tell, or if some are missing and the
+            others were made with other settings of the compiler; with a scheduler, as
+            `jobs.run_jobs`.
 
     Example:
         >>> import tempfile
@@ -235,5 +237,17 @@ def _made(file: pathlib.Path, shade: Shade, tile: _Tile, number: int) -> dict[st
 
 def _layers(shade: Shade, tile: _Tile, number: int) -> dict[str, np.ndarray]:
     """A tile, made."""
-    found = {k: np.asarray(v, float) for k, v in shade(tile.places, number).items()}
+    made = shade(tile.places, number)
+    if not isinstance(made, Mapping):
+        raise TypeError(
+            f"Argument `shade` must give arrays by layer's name, but gives a {type(made).__name__}."
+        )
+    found = {k: np.asarray(v, float) for k, v in made.items()}
+    count = tile.shape[0] * tile.shape[1]
+    for name, values in found.items():
+        if values.shape[:1] != (count,):
+            raise ValueError(
+                f"Argument `shade` must give a row for each of {count} places, but its layer "
+                f"{name!r} has shape {values.shape}."
+            )
     return {k: v.reshape(*tile.shape, *v.shape[1:]) for k, v in found.items()}

@@ -18,7 +18,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 from scipy.special import betaincinv
 
-from firstorder._argument_checks import check_count, check_integer
+from firstorder._argument_checks import check_count, check_integer, check_positive
 from firstorder.numerics._refinement import with_errors
 
 
@@ -175,6 +175,9 @@ def expected_fixed_radius(cumulative: Cumulative, x, radius: float, count: int) 
     Returns:
         Mean and spread of `points inside / (2 r count)`.
 
+    Raises:
+        ValueError: if the radius is not positive.
+
     Example:
         >>> import numpy as np
         >>> from firstorder.sampling import expected_fixed_radius
@@ -183,6 +186,7 @@ def expected_fixed_radius(cumulative: Cumulative, x, radius: float, count: int) 
         >>> mean.tolist()  # half of it at the end
         [1.0, 0.5]
     """
+    check_positive("radius", radius)
     x = np.asarray(x, float)
     p = cumulative(x + radius) - cumulative(x - radius)
     return ExpectedDensity(p / (2 * radius), np.sqrt(p * (1 - p) / count) / (2 * radius))
@@ -215,7 +219,12 @@ def expected_k_nearest(
         with_error: whether to give an `Approximation`: the answer, and a bound of its error.
 
     Returns:
-        Mean and spread of `kept / (2 R count)`.
+        Mean and spread of `kept / (2 R count)`. For `k = 2` the spread is infinite where points lie
+        on both sides, and what is given for it is not to be used.
+
+    Raises:
+        ValueError: unless k lies between 2 and `count`: of the nearest point alone the mean is
+            infinite.
 
     Example:
         >>> import numpy as np
@@ -224,6 +233,8 @@ def expected_k_nearest(
         >>> round(expected_k_nearest(even, [0.5], 11, 1000).mean[0].item(), 6)  # 11 / 10
         1.1
     """
+    if not 2 <= k <= count:
+        raise ValueError(f"Argument `k` must lie in [2, {count}], but is {k}.")
     x = np.atleast_1d(np.asarray(x, float))
     kept = k if kept is None else kept
     check_count("nodes", nodes)

@@ -10,7 +10,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float, Int
 
-from firstorder._argument_checks import check_not_negative
+from firstorder._argument_checks import check_finite, check_not_negative, is_concrete
 from firstorder.typing import as_float
 
 HORIZON = 0.5 * jnp.pi
@@ -183,6 +183,9 @@ class PiecewiseConstant(eqx.Module):
         low: start of the interval.
         high: its end.
 
+    Raises:
+        ValueError: if a weight is negative, or the interval has no length.
+
     Example:
         >>> from firstorder.sampling import PiecewiseConstant
         >>> import numpy as np
@@ -194,6 +197,16 @@ class PiecewiseConstant(eqx.Module):
     weights: Float[Array, " n"] = eqx.field(converter=as_float)
     low: Float[Array, ""] = eqx.field(converter=as_float)
     high: Float[Array, ""] = eqx.field(converter=as_float)
+
+    def __check_init__(self):
+        """Refuse negative weights, and an interval that does not begin before its end."""
+        check_not_negative("weights", self.weights)
+        check_finite("low", self.low)
+        check_finite("high", self.high)
+        if is_concrete((self.low, self.high)) and not self.low < self.high:
+            raise ValueError(
+                f"Argument `high` must be more than {self.low:g}, but is {self.high:g}."
+            )
 
     def sample(self, u: ArrayLike) -> Float[Array, "*n"]:
         """The place to a uniform number."""

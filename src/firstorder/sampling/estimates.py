@@ -131,7 +131,7 @@ def combine(estimates: Sequence[Estimate]) -> Estimate:
     are for light: a run that missed the bright paths is dark and looks sure of itself.
 
     Args:
-        estimates: of the same quantity, with two samples or more in each.
+        estimates: of the same quantity.
 
     Raises:
         ValueError: if there are none.
@@ -147,7 +147,9 @@ def combine(estimates: Sequence[Estimate]) -> Estimate:
 
     def moments(e: Estimate) -> Moments:
         count = jnp.broadcast_to(e.count, e.mean.shape)
-        return Moments(count, e.mean, e.error**2 * count * (count - 1.0))
+        # Of a single sample the error is infinite, and the sum of squares zero.
+        error = jnp.where(count > 1.0, e.error, 0.0)
+        return Moments(count, e.mean, error**2 * count * (count - 1.0))
 
     runs = [moments(e) for e in estimates]
     stacked = Moments(*(jnp.stack([getattr(m, f) for m in runs]) for f in _FIELDS))

@@ -178,3 +178,14 @@ def test_smooth_depths_look_as_far_to_either_side():
     for found in smooth_depths(near, far, 2):
         rows, columns = np.nonzero(np.isfinite(found))
         assert (rows.min(), rows.max(), columns.min(), columns.max()) == (3, 7, 4, 8)
+
+
+def test_pixels_that_are_nowhere_take_nothing_from_their_neighbours():
+    """`blocker_depths` gives NaN for them, which a filter of the least passed on."""
+    rng = np.random.default_rng(6)
+    near = np.where(rng.random((9, 7)) < 0.4, np.inf, rng.uniform(0.2, 0.5, (9, 7)))
+    far, nowhere = np.where(np.isinf(near), -np.inf, near + 0.1), rng.random((9, 7)) < 0.3
+    expected = smooth_depths(np.where(nowhere, np.inf, near), np.where(nowhere, -np.inf, far), 1)
+    found = smooth_depths(np.where(nowhere, np.nan, near), np.where(nowhere, np.nan, far), 1)
+    for ours, theirs in zip(found, expected, strict=True):
+        np.testing.assert_array_equal(ours, np.where(nowhere, np.nan, theirs))

@@ -130,3 +130,12 @@ def test_feet_and_receivers_come_evenly():
     few, owners = drawn(rays=0.125)
     assert uniform_p_value(few) > LEVEL
     assert chi_square(owners, np.full(8, owners.sum() / 8)) > LEVEL
+
+
+def test_edges_of_a_lamp_in_single_precision_are_orthogonal_to_its_rounding():
+    for angle in np.linspace(0.1, 6.2, 40):
+        c, s = np.cos(angle), np.sin(angle)
+        turn = np.array([[c, -s, 0.0], [0.6 * s, 0.6 * c, -0.8], [0.8 * s, 0.8 * c, 0.6]])
+        u, v = (turn @ np.diag((0.7, 0.3, 1.0)))[:, :2].T.astype(np.float32)
+        found = lamp_frame((0.0, 0.0, 4.0), u, v)
+        np.testing.assert_allclose(found.axes @ found.axes.T, np.eye(3), atol=1e-6)

@@ -135,6 +135,7 @@ def smooth_depths(
 
     First the least and the largest within the radius, so that bounds stay bounds, then a Gaussian
     of half of it. Pixels without blockers stay without unless others within the radius have some.
+    What is NaN stays so, and gives its neighbours nothing.
 
     Args:
         near: depths of first blockers, infinity for none [m].
@@ -156,7 +157,8 @@ def smooth_depths(
     check_integer("radius", radius)
     check_positive("radius", radius)
     size = 2 * radius + 1
-    low, high = scipy.ndimage.minimum_filter(near, size), scipy.ndimage.maximum_filter(far, size)
+    low = scipy.ndimage.minimum_filter(np.where(np.isnan(near), np.inf, near), size)
+    high = scipy.ndimage.maximum_filter(np.where(np.isnan(far), -np.inf, far), size)
     some = np.isfinite(low)
     weight = scipy.ndimage.gaussian_filter(some.astype(float), 0.5 * radius)
     found = []

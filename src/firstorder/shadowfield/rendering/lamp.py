@@ -62,11 +62,13 @@ def lamp_frame(center, u, v) -> LampFrame:
         >>> lamp_frame((0, 0, 3), (0, 1, 0), (2, 0, 0)).axes[2].tolist()  # it shines down
         [0.0, 0.0, -1.0]
     """
+    given = np.result_type(np.asarray(u), np.asarray(v), np.float32)  # of integers double
+    least = max(1e-9, 8.0 * float(np.finfo(given).eps))  # edges in single precision are rounded
     center, u, v = (np.asarray(a, float) for a in (center, u, v))
     half = np.array([np.linalg.norm(u), np.linalg.norm(v)])
     check_positive("u", half[0])
     check_positive("v", half[1])
-    if abs(u @ v) > 1e-9 * half[0] * half[1]:
+    if abs(u @ v) > least * half[0] * half[1]:
         raise ValueError(f"Arguments `u` and `v` must be orthogonal, but u . v is {u @ v:g}.")
     e, f = u / half[0], v / half[1]
     return LampFrame(center, np.stack([e, f, np.cross(e, f)]), half)
