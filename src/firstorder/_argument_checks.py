@@ -11,7 +11,7 @@ import difflib
 import math
 import operator
 import warnings
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import jax
@@ -197,6 +197,16 @@ def nan_unless(ok: Any, x: Any) -> Any:
     if is_concrete((ok, x)) and np.all(np.asarray(ok)):
         return x
     return jnp.where(ok, x, jnp.nan)
+
+
+def traced_nan_unless(ok: Callable[[Any], Any], x: Any) -> Any:
+    """`x`; a traced one is NaN where `ok(x)` is not true. Concrete ones have checks with words."""
+    return x if is_concrete(x) else nan_unless(ok(x), x)
+
+
+def not_negative(x: Any) -> Any:
+    """Numbers that `check_not_negative` will look at: traced ones are NaN where negative."""
+    return traced_nan_unless(lambda a: a >= 0.0, x)
 
 
 def check_unit(name: str, w: Float[Array, " 3"]) -> None:

@@ -78,3 +78,10 @@ def test_differentiable_in_its_parameters():
 def test_bad_input(make, words):
     with pytest.raises(ValueError, match=words):
         make()
+
+
+@pytest.mark.parametrize("bad", [[1.0, -0.5], [-1.0, -0.5], [0.0, 1.0]])
+def test_a_traced_precision_that_is_not_positive_makes_no_bell(bad):
+    value = jax.jit(lambda d: Gaussian(jnp.zeros(2), jnp.diag(d))(0.1, 0.2))
+    assert np.isnan(value(jnp.array(bad)))
+    assert value(jnp.ones(2)) > 0.9

@@ -130,3 +130,13 @@ def test_a_box_is_a_kernel_too():
 def test_bad_input(make, words):
     with pytest.raises(ValueError, match=words):
         make()
+
+
+def test_a_traced_box_without_inside_has_no_spectrum_and_no_edges():
+    @jax.jit
+    def told(width):
+        box = BoxProfile(width, "x")
+        return jnp.stack([box.transform(jnp.asarray(0.3)), box.edges()[0].level(0.1, 0.2)])
+
+    assert np.isnan(told(-0.5)).all()
+    assert np.isfinite(told(0.5)).all()

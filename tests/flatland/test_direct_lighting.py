@@ -155,3 +155,13 @@ def test_single_precision_stays_single():
     )
     at = Receiver(np.zeros(2, np.float32), np.float32(0.0))
     assert abs(irradiance(scene, at) - 2 * 0.5 / np.sqrt(1.25)) < 1e-6
+
+
+def test_a_traced_point_light_of_negative_intensity_gives_nan():
+    floor = primitive(Segments((-1.0, 0.0), (1.0, 0.0)))
+
+    def E(power):
+        scene = Scene.of(floor, points=PointLights((0.0, 1.0), power))
+        return point_light_irradiance(scene, Receiver((0.3, 0.0), 0.0, 0))
+
+    assert np.isnan(jax.jit(E)(-1.0))

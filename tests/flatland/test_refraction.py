@@ -9,7 +9,15 @@ import numpy as np
 import pytest
 
 from derivations.flatland import refraction as brute
-from firstorder.flatland import Arcs, Circles, Scene, Segments, primitive, refraction
+from firstorder.flatland import (
+    Arcs,
+    Circles,
+    Curves,
+    Scene,
+    Segments,
+    primitive,
+    refraction,
+)
 from firstorder.flatland.refraction import (
     Beam,
     Caustic,
@@ -231,3 +239,25 @@ def test_fault_is_noticed(name, monkeypatch):
     monkeypatch.setattr(refraction, *FAULTS[name])
     assert np.isfinite(error())
     assert error() > 1e-3
+
+
+def test_more_folds_than_can_be_followed_are_no_answer():
+    cosines, sines = np.zeros((1, 42, 2)), np.zeros((1, 42, 2))  # 1 + 0.02 cos(40 t)
+    cosines[0, 1, 1] = sines[0, 1, 0] = 1.0
+    cosines[0, [39, 41], 1] = 0.01
+    sines[0, [39, 41], 0] = -0.01, 0.01
+    screen = primitive(Segments((8.0, 3.0), (-8.0, 3.0)))
+    scene = Scene.of(screen, primitive(Curves(cosines, sines), ior=1.5))
+    mirror = Caustic(scene, Beam((0.0, 2.0), np.pi), ((1, "back"),), 0, -0.8, 0.8, 96)
+    q, places, _ = eqx.filter_jit(lambda m: m.folds())(mirror)
+    assert np.isnan(q).all()
+    assert np.isnan(places).all()
+
+
+@pytest.mark.parametrize(
+    "light", [lambda p: PointSource((0.0, 1.0), p), lambda p: Beam((0.0, 1.0), 0.0, p)]
+)
+def test_a_traced_negative_power_is_none(light):
+    power = jax.jit(lambda p: light(p).power)
+    assert np.isnan(power(-1.0))
+    assert power(2.0) == 2.0

@@ -122,3 +122,17 @@ def test_a_bad_sky_is_one_sentence(make, sentence):
     with pytest.raises(ValueError, match="Argument") as caught:
         make()
     assert str(caught.value) == sentence
+
+
+@pytest.mark.parametrize(
+    "sky",
+    [
+        ConstantSky,
+        lambda L: GaussianSky(0.0, 0.5, L),
+        lambda sigma: GaussianSky(0.0, sigma),
+    ],
+)
+def test_a_traced_number_that_makes_no_sky_is_no_light(sky):
+    L = jax.jit(lambda x: sky(x)(0.3))
+    assert np.isnan(L(-0.5))
+    assert L(0.5) > 0.0

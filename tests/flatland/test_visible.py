@@ -5,7 +5,10 @@ import pytest
 
 from firstorder.conventions import direction
 from firstorder.flatland import (
+    Arcs,
     Circles,
+    ConstantSky,
+    Ellipses,
     Receiver,
     Scene,
     Segments,
@@ -68,6 +71,39 @@ def test_a_receiver_on_a_circle_sees_what_is_above_its_own_tangent():
     v = view(scene, receiver(scene, 0, 0.0))
     width = np.diff(np.asarray(v.angles))
     assert set(np.asarray(v.seen)[width > 1e-9]) == {-1, 1}
+
+
+ROUND = pytest.mark.parametrize(
+    "shape",
+    [
+        Circles((0.37, -0.21), 0.83),
+        Ellipses((0.37, -0.21), (0.83, 0.83), 0.3),
+        Arcs((0.37, -0.21), 0.83, 1.3, -2.0 * np.pi),
+    ],
+    ids=["circle", "ellipse", "arc"],
+)
+
+
+@ROUND
+@pytest.mark.parametrize("tilt", [0.3, -0.6, 1.0])
+def test_a_tilted_receiver_on_a_round_shape_sees_what_is_above_its_tangent(shape, tilt):
+    scene = Scene.of(primitive(shape), environment=ConstantSky(1.0))
+    at = Receiver.on_shape(scene, 0, 0.4).tilted(tilt)
+    np.testing.assert_allclose(irradiance(scene, at), 1.0 + np.cos(tilt), rtol=1e-12)
+    second = jax.hessian(lambda a: irradiance(scene, at.tilted(a)))(0.0)
+    np.testing.assert_allclose(second, -np.cos(tilt), rtol=1e-10)
+
+
+@ROUND
+def test_a_receiver_within_rounding_of_a_round_shape_is_inside_or_outside(shape):
+    rng = np.random.default_rng(0)
+    n, tilt = rng.uniform(-np.pi, np.pi, 200), rng.uniform(-1.4, 1.4, 200)
+    off = 0.83 * (1.0 + rng.integers(-2, 3, 200) * np.finfo(float).eps)
+    p = np.array([0.37, -0.21]) + off[:, None] * np.asarray(direction(n))
+    scene = Scene.of(primitive(shape), environment=ConstantSky(1.0))
+    E = jax.vmap(lambda p, n: irradiance(scene, Receiver(p, n)))(p, n + tilt)
+    inside, outside = np.abs(E), np.abs(E - 1.0 - np.cos(tilt))
+    assert np.max(np.minimum(inside, outside)) < 1e-6
 
 
 def test_two_edges_in_line_give_the_derivative_of_one_side():

@@ -91,3 +91,8 @@ def test_the_old_name_of_the_environment_is_answered_with_the_new_one():
     with pytest.raises(TypeError) as found:
         Scene.of(primitive(sphere((0.0, 0.0, 0.0), 1.0)), sky=1.0)
     assert str(found.value) == "Argument `sky` is called `environment`."
+
+
+def test_a_traced_negative_environment_gives_nan():
+    ball = primitive(sphere((0.0, 0.0, 2.0), 0.5))
+    assert np.isnan(jax.jit(lambda L: Scene.of(ball, environment=L).environment)(-1.0))

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array
 
 from firstorder._argument_checks import (
     check_finite,
@@ -49,7 +51,7 @@ class Gaussian(Field):
     """
 
     center: Vector = eqx.field(converter=as_float)
-    precision: Matrix = eqx.field(converter=as_float)
+    precision: Matrix = eqx.field(converter=lambda P: _precision(P))
     amplitude: Scalar = eqx.field(converter=as_float, default=1.0)
     frame: Frame = eqx.field(static=True, default=UNSTATED)
 
@@ -87,6 +89,15 @@ class Gaussian(Field):
     def covariance(self) -> Covariance:
         """`precision / (8 pi^2)`: of the *power* spectrum, hence 8 and not 4."""
         return Covariance(self.precision / (8.0 * np.pi**2), self.frame)
+
+
+def _precision(P) -> Array:
+    """A precision; NaN for a traced one whose leading minors are not all positive (Sylvester)."""
+    P = as_float(P)
+    if not isinstance(P, jax.core.Tracer) or P.ndim != 2:
+        return P
+    minors = jnp.stack([jnp.linalg.det(P[:k, :k]) for k in range(1, P.shape[0] + 1)])
+    return nan_unless(jnp.all(minors > 0.0), P)
 
 
 class _GaussianSpectrum(Spectrum):

@@ -11,7 +11,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array
 
-from firstorder._argument_checks import check_finite, check_positive, check_shape, nan_unless
+from firstorder._argument_checks import check_finite, check_positive, check_shape
 from firstorder.conventions import UNSTATED_SLOPE, Frame, fourier_kernel
 from firstorder.errors import Refused
 from firstorder.fields.covariance import Covariance
@@ -20,6 +20,7 @@ from firstorder.fields.field import Affine, Constant, Edge, Field, _relabelled
 from firstorder.fields.jet import Jet
 from firstorder.fields.kernel import GaussianProfile, Profile
 from firstorder.fields.spectrum import Spectrum
+from firstorder.numerics._select import either
 from firstorder.typing import ComplexScalar, Frequency, Ray, Scalar, Vector, as_float
 
 
@@ -138,7 +139,7 @@ class BoxProfile(Profile):
 
     def half_width(self) -> Scalar:
         """Half the width of the box; NaN for a traced one without inside."""
-        return nan_unless(self.width > 0, self.width)
+        return either(self.width > 0, self.width, jnp.nan)
 
     def derivatives(self, t: Scalar) -> tuple[Scalar, Scalar, Scalar]:
         """Height and zeros; half the height on an edge."""
@@ -147,17 +148,19 @@ class BoxProfile(Profile):
 
     def edges(self) -> tuple[Edge, ...]:
         """Both ends."""
-        normal = jnp.zeros(self.frame.dims, self.width.dtype)
+        width = self.half_width()
+        normal = jnp.zeros(self.frame.dims, width.dtype)
         normal = normal.at[self.frame.axis(self.axis)].set(1.0)
         up, down = Constant(self.height, self.frame), Constant(-self.height, self.frame)
         return (
-            Edge(Affine(normal, self.width, self.frame), up),
-            Edge(Affine(normal, -self.width, self.frame), down),
+            Edge(Affine(normal, width, self.frame), up),
+            Edge(Affine(normal, -width, self.frame), down),
         )
 
     def transform(self, Omega: Scalar) -> Array:
         """`2 w height sinc(2 w Omega)`, with `sinc(z) = sin(pi z) / (pi z)`."""
-        return 2.0 * self.width * self.height * jnp.sinc(2.0 * self.width * Omega)
+        width = 2.0 * self.half_width()
+        return width * self.height * jnp.sinc(width * Omega)
 
     def spread(self) -> Scalar:
         """Refused: it has edges."""

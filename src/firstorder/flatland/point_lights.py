@@ -7,7 +7,7 @@ from typing import ClassVar
 import equinox as eqx
 from jaxtyping import Array, Float
 
-from firstorder._argument_checks import check_finite, check_not_negative
+from firstorder._argument_checks import check_finite, check_not_negative, not_negative
 from firstorder._display import in_print
 from firstorder.flatland.shapes._base import column, rows
 
@@ -31,7 +31,7 @@ class PointLights(eqx.Module):
     BANDED: ClassVar = {"intensity": 1}
 
     position: Float[Array, "p 2"] = eqx.field(converter=lambda p: rows(p))
-    intensity: Float[Array, "p *bands"] = eqx.field(converter=lambda i: column(i))
+    intensity: Float[Array, "p *bands"] = eqx.field(converter=lambda i: not_negative(column(i)))
 
     __repr__ = in_print
 

@@ -21,7 +21,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float
 
-from firstorder._argument_checks import check_finite, check_not_negative
+from firstorder._argument_checks import check_finite, check_not_negative, nan_unless, not_negative
 from firstorder.conventions import direction
 from firstorder.flatland.intersect import first_shape
 from firstorder.flatland.scene import Scene
@@ -56,7 +56,7 @@ class PointSource(eqx.Module):
     """
 
     position: Float[Array, "2"] = eqx.field(converter=as_float)
-    power: Float[Array, ""] = eqx.field(default=1.0, converter=as_float)
+    power: Float[Array, ""] = eqx.field(default=1.0, converter=lambda p: not_negative(as_float(p)))
 
     def __check_init__(self):
         """Refuse light that is no light."""
@@ -88,7 +88,7 @@ class Beam(eqx.Module):
 
     position: Float[Array, "2"] = eqx.field(converter=as_float)
     angle: Float[Array, ""] = eqx.field(converter=as_float)
-    power: Float[Array, ""] = eqx.field(default=1.0, converter=as_float)
+    power: Float[Array, ""] = eqx.field(default=1.0, converter=lambda p: not_negative(as_float(p)))
 
     def __check_init__(self):
         """Refuse light that is no light."""
@@ -280,7 +280,10 @@ class Caustic(eqx.Module):
         return s, slope, share, ok
 
     def folds(self) -> tuple[Float[Array, " n"], Float[Array, " n"], Bool[Array, " n"]]:
-        """Rays at which `dx/dq = 0`: their q, the places on the receiver, and which exist."""
+        """Rays at which `dx/dq = 0`: their q, the places on the receiver, and which exist.
+
+        NaN if there are more than eight of them.
+        """
         return self._searched()[:3]
 
     def _searched(self):
@@ -293,6 +296,7 @@ class Caustic(eqx.Module):
         # The last rays before total reflection, or before a rim: the cell beyond them is half dark.
         rims = order_of(ok[1:] == ok[:-1])[:MOST_BRANCHES]
         count, real = folds.size, turns[folds]
+        few = jnp.sum(turns) <= MOST_BRANCHES
 
         def found(cell, at_rim):
             rising, lit = slope[cell + 1] > 0.0, ok[cell + 1]
@@ -314,16 +318,20 @@ class Caustic(eqx.Module):
         )
         order = order_of(q)
         rays = jax.lax.stop_gradient((q[order], s[order], ok[order]))
-        return more[:count], there.s[:count], real, rays
+        q, s = (nan_unless(few, a[:count]) for a in (more, there.s))
+        return q, s, real, (*rays, few)
 
     def irradiance(self, s: ArrayLike) -> Float[Array, "*n"]:
-        """Irradiance at parameters of the receiver [W/m]; differentiable, infinite at folds."""
+        """Irradiance at parameters of the receiver [W/m]; differentiable, infinite at folds.
+
+        NaN where more than eight rays arrive, or if there are more than eight folds.
+        """
         s = as_float(s)
         rays = self._searched()[3]
         return jax.vmap(lambda at: self._at(at, *rays))(s.ravel()).reshape(s.shape)
 
-    def _at(self, s, q, ends, ok):
-        """The sum over the branches at one place."""
+    def _at(self, s, q, ends, ok, few):
+        """The sum over the branches at one place; NaN where they are more than can be followed."""
         fixed, here = jax.lax.stop_gradient((self, s))
         off = ends - here
         crossed = (off[:-1] * off[1:] <= 0.0) & ok[:-1] & ok[1:] & (q[1:] > q[:-1])
@@ -351,7 +359,8 @@ class Caustic(eqx.Module):
             spread = jnp.abs(jnp.where(there, slope[-1], 1.0)) * speed
             return jnp.where(there & ok[-1], self.light.power * share[-1] / spread, 0.0)
 
-        return jnp.sum(jax.vmap(branch)(which, crossed[which]))
+        few &= jnp.sum(crossed) <= MOST_BRANCHES
+        return nan_unless(few, jnp.sum(jax.vmap(branch)(which, crossed[which])))
 
     def envelope(self, q: ArrayLike) -> tuple[Float[Array, "2"], Float[Array, ""]]:
         """The point of the caustic on the ray q, as it leaves the last step of its path.

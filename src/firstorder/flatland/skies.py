@@ -7,7 +7,7 @@ are the angles at which they are not smooth, and quadrature has to cut there.
 
 from __future__ import annotations
 
-from typing import ClassVar, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
 import equinox as eqx
 import jax
@@ -20,11 +20,23 @@ from firstorder._argument_checks import (
     check_not_negative,
     check_one_or_bands,
     check_positive,
+    not_negative,
+    traced_nan_unless,
 )
 from firstorder.scene._bands import by_band
 from firstorder.typing import as_float
 
 _FULL = 2.0 * np.pi
+
+
+def _radiance(L: Any) -> Array:
+    """Radiance; NaN for a traced negative one."""
+    return not_negative(as_float(L))
+
+
+def _width(sigma: Any) -> Array:
+    """A width; NaN for a traced one that is none."""
+    return traced_nan_unless(lambda a: a > 0.0, as_float(sigma))
 
 
 class ConstantSky(eqx.Module):
@@ -44,7 +56,7 @@ class ConstantSky(eqx.Module):
 
     BANDED: ClassVar = {"radiance": 0}
 
-    radiance: Float[Array, "*bands"] = eqx.field(converter=as_float, default=1.0)
+    radiance: Float[Array, "*bands"] = eqx.field(converter=_radiance, default=1.0)
 
     def __check_init__(self):
         """Refuse darkness below zero."""
@@ -92,8 +104,8 @@ class GaussianSky(eqx.Module):
     BANDED: ClassVar = {"radiance": 0}
 
     center: Float[Array, ""] = eqx.field(converter=as_float, default=0.0)
-    sigma: Float[Array, ""] = eqx.field(converter=as_float, default=0.5)
-    radiance: Float[Array, "*bands"] = eqx.field(converter=as_float, default=1.0)
+    sigma: Float[Array, ""] = eqx.field(converter=_width, default=0.5)
+    radiance: Float[Array, "*bands"] = eqx.field(converter=_radiance, default=1.0)
 
     def __check_init__(self):
         """Refuse what is no Gaussian."""

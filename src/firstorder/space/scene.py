@@ -19,7 +19,12 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float
 
-from firstorder._argument_checks import check_index, check_not_negative, check_one_or_bands
+from firstorder._argument_checks import (
+    check_index,
+    check_not_negative,
+    check_one_or_bands,
+    not_negative,
+)
 from firstorder._display import Axes, as_picture, drawn
 from firstorder.numerics._vectors import dot
 from firstorder.scene._arguments import check_names, check_primitives, numbers
@@ -96,6 +101,7 @@ class Scene(eqx.Module):
             environment = numbers("environment", environment)
             check_one_or_bands("environment", environment)
             check_not_negative("environment", environment)
+            environment = not_negative(environment)
         made = Scene(tuple(groups), joined(materials), environment, names)
         bands_of(made)  # refuses those that disagree
         return made

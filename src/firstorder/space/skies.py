@@ -16,7 +16,7 @@ with u from left to right and v from top to bottom in [0, 1]. Its horizon is fla
 from __future__ import annotations
 
 import math
-from typing import ClassVar, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
 import equinox as eqx
 import jax
@@ -30,6 +30,8 @@ from firstorder._argument_checks import (
     check_one_or_bands,
     check_positive,
     is_concrete,
+    not_negative,
+    traced_nan_unless,
 )
 from firstorder.numerics._vectors import dot, near_one, unit
 from firstorder.scene._bands import by_band
@@ -38,6 +40,16 @@ from firstorder.typing import as_float
 _FULL = 2.0 * np.pi
 Directions = Float[Array, "*n 3"]
 Numbers = Float[Array, "*n"]
+
+
+def _radiance(L: Any) -> Array:
+    """Radiance; NaN for a traced negative one."""
+    return not_negative(as_float(L))
+
+
+def _width(sigma: Any) -> Array:
+    """A width; NaN for a traced one that is none."""
+    return traced_nan_unless(lambda a: a > 0.0, as_float(sigma))
 
 
 class ConstantSky(eqx.Module):
@@ -58,7 +70,7 @@ class ConstantSky(eqx.Module):
 
     BANDED: ClassVar = {"radiance": 0}
 
-    radiance: Float[Array, "*bands"] = eqx.field(converter=as_float, default=1.0)
+    radiance: Float[Array, "*bands"] = eqx.field(converter=_radiance, default=1.0)
 
     def __check_init__(self):
         """Refuse darkness below zero."""
@@ -100,8 +112,8 @@ class GaussianSky(eqx.Module):
     BANDED: ClassVar = {"radiance": 0}
 
     center: Float[Array, "3"] = eqx.field(converter=as_float, default=(0.0, 0.0, 1.0))
-    sigma: Float[Array, ""] = eqx.field(converter=as_float, default=0.5)
-    radiance: Float[Array, "*bands"] = eqx.field(converter=as_float, default=1.0)
+    sigma: Float[Array, ""] = eqx.field(converter=_width, default=0.5)
+    radiance: Float[Array, "*bands"] = eqx.field(converter=_radiance, default=1.0)
 
     def __check_init__(self):
         """Refuse what is no Gaussian."""

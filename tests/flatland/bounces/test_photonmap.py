@@ -15,7 +15,7 @@ from firstorder.flatland.bounces.photonmap import (
     photon_map,
     photon_radiance,
 )
-from firstorder.flatland.bounces.photons import split_photons, trace_photons
+from firstorder.flatland.bounces.photons import Photons, split_photons, trace_photons
 from firstorder.flatland.library._scenes import scene_a
 from firstorder.flatland.skies import ConstantSky
 from firstorder.sampling import estimate
@@ -245,3 +245,13 @@ def test_bad_arguments_are_one_sentence(key):
         trace_photons(scene_a(), key, 0)
     with pytest.raises(ValueError, match="`runs` must divide 200000 photons, but is 7"):
         split_photons(trace_photons(scene_a(), key, RUNS * COUNT, 0), 7)
+
+
+def test_a_window_wider_than_a_closed_curve_goes_around_it_once():
+    s = jnp.linspace(0.003, 0.997, 100)
+    same = jnp.ones(100)
+    photons = Photons(jnp.zeros(100, int), same > 0, s, 0.5 * same, 0.0 * same, same)
+    there = photon_map(Scene.of(primitive(Circles((0.3, 0.1), 0.8))), photons)
+    where, places = (jnp.zeros(3, int), jnp.ones(3, bool)), jnp.array([0.1, 0.5, 0.9])
+    E = photon_irradiance(there, DensityEstimator(radius=7.0), *where, places)
+    np.testing.assert_allclose(E, 50.0 / (1.6 * np.pi), rtol=1e-12)  # all flux over the length

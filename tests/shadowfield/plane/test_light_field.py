@@ -247,3 +247,9 @@ def test_single_precision_is_enough():
     ends = np.array([-0.2, 0.5]) - 0.2
     assert abs(value - np.diff(ends / np.hypot(ends, 1.0))[0]) < 1e-6
     assert np.isfinite(slope)
+
+
+def test_a_light_at_no_distance_has_no_form_factor():
+    with pytest.raises(ValueError, match=r"^Argument `d1` must be positive, but is -2.0.$"):
+        FormFactor(-2.0)
+    assert np.isnan(jax.jit(lambda d1: FormFactor(d1)(0.5, 0.5))(-2.0))

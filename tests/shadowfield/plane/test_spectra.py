@@ -261,3 +261,10 @@ def test_the_energy_of_truth_values_is_that_of_zeros_and_ones(kind):
     grid = Grid((8,), (0.5,))
     found = power_spectrum(seen.astype(kind), grid)
     np.testing.assert_allclose(found, power_spectrum(seen.astype(float), grid), rtol=1e-12)
+
+
+@pytest.mark.parametrize("depths", [(-0.3, 0.6), (0.6, 0.3)])
+def test_traced_depths_that_are_none_make_no_wedge(depths):
+    slopes = jax.jit(lambda low, high: jnp.stack(Wedge(low, high).slopes(1.0)))
+    assert np.isnan(slopes(*depths)).all()
+    assert not jax.jit(lambda low, high: Wedge(low, high).contains(0.0, 0.0))(*depths)

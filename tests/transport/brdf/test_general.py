@@ -143,3 +143,9 @@ def test_bad_brdfs_are_refused_in_one_sentence(make, sentence):
 @pytest.mark.parametrize("proof", derived.PROOFS, ids=lambda p: p.__name__)
 def test_the_formulas_follow_from_their_integrals(proof):
     assert all(sp.simplify(e) == 0 for e in proof())
+
+
+def test_a_lobe_reflects_nothing_below_the_horizon():
+    rho = LobeBrdf(glossy(0.3))
+    assert [float(rho(w, o)) for w, o in ((1.5, -1.6), (1.6, -1.5), (-1.9, 1.9))] == [0.0] * 3
+    assert rho(1.5, -1.5) > 0.0

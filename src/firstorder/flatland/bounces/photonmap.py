@@ -159,10 +159,12 @@ def _arc(table, s):
 
 
 def _window(photons: PhotonMap, how: DensityEstimator, x, curve) -> Window:
-    """The photons that count and half the width."""
+    """The photons that count and half the width: of a closed curve once around at most."""
     low, high = photons.low[curve], photons.low[curve + 1]
     if not how.k:
-        return fixed_window(photons.at, x, jnp.full_like(x, how.radius), low, high)
+        radius, half = jnp.full_like(x, how.radius), 0.5 * photons.table[curve // 2, -1]
+        radius = jnp.where(photons.closed[curve // 2], jnp.minimum(radius, half), radius)
+        return fixed_window(photons.at, x, radius, low, high)
     return nearest_window(photons.at, x, how.k, low, high)
 
 

@@ -35,14 +35,18 @@ def unit_circle_roots(w: Point, d: Point, on: Bool[Array, ""]):
 
 
 def unit_circle_tangents(w: Point, on: Bool[Array, ""]):
-    """The two points of the unit circle at which lines from w touch it."""
-    square = dot_2d(w, w)
-    outside = (square > 1.0) & ~on
-    safe = jnp.where(outside, square, 4.0)
-    root = jnp.sqrt(safe - 1.0)
-    foot, side = w / safe, left(w) * (root / safe)
+    """The two points of the unit circle at which lines from w touch it, and whether there are any.
+
+    A point that lies on the circle to rounding has them to both sides of it, for an eye there may
+    see past the circle. With `on` they are two points of the tangent at w, and turn as it does.
+    """
+    square, tiny = dot_2d(w, w), SLACK * grazing(jnp.ones_like(w[0]))
+    beside = ~on & (square > 1.0 - tiny)
+    foot = w / jnp.where(beside, square, 1.0)
+    root = jnp.where(on, 1.0, jnp.sqrt(jnp.where(square > 1.0, square - 1.0, tiny)))
+    side = left(foot) * root
     points = jnp.stack([foot - side, foot + side])
-    return points, jnp.broadcast_to(outside, (2,))
+    return points, jnp.broadcast_to(beside | on, (2,))
 
 
 def on_circle(h: Point, there: Bool[Array, ""]) -> Point:

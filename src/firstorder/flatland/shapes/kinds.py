@@ -308,7 +308,7 @@ class Arcs(Shape):
         s = jnp.stack([self._parameter(h, v) for h, v in zip(points, valid, strict=True)])
         ends = direction(jnp.stack([self.start, self.start + self.sweep]))
         here = self.center + self.radius * jnp.concatenate([points, ends])
-        return here, jnp.concatenate([valid & (s <= 1.0), jnp.ones(2, bool)])
+        return here, jnp.concatenate([valid & (on | (s <= 1.0)), jnp.ones(2, bool)])
 
 
 class Ellipses(Shape):

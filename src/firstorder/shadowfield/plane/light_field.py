@@ -127,7 +127,10 @@ class FormFactor(Field):
     other. Over an endless light its integral is 2.
 
     Args:
-        d1: distance between light and receiver [m].
+        d1: distance between light and receiver, positive [m].
+
+    Raises:
+        ValueError: if `d1` is not positive.
 
     Reference: E11 eq. 2, whose r(x) is its mean over the light.
 
@@ -139,6 +142,10 @@ class FormFactor(Field):
 
     d1: Scalar = eqx.field(converter=as_float)
 
+    def __check_init__(self):
+        """Refuse a light that the receiver lies in or behind."""
+        check_positive("d1", self.d1)
+
     @property
     def frame(self) -> Frame:
         """Receiver and light."""
@@ -146,8 +153,9 @@ class FormFactor(Field):
 
     def at(self, u: Ray) -> Scalar:
         """The kernel."""
-        square = (u[0] - u[1]) ** 2 + self.d1**2
-        return self.d1**2 / (square * jnp.sqrt(square))
+        d1 = _positive(self.d1)
+        square = (u[0] - u[1]) ** 2 + d1**2
+        return d1**2 / (square * jnp.sqrt(square))
 
     def jet(self, u: Ray) -> Jet:
         """By autodiff of four operations."""

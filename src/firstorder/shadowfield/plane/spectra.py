@@ -221,6 +221,12 @@ class Wedge(eqx.Module):
                 f"but is {self.d2_max}."
             )
 
+    @property
+    def _depths(self) -> tuple[Scalar, Scalar]:
+        """The least and the largest depth; NaN for traced ones that are none, or out of order."""
+        ok = (self.d2_min > 0) & (self.d2_max >= self.d2_min)
+        return nan_unless(ok, self.d2_min), nan_unless(ok, self.d2_max)
+
     def direction(self, d2, d1=None) -> Float[Array, "2"]:
         """Frequency (Omega_y, Omega_v) of a wave of unit frequency on a plane at depth d2.
 
@@ -232,7 +238,7 @@ class Wedge(eqx.Module):
 
     def slopes(self, d1) -> tuple[Scalar, Scalar]:
         """Smallest and largest `Omega_y / Omega_x`."""
-        far, near = (self.direction(d2, d1) for d2 in (self.d2_max, self.d2_min))
+        near, far = (self.direction(d2, d1) for d2 in self._depths)
         return far[1] / far[0], near[1] / near[0]
 
     def contains(self, first, second, d1=None, margin=0.0) -> Bool[Array, "..."]:
@@ -244,7 +250,7 @@ class Wedge(eqx.Module):
             d1: distance of the receiver from the light [m].
             margin: half the width of that box: what a window over the samples smears [cycles/m].
         """
-        p, q = (self.direction(d2, d1) for d2 in (self.d2_min, self.d2_max))
+        p, q = (self.direction(d2, d1) for d2 in self._depths)
         beyond_p = p[0] * second - p[1] * first
         before_q = first * q[1] - second * q[0]
         slack = [margin * jnp.sum(jnp.abs(e)) for e in (p, q)]

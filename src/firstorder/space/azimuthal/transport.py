@@ -26,11 +26,13 @@ from jaxtyping import Array, Bool, Float
 from firstorder._argument_checks import check_integer, check_positive, nan_unless
 from firstorder.conventions import azimuth_axes, polar
 from firstorder.numerics._compiled import compiled
+from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.numerics._refinement import with_errors
 from firstorder.numerics._vectors import cross, dot, settled
 from firstorder.scene._arguments import check_asked_one
 from firstorder.space.azimuthal._critical_azimuths import (
     ROUNDINGS,
+    STEEP,
     Part,
     folded,
     nodes_between,
@@ -39,11 +41,13 @@ from firstorder.space.azimuthal._critical_azimuths import (
 from firstorder.space.azimuthal._integrands import Cosine, Transport, Uniform, Varying
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
-from firstorder.visibility._intervals import signed_edges
+from firstorder.typing import as_float
+from firstorder.visibility._intervals import signed_edges, visible_gaps
 from firstorder.visibility.elevation import crease_elevation
 from firstorder.visibility.gradients import SplitDerivative
 
 FAR = 1e30
+EDGE_NODES = 16  # on what is seen of an edge that lies in one slice
 
 
 class AzimuthalIntegral(eqx.Module):
@@ -225,8 +229,8 @@ def _integrated(scene: Scene, at: Receiver, T, nodes: int, most: int) -> Azimuth
     values, inside, moving = jax.vmap(one)(where.base, where.lag)
     sound = ~scene.inside(at.position, at.on)
     value, interior = (nan_unless(sound, where.weight @ a) for a in (values, inside))
-    boundary = nan_unless(sound, where.edge_weight @ moving)
-    return AzimuthalIntegral(value, SplitDerivative(interior, boundary + _upright(found, T)))
+    boundary = nan_unless(sound, where.edge_weight @ moving) + _in_one_slice(found, T, at)
+    return AzimuthalIntegral(value, SplitDerivative(interior, boundary))
 
 
 def _edge_rate(cut: _Slice, T, at: Receiver) -> Float[Array, "2"]:
@@ -244,11 +248,12 @@ def _edge_rate(cut: _Slice, T, at: Receiver) -> Float[Array, "2"]:
     return jnp.sum(jnp.where(fine, (sign * light)[:, None] * jnp.where(fine, rate, 0.0), 0.0), 0)
 
 
-def _upright(found: list[Part], T) -> Float[Array, "2"]:
-    """Contribution of edges along the normal, which (48) leaves out: each lies in one slice, whole.
+def _in_one_slice(found: list[Part], T, at: Receiver) -> Float[Array, "2"]:
+    """Contribution of edges that lie in one slice, whole, which (48) leaves out.
 
-    Such an edge turns by `-(e_phi . dx) / r` about the receiver. What it hides of its slice, behind
-    all other blockers, comes into view or leaves it by that angle.
+    The point of such an edge at the distance D turns by `-(e_phi . dm) / (D |sin(theta)|)` about
+    the normal, dm the receiver's way against it. What the edge hides of its slice, behind all other
+    blockers, comes into view or leaves it by that angle.
     """
     total, first = jnp.zeros(2, found[0].scale.dtype if found else None), 0
     for part in found:
@@ -256,33 +261,43 @@ def _upright(found: list[Part], T) -> Float[Array, "2"]:
         rows = first + jnp.broadcast_to(jnp.arange(n)[:, None], line.live.shape)
         first += n
         if line.live.size:
-            add = jax.vmap(lambda p, q, live, row: _turned(found, T, p, q, live, row))
-            one = part.units[0][..., None]
-            p, q = ((one * a).reshape(-1, 3) for a in (line.start, line.end))
-            total = total + jnp.sum(add(p, q, line.live.ravel(), rows.ravel()), 0)
+            add = jax.vmap(lambda *edge: _turned(found, T, at.S, *edge))
+            p, q = (a.reshape(-1, 3) for a in (line.start, line.end))
+            each = add(p, q, part.units[0].ravel(), line.live.ravel(), rows.ravel())
+            total = total + jnp.sum(each, 0)
     return total
 
 
-def _turned(found: list[Part], T, p, q, live, row) -> Float[Array, "2"]:
-    """The share of one edge from p to q, of the shape in a row of the slices."""
-    k = q - p
-    near = ROUNDINGS * jnp.finfo(p.dtype).eps * jnp.max(jnp.abs(p))
-    there = live & (jnp.max(jnp.abs(k[:2])) <= near) & (jnp.max(jnp.abs(p[:2])) > near)
-    x, y = jnp.where(there, p[0], 1.0), jnp.where(there, p[1], 0.0)
-    phi = folded(jnp.arctan2(y, x))[0]
+def _turned(found: list[Part], T, S, p, q, unit, live, row) -> Float[Array, "2"]:
+    """The share of one edge from p to q, in a unit, of the shape in a row of the slices."""
+    rounding = ROUNDINGS * jnp.finfo(p.dtype).eps
+    near = rounding * jnp.max(jnp.abs(jnp.stack([p, q])))
+    widths = [jnp.max(jnp.abs(a[:2])) for a in (p, q)]
+    wide = jnp.maximum(*widths)
+    # As far as this it turns on a panel that the nodes leave out.
+    least = STEEP * rounding * widths[0] * widths[1] + near * wide
+    there = live & (wide > near) & (jnp.abs(p[0] * q[1] - p[1] * q[0]) <= least)
+    x, y = jnp.where(widths[0] < widths[1], q, p)[:2]
+    phi = folded(jnp.arctan2(jnp.where(there, y, 0.0), jnp.where(there, x, 1.0)))[0]
     along, across = (e[:2] for e in azimuth_axes(phi))
-    flat = x * along[0] + y * along[1]
-    one, two = (jnp.arctan2(flat, jnp.where(there, a[2], 1.0)) for a in (p, q))
+    (x, z), (flat, top) = ((a[:2] @ along, a[2]) for a in (p, q))
+    moment = x * top - z * flat
+    there &= moment != 0.0
+    one, two = (jnp.arctan2(*jnp.where(there, jnp.stack(a), 1.0)) for a in ((x, z), (flat, top)))
+    two = two - 2.0 * np.pi * jnp.round(jax.lax.stop_gradient((two - one) / (2.0 * np.pi)))
     cut = settled(_sliced(found, phi, jnp.zeros_like(phi)))
-
-    def inside(low, high):
-        return T.inside(cut.low.at[row].set(low), cut.high.at[row].set(high), phi)[0]
-
-    nothing = jnp.zeros_like(phi)
-    hidden = inside(nothing, nothing) - inside(jnp.minimum(one, two), jnp.maximum(one, two))
-    # The shape lies on the side of p x k.
-    side = jnp.sign(across @ cross(p, k)[:2])
-    return jnp.where(there, -side * hidden / jnp.abs(flat), 0.0) * across
+    gaps = visible_gaps(cut.low.at[row].set(0.0), cut.high.at[row].set(0.0))
+    start, stop = (jnp.clip(a, jnp.minimum(one, two), jnp.maximum(one, two)) for a in gaps)
+    t, weight = (jnp.asarray(a, p.dtype) for a in gauss_legendre(EDGE_NODES))
+    half = 0.5 * (stop - start)[:, None]
+    theta = (start[:, None] + half * (1.0 + t)).ravel()
+    light = (half * weight).ravel() * T.edge(polar(theta, phi))
+    nearness = jnp.abs(jnp.sin(theta) * (top - z) - jnp.cos(theta) * (flat - x))  # moment / D
+    hidden = light @ nearness / jnp.where(there, jnp.abs(moment), 1.0) / unit
+    bent = light @ jnp.cos(theta)
+    # The shape lies on the side of p x q. A curved receiver's frame turns as it moves.
+    side = jnp.sign(across @ cross(p, q)[:2])
+    return jnp.where(there, -side, 0.0) * (hidden * across - bent * (as_float(S) @ across))
 
 
 # --- where a slice meets a silhouette ------------------------------------------------------------

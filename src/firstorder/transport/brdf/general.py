@@ -76,7 +76,8 @@ class LobeBrdf(Brdf):
         """Chain rule: the argument moves by `look` with o."""
         look, profile = self.lobe.argument.look, self.lobe.kernel
         assert isinstance(profile, Profile)
-        p, d, dd = profile.derivatives(look * o - w)
+        above = (jnp.abs(o) <= 0.5 * np.pi) & (jnp.abs(w) <= 0.5 * np.pi)
+        p, d, dd = (jnp.where(above, f, 0.0) for f in profile.derivatives(look * o - w))
         return p, look * d, look**2 * dd
 
     def peaks(self, o: Scalar) -> list[Scalar]:
