@@ -1,3 +1,4 @@
+import os
 import subprocess
 import sys
 
@@ -350,7 +351,10 @@ def test_a_bad_ledger_is_one_sentence_and_exit_code_2(capsys, tmp_path, text, ar
 @pytest.mark.parametrize("asked", ["scene list", "--help"])
 def test_a_reader_that_stops_is_no_error(asked):
     program = f"from firstorder.cli import main; raise SystemExit(main({asked.split()!r}))"
-    words = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    with subprocess.Popen([sys.executable, "-c", program], **words) as done:
-        done.stdout.close()
-        assert done.stderr.read() == ""
+    reading, writing = os.pipe()
+    os.close(reading)
+    done = subprocess.run(
+        [sys.executable, "-c", program], stdout=writing, stderr=subprocess.PIPE, text=True
+    )
+    os.close(writing)
+    assert done.stderr == ""

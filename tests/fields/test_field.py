@@ -166,6 +166,8 @@ NO_LIGHT = {
     "a field times a field": (lambda f: f * f, TypeError, "by a field `laws.Multiply` does it"),
     "a field times numbers": (lambda f: np.ones(3) * f, ValueError, "must be one number"),
     "a field and a number": (lambda f: f + 1.0, TypeError, "has a float: .* is a `Constant`"),
+    "a field and its spectrum": (lambda f: f + f.spectrum(), TypeError, "is a `Constant`"),
+    "a list times a field": (lambda f: [1.0, 1.0] * f, ValueError, "must be one number"),
     "a field less a number": (lambda f: f - 1.0, TypeError, "has a float: .* is a `Constant`"),
 }
 
@@ -175,12 +177,3 @@ def test_what_is_no_light_is_not_added(way):
     ask, error, words = NO_LIGHT[way]
     with pytest.raises(error, match=f"{words}|violates type hint"):
         ask(gaussian((0.1, -0.2), (1.0, 0.5)))
-
-
-def test_light_is_weighed_by_one_number_and_added_to_light_alone():
-    L = gaussian((0.0, 0.0), (1.0, 1.0))
-    with pytest.raises(ValueError, match="`weight` must be one number"):
-        np.ones(2).tolist() * L
-    for other in (1.0, None, L.spectrum()):
-        with pytest.raises(TypeError):
-            L + other

@@ -1,3 +1,5 @@
+import operator
+
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
@@ -165,4 +167,4 @@ def test_a_source_alone_is_a_path():
 def test_a_chain_goes_on_with_events_alone(other):
     for begun in (Chain((Travel(1.0),)), Path(light(FLATLAND_SLOPE)), Travel(1.0)):
         with pytest.raises(TypeError):
-            begun >> other
+            operator.rshift(begun, other)

@@ -352,7 +352,7 @@ def ssim(a: ArrayLike, b: ArrayLike, span: float, *, sigma: float = 1.5) -> floa
 
     def mean(image):
         whole = ndimage.gaussian_filter(image, sigma, truncate=3.5)
-        return whole[rim : len(whole) - rim, rim : whole.shape[1] - rim]
+        return np.asarray(whole)[rim : -rim or None, rim : -rim or None]
 
     ma, mb = mean(a), mean(b)
     va, vb, c = mean(a * a) - ma * ma, mean(b * b) - mb * mb, mean(a * b) - ma * mb

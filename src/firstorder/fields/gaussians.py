@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
@@ -94,7 +93,7 @@ class Gaussian(Field):
 def _precision(P) -> Array:
     """A precision; NaN for a traced one whose leading minors are not all positive (Sylvester)."""
     P = as_float(P)
-    if not isinstance(P, jax.core.Tracer) or P.ndim != 2:
+    if is_concrete(P) or P.ndim != 2:
         return P
     minors = jnp.stack([jnp.linalg.det(P[:k, :k]) for k in range(1, P.shape[0] + 1)])
     return nan_unless(jnp.all(minors > 0.0), P)

@@ -151,9 +151,8 @@ def pinhole(eye, target, up=(0.0, 0.0, 1.0), gamma=1.0) -> Pinhole:
 
 def _vanishes(right: Direction, up: Direction, back: Direction) -> bool:
     """Whether the product of two vectors is zero but for the rounding of its differences."""
-    right, up, back = (np.asarray(a) for a in (right, up, back))
-    size = np.linalg.norm(up) * np.linalg.norm(back)
-    return not np.linalg.norm(right) > 8.0 * np.finfo(right.dtype).eps * size
+    long, one, other = (float(np.linalg.norm(np.asarray(a))) for a in (right, up, back))
+    return not long > 8.0 * float(np.finfo(right.dtype).eps) * one * other
 
 
 def image_gradient(view: PixelFootprint, point: SurfacePoint, B: ReflectedRadiance) -> Pixel:
