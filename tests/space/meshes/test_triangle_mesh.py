@@ -69,6 +69,20 @@ def test_boundaries_folds_and_faces_that_disagree():
         assert np.all(np.bincount(used, minlength=m.count) == 3)  # every side of every face once
 
 
+def test_triangles_without_common_vertices_are_one_surface():
+    corners = np.array(CORNERS, float)
+    corners[0, 0] = -0.0
+    apart = corners[TETRAHEDRON].reshape(-1, 3)
+    apart[0, 0] = 0.0
+    solid = mesh(apart, np.arange(12).reshape(-1, 3))
+    assert (solid.closed, len(solid.edges)) == (True, 6)
+    ends = np.sort(apart[solid.edges] @ [1.0, 2.0, 4.0], axis=1)
+    known = corners[mesh(CORNERS, TETRAHEDRON).edges] @ [1.0, 2.0, 4.0]
+    assert {tuple(e) for e in ends} == {tuple(e) for e in np.sort(known, axis=1)}
+    half = mesh(np.delete(apart, np.s_[:3], axis=0), np.arange(9).reshape(-1, 3))
+    assert np.sum(half.sides == -1) == 3
+
+
 def test_faces_without_corners_are_left_out_and_degenerate_ones_have_no_normal():
     m = mesh([*CORNERS, [2, 0, 0]], [[0, 1, 2], [1, 1, 2], [0, 1, 4]])
     assert m.count == 2

@@ -355,8 +355,9 @@ def test_a_box_on_a_table_hides_what_one_a_hair_above_it_does(traced, eye, turn,
     np.testing.assert_allclose(stands, floats, atol=1e-5)
 
 
-def test_triangles_without_common_vertices_hide_what_one_mesh_does():
-    v, f = refined(*refined(CORNERS, FACES[:1]))  # a flat sheet
+@pytest.mark.parametrize("faces", [FACES[:1], FACES])  # a flat sheet, and a closed body
+def test_triangles_without_common_vertices_hide_what_one_mesh_does(faces):
+    v, f = refined(*refined(CORNERS, faces))
     whole, soup = mesh(v, f), mesh(v[f].reshape(-1, 3), np.arange(f.size).reshape(-1, 3))
     at = receiver((0.3, 0.2, 0.0))
     values = [

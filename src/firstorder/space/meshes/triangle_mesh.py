@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from firstorder._argument_checks import check_finite
+from firstorder._argument_checks import check_finite, is_concrete
 from firstorder.numerics._scale import power_of_two
 from firstorder.numerics._vectors import cross, dot, near_one, norm, unit
 from firstorder.typing import as_float
@@ -87,8 +87,9 @@ def mesh(vertices: Any, faces: Any) -> Mesh:
     An edge at which two faces disagree about which side is the front, and an edge of more than two
     faces, count as boundaries of some of them. Every other edge has two faces or is a boundary.
 
-    Valid when: vertices in one place are one vertex, as `read_mesh` makes them. Faces that repeat
-    them are not joined: each of their edges is a boundary, and silhouettes count it twice.
+    Vertices in one place are joined where faces would end there, so that triangles that share no
+    vertices are one surface. Edges then name the first of them, to which derivatives of silhouettes
+    go. Traced vertices are not looked at.
 
     Args:
         vertices: shape (v, 3) [m].
@@ -121,7 +122,21 @@ def mesh(vertices: Any, faces: Any) -> Mesh:
     if not len(f):
         raise ValueError("Argument `faces` must hold a triangle, but holds none.")
     edges, sides = _edges(f)
+    rim = np.unique(edges[np.any(sides == NO_FACE, axis=1)])
+    if rim.size and is_concrete(v):
+        joined = _by_place(np.asarray(v), rim)[f]
+        if np.any(joined != f):
+            edges, sides = _edges(joined)
     return Mesh(v, f.astype(np.int32), edges, sides)
+
+
+def _by_place(vertices: np.ndarray, some: np.ndarray) -> np.ndarray:
+    """Numbers of all vertices; of some, that of the first among them in the same place."""
+    places = vertices[some] + 0.0  # -0 and 0 are one place
+    _, first, which = np.unique(places, axis=0, return_index=True, return_inverse=True)
+    number = np.arange(len(vertices))
+    number[some] = some[first[which.ravel()]]
+    return number
 
 
 def _edges(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
