@@ -44,6 +44,7 @@ FIELDS = {"lamp": "lamp alone", "plate": "lamp and plate"}
 TOLERANCE = 1e-4
 MOST = 0.4  # larger discs are not looked for [m]
 SCALED = ("minimum", "harmonic", "geometric")
+DRAWN = 7  # every so manieth disc
 
 
 def draw(quick: bool) -> Drawing:
@@ -212,7 +213,7 @@ def _draw_field(ax, E: Field, x, R, words: str) -> None:
     s = (np.arange(96) + 0.5) / 96
     ax.imshow(E(np.stack(np.meshgrid(s, s), -1)), cmap="magma", extent=(0, 1, 0, 1), vmin=0.0)
     around = np.linspace(0.0, 2.0 * np.pi, 60)
-    for p, radius in zip(x, R, strict=True):
+    for p, radius in zip(x[::DRAWN], R[::DRAWN], strict=True):
         ax.plot(p[0] + radius * np.cos(around), p[1] + radius * np.sin(around), "-w", linewidth=0.5)
     ax.set(xticks=[], yticks=[], xlim=(0, 1), ylim=(0, 1))
     ax.set_title(f"{words}: largest discs", fontsize=8)
@@ -220,7 +221,9 @@ def _draw_field(ax, E: Field, x, R, words: str) -> None:
 
 def _draw_radii(ax, radii, own) -> None:
     for k, method in enumerate(("radiometric", "occlusion-aware", "exact")):
-        ax.plot(own, np.minimum(radii[method], MOST), ".", color=COLOURS[k], label=method)
+        ax.plot(
+            own, np.minimum(radii[method], MOST), ".", markersize=2, color=COLOURS[k], label=method
+        )
     ax.plot([0.0, 0.2], [0.0, 0.2], "-", color="0.6", linewidth=0.8)
     ax.set(xlim=(0.0, 0.2), ylim=(0.0, 0.2), xlabel="radius by search (m)", ylabel="radius (m)")
     ax.legend(fontsize=6)

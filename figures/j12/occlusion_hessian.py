@@ -1,7 +1,7 @@
 """The occlusion-aware Hessian as a metric: J12 §9 asks for it, Schwarzhaupt et al. 2012 have one.
 
-Five floors: J12's box with the block (indirect light, 40 x 120 rays, records with the stratified
-gradient), and four plates under a wide lamp (`j12.shared.shadows`: soft shadows, records with the
+Eleven floors: J12's box with the block (indirect light, 40 x 120 rays, records with the stratified
+gradient), and ten plates under a wide lamp (`j12.shared.shadows`: soft shadows, records with the
 exact gradient). The occlusion-aware Hessian has 1,024 rays of its own at each place. All metrics
 have the same orders of insertion and the same limits, a cell and 1.5 m; "tuned" is the shortest ray
 with the best of 2 x 2 other limits. Second order extrapolates by the Hessian of its metric.
@@ -42,7 +42,7 @@ from figures.j12.shared.box import (
     tuned,
 )
 from figures.j12.shared.caching import Outcome, pointwise, scaled, split
-from figures.j12.shared.shadows import PLATES, shadow, with_hessian
+from figures.j12.shared.shadows import MORE, PLATES, shadow, with_hessian
 from figures.j12.shared.spread import Spread, grouped, ratio_of_means
 from figures.style import Drawing
 from figures.timing import Ratio, ratio
@@ -79,7 +79,7 @@ def draw(quick: bool) -> Drawing:
     s = Size(24, 16, 48, 60, 2) if quick else Size(40, 40, 120, 100, 4)
     rays = 256 if quick else 1024
     counts = (s.records, 120 if quick else 390)
-    names = tuple(SCENES) if quick else ("block", *PLATES)
+    names = tuple(SCENES) if quick else ("block", *PLATES, *MORE)
     floors = {name: _floor(name, s, rays) for name in names}
     found = {name: [_compared(f, count, quick) for count in counts] for name, f in floors.items()}
     by_rays = _by_rays(floors["plate"], (rays // 4, rays, 4 * rays))

@@ -34,6 +34,15 @@ PLATES = {
     "high plate": ((0.4, 0.6, 0.5), (0.15, 0.12, 0.03), 0.3),
     "small plate": ((0.6, 0.55, 0.2), (0.06, 0.07, 0.03), 0.7),
 }
+# For what four plates do not decide: places, sizes, heights and turns all over what casts penumbras.
+MORE = {
+    "left plate": ((0.3, 0.45, 0.35), (0.08, 0.16, 0.03), 1.2),
+    "far plate": ((0.7, 0.35, 0.4), (0.12, 0.09, 0.02), 0.2),
+    "low plate": ((0.5, 0.65, 0.22), (0.05, 0.1, 0.04), 1.0),
+    "wide plate": ((0.5, 0.45, 0.45), (0.2, 0.14, 0.02), 0.6),
+    "long plate": ((0.4, 0.35, 0.3), (0.04, 0.22, 0.03), 0.35),
+    "square plate": ((0.6, 0.6, 0.32), (0.1, 0.1, 0.03), 0.8),
+}
 # The same and others, whose edges are parallel to the lamp's.
 ALIGNED = {f"aligned {name}": (*box[:2], 0.0) for name, box in PLATES.items()} | {
     "bar": ((0.5, 0.5, 0.3), (0.02, 0.3, 0.02), 0.0),
@@ -63,7 +72,7 @@ def above(name: str) -> Scene:
 def _things(name: str) -> list[Primitive]:
     lamp = rectangle((0.5, 0.5, 1.0), (0.0, 0.45, 0.0), (0.45, 0.0, 0.0))
     things = [primitive(lamp, name="light", emission=1.0)]
-    boxes = PLATES | ALIGNED
+    boxes = PLATES | MORE | ALIGNED
     if name in boxes:
         center, half, turn = boxes[name]
         c, s = np.cos(turn), np.sin(turn)
