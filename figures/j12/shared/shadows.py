@@ -34,7 +34,7 @@ PLATES = {
     "high plate": ((0.4, 0.6, 0.5), (0.15, 0.12, 0.03), 0.3),
     "small plate": ((0.6, 0.55, 0.2), (0.06, 0.07, 0.03), 0.7),
 }
-# For what four plates do not decide: places, sizes, heights and turns all over what casts penumbras.
+# For what four plates do not decide; all of their shadows are penumbra, too.
 MORE = {
     "left plate": ((0.3, 0.45, 0.35), (0.08, 0.16, 0.03), 1.2),
     "far plate": ((0.7, 0.35, 0.4), (0.12, 0.09, 0.02), 0.2),
