@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
-from jaxtyping import ArrayLike, Float
+from jaxtyping import Float
 
 from firstorder._argument_checks import check_finite, check_shape
 
 
-def sample_places(p: ArrayLike) -> Float[np.ndarray, "n 2"]:
+def sample_places(p: Any) -> Float[np.ndarray, "n 2"]:
     """Places of samples.
 
     Raises:
@@ -28,7 +30,7 @@ def sample_places(p: ArrayLike) -> Float[np.ndarray, "n 2"]:
     return places
 
 
-def sampled(name: str, x: ArrayLike, shape: tuple[int, ...]) -> Float[np.ndarray, "*n"]:
+def sampled(name: str, x: Any, shape: tuple[int, ...]) -> Float[np.ndarray, "*n"]:
     """What is known of samples or pixels, in the shape that they ask for.
 
     Raises:
