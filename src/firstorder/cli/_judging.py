@@ -14,7 +14,7 @@ import tyro
 class Explain:
     """Print the equations of the paths and events of a Python file, step by step."""
 
-    source: Annotated[pathlib.Path, tyro.conf.Positional]
+    source: Annotated[pathlib.Path, tyro.conf.Positional, tyro.conf.arg(metavar="FILE")]
     """A .py file with events, chains and paths as variables of its module."""
     at: tuple[float, ...] = ()
     """A ray, for numbers beside the formulas of paths."""
@@ -38,7 +38,7 @@ class Check:
     Exit code 1 if a square does not hold or a fault is not seen.
     """
 
-    source: Annotated[pathlib.Path, tyro.conf.Positional]
+    source: Annotated[pathlib.Path, tyro.conf.Positional, tyro.conf.arg(metavar="FILE")]
     """A .py file with events and chains as variables of its module."""
 
     def run(self) -> int:
@@ -62,9 +62,11 @@ class Ledger:
     Exit code 1 if anything that should hold does not.
     """
 
-    folder: Annotated[pathlib.Path, tyro.conf.Positional]
+    folder: Annotated[pathlib.Path, tyro.conf.Positional, tyro.conf.arg(metavar="FOLDER")]
     """With .py files, or a package of them."""
-    equations: Annotated[tuple[str, ...], tyro.conf.Positional] = ()
+    equations: Annotated[
+        tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="[EQUATION ...]")
+    ] = ()
     """Ids, or what stands in them before a dot; all if none is given."""
     json: pathlib.Path | None = None
     """Also write the rows to this file."""

@@ -25,7 +25,7 @@ class Scene:
     `dimensions = 3` is a scene of space: its shapes, meshes, sky and camera are listed.
     """
 
-    source: Annotated[str, tyro.conf.Positional]
+    source: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="SCENE")]
     """A .toml or .svg file, or a name that `firstorder scene list` prints."""
     out: pathlib.Path | None = None
     """The picture (.png, .svg, .pdf); none if left out."""
@@ -128,7 +128,7 @@ class Agreements:
     laws, 50 digits, rays, a cached record, paths and photons. Exit code 1 if two of them differ.
     """
 
-    source: Annotated[str, tyro.conf.Positional]
+    source: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="SCENE")]
     """A .toml or .svg file, or a name that `firstorder scene list` prints."""
     receiver: str = ""
     """Name of the shape on which the receiver lies; `floor`, if left out, or the first dark one."""
@@ -177,7 +177,7 @@ class Render:
     to the same bytes if versions and flags of the compiler are the same.
     """
 
-    source: Annotated[str, tyro.conf.Positional]
+    source: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="SCENE")]
     """A .toml file that says `dimensions = 3`, with a camera and a lamp or a sky."""
     out: pathlib.Path = pathlib.Path("render.exr")
     """The .exr file; the .png has the same name."""
