@@ -117,7 +117,7 @@ def test_no_long_triangles_join_what_is_far_apart_along_the_border():
         (dict(gradient=np.zeros((3, 2))), "`gradient` must have shape"),
         (dict(value=np.zeros(3)), "`value` must have shape"),
         (dict(p=np.zeros((0, 2))), "`p` must have at least one sample"),
-        (dict(width=0), "`width` must be positive"),
+        (dict(width=0), "`width` must be a positive integer"),
     ],
 )
 def test_bad_input_gets_one_sentence(places, options, sentence):

@@ -101,6 +101,34 @@ def lens():
     return sp.simplify(area - told), sp.simplify(second - root)
 
 
+def hull():
+    """The hull of `y < -k_1 x^2 / 2` and `y < s - k_2 x^2 / 2`, k_1 < k_2, less the first of them.
+
+    A line of the slope -q touches both, at q / k_1 and q / k_2. The area over that of the lens.
+    """
+    k1, more, s, x = sp.symbols("k_1 k s x", positive=True)
+    k2 = k1 + more
+    q = sp.sqrt(2 * s * k1 * k2 / more)
+    gap = (k1 * x**2 - q * 2 * x) / 2 + q**2 / (2 * k1)  # from the first to the line
+    over_second = sp.integrate(s - more * x**2 / 2, (x, 0, q / k2))
+    area = 2 * (over_second + sp.integrate(sp.expand(gap), (x, q / k2, q / k1)))
+    told = 4 * sp.sqrt(2) / 3 * s ** sp.Rational(3, 2) / sp.sqrt(more)
+    told = told * (k1 + k2) / (2 * sp.sqrt(k1 * k2))
+    above_second = q**2 / (2 * k1) - q * x - (s - k2 * x**2 / 2)
+    return sp.simplify(area / told - 1), sp.simplify(above_second.subs(x, q / k2))
+
+
+def wall():
+    """F of a body whose last half-axis is endless, over the square of its length."""
+    L = sp.Symbol("L", positive=True)
+    stretched = sp.Matrix.hstack(A[:, 0], A[:, 1], L * A[:, 2])
+    spread = stretched * stretched.T
+    axis = A[:, 2]
+    section = sum((A[:, i].cross(axis) * A[:, i].cross(axis).T for i in (0, 1)), sp.zeros(3))
+    limits = (spread / L**2, axis * axis.T), (spread.adjugate() / L**2, section)
+    return [sp.limit(sp.expand(e), L, sp.oo) for a, b in limits for e in a - b]
+
+
 def lens_by_four():
     """Light over, under, and beside the lens, and in it: its alternating sum is what the lens adds.
 
@@ -286,6 +314,7 @@ ROWS = [
             *image_of_a_limb(),
             *lens(),
             lens_by_four(),
+            *hull(),
         ],
         **routes(root_error, 1e-5, 1e-4),
     ),
@@ -293,7 +322,7 @@ ROWS = [
         "C.space.events.limb",
         "identity",
         FUNCTION,
-        symbolic=lambda: [*outline(), *image_of_a_limb()],
+        symbolic=lambda: [*outline(), *image_of_a_limb(), *wall()],
         **routes(jump_error, 1e-8, 1e-5),
     ),
 ]

@@ -17,8 +17,6 @@ from firstorder.space import (
     Receiver,
     Scene,
     box,
-    cylinder,
-    disc,
     plane,
     polygon,
     primitive,
@@ -281,17 +279,9 @@ def test_receivers_may_lie_on_the_floor_of_the_scene():
 # --- what is refused -----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("things", "words"),
-    [
-        ([LAMP, primitive(cylinder((0.0, 0.0, 1.0), (0.0, 0.0, 1.2), 0.1))], "holds Cylinders"),
-        ([primitive(disc((0.0, 0.0, 1.0), WAY, 0.1), emission=1.0)], "cross the plane of a disc"),
-        ([LAMP, primitive(plane((0.0, 0.0, 3.0), (0.0, 0.0, 1.0)))], "a plane without end"),
-    ],
-)
-def test_tubes_upright_discs_and_far_planes_are_refused(things, words):
-    with pytest.raises(ValueError, match=words):
-        found(*things)
+def test_far_planes_are_refused():
+    with pytest.raises(ValueError, match="a plane without end"):
+        found(LAMP, primitive(plane((0.0, 0.0, 3.0), (0.0, 0.0, 1.0))))
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from derivations.space.discontinuities import events as brute
-from firstorder.space import Receiver, Scene, cylinder, disc, primitive, rectangle
+from firstorder.space import Receiver, Scene, primitive, rectangle
 from firstorder.space.discontinuities import _curves, discontinuity_mesh, mesh, visual_events_along
 
 REACH = 1.2
@@ -94,9 +94,3 @@ def test_what_cannot_be_drawn_is_refused(scene):
         discontinuity_mesh(scene, MIDDLE, points=0, reach=1.0)
     with pytest.raises(ValueError, match="reach"):
         discontinuity_mesh(scene, MIDDLE, reach=-1.0)
-    tube = Scene.of(primitive(cylinder((0.0, 0.0, 1.0), (0.0, 0.0, 2.0), 0.2)))
-    with pytest.raises(ValueError, match="Cylinders"):
-        discontinuity_mesh(tube, MIDDLE, reach=1.0)
-    upright = Scene.of(primitive(disc((0.3, 0.0, 1.0), (-1.0, 0.0, 0.0), 0.2), emission=1.0))
-    with pytest.raises(ValueError, match="`reach` must not cross the plane of a disc"):
-        discontinuity_mesh(upright, MIDDLE, reach=1.0)

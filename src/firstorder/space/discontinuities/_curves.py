@@ -9,21 +9,21 @@ from jaxtyping import Float
 
 from firstorder.space.discontinuities._edges import Edges, dot, fans
 from firstorder.space.discontinuities._jumps import (
-    plane_slopes,
-    strips,
     three_edges_bends,
     vertex_edge_bends,
 )
 from firstorder.space.discontinuities._lines_of_sight import (
     edge_triples,
-    planes_of,
     taken,
     three_edges_at,
     transversals,
     vertex_edge_at,
     vertex_edge_pairs,
 )
+from firstorder.space.discontinuities._planes import planes_of
 from firstorder.space.discontinuities._queries import is_seen, tangential
+from firstorder.space.discontinuities._rounds import Rounds
+from firstorder.space.discontinuities._strips import plane_slopes, strips
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
 
@@ -100,11 +100,14 @@ def vertex_lines(scene: Scene, edges: Edges, at: Receiver, reach: float, points:
     return Curves("vertex and edge", places, filled(scene, there, bends.strength, sizes))
 
 
-def plane_lines(scene: Scene, edges: Edges, at: Receiver, reach: float, points: int) -> Curves:
-    point, normal = planes_of(edges)
+def plane_lines(
+    scene: Scene, edges: Edges, rounds: Rounds, at: Receiver, reach: float, points: int
+) -> Curves:
+    point, normal = planes_of(edges, rounds)
     places, which = within(at, point, normal, reach, points)
     flat, normals = places.reshape(-1, 3), np.repeat(normal[which], points, axis=0)
-    slopes = plane_slopes(scene, at, edges, flat, normals, strips(edges, at, flat, normals))
+    found = strips(edges, rounds, at, flat, normals)
+    slopes = plane_slopes(scene, at, edges, flat, normals, found)
     sizes = slopes * np.linalg.norm(tangential(at, normals), axis=-1)
     there = np.ones(places.shape[:2], bool)
     return Curves("two edges in a plane", places, filled(scene, there, slopes, sizes))

@@ -16,6 +16,7 @@ from firstorder.space.scene import Scene
 from firstorder.space.shapes._bounds import bounds
 from firstorder.space.shapes.kinds import (
     Boxes,
+    Cylinders,
     Discs,
     Ellipsoids,
     Planes,
@@ -24,7 +25,7 @@ from firstorder.space.shapes.kinds import (
     Triangles,
 )
 
-ROUND = Ellipsoids | Discs  # shapes that have an outline of one piece, and no edges
+ROUND = Ellipsoids | Discs | Cylinders  # shapes whose outline is round, and that have no edges
 
 
 def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -82,11 +83,11 @@ def edges_of(scene: Scene, at: Receiver) -> Edges:
     """Vertices, edges and faces of all flat shapes.
 
     Args:
-        scene: concrete boxes, rectangles and triangles; ellipsoids and discs, which have none.
+        scene: concrete boxes, rectangles and triangles; round shapes, which have none.
         at: the receivers' plane, which may be a plane of the scene.
 
     Raises:
-        ValueError: if there are others, or a plane in which the receivers do not lie.
+        ValueError: if there is a plane in which the receivers do not lie.
 
     Example:
         >>> from firstorder.space import Receiver, Scene, box, primitive
@@ -148,13 +149,7 @@ def _parts(group: Shape, center, axes, at: Receiver) -> tuple[np.ndarray, np.nda
         return _box_parts(center, u, v, w)
     if isinstance(group, Planes):
         _check_below(center, w, at)
-        return np.zeros((0, 3)), np.zeros((0, 2), int), _no_faces()
-    if isinstance(group, ROUND):
-        return np.zeros((0, 3)), np.zeros((0, 2), int), _no_faces()
-    raise ValueError(
-        "Argument `scene` must be made of boxes, rectangles, triangles, ellipsoids and discs, "
-        f"but holds {type(group).__name__}."
-    )
+    return np.zeros((0, 3)), np.zeros((0, 2), int), _no_faces()
 
 
 def _box_parts(center, u, v, w) -> tuple[np.ndarray, np.ndarray, Faces]:

@@ -31,7 +31,9 @@ grows there without bound,
 
     E'' ~ K cos(theta) sqrt(2 / |k|) |g . d|^(3/2) / sqrt(x)
 
-at the distance x, and is smooth on the other side.
+at the distance x, and is smooth on the other side. The two rims of a cylinder touch for an eye that
+looks along its wall. What opens then is their hull: of outlines that are curved by k_1 and k_2 it
+is `(k_1 + k_2) / (2 sqrt(k_1 k_2))` times the lens.
 
 `K` is the alternating sum of radiance about a crossing (`_queries.crossing_sum`), of the edge with
 that of the vertex, and of the first two of the three; of outlines that touch it is that of the
@@ -43,14 +45,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from firstorder.space.discontinuities._edges import Edges, dot, fans, unit
 from firstorder.space.discontinuities._lines_of_sight import (
     ThreeEdges,
     VertexEdges,
     in_planes_of_others,
-    meeting,
 )
 from firstorder.space.discontinuities._queries import (
     crossing_sum,
@@ -59,7 +60,8 @@ from firstorder.space.discontinuities._queries import (
     steps,
     tangential,
 )
-from firstorder.space.discontinuities._rounds import rounds_of, tangent_planes
+from firstorder.space.discontinuities._rounds import OFF, rounds_of, tangent_planes
+from firstorder.space.discontinuities._strips import plane_slopes, strips, sums
 from firstorder.space.discontinuities._tangents import Tangents
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
@@ -125,7 +127,8 @@ def tangent_roots(scene: Scene, at: Receiver, edges: Edges, rows: Tangents) -> R
     ways += [u + (middle + 1.5 * side * width) * m for side in (1.0, -1.0)]
     L = light(scene, at, rows.place + d, np.stack(ways))
     K = L[0] + L[1] - L[2] - L[3]
-    strength = K * dot(u, np.asarray(at.normal)) * np.sqrt(2.0 / np.abs(rows.curvature))
+    cosine = dot(u, np.asarray(at.normal))
+    strength = K * cosine * np.sqrt(2.0 / np.abs(rows.curvature)) * rows.fill
     return Roots(rate, rows.curvature, strength)
 
 
@@ -150,7 +153,9 @@ def vertex_edge_bends(
     straight = rows.edge < len(edges.ends)
     leaves = rows.vertex[:, None] == of
     leaves[straight] &= ~edges.coplanar[rows.edge[straight]][:, part]
-    row, fan = np.nonzero(leaves)
+    ways = way / np.linalg.norm(way, axis=-1, keepdims=True)
+    beside_walls = leaves & ~straight[:, None] & (np.abs(m @ ways.T) <= OFF)
+    row, fan = np.nonzero(leaves & ~beside_walls)
     way, u_, m_ = way[fan], u[row], m[row]
     tau = np.cross(u_, m_)
     across, beside = dot(way, m_), dot(way, tau)
@@ -163,15 +168,17 @@ def vertex_edge_bends(
     image[bent] = tangent_planes(bodies, eye[bent], u_[bent], other[bent])
     K, _ = crossing_sum(scene, at, eye, (image, other), (m_, tau, u_), share * step * moved[row])
     parts = K * beside / np.abs(across)
-    total = _sums(row, parts, len(u)) * ~_on_strips(scene, at, edges, rows, m)
+    flat = in_planes_of_others(edges, rows) | np.any(beside_walls, axis=1)
+    total = sums(row, parts, len(u)) * ~_on_strips(scene, at, edges, rows.place, m, flat)
     return Bends(rate, dot(u, np.asarray(at.normal)) * total)
 
 
-def _on_strips(scene: Scene, at: Receiver, edges: Edges, rows: VertexEdges, m) -> np.ndarray:
-    """Whether the plane of a vertex and an edge makes E' jump: nobody knows that of E'' there."""
-    flat = np.flatnonzero(in_planes_of_others(edges, rows))
-    planes = rows.place[flat], m[flat]
-    slopes = plane_slopes(scene, at, edges, *planes, strips(edges, at, *planes))
+def _on_strips(scene: Scene, at: Receiver, edges: Edges, place, m, asked) -> np.ndarray:
+    """Which planes of those asked about make E' jump: nobody knows the jump of E'' there."""
+    flat = np.flatnonzero(asked)
+    planes = place[flat], m[flat]
+    found = strips(edges, rounds_of(scene), at, *planes)
+    slopes = plane_slopes(scene, at, edges, *planes, found)
     jumps = np.zeros(len(m), bool)
     jumps[flat] = is_seen(scene, slopes)
     return jumps
@@ -210,138 +217,3 @@ def _sines(m, u) -> Float[np.ndarray, "n 3"]:
     """Of each edge the sine, about the line of sight, between the other two."""
     pairs = [np.cross(m[:, i - 2], m[:, i - 1]) for i in range(3)]
     return np.stack([dot(u, p) for p in pairs], -1)
-
-
-# --- two edges in a plane ------------------------------------------------------------------------
-
-
-class Strips(NamedTuple):
-    """Angles in a plane at which a receiver sees one edge of the plane behind another.
-
-    Attributes:
-        row: number of the plane.
-        u: a direction in the middle of the angle.
-        r: a distance between the two edges along it [m].
-        weight: the integral of `cos(theta) (1/r_near - 1/r_far)` over the angle [1/m].
-    """
-
-    row: Int[np.ndarray, " k"]
-    u: Float[np.ndarray, "k 3"]
-    r: Float[np.ndarray, " k"]
-    weight: Float[np.ndarray, " k"]
-
-
-def strips(edges: Edges, at: Receiver, places, normals) -> Strips:
-    """All strips of the planes through receivers, whether or not anything stands in the way.
-
-    Args:
-        edges: of the scene.
-        at: gives the normal of the receivers.
-        places: of a receiver on each plane, shape (n, 3) [m].
-        normals: of the planes, unit vectors, likewise.
-    """
-    found = [Strips(np.zeros(0, int), np.zeros((0, 3)), np.zeros(0), np.zeros(0))]
-    for row, (place, m) in enumerate(zip(places, normals, strict=True)):
-        found += _strips_of(edges, at, row, place, m)
-    return Strips(*(np.concatenate(a) for a in zip(*found, strict=True)))
-
-
-def _strips_of(edges: Edges, at: Receiver, row: int, place, m) -> list[Strips]:
-    """The strips of one plane."""
-    up = np.asarray(at.normal) - (np.asarray(at.normal) @ m) * m
-    slope = np.linalg.norm(up)
-    frame = np.stack([np.cross(m, up / slope), up / slope])
-    height = (edges.vertices - place) @ m
-    flat = (edges.vertices - place) @ frame.T
-    on = np.abs(height) <= edges.near
-    inside = edges.ends[np.all(on[edges.ends], axis=1)]
-    if len(inside) < 2:
-        return []
-    start, end = flat[inside[:, 0]], flat[inside[:, 1]]
-    q = _inverse_distances(start, end)
-    angles = _break_angles(edges, flat, height, on)
-    middles = 0.5 * (angles[1:] + angles[:-1])
-    ways = np.stack([np.cos(middles), np.sin(middles)], -1)
-    r, share = _meeting_flat(ways[:, None], start, end)
-    there = (r > edges.near) & (share > 0.0) & (share < 1.0)
-    areas = np.diff(_sine_integral(angles), axis=0)
-    found = []
-    for cell in np.flatnonzero(np.sum(there, axis=1) > 1):
-        seen = np.flatnonzero(there[cell])
-        seen = seen[np.argsort(r[cell, seen])]
-        far = r[cell, seen]
-        apart = np.append(True, np.diff(far) > edges.near)  # edges that share their line are one
-        seen, far = seen[apart], far[apart]
-        weight = slope * (q[seen[:-1]] - q[seen[1:]]) @ areas[cell]
-        n = len(weight)
-        u = np.tile(ways[cell] @ frame, (n, 1))
-        found.append(Strips(np.full(n, row), u, 0.5 * (far[:-1] + far[1:]), weight))
-    return found
-
-
-def _inverse_distances(start, end) -> Float[np.ndarray, "n 2"]:
-    """Vectors q with `1 / r = q . u` along the lines through pairs of points of the plane."""
-    way = end - start
-    normal = np.stack([way[:, 1], -way[:, 0]], -1)
-    offset = dot(normal, start)
-    safe = np.where(offset == 0.0, 1.0, offset)  # a line through the eye: no direction meets it
-    return np.where(offset == 0.0, 0.0, 1.0 / safe)[:, None] * normal
-
-
-def _meeting_flat(u, start, end) -> tuple[np.ndarray, np.ndarray]:
-    """`meeting`, in the plane."""
-
-    def lifted(a):
-        return np.concatenate([a, np.zeros((*a.shape[:-1], 1))], -1)
-
-    u, start, end = lifted(u), lifted(start), lifted(end)
-    return meeting(np.zeros(3), u, start, end - start)
-
-
-def _break_angles(edges: Edges, flat, height, on) -> Float[np.ndarray, " k"]:
-    """Angles above the horizon at which something begins or ends in the plane, in order."""
-    a, b = edges.ends.T
-    pierce = (height[a] * height[b] < 0.0) & ~(on[a] | on[b])
-    a, b = a[pierce], b[pierce]
-    share = (height[a] / (height[a] - height[b]))[:, None]
-    points = np.concatenate([flat[on], flat[a] + share * (flat[b] - flat[a])])
-    points = points[points[:, 1] > 0.0]
-    angles = np.arctan2(points[:, 1], points[:, 0])
-    return np.unique(np.concatenate([[0.0, np.pi], angles]))
-
-
-def _sine_integral(omega) -> Float[np.ndarray, "k 2"]:
-    """Antiderivative of `sin(omega) (cos(omega), sin(omega))`."""
-    sine, cosine = np.sin(omega), np.cos(omega)
-    return 0.5 * np.stack([sine * sine, omega - sine * cosine], -1)
-
-
-def plane_slopes(
-    scene: Scene, at: Receiver, edges: Edges, places, normals, found: Strips
-) -> Float[np.ndarray, " n"]:
-    """Jumps of E' for steps along the normals of planes, each of one metre a unit [W/m^3].
-
-    Args:
-        scene: of one band.
-        at: gives the normal and the shape on which receivers lie.
-        edges: of the scene.
-        places: of a receiver on each plane [m].
-        normals: of the planes.
-        found: their strips.
-    """
-    step, _ = steps(at, edges.size)
-    place, u = places[found.row], found.u
-    aside = step * unit(tangential(at, normals))[found.row]
-    far = found.r[:, None] * u
-    over, under = place + aside, place - aside
-    origins = np.stack([over, under, over, under])
-    L = light(scene, at, origins, np.stack([far - aside, far + aside, u, u]))
-    shown = found.weight * (L[0] + L[1] - L[2] - L[3])
-    return _sums(found.row, shown, len(places))
-
-
-def _sums(row, parts, count: int) -> Float[np.ndarray, " n"]:
-    """Sums of parts by the row that they belong to."""
-    total = np.zeros(count)
-    np.add.at(total, row, parts)
-    return total

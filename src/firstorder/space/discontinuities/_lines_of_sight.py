@@ -262,38 +262,3 @@ def transversals(edges: Edges, at: Receiver, triples, share) -> np.ndarray:
     with np.errstate(divide="ignore", invalid="ignore"):
         far = (np.asarray(at.position) - point) @ normal / (u @ normal)
         return point + far[..., None] * u
-
-
-# --- two edges in a plane ------------------------------------------------------------------------
-
-
-def planes_of(edges: Edges) -> tuple[np.ndarray, np.ndarray]:
-    """Planes that hold two edges or more, each once: points [m] and unit normals."""
-    i, j = np.nonzero(np.triu(edges.coplanar, 1))
-    way = unit(edges.along)
-    start = edges.start
-    # Of the ends of one edge that which is farther from the line of the other.
-    ends = np.stack([start[j], start[j] + edges.along[j]]) - start[i]
-    beside = np.cross(way[i], ends)
-    far = np.argmax(np.linalg.norm(beside, axis=-1), axis=0)
-    normal = beside[far, np.arange(len(i))]
-    apart = np.linalg.norm(normal, axis=-1) > edges.near
-    return _each_once(start[i][apart], unit(normal[apart]), edges.size)
-
-
-def _each_once(point, normal, size) -> tuple[np.ndarray, np.ndarray]:
-    kept: list[int] = []
-    for row in range(len(point)):
-        same = np.abs(normal[kept] @ normal[row]) > 1.0 - 1e-10
-        same &= np.abs((point[kept] - point[row]) @ normal[row]) < 1e-6 * size
-        if not np.any(same):
-            kept.append(row)
-    return point[kept], normal[kept]
-
-
-def planes_along(edges: Edges, at: Receiver, along, reach) -> tuple[np.ndarray, np.ndarray]:
-    """Where a line of receivers meets planes that hold edges: how far along, and their normals."""
-    point, normal = planes_of(edges)
-    t = crossed(normal, point, at, along)
-    on = (t > 0.0) & (t < reach)
-    return t[on], normal[on]

@@ -6,6 +6,7 @@ import numpy as np
 
 from firstorder.space.discontinuities._curves import COARSE, Curves, filled, within
 from firstorder.space.discontinuities._edges import Edges, dot, fans, unit
+from firstorder.space.discontinuities._endwise import endwise_at
 from firstorder.space.discontinuities._event_table import TOUCH
 from firstorder.space.discontinuities._jumps import (
     tangent_roots,
@@ -17,14 +18,16 @@ from firstorder.space.discontinuities._round_lines import (
     edge_triples_with_bodies,
     triples_at,
     vertex_rounds_at,
+    vertices_off_discs,
 )
 from firstorder.space.discontinuities._rounds import (
+    WALL,
     Rounds,
     around,
     between,
-    check_discs,
     frame_across,
     null_directions,
+    on_rim,
 )
 from firstorder.space.discontinuities._tangents import (
     body_tangents_at,
@@ -32,15 +35,9 @@ from firstorder.space.discontinuities._tangents import (
     edge_tangents,
     edge_tangents_at,
 )
+from firstorder.space.discontinuities._walls import planes_of_wall
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
-
-
-def check_discs_around(scene: Scene, at: Receiver, reach: float) -> None:
-    """Refuse a square that the plane of a disc crosses."""
-    corners = np.array([[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]])
-    places = np.asarray(at.position) + reach * corners @ np.asarray(at.axes)[:, :2].T
-    check_discs(scene, "reach", places)
 
 
 def _inside(at: Receiver, reach: float, places) -> np.ndarray:
@@ -68,12 +65,12 @@ def _touching(scene: Scene, edges: Edges, at: Receiver, places, there, seen) -> 
 def edge_tangent_lines(
     scene: Scene, edges: Edges, rounds: Rounds, at: Receiver, reach: float, points: int
 ) -> Curves:
-    """Lines on which an edge touches a body."""
-    edge, body, normal = edge_tangents(edges, rounds)
-    places, which = within(at, edges.start[edge], normal, reach, points)
+    """Lines on which an edge, or a line of a wall, touches a body."""
+    planes = edge_tangents(edges, rounds)
+    places, which = within(at, planes.start, planes.normal, reach, points)
     there = np.ones(places.shape[:2], bool)
-    numbers = (np.repeat(a[which], points, axis=0) for a in (edge, body, normal))
-    seen = edge_tangents_at(edges, rounds, at, places[there], *numbers)
+    rows = taken(planes, np.repeat(which, points))
+    seen = edge_tangents_at(edges, rounds, at, places[there], rows)
     return _touching(scene, edges, at, places, there, seen)
 
 
@@ -92,11 +89,54 @@ def body_curves(
     return found
 
 
+def endwise_curves(
+    scene: Scene, edges: Edges, rounds: Rounds, at: Receiver, reach: float, points: int
+) -> Curves:
+    """Conics on which the wall of a cylinder is seen endwise."""
+    walls = np.flatnonzero(rounds.kind == WALL)
+    one = Rounds(*(a[:, None] for a in rounds.take(walls)))
+    angle = np.broadcast_to(np.linspace(0.0, 2.0 * np.pi, points), (len(walls), points))
+    places = _met(at, on_rim(one, angle), one.axes[..., 2])
+    there = _inside(at, reach, places)
+    row, _ = np.nonzero(there)
+    seen = endwise_at(edges, rounds, at, places[there], walls[row])
+    return _touching(scene, edges, at, places, there, seen)
+
+
+def vertex_walls(
+    scene: Scene, edges: Edges, rounds: Rounds, at: Receiver, reach: float, points: int
+) -> Curves:
+    """Lines on which a vertex is on the outline of the wall of a cylinder."""
+    found = []
+    for wall in np.flatnonzero(rounds.kind == WALL):
+        for vertex, corner in enumerate(edges.vertices):
+            normals = planes_of_wall(rounds.take(wall), corner, np.zeros((3, 3)))
+            found += [(vertex, wall, *n) for n in normals]
+    table = np.array(found).reshape(-1, 5)
+    vertex, wall, normal = table[:, 0].astype(int), table[:, 1].astype(int), table[:, 2:]
+    places, which = within(at, edges.vertices[vertex], normal, reach, points)
+    there = np.ones(places.shape[:2], bool)
+    numbers = (np.repeat(a[which], points) for a in (vertex, wall))
+    return _on_outlines(scene, edges, rounds, at, places, there, *numbers)
+
+
+def _on_outlines(
+    scene: Scene, edges: Edges, rounds: Rounds, at: Receiver, places, there, vertex, body
+) -> Curves:
+    """Curves on which vertices are on outlines, by places that may be on them."""
+    rows, on = vertex_rounds_at(edges, rounds, at, places[there], vertex, body)
+    bends = vertex_edge_bends(scene, at, edges, taken(rows, on), fans(edges))
+    there[there] = on
+    sizes = dot(bends.rate, bends.rate) * bends.strength
+    return Curves("vertex and edge", places, filled(scene, there, bends.strength, sizes))
+
+
 def vertex_cones(
     scene: Scene, edges: Edges, rounds: Rounds, at: Receiver, reach: float, points: int
 ) -> Curves:
     """Conics on which a vertex is on the outline of a body."""
-    vertex, body = (a.ravel() for a in np.indices((len(edges.vertices), len(rounds.center))))
+    vertex, body = vertices_off_discs(edges, rounds)
+    vertex, body = (a[rounds.kind[body] != WALL] for a in (vertex, body))
     one, corner = rounds.take(body), edges.vertices[vertex]
     axis = frame_across(between(one, corner))[:, :1]
     angle = np.broadcast_to(np.linspace(0.0, 2.0 * np.pi, points), (len(vertex), points))
@@ -106,11 +146,7 @@ def vertex_cones(
     places = _met(at, eye, way)
     there = _inside(at, reach, places)
     row, _ = np.nonzero(there)
-    rows, on = vertex_rounds_at(edges, rounds, at, places[there], vertex[row], body[row])
-    bends = vertex_edge_bends(scene, at, edges, taken(rows, on), fans(edges))
-    there[there] = on
-    sizes = dot(bends.rate, bends.rate) * bends.strength
-    return Curves("vertex and edge", places, filled(scene, there, bends.strength, sizes))
+    return _on_outlines(scene, edges, rounds, at, places, there, vertex[row], body[row])
 
 
 def round_conics(

@@ -9,7 +9,6 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
-from jaxtyping import Float
 
 from firstorder.space.discontinuities._edges import Edges, dot, unit
 from firstorder.space.discontinuities._lines_of_sight import (
@@ -24,12 +23,17 @@ from firstorder.space.discontinuities._lines_of_sight import (
 )
 from firstorder.space.discontinuities._rounds import (
     ANGLES,
+    BALL,
+    FLAT,
     OFF,
+    WALL,
     Rounds,
     around,
     between,
-    form,
     frame_across,
+    is_on,
+    on_rim,
+    on_wall,
     outline_at,
     outside,
 )
@@ -55,9 +59,19 @@ def vertex_rounds_at(
     return VertexEdges(place, vertex, number, start, along, r, far), there
 
 
+def vertices_off_discs(edges: Edges, rounds: Rounds) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers of vertices and of bodies: a vertex sees a disc of its own plane as a line."""
+    off = (edges.vertices[:, None] - rounds.center)[..., None]
+    height = np.linalg.solve(rounds.axes, off)[..., 2, 0] * np.linalg.norm(
+        rounds.axes[..., 2], axis=-1
+    )
+    vertex, body = np.nonzero((rounds.kind != FLAT) | (np.abs(height) > edges.near))
+    return vertex, body
+
+
 def vertex_rounds_along(edges: Edges, rounds: Rounds, at: Receiver, along, reach):
     """Places on a line of receivers that see a vertex on an outline, and how far along."""
-    vertex, body = (a.ravel() for a in np.indices((len(edges.vertices), len(rounds.center))))
+    vertex, body = vertices_off_discs(edges, rounds)
     places = np.asarray(at.position) + NODES[:, None, None] * reach * along
     t, row = quadratic_roots(outside(rounds.take(body), places, edges.vertices[vertex] - places))
     on = (t > 0.0) & (t < 1.0)
@@ -92,8 +106,7 @@ def seen(edges: Edges, rounds: Rounds, place, u, number) -> tuple[np.ndarray, ..
     outline = outline_at(one, eye, way)
     start[curved], along[curved] = outline.touch, np.cross(way, outline.m)
     r[curved] = dot(outline.touch - eye, way)
-    off = np.linalg.norm(np.cross(way, outline.touch - eye), axis=-1)
-    on[curved] = off < OFF * r[curved]
+    on[curved] = is_on(one, eye, way) & outline.there
     return start, along, r, on
 
 
@@ -110,8 +123,8 @@ def edge_triples_with_bodies(edges: Edges, rounds: Rounds) -> np.ndarray:
 
 def edges_with_two_bodies(edges: Edges, rounds: Rounds) -> np.ndarray:
     """Numbers of an edge and of the outlines of two bodies."""
-    k, b = len(edges.ends), len(rounds.center)
-    first, second = np.triu_indices(b, 1)
+    k = len(edges.ends)
+    first, second = np.nonzero(np.triu(rounds.shape[:, None] != rounds.shape, 1))
     edge, pair = (a.ravel() for a in np.indices((k, len(first))))
     return np.stack([edge, k + first[pair], k + second[pair]], -1)
 
@@ -142,7 +155,11 @@ def triples_at(
     """Lines of sight from places along directions, and which pass all of three outlines."""
     parts = [seen(edges, rounds, place, u, numbers[:, i]) for i in range(3)]
     start, along, r, on = (np.stack(a, axis=1) for a in zip(*parts, strict=True))
-    return ThreeEdges(place, start, along, u, r), np.all(on, axis=1) & apart_above(edges, at, u, r)
+    # Where two of them touch, or are parallel, there is another event.
+    m = unit(np.cross(start - place[:, None], along))
+    cross = np.all(np.linalg.norm(np.cross(m, np.roll(m, 1, axis=1)), axis=-1) > OFF, axis=1)
+    there = np.all(on, axis=1) & cross & apart_above(edges, at, u, r)
+    return ThreeEdges(place, start, along, u, r), there
 
 
 def _condition(edges: Edges, rounds: Rounds, at: Receiver, along, edge, number) -> np.ndarray:
@@ -187,15 +204,16 @@ def three_rounds_along(edges: Edges, rounds: Rounds, at: Receiver, along, reach)
     They are looked for on a grid.
     """
     found = [(np.zeros(0), no_triples())]
-    for numbers in itertools.combinations(range(len(rounds.center)), 3):
-        first, others = rounds.take(numbers[0]), [rounds.take(i) for i in numbers[1:]]
-        ends = between(first, np.asarray(at.position) + np.array([[0.0], [reach]]) * along)
-        axis = np.cross(*unit(ends))  # at right angles to what is between them as well
-        axis = frame_across(ends[0])[0] if np.linalg.norm(axis) < OFF else axis
+    order = np.argsort(rounds.kind == BALL, kind="stable")  # others' outlines are points of theirs
+    for numbers in itertools.combinations(order, 3):
+        if len(np.unique(rounds.shape[list(numbers)])) < 3:
+            continue
+        others = [rounds.take(i) for i in numbers[1:]]
+        outline = _outline(rounds.take(numbers[0]), at, along * reach)
 
-        def places_ways(t, angle, first=first, axis=axis):
+        def places_ways(t, angle, outline=outline):
             place = np.asarray(at.position) + t[..., None] * reach * along
-            return place, around(first, axis, place, angle)
+            return place, outline(place, angle)
 
         def both(t, angle, others=others, places_ways=places_ways):
             place, way = places_ways(t, angle)
@@ -207,6 +225,18 @@ def three_rounds_along(edges: Edges, rounds: Rounds, at: Receiver, along, reach)
         rows, there = triples_at(edges, rounds, at, place, u, outlines)
         found.append((reach * t[there], taken(rows, there)))
     return np.concatenate([t for t, _ in found]), merged([rows for _, rows in found])
+
+
+def _outline(body: Rounds, at: Receiver, along):
+    """The function that gives directions of the outline of a body, by a place and an angle."""
+    if body.kind == FLAT:
+        return lambda place, angle: unit(on_rim(body, angle) - place)
+    if body.kind == WALL:
+        return lambda place, angle: unit(on_wall(body, place, angle) - place)
+    ends = between(body, np.asarray(at.position) + np.array([[0.0], [1.0]]) * along)
+    axis = np.cross(*unit(ends))  # at right angles to what is between them as well
+    axis = frame_across(ends[0])[0] if np.linalg.norm(axis) < OFF else axis
+    return lambda place, angle: around(body, axis, place, angle)
 
 
 def _common_zeros(both) -> tuple[np.ndarray, np.ndarray]:
@@ -233,16 +263,3 @@ def _common_zeros(both) -> tuple[np.ndarray, np.ndarray]:
     found = np.stack([t[good], angle[good] % (2.0 * np.pi)], -1)
     _, first = np.unique(np.round(found, 8), axis=0, return_index=True)
     return found[first, 0], found[first, 1]
-
-
-# --- what the line runs into ---------------------------------------------------------------------
-
-
-def round_contacts(rounds: Rounds, at: Receiver, along, reach) -> Float[np.ndarray, " c"]:
-    """How far along a line of receivers it runs into ellipsoids, or out of them."""
-    solid = rounds.take(np.linalg.det(rounds.spread) > 0.0)
-    if not len(solid.center):
-        return np.zeros(0)
-    w = np.asarray(at.position) + NODES[:, None, None] * reach * along - solid.center
-    t, _ = quadratic_roots(form(np.linalg.inv(solid.spread), w) - 1.0)
-    return np.unique(reach * t[(t > 0.0) & (t < 1.0)])

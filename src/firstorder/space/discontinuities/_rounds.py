@@ -1,4 +1,4 @@
-"""Round outlines, on the host: limbs of ellipsoids and rims of discs.
+"""Round outlines, on the host: limbs of ellipsoids, rims of discs, rims and walls of cylinders.
 
 Seen from a place, a body with the middle c and the half-axes A is the cone of the directions u with
 `F(u) <= 0`,
@@ -7,6 +7,14 @@ Seen from a place, a body with the middle c and the half-axes A is the cone of t
 
 A plane with the normal n touches it if `n S n = (n . w)^2`. For an eye that moves, a limb moves as
 an edge would that touches it where the line of sight does.
+
+The outline of a cylinder is made of arcs of its two rims, which are those of discs, and of two
+straight lines of its wall, a body whose last half-axis is endless: with F over its square,
+
+    S -> a a^T,      adj(S) -> sum over i of (b_i x a) (b_i x a)^T,      A = (b_1 b_2 a)
+
+A rim is part of the outline where the plane that touches it has the cylinder behind it, and a wall
+where it is touched between the rims.
 """
 
 from __future__ import annotations
@@ -14,12 +22,13 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float, Int
 
 from firstorder.space.discontinuities._edges import dot, unit
 from firstorder.space.scene import Scene
-from firstorder.space.shapes.kinds import Discs, Ellipsoids
+from firstorder.space.shapes.kinds import Cylinders, Discs, Ellipsoids, Shape
 
+BALL, FLAT, WALL = range(3)  # kinds of bodies
 OFF = 1e-6  # angle to an outline above which a line of sight does not touch it [rad]
 ANGLES = 256  # about an axis or an outline, at which places are looked for
 
@@ -29,13 +38,21 @@ class Rounds(NamedTuple):
 
     Attributes:
         center: c [m].
-        spread: S, of rank two for a disc [m^2].
+        axes: of the shape, as columns [m].
+        spread: S, of rank two for a disc or a rim, of rank one for a wall [m^2].
         adjugate: adj(S) [m^4].
+        end: of a rim from the middle of its cylinder [m]; of other bodies zero.
+        kind: `BALL`, `FLAT` (a disc or a rim) or `WALL`.
+        shape: number that the rims and the wall of one cylinder share.
     """
 
     center: Float[np.ndarray, "*b 3"]
+    axes: Float[np.ndarray, "*b 3 3"]
     spread: Float[np.ndarray, "*b 3 3"]
     adjugate: Float[np.ndarray, "*b 3 3"]
+    end: Float[np.ndarray, "*b 3"]
+    kind: Int[np.ndarray, "*b"]
+    shape: Int[np.ndarray, "*b"]
 
     def take(self, which) -> Rounds:
         """Some of them, or some of them again."""
@@ -50,43 +67,61 @@ class Outline(NamedTuple):
         m: unit normal of the plane that touches the body there, outwards.
         curvature: k of the outline `y = k x^2 / 2` on the plane `direction + x tau + y m`, with
             `tau = direction x m` (a great circle has none).
+        there: whether it is part of the outline of the shape.
     """
 
     touch: Float[np.ndarray, "n 3"]
     m: Float[np.ndarray, "n 3"]
     curvature: Float[np.ndarray, " n"]
+    there: Bool[np.ndarray, " n"]
 
 
 def rounds_of(scene: Scene) -> Rounds:
-    """Ellipsoids and discs of a scene.
+    """Ellipsoids, discs, and rims and walls of cylinders of a scene.
 
     Example:
-        >>> from firstorder.space import Scene, primitive, sphere
+        >>> from firstorder.space import Scene, cylinder, primitive, sphere
         >>> from firstorder.space.discontinuities._rounds import rounds_of
         >>> ball = Scene.of(primitive(sphere((0, 0, 1), 0.5)))
         >>> rounds_of(ball).spread[0].diagonal().tolist()
         [0.25, 0.25, 0.25]
+        >>> tube = Scene.of(primitive(cylinder((0, 0, 1), (0, 0, 2), 0.5)))
+        >>> rounds_of(tube).center[:, 2].tolist()  # both rims and the wall
+        [2.0, 1.0, 1.5]
     """
-    center, axes = [np.zeros((0, 3))], [np.zeros((0, 3, 3))]
-    for group in scene.groups:
-        if isinstance(group, Ellipsoids | Discs):
-            flat = [1.0, 1.0, 0.0 if isinstance(group, Discs) else 1.0]
-            center.append(np.asarray(group.center, float))
-            axes.append(np.asarray(group.axes, float) * flat)
-    A = np.concatenate(axes)
-    S = A @ np.swapaxes(A, -1, -2)
-    adjugate = np.stack([np.cross(S[..., i - 2, :], S[..., i - 1, :]) for i in range(3)], -2)
-    return Rounds(np.concatenate(center), S, adjugate)
+    shapes = [each for group in scene.groups for each in _shapes(group)]
+    if not shapes:
+        none, matrices, numbers = np.zeros((0, 3)), np.zeros((0, 3, 3)), np.zeros(0, int)
+        return Rounds(none, matrices, matrices, matrices, none, numbers, numbers)
+    rows = [(*row, number) for number, each in enumerate(shapes) for row in each]
+    return Rounds(*(np.array(a) for a in zip(*rows, strict=True)))
 
 
-def check_discs(scene: Scene, name: str, places: Float[np.ndarray, "k 3"]) -> None:
-    """Refuse receivers on both sides of the plane of a disc, which is seen edge-on between."""
-    for group in scene.groups:
-        if isinstance(group, Discs):
-            normals = unit(np.asarray(group.axes)[..., 2])
-            height = np.einsum("kni,ni->kn", places[:, None] - np.asarray(group.center), normals)
-            if np.any(np.min(height, axis=0) * np.max(height, axis=0) < 0.0):
-                raise ValueError(f"Argument `{name}` must not cross the plane of a disc, but does.")
+def _shapes(group: Shape) -> list[list[tuple]]:
+    """The bodies of each shape of a kind, as columns of `Rounds` but for the last."""
+    if not isinstance(group, Ellipsoids | Discs | Cylinders):
+        return []
+    centers, axes = (np.asarray(a, float) for a in (group.center, group.axes))
+    return [_bodies(group, c, A) for c, A in zip(centers, axes, strict=True)]
+
+
+def _bodies(group: Shape, c, A) -> list[tuple]:
+    a, none = A[:, 2], np.zeros(3)
+    if isinstance(group, Ellipsoids):
+        return [(c, A, *_quadric(A), none, BALL)]
+    flat = _quadric(A * [1.0, 1.0, 0.0])
+    if isinstance(group, Discs):
+        return [(c, A, *flat, none, FLAT)]
+    side = np.cross(A[:, :2].T, a).T
+    wall = np.outer(a, a), side @ side.T
+    rims = [(c + end, A, *flat, end, FLAT) for end in (a, -a)]
+    return [*rims, (c, A, *wall, none, WALL)]
+
+
+def _quadric(A) -> tuple[np.ndarray, np.ndarray]:
+    """S and adj(S)."""
+    S = A @ A.T
+    return S, np.stack([np.cross(S[i - 2], S[i - 1]) for i in range(3)])
 
 
 def form(S: np.ndarray, a: np.ndarray, b: np.ndarray | None = None) -> Any:
@@ -115,7 +150,16 @@ def outline_at(rounds: Rounds, place, u) -> Outline:
     bend = form(rounds.spread, np.cross(w, tau)) - form(rounds.adjugate, tau)
     with np.errstate(divide="ignore", invalid="ignore"):
         curvature = -bend / np.linalg.norm(slope, axis=-1)
-        return Outline(place + touching(rounds, w, m), m, curvature)
+        r = form(rounds.adjugate, w, u) / form(rounds.adjugate, u)
+        touch = place + r[..., None] * u
+        return Outline(touch, m, curvature, _part_of_outline(rounds, touch, m))
+
+
+def _part_of_outline(rounds: Rounds, touch, m) -> np.ndarray:
+    """Whether the outline of a body is that of its shape, by points that are touched."""
+    along = np.linalg.solve(rounds.axes, (touch - rounds.center)[..., None])[..., 2, 0]
+    behind = dot(m, rounds.end) >= OFF * np.linalg.norm(rounds.end, axis=-1)
+    return np.where(rounds.kind == WALL, np.abs(along) < 1.0, behind)
 
 
 def tangent_planes(rounds: Rounds, place, u, across) -> np.ndarray:
@@ -154,6 +198,12 @@ def touching(rounds: Rounds, w, n) -> np.ndarray:
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         return w - np.einsum("...ij,...j->...i", rounds.spread, n) / dot(n, w)[..., None]
+
+
+def is_on(rounds: Rounds, place, u) -> np.ndarray:
+    """Whether directions are on outlines of bodies."""
+    slope = np.linalg.norm(half_slope(rounds, place, u), axis=-1)
+    return np.abs(outside(rounds, place, u)) < 2.0 * OFF * slope
 
 
 def null_directions(G: Float[np.ndarray, "*n 2 2"]) -> np.ndarray:
@@ -200,6 +250,25 @@ def around(one: Rounds, axis, place, angle) -> Float[np.ndarray, "*n 3"]:
             frame.append(n / np.sqrt(np.abs(form(D, n)))[..., None])
     cosine, sine = np.cos(angle)[..., None], np.sin(angle)[..., None]
     return unit(touching(one, w, frame[0] + cosine * frame[1] + sine * frame[2]))
+
+
+def on_rim(one: Rounds, angle) -> Float[np.ndarray, "*n 3"]:
+    """Points of the edge of a disc by an angle [m]."""
+    circle = np.stack([np.cos(angle), np.sin(angle)], -1)
+    return one.center + np.einsum("...ij,...j->...i", one.axes[..., :2], circle)
+
+
+def on_wall(one: Rounds, place, angle) -> Float[np.ndarray, "*n 3"]:
+    """Points of the two lines in which the wall of a cylinder is seen, up one and down the other.
+
+    Not finite for an eye within.
+    """
+    x, y, _ = np.moveaxis(np.linalg.solve(one.axes, (place - one.center)[..., None])[..., 0], -1, 0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        half = np.arccos(1.0 / np.hypot(x, y))
+    about = np.arctan2(y, x) + np.where(np.sin(angle) < 0.0, -half, half)
+    canonical = np.stack([np.cos(about), np.sin(about), np.cos(angle)], -1)
+    return one.center + np.einsum("...ij,...j->...i", one.axes, canonical)
 
 
 def between(one: Rounds, place) -> Float[np.ndarray, "*n 3"]:

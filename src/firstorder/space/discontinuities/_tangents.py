@@ -1,7 +1,8 @@
 """Lines of sight in which outlines touch each other: an edge and a round body, or two of them.
 
 A plane through the eye touches both there. Planes through an edge that touch a body stand still;
-those that touch two bodies make a family, by an angle.
+those that touch two bodies make a family, by an angle. Lines of a cylinder's wall are edges in the
+planes that touch it and another body.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import itertools
 from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from firstorder.space.discontinuities._edges import Edges, dot, unit
 from firstorder.space.discontinuities._lines_of_sight import (
@@ -21,8 +22,8 @@ from firstorder.space.discontinuities._lines_of_sight import (
     taken,
 )
 from firstorder.space.discontinuities._rounds import (
-    ANGLES,
     OFF,
+    WALL,
     Rounds,
     form,
     frame_across,
@@ -30,9 +31,14 @@ from firstorder.space.discontinuities._rounds import (
     touching,
     touching_planes,
 )
+from firstorder.space.discontinuities._walls import (
+    HALVINGS,
+    changes_of_sign,
+    line_of_wall,
+    planes_of_wall,
+)
 from firstorder.space.receiver import Receiver
 
-HALVINGS = 60
 STEPS = 500  # towards a direction that parts two bodies
 
 
@@ -46,6 +52,7 @@ class Tangents(NamedTuple):
         r: distances of the two along the lines [m].
         curvature: of the first against the second, as in `Outline`, with the normal m.
         bend: the mean of their curvatures.
+        fill: the area that opens between them, over that of a lens.
     """
 
     place: Float[np.ndarray, "n 3"]
@@ -54,38 +61,71 @@ class Tangents(NamedTuple):
     r: Float[np.ndarray, "n 2"]
     curvature: Float[np.ndarray, " n"]
     bend: Float[np.ndarray, " n"]
+    fill: Float[np.ndarray, " n"]
 
 
-def edge_tangents(edges: Edges, rounds: Rounds) -> tuple[np.ndarray, ...]:
-    """Planes through edges that touch round bodies: numbers of both, and unit normals."""
-    edge, body = (a.ravel() for a in np.indices((len(edges.ends), len(rounds.center))))
+def no_tangents() -> tuple[np.ndarray, Tangents]:
+    """No places along a line, and a table without rows."""
+    none = np.zeros(0)
+    return none, Tangents(*np.zeros((3, 0, 3)), np.zeros((0, 2)), none, none, none)
+
+
+class EdgeTangents(NamedTuple):
+    """Planes through edges, or lines of walls, that touch round bodies.
+
+    Attributes:
+        start, along: of the edge [m].
+        body: number of the body.
+        normal: of the plane, a unit vector.
+    """
+
+    start: Float[np.ndarray, "n 3"]
+    along: Float[np.ndarray, "n 3"]
+    body: Int[np.ndarray, " n"]
+    normal: Float[np.ndarray, "n 3"]
+
+
+def edge_tangents(edges: Edges, rounds: Rounds) -> EdgeTangents:
+    """All planes through edges, or lines of walls, that touch round bodies."""
+    bodies = np.flatnonzero(rounds.kind != WALL)
+    edge, body = (a.ravel() for a in np.meshgrid(np.arange(len(edges.ends)), bodies, indexing="ij"))
     normal = touching_planes(rounds.take(body), edges.start[edge], edges.along[edge])
     row, side = np.nonzero(np.all(np.isfinite(normal), axis=-1))
-    return edge[row], body[row], normal[row, side]
+    edge = edge[row]
+    flat = EdgeTangents(edges.start[edge], edges.along[edge], body[row], normal[row, side])
+    found = [flat]
+    for wall in np.flatnonzero(rounds.kind == WALL):
+        for other in bodies[rounds.shape[bodies] != rounds.shape[wall]]:
+            one, body = rounds.take(wall), rounds.take(other)
+            normal = planes_of_wall(one, body.center, body.spread)
+            ends = line_of_wall(one, normal)
+            found.append(EdgeTangents(*ends, np.full(len(normal), other), normal))
+    return merged(found)
 
 
 def edge_tangents_at(
-    edges: Edges, rounds: Rounds, at: Receiver, place, edge, body, normal
+    edges: Edges, rounds: Rounds, at: Receiver, place, planes: EdgeTangents
 ) -> tuple[Tangents, np.ndarray]:
     """Lines of sight from places in planes through edges that touch bodies, and which there are."""
-    one = rounds.take(body)
-    way = touching(one, one.center - place, normal)
+    one = rounds.take(planes.body)
+    way = touching(one, one.center - place, planes.normal)
     u = unit(way)
     seen = outline_at(one, place, u)
-    r_edge, share = meeting(place, u, edges.start[edge], edges.along[edge])
+    r_edge, share = meeting(place, u, planes.start, planes.along)
     r = np.stack([r_edge, np.linalg.norm(way, axis=-1)], -1)
     there = (share > 0.0) & (share < 1.0) & apart_above(edges, at, u, r)
     k = seen.curvature
-    return Tangents(place, u, seen.m, r, -k, 0.5 * k), there & np.isfinite(k)
+    rows = Tangents(place, u, seen.m, r, -k, 0.5 * k, np.ones(len(k)))
+    return rows, there & seen.there & np.isfinite(k)
 
 
 def edge_tangents_along(edges: Edges, rounds: Rounds, at: Receiver, along, reach):
     """Places on a line of receivers that see an edge touch a body, and how far along."""
-    edge, body, normal = edge_tangents(edges, rounds)
-    t = crossed(normal, edges.start[edge], at, along)
+    planes = edge_tangents(edges, rounds)
+    t = crossed(planes.normal, planes.start, at, along)
     on = (t > 0.0) & (t < reach)
     place = np.asarray(at.position) + t[on, None] * along
-    rows, there = edge_tangents_at(edges, rounds, at, place, edge[on], body[on], normal[on])
+    rows, there = edge_tangents_at(edges, rounds, at, place, taken(planes, on))
     return t[on][there], taken(rows, there)
 
 
@@ -98,11 +138,12 @@ def body_tangents_at(
     u = unit(ways[0])
     first, second = (outline_at(one, place, u) for one in pair)
     r = np.stack([np.linalg.norm(way, axis=-1) for way in ways], -1)
-    there = np.linalg.norm(unit(ways[1]) - u, axis=-1) < OFF
+    there = (np.linalg.norm(unit(ways[1]) - u, axis=-1) < OFF) & first.there & second.there
     there &= apart_above(edges, at, u, r)
     k, other = first.curvature, np.sign(dot(first.m, second.m)) * second.curvature
     there &= np.abs(k - other) > 0.0
-    return Tangents(place, u, first.m, r, k - other, 0.5 * (k + other)), there
+    fill = np.ones(len(k))
+    return Tangents(place, u, first.m, r, k - other, 0.5 * (k + other), fill), there
 
 
 def body_tangents_along(edges: Edges, rounds: Rounds, at: Receiver, along, reach):
@@ -110,15 +151,14 @@ def body_tangents_along(edges: Edges, rounds: Rounds, at: Receiver, along, reach
 
     They are where it crosses the curves of `common_planes`.
     """
-    none = np.zeros(0), Tangents(*np.zeros((3, 0, 3)), np.zeros((0, 2)), *np.zeros((2, 0)))
-    found, origin = [none], np.asarray(at.position)
+    found, origin = [no_tangents()], np.asarray(at.position)
     beside = np.cross(np.asarray(at.normal), along)
     for numbers, planes in common_planes(rounds):
 
         def off(angle, side, planes=planes):
             return dot(planes.places(at, angle, side)[0] - origin, beside)
 
-        angle, side = _crossings(off)
+        angle, side = changes_of_sign(off)
         place, normal = planes.places(at, angle, side)
         t = dot(place - origin, along)
         on = (np.abs(dot(place - origin, beside)) < 1e-6 * reach) & (t > 0.0) & (t < reach)
@@ -126,20 +166,6 @@ def body_tangents_along(edges: Edges, rounds: Rounds, at: Receiver, along, reach
         rows, there = body_tangents_at(edges, rounds, at, place[on], bodies, normal[on])
         found.append((t[on][there], taken(rows, there)))
     return np.concatenate([t for t, _ in found]), merged([rows for _, rows in found])
-
-
-def _crossings(off) -> tuple[np.ndarray, np.ndarray]:
-    """Angles, and sides, at which a function changes its sign; or becomes infinite."""
-    angle, side = np.meshgrid(np.linspace(0.0, 2.0 * np.pi, ANGLES + 1), [1.0, -1.0])
-    negative = off(angle, side) < 0.0
-    k, i = np.nonzero(negative[:, 1:] != negative[:, :-1])
-    low, high, side = angle[k, i], angle[k, i + 1], side[k, i]
-    below = negative[k, i]
-    for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
-        same = (off(middle, side) < 0.0) == below
-        low, high = np.where(same, middle, low), np.where(same, high, middle)
-    return low, side
 
 
 class CommonPlanes(NamedTuple):
@@ -179,8 +205,10 @@ class CommonPlanes(NamedTuple):
 
 
 def common_planes(rounds: Rounds):
-    """Numbers of two bodies that do not meet, and the planes that touch both."""
-    for i, j in itertools.combinations(range(len(rounds.center)), 2):
+    """Numbers of two bodies, but walls, that do not meet, and the planes that touch both."""
+    for i, j in itertools.combinations(np.flatnonzero(rounds.kind != WALL), 2):
+        if rounds.shape[i] == rounds.shape[j]:
+            continue
         axis = _parting(rounds.take(i), rounds.take(j))
         if axis is not None:
             yield (i, j), CommonPlanes(rounds.take(i), rounds.take(j), axis)

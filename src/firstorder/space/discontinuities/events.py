@@ -10,8 +10,11 @@ order in which they cover each other changes, and
     a shape that the line runs into             E jumps
 
 For a vertex and an edge, or three edges, an outline of a round body is an edge as well. Closed
-forms are in `_jumps`. Parallel edges lie in a plane, and so do the edges of a face. All of it is
-found on the host, from concrete scenes.
+forms are in `_jumps`. Parallel edges lie in a plane, and so do the edges of a face, both halves of
+a disc or of a cylinder's rim, and an edge and a line of a wall that is parallel to it. The rims of
+a cylinder touch for a receiver that looks along its wall. Where lines of a wall meet a rim an
+outline has no corner: what crosses it there makes no jump before that of E''', and no event. All of
+it is found on the host, from concrete scenes.
 """
 
 from __future__ import annotations
@@ -23,29 +26,29 @@ from jaxtyping import ArrayLike, Float
 
 from firstorder._argument_checks import check_finite, check_positive
 from firstorder.scene._arguments import check_asked_one, numbers
+from firstorder.space.discontinuities._contacts import round_contacts
 from firstorder.space.discontinuities._edges import Edges, edges_of, unit
+from firstorder.space.discontinuities._endwise import endwise_along
 from firstorder.space.discontinuities._event_table import ORDERS, TOUCH, EventsAlong, joined
 from firstorder.space.discontinuities._jumps import (
-    plane_slopes,
-    strips,
     tangent_roots,
     three_edges_bends,
     vertex_edge_bends,
 )
 from firstorder.space.discontinuities._lines_of_sight import (
     contacts,
-    planes_along,
     three_edges_along,
     vertex_edges_along,
 )
+from firstorder.space.discontinuities._planes import planes_along
 from firstorder.space.discontinuities._queries import check_concrete, is_seen
 from firstorder.space.discontinuities._round_lines import (
-    round_contacts,
     round_triples_along,
     three_rounds_along,
     vertex_rounds_along,
 )
-from firstorder.space.discontinuities._rounds import check_discs, rounds_of
+from firstorder.space.discontinuities._rounds import Rounds, rounds_of
+from firstorder.space.discontinuities._strips import plane_slopes, strips
 from firstorder.space.discontinuities._tangents import body_tangents_along, edge_tangents_along
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
@@ -58,16 +61,20 @@ def visual_events_along(
 
     Light is what shapes of constant radiance and a constant sky emit, as for `irradiance`.
 
-    Valid for: boxes, rectangles, triangles, ellipsoids and discs that do not run into each other,
-    and lines along which no two outlines of different bodies stay in line. Where E' jumps at a
-    plane of two edges, the jump of E'' is left out. Where two round outlines touch, or three cross,
-    is looked for on a grid, and two such places very close to each other may be missed. Where a
-    vertex lies on a round outline that one of its edges all but touches, the jump is large, holds
-    for a hair's breadth only, and may be wrong. Events at one place are rows of their own, and
-    their jumps add. Work grows with the third power of the number of edges.
+    Valid for: shapes that do not run into each other, and lines along which no two outlines of
+    different bodies stay in line. Where E' jumps at a plane of two edges, what E'' does is left
+    out: a jump, and growth like `1 / sqrt(x)` if a line of a wall ends at a rim within the strip.
+    Where two round outlines touch, or three cross, is looked for on a grid, and two such places
+    very close to each other may be missed. Where a vertex lies on a round outline that one of its
+    edges all but touches, the jump is large, holds for a hair's breadth only, and may be wrong.
+    Where a line of a wall meets the rim of a cap that is seen nearly edge-on, the outline turns
+    sharply, without a corner: what crosses it there changes E'' fast, but makes no jump and has no
+    row, and a root of outlines that touch beside it holds for a hair's breadth only. Events at one
+    place are rows of their own, and their jumps add. Work grows with the third power of the number
+    of edges.
 
     Args:
-        scene: concrete shapes of these kinds, and a sky of one radiance.
+        scene: concrete shapes, and a sky of one radiance.
         at: the first receiver; say on which shape it lies (`on`) if it lies on one.
         along: direction of the line, of any length, shape (3,); perpendicular to the normal.
         reach: length of the line [m].
@@ -77,9 +84,8 @@ def visual_events_along(
         Places, kinds and jumps, in order of distance.
 
     Raises:
-        ValueError: if the scene is traced, has other shapes, a plane in which the receivers do not
-            lie, bands or a sky of many radiances; if the line has no length, leaves the plane, or
-            crosses the plane of a disc.
+        ValueError: if the scene is traced, has a plane in which the receivers do not lie, bands or
+            a sky of many radiances; if the line has no length or leaves the plane.
 
     Reference: J12 §5; R07 §7.
 
@@ -102,13 +108,13 @@ def visual_events_along(
     check_positive("reach", reach)
     length, edges, rounds = float(np.asarray(reach)), edges_of(scene, at), rounds_of(scene)
     line = way, length
-    check_discs(scene, "along", np.asarray(at.position) + np.array([[0.0], [length]]) * way)
     parts = [
         _contacts(at, way, contacts(edges, at, *line)),
-        _contacts(at, way, round_contacts(rounds, at, *line)),
-        _planes(scene, edges, at, way, length),
+        _contacts(at, way, round_contacts(scene, edges, at, *line)),
+        _planes(scene, edges, rounds, at, way, length),
         _touches(scene, edges, at, way, edge_tangents_along(edges, rounds, at, *line)),
         _touches(scene, edges, at, way, body_tangents_along(edges, rounds, at, *line)),
+        _touches(scene, edges, at, way, endwise_along(edges, rounds, at, *line)),
         _vertices(scene, edges, at, way, vertex_edges_along(edges, at, *line)),
         _vertices(scene, edges, at, way, vertex_rounds_along(edges, rounds, at, *line)),
         _triples(scene, edges, at, way, three_edges_along(edges, at, *line)),
@@ -153,10 +159,12 @@ def _contacts(at: Receiver, way, x) -> EventsAlong:
     return _table(at, way, "contact", x, direction, none, np.ones(len(x), bool))
 
 
-def _planes(scene: Scene, edges: Edges, at: Receiver, way, reach: float) -> EventsAlong:
-    x, normals = planes_along(edges, at, way, reach)
+def _planes(
+    scene: Scene, edges: Edges, rounds: Rounds, at: Receiver, way, reach: float
+) -> EventsAlong:
+    x, normals = planes_along(edges, rounds, at, way, reach)
     places = np.asarray(at.position) + x[:, None] * way
-    found = strips(edges, at, places, normals)
+    found = strips(edges, rounds, at, places, normals)
     slopes = plane_slopes(scene, at, edges, places, normals, found)
     rows, first = np.unique(found.row, return_index=True)
     r, u = found.r[first, None], found.u[first]

@@ -1,9 +1,10 @@
 """The discontinuity mesh of a plane of receivers: its visual events as lines.
 
 A vertex and an edge span a plane, which meets the receivers in a line, and so do two edges of one
-plane, or an edge and a round body that it touches. Lines of sight through three edges sweep a
-quadric, which meets them in a conic, and so does the cone of a vertex and a round body. Planes that
-touch two round bodies give curves of higher degree: the outlines of umbra and penumbra.
+plane, both halves of a disc, or an edge and a round body that it touches. Lines of sight through
+three edges sweep a quadric, which meets them in a conic, and so do the cone of a vertex and a round
+body, and the wall of a cylinder made longer. Planes that touch two round bodies give curves of
+higher degree: the outlines of umbra and penumbra.
 """
 
 from __future__ import annotations
@@ -26,10 +27,11 @@ from firstorder.space.discontinuities._event_table import ORDERS
 from firstorder.space.discontinuities._queries import check_concrete
 from firstorder.space.discontinuities._round_curves import (
     body_curves,
-    check_discs_around,
     edge_tangent_lines,
+    endwise_curves,
     round_conics,
     vertex_cones,
+    vertex_walls,
 )
 from firstorder.space.discontinuities._rounds import rounds_of
 from firstorder.space.receiver import Receiver
@@ -68,15 +70,14 @@ def discontinuity_mesh(
     the plane are not among them, nor are lines on which two round outlines cross a third outline.
 
     Args:
-        scene: concrete shapes of these kinds, and a sky of one radiance.
+        scene: concrete shapes, and a sky of one radiance.
         at: the receiver in the middle of a square of the plane.
         points: along each line.
         reach: from there to the sides of the square, along the receiver's tangents [m].
 
     Raises:
-        ValueError: if the scene is traced, has other shapes, a plane in which the receivers do not
-            lie, bands or a sky of many radiances; if a number is not positive; if the plane of a
-            disc crosses the square.
+        ValueError: if the scene is traced, has a plane in which the receivers do not lie, bands or
+            a sky of many radiances; if a number is not positive.
 
     Reference: J12 §5; R07 §7.
 
@@ -95,13 +96,14 @@ def discontinuity_mesh(
     check_positive("reach", reach)
     check_positive("points", points)
     edges, rounds, width = edges_of(scene, at), rounds_of(scene), float(np.asarray(reach))
-    check_discs_around(scene, at, width)
     curves = [
-        plane_lines(scene, edges, at, width, points),
+        plane_lines(scene, edges, rounds, at, width, points),
         vertex_lines(scene, edges, at, width, points),
         *conics(scene, edges, at, width, points),
         edge_tangent_lines(scene, edges, rounds, at, width, points),
+        endwise_curves(scene, edges, rounds, at, width, points),
         *body_curves(scene, edges, rounds, at, width, points),
+        vertex_walls(scene, edges, rounds, at, width, points),
         vertex_cones(scene, edges, rounds, at, width, points),
         round_conics(scene, edges, rounds, at, width, points),
     ]

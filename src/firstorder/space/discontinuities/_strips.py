@@ -1,0 +1,245 @@
+"""Strips that open between what lies in a plane with a receiver, and the jumps of E' they make."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from firstorder.space.discontinuities._edges import Edges, dot, unit
+from firstorder.space.discontinuities._lines_of_sight import meeting
+from firstorder.space.discontinuities._queries import light, steps, tangential
+from firstorder.space.discontinuities._rounds import FLAT, WALL, Rounds, form, null_directions
+from firstorder.space.discontinuities._walls import across, line_of_wall
+from firstorder.space.receiver import Receiver
+from firstorder.space.scene import Scene
+
+NODES = np.polynomial.legendre.leggauss(32)
+
+
+class Strips(NamedTuple):
+    """Angles in a plane at which a receiver sees one edge of the plane behind another.
+
+    Attributes:
+        row: number of the plane.
+        u: a direction in the middle of the angle.
+        r: a distance between the two edges along it [m].
+        weight: the integral of `cos(theta) (1/r_near - 1/r_far)` over the angle [1/m].
+    """
+
+    row: Int[np.ndarray, " k"]
+    u: Float[np.ndarray, "k 3"]
+    r: Float[np.ndarray, " k"]
+    weight: Float[np.ndarray, " k"]
+
+
+def strips(edges: Edges, rounds: Rounds, at: Receiver, places, normals) -> Strips:
+    """All strips of the planes through receivers, whether or not anything stands in the way.
+
+    Args:
+        edges: of the scene.
+        rounds: likewise.
+        at: gives the normal of the receivers.
+        places: of a receiver on each plane, shape (n, 3) [m].
+        normals: of the planes, unit vectors, likewise.
+    """
+    found = [Strips(np.zeros(0, int), np.zeros((0, 3)), np.zeros(0), np.zeros(0))]
+    for row, (place, m) in enumerate(zip(places, normals, strict=True)):
+        found += _strips_of(edges, rounds, at, row, place, m)
+    return Strips(*(np.concatenate(a) for a in zip(*found, strict=True)))
+
+
+def _strips_of(edges: Edges, rounds: Rounds, at: Receiver, row: int, place, m) -> list[Strips]:
+    """The strips of one plane."""
+    up = np.asarray(at.normal) - (np.asarray(at.normal) @ m) * m
+    slope = np.linalg.norm(up)
+    frame = np.stack([np.cross(m, up / slope), up / slope])
+    height = (edges.vertices - place) @ m
+    flat = (edges.vertices - place) @ frame.T
+    on = np.abs(height) <= edges.near
+    inside = edges.ends[np.all(on[edges.ends], axis=1)]
+    walls = (_lines_of_walls(rounds, place, m, edges.near) - place) @ frame.T
+    start, end = np.concatenate([flat[inside.T], walls], axis=1)
+    arcs = _arcs_in(rounds, place, m, frame, edges.near)
+    if len(start) + 2 * len(arcs.center) < 2:
+        return []
+    points = np.concatenate([flat[on], *walls, _piercing(edges, flat, height, on)])
+    angles = _break_angles(points, _null_angles(rounds, place, frame), arcs.tangents())
+    ways = _ways(0.5 * (angles[1:] + angles[:-1]))
+    r, share = _meeting_flat(ways[:, None], start, end)
+    r = np.concatenate([r, _distances(arcs.inverse_distances(ways))], axis=1)
+    there = r > edges.near
+    there[:, : len(start)] &= (share > 0.0) & (share < 1.0)
+    found = []
+    for cell in np.flatnonzero(np.sum(there, axis=1) > 1):
+        seen = np.flatnonzero(there[cell])
+        seen = seen[np.argsort(r[cell, seen])]
+        far = r[cell, seen]
+        apart = np.append(True, np.diff(far) > edges.near)  # edges that share their line are one
+        seen, far = seen[apart], far[apart]
+        weight = slope * -np.diff(_integrals(start, end, arcs, *angles[cell : cell + 2])[seen])
+        n = len(weight)
+        u = np.tile(ways[cell] @ frame, (n, 1))
+        found.append(Strips(np.full(n, row), u, 0.5 * (far[:-1] + far[1:]), weight))
+    return found
+
+
+def _ways(angle) -> Float[np.ndarray, "*k 2"]:
+    return np.stack([np.cos(angle), np.sin(angle)], -1)
+
+
+def _distances(q) -> np.ndarray:
+    """Distances by their inverses; -1 for what is not met."""
+    met = q > 0.0
+    return np.where(met, 1.0 / np.where(met, q, 1.0), -1.0)
+
+
+def _integrals(start, end, arcs: Arcs, low, high) -> np.ndarray:
+    """Integrals of `sin(omega) / r` between two angles, over all lines and arcs [1/m]."""
+    areas = np.diff(_sine_integral(np.array([low, high])), axis=0)[0]
+    x, weights = NODES
+    turn = 0.5 * np.pi * x  # 1 / r of an arc ends like a root
+    omega = 0.5 * (low + high) + 0.5 * (high - low) * np.sin(turn)
+    weights = 0.25 * np.pi * (high - low) * np.cos(turn) * np.sin(omega) * weights
+    round_ones = weights @ np.nan_to_num(arcs.inverse_distances(_ways(omega)))
+    return np.concatenate([_inverse_distances(start, end) @ areas, round_ones])
+
+
+# --- what is in the plane ------------------------------------------------------------------------
+
+
+class Arcs(NamedTuple):
+    """Discs and rims of a plane, `(x - c) M (x - c) = 1` for an eye at the origin.
+
+    Attributes:
+        center: c [m].
+        inverse: M [1/m^2].
+    """
+
+    center: Float[np.ndarray, "k 2"]
+    inverse: Float[np.ndarray, "k 2 2"]
+
+    def inverse_distances(self, u) -> Float[np.ndarray, "n m"]:
+        """1 / r along directions, shape (n, 2), to the nearer halves and to the farther ones.
+
+        Not finite where there are none.
+        """
+        toward = np.einsum("kij,kj->ki", self.inverse, self.center)
+        a, b = np.einsum("ni,kij,nj->nk", u, self.inverse, u), u @ toward.T
+        e = dot(self.center, toward) - 1.0
+        with np.errstate(invalid="ignore", divide="ignore"):
+            root = np.sqrt(b * b - a * e)
+            return np.concatenate([(b + root) / e, (b - root) / e], axis=1)
+
+    def tangents(self) -> np.ndarray:
+        """Angles at which they begin and end; not finite for an eye within."""
+        toward = np.einsum("kij,kj->ki", self.inverse, self.center)
+        e = dot(self.center, toward) - 1.0
+        G = toward[:, :, None] * toward[:, None] - e[:, None, None] * self.inverse
+        return _angles(null_directions(G))
+
+
+def _arcs_in(rounds: Rounds, place, m, frame, near) -> Arcs:
+    """Discs and rims that lie in a plane."""
+    heights = np.abs((rounds.center - place) @ m) + np.sum(np.abs(m @ rounds.axes[..., :2]), -1)
+    one = rounds.take((rounds.kind == FLAT) & (heights <= near))
+    axes = frame @ one.axes[..., :2]
+    spread = axes @ np.swapaxes(axes, -1, -2)
+    return Arcs((one.center - place) @ frame.T, np.linalg.inv(spread))
+
+
+def _lines_of_walls(rounds: Rounds, place, m, near) -> Float[np.ndarray, "2 k 3"]:
+    """Both ends of lines in which walls touch a plane."""
+    walls = rounds.take(rounds.kind == WALL)
+    height, level = (walls.center - place) @ m, np.abs(walls.axes[..., 2] @ m) <= near
+    touches = level & (
+        np.abs(np.abs(height) - np.sqrt(np.maximum(form(across(walls), m), 0.0))) <= near
+    )
+    start, way = line_of_wall(walls.take(touches), -np.sign(height[touches, None]) * m)
+    return np.stack([start, start + way])
+
+
+def _piercing(edges: Edges, flat, height, on) -> Float[np.ndarray, "k 2"]:
+    """Where edges cross the plane."""
+    a, b = edges.ends.T
+    pierce = (height[a] * height[b] < 0.0) & ~(on[a] | on[b])
+    a, b = a[pierce], b[pierce]
+    share = (height[a] / (height[a] - height[b]))[:, None]
+    return flat[a] + share * (flat[b] - flat[a])
+
+
+def _null_angles(rounds: Rounds, place, frame) -> np.ndarray:
+    """Angles at which a plane crosses outlines of round bodies."""
+    side = np.cross((rounds.center - place)[:, None], frame)
+    G = np.einsum("kai,kij,kbj->kab", side, rounds.spread, side)
+    return _angles(null_directions(G - np.einsum("ai,kij,bj->kab", frame, rounds.adjugate, frame)))
+
+
+def _angles(ways) -> np.ndarray:
+    """Angles of lines, above the horizon."""
+    return (np.arctan2(ways[..., 1], ways[..., 0]) % np.pi).ravel()
+
+
+def _inverse_distances(start, end) -> Float[np.ndarray, "n 2"]:
+    """Vectors q with `1 / r = q . u` along the lines through pairs of points of the plane."""
+    way = end - start
+    normal = np.stack([way[:, 1], -way[:, 0]], -1)
+    offset = dot(normal, start)
+    safe = np.where(offset == 0.0, 1.0, offset)  # a line through the eye: no direction meets it
+    return np.where(offset == 0.0, 0.0, 1.0 / safe)[:, None] * normal
+
+
+def _meeting_flat(u, start, end) -> tuple[np.ndarray, np.ndarray]:
+    """`meeting`, in the plane."""
+
+    def lifted(a):
+        return np.concatenate([a, np.zeros((*a.shape[:-1], 1))], -1)
+
+    u, start, end = lifted(u), lifted(start), lifted(end)
+    return meeting(np.zeros(3), u, start, end - start)
+
+
+def _break_angles(points, *others) -> Float[np.ndarray, " k"]:
+    """Angles above the horizon at which something begins or ends in the plane, in order."""
+    points = points[points[:, 1] > 0.0]
+    angles = np.concatenate([np.arctan2(points[:, 1], points[:, 0]), *others])
+    return np.unique(np.concatenate([[0.0, np.pi], angles[np.isfinite(angles)]]))
+
+
+def _sine_integral(omega) -> Float[np.ndarray, "k 2"]:
+    """Antiderivative of `sin(omega) (cos(omega), sin(omega))`."""
+    sine, cosine = np.sin(omega), np.cos(omega)
+    return 0.5 * np.stack([sine * sine, omega - sine * cosine], -1)
+
+
+def plane_slopes(
+    scene: Scene, at: Receiver, edges: Edges, places, normals, found: Strips
+) -> Float[np.ndarray, " n"]:
+    """Jumps of E' for steps along the normals of planes, each of one metre a unit [W/m^3].
+
+    Args:
+        scene: of one band.
+        at: gives the normal and the shape on which receivers lie.
+        edges: of the scene.
+        places: of a receiver on each plane [m].
+        normals: of the planes.
+        found: their strips.
+    """
+    step, _ = steps(at, edges.size)
+    place = places[found.row]
+    aside = step * unit(tangential(at, normals))[found.row]
+    far = found.r[:, None] * found.u
+    over, under = place + aside, place - aside
+    origins = np.stack([over, under, over, under])
+    # None runs along the plane: computed twice by a compiler, it may rise once and fall once.
+    L = light(scene, at, origins, far + np.stack([-aside, aside, aside, -aside]))
+    shown = found.weight * (L[0] + L[1] - L[2] - L[3])
+    return sums(found.row, shown, len(places))
+
+
+def sums(row, parts, count: int) -> Float[np.ndarray, " n"]:
+    """Sums of parts by the row that they belong to."""
+    total = np.zeros(count)
+    np.add.at(total, row, parts)
+    return total
