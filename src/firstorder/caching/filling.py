@@ -36,6 +36,9 @@ Indices: TypeAlias = ArrayLike | Sequence
 def random_orders(count: int, orders: int, seed: int = 0) -> np.ndarray:
     """Random orders of insertion: an array (orders, count) of indices.
 
+    Raises:
+        ValueError: if a number is no integer.
+
     Example:
         >>> from firstorder.caching import random_orders
         >>> sorted(random_orders(4, 2)[0].tolist())

@@ -65,7 +65,7 @@ class Ledger:
     folder: Annotated[pathlib.Path, tyro.conf.Positional, tyro.conf.arg(metavar="FOLDER")]
     """With .py files, or a package of them."""
     equations: Annotated[
-        tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="[EQUATION ...]")
+        tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="EQUATIONS")
     ] = ()
     """Ids, or what stands in them before a dot; all if none is given."""
     json: pathlib.Path | None = None

@@ -97,9 +97,7 @@ class Table:
     Exit code 1 if a square is not as it is declared.
     """
 
-    names: Annotated[
-        tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="[NAME ...]")
-    ] = ()
+    names: Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="NAMES")] = ()
     """How the names of laws and events begin, such as travel; or all. The laws, if left out."""
 
     def run(self) -> int:

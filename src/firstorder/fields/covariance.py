@@ -72,6 +72,9 @@ def covariance_of_samples(samples, grid: Grid, frame: Frame) -> Covariance:
         grid: where they lie.
         frame: names of the coordinates.
 
+    Raises:
+        ValueError: if the samples have another shape than the grid.
+
     Example:
         >>> from firstorder.fields import Grid, covariance_of_samples, gaussian
         >>> bell, grid = gaussian((0.0, 0.0), (1.0, 0.5)), Grid.spanning((32, 32), (6.0, 3.0))

@@ -404,6 +404,7 @@ class Sum(Field):
 
     Raises:
         ValueError: if the fields do not share one frame.
+        TypeError: if one is no field.
 
     Example:
         >>> import jax.numpy as jnp

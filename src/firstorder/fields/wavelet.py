@@ -45,6 +45,9 @@ class Wavelet(eqx.Module):
             grid: where they lie.
             frame: names of the coordinates.
 
+        Raises:
+            ValueError: if the samples have another shape than the grid.
+
         Example:
             >>> import jax.numpy as jnp
             >>> from firstorder.conventions import Frame

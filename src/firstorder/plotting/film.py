@@ -38,6 +38,9 @@ def exposure_of(values: Float[np.ndarray, "w h *bands"], middle: float = MIDDLE)
     Reference: Reinhard et al., "Photographic tone reproduction for digital images", TOG 21(3),
     2002, eqs. 1-2.
 
+    Raises:
+        ValueError: if `middle` is not positive.
+
     Example:
         >>> import numpy as np
         >>> from firstorder.plotting.film import exposure_of

@@ -41,6 +41,9 @@ def subpixels(rows: int = 2) -> Float[np.ndarray, "n 2"]:
 
     Reference: K. Chiu, P. Shirley, C. Wang, "Multi-jittered sampling", Graphics Gems IV, 1994.
 
+    Raises:
+        ValueError: if `rows` is no positive integer.
+
     Example:
         >>> from firstorder.rendering import subpixels
         >>> subpixels(2).tolist()

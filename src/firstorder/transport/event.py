@@ -159,6 +159,9 @@ class Path(eqx.Module):
 
     Step 0 is the source; step k is the light after the k-th event.
 
+    Raises:
+        TypeError: if the source is no field.
+
     Example:
         >>> from firstorder.conventions import FLATLAND_SLOPE
         >>> from firstorder.fields import gaussian

@@ -58,6 +58,9 @@ class Discretization:
             shape; in single precision no panel is shorter than some thousandths of that.
         halvings: every panel is halved so many times.
 
+    Raises:
+        ValueError: if `nodes` or `halvings` is no integer, or a number is out of its range.
+
     Example:
         >>> from firstorder.flatland.bounces import Discretization
         >>> Discretization().finer().nodes

@@ -80,6 +80,9 @@ def photon_map(scene: Scene, photons: Photons) -> PhotonMap:
         scene: in which they were traced.
         photons: of `trace_photons`, or a part of them.
 
+    Raises:
+        ValueError: if a count is no positive integer.
+
     Example:
         >>> import jax
         >>> from firstorder.flatland.bounces import photon_map, trace_photons
@@ -252,6 +255,9 @@ def photon_radiance(
         For each place, in the direction asked for [W/(m rad)].
 
     Reference: J12 §4.4, eq. 30.
+
+    Raises:
+        ValueError: if `most` is no positive integer.
 
     Example:
         >>> import jax

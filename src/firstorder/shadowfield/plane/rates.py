@@ -190,6 +190,9 @@ def replicas_overlap(filter: RayFilter, corners, rates: SamplingRates, reach: in
         rates: of the samples.
         reach: replicas in each direction that are looked at.
 
+    Raises:
+        ValueError: if `reach` is no positive integer.
+
     Example:
         >>> from firstorder.shadowfield import SamplingRates, replicas_overlap, sampling_rates
         >>> from firstorder.shadowfield import sheared_filter, wedge_corners

@@ -253,6 +253,9 @@ def refine_maps(maps: RadianceMaps, cells: int) -> RadianceMaps:
         maps: of any number of cells, at least 2.
         cells: along each side of each face.
 
+    Raises:
+        ValueError: if `cells` is no positive integer.
+
     Example:
         >>> import jax.numpy as jnp
         >>> from firstorder.space.bounces import RadianceMaps, refine_maps

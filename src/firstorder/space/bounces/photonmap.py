@@ -348,6 +348,9 @@ def final_gather(
 
     Reference: Reichert 1992; J12 §4.4, Fig. 5.
 
+    Raises:
+        ValueError: if the receiver is not one, or its number is that of no shape.
+
     Example:
         >>> import jax
         >>> from firstorder.space import Receiver

@@ -99,6 +99,9 @@ def trace_strata(
         where: cells, with the same leading axes or none.
         radiance: what shapes send out in place of their emission (see `gather_samples`).
 
+    Raises:
+        ValueError: if the receiver is not one, or its number is that of no shape.
+
     Example:
         >>> import jax
         >>> from firstorder.space import Scene, receiver, rectangle, primitive
