@@ -127,8 +127,9 @@ def test_a_receiver_says_where_it_is_and_where_it_looks(world, zeros, ones):
 def test_without_numbers_a_receiver_says_so(world, d):
     at = world.Receiver.at(jnp.zeros(d))
     traced = []
-    jax.make_jaxpr(lambda r: traced.append(repr(r)))(at)
+    jax.make_jaxpr(lambda r: traced.extend([repr(r), repr(at)]))(at)
     assert traced[0].endswith(", traced")
+    assert traced[1] == repr(at)
     assert repr(jax.tree.map(lambda a: None, at)).endswith(", its numbers taken out")
     assert repr(jax.eval_shape(lambda r: r, at)).endswith(", without numbers")
 
@@ -143,5 +144,8 @@ def test_derivatives_are_a_table():
         "  second x        1  -0.5",
         "  second tilt  -0.5    12",
     ]
+    printed = []
+    jax.make_jaxpr(lambda x: printed.append(repr(d)))(1.0)
+    assert printed == [repr(d)]
     assert repr(jax.vmap(lambda k: d)(jnp.arange(2))).startswith("Derivatives(")
     assert repr(jax.tree.map(lambda a: None, d)).startswith("Derivatives(")

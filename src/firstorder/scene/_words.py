@@ -70,7 +70,9 @@ def told_receiver(at: Any, world: str) -> str:
         rows = places.reshape(-1, places.shape[-1])
         where = f": {_place(rows, rows, ' m')}" if rows.size else ""
         return f"{head}, in a batch of {places.shape[:-1]}{where}"
-    line = f"{head} at {_tuple(places)} m, normal {_tuple(np.asarray(at.normal))}"
+    with jax.ensure_compile_time_eval():  # numbers are printed among traced ones, too
+        normal = np.asarray(at.normal)
+    line = f"{head} at {_tuple(places)} m, normal {_tuple(normal)}"
     return line if on < 0 else f"{line}, on shape {on}"
 
 
@@ -80,8 +82,9 @@ def told_derivatives(d: Any) -> str | None:
     numbers = all(isinstance(leaf, (np.ndarray, jax.Array)) for leaf in leaves)
     if not numbers or not is_concrete(leaves) or np.ndim(d.value):
         return None
-    second = [(f"second {name}", row) for name, row in zip(d.freedoms, d.hessian, strict=True)]
-    rows = [("first", d.gradient), *second]
+    hessian = np.asarray(d.hessian)
+    second = [(f"second {name}", row) for name, row in zip(d.freedoms, hessian, strict=True)]
+    rows = [("first", np.asarray(d.gradient)), *second]
     digits = [(name, *(f"{float(v) + 0.0:.4g}" for v in row)) for name, row in rows]
     head = f"Value {float(d.value):.6g} and derivatives by {', '.join(d.freedoms)}"
     return "\n  ".join([head, *_table([("", *d.freedoms), *digits], str.rjust)])
