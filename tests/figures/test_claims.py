@@ -84,7 +84,6 @@ def test_what_the_readme_tells_of_a_claim_is_what_was_measured(figure, claim, wo
 OPEN = {
     ("j12_largest_discs", "A principled estimate of the error betters split spheres"),
     ("j12_thresholds", "Minimising total error gives the lowest RMS error: that of the integrated"),
-    ("e11_fig11", "The wider light produces more significant speedups"),
 }
 
 
