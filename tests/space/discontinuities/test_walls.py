@@ -93,7 +93,7 @@ def test_no_event_is_missed(name):
 
 def test_what_crosses_the_end_of_a_line_of_a_wall_changes_E2_fast_but_makes_no_jump():
     """The cap of the tube is seen edge-on near by, and its outline all but has a corner."""
-    scene, places = SCENES["a tube behind one"], turns_of("a tube behind one")
+    scene, places = SCENES["a tube behind one"], np.array(turns_of("a tube behind one"))
     table = found(scene)
     apart = places[np.min(np.abs(places[:, None] - table.x), axis=1) > 1e-6]
     before, after = beside_places(scene, apart, JUMP, 1e-7)
