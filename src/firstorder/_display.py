@@ -47,7 +47,7 @@ class _Text:
 
 
 def _with_numbers(leaf: Any) -> Any:
-    """What to print of a leaf: the numbers of a small array that can be looked at."""
+    """A leaf as it is printed: the numbers of a small concrete array, anything else as it is."""
     if not isinstance(leaf, (np.ndarray, jax.Array)) or not 0 < leaf.size <= FEW:
         return leaf
     number = getattr(leaf.dtype, "kind", None) in (*"iufc",)  # keys of random numbers have no kind

@@ -1,4 +1,4 @@
-"""What a package imports when it is first asked for, and lists before."""
+"""Modules and names that a package imports when they are first asked for, and lists before."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ NOTHING: Mapping[str, Sequence[str]] = {}
 def on_demand(
     package: str, parts: Sequence[str], names: Mapping[str, Sequence[str]] = NOTHING
 ) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
-    """What a package takes as its `__getattr__` and its `__dir__`.
+    """The `__getattr__` and the `__dir__` of a package whose parts are imported on demand.
 
     Args:
         package: its name, `__name__`.
         parts: modules in it.
-        names: by module, what the package shows of it as its own.
+        names: by module, those of its names that the package shows as its own.
 
     Example:
         >>> import firstorder.space

@@ -53,7 +53,7 @@ def _run(arguments: list[str]) -> int:
     session.start()
     try:
         return command.run()
-    except BrokenPipeError:
+    except BrokenPipeError:  # it is a ConnectionError, and `main` knows what to do
         raise
     except (ValueError, ModuleNotFoundError, ConnectionError, Refused) as error:
         print(error, file=sys.stderr)

@@ -251,7 +251,7 @@ def _receivers(scene) -> tuple[str, ...]:
 
 
 def _file_words(names: Iterable[str]) -> list[str]:
-    """What names become in names of files, no two of them alike."""
+    """Names as parts of names of files, no two of them alike."""
     words: list[str] = []
     for name in names:
         word = "".join(c if c.isalnum() or c in "-_" else "_" for c in name)

@@ -76,7 +76,7 @@ def kernel_jumps(kernel: Kernel) -> tuple[tuple[Field, Kernel], ...]:
 
 
 class _Jump(Kernel):
-    """What a kernel jumps by across an edge, as a kernel that reaches as far."""
+    """The jump of a kernel across an edge: a kernel that reaches as far."""
 
     kernel: Kernel
     jump: Field

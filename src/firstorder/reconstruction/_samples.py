@@ -31,7 +31,7 @@ def sample_places(p: Any) -> Float[np.ndarray, "n 2"]:
 
 
 def sampled(name: str, x: Any, shape: tuple[int, ...]) -> Float[np.ndarray, "*n"]:
-    """What is known of samples or pixels, in the shape that they ask for.
+    """Values at samples or pixels, as an array of the shape that is asked for.
 
     Raises:
         ValueError: if the shape is another.

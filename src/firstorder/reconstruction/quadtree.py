@@ -162,7 +162,7 @@ def _check(width, height, budget, block, batch, smallest) -> None:
 
 
 def _shaded(shade: Shade, p: Places) -> ShadedSamples:
-    """What is seen at places, in arrays.
+    """Values and gradients at places, by a user's function, as arrays.
 
     Raises:
         ValueError: if there is not one value and gradient for each.
