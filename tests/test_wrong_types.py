@@ -7,8 +7,20 @@ import numpy as np
 import pytest
 
 from firstorder.checks.cases import light
-from firstorder.conventions import FLATLAND_SLOPE
-from firstorder.fields import Affine, Constant, Function, GaussianProfile, gaussian, half_plane
+from firstorder.conventions import FLATLAND_SLOPE, Frame
+from firstorder.fields import (
+    Affine,
+    Bars,
+    Constant,
+    Environment,
+    Function,
+    GaussianProfile,
+    HalfPlane,
+    NearLight,
+    SoftEdge,
+    gaussian,
+    half_plane,
+)
 from firstorder.fields._coerce import as_field
 from firstorder.flatland import Arcs, Circles, Ellipses
 from firstorder.laws import Convolve, Integrate, Multiply
@@ -97,6 +109,14 @@ TAKEN = {
         lambda: Multiply(lambda x, t: x * t)(ON),
         lambda: Multiply(field(lambda x, t: x * t))(ON),
     ),
+    "distant light by direction": (
+        lambda: Environment(lambda theta: jnp.cos(theta)),
+        lambda: Environment(Function(lambda theta: jnp.cos(theta), Frame(("theta",)))),
+    ),
+    "near light by distance": (
+        lambda: NearLight([0.0, 2.0], lambda q: jnp.exp(-q * q)),
+        lambda: NearLight([0.0, 2.0], Function(lambda q: jnp.exp(-q * q), Frame(("x",)))),
+    ),
     "constant function": (lambda: Multiply(lambda x: 2)(ON), lambda: 2.0 * ON),
     "width of x": (
         lambda: Reflection(VaryingGaussian(lambda x: 0.2 + 0.01 * x, 0.3))(OUT),
@@ -150,6 +170,14 @@ REFUSED = {
         lambda: Occlusion(Constant),
         r"Argument `transparency` must be a field, .* but is the class Constant\.",
     ),
+    "text for distant light": (
+        lambda: Environment("sky"),
+        r"Argument `light` must be a field, a function or a number, but is a str\.",
+    ),
+    "text for near light": (
+        lambda: NearLight([0.0, 1.0], "lamp"),
+        r"Argument `emission` must be a field, a function or a number, but is a str\.",
+    ),
     "a lobe for a field": (
         lambda: Multiply(glossy(0.2)),
         r"Argument `factor` must be a field, a function or a number, but is a Lobe\.",
@@ -192,6 +220,23 @@ def test_a_lobe_is_no_kernel(make, name):
     ours = rf"^Argument `{name}` must be a kernel, .* but is a Lobe\.$"
     with pytest.raises(TypeError, match=rf"{ours}|parameter {name}="):
         make(glossy(0.2))
+
+
+@pytest.mark.smoke
+@pytest.mark.parametrize(
+    ("make", "name", "words"),
+    [
+        (lambda x: HalfPlane(x, 0.0, 1.0), "level", "an `Affine`"),
+        (lambda x: SoftEdge(x, 0.1), "level", "an `Affine`"),
+        (lambda x: Bars(x, [0.0, 1.0], [0.0, 1.0, 0.0]), "level", "an `Affine`"),
+        (Function, "function", "a function of the coordinates"),
+    ],
+)
+def test_a_number_is_no_edge_and_no_function(make, name, words):
+    """With the import hook it is beartype that says it."""
+    ours = rf"^Argument `{name}` must be {words}, but is a float\.$"
+    with pytest.raises(TypeError, match=rf"{ours}|parameter {name}="):
+        make(3.0)
 
 
 @pytest.mark.smoke

@@ -5,7 +5,8 @@ counts only the power of the Hessian tells records apart: R goes as |H|^(-1/4) f
 for the integrated square, -1/2 for averages; the relative one divides by E. Judged by RMS and by
 structural similarity, on the boxes of J12 (one reflection; with the black wall and without), and
 under a wide lamp alone and with four plates before it (`j12.shared.shadows`); four of the nine are
-shown. `j12_caching_3d` has the same for two scenes of some complexity.
+shown. Definitions are compared beside 24 random blocks too. `j12_caching_3d` has the same
+for two scenes of some complexity.
 
 Limits: the shortest ray, harmonic mean and radiometric Hessian with a smallest radius of 1 or 3
 cells and a largest of 0.1 or 0.3 m, the best of these for each; all others have one cell and
@@ -31,7 +32,9 @@ from figures.j12.shared.box import (
     compare,
     floor_limits,
     metrics,
+    random_block,
     similar,
+    tabulated,
     tuned,
 )
 from figures.j12.shared.caching import Outcome, pointwise
@@ -50,6 +53,7 @@ SCENES = {
     "plate": "lamp and plate",
 }
 OPEN = {"open box": "j12_box", "open box with a block": "j12_occluder"}  # no right wall
+BLOCKS = 24  # of any size, at any place, on whose floors definitions are compared too
 GROUPS = {
     "box": ("j12_box", "open box"),
     "box with a block": ("j12_occluder", "open box with a block"),
@@ -73,6 +77,10 @@ def draw(quick: bool) -> Drawing:
     s = Size(24, 16, 48, 60, 2) if quick else Size(48, 40, 120, 144, 4)
     names = tuple(SCENES) if quick else tuple(dict.fromkeys((*SCENES, *OPEN, *PLATES)))
     floors = {name: _floor(name, s, quick) for name in names}
+    boxes = [f.found for name, f in floors.items() if name not in ("lamp", *PLATES)]
+    if not quick:
+        more = (tabulated(random_block(seed), s) for seed in range(BLOCKS))
+        boxes += [_definitions(c, quick) for c in more]
     figure, axes = plotting.panels(1, 4, 2.4, 2.6)
     arrays = {}
     for ax, (name, words) in zip(axes.ravel(), SCENES.items(), strict=True):
@@ -82,7 +90,8 @@ def draw(quick: bool) -> Drawing:
         every = f.found | f.plain | {f"{m}_limited": o for m, o in f.limited.items()}
         arrays |= {f"{name}_{m.replace(' ', '_')}": o.errors for m, o in every.items()}
     size = f"{s.words()}, {len(names)} floors"
-    return Drawing(figure, arrays, _claims(floors), size=size, seed=12)
+    claims = [*(_lowest(d, boxes) for d in DEFINITIONS[1:]), *_claims(floors)]
+    return Drawing(figure, arrays, claims, size=size, seed=12)
 
 
 def _floor(name: str, s: Size, quick: bool) -> Floor:
@@ -90,11 +99,15 @@ def _floor(name: str, s: Size, quick: bool) -> Floor:
         c = case(OPEN[name], s, "none")
     else:
         c = case(name, s) if name.startswith("j12") else shadow(name, s).case
-    value = np.maximum(c.table.E, 1e-9)
-    H, within = c.table.geometric, floor_limits(s.pixels)
-    many = c if quick else replace(c, size=replace(s, orders=ORDERS))
-    found = compare(many, {d: pointwise(H, within, 1, d, value) for d in DEFINITIONS})
-    return Floor(c, found, compare(c, metrics(c)), _limited(c, quick))
+    return Floor(c, _definitions(c, quick), compare(c, metrics(c)), _limited(c, quick))
+
+
+def _definitions(c: Case, quick: bool) -> dict[str, Outcome]:
+    """Caches of the geometric Hessian by definition of the error."""
+    value, within = np.maximum(c.table.E, 1e-9), floor_limits(c.size.pixels)
+    many = c if quick else replace(c, size=replace(c.size, orders=ORDERS))
+    regions = {d: pointwise(c.table.geometric, within, 1, d, value) for d in DEFINITIONS}
+    return compare(many, regions)
 
 
 def _limited(c: Case, quick: bool) -> dict[str, Outcome]:
@@ -126,10 +139,8 @@ def _draw(ax, found, plain, limited, words: str) -> None:
 
 def _claims(floors: dict[str, Floor]) -> list[Statement | Measurement]:
     soft = [f for name, f in floors.items() if name in ("lamp", *PLATES)]
-    boxes = [f for name, f in floors.items() if name not in ("lamp", *PLATES)]
     groups = {w: [floors[n] for n in floors if n in group] for w, group in GROUPS.items()}
     return [
-        *(_lowest(d, boxes) for d in DEFINITIONS[1:]),
         _lowest_of_all(soft),
         *(_limits_lose(words, groups[words]) for words in ("box", "plates")),
         *(
@@ -149,9 +160,9 @@ def _claims(floors: dict[str, Floor]) -> list[Statement | Measurement]:
     ]
 
 
-def _lowest(definition: str, floors: list[Floor]) -> Statement:
+def _lowest(definition: str, floors: list[dict[str, Outcome]]) -> Statement:
     """The total against another definition: over floors, each by the mean of its orders."""
-    over = [f.found[definition].errors / f.found["total"].errors for f in floors]
+    over = [found[definition].errors / found["total"].errors for found in floors]
     g = grouped(over)
     return Statement(
         f"Minimising total error gives the lowest RMS error: that of the {definition} error over "

@@ -140,6 +140,20 @@ def check_integer(name: str, x: Any) -> None:
         raise ValueError(f"Argument `{name}` must be an integer, but is {shown}.") from None
 
 
+def check_kind(name: str, x: Any, kind: type | tuple[type, ...], words: str) -> None:
+    """Refuse what is not of a kind, in one sentence."""
+    if not isinstance(x, kind):
+        raise TypeError(f"Argument `{name}` must be {words}, but is {what(x)}.")
+
+
+def what(x: Any) -> str:
+    """A value's kind in two words."""
+    if isinstance(x, type):
+        return f"the class {x.__name__}"
+    name = type(x).__name__
+    return f"{'an' if name[0] in 'AEIOUaeiou' else 'a'} {name}"
+
+
 def check_index(name: str, x: Any, count: int) -> None:
     """Refuse what is no number of a shape, and the numbers of shapes that are not there."""
     if isinstance(x, (str, tuple, list)):

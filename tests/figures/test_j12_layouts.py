@@ -7,6 +7,7 @@ import pytest
 
 from figures.j12 import occlusion_hessian
 from figures.j12.shared import rooms, walls
+from figures.j12.shared.box import Size, random_block, tabulated
 from figures.j12.shared.caching import by_the_wall
 from figures.j12.shared.spread import geometric, ratio_of_means, share, spread
 from firstorder.flatland import irradiance, receiver
@@ -78,3 +79,10 @@ def test_standard_errors_are_those_of_many_repetitions():
             np.mean(found[:, 1]), np.std(found[:, 0]), rtol=0.06, err_msg=draws
         )
     assert share([True] * 10).error > 0.05  # ten of ten leave room for one in twenty
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_exact_light_beside_a_random_block_is_what_rays_find(seed):
+    c = tabulated(random_block(seed), Size(16, 40, 120, 0, 0))
+    assert c.noise < 0.006 * np.mean(c.truth)  # 0.2 % with twice as many rays
+    assert np.mean(c.open) < 1.0

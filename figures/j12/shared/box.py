@@ -22,6 +22,7 @@ from firstorder.caching.candidate_tables import (
     tabulate_candidates,
 )
 from firstorder.plotting.style import COLOURS
+from firstorder.space import Boxes, Scene, box, primitive
 from firstorder.space.bounces._radiance_maps import RadianceMaps, face_layout, refine_maps
 from firstorder.space.bounces.radiosity import solve_radiosity
 from firstorder.space.library import _scenes
@@ -81,11 +82,29 @@ class Case:
 @functools.cache
 def case(name: str, size: Size, wall: str = "black", albedo: float = 0.5) -> Case:
     """One of the box scenes: "j12_box" or "j12_occluder"."""
-    scene = _scenes.j12_box(wall) if name == "j12_box" else _scenes.j12_occluder(wall, albedo)
+    if name == "j12_box":
+        return tabulated(_scenes.j12_box(wall), size)
+    return tabulated(_scenes.j12_occluder(wall, albedo), size)
+
+
+def random_block(seed: int) -> Scene:
+    """The box of J12 with a block of any size and albedo at any place, with the wall or without."""
+    rng = np.random.default_rng(seed)
+    half = 0.5 * rng.uniform((0.1, 0.1), (0.4, 0.4))
+    middle = rng.uniform(half + 0.15, 0.85 - half)
+    low, high = np.append(middle - half, 0.0), np.append(middle + half, rng.uniform(0.1, 0.4))
+    block = primitive(box(low, high), name="block", albedo=rng.uniform(0.0, 0.9))
+    return Scene.of(*_scenes._box(("black", "none")[seed % 2], 1.0), block)
+
+
+def tabulated(scene: Scene, size: Size) -> Case:
+    """A box with a block or without, the table of its floor and the exact light there."""
     maps = refine_maps(solve_radiosity(scene, cells=32, shadow=0), 128)
     x = places(size.pixels)
-    low, high = BLOCK[:, :2]
-    shut = np.all((x > low) & (x < high), axis=1) & (name != "j12_box")
+    shut = np.zeros(len(x), bool)
+    if "block" in scene.names:
+        low, high = block_of(scene)[:, :2]
+        shut = np.all((x > low) & (x < high), axis=1)
     table = tabulate_candidates(
         maps, x[~shut], gather_directions(size.rows, size.columns), scene.named("floor")[0]
     )
@@ -100,7 +119,12 @@ def places(pixels: int) -> np.ndarray:
 
 # --- exact light ---------------------------------------------------------------------------------
 
-BLOCK = np.array([(0.35, 0.35, 0.0), (0.55, 0.65, 0.25)])
+
+def block_of(scene: Scene) -> np.ndarray:
+    """Lower and upper corner of a scene's block [m]."""
+    (blocks,) = (group for group in scene.groups if isinstance(group, Boxes))
+    half = np.diagonal(np.asarray(blocks.axes[0]))
+    return np.asarray(blocks.center[0]) + np.stack([-half, half])
 
 
 def exact(maps: RadianceMaps, x: np.ndarray, around: int = 24, up: int = 16) -> np.ndarray:
@@ -118,15 +142,15 @@ def exact(maps: RadianceMaps, x: np.ndarray, around: int = 24, up: int = 16) -> 
         up: nodes in elevation.
     """
     plan, scene = face_layout(maps.scene), maps.scene
-    L, block = np.asarray(maps.L, float), "block" in scene.names
+    L = np.asarray(maps.L, float)
+    block = block_of(scene) if "block" in scene.names else None
     corners = [(0.0, 0.0), (0.0, 1.0)]
-    if block:
-        corners += [(a, b) for a in BLOCK[:, 0] for b in BLOCK[:, 1]]
+    if block is not None:
+        corners += [(a, b) for a in block[:, 0] for b in block[:, 1]]
     way = np.asarray(corners)[None] - x[:, None]
     cut = np.sort(np.mod(np.arctan2(way[..., 1], way[..., 0]), 2.0 * np.pi), axis=1)
     cut = np.concatenate([cut, cut[:, :1] + 2.0 * np.pi], axis=1)
     wall = L[int(np.flatnonzero(plan.shape == scene.named("left")[0])[0])]
-    first = int(np.flatnonzero(plan.shape == scene.named("block")[0])[0]) if block else 0
     E = np.zeros(len(x))
     for k in range(cut.shape[1] - 1):
         low, high = cut[:, k], cut[:, k + 1]
@@ -136,22 +160,23 @@ def exact(maps: RadianceMaps, x: np.ndarray, around: int = 24, up: int = 16) -> 
             beyond = x[:, 1] - x[:, 0] / c * s
         sees_wall = (c < 0.0) & (beyond > 0.0) & (beyond < 1.0)
         rows = np.flatnonzero(sees_wall & (high - low > 1e-14))
-        E[rows] += _piece(x[rows], low[rows], high[rows], 0, 0.0, 1.0, wall, block, around, up)
-        if block:
-            near, axis, side = _entered(x, c, s)
+        E[rows] += _piece(x[rows], low[rows], high[rows], 0, 0.0, None, wall, block, around, up)
+        if block is not None:
+            first = int(np.flatnonzero(plan.shape == scene.named("block")[0])[0])
+            near, axis, side = _entered(x, c, s, block)
             for a in (0, 1):
                 for b in (0, 1):
                     here = np.isfinite(near) & (axis == a) & (side == b) & (high - low > 1e-14)
                     rows = np.flatnonzero(here)
-                    args = x[rows], low[rows], high[rows], a, BLOCK[b, a], BLOCK[1, 2]
-                    E[rows] += _piece(*args, L[first + 2 * a + b], False, around, up)
+                    args = x[rows], low[rows], high[rows], a, block[b, a], block[:, 1 - a]
+                    E[rows] += _piece(*args, L[first + 2 * a + b], block, around, up)
     return E
 
 
-def _entered(x, c, s):
+def _entered(x, c, s, block):
     """Distance along the floor at which a ray enters the block, infinite if not, and which side."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        t = [(BLOCK[:, i] - x[..., i, None]) / d[..., None] for i, d in enumerate((c, s))]
+        t = [(block[:, i] - x[..., i, None]) / d[..., None] for i, d in enumerate((c, s))]
     near, far = (np.stack([f(a, axis=-1) for a in t], -1) for f in (np.min, np.max))
     axis = np.argmax(near, axis=-1)
     enter = np.max(near, axis=-1)
@@ -160,8 +185,11 @@ def _entered(x, c, s):
     return np.where(hit, enter, np.inf), axis, side
 
 
-def _piece(x, low, high, axis, plane, top, L, shaded, around, up):
-    """Light from one upright plane between two azimuths, above the block's edge if it is shaded."""
+def _piece(x, low, high, axis, plane, span, L, block, around, up):
+    """Light from one upright plane between two azimuths.
+
+    With a span along it, it is a side of the block; without, the wall, above the block's edge.
+    """
     if not len(x):
         return np.zeros(0)
     away = plane - x[:, axis]
@@ -174,20 +202,19 @@ def _piece(x, low, high, axis, plane, top, L, shaded, around, up):
     flat = np.abs(away)[:, None] * np.cosh(tau)
     phi = turn[:, None] + np.arctan(np.sinh(tau))
     where = x[:, None] + flat[..., None] * np.stack([np.cos(phi), np.sin(phi)], -1)
-    bottom = np.zeros_like(flat)
-    if shaded:
-        near, *_ = _entered(x[:, None] + 0.0 * where, np.cos(phi), np.sin(phi))
-        bottom = BLOCK[1, 2] / near
+    bottom, top = np.zeros_like(flat), 1.0 if span is None else block[1, 2]
+    if span is None and block is not None:
+        near, *_ = _entered(x[:, None] + 0.0 * where, np.cos(phi), np.sin(phi), block)
+        bottom = block[1, 2] / near
     a, b = np.arcsinh(bottom), np.arcsinh(top / flat)
     t, w = np.polynomial.legendre.leggauss(up)
     mu = 0.5 * (a + b)[..., None] + 0.5 * np.maximum(b - a, 0.0)[..., None] * t
     inner = np.maximum(b - a, 0.0)[..., None] * w * np.tanh(mu) / np.cosh(mu) ** 2
     z = 2.0 * flat[..., None] * np.sinh(mu) / top - 1.0
     other = where[..., 1 - axis]
-    if plane == 0.0:
+    if span is None:
         light = _bilinear(L, 2.0 * other - 1.0, z)
     else:
-        span = BLOCK[:, 1 - axis]
         across = 2.0 * (other - span[0]) / (span[1] - span[0]) - 1.0
         light = _bilinear(L, across, z) if axis == 0 else _bilinear(L.T, across, z)
     return np.sum(weight * np.sum(0.5 * inner * light, axis=-1), axis=-1)

@@ -10,6 +10,7 @@ import equinox as eqx
 import jax
 import numpy as np
 
+from firstorder._argument_checks import what
 from firstorder.conventions import UNSTATED, Frame
 from firstorder.fields.field import Constant, Field, Function
 from firstorder.typing import as_float
@@ -74,13 +75,13 @@ def as_field(
             f"but takes {count} arguments."
         )
     raise TypeError(
-        f"Argument `{name}` must be a field, a function or a number{extra}, but is {_what(x)}."
+        f"Argument `{name}` must be a field, a function or a number{extra}, but is {what(x)}."
     )
 
 
-def field_of(name: str, axis: int = 0) -> Callable[[FieldLike], Field]:
+def field_of(name: str, frame: Frame = UNSTATED, axis: int = 0) -> Callable[[FieldLike], Field]:
     """The converter of an attribute that is a field (see `as_field`)."""
-    return lambda x: as_field(x, name, axis=axis)
+    return lambda x: as_field(x, name, frame, axis)
 
 
 def field_or_none(name: str) -> Callable[[FieldLike], Field | None]:
@@ -116,24 +117,10 @@ def several(name: str, kinds: tuple[type, ...], words: str) -> Callable[[Any], t
         many = tuple(x) if isinstance(x, (tuple, list)) else (x,)
         for part in many:
             if not isinstance(part, kinds):
-                raise TypeError(f"Argument `{name}` must hold {words}, but holds {_what(part)}.")
+                raise TypeError(f"Argument `{name}` must hold {words}, but holds {what(part)}.")
         return many
 
     return convert
-
-
-def check_kind(name: str, x: Any, kind: type | tuple[type, ...], words: str) -> None:
-    """Refuse what is not of a kind, in one sentence."""
-    if not isinstance(x, kind):
-        raise TypeError(f"Argument `{name}` must be {words}, but is {_what(x)}.")
-
-
-def _what(x: Any) -> str:
-    """A value's kind in two words."""
-    if isinstance(x, type):
-        return f"the class {x.__name__}"
-    name = type(x).__name__
-    return f"{'an' if name[0] in 'AEIOUaeiou' else 'a'} {name}"
 
 
 def _arguments(function: Callable) -> int | None:

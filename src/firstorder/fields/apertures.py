@@ -8,7 +8,13 @@ import numpy as np
 from jax.scipy.special import erf
 from jaxtyping import Array, Float
 
-from firstorder._argument_checks import check_finite, check_positive, is_concrete, nan_unless
+from firstorder._argument_checks import (
+    check_finite,
+    check_kind,
+    check_positive,
+    is_concrete,
+    nan_unless,
+)
 from firstorder.conventions import Frame, fourier_kernel
 from firstorder.errors import Refused
 from firstorder.fields._level_series import level_range, level_series, stair_series
@@ -48,6 +54,7 @@ class Bars(Field):
 
     def __check_init__(self):
         """Refuse places out of order."""
+        check_kind("level", self.level, Affine, "an `Affine`")
         check_finite("places", self.places)
         if self.heights.shape != (self.places.size + 1,):
             raise ValueError(
@@ -137,6 +144,7 @@ class Grating(Field):
 
     def __check_init__(self):
         """Refuse bars that have no width."""
+        check_kind("level", self.level, Affine, "an `Affine`")
         check_positive("period", self.period)
         check_positive("open", self.open)
         if is_concrete(self.open) and float(self.open) >= 1.0:
@@ -216,6 +224,7 @@ class SoftSlit(Field):
 
     def __check_init__(self):
         """Refuse a slit that is none."""
+        check_kind("level", self.level, Affine, "an `Affine`")
         check_positive("width", self.width)
         check_positive("blur", self.blur)
 

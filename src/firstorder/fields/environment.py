@@ -16,6 +16,7 @@ from firstorder._argument_checks import (
 )
 from firstorder.conventions import FLATLAND, Frame
 from firstorder.errors import Refused
+from firstorder.fields._coerce import field_of
 from firstorder.fields._series import Series
 from firstorder.fields.covariance import Covariance
 from firstorder.fields.field import Affine, Edge, Field
@@ -24,6 +25,7 @@ from firstorder.fields.spectrum import Grid, Spectrum
 from firstorder.typing import ComplexScalar, Frequency, Ray, Scalar, Vector, as_float
 
 ANGLE = Frame(("theta",))
+POSITION = Frame(("x",))
 
 
 class Harmonics(Field):
@@ -159,7 +161,7 @@ class Environment(Field):
 
     Args:
         light: field over one direction coordinate, such as `Harmonics`, a `Gaussian` or a
-            `Function`.
+            `Function`; a plain function is one of theta.
         frame: the coordinates of the light field.
 
     Raises:
@@ -174,7 +176,7 @@ class Environment(Field):
         True
     """
 
-    light: Field
+    light: Field = eqx.field(converter=field_of("light", ANGLE))
     frame: Frame = eqx.field(static=True, default=FLATLAND)
 
     def __check_init__(self):
@@ -248,7 +250,7 @@ class NearLight(Field):
 
     Args:
         center: where the source is, (p_x, p_y) in metres, p_y > 0.
-        emission: field over one coordinate, in metres.
+        emission: field over one coordinate, in metres, or a plain function of it.
         frame: incoming light in angles or slopes.
 
     Raises:
@@ -263,7 +265,7 @@ class NearLight(Field):
     """
 
     center: Vector = eqx.field(converter=as_float)
-    emission: Field
+    emission: Field = eqx.field(converter=field_of("emission", POSITION))
     frame: Frame = eqx.field(static=True, default=FLATLAND)
 
     def __check_init__(self):

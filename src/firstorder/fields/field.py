@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from firstorder._argument_checks import check_one
+from firstorder._argument_checks import check_one, what
 from firstorder._display import Axes, as_picture, drawn, in_print
 from firstorder.conventions import UNSTATED, Frame
 from firstorder.errors import Refused
@@ -385,6 +385,14 @@ class Function(Field):
 
     function: Callable
     frame: Frame = eqx.field(static=True, default=UNSTATED)
+
+    def __check_init__(self):
+        """Refuse what cannot be called."""
+        if not callable(self.function):
+            raise TypeError(
+                f"Argument `function` must be a function of the coordinates, but is "
+                f"{what(self.function)}."
+            )
 
     def at(self, u: Ray) -> Scalar:
         """The callable at the coordinates of `u`."""

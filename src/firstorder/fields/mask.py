@@ -8,7 +8,13 @@ import numpy as np
 from jax.scipy.special import ndtr
 from jaxtyping import Array, Float
 
-from firstorder._argument_checks import check_finite, check_positive, is_concrete, nan_unless
+from firstorder._argument_checks import (
+    check_finite,
+    check_kind,
+    check_positive,
+    is_concrete,
+    nan_unless,
+)
 from firstorder.conventions import UNSTATED, Frame, fourier_kernel, frame_with
 from firstorder.errors import Refused
 from firstorder.fields._level_series import level_range, level_series, stair_series
@@ -43,6 +49,7 @@ class HalfPlane(Field):
 
     def __check_init__(self):
         """Refuse an edge that is nowhere."""
+        check_kind("level", self.level, Affine, "an `Affine`")
         for name, value in (("below", self.below), ("above", self.above)):
             check_finite(name, value)
         if is_concrete(self.level.normal) and not np.any(np.asarray(self.level.normal)):
@@ -113,6 +120,7 @@ class SoftEdge(Field):
 
     def __check_init__(self):
         """Refuse a blur that is none."""
+        check_kind("level", self.level, Affine, "an `Affine`")
         check_positive("width", self.width)
 
     @property

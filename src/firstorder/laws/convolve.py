@@ -15,9 +15,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from firstorder._argument_checks import check_kind
 from firstorder.conventions import Frame
 from firstorder.errors import Refused
-from firstorder.fields._coerce import check_kind, field_of
+from firstorder.fields._coerce import field_of
 from firstorder.fields.covariance import Covariance
 from firstorder.fields.extent import Extent
 from firstorder.fields.field import Affine, Constant, Edge, Field, Sum

@@ -9,10 +9,10 @@ from typing import Any
 
 import equinox as eqx
 
+from firstorder._argument_checks import check_kind
 from firstorder._display import in_notebook, in_print
 from firstorder.conventions import Frame
 from firstorder.errors import Refused
-from firstorder.fields._coerce import check_kind
 from firstorder.fields.covariance import Covariance
 from firstorder.fields.field import Field
 from firstorder.fields.jet import Jet

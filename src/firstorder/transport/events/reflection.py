@@ -6,10 +6,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from firstorder._argument_checks import check_positive, nan_unless
+from firstorder._argument_checks import check_kind, check_positive, nan_unless
 from firstorder.conventions import Frame, fourier_kernel, frame_with
 from firstorder.errors import Refused
-from firstorder.fields._coerce import check_kind, field_of, fields_of, several
+from firstorder.fields._coerce import field_of, fields_of, several
 from firstorder.fields._series import Series
 from firstorder.fields.field import Edge, Field, Sum, _relabelled
 from firstorder.fields.jet import Jet
