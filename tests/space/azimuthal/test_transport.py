@@ -231,14 +231,20 @@ def town():
 
 def test_an_edge_that_leans_in_the_plane_of_the_normal_moves_all_at_once():
     corners = (1.0, 0.0, 1.0), (2.0, 0.0, 3.0), (1.5, 1.0, 2.0)  # the first edge: in y = 0
-    B = visibility_by_azimuth(Scene.of(primitive(triangle(*corners))), receiver((0.0, 0.0, 0.0)))
+    scene = Scene.of(primitive(triangle(*corners)))
+
+    def visible(x):
+        B = visibility_by_azimuth(scene, receiver(jnp.append(x, 0.0)))
+        return B.value, B
+
+    (_, B), slope = jax.value_and_grad(visible, has_aux=True)(jnp.zeros(2))
 
     def hidden(dx, dy):
         return abs(hemispheres.triangle(*(moved(c, (0.0, 0.0), dx, dy) for c in corners)))
 
     value, gradient = by_hand(hidden)
     assert abs(B.value - value) < 1e-10
-    np.testing.assert_allclose(B.gradient.total, gradient, atol=1e-10)
+    np.testing.assert_allclose([B.gradient.total, slope], [gradient, gradient], atol=1e-10)
 
 
 @pytest.mark.parametrize("up", [1.0, 0.6, 0.0, -0.8, -1.0])

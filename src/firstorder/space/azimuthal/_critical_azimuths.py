@@ -72,12 +72,14 @@ class Nodes(eqx.Module):
     """Azimuths with weights: `phi = base + lag`, the base an event.
 
     Attributes:
+        events: in increasing order; those that are equal up to rounding move together [rad].
         base, lag: [rad].
         weight: sums to pi.
         edge_weight: likewise, but zero on panels as long as a rounding. An edge along the normal
             crosses one of those at any speed; it is counted apart.
     """
 
+    events: Float[Array, " m"]
     base: Float[Array, " k"]
     lag: Float[Array, " k"]
     weight: Float[Array, " k"]
@@ -168,12 +170,24 @@ def nodes_between(found: list[Part], count: int, most: int, dtype) -> Nodes:
     ends = jnp.where(used, phi, 0.0).at[0].set(first)
     ends = jnp.append(jnp.where(used, ends, first + np.pi), first + np.pi)
     phi = nan_unless(number <= most, ends)
-    base, lag, weight = inverse_sqrt_panels(phi, count)
     long = jnp.diff(phi) > STEEP * ROUNDINGS * jnp.finfo(phi.dtype).eps
+    phi = _together(phi, long)
+    base, lag, weight = inverse_sqrt_panels(phi, count)
     edge_weight = jnp.where(long[:, None], weight.reshape(long.size, -1), 0.0)
     # The last event is the first one half a turn on, which is the same slice.
     base = jnp.where(base == phi[-1], phi[0], base)
-    return Nodes(base.ravel(), lag.ravel(), weight.ravel(), edge_weight.ravel())
+    return Nodes(phi, base.ravel(), lag.ravel(), weight.ravel(), edge_weight.ravel())
+
+
+def _together(phi: Float[Array, " m"], long: Bool[Array, " n"]) -> Float[Array, " m"]:
+    """Events of which those that no long panel parts move as one: the first of them.
+
+    On a panel without length a slice sees whatever rounding makes of an edge that lies in it. The
+    last event is the first one half a turn on, and those beside it move as it does.
+    """
+    first = jax.lax.cummax(jnp.where(jnp.append(True, long), jnp.arange(phi.size), 0))
+    one = phi[jnp.where(first == first[-1], phi.size - 1, first)]
+    return jax.lax.stop_gradient(phi) + (one - jax.lax.stop_gradient(one))
 
 
 def events(found: list[Part], dtype) -> tuple[Float[Array, " m"], Bool[Array, " m"]]:

@@ -229,8 +229,9 @@ def _integrated(scene: Scene, at: Receiver, T, nodes: int, most: int) -> Azimuth
     values, inside, moving = jax.vmap(one)(where.base, where.lag)
     sound = ~scene.inside(at.position, at.on)
     value, interior = (nan_unless(sound, where.weight @ a) for a in (values, inside))
-    boundary = nan_unless(sound, where.edge_weight @ moving) + _in_one_slice(found, T, at)
-    return AzimuthalIntegral(value, SplitDerivative(interior, boundary))
+    turned, opened = _in_one_slice(found, T, at, where.events)
+    boundary = nan_unless(sound, where.edge_weight @ moving) + turned
+    return AzimuthalIntegral(value + opened, SplitDerivative(interior, boundary))
 
 
 def _edge_rate(cut: _Slice, T, at: Receiver) -> Float[Array, "2"]:
@@ -248,28 +249,41 @@ def _edge_rate(cut: _Slice, T, at: Receiver) -> Float[Array, "2"]:
     return jnp.sum(jnp.where(fine, (sign * light)[:, None] * jnp.where(fine, rate, 0.0), 0.0), 0)
 
 
-def _in_one_slice(found: list[Part], T, at: Receiver) -> Float[Array, "2"]:
+def _in_one_slice(
+    found: list[Part], T, at: Receiver, events: Float[Array, " m"]
+) -> tuple[Float[Array, "2"], Float[Array, ""]]:
     """Contribution of edges that lie in one slice, whole, which (48) leaves out.
 
     The point of such an edge at the distance D turns by `-(e_phi . dm) / (D |sin(theta)|)` about
     the normal, dm the receiver's way against it. What the edge hides of its slice, behind all other
     blockers, comes into view or leaves it by that angle.
+
+    Returns:
+        The gradient, and a zero. The nodes turn such an edge as a whole, with its event; the
+        derivative of the zero is what its points turn by beyond that.
     """
-    total, first = jnp.zeros(2, found[0].scale.dtype if found else None), 0
+    dtype = found[0].scale.dtype if found else None
+    total, zero, first = jnp.zeros(2, dtype), jnp.zeros((), dtype), 0
     for part in found:
         line, n = part.straight, part.straight.live.shape[0]
         rows = first + jnp.broadcast_to(jnp.arange(n)[:, None], line.live.shape)
         first += n
         if line.live.size:
-            add = jax.vmap(lambda *edge: _turned(found, T, at.S, *edge))
+            add = jax.vmap(lambda *edge: _turned(found, T, at.S, events, *edge))
             p, q = (a.reshape(-1, 3) for a in (line.start, line.end))
-            each = add(p, q, part.units[0].ravel(), line.live.ravel(), rows.ravel())
-            total = total + jnp.sum(each, 0)
-    return total
+            turned, opened = add(p, q, part.units[0].ravel(), line.live.ravel(), rows.ravel())
+            total, zero = total + jnp.sum(turned, 0), zero + jnp.sum(opened)
+    return total, zero - jax.lax.stop_gradient(zero)
 
 
-def _turned(found: list[Part], T, S, p, q, unit, live, row) -> Float[Array, "2"]:
-    """The share of one edge from p to q, in a unit, of the shape in a row of the slices."""
+def _turned(
+    found: list[Part], T, S, events, p, q, unit, live, row
+) -> tuple[Float[Array, "2"], Float[Array, ""]]:
+    """The share of one edge from p to q, in a unit, of the shape in a row of the slices.
+
+    Returns:
+        The gradient, and what the edge turns by beyond its event, weighted with the light.
+    """
     rounding = ROUNDINGS * jnp.finfo(p.dtype).eps
     near = rounding * jnp.max(jnp.abs(jnp.stack([p, q])))
     widths = [jnp.max(jnp.abs(a[:2])) for a in (p, q)]
@@ -292,12 +306,21 @@ def _turned(found: list[Part], T, S, p, q, unit, live, row) -> Float[Array, "2"]
     half = 0.5 * (stop - start)[:, None]
     theta = (start[:, None] + half * (1.0 + t)).ravel()
     light = (half * weight).ravel() * T.edge(polar(theta, phi))
-    nearness = jnp.abs(jnp.sin(theta) * (top - z) - jnp.cos(theta) * (flat - x))  # moment / D
-    hidden = light @ nearness / jnp.where(there, jnp.abs(moment), 1.0) / unit
+    size = jnp.where(there, jnp.abs(moment), 1.0)
+    signed = jnp.sin(theta) * (top - z) - jnp.cos(theta) * (flat - x)  # moment / D
+    hidden = light @ jnp.abs(signed) / size / unit
     bent = light @ jnp.cos(theta)
     # The shape lies on the side of p x q. A curved receiver's frame turns as it moves.
-    side = jnp.sign(across @ cross(p, q)[:2])
-    return jnp.where(there, -side, 0.0) * (hidden * across - bent * (as_float(S) @ across))
+    side = jnp.where(there, jnp.sign(across @ cross(p, q)[:2]), 0.0)
+    turned = -side * (hidden * across - bent * (as_float(S) @ across))
+    # Points of the edge move across the slice, the nodes with the event that the edge is.
+    still = jax.lax.stop_gradient
+    share = (x * jnp.cos(theta) - z * jnp.sin(theta)) / jnp.where(signed == 0.0, 1.0, signed)
+    light, share, signed, across, size = still((side * light, share, signed, across, size))
+    way = (1.0 - share) * (across @ p[:2]) + share * (across @ q[:2])
+    event = events[jnp.argmin(jnp.abs(jnp.sin(still(events - phi))))]
+    opened = (light * jnp.abs(signed)) @ way / size - light @ still(jnp.sin(theta)) * event
+    return turned, opened
 
 
 # --- where a slice meets a silhouette ------------------------------------------------------------
