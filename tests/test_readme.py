@@ -155,9 +155,21 @@ def test_the_page_of_pictures_shows_what_its_example_draws_and_prints(
     assert "#e0a526" in lines, "the lamp"
 
 
+def test_the_page_of_pictures_draws_a_path_as_a_strip(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    names = ran(examples(DOCS / "pictures.md")[1])
+    plt.close("all")
+    assert len(names["steps"]) == 4
+    assert plt.imread("strip.png").ndim == 3
+    past = np.asarray(names["steps"][2].value)
+    hidden = np.asarray(names["grid"].axis(0)) < 0.1
+    assert not np.any(past[hidden])
+    assert np.any(past[~hidden])
+
+
 def test_the_page_of_pictures_renders_a_still(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    image = ran(examples(DOCS / "pictures.md")[1])["image"]
+    image = ran(examples(DOCS / "pictures.md")[2])["image"]
     assert plt.imread("ball.png").shape[:2] == (18, 32)
     assert 0.0 < np.max(image.error) < 0.5 * np.max(image.value)
 

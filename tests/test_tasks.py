@@ -167,6 +167,20 @@ def test_what_a_mesh_leaves_free_is_all_but_the_solid_angle_of_the_sheet(ran):
     np.testing.assert_allclose(names["gradient"], slope, atol=1e-8)
 
 
+def test_light_under_a_lamp_and_a_mesh_is_that_of_rays(ran):
+    names = ran("mesh", 1)
+    middle = (np.arange(400) + 0.5) / 400 - 0.5
+    place = np.array([0.1, 0.05, 0.0])
+    x, y = np.meshgrid(middle, middle, indexing="ij")
+    rays = np.stack([x, y, 2.0 + 0.0 * x], -1).reshape(-1, 3) - place
+    form = 3.0 * 4.0 / np.sum(rays**2, -1) ** 2 / rays.shape[0]
+    corners = np.asarray(names["spike"].corners) - place
+    inside = [np.all(rays @ np.linalg.inv(face) > 0.0, -1) for face in corners]
+    np.testing.assert_allclose(names["E"], np.sum(form * ~np.any(inside, 0)), rtol=2e-3)
+    # Higher, the mesh hides less; a higher place is nearer to it.
+    assert names["by_mesh"][2] > 0.0 > names["by_place"][2]
+
+
 def test_the_adaptive_image_is_nearer_the_truth_than_an_even_one(ran):
     names = ran("image")
     size, budget = names["size"], names["budget"]

@@ -338,7 +338,8 @@ ONE = Candidates.of(np.zeros(1), np.zeros(1), np.zeros((1, 1)))
         ),
         (
             lambda: Cache(ONE, circular_regions(np.ones(1), 0.1, 2.0, dims=2)),
-            r"^Argument `region` must have shape \(1, 1, 1\), but has \(1, 2, 2\).$",
+            r"^Argument `region` must have 1 dimension, as the candidates have, but has 2: "
+            r"`circular_regions` takes `dims`.$",
         ),
         (
             lambda: Cache(ONE, segments([1.0]), 2),

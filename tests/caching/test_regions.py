@@ -3,6 +3,7 @@ import numpy as np
 import pytest
 
 from firstorder.caching import CLAMPS, ValidityRegion, circular_regions, screen_limits
+from firstorder.caching.regions import _checked_regions
 from firstorder.imaging import pinhole
 
 
@@ -117,6 +118,11 @@ def test_limits_may_start_at_nothing_and_be_one_number(world):
     low, high = screen_limits(CAMERA, PLACES, 0.005, world=world)
     for radius in (low, high):
         assert np.all((radius >= world[0]) & (radius <= world[1]))
+
+
+def test_radii_are_no_regions():
+    with pytest.raises(TypeError, match=r"as `circular_regions` makes of radii, but is a float.$"):
+        _checked_regions(0.3, 1, 1)
 
 
 def test_limits_in_the_wrong_order_name_the_first():

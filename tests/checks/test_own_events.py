@@ -10,6 +10,7 @@ from firstorder.checks.own_events import (
     Report,
     Square,
     _case_of,
+    _check_event,
     _judged,
     _with_rules,
 )
@@ -80,6 +81,11 @@ def test_a_wrong_rule_is_seen_where_the_grid_is_fine_enough_to_tell(focal, verdi
 def test_light_that_an_event_sends_away_is_one_sentence():
     with pytest.raises(ValueError, match="`event` must leave light whose ends are found"):
         check(event({x: 1000 * x + 10**9}))
+
+
+def test_a_plain_function_is_no_event():
+    with pytest.raises(TypeError, match=r"must be an event, but is a function: `symbolic.event`"):
+        _check_event(lambda x: x**2)
 
 
 def test_an_event_that_takes_no_light_is_refused():

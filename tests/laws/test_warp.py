@@ -75,8 +75,9 @@ def test_spectrum_and_covariance_pass_through_the_linearised_warp():
 def test_what_has_no_formula_says_so():
     f = gaussian((0.0, 0.0), (1.0, 1.0))
     for portrait in (f.spectrum(), f.covariance()):
-        with pytest.raises(Refused, match="warp has no"):
+        with pytest.raises(Refused, match="warp has no") as caught:
             WARP(portrait)
+        assert "`event.linearised(ray)`" in caught.value.__notes__[0]
 
 
 def test_the_edge_of_a_warped_mask_warps():

@@ -70,6 +70,13 @@ PROBES = {
     "space.triangle": lambda s: space.triangle(
         (0.0, 0.0, 1.0), jnp.stack([s, 1.0, 0.0]), (0.0, 1.0, 1.0)
     ),
+    "space.triangles": lambda s: (
+        space.triangles(
+            space.meshes.mesh([[0, 0, 1], [1, 0, 1], [0, 1, 1]], [[0, 1, 2]]).at(
+                s * jnp.array([[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]])
+            )
+        ).axes
+    ),
     "space.polygon": lambda s: space.polygon(
         jnp.stack([jnp.stack([s, 0.0, 0.0]), jnp.array([0.0, 2.0, 0.0]), jnp.array([-1.0, 0, 0])])
     ),

@@ -81,6 +81,17 @@ def test_a_path_shows_its_events_and_where_they_lead():
     assert chain._repr_markdown_().startswith("**Curvature → Mirror → Reflection**, incoming")
 
 
+def test_a_derivation_shows_its_steps_and_where_they_lead():
+    far = derive(Travel(d), FLATLAND_SLOPE)
+    assert repr(far).startswith("Derivation of L >> Travel: value, ")
+    shown = far._repr_markdown_()
+    assert shown.startswith("**L → Travel**")
+    assert r"$$L'(x, v) = L\left(- d v + x, v\right)$$" in shown
+    assert (LIGHT >> Travel(2.0))._repr_markdown_() == derive(
+        LIGHT >> Travel(2.0)
+    )._repr_markdown_()
+
+
 def test_what_takes_no_known_light_says_so():
     shown = (Mirror() >> Mirror())._repr_markdown_()
     assert "It takes no light that is known here: Mirror needs incoming light" in shown

@@ -15,12 +15,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float
 
-from firstorder._argument_checks import check_positive, check_shape
+from firstorder._argument_checks import check_positive
 from firstorder._display import Axes, as_picture, drawn
 from firstorder._labelled import DataFrame, data_frame
 from firstorder.caching._records import checked_order, distance, kept, printed, turning, weights
 from firstorder.caching.candidates import Candidates
-from firstorder.caching.regions import CLAMPS, ValidityRegion
+from firstorder.caching.regions import CLAMPS, ValidityRegion, _checked_regions
 from firstorder.numerics._batching import in_batches
 from firstorder.typing import as_float
 
@@ -133,7 +133,7 @@ class Cache(eqx.Module):
         r, d = self.records.position.shape
         if r == 0:
             raise ValueError("Argument `position` must hold at least one record, but is empty.")
-        check_shape("region", self.region.matrix, (r, d, d))
+        _checked_regions(self.region, r, d)
         check_positive("radius", self.region.radius)
         self.records.derivative(checked_order(self.order))
 
@@ -156,11 +156,12 @@ class Cache(eqx.Module):
             fade: whether the weights end at zero.
 
         Raises:
+            TypeError: if `region` is a number or an array of radii.
             ValueError: for another order than 0, 1 or 2, a Hessian that is missing, or regions or
                 truth values that are not as many as candidates.
         """
         rows = kept(chosen, candidates.count)
-        check_shape("region", region.matrix, (candidates.count, candidates.dims, candidates.dims))
+        _checked_regions(region, candidates.count, candidates.dims)
         if candidates.dims == 1:
             rows = rows[np.argsort(np.asarray(candidates.position)[rows, 0], kind="stable")]
         return Cache(candidates.at(rows), region.at(rows), order, fade)

@@ -12,7 +12,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
-from firstorder._argument_checks import check_not_negative, check_positive, is_concrete
+from firstorder._argument_checks import (
+    check_not_negative,
+    check_positive,
+    check_shape,
+    is_concrete,
+)
 from firstorder.imaging import Pinhole
 from firstorder.typing import as_float
 
@@ -57,6 +62,27 @@ class ValidityRegion(NamedTuple):
         along = turned[..., -1, :]
         angle = np.arctan2(along[..., -1], along[..., 0]) % np.pi
         return 1.0 / sizes[..., ::-1], angle if along.shape[-1] == 2 else np.zeros(angle.shape)
+
+
+def _checked_regions(region: Any, count: int, dims: int) -> ValidityRegion:
+    """One region for each of `count` candidates along a line or on a plane.
+
+    Raises:
+        TypeError: if it is no region.
+        ValueError: if it has other dimensions, or there are not as many.
+    """
+    if not isinstance(region, ValidityRegion):
+        raise TypeError(
+            "Argument `region` must be a ValidityRegion, as `circular_regions` makes of radii, but "
+            f"is a {type(region).__name__}."
+        )
+    if region.matrix.shape[-1] != dims:
+        raise ValueError(
+            f"Argument `region` must have {dims} dimension{'s' * (dims > 1)}, as the candidates "
+            f"have, but has {region.matrix.shape[-1]}: `circular_regions` takes `dims`."
+        )
+    check_shape("region", region.matrix, (count, dims, dims))
+    return region
 
 
 def _determinant(matrix: Float[Array, "... d d"]) -> Float[Array, "..."]:

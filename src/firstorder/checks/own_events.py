@@ -116,6 +116,7 @@ def check(event: Event | Chain, frame: Frame | None = None, name: str = "") -> R
         The report; `print` shows it as a table.
 
     Raises:
+        TypeError: if it is no event, as a plain function is none.
         ValueError: if the event takes no light of flatland, or leaves none that is found.
 
     Example:
@@ -126,6 +127,7 @@ def check(event: Event | Chain, frame: Frame | None = None, name: str = "") -> R
         >>> check(event({theta: theta - x / f}, parameters={f: 0.5}, name="lens")).sound
         True
     """
+    _check_event(event)
     begin = time.perf_counter()
     case = _case_of(event, frame, name)
     known = isinstance(event, (RayEvent, FactorEvent)) or _lobe(event) is not None
@@ -139,6 +141,15 @@ def check(event: Event | Chain, frame: Frame | None = None, name: str = "") -> R
         if s.verdict == "equal" or label != SMALL  # an approximation cannot see it
     )
     return Report(case.name, squares, faults, time.perf_counter() - begin)
+
+
+def _check_event(event: Any) -> None:
+    """Refuse what is no event, in one sentence."""
+    if not isinstance(event, (Event, Chain)):
+        raise TypeError(
+            f"Argument `event` must be an event, but is a {type(event).__name__}: `symbolic.event` "
+            "makes one of an expression, `Reflection` of a lobe."
+        )
 
 
 # --- the case ------------------------------------------------------------------------------------

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import abc
+import contextlib
 
 import equinox as eqx
 import jax
@@ -13,12 +14,20 @@ from jaxtyping import Array, Float
 from firstorder._argument_checks import check_positive
 from firstorder._display import in_print
 from firstorder.conventions import Frame
+from firstorder.errors import Refused
+from firstorder.fields.covariance import Covariance
 from firstorder.fields.field import Edge, Field
 from firstorder.fields.jet import Jet
+from firstorder.fields.spectrum import Spectrum
 from firstorder.laws.base import Law
 from firstorder.laws.move import Move
 from firstorder.numerics._small_matrices import congruence
-from firstorder.typing import Ray, Scalar, as_float
+from firstorder.typing import ComplexScalar, Frequency, Ray, Scalar, as_float
+
+INSTEAD = (
+    "Linearise the event at a ray, `event.linearised(ray)`, or sample the light, "
+    "`SampledSpectrum.of(field, grid)`. A path's `spectra` say which event it was."
+)
 
 
 class Map(eqx.Module):
@@ -95,6 +104,16 @@ class Warp(Law):
         """Edges warp with the light."""
         return tuple(Edge(self(e.level), self(e.jump)) for e in f.edges())
 
+    def spectrum(self, F: Spectrum, Omega: Frequency) -> ComplexScalar:
+        """Refused: the linearised warp has a formula."""
+        with _noted():
+            return super().spectrum(F, Omega)
+
+    def covariance(self, S: Covariance) -> Covariance:
+        """Refused: the linearised warp has a rule."""
+        with _noted():
+            return super().covariance(S)
+
     def linearise(self, at: Ray, radius=0.1) -> Linearisation:
         """The move that touches the warp at the ray `at`, and its measured error.
 
@@ -114,3 +133,13 @@ class Warp(Law):
         miss = jax.vmap(self.map)(at + h) - (T + h @ J.T)
         displacement = jnp.max(jnp.linalg.norm(miss, axis=-1))
         return Linearisation(Move(J, T - J @ at, self.to), displacement, radius)
+
+
+@contextlib.contextmanager
+def _noted():
+    """Context in which a refusal says what to do instead."""
+    try:
+        yield
+    except Refused as refusal:
+        refusal.add_note(INSTEAD)
+        raise

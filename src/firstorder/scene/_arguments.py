@@ -22,6 +22,8 @@ MADE = {
     "Receiver": "write Receiver.at(position, normal)",
     "Scene": "write Scene.of(primitive(...), ...)",
 }
+# How a shape is made of what is none.
+MADE_OF = {"Mesh": "write triangles(mesh)"}
 
 
 def check_names(others: Mapping[str, Any], renamed: Mapping[str, str]) -> None:
@@ -115,6 +117,8 @@ def check_primitives(things: Sequence[Any], kind: type, shape: type) -> None:
             hint = f": write primitive({type(x).__name__}(...), emission=...)"
         elif isinstance(x, (list, tuple)):
             hint = ": write Scene.of(*things)"
+        elif type(x).__name__ in MADE_OF:
+            hint = ": write primitive(triangles(mesh), emission=...)"
         raise TypeError(f"Argument {number} must be {_asked(x, kind)}{hint}.")
 
 
@@ -189,7 +193,7 @@ def _asked(x: Any, kind: type) -> str:
 def _hint(x: Any, kind: type) -> str:
     """How to make what must be, unless it was made in the other world."""
     other = _world(type(x)) not in (None, _world(kind))
-    made = MADE.get(kind.__name__)
+    made = MADE.get(kind.__name__) or MADE_OF.get(type(x).__name__)
     return "" if other or made is None else f": {made}"
 
 

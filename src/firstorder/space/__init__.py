@@ -37,6 +37,7 @@ from firstorder.space.shapes.build import (
     rectangle,
     sphere,
     triangle,
+    triangles,
 )
 from firstorder.space.shapes.kinds import (
     Boxes,
@@ -71,6 +72,7 @@ __all__ = [
     "disc",
     "rectangle",
     "triangle",
+    "triangles",
     "polygon",
     "plane",
     "Material",

@@ -68,10 +68,12 @@ def markdown(thing: Any) -> str:
             return f"{_heading(thing, thing.frame)}\n\n$$\\Sigma = {_numbers(thing.matrix)}$$"
         case Spectrum():
             return _spectrum(thing)
+        case Derivation():
+            words = " → ".join(map(_name, (thing.source, *thing.events)))
+            acted = isinstance(thing.source, UnknownField) and thing.events
+            return _told(f"**{words}**", thing, "L'" if acted else "L")
         case Path():
-            source = type(thing.source).__name__
-            words = " → ".join([source, *map(_name, thing.events)])
-            return _told(f"**{words}**", derive(thing), "L")
+            return markdown(derive(thing))
         case Chain():
             return _acting(" → ".join(map(_name, thing.events)), thing.events)
         case Event() | Law():

@@ -8,6 +8,7 @@ from typing import Any
 
 import sympy
 
+from firstorder._display import in_notebook
 from firstorder.conventions import FLATLAND, Frame
 from firstorder.errors import Refused
 from firstorder.fields.field import Field
@@ -115,9 +116,18 @@ class Derivation:
         L(-2*v + x, v)
     """
 
+    _repr_markdown_ = in_notebook
+
     def __init__(self, source: Field, events: tuple[Any, ...]):
         """Store the path."""
         self.source, self.events = source, events
+
+    def __repr__(self) -> str:
+        """The steps by name, and nothing derived for it."""
+        steps = " >> ".join(
+            getattr(e, "name", "") or type(e).__name__ for e in (self.source, *self.events)
+        )
+        return f"Derivation of {steps}: value, gradient, hessian, spectrum, covariance"
 
     @functools.cached_property
     def laws(self) -> tuple[Law, ...]:

@@ -1,7 +1,19 @@
+import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.flatland import box, closed_curve, polyline
+from firstorder.flatland import (
+    Circles,
+    Receiver,
+    Scene,
+    Segments,
+    box,
+    closed_curve,
+    irradiance,
+    polyline,
+    primitive,
+)
 
 
 def test_polylines_and_boxes():
@@ -25,6 +37,23 @@ def test_a_closed_curve_goes_through_its_points_clockwise():
     assert np.allclose([at(s) for s in np.arange(32) / 32], points[::-1], atol=1e-12)
 
 
+def test_light_behind_a_closed_curve_is_differentiated_by_its_points():
+    a = 2.0 * np.pi * np.arange(16) / 16
+
+    def light(shape):
+        lamp = primitive(Segments((0.5, 1.0), (-0.5, 1.0)), emission=1.0)
+        return irradiance(Scene.of(lamp, primitive(shape)), Receiver((0.05, 0.0), 0.0))
+
+    def behind_points(r, turn=1.0):
+        points = jnp.stack([0.1 + r * jnp.cos(a), 0.5 + turn * r * jnp.sin(a)], -1)
+        return light(closed_curve(points, 2))
+
+    there, back = (jax.jit(jax.value_and_grad(behind_points))(0.1, turn) for turn in (1.0, -1.0))
+    circle = jax.jit(jax.value_and_grad(lambda r: light(Circles((0.1, 0.5), r))))(0.1)
+    np.testing.assert_allclose(there, circle, rtol=1e-12)
+    np.testing.assert_allclose(back, circle, rtol=1e-12)
+
+
 @pytest.mark.parametrize(
     ("make", "words"),
     [
@@ -35,3 +64,8 @@ def test_a_closed_curve_goes_through_its_points_clockwise():
 def test_bad_points_are_refused_in_one_sentence(make, words):
     with pytest.raises(ValueError, match=words):
         make()
+
+
+def test_a_function_is_not_points():
+    with pytest.raises(TypeError, match=r"^A number or an array is asked for, but <function"):
+        closed_curve(lambda s: (np.cos(s), np.sin(s)))

@@ -5,17 +5,26 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from firstorder.scene._arguments import check_kind, check_primitives
 from firstorder.space import (
+    Primitive,
+    Receiver,
+    Scene,
+    Shape,
     box,
     cylinder,
     disc,
     ellipsoid,
+    irradiance,
     plane,
     polygon,
+    primitive,
     rectangle,
     sphere,
     triangle,
+    triangles,
 )
+from firstorder.space.meshes import mesh
 
 
 def test_the_half_axes_of_a_ball_are_its_radius():
@@ -150,3 +159,45 @@ def test_bad_shapes_are_refused_in_one_sentence(make, words):
     with pytest.raises(ValueError, match="Argument") as found:
         make()
     assert str(found.value) == words
+
+
+CORNERS = np.array([(x, y, z) for x in (0.0, 0.3) for y in (-0.1, 0.2) for z in (0.4, 0.7)])
+FACES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+CUBE = mesh(CORNERS, [f for a, b, c, d in FACES for f in ((a, b, c), (a, c, d))])
+
+
+def test_light_behind_the_triangles_of_a_mesh_is_that_behind_the_box():
+    lamp = primitive(rectangle((0.0, 0.0, 1.5), (0.0, 0.5, 0.0), (0.5, 0.0, 0.0)), emission=1.0)
+
+    def behind(shape):
+        return irradiance(Scene.of(lamp, primitive(shape)), Receiver.at((0.05, 0.02, 0.0)))
+
+    step = jnp.array([0.01, -0.02, 0.03])
+    faces = jax.jit(jax.value_and_grad(lambda s: behind(triangles(CUBE.at(CUBE.vertices + s)))))
+    solid = jax.jit(jax.value_and_grad(lambda s: behind(box(CORNERS[0] + s, CORNERS[-1] + s))))
+    for found, true in zip(faces(step), solid(step), strict=True):
+        np.testing.assert_allclose(found, true, rtol=1e-11, atol=1e-13)
+
+
+def test_a_mesh_without_any_area_is_refused():
+    line = mesh([[0.0, 0.0, 0.5], [0.1, 0.0, 0.5], [0.2, 0.0, 0.5]], [[0, 1, 2]])
+    with pytest.raises(ValueError, match="must have a face with an area, but has none"):
+        triangles(line)
+
+
+def test_a_face_without_an_area_hides_nothing():
+    corners = np.array([[-0.1, -0.1, 0.5], [0.2, -0.1, 0.5], [0.0, 0.2, 0.5], [0.05, -0.1, 0.5]])
+    lamp = primitive(rectangle((0.0, 0.0, 1.5), (0.0, 0.5, 0.0), (0.5, 0.0, 0.0)), emission=1.0)
+
+    def behind(faces):
+        scene = Scene.of(lamp, primitive(triangles(mesh(corners, faces))))
+        return irradiance(scene, Receiver.at((0.05, 0.0, 0.0)))
+
+    np.testing.assert_allclose(behind([[0, 1, 2], [0, 1, 3]]), behind([[0, 1, 2]]), rtol=1e-14)
+
+
+def test_a_mesh_in_the_place_of_a_shape_is_told_how_to_be_one():
+    with pytest.raises(TypeError, match=r"must be a shape, but is a Mesh: write triangles\(mesh\)"):
+        check_kind("shape", CUBE, Shape)
+    with pytest.raises(TypeError, match=r"is a Mesh: write primitive\(triangles\(mesh\), "):
+        check_primitives([CUBE], Primitive, Shape)

@@ -64,7 +64,8 @@ def closed_curve(points: Any, harmonics: int = 16, samples: int = 64) -> Curves:
     """The smooth closed curve through points at equal steps of the parameter, clockwise.
 
     Args:
-        points: shape (m, 2), not repeating the first at the end, m > 2 harmonics [m].
+        points: shape (m, 2), not repeating the first at the end, m > 2 harmonics; may be traced
+            [m].
         harmonics: highest frequency kept.
         samples: pieces in which roots are bracketed.
 
@@ -81,14 +82,14 @@ def closed_curve(points: Any, harmonics: int = 16, samples: int = 64) -> Curves:
     """
     check_integer("harmonics", harmonics)
     check_integer("samples", samples)
-    p = np.asarray(points, dtype=float)
+    p = as_float(points)
     if p.ndim != 2 or p.shape[1] != 2 or p.shape[0] <= 2 * harmonics:
         raise ValueError(
             f"Argument `points` must have shape (m > {2 * harmonics}, 2), but has {p.shape}."
         )
+    xp, p = hosted(p)
     x, y = p.T
-    if np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)) > 0.0:
-        p = p[::-1]
-    F = np.fft.rfft(p, axis=0)[: harmonics + 1] / p.shape[0]
+    leftwards = xp.sum(x * xp.roll(y, -1) - y * xp.roll(x, -1)) > 0.0
+    F = xp.fft.rfft(xp.where(leftwards, p[::-1], p), axis=0)[: harmonics + 1] / p.shape[0]
     scale = np.where(np.arange(harmonics + 1) == 0, 1.0, 2.0)[:, None]
     return Curves(scale * F.real, -scale * F.imag, samples)

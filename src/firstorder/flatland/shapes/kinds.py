@@ -400,7 +400,7 @@ class Curves(Shape):
     """Smooth closed curves by Fourier series.
 
     `c(s) = sum_k cosines[k] cos(2 pi k s) + sines[k] sin(2 pi k s)`, clockwise for outward normals
-    (`closed_curve` makes one from a function, or from samples, and turns it the right way).
+    (`closed_curve` makes one through points, and turns it the right way).
 
     Roots are bracketed on `samples` pieces, each cut once more at the extremum inside it, and then
     polished by Newton steps that carry the derivatives. Valid when: two features of the curve are

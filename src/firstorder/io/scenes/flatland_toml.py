@@ -82,7 +82,9 @@ from firstorder.scene._arguments import check_kind
 
 
 def read_flatland(path: str | os.PathLike[str], *, outside: bool = False) -> Scene:
-    r"""Reads a scene from a TOML file (the schema stands at the top of this module).
+    r"""Reads a scene from a TOML file.
+
+    Its keys stand at the head of `firstorder.io.scenes.flatland_toml`.
 
     Args:
         path: the file.

@@ -57,7 +57,9 @@ _UNSPECIFIED = {"type": "diffuse", "reflectance": 0.5}
 
 
 def read_mitsuba(path: str | os.PathLike[str], *, outside: bool = False) -> SpaceFile:
-    """Reads a scene of Mitsuba 3 from an XML file (what is read stands at the top of this module).
+    """Reads a scene of Mitsuba 3 from an XML file.
+
+    What is read stands at the head of `firstorder.io.scenes.mitsuba`.
 
     Args:
         path: the file; meshes lie beside it.

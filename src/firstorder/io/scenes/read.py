@@ -14,6 +14,9 @@ from firstorder.io.svg.reader import read_svg
 def read_scene(path: str | os.PathLike[str], *, outside: bool = False) -> Scene:
     """Reads a scene of flatland from a .toml or .svg file; `read_space` reads one of space.
 
+    The keys of TOML stand at the head of `firstorder.io.scenes.flatland_toml`, the classes and
+    attributes of SVG at that of `firstorder.io.svg.reader`.
+
     Args:
         path: the file; its ending says what it is.
         outside: whether files that it names may lie outside of its folder.

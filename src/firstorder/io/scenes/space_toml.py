@@ -169,7 +169,9 @@ class SpaceFile:
 
 
 def read_space(path: str | os.PathLike[str], *, outside: bool = False) -> SpaceFile:
-    r"""Reads a scene of space from a TOML file (the schema stands at the top of this module).
+    r"""Reads a scene of space from a TOML file.
+
+    Its keys stand at the head of `firstorder.io.scenes.space_toml`.
 
     Args:
         path: the file.

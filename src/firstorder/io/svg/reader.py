@@ -82,7 +82,9 @@ _FARTHEST = 1e60
 def read_svg(
     path: str | os.PathLike[str], scale: float | None = None, tolerance: float | None = None
 ) -> Scene:
-    """Reads a scene from an SVG drawing (what means what stands at the top of this module).
+    """Reads a scene from an SVG drawing.
+
+    What means what stands at the head of `firstorder.io.svg.reader`.
 
     Args:
         path: the file.

@@ -19,6 +19,7 @@ from firstorder._argument_checks import (
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._host import hosted
 from firstorder.numerics._vectors import cross, frame_along, near_one, norm, unit
+from firstorder.space.meshes.triangle_mesh import Mesh
 from firstorder.space.shapes.kinds import (
     Boxes,
     Cylinders,
@@ -233,6 +234,39 @@ def polygon(vertices: Any) -> Triangles:
     index = np.array(corners)
     a, b, c = v[index[:, 0]], v[index[:, 1]], v[index[:, 2]]
     return Triangles(a, jax.vmap(_with_normal)(b - a, c - a))
+
+
+def triangles(mesh: Mesh) -> Triangles:
+    """The faces of a mesh as shapes of a scene: lamps and blockers, exact with their derivatives.
+
+    Meant for some dozens of faces. Irradiance asks every edge about every face: eighty faces took
+    fifty times as long as twenty, a second and more. For larger meshes there are
+    `space.silhouettes.visible_mesh_silhouettes` and scene files with a mesh.
+
+    Args:
+        mesh: of `io.read_mesh`, or of `space.meshes.mesh`; its vertices may be traced.
+
+    Returns:
+        A triangle for each face, in their order; faces without an area are left out, and of traced
+        ones nothing is met.
+
+    Raises:
+        ValueError: if no face has an area.
+
+    Example:
+        >>> from firstorder.space import triangles
+        >>> from firstorder.space.meshes import mesh
+        >>> triangles(mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])).count
+        1
+    """
+    a, b, c = (mesh.corners[:, k] for k in range(3))
+    axes = jax.vmap(_with_normal)(b - a, c - a)
+    if is_concrete(axes):
+        some = np.any(np.asarray(axes)[..., 2] != 0.0, axis=1)
+        if not np.any(some):
+            raise ValueError("Argument `mesh` must have a face with an area, but has none.")
+        a, axes = a[some], axes[some]
+    return Triangles(a, axes)
 
 
 def _spanned(u: Any, v: Any) -> Float[Array, "3 3"]:
