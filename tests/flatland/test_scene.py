@@ -6,6 +6,7 @@ import pytest
 from firstorder.flatland import (
     Arcs,
     Circles,
+    ConstantSky,
     Ellipses,
     PointLights,
     Receiver,
@@ -106,3 +107,25 @@ def test_curves_of_different_lengths_share_a_group():
 def test_bad_scenes_are_refused_in_one_sentence(make, words):
     with pytest.raises(ValueError, match=words):
         make()
+
+
+@pytest.mark.parametrize(
+    "given",
+    [{"points": (0.0, 1.0)}, {"crossings": 3}, {"environment": ConstantSky}],
+    ids=["points", "crossings", "a class"],
+)
+def test_other_kinds_of_things_in_a_scene_are_refused_in_one_sentence(given):
+    """With the import hook it is beartype that says it."""
+    (name,) = given
+    ours = f"^Argument `{name}` must be a .*, but is "
+    with pytest.raises(TypeError, match=rf"{ours}|parameter {name}="):
+        Scene.of(primitive(Circles((0.0, 0.0), 1.0)), **given)
+
+
+def test_a_frame_is_that_of_one_point_of_one_shape():
+    """Two parameters would be taken for one of each coordinate."""
+    scene = everything()
+    with pytest.raises(ValueError, match="`s` must be one number"):
+        scene.frame(0, np.array([0.1, 0.9]))
+    with pytest.raises(ValueError, match="`index` must be one number"):
+        scene.length(np.array([0, 1]))

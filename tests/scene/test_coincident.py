@@ -116,3 +116,21 @@ def test_rays_end_on_the_lamp_among_few_shapes_and_among_many(count):
         found = space.first_shape(scene, jnp.broadcast_to(eye, along.shape), jnp.asarray(along))
         emission = np.asarray(scene.material.emission)
         assert np.all(np.any(emission[np.asarray(found)] > 0.0, axis=1))
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_far_from_the_origin_a_wall_casts_no_shadow_on_a_lamp_drawn_on_it(dtype):
+    """Where coordinates round by more than the share of a distance that tells surfaces apart."""
+    away = 0.1 / np.finfo(dtype).eps ** 0.5
+    turn = np.array([[0.8, -0.6], [0.6, 0.8]])
+    wall, lamp = (
+        (np.array(ends) @ turn + away).astype(dtype)
+        for ends in ([(2.0, 1.0), (-2.0, 1.0)], [(1.0, 1.0), (-1.0, 1.0)])
+    )
+    scene = flatland.Scene.of(
+        *(flatland.primitive(flatland.Segments(*ends)) for ends in (wall, lamp))
+    )
+    share = np.linspace(0.05, 0.95, 100, dtype=dtype)[:, None]
+    ends = lamp[0] + share * (lamp[1] - lamp[0])
+    start = np.broadcast_to((np.array([0.3, 0.0]) @ turn + away).astype(dtype), ends.shape)
+    assert not np.any(flatland.occluded(scene, start, ends, -1, 1))

@@ -66,6 +66,13 @@ def test_along_a_valley_the_normal_turns_and_the_place_rises():
     np.testing.assert_allclose(found.second, second, rtol=1e-12)
 
 
+def test_along_many_curvatures_each_has_its_value():
+    d = quadratic(FLATLAND)
+    found = d.along(jnp.array([0.3, 0.7]))
+    assert found.value.shape == found.first.shape == (2,)
+    assert found.second[1] == d.along(0.7).second
+
+
 def test_a_number_is_a_curvature_alike_in_all_directions():
     d = quadratic(SPACE)
     one, other = d.along(0.3), d.along(0.3 * jnp.eye(2))

@@ -19,9 +19,8 @@ from jaxtyping import Array, ArrayLike, Float, PRNGKeyArray
 from firstorder._argument_checks import check_not_negative
 from firstorder.conventions import direction
 from firstorder.flatland.direct_lighting import Radiance, irradiance
-from firstorder.flatland.estimators._incident import incident_radiance, off_the_receiver
+from firstorder.flatland.estimators._incident import incident_radiance, seen_from
 from firstorder.flatland.estimators.strata import gap_quadrature, trace_strata
-from firstorder.flatland.intersect import occluded
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver, local_angle, receiver, view
 from firstorder.numerics._compiled import compiled
@@ -331,7 +330,7 @@ def reflected_radiance_over_curves(
     facing = jnp.where(front, 1.0, -1.0)[:, None] * frames.normal
     x = jnp.broadcast_to(at.position, frames.position.shape)
     G = geometry_term(x, jnp.broadcast_to(at.normal, x.shape), frames.position, facing)
-    V = ~occluded(scene, x, frames.position, at.on, number) & off_the_receiver(at, number, frames)
+    V = seen_from(scene, at, number, frames)
     L = jax.vmap(lambda i, s, f, d: incident_radiance(scene, radiance, i, s, f, d))(
         number, s, front, along
     )

@@ -20,6 +20,7 @@ from jaxtyping import Array, ArrayLike, Bool, Float, Int
 from firstorder._argument_checks import (
     check_between,
     check_index,
+    check_one,
     is_concrete,
 )
 from firstorder._display import Axes, as_picture, drawn
@@ -38,7 +39,7 @@ from firstorder.flatland.shapes.kinds import (
 )
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._planar import cross_2d, left
-from firstorder.scene._arguments import check_primitives
+from firstorder.scene._arguments import check_kind, check_primitives, check_sky
 from firstorder.scene._bands import bands_of, by_band, one_band
 from firstorder.scene._intersect import picked
 from firstorder.scene._primitives import grouped, joined, named
@@ -142,10 +143,11 @@ class Scene(eqx.Module):
                 would be looked for in more than 10 million pairs of shapes, or in more than 500
                 million pairs of chords (128 for a round shape), or are more than a million. With
                 `crossings` given, nothing is looked for.
-            TypeError: if something in it is no primitive of flatland, or the environment is no
-                function.
+            TypeError: if something in it is no primitive of flatland, the environment is no
+                function or a sky of space, or points or crossings are something else.
         """
         check_primitives(things, Primitive, Shape)
+        check_sky(environment, Scene)
         if environment is not None and not callable(environment):
             raise TypeError(
                 "Argument `environment` must be a function of the angle, such as "
@@ -154,9 +156,12 @@ class Scene(eqx.Module):
         groups, materials, names = grouped(things, KINDS, _join)
         if points is None:
             points = PointLights(np.zeros((0, 2)), np.zeros((0,)))
+        check_kind("points", points, PointLights)
         if environment is not None and not isinstance(environment, eqx.Module):
             environment = _FunctionSky(jax.tree_util.Partial(environment), _breaks_of(environment))
-        if crossings is None:
+        if crossings is not None:
+            check_kind("crossings", crossings, Crossings)
+        else:
             crossings = find_crossings(groups)
             if not is_concrete(groups):
                 shines = jnp.any(joined(materials).emission.reshape(len(names), -1) != 0.0, -1)
@@ -227,10 +232,12 @@ class Scene(eqx.Module):
     def _pick(self, index: ArrayLike, ask: Callable[[Shape], Any]) -> Any:
         """Result of a function for the shape of that number."""
         check_index("index", index, self.count)
+        check_one("index", index)
         return picked(self.groups, index, ask)
 
     def motion(self, index: Int[Array, ""], s: Float[Array, ""]) -> tuple[Point, Point, Point]:
         """Position of a point of a shape, with its first and second derivative in s."""
+        check_one("s", s)
         return self._pick(index, lambda shape: shape.motion(s))
 
     def frame(self, index: ArrayLike, s: ArrayLike) -> Frenet:
@@ -241,9 +248,10 @@ class Scene(eqx.Module):
             s: where on it, along its travel.
 
         Raises:
-            ValueError: if there is no such shape, or s is none of [0, 1].
+            ValueError: if there is no such shape, s is none of [0, 1], or there are several.
             TypeError: if the index is no integer.
         """
+        check_one("s", s)
         check_between("s", s, 0.0, 1.0)
         return self._pick(index, lambda shape: _frame(shape, as_float(s)))
 

@@ -16,7 +16,7 @@ from firstorder._display import in_print
 from firstorder.conventions import Frame
 from firstorder.errors import Refused
 from firstorder.fields.covariance import Covariance
-from firstorder.fields.field import Edge, Field
+from firstorder.fields.field import Constant, Edge, Field
 from firstorder.fields.jet import Jet
 from firstorder.fields.spectrum import Spectrum
 from firstorder.laws.base import Law
@@ -31,7 +31,7 @@ INSTEAD = (
 
 
 class Map(eqx.Module):
-    """A smooth map T of ray space with its first two derivatives."""
+    """A map T of ray space with its first two derivatives, smooth but for its folds."""
 
     __repr__ = in_print
 
@@ -44,6 +44,10 @@ class Map(eqx.Module):
     ) -> tuple[Float[Array, " n"], Float[Array, "n n"], Float[Array, "n n n"]]:
         """`T`, `J_ik = dT_i/du_k` and `d2T_i/du_j du_k`; by autodiff unless overridden."""
         return self(u), jax.jacfwd(self)(u), jax.jacfwd(jax.jacfwd(self))(u)
+
+    def folds(self, frame: Frame) -> tuple[Field, ...]:
+        """Levels, in the result's frame, on which T is continuous and its derivatives are not."""
+        return ()
 
 
 class Linearisation(eqx.Module):
@@ -101,8 +105,10 @@ class Warp(Law):
         return Jet(jet.value, gradient, congruence(J, jet.hessian) + bend, self.frame(jet.frame))
 
     def edges(self, f: Field) -> tuple[Edge, ...]:
-        """Edges warp with the light."""
-        return tuple(Edge(self(e.level), self(e.jump)) for e in f.edges())
+        """Edges warp with the light; at a fold nothing jumps, but quadrature has to split there."""
+        frame = self.frame(f.frame)
+        folds = tuple(Edge(level, Constant(0.0, frame)) for level in self.map.folds(frame))
+        return tuple(Edge(self(e.level), self(e.jump)) for e in f.edges()) + folds
 
     def spectrum(self, F: Spectrum, Omega: Frequency) -> ComplexScalar:
         """Refused: the linearised warp has a formula."""

@@ -98,6 +98,25 @@ def check_asked_one(scene: Any, kind: type, at: Any, receiver: type, bands: bool
         )
 
 
+def check_sky(x: Any, kind: type) -> None:
+    """Refuses an environment that is a class, or was made in the other world.
+
+    Args:
+        x: what was given, of any kind.
+        kind: the class of the world's scenes.
+
+    Raises:
+        TypeError: if it is one of these.
+    """
+    if isinstance(x, type):
+        raise TypeError(
+            f"Argument `environment` must be a sky, but is {_what(x)}: write {x.__name__}(...)."
+        )
+    here, there = _world(kind), _world(type(x))
+    if there not in (None, here):
+        raise TypeError(f"Argument `environment` must be of {here}, but is {_what(x)} of {there}.")
+
+
 def check_primitives(things: Sequence[Any], kind: type, shape: type) -> None:
     """Refuses what a scene cannot hold.
 

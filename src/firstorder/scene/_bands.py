@@ -19,6 +19,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from firstorder._argument_checks import check_integer
+
 P = ParamSpec("P")
 R = TypeVar("R")
 Axes = int | tuple[int | None, ...]
@@ -88,8 +90,9 @@ def one_band(thing: Any, number: int) -> Any:
         number: of the band, from 0.
 
     Raises:
-        ValueError: if there is no such band.
+        ValueError: if there is no such band, or its number is traced.
     """
+    check_integer("number", number)
     bands = bands_of(thing) or 1
     if number not in range(bands):
         raise ValueError(

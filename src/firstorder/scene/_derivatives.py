@@ -140,7 +140,8 @@ class Derivatives(eqx.Module):
             dS = as_float(change)
             dS = dS[..., None, None, None] if d == 1 else dS
             second = second - jnp.einsum("...ijk,...k->...ij", dS, tilted)
-        return Derivatives(self.value, first, second, tangents)
+        value = jnp.broadcast_to(self.value, first.shape[:-1])  # curvatures may be many
+        return Derivatives(value, first, second, tangents)
 
     def to_pandas(self, unit: str = "E") -> DataFrame:
         """A table with a row for each receiver: `value`, `d_x`, ..., `d_x_y`, ...

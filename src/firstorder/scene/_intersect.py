@@ -272,16 +272,17 @@ def any_hit(
         on_end: number of the shape on which each ends, or -1.
         length: of each ray [m].
         near_end: shares of the length, before the end, in which the shape that holds the end, and
-            any other shape, do not count.
+            any other shape, do not count; nor does what is nearer to it by rounding.
     """
     apart = _apart(rays)
     its_own, others = near_end
+    slack = rounding(rays[0])
 
     def meet(blocked, here):
         shape, k = here
         t = _beside(lambda o, d, on: shape.distance(o, d, on == k), apart)
         at_end = either(on_end == k, jnp.full_like(length, its_own), others)
-        return blocked | (t < length * (1.0 - at_end)), None
+        return blocked | (t < length * (1.0 - at_end) - slack), None
 
     blocked = jnp.zeros(length.shape, bool)
     for pair in numbered(groups):
@@ -300,7 +301,7 @@ def occluded(
     """Whether something stands between two points. It has no derivative.
 
     The shape on which a ray ends does not count within 32 sqrt(eps) of its length before the end;
-    all others count up to `eps^(3/4)` of it.
+    all others count up to `eps^(3/4)` of it, and both but for the rounding of the coordinates.
     """
     groups, a, b = jax.lax.stop_gradient((groups, a, b))
     way = b - a

@@ -27,7 +27,7 @@ from firstorder._argument_checks import (
 )
 from firstorder._display import Axes, as_picture, drawn
 from firstorder.numerics._vectors import dot
-from firstorder.scene._arguments import check_names, check_primitives, numbers
+from firstorder.scene._arguments import check_names, check_primitives, check_sky, numbers
 from firstorder.scene._bands import bands_of, by_band, one_band
 from firstorder.scene._intersect import picked
 from firstorder.scene._primitives import BACK, FRONT, grouped, joined, named
@@ -92,6 +92,7 @@ class Scene(eqx.Module):
         check_names(others, {"sky": "environment"})
         check_primitives(things, Primitive, Shape)
         groups, materials, names = grouped(things, KINDS, joined)
+        check_sky(environment, Scene)
         if environment is None:
             environment = 0.0
         if callable(environment):

@@ -24,6 +24,7 @@ from firstorder.flatland.estimators._irradiance_forms import (
     arc_length_estimate,
     arc_length_estimate_on_curves,
     arc_length_integral,
+    arc_length_sum,
     repeated_estimate,
     stratified_estimate,
 )
@@ -169,6 +170,37 @@ def test_sampled_by_arc_length_too():
         )
     )
     assert within_bars(run(jax.random.key(2)), exact("disc")) < 4.5
+
+
+TWINS = [((1.0, 1.0), (-1.0, 1.0)), ((2.0, 1.0), (-2.0, 1.0))]  # one in the place of the other
+
+
+@pytest.mark.parametrize("own_light", [True, False])
+def test_of_surfaces_in_one_place_the_arc_length_form_counts_the_one_that_is_seen(own_light):
+    """Two lamps, or a lamp on a wall that reflects: by hand, of `sin` at the ends."""
+    lights = (1.0, 2.0) if own_light else (1.0, 0.0)
+    scene = Scene.of(
+        *(primitive(Segments(*ends), emission=L) for ends, L in zip(TWINS, lights, strict=True))
+    )
+
+    def sent(number, s, front, along):
+        return jnp.where(number == 0, 1.0, 0.5)
+
+    ours = arc_length_estimate_on_curves(
+        scene, Receiver((0.0, 0.0), 0.0), count=1024, radiance=None if own_light else sent
+    )
+    near, far = np.sqrt(2.0), 4.0 / np.sqrt(5.0)
+    right = 2.0 * far if own_light else near + 0.5 * (far - near)
+    assert abs(ours.value - right) < 2e-3
+
+
+def test_points_at_the_ends_of_shapes_count():
+    """By the trapezoidal rule, whose first and last point are ends."""
+    s, weights = np.linspace(0.0, 1.0, 5)[None], np.array([[0.125, 0.25, 0.25, 0.25, 0.125]])
+    lamp = Scene.of(primitive(Segments((1.0, 1.0), (-1.0, 1.0)), emission=1.0))
+    ours = arc_length_sum(lamp, Receiver((0.0, 0.0), 0.0), s=s, weights=weights)
+    right = 2.0 * np.sum(weights / (1.0 + (1.0 - 2.0 * s) ** 2) ** 1.5)
+    assert abs(ours.value - right) < 1e-14
 
 
 def test_strata_of_any_measure_have_one_integral():
@@ -373,6 +405,17 @@ def test_bad_input_is_one_sentence():
         hemicircle_strata(np.array([-1.0, 0.0, 1.0]))
     with pytest.raises(ValueError, match="must be at least 2"):
         repeated_estimate(lambda key: None, jax.random.key(0), 1)
+
+
+def test_an_arc_length_sum_refuses_what_are_not_points_of_every_shape():
+    lamp, at = Scene.of(primitive(Segments((1.0, 1.0), (-1.0, 1.0)))), Receiver((0.0, 0.0), 0.0)
+    rows, two = Receiver(np.zeros((3, 2)), 0.0), np.full((2, 4), 0.5)
+    with pytest.raises(ValueError, match="`s` must have a row for each of 1 shapes"):
+        arc_length_sum(lamp, at, s=two, weights=two)
+    with pytest.raises(ValueError, match="`at` must be one receiver"):
+        arc_length_sum(lamp, rows, s=two[:1], weights=two[:1])
+    with pytest.raises(ValueError, match="`count` must be positive"):
+        arc_length_estimate_on_curves(lamp, at, count=0)
 
 
 # --- deliberate faults --------------------------------------------------------------------------

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from firstorder.checks.statistics import LEVEL
-from firstorder.flatland.estimators.strata import hemicircle_strata
+from firstorder.flatland.estimators.strata import gap_quadrature, hemicircle_strata
 from tests.samplers import uniform_p_value
 
 BORDERS = np.array([-0.5 * np.pi, -0.7, 0.4, 0.5 * np.pi])
@@ -20,6 +20,13 @@ def test_a_number_of_sectors_is_any_integer():
     assert hemicircle_strata(np.int64(4)).angles.tolist() == hemicircle_strata(4).angles.tolist()
     with pytest.raises(ValueError, match="must be how many sectors, or a row of borders"):
         hemicircle_strata(4.0)
+
+
+def test_no_borders_and_ends_of_many_receivers_are_refused():
+    with pytest.raises(ValueError, match="must be how many sectors, or a row of borders"):
+        hemicircle_strata(np.zeros(0))
+    with pytest.raises(ValueError, match="`ends` must be a row of two angles or more"):
+        gap_quadrature(np.zeros((2, 3)), 4)
 
 
 def places(key, cosine):

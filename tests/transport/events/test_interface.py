@@ -1,3 +1,5 @@
+import itertools
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -9,7 +11,7 @@ from hypothesis import strategies as st
 from firstorder.checks.tolerance import fitted_order, normwise
 from firstorder.conventions import FLATLAND, FLATLAND_SLOPE, SPACE, SPACE_SLOPE, Frame
 from firstorder.fields import Constant, GaussianProfile, autodiff_jet, gaussian
-from firstorder.laws import Move
+from firstorder.laws import Convolve, Move
 from firstorder.transport import (
     Curvature,
     Fresnel,
@@ -113,6 +115,28 @@ def test_beyond_the_last_refracted_angle_the_map_goes_on_with_slope_one(eta, las
     for side in (-1.0, 1.0):
         beyond = relabelled(0.2, side * (last + 0.3))
         np.testing.assert_allclose(beyond, L(0.2, side * (first + 0.3)), rtol=1e-12)
+
+
+@pytest.mark.parametrize(("eta", "bound"), [(0.7, 1e-12), (1.5, 1e-5)])
+def test_what_is_refracted_is_blurred_as_by_a_fine_sum(eta, bound):
+    """Into the denser medium the map is as steep as a root at the last angle."""
+    last, sigma, theta = np.arcsin(min(1.0, 1.0 / eta)), 0.2, 0.9
+    x, w = np.polynomial.legendre.leggauss(2000)
+    truth = 0.0
+    for low, high in itertools.pairwise((-2.5, -last, last, 2.5)):
+        # By sin: the root is smooth in the new variable.
+        a = 0.5 * (low + high) + 0.5 * (high - low) * np.sin(0.5 * np.pi * x)
+        da = 0.25 * np.pi * (high - low) * np.cos(0.5 * np.pi * x) * w
+        front = np.where(
+            np.abs(a) < last,
+            np.arcsin(np.clip(eta * np.sin(a), -1.0, 1.0)),
+            np.sign(a) * (np.arcsin(min(1.0, eta)) + np.abs(a) - last),
+        )
+        light = np.exp(-0.5 * ((0.3 - 0.1) / 1.0) ** 2 - 0.5 * ((front - 0.2) / 0.8) ** 2)
+        truth += np.sum(da * light * np.exp(-0.5 * ((theta - a) / sigma) ** 2))
+    truth /= sigma * np.sqrt(2.0 * np.pi)
+    blurred = Convolve(GaussianProfile(sigma))(Snell(eta)(gaussian((0.1, 0.2), (1.0, 0.8))))
+    assert abs(blurred(0.3, theta) / truth - 1.0) < bound
 
 
 def test_power_is_kept_through_the_interface():

@@ -19,16 +19,17 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray
 
+from firstorder._argument_checks import check_integer, check_positive, check_shape
 from firstorder.conventions import direction
 from firstorder.flatland.direct_lighting import Radiance
-from firstorder.flatland.estimators._incident import incident_radiance, off_the_receiver
+from firstorder.flatland.estimators._incident import incident_radiance, seen_from
 from firstorder.flatland.estimators.strata import Samples, gap_quadrature, trace_strata
-from firstorder.flatland.intersect import occluded
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver, view
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._planar import cross_2d, dot_2d
 from firstorder.numerics._refinement import with_errors
+from firstorder.scene._arguments import check_asked_one, numbers
 from firstorder.scene._derivatives import FLATLAND, Derivatives
 from firstorder.scene._geometry_term import linear_jet
 from firstorder.visibility.edge_angles import EdgeAngle, edge_at
@@ -133,8 +134,14 @@ def arc_length_estimate_on_curves(
         count: strata on each shape.
         key: for a random point in each; None takes the middle.
 
+    Raises:
+        ValueError: for a row of receivers, or if `count` is not positive.
+
     Reference: J12 §5.1, eq. 39.
     """
+    check_asked_one(scene, Scene, at, Receiver)
+    check_integer("count", count)
+    check_positive("count", count)
     share = 0.5
     if key is not None:
         share = jax.random.uniform(key, (scene.count, count), at.position.dtype)
@@ -160,6 +167,9 @@ def arc_length_sum(
         weights: of the points, one over the density in s.
         radiance: what shapes send out in place of their emission (see `irradiance`).
 
+    Raises:
+        ValueError: for a row of receivers, or if there are not points of every shape.
+
     Example:
         >>> import jax.numpy as jnp
         >>> from firstorder.flatland import Receiver
@@ -170,6 +180,14 @@ def arc_length_sum(
         >>> round(arc_length_sum(scene_a(), at, s=s, weights=weights).value.item(), 3)
         0.895
     """
+    check_asked_one(scene, Scene, at, Receiver)
+    s, weights = numbers("s", s), numbers("weights", weights)
+    if s.ndim != 2 or s.shape[0] != scene.count:
+        raise ValueError(
+            f"Argument `s` must have a row for each of {scene.count} shapes, but has shape "
+            f"{s.shape}."
+        )
+    check_shape("weights", weights, s.shape)
     number = jnp.broadcast_to(jnp.arange(scene.count)[:, None], s.shape).ravel()
     frames = jax.vmap(scene.frame)(number, s.ravel())
     way = frames.position - at.position
@@ -181,9 +199,7 @@ def arc_length_sum(
     L = jax.vmap(lambda i, s, f, d: incident_radiance(scene, radiance, i, s, f, d))(
         number, s.ravel(), front, along
     )
-    start = jnp.broadcast_to(at.position, way.shape)
-    dark = occluded(scene, start, frames.position, at.on, number)
-    lit = ~dark & (along @ at.normal > 0.0) & (square > 0.0) & off_the_receiver(at, number, frames)
+    lit = (along @ at.normal > 0.0) & seen_from(scene, at, number, frames)
     share = jnp.where(lit, L * frames.speed * weights.ravel(), 0.0)
     local = jnp.stack([normal @ at.tangent, normal @ at.normal], -1)
     u = jnp.stack([along @ at.tangent, along @ at.normal], -1)

@@ -11,7 +11,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float, Int
 
-from firstorder._argument_checks import check_integer
+from firstorder._argument_checks import check_integer, check_not_negative
 from firstorder.conventions import direction
 from firstorder.flatland.direct_lighting import Radiance
 from firstorder.flatland.estimators._incident import incident_radiance
@@ -68,7 +68,7 @@ def corrected_estimate(
             `stratified_estimate`.
 
     Raises:
-        ValueError: for a row of receivers.
+        ValueError: for a row of receivers, or if a count is negative.
 
     Reference: J12 §5, eqs. 47 and 51, corrected.
 
@@ -86,6 +86,7 @@ def corrected_estimate(
     check_asked_one(scene, Scene, at, Receiver)
     for name, count in (("breaks", breaks), ("halvings", halvings)):
         check_integer(name, count)
+        check_not_negative(name, count)
     w = 1.0 / samples.distance
     code = 2 * samples.index + samples.front
     apart = code[1:] != code[:-1]

@@ -112,7 +112,7 @@ def _borders(borders, cosine: bool) -> Array:
         even = jnp.linspace(-1.0, 1.0, borders + 1)
         return jnp.arcsin(even) if cosine else HORIZON * even
     edges = as_float(borders)
-    if edges.ndim != 1:
+    if edges.ndim != 1 or edges.shape[0] < 2:
         raise ValueError(
             "Argument `borders` must be how many sectors, or a row of borders, but has shape "
             f"{edges.shape}."
@@ -120,7 +120,7 @@ def _borders(borders, cosine: bool) -> Array:
     if is_concrete(edges):
         ascends = bool(jnp.all(edges[1:] > edges[:-1]))
         spans = bool(jnp.max(jnp.abs(jnp.abs(edges[jnp.array([0, -1])]) - HORIZON)) < 1e-6)
-        if edges.shape[0] < 2 or not (ascends and spans):
+        if not (ascends and spans):
             raise ValueError("Argument `borders` must ascend from -pi/2 to pi/2.")
     return edges
 
@@ -136,7 +136,7 @@ def gap_quadrature(ends: ArrayLike, nodes: int) -> Strata:
         nodes: in each gap.
 
     Raises:
-        ValueError: if `nodes` is not positive.
+        ValueError: if `nodes` is not positive, or `ends` are not those of one receiver.
 
     Example:
         >>> import jax.numpy as jnp
@@ -146,6 +146,10 @@ def gap_quadrature(ends: ArrayLike, nodes: int) -> Strata:
         0.958851
     """
     ends = numbers("ends", ends)
+    if ends.ndim != 1 or ends.shape[0] < 2:
+        raise ValueError(
+            f"Argument `ends` must be a row of two angles or more, but has shape {ends.shape}."
+        )
     t, w = (jnp.asarray(a, ends.dtype) for a in gauss_legendre(nodes))
     half, middle = 0.5 * (ends[1:] - ends[:-1])[:, None], 0.5 * (ends[1:] + ends[:-1])[:, None]
     angles = (middle + half * jnp.sin(HORIZON * t)).ravel()

@@ -246,7 +246,7 @@ class LightField(Field):
         raise Refused("a silhouette has an infinite covariance: soften it, or state a window")
 
     def spectrum_in(self, window: Grid) -> Spectrum:
-        """Transform of the light in a box of (x, v), in closed form; see `light_field_spectrum`.
+        """Transform of the light in a box of (x, v), in closed form: `light_fields.spectrum_in`.
 
         Args:
             window: the box; its size does not matter.

@@ -13,7 +13,7 @@ import numpy as np
 
 from firstorder._argument_checks import check_between, check_positive, nan_unless
 from firstorder.conventions import FLATLAND, Frame
-from firstorder.fields.field import Field
+from firstorder.fields.field import Affine, Field
 from firstorder.fields.kernel import Kernel
 from firstorder.fields.spectrum import Grid
 from firstorder.laws.base import Law
@@ -318,6 +318,11 @@ class _Refract(Map):
         bend = jnp.where(inside, self.eta * (self.eta**2 - 1.0) * s / c1**3, 0.0)
         J = jnp.eye(2, dtype=u.dtype).at[1, 1].set(first)
         return self(u), J, jnp.zeros((2, 2, 2), u.dtype).at[1, 1, 1].set(bend)
+
+    def folds(self, frame: Frame) -> tuple[Field, ...]:
+        """The last angles on either side, where the continuation begins."""
+        last = _last_angle(1.0 / self.eta)
+        return tuple(Affine([0.0, 1.0], -side * last, frame) for side in (-1.0, 1.0))
 
 
 def refraction(eta, frame: Frame = FLATLAND, window: Grid | None = None) -> Chain:
