@@ -77,6 +77,17 @@ def test_reach_solves_the_linear_program(n, m, q):
             assert reach == pytest.approx(solved(band, w), rel=1e-9, abs=1e-9)
 
 
+@pytest.mark.parametrize("unit", [1e-15, 1e15])
+def test_reach_does_not_depend_on_the_unit_of_length(unit):
+    plain = BandLimit.spanned([[1.0, 0.5, -0.3], [0.2, 1.0, 0.7]], [1.0, 2.0, 3.0])
+    w = jnp.array([0.3, 0.8])
+    scaled = plain.moved(jnp.diag(jnp.array([unit, 1.0])))
+    cut = plain.cut("x", 0.4).cut("theta", 0.7)
+    other = scaled.cut("x", 0.4 * unit).cut("theta", 0.7)
+    found = other.reach(w / jnp.array([unit, 1.0]))
+    np.testing.assert_allclose(found, solved(cut, np.asarray(w)), rtol=1e-12)
+
+
 def test_an_edge_has_no_frequencies_along_itself():
     """0.3 - 0.1 * 3.0 is zero but for rounding."""
     edge = band_limit(half_plane(0.2)).moved([[1.0, -0.1], [0.0, 1.0]])

@@ -122,6 +122,20 @@ def test_the_transfer_of_shallow_waves_is_bessels():
     np.testing.assert_allclose(relief_transfer(Omega, m, view), expected, atol=z[-1] * m**2)
 
 
+@pytest.mark.parametrize("slope", [3.0, 10.0, 1e3])
+def test_the_transfer_of_steep_waves_is_that_of_close_places(slope):
+    """Between places that lie as a power of the distance to where the normal turns."""
+    Omega, view = 150.0 / (4.0 * np.pi * np.arctan(slope)), 0.5 / slope
+    near = np.geomspace(1e-9, 0.5 * np.pi, 200)
+    ends = np.concatenate([0.5 * np.pi - near[::-1], 0.5 * np.pi + near])
+    x, w = np.polynomial.legendre.leggauss(16)
+    half = 0.5 * np.diff(ends)[:, None]
+    rise = slope * np.cos(ends[:-1, None] + half * (1.0 + x))
+    seen = 1.0 + rise * np.tan(view)
+    mean = np.sum(half * w * seen * np.exp(4j * np.pi * Omega * np.arctan(rise))) / np.pi
+    assert abs(relief_transfer(Omega, slope, view) - mean) < 1e-7
+
+
 def test_all_normals_alike_are_wrong_by_the_slope_however_fine_the_waves():
     """What the eye sees of a facet counts: the error of a BRDF that forgets it does not fall."""
     c = dict(B=0.5, Bx=0.0, view=1.0)
@@ -226,6 +240,17 @@ def test_gradients_are_finite_where_a_pixel_leaves_nothing_and_where_there_are_n
         jnp.array([1e-4, 0.0]), jnp.array([90.0, 1.0])
     )
     assert np.all(np.isfinite(slopes))
+
+
+@pytest.mark.parametrize("amplitude", [0.0, 1e-3])
+def test_what_a_small_pixel_sees_of_no_modulation_is_nothing(amplitude):
+    at = (amplitude, 1.0, 0.0 if amplitude else 2.0, 0.0)
+    assert brdf_relief_error(*at, width=1e-12, view=0.3, reach=0.5) == 0.0
+
+
+def test_gradients_are_finite_where_waves_are_no_finer_than_the_light():
+    error = lambda a: brdf_relief_error(a, 1.0, 2.0, 3.0, width=0.1, view=0.3, reach=0.5)  # noqa: E731
+    assert jax.grad(error)(1e-3) == 0.0
 
 
 def test_nothing_limits_waves_under_light_that_is_the_same_everywhere():

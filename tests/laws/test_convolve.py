@@ -12,6 +12,7 @@ from firstorder.checks.cases.laws.convolve import Leaning
 from firstorder.errors import Refused
 from firstorder.fields import (
     Affine,
+    BoxProfile,
     Constant,
     Covariance,
     Environment,
@@ -47,6 +48,17 @@ def test_two_gaussian_blurs_are_one_of_summed_variance():
         Convolve(GaussianProfile(0.3), nodes=48)(light())
     )
     np.testing.assert_allclose(jax.jit(lambda u: chained.at(u))(U), twice.at(U), rtol=1e-10)
+
+
+@pytest.mark.parametrize("domain", [None, Circle(), Hemisphere(0.1)])
+def test_a_box_has_the_light_at_both_its_ends_for_derivatives(domain):
+    w, box = 0.4, BoxProfile(0.4, "theta")
+    blur = Convolve(box) if domain is None else Convolve(box, domain)
+    jet = blurred(blur(gaussian((0.0, 0.0), (1.0, 0.5))))
+    far, near = (np.exp(-0.5 * (0.3**2 + ((-0.2 + s * w) / 0.5) ** 2)) for s in (1.0, -1.0))
+    np.testing.assert_allclose(jet.gradient[1], far - near, rtol=1e-9)
+    bend = -((-0.2 + w) * far - (-0.2 - w) * near) / 0.25
+    np.testing.assert_allclose(jet.hessian[1, 1], bend, rtol=1e-6)
 
 
 def test_a_hemisphere_of_even_light_is_blurred_between_its_two_horizons():

@@ -206,3 +206,9 @@ def test_a_quadrangle_is_cut_in_two_that_turn_as_it_does():
     square = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 1.0, 0.0), (0.0, 1.0, 0.0)])
     normals = _face_normals(mesh(square, quad_triangles(0, 1, 2, 3)))
     np.testing.assert_array_equal(normals / np.abs(normals[:, 2:]), [[0.0, 0.0, 1.0]] * 2)
+
+
+@pytest.mark.parametrize("made", [bumpy_sphere, displaced_ground])
+def test_a_height_that_is_one_number_for_all_places_is_refused(made):
+    with pytest.raises(ValueError, match=r"^Argument `height` must give one number for each of"):
+        made(height=lambda places: 0.1)

@@ -27,6 +27,7 @@ from firstorder.laws import Integrate, Multiply
 from firstorder.symbolic import UnknownField, UnknownLobe, derive, event
 from firstorder.transport import (
     Bump,
+    Cosine,
     Curvature,
     Mirror,
     Occlusion,
@@ -195,3 +196,18 @@ def test_refusals_keep_their_reasons(reflected):
     assert isinstance(reflected.portrait("covariance"), Refused)
     with pytest.raises(TypeError, match="must be a path, events, a law or a field, but is float"):
         derive(1.0)
+
+
+def test_the_kink_of_a_clamped_cosine_bends_what_a_lobe_makes_of_it():
+    """Second differences of the integral between the horizons, by another quadrature."""
+    lit = gaussian((0.0, 0.3), (1.0, 1.0), frame=FLATLAND.turned()) >> Cosine()
+    found = derive(lit >> Reflection(GaussianProfile(0.48)))
+    nodes, w = np.polynomial.legendre.leggauss(200)
+    b = 0.5 * np.pi * nodes
+    shone = 0.5 * np.pi * w * np.exp(-0.5 * 0.2**2 - 0.5 * (b - 0.3) ** 2) * np.cos(b)
+
+    def lobe(theta):
+        a = (theta - b) / 0.48
+        return shone @ ((a * a - 1.0) * np.exp(-0.5 * a * a)) / (0.48**3 * np.sqrt(2.0 * np.pi))
+
+    np.testing.assert_allclose(found.hessian.at(0.2, 0.7)[1, 1], lobe(0.7), rtol=1e-9)

@@ -158,3 +158,20 @@ def test_precision_is_kept(dtype):
         contour.translation_rate,
     ):
         assert f(a, b).dtype == dtype
+
+
+@pytest.mark.parametrize("unit", [1e-12, 1e-6, 1e6, 1e12])
+@pytest.mark.parametrize(
+    ("power", "f"),
+    [
+        (0, contour.segment_solid_angle),
+        (0, contour.segment_vector_irradiance),
+        (-1, contour.segment_translation_rate),
+    ],
+)
+def test_single_precision_is_enough_in_every_unit_of_length(f, power, unit):
+    a, b = (jnp.array(p, "float32") for p in ([1.0, 0.2, 0.5], [-0.3, 0.8, 0.6]))
+    far = jnp.float32(unit)
+    np.testing.assert_allclose(far**-power * f(far * a, far * b), f(a, b), rtol=1e-5, atol=1e-6)
+    rate = far ** (1 - power) * jax.jacobian(f)(far * a, far * b)
+    np.testing.assert_allclose(rate, jax.jacobian(f)(a, b), rtol=1e-4, atol=1e-5)

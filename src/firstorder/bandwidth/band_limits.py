@@ -35,6 +35,7 @@ from firstorder.laws.integrate import Integrate
 from firstorder.laws.move import Move
 from firstorder.laws.multiply import Multiply
 from firstorder.laws.warp import Warp
+from firstorder.numerics._scale import power_of_two
 from firstorder.transport.event import Path
 from firstorder.transport.events.cosine import ClampedCosine
 from firstorder.transport.events.texture import Wave
@@ -153,8 +154,10 @@ class BandLimit(eqx.Module):
         target, size = (
             jnp.pad(jnp.sum(terms, axis=0), (0, q)) for terms in (products, jnp.abs(products))
         )
-        weights = jnp.concatenate([self.bounds, self.limits])
-        A = jnp.concatenate([self.rows.T, jnp.eye(q, dtype=target.dtype)])
+        # Slabs across coordinates of other units would look parallel to a determinant.
+        unit = power_of_two(self.rows) if m else jnp.ones_like(self.limits)
+        weights = jnp.concatenate([self.bounds, self.limits / unit])
+        A = jnp.concatenate([(self.rows / unit[:, None]).T, jnp.eye(q, dtype=target.dtype)])
         vertices = np.array(list(itertools.combinations(range(m + q), q)), dtype=int)
         return jnp.min(jax.vmap(lambda chosen: _dual(A, target, size, weights, chosen))(vertices))
 

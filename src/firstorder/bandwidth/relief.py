@@ -30,9 +30,10 @@ from firstorder._argument_checks import (
     check_positive,
     nan_unless,
 )
+from firstorder.bandwidth._spectral_norm import reach as times
 from firstorder.typing import RealLike, as_float
 
-_PHASES = 256  # of one wave; its harmonics fall below rounding before that up to _MOST_TURNS
+_PLACES = 512  # on a quarter of a wave; its harmonics fall below rounding before that
 _MOST_TURNS = 200.0  # radians of phase by which a wave may modulate light
 
 
@@ -183,7 +184,7 @@ def brdf_relief_error(
     waves = _Waves(amplitude, frequency, cutoff, cutoff_x, view, reach)
     w, f = as_float(width), waves.frequency - waves.cutoff_x
     left, share = waves.left(w), jnp.minimum(1.0, waves.modulation)
-    error = jnp.where(f > 0, 0.25 * waves.parallax**2 + share * left, 2.0)
+    error = jnp.where(f > 0, 0.25 * waves.parallax**2 + times(share, left), 2.0)
     error = jnp.where(waves.slope * jnp.abs(jnp.tan(waves.view)) < 1.0, error, 2.0)
     return nan_unless(w > 0, waves.limited(error))
 
@@ -224,11 +225,11 @@ def relief_transfer(
     shown, turns = slope * jnp.abs(jnp.tan(view)), 4.0 * np.pi * Omega * jnp.arctan(slope)
     check_below("slope * |tan(view)|", shown, 1.0)
     check_between("4 pi Omega arctan(slope)", jnp.abs(turns), 0.0, _MOST_TURNS)
-    phase = 2.0 * np.pi * np.arange(_PHASES) / _PHASES
-    rise = slope[..., None] * np.cos(phase)
+    rise, share = _quarter(slope[..., None])
     turned = 4.0 * np.pi * Omega[..., None] * jnp.arctan(rise)
-    seen = 1.0 + rise * jnp.tan(view)[..., None]
-    mean = jnp.mean(seen * jnp.cos(turned), -1) + 1j * jnp.mean(seen * jnp.sin(turned), -1)
+    even = jnp.mean(share * jnp.cos(turned), -1)
+    odd = jnp.mean(share * rise * jnp.sin(turned), -1)
+    mean = even + 1j * jnp.tan(view) * odd
     valid = (slope >= 0) & (shown < 1) & (jnp.abs(view) < 0.5 * np.pi)
     valid &= jnp.abs(turns) <= _MOST_TURNS
     return mean * nan_unless(valid, jnp.ones_like(slope))
@@ -325,9 +326,32 @@ class _Waves:
     def left(self, width: Array) -> Array:
         """`sqrt(2 / (1 - q^6)) q`: what a pixel leaves of waves that are all modulation."""
         apart = jnp.maximum(self.frequency - self.cutoff_x, 0.0)
-        q = jnp.exp(-2.0 * (np.pi * width * apart) ** 2)
-        safe = jnp.where(q < 1.0, q, 0.5)
-        return jnp.where(q < 1.0, safe * jnp.sqrt(2.0 / (1.0 - safe**6)), jnp.inf)
+        fall = 2.0 * (np.pi * width * apart) ** 2  # q = exp(-fall)
+        some = fall > 0.0
+        fall = jnp.where(some, fall, 1.0)
+        return jnp.where(some, jnp.exp(-fall) * jnp.sqrt(-2.0 / jnp.expm1(-6.0 * fall)), jnp.inf)
+
+
+def _quarter(slope: Array) -> tuple[Array, Array]:
+    """Slopes h' of places on a quarter of a wave, up to the largest, and their shares of it.
+
+    `h' = sinh(S sin(t))` at even t, with `sinh(S)` the largest: the normals of steep waves turn
+    within a small share of the wave, and there the places lie close.
+    """
+    most = jnp.arcsinh(slope)
+    s = most * np.sin(0.5 * np.pi * (np.arange(_PLACES) + 0.5) / _PLACES)
+    # sinh(S)^2 - sinh(s)^2 = sinh(S - s) sinh(S + s), a difference without its loss of digits.
+    share = jnp.cosh(s) / jnp.sqrt(_sinh_over(most - s) * _sinh_over(most + s))
+    return jnp.sinh(s), share
+
+
+def _sinh_over(x: Array) -> Array:
+    """`sinh(x) / x`, by a series where its derivatives are differences of large numbers."""
+    near = jnp.abs(x) < 0.1
+    y = jnp.where(near, x, 0.0) ** 2
+    series = 1.0 + y / 6.0 * (1.0 + y / 20.0 * (1.0 + y / 42.0 * (1.0 + y / 72.0)))
+    far = jnp.where(near, 1.0, x)
+    return jnp.where(near, series, jnp.sinh(far) / far)
 
 
 def _averaged(share: Array) -> Array:

@@ -35,6 +35,14 @@ from firstorder.typing import ComplexScalar, Frequency, Ray, Scalar
 _DUMMY = "omega"
 
 
+def _reach(kernel: Kernel) -> Scalar:
+    """How far from the middle a kernel is integrated: past edges of its own.
+
+    An end of the integral that moves with an edge would be taken for neither side of it.
+    """
+    return kernel.half_width() * (1.0625 if kernel.edges() else 1.0)
+
+
 class Domain(eqx.Module):
     """The domain of an axis, which sets the ends of a convolution's integral."""
 
@@ -58,7 +66,7 @@ class Line(Domain):
     def ends(self, kernel: Kernel, wide: Frame) -> tuple[Field, Field]:
         """`u_axis -+ half_width`."""
         here = np.eye(wide.dims)[wide.axis(kernel.axis)]
-        w = kernel.half_width()
+        w = _reach(kernel)
         return Affine(here, -w, wide), Affine(here, w, wide)
 
 
@@ -80,7 +88,7 @@ class Circle(Domain):
     def ends(self, kernel: Kernel, wide: Frame) -> tuple[Field, Field]:
         """One period about `u_axis`, or as far as a narrow kernel reaches."""
         here = np.eye(wide.dims)[wide.axis(kernel.axis)]
-        w = jnp.minimum(np.pi, kernel.half_width())
+        w = jnp.minimum(np.pi, _reach(kernel))
         return Affine(here, -w, wide), Affine(here, w, wide)
 
 
@@ -103,7 +111,7 @@ class Hemisphere(Domain):
     def ends(self, kernel: Kernel, wide: Frame) -> tuple[Field, Field]:
         """`n -+ pi / 2`, but no farther from `u_axis` than the kernel reaches."""
         n = Move(np.eye(wide.dims - 1, wide.dims), to=wide)(self.normal)
-        quarter, reach = Constant(0.5 * np.pi, wide), kernel.half_width()
+        quarter, reach = Constant(0.5 * np.pi, wide), _reach(kernel)
         lower, upper = n + (-1.0) * quarter, n + quarter
         return _Near(lower, kernel.axis, reach), _Near(upper, kernel.axis, reach)
 

@@ -184,12 +184,23 @@ def bumpy_sphere(
     check_integer("levels", levels)
     check_not_negative("levels", levels)
     v, f = _icosphere(levels)
-    moved = np.asarray((ripples(0.05, 0.5, seed) if height is None else height)(v), float)
+    moved = _heights(ripples(0.05, 0.5, seed) if height is None else height, v)
     if not np.all(moved > -1.0):  # a NaN is not
         raise ValueError(
             f"Argument `height` must be above -1 everywhere, but its least is {moved.min()}."
         )
     return mesh(radius * (1.0 + moved)[:, None] * v, f)
+
+
+def _heights(height: Height, places: np.ndarray) -> np.ndarray:
+    """A height at each place."""
+    found = np.asarray(height(places), float)
+    if found.shape != (len(places),):
+        raise ValueError(
+            f"Argument `height` must give one number for each of {len(places)} places, but gives "
+            f"the shape {found.shape}."
+        )
+    return found
 
 
 def _icosphere(levels: int) -> tuple[np.ndarray, np.ndarray]:
@@ -246,7 +257,7 @@ def displaced_ground(
     check_positive("cells", cells)
     x = np.linspace(-half, half, cells + 1)
     p = np.stack(np.meshgrid(x, x, indexing="ij"), -1).reshape(-1, 2) + np.asarray(center, float)
-    z = np.zeros(len(p)) if height is None else np.asarray(height(p), float)
+    z = np.zeros(len(p)) if height is None else _heights(height, p)
     check_finite("height", z)
     n = np.arange((cells + 1) ** 2).reshape(cells + 1, cells + 1)
     return mesh(

@@ -14,9 +14,60 @@ def differentiated(expression: Expr, symbol: sympy.Symbol) -> Expr:
     The derivative of a jump is a Dirac: nothing between edges, and inside an integral the boundary
     term of the edge that sweeps through it.
     """
-    rate = sympy.diff(expression, symbol)
+    cases = {integral: _cased(integral) for integral in expression.atoms(sympy.Integral)}
+    rate = sympy.diff(expression.xreplace(cases), symbol)
     rate = rate.replace(lambda e: isinstance(e, sympy.Derivative), lambda e: e.doit())
-    return between_edges(sifted(rate))
+    return between_edges(sifted(rate)).replace(_Case, _Case.settled)
+
+
+class _Case(sympy.Function):
+    """`Case(yes, no, condition)`: a choice that jumps, which `Piecewise` does not for SymPy."""
+
+    nargs = 3
+
+    @classmethod
+    def eval(cls, *args):
+        """The choice, once the condition is decided."""
+        yes, no, condition = args
+        if condition in (sympy.true, sympy.false):
+            return yes if condition == sympy.true else no
+        return None
+
+    @classmethod
+    def settled(cls, yes, no, condition) -> Expr:
+        """The choice as SymPy has it."""
+        return sympy.Piecewise((yes, condition), (no, True), evaluate=False)
+
+    def _eval_derivative(self, s):
+        yes, no, condition = self.args
+        edges = (sympy.DiracDelta(level) * sympy.diff(level, s) for level in _levels(condition))
+        within = _Case(sympy.diff(yes, s), sympy.diff(no, s), condition)
+        return within + (yes - no) * sympy.Add(*edges)
+
+
+def _cased(integral: Expr) -> Expr:
+    """An integral whose choices jump where they do so at straight levels."""
+    t = integral.limits[0][0]
+
+    def straight(e: Expr) -> bool:
+        if not isinstance(e, sympy.Piecewise) or len(e.args) != 2 or e.args[1].cond != sympy.true:
+            return False
+        slopes = [sympy.diff(level, t) for level in _levels(e.args[0].cond)]
+        return any(slope != 0 for slope in slopes) and not any(slope.has(t) for slope in slopes)
+
+    return integral.replace(straight, lambda e: _Case(*(a.expr for a in e.args), e.args[0].cond))
+
+
+def _levels(condition: Expr) -> list[Expr]:
+    """What is positive where a condition holds; two levels for one of a size, none if not known."""
+    if not isinstance(condition, (sympy.Lt, sympy.Le, sympy.Gt, sympy.Ge)):
+        return []
+    level = condition.gts - condition.lts
+    sizes = list(level.atoms(sympy.Abs))
+    if len(sizes) > 1:
+        return []
+    sides = [(size, sign * size.args[0]) for size in sizes for sign in (1, -1)]
+    return [level.xreplace({size: side}) for size, side in sides] or [level]
 
 
 def between_edges(expression: Expr) -> Expr:
@@ -37,11 +88,10 @@ def sifted(expression: Expr) -> Expr:
 def _sift(integral: Expr) -> Expr:
     """`int g(t) delta(a t + b) dt = g(-b / a) / |a|` if that lies between the ends."""
     t, lower, upper = integral.limits[0]
-    smooth, total = sympy.Integer(0), sympy.Integer(0)
+    smooth, total = between_edges(integral.function), sympy.Integer(0)
     for term in sympy.Add.make_args(sympy.expand_mul(integral.function)):
         deltas = list(term.atoms(sympy.DiracDelta))
         if not deltas:
-            smooth += term
             continue
         level: Expr = deltas[0].args[0]
         slope = sympy.diff(level, t)

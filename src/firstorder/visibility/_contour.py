@@ -24,6 +24,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from firstorder.numerics._scale import power_of_two
 from firstorder.numerics._select import either
 from firstorder.numerics._vectors import (
     Coordinates,
@@ -32,6 +33,7 @@ from firstorder.numerics._vectors import (
     cross_apart,
     dot,
     dot_apart,
+    near_one,
     norm,
 )
 
@@ -100,7 +102,7 @@ def segment_solid_angle(a: Points, b: Points) -> Numbers:
         >>> print(round(float(segment_solid_angle(a, b) / jnp.pi), 6))  # an octant
         0.5
     """
-    return angle_between(apart(a), apart(b))
+    return angle_between(apart(near_one(a)), apart(near_one(b)))
 
 
 def angle_between(a: Coordinates, b: Coordinates) -> Array:
@@ -126,7 +128,7 @@ def segment_vector_irradiance(a: Points, b: Points) -> Points:
         >>> print(segment_vector_irradiance(a, b) / jnp.pi)
         [0.   0.   0.25]
     """
-    return jnp.stack(light_between(apart(a), apart(b)), -1)
+    return jnp.stack(light_between(apart(near_one(a)), apart(near_one(b))), -1)
 
 
 def light_between(a: Coordinates, b: Coordinates, which=(0, 1, 2)) -> tuple[Array, ...]:
@@ -177,6 +179,8 @@ def segment_translation_rate(a: Points, b: Points) -> Points:
         >>> segment_translation_rate(a, b).tolist()
         [0.0, 0.0, 2.0]
     """
+    scale, other = power_of_two(a), power_of_two(b)
+    a, b = a / scale[..., None], b / other[..., None]
     A, B, level, cosine = norm(a), norm(b), cross(a, b), dot(a, b)
     square = dot(level, level)
     # Seen under nearly two right angles the sum A B + a . b is a difference: (A B)^2 - (a . b)^2
@@ -187,4 +191,4 @@ def segment_translation_rate(a: Points, b: Points) -> Points:
         (A * B - cosine) / jnp.where(behind, square, 1.0),
         1.0 / jnp.where(behind, 1.0, A * B + cosine),
     )
-    return level * ((A + B) / (A * B) * inverse)[..., None]
+    return level * ((1.0 / (A * scale) + 1.0 / (B * other)) * inverse)[..., None]

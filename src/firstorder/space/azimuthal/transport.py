@@ -307,19 +307,21 @@ def _turned(
     theta = (start[:, None] + half * (1.0 + t)).ravel()
     light = (half * weight).ravel() * T.edge(polar(theta, phi))
     size = jnp.where(there, jnp.abs(moment), 1.0)
-    signed = jnp.sin(theta) * (top - z) - jnp.cos(theta) * (flat - x)  # moment / D
+    sine, cosine = jnp.sin(theta), jnp.cos(theta)
+    signed = sine * (top - z) - cosine * (flat - x)  # moment / D
     hidden = light @ jnp.abs(signed) / size / unit
-    bent = light @ jnp.cos(theta)
+    bent = light @ cosine
     # The shape lies on the side of p x q. A curved receiver's frame turns as it moves.
     side = jnp.where(there, jnp.sign(across @ cross(p, q)[:2]), 0.0)
     turned = -side * (hidden * across - bent * (as_float(S) @ across))
     # Points of the edge move across the slice, the nodes with the event that the edge is.
     still = jax.lax.stop_gradient
-    share = (x * jnp.cos(theta) - z * jnp.sin(theta)) / jnp.where(signed == 0.0, 1.0, signed)
-    light, share, signed, across, size = still((side * light, share, signed, across, size))
+    share = (x * cosine - z * sine) / jnp.where(signed == 0.0, 1.0, signed)
+    moved = side * light * jnp.abs(signed) / size
+    moved, share, across, turn = still((moved, share, across, side * (light @ sine)))
     way = (1.0 - share) * (across @ p[:2]) + share * (across @ q[:2])
     event = events[jnp.argmin(jnp.abs(jnp.sin(still(events - phi))))]
-    opened = (light * jnp.abs(signed)) @ way / size - light @ still(jnp.sin(theta)) * event
+    opened = moved @ way - turn * event
     return turned, opened
 
 
