@@ -115,6 +115,10 @@ def test_every_number_is_a_leaf_with_a_slope():
             lambda: PanoramaSky([1.0, 2.0, np.nan, 1.0]),
             "Argument `values` must be finite, but is nan.",
         ),
+        (
+            lambda: PanoramaSky([1.0, 2.0, -0.5, 1.0]),
+            "Argument `values` must not be negative, but is -0.5.",
+        ),
         (lambda: PanoramaSky(ROW).coarser(3), "Argument `columns` must lie in [4, 12], but is 3."),
     ],
 )
@@ -136,3 +140,11 @@ def test_a_traced_number_that_makes_no_sky_is_no_light(sky):
     L = jax.jit(lambda x: sky(x)(0.3))
     assert np.isnan(L(-0.5))
     assert L(0.5) > 0.0
+
+
+def test_a_dark_part_stays_dark_in_fewer_columns():
+    """Differences of sums round to less than nothing."""
+    values = np.where(np.arange(1000) % 7 < 2, np.random.default_rng(0).random(1000), 0.0)
+    values[300:700] = 0.0
+    for columns in (7, 11, 333, 999):
+        assert np.min(PanoramaSky(values).coarser(columns).values) >= 0.0

@@ -328,3 +328,9 @@ def test_what_is_no_lamp_is_one_sentence(change, words):
     known = dict(center=np.array([0.0, 0.0, 2.0]), u=np.eye(3)[1], v=np.eye(3)[0])
     with pytest.raises(ValueError, match=words):
         Lamp(**(known | change))
+
+
+@pytest.mark.parametrize("u", [(0.0, 0.0, 0.0), (0.3, 0.6, -0.9)])
+def test_a_lamp_without_area_is_refused(u):
+    with pytest.raises(ValueError, match=r"^Arguments `u` and `v` must span an area, but do not\."):
+        Lamp((0.0, 0.0, 2.0), u, (0.1, 0.2, -0.3))

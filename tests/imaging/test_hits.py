@@ -10,6 +10,8 @@ from firstorder.checks.tolerance import fitted_order
 from firstorder.imaging.camera import pinhole
 from firstorder.imaging.facets import Facets, mesh_facets
 from firstorder.imaging.hits import GBuffer, facet_gbuffer, gbuffer, primary_hits
+from firstorder.imaging.images import render
+from firstorder.io import SpaceFile
 from firstorder.models.primitives import bumpy_sphere
 from firstorder.space import Scene, box, plane, primitive, sphere
 from firstorder.space.silhouettes.face_tracers import BruteForceTracer
@@ -146,3 +148,28 @@ def test_no_places_and_no_size():
             primary_hits(scene, CAMERA, **given)
     with pytest.raises(ValueError, match="columns"):
         primary_hits(scene, CAMERA, 0)
+
+
+def test_a_size_may_be_any_integer_and_is_refused_in_one_sentence():
+    scene = Scene.of(primitive(sphere((0.0, 0.0, 0.0), 0.8)))
+    assert primary_hits(scene, CAMERA, np.int64(2)).index.shape == (2, 2)
+    for size in ((2, 2, 3), ()):
+        with pytest.raises(ValueError, match=r"^Argument `size` must be one integer or two"):
+            primary_hits(scene, CAMERA, size)
+
+
+@pytest.mark.parametrize("p", [np.zeros((3, 3)), np.zeros(3)])
+def test_places_of_three_coordinates_are_refused(p):
+    scene = Scene.of(primitive(sphere((0.0, 0.0, 0.0), 0.8)))
+    says = r"^Argument `p` must have two coordinates|parameter p="  # a check of shapes is first
+    with pytest.raises((ValueError, TypeError), match=says):
+        primary_hits(scene, CAMERA, p=p)
+
+
+@pytest.mark.parametrize(
+    "see", [lambda s: primary_hits(s, CAMERA, 2), lambda s: render(s, CAMERA, 2, 2)]
+)
+def test_the_contents_of_a_file_are_no_scene(see):
+    space = SpaceFile((primitive(sphere((0.0, 0.0, 0.0), 0.8)),))
+    with pytest.raises(TypeError, match=r"^Argument `scene` must be a Scene|parameter scene="):
+        see(space)

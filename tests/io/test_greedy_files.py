@@ -9,9 +9,10 @@ import warnings
 
 import pytest
 
-from firstorder.io import read_flatland, read_mitsuba, read_space, read_svg
+from firstorder.io import read_flatland, read_mitsuba, read_space, read_svg, space_from_toml
 from firstorder.io.scenes import _mitsuba_xml, _toml_tables
 from firstorder.io.scenes._elements import MOST_SHAPES
+from firstorder.io.scenes._skies import MOST_DEGREE
 from firstorder.io.scenes.flatland_toml import flatland_from_toml
 from firstorder.io.scenes.mitsuba import space_from_mitsuba
 from firstorder.io.svg._shapes import affine, floats, length
@@ -362,3 +363,19 @@ def test_a_damaged_file_is_a_scene_or_one_sentence_that_names_it(name, tmp_path)
             refusals.append(str(error))
     assert [r for r in refusals if not r.startswith(name) or len(r.splitlines()) > 1] == []
     assert 20 < len(refusals) < 100
+
+
+@pytest.mark.parametrize("degree", [MOST_DEGREE + 1, 2**31 - 1])
+def test_a_sky_of_very_many_harmonics_is_refused(degree):
+    text = f"""dimensions = 3
+[environment]
+kind = "panorama"
+values = [[1.0, 1.0, 1.0, 1.0], [1.0, 1.0, 1.0, 1.0]]
+degree = {degree}
+[[shape]]
+kind = "sphere"
+center = [0, 0, 0]
+radius = 1
+"""
+    words = f"scene, line 5, environment: `degree` must be at most 32, but is {degree}."
+    assert refused(lambda: space_from_toml(text)) == words

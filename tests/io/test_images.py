@@ -11,6 +11,7 @@ import OpenEXR
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from PIL import Image
 
 from firstorder.io import images, read_image, read_panorama, read_panorama_row
 from tests.io.scenes.sentences import refuses_in_one_sentence
@@ -276,8 +277,6 @@ def test_deep_pictures_are_refused(tmp_path):
 
 
 def saved(tmp_path, levels, name, **how):
-    from PIL import Image
-
     Image.fromarray(levels).save(tmp_path / name, **how)
     return tmp_path / name
 
@@ -308,3 +307,35 @@ def test_a_jpeg_is_nearly_its_picture(tmp_path):
     flat = np.full((8, 8, 3), (200, 100, 50), np.uint8)
     found = read_image(saved(tmp_path, flat, "a.jpg", quality=95), srgb=False)
     np.testing.assert_allclose(255.0 * found, flat, atol=3.0)
+
+
+@pytest.mark.parametrize(("kind", "channels"), [(0, 1), (2, 3), (4, 2), (6, 4)])
+def test_sixteen_bits_come_back(tmp_path, kind, channels):
+    """Grey and in colour, with and without transparency: all of PNG's kinds of that depth."""
+    levels = np.random.default_rng(0).integers(0, 65536, (5, 4, channels))
+    rows = b"".join(b"\0" + row.astype(">u2").tobytes() for row in levels)
+    head = struct.pack(">IIBBBBB", 4, 5, 16, kind, 0, 0, 0)
+    chunks = [(b"IHDR", head), (b"IDAT", zlib.compress(rows)), (b"IEND", b"")]
+    data = b"".join(
+        struct.pack(">I", len(d)) + t + d + struct.pack(">I", zlib.crc32(t + d)) for t, d in chunks
+    )
+    (tmp_path / "a.png").write_bytes(b"\x89PNG\r\n\x1a\n" + data)
+    found = 65535.0 * read_image(tmp_path / "a.png", srgb=False)
+    colours = levels[..., :3] if channels > 2 else np.repeat(levels[..., :1], 3, -1)
+    np.testing.assert_allclose(found, colours, atol=1e-9)
+
+
+@pytest.mark.parametrize("orientation", range(1, 9))
+def test_a_picture_is_turned_as_its_camera_says(tmp_path, orientation):
+    """The corners, by EXIF's table of where the first row and the first column are."""
+    corners = {1: "abcd", 2: "badc", 3: "dcba", 4: "cdab", 5: "acbd", 6: "cadb", 7: "dbca",
+               8: "bdac"}[orientation]  # fmt: skip
+    levels = np.kron([[0, 80], [160, 240]], np.ones((16, 24))).astype(np.uint8)
+    exif = Image.Exif()
+    exif[0x0112] = orientation
+    found = (
+        255.0
+        * read_image(saved(tmp_path, levels, "a.jpg", exif=exif, quality=95), srgb=False)[..., 0]
+    )
+    shown = found[4, 4], found[4, -4], found[-4, 4], found[-4, -4]
+    np.testing.assert_allclose(shown, [80.0 * "abcd".index(c) for c in corners], atol=3.0)

@@ -452,6 +452,19 @@ def test_rays_from_an_eye_meet_the_nearest_face():
     assert np.all(t > 0.0)
 
 
+@pytest.mark.parametrize("far", [1e2, 1e4, 1e6])
+def test_rays_from_an_eye_far_away_meet_what_they_do_from_near(far):
+    corners = [[-0.5, -0.5, 0.0], [0.5, -0.5, 0.0], [0.5, 0.5, 0.0], [-0.5, 0.5, 0.0]]
+    p = np.random.default_rng(0).uniform(-1.0, 1.0, (4000, 2))
+    eye = far * np.array([0.3, 0.2, 1.0])
+    ways = np.insert(p, 2, 0.0, axis=1) - eye
+    t, face = Embree(mesh(corners, [[0, 1, 2], [0, 2, 3]])).seen_from(eye, ways)
+    inside = np.max(np.abs(p), 1) < 0.5
+    clear = np.abs(np.max(np.abs(p), 1) - 0.5) > 1e-6
+    np.testing.assert_array_equal((face >= 0)[clear], inside[clear])
+    np.testing.assert_allclose(t[face >= 0], 1.0, rtol=1e-12)
+
+
 def test_a_face_that_passes_the_eye_more_closely_than_single_precision_tells_is_not_behind_it():
     """Of rays nearly along it some meet it in single precision that lead away from it in double."""
     rng = np.random.default_rng(0)

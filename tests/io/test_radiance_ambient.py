@@ -62,9 +62,10 @@ def test_radii_that_are_one_but_for_their_digits_are_read():
     np.testing.assert_allclose(_ambient_from_text(row).radii, [[200.0, 200.0]], rtol=1e-5)
 
 
-def test_a_cache_comes_back_as_it_was_in_any_orientation(cache, tmp_path):
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_cache_comes_back_as_it_was_in_any_orientation(cache, tmp_path, side):
     turned, _ = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))
-    turned[:, 2] = np.cross(turned[:, 0], turned[:, 1])
+    turned[:, 2] = side * np.cross(turned[:, 0], turned[:, 1])
     place = np.array([1.0, 2.0, 3.0]), turned
     write_ambient(tmp_path / "box.txt", ambient_from_cache(cache, *place, accuracy=0.2))
     back = cache_from_ambient(read_ambient(tmp_path / "box.txt"), *place, accuracy=0.2)

@@ -121,3 +121,10 @@ def test_on_workers_of_which_some_are_killed_it_is_the_same_to_the_bit(tmp_path,
     assert sorted(came) == list(range(15))
     for name, values in here.items():
         assert there[name].tobytes() == values.tobytes()
+
+
+@pytest.mark.parametrize("table", [[1.0, 2.0], np.zeros((3, 2)), None, 2.0])
+def test_a_table_without_names_is_refused(table):
+    kind = type(table).__name__
+    with pytest.raises(TypeError, match=f"^Argument `table` must hold .* by name, but is a {kind}"):
+        sweep(lambda a: a, table)

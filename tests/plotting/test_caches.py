@@ -54,3 +54,16 @@ def test_ellipses_lie_where_the_records_reach():
     np.testing.assert_allclose(ellipse.get_angles(), 30.0)
     assert image.get_clim() == (0.0, 0.5)
     assert (ax.get_xlim(), ax.get_ylim()) == ((0.0, 1.0), (0.0, 1.0))
+
+
+@pytest.mark.parametrize(
+    ("draw", "dims", "words"),
+    [(draw_records, 2, "along a line"), (draw_expansions, 2, "along a line"),
+     (lambda ax, cache: show_cache(ax, cache, np.zeros((3, 3))), 1, "on a plane")],
+)  # fmt: skip
+def test_records_of_another_place_are_refused(draw, dims, words):
+    x = jnp.zeros((1, dims))
+    reach = circular_regions(jnp.array([0.5]), 0.1, 1.0, dims=dims)
+    cache = Cache.of(Candidates.of(x, jnp.ones(1), x), reach)
+    with pytest.raises(ValueError, match=f"`cache` must have its records {words}, but has not"):
+        draw(panels()[1][0, 0], cache)

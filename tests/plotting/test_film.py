@@ -105,3 +105,15 @@ def test_a_still_is_what_was_developed(tmp_path):
     write_still(tmp_path / "a.png", RANDOM)
     picture = matplotlib.image.imread(tmp_path / "a.png")[..., :3]
     np.testing.assert_allclose(255.0 * picture, develop(RANDOM), atol=0.01)
+
+
+@pytest.mark.parametrize(
+    ("labels", "tints", "sentence"),
+    [
+        (np.zeros((1, 1)), np.ones((1, 3)), r"`labels` must be integers, but is float64\."),
+        (np.zeros((1, 1), int), np.zeros((1, 3)), r"`tints` must have a luminance, but row 0"),
+    ],
+)
+def test_tints_and_labels_that_are_none_are_refused(labels, tints, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        tinted(np.ones((1, 1)), labels, tints)

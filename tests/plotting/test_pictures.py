@@ -4,6 +4,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 
+from firstorder.plotting import house_style, write_still
 from firstorder.plotting.pictures import WHITE, tone_map, write_png
 
 
@@ -50,3 +51,19 @@ def test_white_is_a_positive_radiance(white):
 def test_a_row_is_no_image():
     with pytest.raises(ValueError, match="`values` must be an image"):
         tone_map(np.ones((2, 2, 3, 1)))
+
+
+@pytest.mark.parametrize("write", [write_png, write_still])
+def test_up_is_up_in_any_style(tmp_path, write):
+    L = np.zeros((4, 3))
+    L[1, 2] = 1.0
+    with house_style():  # there images begin at the bottom
+        write(tmp_path / "a.png", L, 1.0)
+    picture = matplotlib.image.imread(tmp_path / "a.png")[..., 0]
+    assert np.argwhere(picture > 0.5).tolist() == [[0, 1]]
+
+
+@pytest.mark.parametrize("write", [write_png, write_still])
+def test_a_file_of_another_kind_is_refused(tmp_path, write):
+    with pytest.raises(ValueError, match=r"^a.exr: a picture is written to a .png file\.$"):
+        write(tmp_path / "a.exr", np.ones((4, 3)))

@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 
 from firstorder.cli import main
-from firstorder.io import read_space, space_from_toml
+from firstorder.io import MeshModel, SpaceFile, read_space, space_from_toml
 from firstorder.io.exr import read_layers, write_layers
+from firstorder.io.scenes.space_toml import CLASSES
 from firstorder.rendering.image_files import (
     image_coordinates,
     render_to_files,
@@ -21,6 +22,9 @@ from firstorder.rendering.image_files import (
     world_from_scene,
 )
 from firstorder.rendering.renderer import Renderer
+from firstorder.space import irradiance, receiver
+from firstorder.space.meshes import mesh
+from firstorder.space.skies import HarmonicSky, PanoramaSky
 from tests.io.scenes.coated import INLINE, PICTURES, REST, START, TEXELS, WAVES
 
 SCENE = """dimensions = 3
@@ -222,3 +226,53 @@ def test_tiles_of_another_texture_are_not_gone_on_with(tmp_path, capsys):
     write_layers(tmp_path / "grey.exr", {"Y": 0.999 * TEXELS.T})
     assert main(command) == 2
     assert "holds those of another one (key differ)" in capsys.readouterr().err
+
+
+def test_the_key_of_tiles_knows_kinds_of_shapes_skies_and_materials():
+    """Seven kinds of shapes, two of skies, and two materials, of the same numbers each."""
+    axes = "center = [0, 0, 1]\naxes = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]"
+    found = [
+        scene_fingerprint(space_from_toml(f'dimensions = 3\n[[shape]]\nkind = "{kind}"\n{axes}'))
+        for kind in CLASSES
+    ]
+    skies = PanoramaSky(np.ones((4, 9))), HarmonicSky(np.ones((4, 9)))
+    found += [scene_fingerprint(SpaceFile((), sky=sky)) for sky in skies]
+    leaf = mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    found += [
+        scene_fingerprint(SpaceFile((), (MeshModel(leaf, "leaf", {key: 0.5}),)))
+        for key in ("albedo", "specular")
+    ]
+    assert len(set(found)) == len(CLASSES) + 4
+
+
+@pytest.mark.parametrize("edges", ["[0, 0.3, 0], [0.3, 0, 0]", "[0.3, 0, 0], [0, 0.3, 0]"])
+def test_a_lamp_shines_to_where_its_front_looks(edges):
+    """As the scene has it, whose irradiance is exact, also of axes that are left-handed."""
+    space = space_from_toml(f"""dimensions = 3
+[[shape]]
+kind = "disc"
+center = [0, 0, 0]
+normal = [0, 0, 1]
+radius = 5
+albedo = 1.0
+[[shape]]
+kind = "rectangle"
+center = [0, 0, 2]
+axes = [{edges}, [0, 0, -1]]
+emission = 1.0
+[camera]
+eye = [0, -3, 1]
+look_at = [0, 0, 0]
+gamma = 1.0
+""")
+    E = irradiance(space.scene, receiver((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)))
+    found, _ = Renderer(world_from_scene(space)).pixels(np.zeros((1, 2)))
+    assert E > 0.08
+    np.testing.assert_allclose(found.value, E / np.pi, rtol=1e-3)
+
+
+def test_another_kind_of_file_is_refused_before_anything_is_rendered(file, tmp_path):
+    world = world_from_scene(read_space(file), nodes=2)
+    with pytest.raises(ValueError, match=r"^a\.png: layers are written to \.exr files\."):
+        render_to_files(world, 4, 3, tmp_path / "tiles", out=tmp_path / "a.png", quiet=True)
+    assert not (tmp_path / "tiles").exists()

@@ -9,7 +9,7 @@ from firstorder.imaging._area_lights import Lamp, SurfaceReflectance, lobe_radia
 from firstorder.imaging._reflection import SurfacePoint
 from firstorder.imaging.camera import pinhole
 from firstorder.imaging.shading import SurfaceMaps, shade_pixels
-from firstorder.io import Embree
+from firstorder.io import Embree, SpaceFile
 from firstorder.io.scenes.space_toml import MeshModel
 from firstorder.models.primitives import bumpy_sphere, displaced_ground, place_mesh
 from firstorder.rendering._blocks import beside_seen
@@ -241,3 +241,11 @@ def test_there_must_be_something_to_see():
     with pytest.raises(ValueError, match="must have a lamp or a sky, but has none"):
         Renderer(World(CAMERA, Scene.of(FLOOR)))
     assert Embree(meshed(1).models[0].mesh).mesh.count == 80
+
+
+def test_a_world_of_other_things_is_one_sentence():
+    file = SpaceFile((primitive(sphere((0.0, 0.0, 0.0), 1.0)),))
+    with pytest.raises(TypeError, match=r"^Argument `scene` must be a Scene"):
+        Renderer(World(CAMERA, file, lamps=(LAMP,)))
+    with pytest.raises(TypeError, match=r"^Argument `lamps` must be a tuple of lamps: write"):
+        Renderer(World(CAMERA, file.scene, lamps=LAMP))

@@ -134,3 +134,12 @@ def test_an_image_of_one_column_has_pixels_of_a_size():
 def test_a_band_limit_of_nothing_is_refused():
     with pytest.raises(ValueError, match="`band_limit` must be positive"):
         shared(band_limit=0.0)
+
+
+def test_a_name_of_several_shapes_and_no_strata_are_refused():
+    both = space.Scene.of(FLOOR, BALL, BALL)
+    hits = imaging.primary_hits(both, CAMERA, (4, 3))
+    with pytest.raises(ValueError, match=r"`name` must be that of one shape, but 'ball' names 2"):
+        share_shadow_rays(both, CAMERA, LAMP, hits, "ball")
+    with pytest.raises(ValueError, match=r"`strata` must be a positive integer, but is 0\."):
+        shared(strata=0)

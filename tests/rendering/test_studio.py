@@ -62,3 +62,18 @@ def test_the_key_is_left_of_the_eye_and_the_rim_behind():
     assert light_rig((0, 0, 0), 1.0, (0, -1, 0), rim=0.0).lamps[1:] == ()
     with pytest.raises(ValueError, match="vertical"):
         light_rig((0, 0, 0), 1.0, (0, 0, 1))
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ({"center": (0, 0)}, r"`center` must have three coordinates"),
+        ({"toward_eye": (0, -1)}, r"`toward_eye` must have three coordinates"),
+        ({"toward_eye": (np.nan, -1, 0)}, r"`toward_eye` must be finite"),
+        ({"fill": -1.0}, r"`fill` must not be negative"),
+        ({"rim": -1.0}, r"`rim` must not be negative"),
+    ],
+)
+def test_what_is_no_rig_is_one_sentence(given, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        light_rig(**({"center": (0, 0, 0), "size": 1.0, "toward_eye": (0, -1, 0)} | given))

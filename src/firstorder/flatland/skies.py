@@ -144,7 +144,7 @@ class PanoramaSky(eqx.Module):
         smooth: cubics instead of lines.
 
     Raises:
-        ValueError: if there are fewer than four values, or one is not finite.
+        ValueError: if there are fewer than four values, or one is negative or not finite.
 
     Example:
         >>> import numpy as np
@@ -156,7 +156,7 @@ class PanoramaSky(eqx.Module):
 
     BANDED: ClassVar = {"values": 1}
 
-    values: Float[Array, "n *bands"] = eqx.field(converter=as_float)
+    values: Float[Array, "n *bands"] = eqx.field(converter=_radiance)
     smooth: bool = eqx.field(static=True, default=False)
 
     def __check_init__(self):
@@ -165,6 +165,7 @@ class PanoramaSky(eqx.Module):
         if len(shape) not in (1, 2) or shape[0] < 4:
             raise ValueError(f"Argument `values` must be four or more numbers, but has {shape}.")
         check_finite("values", self.values)
+        check_not_negative("values", self.values)
 
     @by_band()
     def __call__(self, angle: ArrayLike) -> Float[Array, "..."]:
@@ -204,7 +205,8 @@ class PanoramaSky(eqx.Module):
         total = jnp.concatenate([jnp.zeros(1, self.values.dtype), jnp.cumsum(self.values)])
         ends = jnp.arange(columns + 1) * (n / columns)
         sums = jnp.interp(ends, jnp.arange(n + 1.0), total)
-        return PanoramaSky(jnp.diff(sums) * (columns / n), self.smooth)
+        means = jnp.diff(sums) * (columns / n)
+        return PanoramaSky(jnp.where(means < 0.0, 0.0, means), self.smooth)  # by rounding
 
 
 Sky: TypeAlias = ConstantSky | GaussianSky | PanoramaSky

@@ -37,6 +37,7 @@ from firstorder._argument_checks import (
     check_integer,
     check_not_negative,
     check_positive,
+    is_concrete,
 )
 from firstorder.imaging._reflection import SurfacePoint, half_turn, mirrored
 from firstorder.imaging.camera import PixelFootprint
@@ -100,7 +101,8 @@ class Lamp(eqx.Module):
         shift: of even nodes out of the middles of their cells, in cells along u and v.
 
     Raises:
-        ValueError: if `count` is not positive, a vector not finite or a radiance negative.
+        ValueError: if `count` is not positive, a vector not finite, a radiance negative, or u and v
+            span no area.
 
     Example:
         >>> from firstorder.imaging._area_lights import Lamp
@@ -127,6 +129,8 @@ class Lamp(eqx.Module):
             check_coordinates(name, getattr(self, name))
             check_finite(name, getattr(self, name))
         check_not_negative("radiance", self.radiance)
+        if is_concrete((self.u, self.v)) and not _span(np.asarray(self.u), np.asarray(self.v)):
+            raise ValueError("Arguments `u` and `v` must span an area, but do not.")
 
     @property
     def near(self) -> bool:
@@ -178,6 +182,12 @@ class Lamp(eqx.Module):
         reach = d @ m
         along = (d @ dual.T) / jnp.where(reach == 0.0, jnp.inf, reach)[:, None]
         return 0.5 * self.count * (dual - along[..., None] * m)
+
+
+def _span(u: np.ndarray, v: np.ndarray) -> bool:
+    """Whether two vectors are not parallel, but for rounding."""
+    area, long = np.linalg.norm(np.cross(u, v)), np.linalg.norm(u) * np.linalg.norm(v)
+    return bool(area > 8.0 * np.finfo(u.dtype).eps * long)
 
 
 class SurfaceReflectance(eqx.Module):

@@ -6,7 +6,8 @@ Of analytic shapes or of a mesh's faces, found in blocks of one compiled size.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import SupportsIndex
 
 import equinox as eqx
 import jax
@@ -118,7 +119,7 @@ class PrimaryHits(GBuffer):
 def primary_hits(
     scene: Scene,
     camera: Pinhole,
-    size: int | tuple[int, int] | None = None,
+    size: SupportsIndex | Sequence[SupportsIndex] | None = None,
     *,
     p: Float[np.ndarray, "*n 2"] | None = None,
     half_width: float = 1.0,
@@ -140,7 +141,8 @@ def primary_hits(
         Arrays of NumPy of shape (columns, rows, ...), or of the shape of `p`; first axis px.
 
     Raises:
-        ValueError: if both `size` and `p` are given or neither is, or a number is not positive.
+        ValueError: if both `size` and `p` are given or neither is, one of them has another shape,
+            or a number is not positive.
 
     Example:
         >>> from firstorder.imaging.camera import pinhole
@@ -154,15 +156,25 @@ def primary_hits(
     if (size is None) == (p is None):
         raise ValueError("Argument `size` or `p` must be given, and only one of them.")
     if size is not None:
-        columns, rows = (size, size) if isinstance(size, int) else size
+        columns, rows = _columns_and_rows(size)
         p = pixel_positions(*pixel_grid(columns, rows, half_width)).reshape(columns, rows, 2)
     p = np.asarray(p, float)
+    if p.shape[-1:] != (2,):
+        raise ValueError(f"Argument `p` must have two coordinates, but has shape {p.shape}.")
     q = p.reshape(-1, 2)
     index, label = host_blocks(lambda q: pixel_labels(scene, camera, q), q, BLOCK)
     at = gbuffer(scene, camera, q, index)
     known = [getattr(at, f.name) for f in dataclasses.fields(GBuffer)]
     whole = (a.reshape(*p.shape[:-1], *a.shape[1:]) for a in (*known, q, index, label))
     return PrimaryHits(*whole)
+
+
+def _columns_and_rows(size: SupportsIndex | Sequence[SupportsIndex]) -> list[int]:
+    """Columns and rows of an image, from both or from one number for both."""
+    found = np.asarray(size)
+    if found.dtype.kind not in "iu" or found.shape not in ((), (2,)):
+        raise ValueError(f"Argument `size` must be one integer or two, but is {size!r}.")
+    return np.broadcast_to(found, 2).tolist()
 
 
 def gbuffer(

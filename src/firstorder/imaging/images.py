@@ -28,7 +28,7 @@ from firstorder.conventions import cylindrical
 from firstorder.imaging.camera import Pinhole
 from firstorder.numerics._batching import host_blocks
 from firstorder.numerics._vectors import dot, matvec, orthonormal_frame, unit
-from firstorder.scene._arguments import numbers
+from firstorder.scene._arguments import check_kind, numbers
 from firstorder.scene._bands import by_band
 from firstorder.scene._intersect import MISS
 from firstorder.scene._primitives import BACK, FRONT
@@ -267,6 +267,7 @@ def pixel_labels(scene: Scene, camera: Pinhole, p: ArrayLike) -> tuple[Array, Ar
         >>> pixel_labels(sphere_over_plane(), camera, p)[0].tolist()  # the ball, the floor
         [0, 1]
     """
+    check_kind("scene", scene, Scene)
     return _labels(scene, camera, numbers("p", p))
 
 

@@ -118,7 +118,12 @@ def shade_pixels(
 
     Returns:
         Arrays of NumPy.
+
+    Raises:
+        ValueError: if there is no light.
     """
+    if not lamps:
+        raise ValueError("Argument `lamps` must hold a light, but is empty.")
     p, index = np.asarray(p, float), np.asarray(index)
     met = np.flatnonzero(index >= 0)
     return shade_rows(

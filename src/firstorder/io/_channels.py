@@ -137,12 +137,16 @@ def read_levels(path: pathlib.Path) -> np.ndarray:
         # Pillow has a limit of its own, which warns first, and others of what text may unpack to.
         with quietly(), Image.open(io.BytesIO(data), formats=("PNG", "JPEG")) as image:
             check_pixels(path.name, *image.size, len(data))
+            packed = str(image.tile[0][3])
             if image.mode.startswith("I"):  # grey, of 16 bits
                 levels = np.repeat(np.asarray(image, float)[..., None], 3, -1)
                 levels /= 65535.0
             else:
                 levels = np.asarray(image.convert("RGB"), float)
-                levels /= 255.0
+                if packed in _SECOND_BYTES:
+                    levels = 256.0 * levels + _second_bytes(data, packed)
+                levels /= 65535.0 if packed in _SECOND_BYTES else 255.0
+            turn = _orientation(image)
     except Image.DecompressionBombError:
         raise ValueError(
             f"{path.name}: the picture has more than {MOST_PIXELS} pixels, too many to be read."
@@ -152,7 +156,43 @@ def read_levels(path: pathlib.Path) -> np.ndarray:
             raise
         kind = path.suffix[1:].upper()
         raise ValueError(f"{path.name}: the file is damaged or is no {kind} picture.") from None
-    return levels
+    return _turned(levels, turn)
+
+
+# Of numbers of 16 bits in colour Pillow has the first byte alone. Taken for another kind of pixels,
+# the same file gives the second: by Pillow's names, and the bands in which it then lies.
+_SECOND_BYTES = {
+    "RGB;16B": ("RGB;16L", (0, 1, 2)),
+    "RGBA;16B": ("RGBA;16L", (0, 1, 2)),
+    "LA;16B": ("RGBA", (1, 1, 1)),
+}
+
+
+def _second_bytes(data: bytes, packed: str) -> np.ndarray:
+    """Second bytes of red, green and blue of a .png file of 16 bits."""
+    from PIL import Image
+
+    other, bands = _SECOND_BYTES[packed]
+    with Image.open(io.BytesIO(data), formats=("PNG",)) as image:
+        image.tile = [(*image.tile[0][:3], other)]
+        return np.asarray(image, float)[..., bands]
+
+
+def _orientation(image: Any) -> int:
+    """What the camera says of how a picture is to be turned: 1 to 8, as EXIF counts."""
+    try:
+        return image.getexif().get(0x0112, 1)
+    except Exception:  # words about a picture that cannot be read say nothing
+        return 1
+
+
+def _turned(levels: np.ndarray, orientation: int) -> np.ndarray:
+    """A picture as it is to be seen."""
+    if orientation in (5, 6, 7, 8):
+        levels = levels.swapaxes(0, 1)
+    rows = slice(None, None, -1 if orientation in (3, 4, 7, 8) else 1)
+    columns = slice(None, None, -1 if orientation in (2, 3, 6, 7) else 1)
+    return levels[rows, columns]
 
 
 def openexr(name: str) -> Any:

@@ -12,6 +12,7 @@ from __future__ import annotations
 import os
 import pathlib
 from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -42,9 +43,7 @@ def write_layers(path: str | os.PathLike[str], layers: Mapping[str, np.ndarray])
         >>> sorted(read_layers(file)), read_layers(file)["value"].shape
         (['grad.u', 'value'], (3, 2))
     """
-    path = pathlib.Path(path)
-    if path.suffix.lower() != ".exr":
-        raise ValueError(f"{path.name}: layers are written to .exr files.")
+    path, OpenEXR = pathlib.Path(path), _writer(path)
     shapes = {np.shape(a) for a in layers.values()}
     if len({s[:2] for s in shapes}) != 1 or not {len(s) for s in shapes} <= {2, 3}:
         raise ValueError(
@@ -54,13 +53,20 @@ def write_layers(path: str | os.PathLike[str], layers: Mapping[str, np.ndarray])
     if any(0 in shape for shape in shapes):
         raise ValueError(f"Argument `layers` must have pixels, but has {sorted(shapes)}.")
     layers = {name: a for layer in layers.items() for name, a in _channels(*layer)}
-    OpenEXR = openexr(path.name)
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
     rows = {
         name: np.ascontiguousarray(np.asarray(a, np.float32).T[::-1]) for name, a in layers.items()
     }
     with atomic_write(path) as part:
         OpenEXR.File(header, rows).write(os.fspath(part))
+
+
+def _writer(path: str | os.PathLike[str]) -> Any:
+    """The package that writes a file, whose name is judged."""
+    path = pathlib.Path(path)
+    if path.suffix.lower() != ".exr":
+        raise ValueError(f"{path.name}: layers are written to .exr files.")
+    return openexr(path.name)
 
 
 def _channels(name: str, layer: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:

@@ -78,7 +78,7 @@ def read_image(path: str | os.PathLike[str], srgb: bool = True) -> Picture:
 
     Args:
         path: a .hdr (or .pic), .exr, .png or .jpg file. A grey one has three equal bands; how
-            transparent pixels are is left out.
+            transparent pixels are is left out. One that its camera says to turn is turned.
         srgb: whether levels of .png and .jpg files are those of a screen, and are made linear by
             the curve of sRGB; if not, they are numbers from 0 to 1, as in normal maps.
 

@@ -308,8 +308,11 @@ class Embree:
             ([2.0, inf], [0, -1])
         """
         eye, d = np.asarray(eye, float), np.asarray(directions, float)
-        start = np.broadcast_to(self._single(eye), d.shape)
-        along = self._single(d, along=True)
+        start, along = np.broadcast_to(self._single(eye), d.shape), self._single(d, along=True)
+        if np.linalg.norm(eye - self._middle) > self._size:  # begin where the mesh may
+            length = np.linalg.norm(d, axis=1, keepdims=True)
+            ahead = self._ahead(np.broadcast_to(eye, d.shape), d / length)[:, None]
+            start = self._single(eye + ahead * (d / length))
         far = np.full(len(d), 1e30, np.float32)
         face = self._scene.run(np.ascontiguousarray(start), along, dists=far).astype(np.int64)
         met = np.flatnonzero(face != NO_FACE)

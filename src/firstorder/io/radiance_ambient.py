@@ -285,7 +285,8 @@ def ambient_from_cache(
     lengths, angle = cache.region.axes()
     # u is along the shorter axis.
     c, s = np.cos(angle + 0.5 * np.pi)[:, None], np.sin(angle + 0.5 * np.pi)[:, None]
-    u, v = c * t + s * b, -s * t + c * b
+    u = c * t + s * b
+    v = np.cross(n, u)
     E, g = np.asarray(records.value), np.asarray(records.gradient)
     g3 = g[:, :1] * t + g[:, 1:] * b
     share = np.stack([np.sum(g3 * u, axis=1), np.sum(g3 * v, axis=1)], -1)

@@ -51,7 +51,7 @@ def sweep(
     Raises:
         ValueError: if columns are of different lengths, hold no numbers or are none, or a result
             has the name of a column; and as `run_jobs`.
-        TypeError: if the function gives anything else, such as a tuple.
+        TypeError: if the table has no names, or the function gives anything else, such as a tuple.
         ConnectionError: as in `run_jobs`.
         ModuleNotFoundError: for a scheduler, without the extra `cluster`.
 
@@ -62,6 +62,11 @@ def sweep(
         ([1.0, 4.0, 9.0], ['side', 'area'])
     """
     check_count("batch", batch)
+    if not hasattr(table, "keys"):
+        raise TypeError(
+            "Argument `table` must hold columns by name, but is a "
+            f"{type(table).__name__}: write {{'x': [0.0, 1.0]}}."
+        )
     columns = {str(name): np.asarray(table[name]) for name in table}
     rows = _length(columns)
     batch = min(batch, rows)

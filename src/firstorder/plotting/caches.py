@@ -14,6 +14,13 @@ _INK = {0: COLOURS[1], -1: COLOURS[2], 1: COLOURS[4]}
 _MARKS = {0: "o", -1: "^", 1: "s"}
 
 
+def _check_dims(cache: Cache, dims: int) -> None:
+    """Refuse records of a surface where those of a line are drawn, and the other way round."""
+    if cache.records.dims != dims:
+        words = "along a line" if dims == 1 else "on a plane"
+        raise ValueError(f"Argument `cache` must have its records {words}, but has not.")
+
+
 def draw_records(
     ax: Axes, cache: Cache, *, height: float = 0.0, step: float = 0.0, origin: float = 0.0
 ) -> None:
@@ -29,6 +36,9 @@ def draw_records(
         step: by which each next bar is lower, so that bars do not hide each other.
         origin: added to the arc lengths [m].
 
+    Raises:
+        ValueError: if the records are not along a line.
+
     Example:
         >>> import jax.numpy as jnp
         >>> from firstorder.caching import Cache, Candidates, circular_regions
@@ -40,6 +50,7 @@ def draw_records(
         >>> len(axes[0, 0].collections)
         3
     """
+    _check_dims(cache, 1)
     x, R = np.asarray(cache.records.position)[:, 0] + origin, np.asarray(cache.region.radius)
     y = height - step * np.arange(len(x))
     clamp = np.broadcast_to(np.asarray(cache.region.clamp), x.shape)
@@ -60,7 +71,8 @@ def draw_expansions(ax: Axes, cache: Cache, *, order: int | None = None, color: 
         color: of the curves; the house style's third if not given.
 
     Raises:
-        ValueError: for another order than 0, 1 or 2, or a Hessian that is missing.
+        ValueError: for another order than 0, 1 or 2, a Hessian that is missing, or records that are
+            not along a line.
 
     Example:
         >>> import jax.numpy as jnp
@@ -73,6 +85,7 @@ def draw_expansions(ax: Axes, cache: Cache, *, order: int | None = None, color: 
         >>> len(axes[0, 0].lines)
         2
     """
+    _check_dims(cache, 1)
     order = cache.order if order is None else order
     for i, R in enumerate(np.asarray(cache.region.radius)):
         one = cache.records.at(i)
@@ -149,6 +162,9 @@ def show_cache(
     Returns:
         The image, for a colour bar.
 
+    Raises:
+        ValueError: if the records are not on a plane.
+
     Example:
         >>> import jax.numpy as jnp
         >>> import numpy as np
@@ -160,6 +176,7 @@ def show_cache(
         >>> show_cache(axes[0, 0], cache, np.eye(4), top=2.0).get_clim()
         (0.0, 2.0)
     """
+    _check_dims(cache, 2)
     image = ax.imshow(
         np.asarray(error), extent=extent, origin="lower", vmin=0.0, vmax=top, cmap=cmap
     )

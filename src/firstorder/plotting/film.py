@@ -8,14 +8,12 @@ from __future__ import annotations
 
 import os
 
-import matplotlib.image
 import numpy as np
 from jaxtyping import Float, UInt8
 
 from firstorder._argument_checks import check_positive
-from firstorder.io.files import atomic_write
 from firstorder.io.images import LUMINANCE
-from firstorder.plotting.pictures import tone_map
+from firstorder.plotting.pictures import _write_levels, tone_map
 
 MIDDLE = 0.18  # reflectance of a grey card: what the log-average is exposed to
 DARKEST = 1e-3  # of the log-average's own scale: pixels below count as this dark
@@ -120,6 +118,9 @@ def write_still(
         values: as in `develop`.
         exposure: as in `develop`.
 
+    Raises:
+        ValueError: as `develop`, or if the file is of another kind.
+
     Example:
         >>> import pathlib, tempfile
         >>> import numpy as np
@@ -129,9 +130,7 @@ def write_still(
         >>> file.read_bytes()[1:4]
         b'PNG'
     """
-    levels = develop(values, exposure)
-    with atomic_write(path) as part:
-        matplotlib.image.imsave(part, levels, cmap="gray", vmin=0, vmax=255)
+    _write_levels(path, develop(values, exposure))
 
 
 def tinted(
@@ -150,7 +149,7 @@ def tinted(
         tints: red, green and blue of each label, linear; some of it positive.
 
     Raises:
-        ValueError: if a label has no tint, or is below -1.
+        ValueError: if a label has no tint, is below -1 or no integer, or a tint is black.
 
     Example:
         >>> import numpy as np
@@ -160,13 +159,20 @@ def tinted(
         [[[9.407, 0.0, 0.0]]]
     """
     tints, labels = np.asarray(tints, float), np.asarray(labels)
+    if labels.dtype.kind not in "iu":
+        raise ValueError(f"Argument `labels` must be integers, but is {labels.dtype}.")
     if labels.size and labels.max() >= len(tints):
         raise ValueError(
             f"Argument `tints` must have a row for label {labels.max()}, but has {len(tints)}."
         )
     if labels.size and labels.min() < -1:
         raise ValueError(f"Argument `labels` must be -1 or more, but one is {labels.min()}.")
-    rows = np.concatenate([tints / (tints @ LUMINANCE)[:, None], np.ones((1, 3))])
+    luminance = tints @ LUMINANCE
+    if np.any(dark := ~(luminance > 0.0)):
+        raise ValueError(
+            f"Argument `tints` must have a luminance, but row {np.argmax(dark)} has none."
+        )
+    rows = np.concatenate([tints / luminance[:, None], np.ones((1, 3))])
     return np.asarray(values, float)[..., None] * rows[labels]
 
 

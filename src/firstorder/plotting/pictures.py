@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import pathlib
 
 import matplotlib.image
 import numpy as np
@@ -67,6 +68,9 @@ def write_png(
         values: as in `tone_map`.
         white: as in `tone_map`.
 
+    Raises:
+        ValueError: as `tone_map`, or if the file is of another kind.
+
     Example:
         >>> import pathlib, tempfile
         >>> import numpy as np
@@ -76,5 +80,13 @@ def write_png(
         >>> file.read_bytes()[1:4]
         b'PNG'
     """
+    _write_levels(path, tone_map(values, white))
+
+
+def _write_levels(path: str | os.PathLike[str], levels: UInt8[np.ndarray, "h w *bands"]) -> None:
+    """Writes levels of a screen, rows from the top in any style, whole or not at all."""
+    path = pathlib.Path(path)
+    if path.suffix.lower() != ".png":
+        raise ValueError(f"{path.name}: a picture is written to a .png file.")
     with atomic_write(path) as part:
-        matplotlib.image.imsave(part, tone_map(values, white), cmap="gray", vmin=0, vmax=255)
+        matplotlib.image.imsave(part, levels, origin="upper", cmap="gray", vmin=0, vmax=255)

@@ -18,11 +18,12 @@ from jaxtyping import Float
 from firstorder._argument_checks import check_integer, check_positive
 from firstorder.imaging._area_lights import Lamp
 from firstorder.io._locks import at_work
-from firstorder.io.exr import write_layers
+from firstorder.io.exr import _writer, write_layers
 from firstorder.io.scenes._surface_maps import MapSet, surface_maps_of
 from firstorder.io.scenes.space_toml import SpaceFile
 from firstorder.rendering.renderer import Renderer, World
 from firstorder.rendering.tiles import render_tiles
+from firstorder.scene._arguments import check_kind
 from firstorder.space.scene import Scene
 from firstorder.space.shapes.kinds import KINDS, Rectangles, Shape
 from firstorder.space.skies import ConstantSky
@@ -81,12 +82,14 @@ def render_to_files(
         Layers by name (`Renderer.layers`), the mean over passes; bands, if any, in a last axis.
 
     Raises:
-        ValueError: if the folder holds tiles of another image (`rendering.render_tiles`), or
-            another program is rendering to `out` with other settings.
+        ValueError: if the folder holds tiles of another image (`rendering.render_tiles`), `out` is
+            no .exr file, or another program is rendering to it with other settings.
     """
     for name, number in (("width", width), ("height", height)):
         check_integer(name, number)
         check_positive(name, number)
+    if out is not None:
+        _writer(out)
     shade = _Shade(world, width, height)
     if scheduler is None:
         shade.renderer  # noqa: B018 (what is wrong with the world is said before a folder is made)
@@ -163,6 +166,7 @@ def world_from_scene(
         >>> world_from_scene(SpaceFile((), sky=0.5, camera=camera)).sky_rows
         12
     """
+    check_kind("space", space, SpaceFile)
     if space.camera is None:
         raise ValueError("Argument `space` must have a camera to be rendered, but has none.")
     lamps, things, worn = [], [], []
@@ -184,7 +188,10 @@ def world_from_scene(
                 f"fronts, but {one.name or 'one of them'!r} is another."
             )
         for center, axes, (front, _) in zip(one.shape.center, one.shape.axes, L, strict=True):
-            lamps.append(Lamp(center, axes[:, 0], axes[:, 1], front, nodes, True))
+            u, v = axes[:, 0], axes[:, 1]
+            if np.linalg.det(axes) < 0.0:  # a front is on the side of the third axis
+                u, v = v, u
+            lamps.append(Lamp(center, u, v, front, nodes, True))
     if any(np.any(np.asarray(m.material.get("emission", 0.0))) for m in space.models):
         raise ValueError("Argument `space` must have meshes that do not emit, but one does.")
     sky = space.sky
@@ -208,7 +215,7 @@ def _numbers(shapes: Sequence[Shape], models: int) -> list[tuple[int, ...]]:
 
 
 def scene_fingerprint(space: SpaceFile) -> str:
-    """Letters that change with any number of a scene, files that it names included.
+    """Letters that change with any number or kind in a scene, files that it names included.
 
     Args:
         space: as `io.read_space` gives it.
@@ -221,9 +228,10 @@ def scene_fingerprint(space: SpaceFile) -> str:
     """
     things = [(t.shape, t.name, t.material) for t in space.things]
     models = [(m.mesh.vertices, m.mesh.faces, m.name, m.material, m.uv) for m in space.models]
-    # Which kind of surface map is on what, and whether a picture repeats, is no number.
-    found = hashlib.sha256(str(jax.tree.structure(space.coats)).encode())
-    for leaf in jax.tree.leaves((things, models, space.sky, space.camera, space.coats)):
+    whole = things, models, space.sky, space.camera, space.coats
+    # Of what kind a shape, a sky or a map is, or whether a picture repeats, is no number.
+    found = hashlib.sha256(str(jax.tree.structure(whole)).encode())
+    for leaf in jax.tree.leaves(whole):
         a = np.asarray(leaf)
         found.update(f"{a.dtype} {a.shape} ".encode() + a.tobytes())
     return found.hexdigest()[:16]

@@ -36,6 +36,7 @@ from firstorder.numerics._batching import host_blocks
 from firstorder.rendering import _programs as programs
 from firstorder.rendering._blocks import beside_seen
 from firstorder.rendering._pixel_radiance import OFF, MeshLight, PixelRadiance
+from firstorder.scene._arguments import check_kind
 from firstorder.scene._bands import bands_of
 from firstorder.scene._primitives import joined
 from firstorder.space.meshes.triangle_mesh import mesh
@@ -112,6 +113,7 @@ class Renderer:
 
     Raises:
         ValueError: if there is nothing to see, or no light, or numbers of bands differ.
+        TypeError: if the scene is none, or the lamps are not in a tuple.
         ModuleNotFoundError: for models, without the extra `mesh`.
 
     Example:
@@ -129,6 +131,10 @@ class Renderer:
     """
 
     def __init__(self, world: World):
+        if world.scene is not None:
+            check_kind("scene", world.scene, Scene)
+        if isinstance(world.lamps, Lamp):
+            raise TypeError("Argument `lamps` must be a tuple of lamps: write (lamp,).")
         if world.scene is None and not world.models:
             raise ValueError("Argument `world` must have a shape or a model, but has none.")
         if not world.lamps and world.sky is None:

@@ -17,7 +17,7 @@ import jax
 import numpy as np
 from jaxtyping import Array, Float
 
-from firstorder._argument_checks import check_positive
+from firstorder._argument_checks import check_count, check_positive
 from firstorder.imaging import (
     Lamp,
     Pinhole,
@@ -244,8 +244,8 @@ def share_shadow_rays(
         seed: of the random numbers.
 
     Raises:
-        ValueError: if no pixel shows the shape, `band_limit` is not positive, or the lamp is no
-            rectangle.
+        ValueError: if no pixel shows the shape, there are several of that name, `band_limit` or
+            `strata` is not positive, or the lamp is no rectangle.
 
     Reference: E11 §5; the gradient by differences of shared rays is ours.
 
@@ -264,9 +264,14 @@ def share_shadow_rays(
         True
     """
     check_positive("band_limit", band_limit)
+    check_count("strata", strata)
     if np.size(hits.index) < 2:
         raise ValueError("Argument `hits` must hold at least two pixels, but holds one.")
-    (on,) = scene.named(name)
+    on, *others = scene.named(name)
+    if others:
+        raise ValueError(
+            f"Argument `name` must be that of one shape, but {name!r} names {1 + len(others)}."
+        )
     points = np.asarray(hits.position)[np.asarray(hits.index) == on]
     if not len(points):
         raise ValueError(f"Argument `name` must be that of a shape that is seen, but is {name!r}.")

@@ -6,7 +6,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from firstorder._argument_checks import check_integer, check_positive
+from firstorder._argument_checks import (
+    check_coordinates,
+    check_finite,
+    check_integer,
+    check_not_negative,
+    check_positive,
+)
 from firstorder.imaging._area_lights import Lamp
 from firstorder.space.skies import ConstantSky
 
@@ -46,7 +52,8 @@ def light_rig(
         softness: half of a lamp's edge over its distance.
 
     Raises:
-        ValueError: if the eye is straight above or below, or a number is not positive.
+        ValueError: if the eye is straight above or below, a vector is none, or a number is not
+            positive, `fill` and `rim` below 0.
 
     Example:
         >>> from firstorder.rendering import light_rig
@@ -57,6 +64,11 @@ def light_rig(
     check_integer("nodes", nodes)
     for name, number in (("size", size), ("nodes", nodes), ("softness", softness)):
         check_positive(name, number)
+    for name, place in (("center", center), ("toward_eye", toward_eye)):
+        check_coordinates(name, place)
+        check_finite(name, place)
+    check_not_negative("fill", fill)
+    check_not_negative("rim", rim)
     middle = np.asarray(center, float)
     ahead = np.array([*np.asarray(toward_eye, float)[:2], 0.0])
     if not np.any(ahead):

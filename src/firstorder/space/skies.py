@@ -164,7 +164,7 @@ class PanoramaSky(eqx.Module):
             perhaps a last axis of bands; differentiable leaves [W/(m^2 sr)].
 
     Raises:
-        ValueError: if there are fewer values, or one is not finite.
+        ValueError: if there are fewer values, or one is negative or not finite.
 
     Example:
         >>> import jax.numpy as jnp
@@ -176,7 +176,7 @@ class PanoramaSky(eqx.Module):
 
     BANDED: ClassVar = {"values": 2}
 
-    values: Float[Array, "rows columns *bands"] = eqx.field(converter=as_float)
+    values: Float[Array, "rows columns *bands"] = eqx.field(converter=_radiance)
 
     def __check_init__(self):
         """Refuse what is too small to go around."""
@@ -186,6 +186,7 @@ class PanoramaSky(eqx.Module):
                 f"Argument `values` must have shape (rows >= 2, columns >= 4), but has {shape}."
             )
         check_finite("values", self.values)
+        check_not_negative("values", self.values)
 
     @by_band()
     def __call__(self, w: Directions) -> Numbers:

@@ -263,6 +263,24 @@ def misplaced(tolerance=1e-3):
 NEAR = 0.025
 
 
+@pytest.mark.parametrize("style", ['{}="{}" {}="{}"', 'style="{}: {}; {}: {}"'])
+def test_a_transform_is_about_its_origin(style):
+    """A quarter turn, by hand: (1, 0) about (3, 1) goes to (4, -1), and y is turned upside down."""
+    turn = style.format("transform", "rotate(90)", "transform-origin", "3px 1")
+    scene = svg(f'<circle cx="1" r="0.5" {turn}/>')
+    np.testing.assert_allclose(group(scene, Circles).center, [[4.0, 1.0]], atol=1e-12)
+
+
+def test_of_a_switch_there_is_one():
+    """The first for those who know no extension and no language."""
+    one, two, three = (f'<circle id="{k}" r="{k}" {{}}/>' for k in (1, 2, 3))
+    foreign = one.format('requiredExtensions="http://ns.adobe.com/AdobeIllustrator/10.0/"')
+    inside = foreign + two.format("") + three.format("")
+    assert svg(f"<switch><title>t</title>{inside}</switch>").names == ("2",)
+    words = "".join(c.format(f'systemLanguage="{k}"') for c, k in ((one, "de"), (two, "fr")))
+    assert svg(f"<switch>{words}{three.format('')}</switch>").names == ("3",)
+
+
 def test_a_whole_drawing_lies_where_svgelements_has_it():
     assert misplaced() < NEAR
 
@@ -470,6 +488,18 @@ WRONG = [
     ('<g id="a"><use href="#a"/></g>', "`href` leads back to the element itself."),
     ('<svg viewBox="0 0 1 1"/>', "<svg>: `viewBox` is read at the root only."),
     ("<style>g > a {fill: red}</style>", "<style>: the selector `g > a` is not understood here."),
+    (
+        "<style>@media print {a {fill: red} p {fill: red}}</style>",
+        "<style>: the selector `@media print {a` is not understood here.",
+    ),
+    (
+        '<circle r="1" transform="scale(2)" transform-origin="center"/>',
+        "<circle>: `transform-origin` must be two lengths, but is 'center'.",
+    ),
+    (
+        '<circle r="1" transform="scale(2)" transform-origin="50% 1"/>',
+        "<circle>: `transform-origin` must be a length, but is '50%'.",
+    ),
     ("<g></a>", "the text is no XML: mismatched tag."),
     ("<g>" * 300, "elements are nested too deeply."),
 ]

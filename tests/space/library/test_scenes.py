@@ -101,5 +101,7 @@ def test_an_unknown_name_is_one_sentence():
         _scenes.named_scene("cornell")
     with pytest.raises(ValueError, match="Argument `name` must be one of"):
         _scenes.describe_scene("cornell")
+    with pytest.raises((ValueError, TypeError), match=r"Argument `name` must be one of|name="):
+        _scenes.describe_scene(_scenes.three_spheres())  # of a scene; a type check may be first
     with pytest.raises(ValueError, match="Argument `wall` must be one of"):
         _scenes.j12_box("white")

@@ -25,6 +25,8 @@ from firstorder.io.scenes._toml_tables import (
 )
 from firstorder.space.skies import ConstantSky, GaussianSky, HarmonicSky, PanoramaSky
 
+MOST_DEGREE = 32  # of a panorama's harmonics: their program grows with its square
+
 
 def sky_of(table: TomlTable, beside: Beside) -> Any:
     """The sky that an [environment] describes: a number, or a function of the direction.
@@ -48,6 +50,9 @@ def sky_of(table: TomlTable, beside: Beside) -> Any:
             return refused_at(table.at, lambda: GaussianSky(np.array(center), *rest))
         case "panorama":
             degree = table.take("degree", whole, None)
+            if degree is not None and degree > MOST_DEGREE:
+                words = f"`degree` must be at most {MOST_DEGREE}, but is {degree}."
+                raise table.at("degree").error(words)
             if "file" in table.values:
                 path = table.file(beside)
                 colour = table.take("colour", yes, False)

@@ -139,19 +139,22 @@ class StyleSheet:
 _BESIDE = re.compile(r"/\*.*?(?:\*/|\Z)|<!--|-->|@(?:import|charset)[^;]*+;?", re.S)
 _SELECTOR = re.compile(r"[.#]?[\w-]+|\*")
 # What the reader asks of a style.
-_READ = frozenset(("stroke", "fill", "visibility", "color", "display", "transform"))
+_READ = frozenset(
+    ("stroke", "fill", "visibility", "color", "display", "transform", "transform-origin")
+)
 
 
 def _rules(text: str) -> Iterator[tuple[str, str]]:
     """Selectors and declarations of the rules `selectors { declarations }`.
 
-    Of braces within braces it is the innermost; a brace that nobody closes makes no rule.
+    A rule within another, or under a condition such as `@media`, has all that stands before it as
+    selectors; a brace that nobody closes makes no rule.
     """
     *closed, _ = _BESIDE.sub("", text).split("}")
     for part in closed:
         before, opened, declarations = part.rpartition("{")
         if opened:
-            yield before.rpartition("{")[2], declarations
+            yield before, declarations
 
 
 def _declared(text: str) -> dict[tuple[bool, str], str]:

@@ -5,7 +5,8 @@ Geometry
     down: the drawing is turned upside down within its viewBox, which keeps the place it covers
     (without one, within its height; without that, about y = 0), so that the scene looks as drawn.
     Lines and circular arcs are exact, circles and ellipses too; Béziers and arcs of ellipses become
-    chords within `tolerance`. Transforms, groups and <use> are followed.
+    chords within `tolerance`. Transforms, groups and <use> are followed;
+    of a <switch> the first element is drawn that asks for no extension and no language.
 Sides
     Normals lie to the left of the pen's travel, as seen on the page. What is closed (and circles,
     rectangles, polygons) is travelled so that its normals point outward, whichever way it was
@@ -284,7 +285,7 @@ class _Reader:
                 elif "did you mean" in (meant := nearest_known(word, DATA)):
                     raise ValueError(f"`{key}` is not known here: {meant}")
         self._owns[id(node)] = found = _Own(
-            matrix=None if transform == "none" else affine(transform),
+            matrix=None if transform == "none" else _about(style, affine(transform)),
             style={k: style[k] for k in _INHERITED if style.get(k, "inherit") != "inherit"},
             data=data,
             classes=self._known_classes(own.get("class", "").split()),
@@ -310,7 +311,8 @@ class _Reader:
             raise ValueError("`viewBox` is read at the root only.")
         if node.tag != "use":
             inner = context.mapped(_shift(node)) if nested else context
-            return [c for c in node.children if c.tag != "symbol"], inner
+            children = [c for c in node.children if c.tag != "symbol"]
+            return _chosen(children) if node.tag == "switch" else children, inner
         href = node.attributes.get("href", "")
         if not href.startswith("#") or href[1:] not in self.by_id:
             raise ValueError(f"`href` must name an element of this file, but is {href[:40]!r}.")
@@ -351,6 +353,23 @@ def _shift(node: Node) -> np.ndarray:
     """The matrix (2, 3) that moves by x and y of an element."""
     x, y = (length(k, node.attributes.get(k, "0")) for k in ("x", "y"))
     return np.array([[1.0, 0.0, x], [0.0, 1.0, y]])
+
+
+def _about(style: dict[str, str], matrix: np.ndarray) -> np.ndarray:
+    """A transform about the point that `transform-origin` says."""
+    words = style.get("transform-origin", "0 0")
+    if len(words.split()) != 2:
+        raise ValueError(f"`transform-origin` must be two lengths, but is {words[:40]!r}.")
+    origin = np.array([length("transform-origin", word) for word in words.split()])
+    A, b = matrix[:, :2], matrix[:, 2]
+    return np.column_stack([A, b + origin - A @ origin])
+
+
+def _chosen(children: list[Node]) -> list[Node]:
+    """The child of a <switch> that is drawn: the first that asks for no extension or language."""
+    asks = ("requiredExtensions", "systemLanguage")
+    drawn = [c for c in children if not c.foreign and c.tag not in SILENT]
+    return [c for c in drawn if not any(c.attributes.get(key) for key in asks)][:1]
 
 
 def _paint(style: dict[str, str], key: str, default: str) -> str:

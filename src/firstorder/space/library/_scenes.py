@@ -14,6 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import ArrayLike
 
+from firstorder._argument_checks import check_known
 from firstorder.space.primitives import Primitive, primitive
 from firstorder.space.scene import Scene
 from firstorder.space.shapes.build import box, plane, rectangle, sphere
@@ -300,8 +301,7 @@ def named_scene(name: str) -> Scene:
 
 
 def _maker(name: str) -> Callable[[], Scene]:
-    if name not in _makers():
-        raise ValueError(f"Argument `name` must be one of {list(scene_names())}, but is {name!r}.")
+    check_known("name", name, scene_names())
     return _makers()[name]
 
 
