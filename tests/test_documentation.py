@@ -5,6 +5,7 @@
 
 import copy
 import dataclasses
+import importlib
 import re
 
 import pytest
@@ -65,3 +66,27 @@ def test_what_is_taken_out_of_a_docstring_is_missed(kind, name, pattern, lacks):
 
 def test_what_is_said_never_to_raise_would_have_to_say_so_otherwise():
     assert [name for name in docs.NEVER if not docs.exceptions(named(name))] == []
+
+
+IMPORT = re.compile(r"^ *>>> from (firstorder[\w.]*) import (\w+(?:, \w+)*)$", re.M)
+
+
+def home(module, names):
+    """The first package on the way to a module that exports all of the names."""
+    parts, things = module.split("."), importlib.import_module(module)
+    for k in range(2, len(parts)):
+        package = importlib.import_module(".".join(parts[:k]))
+        public = getattr(package, "__all__", ())
+        if all(n in public and getattr(package, n) is getattr(things, n, None) for n in names):
+            return package.__name__
+    return module
+
+
+def test_examples_import_names_from_where_they_are_exported():
+    elsewhere = [
+        f"{path.name}: from {module} import {names}"
+        for path in (docs.ROOT / "src").rglob("*.py")
+        for module, names in IMPORT.findall(path.read_text(encoding="utf-8"))
+        if home(module, names.split(", ")) != module
+    ]
+    assert elsewhere == []

@@ -45,7 +45,7 @@ def as_float(x: Any) -> Array:
         return as_array(x if np.issubdtype(x.dtype, np.inexact) else x.astype(float))
     try:
         x = jnp.asarray(x)
-    except TypeError:
+    except (TypeError, ValueError):  # of rows of several lengths NumPy says ValueError
         symbols = symbolic(x)
         if symbols is not None:
             return symbols

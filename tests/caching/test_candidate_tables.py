@@ -143,7 +143,7 @@ def test_noise_keeps_the_mean_and_other_shapes_are_refused():
     scene = Scene.of(primitive(plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), name="floor"))
     with pytest.raises(ValueError, match="`maps` must have shapes of"):
         tabulate_candidates(RadianceMaps(scene, jnp.zeros((0, 2, 2))), PLACES, given, 0)
-    with pytest.raises(ValueError, match="`rows` must be positive"):
+    with pytest.raises(ValueError, match="`rows` must be a positive integer"):
         gather_directions(0, 4)
     assert jax.tree.leaves(gather_directions(2, 2, sets=1))[0].dtype == np.float32
 

@@ -55,6 +55,13 @@ def test_light_is_dark_outside_its_extent_and_bright_near_its_ends(name):
             assert np.max(values[np.abs(t - float(low)) < 0.35 * span]) > 1e-3 * peak
 
 
+def test_the_extent_moves_as_its_points_do():
+    box = Extent(jnp.array([[1.0, 2.0]]), jnp.zeros((1, 2, 2)), jnp.array([[[0.5, 0.25]]]))
+    moved = box.moved(jnp.array([[0.0, 3.0], [1.0, 0.0]]), jnp.array([10.0, -5.0]))
+    np.testing.assert_allclose(moved.along([1.0, 0.0]), (15.25, 16.75))
+    np.testing.assert_allclose(moved.along([0.0, 1.0]), (-4.5, -3.5))
+
+
 def test_a_coordinate_that_is_integrated_is_gone():
     f = light(FLATLAND_SLOPE)
     E = Integrate("v", -9.0, 9.0)(Travel(2.0)(f)).spectrum().extent()

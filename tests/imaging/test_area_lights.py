@@ -289,7 +289,7 @@ def test_no_nan_in_degenerate_places(x):
 
 
 def test_lamps_need_nodes():
-    with pytest.raises(ValueError, match="`count` must be positive, but is 0"):
+    with pytest.raises(ValueError, match="`count` must be a positive integer, but is 0"):
         Lamp((0, 0, 1), (1, 0, 0), (0, 1, 0), count=0)
 
 
@@ -321,7 +321,7 @@ def test_the_unit_of_length_is_of_no_matter_in_single_precision(unit, even):
         (dict(u=np.array([0.0, np.inf, 1.0])), "`u` must be finite"),
         (dict(v=np.array([0.0, 1.0])), "`v` must have three coordinates"),
         (dict(radiance=-1.0), "`radiance` must not be negative"),
-        (dict(count=0), "`count` must be positive"),
+        (dict(count=0), "`count` must be a positive integer"),
     ],
 )
 def test_what_is_no_lamp_is_one_sentence(change, words):

@@ -9,7 +9,7 @@ from firstorder.checks.tolerance import normwise, rounding
 from firstorder.imaging import images
 from firstorder.imaging.camera import pinhole
 from firstorder.imaging.images import _gathered, _render_pixels, pixel_grid, pixel_labels
-from firstorder.space import Receiver, Scene, box, cylinder, plane, primitive, sphere
+from firstorder.space import Receiver, Scene, box, cylinder, plane, primitive, receiver, sphere
 
 ALBEDO, SKY = 0.7, 1.5
 CAMERA = pinhole((0.4, -4.0, 2.2), (0.2, 0.1, 0.3), gamma=2.0)
@@ -117,6 +117,16 @@ def test_irradiance_under_a_sky_that_is_a_function(world):
     slope = SKY * np.pi * 0.75 * here / (1.0 + here @ here) ** 2.5
     assert abs(float(E) / open_light(here) - 1.0) < 2e-3
     assert normwise(dE[:2], slope) < 1e-12
+
+
+def test_a_lobe_of_exponent_zero_is_irradiance_whatever_its_axis():
+    """Under a white sky; of exponent one, b off the normal, 2/3 ((pi - b) cos b + sin b)."""
+    scene, cos, sin = Scene.of(primitive(GROUND), environment=1.0), 0.8, 0.6
+    at, axis = receiver((0.1, 0.2, 0.0), on=0), jnp.array([sin, 0.0, cos])
+    gathered = jax.jit(lambda e: _gathered(scene, at, axis, e, 2048))
+    assert float(gathered(0.0)) == pytest.approx(np.pi, rel=1e-12)
+    leaning = ((np.pi - np.arccos(cos)) * cos + sin) / 1.5
+    assert float(gathered(1.0)) == pytest.approx(leaning, rel=1e-3)
 
 
 def cap_error(world):

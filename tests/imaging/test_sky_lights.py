@@ -258,7 +258,7 @@ def test_kinds_of_nodes_have_names():
     ]
     with pytest.raises(ValueError, match="must be even, cosine or luminance, but is 'blue'"):
         sky_light(SKY, "blue", 4)
-    with pytest.raises(ValueError, match="`rows` must be positive, but is 0"):
+    with pytest.raises(ValueError, match="`rows` must be a positive integer, but is 0"):
         CosineSkyLight(SKY, 0)
 
 
@@ -278,7 +278,7 @@ def test_a_lamp_taken_for_distant_is_right_at_its_place_and_errs_by_sv():
 
 
 def test_bad_skies_are_refused():
-    with pytest.raises(ValueError, match="`rows` must be positive, but is 0"):
+    with pytest.raises(ValueError, match="`rows` must be a positive integer, but is 0"):
         _dome(SKY, 0)
     with pytest.raises(ValueError, match="`sky` must send light, but is dark"):
         _by_luminance(lambda w: 0.0 * w[0], 4)

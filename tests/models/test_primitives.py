@@ -178,7 +178,7 @@ def test_placed_scales_then_turns_then_shifts():
         (lambda: bumpy_sphere(0.0), "`radius` must be positive"),
         (lambda: bumpy_sphere(1.0, lambda n: np.full(len(n), -1.0)), "`height` must be above -1"),
         (lambda: bumpy_sphere(1.0, lambda n: np.full(len(n), np.nan)), "`height` must be above -1"),
-        (lambda: displaced_ground(cells=0), "`cells` must be positive"),
+        (lambda: displaced_ground(cells=0), "`cells` must be a positive integer"),
         (
             lambda: displaced_ground(height=lambda p: np.full(len(p), np.inf)),
             "`height` must be finite",

@@ -20,6 +20,12 @@ def test_products():
     np.testing.assert_allclose(vectors.inverse_3x3(jnp.asarray(M)), np.linalg.inv(M))
 
 
+def test_products_of_coordinates():
+    a, b = vectors.apart(jnp.asarray(A)), vectors.apart(jnp.asarray(B))
+    np.testing.assert_allclose(np.stack(vectors.cross_apart(a, b), -1), np.cross(A, B))
+    np.testing.assert_allclose(vectors.dot_apart(a, b), np.sum(A * B, -1))
+
+
 def test_an_inverse_has_two_derivatives():
     """Those of JAX's own inverse; none for a matrix whose columns lie on one line."""
     found, wanted = (
@@ -47,6 +53,13 @@ def test_frames_are_right_handed_and_smooth(n):
     np.testing.assert_allclose(np.linalg.det(found), 1.0)
     np.testing.assert_allclose(found[:, 2], n)
     assert np.all(np.isfinite(jax.jacobian(vectors.orthonormal_frame)(n)))
+
+
+@pytest.mark.parametrize("unit", [1e-200, 1.0, 1e200])
+def test_a_frame_along_vectors_has_no_unit(unit):
+    found = np.asarray(vectors.frame_along(jnp.asarray(unit * A)))
+    np.testing.assert_allclose(found[..., 2], A / np.linalg.norm(A, axis=1, keepdims=True))
+    np.testing.assert_allclose(np.swapaxes(found, 1, 2) @ found, [np.eye(3)] * 7, atol=1e-15)
 
 
 def test_many_rays_from_one_point_in_the_frames_of_several_shapes():

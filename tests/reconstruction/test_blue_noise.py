@@ -80,7 +80,7 @@ def test_no_pixel_is_asked_for_more_than_once():
         (np.full((8, 8), np.nan), 4, "`density` must be finite"),
         (np.zeros((8, 8)), 4, "`count` must be at most 0"),
         (np.ones((8, 8)), 65, "`count` must be at most 64"),
-        (np.ones((8, 8)), 0, "`count` must be positive"),
+        (np.ones((8, 8)), 0, "`count` must be a positive integer"),
     ],
 )
 def test_bad_input_gets_one_sentence(density, count, sentence):

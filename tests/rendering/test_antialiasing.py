@@ -8,6 +8,7 @@ import pytest
 from firstorder.imaging import Lamp, pinhole
 from firstorder.rendering import Renderer, World, antialiased, antialiasing, subpixels
 from firstorder.space import Scene, plane, primitive, sphere
+from firstorder.space.skies import ConstantSky
 
 
 def check_one_place_a_cell_column_and_row():
@@ -103,6 +104,16 @@ def test_a_fault_of_the_image_is_seen(renderer, tmp_path, monkeypatch):
     found = antialiased(renderer, 40, 30, tmp_path / "bad", quiet=True)
     said, true = (np.sqrt(np.mean(a**2)) for a in (found.error, found.value - fine.value))
     assert not said / true > 1.0
+
+
+def test_lamps_and_the_sky_are_in_the_image(renderer, tmp_path):
+    """A lamp fills the middle one of five pixels, and the sky the outer ones."""
+    up = pinhole((0.5, -1.5, 1.0), (0.5, -1.0, 3.0), gamma=1.0)
+    made = Renderer(renderer.world._replace(camera=up, sky=ConstantSky((2.0, 3.0, 4.0))))
+    found = antialiased(made, 5, 1, tmp_path, quiet=True)
+    lamp, sky = [1.0, 1.0, 1.0], [2.0, 3.0, 4.0]
+    np.testing.assert_array_equal(found.value[[0, 2, 4], 0], [sky, lamp, sky])
+    assert np.all(found.error[[0, 2, 4]] == 0.0)
 
 
 def test_it_goes_on_where_it_was_ended(renderer, tmp_path):

@@ -205,6 +205,16 @@ def test_layers_know_lamps_and_sky():
         assert np.all(np.isfinite(layers[name]))
 
 
+def test_lamps_are_numbered_behind_shapes_and_models(models):
+    eye = pinhole((0.0, -4.0, 1.0), LAMP.center, gamma=1.0)
+    beside = eye.eye + eye.direction(jnp.array([0.5, 0.0]))
+    dim = Lamp(beside, (0.0, 0.1, 0.0), (0.1, 0.0, 0.0), 3.0, 5, True)
+    made = Renderer(models.world._replace(camera=eye, lamps=(LAMP, dim)))
+    layers = made.layers(np.array([(0.0, 0.0), (0.5, 0.0)]))
+    assert layers["index"].tolist() == [2.0, 3.0]
+    assert layers["value"].tolist() == [8.0, 3.0]
+
+
 def test_passes_see_other_nodes_of_one_mean(shapes):
     lights = [shapes.lights_of(k)[0] for k in range(3)]
     np.testing.assert_array_equal(lights[0].shift, 0.0)

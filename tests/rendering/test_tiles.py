@@ -275,7 +275,7 @@ def test_a_folder_of_another_image_is_refused(tmp_path, change, what):
 
 
 def test_sizes_must_be_positive(tmp_path):
-    with pytest.raises(ValueError, match="`side` must be positive, but is 0"):
+    with pytest.raises(ValueError, match="`side` must be a positive integer, but is 0"):
         render_tiles(noisy, 4, 4, tmp_path, side=0)
 
 

@@ -22,9 +22,9 @@ RANK = jnp.arange(11, dtype=jnp.int32)
 NOWHERE = jnp.full(70, intersect.MISS)
 
 
-def by_hand():
+def by_hand(along=ALONG):
     """Distances to all shapes in NumPy."""
-    o, d = np.asarray(ORIGINS), np.asarray(ALONG)
+    o, d = np.asarray(ORIGINS), np.asarray(along)
     t = np.full((70, 11), np.inf)
     for k, (c, r) in enumerate(zip(*BALLS, strict=True)):
         b = np.sum((o - c) * d, 1)
@@ -55,6 +55,31 @@ def test_blocks_do_not_change_the_answer():
     np.testing.assert_array_equal(whole, cut)
 
 
+@pytest.mark.parametrize("few", [11, 10])
+def test_few_shapes_and_many_have_one_answer(few):
+    t = by_hand()
+    true = np.where(np.isfinite(t.min(1)), t.argmin(1), intersect.MISS)
+    rays = ORIGINS, ALONG, NOWHERE
+    np.testing.assert_array_equal(intersect.first_shape(GROUPS, RANK, rays, 32, few), true)
+
+
+def test_the_nearest_of_some_shapes_is_found():
+    """Of two for each ray, one of which it may start on; or of one alone."""
+    k = np.arange(70)
+    along = BALLS[0][k % 9] - ORIGINS
+    along = along / jnp.linalg.norm(along, axis=1, keepdims=True)
+    t = by_hand(along)
+    near, next_ = t.argsort(1)[:, :2].T
+    on = np.where(k % 4 == 0, near, intersect.MISS)
+    asked = np.stack([next_, np.where(k % 3 == 0, intersect.MISS, near)])
+    t = np.where((asked == intersect.MISS) | (asked == on), np.inf, t[k, asked])
+    true = np.where(np.isfinite(t.min(0)), asked[t.argmin(0), k], intersect.MISS)
+    assert min(np.sum(true == near), np.sum(true == next_)) > 5
+    rays = ORIGINS, along, jnp.asarray(on)
+    found = jax.jit(lambda asked: intersect.first_of(GROUPS, RANK, asked, rays))(asked)
+    np.testing.assert_array_equal(found, true)
+
+
 @pytest.mark.parametrize("find", [intersect.first_by_reduction, intersect.first_by_scan])
 def test_far_surfaces_in_the_same_place_are_so_whatever_rounding_says(find):
     """Squares of one plane 1 km away, which lie in it otherwise: the highest rank counts."""
@@ -79,6 +104,25 @@ def test_a_shape_does_not_meet_its_own_rays():
     found = intersect.first_by_scan(GROUPS, RANK, (ORIGINS, ALONG, jnp.asarray(true)))
     hit = np.isfinite(by_hand().min(1))
     np.testing.assert_array_equal(np.asarray(found)[hit], second[hit])
+
+
+def test_what_stands_between_two_points_hides_one_from_the_other():
+    t = by_hand()
+    met = np.isfinite(t.min(1))
+    t, a, d = t[met], ORIGINS[met], ALONG[met]
+    first, near = jnp.asarray(t.argmin(1)), t.min(1)
+
+    @jax.jit
+    def hidden(share, on_a, on_b):
+        return intersect.occluded(GROUPS, a, a + (share * near)[:, None] * d, on_a, on_b)
+
+    nowhere = jnp.full(len(t), intersect.MISS)
+    assert not np.any(hidden(0.99, nowhere, nowhere))
+    assert np.all(hidden(1.01, nowhere, nowhere))
+    assert not np.any(hidden(1.0, nowhere, first))
+    assert np.all(hidden(1.01, nowhere, first))  # the front of a shape hides its back
+    t[np.arange(len(t)), first] = np.inf
+    np.testing.assert_array_equal(hidden(1.5, first, nowhere), t.min(1) < 1.5 * near)
 
 
 def test_each_shape_answers_for_itself():

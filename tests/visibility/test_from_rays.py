@@ -193,7 +193,9 @@ def test_a_sliver_has_no_limb():
 
 @pytest.mark.smoke
 def test_bad_counts_are_one_sentence():
-    with pytest.raises(ValueError, match=r"^Argument `size` must be positive, but is 0.$"):
+    with pytest.raises(
+        ValueError, match=r"^Argument `size` must be a positive integer, but is 0.$"
+    ):
         bracket_edges(lambda a: a > 0, jnp.zeros(3), size=0)
     edges = found(jnp.zeros(2))[0]
     with pytest.raises(ValueError, match=r"^Argument `reach` must be positive, but is 0.0.$"):

@@ -79,8 +79,8 @@ def glossy_bandwidth_map(
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.bandwidth.pixel_rates import glossy_bandwidth_map
-        >>> from firstorder.imaging.hits import GBuffer
+        >>> from firstorder.bandwidth import glossy_bandwidth_map
+        >>> from firstorder.imaging import GBuffer
         >>> up, one = jnp.array([0.0, 0.0, 1.0]), jnp.ones(())
         >>> ball = GBuffer(0.0 * up, up, up, 3.0 * one, one, -jnp.eye(2) / 2.0)
         >>> glossy_bandwidth_map(1.0, ball).item(), glossy_bandwidth_map(1.0, ball,
@@ -119,8 +119,8 @@ def diffuse_bandwidth_map(
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.bandwidth.pixel_rates import diffuse_bandwidth_map
-        >>> from firstorder.imaging.hits import GBuffer
+        >>> from firstorder.bandwidth import diffuse_bandwidth_map
+        >>> from firstorder.imaging import GBuffer
         >>> up, one = jnp.array([0.0, 0.0, 1.0]), jnp.ones(())
         >>> ball = GBuffer(0.0 * up, up, up, 3.0 * one, one, -jnp.eye(2) / 2.0)
         >>> diffuse_bandwidth_map(1.0, ball).item(), diffuse_bandwidth_map(1.0, ball,
@@ -165,7 +165,7 @@ def rms_cutoff(exponent: RealLike) -> Float[Array, "..."]:
         exponent: s, a number or an array.
 
     Example:
-        >>> from firstorder.bandwidth.pixel_rates import rms_cutoff
+        >>> from firstorder.bandwidth import rms_cutoff
         >>> [round(rms_cutoff(s).item(), 3) for s in (1.0, 200.0)]
         [0.159, 1.594]
     """
@@ -205,7 +205,7 @@ def mean_inverse_distance(
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.bandwidth.pixel_rates import mean_inverse_distance
+        >>> from firstorder.bandwidth import mean_inverse_distance
         >>> d = jnp.array([0.5, 2.0, jnp.inf])
         >>> round(mean_inverse_distance(d).item(), 4), mean_inverse_distance(d, jnp.array([0.0, 1.0,
         ...     3.0])).item()
@@ -236,8 +236,8 @@ def blocker_distance(
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.bandwidth.pixel_rates import blocker_distance
-        >>> from firstorder.space.library._scenes import sphere_over_plane
+        >>> from firstorder.bandwidth import blocker_distance
+        >>> from firstorder.space.library import sphere_over_plane
         >>> up = jnp.array([[[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]]])
         >>> scene, none = sphere_over_plane(), jnp.array([-1])
         >>> blocker_distance(scene, jnp.array([[0.0, 0.0, 9.0]]), up, none).tolist()
@@ -267,8 +267,8 @@ def radians_per_pixel(camera: Pinhole, p: ArrayLike, side: RealLike) -> Float[Ar
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.bandwidth.pixel_rates import radians_per_pixel
-        >>> from firstorder.imaging.camera import pinhole
+        >>> from firstorder.bandwidth import radians_per_pixel
+        >>> from firstorder.imaging import pinhole
         >>> camera = pinhole((0.0, 0.0, 4.0), (0.0, 0.0, 0.0), up=(0.0, 1.0, 0.0), gamma=2.0)
         >>> radians_per_pixel(camera, np.zeros((1, 2)), 0.01).tolist()
         [0.005]
@@ -301,7 +301,7 @@ def sampling_density(
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.bandwidth.pixel_rates import sampling_density
+        >>> from firstorder.bandwidth import sampling_density
         >>> sampling_density(np.array([0.1, 0.2]), even=0.0).tolist()
         [0.4, 1.6]
     """

@@ -59,7 +59,7 @@ def pixel_differences(
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.bandwidth.screen_space import pixel_differences
+        >>> from firstorder.bandwidth import pixel_differences
         >>> x = np.stack(np.meshgrid(np.arange(3.0), np.arange(2.0), [0.0], indexing="ij"), -1)
         >>> up, label = np.broadcast_to((0.0, 0.0, 1.0), (3, 2, 3)), np.zeros((3, 2), int)
         >>> turns = pixel_differences(x[:, :, 0], up, np.array([1.0, 0.0, 9.0]), label)
@@ -110,7 +110,7 @@ def screen_glossy_bandwidth(
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.bandwidth.screen_space import PixelDifferences, screen_glossy_bandwidth
+        >>> from firstorder.bandwidth import PixelDifferences, screen_glossy_bandwidth
         >>> one = np.zeros((1, 1, 3, 2))
         >>> one[0, 0, 0, 0] = 0.5  # along px alone
         >>> screen_glossy_bandwidth(1.0, PixelDifferences(one, 0 * one, one, one), slope=2.0,
@@ -139,7 +139,7 @@ def screen_diffuse_bandwidth(
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.bandwidth.screen_space import PixelDifferences, screen_diffuse_bandwidth
+        >>> from firstorder.bandwidth import PixelDifferences, screen_diffuse_bandwidth
         >>> one = np.zeros((1, 1, 3, 2))
         >>> one[0, 0, 0, 0] = 0.5
         >>> screen_diffuse_bandwidth(1.0, PixelDifferences(0 * one, one, one, one), slope=2.0,

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import ArrayLike, Float
 
-from firstorder._argument_checks import check_integer, check_positive
+from firstorder._argument_checks import check_count
 from firstorder.caching.candidates import Candidates
 from firstorder.space.bounces._radiance_maps import FLAT, RadianceMaps, face_layout
 from firstorder.space.estimators._gather_sums import WallSweeps, jumps_across, surface_area_sums
@@ -95,13 +95,12 @@ def gather_directions(
         ValueError: if a count is not positive.
 
     Example:
-        >>> from firstorder.caching.candidate_tables import gather_directions
+        >>> from firstorder.caching import gather_directions
         >>> gather_directions(2, 4, sets=3).directions.shape
         (3, 3, 2, 4)
     """
     for name, number in (("rows", rows), ("columns", columns), ("sets", sets)):
-        check_integer(name, number)
-        check_positive(name, number)
+        check_count(name, number)
     rng = np.random.default_rng(seed)
     up, across = rng.random((2, sets, rows, columns))
     square = (np.arange(rows)[:, None] + up) / rows

@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
-from firstorder._argument_checks import check_integer, check_positive, check_shape
+from firstorder._argument_checks import check_count, check_shape
 from firstorder.caching.candidates import Candidates
 from firstorder.numerics._batching import in_batches
 from firstorder.space.bounces._radiance_maps import RadianceMaps, trace_maps
@@ -77,15 +77,14 @@ def occlusion_table(
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.caching.occlusion import occlusion_table
+        >>> from firstorder.caching import occlusion_table
         >>> from firstorder.space import library
-        >>> from firstorder.space.bounces._radiance_maps import RadianceMaps
+        >>> from firstorder.space.bounces import RadianceMaps
         >>> maps = RadianceMaps(library.j12_box(), jnp.zeros((4, 2, 2)))
         >>> occlusion_table(maps, jnp.array([[0.4, 0.3]]), on=0, rays=64).hessian.tolist()
         [[[0.0, 0.0], [0.0, 0.0]]]
     """
-    check_integer("rays", rays)
-    check_positive("rays", rays)
+    check_count("rays", rays)
     x = as_float(position).astype(jnp.float32)
     check_shape("position", x, (x.shape[0], 2))
     single = jax.tree.map(lambda a: a.astype(jnp.float32) if eqx.is_inexact_array(a) else a, maps)

@@ -25,7 +25,7 @@ def checked(function: Callable) -> Callable:
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.checks.checked_mode import checked
+        >>> from firstorder.checks import checked
         >>> checked(jnp.sqrt)(jnp.array(-1.0))
         Traceback (most recent call last):
             ...

@@ -40,7 +40,7 @@ def twin(step, **rules):
         rules: methods by their names.
 
     Example:
-        >>> from firstorder.checks.faults import twin
+        >>> from firstorder.checks import twin
         >>> from firstorder.fields import Affine
         >>> from firstorder.laws import Move
         >>> wrong = twin(Move([[1.0, -2.0], [0.0, 1.0]]), value=lambda self, f, u: f.at(u))
@@ -64,7 +64,7 @@ def twin_law(event, change: Callable):
         change: from the right law to a wrong one.
 
     Example:
-        >>> from firstorder.checks.faults import twin_law
+        >>> from firstorder.checks import twin_law
         >>> from firstorder.conventions import FLATLAND_SLOPE
         >>> from firstorder.laws import Move
         >>> from firstorder.transport import Travel

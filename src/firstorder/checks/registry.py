@@ -16,7 +16,7 @@ def all_cases() -> dict[str, Case]:
     """Cases by name, laws before events, in the order of the files' names.
 
     Example:
-        >>> from firstorder.checks.registry import all_cases
+        >>> from firstorder.checks import all_cases
         >>> list(all_cases())[0]
         'convolve'
     """
@@ -34,7 +34,7 @@ def all_faults() -> dict[str, tuple[Fault, ...]]:
     """Faults by the name of the case that they must turn red.
 
     Example:
-        >>> from firstorder.checks.registry import all_faults
+        >>> from firstorder.checks import all_faults
         >>> [fault.name for fault in all_faults()["move"]][:2]
         ['rows for columns', 'invert M']
     """

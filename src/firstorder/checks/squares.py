@@ -57,8 +57,8 @@ class Case:
         ValueError: without a ray or a frequency, where every step would be right.
 
     Example:
-        >>> from firstorder.checks.registry import all_cases
-        >>> from firstorder.checks.squares import Case
+        >>> from firstorder.checks import all_cases
+        >>> from firstorder.checks import Case
         >>> isinstance(all_cases()["travel"], Case)
         True
     """
@@ -101,7 +101,7 @@ class Square:
     """Outcome of one square: verdict, error, and the reason of a refusal.
 
     Example:
-        >>> from firstorder.checks.squares import Square
+        >>> from firstorder.checks import Square
         >>> Square("travel", "wavelet", "refused", None, "it shears the grid").verdict
         'refused'
     """
@@ -121,8 +121,8 @@ def by_conversion(case: Case, portrait: str):
         portrait: one of `PORTRAITS`.
 
     Example:
-        >>> from firstorder.checks.registry import all_cases
-        >>> from firstorder.checks.squares import by_conversion
+        >>> from firstorder.checks import all_cases
+        >>> from firstorder.checks import by_conversion
         >>> by_conversion(all_cases()["mirror"], "value").ndim  # one number for each ray
         1
     """
@@ -213,8 +213,8 @@ def by_rule(case: Case, portrait: str, step: Step | None = None):
         step: in place of the case's own.
 
     Example:
-        >>> from firstorder.checks.registry import all_cases
-        >>> from firstorder.checks.squares import by_rule
+        >>> from firstorder.checks import all_cases
+        >>> from firstorder.checks import by_rule
         >>> by_rule(all_cases()["mirror"], "value").ndim  # one number for each ray
         1
     """
@@ -256,8 +256,8 @@ def square(case: Case, portrait: str) -> Square:
         ValueError: if the rule gives numbers of another shape.
 
     Example:
-        >>> from firstorder.checks.registry import all_cases
-        >>> from firstorder.checks.squares import square
+        >>> from firstorder.checks import all_cases
+        >>> from firstorder.checks import square
         >>> square(all_cases()["mirror"], "value").verdict
         'equal'
     """
@@ -286,9 +286,9 @@ def goes_red(case: Case, portrait: str, wrong: Step) -> bool:
         ValueError: if the twin gives NaN, infinity or another shape.
 
     Example:
-        >>> from firstorder.checks.faults import twin_law
-        >>> from firstorder.checks.registry import all_cases
-        >>> from firstorder.checks.squares import goes_red
+        >>> from firstorder.checks import twin_law
+        >>> from firstorder.checks import all_cases
+        >>> from firstorder.checks import goes_red
         >>> from firstorder.laws import Move
         >>> case = all_cases()["mirror"]
         >>> goes_red(case, "value", twin_law(case.step, lambda law: Move(1.1 * law.M)))

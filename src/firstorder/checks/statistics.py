@@ -59,7 +59,7 @@ def z_threshold(
         ValueError: if `level` is no chance.
 
     Example:
-        >>> from firstorder.checks.statistics import z_threshold
+        >>> from firstorder.checks import z_threshold
         >>> round(z_threshold(1, 0.05), 3), round(z_threshold(100, 0.05), 3)
         (1.96, 3.474)
     """
@@ -93,7 +93,7 @@ def z_test(
         ValueError: if `level` is no chance, or there is no mean.
 
     Example:
-        >>> from firstorder.checks.statistics import z_test
+        >>> from firstorder.checks import z_test
         >>> z_test([1.1, 0.9], [0.1, 0.1], 1.0).passed, z_test(1.6, 0.1, 1.0).passed
         (True, False)
     """
@@ -111,7 +111,7 @@ def z_test_of(estimate: Any, truth: Any, level: float = LEVEL, truth_error: Any 
     """`z_test` of an `Estimate`.
 
     Example:
-        >>> from firstorder.checks.statistics import z_test_of
+        >>> from firstorder.checks import z_test_of
         >>> from firstorder.sampling import Estimate
         >>> z_test_of(Estimate(1.1, 0.1, 100.0), 1.0).passed
         True
@@ -130,7 +130,7 @@ def chi_square(counts: Any, expected: Any) -> float:
             nothing is counted.
 
     Example:
-        >>> from firstorder.checks.statistics import chi_square
+        >>> from firstorder.checks import chi_square
         >>> chi_square([52, 48], [50, 50]) > 0.5, chi_square([80, 20], [50, 50]) < 1e-8
         (True, True)
     """
@@ -200,7 +200,7 @@ def sampler_p_value(
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.checks.statistics import sampler_p_value
+        >>> from firstorder.checks import sampler_p_value
         >>> x = np.random.default_rng(0).uniform(size=4096)
         >>> sampler_p_value(x, np.ones_like, 0.0, 1.0) > 0.01
         True
@@ -245,7 +245,7 @@ def error_slope(counts: Any, errors: Any) -> ErrorSlope:
     """Fits `errors ~ counts^slope` by least squares of logarithms.
 
     Example:
-        >>> from firstorder.checks.statistics import error_slope
+        >>> from firstorder.checks import error_slope
         >>> round(error_slope([1e2, 1e4, 1e6], [1e-1, 1e-2, 1e-3]).slope, 6)
         -0.5
     """
@@ -273,7 +273,7 @@ def spread_test(measured: Any, predicted: Any, runs: int, level: float = LEVEL) 
         ValueError: for fewer than two runs.
 
     Example:
-        >>> from firstorder.checks.statistics import spread_test
+        >>> from firstorder.checks import spread_test
         >>> spread_test([1.1, 0.9], 1.0, 100).passed, spread_test(2.0, 1.0, 100).passed
         (True, False)
     """

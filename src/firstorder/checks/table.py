@@ -53,7 +53,7 @@ def _words(s: Square) -> str:
     """A cell in words: the verdict, and the order of magnitude of its error.
 
     Example:
-        >>> from firstorder.checks.squares import Square
+        >>> from firstorder.checks import Square
         >>> _words(Square("move", "value", "equal", 3.2e-16))
         'equal (1e-16)'
     """

@@ -22,7 +22,7 @@ def rounding(operations: int = 1, condition: float = 1.0, dtype=None) -> float:
         dtype: of the numbers; the default precision, if left out.
 
     Example:
-        >>> from firstorder.checks.tolerance import rounding
+        >>> from firstorder.checks import rounding
         >>> rounding(4, dtype="float64") < 1e-14
         True
     """
@@ -39,7 +39,7 @@ def normwise(a, b) -> float:
         ValueError: if both do not have one shape.
 
     Example:
-        >>> from firstorder.checks.tolerance import normwise
+        >>> from firstorder.checks import normwise
         >>> normwise([1.0, 4.0], [2.0, 4.0])
         0.25
     """
@@ -60,7 +60,7 @@ def fitted_order(sizes, errors) -> float:
         errors: at each, positive.
 
     Example:
-        >>> from firstorder.checks.tolerance import fitted_order
+        >>> from firstorder.checks import fitted_order
         >>> round(fitted_order([0.1, 0.2, 0.4], [0.01, 0.04, 0.16]), 9)
         2.0
     """

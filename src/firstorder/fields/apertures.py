@@ -42,7 +42,7 @@ class Bars(Field):
 
     Example:
         >>> from firstorder.fields import Affine
-        >>> from firstorder.fields.apertures import Bars
+        >>> from firstorder.fields import Bars
         >>> slit = Bars(Affine([1.0, 0.0], 0.0), [-1.0, 1.0], [0.0, 1.0, 0.0])
         >>> slit(0.3, 0.0).item(), slit(1.3, 0.0).item()
         (1.0, 0.0)
@@ -129,7 +129,7 @@ class Grating(Field):
 
     Example:
         >>> from firstorder.fields import Affine
-        >>> from firstorder.fields.apertures import Grating
+        >>> from firstorder.fields import Grating
         >>> comb = Grating(Affine([1.0, 0.0], 0.0), 2.0, 0.5)
         >>> comb(4.0, 0.0).item(), comb(5.0, 0.0).item()
         (1.0, 0.0)
@@ -212,7 +212,7 @@ class SoftSlit(Field):
 
     Example:
         >>> from firstorder.fields import Affine
-        >>> from firstorder.fields.apertures import SoftSlit
+        >>> from firstorder.fields import SoftSlit
         >>> V = SoftSlit(Affine([1.0, 0.0], 0.0), 2.0, 0.1)
         >>> round(V(1.0, 0.0).item(), 12)  # on a blurred edge
         0.5

@@ -172,7 +172,7 @@ def diffuse_brdf(albedo: ArrayLike) -> Brdf:
     Reference: J12 §3.2, after eq. 22.
 
     Example:
-        >>> from firstorder.flatland._radiometry import diffuse_brdf
+        >>> from firstorder.flatland import diffuse_brdf
         >>> diffuse_brdf(0.8)(0.1, -0.3).item()
         0.4
     """
@@ -278,7 +278,7 @@ def reflected_radiance(
     Example:
         >>> import jax
         >>> from firstorder.flatland import Receiver, Scene, Segments, primitive
-        >>> from firstorder.flatland._radiometry import diffuse_brdf, reflected_radiance
+        >>> from firstorder.flatland import diffuse_brdf, reflected_radiance
         >>> scene = Scene.of(primitive(Segments((1.0, 1.0), (-1.0, 1.0)), emission=1.0))
         >>> incident_radiance = jax.jit(lambda at: reflected_radiance(scene, at, out=0.3,
         ...     brdf=diffuse_brdf(0.5)))

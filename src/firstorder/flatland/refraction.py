@@ -130,7 +130,7 @@ def fresnel_reflectance(eta: ArrayLike, cosine: ArrayLike) -> Array:
         In [0, 1], of the shape to which both broadcast.
 
     Example:
-        >>> from firstorder.flatland.refraction import fresnel_reflectance
+        >>> from firstorder.flatland import fresnel_reflectance
         >>> round(float(fresnel_reflectance(1.5, 1.0)), 12)
         0.04
     """
@@ -248,7 +248,7 @@ class Caustic(eqx.Module):
 
     Example:
         >>> from firstorder.flatland import Circles, Scene, Segments, primitive
-        >>> from firstorder.flatland.refraction import Beam, Caustic, through_body
+        >>> from firstorder.flatland import Beam, Caustic, through_body
         >>> ball = primitive(Circles((0.0, 0.9), 0.5), ior=1.5)
         >>> floor = primitive(Segments((-1.0, 0.0), (1.0, 0.0)))
         >>> light = Beam((0.0, 3.0), 3.14159265)
@@ -392,7 +392,7 @@ def through_body(*shapes: int, inside: int = 0) -> tuple[tuple[int, str], ...]:
         inside: reflections on the closed shape's inside in between.
 
     Example:
-        >>> from firstorder.flatland.refraction import through_body
+        >>> from firstorder.flatland import through_body
         >>> through_body(0, inside=1)
         ((0, 'through'), (0, 'back'), (0, 'through'))
         >>> through_body(0, 1)
@@ -413,7 +413,7 @@ def rainbow_incidence(index: float, inside: int) -> float:
 
     Example:
         >>> import math
-        >>> from firstorder.flatland.refraction import rainbow_incidence
+        >>> from firstorder.flatland import rainbow_incidence
         >>> round(math.degrees(rainbow_incidence(4 / 3, 1)), 1)
         59.4
     """

@@ -33,10 +33,9 @@ from jaxtyping import Array, Float
 
 from firstorder._argument_checks import (
     check_coordinates,
+    check_count,
     check_finite,
-    check_integer,
     check_not_negative,
-    check_positive,
     is_concrete,
 )
 from firstorder.imaging._reflection import SurfacePoint, half_turn, mirrored
@@ -105,7 +104,7 @@ class Lamp(eqx.Module):
             span no area.
 
     Example:
-        >>> from firstorder.imaging._area_lights import Lamp
+        >>> from firstorder.imaging import Lamp
         >>> lamp = Lamp((0, 0, 2), (0, 1, 0), (1, 0, 0), count=4)
         >>> lamp.position.shape, round(-lamp.area[:, 2].sum().item(), 12)
         ((16, 3), 4.0)
@@ -123,8 +122,7 @@ class Lamp(eqx.Module):
 
     def __check_init__(self):
         """Refuse a lamp without nodes, without a place or with negative light."""
-        check_integer("count", self.count)
-        check_positive("count", self.count)
+        check_count("count", self.count)
         for name in ("center", "u", "v"):
             check_coordinates(name, getattr(self, name))
             check_finite(name, getattr(self, name))
@@ -269,7 +267,7 @@ def lobe_radiance(
     Example:
         >>> import jax.numpy as jnp
         >>> from firstorder.imaging._area_lights import Lamp, SurfaceReflectance, lobe_radiance
-        >>> from firstorder.imaging._reflection import surface_point
+        >>> from firstorder.imaging import surface_point
         >>> floor = surface_point(jnp.zeros(3), jnp.eye(3), jnp.zeros((2, 2)))
         >>> lamp = Lamp((3, 0, 3), (0, 1, 0), (1, 0, 0))
         >>> up = jnp.array([0.0, 0.0, 1.0])

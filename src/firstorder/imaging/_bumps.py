@@ -198,7 +198,7 @@ def solid_tilted(point: SurfacePoint, slopes: Callable) -> SurfacePoint:
     Example:
         >>> import jax.numpy as jnp
         >>> from firstorder.imaging._bumps import solid_tilted
-        >>> from firstorder.imaging._reflection import surface_point
+        >>> from firstorder.imaging import surface_point
         >>> floor = surface_point(jnp.zeros(3), jnp.eye(3), jnp.zeros((2, 2)))
         >>> solid_tilted(floor, lambda x: jnp.array([-0.75, 0.0, 9.0])).normal.tolist()
         [0.6, 0.0, 0.8]
@@ -281,7 +281,7 @@ class NormalMap(eqx.Module):
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.imaging._bumps import NormalMap
+        >>> from firstorder.imaging import NormalMap
         >>> flat = jnp.full((4, 4, 3), 0.5).at[..., 2].set(1.0)
         >>> jnp.abs(NormalMap.of(flat)(jnp.array([0.3, 0.1]))).tolist()
         [0.0, 0.0, 1.0]
@@ -331,7 +331,7 @@ def shading_shape_operator(point: SurfacePoint) -> Two:
     Example:
         >>> import jax.numpy as jnp
         >>> from firstorder.imaging._bumps import shading_shape_operator
-        >>> from firstorder.imaging._reflection import surface_point
+        >>> from firstorder.imaging import surface_point
         >>> plain = surface_point(jnp.zeros(3), jnp.eye(3), jnp.array([[1.0, 0.2], [0.2, -0.5]]))
         >>> shading_shape_operator(plain).tolist()
         [[1.0, 0.2], [0.2, -0.5]]

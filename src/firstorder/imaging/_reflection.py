@@ -79,7 +79,7 @@ def surface_point(position, axes, S) -> SurfacePoint:
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.imaging._reflection import surface_point
+        >>> from firstorder.imaging import surface_point
         >>> ball = surface_point(jnp.array([0.0, 0.0, 2.0]), jnp.eye(3), -0.5 * jnp.eye(2))
         >>> ball.turning[:, 0].tolist()  # the normal of a ball of radius 2 leans along with t
         [0.5, 0.0, 0.0]
@@ -241,7 +241,7 @@ def reflected_radiance(
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.imaging._reflection import reflected_radiance, surface_point
+        >>> from firstorder.imaging import reflected_radiance, surface_point
         >>> ball = surface_point(jnp.zeros(3), jnp.eye(3), -jnp.eye(2))  # radius 1
         >>> up = jnp.array([0.0, 0.0, 1.0])
         >>> B = reflected_radiance(lambda x, w: 1.0 + w[0], ball, up)
@@ -345,7 +345,7 @@ def direct_extension(
     Example:
         >>> import jax.numpy as jnp
         >>> from firstorder.imaging._reflection import direct_extension, reflected_radiance
-        >>> from firstorder.imaging._reflection import surface_point
+        >>> from firstorder.imaging import surface_point
         >>> S, up = -0.5 * jnp.eye(2), jnp.array([0.0, 0.0, 1.0])  # a ball of radius 2
         >>> ball = surface_point(jnp.zeros(3), jnp.eye(3), S)
         >>> B = reflected_radiance(lambda x, w: w[0], ball, up)

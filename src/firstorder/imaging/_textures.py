@@ -61,7 +61,7 @@ class SolidWaves(eqx.Module):
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.imaging._textures import SolidWaves
+        >>> from firstorder.imaging import SolidWaves
         >>> SolidWaves([[jnp.pi, 0.0, 0.0]], size=0.25, mean=0.5)(jnp.array([0.5, 3.0, 0.0])).item()
         0.75
     """
@@ -93,7 +93,7 @@ class SolidSlopes(eqx.Module):
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.imaging._textures import SolidSlopes
+        >>> from firstorder.imaging import SolidSlopes
         >>> SolidSlopes((0.5, 0.0, 0.0))(jnp.zeros(3)).tolist()
         [0.5, 0.0, 0.0]
     """
@@ -131,7 +131,7 @@ class ImageTexture(eqx.Module):
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.imaging._textures import ImageTexture
+        >>> from firstorder.imaging import ImageTexture
         >>> two = ImageTexture([[0.0, 1.0]])
         >>> [two(jnp.array([u, 0.3])).item() for u in (0.25, 0.375, 0.75, 1.0)]
         [0.0, 0.25, 1.0, 0.5]
@@ -189,7 +189,7 @@ class HeightMap(eqx.Module):
     Example:
         >>> import jax.numpy as jnp
         >>> import numpy as np
-        >>> from firstorder.imaging._textures import HeightMap
+        >>> from firstorder.imaging import HeightMap
         >>> waves = np.tile(np.cos(2 * np.pi * (np.arange(16) + 0.5) / 16), (4, 1))
         >>> round(HeightMap.of(0.01 * waves)(jnp.array([0.5, 0.2])).item(), 5)
         -0.01
@@ -240,7 +240,7 @@ def image_normal_map(pixels: Any, repeat: Any = (1.0, 1.0)) -> NormalMap:
     Example:
         >>> import jax.numpy as jnp
         >>> import numpy as np
-        >>> from firstorder.imaging._textures import image_normal_map
+        >>> from firstorder.imaging import image_normal_map
         >>> flat = np.broadcast_to([0.5, 0.5, 1.0], (4, 4, 3))
         >>> image_normal_map(flat)(jnp.array([0.3, 0.1])).tolist()
         [0.0, 0.0, 1.0]

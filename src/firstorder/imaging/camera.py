@@ -68,7 +68,7 @@ class Pinhole(eqx.Module):
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.imaging.camera import Pinhole
+        >>> from firstorder.imaging import Pinhole
         >>> camera = Pinhole(jnp.array([0.0, 0.0, 4.0]), jnp.eye(3), 2.0)
         >>> up = jnp.array([0.0, 0.0, 1.0])
         >>> camera.view(jnp.zeros(2), jnp.array(4.0), up).position_D_p.tolist()
@@ -133,7 +133,7 @@ def pinhole(eye, target, up=(0.0, 0.0, 1.0), gamma=1.0) -> Pinhole:
         ValueError: if the eye is at the target or looks along `up`, or a number is not finite.
 
     Example:
-        >>> from firstorder.imaging.camera import pinhole
+        >>> from firstorder.imaging import pinhole
         >>> pinhole((4.0, 0.0, 0.0), (0.0, 0.0, 0.0)).axes.T.tolist()  # right, up, back
         [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]
     """
@@ -172,8 +172,8 @@ def image_gradient(view: PixelFootprint, point: SurfacePoint, B: ReflectedRadian
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.imaging.camera import Pinhole, image_gradient
-        >>> from firstorder.imaging._reflection import reflected_radiance, surface_point
+        >>> from firstorder.imaging import Pinhole, image_gradient
+        >>> from firstorder.imaging import reflected_radiance, surface_point
         >>> floor = surface_point(jnp.zeros(3), jnp.eye(3), jnp.zeros((2, 2)))
         >>> camera = Pinhole(jnp.array([0.0, 0.0, 4.0]), jnp.eye(3), 2.0)
         >>> view = camera.view(jnp.zeros(2), jnp.array(4.0), floor.normal)

@@ -56,8 +56,8 @@ class Facets(eqx.Module):
 
         Example:
             >>> import jax.numpy as jnp
-            >>> from firstorder.imaging.facets import mesh_facets
-            >>> from firstorder.space.meshes.triangle_mesh import mesh
+            >>> from firstorder.imaging import mesh_facets
+            >>> from firstorder.space.meshes import mesh
             >>> one = mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
             >>> lean = jnp.array([[0.0, 0.0, 1.0], [0.6, 0.0, 0.8], [0.0, 0.0, 1.0]])
             >>> at = mesh_facets(one, lean).point(jnp.array(0), jnp.zeros(3))

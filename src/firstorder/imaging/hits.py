@@ -70,8 +70,8 @@ class GBuffer(eqx.Module):
 
         Example:
             >>> from firstorder.imaging import primary_hits
-            >>> from firstorder.imaging.camera import pinhole
-            >>> from firstorder.space.library._scenes import sphere_over_plane
+            >>> from firstorder.imaging import pinhole
+            >>> from firstorder.space.library import sphere_over_plane
             >>> camera = pinhole((0.0, -4.0, 2.0), (0.0, 0.0, 0.5), gamma=0.5)
             >>> hits = primary_hits(sphere_over_plane(), camera, (2, 2)).to_xarray()
             >>> hits.index.sel(px=-0.5).values.tolist(), hits.distance.attrs["units"]
@@ -145,9 +145,9 @@ def primary_hits(
             or a number is not positive.
 
     Example:
-        >>> from firstorder.imaging.camera import pinhole
-        >>> from firstorder.imaging.hits import primary_hits
-        >>> from firstorder.space.library._scenes import sphere_over_plane
+        >>> from firstorder.imaging import pinhole
+        >>> from firstorder.imaging import primary_hits
+        >>> from firstorder.space.library import sphere_over_plane
         >>> camera = pinhole((0.0, -4.0, 2.0), (0.0, 0.0, 0.5), gamma=0.5)
         >>> hits = primary_hits(sphere_over_plane(), camera, (2, 2))
         >>> hits.index.tolist(), hits.position[:, 0, 2].round(9).tolist()  # the floor, then nothing
@@ -193,9 +193,9 @@ def gbuffer(
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.imaging.hits import gbuffer
-        >>> from firstorder.imaging.camera import pinhole
-        >>> from firstorder.space.library._scenes import sphere_over_plane
+        >>> from firstorder.imaging import gbuffer
+        >>> from firstorder.imaging import pinhole
+        >>> from firstorder.space.library import sphere_over_plane
         >>> camera = pinhole((0.0, 0.0, 4.0), (0.0, 0.0, 0.0), up=(0.0, 1.0, 0.0))
         >>> at = gbuffer(sphere_over_plane(), camera, np.zeros((1, 2)), np.array([0]))
         >>> at.distance.tolist(), at.S[0].tolist()  # a ball of 0.5 m
@@ -225,10 +225,10 @@ def facet_gbuffer(
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.imaging.hits import facet_gbuffer
-        >>> from firstorder.imaging.facets import mesh_facets
-        >>> from firstorder.imaging.camera import pinhole
-        >>> from firstorder.space.meshes.triangle_mesh import mesh
+        >>> from firstorder.imaging import facet_gbuffer
+        >>> from firstorder.imaging import mesh_facets
+        >>> from firstorder.imaging import pinhole
+        >>> from firstorder.space.meshes import mesh
         >>> camera = pinhole((0.2, 0.2, 4.0), (0.2, 0.2, 0.0), up=(0.0, 1.0, 0.0))
         >>> one = mesh_facets(mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]))
         >>> at = facet_gbuffer(one, camera, np.zeros((1, 2)), np.array([0]))

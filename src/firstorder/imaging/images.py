@@ -107,7 +107,7 @@ def pixel_grid(columns: int, rows: int, half_width: float = 1.0) -> tuple[np.nda
         ValueError: if a number is not positive.
 
     Example:
-        >>> from firstorder.imaging.images import pixel_grid
+        >>> from firstorder.imaging import pixel_grid
         >>> pixel_grid(2, 1)[0].tolist()
         [-0.5, 0.5]
     """
@@ -366,9 +366,9 @@ def render(
         ValueError: if `columns`, `rows` or `half_width` is not positive.
 
     Example:
-        >>> from firstorder.imaging.camera import pinhole
-        >>> from firstorder.space.library._scenes import sphere_over_plane
-        >>> from firstorder.imaging.images import render
+        >>> from firstorder.imaging import pinhole
+        >>> from firstorder.space.library import sphere_over_plane
+        >>> from firstorder.imaging import render
         >>> camera = pinhole((0.0, -4.0, 2.0), (0.0, 0.0, 0.5), gamma=0.5)
         >>> render(sphere_over_plane(), camera, 2, 2).label.tolist()  # the floor, then the sky
         [[6, -1], [6, -1]]

@@ -19,7 +19,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from firstorder._argument_checks import check_integer, check_not_negative, check_positive
+from firstorder._argument_checks import check_count, check_not_negative
 from firstorder.conventions import cylindrical
 from firstorder.imaging._area_lights import Lamp
 from firstorder.numerics._vectors import cross, orthonormal_frame
@@ -92,14 +92,13 @@ def _dome(sky: Sky, rows: int = 16, shift: tuple[float, float] = (0.0, 0.0)) -> 
         ValueError: if there is no row.
 
     Example:
-        >>> from firstorder.space.skies import ConstantSky
+        >>> from firstorder.space import ConstantSky
         >>> from firstorder.imaging.sky_lights import _dome
         >>> light = _dome(ConstantSky(2.0), 4)
         >>> light.shape, round(-(light.area * light.way).sum().item(), 6)  # all around: 4 pi
         ((4, 8), 12.566371)
     """
-    check_integer("rows", rows)
-    check_positive("rows", rows)
+    check_count("rows", rows)
     columns = 2 * rows
     i, j = np.meshgrid(np.arange(rows) + 0.5, np.arange(columns) + 0.5, indexing="ij")
     z = 2.0 * (i.ravel() + shift[0]) / rows - 1.0
@@ -131,14 +130,13 @@ def _by_luminance(
         ValueError: if there is no row, or the sky is dark or negative somewhere.
 
     Example:
-        >>> from firstorder.space.skies import GaussianSky
+        >>> from firstorder.space import GaussianSky
         >>> from firstorder.imaging.sky_lights import _by_luminance
         >>> light = _by_luminance(GaussianSky((0.0, 0.0, 1.0), 0.2), 8)
         >>> bool((light.way[:, 2] > 0.8).mean() > 0.9)
         True
     """
-    check_integer("rows", rows)
-    check_positive("rows", rows)
+    check_count("rows", rows)
     table = _dome(sky, FINE)
     L = np.asarray(table.radiance, float).reshape(FINE, 2 * FINE, -1).mean(-1)  # of all bands
     check_not_negative("sky", L)
@@ -195,8 +193,8 @@ class CosineSkyLight(eqx.Module):
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.space.skies import ConstantSky
-        >>> from firstorder.imaging.sky_lights import CosineSkyLight
+        >>> from firstorder.space import ConstantSky
+        >>> from firstorder.imaging import CosineSkyLight
         >>> n = jnp.array([0.6, 0.0, 0.8])
         >>> light = CosineSkyLight(ConstantSky(1.0), 4).about(n)
         >>> round(-jnp.sum(light.area @ n).item(), 12)  # pi
@@ -209,8 +207,7 @@ class CosineSkyLight(eqx.Module):
 
     def __check_init__(self):
         """Refuse a sky without nodes."""
-        check_integer("rows", self.rows)
-        check_positive("rows", self.rows)
+        check_count("rows", self.rows)
 
     @property
     def near(self) -> bool:
@@ -267,8 +264,8 @@ def sky_light(
         ValueError: if the kind is not known, there is no row, or the sky is no function.
 
     Example:
-        >>> from firstorder.space.skies import ConstantSky
-        >>> from firstorder.imaging.sky_lights import sky_light
+        >>> from firstorder.space import ConstantSky
+        >>> from firstorder.imaging import sky_light
         >>> sky_light(ConstantSky(1.0), "cosine", 4).shape
         (4, 8)
     """
@@ -301,8 +298,8 @@ def distant_lamp(lamp: Lamp, place: Direction) -> DistantLight:
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.imaging._area_lights import Lamp
-        >>> from firstorder.imaging.sky_lights import distant_lamp
+        >>> from firstorder.imaging import Lamp
+        >>> from firstorder.imaging import distant_lamp
         >>> far = distant_lamp(Lamp((0, 0, 9), (0, 1, 0), (1, 0, 0), count=1), jnp.zeros(3))
         >>> far.way.tolist(), far.near
         ([[0.0, 0.0, 9.0]], False)

@@ -113,7 +113,7 @@ class PerPrimitive(eqx.Module):
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.imaging.surface_maps import PerPrimitive
+        >>> from firstorder.imaging import PerPrimitive
         >>> only = PerPrimitive((1.0,), ((2, 3),), (lambda x: x[0],))
         >>> [only(jnp.array(k), jnp.array([0.5, 0.0])).item() for k in (1, 2, 3)]
         [1.0, 0.5, 0.5]

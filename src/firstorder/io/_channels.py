@@ -174,7 +174,7 @@ def _second_bytes(data: bytes, packed: str) -> np.ndarray:
 
     other, bands = _SECOND_BYTES[packed]
     with Image.open(io.BytesIO(data), formats=("PNG",)) as image:
-        image.tile = [(*image.tile[0][:3], other)]
+        image.tile = [image.tile[0]._replace(args=other)]
         return np.asarray(image, float)[..., bands]
 
 

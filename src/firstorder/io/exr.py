@@ -37,7 +37,7 @@ def write_layers(path: str | os.PathLike[str], layers: Mapping[str, np.ndarray])
     Example:
         >>> import pathlib, tempfile
         >>> import numpy as np
-        >>> from firstorder.io.exr import read_layers, write_layers
+        >>> from firstorder.io import read_layers, write_layers
         >>> file = pathlib.Path(tempfile.mkdtemp(), "a.exr")
         >>> write_layers(file, {"value": np.ones((3, 2)), "grad.u": np.zeros((3, 2))})
         >>> sorted(read_layers(file)), read_layers(file)["value"].shape

@@ -119,7 +119,7 @@ def linear_from_srgb(levels: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.io.images import linear_from_srgb
+        >>> from firstorder.io import linear_from_srgb
         >>> linear_from_srgb(np.array([0.0, 0.5, 1.0])).round(6).tolist()
         [0.0, 0.214041, 1.0]
     """

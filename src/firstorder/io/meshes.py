@@ -70,7 +70,7 @@ def read_mesh_uv(path: str | os.PathLike[str]) -> tuple[Mesh, np.ndarray | None]
 
     Example:
         >>> import pathlib, tempfile
-        >>> from firstorder.io.meshes import read_mesh_uv
+        >>> from firstorder.io import read_mesh_uv
         >>> file = pathlib.Path(tempfile.mkdtemp(), "one.obj")
         >>> lines = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 0.5\nf 1/1 2/2 3/3"
         >>> _ = file.write_text(lines)
@@ -142,7 +142,7 @@ class Embree:
 
     Example:
         >>> from firstorder.io import Embree
-        >>> from firstorder.space.meshes.triangle_mesh import mesh
+        >>> from firstorder.space.meshes import mesh
         >>> tracer = Embree(mesh([[0, 0, 2], [1, 0, 2], [0, 1, 2]], [[0, 1, 2]]))
         >>> hits = tracer.nearest([[0.25, 0.25, 0.0]], [[0.0, 0.0, 1.0]])
         >>> hits.t.tolist(), hits.weights.tolist()
@@ -203,7 +203,7 @@ class Embree:
 
         Example:
             >>> from firstorder.io import Embree
-            >>> from firstorder.space.meshes.triangle_mesh import mesh
+            >>> from firstorder.space.meshes import mesh
             >>> tracer = Embree(mesh([[0, 0, 2], [1, 0, 2], [0, 1, 2]], [[0, 1, 2]]))
             >>> tracer.between([[0.3, 0.3, 0.0]], [[0.3, 0.3, 3.0]]).tolist()
             [True]
@@ -241,7 +241,7 @@ class Embree:
         Example:
             >>> import numpy as np
             >>> from firstorder.io import Embree
-            >>> from firstorder.space.meshes.triangle_mesh import mesh
+            >>> from firstorder.space.meshes import mesh
             >>> tracer = Embree(mesh([[0, 0, 2], [1, 0, 2], [0, 1, 2]], [[0, 1, 2]]))
             >>> ends = np.array([[0.3, 0.3, 3.0], [2.0, 2.0, 3.0]])
             >>> tracer.fan_occluded(np.array([[0.3, 0.3, 0.0]]), ends).tolist()
@@ -301,7 +301,7 @@ class Embree:
 
         Example:
             >>> from firstorder.io import Embree
-            >>> from firstorder.space.meshes.triangle_mesh import mesh
+            >>> from firstorder.space.meshes import mesh
             >>> tracer = Embree(mesh([[0, 0, 2], [1, 0, 2], [0, 1, 2]], [[0, 1, 2]]))
             >>> t, face = tracer.seen_from([0.25, 0.25, 0.0], [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
             >>> t.tolist(), face.tolist()

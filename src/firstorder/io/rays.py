@@ -47,9 +47,9 @@ def write_rays(path: str | os.PathLike[str], lamp: LampFrame, table: RayTable) -
     Example:
         >>> import pathlib, tempfile
         >>> import numpy as np
-        >>> from firstorder.io.rays import read_rays, write_rays
-        >>> from firstorder.shadowfield.rendering.lamp import lamp_frame
-        >>> from firstorder.shadowfield.rendering.ray_table import trace_shadow_rays
+        >>> from firstorder.io import read_rays, write_rays
+        >>> from firstorder.shadowfield import lamp_frame
+        >>> from firstorder.shadowfield import trace_shadow_rays
         >>> lamp = lamp_frame((0, 0, 1), (0, 1, 0), (1, 0, 0))
         >>> free = lambda a, b: (np.full(len(a), np.inf), np.full(len(a), -np.inf))
         >>> file = pathlib.Path(tempfile.mkdtemp(), "a.rays")

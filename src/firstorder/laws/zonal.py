@@ -16,7 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from firstorder._argument_checks import check_integer, check_positive, check_unit, nan_unless
+from firstorder._argument_checks import check_count, check_positive, check_unit, nan_unless
 from firstorder.conventions import Frame
 from firstorder.fields.jet import Jet
 from firstorder.numerics._quadrature import composite_gauss_legendre, periodic_trapezoid
@@ -133,10 +133,8 @@ class Zonal(eqx.Module):
 
     def __check_init__(self):
         """Refuse an empty rule."""
-        check_integer("nodes", self.nodes)
-        check_positive("nodes", self.nodes)
-        check_integer("turns", self.turns)
-        check_positive("turns", self.turns)
+        check_count("nodes", self.nodes)
+        check_count("turns", self.turns)
 
     def __call__(self, f: Callable) -> Callable:
         """The convolved function, a callable of a direction."""

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from firstorder._argument_checks import check_finite, check_integer, check_positive
+from firstorder._argument_checks import check_count, check_finite, check_positive
 from firstorder.space.meshes.triangle_mesh import Mesh, mesh
 
 
@@ -31,7 +31,7 @@ def metaballs(centers: Any, radii: Any, cells: int = 48) -> Mesh:
     decomposition", TVCG 1(4), 1995.
 
     Example:
-        >>> from firstorder.models.blobs import metaballs
+        >>> from firstorder.models import metaballs
         >>> one = metaballs([[0, 0, 0], [1.2, 0, 0]], [0.7, 0.7], 24)
         >>> one.closed, len(one.vertices) - len(one.edges) + one.count  # in one piece
         (True, 2)
@@ -44,8 +44,7 @@ def metaballs(centers: Any, radii: Any, cells: int = 48) -> Mesh:
         )
     check_finite("centers", c)
     check_positive("radii", r)
-    check_integer("cells", cells)
-    check_positive("cells", cells)
+    check_count("cells", cells)
     # Farther than this from all centres the sum is below 1.
     reach = (r * math.sqrt(1.0 + math.log(len(r))))[:, None]
     low, high = (c - reach).min(0), (c + reach).max(0)
@@ -76,7 +75,7 @@ def isosurface(values: Float[np.ndarray, "a b c"], corner: Any, step: float) -> 
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.models.blobs import isosurface
+        >>> from firstorder.models import isosurface
         >>> x = np.linspace(-1, 1, 21)
         >>> far = x[:, None, None] ** 2 + x[:, None] ** 2 + x**2
         >>> ball = isosurface(0.5 - far, [-1, -1, -1], 0.1)

@@ -38,7 +38,7 @@ def torus_knot(
     Reference: W. Wang et al., "Computation of rotation minimizing frames", TOG 27(1), 2008.
 
     Example:
-        >>> from firstorder.models.knots import torus_knot
+        >>> from firstorder.models import torus_knot
         >>> tube = torus_knot(2, 3)
         >>> tube.closed, len(tube.vertices) - len(tube.edges) + tube.count  # a torus
         (True, 0)

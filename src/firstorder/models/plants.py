@@ -11,7 +11,12 @@ import math
 import numpy as np
 from jaxtyping import Float, Int
 
-from firstorder._argument_checks import check_integer, check_not_negative, check_positive
+from firstorder._argument_checks import (
+    check_count,
+    check_integer,
+    check_not_negative,
+    check_positive,
+)
 from firstorder.models.primitives import join_meshes, quad_triangles
 from firstorder.space.meshes.triangle_mesh import Mesh, mesh
 
@@ -44,7 +49,7 @@ def tree(
         ValueError: if there would be no branch's side, or a negative number of anything.
 
     Example:
-        >>> from firstorder.models.plants import tree
+        >>> from firstorder.models import tree
         >>> oak, part = tree(leaves=1000, forks=(5, 4))
         >>> oak.count, (part == 1).sum().item()  # 26 branches
         (3560, 2000)
@@ -56,8 +61,7 @@ def tree(
     trunk, thick = _trunk(0.62 * height, rng)
     lines, radii = [trunk], [thick]
     for level, count in enumerate(forks):
-        check_integer("forks", count)
-        check_positive("forks", count)
+        check_count("forks", count)
         grown, thick = _forked(lines[-1], radii[-1], count, level, rng)
         lines.append(grown)
         radii.append(thick)
@@ -94,13 +98,12 @@ def fern(
         ValueError: if there would be no stalk.
 
     Example:
-        >>> from firstorder.models.plants import fern
+        >>> from firstorder.models import fern
         >>> small, part = fern(fronds=3, pairs=10)
         >>> (part == 1).sum().item()
         120
     """
-    check_integer("fronds", fronds)
-    check_positive("fronds", fronds)
+    check_count("fronds", fronds)
     check_integer("pairs", pairs)
     check_not_negative("pairs", pairs)
     _check_plant(height, leaf, sides)

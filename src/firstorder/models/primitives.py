@@ -16,6 +16,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from firstorder._argument_checks import (
+    check_count,
     check_finite,
     check_integer,
     check_not_negative,
@@ -40,7 +41,7 @@ def join_meshes(parts: Sequence[Mesh]) -> tuple[Mesh, Int[np.ndarray, " f"]]:
         ValueError: if there are none.
 
     Example:
-        >>> from firstorder.models.primitives import bar_lattice, join_meshes, place_mesh
+        >>> from firstorder.models import bar_lattice, join_meshes, place_mesh
         >>> both, part = join_meshes([bar_lattice((1, 1)), place_mesh(bar_lattice((1, 1)), shift=(0,
         ...     0, 1))])
         >>> both.closed, part.tolist().count(1) == both.count // 2
@@ -76,7 +77,7 @@ def place_mesh(
         ValueError: if `turn` is no rotation, or `shift` has not three coordinates.
 
     Example:
-        >>> from firstorder.models.primitives import bar_lattice, place_mesh
+        >>> from firstorder.models import bar_lattice, place_mesh
         >>> place_mesh(bar_lattice((1, 1)), scale=2.0).area.item() == 4.0 * bar_lattice((1,
         ...     1)).area.item()
         True
@@ -102,7 +103,7 @@ def rotation_about(axis: Any, angle: float | int) -> Float[np.ndarray, "3 3"]:
 
     Example:
         >>> import math
-        >>> from firstorder.models.primitives import rotation_about
+        >>> from firstorder.models import rotation_about
         >>> (rotation_about((0, 0, 1), math.pi / 2) @ (1, 0, 0)).round(12).tolist()
         [0.0, 1.0, 0.0]
     """
@@ -132,15 +133,14 @@ def ripples(
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.models.primitives import ripples
+        >>> from firstorder.models import ripples
         >>> places = np.random.default_rng(0).uniform(0, 100, (20000, 2))
         >>> round(ripples(0.1, 1.0)(places).std().item(), 2)
         0.1
     """
     check_not_negative("amplitude", amplitude)
     check_positive("wavelength", wavelength)
-    check_integer("waves", waves)
-    check_positive("waves", waves)
+    check_count("waves", waves)
     rng = np.random.default_rng(seed)
     turns = rng.normal(size=(waves, 3))
     long = wavelength * rng.uniform(2.0 / 3.0, 4.0 / 3.0, waves)
@@ -176,7 +176,7 @@ def bumpy_sphere(
         ValueError: if `height` moves a point through the middle.
 
     Example:
-        >>> from firstorder.models.primitives import bumpy_sphere
+        >>> from firstorder.models import bumpy_sphere
         >>> bumpy_sphere(levels=2).count
         320
     """
@@ -247,14 +247,13 @@ def displaced_ground(
         ValueError: if `height` is not finite somewhere.
 
     Example:
-        >>> from firstorder.models.primitives import displaced_ground
+        >>> from firstorder.models import displaced_ground
         >>> flat = displaced_ground(2.0, cells=8)
         >>> flat.count, flat.area.item()
         (128, 16.0)
     """
     check_positive("half", half)
-    check_integer("cells", cells)
-    check_positive("cells", cells)
+    check_count("cells", cells)
     x = np.linspace(-half, half, cells + 1)
     p = np.stack(np.meshgrid(x, x, indexing="ij"), -1).reshape(-1, 2) + np.asarray(center, float)
     z = np.zeros(len(p)) if height is None else _heights(height, p)
@@ -308,7 +307,7 @@ def bar_lattice(
         ValueError: if the bars leave no holes.
 
     Example:
-        >>> from firstorder.models.primitives import bar_lattice
+        >>> from firstorder.models import bar_lattice
         >>> plate = bar_lattice((3, 2))
         >>> plate.closed, len(plate.vertices) - len(plate.edges) + plate.count  # 2 - 2 * 6 holes
         (True, -10)

@@ -37,7 +37,7 @@ def in_batches(f: Callable[[X], Y], rows: X, most: int) -> Y:
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.numerics._batching import in_batches
+        >>> from firstorder.numerics import in_batches
         >>> in_batches(lambda x: x**2, jnp.arange(5.0), 2).tolist()
         [0.0, 1.0, 4.0, 9.0, 16.0]
     """
@@ -138,7 +138,7 @@ def host_blocks(f: Callable[[X], Any], rows: X, block: int, abreast: int = 1) ->
     Example:
         >>> import jax.numpy as jnp
         >>> import numpy as np
-        >>> from firstorder.numerics._batching import host_blocks
+        >>> from firstorder.numerics import host_blocks
         >>> host_blocks(jnp.square, np.arange(5.0), 2).tolist()
         [0.0, 1.0, 4.0, 9.0, 16.0]
     """

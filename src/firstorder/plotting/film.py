@@ -41,7 +41,7 @@ def exposure_of(values: Float[np.ndarray, "w h *bands"], middle: float = MIDDLE)
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.plotting.film import exposure_of
+        >>> from firstorder.plotting import exposure_of
         >>> round(exposure_of(np.array([[1.0, 4.0]])), 12)  # the log-average is 2
         0.09
     """
@@ -153,7 +153,7 @@ def tinted(
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.plotting.film import tinted
+        >>> from firstorder.plotting import tinted
         >>> red = np.array([[1.0, 0.0, 0.0]])
         >>> tinted(np.array([[2.0]]), np.array([[0]]), red).round(3).tolist()
         [[[9.407, 0.0, 0.0]]]

@@ -35,7 +35,7 @@ def _shape_points(scene: Scene, index: int, samples: int = 96) -> np.ndarray:
     """Points along a shape, shape (m, 2) [m]: two of a segment, `samples` + 1 of what is round.
 
     Example:
-        >>> from firstorder.flatland.library._scenes import named_scene
+        >>> from firstorder.flatland.library import named_scene
         >>> from firstorder.plotting.flatland import _shape_points
         >>> _shape_points(named_scene("scene_a"), 0).tolist()
         [[-1.0, 0.0], [1.0, 0.0]]
@@ -68,7 +68,7 @@ def draw_scene(
         sky: whether the environment is drawn.
 
     Example:
-        >>> from firstorder.flatland.library._scenes import named_scene
+        >>> from firstorder.flatland.library import named_scene
         >>> from firstorder.plotting import draw_scene, panels
         >>> figure, axes = panels()
         >>> draw_scene(axes[0, 0], named_scene("scene_b"))
@@ -119,7 +119,7 @@ def receiver_curve(scene: Scene, name: str, samples: int = 201) -> dict[str, np.
         ValueError: if there is no shape of that name.
 
     Example:
-        >>> from firstorder.flatland.library._scenes import named_scene
+        >>> from firstorder.flatland.library import named_scene
         >>> from firstorder.plotting import receiver_curve
         >>> curve = receiver_curve(named_scene("scene_a"), "floor", 5)
         >>> print(curve["x"].round(3).tolist(), curve["E"][2].round(6))
@@ -209,7 +209,7 @@ def scene_report(
         words: what light the curves are of.
 
     Example:
-        >>> from firstorder.flatland.library._scenes import named_scene
+        >>> from firstorder.flatland.library import named_scene
         >>> from firstorder.plotting import receiver_curve, scene_report
         >>> scene = named_scene("scene_a")
         >>> page = scene_report(scene, {"floor": receiver_curve(scene, "floor", 9)})

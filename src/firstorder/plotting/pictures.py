@@ -34,7 +34,7 @@ def tone_map(
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.plotting.pictures import tone_map
+        >>> from firstorder.plotting import tone_map
         >>> tone_map(np.array([[0.0], [0.21], [1.0]]), 1.0).tolist()
         [[0, 126, 255]]
     """

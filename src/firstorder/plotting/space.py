@@ -23,7 +23,7 @@ def project(camera: Pinhole, points: Any) -> np.ndarray:
 
     Example:
         >>> from firstorder.plotting import project
-        >>> from firstorder.imaging.camera import pinhole
+        >>> from firstorder.imaging import pinhole
         >>> project(pinhole((0.0, -2.0, 0.0), (0.0, 0.0, 0.0)), [[0.5, 0.0, 0.5]]).tolist()
         [[0.25, 0.25]]
     """
@@ -46,7 +46,7 @@ def silhouette_curves(scene: Scene, eye: Any, on: int = -1) -> list[tuple[int, n
 
     Example:
         >>> from firstorder.plotting import silhouette_curves
-        >>> from firstorder.space.library._scenes import sphere_over_plane
+        >>> from firstorder.space.library import sphere_over_plane
         >>> len(silhouette_curves(sphere_over_plane(), (3.0, 0.0, 0.5)))
         1
     """
@@ -203,7 +203,7 @@ def draw_sky(ax: Axes, scene: Scene, at: Receiver, title: str = "") -> None:
     Example:
         >>> from firstorder.plotting import draw_sky, panels
         >>> from firstorder.space import receiver
-        >>> from firstorder.space.library._scenes import sphere_over_plane
+        >>> from firstorder.space.library import sphere_over_plane
         >>> figure, axes = panels()
         >>> draw_sky(axes[0, 0], sphere_over_plane(), receiver((1.0, 0.0, 0.0)))
         >>> len(axes[0, 0].lines)

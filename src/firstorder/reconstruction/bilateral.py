@@ -21,7 +21,6 @@ from jaxtyping import Array, ArrayLike, Float
 from firstorder._argument_checks import (
     check_count,
     check_finite,
-    check_integer,
     check_not_negative,
     check_positive,
 )
@@ -48,12 +47,11 @@ def bilateral_widths(
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.reconstruction.bilateral import bilateral_widths
+        >>> from firstorder.reconstruction import bilateral_widths
         >>> bilateral_widths(np.ones((10, 10)), 25, 1.0)[0, 0].item()  # one sample for four pixels
         2.0
     """
-    check_integer("count", count)
-    check_positive("count", count)
+    check_count("count", count)
     check_positive("factor", factor)
     density = np.asarray(density, float)
     check_not_negative("density", density)
@@ -97,7 +95,7 @@ def cross_bilateral(
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.reconstruction.bilateral import cross_bilateral
+        >>> from firstorder.reconstruction import cross_bilateral
         >>> depth = np.where(np.arange(8) < 4, 1.0, 2.0)[:, None] + np.zeros(8)  # a step
         >>> up = np.zeros((8, 8, 3)) + (0.0, 0.0, 1.0)
         >>> p = np.array([(2.5, 4.5), (5.5, 4.5)])

@@ -15,7 +15,7 @@ import functools
 import numpy as np
 from jaxtyping import ArrayLike, Bool, Float, Int
 
-from firstorder._argument_checks import check_finite, check_integer, check_positive
+from firstorder._argument_checks import check_count, check_finite, check_integer
 
 SPREAD = 1.5  # of the Gaussian, in pixels, as Ulichney has it
 START = 0.1  # share of the pixels that are spread out first
@@ -113,7 +113,7 @@ def blue_noise_samples(
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.reconstruction.blue_noise import blue_noise_samples
+        >>> from firstorder.reconstruction import blue_noise_samples
         >>> left = np.where(np.arange(64) < 32, 3.0, 1.0)[:, None] + np.zeros(64)
         >>> found = blue_noise_samples(left, 400)
         >>> int(found[:32].sum()), int(found[32:].sum())
@@ -136,8 +136,7 @@ def _shares(density: np.ndarray, count: int) -> np.ndarray:
     if density.ndim != 2:
         raise ValueError(f"Argument `density` must have shape (w, h), but has {density.shape}.")
     check_finite("density", density)
-    check_integer("count", count)
-    check_positive("count", count)
+    check_count("count", count)
     if np.any(density < 0.0):
         raise ValueError(f"Argument `density` must not be negative, but is {np.min(density)}.")
     open_ = density > 0.0

@@ -64,7 +64,7 @@ def delaunay_image(
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.reconstruction.delaunay import delaunay_image
+        >>> from firstorder.reconstruction import delaunay_image
         >>> p = np.array([(0.0, 0.0), (4.0, 0.0), (0.0, 4.0), (4.0, 4.0)])
         >>> delaunay_image(p, p[:, 0], 4, 1).ravel().tolist()
         [0.5, 1.5, 2.5, 3.5]

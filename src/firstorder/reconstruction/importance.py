@@ -79,7 +79,7 @@ def by_area(squares: QuadtreeCells) -> Numbers:
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.reconstruction.importance import ShadedSamples, QuadtreeCells, by_area
+        >>> from firstorder.reconstruction import ShadedSamples, QuadtreeCells, by_area
         >>> by_area(QuadtreeCells(np.array([2.0]), ShadedSamples(np.ones(1)), np.zeros((1,
         ...     2)))).tolist()
         [4.0]
@@ -97,8 +97,8 @@ def by_gradient(squares: QuadtreeCells) -> Numbers:
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.reconstruction.importance import ShadedSamples, QuadtreeCells
-        >>> from firstorder.reconstruction.importance import by_gradient
+        >>> from firstorder.reconstruction import ShadedSamples, QuadtreeCells
+        >>> from firstorder.reconstruction import by_gradient
         >>> found = ShadedSamples(np.ones(1), np.array([[3.0, 4.0]]))
         >>> by_gradient(QuadtreeCells(np.array([2.0]), found, np.zeros((1, 2)))).tolist()
         [20.0]
@@ -115,8 +115,8 @@ def by_differences(squares: QuadtreeCells) -> Numbers:
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.reconstruction.importance import ShadedSamples, QuadtreeCells
-        >>> from firstorder.reconstruction.importance import by_differences
+        >>> from firstorder.reconstruction import ShadedSamples, QuadtreeCells
+        >>> from firstorder.reconstruction import by_differences
         >>> beside = np.array([[3.0, 4.0]])
         >>> by_differences(QuadtreeCells(np.array([2.0]), ShadedSamples(np.ones(1)),
         ...     beside)).tolist()
@@ -142,8 +142,8 @@ def by_hessian(squares: QuadtreeCells) -> Numbers:
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.reconstruction.importance import ShadedSamples, QuadtreeCells
-        >>> from firstorder.reconstruction.importance import by_hessian
+        >>> from firstorder.reconstruction import ShadedSamples, QuadtreeCells
+        >>> from firstorder.reconstruction import by_hessian
         >>> found = ShadedSamples(np.ones(1), more=np.array([[[3.0, 0.0], [0.0, 4.0]]]))
         >>> by_hessian(QuadtreeCells(np.array([2.0]), found, np.zeros((1, 2)))).tolist()
         [40.0]
@@ -168,8 +168,8 @@ def by_hessian_differences(squares: QuadtreeCells) -> Numbers:
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.reconstruction.importance import ShadedSamples, QuadtreeCells
-        >>> from firstorder.reconstruction.importance import by_hessian_differences
+        >>> from firstorder.reconstruction import ShadedSamples, QuadtreeCells
+        >>> from firstorder.reconstruction import by_hessian_differences
         >>> H = np.array([[[3.0, 0.0], [0.0, 4.0]]])
         >>> by_hessian_differences(QuadtreeCells(np.array([2.0]), ShadedSamples(np.ones(1)),
         ...     np.zeros((1, 2)), H)).tolist()
@@ -217,8 +217,8 @@ def by_variance(squares: QuadtreeCells) -> Numbers:
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.reconstruction.importance import ShadedSamples, QuadtreeCells
-        >>> from firstorder.reconstruction.importance import by_variance
+        >>> from firstorder.reconstruction import ShadedSamples, QuadtreeCells
+        >>> from firstorder.reconstruction import by_variance
         >>> four = QuadtreeCells(np.array([2.0]), ShadedSamples(np.ones(1)), np.zeros((1, 2)), None,
         ...     np.ones(1))
         >>> by_variance(four).tolist()
@@ -240,8 +240,8 @@ def by_density(squares: QuadtreeCells) -> Numbers:
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.reconstruction.importance import ShadedSamples, QuadtreeCells
-        >>> from firstorder.reconstruction.importance import by_density
+        >>> from firstorder.reconstruction import ShadedSamples, QuadtreeCells
+        >>> from firstorder.reconstruction import by_density
         >>> found = ShadedSamples(np.ones(1), more=np.array([3.0]))
         >>> by_density(QuadtreeCells(np.array([2.0]), found, np.zeros((1, 2)))).tolist()
         [12.0]
@@ -282,7 +282,7 @@ def importance_product(
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.reconstruction.importance import importance_product
+        >>> from firstorder.reconstruction import importance_product
         >>> one = np.ones((1, 2))
         >>> importance_product(one, 0.5 * one, one, np.ones(1), np.full(1, 0.5),
         ...     np.ones(1)).tolist()
@@ -312,7 +312,7 @@ def is_far_light(CDV: Numbers, SV: Numbers, threshold: float) -> Bool[np.ndarray
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.reconstruction.importance import is_far_light
+        >>> from firstorder.reconstruction import is_far_light
         >>> is_far_light(np.array([3.0, 30.0]), np.ones(2), 10.0).tolist()
         [False, True]
     """

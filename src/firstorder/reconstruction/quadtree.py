@@ -116,8 +116,8 @@ def sample_image(
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.reconstruction.importance import ShadedSamples, by_gradient
-        >>> from firstorder.reconstruction.quadtree import sample_image
+        >>> from firstorder.reconstruction import ShadedSamples, by_gradient
+        >>> from firstorder.reconstruction import sample_image
         >>> def step(p):  # a blurred edge at the middle
         ...     x = p[:, 0] - 16.0
         ...     return ShadedSamples(np.tanh(x), np.stack([1.0 / np.cosh(x) ** 2, 0.0 * x], -1))

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from firstorder._argument_checks import check_integer, check_positive
+from firstorder._argument_checks import check_count, check_integer
 from firstorder.numerics._batching import host_blocks
 from firstorder.rendering._programs import sky_of
 from firstorder.rendering.image_files import image_coordinates
@@ -49,8 +49,7 @@ def subpixels(rows: int = 2) -> Float[np.ndarray, "n 2"]:
         >>> subpixels(2).tolist()
         [[0.125, 0.375], [0.375, 0.875], [0.625, 0.125], [0.875, 0.625]]
     """
-    check_integer("rows", rows)
-    check_positive("rows", rows)
+    check_count("rows", rows)
     i, j = np.divmod(np.arange(rows**2), rows)
     return np.stack([i + (j + 0.5) / rows, j + 1.0 - (i + 0.5) / rows], -1) / rows
 

@@ -15,7 +15,7 @@ import jax
 import numpy as np
 from jaxtyping import Float
 
-from firstorder._argument_checks import check_integer, check_positive
+from firstorder._argument_checks import check_count
 from firstorder.imaging._area_lights import Lamp
 from firstorder.io._locks import at_work
 from firstorder.io.exr import _writer, write_layers
@@ -86,8 +86,7 @@ def render_to_files(
             no .exr file, or another program is rendering to it with other settings.
     """
     for name, number in (("width", width), ("height", height)):
-        check_integer(name, number)
-        check_positive(name, number)
+        check_count(name, number)
     if out is not None:
         _writer(out)
     shade = _Shade(world, width, height)
@@ -221,8 +220,8 @@ def scene_fingerprint(space: SpaceFile) -> str:
         space: as `io.read_space` gives it.
 
     Example:
-        >>> from firstorder.rendering.image_files import scene_fingerprint
-        >>> from firstorder.io.scenes.space_toml import SpaceFile
+        >>> from firstorder.rendering import scene_fingerprint
+        >>> from firstorder.io import SpaceFile
         >>> scene_fingerprint(SpaceFile((), sky=0.5)) == scene_fingerprint(SpaceFile((), sky=0.6))
         False
     """

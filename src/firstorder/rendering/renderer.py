@@ -118,10 +118,10 @@ class Renderer:
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.rendering.renderer import Renderer, World
+        >>> from firstorder.rendering import Renderer, World
         >>> from firstorder.space import Scene, plane, primitive
-        >>> from firstorder.imaging.camera import pinhole
-        >>> from firstorder.imaging._area_lights import Lamp
+        >>> from firstorder.imaging import pinhole
+        >>> from firstorder.imaging import Lamp
         >>> floor = Scene.of(primitive(plane((0, 0, 0), (0, 0, 1)), albedo=0.5))
         >>> lamp = Lamp((0, 0, 2), (0, 1, 0), (1, 0, 0), count=4, even=True)
         >>> camera = pinhole((0.0, -2.0, 2.0), (0.0, 0.0, 0.0))

@@ -38,8 +38,8 @@ def mesh_blockers(tracers: Embree | Sequence[Embree]) -> Blockers:
     Example:
         >>> import numpy as np
         >>> from firstorder.io import Embree
-        >>> from firstorder.rendering.shadow_rays import mesh_blockers
-        >>> from firstorder.models.primitives import bar_lattice, join_meshes, place_mesh
+        >>> from firstorder.rendering import mesh_blockers
+        >>> from firstorder.models import bar_lattice, join_meshes, place_mesh
         >>> plates = join_meshes([place_mesh(bar_lattice((0, 0), thickness=0.1), (0, 0, z)) for z in
         ...     (1, 2)])[0]
         >>> found = mesh_blockers(Embree(plates))(np.zeros((1, 3)), np.array([[0.0, 0.0, 4.0]]))
@@ -79,8 +79,8 @@ def is_visible(
     Example:
         >>> import numpy as np
         >>> from firstorder.io import Embree
-        >>> from firstorder.rendering.shadow_rays import is_visible
-        >>> from firstorder.models.primitives import bar_lattice
+        >>> from firstorder.rendering import is_visible
+        >>> from firstorder.models import bar_lattice
         >>> ends = np.array([[0.5, 0.5, 1.0], [4.0, 0.5, 1.0]])
         >>> is_visible(Embree(bar_lattice((0, 0))), ends * [1, 1, -1], ends).tolist()
         [False, True]
@@ -140,9 +140,9 @@ def camera_hits(
     Example:
         >>> import numpy as np
         >>> from firstorder.io import Embree
-        >>> from firstorder.rendering.shadow_rays import camera_hits
-        >>> from firstorder.imaging.camera import pinhole
-        >>> from firstorder.models.primitives import bar_lattice
+        >>> from firstorder.rendering import camera_hits
+        >>> from firstorder.imaging import pinhole
+        >>> from firstorder.models import bar_lattice
         >>> eye = pinhole((0, 0, 3), (0, 0, 0), up=(0, 1, 0))
         >>> found = camera_hits(Embree(bar_lattice((0, 0), thickness=0.5)), eye, np.array([[0.0, 0],
         ...     [2, 0]]))

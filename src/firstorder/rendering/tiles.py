@@ -27,7 +27,7 @@ from jaxtyping import Float
 from tqdm import tqdm
 
 from firstorder import session
-from firstorder._argument_checks import check_integer, check_positive
+from firstorder._argument_checks import check_count
 from firstorder.io._damage import set_aside
 from firstorder.io._locks import at_work
 from firstorder.io._parts import sweep_parts
@@ -115,14 +115,13 @@ def render_tiles(
 
     Example:
         >>> import tempfile
-        >>> from firstorder.rendering.tiles import render_tiles
+        >>> from firstorder.rendering import render_tiles
         >>> ramp = lambda p, k: {"value": p[:, 0] + k}
         >>> render_tiles(ramp, 3, 1, tempfile.mkdtemp(), passes=2)["value"].ravel().tolist()
         [1.0, 2.0, 3.0]
     """
     for name, number in (("width", width), ("height", height), ("side", side), ("passes", passes)):
-        check_integer(name, number)
-        check_positive(name, number)
+        check_count(name, number)
     folder = pathlib.Path(folder)
     differing = _claim(folder, dict(width=width, height=height, side=side, key=key))
     parts = list(_tiles(width, height, side))

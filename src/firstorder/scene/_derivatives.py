@@ -49,7 +49,7 @@ class Derivatives(eqx.Module):
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.scene._derivatives import Derivatives
+        >>> from firstorder.scene import Derivatives
         >>> d = Derivatives(jnp.array(1.0), jnp.array([2.0]), jnp.array([[3.0]]), ("x",))
         >>> d.value.item(), d.first.item(), d.second.item()
         (1.0, 2.0, 3.0)
@@ -153,7 +153,7 @@ class Derivatives(eqx.Module):
             ModuleNotFoundError: without the extra `tables`.
 
         Example:
-            >>> from firstorder.scene._derivatives import line_derivatives
+            >>> from firstorder.scene import line_derivatives
             >>> line_derivatives(lambda x: x**3, 2.0).to_pandas().to_dict("records")
             [{'value': 8.0, 'd_x': 12.0, 'd_x_x': 12.0}]
         """
@@ -170,7 +170,7 @@ class Derivatives(eqx.Module):
             ModuleNotFoundError: without the extra `tables`.
 
         Example:
-            >>> from firstorder.scene._derivatives import line_derivatives
+            >>> from firstorder.scene import line_derivatives
             >>> d = line_derivatives(lambda x: x**3, 2.0).to_xarray()
             >>> d.gradient.sel(freedom="x").item()
             12.0
@@ -298,7 +298,7 @@ def line_derivatives(f: Callable[[Array], Array], x: ArrayLike) -> Derivatives:
         x: where to differentiate, a number; derivatives are per unit of it.
 
     Example:
-        >>> from firstorder.scene._derivatives import line_derivatives
+        >>> from firstorder.scene import line_derivatives
         >>> d = line_derivatives(lambda x: x**3, 2.0)
         >>> d.value.item(), d.first.item(), d.second.item()
         (8.0, 12.0, 12.0)

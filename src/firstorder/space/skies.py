@@ -63,7 +63,7 @@ class ConstantSky(eqx.Module):
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.space.skies import ConstantSky
+        >>> from firstorder.space import ConstantSky
         >>> ConstantSky(2.0)(jnp.array([0.0, 0.0, 1.0])).item()
         2.0
     """
@@ -103,7 +103,7 @@ class GaussianSky(eqx.Module):
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.space.skies import GaussianSky
+        >>> from firstorder.space import GaussianSky
         >>> sky = GaussianSky((0.0, 0.0, 1.0), 0.5)
         >>> print(f"{sky(jnp.array([0.6, 0.0, 0.8])).item():.6f}")
         0.449329
@@ -168,7 +168,7 @@ class PanoramaSky(eqx.Module):
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.space.skies import PanoramaSky
+        >>> from firstorder.space import PanoramaSky
         >>> sky = PanoramaSky([[1.0, 1.0, 1.0, 1.0], [0.0, 0.0, 0.0, 4.0]])
         >>> print(sky(jnp.array([0.0, 0.0, 1.0])).item(), sky(jnp.array([0.0, 0.0, -1.0])).item())
         1.0 1.0
@@ -254,7 +254,7 @@ class HarmonicSky(eqx.Module):
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.space.skies import HarmonicSky
+        >>> from firstorder.space import HarmonicSky
         >>> sky = HarmonicSky([0.0, 0.0, (4.0 * jnp.pi / 3.0) ** 0.5, 0.0])  # w_z
         >>> print(sky(jnp.array([0.0, 0.6, 0.8])))
         0.8

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import sympy
 
 from firstorder.errors import Refused
@@ -45,11 +47,11 @@ class _Case(sympy.Function):
         return within + (yes - no) * sympy.Add(*edges)
 
 
-def _cased(integral: Expr) -> Expr:
+def _cased(integral: Any) -> Expr:
     """An integral whose choices jump where they do so at straight levels."""
     t = integral.limits[0][0]
 
-    def straight(e: Expr) -> bool:
+    def straight(e: Any) -> bool:
         if not isinstance(e, sympy.Piecewise) or len(e.args) != 2 or e.args[1].cond != sympy.true:
             return False
         slopes = [sympy.diff(level, t) for level in _levels(e.args[0].cond)]
@@ -58,7 +60,7 @@ def _cased(integral: Expr) -> Expr:
     return integral.replace(straight, lambda e: _Case(*(a.expr for a in e.args), e.args[0].cond))
 
 
-def _levels(condition: Expr) -> list[Expr]:
+def _levels(condition: Any) -> list[Expr]:
     """What is positive where a condition holds; two levels for one of a size, none if not known."""
     if not isinstance(condition, (sympy.Lt, sympy.Le, sympy.Gt, sympy.Ge)):
         return []

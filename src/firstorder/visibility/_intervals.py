@@ -38,7 +38,7 @@ def clip_intervals(
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.visibility._intervals import clip_intervals
+        >>> from firstorder.visibility import clip_intervals
         >>> low, high = clip_intervals(jnp.array([0.5, 2.0]), jnp.array([3.0, 3.0]))
         >>> print(low, high)
         [0.5 0. ] [1.5707964 0.       ]
@@ -93,7 +93,7 @@ def exposed_ends(low: Ends, high: Ends) -> tuple[Exposed, Exposed]:
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.visibility._intervals import exposed_ends
+        >>> from firstorder.visibility import exposed_ends
         >>> low, high = jnp.array([0.0, 0.5, 2.0]), jnp.array([1.0, 1.5, 3.0])
         >>> [e.tolist() for e in exposed_ends(low, high)]
         [[True, False, True], [False, True, True]]
@@ -159,7 +159,7 @@ def blocked_measure(
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.visibility._intervals import blocked_measure
+        >>> from firstorder.visibility import blocked_measure
         >>> blocked_measure(jnp.array([0.0, 0.5]), jnp.array([1.0, 1.25])).item()
         1.25
     """

@@ -21,7 +21,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
-from firstorder._argument_checks import check_integer, check_positive, nan_unless
+from firstorder._argument_checks import check_count, check_positive, nan_unless
 from firstorder.typing import as_float
 from firstorder.visibility.edge_angles import EdgeAngle, edge_at
 
@@ -106,8 +106,7 @@ def bracket_edges(
         >>> found.angle.round(6).tolist(), found.sign.tolist()
         ([-0.3, 0.3], [1.0, -1.0])
     """
-    check_integer("size", size)
-    check_positive("size", size)
+    check_count("size", size)
     angles = jax.lax.stop_gradient(as_float(angles))
     seen: Bool[Array, " n"] = blocked(angles)
     changes = seen[1:] != seen[:-1]
@@ -162,8 +161,7 @@ def tangent_points(
         ([1.732051, 1.732051], [1.0, 1.0])
     """
     check_positive("reach", reach)
-    check_integer("points", points)
-    check_positive("points", points)
+    check_count("points", points)
     k = np.arange(1, points + 1)
     dtype = edges.angle.dtype
     delta = jnp.asarray(reach * (k / points) ** 2, dtype)

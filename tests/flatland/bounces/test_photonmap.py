@@ -241,7 +241,7 @@ def test_bad_arguments_are_one_sentence(key):
         DensityEstimator(k=5, radius=0.1)
     with pytest.raises(ValueError, match="`k` must be at least 2"):
         DensityEstimator(k=1)
-    with pytest.raises(ValueError, match="`count` must be positive"):
+    with pytest.raises(ValueError, match="`count` must be a positive integer"):
         trace_photons(scene_a(), key, 0)
     with pytest.raises(ValueError, match="`runs` must divide 200000 photons, but is 7"):
         split_photons(trace_photons(scene_a(), key, RUNS * COUNT, 0), 7)

@@ -414,7 +414,7 @@ def test_an_arc_length_sum_refuses_what_are_not_points_of_every_shape():
         arc_length_sum(lamp, at, s=two, weights=two)
     with pytest.raises(ValueError, match="`at` must be one receiver"):
         arc_length_sum(lamp, rows, s=two[:1], weights=two[:1])
-    with pytest.raises(ValueError, match="`count` must be positive"):
+    with pytest.raises(ValueError, match="`count` must be a positive integer"):
         arc_length_estimate_on_curves(lamp, at, count=0)
 
 

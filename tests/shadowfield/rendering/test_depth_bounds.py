@@ -175,8 +175,9 @@ def test_smoothed_bounds_of_images_with_holes():
 def test_smooth_depths_look_as_far_to_either_side():
     near, far = np.full((11, 13), np.inf), np.full((11, 13), -np.inf)
     near[5, 6], far[5, 6] = 0.5, 0.75
-    for found in smooth_depths(near, far, 2):
+    for found, depth in zip(smooth_depths(near, far, 2), (0.5, 0.75), strict=True):
         rows, columns = np.nonzero(np.isfinite(found))
+        np.testing.assert_allclose(found[rows, columns], depth)  # a mean of one
         assert (rows.min(), rows.max(), columns.min(), columns.max()) == (3, 7, 4, 8)
 
 

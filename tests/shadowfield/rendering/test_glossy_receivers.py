@@ -323,7 +323,7 @@ def test_bad_surfaces_are_refused(change, words):
 
 def test_bad_input_is_refused():
     s = surface(POINTS)
-    with pytest.raises(ValueError, match="`cells` must be positive"):
+    with pytest.raises(ValueError, match="`cells` must be a positive integer"):
         cell_light(LAMP, POINTS, s, 0)
     with pytest.raises(ValueError, match="`receivers` must be finite"):
         cell_light(LAMP, np.nan * POINTS, s, 1)

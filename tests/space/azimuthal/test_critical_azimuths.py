@@ -61,6 +61,7 @@ def test_a_slanted_plane_has_an_event_where_it_meets_the_horizon(side):
 
     down, phi, there = jax.jit(found)()
     np.testing.assert_allclose(down, [-normal / np.linalg.norm(normal)], rtol=1e-14)
+    assert np.sum(there) == 1
     np.testing.assert_allclose(folded(phi[there])[0], np.arctan2(3.0, 5.0), rtol=1e-14)
 
 

@@ -319,7 +319,7 @@ def test_any_transport_on_a_curved_receiver():
 
 def test_a_count_of_nothing_is_refused():
     scene = Scene.of(primitive(sphere((0.0, 0.0, 2.0), 1.0)))
-    with pytest.raises(ValueError, match="Argument `nodes` must be positive, but is 0"):
+    with pytest.raises(ValueError, match="Argument `nodes` must be a positive integer, but is 0"):
         visibility_by_azimuth(scene, receiver((0.0, 0.0, 0.0)), nodes=0)
 
 

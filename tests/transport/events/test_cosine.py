@@ -42,6 +42,11 @@ def test_a_window_that_cuts_the_hump_is_integrated_piece_by_piece():
     assert np.asarray(series.coefficients)[one][0].real == pytest.approx(true, abs=1e-12)
 
 
+@pytest.mark.parametrize("angle", [2.0, -3.0])
+def test_it_is_zero_with_its_derivatives_behind_the_surface(angle):
+    assert [float(a) for a in ClampedCosine().derivatives(jnp.array(angle))] == [0.0, 0.0, 0.0]
+
+
 def test_on_the_circle_it_repeats_and_has_the_fourier_coefficients_of_the_transform():
     circle = ClampedCosine(periodic=True)
     turned = circle(0.0, jnp.array([0.3, 2.0]) + 4 * jnp.pi)

@@ -88,6 +88,12 @@ def test_no_nan_anywhere_on_the_circle():
         assert np.isfinite(jax.grad(lambda e: Fresnel(e)(0.0, 0.6))(eta))
 
 
+@pytest.mark.parametrize("angle", [2.0, -3.0])
+def test_below_the_horizon_all_is_reflected_at_every_angle(angle):
+    for factor, value in ((Fresnel(1.5), 1.0), (Schlick(0.04), 1.0), (Transmission(1.5), 0.0)):
+        assert [float(a) for a in factor.derivatives(jnp.array(angle))] == [value, 0.0, 0.0]
+
+
 def test_schlick_is_off_by_at_most_what_its_docstring_says():
     t = jnp.linspace(-0.5 * jnp.pi, 0.5 * jnp.pi, 2001)
     worst = 0.0
@@ -106,6 +112,12 @@ def test_into_glass_and_out_again_loses_only_what_is_reflected():
         assert through(x, t).item() == pytest.approx(passed**2 * L(x, t).item(), rel=1e-12)
 
 
+@eqx.filter_jit
+def jet_of(field, u):
+    jet = field.jet(u)
+    return jet.value, jet.gradient, jet.hessian
+
+
 @pytest.mark.parametrize(
     ("eta", "last", "first"),
     [(1.5, np.arcsin(1 / 1.5), 0.5 * np.pi), (0.7, 0.5 * np.pi, np.arcsin(0.7))],
@@ -115,6 +127,10 @@ def test_beyond_the_last_refracted_angle_the_map_goes_on_with_slope_one(eta, las
     for side in (-1.0, 1.0):
         beyond = relabelled(0.2, side * (last + 0.3))
         np.testing.assert_allclose(beyond, L(0.2, side * (first + 0.3)), rtol=1e-12)
+        found = jet_of(relabelled, jnp.array([0.2, side * (last + 0.3)]))
+        there = jet_of(L, jnp.array([0.2, side * (first + 0.3)]))
+        for a, b in zip(found, there, strict=True):
+            np.testing.assert_allclose(a, b, rtol=1e-12)
 
 
 @pytest.mark.parametrize(("eta", "bound"), [(0.7, 1e-12), (1.5, 1e-5)])

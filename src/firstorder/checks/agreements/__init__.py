@@ -59,7 +59,7 @@ def agreements(
     Example:
         >>> from firstorder.checks.agreements import QUICK, agreements
         >>> from firstorder.flatland import Receiver
-        >>> from firstorder.flatland.library._scenes import scene_a
+        >>> from firstorder.flatland.library import scene_a
         >>> at = Receiver((0.3, 0.0), 0.0)
         >>> table = agreements(scene_a(), at, sizes=QUICK, ways=("visible",), spectrum=False)
         >>> table.agrees, table.row("E'", "visible").verdict

@@ -121,7 +121,7 @@ def digits(scene: Scene, at: Receiver, most: float = 0.05) -> Digits:
     Example:
         >>> from firstorder.checks.agreements._digits import digits
         >>> from firstorder.flatland import Receiver
-        >>> from firstorder.flatland.library._scenes import scene_a
+        >>> from firstorder.flatland.library import scene_a
         >>> found = digits(scene_a(), Receiver((0.5, 0.0), 0.0))
         >>> f"{found.value:.15f} {found.first:.15f}"
         '0.707106781186548 -0.646446609406726'

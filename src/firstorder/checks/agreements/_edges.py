@@ -81,7 +81,7 @@ def by_edges(scene: Scene, at: Receiver, scales) -> tuple[Found, ...]:
     Example:
         >>> from firstorder.checks.agreements._edges import by_edges
         >>> from firstorder.flatland import Receiver
-        >>> from firstorder.flatland.library._scenes import scene_b
+        >>> from firstorder.flatland.library import scene_b
         >>> E, slope, bend = by_edges(scene_b(), Receiver((0.3, 0.0), 0.0), (1.0, 1.0, 1.0))
         >>> round(E.value, 6), round(slope.value, 6)
         (0.392232, 0.942866)

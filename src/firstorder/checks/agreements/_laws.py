@@ -44,7 +44,7 @@ def by_laws(scene: Scene, at: Receiver, scales) -> tuple[Found, ...]:
     Example:
         >>> from firstorder.checks.agreements._laws import by_laws
         >>> from firstorder.flatland import Receiver
-        >>> from firstorder.flatland.library._scenes import scene_b
+        >>> from firstorder.flatland.library import scene_b
         >>> E, slope, bend = by_laws(scene_b(), Receiver((0.3, 0.0), 0.0), (1.0, 1.0, 1.0))
         >>> round(E.value, 6), round(slope.value, 6)
         (0.392232, 0.942866)

@@ -103,8 +103,8 @@ def path_irradiance(
     Example:
         >>> import jax
         >>> from firstorder.flatland import irradiance, receiver
-        >>> from firstorder.flatland.library._scenes import scene_b
-        >>> from firstorder.flatland.bounces.pathtrace import path_irradiance
+        >>> from firstorder.flatland.library import scene_b
+        >>> from firstorder.flatland.bounces import path_irradiance
         >>> scene = scene_b()
         >>> floor = receiver(scene, 0, 0.8)
         >>> E = path_irradiance(scene, floor, key=jax.random.key(0), paths=4096)

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
-from firstorder._argument_checks import check_integer, check_positive
+from firstorder._argument_checks import check_count, check_integer
 from firstorder.conventions import direction
 from firstorder.flatland.bounces import _scatter as scattering
 from firstorder.flatland.bounces._light_sampling import Lights, lengths, lights
@@ -77,14 +77,13 @@ def trace_photons(
 
     Example:
         >>> import jax
-        >>> from firstorder.flatland.library._scenes import scene_c
-        >>> from firstorder.flatland.bounces.photons import trace_photons
+        >>> from firstorder.flatland.library import scene_c
+        >>> from firstorder.flatland.bounces import trace_photons
         >>> photons = trace_photons(scene_c(), jax.random.key(0), 1000, 2)
         >>> round(photons.flux[0].sum().item(), 6)  # all that the light sends arrives
         6.283185
     """
-    check_integer("count", count)
-    check_positive("count", count)
+    check_count("count", count)
     check_one_band("scene", scene)
     check_shines(scene)
     plan = Plan(path_lengths(bounces, survival), jnp.array(0.0), has_gloss(scene), scatter)
@@ -99,8 +98,8 @@ def split_photons(photons: Photons, runs: int) -> list[Photons]:
 
     Example:
         >>> import jax
-        >>> from firstorder.flatland.library._scenes import scene_c
-        >>> from firstorder.flatland.bounces.photons import split_photons, trace_photons
+        >>> from firstorder.flatland.library import scene_c
+        >>> from firstorder.flatland.bounces import split_photons, trace_photons
         >>> two = split_photons(trace_photons(scene_c(), jax.random.key(0), 1000, 2), 2)
         >>> two[1].flux.shape, round(two[1].flux[0].sum().item(), 6)
         ((3, 500), 6.283185)

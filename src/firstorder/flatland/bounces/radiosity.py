@@ -149,7 +149,7 @@ def solve_radiosity(
 
     Example:
         >>> from firstorder.flatland import Scene, box, primitive
-        >>> from firstorder.flatland.bounces.radiosity import solve_radiosity
+        >>> from firstorder.flatland.bounces import solve_radiosity
         >>> walls = primitive(box((0, 0), (1, 1), inward=True), emission=0.5, albedo=0.5)
         >>> furnace = solve_radiosity(Scene.of(walls))
         >>> round(float(furnace.E.min()), 12), round(float(furnace.E.max()), 12)  # L = 1: E = 2
@@ -213,7 +213,7 @@ def corner_exponent(albedo: float) -> float:
         ValueError: if the albedo lies outside (0, 1].
 
     Example:
-        >>> from firstorder.flatland.bounces.radiosity import corner_exponent
+        >>> from firstorder.flatland.bounces import corner_exponent
         >>> round(corner_exponent(0.2), 3)
         0.903
     """

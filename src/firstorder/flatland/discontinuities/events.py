@@ -64,7 +64,7 @@ def visual_events(
 
     Example:
         >>> from firstorder.flatland import Scene, Segments, primitive
-        >>> from firstorder.flatland.discontinuities.events import visual_events
+        >>> from firstorder.flatland.discontinuities import visual_events
         >>> floor = primitive(Segments((-2.0, 0.0), (2.0, 0.0)), name="floor")
         >>> lamp = primitive(Segments((0.5, 1.0), (-0.5, 1.0)), emission=1.0)
         >>> blocker = primitive(Segments((0.2, 0.5), (-0.2, 0.5)))
@@ -115,7 +115,7 @@ def jumps_on(
 
     Example:
         >>> from firstorder.flatland import PointLights, Scene, Segments, primitive
-        >>> from firstorder.flatland.discontinuities.events import jumps_on
+        >>> from firstorder.flatland.discontinuities import jumps_on
         >>> floor = primitive(Segments((-1.0, 0.0), (1.0, 0.0)))
         >>> blocker = primitive(Segments((0.0, 0.5), (-2.0, 0.5)))
         >>> jumps = jumps_on(Scene.of(floor, blocker, points=PointLights((0.0, 1.0), 1.0)), 0)
@@ -151,7 +151,7 @@ def extrapolation_error(jump_E, jump_E1, distance, radius):
         ValueError: if a distance or a radius is negative.
 
     Example:
-        >>> from firstorder.flatland.discontinuities.events import extrapolation_error
+        >>> from firstorder.flatland.discontinuities import extrapolation_error
         >>> float(extrapolation_error(0.0, 2.0, 0.5, 1.5))
         1.0
     """

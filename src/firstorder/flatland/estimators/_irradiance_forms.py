@@ -19,7 +19,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray
 
-from firstorder._argument_checks import check_integer, check_positive, check_shape
+from firstorder._argument_checks import check_count, check_shape
 from firstorder.conventions import direction
 from firstorder.flatland.direct_lighting import Radiance
 from firstorder.flatland.estimators._incident import incident_radiance, seen_from
@@ -99,7 +99,7 @@ def arc_length_integral(
     Example:
         >>> import jax
         >>> from firstorder.flatland import Receiver, Scene, Segments, primitive
-        >>> from firstorder.flatland.estimators._irradiance_forms import arc_length_integral
+        >>> from firstorder.flatland.estimators import arc_length_integral
         >>> lamp = Scene.of(primitive(Segments((1.0, 1.0), (-1.0, 1.0)), emission=1.0))
         >>> motion = jax.jit(lambda at: arc_length_integral(lamp, at))(Receiver((0.5, 0.0), 0.0))
         >>> round(float(motion.translation().first), 3)
@@ -140,8 +140,7 @@ def arc_length_estimate_on_curves(
     Reference: J12 §5.1, eq. 39.
     """
     check_asked_one(scene, Scene, at, Receiver)
-    check_integer("count", count)
-    check_positive("count", count)
+    check_count("count", count)
     share = 0.5
     if key is not None:
         share = jax.random.uniform(key, (scene.count, count), at.position.dtype)
@@ -271,8 +270,8 @@ def stratified_estimate(samples: Samples) -> Derivatives:
     Example:
         >>> import jax
         >>> from firstorder.flatland import Receiver, Scene, Segments, primitive
-        >>> from firstorder.flatland.estimators._irradiance_forms import stratified_estimate
-        >>> from firstorder.flatland.estimators.strata import trace_strata, hemicircle_strata
+        >>> from firstorder.flatland.estimators import stratified_estimate
+        >>> from firstorder.flatland.estimators import trace_strata, hemicircle_strata
         >>> lamp = Scene.of(primitive(Segments((1.0, 1.0), (-1.0, 1.0)), emission=1.0))
         >>> form = jax.jit(lambda at: stratified_estimate(trace_strata(lamp, at,
         ...     where=hemicircle_strata(1000))))
@@ -335,8 +334,8 @@ def repeated_estimate(
         >>> import jax
         >>> from firstorder.flatland import Receiver, Scene, Segments, primitive
         >>> from firstorder.flatland.estimators._irradiance_forms import repeated_estimate
-        >>> from firstorder.flatland.estimators._irradiance_forms import stratified_estimate
-        >>> from firstorder.flatland.estimators.strata import trace_strata, hemicircle_strata
+        >>> from firstorder.flatland.estimators import stratified_estimate
+        >>> from firstorder.flatland.estimators import trace_strata, hemicircle_strata
         >>> lamp = Scene.of(primitive(Segments((1.0, 1.0), (-1.0, 1.0)), emission=1.0))
         >>> at = Receiver((0.5, 0.0), 0.0)
         >>> form = lambda key: stratified_estimate(trace_strata(lamp, at,

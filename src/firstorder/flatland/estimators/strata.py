@@ -91,7 +91,7 @@ def hemicircle_strata(
         ValueError: if there is no sector, or borders do not ascend from -pi/2 to pi/2.
 
     Example:
-        >>> from firstorder.flatland.estimators.strata import hemicircle_strata
+        >>> from firstorder.flatland.estimators import hemicircle_strata
         >>> hemicircle_strata(4).angles.round(4).tolist()
         [-1.1781, -0.3927, 0.3927, 1.1781]
     """

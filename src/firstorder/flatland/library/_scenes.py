@@ -43,7 +43,7 @@ def scene_a(radiance: ArrayLike = 1.0) -> Scene:
 
     Example:
         >>> from firstorder.flatland import irradiance, receiver
-        >>> from firstorder.flatland.library._scenes import scene_a
+        >>> from firstorder.flatland.library import scene_a
         >>> scene = scene_a()
         >>> print(f"{irradiance(scene, receiver(scene, *scene.named('floor'), 0.5)).item():.6f}")
         0.894427
@@ -297,7 +297,7 @@ def scene_names() -> tuple[str, ...]:
     """The names of all scenes, in the order of the papers' figures.
 
     Example:
-        >>> from firstorder.flatland.library._scenes import scene_names
+        >>> from firstorder.flatland.library import scene_names
         >>> scene_names()[:3]
         ('scene_a', 'scene_b', 'scene_c')
     """
@@ -311,7 +311,7 @@ def named_scene(name: str) -> Scene:
         ValueError: if there is none.
 
     Example:
-        >>> from firstorder.flatland.library._scenes import named_scene
+        >>> from firstorder.flatland.library import named_scene
         >>> named_scene("scene_d").count
         8
     """

@@ -59,7 +59,7 @@ class SineBumps(Bumps):
     Reference: R07 Fig. 16 ("essentially a sine wave").
 
     Example:
-        >>> from firstorder.flatland.library.bumps import SineBumps
+        >>> from firstorder.flatland.library import SineBumps
         >>> waves = SineBumps(0.5, 1.0)
         >>> print(f"{waves.height(0.25).item():.3f} {waves.kappa(0.25).item():.3f}")
         0.500 -19.739
@@ -102,7 +102,7 @@ class ChirpBumps(Bumps):
     Reference: R07 Fig. 17 ("bumps whose frequency varies, increasing from left-to-right").
 
     Example:
-        >>> from firstorder.flatland.library.bumps import ChirpBumps
+        >>> from firstorder.flatland.library import ChirpBumps
         >>> print(f"{ChirpBumps(0.6, 1.0, 2.0).heights(0.0)[1].item():.3f}")
         0.600
     """
@@ -144,7 +144,7 @@ def bumpy_ground(bumps: Bumps, low: float, high: float, pieces: int) -> Segments
         ValueError: if it ends before it begins, or has no piece.
 
     Example:
-        >>> from firstorder.flatland.library.bumps import SineBumps, bumpy_ground
+        >>> from firstorder.flatland.library import SineBumps, bumpy_ground
         >>> bumpy_ground(SineBumps(), -1.0, 1.0, 32).count
         32
     """

@@ -301,7 +301,7 @@ def map_set_text(coat: MapSet, outer: str) -> str:
 
     Example:
         >>> from firstorder.io.scenes._surface_maps import MapSet, map_set_text
-        >>> from firstorder.imaging._textures import ImageTexture
+        >>> from firstorder.imaging import ImageTexture
         >>> print(map_set_text(MapSet(ImageTexture([[0.25, 1.0]])), "mesh").strip())
         [mesh.texture]
         kind = "picture"

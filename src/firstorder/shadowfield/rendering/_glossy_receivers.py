@@ -21,8 +21,8 @@ import numpy as np
 from jaxtyping import Float
 
 from firstorder._argument_checks import (
+    check_count,
     check_finite,
-    check_integer,
     check_not_negative,
     check_positive,
     check_shape,
@@ -81,7 +81,7 @@ def glossy_surface(
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.shadowfield.rendering._glossy_receivers import glossy_surface
+        >>> from firstorder.shadowfield import glossy_surface
         >>> up = np.array([[0.0, 0.0, 2.0]])
         >>> glossy_surface(up, up, specular=0.5, exponent=20.0).normal.tolist()
         [[0.0, 0.0, 1.0]]
@@ -129,16 +129,15 @@ def cell_light(
     Example:
         >>> import numpy as np
         >>> from firstorder.shadowfield.rendering._glossy_receivers import cell_light
-        >>> from firstorder.shadowfield.rendering._glossy_receivers import glossy_surface
-        >>> from firstorder.shadowfield.rendering.lamp import lamp_frame
+        >>> from firstorder.shadowfield import glossy_surface
+        >>> from firstorder.shadowfield import lamp_frame
         >>> lamp = lamp_frame((0, 0, 1), (0, 0.01, 0), (0.01, 0, 0))  # 4e-4 m^2, 1 m above
         >>> up = np.array([[0.0, 0.0, 1.0]])
         >>> light = cell_light(lamp, 0 * up, glossy_surface(up, up, albedo=np.pi), 2)
         >>> (1e4 * light).round(2).tolist()
         [[1.0, 1.0, 1.0, 1.0]]
     """
-    check_integer("nodes", nodes)
-    check_positive("nodes", nodes)
+    check_count("nodes", nodes)
     g, w = np.polynomial.legendre.leggauss(nodes)
     parts = [
         (k.value * k.light * (w[:, None, None] * w)).sum((2, 4))
@@ -176,8 +175,7 @@ def integrand(
         places: of nodes along each edge of a cell, in [-1, 1].
         falloff: radiance over the lamp, from places in [-1, 1]^2; None for 1.
     """
-    check_integer("cells", cells)
-    check_positive("cells", cells)
+    check_count("cells", cells)
     check_finite("receivers", receivers)
     x = ((2.0 * np.arange(cells)[:, None] + 1.0 + places) / cells - 1.0).ravel()
     shape = (cells, len(places), cells, len(places))
@@ -248,8 +246,7 @@ def cell_visibility(
 
     Reference: E11 §5, before it sums over the lamp.
     """
-    check_integer("cells", cells)
-    check_positive("cells", cells)
+    check_count("cells", cells)
 
     def answer(points, bounds) -> CellVisibility:
         local = lamp.local(points)
@@ -318,10 +315,10 @@ def sheared_reflection(
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.shadowfield.rendering._glossy_receivers import glossy_surface
-        >>> from firstorder.shadowfield.rendering._glossy_receivers import sheared_reflection
-        >>> from firstorder.shadowfield.rendering.lamp import lamp_frame
-        >>> from firstorder.shadowfield.rendering.ray_table import trace_shadow_rays
+        >>> from firstorder.shadowfield import glossy_surface
+        >>> from firstorder.shadowfield import sheared_reflection
+        >>> from firstorder.shadowfield import lamp_frame
+        >>> from firstorder.shadowfield import trace_shadow_rays
         >>> lamp = lamp_frame((0, 0, 2), (0, 1, 0), (1, 0, 0))
         >>> def left_half(a, b):  # a sheet close to the lamp
         ...     hit = b[:, 0] < 0

@@ -90,8 +90,8 @@ def gather(
     Example:
         >>> import numpy as np
         >>> from firstorder.shadowfield.rendering._weighted_sums import gather
-        >>> from firstorder.shadowfield.rendering.lamp import lamp_frame
-        >>> from firstorder.shadowfield.rendering.ray_table import trace_shadow_rays
+        >>> from firstorder.shadowfield import lamp_frame
+        >>> from firstorder.shadowfield import trace_shadow_rays
         >>> lamp = lamp_frame((0, 0, 1), (0, 1, 0), (1, 0, 0))
         >>> free = lambda a, b: (np.full(len(a), np.inf), np.full(len(a), -np.inf))
         >>> table, _ = trace_shadow_rays(lamp, np.zeros((1, 3)), 8, free)

@@ -186,10 +186,10 @@ def band_limit_sweep(
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.shadowfield.rendering.band_limit_choice import band_limit_sweep
-        >>> from firstorder.shadowfield.rendering.lamp import lamp_frame
-        >>> from firstorder.shadowfield.rendering.ray_table import RayTable
-        >>> from firstorder.shadowfield.rendering.ray_table import trace_shadow_rays
+        >>> from firstorder.shadowfield import band_limit_sweep
+        >>> from firstorder.shadowfield import lamp_frame
+        >>> from firstorder.shadowfield import RayTable
+        >>> from firstorder.shadowfield import trace_shadow_rays
         >>> def bar(a, b):  # half way up, hides x < 0
         ...     hit = (a + b)[:, 0] < 0.0
         ...     return np.where(hit, 0.5, np.inf), np.where(hit, 0.5, -np.inf)

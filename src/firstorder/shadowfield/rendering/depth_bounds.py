@@ -12,7 +12,7 @@ import numpy as np
 import scipy.ndimage
 from jaxtyping import Float
 
-from firstorder._argument_checks import check_integer, check_positive
+from firstorder._argument_checks import check_count
 from firstorder.numerics._native import HAVE_NATIVE
 from firstorder.shadowfield.rendering._below import where_below
 from firstorder.shadowfield.rendering._culling import ROUNDING, narrowed
@@ -154,8 +154,7 @@ def smooth_depths(
         >>> near[1, 1].item(), far[1, 1].item()
         (0.5, 0.75)
     """
-    check_integer("radius", radius)
-    check_positive("radius", radius)
+    check_count("radius", radius)
     size = 2 * radius + 1
     low = scipy.ndimage.minimum_filter(np.where(np.isnan(near), np.inf, near), size)
     high = scipy.ndimage.maximum_filter(np.where(np.isnan(far), -np.inf, far), size)

@@ -58,7 +58,7 @@ def lamp_frame(center, u, v) -> LampFrame:
         ValueError: if the edges are not orthogonal: the filter is a product of two only then.
 
     Example:
-        >>> from firstorder.shadowfield.rendering.lamp import lamp_frame
+        >>> from firstorder.shadowfield import lamp_frame
         >>> lamp_frame((0, 0, 3), (0, 1, 0), (2, 0, 0)).axes[2].tolist()  # it shines down
         [0.0, 0.0, -1.0]
     """

@@ -56,7 +56,7 @@ def _split_at_depth(table: RayTable, depth: float) -> _DepthLayers:
     Example:
         >>> import numpy as np
         >>> from firstorder.shadowfield.rendering.layers import _split_at_depth
-        >>> from firstorder.shadowfield.rendering.ray_table import RayTable
+        >>> from firstorder.shadowfield import RayTable
         >>> none = np.zeros((3, 2), np.float32)
         >>> near = np.array([1.0, 1.0, np.inf], np.float32)
         >>> far = np.array([3.0, 1.5, -np.inf], np.float32)

@@ -22,7 +22,7 @@ from jaxtyping import Float, Int
 
 from firstorder._argument_checks import (
     check_between,
-    check_integer,
+    check_count,
     check_not_negative,
     check_positive,
 )
@@ -57,7 +57,7 @@ def rays_per_pixel(
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.shadowfield.rendering.sample_counts import rays_per_pixel
+        >>> from firstorder.shadowfield import rays_per_pixel
         >>> one = np.ones(1)
         >>> found = rays_per_pixel(one, one / 3, 2 * one / 3, 1.0, 0.1, np.ones(2))
         >>> found.round(3).tolist()  # (4 * 3)^2 / 25
@@ -89,12 +89,11 @@ def distribute_rays(
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.shadowfield.rendering.sample_counts import distribute_rays
+        >>> from firstorder.shadowfield import distribute_rays
         >>> distribute_rays(np.array([0.0, 1.0, 1.0]), 12, least=0.25).tolist()
         [1, 6, 5]
     """
-    check_integer("total", total)
-    check_positive("total", total)
+    check_count("total", total)
     check_between("least", least, 0.0, 1.0)
     check_not_negative("share", share)
     if not len(share):

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from firstorder._argument_checks import check_integer, check_positive
+from firstorder._argument_checks import check_count
 from firstorder.numerics._batching import host_blocks
 from firstorder.shadowfield.rendering.lamp import LampFrame
 from firstorder.shadowfield.rendering.ray_table import Blockers
@@ -91,8 +91,7 @@ def own_visibility(
         >>> own_visibility(card, lamp, np.zeros((1, 3)), np.array([-1]), 4).tolist()
         [0.5]
     """
-    check_integer("strata", strata)
-    check_positive("strata", strata)
+    check_count("strata", strata)
     rng, count = np.random.default_rng(seed), strata**2
     cell = np.stack(np.meshgrid(np.arange(strata), np.arange(strata), indexing="ij"), -1)
     u = (cell.reshape(-1, 2) + rng.random((len(points), count, 2))) * 2.0 / strata - 1.0

@@ -43,7 +43,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from firstorder._argument_checks import check_integer, check_positive
+from firstorder._argument_checks import check_count
 from firstorder.shadowfield.rendering._below import where_below
 from firstorder.shadowfield.rendering._filter_shape import (
     Numbers,
@@ -104,10 +104,10 @@ def depths_under_filter(
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.shadowfield.rendering.depth_bounds import blocker_depths
-        >>> from firstorder.shadowfield.rendering.lamp import lamp_frame
-        >>> from firstorder.shadowfield.rendering.ray_table import trace_shadow_rays
-        >>> from firstorder.shadowfield.rendering.sheared_filter import depths_under_filter
+        >>> from firstorder.shadowfield import blocker_depths
+        >>> from firstorder.shadowfield import lamp_frame
+        >>> from firstorder.shadowfield import trace_shadow_rays
+        >>> from firstorder.shadowfield import depths_under_filter
         >>> def two(a, b):  # sheets 1 m below the lamp over x < 0, and 0.4 m below it over x > 1
         ...     high, low = (0.8 * b + 0.2 * a)[:, 0] > 1.0, (0.5 * b + 0.5 * a)[:, 0] < 0.0
         ...     near = np.where(high, 0.2, np.where(low, 0.5, np.inf))
@@ -122,8 +122,7 @@ def depths_under_filter(
         >>> [round(float(b[0]), 3) for b in depths_under_filter(lamp, table, at, 1.0, 0.01, 128)]
         [0.4, 1.0]
     """
-    check_integer("widest", widest)
-    check_positive("widest", widest)
+    check_count("widest", widest)
     extent = float(np.max(lamp.half))
 
     def answer(points) -> tuple[Numbers, Numbers]:
@@ -206,8 +205,7 @@ def sheared_shadow(
         >>> sheared_shadow(lamp, table, floor, 1.0, 0.1, np.ones(1)).visible.tolist()
         [1.0]
     """
-    check_integer("cells", cells)
-    check_positive("cells", cells)
+    check_count("cells", cells)
     share = cell_shares(cells, falloff)
 
     def answer(points, fallback, bounds) -> ShearedShadow:

@@ -23,7 +23,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from firstorder._argument_checks import check_integer, check_positive, nan_unless
+from firstorder._argument_checks import check_count, nan_unless
 from firstorder.conventions import azimuth_axes, polar
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._quadrature import gauss_legendre
@@ -105,7 +105,7 @@ def visibility_by_azimuth(
     Example:
         >>> import jax.numpy as jnp
         >>> from firstorder.space import Scene, receiver, sphere, primitive
-        >>> from firstorder.space.azimuthal.transport import visibility_by_azimuth
+        >>> from firstorder.space.azimuthal import visibility_by_azimuth
         >>> scene = Scene.of(primitive(sphere((0.0, 0.0, 2.0), 1.0)))
         >>> B = visibility_by_azimuth(scene, receiver((0.0, 0.0, 0.0)))
         >>> print(round(float(1.0 - B.value / (2.0 * jnp.pi)), 6))  # 1 - cos(30 degrees)
@@ -129,7 +129,7 @@ def irradiance_by_azimuth(
 
     Example:
         >>> from firstorder.space import Scene, receiver, sphere, primitive
-        >>> from firstorder.space.azimuthal.transport import irradiance_by_azimuth
+        >>> from firstorder.space.azimuthal import irradiance_by_azimuth
         >>> scene = Scene.of(primitive(sphere((0.0, 0.0, 2.0), 1.0)))
         >>> E = irradiance_by_azimuth(scene, receiver((0.0, 0.0, 0.0)))
         >>> print(round(float(E.value), 4))  # pi (1 - sin(30 degrees)^2)
@@ -176,7 +176,7 @@ def transport_by_azimuth(
 
     Example:
         >>> from firstorder.space import Scene, receiver, sphere, primitive
-        >>> from firstorder.space.azimuthal.transport import transport_by_azimuth
+        >>> from firstorder.space.azimuthal import transport_by_azimuth
         >>> scene = Scene.of(primitive(sphere((0.0, 0.0, 2.0), 1.0)))
         >>> def lit(at, w):  # brighter to the right, and farther along
         ...     return w[2] * (1.0 + 0.5 * (at.axes @ w)[0] + at.position[0])
@@ -185,8 +185,7 @@ def transport_by_azimuth(
         2.3562 2.3562
     """
     check_asked_one(scene, Scene, at, Receiver, bands=True)
-    check_integer("inner", inner)
-    check_positive("inner", inner)
+    check_count("inner", inner)
     return _integrated(scene, at, Varying(transport, at, inner), nodes, most)
 
 
@@ -213,10 +212,8 @@ def _sliced(found: list[Part], base: Float[Array, ""], lag: Float[Array, ""]) ->
 
 
 def _integrated(scene: Scene, at: Receiver, T, nodes: int, most: int) -> AzimuthalIntegral:
-    check_integer("nodes", nodes)
-    check_positive("nodes", nodes)
-    check_integer("most", most)
-    check_positive("most", most)
+    check_count("nodes", nodes)
+    check_count("most", most)
     found = settled(parts(scene, at))
     dtype = at.position.dtype
     where = settled(nodes_between(found, nodes, most, dtype))

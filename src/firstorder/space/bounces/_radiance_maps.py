@@ -127,7 +127,7 @@ def trace_maps(
     Example:
         >>> import jax.numpy as jnp
         >>> from firstorder.space import library
-        >>> from firstorder.space.bounces._radiance_maps import RadianceMaps, trace_maps
+        >>> from firstorder.space.bounces import RadianceMaps, trace_maps
         >>> maps = RadianceMaps(library.j12_box(), jnp.ones((4, 2, 2)))
         >>> at, up = (jnp.full(1, 0.5),) * 2 + (jnp.zeros(1),), (jnp.zeros(1),) * 2 + (jnp.ones(1),)
         >>> trace_maps(maps, at, up, 0).distance.item()

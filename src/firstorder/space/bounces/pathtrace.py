@@ -90,9 +90,9 @@ def path_irradiance(
     Example:
         >>> import jax
         >>> from firstorder.space import receiver
-        >>> from firstorder.space.direct_lighting import irradiance
-        >>> from firstorder.space.library._scenes import j12_box
-        >>> from firstorder.space.bounces.pathtrace import path_irradiance
+        >>> from firstorder.space import irradiance
+        >>> from firstorder.space.library import j12_box
+        >>> from firstorder.space.bounces import path_irradiance
         >>> scene, at = j12_box(), receiver((0.5, 0.5, 0.0), on=0)
         >>> E = path_irradiance(scene, at, key=jax.random.key(0), paths=4096, bounces=0)
         >>> bool(abs(E.z(irradiance(scene, at))) < 4)

@@ -23,7 +23,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 from scipy.spatial import KDTree
 
-from firstorder._argument_checks import check_integer, check_positive
+from firstorder._argument_checks import check_count
 from firstorder.numerics._batching import in_batches
 from firstorder.numerics._vectors import dot
 from firstorder.sampling._density import DensityEstimator
@@ -271,8 +271,7 @@ def photon_radiances(
         >>> bool(0.02 < largest_radiance(L) < 0.05)  # of the left wall; the lamp's is 1
         True
     """
-    check_integer("every", every)
-    check_positive("every", every)
+    check_count("every", every)
     some: Photons = jax.tree.map(lambda a: jnp.asarray(a[::every]), photons.photons)
     outward = jax.vmap(photons.scene.normal)(some.index, some.position)
     normal = jnp.where(some.front[:, None], outward, -outward)
@@ -317,8 +316,7 @@ def photon_radiance_maps(
         >>> photonmap.photon_radiance_maps(found, photonmap.DensityEstimator(k=50), 8).L.shape
         (4, 8, 8)
     """
-    check_integer("cells", cells)
-    check_positive("cells", cells)
+    check_count("cells", cells)
     scene, own = photons.scene, face_layout(photons.scene).shape
     point, normal = cell_centers(scene, cells)
     on = jnp.broadcast_to(jnp.asarray(own)[:, None], point.shape[:2])

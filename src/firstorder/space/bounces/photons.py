@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
-from firstorder._argument_checks import check_integer, check_positive, is_concrete
+from firstorder._argument_checks import check_count, is_concrete
 from firstorder.conventions import cylindrical
 from firstorder.numerics._vectors import matvec, norm, orthonormal_frame
 from firstorder.sampling._distributions import Discrete
@@ -76,14 +76,13 @@ def trace_photons(
 
     Example:
         >>> import jax
-        >>> from firstorder.space.bounces.photons import trace_photons
+        >>> from firstorder.space.bounces import trace_photons
         >>> from firstorder.space.library import j12_box
         >>> photons = trace_photons(j12_box(), jax.random.key(0), 1000, 2)
         >>> photons.position.shape  # the first landing, and those after two reflections
         (3, 1000, 3)
     """
-    check_integer("count", count)
-    check_positive("count", count)
+    check_count("count", count)
     check_one_band("scene", scene)
     check_shines(scene)
     _check_lamps(scene)

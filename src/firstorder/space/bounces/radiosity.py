@@ -16,7 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
-from firstorder._argument_checks import check_integer, check_not_negative, check_positive
+from firstorder._argument_checks import check_count, check_integer, check_not_negative
 from firstorder.conventions import cylindrical
 from firstorder.numerics._scale import power_of_two
 from firstorder.numerics._vectors import cross, dot, matvec, norm, orthonormal_frame, unit
@@ -213,14 +213,13 @@ def solve_radiosity(
 
     Example:
         >>> from firstorder.space import library
-        >>> from firstorder.space.bounces.radiosity import solve_radiosity
+        >>> from firstorder.space.bounces import solve_radiosity
         >>> solve_radiosity(library.j12_box(), cells=8, shadow=0).L.shape
         (4, 8, 8)
     """
     check_many("cells", cells)
     for name, number in (("bounces", bounces), ("rays", rays)):
-        check_integer(name, number)
-        check_positive(name, number)
+        check_count(name, number)
     check_integer("shadow", shadow)
     check_not_negative("shadow", shadow)
     if np.any(np.asarray(scene.material.specular) != 0.0):

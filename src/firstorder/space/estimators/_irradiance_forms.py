@@ -105,9 +105,9 @@ def trace_strata(
     Example:
         >>> import jax
         >>> from firstorder.space import Scene, receiver, rectangle, primitive
-        >>> from firstorder.space.estimators._irradiance_forms import trace_strata
-        >>> from firstorder.space.estimators._irradiance_forms import stratified_estimate
-        >>> from firstorder.space.estimators.strata import hemisphere_strata
+        >>> from firstorder.space.estimators import trace_strata
+        >>> from firstorder.space.estimators import stratified_estimate
+        >>> from firstorder.space.estimators import hemisphere_strata
         >>> lamp = rectangle((0.5, 0.0, 1.0), (0.0, 0.5, 0.0), (0.5, 0.0, 0.0))
         >>> scene = Scene.of(primitive(lamp, emission=1.0))
         >>> form = jax.jit(lambda at: stratified_estimate(trace_strata(scene, at,

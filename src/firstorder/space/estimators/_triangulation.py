@@ -42,7 +42,7 @@ def hemisphere_triangulation(rays: int, key: PRNGKeyArray | None = None) -> Hemi
         ValueError: if there are fewer than 4 rays.
 
     Example:
-        >>> from firstorder.space.estimators._triangulation import hemisphere_triangulation
+        >>> from firstorder.space.estimators import hemisphere_triangulation
         >>> hemisphere_triangulation(30).directions.shape
         (25, 3)
     """

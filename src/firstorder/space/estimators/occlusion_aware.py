@@ -65,8 +65,8 @@ def occlusion_aware_estimate(
 
     Example:
         >>> import jax, jax.numpy as jnp
-        >>> from firstorder.space.estimators._triangulation import hemisphere_triangulation
-        >>> from firstorder.space.estimators.occlusion_aware import occlusion_aware_estimate
+        >>> from firstorder.space.estimators import hemisphere_triangulation
+        >>> from firstorder.space.estimators import occlusion_aware_estimate
         >>> net = hemisphere_triangulation(64)
         >>> sky = jnp.ones(64), net.directions, jnp.full(64, jnp.inf)
         >>> E, gradient, hessian = jax.jit(occlusion_aware_estimate)(*sky, net.triangles,

@@ -77,7 +77,7 @@ def hemisphere_strata(
             hemisphere, or the measure is unknown.
 
     Example:
-        >>> from firstorder.space.estimators.strata import hemisphere_strata
+        >>> from firstorder.space.estimators import hemisphere_strata
         >>> cells = hemisphere_strata(2, 4)
         >>> cells.projected.round(4).tolist()[0]
         [0.3927, 0.3927, 0.3927, 0.3927]

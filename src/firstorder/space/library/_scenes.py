@@ -46,7 +46,7 @@ def j12_box(wall: str = "black", radiance: ArrayLike = 1.0) -> Scene:
     Reference: J12 §8, Fig. 17 (left); Fig. 19 leaves the wall out.
 
     Example:
-        >>> from firstorder.space.library._scenes import j12_box
+        >>> from firstorder.space.library import j12_box
         >>> j12_box("none").count
         3
     """

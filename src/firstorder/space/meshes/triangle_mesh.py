@@ -32,7 +32,7 @@ class Mesh(eqx.Module):
             -1 at a boundary.
 
     Example:
-        >>> from firstorder.space.meshes.triangle_mesh import mesh
+        >>> from firstorder.space.meshes import mesh
         >>> square = mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
         >>> square.count, len(square.edges), square.closed, square.area.item()
         (2, 5, False, 1.0)
@@ -188,7 +188,7 @@ def vertex_normals(mesh: Mesh) -> Float[Array, "v 3"]:
     Reference: N. Max, "Weights for computing vertex normals from facet normals", JGT 4(2), 1999.
 
     Example:
-        >>> from firstorder.space.meshes.triangle_mesh import mesh, vertex_normals
+        >>> from firstorder.space.meshes import mesh, vertex_normals
         >>> square = mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
         >>> vertex_normals(square)[2].tolist()
         [0.0, 0.0, 1.0]

@@ -136,7 +136,7 @@ def silhouette(scene: Scene, eye: ArrayLike, on: ArrayLike = -1) -> Silhouette:
     Example:
         >>> import jax.numpy as jnp
         >>> from firstorder.space.library import sphere_over_plane
-        >>> from firstorder.space.silhouettes import silhouette
+        >>> from firstorder.space import silhouette
         >>> seen = silhouette(sphere_over_plane(), jnp.array([0.0, 0.0, 0.1]))
         >>> seen.curved.owner.tolist()  # the ball's outline, and the plane's horizon
         [0, 1]

@@ -57,7 +57,7 @@ def mesh_silhouette(mesh: Mesh, eye: ArrayLike) -> SilhouetteSegments:
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.space.meshes.triangle_mesh import mesh
+        >>> from firstorder.space.meshes import mesh
         >>> one = mesh([[0, 0, 1], [1, 0, 1], [0, 1, 1]], [[0, 1, 2]])
         >>> int(mesh_silhouette(one, jnp.array([0.2, 0.2, 0.0])).live.sum())
         3

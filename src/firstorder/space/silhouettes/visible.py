@@ -147,7 +147,7 @@ def visible_silhouettes(scene: Scene, at: Receiver) -> VisibleSilhouettes:
     Example:
         >>> from firstorder.space import receiver
         >>> from firstorder.space.library import sphere_over_plane
-        >>> from firstorder.space.silhouettes import visible_silhouettes
+        >>> from firstorder.space import visible_silhouettes
         >>> seen = visible_silhouettes(sphere_over_plane(), receiver((0.0, 0.0, 0.1)))
         >>> seen.sound.item()  # the receiver is outside of the ball
         True

@@ -107,7 +107,7 @@ class Ggx(Brdf):
     Reference: derived in derivations/transport/brdf/general.py; R07 §4.1 names Torrance-Sparrow.
 
     Example:
-        >>> from firstorder.transport.brdf.general import Ggx
+        >>> from firstorder.transport import Ggx
         >>> rho = Ggx(0.3)
         >>> abs(rho(0.2, -0.5) - rho(-0.5, 0.2)).item()  # reciprocity
         0.0
@@ -172,7 +172,7 @@ class TabulatedBrdf(Brdf):
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.transport.brdf.general import TabulatedBrdf
+        >>> from firstorder.transport import TabulatedBrdf
         >>> round(TabulatedBrdf(np.full((5, 6), 0.5))(0.1, 0.2).item(), 12)
         0.5
     """

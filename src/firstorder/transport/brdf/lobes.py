@@ -104,7 +104,7 @@ class CosinePowerProfile(Profile):
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.transport.brdf.lobes import CosinePowerProfile
+        >>> from firstorder.transport import CosinePowerProfile
         >>> round(CosinePowerProfile(1.0).at(jnp.zeros(2)).item(), 12)  # half a cosine
         0.5
     """
@@ -187,7 +187,7 @@ class TabulatedProfile(Profile):
             or the integral is not (no lobe can then be normalised).
 
     Example:
-        >>> from firstorder.transport.brdf.lobes import TabulatedProfile
+        >>> from firstorder.transport import TabulatedProfile
         >>> lobe = TabulatedProfile([0.0, 1.0, 3.0, 1.0, 0.0], 0.1)
         >>> round(lobe(0.0, 0.1).item(), 12)
         1.0
@@ -303,7 +303,7 @@ def glossy(sigma, weight=1.0, cosine: bool = False) -> Lobe:
     Reference: R07 §4.1, step 3.
 
     Example:
-        >>> from firstorder.transport.brdf.lobes import glossy
+        >>> from firstorder.transport import glossy
         >>> glossy(0.1).kernel.half_width().item()
         0.9
     """
@@ -343,7 +343,7 @@ def lambert(albedo=1.0) -> Lobe:
     Reference: R07 §5.2, which has it smooth wherever the light is.
 
     Example:
-        >>> from firstorder.transport.brdf.lobes import lambert
+        >>> from firstorder.transport import lambert
         >>> lambert(0.5).argument.words
         'n - omega'
     """

@@ -43,7 +43,7 @@ class SlopeWeight(Field):
     Reference: D05 §3.3 (g and its transform), §5.1 (G), Fig. 5.
 
     Example:
-        >>> from firstorder.transport.events.diffuse import SlopeWeight
+        >>> from firstorder.transport import SlopeWeight
         >>> SlopeWeight()(0.0, 0.0).item()
         1.0
     """
@@ -149,7 +149,7 @@ def bessel_zk1(z2: Array) -> Array:
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.transport.events.diffuse import bessel_zk1
+        >>> from firstorder.transport import bessel_zk1
         >>> round(bessel_zk1(jnp.array(1.0)).item(), 12)  # K_1(1)
         0.601907230197
     """
@@ -177,7 +177,7 @@ class DifferentialIrradiance(Event):
     Example:
         >>> from firstorder.conventions import FLATLAND_SLOPE
         >>> from firstorder.fields import Constant
-        >>> from firstorder.transport.events.diffuse import DifferentialIrradiance
+        >>> from firstorder.transport import DifferentialIrradiance
         >>> dE = DifferentialIrradiance(0.5)(Constant(1.0, FLATLAND_SLOPE))
         >>> dE(0.0, 0.0).item()
         0.5
@@ -218,7 +218,7 @@ class Gather(Event):
     Example:
         >>> from firstorder.conventions import FLATLAND_SLOPE
         >>> from firstorder.fields import gaussian
-        >>> from firstorder.transport.events.diffuse import Gather
+        >>> from firstorder.transport import Gather
         >>> E = Gather(reach=9.0)(gaussian((0.0, 0.0), (1.0, 1.0), frame=FLATLAND_SLOPE))
         >>> round(E(0.0).item(), 12)  # sqrt(2 pi)
         2.506628274631
@@ -270,7 +270,7 @@ def diffuse(rho=1.0, reach=8.0, window: Grid | None = None, nodes: int = 64, axe
     Example:
         >>> from firstorder.conventions import FLATLAND_SLOPE
         >>> from firstorder.fields import Constant
-        >>> from firstorder.transport.events.diffuse import diffuse
+        >>> from firstorder.transport import diffuse
         >>> white = diffuse(0.5, reach=20.0, nodes=256)  # albedo 1
         >>> round(white(Constant(1.0, FLATLAND_SLOPE))(0.0).item(), 2)  # a furnace
         1.0

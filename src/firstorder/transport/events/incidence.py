@@ -46,7 +46,7 @@ class Incidence(Event):
     Example:
         >>> import jax.numpy as jnp
         >>> from firstorder.fields import gaussian
-        >>> from firstorder.transport.events.incidence import Incidence
+        >>> from firstorder.transport import Incidence
         >>> L = gaussian((0.0, 0.0), (1.0, 1.0))
         >>> oblique = Incidence(jnp.pi / 3)(L)  # the footprint is twice as wide
         >>> round(oblique(2.0, jnp.pi / 3).item() - L(1.0, 0.0).item(), 12)
@@ -95,7 +95,7 @@ class Outgoing(Event):
         >>> import jax.numpy as jnp
         >>> from firstorder.conventions import Frame
         >>> from firstorder.fields import gaussian
-        >>> from firstorder.transport.events.incidence import Outgoing
+        >>> from firstorder.transport import Outgoing
         >>> L = gaussian((0.0, 0.0), (1.0, 1.0), frame=Frame(sense="outgoing"))
         >>> seen = Outgoing(jnp.pi / 3)(L)  # foreshortened by two
         >>> round(seen(1.0, -jnp.pi / 3).item() - L(2.0, 0.0).item(), 12)

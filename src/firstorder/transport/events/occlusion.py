@@ -87,7 +87,7 @@ class PlanarBlockers(Event):
     Example:
         >>> from firstorder.conventions import FLATLAND_SLOPE
         >>> from firstorder.fields import gaussian, half_plane
-        >>> from firstorder.transport.events.occlusion import PlanarBlockers
+        >>> from firstorder.transport import PlanarBlockers
         >>> L = gaussian((0.0, 0.0), (1.0, 1.0), frame=FLATLAND_SLOPE)
         >>> V = half_plane(0.0, frame=L.frame)
         >>> PlanarBlockers((V, V), [0.0, 1.0])(L)(0.5, 1.0).item()  # hits the farther one
@@ -154,7 +154,7 @@ def slit_blocker(
     Example:
         >>> from firstorder.conventions import FLATLAND_SLOPE
         >>> from firstorder.fields import gaussian
-        >>> from firstorder.transport.events.occlusion import slit_blocker
+        >>> from firstorder.transport import slit_blocker
         >>> L = gaussian((0.0, 0.0), (1.0, 1.0), frame=FLATLAND_SLOPE)
         >>> slit = slit_blocker(-0.5, 0.5, L.frame)
         >>> slit(L)(0.0, 0.0).item(), slit(L)(0.6, 0.0).item()
@@ -197,7 +197,7 @@ def comb_blocker(
     Example:
         >>> from firstorder.conventions import FLATLAND_SLOPE
         >>> from firstorder.fields import gaussian
-        >>> from firstorder.transport.events.occlusion import comb_blocker
+        >>> from firstorder.transport import comb_blocker
         >>> L = gaussian((0.0, 0.0), (1.0, 1.0), frame=FLATLAND_SLOPE)
         >>> comb_blocker(1.0, 3, L.frame)(L)(1.0, 0.0).item()  # on the third bar
         0.0
@@ -230,7 +230,7 @@ def grating_blocker(
     Example:
         >>> from firstorder.conventions import FLATLAND_SLOPE
         >>> from firstorder.fields import gaussian
-        >>> from firstorder.transport.events.occlusion import grating_blocker
+        >>> from firstorder.transport import grating_blocker
         >>> L = gaussian((0.0, 0.0), (1.0, 1.0), frame=FLATLAND_SLOPE)
         >>> grating_blocker(1.0, L.frame)(L)(0.5, 0.0).item()
         0.0
@@ -271,7 +271,7 @@ def pit_blockers(
     Example:
         >>> from firstorder.conventions import FLATLAND_SLOPE
         >>> from firstorder.fields import gaussian
-        >>> from firstorder.transport.events.occlusion import pit_blockers
+        >>> from firstorder.transport import pit_blockers
         >>> L = gaussian((0.0, 0.0), (1.0, 1.0), frame=FLATLAND_SLOPE)
         >>> pits = [pit_blockers(1.0, 1.0, n, L.frame)(L) for n in (1, 2)]
         >>> pits[0](0.0, 1.0).item() > 0.0, pits[1](0.0, 1.0).item()  # through the wall, or not

@@ -26,7 +26,7 @@ def v_D_theta(theta: Array) -> Array:
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.transport.events.slopes import v_D_theta
+        >>> from firstorder.transport import v_D_theta
         >>> round(v_D_theta(jnp.array(0.25 * jnp.pi)).item(), 12)
         2.0
     """
@@ -46,7 +46,7 @@ def theta_D_v(v: Array) -> Array:
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.transport.events.slopes import theta_D_v
+        >>> from firstorder.transport import theta_D_v
         >>> theta_D_v(jnp.array(1.0)).item()
         0.5
     """
@@ -64,7 +64,7 @@ class ToSlope(Event):
 
     Example:
         >>> from firstorder.fields import gaussian
-        >>> from firstorder.transport.events.slopes import ToAngle, ToSlope
+        >>> from firstorder.transport import ToAngle, ToSlope
         >>> L = gaussian((0.0, 0.2), (1.0, 0.5))
         >>> round((ToSlope() >> ToAngle())(L)(0.3, 0.7).item() - L(0.3, 0.7).item(), 15)
         0.0
@@ -89,7 +89,7 @@ class ToAngle(Event):
     Example:
         >>> from firstorder.conventions import FLATLAND_SLOPE
         >>> from firstorder.fields import gaussian
-        >>> from firstorder.transport.events.slopes import ToAngle
+        >>> from firstorder.transport import ToAngle
         >>> l = gaussian((0.0, 1.0), (1.0, 0.5), frame=FLATLAND_SLOPE)
         >>> round(ToAngle()(l)(0.0, 0.7853981633974483).item(), 12)
         1.0

@@ -85,7 +85,7 @@ class Arrival(Event):
     Example:
         >>> from firstorder.conventions import Frame
         >>> from firstorder.fields import gaussian
-        >>> from firstorder.transport.events.travel import Arrival
+        >>> from firstorder.transport import Arrival
         >>> L = gaussian((0.5, 0.2), (1.0, 1.0), frame=Frame(("x", "v"), "outgoing"))
         >>> Arrival()(L)(-0.5, 0.2).item()
         1.0

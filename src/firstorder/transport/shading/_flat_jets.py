@@ -83,7 +83,7 @@ class FlatlandLight(Field):
 
     Example:
         >>> import jax.numpy as jnp
-        >>> from firstorder.transport.shading._flat_jets import FlatlandLight
+        >>> from firstorder.transport import FlatlandLight
         >>> zero, one = jnp.array(0.0), jnp.array(1.0)
         >>> L = FlatlandLight(lambda x, t: x * t, lambda x, t: (x * t, t, x, zero, one, zero))
         >>> L.jet(jnp.array([2.0, 3.0])).gradient[0].item()

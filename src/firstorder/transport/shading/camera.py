@@ -31,7 +31,7 @@ class BaseSurface(eqx.Module):
         ValueError: if an argument is not finite.
 
     Example:
-        >>> from firstorder.transport.shading.camera import BaseSurface
+        >>> from firstorder.transport import BaseSurface
         >>> BaseSurface(0.0).position(2.0).tolist()
         [2.0, 0.0]
     """
@@ -124,7 +124,7 @@ class Camera(Event):
 
     Example:
         >>> from firstorder.fields import gaussian
-        >>> from firstorder.transport.shading.camera import Camera
+        >>> from firstorder.transport import Camera
         >>> B = gaussian((0.0, 0.0), (1.0, 0.5), frame=gaussian((0, 0), (1, 1)).frame.turned())
         >>> Camera((0.0, 2.0), gamma=1.0)(B)(0.5).item() / B(1.0, 0.4636476090008061).item()
         1.0
@@ -219,7 +219,7 @@ def image_jet(view: CameraRay, B: Jet) -> tuple[Scalar, Scalar, Scalar]:
     Example:
         >>> import jax.numpy as jnp
         >>> from firstorder.fields import gaussian
-        >>> from firstorder.transport.shading.camera import Camera, image_jet
+        >>> from firstorder.transport import Camera, image_jet
         >>> view = Camera((0.0, 2.0), 1.0).derivatives(jnp.array(0.0))
         >>> I, I_u, I_uu = image_jet(view, gaussian((0.0, 0.0), (1.0, 1.0)).jet(jnp.zeros(2)))
         >>> I_uu.item()  # -(2^2 + 1^2): dx/dpx = 2, dtheta/dpx = 1

@@ -15,7 +15,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from firstorder._argument_checks import check_integer, check_positive, nan_unless
+from firstorder._argument_checks import check_count, check_positive, nan_unless
 from firstorder.conventions import FLATLAND, Frame
 from firstorder.errors import Refused
 from firstorder.fields._coerce import FieldLike, as_field, field_of, field_or_none, several
@@ -84,8 +84,8 @@ class Surface(eqx.Module):
 
     Example:
         >>> from firstorder.fields import Affine, gaussian
-        >>> from firstorder.transport.brdf.lobes import glossy
-        >>> from firstorder.transport.shading.surface import Surface
+        >>> from firstorder.transport import glossy
+        >>> from firstorder.transport import Surface
         >>> valley = Surface(Affine([0.5, 0.0], 0.0), (glossy(0.2),))
         >>> B = valley.reflect(gaussian((0.0, 0.1), (1.0, 0.4)))
         >>> B(0.2, 0.1).shape
@@ -158,8 +158,8 @@ class ReflectedField(Field):
 
     Example:
         >>> from firstorder.fields import Affine, gaussian
-        >>> from firstorder.transport.brdf.lobes import glossy
-        >>> from firstorder.transport.shading.surface import Surface
+        >>> from firstorder.transport import glossy
+        >>> from firstorder.transport import Surface
         >>> B = Surface(Affine([0.5, 0.0], 0.0), (glossy(0.2),)).reflect(
         ...     gaussian((0.0, 0.1), (1.0, 0.4)))
         >>> terms, = B.terms(0.2, 0.1)
@@ -175,8 +175,7 @@ class ReflectedField(Field):
 
     def __check_init__(self):
         """Refuse other coordinates."""
-        check_integer("nodes", self.nodes)
-        check_positive("nodes", self.nodes)
+        check_count("nodes", self.nodes)
         if self.light.frame != FLATLAND:
             f = self.light.frame
             raise ValueError(
@@ -455,7 +454,7 @@ def far_light_ratio(D, local, kappa, turn=2.0) -> Array:
     Reference: R07 §5.2, whose L_x ~ L_theta / d lacks the sign and the cosines.
 
     Example:
-        >>> from firstorder.transport.shading.surface import far_light_ratio
+        >>> from firstorder.transport import far_light_ratio
         >>> far_light_ratio(2.0, 0.0, 0.25).item()
         1.0
     """
