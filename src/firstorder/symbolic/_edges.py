@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
 import sympy
 
@@ -41,7 +41,7 @@ class _Case(sympy.Function):
         return sympy.Piecewise((yes, condition), (no, True), evaluate=False)
 
     def _eval_derivative(self, s):
-        yes, no, condition = self.args
+        yes, no, condition = cast(Any, self.args)
         edges = (sympy.DiracDelta(level) * sympy.diff(level, s) for level in _levels(condition))
         within = _Case(sympy.diff(yes, s), sympy.diff(no, s), condition)
         return within + (yes - no) * sympy.Add(*edges)
@@ -52,7 +52,7 @@ def _cased(integral: Any) -> Expr:
     t = integral.limits[0][0]
 
     def straight(e: Any) -> bool:
-        if not isinstance(e, sympy.Piecewise) or len(e.args) != 2 or e.args[1].cond != sympy.true:
+        if e.func is not sympy.Piecewise or len(e.args) != 2 or e.args[1].cond != sympy.true:
             return False
         slopes = [sympy.diff(level, t) for level in _levels(e.args[0].cond)]
         return any(slope != 0 for slope in slopes) and not any(slope.has(t) for slope in slopes)
@@ -62,7 +62,7 @@ def _cased(integral: Any) -> Expr:
 
 def _levels(condition: Any) -> list[Expr]:
     """What is positive where a condition holds; two levels for one of a size, none if not known."""
-    if not isinstance(condition, (sympy.Lt, sympy.Le, sympy.Gt, sympy.Ge)):
+    if condition.func not in (sympy.Lt, sympy.Le, sympy.Gt, sympy.Ge):
         return []
     level = condition.gts - condition.lts
     sizes = list(level.atoms(sympy.Abs))
