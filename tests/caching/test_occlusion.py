@@ -94,7 +94,7 @@ def test_a_fault_is_noticed(expected, fault, monkeypatch):
 
 def test_wrong_input_is_refused():
     maps, floor = lit()
-    with pytest.raises(ValueError, match="`rays` must be positive"):
+    with pytest.raises(ValueError, match="`rays` must be a positive integer"):
         occlusion_table(maps, PLACES, floor, rays=0)
     with pytest.raises(ValueError, match="`position` must"):
         occlusion_table(maps, np.zeros((2, 3)), floor, rays=RAYS)

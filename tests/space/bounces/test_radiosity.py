@@ -186,7 +186,7 @@ def test_other_lights_are_refused_in_one_sentence():
     lamp = primitive(sphere((0.0, 0.0, 1.0), 0.1), name="lamp", emission=1.0)
     with pytest.raises(ValueError, match="must have rectangles with one bright side as lights"):
         solve_radiosity(Scene.of(lamp), cells=4)
-    with pytest.raises(ValueError, match="`bounces` must be positive"):
+    with pytest.raises(ValueError, match="`bounces` must be a positive integer"):
         solve_radiosity(_scenes.j12_box(), bounces=0)
     with pytest.raises(ValueError, match=r"^Argument `cells` must be at least 2, but is 1\.$"):
         solve_radiosity(_scenes.j12_box(), cells=1)
