@@ -93,8 +93,8 @@ def test_a_style_sheet_is_read_in_linear_time_whatever_is_in_it(text):
 
 def test_a_style_sheet_is_read_as_before():
     sheet = (
-        "/* a { } */ <!-- .a , #b{fill:none;stroke: red !important} --> @import url(x); @media x "
-        "{line {visibility: hidden}} .c{stroke:#808080;nonsense:1}.d{stroke: red"
+        "/* a { } */ <!-- .a , #b{fill:none;stroke: red !important} --> @import url(x); line "
+        "{visibility: hidden} .c{stroke:#808080;nonsense:1}.d{stroke: red"
     )
     scene = svg(
         f'<style><![CDATA[{sheet}]]></style><path class="a" d="M0 0h1"/><path id="b" d="M0 0h1"/>'

@@ -40,7 +40,7 @@ def test_the_error_falls_as_it_says(f, truth, order, key):
 
 
 def test_no_strata_are_refused():
-    with pytest.raises(ValueError, match="must be a positive integer, but is 0"):
+    with pytest.raises(ValueError, match="must be positive, but is 0"):
         midpoints(0)
 
 
