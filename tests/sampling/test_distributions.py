@@ -152,3 +152,28 @@ def test_an_interval_that_runs_backwards_is_refused(arguments, words):
     weights, low, high = arguments
     with pytest.raises(ValueError, match=words):
         PiecewiseConstant(np.array(weights), low, high)
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-200, 1e-307, 1e200, 3e305, 5e307])
+def test_a_choice_does_not_depend_on_the_unit_of_its_weights(unit):
+    """The sum of the largest and the square of the smallest leave the range."""
+    weights = unit * np.tile([1.0, 3.0, 0.0, 2.0], 64) / 3.0
+    pick = Discrete(weights)
+    wanted = np.tile([1.0, 3.0, 0.0, 2.0], 64) / 384
+    np.testing.assert_allclose(pick.probability, wanted, rtol=1e-12)
+    assert int(pick.sample(1.5 / 384)[0]) == 1
+
+
+@pytest.mark.parametrize("unit", [1e-170, 1.0, 1e200])
+def test_probabilities_have_derivatives_in_any_unit(unit):
+    slope = jax.grad(lambda w: Discrete(w).probability[0])(unit * jnp.array([1.0, 3.0]))
+    np.testing.assert_allclose(slope * unit, [3.0 / 16.0, -1.0 / 16.0], rtol=1e-12)
+
+
+@pytest.mark.parametrize("weights", [np.zeros(0), np.ones((2, 2))])
+def test_what_is_no_row_of_weights_is_refused(weights):
+    words = "^Argument `weights` must be a row of numbers"
+    with pytest.raises(ValueError, match=words):
+        Discrete(weights)
+    with pytest.raises(ValueError, match=words):
+        PiecewiseConstant(weights, 0.0, 1.0)

@@ -114,7 +114,7 @@ def test_what_stands_between_two_points_hides_one_from_the_other():
 
     @jax.jit
     def hidden(share, on_a, on_b):
-        return intersect.occluded(GROUPS, a, a + (share * near)[:, None] * d, on_a, on_b)
+        return intersect.occluded(GROUPS, RANK, a, a + (share * near)[:, None] * d, on_a, on_b)
 
     nowhere = jnp.full(len(t), intersect.MISS)
     assert not np.any(hidden(0.99, nowhere, nowhere))

@@ -124,6 +124,7 @@ def occluded(
         on_a: the shape on which each ray starts, or -1.
         on_b: the shape on which each ray ends, or -1. It does not count near the end of the ray,
             within 32 sqrt(eps) of its length; all others count up to `eps^(3/4)` of it.
+            Of surfaces in the same place, the one that `Scene.of` says hides the end on another.
 
     Raises:
         ValueError: if rays are not rows of two coordinates.
@@ -137,4 +138,6 @@ def occluded(
         [True, False]
     """
     a, b = rays_of(a, b, 2, ("a", "b"))
-    return intersect.occluded(scene.groups, a, b, on_a, on_b, _block(scene))
+    free = isinstance(on_b, int) and on_b == MISS
+    rank = None if free else intersect.ranks(scene.material.emission)
+    return intersect.occluded(scene.groups, rank, a, b, on_a, on_b, _block(scene))

@@ -6,11 +6,15 @@ The hemicircle is pi wide and the cosine integrates to 2 over it, where space ha
 
 from __future__ import annotations
 
+from typing import Any
+
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
 from firstorder._argument_checks import check_finite, check_not_negative, is_concrete
+from firstorder.numerics._scale import power_of_two
 from firstorder.typing import as_float
 
 HORIZON = 0.5 * jnp.pi
@@ -134,6 +138,13 @@ def lobe_area(e: Float[Array, "*n"]) -> Float[Array, "*n"]:
     return jnp.sqrt(jnp.pi) * ratio
 
 
+def _check_row(weights: Any) -> None:
+    """Refuse weights that are not beside each other, or none."""
+    shape = np.shape(weights)
+    if len(shape) != 1 or shape == (0,):
+        raise ValueError(f"Argument `weights` must be a row of numbers, but has shape {shape}.")
+
+
 class Discrete(eqx.Module):
     """A choice among several by their weights.
 
@@ -141,7 +152,7 @@ class Discrete(eqx.Module):
         weights: not negative. If all are zero, the first is always taken, with probability 0.
 
     Raises:
-        ValueError: if a weight is negative.
+        ValueError: if a weight is negative, or they are no row of at least one.
 
     Example:
         >>> from firstorder.sampling import Discrete
@@ -153,14 +164,18 @@ class Discrete(eqx.Module):
     weights: Float[Array, " n"] = eqx.field(converter=as_float)
 
     def __check_init__(self):
-        """Refuse negative weights."""
+        """Refuse negative weights, and what is no row of them."""
+        _check_row(self.weights)
         check_not_negative("weights", self.weights)
 
     @property
     def probability(self) -> Float[Array, " n"]:
         """Probability of each choice."""
-        total = jnp.sum(self.weights)
-        return self.weights / jnp.where(total > 0.0, total, 1.0)
+        # In a unit of their own: the sum of weights may leave the range, and its square sooner.
+        most = 1.0 / jnp.finfo(self.weights.dtype).tiny  # the compiler may divide by a reciprocal
+        shares = self.weights / jnp.minimum(power_of_two(self.weights), most)
+        total = jnp.sum(shares)
+        return shares / jnp.where(total > 0.0, total, 1.0)
 
     def sample(self, u: ArrayLike) -> tuple[Int[Array, "*n"], Float[Array, "*n"]]:
         """Number of the choice, and a fresh uniform number from the rest of u."""
@@ -184,7 +199,8 @@ class PiecewiseConstant(eqx.Module):
         high: its end.
 
     Raises:
-        ValueError: if a weight is negative, or the interval has no length.
+        ValueError: if a weight is negative, they are no row of at least one, or the interval has
+            no length.
 
     Example:
         >>> from firstorder.sampling import PiecewiseConstant
@@ -200,6 +216,7 @@ class PiecewiseConstant(eqx.Module):
 
     def __check_init__(self):
         """Refuse negative weights, and an interval that does not begin before its end."""
+        _check_row(self.weights)
         check_not_negative("weights", self.weights)
         check_finite("low", self.low)
         check_finite("high", self.high)

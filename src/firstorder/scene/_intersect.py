@@ -259,6 +259,7 @@ def free_ways(
 
 def any_hit(
     groups: Sequence[Any],
+    rank: Int[Array, " n"] | None,
     rays: Rays,
     on_end: Int[Array, " r"],
     length: Float[Array, " r"],
@@ -266,8 +267,11 @@ def any_hit(
 ) -> Bool[Array, " r"]:
     """Whether any shape is hit before the end; the shape at the end is itself not hit there.
 
+    A shape that shines hides an end on another in the same place, if its rank is higher.
+
     Args:
         groups: the shapes.
+        rank: `ranks` of them; None if no ray ends on a shape.
         rays: where they start, where to, and on what.
         on_end: number of the shape on which each ends, or -1.
         length: of each ray [m].
@@ -276,13 +280,18 @@ def any_hit(
     """
     apart = _apart(rays)
     its_own, others = near_end
-    slack = rounding(rays[0])
+    slack, least = rounding(rays[0]), None
+    if rank is not None:
+        n = rank.shape[0]
+        least = either(on_end == MISS, 2 * n, jnp.maximum(rank[on_end], n - 1))
 
     def meet(blocked, here):
         shape, k = here
         t = _beside(lambda o, d, on: shape.distance(o, d, on == k), apart)
-        at_end = either(on_end == k, jnp.full_like(length, its_own), others)
-        return blocked | (t < length * (1.0 - at_end) - slack), None
+        before = length * either(on_end == k, jnp.full_like(length, its_own), others) + slack
+        if least is not None:
+            before = either(rank[k] > least, -before, before)
+        return blocked | (t < length - before), None
 
     blocked = jnp.zeros(length.shape, bool)
     for pair in numbered(groups):
@@ -292,6 +301,7 @@ def any_hit(
 
 def occluded(
     groups: Sequence[Any],
+    rank: Int[Array, " n"] | None,
     a: Float[Array, "r d"],
     b: Float[Array, "r d"],
     on_a: ArrayLike = MISS,
@@ -302,6 +312,7 @@ def occluded(
 
     The shape on which a ray ends does not count within 32 sqrt(eps) of its length before the end;
     all others count up to `eps^(3/4)` of it, and both but for the rounding of the coordinates.
+    Of shapes in one place with the end, those of a higher rank (`ranks`) that shine hide it.
     """
     groups, a, b = jax.lax.stop_gradient((groups, a, b))
     way = b - a
@@ -311,9 +322,9 @@ def occluded(
     eps = float(jnp.finfo(length.dtype).eps)
     near_end = 32.0 * eps**0.5, tie(length.dtype)
 
-    def find(groups, rays):
+    def find(fixed, rays):
         start, along, on_a, on_b, length = rays
-        return any_hit(groups, (start, along, on_a), on_b, length, near_end)
+        return any_hit(*fixed, (start, along, on_a), on_b, length, near_end)
 
-    search = one_list(lambda groups, rays: in_blocks(partial(find, groups), rays, block))
-    return search(tuple(groups), (a, along, on_a, on_b, length))
+    search = one_list(lambda fixed, rays: in_blocks(partial(find, fixed), rays, block))
+    return search((tuple(groups), rank), (a, along, on_a, on_b, length))

@@ -307,6 +307,31 @@ def test_a_mirror_shows_the_lamp_and_a_gloss_its_blur(key):
 # --- manners -------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("turn", [0.0, 0.3])
+@pytest.mark.parametrize("lamps", [(1.0,), (1.0, 1.0), (3.0, 1.0)])
+def test_of_lamps_in_one_place_the_last_is_sampled(lamps, turn, key):
+    """Drawn on a wall, each of length 1 at a height of 1 over the receiver."""
+    T = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+    start, end = np.array([0.5, 1.0]) @ T, np.array([-0.5, 1.0]) @ T
+    wall = primitive(Segments(np.array([1.0, 1.0]) @ T, np.array([-1.0, 1.0]) @ T))
+    scene = Scene.of(wall, *(primitive(Segments(start, end), emission=L) for L in lamps))
+    at = Receiver(np.zeros(2), turn, -1)
+    E = path_irradiance(scene, at, key=key, paths=8192, bounces=0)
+    assert z_test_of(E, 2.0 * np.sin(np.arctan(0.5))).passed
+
+
+def test_no_light_passes_a_wall_that_two_rooms_share(key):
+    """Each room draws it, and neither lies along the axes."""
+    turn = np.array([[np.cos(0.3), np.sin(0.3)], [-np.sin(0.3), np.cos(0.3)]])
+    square = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.0, 0.0)])
+    rooms = [(square + np.array([x, 0.0])) @ turn for x in (0.0, 1.0)]
+    walls = [primitive(Segments(a[:-1], a[1:]), albedo=0.8) for a in rooms]
+    lamp = PointLights(np.array([[0.4, 0.5]]) @ turn, np.array([1.0]))
+    scene = Scene.of(*walls, points=lamp)
+    beside = Receiver(np.array([1.5, 0.5]) @ turn, 0.0, -1)
+    assert path_irradiance(scene, beside, key=key, paths=4096).mean == 0.0
+
+
 def test_single_precision(key):
     scene = as_dtype(line_light(True), jnp.float32)
     at = Receiver(

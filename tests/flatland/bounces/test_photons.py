@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from firstorder.checks.statistics import LEVEL, chi_square, sampler_p_value
-from firstorder.flatland import Scene, Segments, primitive
+from firstorder.flatland import PointLights, Scene, Segments, primitive
 from firstorder.flatland.bounces import photons
 from firstorder.flatland.bounces._light_sampling import lights
 from firstorder.flatland.bounces.photons import trace_photons
@@ -106,3 +106,47 @@ def test_a_photon_is_on_a_shape_where_it_lands_and_on_none_where_it_does_not():
     assert set(index) == {-1, 1}
     assert abs(np.mean(index == 1) - share) < 4.0 * np.sqrt(share * (1.0 - share) / len(index))
     assert np.all(flux[index == 1] > 0.0)
+
+
+@pytest.mark.parametrize("lamp", [0.0, 1.0])
+def test_a_sun_between_the_nodes_of_the_table_sends_its_photons(lamp):
+    """Of 0.008 rad, over a floor of length 2 that does not see the lamp."""
+    far = Segments((3.0, -1.0), (2.0, -1.0))
+    scene = Scene.of(
+        primitive(Segments((-1.0, 0.0), (1.0, 0.0))),
+        primitive(far, emission=lamp),
+        environment=lambda a: jnp.where(jnp.abs(a) < 0.004, 125.0, 0.0),
+    )
+    found = trace_photons(scene, jax.random.key(0), 400_000, 0)
+    flux = np.where(np.asarray(found.index[0]) == 0, found.flux[0], 0.0)
+    assert abs(flux.sum() - 2.0) < 4.0 * np.sqrt((flux**2).sum())
+    assert np.count_nonzero(flux) > 20
+
+
+@pytest.mark.parametrize("lamps", [(1.0,), (1.0, 1.0), (3.0, 1.0)])
+def test_a_lamp_drawn_on_a_turned_wall_sends_all_its_light_and_hides_what_is_drawn_before(lamps):
+    turn = np.array([[np.cos(0.3), np.sin(0.3)], [-np.sin(0.3), np.cos(0.3)]])
+
+    def line(start, end):
+        return Segments(np.array(start) @ turn, np.array(end) @ turn)
+
+    wall, floor = line((1.0, 1.0), (-1.0, 1.0)), line((-1.0, 0.0), (1.0, 0.0))
+    drawn = [primitive(line((0.5, 1.0), (-0.5, 1.0)), emission=L) for L in lamps]
+    scene = Scene.of(primitive(wall), primitive(floor), *drawn)
+    found = trace_photons(scene, jax.random.key(0), 20_000, 0)
+    index, flux = np.asarray(found.index[0]), np.asarray(found.flux[0])
+    assert set(index) == {-1, 1}
+    share = np.hypot(1.5, 1.0) - np.hypot(0.5, 1.0)  # Hottel's crossed strings
+    assert abs(flux.sum() - 2.0 * share) < 4.0 * np.sqrt((flux**2).sum())
+
+
+def test_no_photon_passes_a_wall_that_two_rooms_share():
+    """Each room draws it, and neither lies along the axes."""
+    turn = np.array([[np.cos(0.3), np.sin(0.3)], [-np.sin(0.3), np.cos(0.3)]])
+    square = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.0, 0.0)])
+    rooms = [(square + np.array([x, 0.0])) @ turn for x in (0.0, 1.0)]
+    walls = [primitive(Segments(a[:-1], a[1:]), albedo=0.8) for a in rooms]
+    lamp = PointLights(np.array([[0.4, 0.5]]) @ turn, np.array([1.0]))
+    scene = Scene.of(*walls, points=lamp)
+    found = trace_photons(scene, jax.random.key(0), 4096, 8)
+    assert set(np.unique(found.index)) == {-1, 0, 2, 3, 7}  # of the wall they share the later

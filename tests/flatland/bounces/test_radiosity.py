@@ -273,6 +273,27 @@ def test_panels_do_not_depend_on_the_unit_of_length():
     assert numbers[0] == numbers[1]
 
 
+@pytest.mark.parametrize("turn", [0.0, 0.3])
+def test_two_rooms_share_a_wall_and_no_light(turn):
+    """Each draws it. The light of a lamp in one is absorbed there."""
+    T = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+    square = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.0, 0.0)])
+    rooms = [(square + np.array([x, 0.0])) @ T for x in (0.0, 1.0)]
+    walls = [primitive(Segments(a[:-1], a[1:]), albedo=0.8) for a in rooms]
+    lamp = PointLights(np.array([[0.4, 0.5]]) @ T, np.array([1.0]))
+    solution = solve_radiosity(Scene.of(*walls, points=lamp))
+    assert solution.irradiance(Receiver(np.array([1.5, 0.5]) @ T, 0.0, -1)) == 0.0
+    np.testing.assert_allclose(*solution.flux(), rtol=1e-6)
+
+
+def test_what_lies_under_a_lamp_neither_shines_nor_absorbs():
+    room = primitive(box((0.0, 0.0), (1.0, 1.0), inward=True), albedo=0.5)
+    lamp = primitive(Segments((0.3, 0.0), (0.7, 0.0)), emission=1.0, albedo=0.2)
+    emitted, absorbed = solve_radiosity(Scene.of(room, lamp, lamp)).flux()
+    np.testing.assert_allclose(emitted, 0.8, rtol=1e-12)
+    np.testing.assert_allclose(absorbed, 0.8, rtol=1e-5)
+
+
 def test_what_is_not_diffuse_is_refused():
     glass = primitive(box((0.0, 0.0), (1.0, 1.0)), mirror=0.5, emission=1.0)
     with pytest.raises(ValueError, match="must be diffuse, but holds a surface with `mirror`"):

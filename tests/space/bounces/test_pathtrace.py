@@ -6,6 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from firstorder import space
 from firstorder.checks.statistics import LEVEL, chi_square, error_slope, z_test, z_test_of
 from firstorder.checks.tolerance import normwise, rounding
 from firstorder.numerics._vectors import orthonormal_frame
@@ -15,6 +16,7 @@ from firstorder.space import (
     Rectangles,
     Scene,
     Triangles,
+    cylinder,
     ellipsoid,
     plane,
     primitive,
@@ -78,6 +80,21 @@ def test_in_a_furnace_roulette_finds_all_light(how, furnace, key):
     """E = pi e / (1 - a), the sum of the geometric series; fewer reflections are told apart."""
     assert furnace_errors(furnace, key, **how).passed
     assert not furnace_errors(furnace, key, **how, bounces=3).passed
+
+
+@pytest.mark.parametrize("next_event", [False, True])
+@pytest.mark.parametrize("name", ["ball", "box", "can"])
+def test_one_closed_shape_is_a_furnace_seen_from_within(name, next_event, key):
+    """Of radiance 1 and albedo 1/2: 2 pi, in the middle of it and on its wall."""
+    hollow = {
+        "ball": ellipsoid((0, 0, 0), ((1, 0, 0), (0, 1.5, 0), (0, 0, 1))),
+        "box": space.box((-1, -2, -1), (1, 1, 1)),
+        "can": cylinder((0, 0, -1), (0, 0, 1), 1.0),
+    }[name]
+    scene = Scene.of(primitive(hollow, emission=(0.0, 1.0), albedo=(0.0, 0.5)))
+    at = receiver(np.array([(0.0, 0.0, 0.0), (0.0, 0.0, -1.0)]), on=np.array([-1, 0]))
+    E = path_irradiance(scene, at, key=key, paths=PATHS, next_event=next_event)
+    assert z_test_of(E, 2.0 * np.pi * np.ones(2)).passed
 
 
 def test_radiance_in_a_furnace_is_even(furnace, key):
@@ -168,6 +185,18 @@ def lamp_errors(key):
     return z_test_of(found, truth), truth, scene, at
 
 
+@pytest.mark.parametrize("lamps", [(1.0,), (1.0, 1.0), (3.0, 1.0)])
+def test_of_lamps_in_one_place_the_last_is_sampled(lamps, key):
+    """Drawn on a wall, at a height of 1 over the receiver."""
+    wall = primitive(rectangle((0, 0, 1), (0, 1, 0), (1, 0, 0)))
+    panel = rectangle((0, 0, 1), (0, 0.5, 0), (0.5, 0, 0))
+    scene = Scene.of(wall, *(primitive(panel, emission=L) for L in lamps))
+    at = receiver((0.0, 0.0, 0.0))
+    E = path_irradiance(scene, at, key=key, paths=PATHS, bounces=0)
+    corner = 0.5 / np.hypot(0.5, 1.0)  # Lambert's sum over the edges
+    assert z_test_of(E, 4.0 * corner * np.arctan(corner)).passed
+
+
 def test_an_ellipsoid_as_a_lamp(key):
     sampled, truth, scene, at = lamp_errors(key)
     assert sampled.passed
@@ -204,9 +233,8 @@ def vertices(surface, count):
     one = [v / np.linalg.norm(v) for v in (normal, back)]
     normal, back = (jnp.asarray(np.tile(v, (count, 1))) for v in one)
     number = lambda a: jnp.full(count, float(a))  # noqa: E731
-    return Vertex(
-        0.0 * normal, normal, jnp.full(count, -1), back, *map(number, (albedo, specular, exponent))
-    )
+    none, lobes = jnp.full(count, -1), map(number, (albedo, specular, exponent))
+    return Vertex(0.0 * normal, normal, none, back, *lobes, none)
 
 
 def in_frame(along):

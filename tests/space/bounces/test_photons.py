@@ -23,6 +23,7 @@ from firstorder.space import (
     triangle,
 )
 from firstorder.space.bounces import path_irradiance, photons, trace_photons
+from tests.space.worlds import rotation
 
 COUNT = 40_000
 LAMPS = {
@@ -267,3 +268,32 @@ def test_photons_of_a_dark_room_are_none(key):
 def test_bad_input_is_one_sentence(options, words, key):
     with pytest.raises(ValueError, match=words):
         trace_photons(room(LAMPS["disc"][0]), key, **({"count": 10} | options))
+
+
+@pytest.mark.parametrize("lamps", [(2.0,), (2.0, 2.0), (5.0, 2.0)])
+def test_a_lamp_drawn_on_a_turned_wall_sends_all_its_light_and_hides_what_is_drawn_before(
+    lamps, key
+):
+    """To a large ball around, which takes all of it."""
+    turn = rotation(np.array([0.3, -0.5, 0.2]))
+
+    def panel(side):
+        return rectangle(*(turn @ a for a in side * np.array([[0, 0, 0], [0, 1, 0], [1, 0, 0]])))
+
+    drawn = [primitive(panel(0.5), emission=L) for L in lamps]
+    around = primitive(sphere((0.0, 0.0, 0.0), 9.0), name="ball")
+    scene = Scene.of(primitive(panel(1.0)), around, *drawn)
+    found = trace_photons(scene, key, COUNT, 0)
+    assert set(np.unique(found.index)) <= {-1, *scene.named("ball")}
+    sent = estimate(found.flux[0] * COUNT)
+    assert abs(sent.mean - 2.0 * np.pi) <= 4.0 * sent.error + 1e-9
+
+
+def test_all_flux_within_one_closed_shape_is_absorbed(key):
+    """A ball that shines and reflects inwards: each photon lands `1 / (1 - rho)` times."""
+    hollow = primitive(sphere((1.0, 2.0, 3.0), 0.5), emission=(0.0, 2.0), albedo=(0.0, 0.5))
+    found = trace_photons(Scene.of(hollow), key, COUNT, 24)
+    landed = estimate(found.flux.sum(0) * COUNT)
+    sent = 2.0 * np.pi**2
+    assert z_test_of(landed, 2.0 * sent, truth_error=sent * 0.5**24).passed
+    assert not np.any(found.front)

@@ -107,6 +107,18 @@ def test_half_a_light_behind_a_screen_gives_half():
     assert abs(half / full - 0.5) < 1e-6
 
 
+def test_of_lamps_in_one_place_the_last_gives_light():
+    """However the two are turned; by rounding one would be before the other."""
+    turn = worlds.rotation(np.array([0.3, -0.5, 0.2]))
+    lamp = rectangle(turn @ np.array([0, 0, 1.0]), turn @ np.array([0, 0.2, 0]), turn[:, 0])
+    at, up, none = jnp.zeros((1, 3)), turn[:, 2][None], jnp.array([-1])
+    one, two = (
+        _rectangle_lights(Scene.of(*(primitive(lamp, emission=L) for L in lamps)), at, up, none)
+        for lamps in ((2.0,), (5.0, 2.0))
+    )
+    np.testing.assert_allclose(two, one, rtol=1e-12)
+
+
 def test_the_nearer_half_of_a_lamp_behind_a_screen_takes_more_than_half():
     """Of a long lamp that starts overhead: what is left is the light of the farther half."""
     at = np.array([2.0, -1.0, 0.5])

@@ -28,7 +28,8 @@ class Lights(eqx.Module):
 
     Attributes:
         pick: one of them, by flux.
-        flux: of each [W]; the sky's is what crosses the circle around the scene.
+        flux: of each [W]; the sky's is what crosses the circle around the scene, by its table, and
+            no less than a tenth of all other.
         sky: density of directions over the whole turn, per radian.
         center, radius: of a circle around the scene [m].
     """
@@ -38,6 +39,11 @@ class Lights(eqx.Module):
     sky: PiecewiseConstant
     center: Float[Array, "2"]
     radius: Float[Array, ""]
+
+    @property
+    def step(self) -> Float[Array, ""]:
+        """By which rays start before their surface, so that others in its place lie behind [m]."""
+        return before(self.center, self.radius)
 
 
 class LightSample(eqx.Module):
@@ -70,6 +76,12 @@ def bounds(scene: Scene) -> tuple[Float[Array, "2"], Float[Array, ""]]:
     return center, 1.01 * jnp.max(jnp.sqrt(jnp.sum((p - center) ** 2, -1)))
 
 
+def before(center: Float[Array, "2"], radius: Float[Array, ""]) -> Float[Array, ""]:
+    """Twice what rounding makes of places within a circle [m]."""
+    size = radius + jnp.max(jnp.abs(center))
+    return 16.0 * jnp.finfo(size.dtype).eps * size
+
+
 def lengths(scene: Scene) -> Float[Array, " n"]:
     """Arc lengths of all shapes, in the scene's own precision [m]."""
     dtype = scene.material.emission.dtype
@@ -87,7 +99,8 @@ def lights(
 ) -> Lights:
     """The lights of a scene, weighted by the flux that each sends into it.
 
-    A point sends `2 pi I`, a side of uniform radiance `2 L length`, the sky `2 R int L`.
+    A point sends `2 pi I`, a side of uniform radiance `2 L length`, the sky `2 R int L`; a sun that
+    no node of its table meets must not be lost, so that a tenth of all picks are the sky's.
 
     Args:
         scene: what shines.
@@ -99,20 +112,17 @@ def lights(
     dtype = radius.dtype
     at = np.pi * ((np.arange(SKY_PIECES) + 0.5) * 2.0 / SKY_PIECES - 1.0)
     seen = jnp.ones(SKY_PIECES, dtype)
+    sides = 2.0 * scene.material.emission * lengths(scene)[:, None]
+    others = [2.0 * jnp.pi * scene.points.intensity * points, sides.T.ravel() * shapes]
+    others = jnp.concatenate(others).astype(dtype)
     through = jnp.zeros((), dtype)
     if scene.environment is not None:
         L = jax.vmap(scene.environment)(jnp.asarray(at, dtype)).astype(dtype)
         mean = jnp.mean(L)
-        through = 4.0 * jnp.pi * radius * mean
+        through = jnp.maximum(4.0 * jnp.pi * radius * mean, EVEN * jnp.sum(others))
+        through = through + jnp.finfo(dtype).tiny
         seen = jnp.where(mean > 0.0, (1.0 - EVEN) * L + EVEN * mean, 1.0)
-    sides = 2.0 * scene.material.emission * lengths(scene)[:, None]
-    flux = jnp.concatenate(
-        [
-            2.0 * jnp.pi * scene.points.intensity * points,
-            sides.T.ravel() * shapes,
-            through[None] * sky,
-        ]
-    ).astype(dtype)
+    flux = jnp.append(others, through * sky).astype(dtype)
     turn = jnp.asarray(jnp.pi, dtype)
     return Lights(Discrete(flux), flux, PiecewiseConstant(seen, -turn, turn), center, radius)
 

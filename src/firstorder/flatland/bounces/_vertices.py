@@ -34,7 +34,7 @@ class Vertex(NamedTuple):
     """Current vertices of paths. Leading axis: lanes.
 
     Attributes:
-        position: [m].
+        position: [m]; a step of `Lights` before the side that was met.
         tangent: unit; the normal of the side that was met is to its left.
         sine, cosine: of the direction that the ray came from.
         surface: material of that side.
@@ -124,8 +124,9 @@ def meet(
     surface = Surface(
         m.albedo[index, side], m.mirror[index], m.specular[index], m.exponent[index], ior
     )
+    before = position + where.step * left(tangent)
     vertex = Vertex(
-        position, tangent, dot_2d(along, tangent), -dot_2d(along, left(tangent)), surface, index
+        before, tangent, dot_2d(along, tangent), -dot_2d(along, left(tangent)), surface, index
     )
     L = jnp.where(there, m.emission[index, side], 0.0)
     reach = jnp.where(there, hits.t, 1.0)

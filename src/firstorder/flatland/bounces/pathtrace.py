@@ -39,6 +39,7 @@ from firstorder.flatland.bounces._vertices import (
 )
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver
+from firstorder.numerics._planar import left
 from firstorder.sampling._paths import (
     SURVIVAL,
     Gathered,
@@ -259,6 +260,7 @@ def _traced(scene: Scene, start: Vertex, key, paths, lanes: int, plan: Plan):
     """All paths of all receivers."""
     scene, start = jax.lax.stop_gradient((scene, start))
     where = lights(scene, 1.0, plan.next_event, plan.next_event)
+    start = _before(start, where)
 
     def advance(here: Vertex, weight, depth, u) -> Gathered:
         return _advance(scene, where, plan, here, weight, depth, u)
@@ -294,6 +296,7 @@ def _trees(scene: Scene, start: Vertex, key, branches: tuple[int, ...], runs: in
     """All runs, one after the other."""
     scene, start = jax.lax.stop_gradient((scene, start))
     where = lights(scene, 1.0, 0.0, 0.0)
+    start = _before(start, where)
     plan = Plan(path_lengths(0, SURVIVAL), jnp.array(0.0), glossy, scattering.scatter)
 
     def reflected(here: Vertex, key, depth: int):
@@ -329,6 +332,12 @@ def _plan(scene: Scene, bounces, next_event, survival, scatter) -> Plan:
     length = path_lengths(bounces, survival)
     # A number, not a choice: one compiled program serves both.
     return Plan(length, jnp.asarray(float(next_event)), has_gloss(scene), scatter)
+
+
+def _before(start: Vertex, where: Lights) -> Vertex:
+    """Vertices on shapes, a step before them as all that are met."""
+    step = jnp.where(start.on >= 0, where.step, 0.0)
+    return start._replace(position=start.position + step[:, None] * left(start.tangent))
 
 
 def _sensor(like: Array, albedo: float = 0.0, mirror: float = 0.0) -> Surface:

@@ -20,6 +20,7 @@ from firstorder.flatland.bounces._vertices import (
     meet,
     plane_direction,
 )
+from firstorder.flatland.intersect import occluded
 from firstorder.flatland.scene import Scene
 from firstorder.numerics._planar import dot_2d, left
 from firstorder.sampling._distributions import CosineDirections
@@ -162,7 +163,11 @@ def _sent(scene: Scene, where: Lights, u: Array):
     along = cosine[:, None] * left(tangent) - sine[:, None] * tangent
     length = lengths(scene)[shape]
     from_shape = (number >= p) & (number < p + 2 * n)
-    flux = jnp.where(from_shape, flux * speed / length, flux)
+    before = place + where.step * left(tangent)
+    # Of several lamps in one place the one that is seen sends.
+    hidden = occluded(scene, before, place, -1, shape)
+    flux = jnp.where(from_shape, jnp.where(hidden, 0.0, flux * speed / length), flux)
+    place = before
     on = jnp.where(from_shape, shape, -1).astype(jnp.int32)
 
     # --- points: all directions alike

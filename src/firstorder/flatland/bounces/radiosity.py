@@ -19,10 +19,12 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
 from firstorder._argument_checks import check_between, check_positive, is_concrete
+from firstorder.flatland.bounces._light_sampling import before, bounds
 from firstorder.flatland.bounces._panels import Discretization, Panels, cut_into_panels
 from firstorder.flatland.bounces._transfer import panel_irradiance
 from firstorder.flatland.direct_lighting import irradiance, point_light_irradiance
 from firstorder.flatland.discontinuities.events import VisualEvents
+from firstorder.flatland.intersect import first_shape
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver
 from firstorder.numerics._batching import in_batches
@@ -99,10 +101,12 @@ class RadiositySolution(eqx.Module):
     def flux(self) -> tuple[Float[Array, "*bands"], Float[Array, "*bands"]]:
         """Flux that lights and surfaces emit, and flux that surfaces absorb [W].
 
-        In a closed scene the two are equal; of an open one the difference escapes.
+        In a closed scene the two are equal; of an open one the difference escapes. What lies under
+        another surface in the same place, as a wall under a lamp drawn on it, does neither.
         """
         shape, side = self.panels.shape, self.panels.side
-        lengths = _lengths(self.scene, self.panels)
+        seen = _seen(self.scene, self.panels)
+        lengths = jnp.where(seen[:, None], _lengths(self.scene, self.panels), 0.0)
         emitted = 2.0 * jnp.pi * jnp.sum(self.scene.points.intensity)
         emitted += jnp.sum(2.0 * self.scene.material.emission[shape, side][:, None] * lengths)
         kept = 1.0 - self.scene.material.albedo[shape, side]
@@ -263,9 +267,12 @@ def _system(scene, panels, glows):
     s, _ = panels.rule()
     number = jnp.repeat(jnp.arange(panels.shape.shape[0]), panels.count)
     nothing = jnp.zeros_like(s)
+    step = before(*bounds(scene))
 
     def row(k, s):
         at = _node(scene, panels, k, s)
+        # Another wall in the place of this one lies behind, and not before it by rounding.
+        at = eqx.tree_at(lambda a: a.position, at, at.position + step * at.normal)
         return _direct(scene, at, glows), jax.grad(
             lambda L: panel_irradiance(scene, panels, L, at, moving=False)
         )(nothing).ravel()
@@ -282,6 +289,16 @@ def _node(scene: Scene, panels: Panels, k, s) -> Receiver:
     """The receiver at a parameter of a panel, on the side of that panel."""
     frame = scene.frame(panels.shape[k], s)
     return Receiver(frame.position, frame.n + jnp.pi * panels.side[k], panels.shape[k])
+
+
+@eqx.filter_jit
+def _seen(scene: Scene, panels: Panels) -> Bool[Array, " p"]:
+    """Whether panels are what is seen in their place."""
+    at = jax.vmap(lambda k, s: _node(scene, panels, k, s))(
+        jnp.arange(panels.shape.shape[0]), panels.ends.mean(1)
+    )
+    start = at.position + before(*bounds(scene)) * at.normal
+    return first_shape(scene, start, -at.normal) == panels.shape
 
 
 def _albedo(scene: Scene, panels: Panels) -> Float[Array, " p"]:

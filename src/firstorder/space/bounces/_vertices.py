@@ -9,10 +9,12 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Int
+import numpy as np
+from jaxtyping import Array, Bool, Float, Int
 
 from firstorder.conventions import cylindrical
 from firstorder.numerics._vectors import dot, matvec, orthonormal_frame
+from firstorder.scene._intersect import MISS
 from firstorder.space.intersect import nearest
 from firstorder.space.scene import BACK, FRONT, Scene
 
@@ -23,12 +25,14 @@ class Vertex(NamedTuple):
     """Current vertices of paths: leading axis n.
 
     Attributes:
-        position: [m].
+        position: [m]; a `step` before the side that was met.
         normal: on the side from which the path came.
         on: number of the shape, -1 for none.
         back: unit vector to where the path came from; zero at a receiver.
         albedo, specular, exponent: of the surface; a receiver's albedo is pi, so that its radiance
             is its irradiance.
+        own: number of the shape that rays from here do not meet; -1 for none, and within a closed
+            one, whose other side they meet.
     """
 
     position: Rows
@@ -38,6 +42,20 @@ class Vertex(NamedTuple):
     albedo: Float[Array, " n"]
     specular: Float[Array, " n"]
     exponent: Float[Array, " n"]
+    own: Int[Array, " n"]
+
+
+def step(scene: Scene) -> Array:
+    """By which rays start before their surface, so that others in its place lie behind [m]."""
+    sizes = [jnp.max(jnp.abs(a)) for g in scene.groups for a in (g.center, g.axes)]
+    size = jnp.max(jnp.stack(sizes))
+    return 16.0 * jnp.finfo(size.dtype).eps * size
+
+
+def unmet(scene: Scene, on: Int[Array, " n"], back: Bool[Array, " n"]) -> Int[Array, " n"]:
+    """Numbers of the shapes that rays from these sides do not meet: see `Vertex.own`."""
+    closed = np.concatenate([np.full(group.count, group.closed) for group in scene.groups])
+    return jnp.where(back & jnp.asarray(closed)[jnp.maximum(on, 0)], MISS, on)
 
 
 def meet(scene: Scene, origin: Rows, along: Rows, on) -> tuple[Vertex, Array, Array]:
@@ -52,8 +70,10 @@ def meet(scene: Scene, origin: Rows, along: Rows, on) -> tuple[Vertex, Array, Ar
     sky = jax.vmap(scene.sky)(along)
     L = jnp.where(there, scene.material.emission[index, side], sky)
     m = scene.material
-    vertex = Vertex(point, jnp.where(back[:, None], -normal, normal), hits.index, -along,
-                    m.albedo[index, side], m.specular[index], m.exponent[index])  # fmt: skip
+    normal = jnp.where(back[:, None], -normal, normal)
+    vertex = Vertex(point + step(scene) * normal, normal, hits.index, -along,
+                    m.albedo[index, side], m.specular[index], m.exponent[index],
+                    unmet(scene, hits.index, back))  # fmt: skip
     return vertex, there, L
 
 

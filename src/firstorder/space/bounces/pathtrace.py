@@ -38,7 +38,7 @@ from firstorder.scene._arguments import check_asked, check_kind, numbers
 from firstorder.scene._bands import OF_AN_ESTIMATE, band_after_band
 from firstorder.scene._questions import warns_if_dark
 from firstorder.space.bounces._surface_points import area_density, point_on
-from firstorder.space.bounces._vertices import Rows, Vertex, brdf, meet, scattered
+from firstorder.space.bounces._vertices import Rows, Vertex, brdf, meet, scattered, step, unmet
 from firstorder.space.intersect import occluded
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import BACK, FRONT, Scene
@@ -102,8 +102,8 @@ def path_irradiance(
     shape = at.on.shape
     position, normal = at.position.reshape(-1, 3), at.normal.reshape(-1, 3)
     one = jnp.ones(position.shape[0], position.dtype)
-    start = Vertex(position, normal, jnp.asarray(at.on).reshape(-1), 0.0 * position, jnp.pi * one,
-                   0.0 * one, 0.0 * one)  # fmt: skip
+    on = jnp.asarray(at.on).reshape(-1)
+    start = Vertex(position, normal, on, 0.0 * position, jnp.pi * one, 0.0 * one, 0.0 * one, on)
     mean, error = _paths(
         scene, start, key, paths, lanes, path_lengths(bounces, survival), next_event
     )
@@ -194,6 +194,9 @@ def _paths(scene, start: Vertex, key, paths: int, lanes: int | None, length: Len
 def _traced(scene: Scene, start: Vertex, key, paths, lanes: int, length: Lengths, lights):
     """All paths of all rows."""
     scene, start = jax.lax.stop_gradient((scene, start))
+    back = dot(jax.vmap(scene.normal)(jnp.maximum(start.on, 0), start.position), start.normal) < 0.0
+    before = start.position + step(scene) * start.normal
+    start = start._replace(position=before, own=unmet(scene, start.on, back))
 
     def advance(here: Vertex, weight, depth, u) -> Gathered:
         return _advance(scene, lights, length, here, weight, depth, u)
@@ -208,7 +211,7 @@ def _advance(scene, lights, length: Lengths, here: Vertex, weight, depth, u) -> 
     value = weight * _sampled(scene, here, u[:, 3:], chance, lights)
     on, heavier, again = roulette(u[:, 0], chance)
     along, factor, density = scattered(here, u.at[:, 0].set(again)[:, :3])
-    met, there, L = meet(scene, here.position, along, here.on)
+    met, there, L = meet(scene, here.position, along, here.own)
     other = _light_density(scene, here.position, met, there, lights)
     drawn = density * chance
     share = drawn / jnp.where(drawn > 0.0, drawn + other, 1.0)
@@ -258,8 +261,8 @@ def _sampled(scene: Scene, here: Vertex, u: Float[Array, "n 3"], survival, light
     area = area_density(scene, index, normal) / len(lights)
     cosine = jnp.abs(cosine)
     density = area * length**2 / jnp.where(cosine > 0.0, cosine, 1.0)
-    hidden = occluded(scene, here.position, point, here.on, index)
+    hidden = occluded(scene, here.position, point, here.own, index)
     # A closed light hides its far side from outside.
     total = density + survival * chance
-    good = ~hidden & (cosine > 0.0) & (total > 0.0) & (index != here.on)
+    good = ~hidden & (cosine > 0.0) & (total > 0.0) & (index != here.own)
     return jnp.where(good, value * L / jnp.where(total > 0.0, total, 1.0), 0.0)

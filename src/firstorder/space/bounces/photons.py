@@ -16,7 +16,8 @@ from firstorder.sampling._paths import SURVIVAL, Arrived, follow_photons, path_l
 from firstorder.scene._bands import check_one_band
 from firstorder.scene._questions import check_shines
 from firstorder.space.bounces._surface_points import area_density, on_ball, point_on
-from firstorder.space.bounces._vertices import Vertex, meet, scattered
+from firstorder.space.bounces._vertices import Vertex, meet, scattered, step, unmet
+from firstorder.space.intersect import occluded
 from firstorder.space.scene import BACK, FRONT, Scene
 from firstorder.space.shapes.kinds import Planes
 
@@ -130,7 +131,7 @@ def _thrown(scene: Scene, key, count: int, bounces: int, survival) -> Photons:
 
     def go_on(v: Vertex, u):
         along, weight, _ = scattered(v, u)
-        return (v.position, along, v.on), weight
+        return (v.position, along, v.own), weight
 
     keys = jax.random.split(later, bounces + 1)
     (index, front, position, back), landed, flux = follow_photons(
@@ -147,27 +148,31 @@ def _sent(scene: Scene, u: Float[Array, "n 5"]):
     pick = Discrete(jnp.concatenate([lamps, _sky_fluxes(scene, ball[1], jnp.sum(lamps))]))
     number, _ = pick.sample(u[:, 0])
     chance, of_sky = pick.probability[number], number >= len(lamps)
-    place, along, flux = _from_shapes(scene, jnp.minimum(number, len(lamps) - 1), u[:, 1:])
+    place, along, flux, own = _from_shapes(scene, jnp.minimum(number, len(lamps) - 1), u[:, 1:])
     beyond, down, light = _from_sky(scene, ball, jnp.maximum(number - len(lamps), 0), u[:, 1:])
     place = jnp.where(of_sky[:, None], beyond, place)
     along = jnp.where(of_sky[:, None], down, along)
     sent = jnp.where(of_sky, light, flux) / jnp.where(chance > 0.0, chance, 1.0) / u.shape[0]
-    on = jnp.where(of_sky, -1, number % scene.count).astype(jnp.int32)
+    on = jnp.where(of_sky, -1, own).astype(jnp.int32)
     return place, along, on, jnp.where(chance > 0.0, sent, 0.0)
 
 
 def _from_shapes(scene: Scene, number: Int[Array, " n"], u: Float[Array, "n 4"]):
-    """Places on the sides of these numbers, directions by the cosine, and flux over density."""
+    """Places on the sides of these numbers, directions by the cosine, flux over density, `own`."""
     emission = scene.material.emission.T.ravel()
     on, side = number % scene.count, jnp.where(number < scene.count, FRONT, BACK)
     place, normal = jax.vmap(lambda i, u: scene.ask(i, lambda s: point_on(s, u)))(on, u[:, :2])
     density = area_density(scene, on, normal)
     outward = jnp.where(side == FRONT, 1.0, -1.0)[:, None] * normal
+    before = place + step(scene) * outward
+    # Of several lamps in one place the one that is seen sends.
+    sends = (density > 0.0) & ~occluded(scene, before, place, -1, on)
+    own = unmet(scene, on, side == BACK)
     rho = jnp.sqrt(u[:, 2])
     local = cylindrical(rho, 2.0 * jnp.pi * u[:, 3], jnp.sqrt(1.0 - u[:, 2]))
     along = matvec(orthonormal_frame(outward), local)
     sent = jnp.pi * emission[number] / jnp.where(density > 0.0, density, 1.0)
-    return place, along, jnp.where(density > 0.0, sent, 0.0)
+    return before, along, jnp.where(sends, sent, 0.0), own
 
 
 def _from_sky(scene: Scene, ball: tuple[Array, Array], cell: Int[Array, " n"], u):
