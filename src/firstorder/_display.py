@@ -18,8 +18,9 @@ from firstorder._argument_checks import is_concrete
 
 if TYPE_CHECKING:
     from firstorder.plotting._axes import Axes
+    from firstorder.plotting._plot_paths import Figure
 else:
-    Axes = Any
+    Axes = Figure = Any
 
 
 FEW = 12  # numbers of an array that are printed; of more its shape
@@ -89,3 +90,10 @@ def drawn(thing: Any, ax: Axes | None, **options: Any) -> Axes:
     from firstorder.plotting._at_hand import plot
 
     return plot(thing, ax, **options)
+
+
+def strip(path: Any, **options: Any) -> Figure:
+    """A new figure of a path's portraits; what `plot` of a path returns."""
+    from firstorder.plotting._plot_paths import plot_path
+
+    return plot_path(path, **options)

@@ -18,6 +18,7 @@ from firstorder import flatland, space
 from firstorder.caching import Cache, Candidates, circular_regions
 from firstorder.conventions import FLATLAND
 from firstorder.fields import Function, Grid, SampledSpectrum, Sum, gaussian
+from firstorder.io import SpaceFile
 from firstorder.plotting import _notebooks
 from firstorder.symbolic import UnknownField
 
@@ -147,3 +148,11 @@ def test_matplotlib_is_loaded_when_a_picture_is_asked_for():
         [sys.executable, "-W", "error", "-c", PRINTED], capture_output=True, text=True, check=True
     )
     assert done.stdout.startswith("<div><")
+
+
+def test_a_file_of_a_scene_has_the_picture_of_the_scene():
+    ball = space.primitive(space.sphere((0.0, 0.0, 0.5), 0.5), name="ball")
+    text = shown(SpaceFile((ball,)))
+    assert "SpaceFile: 1 shape, x -0.5 to 0.5 m" in text
+    ((_, one),), ((_, other),) = pictures(text), pictures(shown(solid()))
+    np.testing.assert_array_equal(np.asarray(one.convert("RGB")), np.asarray(other.convert("RGB")))

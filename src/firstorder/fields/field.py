@@ -377,6 +377,17 @@ class Affine(Field):
 class Function(Field):
     """Any jittable callable of the coordinates as a field; derivatives by autodiff.
 
+    Valid where it is smooth: its edges are not known, and it has no closed-form spectrum.
+
+    Args:
+        function: of one number for each coordinate, in the order of the frame; returns the
+            radiance, one number. It may be traced: write it with `jax.numpy`.
+        frame: names of the coordinates, and which way directions point; left out, x and theta of
+            incoming light, or what the light that it meets has.
+
+    Raises:
+        TypeError: if it cannot be called.
+
     Example:
         >>> from firstorder.fields import Function
         >>> Function(lambda x, theta: x * theta)(2.0, 3.0).item()

@@ -1,7 +1,7 @@
 """What `.plot()` of scenes, fields, spectra and caches draws.
 
 These classes lie below `plotting` and know nothing of it: they ask `firstorder._display`, which
-imports this module when somebody asks.
+imports this module when somebody asks. What `Path.plot` draws, a figure, is in `_plot_paths`.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What notebooks show of scenes, fields, spectra and caches: words and a small picture.
+"""What notebooks show of scenes, their files, fields, spectra and caches: words and a picture.
 
 No figure stays open and no setting changes: figures are made without pyplot, in a context.
 """
@@ -21,6 +21,7 @@ from PIL import Image
 from firstorder import flatland, space
 from firstorder.caching import Cache
 from firstorder.fields import Field, Spectrum
+from firstorder.io import SpaceFile
 from firstorder.plotting._at_hand import draw
 from firstorder.plotting._plot_caches import check_cache
 from firstorder.plotting.style import house_style
@@ -55,6 +56,9 @@ def image(thing: Any) -> str:
 def _pixels(thing: Any) -> Image.Image:
     """The picture, at two pixels for one."""
     views: list[dict[str, Any]] = [{}]
+    if isinstance(thing, SpaceFile):
+        _check_few("triangles", sum(model.mesh.count for model in thing.models), SHAPES)
+        thing = thing.scene
     match thing:
         case flatland.Scene() | space.Scene():
             _check_few("shapes", len(thing.names), SHAPES)

@@ -13,7 +13,8 @@ from firstorder._argument_checks import is_concrete
 
 ROWS = 8  # lines of shapes before the rest is counted
 AXES = "xyz"
-SINGULAR = {"boxes": "box"}
+NAMELESS = "(no name)"
+SINGULAR = {"boxes": "box", "meshes": "mesh"}
 LIGHT = {
     "emits": "emission",
     "albedo": "albedo",
@@ -43,11 +44,22 @@ def told(scene: Any, world: str, bounds: Bounds) -> str:
         return f"{head}, in a batch of {batch}"
     if not all(isinstance(leaf, (np.ndarray, jax.Array)) for leaf in leaves):
         return f"{head}, without numbers"
-    low, high = (np.concatenate(side) for side in zip(*map(bounds, scene.groups), strict=True))
-    ends = np.isfinite(low).all(-1) & np.isfinite(high).all(-1)
-    where = f", {_place(low[ends], high[ends], ' m')}" if ends.any() else ""
+    low, high = _boxes(scene, bounds)
+    where = _extent(low, high)
     lines = [f"{head}{where}", *_few(_rows(scene, low, high)), *_lights(scene)]
     return "\n  ".join(lines)
+
+
+def _boxes(scene: Any, bounds: Bounds) -> tuple[np.ndarray, np.ndarray]:
+    """Lowest and highest coordinates of all shapes of a scene."""
+    low, high = (np.concatenate(side) for side in zip(*map(bounds, scene.groups), strict=True))
+    return low, high
+
+
+def _extent(low: np.ndarray, high: np.ndarray) -> str:
+    """Words after a comma for the box around all that has an end; none if nothing has."""
+    ends = np.isfinite(low).all(-1) & np.isfinite(high).all(-1)
+    return f", {_place(low[ends], high[ends], ' m')}" if ends.any() else ""
 
 
 def told_receiver(at: Any, world: str) -> str:
@@ -113,24 +125,26 @@ def _counted(count: int, kind: str) -> str:
 
 def _rows(scene: Any, low: np.ndarray, high: np.ndarray) -> list[tuple[str, str, str, str]]:
     """Name, count and kind, place and light of neighbours that share a name and a kind."""
-    material = {
-        word: np.asarray(getattr(scene.material, field))
-        for word, field in LIGHT.items()
-        if hasattr(scene.material, field)
-    }
+    material = _numbers_of(scene.material)
     labels = list(zip(scene.names, kinds_of(scene), strict=True))
     found = []
     for (name, kind), run in itertools.groupby(range(len(labels)), key=labels.__getitem__):
         k = list(run)
-        light = [
-            f"{word} {_brightness(values[k])}"
-            for word, values in material.items()
-            if values[k].any()
-        ]
-        found.append(
-            (name or "(no name)", _counted(len(k), kind), _place(low[k], high[k]), ", ".join(light))
-        )
+        what, light = _counted(len(k), kind), _light(material, k)
+        found.append((name or NAMELESS, what, _place(low[k], high[k]), light))
     return found
+
+
+def _numbers_of(material: Any) -> dict[str, np.ndarray]:
+    """What materials do to light, by its word."""
+    fields = {word: field for word, field in LIGHT.items() if hasattr(material, field)}
+    return {word: np.asarray(getattr(material, field)) for word, field in fields.items()}
+
+
+def _light(material: dict[str, np.ndarray], k: list[int]) -> str:
+    """What the materials of shapes k do to light."""
+    some = {word: values[k] for word, values in material.items() if values[k].any()}
+    return ", ".join(f"{word} {_brightness(values)}" for word, values in some.items())
 
 
 def _brightness(values: np.ndarray) -> str:
@@ -164,12 +178,16 @@ def _lights(scene: Any) -> list[str]:
     if points is not None and is_concrete(points) and (count := np.shape(points.position)[0]):
         at = np.asarray(points.position)
         found.append(f"{_counted(count, 'point light')}: {_place(at, at)}")
-    sky = scene.environment
+    return found + _sky(scene.environment)
+
+
+def _sky(sky: Any) -> list[str]:
+    """A line about distant light, if there is any."""
     if callable(sky):
-        found.append(f"sky: {_name(sky)}")
-    elif sky is not None and is_concrete(sky) and np.any(np.asarray(sky)):
-        found.append(f"sky: {_brightness(np.asarray(sky)[None, None])} from everywhere")
-    return found
+        return [f"sky: {_name(sky)}"]
+    if sky is not None and is_concrete(sky) and np.any(np.asarray(sky)):
+        return [f"sky: {_brightness(np.asarray(sky)[None, None])} from everywhere"]
+    return []
 
 
 def _name(sky: Any) -> str:

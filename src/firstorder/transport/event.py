@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import abc
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import equinox as eqx
 
 from firstorder._argument_checks import check_kind
-from firstorder._display import in_notebook, in_print
+from firstorder._display import Figure, in_notebook, in_print, strip
 from firstorder.conventions import Frame
 from firstorder.errors import Refused
 from firstorder.fields.covariance import Covariance
@@ -229,6 +229,41 @@ class Path(eqx.Module):
     def jets(self, u: Ray) -> tuple[Jet, ...]:
         """Jet of every step at the same coordinates `u`, those of that step."""
         return tuple(f.jet(u) for f in self.steps)
+
+    def plot(
+        self,
+        *,
+        window: Grid | None = None,
+        rows: Sequence[str] = ("value", "gradient", "spectrum"),
+    ) -> Figure:
+        r"""Draws a strip: a column for each step from the source to the end, a row for a portrait.
+
+        Steps over the same coordinates have the same axes, which hold the light and the energy of
+        all of them, and a row has one scale. A spectrum without a closed form is the transform of
+        the samples in the window, and says so. `plotting.portrait_strip` draws chosen steps under
+        names of your own.
+
+        Args:
+            window: where light is sampled, in the coordinates of every step; if left out, where
+                the light is, as for `Field.plot`.
+            rows: of "value", "gradient", "dx", "dtheta" (its parts) and "spectrum".
+
+        Returns:
+            A figure, whose `savefig` writes it; no window opens.
+
+        Raises:
+            ValueError: if the light of a step is not over two coordinates, if the path holds no
+                numbers, or for another row.
+
+        Example:
+            >>> from firstorder.conventions import FLATLAND_SLOPE
+            >>> from firstorder.fields import gaussian
+            >>> from firstorder.transport import Travel
+            >>> path = gaussian((0.0, 0.0), (1.0, 0.1), frame=FLATLAND_SLOPE) >> Travel(2.0)
+            >>> [ax.get_title(loc="left") for ax in path.plot(rows=["spectrum"]).axes]
+            ['source', 'Travel']
+        """
+        return strip(self, window=window, rows=rows)
 
     def _walk(self, portrait) -> Iterator[Any]:
         """The portrait at every step; once refused, it stays refused for the same reason."""

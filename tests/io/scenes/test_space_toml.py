@@ -70,6 +70,35 @@ gamma = 2.0
 """
 
 
+def test_a_file_says_what_it_holds():
+    assert repr(space_from_toml(ROOM)).splitlines() == [
+        "SpaceFile: 2 shapes, 1 mesh, x -0.5 to 1 m, y -0.5 to 1 m, z 0 to 3 m",
+        "  ball       1 ellipsoid          x -0.5 to 0.5, y -0.5 to 0.5, z 1 to 2  albedo 0.5",
+        "  (no name)  1 rectangle          x -0.2 to 0.2, y -0.2 to 0.2, z 3       emits 2",
+        "  floor      mesh of 2 triangles  x 0 to 1, y 0 to 1, z 0                 albedo 0.3",
+        "  sky: GaussianSky",
+        "  camera at (0, -4, 1) m, looking along (0, 1, 0)",
+    ]
+
+
+def test_a_file_says_which_maps_are_worn_and_that_it_has_no_camera():
+    coated = ROOM.partition("[environment]")[0] + "[mesh.bump]\nkind = 'waves'\nsize = 0.1\n"
+    file = space_from_toml(f"{coated}waves = [[1, 0, 0]]")
+    assert repr(file).splitlines()[4:] == ["  surface maps: floor (bump)", "  no camera"]
+    assert repr(SpaceFile(())) == "SpaceFile: empty\n  no camera"
+
+
+def test_a_file_of_traced_shapes_says_so_and_one_of_numbers_prints_them():
+    room, seen = space_from_toml(ROOM), []
+
+    def printed(radius):
+        seen.extend([repr(SpaceFile((primitive(sphere((0.0, 0.0, 1.0), radius)),))), repr(room)])
+        return radius
+
+    jax.jit(printed)(0.5)
+    assert seen == ["SpaceFile: 1 shape, traced", repr(room)]
+
+
 def same(a, b):
     """Whether two trees are alike to the bit."""
     one, other = jax.tree.flatten(a), jax.tree.flatten(b)

@@ -60,6 +60,7 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
+from firstorder._display import as_picture
 from firstorder.imaging.camera import Pinhole
 from firstorder.io._faces import valid_faces
 from firstorder.io._regular import MOST_TEXT_BYTES, read_regular_file
@@ -67,6 +68,7 @@ from firstorder.io.meshes import read_mesh_uv
 from firstorder.io.scenes._beside import Beside
 from firstorder.io.scenes._elements import Place, both_sides, nearest_known, refused_at
 from firstorder.io.scenes._skies import sky_of
+from firstorder.io.scenes._space_words import told_file
 from firstorder.io.scenes._surface_maps import MapSet, corner_uv, map_set_of
 from firstorder.io.scenes._toml_tables import (
     TomlTable,
@@ -151,6 +153,14 @@ class SpaceFile:
         sky: radiance from beyond everything: a number, or a function of the direction.
         camera: or None.
         coats: maps of the primitives and then of the models, one for each; or empty.
+
+    Example:
+        >>> from firstorder.io import SpaceFile
+        >>> from firstorder.space import primitive, sphere
+        >>> SpaceFile((primitive(sphere((0.0, 0.0, 1.0), 0.5), name="ball", albedo=0.5),))
+        SpaceFile: 1 shape, x -0.5 to 0.5 m, y -0.5 to 0.5 m, z 0.5 to 1.5 m
+          ball  1 ellipsoid  x -0.5 to 0.5, y -0.5 to 0.5, z 0.5 to 1.5  albedo 0.5
+          no camera
     """
 
     things: tuple[Primitive, ...]
@@ -158,6 +168,11 @@ class SpaceFile:
     sky: Any = 0.0
     camera: Pinhole | None = None
     coats: tuple[MapSet, ...] = ()
+
+    _repr_html_ = as_picture
+
+    def __repr__(self) -> str:
+        return told_file(self)
 
     @property
     def scene(self) -> Scene:

@@ -280,6 +280,19 @@ def select_band_limits(
         rungs: answers at several band limits.
         image: the receivers' numbers in a square image, and its side.
         radius: over which the choice is smoothed [pixels].
+
+    Returns:
+        For each receiver the share of the lamp that is seen, its expected error and the band limit
+        [cycles/m]; a share between two rungs is the weighted mean of theirs.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.shadowfield.rendering import BandLimitSweep, select_band_limits
+        >>> zero = np.zeros((2, 4))
+        >>> noise = np.array([[0.1] * 4, [0.3] * 4])  # less on the first rung, at every pixel
+        >>> sweep = BandLimitSweep(np.array([1.0, 2.0]), zero + 0.5, noise, zero, zero)
+        >>> select_band_limits(sweep, (np.arange(4), 2)).limit.tolist()
+        [1.0, 1.0, 1.0, 1.0]
     """
     some = np.isfinite(rungs.error[0])
     at = _spread(np.where(some, rungs.best, np.nan), image, radius)

@@ -54,6 +54,15 @@ class LampFrame(NamedTuple):
 def lamp_frame(center, u, v) -> LampFrame:
     """The frame of a rectangle with half-edges u, v that shines along `u x v`.
 
+    Args:
+        center: of the rectangle, three numbers [m].
+        u: from the center to the middle of one side, three numbers [m].
+        v: likewise of the next one.
+
+    Returns:
+        The lamp: its center, its axes as rows (along u, along v, the way it shines) and the lengths
+        of u and v.
+
     Raises:
         ValueError: if the edges are not orthogonal: the filter is a product of two only then.
 

@@ -124,6 +124,18 @@ def half_plane_blocker(
 ) -> Occlusion:
     """A half-plane that blocks `x < edge`, letting through the fraction `transparency`.
 
+    `l'(x, v) = l(x, v) V(x)` with V = `transparency` for x < `edge`, and 1 beyond it.
+
+    Args:
+        edge: where it ends, in metres.
+        frame: names of the light's coordinates, of which the first is x.
+        transparency: of the half-plane, in [0, 1].
+        window: box and number of waves for the spectrum; left out, it holds the light (see
+            `Multiply`).
+
+    Returns:
+        The event, `light >> half_plane_blocker(...)`; it lies in the plane of the light.
+
     Raises:
         ValueError: if `transparency` lies outside [0, 1].
 
@@ -147,6 +159,18 @@ def slit_blocker(
     left, right, frame: Frame, transparency=0.0, depth=0.0, window: Grid | None = None
 ) -> Occlusion:
     """A screen that is open for `left < x < right` and lets through `transparency` elsewhere.
+
+    Args:
+        left: end of the slit, in metres.
+        right: its other end, in metres.
+        frame: names of the light's coordinates, of which the first is x.
+        transparency: of the screen beside the slit, in [0, 1].
+        depth: distance from the screen to the plane, along the light, in metres.
+        window: box and number of waves for the spectrum; left out, it holds the light (see
+            `Multiply`).
+
+    Returns:
+        The event, `light >> slit_blocker(...)`.
 
     Raises:
         ValueError: if `transparency` lies outside [0, 1] or `left < right` does not hold.
