@@ -51,7 +51,7 @@ def test_pixels_are_the_light_of_the_step_in_the_window():
     window = Grid.spanning((7, 4), (1.0, 0.5), (0.2, 0.1))
     _, far = FAR.plot(window=window, rows=["value"]).axes
     values = FAR.light(window.axis(0)[:, None], window.axis(1))
-    np.testing.assert_allclose(far.images[0].get_array().T, values, rtol=1e-12)
+    np.testing.assert_allclose(np.asarray(far.images[0].get_array()).T, values, rtol=1e-12)
     np.testing.assert_allclose(box(far), box_of(window))
 
 

@@ -289,7 +289,7 @@ def any_hit(
         shape, k = here
         t = _beside(lambda o, d, on: shape.distance(o, d, on == k), apart)
         before = length * either(on_end == k, jnp.full_like(length, its_own), others) + slack
-        if least is not None:
+        if rank is not None and least is not None:
             before = either(rank[k] > least, -before, before)
         return blocked | (t < length - before), None
 
