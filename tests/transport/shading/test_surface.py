@@ -515,7 +515,7 @@ def test_materials_have_derivatives():
         ),
         (
             lambda: Surface(NORMAL, (glossy(0.1),)).reflect(LIGHT, nodes=0),
-            "Argument `nodes` must be positive",
+            "Argument `nodes` must be a positive integer",
         ),
         (lambda: far_light_ratio(0.0, 0.0, 1.0), "Argument `D` must be positive"),
     ],

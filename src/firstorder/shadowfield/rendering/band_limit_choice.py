@@ -287,7 +287,7 @@ def select_band_limits(
 
     Example:
         >>> import numpy as np
-        >>> from firstorder.shadowfield.rendering import BandLimitSweep, select_band_limits
+        >>> from firstorder.shadowfield import BandLimitSweep, select_band_limits
         >>> zero = np.zeros((2, 4))
         >>> noise = np.array([[0.1] * 4, [0.3] * 4])  # less on the first rung, at every pixel
         >>> sweep = BandLimitSweep(np.array([1.0, 2.0]), zero + 0.5, noise, zero, zero)
