@@ -249,7 +249,9 @@ def test_what_a_small_pixel_sees_of_no_modulation_is_nothing(amplitude):
 
 
 def test_gradients_are_finite_where_waves_are_no_finer_than_the_light():
-    error = lambda a: brdf_relief_error(a, 1.0, 2.0, 3.0, width=0.1, view=0.3, reach=0.5)  # noqa: E731
+    def error(a):
+        return brdf_relief_error(a, 1.0, 2.0, 3.0, width=0.1, view=0.3, reach=0.5)
+
     assert jax.grad(error)(1e-3) == 0.0
 
 

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from firstorder.caching import CLAMPS, ValidityRegion, circular_regions, screen_limits
-from firstorder.caching.regions import _checked_regions
+from firstorder.caching.regions import _check_regions
 from firstorder.imaging import pinhole
 
 
@@ -122,7 +122,7 @@ def test_limits_may_start_at_nothing_and_be_one_number(world):
 
 def test_radii_are_no_regions():
     with pytest.raises(TypeError, match=r"as `circular_regions` makes of radii, but is a float.$"):
-        _checked_regions(0.3, 1, 1)
+        _check_regions(0.3, 1, 1)
 
 
 def test_limits_in_the_wrong_order_name_the_first():

@@ -7,6 +7,7 @@ from firstorder.flatland import (
     Circles,
     Ellipses,
     PointLights,
+    Receiver,
     Scene,
     Segments,
     closed_curve,
@@ -53,3 +54,13 @@ def all_lights():
         points=PointLights((-1.0, 0.4), 0.2),
         environment=GaussianSky(0.3, 0.4),
     )
+
+
+def two_rooms(turn):
+    """Two rooms that each draw the wall between them, a lamp in one, a receiver in the other."""
+    T = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+    square = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.0, 0.0)])
+    rooms = [(square + np.array([x, 0.0])) @ T for x in (0.0, 1.0)]
+    walls = [primitive(Segments(a[:-1], a[1:]), albedo=0.8) for a in rooms]
+    lamp = PointLights(np.array([[0.4, 0.5]]) @ T, np.array([1.0]))
+    return Scene.of(*walls, points=lamp), Receiver(np.array([1.5, 0.5]) @ T, 0.0, -1)

@@ -20,7 +20,7 @@ from firstorder._display import Axes, as_picture, drawn
 from firstorder._labelled import DataFrame, data_frame
 from firstorder.caching._records import checked_order, distance, kept, printed, turning, weights
 from firstorder.caching.candidates import Candidates
-from firstorder.caching.regions import CLAMPS, ValidityRegion, _checked_regions
+from firstorder.caching.regions import CLAMPS, ValidityRegion, _check_regions
 from firstorder.numerics._batching import in_batches
 from firstorder.typing import as_float
 
@@ -133,7 +133,7 @@ class Cache(eqx.Module):
         r, d = self.records.position.shape
         if r == 0:
             raise ValueError("Argument `position` must hold at least one record, but is empty.")
-        _checked_regions(self.region, r, d)
+        _check_regions(self.region, r, d)
         check_positive("radius", self.region.radius)
         self.records.derivative(checked_order(self.order))
 
@@ -161,7 +161,7 @@ class Cache(eqx.Module):
                 truth values that are not as many as candidates.
         """
         rows = kept(chosen, candidates.count)
-        _checked_regions(region, candidates.count, candidates.dims)
+        _check_regions(region, candidates.count, candidates.dims)
         if candidates.dims == 1:
             rows = rows[np.argsort(np.asarray(candidates.position)[rows, 0], kind="stable")]
         return Cache(candidates.at(rows), region.at(rows), order, fade)

@@ -23,7 +23,7 @@ from firstorder.caching._records import checked_visits, reached
 from firstorder.caching._strips import Strips
 from firstorder.caching.cache import Cache, Lookup, _answers_of_many, _tabled
 from firstorder.caching.candidates import Candidates
-from firstorder.caching.regions import ValidityRegion, _checked_regions, circular_regions
+from firstorder.caching.regions import ValidityRegion, _check_regions, circular_regions
 from firstorder.numerics._native import HAVE_NATIVE
 from firstorder.typing import as_float
 
@@ -96,7 +96,7 @@ def _filler(candidates: Candidates) -> Callable[[ValidityRegion, np.ndarray, int
         rows = Rows.of(candidates)
 
     def filled(region, visits, most):
-        _checked_regions(region, m, d)
+        _check_regions(region, m, d)
         if rows is None:
             return Strips(candidates, region).filled(visits, np.zeros(m, bool), most)
         return rows.filled(region, visits, m if most is None else most)

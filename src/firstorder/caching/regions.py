@@ -64,8 +64,8 @@ class ValidityRegion(NamedTuple):
         return 1.0 / sizes[..., ::-1], angle if along.shape[-1] == 2 else np.zeros(angle.shape)
 
 
-def _checked_regions(region: Any, count: int, dims: int) -> ValidityRegion:
-    """One region for each of `count` candidates along a line or on a plane.
+def _check_regions(region: Any, count: int, dims: int) -> None:
+    """Refuse what is not one region for each of `count` candidates along a line or on a plane.
 
     Raises:
         TypeError: if it is no region.
@@ -82,7 +82,6 @@ def _checked_regions(region: Any, count: int, dims: int) -> ValidityRegion:
             f"have, but has {region.matrix.shape[-1]}: `circular_regions` takes `dims`."
         )
     check_shape("region", region.matrix, (count, dims, dims))
-    return region
 
 
 def _determinant(matrix: Float[Array, "... d d"]) -> Float[Array, "..."]:

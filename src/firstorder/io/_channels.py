@@ -179,7 +179,7 @@ def _second_bytes(data: bytes, packed: str) -> np.ndarray:
 
 
 def _orientation(image: Any) -> int:
-    """What the camera says of how a picture is to be turned: 1 to 8, as EXIF counts."""
+    """Orientation of a picture as EXIF counts it, 1 to 8; 1 where its camera says nothing."""
     try:
         return image.getexif().get(0x0112, 1)
     except Exception:  # words about a picture that cannot be read say nothing

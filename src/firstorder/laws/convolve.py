@@ -183,7 +183,7 @@ class Convolve(Law):
         return Sum(images, jnp.ones(len(images))) if images else self._integral(f)
 
     def _with(self, kernel: Kernel) -> "Convolve":
-        """The same convolution with another kernel."""
+        """A convolution with another kernel, the rest as here."""
         return Convolve(kernel, self.domain, self.nodes, self.window)
 
     def _integral(self, f: Field) -> Field:

@@ -56,7 +56,7 @@ def tie(dtype: Any) -> float:
     return float(jnp.finfo(dtype).eps) ** 0.75
 
 
-def rounding(origins: Float[Array, "r d"]) -> Float[Array, " r"]:
+def rounding(origins: Float[Array, "*r d"]) -> Float[Array, "*r"]:
     """Of distances, from the coordinates of places."""
     return 8.0 * jnp.finfo(origins.dtype).eps * jnp.max(jnp.abs(origins), -1)
 

@@ -136,13 +136,13 @@ def _rows(scene: Any, low: np.ndarray, high: np.ndarray) -> list[tuple[str, str,
 
 
 def _numbers_of(material: Any) -> dict[str, np.ndarray]:
-    """What materials do to light, by its word."""
+    """Numbers of materials by the word for each: emits, albedo and so on."""
     fields = {word: field for word, field in LIGHT.items() if hasattr(material, field)}
     return {word: np.asarray(getattr(material, field)) for word, field in fields.items()}
 
 
 def _light(material: dict[str, np.ndarray], k: list[int]) -> str:
-    """What the materials of shapes k do to light."""
+    """Words for emission and reflection of shapes k, where they are not zero."""
     some = {word: values[k] for word, values in material.items() if values[k].any()}
     return ", ".join(f"{word} {_brightness(values)}" for word, values in some.items())
 

@@ -8,6 +8,7 @@ import sympy
 
 from firstorder.errors import Refused
 from firstorder.symbolic._programs.exact import Expr
+from firstorder.symbolic._programs.primitives import Choice
 
 
 def differentiated(expression: Expr, symbol: sympy.Symbol) -> Expr:
@@ -22,18 +23,10 @@ def differentiated(expression: Expr, symbol: sympy.Symbol) -> Expr:
     return between_edges(sifted(rate)).replace(_Case, _Case.settled)
 
 
-class _Case(sympy.Function):
+class _Case(Choice):
     """`Case(yes, no, condition)`: a choice that jumps, which `Piecewise` does not for SymPy."""
 
     nargs = 3
-
-    @classmethod
-    def eval(cls, *args):
-        """The choice, once the condition is decided."""
-        yes, no, condition = args
-        if condition in (sympy.true, sympy.false):
-            return yes if condition == sympy.true else no
-        return None
 
     @classmethod
     def settled(cls, yes, no, condition) -> Expr:
@@ -61,7 +54,7 @@ def _cased(integral: Any) -> Expr:
 
 
 def _levels(condition: Any) -> list[Expr]:
-    """What is positive where a condition holds; two levels for one of a size, none if not known."""
+    """Levels, positive where a condition holds: two for one of a size, none if it is not known."""
     if condition.func not in (sympy.Lt, sympy.Le, sympy.Gt, sympy.Ge):
         return []
     level = condition.gts - condition.lts

@@ -17,6 +17,7 @@ from firstorder.flatland.bounces.pathtrace import path_irradiance, path_radiance
 from firstorder.flatland.library._scenes import scene_b, scene_d
 from firstorder.flatland.skies import ConstantSky, GaussianSky
 from firstorder.sampling import estimate
+from tests.flatland.worlds import two_rooms
 from tests.precision import as_dtype
 
 X = np.array([-0.9, -0.35, 0.0, 0.13, 0.6])
@@ -322,13 +323,7 @@ def test_of_lamps_in_one_place_the_last_is_sampled(lamps, turn, key):
 
 def test_no_light_passes_a_wall_that_two_rooms_share(key):
     """Each room draws it, and neither lies along the axes."""
-    turn = np.array([[np.cos(0.3), np.sin(0.3)], [-np.sin(0.3), np.cos(0.3)]])
-    square = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.0, 0.0)])
-    rooms = [(square + np.array([x, 0.0])) @ turn for x in (0.0, 1.0)]
-    walls = [primitive(Segments(a[:-1], a[1:]), albedo=0.8) for a in rooms]
-    lamp = PointLights(np.array([[0.4, 0.5]]) @ turn, np.array([1.0]))
-    scene = Scene.of(*walls, points=lamp)
-    beside = Receiver(np.array([1.5, 0.5]) @ turn, 0.0, -1)
+    scene, beside = two_rooms(0.3)
     assert path_irradiance(scene, beside, key=key, paths=4096).mean == 0.0
 
 

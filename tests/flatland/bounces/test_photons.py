@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from firstorder.checks.statistics import LEVEL, chi_square, sampler_p_value
-from firstorder.flatland import PointLights, Scene, Segments, primitive
+from firstorder.flatland import Scene, Segments, primitive
 from firstorder.flatland.bounces import photons
 from firstorder.flatland.bounces._light_sampling import lights
 from firstorder.flatland.bounces.photons import trace_photons
 from firstorder.sampling import UniformDirections
-from tests.flatland.worlds import all_lights
+from tests.flatland.worlds import all_lights, two_rooms
 from tests.samplers import COUNT, biased, turn_share, uniform_p_value
 
 
@@ -142,11 +142,6 @@ def test_a_lamp_drawn_on_a_turned_wall_sends_all_its_light_and_hides_what_is_dra
 
 def test_no_photon_passes_a_wall_that_two_rooms_share():
     """Each room draws it, and neither lies along the axes."""
-    turn = np.array([[np.cos(0.3), np.sin(0.3)], [-np.sin(0.3), np.cos(0.3)]])
-    square = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.0, 0.0)])
-    rooms = [(square + np.array([x, 0.0])) @ turn for x in (0.0, 1.0)]
-    walls = [primitive(Segments(a[:-1], a[1:]), albedo=0.8) for a in rooms]
-    lamp = PointLights(np.array([[0.4, 0.5]]) @ turn, np.array([1.0]))
-    scene = Scene.of(*walls, points=lamp)
+    scene, _ = two_rooms(0.3)
     found = trace_photons(scene, jax.random.key(0), 4096, 8)
     assert set(np.unique(found.index)) == {-1, 0, 2, 3, 7}  # of the wall they share the later

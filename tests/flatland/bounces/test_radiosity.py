@@ -27,6 +27,7 @@ from firstorder.flatland.bounces import _transfer as transfer
 from firstorder.flatland.bounces._panels import Discretization
 from firstorder.flatland.bounces.radiosity import corner_exponent, solve_radiosity
 from firstorder.flatland.visible import receiver
+from tests.flatland.worlds import two_rooms
 
 PLACES = np.array([1e-4, 0.01, 0.1, 0.26, 0.5])
 COARSE = Discretization(5, 1e-2)
@@ -276,13 +277,9 @@ def test_panels_do_not_depend_on_the_unit_of_length():
 @pytest.mark.parametrize("turn", [0.0, 0.3])
 def test_two_rooms_share_a_wall_and_no_light(turn):
     """Each draws it. The light of a lamp in one is absorbed there."""
-    T = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
-    square = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.0, 0.0)])
-    rooms = [(square + np.array([x, 0.0])) @ T for x in (0.0, 1.0)]
-    walls = [primitive(Segments(a[:-1], a[1:]), albedo=0.8) for a in rooms]
-    lamp = PointLights(np.array([[0.4, 0.5]]) @ T, np.array([1.0]))
-    solution = solve_radiosity(Scene.of(*walls, points=lamp))
-    assert solution.irradiance(Receiver(np.array([1.5, 0.5]) @ T, 0.0, -1)) == 0.0
+    scene, beside = two_rooms(turn)
+    solution = solve_radiosity(scene)
+    assert solution.irradiance(beside) == 0.0
     np.testing.assert_allclose(*solution.flux(), rtol=1e-6)
 
 

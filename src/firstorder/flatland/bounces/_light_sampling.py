@@ -17,6 +17,7 @@ from firstorder.flatland.scene import Scene
 from firstorder.numerics._planar import cross_2d, dot_2d
 from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.sampling._distributions import Discrete, PiecewiseConstant
+from firstorder.scene._intersect import rounding
 from firstorder.scene._primitives import BACK, FRONT
 
 SKY_PIECES = 256  # of the table by which the sky is sampled
@@ -78,8 +79,7 @@ def bounds(scene: Scene) -> tuple[Float[Array, "2"], Float[Array, ""]]:
 
 def before(center: Float[Array, "2"], radius: Float[Array, ""]) -> Float[Array, ""]:
     """Twice what rounding makes of places within a circle [m]."""
-    size = radius + jnp.max(jnp.abs(center))
-    return 16.0 * jnp.finfo(size.dtype).eps * size
+    return 2.0 * rounding((radius + jnp.max(jnp.abs(center)))[None])
 
 
 def lengths(scene: Scene) -> Float[Array, " n"]:

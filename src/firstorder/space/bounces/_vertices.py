@@ -14,7 +14,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from firstorder.conventions import cylindrical
 from firstorder.numerics._vectors import dot, matvec, orthonormal_frame
-from firstorder.scene._intersect import MISS
+from firstorder.scene._intersect import MISS, rounding
 from firstorder.space.intersect import nearest
 from firstorder.space.scene import BACK, FRONT, Scene
 
@@ -48,8 +48,7 @@ class Vertex(NamedTuple):
 def step(scene: Scene) -> Array:
     """By which rays start before their surface, so that others in its place lie behind [m]."""
     sizes = [jnp.max(jnp.abs(a)) for g in scene.groups for a in (g.center, g.axes)]
-    size = jnp.max(jnp.stack(sizes))
-    return 16.0 * jnp.finfo(size.dtype).eps * size
+    return 2.0 * rounding(jnp.stack(sizes))
 
 
 def unmet(scene: Scene, on: Int[Array, " n"], back: Bool[Array, " n"]) -> Int[Array, " n"]:

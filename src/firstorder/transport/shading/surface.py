@@ -224,7 +224,7 @@ class ReflectedField(Field):
         return of_light + of_lobes + tuple(Edge(e.level, bare(e.jump)) for e in painted)
 
     def _on(self, reflectance, texture: Field | None) -> "ReflectedField":
-        """The same light, reflected by another material."""
+        """Reflection of the light by another material."""
         surface = Surface(self.surface.normal, reflectance, texture)
         return ReflectedField(self.light, surface, self.nodes)
 
