@@ -95,7 +95,9 @@ class Cluster:
 
     def _begin(self, kind: str, *given: str) -> subprocess.Popen[bytes]:
         paths = os.pathsep.join([str(ROOT / "src"), str(ROOT)])
-        environment = os.environ | {"PYTHONPATH": paths} | self.environment
+        # Workers have no nanny here: they are not given up when the machine sleeps.
+        awake = {"DASK_DISTRIBUTED__SCHEDULER__WORKER_TTL": "None"}
+        environment = os.environ | {"PYTHONPATH": paths} | awake | self.environment
         command = (sys.executable, "-m", f"distributed.cli.dask_{kind}", *given, "--no-dashboard")
         self._begun += 1
         with (self.folder / f"{kind}{self._begun}.log").open("wb") as log:

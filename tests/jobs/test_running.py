@@ -64,6 +64,31 @@ def test_killed_workers_and_a_killed_scheduler_lose_nothing(cluster):
     assert asked(cluster, range(40), kill) == {k: k * k for k in range(40)}
 
 
+@may_wait
+def test_that_no_worker_is_left_is_told(tmp_path, monkeypatch):
+    pytest.importorskip("distributed")
+    monkeypatch.setattr(_dask, "QUIET", 0.5)
+
+    def end_worker(count):
+        if count == 1:
+            for worker in cluster.workers:
+                worker.kill()
+                worker.wait()
+
+    def begin_worker():
+        time.sleep(5.0)
+        cluster.start_worker()
+
+    with Cluster(1, tmp_path) as cluster:
+        later = threading.Thread(target=begin_worker)
+        later.start()
+        with pytest.warns(UserWarning, match="has no workers any more: waiting.$") as told:
+            found = asked(cluster, range(3), end_worker)
+        later.join()
+    assert found == {0: 0, 1: 1, 2: 4}
+    assert len(told) == 1
+
+
 def test_a_job_that_fails_is_tried_again_and_then_raises_its_own_error(cluster, tmp_path):
     def clumsy(job):
         times = tmp_path / f"{job}.times"

@@ -31,6 +31,8 @@ from firstorder import session
 FIRST, AGAIN = 10.0, 60.0  # seconds for a scheduler to answer: at first, and when it was lost
 ATTEMPTS = 3  # of a job that fails
 ROUNDS = 10  # without a single result, after which a cluster is given up
+QUIET = 30.0  # seconds without a result, after which it is asked whether workers are left
+POLL = 0.02  # seconds between two looks for results
 
 Asked = dict[str, Any]
 
@@ -116,7 +118,7 @@ def results(
         before = len(left)
         with client:
             _look_around(client, address)
-            for number, answer in _round(client, left, packed, failures):
+            for number, answer in _round(client, left, packed, failures, address):
                 _check(answer)
                 del left[number]
                 yield number, answer.result
@@ -131,7 +133,7 @@ def results(
 
 
 def _round(
-    client: Any, left: dict[int, bytes], function: bytes, failures: Counter[int]
+    client: Any, left: dict[int, bytes], function: bytes, failures: Counter[int], address: str
 ) -> Iterator[tuple[int, Answer]]:
     """Answers as they come, until all are there or the scheduler is lost."""
     asked, shared = settings(), _shared(client, function)
@@ -144,7 +146,7 @@ def _round(
     coming = _package("distributed").as_completed(
         numbers, loop=client.loop, with_results=True, raise_errors=False
     )
-    for future, answer in coming:
+    for future, answer in _arriving(coming, client, address):
         number = numbers.pop(future)
         if isinstance(answer, Answer):
             yield number, answer
@@ -154,6 +156,35 @@ def _round(
             numbers[again] = number
             coming.add(again)
         # What is cancelled was lost with the scheduler: it is asked in the next round.
+
+
+def _arriving(coming: Any, client: Any, address: str) -> Iterator[tuple[Any, Any]]:
+    """Results as they come, and a warning if none can come as no worker is left.
+
+    A scheduler forgets workers that say nothing for five minutes, such as those of a machine that
+    slept. A worker with a nanny, as `dask worker` begins it, begins anew; another one ends.
+    """
+    told, last = False, time.monotonic()
+    while not coming.is_empty():
+        if batch := coming.next_batch(block=False):
+            yield from batch
+            told, last = False, time.monotonic()
+        elif not told and time.monotonic() - last > QUIET:
+            told, last = _has_no_worker(client), time.monotonic()
+            if told:
+                warnings.warn(
+                    f"The scheduler at {address} has no workers any more: waiting.", stacklevel=5
+                )
+        else:
+            time.sleep(POLL)
+
+
+def _has_no_worker(client: Any) -> bool:
+    """Whether the scheduler answers, and knows no worker."""
+    try:
+        return not client.nthreads()
+    except OSError:  # it was lost: the round will end by itself
+        return False
 
 
 def _shared(client: Any, function: bytes) -> Any:
