@@ -9,7 +9,17 @@ from firstorder.checks.tolerance import normwise, rounding
 from firstorder.imaging import images
 from firstorder.imaging.camera import pinhole
 from firstorder.imaging.images import _gathered, _render_pixels, pixel_grid, pixel_labels
-from firstorder.space import Receiver, Scene, box, cylinder, plane, primitive, receiver, sphere
+from firstorder.space import (
+    Receiver,
+    Scene,
+    box,
+    cylinder,
+    plane,
+    primitive,
+    receiver,
+    rectangle,
+    sphere,
+)
 
 ALBEDO, SKY = 0.7, 1.5
 CAMERA = pinhole((0.4, -4.0, 2.2), (0.2, 0.1, 0.3), gamma=2.0)
@@ -188,6 +198,18 @@ def test_labels_tell_faces_apart():
 def test_bad_sizes_are_one_sentence():
     with pytest.raises(ValueError, match="`columns` must be positive"):
         pixel_grid(0, 3)
+
+
+def test_a_lamp_that_runs_into_a_ball_is_refused_where_its_light_is_seen():
+    """Exact light is 3 % off there; from the side of the lamp that is dark nothing is."""
+    lamp = rectangle((0.0, 0.0, 2.0), (0.0, 0.5, 0.0), (0.5, 0.0, 0.0))
+    ball = primitive(sphere((0.1, 0.1, 2.1), 0.2))
+    camera = pinhole((0.0, -4.0, 1.0), (0.0, 0.0, 0.0), gamma=0.3)
+    lit = Scene.of(primitive(GROUND, albedo=0.5), primitive(lamp, emission=1.0), ball)
+    with pytest.raises(ValueError, match=r"^Shapes \d and \d run into each other"):
+        images.render(lit, camera, 3, 2)
+    dark = Scene.of(primitive(GROUND, albedo=0.5), primitive(lamp, emission=(0.0, 1.0)), ball)
+    np.testing.assert_array_equal(images.render(dark, camera, 3, 2).value, 0.0)
 
 
 def test_rounding_is_what_the_closed_form_is_met_to(image):

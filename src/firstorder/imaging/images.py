@@ -22,7 +22,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
-from firstorder._argument_checks import check_count, check_integer, check_positive
+from firstorder._argument_checks import (
+    check_count,
+    check_integer,
+    check_positive,
+    is_concrete,
+)
 from firstorder._labelled import Dataset, data_set
 from firstorder.conventions import cylindrical
 from firstorder.imaging.camera import Pinhole
@@ -37,6 +42,7 @@ from firstorder.space.intersect import first_shape
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
 from firstorder.space.shapes.kinds import Boxes, Cylinders, Shape
+from firstorder.space.silhouettes._collisions import check_apart_from, have_collisions
 
 BLOCK = 256  # pixels shaded at a time: silhouettes of all shapes are kept for each
 RADIANCE = "W/(m^2 sr)"
@@ -363,7 +369,8 @@ def render(
         gradients: whether the image's gradients are wanted.
 
     Raises:
-        ValueError: if `columns`, `rows` or `half_width` is not positive.
+        ValueError: if `columns`, `rows` or `half_width` is not positive, or shapes run into each
+            other and send unlike light to a surface that is seen (`space.irradiance`).
 
     Example:
         >>> from firstorder.imaging import pinhole
@@ -376,10 +383,34 @@ def render(
     px, py = pixel_grid(columns, rows, half_width)
     p = pixel_positions(px, py)
     index, label = pixel_labels(scene, camera, jnp.asarray(p))
+    _check_apart(scene, camera, p, np.asarray(index))
     value, gradient = _render_pixels(scene, camera, p, index, rays, gradients)
     shape = (columns, rows)
     value, gradient = (a.reshape(*shape, *a.shape[1:]) for a in (value, gradient))
     return RenderedImage(px, py, value, gradient, np.asarray(label).reshape(shape))
+
+
+def _check_apart(scene: Scene, camera: Pinhole, p: np.ndarray, index: np.ndarray) -> None:
+    """Refuses light that exact integrals do not know, at any surface that is seen."""
+    if not (is_concrete(scene) and have_collisions(scene)):
+        return
+    met = index >= 0
+    points, normals = host_blocks(
+        lambda block: _surfaces(scene, camera, *block), (p[met], index[met]), BLOCK
+    )
+    check_apart_from(scene, points, normals)
+
+
+@eqx.filter_jit
+def _surfaces(scene: Scene, camera: Pinhole, p: Array, index: Array) -> tuple[Array, Array]:
+    """Points that pixels show, and normals towards the eye."""
+
+    def surface(p, shape):
+        along = camera.direction(p)
+        point, normal, _ = scene.surface(shape, camera.eye, along)
+        return point, jnp.where(dot(normal, along) > 0.0, -normal, normal)
+
+    return jax.vmap(surface)(p, index)
 
 
 def pixel_positions(px: np.ndarray, py: np.ndarray) -> np.ndarray:

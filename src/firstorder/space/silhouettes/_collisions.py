@@ -17,6 +17,7 @@ import weakref
 from typing import Any, NamedTuple
 
 import numpy as np
+from jaxtyping import Float
 
 from firstorder._argument_checks import is_concrete
 from firstorder.scene._primitives import BACK, FRONT
@@ -52,21 +53,47 @@ def check_apart(scene: Any, at: Any, *, radiance: Any = None, **_: Any) -> None:
         return  # the question itself refuses what is of another world
     if radiance is not None or np.ndim(at.on) or not is_concrete((scene, at)):
         return
-    place, up = np.asarray(at.position), np.asarray(at.axes)[:, 2]
-    pairs = _collisions(scene)
-    if not pairs:
-        return
-    heights = np.concatenate([type(g).height(g, place) for g in scene.groups])
-    closed = np.repeat([g.closed for g in scene.groups], [g.count for g in scene.groups])
-    side = np.where(closed | (heights > 0.0), FRONT, BACK)
-    shown = np.asarray(scene.material.emission)[np.arange(len(side)), side]
-    for i, j, where in pairs:
-        if np.any(shown[i] != shown[j]) and np.any(_rises(where - place, up)):
+    check_apart_from(scene, np.asarray(at.position)[None], np.asarray(at.axes)[None, :, 2])
+
+
+def check_apart_from(
+    scene: Scene, places: Float[np.ndarray, "n 3"], ups: Float[np.ndarray, "n 3"]
+) -> None:
+    """Refuses shapes that run into each other and send unlike light to one of many receivers.
+
+    Args:
+        scene: of concrete shapes.
+        places: of the receivers [m].
+        ups: their normals; what lies below a horizon does not count.
+
+    Raises:
+        ValueError: if there is such a pair.
+    """
+    for i, j, where in _collisions(scene):
+        unlike = np.any(_shown(scene, i, places) != _shown(scene, j, places), axis=-1)
+        seen = zip(places[unlike], ups[unlike], strict=True)
+        if any(np.any(_rises(where - x, up)) for x, up in seen):
             one, other = (f"{k} (`{scene.names[k]}`)" if scene.names[k] else k for k in (i, j))
             raise ValueError(
                 f"Shapes {one} and {other} run into each other and send unlike light: exact "
                 "integrals do not know the line in which they meet. Move them apart."
             )
+
+
+def have_collisions(scene: Scene) -> bool:
+    """Whether concrete shapes run into each other where light may differ between the two."""
+    return bool(_collisions(scene))
+
+
+def _shown(scene: Scene, number: int, places: Float[np.ndarray, "n 3"]) -> np.ndarray:
+    """What a shape emits from the side that it shows to each place: (n, 1) or (n, bands)."""
+    starts = np.cumsum([0, *(group.count for group in scene.groups)])
+    k = int(np.searchsorted(starts, number, side="right")) - 1
+    group, emission = scene.groups[k], np.asarray(scene.material.emission)[number]
+    front = np.full(len(places), True)
+    if not group.closed:
+        front = group.height(places[:, None])[:, number - starts[k]] > 0.0
+    return emission[np.where(front, FRONT, BACK)].reshape(len(places), -1)
 
 
 def _rises(way: np.ndarray, up: np.ndarray) -> np.ndarray:
