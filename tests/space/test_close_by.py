@@ -1,5 +1,7 @@
 """Shapes that touch the receiver almost, that have no area, or that run into each other."""
 
+import warnings
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -264,6 +266,26 @@ def test_derivatives_and_the_contour_form_are_refused_too():
     for asked in (vector_irradiance, boundary_gradient, lambda *a: derivatives(irradiance, *a)):
         with pytest.raises(ValueError, match="0 and 1 run into each other"):
             asked(scene, AT)
+
+
+def test_a_traced_receiver_is_warned_of_concrete_shapes_that_run_into_each_other():
+    shapes = zip(MEET["two balls"], (1.0, 2.0), strict=True)
+    scene = Scene.of(*(primitive(s, emission=e) for s, e in shapes))
+    for asked in (irradiance, vector_irradiance, boundary_gradient):
+        with pytest.warns(UserWarning, match="0 and 1 run into .* wrong where that line is seen"):
+            jax.vmap(lambda x, asked=asked: asked(scene, AT.moved(x)))(jnp.zeros((2, 2)))
+
+
+def test_a_receiver_on_one_of_them_or_under_equal_light_is_not_warned():
+    floor, bulb = plane((0, 0, 0), (0, 0, 1)), sphere((2.0, 0.0, 0.2), 0.5)
+    scene = Scene.of(primitive(floor), primitive(bulb, emission=1.0))
+    alike = Scene.of(primitive(floor, emission=(1.0, 1.0)), primitive(bulb, emission=1.0))
+    off = receiver((0.0, 0.0, 0.1))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        at = receiver((0.0, 0.0, 0.0), on=1)  # the plane comes after the ball
+        jax.vmap(lambda x: irradiance(scene, at.moved(x)))(jnp.zeros((2, 2)))
+        jax.vmap(lambda x: irradiance(alike, off.moved(x)))(jnp.zeros((2, 2)))
 
 
 def test_fault_light_that_passes_through_a_body_unseen(monkeypatch):

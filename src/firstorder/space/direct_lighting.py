@@ -31,7 +31,7 @@ from firstorder.scene._bands import by_band
 from firstorder.scene._questions import check_lit, check_question
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import BACK, FRONT, Scene
-from firstorder.space.silhouettes._collisions import check_apart
+from firstorder.space.silhouettes._collisions import check_apart, warn_of_collisions
 from firstorder.space.silhouettes._edge_integrals import (
     arc_angle,
     arc_light,
@@ -186,6 +186,7 @@ def _light(scene: Scene, at: Receiver, segment, arc, nodes: int) -> list[Float[A
         raise ValueError(
             "Argument `scene` must have a sky of one radiance here, but it is a function."
         )
+    warn_of_collisions(scene, at)
     found = _outlines_from(scene, at)
     seen = _shown(scene, at, found)
     edges, sides, level, above = _contours(found, at.axes, segment, arc, nodes)
@@ -256,6 +257,8 @@ def boundary_gradient(
     check_asked_one(scene, Scene, at, Receiver)
     found = visible_silhouettes(scene, at)
     lines, rims = found.on_lines(nodes), found.on_arcs(nodes)
+    if radiance is None:
+        warn_of_collisions(scene, at)
     if radiance is None and not callable(scene.environment):
         seen = _shown(scene, at, _outlines_from(scene, at))
         jumps = found.lines.jump(seen)[:, None], found.rims.jump(seen)[:, None]

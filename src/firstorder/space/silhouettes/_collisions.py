@@ -13,6 +13,7 @@ between two points may be missed, and two planes are not looked at.
 
 from __future__ import annotations
 
+import warnings
 import weakref
 from typing import Any, NamedTuple
 
@@ -34,6 +35,8 @@ from firstorder.space.shapes.kinds import (
     Shape,
     Triangles,
 )
+
+WRONG = "Answers are wrong where that line is seen."
 
 _Pairs = list[tuple[int, int, np.ndarray]]
 
@@ -73,11 +76,26 @@ def check_apart_from(
         unlike = np.any(_shown(scene, i, places) != _shown(scene, j, places), axis=-1)
         seen = zip(places[unlike], ups[unlike], strict=True)
         if any(np.any(_rises(where - x, up)) for x, up in seen):
-            one, other = (f"{k} (`{scene.names[k]}`)" if scene.names[k] else k for k in (i, j))
-            raise ValueError(
-                f"Shapes {one} and {other} run into each other and send unlike light: exact "
-                "integrals do not know the line in which they meet. Move them apart."
-            )
+            raise ValueError(_told(scene, i, j))
+
+
+def warn_of_collisions(scene: Scene, at: Receiver) -> None:
+    """Warns a traced receiver of concrete shapes that run into each other and send unlike light.
+
+    Whether it sees the line in which they meet is not known; from the plane of one of them, on
+    which it lies, it does not.
+
+    Args:
+        scene: a traced one is not looked at.
+        at: a concrete one has been looked at.
+    """
+    if not is_concrete(scene) or is_concrete(at):
+        return
+    on = int(at.on) if is_concrete(at.on) and not np.ndim(at.on) else None
+    for i, j, _ in _collisions(scene):
+        one, other = _lights(scene, i), _lights(scene, j)
+        if on not in (i, j) and np.any(one[:, None] != other):
+            warnings.warn(f"{_told(scene, i, j)} {WRONG}", stacklevel=3)
 
 
 def have_collisions(scene: Scene) -> bool:
@@ -85,15 +103,36 @@ def have_collisions(scene: Scene) -> bool:
     return bool(_collisions(scene))
 
 
+def _told(scene: Scene, i: int, j: int) -> str:
+    one, other = (f"{k} (`{scene.names[k]}`)" if scene.names[k] else k for k in (i, j))
+    return (
+        f"Shapes {one} and {other} run into each other and send unlike light: exact integrals do "
+        "not know the line in which they meet. Move them apart."
+    )
+
+
+def _lights(scene: Scene, number: int) -> np.ndarray:
+    """What the sides of a shape emit that can be seen from outside: (sides, bands)."""
+    group, _ = _found(scene, number)
+    emission = np.asarray(scene.material.emission)[number].reshape(2, -1)
+    return emission[[FRONT]] if group.closed else emission
+
+
 def _shown(scene: Scene, number: int, places: Float[np.ndarray, "n 3"]) -> np.ndarray:
-    """What a shape emits from the side that it shows to each place: (n, 1) or (n, bands)."""
-    starts = np.cumsum([0, *(group.count for group in scene.groups)])
-    k = int(np.searchsorted(starts, number, side="right")) - 1
-    group, emission = scene.groups[k], np.asarray(scene.material.emission)[number]
+    """What a shape emits from the side that it shows to each place: (n, bands)."""
+    group, k = _found(scene, number)
     front = np.full(len(places), True)
     if not group.closed:
-        front = group.height(places[:, None])[:, number - starts[k]] > 0.0
+        front = group.height(places[:, None])[:, k] > 0.0
+    emission = np.asarray(scene.material.emission)[number]
     return emission[np.where(front, FRONT, BACK)].reshape(len(places), -1)
+
+
+def _found(scene: Scene, number: int) -> tuple[Shape, int]:
+    """The group that holds a shape of the scene, and the shape's number in it."""
+    starts = np.cumsum([0, *(group.count for group in scene.groups)])
+    which = int(np.searchsorted(starts, number, side="right")) - 1
+    return scene.groups[which], number - int(starts[which])
 
 
 def _rises(way: np.ndarray, up: np.ndarray) -> np.ndarray:
