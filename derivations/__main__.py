@@ -14,6 +14,7 @@ from typing import Annotated
 import tyro
 
 from derivations import table
+from firstorder.cli._pipes import piped
 from firstorder.ledger import report
 
 
@@ -42,4 +43,4 @@ def main(options: Options) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(tyro.cli(Options, description=__doc__)))
+    sys.exit(piped(lambda: main(tyro.cli(Options, description=__doc__))))

@@ -30,6 +30,7 @@ import firstorder
 from figures import claims, distant, records
 from figures.style import Drawing
 from firstorder import io, plotting, session
+from firstorder.cli._pipes import piped
 
 # What every figure is made with, beside the modules that those of one paper share.
 _SHARED = ("style.py", "verdicts.py", "timing.py")
@@ -226,4 +227,4 @@ if __name__ == "__main__":
     from figures.__main__ import Options, main
 
     config = (tyro.conf.FlagCreatePairsOff,)
-    sys.exit(main(tyro.cli(Options, description=__doc__, config=config)))
+    sys.exit(piped(lambda: main(tyro.cli(Options, description=__doc__, config=config))))

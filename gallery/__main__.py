@@ -24,6 +24,7 @@ from PIL import Image
 
 import firstorder
 from firstorder import plotting, session
+from firstorder.cli._pipes import piped
 from firstorder.io import atomic_write
 from gallery.frame import Frame
 
@@ -118,4 +119,4 @@ def title(name: str) -> str:
 
 if __name__ == "__main__":
     config = (tyro.conf.FlagCreatePairsOff,)
-    sys.exit(main(tyro.cli(Options, description=__doc__, config=config)))
+    sys.exit(piped(lambda: main(tyro.cli(Options, description=__doc__, config=config))))

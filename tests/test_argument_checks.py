@@ -9,6 +9,7 @@ from firstorder._argument_checks import (
     check_below,
     check_between,
     check_finite,
+    check_index,
     check_inside,
     check_integer,
     check_invertible,
@@ -124,3 +125,9 @@ def test_a_bound_from_above_is_not_reached():
     check_below("x", 0.5, 1.0)
     with pytest.raises(ValueError, match="Argument `x` must be less than 1, but is"):
         check_below("x", 1.0, 1.0)
+
+
+@pytest.mark.parametrize(("x", "meant"), [("lamp", "lamp"), ((0,), "floor")])
+def test_a_name_in_place_of_a_shapes_number_is_told_with_what_to_write(x, meant):
+    with pytest.raises(TypeError, match=rf"write scene\.named\('{meant}'\)\[0\] for the first"):
+        check_index("index", x, 1)

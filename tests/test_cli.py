@@ -348,13 +348,32 @@ def test_a_bad_ledger_is_one_sentence_and_exit_code_2(capsys, tmp_path, text, ar
     assert line.startswith(sentence.format(tmp_path.name))
 
 
-@pytest.mark.parametrize("asked", ["scene list", "--help"])
-def test_a_reader_that_stops_is_no_error(asked):
-    program = f"from firstorder.cli import main; raise SystemExit(main({asked.split()!r}))"
+OURS = "-c", "from firstorder.cli import main; raise SystemExit(main())"
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        (*OURS, "scene", "list"),
+        (*OURS, "--help"),
+        (*OURS, "--version"),
+        ("-m", "figures", "--list"),
+        ("-m", "gallery", "--list"),
+        ("-m", "derivations", "E11.1"),
+    ],
+    ids=" ".join,
+)
+def test_a_reader_that_stops_is_no_error(command):
+    """Python keeps lines back until the end, unless PYTHONUNBUFFERED says otherwise."""
     reading, writing = os.pipe()
     os.close(reading)
     done = subprocess.run(
-        [sys.executable, "-c", program], stdout=writing, stderr=subprocess.PIPE, text=True
+        [sys.executable, *command],
+        stdout=writing,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=os.environ | {"PYTHONUNBUFFERED": ""},
     )
     os.close(writing)
     assert done.stderr == ""
+    assert done.returncode == 1

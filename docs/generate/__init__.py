@@ -1,4 +1,4 @@
-"""Pages that the code writes itself: laws, events, equations, claims, the API and our own words.
+"""Pages that the code writes itself: laws, events, equations, claims, keys, the API, our own words.
 
 `python -m docs.generate` writes them into `docs/_generated`; so does Sphinx when it starts. Links
 between pages are plain: `[words](other.md)` by file, `[words](#label)` to a `(label)=` anywhere,
@@ -11,7 +11,17 @@ import pathlib
 import shutil
 from collections.abc import Mapping
 
-from docs.generate import api, claims, drawn, equations, own_words, peers, steps, stills
+from docs.generate import (
+    api,
+    claims,
+    drawn,
+    equations,
+    own_words,
+    peers,
+    scene_files,
+    steps,
+    stills,
+)
 
 FOLDER = pathlib.Path(__file__).parents[1] / "_generated"
 
@@ -21,7 +31,7 @@ Pages = dict[str, str]
 def pages() -> Pages:
     """All generated pages: Markdown by the path below `docs/_generated`."""
     found: Pages = {}
-    for chapter in (steps, equations, claims, api, own_words, drawn, stills, peers):
+    for chapter in (steps, equations, claims, api, own_words, scene_files, drawn, stills, peers):
         for path, text in chapter.pages().items():
             if path in found:
                 raise ValueError(f"Two pages are called {path}.")

@@ -157,9 +157,10 @@ def what(x: Any) -> str:
 def check_index(name: str, x: Any, count: int) -> None:
     """Refuse what is no number of a shape, and the numbers of shapes that are not there."""
     if isinstance(x, (str, tuple, list)):
+        meant = x if isinstance(x, str) else "floor"
         raise TypeError(
             f"Argument `{name}` must be a shape's number, but is {x!r}: "
-            "write scene.named('floor')[0] for the first of that name."
+            f"write scene.named({meant!r})[0] for the first of that name."
         )
     dtype = getattr(x, "dtype", np.dtype(type(x)) if isinstance(x, (int, float)) else None)
     if dtype is not None and dtype.kind not in "iu":

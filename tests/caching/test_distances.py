@@ -15,6 +15,7 @@ from firstorder.caching import (
     neighbour_clamping,
     split_change,
     split_error,
+    split_radius,
 )
 from firstorder.flatland import Receiver, Scene, Segments, irradiance, primitive
 
@@ -198,6 +199,29 @@ def test_distances_to_things_need_no_clamp():
     np.testing.assert_allclose(neighbour_clamping(x, R), R)
 
 
+@pytest.mark.smoke
+@pytest.mark.parametrize("dims", [1, 2])
+@pytest.mark.parametrize("length", [0.3, 7.0])
+def test_the_split_error_is_the_accuracy_at_the_radius(length, dims):
+    """A bisection of the error, which grows with the step."""
+    low, high = 0.0, 10.0 * length
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (
+            (low, middle) if split_error(middle, length, dims=dims) > 0.2 else (middle, high)
+        )
+    assert split_radius(length, 0.2, dims).item() == pytest.approx(low, rel=1e-12)
+
+
+def test_within_the_split_radius_light_changes_by_no_more_than_the_accuracy():
+    step = split_radius(0.7, 0.2).item()
+    assert abs(painted_irradiance(step / 0.7, 0.0, 1.0, half) - 1.0) <= 0.2
+
+
+def test_a_record_that_sees_nothing_reaches_everywhere_and_one_in_a_corner_nowhere():
+    assert split_radius(np.array([np.inf, 0.0]), 0.1).tolist() == [np.inf, 0.0]
+
+
 def test_equal_weights_give_the_plain_mean_and_weights_count_as_rays():
     lengths = np.array([1.0, 2.0, np.inf, 4.0])
     even = harmonic_mean_distance(lengths, np.full(4, 0.3))
@@ -217,6 +241,12 @@ def test_bad_input_is_one_sentence():
     for shortest in (minimum_distance, harmonic_mean_distance):
         with pytest.raises(ValueError, match=r"^Argument `lengths` must hold at least one ray"):
             shortest(jnp.zeros((3, 0)))
+    with pytest.raises(ValueError, match=r"^Argument `length` must not be negative, but is -1.0.$"):
+        split_radius(-1.0, 0.1)
+    with pytest.raises(ValueError, match=r"^Argument `accuracy` must be positive, but is 0.0.$"):
+        split_radius(1.0, 0.0)
+    assert np.isnan(jax.jit(split_radius)(-1.0, 0.1))
+    assert np.isnan(jax.jit(split_radius)(1.0, -0.1))
     assert np.isnan(jax.jit(split_error)(0.1, -1.0))
     assert np.isnan(jax.jit(split_change)(0.1, -1.0))
     with pytest.raises(ValueError, match=r"^Argument `radius` must be positive, but is 0.0.$"):

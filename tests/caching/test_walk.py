@@ -63,6 +63,7 @@ def in_dimensions(s, d):
         "expected_error": caching.expected_error(T, region, **options),
         "true_error": caching.true_error(E, some, region, nodes=4),
         "split_error": caching.split_error(0.1 * s, s**2, 0.2 * s, d),
+        "split_radius": caching.split_radius(s**2, 0.2 * s, d),
     }
 
 

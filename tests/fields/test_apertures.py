@@ -130,6 +130,28 @@ def test_bad_apertures_are_one_sentence():
         SoftSlit(LEVEL, 1.0, 0.0)
 
 
+def test_traced_places_out_of_order_give_nan():
+    value = jax.jit(lambda p: Bars(LEVEL, p, [0.1, 1.0, 0.4, 0.8])(0.1, 0.25))
+    for places in ((0.9, -0.2, -0.7), (-0.7, 0.9, -0.2), (-0.2, -0.7, 0.9), (-0.7, -0.2, -0.2)):
+        assert np.isnan(value(jnp.array(places)))
+    assert value(jnp.array([-0.7, -0.2, 0.9])) == pytest.approx(0.4)
+
+
+@pytest.mark.parametrize(
+    ("look", "bad", "good"),
+    [
+        (lambda p: Grating(LEVEL, p, 0.35)(0.1, 0.25), (-0.9, 0.0), (0.9,)),
+        (lambda o: Grating(LEVEL, 0.9, o)(0.1, 0.25), (-0.1, 0.0, 1.0, 1.2), (0.2, 0.9)),
+        (lambda w: SoftSlit(LEVEL, w, 0.2)(0.1, 0.25), (-0.8, 0.0), (0.8,)),
+        (lambda b: SoftSlit(LEVEL, 0.8, b)(0.1, 0.25), (-0.2, 0.0), (0.2,)),
+    ],
+)
+def test_traced_numbers_that_make_no_aperture_give_nan(look, bad, good):
+    look = jax.jit(look)
+    assert all(np.isnan(look(number)) for number in bad)
+    assert all(np.isfinite(look(number)) for number in good)
+
+
 def test_parameters_are_differentiable():
     def through(width, blur):
         return SoftSlit(LEVEL, width, blur).at(jnp.array([0.1, 0.2]))

@@ -56,3 +56,12 @@ def test_spread_is_the_second_moment_of_the_power():
 def test_bad_input(make, words):
     with pytest.raises(ValueError, match=words):
         make()
+
+
+@pytest.mark.parametrize("look", [lambda p: p(0.0, 0.1), lambda p: p.transform(jnp.array(0.1)).real,
+                                  lambda p: p.spread()])  # fmt: skip
+def test_a_traced_width_that_is_none_gives_nan(look):
+    look = jax.jit(lambda sigma, look=look: look(GaussianProfile(sigma)))
+    assert np.isnan(look(-0.3))
+    assert np.isnan(look(0.0))
+    assert np.isfinite(look(0.3))

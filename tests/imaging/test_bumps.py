@@ -13,6 +13,7 @@ from firstorder.imaging._bumps import (
     normal_mapped,
     shading_shape_operator,
     solid_bumped,
+    solid_tilted,
 )
 
 BOUND = 1e-9
@@ -82,6 +83,51 @@ def test_heights_given_in_space_are_those_of_a_chart():
     np.testing.assert_allclose(solid.normal, by_chart.normal, atol=1e-14)
     np.testing.assert_allclose(solid.turning, by_chart.turning, atol=1e-13)
     assert np.linalg.norm(solid.normal - at.axes[:, 2]) > 0.05
+
+
+def leaned(m, a):
+    """A normal leaned by what of a slope is tangent to it."""
+    v = m - (a - m * (m @ a))
+    return v / np.linalg.norm(v)
+
+
+def test_slopes_on_bumps_turn_the_normal_as_differences_along_a_ball_say():
+    """Heights, and over them slopes that are no gradient; the point stays on the ball."""
+
+    def height(x, sin=jnp.sin, cos=jnp.cos):
+        return 0.05 * sin(3.0 * x[0]) * cos(2.0 * x[1] + x[2])
+
+    def slopes(x, sin=jnp.sin):
+        return 0.3 * sin(x @ np.array([[2.0, -1.0, 0.5], [1.0, 3.0, -2.0], [0.3, 0.7, 1.5]]))
+
+    def normal(x):
+        h, e = 1e-5, np.eye(3)
+        grad = [(height(x + h * d, np.sin, np.cos) - height(x - h * d, np.sin, np.cos)) for d in e]
+        up = x / np.linalg.norm(x)
+        return leaned(leaned(up, np.array(grad) / (2.0 * h)), slopes(x, np.sin))
+
+    at = chart(ball, jnp.array([0.3, 0.4]))
+    base = solid_bumped(at.position, at.axes, at.S, height)
+    found = jax.jit(lambda base: solid_tilted(base, slopes))(base)
+    x, tangents = np.asarray(at.position), np.asarray(at.axes[:, :2])
+    np.testing.assert_array_equal(found.position, x)
+    np.testing.assert_array_equal(found.tangents, tangents)
+    np.testing.assert_allclose(found.normal, normal(x), atol=1e-9)
+    for k, t in enumerate(tangents.T):
+        ends = [x + s * 1e-3 * t for s in (-2, -1, 1, 2)]
+        ends = [normal(2.0 * e / np.linalg.norm(e)) for e in ends]
+        slope = (ends[0] - 8.0 * ends[1] + 8.0 * ends[2] - ends[3]) / 12e-3
+        np.testing.assert_allclose(found.turning[:, k], slope, atol=1e-7)
+
+
+def test_bumps_and_maps_leave_the_point_where_it_is():
+    place = jnp.array([0.7, 0.4])
+    at = chart(ball, place)
+    waves, slanted = lambda uv: jnp.sin(uv[0]), lambda uv: jnp.array([0.1, 0.2, 1.0])
+    for point in (bumped(at, waves, place), normal_mapped(at, slanted, place), at.point()):
+        np.testing.assert_array_equal(point.position, ball(place))
+        np.testing.assert_array_equal(point.tangents, at.axes[:, :2])
+        np.testing.assert_allclose(point.base_normal, 0.5 * ball(place), atol=1e-15)
 
 
 def test_a_map_made_of_the_heights_is_the_bump():

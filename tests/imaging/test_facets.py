@@ -53,6 +53,22 @@ def test_faces_without_a_picture_have_zeros(left_out):
     np.testing.assert_array_equal(at, np.zeros(2))
 
 
+def test_each_face_knows_its_corners_normals_primitive_and_picture():
+    faces = [[0, 1, 2], [2, 1, 3], [3, 1, 0]]
+    four = mesh(np.vstack([CORNERS, (1.0, 1.0, -0.3)]), faces)
+    normals = np.vstack([NORMALS, (0.6, 0.0, 0.8)])
+    uv = np.random.default_rng(0).uniform(size=(3, 3, 2))
+    known = mesh_facets(four, normals, [4, 0, 2], uv)
+    np.testing.assert_array_equal(known.part, [4, 0, 2])
+    np.testing.assert_array_equal(known.normals, normals[faces])
+    np.testing.assert_array_equal(known.corners, np.asarray(four.vertices)[faces])
+    weights = np.array([0.5, 0.2, 0.3])
+    for face in range(3):
+        at = known.uv_at(jnp.array(face), jnp.asarray(weights @ known.corners[face]))
+        np.testing.assert_allclose(at, weights @ uv[face], rtol=1e-12)
+    np.testing.assert_array_equal(mesh_facets(four, normals).part, [0, 0, 0])
+
+
 def pixel(p, finish=None, face=0, known=None):
     known = mesh_facets(ONE, NORMALS) if known is None else known
     at = facet_interaction(known, MATTER, CAMERA, p, jnp.array(face), finish)

@@ -137,6 +137,25 @@ def test_bad_files_get_one_sentence(text, words):
         _ambient_from_text(text)
 
 
+def turned(u):
+    """The record with another direction u, to four places."""
+    words = ROW.split()
+    words[6:9] = [f"{number:.4f}" for number in u]
+    return "\t".join(words) + "\n"
+
+
+@pytest.mark.parametrize("u", [(0, 0, 0), (0, 0, -2), (0.0009, 0, 1)])
+def test_a_direction_of_no_length_across_the_normal_is_refused(u):
+    with pytest.raises(ValueError, match=r"^text, line 1: u must not be zero or along the normal"):
+        _ambient_from_text(turned(u))
+
+
+@pytest.mark.parametrize("height", [0.0, 1.0, -1.0])
+def test_a_direction_of_little_length_across_the_normal_is_turned_into_the_plane(height):
+    found = _ambient_from_text(turned((0.0009, 0.0012, height)))
+    np.testing.assert_allclose(found.u, [[0.6, 0.8, 0.0]], rtol=1e-12)
+
+
 @pytest.mark.smoke
 def test_a_binary_file_is_told_apart(tmp_path):
     (tmp_path / "a.amb").write_bytes(b"#?RADIANCE\nFORMAT=Radiance_ambval\n\n\xff\xfe\x00\x81")

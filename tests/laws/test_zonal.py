@@ -168,3 +168,11 @@ def test_a_sharp_lobe_returns_the_light_itself():
 def test_a_direction_that_is_none_is_refused():
     with pytest.raises(ValueError, match="must be a unit vector, but has length 2"):
         BELL.value(light, jnp.array([0.0, 0.0, 2.0]))
+
+
+def test_a_traced_sharpness_that_is_none_gives_nan():
+    look = jax.jit(lambda k: VonMisesFisher(k).derivatives(jnp.array(0.9))[0])
+    assert np.isnan(look(-5.0))
+    assert np.isnan(look(0.0))
+    # 2 pi int k exp(k (t - 1)) / (2 pi (1 - exp(-2 k))) dt = 1
+    assert look(5.0) == pytest.approx(5.0 * np.exp(-0.5) / (2.0 * np.pi * -np.expm1(-10.0)))

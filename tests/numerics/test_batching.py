@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.numerics._batching import host_blocks, host_rows, in_batches, one_list
+from firstorder.numerics._batching import host_blocks, host_rows, in_batches, in_blocks, one_list
 
 
 @pytest.mark.parametrize("count", [0, 1, 6, 7, 8, 21, 23, 64])
@@ -17,6 +17,21 @@ def test_rows_keep_their_order_whatever_their_number(count):
     total, number = in_batches(lambda r: (jnp.sum(r[0]), r[1]), (jnp.asarray(x), n), 7)
     np.testing.assert_allclose(total, x.sum(1), rtol=1e-14)
     np.testing.assert_array_equal(number, n)
+
+
+@pytest.mark.parametrize("count", [1, 6, 7, 8, 21, 23])
+def test_blocks_keep_the_order_and_the_axes_of_rows(count):
+    x, n = np.random.default_rng(0).normal(size=(count, 3)), np.arange(count)
+    seen = []
+
+    def f(rows):
+        seen.append(rows[0].shape)
+        return rows[0][:, :, None] * jnp.arange(2.0), rows[1]
+
+    table, number = in_blocks(f, (jnp.asarray(x), jnp.asarray(n)), 7)
+    np.testing.assert_array_equal(table, x[:, :, None] * np.arange(2.0))
+    np.testing.assert_array_equal(number, n)
+    assert set(seen) == {(min(count, 7), 3)}
 
 
 @pytest.mark.parametrize("count", [5, 14, 23, 100])
@@ -105,7 +120,7 @@ def test_one_list_answers_as_if_each_batch_were_alone(over):
 
     def f(s, x):
         seen.append(x.shape)
-        return jnp.sum(s) * x, x + s[0]
+        return jnp.sum(s) * x, x + s[0], x[:, None, None] * s[:, None] + jnp.arange(2.0)
 
     found = jax.jit(jax.vmap(one_list(f), in_axes=over))(shared, rows)
 
@@ -115,6 +130,17 @@ def test_one_list_answers_as_if_each_batch_were_alone(over):
     alone = [f(*batch(k)) for k in range(3)]
     for a, b in zip(found, zip(*alone, strict=True), strict=True):
         np.testing.assert_allclose(a, np.stack(b), rtol=1e-14)
+
+
+def test_rows_and_answers_of_more_axes_keep_them():
+    rng = np.random.default_rng(2)
+    shared, rows = jnp.asarray(rng.normal(size=(3, 2))), jnp.asarray(rng.normal(size=(4, 5, 3)))
+
+    def f(s: Any, x: Any) -> Any:
+        return x[:, None] @ s
+
+    found = jax.vmap(lambda rows: one_list(f)(shared, rows))(rows)
+    np.testing.assert_allclose(found, (rows @ shared)[:, :, None], rtol=1e-14)
 
 
 def test_of_what_rows_share_a_part_may_be_of_one_batch():

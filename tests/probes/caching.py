@@ -56,6 +56,7 @@ def lengths(s):
         "caching.minimum_distance": caching.minimum_distance(rays),
         "caching.harmonic_mean_distance": caching.harmonic_mean_distance(rays),
         "caching.split_error": caching.split_error(s, 1.0 + s, 0.1 * s),
+        "caching.split_radius": caching.split_radius(s, 0.1 * s, dims=2),
         "caching.split_change": caching.split_change(s, 1.0 + s, 0.1 * s),
         "caching.expected_error_with_events": caching.expected_error_with_events(
             1.0 + s, [s], at, jumps
@@ -113,7 +114,7 @@ PROBES = {
     **dict.fromkeys(
         (
             "caching.minimum_distance", "caching.harmonic_mean_distance", "caching.split_error",
-            "caching.split_change", "caching.expected_error_with_events",
+            "caching.split_radius", "caching.split_change", "caching.expected_error_with_events",
             "caching.radius_with_events", "caching.EventLines",
             "caching.expected_error_with_lines", "caching.radius_with_lines",
         ),

@@ -72,6 +72,19 @@ def test_an_edge_between_two_rays_far_apart_is_found_to_rounding():
     np.testing.assert_allclose(found, places, rtol=0.0, atol=1.5 * 2.0**-53)
 
 
+def test_blockers_as_narrow_as_a_step_are_told_apart():
+    """An edge in each of many steps, of any length, and none in others."""
+    rng = np.random.default_rng(0)
+    rays = np.cumsum(rng.uniform(0.01, 0.1, 40)) - 1.0
+    steps = np.sort(rng.choice(39, 31, replace=False))
+    truth = rays[steps] + rng.uniform(0.05, 0.95, 31) * np.diff(rays)[steps]
+    blocked = lambda a: jnp.searchsorted(jnp.asarray(truth), a) % 2 == 1  # noqa: E731
+    edges = jax.jit(lambda rays: bracket_edges(blocked, rays, size=33))(jnp.asarray(rays))
+    assert edges.count == 31
+    np.testing.assert_allclose(edges.angle, [*truth, 0.0, 0.0], rtol=0.0, atol=4e-16)
+    np.testing.assert_array_equal(edges.sign, [*np.where(np.arange(31) % 2, -1, 1), 0, 0])
+
+
 def test_edges_are_bisected_to_rounding():
     edges, _ = found(jnp.zeros(2))
     low, high = exact()

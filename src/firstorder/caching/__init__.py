@@ -32,6 +32,7 @@ from firstorder.caching.distances import (
     neighbour_clamping,
     split_change,
     split_error,
+    split_radius,
 )
 from firstorder.caching.ellipses import elliptic_regions, gradient_regions, semi_axes
 from firstorder.caching.errors import (
@@ -95,6 +96,7 @@ __all__ = [
     "elliptic_regions",
     "gradient_regions",
     "split_error",
+    "split_radius",
     "split_change",
     "minimum_distance",
     "harmonic_mean_distance",

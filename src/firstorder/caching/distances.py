@@ -77,6 +77,46 @@ def split_error(
     return (4.0 / math.pi) * step + 2.0 * jnp.sin(0.5 * jnp.minimum(angle, math.pi))
 
 
+def split_radius(length: ArrayLike, accuracy: ArrayLike, dims: int = 1) -> Float[Array, "..."]:
+    """How far a record reaches until `split_error` without a turn is the accuracy (Ward's metric).
+
+    `a R` along a line, `(pi / 4) a R` on a plane, for the accuracy a. Programs that drop the factor
+    4 / pi of the error, as Radiance does, have the radius a R on a plane: that is
+    `split_radius(R, 4 / pi * a, dims=2)`. `circular_regions` holds the radii within limits, without
+    which they vanish in a corner. Numbers, or arrays that broadcast.
+
+    Args:
+        length: R of each record, `harmonic_mean_distance` or `minimum_distance` of its rays, not
+            negative, may be infinite [m].
+        accuracy: the share of the irradiance that may be wrong, positive.
+        dims: 1 along a line, 2 on a plane.
+
+    Returns:
+        A radius for each length [m].
+
+    Raises:
+        ValueError: if a length is negative, the accuracy is not positive, or for another number of
+            dimensions. A traced one gives NaN.
+
+    Reference: J12 eq. 34 (circle); Ward et al. 1988 (sphere).
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.caching import circular_regions, harmonic_mean_distance, split_radius
+        >>> R = harmonic_mean_distance(jnp.array([[1.0, 3.0], [2.0, jnp.inf]]))
+        >>> print(split_radius(R, 0.2))
+        [0.3 0.8]
+        >>> print(circular_regions(split_radius(R, 0.2, dims=2), 0.1, 0.5, dims=2).radius.round(3))
+        [0.236 0.5  ]
+    """
+    _checked_dims(dims)
+    length, accuracy = as_float(length), as_float(accuracy)
+    check_not_negative("length", _finite(length))
+    check_positive("accuracy", accuracy)
+    sound = (length >= 0) & (accuracy > 0)
+    return nan_unless(sound, accuracy * length * (1.0 if dims == 1 else 0.25 * math.pi))
+
+
 def split_change(
     dx: ArrayLike, radius: ArrayLike, turn: ArrayLike = 0.0, dims: int = 1
 ) -> Float[Array, "..."]:
@@ -186,8 +226,13 @@ def _lengths(lengths: ArrayLike) -> Array:
     lengths = as_float(lengths)
     if lengths.shape[-1:] == (0,):
         raise ValueError("Argument `lengths` must hold at least one ray, but holds none.")
-    check_not_negative("lengths", jnp.where(jnp.isposinf(lengths), 0.0, lengths))
+    check_not_negative("lengths", _finite(lengths))
     return nan_unless(lengths >= 0, lengths)
+
+
+def _finite(lengths: Array) -> Array:
+    """Lengths as they are judged: those of rays that miss are as good as any."""
+    return jnp.where(jnp.isposinf(lengths), 0.0, lengths)
 
 
 def neighbour_clamping(position: ArrayLike, length: ArrayLike) -> np.ndarray:

@@ -4,6 +4,8 @@ A Taylor expansion of order p errs by its first missing term, `T[x, ..., x] / q!
 T the q-th derivatives. So the value alone is judged by the gradient, the value with its gradient by
 the Hessian, and second-order extrapolation by the third derivatives. What is meant by the error of
 a record decides how that term is summed over its region, and which norm of T counts.
+
+Radii from the lengths of rays alone, such as Ward's, are in `caching.distances`.
 """
 
 from __future__ import annotations

@@ -6,7 +6,6 @@ needs when it runs.
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Sequence
 
@@ -15,6 +14,7 @@ import tyro
 import firstorder
 from firstorder.cli._judging import Check, Explain, Ledger
 from firstorder.cli._paths import Jet, Table
+from firstorder.cli._pipes import piped
 from firstorder.cli._scenes import Agreements, Render, Scene
 
 __all__ = ["Agreements", "Check", "Explain", "Jet", "Ledger", "Render", "Scene", "Table", "main"]
@@ -29,11 +29,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         firstorder 0.1.0
         0
     """
-    try:
-        return _run(sys.argv[1:] if arguments is None else list(arguments))
-    except BrokenPipeError:  # who reads has read enough, as `head` does
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 1
+    return piped(lambda: _run(sys.argv[1:] if arguments is None else list(arguments)))
 
 
 def _run(arguments: list[str]) -> int:
@@ -53,7 +49,7 @@ def _run(arguments: list[str]) -> int:
     session.start()
     try:
         return command.run()
-    except BrokenPipeError:  # it is a ConnectionError, and `main` knows what to do
+    except BrokenPipeError:  # it is a ConnectionError, and `piped` knows what to do
         raise
     except (ValueError, ModuleNotFoundError, ConnectionError, Refused) as error:
         print(error, file=sys.stderr)

@@ -48,7 +48,7 @@ def read_panorama_row(
         ValueError: one sentence that names the file, if it cannot be read or has no such row, or
             if a radiance in that row is negative.
         FileNotFoundError: if there is none.
-        ModuleNotFoundError: without the extra `images`, for all files but .hdr.
+        ModuleNotFoundError: if an .exr file is asked for without the extra `images`.
 
     Example:
         >>> import pathlib, tempfile

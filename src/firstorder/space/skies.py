@@ -246,8 +246,10 @@ class HarmonicSky(eqx.Module):
     """A sum of real spherical harmonics, polynomials of the direction: smooth to any order.
 
     Args:
-        coefficients: (degree + 1)^2 of them, in the order of `_harmonics`; or shape (.., bands)
-            [W/(m^2 sr)].
+        coefficients: (degree + 1)^2 of them, by degree l = 0, 1, ... and within it by order
+            m = -l ... l, those with the sine of the azimuth first; or shape (.., bands)
+            [W/(m^2 sr)]. The harmonics are orthonormal, and of degree 1 positive along y, z and x:
+            there is no factor (-1)^m.
 
     Raises:
         ValueError: if their number is no square, or one is not finite.

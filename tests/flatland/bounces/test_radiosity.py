@@ -262,18 +262,6 @@ def test_a_gap_too_thin_for_its_length_is_refused():
         solve_radiosity(hovers, fineness=Discretization(40, 1e-7))
 
 
-def test_panels_do_not_depend_on_the_unit_of_length():
-    numbers = []
-    for unit in (2.0**-40, 1.0):
-        room, body = (
-            box((0, 0), (4 * unit, 3 * unit), inward=True),
-            Circles((unit, unit), 0.5 * unit),
-        )
-        scene = Scene.of(primitive(room, emission=1.0), primitive(body))
-        numbers.append(len(cutting.cut_into_panels(scene, Discretization(4, 0.01))[0].shape))
-    assert numbers[0] == numbers[1]
-
-
 @pytest.mark.parametrize("turn", [0.0, 0.3])
 def test_two_rooms_share_a_wall_and_no_light(turn):
     """Each draws it. The light of a lamp in one is absorbed there."""

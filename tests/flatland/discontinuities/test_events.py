@@ -7,6 +7,7 @@ import pytest
 
 from derivations.flatland.discontinuities import events as brute
 from firstorder.flatland import (
+    Arcs,
     Circles,
     PointLights,
     Scene,
@@ -127,6 +128,38 @@ def test_both_sides_of_a_floor_are_receivers():
     assert len(jumps_on(scene, 0).s) == 0
     np.testing.assert_allclose(back.s, front.s, atol=1e-12)
     np.testing.assert_allclose(back.jump_E1, front.jump_E1, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("ahead", "back"),
+    [
+        (Segments((-2.0, -0.3), (2.0, 0.1)), Segments((2.0, 0.1), (-2.0, -0.3))),
+        (Arcs((0.1, 1.5), 2.0, 2.2, 2.0), Arcs((0.1, 1.5), 2.0, 4.2, -2.0)),
+        (Arcs((0.1, -3.0), 3.2, 0.5, -1.1), Arcs((0.1, -3.0), 3.2, -0.6, 1.1)),
+    ],
+    ids=["flat", "a bowl", "a hill"],
+)
+def test_a_surface_drawn_the_other_way_round_receives_on_its_other_side(ahead, back):
+    """Of a lamp, a point light and edges in line; jumps of E and E'' change their sign with s."""
+    others = (
+        primitive(Segments((0.6, 0.8), (-0.2, 0.9))),
+        primitive(Segments((0.9, 1.2), (-0.7, 1.3)), emission=1.0),
+    )
+    lights = PointLights((0.5, 1.05), 1.3)
+    one, other = (
+        Scene.of(primitive(shape, name="floor"), *others, points=lights) for shape in (ahead, back)
+    )
+    (floor,) = one.named("floor")
+    front = [len(jumps_on(one, floor, front=side).s) > 0 for side in (True, False)]
+    assert sum(front) == 1
+    found = jumps_on(one, floor, front=front[0])
+    turned = jumps_on(other, floor, front=front[1])
+    assert np.any(found.jump_E != 0.0)
+    assert np.any(found.jump_E1 != 0.0)
+    np.testing.assert_allclose(1.0 - turned.s[::-1], found.s, atol=1e-12)
+    for name, sign in (("jump_E", -1.0), ("jump_E1", 1.0), ("jump_E2", -1.0)):
+        here, there = getattr(found, name), sign * getattr(turned, name)[::-1]
+        np.testing.assert_allclose(there, here, rtol=1e-6, atol=1e-8)
 
 
 def test_radiance_that_jumps_along_a_surface_makes_events_of_its_own():

@@ -37,6 +37,31 @@ def test_blockers_stand_between_the_stated_depths(scene, depths):
     assert len(scene().named("light")) == len(scene().named("floor")) == 1
 
 
+def test_blockers_are_as_long_and_as_wide_as_they_are_said_to_be_and_fill_their_strip():
+    """Each in a direction of its own, anywhere between the depths and anywhere over the light."""
+    scene = e11_fig07(1, thin=1500, round=150)
+    strips, discs = scene.groups[-2:]
+    first, last = (np.asarray(a)[2:] for a in (strips.start, strips.end))  # without floor and light
+    along, middle = last - first, 0.5 * (first + last)
+    length, angle = np.linalg.norm(along, axis=1), np.arctan2(along[:, 1], along[:, 0])
+    radius, center = np.asarray(discs.radius), np.asarray(discs.center)
+    for found, (low, high) in (
+        (length, (0.04, 0.10)),
+        (radius, (0.008, 0.025)),
+        (angle, (0.0, np.pi)),
+        (middle[:, 0], (0.02, 0.98)),
+        (center[:, 0], (0.02, 0.98)),
+    ):
+        share = (found - low) / (high - low)
+        assert -1e-12 < share.min() < 0.04
+        assert 0.96 < share.max() < 1.0 + 1e-12
+        assert np.mean(share) == pytest.approx(0.5, abs=0.07)
+    for place, reach in ((middle, 0.5 * np.abs(along[:, 1])), (center, radius)):
+        share = (place[:, 1] - reach - 0.6) / (0.3 - 2.0 * reach)  # 0.1 to 0.4 below the light
+        assert -1e-9 < share.min() < 0.04
+        assert 0.96 < share.max() < 1.0 + 1e-9
+
+
 def test_the_seed_alone_decides_where_blockers_stand():
     one, same, other = (jax.tree.leaves(e11_fig07(s)) for s in (3, 3, 4))
     assert all(np.array_equal(a, b) for a, b in zip(one, same, strict=True))

@@ -7,15 +7,12 @@ import numpy as np
 import pytest
 
 from firstorder.conventions import FLATLAND, FLATLAND_SLOPE, Frame
-from firstorder.errors import Refused
-from firstorder.fields import BoxProfile, GaussianProfile, Grid, Separable, discrete_transform
+from firstorder.fields import GaussianProfile, Grid
 from firstorder.fields.wavelet import Wavelet
 from firstorder.flatland import (
     Arcs,
     Circles,
-    ConstantSky,
     Ellipses,
-    PanoramaSky,
     PointLights,
     Receiver,
     Scene,
@@ -26,9 +23,7 @@ from firstorder.flatland import (
     primitive,
     weighted_irradiance,
 )
-from firstorder.laws import Integrate, Move
-from firstorder.shadowfield import PLANE, PlanarShadowSpectrum
-from firstorder.shadowfield.plane.spectra import _Outer
+from firstorder.laws import Integrate
 from firstorder.transport import Arrival, Cosine, Curvature, Mirror, Reflection, Travel
 from tests.flatland.worlds import bean
 
@@ -303,43 +298,7 @@ def test_a_curved_glossy_receiver_reflects_what_brute_force_says():
     assert_same((j.value, j.gradient, j.hessian), derivatives(brute)(u), 1e-9)
 
 
-# --- spectra and other portraits -----------------------------------------------------------------
-
-
-def two_planes(d1, d2):
-    """A lamp over a slit in an opaque plane, seen from below; its light is a parallelogram."""
-    lamp = primitive(Segments((0.3, d1), (-0.2, d1)), emission=1.0)
-    y = d1 - d2
-    plane = Segments([(-40.0, y), (0.15, y)], [(-0.1, y), (40.0, y)])
-    scene = Scene.of(lamp, primitive(plane))
-    return light_field(scene, Receiver((0.0, 0.0), 0.0), frame=FLATLAND_SLOPE)
-
-
-def test_the_spectrum_of_two_planes_is_that_of_e11():
-    d1, d2 = 1.0, 0.4
-    F = two_planes(d1, d2).spectrum_in(Grid.spanning((16, 16), (2.0, 2.0)))
-    light, slit = (
-        Separable([middle], (BoxProfile(half, "y", PLANE),)).spectrum()
-        for middle, half in ((0.05, 0.25), (0.025, 0.125))
-    )
-    shear = Move([[1.0, -d1], [1.0, -(d1 - d2)]], to=FLATLAND_SLOPE)
-    true = shear(_Outer(light, slit, FLATLAND_SLOPE))
-    w = np.linspace(-3.0, 3.0, 13)
-    assert np.max(np.abs(F(w[:, None], w) - true(w[:, None], w))) < 1e-14
-    shadow = PlanarShadowSpectrum(slit, light, d1, d2)  # all slopes together, dy = d1 dv
-    assert np.max(np.abs(F(w, 0.0) - shadow(w) / d1)) < 1e-14
-
-
-def test_the_spectrum_in_a_box_under_a_constant_sky_is_that_of_fine_samples():
-    scene = Scene.of(*crossing()[:2], environment=ConstantSky(0.3))
-    f = light_field(scene, Receiver((0.1, -0.2), 0.15), frame=FLATLAND_SLOPE)
-    grid = Grid.spanning((600, 601), (1.3, 0.9), (0.2, -0.1))
-    F = f.spectrum_in(grid)(np.array([0.0, 0.4, 1.1])[:, None], np.array([-0.7, 0.0, 0.5]))
-    samples = jax.jit(jax.vmap(f.at))(grid.points().reshape(-1, 2)).reshape(grid.size)
-    sampled = discrete_transform(
-        samples, grid, np.array([0.0, 0.4, 1.1]), np.array([-0.7, 0.0, 0.5])
-    )
-    assert np.max(np.abs(F - sampled)) < 1e-3 * np.max(np.abs(sampled))
+# --- other portraits -----------------------------------------------------------------
 
 
 def test_its_wavelets_are_those_of_its_samples():
@@ -347,27 +306,6 @@ def test_its_wavelets_are_those_of_its_samples():
     grid = Grid.spanning((16, 16), (1.0, 1.0))
     W, samples = (np.asarray(a) for a in (Wavelet.of(f, grid).coefficients, grid.sample(f)))
     assert np.sum(W**2) == pytest.approx(grid.cell * np.sum(samples**2), rel=1e-12)
-
-
-def test_it_refuses_with_a_reason_what_has_no_closed_form():
-    grid = Grid.spanning((8, 8), (1.0, 1.0))
-    line, segments = Receiver((0.0, 0.0), 0.0), Scene.of(*crossing()[:2])
-    field = light_field(segments, line)
-    with pytest.raises(Refused, match="needs a window"):
-        field.spectrum()
-    with pytest.raises(Refused, match="infinite covariance"):
-        field.covariance()
-    pierced = Receiver((0.0, 0.9), 0.0)
-    sky = Scene.of(*crossing()[:2], environment=PanoramaSky([1.0, 2.0, 1.0, 2.0]))
-    for light, why in (
-        (field, "curved over angles"),
-        (light_field(round_ones(), line, frame=FLATLAND_SLOPE), "round shapes"),
-        (light_field(segments, line, frame=FLATLAND_SLOPE, radiance=uneven), "varies"),
-        (light_field(sky, line, frame=FLATLAND_SLOPE), "varies"),
-        (light_field(segments, pierced, frame=FLATLAND_SLOPE), "passes through"),
-    ):
-        with pytest.raises(Refused, match=why):
-            light.series(grid)
 
 
 # --- what is not a light field -------------------------------------------------------------------

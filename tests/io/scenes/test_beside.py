@@ -173,3 +173,13 @@ def test_a_name_is_asked_for_from_the_folder_on(tmp_path):
     a_file(tmp_path / "in.hdr")
     assert Beside(tmp_path).file("in.hdr") == tmp_path / "in.hdr"
     assert Beside(tmp_path).file("in.hdr").read_bytes() == SKY
+
+
+@pytest.mark.parametrize(
+    ("name", "shown"),
+    [("../" + "x" * 37, "../" + "x" * 37), ("../" + "x" * 38, "../" + "x" * 34 + "...")],
+)
+def test_a_long_name_is_shown_by_its_beginning(name, shown, tmp_path):
+    with pytest.raises(ValueError, match="must lie below the scene's folder") as caught:
+        Beside(tmp_path).file(name)
+    assert f", but '{shown}' does not:" in str(caught.value)

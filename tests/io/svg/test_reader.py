@@ -1,5 +1,6 @@
 import functools
 import io as memory
+import re
 import sys
 from typing import Any
 
@@ -378,6 +379,39 @@ def test_of_several_rules_the_same_holds_as_in_css(rules, attributes, albedo):
     np.testing.assert_allclose(scene.material.albedo[0, 0], albedo, atol=1e-12)
 
 
+@pytest.mark.parametrize(
+    "rules",
+    [
+        "@media screen {.a {fill: white}}",
+        "@media all {circle {fill: red} .a {fill: white}}",
+        "@media print, only Screen {.a {fill: white}}",
+        "@media screen {@media all {.a {fill: white}}} circle {fill: red}",
+        "@import url('https://a.org/css2?family=Roboto:wght@400;700'); .a {fill: white}",
+        '@namespace svg url("http://www.w3.org/2000/svg"); .a {fill: white}',
+        '@font-face {font-family: "A"; src: url(a.woff)} .a {fill: white}',
+        "@keyframes pulse {from {fill: red} 50% {fill: blue}} .a {fill: white}",
+    ],
+)
+def test_rules_that_hold_on_a_screen_are_those_of_the_drawing(rules):
+    scene = svg(f'<style>{rules}</style><circle r="1" class="a"/>')
+    np.testing.assert_allclose(scene.material.albedo[0, 0], 1.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("condition", ["print", "(prefers-color-scheme: dark)", "not screen"])
+def test_rules_under_another_condition_are_left_out_with_a_warning(condition):
+    dark = f"@media {condition} {{g > a {{fill: red}} .a {{fill: black}} .a {{stroke: black}}}}"
+    words = rf"<style>: rules under `@media {re.escape(condition)}` are left out"
+    with pytest.warns(UserWarning, match=words) as warned:
+        scene = svg(f'<style>.a {{fill: white}} {dark}</style><circle r="1" class="a"/>')
+    assert len(warned) == 1
+    np.testing.assert_allclose(scene.material.albedo[0, 0], 1.0, atol=1e-12)
+
+
+def test_a_condition_on_what_is_not_read_is_left_out_in_silence():
+    calm = "@media (prefers-reduced-motion: reduce) {.a {animation: none}}"
+    assert svg(f'<style>{calm}</style><circle r="1" class="a"/>').count == 1
+
+
 def test_what_is_not_drawn_is_not_there():
     shown = '<circle r="1"/>'
     for hidden in (
@@ -489,8 +523,12 @@ WRONG = [
     ('<svg viewBox="0 0 1 1"/>', "<svg>: `viewBox` is read at the root only."),
     ("<style>g > a {fill: red}</style>", "<style>: the selector `g > a` is not understood here."),
     (
-        "<style>@media print {a {fill: red} p {fill: red}}</style>",
-        "<style>: the selector `@media print {a` is not understood here.",
+        "<style>@media screen {g > a {fill: red} p {fill: red}}</style>",
+        "<style>: the selector `g > a` is not understood here.",
+    ),
+    (
+        "<style>a {fill: red; p {fill: red}}</style>",
+        "<style>: the selector `a {fill: red; p` is not understood here.",
     ),
     (
         '<circle r="1" transform="scale(2)" transform-origin="center"/>',

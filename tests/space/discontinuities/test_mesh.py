@@ -94,3 +94,32 @@ def test_what_cannot_be_drawn_is_refused(scene):
         discontinuity_mesh(scene, MIDDLE, points=0, reach=1.0)
     with pytest.raises(ValueError, match="reach"):
         discontinuity_mesh(scene, MIDDLE, reach=-1.0)
+
+
+def clipped(x, normal, corners):
+    """The two places at which a plane meets the sides of a square, or none."""
+    far = (corners - x) @ normal
+    after, ends = np.roll(far, -1), np.roll(corners, -1, axis=0)
+    met = (far > 0.0) != (after > 0.0)
+    share = far[met] / (far[met] - after[met])
+    return corners[met] + share[:, None] * (ends[met] - corners[met])
+
+
+def test_points_stand_in_the_middles_of_equal_parts_of_where_planes_meet_a_square():
+    """In any frame: planes at random, along the square's sides, and at two heights over it."""
+    rng, reach, points = np.random.default_rng(0), 0.7, 5
+    at = Receiver.at((0.3, -0.2, 0.5), (0.4, -0.7, 0.6))
+    middle, axes = np.asarray(at.position, float), np.asarray(at.axes, float)
+    normal = np.concatenate([rng.normal(size=(60, 3)), axes.T, -axes.T])
+    point = middle + rng.normal(size=(66, 3)) * np.repeat([0.6, 0.2], [60, 6])[:, None]
+    sides = reach * np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
+    corners = middle + sides @ axes[:, :2].T
+    places, which = _curves.within(at, point, normal, reach, points)
+    ends = [clipped(*plane, corners) for plane in zip(point, normal, strict=True)]
+    assert which.tolist() == [k for k, pair in enumerate(ends) if len(pair)]
+    assert 20 < len(which) < 60
+    share = (np.arange(1, 10, 2) / 10.0)[:, None]
+    for found, k in zip(places, which, strict=True):
+        a, b = ends[k]
+        a, b = (a, b) if (b - a) @ (found[-1] - found[0]) > 0.0 else (b, a)
+        np.testing.assert_allclose(found, a + share * (b - a), atol=1e-12)

@@ -149,3 +149,10 @@ def test_a_lobe_reflects_nothing_below_the_horizon():
     rho = LobeBrdf(glossy(0.3))
     assert [float(rho(w, o)) for w, o in ((1.5, -1.6), (1.6, -1.5), (-1.9, 1.9))] == [0.0] * 3
     assert rho(1.5, -1.5) > 0.0
+
+
+def test_a_traced_roughness_that_is_none_gives_nan():
+    look = jax.jit(lambda roughness: Ggx(roughness)(0.1, -0.3))
+    assert np.isnan(look(-0.35))
+    assert np.isnan(look(0.0))
+    assert look(0.35) == pytest.approx(ggx(0.1, -0.3, 0.35), rel=1e-12)

@@ -282,3 +282,22 @@ def test_a_sharp_cosine_power_is_its_bell_in_single_precision(s):
     np.testing.assert_allclose(lobe.transform(Omega), bell, rtol=2e-6 + 1.0 / s)
     reach = np.sqrt(2.0 * 18.0 * np.log(10.0) / s)
     np.testing.assert_allclose(lobe.half_width(), reach, rtol=2e-6 + 7.0 / s)
+
+
+@pytest.mark.parametrize(
+    ("look", "bad", "good"),
+    [
+        (lambda s: CosinePowerProfile(s).derivatives(jnp.array(0.2))[0], (0.5, -2.0), (1.0, 3.0)),
+        (lambda s: CosinePowerProfile(s).transform(jnp.array(0.2)).real, (0.5, -2.0), (1.0, 3.0)),
+        (lambda s: CosinePowerProfile(s).spread(), (0.5, -2.0), (1.0, 3.0)),
+        (lambda h: TabulatedProfile(TABLE, h)(0.0, 0.1), (0.0, -0.1), (0.1,)),
+        (lambda h: TabulatedProfile(h * TABLE, -h)(0.0, 0.1), (0.1, -0.1), ()),
+        (lambda w: TabulatedProfile(w * TABLE, 0.1)(0.0, 0.1), (0.0, -1.0), (1.0,)),
+        (lambda h: TabulatedProfile(TABLE, h)(0.0, 5.0), (0.0, -0.1), (0.1,)),  # beside it
+        (lambda a: lambert(a).kernel(0.0, 0.1), (-0.1, 1.1), (0.0, 1.0)),
+    ],
+)
+def test_traced_numbers_that_make_no_lobe_give_nan(look, bad, good):
+    look = jax.jit(look)
+    assert all(np.isnan(look(number)) for number in bad)
+    assert all(np.isfinite(look(number)) for number in good)

@@ -1,3 +1,4 @@
+import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -5,12 +6,13 @@ import pytest
 from derivations.transport.chain4d import equator as derived
 from derivations.transport.chain4d._space_tracer import spun, tilted
 from firstorder.checks.tolerance import rounding
-from firstorder.conventions import SPACE, SPACE_SLOPE
+from firstorder.conventions import SPACE, SPACE_SLOPE, Frame
 from firstorder.errors import Refused
 from firstorder.fields import Gaussian
-from firstorder.laws import Warp
+from firstorder.laws import Move, Warp
 from firstorder.transport.chain4d._equator import (
     Bend,
+    ComposedMove,
     FromEquator,
     Oblique,
     Roll,
@@ -19,6 +21,7 @@ from firstorder.transport.chain4d._equator import (
     equator_angles,
     equator_direction,
 )
+from firstorder.transport.event import Event
 
 U = jnp.array([0.1, -0.2, 0.5, 0.3])
 PRECISION = np.diag([9.0, 7.0, 5.0, 6.0])
@@ -92,6 +95,29 @@ def test_a_roll_is_exact_in_slopes():
     rolled = Roll(0.5 * np.pi)(light)
     expected = float(light(-0.1, 0.3, -0.4, 0.2))
     assert rolled(0.3, 0.1, 0.2, 0.4) == pytest.approx(expected, rel=1e-13)
+
+
+class Shifted(Event):
+    """A move of any matrix and any shift, into a frame of its own."""
+
+    M: np.ndarray
+    c: np.ndarray
+    to: Frame = eqx.field(static=True)
+
+    def law(self, frame):
+        return Move(self.M, self.c, self.to)
+
+
+def test_moves_composed_are_the_moves_one_after_the_other():
+    rng, names = np.random.default_rng(0), [("p", "q", "r"), ("a", "b", "c"), ("f", "g", "h")]
+    events = [Shifted(rng.normal(size=(3, 3)), rng.normal(size=3), Frame(n)) for n in names]
+    start = Frame(("x", "y", "z"))
+    composed, u = ComposedMove(tuple(events)).law(start), rng.normal(size=3)
+    read = u
+    for event in events[::-1]:  # the last moves the place that is asked for first
+        read = event.M @ read + event.c
+    np.testing.assert_allclose(composed.preimage(jnp.asarray(u)), read, rtol=1e-12)
+    assert composed.frame(start) == Frame(names[-1])
 
 
 def test_warps_have_no_spectrum_and_first_orders_have():

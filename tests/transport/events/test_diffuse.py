@@ -173,3 +173,10 @@ def test_the_blur_is_small_only_for_wide_spectra():
         dE = DifferentialIrradiance(1.0, window)(L.covariance()).matrix[1, 1]
         change = dE / L.covariance().matrix[1, 1] - 1.0
         assert (change < share) if share < 0.1 else (change > share)
+
+
+def test_traced_slopes_that_are_no_interval_give_nan():
+    look = jax.jit(lambda reach: Gather(reach=reach)(light(FLATLAND_SLOPE))(0.1))
+    assert np.isnan(look(-8.0))
+    assert np.isnan(look(0.0))
+    assert np.isfinite(look(8.0))

@@ -75,6 +75,42 @@ def test_it_breaks_at_both_horizons_and_both_critical_angles():
     np.testing.assert_allclose(places, [-horizon, -critical, critical, horizon], rtol=1e-12)
 
 
+def by_schlick(t):
+    """The polynomial, below the horizon too."""
+    return 0.04 + 0.96 * (1.0 - np.cos(t)) ** 5
+
+
+def by_fresnel(t):
+    """Of glass, by its angles of incidence and refraction; below the horizon too."""
+    c, d = np.cos(t), np.cos(np.arcsin(np.sin(t) / 1.5))
+    return 0.5 * (((c - 1.5 * d) / (c + 1.5 * d)) ** 2 + ((1.5 * c - d) / (1.5 * c + d)) ** 2)
+
+
+def by_transmission(t):
+    return 1.5 * (1.0 - by_fresnel(t))
+
+
+@pytest.mark.parametrize(
+    ("factor", "formula", "below"),
+    [
+        (Schlick(0.04), by_schlick, 1.0),
+        (Fresnel(1.5), by_fresnel, 1.0),
+        (Transmission(1.5), by_transmission, 0.0),
+    ],
+)
+def test_at_a_horizon_a_break_is_what_lies_above_it_less_what_lies_below_it(factor, formula, below):
+    for side in (-1.0, 1.0):
+        horizon = side * 0.5 * np.pi
+        jumps = [jump for at, jump in factor.breaks() if abs(at - horizon) < 1e-9]
+        for t in horizon + np.array([-0.05, 0.0, 0.05]):
+            change, h = lambda t, s=side: s * (below - formula(t)), 1e-4
+            values = np.array([change(t + k * h) for k in (-1, 0, 1)])
+            slope = (values[2] - values[0]) / (2.0 * h)
+            bend = (values[2] - 2.0 * values[1] + values[0]) / h**2
+            found = sum(np.array(jump.derivatives(jnp.asarray(t))) for jump in jumps)
+            np.testing.assert_allclose(found, [values[1], slope, bend], rtol=2e-6, atol=2e-6)
+
+
 def test_no_nan_anywhere_on_the_circle():
     angles = jnp.array([0.0, jnp.arcsin(0.7), 0.5 * jnp.pi, -0.5 * jnp.pi, 1.3, 3.0])
     for factor in (Fresnel(0.7), Fresnel(1.0), Fresnel(1.5), Transmission(1.5), Schlick(0.04)):
@@ -221,3 +257,19 @@ def test_light_refracts_by_angles_in_flatland_alone(frame):
     with pytest.raises(ValueError, match="a position and an angle"):
         Snell(1.5).law(frame)
     assert Snell(1.5).law(FLATLAND)
+
+
+@pytest.mark.parametrize(
+    ("look", "bad", "good"),
+    [
+        (lambda eta: Fresnel(eta)(0.0, 0.2), (0.0, -1.5), (0.7, 1.5)),
+        (lambda eta: Transmission(eta)(0.0, 0.2), (0.0, -1.5), (0.7, 1.5)),
+        (lambda eta: Snell(eta)(L)(0.1, 0.2), (0.0, -1.5), (0.7, 1.5)),
+        (lambda R0: Schlick(R0)(0.0, 0.2), (-0.1, 1.1), (0.0, 1.0)),
+        (lambda R0: Schlick(R0).derivatives(jnp.array(0.2))[2], (-0.1, 1.1), (0.0, 1.0)),
+    ],
+)
+def test_traced_numbers_that_make_no_interface_give_nan(look, bad, good):
+    look = jax.jit(look)
+    assert all(np.isnan(look(number)) for number in bad)
+    assert all(np.isfinite(look(number)) for number in good)

@@ -290,3 +290,21 @@ def test_a_planar_blocker_depends_on_the_position_alone_in_angles_too():
     blocked, painted = Occlusion(mask)(light(FLATLAND)), Texture(mask)(light(FLATLAND))
     np.testing.assert_array_equal(blocked(0.4, 1.9), painted(0.4, 1.9))
     np.testing.assert_allclose(blocked.spectrum()(0.3, 0.2), painted.spectrum()(0.3, 0.2))
+
+
+@pytest.mark.parametrize(
+    "made",
+    [
+        lambda share: half_plane_blocker(0.1, FRAME, share),
+        lambda share: slit_blocker(-0.2, 0.5, FRAME, share),
+        lambda share: comb_blocker(1.0, 3, FRAME, 0.5, share),
+        lambda share: grating_blocker(1.0, FRAME, 0.5, share),
+        lambda share: comb_blocker(1.0, 3, FRAME, 0.9 * share + 0.05),
+    ],
+)
+def test_traced_shares_outside_of_their_interval_give_nan(made):
+    look = jax.jit(lambda share: made(share)(light(FRAME))(-0.45, 0.0))
+    assert np.isnan(look(-0.1))
+    assert np.isnan(look(1.1))
+    assert np.isfinite(look(0.0))
+    assert np.isfinite(look(1.0))

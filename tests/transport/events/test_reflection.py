@@ -189,3 +189,15 @@ def test_a_blend_turns_about_one_axis():
     lobes = GaussianProfile(0.1, "theta"), GaussianProfile(0.1, "x")
     with pytest.raises(ValueError, match="must act along one axis"):
         Blend(lobes, (0.5, 0.5))
+
+
+def test_a_lobe_is_nan_where_its_width_is_none():
+    """A width that falls to both sides, positive for |x| < 0.3; and a traced bound on it."""
+    lobe = VaryingGaussian(lambda x, theta: 0.3 - jnp.abs(x), 0.4)
+    for x in (0.3, -0.31, 2.0):
+        assert np.isnan(lobe(x, 0.1))
+    assert lobe(0.1, 0.1) == pytest.approx(np.exp(-0.125) / (0.2 * np.sqrt(2.0 * np.pi)))
+    reach = jax.jit(lambda w: VaryingGaussian(wave(0.5, 0.1, mean=0.3), w).half_width())
+    assert np.isnan(reach(-0.4))
+    assert np.isnan(reach(0.0))
+    assert reach(0.4) == pytest.approx(3.6)

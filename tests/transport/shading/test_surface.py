@@ -561,3 +561,10 @@ def test_a_pixel_over_a_painted_surface_sees_the_paint_move():
     x, v = 0.5 * (ends[1:] + ends[:-1]), np.array([[0.101], [0.099]])
     sums = 2.0 * jnp.mean(seen(x, v), axis=1)
     np.testing.assert_allclose(pixel.jets(0.1).gradient[0], (sums[0] - sums[1]) / 0.002, rtol=0.01)
+
+
+def test_a_traced_distance_that_is_none_gives_nan():
+    look = jax.jit(lambda D: far_light_ratio(D, 0.3, -0.25))
+    assert np.isnan(look(-2.0))
+    assert np.isnan(look(0.0))
+    assert look(2.0) == pytest.approx(np.cos(0.3))

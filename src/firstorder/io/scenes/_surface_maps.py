@@ -27,9 +27,12 @@
 | normal_map | picture | `file` or `values` (rows of triples), `repeat` |
 | normal_map | waves | `lean`, slopes in space; their factor: `waves`, `origin`, `mean`, `size` |
 
-Bumps and normal maps from pictures are cubic splines of at least 4 x 4 pixels, and repeat. What
-(u, v) of a shape are `imaging._textures.shape_uv` says; a mesh has them from its file (`vt` of
-.obj), or as `uv = [[[0, 0], [1, 0], [0, 1]], ...]`, three pairs for each of its `faces`.
+Bumps and normal maps from pictures are cubic splines of at least 4 x 4 pixels, and repeat. On a
+rectangle and a disc u and v go from 0 to 1 along `u` and `v`, or along the axes; on a triangle from
+its first corner along its edges; on a plane they are metres. On a sphere, an ellipsoid and a
+cylinder u is the azimuth, from 0 to 1, and v the latitude or the height; a box is a rectangle on
+each face. A mesh has them from its file (`vt` of .obj), or as
+`uv = [[[0, 0], [1, 0], [0, 1]], ...]`, three pairs for each of its `faces`.
 
 Pictures are .exr, .hdr, .png and .jpg files. The levels of .png and .jpg are those of a screen
 (sRGB) in a texture, and are made linear; in bumps and normal maps they are numbers from 0 to 1.

@@ -31,6 +31,9 @@
 | polyline | `points`, and `closed` |
 | box | `low`, `high`: the corners; normals outward |
 | row | `values` from +pi to -pi, or `file` with `row`, `columns`, `colour`; `smooth` |
+
+Of a `file` the middle row and all columns are read, unless `row` (0 is the top) and `columns` say
+otherwise. Values are joined by lines, or by cubics where `smooth = true`.
 """
 
 from __future__ import annotations

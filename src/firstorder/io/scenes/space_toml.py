@@ -40,9 +40,14 @@
 | triangle | `corners`, counter-clockwise from the front |
 | polygon | `vertices`, likewise |
 | plane | `point`, `normal` |
-| all but sphere and polygon | `center`, `axes`: three vectors, as `space.shapes.kinds` has them |
+| all but sphere and polygon | or `center` and `axes`, three vectors: an affine image, below |
 | panorama | `file`, with `colour`, or `values`: rows from the zenith; `degree` of harmonics |
-| harmonic | `coefficients`, as `space.skies._harmonics` orders them |
+| harmonic | `coefficients`, in the order of `space.HarmonicSky` |
+
+An affine image has its points at `center` + q_1 a_1 + q_2 a_2 + q_3 a_3, with q in the unit ball
+(ellipsoid), the cube [-1, 1]^3 (box), the unit disc times [-1, 1] (cylinder), or in the plane
+q_3 = 0 in the unit disc, the square [-1, 1]^2 (rectangle), the triangle of (0, 0), (1, 0) and
+(0, 1), or all of it (plane). A flat one has its front along a_1 x a_2.
 
 What a shape or mesh has on it stands in tables within its own, `[shape.texture]`, `[shape.bump]`
 and `[shape.normal_map]`, or `[mesh.texture]` and so on: `firstorder.io.scenes._surface_maps` says

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
+import warnings
 from collections.abc import Iterator
 from xml.parsers import expat
 
@@ -88,7 +89,7 @@ def tree(source: bytes, file: str) -> Node:
 
 
 class StyleSheet:
-    """The rules of <style> elements whose selectors are a tag, a class or an id.
+    """The rules of <style> elements whose selectors are a tag, a class or an id, as on a screen.
 
     Raises:
         ValueError: at another selector, which might have meant something here.
@@ -102,7 +103,7 @@ class StyleSheet:
                 self._read(node, Place(file, node.line, "<style>"))
 
     def _read(self, node: Node, place: Place) -> None:
-        for selectors, declarations in _rules(node.text):
+        for selectors, declarations in _rules(node.text, place):
             self._read_so_far += 1
             declared = {k: (self._read_so_far, v) for k, v in _declared(declarations).items()}
             for selector in (" ".join(s.split()) for s in selectors.split(",")):
@@ -135,8 +136,12 @@ class StyleSheet:
         return {**words, **{key: value for _, key, value in held}}
 
 
-# What is no rule. A comment that nobody closes goes to the end, as in CSS.
-_BESIDE = re.compile(r"/\*.*?(?:\*/|\Z)|<!--|-->|@(?:import|charset)[^;]*+;?", re.S)
+# A comment that nobody closes goes to the end, as in CSS.
+_COMMENT = re.compile(r"/\*.*?(?:\*/|\Z)|<!--|-->", re.S)
+# What begins with @, up to the end of a statement such as @import, or to a block.
+_AT = re.compile(
+    r"@[\w-]++(?:[^;{}\"'(]++|\"[^\"]*+\"?+|'[^']*+'?+|\([^)]*+\)?+)*+(?:;|(?P<block>(?=[{}]))|\Z)"
+)
 _SELECTOR = re.compile(r"[.#]?[\w-]+|\*")
 # What the reader asks of a style.
 _READ = frozenset(
@@ -144,17 +149,62 @@ _READ = frozenset(
 )
 
 
-def _rules(text: str) -> Iterator[tuple[str, str]]:
+@dataclasses.dataclass(frozen=True)
+class _Block:
+    """What a brace opens: a rule, or a condition on those in it.
+
+    Attributes:
+        selectors: of the rule, with all that it stands in; None outside of rules.
+        left_out: the condition that does not hold, or what is no rule.
+    """
+
+    selectors: str | None = None
+    left_out: str = ""
+
+    def inner(self, before: str) -> _Block:
+        """The block within this one that follows some words."""
+        words = " ".join(before.split())
+        if self.left_out or (words.startswith("@") and _holds(words)):
+            return self
+        if words.startswith("@"):
+            return _Block(left_out=words)
+        # a rule in a rule is refused by the words that stand before it, of which few are shown
+        return _Block(before if self.selectors is None else f"{self.selectors[:40]}{{{before}")
+
+
+def _holds(words: str) -> bool:
+    """Whether a condition holds for a drawing, which is seen on a screen."""
+    name, _, queries = words.partition(" ")
+    kinds = [query.strip().lower().removeprefix("only ") for query in queries.split(",")]
+    return name.lower() == "@media" and not {"", "all", "screen"}.isdisjoint(kinds)
+
+
+def _rules(text: str, place: Place) -> Iterator[tuple[str, str]]:
     """Selectors and declarations of the rules `selectors { declarations }`.
 
-    A rule within another, or under a condition such as `@media`, has all that stands before it as
-    selectors; a brace that nobody closes makes no rule.
+    Those under a condition are read if it holds, and left out with a warning if not; a brace that
+    nobody closes makes no rule.
     """
-    *closed, _ = _BESIDE.sub("", text).split("}")
-    for part in closed:
-        before, opened, declarations = part.rpartition("{")
-        if opened:
-            yield before, declarations
+    bare = _AT.sub(lambda at: "" if at["block"] is None else at[0], _COMMENT.sub("", text))
+    *parts, _ = re.split(r"([{}])", bare)
+    opened, told = [_Block()], set()
+    for before, brace in zip(parts[::2], parts[1::2], strict=True):
+        if brace == "{":
+            opened.append(opened[-1].inner(before))
+        elif len(opened) > 1:
+            block = opened.pop()
+            if block.selectors is not None:
+                yield block.selectors, before
+            elif block.left_out not in told and _declared(before):
+                told.add(block.left_out)
+                _warn(block.left_out, place)
+
+
+def _warn(left_out: str, place: Place) -> None:
+    """Say that a condition does not hold; keyframes of animations are none."""
+    if not re.match(r"@(-\w+-)?keyframes\b", left_out, re.I):
+        words = f"{place}: rules under `{left_out[:40]}` are left out: those for a screen are read."
+        warnings.warn(words, stacklevel=8)
 
 
 def _declared(text: str) -> dict[tuple[bool, str], str]:

@@ -25,8 +25,10 @@ Materials
     | `data-emission`, `-albedo`, `-mirror`, `-specular`, `-exponent`, `-ior`, `-intensity` | that number; two numbers for front and back of emission and albedo |
     | `id` (or a label, or that of the group around it) | the name |
     | root: `data-sky="L"`, or `"L center sigma"` | distant light: constant, or a Gaussian [rad] |
+
     Classes and `data-` attributes of a group hold for all in it; those of an element come last.
-    Styles may stand in attributes, in `style`, or in a <style> sheet of plain selectors. Opacity,
+    Styles may stand in attributes, in `style`, or in a <style> sheet of plain selectors, also under
+    `@media screen`; rules under another condition are left out with a warning. Opacity,
     line widths, clips, masks and other classes say nothing (one that is nearly ours and in no
     style sheet is an error); texts and pictures are left out.
 """  # noqa: E501 (a table)

@@ -244,7 +244,8 @@ class TabulatedProfile(Profile):
         s = (t - self.center) / self.step + 0.5 * (n - 1)
         first = jnp.floor(s).astype(int) - 1
         j = first + jnp.arange(4)
-        c = jnp.where((j >= 0) & (j < n), self.coefficients[jnp.clip(j, 0, n - 1)], 0.0)
+        nothing = 0.0 * self.coefficients[0]  # NaN for traced numbers that make no lobe
+        c = jnp.where((j >= 0) & (j < n), self.coefficients[jnp.clip(j, 0, n - 1)], nothing)
         b, d, dd = cubic_b_spline(s - j)
         return jnp.sum(c * b), jnp.sum(c * d) / self.step, jnp.sum(c * dd) / self.step**2
 
