@@ -69,6 +69,28 @@ def strip_integral():
     return sp.simplify(sp.diff(closed, w) - form)
 
 
+def strip_bend():
+    """Second order of the light that goes through a plane, by coordinates along u, tau and m.
+
+    Through its point at the distance r, for an eye at `x d`: the slope of the kernel, by r; and how
+    far aside the rays that pass an edge through the point at q come through at r.
+    """
+    a, b, slant, t, rate = sp.symbols("a b c t lambda", real=True)
+    q, r, speed = sp.symbols("q r s", positive=True)
+    d, edge = sp.Matrix([a, b, speed]), sp.Matrix([0, slant, 1])
+    away = sp.Matrix([r, 0, 0]) - x * d
+    # The receiver's normal is at right angles to d: what it is along p it is along the ray.
+    turned = sp.diff(r * sp.sin(w) / away.dot(away) ** 2, x).subs(x, 0)
+    told = -sp.diff(
+        4 * a * sp.sin(w) / (2 * r**2), r
+    )  # over r, as `4 cos(theta) (u . d) / (2 r^2)`
+    hit = x * d + t * (sp.Matrix([q, 0, 0]) + x * rate * edge - x * d)
+    share = sp.solve(hit[2], t)[0]
+    lean = sp.solve((share * q).subs(x, 0) - r, rate)[0]
+    aside = sp.diff(hit[1].subs(t, share).subs(rate, lean), x).subs(x, 0)
+    return sp.simplify(turned * r - told), sp.simplify(aside - (1 - r / q) * (b - speed * slant))
+
+
 def corner():
     """Light dL between two edges that leave a corner, seen where it is over a line at s.
 
@@ -308,7 +330,13 @@ ROWS = [
         "C.space.events.plane",
         "identity",
         FUNCTION,
-        symbolic=lambda: [image_rate(), strip(), strip_by_rays(), strip_integral()],
+        symbolic=lambda: [
+            image_rate(),
+            strip(),
+            strip_by_rays(),
+            strip_integral(),
+            *strip_bend(),
+        ],
         **routes("two edges in a plane", 1e-6),
     ),
     Row(

@@ -98,8 +98,9 @@ def turns(start, end, radius, others):
 
 
 def told(table):
-    """Sizes of what a table says, each event of its one kind."""
-    return np.abs(table.jump_E1 + table.jump_E2 + table.root_before + table.root_after)
+    """Sizes of what a table says of the lowest derivative that jumps."""
+    bend = np.where(table.kind == PLANE, 0.0, table.jump_E2)
+    return np.abs(table.jump_E1 + bend + table.root_before + table.root_after)
 
 
 def crossings(mesh, kind, start=START):

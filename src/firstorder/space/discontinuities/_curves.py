@@ -13,6 +13,7 @@ from firstorder.space.discontinuities._jumps import (
     vertex_edge_bends,
 )
 from firstorder.space.discontinuities._lines_of_sight import (
+    ThreeEdges,
     edge_triples,
     taken,
     three_edges_at,
@@ -51,6 +52,13 @@ def filled(scene: Scene, there, strength, sizes) -> Float[np.ndarray, "n k"]:
     found = np.zeros(there.shape)
     found[there] = np.where(is_seen(scene, strength), np.abs(sizes), 0.0)
     return found
+
+
+def crossing(scene: Scene, edges: Edges, at: Receiver, places, there, rows: ThreeEdges) -> Curves:
+    """Curves on which three edges cross, by the lines of sight that some of the places have."""
+    bends = three_edges_bends(scene, at, edges, rows)
+    sizes = dot(bends.rate, bends.rate) * bends.strength
+    return Curves("three edges", places, filled(scene, there, bends.strength, sizes))
 
 
 # --- straight lines ------------------------------------------------------------------------------
@@ -128,9 +136,7 @@ def conics(scene: Scene, edges: Edges, at: Receiver, reach: float, points: int) 
         share = (np.arange(points) + 0.5) / points
         share = low[:, None] + share * (high - low)[:, None]
         places, rows, there = _seen_from(edges, at, reach, triples[which], share)
-        bends = three_edges_bends(scene, at, edges, rows)
-        sizes = dot(bends.rate, bends.rate) * bends.strength
-        found.append(Curves("three edges", places, filled(scene, there, bends.strength, sizes)))
+        found.append(crossing(scene, edges, at, places, there, rows))
     return found
 
 

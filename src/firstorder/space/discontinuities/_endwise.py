@@ -28,7 +28,8 @@ def endwise_at(edges: Edges, rounds: Rounds, at: Receiver, place, wall):
     # Of a cylinder the rim where its axis ends, that where it starts, and the wall follow.
     rims = np.where(above, wall - 2, wall - 1), np.where(above, wall - 1, wall - 2)
     near, far = (outline_at(rounds.take(rim), place, u).curvature for rim in rims)
-    fill = 0.5 * (near + far) / -np.sqrt(near * far)
+    with np.errstate(invalid="ignore", divide="ignore"):  # from a rim that is in the floor
+        fill = 0.5 * (near + far) / -np.sqrt(near * far)
     there = (z[:, 0] > 1.0) & apart_above(edges, at, u, r)
     return Tangents(place, u, m, r, near - far, 0.5 * (near + far), fill), there
 

@@ -10,7 +10,8 @@ light along the plane that goes over one part of it and under the other, E' jump
     |d . m| integral cos(theta) (L_down + L_up - L_over - L_under) d(1/r) d(omega)
 
 over the angle in the plane: `L_down(r)` is seen by a ray that goes over the plane to the distance r
-and under it from there, `L_up(r)` by its reverse, `L_over` and `L_under` by rays on one side.
+and under it from there, `L_up(r)` by its reverse, `L_over` and `L_under` by rays on one side. E''
+jumps there as well (`_plane_bends`).
 
 A vertex and an edge. The image of the edge moves against that of the vertex with `s' = g . d`,
 `g = -m (1/r_edge - 1/r_vertex)`. Edges leave the vertex along `e_i`, as seen by the receiver, and

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from firstorder.space.discontinuities._curves import COARSE, Curves, filled, within
+from firstorder.space.discontinuities._curves import (
+    COARSE,
+    Curves,
+    crossing,
+    filled,
+    within,
+)
 from firstorder.space.discontinuities._edges import Edges, dot, fans, unit
 from firstorder.space.discontinuities._endwise import endwise_at
 from firstorder.space.discontinuities._event_table import TOUCH
 from firstorder.space.discontinuities._jumps import (
     tangent_roots,
-    three_edges_bends,
     vertex_edge_bends,
 )
 from firstorder.space.discontinuities._lines_of_sight import taken
@@ -164,9 +169,7 @@ def round_conics(
     share = np.broadcast_to((np.arange(points) + 0.5) / points, (len(which), points))
     found = _passing(edges, rounds, at, reach, triples[which], branch[which], share)
     places, rows, there = found
-    bends = three_edges_bends(scene, at, edges, rows)
-    sizes = dot(bends.rate, bends.rate) * bends.strength
-    return Curves("three edges", places, filled(scene, there, bends.strength, sizes))
+    return crossing(scene, edges, at, places, there, rows)
 
 
 def _passing(edges: Edges, rounds: Rounds, at: Receiver, reach: float, triples, branch, share):

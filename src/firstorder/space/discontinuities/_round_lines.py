@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
+from jaxtyping import Float
 
 from firstorder.space.discontinuities._edges import Edges, dot, unit
 from firstorder.space.discontinuities._lines_of_sight import (
@@ -26,14 +27,11 @@ from firstorder.space.discontinuities._rounds import (
     BALL,
     FLAT,
     OFF,
-    WALL,
     Rounds,
-    around,
+    along_outline,
     between,
     frame_across,
     is_on,
-    on_rim,
-    on_wall,
     outline_at,
     outside,
 )
@@ -203,17 +201,14 @@ def three_rounds_along(edges: Edges, rounds: Rounds, at: Receiver, along, reach)
     Those of two bodies are zero on the outline of the third, by the place and by an angle about it.
     They are looked for on a grid.
     """
-    found = [(np.zeros(0), no_triples())]
-    order = np.argsort(rounds.kind == BALL, kind="stable")  # others' outlines are points of theirs
-    for numbers in itertools.combinations(order, 3):
-        if len(np.unique(rounds.shape[list(numbers)])) < 3:
-            continue
-        others = [rounds.take(i) for i in numbers[1:]]
-        outline = _outline(rounds.take(numbers[0]), at, along * reach)
+    found, count = [(np.zeros(0), no_triples())], len(edges.ends)
+    for triple in three_bodies(edges, rounds):
+        first, *others = (rounds.take(i) for i in triple - count)
+        axis = _axis(first, np.asarray(at.position) + np.array([[0.0], [1.0]]) * along * reach)
 
-        def places_ways(t, angle, outline=outline):
+        def places_ways(t, angle, first=first, axis=axis):
             place = np.asarray(at.position) + t[..., None] * reach * along
-            return place, outline(place, angle)
+            return place, along_outline(first, axis, place, angle)
 
         def both(t, angle, others=others, places_ways=places_ways):
             place, way = places_ways(t, angle)
@@ -221,22 +216,25 @@ def three_rounds_along(edges: Edges, rounds: Rounds, at: Receiver, along, reach)
 
         t, angle = _common_zeros(both)
         place, u = places_ways(t, angle)
-        outlines = np.broadcast_to(np.array(numbers) + len(edges.ends), (len(t), 3))
-        rows, there = triples_at(edges, rounds, at, place, u, outlines)
+        numbers = np.broadcast_to(triple, (len(t), 3))
+        rows, there = triples_at(edges, rounds, at, place, u, numbers)
         found.append((reach * t[there], taken(rows, there)))
     return np.concatenate([t for t, _ in found]), merged([rows for _, rows in found])
 
 
-def _outline(body: Rounds, at: Receiver, along):
-    """The function that gives directions of the outline of a body, by a place and an angle."""
-    if body.kind == FLAT:
-        return lambda place, angle: unit(on_rim(body, angle) - place)
-    if body.kind == WALL:
-        return lambda place, angle: unit(on_wall(body, place, angle) - place)
-    ends = between(body, np.asarray(at.position) + np.array([[0.0], [1.0]]) * along)
-    axis = np.cross(*unit(ends))  # at right angles to what is between them as well
-    axis = frame_across(ends[0])[0] if np.linalg.norm(axis) < OFF else axis
-    return lambda place, angle: around(body, axis, place, angle)
+def three_bodies(edges: Edges, rounds: Rounds) -> np.ndarray:
+    """Numbers of the outlines of three bodies, ellipsoids last: others' are points of theirs."""
+    order = np.argsort(rounds.kind == BALL, kind="stable")
+    found = np.array(list(itertools.combinations(order, 3)), int).reshape(-1, 3)
+    a, b, c = rounds.shape[found].T
+    return len(edges.ends) + found[(a != b) & (b != c) & (c != a)]
+
+
+def _axis(body: Rounds, ends: Float[np.ndarray, "2 3"]) -> Float[np.ndarray, "3"]:
+    """From which angles about an outline are counted all the way between two places."""
+    normals = between(body, ends)
+    axis = np.cross(*unit(normals))  # at right angles to what is between them as well
+    return frame_across(normals[0])[0] if np.linalg.norm(axis) < OFF else axis
 
 
 def _common_zeros(both) -> tuple[np.ndarray, np.ndarray]:
@@ -252,11 +250,11 @@ def _common_zeros(both) -> tuple[np.ndarray, np.ndarray]:
     t = t[:-1, :-1][cell] + 0.5 / PLACES
     angle = angle[:-1, :-1][cell] + np.pi / ANGLES
     h = 1e-6
-    for _ in range(20):
-        value = both(t, angle)
-        J = np.stack([both(t + h, angle) - value, both(t, angle + h) - value], -1) / h
-        det = J[0, :, 0] * J[1, :, 1] - J[0, :, 1] * J[1, :, 0]
-        with np.errstate(invalid="ignore", divide="ignore"):
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        for _ in range(20):
+            value = both(t, angle)
+            J = np.stack([both(t + h, angle) - value, both(t, angle + h) - value], -1) / h
+            det = J[0, :, 0] * J[1, :, 1] - J[0, :, 1] * J[1, :, 0]
             t = t - (value[0] * J[1, :, 1] - value[1] * J[0, :, 1]) / det
             angle = angle - (value[1] * J[0, :, 0] - value[0] * J[1, :, 0]) / det
     good = (t > 0.0) & (t < 1.0) & np.isfinite(angle)

@@ -188,6 +188,19 @@ def half_slope(rounds: Rounds, place, way) -> np.ndarray:
     return np.cross(side, w) - np.einsum("...ij,...j->...i", rounds.adjugate, way)
 
 
+def plane_form(rounds: Rounds, place, frame: Float[np.ndarray, "2 3"]) -> np.ndarray:
+    """F of directions in a plane through an eye, as a quadratic form by a frame of the plane."""
+    side = np.cross((rounds.center - place)[:, None], frame)
+    G = np.einsum("kai,kij,kbj->kab", side, rounds.spread, side)
+    return G - np.einsum("ai,kij,bj->kab", frame, rounds.adjugate, frame)
+
+
+def slope_by_place(rounds: Rounds, place, way) -> np.ndarray:
+    """The gradient of F by the place of the eye [m^5]."""
+    side = np.cross(rounds.center - place, way)
+    return 2.0 * np.cross(np.einsum("...ij,...j->...i", rounds.spread, side), way)
+
+
 def touching(rounds: Rounds, w, n) -> np.ndarray:
     """From an eye to where planes through it touch bodies [m].
 
@@ -267,8 +280,25 @@ def on_wall(one: Rounds, place, angle) -> Float[np.ndarray, "*n 3"]:
     with np.errstate(invalid="ignore", divide="ignore"):
         half = np.arccos(1.0 / np.hypot(x, y))
     about = np.arctan2(y, x) + np.where(np.sin(angle) < 0.0, -half, half)
-    canonical = np.stack([np.cos(about), np.sin(about), np.cos(angle)], -1)
+    up = np.broadcast_to(np.cos(angle), about.shape)
+    canonical = np.stack([np.cos(about), np.sin(about), up], -1)
     return one.center + np.einsum("...ij,...j->...i", one.axes, canonical)
+
+
+def along_outline(one: Rounds, axis, place, angle) -> Float[np.ndarray, "*n 3"]:
+    """Unit directions all around the outline of a body, by an angle.
+
+    Args:
+        one: the body.
+        axis: from which the angle is counted for an ellipsoid, as in `around`.
+        place: of the eye [m].
+        angle: [rad].
+    """
+    if one.kind == FLAT:
+        return unit(on_rim(one, angle) - place)
+    if one.kind == WALL:
+        return unit(on_wall(one, place, angle) - place)
+    return around(one, axis, place, angle)
 
 
 def between(one: Rounds, place) -> Float[np.ndarray, "*n 3"]:

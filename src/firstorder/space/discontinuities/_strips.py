@@ -5,12 +5,19 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from firstorder.space.discontinuities._edges import Edges, dot, unit
 from firstorder.space.discontinuities._lines_of_sight import meeting
 from firstorder.space.discontinuities._queries import light, steps, tangential
-from firstorder.space.discontinuities._rounds import FLAT, WALL, Rounds, form, null_directions
+from firstorder.space.discontinuities._rounds import (
+    FLAT,
+    WALL,
+    Rounds,
+    form,
+    null_directions,
+    plane_form,
+)
 from firstorder.space.discontinuities._walls import across, line_of_wall
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
@@ -26,12 +33,14 @@ class Strips(NamedTuple):
         u: a direction in the middle of the angle.
         r: a distance between the two edges along it [m].
         weight: the integral of `cos(theta) (1/r_near - 1/r_far)` over the angle [1/m].
+        turn: that of `cos(theta) (1/r_near^2 - 1/r_far^2) u` [1/m^2].
     """
 
     row: Int[np.ndarray, " k"]
     u: Float[np.ndarray, "k 3"]
     r: Float[np.ndarray, " k"]
     weight: Float[np.ndarray, " k"]
+    turn: Float[np.ndarray, "k 3"]
 
 
 def strips(edges: Edges, rounds: Rounds, at: Receiver, places, normals) -> Strips:
@@ -44,7 +53,8 @@ def strips(edges: Edges, rounds: Rounds, at: Receiver, places, normals) -> Strip
         places: of a receiver on each plane, shape (n, 3) [m].
         normals: of the planes, unit vectors, likewise.
     """
-    found = [Strips(np.zeros(0, int), np.zeros((0, 3)), np.zeros(0), np.zeros(0))]
+    none = np.zeros((0, 3))
+    found = [Strips(np.zeros(0, int), none, none[:, 0], none[:, 0], none)]
     for row, (place, m) in enumerate(zip(places, normals, strict=True)):
         found += _strips_of(edges, rounds, at, row, place, m)
     return Strips(*(np.concatenate(a) for a in zip(*found, strict=True)))
@@ -52,25 +62,15 @@ def strips(edges: Edges, rounds: Rounds, at: Receiver, places, normals) -> Strip
 
 def _strips_of(edges: Edges, rounds: Rounds, at: Receiver, row: int, place, m) -> list[Strips]:
     """The strips of one plane."""
-    up = np.asarray(at.normal) - (np.asarray(at.normal) @ m) * m
-    slope = np.linalg.norm(up)
-    frame = np.stack([np.cross(m, up / slope), up / slope])
-    height = (edges.vertices - place) @ m
-    flat = (edges.vertices - place) @ frame.T
-    on = np.abs(height) <= edges.near
-    inside = edges.ends[np.all(on[edges.ends], axis=1)]
-    walls = (_lines_of_walls(rounds, place, m, edges.near) - place) @ frame.T
-    start, end = np.concatenate([flat[inside.T], walls], axis=1)
-    arcs = _arcs_in(rounds, place, m, frame, edges.near)
+    here = in_plane(edges, rounds, at, place, m)
+    start, end, arcs = here.start, here.end, here.arcs
     if len(start) + 2 * len(arcs.center) < 2:
         return []
-    points = np.concatenate([flat[on], *walls, _piercing(edges, flat, height, on)])
-    angles = _break_angles(points, _null_angles(rounds, place, frame), arcs.tangents())
+    piercing = _piercing(edges, here.flat, here.height, here.on)
+    points = np.concatenate([here.flat[here.on], *here.walls, piercing])
+    angles = _break_angles(points, _null_angles(rounds, place, here.frame), arcs.tangents())
     ways = _ways(0.5 * (angles[1:] + angles[:-1]))
-    r, share = _meeting_flat(ways[:, None], start, end)
-    r = np.concatenate([r, _distances(arcs.inverse_distances(ways))], axis=1)
-    there = r > edges.near
-    there[:, : len(start)] &= (share > 0.0) & (share < 1.0)
+    r, there = here.distances(ways, edges.near)
     found = []
     for cell in np.flatnonzero(np.sum(there, axis=1) > 1):
         seen = np.flatnonzero(there[cell])
@@ -78,10 +78,12 @@ def _strips_of(edges: Edges, rounds: Rounds, at: Receiver, row: int, place, m) -
         far = r[cell, seen]
         apart = np.append(True, np.diff(far) > edges.near)  # edges that share their line are one
         seen, far = seen[apart], far[apart]
-        weight = slope * -np.diff(_integrals(start, end, arcs, *angles[cell : cell + 2])[seen])
+        parts = _integrals(start, end, arcs, *angles[cell : cell + 2])
+        weight, turn = (here.slope * -np.diff(a[seen], axis=0) for a in parts)
         n = len(weight)
-        u = np.tile(ways[cell] @ frame, (n, 1))
-        found.append(Strips(np.full(n, row), u, 0.5 * (far[:-1] + far[1:]), weight))
+        u = np.tile(ways[cell] @ here.frame, (n, 1))
+        middle = 0.5 * (far[:-1] + far[1:])
+        found.append(Strips(np.full(n, row), u, middle, weight, turn @ here.frame))
     return found
 
 
@@ -95,18 +97,85 @@ def _distances(q) -> np.ndarray:
     return np.where(met, 1.0 / np.where(met, q, 1.0), -1.0)
 
 
-def _integrals(start, end, arcs: Arcs, low, high) -> np.ndarray:
-    """Integrals of `sin(omega) / r` between two angles, over all lines and arcs [1/m]."""
+def _integrals(start, end, arcs: Arcs, low, high) -> tuple[np.ndarray, np.ndarray]:
+    """Integrals of `sin(omega) / r` [1/m], and of `sin(omega) u / r^2` [1/m^2].
+
+    Between two angles, over all lines and arcs.
+    """
     areas = np.diff(_sine_integral(np.array([low, high])), axis=0)[0]
     x, weights = NODES
     turn = 0.5 * np.pi * x  # 1 / r of an arc ends like a root
     omega = 0.5 * (low + high) + 0.5 * (high - low) * np.sin(turn)
     weights = 0.25 * np.pi * (high - low) * np.cos(turn) * np.sin(omega) * weights
-    round_ones = weights @ np.nan_to_num(arcs.inverse_distances(_ways(omega)))
-    return np.concatenate([_inverse_distances(start, end) @ areas, round_ones])
+    straight, ways = _inverse_distances(start, end), _ways(omega)
+    curved = np.nan_to_num(arcs.inverse_distances(ways))
+    squares = np.concatenate([ways @ straight.T, curved], axis=1) ** 2
+    return np.concatenate([straight @ areas, weights @ curved]), squares.T @ (
+        weights[:, None] * ways
+    )
 
 
 # --- what is in the plane ------------------------------------------------------------------------
+
+
+class InPlane(NamedTuple):
+    """Lines and arcs in a plane through a receiver.
+
+    Attributes:
+        frame: unit vectors of the plane, level and upwards.
+        slope: cosine of the latter to the receiver's normal.
+        height: of vertices above the plane [m].
+        flat: their coordinates from the receiver [m].
+        on: which vertices lie in the plane.
+        inside: numbers of edges that do.
+        walls: both ends of lines in which walls touch it [m].
+        arcs: discs and rims.
+        start, end: of the edges, and of the lines of walls after them [m].
+    """
+
+    frame: Float[np.ndarray, "2 3"]
+    slope: float
+    height: Float[np.ndarray, " v"]
+    flat: Float[np.ndarray, "v 2"]
+    on: Bool[np.ndarray, " v"]
+    inside: Int[np.ndarray, " e"]
+    walls: Float[np.ndarray, "2 k 2"]
+    arcs: Arcs
+    start: Float[np.ndarray, "m 2"]
+    end: Float[np.ndarray, "m 2"]
+
+    def distances(self, ways, near: float) -> tuple[np.ndarray, np.ndarray]:
+        """How far along directions lines and arcs are met [m], and which are."""
+        r, share = _meeting_flat(ways[:, None], self.start, self.end)
+        r = np.concatenate([r, _distances(self.arcs.inverse_distances(ways))], axis=1)
+        there = r > near
+        there[:, : len(self.start)] &= (share > 0.0) & (share < 1.0)
+        return r, there
+
+    def tangents(self, point, place, number) -> Float[np.ndarray, "n 3"]:
+        """Vectors along lines or arcs at points of theirs, by numbers as in `distances`."""
+        way, arc = np.zeros((len(number), 2)), number >= len(self.start)
+        way[~arc] = (self.end - self.start)[number[~arc]]
+        k = (number[arc] - len(self.start)) % len(self.arcs.center)
+        off = (point[arc] - place) @ self.frame.T - self.arcs.center[k]
+        slope = np.einsum("nij,nj->ni", self.arcs.inverse[k], off)
+        way[arc] = np.stack([-slope[:, 1], slope[:, 0]], -1)
+        return way @ self.frame
+
+
+def in_plane(edges: Edges, rounds: Rounds, at: Receiver, place, m) -> InPlane:
+    """What lies in the plane through a place with a unit normal."""
+    up = np.asarray(at.normal) - (np.asarray(at.normal) @ m) * m
+    slope = float(np.linalg.norm(up))
+    frame = np.stack([np.cross(m, up / slope), up / slope])
+    height = (edges.vertices - place) @ m
+    flat = (edges.vertices - place) @ frame.T
+    on = np.abs(height) <= edges.near
+    inside = np.flatnonzero(np.all(on[edges.ends], axis=1))
+    walls = (_lines_of_walls(rounds, place, m, edges.near) - place) @ frame.T
+    start, end = np.concatenate([flat[edges.ends[inside].T], walls], axis=1)
+    arcs = _arcs_in(rounds, place, m, frame, edges.near)
+    return InPlane(frame, slope, height, flat, on, inside, walls, arcs, start, end)
 
 
 class Arcs(NamedTuple):
@@ -171,9 +240,7 @@ def _piercing(edges: Edges, flat, height, on) -> Float[np.ndarray, "k 2"]:
 
 def _null_angles(rounds: Rounds, place, frame) -> np.ndarray:
     """Angles at which a plane crosses outlines of round bodies."""
-    side = np.cross((rounds.center - place)[:, None], frame)
-    G = np.einsum("kai,kij,kbj->kab", side, rounds.spread, side)
-    return _angles(null_directions(G - np.einsum("ai,kij,bj->kab", frame, rounds.adjugate, frame)))
+    return _angles(null_directions(plane_form(rounds, place, frame)))
 
 
 def _angles(ways) -> np.ndarray:
@@ -226,6 +293,14 @@ def plane_slopes(
         normals: of the planes.
         found: their strips.
     """
+    shown = found.weight * strip_sums(scene, at, edges, places, normals, found)
+    return sums(found.row, shown, len(places))
+
+
+def strip_sums(
+    scene: Scene, at: Receiver, edges: Edges, places, normals, found: Strips
+) -> Float[np.ndarray, " k"]:
+    """Alternating sums of radiance in strips, by rays down and up through them, over and under."""
     step, _ = steps(at, edges.size)
     place = places[found.row]
     aside = step * unit(tangential(at, normals))[found.row]
@@ -234,8 +309,7 @@ def plane_slopes(
     origins = np.stack([over, under, over, under])
     # None runs along the plane: computed twice by a compiler, it may rise once and fall once.
     L = light(scene, at, origins, far + np.stack([-aside, aside, aside, -aside]))
-    shown = found.weight * (L[0] + L[1] - L[2] - L[3])
-    return sums(found.row, shown, len(places))
+    return L[0] + L[1] - L[2] - L[3]
 
 
 def sums(row, parts, count: int) -> Float[np.ndarray, " n"]:

@@ -3,18 +3,18 @@
 Seen from a receiver, edges at different distances move at different speeds. Where they line up the
 order in which they cover each other changes, and
 
-    two edges in a plane with the receiver      E' jumps
+    two edges in a plane with the receiver      E' jumps, and E''
     a vertex and an edge                        E'' jumps
     three edges                                 E'' jumps
     outlines that touch, one of them round      E'' grows like 1 / sqrt(x) on one side
     a shape that the line runs into             E jumps
 
 For a vertex and an edge, or three edges, an outline of a round body is an edge as well. Closed
-forms are in `_jumps`. Parallel edges lie in a plane, and so do the edges of a face, both halves of
-a disc or of a cylinder's rim, and an edge and a line of a wall that is parallel to it. The rims of
-a cylinder touch for a receiver that looks along its wall. Where lines of a wall meet a rim an
-outline has no corner: what crosses it there makes no jump before that of E''', and no event. All of
-it is found on the host, from concrete scenes.
+forms are in `_jumps` and `_plane_bends`. Parallel edges lie in a plane, and so do the edges of a
+face, both halves of a disc or of a cylinder's rim, and an edge and a line of a wall that is
+parallel to it. The rims of a cylinder touch for a receiver that looks along its wall. Where lines
+of a wall meet a rim an outline has no corner: what crosses it there makes no jump before that of
+E''', and no event. All of it is found on the host, from concrete scenes.
 """
 
 from __future__ import annotations
@@ -40,6 +40,7 @@ from firstorder.space.discontinuities._lines_of_sight import (
     three_edges_along,
     vertex_edges_along,
 )
+from firstorder.space.discontinuities._plane_bends import plane_bends
 from firstorder.space.discontinuities._planes import planes_along
 from firstorder.space.discontinuities._queries import check_concrete, is_seen
 from firstorder.space.discontinuities._round_lines import (
@@ -62,8 +63,9 @@ def visual_events_along(
     Light is what shapes of constant radiance and a constant sky emit, as for `irradiance`.
 
     Valid for: shapes that do not run into each other, and lines along which no two outlines of
-    different bodies stay in line. Where E' jumps at a plane of two edges, what E'' does is left
-    out: a jump, and growth like `1 / sqrt(x)` if a line of a wall ends at a rim within the strip.
+    different bodies stay in line. Where E' jumps E'' does as well (`_plane_bends`); what it does is
+    left out where a line of a wall lies in the plane: a jump, and growth like `1 / sqrt(x)` if that
+    line ends at a rim within the strip.
     Where two round outlines touch, or three cross, is looked for on a grid, and two such places
     very close to each other may be missed. Where a vertex lies on a round outline that one of its
     edges all but touches, the jump is large, holds for a hair's breadth only, and may be wrong.
@@ -170,7 +172,8 @@ def _planes(
     r, u = found.r[first, None], found.u[first]
     slope = slopes[rows] * np.abs(normals[rows] @ way)
     seen = is_seen(scene, slopes[rows])
-    return _table(at, way, "two edges in a plane", x[rows], u, r, seen, slope=slope)
+    bend = plane_bends(scene, edges, rounds, at, places, normals, way, found)[rows]
+    return _table(at, way, "two edges in a plane", x[rows], u, r, seen, slope=slope, bend=bend)
 
 
 def _touches(scene: Scene, edges: Edges, at: Receiver, way, found) -> EventsAlong:

@@ -4,7 +4,8 @@ A vertex and an edge span a plane, which meets the receivers in a line, and so d
 plane, both halves of a disc, or an edge and a round body that it touches. Lines of sight through
 three edges sweep a quadric, which meets them in a conic, and so do the cone of a vertex and a round
 body, and the wall of a cylinder made longer. Planes that touch two round bodies give curves of
-higher degree: the outlines of umbra and penumbra.
+higher degree: the outlines of umbra and penumbra. So do lines of sight on which two round outlines
+cross an edge, or a third round outline.
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ from firstorder.space.discontinuities._round_curves import (
     vertex_walls,
 )
 from firstorder.space.discontinuities._rounds import rounds_of
+from firstorder.space.discontinuities._triple_curves import triple_curves
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
 
@@ -67,7 +69,9 @@ def discontinuity_mesh(
 
     Valid for: what `visual_events_along` is valid for. Lines are sampled: they end within a spacing
     of the points, and pieces shorter than that are left out. The outlines of shapes that stand on
-    the plane are not among them, nor are lines on which two round outlines cross a third outline.
+    the plane are not among them. Lines on which two round outlines cross a third outline are looked
+    for from 32 by 32 places of the square, and followed from there by steps of up to 1/32 of
+    `reach`; pieces smaller than these may be missed.
 
     Args:
         scene: concrete shapes, and a sky of one radiance.
@@ -106,6 +110,7 @@ def discontinuity_mesh(
         vertex_walls(scene, edges, rounds, at, width, points),
         vertex_cones(scene, edges, rounds, at, width, points),
         round_conics(scene, edges, rounds, at, width, points),
+        triple_curves(scene, edges, rounds, at, width, points),
     ]
     return _mesh(curves)
 
