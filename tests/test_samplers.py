@@ -62,6 +62,13 @@ GIVEN = {
     "space.bounces._vertices.scattered": (
         "space/bounces/test_pathtrace.py::test_directions_follow_their_density"
     ),
+    "space.bounces._focus.spread": (
+        "space/bounces/test_focus.py::test_places_on_a_plane_are_even_as_seen_from_above_the_foot"
+    ),
+    "space.bounces._focus.aimed": (
+        "space/bounces/test_focus.py::"
+        "test_half_of_the_directions_lie_about_the_ball_evenly_at_every_scale"
+    ),
     "space.bounces._surface_points.point_on": (
         "space/bounces/test_pathtrace.py::test_points_of_a_light_are_even_by_area"
     ),

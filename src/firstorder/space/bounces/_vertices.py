@@ -45,10 +45,13 @@ class Vertex(NamedTuple):
     own: Int[Array, " n"]
 
 
-def step(scene: Scene) -> Array:
-    """By which rays start before their surface, so that others in its place lie behind [m]."""
+def step(scene: Scene, place: Rows) -> Float[Array, "n 1"]:
+    """By which rays start before their surface, so that others in its place lie behind [m].
+
+    By the sizes of the shapes: places on any but planes have coordinates of up to four times them.
+    """
     sizes = [jnp.max(jnp.abs(a)) for g in scene.groups for a in (g.center, g.axes)]
-    return 2.0 * rounding(jnp.stack(sizes))
+    return jnp.maximum(2.0 * rounding(jnp.stack(sizes)), 0.5 * rounding(place))[:, None]
 
 
 def unmet(scene: Scene, on: Int[Array, " n"], back: Bool[Array, " n"]) -> Int[Array, " n"]:
@@ -70,7 +73,7 @@ def meet(scene: Scene, origin: Rows, along: Rows, on) -> tuple[Vertex, Array, Ar
     L = jnp.where(there, scene.material.emission[index, side], sky)
     m = scene.material
     normal = jnp.where(back[:, None], -normal, normal)
-    vertex = Vertex(point + step(scene) * normal, normal, hits.index, -along,
+    vertex = Vertex(point + step(scene, point) * normal, normal, hits.index, -along,
                     m.albedo[index, side], m.specular[index], m.exponent[index],
                     unmet(scene, hits.index, back))  # fmt: skip
     return vertex, there, L

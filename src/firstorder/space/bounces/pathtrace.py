@@ -195,7 +195,7 @@ def _traced(scene: Scene, start: Vertex, key, paths, lanes: int, length: Lengths
     """All paths of all rows."""
     scene, start = jax.lax.stop_gradient((scene, start))
     back = dot(jax.vmap(scene.normal)(jnp.maximum(start.on, 0), start.position), start.normal) < 0.0
-    before = start.position + step(scene) * start.normal
+    before = start.position + step(scene, start.position) * start.normal
     start = start._replace(position=before, own=unmet(scene, start.on, back))
 
     def advance(here: Vertex, weight, depth, u) -> Gathered:

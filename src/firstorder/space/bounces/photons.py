@@ -8,18 +8,19 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
-from firstorder._argument_checks import check_count, is_concrete
+from firstorder._argument_checks import check_count, is_concrete, what
 from firstorder.conventions import cylindrical
-from firstorder.numerics._vectors import matvec, norm, orthonormal_frame
+from firstorder.numerics._vectors import dot, matvec, norm, orthonormal_frame
 from firstorder.sampling._distributions import Discrete
 from firstorder.sampling._paths import SURVIVAL, Arrived, follow_photons, path_lengths
 from firstorder.scene._bands import check_one_band
 from firstorder.scene._questions import check_shines
+from firstorder.space.bounces._focus import Ball, aimed, spread
 from firstorder.space.bounces._surface_points import area_density, on_ball, point_on
-from firstorder.space.bounces._vertices import Vertex, meet, scattered, step, unmet
+from firstorder.space.bounces._vertices import Rows, Vertex, meet, scattered, step, unmet
 from firstorder.space.intersect import occluded
 from firstorder.space.scene import BACK, FRONT, Scene
-from firstorder.space.shapes.kinds import Planes
+from firstorder.space.shapes.kinds import Ellipsoids, Planes
 
 LATTICE = 8  # points along each side of the square by which a lamp's area is found
 SKY_CELLS = 32  # along each side of the sky, of which the brighter send more photons
@@ -50,6 +51,7 @@ def trace_photons(
     bounces: int = 16,
     *,
     survival: float = SURVIVAL,
+    focus: Ellipsoids | None = None,
 ) -> Photons:
     """Sends photons from all lamps and from the sky, each by its flux, and follows them.
 
@@ -59,8 +61,16 @@ def trace_photons(
     flux. Light that would go on after `bounces` reflections is lost: a share of `survival^bounces`
     at most.
 
-    Valid for lamps of finite size: no plane that shines sends photons, and the sky sends none into
-    a scene that holds a plane, which no ball surrounds.
+    A plane that shines, and a sky over a plane, have no end, and their power is infinite. Their
+    photons are drawn with a density about a ball of radius R, the focus, and each weighs by it, at
+    a distance d like `(d / R)^3`. None of their light is cut off: the flux that lands on a bounded
+    piece of a surface is right on average, also after reflections, and its variance is finite. The
+    derivation is in `space/bounces/_focus.py`.
+
+    Valid when the places that matter lie in the focus: the relative variance grows like
+    `(d / R)^3` too. Light that several planes send to each other comes with few heavy photons: ask
+    with several keys, and do not trust an error bar of one of them. Both sides of a plane under a
+    sky get photons.
 
     Args:
         scene: what shines and reflects.
@@ -68,10 +78,13 @@ def trace_photons(
         count: photons sent.
         bounces: the most reflections.
         survival: the most that roulette lets go on.
+        focus: a ball, by `sphere`, of the places that matter; None for one around all shapes but
+            planes. It is asked for light without end alone.
 
     Raises:
-        ValueError: if there is no photon, bounces are negative, `survival` is not in (0, 1), a
-            plane shines, or the sky shines on a plane.
+        ValueError: if there is no photon, bounces are negative, `survival` is not in (0, 1), or
+            light has no end, nor any shape, and there is no focus.
+        TypeError: if the focus is no ball.
 
     Reference: Jensen 2001; J12 §4.4.
 
@@ -82,32 +95,55 @@ def trace_photons(
         >>> photons = trace_photons(j12_box(), jax.random.key(0), 1000, 2)
         >>> photons.position.shape  # the first landing, and those after two reflections
         (3, 1000, 3)
+
+        A sky of radiance 1 gives the ground pi, and a square of 2 m four times that.
+
+        >>> import jax.numpy as jnp
+        >>> from firstorder.space import Scene, plane, primitive, sphere
+        >>> ground = primitive(plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)))
+        >>> where, open_ = sphere((0.0, 0.0, 0.0), 2.0), Scene.of(ground, environment=1.0)
+        >>> found = trace_photons(open_, jax.random.key(0), 100_000, 0, focus=where)
+        >>> on = found.front & (jnp.abs(found.position[..., :2]) < 1.0).all(-1)
+        >>> bool(abs(jnp.where(on, found.flux, 0.0).sum() / (4.0 * jnp.pi) - 1.0) < 0.05)
+        True
     """
     check_count("count", count)
     check_one_band("scene", scene)
     check_shines(scene)
-    _check_lamps(scene)
+    ball = _focus(scene, focus)
     length = path_lengths(bounces, survival)
-    return _thrown(scene, key, count, bounces, length.survival)
+    return _thrown(scene, key, count, bounces, length.survival, ball)
 
 
-def _check_lamps(scene: Scene) -> None:
-    """Refuses light that no photon can carry; a traced scene is not looked at.
+def _focus(scene: Scene, focus: Ellipsoids | None) -> Ball | None:
+    """Where photons of light without end are dense; None if there is no such light.
 
     Raises:
-        ValueError: if a plane shines, or a sky over a plane.
+        ValueError: if it has to be told.
+        TypeError: if it is no ball.
     """
-    bright, endless = scene.material.emission, _endless(scene)
-    if is_concrete(bright) and np.any(np.asarray(bright)[endless] > 0.0):
-        raise ValueError("Argument `scene` must have lamps with an end, but a plane shines.")
-    shines = callable(scene.environment) or (
-        is_concrete(scene.environment) and np.any(np.asarray(scene.environment) > 0.0)
-    )
-    if shines and np.any(endless):
+    if focus is not None and not (isinstance(focus, Ellipsoids) and focus.count == 1):
+        raise TypeError(f"Argument `focus` must be one ball, of `sphere`, but is {what(focus)}.")
+    if not _shines_without_end(scene):
+        return None
+    if focus is not None:
+        return Ball(focus.center[0], jnp.max(norm(focus.axes[0].T)))
+    if np.all(_endless(scene)):
         raise ValueError(
-            "Argument `scene` must hold no plane under a sky, for photons start around all shapes: "
-            "a large rectangle does."
+            "Argument `focus` must say where photons are wanted, by `sphere`: light has no end "
+            "here, and no shape has one either."
         )
+    return _ball(scene)
+
+
+def _shines_without_end(scene: Scene) -> bool:
+    """Whether a plane shines, or a sky over a plane; a traced scene may."""
+    endless, bright = _endless(scene), scene.material.emission
+    if not np.any(endless) or not is_concrete(bright):
+        return bool(np.any(endless))
+    sky = scene.environment
+    shines = callable(sky) or not is_concrete(sky) or bool(np.any(np.asarray(sky) > 0.0))
+    return shines or bool(np.any(np.asarray(bright)[endless] > 0.0))
 
 
 def _endless(scene: Scene) -> np.ndarray:
@@ -117,11 +153,12 @@ def _endless(scene: Scene) -> np.ndarray:
 
 
 @eqx.filter_jit
-def _thrown(scene: Scene, key, count: int, bounces: int, survival) -> Photons:
+def _thrown(scene: Scene, key, count: int, bounces: int, survival, focus: Ball | None) -> Photons:
     """One photon in each lane."""
-    scene = jax.lax.stop_gradient(scene)
+    scene, focus = jax.lax.stop_gradient((scene, focus))
     first, later = jax.random.split(key)
-    *rays, flux = _sent(scene, jax.random.uniform(first, (count, 5), scene.material.emission.dtype))
+    u = jax.random.uniform(first, (count, 5), scene.material.emission.dtype)
+    *rays, flux, endless = _sent(scene, focus, u)
 
     def arrive(ray) -> Arrived:
         origin, along, on = ray
@@ -130,7 +167,7 @@ def _thrown(scene: Scene, key, count: int, bounces: int, survival) -> Photons:
         return Arrived(v, (v.on, front, v.position, v.back), there, v.albedo + v.specular)
 
     def go_on(v: Vertex, u):
-        along, weight, _ = scattered(v, u)
+        along, weight = scattered(v, u)[:2] if focus is None else aimed(focus, v, endless, u)
         return (v.position, along, v.own), weight
 
     keys = jax.random.split(later, bounces + 1)
@@ -140,49 +177,83 @@ def _thrown(scene: Scene, key, count: int, bounces: int, survival) -> Photons:
     return Photons(jnp.where(landed, index, -1), front, position, flux, back)
 
 
-def _sent(scene: Scene, u: Float[Array, "n 5"]):
-    """Places, directions, own shapes and fluxes of new photons."""
+def _sent(scene: Scene, focus: Ball | None, u: Float[Array, "n 5"]):
+    """Places, directions, own shapes and fluxes of new photons; which are of light without end."""
     emission = scene.material.emission.T.ravel()  # all fronts, then all backs
-    ball = _ball(scene)
-    lamps = jnp.pi * emission * jnp.tile(_areas(scene), 2)
-    pick = Discrete(jnp.concatenate([lamps, _sky_fluxes(scene, ball[1], jnp.sum(lamps))]))
-    number, _ = pick.sample(u[:, 0])
+    lamps = jnp.pi * emission * jnp.tile(_areas(scene, focus), 2)
+    wide = _ball(scene).radius if focus is None else 2.0**0.5 * focus.radius
+    pick = Discrete(jnp.concatenate([lamps, _sky_fluxes(scene, wide, jnp.sum(lamps))]))
+    number, rest = pick.sample(u[:, 0])
     chance, of_sky = pick.probability[number], number >= len(lamps)
-    place, along, flux, own = _from_shapes(scene, jnp.minimum(number, len(lamps) - 1), u[:, 1:])
-    beyond, down, light = _from_sky(scene, ball, jnp.maximum(number - len(lamps), 0), u[:, 1:])
+    u = u.at[:, 0].set(rest)
+    place, along, flux, own = _from_shapes(scene, focus, jnp.minimum(number, len(lamps) - 1), u)
+    cell = jnp.maximum(number - len(lamps), 0)
+    beyond, down, light = _from_sky(scene, focus, cell, u[:, 1:])
     place = jnp.where(of_sky[:, None], beyond, place)
     along = jnp.where(of_sky[:, None], down, along)
     sent = jnp.where(of_sky, light, flux) / jnp.where(chance > 0.0, chance, 1.0) / u.shape[0]
     on = jnp.where(of_sky, -1, own).astype(jnp.int32)
-    return place, along, on, jnp.where(chance > 0.0, sent, 0.0)
+    endless = of_sky | jnp.asarray(_endless(scene))[number % scene.count]
+    return place, along, on, jnp.where(chance > 0.0, sent, 0.0), endless
 
 
-def _from_shapes(scene: Scene, number: Int[Array, " n"], u: Float[Array, "n 4"]):
+def _from_shapes(scene: Scene, focus: Ball | None, number: Int[Array, " n"], u):
     """Places on the sides of these numbers, directions by the cosine, flux over density, `own`."""
     emission = scene.material.emission.T.ravel()
     on, side = number % scene.count, jnp.where(number < scene.count, FRONT, BACK)
-    place, normal = jax.vmap(lambda i, u: scene.ask(i, lambda s: point_on(s, u)))(on, u[:, :2])
+    place, normal = jax.vmap(lambda i, u: scene.ask(i, lambda s: point_on(s, u)))(on, u[:, 1:3])
     density = area_density(scene, on, normal)
+    endless = jnp.asarray(_endless(scene))[on]
+    if focus is not None:
+        far, thin = spread(focus, place, normal, u[:, 1:3])
+        place, density = jnp.where(endless[:, None], far, place), jnp.where(endless, thin, density)
     outward = jnp.where(side == FRONT, 1.0, -1.0)[:, None] * normal
-    before = place + step(scene) * outward
+    before = place + step(scene, place) * outward
     # Of several lamps in one place the one that is seen sends.
     sends = (density > 0.0) & ~occluded(scene, before, place, -1, on)
     own = unmet(scene, on, side == BACK)
-    rho = jnp.sqrt(u[:, 2])
-    local = cylindrical(rho, 2.0 * jnp.pi * u[:, 3], jnp.sqrt(1.0 - u[:, 2]))
+    rho = jnp.sqrt(u[:, 3])
+    local = cylindrical(rho, 2.0 * jnp.pi * u[:, 4], jnp.sqrt(1.0 - u[:, 3]))
     along = matvec(orthonormal_frame(outward), local)
     sent = jnp.pi * emission[number] / jnp.where(density > 0.0, density, 1.0)
+    if focus is not None:
+        one = jnp.ones_like(density)
+        white = Vertex(before, outward, on, outward, one, 0.0 * one, 0.0 * one, own)
+        about, weight = aimed(focus, white, endless, u[:, jnp.array([0, 3, 4])])
+        along = jnp.where(endless[:, None], about, along)
+        sent = jnp.where(endless, weight * sent, sent)
     return before, along, jnp.where(sends, sent, 0.0), own
 
 
-def _from_sky(scene: Scene, ball: tuple[Array, Array], cell: Int[Array, " n"], u):
-    """Places on the discs that a ball shows to directions of these cells of the sky; the same."""
-    (middle, radius), side = ball, _cells(scene)
+def _from_sky(scene: Scene, focus: Ball | None, cell: Int[Array, " n"], u: Float[Array, "n 4"]):
+    """Places on the discs that a ball shows to directions of these cells of the sky; the same.
+
+    With a focus, on the planes through its middle, and before all that is on the way there.
+    """
+    ball, side = _ball(scene), _cells(scene)
     row = jnp.stack([cell // side, cell % side], -1)
     sky = on_ball(((row + u[:, 2:]) / side).T)
-    across = cylindrical(jnp.sqrt(u[:, 0]), 2.0 * jnp.pi * u[:, 1], jnp.ones_like(u[:, 0]))
-    place = middle + radius * matvec(orthonormal_frame(sky), across)
-    return place, -sky, 4.0 * jnp.pi**2 * radius**2 / side**2 * jax.vmap(scene.sky)(sky)
+    if focus is None:
+        across = cylindrical(jnp.sqrt(u[:, 0]), 2.0 * jnp.pi * u[:, 1], jnp.ones_like(u[:, 0]))
+        place = ball.middle + ball.radius * matvec(orthonormal_frame(sky), across)
+        area = jnp.pi * ball.radius**2
+    else:
+        place, density = spread(focus, focus.middle, sky, u[:, :2])
+        way = jnp.maximum(_way_out(scene, ball, place, sky), focus.radius)
+        place, area = place + 2.0 * way[:, None] * sky, 1.0 / density
+    return place, -sky, 4.0 * jnp.pi / side**2 * area * jax.vmap(scene.sky)(sky)
+
+
+def _way_out(scene: Scene, ball: Ball, place: Rows, along: Rows) -> Float[Array, " n"]:
+    """Distances along rays to where they have passed all shapes, which a ball holds, and planes."""
+    passed = [dot(ball.middle - place, along) + ball.radius]
+    for group in scene.groups:
+        if isinstance(group, Planes):
+            normal = jax.vmap(lambda plane: plane.normal(plane.center))(group)
+            height = jnp.sum((group.center - place[:, None]) * normal, -1)
+            rise = along @ normal.T
+            passed.append(jnp.max(height / jnp.where(rise == 0.0, jnp.inf, rise), -1))
+    return jnp.max(jnp.stack(passed), 0)
 
 
 def _cells(scene: Scene) -> int:
@@ -209,7 +280,7 @@ def _sky_fluxes(scene: Scene, radius: Float[Array, ""], others: Float[Array, ""]
     return flux + least / side**2
 
 
-def _ball(scene: Scene) -> tuple[Float[Array, "3"], Float[Array, ""]]:
+def _ball(scene: Scene) -> Ball:
     """Middle and radius of a ball around all shapes but planes, not the smallest."""
     center, reach = [], []
     for group in scene.groups:
@@ -218,17 +289,18 @@ def _ball(scene: Scene) -> tuple[Float[Array, "3"], Float[Array, ""]]:
             center.append(group.center)
             reach.append(jnp.sum(norm(jnp.swapaxes(axes, -1, -2)), -1))  # canonically in a cube
     if not center:
-        return jnp.zeros(3), jnp.zeros(())
+        return Ball(jnp.zeros(3), jnp.zeros(()))
     center, reach = jnp.concatenate(center), jnp.concatenate(reach)
     low, high = center - reach[:, None], center + reach[:, None]
     middle = 0.5 * (jnp.min(low, 0) + jnp.max(high, 0))
-    return middle, jnp.max(norm(center - middle) + reach)
+    return Ball(middle, jnp.max(norm(center - middle) + reach))
 
 
-def _areas(scene: Scene) -> Float[Array, " n"]:
+def _areas(scene: Scene, focus: Ball | None) -> Float[Array, " n"]:
     """Surface of each shape, by which lamps are picked [m^2]; of an ellipsoid nearly, else exact.
 
-    What the pick is off by is made up for by the flux of each photon.
+    What the pick is off by is made up for by the flux of each photon. A plane counts by what it
+    sends through the focus, as the sky does: photons of all lights carry alike there.
     """
     u = _lattice(scene, LATTICE)
 
@@ -238,7 +310,8 @@ def _areas(scene: Scene) -> Float[Array, " n"]:
         return jnp.mean(1.0 / density)
 
     areas = jax.vmap(area)(jnp.arange(scene.count))
-    return jnp.where(jnp.asarray(_endless(scene)), 0.0, areas)
+    plane = 0.0 if focus is None else 2.0 * jnp.pi * focus.radius**2
+    return jnp.where(jnp.asarray(_endless(scene)), plane, areas)
 
 
 def _lattice(scene: Scene, side: int) -> Float[Array, "n 2"]:
