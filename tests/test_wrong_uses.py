@@ -628,7 +628,7 @@ def said(program, **flags):
 COUNTS = """
 import jax
 import numpy as np
-from firstorder import flatland, io, models, sampling, space
+from firstorder import flatland, io, models, sampling, shadowfield, space
 from firstorder.caching import derivative_norm
 from firstorder.flatland import bounces as b2
 from firstorder.imaging import pixel_grid
@@ -662,6 +662,10 @@ for name, ask in (
     ("count", sampling.midpoints),
     ("columns", lambda n: pixel_grid(n, 2)),
     ("p", lambda n: models.torus_knot(n, 3)),
+    ("sides", lambda n: models.tree(8, forks=(2,), sides=3 + n)),
+    ("count", lambda n: sampling.expected_fixed_radius(np.sign, [0.0], 1.0, n)),
+    ("rays", lambda n: shadowfield.trace_shadow_rays(
+        shadowfield.lamp_frame((0, 0, 1), (0, 1, 0), (1, 0, 0)), np.zeros((1, 3)), [n], None)),
     ("directions", lambda n: derivative_norm(np.ones((2, 2, 2)), 3, "mean", n)),
     ("harmonics", lambda n: flatland.closed_curve(np.eye(9, 2), n)),
 ):
@@ -682,6 +686,29 @@ for write, scene in (
 
 def test_counts_that_are_no_integers_and_scenes_of_the_other_world_are_named():
     assert set(said(COUNTS).splitlines()) == {"True True"}
+
+
+SHAPES = """
+import numpy as np
+from firstorder import shadowfield
+lamp, three = shadowfield.lamp_frame((0, 0, 1), (0, 1, 0), (1, 0, 0)), np.zeros((3, 3))
+free = lambda a, b: (np.full(len(a), np.inf), np.full(len(a), -np.inf))
+table, _ = shadowfield.trace_shadow_rays(lamp, three, [1, 2, 1], free)
+for name, ask in (
+    ("rays", lambda n: shadowfield.trace_shadow_rays(lamp, three, n, free)),
+    ("albedo", lambda n: shadowfield.glossy_surface(three + 1.0, three + 1.0, albedo=n)),
+    ("bounds", lambda n: shadowfield.sheared_shadow(
+        lamp, table, three, 1.0, 0.1, np.zeros(3), bounds=(n, n))),
+):
+    try:
+        print(name, "gives", ask(np.ones(2, int)))
+    except ValueError as error:
+        print(str(error) == f"Argument `{name}` must have shape (3,), but has (2,).")
+"""
+
+
+def test_what_is_not_one_for_each_receiver_is_named():
+    assert set(said(SHAPES).splitlines()) == {"True"}
 
 
 @pytest.mark.parametrize(("first", "words"), [("early = jnp.ones(3)", [LATE_WORDS]), ("", [])])

@@ -127,7 +127,12 @@ def at_equal_rays(g: Ground, seed: int) -> dict[str, float]:
         none = np.zeros(len(points))
         seen = sheared_shadow(lamp, table, points, limit, scene.pixel, none, **options).visible
         found[name] = rms(seen)
+    # Each finds the bounds of its blockers' depths among the rays themselves.
     table, _ = trace_shadow_rays(lamp, g.points, even, scene.blockers, seed)
+    one = sheared_shadow(
+        lamp, table, points, limit, scene.pixel, np.zeros(len(points)), falloff=scenes.falloff
+    )
+    found["one light field"] = rms(one.visible)
     for rule in ("covariance", "product", "minimum"):
         seen = layered_shadow(
             lamp, table, points, BETWEEN, limit, scene.pixel, rule, 4, scenes.falloff
@@ -228,7 +233,7 @@ def _curves(axes, found) -> None:
 
 
 def _bars(ax, equal: dict[str, np.ndarray]) -> None:
-    colours = [plotting.COLOURS[k] for k in (0, 0, 1, 1, 1)]
+    colours = [plotting.COLOURS[k] for k in (0, 0, 1, 1, 1, 1)]
     ax.barh(range(len(equal)), [np.mean(v) for v in equal.values()], color=colours)
     ax.set_yticks(range(len(equal)), list(equal), fontsize=6)
     ax.invert_yaxis()
@@ -309,7 +314,7 @@ def _claims(g: Ground, found, equal, speed) -> list[Statement | Measurement]:
 
 def _other_claims(equal, speed) -> list[Statement | Measurement]:
     rates = spread(equal["E11's rates"] / equal["as many each"])
-    layers = spread(equal["covariance"] / equal["as many each"])
+    layers = spread(equal["covariance"] / equal["one light field"])
     best = spread(equal["covariance"] / np.minimum(equal["product"], equal["minimum"]))
     seeds = f"{len(equal['covariance'])} seeds"
     return [

@@ -39,6 +39,8 @@ def test_other_programs_see_rows_from_the_top(tmp_path):
         ("a.exr", {"a": np.ones(3)}, "of one shape"),
         ("a.exr", {"a": np.ones((0, 4))}, "must have pixels, but has"),
         ("a.exr", {"a": np.ones((4, 3, 0))}, "must have pixels, but has"),
+        ("a.exr", {"value": np.ones((4, 3, 3)), "R": np.ones((4, 3))}, "two are called R"),
+        ("a.exr", {"a.2": np.ones((4, 3)), "a": np.ones((4, 3, 2))}, "two are called a.2"),
     ],
 )
 def test_bad_layers_get_one_sentence(tmp_path, name, layers, sentence):

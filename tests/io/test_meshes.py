@@ -504,3 +504,10 @@ def test_rays_through_edges_and_corners_of_a_closed_mesh_do_not_slip_through():
 def test_a_ray_without_direction_is_one_sentence():
     with pytest.raises(ValueError, match="Argument `directions` must be finite and not zero"):
         Embree(bumpy(3)).nearest(np.zeros((1, 3)), np.zeros((1, 3)))
+
+
+@pytest.mark.parametrize(("origins", "directions"), [((2, 3), (1, 3)), ((1, 2), (1, 2))])
+def test_rays_of_unlike_shapes_are_one_sentence(origins, directions):
+    one = mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    with pytest.raises(ValueError, match=r"^Rays must be as many rows of three numbers on"):
+        Embree(one).nearest(np.zeros(origins), np.ones(directions))

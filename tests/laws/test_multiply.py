@@ -5,8 +5,10 @@ import pytest
 from scipy.special import erf
 
 from firstorder.checks.cases import light
+from firstorder.conventions import FLATLAND_SLOPE, Frame
 from firstorder.errors import Refused
 from firstorder.fields import (
+    Constant,
     Function,
     Grid,
     SampledSpectrum,
@@ -129,3 +131,21 @@ def test_covariances_add():
 
     S = Multiply(g).covariance(f.covariance())
     np.testing.assert_allclose(S.matrix, precision(Multiply(g)(f)), rtol=1e-12)
+
+
+@pytest.mark.parametrize("names", [("theta", "x"), ("x", "v"), ("x",)])
+def test_a_factor_over_other_coordinates_is_refused(names):
+    """It once was read in the order in which its coordinates stand."""
+    light = gaussian((0.0, 0.0), (1.0, 1.0))
+    factor = Constant(2.0, Frame(names))
+    with pytest.raises(ValueError, match=r"^Argument `factor` of multiply must be over \('x', 't"):
+        Multiply(factor)(light)
+    with pytest.raises(ValueError, match=r"^Argument `factor` of multiply must be over \('x', 't"):
+        Multiply(factor, Grid.spanning((4, 4), (9.0, 9.0)))(light.spectrum())
+
+
+def test_a_factor_without_a_stated_frame_takes_that_of_the_light():
+    light = gaussian((0.0, 0.0), (1.0, 1.0), frame=FLATLAND_SLOPE)
+    dimmed = Multiply(lambda x, v: 0.5 + 0.0 * v)(light)
+    assert dimmed.law.factor.frame == FLATLAND_SLOPE
+    assert dimmed(0.0, 0.0).item() == 0.5

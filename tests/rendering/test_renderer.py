@@ -259,3 +259,8 @@ def test_a_world_of_other_things_is_one_sentence():
         Renderer(World(CAMERA, file, lamps=(LAMP,)))
     with pytest.raises(TypeError, match=r"^Argument `lamps` must be a tuple of lamps: write"):
         Renderer(World(CAMERA, file.scene, lamps=LAMP))
+
+
+def test_normals_are_given_for_each_model():
+    with pytest.raises(ValueError, match=r"`normals` must have one entry for each of 1"):
+        Renderer(meshed(1)._replace(normals=(None, None)))

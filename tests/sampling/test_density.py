@@ -154,3 +154,19 @@ def test_neither_the_nearest_point_alone_nor_more_points_than_there_are(k):
     """The mean of one over the distance of the nearest is infinite."""
     with pytest.raises(ValueError, match=rf"`k` must lie in \[2, 10\], but is {k}"):
         expected_k_nearest(lambda x: np.clip(x, 0.0, 1.0), [0.5], k, 10)
+
+
+def test_a_window_that_holds_all_points_has_no_spread():
+    """Sums of shares end at 1 + 2e-16 as often as at 1: the root was of a negative number."""
+
+    def one(x):
+        return np.where(x > 0.5, 1.0 + 4e-16, 0.0)
+
+    mean, spread = expected_fixed_radius(one, [0.5], 1.0, 9)
+    assert (mean.item(), spread.item()) == (0.5, 0.0)
+
+
+@pytest.mark.parametrize("count", [0, -1])
+def test_points_are_counted(count):
+    with pytest.raises(ValueError, match="`count` must be a positive integer"):
+        expected_fixed_radius(lambda x: np.clip(x, 0.0, 1.0), [0.5], 0.1, count)

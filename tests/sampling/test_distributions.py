@@ -177,3 +177,10 @@ def test_what_is_no_row_of_weights_is_refused(weights):
         Discrete(weights)
     with pytest.raises(ValueError, match=words):
         PiecewiseConstant(weights, 0.0, 1.0)
+
+
+def test_a_density_that_is_zero_everywhere_is_none_at_its_own_samples():
+    none = PiecewiseConstant(np.zeros(4), 0.0, 2.0)
+    x = none.sample(jnp.array([0.0, 0.5]))
+    assert x.tolist() == [0.0, 0.25]
+    assert none.density(x).tolist() == [0.0, 0.0]

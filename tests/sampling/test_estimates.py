@@ -80,3 +80,18 @@ def test_runs_of_a_single_sample_are_combined():
     both = estimate(np.array([1.0, 3.0]))
     np.testing.assert_allclose([found.mean, found.error], [both.mean, both.error], rtol=1e-12)
     assert np.isinf(combine([estimate(np.array([1.0]))]).error)
+
+
+@pytest.mark.parametrize("unit", [1e-25, 1e-30, 1e25, 1e37])
+def test_errors_keep_their_digits_in_any_unit_of_radiance(unit):
+    """Squares of such numbers leave the range of single precision."""
+    x = np.array([1.0, 3.0, 2.0, 4.0])
+    runs = [estimate(np.float32(unit * part)) for part in (x[:2], x[2:])]
+    np.testing.assert_allclose(runs[0].error / np.float32(unit), 1.0, rtol=1e-5)
+    whole = combine(runs)
+    np.testing.assert_allclose(whole.error / np.float32(unit), x.std(ddof=1) / 2.0, rtol=1e-5)
+    np.testing.assert_allclose(whole.mean / np.float32(unit), 2.5, rtol=1e-5)
+
+
+def test_of_no_samples_the_error_is_infinite():
+    assert estimate(np.zeros(0)).error.item() == np.inf

@@ -454,6 +454,18 @@ def test_inside_a_shape_there_is_no_answer():
     assert np.isnan(ball(jnp.array([0.0, 0.0, 0.1]), 0.7, jnp.zeros(2))[0])
 
 
+@pytest.mark.parametrize(
+    "room",
+    [box((-2.0, -2.0, 0.0), (2.0, 2.0, 3.0)), cylinder((0.0, 0.0, 0.0), (0.0, 0.0, 3.0), 2.0)],
+)
+def test_from_an_inner_wall_what_is_in_a_room_is_seen(room):
+    lamp = primitive(rectangle((0.0, 0.0, 1.5), (0.0, 0.5, 0.0), (0.5, 0.0, 0.0)), emission=1.0)
+    inside = Scene.of(primitive(room), lamp)
+    assert type(inside.groups[0]) is type(room)
+    E = irradiance(inside, receiver((0.3, 0.0, 0.0), on=0))
+    np.testing.assert_allclose(E, irradiance(Scene.of(lamp), receiver((0.3, 0.0, 0.0))), rtol=1e-14)
+
+
 def test_a_sky_of_many_radiances_is_refused():
     scene = Scene.of(primitive(sphere((0.0, 0.0, 2.0), 0.5)), environment=glow)
     with pytest.raises(ValueError, match=r"^Argument `scene` must have a sky of one radiance"):

@@ -332,8 +332,8 @@ def sample_image(
 def _handed_out(samples: Samples, share: int) -> Int[np.ndarray, " n"]:
     """How many samples each pixel gets: as if given one by one to whatever gains most.
 
-    `priority ~ 1 / (n (n + 1))`, so the gain of a pixel's m-th further sample is known; a
-    threshold on the gain that hands out the right number is found by halving.
+    `priority ~ 1 / (n (n + 1))`, so what a pixel gains when it goes on from any number of samples
+    is known; a threshold on the gain that hands out the right number is found by halving.
     """
     n = samples.number.ravel().astype(float)
     gain = np.maximum(priority(samples).ravel(), 0.0) * n * (n + 1.0)
@@ -341,8 +341,9 @@ def _handed_out(samples: Samples, share: int) -> Int[np.ndarray, " n"]:
     gain = np.maximum(gain, 1e-12 * gain.max()) if gain.max() > 0.0 else np.ones_like(n)
 
     def given(threshold: float) -> np.ndarray:
-        # The largest number m with m (m + 1) <= gain / threshold, from n up to twice as many.
-        m = np.floor(np.sqrt(0.25 + gain / threshold) - 0.5)
+        # The largest number m with (m - 1) m <= gain / threshold, which is what the last of them
+        # gains, from n up to twice as many.
+        m = np.floor(np.sqrt(0.25 + gain / threshold) + 0.5)
         return np.clip(m - n, 0.0, n).astype(int)
 
     low, high = 1e-30 * gain.max(), gain.max()

@@ -36,7 +36,7 @@ def normwise(a, b) -> float:
     can never pass.
 
     Raises:
-        ValueError: if both do not have one shape.
+        ValueError: if both do not have one shape, or hold nothing: a check of nothing cannot fail.
 
     Example:
         >>> from firstorder.checks import normwise
@@ -46,8 +46,9 @@ def normwise(a, b) -> float:
     a, b = np.asarray(a), np.asarray(b)
     if a.shape != b.shape:
         raise ValueError(f"Arguments must have one shape, but have {a.shape} and {b.shape}.")
-    difference = np.max(np.abs(a - b), initial=0.0)
-    scale = np.max(np.abs(b), initial=0.0)
+    if not b.size:
+        raise ValueError(f"Arguments must hold numbers to compare, but have shape {b.shape}.")
+    difference, scale = np.max(np.abs(a - b)), np.max(np.abs(b))
     error = float(difference / scale) if scale > 0 else float(difference)
     return error if np.isfinite(error) else float("inf")
 

@@ -30,8 +30,8 @@ def write_layers(path: str | os.PathLike[str], layers: Mapping[str, np.ndarray])
         layers: by name, all of one shape (w, h), or (w, h, bands).
 
     Raises:
-        ValueError: without layers, for layers of different shapes or without pixels, or for another
-            kind of file.
+        ValueError: without layers, for layers of different shapes or without pixels, for two
+            channels of one name, or for another kind of file.
         ModuleNotFoundError: without the extra `images`.
 
     Example:
@@ -52,11 +52,14 @@ def write_layers(path: str | os.PathLike[str], layers: Mapping[str, np.ndarray])
         )
     if any(0 in shape for shape in shapes):
         raise ValueError(f"Argument `layers` must have pixels, but has {sorted(shapes)}.")
-    layers = {name: a for layer in layers.items() for name, a in _channels(*layer)}
+    channels = [channel for layer in layers.items() for channel in _channels(*layer)]
+    names = [name for name, _ in channels]
+    if twice := sorted({name for name in names if names.count(name) > 1}):
+        raise ValueError(
+            f"Argument `layers` must give each channel once, but two are called {twice[0]}."
+        )
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
-    rows = {
-        name: np.ascontiguousarray(np.asarray(a, np.float32).T[::-1]) for name, a in layers.items()
-    }
+    rows = {name: np.ascontiguousarray(np.asarray(a, np.float32).T[::-1]) for name, a in channels}
     with atomic_write(path) as part:
         OpenEXR.File(header, rows).write(os.fspath(part))
 

@@ -335,6 +335,11 @@ class Embree:
         return self._search(origins, directions, low, high, skip).face
 
     def _search(self, o, d, low, high, skip) -> MeshHits:
+        if o.shape != d.shape or o.shape[-1] != 3:
+            raise ValueError(
+                "Rays must be as many rows of three numbers on either side, but have shapes "
+                f"{o.shape} and {d.shape}."
+            )
         length = np.linalg.norm(d, axis=1)
         if not np.all((length > 0.0) & np.isfinite(length) & np.all(np.isfinite(o), 1)):
             raise ValueError("Argument `directions` must be finite and not zero, but is not.")

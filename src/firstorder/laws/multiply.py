@@ -66,6 +66,7 @@ class Multiply(Law):
         waves: how many are kept along each coordinate of a box that is taken from the light.
 
     Raises:
+        ValueError: if the factor was stated to be over other coordinates than the light.
         Refused: without a window, for the spectrum of light whose extent is not known, or if more
             than 20,000 waves were needed.
 
@@ -86,6 +87,10 @@ class Multiply(Law):
 
     def __call__(self, portrait: Portrait) -> Portrait:
         """The product as a portrait of the same kind; warns if the window does not hold light."""
+        if isinstance(portrait, (Field, Spectrum, Covariance, Wavelet)):
+            factor = self.factor.in_frame(portrait.frame, "factor", self.name)
+            if factor is not self.factor:
+                return Multiply(factor, self.window, self.name, self.waves)(portrait)
         if not isinstance(portrait, Spectrum):
             return super().__call__(portrait)
         if self.window is not None:

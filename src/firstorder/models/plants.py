@@ -123,6 +123,7 @@ def fern(
 def _check_plant(height, leaf, sides) -> None:
     check_positive("height", height)
     check_positive("leaf", leaf)
+    check_integer("sides", sides)
     if sides < 3:
         raise ValueError(f"Argument `sides` must be at least 3, but is {sides}.")
 

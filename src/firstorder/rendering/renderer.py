@@ -112,7 +112,8 @@ class Renderer:
         world: what is seen.
 
     Raises:
-        ValueError: if there is nothing to see, or no light, or numbers of bands differ.
+        ValueError: if there is nothing to see, or no light, or numbers of bands differ, or there
+            are normals, but not for each model.
         TypeError: if the scene is none, or the lamps are not in a tuple.
         ModuleNotFoundError: for models, without the extra `mesh`.
 
@@ -139,6 +140,11 @@ class Renderer:
             raise ValueError("Argument `world` must have a shape or a model, but has none.")
         if not world.lamps and world.sky is None:
             raise ValueError("Argument `world` must have a lamp or a sky, but has none.")
+        if world.normals is not None and len(world.normals) != len(world.models):
+            raise ValueError(
+                f"Argument `normals` must have one entry for each of {len(world.models)} models, "
+                f"but has {len(world.normals)}."
+            )
         self.world = world
         self.lights = self.lights_of(0)
         self._facets, self._embree, self._size = None, None, 0.0

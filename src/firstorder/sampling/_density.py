@@ -176,7 +176,7 @@ def expected_fixed_radius(cumulative: Cumulative, x, radius: float, count: int) 
         Mean and spread of `points inside / (2 r count)`.
 
     Raises:
-        ValueError: if the radius is not positive.
+        ValueError: if the radius is not positive, or `count` no positive integer.
 
     Example:
         >>> import numpy as np
@@ -187,8 +187,10 @@ def expected_fixed_radius(cumulative: Cumulative, x, radius: float, count: int) 
         [1.0, 0.5]
     """
     check_positive("radius", radius)
+    check_count("count", count)
     x = np.asarray(x, float)
-    p = cumulative(x + radius) - cumulative(x - radius)
+    # A sum of shares may end a rounding above 1.
+    p = np.clip(cumulative(x + radius) - cumulative(x - radius), 0.0, 1.0)
     return ExpectedDensity(p / (2 * radius), np.sqrt(p * (1 - p) / count) / (2 * radius))
 
 

@@ -194,7 +194,8 @@ class PiecewiseConstant(eqx.Module):
     """A density that is constant on equal pieces of an interval.
 
     Args:
-        weights: of the pieces, not negative and not all zero.
+        weights: of the pieces, not negative. If all are zero so is the density, and places are
+            those of the first piece.
         low: start of the interval.
         high: its end.
 

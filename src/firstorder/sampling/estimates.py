@@ -15,6 +15,7 @@ from jaxtyping import Array, ArrayLike, Float
 
 from firstorder._argument_checks import check_not_negative
 from firstorder._display import in_print
+from firstorder.numerics._scale import power_of_two
 from firstorder.typing import as_float
 
 
@@ -121,7 +122,10 @@ def estimate(samples: Any, axis: int = 0) -> Estimate:
         1.0
     """
     x = as_float(samples)
-    return Moments(jnp.ones_like(x), x, jnp.zeros_like(x)).merged(axis).estimate()
+    unit = _unit(x, axis)
+    shares = x / jnp.expand_dims(unit, axis)
+    seen = Moments(jnp.ones_like(x), shares, jnp.zeros_like(x)).merged(axis)
+    return seen.estimate().scaled(unit)
 
 
 def combine(estimates: Sequence[Estimate]) -> Estimate:
@@ -145,15 +149,18 @@ def combine(estimates: Sequence[Estimate]) -> Estimate:
     if not estimates:
         raise ValueError("Argument `estimates` must hold at least one estimate, but is empty.")
 
-    def moments(e: Estimate) -> Moments:
-        count = jnp.broadcast_to(e.count, e.mean.shape)
-        # Of a single sample the error is infinite, and the sum of squares zero.
-        error = jnp.where(count > 1.0, e.error, 0.0)
-        return Moments(count, e.mean, error**2 * count * (count - 1.0))
-
-    runs = [moments(e) for e in estimates]
-    stacked = Moments(*(jnp.stack([getattr(m, f) for m in runs]) for f in _FIELDS))
-    return stacked.merged(0).estimate()
+    mean = jnp.stack([e.mean for e in estimates])
+    count = jnp.stack([jnp.broadcast_to(e.count, e.mean.shape) for e in estimates])
+    # Of a single sample the error is infinite, and the sum of squares zero.
+    error = jnp.where(count > 1.0, jnp.stack([e.error for e in estimates]), 0.0)
+    unit = _unit(jnp.concatenate([mean, error]), 0)
+    mean, error = mean / unit, error / unit
+    return Moments(count, mean, error**2 * count * (count - 1.0)).merged(0).estimate().scaled(unit)
 
 
-_FIELDS = ("count", "mean", "square")
+def _unit(x: Float[Array, "..."], axis: int) -> Float[Array, "..."]:
+    """A unit in which squares of numbers along an axis stay in the range of their precision."""
+    if not x.shape[axis]:
+        return jnp.ones(jnp.sum(x, axis).shape, x.dtype)
+    most = 1.0 / jnp.finfo(x.dtype).tiny  # the compiler may divide by a reciprocal
+    return jnp.minimum(power_of_two(jnp.moveaxis(x, axis, -1)), most)

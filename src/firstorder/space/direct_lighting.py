@@ -65,7 +65,8 @@ def net_visibility(
 
         B = integral over the hemisphere of V(w) dw
 
-    Valid when: the receiver is outside of all closed shapes; inside there is no answer but NaN.
+    Valid when: the receiver is outside of all closed shapes, and not on an inner wall; inside there
+    is no answer but NaN.
     An arc is given `nodes` Gauss-Legendre nodes between two cuts; the error falls geometrically.
 
     Args:
@@ -116,8 +117,11 @@ def irradiance(
     with 16 nodes and 2e-15 with 32, and 0.3 m below it by 3e-5 and 5e-10: `with_error` tells.
 
     Valid when: the sky is a number; the receiver is outside of all closed shapes (else NaN); shapes
-    of different radiance do not run into each other: concrete ones that do are refused. Traced ones
-    are not looked at: E is then NaN where it would be negative, and may be wrong where it is not.
+    of different radiance do not run into each other: concrete ones that do are refused, and a
+    traced receiver among them is warned. Traced ones are not looked at: E is then NaN where it
+    would be negative, and may be wrong where it is not. A receiver on the inner wall of a room, a
+    closed shape which `Receiver.on` names, gets the light of all that is in the room; the wall
+    itself neither shines nor hides there, so that nothing may be outside and the sky must be 0.
     Where two edges are in line derivatives are one-sided. The unit of length does not matter:
     lengths may be 1e-30 to 1e30 in single precision.
 

@@ -1,5 +1,7 @@
 """Adaptive wavelet rendering: the transform against published taps, samples where they pay."""
 
+import heapq
+
 import numpy as np
 import pytest
 
@@ -241,3 +243,22 @@ def test_faults_are_noticed(monkeypatch, fault):
         monkeypatch.setattr(wavelets, "priority", lambda s: right(s)[::-1])
         with pytest.raises(AssertionError):
             test_errors_fall_to_nothing_and_stay_below_those_of_even_samples()
+
+
+def test_samples_go_one_by_one_to_what_gains_most():
+    """By a heap, each pixel's next sample at a time; no pixel gets more than it has."""
+    rng = np.random.default_rng(0)
+    n = rng.integers(2, 12, (16, 16))
+    mean, spread = rng.random((16, 16)), rng.random((16, 16)) ** 4
+    samples = wavelets.Samples(n, mean * n, n * mean**2 + spread * (n - 1))
+    have = n.ravel()
+    gain = wavelets.priority(samples).ravel() * have * (have + 1.0)
+    many = have.copy()
+    left = [(-gain[p] / (many[p] * (many[p] + 1)), p) for p in range(256)]
+    heapq.heapify(left)
+    for _ in range(300):
+        _, p = heapq.heappop(left)
+        many[p] += 1
+        if many[p] < 2 * have[p]:
+            heapq.heappush(left, (-gain[p] / (many[p] * (many[p] + 1)), p))
+    np.testing.assert_array_equal(wavelets._handed_out(samples, 300), many - have)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firstorder.fields import GaussianProfile
+from firstorder.fields import Constant, GaussianProfile
 from firstorder.shadowfield import (
     PLANE,
     RayFilter,
@@ -264,3 +264,13 @@ def test_the_filter_knows_no_place_no_unit_and_no_brightness(x, shift, scale, L)
     np.testing.assert_allclose(moved, L * scale * rest, rtol=1e-9, atol=1e-10 * L * scale)
     again = answer(x, SEEN[0], shift=shift, scale=scale, L=L, normalised=True)
     np.testing.assert_allclose(again, share, rtol=1e-7, atol=1e-9)
+
+
+def test_samples_are_as_many_places_as_values():
+    k, even, x = axis_aligned_filter(1.0, 4.0), Constant(1.0, PLANE), np.zeros(3)
+    with pytest.raises(
+        ValueError, match=r"^Argument `samples` must have shape \(3,\), but has \(2,"
+    ):
+        reconstruct_irradiance(k, even, np.zeros(1), (x, x, np.ones(2)))
+    with pytest.raises(ValueError, match=r"^Argument `cell` must be positive, but is -1.0"):
+        reconstruct_irradiance(k, even, np.zeros(1), (x, x, x), -1.0)

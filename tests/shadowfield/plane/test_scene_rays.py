@@ -92,3 +92,12 @@ def test_a_scene_without_blockers_has_no_depths_and_one_without_a_light_no_lengt
         depth_range(Scene.of(lamp), HEIGHT)
     with pytest.raises(ValueError, match='must have a shape named "light"'):
         visible_lengths(Scene.of(blocker), jnp.array([0.0, 0.5]), HEIGHT, D1)
+
+
+def test_a_light_at_another_height_is_refused():
+    """Its length once came out in proportion to the height that was said."""
+    lamp = Segments((1.0, 2.0), (-1.0, 2.0))
+    scene = Scene.of(primitive(lamp, emission=1.0, name="light"))
+    np.testing.assert_allclose(visible_lengths(scene, np.zeros(1), 2.0, 2.0), 2.0)
+    with pytest.raises(ValueError, match="`light_height` must be that of the light, 2 to 2, but"):
+        visible_lengths(scene, np.zeros(1))

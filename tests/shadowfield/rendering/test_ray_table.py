@@ -139,3 +139,9 @@ def test_edges_of_a_lamp_in_single_precision_are_orthogonal_to_its_rounding():
         u, v = (turn @ np.diag((0.7, 0.3, 1.0)))[:, :2].T.astype(np.float32)
         found = lamp_frame((0.0, 0.0, 4.0), u, v)
         np.testing.assert_allclose(found.axes @ found.axes.T, np.eye(3), atol=1e-6)
+
+
+@pytest.mark.parametrize("center", [(0.0, 0.0), (np.nan, 0.0, 0.0)])
+def test_a_lamp_is_somewhere_in_space(center):
+    with pytest.raises(ValueError, match=r"^Argument `center` must (have three coord|be finite)"):
+        lamp_frame(center, (0.0, 1.0, 0.0), (1.0, 0.0, 0.0))

@@ -90,3 +90,10 @@ def test_own_rays_come_evenly(monkeypatch):
     np.testing.assert_array_equal(number, np.tile(np.arange(strata**2), (4000, 1)))
     assert uniform_p_value(place - cell) > LEVEL
     assert uniform_p_value((place - cell) ** 1.1) < LEVEL
+
+
+def test_points_that_no_ray_of_the_lamp_can_reach_have_no_share():
+    """They once saw all of it: pixels of the sky, and what stands behind the lamp."""
+    points = np.array([[np.nan] * 3, [0.0, 0.0, 9.0], [0.0, 0.0, 0.0]])
+    found = own_visibility(Scene.of(BALL), LAMP, points, np.full(3, -1), 4)
+    np.testing.assert_array_equal(np.isfinite(found), [False, False, True])

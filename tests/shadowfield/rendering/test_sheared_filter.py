@@ -10,7 +10,7 @@ from firstorder.shadowfield.rendering import sheared_filter
 from firstorder.shadowfield.rendering._filter_shape import filter_shape
 from firstorder.shadowfield.rendering.depth_bounds import blocker_depths
 from firstorder.shadowfield.rendering.lamp import lamp_frame
-from firstorder.shadowfield.rendering.ray_table import trace_shadow_rays
+from firstorder.shadowfield.rendering.ray_table import RayTable, trace_shadow_rays
 from firstorder.shadowfield.rendering.sheared_filter import depths_under_filter, sheared_shadow
 from tests.shadowfield.cards import (
     EDGE,
@@ -363,3 +363,29 @@ def test_lights_on_the_lamp_add(a, b):
     parts = a * fenced(falloff=one_side) + b * (2.0 + 1.0 / 3.0) * fenced(falloff=both_ways)
     found = fenced(falloff=lambda p: a * one_side(p) + b * both_ways(p))
     np.testing.assert_allclose(found, parts / whole, atol=1e-3)
+
+
+BAD = {
+    "pixel": (dict(pixel=np.nan), "`pixel` must be positive, but is nan"),
+    "cells": (dict(cells=0), "`cells` must be a positive integer, but is 0"),
+    "fallback": (dict(fallback=np.zeros(3)), r"`fallback` must have shape \(\d+,\), but has \(3,"),
+    "few weights": (dict(weights=np.ones(3)), r"`weights` must have shape \(\d+,\), but has \(3,"),
+    "dark": (dict(falloff=lambda y: np.zeros(len(y))), "`falloff` must be positive somewhere"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_what_makes_no_shadow_is_one_sentence(name):
+    given, words = BAD[name]
+    table, _ = trace_shadow_rays(LAMP, floor(), 1, cards(EDGE))
+    right = dict(Omega_y=1.5, pixel=PIXEL, fallback=np.zeros(len(floor())))
+    with pytest.raises(ValueError, match=f"^Argument {words}"):
+        sheared_shadow(LAMP, table, floor(), **(right | given))
+
+
+def test_a_table_without_rays_leaves_all_to_the_fallback():
+    none = RayTable(*(a[:0] for a in trace_shadow_rays(LAMP, floor(), 1, cards(EDGE))[0]))
+    bounds = np.full(len(floor()), 0.5), np.full(len(floor()), 0.6)
+    half = np.full(len(floor()), 0.5)
+    found = sheared_shadow(LAMP, none, floor(), 1.5, PIXEL, half, bounds=bounds)
+    np.testing.assert_array_equal(found.visible, half)

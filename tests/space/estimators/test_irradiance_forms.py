@@ -24,6 +24,7 @@ from firstorder.space.estimators._irradiance_forms import (
     trace_strata,
 )
 from firstorder.space.estimators.strata import Strata, hemisphere_strata
+from firstorder.space.library import j12_box
 from firstorder.space.receiver import Receiver
 from tests.space import worlds
 
@@ -405,3 +406,9 @@ BIASES = {
 @pytest.mark.parametrize("name", BIASES)
 def test_a_bias_of_gathered_derivatives_is_noticed(name):
     assert not against_the_truth("even", BIASES[name](gathered("even"))).passed
+
+
+def test_cells_go_with_the_receivers():
+    cells = hemisphere_strata(2, 4, jax.random.key(0), shape=(2,))
+    with pytest.raises(ValueError, match=r"`where` must have no leading axes or those of the rec"):
+        trace_strata(j12_box(), receiver(np.full((3, 3), 0.5)), where=cells)

@@ -1,4 +1,5 @@
 import functools
+import re
 
 import jax
 import jax.numpy as jnp
@@ -158,3 +159,22 @@ def test_a_wrong_boundary_is_seen(fault, monkeypatch):
 
     wrong = errors(estimates(1024, INSIDE, SMALL, step)[0], INSIDE, SMALL)
     assert 0.15 < wrong[2] < np.inf
+
+
+BAD = {
+    "few radiances": (dict(radiance=np.ones(9)), "`radiance` must have shape (16,), but has (9,)"),
+    "other distances": (dict(distances=np.ones(9)), "`distances` must have shape (16,), but has"),
+    "no distance": (dict(distances=np.zeros(16)), "`distances` must be positive, but is 0.0"),
+    "another net": (dict(triangles=np.array([[0, 1, 99]])), "`triangles` must name 16 rays and"),
+    "other neighbours": (dict(neighbours=np.zeros((9, 4), int)), "`neighbours` must have shape"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_rays_of_another_net_are_refused(name):
+    """Others were read in their place: the irradiance of a white sky was 2e-16."""
+    given, words = BAD[name]
+    net, one = hemisphere_triangulation(16), np.ones(16)
+    right = dict(radiance=one, directions=net.directions, distances=one, triangles=net.triangles)
+    with pytest.raises(ValueError, match=f"^Argument {re.escape(words)}"):
+        occlusion_aware_estimate(**(right | given))

@@ -129,3 +129,17 @@ def test_the_unit_of_length_is_of_no_matter_in_single_precision(unit):
     plain, scaled = (as_dtype(mesh(k * corners, faces), "float32") for k in (1.0, unit))
     np.testing.assert_allclose(vertex_normals(scaled), vertex_normals(plain), rtol=1e-4)
     np.testing.assert_allclose(scaled.area / unit / unit, plain.area, rtol=1e-5)
+
+
+@pytest.mark.parametrize("shape", [(2, 3), (9, 3), (4, 2)])
+def test_a_mesh_moves_by_all_of_its_vertices(shape):
+    """JAX reads the last of them in place of those that are not there."""
+    square = mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    with pytest.raises(ValueError, match=r"^Argument `vertices` must have shape \(4, 3\), but has"):
+        square.at(np.zeros(shape))
+
+
+def test_polygons_among_triangles_are_one_sentence():
+    square = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+    with pytest.raises(ValueError, match=r"^Argument `faces` must be rows of three, but some"):
+        mesh(square, [[0, 1, 2], [0, 1, 2, 3]])

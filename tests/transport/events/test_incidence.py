@@ -10,7 +10,7 @@ from firstorder.checks.cases.moves.incidence import trace
 from firstorder.checks.tolerance import fitted_order
 from firstorder.conventions import FLATLAND, FLATLAND_SLOPE, Frame
 from firstorder.errors import Refused
-from firstorder.fields import Constant, Gaussian, autodiff_jet
+from firstorder.fields import Constant, Gaussian, autodiff_jet, gaussian
 from firstorder.transport.events.incidence import Incidence, Outgoing
 from firstorder.transport.events.travel import Arrival
 
@@ -117,3 +117,10 @@ def test_the_angle_is_differentiable():
     slope = jax.grad(lambda a: Incidence(a)(L).at(u))(0.5)
     inner = L.jet(jnp.array([0.3 * np.cos(0.5), 0.4 - 0.5])).gradient
     assert abs(slope - (-0.3 * np.sin(0.5) * inner[0] - inner[1])) < 1e-14
+
+
+@pytest.mark.parametrize(("event", "sense"), [(Incidence, "incoming"), (Outgoing, "outgoing")])
+def test_many_central_rays_are_mapped_over(event, sense):
+    light = gaussian((0.0, 0.0), (1.0, 1.0), frame=Frame(sense=sense))
+    with pytest.raises(ValueError, match=r"^Argument `theta\d` must be one number, but has shape"):
+        event(np.array([0.1, 0.2]))(light)

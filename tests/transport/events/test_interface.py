@@ -273,3 +273,8 @@ def test_traced_numbers_that_make_no_interface_give_nan(look, bad, good):
     look = jax.jit(look)
     assert all(np.isnan(look(number)) for number in bad)
     assert all(np.isfinite(look(number)) for number in good)
+
+
+def test_many_indices_are_mapped_over():
+    with pytest.raises(ValueError, match=r"^Argument `eta` must be one number, but has shape \(2,"):
+        Snell(np.array([1.2, 1.5]))(gaussian((0.0, 0.0), (1.0, 1.0)))

@@ -90,3 +90,8 @@ def test_curvature_is_differentiable_under_jit():
     slope = jax.jit(jax.grad(lambda k: Curvature(k)(L)(0.3, 0.1)))(0.5)
     there = L.jet(jnp.array([0.3, 0.1 + 0.15])).gradient[1]
     assert float(slope) == pytest.approx(float(0.3 * there), rel=1e-12)
+
+
+def test_a_curvature_that_does_not_fit_is_one_sentence():
+    with pytest.raises(ValueError, match=r"^Argument `kappa` must have shape \(1, 1\), but"):
+        Curvature(np.array([0.1, 0.2]))(gaussian((0.0, 0.0), (1.0, 1.0)))

@@ -11,11 +11,12 @@ from firstorder.conventions import FLATLAND, FLATLAND_SLOPE, SPACE_SLOPE, Frame,
 from firstorder.errors import Refused
 from firstorder.fields import Constant, Gaussian, SampledSpectrum, covariance_of_samples
 from firstorder.fields.spectrum import Grid
-from firstorder.transport import Travel
+from firstorder.transport import Occlusion, Travel, line_light
 from firstorder.transport.events.travel import Arrival
 
 SENSES = ("incoming", "outgoing")
 U = jnp.array([0.4, -0.3])
+DISTANCES = np.array([1.0, 2.0])
 
 
 @pytest.mark.parametrize("sense", SENSES)
@@ -184,3 +185,12 @@ def test_single_precision_is_enough():
 def test_zero_distance_in_angles_is_the_identity_below_the_line_too(sense):
     L, below = light(Frame(("x", "theta"), sense)), jnp.array([0.4, 1.9])
     np.testing.assert_array_equal(Travel(0.0)(L).jet(below).hessian, L.jet(below).hessian)
+
+
+def test_many_distances_are_mapped_over():
+    """Words of NumPy once said that shapes do not fit."""
+    for act in (Travel(DISTANCES), lambda f: line_light(f, DISTANCES), Occlusion(0.5, DISTANCES)):
+        with pytest.raises(ValueError, match=r"^Argument `\w+` must be one number, but has shape"):
+            act(light(FLATLAND_SLOPE))
+    found = jax.vmap(lambda event: event(light(FLATLAND_SLOPE)).at(U))(Travel(DISTANCES))
+    assert found.shape == (2,)

@@ -13,7 +13,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float
 
-from firstorder._argument_checks import check_not_negative, check_positive, is_concrete, nan_unless
+from firstorder._argument_checks import (
+    check_not_negative,
+    check_positive,
+    check_shape,
+    is_concrete,
+    nan_unless,
+)
 from firstorder.fields.field import Field
 from firstorder.numerics._batching import in_batches
 from firstorder.shadowfield.plane.light_field import to_two_planes
@@ -229,7 +235,7 @@ def reconstruct_irradiance(
         h, or its share of the light [intensity times m, or no unit].
 
     Raises:
-        ValueError: if `block` is not positive.
+        ValueError: if `block` or `cell` is not positive, or samples are not equally many.
 
     Reference: E11 §4-5, Figs. 6, 8.
 
@@ -244,6 +250,10 @@ def reconstruct_irradiance(
         1.0
     """
     xi, yi, fi = (as_float(s) for s in samples)
+    for a in (yi, fi):
+        check_shape("samples", a, xi.shape)
+    if cell is not None:
+        check_positive("cell", cell)
     weighed = jax.vmap(light.at)
 
     def one(x):

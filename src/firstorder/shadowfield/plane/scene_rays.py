@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder._argument_checks import check_count, check_positive
+from firstorder._argument_checks import check_count, check_positive, is_concrete
 from firstorder.fields.spectrum import Grid
 from firstorder.flatland.intersect import occluded
 from firstorder.flatland.scene import Scene
@@ -151,10 +151,18 @@ def visible_lengths(
         d1: distance of the receiver's line below it [m].
 
     Raises:
-        ValueError: if no shape is named "light".
+        ValueError: if no shape is named "light", or it does not lie at `light_height`.
     """
     if "light" not in scene.names:
         raise ValueError('Argument `scene` must have a shape named "light", but has none.')
+    if is_concrete((scene, light_height)):
+        with jax.ensure_compile_time_eval():
+            found = np.asarray(_heights(scene.groups, 2))[_only(scene, "light")]
+        if not np.allclose(found, light_height, rtol=1e-5, atol=1e-5 * d1):
+            raise ValueError(
+                f"Argument `light_height` must be that of the light, {found[0]:g} to {found[1]:g}, "
+                f"but is {light_height}."
+            )
     return jax.vmap(lambda x: _visible_length(scene, x, light_height, d1))(as_float(x))
 
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from firstorder._argument_checks import check_positive
+from firstorder._argument_checks import check_count, check_positive
 from firstorder.shadowfield.rendering._weighted_sums import Sums
 from firstorder.shadowfield.rendering.ray_table import Plane
 
@@ -67,6 +67,7 @@ def filter_shape(
         (0.238732, 0.666667)
     """
     check_positive("Omega_y", Omega_y)
+    check_positive("pixel", pixel)
     gap = np.where(np.isfinite(near), 1.0 - far / d1, 1.0)
     t = np.clip((3.0 * margin - gap) / (2.0 * margin), 0.0, 1.0)
     touched = t * t * (3.0 - 2.0 * t)
@@ -104,10 +105,17 @@ def cell_shares(cells: int, falloff: Callable[[Plane], Numbers] | None = None) -
     Args:
         cells: along each edge of the lamp.
         falloff: of the light, from places in [-1, 1]^2; None for a constant.
+
+    Raises:
+        ValueError: if `cells` is not positive, or the light is negative or dark everywhere.
     """
+    check_count("cells", cells)
     if falloff is None:
         return np.full(cells**2, 1.0 / cells**2)
     x = (2.0 * np.arange(8 * cells) + 1.0) / (8 * cells) - 1.0
     places = np.stack(np.meshgrid(x, x, indexing="ij"), -1)
-    light = falloff(places.reshape(-1, 2)).reshape(cells, 8, cells, 8).sum((1, 3)).ravel()
+    light = np.asarray(falloff(places.reshape(-1, 2)), float)
+    if np.any(light < 0.0) or not np.sum(light) > 0.0:
+        raise ValueError("Argument `falloff` must be positive somewhere and negative nowhere.")
+    light = light.reshape(cells, 8, cells, 8).sum((1, 3)).ravel()
     return light / np.sum(light)

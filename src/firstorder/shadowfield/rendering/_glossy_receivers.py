@@ -77,7 +77,8 @@ def glossy_surface(
         exponent: of the lobe.
 
     Raises:
-        ValueError: if shares or exponents are negative, or vectors have no direction.
+        ValueError: if shares or exponents are negative, vectors have no direction, or shapes do not
+            fit.
 
     Example:
         >>> import numpy as np
@@ -96,6 +97,8 @@ def glossy_surface(
     parts = []
     for name, value in (("albedo", albedo), ("specular", specular), ("exponent", exponent)):
         check_not_negative(name, value)
+        if np.ndim(value):
+            check_shape(name, np.asarray(value), (len(unit[0]),))
         parts.append(np.broadcast_to(np.asarray(value, float), len(unit[0])))
     return GlossySurface(*unit, *parts)
 

@@ -102,10 +102,12 @@ def gather(
     use = np.flatnonzero(np.isfinite(sigma))
     heavy = np.ones(len(table.y)) if weights is None else np.asarray(weights, float)
     parts = (local[use], sigma[use], shear[use], cells, heavy)
-    some = (_by_rows if HAVE_NATIVE else _by_groups)(lamp, table, *parts)
     found = Sums(
         np.zeros((len(local), cells**2)), np.zeros((len(local), cells**2)), np.zeros(len(local))
     )
+    if not len(heavy):
+        return found
+    some = (_by_rows if HAVE_NATIVE else _by_groups)(lamp, table, *parts)
     for a, b in zip(found, some, strict=True):
         a[use] = b
     return found

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
-from firstorder._argument_checks import check_positive
+from firstorder._argument_checks import check_coordinates, check_finite, check_positive
 
 
 def below(lamp: LampFrame, receivers: Float[np.ndarray, "m 3"]) -> Bool[np.ndarray, " m"]:
@@ -64,7 +64,8 @@ def lamp_frame(center, u, v) -> LampFrame:
         of u and v.
 
     Raises:
-        ValueError: if the edges are not orthogonal: the filter is a product of two only then.
+        ValueError: if an argument is not three finite numbers, an edge has no length, or the edges
+            are not orthogonal: the filter is a product of two only then.
 
     Example:
         >>> from firstorder.shadowfield import lamp_frame
@@ -74,6 +75,9 @@ def lamp_frame(center, u, v) -> LampFrame:
     given = np.result_type(np.asarray(u), np.asarray(v), np.float32)  # of integers double
     least = max(1e-9, 8.0 * float(np.finfo(given).eps))  # edges in single precision are rounded
     center, u, v = (np.asarray(a, float) for a in (center, u, v))
+    for name, a in (("center", center), ("u", u), ("v", v)):
+        check_coordinates(name, a)
+        check_finite(name, a)
     half = np.array([np.linalg.norm(u), np.linalg.norm(v)])
     check_positive("u", half[0])
     check_positive("v", half[1])

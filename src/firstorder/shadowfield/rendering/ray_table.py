@@ -13,7 +13,12 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from firstorder._argument_checks import check_not_negative, check_positive
+from firstorder._argument_checks import (
+    check_integer,
+    check_not_negative,
+    check_positive,
+    check_shape,
+)
 from firstorder.shadowfield.rendering.lamp import LampFrame, below
 
 # Depths that differ by this share of the receiver's are one level: pixels are slanted and surfaces
@@ -91,7 +96,8 @@ def trace_shadow_rays(
         The rays, and of which receiver each is.
 
     Raises:
-        ValueError: if receivers that rays are asked for are nowhere or not below the lamp.
+        ValueError: if receivers that rays are asked for are nowhere or not below the lamp, or there
+            is not one whole number of rays for each.
 
     Example:
         >>> import numpy as np
@@ -104,7 +110,13 @@ def trace_shadow_rays(
         ([2.0, 2.0, 2.0, 2.0], [0, 0, 0, 0])
     """
     rng = np.random.default_rng(seed)
+    receivers = np.asarray(receivers, float)
     m = len(receivers)
+    if np.ndim(rays):
+        rays = np.asarray(rays)
+        check_shape("rays", rays, (m,))
+        check_not_negative("rays", rays)
+        check_integer("rays", rays.flat[0].item() if m else 0)
     lost = ~below(lamp, receivers) & (np.asarray(rays) != 0)
     if np.any(lost):
         raise ValueError(
@@ -112,7 +124,6 @@ def trace_shadow_rays(
             f"{np.sum(lost)} of {m} are not."
         )
     if isinstance(rays, np.ndarray):
-        check_not_negative("rays", rays)
         owner = np.repeat(np.arange(m), rays)
     elif rays >= 1:
         owner = np.repeat(np.arange(m), round(rays))

@@ -12,6 +12,7 @@ from jaxtyping import Array, Float, Int
 
 from firstorder._argument_checks import check_count
 from firstorder.numerics._batching import host_blocks
+from firstorder.shadowfield.rendering._below import where_below
 from firstorder.shadowfield.rendering.lamp import LampFrame
 from firstorder.shadowfield.rendering.ray_table import Blockers
 from firstorder.space.intersect import nearest, occluded
@@ -79,6 +80,9 @@ def own_visibility(
         strata: along each edge of the lamp, one ray in each.
         seed: of the random numbers.
 
+    Returns:
+        NaN for points that are nowhere or not below the lamp.
+
     Raises:
         ValueError: if `strata` is not positive.
 
@@ -92,14 +96,19 @@ def own_visibility(
         [0.5]
     """
     check_count("strata", strata)
+    points = np.asarray(points, float)
     rng, count = np.random.default_rng(seed), strata**2
     cell = np.stack(np.meshgrid(np.arange(strata), np.arange(strata), indexing="ij"), -1)
     u = (cell.reshape(-1, 2) + rng.random((len(points), count, 2))) * 2.0 / strata - 1.0
-    y = (u * lamp.half).reshape(-1, 2)
-    ends = lamp.world(np.append(y, np.zeros((len(y), 1)), 1))
-    rays = np.repeat(points, count, 0), ends, np.repeat(on, count)
-    hidden = host_blocks(lambda rays: _occluded(scene, *rays), rays, BLOCK)
-    return 1.0 - np.mean(hidden.reshape(-1, count), 1)
+
+    def answer(points, on, u) -> Float[np.ndarray, " m"]:
+        y = (u * lamp.half).reshape(-1, 2)
+        ends = lamp.world(np.append(y, np.zeros((len(y), 1)), 1))
+        rays = np.repeat(points, count, 0), ends, np.repeat(on, count)
+        hidden = host_blocks(lambda rays: _occluded(scene, *rays), rays, BLOCK)
+        return 1.0 - np.mean(hidden.reshape(-1, count), 1)
+
+    return where_below(lamp, points, answer, np.asarray(on), u)
 
 
 @eqx.filter_jit

@@ -43,7 +43,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from firstorder._argument_checks import check_count
+from firstorder._argument_checks import check_count, check_not_negative, check_shape
 from firstorder.shadowfield.rendering._below import where_below
 from firstorder.shadowfield.rendering._filter_shape import (
     Numbers,
@@ -191,7 +191,8 @@ def sheared_shadow(
         weights: of the rays: what each stands for where they are not equally dense; None for 1.
 
     Raises:
-        ValueError: if `cells` is not positive.
+        ValueError: if shapes do not fit, a number that must be positive is not, a weight is
+            negative, or the light is negative or dark everywhere.
 
     Reference: E11 §5; the cells, and bounds from first and last blockers, are ours.
 
@@ -205,7 +206,14 @@ def sheared_shadow(
         >>> sheared_shadow(lamp, table, floor, 1.0, 0.1, np.ones(1)).visible.tolist()
         [1.0]
     """
-    check_count("cells", cells)
+    for name, given in (
+        ("fallback", fallback),
+        *(("bounds", b) for b in (() if bounds is None else bounds)),
+    ):
+        check_shape(name, np.asarray(given), (len(receivers),))
+    if weights is not None:
+        check_shape("weights", np.asarray(weights), table.near.shape)
+        check_not_negative("weights", weights)
     share = cell_shares(cells, falloff)
 
     def answer(points, fallback, bounds) -> ShearedShadow:

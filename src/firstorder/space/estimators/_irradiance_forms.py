@@ -100,7 +100,8 @@ def trace_strata(
         radiance: what shapes send out in place of their emission (see `gather_samples`).
 
     Raises:
-        ValueError: if the receiver is not one, or its number is that of no shape.
+        ValueError: if the receiver is not one, its number is that of no shape, or cells have other
+            leading axes than receivers.
 
     Example:
         >>> import jax
@@ -141,7 +142,13 @@ def gather_samples(
         where: cells, with the same leading axes or none.
         sky: radiance from unit world directions (r, 3) in which nothing is met; None is dark.
     """
-    cells = (*at.position.shape[:-1], *where.weights.shape[-2:])
+    lead, own = where.weights.shape[:-2], at.position.shape[:-1]
+    if lead not in ((), own):
+        raise ValueError(
+            f"Argument `where` must have no leading axes or those of the receivers, {own}, but has "
+            f"{lead}."
+        )
+    cells = (*own, *where.weights.shape[-2:])
     local = jnp.broadcast_to(where.directions, (*cells, 3))
     along = jnp.einsum("...ij,...mnj->...mni", at.axes, local).reshape(-1, 3)
     origins = jnp.broadcast_to(at.position[..., None, None, :], (*cells, 3)).reshape(-1, 3)

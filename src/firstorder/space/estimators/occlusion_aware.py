@@ -11,8 +11,10 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
+from firstorder._argument_checks import check_positive, check_shape, is_concrete
 from firstorder.space.silhouettes._lambert_edge_term import lambert_edge
 from firstorder.typing import as_array, as_float
 
@@ -61,6 +63,10 @@ def occlusion_aware_estimate(
     Returns:
         E [W/m^2], gradient [W/m^3] and Hessian [W/m^4] in the receiver's tangent axes.
 
+    Raises:
+        ValueError: if there are not as many radiances, distances and neighbours as directions, a
+            triangle names a ray that is not there, or a distance is not positive.
+
     Reference: after Schwarzhaupt, Jensen and Jarosz 2012, as J12 §9 asks; derived afresh.
 
     Example:
@@ -76,6 +82,7 @@ def occlusion_aware_estimate(
     """
     L, w, r = as_float(radiance), as_float(directions), as_float(distances)
     triangles = as_array(triangles)
+    _check_net(L, w, r, triangles, neighbours)
     points, L = _points(w, r), jnp.concatenate([L, L])
     parts = _cut(points[:, triangles.T], L[triangles.T], step)
     E, gx, gy, xx, xy, yy = _contours(parts)
@@ -83,6 +90,22 @@ def occlusion_aware_estimate(
     if neighbours is not None:
         hessian = hessian + _uncovered(points, parts, triangles.T, as_array(neighbours), step)
     return E, jnp.stack([gx, gy]), hessian
+
+
+def _check_net(radiance, directions, distances, triangles, neighbours) -> None:
+    """Refuse rays that do not go with their triangulation: JAX reads others in their place."""
+    rays = directions.shape[0]
+    check_shape("directions", directions, (rays, 3))
+    check_shape("radiance", radiance, (rays,))
+    check_shape("distances", distances, (rays,))
+    if neighbours is not None:
+        check_shape("neighbours", as_array(neighbours), (rays, np.shape(neighbours)[-1]))
+    if is_concrete(distances):
+        check_positive("distances", np.where(np.isposinf(distances), 1.0, distances))
+    if is_concrete(triangles) and (most := int(np.max(triangles))) >= 2 * rays:
+        raise ValueError(
+            f"Argument `triangles` must name {rays} rays and their feet, but names {most}."
+        )
 
 
 def _points(directions, distances) -> Float[Array, "4 n"]:

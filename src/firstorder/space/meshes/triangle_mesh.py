@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from firstorder._argument_checks import check_finite, is_concrete
+from firstorder._argument_checks import check_finite, check_shape, is_concrete
 from firstorder.numerics._scale import power_of_two
 from firstorder.numerics._vectors import cross, dot, near_one, norm, unit
 from firstorder.typing import as_float
@@ -77,8 +77,17 @@ class Mesh(eqx.Module):
         return float(np.linalg.norm(v.max(0) - v.min(0)))
 
     def at(self, vertices: Any) -> Mesh:
-        """Mesh of the same faces with other vertices, as differentiation wants it."""
-        return eqx.tree_at(lambda m: m.vertices, self, as_float(vertices))
+        """Mesh of the same faces with other vertices, as differentiation wants it.
+
+        Args:
+            vertices: as many as there are [m].
+
+        Raises:
+            ValueError: if there are not as many.
+        """
+        vertices = as_float(vertices)
+        check_shape("vertices", vertices, self.vertices.shape)
+        return eqx.tree_at(lambda m: m.vertices, self, vertices)
 
 
 def mesh(vertices: Any, faces: Any) -> Mesh:
@@ -105,7 +114,14 @@ def mesh(vertices: Any, faces: Any) -> Mesh:
         >>> square.count, square.area.item()
         (2, 1.0)
     """
-    v, f = as_float(vertices), np.asarray(faces)
+    v = as_float(vertices)
+    try:
+        f = np.asarray(faces)
+    except ValueError:
+        raise ValueError(
+            "Argument `faces` must be rows of three, but some are longer than others: cut polygons "
+            "into triangles."
+        ) from None
     if v.ndim != 2 or v.shape[1] != 3 or not v.shape[0]:
         raise ValueError(f"Argument `vertices` must have shape (v, 3), but has {tuple(v.shape)}.")
     check_finite("vertices", v)

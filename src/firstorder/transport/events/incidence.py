@@ -6,7 +6,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from firstorder._argument_checks import _all, nan_unless
+from firstorder._argument_checks import _all, check_one, nan_unless
 from firstorder.conventions import Frame
 from firstorder.laws.base import Law
 from firstorder.laws.move import Move
@@ -63,6 +63,7 @@ class Incidence(Event):
     def law(self, frame: Frame) -> Law:
         """Scale in space by the cosine, shift in angle."""
         require_frame(frame.sense == "incoming", self, frame, "incoming light")
+        check_one("theta0", self.theta0)
         angle = _checked(self, frame, self.theta0)
         if self.exact:
             return Warp(_Projection(angle, -1.0))
@@ -112,6 +113,7 @@ class Outgoing(Event):
     def law(self, frame: Frame) -> Law:
         """Scale in space by 1 / cosine, shift in angle."""
         require_frame(frame.sense == "outgoing", self, frame, "outgoing light")
+        check_one("theta1", self.theta1)
         angle = _checked(self, frame, self.theta1)
         if self.exact:
             return Warp(_Projection(angle, 1.0))

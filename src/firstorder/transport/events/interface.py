@@ -11,7 +11,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from firstorder._argument_checks import check_between, check_positive, nan_unless
+from firstorder._argument_checks import check_between, check_one, check_positive, nan_unless
 from firstorder.conventions import FLATLAND, Frame
 from firstorder.fields.field import Affine, Field
 from firstorder.fields.kernel import Kernel
@@ -288,6 +288,7 @@ class Snell(Event):
         """The warp."""
         fits = frame.dims == 2 and frame.directions == (1,) and not frame.uses_slopes
         require_frame(fits, self, frame, "a position and an angle")
+        check_one("eta", self.eta)
         return Warp(_Refract(self.eta))
 
 

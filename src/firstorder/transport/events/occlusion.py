@@ -10,6 +10,7 @@ from firstorder._argument_checks import (
     check_between,
     check_count,
     check_not_negative,
+    check_one,
     check_positive,
     nan_unless,
 )
@@ -61,6 +62,7 @@ class Occlusion(Event):
     def law(self, frame: Frame) -> Multiply:
         """Multiply by V, sheared to its depth."""
         transparency = self.transparency.in_frame(frame, "transparency", type(self).__name__)
+        check_one("depth", self.depth)
         shear = Travel(self.depth).law(frame)
         return Multiply(shear(transparency), self.window, type(self).__name__)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import equinox as eqx
 import numpy as np
 
-from firstorder._argument_checks import check_finite
+from firstorder._argument_checks import check_finite, check_shape
 from firstorder.conventions import Frame
 from firstorder.laws.base import Law
 from firstorder.laws.move import Move
@@ -30,7 +30,7 @@ class Curvature(Event):
         back: from the local frame to the global one instead.
 
     Raises:
-        ValueError: if `kappa` is not finite.
+        ValueError: if `kappa` is not finite, or its matrix does not fit the light.
 
     Called: per-point rotation (R07 step 1, D05 step 2), and back (R07 step 4, D05 step 6).
 
@@ -56,6 +56,8 @@ class Curvature(Event):
         fits = len(frame.positions) == len(frame.directions) and not frame.uses_slopes
         require_frame(fits, self, frame, "angles, one for each position")
         half = len(frame.positions)
+        if self.kappa.ndim:
+            check_shape("kappa", self.kappa, (half, half))
         _, kappa = hosted(self.kappa)
         turn = kappa * np.eye(half, dtype=self.kappa.dtype) if self.kappa.ndim == 0 else kappa
         lower, left = slice(half, 2 * half), slice(None, half)  # a time, last, stands still

@@ -6,7 +6,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from firstorder._argument_checks import check_not_negative, is_concrete, nan_unless
+from firstorder._argument_checks import check_not_negative, check_one, is_concrete, nan_unless
 from firstorder.conventions import Frame, slope, travel_sign
 from firstorder.fields.field import Field
 from firstorder.laws.base import Law
@@ -33,7 +33,8 @@ class Travel(Event):
         d: distance along the normal of the reference line, not negative [m]. Zero is the identity.
 
     Raises:
-        ValueError: if `d` is negative or not finite. A traced `d < 0` gives NaN.
+        ValueError: if `d` is negative or not finite, or where light comes, no one number: map over
+            many. A traced `d < 0` gives NaN.
 
     Called: transport, or travel in free space (D05 §3.1).
 
@@ -58,6 +59,7 @@ class Travel(Event):
         """A move in slopes, a warp in angles."""
         fits = len(frame.positions) == len(frame.directions) > 0
         require_frame(fits, self, frame, "one direction for each position")
+        check_one("d", self.d)
         _, d = hosted(self.d)
         shear = travel_sign(frame.sense) * nan_unless(d >= 0, d)
         require_frame(frame.uses_slopes or frame.dims == 2, self, frame, "slopes in space")
@@ -132,7 +134,7 @@ def line_light(emission: Field, height) -> Field:
         height: distance between the two lines, in metres, not negative.
 
     Raises:
-        ValueError: if `height` is negative.
+        ValueError: if `height` is negative, or no one number.
 
     Example:
         >>> from firstorder.conventions import FLATLAND_SLOPE
@@ -142,4 +144,5 @@ def line_light(emission: Field, height) -> Field:
         >>> line_light(spot, 2.0)(1.0, 0.5).item() == spot(0.0, 0.5).item()
         True
     """
+    check_one("height", height)
     return Travel(height)(emission)
