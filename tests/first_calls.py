@@ -8,6 +8,7 @@ twice counts twice.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -30,6 +31,12 @@ Call = tuple[Callable[..., Any], tuple]
 def equations(function: Callable[..., Any], *args: Any) -> int:
     """How many equations JAX traces of a call."""
     return sum(1 for _ in _all(eqx.filter_make_jaxpr(function)(*args)[0].jaxpr))
+
+
+def numbers_computed(function: Callable[..., Any], *args: Any) -> int:
+    """How many numbers those equations compute, each loop once."""
+    program = eqx.filter_make_jaxpr(function)(*args)[0].jaxpr
+    return sum(math.prod(out.aval.shape) for e in _all(program) for out in e.outvars)
 
 
 def _all(program) -> Iterator[Any]:

@@ -11,9 +11,10 @@ from firstorder.flatland import bounces as flat_bounces
 from firstorder.flatland.discontinuities import visual_events
 from firstorder.scene._bands import band_after_band, bands_of, by_band, merged_bands, one_band
 from firstorder.space import bounces as space_bounces
-from tests.first_calls import equations
+from tests.first_calls import equations, numbers_computed
 
 LAMP, RED, GREEN = (1.2, 1.0, 0.7), (0.8, 0.1, 0.05), (0.1, 0.6, 0.2)
+ONE, OTHER = (1.0, 0.0, 0.5), (0.0, 1.0, 0.0)
 WORLDS = {"flatland": flatland, "space": space}
 
 
@@ -96,6 +97,33 @@ def test_shapes_are_seen_once_for_all_bands(world):
     three = equations(lambda s: f(s, at), scene)
     one = equations(lambda s: f(s, at), scene.band(0))
     assert three < 1.1 * one
+
+
+@pytest.mark.parametrize("world", WORLDS)
+def test_what_is_seen_is_not_mapped_over_bands(world):
+    scene, at = asked(world)
+    f = WORLDS[world].irradiance
+    one = numbers_computed(lambda s: f(s, at), scene.band(0))
+    assert numbers_computed(lambda s: f(s, at), scene) < 1.25 * one
+
+
+@pytest.mark.parametrize("world", WORLDS)
+@pytest.mark.parametrize("colours", [(ONE, OTHER), (OTHER, ONE)])
+def test_of_lamps_in_one_place_the_later_one_is_seen_in_every_band(world, colours):
+    """Also in those in which it is dark and the other is not."""
+    shapes = {
+        "flatland": flatland.Segments((0.5, 1.0), (-0.5, 1.0)),
+        "space": space.rectangle((0, 0, 1), (0, 0.5, 0), (0.5, 0, 0)),
+    }
+    at = WORLDS[world].Receiver.at((0.0,) * (2 if world == "flatland" else 3))
+    colours = [np.array([[c, (0.0,) * 3]]) for c in colours]
+
+    def light(*colours):
+        lamps = [WORLDS[world].primitive(shapes[world], emission=c) for c in colours]
+        return WORLDS[world].irradiance(WORLDS[world].Scene.of(*lamps), at)
+
+    np.testing.assert_allclose(light(*colours), light(colours[1]), rtol=1e-12)
+    assert np.any(light(colours[1]) > 0.1)
 
 
 @pytest.mark.parametrize("world", WORLDS)

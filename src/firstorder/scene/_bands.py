@@ -18,12 +18,14 @@ from typing import Any, ParamSpec, TypeVar
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Bool
 
 from firstorder._argument_checks import check_integer
 
 P = ParamSpec("P")
 R = TypeVar("R")
 Axes = int | tuple[int | None, ...]
+_AXIS = "bands"  # by which programs that are mapped know the others
 _GOLDEN = 0.6180339887498949
 # Mean and error of an `Estimate` have bands; how many samples there are is the same in all.
 OF_AN_ESTIMATE: Axes = (-1, -1, None)
@@ -158,12 +160,24 @@ def by_band(out: Axes = -1) -> Callable[[Callable[P, R]], Callable[P, R]]:
                 form[:] = [tree]
                 return tuple(leaves)
 
-            leaves = jax.vmap(one, in_axes=-1, out_axes=out)(_parts((args, kwargs)))
+            parts = _parts((args, kwargs))
+            leaves = jax.vmap(one, in_axes=-1, out_axes=out, axis_name=_AXIS)(parts)
             return jax.tree.unflatten(form[0], leaves)
 
         return over
 
     return mapped
+
+
+def in_any_band(found: Bool[Array, "*n"]) -> Bool[Array, "*n"]:
+    """Whether something is true in any of the bands that `by_band` maps over: the same for all.
+
+    What is seen of shapes asks this, and not of a band alone: it is then computed once for all.
+    """
+    try:
+        return jax.lax.pmax(found.astype(jnp.int32), _AXIS) > 0
+    except NameError:  # nothing is mapped over bands
+        return found
 
 
 def band_after_band(out: Axes = -1) -> Callable[[Callable[P, R]], Callable[P, R]]:

@@ -27,6 +27,7 @@ from firstorder._argument_checks import is_concrete
 from firstorder.numerics._batching import in_blocks, one_list
 from firstorder.numerics._host import hosted
 from firstorder.numerics._select import either
+from firstorder.scene._bands import in_any_band
 from firstorder.typing import as_array
 
 MISS = -1
@@ -48,7 +49,7 @@ def ranks(emission: Float[Array, "n 2 ..."]) -> Int[Array, " n"]:
     """
     n = emission.shape[0]
     shines = jnp.any(jax.lax.stop_gradient(emission).reshape(n, -1) > 0.0, 1)
-    return jnp.arange(n, dtype=jnp.int32) + n * shines.astype(jnp.int32)
+    return jnp.arange(n, dtype=jnp.int32) + n * in_any_band(shines).astype(jnp.int32)
 
 
 def tie(dtype: Any) -> float:
