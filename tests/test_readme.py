@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 import sympy
 
-from figures import claims
 from firstorder.cli import main
 from firstorder.io import flatland_from_toml, read_layers
 
@@ -33,34 +32,6 @@ def ran(example):
 
 def test_the_readme_is_short():
     assert len(README.read_text(encoding="utf-8").splitlines()) <= 150
-
-
-# What the README says of claims: of which figure, how the claim begins, and in which words.
-SAID = [
-    ("d05_fig15", "(20) bounds what the eye sees in a valley", "up to {:,.0f} times"),
-    ("d05_fig15", "(21) bounds what the eye sees behind an edge", "edge {:,.0f} times"),
-    ("j12_fig22", "RMS error of ellipses below that of circles, geom", "{:.0f} % of the error"),
-    ("j12_fig13", "A way to enforce a user-specified error bound: largest", "up to {:.0f} times"),
-    (
-        "r07_cost_of_a_pixel",
-        "Time of the full image over that of 17 % by gradient, 32",
-        "{:.1f} times",
-    ),
-    ("r07_cost_of_a_pixel", "What gradients add to the time of values, 32", "{:.0f} % to the time"),
-    ("r07_fig04", "Lambertian, far: B_x", "{:.2f} of the derivative"),
-    ("e11_fig05", "At the rates (17) and (18) replicas stay off", "off the filter in {:.0%}"),
-]
-
-
-@pytest.mark.parametrize(("figure", "claim", "words"), SAID)
-def test_a_number_of_the_readme_is_that_of_its_claim(figure, claim, words):
-    (measured,) = (
-        r["measured"]
-        for r in claims.kept()
-        if r["figure"] == figure and r["claim"].startswith(claim)
-    )
-    said = re.sub(r"(?<=\d)%", " %", words.format(measured))
-    assert said in " ".join(README.read_text(encoding="utf-8").split())
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())

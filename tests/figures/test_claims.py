@@ -65,7 +65,7 @@ TOLD = [
         "Time of the full image over that of 17 % by gradient, 32 x 32 shadow rays",
         "{:.1f} times as fast",
     ),
-    ("r07_cost_of_a_pixel", "What gradients add to the time of values, 8 x 8", "add {:.0f} %"),
+    ("r07_cost_of_a_pixel", "What gradients add to the time of values, 32 x 32", "add {:.0f} %"),
     ("r07_fig04", "Lambertian, far: B_x is SV+CDV", "{:.2f} of the derivative"),
     ("e11_fig05", "At the rates (17) and (18) replicas stay off", "in {:.0%} of lay-outs"),
 ]
