@@ -366,7 +366,7 @@ def test_lights_on_the_lamp_add(a, b):
 
 
 BAD = {
-    "pixel": (dict(pixel=np.nan), "`pixel` must be positive, but is nan"),
+    "pixel": (dict(pixel=np.nan), "`pixel` must not be negative, but is nan"),
     "cells": (dict(cells=0), "`cells` must be a positive integer, but is 0"),
     "fallback": (dict(fallback=np.zeros(3)), r"`fallback` must have shape \(\d+,\), but has \(3,"),
     "few weights": (dict(weights=np.ones(3)), r"`weights` must have shape \(\d+,\), but has \(3,"),

@@ -12,7 +12,7 @@ import numpy as np
 import scipy.ndimage
 from jaxtyping import Float
 
-from firstorder._argument_checks import check_count, check_positive
+from firstorder._argument_checks import check_count, check_not_negative
 from firstorder.numerics._native import HAVE_NATIVE
 from firstorder.shadowfield.rendering._below import where_below
 from firstorder.shadowfield.rendering._culling import ROUNDING, narrowed
@@ -36,14 +36,14 @@ def blocker_depths(
         lamp: the lamp.
         table: the rays.
         receivers: in the world [m].
-        pixel: side of a pixel on the receivers [m].
+        pixel: side of a pixel on the receivers, 0 for points [m].
 
     Returns:
         Infinity and minus infinity where there is none; NaN for receivers that are nowhere or not
         below the lamp.
 
     Raises:
-        ValueError: if `pixel` is not positive.
+        ValueError: if `pixel` is negative.
 
     Reference: E11 §5 and §7.
 
@@ -57,7 +57,7 @@ def blocker_depths(
         >>> [depth.tolist() for depth in blocker_depths(lamp, table, floor, 0.1)]
         [[1.0], [1.0]]
     """
-    check_positive("pixel", pixel)
+    check_not_negative("pixel", pixel)
     places = _places(table)
     return where_below(
         lamp, np.asarray(receivers, float), lambda at: _bounds(lamp, places, lamp.local(at), pixel)
