@@ -65,9 +65,9 @@ def net_visibility(
 
         B = integral over the hemisphere of V(w) dw
 
-    Valid when: the receiver is outside of all closed shapes, and not on an inner wall; inside there
-    is no answer but NaN.
-    An arc is given `nodes` Gauss-Legendre nodes between two cuts; the error falls geometrically.
+    Valid when: the receiver is outside of all closed shapes; inside there is no answer but NaN, and
+    on an inner wall that `Receiver.on` names the sky is seen through the wall. An arc is given
+    `nodes` Gauss-Legendre nodes between two cuts; the error falls geometrically.
 
     Args:
         scene: the blockers; what they emit does not count.

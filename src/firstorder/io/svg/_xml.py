@@ -151,7 +151,7 @@ _READ = frozenset(
 
 @dataclasses.dataclass(frozen=True)
 class _Block:
-    """What a brace opens: a rule, or a condition on those in it.
+    """A pair of braces of a style sheet: a rule, or a condition on the rules in it.
 
     Attributes:
         selectors: of the rule, with all that it stands in; None outside of rules.

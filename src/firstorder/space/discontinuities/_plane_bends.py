@@ -98,7 +98,7 @@ def plane_bends(
 
 
 def _parts(scene: Scene, edges: Edges, at: Receiver, places, normals, d, rows: Crossings):
-    """What each crossing adds to the jump of E'', over the speed across the plane [W/m^3]."""
+    """Parts of the jump of E'' by crossing, over the speed across the plane [W/m^3]."""
     place, m = places[rows.row], normals[rows.row]
     u = unit(rows.point - place)
     tau = np.cross(u, m)

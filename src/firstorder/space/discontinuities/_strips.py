@@ -164,7 +164,7 @@ class InPlane(NamedTuple):
 
 
 def in_plane(edges: Edges, rounds: Rounds, at: Receiver, place, m) -> InPlane:
-    """What lies in the plane through a place with a unit normal."""
+    """Outlines that lie in the plane through a place with a unit normal."""
     up = np.asarray(at.normal) - (np.asarray(at.normal) @ m) * m
     slope = float(np.linalg.norm(up))
     frame = np.stack([np.cross(m, up / slope), up / slope])

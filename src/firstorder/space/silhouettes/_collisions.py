@@ -104,6 +104,7 @@ def have_collisions(scene: Scene) -> bool:
 
 
 def _told(scene: Scene, i: int, j: int) -> str:
+    """The words of a refusal, and of a warning."""
     one, other = (f"{k} (`{scene.names[k]}`)" if scene.names[k] else k for k in (i, j))
     return (
         f"Shapes {one} and {other} run into each other and send unlike light: exact integrals do "
@@ -112,14 +113,14 @@ def _told(scene: Scene, i: int, j: int) -> str:
 
 
 def _lights(scene: Scene, number: int) -> np.ndarray:
-    """What the sides of a shape emit that can be seen from outside: (sides, bands)."""
+    """Radiance of those sides of a shape that can be seen from outside: (sides, bands)."""
     group, _ = _found(scene, number)
     emission = np.asarray(scene.material.emission)[number].reshape(2, -1)
     return emission[[FRONT]] if group.closed else emission
 
 
 def _shown(scene: Scene, number: int, places: Float[np.ndarray, "n 3"]) -> np.ndarray:
-    """What a shape emits from the side that it shows to each place: (n, bands)."""
+    """Radiance of the side that a shape shows to each place: (n, bands)."""
     group, k = _found(scene, number)
     front = np.full(len(places), True)
     if not group.closed:
