@@ -20,8 +20,7 @@ from firstorder import caching, flatland, imaging, shadowfield, space
 from firstorder.fields import BoxProfile, GaussianProfile, Separable, gaussian
 from firstorder.flatland import library
 from firstorder.flatland.bounces import Discretization, solve_radiosity
-from firstorder.imaging import shading
-from firstorder.imaging._area_lights import Lamp
+from firstorder.imaging import Lamp, shading
 from firstorder.space.azimuthal import irradiance_by_azimuth
 from firstorder.transport import Curvature, Mirror, Reflection
 

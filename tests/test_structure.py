@@ -45,7 +45,7 @@ RANK = {name: rank for rank, layer in enumerate(LAYERS) for name in layer}
 # Imports inside a function that run against the order or around a circle, each with its reason.
 EXCEPTIONS: dict[tuple[str, str], str] = {
     ("_display", "symbolic._display"): "formulas are found when a notebook asks: SymPy stays lazy",
-    ("_display", "plotting._at_hand"): "pictures are drawn when asked: matplotlib stays lazy",
+    ("_display", "plotting._plot_methods"): "pictures are drawn when asked: matplotlib stays lazy",
     ("_display", "plotting._notebooks"): "the same, when a notebook asks",
     ("_display", "plotting._plot_paths"): "the same, of a path",
     ("_display", "plotting._axes"): "the type of axes, imported by type checkers alone",

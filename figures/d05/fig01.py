@@ -27,6 +27,7 @@ from matplotlib.figure import Figure
 
 from figures.d05.shared import picture, receiver, space
 from figures.d05.shared.readings import ALIKE, alike, less, more
+from figures.spread import spread
 from figures.style import Drawing
 from figures.verdicts import Measurement, Statement
 from firstorder.imaging.camera import pinhole
@@ -143,8 +144,8 @@ def _cosine(scanned) -> list[Statement | Measurement]:
         power = space.predicted(_on(_arriving(), _printed()), last.place.window, series)
         moments = space.moments(power, *last.place.window.frequencies)
         off.append(space.moments_apart(last.moments[0][1:], moments[1:]))
-    right = receiver.over([space.moments_apart(*(m[1:] for m in s[5].moments)) for s in scanned])
-    printed = receiver.over(off)
+    right = spread([space.moments_apart(*(m[1:] for m in s[5].moments)) for s in scanned])
+    printed = spread(off)
     words = "6 further on: second moments over (y, w), across the plane of incidence, curvature"
     given = dict(unit="of the deviations", scanned=receiver.said(scanned))
     return [

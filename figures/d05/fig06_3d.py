@@ -23,6 +23,7 @@ import numpy as np
 
 from figures.d05.shared import receiver, space
 from figures.d05.shared.readings import alike, less, more, most
+from figures.spread import spread
 from figures.style import Drawing
 from figures.verdicts import Statement, near
 from firstorder import plotting
@@ -101,7 +102,7 @@ def _on_the_receiver(quick: bool) -> Statement:
         measured = receiver.spectrum_of(light, places, 0.5, f)
         predicted = receiver.predicted_irradiance(balls.series(20), f, 0.5, 40)
         apart.append(np.linalg.norm(measured - predicted) / np.linalg.norm(measured))
-    mean, error = receiver.over(apart)
+    mean, error = spread(apart)
     return Statement(
         "5 diffuse receiver: spectra by rays and predicted differ, opaque balls", receiver.AGREE,
         mean, alike(receiver.AGREE), receiver.PATHS, "of the norm", error,
@@ -132,8 +133,8 @@ def _lobes(quick: bool) -> list[Statement]:
     """What is left of the blockers' lobe on the receiver, over the mean light."""
     count = 3 if quick else 20
     left = np.array([[_lobe(p, seed) for seed in range(count)] for p in PERIODS])
-    grows = receiver.over(np.max(left[1:] / left[:-1], 0))
-    removed = receiver.over(1.0 - left[-1] / left[0])
+    grows = spread(np.max(left[1:] / left[:-1], 0))
+    removed = spread(1.0 - left[-1] / left[0])
     scanned = f"periods of 0.6 to 0.12 m, {count} lay-outs of balls each"
     return [
         Statement("The smaller the blockers, the less of their lobe is on the receiver: over that "

@@ -20,6 +20,7 @@ from scipy.interpolate import RegularGridInterpolator
 
 from figures.d05.shared import picture, receiver, space
 from figures.d05.shared.readings import ALIKE, alike
+from figures.spread import spread
 from figures.style import Drawing
 from figures.verdicts import Measurement, Statement, at_least, at_most
 from firstorder import plotting
@@ -139,7 +140,7 @@ def _increase(none: float, f, quick: bool) -> list[Statement | Measurement]:
     shares = np.array([[_share(p, s, f) - none for s in range(count)] for p in PERIODS])
     a, b, c = shares
     scanned = f"{count} lay-outs of balls"
-    few, rise, gone = receiver.over(a), receiver.over(b - a), receiver.over(c / b)
+    few, rise, gone = spread(a), spread(b - a), spread(c / b)
     return [
         Statement("(a) Large blockers result in few high frequencies on the receiver", "few",
                   few[0], at_most(ALIKE, "'few': a tenth of the energy"), "D05 Fig. 9",

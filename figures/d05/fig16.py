@@ -18,11 +18,12 @@ from __future__ import annotations
 import numpy as np
 from scipy.stats import spearmanr
 
-from figures.d05.shared import compared, creatures, shading
+from figures.d05.shared import creatures, shading
 from figures.d05.shared import sampling as shared
 from figures.d05.shared.readings import ALIKE
 from figures.r07.shared.look import BRASS, CLAY, SLATE, WOOD, look, show_levels
 from figures.r07.shared.table import show
+from figures.spread import spread
 from figures.style import Drawing
 from figures.verdicts import OURS, Measurement, Statement, at_least, at_most
 from firstorder import plotting
@@ -100,7 +101,7 @@ def _increased(quick: bool) -> list[Statement]:
         Statement(f"Sampling density is increased at {name}: median over that of the rest",
                   "increased", mean, at_least(1.0, "'increased'"), "D05 §6.2", "times", error,
                   f"{len(sides)} views of the scene")
-        for name, (mean, error) in zip(places, map(compared.over, found.T), strict=True)
+        for name, (mean, error) in zip(places, map(spread, found.T), strict=True)
     ]  # fmt: skip
 
 
@@ -167,7 +168,7 @@ def _judged(view, truth, found, count, seeds: int) -> list[Statement | Measureme
         error = _blocks((made - truth) ** 2).ravel()
         for name, B in found.maps.items():
             rank[name].append(float(spearmanr(error, _blocks(B).ravel())[0]))
-    gain, error = compared.over(np.array(rank["plain"]) - np.array(rank["mirror"]))
+    gain, error = spread(np.array(rank["plain"]) - np.array(rank["mirror"]))
     return [
         *(Measurement(f"Rank correlation of criterion and error of a uniform image: {words}",
                       *_with_error(rank[name])) for name, words in shared.WORDS.items()),
@@ -179,7 +180,7 @@ def _judged(view, truth, found, count, seeds: int) -> list[Statement | Measureme
 
 def _with_error(values) -> tuple[float, str, float]:
     """Mean, no unit, standard error."""
-    mean, error = compared.over(values)
+    mean, error = spread(values)
     return mean, "", error
 
 

@@ -31,7 +31,7 @@ from figures.e11.competitors.cell_factoring import likely_factoring, worst_facto
 from figures.e11.competitors.factored import direct, factored, gridded_axis
 from figures.e11.shared import space as scenes
 from figures.e11.shared.glossy import CELLS, LOBES, SEED, Ground, ground, merged, surface
-from figures.e11.shared.measures import spread
+from figures.spread import spread
 from figures.style import Drawing
 from figures.verdicts import OURS, Measurement, Statement, at_least, at_most
 from firstorder import plotting
@@ -241,29 +241,40 @@ def _bars(ax, equal: dict[str, np.ndarray]) -> None:
 
 
 def _claims(g: Ground, found, equal, speed) -> list[Statement | Measurement]:
-    alone, shared = found["alone"], found["shared"]
-    claims: list[Statement | Measurement] = [
+    return [
+        *_errors_of_factoring(found),
+        *_bounds(g, found),
+        *_lobes(g, found["shared"]),
+        *_at_equal_rays(equal),
+        *_passes(speed),
+    ]
+
+
+def _errors_of_factoring(found) -> list[Measurement]:
+    alone, floor = 100.0 * found["alone"], 100.0 * found["floor"]
+    whole = [
         Measurement(
             f"RMS error of eq. 2's factoring over mean light, {name(e)}",
-            float(100.0 * alone[i, 0]),
+            float(alone[i, 0]),
             "%",
             source="E11 (2)",
         )
         for i, e in enumerate(LOBES)
     ]
-    claims += [
+    return whole + [
         Measurement(
             f"The same in 64 cells, {name(e)} (what noise of rays may make of none)",
-            f"{100.0 * alone[i, -1]:.2g} ({100.0 * found['floor'][i, -1]:.2g})",
+            f"{alone[i, -1]:.2g} ({floor[i, -1]:.2g})",
             "%",
         )
         for i, e in enumerate(LOBES)
     ]
+
+
+def _bounds(g: Ground, found) -> list[Statement | Measurement]:
     flat, space = flatland_bounds(g)
-    spreads = [np.mean(a.sum(1) ** 2 / np.sum(a**2, 1)) / CELLS[-1] ** 2 for a in g.light]
-    reach = alone / np.minimum(found["likely"], found["worst"])
-    lobes = "receivers of one scene, all of its ground"
-    claims += [
+    reach = found["alone"] / np.minimum(found["likely"], found["worst"])
+    return [
         Statement(
             "Bounds of factoring bound it: largest RMS error over the smaller of its two bounds",
             None,
@@ -278,6 +289,14 @@ def _claims(g: Ground, found, equal, speed) -> list[Statement | Measurement]:
             f"{100 * space:.3g} ({100 * flat:.3g})",
             "%",
         ),
+    ]
+
+
+def _lobes(g: Ground, shared) -> list[Statement]:
+    """What E11 expects of receivers that are not diffuse."""
+    spreads = [np.mean(a.sum(1) ** 2 / np.sum(a**2, 1)) / CELLS[-1] ** 2 for a in g.light]
+    lobes = "receivers of one scene, all of its ground"
+    return [
         Statement(
             "General BRDFs by light times BRDF in place of light: RMS error with 4 shared rays, "
             "exponent 80, of 1 cell over 64 cells",
@@ -309,10 +328,9 @@ def _claims(g: Ground, found, equal, speed) -> list[Statement | Measurement]:
             scanned=lobes,
         ),
     ]
-    return claims + _other_claims(equal, speed)
 
 
-def _other_claims(equal, speed) -> list[Statement | Measurement]:
+def _at_equal_rays(equal) -> list[Statement]:
     rates = spread(equal["E11's rates"] / equal["as many each"])
     layers = spread(equal["covariance"] / equal["one light field"])
     best = spread(equal["covariance"] / np.minimum(equal["product"], equal["minimum"]))
@@ -343,8 +361,7 @@ def _other_claims(equal, speed) -> list[Statement | Measurement]:
         ),
         Statement(
             "Covariance puts light fields together best: its RMS error over the better of "
-            "product's "
-            "and minimum's",
+            "product's and minimum's",
             None,
             best[0],
             at_most(1.0, "'best': a smaller error"),
@@ -353,22 +370,27 @@ def _other_claims(equal, speed) -> list[Statement | Measurement]:
             best[1],
             seeds,
         ),
+    ]
+
+
+def _passes(speed) -> list[Statement]:
+    ratio, off = speed
+    return [
         Statement(
-            "Hierarchical integration speeds up filtering: time of one sum over all "
-            "coordinates over "
-            "that of passes along one each",
+            "Hierarchical integration speeds up filtering: time of one sum over all coordinates "
+            "over that of passes along one each",
             "to speed up filtering",
-            speed[0].mean,
+            ratio.mean,
             at_least(1.0, "'speed up': less time"),
             "E11 §8",
             "times",
-            speed[0].error,
+            ratio.error,
             "rounds in turns",
         ),
         Statement(
             "Both are one: largest difference of these two",
             None,
-            speed[1],
+            off,
             at_most(1e-4, "single precision, or double"),
             OURS,
         ),

@@ -27,8 +27,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
 from figures.e11.shared import compared, picture, space
-from figures.e11.shared.measures import spread
 from figures.r07.shared.look import show_levels
+from figures.spread import spread
 from figures.style import Drawing
 from figures.verdicts import Measurement, Statement, at_least
 from firstorder import plotting

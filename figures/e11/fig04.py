@@ -20,7 +20,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from figures.e11.shared import scenes as e11
-from figures.e11.shared.measures import spread
+from figures.spread import spread
 from figures.style import Drawing
 from figures.verdicts import Measurement, Statement, at_most, near
 from firstorder import plotting

@@ -17,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 
 from figures.e11.shared import compared, space
-from figures.e11.shared.measures import spread
+from figures.spread import spread
 from figures.style import Drawing
 from figures.verdicts import OURS, Measurement, Statement, at_most
 from firstorder import plotting

@@ -32,6 +32,7 @@ from matplotlib.patches import Rectangle
 
 from figures.e11.shared import measures, methods
 from figures.e11.shared import space as e11
+from figures.spread import spread
 from figures.style import Drawing
 from figures.verdicts import Measurement, Statement, at_least
 from firstorder import plotting
@@ -120,7 +121,7 @@ def _claims(answers, off, sent, rays, ratios) -> list[Statement | Measurement]:
         )
         for name, e in zip(names, off, strict=True)
     ]
-    wavelets, photons, shared = (measures.spread(column) for column in ratios.T)
+    wavelets, photons, shared = (spread(column) for column in ratios.T)
     scanned = f"two closeups of 1,024 x 1,024 pixels, {len(ratios) // 2} seeds each"
     better = at_least(1.0, "'better', 'a fair amount of noise': a larger error than ours")
     return [

@@ -37,6 +37,7 @@ from matplotlib.patches import Rectangle
 
 from figures.e11.shared import compared, measures, methods
 from figures.e11.shared import space as e11
+from figures.spread import spread
 from figures.style import Drawing
 from figures.verdicts import OURS, Measurement, Statement, at_least, at_most
 from firstorder import plotting
@@ -180,7 +181,7 @@ def _speed(scene, true, quick: bool) -> Statement:
     image, where, seeds = scene.picture(true), scene.every(4), 3 if quick else 20
     some = compared.repeated(scene, image, 1, methods.BAND, seeds, where, own=(methods.OWN, 0))
     rms = compared.stratified_rms(scene, some, where)
-    equal = measures.spread(compared.equal_stratified(some, rms))
+    equal = spread(compared.equal_stratified(some, rms))
     speed = compared.speedup(scene, equal, 1, methods.BAND, 9)
     return Statement(
         "Time of stratified rays over that of 1 shared ray a pixel, at equal RMS error, grids",
@@ -246,8 +247,8 @@ def _draw_whole(ax, scene, true, name: str) -> None:
 
 def _statements(dense: Dense, spots) -> list[Statement | Measurement]:
     one, four = (np.array([[e.rms, e.largest] for e in runs]).T for runs in dense.runs)
-    largest = [measures.spread(100.0 * a[1]) for a in (one, four)]
-    falls, removed = measures.spread(four[0] / one[0]), measures.spread(spots[1] / spots[0])
+    largest = [spread(100.0 * a[1]) for a in (one, four)]
+    falls, removed = spread(four[0] / one[0]), spread(spots[1] / spots[0])
     scanned = f"a closeup of 1,024 x 1,024 pixels, {one.shape[1]} seeds"
     return [
         Statement(
@@ -305,7 +306,7 @@ def _statements(dense: Dense, spots) -> list[Statement | Measurement]:
 
 
 def _percent(values) -> tuple[float, str, float]:
-    mean, error = measures.spread(values)
+    mean, error = spread(values)
     return mean, "% of light", error
 
 

@@ -25,6 +25,7 @@ import numpy as np
 from figures import timing
 from figures.e11.shared import compared, measures, methods
 from figures.e11.shared import space as e11
+from figures.spread import spread
 from figures.style import Drawing
 from figures.verdicts import Measurement, Statement, at_least
 from firstorder import plotting
@@ -173,8 +174,8 @@ def _claims(name: str, case: Case, time: timing.Ratio) -> list[Statement | Measu
     pixels = len(one.visible)
     more = equal.rays - one.rays
     worth = one.filter / (more * pixels) * 1e6 if more > 0.0 else None
-    saved = measures.spread(case.saved)
-    timed = compared.at_equal_error(time, measures.spread(case.even))
+    saved = spread(case.saved)
+    timed = compared.at_equal_error(time, spread(case.even))
     found = [
         Measurement(
             f"{name}, {n} shared ray{'s' * (n != 1)} a pixel: RMS, 99th percentile, largest error",
@@ -228,9 +229,9 @@ def _gained(medium, large, others: timing.Others) -> timing.Ratio:
 
 def _larger(medium: Case, large: Case, time: timing.Ratio) -> list[Statement]:
     """What a larger lamp gains, in time and in rays."""
-    even = measures.spread(large.even / medium.even)
-    ratio, spread = time.mean * even[0], np.hypot(time.error / time.mean, even[1] / even[0])
-    saved = measures.spread(large.saved / medium.saved)
+    even = spread(large.even / medium.even)
+    ratio, off = time.mean * even[0], np.hypot(time.error / time.mean, even[1] / even[0])
+    saved = spread(large.saved / medium.saved)
     return [
         Statement(
             "The wider light produces more significant speedups: at equal RMS error, large over "
@@ -240,7 +241,7 @@ def _larger(medium: Case, large: Case, time: timing.Ratio) -> list[Statement]:
             at_least(1.0, "'more': a larger speedup"),
             "E11 §6.2",
             "times",
-            ratio * float(spread),
+            ratio * float(off),
             "rounds in turns",
             "Rays cost as much under either lamp, while wider filters weigh more of them.",
         ),

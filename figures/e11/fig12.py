@@ -19,7 +19,7 @@ from __future__ import annotations
 import numpy as np
 
 from figures.e11.shared import bounds, compared, limits, space
-from figures.e11.shared.measures import spread
+from figures.spread import spread
 from figures.style import Drawing
 from figures.verdicts import Measurement, Statement, at_least, at_most
 from firstorder import plotting

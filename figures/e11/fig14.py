@@ -31,7 +31,7 @@ from typing import NamedTuple
 import numpy as np
 
 from figures.e11.shared import limits, methods, space
-from figures.e11.shared.measures import spread
+from figures.spread import spread
 from figures.style import Drawing
 from figures.verdicts import Measurement, Statement, at_least, at_most
 from firstorder import plotting

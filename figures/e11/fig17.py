@@ -24,7 +24,7 @@ import numpy as np
 from figures.e11.shared import bounds as ways
 from figures.e11.shared import limits
 from figures.e11.shared import space as scenes
-from figures.e11.shared.measures import spread
+from figures.spread import spread
 from figures.style import Drawing
 from figures.verdicts import Measurement, Statement, at_least, at_most
 from firstorder import plotting

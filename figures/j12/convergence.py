@@ -28,7 +28,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from figures.j12.shared.spread import Spread, share, spread
+from figures.spread import Spread, share, spread
 from figures.style import Drawing
 from figures.verdicts import OURS, Measurement, Statement, at_least, at_most, near
 from firstorder import plotting

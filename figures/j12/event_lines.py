@@ -26,7 +26,7 @@ from matplotlib.ticker import LogLocator, NullLocator
 from figures.j12.shared.box import Size, compare, floor_limits, show_error, show_light
 from figures.j12.shared.caching import Limits, Outcome, Regions, pointwise, scaled
 from figures.j12.shared.shadows import ALIGNED, PLATES, Shadow, above, shadow
-from figures.j12.shared.spread import Spread, grouped
+from figures.spread import Spread, grouped
 from figures.style import Drawing
 from figures.verdicts import OURS, Measurement, Statement, at_least
 from firstorder import plotting

@@ -14,7 +14,7 @@ import jax
 import numpy as np
 
 from figures.j12.shared.scenes import counted, floor, line_light, reference
-from figures.j12.shared.spread import spread
+from figures.spread import spread
 from figures.style import Drawing
 from figures.verdicts import Statement, at_most, near
 from firstorder import plotting

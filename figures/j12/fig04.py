@@ -17,7 +17,7 @@ import jax
 import numpy as np
 
 from figures.j12.shared.scenes import FLUX, arrived, line_light, runs, viewed
-from figures.j12.shared.spread import ratio_of_means, spread
+from figures.spread import ratio_of_means, spread
 from figures.style import Drawing
 from figures.verdicts import OURS, Measurement, Statement, at_least, at_most, near
 from firstorder import plotting

@@ -15,7 +15,7 @@ import jax
 import numpy as np
 
 from figures.j12.shared.scenes import floor, reference, runs, viewed
-from figures.j12.shared.spread import ratio_of_means
+from figures.spread import ratio_of_means
 from figures.style import Drawing
 from figures.verdicts import OURS, Measurement, Statement, at_most
 from firstorder import plotting

@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from figures.j12.shared.caching import columns, line_light
-from figures.j12.shared.spread import geometric
+from figures.spread import geometric
 from figures.style import Drawing
 from figures.verdicts import OURS, Measurement, Statement, at_least, at_most
 from firstorder import plotting

@@ -43,7 +43,6 @@ from figures.j12.shared.caching import (
     surveyed,
     with_events,
 )
-from figures.j12.shared.spread import geometric, ratio_of_means, share
 from figures.j12.shared.walls import (
     DEFINITIONS,
     HESSIAN,
@@ -53,6 +52,7 @@ from figures.j12.shared.walls import (
     errors,
     layouts,
 )
+from figures.spread import geometric, ratio_of_means, share
 from figures.style import Drawing
 from figures.verdicts import OURS, Measurement, Statement, at_least, at_most
 from firstorder import plotting

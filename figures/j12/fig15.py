@@ -50,7 +50,7 @@ from figures.j12.shared.rooms import (
     judged,
     random_rooms,
 )
-from figures.j12.shared.spread import geometric, ratio_of_means, share, spread
+from figures.spread import geometric, ratio_of_means, share, spread
 from figures.style import Drawing
 from figures.verdicts import OURS, Measurement, Statement, at_least, at_most
 from firstorder import plotting

@@ -25,6 +25,7 @@ from figures.j12.shared.caching import Asked, Outcome, pointwise
 from figures.j12.shared.exact_box import FREE, Light, Room, image, lit, race
 from figures.j12.shared.floor import letter, plain, scale, show_map, show_records
 from figures.j12.shared.picture import show_box
+from figures.spread import spread
 from figures.style import Drawing
 from figures.verdicts import Measurement, Statement, at_least, at_most
 from firstorder import plotting
@@ -143,19 +144,14 @@ def _density(outcome: Outcome) -> np.ndarray:
 # --- what is said --------------------------------------------------------------------------------
 
 
-def _mean(values: np.ndarray) -> tuple[float, float]:
-    """Mean over seeds, and its standard error."""
-    return float(np.mean(values)), float(np.std(values, ddof=1) / len(values) ** 0.5)
-
-
 def _claims(arrays, light: Light, clean) -> list:
-    noise, blind = _mean(arrays["noise"]), _mean(arrays["geometric blind"])
-    spoiled, split_ = _mean(arrays["spoiled"]), _mean(arrays["split"])
-    scatter = _mean(arrays["geometric scatter"] / arrays["radiometric scatter"])
-    radius = _mean(arrays["geometric R miss"] / arrays["E miss"])
-    robust = _mean(arrays["geometric miss"] / arrays["E miss"])
-    more = _mean(arrays["radiometric blind"] - arrays["geometric blind"])
-    cost, alike = _mean(arrays["cost"]), _mean(arrays["alike"])
+    noise, blind = spread(arrays["noise"]), spread(arrays["geometric blind"])
+    spoiled, split_ = spread(arrays["spoiled"]), spread(arrays["split"])
+    scatter = spread(arrays["geometric scatter"] / arrays["radiometric scatter"])
+    radius = spread(arrays["geometric R miss"] / arrays["E miss"])
+    robust = spread(arrays["geometric miss"] / arrays["E miss"])
+    more = spread(arrays["radiometric blind"] - arrays["geometric blind"])
+    cost, alike = spread(arrays["cost"]), spread(arrays["alike"])
     own = min(clean[m].mean for m in ("minimum", "harmonic")) / clean["geometric"].mean
     source, seeds = "J12 §8.3, Fig. 21", "seeds of rays and noise"
     return [

@@ -33,6 +33,7 @@ from figures.j12.shared.floor import (
     show_map,
 )
 from figures.j12.shared.picture import show_box
+from figures.spread import spread
 from figures.style import Drawing
 from figures.verdicts import Measurement, Statement, at_least
 from firstorder import plotting
@@ -119,85 +120,92 @@ def _gain(found, one: str, other: str) -> tuple[float, float]:
     return 100.0 * (1.0 - lower.mean), 100.0 * lower.error
 
 
-def _claims(every, paper: int, unlike) -> list:
-    claims = []
-    for shape in ("ellipses", "printed ellipses"):
-        gain, error = _gain(every[paper], f"geometric {shape}", "geometric circles")
-        claims.append(
-            Statement(
-                f"RMS error of {shape} below that of circles, geometric Hessian, as many records",
-                40.0,
-                gain,
-                at_least(40.0, "the paper's number"),
-                "J12 §8.4, Fig. 22",
-                unit="%",
-                error=error,
-                scanned=exact_box.SCANNED,
-                reason="The two eigenvalues of the geometric Hessian are alike over most of the "
-                "floor, whatever the lamp and the height, so that ellipses are nearly circles; "
-                "from 64 to 1,024 records.",
-            )
-        )
+def _claims(every, paper: int, unlike) -> list[Statement | Measurement]:
     best = max(every, key=lambda n: _gain(every[n], "geometric ellipses", "geometric circles")[0])
     gain, error = _gain(every[best], "geometric ellipses", "geometric circles")
-    claims.append(
+    apart = spread(unlike)
+    return [
+        *_by_the_geometric_hessian(every[paper]),
         Measurement(
             "Largest mean gain of ellipses over circles at 64, 256 or 1,024 records, geometric",
             gain,
             "%",
             error,
             "J12 Fig. 22",
-        )
-    )
-    claims.append(
+        ),
         Measurement(
             "Larger over smaller eigenvalue of the geometric Hessian, median of the floor",
-            float(np.mean(unlike)),
-            error=float(np.std(unlike, ddof=1) / len(unlike) ** 0.5),
+            apart.mean,
+            error=apart.error,
+        ),
+        *_by_the_radiometric_hessian(every[paper]),
+        *(claim for ratio in ECCENTRIC for claim in _along_the_gradient(every[paper], ratio)),
+    ]
+
+
+def _by_the_geometric_hessian(found) -> list[Statement]:
+    return [
+        Statement(
+            f"RMS error of {shape} below that of circles, geometric Hessian, as many records",
+            40.0,
+            gain,
+            at_least(40.0, "the paper's number"),
+            "J12 §8.4, Fig. 22",
+            unit="%",
+            error=error,
+            scanned=exact_box.SCANNED,
+            reason="The two eigenvalues of the geometric Hessian are alike over most of the "
+            "floor, whatever the lamp and the height, so that ellipses are nearly circles; "
+            "from 64 to 1,024 records.",
         )
-    )
-    for shape in ("ellipses", "printed ellipses"):
-        gain, error = _gain(every[paper], f"radiometric {shape}", "radiometric circles")
-        claims.append(
-            Measurement(
-                f"RMS error of {shape} below that of circles, radiometric Hessian", gain, "%", error
-            )
+        for shape in ("ellipses", "printed ellipses")
+        for gain, error in (_gain(found, f"geometric {shape}", "geometric circles"),)
+    ]
+
+
+def _by_the_radiometric_hessian(found) -> list[Measurement]:
+    return [
+        Measurement(
+            f"RMS error of {shape} below that of circles, radiometric Hessian", gain, "%", error
         )
-    for ratio in ECCENTRIC:
-        name = f"gradient ellipses of {ratio:g}"
-        lost = [
-            {
-                "set": here[name] / here["harmonic circles"],
-                "deduced": here["geometric ellipses"] / here["geometric circles"],
-            }
-            for here in every[paper]
-        ]
-        over = factor(lost, "set", "deduced")
-        claims.append(
-            Statement(
-                "Deducing the eccentricity by minimizing error betters setting it to "
-                f"{ratio:g} along the gradient: error of the latter over that of ellipses by "
-                "the geometric Hessian, each over that of its own circles",
-                "> 1",
-                over.mean,
-                at_least(1.0, "'principled': smaller error"),
-                "J12 §8.4",
-                error=over.error,
-                scanned=exact_box.SCANNED,
-            )
-        )
-        gain, error = _gain(every[paper], name, "harmonic circles")
-        claims.append(
-            Measurement(
-                f"RMS error of harmonic means with eccentricity {ratio:g} along the gradient below "
-                "that of their circles",
-                gain,
-                "%",
-                error,
-                "J12 §8.4",
-            )
-        )
-    return claims
+        for shape in ("ellipses", "printed ellipses")
+        for gain, error in (_gain(found, f"radiometric {shape}", "radiometric circles"),)
+    ]
+
+
+def _along_the_gradient(found, ratio: float) -> list[Statement | Measurement]:
+    """Of ellipses whose eccentricity is set for all, and that lie along the gradient."""
+    name = f"gradient ellipses of {ratio:g}"
+    lost = [
+        {
+            "set": here[name] / here["harmonic circles"],
+            "deduced": here["geometric ellipses"] / here["geometric circles"],
+        }
+        for here in found
+    ]
+    over = factor(lost, "set", "deduced")
+    gain, error = _gain(found, name, "harmonic circles")
+    return [
+        Statement(
+            "Deducing the eccentricity by minimizing error betters setting it to "
+            f"{ratio:g} along the gradient: error of the latter over that of ellipses by "
+            "the geometric Hessian, each over that of its own circles",
+            "> 1",
+            over.mean,
+            at_least(1.0, "'principled': smaller error"),
+            "J12 §8.4",
+            error=over.error,
+            scanned=exact_box.SCANNED,
+        ),
+        Measurement(
+            f"RMS error of harmonic means with eccentricity {ratio:g} along the gradient below "
+            "that of their circles",
+            gain,
+            "%",
+            error,
+            "J12 §8.4",
+        ),
+    ]
 
 
 def _draw_gain(ax, every, unlike) -> None:

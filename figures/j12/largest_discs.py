@@ -27,7 +27,7 @@ import numpy as np
 from scipy import interpolate, optimize
 
 from figures.j12.shared.shadows import MORE, PLATES, Jet, exact_jet, exact_values, lit
-from figures.j12.shared.spread import Spread, geometric
+from figures.spread import Spread, geometric
 from figures.style import Drawing
 from figures.verdicts import Measurement, Statement, at_least, at_most
 from firstorder import plotting

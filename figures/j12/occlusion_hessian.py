@@ -43,7 +43,7 @@ from figures.j12.shared.box import (
 )
 from figures.j12.shared.caching import Outcome, pointwise, scaled, split
 from figures.j12.shared.shadows import MORE, PLATES, shadow, with_hessian
-from figures.j12.shared.spread import Spread, grouped, ratio_of_means
+from figures.spread import Spread, grouped, ratio_of_means
 from figures.style import Drawing
 from figures.timing import Ratio, ratio
 from figures.verdicts import OURS, Measurement, Statement, at_least, at_most

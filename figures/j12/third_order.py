@@ -32,7 +32,7 @@ from figures.j12.shared.box import (
 )
 from figures.j12.shared.caching import Outcome, pointwise, scaled
 from figures.j12.shared.shadows import PLATES, exact_jet, lit
-from figures.j12.shared.spread import Spread, grouped, ratio_of_means
+from figures.spread import Spread, grouped, ratio_of_means
 from figures.style import Drawing
 from figures.verdicts import Measurement, Statement, at_least
 from firstorder import plotting

@@ -39,7 +39,7 @@ from figures.j12.shared.box import (
 )
 from figures.j12.shared.caching import Outcome, pointwise
 from figures.j12.shared.shadows import PLATES, shadow
-from figures.j12.shared.spread import geometric, grouped
+from figures.spread import geometric, grouped
 from figures.style import Drawing
 from figures.verdicts import Measurement, Statement, at_least
 from firstorder import plotting

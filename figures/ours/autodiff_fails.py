@@ -30,6 +30,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
+from figures.spread import rms, spread
 from figures.style import Drawing
 from figures.verdicts import OURS, Statement, at_least, at_most
 from firstorder import plotting
@@ -160,12 +161,8 @@ def _step_errors(rays: int, steps, receivers: int) -> np.ndarray:
     found = []
     for h in steps:
         up, down = (np.asarray(E(jnp.asarray(x + s * h))) for s in (1, -1))
-        found.append(_rms((up - down) / (2 * h) - true) / _rms(true))
+        found.append(rms((up - down) / (2 * h) - true) / rms(true))
     return np.array(found)
-
-
-def _rms(a) -> float:
-    return float(np.sqrt(np.mean(np.square(a))))
 
 
 def _cast(x):
@@ -235,14 +232,9 @@ def _wrong(shift, steps):
     return jnp.stack([error(still, x), error(next_pixels, pixel[1:-1]), jnp.min(best)])
 
 
-def _over(values) -> tuple[float, float]:
-    """Mean and standard error."""
-    return float(np.mean(values)), float(np.std(values, ddof=1) / np.sqrt(len(values)))
-
-
 def _claims(autodiff, found, many, truth) -> list[Statement]:
     scanned = f"{len(found)} lay-outs of box and disc"
-    (still, still_error), (noise, noise_error), (best, best_error) = map(_over, found.T)
+    (still, still_error), (noise, noise_error), (best, best_error) = map(spread, found.T)
     exactly = at_most(1e-12, "rounding")
     return [
         Statement("Autodiff of visibility sampled by angle is zero everywhere: largest", None,

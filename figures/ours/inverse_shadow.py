@@ -29,6 +29,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 from scipy.optimize import least_squares
 
+from figures.spread import spread
 from figures.style import Drawing
 from figures.verdicts import OURS, Measurement, Statement, at_least, at_most, between, near
 from firstorder import plotting
@@ -154,11 +155,6 @@ def _starts(clean, count, rng) -> tuple[np.ndarray, np.ndarray]:
     return near[0] < 1e-8, near[1] < 0.05
 
 
-def _over(values) -> tuple[float, float]:
-    """Mean and standard error."""
-    return float(np.mean(values)), float(np.std(values, ddof=1) / np.sqrt(len(values)))
-
-
 def _claims(fits, ideal, sigma, trials, jacobian, reached) -> list[Statement | Measurement]:
     return [
         *_noisy(ideal, *trials),
@@ -175,8 +171,8 @@ def _noisy(ideal, errors, predicted, misfit) -> list[Statement]:
     left = float(np.sqrt(1.0 - TRUE.size / RECEIVERS))  # of the noise: six numbers are fitted
     ratio = np.sqrt(np.mean(errors**2, 0)) / predicted
     # Of a root mean square of n normal numbers: a share 1 / sqrt(2 n); the six are not independent.
-    spread = float(np.exp(np.mean(np.log(ratio))) / np.sqrt(2.0 * len(errors)))
-    mean, error = _over(misfit)
+    scatter = float(np.exp(np.mean(np.log(ratio))) / np.sqrt(2.0 * len(errors)))
+    mean, error = spread(misfit)
     fresh = f"{len(errors)} draws of the noise"
     return [
         Statement("Without noise exact gradients recover all six numbers: largest error", None,
@@ -187,7 +183,7 @@ def _noisy(ideal, errors, predicted, misfit) -> list[Statement]:
                   "of the noise", error, fresh),
         Statement("Its errors are those that the exact Jacobian predicts: geometric mean of six "
                   "ratios", None, float(np.exp(np.mean(np.log(ratio)))),
-                  between(1.0 / 1.5, 1.5, "to first order, a factor of 1.5"), OURS, "", spread,
+                  between(1.0 / 1.5, 1.5, "to first order, a factor of 1.5"), OURS, "", scatter,
                   fresh),
     ]  # fmt: skip
 
@@ -209,7 +205,7 @@ def _wrong(fits, sigma, jacobian) -> list[Statement]:
 
 def _found(exactly, roughly) -> list[Statement]:
     """From which starts the truth is found."""
-    (mean, error), (gain, gain_error) = _over(exactly), _over(exactly * 1.0 - roughly)
+    (mean, error), (gain, gain_error) = spread(exactly), spread(exactly * 1.0 - roughly)
     scanned = f"{len(exactly)} starts"
     return [
         Statement("Starts about the truth from which exact gradients find it to 1e-8", None, mean,

@@ -24,6 +24,7 @@ import functools
 import numpy as np
 
 from figures.r07.shared import table as shared
+from figures.spread import geometric
 from figures.style import Drawing
 from figures.verdicts import Measurement, Statement, at_least, at_most
 from firstorder import plotting
@@ -163,7 +164,7 @@ def _claims(scan, scanned: str) -> list[Statement]:
     }
     for name in ("value", "gradient"):
         for far, words in ((1.0, "3 m away"), (4.0, "12 m away")):
-            got = shared.spread([row[f"{name}, {far:g}x"] for row in scan])
+            got = geometric([row[f"{name}, {far:g}x"] for row in scan])
             told.append(
                 Statement(f"Lamps could be treated as distant where CDV > 8 SV: error of {name}s, "
                           f"the lamp {words}", "distant", got.mean,

@@ -16,6 +16,7 @@ import numpy as np
 
 from figures.r07.shared import look, spheres, table
 from figures.r07.shared import meshes as shared
+from figures.spread import rms
 from figures.style import Drawing
 from figures.verdicts import Measurement, Statement, at_least, at_most
 from firstorder import plotting
@@ -60,16 +61,16 @@ def draw(quick: bool) -> Drawing:
     drawn = table.show_decades(axes[1, 3], abs(soft - shadow), "h) error of f", -4.0, -1.0)
     figure.colorbar(drawn, ax=axes[1, 3], shrink=0.8, label="log$_{10}$ of open light")
 
-    rms = {n: _rms(a - true) / white for n, a in (("gradient", image), ("even", even))}
-    dark = {n: _rms(a - shadow) for n, a in (("gradient", soft), ("bilinear", fine))}
+    lit = {n: rms(a - true) / white for n, a in (("gradient", image), ("even", even))}
+    dark = {n: rms(a - shadow) for n, a in (("gradient", soft), ("bilinear", fine))}
     level = 1.0 / 255.0
     claims = [
         Statement("With only 17 % of the samples we obtain sharp results comparable to the "
                   "reference: rms error by gradient, of white", "comparable",
-                  100.0 * rms["gradient"], at_most(100.0 * level, "one level of 8 bits"),
+                  100.0 * lit["gradient"], at_most(100.0 * level, "one level of 8 bits"),
                   "R07 §9.1, Fig. 1", "%"),
         Statement("An equal number of uniform samples blurs the bumps considerably: rms error "
-                  "evenly over that by gradient", "considerably", rms["even"] / rms["gradient"],
+                  "evenly over that by gradient", "considerably", lit["even"] / lit["gradient"],
                   at_least(2.0, "'considerably': twice the error"), "R07 §9.1", "times"),
         Statement("Accurate results by explicitly evaluating only 1 % of the pixels: rms error of "
                   "soft shadows, of open light", "accurate", 100.0 * dark["gradient"],
@@ -112,7 +113,3 @@ def _shadows(pixels: int):
         return np.asarray(jax.jit(GridInterpolant(a, a, data, scheme).__call__)(across, up))
 
     return truth, put("hermite"), put("bilinear")
-
-
-def _rms(a) -> float:
-    return float(np.sqrt(np.mean(np.square(a))))

@@ -28,7 +28,7 @@ import jax.numpy as jnp
 import numpy as np
 from matplotlib.figure import Figure
 
-from figures.r07.shared.shadows import Spread, factor, spread
+from figures.spread import Spread, geometric, spread
 from figures.style import Drawing
 from figures.verdicts import REFUTED, Measurement, Statement, at_least, at_most
 from firstorder import plotting
@@ -194,7 +194,7 @@ def _entry(row: str, k: str, entry: str, found, base, scanned: str) -> Statement
     if entry == "0":
         got, rule = Spread(float(np.max(size)), 0.0), at_most(ZERO, "rounding")
     elif entry in ("low", "high"):
-        got, unit = factor(size / base[k]), "of normal"
+        got, unit = geometric(size / base[k]), "of normal"
         rule = (
             at_most(LOW, "'low': below a fifth of normal") if entry == "low"
             else at_least(HIGH, "'high': above three times normal")
@@ -216,7 +216,7 @@ def _texture(o: Layout, x, scanned: str) -> list[Statement | Measurement]:
     angle = w * x + random.uniform(0.0, 2.0 * np.pi, many)[:, None]
     masks = rms(found["value"] * 0.5 * w * np.cos(angle))
     ratio = masks / rms(found["B_x"] * (1.0 + 0.5 * np.sin(angle)))
-    share, mean = spread(ratio > HIGH), factor(ratio)
+    share, mean = spread(ratio > HIGH), geometric(ratio)
     return [
         Statement("High-frequency texture often masks slow shading variations: share of lay-outs "
                   "in which E rho_x is above three times E_x rho", "often", share.mean,
@@ -234,7 +234,8 @@ def _picture(results, base) -> Figure:
         verdicts.append([_tint(told.get(k)) for k in TERMS])
     figure, axes = plotting.panels(1, 1, 11.0, 8.0)
     heads = [
-        f"{k} ({u})\nnormal: {factor(base[k]).mean:.2f}" for k, u in zip(TERMS, UNITS, strict=True)
+        f"{k} ({u})\nnormal: {geometric(base[k]).mean:.2f}"
+        for k, u in zip(TERMS, UNITS, strict=True)
     ]
     title = "R07 Fig. 4 over lay-outs: the paper's entry, and what was measured"
     plotting.draw_table(axes[0, 0], heads, list(results), cells, verdicts, title=title)

@@ -17,6 +17,7 @@ import numpy as np
 
 from figures.r07.shared import look
 from figures.r07.shared import table as shared
+from figures.spread import geometric, spread
 from figures.style import Drawing
 from figures.verdicts import OURS, Measurement, Statement, at_least, at_most
 from firstorder import plotting
@@ -90,16 +91,16 @@ def _claims(varied, scanned: str) -> list[Statement]:
     comparable = [m["diffuse"]["comparable"] for m in varied]
     rows = (
         ("CDV is very low on the table: median, of that on the bumpy sphere", "very low",
-         shared.spread([m["table"]["CDV"] / m["bumpy"]["CDV"] for m in varied]),
+         geometric([m["table"]["CDV"] / m["bumpy"]["CDV"] for m in varied]),
          at_most(0.1, "'very low': below a tenth"), SOURCE, ""),
         ("CDV over radiance is highest on the bumpy sphere: its median over the next highest",
-         None, shared.spread([_over_next(m, "share") for m in varied]), at_least(1.0, "highest"),
+         None, geometric([_over_next(m, "share") for m in varied]), at_least(1.0, "highest"),
          OURS, "A sharper lobe on the glossy sphere outweighs the bumps."),
         ("CDV / SV is very high on the bumpy sphere, where the angular term dominates: median",
-         "very high", shared.spread([m["bumpy"]["ratio"] for m in varied]),
+         "very high", geometric([m["bumpy"]["ratio"] for m in varied]),
          at_least(3.0, "'very high': the angular term has three quarters"), SOURCE, ""),
         ("CDV / SV is very low on the table: median", "very low",
-         shared.spread([m["table"]["ratio"] for m in varied]),
+         geometric([m["table"]["ratio"] for m in varied]),
          at_most(0.1, "'very low': below a tenth"), SOURCE, ""),
     )  # fmt: skip
     told = [
@@ -109,7 +110,7 @@ def _claims(varied, scanned: str) -> list[Statement]:
     told.append(
         Statement("CDV is highest on the bumpy sphere, by medians: share of lay-outs", "highest",
                   np.mean(highest), at_least(0.95, "'highest': in 19 of 20 such scenes"), SOURCE,
-                  "", _error(highest), scanned,
+                  "", spread(highest).error, scanned,
                   "CDV goes with brightness: a bumpy sphere that is darker or farther from the "
                   "lamp than the glossy one turns light faster by its bumps and still has less "
                   "CDV. As a share of radiance it is the highest.")
@@ -117,14 +118,9 @@ def _claims(varied, scanned: str) -> list[Statement]:
     told.append(
         Statement("Parts of the diffuse sphere have CDV and SV within a factor of 3.2: share",
                   "there are parts", np.mean(comparable), at_least(0.25, "'parts': a quarter"),
-                  SOURCE, "", _error(comparable), scanned)
+                  SOURCE, "", spread(comparable).error, scanned)
     )  # fmt: skip
     return told
-
-
-def _error(values) -> float:
-    """Standard error of a mean."""
-    return float(np.std(values, ddof=1) / len(values) ** 0.5)
 
 
 def _shown(medians) -> list[Measurement]:

@@ -13,6 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from figures.r07.shared import table as shared
+from figures.spread import geometric, spread
 from figures.style import Drawing
 from figures.verdicts import Statement, at_least, at_most
 from firstorder import plotting
@@ -76,12 +77,12 @@ def _claims(scan, scanned: str) -> list[Statement]:
     ])  # fmt: skip
     furthest = np.max(abs(slopes - 1.0), 1)  # of either sign: a mean of slopes would cancel them
     steps = [min(np.min(ratio[1:] / ratio[:-1]) for ratio in m.values()) for m in scan]
-    error = np.std(furthest, ddof=1) / len(scan) ** 0.5
-    grows = shared.spread(steps)
+    off = spread(furthest)
+    grows = geometric(steps)
     return [
         Statement("L_x ~ L_theta / d: how far the log-log slope of CDV / SV far away is from 1, "
-                  "the object furthest from it", 0.0, np.mean(furthest),
-                  at_most(0.1, "proportional to d"), "R07 §5.2", "", error, scanned),
+                  "the object furthest from it", 0.0, off.mean,
+                  at_most(0.1, "proportional to d"), "R07 §5.2", "", off.error, scanned),
         Statement("CDV / SV increases as the light moves away: least factor of all doublings of "
                   "the distance, over objects", "increases", grows.mean,
                   at_least(1.0, "'increases'"), "R07 Fig. 6", "times", grows.error, scanned,

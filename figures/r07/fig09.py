@@ -31,6 +31,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from figures.r07.shared import shadows as shared
+from figures.spread import Spread, geometric, rms, spread
 from figures.style import Drawing
 from figures.verdicts import OURS, Measurement, Statement, at_least, at_most
 from firstorder import plotting
@@ -95,7 +96,7 @@ def draw(quick: bool) -> Drawing:
 
 
 def _error(line, budget, x, E) -> float:
-    return shared.rms(shared.curve(shared.cut(line, budget), x) - E)
+    return rms(shared.curve(shared.cut(line, budget), x) - E)
 
 
 # --- panels --------------------------------------------------------------------------------------
@@ -147,7 +148,7 @@ def _gradient_claims(scene, pixel, at_pixels, formula, exact, shifts: int):
         for shift in (np.arange(shifts) + 0.5) / shifts:
             E, *slopes = shared.traced(scene, pixel, count, shift)
             for kind, found in zip(kinds, (np.gradient(E, pixel), *slopes), strict=True):
-                off[kind][count].append(shared.rms(found - at_pixels) / span)
+                off[kind][count].append(rms(found - at_pixels) / span)
     scanned = f"{shifts} places of the rays between their steps"
     worst = float(np.max(np.abs(formula - exact)) / span)
     told: list[Statement | Measurement] = [
@@ -169,7 +170,7 @@ def _gradient_claims(scene, pixel, at_pixels, formula, exact, shifts: int):
     )  # fmt: skip
     for kind, words, paper, rule, source, why in rows:
         for count in (256, 512):
-            got = shared.spread(off[kind][count])
+            got = spread(off[kind][count])
             told.append(
                 Statement(f"{words}: rms error of the gradient, {count} rays", paper, got.mean,
                           rule, source, "of its range", got.error, scanned, why)
@@ -191,7 +192,7 @@ def _room(scene, budgets) -> dict[str, np.ndarray]:
     for name, density in (("1/distance", inverse), ("|slope|", abs(slope) + 1e-3)):
         total = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]))])
         at = [np.interp(np.linspace(0.0, total[-1], b), total, x) for b in budgets]
-        out[name] = np.array([shared.rms(np.interp(x, a, np.interp(a, x, E)) - E) for a in at])
+        out[name] = np.array([rms(np.interp(x, a, np.interp(a, x, E)) - E) for a in at])
     ranks = [np.argsort(np.argsort(np.abs(v))) for v in (inverse, slope)]
     out["ranks"] = np.corrcoef(*ranks)[:1, 1]
     return out
@@ -201,10 +202,10 @@ def _sampling_claims(scan, budgets, scanned: str) -> list[Statement | Measuremen
     """Over rooms: geometric means of ratios of errors, all budgets and that of the picture."""
     at = int(np.flatnonzero(budgets == SHOWN)[0])
 
-    def over(worse: str, better: str, k: int | slice = slice(None)) -> shared.Spread:
+    def over(worse: str, better: str, k: int | slice = slice(None)) -> Spread:
         """A ratio of errors; that of a room is its mean over budgets."""
         each = [shared.geometric_mean(row[worse][k] / row[better][k]) for row in scan]
-        return shared.factor(np.array(each))
+        return geometric(np.array(each))
 
     gain, driver, metric = (
         over("uniform", "gradient"), over("gradient", "second order"),
@@ -216,7 +217,7 @@ def _sampling_claims(scan, budgets, scanned: str) -> list[Statement | Measuremen
         f"{over('uniform', 'second order', k).mean:.2f}" for k in range(len(budgets))
     )
     words = "of uniform sampling over its own, 17, 33, 65, 129 samples"
-    ranks = shared.spread([row["ranks"][0] for row in scan])
+    ranks = spread([row["ranks"][0] for row in scan])
     shown = over("uniform", "gradient", at)
     return [
         Statement("Adaptive sampling by gradients leads to a much more accurate reconstruction: "

@@ -21,6 +21,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from figures.r07.shared import shadows as shared
+from figures.spread import geometric, rms
 from figures.style import Drawing
 from figures.verdicts import OURS, Measurement, Statement, at_least, between
 from firstorder import plotting
@@ -50,9 +51,7 @@ def draw(quick: bool) -> Drawing:
     broken = dict(zip(pieces, jets[1 + len(grids) :], strict=True))
 
     def error(nodes, data, kind: int) -> float:
-        return shared.rms(
-            np.asarray(shared.value(HermiteInterpolant(nodes, data[:, :kind]), x)) - E
-        )
+        return rms(np.asarray(shared.value(HermiteInterpolant(nodes, data[:, :kind]), x)) - E)
 
     errors = {
         name: np.array([error(grids[c], even[c], k) for c in COUNTS])
@@ -121,15 +120,14 @@ def _gain(floor, ends, shift: float = 0.0) -> float:
     jets = np.asarray(shared.along(floor, jnp.asarray(np.concatenate([nodes, x])))).T
     data, E = jets[:SHOWN], jets[SHOWN:, 0]
     off = [
-        shared.rms(np.asarray(shared.value(HermiteInterpolant(nodes, data[:, :k]), x)) - E)
-        for k in (1, 2)
+        rms(np.asarray(shared.value(HermiteInterpolant(nodes, data[:, :k]), x)) - E) for k in (1, 2)
     ]
     return off[0] / off[1]
 
 
 def _gains(rooms, closeup) -> list[Statement]:
     """Cubics instead of lines, at equal samples."""
-    near, whole = shared.factor(closeup), shared.factor(rooms)
+    near, whole = geometric(closeup), geometric(rooms)
     return [
         Statement("As seen in the closeup, using gradients gives significantly greater accuracy: "
                   "rms error of lines over that of cubics, 25 samples", "significantly greater",

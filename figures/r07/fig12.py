@@ -22,6 +22,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from figures.spread import rms
 from figures.style import Drawing
 from figures.verdicts import OURS, Measurement, Statement, at_least, at_most
 from firstorder import plotting
@@ -208,13 +209,13 @@ def _errors(ax, axis, levels, y) -> None:
 def _orders(ax, x, y, exact, span) -> None:
     some = np.random.default_rng(SEED).integers(len(x), size=400)
 
-    def rms(g):
-        return _rms(g - exact[some]) * 255.0 / span
+    def off(g):
+        return rms(g - exact[some]) * 255.0 / span
 
     ways = ((even, "even over the circle", 2), (few, "substituted", 1), (adaptive, "adaptive", 0))
     for way, label, colour in ways:
         counts = EVERY[4:] if way is adaptive else EVERY  # it begins with some
-        errors = [rms(way(x[some], y[some], int(c))) for c in counts]
+        errors = [off(way(x[some], y[some], int(c))) for c in counts]
         ax.loglog(counts, errors, color=plotting.COLOURS[colour], marker="o", markersize=2.5,
                   linestyle="-", label=label)  # fmt: skip
     ax.axhline(1.0, color="0.4", linestyle=":", linewidth=0.8)
@@ -239,7 +240,7 @@ def _azimuths(levels, x, y) -> list[Statement | Measurement]:
                     source="R07 footnote 4"),
     ]  # fmt: skip
     for name in (ADAPTIVE, EVEN, *(f"{k} nodes" for k in FEW)):
-        both = f"{np.max(np.abs(levels[name])):.2g}, {_rms(levels[name]):.2g}"
+        both = f"{np.max(np.abs(levels[name])):.2g}, {rms(levels[name]):.2g}"
         told.append(Measurement(f"Error at 8 bits with {name}: largest and rms", both, "levels"))
     return told
 
@@ -255,8 +256,8 @@ def _rays(axis, span: float, seeds: int) -> list[Statement | Measurement]:
         for name, where in zip(off, ((random,), (None, random.random(2))), strict=True):
             image = traced(x.ravel(), y.ravel(), *where).reshape(x.shape)
             steep = np.gradient(image, axis, axis=1)
-            off[name].append((_rms(image - true) * 255.0 / (2.0 * np.pi),
-                              _rms(steep - slope) * 255.0 / span))  # fmt: skip
+            off[name].append((rms(image - true) * 255.0 / (2.0 * np.pi),
+                              rms(steep - slope) * 255.0 / span))  # fmt: skip
     means = {name: np.mean(each, 0) for name, each in off.items()}
     errors = {name: np.std(each, axis=0, ddof=1) / seeds**0.5 for name, each in off.items()}
     worse = max(means, key=lambda name: means[name][0])
@@ -277,7 +278,3 @@ def _rays(axis, span: float, seeds: int) -> list[Statement | Measurement]:
                       "levels", errors[name][1], f"{seeds} seeds"),
         ]  # fmt: skip
     return told
-
-
-def _rms(e) -> float:
-    return float(np.sqrt(np.mean(np.square(e))))

@@ -35,7 +35,7 @@ from scipy.interpolate import RectBivariateSpline
 
 from figures import timing
 from figures.r07.shared import spheres as shared
-from figures.r07.shared.shadows import Spread, factor, spread
+from figures.spread import Spread, geometric, rms, spread
 from figures.style import Drawing
 from figures.verdicts import Measurement, Statement, at_least, between
 from firstorder import plotting
@@ -64,14 +64,14 @@ def draw(quick: bool) -> Drawing:
     found["spline of values"] = {
         n: RectBivariateSpline(a, a, d[..., 0])(x, x) for n, (a, d) in grids.items()
     }
-    rms = {
-        scheme: np.array([_rms(f - truth) for f in each.values()]) for scheme, each in found.items()
+    off = {
+        scheme: np.array([rms(f - truth) for f in each.values()]) for scheme, each in found.items()
     }
     sides, seeds = (SIDES[:3], 3) if quick else (SIDES, 20)
     some = x[len(x) // 32 :: len(x) // 16][:16]  # pixels enough for an rms
     known = _on(shared.values, world, light, some)
     noise = np.array([
-        [_rms((_rays(world, light, some, int(s), seed) - known) / whole) for s in sides]
+        [rms((_rays(world, light, some, int(s), seed) - known) / whole) for s in sides]
         for seed in range(seeds)
     ])  # fmt: skip
     nodes = _traced_nodes(world, light, grids[NODES], whole, x, truth, seeds)
@@ -84,7 +84,7 @@ def draw(quick: bool) -> Drawing:
     _show(axes[0, 1], truth, "b) every pixel", **image)
     _show(axes[0, 2], found["bilinear"][NODES], "c) bilinear, 20 x 20", **image)
     _show(axes[0, 3], found["hermite"][NODES], "d) with gradients, 20 x 20", **image)
-    _costs(axes[1, 0], counts, rms)
+    _costs(axes[1, 0], counts, off)
     most = 0.06
     for ax, name, title in (
         (axes[1, 1], "extrapolated", "f) error: whole gradient"),
@@ -102,10 +102,10 @@ def draw(quick: bool) -> Drawing:
         *_cost_claims(nodes, sides, noise),
         _time_claim(world, light, grids[NODES], 2 if quick else 5),
         *_accuracy(world, light, whole),
-        *_shown(rms, at, dense),
+        *_shown(off, at, dense),
     ]
     arrays = {"x": x, "B": truth, **{name: each[NODES] for name, each in found.items()}}
-    columns = {"nodes": counts, **rms}
+    columns = {"nodes": counts, **off}
     curves = {"errors": columns, "rays": {"rays": sides**2, "rms": np.mean(noise, 0)}}
     size = f"{pixels} x {pixels} pixels, {', '.join(map(str, counts))} nodes across"
     return Drawing(figure, arrays, claims, curves, size, 0)
@@ -149,7 +149,7 @@ def _traced_nodes(world, light, grid, whole: float, x, truth, seeds: int) -> np.
     for seed in range(seeds, 2 * seeds):  # others than those of the pixels
         E = _rays(world, light, a, round(RAYS**0.5), seed) / whole
         data = np.concatenate([E[..., None], exact[..., 1:]], -1)
-        off.append(_rms(np.asarray(put(data)) - truth))
+        off.append(rms(np.asarray(put(data)) - truth))
     return np.array(off)
 
 
@@ -158,12 +158,8 @@ def _gains(world, light, pixels: int) -> dict[str, float]:
     x = HALF * (2.0 * np.arange(pixels) + 1.0 - pixels) / pixels
     truth = _on(shared.values, world, light, x)
     grid = _grid(world, light, NODES, 1.0)
-    off = {s: _rms(_interpolated(grid, s, x) - truth) for s in ("bilinear", "bezier", "hermite")}
+    off = {s: rms(_interpolated(grid, s, x) - truth) for s in ("bilinear", "bezier", "hermite")}
     return {scheme: off["bilinear"] / error for scheme, error in off.items()}
-
-
-def _rms(a) -> float:
-    return float(np.sqrt(np.mean(np.square(a))))
 
 
 # --- panels --------------------------------------------------------------------------------------
@@ -227,7 +223,7 @@ def _comparisons(scan, scanned: str) -> list[Statement]:
         ("bezier", "quadratic Bezier, the paper's choice"),
         ("hermite", "bicubic Hermite"),
     ):
-        got = factor([room[scheme] for room in scan])
+        got = geometric([room[scheme] for room in scan])
         told.append(
             Statement("Gradient interpolation substantially lowers the error from linear "
                       f"interpolation, 20 x 20: rms error of bilinear over that of {words}",
@@ -260,7 +256,7 @@ def _cost_claims(nodes, sides, noise) -> list[Statement | Measurement]:
     def rays(rms) -> Spread:
         pairs = zip(np.broadcast_to(rms, len(noise)), noise, strict=True)
         needed = [np.interp(-np.log(r), -np.log(row), counts) for r, row in pairs]
-        return factor(np.exp(needed))
+        return geometric(np.exp(needed))
 
     pixels, scanned = 100.0, f"{len(noise)} seeds"  # pixels for each node
     needed, grey, own = rays(nodes), rays(0.5 * GREY), spread(nodes)

@@ -23,6 +23,7 @@ import numpy as np
 
 from figures.r07.shared import look
 from figures.r07.shared import table as shared
+from figures.spread import geometric
 from figures.style import Drawing
 from figures.verdicts import OURS, Measurement, Statement, at_least
 from firstorder import plotting
@@ -170,7 +171,7 @@ def _claims(scan, scanned: str) -> list[Statement]:
         Statement(claim, paper, got.mean, at_least(1.0, why), source, "times", got.error, scanned,
                   reason)
         for claim, paper, ratio, why, source, reason in told
-        for got in (shared.spread(ratio),)
+        for got in (geometric(ratio),)
     ]  # fmt: skip
 
 

@@ -32,6 +32,7 @@ import numpy as np
 
 from figures.r07.shared import look, table
 from figures.r07.shared import meshes as shared
+from figures.spread import geometric, rms
 from figures.style import Drawing
 from figures.verdicts import OURS, Measurement, Statement, at_least, at_most, met, near
 from firstorder import plotting
@@ -84,7 +85,7 @@ def draw(quick: bool) -> Drawing:
     budget = int(SHARE * side**2)
     samples = {name: _sampled(known, name, budget) for name in WAYS}
     images = {name: {s: _image(known, got, s) for s in SCHEMES} for name, got in samples.items()}
-    rmse = {n: {s: _rms(i - true) for s, i in each.items()} for n, each in images.items()}
+    rmse = {n: {s: rms(i - true) for s, i in each.items()} for n, each in images.items()}
     shares = SHARES[1::2] + SHARES[-1:] if quick else SHARES
     sweep = {n: _sweep(known, n, shares) for n in SWEPT}
     count, small, few = (2, 160, 4) if quick else (100, 256, 6)
@@ -102,7 +103,7 @@ def draw(quick: bool) -> Drawing:
         words = name if scheme == "linear" else f"{name}, with gradients"
         levels = seen.levels(image)
         _picture(axes[0, k + 1], levels, f"{'bcde'[k]}) {words}")
-        _closeup(axes[1, k + 1], levels, f"{'ghij'[k]}) rms {1e3 * _rms(image - true):.2f}e-3")
+        _closeup(axes[1, k + 1], levels, f"{'ghij'[k]}) rms {1e3 * rms(image - true):.2f}e-3")
         look.show_samples(axes[2, k + 1], samples[name].p, side, f"{'lmno'[k]}) samples, {name}")
         title = f"{'qrst'[k]}) error, {words}"
         shown = table.show_decades(axes[3, k + 1], abs(image - true), title, -4.0, -0.5)
@@ -161,7 +162,7 @@ def equal_share(known, name: str = "planes", scheme: str = "gradient") -> float:
     true, side = known.reference["value"], known.side
 
     def error(name: str, scheme: str, share: float) -> float:
-        return _rms(_image(known, _sampled(known, name, int(share * side**2)), scheme) - true)
+        return rms(_image(known, _sampled(known, name, int(share * side**2)), scheme) - true)
 
     wanted = error("gradient", "linear", SHARE)
     low, high = 1.01 / shared.BLOCK**2, 1.0
@@ -179,12 +180,8 @@ def _sweep(known, name: str, shares) -> np.ndarray:
     out = []
     for share in shares:
         got = _sampled(known, name, int(share * known.side**2))
-        out.append(_rms(_image(known, got, "linear") - known.reference["value"]))
+        out.append(rms(_image(known, got, "linear") - known.reference["value"]))
     return np.array(out)
-
-
-def _rms(a) -> float:
-    return float(np.sqrt(np.mean(np.square(a))))
 
 
 def _picture(ax, levels, title: str) -> None:
@@ -227,12 +224,12 @@ def _ratios(known) -> dict[str, float]:
     for name in JUDGED:
         got = _sampled(known, name, budget)
         error = _image(known, got, "linear") - true
-        off[name], off[f"{name}, bumps"] = _rms(error), _rms(error[here])
+        off[name], off[f"{name}, bumps"] = rms(error), rms(error[here])
     got = _sampled(known, "gradient", budget)
-    off["with gradients"] = _rms(_image(known, got, "gradient") - true)
-    off["Delaunay"] = _rms(_over_delaunay(known, got) - true)
+    off["with gradients"] = rms(_image(known, got, "gradient") - true)
+    off["Delaunay"] = rms(_over_delaunay(known, got) - true)
     got = _sampled(known, "planes", budget)
-    off["ours"] = _rms(_image(known, got, "gradient") - true)
+    off["ours"] = rms(_image(known, got, "gradient") - true)
     base = {True: off["gradient, bumps"], False: off["gradient"]}
     ratios = {name: error / base[name.endswith("bumps")] for name, error in off.items()}
     return ratios | {"fewer": equal_share(known) / SHARE}
@@ -268,7 +265,7 @@ def _errors_claims(scan, scanned: str) -> list[Statement]:
     )  # fmt: skip
     told = []
     for claim, paper, name, rule, source in rows:
-        got = table.spread([row[name] for row in scan])
+        got = geometric([row[name] for row in scan])
         told.append(Statement(claim, paper, got.mean, rule, source, "times", got.error, scanned,
                               REASONS.get(name, "")))  # fmt: skip
     return told

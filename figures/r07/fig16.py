@@ -20,6 +20,7 @@ from __future__ import annotations
 import numpy as np
 
 from figures.r07.shared import shadows as shared
+from figures.spread import geometric, rms, spread
 from figures.style import Drawing
 from figures.verdicts import OURS, Measurement, Statement, at_least, at_most
 from firstorder import plotting
@@ -38,7 +39,7 @@ def draw(quick: bool) -> Drawing:
     errors, needed, images = shared.over_grids(_waves, phases, x, grids, BUDGETS, ENOUGH)
     at = np.linspace(-1.0, 1.0, INITIAL)
     numeric, analytic = _gradients(images, x, at)
-    true = np.array([shared.rms(slope) for slope in images[:, 1]])
+    true = np.array([rms(slope) for slope in images[:, 1]])
 
     figure, axes = plotting.panels(1, 4, 3.5, 2.9)
     a, b, c, d = axes[0]
@@ -101,8 +102,8 @@ def _gradients(images, x, at) -> tuple[np.ndarray, np.ndarray]:
 
 def _coarse(numeric, analytic, true) -> list[Statement | Measurement]:
     """Of the gradients at the initial samples."""
-    low, fair = (np.array([shared.rms(g) for g in found]) / true for found in (numeric, analytic))
-    got = shared.spread(low)
+    low, fair = (np.array([rms(g) for g in found]) / true for found in (numeric, analytic))
+    got = spread(low)
     return [
         Statement(f"Initial samples placed coarsely ({INITIAL} over 4 waves): the numerically "
                   "computed gradient is much lower, rms of the actual one's", "much lower",
@@ -120,8 +121,8 @@ def _refined(errors, grids, contrast: float) -> list[Statement | Measurement]:
             for kind in shared.INTERPOLANTS}  # fmt: skip
     lines = last["lines"]
     phases = f"{len(lines['numeric'])} phases"
-    numeric = shared.factor(lines["numeric"] / lines["gradient"])
-    second = shared.factor(lines["gradient"] / lines["second order"])
+    numeric = geometric(lines["numeric"] / lines["gradient"])
+    second = geometric(lines["gradient"] / lines["second order"])
     told: list[Statement | Measurement] = [
         Statement(f"Refined to {SHOWN} samples: error by numeric differences over that by "
                   "analytic gradients", "inaccurate", numeric.mean,
@@ -135,7 +136,7 @@ def _refined(errors, grids, contrast: float) -> list[Statement | Measurement]:
         shares = np.array([
             errors[g, kind]["gradient"][:, at] <= ENOUGH * contrast for g in grids
         ])  # fmt: skip
-        worst = shared.spread(shares[np.argmin(np.mean(shares, 1))])
+        worst = spread(shares[np.argmin(np.mean(shares, 1))])
         told += [
             Statement("Analytic gradients are usually accurate, regardless of the initial grid: "
                       f"share of phases with an error below a tenth of the contrast, {SHOWN} "

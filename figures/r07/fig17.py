@@ -23,6 +23,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from figures.r07.shared import shadows as shared
+from figures.spread import geometric
 from figures.style import Drawing
 from figures.verdicts import OURS, Measurement, Statement, at_least, at_most
 from firstorder import plotting
@@ -91,7 +92,7 @@ def draw(quick: bool) -> Drawing:
 
     contrast = np.std(images[:, 0], axis=1)
     words = "By analytic gradients in the middles of cells, 65 samples, lines: rms error"
-    middle = shared.factor(middles / contrast)
+    middle = geometric(middles / contrast)
     claims = [
         *_claims(errors, grids, contrast),
         *shared.need_claims(needed, int(BUDGETS[-1])),
@@ -122,8 +123,8 @@ def _claims(errors, grids, contrast) -> list[Statement | Measurement]:
         each = [errors[g, kind][driver][:, at] / contrast for g in grids]
         return shared.geometric_mean(each, 0)
 
-    worse = shared.factor(shares("numeric") / shares("gradient"))
-    large = shared.factor(shares("numeric"))
+    worse = geometric(shares("numeric") / shares("gradient"))
+    large = geometric(shares("numeric"))
     told = [
         Statement(f"Numerical sampling has significant errors beside analytic gradients, {SHOWN} "
                   "samples: ratio of errors, lines", "significant", worse.mean,
@@ -140,20 +141,20 @@ def _claims(errors, grids, contrast) -> list[Statement | Measurement]:
         "a wave, and straight flanks get samples that lines do not need."
     )
     for kind in shared.INTERPOLANTS:
-        got = shared.factor(shares("gradient", kind))
+        got = geometric(shares("gradient", kind))
         told.append(
             Statement(f"Analytic gradients reconstruct a fairly accurate version, {SHOWN} samples: "
                       f"rms error, {kind}", "fairly accurate", got.mean,
                       at_most(ENOUGH, "'fairly accurate': a tenth of the contrast"), SOURCE,
                       "of the contrast", got.error, scanned, reason)
         )  # fmt: skip
-    better = shared.factor(shares("gradient") / shares("disagreement"))
+    better = geometric(shares("gradient") / shares("disagreement"))
     told.append(
         Statement("By the distance of a cell's line from its cubic, from the same values and "
                   "gradients: error by |f'| over its own, lines", None, better.mean,
                   at_least(1.0, "smaller error"), OURS, "times", better.error, scanned)
     )  # fmt: skip
     others = ("uniform", "disagreement", "second order")
-    words = ", ".join(f"{k} {shared.factor(shares(k)).mean:.2f}" for k in others)
+    words = ", ".join(f"{k} {geometric(shares(k)).mean:.2f}" for k in others)
     return [*told, Measurement(f"{SHOWN} samples by other drivers, lines: rms error", words,
                                "of the contrast")]  # fmt: skip

@@ -18,6 +18,7 @@ import numpy as np
 
 from figures.r07.shared import look
 from figures.r07.shared import table as shared
+from figures.spread import geometric
 from figures.style import Drawing
 from figures.verdicts import OURS, Statement, at_least, at_most
 from firstorder import plotting
@@ -146,8 +147,8 @@ def _claims(scan, scanned: str) -> list[Statement]:
     """Over lay-outs: geometric means with their standard errors."""
     told = []
     for (_, rows), bumps in zip(scan.items(), BUMPS, strict=True):
-        slopes = shared.spread([row.slopes for row in rows])
-        better = shared.spread([_over(row, "differences") for row in rows])
+        slopes = geometric([row.slopes for row in rows])
+        better = geometric([_over(row, "differences") for row in rows])
         told += [
             Statement(f"Differences on the first grid underestimate gradients: mean size of the "
                       f"true one's, bumps of {bumps} steps", "somewhat", slopes.mean,
@@ -161,7 +162,7 @@ def _claims(scan, scanned: str) -> list[Statement]:
         ]  # fmt: skip
     # Both images of a lay-out count once.
     pairs = zip(*scan.values(), strict=True)
-    even = shared.spread([np.sqrt(_over(a, "even") * _over(b, "even")) for a, b in pairs])
+    even = geometric([np.sqrt(_over(a, "even") * _over(b, "even")) for a, b in pairs])
     told.append(
         Statement("Rms error of an even tree over that by gradients, 10 % of samples", None,
                   even.mean, at_least(1.0, "smaller error by gradients"), OURS, "times",

@@ -87,7 +87,7 @@ def as_picture(self: Any) -> str:
 
 def drawn(thing: Any, ax: Axes | None, **options: Any) -> Axes:
     """The thing on axes, new ones if there are none; what the method `plot` of a class returns."""
-    from firstorder.plotting._at_hand import plot
+    from firstorder.plotting._plot_methods import plot
 
     return plot(thing, ax, **options)
 

@@ -20,7 +20,6 @@ from firstorder.caching import (
     random_orders,
     rms,
 )
-from firstorder.caching.filling import _fill_with_neighbours, _fit_with
 from firstorder.checks.statistics import LEVEL, chi_square
 
 M, ORDERS, TARGET = 120, 40, 14
@@ -286,37 +285,6 @@ def test_the_order_of_insertion_matters_and_its_spread_is_seen(some, fitted):
 def test_giving_up_early_gives_as_many_as_said():
     region = ValidityRegion(jnp.asarray(LEANING))
     assert fill(flat(PLANE), region, VISITS[0], most=7).sum() == 7
-
-
-# --- neighbours ----------------------------------------------------------------------------------
-
-
-def test_neighbours_cut_each_other_and_everything_stays_covered():
-    lengths = np.where(np.abs(PLANE[:, 0] - 0.5) < 0.06, 0.02, 1.0)
-    records, reach = _fill_with_neighbours(flat(PLANE), lengths, 0.5, VISITS[0], 1e-3, 2.0)
-    rows = np.flatnonzero(records)
-    radius = 1.0 / np.asarray(reach.matrix)[:, 0, 0]
-    away = np.linalg.norm(PLANE[rows, None] - PLANE[None, rows], axis=-1)
-    cut = radius[rows] / 0.5
-    assert np.all(cut[:, None] - cut[None] <= away + 1e-12)
-    assert np.all(
-        np.any(np.linalg.norm(PLANE[:, None] - PLANE[None, rows], axis=-1) < radius[rows], axis=1)
-    )
-    plain = fill(
-        flat(PLANE), circular_regions(jnp.asarray(0.5 * lengths), 1e-3, 2.0, dims=2), VISITS[0]
-    )
-    assert records.sum() > plain.sum()
-
-
-def test_any_way_of_filling_can_be_fitted():
-    lengths = 0.05 + PLANE[:, 0]
-
-    def make(accuracy, visits):
-        return _fill_with_neighbours(flat(PLANE), lengths, accuracy, visits, 1e-3, 2.0)
-
-    found = _fit_with(make, VISITS[:1], 40, low=0.02, high=3.0)
-    assert abs(int(found.size[0]) - 40) <= 1
-    assert isinstance(found.region, ValidityRegion)
 
 
 @pytest.mark.smoke

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.caching._records import distance, kept, printed, turning, weights
+from firstorder.caching._records import distance, kept, turning, weights
 
 ALL = jnp.ones(3, bool)
 
@@ -63,8 +63,6 @@ def test_along_a_line_a_normal_may_go_around():
     np.testing.assert_allclose(turning(turn), wanted, atol=1e-15)
 
 
-def test_choice_and_print():
+def test_all_candidates_are_chosen_if_none_are_named():
     assert kept(None, 3).tolist() == [0, 1, 2]
     assert kept(np.array([False, True, True]), 3).tolist() == [1, 2]
-    table = {"x": np.array([1.0 / 3.0, 2.0]), "clamp": np.array(["raised", ""])}
-    assert printed(table) == "      x   clamp\n0.33333  raised\n      2"

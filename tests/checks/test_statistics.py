@@ -3,7 +3,6 @@ import pytest
 
 from firstorder.checks.statistics import (
     LEVEL,
-    _two_sided,
     chi_square,
     error_slope,
     sampler_p_value,
@@ -112,7 +111,3 @@ def test_spreads_are_compared_on_a_logarithmic_scale():
     x = np.random.default_rng(6).normal(0.0, 2.0, (300, 8))
     assert spread_test(x.std(0, ddof=1), 2.0, 300).passed
     assert not spread_test(x.std(0, ddof=1), 3.0, 300).passed
-
-
-def test_two_sided():
-    assert abs(_two_sided(-1.959964) - 0.05) < 1e-7

@@ -2,7 +2,7 @@ import pytest
 
 from firstorder.checks.registry import all_cases
 from firstorder.checks.squares import PORTRAITS
-from firstorder.checks.table import LAWS, _variants, as_markdown, as_text, measure, read_verdicts
+from firstorder.checks.table import LAWS, as_markdown, as_text, measure, read_verdicts
 
 
 @pytest.fixture(scope="module")
@@ -30,10 +30,6 @@ def test_every_refusal_gives_its_reason(table):
     for rendered in (as_markdown(table), as_text(table)):
         for row in table.values():
             assert all(s.reason in rendered for s in row.values() if s.verdict == "refused")
-
-
-def test_variants_are_cases_of_the_same_law():
-    assert {"convolve, circle", "convolve, hemisphere"} <= set(_variants("convolve"))
 
 
 def test_an_unknown_case_is_refused():

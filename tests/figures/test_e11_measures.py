@@ -57,9 +57,3 @@ def test_the_references_error_is_taken_out():
     seen = np.sqrt(true**2 + 0.002**2)
     np.testing.assert_allclose(measures.without_reference(seen, 0.002), true)
     assert np.isnan(measures.without_reference(0.001, 0.002))
-
-
-def test_spread_is_the_mean_and_its_standard_error():
-    mean, error = measures.spread([1.0, 2.0, 3.0, 6.0])
-    assert mean == 3.0
-    assert error == pytest.approx(np.sqrt(14.0 / 3.0) / 2.0)

@@ -9,7 +9,6 @@ from figures.j12 import occlusion_hessian
 from figures.j12.shared import rooms, walls
 from figures.j12.shared.box import Size, random_block, tabulated
 from figures.j12.shared.caching import by_the_wall
-from figures.j12.shared.spread import geometric, ratio_of_means, share, spread
 from firstorder.flatland import irradiance, receiver
 from firstorder.flatland.bounces._panels import Discretization
 from firstorder.flatland.bounces.radiosity import solve_radiosity
@@ -60,25 +59,6 @@ def test_the_hessian_whose_time_is_taken_is_that_of_the_surface_area_form():
     seen = trace_strata(j12_box(), at, where=hemisphere_strata(8, 24))
     expected = surface_area_estimate(seen).translation().hessian[:2, :2]
     np.testing.assert_allclose(occlusion_hessian._hessian(seen), expected, rtol=1e-4, atol=1e-5)
-
-
-def test_standard_errors_are_those_of_many_repetitions():
-    """Each error against the scatter of its mean over 4000 draws."""
-    rng = np.random.default_rng(5)
-    a = rng.normal(2.0, 0.3, (4000, 20))
-    b = a * rng.normal(0.5, 0.05, a.shape)
-    hits = rng.random(a.shape) < 0.7
-    for function, draws in (
-        (lambda i: spread(a[i]), "mean"),
-        (lambda i: ratio_of_means(b[i], a[i]), "ratio"),
-        (lambda i: geometric(b[i] / a[i]), "geometric"),
-        (lambda i: share(hits[i]), "share"),
-    ):
-        found = np.array([function(i) for i in range(len(a))])
-        np.testing.assert_allclose(
-            np.mean(found[:, 1]), np.std(found[:, 0]), rtol=0.06, err_msg=draws
-        )
-    assert share([True] * 10).error > 0.05  # ten of ten leave room for one in twenty
 
 
 @pytest.mark.parametrize("seed", [0, 1])

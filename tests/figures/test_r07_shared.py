@@ -2,7 +2,6 @@
 
 import jax.numpy as jnp
 import numpy as np
-import pytest
 
 from figures.r07 import fig04, fig12
 from figures.r07.shared import meshes, shadows, spheres, table
@@ -80,12 +79,6 @@ def test_the_samples_that_are_needed_are_those_of_the_median_image():
     errors = np.array([[0.3, 0.2, 0.05], [0.3, 0.05, 0.01], [0.3, 0.2, 0.05]])
     assert shadows.samples_needed(errors, budgets, 0.1) == 17.0
     assert shadows.samples_needed(errors, budgets, 0.001) == 34.0
-
-
-@pytest.mark.parametrize("spread", [shadows.factor, table.spread])
-def test_the_error_of_a_geometric_mean_is_that_of_the_logarithms(spread):
-    got = spread(np.array([1.0, 4.0]))
-    np.testing.assert_allclose(got, (2.0, 2.0 * np.log(2.0)), rtol=1e-12)
 
 
 def test_the_inverse_distance_below_a_wide_ceiling_is_the_mean_of_the_cosine_over_its_height():

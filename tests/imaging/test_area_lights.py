@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from firstorder.checks.tolerance import fitted_order
+from firstorder.imaging import Lamp
 from firstorder.imaging import _area_lights as module
-from firstorder.imaging._area_lights import Lamp, SurfaceReflectance, shadow_edge_terms
+from firstorder.imaging._area_lights import SurfaceReflectance, shadow_edge_terms
 from firstorder.imaging._reflection import SurfacePoint, surface_point
 from firstorder.imaging.camera import pinhole
 from tests.precision import as_dtype

@@ -5,6 +5,7 @@ import pytest
 
 from derivations.imaging import bumps as derived
 from firstorder.checks.tolerance import fitted_order, normwise
+from firstorder.imaging import surface_point
 from firstorder.imaging._bumps import (
     NormalMap,
     bumped,
@@ -12,7 +13,6 @@ from firstorder.imaging._bumps import (
     displaced,
     normal_mapped,
     shading_shape_operator,
-    solid_bumped,
     solid_tilted,
 )
 
@@ -79,7 +79,7 @@ def test_heights_given_in_space_are_those_of_a_chart():
     place = jnp.array([0.3, 0.4])
     at = chart(ball, place)
     by_chart = bumped(at, lambda uv: height(ball(uv)), place)
-    solid = solid_bumped(at.position, at.axes, at.S, height)
+    solid = solid_tilted(surface_point(at.position, at.axes, at.S), jax.grad(height))
     np.testing.assert_allclose(solid.normal, by_chart.normal, atol=1e-14)
     np.testing.assert_allclose(solid.turning, by_chart.turning, atol=1e-13)
     assert np.linalg.norm(solid.normal - at.axes[:, 2]) > 0.05
@@ -107,7 +107,7 @@ def test_slopes_on_bumps_turn_the_normal_as_differences_along_a_ball_say():
         return leaned(leaned(up, np.array(grad) / (2.0 * h)), slopes(x, np.sin))
 
     at = chart(ball, jnp.array([0.3, 0.4]))
-    base = solid_bumped(at.position, at.axes, at.S, height)
+    base = solid_tilted(surface_point(at.position, at.axes, at.S), jax.grad(height))
     found = jax.jit(lambda base: solid_tilted(base, slopes))(base)
     x, tangents = np.asarray(at.position), np.asarray(at.axes[:, :2])
     np.testing.assert_array_equal(found.position, x)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from firstorder.checks.tolerance import fitted_order
-from firstorder.imaging._area_lights import Lamp
+from firstorder.imaging import Lamp
 from firstorder.imaging._interaction import facet_interaction
 from firstorder.imaging._point_shading import shade_point
 from firstorder.imaging.camera import Pinhole, pinhole

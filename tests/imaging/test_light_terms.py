@@ -6,13 +6,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from firstorder.imaging import Lamp
 from firstorder.imaging import _light_terms as module
-from firstorder.imaging._area_lights import (
-    Lamp,
-    SurfaceReflectance,
-    lobe_radiance,
-    shadow_edge_terms,
-)
+from firstorder.imaging._area_lights import SurfaceReflectance, lobe_radiance, shadow_edge_terms
 from firstorder.imaging._interaction import SurfaceInteraction
 from firstorder.imaging._point_shading import oriented_light
 from firstorder.imaging._reflection import SurfacePoint

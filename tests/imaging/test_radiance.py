@@ -9,8 +9,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from firstorder.imaging import Lamp
 from firstorder.imaging import _radiance as module
-from firstorder.imaging._area_lights import Lamp, lobe_radiance, shadow_edge_terms
+from firstorder.imaging._area_lights import lobe_radiance, shadow_edge_terms
 from firstorder.imaging._interaction import SurfaceInteraction, surface_interaction
 from firstorder.imaging.camera import pinhole
 from firstorder.imaging.shading import SurfaceMaps

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.imaging._area_lights import Lamp
+from firstorder.imaging import Lamp
 from firstorder.imaging._interaction import surface_interaction
 from firstorder.imaging._point_shading import shade_point
 from firstorder.imaging.camera import pinhole

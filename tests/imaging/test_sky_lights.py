@@ -10,12 +10,8 @@ import pytest
 
 from firstorder.checks.statistics import LEVEL, chi_square
 from firstorder.checks.tolerance import fitted_order
-from firstorder.imaging._area_lights import (
-    Lamp,
-    SurfaceReflectance,
-    lobe_radiance,
-    shadow_edge_terms,
-)
+from firstorder.imaging import Lamp
+from firstorder.imaging._area_lights import SurfaceReflectance, lobe_radiance, shadow_edge_terms
 from firstorder.imaging._point_shading import oriented_light
 from firstorder.imaging._reflection import surface_point
 from firstorder.imaging.shading import _shadow_rays

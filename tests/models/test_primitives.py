@@ -15,7 +15,7 @@ from firstorder.models.primitives import (
     ripples,
     rotation_about,
 )
-from firstorder.space.meshes.triangle_mesh import _face_normals, mesh
+from firstorder.space.meshes.triangle_mesh import mesh
 
 
 def euler(piece):
@@ -88,7 +88,7 @@ def test_ground_follows_its_height_and_looks_up():
     field = displaced_ground(1.5, height, 20, (0.5, -0.25))
     v = np.asarray(field.vertices, float)
     np.testing.assert_allclose(v[:, 2], height(v[:, :2]), atol=1e-5)
-    assert np.all(np.asarray(_face_normals(field))[:, 2] > 0.0)
+    assert np.all(np.asarray(field.area_vectors)[:, 2] > 0.0)
     np.testing.assert_allclose(v[:, :2].min(0), [-1.0, -1.75], atol=1e-6)
     assert not field.closed
 
@@ -204,8 +204,8 @@ def test_a_quadrangle_is_cut_in_two_that_turn_as_it_does():
     faces = quad_triangles([0, 4], [1, 5], [2, 6], [3, 7])
     assert faces.tolist() == [[0, 1, 2], [4, 5, 6], [0, 2, 3], [4, 6, 7]]
     square = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 1.0, 0.0), (0.0, 1.0, 0.0)])
-    normals = _face_normals(mesh(square, quad_triangles(0, 1, 2, 3)))
-    np.testing.assert_array_equal(normals / np.abs(normals[:, 2:]), [[0.0, 0.0, 1.0]] * 2)
+    halves = mesh(square, quad_triangles(0, 1, 2, 3)).area_vectors
+    np.testing.assert_array_equal(halves, [[0.0, 0.0, 1.0]] * 2)
 
 
 @pytest.mark.parametrize("made", [bumpy_sphere, displaced_ground])

@@ -5,8 +5,7 @@ import pathlib
 import numpy as np
 import pytest
 
-from firstorder.imaging import pinhole
-from firstorder.imaging._area_lights import Lamp
+from firstorder.imaging import Lamp, pinhole
 from firstorder.io import read_layers, read_space, space_from_toml
 from firstorder.io.images import linear_from_srgb, read_image
 from firstorder.plotting.pictures import tone_map, write_png

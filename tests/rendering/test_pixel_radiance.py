@@ -4,7 +4,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.imaging._area_lights import Lamp
+from firstorder.imaging import Lamp
 from firstorder.imaging.camera import pinhole
 from firstorder.imaging.shading import SurfaceMaps
 from firstorder.imaging.sky_lights import sky_light

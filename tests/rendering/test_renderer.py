@@ -5,14 +5,15 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.imaging._area_lights import Lamp, SurfaceReflectance, lobe_radiance
+from firstorder.imaging import Lamp
+from firstorder.imaging._area_lights import SurfaceReflectance, lobe_radiance
 from firstorder.imaging._reflection import SurfacePoint
 from firstorder.imaging.camera import pinhole
 from firstorder.imaging.shading import SurfaceMaps, shade_pixels
 from firstorder.io import Embree, SpaceFile
 from firstorder.io.scenes.space_toml import MeshModel
 from firstorder.models.primitives import bumpy_sphere, displaced_ground, place_mesh
-from firstorder.rendering._blocks import beside_seen
+from firstorder.rendering._shadow_edges import beside_seen
 from firstorder.rendering.renderer import Renderer, World
 from firstorder.space import Scene, plane, primitive, sphere
 from firstorder.space.skies import ConstantSky, GaussianSky

@@ -48,7 +48,7 @@ def test_a_ray_farther_from_the_silhouette_mistakes_more(monkeypatch):
     def farther(distance, eps):
         return eps**0.5 * jnp.maximum(distance, 1.0)
 
-    monkeypatch.setattr(visible, "_hair", farther)
+    monkeypatch.setattr(visible, "_epsilon", farther)
     with own_programs():
         assert share_that_is_off() > 4e-4
 

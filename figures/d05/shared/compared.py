@@ -18,6 +18,7 @@ from figures.d05.shared import sampling as shared
 from figures.d05.shared import shading
 from figures.d05.shared.shading import World
 from figures.r07.shared.table import show
+from figures.spread import spread
 from figures.timing import Ratio
 from figures.verdicts import OURS, Measurement, Statement, at_least, at_most
 from firstorder import plotting
@@ -250,11 +251,6 @@ def triple(e) -> str:
     return ", ".join(f"{a:.4f}" for a in e)
 
 
-def over(values) -> tuple[float, float]:
-    """Mean and standard error."""
-    return float(np.mean(values)), float(np.std(values, ddof=1) / np.sqrt(len(values)))
-
-
 def smaller(words: str = "better"):
     """The rule for a ratio of errors."""
     return at_least(1.0, f"'{words}': smaller error")
@@ -278,12 +274,12 @@ def _equal_samples(found: Compared, crops: Crops) -> list[Statement]:
         over_seeds = f"{len(found.seeds['even', way])} seeds of the samples"
         each = found.seeds["even", way] / found.seeds["plain", way]
         for k, words in enumerate(MEASURES):
-            mean, error = over(each[:, k])
+            mean, error = spread(each[:, k])
             claims.append(Statement(f"Uniform over adaptive at 20,000 samples{BY[way]}: {words}",
                                     "better", mean, smaller(), "D05 Fig. 17", "times", error,
                                     over_seeds))  # fmt: skip
     for k, words in enumerate(crops, start=len(MEASURES)):
-        mean, error = over(ratio[:, k])
+        mean, error = spread(ratio[:, k])
         claims.append(Statement(f"Uniform over adaptive, error on screen at {words}",
                                 "better captures", mean, smaller("better captures"), "D05 Fig. 17",
                                 "times", error, scanned))  # fmt: skip

@@ -13,6 +13,7 @@ from matplotlib.colors import LogNorm
 
 from figures.d05.shared import space
 from figures.d05.shared.readings import ALIKE, alike
+from figures.spread import spread
 from figures.verdicts import Statement, at_least, at_most
 
 # --- steps of a path -----------------------------------------------------------------------------
@@ -107,7 +108,7 @@ def agreement(steps: list[Step], scanned: list[list[Step]]) -> list[Statement]:
     for k, s in enumerate(steps):
         words = f"{s.place.title}: second moments of the spectrum, measured and predicted, differ"
         if s.place.behind:
-            mean, error = over([found[k].apart for found in scanned])
+            mean, error = spread([found[k].apart for found in scanned])
             claims.append(Statement(f"{words}, soft balls", AGREE, mean, alike(AGREE), PATHS,
                                     "of the deviations", error, said(scanned)))  # fmt: skip
         else:
@@ -121,15 +122,9 @@ def said(scanned) -> str:
     return f"{len(scanned)} lay-outs of balls"
 
 
-def over(values) -> tuple[float, float]:
-    """Mean and standard error."""
-    a = np.asarray(values)
-    return float(np.mean(a)), float(np.std(a, ddof=1) / np.sqrt(a.size))
-
-
 def growth(scanned: list[list[Step]], axis: int, after: int, before: int) -> tuple[float, float]:
     """How much larger the root mean square frequency is at a step than before; mean and error."""
-    return over([found[after].extent[axis] / found[before].extent[axis] for found in scanned])
+    return spread([found[after].extent[axis] / found[before].extent[axis] for found in scanned])
 
 
 def draw_steps(axes, steps: list[Step]) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 
 from figures.e11.shared import limits
 from figures.e11.shared import space as scenes
-from figures.e11.shared.measures import spread
+from figures.spread import spread
 from firstorder.shadowfield.rendering._filter_shape import filter_shape
 from firstorder.shadowfield.rendering.depth_bounds import blocker_depths
 from firstorder.shadowfield.rendering.ray_table import trace_shadow_rays

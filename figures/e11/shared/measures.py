@@ -37,12 +37,6 @@ def errors(found, true, where=None) -> Errors:
     return Errors(float(rms), float(np.percentile(off, 99.0)), float(np.max(off)))
 
 
-def spread(values) -> tuple[float, float]:
-    """Mean of what several seeds or lay-outs gave, and its standard error."""
-    values = np.asarray(values, float)
-    return float(np.mean(values)), float(np.std(values, ddof=1) / np.sqrt(values.size))
-
-
 def penumbra(true, least: float = 0.01) -> np.ndarray:
     """Pixels that see some of the lamp but not all of it, as E11 counts effective samples."""
     true = np.asarray(true)

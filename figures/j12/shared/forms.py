@@ -11,7 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from figures.j12.shared.spread import Spread, ratio_of_means, spread
+from figures.spread import Spread, ratio_of_means, spread
 from figures.style import Drawing
 from figures.verdicts import Measurement, Statement, at_least, at_most
 from firstorder import plotting

@@ -29,7 +29,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from figures.r07.shared import look, table
-from firstorder.imaging._area_lights import Lamp
+from firstorder.imaging import Lamp
 from firstorder.imaging.camera import pinhole
 from firstorder.imaging.shading import SurfaceMaps
 from firstorder.io.scenes.space_toml import MeshModel

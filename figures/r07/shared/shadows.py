@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Iterator
-from typing import NamedTuple
 
 import equinox as eqx
 import jax
@@ -17,6 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
+from figures.spread import rms
 from figures.verdicts import Measurement
 from firstorder import plotting, reconstruction
 from firstorder.caching import harmonic_mean_distance
@@ -101,24 +101,6 @@ def rooms(count: int, seed: int = 9) -> Iterator[Scene]:
         )
 
 
-class Spread(NamedTuple):
-    """A mean, and its standard error."""
-
-    mean: float
-    error: float
-
-
-def spread(values) -> Spread:
-    """The arithmetic mean."""
-    return Spread(float(np.mean(values)), float(np.std(values, ddof=1) / len(values) ** 0.5))
-
-
-def factor(values) -> Spread:
-    """The geometric mean of what differs by factors."""
-    mean, error = spread(np.log(values))
-    return Spread(float(np.exp(mean)), float(np.exp(mean) * error))
-
-
 # --- samplers -----------------------------------------------------------------------------------
 
 LINEAR, CUBIC = 1, 2  # numbers of each sample that an interpolant takes
@@ -169,11 +151,6 @@ def cut(line: reconstruction.LineSamples, budget: int) -> reconstruction.LineSam
 def one_of(lines, driver: str) -> reconstruction.LineSamples:
     """The samples of one driver."""
     return jax.tree.map(lambda a: a[list(DRIVERS).index(driver)], lines)
-
-
-def rms(a) -> float:
-    """Root of the mean square."""
-    return float(np.sqrt(np.mean(np.square(np.asarray(a)))))
 
 
 def curve(line, x, data: int = 1) -> np.ndarray:

@@ -22,7 +22,7 @@ import numpy as np
 
 from figures.r07.shared import look
 from firstorder import plotting
-from firstorder.imaging._area_lights import Lamp
+from firstorder.imaging import Lamp
 from firstorder.imaging._point_shading import ShadedPixels
 from firstorder.imaging.camera import pinhole
 from firstorder.imaging.images import pixel_labels
@@ -141,20 +141,6 @@ def _material(random: np.random.Generator, glossy: bool) -> dict[str, float]:
     albedo, share, decades = random.uniform((0.2, 0.2, 1.0), (0.8, 0.8, 2.0))
     gloss = dict(specular=(1.0 - albedo) * share, exponent=10.0**decades)
     return dict(albedo=albedo, **(gloss if glossy else {}))
-
-
-class Spread(NamedTuple):
-    """Of positive numbers: their geometric mean, and its standard error."""
-
-    mean: float
-    error: float
-
-
-def spread(values) -> Spread:
-    """The geometric mean over lay-outs, and its standard error."""
-    logarithms = np.log(np.asarray(values))
-    mean = float(np.exp(np.mean(logarithms)))
-    return Spread(mean, mean * float(np.std(logarithms, ddof=1)) / len(logarithms) ** 0.5)
 
 
 def coordinates(p: np.ndarray, side: int) -> np.ndarray:

@@ -1,8 +1,7 @@
-"""Distances to records, their weights, and their table in print."""
+"""Distances to records and their weights, and checks of what chooses among candidates."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import jax
@@ -138,24 +137,6 @@ def checked_visits(visits: Any, count: int) -> Int[np.ndarray, " v"]:
             f"Argument `visits` must hold numbers from 0 to {count - 1}, but holds {wrong[0]}."
         )
     return found.astype(int)
-
-
-def printed(columns: Mapping[str, Any]) -> str:
-    """A table as lines: names above their columns, numbers to five digits.
-
-    Example:
-        >>> from firstorder.caching._records import printed
-        >>> print(printed({"x": [0.5, 12.0], "clamp": ["", "cut"]}))
-          x  clamp
-        0.5
-         12    cut
-    """
-    rows = [list(columns)]
-    for row in zip(*columns.values(), strict=True):
-        rows.append([c if isinstance(c, str) else f"{float(c):.5g}" for c in row])
-    widths = [max(len(row[i]) for row in rows) for i in range(len(columns))]
-    lines = ["  ".join(c.rjust(w) for c, w in zip(row, widths, strict=True)) for row in rows]
-    return "\n".join(line.rstrip() for line in lines)
 
 
 def checked_order(order: int) -> int:

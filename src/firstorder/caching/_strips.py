@@ -52,29 +52,22 @@ class Strips:
             error = error + _turned(self.tilt[:, strip] - self.tilt[:, i : i + 1])
         return strip, reached(error)
 
-    def filled(self, visits: np.ndarray, records: np.ndarray, most: int | None) -> np.ndarray:
-        """Records with those added for the visited, in their order, `most` of them."""
-        visits, left = self.place[visits], len(records) if most is None else most
-        open_, new = np.zeros(len(records), bool), []
+    def filled(self, visits: np.ndarray, most: int) -> np.ndarray:
+        """Records among the visited, in their order, `most` of them."""
+        visits = self.place[visits]
+        open_, new = np.zeros(len(self.rank), bool), []
         open_[visits] = True
         for i in visits.tolist():
             if not open_[i]:
                 continue
-            if len(new) == left:
+            if len(new) == most:
                 break
             new.append(i)
             strip, covered = self.covered_by(i)
             open_[strip] &= ~covered
+        records = np.zeros(len(self.rank), bool)
         records[self.rank[new]] = True
         return records
-
-    def covered(self, rows: np.ndarray) -> np.ndarray:
-        """Mask of the candidates that the records of these rows cover."""
-        found = np.zeros(len(self.rank), bool)
-        for i in self.place[rows].tolist():
-            strip, covered = self.covered_by(i)
-            found[strip] |= covered
-        return found[self.place]
 
 
 def _turned(turn: np.ndarray) -> np.ndarray:

@@ -7,7 +7,7 @@ read back and drawn.
 from __future__ import annotations
 
 import itertools
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import equinox as eqx
 import jax
@@ -18,9 +18,10 @@ from jaxtyping import Array, ArrayLike, Bool, Float
 from firstorder._argument_checks import check_positive
 from firstorder._display import Axes, as_picture, drawn
 from firstorder._labelled import DataFrame, data_frame
-from firstorder.caching._records import checked_order, distance, kept, printed, turning, weights
+from firstorder.caching._columns import columns_of, printed, records_of, units_of
+from firstorder.caching._records import checked_order, distance, kept, turning, weights
 from firstorder.caching.candidates import Candidates
-from firstorder.caching.regions import CLAMPS, ValidityRegion, _check_regions
+from firstorder.caching.regions import ValidityRegion, _check_regions
 from firstorder.numerics._batching import in_batches
 from firstorder.typing import as_float
 
@@ -232,21 +233,7 @@ class Cache(eqx.Module):
 
     def columns(self) -> dict[str, np.ndarray]:
         """The table: one vector for each column, ready for `firstorder.io.write_csv`."""
-        records, d = self.records, self.records.dims
-        named = dict(zip("xy", np.asarray(records.position).T, strict=False))
-        if records.tilt is not None:
-            named |= dict(zip(_tilts(d), np.asarray(records.tilt).T, strict=True))
-        held = (records.value, records.gradient, records.hessian, records.third)
-        for order, found in enumerate(held):
-            if found is not None:
-                for name, which in _derivative_names(order, d).items():
-                    named[name] = np.asarray(found)[(slice(None), *which)]
-        lengths, angle = self.region.axes()
-        named["radius"] = lengths[:, 0]
-        if d == 2:
-            named |= {"shorter": lengths[:, 1], "angle": angle}
-        clamp = np.broadcast_to(np.asarray(self.region.clamp), lengths.shape[:1])
-        return named | {"clamp": np.array([CLAMPS[int(c)] for c in clamp])}
+        return columns_of(self.records, self.region)
 
     def to_pandas(self) -> DataFrame:
         """The table as `columns` gives it, with units in `attrs["units"]`.
@@ -262,13 +249,7 @@ class Cache(eqx.Module):
             >>> list(cache.to_pandas()), cache.to_pandas().attrs["units"]["dE_dx"]
             (['x', 'E', 'dE_dx', 'd2E_dx2', 'radius', 'clamp'], 'W/m^2')
         """
-        d = self.records.dims
-        units = dict.fromkeys(("x", "y", "radius", "shorter"), "m")
-        units |= dict.fromkeys((*_tilts(d), "angle"), "rad")
-        for order in range(4):
-            power = f"^{d + order}" if d + order > 1 else ""
-            units |= dict.fromkeys(_derivative_names(order, d), f"W/m{power}")
-        return data_frame(self.columns(), units)
+        return data_frame(self.columns(), units_of(self.records.dims))
 
     @staticmethod
     def from_columns(
@@ -292,47 +273,11 @@ class Cache(eqx.Module):
             >>> Cache.from_columns(cache.columns()).records.count
             3
         """
-        d = 2 if {"y", "shorter", "angle"} & set(columns) else 1
-        sizes = ("radius", "shorter", "angle")[: 2 * d - 1]
-        for name in (*"xy"[:d], *_derivative_names(0, d), *_derivative_names(1, d), *sizes):
-            if name not in columns:
-                raise ValueError(f"Argument `columns` must hold `{name}`, but does not.")
-
-        def stacked(names):
-            return np.stack([np.asarray(columns[n], float) for n in names], -1)
-
-        parts: list[np.ndarray | None] = []
-        for k in range(4):
-            names = _derivative_names(k, d)
-            if not set(names) <= set(columns):
-                parts.append(None)
-                continue
-            where = {which: n for n, which in names.items()}
-            every = itertools.product(range(d), repeat=k)
-            found = stacked([where[tuple(sorted(which))] for which in every])
-            parts.append(found.reshape((-1,) + (d,) * k))
-        tilt = stacked(_tilts(d)) if set(_tilts(d)) <= set(columns) else None
-        value, gradient, hessian, third = parts
-        assert value is not None
-        assert gradient is not None
-        records = Candidates.of(stacked("xy"[:d]), value, gradient, hessian, third=third, tilt=tilt)
-        clamp = [_code(word) for word in columns.get("clamp", [""] * records.count)]
-        matrix = _matrices(*(stacked([name])[:, 0] for name in sizes))
-        region = ValidityRegion(jnp.asarray(matrix), jnp.asarray(clamp, dtype=jnp.int32))
-        return Cache(records, region, order, fade)
+        return Cache(*records_of(columns), order, fade)
 
     def __str__(self) -> str:
         """The table, in print."""
         return printed(self.columns())
-
-
-def _code(word: Any) -> int:
-    """The code of a clamp; where none acted, a table that was read may have a gap."""
-    codes = {word: code for code, word in CLAMPS.items()}
-    word = "" if word != word or word is None else str(word)  # a NaN is not itself
-    if word not in codes:
-        raise ValueError(f"Argument `columns` must hold known clamps, but has {word!r}.")
-    return codes[word]
 
 
 def _asked(x: ArrayLike, dims: int) -> Float[Array, "... d"]:
@@ -344,30 +289,6 @@ def _asked(x: ArrayLike, dims: int) -> Float[Array, "... d"]:
         words = ": arc lengths x are x[..., None]" if dims == 1 else ""
         raise ValueError(f"Argument `x` must have shape (..., {dims}), but has {x.shape}{words}.")
     return x
-
-
-def _tilts(dims: int) -> tuple[str, ...]:
-    return ("n",) if dims == 1 else ("n_x", "n_y")
-
-
-def _derivative_names(order: int, dims: int) -> dict[str, tuple[int, ...]]:
-    """Names of the different derivatives of one order, and where they stand: dE_dx, d2E_dxdy."""
-    found = {}
-    for which in itertools.combinations_with_replacement(range(dims), order):
-        powers = [(a, which.count(i)) for i, a in enumerate("xy") if i in which]
-        below = "".join(f"d{a}{k if k > 1 else ''}" for a, k in powers)
-        found[f"d{order if order > 1 else ''}E_{below}" if order else "E"] = which
-    return found
-
-
-def _matrices(radius: np.ndarray, *ellipse: np.ndarray) -> np.ndarray:
-    """Matrices of regions from their semi-axes: one, or the longer, the shorter and an angle."""
-    if not ellipse:
-        return 1.0 / radius[:, None, None]
-    shorter, angle = ellipse
-    u = np.stack([np.cos(angle), np.sin(angle)], -1)
-    outer = u[:, :, None] * u[:, None, :]
-    return outer / radius[:, None, None] + (np.eye(2) - outer) / shorter[:, None, None]
 
 
 # --- answers --------------------------------------------------------------------------------------

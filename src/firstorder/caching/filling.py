@@ -19,11 +19,11 @@ import numpy as np
 from jaxtyping import ArrayLike
 
 from firstorder._argument_checks import check_integer, check_positive, check_shape
-from firstorder.caching._records import checked_visits, reached
+from firstorder.caching._records import checked_visits
 from firstorder.caching._strips import Strips
 from firstorder.caching.cache import Cache, Lookup, _answers_of_many, _tabled
 from firstorder.caching.candidates import Candidates
-from firstorder.caching.regions import ValidityRegion, _check_regions, circular_regions
+from firstorder.caching.regions import ValidityRegion, _check_regions
 from firstorder.numerics._native import HAVE_NATIVE
 from firstorder.typing import as_float
 
@@ -97,9 +97,10 @@ def _filler(candidates: Candidates) -> Callable[[ValidityRegion, np.ndarray, int
 
     def filled(region, visits, most):
         _check_regions(region, m, d)
+        most = m if most is None else most
         if rows is None:
-            return Strips(candidates, region).filled(visits, np.zeros(m, bool), most)
-        return rows.filled(region, visits, m if most is None else most)
+            return Strips(candidates, region).filled(visits, most)
+        return rows.filled(region, visits, most)
 
     return filled
 
@@ -202,50 +203,21 @@ def fit(
         raise ValueError("Argument `visits` must hold at least one order, but is empty.")
     visits = np.stack([checked_visits(one, candidates.count) for one in visits])
 
-    def make(threshold, visit):
-        region = regions(threshold)
-        return filled(region, visit, ENOUGH * target), region
-
-    return _fit_with(make, visits, target, low=low, high=high, slack=slack, halvings=halvings)
-
-
-def _fit_with(
-    make: Callable[[float, np.ndarray], tuple[np.ndarray, ValidityRegion]],
-    visits: Indices,
-    target: int,
-    *,
-    low: float,
-    high: float,
-    slack: int | None = None,
-    halvings: int = 40,
-) -> Fit:
-    """`fit` for any way of filling, such as `_fill_with_neighbours`.
-
-    Args:
-        make: a threshold and an order of insertion to records and regions.
-        visits: orders of insertion, (o, m) indices.
-        target: wanted number of records.
-        low: threshold that gives more records than that.
-        high: threshold that gives fewer.
-        slack: records more or fewer that do as well: 0.2 % of the target if not given.
-        halvings: how often the bracket is halved at most.
-
-    Raises:
-        ValueError: as there.
-    """
     for name, count in (("target", target), ("halvings", halvings)):
         check_integer(name, count)
     for name, number in (("target", target), ("low", low), ("high", high)):
         check_positive(name, number)
     slack = target // 500 if slack is None else slack
-    found = [
-        _halved(make, np.asarray(visit), target, low, high, slack, halvings)
-        for visit in np.atleast_2d(np.asarray(visits))
-    ]
-    threshold, records, regions = zip(*found, strict=True)
+
+    def make(threshold, visit):
+        region = regions(threshold)
+        return filled(region, visit, ENOUGH * target), region
+
+    found = [_halved(make, visit, target, low, high, slack, halvings) for visit in visits]
+    threshold, records, held = zip(*found, strict=True)
     size = np.array([r.sum() for r in records])
-    matrix = np.stack([np.asarray(r.matrix) for r in regions])
-    clamp = np.stack([np.broadcast_to(np.asarray(r.clamp), matrix.shape[1:2]) for r in regions])
+    matrix = np.stack([np.asarray(r.matrix) for r in held])
+    clamp = np.stack([np.broadcast_to(np.asarray(r.clamp), matrix.shape[1:2]) for r in held])
     region = ValidityRegion(matrix, clamp)
     return Fit(np.array(threshold), size, np.stack(records), region, size == target)
 
@@ -285,56 +257,3 @@ def _halved(make, visit, target, low, high, slack, halvings):
         else:
             b, few = middle, count
     return best
-
-
-def _fill_with_neighbours(
-    candidates: Candidates,
-    length: ArrayLike,
-    accuracy: float,
-    visits: Indices,
-    low: float,
-    high: float,
-    *,
-    passes: int = 8,
-) -> tuple[np.ndarray, ValidityRegion]:
-    """Selection of records whose lengths are cut by their neighbours', as they are inserted.
-
-    A new record's length is cut to `R_j + |x - x_j|` for every record j, and theirs to its own by
-    the same rule. Its reach is the accuracy times the length, held within [low, high]. What a
-    record had covered may be open again after it was cut: the visits are repeated until nothing is.
-
-    Args:
-        candidates: places, flat.
-        length: minimum or harmonic mean of the rays' lengths, of each [m].
-        accuracy: by which the lengths are multiplied.
-        visits: indices of candidates, in the order of the visits.
-        low: smallest reach [m].
-        high: largest [m].
-        passes: at most; what is open after the last becomes a record without cutting others.
-
-    Returns:
-        True for records, and the region of every candidate (cut for records).
-
-    Reference: Krivanek et al. 2006.
-    """
-    x, R = np.asarray(candidates.position), np.array(length, dtype=float)
-    visits = np.asarray(visits)
-    records, rows, waiting = np.zeros(len(x), bool), np.zeros(0, int), visits
-    region = circular_regions(accuracy * R, low, high, candidates.dims)
-    for _ in range(passes):
-        while len(waiting):
-            i = waiting[0]
-            away = np.linalg.norm(x[rows] - x[i], axis=1)
-            R[i] = min(R[i], np.min(R[rows] + away, initial=np.inf))
-            R[rows] = np.minimum(R[rows], R[i] + away)
-            rows = np.append(rows, i)
-            records[i] = True
-            reach = np.clip(accuracy * R[i], low, high)
-            open_ = ~reached(np.linalg.norm(x[waiting] - x[i], axis=1) / reach)
-            open_[0] = False
-            waiting = waiting[open_]
-        region = circular_regions(accuracy * R, low, high, candidates.dims)
-        waiting = visits[~Strips(candidates, region).covered(rows)[visits]]
-        if len(waiting) == 0:
-            return records, region
-    return Strips(candidates, region).filled(waiting, records, None), region

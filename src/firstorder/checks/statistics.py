@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from scipy.special import chdtrc, ndtr, ndtri, stdtrit
+from scipy.special import chdtrc, ndtri, stdtrit
 
 from firstorder._argument_checks import check_count, check_inside
 
@@ -281,8 +281,3 @@ def spread_test(measured: Any, predicted: Any, runs: int, level: float = LEVEL) 
         raise ValueError(f"Argument `runs` must be two at least, but is {runs}.")
     off = np.log(np.asarray(measured, float) / np.asarray(predicted, float))
     return z_test(off, 1.0 / np.sqrt(2.0 * (runs - 1.0)), 0.0, level)
-
-
-def _two_sided(z: float) -> float:
-    """The probability of a normal deviation of at least |z|."""
-    return float(2.0 * ndtr(-abs(z)))

@@ -38,17 +38,6 @@ def measure(names: Iterable[str] = LAWS) -> Table:
     return {name: {p: square(known[name], p) for p in PORTRAITS} for name in names}
 
 
-def _variants(law: str) -> tuple[str, ...]:
-    """Names of the cases that show a law elsewhere: across edges, on the circle, in space.
-
-    Example:
-        >>> from firstorder.checks.table import _variants
-        >>> "integrate, an edge" in _variants("integrate")
-        True
-    """
-    return tuple(name for name in all_cases() if name.startswith((f"{law},", f"{law} in ")))
-
-
 def _words(s: Square) -> str:
     """A cell in words: the verdict, and the order of magnitude of its error.
 

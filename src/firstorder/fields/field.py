@@ -15,6 +15,7 @@ from firstorder._display import Axes, as_picture, drawn, in_print
 from firstorder.conventions import UNSTATED, Frame
 from firstorder.errors import Refused
 from firstorder.fields._held import Held
+from firstorder.fields._level_root import root_between
 from firstorder.fields._ray import of_ray, stack
 from firstorder.fields._series import Series, sampled_series
 from firstorder.fields.covariance import Covariance
@@ -277,11 +278,7 @@ class Edge(eqx.Module):
         return Jet(b, share * first, share * second, self.level.frame)
 
     def _solve(self, u: Ray, axis: int, lower: Scalar, upper: Scalar) -> tuple[Scalar, Array]:
-        """The crossing, and whether there is one; an edge that is not met is put at `upper`.
-
-        A straight edge by division. A curved one by bisection (blind to derivatives), then Newton
-        steps, each of which carries one more derivative.
-        """
+        """The crossing, and whether there is one; an edge that is not met is put at `upper`."""
 
         def level(t):
             return self.level.at(u.at[axis].set(t))
@@ -292,24 +289,7 @@ class Edge(eqx.Module):
             t = -level(jnp.zeros_like(lower)) / jnp.where(flat, 1.0, slope)
             met = ~flat & (t >= jnp.minimum(lower, upper)) & (t <= jnp.maximum(lower, upper))
             return jnp.where(met, t, upper), met
-        # Slightly inside the interval: a level may have its pole on an end (the tangent at pi / 2).
-        hair = 4.0 * jnp.finfo(lower.dtype).eps * (upper - lower)
-        a, b = jax.lax.stop_gradient((lower + hair, upper - hair))
-        sign = jax.lax.stop_gradient(jnp.sign(level(b)))
-        met = jax.lax.stop_gradient(level(a)) * sign < 0
-
-        def halve(_, ends):
-            a, b = ends
-            middle = 0.5 * (a + b)
-            right = jax.lax.stop_gradient(level(middle)) * sign > 0
-            return jnp.where(right, a, middle), jnp.where(right, middle, b)
-
-        a, b = jax.lax.fori_loop(0, 26, halve, (a, b))
-        t = jax.lax.stop_gradient(0.5 * (a + b))
-        for _ in range(3):
-            value, slope = jax.value_and_grad(level)(t)
-            t = t - jnp.where(met, value, 0.0) / jnp.where(met & (slope != 0), slope, 1.0)
-        return jnp.where(met, t, upper), met
+        return root_between(level, lower, upper)
 
 
 class Constant(Field):

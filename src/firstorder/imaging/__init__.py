@@ -11,8 +11,9 @@ Parts:
 - `imaging.facets`: shading points of meshes.
 """
 
-from firstorder.imaging._area_lights import Lamp, SampledLight, SurfaceReflectance
+from firstorder.imaging._area_lights import SurfaceReflectance
 from firstorder.imaging._bumps import NormalMap
+from firstorder.imaging._lamps import Lamp, SampledLight
 from firstorder.imaging._point_shading import ShadedPixels
 from firstorder.imaging._reflection import (
     ReflectedRadiance,

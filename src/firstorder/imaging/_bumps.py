@@ -24,7 +24,7 @@ from firstorder._argument_checks import check_finite, check_positive
 from firstorder.conventions import Frame
 from firstorder.fields.spectrum import Grid
 from firstorder.fields.spline import Spline
-from firstorder.imaging._reflection import SurfacePoint, surface_point
+from firstorder.imaging._reflection import SurfacePoint
 from firstorder.numerics._vectors import unit
 from firstorder.typing import as_float
 
@@ -152,33 +152,6 @@ def bumped(at: Chart, height: Callable, uv: Place) -> SurfacePoint:
     return _tilted(at.position, T, n - T @ g, -T @ (S + H) - n[:, None] * (S @ g))
 
 
-def solid_bumped(
-    position: Direction, axes: Float[Array, "3 3"], S: Two, height: Callable
-) -> SurfacePoint:
-    """The shading point of bumps whose heights are given in space, as a solid texture is.
-
-    No chart is needed, and none can be singular. Of the heights' derivatives in space the surface
-    sees `T^T grad h`, and covariantly `T^T (Hess h) T + (n . grad h) S`.
-
-    Args:
-        position: on the base surface [m].
-        axes: columns t, b, n of the base surface.
-        S: its shape operator in t, b [1/m].
-        height: h of a position [m], jittable, twice differentiable.
-
-    Reference: as `bumped`.
-
-    Example:
-        >>> import jax.numpy as jnp
-        >>> from firstorder.imaging._bumps import solid_bumped
-        >>> waves = lambda x: 0.1 * jnp.sin(2 * jnp.pi * x[0])
-        >>> crest = solid_bumped(jnp.array([0.25, 0, 0]), jnp.eye(3), jnp.zeros((2, 2)), waves)
-        >>> round(-crest.turning[0, 0].item(), 3)
-        -3.948
-    """
-    return solid_tilted(surface_point(position, axes, S), jax.grad(height))
-
-
 def solid_tilted(point: SurfacePoint, slopes: Callable) -> SurfacePoint:
     r"""The shading point of slopes a(x) given in space: the normal m leans to `m - P a`.
 
@@ -186,8 +159,9 @@ def solid_tilted(point: SurfacePoint, slopes: Callable) -> SurfacePoint:
 
         d(m - P a) = dm - P da + (m . a) dm + (dm . a) m
 
-    With a the gradient of heights these are the bumps of `solid_bumped`; a that is no gradient is a
-    normal map in space. The point may be bumpy already, or have a mesh's interpolated normal.
+    With a the gradient of heights h(x) these are bumps whose heights are given in space, as a solid
+    texture is: no chart is needed, and none can be singular. Any other a is a normal map in space.
+    The point may be bumpy already, or have a mesh's interpolated normal.
 
     Args:
         point: with its shading normal and how that turns.

@@ -27,14 +27,9 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from firstorder.imaging._area_lights import (
-    TO_LIMB,
-    Lamp,
-    LobeRadiance,
-    SurfaceReflectance,
-    lobe_factors,
-)
+from firstorder.imaging._area_lights import TO_LIMB, LobeRadiance, SurfaceReflectance, lobe_factors
 from firstorder.imaging._interaction import SurfaceInteraction
+from firstorder.imaging._lamps import Lamp
 from firstorder.imaging._reflection import SurfacePoint, half_turn, mirrored
 from firstorder.imaging.sky_lights import CosineSkyLight, DistantLight
 from firstorder.numerics._vectors import cross, dot, near_one, orthonormal_frame, settled

@@ -10,13 +10,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from firstorder.imaging._area_lights import (
-    LobeRadiance,
-    SampledLight,
-    lobe_radiance,
-    shadow_edge_terms,
-)
+from firstorder.imaging._area_lights import LobeRadiance, lobe_radiance, shadow_edge_terms
 from firstorder.imaging._interaction import SurfaceInteraction
+from firstorder.imaging._lamps import SampledLight
 from firstorder.imaging.sky_lights import CosineSkyLight, Direction
 from firstorder.numerics._batching import host_blocks
 from firstorder.numerics._vectors import dot

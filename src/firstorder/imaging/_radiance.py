@@ -29,8 +29,9 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
-from firstorder.imaging._area_lights import SampledLight, Shares, lobe_factors
+from firstorder.imaging._area_lights import Shares, lobe_factors
 from firstorder.imaging._interaction import SurfaceInteraction
+from firstorder.imaging._lamps import SampledLight
 from firstorder.imaging._reflection import mirrored
 from firstorder.numerics._vectors import dot
 from firstorder.typing import Scalar

@@ -23,8 +23,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from firstorder.imaging._area_lights import SampledLight
 from firstorder.imaging._interaction import surface_interaction
+from firstorder.imaging._lamps import SampledLight
 from firstorder.imaging._point_shading import (
     OF_SHADED,
     ShadedPixels,

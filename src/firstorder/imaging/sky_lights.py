@@ -21,7 +21,7 @@ from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_count, check_not_negative
 from firstorder.conventions import cylindrical
-from firstorder.imaging._area_lights import Lamp
+from firstorder.imaging._lamps import Lamp
 from firstorder.numerics._vectors import cross, orthonormal_frame
 from firstorder.typing import as_float
 

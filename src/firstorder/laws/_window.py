@@ -62,9 +62,9 @@ def warn_if_cut(factor: Field, window: Grid, F: Spectrum, name: str) -> None:
 def _out(low, high, first, last) -> bool:
     """Whether an interval does not hold another, up to rounding."""
     ends = np.array([float(x) for x in (low, high, first, last)])
-    hair = 1e-6 * (ends[3] - ends[2])
+    epsilon = 1e-6 * (ends[3] - ends[2])
     return bool(
-        np.all(np.isfinite(ends)) and (ends[2] < ends[0] - hair or ends[3] > ends[1] + hair)
+        np.all(np.isfinite(ends)) and (ends[2] < ends[0] - epsilon or ends[3] > ends[1] + epsilon)
     )
 
 

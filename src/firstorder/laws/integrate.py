@@ -139,8 +139,8 @@ class Integrate(Law):
         )
         ends, order = sorted_breaks(lower.value, upper.value, [b.value for b in inner])
         curves = jax.tree.map(lambda *leaves: jnp.stack(leaves)[order], lower, *inner, upper)
-        hair = _hairs(ends, curves.gradient, f.frame, a)
-        inside = jnp.concatenate([ends[:-1] + hair[0], ends[1:] - hair[1]])
+        epsilon = _epsilons(ends, curves.gradient, f.frame, a)
+        inside = jnp.concatenate([ends[:-1] + epsilon[0], ends[1:] - epsilon[1]])
         if not inner and not self._ends_move:  # nothing moves
             inside = inside[:0]
         jets = jax.vmap(lambda s: f.jet(along(s)))(t)
@@ -150,9 +150,10 @@ class Integrate(Law):
             # itself, where rounding would decide on which side it lies), by Taylor's formula.
             # Apart from the nodes', so that who asks for no Hessian pays for none at the nodes.
             near = jax.vmap(lambda s: f.jet(along(s)))(inside)
-            limits = jax.vmap(partial(_transported, a))(near, jnp.concatenate([-hair[0], hair[1]]))
+            to_limit = jnp.concatenate([-epsilon[0], epsilon[1]])
+            limits = jax.vmap(partial(_transported, a))(near, to_limit)
             moved = jax.tree.map(lambda leaf: jnp.concatenate([leaf[:-1], leaf[1:]]), curves)
-            sign = jnp.repeat(jnp.array([-1.0, 1.0], u.dtype), hair[0].size)
+            sign = jnp.repeat(jnp.array([-1.0, 1.0], u.dtype), epsilon[0].size)
             terms = jax.vmap(partial(_boundary, a))(moved, limits)
             total = total + jax.tree.map(lambda leaf: jnp.tensordot(sign, leaf, (0, 0)), terms)
         keep = np.array([i for i in range(f.frame.dims) if i != a], dtype=int)
@@ -272,7 +273,7 @@ def _within(b: Jet, lower: Array, upper: Array) -> Jet:
     return jax.tree.map(lambda x, y: jnp.where(inside, x, y), b, still)
 
 
-def _hairs(ends: Array, gradient: Array, frame: Frame, a: int) -> tuple[Array, Array]:
+def _epsilons(ends: Array, gradient: Array, frame: Frame, a: int) -> tuple[Array, Array]:
     """Steps into each panel from its two ends, to where one-sided limits are looked at.
 
     No nearer to an edge than a field may tell its sides apart (`light_field`: eps^(3/4) in any

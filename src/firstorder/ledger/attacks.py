@@ -25,7 +25,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from firstorder.fields.spectrum import Spectrum, SumSpectrum
-from firstorder.ledger._remembered import forget, forgotten, layers
+from firstorder.ledger._process_memory import forget, forgotten, layers
 from firstorder.ledger.judging import judge_route
 from firstorder.ledger.rows import NUMERIC, Check, Row
 

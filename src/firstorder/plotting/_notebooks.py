@@ -22,8 +22,8 @@ from firstorder import flatland, space
 from firstorder.caching import Cache
 from firstorder.fields import Field, Spectrum
 from firstorder.io import SpaceFile
-from firstorder.plotting._at_hand import draw
 from firstorder.plotting._plot_caches import check_cache
+from firstorder.plotting._plot_methods import draw
 from firstorder.plotting.style import house_style
 
 MOST = 22_000  # bytes of a picture, 30 kB as text

@@ -152,9 +152,9 @@ def curve(field: Field, window: Grid) -> tuple[np.ndarray, np.ndarray]:
     """Places and values of a field of one coordinate, with NaN between the sides of each jump."""
     x = np.asarray(window.axis(0), float)
     jumps = np.unique(np.concatenate([x[:0], *(_jumps(edge, x) for edge in field.edges())]))
-    hair = float(jnp.finfo(jnp.result_type(float)).eps) ** 0.5 * window.extent[0]
-    x = x[np.all(np.abs(x[:, None] - jumps) > hair, axis=-1)]
-    places = np.concatenate([x, jumps - hair, jumps + hair, jumps])
+    epsilon = float(jnp.finfo(jnp.result_type(float)).eps) ** 0.5 * window.extent[0]
+    x = x[np.all(np.abs(x[:, None] - jumps) > epsilon, axis=-1)]
+    places = np.concatenate([x, jumps - epsilon, jumps + epsilon, jumps])
     values = _asked(field, places, window.size[0])
     values[len(places) - len(jumps) :] = np.nan
     values[blank(field, places)] = np.nan

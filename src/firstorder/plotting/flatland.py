@@ -31,18 +31,6 @@ _BANDS = tuple(color for *_, color in _CURVES)  # red, green and blue
 WIDE = 2.2
 
 
-def _shape_points(scene: Scene, index: int, samples: int = 96) -> np.ndarray:
-    """Points along a shape, shape (m, 2) [m]: two of a segment, `samples` + 1 of what is round.
-
-    Example:
-        >>> from firstorder.flatland.library import named_scene
-        >>> from firstorder.plotting.flatland import _shape_points
-        >>> _shape_points(named_scene("scene_a"), 0).tolist()
-        [[-1.0, 0.0], [1.0, 0.0]]
-    """
-    return _outlines(scene, samples)[index][0]
-
-
 def draw_scene(
     ax: Axes,
     scene: Scene,

@@ -18,8 +18,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from firstorder.imaging._area_lights import SampledLight
 from firstorder.imaging._interaction import SurfaceInteraction
+from firstorder.imaging._lamps import SampledLight
 from firstorder.imaging._radiance import (
     ShadingPoint,
     edge_radiance,

@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Float
 
 from firstorder._argument_checks import check_count
-from firstorder.imaging._area_lights import Lamp
+from firstorder.imaging._lamps import Lamp
 from firstorder.io._locks import at_work
 from firstorder.io.exr import _writer, write_layers
 from firstorder.io.scenes._surface_maps import MapSet, surface_maps_of

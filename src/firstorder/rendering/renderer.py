@@ -18,28 +18,25 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, Int
 
-from firstorder.imaging._area_lights import Lamp
+from firstorder.imaging._lamps import Lamp
 from firstorder.imaging._light_terms import Light
 from firstorder.imaging._point_shading import ShadedPixels, shade_rows
 from firstorder.imaging.camera import Pinhole
-from firstorder.imaging.facets import mesh_facets
+from firstorder.imaging.facets import Facets
 from firstorder.imaging.shading import SurfaceMaps
 from firstorder.imaging.sky_lights import CosineSkyLight, sky_light
-from firstorder.io.meshes import Embree
 from firstorder.io.scenes.space_toml import MeshModel
 from firstorder.numerics._batching import host_blocks
 from firstorder.rendering import _programs as programs
-from firstorder.rendering._blocks import beside_seen
-from firstorder.rendering._pixel_radiance import OFF, MeshLight, PixelRadiance
+from firstorder.rendering._pixel_radiance import MeshLight, PixelRadiance
+from firstorder.rendering._traced_models import TracedModels
 from firstorder.scene._arguments import check_kind
 from firstorder.scene._bands import bands_of
 from firstorder.scene._primitives import joined
-from firstorder.space.meshes.triangle_mesh import mesh
 from firstorder.space.primitives import Material, primitive
 from firstorder.space.scene import Scene
 from firstorder.space.shapes.build import sphere
@@ -147,36 +144,15 @@ class Renderer:
             )
         self.world = world
         self.lights = self.lights_of(0)
-        self._facets, self._embree, self._size = None, None, 0.0
-        rows = [] if world.scene is None else [world.scene.material]
+        self._models = None
         if world.models:
-            self._add_models()
-            rows += [primitive(sphere((0, 0, 0), 1.0), **m.material).material for m in world.models]
+            self._models = TracedModels(world.models, world.normals, world.shapes)
+        rows = [] if world.scene is None else [world.scene.material]
+        rows += [primitive(sphere((0, 0, 0), 1.0), **m.material).material for m in world.models]
         self._material: Material = joined(rows)
         lamps = [primitive(_shade_of(lamp)) for lamp in world.lamps]
         self._lamps = Scene.of(*lamps) if lamps else None
         self.bands = bands_of(world.scene, self._material, self.lights, world.finish)
-
-    def _add_models(self) -> None:
-        """Build one Embree tree over all faces, and their corners as JAX arrays."""
-        world, first = self.world, 0
-        normals = world.normals or (None,) * len(world.models)
-        parts, vertices, faces = [], [], []
-        for k, (model, n) in enumerate(zip(world.models, normals, strict=True)):
-            number = np.full(model.mesh.count, world.shapes + k)
-            parts.append(mesh_facets(model.mesh, n, number, model.uv))
-            vertices.append(np.asarray(model.mesh.vertices))
-            faces.append(np.asarray(model.mesh.faces) + first)
-            first += len(vertices[-1])
-        self._facets = jax.tree.map(lambda *a: jnp.concatenate(a), *parts)
-        whole = mesh(np.concatenate(vertices), np.concatenate(faces))
-        self._embree, self._size = Embree(whole), whole.size
-        ends = np.asarray(whole.vertices)
-        self._middle = 0.5 * (ends.min(0) + ends.max(0))
-        self._part = np.asarray(self._facets.part)
-        up = np.array(whole.area_vectors)
-        size = np.linalg.norm(up, axis=1, keepdims=True)
-        self._up = up / np.where(size > 0.0, size, 1.0)
 
     def lights_of(self, number: int) -> tuple[Light, ...]:
         """The light as a pass of the image sees it: even nodes, moved within their cells.
@@ -212,14 +188,13 @@ class Renderer:
 
         if world.scene is not None:
             closer(world.scene, 0)
-        if self._embree is not None:
-            far, met = self._embree.seen_from(eye, d)
+        if self._models is not None:
+            far, met, number = self._models.seen_from(eye, d)
             here = far < t
-            face[here], t[here] = met[here], far[here]
-            index[here] = self._part[met[here]]
+            face[here], t[here], index[here] = met[here], far[here], number[here]
         if self._lamps is not None:
             before = index.copy()
-            closer(self._lamps, world.shapes + len(world.models))
+            closer(self._lamps, self._first_lamp)
             face[index != before] = -1
         return TileHits(index, face, t)
 
@@ -246,7 +221,7 @@ class Renderer:
         p = np.asarray(p, float)
         seen = self.seen(p) if seen is None else seen
         lights = self.lights if lights is None else tuple(lights)
-        lit = np.flatnonzero((seen.index >= 0) & (seen.index < self.world.shapes + self._models))
+        lit = np.flatnonzero((seen.index >= 0) & (seen.index < self._first_lamp))
         found = shade_rows(
             lambda *block: self._shaded(*block, lights, shadows, gradients),
             (p, seen.index, seen.face),
@@ -295,71 +270,58 @@ class Renderer:
 
     def _radiance(self, p, seen: TileHits, rows, lights, gradients: bool) -> tuple:
         """Radiance of pixels of models, and its gradient."""
+        assert self._models is not None
         world, face = self.world, seen.face[rows]
         d = host_blocks(lambda q: programs.directions(world.camera, q), p, RAYS)
         x = np.asarray(world.camera.eye) + seen.distance[rows, None] * d
-        up = self._up[face]
-        up = np.where(np.einsum("ij,ij->i", up, d)[:, None] > 0.0, -up, up)
-        light = MeshLight(programs.interactions, self._embree, lights)
-        fixed = (world.scene, self._facets, self._material, world.camera, world.finish)
-        return light.pixels(fixed, (p, seen.index[rows], face), x, up, gradients)
+        up = self._models.normals_against(face, d)
+        light = MeshLight(programs.interactions, self._models.embree, lights)
+        return light.pixels(self._fixed, (p, seen.index[rows], face), x, up, gradients)
 
     @property
-    def _models(self) -> int:
-        return len(self.world.models)
+    def _first_lamp(self) -> int:
+        """Number of the first lamp among the primitives."""
+        return self.world.shapes + len(self.world.models)
+
+    @property
+    def _facets(self) -> Facets | None:
+        """Faces of all models."""
+        return None if self._models is None else self._models.facets
+
+    @property
+    def _fixed(self) -> tuple:
+        """What `_programs.interactions` takes before the pixels."""
+        world = self.world
+        return world.scene, self._facets, self._material, world.camera, world.finish
 
     def _shaded(self, p, index, face, lights, shadows: bool, gradients: bool) -> ShadedPixels:
         """Shading of one block."""
         world = self.world
-        at = programs.looked_at(
-            (world.scene, self._facets, self._material, world.camera, world.finish, p, index, face)
-        )
+        at = programs.looked_at((*self._fixed, p, index, face))
         hidden = None
         if shadows:
             hidden = [None] * len(lights)
             if world.scene is not None:
                 hidden = programs.shares(at, world.scene, lights)
-            if self._embree is not None:
-                hidden = self._hidden(at, lights, hidden, gradients)
+            if self._models is not None:
+                hidden = self._hidden(self._models, at, lights, hidden, gradients)
         run = programs.pixels if gradients else programs.values
         return run(at, lights, hidden)
 
-    def _hidden(self, at: programs.LookedAt, lights: Sequence[Light], by_shapes, depths: bool):
+    @staticmethod
+    def _hidden(
+        models: TracedModels, at: programs.LookedAt, lights: Sequence[Light], by_shapes, depths
+    ):
         """Share of the way at which something hides nodes, infinity where nothing does."""
         x, up = np.asarray(at.point.position), np.asarray(at.up)
-        ways, found = programs.ways(at, lights), []
-        for light, (way, lit), share in zip(lights, ways, by_shapes, strict=True):
-            lit = np.asarray(lit)
+        found = []
+        for light, (way, lit), share in zip(
+            lights, programs.ways(at, lights), by_shapes, strict=True
+        ):
+            way, lit = np.asarray(way), np.asarray(lit)
             share = np.full(lit.shape, np.inf) if share is None else np.array(share)
-            found.append(self._by_models(x, up, np.asarray(way), lit, share, light, depths))
+            found.append(models.hidden(x, up, way, lit, share, light, depths))
         return found
-
-    def _by_models(self, x, up, way, lit, share, light: Light, depths: bool):
-        """Shares of the way at which nodes are hidden, models included, from a block of points.
-
-        Visibility is traced in single precision. The distance of a blocker only counts beside its
-        edge, and is traced for two nodes there, in double.
-        """
-        assert self._embree is not None
-        row, node = np.nonzero(lit)
-        start, along = x[row] + OFF * self._size * up[row], way[row, node]
-        far = np.sqrt(np.sum(along**2, -1))
-        if not light.near:
-            beyond = np.linalg.norm(x - self._middle, axis=1) + self._size
-            along = along * (beyond[row] / far)[:, None]
-        met = self._embree.between(start, start + along)
-        row, node, start, along, far = row[met], node[met], start[met], along[met], far[met]
-        at = np.full(len(far), 0.5)  # somewhere on the way
-        if depths:
-            whole = share < (1.0 if light.near else np.inf)  # what is behind a lamp hides nothing
-            whole[row, node] = True
-            edge = beside_seen(whole.reshape(-1, *light.shape), light.wraps)
-            edge = edge.reshape(whole.shape)[row, node]
-            way_to = self._embree.nearest(start[edge], along[edge]).t
-            way_to = way_to * np.sqrt(np.sum(along[edge] ** 2, -1)) / far[edge]
-            at[edge] = np.where(np.isfinite(way_to), way_to, at[edge])
-        share[row, node] = np.minimum(share[row, node], at)
-        return share
 
     def layers(self, p: Float[np.ndarray, "n 2"], number: int = 0) -> dict[str, np.ndarray]:
         """All quantities of pixels by name, as an EXR file has them.
@@ -377,7 +339,7 @@ class Renderer:
         found, index = self.pixels(p, seen=seen, lights=self.lights_of(number))
         value, gradient = np.array(found.value), np.asarray(found.gradient + found.edges)
         shadow = np.asarray(found.edges)
-        lamps = index >= self.world.shapes + self._models
+        lamps = index >= self._first_lamp
         if np.any(lamps):
             value[lamps] = self._emitted(p[lamps], index[lamps])
         sky = index < 0
@@ -403,7 +365,7 @@ class Renderer:
 
     def _emitted(self, p, index) -> np.ndarray:
         """Emission of lamps, from their fronts."""
-        first = self.world.shapes + self._models
+        first = self._first_lamp
         d = host_blocks(lambda q: programs.directions(self.world.camera, q), p, RAYS)
         lamps = self.world.lamps
         normal = np.array([np.cross(lamp.u, lamp.v) for lamp in lamps])[index - first]

@@ -13,7 +13,7 @@ from firstorder._argument_checks import (
     check_not_negative,
     check_positive,
 )
-from firstorder.imaging._area_lights import Lamp
+from firstorder.imaging._lamps import Lamp
 from firstorder.space.skies import ConstantSky
 
 WARM, COOL = (1.16, 0.97, 0.78), (0.80, 0.99, 1.45)  # linear, of luminance 1

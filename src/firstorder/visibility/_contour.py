@@ -46,7 +46,8 @@ def solid_angle_rate(p: Points, v: Points, axis: Points) -> Numbers:
 
     The region that an open edge bounds is closed by great circles through the axis; of a circle
     about the axis the rate is constant. With the normal for an axis the sum over all edges of a
-    region is its solid angle; `axis_solid_angle` changes from one axis to the other.
+    region is its solid angle. About another axis an edge's solid angle differs by those of two
+    triangles between the normal, the axis and an end (`segment_solid_angle`), up to whole spheres.
 
     Valid when: the edge does not pass through the direction opposite to the axis.
 
@@ -63,15 +64,6 @@ def angle_rate(p: Coordinates, level: Coordinates, axis: Coordinates) -> Array:
     """`solid_angle_rate`, of coordinates, with `level = p x p'`."""
     square = dot_apart(p, p)
     return dot_apart(level, axis) / (square + jnp.sqrt(square) * dot_apart(p, axis))
-
-
-def axis_solid_angle(axis: Points, first: Points, last: Points) -> Numbers:
-    """Difference between an edge's solid angle about an axis and that about the normal [sr].
-
-    Two triangles between the normal, the axis and an end. Up to whole spheres: a region between
-    edge and axis that holds the direction opposite to the normal counts 4 pi too much.
-    """
-    return segment_solid_angle(axis, last) - segment_solid_angle(axis, first)
 
 
 def vector_irradiance_rate(p: Points, v: Points) -> Points:

@@ -12,7 +12,8 @@ from firstorder.space import Scene, primitive, rectangle, sphere
 from firstorder.space.bounces import radiosity as indirect
 from firstorder.space.bounces._radiance_maps import face_layout
 from firstorder.space.bounces.radiosity import (
-    _rectangle_lights,
+    _direct,
+    _lights,
     rectangle_irradiance,
     solve_radiosity,
 )
@@ -20,6 +21,10 @@ from firstorder.space.library import _scenes
 from tests.space import worlds
 
 CORNERS = np.array([(0.3, 0.3, 1.0), (0.3, 0.7, 1.0), (0.7, 0.7, 1.0), (0.7, 0.3, 1.0)])
+
+
+def rectangle_lights(scene, point, normal, own, shadow=4):
+    return _direct(scene, point, normal, own, shadow, _lights(scene))
 
 
 def by_quadrature(point, normal, count=120):
@@ -100,10 +105,8 @@ def test_half_a_light_behind_a_screen_gives_half():
         primitive(floor, name="floor", albedo=0.5),
     ]
     at, up, own = jnp.zeros((1, 3)), jnp.array([[0.0, 0.0, 1.0]]), jnp.array([1])
-    full = _rectangle_lights(Scene.of(*things), at, up, own).item()
-    half = _rectangle_lights(
-        Scene.of(*things, primitive(screen, name="screen")), at, up, own
-    ).item()
+    full = rectangle_lights(Scene.of(*things), at, up, own).item()
+    half = rectangle_lights(Scene.of(*things, primitive(screen, name="screen")), at, up, own).item()
     assert abs(half / full - 0.5) < 1e-6
 
 
@@ -113,7 +116,7 @@ def test_of_lamps_in_one_place_the_last_gives_light():
     lamp = rectangle(turn @ np.array([0, 0, 1.0]), turn @ np.array([0, 0.2, 0]), turn[:, 0])
     at, up, none = jnp.zeros((1, 3)), turn[:, 2][None], jnp.array([-1])
     one, two = (
-        _rectangle_lights(Scene.of(*(primitive(lamp, emission=L) for L in lamps)), at, up, none)
+        rectangle_lights(Scene.of(*(primitive(lamp, emission=L) for L in lamps)), at, up, none)
         for lamps in ((2.0,), (5.0, 2.0))
     )
     np.testing.assert_allclose(two, one, rtol=1e-12)
@@ -128,7 +131,7 @@ def test_the_nearer_half_of_a_lamp_behind_a_screen_takes_more_than_half():
     floor = rectangle(at, (3.0, 0.0, 0.0), (0.0, 3.0, 0.0))
     scene = Scene.of(primitive(lamp, emission=1.0), *map(primitive, (floor, screen)))
     own, up = jnp.array([1]), jnp.array([[0.0, 0.0, 1.0]])
-    found = _rectangle_lights(scene, jnp.asarray(at)[None], up, own, 32).item()
+    found = rectangle_lights(scene, jnp.asarray(at)[None], up, own, 32).item()
     t, w = np.polynomial.legendre.leggauss(40)
     x, y = np.meshgrid(1.5 + 0.5 * t, 0.1 * t, indexing="ij")
     left = 0.05 * np.sum(np.outer(w, w) / (x * x + y * y + 1.0) ** 2)

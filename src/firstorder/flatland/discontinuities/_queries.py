@@ -16,6 +16,7 @@ import numpy as np
 from firstorder.flatland.direct_lighting import Radiance
 from firstorder.flatland.intersect import nearest
 from firstorder.flatland.scene import Scene
+from firstorder.flatland.shapes._crossings import points_of
 from firstorder.numerics._batching import host_rows
 from firstorder.numerics._planar import left
 from firstorder.scene._primitives import BACK, FRONT
@@ -80,11 +81,6 @@ def extent(scene: Scene) -> float:
     """The extent of all shapes."""
     s = jnp.linspace(0.0, 1.0, 9)
     points = np.concatenate(
-        [np.asarray(_corners(group, s)).reshape(-1, 2) for group in scene.groups]
+        [np.asarray(points_of(group, s)).reshape(-1, 2) for group in scene.groups]
     )
     return float(np.max(np.ptp(points, axis=0)))
-
-
-@eqx.filter_jit
-def _corners(group, s):
-    return jax.vmap(lambda one: jax.vmap(lambda t: one.motion(t)[0])(s))(group)

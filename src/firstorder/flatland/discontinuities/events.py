@@ -39,6 +39,7 @@ from firstorder.flatland.discontinuities._queries import (
     trace,
 )
 from firstorder.flatland.scene import Scene
+from firstorder.flatland.shapes.kinds import Segments
 from firstorder.numerics._host import double_precision, with_floats
 from firstorder.scene._bands import check_one_band
 
@@ -346,8 +347,6 @@ def _edge_on(scene, near: LineEnds, far: LineEnds, u, up, at: _Exact, ask, steps
 
 def _straight(scene: Scene, edges: LineEnds):
     """Whether each edge belongs to a segment."""
-    from firstorder.flatland.shapes.kinds import Segments
-
     count = sum(g.count for g in scene.groups if isinstance(g, Segments))
     return (edges.shape >= 0) & (edges.shape < count)
 

@@ -159,12 +159,12 @@ class LightField(Field):
         return self.facing * direction(self.line.n + theta)
 
     def beside(self, x: Scalar, theta: Scalar) -> tuple[Int[Array, "2"], Float[Array, "2"]]:
-        """The shapes seen a hair clockwise and a hair counter-clockwise of a ray, and those angles.
+        """The shapes seen just clockwise and just counter-clockwise of a ray, and those angles.
 
         The numbers, -1 for none, have no derivative.
         """
-        hair = jnp.finfo(theta.dtype).eps ** 0.75
-        angles = theta + jnp.array([-hair, hair], theta.dtype)
+        epsilon = jnp.finfo(theta.dtype).eps ** 0.75
+        angles = theta + jnp.array([-epsilon, epsilon], theta.dtype)
         along = jax.vmap(self.sight)(angles)
         origins = jnp.broadcast_to(self.eye(x), along.shape)
         return first_shape(self.scene, origins, along, self.line.on), angles
@@ -222,11 +222,11 @@ class LightField(Field):
         theta = self.angle(u)
         numbers, angles = self.beside(u[0], theta)
 
-        def one(k, hair):
-            return autodiff_jet(lambda u: self.sent(k, u[0], self.angle(u) + hair), u, self.frame)
+        def one(k, turn):
+            return autodiff_jet(lambda u: self.sent(k, u[0], self.angle(u) + turn), u, self.frame)
 
-        hairs = jax.lax.stop_gradient(angles - theta)
-        return jax.tree.map(lambda leaf: jnp.mean(leaf, 0), jax.vmap(one)(numbers, hairs))
+        turns = jax.lax.stop_gradient(angles - theta)
+        return jax.tree.map(lambda leaf: jnp.mean(leaf, 0), jax.vmap(one)(numbers, turns))
 
     def edges(self) -> tuple[Edge, ...]:
         """Every silhouette, crossing and break of the environment; hidden ones jump by zero."""

@@ -156,7 +156,7 @@ def _chords(groups: list):
     start, end, shape, ends, s0, s1, first = [], [], [], [], [], [], 0
     for group in groups:
         s = _corners(group)
-        points = np.asarray(_points(group, as_array(s)))
+        points = np.asarray(points_of(group, as_array(s)))
         for i, p in enumerate(points):
             start.append(p[:-1])
             end.append(p[1:])
@@ -181,8 +181,8 @@ def _corners(group: Shape) -> np.ndarray:
 
 
 @jax.jit
-def _points(group: Shape, s: Float[Array, " k"]) -> Float[Array, "n k 2"]:
-    """Points of each shape."""
+def points_of(group: Shape, s: Float[Array, " k"]) -> Float[Array, "n k 2"]:
+    """Points of each shape at parameters s."""
     return jax.vmap(lambda one: jax.vmap(lambda t: one.motion(t)[0])(s))(group)
 
 

@@ -169,6 +169,12 @@ class TomlTable:
                 raise self.at(key).error(f"`{key}` is not known here: {meant}")
 
 
+def tables_of(tables: Mapping[str, Any], key: str, file: str, lines: Lines) -> list[TomlTable]:
+    """All tables [[key]] of a file, in its order."""
+    found = enumerate(tables.get(key, []))
+    return [TomlTable(v, place_of(file, lines, key, i, v), lines, key, i) for i, v in found]
+
+
 def _shown(value: Any) -> str:
     try:
         words = " ".join(repr(value).split())

@@ -69,11 +69,11 @@ from firstorder.io.scenes._toml_tables import (
     lines_of,
     number,
     parsed,
-    place_of,
     point,
     points,
     row,
     sided,
+    tables_of,
     whole,
     word,
     yes,
@@ -139,8 +139,7 @@ def flatland_from_toml(
     lines = lines_of(text)
 
     def each(key: str) -> list[TomlTable]:
-        found = enumerate(tables.get(key, []))
-        return [TomlTable(v, place_of(file, lines, key, i, v), lines, key, i) for i, v in found]
+        return tables_of(tables, key, file, lines)
 
     for key, value in tables.items():
         _check_key(key, value, Place(file, lines.get((key, 0, ""))))

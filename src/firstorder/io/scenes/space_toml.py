@@ -80,8 +80,8 @@ from firstorder.io.scenes._toml_tables import (
     lines_of,
     number,
     parsed,
-    place_of,
     sided,
+    tables_of,
     three_vectors,
     triples,
     vector,
@@ -281,8 +281,7 @@ def space_from_toml(
         raise Place(file).error("a scene of space must say `dimensions = 3` at its top.")
 
     def each(key: str) -> list[TomlTable]:
-        found = enumerate(tables.get(key, []))
-        return [TomlTable(v, place_of(file, lines, key, i, v), lines, key, i) for i, v in found]
+        return tables_of(tables, key, file, lines)
 
     def one(key: str, read: Callable[[TomlTable], Any], default: Any) -> Any:
         if key not in tables:

@@ -232,12 +232,12 @@ def _meet(a: np.ndarray, b: np.ndarray) -> bool:
     """Whether two convex polygons share more than their borders; one may be as thin as a line."""
     scale = max(np.abs(a).max(), np.abs(b).max())
     # Corners and shifts are rounded to their own precision.
-    hair = max(1e-9, 64.0 * float(max(np.finfo(x.dtype).eps for x in (a, b)))) * scale
+    epsilon = max(1e-9, 64.0 * float(max(np.finfo(x.dtype).eps for x in (a, b)))) * scale
     for polygon in (a, b):
         sides = np.roll(polygon, -1, 0) - polygon
         for side in sides[np.any(sides != 0.0, axis=1)]:
             normal = np.array([-side[1], side[0]]) / np.linalg.norm(side)
             first, second = a @ normal, b @ normal
-            if min(first.max() - second.min(), second.max() - first.min()) <= hair:
+            if min(first.max() - second.min(), second.max() - first.min()) <= epsilon:
                 return False
     return True

@@ -51,8 +51,8 @@ def _boxes(places: np.ndarray) -> np.ndarray:
 
 
 @native
-def _search(places, boxes, at, half, hair, near, far):
-    """Fills in the depths; `hair` is half a pixel.
+def _search(places, boxes, at, half, half_pixel, near, far):
+    """Fills in the depths of blockers in frusta that are a pixel wide at their receivers.
 
     Each receiver looks first at what the one before it found: that leaves few boxes to open.
     """
@@ -61,7 +61,7 @@ def _search(places, boxes, at, half, hair, near, far):
     for k in range(at.shape[0]):
         first, last = np.inf, -np.inf
         for r in before:
-            if _hides(places[r], at[k], half, hair):
+            if _hides(places[r], at[k], half, half_pixel):
                 first, last = min(first, places[r, 2]), max(last, places[r, 2])
         stack[0], left = 1, 1
         while left:
@@ -69,7 +69,7 @@ def _search(places, boxes, at, half, hair, near, far):
             node = stack[left]
             if boxes[node, Z] >= first and boxes[node, DEEP] <= last:
                 continue
-            if not _meets(boxes[node], at[k], half, hair):
+            if not _meets(boxes[node], at[k], half, half_pixel):
                 continue
             if node < leaves:
                 stack[left], stack[left + 1] = 2 * node, 2 * node + 1
@@ -77,7 +77,7 @@ def _search(places, boxes, at, half, hair, near, far):
                 continue
             start = (node - leaves) * LEAF
             for r in range(start, min(start + LEAF, places.shape[0])):
-                if _hides(places[r], at[k], half, hair):
+                if _hides(places[r], at[k], half, half_pixel):
                     if places[r, 2] < first:
                         first, before[0] = places[r, 2], r
                     if places[r, 2] > last:
@@ -86,22 +86,22 @@ def _search(places, boxes, at, half, hair, near, far):
 
 
 @native
-def _hides(place, at, half, hair):
+def _hides(place, at, half, half_pixel):
     """Whether a place lies in a receiver's frustum."""
     t = place[2] / at[2]
-    edge0, edge1 = half[0] * (1.0 - t) + hair * t, half[1] * (1.0 - t) + hair * t
+    edge0, edge1 = half[0] * (1.0 - t) + half_pixel * t, half[1] * (1.0 - t) + half_pixel * t
     inside = abs(place[0] - at[0] * t) <= edge0 and abs(place[1] - at[1] * t) <= edge1
     return inside and place[3] < at[2]
 
 
 @native
-def _meets(box, at, half, hair):
+def _meets(box, at, half, half_pixel):
     """Whether a box may hold places in the frustum, whose sides are straight."""
     if box[LEVEL] >= at[2]:
         return False
     a, b = box[Z] / at[2], min(box[DEEP] / at[2], 1.0)
     for axis in range(2):
-        slope = hair - half[axis]
+        slope = half_pixel - half[axis]
         more = half[axis] + ROUNDING * (half[axis] + abs(at[axis]))
         left, right = at[axis] - slope, at[axis] + slope
         if box[2 * axis + 1] < min(left * a, left * b) - more:

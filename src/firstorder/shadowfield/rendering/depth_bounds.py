@@ -86,9 +86,9 @@ def _by_groups(lamp: LampFrame, places, local, pixel: float) -> tuple[Numbers, N
             p, half = columns[axis][some], lamp.half[axis]
             low = at[:, axis].min() - 0.5 * pixel + half
             high = at[:, axis].max() + 0.5 * pixel - half
-            hair = ROUNDING * (half + np.max(np.abs(at[:, axis])))
-            inside &= p >= low * (deep if low < 0.0 else shallow) - half - hair
-            inside &= p <= high * (deep if high > 0.0 else shallow) + half + hair
+            epsilon = ROUNDING * (half + np.max(np.abs(at[:, axis])))
+            inside &= p >= low * (deep if low < 0.0 else shallow) - half - epsilon
+            inside &= p <= high * (deep if high > 0.0 else shallow) + half + epsilon
         return inside
 
     near, far = np.full(len(local), np.inf), np.full(len(local), -np.inf)

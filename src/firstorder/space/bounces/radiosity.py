@@ -94,12 +94,15 @@ def rectangle_irradiance(
     return jnp.where(facing, jnp.maximum(total, 0.0), 0.0)
 
 
-def _rectangle_lights(
+@eqx.filter_jit
+@by_band()
+def _direct(
     scene: Scene,
     point: Float[Array, "r 3"],
     normal: Float[Array, "r 3"],
     own: Int[Array, " r"],
-    shadow: int = 4,
+    shadow: int,
+    lights: tuple[int, ...],
 ) -> Float[Array, " r"]:
     """Irradiance that a scene's rectangular lights give points of its surfaces.
 
@@ -113,16 +116,8 @@ def _rectangle_lights(
         normal: unit vectors.
         own: the shapes on which the points lie.
         shadow: cells along each side of a light; 0 for no shadows.
-
-    Raises:
-        ValueError: if something else than a rectangle emits.
+        lights: numbers of the shapes that emit, as `_lights` gives them.
     """
-    return _direct(scene, point, normal, own, shadow, _lights(scene))
-
-
-@eqx.filter_jit
-@by_band()
-def _direct(scene, point, normal, own, shadow: int, lights: tuple[int, ...]) -> Array:
     E = jnp.zeros(point.shape[0], point.dtype)
     for light in lights:
         shape = _row(scene, light)

@@ -72,9 +72,9 @@ class LightField(Field):
         return first_shape(self.scene, origin[None], along[None], self.plane.on)[0]
 
     def beside(self, u: Ray) -> tuple[Float[Array, "2 4"], Int[Array, "2"]]:
-        """The rays a hair to either side, aslant in slopes, and the shapes that are seen there."""
-        hair = jnp.finfo(u.dtype).eps ** 0.75 * jnp.asarray([0.0, 0.0, 1.0, 0.618], u.dtype)
-        rays = jnp.stack([u - hair, u + hair])
+        """The rays just to either side, aslant in slopes, and the shapes that are seen there."""
+        epsilon = jnp.finfo(u.dtype).eps ** 0.75 * jnp.asarray([0.0, 0.0, 1.0, 0.618], u.dtype)
+        rays = jnp.stack([u - epsilon, u + epsilon])
         return rays, jax.vmap(self.seen)(rays)
 
     def sent(self, number: Int[Array, ""], u: Ray) -> Scalar:
@@ -172,8 +172,8 @@ class Jump(Field):
         steep = jax.lax.stop_gradient(slopes(s)[1])
         square = inner(steep, steep)
         step = 4.0 * jnp.sqrt(jnp.finfo(u.dtype).eps / jnp.where(square > 0.0, square, 1.0))
-        hair = jnp.concatenate([jnp.zeros_like(steep), step * steep])
-        sides = jnp.stack([u + hair, u - hair])
+        epsilon = jnp.concatenate([jnp.zeros_like(steep), step * steep])
+        sides = jnp.stack([u + epsilon, u - epsilon])
         seen = jax.vmap(self.light.seen)(sides)
         sent = jax.vmap(self.light.sent)(seen, sides)
         own = seen == self.owner

@@ -188,11 +188,6 @@ def _since(fresh: np.ndarray) -> np.ndarray:
     return place - np.maximum.accumulate(np.where(fresh, place, 0))
 
 
-def _face_normals(mesh: Mesh) -> Float[Array, "f 3"]:
-    """The unit normal of each face; zero for a face without area."""
-    return unit(near_one(mesh.area_vectors))
-
-
 def vertex_normals(mesh: Mesh) -> Float[Array, "v 3"]:
     """A unit normal for each vertex, from the faces around it.
 

@@ -129,7 +129,7 @@ def _first_of(planes, directions, low, high, skip) -> np.ndarray:
 
 
 def _touched_face(corners, eye, ways, aside, near, skip) -> np.ndarray:
-    """The face on which a point lies and that a ray a hair aside of it meets first; or -1.
+    """The face on which a point lies and that a ray just aside of it meets first; or -1.
 
     A ray through the point itself meets that face or not as rounding has it, and another shape's
     edge may lie there too.

@@ -184,16 +184,16 @@ def visible_mesh_silhouettes(
 
 
 def _outwards(ways: np.ndarray, along: np.ndarray, eye: np.ndarray) -> np.ndarray:
-    """A hair's breadth from the middles of pieces, away from the faces that they end.
+    """Just off the middles of pieces, away from the faces that they end.
 
     A small part of a piece and of its distance, and yet far above what its vertices are rounded by.
     """
     distance, length = np.linalg.norm(ways, axis=1), np.linalg.norm(along, axis=1)
     rounded = np.linalg.norm(ways + eye, axis=1) + np.linalg.norm(eye)
-    hair = _CLOSE * np.minimum(distance, length) + _ROUNDED * rounded
+    epsilon = _CLOSE * np.minimum(distance, length) + _ROUNDED * rounded
     out = np.cross(along, ways)
     wide = np.linalg.norm(out, axis=1)
-    return (hair / np.where(wide > 0.0, wide, 1.0))[:, None] * out
+    return (epsilon / np.where(wide > 0.0, wide, 1.0))[:, None] * out
 
 
 def _pieces(v: np.ndarray, ends: np.ndarray, block: int = 1024):

@@ -261,7 +261,7 @@ def _at(tree: Any, n: int) -> tuple[Any, Any]:
 # --- what is seen --------------------------------------------------------------------------------
 
 
-def _hair(distance: Float[Array, "*m"], eps: float) -> Float[Array, "*m"]:
+def _epsilon(distance: Float[Array, "*m"], eps: float) -> Float[Array, "*m"]:
     """How far beside a point of an edge to trace a ray [unit of the shape].
 
     An edge of another shape that passes between the point and the ray is overlooked, so this is
@@ -304,12 +304,12 @@ def _seen(found: _Outlines, axes, lines, arcs, whose, low, high, azimuths):
     live = rows(alive, np.append(whose[0], len(lines) + whose[1])) & (high > low)
     side = cross(p, v)
     wide = dot(side, side)
-    hair = _hair(jnp.sqrt(dot(p, p)), eps) / jnp.sqrt(either(wide > 0.0, wide, 1.0))
-    hair = hair[:, None] * side
+    epsilon = _epsilon(jnp.sqrt(dot(p, p)), eps) / jnp.sqrt(either(wide > 0.0, wide, 1.0))
+    epsilon = epsilon[:, None] * side
     middle = 0.5 * (azimuths[1:] + azimuths[:-1])
     level = jnp.ones_like(middle)
-    around = jnp.stack([jnp.cos(middle), jnp.sin(middle), _hair(level, eps)], -1)
-    t, first = _ask(found, eye, turn, jnp.concatenate([p + hair, p - hair, around]))
+    around = jnp.stack([jnp.cos(middle), jnp.sin(middle), _epsilon(level, eps)], -1)
+    t, first = _ask(found, eye, turn, jnp.concatenate([p + epsilon, p - epsilon, around]))
     m = len(owner)
     behind = first[m : 2 * m]
     numbers = np.arange(t.shape[0])[:, None]

@@ -19,21 +19,18 @@ from firstorder._argument_checks import check_count, check_positive, nan_unless
 from firstorder.conventions import FLATLAND, Frame
 from firstorder.errors import Refused
 from firstorder.fields._coerce import FieldLike, as_field, field_of, field_or_none, several
-from firstorder.fields.field import Affine, Edge, Field, Function
+from firstorder.fields.field import Affine, Edge, Field
 from firstorder.fields.jet import Jet
 from firstorder.fields.kernel import Profile
 from firstorder.laws._edges import kernel_jumps, surviving_edges
 from firstorder.laws.convolve import Convolve
-from firstorder.laws.integrate import Integrate
-from firstorder.laws.move import Move
 from firstorder.laws.multiply import Multiply
 from firstorder.numerics._batching import in_batches
 from firstorder.transport.brdf.general import Brdf
 from firstorder.transport.brdf.lobes import Lobe
-from firstorder.transport.events.bump import Bump
-from firstorder.transport.events.cosine import ClampedCosine
 from firstorder.transport.shading._flat_jets import Entries, Normal, entries_of, unpacked, value_of
 from firstorder.transport.shading._horizon import AboveLine
+from firstorder.transport.shading._law_images import convolved, over_hemisphere
 from firstorder.transport.shading._quadrature import (
     center_of,
     has_cosine,
@@ -42,8 +39,6 @@ from firstorder.transport.shading._quadrature import (
     weigh,
 )
 from firstorder.typing import Array, Ray, Scalar, as_float
-
-_WIDE = Frame(("x", "theta", "omega"))
 
 
 class DerivativeTerms(NamedTuple):
@@ -339,27 +334,11 @@ class ReflectedField(Field):
 
     def _law_image(self, r: Lobe | Brdf, n: Normal, x: Scalar, theta: Scalar) -> tuple[Field, Ray]:
         """Convolved light and where to read it, or what a general BRDF reflects, and the ray."""
+        given = self.light, self.surface.normal, self.nodes
         if isinstance(r, Brdf):
-            return self._hemisphere(r), jnp.stack([x, theta])
+            return over_hemisphere(r, *given), jnp.stack([x, theta])
         *_, center = center_of(r, n, theta)
-        return Convolve(r.kernel, nodes=self.nodes)(self._lit(r)), jnp.stack([x, center])
-
-    def _lit(self, r: Lobe) -> Field:
-        """The light, times the clamped cosine if the lobe asks for it."""
-        if not r.cosine:
-            return self.light
-        return Multiply(Bump(self.surface.normal, back=True)(ClampedCosine()))(self.light)
-
-    def _hemisphere(self, r: Brdf) -> Field:
-        """A general BRDF by laws: into the local frame, integrate, and back."""
-        local = Bump(self.surface.normal)(self.light)
-        factor = Function(lambda x, o, w: r.derivatives(w, o)[0] * jnp.cos(w), _WIDE)
-        light = Move([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]], to=_WIDE)(local)
-        quarter = 0.5 * np.pi
-        breaks = tuple(_Peak(r, i) for i in range(len(r.peaks(jnp.zeros(())))))
-        integrate = Integrate("omega", -quarter, quarter, self.nodes, breaks)
-        integral = integrate(Multiply(factor)(light))
-        return Bump(self.surface.normal, back=True)(integral)
+        return convolved(r, *given), jnp.stack([x, center])
 
     # --- the terms --------------------------------------------------------------------------
 
@@ -411,23 +390,6 @@ def _parts(r: Lobe | Brdf) -> tuple[Lobe | Brdf, ...]:
     if isinstance(r, Brdf):
         return (r,)
     return tuple(Lobe(kernel, r.argument, r.cosine) for kernel in r.kernel.parts())
-
-
-class _Peak(Field):
-    """Peak of a general BRDF, to split quadrature there: it moves nothing but the nodes."""
-
-    brdf: Brdf
-    index: int = eqx.field(static=True)
-    frame: Frame = eqx.field(static=True, default=_WIDE)
-
-    def at(self, u: Ray) -> Scalar:
-        """One of the peaks for the outgoing angle, held still."""
-        return jax.lax.stop_gradient(self.brdf.peaks(u[1])[self.index].astype(u.dtype))
-
-    def jet(self, u: Ray) -> Jet:
-        """The peak, and zeros."""
-        zero = jnp.zeros((u.size, u.size), u.dtype)
-        return Jet(self.at(u), zero[0], zero, self.frame)
 
 
 def far_light_ratio(D, local, kappa, turn=2.0) -> Array:

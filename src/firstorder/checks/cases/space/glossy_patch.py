@@ -16,6 +16,7 @@ from firstorder.checks.faults import Fault, twin
 from firstorder.checks.squares import Case
 from firstorder.laws import Move
 from firstorder.transport import Chain, Event, GlossyPatch
+from firstorder.transport.chain4d._equator import ComposedMove
 
 SHAPE = np.array([[-0.25, 0.06], [0.06, 0.15]])
 THERE, AWAY, ROLL, OUT = 0.6, -0.45, 0.25, 0.15
@@ -93,8 +94,6 @@ class _Swapped(Event):
 
     def law(self, frame):
         """All moves as one, changed."""
-        from firstorder.transport.chain4d._equator import ComposedMove
-
         return self.change(ComposedMove(self.chain.events).law(frame))
 
 

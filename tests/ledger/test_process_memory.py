@@ -6,7 +6,7 @@ import unittest.mock
 
 import derivations
 import firstorder
-from firstorder.ledger._remembered import cached_functions, forget
+from firstorder.ledger._process_memory import cached_functions, forget
 
 HERE = pathlib.Path(__file__).parent
 PACKAGES = [pathlib.Path(p.__file__).parent for p in (firstorder, derivations)]

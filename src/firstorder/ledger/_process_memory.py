@@ -50,7 +50,7 @@ def cached_functions(folders: Sequence[pathlib.Path]) -> list[Any]:
     Example:
         >>> import pathlib
         >>> import firstorder
-        >>> from firstorder.ledger._remembered import cached_functions
+        >>> from firstorder.ledger._process_memory import cached_functions
         >>> folder = pathlib.Path(firstorder.__file__).parent / "numerics"
         >>> sorted(f.__name__ for f in cached_functions([folder]))
         ['_may_wrap', '_rule']

@@ -1,4 +1,4 @@
-"""Numbers of a scan or of several seeds, with their standard errors."""
+"""Means over a scan or over several seeds, with their standard errors; root mean squares."""
 
 from __future__ import annotations
 
@@ -23,6 +23,16 @@ def spread(values: Any) -> Spread:
     """
     v = np.asarray(values, float).ravel()
     return Spread(float(np.mean(v)), float(np.std(v, ddof=1) / v.size**0.5))
+
+
+def rms(values: Any) -> float:
+    """Root of the mean square.
+
+    Example:
+        >>> rms([1.0, 7.0])
+        5.0
+    """
+    return float(np.sqrt(np.mean(np.square(np.asarray(values)))))
 
 
 def share(held: Any) -> Spread:
