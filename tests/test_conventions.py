@@ -161,3 +161,9 @@ def test_the_origin_shifted_by_half_a_sample_is_noticed(size):
     same = np.allclose(grid.axis(0), wrong)
     assert same == (size % 2 == 1)
     assert np.mean(grid.axis(0)) == pytest.approx(0.0, abs=1e-15)
+
+
+def test_a_name_is_no_frame():
+    words = r"^Argument `frame` must be a `Frame`, such as FLATLAND, but is 'x'|violates type hint"
+    with pytest.raises(TypeError, match=words):
+        frame_with("theta", "x")

@@ -113,6 +113,28 @@ REFUSED = {
         "The last argument must be a Receiver, but is of type tuple: "
         "write Receiver.at(position, normal).",
     ),
+    "a scene's class given its things": (
+        lambda: flatland.Scene([LAMP]),
+        "A Scene of flatland holds groups, material, points, environment, crossings and names: "
+        "write Scene.of(primitive(...), ...).",
+    ),
+    "the same in space": (
+        lambda: space.Scene(space.primitive(PANEL), environment=1.0),
+        "A Scene of space holds groups, material, environment and names: "
+        "write Scene.of(primitive(...), ...).",
+    ),
+    "a receiver's class given a place": (
+        lambda: flatland.Receiver((0.0, 0.0)),
+        "A Receiver of flatland holds position, n and on: write Receiver.at(position, normal).",
+    ),
+    "a receiver's class of space given a place and a normal": (
+        lambda: space.Receiver((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
+        "A Receiver of space holds position, axes, S and on: write Receiver.at(position, normal).",
+    ),
+    "a receiver's class given a normal by name": (
+        lambda: space.Receiver((0.0, 0.0, 0.0), normal=(0.0, 0.0, 1.0)),
+        "A Receiver of space holds position, axes, S and on: write Receiver.at(position, normal).",
+    ),
     "a receiver on no scene": (
         lambda: flatland.Receiver.on_shape(SEGMENTS, 0, 0.5),
         "Argument `scene` must be a Scene, but is a Segments: write Scene.of(primitive(...), ...).",

@@ -331,6 +331,17 @@ WRONG = {
         ValueError,
         "Argument `position` must have three coordinates, but has shape (2,).",
     ),
+    "a normal for its angle": (
+        lambda: flatland.Receiver((0.0, 0.0), (0.0, 1.0)),
+        ValueError,
+        "Argument `n` must have shape (), but has (2,): write Receiver.at(position, normal).",
+    ),
+    "a normal for a frame": (
+        lambda: space.Receiver((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), np.zeros((2, 2))),
+        ValueError,
+        "Argument `axes` must have shape (3, 3), but has (3,): "
+        "write Receiver.at(position, normal).",
+    ),
     "many receivers in one call": (
         lambda: flatland.irradiance(FLAT, many(flatland, 2)),
         ValueError,

@@ -146,6 +146,16 @@ def check_kind(name: str, x: Any, kind: type | tuple[type, ...], words: str) -> 
         raise TypeError(f"Argument `{name}` must be {words}, but is {what(x)}.")
 
 
+def check_key(name: str, x: Any) -> None:
+    """Refuse what is no key of random numbers, such as the seed of one."""
+    kind = getattr(x, "dtype", None)
+    if kind is None or not (jnp.issubdtype(kind, jax.dtypes.prng_key) or kind == jnp.uint32):
+        raise TypeError(
+            f"Argument `{name}` must be a key of random numbers, but is {what(x)}: "
+            "write jax.random.key(0)."
+        )
+
+
 def what(x: Any) -> str:
     """A value's kind in two words."""
     if isinstance(x, type):

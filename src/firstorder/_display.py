@@ -8,6 +8,7 @@ somebody asks, and nowhere else.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import equinox as eqx
@@ -24,6 +25,7 @@ else:
 
 
 FEW = 12  # numbers of an array that are printed; of more its shape
+ROWS = 40  # of a table that are printed; of more the first and the last
 
 
 def in_print(self: Any) -> str:
@@ -35,6 +37,22 @@ def in_print(self: Any) -> str:
         Travel(d=2)
     """
     return eqx.tree_pformat(jax.tree.map(_with_numbers, self))
+
+
+def table(lines: Sequence[str]) -> str:
+    """A table from its head and its rows; in the place of those in the middle how many they are.
+
+    Example:
+        >>> from firstorder._display import table
+        >>> print(table(["x", "1", "2"]))
+        x
+        1
+        2
+    """
+    head, *rows = lines
+    if len(rows) > ROWS:
+        rows[ROWS // 2 : -ROWS // 2] = [f"... {len(rows) - ROWS} more"]
+    return "\n".join([head, *rows])
 
 
 class _Text:

@@ -121,11 +121,16 @@ def frame_with(axis: str, frame: Frame) -> Frame:
 
     A frame that was stated is returned as it is.
 
+    Raises:
+        TypeError: if it is none, such as the name of a coordinate.
+
     Example:
         >>> from firstorder.conventions import UNSTATED, frame_with
         >>> frame_with("v", UNSTATED).coordinates
         ('x', 'v')
     """
+    if not isinstance(frame, Frame):
+        raise TypeError(f"Argument `frame` must be a `Frame`, such as FLATLAND, but is {frame!r}.")
     stated = {"theta": FLATLAND, "v": FLATLAND_SLOPE}
     return stated.get(axis, frame) if frame.implied else frame
 

@@ -241,6 +241,27 @@ def test_fault_is_noticed(name, monkeypatch):
     assert error() > 1e-3
 
 
+def barred(bars):
+    """A beam on a floor between bars, the edges of these, and places beside each edge."""
+    edges = (np.linspace(-0.45, 0.45, 2 * bars + 1)[:-1] + 0.001234).reshape(bars, 2)
+    floor = primitive(Segments((-1.0, 0.0), (1.0, 0.0)))
+    stops = [primitive(Segments((b, 1.0), (a, 1.0))) for a, b in edges]
+    lit = Caustic(Scene.of(floor, *stops), Beam((0.0, 3.0), np.pi), (), 0, -0.5, 0.5)
+    places = np.concatenate([edges.ravel() - 1e-4, edges.ravel() + 1e-4])
+    return lit.irradiance((places + 1.0) / 2.0), edges, places
+
+
+@pytest.mark.parametrize("bars", [2, 5, 8])
+def test_light_reaches_the_edge_of_every_shadow(bars):
+    found, edges, x = barred(bars)
+    dark = np.any((edges[:, :1] < x) & (x < edges[:, 1:]), 0)
+    np.testing.assert_allclose(found, np.where(dark, 0.0, 1.0), atol=1e-12)
+
+
+def test_more_rims_than_can_be_followed_are_no_answer():
+    assert np.all(np.isnan(barred(9)[0]))
+
+
 def test_more_folds_than_can_be_followed_are_no_answer():
     cosines, sines = np.zeros((1, 42, 2)), np.zeros((1, 42, 2))  # 1 + 0.02 cos(40 t)
     cosines[0, 1, 1] = sines[0, 1, 0] = 1.0

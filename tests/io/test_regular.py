@@ -6,7 +6,21 @@ import socket
 
 import pytest
 
-from firstorder.io import read_ambient, read_image, read_layers, read_mesh, read_rays
+from firstorder.io import (
+    is_space,
+    read_ambient,
+    read_flatland,
+    read_image,
+    read_layers,
+    read_mesh,
+    read_mitsuba,
+    read_panorama,
+    read_panorama_row,
+    read_rays,
+    read_scene,
+    read_space,
+    read_svg,
+)
 from firstorder.io._regular import check_regular_file, read_regular_file
 
 
@@ -43,6 +57,15 @@ READERS = {
     "a.glb": read_mesh,
     "a.rays": read_rays,
     "a.txt": read_ambient,
+    "sky.hdr": read_panorama,
+    "row.hdr": read_panorama_row,
+    "a.toml": read_scene,
+    "flat.toml": read_flatland,
+    "deep.toml": read_space,
+    "which.toml": is_space,
+    "a.xml": read_mitsuba,
+    "a.svg": read_scene,
+    "b.svg": read_svg,
 }
 
 
@@ -55,12 +78,19 @@ def test_what_is_no_regular_file_is_refused_before_it_is_opened(tmp_path, name, 
     assert str(caught.value) == f"{name}: the file cannot be opened (is a {word})."
 
 
-@pytest.mark.parametrize(
-    "name", [name for name in READERS if name[-3:] not in ("obj", "glb", "txt")]
-)
-def test_what_is_not_there_stays_an_error_of_the_system(tmp_path, name):
-    with pytest.raises(FileNotFoundError):
+@pytest.mark.parametrize("name", READERS)
+def test_what_is_not_there_is_named_with_its_path(tmp_path, name):
+    with pytest.raises(FileNotFoundError) as caught:
         READERS[name](tmp_path / name)
+    path = tmp_path / name
+    assert str(caught.value) == f"{path}: the file cannot be opened (no such file or directory)."
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may read everything")
+def test_what_may_not_be_read_is_named_with_its_path(tmp_path):
+    (tmp_path / "a.txt").touch(0)
+    with pytest.raises(PermissionError, match=r"a\.txt: the file cannot be opened \(permission"):
+        read_regular_file(tmp_path / "a.txt")
 
 
 def test_a_link_to_a_regular_file_is_read(tmp_path):

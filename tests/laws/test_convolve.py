@@ -149,3 +149,10 @@ def test_a_horizon_takes_its_normal_as_a_number_or_function():
     plain = Convolve(Leaning(0.3, 0.1), Hemisphere(lambda x: 0.5 * x))(light()).jet(U)
     np.testing.assert_allclose(plain.hessian, truth.hessian, rtol=1e-12)
     assert Hemisphere(0.2).normal(3.0, 1.0) == 0.2
+
+
+@pytest.mark.parametrize("nodes", [0, 2.5, "64"])
+def test_nodes_are_a_positive_integer(nodes):
+    words = "^Argument `nodes` must be a positive integer, but is|violates type hint"
+    with pytest.raises((ValueError, TypeError), match=words):
+        Convolve(GaussianProfile(1.0), nodes=nodes)

@@ -184,3 +184,10 @@ def test_a_density_that_is_zero_everywhere_is_none_at_its_own_samples():
     x = none.sample(jnp.array([0.0, 0.5]))
     assert x.tolist() == [0.0, 0.25]
     assert none.density(x).tolist() == [0.0, 0.0]
+
+
+def test_an_interval_has_one_start_and_one_end():
+    for name, ends in (("low", ([0.0, 0.5], 1.0)), ("high", (0.0, [0.5, 1.0]))):
+        words = rf"^Argument `{name}` must be one number, but has shape \(2,\)|violates type hint"
+        with pytest.raises((ValueError, TypeError), match=words):
+            PiecewiseConstant([1.0, 2.0], *ends)

@@ -44,6 +44,14 @@ def test_no_strata_are_refused():
         midpoints(0)
 
 
+def test_a_seed_is_no_key():
+    words = (
+        r"^Argument `key` must be a key of random numbers, but is an int: write jax\.random\.key"
+    )
+    with pytest.raises(TypeError, match=f"{words}|violates type hint"):
+        jittered(0, 3)
+
+
 def test_single_precision_stays_in_its_strata(key):
     """The sum of a number and of that of its stratum may be rounded up to the next stratum."""
     count = 1 << 20

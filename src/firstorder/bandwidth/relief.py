@@ -30,6 +30,7 @@ from firstorder._argument_checks import (
     check_positive,
     nan_unless,
 )
+from firstorder._display import in_print
 from firstorder.bandwidth._spectral_norm import reach as times
 from firstorder.typing import RealLike, as_float
 
@@ -58,6 +59,8 @@ class ReliefCutoffs(NamedTuple):
     bumps: Float[Array, "..."]
     brdf: Float[Array, "..."]
     frequency: Float[Array, "..."]
+
+    __repr__ = in_print
 
 
 def flat_relief_error(

@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from firstorder._argument_checks import nan_unless
+from firstorder._display import in_print
 from firstorder.bandwidth._spectral_norm import reach, spectral_norm
 from firstorder.bandwidth.pixel_rates import _bands
 from firstorder.typing import RealLike, as_float
@@ -39,6 +40,8 @@ class PixelDifferences(NamedTuple):
     normal: Float[np.ndarray | Array, "w h 3 2"]
     moved: Float[np.ndarray | Array, "w h 3 2"]
     position: Float[np.ndarray | Array, "w h 3 2"]
+
+    __repr__ = in_print
 
 
 def pixel_differences(

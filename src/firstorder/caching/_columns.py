@@ -13,6 +13,7 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
+from firstorder._display import table
 from firstorder.caching.candidates import Candidates
 from firstorder.caching.regions import CLAMPS, ValidityRegion
 
@@ -84,7 +85,7 @@ def printed(columns: Mapping[str, Any]) -> str:
         rows.append([c if isinstance(c, str) else f"{float(c):.5g}" for c in row])
     widths = [max(len(row[i]) for row in rows) for i in range(len(columns))]
     lines = ["  ".join(c.rjust(w) for c, w in zip(row, widths, strict=True)) for row in rows]
-    return "\n".join(line.rstrip() for line in lines)
+    return table([line.rstrip() for line in lines])
 
 
 def _stacked(columns, names) -> np.ndarray:

@@ -18,6 +18,7 @@ import numpy as np
 from jaxtyping import ArrayLike, Float
 
 from firstorder._argument_checks import check_count
+from firstorder._display import in_print
 from firstorder.caching.candidates import Candidates
 from firstorder.space.bounces._radiance_maps import FLAT, RadianceMaps, face_layout
 from firstorder.space.estimators._gather_sums import WallSweeps, jumps_across, surface_area_sums
@@ -51,6 +52,8 @@ class CandidateTable(NamedTuple):
     harmonic: Float[np.ndarray, " m"]
     brightest: Float[np.ndarray, " m"]
 
+    __repr__ = in_print
+
     def candidates(self, hessian: ArrayLike | None = None) -> Candidates:
         """The rows as candidates for records, with the stratified gradient."""
         H = self.hessian if hessian is None else hessian
@@ -77,6 +80,8 @@ class GatherDirections(NamedTuple):
     theta: Float[np.ndarray, " m_1"]
     phi: Float[np.ndarray, " n_1"]
     noise: Float[np.ndarray, "k m n"] | None
+
+    __repr__ = in_print
 
 
 def gather_directions(

@@ -16,6 +16,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
 from firstorder._argument_checks import check_finite, check_shape, is_concrete
+from firstorder._display import in_print
 from firstorder.typing import as_float
 
 BLOCK = 4096  # places differentiated at a time
@@ -45,6 +46,8 @@ class Candidates(eqx.Module):
     tilt: Float[Array, "m d"] | None
     minimum: Float[Array, " m"]
     harmonic: Float[Array, " m"]
+
+    __repr__ = in_print
 
     @staticmethod
     def of(

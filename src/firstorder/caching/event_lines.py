@@ -17,6 +17,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
 from firstorder._argument_checks import check_not_negative, check_positive, is_concrete, nan_unless
+from firstorder._display import in_print
 from firstorder.caching.discontinuities import _checked, _radius_of_error
 from firstorder.caching.radii import _coefficient, _law
 from firstorder.caching.regions import _checked_limits
@@ -58,6 +59,8 @@ class EventLines(eqx.Module):
     kink: Float[Array, " n"] = eqx.field(converter=as_float)
     bend: Float[Array, " n"] = eqx.field(converter=as_float)
     root: Float[Array, " n"] | None = eqx.field(converter=_floats_or_none, default=None)
+
+    __repr__ = in_print
 
     def __check_init__(self) -> None:
         n = len(self.kink)

@@ -19,6 +19,7 @@ import numpy as np
 from jaxtyping import ArrayLike
 
 from firstorder._argument_checks import check_integer, check_positive, check_shape
+from firstorder._display import in_print
 from firstorder.caching._records import checked_visits
 from firstorder.caching._strips import Strips
 from firstorder.caching.cache import Cache, Lookup, _answers_of_many, _tabled
@@ -122,6 +123,8 @@ class Fit(NamedTuple):
     records: np.ndarray
     region: ValidityRegion
     exact: np.ndarray
+
+    __repr__ = in_print
 
     def cache(
         self, candidates: Candidates, which: int, *, order: int = 1, fade: bool = False

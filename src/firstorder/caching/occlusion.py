@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
 from firstorder._argument_checks import check_count, check_shape
+from firstorder._display import in_print
 from firstorder.caching.candidates import Candidates
 from firstorder.numerics._batching import in_batches
 from firstorder.space.bounces._radiance_maps import RadianceMaps, trace_maps
@@ -44,6 +45,8 @@ class OcclusionTable(NamedTuple):
     gradient: Float[np.ndarray, "m 2"]
     hessian: Float[np.ndarray, "m 2 2"]
     minimum: Float[np.ndarray, " m"]
+
+    __repr__ = in_print
 
     def candidates(self) -> Candidates:
         """The rows as candidates for records."""

@@ -18,6 +18,7 @@ from firstorder._argument_checks import (
     check_shape,
     is_concrete,
 )
+from firstorder._display import in_print
 from firstorder.imaging import Pinhole
 from firstorder.typing import as_float
 
@@ -42,6 +43,8 @@ class ValidityRegion(NamedTuple):
 
     matrix: Float[Array, "... d d"]
     clamp: Int[Array, "..."] | int = FREE
+
+    __repr__ = in_print
 
     @property
     def radius(self) -> Float[Array, "..."]:

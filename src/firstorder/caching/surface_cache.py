@@ -18,6 +18,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float
 
 from firstorder._argument_checks import check_positive, check_shape
+from firstorder._display import in_print
 from firstorder.caching._records import (
     checked_order,
     checked_visits,
@@ -200,6 +201,8 @@ class SurfaceCache(eqx.Module):
     derivatives: Derivatives
     radius: Float[Array, " r"]
     order: int = eqx.field(static=True, default=1)
+
+    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse a cache that could not answer."""

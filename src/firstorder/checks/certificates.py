@@ -15,6 +15,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from firstorder._argument_checks import is_concrete
+from firstorder._display import in_print
 from firstorder.checks._enclosures import (
     Met,
     Round,
@@ -61,6 +62,8 @@ class Certificate(NamedTuple):
 
     error: Float[Array, "*bands"]
     certified: Bool[Array, "*bands"]
+
+    __repr__ = in_print
 
 
 def certified(scene: Scene, at: Receiver) -> Certificate:

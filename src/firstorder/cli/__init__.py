@@ -53,8 +53,8 @@ def _run(arguments: list[str]) -> int:
         raise
     except (ValueError, ModuleNotFoundError, ConnectionError, Refused) as error:
         print(error, file=sys.stderr)
-    except OSError as error:  # a file that cannot be written, mostly
-        words = (error.strerror or "unknown reason").lower()
+    except OSError as error:  # a file that cannot be read, in a sentence, or written
+        words = f"{error.strerror.lower()}." if error.strerror else str(error)
         named = error.filename2 or error.filename
-        print(": ".join(map(str, filter(None, (named, words)))) + ".", file=sys.stderr)
+        print(": ".join(map(str, filter(None, (named, words)))), file=sys.stderr)
     return 2

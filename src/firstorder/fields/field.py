@@ -247,6 +247,8 @@ class Edge(eqx.Module):
     level: Field
     jump: Field
 
+    __repr__ = in_print
+
     def crossing(self, u: Ray, axis: int, lower: Scalar, upper: Scalar) -> Jet:
         """Point at which the edge meets the line through `u` along `axis`, as a jet in `u`.
 

@@ -30,6 +30,10 @@ class Kernel(Field):
     def half_width(self) -> Scalar:
         """Distance along the axis at which the kernel ends or is negligible."""
 
+    def local_half_width(self) -> Field | None:
+        """`half_width` as a field over the other coordinates; None where it is the same for all."""
+        return None
+
     def knots(self) -> Float[Array, " m"]:
         """Points on the axis at which the kernel is less smooth: quadrature splits there."""
         return jnp.zeros(0)

@@ -180,6 +180,8 @@ class Grid(eqx.Module):
     step: tuple[float, ...] = eqx.field(static=True)
     center: tuple[float, ...] = eqx.field(static=True, default=())
 
+    __repr__ = in_print
+
     def __post_init__(self):
         """Fill in the centre at the origin."""
         if not self.center:

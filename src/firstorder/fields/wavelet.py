@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_shape
+from firstorder._display import in_print
 from firstorder.conventions import Frame
 from firstorder.fields._haar import haar_matrix
 from firstorder.fields.field import Field
@@ -23,6 +24,8 @@ class Wavelet(eqx.Module):
     coefficients: Float[Array, "..."]
     grid: Grid
     frame: Frame = eqx.field(static=True, default=Frame())
+
+    __repr__ = in_print
 
     @classmethod
     def of(cls, field: Field, grid: Grid) -> Wavelet:

@@ -22,6 +22,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float
 
 from firstorder._argument_checks import check_finite, check_not_negative, nan_unless, not_negative
+from firstorder._display import in_print
 from firstorder.conventions import direction
 from firstorder.flatland.intersect import first_shape
 from firstorder.flatland.scene import Scene
@@ -32,6 +33,7 @@ from firstorder.typing import as_float
 
 THROUGH, BACK, END = KINDS = "through", "back", "end"
 MOST_BRANCHES = 8
+MOST_RIMS = 16  # where rays begin or end: each thing in their way has two
 BISECTIONS = 48
 
 Path = Sequence[tuple[int, str]]
@@ -57,6 +59,8 @@ class PointSource(eqx.Module):
 
     position: Float[Array, "2"] = eqx.field(converter=as_float)
     power: Float[Array, ""] = eqx.field(default=1.0, converter=lambda p: not_negative(as_float(p)))
+
+    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse light that is no light."""
@@ -90,6 +94,8 @@ class Beam(eqx.Module):
     angle: Float[Array, ""] = eqx.field(converter=as_float)
     power: Float[Array, ""] = eqx.field(default=1.0, converter=lambda p: not_negative(as_float(p)))
 
+    __repr__ = in_print
+
     def __check_init__(self):
         """Refuse light that is no light."""
         check_finite("position", self.position)
@@ -117,6 +123,8 @@ class RayEnd(eqx.Module):
     s: Float[Array, ""]
     share: Float[Array, ""]
     ok: Bool[Array, ""]
+
+    __repr__ = in_print
 
 
 def fresnel_reflectance(eta: ArrayLike, cosine: ArrayLike) -> Array:
@@ -265,6 +273,8 @@ class Caustic(eqx.Module):
     high: float = eqx.field(static=True, converter=float)
     samples: int = eqx.field(static=True, default=256)
 
+    __repr__ = in_print
+
     def arrive(self, q: ArrayLike) -> RayEnd:
         """End of the ray q."""
         return trace_path(self.scene, self.path, *self.light.ray(as_float(q)), self.receiver)
@@ -282,7 +292,7 @@ class Caustic(eqx.Module):
     def folds(self) -> tuple[Float[Array, " n"], Float[Array, " n"], Bool[Array, " n"]]:
         """Rays at which `dx/dq = 0`: their q, the places on the receiver, and which exist.
 
-        NaN if there are more than eight of them.
+        NaN if there are more than eight of them, or more than 16 rims (see `irradiance`).
         """
         return self._searched()[:3]
 
@@ -294,9 +304,10 @@ class Caustic(eqx.Module):
         turns = (slope[:-1] * slope[1:] < 0.0) & ok[:-1] & ok[1:]
         folds = order_of(~turns)[:MOST_BRANCHES]
         # The last rays before total reflection, or before a rim: the cell beyond them is half dark.
-        rims = order_of(ok[1:] == ok[:-1])[:MOST_BRANCHES]
+        cut = ok[1:] != ok[:-1]
+        rims = order_of(~cut)[:MOST_RIMS]
         count, real = folds.size, turns[folds]
-        few = jnp.sum(turns) <= MOST_BRANCHES
+        few = (jnp.sum(turns) <= MOST_BRANCHES) & (jnp.sum(cut) <= MOST_RIMS)
 
         def found(cell, at_rim):
             rising, lit = slope[cell + 1] > 0.0, ok[cell + 1]
@@ -308,10 +319,11 @@ class Caustic(eqx.Module):
             a, b = _narrowed(beyond, q[cell], q[cell + 1])
             return jnp.where(at_rim, jnp.where(ok[cell], a, b), 0.5 * (a + b))
 
-        more = jax.vmap(found)(jnp.append(folds, rims), jnp.arange(2 * count) >= count)
+        cells = jnp.append(folds, rims)
+        more = jax.vmap(found)(cells, jnp.arange(cells.size) >= count)
         more = jax.lax.stop_gradient(more)
         there = jax.vmap(self.arrive)(more)
-        kept = jnp.append(real, jnp.ones(count, bool))
+        kept = jnp.append(real, jnp.ones(rims.size, bool))
         old, new, none = (q, s, ok), (more, there.s, there.ok), (self.high, s[-1], ok[-1])
         q, s, ok = (
             jnp.append(o, jnp.where(kept, n, x)) for o, n, x in zip(old, new, none, strict=True)
@@ -324,7 +336,9 @@ class Caustic(eqx.Module):
     def irradiance(self, s: ArrayLike) -> Float[Array, "*n"]:
         """Irradiance at parameters of the receiver [W/m]; differentiable, infinite at folds.
 
-        NaN where more than eight rays arrive, or if there are more than eight folds.
+        NaN where more than eight rays arrive; everywhere if there are more than eight folds, or
+        more than 16 rims, between which rays arrive and beyond which total reflection or another
+        shape keeps them off.
         """
         s = as_float(s)
         rays = self._searched()[3]

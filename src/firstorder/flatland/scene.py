@@ -23,7 +23,7 @@ from firstorder._argument_checks import (
     check_one,
     is_concrete,
 )
-from firstorder._display import Axes, as_picture, drawn
+from firstorder._display import Axes, as_picture, drawn, in_print
 from firstorder.flatland.point_lights import PointLights
 from firstorder.flatland.primitives import Material, Primitive
 from firstorder.flatland.shapes._bounds import bounds
@@ -39,7 +39,7 @@ from firstorder.flatland.shapes.kinds import (
 )
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._planar import cross_2d, left
-from firstorder.scene._arguments import check_kind, check_primitives, check_sky
+from firstorder.scene._arguments import check_kind, check_primitives, check_sky, made_elsewhere
 from firstorder.scene._bands import bands_of, by_band, one_band
 from firstorder.scene._intersect import picked
 from firstorder.scene._primitives import grouped, joined, named
@@ -83,7 +83,10 @@ class Frenet(eqx.Module):
     speed: Float[Array, ""]
     kappa: Float[Array, ""]
 
+    __repr__ = in_print
 
+
+@made_elsewhere
 class Scene(eqx.Module):
     """Shapes with materials, point lights and a distant environment.
 

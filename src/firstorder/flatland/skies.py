@@ -23,6 +23,7 @@ from firstorder._argument_checks import (
     not_negative,
     traced_nan_unless,
 )
+from firstorder._display import in_print
 from firstorder.scene._bands import by_band
 from firstorder.typing import as_float
 
@@ -57,6 +58,8 @@ class ConstantSky(eqx.Module):
     BANDED: ClassVar = {"radiance": 0}
 
     radiance: Float[Array, "*bands"] = eqx.field(converter=_radiance, default=1.0)
+
+    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse darkness below zero."""
@@ -106,6 +109,8 @@ class GaussianSky(eqx.Module):
     center: Float[Array, ""] = eqx.field(converter=as_float, default=0.0)
     sigma: Float[Array, ""] = eqx.field(converter=_width, default=0.5)
     radiance: Float[Array, "*bands"] = eqx.field(converter=_radiance, default=1.0)
+
+    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse what is no Gaussian."""
@@ -158,6 +163,8 @@ class PanoramaSky(eqx.Module):
 
     values: Float[Array, "n *bands"] = eqx.field(converter=_radiance)
     smooth: bool = eqx.field(static=True, default=False)
+
+    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse what is too short to go around."""

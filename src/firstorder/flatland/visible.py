@@ -41,6 +41,8 @@ from firstorder.numerics._planar import cross_2d, dot_2d
 from firstorder.scene._arguments import (
     check_asked_one,
     check_kind,
+    check_rows,
+    made_elsewhere,
     numbers,
     shape_number,
     spread_over,
@@ -53,6 +55,7 @@ from firstorder.typing import as_array, as_float
 HORIZON = 0.5 * jnp.pi
 
 
+@made_elsewhere
 class Receiver(eqx.Module):
     """A point that light falls on, and the angle of its normal.
 
@@ -62,7 +65,9 @@ class Receiver(eqx.Module):
         on: number of the shape on which it lies, -1 for none.
 
     Raises:
-        ValueError: if positions do not have two coordinates, or a number is complex.
+        ValueError: if positions do not have two coordinates, a number is complex, or there is not
+            one angle for each position.
+        TypeError: if there are other arguments.
 
     Example:
         >>> from firstorder.flatland import Receiver
@@ -81,6 +86,7 @@ class Receiver(eqx.Module):
         check_real("position", self.position)
         _check_coordinates("position", self.position)
         spread_over(self, self.position.shape[:-1], "n", "on")
+        check_rows(self, n=(), on=())
 
     def __repr__(self) -> str:
         return told_receiver(self, "flatland")

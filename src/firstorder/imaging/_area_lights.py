@@ -31,6 +31,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from firstorder._display import in_print
 from firstorder.imaging._lamps import Direction, SampledLight
 from firstorder.imaging._reflection import SurfacePoint, half_turn, mirrored
 from firstorder.imaging.camera import PixelFootprint
@@ -59,6 +60,8 @@ class SurfaceReflectance(eqx.Module):
     specular: Scalar = eqx.field(converter=as_float, default=0.0)
     exponent: Scalar = eqx.field(converter=as_float, default=1.0)
     slope: Direction = eqx.field(converter=as_float, default=(0.0, 0.0, 0.0))
+
+    __repr__ = in_print
 
 
 class LobeRadiance(eqx.Module):

@@ -21,6 +21,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_finite, check_positive
+from firstorder._display import in_print
 from firstorder.conventions import Frame
 from firstorder.fields.spectrum import Grid
 from firstorder.fields.spline import Spline
@@ -262,6 +263,8 @@ class NormalMap(eqx.Module):
     """
 
     channels: tuple[Spline, Spline, Spline]
+
+    __repr__ = in_print
 
     @classmethod
     def of(cls, pixels, extent: tuple[float, float] = (1.0, 1.0)) -> NormalMap:

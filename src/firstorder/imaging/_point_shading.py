@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from firstorder._display import in_print
 from firstorder.imaging._area_lights import LobeRadiance, lobe_radiance, shadow_edge_terms
 from firstorder.imaging._interaction import SurfaceInteraction
 from firstorder.imaging._lamps import SampledLight
@@ -46,6 +47,8 @@ class ShadedPixels(eqx.Module):
     distance: Float[Array, "*n"]
     cosine: Float[Array, "*n"]
     curvature: Float[Array, "*n"]
+
+    __repr__ = in_print
 
 
 # Where the leaves of `ShadedPixels` have bands, for `scene._bands.by_band`.

@@ -26,6 +26,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_unit
+from firstorder._display import in_print
 from firstorder.laws.zonal import Zonal
 from firstorder.typing import Scalar, as_float
 
@@ -55,6 +56,8 @@ class SurfacePoint(eqx.Module):
     tangents: Float[Array, "3 2"]
     normal: Direction
     turning: Float[Array, "3 2"]
+
+    __repr__ = in_print
 
     @property
     def base_normal(self) -> Direction:
@@ -190,6 +193,8 @@ class ReflectedRadiance(eqx.Module):
     DV: Direction
     argument_D_x: Float[Array, "3 2"]
     argument_D_to_eye: Float[Array, "3 3"]
+
+    __repr__ = in_print
 
     @property
     def CDV(self) -> Float[Array, " 2"]:

@@ -30,6 +30,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from firstorder._argument_checks import check_between, check_finite, check_positive, is_concrete
+from firstorder._display import in_print
 from firstorder.conventions import Frame
 from firstorder.fields.spectrum import Grid
 from firstorder.fields.spline import Spline
@@ -71,6 +72,8 @@ class SolidWaves(eqx.Module):
     mean: Scalar = eqx.field(converter=as_float, default=0.0)
     origin: Direction = eqx.field(converter=as_float, default=(0.0, 0.0, 0.0))
 
+    __repr__ = in_print
+
     def __check_init__(self):
         """Refuse what is no number."""
         for name in ("waves", "size", "mean", "origin"):
@@ -100,6 +103,8 @@ class SolidSlopes(eqx.Module):
 
     lean: Direction = eqx.field(converter=as_float)
     waves: SolidWaves | None = None
+
+    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse what is no number."""
@@ -146,6 +151,8 @@ class ImageTexture(eqx.Module):
         converter=lambda a: as_float(_twice(a)), default=(1.0, 1.0)
     )
     hold: bool = eqx.field(static=True, default=False)
+
+    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse what is no picture."""
@@ -196,6 +203,8 @@ class HeightMap(eqx.Module):
     """
 
     spline: Spline
+
+    __repr__ = in_print
 
     @classmethod
     def of(cls, values: Any, repeat: Any = (1.0, 1.0)) -> HeightMap:

@@ -48,6 +48,8 @@ class PixelFootprint(eqx.Module):
     position_D_p: Float[Array, "3 2"]
     to_eye_D_p: Float[Array, "3 2"]
 
+    __repr__ = in_print
+
     def surface_D_p(self, point: SurfacePoint) -> Float[Array, "2 2"]:
         """The screen-to-surface Jacobian in the tangents of a point; arc lengths per image unit."""
         return point.tangents.T @ self.position_D_p

@@ -20,6 +20,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from firstorder._argument_checks import check_shape
+from firstorder._display import in_print
 from firstorder.imaging._reflection import SurfacePoint
 from firstorder.numerics._vectors import cross, dot, near_one, orthonormal_frame, unit
 from firstorder.space.meshes.triangle_mesh import Mesh, vertex_normals
@@ -46,6 +47,8 @@ class Facets(eqx.Module):
     normals: Float[Array, "f 3 3"]
     part: Int[Array, " f"]
     uv: Float[Array, "f 3 2"] | None = None
+
+    __repr__ = in_print
 
     def point(self, face: Int[Array, ""], x: Float[Array, "3"]) -> SurfacePoint:
         """The shading point at a place on a face, on the side of its front.

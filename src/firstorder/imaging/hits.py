@@ -15,6 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from firstorder._display import in_print
 from firstorder._labelled import Dataset, Variable, data_set
 from firstorder.imaging._interaction import (
     SurfaceInteraction,
@@ -61,6 +62,8 @@ class GBuffer(eqx.Module):
     distance: Float[Numbers, "*n"]
     cosine: Float[Numbers, "*n"]
     S: Float[Numbers, "*n 2 2"]
+
+    __repr__ = in_print
 
     def to_xarray(self) -> Dataset:
         """A data set over px and py, or over `pixel` if there is no image; vectors have an `axis`.
@@ -114,6 +117,8 @@ class PrimaryHits(GBuffer):
     p: Float[Numbers, "*n 2"]
     index: Int[Numbers, "*n"]
     label: Int[Numbers, "*n"]
+
+    __repr__ = in_print
 
 
 def primary_hits(

@@ -20,6 +20,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_count, check_not_negative
+from firstorder._display import in_print
 from firstorder.conventions import cylindrical
 from firstorder.imaging._lamps import Lamp
 from firstorder.numerics._vectors import cross, orthonormal_frame
@@ -52,6 +53,8 @@ class DistantLight(eqx.Module):
     even: bool = eqx.field(static=True)
     axis: Direction = eqx.field(converter=as_float, default=(0.0, 0.0, 1.0))
     steep: Float[Array, "*k"] = eqx.field(converter=as_float, default=0.0)
+
+    __repr__ = in_print
 
     @property
     def near(self) -> bool:
@@ -204,6 +207,8 @@ class CosineSkyLight(eqx.Module):
     sky: Sky
     rows: int = eqx.field(static=True)
     shift: Float[Array, "2"] = eqx.field(converter=as_float, default=(0.0, 0.0))
+
+    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse a sky without nodes."""

@@ -14,6 +14,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
+from firstorder._display import in_print
 from firstorder.imaging._textures import height_slopes, normal_map_slopes
 
 Height = Callable[[Int[Array, ""], Float[Array, "3"]], Float[Array, ""]]
@@ -40,6 +41,8 @@ class UVMaps(eqx.Module):
     normals: Slopes | None = None
     albedo: Height | None = None
 
+    __repr__ = in_print
+
 
 class SurfaceMaps(eqx.Module):
     """Surface maps in space: functions of a primitive's number and of a position, or None.
@@ -63,6 +66,8 @@ class SurfaceMaps(eqx.Module):
     slopes: Slopes | None = None
     albedo: Height | None = None
     wrapped: UVMaps | None = None
+
+    __repr__ = in_print
 
     def leanings(
         self,
@@ -122,6 +127,8 @@ class PerPrimitive(eqx.Module):
     plain: tuple[float, ...] = eqx.field(static=True)
     numbers: tuple[tuple[int, ...], ...] = eqx.field(static=True)
     worn: tuple[Callable, ...]
+
+    __repr__ = in_print
 
     def __call__(self, index: Int[Array, ""], place: Float[Array, " n"]) -> Array:
         """Value for a primitive at a place; `plain` of one number is a number, not a vector."""

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from firstorder.io._quietly import quietly
-from firstorder.io._regular import check_regular_file, read_regular_file
+from firstorder.io._regular import check_regular_file, named_errors, read_regular_file
 
 # Pixels of one picture, 16,384 x 8,192. A file of few bytes may unpack to 2,048 x 2,048, a larger
 # one to 2,048 for each of its bytes: one grey all over, packed by deflate, stays below that.
@@ -77,7 +77,8 @@ def read_channels(path: pathlib.Path) -> dict[str, np.ndarray]:
     """All channels of an .exr file as they lie in it: rows from the top."""
     OpenEXR = openexr(path.name)
     check_regular_file(path)
-    path.open("rb").close()  # a file that may not be opened is no broken one
+    with named_errors(path):
+        path.open("rb").close()  # a file that may not be opened is no broken one
     try:
         with quietly(), OpenEXR.File(os.fspath(path), header_only=True) as file:
             parts = [_promise(part.header) for part in file.parts]

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
+from firstorder.io._polygons import BadFace, faces_of, fans_only, triangles
 from firstorder.io._quietly import quietly
 from firstorder.io._regular import read_regular_file
 
@@ -58,7 +59,7 @@ def read_parts(path: pathlib.Path, trimesh: Any) -> list[Part]:
             raise _Refused("the file holds no triangle.")
         for one in parts:
             _check_part(one)
-    except _Refused as error:
+    except (_Refused, BadFace) as error:
         raise ValueError(f"{path.name}: {error}") from None
     except Exception:  # whatever the library thinks of the bytes
         raise ValueError(f"{path.name}: the file is damaged or is no mesh.") from None
@@ -84,11 +85,34 @@ def _placed(scene: Any, trimesh: Any) -> list[str]:
 def _part(found: Any) -> Part:
     """A mesh of a file, from trimesh."""
     vertices = np.asarray(found.vertices, float).reshape(-1, 3)
-    faces = np.asarray(found.faces, np.int64).reshape(-1, 3)
     uv = getattr(found.visual, "uv", None)
+    faces = _ply_faces(found, uv is not None)
     if np.ndim(uv) != 2 or len(uv) != len(vertices) or np.shape(uv)[1] < 2:
         return Part(vertices, faces, None)
     return Part(vertices, faces, np.asarray(uv, float)[:, :2])
+
+
+def _ply_faces(found: Any, mapped: bool) -> np.ndarray:
+    """Triangles of a mesh, those of a .ply file from its faces, of which trimesh makes fans.
+
+    Vertices with (u, v) are no longer those of the file: faces that are no fans are refused.
+    """
+    faces = np.asarray(found.faces, np.int64).reshape(-1, 3)
+    elements = found.metadata.get("_ply_raw", {})
+    kept = elements.get("face", {}).get("data")
+    names = kept if isinstance(kept, dict) else getattr(getattr(kept, "dtype", None), "names", None)
+    name = next((n for n in names or () if n.startswith("vertex_ind")), None)
+    polygons = faces if name is None else kept[name]
+    polygons = polygons["f1"] if getattr(polygons.dtype, "names", None) else polygons
+    if np.ndim(polygons) == 2 and np.shape(polygons)[1] == 3:
+        return faces
+    data = elements["vertex"]["data"]
+    cut = triangles(list(polygons), np.stack([np.ravel(data[axis]) for axis in "xyz"], -1))
+    if not cut:
+        return faces
+    if mapped:
+        raise _Refused("a face is not convex, and has (u, v): cut it into triangles first.")
+    return np.concatenate([faces_of(f, cut.get(k)) for k, f in enumerate(polygons)])
 
 
 class _Beside:
@@ -106,10 +130,8 @@ class _Beside:
         called = " ".join(beside.name.split())[:80]
         try:
             return read_regular_file(beside)
-        except OSError as error:
-            words = f"the file cannot be opened ({(error.strerror or 'unknown reason').lower()})."
-        except ValueError as error:
-            words = str(error).removeprefix(f"{beside.name}: ")
+        except (ValueError, OSError) as error:
+            words = str(error).removeprefix(f"{beside}: ").removeprefix(f"{beside.name}: ")
         raise _Refused(f"{called}, which it names: {words}")
 
     __getitem__ = get
@@ -160,8 +182,14 @@ def _check_count(faces: int) -> None:
 
 
 def _obj_source(data: bytes) -> io.StringIO:
-    """Text in UTF-8, or else in Latin-1, in which every byte is a letter."""
-    return io.StringIO(_decoded(data))
+    """Text in UTF-8, or else in Latin-1, in which every byte is a letter; its faces are fans."""
+    text = _decoded(data)
+    try:
+        return io.StringIO(fans_only(text))
+    except BadFace:
+        raise
+    except (ValueError, IndexError):  # trimesh will say that it is none
+        return io.StringIO(text)
 
 
 def _ply_source(data: bytes) -> io.BytesIO:

@@ -6,9 +6,11 @@ Every reader of this package asks here before it opens a file.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import pathlib
 import stat
+from collections.abc import Iterator
 
 # A picture or a mesh, and a text that people write: a scene or a drawing.
 MOST_BYTES = 2**30
@@ -23,6 +25,31 @@ _KINDS = (
 )
 
 
+@contextlib.contextmanager
+def named_errors(path: str | os.PathLike[str]) -> Iterator[None]:
+    """Says what the system refuses, in one sentence that names the file; its kind stays.
+
+    Args:
+        path: of the file.
+
+    Raises:
+        OSError: of the kind that was raised inside: FileNotFoundError, PermissionError, ...
+
+    Example:
+        >>> import pathlib
+        >>> from firstorder.io._regular import named_errors
+        >>> with named_errors("no.txt"):
+        ...     pathlib.Path("no.txt").read_bytes()
+        Traceback (most recent call last):
+        FileNotFoundError: no.txt: the file cannot be opened (no such file or directory).
+    """
+    try:
+        yield
+    except OSError as error:
+        why = (error.strerror or "unknown reason").lower()
+        raise type(error)(f"{path}: the file cannot be opened ({why}).") from None
+
+
 def check_regular_file(path: str | os.PathLike[str], most_bytes: int = MOST_BYTES) -> None:
     """Refuses what is no regular file, and what is too large, without opening it.
 
@@ -35,8 +62,8 @@ def check_regular_file(path: str | os.PathLike[str], most_bytes: int = MOST_BYTE
     Raises:
         ValueError: one sentence that names the file, for a folder, a pipe, a socket, a device, a
             file of more bytes, or a name that no file can have.
-        FileNotFoundError: if there is none.
-        OSError: if the file system does not tell.
+        FileNotFoundError: one sentence that names the path, if there is none.
+        OSError: likewise, if the file system does not tell.
 
     Example:
         >>> import tempfile
@@ -50,7 +77,8 @@ def check_regular_file(path: str | os.PathLike[str], most_bytes: int = MOST_BYTE
     """
     path = pathlib.Path(path)
     try:
-        found = path.stat()
+        with named_errors(path):
+            found = path.stat()
     except ValueError:  # a zero byte
         raise ValueError(f"{path.name!r}: no file can have such a name.") from None
     if not stat.S_ISREG(found.st_mode):
@@ -82,4 +110,5 @@ def read_regular_file(path: str | os.PathLike[str], most_bytes: int = MOST_BYTES
         b'light'
     """
     check_regular_file(path, most_bytes)
-    return pathlib.Path(path).read_bytes()
+    with named_errors(path):
+        return pathlib.Path(path).read_bytes()

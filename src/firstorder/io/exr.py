@@ -94,7 +94,7 @@ def read_layers(path: str | os.PathLike[str]) -> dict[str, Float[np.ndarray, "w 
     Raises:
         ValueError: one sentence that names the file, if it is damaged or too large. Layers may
             hold what is not finite, such as the distance of nothing.
-        FileNotFoundError: if there is none.
+        FileNotFoundError: one sentence that names the path, if there is no such file.
         ModuleNotFoundError: without the extra `images`.
 
     Example:

@@ -47,7 +47,7 @@ def read_panorama_row(
     Raises:
         ValueError: one sentence that names the file, if it cannot be read or has no such row, or
             if a radiance in that row is negative.
-        FileNotFoundError: if there is none.
+        FileNotFoundError: one sentence that names the path, if there is no such file.
         ModuleNotFoundError: if an .exr file is asked for without the extra `images`.
 
     Example:
@@ -85,7 +85,7 @@ def read_image(path: str | os.PathLike[str], srgb: bool = True) -> Picture:
     Raises:
         ValueError: one sentence that names the file, if it is none of these, damaged, too large
             (`docs/files.md`), or holds a number that is not finite.
-        FileNotFoundError: if there is none.
+        FileNotFoundError: one sentence that names the path, if there is no such file.
         ModuleNotFoundError: if an .exr file is asked for without the extra `images`.
 
     Example:

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from firstorder._display import in_print
 from firstorder.io._faces import valid_faces
 from firstorder.io._mesh_files import read_parts
 from firstorder.space.meshes.triangle_mesh import NO_FACE, Mesh, mesh
@@ -32,16 +33,17 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
 
     All parts of the file become one mesh, placed as the file says; vertices at the very same point
     become one, whatever their texture or normals, so that neighbours know each other. Polygons
-    become fans of triangles, which is right of convex ones alone: cut others beforehand. Units and
-    axes are those of the file (GLTF: metres, y up).
+    become triangles that cover them once, convex or not. Units and axes are those of the file
+    (GLTF: metres, y up).
 
     Args:
         path: the file; its ending says what it is.
 
     Raises:
         ValueError: one sentence that names the file, if it is no mesh, damaged, too large
-            (`docs/files.md`), or cannot be opened; or if a coordinate is not finite, or so large
-            that the square of an area is not.
+            (`docs/files.md`), has a face that crosses itself, or names another that cannot be
+            opened; or if a coordinate is not finite, or so large that the square of an area is not.
+        FileNotFoundError: one sentence that names the path, if there is no such file.
         ModuleNotFoundError: without the extra `mesh`.
 
     Example:
@@ -66,7 +68,7 @@ def read_mesh_uv(path: str | os.PathLike[str]) -> tuple[Mesh, np.ndarray | None]
         the file has none: from 0 to 1, v upwards.
 
     Raises:
-        ValueError, ModuleNotFoundError: as `read_mesh`.
+        ValueError, FileNotFoundError, ModuleNotFoundError: as `read_mesh`.
 
     Example:
         >>> import pathlib, tempfile
@@ -81,11 +83,7 @@ def read_mesh_uv(path: str | os.PathLike[str]) -> tuple[Mesh, np.ndarray | None]
     if path.suffix.lower() not in ENDINGS:
         raise ValueError(f"{path.name}: a mesh must be an .obj, .ply, .gltf or .glb file.")
     trimesh = _needs("trimesh", path.name)
-    try:
-        parts = read_parts(path, trimesh)
-    except OSError as error:
-        why = (error.strerror or "unknown reason").lower()
-        raise ValueError(f"{path.name}: the file cannot be opened ({why}).") from None
+    parts = read_parts(path, trimesh)
     try:
         first = np.cumsum([0, *(len(one.vertices) for one in parts)])
         vertices = np.concatenate([one.vertices for one in parts])
@@ -126,6 +124,8 @@ class MeshHits(NamedTuple):
     face: np.ndarray
     weights: np.ndarray
 
+    __repr__ = in_print
+
 
 class Embree:
     """Rays through a mesh, by Embree on the host; implements `space.silhouettes.FaceTracer`.
@@ -164,6 +164,9 @@ class Embree:
         build.TriangleMesh(self._scene, inside, np.ascontiguousarray(faces, np.int32))
         self._planes = np.asarray(mesh.area_vectors, float)
         self._every = BruteForceTracer(mesh)
+
+    def __repr__(self) -> str:
+        return f"Embree({self.mesh!r})"
 
     def nearest(self, origins: Any, directions: Any) -> MeshHits:
         """First hits of rays on the mesh.

@@ -24,6 +24,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from firstorder._argument_checks import check_positive
+from firstorder._display import in_print
 from firstorder.caching import Cache, Candidates, ValidityRegion
 from firstorder.io._regular import read_regular_file
 from firstorder.io.files import write_text
@@ -64,6 +65,8 @@ class AmbientRecords:
     turning: np.ndarray
     corral: np.ndarray
 
+    __repr__ = in_print
+
     @property
     def count(self) -> int:
         """Number of records."""
@@ -78,6 +81,7 @@ def read_ambient(path: str | os.PathLike[str]) -> AmbientRecords:
 
     Raises:
         ValueError: in one sentence with the line, if the file is none.
+        FileNotFoundError: one sentence that names the path, if there is no such file.
 
     Example:
         >>> import pathlib, tempfile
@@ -94,8 +98,6 @@ def read_ambient(path: str | os.PathLike[str]) -> AmbientRecords:
         raise Place(path.name).error(
             "the text form of an ambient file is expected (`lookamb -d`), but this is binary."
         ) from None
-    except OSError as error:
-        raise Place(path.name).error(f"it cannot be read: {error.strerror}.") from None
     return _ambient_from_text(text, path.name)
 
 

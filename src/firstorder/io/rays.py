@@ -22,7 +22,7 @@ import struct
 
 import numpy as np
 
-from firstorder.io._regular import check_regular_file
+from firstorder.io._regular import read_regular_file
 from firstorder.io.files import atomic_write
 from firstorder.shadowfield.rendering.lamp import LampFrame
 from firstorder.shadowfield.rendering.ray_table import RayTable
@@ -76,7 +76,7 @@ def read_rays(path: str | os.PathLike[str]) -> tuple[LampFrame, RayTable]:
     Raises:
         ValueError: one sentence that names the file, if it is none of these, of the first edition,
             or not whole.
-        FileNotFoundError: if there is none.
+        FileNotFoundError: one sentence that names the path, if there is no such file.
 
     Example:
         >>> import pathlib, tempfile
@@ -92,8 +92,7 @@ def read_rays(path: str | os.PathLike[str]) -> tuple[LampFrame, RayTable]:
     """
     path = pathlib.Path(path)
     _check_ending(path)
-    check_regular_file(path, _MOST_BYTES)
-    data = path.read_bytes()
+    data = read_regular_file(path, _MOST_BYTES)
     if data[:8] == FORMER:
         raise ValueError(
             f"{path.name}: the rays are of the first edition, which does not say where they start: "

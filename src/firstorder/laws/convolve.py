@@ -15,7 +15,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from firstorder._argument_checks import check_kind
+from firstorder._argument_checks import check_count, check_kind
+from firstorder._display import in_print
 from firstorder.conventions import Frame
 from firstorder.errors import Refused
 from firstorder.fields._coerce import field_of
@@ -35,16 +36,21 @@ from firstorder.typing import ComplexScalar, Frequency, Ray, Scalar
 _DUMMY = "omega"
 
 
-def _reach(kernel: Kernel) -> Scalar:
+def _reach(kernel: Kernel, wide: Frame) -> Field:
     """How far from the middle a kernel is integrated: past edges of its own.
 
     An end of the integral that moves with an edge would be taken for neither side of it.
     """
-    return kernel.half_width() * (1.0625 if kernel.edges() else 1.0)
+    local = kernel.local_half_width()
+    if local is not None:
+        return Move(np.eye(wide.dims - 1, wide.dims), to=wide)(local)
+    return Constant(kernel.half_width() * (1.0625 if kernel.edges() else 1.0), wide)
 
 
 class Domain(eqx.Module):
     """The domain of an axis, which sets the ends of a convolution's integral."""
+
+    __repr__ = in_print
 
     @abc.abstractmethod
     def ends(self, kernel: Kernel, wide: Frame) -> tuple[Field, Field]:
@@ -63,11 +69,12 @@ class Line(Domain):
         6.283185
     """
 
+    __repr__ = in_print
+
     def ends(self, kernel: Kernel, wide: Frame) -> tuple[Field, Field]:
         """`u_axis -+ half_width`."""
-        here = np.eye(wide.dims)[wide.axis(kernel.axis)]
-        w = _reach(kernel)
-        return Affine(here, -w, wide), Affine(here, w, wide)
+        reach = _reach(kernel, wide)
+        return _Reached(reach, kernel.axis, -1.0), _Reached(reach, kernel.axis, 1.0)
 
 
 class Circle(Domain):
@@ -85,11 +92,13 @@ class Circle(Domain):
         1.0
     """
 
+    __repr__ = in_print
+
     def ends(self, kernel: Kernel, wide: Frame) -> tuple[Field, Field]:
         """One period about `u_axis`, or as far as a narrow kernel reaches."""
-        here = np.eye(wide.dims)[wide.axis(kernel.axis)]
-        w = jnp.minimum(np.pi, _reach(kernel))
-        return Affine(here, -w, wide), Affine(here, w, wide)
+        reach = _reach(kernel, wide)
+        lower = _Reached(reach, kernel.axis, -1.0, np.pi)
+        return lower, _Reached(reach, kernel.axis, 1.0, np.pi)
 
 
 class Hemisphere(Domain):
@@ -108,12 +117,40 @@ class Hemisphere(Domain):
 
     normal: Field = eqx.field(converter=field_of("normal"))
 
+    __repr__ = in_print
+
     def ends(self, kernel: Kernel, wide: Frame) -> tuple[Field, Field]:
         """`n -+ pi / 2`, but no farther from `u_axis` than the kernel reaches."""
         n = Move(np.eye(wide.dims - 1, wide.dims), to=wide)(self.normal)
-        quarter, reach = Constant(0.5 * np.pi, wide), _reach(kernel)
+        quarter, reach = Constant(0.5 * np.pi, wide), _reach(kernel, wide)
         lower, upper = n + (-1.0) * quarter, n + quarter
         return _Near(lower, kernel.axis, reach), _Near(upper, kernel.axis, reach)
+
+
+class _Reached(Field):
+    """Where a kernel ends on one side of `u_axis`, or a distance before.
+
+    Nothing passes it there: it moves with `u_axis`, and how it moves besides adds nothing to jets.
+    """
+
+    reach: Field
+    axis: str = eqx.field(static=True)
+    sign: float = eqx.field(static=True)
+    most: float = eqx.field(static=True, default=np.inf)
+
+    @property
+    def frame(self) -> Frame:
+        """Frame of the reach."""
+        return self.reach.frame
+
+    def at(self, u: Ray) -> Scalar:
+        """Where the integral ends."""
+        return u[self.frame.axis(self.axis)] + self.sign * jnp.minimum(self.most, self.reach.at(u))
+
+    def jet(self, u: Ray) -> Jet:
+        """Jet of a constant distance from `u_axis`."""
+        along = jnp.zeros(u.size, u.dtype).at[self.frame.axis(self.axis)].set(1.0)
+        return Jet(self.at(u), along, jnp.zeros((u.size, u.size), u.dtype), self.frame)
 
 
 class _Near(Field):
@@ -121,7 +158,7 @@ class _Near(Field):
 
     end: Field
     axis: str = eqx.field(static=True)
-    reach: Scalar
+    reach: Field
 
     @property
     def frame(self) -> Frame:
@@ -136,8 +173,9 @@ class _Near(Field):
         """Jet of the end, or of the place that goes with `u_axis`."""
         end, a = self.end.jet(u), self.frame.axis(self.axis)
         away = end.value - u[a]
-        here = Affine(jnp.eye(u.size, dtype=u.dtype)[a], jnp.sign(away) * self.reach, self.frame)
-        beyond = jnp.abs(away) > self.reach
+        reach = self.reach.at(u)
+        here = Affine(jnp.eye(u.size, dtype=u.dtype)[a], jnp.sign(away) * reach, self.frame)
+        beyond = jnp.abs(away) > reach
         return jax.tree.map(lambda x, y: jnp.where(beyond, x, y), here.jet(u), end)
 
 
@@ -173,6 +211,7 @@ class Convolve(Law):
 
     def __check_init__(self):
         """Refuse what is no kernel."""
+        check_count("nodes", self.nodes)
         check_kind("kernel", self.kernel, Kernel, "a kernel, as a `Profile` is")
         check_kind("domain", self.domain, Domain, "a `Line`, a `Circle` or a `Hemisphere`")
 

@@ -64,6 +64,8 @@ class Linearisation(eqx.Module):
     displacement: Scalar
     radius: Scalar
 
+    __repr__ = in_print
+
 
 class Warp(Law):
     """`h(u) = f(T(u))`.

@@ -17,6 +17,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_count, check_positive, check_unit, nan_unless
+from firstorder._display import in_print
 from firstorder.conventions import Frame
 from firstorder.fields.jet import Jet
 from firstorder.numerics._quadrature import composite_gauss_legendre, periodic_trapezoid
@@ -30,6 +31,8 @@ SPHERE = Frame(("w_x", "w_y", "w_z"))
 
 class ZonalKernel(eqx.Module):
     """A continuous function `rho(t)` of the cosine `t = w . w'`."""
+
+    __repr__ = in_print
 
     @abc.abstractmethod
     def derivatives(self, t: Cosines) -> tuple[Cosines, Cosines, Cosines]:
@@ -59,6 +62,8 @@ class VonMisesFisher(ZonalKernel):
 
     sharpness: Scalar = eqx.field(converter=as_float)
 
+    __repr__ = in_print
+
     def __check_init__(self):
         """Refuse a sharpness that is none."""
         check_positive("sharpness", self.sharpness)
@@ -85,6 +90,8 @@ class ZonalCosine(ZonalKernel):
         >>> round(Zonal(ZonalCosine())(lambda w: 1.0 + 0.0 * w[2])(w).item(), 9)
         1.0
     """
+
+    __repr__ = in_print
 
     def derivatives(self, t: Cosines) -> tuple[Cosines, Cosines, Cosines]:
         """Value, a step for its slope, and zero; the kink on the horizon is left to `breaks`."""
@@ -130,6 +137,8 @@ class Zonal(eqx.Module):
     kernel: ZonalKernel
     nodes: int = eqx.field(static=True, default=24)
     turns: int = eqx.field(static=True, default=48)
+
+    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse an empty rule."""

@@ -37,6 +37,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array
 
+from firstorder._display import in_print
+
 P = ParamSpec("P")
 R = TypeVar("R")
 T = TypeVar("T")
@@ -76,6 +78,8 @@ class Approximation(NamedTuple):
 
     value: Any
     error: Any
+
+    __repr__ = in_print
 
 
 def finer(count: int, step: int) -> int:

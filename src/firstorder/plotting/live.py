@@ -53,6 +53,9 @@ class LiveFigure:
         self._images = [_Pixels(a, figure) for a in moving if isinstance(a, AxesImage)]
         self._others = [a for a in moving if not isinstance(a, AxesImage)]
 
+    def __repr__(self) -> str:
+        return f"LiveFigure of {len(self._images) + len(self._others)} moving artists"
+
     def png(self) -> bytes:
         """The picture as it is now: images below, other artists above."""
         self._canvas.restore_region(self._background)
@@ -104,6 +107,9 @@ class LiveImages:
                 ax.grid(False)
                 figure.colorbar(self._images[-1], ax=ax, shrink=0.8)
             self._live = LiveFigure(figure, [*self._images, *self._notes, *self._dots])
+
+    def __repr__(self) -> str:
+        return f"LiveImages of {len(self._images)} panels"
 
     def png(
         self,

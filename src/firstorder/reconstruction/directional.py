@@ -23,6 +23,7 @@ import scipy.spatial
 from jaxtyping import ArrayLike, Float
 
 from firstorder._argument_checks import check_count, check_finite, check_integer, check_positive
+from firstorder._display import in_print
 from firstorder.reconstruction._samples import sample_places, sampled
 
 BLOCK = 16384  # pixels at a time
@@ -39,6 +40,8 @@ class DirectionalCoherence(NamedTuple):
 
     across: Float[np.ndarray, "k 2"]
     coherence: Float[np.ndarray, " k"]
+
+    __repr__ = in_print
 
 
 def directional_coherence(

@@ -17,6 +17,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from firstorder._argument_checks import check_finite, is_concrete
+from firstorder._display import in_print
 from firstorder.reconstruction._cells import cell_of
 from firstorder.reconstruction.hermite import hermite_basis
 from firstorder.typing import as_float
@@ -110,6 +111,8 @@ class GridInterpolant(eqx.Module):
     labels: Int[Array, "n m"] | None = eqx.field(
         default=None, converter=lambda a: None if a is None else jnp.asarray(a)
     )
+
+    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse a grid that does not rise, and data that do not fit."""

@@ -15,6 +15,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_finite, check_not_negative, is_concrete, nan_unless
+from firstorder._display import in_print
 from firstorder.reconstruction._cells import cell_of
 from firstorder.typing import Scalar, as_float
 
@@ -89,6 +90,8 @@ class HermiteInterpolant(eqx.Module):
 
     nodes: Float[Array, " n"] = eqx.field(converter=as_float)
     data: Float[Array, "n k"] = eqx.field(converter=as_float)
+
+    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse nodes that do not rise, and data that do not fit."""

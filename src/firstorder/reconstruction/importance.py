@@ -16,6 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
+from firstorder._display import in_print
+
 Places = Float[np.ndarray, "n 2"]
 Numbers = Float[np.ndarray, " n"]
 
@@ -38,6 +40,8 @@ class ShadedSamples(NamedTuple):
     value: Numbers
     gradient: Float[np.ndarray, "n 2"] | None = None
     more: np.ndarray | None = None
+
+    __repr__ = in_print
 
 
 class QuadtreeCells(NamedTuple):
@@ -66,6 +70,8 @@ class QuadtreeCells(NamedTuple):
     differences: Float[np.ndarray, "n 2"]
     bending: Float[np.ndarray, "n 2 2"] | None = None
     variance: Numbers | None = None
+
+    __repr__ = in_print
 
 
 Metric = Callable[[QuadtreeCells], Numbers]

@@ -24,6 +24,7 @@ from firstorder._argument_checks import (
     is_concrete,
     nan_unless,
 )
+from firstorder._display import in_print, table
 from firstorder.reconstruction.hermite import HermiteInterpolant, hermite_basis, interpolation_error
 from firstorder.typing import Scalar, as_float
 
@@ -48,6 +49,8 @@ class LineCell(NamedTuple):
     length: Float[Array, ""]
     left: Float[Array, " k"]
     right: Float[Array, " k"]
+
+    __repr__ = in_print
 
     def mean(self, order: int) -> Scalar:
         """Mean magnitude of a derivative over both ends."""
@@ -197,6 +200,8 @@ class LineSamples(eqx.Module):
     data: Float[Array, "n k"]
     order: Int[Array, " n"]
 
+    __repr__ = in_print
+
     @property
     def value(self) -> Float[Array, " n"]:
         """The values."""
@@ -220,7 +225,7 @@ class LineSamples(eqx.Module):
         return {"x": np.asarray(self.x), **known, "order": np.asarray(self.order)}
 
     def __str__(self) -> str:
-        """The table, a line for each sample."""
+        """The table, a line for each sample; of many the first and the last."""
         if not is_concrete(self):
             return repr(self)
         text = []
@@ -228,7 +233,7 @@ class LineSamples(eqx.Module):
             words = [f"{v:.6}" if column.dtype.kind == "f" else str(v) for v in column]
             width = max(map(len, [name, *words]))
             text.append([word.rjust(width) for word in [name, *words]])
-        return "\n".join("  ".join(line) for line in zip(*text, strict=True))
+        return table(["  ".join(line) for line in zip(*text, strict=True)])
 
 
 # --- the sampler -------------------------------------------------------------------------------

@@ -23,6 +23,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from firstorder._argument_checks import check_integer, check_positive
+from firstorder._display import in_print
 from firstorder._labelled import DataFrame, data_frame
 from firstorder.reconstruction.importance import (
     Metric,
@@ -57,6 +58,8 @@ class ImageSamples(NamedTuple):
     gradient: Float[np.ndarray, "n 2"] | None
     leaf: Bool[np.ndarray, " n"]
     rounds: int
+
+    __repr__ = in_print
 
     def to_pandas(self) -> DataFrame:
         """A table with a row for each sample, in the order in which they were taken.

@@ -18,6 +18,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from firstorder._display import in_print
 from firstorder.imaging._interaction import SurfaceInteraction
 from firstorder.imaging._lamps import SampledLight
 from firstorder.imaging._radiance import (
@@ -59,6 +60,8 @@ class PixelRadiance:
     value: Float[np.ndarray, "n *bands"]
     gradient: Float[np.ndarray, "n *bands 2"] | None
     index: Int[np.ndarray, " n"]
+
+    __repr__ = in_print
 
 
 def blocks_of(count: int, nodes: int, largest: int = LARGEST) -> Iterator[tuple[slice, int]]:

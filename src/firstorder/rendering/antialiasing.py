@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from firstorder._argument_checks import check_count, check_integer
+from firstorder._display import in_print
 from firstorder.numerics._batching import host_blocks
 from firstorder.rendering._programs import sky_of
 from firstorder.rendering.image_files import image_coordinates
@@ -28,6 +29,8 @@ class Antialiased(NamedTuple):
 
     value: Float[np.ndarray, "w h *bands"]
     error: Float[np.ndarray, "w h *bands"]
+
+    __repr__ = in_print
 
 
 def subpixels(rows: int = 2) -> Float[np.ndarray, "n 2"]:

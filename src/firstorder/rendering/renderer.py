@@ -22,6 +22,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, Int
 
+from firstorder._display import in_print
 from firstorder.imaging._lamps import Lamp
 from firstorder.imaging._light_terms import Light
 from firstorder.imaging._point_shading import ShadedPixels, shade_rows
@@ -79,6 +80,8 @@ class World(NamedTuple):
     finish: SurfaceMaps | None = None
     normals: tuple[Any, ...] | None = None
 
+    __repr__ = in_print
+
     @property
     def shapes(self) -> int:
         """Number of analytic shapes; models are counted from there."""
@@ -98,6 +101,8 @@ class TileHits:
     index: Int[np.ndarray, " n"]
     face: Int[np.ndarray, " n"]
     distance: Float[np.ndarray, " n"]
+
+    __repr__ = in_print
 
 
 class Renderer:
@@ -153,6 +158,9 @@ class Renderer:
         lamps = [primitive(_shade_of(lamp)) for lamp in world.lamps]
         self._lamps = Scene.of(*lamps) if lamps else None
         self.bands = bands_of(world.scene, self._material, self.lights, world.finish)
+
+    def __repr__(self) -> str:
+        return f"Renderer({self.world!r})"
 
     def lights_of(self, number: int) -> tuple[Light, ...]:
         """The light as a pass of the image sees it: even nodes, moved within their cells.

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from firstorder._display import in_print
 from firstorder.imaging.camera import Pinhole
 from firstorder.io.meshes import Embree
 from firstorder.shadowfield.rendering.ray_table import Blockers
@@ -117,6 +118,8 @@ class CameraHits(NamedTuple):
     part: Int[np.ndarray, " n"]
     distance: Float[np.ndarray, " n"]
     weights: Points
+
+    __repr__ = in_print
 
 
 def camera_hits(

@@ -18,6 +18,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_count, check_positive
+from firstorder._display import in_print
 from firstorder.imaging import (
     Lamp,
     Pinhole,
@@ -58,6 +59,8 @@ class ExpectedImage(NamedTuple):
     value: Image
     error: Image
 
+    __repr__ = in_print
+
 
 class SharedShadows(NamedTuple):
     """A lamp's light in an image with its soft shadows; pixels of one shape share shadow rays.
@@ -85,6 +88,8 @@ class SharedShadows(NamedTuple):
     Omega_y: float
     strata: int
     seed: int
+
+    __repr__ = in_print
 
     @property
     def frame(self) -> LampFrame:

@@ -13,6 +13,7 @@ from firstorder._argument_checks import (
     check_not_negative,
     check_positive,
 )
+from firstorder._display import in_print
 from firstorder.imaging._lamps import Lamp
 from firstorder.space.skies import ConstantSky
 
@@ -29,6 +30,8 @@ class LightRig(NamedTuple):
 
     lamps: tuple[Lamp, ...]
     sky: ConstantSky
+
+    __repr__ = in_print
 
 
 def light_rig(

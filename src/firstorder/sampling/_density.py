@@ -19,6 +19,7 @@ from jaxtyping import Array, Float, Int
 from scipy.special import betaincinv
 
 from firstorder._argument_checks import check_count, check_integer, check_positive
+from firstorder._display import in_print
 from firstorder.numerics._refinement import with_errors
 
 
@@ -47,6 +48,8 @@ class DensityEstimator(eqx.Module):
     radius: float = eqx.field(default=0.0, static=True)
     keep_farthest: bool = eqx.field(default=False, static=True)
     cut: bool = eqx.field(default=False, static=True)
+
+    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse what is neither, or both; a single photon has no width without itself."""
@@ -153,6 +156,8 @@ class ExpectedDensity(NamedTuple):
 
     mean: np.ndarray
     spread: np.ndarray
+
+    __repr__ = in_print
 
 
 Cumulative = Callable[[np.ndarray], np.ndarray]

@@ -13,7 +13,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
-from firstorder._argument_checks import check_finite, check_not_negative, is_concrete
+from firstorder._argument_checks import check_finite, check_not_negative, check_one, is_concrete
+from firstorder._display import in_print
 from firstorder.numerics._scale import power_of_two
 from firstorder.typing import as_float
 
@@ -37,6 +38,8 @@ class UniformDirections(eqx.Module):
         (0.7854, 0.3183)
     """
 
+    __repr__ = in_print
+
     def sample(self, u: ArrayLike) -> Float[Array, "*n"]:
         """The angle to a uniform number."""
         return jnp.pi * (as_float(u) - 0.5)
@@ -57,6 +60,8 @@ class CosineDirections(eqx.Module):
         >>> round(CosineDirections().sample(0.75).item(), 4), CosineDirections().density(0.0).item()
         (0.5236, 0.5)
     """
+
+    __repr__ = in_print
 
     def sample(self, u: ArrayLike) -> Float[Array, "*n"]:
         """The angle to a uniform number."""
@@ -90,6 +95,8 @@ class CosinePowerLobe(eqx.Module):
 
     exponent: Float[Array, "*n"] = eqx.field(converter=as_float)
     center: Float[Array, "*n"] = eqx.field(default=0.0, converter=as_float)
+
+    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse a lobe that cannot be normalised near the horizon."""
@@ -163,6 +170,8 @@ class Discrete(eqx.Module):
 
     weights: Float[Array, " n"] = eqx.field(converter=as_float)
 
+    __repr__ = in_print
+
     def __check_init__(self):
         """Refuse negative weights, and what is no row of them."""
         _check_row(self.weights)
@@ -215,10 +224,14 @@ class PiecewiseConstant(eqx.Module):
     low: Float[Array, ""] = eqx.field(converter=as_float)
     high: Float[Array, ""] = eqx.field(converter=as_float)
 
+    __repr__ = in_print
+
     def __check_init__(self):
         """Refuse negative weights, and an interval that does not begin before its end."""
         _check_row(self.weights)
         check_not_negative("weights", self.weights)
+        check_one("low", self.low)
+        check_one("high", self.high)
         check_finite("low", self.low)
         check_finite("high", self.high)
         if is_concrete((self.low, self.high)) and not self.low < self.high:

@@ -77,6 +77,8 @@ class Moments(eqx.Module):
     mean: Float[Array, "*n"]
     square: Float[Array, "*n"]
 
+    __repr__ = in_print
+
     @staticmethod
     def none(shape: tuple[int, ...] = (), dtype=None) -> Moments:
         """Moments of no samples."""

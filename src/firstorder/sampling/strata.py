@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray
 
-from firstorder._argument_checks import check_integer
+from firstorder._argument_checks import check_integer, check_key
 
 
 def midpoints(count: int) -> Float[Array, " n"]:
@@ -38,6 +38,7 @@ def jittered(key: PRNGKeyArray, count: int) -> Float[Array, " n"]:
 
     Raises:
         ValueError: if there is no stratum.
+        TypeError: if the key is none, such as its seed.
 
     Example:
         >>> import jax
@@ -46,6 +47,7 @@ def jittered(key: PRNGKeyArray, count: int) -> Float[Array, " n"]:
         [0, 1, 2, 3]
     """
     _check(count)
+    check_key("key", key)
     k = jnp.arange(count)
     u = (k + jax.random.uniform(key, (count,))) / count
     # A sum that was rounded up to the next stratum stays below it.

@@ -5,8 +5,11 @@ A type is known without looking at numbers, so wrong ones are one sentence under
 
 from __future__ import annotations
 
+import dataclasses
+import functools
+import inspect
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 import jax.numpy as jnp
 from jaxtyping import Array
@@ -16,6 +19,8 @@ from firstorder.numerics._host import spread
 from firstorder.scene._bands import check_one_band
 from firstorder.typing import as_array, as_float
 
+C = TypeVar("C", bound=type)
+
 WORLDS = ("flatland", "space")
 # How each thing is made, for those who gave something else.
 MADE = {
@@ -24,6 +29,30 @@ MADE = {
 }
 # How a shape is made of what is none.
 MADE_OF = {"Mesh": "write triangles(mesh)"}
+
+
+def made_elsewhere(cls: C) -> C:
+    """A class that another function makes: a call by hand that lacks a field names that function.
+
+    Raises:
+        TypeError: by the class, if a field is missing or another one is given.
+    """
+    make, signature = cls.__init__, inspect.signature(cls.__init__)
+
+    @functools.wraps(make)
+    def __init__(self, *fields, **named):
+        try:
+            signature.bind(self, *fields, **named)
+        except TypeError:
+            *first, last = (field.name for field in dataclasses.fields(cls))
+            raise TypeError(
+                f"A {cls.__name__} of {_world(cls)} holds {', '.join(first)} and {last}: "
+                f"{MADE[cls.__name__]}."
+            ) from None
+        make(self, *fields, **named)
+
+    cls.__init__ = __init__
+    return cls
 
 
 def check_names(others: Mapping[str, Any], renamed: Mapping[str, str]) -> None:
@@ -191,6 +220,22 @@ def rays_of(
                 "a single ray is one row."
             )
     return rays
+
+
+def check_rows(receiver: Any, **shapes: tuple[int, ...]) -> None:
+    """Refuses leaves of receivers that are not one for each position, by their shapes for one.
+
+    Raises:
+        ValueError: if a leaf has another shape.
+    """
+    rows = receiver.position.shape[:-1]
+    for name, shape in shapes.items():
+        found = getattr(receiver, name).shape
+        if found != (*rows, *shape):
+            raise ValueError(
+                f"Argument `{name}` must have shape {(*rows, *shape)}, but has {found}: "
+                f"{MADE['Receiver']}."
+            )
 
 
 def spread_over(receiver: Any, shape: tuple[int, ...], *names: str) -> None:

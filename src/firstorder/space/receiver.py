@@ -12,7 +12,6 @@ from jaxtyping import Array, ArrayLike, Float, Int
 from firstorder._argument_checks import (
     check_coordinates,
     check_finite,
-    check_real,
     check_shape,
     is_concrete,
     nan_unless,
@@ -22,11 +21,18 @@ from firstorder.numerics._compiled import compiled
 from firstorder.numerics._host import spread
 from firstorder.numerics._select import either
 from firstorder.numerics._vectors import frame_along
-from firstorder.scene._arguments import numbers, shape_number, spread_over
+from firstorder.scene._arguments import (
+    check_rows,
+    made_elsewhere,
+    numbers,
+    shape_number,
+    spread_over,
+)
 from firstorder.scene._derivatives import SPACE
 from firstorder.scene._words import told_receiver
 
 
+@made_elsewhere
 class Receiver(eqx.Module):
     """A point on a surface.
 
@@ -37,7 +43,9 @@ class Receiver(eqx.Module):
         on: number of the shape on which it lies, -1 for none.
 
     Raises:
-        ValueError: if a position is complex.
+        ValueError: if a number is complex, positions do not have three coordinates, or there is
+            not one frame for each.
+        TypeError: if there are other arguments.
 
     Example:
         >>> from firstorder.space import Receiver
@@ -45,17 +53,18 @@ class Receiver(eqx.Module):
         [0.0, 0.0, 1.0]
     """
 
-    position: Float[Array, "*r 3"]
-    axes: Float[Array, "*r 3 3"]
-    S: Float[Array, "*r 2 2"]
+    position: Float[Array, "*r 3"] = eqx.field(converter=lambda x: numbers("position", x))
+    axes: Float[Array, "*r 3 3"] = eqx.field(converter=lambda a: numbers("axes", a))
+    S: Float[Array, "*r 2 2"] = eqx.field(converter=lambda S: numbers("S", S))
     on: Int[Array, "*r"] = eqx.field(default=-1, converter=lambda on: shape_number("on", on))
 
     freedoms = SPACE
 
     def __check_init__(self):
-        """Let one number of a shape stand for many positions."""
-        check_real("position", self.position)
+        """Refuse other shapes; let one number of a shape stand for many positions."""
+        check_coordinates("position", self.position)
         spread_over(self, self.position.shape[:-1], "on")
+        check_rows(self, axes=(3, 3), S=(2, 2), on=())
 
     def __repr__(self) -> str:
         return told_receiver(self, "space")

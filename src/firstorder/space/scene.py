@@ -27,7 +27,13 @@ from firstorder._argument_checks import (
 )
 from firstorder._display import Axes, as_picture, drawn
 from firstorder.numerics._vectors import dot
-from firstorder.scene._arguments import check_names, check_primitives, check_sky, numbers
+from firstorder.scene._arguments import (
+    check_names,
+    check_primitives,
+    check_sky,
+    made_elsewhere,
+    numbers,
+)
 from firstorder.scene._bands import bands_of, by_band, one_band
 from firstorder.scene._intersect import picked
 from firstorder.scene._primitives import BACK, FRONT, grouped, joined, named
@@ -37,6 +43,7 @@ from firstorder.space.shapes._bounds import bounds
 from firstorder.space.shapes.kinds import KINDS, Point, Shape
 
 
+@made_elsewhere
 class Scene(eqx.Module):
     """Shapes with materials under a distant sky.
 

@@ -33,6 +33,7 @@ from firstorder._argument_checks import (
     not_negative,
     traced_nan_unless,
 )
+from firstorder._display import in_print
 from firstorder.numerics._vectors import dot, near_one, unit
 from firstorder.scene._bands import by_band
 from firstorder.typing import as_float
@@ -71,6 +72,8 @@ class ConstantSky(eqx.Module):
     BANDED: ClassVar = {"radiance": 0}
 
     radiance: Float[Array, "*bands"] = eqx.field(converter=_radiance, default=1.0)
+
+    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse darkness below zero."""
@@ -114,6 +117,8 @@ class GaussianSky(eqx.Module):
     center: Float[Array, "3"] = eqx.field(converter=as_float, default=(0.0, 0.0, 1.0))
     sigma: Float[Array, ""] = eqx.field(converter=_width, default=0.5)
     radiance: Float[Array, "*bands"] = eqx.field(converter=_radiance, default=1.0)
+
+    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse what is no Gaussian."""
@@ -177,6 +182,8 @@ class PanoramaSky(eqx.Module):
     BANDED: ClassVar = {"values": 2}
 
     values: Float[Array, "rows columns *bands"] = eqx.field(converter=_radiance)
+
+    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse what is too small to go around."""
@@ -265,6 +272,8 @@ class HarmonicSky(eqx.Module):
     BANDED: ClassVar = {"coefficients": 1}
 
     coefficients: Float[Array, "k *bands"] = eqx.field(converter=as_float)
+
+    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse what is no full set."""

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
+from firstorder._display import in_print
 from firstorder.conventions import fourier_kernel
 from firstorder.errors import Refused
 from firstorder.numerics._quadrature import gauss_legendre
@@ -29,6 +30,8 @@ class LobeBandLimit(NamedTuple):
     Omega: float
     error: float
     share: float
+
+    __repr__ = in_print
 
 
 def measured_band_limit(profile: Callable, end: float, share: float) -> LobeBandLimit:

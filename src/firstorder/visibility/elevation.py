@@ -24,6 +24,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
 from firstorder._argument_checks import check_finite, nan_unless
+from firstorder._display import in_print
 from firstorder.conventions import azimuth_axes, cylindrical
 from firstorder.typing import as_float
 
@@ -49,6 +50,8 @@ class Elevation(eqx.Module):
     alpha_v: Float[Array, "*b"]
     distance: Float[Array, "*b"]
     phi: Float[Array, "*b"]
+
+    __repr__ = in_print
 
     @property
     def alpha_x(self) -> Float[Array, "*b"]:

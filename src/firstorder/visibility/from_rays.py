@@ -22,6 +22,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from firstorder._argument_checks import check_count, check_positive, nan_unless
+from firstorder._display import in_print
 from firstorder.typing import as_float
 from firstorder.visibility.edge_angles import EdgeAngle, edge_at
 
@@ -43,6 +44,8 @@ class BracketedEdges(eqx.Module):
     sign: Float[Array, " m"]
     count: Int[Array, ""]
 
+    __repr__ = in_print
+
 
 class TangentPoints(eqx.Module):
     """Points at which the rays at shadow edges touch their blockers.
@@ -58,6 +61,8 @@ class TangentPoints(eqx.Module):
     sign: Float[Array, " m"]
     distance: Float[Array, " m"]
     radius: Float[Array, " m"]
+
+    __repr__ = in_print
 
     @property
     def normal(self) -> Float[Array, " m"]:

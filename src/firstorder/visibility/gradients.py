@@ -28,6 +28,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
 from firstorder._argument_checks import nan_unless
+from firstorder._display import in_print
 from firstorder.numerics._quadrature import composite_gauss_legendre
 from firstorder.numerics._refinement import with_errors
 from firstorder.typing import Scalar, Vector, as_float
@@ -51,6 +52,8 @@ class SplitDerivative(eqx.Module):
     interior: Float[Array, "*s"]
     boundary: Float[Array, "*s"]
 
+    __repr__ = in_print
+
     @property
     def total(self) -> Float[Array, "*s"]:
         """The derivative."""
@@ -69,6 +72,8 @@ class Shading(eqx.Module):
     value: Float[Array, ""]
     gradient: SplitDerivative
     hessian: SplitDerivative
+
+    __repr__ = in_print
 
 
 class VisibilityEdges(eqx.Module):
@@ -92,6 +97,8 @@ class VisibilityEdges(eqx.Module):
 
     edges: EdgeAngle
     start: Float[Array, ""]
+
+    __repr__ = in_print
 
     def visibility(self, omega: Float[Array, "*w"]) -> Float[Array, "*w"]:
         """V at angles that are no edges: a sum of R07's steps, without derivative."""

@@ -269,7 +269,7 @@ def test_a_row_is_read_from_the_file_that_is_named_beside_the_scene(tmp_path):
         (text.replace("sky.hdr", "sky.gif"), "line 21, environment: sky.gif: a picture must be"),
         (
             text.replace("sky.hdr", "no.hdr"),
-            "line 21, environment: no.hdr: the file cannot be opened",
+            f"line 21, environment: {tmp_path / 'no.hdr'}: the file cannot be opened",
         ),
     ):
         file.write_text(broken)

@@ -443,7 +443,7 @@ def test_wrong_transforms_are_refused_with_their_line(tmp_path, step, sentence):
 
 
 def test_a_file_that_is_not_there_or_is_no_scene_is_refused(tmp_path):
-    with pytest.raises(ValueError, match=r"none.xml: the file cannot be opened"):
+    with pytest.raises(FileNotFoundError, match=r"none.xml: the file cannot be opened"):
         read_mitsuba(tmp_path / "none.xml")
     (tmp_path / "a.xml").write_text("<svg/>")
     with pytest.raises(ValueError, match=r"a.xml, line 1: a scene of Mitsuba must be a <scene>"):

@@ -24,5 +24,5 @@ def test_skies_that_are_alike_everywhere(keys, radiance):
 def test_what_is_no_sky_is_refused(tmp_path):
     with pytest.raises(ValueError, match='line 7, environment: kind "blue" is not known'):
         space_from_toml(BALL + 'kind = "blue"')
-    with pytest.raises(ValueError, match=r"none\.hdr: the file cannot be opened"):
+    with pytest.raises(FileNotFoundError, match=r"none\.hdr: the file cannot be opened"):
         read_panorama(tmp_path / "none.hdr")

@@ -181,6 +181,33 @@ def test_limits_must_double():
         band_limit_sweep(LAMP, table, floor(2), limits, PIXEL, np.zeros(4), where)
 
 
+IMAGES = {
+    "a pixel beyond its end": (
+        (np.arange(1, 5), 2),
+        r"^Argument `image\[0\]` must hold numbers of pixels, 0 to 3, but holds 1 to 4\.",
+    ),
+    "a pixel before its start": ((np.arange(-1, 3), 2), "0 to 3, but holds -1 to 2"),
+    "too few pixels": (
+        (np.arange(3), 2),
+        r"must have shape \(4,\), but has \(3,\)|violates type hint",
+    ),
+    "no side": ((np.arange(4), 0), r"^Argument `image\[1\]` must be a positive integer"),
+    "no pair": (np.arange(4), "^Argument `image` must be a pair|violates type hint"),
+}
+
+
+@pytest.mark.parametrize("name", IMAGES)
+def test_an_image_holds_each_receiver(name):
+    image, words = IMAGES[name]
+    table = trace_shadow_rays(LAMP, floor(2), 1, cards())[0]
+    limits = np.array([1.0, 2.0])
+    with pytest.raises((ValueError, TypeError), match=words):
+        band_limit_sweep(LAMP, table, floor(2), limits, PIXEL, np.zeros(4), image)
+    rungs = band_limit_sweep(LAMP, table, floor(2), limits, PIXEL, np.zeros(4), (np.arange(4), 2))
+    with pytest.raises((ValueError, TypeError), match=words):
+        select_band_limits(rungs, image)
+
+
 def test_a_fault_is_noticed(monkeypatch):
     """Steps of all rays taken for bias, noise and all: everything looks blurred."""
     right, bias = np.mean(answers(1).bias[0] ** 2), module._bias

@@ -429,3 +429,14 @@ def test_the_unit_of_length_does_not_matter(ask, unit):
 def test_what_is_asked_in_single_precision_is_answered_in_it():
     found = in_single_precision(1.0, visibility_by_azimuth)
     assert {leaf.dtype.name for leaf in jax.tree.leaves(found)} == {"float32"}
+
+
+def test_on_an_inner_wall_the_wall_hides_nothing_as_for_net_visibility():
+    """The sky is seen through it, behind a ball in the room."""
+    room, ball = box((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0)), sphere((0.1, 0.05, 0.1), 0.4)
+    scene = Scene.of(primitive(room, name="room"), primitive(ball))
+    at = Receiver.at((0.2, 0.1, -1.0), (0.0, 0.0, 1.0), on=scene.named("room")[0])
+    size = 0.4 / np.linalg.norm([0.1 - 0.2, 0.05 - 0.1, 0.1 + 1.0])  # sine of its half angle
+    true = 2.0 * np.pi * np.sqrt(1.0 - size**2)
+    for found in (visibility_by_azimuth(scene, at).value, net_visibility(scene, at)):
+        np.testing.assert_allclose(found, true, rtol=1e-9)

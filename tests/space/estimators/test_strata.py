@@ -89,6 +89,14 @@ def test_bad_input_is_one_sentence():
         hemisphere_strata(4, np.array([0.0, 1.0, 0.5]))
     with pytest.raises(ValueError, match="`measure` must be one of"):
         hemisphere_strata(4, 4, measure="area")
+    with pytest.raises(
+        ValueError, match=r"^Argument `shape` must be a positive integer, but is -1"
+    ):
+        hemisphere_strata(4, 4, shape=-1)
+
+
+def test_one_leading_axis_may_be_a_number():
+    assert hemisphere_strata(2, 4, shape=3).weights.shape == (3, 2, 4)
 
 
 def heights(where, measure):

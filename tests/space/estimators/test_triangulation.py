@@ -66,6 +66,9 @@ def test_neighbours_are_near_and_each_of_them_once():
 def test_too_few_rays_are_refused():
     with pytest.raises(ValueError, match="`rays` must be at least 4"):
         hemisphere_triangulation(3)
+    words = "^Argument `rays` must be a positive integer, but is nan|violates type hint"
+    with pytest.raises((ValueError, TypeError), match=words):
+        hemisphere_triangulation(float("nan"))
     with pytest.raises(ValueError, match="at least 1 and 3"):
         strata_triangulation(2, 2)
 

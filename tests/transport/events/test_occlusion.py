@@ -200,8 +200,17 @@ def test_bad_blockers_are_one_sentence():
         ValueError, match=r"^Argument `transparency` must lie in \[0, 1\], but is 2"
     ):
         half_plane_blocker(0.0, FRAME, 2.0)
-    with pytest.raises(ValueError, match="Argument `places` must increase"):
+    with pytest.raises(ValueError, match=r"`right` must be greater than `left` = 1.0, but is 0.0"):
         slit_blocker(1.0, 0.0, FRAME)
+    for share in (0.0, 1.0):
+        with pytest.raises(
+            ValueError, match=rf"^Argument `open` must lie in \(0, 1\), but is {share}"
+        ):
+            comb_blocker(1.0, 3, FRAME, open=share)
+    with pytest.raises(ValueError, match=r"Argument `period` must be one number"):
+        comb_blocker([1.0, 2.0], 3, FRAME)
+    with pytest.raises(TypeError, match=r"Argument `frame` must be a `Frame`|violates type hint"):
+        comb_blocker(1.0, 3, "x")
     with pytest.raises(ValueError, match="Argument `period` must be positive"):
         comb_blocker(0.0, 3, FRAME)
     for count in (0, 2.5):  # with the import hook beartype is first

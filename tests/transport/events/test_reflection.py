@@ -5,11 +5,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+import scipy.integrate
 
 from firstorder.checks.tolerance import normwise
 from firstorder.conventions import SPACE, SPACE_SLOPE, Frame
 from firstorder.errors import Refused
 from firstorder.fields import (
+    Affine,
     Gaussian,
     GaussianProfile,
     Grid,
@@ -18,7 +20,7 @@ from firstorder.fields import (
     gaussian,
     half_plane,
 )
-from firstorder.laws import Integrate, Move, Multiply
+from firstorder.laws import Circle, Hemisphere, Integrate, Line, Move, Multiply
 from firstorder.transport import (
     Blend,
     Curvature,
@@ -115,6 +117,38 @@ def test_the_jet_of_a_lobe_whose_width_changes():
     lobe = VaryingGaussian(wave(0.5, 0.1, 0.4, 0.3, frame=OUT), 0.4)
     u = jnp.array([0.3, 0.2])
     assert normwise(lobe.jet(u).hessian, autodiff_jet(lobe.at, u, OUT).hessian) < 1e-13
+
+
+def blurred(x, theta, sigma, low=-np.inf, high=np.inf):
+    """A unit bell of x and theta, blurred over theta by adaptive quadrature."""
+
+    def product(s):
+        bell = np.exp(-0.5 * (x**2 + s**2))
+        return bell * np.exp(-0.5 * ((theta - s) / sigma) ** 2) / (sigma * np.sqrt(2.0 * np.pi))
+
+    ends = max(low, theta - 9.0 * sigma), min(high, theta + 9.0 * sigma)
+    return scipy.integrate.quad(product, *ends, epsabs=1e-14, epsrel=1e-13)[0]
+
+
+@pytest.mark.parametrize("widest", [0.4, 3.2])
+@pytest.mark.parametrize("domain", [Line(), Circle(), Hemisphere(Affine([0.1, 0.0], 0.2, OUT))])
+def test_a_lobe_far_narrower_than_the_widest_is_as_exact(widest, domain):
+    """Its integral ends where it does, and its jet knows how that moves."""
+    lobe = VaryingGaussian(wave(0.5, 0.1, 0.4, 0.3, frame=OUT), widest)
+    light, step = gaussian((0.0, 0.0), (1.0, 1.0), frame=OUT), 1e-3
+
+    def sigma(x):
+        return float(lobe.sigma(x, 0.0))
+
+    def brute(x, theta):
+        n = 0.1 * x + 0.2
+        ends = (n - np.pi / 2, n + np.pi / 2) if isinstance(domain, Hemisphere) else ()
+        return blurred(x, theta, sigma(x), *ends)
+
+    found = Reflection(lobe, domain)(light).jet(jnp.array([0.3, 0.2]))
+    np.testing.assert_allclose(found.value, brute(0.3, 0.2), rtol=1e-12)
+    slope = (brute(0.3 + step, 0.2) - brute(0.3 - step, 0.2)) / (2.0 * step)
+    np.testing.assert_allclose(found.gradient[0], slope, rtol=1e-5)
 
 
 def test_lobes_that_vary_need_a_window_for_their_spectrum():

@@ -24,6 +24,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int, PRNGKeyArray
 
 from firstorder._argument_checks import check_count
+from firstorder._display import in_print
 from firstorder.flatland.bounces.photons import Photons
 from firstorder.flatland.direct_lighting import point_light_irradiance
 from firstorder.flatland.estimators.strata import hemicircle_strata, trace_strata
@@ -68,6 +69,8 @@ class PhotonMap(eqx.Module):
     low: Int[Array, " c_1"]
     table: Float[Array, "n t"]
     closed: Bool[Array, " n"]
+
+    __repr__ = in_print
 
 
 # --- the map -------------------------------------------------------------------------------------

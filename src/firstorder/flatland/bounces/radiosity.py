@@ -19,6 +19,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
 from firstorder._argument_checks import check_between, check_positive, is_concrete
+from firstorder._display import in_print
 from firstorder.flatland.bounces._light_sampling import before, bounds
 from firstorder.flatland.bounces._panels import Discretization, Panels, cut_into_panels
 from firstorder.flatland.bounces._transfer import panel_irradiance
@@ -60,6 +61,8 @@ class RadiositySolution(eqx.Module):
     gather: Float[Array, "m m"]
     events: VisualEvents = eqx.field(static=True)
     glows: bool = eqx.field(static=True, default=True)
+
+    __repr__ = in_print
 
     @property
     @by_band()

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, Int
 
+from firstorder._display import in_print
 from firstorder.flatland.discontinuities._critical_lines import LineEnds
 
 KINDS = ("shadow", "two points", "point and tangent", "two tangents", "edge-on", "horizon", "dusk")
@@ -27,6 +28,8 @@ class IrradianceJumps(NamedTuple):
     jump_E: Float[np.ndarray, " n"]
     jump_E1: Float[np.ndarray, " n"]
     jump_E2: Float[np.ndarray, " n"]
+
+    __repr__ = in_print
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -52,6 +55,8 @@ class VisualEvents:
     jump_E: Float[np.ndarray, " n"]
     jump_E1: Float[np.ndarray, " n"]
     jump_E2: Float[np.ndarray, " n"]
+
+    __repr__ = in_print
 
     def __len__(self) -> int:
         return len(self.s)

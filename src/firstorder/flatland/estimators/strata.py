@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int, PRNGKeyArray
 
 from firstorder._argument_checks import is_concrete
+from firstorder._display import in_print
 from firstorder.conventions import direction
 from firstorder.flatland.direct_lighting import Radiance
 from firstorder.flatland.estimators._incident import incident_radiance
@@ -47,6 +48,8 @@ class Strata(eqx.Module):
     angles: Float[Array, " n"]
     weights: Float[Array, " n"]
 
+    __repr__ = in_print
+
 
 class Samples(eqx.Module):
     """First hits of the rays of all strata; vectors are in the receiver's frame (tangent, normal).
@@ -72,6 +75,8 @@ class Samples(eqx.Module):
     index: Int[Array, " n"]
     front: Bool[Array, " n"]
     s: Float[Array, " n"]
+
+    __repr__ = in_print
 
 
 def hemicircle_strata(

@@ -19,6 +19,7 @@ from firstorder._argument_checks import (
     check_not_negative,
     check_positive,
 )
+from firstorder._display import in_print
 from firstorder.flatland.shapes.build import polyline
 from firstorder.flatland.shapes.kinds import Segments
 from firstorder.typing import as_float
@@ -26,6 +27,8 @@ from firstorder.typing import as_float
 
 class Bumps(eqx.Module):
     """Ground `y = h(x)` over a flat base."""
+
+    __repr__ = in_print
 
     @abc.abstractmethod
     def heights(self, x: ArrayLike) -> tuple[Array, Array, Array]:
@@ -69,6 +72,8 @@ class SineBumps(Bumps):
     frequency: Float[Array, ""] = eqx.field(converter=as_float, default=2.0)
     phase: Float[Array, ""] = eqx.field(converter=as_float, default=0.0)
 
+    __repr__ = in_print
+
     def __check_init__(self):
         """Refuse what is no wave."""
         check_not_negative("amplitude", self.amplitude)
@@ -110,6 +115,8 @@ class ChirpBumps(Bumps):
     steepness: Float[Array, ""] = eqx.field(converter=as_float, default=0.6)
     frequency: Float[Array, ""] = eqx.field(converter=as_float, default=1.0)
     rate: Float[Array, ""] = eqx.field(converter=as_float, default=2.0)
+
+    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse what is no chirp."""

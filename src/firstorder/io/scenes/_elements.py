@@ -157,10 +157,10 @@ def _thing(run: list[Element]):
 
 
 def refused_at(at: Callable[[str], Place], make: Callable[[], Any]) -> Any:
-    """Result of `make`; a refusal is reported at the key that it names."""
+    """Result of `make`; a refusal is reported at the key that it names, a lost file too."""
     try:
         return make()
-    except ValueError as error:
+    except (ValueError, OSError) as error:
         named = re.search(r"`\W?(\w+)", str(error))
         raise at(named[1] if named else "").error(error) from None
 

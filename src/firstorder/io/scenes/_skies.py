@@ -81,6 +81,7 @@ def read_panorama(path: str | os.PathLike[str], colour: bool = False) -> Panoram
     Raises:
         ValueError: one sentence that names the file, if it cannot be read, or if a radiance is
             negative or not finite.
+        FileNotFoundError: one sentence that names the path, if there is no such file.
         ModuleNotFoundError: if an .exr file is asked for without the extra `images`.
 
     Example:
@@ -98,9 +99,6 @@ def read_panorama(path: str | os.PathLike[str], colour: bool = False) -> Panoram
         pixels = read_image(path).astype(float)
         check_radiances(path.name, pixels)
         return PanoramaSky(pixels if colour else pixels @ LUMINANCE)
-    except OSError as error:
-        why = (error.strerror or "unknown reason").lower()
-        raise ValueError(f"{path.name}: the file cannot be opened ({why}).") from None
     except ValueError as error:
         words = str(error).removeprefix(f"{path.name}: ").removeprefix("Argument ")
         raise ValueError(f"{path.name}: {words}") from None

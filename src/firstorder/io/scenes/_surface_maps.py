@@ -53,6 +53,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_between
+from firstorder._display import in_print
 from firstorder.imaging._textures import (
     HeightMap,
     ImageTexture,
@@ -116,6 +117,8 @@ class MapSet(eqx.Module):
     texture: ImageTexture | SolidWaves | None = None
     bump: Picture | SolidWaves | None = None
     normal_map: Picture | SolidSlopes | None = None
+
+    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse a texture that is no share."""
@@ -259,11 +262,7 @@ def _pixels(
     path = table.file(beside)
 
     def read() -> np.ndarray:
-        try:
-            found = read_image(path, srgb=read_rows is not None).astype(float)
-        except OSError as error:
-            why = (error.strerror or "unknown reason").lower()
-            raise ValueError(f"{path.name}: the file cannot be opened ({why}).") from None
+        found = read_image(path, srgb=read_rows is not None).astype(float)
         if not np.all(np.isfinite(found)):
             raise ValueError(f"{path.name}: the picture holds numbers that are not finite.")
         return found if colours else found @ LUMINANCE

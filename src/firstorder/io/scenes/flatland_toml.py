@@ -95,7 +95,7 @@ def read_flatland(path: str | os.PathLike[str], *, outside: bool = False) -> Sce
 
     Raises:
         ValueError: one sentence that names the file, the line and the element, if it is no scene.
-        OSError: if the file cannot be opened.
+        FileNotFoundError: one sentence that names the path, if there is no such file.
 
     Example:
         >>> import pathlib, tempfile
@@ -263,7 +263,7 @@ def _sky(table: TomlTable, beside: Beside):
                 colour = table.take("colour", yes, False)
                 sky = refused_at(
                     lambda key: table.at(key or "file"),
-                    lambda: _row(file, number_, columns, colour),
+                    lambda: read_panorama_row(file, number_, columns, colour),
                 )
                 sky = PanoramaSky(sky.values, smooth)
             else:
@@ -274,14 +274,6 @@ def _sky(table: TomlTable, beside: Beside):
             raise table.at("kind").error(f'kind "{kind}" is not known: {known}')
     table.done()
     return sky
-
-
-def _row(file: pathlib.Path, number: int | None, columns: int | None, colour: bool) -> PanoramaSky:
-    try:
-        return read_panorama_row(file, number, columns, colour)
-    except OSError as error:
-        why = (error.strerror or "unknown reason").lower()
-        raise ValueError(f"{file.name}: the file cannot be opened ({why}).") from None
 
 
 # --- writing -------------------------------------------------------------------------------------

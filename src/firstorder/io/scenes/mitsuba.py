@@ -67,14 +67,11 @@ def read_mitsuba(path: str | os.PathLike[str], *, outside: bool = False) -> Spac
 
     Raises:
         ValueError: one sentence that names the file, the line and the element.
+        FileNotFoundError: one sentence that names the path, if there is no such file.
         ModuleNotFoundError: without the extra `mesh`, if it names a mesh.
     """
     path = pathlib.Path(path)
-    try:
-        source = read_regular_file(path, MOST_TEXT_BYTES)
-    except OSError as error:
-        why = (error.strerror or "unknown reason").lower()
-        raise ValueError(f"{path.name}: the file cannot be opened ({why}).") from None
+    source = read_regular_file(path, MOST_TEXT_BYTES)
     scene, lines = dict_of_xml(source, path.name)
     return _read(scene, Beside(path.parent, outside), path.name, lines)
 

@@ -22,8 +22,8 @@ def read_scene(path: str | os.PathLike[str], *, outside: bool = False) -> Scene:
         outside: whether files that it names may lie outside of its folder.
 
     Raises:
-        ValueError: one sentence that names the file, the line and the element, if it is no scene,
-            or cannot be opened.
+        ValueError: one sentence that names the file, the line and the element, if it is no scene.
+        FileNotFoundError: one sentence that names the path, if there is no such file.
         ModuleNotFoundError: without the extra that reads what the file holds.
 
     Example:
@@ -36,12 +36,8 @@ def read_scene(path: str | os.PathLike[str], *, outside: bool = False) -> Scene:
     kind = path.suffix.lower()
     if kind not in (".toml", ".svg"):
         raise ValueError(f"{path.name}: a scene must be a .toml or .svg file.")
-    try:
-        if is_space(path):
-            raise ValueError(
-                f"{path.name}: the scene is one of space (`dimensions = 3`): read it by read_space."
-            )
-        return read_svg(path) if kind == ".svg" else read_flatland(path, outside=outside)
-    except OSError as error:
-        why = (error.strerror or "unknown reason").lower()
-        raise ValueError(f"{path.name}: the file cannot be opened ({why}).") from None
+    if is_space(path):
+        raise ValueError(
+            f"{path.name}: the scene is one of space (`dimensions = 3`): read it by read_space."
+        )
+    return read_svg(path) if kind == ".svg" else read_flatland(path, outside=outside)

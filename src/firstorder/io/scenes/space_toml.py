@@ -65,7 +65,7 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
-from firstorder._display import as_picture
+from firstorder._display import as_picture, in_print
 from firstorder.imaging.camera import Pinhole
 from firstorder.io._faces import valid_faces
 from firstorder.io._regular import MOST_TEXT_BYTES, read_regular_file
@@ -130,6 +130,8 @@ class MeshModel:
     name: str
     material: dict[str, Any]
     uv: Any = None
+
+    __repr__ = in_print
 
     @property
     def face_material(self) -> Material:
@@ -215,7 +217,8 @@ def read_space(path: str | os.PathLike[str], *, outside: bool = False) -> SpaceF
         ValueError: ball.toml, line 5, shape 1: `radius` must be positive, but is -1.0.
     """
     path = pathlib.Path(path)
-    return space_from_toml(_bytes_of(path), path.name, path.parent, outside=outside)
+    source = read_regular_file(path, MOST_TEXT_BYTES)
+    return space_from_toml(source, path.name, path.parent, outside=outside)
 
 
 def is_space(path: str | os.PathLike[str]) -> bool:
@@ -225,7 +228,8 @@ def is_space(path: str | os.PathLike[str]) -> bool:
         path: of the file.
 
     Raises:
-        ValueError: one sentence, if a .toml file cannot be opened or is no TOML.
+        ValueError: one sentence, if a .toml file is no TOML.
+        FileNotFoundError: one sentence that names the path, if there is no such .toml file.
 
     Example:
         >>> import pathlib, tempfile
@@ -238,15 +242,8 @@ def is_space(path: str | os.PathLike[str]) -> bool:
     path = pathlib.Path(path)
     if path.suffix.lower() != ".toml":
         return False
-    return parsed(_bytes_of(path), path.name)[1].get("dimensions") == 3
-
-
-def _bytes_of(path: pathlib.Path) -> bytes:
-    try:
-        return read_regular_file(path, MOST_TEXT_BYTES)
-    except OSError as error:
-        why = (error.strerror or "unknown reason").lower()
-        raise ValueError(f"{path.name}: the file cannot be opened ({why}).") from None
+    source = read_regular_file(path, MOST_TEXT_BYTES)
+    return parsed(source, path.name)[1].get("dimensions") == 3
 
 
 def space_from_toml(

@@ -98,7 +98,7 @@ def read_svg(
     Raises:
         ValueError: one sentence that names the file, the line and the element, if it is no scene.
         ModuleNotFoundError: without the extra `drawings`.
-        OSError: if the file cannot be opened.
+        FileNotFoundError: one sentence that names the path, if there is no such file.
 
     Example:
         >>> import pathlib, tempfile

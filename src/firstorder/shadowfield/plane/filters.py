@@ -20,6 +20,7 @@ from firstorder._argument_checks import (
     is_concrete,
     nan_unless,
 )
+from firstorder._display import in_print
 from firstorder.fields.field import Field
 from firstorder.numerics._batching import in_batches
 from firstorder.shadowfield.plane.light_field import to_two_planes
@@ -53,6 +54,8 @@ class RayFilter(eqx.Module):
     Omega_y_max: Scalar = eqx.field(converter=as_float)
     Omega_pix: Scalar = eqx.field(converter=as_float)
     margin: Scalar = eqx.field(converter=as_float, default=0.0)
+
+    __repr__ = in_print
 
     @property
     def frequency_matrix(self) -> Float[Array, "2 2"]:

@@ -16,6 +16,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from firstorder._argument_checks import check_positive, check_shape, is_concrete, nan_unless
+from firstorder._display import in_print
 from firstorder.conventions import Frame
 from firstorder.fields.spectrum import Grid, Spectrum
 from firstorder.laws.move import Move
@@ -210,6 +211,8 @@ class Wedge(eqx.Module):
 
     d2_min: Scalar = eqx.field(converter=as_float)
     d2_max: Scalar = eqx.field(converter=as_float)
+
+    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse depths that are none."""

@@ -27,6 +27,7 @@ from firstorder._argument_checks import (
     check_positive,
     check_shape,
 )
+from firstorder._display import in_print
 from firstorder.shadowfield.rendering._below import where_below
 from firstorder.shadowfield.rendering._filter_shape import filter_shape, or_lit, own_share
 from firstorder.shadowfield.rendering._weighted_sums import gather
@@ -58,6 +59,8 @@ class GlossySurface(NamedTuple):
     albedo: Numbers
     specular: Numbers
     exponent: Numbers
+
+    __repr__ = in_print
 
 
 def glossy_surface(
@@ -276,6 +279,8 @@ class ShearedReflection(NamedTuple):
     unshadowed: Numbers
     samples: Numbers
     own: Numbers
+
+    __repr__ = in_print
 
 
 def sheared_reflection(

@@ -32,13 +32,14 @@ ray, 1.1 times at 4 (1.5 times at 8 cycles/m), the same at 16.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.ndimage
 from jaxtyping import Float, Int
 
-from firstorder._argument_checks import check_positive
+from firstorder._argument_checks import check_count, check_positive, check_shape
+from firstorder._display import in_print
 from firstorder.shadowfield.rendering._below import where_below
 from firstorder.shadowfield.rendering._filter_shape import (
     cell_shares,
@@ -76,6 +77,8 @@ class BandLimitSweep(NamedTuple):
     bias: Rungs
     samples: Rungs
 
+    __repr__ = in_print
+
     @property
     def error(self) -> Rungs:
         """Noise and bias together, as the root of their squares."""
@@ -104,6 +107,8 @@ class SelectedBandLimits(NamedTuple):
     visible: Numbers
     error: Numbers
     limit: Numbers
+
+    __repr__ = in_print
 
 
 def _free_probability(
@@ -182,7 +187,8 @@ def band_limit_sweep(
     what no answer shows cannot be measured.
 
     Raises:
-        ValueError: if limits are not each twice the one before.
+        ValueError: if limits are not each twice the one before, or the image does not hold one
+            number of each receiver.
 
     Example:
         >>> import numpy as np
@@ -209,12 +215,14 @@ def band_limit_sweep(
         True
     """
     check_positive("radius", radius)
-    chosen = np.asarray(limits, float)
-    if len(chosen) < 2 or not np.allclose(chosen[1:], 2.0 * chosen[:-1]):
+    chosen, at = np.asarray(limits, float), np.asarray(receivers, float)
+    if chosen.ndim != 1 or len(chosen) < 2 or not np.allclose(chosen[1:], 2.0 * chosen[:-1]):
         raise ValueError(
             "Argument `limits` must hold numbers each twice the one before, two or more."
         )
-    share, side = cell_shares(cells, falloff), image[1]
+    share, (numbers, side) = cell_shares(cells, falloff), _checked(image, len(at))
+    fallback = np.asarray(fallback, float)
+    check_shape("fallback", fallback, (len(at),))
     halves = [RayTable(*(a[k::2] for a in table)) for k in range(2)]
 
     def answer(points, fallback, where, bounds) -> tuple[Rungs, Rungs, Rungs, Rungs]:
@@ -241,10 +249,24 @@ def band_limit_sweep(
             np.array(samples),
         )
 
-    at = np.asarray(receivers, float)
-    return BandLimitSweep(
-        chosen, *where_below(lamp, at, answer, np.asarray(fallback), image[0], bounds)
-    )
+    return BandLimitSweep(chosen, *where_below(lamp, at, answer, fallback, numbers, bounds))
+
+
+def _checked(image: tuple[Any, Any], count: int) -> tuple[Int[np.ndarray, " m"], int]:
+    """Numbers of receivers in a square image, and its side; refuses those that are not in it."""
+    if not isinstance(image, tuple) or len(image) != 2:
+        raise ValueError("Argument `image` must be a pair, the receivers' numbers and the side.")
+    where, side = np.asarray(image[0]), image[1]
+    check_count("image[1]", side)
+    check_shape("image[0]", where, (count,))
+    if where.dtype.kind not in "iu":
+        raise ValueError(f"Argument `image[0]` must hold integers, but holds {where.dtype}.")
+    if count and not 0 <= where.min() <= where.max() < side**2:
+        raise ValueError(
+            f"Argument `image[0]` must hold numbers of pixels, 0 to {side**2 - 1}, "
+            f"but holds {where.min()} to {where.max()}."
+        )
+    return where, side
 
 
 def _bias(halves: Float[np.ndarray, "k 2 m"], image, radius: float) -> Rungs:
@@ -285,6 +307,9 @@ def select_band_limits(
         For each receiver the share of the lamp that is seen, its expected error and the band limit
         [cycles/m]; a share between two rungs is the weighted mean of theirs.
 
+    Raises:
+        ValueError: if the image does not hold one number of each receiver.
+
     Example:
         >>> import numpy as np
         >>> from firstorder.shadowfield import BandLimitSweep, select_band_limits
@@ -294,7 +319,9 @@ def select_band_limits(
         >>> select_band_limits(sweep, (np.arange(4), 2)).limit.tolist()
         [1.0, 1.0, 1.0, 1.0]
     """
+    check_positive("radius", radius)
     some = np.isfinite(rungs.error[0])
+    image = _checked(image, len(some))
     at = _spread(np.where(some, rungs.best, np.nan), image, radius)
     low = np.minimum(at.astype(int), len(rungs.limits) - 2)
     t, here = at - low, np.arange(len(at))

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from firstorder._argument_checks import check_coordinates, check_finite, check_positive
+from firstorder._display import in_print
 
 
 def below(lamp: LampFrame, receivers: Float[np.ndarray, "m 3"]) -> Bool[np.ndarray, " m"]:
@@ -41,6 +42,8 @@ class LampFrame(NamedTuple):
     center: Float[np.ndarray, "3"]
     axes: Float[np.ndarray, "3 3"]
     half: Float[np.ndarray, "2"]
+
+    __repr__ = in_print
 
     def local(self, points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
         """Lateral coordinates and depth below the lamp [m]."""

@@ -19,6 +19,7 @@ from firstorder._argument_checks import (
     check_positive,
     check_shape,
 )
+from firstorder._display import in_print
 from firstorder.shadowfield.rendering.lamp import LampFrame, below
 
 # Depths that differ by this share of the receiver's are one level: pixels are slanted and surfaces
@@ -59,6 +60,8 @@ class RayTable(NamedTuple):
     near: Float[np.ndarray, " n"]
     far: Float[np.ndarray, " n"]
     start: Float[np.ndarray, " n"]
+
+    __repr__ = in_print
 
     @property
     def free(self) -> Bool[np.ndarray, " n"]:

@@ -44,6 +44,7 @@ import numpy as np
 from jaxtyping import Float
 
 from firstorder._argument_checks import check_count, check_not_negative, check_shape
+from firstorder._display import in_print
 from firstorder.shadowfield.rendering._below import where_below
 from firstorder.shadowfield.rendering._filter_shape import (
     Numbers,
@@ -160,6 +161,8 @@ class ShearedShadow(NamedTuple):
     near: Numbers
     far: Numbers
     own: Numbers
+
+    __repr__ = in_print
 
 
 def sheared_shadow(

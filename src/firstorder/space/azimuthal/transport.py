@@ -24,6 +24,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from firstorder._argument_checks import check_count, nan_unless
+from firstorder._display import in_print
 from firstorder.conventions import azimuth_axes, polar
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._quadrature import gauss_legendre
@@ -61,6 +62,8 @@ class AzimuthalIntegral(eqx.Module):
     value: Float[Array, ""]
     gradient: SplitDerivative
 
+    __repr__ = in_print
+
 
 class _Slice(eqx.Module):
     """Angular intervals that blockers cover in a vertical slice.
@@ -87,8 +90,9 @@ def visibility_by_azimuth(
     """Net visibility, the solid angle of the sky that a receiver sees, with its gradient [sr].
 
     Valid when: the receiver is outside of all closed shapes (else NaN) and lies flat or on a
-    surface of shape operator `at.S`, with which its horizon turns. Edges along the normal, which
-    (48) leaves out, are added in the gradient of a flat receiver.
+    surface of shape operator `at.S`, with which its horizon turns. On an inner wall that
+    `Receiver.on` names the sky is seen through the wall, as by `net_visibility`. Edges along the
+    normal, which (48) leaves out, are added in the gradient of a flat receiver.
 
     Args:
         scene: the blockers.

@@ -22,6 +22,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from firstorder._argument_checks import check_count
+from firstorder._display import in_print
 from firstorder.numerics._vectors import inverse_3x3, unit
 from firstorder.scene._bands import by_band
 from firstorder.scene._intersect import MISS, ranks, rounding, tie
@@ -86,6 +87,8 @@ class RadianceMaps(eqx.Module):
 
     scene: Scene
     L: Float[Array, "f k k *bands"]
+
+    __repr__ = in_print
 
 
 class MapHits(eqx.Module):

@@ -24,6 +24,7 @@ from jaxtyping import Array, Bool, Float, Int
 from scipy.spatial import KDTree
 
 from firstorder._argument_checks import check_count
+from firstorder._display import in_print
 from firstorder.numerics._batching import in_batches
 from firstorder.numerics._vectors import dot
 from firstorder.sampling._density import DensityEstimator
@@ -71,6 +72,8 @@ class PhotonMap:
     scene: Scene
     faces: dict[int, _FacePhotons]
     photons: Photons
+
+    __repr__ = in_print
 
 
 # --- the map -------------------------------------------------------------------------------------

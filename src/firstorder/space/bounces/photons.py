@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
 from firstorder._argument_checks import check_count, is_concrete, what
+from firstorder._display import in_print
 from firstorder.conventions import cylindrical
 from firstorder.numerics._vectors import dot, matvec, norm, orthonormal_frame
 from firstorder.sampling._distributions import Discrete
@@ -42,6 +43,8 @@ class Photons(eqx.Module):
     position: Float[Array, "*b n 3"]
     flux: Float[Array, "*b n"]
     back: Float[Array, "*b n 3"]
+
+    __repr__ = in_print
 
 
 def trace_photons(

@@ -7,6 +7,8 @@ import dataclasses
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from firstorder._display import in_print
+
 TOUCH = "outlines that touch"
 ORDERS = {
     "contact": 0,
@@ -52,6 +54,8 @@ class EventsAlong:
     jump_E2: Float[np.ndarray, " n"]
     root_before: Float[np.ndarray, " n"]
     root_after: Float[np.ndarray, " n"]
+
+    __repr__ = in_print
 
     def __len__(self) -> int:
         return len(self.x)

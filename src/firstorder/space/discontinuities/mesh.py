@@ -10,6 +10,7 @@ cross an edge, or a third round outline.
 
 from __future__ import annotations
 
+import collections
 import dataclasses
 
 import numpy as np
@@ -60,6 +61,11 @@ class DiscontinuityMesh:
 
     def __len__(self) -> int:
         return len(self.lines)
+
+    def __repr__(self) -> str:
+        counts = collections.Counter(self.kind.tolist())
+        kinds = "".join(f", {count} of {kind!r}" for kind, count in counts.items())
+        return f"DiscontinuityMesh: {len(self)} pieces of lines{kinds}"
 
 
 def discontinuity_mesh(

@@ -17,6 +17,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
+from firstorder._display import in_print
 from firstorder.numerics._compiled import compiled
 from firstorder.scene._arguments import check_asked
 from firstorder.scene._derivatives import SPACE, Derivatives
@@ -53,6 +54,8 @@ class Samples(eqx.Module):
     normal: Float[Array, "*k m n 3"]
     cosine: Float[Array, "*k m n"]
     index: Int[Array, "*k m n"]
+
+    __repr__ = in_print
 
 
 class TracedRays(eqx.Module):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from typing import NamedTuple
 
 import jax
@@ -10,6 +11,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int, PRNGKeyArray
 
+from firstorder._argument_checks import check_count
+from firstorder._display import in_print
 from firstorder.conventions import cylindrical
 
 
@@ -27,6 +30,8 @@ class HemisphereTriangulation(NamedTuple):
     triangles: Int[np.ndarray, "k 3"]
     neighbours: Int[np.ndarray, "m q"]
 
+    __repr__ = in_print
+
 
 def hemisphere_triangulation(rays: int, key: PRNGKeyArray | None = None) -> HemisphereTriangulation:
     """A square grid of at most `rays` rays, with the cosine as density, and its triangles.
@@ -39,14 +44,15 @@ def hemisphere_triangulation(rays: int, key: PRNGKeyArray | None = None) -> Hemi
         key: for a ray anywhere in its cell; None takes the middle.
 
     Raises:
-        ValueError: if there are fewer than 4 rays.
+        ValueError: if there are fewer than 4 rays, or their number is no integer.
 
     Example:
         >>> from firstorder.space.estimators import hemisphere_triangulation
         >>> hemisphere_triangulation(30).directions.shape
         (25, 3)
     """
-    side = int(np.sqrt(max(rays, 0)))
+    check_count("rays", rays)
+    side = math.isqrt(rays)
     if side < 2:
         raise ValueError(f"Argument `rays` must be at least 4, but is {rays}.")
     grid = np.arange(side**2).reshape(side, side)

@@ -16,6 +16,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float, PRNGKeyArray
 
 from firstorder._argument_checks import check_count, is_concrete
+from firstorder._display import in_print
 from firstorder.conventions import cylindrical
 from firstorder.typing import as_float
 
@@ -49,6 +50,8 @@ class Strata(eqx.Module):
     directions: Float[Array, "*k m n 3"]
     weights: Float[Array, "*k m n"]
 
+    __repr__ = in_print
+
     @property
     def projected(self) -> Float[Array, "m n"]:
         """Projected solid angle of each cell, `(phi+ - phi-)(sin^2 theta+ - sin^2 theta-) / 2`."""
@@ -60,7 +63,7 @@ def hemisphere_strata(
     phi: SupportsIndex | Float[ArrayLike, " n_1"],
     key: PRNGKeyArray | None = None,
     measure: str = "cosine",
-    shape: tuple[int, ...] = (),
+    shape: SupportsIndex | tuple[SupportsIndex, ...] = (),
 ) -> Strata:
     """Cells of the hemisphere and a direction in each: jittered, or in the middle.
 
@@ -70,11 +73,12 @@ def hemisphere_strata(
         key: for a random direction in each cell; None takes the middle.
         measure: "cosine" (weighted solid angle), "solid angle" or "angle" (theta itself): by which
             rows are equal, and directions in a cell uniform.
-        shape: leading axes, for as many independent sets of directions in the same cells.
+        shape: leading axes, or the only one, for as many independent sets of directions in the
+            same cells.
 
     Raises:
-        ValueError: if a number of cells is no positive integer, borders do not ascend over the
-            hemisphere, or the measure is unknown.
+        ValueError: if a number of cells or of sets is no positive integer, borders
+            do not ascend over the hemisphere, or the measure is unknown.
 
     Example:
         >>> from firstorder.space.estimators import hemisphere_strata
@@ -84,6 +88,9 @@ def hemisphere_strata(
     """
     if measure not in MEASURES:
         raise ValueError(f"Argument `measure` must be one of {MEASURES}, but is {measure!r}.")
+    shape = tuple(shape) if isinstance(shape, (tuple, list)) else (shape,)
+    for count in shape:
+        check_count("shape", count)
     theta, phi = _rows(theta, measure), _columns(phi)
     size = (*shape, theta.shape[0] - 1, phi.shape[0] - 1)
     if key is None:

@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from firstorder._argument_checks import check_finite, check_shape, is_concrete
+from firstorder._display import in_print
 from firstorder.numerics._scale import power_of_two
 from firstorder.numerics._vectors import cross, dot, near_one, norm, unit
 from firstorder.typing import as_float
@@ -42,6 +43,8 @@ class Mesh(eqx.Module):
     faces: Int[Any, "f 3"]
     edges: Int[Any, "e 2"]
     sides: Int[Any, "e 2"]
+
+    __repr__ = in_print
 
     @property
     def count(self) -> int:

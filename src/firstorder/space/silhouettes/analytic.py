@@ -27,6 +27,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
+from firstorder._display import in_print
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._order import order_of
 from firstorder.numerics._scale import power_of_two
@@ -53,6 +54,8 @@ class Silhouette(eqx.Module):
 
     straight: SilhouetteSegments
     curved: SilhouetteArcs
+
+    __repr__ = in_print
 
 
 class _Outlines(eqx.Module):

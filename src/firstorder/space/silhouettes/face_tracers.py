@@ -66,6 +66,9 @@ class BruteForceTracer:
         self._corners = np.asarray(mesh.vertices, float)[np.asarray(mesh.faces)]
         self._rows = max(1, block // len(self._corners))
 
+    def __repr__(self) -> str:
+        return f"BruteForceTracer of {len(self._corners)} faces"
+
     def first_face(self, eye, directions, low, high, skip):
         """First face along each ray, as `FaceTracer` asks."""
         eye = np.asarray(eye, float)

@@ -22,6 +22,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from firstorder._argument_checks import is_concrete
+from firstorder._display import in_print
 from firstorder.numerics._vectors import cross, dot
 from firstorder.scene._arguments import numbers
 from firstorder.space.meshes.triangle_mesh import NO_FACE, Mesh
@@ -104,6 +105,8 @@ class MeshSilhouettes(eqx.Module):
     face: Int[Any, " m"]
     visible: Bool[Any, " m"]
     behind: Int[Any, " m"]
+
+    __repr__ = in_print
 
     @property
     def outer(self) -> Bool[Array, " m"]:

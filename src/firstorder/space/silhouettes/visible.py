@@ -20,6 +20,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
+from firstorder._display import in_print
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.numerics._select import either
@@ -77,6 +78,8 @@ class VisibleSilhouettes(eqx.Module):
     azimuths: Float[Array, " h_1"]
     above: Int[Array, " h"]
     sound: Bool[Array, ""]
+
+    __repr__ = in_print
 
     @property
     def start(self) -> Float[Array, "s 3"]:

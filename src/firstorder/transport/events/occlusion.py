@@ -9,10 +9,14 @@ import numpy as np
 from firstorder._argument_checks import (
     check_between,
     check_count,
+    check_inside,
+    check_kind,
     check_not_negative,
     check_one,
     check_positive,
+    is_concrete,
     nan_unless,
+    traced_nan_unless,
 )
 from firstorder.conventions import Frame
 from firstorder.fields._coerce import field_of, fields_of
@@ -188,6 +192,10 @@ def slit_blocker(
     """
     t = _fraction("transparency", transparency)
     heights = jnp.stack([t, jnp.ones_like(t), t])
+    check_one("left", left)
+    check_one("right", right)
+    if is_concrete((left, right)) and not left < right:
+        raise ValueError(f"Argument `right` must be greater than `left` = {left}, but is {right}.")
     places = jnp.stack([as_float(left), as_float(right)])
     return Occlusion(Bars(_along(frame), places, heights), depth, window)
 
@@ -228,7 +236,11 @@ def comb_blocker(
         >>> comb_blocker(1.0, 3, L.frame)(L)(1.0, 0.0).item()  # on the third bar
         0.0
     """
-    t, open = _fraction("transparency", transparency), _fraction("open", open)
+    t = _fraction("transparency", transparency)
+    check_one("open", open)
+    check_inside("open", open, 0.0, 1.0)
+    open = traced_nan_unless(lambda a: (a > 0) & (a < 1), as_float(open))
+    check_one("period", period)
     check_positive("period", period)
     check_count("count", count)
     middles = period * (np.arange(count) - 0.5 * (count - 1))
@@ -319,4 +331,5 @@ def _fraction(name: str, x) -> Scalar:
 
 def _along(frame: Frame) -> Affine:
     """The first position as a level."""
+    check_kind("frame", frame, Frame, "a `Frame`, such as FLATLAND")
     return Affine(np.eye(frame.dims)[frame.positions[0]], 0.0, frame)

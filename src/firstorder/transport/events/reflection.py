@@ -76,13 +76,14 @@ class VaryingGaussian(Kernel):
 
     Args:
         sigma: the width in radians as a field of position (its other coordinates ignored).
-        widest: a bound on the width: the lobe is cut off at nine times that.
+        widest: a bound on the width. The lobe is cut off at nine times its own width, or that of
+            this bound if `sigma` has edges.
         axis: name of the angle.
 
-    Valid where `sigma` is no less than a third of `widest`: a convolution spreads its nodes over
-    the reach of the widest lobe. With 64 of them light blurred by a lobe half, a quarter and an
-    eighth as wide is off by 5e-8, 4e-3 and 0.4 of it, which `with_error` tells; nodes in proportion
-    to `widest / sigma` keep the first of these.
+    Valid where `sigma` has no edges, or is no less than a third of `widest`: with edges a
+    convolution spreads its nodes over the reach of the widest lobe. With 64 of them light blurred
+    by a lobe half, a quarter and an eighth as wide is then off by 5e-8, 4e-3 and 0.4 of it, which
+    `with_error` tells; nodes in proportion to `widest / sigma` keep the first of these.
 
     Raises:
         ValueError: if `widest` is not positive. Where `sigma` is not, the lobe is NaN.
@@ -116,6 +117,10 @@ class VaryingGaussian(Kernel):
     def half_width(self) -> Scalar:
         """Nine of the widest standard deviation."""
         return 9.0 * nan_unless(self.widest > 0, self.widest)
+
+    def local_half_width(self) -> Field | None:
+        """Nine standard deviations; unless they jump, as ends of an integral must not."""
+        return None if self.sigma.edges() else 9.0 * self.sigma
 
     def _width(self, u: Ray) -> Scalar:
         """`sigma(x)`; NaN where the field is no width."""

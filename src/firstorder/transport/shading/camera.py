@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_finite, check_positive, is_concrete
+from firstorder._display import in_print
 from firstorder.conventions import Frame
 from firstorder.fields.jet import Jet
 from firstorder.laws.base import Law
@@ -39,6 +40,8 @@ class BaseSurface(eqx.Module):
     kappa: Scalar = eqx.field(converter=as_float, default=0.0)
     n: Scalar = eqx.field(converter=as_float, default=0.0)
     point: Vector = eqx.field(converter=as_float, default=(0.0, 0.0))
+
+    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse what is no number."""
@@ -183,6 +186,8 @@ class CameraRay(eqx.Module):
     dtheta: Array
     ddx: Array
     ddtheta: Array
+
+    __repr__ = in_print
 
 
 class _Rays(Map):
