@@ -51,6 +51,9 @@ INSIDE = (
     "arrives."
 )
 MANY = "Argument `at` must be one receiver, but holds (4,) of them: ask for each by jax.vmap."
+MANY_SCENES = (
+    "Argument `scene` must be one scene, but holds (4,) of them: ask for each by jax.vmap."
+)
 RAY = (
     "must be one ray, the 2 coordinates x, theta, but has shape (): for many rays call the field "
     "itself, or `jets`."
@@ -93,6 +96,12 @@ DARK_SPACE = space.Scene.of(space.primitive(PANEL, albedo=0.5))
 
 def many(world, dims):
     return world.Receiver.at(np.zeros((4, dims)))
+
+
+def many_scenes(world):
+    """Four scenes in one, as `jax.vmap` makes them."""
+    lamp = DOWN if world is flatland else PANEL
+    return jax.vmap(lambda L: world.Scene.of(world.primitive(lamp, emission=L)))(jnp.arange(4.0))
 
 
 # Wrong use: (what is done, what is raised or warned of, the sentence).
@@ -351,6 +360,16 @@ WRONG = {
         lambda: space.irradiance(SPACE, many(space, 3)),
         ValueError,
         MANY,
+    ),
+    "many scenes in one call": (
+        lambda: flatland.irradiance(many_scenes(flatland), HERE),
+        ValueError,
+        MANY_SCENES,
+    ),
+    "many scenes of space in one call": (
+        lambda: space.irradiance(many_scenes(space), THERE),
+        ValueError,
+        MANY_SCENES,
     ),
     "a scene that nobody knows": (lambda: named_scene("scene_dd"), ValueError, NAMES),
     "a description of a scene that nobody knows": (

@@ -28,14 +28,14 @@ FOLDERS = {"laws": "Laws", "events": "Events", "paths": "Paths"}
 _SPOKEN = {
     "laws": "What mathematics does to light: R07's five operators, and what is made of them.",
     "events": "What happens to light locally: each picks a law and its parameters.",
-    "paths": "Several events in a row, as the squares walk them.",
+    "paths": "Several events in a row. For each the errors of its portraits were measured.",
 }
 
 _SQUARES = (
     "A portrait's square: the step's own rule on the portrait, against the portrait of what the "
     "step makes of light, drawn by something that knows nothing of the step: brute force for "
     "values, autodiff for gradient and Hessian, transforms of samples for the others. "
-    "Each has its verdict, its largest error over the largest magnitude, and what still passes."
+    "Each has its verdict, its largest error over the largest magnitude, and the bound of it."
 )
 
 
@@ -141,7 +141,7 @@ def _case(case: Case) -> str:
     names = ", ".join(f"`{name}`" for name in case.field.frame.coordinates)
     light = f"{case.field.frame.sense.capitalize()} light $L$ over {names}."
     numbers = formulas.parameters(case)
-    walked = f" The squares are walked at {numbers}." if numbers else ""
+    walked = f" Measured at {numbers}." if numbers else ""
     parts = [f"{light}{walked}"]
     for portrait, said in formulas.acts(case):
         parts.append(f"**{portrait.capitalize()}**, {_verdict(case, portrait)}.\n\n{said}")

@@ -14,8 +14,8 @@ SCRIPTS = md.ROOT / "gallery" / "stills"
 def pages() -> dict[str, str]:
     """All stills on one page, those first of which there is a picture."""
     words = (
-        "Pictures of our own, without claims: fields that are exact where they are asked, lines "
-        "where light breaks, scenes in one light and one film. `make gallery` draws "
+        "Pictures of our own, without claims: light that is exact at every pixel, lines where its "
+        "derivatives jump, and renderings with the same lamps and tone curve. `make gallery` draws "
         "them at 1920 x 1080 in `gallery/out`; small ones of a few are kept with the library. All "
         "take some 15 minutes of one processor: the rooms with bounces 4, the garden 3, "
         "the shafts 2.5, all others at most 1.5 each."

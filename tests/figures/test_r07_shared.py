@@ -1,5 +1,7 @@
 """What R07's figures share: lay-outs, and measures of which the answer is known."""
 
+import dataclasses
+
 import jax.numpy as jnp
 import numpy as np
 
@@ -34,6 +36,20 @@ def test_the_bumps_of_all_layouts_have_the_slope_of_the_first_on_average():
         bumps = layout.world.height
         slope = bumps.height * jnp.mean(bumps.waves)
         np.testing.assert_allclose(slope, table.BUMP * table.WAVE, rtol=1e-12)
+
+
+def test_references_of_a_changed_scene_are_others():
+    scene = meshes.world()
+    ball = scene.models[1]
+    changed = (
+        scene,
+        scene._replace(models=(ball,)),
+        scene._replace(models=(dataclasses.replace(ball, material={"albedo": 0.1}),)),
+        scene._replace(camera=meshes.pinhole((0.0, -6.0, 2.4), (0.0, 0.0, 0.3), gamma=2.7)),
+        *(scene._replace(lamps=(lamp,)) for lamp in meshes.lamps(2, 3)),
+    )
+    assert len({meshes._digest(one) for one in changed}) == len(changed)
+    assert meshes._digest(scene) == meshes._digest(scene._replace(lamps=(meshes.lamp(),)))
 
 
 def test_adaptive_azimuths_agree_with_the_derivative_by_hand():

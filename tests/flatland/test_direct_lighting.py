@@ -1,6 +1,7 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 from scipy.integrate import quad
 
 from firstorder.flatland import (
@@ -94,6 +95,11 @@ def test_along_a_curve_it_moves_and_turns():
     slope, bend = (near[:, 2] - near[:, 0]) / 2e-4, (near @ jnp.array([1.0, -2.0, 1.0])) / 1e-8
     assert jnp.max(jnp.abs(total.first - slope)) < 1e-5
     assert jnp.max(jnp.abs(total.second - bend)) < 1e-4
+
+
+def test_a_weight_that_is_no_function_is_refused_in_a_sentence():
+    with pytest.raises(TypeError, match=r"`weight` must be a function of the local|type hint"):
+        weighted_irradiance(everything(), Receiver((0.0, 0.0), 0.0), weight=0.5)
 
 
 def test_light_is_gathered_under_any_weight():

@@ -97,6 +97,22 @@ def test_bad_material_is_one_sentence():
 # --- reflection and flux ------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"brdf": 0.5}, r"`brdf` must be a function of two angles, .* diffuse_brdf|type hint"),
+        ({"out": np.zeros(2)}, r"`out` must be one number, but has shape \(2,\)"),
+    ],
+)
+@pytest.mark.parametrize("ask", [reflected_radiance, reflected_radiance_over_curves])
+def test_what_is_no_brdf_and_what_is_no_angle_is_one_sentence(ask, wrong, words):
+    scene = Scene.of(primitive(Segments((1.0, 1.0), (-1.0, 1.0)), emission=1.0))
+    count = {"count": 3} if ask is reflected_radiance_over_curves else {}
+    options = {"brdf": diffuse_brdf(0.5), "out": 0.3} | count | wrong
+    with pytest.raises((TypeError, ValueError), match=words):
+        ask(scene, Receiver((0.3, 0.0), 0.0), **options)
+
+
 def test_both_forms_and_plain_rays_agree():
     assert derived.by_rays() < 1e-4
     assert derived.by_curves() < 2e-4

@@ -86,6 +86,62 @@ def test_a_nameless_function_is_compiled_with_when_it_comes_back(wrap, counted):
     assert counted.runs == 7  # as written, then compiled
 
 
+WIDTH = {"w": 1.0}
+
+
+def widened(x):
+    return _stretched(x)
+
+
+def _stretched(x):
+    return WIDTH["w"] * x
+
+
+@pytest.mark.parametrize("bend", [widened, lambda x: _stretched(x)])
+def test_what_a_function_reads_from_outside_is_read_again_when_it_changes(
+    bend, counted, monkeypatch
+):
+    for width in (1.0, 3.0, 4.0, 1.0):
+        monkeypatch.setitem(WIDTH, "w", width)
+        for _ in range(3):
+            assert float(counted.f(jnp.array(2.0), bend=bend)) == 4.0 * width
+
+
+@pytest.mark.parametrize("wrap", [jnp.asarray, np.asarray, list, lambda w: {"w": w}])
+def test_what_a_function_is_closed_over_may_be_put_in_the_place_of_something_else(wrap, counted):
+    number = wrap([1.0])
+
+    def bend(x):
+        return x * jnp.sum(jnp.asarray(jax.tree.leaves(number)))
+
+    for change in (1.0, 2.0, 5.0):
+        number = wrap([change])
+        for _ in range(3):
+            assert float(counted.f(jnp.array(2.0), bend=bend)) == 4.0 * change
+    assert counted.runs <= 6  # as written, then compiled
+
+
+def test_an_array_that_is_written_into_is_read_again(counted):
+    numbers = np.ones(1)
+
+    def bend(x):
+        return x * jnp.asarray(numbers)[0]
+
+    for change in (1.0, 2.0, 5.0):
+        numbers[0] = change
+        assert float(counted.f(jnp.array(2.0), bend=bend)) == 4.0 * change
+
+
+def test_functions_that_read_each_other_end(counted):
+    def even(x, n):
+        return x if n == 0 else odd(x, n - 1)
+
+    def odd(x, n):
+        return even(x, n - 1)
+
+    assert float(counted.f(jnp.array(2.0), bend=lambda x: even(x, 4))) == 4.0
+
+
 def test_a_function_closed_over_a_traced_number(counted):
     def through(y):
         def bend(x):

@@ -70,6 +70,16 @@ def test_lines_lie_where_the_shapes_of_flatland_are(flat):
     assert bottom < -0.1 < 1.1 < top
 
 
+@pytest.mark.parametrize("width", [2.3, 3.3, 7.0])
+def test_names_stay_inside_of_the_frame_at_any_width(flat, width):
+    figure, axes = panels(1, 1, width, 0.7 * width)
+    flat.plot(axes[0, 0])
+    figure.draw_without_rendering()
+    frame = axes[0, 0].get_window_extent()
+    names = [text.get_window_extent() for text in axes[0, 0].texts]
+    assert [box.y0 > frame.y0 and box.y1 < frame.y1 for box in names] == [True, True, True]
+
+
 def test_a_key_names_only_what_is_there(flat, ax):
     assert words_of(flat.plot(ax)) == ["shines"]
     plain = Segments((0.0, 0.0), (1.0, 0.0))

@@ -70,6 +70,15 @@ def test_spectra_of_every_step_are_those_of_its_light(path):
     np.testing.assert_allclose(closed, sampled, atol=1e-10)
 
 
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [(Travel, r"the class Travel: write Travel\(\.\.\.\)\."), (3.0, r"a float\.")],
+)
+def test_what_is_no_event_after_light_is_refused_in_a_sentence(wrong, words):
+    with pytest.raises(TypeError, match=f"Argument `event` must be an event, but is {words}"):
+        _ = light(FLATLAND) >> wrong
+
+
 def test_a_refusal_travels_with_its_reason(path):
     covariances = path.covariances
     assert isinstance(covariances[1], Covariance)

@@ -19,10 +19,12 @@ lattices, 8, 4, 2 and 1 pixels apart. Those are rendered once (`rendering.tiles`
 from __future__ import annotations
 
 import functools
+import hashlib
 import pathlib
 import time
 from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from scipy.sparse import csr_array
@@ -32,7 +34,7 @@ from figures.r07.shared import look, table
 from firstorder.imaging import Lamp
 from firstorder.imaging.camera import pinhole
 from firstorder.imaging.shading import SurfaceMaps
-from firstorder.io.scenes.space_toml import MeshModel
+from firstorder.io.scenes.space_toml import MeshModel, SpaceFile
 from firstorder.models.knots import torus_knot
 from firstorder.models.plants import fern
 from firstorder.models.primitives import (
@@ -43,13 +45,13 @@ from firstorder.models.primitives import (
     rotation_about,
 )
 from firstorder.reconstruction.importance import ShadedSamples, importance_product
-from firstorder.rendering.image_files import image_coordinates
+from firstorder.rendering.image_files import image_coordinates, scene_fingerprint
 from firstorder.rendering.renderer import Renderer, World
 from firstorder.rendering.tiles import render_tiles
 
 FOLDER = pathlib.Path(__file__).parents[2] / "out" / "references"
 NODES = 12
-VERSION = 3  # of what the references depend on
+VERSION = 3  # of the code on which the references depend
 BUMP, WAVE = 0.012, 2.0 * np.pi / 0.25
 NAMES = ("table", "bumpy", "lumpy", "knot", "fern")
 MATERIAL = {
@@ -185,10 +187,12 @@ def lattices(side: int, nodes: int = NODES, light: Lamp | None = None, name: str
         light: another lamp.
         name: of that, to tell its files by.
     """
-    made, layers = Renderer(world()._replace(lamps=(light or lamp(nodes),))), {}
+    scene = world()._replace(lamps=(light or lamp(nodes),))
+    made, layers = Renderer(scene), {}
+    whole = f"r07_meshes_{VERSION}_{side}_{nodes}{name}_{_digest(scene)}"
     for step in (8, 4, 2, 1):
         count = side // step
-        folder = FOLDER / f"r07_meshes_{VERSION}_{side}_{nodes}{name}" / f"step{step}"
+        folder = FOLDER / whole / f"step{step}"
 
         def shade(places, number, step=step):
             return made.layers(image_coordinates(places * step, side, side), number)
@@ -198,6 +202,13 @@ def lattices(side: int, nodes: int = NODES, light: Lamp | None = None, name: str
         )
         layers[step]["label"] = label_of(made, table.grid(count) * step, side).reshape(count, count)
     return Lattices(side, layers)
+
+
+def _digest(scene: World) -> str:
+    """Letters that change with all that its pictures depend on: another scene is rendered anew."""
+    models = scene_fingerprint(SpaceFile((), scene.models, camera=scene.camera))
+    numbers = [np.asarray(leaf).tolist() for leaf in jax.tree.leaves((scene.lamps, BUMP, WAVE))]
+    return hashlib.sha256(f"{models} {numbers}".encode()).hexdigest()[:12]
 
 
 def label_of(made: Renderer, p: np.ndarray, side: int) -> np.ndarray:

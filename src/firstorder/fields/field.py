@@ -196,6 +196,13 @@ class Field(Held):
         """The field with its sign turned."""
         return self * -1.0
 
+    def __rshift__(self, event: Any) -> Any:
+        """`field >> event`: a path, which the event makes."""
+        if hasattr(type(event), "__rrshift__"):
+            return NotImplemented
+        hint = f": write {event.__name__}(...)" if isinstance(event, type) else ""
+        raise TypeError(f"Argument `event` must be an event, but is {what(event)}{hint}.")
+
 
 @compiled
 def _values(field: Field, rays: Float[Array, "*b n"]) -> Float[Array, "*b"]:

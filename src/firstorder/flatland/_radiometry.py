@@ -16,7 +16,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float, PRNGKeyArray
 
-from firstorder._argument_checks import check_not_negative
+from firstorder._argument_checks import check_not_negative, check_one
 from firstorder.conventions import direction
 from firstorder.flatland.direct_lighting import Radiance, irradiance
 from firstorder.flatland.estimators._incident import incident_radiance, seen_from
@@ -240,6 +240,15 @@ def _above(w: ArrayLike, o: ArrayLike) -> Array:
 # --- reflection ----------------------------------------------------------------------------------
 
 
+def _check_reflection(brdf: Brdf, out: ArrayLike) -> None:
+    """Refuse an albedo in place of a BRDF, and a row of directions."""
+    if not callable(brdf):
+        raise TypeError(
+            "Argument `brdf` must be a function of two angles, f(w, o), such as diffuse_brdf(0.5)."
+        )
+    check_one("out", out)
+
+
 @compiled
 @with_errors("nodes")
 @by_band()
@@ -271,7 +280,8 @@ def reflected_radiance(
         In the direction asked for [W/(m rad)].
 
     Raises:
-        ValueError: for a row of receivers, or if `nodes` is not positive.
+        TypeError: if `brdf` is no function.
+        ValueError: for a row of receivers or of angles, or if `nodes` is not positive.
 
     Reference: J12 §3.2, eq. 24.
 
@@ -285,6 +295,7 @@ def reflected_radiance(
         >>> round(float(incident_radiance(Receiver((0.0, 0.0), 0.0))), 6)  # E / 4, E = sqrt(2)
         0.353553
     """
+    _check_reflection(brdf, out)
     seen = trace_strata(
         scene, at, where=gap_quadrature(view(scene, at).angles, nodes), radiance=radiance
     )
@@ -318,8 +329,13 @@ def reflected_radiance_over_curves(
         count: points on each shape.
         key: for one random point in each piece; None takes the middle.
 
+    Raises:
+        TypeError: if `brdf` is no function.
+        ValueError: for a row of angles.
+
     Reference: J12 §3.2, eqs. 26-27.
     """
+    _check_reflection(brdf, out)
     share = 0.5 if key is None else jax.random.uniform(key, (scene.count, count))
     s = (((jnp.arange(count) + share) / count) * jnp.ones((scene.count, 1))).ravel()
     number = jnp.repeat(jnp.arange(scene.count), count)

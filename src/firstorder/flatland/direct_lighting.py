@@ -136,6 +136,7 @@ def weighted_irradiance(
         The integral, in units of radiance times the weight's [W/m for the cosine].
 
     Raises:
+        TypeError: if `weight` is no function.
         ValueError: for a row of receivers, or if `nodes` is not positive.
 
     Example:
@@ -148,6 +149,8 @@ def weighted_irradiance(
         True
     """
     check_asked_one(scene, Scene, at, Receiver)
+    if not callable(weight):
+        raise TypeError("Argument `weight` must be a function of the local angle, such as jnp.cos.")
 
     def emitted(index, s, front, along):
         return scene.material.emission[index, jnp.where(front, FRONT, BACK)]

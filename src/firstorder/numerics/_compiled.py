@@ -23,7 +23,8 @@ from jax.core import Tracer
 P = ParamSpec("P")
 R = TypeVar("R")
 
-_met: weakref.WeakSet = weakref.WeakSet()  # nameless functions that came once
+# Functions that came once and have no name, or read something: what they read then.
+_met: weakref.WeakKeyDictionary = weakref.WeakKeyDictionary()
 _eras = itertools.count()
 _era = [next(_eras)]
 
@@ -61,7 +62,9 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
     of it, and another one is another program. A function without a name of its own (a lambda, one
     defined inside another) may be made anew for every call, and each would be compiled and kept: so
     the first call that brings it runs as it is written, and the program is made when the same
-    object comes again. What such a function reads from outside is read once, as under `jax.jit`.
+    object comes again. Numbers, arrays and functions that it reads from outside, from its closure
+    or its module, are part of the program too; attributes of other objects are read once, as under
+    `jax.jit`.
 
     Valid for: functions whose checks on values come before this, for inside every number is traced;
     checks on types, shapes, words and integers work as ever. Results are arrays, or trees of them.
@@ -91,7 +94,8 @@ def _entry(function: Callable[P, R], checks: tuple[Callable[..., None], ...]) ->
         args, kwargs = form.filled(numbers)
         return function(*args, **kwargs)
 
-    known: set[_Form] = set()
+    known: dict[_Form, tuple[Any, ...]] = {}  # the functions in a form, which is without `read`
+    made: set[_Form] = set()
 
     @functools.wraps(function)
     def entry(*args: P.args, **kwargs: P.kwargs) -> R:
@@ -102,13 +106,17 @@ def _entry(function: Callable[P, R], checks: tuple[Callable[..., None], ...]) ->
             check(*args, **kwargs)
         form = _Form(tree, tuple(None if _number(leaf) else leaf for leaf in leaves), _era[0])
         try:
-            if form not in known:
-                if not _lasting((args, kwargs)):
+            functions = known[form] if form in known else tuple(_functions((args, kwargs)))
+            read = tuple(map(_read, functions))
+            whole = dataclasses.replace(form, read=read) if functions else form
+            if whole not in made:
+                if not _lasting(functions, read):
                     return function(*args, **kwargs)
-                known.add(form)
+                known[form] = functions
+                made.add(whole)
         except TypeError:  # something that has no hash cannot be part of a program
             return function(*args, **kwargs)
-        return program(form, [leaf for leaf in leaves if _number(leaf)])
+        return program(whole, [leaf for leaf in leaves if _number(leaf)])
 
     entry.__dict__["checks"] = checks
     return entry
@@ -135,11 +143,13 @@ class _Form:
         tree: in which they stand.
         parts: leaves that are part of the program; None where a number stands.
         era: see `own_programs`.
+        read: what each function in them reads from outside.
     """
 
     tree: Any
     parts: tuple[Any, ...]
     era: int
+    read: tuple[Any, ...] = ()
 
     def filled(self, numbers: list[Any]) -> Any:
         """The arguments, with these numbers."""
@@ -156,12 +166,15 @@ def _number(leaf: Any) -> bool:
     return isinstance(leaf, (jax.Array, float, complex, np.inexact))
 
 
-def _lasting(arguments: Any) -> bool:
-    """Whether every function in the arguments has a name to come back by, or came before."""
-    nameless = [f for f in _functions(arguments) if "<" in getattr(f, "__qualname__", "<")]
-    fresh = [f for f in nameless if f not in _met]
-    _met.update(fresh)
-    return not fresh
+def _lasting(functions: tuple[Any, ...], read: tuple[Any, ...]) -> bool:
+    """Whether every function has a name to come back by, or came before, and reads the same."""
+    lasting = True
+    for f, now in zip(functions, read, strict=True):
+        nameless = "<" in getattr(f, "__qualname__", "<")
+        if nameless or now:
+            lasting &= _met[f] == now if f in _met else not nameless
+            _met[f] = now
+    return lasting
 
 
 def _functions(x: Any) -> Iterator[Any]:
@@ -179,3 +192,52 @@ def _functions(x: Any) -> Iterator[Any]:
         yield from _functions(list(vars(x).values()))
     elif callable(x) and not isinstance(x, type):
         yield x
+
+
+class _Same:
+    """A thing that equals itself alone."""
+
+    def __init__(self, thing: Any):
+        self.thing = thing
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Same) and self.thing is other.thing
+
+    def __hash__(self) -> int:
+        return id(self.thing)
+
+
+def _read(f: Any, seen: frozenset[int] = frozenset()) -> tuple[Any, ...]:
+    """What a function of the user's reads from outside: its closure, and globals that it names."""
+    if not isinstance(f, types.FunctionType) or _own(f) or id(f) in seen:
+        return ()
+    empty = types.CellType()  # that of a name without a value so far
+    cells = [cell.cell_contents for cell in f.__closure__ or () if cell != empty]
+    named = [f.__globals__[name] for name in _names(f.__code__) if name in f.__globals__]
+    return tuple(_value(x, f, seen | {id(f)}) for x in (*cells, *named))
+
+
+def _own(f: types.FunctionType) -> bool:
+    """Whether it is a function of the library, which reads nothing that changes."""
+    return f.__globals__.get("__name__", "").partition(".")[0] == __name__.partition(".")[0]
+
+
+@functools.cache
+def _names(code: types.CodeType) -> tuple[str, ...]:
+    """Names that a function and those written inside it may look up in their module."""
+    inner = [c for c in code.co_consts if isinstance(c, types.CodeType)]
+    return tuple(dict.fromkeys([*code.co_names, *(n for c in inner for n in _names(c))]))
+
+
+def _value(x: Any, f: types.FunctionType, seen: frozenset[int]) -> Any:
+    """Something to know a value by: what it holds where that may change, and else itself."""
+    if isinstance(x, (bool, int, float, complex, str, np.generic)):
+        return type(x), x
+    if isinstance(x, np.ndarray) and x.dtype != object:
+        return x.shape, x.dtype, x.tobytes()
+    if isinstance(x, (list, tuple, dict)) and id(x) not in seen:
+        parts = x.items() if isinstance(x, dict) else x
+        return type(x), tuple(_value(part, f, seen | {id(x)}) for part in parts)
+    if isinstance(x, types.FunctionType) and x.__globals__ is f.__globals__:
+        return () if id(x) in seen else (_Same(x), *_read(x, seen))
+    return _Same(x)

@@ -19,6 +19,7 @@ from firstorder.scene._words import batch_of
 from firstorder.space import Boxes, Discs, Ellipsoids, Planes, Rectangles, Triangles
 
 _INK, _GROUND = "0.15", "0.55"
+NAME = 13.0  # points that a name takes, with its distance from the shape
 # Columns across and up, the column of depth, and which way along it the eye is.
 VIEWS = {"top": (0, 1, 2, 1.0), "front": (0, 2, 1, -1.0), "side": (1, 2, 0, 1.0)}
 TITLES = {
@@ -69,9 +70,13 @@ def _ink(albedo: Any) -> Any:
 
 
 def _make_room(ax: Axes) -> None:
-    """Room for names on all sides, also around what is long and low."""
+    """Room for names on all sides, also around what is long and low, and on small axes."""
     (left, right), (bottom, top) = ax.get_xlim(), ax.get_ylim()
-    room = 0.06 * max(right - left, top - bottom)
+    # Labels and the key, which are laid out later, leave about as much of the axes.
+    points = 0.6 * 72.0 / ax.figure.dpi * np.array(ax.get_window_extent().size)
+    # Lengths have one scale along both axes, on which the names have room at both ends.
+    metres = np.array([right - left, top - bottom]) / np.maximum(points - 2.0 * NAME, NAME)
+    room = max(0.06 * max(right - left, top - bottom), NAME * metres.max())
     ax.set(xlim=(left - room, right + room), ylim=(bottom - room, top + room))
 
 

@@ -17,6 +17,7 @@ from jaxtyping import Array
 from firstorder._argument_checks import check_real
 from firstorder.numerics._host import spread
 from firstorder.scene._bands import check_one_band
+from firstorder.scene._words import check_one_scene
 from firstorder.typing import as_array, as_float
 
 C = TypeVar("C", bound=type)
@@ -113,13 +114,14 @@ def check_asked(
 
 
 def check_asked_one(scene: Any, kind: type, at: Any, receiver: type, bands: bool = False) -> None:
-    """`check_asked`, and refuses several receivers, for calls that answer one.
+    """`check_asked`, and refuses several scenes or receivers, for calls that answer one.
 
     Raises:
         TypeError: if one is something else, or of the other world.
-        ValueError: if there are several receivers, or the scene has bands and may not.
+        ValueError: if there are several scenes or receivers, or the scene has bands and may not.
     """
     check_asked(scene, kind, at, receiver, bands=bands)
+    check_one_scene(scene)
     if at.position.ndim != 1:
         raise ValueError(
             f"Argument `at` must be one receiver, but holds {at.position.shape[:-1]} of them: "

@@ -21,6 +21,7 @@ import numpy as np
 from jaxtyping import Array, Bool
 
 from firstorder._argument_checks import check_integer
+from firstorder.scene._words import check_one_scene
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -149,6 +150,9 @@ def by_band(out: Axes = -1) -> Callable[[Callable[P, R]], Callable[P, R]]:
     def mapped(function: Callable[P, R]) -> Callable[P, R]:
         @functools.wraps(function)
         def over(*args: P.args, **kwargs: P.kwargs) -> R:
+            for thing in (*args, *kwargs.values()):
+                if hasattr(thing, "material") and hasattr(thing, "groups"):
+                    check_one_scene(thing)
             if bands_of(args, kwargs) is None:
                 return function(*args, **kwargs)
             form: list[Any] = []

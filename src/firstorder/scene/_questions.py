@@ -21,6 +21,7 @@ import numpy as np
 from firstorder._argument_checks import check_count, check_index, is_concrete
 from firstorder.errors import NoLight
 from firstorder.scene._primitives import BACK, FRONT
+from firstorder.scene._words import check_one_scene
 from firstorder.session import warn_of_single_precision
 
 P = ParamSpec("P")
@@ -125,11 +126,15 @@ def _on(scene: Any, at: Any) -> int | None:
     """Number of the shape on which the receiver lies, checked.
 
     None if it is no scene and one receiver of its world: the function itself refuses these.
+
+    Raises:
+        ValueError: if there are several scenes in one.
     """
     worlds = [type(x).__module__.split(".", 2)[:2] for x in (scene, at)]
     names, on = (getattr(x, name, None) for x, name in ((scene, "names"), (at, "on")))
     if worlds[0] != worlds[1] or names is None or on is None or np.ndim(on):
         return None
+    check_one_scene(scene)
     number = int(on)
     if number >= len(names):
         check_index("on", number, len(names))

@@ -111,6 +111,19 @@ def batch_of(scene: Any) -> tuple[int, ...]:
     return () if sum(counts) == len(scene.names) else (counts[0],)
 
 
+def check_one_scene(scene: Any) -> None:
+    """Refuses several scenes in one, whose axis would be taken for that of bands.
+
+    Raises:
+        ValueError: if `jax.vmap` made the scene of several.
+    """
+    if batch := batch_of(scene):
+        raise ValueError(
+            f"Argument `scene` must be one scene, but holds {batch} of them: "
+            "ask for each by jax.vmap."
+        )
+
+
 def kinds_of(scene: Any) -> list[str]:
     """The kind of every shape, in the order of their numbers: "segments", "boxes", ..."""
     return [type(group).__name__.lower() for group in scene.groups for _ in range(group.count)]

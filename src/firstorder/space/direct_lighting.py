@@ -132,7 +132,8 @@ def irradiance(
         with_error: whether to give an `Approximation`: the answer, and a bound of its error.
 
     Raises:
-        ValueError: if the sky is a function of direction, or concrete shapes that send unlike light
+        ValueError: if the sky is a function of direction, such as a panorama, which
+            `azimuthal.transport_by_azimuth` takes, or concrete shapes that send unlike light
             to the receiver run into each other above its horizon. A corner or a rim that enters
             another shape by less than a tenth of its size, and two planes, may be missed.
 
@@ -188,7 +189,8 @@ def _light(scene: Scene, at: Receiver, segment, arc, nodes: int) -> list[Float[A
     """The vector of light by those coordinates that the integrals find, of which z is the last."""
     if callable(scene.environment):
         raise ValueError(
-            "Argument `scene` must have a sky of one radiance here, but it is a function."
+            "Argument `scene` must have a sky of one radiance here, but it is a function: "
+            "space.azimuthal.transport_by_azimuth takes one."
         )
     warn_of_collisions(scene, at)
     found = _outlines_from(scene, at)

@@ -20,6 +20,7 @@ from firstorder.flatland import (
     primitive,
 )
 from firstorder.io import flatland_from_toml, flatland_to_toml, read_flatland, write_flatland
+from firstorder.io.scenes import flatland_toml, space_toml
 from tests.io.scenes.sentences import refuses_in_one_sentence
 
 LAMP = """
@@ -354,3 +355,10 @@ def test_curves_that_follow_each_other_may_have_other_samples_and_harmonics(harm
     assert found.samples == wanted.samples == 128
     np.testing.assert_array_equal(found.cosines, wanted.cosines)
     np.testing.assert_array_equal(found.sines, wanted.sines)
+
+
+@pytest.mark.parametrize("kind", sorted({*space_toml._GEOMETRY} - {*flatland_toml._GEOMETRY}))
+def test_a_shape_of_space_without_its_dimensions_is_told_to_state_them(kind):
+    words = f'kind "{kind}" is one of space: a scene of space begins with `dimensions = 3`'
+    with pytest.raises(ValueError, match=words):
+        flatland_from_toml(f'[[shape]]\nkind = "{kind}"\ncenter = [0, 0, 1]\n')

@@ -185,6 +185,13 @@ def test_a_mesh_without_any_area_is_refused():
         triangles(line)
 
 
+def test_a_mesh_of_many_faces_comes_with_the_memory_that_irradiance_takes():
+    corners, faces = CORNERS, FACES * 20
+    many = mesh(corners, [f for a, b, c, d in faces for f in ((a, b, c), (a, c, d))])
+    with pytest.warns(UserWarning, match=r"240 faces: irradiance.* some 11 GB"):
+        assert triangles(many).count == 240
+
+
 def test_a_face_without_an_area_hides_nothing():
     corners = np.array([[-0.1, -0.1, 0.5], [0.2, -0.1, 0.5], [0.0, 0.2, 0.5], [0.05, -0.1, 0.5]])
     lamp = primitive(rectangle((0.0, 0.0, 1.5), (0.0, 0.5, 0.0), (0.5, 0.0, 0.0)), emission=1.0)

@@ -181,6 +181,10 @@ def _element(table: TomlTable) -> Element:
         k: table.take(k, sided if k in ("emission", "albedo") else number, 0.0) for k in MATERIAL
     }
     material["emission"] = both_sides(material["emission"], two_sided)
+    if kind in KINDS_OF_SPACE:
+        raise table.at("kind").error(
+            f'kind "{kind}" is one of space: a scene of space begins with `dimensions = 3`.'
+        )
     if kind not in _GEOMETRY:
         raise table.at("kind").error(
             f'kind "{kind}" is not known: {nearest_known(kind, _GEOMETRY)}'
@@ -231,6 +235,9 @@ def _box(table):
     return "segment", {"start": np.asarray(made.start), "end": np.asarray(made.end)}
 
 
+KINDS_OF_SPACE = (
+    "sphere", "ellipsoid", "cylinder", "disc", "rectangle", "triangle", "polygon", "plane",
+)  # fmt: skip
 _GEOMETRY: dict[str, Callable[[TomlTable], tuple[str, dict[str, Any]]]] = {
     "segment": _segment,
     "arc": _arc,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import jax
@@ -30,6 +31,8 @@ from firstorder.space.shapes.kinds import (
     Triangles,
 )
 from firstorder.typing import as_float
+
+MOST_FACES = 128  # a mesh of more comes with a warning of the memory that irradiance takes
 
 
 def sphere(center: Any, radius: ArrayLike) -> Ellipsoids:
@@ -239,8 +242,9 @@ def polygon(vertices: Any) -> Triangles:
 def triangles(mesh: Mesh) -> Triangles:
     """The faces of a mesh as shapes of a scene: lamps and blockers, exact with their derivatives.
 
-    Meant for some dozens of faces. Irradiance asks every edge about every face: eighty faces took
-    fifty times as long as twenty, a second and more. For larger meshes there are
+    Meant for some dozens of faces. Irradiance asks every piece of an edge about every face, so time
+    and memory grow with their cube: eighty faces take a second or two and 0.4 GB, 160 eight times
+    as much. For larger meshes, which come with a warning, there are
     `space.silhouettes.visible_mesh_silhouettes` and scene files with a mesh.
 
     Args:
@@ -259,6 +263,13 @@ def triangles(mesh: Mesh) -> Triangles:
         >>> triangles(mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])).count
         1
     """
+    count = mesh.corners.shape[0]
+    if count > MOST_FACES:
+        warnings.warn(
+            f"Argument `mesh` has {count} faces: irradiance behind them takes some "
+            f"{0.4 * (count / 80) ** 3:.2g} GB. See visible_mesh_silhouettes, or render the mesh.",
+            stacklevel=2,
+        )
     a, b, c = (mesh.corners[:, k] for k in range(3))
     axes = jax.vmap(_with_normal)(b - a, c - a)
     if is_concrete(axes):
