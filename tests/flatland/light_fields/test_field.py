@@ -186,45 +186,6 @@ def test_a_jump_is_the_difference_of_both_sides_and_has_derivatives(frame):
     assert sizeable >= 5
 
 
-@pytest.mark.parametrize("frame", [FLATLAND, LEAVING_SLOPE])
-def test_levels_of_a_curve_are_angles_and_slopes_past_its_tangents(frame):
-    """Those are where the angle turns back at which its places are seen one after the other."""
-    slopes, sign = "v" in frame.coordinates, 1.0 if frame.sense == "incoming" else -1.0
-    line = Receiver((0.1, 0.0), 0.2 if sign > 0.0 else 0.2 + np.pi)
-    scene = Scene.of(primitive(bean(0.4, 1.5, 0.4), emission=1.0))
-    found = light_field(scene, line, frame=frame).edges()
-    levels = eqx.filter_jit(lambda level, u: jax.vmap(level.at)(u))
-    a = np.linspace(0.0, 2.0 * np.pi, 200_001)
-    places = 0.4 * np.stack([np.cos(a), 0.7 * np.sin(a) + 0.35 * np.cos(2.0 * a)], 1) + (0.4, 1.5)
-    met = set()
-    for x in sign * np.array([0.3, -2.0, 4.0]):
-        eye = np.asarray(line.position + x * line.tangent)
-        # Light comes from the place, or goes towards it.
-        back = sign * (places - eye) @ np.asarray([line.tangent, line.normal]).T
-        theta = np.arctan2(-back[:, 0], back[:, 1])
-        turns = theta[1:-1][np.diff(np.sign(np.diff(theta))) != 0.0]
-        true = np.sort(np.tan(turns) if slopes else turns)
-        u = np.array([[x, 0.05], [x, 0.3]])
-        values = np.stack([levels(e.level, u) for e in found])
-        there = values[:, 0] != values[:, 1]
-        assert np.all(values[~there] == 1.0)
-        np.testing.assert_allclose(np.sort(0.05 - values[there, 0]), true, atol=1e-8)
-        np.testing.assert_allclose(np.sort(0.3 - values[there, 1]), true, atol=1e-8)
-        met.add(len(true))
-    assert met == {2, 4}  # the dent is seen from some places only
-
-
-def test_where_a_board_goes_through_a_disc_each_crossing_is_an_edge():
-    board, disc = Segments((-1.0, 1.5), (1.0, 1.5)), Circles((0.0, 1.5), 0.3)
-    scene, x = Scene.of(primitive(board), primitive(disc, emission=0.7)), 0.1
-    f = light_field(scene, Receiver((0.0, 0.0), 0.0))
-    rays = np.arctan2(x - np.array([-0.3, 0.3]), 1.5)
-    levels = np.array([[e.level(x, angle).item() for angle in rays] for e in f.edges()[-2:]])
-    met = np.abs(levels) < 1e-12
-    assert met.sum(0).tolist() == [1, 1]
-    assert met.sum(1).tolist() == [1, 1]
-
-
 def test_on_an_edge_the_value_is_the_mean_and_a_hidden_edge_does_not_jump():
     lamp, board = (
         primitive(Segments((1.0, 2.0), (-1.0, 2.0)), emission=1.0),

@@ -16,7 +16,6 @@ from firstorder.io import flatland_from_toml, flatland_to_toml, read_svg
 from firstorder.io.svg import _paths as paths
 from firstorder.io.svg import reader as svg_module
 from firstorder.io.svg._materials import albedo_of
-from firstorder.io.svg._paths import Bezier, Conic, Subpath, shapes
 from firstorder.io.svg._shapes import affine, floats, length, subpaths
 from firstorder.io.svg._xml import tree
 from firstorder.io.svg.reader import _scene_from_svg
@@ -184,28 +183,6 @@ def test_curves_are_flattened_within_the_tolerance(d, tolerance):
     distance = np.linalg.norm(exact[:, None] - foot, axis=-1).min(1)
     assert distance.max() <= tolerance
     assert distance.max() > 1e-3 * tolerance  # and not by far too many chords
-
-
-def test_the_chords_of_a_curve_are_as_many_as_the_bound_asks_for():
-    """c'' of this parabola is (0, -8): 8 / (8 n^2) <= tolerance."""
-    parabola = Bezier(np.array([[0.0, 0.0], [1.0, 2.0], [2.0, 0.0]]))
-    assert len(parabola.within(1.0001 / 10**2)) - 1 == 10
-    with pytest.raises(ValueError, match="asks for more than 10000 chords"):
-        parabola.within(1e-12)
-
-
-def test_pieces_keep_their_places_when_they_are_mapped_and_turned():
-    A, b = np.array([[1.0, 0.3], [0.2, -2.0]]), np.array([0.5, 1.0])
-    for piece in (
-        Bezier(np.array([[0.0, 0.0], [1.0, 2.0], [2.0, 0.0], [3.0, 1.0]])),
-        Conic(np.array([1.0, 2.0]), np.array([2.0, 0.1]), np.array([0.0, 1.0]), 0.3, -2.0),
-    ):
-        p = piece.points(7)
-        np.testing.assert_allclose(piece.mapped(A, b).points(7), p @ A.T + b, atol=1e-14)
-        np.testing.assert_allclose(piece.turned().points(7), p[::-1], atol=1e-14)
-        second = np.diff(piece.points(1000), 2, axis=0) * 1000.0**2
-        assert np.max(np.hypot(*second.T)) <= piece.bend * (1 + 1e-6)
-    assert shapes(Subpath((Bezier(np.zeros((2, 2))),), False), 1.0) == []
 
 
 def test_groups_uses_and_transforms_add_up():

@@ -245,7 +245,7 @@ def _world(center: np.ndarray, axes: Axes) -> Matrix:
 def _round(center: np.ndarray, axes: Axes) -> dict[str, Any]:
     """A sphere by centre and radius, or turned; Mitsuba's cannot be ellipsoids."""
     radius = axes[0, 0]
-    if radius > 0.0 and np.array_equal(axes, radius * np.eye(3)):
+    if np.array_equal(axes, radius * np.eye(3)):
         return {"center": center.tolist(), "radius": float(radius)}
     if not _orthogonal(axes, 3):
         raise ValueError("Mitsuba has spheres and no ellipsoids, which this is one of.")

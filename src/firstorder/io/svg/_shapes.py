@@ -215,7 +215,7 @@ def _checked_path(d: str) -> str:
     length comes between the others.
     """
     parts = re.findall(r"([A-DF-Za-df-z])([^A-DF-Za-df-z]*)", d)
-    if not re.match(r"[Mm]", d) or "".join(c + n for c, n in parts) != d:
+    if not re.match(r"[Mm]", d):
         raise ValueError(f"`d` must begin with a move, but is {_short(d)!r}.")
     for command, numbers in parts:
         if command in "aA":  # its flags need no space between them
