@@ -35,7 +35,8 @@ class _Case(Choice):
 
     def _eval_derivative(self, s):
         yes, no, condition = cast(Any, self.args)
-        edges = (sympy.DiracDelta(level) * sympy.diff(level, s) for level in _levels(condition))
+        levels = _levels(condition)
+        edges = (on * sympy.DiracDelta(level) * sympy.diff(level, s) for level, on in levels)
         within = _Case(sympy.diff(yes, s), sympy.diff(no, s), condition)
         return within + (yes - no) * sympy.Add(*edges)
 
@@ -47,14 +48,17 @@ def _cased(integral: Any) -> Expr:
     def straight(e: Any) -> bool:
         if e.func is not sympy.Piecewise or len(e.args) != 2 or e.args[1].cond != sympy.true:
             return False
-        slopes = [sympy.diff(level, t) for level in _levels(e.args[0].cond)]
+        slopes = [sympy.diff(level, t) for level, _ in _levels(e.args[0].cond)]
         return any(slope != 0 for slope in slopes) and not any(slope.has(t) for slope in slopes)
 
     return integral.replace(straight, lambda e: _Case(*(a.expr for a in e.args), e.args[0].cond))
 
 
-def _levels(condition: Any) -> list[Expr]:
-    """Levels, positive where a condition holds: two for one of a size, none if it is not known."""
+def _levels(condition: Any) -> list[tuple[Expr, Expr]]:
+    """Levels, positive where a condition holds: two for one of a size, none if it is not known.
+
+    With each goes 1 where it is the level, else 0: that of a side is so where the side is positive.
+    """
     if condition.func not in (sympy.Lt, sympy.Le, sympy.Gt, sympy.Ge):
         return []
     level = condition.gts - condition.lts
@@ -62,7 +66,8 @@ def _levels(condition: Any) -> list[Expr]:
     if len(sizes) > 1:
         return []
     sides = [(size, sign * size.args[0]) for size in sizes for sign in (1, -1)]
-    return [level.xreplace({size: side}) for size, side in sides] or [level]
+    found = [(level.xreplace({size: side}), (1 + sympy.sign(side)) / 2) for size, side in sides]
+    return found or [(level, sympy.Integer(1))]
 
 
 def between_edges(expression: Expr) -> Expr:

@@ -264,9 +264,15 @@ def _cut(a: _One, b: _One) -> np.ndarray:
     start, end = (b.local(a.world(q)) for q in EDGES[a.kind])
     z, w = start[:, 2:], end[:, 2:]
     slack = _slack(z)
-    crosses = (z * w < 0.0) & (np.minimum(abs(z), abs(w)) > slack * np.max(abs(start - end)))
+    least = slack * np.max(abs(start - end))
+    crosses = (z * w < 0.0) & (np.minimum(abs(z), abs(w)) > least)
     q = start + np.where(crosses, z / np.where(crosses, z - w, 1.0), 0.0) * (end - start)
-    return b.world(q[crosses[:, 0] & (_gauge(b.kind, q) < 1.0 - slack)])
+    q = q[crosses[:, 0]]
+    if not a.closed and np.min(z) < -least and np.max(z) > least:
+        # It is cut along a chord, whose ends may be corners, and may lie on the other one's edge.
+        ends = np.concatenate([q, start[abs(z[:, 0]) <= least]])
+        q = np.concatenate([ends, np.mean(ends, 0, keepdims=True)])
+    return b.world(q[_gauge(b.kind, q) < 1.0 - slack])
 
 
 def _slack(a: np.ndarray) -> float:

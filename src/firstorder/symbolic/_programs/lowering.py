@@ -197,7 +197,8 @@ def _quadrature(
     endless = bool(lower.is_infinite)
     # K_1 has a logarithm where it breaks: panels shrink towards it.
     steps = NEAR if integral.function.has(sympy.besselk) else ()
-    breaks = _breaks(integral.function, t)
+    # An integral inside jumps at places of its own variable, and is smooth along this one.
+    breaks = [place for place in _breaks(integral.function, t) if place.free_symbols <= set(free)]
     ends = breaks if endless else [lower, upper, *breaks]
     integrand = _function([t, *free], [integral.function], unknowns, calls)
     places = _function(free, ends, unknowns, calls) if ends else lambda *values: []

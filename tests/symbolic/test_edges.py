@@ -1,0 +1,127 @@
+"""Derivatives of integrals with edges in them, against their values in closed form."""
+
+import numpy as np
+import pytest
+import sympy
+
+from firstorder.errors import Refused
+from firstorder.symbolic._edges import between_edges, differentiated, sifted
+
+x, t = sympy.symbols("x t", real=True)
+AT = (-0.4, 0.3, 0.45, 0.8, 1.6)
+
+
+def cases(yes, no, condition):
+    return sympy.Piecewise((yes, condition), (no, True))
+
+
+def value(expression, at):
+    return complex(expression.subs(x, sympy.Float(at)).doit().evalf())
+
+
+def within(at, low, high):
+    return low < at < high
+
+
+MOVING = {
+    "below": (
+        cases(t**2, sympy.sin(t), t < x),
+        lambda u: (u**2 - np.sin(u)) * within(u, 0.0, 1.0),
+    ),
+    "above": (
+        cases(t**2, 3, t > x),
+        lambda u: (3.0 - u**2) * within(u, 0.0, 1.0),
+    ),
+    "at half the speed": (
+        cases(sympy.exp(t), 0, 2 * t <= x + 1),
+        lambda u: 0.5 * np.exp(0.5 * u + 0.5) * within(u, -1.0, 1.0),
+    ),
+    "the other way": (
+        cases(1, 5, -3 * t >= x - 1),
+        lambda u: 4.0 / 3.0 * within(u, -2.0, 1.0),
+    ),
+    "a strip": (
+        cases(t + 1, 0, sympy.Abs(t - x) < sympy.Rational(1, 4)),
+        lambda u: (u + 1.25) * within(u, -0.25, 0.75) - (u + 0.75) * within(u, 0.25, 1.25),
+    ),
+    "a strip that widens": (
+        cases(t**2, 0, sympy.Abs(2 * t - 1) < x),
+        lambda u: (0.25 * (1 + u) ** 2 + 0.25 * (1 - u) ** 2) / 2.0 * within(u, 0.0, 1.0),
+    ),
+    "a sign": (
+        (t + 2) * sympy.sign(t - x),
+        lambda u: -2.0 * (u + 2.0) * within(u, 0.0, 1.0),
+    ),
+    "a step and what moves between edges": (
+        x**2 * sympy.Heaviside(x - t),
+        lambda u: u**2 * within(u, 0.0, 1.0) + 2.0 * u * min(max(u, 0.0), 1.0),
+    ),
+    "a case that depends on the place": (
+        cases(x * t, x**3, t < sympy.Rational(1, 2)),
+        lambda u: 0.125 + 1.5 * u**2,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", MOVING)
+def test_an_edge_inside_an_integral_sweeps_light_over(name):
+    integrand, rate = MOVING[name]
+    found = differentiated(sympy.Integral(integrand, (t, 0, 1)), x)
+    assert not found.has(sympy.DiracDelta)
+    np.testing.assert_allclose([value(found, u) for u in AT], [rate(u) for u in AT], atol=1e-12)
+
+
+def test_edges_sweep_over_the_whole_line_and_half_of_it():
+    bell, step = sympy.exp(-(t**2)), sympy.Heaviside(t - x)
+    for limits, low in [((t, -sympy.oo, sympy.oo), -9.0), ((t, 0, sympy.oo), 0.0)]:
+        found = differentiated(sympy.Integral(bell * step, limits), x)
+        true = [-np.exp(-(u**2)) * (u > low) for u in AT]
+        np.testing.assert_allclose([value(found, u) for u in AT], true, atol=1e-12)
+    found = differentiated(sympy.Integral(bell * step, (t, -sympy.oo, 1)), x)
+    np.testing.assert_allclose(
+        [value(found, u) for u in AT], [-np.exp(-(u**2)) * (u < 1.0) for u in AT]
+    )
+
+
+def test_edges_outside_of_integrals_have_no_derivative():
+    expression = x**2 * sympy.sign(x - 1) + sympy.Heaviside(x)
+    found = differentiated(expression, x)
+    assert sympy.simplify(found - 2 * x * sympy.sign(x - 1)) == 0
+    assert between_edges(3 * sympy.DiracDelta(x) + x) == x
+
+
+def test_an_edge_along_an_integral_is_one_of_the_result():
+    """It jumps in x for all t at once: nothing between edges."""
+    found = differentiated(sympy.Integral(t * sympy.sign(x - 1), (t, 0, 1)), x)
+    assert value(found, 0.3) == 0.0
+
+
+def test_diracs_pick_values():
+    delta = sympy.DiracDelta(2 * t - x)
+    found = sifted(sympy.Integral(t**3 * delta + t, (t, 0, 1)) + x)
+    np.testing.assert_allclose(value(found, 0.8), 0.4**3 / 2 + 0.5 + 0.8)
+    np.testing.assert_allclose(value(found, 2.4), 0.5 + 2.4)
+
+
+BENT = {
+    "an edge that bends": sympy.DiracDelta(t**2 - x),
+    "two edges at once": sympy.DiracDelta(t - x) * sympy.DiracDelta(t - 2 * x),
+    "a change of a jump": sympy.DiracDelta(t - x, 1),
+}
+
+
+@pytest.mark.parametrize("name", BENT)
+def test_what_has_no_closed_form_is_refused(name):
+    with pytest.raises(Refused, match="not straight"):
+        sifted(sympy.Integral(t * BENT[name], (t, 0, 1)))
+
+
+def test_cases_stay_cases():
+    """What comes out has SymPy's own cases, also where a level is not known."""
+    found = differentiated(sympy.Integral(cases(x * t, x**2, t < x), (t, 0, 1)), x)
+    assert {f.func.__name__ for f in found.atoms(sympy.Function)} <= {"sign", "Piecewise"}
+    both = sympy.And(t < 2, t > 0)
+    found = differentiated(sympy.Integral(cases(x * t, x**2, both), (t, 0, 1)), x)
+    np.testing.assert_allclose(value(found, 0.3), 0.5)
+    nested = sympy.Abs(sympy.Abs(t - x) - 1) < 2
+    assert value(differentiated(sympy.Integral(cases(x, 0, nested), (t, 0, 1)), x), 0.3) == 1.0
