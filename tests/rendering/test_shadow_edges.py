@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from firstorder.rendering._shadow_edges import edge_weights, shadow_edges
+from firstorder.rendering._shadow_edges import beside_seen, edge_weights, shadow_edges
 
 
 def pairs(seen, wraps):
@@ -52,3 +52,21 @@ def test_weights_are_those_of_half_way_blockers_and_of_horizons():
     assert sorted(asked) == [1, 2]  # each once
     above = np.array([[True, False, True, True]])
     assert edge_weights(edges, seen, above, half).tolist() == [0.0, 1.0]  # a horizon stands still
+
+
+@pytest.mark.parametrize("wraps", [False, True])
+@pytest.mark.parametrize(
+    ("rows", "columns", "share"), [(7, 9, 0.06), (5, 6, 0.1), (2, 12, 0.05), (1, 3, 0.3)]
+)
+def test_hidden_nodes_are_beside_a_visible_one_of_their_row_or_column(wraps, rows, columns, share):
+    hidden = np.random.default_rng(1).uniform(size=(4, rows, columns)) > share
+    true = np.zeros_like(hidden)
+    for k, i, j in np.argwhere(hidden):
+        for a in range(rows):
+            true[k, i, j] |= abs(a - i) <= 2 and not hidden[k, a, j]
+        for b in range(columns):
+            apart = abs(b - j)
+            apart = min(apart, columns - apart) if wraps else apart
+            true[k, i, j] |= apart <= 2 and not hidden[k, i, b]
+    np.testing.assert_array_equal(beside_seen(hidden, wraps), true)
+    assert 0 < np.sum(true) < np.sum(hidden) or rows == 1

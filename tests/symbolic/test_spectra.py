@@ -128,7 +128,9 @@ NO_FORM = {
 def test_a_function_of_one_linear_form_is_a_profile_along_it(name):
     expression, slopes, offset = FORMS[name]
     formula = Formula(expression, (x, v), FRAME)
-    found, b = spectra._linear_form(formula)
+    form = spectra._linear_form(formula)
+    assert form is not None
+    found, b = form
     assert [sympy.expand(p - q) for p, q in zip(found, slopes, strict=True)] == [0, 0]
     assert b == offset
     profile = spectra._along(formula, found, b, t)

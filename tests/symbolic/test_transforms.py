@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 import sympy
 
-from firstorder.symbolic._programs.functions import Moment
+from firstorder.symbolic._programs import functions
 from firstorder.symbolic._transforms import closed_transform, with_moments_at_once
 
+Moment: Any = functions.Moment
 t, a = sympy.symbols("t a", real=True)
 END, RATES = 1.7, (0.0, 0.3, -0.8)
 third = sympy.Rational(1, 3)

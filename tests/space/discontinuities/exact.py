@@ -99,8 +99,8 @@ def turns(start, end, radius, others):
 
 def told(table):
     """Sizes of what a table says of the lowest derivative that jumps."""
-    bend = np.where(table.kind == PLANE, 0.0, table.jump_E2)
-    return np.abs(table.jump_E1 + bend + table.root_before + table.root_after)
+    second = table.jump_E2 + table.root_before + table.root_after
+    return np.abs(np.where(table.kind == PLANE, table.jump_E1, second))
 
 
 def crossings(mesh, kind, start=START):

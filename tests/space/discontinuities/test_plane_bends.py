@@ -83,15 +83,6 @@ def test_a_line_that_is_walked_back_meets_the_same_jump_of_the_second_derivative
     np.testing.assert_allclose(back.jump_E2[::-1], -table.jump_E2, rtol=1e-6)
 
 
-def test_nothing_is_told_where_a_line_of_a_wall_lies_in_the_plane():
-    neon = cylinder((0.3, 1.5, 0.6), (0.3, 1.5, 1.4), 0.1)
-    column = cylinder((-0.3, 0.6, 0.0), (-0.3, 0.6, 0.8), 0.2)
-    table = found(Scene.of(primitive(neon, emission=1.0), primitive(column)))
-    kinked = table.take(np.abs(table.jump_E1) > 0.02)
-    assert len(kinked) > 3
-    assert not np.any(kinked.jump_E2)
-
-
 @pytest.mark.parametrize("part", ["_of_vertices", "_of_edges", "_of_bodies"])
 def test_what_crosses_the_plane_and_is_left_out_is_seen(monkeypatch, part):
     names = {"_of_vertices": "a plate under a sheet", "_of_edges": "a disc before an edge"}

@@ -8,7 +8,7 @@ import pytest
 from firstorder.space import Receiver, Scene, cylinder, disc, ellipsoid, primitive, sphere, triangle
 from firstorder.space.discontinuities import _tangents as tangents
 from firstorder.space.discontinuities._edges import edges_of
-from firstorder.space.discontinuities._rounds import BALL, rounds_of
+from firstorder.space.discontinuities._rounds import BALL, WALL, rounds_of
 
 AT = Receiver.at((-1.0, 0.1, 0.0))
 ORIGIN, ALONG, REACH = np.array([-1.0, 0.1, 0.0]), np.array([0.96, 0.28, 0.0]), 2.0
@@ -217,3 +217,65 @@ def test_a_table_without_rows_has_none():
     t, rows = tangents.no_tangents()
     assert t.shape == (0,)
     assert [a.shape for a in rows] == [(0, 3)] * 3 + [(0, 2)] + [(0,)] * 3
+
+
+# --- walls that are seen endwise -----------------------------------------------------------------
+
+BELOW, X = Receiver.at((0.0, 0.0, 0.0)), np.array([1.0, 0.0, 0.0])
+
+
+def bodies(*shapes):
+    scene = Scene.of(*map(primitive, shapes))
+    return edges_of(scene, BELOW), rounds_of(scene)
+
+
+@pytest.mark.parametrize("ends", [(1.0, 3.0), (3.0, 1.0)])
+def test_an_upright_wall_is_seen_endwise_from_the_circle_below_it(ends):
+    """Both rims are circles of the curvatures r / R against each other there."""
+    ball = sphere((9.0, 9.0, 9.0), 1.0)
+    tube = cylinder((2.0, 0.3, ends[0]), (2.0, 0.3, ends[1]), 0.5)
+    t, rows = tangents.endwise_along(*bodies(ball, tube), BELOW, X, 4.0)
+    np.testing.assert_allclose(np.sort(t), [1.6, 2.4], rtol=1e-12)
+    np.testing.assert_allclose(rows.place, t[:, None] * X)
+    np.testing.assert_allclose(rows.u, [[0.0, 0.0, 1.0]] * 2, atol=1e-12)
+    np.testing.assert_allclose(rows.m, (rows.place - [2.0, 0.3, 0.0]) / 0.5, atol=1e-12)
+    np.testing.assert_allclose(rows.r, [[1.0, 3.0]] * 2, rtol=1e-12)
+    near, far = -1.0 / 0.5, -3.0 / 0.5
+    np.testing.assert_allclose(rows.curvature, [near - far] * 2, rtol=1e-9)
+    np.testing.assert_allclose(rows.bend, [(near + far) / 2.0] * 2, rtol=1e-9)
+    # (k_1 + k_2) / (2 sqrt(k_1 k_2)) of a lens
+    np.testing.assert_allclose(rows.fill, [2.0 / np.sqrt(3.0)] * 2, rtol=1e-9)
+    assert len(tangents.endwise_along(*bodies(ball, tube), BELOW, X, 2.0)[0]) == 1
+    assert len(tangents.endwise_along(*bodies(ball, tube), BELOW, -X, 4.0)[0]) == 0
+
+
+def test_a_leaning_wall_is_seen_along_its_axis():
+    """Its axis (3, 0, 4) / 5 meets the plane at x = 0.25, and the wall is 0.2 / 0.8 beside it."""
+    base, axis = np.array([1.0, 0.0, 1.0]), np.array([0.6, 0.0, 0.8])
+    tube, at = cylinder(base, base + 2.0 * axis, 0.2), Receiver.at((-1.0, 0.0, 0.0))
+    t, rows = tangents.endwise_along(*bodies(tube), at, X, 4.0)
+    order = np.argsort(t)
+    np.testing.assert_allclose(t[order], [1.0, 1.5], atol=1e-12)
+    np.testing.assert_allclose(rows.u, [axis] * 2, atol=1e-12)
+    out = np.array([0.8, 0.0, -0.6])
+    np.testing.assert_allclose(rows.m[order], [-out, out], atol=1e-12)
+    to_base = (base - rows.place) @ axis
+    np.testing.assert_allclose(rows.r, np.stack([to_base, to_base + 2.0], -1), rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "there"),
+    [(1.0, 3.0, True), (-3.0, -1.0, False), (-1.0, 1.0, False), (-0.1, 3.0, False)],
+)
+def test_eyes_below_the_ends_of_a_wall_see_it_endwise(low, high, there):
+    edges, rounds = bodies(cylinder((2.0, 0.0, low), (2.0, 0.0, high), 0.5))
+    (wall,) = np.flatnonzero(rounds.kind == WALL)
+    _, found = tangents.endwise_at(edges, rounds, BELOW, 1.5 * X[None], np.array([wall]))
+    assert found.tolist() == [there]
+
+
+def test_a_rim_in_the_floor_is_too_near():
+    edges, rounds = bodies(cylinder((2.0, 0.0, 1e-9), (2.0, 0.0, 2.0), 0.5))
+    (wall,) = np.flatnonzero(rounds.kind == WALL)
+    _, found = tangents.endwise_at(edges, rounds, BELOW, 1.5 * X[None], np.array([wall]))
+    assert found.tolist() == [False]

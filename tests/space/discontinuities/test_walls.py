@@ -17,7 +17,7 @@ from firstorder.space import (
     rectangle,
     sphere,
 )
-from firstorder.space.discontinuities import _endwise, _rounds, _walls, discontinuity_mesh
+from firstorder.space.discontinuities import _rounds, _tangents, _walls, discontinuity_mesh
 from tests.space.discontinuities.exact import (
     JUMP,
     PLANE,
@@ -251,14 +251,14 @@ def error(name):
 
 
 def test_a_hull_taken_for_a_lens_is_seen(monkeypatch):
-    right = _endwise.endwise_at
+    right = _tangents.endwise_at
 
     def spoilt(*args):
         rows, there = right(*args)
         return rows._replace(fill=np.ones(len(rows.fill))), there
 
     assert error("one over a crate") < 2e-5
-    monkeypatch.setattr(_endwise, "endwise_at", spoilt)
+    monkeypatch.setattr(_tangents, "endwise_at", spoilt)
     assert error("one over a crate") > 1e-3
 
 

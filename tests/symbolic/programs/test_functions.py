@@ -1,12 +1,16 @@
 """Unknown functions and moments as SymPy's: what they differentiate to, and how they read."""
 
+from typing import Any
+
 import pytest
 import sympy
 
-from firstorder.symbolic._programs.functions import Moment, unknown_function
+from firstorder.symbolic._programs import functions
+from firstorder.symbolic._programs.functions import unknown_function
 
 x, theta, w = sympy.symbols("x theta w", real=True)
 L = unknown_function("L", ("x", "theta"))
+Moment: Any = functions.Moment
 
 
 def test_derivatives_are_named_by_their_coordinates():

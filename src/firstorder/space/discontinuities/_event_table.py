@@ -35,11 +35,10 @@ class EventsAlong:
         visible: whether the receiver sees the edges line up. Of events that it does not see, which
             are given only if asked for, all jumps are zero.
         jump_E1: of dE/dx, towards larger x, where a closed form is known (0 elsewhere) [W/m^3].
-        jump_E2: of the second derivative, likewise; where dE/dx jumps too unless a line of a
-            cylinder's wall lies in that plane [W/m^4].
+        jump_E2: of the second derivative, likewise; where dE/dx jumps too [W/m^4].
         root_before, root_after: c of `c / sqrt(|x - x_event|)`, by which the second derivative
-            grows towards an event from either side; where outlines touch, one of the two
-            [W/m^3.5].
+            grows towards an event from either side: where outlines touch, one of the two, and where
+            lines of walls end in a plane of edges [W/m^3.5].
     """
 
     x: Float[np.ndarray, " n"]

@@ -175,7 +175,7 @@ def vertex_edge_bends(
 
 
 def _on_strips(scene: Scene, at: Receiver, edges: Edges, place, m, asked) -> np.ndarray:
-    """Which planes of those asked about make E' jump: nobody knows the jump of E'' there."""
+    """Which planes of those asked about make E' jump: the jump of E'' there is `_plane_bends`'."""
     flat = np.flatnonzero(asked)
     planes = place[flat], m[flat]
     found = strips(edges, rounds_of(scene), at, *planes)

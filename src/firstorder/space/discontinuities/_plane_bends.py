@@ -1,4 +1,4 @@
-"""Jumps of E'' where E' jumps: at planes in which edges, or the halves of discs, lie.
+"""Jumps of E'' where E' jumps: at planes in which edges, lines of walls, or halves of discs lie.
 
 For an eye at the height h over such a plane, `h = x s` with `s = d . m`, light changes by what rays
 see that go through it at points p, between the edges of the plane, which stay where they are:
@@ -17,6 +17,13 @@ move along the plane by `x (1 - r / q) (d . tau - s c)` at the distance r, with 
     s (s c - d . tau) cos(theta) (1/r_a - 1/q)^2 (K_after - K_before)
 
 where K is that of the crossing, on those sides of the plane on which there is one.
+
+A line of a wall does not stay where it is: an eye at the height h sees it as an edge that is higher
+by `b h^2 / 2` (`InPlane.lifts`). That gives
+
+    s^2 integral cos(theta) K (b_far / r_far - b_near / r_near) d(omega)
+
+and what happens at its ends is in `_wall_ends`.
 """
 
 from __future__ import annotations
@@ -27,6 +34,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from firstorder.space.discontinuities._edges import Edges, dot, fans, unit
+from firstorder.space.discontinuities._lines_of_sight import merged
 from firstorder.space.discontinuities._queries import crossing_sum, is_seen, steps, tangential
 from firstorder.space.discontinuities._rounds import (
     FLAT,
@@ -37,7 +45,15 @@ from firstorder.space.discontinuities._rounds import (
     outline_at,
     plane_form,
 )
-from firstorder.space.discontinuities._strips import InPlane, Strips, in_plane, strip_sums, sums
+from firstorder.space.discontinuities._strips import (
+    InPlane,
+    Strips,
+    in_plane,
+    strip_sums,
+    sums,
+    touching_walls,
+)
+from firstorder.space.discontinuities._wall_ends import end_moves, tip_bends, tips_of, wall_ends
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
 
@@ -68,8 +84,8 @@ class Crossings(NamedTuple):
 
 def plane_bends(
     scene: Scene, edges: Edges, rounds: Rounds, at: Receiver, places, normals, d, found: Strips
-) -> Float[np.ndarray, " n"]:
-    """Jumps of E'' along a line where E' jumps; zero where a line of a wall is in the plane.
+) -> Float[np.ndarray, "3 n"]:
+    """What E'' does along a line where E' jumps: jumps, and roots before and after.
 
     Args:
         scene: of one band.
@@ -77,24 +93,30 @@ def plane_bends(
         rounds: likewise.
         at: gives the normal and the shape on which receivers lie.
         places: of a receiver on each plane [m].
-        normals: of the planes.
+        normals: of the planes, on the side to which the line goes.
         d: unit direction of the line.
         found: strips of the planes.
     """
-    normals = normals * np.where(normals @ d < 0.0, -1.0, 1.0)[:, None]
     speed = normals @ d
     shown = strip_sums(scene, at, edges, places, normals, found)
-    bends = 4.0 * speed * sums(found.row, shown * (found.turn @ d), len(places))
     seen = is_seen(scene, sums(found.row, found.weight * shown, len(places)))
-    tables = [_crossings(edges, rounds, at, k, places[k], normals[k]) for k in np.flatnonzero(seen)]
-    known = seen.copy()
-    known[seen] = [table is not None for table in tables]
-    tables = [table for table in tables if table is not None]
+    bends = np.zeros((3, len(places)))
+    bends[0] = 4.0 * speed * sums(found.row, shown * (found.turn @ d), len(places))
+    bends[0] += speed**2 * sums(found.row, shown * found.lift, len(places))
+    tables, tips = [], []
+    for k in np.flatnonzero(seen).tolist():
+        here = in_plane(edges, rounds, at, places[k], normals[k])
+        tables.append(_crossings(edges, rounds, at, here, k, places[k], normals[k]))
+        ends, own = wall_ends(here, at, k, places[k], normals[k]), found.row == k
+        tips.append(tips_of(here, edges, places[k], ends))
+        strips = Strips(*(a[own] for a in found))
+        bends[0, k] += speed[k] * end_moves(here, edges, at, d, ends, strips, shown[own])
     if tables:
-        rows = Crossings(*(np.concatenate(a) for a in zip(*tables, strict=True)))
+        rows = merged(tables)
         parts = _parts(scene, edges, at, places, normals, d, rows)
-        bends = bends + speed * sums(rows.row, parts, len(places))
-    return np.where(known, bends, 0.0)
+        bends[0] += speed * sums(rows.row, parts, len(places))
+        bends += tip_bends(scene, edges, at, places, d, merged(tips))
+    return np.where(seen, bends, 0.0)
 
 
 def _parts(scene: Scene, edges: Edges, at: Receiver, places, normals, d, rows: Crossings):
@@ -123,23 +145,25 @@ def _parts(scene: Scene, edges: Edges, at: Receiver, places, normals, d, rows: C
 # --- what crosses a plane ------------------------------------------------------------------------
 
 
-def _crossings(edges: Edges, rounds: Rounds, at: Receiver, row, place, m) -> Crossings | None:
-    """All crossings of one plane; none are known if a line of a wall is in it."""
-    here = in_plane(edges, rounds, at, place, m)
-    if here.walls.shape[1]:
-        return None
-    parts = _of_vertices(edges, here, m), _of_edges(edges, here), _of_bodies(rounds, here, place, m)
+def _crossings(
+    edges: Edges, rounds: Rounds, at: Receiver, here: InPlane, row, place, m
+) -> Crossings:
+    """All crossings of one plane."""
+    bodies = rounds.take(~touching_walls(rounds, place, m, edges.near))
+    parts = _of_vertices(edges, here, m), _of_edges(edges, here), _of_bodies(bodies, here, place, m)
     point, way, side, vertex = (np.concatenate(a) for a in zip(*parts, strict=True))
     q = np.linalg.norm(point - place, axis=-1)
     u = (point - place) / q[:, None]
     r, there = here.distances(u @ here.frame.T, edges.near)
     there &= (np.abs(r - q[:, None]) > edges.near) & (u @ np.asarray(at.normal) > OFF)[:, None]
     k, a = np.nonzero(there)
-    straight = np.flatnonzero(a < len(here.inside))
-    edge = here.inside[a[straight]]
+    # A vertex with an edge in the plane has no event of its own there.
+    flat = (edges.touch.astype(float) @ edges.coplanar) > 0.0
+    walls = np.any(edges.touch[:, here.inside], axis=1, keepdims=True)
+    flat = np.append(flat[:, here.inside], np.tile(walls, len(here.outwards)), axis=1)
+    of = np.flatnonzero((vertex[k] >= 0) & (a < len(here.start)))
     own = np.zeros(len(k), bool)
-    in_line = (edges.touch.astype(float) @ edges.coplanar) > 0.0
-    own[straight] = (vertex[k[straight]] >= 0) & ~in_line[vertex[k[straight]], edge]
+    own[of] = ~flat[vertex[k[of]], a[of]]
     start = place + r[k, a][:, None] * u[k]
     along = here.tangents(start, place, a)
     rows = np.full(len(k), row)

@@ -12,7 +12,6 @@ from firstorder.space.discontinuities._curves import (
     within,
 )
 from firstorder.space.discontinuities._edges import Edges, dot, fans, unit
-from firstorder.space.discontinuities._endwise import endwise_at
 from firstorder.space.discontinuities._event_table import TOUCH
 from firstorder.space.discontinuities._jumps import (
     tangent_roots,
@@ -39,6 +38,7 @@ from firstorder.space.discontinuities._tangents import (
     common_planes,
     edge_tangents,
     edge_tangents_at,
+    endwise_at,
 )
 from firstorder.space.discontinuities._walls import planes_of_wall
 from firstorder.space.receiver import Receiver

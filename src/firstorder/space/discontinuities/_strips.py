@@ -18,7 +18,7 @@ from firstorder.space.discontinuities._rounds import (
     null_directions,
     plane_form,
 )
-from firstorder.space.discontinuities._walls import across, line_of_wall
+from firstorder.space.discontinuities._walls import across, line_of_wall, radius_of_wall
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
 
@@ -34,6 +34,9 @@ class Strips(NamedTuple):
         r: a distance between the two edges along it [m].
         weight: the integral of `cos(theta) (1/r_near - 1/r_far)` over the angle [1/m].
         turn: that of `cos(theta) (1/r_near^2 - 1/r_far^2) u` [1/m^2].
+        lift: that of `cos(theta) (b_far / r_far - b_near / r_near)` with `b` of `lifts` [1/m^2].
+        angles: where it begins and ends, in the frame of the plane [rad].
+        lines: numbers of the two edges, as in `InPlane.distances`.
     """
 
     row: Int[np.ndarray, " k"]
@@ -41,6 +44,9 @@ class Strips(NamedTuple):
     r: Float[np.ndarray, " k"]
     weight: Float[np.ndarray, " k"]
     turn: Float[np.ndarray, "k 3"]
+    lift: Float[np.ndarray, " k"]
+    angles: Float[np.ndarray, "k 2"]
+    lines: Int[np.ndarray, "k 2"]
 
 
 def strips(edges: Edges, rounds: Rounds, at: Receiver, places, normals) -> Strips:
@@ -53,8 +59,8 @@ def strips(edges: Edges, rounds: Rounds, at: Receiver, places, normals) -> Strip
         places: of a receiver on each plane, shape (n, 3) [m].
         normals: of the planes, unit vectors, likewise.
     """
-    none = np.zeros((0, 3))
-    found = [Strips(np.zeros(0, int), none, none[:, 0], none[:, 0], none)]
+    none, pairs, ways = np.zeros(0), np.zeros((0, 2)), np.zeros((0, 3))
+    found = [Strips(none.astype(int), ways, none, none, ways, none, pairs, pairs.astype(int))]
     for row, (place, m) in enumerate(zip(places, normals, strict=True)):
         found += _strips_of(edges, rounds, at, row, place, m)
     return Strips(*(np.concatenate(a) for a in zip(*found, strict=True)))
@@ -67,10 +73,13 @@ def _strips_of(edges: Edges, rounds: Rounds, at: Receiver, row: int, place, m) -
     if len(start) + 2 * len(arcs.center) < 2:
         return []
     piercing = _piercing(edges, here.flat, here.height, here.on)
-    points = np.concatenate([here.flat[here.on], *here.walls, piercing])
-    angles = _break_angles(points, _null_angles(rounds, place, here.frame), arcs.tangents())
+    straight = slice(len(here.inside), None)
+    points = np.concatenate([here.flat[here.on], start[straight], end[straight], piercing])
+    crossing = rounds.take(~touching_walls(rounds, place, m, edges.near))
+    angles = _break_angles(points, _null_angles(crossing, place, here.frame), arcs.tangents())
     ways = _ways(0.5 * (angles[1:] + angles[:-1]))
     r, there = here.distances(ways, edges.near)
+    rises = np.append(here.lifts(m), np.zeros(2 * len(arcs.center)))
     found = []
     for cell in np.flatnonzero(np.sum(there, axis=1) > 1):
         seen = np.flatnonzero(there[cell])
@@ -78,12 +87,15 @@ def _strips_of(edges: Edges, rounds: Rounds, at: Receiver, row: int, place, m) -
         far = r[cell, seen]
         apart = np.append(True, np.diff(far) > edges.near)  # edges that share their line are one
         seen, far = seen[apart], far[apart]
-        parts = _integrals(start, end, arcs, *angles[cell : cell + 2])
-        weight, turn = (here.slope * -np.diff(a[seen], axis=0) for a in parts)
+        once, twice = _integrals(start, end, arcs, *angles[cell : cell + 2])
+        parts = once, twice, -rises * once
+        weight, turn, lift = (here.slope * -np.diff(a[seen], axis=0) for a in parts)
         n = len(weight)
         u = np.tile(ways[cell] @ here.frame, (n, 1))
         middle = 0.5 * (far[:-1] + far[1:])
-        found.append(Strips(np.full(n, row), u, middle, weight, turn @ here.frame))
+        ends, lines = np.tile(angles[cell : cell + 2], (n, 1)), np.stack([seen[:-1], seen[1:]], -1)
+        strip = Strips(np.full(n, row), u, middle, weight, turn @ here.frame, lift, ends, lines)
+        found.append(strip)
     return found
 
 
@@ -128,7 +140,8 @@ class InPlane(NamedTuple):
         flat: their coordinates from the receiver [m].
         on: which vertices lie in the plane.
         inside: numbers of edges that do.
-        walls: both ends of lines in which walls touch it [m].
+        walls: that touch it.
+        outwards: unit normals of the plane, out of those walls.
         arcs: discs and rims.
         start, end: of the edges, and of the lines of walls after them [m].
     """
@@ -139,7 +152,8 @@ class InPlane(NamedTuple):
     flat: Float[np.ndarray, "v 2"]
     on: Bool[np.ndarray, " v"]
     inside: Int[np.ndarray, " e"]
-    walls: Float[np.ndarray, "2 k 2"]
+    walls: Rounds
+    outwards: Float[np.ndarray, "k 3"]
     arcs: Arcs
     start: Float[np.ndarray, "m 2"]
     end: Float[np.ndarray, "m 2"]
@@ -151,6 +165,19 @@ class InPlane(NamedTuple):
         there = r > near
         there[:, : len(self.start)] &= (share > 0.0) & (share < 1.0)
         return r, there
+
+    def lifts(self, m) -> Float[np.ndarray, " l"]:
+        """By how much lines seem higher, `b s^2 x^2 / 2` on `m`, to an eye at `x s` above [1/m].
+
+        Edges by nothing. A wall is touched farther on, by an eye above the plane and by one below:
+        `b = rho / D^2` out of it, with the radius of curvature rho, at the distance D of the line.
+        """
+        straight = len(self.inside)
+        inverse = _inverse_distances(self.start[straight:], self.end[straight:])
+        bends = (
+            (self.outwards @ m) * radius_of_wall(self.walls, self.outwards) * dot(inverse, inverse)
+        )
+        return np.append(np.zeros(straight), bends)
 
     def tangents(self, point, place, number) -> Float[np.ndarray, "n 3"]:
         """Vectors along lines or arcs at points of theirs, by numbers as in `distances`."""
@@ -172,10 +199,13 @@ def in_plane(edges: Edges, rounds: Rounds, at: Receiver, place, m) -> InPlane:
     flat = (edges.vertices - place) @ frame.T
     on = np.abs(height) <= edges.near
     inside = np.flatnonzero(np.all(on[edges.ends], axis=1))
-    walls = (_lines_of_walls(rounds, place, m, edges.near) - place) @ frame.T
-    start, end = np.concatenate([flat[edges.ends[inside].T], walls], axis=1)
+    walls = rounds.take(touching_walls(rounds, place, m, edges.near))
+    outwards = -np.sign((walls.center - place) @ m)[:, None] * m
+    first, way = line_of_wall(walls, outwards)
+    lines = (np.stack([first, first + way]) - place) @ frame.T
+    start, end = np.concatenate([flat[edges.ends[inside].T], lines], axis=1)
     arcs = _arcs_in(rounds, place, m, frame, edges.near)
-    return InPlane(frame, slope, height, flat, on, inside, walls, arcs, start, end)
+    return InPlane(frame, slope, height, flat, on, inside, walls, outwards, arcs, start, end)
 
 
 class Arcs(NamedTuple):
@@ -218,15 +248,11 @@ def _arcs_in(rounds: Rounds, place, m, frame, near) -> Arcs:
     return Arcs((one.center - place) @ frame.T, np.linalg.inv(spread))
 
 
-def _lines_of_walls(rounds: Rounds, place, m, near) -> Float[np.ndarray, "2 k 3"]:
-    """Both ends of lines in which walls touch a plane."""
-    walls = rounds.take(rounds.kind == WALL)
-    height, level = (walls.center - place) @ m, np.abs(walls.axes[..., 2] @ m) <= near
-    touches = level & (
-        np.abs(np.abs(height) - np.sqrt(np.maximum(form(across(walls), m), 0.0))) <= near
-    )
-    start, way = line_of_wall(walls.take(touches), -np.sign(height[touches, None]) * m)
-    return np.stack([start, start + way])
+def touching_walls(rounds: Rounds, place, m, near) -> Bool[np.ndarray, " b"]:
+    """Which bodies are walls that touch a plane along a line."""
+    height, level = (rounds.center - place) @ m, np.abs(rounds.axes[..., 2] @ m) <= near
+    reach = np.sqrt(np.maximum(form(across(rounds), m), 0.0))
+    return (rounds.kind == WALL) & level & (np.abs(np.abs(height) - reach) <= near)
 
 
 def _piercing(edges: Edges, flat, height, on) -> Float[np.ndarray, "k 2"]:

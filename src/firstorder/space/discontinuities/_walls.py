@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from firstorder.space.discontinuities._edges import dot, unit
 from firstorder.space.discontinuities._rounds import ANGLES, Rounds, form, frame_across
 
 HALVINGS = 60
@@ -41,6 +42,16 @@ def line_of_wall(wall: Rounds, n) -> tuple[np.ndarray, np.ndarray]:
     S, a = across(wall), wall.axes[..., 2]
     foot = wall.center + np.einsum("...ij,...j->...i", S, n) / np.sqrt(form(S, n))[..., None]
     return foot - a, np.broadcast_to(2.0 * a, foot.shape)
+
+
+def radius_of_wall(wall: Rounds, n) -> Float[np.ndarray, "*b"]:
+    """Radii of curvature of walls, across their axes, where planes with outward normals touch [m].
+
+    `det(S) / (n S n)^(3/2)`, for S in the plane across the axis.
+    """
+    b, a = wall.axes[..., :2], wall.axes[..., 2]
+    section = dot(np.cross(b[..., 0], b[..., 1]), unit(a))
+    return section**2 / form(across(wall), n) ** 1.5
 
 
 def planes_of_wall(wall: Rounds, center, spread) -> Float[np.ndarray, "n 3"]:

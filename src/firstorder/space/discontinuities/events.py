@@ -10,11 +10,11 @@ order in which they cover each other changes, and
     a shape that the line runs into             E jumps
 
 For a vertex and an edge, or three edges, an outline of a round body is an edge as well. Closed
-forms are in `_jumps` and `_plane_bends`. Parallel edges lie in a plane, and so do the edges of a
-face, both halves of a disc or of a cylinder's rim, and an edge and a line of a wall that is
-parallel to it. The rims of a cylinder touch for a receiver that looks along its wall. Where lines
-of a wall meet a rim an outline has no corner: what crosses it there makes no jump before that of
-E''', and no event. All of it is found on the host, from concrete scenes.
+forms are in `_jumps`, `_plane_bends` and `_wall_ends`. Parallel edges lie in a plane, and so do the
+edges of a face, both halves of a disc or of a cylinder's rim, and an edge and a line of a wall that
+is parallel to it. The rims of a cylinder touch for a receiver that looks along its wall. Where
+lines of a wall meet a rim an outline has no corner: what crosses it there makes no jump before that
+of E''', and no event. All of it is found on the host, from concrete scenes.
 """
 
 from __future__ import annotations
@@ -28,7 +28,6 @@ from firstorder._argument_checks import check_finite, check_positive
 from firstorder.scene._arguments import check_asked_one, numbers
 from firstorder.space.discontinuities._contacts import round_contacts
 from firstorder.space.discontinuities._edges import Edges, edges_of, unit
-from firstorder.space.discontinuities._endwise import endwise_along
 from firstorder.space.discontinuities._event_table import ORDERS, TOUCH, EventsAlong, joined
 from firstorder.space.discontinuities._jumps import (
     tangent_roots,
@@ -50,7 +49,11 @@ from firstorder.space.discontinuities._round_lines import (
 )
 from firstorder.space.discontinuities._rounds import Rounds, rounds_of
 from firstorder.space.discontinuities._strips import plane_slopes, strips
-from firstorder.space.discontinuities._tangents import body_tangents_along, edge_tangents_along
+from firstorder.space.discontinuities._tangents import (
+    body_tangents_along,
+    edge_tangents_along,
+    endwise_along,
+)
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
 
@@ -63,9 +66,8 @@ def visual_events_along(
     Light is what shapes of constant radiance and a constant sky emit, as for `irradiance`.
 
     Valid for: shapes that do not run into each other, and lines along which no two outlines of
-    different bodies stay in line. Where E' jumps E'' does as well (`_plane_bends`); what it does is
-    left out where a line of a wall lies in the plane: a jump, and growth like `1 / sqrt(x)` if that
-    line ends at a rim within the strip.
+    different bodies stay in line. Where E' jumps E'' does as well, and it grows like `1 / sqrt(x)`
+    on one side if a line of a wall in that plane ends before or behind another edge.
     Where two round outlines touch, or three cross, is looked for on a grid, and two such places
     very close to each other may be missed. Where a vertex lies on a round outline that one of its
     edges all but touches, the jump is large, holds for a hair's breadth only, and may be wrong.
@@ -165,6 +167,7 @@ def _planes(
     scene: Scene, edges: Edges, rounds: Rounds, at: Receiver, way, reach: float
 ) -> EventsAlong:
     x, normals = planes_along(edges, rounds, at, way, reach)
+    normals = normals * np.where(normals @ way < 0.0, -1.0, 1.0)[:, None]
     places = np.asarray(at.position) + x[:, None] * way
     found = strips(edges, rounds, at, places, normals)
     slopes = plane_slopes(scene, at, edges, places, normals, found)
@@ -172,8 +175,8 @@ def _planes(
     r, u = found.r[first, None], found.u[first]
     slope = slopes[rows] * np.abs(normals[rows] @ way)
     seen = is_seen(scene, slopes[rows])
-    bend = plane_bends(scene, edges, rounds, at, places, normals, way, found)[rows]
-    return _table(at, way, "two edges in a plane", x[rows], u, r, seen, slope=slope, bend=bend)
+    bend, *roots = plane_bends(scene, edges, rounds, at, places, normals, way, found)[:, rows]
+    return _table(at, way, "two edges in a plane", x[rows], u, r, seen, slope, bend, roots)
 
 
 def _touches(scene: Scene, edges: Edges, at: Receiver, way, found) -> EventsAlong:
