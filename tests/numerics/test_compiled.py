@@ -47,11 +47,28 @@ def test_numbers_are_arguments_and_words_are_part_of_the_program(counted):
 
 
 @pytest.mark.parametrize("way", [jax.jit, jax.vmap, jax.grad, jax.jacfwd])
-def test_under_a_transformation_it_is_the_plain_function(way, counted):
+def test_in_a_program_of_the_callers_it_is_the_plain_function(way, counted):
     x = jnp.ones(3) if way is jax.vmap else jnp.array(1.0)
     np.testing.assert_allclose(way(counted.f)(x), way(lambda x: 2.0 * x)(x))
+    inside = jax.make_jaxpr(lambda x: way(counted.f)(x))(x)
+    assert str(inside) == str(jax.make_jaxpr(lambda x: way(counted.f.__wrapped__)(x))(x))
     assert str(jax.make_jaxpr(counted.f)(x)) == str(jax.make_jaxpr(counted.f.__wrapped__)(x))
     assert "jit" not in str(jax.make_jaxpr(counted.f)(x))
+
+
+@pytest.mark.parametrize("way", [jax.vmap, jax.grad, jax.jacfwd, jax.hessian])
+def test_under_grad_or_vmap_alone_it_is_one_program(way, counted):
+    """Of which JAX makes programs for derivatives, and keeps them."""
+    x = jnp.ones(3) if way is jax.vmap else jnp.array(1.0)
+    for _ in range(3):
+        np.testing.assert_allclose(way(counted.f)(x), way(lambda x: 2.0 * x)(x))
+    assert counted.runs == 1
+
+
+def test_inside_a_program_it_is_plain_for_what_comes_from_outside_too(counted):
+    """A tracer of `grad` that a program of the caller's closes over."""
+    slope = jax.grad(lambda a: jax.jit(lambda x: counted.f(x) * a)(jnp.array(3.0)))(2.0)
+    assert slope == 6.0
 
 
 def cube(x):

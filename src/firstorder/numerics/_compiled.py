@@ -1,7 +1,8 @@
 """Public functions that compile themselves: a second call of the same form costs microseconds.
 
-Under a transformation of the caller's (`jit`, `vmap`, `grad`) such a function is the plain one, so
-that it adds nothing to the caller's program. Outside of any it runs as one compiled program.
+Inside a program of the caller's (`jit`, `scan`) such a function is the plain one, so that it adds
+nothing to that program. Elsewhere, also under `grad` and `vmap` alone, it runs as one program, of
+which JAX then compiles the derivatives; it would compile every single operation otherwise.
 """
 
 from __future__ import annotations
@@ -25,12 +26,13 @@ R = TypeVar("R")
 
 # Functions that came once and have no name, or read something: what they read then.
 _met: weakref.WeakKeyDictionary = weakref.WeakKeyDictionary()
+_AT_ONCE = ("JVPTrace", "LinearizeTrace", "BatchTrace")  # of JAX: what they do goes to their parent
 _eras = itertools.count()
 _era = [next(_eras)]
 
 
 def compiled_after(
-    *checks: Callable[..., None],
+    *checks: Callable[..., None], traced: Callable[..., None] | None = None
 ) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """A function as `compiled` makes it, whose numbers are looked at before they go in.
 
@@ -41,6 +43,8 @@ def compiled_after(
 
     Args:
         checks: raise or warn.
+        traced: called in their place under `grad` or `vmap`, where some arguments are numbers and
+            others are not; inside the program none is.
 
     Example:
         >>> import jax, jax.numpy as jnp
@@ -52,11 +56,11 @@ def compiled_after(
         >>> half(jnp.array(3.0)).item(), jax.vmap(half)(jnp.ones(2)).tolist(), seen
         (1.5, [0.5, 0.5], [3.0])
     """
-    return lambda function: _entry(function, checks)
+    return lambda function: _entry(function, checks, traced)
 
 
 def compiled(function: Callable[P, R]) -> Callable[P, R]:
-    """A function that is compiled when it is called with numbers, and plain under a transformation.
+    """A function that is compiled when it is called, and plain inside a program of the caller's.
 
     Arrays and floats are arguments of the program; integers, words, flags and functions are part
     of it, and another one is another program. A function without a name of its own (a lambda, one
@@ -86,7 +90,11 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
     return _entry(function, ())
 
 
-def _entry(function: Callable[P, R], checks: tuple[Callable[..., None], ...]) -> Callable[P, R]:
+def _entry(
+    function: Callable[P, R],
+    checks: tuple[Callable[..., None], ...],
+    check_traced: Callable[..., None] | None = None,
+) -> Callable[P, R]:
     """A function that compiles itself, after some checks."""
 
     @functools.partial(jax.jit, static_argnums=0)
@@ -100,9 +108,10 @@ def _entry(function: Callable[P, R], checks: tuple[Callable[..., None], ...]) ->
     @functools.wraps(function)
     def entry(*args: P.args, **kwargs: P.kwargs) -> R:
         leaves, tree = jax.tree.flatten((args, kwargs))
-        if any(isinstance(leaf, Tracer) for leaf in leaves):
+        traced = [leaf for leaf in leaves if isinstance(leaf, Tracer)]
+        if not all(map(_is_evaluated, traced)):
             return function(*args, **kwargs)
-        for check in checks:
+        for check in () if traced else checks:
             check(*args, **kwargs)
         form = _Form(tree, tuple(None if _number(leaf) else leaf for leaf in leaves), _era[0])
         try:
@@ -116,6 +125,8 @@ def _entry(function: Callable[P, R], checks: tuple[Callable[..., None], ...]) ->
                 made.add(whole)
         except TypeError:  # something that has no hash cannot be part of a program
             return function(*args, **kwargs)
+        if traced and check_traced is not None:
+            check_traced(*args, **kwargs)
         return program(whole, [leaf for leaf in leaves if _number(leaf)])
 
     entry.__dict__["checks"] = checks
@@ -157,6 +168,17 @@ class _Form:
         # A tree's leaf is never None.
         leaves = [next(rest) if part is None else part for part in self.parts]
         return jax.tree.unflatten(self.tree, leaves)
+
+
+def _is_evaluated(tracer: Tracer) -> bool:
+    """Whether what is done to a tracer is computed at once, as under `grad` or `vmap` alone.
+
+    Under `jit` it goes into a program.
+    """
+    trace: Any = tracer._trace
+    while type(trace).__name__ in _AT_ONCE:
+        trace = trace.parent_trace
+    return type(trace).__name__ == "EvalTrace"
 
 
 def _number(leaf: Any) -> bool:
@@ -219,7 +241,7 @@ def _read(f: Any, seen: frozenset[int] = frozenset()) -> tuple[Any, ...]:
 
 def _own(f: types.FunctionType) -> bool:
     """Whether it is a function of the library, which reads nothing that changes."""
-    return f.__globals__.get("__name__", "").partition(".")[0] == __name__.partition(".")[0]
+    return (f.__module__ or "").partition(".")[0] == __name__.partition(".")[0]
 
 
 @functools.cache

@@ -99,7 +99,7 @@ def net_visibility(
     return nan_unless(_is_outside(scene, found), total)
 
 
-@compiled_after(check_lit, check_apart)
+@compiled_after(check_lit, check_apart, traced=warn_of_collisions)
 @with_errors("nodes")
 @by_band()
 def irradiance(
@@ -153,7 +153,7 @@ def irradiance(
     return _light(scene, at, segment_upward, arc_upward, nodes)[0]
 
 
-@compiled_after(check_lit, check_apart)
+@compiled_after(check_lit, check_apart, traced=warn_of_collisions)
 @with_errors("nodes")
 @by_band()
 def vector_irradiance(
@@ -213,7 +213,7 @@ def _shown(scene: Scene, at: Receiver, found: _Outlines) -> Float[Array, " n_1"]
     return jnp.concatenate([facing, scene.sky(at.normal)[None]])
 
 
-@compiled_after(check_question, check_apart)
+@compiled_after(check_question, check_apart, traced=warn_of_collisions)
 @with_errors("nodes")
 @by_band()
 def boundary_gradient(
@@ -263,8 +263,7 @@ def boundary_gradient(
     check_asked_one(scene, Scene, at, Receiver)
     found = visible_silhouettes(scene, at)
     lines, rims = found.on_lines(nodes), found.on_arcs(nodes)
-    if radiance is None:
-        warn_of_collisions(scene, at)
+    warn_of_collisions(scene, at, radiance=radiance)
     if radiance is None and not callable(scene.environment):
         seen = _shown(scene, at, _outlines_from(scene, at))
         jumps = found.lines.jump(seen)[:, None], found.rims.jump(seen)[:, None]

@@ -79,7 +79,7 @@ def check_apart_from(
             raise ValueError(_told(scene, i, j))
 
 
-def warn_of_collisions(scene: Scene, at: Receiver) -> None:
+def warn_of_collisions(scene: Any, at: Any, *, radiance: Any = None, **_: Any) -> None:
     """Warns a traced receiver of concrete shapes that run into each other and send unlike light.
 
     Whether it sees the line in which they meet is not known; from the plane of one of them, on
@@ -88,8 +88,11 @@ def warn_of_collisions(scene: Scene, at: Receiver) -> None:
     Args:
         scene: a traced one is not looked at.
         at: a concrete one has been looked at.
+        radiance: given, it is the light, and nothing is known of it.
     """
-    if not is_concrete(scene) or is_concrete(at):
+    if not (isinstance(scene, Scene) and isinstance(at, Receiver)):
+        return  # the question itself refuses what is of another world
+    if radiance is not None or not is_concrete(scene) or is_concrete(at):
         return
     on = int(at.on) if is_concrete(at.on) and not np.ndim(at.on) else None
     for i, j, _ in _collisions(scene):
