@@ -95,7 +95,7 @@ def warn_of_collisions(scene: Any, at: Any, *, radiance: Any = None, **_: Any) -
     if radiance is not None or not is_concrete(scene) or is_concrete(at):
         return
     on = int(at.on) if is_concrete(at.on) and not np.ndim(at.on) else None
-    for i, j, _ in _collisions(scene):
+    for i, j, *_rest in _collisions(scene):
         one, other = _lights(scene, i), _lights(scene, j)
         if on not in (i, j) and np.any(one[:, None] != other):
             warnings.warn(f"{_told(scene, i, j)} {WRONG}", stacklevel=3)
