@@ -29,6 +29,7 @@ from firstorder.flatland.intersect import first_shape
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver
 from firstorder.numerics._batching import in_batches
+from firstorder.numerics._compiled import compiled
 from firstorder.numerics._refinement import Approximation, approximated
 from firstorder.scene._bands import by_band
 from firstorder.scene._questions import check_shines
@@ -70,6 +71,7 @@ class RadiositySolution(eqx.Module):
         """Reflected radiance at the nodes, `rho E / 2` [W/(m rad)]."""
         return 0.5 * _albedo(self.scene, self.panels)[:, None] * self.E
 
+    @compiled
     @by_band()
     def __call__(
         self,
@@ -84,11 +86,13 @@ class RadiositySolution(eqx.Module):
         L = jnp.sum(self.panels.basis(panel, s)[0] * self.reflected[panel])
         return self.scene.material.emission[index, side] + jnp.where(there, L, 0.0)
 
+    @compiled
     @by_band()
     def irradiance(self, at: Receiver) -> Float[Array, "*bands"]:
         """Irradiance at a receiver, direct and indirect [W/m]; differentiable in the receiver."""
         return _direct(self.scene, at, self.glows) + self.indirect(at)
 
+    @compiled
     @by_band()
     def indirect(self, at: Receiver) -> Float[Array, "*bands"]:
         """Irradiance at a receiver of light that was reflected at least once [W/m]."""
