@@ -230,7 +230,7 @@ class _Same:
 
 
 def _read(f: Any, seen: frozenset[int] = frozenset()) -> tuple[Any, ...]:
-    """What a function of the user's reads from outside: its closure, and globals that it names."""
+    """Values that a user's function reads from outside: its closure, and globals that it names."""
     if not isinstance(f, types.FunctionType) or _own(f) or id(f) in seen:
         return ()
     empty = types.CellType()  # that of a name without a value so far

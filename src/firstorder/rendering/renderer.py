@@ -298,7 +298,7 @@ class Renderer:
 
     @property
     def _fixed(self) -> tuple:
-        """What `_programs.interactions` takes before the pixels."""
+        """Arguments of `_programs.interactions` that stand before the pixels."""
         world = self.world
         return world.scene, self._facets, self._material, world.camera, world.finish
 

@@ -126,7 +126,7 @@ def test_they_do_not_depend_on_the_unit_of_length(size):
 # --- faults --------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("part", ["end_moves", "tip_bends", "lifts"])
+@pytest.mark.parametrize("part", ["end_bends", "tip_bends", "lifts"])
 def test_a_part_that_is_left_out_is_seen(monkeypatch, part):
     right = kinks(SCENES["a column before a tube"]).jump_E2
     if part == "lifts":
@@ -134,7 +134,7 @@ def test_a_part_that_is_left_out_is_seen(monkeypatch, part):
         monkeypatch.setattr(_strips.InPlane, part, lambda *a: 0.0 * whole(*a))
     else:
         whole = getattr(_plane_bends, part)
-        none = {"end_moves": lambda *_: 0.0, "tip_bends": lambda *a: 0.0 * whole(*a)}
+        none = {"end_bends": lambda *_: 0.0, "tip_bends": lambda *a: 0.0 * whole(*a)}
         monkeypatch.setattr(_plane_bends, part, none[part])
     spoilt = kinks(SCENES["a column before a tube"]).jump_E2
     assert np.max(np.abs(spoilt - right)) > 1e-3

@@ -53,7 +53,7 @@ from firstorder.space.discontinuities._strips import (
     sums,
     touching_walls,
 )
-from firstorder.space.discontinuities._wall_ends import end_moves, tip_bends, tips_of, wall_ends
+from firstorder.space.discontinuities._wall_ends import end_bends, tip_bends, tips_of, wall_ends
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
 
@@ -85,7 +85,7 @@ class Crossings(NamedTuple):
 def plane_bends(
     scene: Scene, edges: Edges, rounds: Rounds, at: Receiver, places, normals, d, found: Strips
 ) -> Float[np.ndarray, "3 n"]:
-    """What E'' does along a line where E' jumps: jumps, and roots before and after.
+    """Jumps of E'' along a line where E' jumps, and roots before and after, as rows.
 
     Args:
         scene: of one band.
@@ -108,9 +108,9 @@ def plane_bends(
         here = in_plane(edges, rounds, at, places[k], normals[k])
         tables.append(_crossings(edges, rounds, at, here, k, places[k], normals[k]))
         ends, own = wall_ends(here, at, k, places[k], normals[k]), found.row == k
-        tips.append(tips_of(here, edges, places[k], ends))
+        tips.append(tips_of(here, edges, at, places[k], ends))
         strips = Strips(*(a[own] for a in found))
-        bends[0, k] += speed[k] * end_moves(here, edges, at, d, ends, strips, shown[own])
+        bends[0, k] += speed[k] * end_bends(here, edges, at, d, ends, strips, shown[own])
     if tables:
         rows = merged(tables)
         parts = _parts(scene, edges, at, places, normals, d, rows)

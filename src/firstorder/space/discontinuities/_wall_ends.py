@@ -1,4 +1,4 @@
-"""What E'' does where a line of a wall lies in a plane, from the ends of that line.
+"""Jumps and roots of E'' from the ends of a line of a wall that lies in a plane.
 
 A line ends at a rim, along which the outline goes on; its image leaves the plane like a parabola.
 Let u be the direction to the end at the distance r, v at right angles to u in the plane and away
@@ -88,38 +88,49 @@ class Tips(NamedTuple):
     """Tips that open between rims, where lines of walls end, and what else lies in a plane.
 
     Attributes:
-        row, u, v, m, p, q, height: as of the end.
+        row, u, m: as of the end.
         r: distances of the end and of the other [m].
-        slope: derivative of the inverse of the latter by the angle towards v [1/(m rad)].
+        curvature: of the rim against the other, as in `Outline`.
+        second: S, of second order in the height [1/m^2].
     """
 
     row: Int[np.ndarray, " n"]
     u: Float[np.ndarray, "n 3"]
-    v: Float[np.ndarray, "n 3"]
-    r: Float[np.ndarray, "n 2"]
     m: Float[np.ndarray, "n 3"]
-    p: Float[np.ndarray, "n 3"]
-    q: Float[np.ndarray, "n 3"]
-    height: Float[np.ndarray, " n"]
-    slope: Float[np.ndarray, " n"]
+    r: Float[np.ndarray, "n 2"]
+    curvature: Float[np.ndarray, " n"]
+    second: Float[np.ndarray, " n"]
 
 
-def tips_of(here: InPlane, edges: Edges, place, ends: WallEnds) -> Tips:
+def tips_of(here: InPlane, edges: Edges, at: Receiver, place, ends: WallEnds) -> Tips:
     """The tips of one plane."""
     r, there = here.distances(ends.u @ here.frame.T, edges.near)
     there &= np.abs(r - ends.r[:, None]) > edges.near
     k, line = np.nonzero(there)
-    row, u, v, end, *rest = (a[k] for a in ends)
-    r = r[k, line]
-    along = here.tangents(place + r[:, None] * u, place, line)
-    slope = -dot(along, u) / (r * dot(along, v))
-    return Tips(row, u, v, np.stack([end, r], -1), *rest, slope)
+    ends, r = WallEnds(*(a[k] for a in ends)), r[k, line]
+    along = here.tangents(place + r[:, None] * ends.u, place, line)
+    slope = -dot(along, ends.u) / (r * dot(along, ends.v))  # of 1 / r towards v
+    curvature = -ends.height * ends.r / dot(ends.q, ends.v) ** 2
+    second = _second_order(ends, r, slope, np.asarray(at.normal))
+    return Tips(ends.row, ends.u, ends.m, np.stack([ends.r, r], -1), curvature, second)
+
+
+def _second_order(ends: WallEnds, other, slope, normal) -> Float[np.ndarray, " n"]:
+    """S of tips, in square radians by the square of the height [1/m^2]."""
+    u, v, p, q, r, height = ends.u, ends.v, ends.p, ends.q, ends.r, np.abs(ends.height)
+    A, C, D = 1.0 / r - 1.0 / other, height / (2.0 * r), height * dot(q, u) / (2.0 * r**2)
+    turn, cosine = dot(q, v) / r, dot(u, normal)
+    turns = -dot(p, v) / (2.0 * r) - turn * dot(q, u) / r
+    B = np.sign(A) * (dot(q, u) / r**2 + turn * slope)
+    bent = cosine * turn * (D * A**2 / (4.0 * C**2) - B * np.abs(A) / (2.0 * C))
+    widened = dot(v, normal) * turn**2 + 2.0 * cosine * turns
+    return bent + widened * A**2 / (4.0 * C)
 
 
 def tip_bends(
     scene: Scene, edges: Edges, at: Receiver, places, d, tips: Tips
 ) -> Float[np.ndarray, "3 n"]:
-    """What tips add to E'' along a line, by plane: jumps, and roots before and after.
+    """Jumps of E'' along a line from tips, and roots before and after, by plane.
 
     Args:
         scene: of one band.
@@ -129,35 +140,19 @@ def tip_bends(
         d: unit direction of the line.
         tips: of the planes.
     """
-    curvature = -tips.height * tips.r[:, 0] / dot(tips.q, tips.v) ** 2
-    half = np.full(len(curvature), 0.5)  # of a lens
-    rows = Tangents(places[tips.row], tips.u, tips.m, tips.r, curvature, 0.5 * curvature, half)
-    roots = tangent_roots(scene, at, edges, rows)
+    row, u, m, r, k, second = tips
+    half = np.full(len(k), 0.5)  # of a lens
+    roots = tangent_roots(scene, at, edges, Tangents(places[row], u, m, r, k, 0.5 * k, half))
     before, after = roots.along(d)
-    cosine = dot(tips.u, np.asarray(at.normal))
-    K = roots.strength / (cosine * np.sqrt(2.0 / np.abs(curvature)) * half)
-    side = np.where(after != 0.0, 1.0, -1.0)
-    jump = side * 2.0 * (tips.m @ d) ** 2 * K * _second_order(tips, cosine, at)
-    return np.stack([sums(tips.row, part, len(places)) for part in (jump, before, after)])
+    K = roots.strength / (dot(u, np.asarray(at.normal)) * np.sqrt(2.0 / np.abs(k)) * half)
+    jump = np.where(after != 0.0, 2.0, -2.0) * (m @ d) ** 2 * K * second
+    return np.stack([sums(row, part, len(places)) for part in (jump, before, after)])
 
 
-def _second_order(tips: Tips, cosine, at: Receiver) -> Float[np.ndarray, " n"]:
-    """S of tips, in square radians by the square of the height [1/m^2]."""
-    (r, other), (u, v, p, q) = tips.r.T, (tips.u, tips.v, tips.p, tips.q)
-    height = np.abs(tips.height)
-    A, C, D = 1.0 / r - 1.0 / other, height / (2.0 * r), height * dot(q, u) / (2.0 * r**2)
-    turn = dot(q, v) / r
-    turns = -dot(p, v) / (2.0 * r) - turn * dot(q, u) / r
-    B = np.sign(A) * (dot(q, u) / r**2 + turn * tips.slope)
-    bent = cosine * turn * (D * A**2 / (4.0 * C**2) - B * np.abs(A) / (2.0 * C))
-    widened = dot(v, np.asarray(at.normal)) * turn**2 + 2.0 * cosine * turns
-    return bent + widened * A**2 / (4.0 * C)
-
-
-def end_moves(
+def end_bends(
     here: InPlane, edges: Edges, at: Receiver, d, ends: WallEnds, found: Strips, shown
 ) -> float:
-    """What the ends of lines in one plane add to E'', over the speed across the plane [W/m^3].
+    """The jump of E'' from ends of lines in one plane, over the speed across the plane [W/m^3].
 
     Args:
         here: the plane.

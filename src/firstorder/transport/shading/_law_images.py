@@ -32,7 +32,7 @@ def convolved(r: Lobe, light: Field, normal: Field, nodes: int) -> Field:
 
 
 def over_hemisphere(r: Brdf, light: Field, normal: Field, nodes: int) -> Field:
-    """What a general BRDF reflects: into the local frame, integrate, and back."""
+    """Light that a general BRDF reflects: into the local frame, integrated, and back."""
     local = Bump(normal)(light)
     factor = Function(lambda x, o, w: r.derivatives(w, o)[0] * jnp.cos(w), _WIDE)
     wide = Move([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]], to=_WIDE)(local)
