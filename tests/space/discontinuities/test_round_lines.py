@@ -173,23 +173,28 @@ TRIPLES = {
 }
 
 
-@pytest.mark.parametrize("name", TRIPLES)
-def test_a_line_that_passes_an_edge_and_two_outlines_is_found(name):
-    edges, rounds = parts(*TRIPLES[name])
-    t, rows = lines.round_triples_along(edges, rounds, AT, ALONG, REACH)
+def found_along(search, shapes, distances, atol):
+    """Places and lines of sight of a search, of which one is that of `U`, at those distances."""
+    edges, rounds = parts(*shapes)
+    t, rows = search(edges, rounds, AT, ALONG, REACH)
     np.testing.assert_allclose(rows.place, ORIGIN + t[:, None] * ALONG, atol=1e-12)
     (k,) = np.flatnonzero(np.abs(t - 0.9) < 1e-8)
     np.testing.assert_allclose(rows.u[k], U, atol=1e-7)
-    far = sorted(rows.r[k])
+    np.testing.assert_allclose(sorted(rows.r[k]), distances, atol=1e-7)
+    short, _ = search(edges, rounds, AT, ALONG, 0.95)
+    np.testing.assert_allclose(np.sort(short), np.sort(t[t < 0.95]), atol=atol)
+    return t, rows
+
+
+@pytest.mark.parametrize("name", TRIPLES)
+def test_a_line_that_passes_an_edge_and_two_outlines_is_found(name):
     true = {"two": [1.0, 1.6, 2.2], "a b": [0.8, 1.3, 1.9], "an ": [0.8, 1.3, 1.9]}[name[:3]]
-    np.testing.assert_allclose(far, true, atol=1e-7)
+    _, rows = found_along(lines.round_triples_along, TRIPLES[name], true, 1e-9)
     touch = rows.place[:, None] + rows.r[..., None] * rows.u[:, None]
     beside = (
         np.cross(touch - rows.start, rows.along) / np.linalg.norm(rows.along, axis=-1)[..., None]
     )
     np.testing.assert_allclose(beside, 0.0, atol=1e-7)
-    short, _ = lines.round_triples_along(edges, rounds, AT, ALONG, 0.95)
-    np.testing.assert_allclose(np.sort(short), np.sort(t[t < 0.95]), atol=1e-9)
 
 
 ROUNDS = {
@@ -213,15 +218,9 @@ ROUNDS = {
 
 @pytest.mark.parametrize("name", ROUNDS)
 def test_a_line_that_passes_three_round_outlines_is_found(name):
-    edges, rounds = parts(*ROUNDS[name], PLATE)
-    t, rows = lines.three_rounds_along(edges, rounds, AT, ALONG, REACH)
-    np.testing.assert_allclose(rows.place, ORIGIN + t[:, None] * ALONG, atol=1e-12)
-    (k,) = np.flatnonzero(np.abs(t - 0.9) < 1e-8)
-    np.testing.assert_allclose(rows.u[k], U, atol=1e-7)
-    np.testing.assert_allclose(sorted(rows.r[k]), [0.8, 1.3, 1.9], atol=1e-7)
+    shapes = (*ROUNDS[name], PLATE)
+    t, rows = found_along(lines.three_rounds_along, shapes, [0.8, 1.3, 1.9], 1e-7)
     assert len(np.unique(np.column_stack([t, rows.u]).round(6), axis=0)) == len(t)
-    short, _ = lines.three_rounds_along(edges, rounds, AT, ALONG, 0.95)
-    np.testing.assert_allclose(np.sort(short), np.sort(t[t < 0.95]), atol=1e-7)
 
 
 def test_edges_that_cross_in_one_plane_with_the_eye_are_another_event():
